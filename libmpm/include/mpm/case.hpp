@@ -1,0 +1,108 @@
+#pragma once
+/// A case as pure data: the resolved content of a case file, in SI units, with every default filled in.
+/// io/config.hpp reads it from TOML and writes it back; scene.hpp turns it into particles, walls and a feed.
+/// Nothing here computes.
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "mpm/types.hpp"
+
+namespace mpm {
+
+/// [material]; keys that a law does not use keep their defaults and are refused by the reader when given.
+struct MaterialSpec {
+  std::string model = "cohesive_cam_clay";
+  double density = 300.0;                    ///< rho_0, kg/m^3
+  double young_modulus = 1.0e6;              ///< E, Pa
+  double poisson_ratio = 0.1;                ///< nu
+  double critical_state_slope = 0.4;         ///< M
+  double cohesion_beta = 0.0;                ///< beta = p_t / p_c
+  double hardening_xi = 5.0;                 ///< xi
+  double preconsolidation_pressure = 1.0e4;  ///< p_c0, Pa
+};
+
+enum class Contact : std::uint8_t {
+  no_slip,    ///< sticks fully
+  slip,       ///< stays on the plane, slides (with Coulomb friction if mu > 0)
+  separable,  ///< may lift off, slides (with Coulomb friction if mu > 0)
+};
+
+/// [[body]]: a lattice of particles.
+struct BodySpec {
+  enum class Shape : std::uint8_t { box, cylinder, sphere } shape = Shape::box;
+  Vec3 min = Vec3::Zero(), max = Vec3::Zero();  ///< bounding box, m; cylinder (axis z) and sphere are inscribed
+  Vec3 velocity = Vec3::Zero();                 ///< m/s
+};
+
+/// [[wall]]: half-space; acts on grid nodes on or behind the plane.
+struct WallSpec {
+  Vec3 point = Vec3::Zero();
+  Vec3 normal = Vec3::UnitZ();  ///< unit, into the material
+  Contact contact = Contact::no_slip;
+  double friction = 0.0;  ///< Coulomb mu; slip and separable only
+  Vec3 velocity = Vec3::Zero();
+};
+
+/// [obstacle]: rigid box on the floor, front face at x = 0, axis y = 0, separable Coulomb contact.
+struct ObstacleSpec {
+  double width = 1.75;           ///< w, m (across the flow)
+  double depth = 1.75;           ///< m (along the flow)
+  std::optional<double> height;  ///< m; empty: taller than any jet
+  double friction = 0.15;        ///< mu
+};
+
+/// [conveyor]: the set-up of Sect. 2.2 of the paper.
+struct ConveyorSpec {
+  double velocity = 0.0;     ///< v, m/s (from froude_number where that was given)
+  double flow_height = 1.75; ///< H, m
+  double width = 21.0;       ///< W, m
+  enum class Feed : std::uint8_t { window, strip } feed = Feed::window;
+  double upstream_length = 8.0;    ///< window: inlet at x = -upstream_length, m
+  double downstream_length = 4.0;  ///< window: outlet at x = +downstream_length, m
+  Contact sidewall_contact = Contact::no_slip;
+  double sidewall_friction = 0.0;
+  bool mirror_y = true;  ///< compute y >= 0 only
+};
+
+/// [domain]: particles that leave are removed and counted. Mirror planes pass through the origin: only x >= 0 (y >= 0) is
+/// computed, and sums such as forces and masses are reported for the whole.
+struct DomainSpec {
+  Vec3 min = Vec3::Constant(-1e3), max = Vec3::Constant(1e3);
+  bool mirror_x = false, mirror_y = false;
+};
+
+enum class Transfer : std::uint8_t { apic, flip };
+
+struct NumericsSpec {
+  double cell_size = 0.25;     ///< dx, m
+  int particles_per_cell = 8;  ///< a cube number: 1, 8, 27, 64
+  Transfer transfer = Transfer::apic;
+  double flip_ratio = 0.95;  ///< share of FLIP in the PIC/FLIP blend
+  double cfl = 0.4;          ///< dt <= cfl dx / (c_P + |v|max)
+  double gravity = 9.81;     ///< m/s^2
+  double slope = 0.0;        ///< rad; gravity = g (sin, 0, -cos)
+};
+
+struct OutputSpec {
+  double duration = 1.0;            ///< s
+  double series_per_second = 50.0;  ///< rows of series.csv
+  double frames_per_second = 5.0;   ///< HDF5 frames
+  double checkpoint_minutes = 10.0; ///< wall time between checkpoints
+};
+
+struct Case {
+  std::string title;
+  MaterialSpec material;
+  std::vector<BodySpec> bodies;
+  std::vector<WallSpec> walls;
+  std::optional<ConveyorSpec> conveyor;
+  std::optional<ObstacleSpec> obstacle;
+  DomainSpec domain;
+  NumericsSpec numerics;
+  OutputSpec output;
+};
+
+}  // namespace mpm
