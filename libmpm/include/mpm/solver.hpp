@@ -1,0 +1,80 @@
+#pragma once
+/// The time step: state, scene, step().
+
+#include <functional>
+#include <optional>
+
+#include "mpm/boundary.hpp"
+#include "mpm/grid.hpp"
+#include "mpm/materials/any_material.hpp"
+#include "mpm/transfer.hpp"
+
+namespace mpm {
+
+/// Sums over particles that entered or left.
+struct Passage {
+  std::uint64_t count = 0;
+  double mass = 0.0;               ///< kg
+  Vec3 momentum = Vec3::Zero();    ///< N s
+  Passage& operator+=(const Passage& other) {
+    count += other.count;
+    mass += other.mass;
+    momentum += other.momentum;
+    return *this;
+  }
+};
+
+/// Everything that changes. Copying it is not offered (it may be gigabytes); checkpoints serialise it.
+struct State {
+  explicit State(double cell_size) : grid(cell_size) {}
+  Grid grid;
+  double time = 0.0;            ///< s
+  std::uint64_t step = 0;       ///< steps done
+  std::uint64_t next_id = 0;    ///< identity number of the next particle
+  std::uint64_t fed_layers = 0; ///< layers that the feed has released so far
+  double max_speed = 0.0;       ///< fastest particle, m/s
+  Passage entered, left;        ///< since t = 0, without the initial particles
+};
+
+/// Brings fresh particles; called at the start of every step. Returns what entered.
+class Feed {
+ public:
+  virtual ~Feed() = default;
+  virtual Passage release(State& state) const = 0;
+};
+
+/// Everything that stays: law, boundaries, gravity, numerics.
+struct Scene {
+  AnyMaterial material;
+  std::vector<Boundary> boundaries;
+  std::optional<std::size_t> obstacle;  ///< index of the boundary whose force is reported
+  std::shared_ptr<const Feed> feed;     ///< may be empty
+  Vec3 gravity = Vec3::Zero();          ///< m/s^2
+  Vec3 domain_min = Vec3::Constant(-1e3), domain_max = Vec3::Constant(1e3);
+  bool mirror_x = false, mirror_y = false;
+  Transfer transfer = Transfer::apic;
+  double flip_ratio = 0.0;
+  double cfl = 0.4;
+};
+
+/// What one step did to the momentum: P(t+dt) - P(t) = entered + gravity - sum of impulses - left, to round-off
+/// (with a mirror plane: in the directions along it).
+struct StepReport {
+  double dt = 0.0;
+  Vec3 gravity_impulse = Vec3::Zero();  ///< N s
+  std::vector<Impulse> impulses;        ///< taken by each boundary of the scene
+  Passage entered, left;
+};
+
+/// Largest stable step: cfl dx / (c_P + |v|max). @throws UnstableError if it has collapsed
+double stable_time_step(const State& state, const Scene& scene);
+
+/// One explicit step of symplectic Euler, updated Lagrangian with the stress last (Stomakhin et al. 2013; Sect. 2.1.1 of the paper).
+/// @throws UnstableError naming particle, position and time, when a particle is not finite or crosses more than a block
+StepReport step(State& state, const Scene& scene, double dt);
+
+/// Steps until `time`, in steps of at most the stable size, the last two evened out so that `time` is met to the bit.
+/// @param after called after every step
+void advance(State& state, const Scene& scene, double time, const std::function<void(const StepReport&)>& after = {});
+
+}  // namespace mpm

@@ -1,0 +1,18 @@
+#pragma once
+/// Constitutive update of one block's particles, eight at a time.
+
+#include "mpm/grid.hpp"
+#include "mpm/materials/any_material.hpp"
+
+namespace mpm {
+
+/// tau and the internal variable at t_n+1 from the velocity gradient C_p that grid_to_particle left.
+/// @returns false if a stress became NaN or infinite (inverted element)
+bool update_stress(Grid& grid, std::int32_t block, const AnyMaterial& material, double dt);
+
+/// J = det F of one particle.
+double volume_ratio(const AnyMaterial& material, const Particle& p);
+/// Elastic energy of one particle, J.
+double stored_energy(const AnyMaterial& material, const Particle& p);
+
+}  // namespace mpm

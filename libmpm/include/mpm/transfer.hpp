@@ -1,0 +1,49 @@
+#pragma once
+/// The two transfers of the Material Point Method on quadratic B-splines, in the affine (moving-least-squares) form
+/// of APIC: Jiang et al. 2015; Hu et al. 2018.
+///
+///   particle_to_grid   m_i = sum_p w_ip m_p
+///                      p_i = sum_p w_ip ( m_p v_p + A_p (x_i - x_p) ),   A_p = m_p C_p - dt V_p^0 (4/dx^2) tau_p
+///   grid_to_particle   v_p = sum_i w_ip v_i,   C_p = (4/dx^2) sum_i w_ip v_i (x_i - x_p)^T,   x_p += dt v_p
+///
+/// The second term of A_p is the internal force -V_p^0 tau_p grad w_ip times dt, with grad w_ip = (4/dx^2) w_ip (x_i - x_p).
+///
+/// How it is computed (both transfers):
+/// - Per block, on the contiguous 6x6x6 halo of its nodes; blocks of one colour in parallel, colour after colour.
+/// - Per cell, two particles at a time: a Lanes holds {a_x, a_y, a_z, a_m | b_x, b_y, b_z, b_m} for particles a and b of one cell,
+///   so that one fused multiply-add updates a whole node for both, with no transposition of the 192-byte records.
+/// - The 27-node sums are factored axis by axis (z, then y, then x), because both the weights and the affine term are.
+
+#include "mpm/grid.hpp"
+
+namespace mpm {
+
+/// What a transfer needs to know besides the grid.
+struct TransferOptions {
+  double dt = 0.0;       ///< s
+  double density = 0.0;  ///< rho_0, kg/m^3
+  bool apic = true;      ///< carry the affine velocity; false: PIC/FLIP blend
+  double flip_ratio = 0.0;  ///< share of FLIP; needs Grid::keep_old_nodes
+};
+
+/// m_i and p_i (with the momentum of internal forces over dt) on all nodes. Overwrites the nodes.
+void particle_to_grid(Grid& grid, const TransferOptions& options);
+
+/// Outcome of moving the particles of one block.
+struct BlockMotion {
+  double max_speed_squared = 0.0;
+  bool finite = true;  ///< false: a velocity or a stress is NaN or infinite
+  bool within_reach = true;  ///< false: a particle crossed more than a block in one step
+};
+
+/// New velocity, affine matrix and position of one block's particles, and their new cells; a particle that left the block has
+/// ParticleBin::left_block as its cell.
+BlockMotion grid_to_particle(Grid& grid, std::int32_t block, const TransferOptions& options);
+
+/// Moves the particles marked left_block into the block's outbox.
+void collect_migrants(Grid& grid, std::int32_t block, BlockMotion& motion);
+
+/// Copies the 6x6x6 nodes that a block's particles touch (velocities, or old velocities for FLIP).
+void load_halo(const Grid& grid, std::int32_t block, Halo& halo, bool old = false);
+
+}  // namespace mpm

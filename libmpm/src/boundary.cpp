@@ -1,0 +1,156 @@
+#include "mpm/boundary.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+
+
+namespace mpm {
+
+namespace {
+
+constexpr double on_plane = 1e-9;  // m; a node this close counts as on the plane: coordinates are sums of rounded multiples of dx
+
+}  // namespace
+
+Vec3 contact_velocity(const Vec3& velocity, const Vec3& normal, const Vec3& surface_velocity, Contact contact, double friction) {
+  if (contact == Contact::no_slip) return surface_velocity;
+  const Vec3 relative = velocity - surface_velocity;
+  const double approach = relative.dot(normal);
+  if (approach >= 0.0 && contact == Contact::separable) return velocity;
+  Vec3 tangential = relative - approach * normal;
+  if (friction > 0.0 && approach < 0.0) {
+    const double speed = tangential.norm();
+    const double loss = -friction * approach;
+    tangential *= speed > loss ? 1.0 - loss / speed : 0.0;
+  }
+  return surface_velocity + tangential;
+}
+
+bool Wall::covers(const Vec3& node, double time) const {
+  const double shift = travels ? time * velocity.dot(normal) : 0.0;
+  return (node - point).dot(normal) - shift <= on_plane;
+}
+
+bool Wall::reaches(const Vec3& low, const Vec3& high, double time) const {
+  Vec3 deepest;
+  for (int i = 0; i < 3; ++i) deepest[i] = normal[i] > 0.0 ? low[i] : high[i];
+  return covers(deepest, time);
+}
+
+Vec3 Wall::constrain(const Vec3&, const Vec3& v) const { return contact_velocity(v, normal, velocity, contact, friction); }
+
+bool RigidBox::covers(const Vec3& node, double) const {
+  return ((node - min).array() >= -on_plane).all() && ((max - node).array() >= -on_plane).all();
+}
+
+bool RigidBox::reaches(const Vec3& low, const Vec3& high, double) const {
+  return ((high - min).array() >= -on_plane).all() && ((max - low).array() >= -on_plane).all();
+}
+
+Vec3 RigidBox::constrain(const Vec3& node, const Vec3& v) const {
+  // depth below each face; the first of equals wins, so the order here is the order of precedence on edges
+  struct Face {
+    double depth;
+    Vec3 normal;
+  };
+  const Face faces[] = {{node.x() - min.x(), -Vec3::UnitX()}, {max.x() - node.x(), Vec3::UnitX()}, {node.y() - min.y(), -Vec3::UnitY()},
+                        {max.y() - node.y(), Vec3::UnitY()},  {max.z() - node.z(), Vec3::UnitZ()}};
+  const Face* nearest = faces;
+  for (const Face& face : faces) {
+    if (face.depth < nearest->depth - on_plane) nearest = &face;
+  }
+  return contact_velocity(v, nearest->normal, Vec3::Zero(), contact, friction);
+}
+
+namespace {
+
+/// Adds the image of the plane behind (axis index -1) to the plane at +1, doubles the mirror plane, and sets the plane behind to the image.
+void fold(Grid& grid, int axis) {
+  const int stride = axis == 0 ? 1 : 4;
+  Node flip = {1, 1, 1, 1};
+  flip[axis] = -1.0;
+  for (const auto index : grid.all_blocks()) {
+    if (grid.block(index).coordinate[static_cast<std::size_t>(axis)] != 0) continue;
+    const std::int32_t behind_index =
+        grid.block(index).neighbour[static_cast<std::size_t>(axis == 0 ? neighbour_slot(-1, 0, 0) : neighbour_slot(0, -1, 0))];
+    NodeBlock& self = grid.nodes(index);
+    for (int n = 0; n < block_nodes; ++n) {
+      if ((n / stride) % 4 != 0) continue;
+      self.node[n] += flip * self.node[n];
+      if (behind_index == no_block) continue;
+      Node& image = grid.nodes(behind_index).node[n + 3 * stride];
+      self.node[n + stride] += flip * image;
+      image = flip * self.node[n + stride];
+    }
+  }
+}
+
+}  // namespace
+
+void fold_mirror_planes(Grid& grid, bool mirror_x, bool mirror_y) {
+  if (mirror_x) fold(grid, 0);
+  if (mirror_y) fold(grid, 1);
+}
+
+double update_grid(Grid& grid, std::span<const Boundary> boundaries, const Vec3& gravity, double dt, double time, bool mirror_x, bool mirror_y,
+                 std::vector<Impulse>& impulses) {
+  const auto all = grid.all_blocks();
+  const std::size_t count = boundaries.size();
+  std::vector<Impulse> partial(all.size() * count);
+  std::vector<double> mass(all.size(), 0.0);
+  const double dx = grid.cell_size();
+  const Node acceleration = {dt * gravity.x(), dt * gravity.y(), dt * gravity.z(), 0.0};
+#pragma omp parallel for schedule(static, 8)
+  for (std::size_t i = 0; i < all.size(); ++i) {
+    NodeBlock& nodes = grid.nodes(all[i]);
+    const Index3& c = grid.block(all[i]).coordinate;
+    const bool halved = (mirror_x && c[0] <= 0) || (mirror_y && c[1] <= 0);
+    // share of a node that belongs to the computed part: none behind a mirror plane, half on it
+    const auto share_of = [&](int n) {
+      double share = 1.0;
+      if (mirror_x) share *= c[0] < 0 ? 0.0 : c[0] == 0 && (n & 3) == 0 ? 0.5 : 1.0;
+      if (mirror_y) share *= c[1] < 0 ? 0.0 : c[1] == 0 && (n >> 2 & 3) == 0 ? 0.5 : 1.0;
+      return share;
+    };
+    for (int i_node = 0; i_node < block_nodes; ++i_node) {
+      Node& n = nodes.node[i_node];
+      const double m = n[3];
+      mass[i] += halved ? share_of(i_node) * m : m;
+      Node v = n * (m > 0.0 ? 1.0 / m : 0.0) + acceleration;
+      v[3] = m;
+      n = v;
+    }
+    const Vec3 low = 4.0 * dx * Vec3(c[0], c[1], c[2]);
+    const Vec3 high = low + Vec3::Constant(3.0 * dx);
+    for (std::size_t b = 0; b < count; ++b) {
+      std::visit(
+          [&](const auto& boundary) {
+            if (!boundary.reaches(low, high, time)) return;
+            Impulse& impulse = partial[i * count + b];
+            for (int n = 0; n < block_nodes; ++n) {
+              Node& node = nodes.node[n];
+              if (node[3] <= 0.0) continue;
+              const Vec3 position = dx * Vec3(4 * c[0] + (n & 3), 4 * c[1] + (n >> 2 & 3), 4 * c[2] + (n >> 4));
+              if (!boundary.covers(position, time)) continue;
+              const Vec3 before(node[0], node[1], node[2]);
+              const Vec3 after = boundary.constrain(position, before);
+              const Vec3 taken = (halved ? share_of(n) : 1.0) * node[3] * (before - after);
+              impulse.linear += taken;
+              impulse.angular += (position - boundary.reference_point()).cross(taken);
+              node = Node{after.x(), after.y(), after.z(), node[3]};
+            }
+          },
+          boundaries[b]);
+    }
+  }
+  impulses.assign(count, Impulse{});
+  double total = 0.0;
+  for (std::size_t i = 0; i < all.size(); ++i) {
+    total += mass[i];
+    for (std::size_t b = 0; b < count; ++b) impulses[b] += partial[i * count + b];
+  }
+  return total;
+}
+
+}  // namespace mpm

@@ -1,0 +1,153 @@
+#include "mpm/solver.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "mpm/error.hpp"
+#include "mpm/stress.hpp"
+
+namespace mpm {
+
+namespace {
+
+constexpr double collapse_ratio = 1e-4;  ///< a step below this share of the step at rest is a collapse: the run would never end
+
+double law_density(const AnyMaterial& m) {
+  return std::visit([](const auto& law) { return law.density(); }, m);
+}
+double law_wave_speed(const AnyMaterial& m) {
+  return std::visit([](const auto& law) { return law.wave_speed(); }, m);
+}
+
+bool finite(const Particle& p) {
+  double sum = 0.0;
+  for (const double v : p.position) sum += 0.0 * v;
+  for (const double v : p.velocity) sum += 0.0 * v;
+  for (const double v : p.affine) sum += 0.0 * v;
+  for (const double v : p.stress) sum += 0.0 * v;
+  return sum + 0.0 * p.internal == 0.0;
+}
+
+[[noreturn]] void throw_unstable(const State& state, double dt, std::int32_t block, const BlockMotion& motion) {
+  const ParticleBin& bin = state.grid.block(block).particles;
+  const Particle* culprit = nullptr;
+  for (int s = 0; s < bin.count(); ++s) {
+    const bool bad = motion.finite ? bin.cell[static_cast<std::size_t>(s)] == ParticleBin::left_block : !finite(bin[s]);
+    if (bad && (culprit == nullptr || bin[s].id < culprit->id)) culprit = &bin[s];
+  }
+  if (culprit == nullptr) culprit = &bin[0];
+  throw UnstableError(fmt::format(
+      "unstable at t = {:.6g} s, step {} (dt = {:.3g} s): {} of particle {} at ({:.4g}, {:.4g}, {:.4g}) m; velocity ({:.4g}, {:.4g}, {:.4g}) m/s, "
+      "pressure {:.4g} Pa. Try a smaller [numerics] cfl, a finer cell_size_m, or look for a body that starts inside a wall or another body",
+      state.time, state.step, dt, motion.finite ? "displacement of more than a block in one step" : "a value that is not finite (NaN or infinite)", culprit->id,
+      culprit->position[0], culprit->position[1], culprit->position[2], culprit->velocity[0], culprit->velocity[1], culprit->velocity[2],
+      -(culprit->stress[0] + culprit->stress[1] + culprit->stress[2]) / 3.0));
+}
+
+/// Removes the particles of a block that are outside the domain.
+Passage remove_outside(Grid& grid, std::int32_t index, const Vec3& min, const Vec3& max, double density) {
+  const double dx = grid.cell_size();
+  const Index3& c = grid.block(index).coordinate;
+  const Vec3 low = dx * (4.0 * Vec3(c[0], c[1], c[2]) - Vec3::Constant(0.5 + 4.0));  // positions a step can lead to from this block
+  const Vec3 high = low + Vec3::Constant(12.0 * dx);
+  Passage left;
+  if ((low.array() >= min.array()).all() && (high.array() <= max.array()).all()) return left;
+  ParticleBin& bin = grid.block(index).particles;
+  for (int s = bin.count() - 1; s >= 0; --s) {
+    const Particle& p = bin[s];
+    const Vec3 x(p.position[0], p.position[1], p.position[2]);
+    if ((x.array() >= min.array()).all() && (x.array() <= max.array()).all()) continue;
+    const double mass = density * p.volume;
+    left += Passage{1, mass, mass * Vec3(p.velocity[0], p.velocity[1], p.velocity[2])};
+    grid.remove(index, s);
+  }
+  return left;
+}
+
+/// Velocities before forces, which FLIP needs beside the new ones.
+void store_old_velocities(State& state, const Scene& scene, TransferOptions options) {
+  options.dt = 0.0;
+  particle_to_grid(state.grid, options);
+  fold_mirror_planes(state.grid, scene.mirror_x, scene.mirror_y);
+  for (const auto b : state.grid.all_blocks()) {
+    for (int n = 0; n < block_nodes; ++n) {
+      const Node node = state.grid.nodes(b).node[n];
+      state.grid.old_nodes(b).node[n] = node[3] > 0.0 ? node * (1.0 / node[3]) : Node{};
+    }
+  }
+}
+
+/// Velocity, position and stress of all particles; those that left their block are in its outbox, those that left the domain are gone.
+Passage move_particles(State& state, const Scene& scene, const TransferOptions& options) {
+  Grid& grid = state.grid;
+  const auto blocks = grid.occupied_blocks();
+  std::vector<BlockMotion> motion(blocks.size());
+  std::vector<Passage> left(blocks.size());
+#pragma omp parallel for schedule(dynamic, 2)
+  for (std::size_t i = 0; i < blocks.size(); ++i) {
+    motion[i] = grid_to_particle(grid, blocks[i], options);
+    motion[i].finite = update_stress(grid, blocks[i], scene.material, options.dt) && motion[i].finite;
+    if (!motion[i].finite || !motion[i].within_reach) continue;
+    left[i] = remove_outside(grid, blocks[i], scene.domain_min, scene.domain_max, options.density);
+    collect_migrants(grid, blocks[i], motion[i]);
+  }
+  Passage sum;
+  double max_speed_squared = 0.0;
+  for (std::size_t i = 0; i < blocks.size(); ++i) {
+    if (!motion[i].finite || !motion[i].within_reach) throw_unstable(state, options.dt, blocks[i], motion[i]);
+    max_speed_squared = std::max(max_speed_squared, motion[i].max_speed_squared);
+    sum += left[i];
+  }
+  state.max_speed = std::sqrt(max_speed_squared);
+  return sum;
+}
+
+}  // namespace
+
+double stable_time_step(const State& state, const Scene& scene) {
+  const double wave_speed = law_wave_speed(scene.material);
+  const double dt = scene.cfl * state.grid.cell_size() / (wave_speed + state.max_speed);
+  const double at_rest = scene.cfl * state.grid.cell_size() / wave_speed;
+  if (!(dt >= collapse_ratio * at_rest)) {
+    throw UnstableError(fmt::format("the time step collapsed at t = {:.6g} s, step {}: {:.3g} s, at rest it is {:.3g} s, because the fastest particle moves at {:.4g} m/s. "
+                                    "Try a smaller [numerics] cfl or a finer cell_size_m",
+                                    state.time, state.step, dt, at_rest, state.max_speed));
+  }
+  return dt;
+}
+
+StepReport step(State& state, const Scene& scene, double dt) {
+  StepReport report{.dt = dt};
+  TransferOptions options{dt, law_density(scene.material), scene.transfer == Transfer::apic, scene.flip_ratio};
+  Grid& grid = state.grid;
+
+  if (scene.feed) report.entered = scene.feed->release(state);
+  if (!options.apic) store_old_velocities(state, scene, options);
+  particle_to_grid(grid, options);                                 // m_i, p_i + dt f_i
+  fold_mirror_planes(grid, scene.mirror_x, scene.mirror_y);
+  const double mass = update_grid(grid, scene.boundaries, scene.gravity, dt, state.time, scene.mirror_x, scene.mirror_y, report.impulses);
+  report.gravity_impulse = dt * mass * scene.gravity;
+  report.left = move_particles(state, scene, options);             // v_p, C_p, x_p, then the law: tau_p
+  grid.migrate();                                                  // blocks and cells again in order
+
+  state.time += dt;
+  ++state.step;
+  state.entered += report.entered;
+  state.left += report.left;
+  return report;
+}
+
+void advance(State& state, const Scene& scene, double time, const std::function<void(const StepReport&)>& after) {
+  while (state.time < time) {
+    const double dt = stable_time_step(state, scene);
+    const double rest = time - state.time;
+    const bool last = rest <= dt;
+    const StepReport report = step(state, scene, last ? rest : rest < 2.0 * dt ? 0.5 * rest : dt);
+    if (last) state.time = time;
+    if (after) after(report);
+  }
+}
+
+}  // namespace mpm

@@ -1,0 +1,321 @@
+#include "mpm/transfer.hpp"
+
+#include <bit>
+
+#include "mpm/bspline.hpp"
+#include "mpm/lanes.hpp"
+
+namespace mpm {
+
+namespace {
+
+// --- pairs: {a_0 .. a_3 | b_0 .. b_3} -----------------------------------------------------------------------------------
+
+using UnalignedNode = double __attribute__((vector_size(32), aligned(8), may_alias));
+inline Node load_half(const double* p) { return *reinterpret_cast<const UnalignedNode*>(p); }
+inline void store_half(double* p, Node v) { *reinterpret_cast<UnalignedNode*>(p) = v; }
+
+inline Lanes join(Node a, Node b) { return __builtin_shufflevector(a, b, 0, 1, 2, 3, 4, 5, 6, 7); }
+inline Lanes load_pair(const double* a, const double* b) { return join(load_half(a), load_half(b)); }
+inline Lanes twice(Node n) { return __builtin_shufflevector(n, n, 0, 1, 2, 3, 0, 1, 2, 3); }
+inline Node first(Lanes v) { return __builtin_shufflevector(v, v, 0, 1, 2, 3); }
+inline Node second(Lanes v) { return __builtin_shufflevector(v, v, 4, 5, 6, 7); }
+
+/// Component c of each particle in all four of its lanes.
+template <int c>
+inline Lanes spread(Lanes v) {
+  return __builtin_shufflevector(v, v, c, c, c, c, 4 + c, 4 + c, 4 + c, 4 + c);
+}
+
+constexpr Lanes lanes_xyz = {1, 1, 1, 0, 1, 1, 1, 0};
+constexpr LaneMask mask_w = {0, 0, 0, -1, 0, 0, 0, -1};
+
+/// 0, 1, 2 along an axis: the weight of each node, for both particles, in all components.
+struct AxisWeights {
+  Lanes w[3];
+};
+template <int axis>
+inline AxisWeights along(const BsplineWeights<Lanes>& w) {
+  return {{spread<axis>(w.n0), spread<axis>(w.n1), spread<axis>(w.n2)}};
+}
+
+/// Asks for a particle's three cache lines ahead of its turn: slots are visited by cell, an order the hardware cannot guess.
+inline void prefetch(const ParticleBin& bin, int n, int end) {
+  constexpr int ahead = 8;
+  if (n + ahead >= end) return;
+  const auto* p = reinterpret_cast<const char*>(&bin[bin.order[static_cast<std::size_t>(n + ahead)]]);
+  __builtin_prefetch(p);
+  __builtin_prefetch(p + 64);
+  __builtin_prefetch(p + 128);
+}
+
+/// A particle without mass: fills the second half of a pair when a cell holds an odd number.
+const Particle nobody{};
+
+constexpr int halo_index(int x, int y, int z) { return x + halo_edge * (y + halo_edge * z); }
+
+/// Corner of a cell in grid coordinates, for both particles of a pair; lane 3 is zero.
+inline Lanes cell_corner(const Index3& block, int cell) {
+  const Lanes c = {4.0 * block[0] + (cell & 3), 4.0 * block[1] + (cell >> 2 & 3), 4.0 * block[2] + (cell >> 4), 0, 0, 0, 0, 0};
+  return __builtin_shufflevector(c, c, 0, 1, 2, 3, 0, 1, 2, 3);
+}
+
+inline int first_halo_node(int cell) { return halo_index(cell & 3, cell >> 2 & 3, cell >> 4); }
+
+/// Calls f(grid row, halo row, count) for every run of nodes that the halo shares with one block's storage.
+template <class NodesOf, class F>
+inline void for_each_halo_row(const Block& self, NodesOf&& nodes_of, Halo& halo, F&& f) {
+  for (int bz = 0; bz < 2; ++bz) {
+    for (int by = 0; by < 2; ++by) {
+      auto* near = nodes_of(self.neighbour[static_cast<std::size_t>(neighbour_slot(0, by, bz))]).node;
+      auto* far = nodes_of(self.neighbour[static_cast<std::size_t>(neighbour_slot(1, by, bz))]).node;
+      for (int z = 0; z < (bz == 0 ? 4 : 2); ++z) {
+        for (int y = 0; y < (by == 0 ? 4 : 2); ++y) {
+          Node* row = halo.node + halo_index(0, 4 * by + y, 4 * bz + z);
+          f(near + 4 * y + 16 * z, row, std::integral_constant<int, 4>{});
+          f(far + 4 * y + 16 * z, row + 4, std::integral_constant<int, 2>{});
+        }
+      }
+    }
+  }
+}
+
+// --- particle to grid ---------------------------------------------------------------------------------------------------
+
+/// Adds particles a and b of one cell to the 27 sums of that cell.
+inline __attribute__((always_inline)) void scatter_pair(const Particle& a, const Particle& b, Lanes corner, double inverse_dx, Lanes mass_scale,
+                                                        Lanes affine_scale, Lanes stress_scale, Lanes (&sum)[27]) {
+  const Lanes xv = load_pair(a.position, b.position);  // x y z V
+  const Lanes f = xv * inverse_dx - corner;
+  const Lanes volume = spread<3>(xv);
+  const Lanes velocity = mask_w ? Lanes{} + 1.0 : load_pair(a.velocity, b.velocity);
+  const Lanes ma = affine_scale * volume, ms = stress_scale * volume;
+  const Lanes sa = *reinterpret_cast<const Lanes*>(a.affine + 8), sb = *reinterpret_cast<const Lanes*>(b.affine + 8);  // c8 xx yy zz xy xz yz h
+  const Lanes ax = ma * load_pair(a.affine, b.affine) + ms * __builtin_shufflevector(sa, sb, 1, 4, 5, 0, 9, 12, 13, 8);
+  const Lanes ay = ma * load_pair(a.affine + 3, b.affine + 3) + ms * __builtin_shufflevector(sa, sb, 4, 2, 6, 0, 12, 10, 14, 8);
+  const Lanes az = ma * load_pair(a.affine + 6, b.affine + 6) + ms * __builtin_shufflevector(sa, sb, 5, 6, 3, 0, 13, 14, 11, 8);
+  const Lanes base = mass_scale * volume * velocity - spread<0>(f) * ax - spread<1>(f) * ay - spread<2>(f) * az;
+
+  // node (i, j, k) += wx_i wy_j wz_k (base + i ax + j ay + k az)
+  const BsplineWeights<Lanes> w = bspline_weights(f);
+  const AxisWeights wx = along<0>(w), wy = along<1>(w), wz = along<2>(w);
+  Lanes value_k = base;
+#pragma GCC unroll 3
+  for (int k = 0; k < 3; ++k) {
+    const Lanes u = wz.w[k] * value_k, uy = wz.w[k] * ay, ux = wz.w[k] * ax;
+    Lanes value_j = u;
+#pragma GCC unroll 3
+    for (int j = 0; j < 3; ++j) {
+      const Lanes t = wy.w[j] * value_j, tx = wy.w[j] * ux;
+      Lanes* row = sum + 3 * (j + 3 * k);
+      const Lanes t1 = t + tx, t2 = t1 + tx;
+      row[0] += wx.w[0] * t;
+      row[1] += wx.w[1] * t1;
+      row[2] += wx.w[2] * t2;
+      value_j += uy;
+    }
+    value_k += az;
+  }
+}
+
+void scatter_block(const Grid& grid, const Block& block, const TransferOptions& options, Halo& halo) {
+  const double dx = grid.cell_size(), inverse_dx = grid.inverse_cell_size();
+  const Lanes mass_scale = Lanes{} + options.density;
+  const Lanes affine_scale = lanes_xyz * (options.apic ? options.density * dx : 0.0);
+  const Lanes stress_scale = lanes_xyz * (-options.dt * 4.0 * inverse_dx);
+  const ParticleBin& bin = block.particles;
+  halo = Halo{};
+  for (int cell = 0; cell < block_nodes; ++cell) {
+    const int begin = bin.cell_start[cell], end = bin.cell_start[cell + 1];
+    if (begin == end) continue;
+    const Lanes corner = cell_corner(block.coordinate, cell);
+    Lanes sum[27] = {};
+    for (int n = begin; n < end; n += 2) {
+      prefetch(bin, n, bin.count());
+      prefetch(bin, n + 1, bin.count());
+      const Particle& a = bin[bin.order[static_cast<std::size_t>(n)]];
+      const Particle& b = n + 1 < end ? bin[bin.order[static_cast<std::size_t>(n) + 1]] : nobody;
+      scatter_pair(a, b, corner, inverse_dx, mass_scale, affine_scale, stress_scale, sum);
+    }
+    Node* node = halo.node + first_halo_node(cell);
+#pragma GCC unroll 27
+    for (int n = 0; n < 27; ++n) node[halo_index(n % 3, n / 3 % 3, n / 9)] += first(sum[n]) + second(sum[n]);
+  }
+}
+
+// --- grid to particle ---------------------------------------------------------------------------------------------------
+
+/// Sum w v and its first moments sum w v (i, j, k), for both particles of a pair.
+struct Gathered {
+  Lanes v, x, y, z;
+};
+
+inline __attribute__((always_inline)) Gathered gather_pair(const Node* node, const AxisWeights& wx, const AxisWeights& wy, const AxisWeights& wz) {
+  const Lanes wx2 = wx.w[2] + wx.w[2], wy2 = wy.w[2] + wy.w[2], wz2 = wz.w[2] + wz.w[2];
+  Lanes v[3], x[3], y[3];
+#pragma GCC unroll 3
+  for (int k = 0; k < 3; ++k) {
+    Lanes s[3], sx[3];
+#pragma GCC unroll 3
+    for (int j = 0; j < 3; ++j) {
+      const Node* row = node + halo_index(0, j, k);
+      const Lanes n0 = twice(row[0]), n1 = twice(row[1]), n2 = twice(row[2]);
+      const Lanes m = wx.w[1] * n1;
+      s[j] = wx.w[0] * n0 + m + wx.w[2] * n2;
+      sx[j] = m + wx2 * n2;
+    }
+    const Lanes m = wy.w[1] * s[1];
+    v[k] = wy.w[0] * s[0] + m + wy.w[2] * s[2];
+    y[k] = m + wy2 * s[2];
+    x[k] = wy.w[0] * sx[0] + wy.w[1] * sx[1] + wy.w[2] * sx[2];
+  }
+  const Lanes m = wz.w[1] * v[1];
+  return {wz.w[0] * v[0] + m + wz.w[2] * v[2], wz.w[0] * x[0] + wz.w[1] * x[1] + wz.w[2] * x[2],
+          wz.w[0] * y[0] + wz.w[1] * y[1] + wz.w[2] * y[2], m + wz2 * v[2]};
+}
+
+/// Nearest integer plus this constant puts the integer into the low bits of the sum (for |value| < 2^51).
+constexpr double to_integer_bits = 6755399441055744.0;  // 1.5 * 2^52
+
+}  // namespace
+
+void load_halo(const Grid& grid, std::int32_t index, Halo& halo, bool old) {
+  const auto nodes_of = [&](std::int32_t b) -> const NodeBlock& { return old ? const_cast<Grid&>(grid).old_nodes(b) : grid.nodes(b); };
+  for_each_halo_row(grid.block(index), nodes_of, halo, [](const Node* node, Node* row, auto count) {
+    for (int i = 0; i < count; ++i) row[i] = node[i];
+  });
+}
+
+void particle_to_grid(Grid& grid, const TransferOptions& options) {
+  const auto all = grid.all_blocks();
+#pragma omp parallel
+  {
+#pragma omp for schedule(static)
+    for (std::size_t i = 0; i < all.size(); ++i) grid.nodes(all[i]) = NodeBlock{};
+    Halo halo;
+    for (int colour = 0; colour < 8; ++colour) {
+      const auto blocks = grid.coloured_blocks(colour);
+#pragma omp for schedule(dynamic, 1)
+      for (std::size_t i = 0; i < blocks.size(); ++i) {
+        const Block& block = grid.block(blocks[i]);
+        scatter_block(grid, block, options, halo);
+        for_each_halo_row(block, [&](std::int32_t b) -> NodeBlock& { return grid.nodes(b); }, halo, [](Node* node, const Node* row, auto count) {
+          for (int n = 0; n < count; ++n) node[n] += row[n];
+        });
+      }
+    }
+  }
+}
+
+BlockMotion grid_to_particle(Grid& grid, std::int32_t index, const TransferOptions& options) {
+  Block& block = grid.block(index);
+  ParticleBin& bin = block.particles;
+  const double inverse_dx = grid.inverse_cell_size();
+  const bool flip = !options.apic;
+  Halo halo, old_halo;
+  load_halo(grid, index, halo);
+  if (flip) load_halo(grid, index, old_halo, true);
+
+  const Lanes dt = lanes_xyz * options.dt;
+  const Lanes affine_scale = Lanes{} + 4.0 * inverse_dx;
+  const Lanes block_corner = {4.0 * block.coordinate[0], 4.0 * block.coordinate[1], 4.0 * block.coordinate[2], 0, 0, 0, 0, 0};
+  const Lanes to_cell = (Lanes{} + (to_integer_bits - 1.0)) - __builtin_shufflevector(block_corner, block_corner, 0, 1, 2, 3, 0, 1, 2, 3);
+  const LaneMask integer_zero = std::bit_cast<LaneMask>(Lanes{} + to_integer_bits);
+  Lanes max_speed_squared = {}, sticky = {};
+  Particle dummy{};
+  std::int64_t reach = 0;
+
+  for (int cell = 0; cell < block_nodes; ++cell) {
+    const int begin = bin.cell_start[cell], end = bin.cell_start[cell + 1];
+    if (begin == end) continue;
+    const Lanes corner = cell_corner(block.coordinate, cell);
+    const Node* node = halo.node + first_halo_node(cell);
+    for (int n = begin; n < end; n += 2) {
+      prefetch(bin, n, bin.count());
+      prefetch(bin, n + 1, bin.count());
+      const bool pair = n + 1 < end;
+      const int slot_a = bin.order[static_cast<std::size_t>(n)], slot_b = pair ? bin.order[static_cast<std::size_t>(n) + 1] : slot_a;
+      Particle& a = bin[slot_a];
+      if (!pair) dummy = a;
+      Particle& b = pair ? bin[slot_b] : dummy;
+      const Lanes xv = load_pair(a.position, b.position);
+      const Lanes f = xv * inverse_dx - corner;
+      const BsplineWeights<Lanes> w = bspline_weights(f);
+      const AxisWeights wx = along<0>(w), wy = along<1>(w), wz = along<2>(w);
+      const Gathered g = gather_pair(node, wx, wy, wz);
+
+      const Lanes old_velocity = load_pair(a.velocity, b.velocity);  // lane 3: the identity number
+      Lanes v = g.v;
+      if (flip) {
+        const Gathered before = gather_pair(old_halo.node + first_halo_node(cell), wx, wy, wz);
+        v += options.flip_ratio * (old_velocity - before.v);
+      }
+      const Lanes cx = affine_scale * (g.x - spread<0>(f) * g.v);
+      const Lanes cy = affine_scale * (g.y - spread<1>(f) * g.v);
+      const Lanes cz = affine_scale * (g.z - spread<2>(f) * g.v);
+      const Lanes x = xv + dt * g.v;  // lane 3: volume + 0
+
+      const Lanes stored_v = mask_w ? old_velocity : v;
+      store_half(a.position, first(x));
+      store_half(b.position, second(x));
+      store_half(a.velocity, first(stored_v));
+      store_half(b.velocity, second(stored_v));
+      const double keep_a = a.stress[0], keep_b = b.stress[0];  // the store of column z reaches one double too far
+      store_half(a.affine, first(cx));
+      store_half(b.affine, second(cx));
+      store_half(a.affine + 3, first(cy));
+      store_half(b.affine + 3, second(cy));
+      store_half(a.affine + 6, first(cz));
+      store_half(b.affine + 6, second(cz));
+      a.stress[0] = keep_a;
+      b.stress[0] = keep_b;
+
+      const Lanes v2 = v * v;
+      const Lanes speed_squared = spread<0>(v2) + spread<1>(v2) + spread<2>(v2);
+      max_speed_squared = speed_squared > max_speed_squared ? speed_squared : max_speed_squared;
+      sticky += 0.0 * speed_squared;
+
+      // base = floor(x/dx - 1/2) = nearest(x/dx - 1); relative to the block: 0..3 if the particle stays
+      const LaneMask local = std::bit_cast<LaneMask>(x * inverse_dx + to_cell) - integer_zero;
+      const auto mark = [&](int slot, std::int64_t lx, std::int64_t ly, std::int64_t lz) {
+        const bool stays = ((lx | ly | lz) & ~std::int64_t{3}) == 0;
+        bin.cell[static_cast<std::size_t>(slot)] = stays ? static_cast<std::uint8_t>(lx | ly << 2 | lz << 4) : ParticleBin::left_block;
+        reach |= ((lx + 4) | (ly + 4) | (lz + 4)) & ~std::int64_t{15};
+      };
+      mark(slot_a, local[0], local[1], local[2]);
+      if (pair) mark(slot_b, local[4], local[5], local[6]);
+    }
+  }
+  BlockMotion motion;
+  for (int i = 0; i < lane_count; ++i) {
+    motion.max_speed_squared = max(motion.max_speed_squared, max_speed_squared[i]);
+    motion.finite = motion.finite && sticky[i] == 0.0;
+  }
+  motion.within_reach = reach == 0;
+  return motion;
+}
+
+void collect_migrants(Grid& grid, std::int32_t index, BlockMotion& motion) {
+  Block& block = grid.block(index);
+  ParticleBin& bin = block.particles;
+  const double inverse_dx = grid.inverse_cell_size();
+  for (int s = bin.count() - 1; s >= 0; --s) {
+    if (bin.cell[static_cast<std::size_t>(s)] != ParticleBin::left_block) continue;
+    Migrant m{bin[s], 0, 0};
+    int offset[3];
+    for (int axis = 0; axis < 3; ++axis) {
+      // the same rounding as in grid_to_particle, so that both agree on ties
+      const double rounded = m.particle.position[axis] * inverse_dx + ((to_integer_bits - 1.0) - 4.0 * block.coordinate[static_cast<std::size_t>(axis)]);
+      const auto local = static_cast<int>(std::bit_cast<std::int64_t>(rounded) - std::bit_cast<std::int64_t>(to_integer_bits));
+      offset[axis] = local >> 2;
+      m.cell |= (local & 3) << (2 * axis);
+      if (offset[axis] < -1 || offset[axis] > 1) motion.within_reach = false;
+    }
+    if (!motion.within_reach) return;
+    m.neighbour = neighbour_slot(offset[0], offset[1], offset[2]);
+    block.outbox.push_back(m);
+    grid.remove(index, s);
+  }
+}
+
+}  // namespace mpm
