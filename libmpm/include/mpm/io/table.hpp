@@ -1,0 +1,82 @@
+#pragma once
+/// Tables as CSV: a header line of column names that end in their unit (`runup_m`), then one line a row. Numbers are written
+/// with the fewest digits that read back to the same double; what is unknown is written `nan`. Lines that begin with `#`
+/// are comments, text that holds a comma stands in double quotes.
+
+#include <filesystem>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "mpm/error.hpp"
+
+namespace mpm {
+
+/// A table read from a file. Faults are IoErrors of the form `file:line: what, the value; the remedy`.
+class Table {
+ public:
+  /// Last line of a file without a newline at its end.
+  enum class LastLine {
+    whole,        ///< a line like any other
+    may_be_torn,  ///< dropped: the writer may have been killed inside it (series.csv)
+  };
+
+  static Table read(const std::filesystem::path& path, LastLine last_line = LastLine::whole);
+
+  [[nodiscard]] const std::vector<std::string>& columns() const { return columns_; }
+  [[nodiscard]] std::size_t rows() const { return cells_.size(); }
+  [[nodiscard]] bool has(std::string_view column) const;
+
+  /// Numbers of a column; an empty cell is NaN. @throws IoError for an unknown column or a cell that is no number
+  [[nodiscard]] std::vector<double> numbers(std::string_view column) const;
+  /// The cells of a column as they stand. @throws IoError for an unknown column
+  [[nodiscard]] std::vector<std::string> text(std::string_view column) const;
+
+ private:
+  [[nodiscard]] std::size_t index(std::string_view column) const;
+
+  std::filesystem::path path_;
+  std::vector<std::string> columns_;
+  std::vector<std::vector<std::string>> cells_;  ///< row by row
+  std::vector<std::size_t> lines_;               ///< line number of each row
+};
+
+/// Shortest decimal text that reads back to the same double.
+std::string format_number(double value);
+
+/// Writes a table of numbers whole (atomic_file.hpp). @param values column by column, all of one length
+void write_table(const std::filesystem::path& path, std::span<const std::string> columns,
+                 std::span<const std::vector<double>> values);
+
+/// A table that grows while the run goes on. Each row is handed to the system in one write before append() returns: a kill loses at most
+/// the row under way, a power cut at most the rows of the last seconds.
+class SeriesWriter {
+ public:
+  /// Starts a new file that holds the header.
+  SeriesWriter(std::filesystem::path path, std::vector<std::string> columns);
+
+  /// Continues a file: rows whose first column (time, s) is greater than `time` and a torn last row are removed. A file that is missing
+  /// starts anew. @throws IoError if the file's columns are others
+  static SeriesWriter resume(std::filesystem::path path, std::vector<std::string> columns, double time);
+
+  ~SeriesWriter();
+  SeriesWriter(SeriesWriter&& other) noexcept;
+  SeriesWriter(const SeriesWriter&) = delete;
+  SeriesWriter& operator=(const SeriesWriter&) = delete;
+  SeriesWriter& operator=(SeriesWriter&&) = delete;
+
+  /// @param values one number a column
+  void append(std::span<const double> values);
+
+ private:
+  struct Continue {};
+  SeriesWriter(Continue, std::filesystem::path path, std::vector<std::string> columns);
+  void open();
+
+  std::filesystem::path path_;
+  std::vector<std::string> columns_;
+  int descriptor_ = -1;
+};
+
+}  // namespace mpm

@@ -1,0 +1,224 @@
+#include "mpm/io/table.hpp"
+
+#include <fcntl.h>
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <charconv>
+#include <cmath>
+#include <limits>
+#include <utility>
+
+#include "mpm/io/atomic_file.hpp"
+
+namespace mpm {
+namespace {
+
+std::string_view trim(std::string_view text) {
+  const auto first = text.find_first_not_of(" \t\r");
+  if (first == std::string_view::npos) return {};
+  return text.substr(first, text.find_last_not_of(" \t\r") - first + 1);
+}
+
+/// Cells of one line; a cell in double quotes may hold commas, and "" for a quote. False if a quote stays open.
+bool split_line(std::string_view line, std::vector<std::string>& cells) {
+  cells.clear();
+  std::size_t at = 0;
+  for (;;) {
+    while (at < line.size() && (line[at] == ' ' || line[at] == '\t')) ++at;
+    std::string cell;
+    if (at < line.size() && line[at] == '"') {
+      for (++at;; ++at) {
+        if (at >= line.size()) return false;
+        if (line[at] != '"') {
+          cell += line[at];
+        } else if (at + 1 < line.size() && line[at + 1] == '"') {
+          cell += '"';
+          ++at;
+        } else {
+          break;
+        }
+      }
+      at = line.find(',', at);
+    } else {
+      const std::size_t comma = line.find(',', at);
+      cell = trim(line.substr(at, comma == std::string_view::npos ? comma : comma - at));
+      at = comma;
+    }
+    cells.push_back(std::move(cell));
+    if (at == std::string_view::npos) return true;
+    ++at;
+  }
+}
+
+std::string header_line(std::span<const std::string> columns) { return fmt::format("{}\n", fmt::join(columns, ",")); }
+
+/// False if the text is not one number. Empty cells are NaN, a leading '+' is allowed.
+bool parse_number(std::string_view text, double& value) {
+  if (text.empty()) {
+    value = std::numeric_limits<double>::quiet_NaN();
+    return true;
+  }
+  if (text.front() == '+') text.remove_prefix(1);
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+  return error == std::errc() && end == text.data() + text.size();
+}
+
+}  // namespace
+
+Table Table::read(const std::filesystem::path& path, LastLine last_line) {
+  const std::string content = read_file(path);
+  std::string_view rest = content;
+  if (last_line == LastLine::may_be_torn) rest = rest.substr(0, rest.rfind('\n') + 1);  // npos + 1 = 0: nothing whole
+
+  Table table;
+  table.path_ = path;
+  std::vector<std::string> cells;
+  for (std::size_t number = 1; !rest.empty(); ++number) {
+    const std::size_t newline = rest.find('\n');
+    const std::string_view line = trim(rest.substr(0, newline));
+    rest = newline == std::string_view::npos ? std::string_view() : rest.substr(newline + 1);
+    if (line.empty() || line.front() == '#') continue;
+    if (!split_line(line, cells)) throw IoError(fmt::format("{}:{}: a double quote is not closed; add the closing quote", path.string(), number));
+    if (table.columns_.empty()) {
+      for (std::size_t i = 0; i < cells.size(); ++i) {
+        if (cells[i].empty()) {
+          throw IoError(fmt::format("{}:{}: column {} has no name; the first line must name every column", path.string(), number, i + 1));
+        }
+        if (std::find(cells.begin(), cells.begin() + static_cast<std::ptrdiff_t>(i), cells[i]) != cells.begin() + static_cast<std::ptrdiff_t>(i)) {
+          throw IoError(fmt::format("{}:{}: column '{}' is named twice; names must differ", path.string(), number, cells[i]));
+        }
+      }
+      table.columns_ = cells;
+      continue;
+    }
+    if (cells.size() != table.columns_.size()) {
+      throw IoError(fmt::format("{}:{}: {} cells where the header names {} columns; the line is damaged or the header is not its own",
+                                path.string(), number, cells.size(), table.columns_.size()));
+    }
+    table.cells_.push_back(cells);
+    table.lines_.push_back(number);
+  }
+  if (table.columns_.empty()) throw IoError(fmt::format("{}: no header line; the file is empty or was cut off", path.string()));
+  return table;
+}
+
+bool Table::has(std::string_view column) const { return std::find(columns_.begin(), columns_.end(), column) != columns_.end(); }
+
+std::size_t Table::index(std::string_view column) const {
+  const auto found = std::find(columns_.begin(), columns_.end(), column);
+  if (found == columns_.end()) throw IoError(fmt::format("{}: no column '{}'; there are: {}", path_.string(), column, fmt::join(columns_, ", ")));
+  return static_cast<std::size_t>(found - columns_.begin());
+}
+
+std::vector<double> Table::numbers(std::string_view column) const {
+  const std::size_t c = index(column);
+  std::vector<double> result(rows());
+  for (std::size_t r = 0; r < rows(); ++r) {
+    if (!parse_number(cells_[r][c], result[r])) {
+      throw IoError(fmt::format("{}:{}: column '{}' holds '{}'; a number is needed", path_.string(), lines_[r], column, cells_[r][c]));
+    }
+  }
+  return result;
+}
+
+std::vector<std::string> Table::text(std::string_view column) const {
+  const std::size_t c = index(column);
+  std::vector<std::string> result;
+  result.reserve(rows());
+  for (const auto& row : cells_) result.push_back(row[c]);
+  return result;
+}
+
+std::string format_number(double value) {
+  if (std::isnan(value)) return "nan";  // never "-nan", which some readers refuse
+  return fmt::format("{}", value);
+}
+
+void write_table(const std::filesystem::path& path, std::span<const std::string> columns, std::span<const std::vector<double>> values) {
+  if (columns.size() != values.size()) throw IoError(fmt::format("{}: {} columns are named but {} given", path.string(), columns.size(), values.size()));
+  const std::size_t rows = values.empty() ? 0 : values.front().size();
+  std::string content = header_line(columns);
+  for (std::size_t c = 0; c < values.size(); ++c) {
+    if (values[c].size() != rows) {
+      throw IoError(fmt::format("{}: column '{}' has {} rows, '{}' has {}", path.string(), columns[c], values[c].size(), columns[0], rows));
+    }
+  }
+  for (std::size_t r = 0; r < rows; ++r) {
+    for (std::size_t c = 0; c < values.size(); ++c) {
+      if (c > 0) content += ',';
+      content += format_number(values[c][r]);
+    }
+    content += '\n';
+  }
+  write_file(path, content);
+}
+
+SeriesWriter::SeriesWriter(std::filesystem::path path, std::vector<std::string> columns)
+    : path_(std::move(path)), columns_(std::move(columns)) {
+  write_file(path_, header_line(columns_));
+  open();
+}
+
+SeriesWriter::SeriesWriter(Continue, std::filesystem::path path, std::vector<std::string> columns)
+    : path_(std::move(path)), columns_(std::move(columns)) {
+  open();
+}
+
+SeriesWriter SeriesWriter::resume(std::filesystem::path path, std::vector<std::string> columns, double time) {
+  if (!std::filesystem::exists(path)) return SeriesWriter(std::move(path), std::move(columns));
+  const Table old = Table::read(path, Table::LastLine::may_be_torn);
+  if (old.columns() != columns) {
+    throw IoError(fmt::format("cannot continue '{}': its columns are {}, this run writes {}; continue with the version that began it, or start in a "
+                              "new directory", path.string(), fmt::join(old.columns(), ","), fmt::join(columns, ",")));
+  }
+  std::string content = header_line(columns);
+  const std::vector<double> times = old.numbers(columns.front());
+  std::vector<std::vector<std::string>> cells;
+  for (const auto& column : columns) cells.push_back(old.text(column));
+  for (std::size_t r = 0; r < times.size(); ++r) {
+    if (!(times[r] <= time)) continue;
+    for (std::size_t c = 0; c < columns.size(); ++c) {
+      if (c > 0) content += ',';
+      content += cells[c][r];
+    }
+    content += '\n';
+  }
+  write_file(path, content);
+  return SeriesWriter(Continue{}, std::move(path), std::move(columns));
+}
+
+SeriesWriter::SeriesWriter(SeriesWriter&& other) noexcept
+    : path_(std::move(other.path_)), columns_(std::move(other.columns_)), descriptor_(std::exchange(other.descriptor_, -1)) {}
+
+SeriesWriter::~SeriesWriter() {
+  if (descriptor_ >= 0) ::close(descriptor_);
+}
+
+void SeriesWriter::open() {
+  descriptor_ = ::open(path_.c_str(), O_WRONLY | O_APPEND | O_CLOEXEC);
+  if (descriptor_ < 0) throw file_error("append to", path_, errno);
+}
+
+void SeriesWriter::append(std::span<const double> values) {
+  if (values.size() != columns_.size()) {
+    throw IoError(fmt::format("{}: a row of {} numbers for {} columns", path_.string(), values.size(), columns_.size()));
+  }
+  std::string line;
+  for (std::size_t c = 0; c < values.size(); ++c) {
+    if (c > 0) line += ',';
+    line += format_number(values[c]);
+  }
+  line += '\n';
+  for (std::string_view rest = line; !rest.empty();) {
+    const ssize_t n = ::write(descriptor_, rest.data(), rest.size());
+    if (n < 0 && errno == EINTR) continue;
+    if (n < 0) throw file_error("append to", path_, errno);
+    rest.remove_prefix(static_cast<std::size_t>(n));
+  }
+}
+
+}  // namespace mpm

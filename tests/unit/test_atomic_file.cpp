@@ -1,0 +1,125 @@
+#include "mpm/io/atomic_file.hpp"
+
+#include <gtest/gtest.h>
+#include <sys/resource.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <csignal>
+#include <string>
+
+#include "support/temporary_directory.hpp"
+
+namespace mpm {
+namespace {
+
+using testing::TemporaryDirectory;
+
+std::ptrdiff_t files_in(const std::filesystem::path& directory) {
+  return std::distance(std::filesystem::directory_iterator(directory), std::filesystem::directory_iterator());
+}
+
+/// Message of the IoError that a call throws, empty if it throws none.
+template <class Call>
+std::string io_error_of(Call call) {
+  try {
+    call();
+  } catch (const IoError& e) {
+    return e.what();
+  }
+  return {};
+}
+
+TEST(AtomicFile, HoldsWhatWasWrittenAndNothingElseIsLeft) {
+  const TemporaryDirectory dir;
+  const std::string content("a\0b\n", 4);
+  write_file(dir / "f", content);
+  EXPECT_EQ(read_file(dir / "f"), content);
+  write_file(dir / "f", "");
+  EXPECT_EQ(read_file(dir / "f"), "");
+  EXPECT_EQ(files_in(dir.path()), 1);
+}
+
+TEST(AtomicFile, KeepsTheOldContentUntilCommitAndWithoutIt) {
+  const TemporaryDirectory dir;
+  write_file(dir / "f", "old");
+  {
+    AtomicFile file(dir / "f");
+    file.write("new");
+    EXPECT_EQ(read_file(dir / "f"), "old");
+  }
+  EXPECT_EQ(read_file(dir / "f"), "old");
+  EXPECT_EQ(files_in(dir.path()), 1);
+}
+
+TEST(AtomicFile, TwoWritersOfOneFileDoNotMix) {
+  const TemporaryDirectory dir;
+  AtomicFile a(dir / "f"), b(dir / "f");
+  a.write("aaaa");
+  b.write("bb");
+  a.commit();
+  EXPECT_EQ(read_file(dir / "f"), "aaaa");
+  b.commit();
+  EXPECT_EQ(read_file(dir / "f"), "bb");
+}
+
+TEST(AtomicFile, MissingDirectoryIsNamedWithReasonAndRemedy) {
+  const TemporaryDirectory dir;
+  const std::string message = io_error_of([&] { write_file(dir / "none/f", "x"); });
+  EXPECT_NE(message.find((dir / "none/f").string()), std::string::npos) << message;
+  EXPECT_NE(message.find("No such file or directory"), std::string::npos) << message;
+  EXPECT_NE(message.find("check the path"), std::string::npos) << message;
+}
+
+TEST(AtomicFile, TargetThatIsADirectoryFailsAndLeavesNoTemporary) {
+  const TemporaryDirectory dir;
+  make_directory(dir / "f");
+  EXPECT_THROW(write_file(dir / "f", "x"), IoError);
+  EXPECT_EQ(files_in(dir.path()), 1);
+}
+
+TEST(AtomicFile, ReadOnlyDirectoryFails) {
+  if (::geteuid() == 0) GTEST_SKIP() << "root may write everywhere";
+  const TemporaryDirectory dir;
+  std::filesystem::permissions(dir.path(), std::filesystem::perms::owner_read | std::filesystem::perms::owner_exec);
+  const std::string message = io_error_of([&] { write_file(dir / "f", "x"); });
+  EXPECT_NE(message.find("permissions"), std::string::npos) << message;
+}
+
+TEST(AtomicFile, FullDiskLeavesTheOldFileAndNoTemporary) {
+  // A limit on the size of files stands for the full disk: write() fails in the same way, part of the content is out already.
+  const TemporaryDirectory dir;
+  write_file(dir / "f", "old");
+  rlimit before{};
+  ASSERT_EQ(::getrlimit(RLIMIT_FSIZE, &before), 0);
+  const auto handler = std::signal(SIGXFSZ, SIG_IGN);
+  rlimit low = before;
+  low.rlim_cur = 1 << 16;
+  ASSERT_EQ(::setrlimit(RLIMIT_FSIZE, &low), 0);
+  const std::string message = io_error_of([&] { write_file(dir / "f", std::string(1 << 20, 'x')); });
+  ::setrlimit(RLIMIT_FSIZE, &before);
+  std::signal(SIGXFSZ, handler);
+  EXPECT_NE(message.find((dir / "f").string()), std::string::npos) << message;
+  EXPECT_NE(message.find("File too large"), std::string::npos) << message;
+  EXPECT_EQ(read_file(dir / "f"), "old");
+  EXPECT_EQ(files_in(dir.path()), 1);
+}
+
+TEST(MakeDirectory, MakesParentsAndRefusesAFileOfThatName) {
+  const TemporaryDirectory dir;
+  make_directory(dir / "a/b/c");
+  make_directory(dir / "a/b/c");
+  EXPECT_TRUE(std::filesystem::is_directory(dir / "a/b/c"));
+  write_file(dir / "f", "x");
+  EXPECT_THROW(make_directory(dir / "f"), IoError);
+  EXPECT_THROW(make_directory(dir / "f/g"), IoError);
+}
+
+TEST(ReadFile, MissingFileAndDirectoryFail) {
+  const TemporaryDirectory dir;
+  EXPECT_THROW((void)read_file(dir / "none"), IoError);
+  EXPECT_THROW((void)read_file(dir.path()), IoError);
+}
+
+}  // namespace
+}  // namespace mpm
