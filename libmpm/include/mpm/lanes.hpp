@@ -50,14 +50,22 @@ inline Lanes select(LaneMask m, Lanes a, Lanes b) { return m ? a : b; }
 inline bool any(bool m) { return m; }
 inline bool all(bool m) { return m; }
 inline bool any(LaneMask m) {
+#if defined(__AVX512F__)
+  return _mm512_test_epi64_mask(reinterpret_cast<__m512i>(m), reinterpret_cast<__m512i>(m)) != 0;
+#else
   std::int64_t r = 0;
   for (int i = 0; i < lane_count; ++i) r |= m[i];
   return r != 0;
+#endif
 }
 inline bool all(LaneMask m) {
+#if defined(__AVX512F__)
+  return _mm512_test_epi64_mask(reinterpret_cast<__m512i>(m), reinterpret_cast<__m512i>(m)) == 0xFF;
+#else
   std::int64_t r = -1;
   for (int i = 0; i < lane_count; ++i) r &= m[i];
   return r != 0;
+#endif
 }
 inline bool mask_not(bool m) { return !m; }
 inline LaneMask mask_not(LaneMask m) { return ~m; }
@@ -78,6 +86,94 @@ inline Lanes sqrt(Lanes a) {
   for (int i = 0; i < lane_count; ++i) r[i] = std::sqrt(a[i]);
   return r;
 #endif
+}
+
+namespace detail {
+// glibc's vector mathematics (libmvec, at most 4 ulp), called by its published x86 vector-ABI names: no -ffast-math needed.
+#if defined(__AVX512F__)
+extern "C" __m512d _ZGVeN8v_exp(__m512d);
+extern "C" __m512d _ZGVeN8v_log(__m512d);
+inline Lanes mvec_exp(const Lanes& x) { return reinterpret_cast<Lanes>(_ZGVeN8v_exp(reinterpret_cast<__m512d>(x))); }
+inline Lanes mvec_log(const Lanes& x) { return reinterpret_cast<Lanes>(_ZGVeN8v_log(reinterpret_cast<__m512d>(x))); }
+#else
+#if defined(__AVX2__)
+using MvecPart = __m256d;
+extern "C" __m256d _ZGVdN4v_exp(__m256d);
+extern "C" __m256d _ZGVdN4v_log(__m256d);
+inline MvecPart mvec_exp(MvecPart x) { return _ZGVdN4v_exp(x); }
+inline MvecPart mvec_log(MvecPart x) { return _ZGVdN4v_log(x); }
+#else
+using MvecPart = __m128d;
+extern "C" __m128d _ZGVbN2v_exp(__m128d);
+extern "C" __m128d _ZGVbN2v_log(__m128d);
+inline MvecPart mvec_exp(MvecPart x) { return _ZGVbN2v_exp(x); }
+inline MvecPart mvec_log(MvecPart x) { return _ZGVbN2v_log(x); }
+#endif
+template <class F>
+inline Lanes in_parts(const Lanes& x, F f) {
+  MvecPart part[sizeof(Lanes) / sizeof(MvecPart)];
+  std::memcpy(part, &x, sizeof x);
+  for (MvecPart& p : part) p = f(p);
+  Lanes r;
+  std::memcpy(&r, part, sizeof r);
+  return r;
+}
+inline Lanes mvec_exp(const Lanes& x) {
+  return in_parts(x, [](MvecPart p) { return mvec_exp(p); });
+}
+inline Lanes mvec_log(const Lanes& x) {
+  return in_parts(x, [](MvecPart p) { return mvec_log(p); });
+}
+#endif
+}  // namespace detail
+
+namespace detail {
+constexpr double inverse_factorial(int n) { return n < 2 ? 1.0 : inverse_factorial(n - 1) / n; }
+}  // namespace detail
+
+/// exp, log, and the three that keep relative precision however small the argument: expm1(x) = e^x - 1, log1p(x) = log(1 + x), sinh(x).
+/// In lanes a truncated power series (truncation below 1e-16 of the value inside the stated radius) serves small arguments;
+/// libmvec is called only if some lane is outside the radius.
+inline double exp(double x) { return std::exp(x); }
+inline double log(double x) { return std::log(x); }
+inline double expm1(double x) { return std::expm1(x); }
+inline double log1p(double x) { return std::log1p(x); }
+inline double sinh(double x) { return std::sinh(x); }
+inline Lanes exp(const Lanes& x) { return detail::mvec_exp(x); }
+inline Lanes log(const Lanes& x) { return detail::mvec_log(x); }
+inline Lanes expm1(const Lanes& x) {
+  constexpr int order = 13;  // radius 0.35: 0.35^13 / 14! = 1.4e-17
+  Lanes series = broadcast<Lanes>(detail::inverse_factorial(order));
+#pragma GCC unroll 16
+  for (int k = order - 1; k >= 1; --k) series = detail::inverse_factorial(k) + series * x;
+  series *= x;
+  const LaneMask small = abs(x) <= 0.35;
+  if (all(small)) return series;
+  return select(small, series, detail::mvec_exp(x) - 1.0);
+}
+inline Lanes log1p(const Lanes& x) {
+  constexpr int terms = 12;  // 2 artanh(z), radius |x| <= 0.35, |z| <= 0.213: 0.213^24 / 25 = 3e-18
+  const Lanes z = x / (2.0 + x), z2 = z * z;
+  Lanes series = broadcast<Lanes>(2.0 / (2 * terms - 1));
+#pragma GCC unroll 16
+  for (int k = terms - 2; k >= 0; --k) series = 2.0 / (2 * k + 1) + series * z2;
+  series *= z;
+  const LaneMask small = abs(x) <= 0.35;
+  if (all(small)) return series;
+  return select(small, series, detail::mvec_log(1.0 + x));
+}
+inline Lanes sinh(const Lanes& x) {
+  constexpr int terms = 8;  // radius 0.5: 0.5^16 / 17! = 4e-20
+  const Lanes x2 = x * x;
+  Lanes series = broadcast<Lanes>(detail::inverse_factorial(2 * terms - 1));
+#pragma GCC unroll 16
+  for (int k = terms - 2; k >= 0; --k) series = detail::inverse_factorial(2 * k + 1) + series * x2;
+  series *= x;
+  const Lanes magnitude = abs(x);
+  const LaneMask small = magnitude <= 0.5;
+  if (all(small)) return series;
+  const Lanes e = detail::mvec_exp(magnitude), large = 0.5 * (e - 1.0 / e);
+  return select(small, series, select(x < 0.0, -large, large));
 }
 
 inline double lane(double a, int) { return a; }

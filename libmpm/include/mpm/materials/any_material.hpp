@@ -1,0 +1,22 @@
+#pragma once
+/// The list of laws. To add one: write its header against the concept `Material`, add it to this variant, add an entry to the table in
+/// tests/unit/test_materials.cpp. Nothing else names the laws.
+
+#include <string>
+#include <variant>
+#include <vector>
+
+#include "mpm/materials/cam_clay.hpp"
+#include "mpm/materials/hencky_elastic.hpp"
+
+namespace mpm {
+
+using AnyMaterial = std::variant<HenckyElastic, CamClay>;
+
+/// The law whose `name` is spec.model. ConfigError if there is none (the message lists the known ones) or if the law refuses its parameters.
+AnyMaterial make_material(const MaterialSpec& spec);
+
+/// The names of all laws, in the order of the variant.
+std::vector<std::string> material_names();
+
+}  // namespace mpm

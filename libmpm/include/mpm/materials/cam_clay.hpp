@@ -1,0 +1,257 @@
+#pragma once
+/// Cohesive Modified Cam-Clay (cMCC) of the paper, Sect. 2.1.2, after Gaume et al. (2018), with the return map for every trial state.
+///
+/// Textbook form. Elastic: Hencky (hencky_elastic.hpp); p = -tr(tau)/3, q = sqrt(3/2 s:s), Kirchhoff.
+///   yield      y = q^2 (1 + 2 beta) + M^2 (p + beta p_c)(p - p_c) <= 0                                   (Eq. 3)
+///   hardening  p_c = K sinh(xi max(X, 0)), X = -eps_v^P                                                   (Eq. 4)
+///   flow       L_v b_e = -2 gamma N b_e, N = dy/dtau (associative; Simo & Meschke 1993)
+/// Backward Euler with the exponential map keeps the principal directions and gives, with g >= 0,
+///   X = X_n + g y_p,  p = p_tr - K (X - X_n),  q = q_tr / (1 + 6 G (1 + 2 beta) g),  y(p, q, p_c(X)) = 0,  y_p = M^2 (2 p - (1 - beta) p_c).
+///
+/// Form coded. Everything in units of K (P = p/K, Q = q_tr/K, S = p_c/K), one unknown d = X - X_n. With m^2 = M^2/(1 + 2 beta) (m is not M'),
+/// Y = y_p / M^2 = 2 P - (1 - beta) S and c = 6 G / (K m^2), g K M^2 = d/Y, so that q = Q u with u = Y / (Y + c d), and the residual is
+///   A(d) = Q^2 u^2 + m^2 (P + beta S)(P - S),   P = P_tr - d,   S = sinh(xi max(X_n + d, 0)).
+/// g >= 0 asks d and Y to have one sign, and Y(d) decreases, so the sign of Y at the trial state settles the side:
+///
+/// Compaction (Y >= 0, d in [0, d_crit], Y(d_crit) = 0, d_crit <= P_tr). u decreases with d and
+///   d/dd [(P + beta S)(P - S)] = -Y - S' [(1 - beta) P + 2 beta S] < 0,
+/// so A falls monotonically from y_tr > 0 to -m^2 (1 + beta)^2/4 S^2 <= 0: one root. If X_n < 0 nothing resists until X = 0; there the
+/// search starts, and if already X_n + P_tr <= 0 the point is stress-free at X = X_n + P_tr.
+///
+/// Dilation (Y < 0, D = -d in [0, D_crit]). The surface shrinks while the point is returned, and A can have several roots, or none
+/// (snap-back). Wanted is the nearest. With v = P + beta S, e = S - P, a root is where
+///   ln Q = 1/2 ln(m^2 v) + 1/2 ln e + ln(1 + c D/|Y|),
+/// v convex in D, e and |Y| convex and falling. The root found at D_r is the nearest if the right side rises on all of [0, D_r]; each of
+/// its slopes is bounded there, with S' taken at D = 0 where it is largest:
+///   third  >= c / (|Y_0| + c D_r)
+///   second >= -1/2 (1 + S'_0) / e_r
+///   first  >= 1/2 (1 - beta S'_0) / v_r if beta S'_0 <= 1, else -1/2 (beta S'_0 - 1) / (v_0 - (beta S'_0 - 1) D_r) if that denominator is positive.
+/// Where the sum of bounds is not positive, a search by exclusion (below, scalar) isolates the first root rigorously.
+/// Without a root the point loses all stress: p = q = p_c = 0 at X = X_n + P_tr <= 0. For q = 0 both rules give the root
+/// X < X_n of X - beta sinh(xi max(X, 0)) = X_n + P_tr: that function is concave and above its target at X_n, so the root is unique.
+///
+/// M = 0 is the limit M -> 0+: q = 0 and p in [-beta p_c, p_c] with X unchanged; beyond, P = S or P = -beta S is solved.
+///
+/// Precision: S and Y are carried as increments from the trial state, so that small steps keep relative precision; the deviator is scaled by u.
+
+#include <string_view>
+
+#include "mpm/case.hpp"
+#include "mpm/materials/concept.hpp"
+#include "mpm/materials/hencky_elastic.hpp"
+
+namespace mpm {
+
+class CamClay {
+ public:
+  static constexpr std::string_view name = "cohesive_cam_clay";
+
+  /// ConfigError unless M >= 0, 0 <= beta < 1, xi > 0, p_c0 >= 0 and the elastic constants are sound.
+  explicit CamClay(const MaterialSpec& spec);
+
+  /// Backward Euler step. state.internal is X = -eps_v^P. The result is NaN in a lane whose deformation is inverted or not finite.
+  template <LaneNumber T>
+  void update_stress(MaterialState<T>& state, const Matrix3<T>& dl, double dt) const;
+
+  /// J = det F = exp(tr eps_e + X_0 - X), relative to the initial state.
+  template <LaneNumber T>
+  [[nodiscard]] T volume_ratio(const MaterialState<T>& state) const {
+    return exp(trace(state.stress) * (1.0 / (3.0 * moduli_.bulk())) + (initial_internal_ - state.internal));
+  }
+  [[nodiscard]] double density() const { return moduli_.density(); }
+  [[nodiscard]] double initial_internal() const { return initial_internal_; }  ///< X_0 = asinh(p_c0/K)/xi
+  [[nodiscard]] double wave_speed() const { return moduli_.wave_speed(); }
+  [[nodiscard]] double stored_energy(const MaterialState<double>& state) const { return moduli_.stored_energy(state.stress); }
+  [[nodiscard]] const HenckyModuli& moduli() const { return moduli_; }
+
+  /// p_c = K sinh(xi max(X, 0)), Pa.
+  [[nodiscard]] double preconsolidation_pressure(double internal) const;
+  /// y of Eq. 3, Pa^2; <= 0 inside. For M = 0 too, where it does not bound p.
+  [[nodiscard]] double yield_function(const MaterialState<double>& state) const;
+  /// M' = q/p at the critical state, Eq. 2 of the paper.
+  [[nodiscard]] double critical_state_ratio() const;
+
+ private:
+  /// What the return map yields: d = X - X_n and u = q/q_tr.
+  template <class T>
+  struct Return {
+    T d, u;
+  };
+
+  /// The residual as a function of the offset x = d - d_base from the base state (the trial state, or X = 0 on the way of recompaction).
+  template <class T>
+  struct Residual {
+    const CamClay& law;
+    T q2;                     // Q^2
+    T d_base, p, y, s, cosh;  // at the base: d, P, Y, S, sqrt(1 + S^2)
+    T side;                   // +1 compaction, -1 dilation
+
+    struct Value {
+      T a, slope;    // residual (positive near the base) and dA/dx
+      T u, v, e, y;  // q/q_tr, P + beta S, S - P, |Y|
+      T s_slope;     // dS/dX
+    };
+    Residual(const CamClay& law, const T& p_trial, const T& q2, const T& x_n);
+    /// Largest |x| at which a root can lie.
+    [[nodiscard]] T reach(const T& x_n) const;
+    [[nodiscard]] Value operator()(const T& x) const;
+  };
+
+  template <class T>
+  [[nodiscard]] Return<T> return_map(const T& p_trial, const T& q2, const T& x_n, const Mask<T>& yields) const;
+  [[nodiscard]] Return<double> return_map_by_exclusion(double p_trial, double q2, double x_n) const;
+
+  /// A state returned to the surface lies on it to round-off only, and must not yield again for that, least of all at a tension apex that
+  /// would snap: the elastic domain is larger by this share of p_c^2 (p_c where M = 0).
+  static constexpr double round_off = 1e-13;
+
+  HenckyModuli moduli_;
+  double slope_, beta_, xi_;  // M, beta, xi
+  double m2_, c_;             // m^2, c; c = 0 where M = 0
+  double initial_internal_;
+};
+
+template <class T>
+CamClay::Residual<T>::Residual(const CamClay& law_, const T& p_trial, const T& q2_, const T& x_n) : law(law_), q2(q2_) {
+  const T x_base = max(x_n, T{});
+  d_base = x_base - x_n;
+  p = p_trial - d_base;
+  s = sinh(law.xi_ * x_base);
+  cosh = sqrt(1.0 + s * s);
+  y = 2.0 * p - (1.0 - law.beta_) * s;
+  side = select(y >= 0.0, broadcast<T>(1.0), broadcast<T>(-1.0));
+  y = select(abs(y) < 1e-100, side * 1e-100, y);  // a trial state at the critical state: the ratio d/Y stays defined
+}
+
+template <class T>
+T CamClay::Residual<T>::reach(const T& x_n) const {
+  // Compaction: P >= 0. Dilation: |Y| falls by at least 2 D, and X >= 0.
+  return select(side > 0.0, p, min(x_n, -0.5 * y));
+}
+
+template <class T>
+typename CamClay::Residual<T>::Value CamClay::Residual<T>::operator()(const T& x) const {
+  // sinh(a + h) - sinh a = sinh a (cosh h - 1) + cosh a sinh h, relative precision for small h.
+  const T h = law.xi_ * x, h2 = h * h;
+  T sinh_h, cosh_h_1;
+  if (all(h2 <= 0.25)) [[likely]] {  // truncated at 0.5^14/15! = 5e-17, and 2 * 0.5^14/16! = 6e-18
+    using detail::inverse_factorial;
+    sinh_h = broadcast<T>(inverse_factorial(13));
+    cosh_h_1 = broadcast<T>(inverse_factorial(14));
+#pragma GCC unroll 8
+    for (int k = 5; k >= 0; --k) sinh_h = inverse_factorial(2 * k + 1) + sinh_h * h2;
+#pragma GCC unroll 8
+    for (int k = 6; k >= 1; --k) cosh_h_1 = inverse_factorial(2 * k) + cosh_h_1 * h2;
+    sinh_h *= h;
+    cosh_h_1 *= h2;
+  } else {
+    sinh_h = sinh(h);
+    const T half = sinh(0.5 * h);
+    cosh_h_1 = 2.0 * half * half;
+  }
+  const double beta = law.beta_;
+  const T increment = s * cosh_h_1 + cosh * sinh_h;
+  const T s_slope = law.xi_ * (cosh + (cosh * cosh_h_1 + s * sinh_h));
+  const T p_x = p - x;
+  const T y_x = y - 2.0 * x - (1.0 - beta) * increment;
+  const T v = p_x + (beta * s + beta * increment);
+  const T e = (s - p) + (x + increment);
+  Value r;
+  r.v = v;
+  r.e = e;
+  r.y = side * y_x;
+  r.s_slope = s_slope;
+  if (law.m2_ == 0.0) {
+    r.u = T{};
+    const Mask<T> compaction = side > 0.0;
+    r.a = select(compaction, -e, -v);
+    r.slope = select(compaction, -1.0 - s_slope, 1.0 - beta * s_slope);
+    return r;
+  }
+  const T d = d_base + x;
+  const T w = 1.0 / (y_x + law.c_ * d);
+  r.u = y_x * w;
+  const T y_slope = -2.0 - (1.0 - beta) * s_slope;
+  const T u_slope = law.c_ * (y_slope * d - y_x) * (w * w);
+  r.a = q2 * r.u * r.u - law.m2_ * v * e;
+  r.slope = 2.0 * q2 * r.u * u_slope - law.m2_ * (y_x + s_slope * ((1.0 - beta) * p_x + (2.0 * beta) * (s + increment)));
+  return r;
+}
+
+template <class T>
+CamClay::Return<T> CamClay::return_map(const T& p_trial, const T& q2, const T& x_n, const Mask<T>& yields) const {
+  constexpr int most_iterations = 12;
+  // Quadratic convergence: the correction after one of relative size 1e-8 is below round-off, except near a double root.
+  constexpr double tolerance = 1e-8;
+  const T target = x_n + p_trial;
+  const Mask<T> stress_free = target <= 0.0;
+  // Nothing to search where the point stays expanded.
+  const Mask<T> lost = yields & stress_free & (m2_ == 0.0 ? stress_free : (x_n <= 0.0));
+  Mask<T> active = yields & mask_not(lost);
+
+  Return<T> result{select(lost, p_trial, T{}), select(yields, T{}, broadcast<T>(1.0))};
+  if (!any(active)) return result;
+
+  const Residual<T> residual(*this, p_trial, q2, x_n);
+  T near = T{}, far = residual.side * residual.reach(x_n), x = T{};
+  typename Residual<T>::Value value = residual(x);
+  const T v_0 = value.v, slope_0 = value.s_slope, y_0 = value.y;
+  if (m2_ == 0.0) active = active & (value.a > round_off * residual.s);  // p within bounds: only q is lost
+  Mask<T> found = yields & mask_not(lost) & mask_not(active);
+  for (int iteration = 0; iteration < most_iterations; ++iteration) {
+    const Mask<T> beyond = mask_not(value.a > 0.0) | mask_not(value.y > 0.0);
+    near = select(beyond, near, x);
+    far = select(beyond, x, far);
+    const T newton = x - value.a / value.slope;
+    const Mask<T> within = (newton - near) * (newton - far) <= 0.0;
+    const T next = select(within, newton, 0.5 * (near + far));
+    const Mask<T> settled = within & (abs(next - x) <= tolerance * abs(next));
+    x = select(active, next, x);
+    value = residual(x);
+    found = found | (active & settled);
+    active = active & mask_not(settled);
+    if (!any(active)) break;
+  }
+  // Compaction has one root, and so has M = 0. In dilation the root must be shown to be the nearest.
+  const T softening = beta_ * slope_0 - 1.0;
+  const T v_min = v_0 + softening * x;  // x = -D
+  const T first = select(softening <= 0.0, -0.5 * softening / value.v, select(v_min > 0.0, -0.5 * softening / v_min, broadcast<T>(-1e300)));
+  const T rise = first - 0.5 * (1.0 + slope_0) / value.e + c_ / (y_0 - c_ * x);
+  const Mask<T> nearest = (residual.side > 0.0) | (rise > 0.0);
+  if (m2_ != 0.0) found = found & nearest;
+  result.d = select(found, residual.d_base + x, result.d);
+  result.u = select(found, value.u, result.u);
+  const Mask<T> open = yields & mask_not(lost) & mask_not(found);
+  if (any(open)) {
+    const T flag = select(open, broadcast<T>(1.0), T{});
+    for (int i = 0; i < lanes_of<T>; ++i) {
+      if (lane(flag, i) == 0.0) continue;
+      const Return<double> r = return_map_by_exclusion(lane(p_trial, i), lane(q2, i), lane(x_n, i));
+      set_lane(result.d, i, r.d);
+      set_lane(result.u, i, r.u);
+    }
+  }
+  return result;
+}
+
+template <LaneNumber T>
+void CamClay::update_stress(MaterialState<T>& state, const Matrix3<T>& dl, double /*dt*/) const {
+  const double shear_over_bulk = moduli_.shear() / moduli_.bulk();
+  HenckyStrain<T> strain = hencky_trial(moduli_.strain(state.stress), dl);
+  const T p = -strain.volumetric;
+  const T q2 = (6.0 * shear_over_bulk * shear_over_bulk) * norm2(strain.deviator);
+  const T s = sinh(xi_ * max(state.internal, T{}));
+  const T excess = m2_ == 0.0 ? max(max(p - s, -p - beta_ * s) - round_off * s, q2) : q2 + m2_ * ((p + beta_ * s) * (p - s) - round_off * s * s);
+  const Mask<T> yields = excess > 0.0;
+  if (any(yields)) {
+    const Return<T> r = return_map<T>(p, q2, state.internal, yields);
+    strain.volumetric += r.d;
+    strain.deviator = r.u * strain.deviator;
+    state.internal += r.d;
+  }
+  state.stress = moduli_.stress(strain);
+}
+
+static_assert(Material<CamClay>);
+
+}  // namespace mpm

@@ -1,0 +1,40 @@
+#include "mpm/materials/any_material.hpp"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <optional>
+#include <utility>
+
+#include "mpm/error.hpp"
+
+namespace mpm {
+
+namespace {
+
+template <class F, std::size_t... I>
+void for_each_law(F f, std::index_sequence<I...>) {
+  (f.template operator()<std::variant_alternative_t<I, AnyMaterial>>(), ...);
+}
+constexpr auto all_laws = std::make_index_sequence<std::variant_size_v<AnyMaterial>>{};
+
+}  // namespace
+
+AnyMaterial make_material(const MaterialSpec& spec) {
+  std::optional<AnyMaterial> made;
+  for_each_law(
+      [&]<Material L>() {
+        if (L::name == spec.model) made.emplace(L(spec));
+      },
+      all_laws);
+  if (!made) throw ConfigError(fmt::format("[material] model = \"{}\": no such law; known: {}", spec.model, fmt::join(material_names(), ", ")));
+  return *made;
+}
+
+std::vector<std::string> material_names() {
+  std::vector<std::string> names;
+  for_each_law([&]<Material L>() { names.emplace_back(L::name); }, all_laws);
+  return names;
+}
+
+}  // namespace mpm
