@@ -119,7 +119,8 @@ double stable_time_step(const State& state, const Scene& scene) {
 }
 
 StepReport step(State& state, const Scene& scene, double dt) {
-  StepReport report{.dt = dt};
+  StepReport report;
+  report.dt = dt;
   TransferOptions options{dt, law_density(scene.material), scene.transfer == Transfer::apic, scene.flip_ratio};
   Grid& grid = state.grid;
 

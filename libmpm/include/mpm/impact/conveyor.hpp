@@ -1,0 +1,60 @@
+#pragma once
+/// The conveyor belt of Sect. 2.2: a plug of height H and width W that moves at v towards an obstacle.
+///
+/// Frame: front face of the obstacle at x = 0, axis y = 0, floor z = 0. The front of the plug stands at the face at t = 0, so the
+/// front arrives at t = 0; downstream is empty.
+///
+/// - floor: frictionless, separable. Side walls |y| = W/2: move with v along x and drag the plug.
+/// - strip: the published set-up. All L = v t_max + 3 m of snow (Table 2) are particles; the rear is a free surface.
+/// - window: the plug from the inlet x = -upstream to the outlet x = +downstream. Nodes at or behind the inlet move with v along x and are free
+///   along y and z; fresh layers are released two cells behind it, each where the plug would be by then, so that the lattice runs on
+///   unbroken. Nodes at or beyond the outlet are held to v_x <= v by the snow that the strip would have there: without it the plug would
+///   pour off an edge. Particles two cells beyond the outlet have left.
+///
+/// The plug starts at rest under its own weight (see settled_column), so that neither the first nor a fresh column oscillates.
+
+#include "mpm/case.hpp"
+#include "mpm/solver.hpp"
+
+namespace mpm {
+
+/// One particle height of a laterally confined column that carries its own weight.
+struct ColumnPoint {
+  double height;                ///< settled height above the floor, m
+  MaterialState<double> state;  ///< Kirchhoff stress and internal variable
+};
+
+/// Column of height H before settling, cut into `count` layers, compressed from the stress-free state until the Cauchy stress
+/// sigma_zz = -rho_0 g (H - Z) in every layer (exact equilibrium of a confined column). The law itself is integrated along this oedometric
+/// path from the top down, so that the lateral stress is the law's own K_0, elastic or plastic.
+/// @param weight rho_0 g, N/m^3, >= 0. @throws UnstableError if the law cannot carry the weight
+std::vector<ColumnPoint> settled_column(const AnyMaterial& material, double weight, double height, int count);
+
+/// Releases the plug, layer by layer.
+class ConveyorFeed : public Feed {
+ public:
+  ConveyorFeed(const Case& c, const AnyMaterial& material);
+
+  /// Layers due at state.time: layer j has its centre at x_j = -(j + 1/2) s + v t.
+  Passage release(State& state) const override;
+  /// The snow of t = 0. Not counted as entered.
+  void fill(State& state) const;
+
+  [[nodiscard]] std::size_t particles_per_layer() const { return layer_.size(); }
+  [[nodiscard]] std::uint64_t initial_layers() const { return initial_layers_; }
+
+ private:
+  void insert_layer(State& state, Passage& passage) const;
+  double spacing_, velocity_, release_at_, density_;
+  bool endless_;
+  std::uint64_t initial_layers_;
+  std::vector<Particle> layer_;  ///< with x = 0
+};
+
+/// Floor, side walls, inlet and outlet.
+std::vector<Boundary> conveyor_walls(const ConveyorSpec& conveyor);
+
+/// Bounds beyond which particles have left; follows from the spec, with room for jets of four velocity heads.
+void conveyor_domain(const Case& c, Vec3& min, Vec3& max);
+
+}  // namespace mpm
