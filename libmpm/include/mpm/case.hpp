@@ -22,6 +22,7 @@ struct MaterialSpec {
   double cohesion_beta = 0.0;                ///< beta = p_t / p_c
   double hardening_xi = 5.0;                 ///< xi
   double preconsolidation_pressure = 1.0e4;  ///< p_c0, Pa
+  bool operator==(const MaterialSpec&) const = default;
 };
 
 enum class Contact : std::uint8_t {
@@ -35,6 +36,7 @@ struct BodySpec {
   enum class Shape : std::uint8_t { box, cylinder, sphere } shape = Shape::box;
   Vec3 min = Vec3::Zero(), max = Vec3::Zero();  ///< bounding box, m; cylinder (axis z) and sphere are inscribed
   Vec3 velocity = Vec3::Zero();                 ///< m/s
+  bool operator==(const BodySpec&) const = default;
 };
 
 /// [[wall]]: half-space; acts on grid nodes on or behind the plane.
@@ -44,6 +46,7 @@ struct WallSpec {
   Contact contact = Contact::no_slip;
   double friction = 0.0;  ///< Coulomb mu; slip and separable only
   Vec3 velocity = Vec3::Zero();
+  bool operator==(const WallSpec&) const = default;
 };
 
 /// [obstacle]: rigid box on the floor, front face at x = 0, axis y = 0, separable Coulomb contact.
@@ -52,6 +55,7 @@ struct ObstacleSpec {
   double depth = 1.75;           ///< m (along the flow)
   std::optional<double> height;  ///< m; empty: taller than any jet
   double friction = 0.15;        ///< mu
+  bool operator==(const ObstacleSpec&) const = default;
 };
 
 /// [conveyor]: the set-up of Sect. 2.2 of the paper.
@@ -62,9 +66,10 @@ struct ConveyorSpec {
   enum class Feed : std::uint8_t { window, strip } feed = Feed::window;
   double upstream_length = 8.0;    ///< window: inlet at x = -upstream_length, m
   double downstream_length = 4.0;  ///< window: outlet at x = +downstream_length, m
-  Contact sidewall_contact = Contact::no_slip;
-  double sidewall_friction = 0.0;
+  Contact sidewall_contact = Contact::no_slip;  ///< "coulomb" in a file is separable with friction: a wall cannot pull
+  double sidewall_friction = 0.0;                ///< mu; separable only
   bool mirror_y = true;  ///< compute y >= 0 only
+  bool operator==(const ConveyorSpec&) const = default;
 };
 
 /// [domain]: particles that leave are removed and counted. Mirror planes pass through the origin: only x >= 0 (y >= 0) is
@@ -72,6 +77,7 @@ struct ConveyorSpec {
 struct DomainSpec {
   Vec3 min = Vec3::Constant(-1e3), max = Vec3::Constant(1e3);
   bool mirror_x = false, mirror_y = false;
+  bool operator==(const DomainSpec&) const = default;
 };
 
 enum class Transfer : std::uint8_t { apic, flip };
@@ -84,6 +90,7 @@ struct NumericsSpec {
   double cfl = 0.4;          ///< dt <= cfl dx / (c_P + |v|max)
   double gravity = 9.81;     ///< m/s^2
   double slope = 0.0;        ///< rad; gravity = g (sin, 0, -cos)
+  bool operator==(const NumericsSpec&) const = default;
 };
 
 struct OutputSpec {
@@ -91,6 +98,7 @@ struct OutputSpec {
   double series_per_second = 50.0;  ///< rows of series.csv
   double frames_per_second = 5.0;   ///< HDF5 frames
   double checkpoint_minutes = 10.0; ///< wall time between checkpoints
+  bool operator==(const OutputSpec&) const = default;
 };
 
 struct Case {
@@ -103,6 +111,7 @@ struct Case {
   DomainSpec domain;
   NumericsSpec numerics;
   OutputSpec output;
+  bool operator==(const Case&) const = default;
 };
 
 }  // namespace mpm

@@ -1,0 +1,24 @@
+#pragma once
+/// CASE.toml and --set, shared by the subcommands that read a case.
+
+#include <CLI/CLI.hpp>
+#include <filesystem>
+#include <string>
+#include <vector>
+
+namespace mpm::app {
+
+struct CaseArguments {
+  std::filesystem::path file;
+  std::vector<std::string> overrides;
+};
+
+inline void add_case_arguments(CLI::App& command, CaseArguments& arguments) {
+  command.add_option("case", arguments.file, "Case file (keys: `mpm schema`)")->required()->type_name("CASE.toml");
+  command.add_option("--set", arguments.overrides, "Replace a key of the case: numerics.cell_size_m=0.5, body[0].velocity_m_s=[1,0,0]")
+      ->type_name("table.key=value")
+      ->type_size(1)
+      ->allow_extra_args(false);
+}
+
+}  // namespace mpm::app

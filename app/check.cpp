@@ -1,0 +1,42 @@
+/// `mpm check`: the resolved case and what it will cost.
+
+#include <fmt/format.h>
+
+#include <memory>
+
+#include "case_arguments.hpp"
+#include "commands.hpp"
+#include "mpm/estimate.hpp"
+#include "mpm/io/config.hpp"
+
+namespace mpm::app {
+
+namespace {
+
+/// The resolved case as TOML; the estimate as comments below it, so that the whole is a case file again.
+void check(const CaseArguments& arguments) {
+  const Case spec = read_case(arguments.file, arguments.overrides);
+  const Estimate e = estimate(spec);
+  require_memory(e, physical_memory_bytes());
+  fmt::print("{}\n", write_case(spec));
+  fmt::print("# case hash       {}\n", case_hash_text(spec));
+  fmt::print("# particles       {:.0f}\n", e.particles);
+  fmt::print("# occupied cells  {:.0f}\n", e.cells);
+  fmt::print("# wave speed      {:.2f} m/s\n", e.wave_speed);
+  fmt::print("# time step       {:.4g} s\n", e.time_step);
+  fmt::print("# steps           {:.0f}\n", e.steps);
+  fmt::print("# memory          {:.3g} GB, at {:.0f} bytes a particle\n", e.memory_bytes / 1e9, assumed_bytes_per_particle);
+  fmt::print("# time            {:.3g} s, assuming {:.3g} million particle-steps a second (two cores)\n", e.wall_time_s,
+             assumed_particle_steps_per_s / 1e6);
+}
+
+}  // namespace
+
+void add_check(CLI::App& app) {
+  CLI::App* command = app.add_subcommand("check", "Validate a case; print every key as resolved and what the run will cost");
+  const auto arguments = std::make_shared<CaseArguments>();
+  add_case_arguments(*command, *arguments);
+  command->callback([arguments] { check(*arguments); });
+}
+
+}  // namespace mpm::app

@@ -1,0 +1,92 @@
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "config_keys.hpp"
+#include "mpm/io/config.hpp"
+
+namespace mpm {
+
+namespace config {
+
+namespace {
+
+std::string quoted(const std::string& text) {
+  std::string out = "\"";
+  for (const char c : text) {
+    if (c == '"' || c == '\\') {
+      out += {'\\', c};
+    } else if (static_cast<unsigned char>(c) < 0x20 || c == 0x7f) {
+      out += fmt::format("\\u{:04X}", static_cast<unsigned>(c));
+    } else {
+      out += c;
+    }
+  }
+  return out + "\"";
+}
+
+struct TomlWriter {
+  std::string operator()(bool x) const { return x ? "true" : "false"; }
+  std::string operator()(std::int64_t x) const { return fmt::format("{}", x); }
+  std::string operator()(double x) const { return to_toml(x); }
+  std::string operator()(const std::string& x) const { return quoted(x); }
+  std::string operator()(const Vec3& x) const { return fmt::format("[{}, {}, {}]", to_toml(x[0]), to_toml(x[1]), to_toml(x[2])); }
+  std::string operator()(const Mat3& x) const {
+    return fmt::format("[{}, {}, {}]", (*this)(Vec3(x.row(0))), (*this)(Vec3(x.row(1))), (*this)(Vec3(x.row(2))));
+  }
+  std::string operator()(const std::vector<std::string>& x) const {
+    std::string out;
+    for (const std::string& word : x) out += (out.empty() ? "" : ", ") + quoted(word);
+    return "[" + out + "]";
+  }
+};
+
+/// The case as TOML without the keys that `skip` names ("table.name").
+std::string write(const Case& spec, const std::vector<std::string>& skip) {
+  Draft draft;
+  draft.spec = spec;
+  std::string out;
+  for (const TableInfo& table : schema_tables()) {
+    if (!table.in_case) continue;
+    for (std::size_t i = 0; i < entries(draft, table.name); ++i) {
+      if (!table.name.empty()) out += table.repeated ? fmt::format("\n[[{}]]\n", table.name) : fmt::format("\n[{}]\n", table.name);
+      for (const Key& key : keys()) {
+        if (key.table != table.name || (key.used && !key.used->holds(draft, i))) continue;
+        const std::string path = key_path(table.name, key.name);
+        if (std::find(skip.begin(), skip.end(), path) != skip.end()) continue;
+        if (const auto value = key.get(draft, i)) out += fmt::format("{} = {}\n", key.name, to_toml(*value));
+      }
+    }
+  }
+  return out;
+}
+
+}  // namespace
+
+std::string to_toml(double x) {
+  std::string out = fmt::format("{}", x);
+  if (out.find_first_of(".en") == std::string::npos) out += ".0";  // otherwise TOML reads an integer
+  return out;
+}
+
+std::string to_toml(const Value& value) { return std::visit(TomlWriter{}, value); }
+
+}  // namespace config
+
+std::string write_case(const Case& spec) { return config::write(spec, {}); }
+
+std::uint64_t case_hash(const Case& spec) {
+  std::vector<std::string> skip{"title", "output.checkpoint_minutes"};
+  const bool strip = spec.conveyor && spec.conveyor->feed == ConveyorSpec::Feed::strip;
+  if (!strip) skip.emplace_back("output.duration_s");
+  std::uint64_t hash = 0xcbf29ce484222325u;  // FNV-1a, 64 bit: offset basis and prime
+  for (const char c : config::write(spec, skip)) {
+    hash ^= static_cast<unsigned char>(c);
+    hash *= 0x100000001b3u;
+  }
+  return hash;
+}
+
+std::string case_hash_text(const Case& spec) { return fmt::format("{:016x}", case_hash(spec)); }
+
+}  // namespace mpm
