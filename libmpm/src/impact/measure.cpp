@@ -1,0 +1,113 @@
+#include "mpm/impact/measure.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "mpm/error.hpp"
+#include "mpm/impact/savitzky_golay.hpp"
+
+namespace mpm {
+namespace {
+
+/// Percentile between order statistics (numpy's default, Hyndman and Fan's type 7); reorders the values.
+double percentile(std::vector<double>& values, double share) {
+  if (values.empty()) return 0.0;
+  const double place = share * static_cast<double>(values.size() - 1);
+  const auto below = values.begin() + static_cast<std::ptrdiff_t>(place);
+  std::nth_element(values.begin(), below, values.end());
+  const auto above = below + 1 == values.end() ? below : std::min_element(below + 1, values.end());
+  return *below + (place - std::floor(place)) * (*above - *below);
+}
+
+}  // namespace
+
+std::size_t ImpactGeometry::profile_bins() const {
+  // A height of a whole number of bins, up to rounding, has that number of bins.
+  return static_cast<std::size_t>(std::ceil(profile_height / bin_height * (1.0 - 1e-12)));
+}
+
+ImpactGeometry paper_geometry(double flow_height, double obstacle_width, double cell_size, double density, bool mirror_y) {
+  const auto require_positive = [](const char* name, double value) {
+    if (!(value > 0.0) || !std::isfinite(value)) throw ConfigError(fmt::format("impact measurements: {} = {}: must be positive", name, value));
+  };
+  require_positive("flow height (m)", flow_height);
+  require_positive("obstacle width (m)", obstacle_width);
+  require_positive("cell size (m)", cell_size);
+  require_positive("density (kg/m^3)", density);
+  const ImpactGeometry geometry{.flow_height = flow_height,
+                                .obstacle_width = obstacle_width,
+                                .density = density,
+                                .mirror_y = mirror_y,
+                                .strip_half_width = 3.0 * obstacle_width / 7.0,
+                                .box_upstream = 2.5 * cell_size,
+                                .box_inside = 0.5 * cell_size,
+                                .bin_height = 0.5 * cell_size,
+                                .profile_height = 5.0 * flow_height};
+  if (geometry.profile_bins() < static_cast<std::size_t>(geometry.filter_bins)) {
+    throw ConfigError(fmt::format("impact measurements: cell size {} m is too coarse for a flow height of {} m: the pressure profile has {} bins, its "
+                                  "filter needs {}; use cells of at most {:.3g} m",
+                                  cell_size, flow_height, geometry.profile_bins(), geometry.filter_bins,
+                                  2.0 * geometry.profile_height / geometry.filter_bins));
+  }
+  return geometry;
+}
+
+ImpactGeometry fixed_geometry(double flow_height, double obstacle_width, double density, bool mirror_y) {
+  constexpr double paper_cell_size = 0.25;
+  return paper_geometry(flow_height, obstacle_width, paper_cell_size, density, mirror_y);
+}
+
+ImpactSample::ImpactSample(const ImpactGeometry& geometry)
+    : geometry_(geometry), stress_(geometry.profile_bins(), 0.0), volume_(geometry.profile_bins(), 0.0) {}
+
+void ImpactSample::add(const Vec3& position, double tau_xx, double J, double mass) {
+  const double x = position[0], z = position[2];
+  if (std::abs(position[1]) > geometry_.strip_half_width) return;
+  if (x < 0.0) {
+    runup_ = std::max(runup_, z);
+    if (x >= -geometry_.flow_height) near_heights_.push_back(z);
+  }
+  if (!geometry_.in_profile_box(position)) return;
+  const auto bin = std::min(static_cast<std::size_t>(std::max(z, 0.0) / geometry_.bin_height), stress_.size() - 1);
+  stress_[bin] += tau_xx;
+  volume_[bin] += J;
+  if (z < geometry_.flow_height) {
+    stress_below_flow_height_ += tau_xx;
+    volume_below_flow_height_ += J;
+    if (x < 0.0) mass_ += mass;
+  }
+}
+
+ImpactFrame ImpactSample::finish() {
+  const auto pressure = [](double stress, double volume) { return volume > 0.0 ? -stress / volume : 0.0; };
+  ImpactFrame frame;
+  frame.runup = runup_;
+  frame.runup_p99 = percentile(near_heights_, 0.99);
+  frame.impact_pressure = pressure(stress_below_flow_height_, volume_below_flow_height_);
+  for (std::size_t bin = 0; bin < stress_.size(); ++bin) frame.pressure.push_back(pressure(stress_[bin], volume_[bin]));
+  frame.pressure_height = pressure_height(frame.pressure, frame.impact_pressure, geometry_);
+  const double box_volume = 2.0 * geometry_.strip_half_width * geometry_.box_upstream * geometry_.flow_height;
+  frame.compaction = (geometry_.mirror_y ? 2.0 : 1.0) * mass_ / (box_volume * geometry_.density);
+
+  runup_ = stress_below_flow_height_ = volume_below_flow_height_ = mass_ = 0.0;
+  std::ranges::fill(stress_, 0.0);
+  std::ranges::fill(volume_, 0.0);
+  near_heights_.clear();
+  return frame;
+}
+
+std::optional<double> pressure_height(std::span<const double> pressure, double impact_pressure, const ImpactGeometry& geometry) {
+  if (!(impact_pressure > 0.0)) return std::nullopt;
+  const double limit = geometry.threshold * impact_pressure;
+  const auto smooth = savitzky_golay(pressure, geometry.filter_bins, geometry.filter_order);
+  const auto above = std::ranges::find_if(smooth, [&](double p) { return p >= limit; });
+  if (above == smooth.end()) return std::nullopt;
+  const auto below = std::find_if(above, smooth.end(), [&](double p) { return p < limit; });
+  if (below == smooth.end()) return geometry.profile_height;
+  const double fall = *(below - 1) - *below;
+  return geometry.bin_centre(static_cast<std::size_t>(below - 1 - smooth.begin())) + geometry.bin_height * (*(below - 1) - limit) / fall;
+}
+
+}  // namespace mpm
