@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <charconv>
+#include <numeric>
 #include <span>
 
 #include "mpm/io/atomic_file.hpp"
@@ -127,6 +128,9 @@ void write_frame(const std::filesystem::path& directory, int index, const Partic
   put(file, "pressure_pa", pressure);
   put(file, "stress_xx_pa", stress_xx);
   put(file, "density_kg_m3", density);
+  std::vector<std::int32_t> vertex(n);
+  std::iota(vertex.begin(), vertex.end(), 0);
+  put(file, "vertex", vertex);
   make_directory(path.parent_path());
   file.save(path);
 }

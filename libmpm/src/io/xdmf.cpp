@@ -44,7 +44,8 @@ void write_xdmf(const std::filesystem::path& directory, std::span<const FrameEnt
   for (const FrameEntry& frame : frames) {
     const std::string file = frame_path("", frame.index).generic_string();
     xml += fmt::format("<Grid Name=\"{:05d}\" GridType=\"Uniform\">\n<Time Value=\"{}\"/>\n", frame.index, frame.time);
-    xml += fmt::format("<Topology TopologyType=\"Polyvertex\" NumberOfElements=\"{}\" NodesPerElement=\"1\"/>\n", frame.particles);
+    xml += fmt::format("<Topology TopologyType=\"Polyvertex\" NumberOfElements=\"{}\" NodesPerElement=\"1\">{}</Topology>\n", frame.particles,
+                       data_item({"vertex", "vertex", "Int", 4, 1}, frame, file));
     xml += fmt::format("<Geometry GeometryType=\"XYZ\">{}</Geometry>\n", data_item(fields[0], frame, file));
     for (const Field& field : fields) {
       xml += fmt::format("<Attribute Name=\"{}\" AttributeType=\"{}\" Center=\"Node\">{}</Attribute>\n", field.name,

@@ -16,9 +16,10 @@
 /// | pressure_pa | float32 | | Cauchy, p = -tr(tau)/(3 J), compression positive |
 /// | stress_xx_pa | float32 | | Cauchy, sigma_xx = tau_xx / J, tension positive |
 /// | density_kg_m3 | float32 | | rho_0 / J |
+/// | vertex | int32 | | 0 ... N-1: the cells of frames.xdmf; without them ParaView's Xdmf3 reader finds points but no cell to draw |
 ///
 /// In frames everything from which `mpm post` computes is double, so that it gets the very numbers that the run got; what only pictures use
-/// is single. A frame takes 124 bytes a particle.
+/// is single. A frame takes 128 bytes a particle.
 /// Attributes of both: format_version, kind, time_s, step, case_hash, version, reference_density_kg_m3, mirror_x, mirror_y.
 
 #include <cstdint>
