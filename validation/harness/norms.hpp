@@ -1,0 +1,54 @@
+#pragma once
+/// Discrete error norms. A NaN in the data is a NaN in the norm: it never hides behind a comparison.
+
+#include <cmath>
+#include <limits>
+#include <span>
+
+#include "mpm/error.hpp"
+
+namespace mpm::validation {
+
+/// Errors of a field against its reference, in the field's own unit.
+struct Norms {
+  double l1;   ///< sum w |a - b| / sum w
+  double l2;   ///< sqrt(sum w (a - b)^2 / sum w)
+  double max;  ///< max |a - b|
+};
+
+/// @param value, reference  the same number of samples, at least one
+/// @param weight            volumes, or empty for equal weights; each > 0
+/// @throws ConfigError      where the lengths differ or nothing is given
+inline Norms error_norms(std::span<const double> value, std::span<const double> reference, std::span<const double> weight = {}) {
+  if (value.empty() || value.size() != reference.size() || (!weight.empty() && weight.size() != value.size()))
+    throw ConfigError("error_norms: value, reference and weight need one common, non-zero length");
+  Norms n{0.0, 0.0, 0.0};
+  double total = 0.0;
+  for (std::size_t i = 0; i < value.size(); ++i) {
+    const double e = std::abs(value[i] - reference[i]);
+    const double w = weight.empty() ? 1.0 : weight[i];
+    total += w;
+    n.l1 += w * e;
+    n.l2 += w * e * e;
+    if (!(e <= n.max)) n.max = std::isnan(n.max) ? n.max : e;  // written so that a NaN is taken and kept
+  }
+  n.l1 /= total;
+  n.l2 = std::sqrt(n.l2 / total);
+  return n;
+}
+
+/// Largest absolute value; the scale of a relative maximum norm.
+inline double max_abs(std::span<const double> a) {
+  double m = 0.0;
+  for (const double v : a)
+    if (!(std::abs(v) <= m)) m = std::isnan(m) ? m : std::abs(v);
+  return m;
+}
+
+/// |value - reference| / |reference|; for a zero reference infinity, or 0 where both are zero.
+inline double relative_error(double value, double reference) {
+  if (reference == 0.0) return value == 0.0 ? 0.0 : std::abs(value) * std::numeric_limits<double>::infinity();
+  return std::abs(value - reference) / std::abs(reference);
+}
+
+}  // namespace mpm::validation

@@ -1,0 +1,562 @@
+#include "validation/harness/ode_reference.hpp"
+
+#include <fmt/format.h>
+
+#include <Eigen/Eigenvalues>
+#include <algorithm>
+#include <cmath>
+#include <functional>
+#include <unsupported/Eigen/MatrixFunctions>
+
+#include "mpm/error.hpp"
+#include "validation/harness/sundials.hpp"
+
+namespace mpm::validation {
+namespace {
+
+/// Everything the rate equations need at one state; named as in the header.
+struct Local {
+  double p, q, internal, pc;
+  double y, y_p, y_q;
+  double numerator;    // A
+  double denominator;  // D
+  double stiffness;    // K y_p^2 + 3 G y_q^2, the scale of D
+};
+
+Local local_state(const CamClay& m, double p, double q, double internal) {
+  Local s{};
+  const double mm = m.critical_state_slope * m.critical_state_slope, b = m.cohesion_beta;
+  s.p = p;
+  s.q = q;
+  s.internal = internal;
+  s.pc = m.preconsolidation(internal);
+  s.y = m.yield(p, q, internal);
+  s.y_p = mm * (2.0 * p - (1.0 - b) * s.pc);
+  s.y_q = 2.0 * (1.0 + 2.0 * b) * q;
+  s.stiffness = m.bulk_modulus * s.y_p * s.y_p + 3.0 * m.shear_modulus * s.y_q * s.y_q;
+  s.denominator = s.stiffness + mm * ((1.0 - b) * p + 2.0 * b * s.pc) * s.y_p * m.hardening_xi * std::hypot(m.bulk_modulus, s.pc);
+  return s;
+}
+
+/// Root of f in [a, b], f(a) and f(b) of opposite signs, to the last bits.
+double bisect(const std::function<double(double)>& f, double a, double b) {
+  const bool rising = f(a) < 0.0;
+  for (int i = 0; i < 200; ++i) {
+    const double c = 0.5 * (a + b);
+    if (c == a || c == b) break;
+    ((f(c) < 0.0) == rising ? a : b) = c;
+  }
+  return 0.5 * (a + b);
+}
+
+/// What the two forms have in common: a state vector with its invariants and rates, for one segment at a time.
+class Form {
+ public:
+  explicit Form(const CamClay& model) : m(model) {}
+  virtual ~Form() = default;
+  virtual void begin_segment(const ReferenceSegment&, double eps_v_now) = 0;
+  virtual void end_segment() = 0;
+  [[nodiscard]] virtual Local local(double t, const double* y) const = 0;
+  virtual void rates(double t, const double* y, bool plastic, double* dydt) const = 0;
+  /// The point of the path at state y.
+  [[nodiscard]] virtual ReferencePoint point(double t, const double* y) const = 0;
+  [[nodiscard]] virtual double eps_v(double t, const double* y) const = 0;
+  [[nodiscard]] virtual double volumetric_rate() const = 0;
+  [[nodiscard]] virtual double deviatoric_rate() const = 0;  ///< sqrt(2/3)|dev d|, signed on coaxial paths
+  /// Replaces stress (p, |q|; direction kept, or that of the strain rate where there is none) and internal variable.
+  virtual void set(std::vector<double>& y, double p, double q, double internal) const = 0;
+  std::vector<double> initial;
+
+ protected:
+  const CamClay& m;
+};
+
+/// Unknowns p/K, q/K (signed), X, eps_v.
+class CoaxialForm final : public Form {
+ public:
+  explicit CoaxialForm(const CamClay& model) : Form(model) { initial = {0.0, 0.0, model.initial_internal(), 0.0}; }
+
+  void begin_segment(const ReferenceSegment& s, double eps_v_now) override {
+    if (s.control == ReferenceSegment::Control::velocity_gradient)
+      throw ConfigError("coaxial_reference: a velocity gradient needs general_reference");
+    segment_ = s;
+    eps_v_start_ = eps_v_now;
+  }
+  void end_segment() override { eps_q_start_ = eps_q_end_; }
+  [[nodiscard]] bool drained() const { return segment_.control == ReferenceSegment::Control::drained_triaxial; }
+
+  /// Strain rates; under drained control eps_v' follows from p' - q'/3 = 0 with eps_q' = eps_v'/3 - eps_axial'.
+  void strain_rates(const Local& s, bool plastic, double& ev, double& eq) const {
+    if (!drained()) {
+      ev = segment_.d_eps_v;
+      eq = segment_.d_eps_q;
+      return;
+    }
+    const double k = m.bulk_modulus, g = m.shear_modulus, a = segment_.d_eps_axial;
+    if (plastic) {
+      const double c = k * s.y_p - g * s.y_q;
+      ev = -(g * a + 3.0 * g * s.y_q * a * c / s.denominator) / (-(k + g / 3.0) + c * c / s.denominator);
+    } else {
+      ev = g * a / (k + g / 3.0);
+    }
+    eq = ev / 3.0 - a;
+  }
+  [[nodiscard]] Local local(double, const double* y) const override {
+    Local s = local_state(m, m.bulk_modulus * y[0], m.bulk_modulus * y[1], y[2]);
+    double ev = 0.0, eq = 0.0;
+    strain_rates(s, true, ev, eq);
+    s.numerator = -m.bulk_modulus * s.y_p * ev + 3.0 * m.shear_modulus * s.y_q * eq;
+    return s;
+  }
+  void rates(double t, const double* y, bool plastic, double* dydt) const override {
+    const Local s = local(t, y);
+    double ev = 0.0, eq = 0.0;
+    strain_rates(s, plastic, ev, eq);
+    const double g = plastic ? std::max(0.0, s.numerator) / s.denominator : 0.0;
+    dydt[0] = -ev - g * s.y_p;
+    dydt[1] = 3.0 * m.shear_modulus / m.bulk_modulus * (eq - g * s.y_q);
+    dydt[2] = g * s.y_p;
+    dydt[3] = ev;
+  }
+  [[nodiscard]] ReferencePoint point(double t, const double* y) const override {
+    ReferencePoint r{};
+    r.eps_v = y[3];
+    // under drained control eps_q = eps_v/3 - eps_axial holds for the sums too, since it holds for every increment from zero
+    r.eps_q = drained() ? eps_q_start_ + (y[3] - eps_v_start_) / 3.0 - segment_.d_eps_axial * t : eps_q_start_ + segment_.d_eps_q * t;
+    eps_q_end_ = r.eps_q;
+    r.p = m.bulk_modulus * y[0];
+    r.q_signed = m.bulk_modulus * y[1];
+    r.q = std::abs(r.q_signed);
+    r.internal = y[2];
+    r.preconsolidation = m.preconsolidation(y[2]);
+    return r;
+  }
+  [[nodiscard]] double eps_v(double, const double* y) const override { return y[3]; }
+  [[nodiscard]] double volumetric_rate() const override {
+    if (drained()) throw ConfigError("coaxial_reference: stress-free snow cannot hold a radial stress");
+    return segment_.d_eps_v;
+  }
+  [[nodiscard]] double deviatoric_rate() const override { return segment_.d_eps_q; }
+  void set(std::vector<double>& y, double p, double q, double internal) const override {
+    const double sign = y[1] != 0.0 ? y[1] : segment_.d_eps_q;
+    y[0] = p / m.bulk_modulus;
+    y[1] = std::copysign(q, sign) / m.bulk_modulus;
+    y[2] = internal;
+  }
+
+ private:
+  ReferenceSegment segment_;
+  double eps_q_start_ = 0.0, eps_v_start_ = 0.0;
+  mutable double eps_q_end_ = 0.0;
+};
+
+/// Unknowns b_e - I (xx yy zz xy xz yz: the difference keeps small strains exact), X.
+class GeneralForm final : public Form {
+ public:
+  explicit GeneralForm(const CamClay& model) : Form(model) { initial = {0, 0, 0, 0, 0, 0, model.initial_internal()}; }
+
+  void begin_segment(const ReferenceSegment& s, double) override {
+    switch (s.control) {
+      case ReferenceSegment::Control::strain:
+        gradient_ = Vec3(0.5, 0.5, -1.0).asDiagonal();
+        gradient_ *= s.d_eps_q;
+        gradient_ += s.d_eps_v / 3.0 * Mat3::Identity();
+        break;
+      case ReferenceSegment::Control::velocity_gradient: gradient_ = s.gradient; break;
+      case ReferenceSegment::Control::drained_triaxial: throw ConfigError("general_reference: drained segments need coaxial_reference");
+    }
+    rate_ = 0.5 * (gradient_ + gradient_.transpose());
+  }
+  void end_segment() override {
+    deformation_ = gradient_.exp() * deformation_;
+    eps_v_start_ += gradient_.trace();
+  }
+
+  struct Spectral {
+    Local local;
+    Mat3 h, s;  ///< b_e - I, deviator of the stress
+  };
+  [[nodiscard]] Spectral spectral(const double* y) const {
+    Spectral r;
+    r.h << y[0], y[3], y[4], y[3], y[1], y[5], y[4], y[5], y[2];
+    const Eigen::SelfAdjointEigenSolver<Mat3> eigen(r.h);
+    const Vec3 strain = 0.5 * eigen.eigenvalues().array().log1p().matrix();
+    const double volumetric = strain.sum();
+    const Vec3 s = 2.0 * m.shear_modulus * (strain.array() - volumetric / 3.0).matrix();
+    r.s = eigen.eigenvectors() * s.asDiagonal() * eigen.eigenvectors().transpose();
+    r.local = local_state(m, -m.bulk_modulus * volumetric, std::sqrt(1.5) * s.norm(), y[6]);
+    r.local.numerator = -m.bulk_modulus * r.local.y_p * rate_.trace() +
+                        6.0 * m.shear_modulus * (1.0 + 2.0 * m.cohesion_beta) * r.s.cwiseProduct(rate_).sum();
+    return r;
+  }
+  [[nodiscard]] Local local(double, const double* y) const override { return spectral(y).local; }
+  void rates(double, const double* y, bool plastic, double* dydt) const override {
+    const Spectral r = spectral(y);
+    const double g = plastic ? std::max(0.0, r.local.numerator) / r.local.denominator : 0.0;
+    const Mat3 b = Mat3::Identity() + r.h;
+    const Mat3 normal = -r.local.y_p / 3.0 * Mat3::Identity() + 3.0 * (1.0 + 2.0 * m.cohesion_beta) * r.s;
+    const Mat3 lb = gradient_ * b - g * normal * b;
+    const Mat3 d = lb + lb.transpose();
+    dydt[0] = d(0, 0);
+    dydt[1] = d(1, 1);
+    dydt[2] = d(2, 2);
+    dydt[3] = d(0, 1);
+    dydt[4] = d(0, 2);
+    dydt[5] = d(1, 2);
+    dydt[6] = g * r.local.y_p;
+  }
+  [[nodiscard]] ReferencePoint point(double t, const double* y) const override {
+    const Local s = local(t, y);
+    const Mat3 f = Mat3(gradient_ * t).exp() * deformation_;
+    const Vec3 strain = 0.5 * Eigen::SelfAdjointEigenSolver<Mat3>(f * f.transpose()).eigenvalues().array().log().matrix();
+    ReferencePoint r{};
+    r.eps_v = eps_v(t, y);
+    r.eps_q = std::sqrt(2.0 / 3.0) * (strain.array() - strain.sum() / 3.0).matrix().norm();
+    r.p = s.p;
+    r.q = r.q_signed = s.q;
+    r.internal = s.internal;
+    r.preconsolidation = s.pc;
+    return r;
+  }
+  [[nodiscard]] double eps_v(double t, const double*) const override { return eps_v_start_ + gradient_.trace() * t; }
+  [[nodiscard]] double volumetric_rate() const override { return rate_.trace(); }
+  [[nodiscard]] double deviatoric_rate() const override { return std::sqrt(2.0 / 3.0) * rate_deviator().norm(); }
+  void set(std::vector<double>& y, double p, double q, double internal) const override {
+    const Spectral r = spectral(y.data());
+    Mat3 direction = r.local.q > 0.0 ? r.s : Mat3(2.0 * m.shear_modulus * rate_deviator());
+    const double norm = std::sqrt(1.5) * direction.norm();
+    const Mat3 dev = norm > 0.0 ? Mat3(direction * (q / (norm * 2.0 * m.shear_modulus))) : Mat3::Zero();
+    const Mat3 h = ((dev - p / (3.0 * m.bulk_modulus) * Mat3::Identity()) * 2.0).exp() - Mat3::Identity();
+    y = {h(0, 0), h(1, 1), h(2, 2), h(0, 1), h(0, 2), h(1, 2), internal};
+  }
+
+ private:
+  [[nodiscard]] Mat3 rate_deviator() const { return rate_ - rate_.trace() / 3.0 * Mat3::Identity(); }
+  Mat3 gradient_ = Mat3::Zero(), rate_ = Mat3::Zero(), deformation_ = Mat3::Identity();
+  double eps_v_start_ = 0.0;
+};
+
+enum class Phase { elastic, plastic, stress_free };
+
+/// Below these shares the integration stops before the singular point itself, where the rates are 0/0 or infinite.
+constexpr double exhausted_share = 1e-7;  // p_c / p_c0: the stress left is 1e-7 of the initial strength
+constexpr double snap_share = 1e-6;       // D / (K y_p^2 + 3 G y_q^2): D falls like a square root, so 1e-12 of the path is left
+
+/// The state to which backward Euler jumps at a snap-back with the strain held: going down from X_n,
+/// p = K (X_0 - eps_v - X), g = (X - X_n)/y_p, q = q_n/(1 + 6 G (1 + 2 beta) g), the next zero of y; else stress-free.
+struct Landing {
+  double p, q, internal;
+};
+Landing snap_landing(const CamClay& m, const Local& before, double eps_v) {
+  const double total = m.initial_internal() - eps_v;
+  const auto at = [&](double x) {
+    Landing r{m.bulk_modulus * (total - x), before.q, x};
+    const double y_p = m.critical_state_slope * m.critical_state_slope * (2.0 * r.p - (1.0 - m.cohesion_beta) * m.preconsolidation(x));
+    r.q = std::abs(before.q) / (1.0 + 6.0 * m.shear_modulus * (1.0 + 2.0 * m.cohesion_beta) * (x - before.internal) / y_p);
+    return r;
+  };
+  const auto y = [&](double x) {
+    const Landing r = at(x);
+    return m.yield(r.p, r.q, x);
+  };
+  constexpr int samples = 20000;
+  bool outside = false;
+  double above = before.internal;
+  for (int i = 1; i < samples; ++i) {
+    const double x = before.internal * (1.0 - static_cast<double>(i) / samples);
+    if (x <= total) break;  // no tension left to release
+    const bool now = y(x) > 0.0;
+    if (outside && !now) return at(bisect(y, above, x));
+    outside = outside || now;
+    above = x;
+  }
+  return {0.0, 0.0, total};
+}
+
+/// Ray on which stress-free snow starts to carry again at X = 0: p = a p_c, q = b p_c with constant a, b, all from zero.
+/// From X' = e'/(1 + xi a), b xi K X' = 3 G (eps_q' - X' y_q/y_p) and y(a, b, 1) = 0, with e' = -eps_v' > 0.
+Landing recompaction_ray(const CamClay& m, double e_rate, double q_rate) {
+  const double b = m.cohesion_beta, mm = m.critical_state_slope * m.critical_state_slope;
+  const auto q_of = [&](double a) { return std::sqrt(mm * (a + b) * std::max(0.0, 1.0 - a) / (1.0 + 2.0 * b)); };
+  const auto balance = [&](double a) {
+    const double q = q_of(a), x = e_rate / (1.0 + m.hardening_xi * a);
+    const double y_p = mm * (2.0 * a - (1.0 - b)), y_q = 2.0 * (1.0 + 2.0 * b) * q;
+    return (q * m.hardening_xi * m.bulk_modulus * x - 3.0 * m.shear_modulus * q_rate) * y_p + 3.0 * m.shear_modulus * x * y_q;
+  };
+  // between the critical state (y_p = 0, balance > 0) and the apex (q = 0, balance <= 0)
+  const double a = q_rate == 0.0 ? 1.0 : bisect(balance, 0.5 * (1.0 - b), 1.0);
+  return {a, q_of(a), e_rate / (1.0 + m.hardening_xi * a)};
+}
+
+class PathIntegrator {
+ public:
+  PathIntegrator(const CamClay& model, Form& form, const ReferenceOptions& options)
+      : m_(model),
+        form_(form),
+        options_(options),
+        ode_(form.initial.size(), [this](double t, const double* y, double* d) { form_.rates(t, y, phase_ == Phase::plastic, d); },
+             options.relative_tolerance, 1e-17) {
+    if (!(m_.bulk_modulus > 0 && m_.shear_modulus > 0 && m_.critical_state_slope > 0 && m_.cohesion_beta >= 0 && m_.hardening_xi > 0 &&
+          m_.preconsolidation_pressure > 0))
+      throw ConfigError("reference path: K, G, M, xi and p_c0 must be positive and beta not negative");
+    y_ = form.initial;
+  }
+
+  ReferencePath run(const std::vector<ReferenceSegment>& segments) {
+    record(0.0);
+    for (std::size_t i = 0; i < segments.size(); ++i) {
+      segment_ = static_cast<double>(i);
+      t_ = 0.0;
+      form_.begin_segment(segments[i], form_.eps_v(i == 0 ? 0.0 : 1.0, y_.data()));
+      if (phase_ != Phase::stress_free) choose_phase();
+      const auto n = static_cast<double>(options_.samples_per_segment);
+      for (std::size_t k = 1; k <= options_.samples_per_segment; ++k) {
+        advance(k == options_.samples_per_segment ? 1.0 : static_cast<double>(k) / n);
+        record(t_);
+      }
+      form_.end_segment();
+    }
+    path_.steps = ode_.steps();
+    return std::move(path_);
+  }
+
+ private:
+  /// On the surface and not unloading is plastic; A = 0 at an apex (pure shear) is neutral loading and stays plastic.
+  void choose_phase() {
+    const Local s = form_.local(t_, y_.data());
+    const double strength = std::max(s.pc, 1e-3 * m_.preconsolidation_pressure);
+    const bool on_surface = s.y >= -1e-9 * strength * strength;  // the drift that the reference is allowed
+    enter(on_surface && loading(s) >= -1e-10 ? Phase::plastic : Phase::elastic);
+  }
+  /// A in units of K y times the strain rate, so that one threshold fits all materials.
+  [[nodiscard]] double loading(const Local& s) const {
+    const double scale = m_.bulk_modulus * std::sqrt(s.stiffness / m_.bulk_modulus);
+    return s.numerator / scale;
+  }
+  void enter(Phase phase) {
+    if (phase == Phase::plastic) {
+      const Local s = form_.local(t_, y_.data());
+      if (s.denominator <= snap_share * s.stiffness) return snap_back();  // yield begins where no smooth continuation exists
+    }
+    phase_ = phase;
+    if (phase == Phase::elastic) {
+      ode_.start(t_, y_, 1.0, [this](double t, const double* y, double* g) {
+        const Local s = form_.local(t, y);
+        g[0] = s.y / (s.pc * s.pc);
+      }, {+1});
+    } else if (phase == Phase::plastic) {
+      ode_.start(t_, y_, 1.0, [this](double t, const double* y, double* g) {
+        const Local s = form_.local(t, y);
+        g[0] = loading(s);
+        g[1] = s.denominator / s.stiffness - snap_share;
+        g[2] = s.pc / m_.preconsolidation_pressure - exhausted_share;
+      }, {-1, -1, -1});
+    }
+  }
+  void snap_back() {
+    const Local s = form_.local(t_, y_.data());
+    const Landing to = snap_landing(m_, s, form_.eps_v(t_, y_.data()));
+    log(PathEvent::snap_back, s.internal, to.internal);
+    form_.set(y_, to.p, to.q, to.internal);
+    if (to.internal > 0.0)
+      enter(Phase::plastic);
+    else
+      phase_ = Phase::stress_free;
+  }
+  void advance(double target) {
+    for (int restarts = 0; t_ < target; ++restarts) {
+      if (restarts > 100) throw UnstableError(fmt::format("reference path: more than 100 events near time {}", segment_ + t_));
+      if (phase_ == Phase::stress_free) {
+        advance_stress_free(target);
+        continue;
+      }
+      const OdeIntegrator::Stop stop = ode_.advance(target);
+      t_ = stop.time;
+      const auto state = ode_.state();
+      y_.assign(state.begin(), state.end());
+      if (stop.root < 0) continue;
+      const double before = form_.local(t_, y_.data()).internal;
+      if (phase_ == Phase::elastic) {
+        log(PathEvent::onset, before, before);
+        enter(Phase::plastic);
+      } else if (stop.root == 0) {
+        log(PathEvent::unloading, before, before);
+        enter(Phase::elastic);
+      } else if (stop.root == 1) {
+        snap_back();
+      } else {
+        const double after = m_.initial_internal() - form_.eps_v(t_, y_.data());
+        log(PathEvent::exhaustion, before, after);
+        form_.set(y_, 0.0, 0.0, std::min(after, 0.0));
+        phase_ = Phase::stress_free;
+      }
+    }
+  }
+  /// No stress, all strain plastic: X' = -eps_v', until X = 0.
+  void advance_stress_free(double target) {
+    const double rate = -form_.volumetric_rate();
+    const std::size_t slot = form_.initial.size() == 4 ? 2 : 6;
+    const bool coaxial = slot == 2;
+    const double x = y_[slot];
+    double step = target - t_;
+    const bool recompacts = rate > 0.0 && x + rate * step > 0.0;
+    if (recompacts) step = -x / rate;
+    t_ = recompacts ? t_ + step : target;
+    y_[slot] = recompacts ? 0.0 : x + rate * step;
+    if (coaxial) y_[3] -= rate * step;
+    if (!recompacts) return;
+    log(PathEvent::recompaction, 0.0, 0.0);
+    // leave the singular point along its ray, far enough that p_c / p_c0 is the share at which exhaustion is called
+    const Landing ray = recompaction_ray(m_, rate, std::abs(form_.deviatoric_rate()));
+    const double pc = 4.0 * exhausted_share * m_.preconsolidation_pressure;
+    const double internal = std::asinh(pc / m_.bulk_modulus) / m_.hardening_xi;
+    const double used = internal / ray.internal;  // ray.internal is X'
+    if (t_ + used >= 1.0) {  // the segment ends at the singular point
+      t_ = target;
+      return;
+    }
+    t_ += used;
+    if (coaxial) y_[3] -= rate * used;
+    form_.set(y_, ray.p * pc, ray.q * pc, internal);
+    enter(Phase::plastic);
+    if (t_ > target) throw UnstableError("reference path: sampled finer than the recompaction ray resolves");
+  }
+  void log(PathEvent event, double before, double after) { path_.events.push_back({event, segment_ + t_, before, after}); }
+  void record(double t) {
+    ReferencePoint r = form_.point(t, y_.data());
+    r.time = segment_ + t;
+    r.plastic = phase_ == Phase::plastic;
+    if (r.plastic) {
+      const double strength = std::max(r.preconsolidation, 1e-3 * m_.preconsolidation_pressure);
+      path_.drift = std::max(path_.drift, std::abs(m_.yield(r.p, r.q, r.internal)) / (strength * strength));
+    }
+    path_.points.push_back(r);
+  }
+
+  const CamClay& m_;
+  Form& form_;
+  const ReferenceOptions& options_;
+  Phase phase_ = Phase::elastic;
+  OdeIntegrator ode_;
+  std::vector<double> y_;
+  double t_ = 0.0, segment_ = 0.0;
+  ReferencePath path_;
+};
+
+}  // namespace
+
+CamClay CamClay::from_young(double young, double poisson, double m, double beta, double xi, double pc0) {
+  return {young / (3.0 * (1.0 - 2.0 * poisson)), young / (2.0 * (1.0 + poisson)), m, beta, xi, pc0};
+}
+double CamClay::initial_internal() const { return std::asinh(preconsolidation_pressure / bulk_modulus) / hardening_xi; }
+double CamClay::preconsolidation(double internal) const { return bulk_modulus * std::sinh(hardening_xi * std::max(internal, 0.0)); }
+double CamClay::yield(double p, double q, double internal) const {
+  const double pc = preconsolidation(internal);
+  return q * q * (1.0 + 2.0 * cohesion_beta) + critical_state_slope * critical_state_slope * (p + cohesion_beta * pc) * (p - pc);
+}
+
+ReferenceSegment ReferenceSegment::strain_increment(double d_eps_v, double d_eps_q) {
+  ReferenceSegment s;
+  s.d_eps_v = d_eps_v;
+  s.d_eps_q = d_eps_q;
+  return s;
+}
+ReferenceSegment ReferenceSegment::drained(double radial_stress, double d_eps_axial) {
+  ReferenceSegment s;
+  s.control = Control::drained_triaxial;
+  s.radial_stress = radial_stress;
+  s.d_eps_axial = d_eps_axial;
+  return s;
+}
+ReferenceSegment ReferenceSegment::general(const Mat3& gradient) {
+  ReferenceSegment s;
+  s.control = Control::velocity_gradient;
+  s.gradient = gradient;
+  return s;
+}
+
+std::string to_string(PathEvent e) {
+  switch (e) {
+    case PathEvent::onset: return "onset of yield";
+    case PathEvent::unloading: return "unloading";
+    case PathEvent::exhaustion: return "exhaustion (p_c = 0)";
+    case PathEvent::snap_back: return "snap-back";
+    case PathEvent::recompaction: return "recompaction";
+  }
+  return "unknown";
+}
+
+ReferencePath coaxial_reference(const CamClay& model, const std::vector<ReferenceSegment>& segments, const ReferenceOptions& options) {
+  CoaxialForm form(model);
+  return PathIntegrator(model, form, options).run(segments);
+}
+
+ReferencePath general_reference(const CamClay& model, const std::vector<ReferenceSegment>& segments, const ReferenceOptions& options) {
+  GeneralForm form(model);
+  return PathIntegrator(model, form, options).run(segments);
+}
+
+std::vector<ReferencePoint> dae_reference(const CamClay& m, const ReferencePoint& start, double d_eps_v, double d_eps_q,
+                                          std::size_t samples, double relative_tolerance) {
+  const double k = m.bulk_modulus, g = m.shear_modulus;
+  const double offset = start.p / k + start.internal + start.eps_v;  // p = K (offset - eps_v - X)
+  const auto p_of = [&](double t, double x) { return k * (offset - (start.eps_v + d_eps_v * t) - x); };
+  const double scale = m.critical_state_slope * m.critical_state_slope * m.preconsolidation_pressure;
+  // unknowns q/K and X
+  const auto residual = [&](double t, const double* y, const double* dydt, double* r) {
+    const Local s = local_state(m, p_of(t, y[1]), k * y[0], y[1]);
+    r[0] = (s.y_p * (3.0 * g * d_eps_q - k * dydt[0]) - 3.0 * g * s.y_q * dydt[1]) / (scale * k);
+    r[1] = s.y / (scale * k);
+  };
+  // consistent slopes: the first equation and y' = 0, both linear in q' and X'
+  const Local s = local_state(m, start.p, start.q_signed, start.internal);
+  const double mm = m.critical_state_slope * m.critical_state_slope;
+  const double y_x = -k * s.y_p - mm * ((1.0 - m.cohesion_beta) * s.p + 2.0 * m.cohesion_beta * s.pc) * m.hardening_xi * std::hypot(k, s.pc);
+  Eigen::Matrix2d a;
+  a << -s.y_p, -3.0 * g * s.y_q, s.y_q, y_x;
+  const Eigen::Vector2d b(-s.y_p * 3.0 * g * d_eps_q, s.y_p * k * d_eps_v);
+  const Eigen::Vector2d slope = a.fullPivLu().solve(b);
+  std::vector<double> times;
+  for (std::size_t i = 1; i <= samples; ++i) times.push_back(static_cast<double>(i) / static_cast<double>(samples));
+  const auto states = integrate_dae(residual, 0.0, {start.q_signed / k, start.internal}, {slope[0] / k, slope[1]}, times, relative_tolerance, 1e-16);
+  std::vector<ReferencePoint> points;
+  for (std::size_t i = 0; i < samples; ++i) {
+    ReferencePoint r{};
+    r.time = times[i];
+    r.eps_v = start.eps_v + d_eps_v * times[i];
+    r.eps_q = start.eps_q + d_eps_q * times[i];
+    r.q_signed = k * states[i][0];
+    r.q = std::abs(r.q_signed);
+    r.internal = states[i][1];
+    r.p = p_of(times[i], r.internal);
+    r.preconsolidation = m.preconsolidation(r.internal);
+    r.plastic = true;
+    points.push_back(r);
+  }
+  return points;
+}
+
+namespace exact {
+
+double isotropic_compression(const CamClay& m, double compression) {
+  const double total = compression + m.initial_internal();
+  return bisect([&](double x) { return std::sinh(m.hardening_xi * x) + x - total; }, 0.0, total);
+}
+double isochoric_critical_state(const CamClay& m, double compression) {
+  const double total = compression + m.initial_internal();
+  return bisect([&](double x) { return 0.5 * (1.0 - m.cohesion_beta) * std::sinh(m.hardening_xi * x) + x - total; }, 0.0, total);
+}
+double critical_ratio(const CamClay& m) {
+  return m.critical_state_slope * (1.0 + m.cohesion_beta) / ((1.0 - m.cohesion_beta) * std::sqrt(1.0 + 2.0 * m.cohesion_beta));
+}
+double tension_apex(const CamClay& m, double compression, double start) {
+  const double total = compression + m.initial_internal();
+  // h(X) = X - beta sinh(xi max(X, 0)) is X below zero; above, it rises to X* = acosh(1/(beta xi))/xi and falls from there
+  // (it falls at once for beta xi >= 1). Outside the apex h(start) > total, so the root below start is on the rising part.
+  if (total <= 0.0 || m.cohesion_beta == 0.0) return total;
+  const double top = std::acosh(1.0 / (m.cohesion_beta * m.hardening_xi)) / m.hardening_xi;
+  return bisect([&](double x) { return x - m.cohesion_beta * std::sinh(m.hardening_xi * x) - total; }, 0.0, std::min(start, top));
+}
+
+}  // namespace exact
+}  // namespace mpm::validation
