@@ -5,6 +5,7 @@
 /// to one AVX-512, two AVX or four SSE2 registers. The functions below exist for both types, so that a template over the
 /// number type reads the same for one material point and for eight; branches become `select`.
 
+#include <array>
 #include <cmath>
 #include <concepts>
 #include <cstdint>
@@ -80,7 +81,7 @@ inline Lanes abs(Lanes a) { return a < 0.0 ? -a : a; }
 inline double sqrt(double a) { return std::sqrt(a); }
 inline Lanes sqrt(Lanes a) {
 #if defined(__AVX512F__)
-  return reinterpret_cast<Lanes>(_mm512_sqrt_pd(reinterpret_cast<__m512d>(a)));
+  return reinterpret_cast<Lanes>(_mm512_maskz_sqrt_pd(0xFF, reinterpret_cast<__m512d>(a)));
 #else
   Lanes r;
   for (int i = 0; i < lane_count; ++i) r[i] = std::sqrt(a[i]);
@@ -128,7 +129,13 @@ inline Lanes mvec_log(const Lanes& x) {
 }  // namespace detail
 
 namespace detail {
-constexpr double inverse_factorial(int n) { return n < 2 ? 1.0 : inverse_factorial(n - 1) / n; }
+/// 1/n!, by table: constants that the compiler folds into the unrolled series.
+inline constexpr auto inverse_factorials = [] {
+  std::array<double, 18> table{1.0};
+  for (std::size_t n = 1; n < table.size(); ++n) table[n] = table[n - 1] / static_cast<double>(n);
+  return table;
+}();
+constexpr double inverse_factorial(int n) { return inverse_factorials[static_cast<std::size_t>(n)]; }
 }  // namespace detail
 
 /// exp, log, and the three that keep relative precision however small the argument: expm1(x) = e^x - 1, log1p(x) = log(1 + x), sinh(x).

@@ -183,12 +183,9 @@ CamClay::Return<T> CamClay::return_map(const T& p_trial, const T& q2, const T& x
   constexpr int most_iterations = 12;
   // Quadratic convergence: the correction after one of relative size 1e-8 is below round-off, except near a double root.
   constexpr double tolerance = 1e-8;
-  const T target = x_n + p_trial;
-  const Mask<T> stress_free = target <= 0.0;
-  // Nothing to search where the point stays expanded.
-  const Mask<T> lost = yields & stress_free & (m2_ == 0.0 ? stress_free : (x_n <= 0.0));
+  const Mask<T> stress_free = x_n + p_trial <= 0.0;
+  Mask<T> lost = yields & stress_free & (x_n <= 0.0);  // stays expanded: nothing to search
   Mask<T> active = yields & mask_not(lost);
-
   Return<T> result{select(lost, p_trial, T{}), select(yields, T{}, broadcast<T>(1.0))};
   if (!any(active)) return result;
 
@@ -196,8 +193,14 @@ CamClay::Return<T> CamClay::return_map(const T& p_trial, const T& q2, const T& x
   T near = T{}, far = residual.side * residual.reach(x_n), x = T{};
   typename Residual<T>::Value value = residual(x);
   const T v_0 = value.v, slope_0 = value.s_slope, y_0 = value.y;
-  if (m2_ == 0.0) active = active & (value.a > round_off * residual.s);  // p within bounds: only q is lost
-  Mask<T> found = yields & mask_not(lost) & mask_not(active);
+  Mask<T> found = active & mask_not(active);
+  if (m2_ == 0.0) {
+    const Mask<T> outside = value.a > round_off * residual.s;
+    found = active & mask_not(outside);  // p is within its bounds: only q is lost
+    lost = lost | (active & outside & stress_free);
+    active = active & outside & mask_not(stress_free);
+    result.d = select(lost, p_trial, T{});
+  }
   for (int iteration = 0; iteration < most_iterations; ++iteration) {
     const Mask<T> beyond = mask_not(value.a > 0.0) | mask_not(value.y > 0.0);
     near = select(beyond, near, x);
