@@ -1,5 +1,6 @@
 #include "mpm/boundary.hpp"
 
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 

@@ -151,7 +151,7 @@ void Grid::migrate() {
     }
   }
   if (out_of_memory) throw std::bad_alloc();
-  for (const auto b : occupied_) block(b).outbox.clear();
+  for (const auto b : all_) block(b).outbox.clear();  // not occupied_: a block that lost its last particle has an outbox too
   refresh();
   for (const auto b : occupied_) {
     if (block(b).particles.count() > max_particles_per_block) {
