@@ -1,0 +1,226 @@
+#!/usr/bin/python3
+"""Draws the report of mpm-validate: DIR/index.html from DIR/results.json.
+
+Every number and every verdict was computed by mpm-validate; this script formats and draws, and decides nothing. The page holds its
+images and needs no other file.
+
+usage: validation_report.py DIR
+"""
+
+import base64
+import html
+import io
+import json
+import os
+import re
+import sys
+
+import jinja2
+import markupsafe
+import matplotlib
+
+matplotlib.use("svg")
+import matplotlib.pyplot as plt  # noqa: E402  (after the backend is chosen)
+
+# Distinct in hue and in lightness, so that they survive colour blindness and a grey printer.
+COLOURS = ["#1f6fb4", "#d1601f", "#2e8b57", "#8b4fa8", "#b3262e", "#6b6b00", "#008b9a", "#9c5b3b"]
+MARKERS = ["o", "s", "^", "D", "v", "P", "X", "*"]
+
+TEMPLATE = r"""<!doctype html>
+<html lang="en">
+<head>
+<meta charset="utf-8">
+<meta name="viewport" content="width=device-width, initial-scale=1">
+<title>libmpm validation: {{ r.passed }} passed, {{ r.failed }} failed</title>
+<style>
+:root { --ink: #1c2430; --soft: #5a6675; --line: #d9dee5; --tint: #f5f7fa; --good: #1c7a43; --bad: #b3262e; --accent: #1f6fb4; }
+* { box-sizing: border-box; }
+body { margin: 0; color: var(--ink); background: #fff; font: 16px/1.5 system-ui, "Segoe UI", "DejaVu Sans", sans-serif; }
+main { max-width: 1180px; margin: 0 auto; padding: 1.5rem 1.25rem 4rem; }
+h1 { font-size: 1.7rem; margin: 0 0 .3rem; }
+h2 { font-size: 1.25rem; margin: 0; }
+h3 { font-size: 1rem; margin: 1.4rem 0 .4rem; }
+a { color: var(--accent); text-decoration: none; } a:hover { text-decoration: underline; }
+code { font: .88em ui-monospace, "DejaVu Sans Mono", monospace; background: var(--tint); padding: .1em .3em; border-radius: 3px; overflow-wrap: anywhere; }
+.lead { color: var(--soft); margin: 0 0 1rem; max-width: 75ch; }
+.verdict { font-weight: 650; white-space: nowrap; } .ok { color: var(--good); } .failed { color: var(--bad); }
+.score { display: flex; gap: 2rem; flex-wrap: wrap; align-items: baseline; padding: .9rem 1.1rem; border: 1px solid var(--line);
+  border-left: 5px solid {{ 'var(--bad)' if r.failed else 'var(--good)' }}; border-radius: 4px; margin: 1rem 0 1.2rem; background: var(--tint); }
+.score b { font-size: 1.3rem; }
+dl.facts { display: grid; grid-template-columns: max-content 1fr; gap: .15rem 1rem; margin: 0 0 1.5rem; font-size: .88rem; }
+dl.facts dt { color: var(--soft); } dl.facts dd { margin: 0; overflow-wrap: anywhere; }
+table { border-collapse: collapse; width: 100%; font-size: .84rem; font-variant-numeric: tabular-nums; }
+th { text-align: left; font-weight: 600; color: var(--soft); border-bottom: 2px solid var(--line); padding: .35rem .55rem; vertical-align: bottom; }
+td { border-bottom: 1px solid var(--line); padding: .35rem .55rem; vertical-align: top; }
+td.number { text-align: right; } th.number { text-align: right; }
+tr.first td { border-top: 2px solid var(--line); }
+tr.bad td { background: #fdf1f1; }
+td.fault { color: var(--bad); }
+section { border-top: 3px solid var(--line); margin-top: 2.6rem; padding-top: 1.3rem; }
+.heading { display: flex; gap: .4rem 1rem; flex-wrap: wrap; align-items: baseline; }
+.name { color: var(--soft); font-size: .9rem; }
+.physics { max-width: 80ch; }
+.figures { display: grid; grid-template-columns: repeat(auto-fit, minmax(min(100%, 26rem), 1fr)); gap: 1.2rem; margin: 1rem 0; }
+figure { margin: 0; border: 1px solid var(--line); border-radius: 4px; padding: .6rem; break-inside: avoid; max-width: 40rem; }
+figure img { width: 100%; height: auto; display: block; }
+figcaption { font-size: .84rem; color: var(--soft); margin-top: .3rem; }
+ul.notes { font-size: .9rem; padding-left: 1.2rem; max-width: 85ch; }
+.legend { font-size: .84rem; color: var(--soft); max-width: 90ch; }
+@media (max-width: 760px) {
+  main { padding: 1rem .8rem 3rem; }
+  table.stack thead { display: none; }
+  table.stack tr { display: block; border: 1px solid var(--line); border-radius: 4px; margin: 0 0 .7rem; padding: .3rem .1rem; }
+  table.stack td, table.stack tr.first td { display: grid; grid-template-columns: 6.2rem 1fr; gap: .6rem; border: 0; padding: .12rem .6rem; text-align: left; }
+  table.stack td::before { content: attr(data-label); color: var(--soft); }
+  table.stack td.empty { display: none; }
+  dl.facts { grid-template-columns: 1fr; } dl.facts dt { margin-top: .4rem; }
+}
+@media print {
+  body { font-size: 10pt; } main { max-width: none; padding: 0; }
+  section, tr { break-inside: avoid-page; } a { color: inherit; }
+  .figures { grid-template-columns: 1fr 1fr; }
+}
+</style>
+</head>
+<body><main>
+<h1>libmpm validation</h1>
+<p class="lead">Theory against simulation, level <em>{{ r.level }}</em>. Verification compares with an exact solution or property, validation with an experiment or the
+paper, regression with an earlier result of this program.</p>
+<div class="score"><span><b class="{{ 'failed' if r.failed else 'ok' }}">{{ r.passed }} passed, {{ r.failed }} failed</b></span>
+<span>{{ r.cases|length }} cases in {{ '%.0f'|format(r.wall_time_s) }} s</span>
+{% if failing %}<span class="failed">failing: {% for c in failing %}<a class="failed" href="#{{ c.name }}">{{ c.name }}</a>{{ ', ' if not loop.last }}{% endfor %}</span>{% endif %}</div>
+<dl class="facts">
+<dt>command</dt><dd><code>{{ r.command }}</code></dd>
+<dt>version</dt><dd>{{ r.version }}, commit {{ r.commit }}, {{ r.compiler }}, {{ r.build_type }}, {{ r.instruction_set }}</dd>
+<dt>machine</dt><dd>{{ r.machine }}; {{ r.threads }} threads used</dd>
+<dt>date</dt><dd>{{ r.started }}</dd>
+</dl>
+<table class="stack">
+<thead><tr><th>case</th><th>label</th><th>quantity</th><th class="number">reference</th><th class="number">result</th><th class="number">error</th>
+<th class="number">order</th><th class="number">tolerance</th><th>verdict</th><th class="number">time</th></tr></thead>
+<tbody>
+{% for c in r.cases %}{% set first = namespace(value=true) %}
+{% if c.fault %}<tr class="first bad"><td data-label="case"><a href="#{{ c.name }}">{{ c.name }}</a></td><td class="empty"></td>
+<td class="fault" data-label="message" colspan="6">{{ c.fault }}</td><td data-label="verdict" class="verdict failed">FAILED</td>
+<td class="number" data-label="time">{{ '%.1f'|format(c.wall_time_s) }} s</td></tr>{% set first.value = false %}{% endif %}
+{% for k in c.checks|sort(attribute='passed') %}<tr class="{{ 'first ' if first.value }}{{ 'bad' if not k.passed }}">
+<td data-label="case">{% if first.value %}<a href="#{{ c.name }}">{{ c.name }}</a>{% else %}<span class="name">{{ c.name }}</span>{% endif %}</td>
+<td data-label="label">{{ k.label }}</td><td data-label="quantity">{{ k.quantity }}</td>
+<td class="number" data-label="reference">{{ '≤ ' if k.measure == 'at_most' }}{{ k.text.reference }} {{ k.unit }}</td><td class="number" data-label="result">{{ k.text.value }}</td>
+<td class="number" data-label="error">{{ k.text.error }}</td><td class="number{{ '' if k.text.order else ' empty' }}" data-label="order">{{ k.text.order }}</td>
+<td class="number" data-label="tolerance">{{ k.text.tolerance }}</td>
+<td data-label="verdict" class="verdict {{ 'ok' if k.passed else 'failed' }}">{{ 'ok' if k.passed else 'FAILED' }}</td>
+<td class="number{{ '' if first.value else ' empty' }}" data-label="time">{% if first.value %}{{ '%.1f'|format(c.wall_time_s) }} s{% endif %}</td></tr>
+{% set first.value = false %}{% endfor %}{% endfor %}
+</tbody></table>
+<p class="legend">Errors and tolerances in per cent or without unit are relative, those with the quantity's unit absolute. '≤': a bound; its error is how far the result lies above it.</p>
+{% for c in r.cases %}
+<section id="{{ c.name }}">
+<div class="heading"><h2>{{ c.title }}</h2><span class="name">{{ c.name }}</span><span class="verdict {{ 'ok' if c.passed else 'failed' }}">{{ 'ok' if c.passed else 'FAILED' }}</span></div>
+{% if c.fault %}<p class="failed">{{ c.fault }}</p>{% endif %}
+<p class="physics">{{ c.physics|inline }}</p>
+{% if c.images %}<div class="figures">{% for f in c.images %}<figure><img alt="{{ f.title }}" src="{{ f.data }}">{% if f.caption %}<figcaption>{{ f.caption|inline }}</figcaption>{% endif %}</figure>{% endfor %}</div>{% endif %}
+{% if c.studies %}<h3>Grid convergence</h3>
+<table class="stack"><thead><tr><th>quantity</th><th>grids</th><th class="number">finest</th><th class="number">order</th><th class="number">extrapolated</th>
+<th class="number">GCI</th><th class="number">least-squares uncertainty</th><th>remark</th></tr></thead><tbody>
+{% for s in c.studies %}<tr><td data-label="quantity">{{ s.quantity }} [{{ s.unit }}]</td>
+<td data-label="grids">{% for h in s.size %}{{ '%.4g'|format(h) }}: {{ s.value[loop.index0]|short }}{{ ', ' if not loop.last }}{% endfor %}</td>
+<td class="number" data-label="finest">{{ s.value[-1]|short }}</td><td class="number" data-label="order">{{ s.order|short }}</td>
+<td class="number" data-label="extrapolated">{{ s.extrapolated|short }}</td>
+<td class="number" data-label="GCI">{% if s.gci is not none %}{{ '%.2g'|format(100 * s.gci) }} % (Fs {{ s.safety_factor|short }}){% endif %}</td>
+<td class="number" data-label="uncertainty">{{ s.least_squares_uncertainty|short }}</td><td data-label="remark">{{ s.remark }}</td></tr>{% endfor %}
+</tbody></table>{% endif %}
+{% if c.checks %}<h3>Why these tolerances</h3>
+<table class="stack"><thead><tr><th>quantity</th><th class="number">error</th><th class="number">tolerance</th><th>reason</th></tr></thead><tbody>
+{% for k in c.checks %}<tr class="{{ 'bad' if not k.passed }}"><td data-label="quantity">{{ k.quantity }}</td><td class="number" data-label="error">{{ k.text.error }}</td>
+<td class="number" data-label="tolerance">{{ k.text.tolerance }}</td><td data-label="reason">{{ k.tolerance_reason }}</td></tr>{% endfor %}
+</tbody></table>{% endif %}
+{% if c.notes %}<h3>Notes</h3><ul class="notes">{% for n in c.notes %}<li>{{ n|inline }}</li>{% endfor %}</ul>{% endif %}
+<p class="legend">Alone: <code>mpm-validate run --level {{ r.level }} --case {{ c.name }}</code>. Derivation and sources: <code>validation/cases/{{ c.name }}/README.md</code>.</p>
+</section>
+{% endfor %}
+</main></body></html>
+"""
+
+
+def inline(text):
+    """The little Markdown that a paragraph uses: `code`, *emphasis*, [text](address)."""
+    text = html.escape(text, quote=False)
+    text = re.sub(r"`([^`]+)`", r"<code>\1</code>", text)
+    text = re.sub(r"(?<![\w*])\*\*?([^*\s][^*]*)\*\*?(?!\w)", r"<em>\1</em>", text)
+    text = re.sub(r"\[([^\]]+)\]\([^)]*\)", r"\1", text)
+    return markupsafe.Markup(text)
+
+
+def short(value):
+    return "" if value is None else f"{value:.4g}"
+
+
+def clean(values):
+    return [float("nan") if v is None else v for v in values]
+
+
+def draw(plot):
+    """One plot as an SVG data address."""
+    figure, axes = plt.subplots(figsize=(6.2, 4.3), layout="constrained")
+    used = 0
+    for series in plot["series"]:
+        x, y = clean(series["x"]), clean(series["y"])
+        style = series["style"]
+        if style == "reference":
+            axes.plot(x, y, "-" if len(x) > 1 else "_", color="black", linewidth=1.6, markersize=14, label=series["name"], zorder=2)
+        elif style == "bound":
+            axes.plot(x, y, "--", color="#808890", linewidth=1.3, label=series["name"], zorder=1)
+        else:
+            colour, marker = COLOURS[used % len(COLOURS)], MARKERS[used % len(MARKERS)]
+            used += 1
+            if style == "points":
+                axes.plot(x, y, marker, color=colour, markersize=4.5, markerfacecolor="none" if len(x) > 25 else colour, label=series["name"], zorder=3)
+            else:
+                axes.plot(x, y, "-", color=colour, linewidth=1.4, marker=marker if len(x) <= 12 else None, markersize=5, label=series["name"], zorder=3)
+    if plot["log_x"]:
+        axes.set_xscale("log")
+    if plot["log_y"]:
+        axes.set_yscale("log")
+    axes.set_xlabel(plot["x_label"])
+    axes.set_ylabel(plot["y_label"])
+    axes.set_title(plot["title"], fontsize=10.5, loc="left")
+    axes.grid(True, which="major", color="#e3e7ec", linewidth=0.8)
+    axes.set_axisbelow(True)
+    for side in ("top", "right"):
+        axes.spines[side].set_visible(False)
+    if len(plot["series"]) > 1:
+        axes.legend(fontsize=8.5, frameon=True, framealpha=0.9, edgecolor="none", ncols=1 if len(plot["series"]) <= 7 else 2)
+    stream = io.BytesIO()
+    figure.savefig(stream, format="svg", metadata={"Date": None})
+    plt.close(figure)
+    return "data:image/svg+xml;base64," + base64.b64encode(stream.getvalue()).decode()
+
+
+def embed(path):
+    kind = "jpeg" if path.lower().endswith((".jpg", ".jpeg")) else "png"
+    with open(path, "rb") as file:
+        return f"data:image/{kind};base64," + base64.b64encode(file.read()).decode()
+
+
+def main():
+    if len(sys.argv) != 2:
+        sys.exit(__doc__)
+    directory = sys.argv[1]
+    with open(os.path.join(directory, "results.json"), encoding="utf-8") as file:
+        results = json.load(file)
+    matplotlib.rcParams.update({"font.size": 10, "svg.hashsalt": "libmpm", "axes.edgecolor": "#5a6675"})
+    for case in results["cases"]:
+        case["images"] = [{"title": p["title"], "caption": p["caption"], "data": draw(p)} for p in case["plots"]]
+        case["images"] += [{"title": p["caption"], "caption": p["caption"], "data": embed(p["file"])} for p in case["pictures"]]
+    environment = jinja2.Environment(autoescape=True, trim_blocks=True)
+    environment.filters.update(inline=inline, short=short)
+    page = environment.from_string(TEMPLATE).render(r=results, failing=[c for c in results["cases"] if not c["passed"]])
+    target = os.path.join(directory, "index.html")
+    with open(target + ".tmp", "w", encoding="utf-8") as file:
+        file.write(page)
+    os.replace(target + ".tmp", target)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,115 @@
+#include "validation/harness/case.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <exception>
+#include <sstream>
+
+#include "mpm/io/atomic_file.hpp"
+#include "validation/harness/norms.hpp"
+
+namespace mpm::validation {
+namespace {
+
+std::vector<CaseEntry>& cases() {
+  static std::vector<CaseEntry> all;
+  return all;
+}
+
+bool finite(const Check& c) {
+  return std::isfinite(c.value) && std::isfinite(c.reference) && std::isfinite(c.error) && std::isfinite(c.tolerance) &&
+         (!c.observed_order || std::isfinite(*c.observed_order));
+}
+
+Check& add(CaseResult& result, Check check) {
+  switch (check.measure) {
+    case Measure::relative: check.error = relative_error(check.value, check.reference); break;
+    case Measure::absolute: check.error = std::abs(check.value - check.reference); break;
+    case Measure::at_most: check.error = check.value - check.reference; break;
+  }
+  check.passed = finite(check) && check.error <= check.tolerance;
+  return result.checks.emplace_back(std::move(check));
+}
+
+}  // namespace
+
+std::string to_string(Label label) {
+  switch (label) {
+    case Label::verification: return "verification";
+    case Label::validation: return "validation";
+    case Label::regression: return "regression";
+  }
+  return "unknown";
+}
+
+std::string to_string(Level level) {
+  switch (level) {
+    case Level::quick: return "quick";
+    case Level::standard: return "standard";
+    case Level::full: return "full";
+  }
+  return "unknown";
+}
+
+bool CaseResult::passed() const {
+  return fault.empty() && !checks.empty() && std::all_of(checks.begin(), checks.end(), [](const Check& c) { return c.passed; });
+}
+
+Check& CaseResult::check_relative(Label label, std::string quantity, double value, double reference, std::string unit, double tolerance,
+                                  std::string reason) {
+  return add(*this, {std::move(quantity), value, reference, std::move(unit), Measure::relative, 0.0, tolerance, std::move(reason), {}, false, label});
+}
+
+Check& CaseResult::check_absolute(Label label, std::string quantity, double value, double reference, std::string unit, double tolerance,
+                                  std::string reason) {
+  return add(*this, {std::move(quantity), value, reference, std::move(unit), Measure::absolute, 0.0, tolerance, std::move(reason), {}, false, label});
+}
+
+Check& CaseResult::check_at_most(Label label, std::string quantity, double value, double bound, std::string unit, double slack, std::string reason) {
+  return add(*this, {std::move(quantity), value, bound, std::move(unit), Measure::at_most, 0.0, slack, std::move(reason), {}, false, label});
+}
+
+Check& CaseResult::check_order(Label label, std::string quantity, double order, double low, double high, std::string reason) {
+  return add(*this, {std::move(quantity), order, 0.5 * (low + high), "", Measure::absolute, 0.0, 0.5 * (high - low), std::move(reason), order, false, label});
+}
+
+const std::vector<CaseEntry>& registered_cases() { return cases(); }
+
+Registration::Registration(CaseEntry entry) {
+  auto& all = cases();
+  const auto place = std::lower_bound(all.begin(), all.end(), entry, [](const CaseEntry& a, const CaseEntry& b) { return a.name < b.name; });
+  all.insert(place, std::move(entry));
+}
+
+CaseResult run_case_entry(const CaseEntry& entry, const CaseContext& context) {
+  CaseResult result;
+  result.name = entry.name;
+  result.title = entry.title;
+  const auto start = std::chrono::steady_clock::now();
+  try {
+    result.physics = first_paragraph(read_file(entry.directory / "README.md"));
+    entry.run(context, result);
+    if (result.checks.empty()) result.fault = "the case asserted nothing";
+  } catch (const std::exception& e) {
+    result.fault = e.what();
+  }
+  result.wall_time_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+  return result;
+}
+
+std::string first_paragraph(const std::string& markdown) {
+  std::istringstream lines(markdown);
+  std::string line, text;
+  while (std::getline(lines, line)) {
+    const bool blank = line.find_first_not_of(" \t\r") == std::string::npos;
+    if (text.empty() && (blank || line.front() == '#')) continue;
+    if (blank) break;
+    text += (text.empty() ? "" : " ") + line;
+  }
+  return text;
+}
+
+}  // namespace mpm::validation

@@ -1,0 +1,157 @@
+#pragma once
+/// What a validation case is, and what it answers.
+///
+/// A case is a folder validation/cases/<name>/ with README.md (the physics, where the reference comes from, what is asserted and why
+/// that tolerance) and case.cpp, which registers itself:
+///
+///   namespace { void run(CaseContext& context, CaseResult& result) { ... }
+///   const Registration registered{{.name = MPM_CASE_NAME, .title = "...", .run = run}}; }
+///
+/// The build finds the folder; nothing else names it. Every number and every verdict is computed here; scripts/validation_report.py only draws.
+
+#include <filesystem>
+#include <functional>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "validation/harness/convergence.hpp"
+
+namespace mpm::validation {
+
+/// What a passed check means. Never mixed in one word.
+enum class Label {
+  verification,  ///< against an exact solution or an exact property: error and order
+  validation,    ///< against an experiment or the paper: a band from its scatter
+  regression,    ///< against our own past
+};
+enum class Level { quick, standard, full };
+std::string to_string(Label);
+std::string to_string(Level);
+
+/// How `error` is measured, and so in which unit `tolerance` is.
+enum class Measure {
+  relative,  ///< |value - reference| / |reference|
+  absolute,  ///< |value - reference|, in the check's unit
+  at_most,   ///< value - reference, in the check's unit: a one-sided bound with slack `tolerance`
+};
+
+/// One assertion. `passed` is false wherever one of the numbers is NaN.
+struct Check {
+  std::string quantity;
+  double value = 0.0, reference = 0.0;
+  std::string unit;
+  Measure measure = Measure::relative;
+  double error = 0.0, tolerance = 0.0;
+  std::string tolerance_reason;
+  std::optional<double> observed_order;
+  bool passed = false;
+  Label label = Label::verification;
+};
+
+/// Named data of a plot.
+struct Series {
+  enum class Style {
+    reference,   ///< exact solution, experiment: black line
+    simulation,  ///< ours: coloured line
+    points,      ///< ours: coloured markers
+    bound,       ///< dashed grey: a limit or a slope to compare with
+  };
+  std::string name;
+  std::vector<double> x, y;
+  Style style = Style::simulation;
+};
+
+struct Plot {
+  std::string id;  ///< file name, unique in its case
+  std::string title, x_label, y_label;  ///< labels carry the unit
+  std::vector<Series> series;
+  std::string caption;
+  bool log_x = false, log_y = false;
+};
+
+/// A picture file made by the case (PNG), embedded in the report.
+struct Picture {
+  std::filesystem::path file;
+  std::string caption;
+};
+
+/// A grid study to show beside the figure it belongs to.
+struct NamedStudy {
+  std::string quantity, unit;
+  GridStudy study;
+};
+
+/// The answer of a case.
+struct CaseResult {
+  std::string name, title;
+  std::string physics;  ///< first paragraph of the README
+  std::vector<Check> checks;
+  std::vector<Plot> plots;
+  std::vector<Picture> pictures;
+  std::vector<NamedStudy> studies;
+  std::vector<std::string> notes;  ///< what a reader should know: settings, what was seen and is not asserted
+  std::string fault;               ///< message of an exception; a case that throws has failed
+  double wall_time_s = 0.0;
+
+  /// Every check holds, there is at least one, and nothing was thrown.
+  [[nodiscard]] bool passed() const;
+
+  /// |value - reference| <= tolerance |reference|
+  Check& check_relative(Label, std::string quantity, double value, double reference, std::string unit, double tolerance, std::string reason);
+  /// |value - reference| <= tolerance
+  Check& check_absolute(Label, std::string quantity, double value, double reference, std::string unit, double tolerance, std::string reason);
+  /// value <= bound + slack
+  Check& check_at_most(Label, std::string quantity, double value, double bound, std::string unit, double slack, std::string reason);
+  /// low <= order <= high; shown as observed order against the middle of the band
+  Check& check_order(Label, std::string quantity, double order, double low, double high, std::string reason);
+};
+
+/// What a case is given.
+class CaseContext {
+ public:
+  CaseContext(Level level, int threads, std::filesystem::path directory, std::filesystem::path case_directory, std::function<void(const std::string&)> log)
+      : level_(level), threads_(threads), directory_(std::move(directory)), case_directory_(std::move(case_directory)), log_(std::move(log)) {}
+  [[nodiscard]] Level level() const { return level_; }
+  /// The entry of this level.
+  template <class T>
+  [[nodiscard]] T choose(T quick, T standard, T full) const {
+    return level_ == Level::quick ? quick : level_ == Level::standard ? standard : full;
+  }
+  [[nodiscard]] int threads() const { return threads_; }
+  /// A directory of the case's own below the output directory; it exists.
+  [[nodiscard]] const std::filesystem::path& directory() const { return directory_; }
+  /// validation/cases/<name>/ in the sources: data.csv, case.toml
+  [[nodiscard]] const std::filesystem::path& case_directory() const { return case_directory_; }
+  /// A line of progress, for standard error.
+  void log(const std::string& line) const { log_(line); }
+
+ private:
+  Level level_;
+  int threads_;
+  std::filesystem::path directory_, case_directory_;
+  std::function<void(const std::string&)> log_;
+};
+
+struct CaseEntry {
+  std::string name, title;
+  std::filesystem::path directory;  ///< validation/cases/<name>/
+  std::function<void(const CaseContext&, CaseResult&)> run;
+};
+
+/// All registered cases by name; the order of the report.
+const std::vector<CaseEntry>& registered_cases();
+
+/// Registers a case while the program starts.
+struct Registration {
+  explicit Registration(CaseEntry entry);
+};
+
+/// Runs one case: times it, turns an exception into `fault`, reads the README's first paragraph.
+CaseResult run_case_entry(const CaseEntry& entry, const CaseContext& context);
+
+/// First paragraph of a Markdown text that is no heading, on one line; empty if there is none.
+std::string first_paragraph(const std::string& markdown);
+
+}  // namespace mpm::validation
