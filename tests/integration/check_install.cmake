@@ -1,10 +1,10 @@
 # cmake -D BUILD_DIR=... -D WORK_DIR=... -D EXAMPLE_DIR=... [-D RUN=program] [-D OPTIONS=...] -P check_install.cmake
 # Installs BUILD_DIR into an empty prefix, builds the project EXAMPLE_DIR against that copy, runs its program. Any failure is fatal.
 function(must)
-  execute_process(COMMAND ${ARGN} RESULT_VARIABLE code)
+  execute_process(COMMAND ${ARGN} RESULT_VARIABLE code OUTPUT_VARIABLE output ERROR_VARIABLE output)
   if(NOT code EQUAL 0)
     list(JOIN ARGN " " command)
-    message(FATAL_ERROR "exit code ${code}: ${command}")
+    message(FATAL_ERROR "${output}\nexit code ${code}: ${command}")
   endif()
 endfunction()
 
