@@ -8,6 +8,8 @@
 #include <numbers>
 
 #include "mpm/error.hpp"
+#include "mpm/impact/semi_empirical.hpp"
+#include "mpm/materials/any_material.hpp"
 
 namespace mpm {
 
@@ -31,8 +33,7 @@ double particle_volume(const NumericsSpec& n) { return std::pow(n.cell_size, 3) 
 double snow_volume(const Case& spec) {
   if (spec.conveyor) {
     const ConveyorSpec& belt = *spec.conveyor;
-    constexpr double strip_reserve = 3.0;  // m: every row of Table 2 obeys L = v t_max + 3 m
-    const double length = belt.feed == ConveyorSpec::Feed::strip ? belt.velocity * spec.output.duration + strip_reserve
+    const double length = belt.feed == ConveyorSpec::Feed::strip ? conveyor_length(belt.velocity, spec.output.duration)
                                                                  : belt.upstream_length + belt.downstream_length;
     return length * belt.flow_height * belt.width * (belt.mirror_y ? 0.5 : 1.0);
   }
@@ -60,14 +61,10 @@ double largest_speed(const Case& spec) {
 }  // namespace
 
 Estimate estimate(const Case& spec) {
-  const MaterialSpec& m = spec.material;
-  const double bulk = m.young_modulus / (3.0 * (1.0 - 2.0 * m.poisson_ratio));
-  const double shear = m.young_modulus / (2.0 * (1.0 + m.poisson_ratio));
-
   Estimate e{};
   e.particles = snow_volume(spec) / particle_volume(spec.numerics);
   e.cells = e.particles / spec.numerics.particles_per_cell;
-  e.wave_speed = std::sqrt((bulk + 4.0 / 3.0 * shear) / m.density);
+  e.wave_speed = std::visit([](const auto& law) { return law.wave_speed(); }, make_material(spec.material));
   e.time_step = spec.numerics.cfl * spec.numerics.cell_size / (e.wave_speed + largest_speed(spec));
   e.steps = std::ceil(spec.output.duration / e.time_step);
   e.particle_steps = e.particles * e.steps;

@@ -6,6 +6,7 @@
 #include <type_traits>
 #include <utility>
 
+#include "mpm/impact/semi_empirical.hpp"
 #include "mpm/io/config.hpp"
 
 namespace mpm::config {
@@ -113,7 +114,7 @@ Binding mirror_axes() {
 }
 
 /// Speed of the belt: empty as long as nothing has set it.
-Binding conveyor_velocity() {
+Binding belt_speed() {
   return {[](const Draft& d, std::size_t) -> std::optional<Value> {
             return d.spec.conveyor->velocity > 0.0 ? std::optional<Value>(d.spec.conveyor->velocity) : std::nullopt;
           },
@@ -121,7 +122,7 @@ Binding conveyor_velocity() {
 }
 
 /// Width of the belt: the reader fills in W(xi) where the file leaves it out.
-Binding conveyor_width() {
+Binding belt_width() {
   return {[](const Draft& d, std::size_t) -> std::optional<Value> { return d.spec.conveyor->width; },
           [](Draft& d, std::size_t, const Value& value) {
             d.conveyor_width = std::get<double>(value);
@@ -218,7 +219,7 @@ std::vector<Key> declare_keys() {
         "Slope M of the critical state line; 0 is an inviscid fluid");
   t.add("cohesion_beta", number, "", below(0.0, 1.0), field(material, &MaterialSpec::cohesion_beta),
         "Cohesion beta = tensile over compressive isotropic strength; at 1 the critical state would bear no pressure");
-  t.add("hardening_xi", number, "", closed(1e-3, 1e3), field(material, &MaterialSpec::hardening_xi),
+  t.add("hardening_xi", number, "", closed(2e-3, 1e3), field(material, &MaterialSpec::hardening_xi),
         "Hardening factor xi; large: hardly compressible");
   t.add("preconsolidation_pressure_pa", number, "Pa", closed(1e-3, 1e9), field(material, &MaterialSpec::preconsolidation_pressure),
         "Initial pre-consolidation pressure p_c0");
@@ -232,10 +233,10 @@ std::vector<Key> declare_keys() {
   t.add("froude_number", number, "", closed(1e-3, 1e2), field(whole, &Draft::froude_number),
         "Fr = v / sqrt(g H); gives the speed of the belt")
       .default_text = "left out: velocity_m_s is given instead (one of the two is required)";
-  t.add("velocity_m_s", number, "m/s", above(0.0, fastest), conveyor_velocity(), "Speed v of the belt and of the incoming snow")
+  t.add("velocity_m_s", number, "m/s", above(0.0, fastest), belt_speed(), "Speed v of the belt and of the incoming snow")
       .default_text = "left out: froude_number is given instead (one of the two is required)";
   t.add("flow_height_m", number, "m", above(0.0, 1e3), field(conveyor, &ConveyorSpec::flow_height), "Height H of the incoming snow");
-  t.add("width_m", number, "m", above(0.0, 1e4), conveyor_width(), "Width W of the belt, both halves").default_text =
+  t.add("width_m", number, "m", above(0.0, 1e4), belt_width(), "Width W of the belt, both halves").default_text =
       "left out: (6 + 3 log10(hardening_xi / 0.05)) times the obstacle's width; 12 times for a law without hardening_xi";
   t.add("feed", choice, "", {}, word(conveyor, &ConveyorSpec::feed, feeds),
         "window: a few metres around the obstacle, fresh snow enters at v; strip: the whole avalanche as particles")
@@ -371,7 +372,7 @@ double default_conveyor_width(const MaterialSpec& material, double obstacle_widt
   const auto& models = schema_models();
   const auto model = std::find_if(models.begin(), models.end(), [&](const ModelInfo& m) { return m.name == material.model; });
   const bool has_xi = model != models.end() && std::count(model->keys.begin(), model->keys.end(), "hardening_xi") > 0;
-  return (has_xi ? 6.0 + 3.0 * std::log10(material.hardening_xi / 0.05) : 12.0) * obstacle_width;
+  return has_xi ? conveyor_width(material.hardening_xi, obstacle_width) : 12.0 * obstacle_width;
 }
 
 }  // namespace mpm::config

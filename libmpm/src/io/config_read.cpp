@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <cmath>
 #include <fstream>
-#include <iterator>
 #include <map>
 #include <regex>
 #include <set>
@@ -13,6 +12,7 @@
 
 #include "config_keys.hpp"
 #include "mpm/error.hpp"
+#include "mpm/impact/semi_empirical.hpp"
 #include "mpm/io/config.hpp"
 
 namespace mpm::config {
@@ -57,14 +57,10 @@ std::string kind_of(const toml::node& node) {
   }
 }
 
-/// The value as it would be written, cut to a length that fits a message.
-std::string shown(const toml::node& node) {
-  constexpr auto flags = toml::toml_formatter::default_flags & ~toml::format_flags::allow_literal_strings;
-  std::ostringstream out;
-  node.visit([&](const auto& value) { out << toml::toml_formatter{value, flags}; });
-  std::string text = out.str();
-  std::replace(text.begin(), text.end(), '\n', ' ');
-  constexpr std::size_t longest = 60;
+/// Without line breaks, cut to a length that fits a message.
+std::string one_line(std::string text) {
+  std::replace_if(text.begin(), text.end(), [](char c) { return static_cast<unsigned char>(c) < 0x20; }, ' ');
+  constexpr std::size_t longest = 80;
   if (text.size() > longest) {
     std::size_t cut = longest;
     while (cut > 0 && (static_cast<unsigned char>(text[cut]) & 0xc0u) == 0x80u) --cut;  // not within a UTF-8 character
@@ -72,6 +68,22 @@ std::string shown(const toml::node& node) {
   }
   return text;
 }
+
+std::string toml_text(const toml::node& node) {
+  if (const auto x = node.value_exact<double>()) return to_toml(*x);
+  if (const toml::array* list = node.as_array()) {
+    std::string inside;
+    for (const toml::node& element : *list) inside += (inside.empty() ? "" : ", ") + toml_text(element);
+    return "[" + inside + "]";
+  }
+  constexpr auto flags = toml::toml_formatter::default_flags & ~toml::format_flags::allow_literal_strings;
+  std::ostringstream out;
+  node.visit([&](const auto& value) { out << toml::toml_formatter{value, flags}; });
+  return out.str();
+}
+
+/// The value as it stands in a message.
+std::string shown(const toml::node& node) { return one_line(toml_text(node)); }
 
 std::string expected(const KeyInfo& key) {
   const std::string range =
@@ -123,7 +135,7 @@ class Reader {
     for (std::size_t i = overrides_.size(); i-- > 0;) {
       const Override& o = overrides_[i];
       const bool inside = path == o.path || path.starts_with(o.path + ".") || path.starts_with(o.path + "[");
-      if (inside || (source.begin.line == 0 && o.path.starts_with(path + "."))) return {i + 1, 1, 1, "--set " + o.text};
+      if (inside || (source.begin.line == 0 && o.path.starts_with(path + "."))) return {i + 1, 1, 1, "--set " + one_line(o.text)};
     }
     return file_place(std::max<std::uint32_t>(1, source.begin.line), std::max<std::uint32_t>(1, source.begin.column));
   }
@@ -159,7 +171,7 @@ class Reader {
 
   // ---- overrides -------------------------------------------------------------------------------------------------------------------
   void apply_override(toml::table& root, const std::string& text, std::size_t number) {
-    const Place here{number, 1, 1, "--set " + text};
+    const Place here{number, 1, 1, "--set " + one_line(text)};
     overrides_.push_back({"", text});
     const auto refuse = [&](const std::string& why) { fault(here, why); };
 
@@ -452,6 +464,7 @@ class Reader {
 
   // ---- checks across keys of a case ------------------------------------------------------------------------------------------------
   void check_case() {
+    check_domain();
     if (faulty_.contains("conveyor")) return;
     if (draft_.spec.conveyor) {
       resolve_conveyor();
@@ -465,8 +478,11 @@ class Reader {
       fault(places_.at(""), "the scene is empty; give [conveyor], or at least one [[body]]");
     }
     check_bodies_and_walls();
+  }
+
+  void check_domain() {
+    const DomainSpec& d = draft_.spec.domain;
     for (int axis = 0; axis < 3 && sound({"domain.min_m", "domain.max_m"}); ++axis) {
-      const DomainSpec& d = draft_.spec.domain;
       if (d.min[axis] < d.max[axis]) continue;
       fault_key("domain", "max_m", fmt::format("is not above min_m in {}: {} <= {}; exchange them", "xyz"[axis], d.max[axis], d.min[axis]));
     }
@@ -483,7 +499,8 @@ class Reader {
       fault(place("conveyor", ""), "[conveyor] has no speed; give froude_number or velocity_m_s");
       faulty_.insert("conveyor.velocity_m_s");
     } else if (froude && sound({"conveyor.froude_number", "conveyor.flow_height_m", "numerics.gravity_m_s2"})) {
-      belt.velocity = *draft_.froude_number * std::sqrt(c.numerics.gravity * belt.flow_height);
+      const double gravity = c.numerics.gravity;
+      if (gravity > 0.0) belt.velocity = flow_velocity(*draft_.froude_number, belt.flow_height, gravity);
       const Range permitted = *key_named("conveyor", "velocity_m_s")->range;
       if (!permitted.contains(belt.velocity)) {
         fault_key("conveyor", "froude_number",
@@ -600,10 +617,13 @@ class Reader {
 };
 
 std::string file_text(const std::filesystem::path& file) {
+  std::error_code failed;
+  const bool regular = !std::filesystem::is_directory(file, failed);
   std::ifstream in(file, std::ios::binary);
-  std::string text{std::istreambuf_iterator<char>(in), {}};
-  if (!in || std::filesystem::is_directory(file)) throw IoError(fmt::format("{}: cannot be read; give the path of a TOML file", file.string()));
-  return text;
+  std::ostringstream text;
+  if (regular && in) text << in.rdbuf();
+  if (!regular || !in) throw IoError(fmt::format("{}: cannot be read; give the path of a TOML file", file.string()));
+  return text.str();
 }
 
 }  // namespace

@@ -1,0 +1,533 @@
+#include "mpm/io/config.hpp"
+
+#include <fmt/format.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <filesystem>
+#include <sstream>
+
+#include "mpm/error.hpp"
+#include "mpm/estimate.hpp"
+#include "mpm/io/schema.hpp"
+
+namespace mpm {
+namespace {
+
+/// Three valid cases that hold every key of a case between them, and no key twice in a case except in [material].
+const std::string window_case = R"(title = "all keys of a conveyor"
+format_version = 1
+[material]
+model = "cohesive_cam_clay"
+density_kg_m3 = 300.0
+young_modulus_pa = 1.0e6
+poisson_ratio = 0.1
+critical_state_slope = 0.4
+cohesion_beta = 0.15
+hardening_xi = 5.0
+preconsolidation_pressure_pa = 1.0e4
+[conveyor]
+froude_number = 3.0
+flow_height_m = 1.75
+width_m = 20.5
+feed = "window"
+upstream_length_m = 8.0
+downstream_length_m = 4.0
+sidewall_contact = "coulomb"
+sidewall_friction = 0.25
+mirror_y = false
+[obstacle]
+shape = "box"
+width_m = 1.75
+depth_m = 1.5
+height_m = 10.0
+friction = 0.1
+[numerics]
+cell_size_m = 0.25
+particles_per_cell = 27
+transfer = "flip"
+flip_ratio = 0.9
+cfl = 0.3
+gravity_m_s2 = 9.81
+slope_deg = 33.3
+[output]
+duration_s = 6.0
+series_per_second = 50
+frames_per_second = 5
+checkpoint_minutes = 2.5
+)";
+
+const std::string strip_case = R"([material]
+critical_state_slope = 0.8
+cohesion_beta = 0.3
+hardening_xi = 0.5
+[conveyor]
+velocity_m_s = 12.3
+feed = "strip"
+[obstacle]
+[output]
+duration_s = 6.0
+)";
+
+const std::string hand_case = R"([material]
+model = "hencky_elastic"
+[[body]]
+shape = "cylinder"
+min_m = [-1.0, -1.0, 0.0]
+max_m = [1.0, 1.0, 4]
+velocity_m_s = [0.0, 0.5, 0.0]
+[[body]]
+min_m = [2.0, 2.0, 0.0]
+max_m = [3.0, 3.0, 1.0]
+[[wall]]
+point_m = [0.0, 0.0, 0.0]
+normal = [0.0, 0.6, 2.0]
+contact = "separable"
+friction = 0.4
+velocity_m_s = [0.0, 0.0, 0.1]
+[domain]
+min_m = [-5.0, -5.0, -1.0]
+max_m = [5.0, 5.0, 6.0]
+mirror = ["x"]
+[output]
+duration_s = 1.0
+)";
+
+const std::string single_bracket_case = R"([material]
+model = "hencky_elastic"
+[body]
+min_m = [0, 0, 0]
+max_m = [1, 1, 1]
+[domain]
+min_m = [0, 0, 0]
+max_m = [1, 1, 1]
+[output]
+duration_s = 1
+)";
+
+
+std::string message_of(const std::string& text, const std::vector<std::string>& overrides = {}) {
+  try {
+    (void)parse_case(text, "case.toml", overrides);
+  } catch (const ConfigError& error) {
+    EXPECT_EQ(error.code(), ExitCode::usage);
+    return error.what();
+  }
+  return "";
+}
+
+std::vector<std::string> lines_of(const std::string& text) {
+  std::vector<std::string> lines;
+  std::istringstream in(text);
+  for (std::string line; std::getline(in, line);) lines.push_back(line);
+  return lines;
+}
+
+/// A line of a case that sets a key, and where it stands (counted from 1).
+struct Setting {
+  std::string text;
+  const KeyInfo* key;
+  int line;
+};
+
+/// The settings of a case, by table; of repeated tables the first entry.
+std::vector<Setting> settings_of(const std::string& text) {
+  std::vector<Setting> settings;
+  std::string table;
+  const auto lines = lines_of(text);
+  for (std::size_t i = 0; i < lines.size(); ++i) {
+    const std::string& line = lines[i];
+    if (line.starts_with("[")) {
+      table = line.substr(line.find_first_not_of('['));
+      table.resize(table.find(']'));
+      continue;
+    }
+    const std::string name = line.substr(0, line.find(' '));
+    for (const KeyInfo& key : schema_keys()) {
+      const bool seen = std::any_of(settings.begin(), settings.end(), [&](const Setting& s) { return s.key == &key; });
+      if (key.table == table && key.name == name && !seen) settings.push_back({text, &key, static_cast<int>(i) + 1});
+    }
+  }
+  return settings;
+}
+
+/// One setting for every key that may stand in a case.
+std::vector<Setting> every_case_key() {
+  std::vector<Setting> all;
+  for (const std::string& text : {window_case, strip_case, hand_case}) {
+    for (const Setting& setting : settings_of(text)) {
+      if (std::none_of(all.begin(), all.end(), [&](const Setting& s) { return s.key == setting.key; })) all.push_back(setting);
+    }
+  }
+  return all;
+}
+
+std::string with_line(const Setting& setting, const std::string& line) {
+  std::string out;
+  int number = 0;
+  for (const std::string& old : lines_of(setting.text)) out += (++number == setting.line ? line : old) + "\n";
+  return out;
+}
+
+std::string value_place(const Setting& setting) { return fmt::format("case.toml:{}:{}: ", setting.line, setting.key->name.size() + 4); }
+std::string key_place(const Setting& setting) { return fmt::format("case.toml:{}:1: ", setting.line); }
+
+/// One line of the message begins with `place` and holds all of `words`.
+testing::AssertionResult reports(const std::string& message, const std::string& place, const std::vector<std::string>& words) {
+  for (const std::string& line : lines_of(message)) {
+    const bool all = std::all_of(words.begin(), words.end(), [&](const std::string& w) { return line.find(w) != std::string::npos; });
+    if (line.starts_with(place) && all) return testing::AssertionSuccess();
+  }
+  return testing::AssertionFailure() << "no line at " << place << "with these words in:\n" << message;
+}
+
+class EveryKey : public testing::TestWithParam<Setting> {};
+
+TEST_P(EveryKey, OfWrongTypeIsReportedWithPlaceAndRemedy) {
+  const Setting& s = GetParam();
+  const std::string wrong = s.key->type == KeyType::boolean ? "1" : "true";
+  const std::string message = message_of(with_line(s, s.key->name + " = " + wrong));
+  EXPECT_TRUE(reports(message, value_place(s), {s.key->name + " = " + wrong, "give "}));
+  EXPECT_TRUE(reports(message_of(with_line(s, s.key->name + " = 2020-02-02")), value_place(s), {"date"}));
+}
+
+TEST_P(EveryKey, OutOfRangeIsReportedWithPlaceValueAndRange) {
+  const Setting& s = GetParam();
+  const auto refused = [&](const std::string& value, const std::vector<std::string>& words) {
+    const std::string message = message_of(with_line(s, s.key->name + " = " + value));
+    EXPECT_TRUE(reports(message, value_place(s), words)) << value;
+  };
+  switch (s.key->type) {
+    case KeyType::number:
+    case KeyType::vector:
+    case KeyType::matrix: {
+      ASSERT_TRUE(s.key->range);
+      const auto literal = [&](const std::string& x) { return s.key->type == KeyType::vector ? "[0.5, " + x + ", 0]" : x; };
+      const Range& range = *s.key->range;
+      const double low = range.low_open ? range.low : range.low - 1e-3 * std::max(1.0, std::abs(range.low));
+      const double high = range.high_open ? range.high : range.high + 1e-3 * std::max(1.0, std::abs(range.high));
+      refused(literal(fmt::format("{:.17e}", low)), {"out of range", fmt::format("{:g}", range.low)});
+      refused(literal(fmt::format("{:.17e}", high)), {"out of range", fmt::format("{:g}", range.high)});
+      for (const char* odd : {"nan", "inf", "-inf", "+nan"}) refused(literal(odd), {"finite"});
+      break;
+    }
+    case KeyType::integer: refused("9", {"out of range", s.key->choices.front()}); break;
+    case KeyType::choice: refused("\"zzzzzzzz\"", {"not known", s.key->choices.front()}); break;
+    case KeyType::axes:
+      refused("[\"z\"]", {"holds \"z\""});
+      refused("[\"x\", \"x\"]", {"twice"});
+      refused("[1]", {"holds 1"});
+      break;
+    case KeyType::text:
+    case KeyType::boolean: break;  // no range
+  }
+}
+
+TEST_P(EveryKey, MisspeltIsReportedWithTheRightSuggestion) {
+  const Setting& s = GetParam();
+  const std::string line = lines_of(s.text)[static_cast<std::size_t>(s.line) - 1];
+  const std::string& name = s.key->name;
+  std::string doubled = name, dropped = name, swapped = name;
+  doubled.insert(2, 1, name[2]);
+  dropped.erase(name.size() / 2, 1);
+  std::swap(swapped[1], swapped[2]);
+  for (const std::string& wrong : {doubled, dropped, swapped}) {
+    if (wrong == name) continue;
+    const std::string message = message_of(with_line(s, wrong + line.substr(name.size())));
+    EXPECT_TRUE(reports(message, key_place(s), {"unknown key " + wrong + "; did you mean " + name + "?"}));
+    EXPECT_EQ(lines_of(message).size(), 1u) << message;  // and not as missing, too
+  }
+}
+
+TEST_P(EveryKey, InAnotherTableIsSentToItsOwn) {
+  const Setting& s = GetParam();
+  const std::string foreign = s.key->table == "output" ? "numerics" : "output";
+  const std::string message = message_of(strip_case + (foreign == "output" ? "" : "[numerics]\n") + s.key->name + " = 1\n");
+  EXPECT_TRUE(reports(message, "case.toml:", {"unknown key " + s.key->name + "; it belongs in "}));
+}
+
+INSTANTIATE_TEST_SUITE_P(Config, EveryKey, testing::ValuesIn(every_case_key()), [](const auto& param) {
+  const KeyInfo& key = *param.param.key;
+  return (key.table.empty() ? "top" : key.table) + "_" + key.name;
+});
+
+TEST(ConfigTest, CoversEveryKeyOfTheSchema) {
+  const auto covered = every_case_key();
+  for (const KeyInfo& key : schema_keys()) {
+    if (key.table.starts_with("path")) continue;
+    EXPECT_TRUE(std::any_of(covered.begin(), covered.end(), [&](const Setting& s) { return s.key == &key; })) << key.table << "." << key.name;
+  }
+}
+
+TEST(Config, ReadsEveryKey) {
+  const Case c = parse_case(window_case, "case.toml");
+  EXPECT_EQ(c.title, "all keys of a conveyor");
+  EXPECT_EQ(c.material.cohesion_beta, 0.15);
+  ASSERT_TRUE(c.conveyor && c.obstacle);
+  EXPECT_DOUBLE_EQ(c.conveyor->velocity, 3.0 * std::sqrt(9.81 * 1.75));
+  EXPECT_EQ(c.conveyor->width, 20.5);
+  EXPECT_EQ(c.conveyor->sidewall_contact, Contact::separable);
+  EXPECT_EQ(c.conveyor->sidewall_friction, 0.25);
+  EXPECT_FALSE(c.conveyor->mirror_y);
+  EXPECT_EQ(c.obstacle->height, 10.0);
+  EXPECT_EQ(c.numerics.particles_per_cell, 27);
+  EXPECT_EQ(c.numerics.transfer, Transfer::flip);
+  EXPECT_DOUBLE_EQ(c.numerics.slope, 33.3 * 3.14159265358979324 / 180.0);
+  EXPECT_EQ(c.output.series_per_second, 50.0);
+
+  const Case hand = parse_case(hand_case, "case.toml");
+  ASSERT_EQ(hand.bodies.size(), 2u);
+  EXPECT_EQ(hand.bodies[0].shape, BodySpec::Shape::cylinder);
+  EXPECT_EQ(hand.bodies[0].max, Vec3(1.0, 1.0, 4.0));
+  EXPECT_EQ(hand.bodies[1].min, Vec3(2.0, 2.0, 0.0));
+  ASSERT_EQ(hand.walls.size(), 1u);
+  EXPECT_TRUE(hand.walls[0].normal.isApprox(Vec3(0.0, 0.6, 2.0).normalized(), 1e-15));  // rounding of one division
+  EXPECT_EQ(hand.walls[0].contact, Contact::separable);
+  EXPECT_TRUE(hand.domain.mirror_x);
+  EXPECT_FALSE(hand.domain.mirror_y);
+}
+
+TEST(Config, FillsInTheDefaultsOfThePaper) {
+  const Case c = parse_case(strip_case, "case.toml");
+  EXPECT_EQ(c.material.density, 300.0);
+  EXPECT_EQ(c.material.young_modulus, 1e6);
+  EXPECT_EQ(c.material.poisson_ratio, 0.1);
+  EXPECT_EQ(c.material.preconsolidation_pressure, 1e4);
+  EXPECT_EQ(c.conveyor->flow_height, 1.75);
+  EXPECT_EQ(c.conveyor->sidewall_contact, Contact::no_slip);
+  EXPECT_TRUE(c.conveyor->mirror_y);
+  EXPECT_EQ(c.obstacle->friction, 0.15);
+  EXPECT_FALSE(c.obstacle->height);
+  EXPECT_EQ(c.numerics.cfl, 0.4);
+  EXPECT_EQ(c.numerics.particles_per_cell, 8);
+  EXPECT_EQ(c.numerics.transfer, Transfer::apic);
+}
+
+TEST(Config, WidthFollowsFromXiAndTheObstacle) {
+  const double tolerance = 1e-12;  // rounding of a logarithm
+  const auto width = [](const std::string& xi) { return parse_case(strip_case, "case.toml", {"material.hardening_xi=" + xi}).conveyor->width; };
+  EXPECT_NEAR(width("0.05"), 6 * 1.75, tolerance);
+  EXPECT_NEAR(width("0.5"), 9 * 1.75, tolerance);
+  EXPECT_NEAR(width("5"), 12 * 1.75, tolerance);
+  const Case elastic = parse_case(R"([material]
+model = "hencky_elastic"
+[conveyor]
+velocity_m_s = 1.0
+[obstacle]
+width_m = 2.0
+[output]
+duration_s = 1.0
+)", "case.toml");
+  EXPECT_EQ(elastic.conveyor->width, 24.0);
+}
+
+TEST(Config, WrittenCaseReadsBackToTheSameBits) {
+  for (const std::string& text : {window_case, strip_case, hand_case}) {
+    const Case c = parse_case(text, "case.toml");
+    const std::string written = write_case(c);
+    EXPECT_EQ(parse_case(written, "written.toml"), c) << written;
+    EXPECT_EQ(write_case(parse_case(written, "written.toml")), written);
+  }
+}
+
+TEST(Config, AnySlopeAndNormalKeepTheirBitsWhenWritten) {
+  for (int i = 0; i < 2000; ++i) {
+    const double x = -89.9 + 0.0899123456789 * i;  // hits many roundings of degrees and radians
+    const Case c = parse_case(hand_case, "case.toml", {fmt::format("numerics.slope_deg={}", x), fmt::format("wall[0].normal=[1.0, {}, 0.3]", x)});
+    EXPECT_EQ(parse_case(write_case(c), "written.toml"), c) << x;
+  }
+}
+
+TEST(Config, TitleWithAnyCharactersSurvives) {
+  Case c = parse_case(strip_case, "case.toml");
+  c.title = "quote \" backslash \\ newline \n tab \t bell \a delete \x7f umlaut \u00fc";
+  EXPECT_EQ(parse_case(write_case(c), "written.toml").title, c.title);
+}
+
+TEST(Config, AllFaultsAreReportedTogetherInTheOrderOfTheFile) {
+  const std::string text = R"(titel = "x"
+[material]
+model = "cohesive_camclay"
+density_kg_m3 = "heavy"
+poisson_ratio = 0.5
+hardening_xi = nan
+critical_state_slope = 0.4
+[conveyer]
+froude_number = 3
+velocity_m_s = 3.0
+[obstacle]
+friction = -0.1
+[numerics]
+particles_per_cell = 9
+)";
+  const auto lines = lines_of(message_of(text, {"numerics.cfl=2"}));
+  const std::vector<std::string> expected{
+      "case.toml:1:1: unknown key titel; did you mean title?",
+      "case.toml:3:9: [material] model = \"cohesive_camclay\" is not known (did you mean \"cohesive_cam_clay\"?)",
+      "case.toml:4:17: [material] density_kg_m3 = \"heavy\" is a string; give a number in [1, 100000] kg/m^3",
+      "case.toml:5:17: [material] poisson_ratio = 0.5 is out of range; give a number in [0, 0.5)",
+      "case.toml:6:16: [material] hardening_xi = nan is not a finite number",
+      "case.toml:8:2: unknown table [conveyer]; did you mean [conveyor]?",
+      "case.toml:10:16: [conveyor] velocity_m_s stands beside froude_number",
+      "case.toml:12:12: [obstacle] friction = -0.1 is out of range",
+      "case.toml:14:22: [numerics] particles_per_cell = 9 is out of range; give one of 1, 8, 27, 64",
+      "--set numerics.cfl=2: [numerics] cfl = 2 is out of range; give a number in (0, 1]",
+  };
+  const std::string missing_output = "case.toml:1:1: [output] duration_s is missing; give a number in (0, 1e+06] s";
+  ASSERT_EQ(lines.size(), expected.size() + 1);
+  EXPECT_TRUE(reports(fmt::format("{}", fmt::join(lines, "\n")), missing_output, {}));
+  std::size_t next = 0;
+  for (const std::string& line : lines) {
+    if (line.starts_with(missing_output)) continue;
+    EXPECT_TRUE(line.starts_with(expected[next])) << line << "\ninstead of\n" << expected[next];
+    ++next;
+  }
+}
+
+TEST(Config, SyntaxErrorsAndDuplicatesAreReportedWithTheirPlace) {
+  EXPECT_TRUE(reports(message_of("title = \"a\"\n[material]\nmodel = \n"), "case.toml:3:", {"TOML"}));
+  EXPECT_TRUE(reports(message_of("[material]\n[material]\n"), "case.toml:2:", {"TOML"}));
+  EXPECT_TRUE(reports(message_of("title = \"a\"\ntitle = \"b\"\n"), "case.toml:2:", {"TOML"}));
+  EXPECT_TRUE(reports(message_of("title = \"\xff\xfe\"\n"), "case.toml:1:", {"TOML"}));
+}
+
+struct BadCase {
+  std::string name;
+  std::string base;
+  std::vector<std::string> overrides;
+  std::vector<std::string> words;
+};
+
+std::ostream& operator<<(std::ostream& out, const BadCase& bad) { return out << bad.name; }
+
+class Inconsistent : public testing::TestWithParam<BadCase> {};
+
+TEST_P(Inconsistent, CaseIsRefusedWithOneLine) {
+  const BadCase& bad = GetParam();
+  const std::string message = message_of(bad.base, bad.overrides);
+  EXPECT_TRUE(reports(message, "", bad.words));
+  EXPECT_EQ(lines_of(message).size(), 1u) << message;
+}
+
+INSTANTIATE_TEST_SUITE_P(
+    Config, Inconsistent,
+    testing::Values(
+        BadCase{"law_without_the_key", hand_case, {"material.hardening_xi=5"}, {"hardening_xi is used with model = \"cohesive_cam_clay\" only"}},
+        BadCase{"flip_ratio_with_apic", window_case, {"numerics.transfer=apic"}, {"flip_ratio is used with transfer = \"flip\" only"}},
+        BadCase{"friction_on_a_no_slip_wall", hand_case, {"wall[0].contact=no_slip"}, {"[wall[0]] friction is used with contact"}},
+        BadCase{"sidewall_friction_without_coulomb", window_case, {"conveyor.sidewall_contact=slip"}, {"sidewall_friction is used with"}},
+        BadCase{"coulomb_without_friction", strip_case, {"conveyor.sidewall_contact=coulomb"}, {"sidewall_friction is missing"}},
+        BadCase{"strip_with_a_window_length", strip_case, {"conveyor.upstream_length_m=8"}, {"upstream_length_m is used with feed = \"window\" only"}},
+        BadCase{"mirror_with_a_conveyor", strip_case, {"domain.mirror=[\"y\"]"}, {"mirror is used with no [conveyor] only"}},
+        BadCase{"body_with_a_conveyor", strip_case + "[[body]]\nmin_m = [-4, 0, 0]\nmax_m = [-3, 1, 1]\n", {}, {"[body[0]] stands beside [conveyor]"}},
+        BadCase{"wall_with_a_conveyor", strip_case + "[[wall]]\npoint_m = [0, 0, 0]\nnormal = [0, 0, 1]\n", {}, {"[wall[0]] stands beside [conveyor]"}},
+        BadCase{"body_upside_down", hand_case, {"body[0].max_m=[1, 1, -1]"}, {"--set body[0].max_m", "max_m is not above min_m in z"}},
+        BadCase{"body_thinner_than_a_particle", hand_case, {"body[1].max_m=[3, 3, 0.01]"}, {"less than the distance of particles, 0.125 m"}},
+        BadCase{"body_outside_the_domain", hand_case, {"body[1].max_m=[3, 3, 7]"}, {"lies outside [domain]"}},
+        BadCase{"body_in_the_obstacle", hand_case, {"obstacle.depth_m=1"}, {"reach into the obstacle"}},
+        BadCase{"domain_upside_down", hand_case, {"domain.min_m=[6, -5, -1]"}, {"[domain] max_m is not above min_m in x"}},
+        BadCase{"normal_zero", hand_case, {"wall[0].normal=[0, 0, 0.0]"}, {"normal = [0, 0, 0] has no direction"}},
+        BadCase{"mast_wider_than_the_belt", window_case, {"obstacle.width_m=20.6"}, {"obstacle] width_m = 20.6 is wider than the belt, 20.5 m"}},
+        BadCase{"outlet_in_the_mast", window_case, {"conveyor.downstream_length_m=1.4"}, {"downstream_length_m = 1.4 ends inside the obstacle"}},
+        BadCase{"inlet_at_the_mast", window_case, {"conveyor.upstream_length_m=0.9"}, {"upstream_length_m = 0.9 leaves no room"}},
+        BadCase{"flow_thinner_than_a_cell", window_case, {"numerics.cell_size_m=1.8"}, {"flow_height_m = 1.75 is less than one cell"}},
+        BadCase{"froude_without_gravity", window_case, {"numerics.gravity_m_s2=0"}, {"froude_number = 3 makes a speed"}},
+        BadCase{"other_format", window_case, {"format_version=2"}, {"format_version = 2 is out of range; give one of 1"}},
+        BadCase{"single_bracket_body", single_bracket_case, {}, {"case.toml:3:", "body is a single table; write [[body]]"}},
+        BadCase{"override_without_value", strip_case, {"numerics.cfl"}, {"--set numerics.cfl: not understood"}},
+        BadCase{"override_beyond_the_last_body", hand_case, {"body[2].shape=box"}, {"there is no body[2]; the file has 2"}},
+        BadCase{"override_without_index", hand_case, {"body.shape=box"}, {"body is repeated; say which one, e.g. body[0]"}},
+        BadCase{"override_of_a_list_entry", hand_case, {"body[0]=3"}, {"only a whole key can be replaced"}},
+        BadCase{"override_of_a_key_as_table", strip_case + "", {"output.duration_s.x=3"}, {"duration_s is no table"}},
+        BadCase{"override_misspelt", strip_case, {"numerics.cell_siz_m=0.5"}, {"--set numerics.cell_siz_m=0.5: ", "did you mean cell_size_m?"}},
+        BadCase{"override_two_values", strip_case, {"numerics.cfl=0.5\nx = 3"}, {"one value, please"}}),
+    [](const auto& param) { return param.param.name; });
+
+TEST(Config, MissingKeysAreReportedAtTheirTable) {
+  EXPECT_TRUE(reports(message_of("[material]\n[conveyor]\nvelocity_m_s = 1\n[obstacle]\n[output]\nduration_s = 1\n"), "case.toml:1:1: ",
+                      {"[material] critical_state_slope is missing (required with model = \"cohesive_cam_clay\")"}));
+  EXPECT_TRUE(reports(message_of("title = \"x\"\n[output]\n"), "case.toml:2:1: ", {"[output] duration_s is missing"}));
+  EXPECT_TRUE(reports(message_of("\n"), "case.toml:1:1: ", {"the scene is empty"}));
+  EXPECT_TRUE(reports(message_of("[conveyor]\n"), "case.toml:1:1: ", {"no speed", "froude_number or velocity_m_s"}));
+  EXPECT_TRUE(reports(message_of("[conveyor]\n"), "case.toml:1:1: ", {"width_m is missing", "obstacle"}));
+  EXPECT_TRUE(reports(message_of("[[body]]\n"), "case.toml:1:1: ", {"[body[0]] min_m is missing"}));
+  EXPECT_TRUE(reports(message_of("[[body]]\n"), "case.toml:1:1: ", {"[domain] min_m is missing (required with no [conveyor])"}));
+}
+
+TEST(Config, OverridesReplaceValues) {
+  const auto overridden = [](const std::string& text, const std::vector<std::string>& overrides) { return parse_case(text, "case.toml", overrides); };
+  EXPECT_EQ(overridden(window_case, {"numerics.cfl=0.25", "title = two words"}).numerics.cfl, 0.25);
+  EXPECT_EQ(overridden(window_case, {"title = two words"}).title, "two words");
+  EXPECT_EQ(overridden(window_case, {"title=\"quoted = 1\""}).title, "quoted = 1");
+  EXPECT_EQ(overridden(window_case, {"conveyor.feed=window"}).conveyor->feed, ConveyorSpec::Feed::window);
+  EXPECT_EQ(overridden(window_case, {"numerics.cfl=0.25", "numerics.cfl=0.125"}).numerics.cfl, 0.125);
+  EXPECT_EQ(overridden(hand_case, {"body[1].velocity_m_s=[1,0,0]"}).bodies[1].velocity, Vec3(1, 0, 0));
+  EXPECT_EQ(overridden(hand_case, {"numerics.cell_size_m=0.5"}).numerics.cell_size, 0.5);  // a table that the file does not have
+}
+
+TEST(Config, OverrideOfOneSpeedReplacesTheOther) {
+  EXPECT_EQ(parse_case(window_case, "case.toml", {"conveyor.velocity_m_s=2"}).conveyor->velocity, 2.0);
+  EXPECT_DOUBLE_EQ(parse_case(strip_case, "case.toml", {"conveyor.froude_number=2"}).conveyor->velocity, 2.0 * std::sqrt(9.81 * 1.75));
+  EXPECT_NE(message_of(strip_case, {"conveyor.froude_number=2", "conveyor.velocity_m_s=2", "conveyor.froude_number=x"}), "");
+}
+
+TEST(Config, HashChangesWithPhysicsOnly) {
+  const auto hash = [](const std::string& text, const std::vector<std::string>& overrides) { return case_hash(parse_case(text, "case.toml", overrides)); };
+  const std::uint64_t window = hash(window_case, {});
+  EXPECT_EQ(hash(window_case, {"title=other", "output.duration_s=60", "output.checkpoint_minutes=1"}), window);
+  EXPECT_EQ(hash(write_case(parse_case(window_case, "case.toml")), {}), window);
+  EXPECT_NE(hash(window_case, {"material.critical_state_slope=0.4000000001"}), window);
+  EXPECT_NE(hash(window_case, {"numerics.cell_size_m=0.2"}), window);
+  EXPECT_NE(hash(window_case, {"output.series_per_second=49"}), window);
+  EXPECT_NE(hash(strip_case, {"output.duration_s=60"}), hash(strip_case, {}));  // the strip is as long as the run needs
+  const std::string text = case_hash_text(parse_case(window_case, "case.toml"));
+  EXPECT_EQ(std::stoull(text, nullptr, 16), window);
+  EXPECT_EQ(text.size(), 16u);
+}
+
+TEST(Config, UnreadableFileIsAnInputError) {
+  EXPECT_THROW((void)read_case("does/not/exist.toml"), IoError);
+  EXPECT_THROW((void)read_case(std::filesystem::temp_directory_path()), IoError);
+}
+
+TEST(Config, ExamplesAreValidAndAffordable) {
+  int count = 0;
+  for (const auto& entry : std::filesystem::directory_iterator(std::filesystem::path(MPM_SOURCE_DIR) / "examples")) {
+    if (entry.path().extension() != ".toml") continue;
+    SCOPED_TRACE(entry.path().filename());
+    ++count;
+    const Case c = read_case(entry.path());
+    EXPECT_FALSE(c.title.empty());
+    EXPECT_LT(estimate(c).memory_bytes, 1e9);  // a laptop of any age
+    const double splash = c.conveyor ? 2.0 * c.conveyor->velocity / c.numerics.gravity : 0.0;  // time of flight of the first jet, s
+    EXPECT_GT(c.output.duration, splash);
+  }
+  EXPECT_GE(count, 6);
+}
+
+TEST(Estimate, CountsTheParticlesOfTheScene) {
+  const double tolerance = 1e-12;  // relative; a few multiplications
+  const Case window = parse_case(strip_case, "case.toml", {"conveyor.feed=window", "conveyor.width_m=10"});
+  EXPECT_NEAR(estimate(window).particles / (12.0 * 1.75 * 5.0 * 8 * 64), 1.0, tolerance);  // half of the window; 64 cells of 0.25 m in a m^3
+  const Case strip = parse_case(strip_case, "case.toml", {"conveyor.width_m=10", "conveyor.velocity_m_s=2"});
+  EXPECT_NEAR(estimate(strip).particles / ((2.0 * 6.0 + 3.0) * 1.75 * 5.0 * 8 * 64), 1.0, tolerance);
+  const Case hand = parse_case(hand_case, "case.toml");
+  EXPECT_NEAR(estimate(hand).particles / ((3.14159265358979324 * 4.0 / 2.0 + 1.0) * 8 * 64), 1.0, tolerance);
+}
+
+TEST(Estimate, StepFollowsFromWaveSpeedAndCfl) {
+  const Case c = parse_case(strip_case, "case.toml");
+  const Estimate e = estimate(c);
+  EXPECT_NEAR(e.wave_speed, 58.4, 0.05);  // physics of the paper's snow, as printed there
+  EXPECT_LE(e.time_step, 0.4 * 0.25 / (e.wave_speed + c.conveyor->velocity));
+  EXPECT_GE(e.steps * e.time_step, c.output.duration);
+}
+
+TEST(Estimate, RefusesWhatDoesNotFit) {
+  const Estimate huge = estimate(parse_case(strip_case, "case.toml", {"numerics.cell_size_m=0.0001"}));
+  EXPECT_THROW(require_memory(huge, physical_memory_bytes()), ConfigError);
+  EXPECT_NO_THROW(require_memory(estimate(parse_case(strip_case, "case.toml")), 1e12));
+}
+
+}  // namespace
+}  // namespace mpm
