@@ -43,7 +43,7 @@ CamClay::Return<double> CamClay::return_map_by_exclusion(double p_trial, double 
   using Value = Residual<double>::Value;
   const Residual<double> residual(*this, p_trial, q2, x_n);
   const double reach = residual.reach(x_n);
-  const auto is_beyond = [](const Value& value) { return !(value.a > 0.0 && value.y > 0.0); };
+  const auto is_beyond = [&](const Value& value) { return !(value.excess > 0.0 && value.y * residual.side > 0.0); };
   double near = 0.0, far = residual.side * reach;
 
   if (residual.side < 0.0 && m2_ > 0.0) {
@@ -54,9 +54,9 @@ CamClay::Return<double> CamClay::return_map_by_exclusion(double p_trial, double 
     while (d1 < reach && !isolated) {
       const double d2 = min(d1 + width, reach);
       const Value at2 = residual(-d2);
-      const double flow = max(at2.y, 0.0), most = max(at1.y, 0.0) + c_ * d2;
+      const double flow = max(-at2.y, 0.0), most = max(-at1.y, 0.0) + c_ * d2;
       const double surface2 = m2_ * max(max(at1.v, at2.v), 0.0) * max(at1.e, 0.0);
-      const bool excluded = at2.y > 0.0 && (surface2 == 0.0 || q2 * flow * flow > surface2 * most * most);
+      const bool excluded = at2.y < 0.0 && (surface2 == 0.0 || q2 * flow * flow > surface2 * most * most);
       if (!excluded && width > least_width) {
         width *= 0.5;
         continue;
@@ -77,15 +77,15 @@ CamClay::Return<double> CamClay::return_map_by_exclusion(double p_trial, double 
   Value value = residual(x);
   for (int iteration = 0; iteration < 600; ++iteration) {
     (is_beyond(value) ? far : near) = x;
-    const double newton = x - value.a / value.slope;
-    const bool within = (newton - near) * (newton - far) <= 0.0;
+    const double newton = x - value.numerator / value.denominator;
+    const bool within = value.y * residual.side > 0.0 && (newton - near) * (newton - far) <= 0.0;
     const double next = within && iteration % 3 != 2 ? newton : 0.5 * (near + far);
     const bool settled = abs(next - x) <= 2.0 * std::numeric_limits<double>::epsilon() * abs(next);
     x = next;
     value = residual(x);
     if (settled) break;
   }
-  return {residual.d_base + x, value.u};
+  return {residual.d_base + x, m2_ > 0.0 ? value.y / value.w : 0.0};
 }
 
 }  // namespace mpm

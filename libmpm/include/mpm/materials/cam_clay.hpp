@@ -81,20 +81,27 @@ class CamClay {
   /// The residual as a function of the offset x = d - d_base from the base state (the trial state, or X = 0 on the way of recompaction).
   template <class T>
   struct Residual {
-    const CamClay& law;
-    T q2;                     // Q^2
-    T d_base, p, y, s, cosh;  // at the base: d, P, Y, S, sqrt(1 + S^2)
-    T side;                   // +1 compaction, -1 dilation
-
     struct Value {
-      T a, slope;    // residual (positive near the base) and dA/dx
-      T u, v, e, y;  // q/q_tr, P + beta S, S - P, |Y|
-      T s_slope;     // dS/dX
+      T y, w, v, e;          // Y, Y + c d, P + beta S, S - P
+      T s_slope, y_slope;    // dS/dx, dY/dx
+      T excess;              // positive between the base and the nearest root: sign of A; M = 0: what P exceeds its bound by
+      T numerator, denominator;  // of the Newton correction, x_new = x - numerator/denominator
     };
     Residual(const CamClay& law, const T& p_trial, const T& q2, const T& x_n);
     /// Largest |x| at which a root can lie.
     [[nodiscard]] T reach(const T& x_n) const;
+    /// At the base itself, x = 0.
+    [[nodiscard]] Value at_base() const { return evaluate(T{}, T{}, law_.xi_ * cosh); }
     [[nodiscard]] Value operator()(const T& x) const;
+
+    const CamClay& law_;
+    T q2, q;                  // Q^2, Q
+    T d_base, p, y, s, cosh;  // at the base: d, P, Y, S, sqrt(1 + S^2)
+    T side;                   // +1 compaction, -1 dilation
+
+   private:
+    /// @param increment  S - S_base; @param s_slope  dS/dx
+    [[nodiscard]] Value evaluate(const T& x, const T& increment, const T& s_slope) const;
   };
 
   template <class T>
@@ -112,7 +119,8 @@ class CamClay {
 };
 
 template <class T>
-CamClay::Residual<T>::Residual(const CamClay& law_, const T& p_trial, const T& q2_, const T& x_n) : law(law_), q2(q2_) {
+inline CamClay::Residual<T>::Residual(const CamClay& law, const T& p_trial, const T& q2_trial, const T& x_n)
+    : law_(law), q2(q2_trial), q(sqrt(q2_trial)) {
   const T x_base = max(x_n, T{});
   d_base = x_base - x_n;
   p = p_trial - d_base;
@@ -120,19 +128,19 @@ CamClay::Residual<T>::Residual(const CamClay& law_, const T& p_trial, const T& q
   cosh = sqrt(1.0 + s * s);
   y = 2.0 * p - (1.0 - law.beta_) * s;
   side = select(y >= 0.0, broadcast<T>(1.0), broadcast<T>(-1.0));
-  y = select(abs(y) < 1e-100, side * 1e-100, y);  // a trial state at the critical state: the ratio d/Y stays defined
+  y = select(abs(y) < 1e-60, side * 1e-60, y);  // a trial state at the critical state: the ratio d/Y stays defined
 }
 
 template <class T>
-T CamClay::Residual<T>::reach(const T& x_n) const {
+inline T CamClay::Residual<T>::reach(const T& x_n) const {
   // Compaction: P >= 0. Dilation: |Y| falls by at least 2 D, and X >= 0.
   return select(side > 0.0, p, min(x_n, -0.5 * y));
 }
 
 template <class T>
-typename CamClay::Residual<T>::Value CamClay::Residual<T>::operator()(const T& x) const {
+inline typename CamClay::Residual<T>::Value CamClay::Residual<T>::operator()(const T& x) const {
   // sinh(a + h) - sinh a = sinh a (cosh h - 1) + cosh a sinh h, relative precision for small h.
-  const T h = law.xi_ * x, h2 = h * h;
+  const T h = law_.xi_ * x, h2 = h * h;
   T sinh_h, cosh_h_1;
   if (all(h2 <= 0.25)) [[likely]] {  // truncated at 0.5^14/15! = 5e-17, and 2 * 0.5^14/16! = 6e-18
     using detail::inverse_factorial;
@@ -149,40 +157,45 @@ typename CamClay::Residual<T>::Value CamClay::Residual<T>::operator()(const T& x
     const T half = sinh(0.5 * h);
     cosh_h_1 = 2.0 * half * half;
   }
-  const double beta = law.beta_;
-  const T increment = s * cosh_h_1 + cosh * sinh_h;
-  const T s_slope = law.xi_ * (cosh + (cosh * cosh_h_1 + s * sinh_h));
-  const T p_x = p - x;
-  const T y_x = y - 2.0 * x - (1.0 - beta) * increment;
-  const T v = p_x + (beta * s + beta * increment);
-  const T e = (s - p) + (x + increment);
+  return evaluate(x, s * cosh_h_1 + cosh * sinh_h, law_.xi_ * (cosh + (cosh * cosh_h_1 + s * sinh_h)));
+}
+
+template <class T>
+inline typename CamClay::Residual<T>::Value CamClay::Residual<T>::evaluate(const T& x, const T& increment, const T& s_slope) const {
+  const double beta = law_.beta_, m2 = law_.m2_, c = law_.c_;
+  const T s_x = s + increment, p_x = p - x, d = d_base + x;
   Value r;
-  r.v = v;
-  r.e = e;
-  r.y = side * y_x;
   r.s_slope = s_slope;
-  if (law.m2_ == 0.0) {
-    r.u = T{};
+  r.y = y - 2.0 * x - (1.0 - beta) * increment;
+  r.y_slope = -2.0 - (1.0 - beta) * s_slope;
+  r.v = p_x + beta * s_x;
+  r.e = (s - p) + (x + increment);
+  r.w = r.y + c * d;
+  if (m2 == 0.0) {
     const Mask<T> compaction = side > 0.0;
-    r.a = select(compaction, -e, -v);
-    r.slope = select(compaction, -1.0 - s_slope, 1.0 - beta * s_slope);
+    r.excess = select(compaction, -r.e, -r.v);
+    r.numerator = r.excess;
+    r.denominator = select(compaction, -1.0 - s_slope, 1.0 - beta * s_slope);
     return r;
   }
-  const T d = d_base + x;
-  const T w = 1.0 / (y_x + law.c_ * d);
-  r.u = y_x * w;
-  const T y_slope = -2.0 - (1.0 - beta) * s_slope;
-  const T u_slope = law.c_ * (y_slope * d - y_x) * (w * w);
-  r.a = q2 * r.u * r.u - law.m2_ * v * e;
-  r.slope = 2.0 * q2 * r.u * u_slope - law.m2_ * (y_x + s_slope * ((1.0 - beta) * p_x + (2.0 * beta) * (s + increment)));
+  const T ve = r.v * r.e, surface = m2 * ve, surface_slope = m2 * (r.y + s_slope * ((1.0 - beta) * p_x + (2.0 * beta) * s_x));
+  const T flow = q * r.y;
+  const T w2 = r.w * r.w;
+  r.excess = flow * flow - surface * w2;
+  // Near an apex, A as it stands (times w^3); elsewhere sqrt(surface) (Q Y - sqrt(surface) w), in which Y and w are nearly linear.
+  const T root = sqrt(max(surface, T{}));
+  const T width = r.v + r.e;
+  const Mask<T> interior = ve > 0.03 * (width * width);  // q above 35 % of the surface's height
+  const T linear = flow - root * r.w;
+  r.numerator = select(interior, linear * root, r.excess * r.w);
+  r.denominator = select(interior, root * (q * r.y_slope - root * (r.y_slope + c)) - 0.5 * (r.w * surface_slope),
+                         2.0 * c * (q * flow) * (r.y_slope * d - r.y) - surface_slope * (w2 * r.w));
   return r;
 }
 
 template <class T>
-CamClay::Return<T> CamClay::return_map(const T& p_trial, const T& q2, const T& x_n, const Mask<T>& yields) const {
-  constexpr int most_iterations = 12;
-  // Quadratic convergence: the correction after one of relative size 1e-8 is below round-off, except near a double root.
-  constexpr double tolerance = 1e-8;
+inline CamClay::Return<T> CamClay::return_map(const T& p_trial, const T& q2, const T& x_n, const Mask<T>& yields) const {
+  constexpr int most_iterations = 15;
   const Mask<T> stress_free = x_n + p_trial <= 0.0;
   Mask<T> lost = yields & stress_free & (x_n <= 0.0);  // stays expanded: nothing to search
   Mask<T> active = yields & mask_not(lost);
@@ -190,40 +203,51 @@ CamClay::Return<T> CamClay::return_map(const T& p_trial, const T& q2, const T& x
   if (!any(active)) return result;
 
   const Residual<T> residual(*this, p_trial, q2, x_n);
-  T near = T{}, far = residual.side * residual.reach(x_n), x = T{};
-  typename Residual<T>::Value value = residual(x);
-  const T v_0 = value.v, slope_0 = value.s_slope, y_0 = value.y;
+  typename Residual<T>::Value value = residual.at_base();
+  const T v_0 = value.v, slope_0 = value.s_slope;
   Mask<T> found = active & mask_not(active);
   if (m2_ == 0.0) {
-    const Mask<T> outside = value.a > round_off * residual.s;
+    const Mask<T> outside = value.excess > round_off * residual.s;
     found = active & mask_not(outside);  // p is within its bounds: only q is lost
     lost = lost | (active & outside & stress_free);
     active = active & outside & mask_not(stress_free);
     result.d = select(lost, p_trial, T{});
   }
-  for (int iteration = 0; iteration < most_iterations; ++iteration) {
-    const Mask<T> beyond = mask_not(value.a > 0.0) | mask_not(value.y > 0.0);
+  // Safeguarded Newton. A lane is settled when its correction is so small that, the convergence being quadratic (the next correction is
+  // about step^3 / previous^2), the next one would be below round-off; Y at the corrected x then follows from its slope.
+  T near = T{}, far = residual.side * residual.reach(x_n), x = T{}, y = residual.y, previous = abs(far), e = value.e, v = value.v;
+  for (int iteration = 0; iteration < most_iterations && any(active); ++iteration) {
+    const Mask<T> same_side = value.y * residual.side > 0.0;  // else past the critical state, where A has inadmissible roots
+    const Mask<T> beyond = mask_not((value.excess > 0.0) & same_side);
     near = select(beyond, near, x);
     far = select(beyond, x, far);
-    const T newton = x - value.a / value.slope;
-    const Mask<T> within = (newton - near) * (newton - far) <= 0.0;
+    const T newton = x - value.numerator / value.denominator;
+    const Mask<T> within = same_side & ((newton - near) * (newton - far) <= 0.0);
     const T next = select(within, newton, 0.5 * (near + far));
-    const Mask<T> settled = within & (abs(next - x) <= tolerance * abs(next));
+    const T step = next - x, size = abs(step), scale = abs(next);
+    const Mask<T> settled = active & within & ((size <= 1e-8 * scale) | ((size <= 1e-6 * scale) & (size * size * size <= 1e-16 * scale * previous * previous)));
+    y = select(settled, value.y + value.y_slope * step, y);
+    v = select(settled, value.v, v);
+    e = select(settled, value.e, e);
+    previous = size;
     x = select(active, next, x);
-    value = residual(x);
-    found = found | (active & settled);
+    found = found | settled;
     active = active & mask_not(settled);
     if (!any(active)) break;
+    value = residual(x);
   }
-  // Compaction has one root, and so has M = 0. In dilation the root must be shown to be the nearest.
-  const T softening = beta_ * slope_0 - 1.0;
-  const T v_min = v_0 + softening * x;  // x = -D
-  const T first = select(softening <= 0.0, -0.5 * softening / value.v, select(v_min > 0.0, -0.5 * softening / v_min, broadcast<T>(-1e300)));
-  const T rise = first - 0.5 * (1.0 + slope_0) / value.e + c_ / (y_0 - c_ * x);
-  const Mask<T> nearest = (residual.side > 0.0) | (rise > 0.0);
-  if (m2_ != 0.0) found = found & nearest;
-  result.d = select(found, residual.d_base + x, result.d);
-  result.u = select(found, value.u, result.u);
+  const T d = residual.d_base + x;
+  if (m2_ != 0.0) {
+    // Compaction has one root. In dilation the root must be shown to be the nearest.
+    const T softening = beta_ * slope_0 - 1.0;
+    const T v_min = v_0 + softening * x;  // x = -D
+    const Mask<T> hardening = softening <= 0.0;
+    const T first = -0.5 * softening / select(hardening, v, v_min);
+    const T rise = first - 0.5 * (1.0 + slope_0) / e + c_ / (-residual.y - c_ * x);
+    found = found & ((residual.side > 0.0) | ((rise > 0.0) & (hardening | (v_min > 0.0))));
+    result.u = select(found, y / (y + c_ * d), result.u);
+  }
+  result.d = select(found, d, result.d);
   const Mask<T> open = yields & mask_not(lost) & mask_not(found);
   if (any(open)) {
     const T flag = select(open, broadcast<T>(1.0), T{});
