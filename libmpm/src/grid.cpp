@@ -125,6 +125,12 @@ void Grid::insert(const Particle& p) {
   block(index).particles.append(p, cell, *pool_);
 }
 
+void Grid::restore(const Index3& coordinate, std::span<const Particle> particles, std::span<const std::uint8_t> cells) {
+  std::int32_t index = find(coordinate);
+  if (index == no_block) index = create(coordinate);
+  for (std::size_t i = 0; i < particles.size(); ++i) block(index).particles.append(particles[i], cells[i], *pool_);
+}
+
 void Grid::migrate() {
   for (const auto b : occupied_) {
     for (const Migrant& m : block(b).outbox) {

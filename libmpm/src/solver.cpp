@@ -60,7 +60,7 @@ Passage remove_outside(Grid& grid, std::int32_t index, const Vec3& min, const Ve
     const Vec3 x(p.position[0], p.position[1], p.position[2]);
     if ((x.array() >= min.array()).all() && (x.array() <= max.array()).all()) continue;
     const double mass = density * p.volume;
-    left += Passage{1, mass, mass * Vec3(p.velocity[0], p.velocity[1], p.velocity[2])};
+    left += Passage{1, x.x() > max.x() ? 1U : 0U, mass, mass * Vec3(p.velocity[0], p.velocity[1], p.velocity[2])};
     grid.remove(index, s);
   }
   return left;

@@ -94,6 +94,8 @@ class Grid {
 
   /// Puts one particle into its block (created if needed). Serial. Call refresh() before the next transfer.
   void insert(const Particle& p);
+  /// Puts back a block as it was saved: same slots, same cells. Serial; call refresh() afterwards.
+  void restore(const Index3& coordinate, std::span<const Particle> particles, std::span<const std::uint8_t> cells);
   /// Takes a particle out of its block; the block's last particle gets its slot. Blocks may be worked on in parallel.
   void remove(std::int32_t block_index, int slot) { block(block_index).particles.remove(slot, *pool_); }
 

@@ -14,10 +14,12 @@ namespace mpm {
 /// Sums over particles that entered or left.
 struct Passage {
   std::uint64_t count = 0;
+  std::uint64_t downstream = 0;    ///< of these: across the domain's end at x_max
   double mass = 0.0;               ///< kg
   Vec3 momentum = Vec3::Zero();    ///< N s
   Passage& operator+=(const Passage& other) {
     count += other.count;
+    downstream += other.downstream;
     mass += other.mass;
     momentum += other.momentum;
     return *this;

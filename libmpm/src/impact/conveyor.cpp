@@ -99,7 +99,7 @@ void ConveyorFeed::insert_layer(State& state, Passage& passage) const {
     p.id = state.next_id++;
     state.grid.insert(p);
     const double mass = density_ * p.volume;
-    passage += Passage{1, mass, mass * Vec3(p.velocity[0], p.velocity[1], p.velocity[2])};
+    passage += Passage{1, 0, mass, mass * Vec3(p.velocity[0], p.velocity[1], p.velocity[2])};
   }
   ++state.fed_layers;
 }

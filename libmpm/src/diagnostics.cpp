@@ -1,0 +1,71 @@
+#include "mpm/diagnostics.hpp"
+
+#include <Eigen/Geometry>
+
+#include "mpm/stress.hpp"
+
+namespace mpm {
+
+Totals totals(const State& state, const Scene& scene) {
+  const auto blocks = state.grid.occupied_blocks();
+  std::vector<Totals> partial(blocks.size());
+  const double density = std::visit([](const auto& law) { return law.density(); }, scene.material);
+  const double affine_inertia = scene.transfer == Transfer::apic ? 0.25 * state.grid.cell_size() * state.grid.cell_size() : 0.0;
+#pragma omp parallel for schedule(dynamic, 8)
+  for (std::size_t i = 0; i < blocks.size(); ++i) {
+    const ParticleBin& bin = state.grid.block(blocks[i]).particles;
+    Totals& sum = partial[i];
+    for (int s = 0; s < bin.count(); ++s) {
+      const Particle& p = bin[s];
+      const double m = density * p.volume;
+      const Vec3 x(p.position[0], p.position[1], p.position[2]), v(p.velocity[0], p.velocity[1], p.velocity[2]);
+      const Vec3 spin(p.affine[5] - p.affine[7], p.affine[6] - p.affine[2], p.affine[1] - p.affine[3]);  // C_zy - C_yz, C_xz - C_zx, C_yx - C_xy
+      ++sum.particles;
+      sum.mass += m;
+      sum.momentum += m * v;
+      sum.angular_momentum += m * (x.cross(v) + affine_inertia * spin);
+      sum.kinetic_energy += 0.5 * m * v.squaredNorm();
+      sum.elastic_energy += stored_energy(scene.material, p);
+      sum.potential_energy -= m * scene.gravity.dot(x);
+    }
+  }
+  Totals sum;
+  for (const Totals& t : partial) {
+    sum.particles += t.particles;
+    sum.mass += t.mass;
+    sum.momentum += t.momentum;
+    sum.angular_momentum += t.angular_momentum;
+    sum.kinetic_energy += t.kinetic_energy;
+    sum.elastic_energy += t.elastic_energy;
+    sum.potential_energy += t.potential_energy;
+  }
+  return sum;
+}
+
+Vec3 whole_force(const Vec3& part, bool mirror_x, bool mirror_y) {
+  Vec3 whole = part;
+  if (mirror_x) whole = Vec3(0.0, 2.0 * whole.y(), 2.0 * whole.z());
+  if (mirror_y) whole = Vec3(2.0 * whole.x(), 0.0, 2.0 * whole.z());
+  return whole;
+}
+
+Vec3 whole_moment(const Vec3& part, bool mirror_x, bool mirror_y) {
+  Vec3 whole = part;
+  if (mirror_x) whole = Vec3(2.0 * whole.x(), 0.0, 0.0);
+  if (mirror_y) whole = Vec3(0.0, 2.0 * whole.y(), 0.0);
+  return whole;
+}
+
+Totals whole_of_mirrored(Totals t, bool mirror_x, bool mirror_y) {
+  const unsigned factor = (mirror_x ? 2U : 1U) * (mirror_y ? 2U : 1U);
+  t.particles *= factor;
+  t.mass *= factor;
+  t.kinetic_energy *= factor;
+  t.elastic_energy *= factor;
+  t.potential_energy *= factor;
+  t.momentum = whole_force(t.momentum, mirror_x, mirror_y);
+  t.angular_momentum = whole_moment(t.angular_momentum, mirror_x, mirror_y);
+  return t;
+}
+
+}  // namespace mpm

@@ -1,0 +1,142 @@
+#include "mpm/io/checkpoint.hpp"
+
+#include <fmt/format.h>
+
+#include <cstring>
+
+#include "mpm/error.hpp"
+#include "mpm/io/hdf5.hpp"
+
+namespace mpm {
+
+namespace {
+
+constexpr const char* kind = "libmpm checkpoint";
+
+std::vector<double> packed(const State& s, const RunProgress& p) {
+  std::vector<double> v = {s.time, s.max_speed, p.wall_time, p.step_time};
+  for (const Passage* q : {&s.entered, &s.left}) v.insert(v.end(), {q->mass, q->momentum.x(), q->momentum.y(), q->momentum.z()});
+  return v;
+}
+
+std::vector<double> flattened(const std::vector<Vec3>& vectors) {
+  std::vector<double> flat;
+  flat.reserve(3 * vectors.size());
+  for (const Vec3& v : vectors) flat.insert(flat.end(), {v.x(), v.y(), v.z()});
+  return flat;
+}
+
+std::vector<Vec3> vectors_of(const std::vector<double>& flat) {
+  std::vector<Vec3> vectors(flat.size() / 3);
+  for (std::size_t i = 0; i < vectors.size(); ++i) vectors[i] = Vec3(flat[3 * i], flat[3 * i + 1], flat[3 * i + 2]);
+  return vectors;
+}
+
+/// Columns of the series under the names of their datasets.
+template <class Series, class F>
+void for_each_column(Series& series, F&& f) {
+  f("series_time_s", series.time);
+  f("series_runup_m", series.runup);
+  f("series_runup_p99_m", series.runup_p99);
+  f("series_pressure_height_m", series.pressure_height);
+  f("series_impact_pressure_pa", series.impact_pressure);
+  f("series_compaction", series.compaction);
+  f("series_profile_pa", series.profile_pressure);
+}
+
+}  // namespace
+
+void write_checkpoint(const std::filesystem::path& path, const std::string& case_hash, const State& state, const RunProgress& progress, const ImpactSeries& series) {
+  hdf5::Writer file;
+  file.attribute("kind", std::string(kind));
+  file.attribute("format_version", std::int64_t{checkpoint_format_version});
+  file.attribute("case_hash", case_hash);
+
+  std::vector<std::int32_t> coordinates, counts;
+  std::vector<std::uint8_t> records, cells;
+  records.reserve(state.grid.particle_count() * sizeof(Particle));
+  for (const auto b : state.grid.occupied_blocks()) {
+    const Block& block = state.grid.block(b);
+    coordinates.insert(coordinates.end(), block.coordinate.begin(), block.coordinate.end());
+    counts.push_back(block.particles.count());
+    cells.insert(cells.end(), block.particles.cell.begin(), block.particles.cell.end());
+    for (int s = 0; s < block.particles.count(); ++s) {
+      const auto* bytes = reinterpret_cast<const std::uint8_t*>(&block.particles[s]);
+      records.insert(records.end(), bytes, bytes + sizeof(Particle));
+    }
+  }
+  file.dataset<std::int32_t>("block_coordinates", coordinates, {counts.size(), 3});
+  file.dataset<std::int32_t>("block_counts", counts);
+  file.dataset<std::uint8_t>("cells", cells);
+  file.dataset<std::uint8_t>("particle_records", records, {cells.size(), sizeof(Particle)});
+  const std::vector<std::uint64_t> counters = {state.step,
+                                               state.next_id,
+                                               state.fed_layers,
+                                               state.entered.count,
+                                               state.entered.downstream,
+                                               state.left.count,
+                                               state.left.downstream,
+                                               progress.samples,
+                                               progress.particle_steps,
+                                               progress.initial_particles};
+  file.dataset<std::uint64_t>("counters", counters);
+  file.dataset<double>("reals", packed(state, progress));
+  for_each_column(series, [&](const char* name, const std::vector<double>& column) { file.dataset<double>(name, column); });
+  file.dataset<double>("series_force_n", flattened(series.force));
+  file.dataset<double>("series_moment_n_m", flattened(series.moment));
+  file.attribute("profile_bins", static_cast<std::int64_t>(series.profile_bins));
+  file.save(path);
+}
+
+void read_checkpoint(const std::filesystem::path& path, const std::string& case_hash, State& state, RunProgress& progress, ImpactSeries& series) {
+  const hdf5::Reader file(path);
+  const auto refuse = [&](const std::string& why) { throw IoError(fmt::format("{}: {}", path.string(), why)); };
+  if (file.text("kind") != kind) refuse("this is not a checkpoint");
+  if (file.integer("format_version") != checkpoint_format_version) {
+    refuse(fmt::format("checkpoint format {}, this program reads {}; run again without --resume", file.integer("format_version"), checkpoint_format_version));
+  }
+  if (file.text("case_hash") != case_hash) {
+    refuse(fmt::format("it belongs to another case (hash {}, this case has {}); use another --out directory, or run without --resume", file.text("case_hash"), case_hash));
+  }
+  const auto counts = file.dataset<std::int32_t>("block_counts", {hdf5::any_extent});
+  const auto coordinates = file.dataset<std::int32_t>("block_coordinates", {counts.size(), 3});
+  const auto cells = file.dataset<std::uint8_t>("cells", {hdf5::any_extent});
+  const auto records = file.dataset<std::uint8_t>("particle_records", {cells.size(), sizeof(Particle)});
+  std::size_t first = 0;
+  std::vector<Particle> particles;
+  for (std::size_t b = 0; b < counts.size(); ++b) {
+    const auto n = static_cast<std::size_t>(counts[b]);
+    if (counts[b] < 0 || n > cells.size() - first) refuse("its block counts contradict its particles");
+    particles.resize(n);
+    if (n > 0) std::memcpy(particles.data(), records.data() + first * sizeof(Particle), n * sizeof(Particle));
+    for (std::size_t i = 0; i < n; ++i) {
+      if (cells[first + i] >= block_nodes) refuse("a particle is in no cell");
+    }
+    state.grid.restore({coordinates[3 * b], coordinates[3 * b + 1], coordinates[3 * b + 2]}, particles, std::span(cells).subspan(first, n));
+    first += n;
+  }
+  if (first != cells.size()) refuse("its block counts contradict its particles");
+  state.grid.refresh();
+
+  const auto counters = file.dataset<std::uint64_t>("counters", {10});
+  const auto reals = file.dataset<double>("reals", {12});
+  state.step = counters[0];
+  state.next_id = counters[1];
+  state.fed_layers = counters[2];
+  state.entered = {counters[3], counters[4], reals[4], Vec3(reals[5], reals[6], reals[7])};
+  state.left = {counters[5], counters[6], reals[8], Vec3(reals[9], reals[10], reals[11])};
+  progress.samples = counters[7];
+  progress.particle_steps = counters[8];
+  progress.initial_particles = counters[9];
+  state.time = reals[0];
+  state.max_speed = reals[1];
+  progress.wall_time = reals[2];
+  progress.step_time = reals[3];
+  series = ImpactSeries{};
+  for_each_column(series, [&](const char* name, std::vector<double>& column) { column = file.dataset<double>(name, {hdf5::any_extent}); });
+  series.force = vectors_of(file.dataset<double>("series_force_n", {hdf5::any_extent}));
+  series.moment = vectors_of(file.dataset<double>("series_moment_n_m", {hdf5::any_extent}));
+  series.profile_bins = static_cast<std::size_t>(file.integer("profile_bins"));
+}
+
+}  // namespace mpm

@@ -1,0 +1,404 @@
+#include "mpm/run.hpp"
+
+#include <fcntl.h>
+#include <fmt/chrono.h>
+#include <fmt/format.h>
+#include <omp.h>
+#include <sys/file.h>
+#include <sys/resource.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <ctime>
+#include <nlohmann/json.hpp>
+#include <numeric>
+
+#include "mpm/build_info.hpp"
+#include "mpm/diagnostics.hpp"
+#include "mpm/error.hpp"
+#include "mpm/impact/measure.hpp"
+#include "mpm/impact/semi_empirical.hpp"
+#include "mpm/io/atomic_file.hpp"
+#include "mpm/io/checkpoint.hpp"
+#include "mpm/io/config.hpp"
+#include "mpm/io/snapshot.hpp"
+#include "mpm/io/table.hpp"
+#include "mpm/io/xdmf.hpp"
+#include "mpm/scene.hpp"
+#include "mpm/stress.hpp"
+
+namespace mpm {
+
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
+constexpr int results_format_version = 1;
+
+double seconds_since(Clock::time_point start) { return std::chrono::duration<double>(Clock::now() - start).count(); }
+
+/// Keeps a second process out of the directory; the system releases it when the process ends, however it ends.
+class DirectoryLock {
+ public:
+  explicit DirectoryLock(const std::filesystem::path& directory) {
+    const auto path = directory / ".lock";
+    descriptor_ = open(path.c_str(), O_CREAT | O_RDWR | O_CLOEXEC, 0644);
+    if (descriptor_ < 0) throw file_error("cannot create", path, errno);
+    if (flock(descriptor_, LOCK_EX | LOCK_NB) != 0) {
+      close(descriptor_);
+      throw IoError(fmt::format("{}: another process is running in this directory; wait for it or choose another --out", directory.string()));
+    }
+  }
+  ~DirectoryLock() { close(descriptor_); }
+  DirectoryLock(const DirectoryLock&) = delete;
+  DirectoryLock& operator=(const DirectoryLock&) = delete;
+
+ private:
+  int descriptor_;
+};
+
+/// run.log: what was said, with times.
+class RunLog {
+ public:
+  RunLog(const std::filesystem::path& path, bool append) {
+    descriptor_ = open(path.c_str(), O_CREAT | O_WRONLY | O_CLOEXEC | (append ? O_APPEND : O_TRUNC), 0644);
+    if (descriptor_ < 0) throw file_error("cannot write", path, errno);
+  }
+  ~RunLog() { close(descriptor_); }
+  RunLog(const RunLog&) = delete;
+  RunLog& operator=(const RunLog&) = delete;
+  void say(const std::string& text) const {
+    const std::string line = fmt::format("{:%Y-%m-%d %H:%M:%S} {}\n", fmt::localtime(std::time(nullptr)), text);
+    // a log that cannot be written must not end a run that can; the loss shows in the series, which is checked
+    [[maybe_unused]] const auto written = write(descriptor_, line.data(), line.size());
+  }
+
+ private:
+  int descriptor_;
+};
+
+std::size_t peak_memory_bytes() {
+  rusage usage{};
+  getrusage(RUSAGE_SELF, &usage);
+  return static_cast<std::size_t>(usage.ru_maxrss) * 1024;
+}
+
+/// Particles in the order of their identity numbers.
+ParticleTable table_of(const State& state, const Scene& scene) {
+  std::vector<const Particle*> order;
+  order.reserve(state.grid.particle_count());
+  state.grid.for_each_particle([&](const Particle& p) { order.push_back(&p); });
+  std::sort(order.begin(), order.end(), [](const Particle* a, const Particle* b) { return a->id < b->id; });
+  const std::size_t n = order.size();
+  ParticleTable t;
+  t.id.resize(n);
+  t.position.resize(3 * n);
+  t.velocity.resize(3 * n);
+  t.affine.resize(9 * n);
+  t.stress.resize(6 * n);
+  t.internal.resize(n);
+  t.volume_ratio.resize(n);
+  t.volume.resize(n);
+#pragma omp parallel for schedule(static)
+  for (std::size_t i = 0; i < n; ++i) {
+    const Particle& p = *order[i];
+    t.id[i] = p.id;
+    std::copy_n(p.position, 3, &t.position[3 * i]);
+    std::copy_n(p.velocity, 3, &t.velocity[3 * i]);
+    std::copy_n(p.affine, 9, &t.affine[9 * i]);
+    std::copy_n(p.stress, 6, &t.stress[6 * i]);
+    t.internal[i] = p.internal;
+    t.volume[i] = p.volume;
+    t.volume_ratio[i] = volume_ratio(scene.material, p);
+  }
+  return t;
+}
+
+/// Measures the impact at one instant. Only blocks near the axis are looked at: the strip reaches 3w/7 to each side.
+ImpactFrame measure(const State& state, const Scene& scene, const ImpactGeometry& geometry, double density) {
+  ImpactSample sample(geometry);
+  const double dx = state.grid.cell_size();
+  for (const auto b : state.grid.occupied_blocks()) {
+    const Index3& c = state.grid.block(b).coordinate;
+    const double low_x = (4.0 * c[0] + 0.5) * dx, low_y = (4.0 * c[1] + 0.5) * dx, high_y = low_y + 4.0 * dx;
+    if (low_y > geometry.strip_half_width || high_y < -geometry.strip_half_width || low_x > geometry.box_inside) continue;
+    const ParticleBin& bin = state.grid.block(b).particles;
+    for (int s = 0; s < bin.count(); ++s) {
+      const Particle& p = bin[s];
+      const Vec3 x(p.position[0], p.position[1], p.position[2]);
+      const bool inside = geometry.in_profile_box(x);
+      sample.add(x, inside ? p.stress[0] : 0.0, inside ? volume_ratio(scene.material, p) : 1.0, density * p.volume);
+    }
+  }
+  return sample.finish();
+}
+
+/// One run in its directory.
+class Run {
+ public:
+  Run(const Case& c, const RunOptions& options);
+  RunResult go();
+
+ private:
+  void start();
+  void resume();
+  void advance_to_next_sample();
+  void record_sample();
+  void write_frame();
+  void checkpoint(const char* why);
+  void say(const std::string& text, bool to_caller = true);
+  Progress figures() const;
+  RunResult finish(bool complete);
+
+  [[nodiscard]] double sample_time(std::uint64_t k) const { return static_cast<double>(k) / case_.output.series_per_second; }
+  [[nodiscard]] std::vector<std::string> columns() const;
+
+  Case case_;
+  RunOptions options_;
+  std::string hash_;
+  Scene scene_;
+  State state_;
+  RunProgress progress_;
+  ImpactSeries series_;
+  std::optional<ImpactGeometry> geometry_;  // cases with a conveyor and an obstacle
+  std::uint64_t last_sample_, samples_per_frame_;
+
+  DirectoryLock lock_;
+  std::optional<RunLog> log_;
+  std::optional<SeriesWriter> table_;
+  std::optional<FrameSeries> frames_;
+
+  Vec3 obstacle_impulse_ = Vec3::Zero(), obstacle_angular_ = Vec3::Zero();  // since the last sample
+  double last_dt_ = 0.0;
+  Clock::time_point started_ = Clock::now(), checkpointed_ = Clock::now();
+  double wall_before_ = 0.0, step_before_ = 0.0;
+  std::uint64_t particle_steps_before_ = 0;
+};
+
+const std::filesystem::path& made(const std::filesystem::path& directory) {
+  make_directory(directory);
+  return directory;
+}
+
+Run::Run(const Case& c, const RunOptions& options)
+    : case_(c),
+      options_(options),
+      hash_(case_hash_text(c)),
+      scene_(make_scene(c)),
+      state_(c.numerics.cell_size),
+      last_sample_(static_cast<std::uint64_t>(std::ceil(c.output.duration * c.output.series_per_second - 1e-9))),
+      samples_per_frame_(c.output.frames_per_second > 0.0
+                             ? static_cast<std::uint64_t>(std::max(1.0, std::round(c.output.series_per_second / c.output.frames_per_second)))
+                             : 0),
+      lock_(made(options.out)) {
+  if (options_.threads > 0) omp_set_num_threads(options_.threads);
+  state_.grid.keep_old_nodes(c.numerics.transfer == Transfer::flip);
+  if (c.conveyor && c.obstacle) {
+    geometry_ = paper_geometry(c.conveyor->flow_height, c.obstacle->width, c.numerics.cell_size, c.material.density, scene_.mirror_y);
+  }
+}
+
+std::vector<std::string> Run::columns() const {
+  std::vector<std::string> names = {"time_s"};
+  if (geometry_) names.insert(names.end(), {"runup_m", "runup_p99_m", "pressure_height_m", "impact_pressure_pa", "compaction"});
+  if (scene_.obstacle) names.insert(names.end(), {"force_x_n", "force_y_n", "force_z_n", "moment_x_n_m", "moment_y_n_m", "moment_z_n_m"});
+  names.insert(names.end(), {"particles", "mass_kg", "momentum_x_kg_m_s", "momentum_y_kg_m_s", "momentum_z_kg_m_s", "kinetic_energy_j", "elastic_energy_j",
+                             "potential_energy_j", "max_speed_m_s"});
+  return names;
+}
+
+void Run::say(const std::string& text, bool to_caller) {
+  log_->say(text);
+  if (!to_caller || !options_.on_progress) return;
+  Progress p = figures();
+  p.message = text;
+  options_.on_progress(p);
+}
+
+Progress Run::figures() const {
+  Progress p;
+  p.time = state_.time;
+  p.duration = sample_time(last_sample_);
+  p.step = state_.step;
+  p.dt = last_dt_;
+  p.particles = state_.grid.particle_count();
+  p.wall_s = seconds_since(started_);
+  const double step_time = progress_.step_time - step_before_;
+  if (step_time > 0.0) p.million_particle_steps_per_s = 1e-6 * static_cast<double>(progress_.particle_steps - particle_steps_before_) / step_time;
+  return p;
+}
+
+void Run::start() {
+  state_ = make_state(case_, scene_);
+  if (state_.grid.particle_count() == 0) throw ConfigError("the case holds no particles: add a [[body]] or a [conveyor]");
+  progress_.initial_particles = state_.grid.particle_count();
+  log_.emplace(options_.out / "run.log", false);
+  std::filesystem::remove(options_.out / "results.json");
+  std::filesystem::remove(options_.out / "checkpoint.h5");
+  write_file(options_.out / "case.toml", write_case(case_));
+  table_.emplace(options_.out / "series.csv", columns());
+  frames_.emplace(FrameSeries::create(options_.out));
+  say(fmt::format("start: {} particles, {} threads", progress_.initial_particles, omp_get_max_threads()));
+  record_sample();
+}
+
+void Run::resume() {
+  read_checkpoint(options_.out / "checkpoint.h5", hash_, state_, progress_, series_);
+  log_.emplace(options_.out / "run.log", true);
+  wall_before_ = progress_.wall_time;
+  step_before_ = progress_.step_time;
+  particle_steps_before_ = progress_.particle_steps;
+  write_file(options_.out / "case.toml", write_case(case_));
+  table_.emplace(SeriesWriter::resume(options_.out / "series.csv", columns(), state_.time));
+  frames_.emplace(FrameSeries::resume(options_.out, state_.time));
+  say(fmt::format("resumed at t = {:.6g} s, step {}: {} particles, {} threads", state_.time, state_.step, state_.grid.particle_count(), omp_get_max_threads()));
+}
+
+void Run::advance_to_next_sample() {
+  const auto start = Clock::now();
+  obstacle_impulse_ = obstacle_angular_ = Vec3::Zero();
+  advance(state_, scene_, sample_time(progress_.samples), [&](const StepReport& report) {
+    progress_.particle_steps += state_.grid.particle_count();
+    last_dt_ = report.dt;
+    if (!scene_.obstacle) return;
+    obstacle_impulse_ += report.impulses[*scene_.obstacle].linear;
+    obstacle_angular_ += report.impulses[*scene_.obstacle].angular;
+  });
+  progress_.step_time += seconds_since(start);
+}
+
+void Run::record_sample() {
+  const double interval = progress_.samples == 0 ? 0.0 : state_.time - sample_time(progress_.samples - 1);
+  const double unknown = std::nan("");
+  const Vec3 nothing = Vec3::Constant(unknown);
+  const Vec3 force = interval > 0.0 ? whole_force(obstacle_impulse_ / interval, scene_.mirror_x, scene_.mirror_y) : nothing;
+  const Vec3 moment = interval > 0.0 ? whole_moment(obstacle_angular_ / interval, scene_.mirror_x, scene_.mirror_y) : nothing;
+  std::vector<double> row = {state_.time};
+  if (geometry_) {
+    const ImpactFrame frame = measure(state_, scene_, *geometry_, case_.material.density);
+    row.insert(row.end(), {frame.runup, frame.runup_p99, frame.pressure_height.value_or(unknown), frame.impact_pressure, frame.compaction});
+    series_.append(state_.time, frame, force, moment);
+  }
+  if (scene_.obstacle) row.insert(row.end(), {force.x(), force.y(), force.z(), moment.x(), moment.y(), moment.z()});
+  const Totals t = whole_of_mirrored(totals(state_, scene_), scene_.mirror_x, scene_.mirror_y);
+  row.insert(row.end(), {static_cast<double>(t.particles), t.mass, t.momentum.x(), t.momentum.y(), t.momentum.z(), t.kinetic_energy, t.elastic_energy,
+                         t.potential_energy, state_.max_speed});
+  table_->append(row);
+  if (samples_per_frame_ > 0 && progress_.samples % samples_per_frame_ == 0) write_frame();
+  ++progress_.samples;
+}
+
+void Run::write_frame() {
+  SnapshotInfo info{state_.time, static_cast<std::int64_t>(state_.step), hash_, std::string(build_info().version), case_.material.density, scene_.mirror_x, scene_.mirror_y};
+  frames_->append(table_of(state_, scene_), info);
+}
+
+void Run::checkpoint(const char* why) {
+  progress_.wall_time = wall_before_ + seconds_since(started_);
+  write_checkpoint(options_.out / "checkpoint.h5", hash_, state_, progress_, series_);
+  checkpointed_ = Clock::now();
+  say(fmt::format("checkpoint at t = {:.6g} s, step {} ({})", state_.time, state_.step, why), false);
+}
+
+RunResult Run::finish(bool complete) {
+  checkpoint(complete ? "end" : "stopped");
+  RunResult result;
+  result.finished = complete;
+  result.time = state_.time;
+  result.steps = state_.step;
+  result.particle_steps = progress_.particle_steps;
+  result.particles = state_.grid.particle_count();
+  result.wall_time_s = progress_.wall_time;
+  result.million_particle_steps_per_s = progress_.wall_time > 0.0 ? 1e-6 * static_cast<double>(progress_.particle_steps) / progress_.wall_time : 0.0;
+  if (!complete) {
+    say(fmt::format("stopped at t = {:.6g} s of {:.6g} s; go on with --resume", state_.time, sample_time(last_sample_)));
+    return result;
+  }
+  const BuildInfo build = build_info();
+  nlohmann::ordered_json json;
+  json["format_version"] = results_format_version;
+  json["title"] = case_.title;
+  json["case_hash"] = hash_;
+  json["version"] = build.version;
+  json["commit"] = build.commit;
+  json["compiler"] = build.compiler;
+  json["instruction_set"] = build.instruction_set;
+  json["threads"] = omp_get_max_threads();
+  json["duration_s"] = state_.time;
+  json["wall_time_s"] = progress_.wall_time;
+  json["solver_time_s"] = progress_.step_time;
+  json["steps"] = state_.step;
+  json["particle_steps"] = progress_.particle_steps;
+  json["million_particle_steps_per_s"] = result.million_particle_steps_per_s;
+  json["peak_memory_bytes"] = peak_memory_bytes();
+  json["particles_initial"] = progress_.initial_particles;
+  json["particles_entered"] = state_.entered.count;
+  json["particles_final"] = result.particles;
+  json["particles_left_downstream"] = case_.conveyor ? state_.left.downstream : 0;
+  json["particles_lost"] = state_.left.count - (case_.conveyor ? state_.left.downstream : 0);
+  if (geometry_) {
+    ImpactFlow flow;
+    flow.velocity = case_.conveyor->velocity;
+    flow.gravity = case_.numerics.gravity;
+    if (const auto* law = std::get_if<CamClay>(&scene_.material); law != nullptr) {
+      flow.effective_friction = effective_friction(case_.material.critical_state_slope, case_.material.cohesion_beta);
+    }
+    result.impact = summarise(series_, *geometry_, flow);
+    json.update(nlohmann::ordered_json::parse(to_json(*result.impact)));
+    const auto rows = mean_profile(series_, result.impact->span, *geometry_);
+    std::vector<std::vector<double>> profile(4);
+    for (const ProfileRow& row : rows) {
+      profile[0].push_back(row.z);
+      profile[1].push_back(row.pressure);
+      profile[2].push_back(row.smoothed);
+      profile[3].push_back(row.force_per_height);
+    }
+    const std::vector<std::string> names = {"z_m", "pressure_pa", "smoothed_pressure_pa", "force_per_height_n_m"};
+    write_table(options_.out / "profile.csv", names, profile);
+  }
+  result.results_json = json.dump(2) + "\n";
+  const SnapshotInfo info{state_.time, static_cast<std::int64_t>(state_.step), hash_, std::string(build.version), case_.material.density, scene_.mirror_x, scene_.mirror_y};
+  write_final(options_.out / "final.h5", table_of(state_, scene_), info);
+  write_file(options_.out / "results.json", result.results_json);
+  say(fmt::format("done: {} steps, {:.4g} million particle-steps/s over {:.1f} s of wall time", state_.step, result.million_particle_steps_per_s, progress_.wall_time), false);
+  return result;
+}
+
+RunResult Run::go() {
+  const bool have_checkpoint = std::filesystem::exists(options_.out / "checkpoint.h5");
+  if (options_.resume && have_checkpoint) {
+    resume();
+  } else {
+    start();
+    if (options_.resume) say("no checkpoint.h5 here: started from the beginning");
+  }
+  try {
+    while (progress_.samples <= last_sample_) {
+      advance_to_next_sample();
+      record_sample();
+      if (options_.on_progress) {
+        Progress p = figures();
+        const double done = static_cast<double>(progress_.samples - 1), all = static_cast<double>(last_sample_);
+        p.eta_s = done > 0.0 ? (wall_before_ + p.wall_s) * (all - done) / done : 0.0;
+        options_.on_progress(p);
+      }
+      const Request request = options_.poll ? options_.poll() : Request::none;
+      if (request == Request::stop && progress_.samples <= last_sample_) return finish(false);
+      if (request == Request::checkpoint || seconds_since(checkpointed_) > 60.0 * case_.output.checkpoint_minutes) {
+        checkpoint(request == Request::checkpoint ? "asked for" : "periodic");
+      }
+    }
+  } catch (const UnstableError& error) {
+    say(error.what(), false);
+    throw;
+  }
+  return finish(true);
+}
+
+}  // namespace
+
+RunResult run_case(const Case& c, const RunOptions& options) { return Run(c, options).go(); }
+
+}  // namespace mpm
