@@ -49,7 +49,10 @@ int main(int argc, char** argv) {
   app.set_version_flag("--version", version_text);
   app.require_subcommand(1);
   mpm::app::add_check(app);
+  mpm::app::add_run(app);
   mpm::app::add_schema(app);
+  mpm::app::add_predict(app);
+  mpm::app::add_compare(app);
   const int code = parse(app, argc, argv);
   std::cout.flush();
   if (code == 0 && (std::fflush(stdout) != 0 || !std::cout)) {

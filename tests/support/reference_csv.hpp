@@ -9,7 +9,7 @@
 #include <string>
 #include <vector>
 
-namespace mpm::test {
+namespace mpm::testing {
 
 using CsvRow = std::map<std::string, std::string>;
 
@@ -43,4 +43,4 @@ inline std::vector<CsvRow> read_reference(const std::string& name) {
 
 inline double number(const CsvRow& row, const std::string& column) { return std::stod(row.at(column)); }
 
-}  // namespace mpm::test
+}  // namespace mpm::testing

@@ -70,8 +70,8 @@ TEST(ImpactGeometry, RefusesWhatCannotBeMeasured) {
 }
 
 TEST(PressureHeight, HasTheKnownBiasOfTheFilter) {
-  // Reference: the same profiles smoothed by scipy.signal.savgol_filter(p, 13, 2) (scipy 1.10), crossing by NumPy; printed to 16 digits, so that
-  // only round-off of the sums is left. Depth average: rho g H/2 (hydrostatic) and p (uniform).
+  // Reference: the same profiles smoothed by scipy.signal.savgol_filter(p, 13, 2) (scipy 1.10), crossing by NumPy; printed to 16 digits, so
+  // that only round-off of the sums is left. Depth average: rho g H/2 (hydrostatic) and p (uniform).
   struct Case {
     double cell_size, hydrostatic, step;
   };
@@ -86,7 +86,8 @@ TEST(PressureHeight, HasTheKnownBiasOfTheFilter) {
 }
 
 TEST(PressureHeight, OfAFineHydrostaticProfileIsWhereItPassesTheThreshold) {
-  // 5 % of the depth average rho g H/2 is passed at 0.975 H. A window of one bin leaves the profile as it is; it is linear between bins there.
+  // 5 % of the depth average rho g H/2 is passed at 0.975 H. A window of one bin leaves the profile as it is; it is linear between bins
+  // there.
   auto geometry = paper_geometry(H, w, 0.01, rho0, false);
   geometry.filter_bins = 1;
   geometry.filter_order = 0;
@@ -191,13 +192,12 @@ TEST(ImpactSample, AgreesWithAPlainSumOverRandomParticles) {
   std::uniform_real_distribution<double> u(0.0, 1.0);
   std::vector<Point> points;
   for (int i = 0; i < 20000; ++i) {
-    points.push_back({{-3.0 + 3.5 * u(random), -1.5 + 3.0 * u(random), 10.0 * u(random)}, -1e4 * u(random), 0.5 + u(random), 1.0 + u(random)});
+    points.push_back(
+        {{-3.0 + 3.5 * u(random), -1.5 + 3.0 * u(random), 10.0 * u(random)}, -1e4 * u(random), 0.5 + u(random), 1.0 + u(random)});
   }
   const auto geometry = paper_geometry(H, w, 0.25, rho0, false);
   const auto frame = measure(geometry, points);
-  const auto in_box = [&](const Point& p) {
-    return p.position[0] >= -0.625 && p.position[0] <= 0.125 && std::abs(p.position[1]) <= 0.75;
-  };
+  const auto in_box = [&](const Point& p) { return p.position[0] >= -0.625 && p.position[0] <= 0.125 && std::abs(p.position[1]) <= 0.75; };
   for (std::size_t bin = 0; bin < 70; ++bin) {
     double stress = 0.0, volume = 0.0;
     const double bottom = 0.125 * static_cast<double>(bin);

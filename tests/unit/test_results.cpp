@@ -67,7 +67,8 @@ TEST(ImpactSummary, ForceOfAUniformProfileIsPressureTimesArea) {
   EXPECT_NEAR(rows[0].force_per_height, s.impact_pressure.mean * w, 1e-8);
   EXPECT_NEAR(rows[5].smoothed, rows[5].pressure, 1e-8) << "uniform around here";
   EXPECT_EQ(rows[30].pressure, 0.0);
-  // The bias of the filter depends on the step's place among the bins, not on its height: 1.2092 H - H as for a step at H (test_measure.cpp).
+  // The bias of the filter depends on the step's place among the bins, not on its height: 1.2092 H - H as for a step at H
+  // (test_measure.cpp).
   EXPECT_NEAR(s.pressure_height_of_mean_profile, 3.0 + 0.2091517857142855 * H, 1e-11);
 }
 
@@ -104,9 +105,9 @@ TEST(ImpactSummary, GivesNoMeansWithoutASteadySpan) {
 TEST(ImpactSummary, WritesEveryKeyOfResultsJson) {
   const auto s = summarise(series_with_splash(), geometry(), flow);
   const auto json = nlohmann::json::parse(to_json(s));
-  for (const char* key : {"steady", "steady_from_s", "steady_to_s", "runup_mean_m", "runup_p99_mean_m", "runup_standard_error_m", "runup_peak_m",
-                          "pressure_height_mean_m", "impact_pressure_mean_pa", "force_mean_n", "moment_mean_n_m", "compaction_mean",
-                          "predicted_runup_m", "predicted_pressure_height_m"}) {
+  for (const char* key : {"steady", "steady_from_s", "steady_to_s", "runup_mean_m", "runup_p99_mean_m", "runup_standard_error_m",
+                          "runup_peak_m", "pressure_height_mean_m", "impact_pressure_mean_pa", "force_mean_n", "moment_mean_n_m",
+                          "compaction_mean", "predicted_runup_m", "predicted_pressure_height_m"}) {
     EXPECT_TRUE(json.contains(key)) << key;
   }
   EXPECT_EQ(json.at("runup_mean_m").get<double>(), s.runup.mean) << "to the bit";

@@ -11,8 +11,8 @@
 namespace mpm {
 namespace {
 
-using test::number;
-using test::read_reference;
+using testing::number;
+using testing::read_reference;
 
 // The reference tables are printed with about ten digits; half a unit in the last place, relative, with a factor two of room.
 constexpr double table_digits = 1e-9;
@@ -73,7 +73,8 @@ TEST(SemiEmpiricalEquations, MatchTheReferenceTable) {
     const double friction = number(row, "Mprime"), velocity = flow_velocity(number(row, "Fr"), flow_height);
     const std::string what = "M' " + row.at("Mprime") + ", Fr " + row.at("Fr");
     expect_relative(predicted_runup(friction, velocity, flow_height) / flow_height, number(row, "hr_over_H_A"), table_digits, what);
-    expect_relative(predicted_pressure_height(friction, velocity, flow_height) / flow_height, number(row, "hp_over_H_A"), table_digits, what);
+    expect_relative(predicted_pressure_height(friction, velocity, flow_height) / flow_height, number(row, "hp_over_H_A"), table_digits,
+                    what);
     expect_relative(predicted_height(friction, velocity, flow_height, runup_coefficients_table3) / flow_height, number(row, "hr_over_H_3"),
                     table_digits, what);
     expect_relative(predicted_height(friction, velocity, flow_height, pressure_height_coefficients_table3) / flow_height,
@@ -144,7 +145,8 @@ TEST(AnalyticLimits, ReflectedBoreMatchesTheReferenceAndItsBalance) {
   for (const auto& row : read_reference("shallow_water_limits")) {
     const double froude = number(row, "Fr"), r = reflected_bore_ratio(froude);
     expect_relative(r, number(row, "reflected_bore"), table_digits, "Fr " + row.at("Fr"));
-    EXPECT_NEAR((r - 1.0) * (r - 1.0) * (r + 1.0) / (2.0 * r) / (froude * froude), 1.0, 1e-12);  // conditioning: (r - 1) at Fr = 0.1 loses one digit
+    EXPECT_NEAR((r - 1.0) * (r - 1.0) * (r + 1.0) / (2.0 * r) / (froude * froude), 1.0,
+                1e-12);  // conditioning: (r - 1) at Fr = 0.1 loses one digit
   }
   EXPECT_EQ(reflected_bore_ratio(0.0), 1.0);
 }

@@ -39,7 +39,8 @@ TEST(SteadySpan, OfAConstantStartsAsSoonAsItMay) {
 }
 
 TEST(SteadySpan, LeavesOutADecayingSplash) {
-  // 1 + 4 exp(-t): the running mean of a span of length T from s is 1 + 4 exp(-s) (1 - exp(-T))/T; it is judged from a tenth of the span on.
+  // 1 + 4 exp(-t): the running mean of a span of length T from s is 1 + 4 exp(-s) (1 - exp(-T))/T; it is judged from a tenth of the span
+  // on.
   const auto t = times(1001, 0.01);
   std::vector<double> value(1001);
   for (std::size_t i = 0; i <= 1000; ++i) value[i] = 1.0 + 4.0 * std::exp(-t[i]);
@@ -166,9 +167,10 @@ TEST(MeanEstimate, OfIndependentSamplesHasTheTextbookError) {
 }
 
 TEST(MeanEstimate, CoversTheTrueMeanOfCorrelatedSamples) {
-  // AR(1): the integrated autocorrelation time is (1 + phi)/(1 - phi) samples; every case has at least ten of them. The 95 % interval of Student's t must cover
-  // the true mean 0 in about 95 % of the trials: here in 90 to 98 %. 500 trials: a binomial standard deviation of 1 %; batch means of short series are known to
-  // fall a few per cent short, because neighbouring batches still resemble each other. Ignoring correlation would cover 35 % at phi = 0.9.
+  // AR(1): the integrated autocorrelation time is (1 + phi)/(1 - phi) samples; every case has at least ten of them. The 95 % interval of
+  // Student's t must cover the true mean 0 in about 95 % of the trials: here in 90 to 98 %. 500 trials: a binomial standard deviation of 1
+  // %; batch means of short series are known to fall a few per cent short, because neighbouring batches still resemble each other. Ignoring
+  // correlation would cover 35 % at phi = 0.9.
   struct Case {
     std::size_t samples;
     double phi;

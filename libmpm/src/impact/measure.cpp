@@ -30,7 +30,8 @@ std::size_t ImpactGeometry::profile_bins() const {
 
 ImpactGeometry paper_geometry(double flow_height, double obstacle_width, double cell_size, double density, bool mirror_y) {
   const auto require_positive = [](const char* name, double value) {
-    if (!(value > 0.0) || !std::isfinite(value)) throw ConfigError(fmt::format("impact measurements: {} = {}: must be positive", name, value));
+    if (!(value > 0.0) || !std::isfinite(value))
+      throw ConfigError(fmt::format("impact measurements: {} = {}: must be positive", name, value));
   };
   require_positive("flow height (m)", flow_height);
   require_positive("obstacle width (m)", obstacle_width);
@@ -46,10 +47,10 @@ ImpactGeometry paper_geometry(double flow_height, double obstacle_width, double 
                                 .bin_height = 0.5 * cell_size,
                                 .profile_height = 5.0 * flow_height};
   if (geometry.profile_bins() < static_cast<std::size_t>(geometry.filter_bins)) {
-    throw ConfigError(fmt::format("impact measurements: cell size {} m is too coarse for a flow height of {} m: the pressure profile has {} bins, its "
-                                  "filter needs {}; use cells of at most {:.3g} m",
-                                  cell_size, flow_height, geometry.profile_bins(), geometry.filter_bins,
-                                  2.0 * geometry.profile_height / geometry.filter_bins));
+    throw ConfigError(fmt::format(
+        "impact measurements: cell size {} m is too coarse for a flow height of {} m: the pressure profile has {} bins, its "
+        "filter needs {}; use cells of at most {:.3g} m",
+        cell_size, flow_height, geometry.profile_bins(), geometry.filter_bins, 2.0 * geometry.profile_height / geometry.filter_bins));
   }
   return geometry;
 }

@@ -37,8 +37,8 @@ std::array<MeanEstimate, 3> estimate_mean(std::span<const Vec3> vectors) {
 
 void require_equal_lengths(const ImpactSeries& s) {
   const std::size_t n = s.size();
-  if (s.runup.size() != n || s.runup_p99.size() != n || s.pressure_height.size() != n || s.impact_pressure.size() != n || s.compaction.size() != n ||
-      s.force.size() != n || s.moment.size() != n || s.profile_pressure.size() != n * s.profile_bins) {
+  if (s.runup.size() != n || s.runup_p99.size() != n || s.pressure_height.size() != n || s.impact_pressure.size() != n ||
+      s.compaction.size() != n || s.force.size() != n || s.moment.size() != n || s.profile_pressure.size() != n * s.profile_bins) {
     throw ConfigError(fmt::format("impact series: its columns are not all of the length of time, {} samples", n));
   }
 }
@@ -60,7 +60,8 @@ void put(nlohmann::ordered_json& json, const std::string& name, const std::strin
 void ImpactSeries::append(double sample_time, const ImpactFrame& frame, const Vec3& mean_force, const Vec3& mean_moment) {
   if (time.empty()) profile_bins = frame.pressure.size();
   if (frame.pressure.size() != profile_bins) {
-    throw ConfigError(fmt::format("impact series: a sample with {} pressure bins after samples with {}", frame.pressure.size(), profile_bins));
+    throw ConfigError(
+        fmt::format("impact series: a sample with {} pressure bins after samples with {}", frame.pressure.size(), profile_bins));
   }
   time.push_back(sample_time);
   runup.push_back(frame.runup);
@@ -80,13 +81,17 @@ ImpactSummary summarise(const ImpactSeries& series, const ImpactGeometry& geomet
   summary.pressure_height_peak = peak(series.pressure_height);
   if (flow.effective_friction) {
     summary.predicted_runup = predicted_runup(*flow.effective_friction, flow.velocity, geometry.flow_height, flow.gravity);
-    summary.predicted_pressure_height = predicted_pressure_height(*flow.effective_friction, flow.velocity, geometry.flow_height, flow.gravity);
+    summary.predicted_pressure_height =
+        predicted_pressure_height(*flow.effective_friction, flow.velocity, geometry.flow_height, flow.gravity);
   }
   if (series.size() == 0) return summary;
-  summary.span = find_steady(series.time, series.runup, impact_steady_criteria(flow.arrival, flow.velocity, flow.gravity, series.time.back()));
+  summary.span =
+      find_steady(series.time, series.runup, impact_steady_criteria(flow.arrival, flow.velocity, flow.gravity, series.time.back()));
   if (!summary.span.steady) return summary;
 
-  const auto in_span = [&](const auto& column) { return std::span(column).subspan(summary.span.first, summary.span.last - summary.span.first); };
+  const auto in_span = [&](const auto& column) {
+    return std::span(column).subspan(summary.span.first, summary.span.last - summary.span.first);
+  };
   summary.runup = mpm::estimate_mean(in_span(series.runup));
   summary.runup_p99 = mpm::estimate_mean(in_span(series.runup_p99));
   summary.pressure_height = mpm::estimate_mean(in_span(series.pressure_height));

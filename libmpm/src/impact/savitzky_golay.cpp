@@ -40,9 +40,10 @@ std::vector<std::vector<double>> orthonormal_polynomials(int window, int order) 
 std::vector<double> savitzky_golay(std::span<const double> values, int window, int order) {
   const int n = static_cast<int>(values.size());
   if (window < 1 || window % 2 == 0 || order < 0 || order >= window || window > n) {
-    throw ConfigError(fmt::format("savitzky_golay: window {}, order {} for {} values: the window must be odd, greater than the order and at "
-                                  "most the number of values",
-                                  window, order, n));
+    throw ConfigError(
+        fmt::format("savitzky_golay: window {}, order {} for {} values: the window must be odd, greater than the order and at "
+                    "most the number of values",
+                    window, order, n));
   }
   const auto basis = orthonormal_polynomials(window, order);
   std::vector<double> smooth(values.size(), 0.0);

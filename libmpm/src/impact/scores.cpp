@@ -13,7 +13,8 @@ namespace mpm {
 Scores compute_scores(std::span<const double> simulated, std::span<const double> predicted) {
   const std::size_t n = simulated.size();
   if (n == 0 || predicted.size() != n) {
-    throw ConfigError(fmt::format("scores: {} simulated and {} predicted values: need the same number of both, at least one", n, predicted.size()));
+    throw ConfigError(
+        fmt::format("scores: {} simulated and {} predicted values: need the same number of both, at least one", n, predicted.size()));
   }
   const auto require_positive = [](const char* what, std::size_t i, double value) {
     if (!(value > 0.0) || !std::isfinite(value)) {

@@ -83,7 +83,8 @@ double dissipation_factor(double effective_friction, const HeightCoefficients& c
   return std::exp(coefficients.kappa * effective_friction);
 }
 
-double predicted_height(double effective_friction, double velocity, double flow_height, const HeightCoefficients& coefficients, double gravity) {
+double predicted_height(double effective_friction, double velocity, double flow_height, const HeightCoefficients& coefficients,
+                        double gravity) {
   require_positive("flow height", flow_height);
   const double saturation_head = 0.5 * coefficients.saturation_froude * coefficients.saturation_froude * flow_height;
   const double head = std::min(velocity_head(velocity, gravity), saturation_head);

@@ -42,7 +42,8 @@ double autocorrelation_time(std::span<const double> values, double mean) {
 
 SteadyCriteria impact_steady_criteria(double arrival, double velocity, double gravity, double end) {
   if (!(velocity >= 0.0) || !(gravity > 0.0)) {
-    throw ConfigError(fmt::format("steady span: velocity {} m/s and gravity {} m/s^2: must be at least 0 and greater than 0", velocity, gravity));
+    throw ConfigError(
+        fmt::format("steady span: velocity {} m/s and gravity {} m/s^2: must be at least 0 and greater than 0", velocity, gravity));
   }
   SteadyCriteria criteria;
   criteria.earliest = arrival + 2.0 * velocity / gravity;
@@ -52,15 +53,19 @@ SteadyCriteria impact_steady_criteria(double arrival, double velocity, double gr
 
 Steady find_steady(std::span<const double> time, std::span<const double> value, const SteadyCriteria& criteria) {
   const std::size_t n = time.size();
-  if (value.size() != n) throw ConfigError(fmt::format("steady span: {} times and {} values: need the same number of both", n, value.size()));
+  if (value.size() != n)
+    throw ConfigError(fmt::format("steady span: {} times and {} values: need the same number of both", n, value.size()));
   std::vector<double> sum(n + 1, 0.0);
   for (std::size_t i = 0; i < n; ++i) {
     if (!std::isfinite(time[i]) || !std::isfinite(value[i]) || (i > 0 && !(time[i] > time[i - 1]))) {
-      throw ConfigError(fmt::format("steady span: sample {} (time {} s, value {}): times must increase, both must be finite", i, time[i], value[i]));
+      throw ConfigError(
+          fmt::format("steady span: sample {} (time {} s, value {}): times must increase, both must be finite", i, time[i], value[i]));
     }
     sum[i + 1] = sum[i] + value[i];
   }
-  const auto running_mean = [&](std::size_t first, std::size_t last) { return (sum[last] - sum[first]) / static_cast<double>(last - first); };
+  const auto running_mean = [&](std::size_t first, std::size_t last) {
+    return (sum[last] - sum[first]) / static_cast<double>(last - first);
+  };
 
   for (std::size_t first = 0; first < n; ++first) {
     if (time[first] < criteria.earliest) continue;
@@ -95,7 +100,8 @@ MeanEstimate estimate_mean(std::span<const double> values) {
   const double standard_error = std::sqrt(variance_of(batch_means, mean_of(batch_means)) / static_cast<double>(batches));
   const double count = static_cast<double>(n), variance = variance_of(finite, mean);
   const double effective = standard_error > 0.0 ? std::min(variance / (standard_error * standard_error), count) : count;
-  return {.mean = mean, .standard_error = standard_error, .effective_samples = effective, .batches = static_cast<int>(batches), .samples = n};
+  return {
+      .mean = mean, .standard_error = standard_error, .effective_samples = effective, .batches = static_cast<int>(batches), .samples = n};
 }
 
 }  // namespace mpm

@@ -1,6 +1,7 @@
 #pragma once
-/// What the paper measures on an avalanche that hits an obstacle, at one instant (Sect. 2.3, Appendix A2): run-up, pressure profile, pressure height,
-/// impact pressure, compaction. Knows neither solver nor files: particles are handed over one by one, live or from a stored frame.
+/// What the paper measures on an avalanche that hits an obstacle, at one instant (Sect. 2.3, Appendix A2): run-up, pressure profile,
+/// pressure height, impact pressure, compaction. Knows neither solver nor files: particles are handed over one by one, live or from a
+/// stored frame.
 ///
 /// Frame: x downstream with the obstacle's front face at x = 0, y across with its axis at y = 0, z up from the floor z = 0.
 
@@ -15,47 +16,49 @@ namespace mpm {
 
 /// Where and how is measured. Lengths in m.
 struct ImpactGeometry {
-  double flow_height;        ///< H
-  double obstacle_width;     ///< w
-  double density;            ///< rho_0, kg/m^3
-  bool mirror_y;             ///< only y >= 0 is computed: masses count twice (ratios of sums do not change)
-  double strip_half_width;   ///< measured is |y| <= this
-  double box_upstream;       ///< the impact box reaches from x = -box_upstream ...
-  double box_inside;         ///< ... to x = +box_inside: catches particles that penetrate the face slightly
-  double bin_height;         ///< of the pressure profile
-  double profile_height;     ///< of the pressure profile, from z = 0
-  int filter_bins = 13;      ///< window of the Savitzky-Golay filter, odd
-  int filter_order = 2;      ///< its degree
-  double threshold = 0.05;   ///< share of the impact pressure that ends the pressure height
+  double flow_height;       ///< H
+  double obstacle_width;    ///< w
+  double density;           ///< rho_0, kg/m^3
+  bool mirror_y;            ///< only y >= 0 is computed: masses count twice (ratios of sums do not change)
+  double strip_half_width;  ///< measured is |y| <= this
+  double box_upstream;      ///< the impact box reaches from x = -box_upstream ...
+  double box_inside;        ///< ... to x = +box_inside: catches particles that penetrate the face slightly
+  double bin_height;        ///< of the pressure profile
+  double profile_height;    ///< of the pressure profile, from z = 0
+  int filter_bins = 13;     ///< window of the Savitzky-Golay filter, odd
+  int filter_order = 2;     ///< its degree
+  double threshold = 0.05;  ///< share of the impact pressure that ends the pressure height
 
   [[nodiscard]] std::size_t profile_bins() const;
   [[nodiscard]] double bin_centre(std::size_t bin) const { return (static_cast<double>(bin) + 0.5) * bin_height; }
 
   /// In the box from the floor to the top of the profile: only these particles' stress and J matter to ImpactSample.
   [[nodiscard]] bool in_profile_box(const Vec3& position) const {
-    return position[0] >= -box_upstream && position[0] <= box_inside && position[1] <= strip_half_width && position[1] >= -strip_half_width &&
-           position[2] < profile_height;
+    return position[0] >= -box_upstream && position[0] <= box_inside && position[1] <= strip_half_width &&
+           position[1] >= -strip_half_width && position[2] < profile_height;
   }
 };
 
-/// The paper's procedure: strip |y| <= 3w/7 (0.75 m for w = 1.75 m), box from 2.5 dx upstream to 0.5 dx inside the face, bins of dx/2 up to 5 H,
-/// filter of 13 bins and degree 2, threshold 5 %.
-/// @param cell_size dx, m. @throws ConfigError for values that are not positive or a cell too coarse for the filter (fewer than 13 bins in 5 H).
+/// The paper's procedure: strip |y| <= 3w/7 (0.75 m for w = 1.75 m), box from 2.5 dx upstream to 0.5 dx inside the face, bins of dx/2 up to
+/// 5 H, filter of 13 bins and degree 2, threshold 5 %.
+/// @param cell_size dx, m. @throws ConfigError for values that are not positive or a cell too coarse for the filter (fewer than 13 bins in
+/// 5 H).
 [[nodiscard]] ImpactGeometry paper_geometry(double flow_height, double obstacle_width, double cell_size, double density, bool mirror_y);
 
-/// The same lengths for every grid: those of the paper's dx = 0.25 m (bins 0.125 m, filter 1.625 m, box 0.625 m upstream and 0.125 m inside). For grid
-/// studies: the smoothing shifts the pressure height by an amount that follows the bin height, and would pass for a grid error.
+/// The same lengths for every grid: those of the paper's dx = 0.25 m (bins 0.125 m, filter 1.625 m, box 0.625 m upstream and 0.125 m
+/// inside). For grid studies: the smoothing shifts the pressure height by an amount that follows the bin height, and would pass for a grid
+/// error.
 [[nodiscard]] ImpactGeometry fixed_geometry(double flow_height, double obstacle_width, double density, bool mirror_y);
 
 /// Measurements of one instant. Pressures are Cauchy, positive in compression.
 struct ImpactFrame {
-  double runup = 0.0;            ///< h_r, m: highest particle in the strip upstream of the face (x < 0); 0 without any
-  double runup_p99 = 0.0;        ///< m: 99th percentile of the heights of the particles in the strip within H of the face (-H <= x < 0), which does not
-                                 ///< depend on how much avalanche is computed upstream (linear between order statistics)
-  double impact_pressure = 0.0;  ///< Pa: -<sigma_xx>_H, volume average over the impact box up to H (Eq. A4)
+  double runup = 0.0;      ///< h_r, m: highest particle in the strip upstream of the face (x < 0); 0 without any
+  double runup_p99 = 0.0;  ///< m: 99th percentile of the heights of the particles in the strip within H of the face (-H <= x < 0), which
+                           ///< does not depend on how much avalanche is computed upstream (linear between order statistics)
+  double impact_pressure = 0.0;           ///< Pa: -<sigma_xx>_H, volume average over the impact box up to H (Eq. A4)
   std::optional<double> pressure_height;  ///< h_p, m; see pressure_height(). Empty where it is not defined
-  double compaction = 0.0;       ///< mass in the impact box outside the obstacle (x < 0, z < H), over its volume, over rho_0
-  std::vector<double> pressure;  ///< Pa, one a bin: -sum tau_xx / sum J (Eq. A4); 0 in an empty bin
+  double compaction = 0.0;                ///< mass in the impact box outside the obstacle (x < 0, z < H), over its volume, over rho_0
+  std::vector<double> pressure;           ///< Pa, one a bin: -sum tau_xx / sum J (Eq. A4); 0 in an empty bin
 };
 
 /// Collects the particles of one instant. Sums run in the order of the calls: hand particles over in a fixed order for the same bits.
@@ -80,13 +83,15 @@ class ImpactSample {
   std::vector<double> near_heights_;                                        // z of the particles within H of the face
 };
 
-/// Pressure height h_p (Sect. 3.2), m: where the smoothed profile, going up, first falls below threshold * impact_pressure after it was at or above it;
-/// linear between bin centres. A profile that never falls below gives profile_height, a lower bound. Empty if the impact pressure is not positive or the
-/// smoothed profile is never at or above the threshold.
+/// Pressure height h_p (Sect. 3.2), m: where the smoothed profile, going up, first falls below threshold * impact_pressure after it was at
+/// or above it; linear between bin centres. A profile that never falls below gives profile_height, a lower bound. Empty if the impact
+/// pressure is not positive or the smoothed profile is never at or above the threshold.
 ///
-/// Smoothing biases it, the more the taller the bins: a hydrostatic profile, which passes the threshold at 0.975 H, gives 1.16, 1.09, 1.04, 1.01 H
-/// at dx = 0.5, 0.35, 0.25, 0.175 m for H = 1.75 m, and a uniform pressure that ends at H gives 1.42, 1.29, 1.21, 1.15 H.
+/// Smoothing biases it, the more the taller the bins: a hydrostatic profile, which passes the threshold at 0.975 H,
+/// gives 1.16, 1.09, 1.04, 1.01 H at dx = 0.5, 0.35, 0.25, 0.175 m for H = 1.75 m, and a uniform pressure that ends at H
+/// gives 1.42, 1.29, 1.21, 1.15 H.
 /// @param pressure Pa, one a bin.
-[[nodiscard]] std::optional<double> pressure_height(std::span<const double> pressure, double impact_pressure, const ImpactGeometry& geometry);
+[[nodiscard]] std::optional<double> pressure_height(std::span<const double> pressure, double impact_pressure,
+                                                    const ImpactGeometry& geometry);
 
 }  // namespace mpm

@@ -21,8 +21,8 @@ struct ImpactSeries {
   std::vector<double> pressure_height;  ///< m; NaN where undefined
   std::vector<double> impact_pressure;  ///< Pa
   std::vector<double> compaction;       ///< dimensionless
-  std::vector<Vec3> force;              ///< N, of snow on the whole obstacle: impulse since the sample before over the time since then; NaN if unknown
-  std::vector<Vec3> moment;             ///< N m, the same, about the centre of the front face's foot
+  std::vector<Vec3> force;   ///< N, of snow on the whole obstacle: impulse since the sample before over the time since then; NaN if unknown
+  std::vector<Vec3> moment;  ///< N m, the same, about the centre of the front face's foot
   std::size_t profile_bins = 0;
   std::vector<double> profile_pressure;  ///< Pa, profile_bins values for each sample
 
@@ -39,18 +39,19 @@ struct ImpactFlow {
   std::optional<double> effective_friction;  ///< M'; empty for laws that have none: no prediction
 };
 
-/// Figures of one impact. Means are over the steady span, one weight a sample (forces: averages over the sampling interval); all their members are
-/// NaN where there is none. Peaks are over the whole series.
+/// Figures of one impact. Means are over the steady span, one weight a sample (forces: averages over the sampling interval); all their
+/// members are NaN where there is none. Peaks are over the whole series.
 struct ImpactSummary {
   Steady span;  ///< of the run-up; every other mean is taken over the same span, so that the figures belong to one state of the flow
-  MeanEstimate runup, runup_p99, pressure_height;   ///< m
-  MeanEstimate impact_pressure;                     ///< Pa
-  MeanEstimate compaction;                          ///< dimensionless
-  std::array<MeanEstimate, 3> force;                ///< N
-  std::array<MeanEstimate, 3> moment;               ///< N m
-  double runup_peak = MeanEstimate::none;           ///< m
-  double pressure_height_peak = MeanEstimate::none; ///< m
-  double pressure_height_of_mean_profile = MeanEstimate::none;  ///< m: h_p of the time-mean profile, where pressure_height is the mean of h_p
+  MeanEstimate runup, runup_p99, pressure_height;    ///< m
+  MeanEstimate impact_pressure;                      ///< Pa
+  MeanEstimate compaction;                           ///< dimensionless
+  std::array<MeanEstimate, 3> force;                 ///< N
+  std::array<MeanEstimate, 3> moment;                ///< N m
+  double runup_peak = MeanEstimate::none;            ///< m
+  double pressure_height_peak = MeanEstimate::none;  ///< m
+  double pressure_height_of_mean_profile =
+      MeanEstimate::none;                     ///< m: h_p of the time-mean profile, where pressure_height is the mean of h_p
   double profile_force = MeanEstimate::none;  ///< N: mean profile integrated over the face; compare with force[0]
   double predicted_runup = MeanEstimate::none, predicted_pressure_height = MeanEstimate::none;  ///< m, Eqs. 7-10 (regressed for w = H)
 };
@@ -60,9 +61,9 @@ struct ImpactSummary {
 
 /// One bin of the time-mean profile.
 struct ProfileRow {
-  double z;                 ///< m, bin centre
-  double pressure;          ///< Pa: mean of the instants' pressures (an instant's empty bin counts as 0), as the paper averages its profiles
-  double smoothed;          ///< Pa: by the filter that the pressure height uses
+  double z;         ///< m, bin centre
+  double pressure;  ///< Pa: mean of the instants' pressures (an instant's empty bin counts as 0), as the paper averages its profiles
+  double smoothed;  ///< Pa: by the filter that the pressure height uses
   double force_per_height;  ///< N/m: pressure times the obstacle's width w: the strip |y| <= 3w/7 stands for the whole face
 };
 
@@ -72,8 +73,8 @@ struct ProfileRow {
 /// Stream-wise force of a profile on the face, N: sum of force_per_height times the bin height.
 [[nodiscard]] double profile_force(const std::vector<ProfileRow>& profile, const ImpactGeometry& geometry);
 
-/// The summary as one JSON object with the keys of results.json (`runup_mean_m`, `runup_standard_error_m`, ...; vectors as arrays of three); null where there is no
-/// figure. Each `X_mean_UNIT` has an `X_standard_error_UNIT` and an `X_effective_samples`.
+/// The summary as one JSON object with the keys of results.json (`runup_mean_m`, `runup_standard_error_m`, ...; vectors as arrays of
+/// three); null where there is no figure. Each `X_mean_UNIT` has an `X_standard_error_UNIT` and an `X_effective_samples`.
 [[nodiscard]] std::string to_json(const ImpactSummary& summary);
 
 }  // namespace mpm

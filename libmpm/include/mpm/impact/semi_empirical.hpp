@@ -10,7 +10,8 @@ inline constexpr double standard_gravity = 9.81;  ///< g of the paper, m/s^2
 
 // ---- Rheology -------------------------------------------------------------------------------------------------------------------------
 
-/// Effective internal friction M' = (1 + beta) / ((1 - beta) sqrt(1 + 2 beta)) M, Eq. 2: the critical-state ratio q/p of the yield function Eq. 3.
+/// Effective internal friction M' = (1 + beta) / ((1 - beta) sqrt(1 + 2 beta)) M, Eq. 2: the critical-state ratio q/p of the yield function
+/// Eq. 3.
 /// @param critical_state_slope M >= 0. @param cohesion_beta 0 <= beta < 1.
 [[nodiscard]] double effective_friction(double critical_state_slope, double cohesion_beta);
 
@@ -33,8 +34,8 @@ inline constexpr double standard_gravity = 9.81;  ///< g of the paper, m/s^2
 /// v = Fr sqrt(g H), m/s. @param froude >= 0.
 [[nodiscard]] double flow_velocity(double froude, double flow_height, double gravity = standard_gravity);
 
-/// Width of the conveyor, W = (6 + 3 log10(xi / 0.05)) w, m (caption of Fig. 2; the base of the logarithm is a choice: ten gives 6 w, 9 w and 12 w at
-/// xi = 0.05, 0.5 and 5). @param xi > 0, large enough for W > w. @param obstacle_width w > 0, m.
+/// Width of the conveyor, W = (6 + 3 log10(xi / 0.05)) w, m (caption of Fig. 2; the base of the logarithm is a choice: ten gives 6 w, 9 w
+/// and 12 w at xi = 0.05, 0.5 and 5). @param xi > 0, large enough for W > w. @param obstacle_width w > 0, m.
 [[nodiscard]] double conveyor_width(double xi, double obstacle_width);
 
 /// Length of the published avalanche, L = v t + 3 m: every row of Table 2 obeys it within its rounding.
@@ -44,9 +45,9 @@ inline constexpr double standard_gravity = 9.81;  ///< g of the paper, m/s^2
 
 /// Regression coefficients of h/H = 1 + k M' + min(Fr, Fr_sat)^2 / 2 exp(-kappa M'), Eqs. 7-10.
 struct HeightCoefficients {
-  double k;                                                              ///< pile-up, Eq. 8
-  double kappa;                                                          ///< dissipation, Eq. 10
-  double saturation_froude = std::numeric_limits<double>::infinity();    ///< Fr_sat, Eq. 9; infinite: no saturation
+  double k;                                                            ///< pile-up, Eq. 8
+  double kappa;                                                        ///< dissipation, Eq. 10
+  double saturation_froude = std::numeric_limits<double>::infinity();  ///< Fr_sat, Eq. 9; infinite: no saturation
 };
 inline constexpr HeightCoefficients runup_coefficients{0.9468, 1.5745};                    ///< Table A1, four digits
 inline constexpr HeightCoefficients pressure_height_coefficients{0.5277, 1.3072, 1.5380};  ///< Table A2, four digits
@@ -59,8 +60,8 @@ inline constexpr HeightCoefficients pressure_height_coefficients_table3{0.53, 1.
 [[nodiscard]] double dissipation_factor(double effective_friction, const HeightCoefficients& coefficients);
 /// Height by Eqs. 7-10, m, for an obstacle as wide as the flow is high (w/H = 1, the set-up of the regression).
 /// @param effective_friction M' >= 0. @param velocity v >= 0, m/s. @param flow_height H > 0, m.
-[[nodiscard]] double predicted_height(double effective_friction, double velocity, double flow_height, const HeightCoefficients& coefficients,
-                                      double gravity = standard_gravity);
+[[nodiscard]] double predicted_height(double effective_friction, double velocity, double flow_height,
+                                      const HeightCoefficients& coefficients, double gravity = standard_gravity);
 /// Steady run-up by Eqs. 7-10 with Table A1, m.
 [[nodiscard]] double predicted_runup(double effective_friction, double velocity, double flow_height, double gravity = standard_gravity);
 /// Steady pressure height by Eqs. 7-10 with Table A2, m.
@@ -78,8 +79,8 @@ inline constexpr double recommended_width_factor_floor = 0.7;  ///< Sect. 5, for
 [[nodiscard]] double width_factor(double relative_width);
 /// f(w/H) / f(1): the form compared with simulations in Sect. 4.3, whose reference is w = H.
 [[nodiscard]] double rescaled_width_factor(double relative_width);
-/// max(f(w/H), 0.7), the floor that Sect. 5 recommends for w/H < 1. Eq. 6 gives 0.680 at w/H = 1 and passes 0.7 at 1.056; the floor is kept up to there,
-/// so that the factor never falls as the obstacle gets wider.
+/// max(f(w/H), 0.7), the floor that Sect. 5 recommends for w/H < 1. Eq. 6 gives 0.680 at w/H = 1 and passes 0.7 at 1.056; the floor is kept
+/// up to there, so that the factor never falls as the obstacle gets wider.
 [[nodiscard]] double limited_width_factor(double relative_width);
 /// h_r = v^2 / (2 g lambda) f, Eq. 5, m above the avalanche's surface: add H for the height above ground (text below Eq. 7).
 /// @param lambda energy dissipation factor >= 1. @param width_factor f in (0, 1].
@@ -91,13 +92,15 @@ inline constexpr double recommended_width_factor_floor = 0.7;  ///< Sect. 5, for
 [[nodiscard]] double velocity_head(double velocity, double gravity = standard_gravity);
 /// H + v^2 / (2 g), m: highest steady run-up of an inviscid flow (Bernoulli along the surface streamline).
 [[nodiscard]] double bernoulli_height(double velocity, double flow_height, double gravity = standard_gravity);
-/// Cauchy stagnation pressure of an elastic Hencky fluid, tau = -p_K I with p_K = -K ln J, Pa. With x = -ln J the compressible Bernoulli equation reads
-/// K (x + x^2/2) / rho_0 = v^2/2, so that x = -1 + sqrt(1 + rho_0 v^2 / K) and p = K x exp(x). Above rho_0 v^2 / 2, and tending to it for K -> infinity.
+/// Cauchy stagnation pressure of an elastic Hencky fluid, tau = -p_K I with p_K = -K ln J, Pa. With x = -ln J the compressible Bernoulli
+/// equation reads K (x + x^2/2) / rho_0 = v^2/2, so that x = -1 + sqrt(1 + rho_0 v^2 / K) and p = K x exp(x). Above rho_0 v^2 / 2, and
+/// tending to it for K -> infinity.
 [[nodiscard]] double hencky_stagnation_pressure(double velocity, double density, double bulk_modulus);
 /// Depth ratio r > 1 behind the bore that a full-width wall sends upstream: Fr^2 = (r - 1)^2 (r + 1) / (2 r) (shallow water, wall at rest;
 /// Stoker 1957, Sect. 10.7). 1 for Fr = 0.
 [[nodiscard]] double reflected_bore_ratio(double froude);
-/// Dam break on a dry bed (Ritter 1892): h = (2 c_0 - x/t)^2 / (9 g) for -c_0 <= x/t <= 2 c_0, c_0 = sqrt(g h_0); h_0 upstream, 0 downstream of it, m.
+/// Dam break on a dry bed (Ritter 1892): h = (2 c_0 - x/t)^2 / (9 g) for -c_0 <= x/t <= 2 c_0, c_0 = sqrt(g h_0); h_0 upstream, 0
+/// downstream of it, m.
 /// @param initial_height h_0 > 0, m. @param x from the dam, downstream, m. @param time > 0, s.
 [[nodiscard]] double ritter_height(double initial_height, double x, double time, double gravity = standard_gravity);
 

@@ -1,0 +1,138 @@
+/// `mpm predict` and `mpm compare` as a user runs them.
+
+#include <fmt/format.h>
+#include <gtest/gtest.h>
+#include <sys/wait.h>
+
+#include <array>
+#include <cmath>
+#include <cstdio>
+#include <filesystem>
+#include <fstream>
+#include <string>
+
+#include "mpm/io/table.hpp"
+#include "support/reference_csv.hpp"
+#include "support/temporary_directory.hpp"
+
+namespace mpm {
+namespace {
+
+struct Outcome {
+  int code;
+  std::string output;  ///< standard output and messages
+};
+
+Outcome run(const std::string& arguments) {
+  const std::string command = fmt::format("'{}/bin/mpm' {} 2>&1", MPM_BINARY_DIR, arguments);
+  FILE* pipe = ::popen(command.c_str(), "r");
+  if (pipe == nullptr) return {-1, "cannot start " + command};
+  Outcome outcome{0, {}};
+  std::array<char, 4096> buffer;
+  while (const std::size_t n = std::fread(buffer.data(), 1, buffer.size(), pipe)) outcome.output.append(buffer.data(), n);
+  const int status = ::pclose(pipe);
+  outcome.code = WIFEXITED(status) ? WEXITSTATUS(status) : -1;
+  return outcome;
+}
+
+std::string quoted(const std::filesystem::path& path) { return fmt::format("'{}'", path.string()); }
+
+TEST(Predict, WritesEveryCombinationAsCsvThatMatchesTheReference) {
+  const testing::TemporaryDirectory directory;
+  const auto outcome =
+      run("predict --froude 0.1,0.3,1,2,3,5,7 --critical-state-slope 0,0.4,0.8 --csv > " + quoted(directory / "table.csv"));
+  ASSERT_EQ(outcome.code, 0) << outcome.output;
+  const Table table = Table::read(directory / "table.csv");
+  ASSERT_EQ(table.rows(), 21u);
+  const auto froude = table.numbers("froude_number"), friction = table.numbers("effective_friction");
+  const auto runup = table.numbers("runup_over_flow_height"), height = table.numbers("pressure_height_over_flow_height");
+  int compared = 0;
+  for (const auto& row : testing::read_reference("paper_semiempirical_predictions")) {
+    for (std::size_t i = 0; i < table.rows(); ++i) {
+      // Without cohesion M' = M; the Froude number passes through the velocity and returns with round-off.
+      if (friction[i] != testing::number(row, "Mprime") || std::abs(froude[i] - testing::number(row, "Fr")) > 1e-12) continue;
+      EXPECT_NEAR(runup[i] / testing::number(row, "hr_over_H_A"), 1.0, 1e-9);  // digits of the reference
+      EXPECT_NEAR(height[i] / testing::number(row, "hp_over_H_A"), 1.0, 1e-9);
+      ++compared;
+    }
+  }
+  EXPECT_EQ(compared, 21);
+}
+
+TEST(Predict, PrintsOneCaseAsAListWithUnits) {
+  const auto outcome = run("predict --froude 3 --critical-state-slope 0.4");
+  EXPECT_EQ(outcome.code, 0);
+  EXPECT_NE(outcome.output.find("6.6078 m    run-up"), std::string::npos) << outcome.output;
+}
+
+TEST(Predict, RefusesBadInputWithExitCodeTwo) {
+  for (const char* arguments : {"--cohesion-beta 1", "--froude -1", "--froude abc", "--froude nan", "--velocity 3 --froude 1",
+                                "--flow-height 0", "--hardening-xi 0", "--poisson-ratio 0.5", "--no-such-option 1"}) {
+    const auto outcome = run(std::string("predict ") + arguments);
+    EXPECT_EQ(outcome.code, 2) << arguments << ": " << outcome.output;
+    EXPECT_FALSE(outcome.output.empty());
+  }
+}
+
+class Compare : public ::testing::Test {
+ protected:
+  /// A result folder with a mean of 4.0 m known to 0.1 m, and steps, which have no uncertainty.
+  std::string folder(const std::string& name, const std::string& hash, const std::string& runup, int steps = 100) {
+    std::filesystem::create_directory(directory_ / name);
+    std::ofstream(directory_ / name / "results.json")
+        << "{\"case_hash\": \"" << hash << "\", \"commit\": \"abc\", \"wall_time_s\": " << name.size() << ", \"steps\": " << steps
+        << ", \"runup_mean_m\": " << runup << ", \"runup_standard_error_m\": 0.1, \"force_mean_n\": [1e5, 0.0, null]}";
+    return quoted(directory_ / name);
+  }
+  std::filesystem::path write(const std::string& name, const std::string& text) {
+    std::filesystem::create_directory(directory_ / name);
+    std::ofstream(directory_ / name / "results.json") << text;
+    return directory_ / name;
+  }
+
+ private:
+  testing::TemporaryDirectory directory_;
+};
+
+TEST_F(Compare, JudgesMeansByTheirCombinedStandardError) {
+  // 2 sqrt(0.1^2 + 0.1^2) = 0.283
+  const auto a = folder("a", "1", "4.0");
+  EXPECT_EQ(run("compare " + a + " " + folder("near", "2", "4.28")).code, 0);
+  const auto far = run("compare " + a + " " + folder("far", "2", "4.29"));
+  EXPECT_EQ(far.code, 1);
+  EXPECT_NE(far.output.find("DIFFERS"), std::string::npos);
+  EXPECT_EQ(run("compare " + a + " " + folder("unsteady", "2", "null")).code, 1) << "a mean on one side only";
+}
+
+TEST_F(Compare, DemandsIdenticalFiguresOfTheSameRunOnly) {
+  const auto a = folder("a", "1", "4.0", 100);
+  EXPECT_EQ(run("compare " + a + " " + folder("same", "1", "4.0", 100)).code, 0) << "wall time may differ";
+  EXPECT_EQ(run("compare " + a + " " + folder("changed", "1", "4.0", 101)).code, 1);
+  EXPECT_EQ(run("compare " + a + " " + folder("other", "2", "4.0", 101)).code, 0) << "another case has other steps";
+}
+
+TEST_F(Compare, ToleranceJudgesEveryFigure) {
+  const auto a = folder("a", "1", "4.0", 100), b = folder("b", "2", "4.0", 104);
+  EXPECT_EQ(run("compare " + a + " " + b + " --tolerance 0.05").code, 0);
+  EXPECT_EQ(run("compare " + a + " " + b + " --tolerance 0.03").code, 1);
+  EXPECT_EQ(run("compare " + a + " " + b + " --tolerance -1").code, 2);
+}
+
+TEST_F(Compare, NeverPassesWhereNothingCouldBeJudged) {
+  const auto a = write("a", R"({"case_hash": "1", "steps": 1})"), b = write("b", R"({"case_hash": "2", "steps": 2})");
+  const auto outcome = run("compare " + quoted(a) + " " + quoted(b));
+  EXPECT_EQ(outcome.code, 2);
+  EXPECT_NE(outcome.output.find("--tolerance"), std::string::npos) << outcome.output;
+}
+
+TEST_F(Compare, ReportsUnreadableResultsWithExitCodeFour) {
+  const auto a = folder("a", "1", "4.0");
+  EXPECT_EQ(run("compare " + a + " " + quoted(write("torn", R"({"case_hash": "1", "ste)"))).code, 4);
+  EXPECT_EQ(run("compare " + a + " " + quoted(write("list", "[1, 2]"))).code, 4);
+  const auto missing = run("compare " + a + " " + a + "-missing");
+  EXPECT_EQ(missing.code, 4);
+  EXPECT_NE(missing.output.find("results.json"), std::string::npos) << missing.output;
+}
+
+}  // namespace
+}  // namespace mpm
