@@ -222,7 +222,9 @@ inline CamClay::Return<T> CamClay::return_map(const T& p_trial, const T& q2, con
     near = select(beyond, near, x);
     far = select(beyond, x, far);
     const T newton = x - value.numerator / value.denominator;
-    const Mask<T> within = same_side & ((newton - near) * (newton - far) <= 0.0);
+    // A minute correction is trusted even if it leaves the bracket, whose ends have round-off too.
+    const Mask<T> minute = abs(newton - x) <= 1e-9 * abs(x);
+    const Mask<T> within = same_side & (((newton - near) * (newton - far) <= 0.0) | minute);
     const T next = select(within, newton, 0.5 * (near + far));
     const T step = next - x, size = abs(step), scale = abs(next);
     const Mask<T> settled = active & within & ((size <= 1e-8 * scale) | ((size <= 1e-6 * scale) & (size * size * size <= 1e-16 * scale * previous * previous)));
