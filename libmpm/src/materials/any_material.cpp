@@ -1,7 +1,6 @@
 #include "mpm/materials/any_material.hpp"
 
 #include <fmt/format.h>
-#include <fmt/ranges.h>
 
 #include <optional>
 #include <utility>
@@ -27,7 +26,11 @@ AnyMaterial make_material(const MaterialSpec& spec) {
         if (L::name == spec.model) made.emplace(L(spec));
       },
       all_laws);
-  if (!made) throw ConfigError(fmt::format("[material] model = \"{}\": no such law; known: {}", spec.model, fmt::join(material_names(), ", ")));
+  if (!made) {
+    std::string known;
+    for (const std::string& name : material_names()) known += (known.empty() ? "" : ", ") + name;
+    throw ConfigError(fmt::format("[material] model = \"{}\": no such law; known: {}", spec.model, known));
+  }
   return *made;
 }
 
