@@ -1,0 +1,193 @@
+#!/usr/bin/python3
+"""3D picture of one frame of a run, rendered by ParaView without a screen.
+
+    render_paraview.py DIR [--time T] [--field stress_xx|velocity|pressure|density] [--out FILE.png]
+
+DIR is a result folder of `mpm run` (frames.xdmf, case.toml). Particles are drawn as spheres, the mast as a box, the bottom as a
+plane. Half a computed domain (mirror plane y = 0) is drawn whole. Needs Debian's paraview and python3-paraview; without them it
+says so and ends with code 4.
+"""
+import argparse
+import os
+import shutil
+import subprocess
+import sys
+import tomllib
+
+LABELS = {
+    "stress_xx": ("stream-wise Cauchy stress (kPa)", 1e-3),
+    "velocity": ("speed (m/s)", 1.0),
+    "pressure": ("Cauchy pressure (kPa)", 1e-3),
+    "density": ("density (kg/m3)", 1.0),
+}
+
+
+def arguments():
+    parser = argparse.ArgumentParser(description="3D picture of one frame of a run, rendered by ParaView without a screen")
+    parser.add_argument("directory", help="result folder of `mpm run`")
+    parser.add_argument("--time", type=float, help="s; the nearest frame is taken (default: the last)")
+    parser.add_argument("--field", choices=sorted(LABELS), default="stress_xx", help="what the colours show (default: stress_xx)")
+    parser.add_argument("--out", help="picture to write (default: DIR/post/view_3d.png)")
+    parser.add_argument("--size", default="1600x1000", help="pixels, WIDTHxHEIGHT")
+    return parser.parse_args()
+
+
+def render(options, paraview):
+    """Builds the scene and writes the picture. Lengths in m."""
+    with open(os.path.join(options.directory, "case.toml"), "rb") as file:
+        case = tomllib.load(file)
+    conveyor = case.get("conveyor")
+    cell = case["numerics"]["cell_size_m"]
+    mirrored = bool((conveyor or {}).get("mirror_y", case.get("domain", {}).get("mirror_y", False)))
+    spacing = cell / round(case["numerics"].get("particles_per_cell", 8) ** (1.0 / 3.0))
+
+    reader = paraview.OpenDataFile(os.path.join(options.directory, "frames.xdmf"))
+    times = reader.TimestepValues
+    times = [times] if isinstance(times, float) else list(times)
+    if not times:
+        sys.exit(f"{options.directory}: frames.xdmf holds no frame; let the run write one")
+    time = times[-1] if options.time is None else min(times, key=lambda t: abs(t - options.time))
+    reader.UpdatePipeline(time)
+
+    label, factor = LABELS[options.field]
+    source = "mag(velocity)" if options.field == "velocity" else options.field
+    scaled = paraview.Calculator(Input=reader, Function=f"{factor}*{source}", ResultArrayName="shown")
+    shown = [scaled]
+    if mirrored:
+        # The other half is drawn at (x, -y, z); only scalars are coloured, so that nothing else has to be turned.
+        shown.append(paraview.Calculator(Input=scaled, Function="coordsX*iHat-coordsY*jHat+coordsZ*kHat", CoordinateResults=1,
+                                         ResultArrayName="mirrored"))
+
+    view = paraview.CreateRenderView()
+    width, height = (int(n) for n in options.size.split("x"))
+    view.ViewSize = [width, height]
+    view.ViewTime = time
+    view.OrientationAxesVisibility = 0
+    view.UseColorPaletteForBackground = 0
+    view.BackgroundColorMode = "Single Color"
+    view.Background = [1.0, 1.0, 1.0]
+
+    colours = paraview.GetColorTransferFunction("shown")
+    set_colours(colours, reverse=options.field == "stress_xx")
+    for source in shown:
+        source.UpdatePipeline(time)
+        display = paraview.Show(source, view)
+        display.SetRepresentationType("Point Gaussian")
+        display.GaussianRadius = 0.5 * spacing
+        display.ShaderPreset = "Sphere"
+        paraview.ColorBy(display, ("POINTS", "shown"))
+    low, high = robust_range(scaled)
+    if options.field == "stress_xx":
+        high = 0.0  # compression is negative; a few particles in slight tension would shift the colours
+    elif options.field != "density":
+        low = 0.0
+    colours.RescaleTransferFunction(low, high)
+
+    bounds = list(scaled.GetDataInformation().GetBounds())
+    half = max(abs(bounds[2]), abs(bounds[3]))
+    floor = paraview.Plane(Origin=[bounds[0] - 1, -half - 1, -0.01], Point1=[bounds[1] + 1, -half - 1, -0.01], Point2=[bounds[0] - 1, half + 1, -0.01])
+    display = paraview.Show(floor, view)
+    display.DiffuseColor = [0.86, 0.86, 0.84]
+    display.AmbientColor = [0.86, 0.86, 0.84]
+    obstacle = case.get("obstacle")
+    top = bounds[5]
+    if obstacle:
+        depth, across = obstacle["depth_m"], obstacle["width_m"]
+        top = max(top, obstacle.get("height_m", 1.15 * bounds[5]))
+        mast = paraview.Box(XLength=depth, YLength=across, ZLength=top, Center=[0.5 * depth, 0.0, 0.5 * top])
+        display = paraview.Show(mast, view)
+        display.DiffuseColor = [0.35, 0.37, 0.42]
+        display.AmbientColor = [0.35, 0.37, 0.42]
+
+    bar = paraview.GetScalarBar(colours, view)
+    bar.Title, bar.ComponentTitle = label, ""
+    bar.TitleColor = bar.LabelColor = [0.1, 0.1, 0.1]
+    bar.TitleFontSize, bar.LabelFontSize = 20, 18
+    bar.AutomaticLabelFormat = 0
+    bar.LabelFormat = bar.RangeLabelFormat = "%.4g"
+    bar.WindowLocation = "Any Location"
+    bar.Position, bar.ScalarBarLength, bar.Orientation = [0.90, 0.22], 0.5, "Vertical"
+    bar.Visibility = 1
+    text = paraview.Text(Text=f"{case.get('title', '')}, t = {time:.2f} s")
+    display = paraview.Show(text, view)
+    display.Color = [0.1, 0.1, 0.1]
+    display.FontSize = 24
+    display.WindowLocation = "Upper Center"
+
+    # From upstream, above and beside the flow, so that the wetted front face is seen.
+    centre = [0.5 * (bounds[0] + bounds[1]), 0.0, 0.3 * top]
+    reach = max(bounds[1] - bounds[0], 2.0 * half, 1.6 * top)
+    view.CameraFocalPoint = centre
+    view.CameraPosition = [centre[0] - 1.4 * reach, centre[1] - 1.15 * reach, centre[2] + 0.85 * reach]
+    view.CameraViewUp = [0.0, 0.0, 1.0]
+    view.CameraViewAngle = 34
+    output = options.out or os.path.join(options.directory, "post", "view_3d.png")
+    os.makedirs(os.path.dirname(os.path.abspath(output)), exist_ok=True)
+    paraview.SaveScreenshot(output, view, ImageResolution=[width, height])
+    print(output)
+
+
+def set_colours(transfer_function, reverse):
+    """Snow white for nothing, over blue and yellow to dark red for much; reversed where much is negative (compression)."""
+    ramp = [(0.90, 0.94, 0.98), (0.42, 0.66, 0.88), (0.98, 0.82, 0.40), (0.89, 0.36, 0.20), (0.45, 0.04, 0.14)]
+    if reverse:
+        ramp.reverse()
+    transfer_function.ColorSpace = "Lab"
+    transfer_function.RGBPoints = [n for i, colour in enumerate(ramp) for n in (i / (len(ramp) - 1), *colour)]
+
+
+def robust_range(source):
+    """1st and 99th percentile of the array 'shown': single particles must not set the colours."""
+    import numpy
+    from paraview import servermanager
+    from vtkmodules.util.numpy_support import vtk_to_numpy
+
+    values = vtk_to_numpy(servermanager.Fetch(source).GetPointData().GetArray("shown"))
+    low, high = numpy.percentile(values, [1, 99])
+    return (low, high) if high > low else (low - 0.5, low + 0.5)
+
+
+def run_on_virtual_display():
+    """Runs this script again on a virtual X server (package xvfb): Debian's ParaView draws with OpenGL on a display, and there is none.
+
+    ParaView connects more than once; without -noreset the server restarts between two connections and may refuse the second.
+    """
+    if shutil.which("Xvfb") is None:
+        print("no display, and Xvfb is missing; install Debian's xvfb", file=sys.stderr)
+        return 4
+    read_end, write_end = os.pipe()
+    server = subprocess.Popen(["Xvfb", "-displayfd", str(write_end), "-screen", "0", "1600x1200x24", "-nolisten", "tcp", "-noreset"], pass_fds=[write_end],
+                              stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+    os.close(write_end)
+    try:
+        with os.fdopen(read_end) as ready:
+            number = ready.readline().strip()
+        if not number:
+            print("the virtual display could not be started (Xvfb failed)", file=sys.stderr)
+            return 4
+        return subprocess.call([sys.executable, *sys.argv], env={**os.environ, "DISPLAY": f":{number}"})
+    finally:
+        server.terminate()
+        server.wait()
+
+
+def main():
+    options = arguments()
+    for name in ("frames.xdmf", "case.toml"):
+        if not os.path.exists(os.path.join(options.directory, name)):
+            print(f"{options.directory}: there is no {name}; give the result folder of `mpm run`", file=sys.stderr)
+            return 4
+    try:
+        from paraview import simple
+    except ImportError:
+        print("ParaView for Python is missing; install Debian's paraview and python3-paraview", file=sys.stderr)
+        return 4
+    if "DISPLAY" not in os.environ:
+        return run_on_virtual_display()
+    simple._DisableFirstRenderCameraReset()
+    render(options, simple)
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
