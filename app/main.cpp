@@ -7,6 +7,7 @@
 #include <exception>
 #include <iostream>
 #include <new>
+#include <system_error>
 
 #include "commands.hpp"
 #include "mpm/build_info.hpp"
@@ -37,6 +38,8 @@ int parse(CLI::App& app, int argc, char** argv) {
     return fail(error.code(), error.what());
   } catch (const std::bad_alloc&) {
     return fail(mpm::ExitCode::internal, "out of memory; take a larger numerics.cell_size_m or less snow (`mpm check` estimates the need)");
+  } catch (const std::system_error& error) {  // of streams and of the file system
+    return fail(mpm::ExitCode::io, error.what());
   } catch (const std::exception& error) {
     return fail(mpm::ExitCode::internal, fmt::format("internal error: {}", error.what()));
   }
@@ -50,6 +53,7 @@ int main(int argc, char** argv) {
   app.require_subcommand(1);
   mpm::app::add_check(app);
   mpm::app::add_run(app);
+  mpm::app::add_point(app);
   mpm::app::add_schema(app);
   mpm::app::add_predict(app);
   mpm::app::add_compare(app);

@@ -14,6 +14,7 @@
 #include "mpm/error.hpp"
 #include "mpm/impact/semi_empirical.hpp"
 #include "mpm/io/config.hpp"
+#include "mpm/point_path.hpp"
 
 namespace mpm::config {
 
@@ -634,6 +635,27 @@ namespace mpm {
 
 Case parse_case(std::string_view text, std::string_view file_name, const std::vector<std::string>& overrides) {
   return config::Reader(file_name, false).read(text, overrides).spec;
+}
+
+PathSpec parse_path(std::string_view text, std::string_view file_name, const std::vector<std::string>& overrides) {
+  const config::Draft draft = config::Reader(file_name, true).read(text, overrides);
+  PathSpec path;
+  path.material = draft.spec.material;
+  path.steps_per_segment = draft.steps_per_segment;
+  for (const config::SegmentDraft& s : draft.segments) {
+    if (s.velocity_gradient) {
+      path.segments.emplace_back(VelocityGradientSegment{*s.velocity_gradient, *s.time});
+    } else if (s.radial_stress) {
+      path.segments.emplace_back(TriaxialSegment{*s.radial_stress, *s.d_eps_axial});
+    } else {
+      path.segments.emplace_back(StrainSegment{s.d_eps_v.value_or(0.0), s.d_eps_q.value_or(0.0)});
+    }
+  }
+  return path;
+}
+
+PathSpec read_path(const std::filesystem::path& file, const std::vector<std::string>& overrides) {
+  return parse_path(config::file_text(file), file.string(), overrides);
 }
 
 Case read_case(const std::filesystem::path& file, const std::vector<std::string>& overrides) {

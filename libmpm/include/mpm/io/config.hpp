@@ -8,10 +8,9 @@
 #include <vector>
 
 #include "mpm/case.hpp"
+#include "mpm/point_path.hpp"
 
 namespace mpm {
-
-struct PathSpec;  // mpm/point_path.hpp
 
 /// Version of the case format, the key format_version. A file may state it; another version is refused.
 inline constexpr int case_format_version = 1;

@@ -1,0 +1,33 @@
+/// `mpm point`: one material point along a path, as CSV.
+
+#include <fmt/format.h>
+
+#include <memory>
+
+#include "case_arguments.hpp"
+#include "commands.hpp"
+#include "mpm/io/config.hpp"
+#include "mpm/point_path.hpp"
+
+namespace mpm::app {
+
+namespace {
+
+void point(const CaseArguments& arguments) {
+  const std::vector<PathRow> rows = follow_path(read_path(arguments.file, arguments.overrides));
+  fmt::print("{}\n", fmt::join(path_columns, ","));
+  for (const PathRow& r : rows) {  // as many digits as it takes to read the same numbers
+    fmt::print("{},{},{},{},{},{},{},{}\n", r.step, r.eps_v, r.eps_q, r.p, r.q, r.eps_v_plastic, r.preconsolidation_pressure, r.yield);
+  }
+}
+
+}  // namespace
+
+void add_point(CLI::App& app) {
+  CLI::App* command = app.add_subcommand("point", "Lead one material point along a path of strain or stress; CSV to stdout (Kirchhoff stresses)");
+  const auto arguments = std::make_shared<CaseArguments>();
+  add_case_arguments(*command, *arguments);
+  command->callback([arguments] { point(*arguments); });
+}
+
+}  // namespace mpm::app

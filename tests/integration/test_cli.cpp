@@ -1,0 +1,222 @@
+/// The `mpm` command as a user meets it: exit codes, which stream says what, and that a bad case leaves no trace.
+
+#include <gtest/gtest.h>
+#include <sys/wait.h>
+
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <nlohmann/json.hpp>
+#include <sstream>
+#include <string>
+
+#include "mpm/error.hpp"
+#include "mpm/io/config.hpp"
+#include "support/temporary_directory.hpp"
+
+namespace mpm {
+namespace {
+
+namespace fs = std::filesystem;
+
+std::string content(const fs::path& file) {
+  std::ifstream in(file);
+  std::ostringstream out;
+  out << in.rdbuf();
+  return out.str();
+}
+
+const fs::path examples = fs::path(MPM_SOURCE_DIR) / "examples";
+
+struct Outcome {
+  int code;
+  std::string out, err;
+};
+
+class Command : public ::testing::Test {
+ protected:
+  /// Runs `mpm` in an empty directory of its own.
+  Outcome mpm(const std::string& arguments) const {
+    const std::string line = "cd '" + (directory_.path() / "here").string() + "' && '" MPM_APP "' " + arguments + " >../out.txt 2>../err.txt";
+    const int status = std::system(line.c_str());
+    return {WIFEXITED(status) ? WEXITSTATUS(status) : -1, content(directory_.path() / "out.txt"), content(directory_.path() / "err.txt")};
+  }
+
+  fs::path write(const std::string& text) const {
+    const fs::path file = directory_.path() / "case.toml";
+    std::ofstream(file) << text;
+    return file;
+  }
+
+  [[nodiscard]] bool nothing_written() const { return fs::is_empty(directory_.path() / "here"); }
+
+  void SetUp() override { fs::create_directory(directory_.path() / "here"); }
+
+  testing::TemporaryDirectory directory_;
+};
+
+constexpr int code_of(ExitCode code) { return static_cast<int>(code); }
+
+TEST_F(Command, TellsItsVersion) {
+  const Outcome o = mpm("--version");
+  EXPECT_EQ(o.code, 0);
+  for (const char* word : {"mpm ", "commit", "compiler", "SIMD", "threads"}) EXPECT_NE(o.out.find(word), std::string::npos) << word;
+}
+
+TEST_F(Command, HelpListsTheSubcommands) {
+  const Outcome o = mpm("--help");
+  EXPECT_EQ(o.code, 0);
+  for (const char* word : {"check", "run", "point", "compare", "predict", "schema"}) EXPECT_NE(o.out.find(word), std::string::npos) << word;
+}
+
+TEST_F(Command, WrongUsageIsExitCode2OnStderr) {
+  for (const char* arguments : {"", "fly", "check", "check a.toml b.toml", "run", "run --threads 0 a.toml", "run --threads x a.toml", "check --nonsense"}) {
+    SCOPED_TRACE(arguments);
+    const Outcome o = mpm(arguments);
+    EXPECT_EQ(o.code, code_of(ExitCode::usage));
+    EXPECT_TRUE(o.out.empty()) << o.out;
+    EXPECT_FALSE(o.err.empty());
+  }
+}
+
+TEST_F(Command, CheckPrintsACaseThatReadsBack) {
+  for (const auto& entry : fs::directory_iterator(examples)) {
+    if (entry.path().extension() != ".toml") continue;
+    SCOPED_TRACE(entry.path());
+    const Outcome o = mpm("check '" + entry.path().string() + "'");
+    EXPECT_EQ(o.code, 0) << o.err;
+    EXPECT_EQ(parse_case(o.out, "printed"), read_case(entry.path()));
+    for (const char* word : {"particles", "cells", "time step", "steps", "memory", "time "}) EXPECT_NE(o.out.find(word), std::string::npos) << word;
+  }
+  EXPECT_TRUE(nothing_written());
+}
+
+TEST_F(Command, SetReplacesKeysInOrder) {
+  const Outcome o =
+      mpm("check --set numerics.cfl=0.3 --set 'title=a b' '" + (examples / "avalanche_fr3.toml").string() + "' --set numerics.cfl=0.2");
+  ASSERT_EQ(o.code, 0) << o.err;
+  const Case c = parse_case(o.out, "printed");
+  EXPECT_EQ(c.numerics.cfl, 0.2);
+  EXPECT_EQ(c.title, "a b");
+}
+
+TEST_F(Command, BadCaseIsExitCode2WithAllFaultsAndLeavesNoTrace) {
+  const fs::path file = write("[material]\npoisson_ratio = 0.9\n[conveyer]\nfroude_number = 3\n[obstacle]\n[output]\nduration_s = 1\n");
+  for (const std::string verb : {"check", "run"}) {
+    SCOPED_TRACE(verb);
+    const Outcome o = mpm(verb + " ../case.toml --set numerics.cfl=7");
+    EXPECT_EQ(o.code, code_of(ExitCode::usage));
+    EXPECT_TRUE(o.out.empty()) << o.out;
+    for (const char* fault : {"../case.toml:2:17: [material] poisson_ratio = 0.9", "../case.toml:3:2: unknown table [conveyer]; did you mean [conveyor]?",
+                              "../case.toml:1:1: [material] cohesion_beta is missing", "--set numerics.cfl=7: [numerics] cfl = 7 is out of range"}) {
+      EXPECT_NE(o.err.find(fault), std::string::npos) << fault << "\nin\n" << o.err;
+    }
+    EXPECT_TRUE(nothing_written());
+  }
+}
+
+TEST_F(Command, CaseBeyondTheMachinesMemoryIsRefusedBeforeItStarts) {
+  for (const std::string verb : {"check", "run"}) {
+    const Outcome o = mpm(verb + " '" + (examples / "avalanche_fr3.toml").string() + "' --set numerics.cell_size_m=0.0005");
+    EXPECT_EQ(o.code, code_of(ExitCode::usage)) << verb;
+    EXPECT_NE(o.err.find("GB"), std::string::npos) << o.err;
+    EXPECT_TRUE(nothing_written());
+  }
+}
+
+TEST_F(Command, MissingFileIsExitCode4) {
+  for (const std::string verb : {"check", "run", "point"}) {
+    const Outcome o = mpm(verb + " absent.toml");
+    EXPECT_EQ(o.code, code_of(ExitCode::io)) << verb;
+    EXPECT_NE(o.err.find("absent.toml"), std::string::npos) << o.err;
+    EXPECT_TRUE(nothing_written());
+  }
+}
+
+TEST_F(Command, FullDiskIsExitCode4) {
+  if (!fs::exists("/dev/full")) GTEST_SKIP() << "no /dev/full on this system";
+  const int status = std::system("'" MPM_APP "' schema >/dev/full 2>/dev/null");
+  ASSERT_TRUE(WIFEXITED(status));
+  EXPECT_EQ(WEXITSTATUS(status), code_of(ExitCode::io));
+}
+
+TEST_F(Command, SchemaPrintsTextAndJson) {
+  EXPECT_NE(mpm("schema").out.find("critical_state_slope"), std::string::npos);
+  const Outcome o = mpm("schema --json");
+  EXPECT_EQ(o.code, 0);
+  EXPECT_TRUE(nlohmann::json::accept(o.out));
+}
+
+/// A block that falls for a moment: the smallest run that goes through every part.
+const std::string small_case = R"(title = "a falling block"
+[material]
+model = "hencky_elastic"
+[[body]]
+min_m = [0.0, 0.0, 1.0]
+max_m = [0.5, 0.5, 1.5]
+[domain]
+min_m = [-1.0, -1.0, -1.0]
+max_m = [2.0, 2.0, 2.0]
+[output]
+duration_s = 0.1
+)";
+
+TEST_F(Command, RunPrintsResultsToStdoutAndProgressToStderr) {
+  (void)write(small_case);
+  const Outcome o = mpm("run ../case.toml --threads 1 --out result");
+  ASSERT_EQ(o.code, 0) << o.err;
+  const auto results = nlohmann::json::parse(o.out);
+  EXPECT_EQ(results.at("title"), "a falling block");
+  EXPECT_EQ(results, nlohmann::json::parse(content(directory_.path() / "here/result/results.json")));
+  EXPECT_NE(o.err.find("100.0 %"), std::string::npos) << o.err;
+  EXPECT_EQ(o.err.find('\r'), std::string::npos) << "no terminal, no rewritten line";
+  EXPECT_EQ(read_case(directory_.path() / "here/result/case.toml"), parse_case(small_case, "case"));
+}
+
+TEST_F(Command, RunWritesToOutByDefault) {
+  (void)write(small_case);
+  ASSERT_EQ(mpm("run ../case.toml").code, 0);
+  EXPECT_TRUE(fs::exists(directory_.path() / "here/out/case/results.json"));
+}
+
+TEST_F(Command, PointPrintsOneRowAStep) {
+  const Outcome o = mpm("point '" + (examples / "paths/compression_then_shear.toml").string() + "' --set path.steps_per_segment=10");
+  ASSERT_EQ(o.code, 0) << o.err;
+  std::istringstream rows(o.out);
+  std::string row;
+  ASSERT_TRUE(std::getline(rows, row));
+  EXPECT_EQ(row, "step,eps_v,eps_q,p_pa,q_pa,eps_v_plastic,preconsolidation_pressure_pa,yield_pa2");
+  int count = 0;
+  while (std::getline(rows, row)) EXPECT_EQ(std::stoi(row), count++);
+  EXPECT_EQ(count, 21);
+}
+
+TEST_F(Command, InterruptedRunCanBeResumed) {
+  (void)write(small_case);
+  const fs::path here = directory_.path() / "here";
+  const std::string line = "cd '" + here.string() + "' && (timeout -s INT 1 '" MPM_APP "' run ../case.toml --out result --set output.duration_s=1e5 "
+                           "--set output.series_per_second=10 --set output.frames_per_second=0.001 --set 'domain.max_m=[1000,1000,1000]' "
+                           "--set 'domain.min_m=[-1000,-1000,-1000]' --set numerics.gravity_m_s2=0 2>../err.txt; true)";
+  ASSERT_EQ(std::system(line.c_str()), 0);
+  EXPECT_NE(content(directory_.path() / "err.txt").find("go on with --resume"), std::string::npos) << content(directory_.path() / "err.txt");
+  EXPECT_TRUE(fs::exists(here / "result/checkpoint.h5"));
+}
+
+TEST_F(Command, UnwritableDirectoryIsExitCode4) {
+  (void)write(small_case);
+  std::ofstream(directory_.path() / "here/occupied") << "a file, not a directory";
+  EXPECT_EQ(mpm("run ../case.toml --out occupied/below").code, code_of(ExitCode::io));
+}
+
+TEST_F(Command, UnstableRunIsExitCode3AndKeepsWhatItHasWritten) {
+  // Sound travels at millimetres a second and the block at 900 m/s: the stable step is a millionth of the step at rest.
+  (void)write(small_case);
+  const Outcome o = mpm("run ../case.toml --out result --set material.young_modulus_pa=1 --set material.density_kg_m3=1e5 "
+                        "--set 'body[0].velocity_m_s=[900,0,0]'");
+  EXPECT_EQ(o.code, code_of(ExitCode::unstable)) << o.err;
+  EXPECT_NE(o.err.find("time step collapsed"), std::string::npos) << o.err;
+  EXPECT_TRUE(fs::exists(directory_.path() / "here/result/case.toml"));
+}
+
+}  // namespace
+}  // namespace mpm
