@@ -222,6 +222,7 @@ TEST(DaeReference, AgreesWithTheRateFormTo1em8) {
 TEST(Reference, RefusesWhatHasNoRateForm) {
   EXPECT_THROW(coaxial_reference(snow(0.0, 0.3, 5.0), {Segment::strain_increment(-0.1, 0.0)}), ConfigError);
   EXPECT_THROW(coaxial_reference(snow(0.8, 0.3, 5.0), {Segment::general(Mat3::Identity())}), ConfigError);
+  EXPECT_THROW(coaxial_reference(snow(0.8, 0.3, 5.0), {Segment::drained(1e4, -0.1)}), ConfigError);  // starts from no radial stress
   EXPECT_THROW(general_reference(snow(0.8, 0.3, 5.0), {Segment::drained(1e4, -0.1)}), ConfigError);
 }
 

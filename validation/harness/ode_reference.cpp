@@ -54,7 +54,7 @@ class Form {
  public:
   explicit Form(const CamClay& model) : m(model) {}
   virtual ~Form() = default;
-  virtual void begin_segment(const ReferenceSegment&, double eps_v_now) = 0;
+  virtual void begin_segment(const ReferenceSegment&, double eps_v_now, const std::vector<double>& y) = 0;
   virtual void end_segment() = 0;
   [[nodiscard]] virtual Local local(double t, const double* y) const = 0;
   virtual void rates(double t, const double* y, bool plastic, double* dydt) const = 0;
@@ -76,9 +76,12 @@ class CoaxialForm final : public Form {
  public:
   explicit CoaxialForm(const CamClay& model) : Form(model) { initial = {0.0, 0.0, model.initial_internal(), 0.0}; }
 
-  void begin_segment(const ReferenceSegment& s, double eps_v_now) override {
+  void begin_segment(const ReferenceSegment& s, double eps_v_now, const std::vector<double>& y) override {
     if (s.control == ReferenceSegment::Control::velocity_gradient)
       throw ConfigError("coaxial_reference: a velocity gradient needs general_reference");
+    const double radial = m.bulk_modulus * (y[0] - y[1] / 3.0);
+    if (s.control == ReferenceSegment::Control::drained_triaxial && std::abs(radial - s.radial_stress) > 1e-8 * m.preconsolidation_pressure)
+      throw ConfigError(fmt::format("coaxial_reference: a drained segment at {} Pa starts from a radial stress of {} Pa", s.radial_stress, radial));
     segment_ = s;
     eps_v_start_ = eps_v_now;
   }
@@ -155,7 +158,7 @@ class GeneralForm final : public Form {
  public:
   explicit GeneralForm(const CamClay& model) : Form(model) { initial = {0, 0, 0, 0, 0, 0, model.initial_internal()}; }
 
-  void begin_segment(const ReferenceSegment& s, double) override {
+  void begin_segment(const ReferenceSegment& s, double, const std::vector<double>&) override {
     switch (s.control) {
       case ReferenceSegment::Control::strain:
         gradient_ = Vec3(0.5, 0.5, -1.0).asDiagonal();
@@ -307,7 +310,7 @@ class PathIntegrator {
     for (std::size_t i = 0; i < segments.size(); ++i) {
       segment_ = static_cast<double>(i);
       t_ = 0.0;
-      form_.begin_segment(segments[i], form_.eps_v(i == 0 ? 0.0 : 1.0, y_.data()));
+      form_.begin_segment(segments[i], form_.eps_v(0.0, y_.data()), y_);
       if (phase_ != Phase::stress_free) choose_phase();
       const auto n = static_cast<double>(options_.samples_per_segment);
       for (std::size_t k = 1; k <= options_.samples_per_segment; ++k) {
