@@ -55,6 +55,7 @@ int main(int argc, char** argv) {
   mpm::app::add_run(app);
   mpm::app::add_point(app);
   mpm::app::add_schema(app);
+  mpm::app::add_post(app);
   mpm::app::add_predict(app);
   mpm::app::add_compare(app);
   const int code = parse(app, argc, argv);

@@ -40,7 +40,7 @@ std::filesystem::path directory_of(const std::filesystem::path& path) {
 }  // namespace
 
 IoError file_error(std::string_view action, const std::filesystem::path& path, int error_number) {
-  return IoError(fmt::format("cannot {} '{}': {}; {}", action, path.string(), std::generic_category().message(error_number),
+  return IoError(fmt::format("{} '{}': {}; {}", action, path.string(), std::generic_category().message(error_number),
                              remedy(error_number)));
 }
 
@@ -50,7 +50,7 @@ AtomicFile::AtomicFile(std::filesystem::path target) : target_(std::move(target)
   temporary_ = directory_of(target_) / name;
   // O_TRUNC, not O_EXCL: a leftover of a killed process that had the same number is of no use to anybody.
   descriptor_ = ::open(temporary_.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0666);
-  if (descriptor_ < 0) throw file_error("write", target_, errno);
+  if (descriptor_ < 0) throw file_error("cannot write", target_, errno);
 }
 
 AtomicFile::~AtomicFile() { discard(); }
@@ -71,7 +71,7 @@ void AtomicFile::write(std::span<const std::byte> bytes) {
     if (n < 0) {
       const int reason = errno;
       discard();
-      throw file_error("write", target_, reason);
+      throw file_error("cannot write", target_, reason);
     }
     bytes = bytes.subspan(static_cast<std::size_t>(n));
   }
@@ -80,7 +80,7 @@ void AtomicFile::write(std::span<const std::byte> bytes) {
 void AtomicFile::commit() {
   const auto fail = [this](int reason) {
     discard();
-    throw file_error("write", target_, reason);
+    throw file_error("cannot write", target_, reason);
   };
   if (::fsync(descriptor_) != 0) fail(errno);
   const int closed = ::close(std::exchange(descriptor_, -1));
@@ -104,14 +104,14 @@ void write_file(const std::filesystem::path& target, std::string_view content) {
 void make_directory(const std::filesystem::path& directory) {
   std::error_code error;
   std::filesystem::create_directories(directory, error);
-  if (error) throw file_error("create directory", directory, error.value());
+  if (error) throw file_error("cannot create directory", directory, error.value());
   // create_directories is content with an existing file of that name on some paths.
-  if (!std::filesystem::is_directory(directory, error)) throw file_error("create directory", directory, ENOTDIR);
+  if (!std::filesystem::is_directory(directory, error)) throw file_error("cannot create directory", directory, ENOTDIR);
 }
 
 std::string read_file(const std::filesystem::path& path) {
   const int descriptor = ::open(path.c_str(), O_RDONLY | O_CLOEXEC);
-  if (descriptor < 0) throw file_error("read", path, errno);
+  if (descriptor < 0) throw file_error("cannot read", path, errno);
   std::string content;
   struct stat info {};
   if (::fstat(descriptor, &info) == 0 && S_ISREG(info.st_mode)) content.reserve(static_cast<std::size_t>(info.st_size));
@@ -122,7 +122,7 @@ std::string read_file(const std::filesystem::path& path) {
     if (n < 0) {
       const int reason = errno;
       ::close(descriptor);
-      throw file_error("read", path, reason);
+      throw file_error("cannot read", path, reason);
     }
     if (n == 0) break;
     content.append(buffer, static_cast<std::size_t>(n));

@@ -207,9 +207,9 @@ struct Reader::File {
   void check_seal() {
     std::error_code error;
     const std::uintmax_t size = std::filesystem::file_size(path, error);
-    if (error) throw file_error("read", path, error.value());
+    if (error) throw file_error("cannot read", path, error.value());
     std::ifstream stream(path, std::ios::binary);
-    if (!stream) throw file_error("read", path, errno);
+    if (!stream) throw file_error("cannot read", path, errno);
     const std::string damaged = "delete it and let the run write it again";
     if (size <= seal_size) fail(fmt::format("it has only {} bytes, it was cut off; {}", size, damaged));
     bytes = size - seal_size;
@@ -217,12 +217,12 @@ struct Reader::File {
     std::vector<char> piece(std::size_t{1} << 20);
     for (std::uintmax_t rest = bytes; rest > 0;) {
       const std::size_t n = static_cast<std::size_t>(std::min<std::uintmax_t>(rest, piece.size()));
-      if (!stream.read(piece.data(), static_cast<std::streamsize>(n))) throw file_error("read", path, errno != 0 ? errno : EIO);
+      if (!stream.read(piece.data(), static_cast<std::streamsize>(n))) throw file_error("cannot read", path, errno != 0 ? errno : EIO);
       crc = crc32_z(crc, reinterpret_cast<const Bytef*>(piece.data()), n);
       rest -= n;
     }
     std::string found(seal_size, '\0');
-    if (!stream.read(found.data(), seal_size)) throw file_error("read", path, errno != 0 ? errno : EIO);
+    if (!stream.read(found.data(), seal_size)) throw file_error("cannot read", path, errno != 0 ? errno : EIO);
     if (found.substr(0, seal_mark.size()) != seal_mark) fail("it does not end as files of this program do: it was cut off or written by another program; " + damaged);
     if (found != seal(crc)) fail(fmt::format("its checksum is {}, it should be {}: it was altered or damaged; {}", seal(crc).substr(seal_mark.size()),
                                              found.substr(seal_mark.size()), damaged));

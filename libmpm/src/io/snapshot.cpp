@@ -169,7 +169,7 @@ std::vector<int> frame_numbers(const std::filesystem::path& directory) {
     if (fault != std::errc() || std::string_view(end) != ".h5" || it->path() != frame_path(directory, index)) continue;
     numbers.push_back(index);
   }
-  if (error) throw file_error("read directory", frames, error.value());
+  if (error) throw file_error("cannot read directory", frames, error.value());
   std::sort(numbers.begin(), numbers.end());
   return numbers;
 }

@@ -200,7 +200,7 @@ SeriesWriter::~SeriesWriter() {
 
 void SeriesWriter::open() {
   descriptor_ = ::open(path_.c_str(), O_WRONLY | O_APPEND | O_CLOEXEC);
-  if (descriptor_ < 0) throw file_error("append to", path_, errno);
+  if (descriptor_ < 0) throw file_error("cannot append to", path_, errno);
 }
 
 void SeriesWriter::append(std::span<const double> values) {
@@ -216,7 +216,7 @@ void SeriesWriter::append(std::span<const double> values) {
   for (std::string_view rest = line; !rest.empty();) {
     const ssize_t n = ::write(descriptor_, rest.data(), rest.size());
     if (n < 0 && errno == EINTR) continue;
-    if (n < 0) throw file_error("append to", path_, errno);
+    if (n < 0) throw file_error("cannot append to", path_, errno);
     rest.remove_prefix(static_cast<std::size_t>(n));
   }
 }

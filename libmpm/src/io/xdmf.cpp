@@ -33,7 +33,7 @@ std::string data_item(const Field& field, const FrameEntry& frame, const std::st
 void remove_file(const std::filesystem::path& path) {
   std::error_code error;
   std::filesystem::remove(path, error);
-  if (error) throw file_error("remove", path, error.value());
+  if (error) throw file_error("cannot remove", path, error.value());
 }
 
 }  // namespace

@@ -46,7 +46,7 @@ void make_directory(const std::filesystem::path& directory);
 /// The whole content of a file. @throws IoError if it cannot be read
 std::string read_file(const std::filesystem::path& path);
 
-/// Message of every file error: what failed, on which file, the system's reason (an errno value), the remedy.
+/// Message of every file error: what failed ("cannot write"), on which file, the system's reason (an errno value), the remedy.
 IoError file_error(std::string_view action, const std::filesystem::path& path, int error_number);
 
 }  // namespace mpm

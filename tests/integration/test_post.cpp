@@ -1,0 +1,138 @@
+/// `mpm post` against the run that it measures again.
+#include "mpm/post.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <nlohmann/json.hpp>
+
+#include "mpm/io/atomic_file.hpp"
+#include "mpm/io/config.hpp"
+#include "mpm/io/snapshot.hpp"
+#include "mpm/io/table.hpp"
+#include "mpm/run.hpp"
+#include "support/temporary_directory.hpp"
+
+namespace mpm {
+namespace {
+
+using testing::TemporaryDirectory;
+
+/// A short, narrow, coarse avalanche: ten frames, every one at the time of a row of series.csv.
+constexpr const char* small_avalanche = R"(
+title = "small"
+[material]
+model = "cohesive_cam_clay"
+critical_state_slope = 0.4
+cohesion_beta = 0.0
+hardening_xi = 5.0
+[conveyor]
+froude_number = 1.0
+flow_height_m = 1.75
+width_m = 3.5
+upstream_length_m = 2.0
+downstream_length_m = 2.0
+[obstacle]
+width_m = 1.75
+depth_m = 1.75
+[numerics]
+cell_size_m = 0.4375
+[output]
+duration_s = 0.4
+series_per_second = 50
+frames_per_second = 25
+)";
+
+class PostOfARun : public ::testing::Test {
+ protected:
+  static void SetUpTestSuite() {
+    directory_ = new TemporaryDirectory;
+    RunOptions options;
+    options.out = run();
+    run_case(parse_case(small_avalanche, "small.toml"), options);
+  }
+  static void TearDownTestSuite() {
+    delete directory_;
+    directory_ = nullptr;
+  }
+  static std::filesystem::path run() { return *directory_ / "run"; }
+
+  static TemporaryDirectory* directory_;
+};
+TemporaryDirectory* PostOfARun::directory_ = nullptr;
+
+TEST_F(PostOfARun, MeasuresWhatTheRunMeasuredAtTheTimesOfTheFrames) {
+  const std::filesystem::path out = *directory_ / "again";
+  const PostResult result = post_process(run(), out);
+  EXPECT_EQ(result.frames, 11u);
+  const Table own = Table::read(run() / "series.csv"), again = Table::read(out / "series.csv");
+  EXPECT_EQ(again.columns(), own.columns());
+  ASSERT_EQ(again.rows(), 11u);
+  for (const char* name : {"time_s", "runup_m", "runup_p99_m", "pressure_height_m", "impact_pressure_pa", "compaction", "mass_kg", "momentum_x_kg_m_s"}) {
+    const std::vector<double> a = own.numbers(name), b = again.numbers(name);
+    for (std::size_t frame = 0; frame < b.size(); ++frame) {
+      const double expected = a[2 * frame];
+      if (std::isnan(expected)) {
+        EXPECT_TRUE(std::isnan(b[frame])) << name << " " << frame;
+      } else {
+        // The same numbers are summed in another order: round-off of some thousand terms.
+        EXPECT_NEAR(b[frame], expected, 1e-11 * std::abs(expected)) << name << " " << frame;
+      }
+    }
+  }
+  // A frame comes every second row: its force is the mean of two rows, the impulse since the frame before.
+  const std::vector<double> a = own.numbers("force_x_n"), b = again.numbers("force_x_n");
+  EXPECT_TRUE(std::isnan(b[0]));
+  for (std::size_t frame = 1; frame < b.size(); ++frame) {
+    EXPECT_NEAR(b[frame], 0.5 * (a[2 * frame - 1] + a[2 * frame]), 1e-14 * (std::abs(a[2 * frame - 1]) + std::abs(a[2 * frame]))) << frame;
+  }
+}
+
+TEST_F(PostOfARun, LeavesTheRunsOwnFilesAloneAndKeepsItsFacts) {
+  std::string before;
+  for (const char* name : {"results.json", "series.csv", "profile.csv"}) before += read_file(run() / name);
+  const PostResult result = post_process(run(), run() / "post");
+  std::string after;
+  for (const char* name : {"results.json", "series.csv", "profile.csv"}) after += read_file(run() / name);
+  EXPECT_EQ(after, before);
+  EXPECT_EQ(result.written.size(), 3u);
+  const auto own = nlohmann::json::parse(read_file(run() / "results.json")), again = nlohmann::json::parse(read_file(run() / "post/results.json"));
+  for (const char* key : {"case_hash", "steps", "wall_time_s", "particles_final"}) EXPECT_EQ(again[key], own[key]) << key;
+  EXPECT_EQ(again["measured_from"], "frames");
+  EXPECT_EQ(again["frames"], 11);
+  EXPECT_THROW(post_process(run(), run()), ConfigError);
+}
+
+TEST_F(PostOfARun, CompletesTheFolderOfARunThatWasKilled) {
+  const std::filesystem::path killed = *directory_ / "killed";
+  std::filesystem::copy(run(), killed, std::filesystem::copy_options::recursive);
+  std::filesystem::remove(killed / "results.json");
+  std::filesystem::remove(killed / "profile.csv");
+  std::filesystem::remove(killed / "frames.xdmf");
+  std::filesystem::remove(frame_path(killed, 10));
+  const std::string series = read_file(killed / "series.csv");
+  post_process(killed, killed / "post");
+  EXPECT_TRUE(std::filesystem::exists(killed / "profile.csv"));
+  EXPECT_EQ(read_file(killed / "series.csv"), series);
+  const auto json = nlohmann::json::parse(read_file(killed / "results.json"));
+  EXPECT_EQ(json["title"], "small");
+  EXPECT_EQ(json["frames"], 10);
+  EXPECT_EQ(json["steady"], false);
+  EXPECT_TRUE(json["runup_mean_m"].is_null());  // 0.36 s are no steady state: no means
+  EXPECT_GT(json["runup_peak_m"].get<double>(), 1.75);
+}
+
+TEST_F(PostOfARun, RefusesFramesOfAnotherCaseAndFoldersWithoutFrames) {
+  const std::filesystem::path other = *directory_ / "other";
+  std::filesystem::copy(run(), other, std::filesystem::copy_options::recursive);
+  Case c = parse_case(small_avalanche, "small.toml");
+  c.material.critical_state_slope = 0.8;
+  write_file(other / "case.toml", write_case(c));
+  EXPECT_THROW(post_process(other, other / "post"), IoError);
+  std::filesystem::remove_all(other / "frames");
+  EXPECT_THROW(post_process(other, other / "post"), IoError);
+  EXPECT_THROW(post_process(*directory_ / "none", *directory_ / "out"), IoError);
+}
+
+}  // namespace
+}  // namespace mpm
