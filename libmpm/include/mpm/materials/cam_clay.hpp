@@ -226,7 +226,7 @@ inline CamClay::Return<T> CamClay::return_map(const T& p_trial, const T& q2, con
     const Mask<T> minute = abs(newton - x) <= 1e-9 * abs(x);
     const Mask<T> within = same_side & (((newton - near) * (newton - far) <= 0.0) | minute);
     const T next = select(within, newton, 0.5 * (near + far));
-    const T step = next - x, size = abs(step), scale = abs(next);
+    const T step = next - x, size = abs(step), scale = min(abs(next), value.v + value.e);  // relative to x and to (1 + beta) S
     const Mask<T> settled = active & within & ((size <= 1e-8 * scale) | ((size <= 1e-6 * scale) & (size * size * size <= 1e-16 * scale * previous * previous)));
     y = select(settled, value.y + value.y_slope * step, y);
     v = select(settled, value.v, v);
