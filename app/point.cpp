@@ -24,7 +24,8 @@ void point(const CaseArguments& arguments) {
 }  // namespace
 
 void add_point(CLI::App& app) {
-  CLI::App* command = app.add_subcommand("point", "Lead one material point along a path of strain or stress; CSV to stdout (Kirchhoff stresses)");
+  CLI::App* command =
+      app.add_subcommand("point", "Lead one material point along a path of strain or stress; CSV to stdout (Kirchhoff stresses)");
   const auto arguments = std::make_shared<CaseArguments>();
   add_case_arguments(*command, *arguments);
   command->callback([arguments] { point(*arguments); });

@@ -39,8 +39,8 @@ class ProgressLine {
     shown_ = now;
     const double percent = p.duration > 0.0 ? 100.0 * p.time / p.duration : 100.0;
     const std::string line =
-        fmt::format("{:5.1f} %  t = {:.3f} of {:g} s  step {}  dt {:.3g} s  {} particles  {:.1f} M particle-steps/s  {} left", percent, p.time,
-                    p.duration, p.step, p.dt, p.particles, p.million_particle_steps_per_s, clock_text(p.eta_s));
+        fmt::format("{:5.1f} %  t = {:.3f} of {:g} s  step {}  dt {:.3g} s  {} particles  {:.1f} M particle-steps/s  {} left", percent,
+                    p.time, p.duration, p.step, p.dt, p.particles, p.million_particle_steps_per_s, clock_text(p.eta_s));
     fmt::print(stderr, "{}{}{}", terminal_ ? "\r" : "", line, terminal_ ? "\033[K" : "\n");
     open_ = terminal_;
   }

@@ -37,7 +37,8 @@ class Command : public ::testing::Test {
  protected:
   /// Runs `mpm` in an empty directory of its own.
   Outcome mpm(const std::string& arguments) const {
-    const std::string line = "cd '" + (directory_.path() / "here").string() + "' && '" MPM_APP "' " + arguments + " >../out.txt 2>../err.txt";
+    const std::string line =
+        "cd '" + (directory_.path() / "here").string() + "' && '" MPM_APP "' " + arguments + " >../out.txt 2>../err.txt";
     const int status = std::system(line.c_str());
     return {WIFEXITED(status) ? WEXITSTATUS(status) : -1, content(directory_.path() / "out.txt"), content(directory_.path() / "err.txt")};
   }
@@ -66,11 +67,13 @@ TEST_F(Command, TellsItsVersion) {
 TEST_F(Command, HelpListsTheSubcommands) {
   const Outcome o = mpm("--help");
   EXPECT_EQ(o.code, 0);
-  for (const char* word : {"check", "run", "point", "compare", "predict", "schema"}) EXPECT_NE(o.out.find(word), std::string::npos) << word;
+  for (const char* word : {"check", "run", "post", "point", "compare", "predict", "schema"})
+    EXPECT_NE(o.out.find(word), std::string::npos) << word;
 }
 
 TEST_F(Command, WrongUsageIsExitCode2OnStderr) {
-  for (const char* arguments : {"", "fly", "check", "check a.toml b.toml", "run", "run --threads 0 a.toml", "run --threads x a.toml", "check --nonsense"}) {
+  for (const char* arguments :
+       {"", "fly", "check", "check a.toml b.toml", "run", "run --threads 0 a.toml", "run --threads x a.toml", "check --nonsense"}) {
     SCOPED_TRACE(arguments);
     const Outcome o = mpm(arguments);
     EXPECT_EQ(o.code, code_of(ExitCode::usage));
@@ -86,7 +89,8 @@ TEST_F(Command, CheckPrintsACaseThatReadsBack) {
     const Outcome o = mpm("check '" + entry.path().string() + "'");
     EXPECT_EQ(o.code, 0) << o.err;
     EXPECT_EQ(parse_case(o.out, "printed"), read_case(entry.path()));
-    for (const char* word : {"particles", "cells", "time step", "steps", "memory", "time "}) EXPECT_NE(o.out.find(word), std::string::npos) << word;
+    for (const char* word : {"particles", "cells", "time step", "steps", "memory", "time "})
+      EXPECT_NE(o.out.find(word), std::string::npos) << word;
   }
   EXPECT_TRUE(nothing_written());
 }
@@ -107,8 +111,9 @@ TEST_F(Command, BadCaseIsExitCode2WithAllFaultsAndLeavesNoTrace) {
     const Outcome o = mpm(verb + " ../case.toml --set numerics.cfl=7");
     EXPECT_EQ(o.code, code_of(ExitCode::usage));
     EXPECT_TRUE(o.out.empty()) << o.out;
-    for (const char* fault : {"../case.toml:2:17: [material] poisson_ratio = 0.9", "../case.toml:3:2: unknown table [conveyer]; did you mean [conveyor]?",
-                              "../case.toml:1:1: [material] cohesion_beta is missing", "--set numerics.cfl=7: [numerics] cfl = 7 is out of range"}) {
+    for (const char* fault :
+         {"../case.toml:2:17: [material] poisson_ratio = 0.9", "../case.toml:3:2: unknown table [conveyer]; did you mean [conveyor]?",
+          "../case.toml:1:1: [material] cohesion_beta is missing", "--set numerics.cfl=7: [numerics] cfl = 7 is out of range"}) {
       EXPECT_NE(o.err.find(fault), std::string::npos) << fault << "\nin\n" << o.err;
     }
     EXPECT_TRUE(nothing_written());
@@ -194,11 +199,14 @@ TEST_F(Command, PointPrintsOneRowAStep) {
 TEST_F(Command, InterruptedRunCanBeResumed) {
   (void)write(small_case);
   const fs::path here = directory_.path() / "here";
-  const std::string line = "cd '" + here.string() + "' && (timeout -s INT 1 '" MPM_APP "' run ../case.toml --out result --set output.duration_s=1e5 "
+  const std::string line = "cd '" + here.string() +
+                           "' && (timeout -s INT 1 '" MPM_APP
+                           "' run ../case.toml --out result --set output.duration_s=1e5 "
                            "--set output.series_per_second=10 --set output.frames_per_second=0.001 --set 'domain.max_m=[1000,1000,1000]' "
                            "--set 'domain.min_m=[-1000,-1000,-1000]' --set numerics.gravity_m_s2=0 2>../err.txt; true)";
   ASSERT_EQ(std::system(line.c_str()), 0);
-  EXPECT_NE(content(directory_.path() / "err.txt").find("go on with --resume"), std::string::npos) << content(directory_.path() / "err.txt");
+  EXPECT_NE(content(directory_.path() / "err.txt").find("go on with --resume"), std::string::npos)
+      << content(directory_.path() / "err.txt");
   EXPECT_TRUE(fs::exists(here / "result/checkpoint.h5"));
 }
 
@@ -211,8 +219,9 @@ TEST_F(Command, UnwritableDirectoryIsExitCode4) {
 TEST_F(Command, UnstableRunIsExitCode3AndKeepsWhatItHasWritten) {
   // Sound travels at millimetres a second and the block at 900 m/s: the stable step is a millionth of the step at rest.
   (void)write(small_case);
-  const Outcome o = mpm("run ../case.toml --out result --set material.young_modulus_pa=1 --set material.density_kg_m3=1e5 "
-                        "--set 'body[0].velocity_m_s=[900,0,0]'");
+  const Outcome o =
+      mpm("run ../case.toml --out result --set material.young_modulus_pa=1 --set material.density_kg_m3=1e5 "
+          "--set 'body[0].velocity_m_s=[900,0,0]'");
   EXPECT_EQ(o.code, code_of(ExitCode::unstable)) << o.err;
   EXPECT_NE(o.err.find("time step collapsed"), std::string::npos) << o.err;
   EXPECT_TRUE(fs::exists(directory_.path() / "here/result/case.toml"));

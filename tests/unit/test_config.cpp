@@ -105,7 +105,6 @@ max_m = [1, 1, 1]
 duration_s = 1
 )";
 
-
 std::string message_of(const std::string& text, const std::vector<std::string>& overrides = {}) {
   try {
     (void)parse_case(text, "case.toml", overrides);
@@ -255,7 +254,8 @@ TEST(ConfigTest, CoversEveryKeyOfTheSchema) {
   const auto covered = every_case_key();
   for (const KeyInfo& key : schema_keys()) {
     if (key.table.starts_with("path")) continue;
-    EXPECT_TRUE(std::any_of(covered.begin(), covered.end(), [&](const Setting& s) { return s.key == &key; })) << key.table << "." << key.name;
+    EXPECT_TRUE(std::any_of(covered.begin(), covered.end(), [&](const Setting& s) { return s.key == &key; }))
+        << key.table << "." << key.name;
   }
 }
 
@@ -305,7 +305,9 @@ TEST(Config, FillsInTheDefaultsOfThePaper) {
 
 TEST(Config, WidthFollowsFromXiAndTheObstacle) {
   const double tolerance = 1e-12;  // rounding of a logarithm
-  const auto width = [](const std::string& xi) { return parse_case(strip_case, "case.toml", {"material.hardening_xi=" + xi}).conveyor->width; };
+  const auto width = [](const std::string& xi) {
+    return parse_case(strip_case, "case.toml", {"material.hardening_xi=" + xi}).conveyor->width;
+  };
   EXPECT_NEAR(width("0.05"), 6 * 1.75, tolerance);
   EXPECT_NEAR(width("0.5"), 9 * 1.75, tolerance);
   EXPECT_NEAR(width("5"), 12 * 1.75, tolerance);
@@ -317,7 +319,8 @@ velocity_m_s = 1.0
 width_m = 2.0
 [output]
 duration_s = 1.0
-)", "case.toml");
+)",
+                                  "case.toml");
   EXPECT_EQ(elastic.conveyor->width, 24.0);
 }
 
@@ -333,7 +336,8 @@ TEST(Config, WrittenCaseReadsBackToTheSameBits) {
 TEST(Config, AnySlopeAndNormalKeepTheirBitsWhenWritten) {
   for (int i = 0; i < 2000; ++i) {
     const double x = -89.9 + 0.0899123456789 * i;  // hits many roundings of degrees and radians
-    const Case c = parse_case(hand_case, "case.toml", {fmt::format("numerics.slope_deg={}", x), fmt::format("wall[0].normal=[1.0, {}, 0.3]", x)});
+    const Case c =
+        parse_case(hand_case, "case.toml", {fmt::format("numerics.slope_deg={}", x), fmt::format("wall[0].normal=[1.0, {}, 0.3]", x)});
     EXPECT_EQ(parse_case(write_case(c), "written.toml"), c) << x;
   }
 }
@@ -412,23 +416,42 @@ TEST_P(Inconsistent, CaseIsRefusedWithOneLine) {
 INSTANTIATE_TEST_SUITE_P(
     Config, Inconsistent,
     testing::Values(
-        BadCase{"law_without_the_key", hand_case, {"material.hardening_xi=5"}, {"hardening_xi is used with model = \"cohesive_cam_clay\" only"}},
+        BadCase{"law_without_the_key",
+                hand_case,
+                {"material.hardening_xi=5"},
+                {"hardening_xi is used with model = \"cohesive_cam_clay\" only"}},
         BadCase{"flip_ratio_with_apic", window_case, {"numerics.transfer=apic"}, {"flip_ratio is used with transfer = \"flip\" only"}},
         BadCase{"friction_on_a_no_slip_wall", hand_case, {"wall[0].contact=no_slip"}, {"[wall[0]] friction is used with contact"}},
         BadCase{"sidewall_friction_without_coulomb", window_case, {"conveyor.sidewall_contact=slip"}, {"sidewall_friction is used with"}},
         BadCase{"coulomb_without_friction", strip_case, {"conveyor.sidewall_contact=coulomb"}, {"sidewall_friction is missing"}},
-        BadCase{"strip_with_a_window_length", strip_case, {"conveyor.upstream_length_m=8"}, {"upstream_length_m is used with feed = \"window\" only"}},
+        BadCase{"strip_with_a_window_length",
+                strip_case,
+                {"conveyor.upstream_length_m=8"},
+                {"upstream_length_m is used with feed = \"window\" only"}},
         BadCase{"mirror_with_a_conveyor", strip_case, {"domain.mirror=[\"y\"]"}, {"mirror is used with no [conveyor] only"}},
-        BadCase{"body_with_a_conveyor", strip_case + "[[body]]\nmin_m = [-4, 0, 0]\nmax_m = [-3, 1, 1]\n", {}, {"[body[0]] stands beside [conveyor]"}},
-        BadCase{"wall_with_a_conveyor", strip_case + "[[wall]]\npoint_m = [0, 0, 0]\nnormal = [0, 0, 1]\n", {}, {"[wall[0]] stands beside [conveyor]"}},
+        BadCase{"body_with_a_conveyor",
+                strip_case + "[[body]]\nmin_m = [-4, 0, 0]\nmax_m = [-3, 1, 1]\n",
+                {},
+                {"[body[0]] stands beside [conveyor]"}},
+        BadCase{"wall_with_a_conveyor",
+                strip_case + "[[wall]]\npoint_m = [0, 0, 0]\nnormal = [0, 0, 1]\n",
+                {},
+                {"[wall[0]] stands beside [conveyor]"}},
         BadCase{"body_upside_down", hand_case, {"body[0].max_m=[1, 1, -1]"}, {"--set body[0].max_m", "max_m is not above min_m in z"}},
-        BadCase{"body_thinner_than_a_particle", hand_case, {"body[1].max_m=[3, 3, 0.01]"}, {"less than the distance of particles, 0.125 m"}},
+        BadCase{
+            "body_thinner_than_a_particle", hand_case, {"body[1].max_m=[3, 3, 0.01]"}, {"less than the distance of particles, 0.125 m"}},
         BadCase{"body_outside_the_domain", hand_case, {"body[1].max_m=[3, 3, 7]"}, {"lies outside [domain]"}},
         BadCase{"body_in_the_obstacle", hand_case, {"obstacle.depth_m=1"}, {"reach into the obstacle"}},
         BadCase{"domain_upside_down", hand_case, {"domain.min_m=[6, -5, -1]"}, {"[domain] max_m is not above min_m in x"}},
         BadCase{"normal_zero", hand_case, {"wall[0].normal=[0, 0, 0.0]"}, {"normal = [0, 0, 0] has no direction"}},
-        BadCase{"mast_wider_than_the_belt", window_case, {"obstacle.width_m=20.6"}, {"obstacle] width_m = 20.6 is wider than the belt, 20.5 m"}},
-        BadCase{"outlet_in_the_mast", window_case, {"conveyor.downstream_length_m=1.4"}, {"downstream_length_m = 1.4 ends inside the obstacle"}},
+        BadCase{"mast_wider_than_the_belt",
+                window_case,
+                {"obstacle.width_m=20.6"},
+                {"obstacle] width_m = 20.6 is wider than the belt, 20.5 m"}},
+        BadCase{"outlet_in_the_mast",
+                window_case,
+                {"conveyor.downstream_length_m=1.4"},
+                {"downstream_length_m = 1.4 ends inside the obstacle"}},
         BadCase{"inlet_at_the_mast", window_case, {"conveyor.upstream_length_m=0.9"}, {"upstream_length_m = 0.9 leaves no room"}},
         BadCase{"flow_thinner_than_a_cell", window_case, {"numerics.cell_size_m=1.8"}, {"flow_height_m = 1.75 is less than one cell"}},
         BadCase{"froude_without_gravity", window_case, {"numerics.gravity_m_s2=0"}, {"froude_number = 3 makes a speed"}},
@@ -439,13 +462,14 @@ INSTANTIATE_TEST_SUITE_P(
         BadCase{"override_without_index", hand_case, {"body.shape=box"}, {"body is repeated; say which one, e.g. body[0]"}},
         BadCase{"override_of_a_list_entry", hand_case, {"body[0]=3"}, {"only a whole key can be replaced"}},
         BadCase{"override_of_a_key_as_table", strip_case + "", {"output.duration_s.x=3"}, {"duration_s is no table"}},
-        BadCase{"override_misspelt", strip_case, {"numerics.cell_siz_m=0.5"}, {"--set numerics.cell_siz_m=0.5: ", "did you mean cell_size_m?"}},
+        BadCase{
+            "override_misspelt", strip_case, {"numerics.cell_siz_m=0.5"}, {"--set numerics.cell_siz_m=0.5: ", "did you mean cell_size_m?"}},
         BadCase{"override_two_values", strip_case, {"numerics.cfl=0.5\nx = 3"}, {"one value, please"}}),
     [](const auto& param) { return param.param.name; });
 
 TEST(Config, MissingKeysAreReportedAtTheirTable) {
-  EXPECT_TRUE(reports(message_of("[material]\n[conveyor]\nvelocity_m_s = 1\n[obstacle]\n[output]\nduration_s = 1\n"), "case.toml:1:1: ",
-                      {"[material] critical_state_slope is missing (required with model = \"cohesive_cam_clay\")"}));
+  EXPECT_TRUE(reports(message_of("[material]\n[conveyor]\nvelocity_m_s = 1\n[obstacle]\n[output]\nduration_s = 1\n"),
+                      "case.toml:1:1: ", {"[material] critical_state_slope is missing (required with model = \"cohesive_cam_clay\")"}));
   EXPECT_TRUE(reports(message_of("title = \"x\"\n[output]\n"), "case.toml:2:1: ", {"[output] duration_s is missing"}));
   EXPECT_TRUE(reports(message_of("\n"), "case.toml:1:1: ", {"the scene is empty"}));
   EXPECT_TRUE(reports(message_of("[conveyor]\n"), "case.toml:1:1: ", {"no speed", "froude_number or velocity_m_s"}));
@@ -455,7 +479,9 @@ TEST(Config, MissingKeysAreReportedAtTheirTable) {
 }
 
 TEST(Config, OverridesReplaceValues) {
-  const auto overridden = [](const std::string& text, const std::vector<std::string>& overrides) { return parse_case(text, "case.toml", overrides); };
+  const auto overridden = [](const std::string& text, const std::vector<std::string>& overrides) {
+    return parse_case(text, "case.toml", overrides);
+  };
   EXPECT_EQ(overridden(window_case, {"numerics.cfl=0.25", "title = two words"}).numerics.cfl, 0.25);
   EXPECT_EQ(overridden(window_case, {"title = two words"}).title, "two words");
   EXPECT_EQ(overridden(window_case, {"title=\"quoted = 1\""}).title, "quoted = 1");
@@ -472,7 +498,9 @@ TEST(Config, OverrideOfOneSpeedReplacesTheOther) {
 }
 
 TEST(Config, HashChangesWithPhysicsOnly) {
-  const auto hash = [](const std::string& text, const std::vector<std::string>& overrides) { return case_hash(parse_case(text, "case.toml", overrides)); };
+  const auto hash = [](const std::string& text, const std::vector<std::string>& overrides) {
+    return case_hash(parse_case(text, "case.toml", overrides));
+  };
   const std::uint64_t window = hash(window_case, {});
   EXPECT_EQ(hash(window_case, {"title=other", "output.duration_s=60", "output.checkpoint_minutes=1"}), window);
   EXPECT_EQ(hash(write_case(parse_case(window_case, "case.toml")), {}), window);
@@ -498,7 +526,7 @@ TEST(Config, ExamplesAreValidAndAffordable) {
     ++count;
     const Case c = read_case(entry.path());
     EXPECT_FALSE(c.title.empty());
-    EXPECT_LT(estimate(c).memory_bytes, 1e9);  // a laptop of any age
+    EXPECT_LT(estimate(c).memory_bytes, 1e9);                                                  // a laptop of any age
     const double splash = c.conveyor ? 2.0 * c.conveyor->velocity / c.numerics.gravity : 0.0;  // time of flight of the first jet, s
     EXPECT_GT(c.output.duration, splash);
   }
@@ -525,7 +553,8 @@ TEST(PathFile, ReadsEveryKindOfSegment) {
   const PathSpec path = parse_path(path_head + R"(steps_per_segment = 80
 segments = [ { d_eps_v = -0.012, d_eps_q = 0.0 }, { d_eps_q = 0.05 },
   { velocity_gradient = [[0, 1, 2], [3, 4, 5], [6, 7, 8.5]], time_s = 2 }, { radial_stress_pa = 2.0e4, d_eps_axial = -0.2 } ]
-)", "path.toml");
+)",
+                                   "path.toml");
   EXPECT_EQ(path.material.cohesion_beta, 0.3);
   EXPECT_EQ(path.steps_per_segment, 80);
   ASSERT_EQ(path.segments.size(), 4u);
@@ -575,8 +604,9 @@ TEST(PathFile, FaultsOfEveryKeyAreReportedWithTheirPlace) {
 }
 
 TEST(PathFile, MixedAndIncompleteSegmentsAreRefused) {
-  for (const char* segment : {"{ }", "{ d_eps_v = 0.1, time_s = 1.0 }", "{ velocity_gradient = [[0, 0, 0], [0, 0, 0], [0, 0, 0]] }", "{ time_s = 1 }",
-                              "{ radial_stress_pa = 1e4 }", "{ d_eps_axial = 0.1 }", "{ d_eps_q = 0.1, d_eps_axial = 0.1, radial_stress_pa = 1 }"}) {
+  for (const char* segment :
+       {"{ }", "{ d_eps_v = 0.1, time_s = 1.0 }", "{ velocity_gradient = [[0, 0, 0], [0, 0, 0], [0, 0, 0]] }", "{ time_s = 1 }",
+        "{ radial_stress_pa = 1e4 }", "{ d_eps_axial = 0.1 }", "{ d_eps_q = 0.1, d_eps_axial = 0.1, radial_stress_pa = 1 }"}) {
     const std::string message = path_message("segments = [ { d_eps_v = 0.1 }, " + std::string(segment) + " ]\n");
     EXPECT_TRUE(reports(message, "path.toml:6:33: ", {"[path.segments[1]] is not one of", "give exactly one"})) << segment;
     EXPECT_EQ(lines_of(message).size(), 1u) << message;
@@ -591,7 +621,8 @@ TEST(PathFile, MixedAndIncompleteSegmentsAreRefused) {
 TEST(Estimate, CountsTheParticlesOfTheScene) {
   const double tolerance = 1e-12;  // relative; a few multiplications
   const Case window = parse_case(strip_case, "case.toml", {"conveyor.feed=window", "conveyor.width_m=10"});
-  EXPECT_NEAR(estimate(window).particles / (12.0 * 1.75 * 5.0 * 8 * 64), 1.0, tolerance);  // half of the window; 64 cells of 0.25 m in a m^3
+  EXPECT_NEAR(estimate(window).particles / (12.0 * 1.75 * 5.0 * 8 * 64), 1.0,
+              tolerance);  // half of the window; 64 cells of 0.25 m in a m^3
   const Case strip = parse_case(strip_case, "case.toml", {"conveyor.width_m=10", "conveyor.velocity_m_s=2"});
   EXPECT_NEAR(estimate(strip).particles / ((2.0 * 6.0 + 3.0) * 1.75 * 5.0 * 8 * 64), 1.0, tolerance);
   const Case hand = parse_case(hand_case, "case.toml");

@@ -60,15 +60,15 @@ struct ObstacleSpec {
 
 /// [conveyor]: the set-up of Sect. 2.2 of the paper.
 struct ConveyorSpec {
-  double velocity = 0.0;     ///< v, m/s (from froude_number where that was given)
-  double flow_height = 1.75; ///< H, m
-  double width = 21.0;       ///< W, m
+  double velocity = 0.0;      ///< v, m/s (from froude_number where that was given)
+  double flow_height = 1.75;  ///< H, m
+  double width = 21.0;        ///< W, m
   enum class Feed : std::uint8_t { window, strip } feed = Feed::window;
-  double upstream_length = 8.0;    ///< window: inlet at x = -upstream_length, m
-  double downstream_length = 4.0;  ///< window: outlet at x = +downstream_length, m
+  double upstream_length = 8.0;                 ///< window: inlet at x = -upstream_length, m
+  double downstream_length = 4.0;               ///< window: outlet at x = +downstream_length, m
   Contact sidewall_contact = Contact::no_slip;  ///< "coulomb" in a file is separable with friction: a wall cannot pull
-  double sidewall_friction = 0.0;                ///< mu; separable only
-  bool mirror_y = true;  ///< compute y >= 0 only
+  double sidewall_friction = 0.0;               ///< mu; separable only
+  bool mirror_y = true;                         ///< compute y >= 0 only
   bool operator==(const ConveyorSpec&) const = default;
 };
 
@@ -94,10 +94,10 @@ struct NumericsSpec {
 };
 
 struct OutputSpec {
-  double duration = 1.0;            ///< s
-  double series_per_second = 50.0;  ///< rows of series.csv
-  double frames_per_second = 5.0;   ///< HDF5 frames
-  double checkpoint_minutes = 10.0; ///< wall time between checkpoints
+  double duration = 1.0;             ///< s
+  double series_per_second = 50.0;   ///< rows of series.csv
+  double frames_per_second = 5.0;    ///< HDF5 frames
+  double checkpoint_minutes = 10.0;  ///< wall time between checkpoints
   bool operator==(const OutputSpec&) const = default;
 };
 

@@ -233,8 +233,8 @@ std::vector<Key> declare_keys() {
   t.add("froude_number", number, "", closed(1e-3, 1e2), field(whole, &Draft::froude_number),
         "Fr = v / sqrt(g H); gives the speed of the belt")
       .default_text = "left out: velocity_m_s is given instead (one of the two is required)";
-  t.add("velocity_m_s", number, "m/s", above(0.0, fastest), belt_speed(), "Speed v of the belt and of the incoming snow")
-      .default_text = "left out: froude_number is given instead (one of the two is required)";
+  t.add("velocity_m_s", number, "m/s", above(0.0, fastest), belt_speed(), "Speed v of the belt and of the incoming snow").default_text =
+      "left out: froude_number is given instead (one of the two is required)";
   t.add("flow_height_m", number, "m", above(0.0, 1e3), field(conveyor, &ConveyorSpec::flow_height), "Height H of the incoming snow");
   t.add("width_m", number, "m", above(0.0, 1e4), belt_width(), "Width W of the belt, both halves").default_text =
       "left out: (6 + 3 log10(hardening_xi / 0.05)) times the obstacle's width; 12 times for a law without hardening_xi";
@@ -250,13 +250,14 @@ std::vector<Key> declare_keys() {
   t.add("sidewall_contact", choice, "", {}, word(conveyor, &ConveyorSpec::sidewall_contact, sidewalls),
         "Moving side walls: no_slip drags the snow along, slip is frictionless, coulomb slides with sidewall_friction and may lift off")
       .choices = sidewalls;
-  Key& sidewall_friction =
-      t.add("sidewall_friction", number, "", friction, field(conveyor, &ConveyorSpec::sidewall_friction), "Coulomb coefficient of the side walls");
+  Key& sidewall_friction = t.add("sidewall_friction", number, "", friction, field(conveyor, &ConveyorSpec::sidewall_friction),
+                                 "Coulomb coefficient of the side walls");
   sidewall_friction.used = sidewall_friction.required = coulomb_sidewall;
   t.add("mirror_y", boolean, "", {}, field(conveyor, &ConveyorSpec::mirror_y), "Compute the half y >= 0 only; results are for the whole");
 
   t.table = "obstacle";
-  t.add("shape", choice, "", {}, constant(std::string("box")), "Rigid box on the floor: front face at x = 0, axis at y = 0").choices = {"box"};
+  t.add("shape", choice, "", {}, constant(std::string("box")), "Rigid box on the floor: front face at x = 0, axis at y = 0").choices = {
+      "box"};
   t.add("width_m", number, "m", above(0.0, 1e4), field(obstacle, &ObstacleSpec::width), "Width w across the flow");
   t.add("depth_m", number, "m", above(0.0, 1e4), field(obstacle, &ObstacleSpec::depth), "Depth along the flow");
   t.add("height_m", number, "m", length, field(obstacle, &ObstacleSpec::height), "Height").default_text = "left out: taller than any jet";
@@ -290,13 +291,14 @@ std::vector<Key> declare_keys() {
 
   t.table = "numerics";
   t.add("cell_size_m", number, "m", closed(1e-4, 1e2), field(numerics, &NumericsSpec::cell_size), "Grid spacing dx");
-  t.add("particles_per_cell", integer, "", {}, field(numerics, &NumericsSpec::particles_per_cell), "Particles of a full cell, a cube number")
+  t.add("particles_per_cell", integer, "", {}, field(numerics, &NumericsSpec::particles_per_cell),
+        "Particles of a full cell, a cube number")
       .choices = {"1", "8", "27", "64"};
   t.add("transfer", choice, "", {}, word(numerics, &NumericsSpec::transfer, transfers),
         "Velocities between grid and particles: affine (APIC), or a blend of PIC and FLIP")
       .choices = transfers;
-  t.add("flip_ratio", number, "", closed(0.0, 1.0), field(numerics, &NumericsSpec::flip_ratio), "Share of FLIP in the blend; 0 is pure PIC").used =
-      flip;
+  t.add("flip_ratio", number, "", closed(0.0, 1.0), field(numerics, &NumericsSpec::flip_ratio), "Share of FLIP in the blend; 0 is pure PIC")
+      .used = flip;
   t.add("cfl", number, "", above(0.0, 1.0), field(numerics, &NumericsSpec::cfl), "Safety factor: dt = cfl dx / (c_P + largest speed)");
   t.add("gravity_m_s2", number, "m/s^2", closed(0.0, 1e3), field(numerics, &NumericsSpec::gravity), "Acceleration g of gravity");
   t.add("slope_deg", number, "deg", closed(-90.0, 90.0), slope(), "Inclination: gravity acts along g (sin, 0, -cos)");
@@ -311,7 +313,8 @@ std::vector<Key> declare_keys() {
         "Wall-clock time between checkpoints");
 
   t.table = "path";
-  t.add("steps_per_segment", integer, "", closed(1.0, 1e8), field(whole, &Draft::steps_per_segment), "Equal steps into which each segment is cut");
+  t.add("steps_per_segment", integer, "", closed(1.0, 1e8), field(whole, &Draft::steps_per_segment),
+        "Equal steps into which each segment is cut");
 
   t.table = "path.segments";
   const Range strain = closed(-10.0, 10.0);
@@ -325,7 +328,8 @@ std::vector<Key> declare_keys() {
   t.add("time_s", number, "s", above(0.0, 1e6), field(segment, &SegmentDraft::time), "Duration of a segment given by velocity_gradient");
   t.add("radial_stress_pa", number, "Pa", closed(-1e9, 1e9), field(segment, &SegmentDraft::radial_stress),
         "Kirchhoff stress held in x and y, compression positive (drained triaxial test, with d_eps_axial)");
-  t.add("d_eps_axial", number, "", strain, field(segment, &SegmentDraft::d_eps_axial), "Increment of Hencky strain along z, extension positive");
+  t.add("d_eps_axial", number, "", strain, field(segment, &SegmentDraft::d_eps_axial),
+        "Increment of Hencky strain along z, extension positive");
   for (Key& key : t.keys) {
     if (key.table == "path.segments") key.default_text = one_kind;
   }
@@ -364,9 +368,7 @@ std::size_t entries(const Draft& draft, const std::string& table) {
   return 1;
 }
 
-std::string key_path(const std::string& table_path, const std::string& name) {
-  return table_path.empty() ? name : table_path + "." + name;
-}
+std::string key_path(const std::string& table_path, const std::string& name) { return table_path.empty() ? name : table_path + "." + name; }
 
 double default_conveyor_width(const MaterialSpec& material, double obstacle_width) {
   const auto& models = schema_models();

@@ -60,7 +60,8 @@ std::string kind_of(const toml::node& node) {
 
 /// Without line breaks, cut to a length that fits a message.
 std::string one_line(std::string text) {
-  std::replace_if(text.begin(), text.end(), [](char c) { return static_cast<unsigned char>(c) < 0x20; }, ' ');
+  std::replace_if(
+      text.begin(), text.end(), [](char c) { return static_cast<unsigned char>(c) < 0x20; }, ' ');
   constexpr std::size_t longest = 80;
   if (text.size() > longest) {
     std::size_t cut = longest;
@@ -87,9 +88,9 @@ std::string toml_text(const toml::node& node) {
 std::string shown(const toml::node& node) { return one_line(toml_text(node)); }
 
 std::string expected(const KeyInfo& key) {
-  const std::string range =
-      key.range ? fmt::format(" in {}{:g}, {:g}{}", key.range->low_open ? '(' : '[', key.range->low, key.range->high, key.range->high_open ? ')' : ']')
-                : "";
+  const std::string range = key.range ? fmt::format(" in {}{:g}, {:g}{}", key.range->low_open ? '(' : '[', key.range->low, key.range->high,
+                                                    key.range->high_open ? ')' : ']')
+                                      : "";
   const std::string unit = key.unit.empty() ? "" : " " + key.unit;
   switch (key.type) {
     case KeyType::text: return "a string in quotes";
@@ -350,7 +351,8 @@ class Reader {
         break;
       case KeyType::integer:
         if (const auto x = node.value_exact<std::int64_t>()) {
-          const bool permitted = key.choices.empty() || std::find(key.choices.begin(), key.choices.end(), std::to_string(*x)) != key.choices.end();
+          const bool permitted =
+              key.choices.empty() || std::find(key.choices.begin(), key.choices.end(), std::to_string(*x)) != key.choices.end();
           if (permitted && (!key.range || key.range->contains(static_cast<double>(*x)))) {
             value = *x;
           } else {
@@ -505,8 +507,8 @@ class Reader {
       const Range permitted = *key_named("conveyor", "velocity_m_s")->range;
       if (!permitted.contains(belt.velocity)) {
         fault_key("conveyor", "froude_number",
-                  fmt::format("= {} makes a speed v = Fr sqrt(g H) of {} m/s; it has to be above 0 and at most {} m/s", *draft_.froude_number,
-                              belt.velocity, permitted.high));
+                  fmt::format("= {} makes a speed v = Fr sqrt(g H) of {} m/s; it has to be above 0 and at most {} m/s",
+                              *draft_.froude_number, belt.velocity, permitted.high));
       }
     }
 
@@ -519,7 +521,8 @@ class Reader {
     }
     if (c.obstacle && sound({"conveyor.width_m", "obstacle.width_m", "material.hardening_xi"}) && belt.width < c.obstacle->width) {
       fault_key("obstacle", "width_m",
-                fmt::format("= {} is wider than the belt, {} m; make it narrower, or give a larger conveyor.width_m", c.obstacle->width, belt.width));
+                fmt::format("= {} is wider than the belt, {} m; make it narrower, or give a larger conveyor.width_m", c.obstacle->width,
+                            belt.width));
     }
     const bool window = belt.feed == ConveyorSpec::Feed::window;
     if (c.obstacle && window && sound({"conveyor.feed", "conveyor.downstream_length_m", "obstacle.depth_m"}) &&
@@ -529,9 +532,11 @@ class Reader {
     }
     if (sound({"conveyor.flow_height_m", "numerics.cell_size_m"}) && belt.flow_height < c.numerics.cell_size) {
       fault_key("conveyor", "flow_height_m",
-                fmt::format("= {} is less than one cell; give at least cell_size_m = {} m, or finer cells", belt.flow_height, c.numerics.cell_size));
+                fmt::format("= {} is less than one cell; give at least cell_size_m = {} m, or finer cells", belt.flow_height,
+                            c.numerics.cell_size));
     }
-    if (window && sound({"conveyor.upstream_length_m", "numerics.cell_size_m"}) && belt.upstream_length < least_upstream_cells * c.numerics.cell_size) {
+    if (window && sound({"conveyor.upstream_length_m", "numerics.cell_size_m"}) &&
+        belt.upstream_length < least_upstream_cells * c.numerics.cell_size) {
       fault_key("conveyor", "upstream_length_m",
                 fmt::format("= {} leaves no room between inlet and obstacle; give at least {} cells, {} m", belt.upstream_length,
                             least_upstream_cells, least_upstream_cells * c.numerics.cell_size));
@@ -554,23 +559,26 @@ class Reader {
     if (faulty_.contains(path) || !sound({path + ".min_m", path + ".max_m"})) return;
     for (int axis = 0; axis < 3; ++axis) {
       if (body.min[axis] < body.max[axis]) continue;
-      return fault_key(path, "max_m", fmt::format("is not above min_m in {}: {} <= {}; exchange them", "xyz"[axis], body.max[axis], body.min[axis]));
+      return fault_key(path, "max_m",
+                       fmt::format("is not above min_m in {}: {} <= {}; exchange them", "xyz"[axis], body.max[axis], body.min[axis]));
     }
     if (sound({"numerics.cell_size_m", "numerics.particles_per_cell"})) {
       const double spacing = c.numerics.cell_size / std::cbrt(c.numerics.particles_per_cell);
       const double thinnest = (body.max - body.min).minCoeff();
       constexpr double slack = 1.0 - 1e-9;  // rounding of the corners
       if (thinnest < spacing * slack) {
-        fault_key(path, "max_m",
-                  fmt::format("- min_m is {} m at the thinnest, less than the distance of particles, {} m; give a larger body or finer cells",
-                              thinnest, spacing));
+        fault_key(
+            path, "max_m",
+            fmt::format("- min_m is {} m at the thinnest, less than the distance of particles, {} m; give a larger body or finer cells",
+                        thinnest, spacing));
       }
     }
     const bool domain_known = given("domain.min_m") && given("domain.max_m") && sound({"domain.min_m", "domain.max_m"});
     if (domain_known && ((body.min.array() < c.domain.min.array()).any() || (body.max.array() > c.domain.max.array()).any())) {
       fault_key(path, "max_m", "or min_m lies outside [domain]; enlarge the domain or move the body");
     }
-    if (c.obstacle && sound({"obstacle.width_m", "obstacle.depth_m", "obstacle.height_m", path + ".shape"}) && meets_obstacle(body, *c.obstacle)) {
+    if (c.obstacle && sound({"obstacle.width_m", "obstacle.depth_m", "obstacle.height_m", path + ".shape"}) &&
+        meets_obstacle(body, *c.obstacle)) {
       fault_key(path, "max_m", "and min_m reach into the obstacle; move the body, it may touch the obstacle");
     }
   }
@@ -601,7 +609,8 @@ class Reader {
       const bool triaxial = has("radial_stress_pa") || has("d_eps_axial");
       const bool whole = strain || (has("velocity_gradient") && has("time_s")) || (has("radial_stress_pa") && has("d_eps_axial"));
       if (int{strain} + int{gradient} + int{triaxial} == 1 && whole) continue;
-      fault(place(path, ""), label(path) + "is not one of {d_eps_v, d_eps_q}, {velocity_gradient, time_s}, {radial_stress_pa, d_eps_axial}; " +
+      fault(place(path, ""), label(path) +
+                                 "is not one of {d_eps_v, d_eps_q}, {velocity_gradient, time_s}, {radial_stress_pa, d_eps_axial}; " +
                                  "give exactly one of these groups");
     }
   }

@@ -15,11 +15,13 @@ const std::vector<TableInfo>& schema_tables() {
       {"", false, true, true, "Keys above the first table"},
       {"material", false, true, true, "The snow: one constitutive law and its parameters"},
       {"conveyor", false, true, false,
-       "The paper's set-up: snow on a frictionless belt between moving side walls meets the obstacle. It stands instead of [[body]] and [[wall]]"},
+       "The paper's set-up: snow on a frictionless belt between moving side walls meets the obstacle. It stands instead of [[body]] and "
+       "[[wall]]"},
       {"obstacle", false, true, false, "Rigid obstacle with separable Coulomb contact; left out: none"},
       {"body", true, true, false, "A piece of material in a scene by hand (without [conveyor]), any number"},
       {"wall", true, true, false, "A half-space in a scene by hand, any number; acts on grid nodes on or behind its plane"},
-      {"domain", false, true, false, "Where particles may be. Required in a scene by hand; with [conveyor] it may only cut the belt's own domain"},
+      {"domain", false, true, false,
+       "Where particles may be. Required in a scene by hand; with [conveyor] it may only cut the belt's own domain"},
       {"numerics", false, true, false, "Grid, particles and time step"},
       {"output", false, true, false, "How long, and what is written"},
       {"path", false, false, true, "Strain path of one material point, for `mpm point`"},
@@ -107,10 +109,8 @@ std::string schema_json() {
       if (key.table != table.name) continue;
       ordered_json entry{{"name", key.name}, {"type", type_text(key)}, {"unit", key.unit}, {"description", key.description}};
       if (key.range) {
-        entry["range"] = ordered_json{{"low", key.range->low},
-                                      {"high", key.range->high},
-                                      {"low_open", key.range->low_open},
-                                      {"high_open", key.range->high_open}};
+        entry["range"] = ordered_json{
+            {"low", key.range->low}, {"high", key.range->high}, {"low_open", key.range->low_open}, {"high_open", key.range->high_open}};
       }
       if (!key.choices.empty()) entry["one_of"] = key.choices;
       if (!key.default_text.empty()) entry["default"] = key.default_text;

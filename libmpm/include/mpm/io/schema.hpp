@@ -27,9 +27,7 @@ struct Range {
   double high = std::numeric_limits<double>::infinity();
   bool low_open = false, high_open = false;  ///< the end itself is not permitted
 
-  [[nodiscard]] bool contains(double x) const {
-    return (low_open ? x > low : x >= low) && (high_open ? x < high : x <= high);
-  }
+  [[nodiscard]] bool contains(double x) const { return (low_open ? x > low : x >= low) && (high_open ? x < high : x <= high); }
 };
 
 /// One key as a user sees it.
@@ -48,16 +46,16 @@ struct KeyInfo {
 
 /// One table as a user sees it.
 struct TableInfo {
-  std::string name;     ///< empty: the keys above the first table
-  bool repeated;        ///< [[name]], any number of times
-  bool in_case;         ///< may stand in a case file
-  bool in_path;         ///< may stand in a point path
+  std::string name;  ///< empty: the keys above the first table
+  bool repeated;     ///< [[name]], any number of times
+  bool in_case;      ///< may stand in a case file
+  bool in_path;      ///< may stand in a point path
   std::string description;
 };
 
 /// One constitutive law as a user sees it.
 struct ModelInfo {
-  std::string name;               ///< value of material.model
+  std::string name;  ///< value of material.model
   std::string description;
   std::vector<std::string> keys;  ///< keys of [material] that it uses besides model and density_kg_m3
 };
