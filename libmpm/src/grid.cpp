@@ -30,6 +30,7 @@ void ParticleBin::append(const Particle& p, int cell_of_p, PagePool& pool) {
   ++count_;
   (*this)[count_ - 1] = p;
   cell.push_back(static_cast<std::uint8_t>(cell_of_p));
+  order.clear();
 }
 
 void ParticleBin::remove(int slot, PagePool& pool) {
@@ -39,6 +40,7 @@ void ParticleBin::remove(int slot, PagePool& pool) {
     cell[static_cast<std::size_t>(slot)] = cell[static_cast<std::size_t>(last)];
   }
   cell.pop_back();
+  order.clear();
   count_ = last;
   if (count_ + 2 * page_particles <= static_cast<int>(pages_.size()) * page_particles) {  // keep one spare: no thrashing at a page's edge
     pool.give_back(pages_.back());

@@ -47,14 +47,13 @@ class ParticleBin {
   /// Rebuilds the order by cell (stable counting sort); call after positions changed.
   void sort_by_cell();
 
-  /// cell[slot]: local base node (x + 4 y + 16 z), or one of the marks below
+  /// cell[slot]: local base node (x + 4 y + 16 z), or left_block
   std::vector<std::uint8_t> cell;
-  /// Slots by cell: those of cell c are order[cell_start[c]] .. order[cell_start[c + 1] - 1].
+  /// Slots by cell: those of cell c are order[cell_start[c]] .. order[cell_start[c + 1] - 1]. Empty from a change of the bin to the next sort.
   std::vector<std::uint16_t> order;
   std::uint16_t cell_start[block_nodes + 1] = {};
 
-  static constexpr std::uint8_t left_block = 64;    ///< moves to another block
-  static constexpr std::uint8_t left_domain = 65;   ///< beyond the domain: removed and counted
+  static constexpr std::uint8_t left_block = 64;  ///< moves to another block
 
  private:
   std::vector<ParticlePage*> pages_;
@@ -112,7 +111,10 @@ class Grid {
   [[nodiscard]] const NodeBlock& nodes(std::int32_t index) const { return nodes_[static_cast<std::size_t>(index)]; }
   /// Velocities before the grid update; kept for FLIP only.
   NodeBlock& old_nodes(std::int32_t index) { return old_nodes_[static_cast<std::size_t>(index)]; }
-  void keep_old_nodes(bool keep) { keep_old_nodes_ = keep; }
+  void keep_old_nodes(bool keep) {
+    keep_old_nodes_ = keep;
+    old_nodes_.resize(keep ? nodes_.size() : 0);
+  }
 
   [[nodiscard]] std::span<const std::int32_t> all_blocks() const { return all_; }            ///< sorted by coordinate
   [[nodiscard]] std::span<const std::int32_t> occupied_blocks() const { return occupied_; }  ///< those with particles
