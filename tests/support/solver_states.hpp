@@ -1,0 +1,136 @@
+#pragma once
+/// Small cases, random particles and comparisons of states for the tests of the solver.
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+#include <map>
+#include <random>
+#include <span>
+#include <vector>
+
+#include "mpm/bspline.hpp"
+#include "mpm/case.hpp"
+#include "mpm/grid.hpp"
+#include "mpm/scene.hpp"
+#include "mpm/solver.hpp"
+
+namespace mpm::testing {
+
+inline Vec3 position_of(const Particle& p) { return {p.position[0], p.position[1], p.position[2]}; }
+inline Vec3 velocity_of(const Particle& p) { return {p.velocity[0], p.velocity[1], p.velocity[2]}; }
+/// C, [i][j] = dv_i/dx_j
+inline Mat3 affine_of(const Particle& p) { return Eigen::Map<const Mat3>(p.affine); }
+inline Mat3 stress_of(const Particle& p) {
+  Mat3 t;
+  t << p.stress[0], p.stress[3], p.stress[4], p.stress[3], p.stress[1], p.stress[5], p.stress[4], p.stress[5], p.stress[2];
+  return t;
+}
+inline void set_affine(Particle& p, const Mat3& c) { Eigen::Map<Mat3>(p.affine) = c; }
+
+inline Particle particle_at(const Vec3& x, std::uint64_t id = 0, double volume = 1e-3) {
+  Particle p{};
+  std::copy_n(x.data(), 3, p.position);
+  p.volume = volume;
+  p.id = id;
+  return p;
+}
+
+/// Every field but the position filled with random numbers of the sizes that snow has.
+inline void randomise(Particle& p, std::mt19937_64& random) {
+  std::uniform_real_distribution<double> unit(-1.0, 1.0);
+  p.volume = 1e-3 * (1.5 + unit(random));
+  for (double& v : p.velocity) v = 5.0 * unit(random);
+  for (double& c : p.affine) c = 20.0 * unit(random);
+  for (double& s : p.stress) s = 1e4 * unit(random);
+  p.internal = 0.01 * unit(random);
+}
+
+/// All particles in storage order (blocks by coordinate, slots ascending).
+inline std::vector<Particle> stored_particles(const Grid& grid) {
+  std::vector<Particle> all;
+  grid.for_each_particle([&](const Particle& p) { all.push_back(p); });
+  return all;
+}
+inline std::vector<Particle> particles_by_id(const Grid& grid) {
+  auto all = stored_particles(grid);
+  std::sort(all.begin(), all.end(), [](const Particle& a, const Particle& b) { return a.id < b.id; });
+  return all;
+}
+
+inline bool same_bytes(const Particle& a, const Particle& b) { return std::memcmp(&a, &b, sizeof(Particle)) == 0; }
+inline bool same_bytes(const std::vector<Particle>& a, const std::vector<Particle>& b) {
+  return a.size() == b.size() && (a.empty() || std::memcmp(a.data(), b.data(), a.size() * sizeof(Particle)) == 0);
+}
+
+/// Particle to change in place. Null if no particle has this identity number.
+inline Particle* find_particle(Grid& grid, std::uint64_t id) {
+  for (const auto b : grid.occupied_blocks()) {
+    ParticleBin& bin = grid.block(b).particles;
+    for (int s = 0; s < bin.count(); ++s) {
+      if (bin[s].id == id) return &bin[s];
+    }
+  }
+  return nullptr;
+}
+
+inline MaterialSpec elastic_snow() {
+  MaterialSpec m;
+  m.model = "hencky_elastic";
+  return m;
+}
+inline MaterialSpec cam_clay_snow(double slope, double beta, double xi = 5.0) {
+  MaterialSpec m;
+  m.critical_state_slope = slope;
+  m.cohesion_beta = beta;
+  m.hardening_xi = xi;
+  return m;
+}
+
+/// A scene by hand: elastic, dx = 0.25 m, nothing in it.
+inline Case empty_case() {
+  Case c;
+  c.material = elastic_snow();
+  c.domain.min = Vec3::Constant(-20.0);
+  c.domain.max = Vec3::Constant(20.0);
+  return c;
+}
+
+inline BodySpec box_body(const Vec3& min, const Vec3& max, const Vec3& velocity = Vec3::Zero()) {
+  BodySpec b;
+  b.min = min;
+  b.max = max;
+  b.velocity = velocity;
+  return b;
+}
+inline WallSpec wall(const Vec3& point, const Vec3& normal, Contact contact, double friction = 0.0) {
+  WallSpec w;
+  w.point = point;
+  w.normal = normal.normalized();
+  w.contact = contact;
+  w.friction = friction;
+  return w;
+}
+
+/// A conveyor of a few thousand particles: H = 1 m, W = 3 m, mast 0.5 m x 0.5 m, window from -2 m to 1.5 m.
+inline Case small_avalanche(double velocity = 4.0) {
+  Case c;
+  c.title = "small avalanche";
+  c.material = cam_clay_snow(0.4, 0.0);
+  ConveyorSpec conveyor;
+  conveyor.velocity = velocity;
+  conveyor.flow_height = 1.0;
+  conveyor.width = 3.0;
+  conveyor.upstream_length = 2.0;
+  conveyor.downstream_length = 1.5;
+  c.conveyor = conveyor;
+  ObstacleSpec mast;
+  mast.width = 0.5;
+  mast.depth = 0.5;
+  c.obstacle = mast;
+  return c;
+}
+
+}  // namespace mpm::testing
