@@ -388,6 +388,12 @@ particles_per_cell = 9
   }
 }
 
+TEST(Config, OddNamesStayOnOneLine) {
+  const std::string message = message_of("\"two\\nlines\" = 1\n" + strip_case);
+  EXPECT_TRUE(reports(message, "case.toml:1:1: ", {"unknown key two lines"}));
+  EXPECT_EQ(lines_of(message).size(), 1u) << message;
+}
+
 TEST(Config, SyntaxErrorsAndDuplicatesAreReportedWithTheirPlace) {
   EXPECT_TRUE(reports(message_of("title = \"a\"\n[material]\nmodel = \n"), "case.toml:3:", {"TOML"}));
   EXPECT_TRUE(reports(message_of("[material]\n[material]\n"), "case.toml:2:", {"TOML"}));

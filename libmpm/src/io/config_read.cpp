@@ -325,7 +325,8 @@ class Reader {
       const TableInfo* inner = child(info, meant);
       remedy = "did you mean " + (inner != nullptr ? bracketed(*inner) : meant) + "?";
     }
-    fault(at, fmt::format("{}unknown {} {}; {}", label(path), is_table ? "table" : "key", is_table ? "[" + name + "]" : name, remedy));
+    fault(at, fmt::format("{}unknown {} {}; {}", label(path), is_table ? "table" : "key",
+                          is_table ? "[" + one_line(name) + "]" : one_line(name), remedy));
     return meant;
   }
 
