@@ -41,7 +41,7 @@ CamClay::Return<double> CamClay::return_map_by_exclusion(double p_trial, double 
     return {nan, nan};
   }
   using Value = Residual<double>::Value;
-  const Residual<double> residual(*this, p_trial, q2, x_n);
+  const Residual<double> residual(*this, p_trial, q2, x_n, std::sinh(xi_ * max(x_n, 0.0)));
   const double reach = residual.reach(x_n);
   const auto is_beyond = [&](const Value& value) { return !(value.excess > 0.0 && value.y * residual.side > 0.0); };
   double near = 0.0, far = residual.side * reach;

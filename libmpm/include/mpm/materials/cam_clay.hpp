@@ -87,7 +87,8 @@ class CamClay {
       T excess;              // positive between the base and the nearest root: sign of A; M = 0: what P exceeds its bound by
       T numerator, denominator;  // of the Newton correction, x_new = x - numerator/denominator
     };
-    Residual(const CamClay& law, const T& p_trial, const T& q2, const T& x_n);
+    /// @param s_trial  S at the trial state (X = X_n)
+    Residual(const CamClay& law, const T& p_trial, const T& q2, const T& x_n, const T& s_trial);
     /// Largest |x| at which a root can lie.
     [[nodiscard]] T reach(const T& x_n) const;
     /// At the base itself, x = 0.
@@ -105,7 +106,7 @@ class CamClay {
   };
 
   template <class T>
-  [[nodiscard]] Return<T> return_map(const T& p_trial, const T& q2, const T& x_n, const Mask<T>& yields) const;
+  [[nodiscard]] Return<T> return_map(const T& p_trial, const T& q2, const T& x_n, const T& s_n, const Mask<T>& yields) const;
   [[nodiscard]] Return<double> return_map_by_exclusion(double p_trial, double q2, double x_n) const;
 
   /// A state returned to the surface lies on it to round-off only, and must not yield again for that, least of all at a tension apex that
@@ -119,12 +120,10 @@ class CamClay {
 };
 
 template <class T>
-inline CamClay::Residual<T>::Residual(const CamClay& law, const T& p_trial, const T& q2_trial, const T& x_n)
-    : law_(law), q2(q2_trial), q(sqrt(q2_trial)) {
-  const T x_base = max(x_n, T{});
-  d_base = x_base - x_n;
+inline CamClay::Residual<T>::Residual(const CamClay& law, const T& p_trial, const T& q2_trial, const T& x_n, const T& s_trial)
+    : law_(law), q2(q2_trial), q(sqrt(q2_trial)), s(s_trial) {
+  d_base = max(x_n, T{}) - x_n;  // S is the same at X_n < 0 and at the base X = 0
   p = p_trial - d_base;
-  s = sinh(law.xi_ * x_base);
   cosh = sqrt(1.0 + s * s);
   y = 2.0 * p - (1.0 - law.beta_) * s;
   side = select(y >= 0.0, broadcast<T>(1.0), broadcast<T>(-1.0));
@@ -194,7 +193,7 @@ inline typename CamClay::Residual<T>::Value CamClay::Residual<T>::evaluate(const
 }
 
 template <class T>
-inline CamClay::Return<T> CamClay::return_map(const T& p_trial, const T& q2, const T& x_n, const Mask<T>& yields) const {
+inline CamClay::Return<T> CamClay::return_map(const T& p_trial, const T& q2, const T& x_n, const T& s_n, const Mask<T>& yields) const {
   constexpr int most_iterations = 15;
   const Mask<T> stress_free = x_n + p_trial <= 0.0;
   Mask<T> lost = yields & stress_free & (x_n <= 0.0);  // stays expanded: nothing to search
@@ -202,7 +201,7 @@ inline CamClay::Return<T> CamClay::return_map(const T& p_trial, const T& q2, con
   Return<T> result{select(lost, p_trial, T{}), select(yields, T{}, broadcast<T>(1.0))};
   if (!any(active)) return result;
 
-  const Residual<T> residual(*this, p_trial, q2, x_n);
+  const Residual<T> residual(*this, p_trial, q2, x_n, s_n);
   typename Residual<T>::Value value = residual.at_base();
   const T v_0 = value.v, slope_0 = value.s_slope;
   Mask<T> found = active & mask_not(active);
@@ -241,12 +240,11 @@ inline CamClay::Return<T> CamClay::return_map(const T& p_trial, const T& q2, con
   const T d = residual.d_base + x;
   if (m2_ != 0.0) {
     // Compaction has one root. In dilation the root must be shown to be the nearest.
+    // The sum of the three bounds (see above), times their denominators.
     const T softening = beta_ * slope_0 - 1.0;
-    const T v_min = v_0 + softening * x;  // x = -D
-    const Mask<T> hardening = softening <= 0.0;
-    const T first = -0.5 * softening / select(hardening, v, v_min);
-    const T rise = first - 0.5 * (1.0 + slope_0) / e + c_ / (-residual.y - c_ * x);
-    found = found & ((residual.side > 0.0) | ((rise > 0.0) & (hardening | (v_min > 0.0))));
+    const T first = select(softening <= 0.0, v, v_0 + softening * x), third = -residual.y - c_ * x;  // x = -D
+    const T rise = c_ * first * e - 0.5 * third * (softening * e + (1.0 + slope_0) * first);
+    found = found & ((residual.side > 0.0) | ((first > 0.0) & (e > 0.0) & (rise > 0.0)));
     result.u = select(found, y / (y + c_ * d), result.u);
   }
   result.d = select(found, d, result.d);
@@ -273,7 +271,7 @@ void CamClay::update_stress(MaterialState<T>& state, const Matrix3<T>& dl, doubl
   const T excess = m2_ == 0.0 ? max(max(p - s, -p - beta_ * s) - round_off * s, q2) : q2 + m2_ * ((p + beta_ * s) * (p - s) - round_off * s * s);
   const Mask<T> yields = excess > 0.0;
   if (any(yields)) {
-    const Return<T> r = return_map<T>(p, q2, state.internal, yields);
+    const Return<T> r = return_map<T>(p, q2, state.internal, s, yields);
     strain.volumetric += r.d;
     strain.deviator = r.u * strain.deviator;
     state.internal += r.d;
