@@ -1,14 +1,12 @@
-# cmake --install: library, headers and CMake package; the programs; scripts and examples under share/mpm.
+# cmake --install: library, headers and CMake package; the command mpm; scripts and examples under share/mpm.
 include(GNUInstallDirs)
 include(CMakePackageConfigHelpers)
 
 install(TARGETS mpm EXPORT mpm-targets ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR} INCLUDES DESTINATION ${CMAKE_INSTALL_INCLUDEDIR})
 install(DIRECTORY libmpm/include/mpm DESTINATION ${CMAKE_INSTALL_INCLUDEDIR} FILES_MATCHING PATTERN "*.hpp")
-foreach(program mpm-app mpm-validate)
-  if(TARGET ${program})
-    install(TARGETS ${program} RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR})
-  endif()
-endforeach()
+if(TARGET mpm-app) # mpm-validate stays here: its cases and references are part of the sources
+  install(TARGETS mpm-app RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR})
+endif()
 install(DIRECTORY scripts examples DESTINATION ${CMAKE_INSTALL_DATADIR}/mpm USE_SOURCE_PERMISSIONS PATTERN "__pycache__" EXCLUDE)
 install(FILES LICENSE README.md DESTINATION ${CMAKE_INSTALL_DATADIR}/doc/mpm)
 
