@@ -115,10 +115,10 @@ def render(options, paraview):
     display.WindowLocation = "Upper Center"
 
     # From upstream, above and beside the flow, so that the wetted front face is seen.
-    centre = [0.5 * (bounds[0] + bounds[1]), 0.0, 0.3 * top]
+    centre = [0.5 * (bounds[0] + bounds[1]), 0.0, 0.2 * top]
     reach = max(bounds[1] - bounds[0], 2.0 * half, 1.6 * top)
     view.CameraFocalPoint = centre
-    view.CameraPosition = [centre[0] - 1.4 * reach, centre[1] - 1.15 * reach, centre[2] + 0.85 * reach]
+    view.CameraPosition = [centre[0] - 1.5 * reach, centre[1] - 1.2 * reach, centre[2] + 0.9 * reach]
     view.CameraViewUp = [0.0, 0.0, 1.0]
     view.CameraViewAngle = 34
     output = options.out or os.path.join(options.directory, "post", "view_3d.png")

@@ -1,9 +1,11 @@
 /// `mpm post` against the run that it measures again.
 #include "mpm/post.hpp"
 
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <cstdlib>
 #include <nlohmann/json.hpp>
 
 #include "mpm/io/atomic_file.hpp"
@@ -120,6 +122,17 @@ TEST_F(PostOfARun, CompletesTheFolderOfARunThatWasKilled) {
   EXPECT_EQ(json["steady"], false);
   EXPECT_TRUE(json["runup_mean_m"].is_null());  // 0.36 s are no steady state: no means
   EXPECT_GT(json["runup_peak_m"].get<double>(), 1.75);
+}
+
+TEST_F(PostOfARun, PicturesAreDrawnFromTheFolder) {
+  if (std::system("/usr/bin/python3 -c 'import matplotlib, h5py, numpy' 2>/dev/null") != 0) {
+    GTEST_SKIP() << "matplotlib, h5py or numpy is missing (Debian: python3-matplotlib, python3-h5py, python3-numpy)";
+  }
+  const std::filesystem::path pictures = *directory_ / "pictures";
+  const std::string line = fmt::format("'{}/scripts/plot_run.py' '{}' --out '{}' --times 0.1,0.4 2>/dev/null", MPM_SOURCE_DIR, run().string(), pictures.string());
+  ASSERT_EQ(std::system(line.c_str()), 0) << line;
+  for (const char* name : {"heights.png", "forces.png", "side_view.png"}) EXPECT_EQ(read_file(pictures / name).substr(1, 3), "PNG") << name;
+  EXPECT_FALSE(std::filesystem::exists(pictures / "profile.png"));  // no steady span, no mean profile
 }
 
 TEST_F(PostOfARun, RefusesFramesOfAnotherCaseAndFoldersWithoutFrames) {
