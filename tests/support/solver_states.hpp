@@ -2,6 +2,7 @@
 /// Small cases, random particles and comparisons of states for the tests of the solver.
 
 #include <gtest/gtest.h>
+#include <omp.h>
 
 #include <algorithm>
 #include <cmath>
@@ -18,6 +19,10 @@
 #include "mpm/solver.hpp"
 
 namespace mpm::testing {
+
+/// Tests run on one thread unless they say otherwise: their states are small, and where all cores are busy with other tests a barrier
+/// costs more than the whole step.
+inline const bool on_one_thread = (omp_set_num_threads(1), true);
 
 inline Vec3 position_of(const Particle& p) { return {p.position[0], p.position[1], p.position[2]}; }
 inline Vec3 velocity_of(const Particle& p) { return {p.velocity[0], p.velocity[1], p.velocity[2]}; }
