@@ -57,7 +57,7 @@ TEST(PointPath, IsotropicCompressionIsExactForAnyNumberOfSteps) {
           const auto path = cam_clay_path(slope, beta, xi, steps, {StrainSegment{-e, 0.0}});
           const CamClay law(path.material);
           const double target = e + law.initial_internal();
-          const double x = bisect([&](double x) { return std::sinh(xi * x) + x - target; }, target);
+          const double x = bisect([&](double trial) { return std::sinh(xi * trial) + trial - target; }, target);
           const auto last = follow_path(path).back();
           const double p = law.moduli().bulk() * std::sinh(xi * x);
           EXPECT_NEAR(last.p, p, 1e-12 * p) << "M " << slope << " beta " << beta << " xi " << xi << " steps " << steps;
@@ -74,7 +74,7 @@ TEST(PointPath, IsochoricShearEndsInTheCriticalState) {
       const auto path = cam_clay_path(slope, beta, xi, 200, {StrainSegment{-e, 0.0}, StrainSegment{0.0, 4.0}});
       const CamClay law(path.material);
       const double target = e + law.initial_internal();
-      const double x = bisect([&](double x) { return 0.5 * (1.0 - beta) * std::sinh(xi * x) + x - target; }, target);
+      const double x = bisect([&](double trial) { return 0.5 * (1.0 - beta) * std::sinh(xi * trial) + trial - target; }, target);
       const auto last = follow_path(path).back();
       // The approach is exponential: by a shear strain of 4 the rest is far below 1e-10.
       const double p_c = law.preconsolidation_pressure(x), p = 0.5 * (1.0 - beta) * p_c;
