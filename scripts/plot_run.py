@@ -168,7 +168,7 @@ def plot_heights(run, path):
 def plot_profile(run, path):
     profile = run.profile
     if not profile:
-        return "there is no mean pressure profile, since no steady span was found"
+        return "no steady span was found, hence no mean profile" if run.obstacle else "the case has no obstacle"
     figure, axes = new_figure(7.0, 6.5)
     figure.suptitle(f"{run.title}\nmean pressure on the obstacle over the steady span")
     z = profile["z_m"]

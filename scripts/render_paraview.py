@@ -84,8 +84,10 @@ def render(options, paraview):
     colours.RescaleTransferFunction(low, high)
 
     bounds = list(scaled.GetDataInformation().GetBounds())
-    half = max(abs(bounds[2]), abs(bounds[3]))
-    floor = paraview.Plane(Origin=[bounds[0] - 1, -half - 1, -0.01], Point1=[bounds[1] + 1, -half - 1, -0.01], Point2=[bounds[0] - 1, half + 1, -0.01])
+    south, north = (-bounds[3], bounds[3]) if mirrored else bounds[2:4]
+    margin = 0.06 * (bounds[1] - bounds[0])
+    west, east, south, north = bounds[0] - margin, bounds[1] + margin, south - margin, north + margin
+    floor = paraview.Plane(Origin=[west, south, -0.01], Point1=[east, south, -0.01], Point2=[west, north, -0.01])
     display = paraview.Show(floor, view)
     display.DiffuseColor = [0.86, 0.86, 0.84]
     display.AmbientColor = [0.86, 0.86, 0.84]
@@ -115,12 +117,13 @@ def render(options, paraview):
     display.WindowLocation = "Upper Center"
 
     # From upstream, above and beside the flow, so that the wetted front face is seen.
-    centre = [0.5 * (bounds[0] + bounds[1]), 0.0, 0.2 * top]
-    reach = max(bounds[1] - bounds[0], 2.0 * half, 1.6 * top)
+    centre = [0.5 * (west + east), 0.5 * (south + north), 0.4 * top]
     view.CameraFocalPoint = centre
-    view.CameraPosition = [centre[0] - 1.5 * reach, centre[1] - 1.2 * reach, centre[2] + 0.9 * reach]
+    view.CameraPosition = [centre[0] - 1.5, centre[1] - 1.2, centre[2] + 0.9]
     view.CameraViewUp = [0.0, 0.0, 1.0]
-    view.CameraViewAngle = 34
+    view.CameraViewAngle = 30
+    view.ResetCamera([west, east, south, north, 0.0, top])  # keeps the direction, fits a sphere round the box
+    paraview.GetActiveCamera().Zoom(1.1)
     output = options.out or os.path.join(options.directory, "post", "view_3d.png")
     os.makedirs(os.path.dirname(os.path.abspath(output)), exist_ok=True)
     paraview.SaveScreenshot(output, view, ImageResolution=[width, height])
