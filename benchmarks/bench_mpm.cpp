@@ -1,0 +1,382 @@
+/// The benchmarks: kernels alone and whole steps. Names: kernel/problem/particles/threads. Without --benchmark_filter a default set runs,
+/// in a few minutes; --benchmark_filter=. runs all, --benchmark_list_tests shows them. Every result that was timed is checked, outside the
+/// timed region.
+
+#include <benchmark/benchmark.h>
+#include <fmt/format.h>
+#include <omp.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <functional>
+#include <memory>
+#include <set>
+#include <string>
+
+#include "ceilings.hpp"
+#include "kernels.hpp"
+#include "mpm/build_info.hpp"
+#include "plain_reference.hpp"
+#include "reference_problem.hpp"
+#include "work_per_particle.hpp"
+
+namespace mpm::benchmarks {
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
+constexpr int repetitions = 9;                ///< medians of at least nine
+constexpr std::size_t steady_work = 2 << 20;  ///< particles a repetition handles at least, so that it lasts long against the clock
+
+double seconds_of(const std::function<void()>& work) {
+  const auto start = Clock::now();
+  work();
+  return std::chrono::duration<double>(Clock::now() - start).count();
+}
+
+std::string size_name(std::size_t particles) {
+  return particles >= 1'000'000 ? fmt::format("{}M", (particles + 500'000) / 1'000'000) : fmt::format("{}k", (particles + 500) / 1000);
+}
+
+/// What is measured: bandwidth and arithmetic against the ceilings, and which of the two binds.
+void report(benchmark::State& bench, double seconds_per_pass, std::size_t particles, int threads, const Work& work) {
+  const Ceilings& top = ceilings(threads);
+  const double count = static_cast<double>(particles), ns = 1e9 * seconds_per_pass / count;
+  const double memory_ns = 1e9 * work.bytes / top.bytes_per_second, arithmetic_ns = 1e9 * work.flops / top.flops_per_second;
+  auto& counters = bench.counters;
+  counters["particles"] = count;
+  counters["ns"] = ns;
+  counters["M/s"] = 1e3 / ns;
+  counters["bytes"] = work.bytes;
+  counters["flops"] = work.flops;
+  counters["of_stream"] = memory_ns / ns;
+  counters["of_fma"] = arithmetic_ns / ns;
+  counters["stream_GB/s"] = 1e-9 * top.bytes_per_second;
+  counters["fma_GFLOP/s"] = 1e-9 * top.flops_per_second;
+  bench.SetLabel(memory_ns > arithmetic_ns ? "memory binds" : "arithmetic binds");
+}
+
+/// A kernel, ready to be run any number of times on the same data.
+struct Bench {
+  std::size_t particles = 0;
+  Work work;
+  std::function<void()> prepare;  ///< before every pass, not timed
+  std::function<void()> pass;
+  std::function<void()> check;  ///< after the last pass; throws if the result is wrong
+};
+
+/// Google Benchmark calls a benchmark once a repetition; the problem is built by the first.
+class Cache {
+ public:
+  template <class Make>
+  auto& get(const std::string& name, Make&& make) {
+    using Value = decltype(make());
+    if (name != name_) {
+      value_.reset();  // before the next is built: the largest take gigabytes
+      value_ = std::make_shared<Value>(make());
+      name_ = name;
+    }
+    return *static_cast<Value*>(value_.get());
+  }
+  static Cache& instance() {
+    static Cache cache;
+    return cache;
+  }
+
+ private:
+  std::string name_;
+  std::shared_ptr<void> value_;
+};
+
+/// Runs at its first repetition only.
+class Once {
+ public:
+  template <class F>
+  void operator()(const std::string& name, F&& f) {
+    if (done_.insert(name).second) f();
+  }
+
+ private:
+  std::set<std::string> done_;
+} check_once;
+
+void run_kernel(benchmark::State& bench, const std::string& name, int threads, const std::function<std::shared_ptr<Bench>()>& make) {
+  omp_set_num_threads(threads);
+  try {
+    ceilings(threads);
+    Bench& kernel = *Cache::instance().get(name, make);
+    kernel.prepare();
+    kernel.pass();
+    double sum = 0.0;
+    for ([[maybe_unused]] auto _ : bench) {
+      kernel.prepare();
+      const double seconds = seconds_of(kernel.pass);
+      bench.SetIterationTime(seconds);
+      sum += seconds;
+    }
+    report(bench, sum / static_cast<double>(bench.iterations()), kernel.particles, threads, kernel.work);
+    check_once(name, kernel.check);
+  } catch (const std::exception& error) {
+    bench.SkipWithError(error.what());
+  }
+}
+
+// --- kernels ------------------------------------------------------------------------------------------------------------
+
+constexpr double transfer_step = 2e-4;  ///< s
+
+/// A block and what the kernels did to it.
+struct Kernel : Bench {
+  explicit Kernel(Problem p) : problem(std::move(p)), options(transfer_options(problem.scene, transfer_step)) {
+    particles = problem.state.grid.particle_count();
+  }
+  Problem problem;
+  TransferOptions options;
+  std::vector<Particle> before;
+};
+
+std::shared_ptr<Kernel> kernel_on(Problem problem) {
+  auto k = std::make_shared<Kernel>(std::move(problem));
+  k->prepare = [] {};
+  return k;
+}
+
+std::shared_ptr<Bench> scatter_bench(Problem problem, double per_cell) {
+  auto k = kernel_on(std::move(problem));
+  k->work = particle_to_grid_work(per_cell);
+  k->pass = [k = k.get()] { particle_to_grid(k->problem.state.grid, k->options); };
+  k->check = [k = k.get()] { check_scatter(k->problem.state.grid, k->options); };
+  return k;
+}
+
+/// With dt = 0: the particles get what the grid holds, and stay where they are, so that every pass is the same.
+std::shared_ptr<Bench> gather_bench(Problem problem, double per_cell) {
+  auto k = kernel_on(std::move(problem));
+  k->before = copy_particles(k->problem.state.grid);
+  particle_to_grid(k->problem.state.grid, k->options);
+  update_nodes(k->problem, k->options.dt);
+  k->work = grid_to_particle_work(per_cell);
+  k->pass = [k = k.get()] {
+    TransferOptions still = k->options;
+    still.dt = 0.0;
+    gather(k->problem.state.grid, still);
+  };
+  k->check = [k = k.get()] { check_nodes_and_gather(k->problem, k->before, k->options); };
+  return k;
+}
+
+std::shared_ptr<Bench> law_bench(std::size_t particles, LawRegime regime) {
+  auto k = kernel_on(make_law_points(particles, regime));
+  k->before = copy_particles(k->problem.state.grid);
+  k->work = regime == LawRegime::elastic ? unyielding_law_work() : yielding_law_work();
+  k->prepare = [k = k.get()] { put_back(k->before, k->problem.state.grid); };
+  k->pass = [k = k.get()] { apply_law(k->problem.state.grid, k->problem.scene.material, law_step); };
+  k->check = [k = k.get()] { check_law(k->problem, k->before, law_step); };
+  return k;
+}
+
+/// Puts the nodes' momenta back by a transfer before every pass.
+std::shared_ptr<Bench> grid_bench(Problem problem, double per_cell) {
+  auto k = kernel_on(std::move(problem));
+  k->before = copy_particles(k->problem.state.grid);
+  k->work = grid_update_work(per_cell);
+  k->prepare = [k = k.get()] { particle_to_grid(k->problem.state.grid, k->options); };
+  k->pass = [k = k.get()] { update_nodes(k->problem, k->options.dt); };
+  k->check = [k = k.get()] {
+    TransferOptions still = k->options;
+    still.dt = 0.0;
+    gather(k->problem.state.grid, still);
+    check_nodes_and_gather(k->problem, k->before, k->options);
+  };
+  return k;
+}
+
+/// The block moves to and fro by 4 % of a cell along every axis: about 12 % of the particles change cell, 3 % change block.
+std::shared_ptr<Bench> sort_bench(Problem problem) {
+  auto k = kernel_on(std::move(problem));
+  constexpr double shift = 0.04, changing_block = 0.03;
+  k->work = sort_work(changing_block);
+  k->prepare = [k = k.get(), forward = true]() mutable {
+    Grid& grid = k->problem.state.grid;
+    for (const auto b : grid.all_blocks()) {
+      for (Node& n : grid.nodes(b).node) n = Node{1.0, 1.0, 1.0, 1.0};
+    }
+    TransferOptions options = k->options;
+    options.dt = (forward ? 1.0 : -1.0) * shift * grid.cell_size();
+    forward = !forward;
+    gather(grid, options);
+  };
+  k->pass = [k = k.get()] { sort(k->problem.state.grid); };
+  k->check = [k = k.get()] { check_order(k->problem.state.grid, k->particles); };
+  return k;
+}
+
+// --- whole steps --------------------------------------------------------------------------------------------------------
+
+/// Steps are counted only if they keep the problem's shares. Every other step is done in parts: their nanoseconds (medians), and
+/// sum_over_step, the median of the sum of the parts over the median of the whole steps.
+void run_step(benchmark::State& bench, const std::string& name, int threads, const std::function<SteppedProblem()>& make) {
+  omp_set_num_threads(threads);
+  try {
+    ceilings(threads);
+    SteppedProblem& problem = *Cache::instance().get(name, [&] { return std::make_shared<SteppedProblem>(make()); });
+    Shares least{1.0, 1.0, 1.0}, sum;
+    std::vector<double> whole, together, parts[5];
+    const auto note = [&](const Shares& s) {
+      least = {std::min(least.yielding, s.yielding), std::min(least.changing_cell, s.changing_cell),
+               std::min(least.changing_block, s.changing_block)};
+      sum.yielding += s.yielding;
+      sum.changing_block += s.changing_block;
+    };
+    double total = 0.0;
+    for ([[maybe_unused]] auto _ : bench) {
+      double seconds = 0.0;
+      note(problem.counted_step([&](Problem& p, double dt) { seconds = seconds_of([&] { step(p.state, p.scene, dt); }); }));
+      bench.SetIterationTime(seconds);
+      whole.push_back(seconds);
+      total += seconds;
+      StepTimes t;
+      problem.counted_step([&](Problem& p, double dt) { t = step_in_parts(p, dt); });
+      const double values[5] = {t.particle_to_grid, t.grid_update, t.grid_to_particle, t.law, t.sort};
+      for (int i = 0; i < 5; ++i) parts[i].push_back(values[i]);
+      together.push_back(t.sum());
+    }
+    const std::size_t particles = problem.problem().state.grid.particle_count();
+    const auto count = static_cast<double>(whole.size());
+    report(bench, total / count, particles, threads, step_work(8.0, sum.yielding / count, sum.changing_block / count));
+    const auto median = [](std::vector<double> v) {
+      std::nth_element(v.begin(), v.begin() + static_cast<long>(v.size() / 2), v.end());
+      return v[v.size() / 2];
+    };
+    constexpr const char* names[5] = {"p2g_ns", "grid_ns", "g2p_ns", "law_ns", "sort_ns"};
+    for (int i = 0; i < 5; ++i) bench.counters[names[i]] = 1e9 * median(parts[i]) / static_cast<double>(particles);
+    bench.counters["sum_over_step"] = median(together) / median(whole);
+    bench.counters["memory_bytes"] = static_cast<double>(problem.problem().state.grid.bytes()) / static_cast<double>(particles);
+    bench.counters["yielding"] = least.yielding;
+    bench.counters["changing_cell"] = least.changing_cell;
+    bench.counters["changing_block"] = least.changing_block;
+    bench.counters["seedings"] = problem.seedings();
+    check_once(name, [&] {
+      for (const bool whole_step : {true, false}) {
+        const std::vector<Particle> before = copy_particles(problem.problem().state.grid);
+        const double time = problem.problem().state.time, dt = stable_time_step(problem.problem().state, problem.problem().scene);
+        if (whole_step) step(problem.problem().state, problem.problem().scene, dt);
+        if (!whole_step) step_in_parts(problem.problem(), dt);
+        check_step(problem.problem(), before, dt, time);
+      }
+    });
+  } catch (const std::exception& error) {
+    bench.SkipWithError(error.what());
+  }
+}
+
+// --- the list -----------------------------------------------------------------------------------------------------------
+
+struct Registry {
+  bool all;  ///< false: only the default set
+
+  template <class F>
+  void add(bool by_default, const std::string& name, std::size_t particles, F&& run) const {
+    if (!by_default && !all) return;
+    const auto passes = static_cast<benchmark::IterationCount>(std::max<std::size_t>(1, steady_work / std::max<std::size_t>(1, particles)));
+    benchmark::RegisterBenchmark(name.c_str(), std::forward<F>(run))
+        ->UseManualTime()
+        ->Iterations(passes)
+        ->Repetitions(repetitions)
+        ->ReportAggregatesOnly(true)
+        ->Unit(benchmark::kMillisecond);
+  }
+
+  void add_kernel(bool by_default, const std::string& kernel, std::size_t particles, std::function<std::shared_ptr<Bench>()> make) const {
+    for (const int threads : {1, 2}) {
+      const std::string name = fmt::format("{}/{}/threads:{}", kernel, size_name(particles), threads);
+      add(by_default, name, particles, [=](benchmark::State& bench) { run_kernel(bench, name, threads, make); });
+    }
+  }
+
+  void add_step(bool by_default, const std::string& problem, std::size_t particles, std::function<SteppedProblem()> make) const {
+    for (const int threads : {1, 2}) {
+      const std::string name = fmt::format("step/{}/{}/threads:{}", problem, size_name(particles), threads);
+      add(by_default, name, particles, [=](benchmark::State& bench) { run_step(bench, name, threads, make); });
+    }
+  }
+};
+
+void run_ceiling(benchmark::State& bench, int threads) {
+  const Ceilings& top = ceilings(threads);
+  for ([[maybe_unused]] auto _ : bench) bench.SetIterationTime(1.0);  // nothing to time here: the counters are the result
+  bench.counters["stream_GB/s"] = 1e-9 * top.bytes_per_second;
+  bench.counters["fma_GFLOP/s"] = 1e-9 * top.flops_per_second;
+}
+
+void register_all(const Registry& registry) {
+  for (const int threads : {1, 2}) {
+    benchmark::RegisterBenchmark(fmt::format("ceilings/threads:{}", threads).c_str(),
+                                 [=](benchmark::State& bench) { run_ceiling(bench, threads); })
+        ->UseManualTime()
+        ->Iterations(1);
+  }
+  constexpr std::size_t k64 = 64 << 10, k512 = 512'000, m1 = 1'000'000, m8 = 8'000'000;
+  struct Transfer {
+    const char* name;
+    std::shared_ptr<Bench> (*make)(Problem, double);
+  };
+  for (const Transfer& transfer :
+       {Transfer{"particle_to_grid", scatter_bench}, Transfer{"grid_to_particle", gather_bench}, Transfer{"grid_update", grid_bench}}) {
+    for (const std::size_t particles : {k64, k512, m1, m8}) {
+      for (const int per_cell : {1, 8, 27}) {
+        for (const bool jitter : {true, false}) {
+          registry.add_kernel(particles == k512 && per_cell == 8 && jitter,
+                              fmt::format("{}/{}block:{}", transfer.name, jitter ? "jittered_" : "", per_cell), particles,
+                              [=] { return transfer.make(make_block(particles, per_cell, jitter), per_cell); });
+        }
+      }
+    }
+    registry.add_kernel(false, fmt::format("{}/avalanche", transfer.name), k512, [=] { return transfer.make(make_avalanche(k512), 8.0); });
+  }
+  struct Law {
+    const char* name;
+    LawRegime regime;
+  };
+  for (const Law& law : {Law{"elastic", LawRegime::elastic}, Law{"yielding", LawRegime::yielding}, Law{"apexes", LawRegime::apexes},
+                         Law{"zero_slope", LawRegime::zero_slope}}) {
+    for (const std::size_t particles : {k64, k512, m8}) {
+      registry.add_kernel(particles == k512, fmt::format("law/{}", law.name), particles, [=] { return law_bench(particles, law.regime); });
+    }
+  }
+  for (const std::size_t particles : {k64, k512, m1, m8}) {
+    for (const int per_cell : {1, 8, 27}) {
+      registry.add_kernel(particles == k512 && per_cell == 8, fmt::format("sort/jittered_block:{}", per_cell), particles,
+                          [=] { return sort_bench(make_block(particles, per_cell, true)); });
+    }
+  }
+  constexpr double reference_volume = 8.0;  // m^3
+  for (const std::size_t particles : {k64, k512, m1, m8}) {
+    const double dx = std::cbrt(8.0 * reference_volume / static_cast<double>(particles));
+    const double cell = 1.0 / std::round(1.0 / dx);  // a whole number of cells along every edge
+    registry.add_step(particles == k512, "reference", particles, [=] { return reference_problem(cell); });
+    registry.add_step(false, "reference_partly_yielding", particles, [=] { return reference_problem(cell, Regime::partly_yielding); });
+    registry.add_step(false, "reference_elastic", particles, [=] { return reference_problem(cell, Regime::elastic); });
+    registry.add_step(particles == k512, "avalanche", particles, [=] { return avalanche_problem(particles); });
+  }
+}
+
+}  // namespace
+}  // namespace mpm::benchmarks
+
+int main(int argc, char** argv) {
+  const auto asks = [&](std::string_view option) {
+    return std::any_of(argv + 1, argv + argc, [=](const char* a) { return std::string_view(a).substr(0, option.size()) == option; });
+  };
+  mpm::benchmarks::register_all({asks("--benchmark_filter") || asks("--benchmark_list_tests")});
+  benchmark::Initialize(&argc, argv);
+  if (benchmark::ReportUnrecognizedArguments(argc, argv)) return 2;
+  const mpm::BuildInfo info = mpm::build_info();
+  benchmark::AddCustomContext("commit", std::string(info.commit));
+  benchmark::AddCustomContext("compiler", std::string(info.compiler));
+  benchmark::AddCustomContext("instruction_set", std::string(info.instruction_set));
+  benchmark::RunSpecifiedBenchmarks();
+  benchmark::Shutdown();
+  return 0;
+}

@@ -1,0 +1,77 @@
+#include "ceilings.hpp"
+
+#include <omp.h>
+
+#include <algorithm>
+#include <chrono>
+#include <map>
+#include <memory>
+
+#include "mpm/lanes.hpp"
+
+namespace mpm::benchmarks {
+
+namespace {
+
+using Clock = std::chrono::steady_clock;
+double seconds_since(Clock::time_point start) { return std::chrono::duration<double>(Clock::now() - start).count(); }
+
+constexpr int trials = 15;
+
+/// Three arrays of 128 MB: more than the share of a last-level cache that one virtual machine keeps to itself.
+double triad(int threads) {
+  constexpr long count = 16L << 20;
+  const auto array = [] {
+    return std::unique_ptr<double[]>(new double[count]);
+  };  // not initialised: the threads touch their own part first
+  const auto a = array(), b = array(), c = array();
+  double *const pa = a.get(), *const pb = b.get(), *const pc = c.get();
+#pragma omp parallel for schedule(static) num_threads(threads)
+  for (long i = 0; i < count; ++i) pa[i] = 0.0, pb[i] = 1.0, pc[i] = 2.0;
+  double best = 0.0;
+  for (int trial = 0; trial < trials; ++trial) {
+    const double scale = 3.0 + trial;
+    const auto start = Clock::now();
+#pragma omp parallel for schedule(static) num_threads(threads)
+    for (long i = 0; i < count; ++i) pa[i] = pb[i] + scale * pc[i];
+    best = std::max(best, 24.0 * count / seconds_since(start));
+  }
+  return best;
+}
+
+/// Twelve chains of eight lanes: more than latency times width of the multiply-add units needs.
+double multiply_add(int threads) {
+  constexpr int chains = 12;
+  constexpr long rounds = 4'000'000;
+  double best = 0.0;
+  for (int trial = 0; trial < trials; ++trial) {
+    double sink = 0.0;
+    const auto start = Clock::now();
+#pragma omp parallel num_threads(threads) reduction(+ : sink)
+    {
+      Lanes sum[chains];
+      for (int i = 0; i < chains; ++i) sum[i] = broadcast<Lanes>(0.01 * i);
+      const Lanes factor = broadcast<Lanes>(0.999999 + 1e-9 * trial), addend = broadcast<Lanes>(1e-6);
+      for (long n = 0; n < rounds; ++n) {
+#pragma GCC unroll 12
+        for (int i = 0; i < chains; ++i) sum[i] = sum[i] * factor + addend;
+      }
+      for (const Lanes& s : sum) {
+        for (int i = 0; i < lane_count; ++i) sink += s[i];
+      }
+    }
+    const double elapsed = seconds_since(start);
+    if (sink != 0.0) best = std::max(best, 2.0 * lane_count * chains * rounds * threads / elapsed);
+  }
+  return best;
+}
+
+}  // namespace
+
+const Ceilings& ceilings(int threads) {
+  static std::map<int, Ceilings> measured;
+  const auto found = measured.find(threads);
+  return found != measured.end() ? found->second : measured.emplace(threads, Ceilings{triad(threads), multiply_add(threads)}).first->second;
+}
+
+}  // namespace mpm::benchmarks

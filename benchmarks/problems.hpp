@@ -1,0 +1,47 @@
+#pragma once
+/// The problems that are timed: compact blocks, the reference problem's kin in any regime, an avalanche with a tall thin jet, and blocks
+/// of material points for the laws.
+
+#include <cstdint>
+#include <vector>
+
+#include "mpm/scene.hpp"
+
+namespace mpm::benchmarks {
+
+struct Problem {
+  Scene scene;
+  State state;
+};
+
+/// Density of the law, kg/m^3.
+double density(const Scene& scene);
+
+/// The paper's snow with the reference problem's hardening.
+MaterialSpec reference_snow();
+
+/// A cube of about `particles` particles, `per_cell` (1, 8, 27) in each cell of dx = 0.05 m, moving in a smooth field with its velocity
+/// gradient, and with a smooth stress field: everything that the transfers read is filled.
+/// @param jitter moves each particle by up to half the lattice spacing along every axis, by a fixed pseudo-random sequence
+Problem make_block(std::size_t particles, int per_cell, bool jitter);
+
+/// What the law meets.
+enum class LawRegime : std::uint8_t {
+  elastic,     ///< stays inside the yield surface
+  yielding,    ///< returns to its interior part
+  apexes,      ///< isotropic: half at p = p_c in compression, half at p = -beta p_c in extension
+  zero_slope,  ///< M = 0: q is lost, p is bounded
+};
+/// A block whose stresses and velocity gradients put every particle into `regime` over one step of size law_step.
+Problem make_law_points(std::size_t particles, LawRegime regime);
+inline constexpr double law_step = 2e-4;  ///< s
+
+/// A plug of snow, 12 m x 10 m x 1.75 m, that has just met a mast, and a jet 25 m tall and 0.5 m thick on the mast's front; floor and mast.
+/// Cells are sized so that there are about `particles` particles, 8 a cell.
+Problem make_avalanche(std::size_t particles);
+
+/// All particles in storage order, and back into a problem with the same blocks.
+std::vector<Particle> copy_particles(const Grid& grid);
+void put_back(const std::vector<Particle>& particles, Grid& grid);
+
+}  // namespace mpm::benchmarks
