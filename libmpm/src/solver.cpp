@@ -38,11 +38,16 @@ bool finite(const Particle& p) {
     if (bad && (culprit == nullptr || bin[s].id < culprit->id)) culprit = &bin[s];
   }
   if (culprit == nullptr) culprit = &bin[0];
+  // a position that is lost itself is told by its block
+  const Index3& c = state.grid.block(block).coordinate;
+  const Vec3 centre = state.grid.cell_size() * (4.0 * Vec3(c[0], c[1], c[2]) + Vec3::Constant(2.5));
+  const Vec3 position(culprit->position[0], culprit->position[1], culprit->position[2]);
+  const Vec3& where = position.allFinite() ? position : centre;
   throw UnstableError(fmt::format(
-      "unstable at t = {:.6g} s, step {} (dt = {:.3g} s): {} of particle {} at ({:.4g}, {:.4g}, {:.4g}) m; velocity ({:.4g}, {:.4g}, {:.4g}) m/s, "
+      "unstable at t = {:.6g} s, step {} (dt = {:.3g} s): {} of particle {} {} ({:.4g}, {:.4g}, {:.4g}) m; velocity ({:.4g}, {:.4g}, {:.4g}) m/s, "
       "pressure {:.4g} Pa. Try a smaller [numerics] cfl, a finer cell_size_m, or look for a body that starts inside a wall or another body",
       state.time, state.step, dt, motion.finite ? "displacement of more than a block in one step" : "a value that is not finite (NaN or infinite)", culprit->id,
-      culprit->position[0], culprit->position[1], culprit->position[2], culprit->velocity[0], culprit->velocity[1], culprit->velocity[2],
+      position.allFinite() ? "at" : "near", where.x(), where.y(), where.z(), culprit->velocity[0], culprit->velocity[1], culprit->velocity[2],
       -(culprit->stress[0] + culprit->stress[1] + culprit->stress[2]) / 3.0));
 }
 
@@ -50,7 +55,7 @@ bool finite(const Particle& p) {
 Passage remove_outside(Grid& grid, std::int32_t index, const Vec3& min, const Vec3& max, double density) {
   const double dx = grid.cell_size();
   const Index3& c = grid.block(index).coordinate;
-  const Vec3 low = dx * (4.0 * Vec3(c[0], c[1], c[2]) - Vec3::Constant(0.5 + 4.0));  // positions a step can lead to from this block
+  const Vec3 low = dx * (4.0 * Vec3(c[0], c[1], c[2]) + Vec3::Constant(0.5 - 4.0));  // positions a step can lead to from this block
   const Vec3 high = low + Vec3::Constant(12.0 * dx);
   Passage left;
   if ((low.array() >= min.array()).all() && (high.array() <= max.array()).all()) return left;
