@@ -50,29 +50,39 @@ void fill_body(State& state, const BodySpec& body, const Scene& scene, double sp
     count[static_cast<std::size_t>(i)] = std::max(1L, std::lround(size[i] / spacing));
     step[i] = size[i] / static_cast<double>(count[static_cast<std::size_t>(i)]);
   }
-  std::vector<Vec3> points;
+  struct Point {
+    Vec3 x;
+    double share;  ///< of its volume in the computed part: a half on a mirror plane, to which its image adds the other
+  };
+  const double on_plane = 1e-9 * spacing;  // lattice points are sums of rounded numbers
+  std::vector<Point> points;
   std::size_t whole = 0;
   for (long k = 0; k < count[2]; ++k) {
     for (long j = 0; j < count[1]; ++j) {
       for (long i = 0; i < count[0]; ++i) {
-        const Vec3 x = body.min + step.cwiseProduct(Vec3(static_cast<double>(i) + 0.5, static_cast<double>(j) + 0.5, static_cast<double>(k) + 0.5));
+        Vec3 x = body.min + step.cwiseProduct(Vec3(static_cast<double>(i) + 0.5, static_cast<double>(j) + 0.5, static_cast<double>(k) + 0.5));
         if (!inside_shape(body, x)) continue;
         ++whole;
-        if ((scene.mirror_x && x.x() < 0.0) || (scene.mirror_y && x.y() < 0.0)) continue;
-        points.push_back(x);
+        double share = 1.0;
+        for (const auto& [mirror, coordinate] : {std::pair{scene.mirror_x, &x.x()}, std::pair{scene.mirror_y, &x.y()}}) {
+          if (!mirror || *coordinate > on_plane) continue;
+          share *= *coordinate < -on_plane ? 0.0 : 0.5;
+          *coordinate = 0.0;
+        }
+        if (share > 0.0) points.push_back({x, share});
       }
     }
   }
   if (whole == 0) throw ConfigError("[[body]] shape: not one particle fits into it; use a smaller [numerics] cell_size_m");
   const double volume = shape_volume(body) / static_cast<double>(whole);
   const double internal = std::visit([](const auto& law) { return law.initial_internal(); }, scene.material);
-  for (const Vec3& x : points) {
+  for (const auto& [x, share] : points) {
     Particle p{};
     for (int i = 0; i < 3; ++i) {
       p.position[i] = x[i];
       p.velocity[i] = body.velocity[i];
     }
-    p.volume = volume;
+    p.volume = share * volume;
     p.internal = internal;
     p.id = state.next_id++;
     state.grid.insert(p);
