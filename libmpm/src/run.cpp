@@ -235,8 +235,11 @@ void Run::start() {
   if (state_.grid.particle_count() == 0) throw ConfigError("the case holds no particles: add a [[body]] or a [conveyor]");
   progress_.initial_particles = state_.grid.particle_count();
   log_.emplace(options_.out / "run.log", false);
-  std::filesystem::remove(options_.out / "results.json");
-  std::filesystem::remove(options_.out / "checkpoint.h5");
+  for (const char* of_a_former_run : {"results.json", "profile.csv", "final.h5", "checkpoint.h5"}) {
+    std::error_code error;
+    std::filesystem::remove(options_.out / of_a_former_run, error);
+    if (error) throw file_error("cannot remove", options_.out / of_a_former_run, error.value());
+  }
   write_file(options_.out / "case.toml", write_case(case_));
   table_.emplace(options_.out / "series.csv", columns());
   frames_.emplace(FrameSeries::create(options_.out));
