@@ -1,0 +1,265 @@
+#include "mpm/run.hpp"
+
+#include <gmock/gmock.h>
+
+#include <fstream>
+#include <nlohmann/json.hpp>
+#include <sstream>
+
+#include "mpm/error.hpp"
+#include "mpm/io/config.hpp"
+#include "mpm/io/snapshot.hpp"
+#include "mpm/io/table.hpp"
+#include "support/solver_states.hpp"
+#include "support/temporary_directory.hpp"
+
+namespace mpm {
+namespace {
+
+using ::testing::HasSubstr;
+namespace fs = std::filesystem;
+
+std::string content(const fs::path& path) {
+  std::ifstream file(path, std::ios::binary);
+  EXPECT_TRUE(file) << path;
+  std::ostringstream text;
+  text << file.rdbuf();
+  return text.str();
+}
+
+Case short_avalanche(double duration = 0.2) {
+  Case c = testing::small_avalanche(6.0);
+  c.output.duration = duration;
+  c.output.series_per_second = 50.0;
+  c.output.frames_per_second = 25.0;
+  return c;
+}
+
+class RunCase : public ::testing::Test {
+ protected:
+  RunOptions into(const std::string& name, bool resume = false, int threads = 1) const {
+    RunOptions o;
+    o.out = directory / name;
+    o.threads = threads;
+    o.resume = resume;
+    return o;
+  }
+  /// Asks for a stop after so many samples.
+  static std::function<Request()> stop_after(int samples) {
+    return [left = samples]() mutable { return --left <= 0 ? Request::stop : Request::none; };
+  }
+  /// The same run, whatever interrupted it. final.h5 has no time stamp; series.csv is written with all digits.
+  void expect_same_run(const std::string& a, const std::string& b) const {
+    EXPECT_EQ(content(directory / a / "final.h5"), content(directory / b / "final.h5"));
+    EXPECT_EQ(content(directory / a / "series.csv"), content(directory / b / "series.csv"));
+    EXPECT_EQ(content(directory / a / "profile.csv"), content(directory / b / "profile.csv"));
+    EXPECT_EQ(content(directory / a / "case.toml"), content(directory / b / "case.toml"));
+    const auto frames = frame_numbers(directory / a);
+    ASSERT_EQ(frames, frame_numbers(directory / b));
+    for (const int n : frames) EXPECT_EQ(content(frame_path(directory / a, n)), content(frame_path(directory / b, n))) << n;
+    EXPECT_EQ(content(directory / a / "frames.xdmf"), content(directory / b / "frames.xdmf"));
+    auto x = nlohmann::json::parse(content(directory / a / "results.json")), y = nlohmann::json::parse(content(directory / b / "results.json"));
+    for (const char* of_the_machine : {"wall_time_s", "solver_time_s", "million_particle_steps_per_s", "peak_memory_bytes", "threads"}) {
+      x.erase(of_the_machine);
+      y.erase(of_the_machine);
+    }
+    EXPECT_EQ(x, y);
+  }
+  testing::TemporaryDirectory directory;
+};
+
+TEST_F(RunCase, LeavesTheFilesItPromises) {
+  const Case c = short_avalanche();
+  int samples = 0;
+  RunOptions options = into("a");
+  options.on_progress = [&](const Progress& p) { samples += p.message.empty(); };
+  const RunResult result = run_case(c, options);
+  EXPECT_TRUE(result.finished);
+  EXPECT_EQ(result.time, 0.2);
+  EXPECT_EQ(samples, 10);
+  for (const char* name : {"case.toml", "series.csv", "profile.csv", "results.json", "final.h5", "checkpoint.h5", "run.log", "frames.xdmf"}) {
+    EXPECT_TRUE(fs::exists(directory / "a" / name)) << name;
+  }
+  EXPECT_EQ(read_case(directory / "a/case.toml"), c);
+
+  const Table series = Table::read(directory / "a/series.csv");
+  for (const char* column : {"time_s", "runup_m", "runup_p99_m", "pressure_height_m", "impact_pressure_pa", "force_x_n", "force_y_n", "force_z_n", "mass_kg",
+                             "momentum_x_kg_m_s", "kinetic_energy_j", "elastic_energy_j", "potential_energy_j"}) {
+    EXPECT_TRUE(series.has(column)) << column;
+  }
+  ASSERT_EQ(series.rows(), 11U);
+  for (std::size_t k = 0; k < 11; ++k) EXPECT_EQ(series.numbers("time_s")[k], static_cast<double>(k) / 50.0);
+  EXPECT_TRUE(std::isnan(series.numbers("force_x_n")[0]));  // an average over no time
+  EXPECT_GT(series.numbers("force_x_n")[10], 0.0);
+  EXPECT_EQ(series.numbers("force_y_n")[10], 0.0);  // of the whole: the halves cancel
+
+  EXPECT_EQ(frame_numbers(directory / "a").size(), 6U);  // every second sample, both ends
+  const Snapshot final_state = read_final(directory / "a/final.h5");
+  EXPECT_EQ(final_state.info.time, 0.2);
+  EXPECT_EQ(final_state.particles.size(), result.particles);
+  EXPECT_TRUE(std::is_sorted(final_state.particles.id.begin(), final_state.particles.id.end()));
+
+  EXPECT_EQ(result.results_json, content(directory / "a/results.json"));
+  const auto json = nlohmann::json::parse(result.results_json);
+  for (const char* key : {"title", "case_hash", "version", "commit", "threads", "wall_time_s", "steps", "particle_steps", "million_particle_steps_per_s",
+                          "peak_memory_bytes", "particles_final", "particles_lost", "runup_mean_m", "runup_p99_mean_m", "runup_standard_error_m", "runup_peak_m",
+                          "pressure_height_mean_m", "impact_pressure_mean_pa", "force_mean_n", "moment_mean_n_m", "compaction_mean", "predicted_runup_m",
+                          "predicted_pressure_height_m", "steady"}) {
+    EXPECT_TRUE(json.contains(key)) << key;
+  }
+  EXPECT_EQ(json["title"], "small avalanche");
+  EXPECT_EQ(json["case_hash"], case_hash_text(c));
+  EXPECT_EQ(json["particles_initial"].get<std::uint64_t>() + json["particles_entered"].get<std::uint64_t>(),
+            json["particles_final"].get<std::uint64_t>() + json["particles_lost"].get<std::uint64_t>() + json["particles_left_downstream"].get<std::uint64_t>());
+}
+
+TEST_F(RunCase, StoppedAndResumedEndsAsIfNothingHadHappened) {
+  const Case c = short_avalanche();
+  run_case(c, into("whole"));
+  RunOptions first = into("parts");
+  first.poll = stop_after(3);
+  const RunResult stopped = run_case(c, first);
+  EXPECT_FALSE(stopped.finished);
+  EXPECT_EQ(stopped.time, 3.0 / 50.0);
+  EXPECT_FALSE(fs::exists(directory / "parts/results.json"));
+  RunOptions second = into("parts", true, 3);  // other threads
+  second.poll = stop_after(4);
+  EXPECT_FALSE(run_case(c, second).finished);
+  EXPECT_TRUE(run_case(c, into("parts", true)).finished);
+  expect_same_run("whole", "parts");
+  EXPECT_THAT(content(directory / "parts/run.log"), HasSubstr("resumed"));
+}
+
+TEST_F(RunCase, WithFlipResumesAsWell) {
+  Case c = short_avalanche(0.1);
+  c.numerics.transfer = Transfer::flip;
+  run_case(c, into("whole"));
+  RunOptions first = into("parts");
+  first.poll = stop_after(2);
+  run_case(c, first);
+  EXPECT_TRUE(run_case(c, into("parts", true)).finished);
+  expect_same_run("whole", "parts");
+}
+
+TEST_F(RunCase, ExtendedEndsAsALongerRunDoes) {
+  run_case(short_avalanche(0.2), into("whole"));
+  run_case(short_avalanche(0.09), into("parts"));  // ends at the sample at or after: 0.1 s
+  EXPECT_EQ(read_final(directory / "parts/final.h5").info.time, 0.1);
+  EXPECT_TRUE(run_case(short_avalanche(0.2), into("parts", true)).finished);
+  expect_same_run("whole", "parts");
+}
+
+TEST_F(RunCase, KilledAfterACheckpointGoesOnFromItAndDropsWhatCameAfter) {
+  const Case c = short_avalanche();
+  run_case(c, into("whole"));
+  struct Killed {};
+  RunOptions first = into("parts");
+  int polls = 0;
+  first.poll = [&] {
+    if (++polls == 7) throw Killed{};
+    return polls == 4 ? Request::checkpoint : Request::none;
+  };
+  EXPECT_THROW(run_case(c, first), Killed);
+  EXPECT_EQ(Table::read(directory / "parts/series.csv").rows(), 8U);  // more rows than the checkpoint knows
+  EXPECT_TRUE(run_case(c, into("parts", true)).finished);
+  expect_same_run("whole", "parts");
+}
+
+TEST_F(RunCase, ResumedWithoutACheckpointStartsFromTheBeginning) {
+  const Case c = short_avalanche(0.04);
+  run_case(c, into("whole"));
+  EXPECT_TRUE(run_case(c, into("parts", true)).finished);
+  expect_same_run("whole", "parts");
+}
+
+TEST_F(RunCase, RefusesToResumeAnotherCaseAndLeavesEverythingAsItWas) {
+  Case c = short_avalanche(0.04);
+  run_case(c, into("a"));
+  const std::string series = content(directory / "a/series.csv"), toml = content(directory / "a/case.toml"), log = content(directory / "a/run.log");
+  c.material.critical_state_slope = 0.5;
+  EXPECT_THROW(run_case(c, into("a", true)), IoError);
+  EXPECT_EQ(content(directory / "a/series.csv"), series);
+  EXPECT_EQ(content(directory / "a/case.toml"), toml);
+  EXPECT_EQ(content(directory / "a/run.log"), log);
+  fs::resize_file(directory / "a/checkpoint.h5", 1000);
+  c.material.critical_state_slope = 0.4;
+  EXPECT_THROW(run_case(c, into("a", true)), IoError);
+  EXPECT_EQ(content(directory / "a/series.csv"), series);
+}
+
+TEST_F(RunCase, ANewRunLeavesNothingOfTheOldOne) {
+  run_case(short_avalanche(0.2), into("a"));
+  Case other = short_avalanche(0.1);
+  other.material.critical_state_slope = 0.8;
+  RunOptions options = into("a");
+  options.poll = stop_after(1);
+  run_case(other, options);
+  for (const char* of_the_end : {"results.json", "final.h5", "profile.csv"}) EXPECT_FALSE(fs::exists(directory / "a" / of_the_end)) << of_the_end;
+  EXPECT_EQ(frame_numbers(directory / "a").size(), 1U);
+}
+
+TEST_F(RunCase, ASecondRunInTheDirectoryIsRefusedAndTheFirstGoesOn) {
+  const Case c = short_avalanche(0.04);
+  RunOptions options = into("a");
+  bool refused = false;
+  options.poll = [&] {
+    try {
+      run_case(c, into("a", true));
+    } catch (const IoError& error) {
+      refused = std::string(error.what()).find("another process") != std::string::npos;
+    }
+    return Request::none;
+  };
+  EXPECT_TRUE(run_case(c, options).finished);
+  EXPECT_TRUE(refused);
+  EXPECT_TRUE(run_case(c, into("a", true)).finished);  // the lock went with the run
+}
+
+TEST_F(RunCase, ThatBecomesUnstableKeepsWhatItWrote) {
+  Case c = testing::empty_case();
+  c.output.series_per_second = 100.0;
+  c.output.frames_per_second = 100.0;
+  c.output.duration = 0.2;
+  c.numerics.cfl = 1.0;
+  c.numerics.gravity = 0.0;
+  // two blocks that meet after 0.02 s at forty times the wave speed: crushed to nothing in one step
+  c.bodies = {testing::box_body(Vec3::Zero(), Vec3::Constant(0.5)), testing::box_body({50.0, 0.0, 0.0}, {50.5, 0.5, 0.5}, {-2300.0, 0.0, 0.0})};
+  c.domain.max.x() = 60.0;
+  try {
+    run_case(c, into("a"));
+    FAIL() << "not unstable";
+  } catch (const UnstableError& error) {
+    EXPECT_THAT(error.what(), HasSubstr("particle"));
+    EXPECT_THAT(content(directory / "a/run.log"), HasSubstr(error.what()));
+  }
+  EXPECT_FALSE(fs::exists(directory / "a/results.json"));
+  const Table series = Table::read(directory / "a/series.csv");
+  EXPECT_GE(series.rows(), 2U);
+  EXPECT_EQ(frame_numbers(directory / "a").size(), series.rows());
+  EXPECT_EQ(read_frame(frame_path(directory / "a", frame_numbers(directory / "a").back())).info.time, series.numbers("time_s").back());
+}
+
+TEST_F(RunCase, ByHandHasNoImpactColumnsAndCountsItsLosses) {
+  Case c = testing::empty_case();
+  c.bodies = {testing::box_body(Vec3::Zero(), Vec3::Constant(0.5), {10.0, 0.0, 0.0})};
+  c.domain.max.x() = 1.0;
+  c.output.duration = 0.3;
+  const RunResult result = run_case(c, into("a"));
+  EXPECT_EQ(result.particles, 0U);
+  EXPECT_FALSE(result.impact);
+  EXPECT_EQ(nlohmann::json::parse(result.results_json)["particles_lost"], 64);
+  const Table series = Table::read(directory / "a/series.csv");
+  EXPECT_FALSE(series.has("runup_m"));
+  EXPECT_EQ(series.numbers("particles").back(), 0.0);
+}
+
+TEST_F(RunCase, WithoutParticlesIsAConfigError) { EXPECT_THROW(run_case(testing::empty_case(), into("a")), ConfigError); }
+
+TEST_F(RunCase, WhereNothingCanBeWrittenIsAnIoError) {
+  std::ofstream(directory / "file") << "not a directory";
+  EXPECT_THROW(run_case(short_avalanche(0.04), into("file")), IoError);
+  EXPECT_THROW(run_case(short_avalanche(0.04), into("file/below")), IoError);
+}
+
+}  // namespace
+}  // namespace mpm
