@@ -32,41 +32,64 @@ inline __attribute__((always_inline)) void transpose(Lanes (&r)[8]) {
 
 inline Lanes* line(Particle& p, int n) { return reinterpret_cast<Lanes*>(&p) + n; }
 
+/// Lines 1 and 2 of eight particles by component: c0..c7 and c8 xx yy zz xy xz yz internal.
+struct Gathered {
+  Lanes c[8], s[8];
+};
+
+/// @param used how many of the eight are particles: the others count as at rest and free of stress. Slots behind the last particle are allocated.
+inline __attribute__((always_inline)) void gather(Particle* p, int used, double initial_internal, Gathered& g) {
+#pragma GCC unroll 8
+  for (int i = 0; i < lane_count; ++i) {
+    g.c[i] = *line(p[i], 1);
+    g.s[i] = *line(p[i], 2);
+  }
+  transpose(g.c);
+  transpose(g.s);
+  if (used >= lane_count) return;
+  constexpr Lanes number = {0, 1, 2, 3, 4, 5, 6, 7};
+  const LaneMask live = number < static_cast<double>(used);
+  for (Lanes& v : g.c) v = live ? v : Lanes{};
+  for (int i = 0; i < 7; ++i) g.s[i] = live ? g.s[i] : Lanes{};
+  g.s[7] = live ? g.s[7] : Lanes{} + initial_internal;
+}
+
 template <Material Law>
 bool update_stress_of(ParticleBin& bin, const Law& law, double dt) {
+  constexpr int group = lanes_of<LanePair>;
+  static_assert(page_particles % group == 0, "a page holds whole groups");
   Lanes sticky{};
   const int count = bin.count();
-  for (int first = 0; first < count; first += lane_count) {
-    // a page holds whole groups; slots behind the last particle are allocated and finite, and are masked below
+  for (int first = 0; first < count; first += group) {
     Particle* const p = &bin[first];
-    const int used = count - first < lane_count ? count - first : lane_count;
-    Lanes c[8], s[8];  // c0..c7 | c8 xx yy zz xy xz yz internal
-    for (int i = 0; i < lane_count; ++i) {
-      c[i] = *line(p[i], 1);
-      s[i] = *line(p[i], 2);
-    }
-    transpose(c);
-    transpose(s);
-    if (used < lane_count) {
-      constexpr Lanes number = {0, 1, 2, 3, 4, 5, 6, 7};
-      const LaneMask live = number < static_cast<double>(used);
-      for (Lanes& v : c) v = live ? v : Lanes{};
-      for (int i = 0; i < 7; ++i) s[i] = live ? s[i] : Lanes{};
-      s[7] = live ? s[7] : Lanes{} + law.initial_internal();
-    }
-    const Matrix3<Lanes> dl{{{dt * c[0], dt * c[3], dt * c[6]}, {dt * c[1], dt * c[4], dt * c[7]}, {dt * c[2], dt * c[5], dt * s[0]}}};
-    MaterialState<Lanes> state{{s[1], s[2], s[3], s[4], s[5], s[6]}, s[7]};
+    Gathered a, b;
+    gather(p, count - first, law.initial_internal(), a);
+    gather(p + lane_count, count - first - lane_count, law.initial_internal(), b);
+    const auto pair = [](const Lanes& x, const Lanes& y) { return LanePair{x, y}; };
+    const auto dl_of = [&](const Lanes& x, const Lanes& y) { return LanePair{dt * x, dt * y}; };
+    const Matrix3<LanePair> dl{{{dl_of(a.c[0], b.c[0]), dl_of(a.c[3], b.c[3]), dl_of(a.c[6], b.c[6])},
+                                {dl_of(a.c[1], b.c[1]), dl_of(a.c[4], b.c[4]), dl_of(a.c[7], b.c[7])},
+                                {dl_of(a.c[2], b.c[2]), dl_of(a.c[5], b.c[5]), dl_of(a.s[0], b.s[0])}}};
+    MaterialState<LanePair> state{{pair(a.s[1], b.s[1]), pair(a.s[2], b.s[2]), pair(a.s[3], b.s[3]), pair(a.s[4], b.s[4]), pair(a.s[5], b.s[5]), pair(a.s[6], b.s[6])},
+                                  pair(a.s[7], b.s[7])};
     law.update_stress(state, dl, dt);
-    s[1] = state.stress.xx;
-    s[2] = state.stress.yy;
-    s[3] = state.stress.zz;
-    s[4] = state.stress.xy;
-    s[5] = state.stress.xz;
-    s[6] = state.stress.yz;
-    s[7] = state.internal;
-    sticky += 0.0 * (trace(state.stress) + state.stress.xy + state.stress.xz + state.stress.yz + state.internal);
-    transpose(s);
-    for (int i = 0; i < lane_count; ++i) *line(p[i], 2) = s[i];
+    const Sym3<LanePair>& t = state.stress;
+    const LanePair* const updated[7] = {&t.xx, &t.yy, &t.zz, &t.xy, &t.xz, &t.yz, &state.internal};
+    Lanes sum{};
+#pragma GCC unroll 7
+    for (int i = 0; i < 7; ++i) {
+      a.s[i + 1] = updated[i]->a;
+      b.s[i + 1] = updated[i]->b;
+      sum += updated[i]->a + updated[i]->b;
+    }
+    sticky += 0.0 * sum;
+    transpose(a.s);
+    transpose(b.s);
+#pragma GCC unroll 8
+    for (int i = 0; i < lane_count; ++i) {
+      *line(p[i], 2) = a.s[i];
+      *line(p[i + lane_count], 2) = b.s[i];
+    }
   }
   bool finite = true;
   for (int i = 0; i < lane_count; ++i) finite = finite && sticky[i] == 0.0;

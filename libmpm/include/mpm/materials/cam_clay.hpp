@@ -136,21 +136,26 @@ inline T CamClay::Residual<T>::reach(const T& x_n) const {
   return select(side > 0.0, p, min(x_n, -0.5 * y));
 }
 
+/// sum_k h2^k / (2 k + first)!: sinh(h)/h for first = 1, (cosh(h) - 1)/h^2 for first = 2.
+template <int terms, class T>
+inline T sinh_series(const T& h2, int first) {
+  T sum = broadcast<T>(detail::inverse_factorial(2 * (terms - 1) + first));
+#pragma GCC unroll 8
+  for (int k = terms - 2; k >= 0; --k) sum = detail::inverse_factorial(2 * k + first) + sum * h2;
+  return sum;
+}
+
 template <class T>
 inline typename CamClay::Residual<T>::Value CamClay::Residual<T>::operator()(const T& x) const {
   // sinh(a + h) - sinh a = sinh a (cosh h - 1) + cosh a sinh h, relative precision for small h.
   const T h = law_.xi_ * x, h2 = h * h;
   T sinh_h, cosh_h_1;
-  if (all(h2 <= 0.25)) [[likely]] {  // truncated at 0.5^14/15! = 5e-17, and 2 * 0.5^14/16! = 6e-18
-    using detail::inverse_factorial;
-    sinh_h = broadcast<T>(inverse_factorial(13));
-    cosh_h_1 = broadcast<T>(inverse_factorial(14));
-#pragma GCC unroll 8
-    for (int k = 5; k >= 0; --k) sinh_h = inverse_factorial(2 * k + 1) + sinh_h * h2;
-#pragma GCC unroll 8
-    for (int k = 6; k >= 1; --k) cosh_h_1 = inverse_factorial(2 * k) + cosh_h_1 * h2;
-    sinh_h *= h;
-    cosh_h_1 *= h2;
+  if (all(h2 <= 0.0025)) [[likely]] {  // truncated at 0.05^8/9! = 1e-16, and 2 * 0.05^8/10! = 2e-17
+    sinh_h = h * sinh_series<4>(h2, 1);
+    cosh_h_1 = h2 * sinh_series<4>(h2, 2);
+  } else if (all(h2 <= 0.25)) {  // truncated at 0.5^14/15! = 5e-17, and 2 * 0.5^14/16! = 6e-18
+    sinh_h = h * sinh_series<7>(h2, 1);
+    cosh_h_1 = h2 * sinh_series<7>(h2, 2);
   } else {
     sinh_h = sinh(h);
     const T half = sinh(0.5 * h);

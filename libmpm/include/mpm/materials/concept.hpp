@@ -1,7 +1,7 @@
 #pragma once
 /// What a constitutive law has to offer. A law knows its formula and nothing of particles, grids or lanes:
 /// it is a template over the number type, run with `double` (the specification) and with `Lanes`
-/// (eight material points at once).
+/// or `LanePair` (eight or sixteen material points at once).
 
 #include <concepts>
 #include <string_view>
@@ -28,7 +28,7 @@ concept UpdatesStress = requires(const L law, MaterialState<T>& state, const Mat
 };
 
 template <class L>
-concept Material = UpdatesStress<L, double> && UpdatesStress<L, Lanes> && requires(const L law) {
+concept Material = UpdatesStress<L, double> && UpdatesStress<L, Lanes> && UpdatesStress<L, LanePair> && requires(const L law) {
   { L::name } -> std::convertible_to<std::string_view>;
   { law.density() } -> std::same_as<double>;           // rho_0, kg/m^3
   { law.initial_internal() } -> std::same_as<double>;  // internal variable of the stress-free reference state
