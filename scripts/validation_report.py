@@ -52,7 +52,7 @@ dl.facts dt { color: var(--soft); } dl.facts dd { margin: 0; overflow-wrap: anyw
 table { border-collapse: collapse; width: 100%; font-size: .84rem; font-variant-numeric: tabular-nums; }
 th { text-align: left; font-weight: 600; color: var(--soft); border-bottom: 2px solid var(--line); padding: .35rem .55rem; vertical-align: bottom; }
 td { border-bottom: 1px solid var(--line); padding: .35rem .55rem; vertical-align: top; }
-td.number { text-align: right; } th.number { text-align: right; }
+td.number { text-align: right; white-space: nowrap; } th.number { text-align: right; }
 tr.first td { border-top: 2px solid var(--line); }
 tr.bad td { background: #fdf1f1; }
 td.fault { color: var(--bad); }
@@ -72,7 +72,7 @@ ul.notes { font-size: .9rem; padding-left: 1.2rem; max-width: 85ch; }
   table.stack tr { display: block; border: 1px solid var(--line); border-radius: 4px; margin: 0 0 .7rem; padding: .3rem .1rem; }
   table.stack td, table.stack tr.first td { display: grid; grid-template-columns: 6.2rem 1fr; gap: .6rem; border: 0; padding: .12rem .6rem; text-align: left; }
   table.stack td::before { content: attr(data-label); color: var(--soft); }
-  table.stack td.empty { display: none; }
+  table.stack td.empty, table.stack tr.first td.empty { display: none; }
   dl.facts { grid-template-columns: 1fr; } dl.facts dt { margin-top: .4rem; }
 }
 @media print {

@@ -38,6 +38,14 @@ Local local_state(const CamClay& m, double p, double q, double internal) {
   return s;
 }
 
+/// g', with a term that lets errors of y decay as fast as p_c^4: consistency alone keeps y at whatever round-off made it, and
+/// y/p_c^2 would grow while p_c falls. For y = 0 the term vanishes, so the solution is unchanged (Baumgarte 1972).
+double plastic_rate(const CamClay& m, const Local& s) {
+  const double rate = std::max(0.0, s.numerator) / s.denominator;
+  const double softening = m.hardening_xi * std::hypot(m.bulk_modulus, s.pc) / s.pc * std::abs(rate * s.y_p);  // |p_c'| / p_c
+  return std::max(0.0, s.numerator + 4.0 * softening * s.y) / s.denominator;
+}
+
 /// Root of f in [a, b], f(a) and f(b) of opposite signs, to the last bits.
 double bisect(const std::function<double(double)>& f, double a, double b) {
   const bool rising = f(a) < 0.0;
@@ -115,7 +123,7 @@ class CoaxialForm final : public Form {
     const Local s = local(t, y);
     double ev = 0.0, eq = 0.0;
     strain_rates(s, plastic, ev, eq);
-    const double g = plastic ? std::max(0.0, s.numerator) / s.denominator : 0.0;
+    const double g = plastic ? plastic_rate(m, s) : 0.0;
     dydt[0] = -ev - g * s.y_p;
     dydt[1] = 3.0 * m.shear_modulus / m.bulk_modulus * (eq - g * s.y_q);
     dydt[2] = g * s.y_p;
@@ -195,7 +203,7 @@ class GeneralForm final : public Form {
   [[nodiscard]] Local local(double, const double* y) const override { return spectral(y).local; }
   void rates(double, const double* y, bool plastic, double* dydt) const override {
     const Spectral r = spectral(y);
-    const double g = plastic ? std::max(0.0, r.local.numerator) / r.local.denominator : 0.0;
+    const double g = plastic ? plastic_rate(m, r.local) : 0.0;
     const Mat3 b = Mat3::Identity() + r.h;
     const Mat3 normal = -r.local.y_p / 3.0 * Mat3::Identity() + 3.0 * (1.0 + 2.0 * m.cohesion_beta) * r.s;
     const Mat3 lb = gradient_ * b - g * normal * b;
@@ -252,9 +260,12 @@ struct Landing {
 };
 Landing snap_landing(const CamClay& m, const Local& before, double eps_v) {
   const double total = m.initial_internal() - eps_v;
+  const auto y_p_of = [&](double x) {
+    return m.critical_state_slope * m.critical_state_slope * (2.0 * m.bulk_modulus * (total - x) - (1.0 - m.cohesion_beta) * m.preconsolidation(x));
+  };
   const auto at = [&](double x) {
     Landing r{m.bulk_modulus * (total - x), before.q, x};
-    const double y_p = m.critical_state_slope * m.critical_state_slope * (2.0 * r.p - (1.0 - m.cohesion_beta) * m.preconsolidation(x));
+    const double y_p = y_p_of(x);
     r.q = std::abs(before.q) / (1.0 + 6.0 * m.shear_modulus * (1.0 + 2.0 * m.cohesion_beta) * (x - before.internal) / y_p);
     return r;
   };
@@ -262,17 +273,18 @@ Landing snap_landing(const CamClay& m, const Local& before, double eps_v) {
     const Landing r = at(x);
     return m.yield(r.p, r.q, x);
   };
-  constexpr int samples = 20000;
-  bool outside = false;
-  double above = before.internal;
+  // From 1e-5 X_n away in equal ratios. Inside already there: the surface closed again at once (D only touched zero).
+  constexpr int samples = 4000;
+  constexpr double nearest = 1e-5;
+  double above = before.internal * (1.0 - nearest);
+  if (y(above) <= 0.0) return at(above);
   for (int i = 1; i < samples; ++i) {
-    const double x = before.internal * (1.0 - static_cast<double>(i) / samples);
-    if (x <= total) break;  // no tension left to release
-    const bool now = y(x) > 0.0;
-    if (outside && !now) return at(bisect(y, above, x));
-    outside = outside || now;
+    const double x = before.internal * (1.0 - nearest * std::pow(1.0 / nearest, static_cast<double>(i) / samples));
+    if (y_p_of(x) >= 0.0) break;  // X falls on the dilative side only
+    if (y(x) <= 0.0) return at(bisect(y, above, x));
     above = x;
   }
+  if (total > 0.0) throw UnstableError(fmt::format("reference path: no state below X = {} at a snap-back", before.internal));
   return {0.0, 0.0, total};
 }
 
@@ -339,6 +351,7 @@ class PathIntegrator {
   void enter(Phase phase) {
     if (phase == Phase::plastic) {
       const Local s = form_.local(t_, y_.data());
+      path_.margin = std::min(path_.margin, s.denominator / s.stiffness);
       if (s.denominator <= snap_share * s.stiffness) return snap_back();  // yield begins where no smooth continuation exists
     }
     phase_ = phase;
@@ -357,6 +370,7 @@ class PathIntegrator {
     }
   }
   void snap_back() {
+    if (++snaps_ > 100) throw UnstableError(fmt::format("reference path: more than 100 snap-backs near time {}", segment_ + t_));
     const Local s = form_.local(t_, y_.data());
     const Landing to = snap_landing(m_, s, form_.eps_v(t_, y_.data()));
     log(PathEvent::snap_back, s.internal, to.internal);
@@ -390,7 +404,7 @@ class PathIntegrator {
       } else {
         const double after = m_.initial_internal() - form_.eps_v(t_, y_.data());
         log(PathEvent::exhaustion, before, after);
-        form_.set(y_, 0.0, 0.0, std::min(after, 0.0));
+        form_.set(y_, 0.0, 0.0, after);  // all elastic strain becomes plastic: X may be above zero by 1e-7 of X_0
         phase_ = Phase::stress_free;
       }
     }
@@ -430,6 +444,8 @@ class PathIntegrator {
     r.time = segment_ + t;
     r.plastic = phase_ == Phase::plastic;
     if (r.plastic) {
+      const Local s = form_.local(t, y_.data());
+      path_.margin = std::min(path_.margin, s.denominator / s.stiffness);
       const double strength = std::max(r.preconsolidation, 1e-3 * m_.preconsolidation_pressure);
       path_.drift = std::max(path_.drift, std::abs(m_.yield(r.p, r.q, r.internal)) / (strength * strength));
     }
@@ -443,6 +459,7 @@ class PathIntegrator {
   OdeIntegrator ode_;
   std::vector<double> y_;
   double t_ = 0.0, segment_ = 0.0;
+  int snaps_ = 0;
   ReferencePath path_;
 };
 

@@ -19,7 +19,7 @@
 
 #include <array>
 #include <cstddef>
-#include <optional>
+#include <limits>
 #include <string>
 #include <vector>
 
@@ -85,6 +85,9 @@ struct ReferencePath {
   std::vector<ReferencePoint> points;  ///< samples_per_segment per segment, the start first
   std::vector<EventRecord> events;
   double drift = 0.0;  ///< max |y| / max(p_c, 1e-3 p_c0)^2 over plastic points
+  /// min D/(K y_p^2 + 3 G y_q^2) where the plastic state is entered or sampled: the plastic strain rate is amplified by its inverse, and
+  /// at zero the point snaps back
+  double margin = std::numeric_limits<double>::infinity();
   long steps = 0;      ///< of CVODE
 };
 
