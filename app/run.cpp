@@ -63,13 +63,21 @@ class ProgressLine {
   Clock::time_point shown_ = Clock::now() - std::chrono::hours(1);
 };
 
-/// SIGINT and SIGTERM ask for a checkpoint and an end at the next sample; a second one ends the process at once.
+/// SIGINT and SIGTERM ask for a checkpoint and an end at the next sample, a second one ends the process at once; SIGUSR1 asks for a checkpoint only.
 std::atomic<int> stop_signal{0};
+std::atomic<bool> checkpoint_wanted{false};
 static_assert(std::atomic<int>::is_always_lock_free, "set in a signal handler");
 
 void ask_to_stop(int number) {
   stop_signal = number;
   std::signal(number, SIG_DFL);
+}
+
+void ask_for_checkpoint(int) { checkpoint_wanted = true; }
+
+Request pending_request() {
+  if (stop_signal != 0) return Request::stop;
+  return checkpoint_wanted.exchange(false) ? Request::checkpoint : Request::none;
 }
 
 struct RunArguments {
@@ -89,9 +97,10 @@ void run(const RunArguments& arguments) {
   options.resume = arguments.resume;
   const auto progress = std::make_shared<ProgressLine>();
   options.on_progress = [progress](const Progress& p) { (*progress)(p); };
-  options.poll = [] { return stop_signal == 0 ? Request::none : Request::stop; };
+  options.poll = pending_request;
   std::signal(SIGINT, ask_to_stop);
   std::signal(SIGTERM, ask_to_stop);
+  std::signal(SIGUSR1, ask_for_checkpoint);
   const RunResult result = run_case(spec, options);
   progress->finish();
   if (!result.finished) {

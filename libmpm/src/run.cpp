@@ -19,13 +19,13 @@
 #include "mpm/diagnostics.hpp"
 #include "mpm/error.hpp"
 #include "mpm/impact/measure.hpp"
-#include "mpm/impact/semi_empirical.hpp"
 #include "mpm/io/atomic_file.hpp"
 #include "mpm/io/checkpoint.hpp"
 #include "mpm/io/config.hpp"
 #include "mpm/io/snapshot.hpp"
 #include "mpm/io/table.hpp"
 #include "mpm/io/xdmf.hpp"
+#include "mpm/post.hpp"
 #include "mpm/scene.hpp"
 #include "mpm/stress.hpp"
 
@@ -149,7 +149,8 @@ class Run {
   void write_frame();
   void checkpoint(const char* why);
   void say(const std::string& text, bool to_caller = true);
-  Progress figures() const;
+  [[nodiscard]] Progress figures() const;
+  [[nodiscard]] SnapshotInfo snapshot_info() const;
   RunResult finish(bool complete);
 
   [[nodiscard]] double sample_time(std::uint64_t k) const { return static_cast<double>(k) / case_.output.series_per_second; }
@@ -188,6 +189,7 @@ Run::Run(const Case& c, const RunOptions& options)
       hash_(case_hash_text(c)),
       scene_(make_scene(c)),
       state_(c.numerics.cell_size),
+      geometry_(impact_geometry(c)),
       last_sample_(static_cast<std::uint64_t>(std::ceil(c.output.duration * c.output.series_per_second - 1e-9))),
       samples_per_frame_(c.output.frames_per_second > 0.0
                              ? static_cast<std::uint64_t>(std::max(1.0, std::round(c.output.series_per_second / c.output.frames_per_second)))
@@ -195,9 +197,6 @@ Run::Run(const Case& c, const RunOptions& options)
       lock_(made(options.out)) {
   if (options_.threads > 0) omp_set_num_threads(options_.threads);
   state_.grid.keep_old_nodes(c.numerics.transfer == Transfer::flip);
-  if (c.conveyor && c.obstacle) {
-    geometry_ = paper_geometry(c.conveyor->flow_height, c.obstacle->width, c.numerics.cell_size, c.material.density, scene_.mirror_y);
-  }
 }
 
 std::vector<std::string> Run::columns() const {
@@ -293,9 +292,12 @@ void Run::record_sample() {
   ++progress_.samples;
 }
 
+SnapshotInfo Run::snapshot_info() const {
+  return {state_.time, static_cast<std::int64_t>(state_.step), hash_, std::string(build_info().version), case_.material.density, scene_.mirror_x, scene_.mirror_y};
+}
+
 void Run::write_frame() {
-  SnapshotInfo info{state_.time, static_cast<std::int64_t>(state_.step), hash_, std::string(build_info().version), case_.material.density, scene_.mirror_x, scene_.mirror_y};
-  frames_->append(table_of(state_, scene_), info);
+  frames_->append(table_of(state_, scene_), snapshot_info());
 }
 
 void Run::checkpoint(const char* why) {
@@ -342,28 +344,12 @@ RunResult Run::finish(bool complete) {
   json["particles_left_downstream"] = case_.conveyor ? state_.left.downstream : 0;
   json["particles_lost"] = state_.left.count - (case_.conveyor ? state_.left.downstream : 0);
   if (geometry_) {
-    ImpactFlow flow;
-    flow.velocity = case_.conveyor->velocity;
-    flow.gravity = case_.numerics.gravity;
-    if (const auto* law = std::get_if<CamClay>(&scene_.material); law != nullptr) {
-      flow.effective_friction = effective_friction(case_.material.critical_state_slope, case_.material.cohesion_beta);
-    }
-    result.impact = summarise(series_, *geometry_, flow);
+    result.impact = summarise(series_, *geometry_, impact_flow(case_));
     json.update(nlohmann::ordered_json::parse(to_json(*result.impact)));
-    const auto rows = mean_profile(series_, result.impact->span, *geometry_);
-    std::vector<std::vector<double>> profile(4);
-    for (const ProfileRow& row : rows) {
-      profile[0].push_back(row.z);
-      profile[1].push_back(row.pressure);
-      profile[2].push_back(row.smoothed);
-      profile[3].push_back(row.force_per_height);
-    }
-    const std::vector<std::string> names = {"z_m", "pressure_pa", "smoothed_pressure_pa", "force_per_height_n_m"};
-    write_table(options_.out / "profile.csv", names, profile);
+    write_profile(options_.out / "profile.csv", mean_profile(series_, result.impact->span, *geometry_));
   }
   result.results_json = json.dump(2) + "\n";
-  const SnapshotInfo info{state_.time, static_cast<std::int64_t>(state_.step), hash_, std::string(build.version), case_.material.density, scene_.mirror_x, scene_.mirror_y};
-  write_final(options_.out / "final.h5", table_of(state_, scene_), info);
+  write_final(options_.out / "final.h5", table_of(state_, scene_), snapshot_info());
   write_file(options_.out / "results.json", result.results_json);
   say(fmt::format("done: {} steps, {:.4g} million particle-steps/s over {:.1f} s of wall time", state_.step, result.million_particle_steps_per_s, progress_.wall_time), false);
   return result;
