@@ -23,7 +23,8 @@ std::vector<Vec3> expect_balance(const Case& c, int steps) {
     Vec3 change = after.momentum - before.momentum, expected = report.entered.momentum + report.gravity_impulse - report.left.momentum;
     // Round-off is that of momentum sums: some ulp of sum m |v|, bounded through the energy (Cauchy-Schwarz), and of the stress's pushes,
     // which cancel in the sum: less than m 1 m/s a step.
-    const double mass = before.mass + report.entered.mass, size = std::sqrt(2.0 * mass * (before.kinetic_energy + after.kinetic_energy)) + mass;
+    const double mass = before.mass + report.entered.mass,
+                 size = std::sqrt(2.0 * mass * (before.kinetic_energy + after.kinetic_energy)) + mass;
     for (std::size_t b = 0; b < report.impulses.size(); ++b) {
       expected -= report.impulses[b].linear;
       impulses[b] += report.impulses[b].linear;
@@ -54,8 +55,8 @@ TEST_P(Momentum, ClosesWhereBodiesHitWallsOfEveryKindAndLeave) {
   Case c = scene_by_hand();
   c.material = testing::cam_clay_snow(0.8, 0.3);
   c.numerics.slope = 0.2;
-  c.bodies = {box_body({-0.9, -0.9, 0.1}, {-0.3, -0.3, 0.8}, {-6.0, 1.0, -3.0}), box_body({0.2, 0.2, 0.1}, {0.8, 0.9, 0.6}, {5.0, 6.0, -2.0}),
-              box_body({-0.4, 0.0, 1.0}, {0.4, 0.5, 1.5}, {1.0, 0.0, 12.0})};
+  c.bodies = {box_body({-0.9, -0.9, 0.1}, {-0.3, -0.3, 0.8}, {-6.0, 1.0, -3.0}),
+              box_body({0.2, 0.2, 0.1}, {0.8, 0.9, 0.6}, {5.0, 6.0, -2.0}), box_body({-0.4, 0.0, 1.0}, {0.4, 0.5, 1.5}, {1.0, 0.0, 12.0})};
   c.bodies[1].shape = BodySpec::Shape::sphere;
   c.walls = {wall(Vec3::Zero(), {0.1, 0.0, 1.0}, Contact::separable, 0.4), wall({-1.0, 0.0, 0.0}, Vec3::UnitX(), Contact::no_slip),
              wall({1.0, 0.0, 0.0}, {-1.0, -0.2, 0.0}, Contact::slip, 0.2), wall({0.0, 1.1, 0.0}, -Vec3::UnitY(), Contact::separable)};

@@ -58,7 +58,8 @@ class RunCase : public ::testing::Test {
     ASSERT_EQ(frames, frame_numbers(directory / b));
     for (const int n : frames) EXPECT_EQ(content(frame_path(directory / a, n)), content(frame_path(directory / b, n))) << n;
     EXPECT_EQ(content(directory / a / "frames.xdmf"), content(directory / b / "frames.xdmf"));
-    auto x = nlohmann::json::parse(content(directory / a / "results.json")), y = nlohmann::json::parse(content(directory / b / "results.json"));
+    auto x = nlohmann::json::parse(content(directory / a / "results.json")),
+         y = nlohmann::json::parse(content(directory / b / "results.json"));
     for (const char* of_the_machine : {"wall_time_s", "solver_time_s", "million_particle_steps_per_s", "peak_memory_bytes", "threads"}) {
       x.erase(of_the_machine);
       y.erase(of_the_machine);
@@ -77,14 +78,15 @@ TEST_F(RunCase, LeavesTheFilesItPromises) {
   EXPECT_TRUE(result.finished);
   EXPECT_EQ(result.time, 0.2);
   EXPECT_EQ(samples, 10);
-  for (const char* name : {"case.toml", "series.csv", "profile.csv", "results.json", "final.h5", "checkpoint.h5", "run.log", "frames.xdmf"}) {
+  for (const char* name :
+       {"case.toml", "series.csv", "profile.csv", "results.json", "final.h5", "checkpoint.h5", "run.log", "frames.xdmf"}) {
     EXPECT_TRUE(fs::exists(directory / "a" / name)) << name;
   }
   EXPECT_EQ(read_case(directory / "a/case.toml"), c);
 
   const Table series = Table::read(directory / "a/series.csv");
-  for (const char* column : {"time_s", "runup_m", "runup_p99_m", "pressure_height_m", "impact_pressure_pa", "force_x_n", "force_y_n", "force_z_n", "mass_kg",
-                             "momentum_x_kg_m_s", "kinetic_energy_j", "elastic_energy_j", "potential_energy_j"}) {
+  for (const char* column : {"time_s", "runup_m", "runup_p99_m", "pressure_height_m", "impact_pressure_pa", "force_x_n", "force_y_n",
+                             "force_z_n", "mass_kg", "momentum_x_kg_m_s", "kinetic_energy_j", "elastic_energy_j", "potential_energy_j"}) {
     EXPECT_TRUE(series.has(column)) << column;
   }
   ASSERT_EQ(series.rows(), 11U);
@@ -101,16 +103,37 @@ TEST_F(RunCase, LeavesTheFilesItPromises) {
 
   EXPECT_EQ(result.results_json, content(directory / "a/results.json"));
   const auto json = nlohmann::json::parse(result.results_json);
-  for (const char* key : {"title", "case_hash", "version", "commit", "threads", "wall_time_s", "steps", "particle_steps", "million_particle_steps_per_s",
-                          "peak_memory_bytes", "particles_final", "particles_lost", "runup_mean_m", "runup_p99_mean_m", "runup_standard_error_m", "runup_peak_m",
-                          "pressure_height_mean_m", "impact_pressure_mean_pa", "force_mean_n", "moment_mean_n_m", "compaction_mean", "predicted_runup_m",
-                          "predicted_pressure_height_m", "steady"}) {
+  for (const char* key : {"title",
+                          "case_hash",
+                          "version",
+                          "commit",
+                          "threads",
+                          "wall_time_s",
+                          "steps",
+                          "particle_steps",
+                          "million_particle_steps_per_s",
+                          "peak_memory_bytes",
+                          "particles_final",
+                          "particles_lost",
+                          "runup_mean_m",
+                          "runup_p99_mean_m",
+                          "runup_standard_error_m",
+                          "runup_peak_m",
+                          "pressure_height_mean_m",
+                          "impact_pressure_mean_pa",
+                          "force_mean_n",
+                          "moment_mean_n_m",
+                          "compaction_mean",
+                          "predicted_runup_m",
+                          "predicted_pressure_height_m",
+                          "steady"}) {
     EXPECT_TRUE(json.contains(key)) << key;
   }
   EXPECT_EQ(json["title"], "small avalanche");
   EXPECT_EQ(json["case_hash"], case_hash_text(c));
   EXPECT_EQ(json["particles_initial"].get<std::uint64_t>() + json["particles_entered"].get<std::uint64_t>(),
-            json["particles_final"].get<std::uint64_t>() + json["particles_lost"].get<std::uint64_t>() + json["particles_left_downstream"].get<std::uint64_t>());
+            json["particles_final"].get<std::uint64_t>() + json["particles_lost"].get<std::uint64_t>() +
+                json["particles_left_downstream"].get<std::uint64_t>());
 }
 
 TEST_F(RunCase, StoppedAndResumedEndsAsIfNothingHadHappened) {
@@ -175,7 +198,8 @@ TEST_F(RunCase, ResumedWithoutACheckpointStartsFromTheBeginning) {
 TEST_F(RunCase, RefusesToResumeAnotherCaseAndLeavesEverythingAsItWas) {
   Case c = short_avalanche(0.04);
   run_case(c, into("a"));
-  const std::string series = content(directory / "a/series.csv"), toml = content(directory / "a/case.toml"), log = content(directory / "a/run.log");
+  const std::string series = content(directory / "a/series.csv"), toml = content(directory / "a/case.toml"),
+                    log = content(directory / "a/run.log");
   c.material.critical_state_slope = 0.5;
   EXPECT_THROW(run_case(c, into("a", true)), IoError);
   EXPECT_EQ(content(directory / "a/series.csv"), series);
@@ -194,7 +218,8 @@ TEST_F(RunCase, ANewRunLeavesNothingOfTheOldOne) {
   RunOptions options = into("a");
   options.poll = stop_after(1);
   run_case(other, options);
-  for (const char* of_the_end : {"results.json", "final.h5", "profile.csv"}) EXPECT_FALSE(fs::exists(directory / "a" / of_the_end)) << of_the_end;
+  for (const char* of_the_end : {"results.json", "final.h5", "profile.csv"})
+    EXPECT_FALSE(fs::exists(directory / "a" / of_the_end)) << of_the_end;
   EXPECT_EQ(frame_numbers(directory / "a").size(), 1U);
 }
 
@@ -223,7 +248,8 @@ TEST_F(RunCase, ThatBecomesUnstableKeepsWhatItWrote) {
   c.numerics.cfl = 1.0;
   c.numerics.gravity = 0.0;
   // two blocks that meet after 0.02 s at forty times the wave speed: crushed to nothing in one step
-  c.bodies = {testing::box_body(Vec3::Zero(), Vec3::Constant(0.5)), testing::box_body({50.0, 0.0, 0.0}, {50.5, 0.5, 0.5}, {-2300.0, 0.0, 0.0})};
+  c.bodies = {testing::box_body(Vec3::Zero(), Vec3::Constant(0.5)),
+              testing::box_body({50.0, 0.0, 0.0}, {50.5, 0.5, 0.5}, {-2300.0, 0.0, 0.0})};
   c.domain.max.x() = 60.0;
   try {
     run_case(c, into("a"));

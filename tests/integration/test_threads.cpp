@@ -22,7 +22,8 @@ Outcome run(const Case& c, int threads, int steps) {
     for (const Impulse& j : report.impulses) {
       for (int i = 0; i < 3; ++i) outcome.numbers.insert(outcome.numbers.end(), {j.linear[i], j.angular[i]});
     }
-    outcome.numbers.insert(outcome.numbers.end(), {report.dt, report.gravity_impulse.z(), report.left.mass, report.left.momentum.x(), state.max_speed, state.time});
+    outcome.numbers.insert(outcome.numbers.end(), {report.dt, report.gravity_impulse.z(), report.left.mass, report.left.momentum.x(),
+                                                   state.max_speed, state.time});
   }
   outcome.particles = testing::stored_particles(state.grid);
   omp_set_num_threads(1);
@@ -39,7 +40,8 @@ void expect_same_bits(const Case& c, int steps, std::initializer_list<int> threa
   }
 }
 
-// Two threads spin at their barriers, which takes ten times longer where the cores are busy with other tests: fewer steps. Three and four sleep.
+// Two threads spin at their barriers, which takes ten times longer where the cores are busy with other tests: fewer steps. Three and four
+// sleep.
 TEST(Threads, GiveTheSameBitsOfAnAvalancheOnAMast) {
   expect_same_bits(testing::small_avalanche(), 60, {2});
   expect_same_bits(testing::small_avalanche(), 300, {3, 4});

@@ -66,9 +66,9 @@ TEST_F(Contacts, FrictionStaysInTheCoulombConeAndNeverReverses) {
         const double tangential_loss = (t0 - t1).norm();
         EXPECT_LE(tangential_loss, mu * normal_loss + eps);
         EXPECT_GE(t0.dot(t1), -eps);
-        EXPECT_LE(t0.cross(t1).norm(), 10.0 * eps);  // along the slip
+        EXPECT_LE(t0.cross(t1).norm(), 10.0 * eps);    // along the slip
         EXPECT_LE(after.norm(), before.norm() + eps);  // takes energy, relative to the surface
-        if (t1.norm() > 10.0 * eps) {  // sliding: the whole cone
+        if (t1.norm() > 10.0 * eps) {                  // sliding: the whole cone
           EXPECT_NEAR(tangential_loss, mu * normal_loss, eps);
         }
       });
@@ -81,7 +81,8 @@ TEST_F(Contacts, DoNotDependOnTheFrameOfTheObserver) {
     for_many([&](const Vec3& v, const Vec3& n, const Vec3& u) {
       const Vec3 shift = random_vector(10.0);
       if (std::abs((v - u).dot(n)) < 1e-9) return;  // on the edge between pressing and leaving round-off decides
-      EXPECT_LE((contact_velocity(v + shift, n, u + shift, contact, 0.3) - contact_velocity(v, n, u, contact, 0.3) - shift).norm(), 10.0 * eps);
+      EXPECT_LE((contact_velocity(v + shift, n, u + shift, contact, 0.3) - contact_velocity(v, n, u, contact, 0.3) - shift).norm(),
+                10.0 * eps);
     });
   }
 }
@@ -131,7 +132,7 @@ TEST(RigidBoxes, StopWhatMovesIntoTheNearestFace) {
   EXPECT_EQ(stopped({1.9, 0.0, 0.0}), Vec3(1.0, 0.0, 0.0));   // downstream face
   EXPECT_EQ(stopped({1.0, -0.9, 0.0}), Vec3(0.0, 2.0, 0.0));  // sides
   EXPECT_EQ(stopped({1.0, 0.9, 0.0}), Vec3(0.0, 2.0, 0.0));
-  EXPECT_EQ(stopped({1.0, 0.0, 2.9}), Vec3(0.0, 0.0, 4.0));   // top
+  EXPECT_EQ(stopped({1.0, 0.0, 2.9}), Vec3(0.0, 0.0, 4.0));  // top
   // edges: upstream first, then downstream, sides, top
   EXPECT_EQ(stopped({0.0, 1.0, 3.0}), Vec3(1.0, 0.0, 0.0));
   EXPECT_EQ(stopped({2.0, -1.0, 3.0}), Vec3(1.0, 0.0, 0.0));
@@ -143,10 +144,10 @@ TEST(RigidBoxes, StopWhatMovesIntoTheNearestFace) {
 TEST(RigidBoxes, LetGoWhatMovesOutOfEachFace) {
   const RigidBox box{Vec3(0.0, -1.0, -10.0), Vec3(2.0, 1.0, 3.0), Contact::separable, 0.5};
   for (const auto& [node, out] : std::vector<std::pair<Vec3, Vec3>>{{{0.0, 0.0, 0.0}, {-1.0, 0.0, 0.0}},
-                                                                     {{2.0, 0.0, 0.0}, {1.0, 0.0, 0.0}},
-                                                                     {{1.0, -1.0, 0.0}, {0.0, -1.0, 0.0}},
-                                                                     {{1.0, 1.0, 0.0}, {0.0, 1.0, 0.0}},
-                                                                     {{1.0, 0.0, 3.0}, {0.0, 0.0, 1.0}}}) {
+                                                                    {{2.0, 0.0, 0.0}, {1.0, 0.0, 0.0}},
+                                                                    {{1.0, -1.0, 0.0}, {0.0, -1.0, 0.0}},
+                                                                    {{1.0, 1.0, 0.0}, {0.0, 1.0, 0.0}},
+                                                                    {{1.0, 0.0, 3.0}, {0.0, 0.0, 1.0}}}) {
     const Vec3 along(0.3, 0.2, 0.1), leaving = out + along - along.dot(out) * out;
     EXPECT_EQ(box.constrain(node, leaving), leaving);
     EXPECT_NEAR(box.constrain(node, -leaving).dot(out), 0.0, eps);
@@ -184,7 +185,8 @@ class GridUpdate : public ::testing::Test {
       const Index3& c = grid.block(b).coordinate;
       for (int n = 0; n < block_nodes; ++n) {
         const Node& v = grid.nodes(b).node[n];
-        all.push_back({dx * Vec3(4 * c[0] + (n & 3), 4 * c[1] + (n >> 2 & 3), 4 * c[2] + (n >> 4)), (velocities ? v[3] : 1.0) * Vec3(v[0], v[1], v[2]), v[3]});
+        all.push_back({dx * Vec3(4 * c[0] + (n & 3), 4 * c[1] + (n >> 2 & 3), 4 * c[2] + (n >> 4)),
+                       (velocities ? v[3] : 1.0) * Vec3(v[0], v[1], v[2]), v[3]});
       }
     }
     return all;
@@ -229,7 +231,7 @@ TEST_F(GridUpdate, BooksTheMomentumThatEachBoundaryTookLinearAndAngular) {
       scale += before[i].momentum.norm();
     }
     ASSERT_EQ(impulses.size(), 1U);
-    EXPECT_GT(linear.norm(), 1e-3 * scale);                            // it did something
+    EXPECT_GT(linear.norm(), 1e-3 * scale);                          // it did something
     EXPECT_LE((impulses[0].linear - linear).norm(), 1e-14 * scale);  // the same terms in another order
     EXPECT_LE((impulses[0].angular - angular).norm(), 1e-13 * scale);
   }
@@ -282,7 +284,8 @@ struct Symmetric {
     }
     return c;
   }
-  Symmetric(const MaterialSpec& material, bool mirror_x, bool mirror_y, Transfer transfer) : scene(make(material, mirror_x, mirror_y, transfer)) {
+  Symmetric(const MaterialSpec& material, bool mirror_x, bool mirror_y, Transfer transfer)
+      : scene(make(material, mirror_x, mirror_y, transfer)) {
     Case c = snow(material);
     c.numerics.transfer = transfer;
     state.emplace(make_state(c, scene));
@@ -320,8 +323,9 @@ TEST_P(MirrorPlanes, APartOfTheDomainMovesAsItDoesInTheWhole) {
   const MirrorCase& m = GetParam();
   Symmetric whole(m.material, false, false, m.transfer), part(m.material, m.x, m.y, m.transfer);
   ASSERT_EQ(whole.start.size(), part.start.size() * (m.x ? 2U : 1U) * (m.y ? 2U : 1U));
-  // Sums in another order differ in the last bits, 1e-15 m/s of 5 m/s in a step; fifty steps may add that up and a contact pass it on: 1e-12 m/s,
-  // and what follows from it over 50 steps of 1 ms, over a cell, and over E dt / dx. A fault of the mirror is of the order of the values.
+  // Sums in another order differ in the last bits, 1e-15 m/s of 5 m/s in a step; fifty steps may add that up and a contact pass it on:
+  // 1e-12 m/s, and what follows from it over 50 steps of 1 ms, over a cell, and over E dt / dx. A fault of the mirror is of the order of
+  // the values.
   const double tolerance = 1e-12;
   Vec3 whole_impulse = Vec3::Zero(), part_impulse = Vec3::Zero(), whole_moment_sum = Vec3::Zero(), part_moment = Vec3::Zero();
   for (int n = 0; n < 50; ++n) {

@@ -33,8 +33,8 @@ double settled_height(const AnyMaterial& material, double height, int count) {
 }
 
 TEST(SettledColumn, CarriesItsWeightInEveryLayerWhateverTheLaw) {
-  for (const MaterialSpec& spec : {elastic_snow(), cam_clay_snow(0.0, 0.0), cam_clay_snow(0.4, 0.0), cam_clay_snow(0.8, 0.3), cam_clay_snow(1.2, 0.3),
-                                   cam_clay_snow(0.8, 0.15, 0.05), cam_clay_snow(0.4, 0.0, 15.0)}) {
+  for (const MaterialSpec& spec : {elastic_snow(), cam_clay_snow(0.0, 0.0), cam_clay_snow(0.4, 0.0), cam_clay_snow(0.8, 0.3),
+                                   cam_clay_snow(1.2, 0.3), cam_clay_snow(0.8, 0.15, 0.05), cam_clay_snow(0.4, 0.0, 15.0)}) {
     const AnyMaterial material = make_material(spec);
     for (const double height : {1.75, 10.0}) {
       for (const int count : {1, 14, 80}) {
@@ -58,8 +58,8 @@ TEST(SettledColumn, CarriesItsWeightInEveryLayerWhateverTheLaw) {
 }
 
 TEST(SettledColumn, SettlesAsTheExactSolutionDoes) {
-  // -ln J = W(rho g (H - Z) / E_oed), Lambert's function, with K for E_oed when M = 0: 4.384 mm elastic and 10.684 mm as a fluid for 1.75 m.
-  // The midpoint sum over 200 layers misses less than 1e-6 of that.
+  // -ln J = W(rho g (H - Z) / E_oed), Lambert's function, with K for E_oed when M = 0: 4.384 mm elastic and 10.684 mm as a fluid for 1.75
+  // m. The midpoint sum over 200 layers misses less than 1e-6 of that.
   const AnyMaterial elastic = make_material(elastic_snow());
   MaterialSpec fluid_spec = cam_clay_snow(0.0, 0.0);
   const AnyMaterial fluid = make_material(fluid_spec);
@@ -151,11 +151,13 @@ TEST_P(PlugWithoutObstacle, StaysAPlug) {
   EXPECT_NEAR(floor_impulse, gravity_impulse, 0.005 * std::abs(gravity_impulse));  // the floor carries the weight
   EXPECT_NEAR(mass_seconds / 0.2, 300.0 * 1.5 * (4.5 - 0.5 * spacing), 300.0 * 1.5 * 0.5 * spacing);
   EXPECT_EQ(state.left.count, state.left.downstream);
-  EXPECT_NEAR(static_cast<double>(state.entered.count), velocity / spacing * static_cast<double>(per_layer), 1.01 * static_cast<double>(per_layer));
+  EXPECT_NEAR(static_cast<double>(state.entered.count), velocity / spacing * static_cast<double>(per_layer),
+              1.01 * static_cast<double>(per_layer));
 
-  // What a grid keeps of a hydrostatic profile: inside, the weight of a cell is its resolution, a seventh of which is allowed. In the cell on the floor
-  // the nodes on and behind it carry a part themselves: a uniform stress sigma of particles at 1/4, 3/4, 5/4 dx pushes the nodes above with
-  // (27/32 + 27/32 + 5/32) / 2 sigma = 0.922 sigma (weights times 4 (x_i - x_p) / dx), so the particles there carry 1 / 0.922 of the exact.
+  // What a grid keeps of a hydrostatic profile: inside, the weight of a cell is its resolution, a seventh of which is allowed. In the cell
+  // on the floor the nodes on and behind it carry a part themselves: a uniform stress sigma of particles at 1/4, 3/4, 5/4 dx pushes the
+  // nodes above with (27/32 + 27/32 + 5/32) / 2 sigma = 0.922 sigma (weights times 4 (x_i - x_p) / dx), so the particles there carry 1 /
+  // 0.922 of the exact.
   const double resolved = 0.15 * weight * dx, wall_cell = 1.0 / 0.921875;
   // That misfit of a fresh column, at most 0.4 rho g dx, relaxes with sigma / (rho c_P) = 0.017 m/s.
   const double relaxation = 0.02;
@@ -169,14 +171,15 @@ TEST_P(PlugWithoutObstacle, StaysAPlug) {
     sigma[k] += p.stress[2] / volume_ratio(scene.material, p);
     count[k] += 1.0;
     EXPECT_LE((velocity_of(p) - Vec3(velocity, 0.0, 0.0)).norm(), relaxation);
-    deviation = std::max(deviation, std::abs(p.position[0] - (velocity * state.time - (static_cast<double>(p.id / per_layer) + 0.5) * spacing)));
+    deviation =
+        std::max(deviation, std::abs(p.position[0] - (velocity * state.time - (static_cast<double>(p.id / per_layer) + 0.5) * spacing)));
   }
   for (std::size_t k = 0; k < 8; ++k) {
     const double exact = -weight * (1.0 - (static_cast<double>(k) + 0.5) / 8.0) * (k < 2 ? wall_cell : 1.0);
     EXPECT_NEAR(sigma[k] / count[k], exact, resolved) << k;
   }
-  // The lattice runs on unbroken: exactly behind the inlet, where the belt alone moves it, and everywhere but for that relaxation over the time that the
-  // snow spent in the window.
+  // The lattice runs on unbroken: exactly behind the inlet, where the belt alone moves it, and everywhere but for that relaxation over the
+  // time that the snow spent in the window.
   for (auto it = layers.begin(); std::next(it) != layers.end(); ++it) {
     const double here = it->second.first;
     if (here > 1.0) continue;

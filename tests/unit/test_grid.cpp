@@ -231,13 +231,15 @@ TEST(Grid, MemoryFollowsTheOccupiedVolumeAndIsGivenBack) {
   Grid flat(dx), with_jet(dx);
   fill(flat, 1.0);
   fill(with_jet, 45.0);
-  // The jet crosses 45 m / 1 m = 45 block layers, stands in at most 2 x 2 blocks of each and touches at most 3 x 3: a box would take 20 x 10 x 45.
+  // The jet crosses 45 m / 1 m = 45 block layers, stands in at most 2 x 2 blocks of each and touches at most 3 x 3: a box would take 20 x
+  // 10 x 45.
   EXPECT_LE(with_jet.all_blocks().size(), flat.all_blocks().size() + 9 * 46);
   EXPECT_GE(with_jet.all_blocks().size(), flat.all_blocks().size() + 44);
   // per block nodes, lists and neighbours; the particles' slabs and per-particle lists apart
   const std::size_t per_block = sizeof(NodeBlock) + sizeof(Block);
   const std::size_t per_particle = sizeof(Particle) * 4;  // pages are at worst a quarter full on average here; slabs of 2 MB
-  EXPECT_LE(with_jet.bytes(), with_jet.all_blocks().size() * 2 * per_block + with_jet.particle_count() * per_particle + (std::size_t{4} << 20));
+  EXPECT_LE(with_jet.bytes(),
+            with_jet.all_blocks().size() * 2 * per_block + with_jet.particle_count() * per_particle + (std::size_t{4} << 20));
 
   const std::size_t before = with_jet.bytes();
   for (int round = 0; round < 3; ++round) {
@@ -264,7 +266,7 @@ TEST(Grid, RestoreGivesBackTheSameSlotsCellsAndLists) {
   }
   grid.refresh();
   for (int n = 0; n < 10; ++n) {  // slots in an order that positions alone do not tell
-    move_all(grid, oracle, [&](const Particle&) { return Vec3(place(random), place(random), place(random)) * 0.5; });
+    move_all(grid, oracle, [&](const Particle&) { return Vec3(0.5 * Vec3(place(random), place(random), place(random))); });
   }
   Grid copy(dx);
   std::vector<std::int32_t> blocks(grid.occupied_blocks().begin(), grid.occupied_blocks().end());

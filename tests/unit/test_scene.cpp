@@ -32,7 +32,8 @@ struct ShapeCase {
 };
 class Bodies : public ::testing::TestWithParam<ShapeCase> {};
 INSTANTIATE_TEST_SUITE_P(Shapes, Bodies,
-                         ::testing::Values(ShapeCase{BodySpec::Shape::box, 1.0}, ShapeCase{BodySpec::Shape::cylinder, std::numbers::pi / 4.0},
+                         ::testing::Values(ShapeCase{BodySpec::Shape::box, 1.0},
+                                           ShapeCase{BodySpec::Shape::cylinder, std::numbers::pi / 4.0},
                                            ShapeCase{BodySpec::Shape::sphere, std::numbers::pi / 6.0}));
 
 TEST_P(Bodies, HaveTheExactVolumeMassAndCentreOfTheirShapeWhateverTheLattice) {

@@ -12,11 +12,11 @@
 namespace mpm {
 namespace {
 
-using ::testing::HasSubstr;
-using ::testing::Not;
 using testing::box_body;
 using testing::empty_case;
 using testing::find_particle;
+using ::testing::HasSubstr;
+using ::testing::Not;
 using testing::particle_at;
 using testing::position_of;
 using testing::velocity_of;
@@ -86,7 +86,8 @@ TEST(Step, OfNothingDoesNothing) {
 }
 
 TEST(Step, LetsAFreeBodyFlyOnItsParabola) {
-  // Symplectic Euler: after n steps v = v0 - n g dt and z = z0 + v0 t - g t (t + dt) / 2, exactly, for every particle: a body in free fall has no stress.
+  // Symplectic Euler: after n steps v = v0 - n g dt and z = z0 + v0 t - g t (t + dt) / 2, exactly, for every particle: a body in free fall
+  // has no stress.
   for (const Transfer transfer : {Transfer::apic, Transfer::flip}) {
     Case c = empty_case();
     c.numerics.transfer = transfer;
@@ -220,7 +221,10 @@ TEST_F(Unstable, NotANumberNamesParticlePositionAndTime) {
   for (int field = 0; field < 4; ++field) {
     const Particle sane = poisoned();
     Particle& p = poisoned();
-    (field == 0 ? p.velocity[1] : field == 1 ? p.affine[4] : field == 2 ? p.stress[3] : p.velocity[2]) = field == 3 ? HUGE_VAL : std::nan("");
+    (field == 0   ? p.velocity[1]
+     : field == 1 ? p.affine[4]
+     : field == 2 ? p.stress[3]
+                  : p.velocity[2]) = field == 3 ? HUGE_VAL : std::nan("");
     const std::string message = unstable_message([&] { step(state, scene, 1e-3); });
     EXPECT_THAT(message, HasSubstr("particle 987654"));
     EXPECT_THAT(message, HasSubstr("t = 0.75 s"));
@@ -268,9 +272,7 @@ TEST_F(Unstable, ACaseWithAnAbsurdVelocityDoesNotStart) {
   EXPECT_THROW(advance(fast, scene, 0.1), UnstableError);
 }
 
-TEST_F(Unstable, ATimeStepThatIsNoNumberIsAMessageNotACrash) {
-  EXPECT_THROW(step(state, scene, std::nan("")), UnstableError);
-}
+TEST_F(Unstable, ATimeStepThatIsNoNumberIsAMessageNotACrash) { EXPECT_THROW(step(state, scene, std::nan("")), UnstableError); }
 
 }  // namespace
 }  // namespace mpm

@@ -225,7 +225,7 @@ TEST_P(TransferMode, GridToParticleIsTheSumOfTheDocstring) {
   for (std::size_t i = 0; i < moved.size(); ++i) {
     const Particle &p = moved[i], &e = expected[i];
     ASSERT_EQ(p.id, e.id);
-    EXPECT_LE((velocity_of(p) - velocity_of(e)).norm(), round_off * 30.0);               // node velocities up to 10 m/s an axis
+    EXPECT_LE((velocity_of(p) - velocity_of(e)).norm(), round_off * 30.0);                 // node velocities up to 10 m/s an axis
     EXPECT_LE((position_of(p) - position_of(e)).norm(), round_off * 30.0 * 1e-3 + 1e-14);  // and an ulp of 15 m
     EXPECT_LE((affine_of(p) - affine_of(e)).norm(), round_off * 30.0 * 4.0 / dx * 3.0);    // 4/dx^2 times arms of up to 1.5 dx
     EXPECT_EQ(p.volume, e.volume);                                                         // untouched
