@@ -49,7 +49,7 @@ TEST_P(UpdateStress, GivesEveryParticleWhatTheLawGivesItAlone) {
   const AnyMaterial material = make_material(GetParam());
   const double internal = std::visit([](const auto& law) { return law.initial_internal(); }, material);
   std::mt19937_64 random(21);
-  for (const int count : {1, 2, 7, 8, 9, 31, 32, 33, 100}) {  // around the eight lanes and the 32 records of a page
+  for (const int count : {1, 2, 7, 8, 9, 15, 16, 17, 31, 32, 33, 100}) {  // around groups of lanes and the 32 records of a page
     Grid grid(dx);
     std::vector<Particle> expected;
     for (int i = 0; i < count; ++i) {
