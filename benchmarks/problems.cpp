@@ -24,6 +24,13 @@ void set_stress(Particle& p, double pressure, double q) {
   for (int i = 0; i < 6; ++i) p.stress[i] = scale * direction[i] - (i < 3 ? pressure : 0.0);
 }
 
+/// |s| of the deviator.
+double stress_norm(const Particle& p, double pressure) {
+  double sum = 0.0;
+  for (int i = 0; i < 6; ++i) sum += i < 3 ? (p.stress[i] + pressure) * (p.stress[i] + pressure) : 2.0 * p.stress[i] * p.stress[i];
+  return std::sqrt(sum);
+}
+
 /// A cube of particles at rest.
 Problem cube(std::size_t particles, int per_cell, const MaterialSpec& snow) {
   Case c;
@@ -91,15 +98,19 @@ Problem make_law_points(std::size_t particles, LawRegime regime) {
   std::mt19937_64 random(2);
   std::uniform_real_distribution<double> unit(-1.0, 1.0);
   for_each(problem.state.grid, [&](Particle& p) {
-    const double rate = regime == LawRegime::elastic ? 0.5 : 20.0;  // 1/s; the step's strain is rate * law_step
+    const double rate = regime == LawRegime::elastic ? 0.5 : 5.0;  // 1/s; the step's strain is rate * law_step
     for (double& c : p.affine) c = rate * unit(random);
     switch (regime) {
       case LawRegime::elastic: set_stress(p, 0.4 * p_c, 0.1 * p_c); break;
       case LawRegime::yielding: {
         const double pressure = (0.35 + 0.4 * std::abs(unit(random))) * p_c;
         set_stress(p, pressure, slope * std::sqrt((pressure + beta * p_c) * (p_c - pressure) / (1.0 + 2.0 * beta)));
-        // shear along the stress's own deviator, so that the trial state lies outside whatever the rest does
-        for (int i = 0; i < 3; ++i) p.affine[3 * i + i] += 3e-3 * (p.stress[i] + pressure);
+        // straining along the stress's own deviator outweighs the random part, so that the trial state lies outside
+        constexpr double aligned = 20.0;  // 1/s
+        const double n = aligned / stress_norm(p, pressure);
+        const double* t = p.stress;
+        const double column[9] = {t[0] + pressure, t[3], t[4], t[3], t[1] + pressure, t[5], t[4], t[5], t[2] + pressure};
+        for (int i = 0; i < 9; ++i) p.affine[i] += n * column[i];
         break;
       }
       case LawRegime::apexes: {
