@@ -144,6 +144,7 @@ class Run {
  private:
   void start();
   void resume();
+  void remove_results(std::initializer_list<const char*> names) const;
   void advance_to_next_sample();
   void record_sample();
   void write_frame();
@@ -229,16 +230,20 @@ Progress Run::figures() const {
   return p;
 }
 
+void Run::remove_results(std::initializer_list<const char*> names) const {
+  for (const char* name : names) {
+    std::error_code error;
+    std::filesystem::remove(options_.out / name, error);
+    if (error) throw file_error("cannot remove", options_.out / name, error.value());
+  }
+}
+
 void Run::start() {
   state_ = make_state(case_, scene_);
   if (state_.grid.particle_count() == 0) throw ConfigError("the case holds no particles: add a [[body]] or a [conveyor]");
   progress_.initial_particles = state_.grid.particle_count();
   log_.emplace(options_.out / "run.log", false);
-  for (const char* of_a_former_run : {"results.json", "profile.csv", "final.h5", "checkpoint.h5"}) {
-    std::error_code error;
-    std::filesystem::remove(options_.out / of_a_former_run, error);
-    if (error) throw file_error("cannot remove", options_.out / of_a_former_run, error.value());
-  }
+  remove_results({"results.json", "profile.csv", "final.h5", "checkpoint.h5"});
   write_file(options_.out / "case.toml", write_case(case_));
   table_.emplace(options_.out / "series.csv", columns());
   frames_.emplace(FrameSeries::create(options_.out));
@@ -249,6 +254,7 @@ void Run::start() {
 void Run::resume() {
   read_checkpoint(options_.out / "checkpoint.h5", hash_, state_, progress_, series_);
   log_.emplace(options_.out / "run.log", true);
+  remove_results({"results.json", "profile.csv", "final.h5"});  // of the shorter run that is extended
   wall_before_ = progress_.wall_time;
   step_before_ = progress_.step_time;
   particle_steps_before_ = progress_.particle_steps;

@@ -110,7 +110,8 @@ Scene make_scene(const Case& c) {
     conveyor_domain(c, min, max);
     scene.domain_min = scene.domain_min.cwiseMax(min);
     scene.domain_max = scene.domain_max.cwiseMin(max);
-    scene.mirror_y = scene.mirror_y || c.conveyor->mirror_y;
+    if (c.domain.mirror_x || c.domain.mirror_y) throw ConfigError("[domain] mirror: with a [conveyor], use [conveyor] mirror_y");
+    scene.mirror_y = c.conveyor->mirror_y;
     for (auto& wall : conveyor_walls(*c.conveyor)) scene.boundaries.push_back(std::move(wall));
     scene.feed = std::make_shared<ConveyorFeed>(c, scene.material);
   }

@@ -90,14 +90,21 @@ Passage move_particles(State& state, const Scene& scene, const TransferOptions& 
   const auto blocks = grid.occupied_blocks();
   std::vector<BlockMotion> motion(blocks.size());
   std::vector<Passage> left(blocks.size());
+  bool out_of_memory = false;
 #pragma omp parallel for schedule(dynamic, 2)
   for (std::size_t i = 0; i < blocks.size(); ++i) {
-    motion[i] = grid_to_particle(grid, blocks[i], options);
-    motion[i].finite = update_stress(grid, blocks[i], scene.material, options.dt) && motion[i].finite;
-    if (!motion[i].finite || !motion[i].within_reach) continue;
-    left[i] = remove_outside(grid, blocks[i], scene.domain_min, scene.domain_max, options.density);
-    collect_migrants(grid, blocks[i], motion[i]);
+    try {
+      motion[i] = grid_to_particle(grid, blocks[i], options);
+      motion[i].finite = update_stress(grid, blocks[i], scene.material, options.dt) && motion[i].finite;
+      if (!motion[i].finite || !motion[i].within_reach) continue;
+      left[i] = remove_outside(grid, blocks[i], scene.domain_min, scene.domain_max, options.density);
+      collect_migrants(grid, blocks[i], motion[i]);
+    } catch (const std::bad_alloc&) {  // no exception may leave a parallel region
+#pragma omp atomic write
+      out_of_memory = true;
+    }
   }
+  if (out_of_memory) throw std::bad_alloc();
   Passage sum;
   double max_speed_squared = 0.0;
   for (std::size_t i = 0; i < blocks.size(); ++i) {
