@@ -19,7 +19,8 @@ std::vector<double> manufactured(const std::vector<double>& h, double limit, dou
 
 TEST(ObservedOrder, IsExactForAPowerLawOnAnyRatios) {
   for (const double p : {0.4, 1.0, 1.7, 2.0, 3.5})
-    for (const auto& h : {std::vector{0.4, 0.2, 0.1}, std::vector{0.25, 0.175, 0.125}, std::vector{0.5, 0.25, 0.175}, std::vector{0.3, 0.23, 0.1}})
+    for (const auto& h :
+         {std::vector{0.4, 0.2, 0.1}, std::vector{0.25, 0.175, 0.125}, std::vector{0.5, 0.25, 0.175}, std::vector{0.3, 0.23, 0.1}})
       for (const double a : {3.0, -3.0}) {
         const auto f = manufactured(h, 3.78, a, p);
         const ThreeGrids t = observed_order(h[2], f[2], h[1], f[1], h[0], f[0]);
@@ -36,11 +37,12 @@ TEST(ObservedOrder, ForAConstantRatioIsTheLogarithmOfTheDifferences) {
 }
 
 TEST(ObservedOrder, OfPublishedUnequalGridsIsTheirs) {
-  // Celik et al. (2008), Table 1: grids of 18000, 8000 and 4500 cells in 2D, reattachment length 6.063, 5.972, 5.863: p = 1.53, f_ext = 6.1685
+  // Celik et al. (2008), Table 1: grids of 18000, 8000 and 4500 cells in 2D, reattachment length 6.063, 5.972, 5.863: p = 1.53, f_ext
+  // = 6.1685
   const double n1 = 18000, n2 = 8000, n3 = 4500;
   const double h1 = 1 / std::sqrt(n1), h2 = 1 / std::sqrt(n2), h3 = 1 / std::sqrt(n3);
   const ThreeGrids t = observed_order(h1, 6.063, h2, 5.972, h3, 5.863);
-  EXPECT_NEAR(t.order, 1.53, 0.01);        // printed with two decimals
+  EXPECT_NEAR(t.order, 1.53, 0.01);  // printed with two decimals
   EXPECT_NEAR(t.extrapolated, 6.1685, 5e-4);
 }
 

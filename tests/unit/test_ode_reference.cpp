@@ -19,7 +19,13 @@ CamClay snow(double m, double beta, double xi) { return CamClay::from_young(1.0e
 const double shares[] = {0.0, 0.15, 0.3};
 
 TEST(OdeIntegrator, StopsAtARootToTheTolerance) {
-  OdeIntegrator ode(2, [](double, const double* y, double* d) { d[0] = y[1]; d[1] = -y[0]; }, 1e-13, 1e-16);
+  OdeIntegrator ode(
+      2,
+      [](double, const double* y, double* d) {
+        d[0] = y[1];
+        d[1] = -y[0];
+      },
+      1e-13, 1e-16);
   ode.start(0.0, std::array{0.0, 1.0}, 10.0, [](double, const double* y, double* g) { g[0] = y[0] - 0.5; }, {-1});
   const auto stop = ode.advance(10.0);
   EXPECT_EQ(stop.root, 0);
@@ -27,15 +33,20 @@ TEST(OdeIntegrator, StopsAtARootToTheTolerance) {
 }
 
 TEST(OdeIntegrator, HandsOnWhatTheRatesThrow) {
-  OdeIntegrator ode(1, [](double, const double*, double*) { throw ConfigError("from inside"); }, 1e-8, 1e-8);
+  OdeIntegrator ode(
+      1, [](double, const double*, double*) { throw ConfigError("from inside"); }, 1e-8, 1e-8);
   ode.start(0.0, std::array{0.0}, 1.0, {}, {});
   EXPECT_THROW(ode.advance(1.0), ConfigError);
 }
 
 TEST(DaeIntegrator, SolvesAnIndexOneSystem) {
   // y' = -z, z = y: exponential decay
-  const auto states = integrate_dae([](double, const double* y, const double* d, double* r) { r[0] = d[0] + y[1]; r[1] = y[0] - y[1]; }, 0.0,
-                                    {1.0, 1.0}, {-1.0, -1.0}, std::array{0.5, 1.0}, 1e-11, 1e-14);
+  const auto states = integrate_dae(
+      [](double, const double* y, const double* d, double* r) {
+        r[0] = d[0] + y[1];
+        r[1] = y[0] - y[1];
+      },
+      0.0, {1.0, 1.0}, {-1.0, -1.0}, std::array{0.5, 1.0}, 1e-11, 1e-14);
   EXPECT_NEAR(states[1][0], std::exp(-1.0), 1e-9);  // BDF of order 5 near its tolerance: two decades of accumulation
 }
 
@@ -80,7 +91,7 @@ TEST(CoaxialReference, DrainedTriaxialReachesItsCriticalStateInCompressionAndExt
     const auto path = coaxial_reference(m, {isotropic, Segment::drained(pi, axial)});
     const auto& end = path.points.back();
     EXPECT_NEAR(end.p, axial < 0 ? 3.0 * pi / (3.0 - ratio) : 3.0 * pi / (3.0 + ratio), 1e-6 * pi);  // approached exponentially
-    EXPECT_NEAR(end.p - end.q_signed / 3.0, pi, 1e-9 * pi);  // the radial stress is held
+    EXPECT_NEAR(end.p - end.q_signed / 3.0, pi, 1e-9 * pi);                                          // the radial stress is held
     EXPECT_EQ(end.q_signed > 0, axial < 0);
     EXPECT_LT(path.drift, 1e-9);
   }
@@ -88,7 +99,8 @@ TEST(CoaxialReference, DrainedTriaxialReachesItsCriticalStateInCompressionAndExt
 
 TEST(CoaxialReference, UnloadsElasticallyAndReloadsToTheSameSurface) {
   const CamClay m = snow(0.8, 0.3, 5.0);
-  const auto path = coaxial_reference(m, {Segment::strain_increment(-0.05, 0.02), Segment::strain_increment(0.01, -0.005), Segment::strain_increment(-0.01, 0.005)});
+  const auto path = coaxial_reference(
+      m, {Segment::strain_increment(-0.05, 0.02), Segment::strain_increment(0.01, -0.005), Segment::strain_increment(-0.01, 0.005)});
   const auto n = ReferenceOptions{}.samples_per_segment;
   const auto &a = path.points[n], &b = path.points[2 * n], &c = path.points[3 * n];
   EXPECT_NEAR(b.p - a.p, -m.bulk_modulus * 0.01, 1e-9 * a.p);
@@ -151,7 +163,8 @@ TEST(CoaxialReference, SnapBackAtTheTensionApexLandsOnTheStableRoot) {
 
 TEST(GeneralReference, AgreesWithTheCoaxialFormOnFixedPrincipalAxes) {
   const CamClay m = snow(0.8, 0.3, 5.0);
-  const std::vector<Segment> path{Segment::strain_increment(-0.02, 0.0), Segment::strain_increment(0.0, 0.08), Segment::strain_increment(-0.03, -0.05)};
+  const std::vector<Segment> path{Segment::strain_increment(-0.02, 0.0), Segment::strain_increment(0.0, 0.08),
+                                  Segment::strain_increment(-0.03, -0.05)};
   const auto a = coaxial_reference(m, path), b = general_reference(m, path);
   const double scale = a.points.back().preconsolidation;
   for (std::size_t i = 0; i < a.points.size(); ++i) {

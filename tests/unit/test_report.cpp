@@ -36,11 +36,16 @@ CaseResult bad_case() {
 /// A fresh directory that vanishes with the test.
 struct Scratch {
   std::filesystem::path path = std::filesystem::temp_directory_path() / ("mpm_report_" + std::to_string(::getpid()));
-  Scratch() { std::filesystem::remove_all(path); make_directory(path); }
+  Scratch() {
+    std::filesystem::remove_all(path);
+    make_directory(path);
+  }
   ~Scratch() { std::filesystem::remove_all(path); }
 };
 
-CaseContext context_in(const std::filesystem::path& path) { return {Level::quick, 1, path, path, [](const std::string&) {}}; }
+CaseContext context_in(const std::filesystem::path& path) {
+  return {Level::quick, 1, path, path, [](const std::string&) {}};
+}
 
 TEST(Check, HoldsExactlyUpToItsTolerance) {
   CaseResult r;
@@ -136,7 +141,12 @@ TEST(ResultsJson, KeepsNumbersAndWritesNanAsNull) {
 TEST(WriteResults, LeavesPlotDataThatReadsBack) {
   const Scratch scratch;
   CaseResult r = good_case();
-  r.plots.push_back({.id = "profile", .title = "Profile", .x_label = "z [m]", .y_label = "p [Pa]", .series = {{"a, \"quoted\"", {0.1, 0.2}, {1.0 / 3.0, 2.0}}}, .caption = ""});
+  r.plots.push_back({.id = "profile",
+                     .title = "Profile",
+                     .x_label = "z [m]",
+                     .y_label = "p [Pa]",
+                     .series = {{"a, \"quoted\"", {0.1, 0.2}, {1.0 / 3.0, 2.0}}},
+                     .caption = ""});
   write_results(scratch.path, {r}, {});
   const Table table = Table::read(scratch.path / "data" / "good-profile.csv");
   EXPECT_EQ(table.numbers("y")[0], 1.0 / 3.0);
@@ -146,10 +156,18 @@ TEST(WriteResults, LeavesPlotDataThatReadsBack) {
 
 TEST(Report, IsDrawnFromTheResultsAsOneSelfContainedPage) {
   const Scratch scratch;
-  if (std::system("/usr/bin/python3 -c 'import jinja2, matplotlib' 2>/dev/null") != 0) GTEST_SKIP() << "python3-jinja2 or python3-matplotlib is not installed";
+  if (std::system("/usr/bin/python3 -c 'import jinja2, matplotlib' 2>/dev/null") != 0)
+    GTEST_SKIP() << "python3-jinja2 or python3-matplotlib is not installed";
   CaseResult r = bad_case();
   r.physics = "Physics with `code` & <angle>.";
-  r.plots.push_back({.id = "p", .title = "T", .x_label = "x [m]", .y_label = "y [Pa]", .series = {{"ours", {1, 2, 4}, {1, nan, 4}, Series::Style::points}}, .caption = "", .log_x = true, .log_y = true});
+  r.plots.push_back({.id = "p",
+                     .title = "T",
+                     .x_label = "x [m]",
+                     .y_label = "y [Pa]",
+                     .series = {{"ours", {1, 2, 4}, {1, nan, 4}, Series::Style::points}},
+                     .caption = "",
+                     .log_x = true,
+                     .log_y = true});
   r.studies.push_back({"height", "m", grid_study(std::array{0.4, 0.2, 0.1}, std::array{1.0, 1.2, 1.1}, 2.0)});
   CaseResult thrown;
   thrown.name = "thrown";
@@ -161,7 +179,8 @@ TEST(Report, IsDrawnFromTheResultsAsOneSelfContainedPage) {
   EXPECT_NE(page.find("<code>code</code> &amp; &lt;angle&gt;"), std::string::npos);
   EXPECT_NE(page.find("data:image/svg+xml;base64,"), std::string::npos);
   EXPECT_NE(page.find("oscillating"), std::string::npos);
-  for (const char* external : {"src=\"http", "href=\"http", "@import", "url("}) EXPECT_EQ(page.find(external), std::string::npos) << external;
+  for (const char* external : {"src=\"http", "href=\"http", "@import", "url("})
+    EXPECT_EQ(page.find(external), std::string::npos) << external;
 }
 
 }  // namespace

@@ -60,27 +60,35 @@ bool CaseResult::passed() const {
 
 Check& CaseResult::check_relative(Label label, std::string quantity, double value, double reference, std::string unit, double tolerance,
                                   std::string reason) {
-  return add(*this, {std::move(quantity), value, reference, std::move(unit), Measure::relative, 0.0, tolerance, std::move(reason), {}, false, label});
+  return add(
+      *this,
+      {std::move(quantity), value, reference, std::move(unit), Measure::relative, 0.0, tolerance, std::move(reason), {}, false, label});
 }
 
 Check& CaseResult::check_absolute(Label label, std::string quantity, double value, double reference, std::string unit, double tolerance,
                                   std::string reason) {
-  return add(*this, {std::move(quantity), value, reference, std::move(unit), Measure::absolute, 0.0, tolerance, std::move(reason), {}, false, label});
+  return add(
+      *this,
+      {std::move(quantity), value, reference, std::move(unit), Measure::absolute, 0.0, tolerance, std::move(reason), {}, false, label});
 }
 
-Check& CaseResult::check_at_most(Label label, std::string quantity, double value, double bound, std::string unit, double slack, std::string reason) {
-  return add(*this, {std::move(quantity), value, bound, std::move(unit), Measure::at_most, 0.0, slack, std::move(reason), {}, false, label});
+Check& CaseResult::check_at_most(Label label, std::string quantity, double value, double bound, std::string unit, double slack,
+                                 std::string reason) {
+  return add(*this,
+             {std::move(quantity), value, bound, std::move(unit), Measure::at_most, 0.0, slack, std::move(reason), {}, false, label});
 }
 
 Check& CaseResult::check_order(Label label, std::string quantity, double order, double low, double high, std::string reason) {
-  return add(*this, {std::move(quantity), order, 0.5 * (low + high), "", Measure::absolute, 0.0, 0.5 * (high - low), std::move(reason), order, false, label});
+  return add(*this, {std::move(quantity), order, 0.5 * (low + high), "", Measure::absolute, 0.0, 0.5 * (high - low), std::move(reason),
+                     order, false, label});
 }
 
 const std::vector<CaseEntry>& registered_cases() { return cases(); }
 
 Registration::Registration(CaseEntry entry) {
   auto& all = cases();
-  const auto place = std::lower_bound(all.begin(), all.end(), entry, [](const CaseEntry& a, const CaseEntry& b) { return a.name < b.name; });
+  const auto place =
+      std::lower_bound(all.begin(), all.end(), entry, [](const CaseEntry& a, const CaseEntry& b) { return a.name < b.name; });
   all.insert(place, std::move(entry));
 }
 

@@ -7,7 +7,8 @@
 ///   namespace { void run(CaseContext& context, CaseResult& result) { ... }
 ///   const Registration registered{{.name = MPM_CASE_NAME, .title = "...", .run = run}}; }
 ///
-/// The build finds the folder; nothing else names it. Every number and every verdict is computed here; scripts/validation_report.py only draws.
+/// The build finds the folder; nothing else names it. Every number and every verdict is computed here; scripts/validation_report.py only
+/// draws.
 
 #include <filesystem>
 #include <functional>
@@ -64,7 +65,7 @@ struct Series {
 };
 
 struct Plot {
-  std::string id;  ///< file name, unique in its case
+  std::string id;                       ///< file name, unique in its case
   std::string title, x_label, y_label;  ///< labels carry the unit
   std::vector<Series> series;
   std::string caption;
@@ -99,9 +100,11 @@ struct CaseResult {
   [[nodiscard]] bool passed() const;
 
   /// |value - reference| <= tolerance |reference|
-  Check& check_relative(Label, std::string quantity, double value, double reference, std::string unit, double tolerance, std::string reason);
+  Check& check_relative(Label, std::string quantity, double value, double reference, std::string unit, double tolerance,
+                        std::string reason);
   /// |value - reference| <= tolerance
-  Check& check_absolute(Label, std::string quantity, double value, double reference, std::string unit, double tolerance, std::string reason);
+  Check& check_absolute(Label, std::string quantity, double value, double reference, std::string unit, double tolerance,
+                        std::string reason);
   /// value <= bound + slack
   Check& check_at_most(Label, std::string quantity, double value, double bound, std::string unit, double slack, std::string reason);
   /// low <= order <= high; shown as observed order against the middle of the band
@@ -111,8 +114,13 @@ struct CaseResult {
 /// What a case is given.
 class CaseContext {
  public:
-  CaseContext(Level level, int threads, std::filesystem::path directory, std::filesystem::path case_directory, std::function<void(const std::string&)> log)
-      : level_(level), threads_(threads), directory_(std::move(directory)), case_directory_(std::move(case_directory)), log_(std::move(log)) {}
+  CaseContext(Level level, int threads, std::filesystem::path directory, std::filesystem::path case_directory,
+              std::function<void(const std::string&)> log)
+      : level_(level),
+        threads_(threads),
+        directory_(std::move(directory)),
+        case_directory_(std::move(case_directory)),
+        log_(std::move(log)) {}
   [[nodiscard]] Level level() const { return level_; }
   /// The entry of this level.
   template <class T>

@@ -197,7 +197,8 @@ GridStudy grid_study(std::span<const double> size, std::span<const double> value
 
   constexpr double slack = 0.5, agreement = 0.3;
   const bool credible = s.behaviour == Behaviour::monotone && s.order >= slack && s.order <= formal_order + slack;
-  const double p = credible ? s.order : std::clamp(std::isnan(s.order) ? formal_order : s.order, std::min(slack, formal_order), formal_order);
+  const double p =
+      credible ? s.order : std::clamp(std::isnan(s.order) ? formal_order : s.order, std::min(slack, formal_order), formal_order);
   s.safety_factor = credible ? 1.25 : 3.0;
   const double f1 = value[n - 1], f2 = value[n - 2], r21 = size[n - 2] / size[n - 1];
   s.gci = s.safety_factor * std::abs(f1 - f2) / (std::abs(f1) * std::expm1(p * std::log(r21)));
@@ -214,7 +215,8 @@ GridStudy grid_study(std::span<const double> size, std::span<const double> value
     s.gci = 0.0;
     s.remark = "the three finest grids agree to round-off";
   } else if (!all_monotone) {
-    const auto worst = std::find_if(triples.rbegin(), triples.rend(), [](const ThreeGrids& t) { return t.behaviour != Behaviour::monotone; });
+    const auto worst =
+        std::find_if(triples.rbegin(), triples.rend(), [](const ThreeGrids& t) { return t.behaviour != Behaviour::monotone; });
     s.remark = fmt::format("not asymptotic: {} on {} grids", to_string(worst->behaviour),
                            worst == triples.rbegin() ? "the three finest" : "coarser");
   } else if (!credible) {
@@ -225,9 +227,10 @@ GridStudy grid_study(std::span<const double> size, std::span<const double> value
                             : fmt::format("not asymptotic: orders of successive triples spread from {:.2f} to {:.2f}", lowest, highest);
   } else {
     s.asymptotic = std::abs(s.order - formal_order) <= agreement;
-    s.remark = s.asymptotic ? fmt::format("asymptotic: observed order {:.2f}, formal order {:g}", s.order, formal_order)
-                            : fmt::format("not asymptotic: observed order {:.2f} against a formal order of {:g}, and no fourth grid to confirm it",
-                                          s.order, formal_order);
+    s.remark = s.asymptotic
+                   ? fmt::format("asymptotic: observed order {:.2f}, formal order {:g}", s.order, formal_order)
+                   : fmt::format("not asymptotic: observed order {:.2f} against a formal order of {:g}, and no fourth grid to confirm it",
+                                 s.order, formal_order);
   }
   s.least_squares_order = s.least_squares_limit = s.least_squares_uncertainty = nan;
   if (n >= 4) least_squares(s);

@@ -45,17 +45,17 @@ ThreeGrids observed_order(double h1, double f1, double h2, double f2, double h3,
 
 /// Numerical uncertainty of the value on the finest grid.
 struct GridStudy {
-  std::vector<double> size, value;  ///< coarse first, as given
-  Behaviour behaviour;              ///< of the three finest grids
-  double order;                     ///< from the three finest grids; NaN where it has no meaning
-  double extrapolated;              ///< Richardson; NaN likewise
-  double safety_factor;             ///< Fs: 1.25 with a credible order, else 3 (Roache)
-  double gci;                       ///< grid convergence index of the finest grid, relative to |f1|
-  double least_squares_order;       ///< NaN with fewer than four grids, or where the fit prescribes the exponents
-  double least_squares_limit;       ///< f at h -> 0 of the least-squares fit; NaN with fewer than four grids
-  double least_squares_uncertainty; ///< U of Eca & Hoekstra for the finest grid, in the unit of f; NaN likewise
-  bool asymptotic;                  ///< the observed order is the same wherever it can be checked
-  std::string remark;               ///< in words: 'asymptotic ...' or 'not asymptotic: ...'
+  std::vector<double> size, value;   ///< coarse first, as given
+  Behaviour behaviour;               ///< of the three finest grids
+  double order;                      ///< from the three finest grids; NaN where it has no meaning
+  double extrapolated;               ///< Richardson; NaN likewise
+  double safety_factor;              ///< Fs: 1.25 with a credible order, else 3 (Roache)
+  double gci;                        ///< grid convergence index of the finest grid, relative to |f1|
+  double least_squares_order;        ///< NaN with fewer than four grids, or where the fit prescribes the exponents
+  double least_squares_limit;        ///< f at h -> 0 of the least-squares fit; NaN with fewer than four grids
+  double least_squares_uncertainty;  ///< U of Eca & Hoekstra for the finest grid, in the unit of f; NaN likewise
+  bool asymptotic;                   ///< the observed order is the same wherever it can be checked
+  std::string remark;                ///< in words: 'asymptotic ...' or 'not asymptotic: ...'
 };
 
 /// Study of a quantity without exact solution.

@@ -89,7 +89,8 @@ class CoaxialForm final : public Form {
       throw ConfigError("coaxial_reference: a velocity gradient needs general_reference");
     const double radial = m.bulk_modulus * (y[0] - y[1] / 3.0);
     if (s.control == ReferenceSegment::Control::drained_triaxial && std::abs(radial - s.radial_stress) > 1e-8 * m.preconsolidation_pressure)
-      throw ConfigError(fmt::format("coaxial_reference: a drained segment at {} Pa starts from a radial stress of {} Pa", s.radial_stress, radial));
+      throw ConfigError(
+          fmt::format("coaxial_reference: a drained segment at {} Pa starts from a radial stress of {} Pa", s.radial_stress, radial));
     segment_ = s;
     eps_v_start_ = eps_v_now;
   }
@@ -261,7 +262,8 @@ struct Landing {
 Landing snap_landing(const CamClay& m, const Local& before, double eps_v) {
   const double total = m.initial_internal() - eps_v;
   const auto y_p_of = [&](double x) {
-    return m.critical_state_slope * m.critical_state_slope * (2.0 * m.bulk_modulus * (total - x) - (1.0 - m.cohesion_beta) * m.preconsolidation(x));
+    return m.critical_state_slope * m.critical_state_slope *
+           (2.0 * m.bulk_modulus * (total - x) - (1.0 - m.cohesion_beta) * m.preconsolidation(x));
   };
   const auto at = [&](double x) {
     Landing r{m.bulk_modulus * (total - x), before.q, x};
@@ -309,8 +311,9 @@ class PathIntegrator {
       : m_(model),
         form_(form),
         options_(options),
-        ode_(form.initial.size(), [this](double t, const double* y, double* d) { form_.rates(t, y, phase_ == Phase::plastic, d); },
-             options.relative_tolerance, 1e-17) {
+        ode_(
+            form.initial.size(), [this](double t, const double* y, double* d) { form_.rates(t, y, phase_ == Phase::plastic, d); },
+            options.relative_tolerance, 1e-17) {
     if (!(m_.bulk_modulus > 0 && m_.shear_modulus > 0 && m_.critical_state_slope > 0 && m_.cohesion_beta >= 0 && m_.hardening_xi > 0 &&
           m_.preconsolidation_pressure > 0))
       throw ConfigError("reference path: K, G, M, xi and p_c0 must be positive and beta not negative");
@@ -356,17 +359,21 @@ class PathIntegrator {
     }
     phase_ = phase;
     if (phase == Phase::elastic) {
-      ode_.start(t_, y_, 1.0, [this](double t, const double* y, double* g) {
-        const Local s = form_.local(t, y);
-        g[0] = s.y / (s.pc * s.pc);
-      }, {+1});
+      ode_.start(t_, y_, 1.0,
+                 [this](double t, const double* y, double* g) {
+                   const Local s = form_.local(t, y);
+                   g[0] = s.y / (s.pc * s.pc);
+                 },
+                 {+1});
     } else if (phase == Phase::plastic) {
-      ode_.start(t_, y_, 1.0, [this](double t, const double* y, double* g) {
-        const Local s = form_.local(t, y);
-        g[0] = loading(s);
-        g[1] = s.denominator / s.stiffness - snap_share;
-        g[2] = s.pc / m_.preconsolidation_pressure - exhausted_share;
-      }, {-1, -1, -1});
+      ode_.start(t_, y_, 1.0,
+                 [this](double t, const double* y, double* g) {
+                   const Local s = form_.local(t, y);
+                   g[0] = loading(s);
+                   g[1] = s.denominator / s.stiffness - snap_share;
+                   g[2] = s.pc / m_.preconsolidation_pressure - exhausted_share;
+                 },
+                 {-1, -1, -1});
     }
   }
   void snap_back() {
@@ -428,7 +435,7 @@ class PathIntegrator {
     const double pc = 4.0 * exhausted_share * m_.preconsolidation_pressure;
     const double internal = std::asinh(pc / m_.bulk_modulus) / m_.hardening_xi;
     const double used = internal / ray.internal;  // ray.internal is X'
-    if (t_ + used >= 1.0) {  // the segment ends at the singular point
+    if (t_ + used >= 1.0) {                       // the segment ends at the singular point
       t_ = target;
       return;
     }
@@ -531,14 +538,16 @@ std::vector<ReferencePoint> dae_reference(const CamClay& m, const ReferencePoint
   // consistent slopes: the first equation and y' = 0, both linear in q' and X'
   const Local s = local_state(m, start.p, start.q_signed, start.internal);
   const double mm = m.critical_state_slope * m.critical_state_slope;
-  const double y_x = -k * s.y_p - mm * ((1.0 - m.cohesion_beta) * s.p + 2.0 * m.cohesion_beta * s.pc) * m.hardening_xi * std::hypot(k, s.pc);
+  const double y_x =
+      -k * s.y_p - mm * ((1.0 - m.cohesion_beta) * s.p + 2.0 * m.cohesion_beta * s.pc) * m.hardening_xi * std::hypot(k, s.pc);
   Eigen::Matrix2d a;
   a << -s.y_p, -3.0 * g * s.y_q, s.y_q, y_x;
   const Eigen::Vector2d b(-s.y_p * 3.0 * g * d_eps_q, s.y_p * k * d_eps_v);
   const Eigen::Vector2d slope = a.fullPivLu().solve(b);
   std::vector<double> times;
   for (std::size_t i = 1; i <= samples; ++i) times.push_back(static_cast<double>(i) / static_cast<double>(samples));
-  const auto states = integrate_dae(residual, 0.0, {start.q_signed / k, start.internal}, {slope[0] / k, slope[1]}, times, relative_tolerance, 1e-16);
+  const auto states =
+      integrate_dae(residual, 0.0, {start.q_signed / k, start.internal}, {slope[0] / k, slope[1]}, times, relative_tolerance, 1e-16);
   std::vector<ReferencePoint> points;
   for (std::size_t i = 0; i < samples; ++i) {
     ReferencePoint r{};

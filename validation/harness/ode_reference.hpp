@@ -29,12 +29,12 @@ namespace mpm::validation {
 
 /// Parameters of the law, in the symbols of the equations above.
 struct CamClay {
-  double bulk_modulus;              ///< K, Pa
-  double shear_modulus;             ///< G, Pa
-  double critical_state_slope;      ///< M > 0 (M = 0 has no rate form; see isotropic_limit)
-  double cohesion_beta;             ///< beta >= 0
-  double hardening_xi;              ///< xi > 0
-  double preconsolidation_pressure; ///< p_c0, Pa
+  double bulk_modulus;               ///< K, Pa
+  double shear_modulus;              ///< G, Pa
+  double critical_state_slope;       ///< M > 0 (M = 0 has no rate form; see isotropic_limit)
+  double cohesion_beta;              ///< beta >= 0
+  double hardening_xi;               ///< xi > 0
+  double preconsolidation_pressure;  ///< p_c0, Pa
 
   /// From Young's modulus (Pa) and Poisson's ratio.
   static CamClay from_young(double young, double poisson, double m, double beta, double xi, double pc0);
@@ -62,12 +62,12 @@ struct ReferenceSegment {
 
 /// State at the end of a sample interval.
 struct ReferencePoint {
-  double time;      ///< segments passed, 0 at the start
-  double eps_v;     ///< volumetric Hencky strain
-  double eps_q;     ///< coaxial paths: accumulated signed eps_q; general paths: of 1/2 log F F^T
-  double p, q;      ///< Kirchhoff, Pa; q >= 0
-  double q_signed;  ///< coaxial paths: axial minus radial stress, compression positive; general: q
-  double internal;  ///< X
+  double time;              ///< segments passed, 0 at the start
+  double eps_v;             ///< volumetric Hencky strain
+  double eps_q;             ///< coaxial paths: accumulated signed eps_q; general paths: of 1/2 log F F^T
+  double p, q;              ///< Kirchhoff, Pa; q >= 0
+  double q_signed;          ///< coaxial paths: axial minus radial stress, compression positive; general: q
+  double internal;          ///< X
   double preconsolidation;  ///< p_c, Pa
   bool plastic;
 };
@@ -88,7 +88,7 @@ struct ReferencePath {
   /// min D/(K y_p^2 + 3 G y_q^2) where the plastic state is entered or sampled: the plastic strain rate is amplified by its inverse, and
   /// at zero the point snaps back
   double margin = std::numeric_limits<double>::infinity();
-  long steps = 0;      ///< of CVODE
+  long steps = 0;  ///< of CVODE
 };
 
 struct ReferenceOptions {

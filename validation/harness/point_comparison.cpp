@@ -24,7 +24,8 @@ MaterialSpec cam_clay_spec(double slope, double beta, double xi, double pc0, dou
 }
 
 CamClay reference_model(const MaterialSpec& s) {
-  return CamClay::from_young(s.young_modulus, s.poisson_ratio, s.critical_state_slope, s.cohesion_beta, s.hardening_xi, s.preconsolidation_pressure);
+  return CamClay::from_young(s.young_modulus, s.poisson_ratio, s.critical_state_slope, s.cohesion_beta, s.hardening_xi,
+                             s.preconsolidation_pressure);
 }
 
 PathSpec library_path(const MaterialSpec& spec, const std::vector<ReferenceSegment>& segments, int steps_per_segment) {
@@ -47,7 +48,8 @@ bool PathComparison::exact() const {
   return std::all_of(error.begin(), error.end(), [](double e) { return e < 1e-10; });
 }
 
-PathComparison compare_path(const MaterialSpec& spec, const std::vector<ReferenceSegment>& segments, const std::vector<int>& steps, bool general) {
+PathComparison compare_path(const MaterialSpec& spec, const std::vector<ReferenceSegment>& segments, const std::vector<int>& steps,
+                            bool general) {
   PathComparison c;
   const int finest = steps.back();
   ReferenceOptions options;

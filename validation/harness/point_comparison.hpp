@@ -19,17 +19,18 @@ PathSpec library_path(const MaterialSpec& spec, const std::vector<ReferenceSegme
 /// Backward Euler against the reference in the maximum norm along the path: largest |p - p_ref|, |q - q_ref|, |p_c - p_c,ref| over all
 /// step ends, over the largest p_c or q of the reference path.
 struct PathComparison {
-  ReferencePath reference;             ///< sampled as the finest run
-  std::vector<PathRow> finest;         ///< the library's rows with the most steps
-  std::vector<double> size;            ///< 1 / steps per segment, coarse first
+  ReferencePath reference;      ///< sampled as the finest run
+  std::vector<PathRow> finest;  ///< the library's rows with the most steps
+  std::vector<double> size;     ///< 1 / steps per segment, coarse first
   std::vector<double> error;
-  double scale = 0.0;                  ///< Pa
+  double scale = 0.0;                       ///< Pa
   [[nodiscard]] double tail_order() const;  ///< between the two finest runs; NaN where the error is round-off already
   [[nodiscard]] bool exact() const;         ///< the error is below 1e-10 at every step count: the map has no step error on this path
 };
 
 /// @param general  use the b_e form of the reference (needed for velocity gradients)
 /// @param steps    steps per segment, rising; each divides the last
-PathComparison compare_path(const MaterialSpec& spec, const std::vector<ReferenceSegment>& segments, const std::vector<int>& steps, bool general = false);
+PathComparison compare_path(const MaterialSpec& spec, const std::vector<ReferenceSegment>& segments, const std::vector<int>& steps,
+                            bool general = false);
 
 }  // namespace mpm::validation

@@ -112,7 +112,8 @@ json to_json(const Check& c) {
 
 json to_json(const Plot& p) {
   json series = json::array();
-  for (const Series& s : p.series) series.push_back({{"name", s.name}, {"style", style_name(s.style)}, {"x", numbers(s.x)}, {"y", numbers(s.y)}});
+  for (const Series& s : p.series)
+    series.push_back({{"name", s.name}, {"style", style_name(s.style)}, {"x", numbers(s.x)}, {"y", numbers(s.y)}});
   return {{"id", p.id},           {"title", p.title}, {"x_label", p.x_label}, {"y_label", p.y_label},
           {"caption", p.caption}, {"log_x", p.log_x}, {"log_y", p.log_y},     {"series", series}};
 }
@@ -152,7 +153,8 @@ std::string format_error(const Check& check, double error) {
 }
 
 std::string summary_table(const std::vector<CaseResult>& results) {
-  std::vector<std::vector<std::string>> rows{{"case", "label", "quantity", "reference", "result", "error", "order", "tolerance", "verdict", "time"}};
+  std::vector<std::vector<std::string>> rows{
+      {"case", "label", "quantity", "reference", "result", "error", "order", "tolerance", "verdict", "time"}};
   for (const CaseResult* r : failing_first(results)) {
     const std::string time = fmt::format("{:.1f} s", r->wall_time_s);
     if (!r->fault.empty()) rows.push_back({r->name, "", r->fault, "", "", "", "", "", "FAILED", time});
@@ -186,19 +188,22 @@ std::string summary_table(const std::vector<CaseResult>& results) {
 
 std::string junit_xml(const std::vector<CaseResult>& results, const RunInfo& info) {
   const Count total = count_checks(results);
-  std::string xml = fmt::format("<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n<testsuites name=\"mpm-validate {}\" tests=\"{}\" failures=\"{}\" time=\"{:.3f}\">\n",
-                                to_string(info.level), total.passed + total.failed, total.failed, info.wall_time_s);
+  std::string xml = fmt::format(
+      "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n<testsuites name=\"mpm-validate {}\" tests=\"{}\" failures=\"{}\" time=\"{:.3f}\">\n",
+      to_string(info.level), total.passed + total.failed, total.failed, info.wall_time_s);
   for (const CaseResult& r : results) {
     const Count c = count_checks(r);
-    xml += fmt::format("  <testsuite name=\"{}\" tests=\"{}\" failures=\"{}\" errors=\"{}\" time=\"{:.3f}\">\n", escape(r.name), c.passed + c.failed,
-                       c.failed - (r.fault.empty() ? 0 : 1), r.fault.empty() ? 0 : 1, r.wall_time_s);
+    xml += fmt::format("  <testsuite name=\"{}\" tests=\"{}\" failures=\"{}\" errors=\"{}\" time=\"{:.3f}\">\n", escape(r.name),
+                       c.passed + c.failed, c.failed - (r.fault.empty() ? 0 : 1), r.fault.empty() ? 0 : 1, r.wall_time_s);
     for (const Check& k : r.checks) {
       const std::string what = fmt::format("{} reference {}, error {}, tolerance {} ({})", format_value(k.value), format_value(k.reference),
                                            format_error(k, k.error), format_error(k, k.tolerance), k.tolerance_reason);
       xml += fmt::format("    <testcase classname=\"{}\" name=\"{} [{}]\"", escape(r.name), escape(k.quantity), to_string(k.label));
       xml += k.passed ? "/>\n" : fmt::format("><failure message=\"{}\"/></testcase>\n", escape(what));
     }
-    if (!r.fault.empty()) xml += fmt::format("    <testcase classname=\"{}\" name=\"runs\"><error message=\"{}\"/></testcase>\n", escape(r.name), escape(r.fault));
+    if (!r.fault.empty())
+      xml +=
+          fmt::format("    <testcase classname=\"{}\" name=\"runs\"><error message=\"{}\"/></testcase>\n", escape(r.name), escape(r.fault));
     xml += "  </testsuite>\n";
   }
   return xml + "</testsuites>\n";
@@ -223,9 +228,10 @@ std::string results_json(const std::vector<CaseResult>& results, const RunInfo& 
             {"failed", total.failed},
             {"cases", json::array()}};
   for (const CaseResult* r : failing_first(results)) {
-    json c{{"name", r->name},     {"title", r->title},          {"physics", r->physics},     {"passed", r->passed()},
-           {"fault", r->fault},   {"wall_time_s", r->wall_time_s}, {"notes", r->notes},      {"checks", json::array()},
-           {"plots", json::array()}, {"pictures", json::array()}, {"studies", json::array()}};
+    json c{{"name", r->name},           {"title", r->title},       {"physics", r->physics},
+           {"passed", r->passed()},     {"fault", r->fault},       {"wall_time_s", r->wall_time_s},
+           {"notes", r->notes},         {"checks", json::array()}, {"plots", json::array()},
+           {"pictures", json::array()}, {"studies", json::array()}};
     for (const Check& k : r->checks) c["checks"].push_back(to_json(k));
     for (const Plot& p : r->plots) c["plots"].push_back(to_json(p));
     for (const Picture& p : r->pictures) c["pictures"].push_back({{"file", p.file.string()}, {"caption", p.caption}});

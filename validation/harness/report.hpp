@@ -24,8 +24,8 @@ std::string format_value(double value);
 /// Error or tolerance of a check with its unit: '0.3 %' or '1.2e-4 m'.
 std::string format_error(const Check& check, double error);
 
-/// case | label | quantity | reference | result | error | order | tolerance | verdict | time. Failing cases first; last line 'N passed, N failed'
-/// counts checks, a case that threw counting as one failed check.
+/// case | label | quantity | reference | result | error | order | tolerance | verdict | time. Failing cases first; last line 'N passed, N
+/// failed' counts checks, a case that threw counting as one failed check.
 std::string summary_table(const std::vector<CaseResult>& results);
 
 /// JUnit XML: a test suite a case, a test case a check.

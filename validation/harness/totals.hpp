@@ -10,14 +10,14 @@ namespace mpm::validation {
 
 struct Totals {
   std::size_t count = 0;
-  double mass = 0.0;                        ///< kg
-  Vec3 centre = Vec3::Zero();               ///< centre of mass, m
-  Vec3 momentum = Vec3::Zero();             ///< N s
-  double momentum_scale = 0.0;              ///< sum m |v|, N s: what round-off of the momentum is measured against
-  Vec3 angular_momentum = Vec3::Zero();     ///< about the origin, with the affine part of APIC, N m s
-  double angular_momentum_scale = 0.0;      ///< sum m |x||v|
-  double kinetic_energy = 0.0;              ///< with the affine part, J
-  double elastic_energy = 0.0;              ///< J
+  double mass = 0.0;                     ///< kg
+  Vec3 centre = Vec3::Zero();            ///< centre of mass, m
+  Vec3 momentum = Vec3::Zero();          ///< N s
+  double momentum_scale = 0.0;           ///< sum m |v|, N s: what round-off of the momentum is measured against
+  Vec3 angular_momentum = Vec3::Zero();  ///< about the origin, with the affine part of APIC, N m s
+  double angular_momentum_scale = 0.0;   ///< sum m |x||v|
+  double kinetic_energy = 0.0;           ///< with the affine part, J
+  double elastic_energy = 0.0;           ///< J
 };
 
 /// Angular momentum of a particle in APIC: m x cross v + m (dx^2/4) eps : C (Jiang et al. 2015, for quadratic B-splines D = dx^2/4 I);

@@ -65,22 +65,29 @@ void collide(const CaseContext& context, CaseResult& result, const char* model, 
   elastic.x = total.x = kinetic.x;
   const double round_off = static_cast<double>(state.step) * epsilon;
   const double energy = start.kinetic_energy + start.elastic_energy;
-  result.check_absolute(Label::verification, word + " balls: particles lost or gained", static_cast<double>(now.count), static_cast<double>(start.count), "", 0.0,
-                        "mass lives on particles");
+  result.check_absolute(Label::verification, word + " balls: particles lost or gained", static_cast<double>(now.count),
+                        static_cast<double>(start.count), "", 0.0, "mass lives on particles");
   result.check_relative(Label::verification, word + " balls: mass", now.mass, start.mass, "kg", static_cast<double>(start.count) * epsilon,
                         "the same numbers summed in another order");
-  result.check_absolute(Label::verification, word + " balls: largest change of linear momentum over sum m|v|", worst_momentum, 0.0, "", round_off,
-                        "one rounding a step, all in one direction");
-  result.check_absolute(Label::verification, word + " balls: largest change of angular momentum over sum m|x||v|", worst_angular, 0.0, "", round_off,
-                        "one rounding a step, all in one direction");
-  result.check_at_most(Label::verification, word + " balls: energy after the collision over that before", (now.kinetic_energy + now.elastic_energy) / energy,
-                       1.0, "", 0.0, "nothing creates energy");
+  result.check_absolute(Label::verification, word + " balls: largest change of linear momentum over sum m|v|", worst_momentum, 0.0, "",
+                        round_off, "one rounding a step, all in one direction");
+  result.check_absolute(Label::verification, word + " balls: largest change of angular momentum over sum m|x||v|", worst_angular, 0.0, "",
+                        round_off, "one rounding a step, all in one direction");
+  result.check_at_most(Label::verification, word + " balls: energy after the collision over that before",
+                       (now.kinetic_energy + now.elastic_energy) / energy, 1.0, "", 0.0, "nothing creates energy");
   result.check_at_most(Label::verification, word + " balls: largest energy on the way over that before", highest / energy, 1.0, "",
-                       0.5 * scene.cfl * most_elastic / energy, "symplectic Euler exchanges up to CFL/2 of the elastic energy with its shadow energy");
-  result.notes.push_back(fmt::format("{} balls: {} particles, {} steps, {:.1f} % of the energy left after {} s.", word, start.count, state.step,
-                                     100.0 * (now.kinetic_energy + now.elastic_energy) / energy, duration));
-  result.plots.push_back({word + "-energy", "Energy in the collision, " + word + " balls", "time [ms]", "energy [J]",
-                          {{"at the start", {0.0, 1e3 * duration}, {energy, energy}, Series::Style::bound}, kinetic, elastic, total}, "", false, false});
+                       0.5 * scene.cfl * most_elastic / energy,
+                       "symplectic Euler exchanges up to CFL/2 of the elastic energy with its shadow energy");
+  result.notes.push_back(fmt::format("{} balls: {} particles, {} steps, {:.1f} % of the energy left after {} s.", word, start.count,
+                                     state.step, 100.0 * (now.kinetic_energy + now.elastic_energy) / energy, duration));
+  result.plots.push_back({word + "-energy",
+                          "Energy in the collision, " + word + " balls",
+                          "time [ms]",
+                          "energy [J]",
+                          {{"at the start", {0.0, 1e3 * duration}, {energy, energy}, Series::Style::bound}, kinetic, elastic, total},
+                          "",
+                          false,
+                          false});
   context.log(fmt::format("{} balls done", word));
 }
 
@@ -111,10 +118,10 @@ void drop(CaseResult& result) {
     taken += report.impulses.at(0).linear;
     before = after;
   }
-  result.check_absolute(Label::verification, "dropped block: largest gap in the momentum balance of a step over sum m|v|", worst, 0.0, "", 1e-12,
-                        "sums over thousands of nodes and particles in another order");
-  result.check_at_most(Label::verification, "dropped block: friction over mu times normal impulse", taken.head<2>().norm() / -taken.z(), 0.4, "", 1e-9,
-                       "Coulomb's bound holds at every node, so for the sum; 1e-9 for round-off");
+  result.check_absolute(Label::verification, "dropped block: largest gap in the momentum balance of a step over sum m|v|", worst, 0.0, "",
+                        1e-12, "sums over thousands of nodes and particles in another order");
+  result.check_at_most(Label::verification, "dropped block: friction over mu times normal impulse", taken.head<2>().norm() / -taken.z(),
+                       0.4, "", 1e-9, "Coulomb's bound holds at every node, so for the sum; 1e-9 for round-off");
 }
 
 void run(const CaseContext& context, CaseResult& result) {

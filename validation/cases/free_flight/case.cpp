@@ -105,23 +105,25 @@ void run(const CaseContext& context, CaseResult& result) {
     steps.push_back(dt);
     errors.push_back((totals.centre - start_centre - parabola(duration)).norm());
     if (!finest) continue;
-    result.check_absolute(Label::verification, "centre of mass after 1 s against the discrete parabola", (totals.centre - start_centre - discrete).norm(),
-                          0.0, "m", n * std::numeric_limits<double>::epsilon() * 10.0,
+    result.check_absolute(Label::verification, "centre of mass after 1 s against the discrete parabola",
+                          (totals.centre - start_centre - discrete).norm(), 0.0, "m", n * std::numeric_limits<double>::epsilon() * 10.0,
                           "round-off: one unit in the last place of 10 m in every step, all in one direction");
     const Mat3 rotation = best_rotation(start, end, start_centre, totals.centre);
     const Mat3 wanted = Eigen::AngleAxisd(spin * duration, axis).toRotationMatrix();
-    result.check_absolute(Label::verification, "rotation after one turn, distance from the exact rotation", Eigen::AngleAxisd(rotation * wanted.transpose()).angle(), 0.0,
-                          "rad", 2.0 * strain * spin * duration, "centrifugal strain e = rho omega^2 R^2/E slows the spin by at most 2 e");
+    result.check_absolute(Label::verification, "rotation after one turn, distance from the exact rotation",
+                          Eigen::AngleAxisd(rotation * wanted.transpose()).angle(), 0.0, "rad", 2.0 * strain * spin * duration,
+                          "centrifugal strain e = rho omega^2 R^2/E slows the spin by at most 2 e");
     double departure = 0.0;
     for (std::size_t i = 0; i < end.size(); ++i)
       departure = std::max(departure, (end[i] - totals.centre - rotation * (start[i] - start_centre)).norm());
-    result.check_absolute(Label::verification, "largest departure of a particle from the rigid motion", departure, 0.0, "m", 2.0 * strain * radius,
-                          "centrifugal displacement e R, doubled by the ringing about it");
+    result.check_absolute(Label::verification, "largest departure of a particle from the rigid motion", departure, 0.0, "m",
+                          2.0 * strain * radius, "centrifugal displacement e R, doubled by the ringing about it");
   }
   const double order = fitted_order(steps, errors);
   result.check_order(Label::verification, "order in dt of the centre of mass against the parabola", order, 0.99, 1.01,
                      "symplectic Euler errs by exactly |g| t dt/2");
-  result.notes.push_back(fmt::format("512 particles, dx = 0.25 m, {} to {} steps; centrifugal strain e = {:.2g}.", coarse_steps, std::lround(duration / steps.back()), strain));
+  result.notes.push_back(fmt::format("512 particles, dx = 0.25 m, {} to {} steps; centrifugal strain e = {:.2g}.", coarse_steps,
+                                     std::lround(duration / steps.back()), strain));
 
   Series exact_path{"x0 + v0 t + g t²/2", {}, {}, Series::Style::reference};
   for (int i = 0; i <= 50; ++i) {
@@ -131,13 +133,24 @@ void run(const CaseContext& context, CaseResult& result) {
   }
   result.plots.push_back({"trajectory", "Trajectory of the centre of mass", "x [m]", "z [m]", {exact_path, path_x}, "", false, false});
   const double band = 2.0 * strain * spin;
-  result.plots.push_back({"rotation", "Angle turned minus ω t", "time [s]", "angle [rad]",
+  result.plots.push_back({"rotation",
+                          "Angle turned minus ω t",
+                          "time [s]",
+                          "angle [rad]",
                           {{"tolerance", {0.0, duration}, {0.0, -band * duration}, Series::Style::bound}, angle_series},
-                          "The spin slows by the centrifugal stretching of the cube, and rings about it.", false, false});
+                          "The spin slows by the centrifugal stretching of the cube, and rings about it.",
+                          false,
+                          false});
   Series slope{"order 1", {steps.front(), steps.back()}, {}, Series::Style::bound};
   for (const double dt : slope.x) slope.y.push_back(0.5 * gravity * duration * dt);
-  result.plots.push_back({"order", "Distance from the parabola after 1 s", "dt [s]", "error [m]", {slope, {"simulation", steps, errors, Series::Style::points}},
-                          "Dashed: |g| t dt/2, the exact error of symplectic Euler.", true, true});
+  result.plots.push_back({"order",
+                          "Distance from the parabola after 1 s",
+                          "dt [s]",
+                          "error [m]",
+                          {slope, {"simulation", steps, errors, Series::Style::points}},
+                          "Dashed: |g| t dt/2, the exact error of symplectic Euler.",
+                          true,
+                          true});
 }
 
 const Registration registered{{MPM_CASE_NAME, "Free flight of a rotating block", MPM_CASE_DIRECTORY, run}};

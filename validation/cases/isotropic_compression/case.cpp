@@ -16,7 +16,8 @@ constexpr double compression = 0.1;
 
 void isotropic(CaseResult& result) {
   double worst_p = 0.0, worst_pc = 0.0;
-  Plot curves{"isotropic", "Isotropic compression, p over volumetric strain", "-ε_v [-]", "p [kPa]", {}, "Lines: closed form. Markers: return map, 40 steps.", false, false};
+  Plot curves{"isotropic", "Isotropic compression, p over volumetric strain",    "-ε_v [-]", "p [kPa]",
+              {},          "Lines: closed form. Markers: return map, 40 steps.", false,      false};
   for (const double xi : {0.05, 0.5, 5.0, 15.0}) {
     const MaterialSpec spec = cam_clay_spec(0.8, 0.3, xi);
     const CamClay model = reference_model(spec);
@@ -46,8 +47,8 @@ void isotropic(CaseResult& result) {
     }
   }
   for (const auto& [name, value] : {std::pair{"p", worst_p}, std::pair{"p_c", worst_pc}})
-    result.check_absolute(Label::verification, fmt::format("isotropic {}: largest relative error, 4 ξ, 1 to 160 steps", name), value, 0.0, "", 1e-12,
-                          "no step error on this path; round-off of sinh and of up to 160 increments");
+    result.check_absolute(Label::verification, fmt::format("isotropic {}: largest relative error, 4 ξ, 1 to 160 steps", name), value, 0.0,
+                          "", 1e-12, "no step error on this path; round-off of sinh and of up to 160 increments");
   curves.log_y = true;
   for (Series& s : curves.series) {  // the stress-free start has no place on a logarithmic axis
     s.x.erase(s.x.begin());
@@ -56,10 +57,13 @@ void isotropic(CaseResult& result) {
   result.plots.push_back(std::move(curves));
 }
 
-void against_cvode(CaseResult& result, const std::string& name, const std::string& id, const MaterialSpec& spec, const std::vector<Segment>& segments, Plot& order) {
+void against_cvode(CaseResult& result, const std::string& name, const std::string& id, const MaterialSpec& spec,
+                   const std::vector<Segment>& segments, Plot& order) {
   const PathComparison c = compare_path(spec, segments, {20, 40, 80, 160});
-  result.check_order(Label::verification, name + ": order in the maximum norm, 80 to 160 steps", c.tail_order(), 0.9, 1.2, "backward Euler is of first order");
-  result.check_at_most(Label::verification, name + ": drift |y|/p_c² of the reference", c.reference.drift, 0.0, "", 1e-9, "y' = 0 integrated at 1e-13");
+  result.check_order(Label::verification, name + ": order in the maximum norm, 80 to 160 steps", c.tail_order(), 0.9, 1.2,
+                     "backward Euler is of first order");
+  result.check_at_most(Label::verification, name + ": drift |y|/p_c² of the reference", c.reference.drift, 0.0, "", 1e-9,
+                       "y' = 0 integrated at 1e-13");
   order.series.push_back({name, c.size, c.error, Series::Style::points});
   Plot stress{id, "Stress path, " + name, "p [kPa]", "q [kPa]", {}, "", false, false};
   Plot hardening{id + "-pc", "Pre-consolidation pressure, " + name, "path, segments passed [-]", "p_c [kPa]", {}, "", false, false};
@@ -91,7 +95,14 @@ void run(const CaseContext&, CaseResult& result) {
   const CamClay model = reference_model(spec);
   const Segment compress = Segment::strain_increment(-0.04, 0.0);  // beyond the onset of yield at 0.024
   const double confining = model.preconsolidation(exact::isotropic_compression(model, 0.04));
-  Plot order{"order", "Return map against CVODE, maximum norm along the path", "step, 1/steps per segment [-]", "error over largest p_c [-]", {}, "", true, true};
+  Plot order{"order",
+             "Return map against CVODE, maximum norm along the path",
+             "step, 1/steps per segment [-]",
+             "error over largest p_c [-]",
+             {},
+             "",
+             true,
+             true};
   against_cvode(result, "drained triaxial compression", "triaxial", spec, {compress, Segment::drained(confining, -0.15)}, order);
   const std::vector<Segment> shear{compress, Segment::strain_increment(0.0, 0.12)};
   against_cvode(result, "isochoric shear", "shear", spec, shear, order);
@@ -102,10 +113,10 @@ void run(const CaseContext&, CaseResult& result) {
 
   const auto rows = follow_path(library_path(spec, {compress, Segment::strain_increment(0.0, 1.5)}, 160));
   const double x = exact::isochoric_critical_state(model, 0.04), pc = model.preconsolidation(x);
-  result.check_relative(Label::verification, "isochoric shear: p at the critical state", rows.back().p, 0.5 * (1.0 - spec.cohesion_beta) * pc, "Pa", 1e-6,
-                        "approached exponentially; independent of the steps");
-  result.check_relative(Label::verification, "isochoric shear: q/p at the critical state (M')", rows.back().q / rows.back().p, exact::critical_ratio(model), "", 1e-6,
-                        "approached exponentially; independent of the steps");
+  result.check_relative(Label::verification, "isochoric shear: p at the critical state", rows.back().p,
+                        0.5 * (1.0 - spec.cohesion_beta) * pc, "Pa", 1e-6, "approached exponentially; independent of the steps");
+  result.check_relative(Label::verification, "isochoric shear: q/p at the critical state (M')", rows.back().q / rows.back().p,
+                        exact::critical_ratio(model), "", 1e-6, "approached exponentially; independent of the steps");
 }
 
 const Registration registered{{MPM_CASE_NAME, "Isotropic compression, and two paths against CVODE", MPM_CASE_DIRECTORY, run}};
