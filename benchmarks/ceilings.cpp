@@ -1,11 +1,14 @@
 #include "ceilings.hpp"
 
 #include <omp.h>
+#include <sys/mman.h>
 
 #include <algorithm>
 #include <chrono>
+#include <cstdlib>
 #include <map>
 #include <memory>
+#include <new>
 
 #include "mpm/lanes.hpp"
 
@@ -17,6 +20,10 @@ using Clock = std::chrono::steady_clock;
 double seconds_since(Clock::time_point start) { return std::chrono::duration<double>(Clock::now() - start).count(); }
 
 constexpr int trials = 15;
+
+struct Free {
+  void operator()(double* p) const { std::free(p); }
+};
 
 /// Three arrays of 128 MB: more than the share of a last-level cache that one virtual machine keeps to itself.
 double triad(int threads) {
