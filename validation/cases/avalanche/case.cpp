@@ -48,7 +48,7 @@ double stagnation_line_mean(double a, double l) { return a / l * std::atan(l / a
 
 ImpactSummary study(const CaseContext& context, CaseResult& result, const std::string& name, const std::string& id, double slope,
                     const Bands& bands) {
-  const double dx = context.choose(0.35, 0.25, 0.25), duration = context.choose(6.0, 8.0, 12.0);
+  const double dx = context.choose(0.35, 0.25, 0.25), duration = 5.0;  // s; see the README: what is steady, and until when
   const Case c = avalanche(slope, dx, duration);
   const RunResult run = run_case(c, {.out = context.directory() / id});
   if (!run.impact) throw UnstableError("the run left no summary of the impact");
