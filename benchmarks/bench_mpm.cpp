@@ -288,14 +288,15 @@ struct Registry {
         ->Unit(benchmark::kMillisecond);
   }
 
-  void add_kernel(bool by_default, const std::string& kernel, std::size_t particles, std::function<std::shared_ptr<Bench>()> make) const {
+  void add_kernel(bool by_default, const std::string& kernel, std::size_t particles,
+                  const std::function<std::shared_ptr<Bench>()>& make) const {
     for (const int threads : {1, 2}) {
       const std::string name = fmt::format("{}/{}/threads:{}", kernel, size_name(particles), threads);
       add(by_default, name, particles, [=](benchmark::State& bench) { run_kernel(bench, name, threads, make); });
     }
   }
 
-  void add_step(bool by_default, const std::string& problem, std::size_t particles, std::function<SteppedProblem()> make) const {
+  void add_step(bool by_default, const std::string& problem, std::size_t particles, const std::function<SteppedProblem()>& make) const {
     for (const int threads : {1, 2}) {
       const std::string name = fmt::format("step/{}/{}/threads:{}", problem, size_name(particles), threads);
       add(by_default, name, particles, [=](benchmark::State& bench) { run_step(bench, name, threads, make); });

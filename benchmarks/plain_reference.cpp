@@ -80,9 +80,9 @@ bool PlainGrid::contains(const Index3& index) const {
   return true;
 }
 
-Node& PlainGrid::node(const Index3& index) {
+std::size_t PlainGrid::place(const Index3& index) const {
   const auto at = [&](std::size_t i) { return static_cast<std::size_t>(index[i] - low_[i]); };
-  return nodes_[at(0) + static_cast<std::size_t>(size_[0]) * (at(1) + static_cast<std::size_t>(size_[1]) * at(2))];
+  return at(0) + static_cast<std::size_t>(size_[0]) * (at(1) + static_cast<std::size_t>(size_[1]) * at(2));
 }
 
 Node PlainGrid::largest() const {

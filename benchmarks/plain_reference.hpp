@@ -22,11 +22,12 @@ class PlainGrid {
   void gather(Particle& p, double dt) const;
 
   [[nodiscard]] bool contains(const Index3& node) const;
-  Node& node(const Index3& index);
-  [[nodiscard]] const Node& node(const Index3& index) const { return const_cast<PlainGrid*>(this)->node(index); }
+  Node& node(const Index3& index) { return nodes_[place(index)]; }
+  [[nodiscard]] const Node& node(const Index3& index) const { return nodes_[place(index)]; }
   [[nodiscard]] Node largest() const;  ///< largest magnitude of each component
 
  private:
+  [[nodiscard]] std::size_t place(const Index3& index) const;
   template <class F>
   void for_each_weight(const double* position, F&& f) const;
 
