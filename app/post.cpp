@@ -29,7 +29,8 @@ struct PostArguments {
 std::optional<std::filesystem::path> plot_script() {
   std::error_code error;
   const auto program = std::filesystem::read_symlink("/proc/self/exe", error);
-  for (const std::filesystem::path& candidate : {program.parent_path().parent_path() / "share/mpm/scripts/plot_run.py", std::filesystem::path(MPM_SCRIPT_DIR) / "plot_run.py"}) {
+  for (const std::filesystem::path& candidate :
+       {program.parent_path().parent_path() / "share/mpm/scripts/plot_run.py", std::filesystem::path(MPM_SCRIPT_DIR) / "plot_run.py"}) {
     if (std::filesystem::exists(candidate, error)) return candidate;
   }
   return std::nullopt;
@@ -58,8 +59,9 @@ void draw_pictures(const std::filesystem::path& directory, const std::filesystem
     return;
   }
   if (const int status = draw(*script, directory, out); status != 0) {
-    fmt::print(stderr, "no or not all pictures: {} {} ended with {}; Debian's python3-matplotlib, python3-h5py and python3-numpy are needed\n", python, script->string(),
-               status);
+    fmt::print(stderr,
+               "no or not all pictures: {} {} ended with {}; Debian's python3-matplotlib, python3-h5py and python3-numpy are needed\n",
+               python, script->string(), status);
   }
 }
 
@@ -76,12 +78,13 @@ void post(PostArguments arguments) {
 }  // namespace
 
 void add_post(CLI::App& app) {
-  CLI::App* command = app.add_subcommand("post",
-                                         "Measure a run again from its stored frames, and draw its pictures.\n"
-                                         "Writes results.json, series.csv, profile.csv and the pictures to DIR/post. Those of the three files that DIR itself lacks, "
-                                         "because the run was killed, are written there, too; the run's own files are never overwritten. Frames are fewer than the rows "
-                                         "of the run's series.csv, so means and peaks differ within their errors. Forces and moments are sums over steps that no frame "
-                                         "holds: they are averaged from the run's series.csv, as are momentum and energies at the times of the frames.");
+  CLI::App* command = app.add_subcommand(
+      "post",
+      "Measure a run again from its stored frames, and draw its pictures.\n"
+      "Writes results.json, series.csv, profile.csv and the pictures to DIR/post. Those of the three files that DIR itself lacks, "
+      "because the run was killed, are written there, too; the run's own files are never overwritten. Frames are fewer than the rows "
+      "of the run's series.csv, so means and peaks differ within their errors. Forces and moments are sums over steps that no frame "
+      "holds: they are averaged from the run's series.csv, as are momentum and energies at the times of the frames.");
   const auto arguments = std::make_shared<PostArguments>();
   command->add_option("dir", arguments->directory, "Result folder of `mpm run`")->required()->type_name("DIR");
   command->add_option("--out", arguments->out, "Folder to write to (default: DIR/post)")->type_name("DIR");

@@ -7,6 +7,7 @@
 
 #include <atomic>
 #include <chrono>
+#include <cmath>
 #include <csignal>
 #include <memory>
 
@@ -20,7 +21,7 @@ namespace mpm::app {
 namespace {
 
 std::string clock_text(double seconds) {
-  const auto s = static_cast<long long>(seconds + 0.5);
+  const long long s = std::llround(seconds);
   return s < 3600 ? fmt::format("{}:{:02}", s / 60, s % 60) : fmt::format("{}:{:02}:{:02}", s / 3600, s / 60 % 60, s % 60);
 }
 
@@ -63,7 +64,8 @@ class ProgressLine {
   Clock::time_point shown_ = Clock::now() - std::chrono::hours(1);
 };
 
-/// SIGINT and SIGTERM ask for a checkpoint and an end at the next sample, a second one ends the process at once; SIGUSR1 asks for a checkpoint only.
+/// SIGINT and SIGTERM ask for a checkpoint and an end at the next sample, a second one ends the process at once; SIGUSR1 asks for a
+/// checkpoint only.
 std::atomic<int> stop_signal{0};
 std::atomic<bool> checkpoint_wanted{false};
 static_assert(std::atomic<int>::is_always_lock_free, "set in a signal handler");

@@ -4,8 +4,6 @@
 #include <algorithm>
 #include <cmath>
 
-
-
 namespace mpm {
 
 namespace {
@@ -55,8 +53,11 @@ Vec3 RigidBox::constrain(const Vec3& node, const Vec3& v) const {
     double depth;
     Vec3 normal;
   };
-  const Face faces[] = {{node.x() - min.x(), -Vec3::UnitX()}, {max.x() - node.x(), Vec3::UnitX()}, {node.y() - min.y(), -Vec3::UnitY()},
-                        {max.y() - node.y(), Vec3::UnitY()},  {max.z() - node.z(), Vec3::UnitZ()}};
+  const Face faces[] = {{node.x() - min.x(), -Vec3::UnitX()},
+                        {max.x() - node.x(), Vec3::UnitX()},
+                        {node.y() - min.y(), -Vec3::UnitY()},
+                        {max.y() - node.y(), Vec3::UnitY()},
+                        {max.z() - node.z(), Vec3::UnitZ()}};
   const Face* nearest = faces;
   for (const Face& face : faces) {
     if (face.depth < nearest->depth - on_plane) nearest = &face;
@@ -94,8 +95,8 @@ void fold_mirror_planes(Grid& grid, bool mirror_x, bool mirror_y) {
   if (mirror_y) fold(grid, 1);
 }
 
-double update_grid(Grid& grid, std::span<const Boundary> boundaries, const Vec3& gravity, double dt, double time, bool mirror_x, bool mirror_y,
-                 std::vector<Impulse>& impulses) {
+double update_grid(Grid& grid, std::span<const Boundary> boundaries, const Vec3& gravity, double dt, double time, bool mirror_x,
+                   bool mirror_y, std::vector<Impulse>& impulses) {
   const auto all = grid.all_blocks();
   const std::size_t count = boundaries.size();
   std::vector<Impulse> partial(all.size() * count);

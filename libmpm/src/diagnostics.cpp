@@ -19,7 +19,8 @@ Totals totals(const State& state, const Scene& scene) {
       const Particle& p = bin[s];
       const double m = density * p.volume;
       const Vec3 x(p.position[0], p.position[1], p.position[2]), v(p.velocity[0], p.velocity[1], p.velocity[2]);
-      const Vec3 spin(p.affine[5] - p.affine[7], p.affine[6] - p.affine[2], p.affine[1] - p.affine[3]);  // C_zy - C_yz, C_xz - C_zx, C_yx - C_xy
+      const Vec3 spin(p.affine[5] - p.affine[7], p.affine[6] - p.affine[2],
+                      p.affine[1] - p.affine[3]);  // C_zy - C_yz, C_xz - C_zx, C_yx - C_xy
       ++sum.particles;
       sum.mass += m;
       sum.momentum += m * v;

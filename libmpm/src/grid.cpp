@@ -20,8 +20,9 @@ std::uint64_t key_of(const Index3& c) {
 Index3 shifted(const Index3& c, int slot) { return {c[0] + slot % 3 - 1, c[1] + slot / 3 % 3 - 1, c[2] + slot / 9 - 1}; }
 
 /// The eight blocks (itself and its forward neighbours) that hold the nodes of a block's particles.
-constexpr std::array<int, 8> forward_slots = {neighbour_slot(0, 0, 0), neighbour_slot(1, 0, 0), neighbour_slot(0, 1, 0), neighbour_slot(1, 1, 0),
-                                              neighbour_slot(0, 0, 1), neighbour_slot(1, 0, 1), neighbour_slot(0, 1, 1), neighbour_slot(1, 1, 1)};
+constexpr std::array<int, 8> forward_slots = {neighbour_slot(0, 0, 0), neighbour_slot(1, 0, 0), neighbour_slot(0, 1, 0),
+                                              neighbour_slot(1, 1, 0), neighbour_slot(0, 0, 1), neighbour_slot(1, 0, 1),
+                                              neighbour_slot(0, 1, 1), neighbour_slot(1, 1, 1)};
 
 }  // namespace
 
@@ -77,7 +78,8 @@ std::int32_t Grid::find(const Index3& coordinate) const {
 
 std::int32_t Grid::create(const Index3& coordinate) {
   for (const auto c : coordinate) {
-    if (c <= -coordinate_limit || c >= coordinate_limit) throw UnstableError("a particle is more than a million blocks away from the origin");
+    if (c <= -coordinate_limit || c >= coordinate_limit)
+      throw UnstableError("a particle is more than a million blocks away from the origin");
   }
   std::int32_t index;
   if (free_.empty()) {
@@ -191,7 +193,8 @@ void Grid::rebuild_lists() {
   if (set_changed_) {
     all_.clear();
     for (const auto& [key, index] : index_) all_.push_back(index);
-    std::sort(all_.begin(), all_.end(), [this](std::int32_t a, std::int32_t b) { return key_of(block(a).coordinate) < key_of(block(b).coordinate); });
+    std::sort(all_.begin(), all_.end(),
+              [this](std::int32_t a, std::int32_t b) { return key_of(block(a).coordinate) < key_of(block(b).coordinate); });
     set_changed_ = false;
   }
   occupied_.clear();

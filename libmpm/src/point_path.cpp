@@ -75,7 +75,8 @@ double hold_radial_stress(const Point<L>& point, double axial, double target, do
   double low = guess, high = guess, f_low = excess(guess), f_high = f_low;
   for (double grow = max(0.1 * std::fabs(axial), 1e-9); !(f_low <= 0.0 && f_high >= 0.0); grow *= 2.0) {
     if (!(grow < widest))
-      throw UnstableError(fmt::format("point path: a radial stress of {} Pa cannot be held at an axial increment of {}; use more steps or less strain", target, axial));
+      throw UnstableError(fmt::format(
+          "point path: a radial stress of {} Pa cannot be held at an axial increment of {}; use more steps or less strain", target, axial));
     if (f_low > 0.0) low = guess - grow, f_low = excess(low);
     if (f_high < 0.0) high = guess + grow, f_high = excess(high);
   }
@@ -116,7 +117,8 @@ void check(const PathSpec& path) {
     if constexpr (std::same_as<S, TriaxialSegment>) return std::isfinite(segment.radial_stress) && std::isfinite(segment.d_eps_axial);
   };
   for (std::size_t i = 0; i < path.segments.size(); ++i)
-    if (!std::visit(finite, path.segments[i])) throw ConfigError(fmt::format("[path] segments[{}]: finite values are needed, and time_s above 0", i));
+    if (!std::visit(finite, path.segments[i]))
+      throw ConfigError(fmt::format("[path] segments[{}]: finite values are needed, and time_s above 0", i));
 }
 
 template <Material L>

@@ -27,7 +27,9 @@ const std::vector<std::string> impact_columns = {"runup_m", "runup_p99_m", "pres
 /// Of the others, those that are means over the interval before the row.
 const std::vector<std::string> interval_columns = {"force_x_n", "force_y_n", "force_z_n", "moment_x_n_m", "moment_y_n_m", "moment_z_n_m"};
 
-bool contains(const std::vector<std::string>& names, const std::string& name) { return std::find(names.begin(), names.end(), name) != names.end(); }
+bool contains(const std::vector<std::string>& names, const std::string& name) {
+  return std::find(names.begin(), names.end(), name) != names.end();
+}
 
 /// The run's own series.csv, looked up at the times of frames.
 class RunSeries {
@@ -46,7 +48,8 @@ class RunSeries {
   /// Names of the columns that are taken over.
   [[nodiscard]] const std::vector<std::string>& names() const { return names_; }
 
-  /// Value of a column for a frame at `time` whose predecessor is at `before` (NaN for the first). Times of frames are times of rows, to the bit.
+  /// Value of a column for a frame at `time` whose predecessor is at `before` (NaN for the first). Times of frames are times of rows, to
+  /// the bit.
   [[nodiscard]] double at(std::size_t column, double before, double time) const {
     const std::vector<double>& values = values_[column];
     if (!contains(interval_columns, names_[column])) {
@@ -107,7 +110,8 @@ Json facts(const Case& c, const SnapshotInfo& last, std::size_t particles) {
 
 std::optional<ImpactGeometry> impact_geometry(const Case& c) {
   if (!c.conveyor || !c.obstacle) return std::nullopt;
-  return paper_geometry(c.conveyor->flow_height, c.obstacle->width, c.numerics.cell_size, c.material.density, c.conveyor->mirror_y || c.domain.mirror_y);
+  return paper_geometry(c.conveyor->flow_height, c.obstacle->width, c.numerics.cell_size, c.material.density,
+                        c.conveyor->mirror_y || c.domain.mirror_y);
 }
 
 ImpactFlow impact_flow(const Case& c) {
@@ -136,7 +140,9 @@ PostResult post_process(const std::filesystem::path& directory, const std::files
   const Case c = read_case(directory / "case.toml");
   make_directory(out);
   if (std::filesystem::equivalent(directory, out)) {
-    throw ConfigError(fmt::format("'{}' is the result folder itself, and the run's own files are not overwritten; choose another folder for the output", out.string()));
+    throw ConfigError(
+        fmt::format("'{}' is the result folder itself, and the run's own files are not overwritten; choose another folder for the output",
+                    out.string()));
   }
   const std::string hash = case_hash_text(c);
   const std::vector<int> numbers = frame_numbers(directory);
@@ -164,7 +170,8 @@ PostResult post_process(const std::filesystem::path& directory, const std::files
     std::vector<double> row = {time};
     if (geometry) {
       const ImpactFrame impact = measure(frame, *geometry);
-      row.insert(row.end(), {impact.runup, impact.runup_p99, impact.pressure_height.value_or(unknown), impact.impact_pressure, impact.compaction});
+      row.insert(row.end(),
+                 {impact.runup, impact.runup_p99, impact.pressure_height.value_or(unknown), impact.impact_pressure, impact.compaction});
       series.append(time, impact, run.vector_at("force", "n", before, time), run.vector_at("moment", "n_m", before, time));
     }
     for (std::size_t i = 0; i < run.names().size(); ++i) row.push_back(run.at(i, before, time));
@@ -180,7 +187,8 @@ PostResult post_process(const std::filesystem::path& directory, const std::files
   Json json = facts(c, last, last_particles);
   if (std::filesystem::exists(own_results)) {
     json = Json::parse(read_file(own_results), nullptr, false);
-    if (!json.is_object()) throw IoError(fmt::format("'{}' is not a JSON object; delete it and run `mpm post` again", own_results.string()));
+    if (!json.is_object())
+      throw IoError(fmt::format("'{}' is not a JSON object; delete it and run `mpm post` again", own_results.string()));
   }
   json["measured_from"] = "frames";
   json["frames"] = result.frames;

@@ -48,7 +48,8 @@ class DirectoryLock {
     if (descriptor_ < 0) throw file_error("cannot create", path, errno);
     if (flock(descriptor_, LOCK_EX | LOCK_NB) != 0) {
       close(descriptor_);
-      throw IoError(fmt::format("{}: another process is running in this directory; wait for it or choose another --out", directory.string()));
+      throw IoError(
+          fmt::format("{}: another process is running in this directory; wait for it or choose another --out", directory.string()));
     }
   }
   ~DirectoryLock() { close(descriptor_); }
@@ -192,9 +193,9 @@ Run::Run(const Case& c, const RunOptions& options)
       state_(c.numerics.cell_size),
       geometry_(impact_geometry(c)),
       last_sample_(static_cast<std::uint64_t>(std::ceil(c.output.duration * c.output.series_per_second - 1e-9))),
-      samples_per_frame_(c.output.frames_per_second > 0.0
-                             ? static_cast<std::uint64_t>(std::max(1.0, std::round(c.output.series_per_second / c.output.frames_per_second)))
-                             : 0),
+      samples_per_frame_(c.output.frames_per_second > 0.0 ? static_cast<std::uint64_t>(std::max(
+                                                                1.0, std::round(c.output.series_per_second / c.output.frames_per_second)))
+                                                          : 0),
       lock_(made(options.out)) {
   if (options_.threads > 0) omp_set_num_threads(options_.threads);
   state_.grid.keep_old_nodes(c.numerics.transfer == Transfer::flip);
@@ -204,8 +205,8 @@ std::vector<std::string> Run::columns() const {
   std::vector<std::string> names = {"time_s"};
   if (geometry_) names.insert(names.end(), {"runup_m", "runup_p99_m", "pressure_height_m", "impact_pressure_pa", "compaction"});
   if (scene_.obstacle) names.insert(names.end(), {"force_x_n", "force_y_n", "force_z_n", "moment_x_n_m", "moment_y_n_m", "moment_z_n_m"});
-  names.insert(names.end(), {"particles", "mass_kg", "momentum_x_kg_m_s", "momentum_y_kg_m_s", "momentum_z_kg_m_s", "kinetic_energy_j", "elastic_energy_j",
-                             "potential_energy_j", "max_speed_m_s"});
+  names.insert(names.end(), {"particles", "mass_kg", "momentum_x_kg_m_s", "momentum_y_kg_m_s", "momentum_z_kg_m_s", "kinetic_energy_j",
+                             "elastic_energy_j", "potential_energy_j", "max_speed_m_s"});
   return names;
 }
 
@@ -226,7 +227,8 @@ Progress Run::figures() const {
   p.particles = state_.grid.particle_count();
   p.wall_s = seconds_since(started_);
   const double step_time = progress_.step_time - step_before_;
-  if (step_time > 0.0) p.million_particle_steps_per_s = 1e-6 * static_cast<double>(progress_.particle_steps - particle_steps_before_) / step_time;
+  if (step_time > 0.0)
+    p.million_particle_steps_per_s = 1e-6 * static_cast<double>(progress_.particle_steps - particle_steps_before_) / step_time;
   return p;
 }
 
@@ -261,7 +263,8 @@ void Run::resume() {
   write_file(options_.out / "case.toml", write_case(case_));
   table_.emplace(SeriesWriter::resume(options_.out / "series.csv", columns(), state_.time));
   frames_.emplace(FrameSeries::resume(options_.out, state_.time));
-  say(fmt::format("resumed at t = {:.6g} s, step {}: {} particles, {} threads", state_.time, state_.step, state_.grid.particle_count(), omp_get_max_threads()));
+  say(fmt::format("resumed at t = {:.6g} s, step {}: {} particles, {} threads", state_.time, state_.step, state_.grid.particle_count(),
+                  omp_get_max_threads()));
 }
 
 void Run::advance_to_next_sample() {
@@ -291,20 +294,24 @@ void Run::record_sample() {
   }
   if (scene_.obstacle) row.insert(row.end(), {force.x(), force.y(), force.z(), moment.x(), moment.y(), moment.z()});
   const Totals t = whole_of_mirrored(totals(state_, scene_), scene_.mirror_x, scene_.mirror_y);
-  row.insert(row.end(), {static_cast<double>(t.particles), t.mass, t.momentum.x(), t.momentum.y(), t.momentum.z(), t.kinetic_energy, t.elastic_energy,
-                         t.potential_energy, state_.max_speed});
+  row.insert(row.end(), {static_cast<double>(t.particles), t.mass, t.momentum.x(), t.momentum.y(), t.momentum.z(), t.kinetic_energy,
+                         t.elastic_energy, t.potential_energy, state_.max_speed});
   table_->append(row);
   if (samples_per_frame_ > 0 && progress_.samples % samples_per_frame_ == 0) write_frame();
   ++progress_.samples;
 }
 
 SnapshotInfo Run::snapshot_info() const {
-  return {state_.time, static_cast<std::int64_t>(state_.step), hash_, std::string(build_info().version), case_.material.density, scene_.mirror_x, scene_.mirror_y};
+  return {state_.time,
+          static_cast<std::int64_t>(state_.step),
+          hash_,
+          std::string(build_info().version),
+          case_.material.density,
+          scene_.mirror_x,
+          scene_.mirror_y};
 }
 
-void Run::write_frame() {
-  frames_->append(table_of(state_, scene_), snapshot_info());
-}
+void Run::write_frame() { frames_->append(table_of(state_, scene_), snapshot_info()); }
 
 void Run::checkpoint(const char* why) {
   progress_.wall_time = wall_before_ + seconds_since(started_);
@@ -322,7 +329,8 @@ RunResult Run::finish(bool complete) {
   result.particle_steps = progress_.particle_steps;
   result.particles = state_.grid.particle_count();
   result.wall_time_s = progress_.wall_time;
-  result.million_particle_steps_per_s = progress_.wall_time > 0.0 ? 1e-6 * static_cast<double>(progress_.particle_steps) / progress_.wall_time : 0.0;
+  result.million_particle_steps_per_s =
+      progress_.wall_time > 0.0 ? 1e-6 * static_cast<double>(progress_.particle_steps) / progress_.wall_time : 0.0;
   if (!complete) {
     say(fmt::format("stopped at t = {:.6g} s of {:.6g} s; go on with --resume", state_.time, sample_time(last_sample_)));
     return result;
@@ -357,7 +365,9 @@ RunResult Run::finish(bool complete) {
   result.results_json = json.dump(2) + "\n";
   write_final(options_.out / "final.h5", table_of(state_, scene_), snapshot_info());
   write_file(options_.out / "results.json", result.results_json);
-  say(fmt::format("done: {} steps, {:.4g} million particle-steps/s over {:.1f} s of wall time", state_.step, result.million_particle_steps_per_s, progress_.wall_time), false);
+  say(fmt::format("done: {} steps, {:.4g} million particle-steps/s over {:.1f} s of wall time", state_.step,
+                  result.million_particle_steps_per_s, progress_.wall_time),
+      false);
   return result;
 }
 

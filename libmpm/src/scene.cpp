@@ -14,12 +14,11 @@ namespace {
 
 constexpr double beyond = 1e4;  // m; taller than anything
 
-Wall make_wall(const WallSpec& spec) {
-  return {spec.point, spec.normal.normalized(), spec.contact, spec.friction, spec.velocity, true};
-}
+Wall make_wall(const WallSpec& spec) { return {spec.point, spec.normal.normalized(), spec.contact, spec.friction, spec.velocity, true}; }
 
 RigidBox make_obstacle(const ObstacleSpec& spec) {
-  return {Vec3(0.0, -0.5 * spec.width, -beyond), Vec3(spec.depth, 0.5 * spec.width, spec.height.value_or(beyond)), Contact::separable, spec.friction, Vec3::Zero()};
+  return {Vec3(0.0, -0.5 * spec.width, -beyond), Vec3(spec.depth, 0.5 * spec.width, spec.height.value_or(beyond)), Contact::separable,
+          spec.friction, Vec3::Zero()};
 }
 
 double shape_volume(const BodySpec& body) {
@@ -60,7 +59,8 @@ void fill_body(State& state, const BodySpec& body, const Scene& scene, double sp
   for (long k = 0; k < count[2]; ++k) {
     for (long j = 0; j < count[1]; ++j) {
       for (long i = 0; i < count[0]; ++i) {
-        Vec3 x = body.min + step.cwiseProduct(Vec3(static_cast<double>(i) + 0.5, static_cast<double>(j) + 0.5, static_cast<double>(k) + 0.5));
+        Vec3 x =
+            body.min + step.cwiseProduct(Vec3(static_cast<double>(i) + 0.5, static_cast<double>(j) + 0.5, static_cast<double>(k) + 0.5));
         if (!inside_shape(body, x)) continue;
         ++whole;
         double share = 1.0;
@@ -92,7 +92,9 @@ void fill_body(State& state, const BodySpec& body, const Scene& scene, double sp
 
 }  // namespace
 
-double lattice_spacing(const NumericsSpec& numerics) { return numerics.cell_size / std::cbrt(static_cast<double>(numerics.particles_per_cell)); }
+double lattice_spacing(const NumericsSpec& numerics) {
+  return numerics.cell_size / std::cbrt(static_cast<double>(numerics.particles_per_cell));
+}
 
 Scene make_scene(const Case& c) {
   Scene scene{.material = make_material(c.material)};

@@ -44,11 +44,13 @@ bool finite(const Particle& p) {
   const Vec3 position(culprit->position[0], culprit->position[1], culprit->position[2]);
   const Vec3& where = position.allFinite() ? position : centre;
   throw UnstableError(fmt::format(
-      "unstable at t = {:.6g} s, step {} (dt = {:.3g} s): {} of particle {} {} ({:.4g}, {:.4g}, {:.4g}) m; velocity ({:.4g}, {:.4g}, {:.4g}) m/s, "
+      "unstable at t = {:.6g} s, step {} (dt = {:.3g} s): {} of particle {} {} ({:.4g}, {:.4g}, {:.4g}) m; velocity ({:.4g}, {:.4g}, "
+      "{:.4g}) m/s, "
       "pressure {:.4g} Pa. Try a smaller [numerics] cfl, a finer cell_size_m, or look for a body that starts inside a wall or another body",
-      state.time, state.step, dt, motion.finite ? "displacement of more than a block in one step" : "a value that is not finite (NaN or infinite)", culprit->id,
-      position.allFinite() ? "at" : "near", where.x(), where.y(), where.z(), culprit->velocity[0], culprit->velocity[1], culprit->velocity[2],
-      -(culprit->stress[0] + culprit->stress[1] + culprit->stress[2]) / 3.0));
+      state.time, state.step, dt,
+      motion.finite ? "displacement of more than a block in one step" : "a value that is not finite (NaN or infinite)", culprit->id,
+      position.allFinite() ? "at" : "near", where.x(), where.y(), where.z(), culprit->velocity[0], culprit->velocity[1],
+      culprit->velocity[2], -(culprit->stress[0] + culprit->stress[1] + culprit->stress[2]) / 3.0));
 }
 
 /// Removes the particles of a block that are outside the domain.
@@ -123,9 +125,11 @@ double stable_time_step(const State& state, const Scene& scene) {
   const double dt = scene.cfl * state.grid.cell_size() / (wave_speed + state.max_speed);
   const double at_rest = scene.cfl * state.grid.cell_size() / wave_speed;
   if (!(dt >= collapse_ratio * at_rest)) {
-    throw UnstableError(fmt::format("the time step collapsed at t = {:.6g} s, step {}: {:.3g} s, at rest it is {:.3g} s, because the fastest particle moves at {:.4g} m/s. "
-                                    "Try a smaller [numerics] cfl or a finer cell_size_m",
-                                    state.time, state.step, dt, at_rest, state.max_speed));
+    throw UnstableError(
+        fmt::format("the time step collapsed at t = {:.6g} s, step {}: {:.3g} s, at rest it is {:.3g} s, because the fastest particle "
+                    "moves at {:.4g} m/s. "
+                    "Try a smaller [numerics] cfl or a finer cell_size_m",
+                    state.time, state.step, dt, at_rest, state.max_speed));
   }
   return dt;
 }
@@ -138,12 +142,12 @@ StepReport step(State& state, const Scene& scene, double dt) {
 
   if (scene.feed) report.entered = scene.feed->release(state);
   if (!options.apic) store_old_velocities(state, scene, options);
-  particle_to_grid(grid, options);                                 // m_i, p_i + dt f_i
+  particle_to_grid(grid, options);  // m_i, p_i + dt f_i
   fold_mirror_planes(grid, scene.mirror_x, scene.mirror_y);
   const double mass = update_grid(grid, scene.boundaries, scene.gravity, dt, state.time, scene.mirror_x, scene.mirror_y, report.impulses);
   report.gravity_impulse = dt * mass * scene.gravity;
-  report.left = move_particles(state, scene, options);             // v_p, C_p, x_p, then the law: tau_p
-  grid.migrate();                                                  // blocks and cells again in order
+  report.left = move_particles(state, scene, options);  // v_p, C_p, x_p, then the law: tau_p
+  grid.migrate();                                       // blocks and cells again in order
 
   state.time += dt;
   ++state.step;

@@ -37,7 +37,8 @@ struct Gathered {
   Lanes c[8], s[8];
 };
 
-/// @param used how many of the eight are particles: the others count as at rest and free of stress. Slots behind the last particle are allocated.
+/// @param used how many of the eight are particles: the others count as at rest and free of stress. Slots behind the last particle are
+/// allocated.
 inline __attribute__((always_inline)) void gather(Particle* p, int used, double initial_internal, Gathered& g) {
 #pragma GCC unroll 8
   for (int i = 0; i < lane_count; ++i) {
@@ -70,7 +71,8 @@ bool update_stress_of(ParticleBin& bin, const Law& law, double dt) {
     const Matrix3<LanePair> dl{{{dl_of(a.c[0], b.c[0]), dl_of(a.c[3], b.c[3]), dl_of(a.c[6], b.c[6])},
                                 {dl_of(a.c[1], b.c[1]), dl_of(a.c[4], b.c[4]), dl_of(a.c[7], b.c[7])},
                                 {dl_of(a.c[2], b.c[2]), dl_of(a.c[5], b.c[5]), dl_of(a.s[0], b.s[0])}}};
-    MaterialState<LanePair> state{{pair(a.s[1], b.s[1]), pair(a.s[2], b.s[2]), pair(a.s[3], b.s[3]), pair(a.s[4], b.s[4]), pair(a.s[5], b.s[5]), pair(a.s[6], b.s[6])},
+    MaterialState<LanePair> state{{pair(a.s[1], b.s[1]), pair(a.s[2], b.s[2]), pair(a.s[3], b.s[3]), pair(a.s[4], b.s[4]),
+                                   pair(a.s[5], b.s[5]), pair(a.s[6], b.s[6])},
                                   pair(a.s[7], b.s[7])};
     law.update_stress(state, dl, dt);
     const Sym3<LanePair>& t = state.stress;

@@ -83,14 +83,15 @@ inline void for_each_halo_row(const Block& self, NodesOf&& nodes_of, Halo& halo,
 // --- particle to grid ---------------------------------------------------------------------------------------------------
 
 /// Adds particles a and b of one cell to the 27 sums of that cell.
-inline __attribute__((always_inline)) void scatter_pair(const Particle& a, const Particle& b, Lanes corner, double inverse_dx, Lanes mass_scale,
-                                                        Lanes affine_scale, Lanes stress_scale, Lanes (&sum)[27]) {
+inline __attribute__((always_inline)) void scatter_pair(const Particle& a, const Particle& b, Lanes corner, double inverse_dx,
+                                                        Lanes mass_scale, Lanes affine_scale, Lanes stress_scale, Lanes (&sum)[27]) {
   const Lanes xv = load_pair(a.position, b.position);  // x y z V
   const Lanes f = xv * inverse_dx - corner;
   const Lanes volume = spread<3>(xv);
   const Lanes velocity = mask_w ? Lanes{} + 1.0 : load_pair(a.velocity, b.velocity);
   const Lanes ma = affine_scale * volume, ms = stress_scale * volume;
-  const Lanes sa = *reinterpret_cast<const Lanes*>(a.affine + 8), sb = *reinterpret_cast<const Lanes*>(b.affine + 8);  // c8 xx yy zz xy xz yz h
+  const Lanes sa = *reinterpret_cast<const Lanes*>(a.affine + 8),
+              sb = *reinterpret_cast<const Lanes*>(b.affine + 8);  // c8 xx yy zz xy xz yz h
   const Lanes ax = ma * load_pair(a.affine, b.affine) + ms * __builtin_shufflevector(sa, sb, 1, 4, 5, 0, 9, 12, 13, 8);
   const Lanes ay = ma * load_pair(a.affine + 3, b.affine + 3) + ms * __builtin_shufflevector(sa, sb, 4, 2, 6, 0, 12, 10, 14, 8);
   const Lanes az = ma * load_pair(a.affine + 6, b.affine + 6) + ms * __builtin_shufflevector(sa, sb, 5, 6, 3, 0, 13, 14, 11, 8);
@@ -150,7 +151,8 @@ struct Gathered {
   Lanes v, x, y, z;
 };
 
-inline __attribute__((always_inline)) Gathered gather_pair(const Node* node, const AxisWeights& wx, const AxisWeights& wy, const AxisWeights& wz) {
+inline __attribute__((always_inline)) Gathered gather_pair(const Node* node, const AxisWeights& wx, const AxisWeights& wy,
+                                                           const AxisWeights& wz) {
   const Lanes wx2 = wx.w[2] + wx.w[2], wy2 = wy.w[2] + wy.w[2], wz2 = wz.w[2] + wz.w[2];
   Lanes v[3], x[3], y[3];
 #pragma GCC unroll 3
@@ -180,7 +182,7 @@ constexpr double to_integer_bits = 6755399441055744.0;  // 1.5 * 2^52
 }  // namespace
 
 void load_halo(const Grid& grid, std::int32_t index, Halo& halo, bool old) {
-  const auto nodes_of = [&](std::int32_t b) -> const NodeBlock& { return old ? const_cast<Grid&>(grid).old_nodes(b) : grid.nodes(b); };
+  const auto nodes_of = [&](std::int32_t b) -> const NodeBlock& { return old ? grid.old_nodes(b) : grid.nodes(b); };
   for_each_halo_row(grid.block(index), nodes_of, halo, [](const Node* node, Node* row, auto count) {
     for (int i = 0; i < count; ++i) row[i] = node[i];
   });
@@ -199,9 +201,11 @@ void particle_to_grid(Grid& grid, const TransferOptions& options) {
       for (std::size_t i = 0; i < blocks.size(); ++i) {
         const Block& block = grid.block(blocks[i]);
         scatter_block(grid, block, options, halo);
-        for_each_halo_row(block, [&](std::int32_t b) -> NodeBlock& { return grid.nodes(b); }, halo, [](Node* node, const Node* row, auto count) {
-          for (int n = 0; n < count; ++n) node[n] += row[n];
-        });
+        for_each_halo_row(
+            block, [&](std::int32_t b) -> NodeBlock& { return grid.nodes(b); }, halo,
+            [](Node* node, const Node* row, auto count) {
+              for (int n = 0; n < count; ++n) node[n] += row[n];
+            });
       }
     }
   }
@@ -305,7 +309,8 @@ void collect_migrants(Grid& grid, std::int32_t index, BlockMotion& motion) {
     int offset[3];
     for (int axis = 0; axis < 3; ++axis) {
       // the same rounding as in grid_to_particle, so that both agree on ties
-      const double rounded = m.particle.position[axis] * inverse_dx + ((to_integer_bits - 1.0) - 4.0 * block.coordinate[static_cast<std::size_t>(axis)]);
+      const double rounded =
+          m.particle.position[axis] * inverse_dx + ((to_integer_bits - 1.0) - 4.0 * block.coordinate[static_cast<std::size_t>(axis)]);
       const auto local = static_cast<int>(std::bit_cast<std::int64_t>(rounded) - std::bit_cast<std::int64_t>(to_integer_bits));
       offset[axis] = local >> 2;
       m.cell |= (local & 3) << (2 * axis);

@@ -30,8 +30,10 @@ void write_sample_run(const std::filesystem::path& directory) {
 bool command_works(const std::string& command) { return std::system((command + " >/dev/null 2>&1").c_str()) == 0; }
 
 /// Runs `command script input output` and reads the JSON that it leaves.
-nlohmann::json run_script(const std::string& command, const std::string& script, const std::filesystem::path& input, const std::filesystem::path& output) {
-  const std::string line = fmt::format("{} '{}/tests/support/{}' '{}' '{}'", command, MPM_SOURCE_DIR, script, input.string(), output.string());
+nlohmann::json run_script(const std::string& command, const std::string& script, const std::filesystem::path& input,
+                          const std::filesystem::path& output) {
+  const std::string line =
+      fmt::format("{} '{}/tests/support/{}' '{}' '{}'", command, MPM_SOURCE_DIR, script, input.string(), output.string());
   const int status = std::system(line.c_str());
   if (status != 0) throw std::runtime_error(fmt::format("status {} of: {}", status, line));
   return nlohmann::json::parse(read_file(output));
@@ -57,7 +59,8 @@ TEST(ParaView, OpensTheFramesWithTheirTimesAndFields) {
     EXPECT_EQ(step["last_point"].get<std::vector<double>>(), position);
     const auto& values = step["last_values"];
     EXPECT_EQ(values["position"].get<std::vector<double>>(), position);
-    for (std::size_t k = 0; k < 3; ++k) EXPECT_EQ(values["velocity"][k].get<double>(), double{static_cast<float>(p.velocity[3 * (n - 1) + k])});
+    for (std::size_t k = 0; k < 3; ++k)
+      EXPECT_EQ(values["velocity"][k].get<double>(), double{static_cast<float>(p.velocity[3 * (n - 1) + k])});
     EXPECT_EQ(values["pressure"][0].get<double>(), double{static_cast<float>(-(tau[0] + tau[1] + tau[2]) / (3.0 * j))});
     EXPECT_EQ(values["stress_xx"][0].get<double>(), double{static_cast<float>(tau[0] / j)});
     EXPECT_EQ(values["id"][0].get<std::uint64_t>(), p.id.back());

@@ -70,7 +70,8 @@ TEST_F(PostOfARun, MeasuresWhatTheRunMeasuredAtTheTimesOfTheFrames) {
   const Table own = Table::read(run() / "series.csv"), again = Table::read(out / "series.csv");
   EXPECT_EQ(again.columns(), own.columns());
   ASSERT_EQ(again.rows(), 11u);
-  for (const char* name : {"time_s", "runup_m", "runup_p99_m", "pressure_height_m", "impact_pressure_pa", "compaction", "mass_kg", "momentum_x_kg_m_s"}) {
+  for (const char* name :
+       {"time_s", "runup_m", "runup_p99_m", "pressure_height_m", "impact_pressure_pa", "compaction", "mass_kg", "momentum_x_kg_m_s"}) {
     const std::vector<double> a = own.numbers(name), b = again.numbers(name);
     for (std::size_t frame = 0; frame < b.size(); ++frame) {
       const double expected = a[2 * frame];
@@ -98,7 +99,8 @@ TEST_F(PostOfARun, LeavesTheRunsOwnFilesAloneAndKeepsItsFacts) {
   for (const char* name : {"results.json", "series.csv", "profile.csv"}) after += read_file(run() / name);
   EXPECT_EQ(after, before);
   EXPECT_EQ(result.written.size(), 3u);
-  const auto own = nlohmann::json::parse(read_file(run() / "results.json")), again = nlohmann::json::parse(read_file(run() / "post/results.json"));
+  const auto own = nlohmann::json::parse(read_file(run() / "results.json")),
+             again = nlohmann::json::parse(read_file(run() / "post/results.json"));
   for (const char* key : {"case_hash", "steps", "wall_time_s", "particles_final"}) EXPECT_EQ(again[key], own[key]) << key;
   EXPECT_EQ(again["measured_from"], "frames");
   EXPECT_EQ(again["frames"], 11);
@@ -129,7 +131,8 @@ TEST_F(PostOfARun, PicturesAreDrawnFromTheFolder) {
     GTEST_SKIP() << "matplotlib, h5py or numpy is missing (Debian: python3-matplotlib, python3-h5py, python3-numpy)";
   }
   const std::filesystem::path pictures = *directory_ / "pictures";
-  const std::string line = fmt::format("'{}/scripts/plot_run.py' '{}' --out '{}' --times 0.1,0.4 2>/dev/null", MPM_SOURCE_DIR, run().string(), pictures.string());
+  const std::string line = fmt::format("'{}/scripts/plot_run.py' '{}' --out '{}' --times 0.1,0.4 2>/dev/null", MPM_SOURCE_DIR,
+                                       run().string(), pictures.string());
   ASSERT_EQ(std::system(line.c_str()), 0) << line;
   for (const char* name : {"heights.png", "forces.png", "side_view.png"}) EXPECT_EQ(read_file(pictures / name).substr(1, 3), "PNG") << name;
   EXPECT_FALSE(std::filesystem::exists(pictures / "profile.png"));  // no steady span, no mean profile

@@ -49,7 +49,8 @@ inline ParticleTable heap_particles(double t, double spacing) {
         for (const double c : {x, y, z}) p.position.push_back(c + jitter(random));
         p.velocity.insert(p.velocity.end(), {speed * (1.0 - 0.9 * (upstream ? near : 0.0)), 2.0 * near, 3.0 * near * (1.0 - grown)});
         p.affine.insert(p.affine.end(), 9, 0.0);
-        const double pressure = density * gravity * std::max(0.0, height - z) + density * speed * speed / 2.0 * (upstream ? near : 0.0) * std::exp(-z / height);
+        const double pressure =
+            density * gravity * std::max(0.0, height - z) + density * speed * speed / 2.0 * (upstream ? near : 0.0) * std::exp(-z / height);
         p.stress.insert(p.stress.end(), {-1.1 * pressure, -0.95 * pressure, -0.95 * pressure, 0.0, 0.1 * pressure, 0.0});
         p.internal.push_back(0.005);
         p.volume_ratio.push_back(1.0 - pressure / 1e6);

@@ -69,10 +69,13 @@ class Sampler {
     if (law.preconsolidation_pressure(x) > 3.0 * bulk) x = x_0;
     MaterialState<double> s{{}, x};
     if (x <= 0.0) return s;
-    const double p_c = law.preconsolidation_pressure(x), centre = 0.5 * (1.0 - spec.cohesion_beta) * p_c, radius = 0.5 * (1.0 + spec.cohesion_beta) * p_c;
+    const double p_c = law.preconsolidation_pressure(x), centre = 0.5 * (1.0 - spec.cohesion_beta) * p_c,
+                 radius = 0.5 * (1.0 + spec.cohesion_beta) * p_c;
     const double angle = 3.14159 * symmetric(), r = symmetric() > 0.5 ? 1.0 : std::sqrt(std::fabs(symmetric()));
     const double p = centre + r * radius * std::cos(angle);
-    const double q = symmetric() > 0.8 ? 0.0 : r * radius * std::fabs(std::sin(angle)) * spec.critical_state_slope / std::sqrt(1.0 + 2.0 * spec.cohesion_beta);
+    const double q = symmetric() > 0.8
+                         ? 0.0
+                         : r * radius * std::fabs(std::sin(angle)) * spec.critical_state_slope / std::sqrt(1.0 + 2.0 * spec.cohesion_beta);
     const Sym3<double> direction = deviator(Sym3<double>{symmetric(), symmetric(), symmetric(), symmetric(), symmetric(), symmetric()});
     s.stress = (q / std::sqrt(1.5 * norm2(direction))) * direction;
     s.stress.xx -= p, s.stress.yy -= p, s.stress.zz -= p;
@@ -123,8 +126,8 @@ TEST(CamClayReturnMap, StaysOnOrInsideYieldSurfaceForAnyTrialState) {
           continue;
         }
         const auto where = [&] {
-          return ::testing::Message() << "M " << spec.critical_state_slope << " beta " << spec.cohesion_beta << " xi " << spec.hardening_xi << " X "
-                                      << before[i].internal << " -> " << after.internal << ", lanes " << vectorised.internal;
+          return ::testing::Message() << "M " << spec.critical_state_slope << " beta " << spec.cohesion_beta << " xi " << spec.hardening_xi
+                                      << " X " << before[i].internal << " -> " << after.internal << ", lanes " << vectorised.internal;
         };
         const double p = pressure(after), q = shear(after), p_c = law.preconsolidation_pressure(after.internal);
         ASSERT_TRUE(std::isfinite(p + q + after.internal)) << where();
@@ -145,7 +148,8 @@ TEST(CamClayReturnMap, StaysOnOrInsideYieldSurfaceForAnyTrialState) {
         const double q_trial = shear({law.moduli().stress(hencky_trial(law.moduli().strain(before[i].stress), dl[i])), 0.0});
         const double work = p * (after.internal - before[i].internal) + q * (q_trial - q) / (3.0 * g);
         ASSERT_GE(work, -trial_error * (p_c + q)) << where();
-        // J: the increment's determinant. A determinant that is small by cancellation loses digits: b_e's smallest eigenvalue goes with det^2 here.
+        // J: the increment's determinant. A determinant that is small by cancellation loses digits: b_e's smallest eigenvalue goes with
+        // det^2 here.
         ASSERT_NEAR(law.volume_ratio(after) / law.volume_ratio(before[i]) / det, 1.0, 1e-13 / (det * det)) << where();
         // Both number types: the same root, to the convergence of either (1e-14) and the conditioning of a trial strain up to 1 over p_c/K.
         const double scale = std::max(p_c, 1e-3 * bulk);
@@ -179,7 +183,8 @@ TEST(CamClayReturnMap, LandsOnTheLargestRootBelowAtAnIsotropicTensionApex) {
           const double stride = (x_n - std::min(target, 0.0)) / 20000.0;
           while (f(low) > 0.0) high = low, low -= stride;
           for (int i = 0; i < 100; ++i) (f(0.5 * (low + high)) > 0.0 ? high : low) = 0.5 * (low + high);
-          EXPECT_NEAR(s.internal, high, 1e-12 * std::max(x_n, std::fabs(high))) << "M " << slope << " beta " << beta << " xi " << xi << " by " << beyond;
+          EXPECT_NEAR(s.internal, high, 1e-12 * std::max(x_n, std::fabs(high)))
+              << "M " << slope << " beta " << beta << " xi " << xi << " by " << beyond;
           EXPECT_NEAR(pressure(s), -beta * law.preconsolidation_pressure(high), 1e-12 * bulk);
           if (high <= 0.0) {
             EXPECT_EQ(pressure(s), 0.0);
@@ -200,7 +205,8 @@ TEST(CamClayReturnMap, LandsOnTheNearestAdmissibleRootInTension) {
     const double bulk = law.moduli().bulk(), g = law.moduli().shear(), x_n = law.initial_internal() * (0.5 + 2.0 * uniform(generator));
     const double p_c = law.preconsolidation_pressure(x_n), p_tr = -p_c * beta * (0.2 + uniform(generator)), q_tr = p_c * uniform(generator);
     const auto residual = [&](double x) {  // y at the state that the flow rule reaches with X = x
-      const double p = p_tr - bulk * (x - x_n), p_x = law.preconsolidation_pressure(x), y_p = slope * slope * (2.0 * p - (1.0 - beta) * p_x);
+      const double p = p_tr - bulk * (x - x_n), p_x = law.preconsolidation_pressure(x),
+                   y_p = slope * slope * (2.0 * p - (1.0 - beta) * p_x);
       if (!(y_p < 0.0)) return -1.0;  // past the critical state
       const double q = q_tr / (1.0 + 6.0 * g * (1.0 + 2.0 * beta) * (x - x_n) / y_p);
       return q * q * (1.0 + 2.0 * beta) + slope * slope * (p + beta * p_x) * (p - p_x);
@@ -218,7 +224,8 @@ TEST(CamClayReturnMap, LandsOnTheNearestAdmissibleRootInTension) {
     const double s12 = q_tr / std::sqrt(3.0);
     MaterialState<double> s{{-p_tr, -p_tr, -p_tr, s12, 0.0, 0.0}, x_n};
     law.update_stress(s, Matrix3<double>{}, 1.0);
-    EXPECT_NEAR(s.internal, expected, 1e-10 * x_n) << "M " << slope << " beta " << beta << " xi " << xi << " p_tr/p_c " << p_tr / p_c << " q_tr/p_c " << q_tr / p_c;
+    EXPECT_NEAR(s.internal, expected, 1e-10 * x_n)
+        << "M " << slope << " beta " << beta << " xi " << xi << " p_tr/p_c " << p_tr / p_c << " q_tr/p_c " << q_tr / p_c;
   }
   EXPECT_GT(kept, 10);
   EXPECT_GT(lost, 10);

@@ -41,8 +41,8 @@ double worst_ulp(F f, Exact exact, double largest, double most_negative) {
   return worst;
 }
 
-// libmvec promises 4 ulp; a subtraction of 1 at the edge of the series (|x| = 0.35) multiplies its error by at most e^0.35/(1 - e^-0.35) = 4.8
-// on the negative side; sinh's by 1.1.
+// libmvec promises 4 ulp; a subtraction of 1 at the edge of the series (|x| = 0.35) multiplies its error by at most e^0.35/(1 - e^-0.35)
+// = 4.8 on the negative side; sinh's by 1.1.
 TEST(Lanes, ExpAgreesWithLongDouble) {
   EXPECT_LE(worst_ulp([](const Lanes& x) { return exp(x); }, [](long double x) { return std::exp(x); }, 300.0, -1e9), 4.0);
 }

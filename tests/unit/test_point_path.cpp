@@ -88,7 +88,8 @@ TEST(PointPath, DrainedTriaxialTestEndsInTheCriticalState) {
   // Constant radial stress p_i: q = +-(p - p_i) 3, with q = M' p: p_f = 3 p_i/(3 - M') in compression, 3 p_i/(3 + M') in extension.
   const double p_i = 2e4;
   for (const double axial : {-3.0, 3.0}) {
-    const auto path = cam_clay_path(0.8, 0.15, 5.0, 400, {StrainSegment{-0.05, 0.0}, TriaxialSegment{p_i, 0.0}, TriaxialSegment{p_i, axial}});
+    const auto path =
+        cam_clay_path(0.8, 0.15, 5.0, 400, {StrainSegment{-0.05, 0.0}, TriaxialSegment{p_i, 0.0}, TriaxialSegment{p_i, axial}});
     const CamClay law(path.material);
     const double ratio = law.critical_state_ratio(), p_f = 3.0 * p_i / (axial < 0.0 ? 3.0 - ratio : 3.0 + ratio);
     const auto rows = follow_path(path);

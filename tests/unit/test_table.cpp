@@ -29,7 +29,14 @@ std::string error_of_reading(const std::filesystem::path& path, const std::strin
 TEST(Table, EveryDoubleReadsBackToTheSameBits) {
   const TemporaryDirectory dir;
   std::mt19937_64 random(7);
-  std::vector<double> values = {0.0, -0.0, 0.1, 1.0 / 3.0, 1e-300, 5e-324, std::numeric_limits<double>::max(), std::numeric_limits<double>::infinity(),
+  std::vector<double> values = {0.0,
+                                -0.0,
+                                0.1,
+                                1.0 / 3.0,
+                                1e-300,
+                                5e-324,
+                                std::numeric_limits<double>::max(),
+                                std::numeric_limits<double>::infinity(),
                                 -std::numeric_limits<double>::infinity()};
   while (values.size() < 2000) {
     const std::uint64_t bits = random();

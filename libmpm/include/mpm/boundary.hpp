@@ -68,7 +68,7 @@ void fold_mirror_planes(Grid& grid, bool mirror_x, bool mirror_y);
 /// v_i = p_i / m_i + dt g, then the boundaries in their order. Nodes hold velocities afterwards.
 /// @param impulses one entry a boundary; set to what each took in this step. With mirror planes: of the computed part.
 /// @returns mass on the grid (of the computed part), kg: gravity gave it dt g m
-double update_grid(Grid& grid, std::span<const Boundary> boundaries, const Vec3& gravity, double dt, double time, bool mirror_x, bool mirror_y,
-                 std::vector<Impulse>& impulses);
+double update_grid(Grid& grid, std::span<const Boundary> boundaries, const Vec3& gravity, double dt, double time, bool mirror_x,
+                   bool mirror_y, std::vector<Impulse>& impulses);
 
 }  // namespace mpm

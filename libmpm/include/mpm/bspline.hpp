@@ -24,8 +24,6 @@ inline BsplineWeights<T> bspline_weights(const T& f) {
 }
 
 /// Node index of the first of the three nodes; at the exact tie both neighbours are right (N there joins smoothly).
-inline std::int32_t base_node(double grid_coordinate) {
-  return static_cast<std::int32_t>(std::floor(grid_coordinate - 0.5));
-}
+inline std::int32_t base_node(double grid_coordinate) { return static_cast<std::int32_t>(std::floor(grid_coordinate - 0.5)); }
 
 }  // namespace mpm

@@ -8,12 +8,12 @@ namespace mpm {
 /// Of the computed part; whole_of_mirrored() completes them for a mirrored domain.
 struct Totals {
   std::uint64_t particles = 0;
-  double mass = 0.0;                          ///< kg
-  Vec3 momentum = Vec3::Zero();               ///< kg m/s
-  Vec3 angular_momentum = Vec3::Zero();       ///< about the origin, kg m^2/s, with the affine part of APIC: x_p x m v_p + m dx^2/4 axial(C_p)
-  double kinetic_energy = 0.0;                ///< of the particle velocities, J
-  double elastic_energy = 0.0;                ///< J
-  double potential_energy = 0.0;              ///< -m g.x, zero at the origin, J
+  double mass = 0.0;                     ///< kg
+  Vec3 momentum = Vec3::Zero();          ///< kg m/s
+  Vec3 angular_momentum = Vec3::Zero();  ///< about the origin, kg m^2/s, with the affine part of APIC: x_p x m v_p + m dx^2/4 axial(C_p)
+  double kinetic_energy = 0.0;           ///< of the particle velocities, J
+  double elastic_energy = 0.0;           ///< J
+  double potential_energy = 0.0;         ///< -m g.x, zero at the origin, J
 };
 
 /// Summed block by block in the order of the blocks: the same bits on any number of threads.

@@ -23,9 +23,9 @@ namespace mpm {
 
 using Node = double __attribute__((vector_size(32)));  ///< {p_x, p_y, p_z, m} after particle_to_grid, {v_x, v_y, v_z, m} after update_grid
 
-inline constexpr int block_edge = 4;                  ///< cells and nodes per axis
-inline constexpr int block_nodes = 64;                ///< nodes a block owns
-inline constexpr int halo_edge = block_edge + 2;      ///< nodes per axis that a block's particles touch
+inline constexpr int block_edge = 4;              ///< cells and nodes per axis
+inline constexpr int block_nodes = 64;            ///< nodes a block owns
+inline constexpr int halo_edge = block_edge + 2;  ///< nodes per axis that a block's particles touch
 inline constexpr int halo_nodes = halo_edge * halo_edge * halo_edge;
 inline constexpr std::int32_t no_block = -1;
 
@@ -36,7 +36,9 @@ constexpr int neighbour_slot(int dx, int dy, int dz) { return (dz + 1) * 9 + (dy
 class ParticleBin {
  public:
   [[nodiscard]] int count() const { return count_; }
-  Particle& operator[](int slot) { return pages_[static_cast<unsigned>(slot) / page_particles]->slot[static_cast<unsigned>(slot) % page_particles]; }
+  Particle& operator[](int slot) {
+    return pages_[static_cast<unsigned>(slot) / page_particles]->slot[static_cast<unsigned>(slot) % page_particles];
+  }
   const Particle& operator[](int slot) const {
     return pages_[static_cast<unsigned>(slot) / page_particles]->slot[static_cast<unsigned>(slot) % page_particles];
   }
@@ -49,7 +51,8 @@ class ParticleBin {
 
   /// cell[slot]: local base node (x + 4 y + 16 z), or left_block
   std::vector<std::uint8_t> cell;
-  /// Slots by cell: those of cell c are order[cell_start[c]] .. order[cell_start[c + 1] - 1]. Empty from a change of the bin to the next sort.
+  /// Slots by cell: those of cell c are order[cell_start[c]] .. order[cell_start[c + 1] - 1]. Empty from a change of the bin to the next
+  /// sort.
   std::vector<std::uint16_t> order;
   std::uint16_t cell_start[block_nodes + 1] = {};
 
@@ -111,6 +114,7 @@ class Grid {
   [[nodiscard]] const NodeBlock& nodes(std::int32_t index) const { return nodes_[static_cast<std::size_t>(index)]; }
   /// Velocities before the grid update; kept for FLIP only.
   NodeBlock& old_nodes(std::int32_t index) { return old_nodes_[static_cast<std::size_t>(index)]; }
+  [[nodiscard]] const NodeBlock& old_nodes(std::int32_t index) const { return old_nodes_[static_cast<std::size_t>(index)]; }
   void keep_old_nodes(bool keep) {
     keep_old_nodes_ = keep;
     old_nodes_.resize(keep ? nodes_.size() : 0);

@@ -232,7 +232,9 @@ inline double lane(double a, int) { return a; }
 inline double lane(Lanes a, int i) { return a[i]; }
 inline void set_lane(double& a, int, double v) { a = v; }
 inline void set_lane(Lanes& a, int i, double v) { a[i] = v; }
-inline LanePair select(const LanePairMask& m, const LanePair& x, const LanePair& y) { return {select(m.a, x.a, y.a), select(m.b, x.b, y.b)}; }
+inline LanePair select(const LanePairMask& m, const LanePair& x, const LanePair& y) {
+  return {select(m.a, x.a, y.a), select(m.b, x.b, y.b)};
+}
 inline bool any(const LanePairMask& m) { return any(m.a | m.b); }
 inline bool all(const LanePairMask& m) { return all(m.a & m.b); }
 inline LanePairMask mask_not(const LanePairMask& m) { return {~m.a, ~m.b}; }
@@ -246,9 +248,11 @@ inline LanePair expm1(const LanePair& x) { return {expm1(x.a), expm1(x.b)}; }
 inline LanePair log1p(const LanePair& x) { return {log1p(x.a), log1p(x.b)}; }
 inline LanePair sinh(const LanePair& x) { return {sinh(x.a), sinh(x.b)}; }
 inline double lane(const LanePair& x, int i) { return i < lane_count ? x.a[i] : x.b[i - lane_count]; }
-inline void set_lane(LanePair& x, int i, double v) { (i < lane_count ? x.a[i] : x.b[i - lane_count]) = v; }
+inline void set_lane(LanePair& x, int i, double v) { set_lane(i < lane_count ? x.a : x.b, i % lane_count, v); }
 
 template <LaneNumber T>
-inline constexpr int lanes_of = std::same_as<T, double> ? 1 : std::same_as<T, Lanes> ? lane_count : 2 * lane_count;
+inline constexpr int lanes_of = std::same_as<T, double>  ? 1
+                                : std::same_as<T, Lanes> ? lane_count
+                                                         : 2 * lane_count;
 
 }  // namespace mpm

@@ -11,7 +11,8 @@
 
 namespace mpm {
 
-/// Increment of Hencky strain d_eps = d_eps_v/3 I + d_eps_q diag(1/2, 1/2, -1): eps_v expansion positive, eps_q axial (z) shortening positive.
+/// Increment of Hencky strain d_eps = d_eps_v/3 I + d_eps_q diag(1/2, 1/2, -1): eps_v expansion positive, eps_q axial (z) shortening
+/// positive.
 struct StrainSegment {
   double d_eps_v = 0.0;
   double d_eps_q = 0.0;
@@ -52,12 +53,13 @@ struct PathRow {
 };
 
 /// Column names of PathRow, in order, as in the CSV of `mpm point`.
-inline constexpr std::array<std::string_view, 8> path_columns{"step",          "eps_v", "eps_q", "p_pa", "q_pa", "eps_v_plastic",
-                                                              "preconsolidation_pressure_pa", "yield_pa2"};
+inline constexpr std::array<std::string_view, 8> path_columns{
+    "step", "eps_v", "eps_q", "p_pa", "q_pa", "eps_v_plastic", "preconsolidation_pressure_pa", "yield_pa2"};
 
 /// Leads the point along the path; row 0 is the initial state, then one row a step.
-/// Each step applies F_inc = exp(d_eps) or exp(L dt), that is dl = F_inc - I: the deformation at a segment's end does not depend on the number of steps.
-/// ConfigError for a senseless path or material; UnstableError where a radial stress cannot be held or the state is not finite.
+/// Each step applies F_inc = exp(d_eps) or exp(L dt), that is dl = F_inc - I: the deformation at a segment's end does not depend on the
+/// number of steps. ConfigError for a senseless path or material; UnstableError where a radial stress cannot be held or the state is not
+/// finite.
 std::vector<PathRow> follow_path(const PathSpec& path);
 
 }  // namespace mpm

@@ -27,8 +27,8 @@ enum class Request { none, checkpoint, stop };
 
 struct RunOptions {
   std::filesystem::path out;
-  int threads = 0;      ///< 0: as many as OpenMP offers
-  bool resume = false;  ///< go on from out/checkpoint.h5; a longer duration than before extends a finished run
+  int threads = 0;                                   ///< 0: as many as OpenMP offers
+  bool resume = false;                               ///< go on from out/checkpoint.h5; a longer duration than before extends a finished run
   std::function<void(const Progress&)> on_progress;  ///< after every sample, and for messages
   std::function<Request()> poll;                     ///< asked after every sample, e.g. whether a signal arrived
 };
@@ -45,9 +45,9 @@ struct RunResult {
 
 /// Runs a case and writes case.toml, series.csv, frames, profile.csv, results.json, final.h5, checkpoint.h5 and run.log to options.out.
 ///
-/// Samples are taken at whole multiples of 1/series_per_second, and the run ends at the first of them at or after duration_s; frames are taken every
-/// round(series_per_second / frames_per_second) samples. Steps are cut so that they meet these instants, which makes a resumed or extended run
-/// go through the same steps.
+/// Samples are taken at whole multiples of 1/series_per_second, and the run ends at the first of them at or after duration_s; frames are
+/// taken every round(series_per_second / frames_per_second) samples. Steps are cut so that they meet these instants, which makes a resumed
+/// or extended run go through the same steps.
 /// @throws ConfigError, IoError, UnstableError (what was written before stays)
 RunResult run_case(const Case& c, const RunOptions& options);
 

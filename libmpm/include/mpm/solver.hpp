@@ -14,9 +14,9 @@ namespace mpm {
 /// Sums over particles that entered or left.
 struct Passage {
   std::uint64_t count = 0;
-  std::uint64_t downstream = 0;    ///< of these: across the domain's end at x_max
-  double mass = 0.0;               ///< kg
-  Vec3 momentum = Vec3::Zero();    ///< N s
+  std::uint64_t downstream = 0;  ///< of these: across the domain's end at x_max
+  double mass = 0.0;             ///< kg
+  Vec3 momentum = Vec3::Zero();  ///< N s
   Passage& operator+=(const Passage& other) {
     count += other.count;
     downstream += other.downstream;
@@ -30,12 +30,12 @@ struct Passage {
 struct State {
   explicit State(double cell_size) : grid(cell_size) {}
   Grid grid;
-  double time = 0.0;            ///< s
-  std::uint64_t step = 0;       ///< steps done
-  std::uint64_t next_id = 0;    ///< identity number of the next particle
-  std::uint64_t fed_layers = 0; ///< layers that the feed has released so far
-  double max_speed = 0.0;       ///< fastest particle, m/s
-  Passage entered, left;        ///< since t = 0, without the initial particles
+  double time = 0.0;             ///< s
+  std::uint64_t step = 0;        ///< steps done
+  std::uint64_t next_id = 0;     ///< identity number of the next particle
+  std::uint64_t fed_layers = 0;  ///< layers that the feed has released so far
+  double max_speed = 0.0;        ///< fastest particle, m/s
+  Passage entered, left;         ///< since t = 0, without the initial particles
 };
 
 /// Brings fresh particles; called at the start of every step. Returns what entered.

@@ -143,7 +143,8 @@ inline Sym3<T> exp_minus_identity(const HenckyStrain<T>& eps) {
 
 /// eps = 1/2 log(I + D), relative precision for small D. A lane where I + D is not positive definite has NaN in tr eps or in the deviator.
 /// Coded: with t = 1/3 tr D and A = dev D / (1 + t), eps = 1/2 log(1 + t) I + 1/2 log(I + A); the last by its power series in
-/// Cayley-Hamilton form. Truncation relative to A: 3e-15 at order 11 and radius 0.06, 9e-16 at order 26 and radius 0.3; beyond by eigenvalues.
+/// Cayley-Hamilton form. Truncation relative to A: 3e-15 at order 11 and radius 0.06, 9e-16 at order 26 and radius 0.3; beyond by
+/// eigenvalues.
 template <LaneNumber T>
 inline HenckyStrain<T> half_log_identity_plus(const Sym3<T>& d) {
   constexpr auto coefficient = [](int k) { return (k % 2 == 1 ? 0.5 : -0.5) / k; };
@@ -186,7 +187,8 @@ inline HenckyStrain<T> hencky_trial(const HenckyStrain<T>& eps, const Matrix3<T>
     for (int j = 0; j < 3; ++j) size2 += l[i][j] * l[i][j];
   if (!all(size2 < 1.0)) {  // |dl| < 1 cannot invert
     const T xx = 1.0 + l[0][0], yy = 1.0 + l[1][1], zz = 1.0 + l[2][2];
-    const T det = xx * (yy * zz - l[1][2] * l[2][1]) - l[0][1] * (l[1][0] * zz - l[1][2] * l[2][0]) + l[0][2] * (l[1][0] * l[2][1] - yy * l[2][0]);
+    const T det =
+        xx * (yy * zz - l[1][2] * l[2][1]) - l[0][1] * (l[1][0] * zz - l[1][2] * l[2][0]) + l[0][2] * (l[1][0] * l[2][1] - yy * l[2][0]);
     const T fault = select(det > 0.0, T{}, broadcast<T>(std::numeric_limits<double>::quiet_NaN()));
     trial.volumetric += fault;
     trial.deviator.xx += fault, trial.deviator.yy += fault, trial.deviator.zz += fault;

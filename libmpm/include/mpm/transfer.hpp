@@ -20,9 +20,9 @@ namespace mpm {
 
 /// What a transfer needs to know besides the grid.
 struct TransferOptions {
-  double dt = 0.0;       ///< s
-  double density = 0.0;  ///< rho_0, kg/m^3
-  bool apic = true;      ///< carry the affine velocity; false: PIC/FLIP blend
+  double dt = 0.0;          ///< s
+  double density = 0.0;     ///< rho_0, kg/m^3
+  bool apic = true;         ///< carry the affine velocity; false: PIC/FLIP blend
   double flip_ratio = 0.0;  ///< share of FLIP; needs Grid::keep_old_nodes
 };
 
@@ -32,7 +32,7 @@ void particle_to_grid(Grid& grid, const TransferOptions& options);
 /// Outcome of moving the particles of one block.
 struct BlockMotion {
   double max_speed_squared = 0.0;
-  bool finite = true;  ///< false: a velocity or a stress is NaN or infinite
+  bool finite = true;        ///< false: a velocity or a stress is NaN or infinite
   bool within_reach = true;  ///< false: a particle crossed more than a block in one step
 };
 

@@ -41,7 +41,8 @@ std::vector<ColumnPoint> settled_column(const AnyMaterial& material, double weig
     double loose = 0.0, tight = -1e-6;  // bracket: sigma_zz falls as the column is compressed
     while (excess(tight) > 0.0) {
       tight *= 2.0;
-      if (tight < -0.9) throw UnstableError(fmt::format("the material cannot carry its own weight over {:.3g} m: no confined equilibrium", height));
+      if (tight < -0.9)
+        throw UnstableError(fmt::format("the material cannot carry its own weight over {:.3g} m: no confined equilibrium", height));
     }
     for (int i = 0; i < 80; ++i) {
       const double middle = 0.5 * (loose + tight);
@@ -124,7 +125,8 @@ std::vector<Boundary> conveyor_walls(const ConveyorSpec& conveyor) {
   walls.emplace_back(Wall{Vec3::Zero(), Vec3::UnitZ(), Contact::separable, 0.0, Vec3::Zero(), false});
   const double half = 0.5 * conveyor.width;
   walls.emplace_back(Wall{Vec3(0, half, 0), -Vec3::UnitY(), conveyor.sidewall_contact, conveyor.sidewall_friction, belt, false});
-  if (!conveyor.mirror_y) walls.emplace_back(Wall{Vec3(0, -half, 0), Vec3::UnitY(), conveyor.sidewall_contact, conveyor.sidewall_friction, belt, false});
+  if (!conveyor.mirror_y)
+    walls.emplace_back(Wall{Vec3(0, -half, 0), Vec3::UnitY(), conveyor.sidewall_contact, conveyor.sidewall_friction, belt, false});
   if (conveyor.feed == ConveyorSpec::Feed::window) {
     walls.emplace_back(Wall{Vec3(-conveyor.upstream_length, 0, 0), Vec3::UnitX(), Contact::slip, 0.0, belt, false});
     walls.emplace_back(Wall{Vec3(conveyor.downstream_length, 0, 0), -Vec3::UnitX(), Contact::separable, 0.0, belt, false});
@@ -139,7 +141,8 @@ void conveyor_domain(const Case& c, Vec3& min, Vec3& max) {
   const double height = conveyor.flow_height;
   const bool window = conveyor.feed == ConveyorSpec::Feed::window;
   const double travel = conveyor.velocity * c.output.duration;
-  min = Vec3(window ? -conveyor.upstream_length - (reservoir_cells + 2.0) * dx : -conveyor_length(conveyor.velocity, c.output.duration) - 2.0 * height,
+  min = Vec3(window ? -conveyor.upstream_length - (reservoir_cells + 2.0) * dx
+                    : -conveyor_length(conveyor.velocity, c.output.duration) - 2.0 * height,
              -0.5 * conveyor.width - 2.0 * dx, -2.0 * dx);
   max = Vec3(window ? conveyor.downstream_length + outlet_cells * dx : travel + 20.0 * height, 0.5 * conveyor.width + 2.0 * dx,
              5.0 * height + 4.0 * head + 5.0);

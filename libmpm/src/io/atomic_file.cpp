@@ -40,8 +40,8 @@ std::filesystem::path directory_of(const std::filesystem::path& path) {
 }  // namespace
 
 IoError file_error(std::string_view action, const std::filesystem::path& path, int error_number) {
-  return IoError(fmt::format("{} '{}': {}; {}", action, path.string(), std::generic_category().message(error_number),
-                             remedy(error_number)));
+  return IoError(
+      fmt::format("{} '{}': {}; {}", action, path.string(), std::generic_category().message(error_number), remedy(error_number)));
 }
 
 AtomicFile::AtomicFile(std::filesystem::path target) : target_(std::move(target)) {

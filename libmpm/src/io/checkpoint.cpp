@@ -46,7 +46,8 @@ void for_each_column(Series& series, F&& f) {
 
 }  // namespace
 
-void write_checkpoint(const std::filesystem::path& path, const std::string& case_hash, const State& state, const RunProgress& progress, const ImpactSeries& series) {
+void write_checkpoint(const std::filesystem::path& path, const std::string& case_hash, const State& state, const RunProgress& progress,
+                      const ImpactSeries& series) {
   hdf5::Writer file;
   file.attribute("kind", std::string(kind));
   file.attribute("format_version", std::int64_t{checkpoint_format_version});
@@ -69,16 +70,9 @@ void write_checkpoint(const std::filesystem::path& path, const std::string& case
   file.dataset<std::int32_t>("block_counts", counts);
   file.dataset<std::uint8_t>("cells", cells);
   file.dataset<std::uint8_t>("particle_records", records, {cells.size(), sizeof(Particle)});
-  const std::vector<std::uint64_t> counters = {state.step,
-                                               state.next_id,
-                                               state.fed_layers,
-                                               state.entered.count,
-                                               state.entered.downstream,
-                                               state.left.count,
-                                               state.left.downstream,
-                                               progress.samples,
-                                               progress.particle_steps,
-                                               progress.initial_particles};
+  const std::vector<std::uint64_t> counters = {
+      state.step,       state.next_id,         state.fed_layers, state.entered.count,     state.entered.downstream,
+      state.left.count, state.left.downstream, progress.samples, progress.particle_steps, progress.initial_particles};
   file.dataset<std::uint64_t>("counters", counters);
   file.dataset<double>("reals", packed(state, progress));
   for_each_column(series, [&](const char* name, const std::vector<double>& column) { file.dataset<double>(name, column); });
@@ -88,15 +82,18 @@ void write_checkpoint(const std::filesystem::path& path, const std::string& case
   file.save(path);
 }
 
-void read_checkpoint(const std::filesystem::path& path, const std::string& case_hash, State& state, RunProgress& progress, ImpactSeries& series) {
+void read_checkpoint(const std::filesystem::path& path, const std::string& case_hash, State& state, RunProgress& progress,
+                     ImpactSeries& series) {
   const hdf5::Reader file(path);
   const auto refuse = [&](const std::string& why) { throw IoError(fmt::format("{}: {}", path.string(), why)); };
   if (file.text("kind") != kind) refuse("this is not a checkpoint");
   if (file.integer("format_version") != checkpoint_format_version) {
-    refuse(fmt::format("checkpoint format {}, this program reads {}; run again without --resume", file.integer("format_version"), checkpoint_format_version));
+    refuse(fmt::format("checkpoint format {}, this program reads {}; run again without --resume", file.integer("format_version"),
+                       checkpoint_format_version));
   }
   if (file.text("case_hash") != case_hash) {
-    refuse(fmt::format("it belongs to another case (hash {}, this case has {}); use another --out directory, or run without --resume", file.text("case_hash"), case_hash));
+    refuse(fmt::format("it belongs to another case (hash {}, this case has {}); use another --out directory, or run without --resume",
+                       file.text("case_hash"), case_hash));
   }
   const auto counts = file.dataset<std::int32_t>("block_counts", {hdf5::any_extent});
   const auto coordinates = file.dataset<std::int32_t>("block_coordinates", {counts.size(), 3});

@@ -66,23 +66,35 @@ class Handle {
 
 template <Element T>
 hid_t native_type() {
-  if constexpr (std::same_as<T, double>) return H5T_NATIVE_DOUBLE;
-  else if constexpr (std::same_as<T, float>) return H5T_NATIVE_FLOAT;
-  else if constexpr (std::same_as<T, std::uint64_t>) return H5T_NATIVE_UINT64;
-  else if constexpr (std::same_as<T, std::int64_t>) return H5T_NATIVE_INT64;
-  else if constexpr (std::same_as<T, std::int32_t>) return H5T_NATIVE_INT32;
-  else return H5T_NATIVE_UINT8;
+  if constexpr (std::same_as<T, double>)
+    return H5T_NATIVE_DOUBLE;
+  else if constexpr (std::same_as<T, float>)
+    return H5T_NATIVE_FLOAT;
+  else if constexpr (std::same_as<T, std::uint64_t>)
+    return H5T_NATIVE_UINT64;
+  else if constexpr (std::same_as<T, std::int64_t>)
+    return H5T_NATIVE_INT64;
+  else if constexpr (std::same_as<T, std::int32_t>)
+    return H5T_NATIVE_INT32;
+  else
+    return H5T_NATIVE_UINT8;
 }
 
 /// Type in the file: little-endian whatever the machine.
 template <Element T>
 hid_t file_type() {
-  if constexpr (std::same_as<T, double>) return H5T_IEEE_F64LE;
-  else if constexpr (std::same_as<T, float>) return H5T_IEEE_F32LE;
-  else if constexpr (std::same_as<T, std::uint64_t>) return H5T_STD_U64LE;
-  else if constexpr (std::same_as<T, std::int64_t>) return H5T_STD_I64LE;
-  else if constexpr (std::same_as<T, std::int32_t>) return H5T_STD_I32LE;
-  else return H5T_STD_U8LE;
+  if constexpr (std::same_as<T, double>)
+    return H5T_IEEE_F64LE;
+  else if constexpr (std::same_as<T, float>)
+    return H5T_IEEE_F32LE;
+  else if constexpr (std::same_as<T, std::uint64_t>)
+    return H5T_STD_U64LE;
+  else if constexpr (std::same_as<T, std::int64_t>)
+    return H5T_STD_I64LE;
+  else if constexpr (std::same_as<T, std::int32_t>)
+    return H5T_STD_I32LE;
+  else
+    return H5T_STD_U8LE;
 }
 
 std::string describe(const Shape& shape) {
@@ -134,7 +146,10 @@ Writer::Writer() : file_(std::make_unique<File>()) {
   file_->require(file_->id >= 0, "create");
 }
 
-Writer::~Writer() { const QuietErrors quiet; file_.reset(); }
+Writer::~Writer() {
+  const QuietErrors quiet;
+  file_.reset();
+}
 
 template <Element T>
 void Writer::dataset(const std::string& name, std::span<const T> values, const Shape& shape) {
@@ -195,9 +210,7 @@ struct Reader::File {
     if (id >= 0) H5Fclose(id);
   }
 
-  [[noreturn]] void fail(const std::string& what) const {
-    throw IoError(fmt::format("cannot read '{}': {}", path.string(), what));
-  }
+  [[noreturn]] void fail(const std::string& what) const { throw IoError(fmt::format("cannot read '{}': {}", path.string(), what)); }
   /// For failures inside the HDF5 library, which a file with a right seal should never cause.
   void require(bool ok, const std::string& what) const {
     if (!ok) fail(fmt::format("{}: {}; the file is damaged or of another version", what, innermost_message()));
@@ -223,13 +236,16 @@ struct Reader::File {
     }
     std::string found(seal_size, '\0');
     if (!stream.read(found.data(), seal_size)) throw file_error("cannot read", path, errno != 0 ? errno : EIO);
-    if (found.substr(0, seal_mark.size()) != seal_mark) fail("it does not end as files of this program do: it was cut off or written by another program; " + damaged);
-    if (found != seal(crc)) fail(fmt::format("its checksum is {}, it should be {}: it was altered or damaged; {}", seal(crc).substr(seal_mark.size()),
-                                             found.substr(seal_mark.size()), damaged));
+    if (found.substr(0, seal_mark.size()) != seal_mark)
+      fail("it does not end as files of this program do: it was cut off or written by another program; " + damaged);
+    if (found != seal(crc))
+      fail(fmt::format("its checksum is {}, it should be {}: it was altered or damaged; {}", seal(crc).substr(seal_mark.size()),
+                       found.substr(seal_mark.size()), damaged));
   }
 
   [[nodiscard]] Handle open_dataset(const std::string& name) const {
-    if (H5Lexists(id, name.c_str(), H5P_DEFAULT) <= 0) fail(fmt::format("there is no dataset '{}'; the file is of another kind or version", name));
+    if (H5Lexists(id, name.c_str(), H5P_DEFAULT) <= 0)
+      fail(fmt::format("there is no dataset '{}'; the file is of another kind or version", name));
     Handle set(H5Dopen2(id, name.c_str(), H5P_DEFAULT), H5Dclose);
     require(set >= 0, fmt::format("dataset '{}'", name));
     return set;
@@ -266,7 +282,10 @@ Reader::Reader(std::filesystem::path path) : file_(std::make_unique<File>()) {
   file_->require(file_->id >= 0, "open");
 }
 
-Reader::~Reader() { const QuietErrors quiet; file_.reset(); }
+Reader::~Reader() {
+  const QuietErrors quiet;
+  file_.reset();
+}
 
 bool Reader::has_dataset(const std::string& name) const {
   const QuietErrors quiet;
@@ -283,9 +302,8 @@ std::vector<T> Reader::dataset(const std::string& name, const Shape& expected) c
   const QuietErrors quiet;
   const Handle set = file_->open_dataset(name);
   const Shape shape = file_->shape_of(set, name);
-  const bool fits = shape.size() == expected.size() && std::equal(shape.begin(), shape.end(), expected.begin(), [](std::size_t n, std::size_t e) {
-                      return e == any_extent || n == e;
-                    });
+  const bool fits = shape.size() == expected.size() && std::equal(shape.begin(), shape.end(), expected.begin(),
+                                                                  [](std::size_t n, std::size_t e) { return e == any_extent || n == e; });
   if (!fits) file_->fail(fmt::format("dataset '{}' has shape {}, {} was expected", name, describe(shape), describe(expected)));
 
   const Handle type(H5Dget_type(set), H5Tclose);
@@ -298,7 +316,8 @@ std::vector<T> Reader::dataset(const std::string& name, const Shape& expected) c
   }
   std::uintmax_t count = 1;
   for (const std::size_t n : shape) {
-    if (n > 0 && count > file_->bytes / n) file_->fail(fmt::format("dataset '{}' of shape {} is larger than the file", name, describe(shape)));
+    if (n > 0 && count > file_->bytes / n)
+      file_->fail(fmt::format("dataset '{}' of shape {} is larger than the file", name, describe(shape)));
     count *= n;
   }
   if (count > file_->bytes / width) file_->fail(fmt::format("dataset '{}' of shape {} is larger than the file", name, describe(shape)));
@@ -320,7 +339,8 @@ std::string Reader::text(const std::string& name) const {
   const QuietErrors quiet;
   const Handle attribute = file_->open_attribute(name, H5T_STRING);
   const Handle stored(H5Aget_type(attribute), H5Tclose);
-  if (H5Tis_variable_str(stored) <= 0) file_->fail(fmt::format("attribute '{}' is of another type; the file is of another kind or version", name));
+  if (H5Tis_variable_str(stored) <= 0)
+    file_->fail(fmt::format("attribute '{}' is of another type; the file is of another kind or version", name));
   char* text = nullptr;
   file_->require(H5Aread(attribute, text_type(), &text) >= 0, fmt::format("attribute '{}'", name));
   std::string result = text != nullptr ? text : "";

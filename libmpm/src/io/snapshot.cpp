@@ -21,7 +21,8 @@ void check_columns(const std::filesystem::path& path, const ParticleTable& p) {
   const std::size_t n = p.size();
   const auto check = [&](const char* name, std::size_t size, std::size_t components) {
     if (size != components * n) {
-      throw IoError(fmt::format("cannot write '{}': column {} has {} numbers for {} particles, {} are needed", path.string(), name, size, n, components * n));
+      throw IoError(fmt::format("cannot write '{}': column {} has {} numbers for {} particles, {} are needed", path.string(), name, size, n,
+                                components * n));
     }
   };
   check("position", p.position.size(), 3);
@@ -53,8 +54,8 @@ void put_info(hdf5::Writer& file, std::string_view kind, const SnapshotInfo& inf
 
 SnapshotInfo get_info(const hdf5::Reader& file, const std::filesystem::path& path, std::string_view kind) {
   if (const auto version = file.integer("format_version"); version != snapshot_format_version) {
-    throw IoError(fmt::format("cannot read '{}': format version {}, this program reads version {}; use the program that wrote it", path.string(),
-                              version, snapshot_format_version));
+    throw IoError(fmt::format("cannot read '{}': format version {}, this program reads version {}; use the program that wrote it",
+                              path.string(), version, snapshot_format_version));
   }
   if (const auto found = file.text("kind"); found != kind) {
     throw IoError(fmt::format("cannot read '{}': it holds a '{}' state, a '{}' state was expected", path.string(), found, kind));
@@ -139,7 +140,8 @@ void write_final(const std::filesystem::path& path, const ParticleTable& p, cons
   check_columns(path, p);
   const std::size_t n = p.size();
   if (p.affine.size() != 9 * n) {
-    throw IoError(fmt::format("cannot write '{}': column affine has {} numbers for {} particles, {} are needed", path.string(), p.affine.size(), n, 9 * n));
+    throw IoError(fmt::format("cannot write '{}': column affine has {} numbers for {} particles, {} are needed", path.string(),
+                              p.affine.size(), n, 9 * n));
   }
   hdf5::Writer file;
   put_info(file, final_kind, info);
@@ -162,7 +164,8 @@ std::vector<int> frame_numbers(const std::filesystem::path& directory) {
   std::vector<int> numbers;
   if (!std::filesystem::exists(frames)) return numbers;
   std::error_code error;
-  for (auto it = std::filesystem::directory_iterator(frames, error); !error && it != std::filesystem::directory_iterator(); it.increment(error)) {
+  for (auto it = std::filesystem::directory_iterator(frames, error); !error && it != std::filesystem::directory_iterator();
+       it.increment(error)) {
     const std::string name = it->path().filename().string();
     int index = 0;
     const auto [end, fault] = std::from_chars(name.data(), name.data() + name.size(), index);

@@ -82,13 +82,15 @@ Table Table::read(const std::filesystem::path& path, LastLine last_line) {
     const std::string_view line = trim(rest.substr(0, newline));
     rest = newline == std::string_view::npos ? std::string_view() : rest.substr(newline + 1);
     if (line.empty() || line.front() == '#') continue;
-    if (!split_line(line, cells)) throw IoError(fmt::format("{}:{}: a double quote is not closed; add the closing quote", path.string(), number));
+    if (!split_line(line, cells))
+      throw IoError(fmt::format("{}:{}: a double quote is not closed; add the closing quote", path.string(), number));
     if (table.columns_.empty()) {
       for (std::size_t i = 0; i < cells.size(); ++i) {
         if (cells[i].empty()) {
           throw IoError(fmt::format("{}:{}: column {} has no name; the first line must name every column", path.string(), number, i + 1));
         }
-        if (std::find(cells.begin(), cells.begin() + static_cast<std::ptrdiff_t>(i), cells[i]) != cells.begin() + static_cast<std::ptrdiff_t>(i)) {
+        if (std::find(cells.begin(), cells.begin() + static_cast<std::ptrdiff_t>(i), cells[i]) !=
+            cells.begin() + static_cast<std::ptrdiff_t>(i)) {
           throw IoError(fmt::format("{}:{}: column '{}' is named twice; names must differ", path.string(), number, cells[i]));
         }
       }
@@ -110,7 +112,8 @@ bool Table::has(std::string_view column) const { return std::find(columns_.begin
 
 std::size_t Table::index(std::string_view column) const {
   const auto found = std::find(columns_.begin(), columns_.end(), column);
-  if (found == columns_.end()) throw IoError(fmt::format("{}: no column '{}'; there are: {}", path_.string(), column, fmt::join(columns_, ", ")));
+  if (found == columns_.end())
+    throw IoError(fmt::format("{}: no column '{}'; there are: {}", path_.string(), column, fmt::join(columns_, ", ")));
   return static_cast<std::size_t>(found - columns_.begin());
 }
 
@@ -139,7 +142,8 @@ std::string format_number(double value) {
 }
 
 void write_table(const std::filesystem::path& path, std::span<const std::string> columns, std::span<const std::vector<double>> values) {
-  if (columns.size() != values.size()) throw IoError(fmt::format("{}: {} columns are named but {} given", path.string(), columns.size(), values.size()));
+  if (columns.size() != values.size())
+    throw IoError(fmt::format("{}: {} columns are named but {} given", path.string(), columns.size(), values.size()));
   const std::size_t rows = values.empty() ? 0 : values.front().size();
   std::string content = header_line(columns);
   for (std::size_t c = 0; c < values.size(); ++c) {
@@ -172,8 +176,10 @@ SeriesWriter SeriesWriter::resume(std::filesystem::path path, std::vector<std::s
   if (!std::filesystem::exists(path)) return SeriesWriter(std::move(path), std::move(columns));
   const Table old = Table::read(path, Table::LastLine::may_be_torn);
   if (old.columns() != columns) {
-    throw IoError(fmt::format("cannot continue '{}': its columns are {}, this run writes {}; continue with the version that began it, or start in a "
-                              "new directory", path.string(), fmt::join(old.columns(), ","), fmt::join(columns, ",")));
+    throw IoError(
+        fmt::format("cannot continue '{}': its columns are {}, this run writes {}; continue with the version that began it, or start in a "
+                    "new directory",
+                    path.string(), fmt::join(old.columns(), ","), fmt::join(columns, ",")));
   }
   std::string content = header_line(columns);
   const std::vector<double> times = old.numbers(columns.front());

@@ -19,15 +19,17 @@ struct Field {
 };
 
 constexpr Field fields[] = {
-    {"position", "position_m", "Float", 8, 3},       {"velocity", "velocity_m_s", "Float", 4, 3},   {"pressure", "pressure_pa", "Float", 4, 1},
-    {"stress_xx", "stress_xx_pa", "Float", 4, 1},    {"density", "density_kg_m3", "Float", 4, 1},   {"volume_ratio", "volume_ratio", "Float", 8, 1},
-    {"internal", "internal", "Float", 4, 1},         {"id", "id", "Int", 8, 1},  // identity numbers are below 2^52
+    {"position", "position_m", "Float", 8, 3},   {"velocity", "velocity_m_s", "Float", 4, 3},
+    {"pressure", "pressure_pa", "Float", 4, 1},  {"stress_xx", "stress_xx_pa", "Float", 4, 1},
+    {"density", "density_kg_m3", "Float", 4, 1}, {"volume_ratio", "volume_ratio", "Float", 8, 1},
+    {"internal", "internal", "Float", 4, 1},     {"id", "id", "Int", 8, 1},  // identity numbers are below 2^52
 };
 
 std::string data_item(const Field& field, const FrameEntry& frame, const std::string& file) {
-  const std::string dimensions = field.components == 1 ? fmt::format("{}", frame.particles) : fmt::format("{} {}", frame.particles, field.components);
-  return fmt::format("<DataItem Format=\"HDF\" NumberType=\"{}\" Precision=\"{}\" Dimensions=\"{}\">{}:/{}</DataItem>", field.number_type, field.precision,
-                     dimensions, file, field.dataset);
+  const std::string dimensions =
+      field.components == 1 ? fmt::format("{}", frame.particles) : fmt::format("{} {}", frame.particles, field.components);
+  return fmt::format("<DataItem Format=\"HDF\" NumberType=\"{}\" Precision=\"{}\" Dimensions=\"{}\">{}:/{}</DataItem>", field.number_type,
+                     field.precision, dimensions, file, field.dataset);
 }
 
 void remove_file(const std::filesystem::path& path) {
@@ -40,12 +42,13 @@ void remove_file(const std::filesystem::path& path) {
 
 void write_xdmf(const std::filesystem::path& directory, std::span<const FrameEntry> frames) {
   std::string xml =
-      "<?xml version=\"1.0\"?>\n<Xdmf Version=\"2.0\">\n<Domain>\n<Grid Name=\"particles\" GridType=\"Collection\" CollectionType=\"Temporal\">\n";
+      "<?xml version=\"1.0\"?>\n<Xdmf Version=\"2.0\">\n<Domain>\n<Grid Name=\"particles\" GridType=\"Collection\" "
+      "CollectionType=\"Temporal\">\n";
   for (const FrameEntry& frame : frames) {
     const std::string file = frame_path("", frame.index).generic_string();
     xml += fmt::format("<Grid Name=\"{:05d}\" GridType=\"Uniform\">\n<Time Value=\"{}\"/>\n", frame.index, frame.time);
-    xml += fmt::format("<Topology TopologyType=\"Polyvertex\" NumberOfElements=\"{}\" NodesPerElement=\"1\">{}</Topology>\n", frame.particles,
-                       data_item({"vertex", "vertex", "Int", 4, 1}, frame, file));
+    xml += fmt::format("<Topology TopologyType=\"Polyvertex\" NumberOfElements=\"{}\" NodesPerElement=\"1\">{}</Topology>\n",
+                       frame.particles, data_item({"vertex", "vertex", "Int", 4, 1}, frame, file));
     xml += fmt::format("<Geometry GeometryType=\"XYZ\">{}</Geometry>\n", data_item(fields[0], frame, file));
     for (const Field& field : fields) {
       xml += fmt::format("<Attribute Name=\"{}\" AttributeType=\"{}\" Center=\"Node\">{}</Attribute>\n", field.name,

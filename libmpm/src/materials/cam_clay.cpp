@@ -14,9 +14,11 @@ CamClay::CamClay(const MaterialSpec& spec)
     throw ConfigError(fmt::format("[material] critical_state_slope = {}: a finite value of at least 0 is needed", slope_));
   if (!(beta_ >= 0.0 && beta_ < 1.0))
     throw ConfigError(fmt::format("[material] cohesion_beta = {}: a value from 0 up to 1 (excluded) is needed", beta_));
-  if (!(std::isfinite(xi_) && xi_ > 0.0)) throw ConfigError(fmt::format("[material] hardening_xi = {}: a finite value above 0 is needed", xi_));
+  if (!(std::isfinite(xi_) && xi_ > 0.0))
+    throw ConfigError(fmt::format("[material] hardening_xi = {}: a finite value above 0 is needed", xi_));
   if (!(std::isfinite(spec.preconsolidation_pressure) && spec.preconsolidation_pressure >= 0.0))
-    throw ConfigError(fmt::format("[material] preconsolidation_pressure_pa = {}: a finite value of at least 0 is needed", spec.preconsolidation_pressure));
+    throw ConfigError(fmt::format("[material] preconsolidation_pressure_pa = {}: a finite value of at least 0 is needed",
+                                  spec.preconsolidation_pressure));
   m2_ = slope_ * slope_ / (1.0 + 2.0 * beta_);
   c_ = m2_ > 0.0 ? 6.0 * moduli_.shear() / (moduli_.bulk() * m2_) : 0.0;
   initial_internal_ = std::asinh(spec.preconsolidation_pressure / moduli_.bulk()) / xi_;
@@ -34,7 +36,8 @@ double CamClay::critical_state_ratio() const { return std::sqrt(m2_) * (1.0 + be
 // The scalar path for a trial state on which the fast path did not settle. In dilation it first isolates the root nearest to the trial
 // state by exclusion: on [D_1, D_2] there is none if the least q the flow rule allows exceeds the most the surface allows,
 //   Q |Y(D_2)| > m sqrt(max(v_1, v_2) e_1) (|Y_1| + c D_2)       (|Y|, e fall, v is convex).
-// Intervals are walked from D = 0, halved where the test is not conclusive, down to 2^-20 of the range: two roots closer than that count as none.
+// Intervals are walked from D = 0, halved where the test is not conclusive, down to 2^-20 of the range: two roots closer than that count as
+// none.
 CamClay::Return<double> CamClay::return_map_by_exclusion(double p_trial, double q2, double x_n) const {
   if (!std::isfinite(p_trial + q2 + x_n)) {
     constexpr double nan = std::numeric_limits<double>::quiet_NaN();

@@ -13,7 +13,8 @@ HenckyModuli::HenckyModuli(const MaterialSpec& spec)
   if (!(std::isfinite(spec.young_modulus) && spec.young_modulus > 0.0))
     throw ConfigError(fmt::format("[material] young_modulus_pa = {}: a finite value above 0 is needed", spec.young_modulus));
   if (!(spec.poisson_ratio > -1.0 && spec.poisson_ratio < 0.5))
-    throw ConfigError(fmt::format("[material] poisson_ratio = {}: a value between -1 and 0.5 (both excluded) is needed", spec.poisson_ratio));
+    throw ConfigError(
+        fmt::format("[material] poisson_ratio = {}: a value between -1 and 0.5 (both excluded) is needed", spec.poisson_ratio));
   if (!(std::isfinite(spec.density) && spec.density > 0.0))
     throw ConfigError(fmt::format("[material] density_kg_m3 = {}: a finite value above 0 is needed", spec.density));
 }

@@ -6,7 +6,8 @@
 ///
 /// - floor: frictionless, separable. Side walls |y| = W/2: move with v along x and drag the plug.
 /// - strip: the published set-up. All L = v t_max + 3 m of snow (Table 2) are particles; the rear is a free surface.
-/// - window: the plug from the inlet x = -upstream to the outlet x = +downstream. Nodes at or behind the inlet move with v along x and are free
+/// - window: the plug from the inlet x = -upstream to the outlet x = +downstream. Nodes at or behind the inlet move with v along x and are
+/// free
 ///   along y and z; fresh layers are released two cells behind it, each where the plug would be by then, so that the lattice runs on
 ///   unbroken. Nodes at or beyond the outlet are held to v_x <= v by the snow that the strip would have there: without it the plug would
 ///   pour off an edge. Particles two cells beyond the outlet have left.

@@ -55,7 +55,7 @@ struct ImpactFrame {
   double runup = 0.0;      ///< h_r, m: highest particle in the strip upstream of the face (x < 0); 0 without any
   double runup_p99 = 0.0;  ///< m: 99th percentile of the heights of the particles in the strip within H of the face (-H <= x < 0), which
                            ///< does not depend on how much avalanche is computed upstream (linear between order statistics)
-  double impact_pressure = 0.0;           ///< Pa: -<sigma_xx>_H, volume average over the impact box up to H (Eq. A4)
+  double impact_pressure = 0.0;           ///< Pa: minus the volume average of sigma_xx over the impact box up to H (Eq. A4)
   std::optional<double> pressure_height;  ///< h_p, m; see pressure_height(). Empty where it is not defined
   double compaction = 0.0;                ///< mass in the impact box outside the obstacle (x < 0, z < H), over its volume, over rho_0
   std::vector<double> pressure;           ///< Pa, one a bin: -sum tau_xx / sum J (Eq. A4); 0 in an empty bin

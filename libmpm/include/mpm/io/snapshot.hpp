@@ -47,7 +47,7 @@ struct ParticleTable {
 
 /// What a state belongs to.
 struct SnapshotInfo {
-  double time = 0.0;               ///< s
+  double time = 0.0;  ///< s
   std::int64_t step = 0;
   std::string case_hash;           ///< case_hash_text of io/config.hpp
   std::string version;             ///< of the program that wrote the file

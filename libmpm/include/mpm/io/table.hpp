@@ -46,8 +46,7 @@ class Table {
 std::string format_number(double value);
 
 /// Writes a table of numbers whole (atomic_file.hpp). @param values column by column, all of one length
-void write_table(const std::filesystem::path& path, std::span<const std::string> columns,
-                 std::span<const std::vector<double>> values);
+void write_table(const std::filesystem::path& path, std::span<const std::string> columns, std::span<const std::vector<double>> values);
 
 /// A table that grows while the run goes on. Each row is handed to the system in one write before append() returns: a kill loses at most
 /// the row under way, a power cut at most the rows of the last seconds.

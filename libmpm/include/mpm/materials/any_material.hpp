@@ -13,7 +13,8 @@ namespace mpm {
 
 using AnyMaterial = std::variant<HenckyElastic, CamClay>;
 
-/// The law whose `name` is spec.model. ConfigError if there is none (the message lists the known ones) or if the law refuses its parameters.
+/// The law whose `name` is spec.model. ConfigError if there is none (the message lists the known ones) or if the law refuses its
+/// parameters.
 AnyMaterial make_material(const MaterialSpec& spec);
 
 /// The names of all laws, in the order of the variant.

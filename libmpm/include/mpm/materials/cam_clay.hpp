@@ -6,10 +6,12 @@
 ///   hardening  p_c = K sinh(xi max(X, 0)), X = -eps_v^P                                                   (Eq. 4)
 ///   flow       L_v b_e = -2 gamma N b_e, N = dy/dtau (associative; Simo & Meschke 1993)
 /// Backward Euler with the exponential map keeps the principal directions and gives, with g >= 0,
-///   X = X_n + g y_p,  p = p_tr - K (X - X_n),  q = q_tr / (1 + 6 G (1 + 2 beta) g),  y(p, q, p_c(X)) = 0,  y_p = M^2 (2 p - (1 - beta) p_c).
+///   X = X_n + g y_p,  p = p_tr - K (X - X_n),  q = q_tr / (1 + 6 G (1 + 2 beta) g),  y(p, q, p_c(X)) = 0,  y_p = M^2 (2 p - (1 - beta)
+///   p_c).
 ///
-/// Form coded. Everything in units of K (P = p/K, Q = q_tr/K, S = p_c/K), one unknown d = X - X_n. With m^2 = M^2/(1 + 2 beta) (m is not M'),
-/// Y = y_p / M^2 = 2 P - (1 - beta) S and c = 6 G / (K m^2), g K M^2 = d/Y, so that q = Q u with u = Y / (Y + c d), and the residual is
+/// Form coded. Everything in units of K (P = p/K, Q = q_tr/K, S = p_c/K), one unknown d = X - X_n. With m^2 = M^2/(1 + 2 beta) (m is not
+/// M'), Y = y_p / M^2 = 2 P - (1 - beta) S and c = 6 G / (K m^2), g K M^2 = d/Y, so that q = Q u with u = Y / (Y + c d), and the residual
+/// is
 ///   A(d) = Q^2 u^2 + m^2 (P + beta S)(P - S),   P = P_tr - d,   S = sinh(xi max(X_n + d, 0)).
 /// g >= 0 asks d and Y to have one sign, and Y(d) decreases, so the sign of Y at the trial state settles the side:
 ///
@@ -25,14 +27,16 @@
 /// its slopes is bounded there, with S' taken at D = 0 where it is largest:
 ///   third  >= c / (|Y_0| + c D_r)
 ///   second >= -1/2 (1 + S'_0) / e_r
-///   first  >= 1/2 (1 - beta S'_0) / v_r if beta S'_0 <= 1, else -1/2 (beta S'_0 - 1) / (v_0 - (beta S'_0 - 1) D_r) if that denominator is positive.
+///   first  >= 1/2 (1 - beta S'_0) / v_r if beta S'_0 <= 1, else -1/2 (beta S'_0 - 1) / (v_0 - (beta S'_0 - 1) D_r) if that denominator is
+///   positive.
 /// Where the sum of bounds is not positive, a search by exclusion (below, scalar) isolates the first root rigorously.
 /// Without a root the point loses all stress: p = q = p_c = 0 at X = X_n + P_tr <= 0. For q = 0 both rules give the root
 /// X < X_n of X - beta sinh(xi max(X, 0)) = X_n + P_tr: that function is concave and above its target at X_n, so the root is unique.
 ///
 /// M = 0 is the limit M -> 0+: q = 0 and p in [-beta p_c, p_c] with X unchanged; beyond, P = S or P = -beta S is solved.
 ///
-/// Precision: S and Y are carried as increments from the trial state, so that small steps keep relative precision; the deviator is scaled by u.
+/// Precision: S and Y are carried as increments from the trial state, so that small steps keep relative precision; the deviator is scaled
+/// by u.
 
 #include <string_view>
 
@@ -82,9 +86,9 @@ class CamClay {
   template <class T>
   struct Residual {
     struct Value {
-      T y, w, v, e;          // Y, Y + c d, P + beta S, S - P
-      T s_slope, y_slope;    // dS/dx, dY/dx
-      T excess;              // positive between the base and the nearest root: sign of A; M = 0: what P exceeds its bound by
+      T y, w, v, e;              // Y, Y + c d, P + beta S, S - P
+      T s_slope, y_slope;        // dS/dx, dY/dx
+      T excess;                  // positive between the base and the nearest root: sign of A; M = 0: what P exceeds its bound by
       T numerator, denominator;  // of the Newton correction, x_new = x - numerator/denominator
     };
     /// @param s_trial  S at the trial state (X = X_n)
@@ -231,7 +235,8 @@ inline CamClay::Return<T> CamClay::return_map(const T& p_trial, const T& q2, con
     const Mask<T> within = same_side & (((newton - near) * (newton - far) <= 0.0) | minute);
     const T next = select(within, newton, 0.5 * (near + far));
     const T step = next - x, size = abs(step), scale = min(abs(next), value.v + value.e);  // relative to x and to (1 + beta) S
-    const Mask<T> settled = active & within & ((size <= 1e-8 * scale) | ((size <= 1e-6 * scale) & (size * size * size <= 1e-16 * scale * previous * previous)));
+    const Mask<T> settled =
+        active & within & ((size <= 1e-8 * scale) | ((size <= 1e-6 * scale) & (size * size * size <= 1e-16 * scale * previous * previous)));
     y = select(settled, value.y + value.y_slope * step, y);
     v = select(settled, value.v, v);
     e = select(settled, value.e, e);
@@ -273,7 +278,8 @@ void CamClay::update_stress(MaterialState<T>& state, const Matrix3<T>& dl, doubl
   const T p = -strain.volumetric;
   const T q2 = (6.0 * shear_over_bulk * shear_over_bulk) * norm2(strain.deviator);
   const T s = sinh(xi_ * max(state.internal, T{}));
-  const T excess = m2_ == 0.0 ? max(max(p - s, -p - beta_ * s) - round_off * s, q2) : q2 + m2_ * ((p + beta_ * s) * (p - s) - round_off * s * s);
+  const T excess =
+      m2_ == 0.0 ? max(max(p - s, -p - beta_ * s) - round_off * s, q2) : q2 + m2_ * ((p + beta_ * s) * (p - s) - round_off * s * s);
   const Mask<T> yields = excess > 0.0;
   if (any(yields)) {
     const Return<T> r = return_map<T>(p, q2, state.internal, s, yields);

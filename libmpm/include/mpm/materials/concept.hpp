@@ -30,9 +30,9 @@ concept UpdatesStress = requires(const L law, MaterialState<T>& state, const Mat
 template <class L>
 concept Material = UpdatesStress<L, double> && UpdatesStress<L, Lanes> && UpdatesStress<L, LanePair> && requires(const L law) {
   { L::name } -> std::convertible_to<std::string_view>;
-  { law.density() } -> std::same_as<double>;           // rho_0, kg/m^3
-  { law.initial_internal() } -> std::same_as<double>;  // internal variable of the stress-free reference state
-  { law.wave_speed() } -> std::same_as<double>;        // c_P = sqrt((K + 4G/3)/rho_0), m/s
+  { law.density() } -> std::same_as<double>;                               // rho_0, kg/m^3
+  { law.initial_internal() } -> std::same_as<double>;                      // internal variable of the stress-free reference state
+  { law.wave_speed() } -> std::same_as<double>;                            // c_P = sqrt((K + 4G/3)/rho_0), m/s
   { law.stored_energy(MaterialState<double>{}) } -> std::same_as<double>;  // elastic energy per reference volume, J/m^3
 };
 
