@@ -1,6 +1,7 @@
 #include "mpm/grid.hpp"
 
 #include <algorithm>
+#include <cstring>
 
 #include "mpm/bspline.hpp"
 #include "mpm/error.hpp"
@@ -49,6 +50,11 @@ void ParticleBin::remove(int slot, PagePool& pool) {
   }
 }
 
+int ParticleBin::last_leaver(int end) const {
+  const void* const found = memrchr(cell.data(), left_block, static_cast<std::size_t>(end));
+  return found == nullptr ? -1 : static_cast<int>(static_cast<const std::uint8_t*>(found) - cell.data());
+}
+
 void ParticleBin::release(PagePool& pool) {
   for (ParticlePage* page : pages_) pool.give_back(page);
   pages_.clear();
@@ -58,17 +64,32 @@ void ParticleBin::release(PagePool& pool) {
 }
 
 void ParticleBin::sort_by_cell() {
-  std::uint16_t next[block_nodes] = {};
-  for (const std::uint8_t c : cell) ++next[c];
+  // Four runs of slots, each with counters of its own: neighbouring slots often share a cell, and one counter would make each
+  // increment wait for the one before. The order that comes out is that of one run.
+  constexpr std::size_t runs = 4;
+  const std::size_t n = cell.size(), length = n / runs;
+  const std::uint8_t* const c = cell.data();
+  std::uint16_t next[runs][block_nodes] = {};
+  for (std::size_t s = 0; s < length; ++s) {
+    for (std::size_t r = 0; r < runs; ++r) ++next[r][c[r * length + s]];
+  }
+  for (std::size_t s = runs * length; s < n; ++s) ++next[runs - 1][c[s]];
   std::uint16_t sum = 0;
-  for (int c = 0; c < block_nodes; ++c) {
-    cell_start[c] = sum;
-    sum = static_cast<std::uint16_t>(sum + next[c]);
-    next[c] = cell_start[c];
+  for (int k = 0; k < block_nodes; ++k) {
+    cell_start[k] = sum;
+    for (auto& run : next) {
+      const std::uint16_t count = run[k];
+      run[k] = sum;
+      sum = static_cast<std::uint16_t>(sum + count);
+    }
   }
   cell_start[block_nodes] = sum;
-  order.resize(cell.size());
-  for (std::size_t s = 0; s < cell.size(); ++s) order[next[cell[s]]++] = static_cast<std::uint16_t>(s);
+  order.resize(n);
+  std::uint16_t* const o = order.data();
+  for (std::size_t s = 0; s < length; ++s) {
+    for (std::size_t r = 0; r < runs; ++r) o[next[r][c[r * length + s]]++] = static_cast<std::uint16_t>(r * length + s);
+  }
+  for (std::size_t s = runs * length; s < n; ++s) o[next[runs - 1][c[s]]++] = static_cast<std::uint16_t>(s);
 }
 
 std::int32_t Grid::find(const Index3& coordinate) const {
@@ -111,7 +132,7 @@ void Grid::destroy(std::int32_t index) {
   }
   index_.erase(key_of(b.coordinate));
   b.particles.release(*pool_);
-  b.outbox.clear();
+  b.clear_outbox();
   free_.push_back(index);
   set_changed_ = true;
 }
@@ -149,19 +170,19 @@ void Grid::migrate() {
     try {
       for (int n = 0; n < 27; ++n) {
         const std::int32_t other = self.neighbour[static_cast<std::size_t>(n)];
-        if (other == no_block) continue;
+        if (other == no_block || (block(other).outbox_neighbours >> (26 - n) & 1U) == 0) continue;
         for (const Migrant& m : block(other).outbox) {
           if (m.neighbour == 26 - n) self.particles.append(m.particle, m.cell, *pool_);
         }
       }
-      self.particles.sort_by_cell();
+      if (self.particles.count() > 0) self.particles.sort_by_cell();
     } catch (const std::bad_alloc&) {
 #pragma omp atomic write
       out_of_memory = true;
     }
   }
   if (out_of_memory) throw std::bad_alloc();
-  for (const auto b : all_) block(b).outbox.clear();  // not occupied_: a block that lost its last particle has an outbox too
+  for (const auto b : all_) block(b).clear_outbox();  // not occupied_: a block that lost its last particle has an outbox too
   refresh();
   for (const auto b : occupied_) {
     if (block(b).particles.count() > max_particles_per_block) {

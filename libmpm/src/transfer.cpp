@@ -41,7 +41,7 @@ inline AxisWeights along(const BsplineWeights<Lanes>& w) {
 
 /// Asks for a particle's three cache lines ahead of its turn: slots are visited by cell, an order the hardware cannot guess.
 inline void prefetch(const ParticleBin& bin, int n, int end) {
-  constexpr int ahead = 8;
+  constexpr int ahead = 16;
   if (n + ahead >= end) return;
   const auto* p = reinterpret_cast<const char*>(&bin[bin.order[static_cast<std::size_t>(n + ahead)]]);
   __builtin_prefetch(p);
@@ -303,8 +303,7 @@ void collect_migrants(Grid& grid, std::int32_t index, BlockMotion& motion) {
   Block& block = grid.block(index);
   ParticleBin& bin = block.particles;
   const double inverse_dx = grid.inverse_cell_size();
-  for (int s = bin.count() - 1; s >= 0; --s) {
-    if (bin.cell[static_cast<std::size_t>(s)] != ParticleBin::left_block) continue;
+  for (int s = bin.last_leaver(bin.count()); s >= 0; s = bin.last_leaver(s)) {
     Migrant m{bin[s], 0, 0};
     int offset[3];
     for (int axis = 0; axis < 3; ++axis) {
@@ -318,7 +317,7 @@ void collect_migrants(Grid& grid, std::int32_t index, BlockMotion& motion) {
     }
     if (!motion.within_reach) return;
     m.neighbour = neighbour_slot(offset[0], offset[1], offset[2]);
-    block.outbox.push_back(m);
+    block.send(m);
     grid.remove(index, s);
   }
 }

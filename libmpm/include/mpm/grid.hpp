@@ -46,6 +46,8 @@ class ParticleBin {
   /// The last particle takes the place of the removed one.
   void remove(int slot, PagePool& pool);
   void release(PagePool& pool);
+  /// The last slot below `end` whose particle is marked left_block; -1 if there is none.
+  [[nodiscard]] int last_leaver(int end) const;
   /// Rebuilds the order by cell (stable counting sort); call after positions changed.
   void sort_by_cell();
 
@@ -75,6 +77,16 @@ struct Block {
   std::array<std::int32_t, 27> neighbour{};
   ParticleBin particles;
   std::vector<Migrant> outbox;
+  std::uint32_t outbox_neighbours = 0;  ///< bit n: the outbox holds migrants to neighbour n
+
+  void send(const Migrant& m) {
+    outbox.push_back(m);
+    outbox_neighbours |= 1U << m.neighbour;
+  }
+  void clear_outbox() {
+    outbox.clear();
+    outbox_neighbours = 0;
+  }
 };
 
 struct alignas(64) NodeBlock {
