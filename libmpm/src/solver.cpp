@@ -78,10 +78,12 @@ void store_old_velocities(State& state, const Scene& scene, TransferOptions opti
   options.dt = 0.0;
   particle_to_grid(state.grid, options);
   fold_mirror_planes(state.grid, scene.mirror_x, scene.mirror_y);
-  for (const auto b : state.grid.all_blocks()) {
+  const auto all = state.grid.all_blocks();
+#pragma omp parallel for schedule(static)
+  for (std::size_t i = 0; i < all.size(); ++i) {
     for (int n = 0; n < block_nodes; ++n) {
-      const Node node = state.grid.nodes(b).node[n];
-      state.grid.old_nodes(b).node[n] = node[3] > 0.0 ? node * (1.0 / node[3]) : Node{};
+      const Node node = state.grid.nodes(all[i]).node[n];
+      state.grid.old_nodes(all[i]).node[n] = node[3] > 0.0 ? node * (1.0 / node[3]) : Node{};
     }
   }
 }
