@@ -9,6 +9,7 @@
 #include <chrono>
 #include <cmath>
 #include <csignal>
+#include <ctime>
 #include <memory>
 
 #include "case_arguments.hpp"
@@ -64,15 +65,26 @@ class ProgressLine {
   Clock::time_point shown_ = Clock::now() - std::chrono::hours(1);
 };
 
-/// SIGINT and SIGTERM ask for a checkpoint and an end at the next sample, a second one ends the process at once; SIGUSR1 asks for a
-/// checkpoint only.
+/// SIGINT and SIGTERM ask for a checkpoint and an end at the next sample; SIGUSR1 asks for a checkpoint only.
 std::atomic<int> stop_signal{0};
+std::atomic<long long> stop_asked_at{0};  ///< ms on the monotonic clock
 std::atomic<bool> checkpoint_wanted{false};
-static_assert(std::atomic<int>::is_always_lock_free, "set in a signal handler");
+static_assert(std::atomic<int>::is_always_lock_free && std::atomic<long long>::is_always_lock_free, "set in a signal handler");
 
+/// A second request ends the process at once, but one that follows within a second is the same request: `timeout` and some batch
+/// systems signal the process and then its whole group, and the checkpoint must not be lost to that.
 void ask_to_stop(int number) {
-  stop_signal = number;
-  std::signal(number, SIG_DFL);
+  constexpr long long same_request = 1000;  // ms
+  timespec t{};
+  clock_gettime(CLOCK_MONOTONIC, &t);
+  const long long now = t.tv_sec * 1000LL + t.tv_nsec / 1000000;
+  if (stop_signal == 0) {
+    stop_signal = number;
+    stop_asked_at = now;
+  } else if (now - stop_asked_at > same_request) {
+    std::signal(number, SIG_DFL);
+    std::raise(number);
+  }
 }
 
 void ask_for_checkpoint(int) { checkpoint_wanted = true; }
@@ -107,7 +119,8 @@ void run(const RunArguments& arguments) {
   progress->finish();
   if (!result.finished) {
     fmt::print(stderr, "stopped at t = {:.4g} s; go on with --resume --out {}\n", result.time, options.out.string());
-    std::raise(stop_signal);  // the default action is back: whoever started this sees that it was stopped
+    std::signal(stop_signal, SIG_DFL);  // whoever started this sees that it was stopped
+    std::raise(stop_signal);
   }
   fmt::print(stderr, "results in {}\n", options.out.string());
   fmt::print("{}\n", result.results_json);

@@ -200,7 +200,7 @@ TEST_F(Command, InterruptedRunCanBeResumed) {
   (void)write(small_case);
   const fs::path here = directory_.path() / "here";
   const std::string line = "cd '" + here.string() +
-                           "' && (timeout -s INT 1 '" MPM_APP
+                           "' && (timeout -s INT 2 '" MPM_APP
                            "' run ../case.toml --out result --set output.duration_s=1e5 "
                            "--set output.series_per_second=10 --set output.frames_per_second=0.001 --set 'domain.max_m=[1000,1000,1000]' "
                            "--set 'domain.min_m=[-1000,-1000,-1000]' --set numerics.gravity_m_s2=0 2>../err.txt; true)";
