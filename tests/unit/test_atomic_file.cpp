@@ -8,26 +8,17 @@
 #include <csignal>
 #include <string>
 
+#include "support/io_error.hpp"
 #include "support/temporary_directory.hpp"
 
 namespace mpm {
 namespace {
 
+using testing::io_error_of;
 using testing::TemporaryDirectory;
 
 std::ptrdiff_t files_in(const std::filesystem::path& directory) {
   return std::distance(std::filesystem::directory_iterator(directory), std::filesystem::directory_iterator());
-}
-
-/// Message of the IoError that a call throws, empty if it throws none.
-template <class Call>
-std::string io_error_of(Call call) {
-  try {
-    call();
-  } catch (const IoError& e) {
-    return e.what();
-  }
-  return {};
 }
 
 TEST(AtomicFile, HoldsWhatWasWrittenAndNothingElseIsLeft) {

@@ -6,26 +6,18 @@
 #include <random>
 
 #include "mpm/io/atomic_file.hpp"
+#include "support/io_error.hpp"
 #include "support/temporary_directory.hpp"
 
 namespace mpm::hdf5 {
 namespace {
 
+using mpm::testing::io_error_of;
 using mpm::testing::TemporaryDirectory;
 
 template <class T>
 void put(Writer& w, const std::string& name, const std::vector<T>& v, const Shape& shape = {}) {
   w.dataset(name, std::span<const T>(v), shape);
-}
-
-template <class Call>
-std::string io_error_of(Call call) {
-  try {
-    call();
-  } catch (const IoError& e) {
-    return e.what();
-  }
-  return {};
 }
 
 void write_sample(const std::filesystem::path& path) {
