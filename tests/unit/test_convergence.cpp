@@ -1,4 +1,4 @@
-#include "validation/harness/convergence.hpp"
+#include "mpm/convergence.hpp"
 
 #include <gtest/gtest.h>
 
@@ -8,7 +8,7 @@
 
 #include "mpm/error.hpp"
 
-namespace mpm::validation {
+namespace mpm {
 namespace {
 
 std::vector<double> manufactured(const std::vector<double>& h, double limit, double a, double p) {
@@ -145,4 +145,4 @@ TEST(GridStudy, LeastSquaresBandHoldsTheLimitMoreOftenThanThreeGrids) {
 }
 
 }  // namespace
-}  // namespace mpm::validation
+}  // namespace mpm

@@ -17,7 +17,7 @@
 #include <utility>
 #include <vector>
 
-#include "validation/harness/convergence.hpp"
+#include "mpm/convergence.hpp"
 
 namespace mpm::validation {
 

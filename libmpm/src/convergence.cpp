@@ -1,4 +1,4 @@
-#include "validation/harness/convergence.hpp"
+#include "mpm/convergence.hpp"
 
 #include <fmt/format.h>
 
@@ -9,7 +9,7 @@
 
 #include "mpm/error.hpp"
 
-namespace mpm::validation {
+namespace mpm {
 namespace {
 
 constexpr double nan = std::numeric_limits<double>::quiet_NaN();
@@ -237,4 +237,4 @@ GridStudy grid_study(std::span<const double> size, std::span<const double> value
   return s;
 }
 
-}  // namespace mpm::validation
+}  // namespace mpm

@@ -9,7 +9,7 @@
 #include <string>
 #include <vector>
 
-namespace mpm::validation {
+namespace mpm {
 
 /// Orders between neighbours, log(e_i / e_i+1) / log(h_i / h_i+1), for errors against an exact solution.
 /// @param size   h, cell size or step, coarse first, strictly falling, > 0
@@ -70,4 +70,4 @@ struct GridStudy {
 /// @throws ConfigError  as above
 GridStudy grid_study(std::span<const double> size, std::span<const double> value, double formal_order);
 
-}  // namespace mpm::validation
+}  // namespace mpm
