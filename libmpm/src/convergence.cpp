@@ -188,12 +188,11 @@ GridStudy grid_study(std::span<const double> size, std::span<const double> value
   GridStudy s{};
   s.size.assign(size.begin(), size.end());
   s.value.assign(value.begin(), value.end());
-  std::vector<ThreeGrids> triples;  // coarse to fine
   for (std::size_t i = 0; i + 2 < n; ++i)
-    triples.push_back(observed_order(size[i + 2], value[i + 2], size[i + 1], value[i + 1], size[i], value[i]));
-  s.behaviour = triples.back().behaviour;
-  s.order = triples.back().order;
-  s.extrapolated = triples.back().extrapolated;
+    s.triples.push_back(observed_order(size[i + 2], value[i + 2], size[i + 1], value[i + 1], size[i], value[i]));
+  s.behaviour = s.triples.back().behaviour;
+  s.order = s.triples.back().order;
+  s.extrapolated = s.triples.back().extrapolated;
 
   constexpr double slack = 0.5, agreement = 0.3;
   const bool credible = s.behaviour == Behaviour::monotone && s.order >= slack && s.order <= formal_order + slack;
@@ -205,7 +204,7 @@ GridStudy grid_study(std::span<const double> size, std::span<const double> value
 
   double lowest = s.order, highest = s.order;
   bool all_monotone = true;
-  for (const ThreeGrids& t : triples) {
+  for (const ThreeGrids& t : s.triples) {
     all_monotone &= t.behaviour == Behaviour::monotone;
     lowest = std::min(lowest, t.order);
     highest = std::max(highest, t.order);
@@ -216,14 +215,14 @@ GridStudy grid_study(std::span<const double> size, std::span<const double> value
     s.remark = "the three finest grids agree to round-off";
   } else if (!all_monotone) {
     const auto worst =
-        std::find_if(triples.rbegin(), triples.rend(), [](const ThreeGrids& t) { return t.behaviour != Behaviour::monotone; });
+        std::find_if(s.triples.rbegin(), s.triples.rend(), [](const ThreeGrids& t) { return t.behaviour != Behaviour::monotone; });
     s.remark = fmt::format("not asymptotic: {} on {} grids", to_string(worst->behaviour),
-                           worst == triples.rbegin() ? "the three finest" : "coarser");
+                           worst == s.triples.rbegin() ? "the three finest" : "coarser");
   } else if (!credible) {
     s.remark = fmt::format("not asymptotic: observed order {:.2f} is not credible for a scheme of order {:g}", s.order, formal_order);
   } else if (n >= 4) {
     s.asymptotic = highest - lowest <= agreement;
-    s.remark = s.asymptotic ? fmt::format("asymptotic: orders {:.2f} to {:.2f} over {} triples of grids", lowest, highest, triples.size())
+    s.remark = s.asymptotic ? fmt::format("asymptotic: orders {:.2f} to {:.2f} over {} triples of grids", lowest, highest, s.triples.size())
                             : fmt::format("not asymptotic: orders of successive triples spread from {:.2f} to {:.2f}", lowest, highest);
   } else {
     s.asymptotic = std::abs(s.order - formal_order) <= agreement;

@@ -86,11 +86,22 @@ struct NumericsSpec {
   double cell_size = 0.25;     ///< dx, m
   int particles_per_cell = 8;  ///< a cube number: 1, 8, 27, 64
   Transfer transfer = Transfer::apic;
-  double flip_ratio = 0.95;  ///< share of FLIP in the PIC/FLIP blend
-  double cfl = 0.4;          ///< dt <= cfl dx / (c_P + |v|max)
-  double gravity = 9.81;     ///< m/s^2
-  double slope = 0.0;        ///< rad; gravity = g (sin, 0, -cos)
+  double flip_ratio = 0.95;         ///< share of FLIP in the PIC/FLIP blend
+  double cfl = 0.4;                 ///< dt <= cfl dx / (c_P + |v|max)
+  double gravity = 9.81;            ///< m/s^2
+  double slope = 0.0;               ///< rad; gravity = g (sin, 0, -cos)
+  Vec3 grid_offset = Vec3::Zero();  ///< shift of the whole scene against the grid, in cells; for studies of where surfaces cut cells
   bool operator==(const NumericsSpec&) const = default;
+};
+
+/// [measurement]: windows of the pressure profile on the obstacle, m. What is empty follows the cell size, as in the paper (Sect. 2.3):
+/// a grid study fixes them, because the bias of a window that shrinks with the grid would pass for a grid error.
+struct MeasurementSpec {
+  std::optional<double> bin_height;     ///< of the profile's bins; empty: dx/2
+  std::optional<double> filter_length;  ///< of the Savitzky-Golay window, an odd number of bins; empty: 13 bins
+  std::optional<double> box_upstream;   ///< depth of the measuring box before the face; empty: 2.5 dx
+  std::optional<double> box_inside;     ///< its depth behind the face; empty: 0.5 dx
+  bool operator==(const MeasurementSpec&) const = default;
 };
 
 struct OutputSpec {
@@ -110,6 +121,7 @@ struct Case {
   std::optional<ObstacleSpec> obstacle;
   DomainSpec domain;
   NumericsSpec numerics;
+  MeasurementSpec measurement;
   OutputSpec output;
   bool operator==(const Case&) const = default;
 };

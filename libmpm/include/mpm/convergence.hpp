@@ -46,6 +46,7 @@ ThreeGrids observed_order(double h1, double f1, double h2, double f2, double h3,
 /// Numerical uncertainty of the value on the finest grid.
 struct GridStudy {
   std::vector<double> size, value;   ///< coarse first, as given
+  std::vector<ThreeGrids> triples;   ///< of neighbouring grids, coarse first
   Behaviour behaviour;               ///< of the three finest grids
   double order;                      ///< from the three finest grids; NaN where it has no meaning
   double extrapolated;               ///< Richardson; NaN likewise

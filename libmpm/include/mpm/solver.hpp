@@ -54,6 +54,7 @@ struct Scene {
   Vec3 gravity = Vec3::Zero();          ///< m/s^2
   Vec3 domain_min = Vec3::Constant(-1e3), domain_max = Vec3::Constant(1e3);
   bool mirror_x = false, mirror_y = false;
+  Vec3 offset = Vec3::Zero();  ///< m: a point x of the case stands at x + offset in State and Scene ([numerics] grid_offset_cells)
   Transfer transfer = Transfer::apic;
   double flip_ratio = 0.0;
   double cfl = 0.4;
