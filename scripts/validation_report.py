@@ -15,16 +15,28 @@ import os
 import re
 import sys
 
+import h5py
 import jinja2
 import markupsafe
 import matplotlib
+import numpy as np
 
 matplotlib.use("svg")
 import matplotlib.pyplot as plt  # noqa: E402  (after the backend is chosen)
+from matplotlib.patches import Polygon  # noqa: E402
 
 # Distinct in hue and in lightness, so that they survive colour blindness and a grey printer.
 COLOURS = ["#1f6fb4", "#d1601f", "#2e8b57", "#8b4fa8", "#b3262e", "#6b6b00", "#008b9a", "#9c5b3b"]
 MARKERS = ["o", "s", "^", "D", "v", "P", "X", "*"]
+
+FLOW_FIELDS = {
+    "speed": "speed |v|",
+    "velocity_x": "velocity $v_x$",
+    "velocity_z": "velocity $v_z$",
+    "pressure": "pressure, compression positive",
+    "stress_xx": r"stress $\sigma_{xx}$, tension positive",
+    "density": "density",
+}
 
 TEMPLATE = r"""<!doctype html>
 <html lang="en">
@@ -197,6 +209,79 @@ def draw(plot):
     return "data:image/svg+xml;base64," + base64.b64encode(stream.getvalue()).decode()
 
 
+def flow_values(file, field):
+    """The field of a frame that colours the particles, in the unit of its colour bar."""
+    if field == "speed":
+        return np.linalg.norm(file["velocity_m_s"][:], axis=1)
+    if field in ("velocity_x", "velocity_z"):
+        return file["velocity_m_s"][:, 0 if field == "velocity_x" else 2]
+    if field == "density":
+        return file["density_kg_m3"][:]
+    return 1e-3 * file[f"{field}_pa"][:]
+
+
+def draw_flow(flow, directory):
+    """Side view of the particles of one instant as a PNG data address."""
+    with h5py.File(os.path.join(directory, flow["snapshot"]), "r") as file:
+        position = file["position_m"][:]
+        spacing = float(np.median(file["reference_volume_m3"][:] * file["volume_ratio"][:])) ** (1 / 3) if len(position) else 1.0
+        values = flow_values(file, flow["field"])
+        mirror_x = bool(file.attrs["mirror_x"])
+    half_width = flow["slice_half_width_m"]
+    keep = np.abs(position[:, 1]) <= half_width if half_width > 0 else np.ones(len(position), bool)
+    order = np.flatnonzero(keep)[np.argsort(-np.abs(position[keep, 1]), kind="stable")]  # nearest to the axis is drawn last, on top
+    x, z, values = position[order, 0], position[order, 2], values[order]
+    if flow["window_m"]:
+        left, right, bottom, top = flow["window_m"]
+    elif len(x):
+        margin = 0.04 * max(np.ptp(x), np.ptp(z)) + spacing
+        left, right, bottom, top = x.min() - margin, x.max() + margin, z.min() - margin, z.max() + margin
+    else:
+        left, right, bottom, top = 0.0, 1.0, 0.0, 1.0
+    shown = values[(x >= left) & (x <= right) & (z >= bottom) & (z <= top)]
+    low, high = flow["range"] or (np.percentile(shown, [0.5, 99.5]) if len(shown) else (0.0, 1.0))
+    if not flow["range"] and flow["field"] in ("speed", "pressure"):
+        low = min(low, 0.0)
+    # A metre is a metre in both directions; long and flat flows get the colour bar below, tall ones beside.
+    flat = (right - left) > 1.4 * (top - bottom)
+    scale = min(6.4 / (right - left), 4.6 / (top - bottom))  # inches a metre
+    width, height = scale * (right - left), scale * (top - bottom)
+    figure, axes = plt.subplots(figsize=(max(width, 2.0) + (1.0 if flat else 2.0), max(height, 0.6) + (1.75 if flat else 1.1)), layout="constrained")
+    size = (0.9 * spacing * scale * 72.0) ** 2
+    points = axes.scatter(x, z, c=values, s=max(size, 0.6), marker="s", cmap="viridis", vmin=low, vmax=max(high, low + 1e-12), linewidths=0, rasterized=True)
+    span = max(right - left, top - bottom)
+    for px, pz, nx, nz in flow["walls"]:
+        norm = np.hypot(nx, nz)
+        tx, tz, nx, nz = -nz / norm, nx / norm, nx / norm, nz / norm
+        centre = (0.5 * (left + right) - px) * tx + (0.5 * (bottom + top) - pz) * tz
+        a, b = [(px + (centre + side * 2 * span) * tx, pz + (centre + side * 2 * span) * tz) for side in (-1, 1)]
+        behind = [(p[0] - 4 * span * nx, p[1] - 4 * span * nz) for p in (b, a)]
+        axes.add_patch(Polygon([a, b, *behind], facecolor="#e6e8eb", edgecolor="#3a424d", linewidth=1.1, zorder=0))
+    for x0, z0, x1, z1 in flow["boxes"]:
+        axes.add_patch(Polygon([(x0, z0), (x1, z0), (x1, z1), (x0, z1)], facecolor="#c9ced5", edgecolor="#3a424d", hatch="///", linewidth=1.1, zorder=0))
+    if mirror_x:
+        axes.axvline(0.0, color="#5a6675", linestyle="-.", linewidth=1.0)
+        axes.annotate("mirror plane", (0.0, 0.98), xycoords=("data", "axes fraction"), xytext=(-3, 0), textcoords="offset points", rotation=90,
+                      ha="right", va="top", fontsize=8, color="#5a6675")
+    axes.set(xlim=(left, right), ylim=(bottom, top), aspect="equal", xlabel="x [m]", ylabel="z [m]")
+    axes.set_title(flow["title"], fontsize=10.5, loc="left")
+    extend = {(False, False): "neither", (True, False): "min", (False, True): "max", (True, True): "both"}[
+        bool(len(shown) and shown.min() < low), bool(len(shown) and shown.max() > high)]
+    bar = figure.colorbar(points, ax=axes, location="bottom" if flat else "right", extend=extend, aspect=45 if flat else 25, shrink=0.8, pad=0.03)
+    bar.set_label(f"{FLOW_FIELDS[flow['field']]} [{flow['unit']}]")
+    bar.outline.set_visible(False)
+    stream = io.BytesIO()
+    figure.savefig(stream, format="png", dpi=130, metadata={"Software": None})
+    plt.close(figure)
+    return "data:image/png;base64," + base64.b64encode(stream.getvalue()).decode()
+
+
+def flow_caption(flow):
+    """What is seen, after the case's own words."""
+    seen = f"Particles with |y| ≤ {flow['slice_half_width_m']:.3g} m" if flow["slice_half_width_m"] > 0 else "All particles"
+    return f"{flow['caption']} {seen} at t = {flow['time_s']:.4g} s.".strip()
+
+
 def embed(path):
     kind = "jpeg" if path.lower().endswith((".jpg", ".jpeg")) else "png"
     with open(path, "rb") as file:
@@ -212,7 +297,8 @@ def main():
     matplotlib.rcParams.update({"font.size": 10, "svg.hashsalt": "libmpm", "axes.edgecolor": "#5a6675"})
     for case in results["cases"]:
         case["images"] = [{"title": p["title"], "caption": p["caption"], "data": draw(p)} for p in case["plots"]]
-        case["images"] += [{"title": p["caption"], "caption": p["caption"], "data": embed(p["file"])} for p in case["pictures"]]
+        case["images"] += [{"title": p["caption"], "caption": p["caption"], "data": embed(os.path.join(directory, p["file"]))} for p in case["pictures"]]
+        case["images"] += [{"title": f["title"], "caption": flow_caption(f), "data": draw_flow(f, directory)} for f in case["flows"]]
     environment = jinja2.Environment(autoescape=True, trim_blocks=True)
     environment.filters.update(inline=inline, short=short)
     page = environment.from_string(TEMPLATE).render(r=results, failing=[c for c in results["cases"] if not c["passed"]])

@@ -86,56 +86,6 @@ std::size_t peak_memory_bytes() {
   return static_cast<std::size_t>(usage.ru_maxrss) * 1024;
 }
 
-/// Particles in the order of their identity numbers.
-ParticleTable table_of(const State& state, const Scene& scene) {
-  std::vector<const Particle*> order;
-  order.reserve(state.grid.particle_count());
-  state.grid.for_each_particle([&](const Particle& p) { order.push_back(&p); });
-  std::sort(order.begin(), order.end(), [](const Particle* a, const Particle* b) { return a->id < b->id; });
-  const std::size_t n = order.size();
-  ParticleTable t;
-  t.id.resize(n);
-  t.position.resize(3 * n);
-  t.velocity.resize(3 * n);
-  t.affine.resize(9 * n);
-  t.stress.resize(6 * n);
-  t.internal.resize(n);
-  t.volume_ratio.resize(n);
-  t.volume.resize(n);
-#pragma omp parallel for schedule(static)
-  for (std::size_t i = 0; i < n; ++i) {
-    const Particle& p = *order[i];
-    t.id[i] = p.id;
-    std::copy_n(p.position, 3, &t.position[3 * i]);
-    std::copy_n(p.velocity, 3, &t.velocity[3 * i]);
-    std::copy_n(p.affine, 9, &t.affine[9 * i]);
-    std::copy_n(p.stress, 6, &t.stress[6 * i]);
-    t.internal[i] = p.internal;
-    t.volume[i] = p.volume;
-    t.volume_ratio[i] = volume_ratio(scene.material, p);
-  }
-  return t;
-}
-
-/// Measures the impact at one instant. Only blocks near the axis are looked at: the strip reaches 3w/7 to each side.
-ImpactFrame measure(const State& state, const Scene& scene, const ImpactGeometry& geometry, double density) {
-  ImpactSample sample(geometry);
-  const double dx = state.grid.cell_size();
-  for (const auto b : state.grid.occupied_blocks()) {
-    const Index3& c = state.grid.block(b).coordinate;
-    const double low_x = (4.0 * c[0] + 0.5) * dx, low_y = (4.0 * c[1] + 0.5) * dx, high_y = low_y + 4.0 * dx;
-    if (low_y > geometry.strip_half_width || high_y < -geometry.strip_half_width || low_x > geometry.box_inside) continue;
-    const ParticleBin& bin = state.grid.block(b).particles;
-    for (int s = 0; s < bin.count(); ++s) {
-      const Particle& p = bin[s];
-      const Vec3 x(p.position[0], p.position[1], p.position[2]);
-      const bool inside = geometry.in_profile_box(x);
-      sample.add(x, inside ? p.stress[0] : 0.0, inside ? volume_ratio(scene.material, p) : 1.0, density * p.volume);
-    }
-  }
-  return sample.finish();
-}
-
 /// One run in its directory.
 class Run {
  public:
@@ -288,7 +238,7 @@ void Run::record_sample() {
   const Vec3 moment = interval > 0.0 ? whole_moment(obstacle_angular_ / interval, scene_.mirror_x, scene_.mirror_y) : nothing;
   std::vector<double> row = {state_.time};
   if (geometry_) {
-    const ImpactFrame frame = measure(state_, scene_, *geometry_, case_.material.density);
+    const ImpactFrame frame = measure_impact(state_, scene_, *geometry_);
     row.insert(row.end(), {frame.runup, frame.runup_p99, frame.pressure_height.value_or(unknown), frame.impact_pressure, frame.compaction});
     series_.append(state_.time, frame, force, moment);
   }
@@ -299,6 +249,7 @@ void Run::record_sample() {
   table_->append(row);
   if (samples_per_frame_ > 0 && progress_.samples % samples_per_frame_ == 0) write_frame();
   ++progress_.samples;
+  if (options_.on_sample) options_.on_sample(state_, scene_, force, moment);
 }
 
 SnapshotInfo Run::snapshot_info() const {
@@ -311,7 +262,7 @@ SnapshotInfo Run::snapshot_info() const {
           scene_.mirror_y};
 }
 
-void Run::write_frame() { frames_->append(table_of(state_, scene_), snapshot_info()); }
+void Run::write_frame() { frames_->append(particle_table(state_, scene_), snapshot_info()); }
 
 void Run::checkpoint(const char* why) {
   progress_.wall_time = wall_before_ + seconds_since(started_);
@@ -363,7 +314,7 @@ RunResult Run::finish(bool complete) {
     write_profile(options_.out / "profile.csv", mean_profile(series_, result.impact->span, *geometry_));
   }
   result.results_json = json.dump(2) + "\n";
-  write_final(options_.out / "final.h5", table_of(state_, scene_), snapshot_info());
+  write_final(options_.out / "final.h5", particle_table(state_, scene_), snapshot_info());
   write_file(options_.out / "results.json", result.results_json);
   say(fmt::format("done: {} steps, {:.4g} million particle-steps/s over {:.1f} s of wall time", state_.step,
                   result.million_particle_steps_per_s, progress_.wall_time),

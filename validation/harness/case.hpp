@@ -18,6 +18,7 @@
 #include <vector>
 
 #include "mpm/convergence.hpp"
+#include "validation/harness/flow.hpp"
 
 namespace mpm::validation {
 
@@ -91,6 +92,7 @@ struct CaseResult {
   std::vector<Check> checks;
   std::vector<Plot> plots;
   std::vector<Picture> pictures;
+  std::vector<FlowPicture> flows;
   std::vector<NamedStudy> studies;
   std::vector<std::string> notes;  ///< what a reader should know: settings, what was seen and is not asserted
   std::string fault;               ///< message of an exception; a case that throws has failed

@@ -141,6 +141,7 @@ class CoaxialForm final : public Form {
     r.q = std::abs(r.q_signed);
     r.internal = y[2];
     r.preconsolidation = m.preconsolidation(y[2]);
+    r.stress = Vec3(r.q_signed / 3.0 - r.p, r.q_signed / 3.0 - r.p, -2.0 / 3.0 * r.q_signed - r.p).asDiagonal();
     return r;
   }
   [[nodiscard]] double eps_v(double, const double* y) const override { return y[3]; }
@@ -218,7 +219,8 @@ class GeneralForm final : public Form {
     dydt[6] = g * r.local.y_p;
   }
   [[nodiscard]] ReferencePoint point(double t, const double* y) const override {
-    const Local s = local(t, y);
+    const Spectral here = spectral(y);
+    const Local& s = here.local;
     const Mat3 f = Mat3(gradient_ * t).exp() * deformation_;
     const Vec3 strain = 0.5 * Eigen::SelfAdjointEigenSolver<Mat3>(f * f.transpose()).eigenvalues().array().log().matrix();
     ReferencePoint r{};
@@ -228,6 +230,7 @@ class GeneralForm final : public Form {
     r.q = r.q_signed = s.q;
     r.internal = s.internal;
     r.preconsolidation = s.pc;
+    r.stress = here.s - s.p * Mat3::Identity();
     return r;
   }
   [[nodiscard]] double eps_v(double t, const double*) const override { return eps_v_start_ + gradient_.trace() * t; }
@@ -252,42 +255,17 @@ enum class Phase { elastic, plastic, stress_free };
 
 /// Below these shares the integration stops before the singular point itself, where the rates are 0/0 or infinite.
 constexpr double exhausted_share = 1e-7;  // p_c / p_c0: the stress left is 1e-7 of the initial strength
-constexpr double snap_share = 1e-6;       // D / (K y_p^2 + 3 G y_q^2): D falls like a square root, so 1e-12 of the path is left
+/// An elastic step longer than this might jump over the whole elastic domain, in at one side and out at the other.
+constexpr double longest_elastic_step = 1.0 / 256;
+constexpr double snap_share = 1e-6;  // D / (K y_p^2 + 3 G y_q^2): D falls like a square root, so 1e-12 of the path is left
 
-/// The state to which backward Euler jumps at a snap-back with the strain held: going down from X_n,
-/// p = K (X_0 - eps_v - X), g = (X - X_n)/y_p, q = q_n/(1 + 6 G (1 + 2 beta) g), the next zero of y; else stress-free.
-struct Landing {
-  double p, q, internal;
-};
-Landing snap_landing(const CamClay& m, const Local& before, double eps_v) {
-  const double total = m.initial_internal() - eps_v;
-  const auto y_p_of = [&](double x) {
-    return m.critical_state_slope * m.critical_state_slope *
-           (2.0 * m.bulk_modulus * (total - x) - (1.0 - m.cohesion_beta) * m.preconsolidation(x));
-  };
-  const auto at = [&](double x) {
-    Landing r{m.bulk_modulus * (total - x), before.q, x};
-    const double y_p = y_p_of(x);
-    r.q = std::abs(before.q) / (1.0 + 6.0 * m.shear_modulus * (1.0 + 2.0 * m.cohesion_beta) * (x - before.internal) / y_p);
-    return r;
-  };
-  const auto y = [&](double x) {
-    const Landing r = at(x);
-    return m.yield(r.p, r.q, x);
-  };
-  // From 1e-5 X_n away in equal ratios. Inside already there: the surface closed again at once (D only touched zero).
-  constexpr int samples = 4000;
-  constexpr double nearest = 1e-5;
-  double above = before.internal * (1.0 - nearest);
-  if (y(above) <= 0.0) return at(above);
-  for (int i = 1; i < samples; ++i) {
-    const double x = before.internal * (1.0 - nearest * std::pow(1.0 / nearest, static_cast<double>(i) / samples));
-    if (y_p_of(x) >= 0.0) break;  // X falls on the dilative side only
-    if (y(x) <= 0.0) return at(bisect(y, above, x));
-    above = x;
-  }
-  if (total > 0.0) throw UnstableError(fmt::format("reference path: no state below X = {} at a snap-back", before.internal));
-  return {0.0, 0.0, total};
+/// The state to which backward Euler jumps at a snap-back with the strain held.
+Landing snap_landing(const CamClay& m, const Local& before) {
+  // The state is the root that has just ceased to be stable. Inside already 1e-5 X_n away: the surface closed again at once.
+  const Landing to = nearest_landing(m, before.p, std::abs(before.q), before.internal, 1e-5);
+  if (to.internal > 0.0 && to.p == 0.0 && to.q == 0.0)
+    throw UnstableError(fmt::format("reference path: no state below X = {} at a snap-back", before.internal));
+  return to;
 }
 
 /// Ray on which stress-free snow starts to carry again at X = 0: p = a p_c, q = b p_c with constant a, b, all from zero.
@@ -359,12 +337,16 @@ class PathIntegrator {
     }
     phase_ = phase;
     if (phase == Phase::elastic) {
-      ode_.start(t_, y_, 1.0,
-                 [this](double t, const double* y, double* g) {
-                   const Local s = form_.local(t, y);
-                   g[0] = s.y / (s.pc * s.pc);
-                 },
-                 {+1});
+      // A point that unloads from the surface starts at y = 0 to round-off, perhaps above: it yields again where it passes the y it has.
+      const Local start = form_.local(t_, y_.data());
+      elastic_limit_ = std::max(0.0, start.y / (start.pc * start.pc));
+      ode_.start(
+          t_, y_, 1.0,
+          [this](double t, const double* y, double* g) {
+            const Local s = form_.local(t, y);
+            g[0] = s.y / (s.pc * s.pc) - elastic_limit_;
+          },
+          {+1}, longest_elastic_step);
     } else if (phase == Phase::plastic) {
       ode_.start(t_, y_, 1.0,
                  [this](double t, const double* y, double* g) {
@@ -379,7 +361,7 @@ class PathIntegrator {
   void snap_back() {
     if (++snaps_ > 100) throw UnstableError(fmt::format("reference path: more than 100 snap-backs near time {}", segment_ + t_));
     const Local s = form_.local(t_, y_.data());
-    const Landing to = snap_landing(m_, s, form_.eps_v(t_, y_.data()));
+    const Landing to = snap_landing(m_, s);
     log(PathEvent::snap_back, s.internal, to.internal);
     form_.set(y_, to.p, to.q, to.internal);
     if (to.internal > 0.0)
@@ -398,6 +380,11 @@ class PathIntegrator {
       t_ = stop.time;
       const auto state = ode_.state();
       y_.assign(state.begin(), state.end());
+      if (phase_ == Phase::elastic) {
+        const Local s = form_.local(t_, y_.data());
+        if (s.y > (elastic_limit_ + 1e-9) * s.pc * s.pc)
+          throw UnstableError(fmt::format("reference path: the onset of yield before time {} was missed", segment_ + t_));
+      }
       if (stop.root < 0) continue;
       const double before = form_.local(t_, y_.data()).internal;
       if (phase_ == Phase::elastic) {
@@ -466,6 +453,7 @@ class PathIntegrator {
   OdeIntegrator ode_;
   std::vector<double> y_;
   double t_ = 0.0, segment_ = 0.0;
+  double elastic_limit_ = 0.0;  // y / p_c^2 at which the current elastic phase ends
   int snaps_ = 0;
   ReferencePath path_;
 };
@@ -565,18 +553,36 @@ std::vector<ReferencePoint> dae_reference(const CamClay& m, const ReferencePoint
   return points;
 }
 
+Landing nearest_landing(const CamClay& m, double p_trial, double q_trial, double internal, double skipped) {
+  const double mm = m.critical_state_slope * m.critical_state_slope;
+  const double stress_free = internal + p_trial / m.bulk_modulus;  // where all elastic volume change has become plastic
+  const auto p_of = [&](double x) { return p_trial - m.bulk_modulus * (x - internal); };
+  const auto y_p_of = [&](double x) { return mm * (2.0 * p_of(x) - (1.0 - m.cohesion_beta) * m.preconsolidation(x)); };
+  const auto at = [&](double x) {
+    const double flow = 1.0 + 6.0 * m.shear_modulus * (1.0 + 2.0 * m.cohesion_beta) * (x - internal) / y_p_of(x);
+    return Landing{p_of(x), q_trial / flow, x};
+  };
+  const auto y = [&](double x) {
+    const Landing r = at(x);
+    return m.yield(r.p, r.q, x);
+  };
+  constexpr int samples = 4000;
+  double above = internal * (1.0 - skipped);
+  if (y(above) <= 0.0) return at(above);
+  for (int i = 1; i < samples; ++i) {
+    const double x = internal * (1.0 - skipped * std::pow(1.0 / skipped, static_cast<double>(i) / samples));
+    if (y_p_of(x) >= 0.0) break;  // X falls on the dilative side only
+    if (y(x) <= 0.0) return at(bisect(y, above, x));
+    above = x;
+  }
+  return {0.0, 0.0, stress_free};
+}
+
 namespace exact {
 
 double isotropic_compression(const CamClay& m, double compression) {
   const double total = compression + m.initial_internal();
   return bisect([&](double x) { return std::sinh(m.hardening_xi * x) + x - total; }, 0.0, total);
-}
-double isochoric_critical_state(const CamClay& m, double compression) {
-  const double total = compression + m.initial_internal();
-  return bisect([&](double x) { return 0.5 * (1.0 - m.cohesion_beta) * std::sinh(m.hardening_xi * x) + x - total; }, 0.0, total);
-}
-double critical_ratio(const CamClay& m) {
-  return m.critical_state_slope * (1.0 + m.cohesion_beta) / ((1.0 - m.cohesion_beta) * std::sqrt(1.0 + 2.0 * m.cohesion_beta));
 }
 double tension_apex(const CamClay& m, double compression, double start) {
   const double total = compression + m.initial_internal();
@@ -585,6 +591,33 @@ double tension_apex(const CamClay& m, double compression, double start) {
   if (total <= 0.0 || m.cohesion_beta == 0.0) return total;
   const double top = std::acosh(1.0 / (m.cohesion_beta * m.hardening_xi)) / m.hardening_xi;
   return bisect([&](double x) { return x - m.cohesion_beta * std::sinh(m.hardening_xi * x) - total; }, 0.0, std::min(start, top));
+}
+double isotropic(const CamClay& m, double compression, double internal) {
+  const double total = compression + m.initial_internal(), p = m.bulk_modulus * (total - internal), pc = m.preconsolidation(internal);
+  if (p > pc) return total <= 0.0 ? total : isotropic_compression(m, compression);
+  if (p < -m.cohesion_beta * pc) return tension_apex(m, compression, internal);
+  return internal;
+}
+double isochoric_critical_state(const CamClay& m, double compression) {
+  const double total = compression + m.initial_internal();
+  return bisect([&](double x) { return 0.5 * (1.0 - m.cohesion_beta) * std::sinh(m.hardening_xi * x) + x - total; }, 0.0, total);
+}
+double critical_ratio(const CamClay& m) {
+  return m.critical_state_slope * (1.0 + m.cohesion_beta) / ((1.0 - m.cohesion_beta) * std::sqrt(1.0 + 2.0 * m.cohesion_beta));
+}
+double drained_critical_pressure(const CamClay& m, double isotropic_pressure, bool extension) {
+  return 3.0 * isotropic_pressure / (3.0 + (extension ? 1.0 : -1.0) * critical_ratio(m));
+}
+double yield_without_pressure(const CamClay& m, double internal) {
+  return m.critical_state_slope * m.preconsolidation(internal) * std::sqrt(m.cohesion_beta / (1.0 + 2.0 * m.cohesion_beta));
+}
+Mat3 hencky_simple_shear(double shear_modulus, double gamma) {
+  const double s = std::asinh(0.5 * gamma) / std::sqrt(1.0 + 0.25 * gamma * gamma);
+  Mat3 tau = Mat3::Zero();
+  tau(0, 1) = tau(1, 0) = 2.0 * shear_modulus * s;
+  tau(0, 0) = shear_modulus * gamma * s;
+  tau(1, 1) = -tau(0, 0);
+  return tau;
 }
 
 }  // namespace exact

@@ -70,6 +70,7 @@ struct ReferencePoint {
   double internal;          ///< X
   double preconsolidation;  ///< p_c, Pa
   bool plastic;
+  Mat3 stress;  ///< tau, Pa, tension positive; coaxial paths: axis along z
 };
 
 enum class PathEvent { onset, unloading, exhaustion, snap_back, recompaction };
@@ -113,17 +114,38 @@ ReferencePath general_reference(const CamClay&, const std::vector<ReferenceSegme
 std::vector<ReferencePoint> dae_reference(const CamClay&, const ReferencePoint& start, double d_eps_v, double d_eps_q, std::size_t samples,
                                           double relative_tolerance = 1e-12);
 
+/// Backward Euler's own landing: the first X below `internal` at which the state that the flow rule reaches from the trial state lies on
+/// the yield surface again, p = p_trial - K (X - X_n), q = q_trial/(1 + 6 G (1 + 2 beta) (X - X_n)/y_p), found by a scan in equal ratios
+/// and bisection; stress-free at X = X_n + p_trial/K if there is none. Shares nothing with the library's search.
+struct Landing {
+  double p, q, internal;
+};
+/// @param p_trial, q_trial  Pa, on or outside the surface of `internal` (X_n > 0), on its dilative side
+/// @param skipped           the scan starts this share of X_n below X_n: above zero where the trial state itself is a root
+Landing nearest_landing(const CamClay&, double p_trial, double q_trial, double internal, double skipped = 1e-12);
+
 /// Exact states where the path has a closed form.
 namespace exact {
 /// Isotropic compression beyond p_c0: sinh(xi X) + X = e + X_0, p = p_c; e = -eps_v.
 /// @returns X
 double isotropic_compression(const CamClay&, double compression);
-/// Endless isochoric shear: (1 - beta)/2 sinh(xi X) + X = e + X_0, p = (1 - beta) p_c/2, q = M p (1 + beta)/((1 - beta) sqrt(1 + 2 beta)).
+/// Largest root X < start of X - beta sinh(xi max(X, 0)) = e + X_0: where a point at the tension apex (q = 0) lands.
+double tension_apex(const CamClay&, double compression, double start);
+/// Any isotropic history, taken in pieces of monotone volume change: X after the compression e where it was X_n before; then
+/// p = K (e + X_0 - X). Elastic (X_n) within the apexes, else one of the two roots above. Holds on every path where M = 0.
+double isotropic(const CamClay&, double compression, double internal);
+/// Endless isochoric shear: (1 - beta)/2 sinh(xi X) + X = e + X_0, p = (1 - beta) p_c/2, q = M' p.
+/// @returns X
 double isochoric_critical_state(const CamClay&, double compression);
 /// Critical-state ratio q/p = M' = M (1 + beta)/((1 - beta) sqrt(1 + 2 beta)), from y = 0 and y_p = 0.
 double critical_ratio(const CamClay&);
-/// Largest root X < start of X - beta sinh(xi max(X, 0)) = e + X_0: where a point at the tension apex (q = 0) lands.
-double tension_apex(const CamClay&, double compression, double start);
+/// p at the end of drained triaxial compression, 3 p_i/(3 - M') (M' < 3), or extension, 3 p_i/(3 + M'), from the isotropic stress p_i.
+double drained_critical_pressure(const CamClay&, double isotropic_pressure, bool extension);
+/// q at yield where p = 0: M p_c sqrt(beta/(1 + 2 beta)), Pa.
+double yield_without_pressure(const CamClay&, double internal);
+/// Elastic simple shear by gamma (1 along 1 per unit of 2) of Hencky's law: S = asinh(gamma/2)/sqrt(1 + gamma^2/4), tau_12 = 2 G S,
+/// tau_11 = -tau_22 = G gamma S, all others zero.
+Mat3 hencky_simple_shear(double shear_modulus, double gamma);
 }  // namespace exact
 
 }  // namespace mpm::validation

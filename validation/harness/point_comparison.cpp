@@ -5,22 +5,43 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <numeric>
 
 #include "mpm/error.hpp"
 
 namespace mpm::validation {
+namespace {
 
-MaterialSpec cam_clay_spec(double slope, double beta, double xi, double pc0, double young, double poisson) {
-  MaterialSpec spec;
-  spec.model = "cohesive_cam_clay";
-  spec.density = 300.0;
-  spec.young_modulus = young;
-  spec.poisson_ratio = poisson;
-  spec.critical_state_slope = slope;
-  spec.cohesion_beta = beta;
-  spec.hardening_xi = xi;
-  spec.preconsolidation_pressure = pc0;
-  return spec;
+constexpr double round_off = 1e-12;
+
+/// The larger of the two, NaN where either is.
+double worse(double a, double b) { return std::isnan(a) || b <= a ? a : b; }
+
+double difference(const PathRow& row, const ReferencePoint& r, bool tensor) {
+  double e = 0.0;
+  for (const double d : {row.p - r.p, row.q - r.q, row.preconsolidation_pressure - r.preconsolidation}) e = worse(e, std::abs(d));
+  if (tensor) {
+    const Sym3<double>& a = row.stress;
+    const Mat3& b = r.stress;
+    for (const double d : {a.xx - b(0, 0), a.yy - b(1, 1), a.zz - b(2, 2), a.xy - b(0, 1), a.xz - b(0, 2), a.yz - b(1, 2)})
+      e = worse(e, std::abs(d));
+  }
+  return e;
+}
+
+/// By how much the number of steps is raised near a snap-back; see PathComparison.
+int refinement(double margin) {
+  if (margin <= 0.0 || margin >= 0.1) return 1;
+  return std::min(64, static_cast<int>(std::exp2(std::ceil(2.0 * std::log2(0.1 / margin)))));
+}
+
+}  // namespace
+
+MaterialSpec with_plasticity(MaterialSpec base, double slope, double beta, double xi) {
+  base.critical_state_slope = slope;
+  base.cohesion_beta = beta;
+  base.hardening_xi = xi;
+  return base;
 }
 
 CamClay reference_model(const MaterialSpec& s) {
@@ -38,40 +59,109 @@ PathSpec library_path(const MaterialSpec& spec, const std::vector<ReferenceSegme
   return path;
 }
 
+std::vector<ReferenceSegment> reference_segments(const PathSpec& path) {
+  std::vector<ReferenceSegment> segments;
+  for (const PathSegment& segment : path.segments) {
+    if (const auto* strain = std::get_if<StrainSegment>(&segment))
+      segments.push_back(ReferenceSegment::strain_increment(strain->d_eps_v, strain->d_eps_q));
+    else if (const auto* drained = std::get_if<TriaxialSegment>(&segment))
+      segments.push_back(ReferenceSegment::drained(drained->radial_stress, drained->d_eps_axial));
+    else if (const auto* general = std::get_if<VelocityGradientSegment>(&segment))
+      segments.push_back(ReferenceSegment::general(general->velocity_gradient * general->time));
+  }
+  return segments;
+}
+
 double PathComparison::tail_order() const {
   const std::size_t n = error.size();
-  if (n < 2 || error[n - 1] < 1e-10) return std::numeric_limits<double>::quiet_NaN();
-  return std::log(error[n - 2] / error[n - 1]) / std::log(size[n - 2] / size[n - 1]);
+  if (n < 2 || error[n - 1] < round_off) return std::numeric_limits<double>::quiet_NaN();
+  return std::log2(error[n - 2] / error[n - 1]);
 }
 
-bool PathComparison::exact() const {
-  return std::all_of(error.begin(), error.end(), [](double e) { return e < 1e-10; });
+double PathComparison::mean_order() const {
+  const std::size_t n = error.size();
+  if (n < 3 || error[n - 1] < round_off) return std::numeric_limits<double>::quiet_NaN();
+  return 0.5 * std::log2(error[n - 3] / error[n - 1]);
 }
 
-PathComparison compare_path(const MaterialSpec& spec, const std::vector<ReferenceSegment>& segments, const std::vector<int>& steps,
-                            bool general) {
+bool PathComparison::exact(double tolerance) const {
+  return std::all_of(error.begin(), error.end(), [&](double e) { return e < tolerance; });
+}
+
+PathComparison compare_path(const MaterialSpec& spec, const std::vector<ReferenceSegment>& segments, const ComparisonOptions& options) {
   PathComparison c;
-  const int finest = steps.back();
-  ReferenceOptions options;
-  options.samples_per_segment = static_cast<std::size_t>(finest);
+  ReferenceOptions reference;
+  reference.samples_per_segment = static_cast<std::size_t>(options.samples);
   const CamClay model = reference_model(spec);
-  c.reference = general ? general_reference(model, segments, options) : coaxial_reference(model, segments, options);
+  c.reference = options.general ? general_reference(model, segments, reference) : coaxial_reference(model, segments, reference);
   for (const ReferencePoint& r : c.reference.points) c.scale = std::max({c.scale, r.preconsolidation, r.q});
-  for (const int n : steps) {
-    if (finest % n != 0) throw ConfigError(fmt::format("compare_path: {} steps do not divide {}", n, finest));
-    const std::vector<PathRow> rows = follow_path(library_path(spec, segments, n));
-    const auto stride = static_cast<std::size_t>(finest / n);
+  c.jumps = std::any_of(c.reference.events.begin(), c.reference.events.end(),
+                        [](const EventRecord& e) { return e.event == PathEvent::snap_back; });
+
+  const int finest = options.finest * refinement(c.reference.margin);
+  for (int n = options.coarsest; n <= finest; n *= 2) {
+    const int common = std::gcd(n, options.samples);  // step ends per segment at which the reference is known
+    std::vector<PathRow> rows = follow_path(library_path(spec, segments, n), n / common);
+    const auto stride = static_cast<std::size_t>(options.samples / common);
     double worst = 0.0;
-    for (std::size_t i = 0; i < rows.size(); ++i) {
-      const ReferencePoint& r = c.reference.points.at(i * stride);
-      for (const double e : {rows[i].p - r.p, rows[i].q - r.q, rows[i].preconsolidation_pressure - r.preconsolidation})
-        if (!(std::abs(e) <= worst)) worst = std::isnan(worst) ? worst : std::abs(e);
-    }
-    c.size.push_back(1.0 / n);
+    for (std::size_t i = 0; i < rows.size(); ++i)
+      worst = worse(worst, difference(rows[i], c.reference.points.at(i * stride), options.general));
+    c.steps.push_back(n);
     c.error.push_back(worst / c.scale);
-    if (n == finest) c.finest = rows;
+    c.finest = std::move(rows);
   }
+  if (c.finest.size() != c.reference.points.size())
+    throw ConfigError(fmt::format("compare_path: {} samples do not divide {} steps", options.samples, finest));
   return c;
+}
+
+double isotropic_error(const MaterialSpec& spec, const std::vector<ReferenceSegment>& segments, const std::vector<int>& steps) {
+  const CamClay model = reference_model(spec);
+  double worst = 0.0;
+  for (const int n : steps) {
+    double internal = model.initial_internal(), scale = 0.0, error = 0.0;
+    for (const PathRow& row : follow_path(library_path(spec, segments, n))) {
+      internal = exact::isotropic(model, -row.eps_v, internal);
+      const double pc = model.preconsolidation(internal);
+      scale = std::max(scale, pc);
+      for (const double d :
+           {row.p - model.bulk_modulus * (model.initial_internal() - row.eps_v - internal), row.q, row.preconsolidation_pressure - pc})
+        error = worse(error, std::abs(d));
+    }
+    worst = worse(worst, error / scale);
+  }
+  return worst;
+}
+
+FormDifference compare_forms(const CamClay& model, const std::vector<ReferenceSegment>& segments, const ReferencePath& path) {
+  const std::size_t n = (path.points.size() - 1) / segments.size();
+  FormDifference result;
+  for (std::size_t i = 0; i < segments.size(); ++i) {
+    if (segments[i].control != ReferenceSegment::Control::strain) continue;
+    const std::size_t end = (i + 1) * n;
+    std::size_t first = i * n;
+    // The state at a segment's start carries the flag of the segment before: it may unload from here.
+    if (!path.points[first + 1].plastic) ++first;
+    while (first < end) {
+      while (first < end && !path.points[first].plastic) ++first;
+      std::size_t last = first;
+      while (last < end && path.points[last + 1].plastic) ++last;
+      const std::size_t samples = last - first;
+      if (samples >= 2) {
+        const double share = static_cast<double>(samples) / static_cast<double>(n);
+        const auto ida = dae_reference(model, path.points[first], share * segments[i].d_eps_v, share * segments[i].d_eps_q, samples);
+        for (std::size_t k = 0; k < samples; ++k) {
+          const ReferencePoint &a = path.points[first + 1 + k], &b = ida[k];
+          const double scale = std::max(a.preconsolidation, 1e-3 * model.preconsolidation_pressure);
+          for (const double d : {a.p - b.p, a.q_signed - b.q_signed, a.preconsolidation - b.preconsolidation})
+            result.largest = worse(result.largest, std::abs(d) / scale);
+        }
+        result.points += static_cast<int>(samples);
+      }
+      first = last + 1;
+    }
+  }
+  return result;
 }
 
 }  // namespace mpm::validation

@@ -118,6 +118,41 @@ json to_json(const Plot& p) {
           {"caption", p.caption}, {"log_x", p.log_x}, {"log_y", p.log_y},     {"series", series}};
 }
 
+/// Unit of a field's colour bar; pressures are drawn in kPa.
+const char* unit_of(FlowField field) {
+  switch (field) {
+    case FlowField::speed:
+    case FlowField::velocity_x:
+    case FlowField::velocity_z: return "m/s";
+    case FlowField::pressure:
+    case FlowField::stress_xx: return "kPa";
+    case FlowField::density: return "kg/m³";
+  }
+  return "";
+}
+
+/// Paths inside the report's directory are written relative to it, so that the directory can be moved and drawn again.
+std::string stored_path(const std::filesystem::path& file, const RunInfo& info) {
+  const auto inside =
+      std::filesystem::absolute(file).lexically_normal().lexically_relative(std::filesystem::absolute(info.directory).lexically_normal());
+  return inside.empty() || *inside.begin() == ".." ? std::filesystem::absolute(file).string() : inside.string();
+}
+
+json to_json(const FlowPicture& f, const RunInfo& info) {
+  return {{"id", f.id},
+          {"field", to_string(f.field)},
+          {"unit", unit_of(f.field)},
+          {"title", f.title},
+          {"caption", f.caption},
+          {"snapshot", stored_path(f.snapshot, info)},
+          {"time_s", number(f.time)},
+          {"slice_half_width_m", f.slice_half_width},
+          {"window_m", f.window ? json(*f.window) : json(nullptr)},
+          {"range", f.range ? json(*f.range) : json(nullptr)},
+          {"walls", f.walls},
+          {"boxes", f.boxes}};
+}
+
 json to_json(const NamedStudy& n) {
   const GridStudy& s = n.study;
   return {{"quantity", n.quantity},
@@ -231,17 +266,19 @@ std::string results_json(const std::vector<CaseResult>& results, const RunInfo& 
     json c{{"name", r->name},           {"title", r->title},       {"physics", r->physics},
            {"passed", r->passed()},     {"fault", r->fault},       {"wall_time_s", r->wall_time_s},
            {"notes", r->notes},         {"checks", json::array()}, {"plots", json::array()},
-           {"pictures", json::array()}, {"studies", json::array()}};
+           {"pictures", json::array()}, {"flows", json::array()},  {"studies", json::array()}};
     for (const Check& k : r->checks) c["checks"].push_back(to_json(k));
     for (const Plot& p : r->plots) c["plots"].push_back(to_json(p));
-    for (const Picture& p : r->pictures) c["pictures"].push_back({{"file", p.file.string()}, {"caption", p.caption}});
+    for (const Picture& p : r->pictures) c["pictures"].push_back({{"file", stored_path(p.file, info)}, {"caption", p.caption}});
+    for (const FlowPicture& f : r->flows) c["flows"].push_back(to_json(f, info));
     for (const NamedStudy& s : r->studies) c["studies"].push_back(to_json(s));
     root["cases"].push_back(std::move(c));
   }
   return root.dump(1, ' ', false, json::error_handler_t::replace) + "\n";
 }
 
-void write_results(const std::filesystem::path& directory, const std::vector<CaseResult>& results, const RunInfo& info) {
+void write_results(const std::filesystem::path& directory, const std::vector<CaseResult>& results, RunInfo info) {
+  info.directory = directory;
   make_directory(directory / "data");
   for (const CaseResult& r : results)
     for (const Plot& p : r.plots) {

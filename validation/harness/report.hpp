@@ -17,6 +17,7 @@ struct RunInfo {
   std::string started;  ///< ISO 8601, UTC
   int threads = 1;
   double wall_time_s = 0.0;
+  std::filesystem::path directory;  ///< of the report; set by write_results
 };
 
 /// Numbers as the table prints them: four significant digits, short exponents.
@@ -35,7 +36,7 @@ std::string junit_xml(const std::vector<CaseResult>& results, const RunInfo& inf
 std::string results_json(const std::vector<CaseResult>& results, const RunInfo& info);
 
 /// Writes DIR/results.json, DIR/junit.xml and DIR/data/<case>-<plot>.csv (columns series, x, y).
-void write_results(const std::filesystem::path& directory, const std::vector<CaseResult>& results, const RunInfo& info);
+void write_results(const std::filesystem::path& directory, const std::vector<CaseResult>& results, RunInfo info);
 
 /// Processor model and number of threads of this machine.
 std::string describe_machine();

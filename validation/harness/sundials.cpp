@@ -95,13 +95,15 @@ OdeIntegrator::OdeIntegrator(std::size_t unknowns, Rhs rhs, double relative_tole
 }
 OdeIntegrator::~OdeIntegrator() = default;
 
-void OdeIntegrator::start(double t, std::span<const double> y, double stop_time, Roots roots, const std::vector<int>& directions) {
+void OdeIntegrator::start(double t, std::span<const double> y, double stop_time, Roots roots, const std::vector<int>& directions,
+                          double longest_step) {
   Impl& m = *impl_;
   m.steps_before += m.current_steps();
   m.roots = std::move(roots);
   std::copy(y.begin(), y.end(), N_VGetArrayPointer(m.y.get()));
   m.require(CVodeReInit(m.memory, t, m.y.get()));
   m.require(CVodeSetStopTime(m.memory, stop_time));
+  m.require(CVodeSetMaxStep(m.memory, longest_step));
   m.require(CVodeRootInit(m.memory, static_cast<int>(directions.size()), directions.empty() ? nullptr : Impl::call_roots));
   if (!directions.empty()) m.require(CVodeSetRootDirection(m.memory, const_cast<int*>(directions.data())));
   m.require(CVodeSetNoInactiveRootWarn(m.memory));

@@ -9,6 +9,8 @@
 
 #include "mpm/io/atomic_file.hpp"
 #include "mpm/io/hdf5.hpp"
+#include "mpm/solver.hpp"
+#include "mpm/stress.hpp"
 
 namespace mpm {
 namespace {
@@ -100,6 +102,38 @@ Snapshot read_snapshot(const std::filesystem::path& path, std::string_view kind)
 }
 
 }  // namespace
+
+ParticleTable particle_table(const State& state, const Scene& scene, const std::function<bool(const Particle&)>& keep) {
+  std::vector<const Particle*> order;
+  order.reserve(state.grid.particle_count());
+  state.grid.for_each_particle([&](const Particle& p) {
+    if (!keep || keep(p)) order.push_back(&p);
+  });
+  std::sort(order.begin(), order.end(), [](const Particle* a, const Particle* b) { return a->id < b->id; });
+  const std::size_t n = order.size();
+  ParticleTable t;
+  t.id.resize(n);
+  t.position.resize(3 * n);
+  t.velocity.resize(3 * n);
+  t.affine.resize(9 * n);
+  t.stress.resize(6 * n);
+  t.internal.resize(n);
+  t.volume_ratio.resize(n);
+  t.volume.resize(n);
+#pragma omp parallel for schedule(static)
+  for (std::size_t i = 0; i < n; ++i) {
+    const Particle& p = *order[i];
+    t.id[i] = p.id;
+    for (int axis = 0; axis < 3; ++axis) t.position[3 * i + static_cast<std::size_t>(axis)] = p.position[axis] - scene.offset[axis];
+    std::copy_n(p.velocity, 3, &t.velocity[3 * i]);
+    std::copy_n(p.affine, 9, &t.affine[9 * i]);
+    std::copy_n(p.stress, 6, &t.stress[6 * i]);
+    t.internal[i] = p.internal;
+    t.volume[i] = p.volume;
+    t.volume_ratio[i] = volume_ratio(scene.material, p);
+  }
+  return t;
+}
 
 std::filesystem::path frame_path(const std::filesystem::path& directory, int index) {
   return directory / "frames" / fmt::format("{:05d}.h5", index);

@@ -24,12 +24,17 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <functional>
 #include <string>
 #include <vector>
 
 #include "mpm/error.hpp"
 
 namespace mpm {
+
+struct Particle;
+struct Scene;
+struct State;
 
 /// Particles by columns, one entry a particle in the order of the identity numbers. Units and measures as in particles.hpp.
 struct ParticleTable {
@@ -44,6 +49,10 @@ struct ParticleTable {
 
   [[nodiscard]] std::size_t size() const { return id.size(); }
 };
+
+/// The particles of a state in the order of their identity numbers.
+/// @param keep  which of them; empty: all
+ParticleTable particle_table(const State& state, const Scene& scene, const std::function<bool(const Particle&)>& keep = {});
 
 /// What a state belongs to.
 struct SnapshotInfo {

@@ -1,0 +1,68 @@
+#include "validation/harness/flow.hpp"
+
+#include <fmt/format.h>
+
+#include <cmath>
+#include <variant>
+
+#include "mpm/build_info.hpp"
+#include "mpm/io/hdf5.hpp"
+#include "mpm/io/snapshot.hpp"
+#include "mpm/scene.hpp"
+
+namespace mpm::validation {
+namespace {
+
+/// Section of the boundaries with a plane y = constant. Walls that run along it are not seen.
+void add_boundaries(FlowPicture& picture, const Scene& scene) {
+  for (const Boundary& boundary : scene.boundaries) {
+    if (const auto* wall = std::get_if<Wall>(&boundary)) {
+      const Vec3 point = wall->travels ? Vec3(wall->point + picture.time * wall->velocity) : wall->point;
+      const Vec3& n = wall->normal;
+      if (std::hypot(n.x(), n.z()) > 1e-6) picture.walls.push_back({point.x(), point.z(), n.x(), n.z()});
+    } else if (const auto* box = std::get_if<RigidBox>(&boundary)) {
+      picture.boxes.push_back({box->min.x(), box->min.z(), box->max.x(), box->max.z()});
+    }
+  }
+}
+
+}  // namespace
+
+std::string to_string(FlowField field) {
+  switch (field) {
+    case FlowField::speed: return "speed";
+    case FlowField::velocity_x: return "velocity_x";
+    case FlowField::velocity_z: return "velocity_z";
+    case FlowField::pressure: return "pressure";
+    case FlowField::stress_xx: return "stress_xx";
+    case FlowField::density: return "density";
+  }
+  return "unknown";
+}
+
+FlowPicture flow_picture(const std::filesystem::path& directory, const State& state, const Scene& scene, FlowPicture picture) {
+  const double half_width = picture.slice_half_width;
+  const ParticleTable particles =
+      particle_table(state, scene, [half_width](const Particle& p) { return half_width <= 0.0 || std::abs(p.position[1]) <= half_width; });
+  SnapshotInfo info;
+  info.time = picture.time = state.time;
+  info.step = static_cast<std::int64_t>(state.step);
+  info.version = build_info().version;
+  info.reference_density = std::visit([](const auto& law) { return law.density(); }, scene.material);
+  info.mirror_x = scene.mirror_x;
+  info.mirror_y = scene.mirror_y;
+  const std::filesystem::path folder = directory / fmt::format("flow-{}", picture.id);
+  write_frame(folder, 0, particles, info);
+  picture.snapshot = frame_path(folder, 0);
+  add_boundaries(picture, scene);
+  return picture;
+}
+
+FlowPicture flow_picture_of_run(const std::filesystem::path& run_directory, int index, const Case& c, FlowPicture picture) {
+  picture.snapshot = frame_path(run_directory, index);
+  picture.time = hdf5::Reader(picture.snapshot).real("time_s");
+  add_boundaries(picture, make_scene(c));
+  return picture;
+}
+
+}  // namespace mpm::validation

@@ -1,0 +1,97 @@
+#include "validation/harness/impact.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "mpm/error.hpp"
+#include "mpm/impact/semi_empirical.hpp"
+#include "mpm/io/snapshot.hpp"
+
+namespace mpm::validation {
+
+ImpactRun run_impact(const CaseContext& context, const std::string& id, const std::string& name, Case spec) {
+  spec.title = name;
+  spec.output.frames_per_second = 1.0 / spec.output.duration;
+  ImpactRun run{id, name, spec, context.directory() / id, {}, {}, {}, {}};
+  run.result = run_case(spec, {.out = run.directory});
+  if (!run.result.impact) throw UnstableError(name + ": the run left no summary of the impact");
+  run.summary = *run.result.impact;
+  run.series = Table::read(run.directory / "series.csv");
+  run.profile = Table::read(run.directory / "profile.csv");
+  context.log(fmt::format("{}: {:.3g} particle-steps, {:.0f} s, {:.1f} million a second", name,
+                          static_cast<double>(run.result.particle_steps), run.result.wall_time_s, run.result.million_particle_steps_per_s));
+  return run;
+}
+
+Plot runup_plot(const ImpactRun& run) {
+  const ImpactSummary& s = run.summary;
+  const auto time = run.series.numbers("time_s");
+  const std::vector<double> ends{0.0, run.result.time};
+  Plot plot{run.id + "-runup", "Run-up, " + run.name, "time [s]", "height [m]", {}, "", false, false};
+  if (std::isfinite(s.predicted_runup))
+    plot.series.push_back({"paper's equation", ends, {s.predicted_runup, s.predicted_runup}, Series::Style::reference});
+  const double bound = bernoulli_height(run.spec.conveyor->velocity, run.flow_height(), run.spec.numerics.gravity);
+  plot.series.push_back({"H + v²/2g", ends, {bound, bound}, Series::Style::bound});
+  plot.series.push_back({"highest particle", time, run.series.numbers("runup_m"), Series::Style::simulation});
+  plot.series.push_back({"99th percentile", time, run.series.numbers("runup_p99_m"), Series::Style::simulation});
+  if (s.span.steady) {
+    plot.series.push_back({"steady mean over its span", {s.span.from, s.span.to}, {s.runup.mean, s.runup.mean}, Series::Style::points});
+    plot.caption = fmt::format("Steady from {:.2f} to {:.2f} s.", s.span.from, s.span.to);
+  }
+  return plot;
+}
+
+Plot profile_plot(const ImpactRun& run, double column) {
+  auto raw = run.profile.numbers("pressure_pa"), smooth = run.profile.numbers("smoothed_pressure_pa");
+  const auto z = run.profile.numbers("z_m");
+  for (auto* values : {&raw, &smooth}) {
+    for (double& p : *values) p *= 1e-3;
+  }
+  const double base = run.spec.material.density * run.spec.numerics.gravity * column * 1e-3;
+  Plot plot{run.id + "-profile", "Mean pressure on the face, " + run.name, "pressure [kPa]", "z [m]", {}, "", false, false};
+  plot.series.push_back(
+      {fmt::format("hydrostatic, {:.2f} H", column / run.flow_height()), {base, 0.0}, {0.0, column}, Series::Style::reference});
+  plot.series.push_back({"raw", raw, z, Series::Style::points});
+  plot.series.push_back({"smoothed", smooth, z, Series::Style::simulation});
+  const double predicted = run.summary.predicted_pressure_height;
+  if (std::isfinite(predicted) && !raw.empty()) {
+    plot.series.push_back({"pressure height of the paper's equation",
+                           {0.0, *std::max_element(raw.begin(), raw.end())},
+                           {predicted, predicted},
+                           Series::Style::bound});
+  }
+  return plot;
+}
+
+FlowPicture last_picture(const ImpactRun& run, FlowField field, const std::array<double, 4>& window) {
+  const auto frames = frame_numbers(run.directory);
+  if (frames.empty()) throw IoError(run.directory.string() + ": no frames");
+  return flow_picture_of_run(run.directory, frames.back(), run.spec,
+                             {.id = run.id,
+                              .field = field,
+                              .title = fmt::format("{}, t = {:.1f} s", run.name, run.result.time),
+                              .caption = "Particles within 0.2 w of the plane of symmetry.",
+                              .slice_half_width = 0.2 * run.spec.obstacle->width,
+                              .window = window,
+                              .range = {},
+                              .snapshot = {},
+                              .time = 0.0,
+                              .walls = {},
+                              .boxes = {}});
+}
+
+std::string figures(const ImpactRun& run) {
+  const ImpactSummary& s = run.summary;
+  const double h = run.flow_height();
+  return fmt::format(
+      "{}: dx = {} m, {} particles at the end, {:.3g} particle-steps, {:.1f} s of flow; steady from {:.2f} to {:.2f} s; run-up {:.3f} H "
+      "(standard error {:.3f} H), equation {:.3f} H, Bernoulli {:.3f} H; pressure height {:.3f} H, equation {:.3f} H; mean force {:.1f} "
+      "kN, pressure profile over the face {:.1f} kN.",
+      run.name, run.spec.numerics.cell_size, run.result.particles, static_cast<double>(run.result.particle_steps), run.result.time,
+      s.span.from, s.span.to, s.runup.mean / h, s.runup.standard_error / h, s.predicted_runup / h,
+      bernoulli_height(run.spec.conveyor->velocity, h, run.spec.numerics.gravity) / h, s.pressure_height.mean / h,
+      s.predicted_pressure_height / h, s.force[0].mean * 1e-3, s.profile_force * 1e-3);
+}
+
+}  // namespace mpm::validation

@@ -1,0 +1,42 @@
+#pragma once
+/// An impact on the mast, run and shown: what the conveyor's cases share. Every figure comes from run_case and its files.
+
+#include <filesystem>
+#include <string>
+
+#include "mpm/io/table.hpp"
+#include "mpm/run.hpp"
+#include "validation/harness/case.hpp"
+
+namespace mpm::validation {
+
+/// A finished run and what it left.
+struct ImpactRun {
+  std::string id, name;  ///< for files, for people: "fr3", "Fr 3, M' 0.4"
+  Case spec;
+  std::filesystem::path directory;
+  RunResult result;
+  ImpactSummary summary;
+  Table series, profile;  ///< series.csv, profile.csv
+
+  [[nodiscard]] double flow_height() const { return spec.conveyor->flow_height; }
+};
+
+/// Runs a case with a conveyor and an obstacle in context.directory()/id, with one frame, of the end, and logs what it cost.
+/// @throws UnstableError if the run left no summary of the impact
+ImpactRun run_impact(const CaseContext& context, const std::string& id, const std::string& name, Case spec);
+
+/// Run-up over time: the paper's equation (for laws that have an M'), Bernoulli's bound, and the steady mean over its span.
+Plot runup_plot(const ImpactRun& run);
+
+/// Time-mean pressure on the face over height, raw and smoothed, the hydrostatic pressure of a column of height `column`, m, and the
+/// pressure height of the paper's equation.
+Plot profile_plot(const ImpactRun& run, double column);
+
+/// The last state around the mast from the side. @param window x_min, x_max, z_min, z_max, m
+FlowPicture last_picture(const ImpactRun& run, FlowField field, const std::array<double, 4>& window);
+
+/// Size, cost, steady span and measured figures in one sentence.
+std::string figures(const ImpactRun& run);
+
+}  // namespace mpm::validation
