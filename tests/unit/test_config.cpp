@@ -50,6 +50,12 @@ flip_ratio = 0.9
 cfl = 0.3
 gravity_m_s2 = 9.81
 slope_deg = 33.3
+grid_offset_cells = [0.25, 0.5, -0.75]
+[measurement]
+bin_height_m = 0.125
+filter_length_m = 1.625
+box_upstream_m = 0.625
+box_inside_m = 0.125
 [output]
 duration_s = 6.0
 series_per_second = 50
@@ -92,6 +98,36 @@ mirror = ["x"]
 [output]
 duration_s = 1.0
 )";
+
+const std::string small_scene = R"([[body]]
+min_m = [0, 0, 0]
+max_m = [1, 1, 1]
+[domain]
+min_m = [0, 0, 0]
+max_m = [1, 1, 1]
+[output]
+duration_s = 1
+)";
+
+const std::string sand_case = R"([material]
+model = "drucker_prager"
+cone_matching = "simple_shear"
+friction_angle_deg = 20.9
+cohesion_pa = 10.0
+dilatancy_angle_deg = 0.0
+limit_friction_angle_deg = 32.76
+reference_inertial_number = 0.279
+grain_diameter_m = 0.53e-3
+grain_density_kg_m3 = 2450.0
+)" + small_scene;
+
+const std::string water_case = R"([material]
+model = "weakly_compressible_fluid"
+bulk_modulus_pa = 2e5
+tait_exponent = 3
+viscosity_pa_s = 0.5
+carries_tension = true
+)" + small_scene;
 
 const std::string single_bracket_case = R"([material]
 model = "hencky_elastic"
@@ -153,7 +189,7 @@ std::vector<Setting> settings_of(const std::string& text) {
 /// One setting for every key that may stand in a case.
 std::vector<Setting> every_case_key() {
   std::vector<Setting> all;
-  for (const std::string& text : {window_case, strip_case, hand_case}) {
+  for (const std::string& text : {window_case, strip_case, hand_case, sand_case, water_case}) {
     for (const Setting& setting : settings_of(text)) {
       if (std::none_of(all.begin(), all.end(), [&](const Setting& s) { return s.key == setting.key; })) all.push_back(setting);
     }
@@ -210,7 +246,13 @@ TEST_P(EveryKey, OutOfRangeIsReportedWithPlaceValueAndRange) {
       for (const char* odd : {"nan", "inf", "-inf", "+nan"}) refused(literal(odd), {"finite"});
       break;
     }
-    case KeyType::integer: refused("9", {"out of range", s.key->choices.front()}); break;
+    case KeyType::integer:
+      if (s.key->range) {
+        refused(fmt::format("{}", s.key->range->low - 1), {"out of range", fmt::format("{:g}", s.key->range->low)});
+      } else {
+        refused("9", {"out of range", s.key->choices.front()});
+      }
+      break;
     case KeyType::choice: refused("\"zzzzzzzz\"", {"not known", s.key->choices.front()}); break;
     case KeyType::axes:
       refused("[\"z\"]", {"holds \"z\""});
@@ -287,6 +329,24 @@ TEST(Config, ReadsEveryKey) {
   EXPECT_FALSE(hand.domain.mirror_y);
 }
 
+TEST(Config, ReadsTheKeysOfEveryLaw) {
+  const double degree = 3.14159265358979324 / 180.0;
+  const MaterialSpec sand = parse_case(sand_case, "case.toml").material;
+  EXPECT_EQ(sand.cone_matching, ConeMatching::simple_shear);
+  EXPECT_DOUBLE_EQ(sand.friction_angle, 20.9 * degree);
+  EXPECT_EQ(sand.cohesion, 10.0);
+  EXPECT_EQ(sand.dilatancy_angle, 0.0);
+  EXPECT_DOUBLE_EQ(sand.limit_friction_angle.value(), 32.76 * degree);
+  EXPECT_EQ(sand.reference_inertial_number, 0.279);
+  EXPECT_EQ(sand.grain_diameter, 0.53e-3);
+  EXPECT_EQ(sand.grain_density, 2450.0);
+  const MaterialSpec water = parse_case(water_case, "case.toml").material;
+  EXPECT_EQ(water.bulk_modulus, 2e5);
+  EXPECT_EQ(water.tait_exponent, 3);
+  EXPECT_EQ(water.viscosity, 0.5);
+  EXPECT_TRUE(water.carries_tension);
+}
+
 TEST(Config, FillsInTheDefaultsOfThePaper) {
   const Case c = parse_case(strip_case, "case.toml");
   EXPECT_EQ(c.material.density, 300.0);
@@ -325,7 +385,7 @@ duration_s = 1.0
 }
 
 TEST(Config, WrittenCaseReadsBackToTheSameBits) {
-  for (const std::string& text : {window_case, strip_case, hand_case}) {
+  for (const std::string& text : {window_case, strip_case, hand_case, sand_case, water_case}) {
     const Case c = parse_case(text, "case.toml");
     const std::string written = write_case(c);
     EXPECT_EQ(parse_case(written, "written.toml"), c) << written;
@@ -426,6 +486,21 @@ INSTANTIATE_TEST_SUITE_P(
                 hand_case,
                 {"material.hardening_xi=5"},
                 {"hardening_xi is used with model = \"cohesive_cam_clay\" only"}},
+        BadCase{"dilatancy_above_friction",
+                "[material]\nmodel = \"drucker_prager\"\nfriction_angle_deg = 30\ndilatancy_angle_deg = 31\n" + small_scene,
+                {},
+                {"[material] dilatancy_angle_deg is above friction_angle_deg", "give at most that"}},
+        BadCase{"dilatancy_with_rate_dependence",
+                sand_case,
+                {"material.dilatancy_angle_deg=1"},
+                {"dilatancy_angle_deg stands beside limit_friction_angle_deg"}},
+        BadCase{"limit_below_friction", sand_case, {"material.limit_friction_angle_deg=20"}, {"is below friction_angle_deg"}},
+        BadCase{"three_of_four_rate_keys",
+                "[material]\nmodel = \"drucker_prager\"\nfriction_angle_deg = 30\nlimit_friction_angle_deg = 33\n"
+                "reference_inertial_number = 0.3\ngrain_diameter_m = 0.001\n" +
+                    small_scene,
+                {},
+                {"grain_density_kg_m3 is missing beside limit_friction_angle_deg"}},
         BadCase{"flip_ratio_with_apic", window_case, {"numerics.transfer=apic"}, {"flip_ratio is used with transfer = \"flip\" only"}},
         BadCase{"friction_on_a_no_slip_wall", hand_case, {"wall[0].contact=no_slip"}, {"[wall[0]] friction is used with contact"}},
         BadCase{"sidewall_friction_without_coulomb", window_case, {"conveyor.sidewall_contact=slip"}, {"sidewall_friction is used with"}},
@@ -434,6 +509,20 @@ INSTANTIATE_TEST_SUITE_P(
                 strip_case,
                 {"conveyor.upstream_length_m=8"},
                 {"upstream_length_m is used with feed = \"window\" only"}},
+        BadCase{"offset_moves_the_mirror",
+                strip_case,
+                {"numerics.grid_offset_cells=[0, 0.5, 0]"},
+                {"[numerics] grid_offset_cells shifts the mirror plane y = 0 off the grid by 0.5 cells in y", "give 0 there"}},
+        BadCase{"filter_of_half_bins",
+                strip_case,
+                {"measurement.filter_length_m=1.7", "measurement.bin_height_m=0.125"},
+                {"[measurement] filter_length_m = 1.7 is 13.6 bins of 0.125 m; give an odd number of bins", "such as 1.625 m"}},
+        BadCase{"filter_of_even_bins", strip_case, {"measurement.filter_length_m=1.5"}, {"is 12 bins of 0.125 m"}},
+        BadCase{"filter_of_one_bin", strip_case, {"measurement.filter_length_m=0.125"}, {"is 1 bins", "at least 3", "such as 0.375 m"}},
+        BadCase{"measurement_without_an_impact",
+                hand_case,
+                {"measurement.box_upstream_m=0.5"},
+                {"[measurement] box_upstream_m is used with [conveyor] and [obstacle] only"}},
         BadCase{"mirror_with_a_conveyor", strip_case, {"domain.mirror=[\"y\"]"}, {"mirror is used with no [conveyor] only"}},
         BadCase{"body_with_a_conveyor",
                 strip_case + "[[body]]\nmin_m = [-4, 0, 0]\nmax_m = [-3, 1, 1]\n",

@@ -27,7 +27,13 @@ std::vector<Entry> table() {
   cohesive.model = "cohesive_cam_clay";
   cohesive.critical_state_slope = 0.8;
   cohesive.cohesion_beta = 0.3;
-  return {{elastic, 0.02}, {cohesive, 0.02}};
+  MaterialSpec sand;
+  sand.model = "drucker_prager";
+  sand.cohesion = 500.0;
+  sand.dilatancy_angle = 0.2;
+  MaterialSpec water;
+  water.model = "weakly_compressible_fluid";
+  return {{elastic, 0.02}, {cohesive, 0.02}, {sand, 0.02}, {water, 0.02}};
 }
 
 class Random {

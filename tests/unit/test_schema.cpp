@@ -34,9 +34,9 @@ TEST(Schema, EveryKeyIsDescribedAndHasARangeOrChoicesWhereItsTypeAllowsThem) {
 }
 
 TEST(Schema, UnitStandsAtTheEndOfTheName) {
-  const std::pair<std::string, std::string> endings[] = {{"m", "_m"},     {"kg/m^3", "_kg_m3"}, {"Pa", "_pa"},
-                                                         {"m/s", "_m_s"}, {"m/s^2", "_m_s2"},   {"deg", "_deg"},
-                                                         {"s", "_s"},     {"1/s", ""},          {"min", "_minutes"}};
+  const std::pair<std::string, std::string> endings[] = {{"m", "_m"},         {"kg/m^3", "_kg_m3"}, {"Pa", "_pa"},      {"m/s", "_m_s"},
+                                                         {"m/s^2", "_m_s2"},  {"deg", "_deg"},      {"s", "_s"},        {"1/s", ""},
+                                                         {"min", "_minutes"}, {"Pa s", "_pa_s"},    {"cells", "_cells"}};
   for (const KeyInfo& key : schema_keys()) {
     if (key.unit.empty()) continue;
     const auto ending = std::find_if(std::begin(endings), std::end(endings), [&](const auto& e) { return e.first == key.unit; });

@@ -12,6 +12,9 @@
 
 namespace mpm {
 
+/// On which test a Drucker-Prager cone agrees with the Mohr-Coulomb angle; formulas in materials/drucker_prager.hpp.
+enum class ConeMatching : std::uint8_t { plane_strain, triaxial_compression, simple_shear };
+
 /// [material]; keys that a law does not use keep their defaults and are refused by the reader when given.
 struct MaterialSpec {
   std::string model = "cohesive_cam_clay";
@@ -22,6 +25,20 @@ struct MaterialSpec {
   double cohesion_beta = 0.0;                ///< beta = p_t / p_c
   double hardening_xi = 5.0;                 ///< xi
   double preconsolidation_pressure = 1.0e4;  ///< p_c0, Pa
+
+  ConeMatching cone_matching = ConeMatching::plane_strain;
+  double friction_angle = 0.5;                      ///< phi, rad
+  double dilatancy_angle = 0.0;                     ///< psi, rad
+  double cohesion = 0.0;                            ///< c, Pa
+  std::optional<double> limit_friction_angle;       ///< phi_2 of mu(I), rad; these four together or none
+  std::optional<double> reference_inertial_number;  ///< I_0
+  std::optional<double> grain_diameter;             ///< d, m
+  std::optional<double> grain_density;              ///< rho_s, kg/m^3
+
+  double bulk_modulus = 1.0e6;  ///< K = rho_0 c^2 of the fluid, Pa
+  int tait_exponent = 7;        ///< n
+  double viscosity = 0.0;       ///< eta, Pa s
+  bool carries_tension = false;
   bool operator==(const MaterialSpec&) const = default;
 };
 

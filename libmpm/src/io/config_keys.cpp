@@ -22,6 +22,7 @@ constexpr auto body = [](auto& d, std::size_t i) -> auto& { return d.spec.bodies
 constexpr auto wall = [](auto& d, std::size_t i) -> auto& { return d.spec.walls[i]; };
 constexpr auto domain = [](auto& d, std::size_t) -> auto& { return d.spec.domain; };
 constexpr auto numerics = [](auto& d, std::size_t) -> auto& { return d.spec.numerics; };
+constexpr auto measurement = [](auto& d, std::size_t) -> auto& { return d.spec.measurement; };
 constexpr auto output = [](auto& d, std::size_t) -> auto& { return d.spec.output; };
 constexpr auto whole = [](auto& d, std::size_t) -> auto& { return d; };
 constexpr auto segment = [](auto& d, std::size_t i) -> auto& { return d.segments[i]; };
@@ -74,18 +75,20 @@ Binding constant(Value only) {
   return {[=](const Draft&, std::size_t) -> std::optional<Value> { return only; }, [](Draft&, std::size_t, const Value&) {}};
 }
 
-/// Slope: degrees in the file, radians inside. Going back, the neighbour that returns to the same radians is taken.
-Binding slope() {
+/// An angle: degrees in the file, radians inside. Going back, the neighbour that returns to the same radians is taken.
+template <class Section, class Owner, class T>
+Binding angle(Section section, T Owner::*member) {
   constexpr double rad = std::numbers::pi / 180.0;
-  return {[](const Draft& d, std::size_t) -> std::optional<Value> {
-            const double exact = d.spec.numerics.slope;
-            const double degrees = exact / rad;
+  return {[=](const Draft& d, std::size_t i) -> std::optional<Value> {
+            const std::optional<double> exact = section(d, i).*member;
+            if (!exact) return std::nullopt;
+            const double degrees = *exact / rad;
             for (const double candidate : {degrees, std::nextafter(degrees, -1e9), std::nextafter(degrees, 1e9)}) {
-              if (candidate * rad == exact) return candidate;
+              if (candidate * rad == *exact) return candidate;
             }
             return degrees;
           },
-          [](Draft& d, std::size_t, const Value& value) { d.spec.numerics.slope = std::get<double>(value) * rad; }};
+          [=](Draft& d, std::size_t i, const Value& value) { section(d, i).*member = std::get<double>(value) * rad; }};
 }
 
 /// A wall's normal is stored with unit length; one that has it already keeps its bits.
@@ -133,6 +136,8 @@ Binding belt_width() {
 // ---- conditions --------------------------------------------------------------------------------------------------------------------
 const Condition always{"always", "", [](const Draft&, std::size_t) { return true; }};
 const Condition by_hand{"no [conveyor]", "conveyor", [](const Draft& d, std::size_t) { return !d.spec.conveyor; }};
+const Condition impact{"[conveyor] and [obstacle]", "conveyor",
+                       [](const Draft& d, std::size_t) { return d.spec.conveyor.has_value() && d.spec.obstacle.has_value(); }};
 const Condition window_feed{"feed = \"window\"", "conveyor.feed",
                             [](const Draft& d, std::size_t) { return d.spec.conveyor->feed == ConveyorSpec::Feed::window; }};
 const Condition coulomb_sidewall{"sidewall_contact = \"coulomb\"", "conveyor.sidewall_contact",
@@ -201,6 +206,8 @@ std::vector<Key> declare_keys() {
   const Words shapes{"box", "cylinder", "sphere"};
   const Words feeds{"window", "strip"};
   const Words transfers{"apic", "flip"};
+  const Words cones{"plane_strain", "triaxial_compression", "simple_shear"};
+  constexpr double steepest = 89.0;  // deg
   Words models;
   for (const ModelInfo& model : schema_models()) models.push_back(model.name);
 
@@ -223,10 +230,40 @@ std::vector<Key> declare_keys() {
         "Hardening factor xi; large: hardly compressible");
   t.add("preconsolidation_pressure_pa", number, "Pa", closed(1e-3, 1e9), field(material, &MaterialSpec::preconsolidation_pressure),
         "Initial pre-consolidation pressure p_c0");
+  t.add("cone_matching", choice, "", {}, word(material, &MaterialSpec::cone_matching, cones),
+        "Test on which the cone agrees with the Mohr-Coulomb angles; simple_shear: tan(friction angle) = sqrt(J2)/p, as for mu(I)")
+      .choices = cones;
+  t.add("friction_angle_deg", number, "deg", above(0.0, steepest), angle(material, &MaterialSpec::friction_angle), "Friction angle phi");
+  t.add("cohesion_pa", number, "Pa", closed(0.0, 1e9), field(material, &MaterialSpec::cohesion), "Cohesion c");
+  t.add("dilatancy_angle_deg", number, "deg", closed(0.0, steepest), angle(material, &MaterialSpec::dilatancy_angle),
+        "Dilatancy angle psi, at most the friction angle; 0 shears at constant volume");
+  const std::string rate_independent = "left out: no rate dependence";
+  t.add("limit_friction_angle_deg", number, "deg", above(0.0, steepest), angle(material, &MaterialSpec::limit_friction_angle),
+        "mu(I): friction angle of infinitely fast shear, at least friction_angle_deg")
+      .default_text = rate_independent;
+  t.add("reference_inertial_number", number, "", above(0.0, 1e3), field(material, &MaterialSpec::reference_inertial_number),
+        "mu(I): I_0, where half of the increase is reached")
+      .default_text = rate_independent;
+  t.add("grain_diameter_m", number, "m", above(0.0, 10.0), field(material, &MaterialSpec::grain_diameter), "mu(I): diameter d of grains")
+      .default_text = rate_independent;
+  t.add("grain_density_kg_m3", number, "kg/m^3", closed(1.0, 1e5), field(material, &MaterialSpec::grain_density),
+        "mu(I): density rho_s of grains")
+      .default_text = rate_independent;
+  t.add("bulk_modulus_pa", number, "Pa", closed(1.0, 1e12), field(material, &MaterialSpec::bulk_modulus),
+        "Bulk modulus K = density c^2; with a speed of sound c of ten times the fastest flow the density changes by about 1 %");
+  t.add("tait_exponent", integer, "", closed(1.0, 20.0), field(material, &MaterialSpec::tait_exponent),
+        "Exponent n of the equation of state p = K/n ((rho/rho_0)^n - 1); 1 is linear");
+  t.add("viscosity_pa_s", number, "Pa s", closed(0.0, 1e9), field(material, &MaterialSpec::viscosity),
+        "Dynamic viscosity; explicit, so stable only while it is well below density c cell_size");
+  t.add("carries_tension", boolean, "", {}, field(material, &MaterialSpec::carries_tension),
+        "Whether pressure may be negative; if not, the fluid tears and recompacts before it carries pressure again");
   for (Key& key : t.keys) {
     if (key.table != "material" || key.name == "model" || key.name == "density_kg_m3") continue;
     key.used = used_by_law(key.name);
-    if (key.name == "critical_state_slope" || key.name == "cohesion_beta" || key.name == "hardening_xi") key.required = key.used;
+    if (key.name == "critical_state_slope" || key.name == "cohesion_beta" || key.name == "hardening_xi" ||
+        key.name == "friction_angle_deg" || key.name == "bulk_modulus_pa") {
+      key.required = key.used;
+    }
   }
 
   t.table = "conveyor";
@@ -301,7 +338,26 @@ std::vector<Key> declare_keys() {
       .used = flip;
   t.add("cfl", number, "", above(0.0, 1.0), field(numerics, &NumericsSpec::cfl), "Safety factor: dt = cfl dx / (c_P + largest speed)");
   t.add("gravity_m_s2", number, "m/s^2", closed(0.0, 1e3), field(numerics, &NumericsSpec::gravity), "Acceleration g of gravity");
-  t.add("slope_deg", number, "deg", closed(-90.0, 90.0), slope(), "Inclination: gravity acts along g (sin, 0, -cos)");
+  t.add("slope_deg", number, "deg", closed(-90.0, 90.0), angle(numerics, &NumericsSpec::slope),
+        "Inclination: gravity acts along g (sin, 0, -cos)");
+  t.add("grid_offset_cells", vector, "cells", closed(-1.0, 1.0), field(numerics, &NumericsSpec::grid_offset),
+        "Shift of the whole scene against the grid; results do not move with it. 0 along an axis with a mirror plane");
+
+  t.table = "measurement";
+  t.add("bin_height_m", number, "m", length, field(measurement, &MeasurementSpec::bin_height), "Height of the pressure profile's bins")
+      .default_text = "left out: cell_size_m / 2";
+  t.add("filter_length_m", number, "m", length, field(measurement, &MeasurementSpec::filter_length),
+        "Window of the Savitzky-Golay filter (degree 2) over the profile, an odd number of bins")
+      .default_text = "left out: 13 bins";
+  t.add("box_upstream_m", number, "m", length, field(measurement, &MeasurementSpec::box_upstream),
+        "Depth of the measuring box before the obstacle's face")
+      .default_text = "left out: 2.5 cell_size_m";
+  t.add("box_inside_m", number, "m", closed(0.0, longest), field(measurement, &MeasurementSpec::box_inside),
+        "Depth of the measuring box behind the face, for particles that stand slightly inside")
+      .default_text = "left out: 0.5 cell_size_m";
+  for (Key& key : t.keys) {
+    if (key.table == "measurement") key.used = impact;
+  }
 
   t.table = "output";
   t.add("duration_s", number, "s", above(0.0, 1e6), field(output, &OutputSpec::duration), "Simulated time").required = always;

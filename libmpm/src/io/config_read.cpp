@@ -121,6 +121,7 @@ class Reader {
     places_[""] = file_place(1, 1);
     read_table(table_named(""), "", root, 0);
     check_conditions();
+    check_material();
     is_path_ ? check_path() : check_case();
     throw_faults();
     return std::move(draft_);
@@ -466,9 +467,36 @@ class Reader {
     }
   }
 
+  // ---- checks across keys of [material] --------------------------------------------------------------------------------------------
+  void check_material() {
+    const MaterialSpec& m = draft_.spec.material;
+    const auto relation = [&](const char* name, const char* other, bool holds, std::string_view remedy) {
+      const std::string path = std::string("material.") + name;
+      if (given(path) && sound({path, std::string("material.") + other}) && !holds) fault_key("material", name, std::string(remedy));
+    };
+    relation("dilatancy_angle_deg", "friction_angle_deg", m.dilatancy_angle <= m.friction_angle,
+             "is above friction_angle_deg, which would create energy; give at most that");
+    relation("limit_friction_angle_deg", "friction_angle_deg", !m.limit_friction_angle || *m.limit_friction_angle >= m.friction_angle,
+             "is below friction_angle_deg; friction grows with the rate, give at least that");
+    const std::vector<std::string> rate_keys{"limit_friction_angle_deg", "reference_inertial_number", "grain_diameter_m",
+                                             "grain_density_kg_m3"};
+    const auto is_given = [&](const std::string& name) { return given("material." + name); };
+    const auto there = std::find_if(rate_keys.begin(), rate_keys.end(), is_given);
+    if (there == rate_keys.end()) return;
+    for (const std::string& name : rate_keys) {
+      if (!is_given(name))
+        fault_key("material", name, fmt::format("is missing beside {}; rate dependence needs all four of its keys", *there));
+    }
+    if (m.dilatancy_angle > 0.0 && is_given("dilatancy_angle_deg"))
+      fault_key("material", "dilatancy_angle_deg",
+                fmt::format("stands beside {}; rate-dependent flow keeps the volume, leave it out", *there));
+  }
+
   // ---- checks across keys of a case ------------------------------------------------------------------------------------------------
   void check_case() {
     check_domain();
+    check_grid_offset();
+    check_filter();
     if (faulty_.contains("conveyor")) return;
     if (draft_.spec.conveyor) {
       resolve_conveyor();
@@ -489,6 +517,34 @@ class Reader {
     for (int axis = 0; axis < 3 && sound({"domain.min_m", "domain.max_m"}); ++axis) {
       if (d.min[axis] < d.max[axis]) continue;
       fault_key("domain", "max_m", fmt::format("is not above min_m in {}: {} <= {}; exchange them", "xyz"[axis], d.max[axis], d.min[axis]));
+    }
+  }
+
+  void check_grid_offset() {
+    const Case& c = draft_.spec;
+    if (!sound({"numerics.grid_offset_cells", "conveyor", "conveyor.mirror_y", "domain.mirror"})) return;
+    const bool mirrored[] = {c.domain.mirror_x, c.domain.mirror_y || (c.conveyor && c.conveyor->mirror_y)};
+    for (int axis = 0; axis < 2; ++axis) {
+      if (!mirrored[axis] || c.numerics.grid_offset[axis] == 0.0) continue;
+      fault_key(
+          "numerics", "grid_offset_cells",
+          fmt::format("shifts the mirror plane {0} = 0 off the grid by {1} cells in {0}; give 0 there, or compute the whole without the "
+                      "mirror",
+                      "xy"[axis], c.numerics.grid_offset[axis]));
+    }
+  }
+
+  /// The filter's window is an odd number of bins, as many as its parabola needs.
+  void check_filter() {
+    const MeasurementSpec& m = draft_.spec.measurement;
+    if (!m.filter_length || !sound({"measurement.filter_length_m", "measurement.bin_height_m", "numerics.cell_size_m"})) return;
+    const double bin = m.bin_height.value_or(0.5 * draft_.spec.numerics.cell_size), bins = *m.filter_length / bin;
+    const double odd = std::max(3.0, 2.0 * std::round(0.5 * (bins - 1.0)) + 1.0);
+    constexpr double rounding = 1e-6;  // of lengths given to six digits
+    if (std::abs(bins - odd) > rounding * odd) {
+      fault_key("measurement", "filter_length_m",
+                fmt::format("= {} is {:.6g} bins of {} m; give an odd number of bins, at least 3, such as {:.6g} m", *m.filter_length, bins,
+                            bin, odd * bin));
     }
   }
 

@@ -23,6 +23,8 @@ const std::vector<TableInfo>& schema_tables() {
       {"domain", false, true, false,
        "Where particles may be. Required in a scene by hand; with [conveyor] it may only cut the belt's own domain"},
       {"numerics", false, true, false, "Grid, particles and time step"},
+      {"measurement", false, true, false,
+       "Windows of the pressure profile on the obstacle. Left out, they follow the cell size as in the paper; a grid study fixes them"},
       {"output", false, true, false, "How long, and what is written"},
       {"path", false, false, true, "Strain path of one material point, for `mpm point`"},
       {"path.segments", true, false, true,
@@ -37,6 +39,13 @@ const std::vector<ModelInfo>& schema_models() {
        "Cohesive Modified Cam-Clay: yield q^2 (1 + 2 beta) + M^2 (p + beta p_c)(p - p_c), p_c = K sinh(xi X)",
        {"young_modulus_pa", "poisson_ratio", "critical_state_slope", "cohesion_beta", "hardening_xi", "preconsolidation_pressure_pa"}},
       {"hencky_elastic", "Saint-Venant-Kirchhoff elasticity in Hencky strain", {"young_modulus_pa", "poisson_ratio"}},
+      {"drucker_prager",
+       "Drucker-Prager cone q = A p + C, dilatancy of its own, tears and recompacts; mu(I) rate dependence if its four keys are given",
+       {"young_modulus_pa", "poisson_ratio", "cone_matching", "friction_angle_deg", "cohesion_pa", "dilatancy_angle_deg",
+        "limit_friction_angle_deg", "reference_inertial_number", "grain_diameter_m", "grain_density_kg_m3"}},
+      {"weakly_compressible_fluid",
+       "Tait fluid p = K/n ((rho/rho_0)^n - 1) with Newtonian viscosity; tears where it would be pulled",
+       {"bulk_modulus_pa", "tait_exponent", "viscosity_pa_s", "carries_tension"}},
   };
   return models;
 }

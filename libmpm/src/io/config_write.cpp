@@ -49,13 +49,16 @@ std::string write(const Case& spec, const std::vector<std::string>& skip) {
   for (const TableInfo& table : schema_tables()) {
     if (!table.in_case) continue;
     for (std::size_t i = 0; i < entries(draft, table.name); ++i) {
-      if (!table.name.empty()) out += table.repeated ? fmt::format("\n[[{}]]\n", table.name) : fmt::format("\n[{}]\n", table.name);
+      std::string lines;
       for (const Key& key : keys()) {
         if (key.table != table.name || (key.used && !key.used->holds(draft, i))) continue;
         const std::string path = key_path(table.name, key.name);
         if (std::find(skip.begin(), skip.end(), path) != skip.end()) continue;
-        if (const auto value = key.get(draft, i)) out += fmt::format("{} = {}\n", key.name, to_toml(*value));
+        if (const auto value = key.get(draft, i)) lines += fmt::format("{} = {}\n", key.name, to_toml(*value));
       }
+      if (lines.empty()) continue;  // a table of optional keys, none of them given
+      if (!table.name.empty()) out += table.repeated ? fmt::format("\n[[{}]]\n", table.name) : fmt::format("\n[{}]\n", table.name);
+      out += lines;
     }
   }
   return out;

@@ -7,11 +7,13 @@
 #include <vector>
 
 #include "mpm/materials/cam_clay.hpp"
+#include "mpm/materials/drucker_prager.hpp"
 #include "mpm/materials/hencky_elastic.hpp"
+#include "mpm/materials/weakly_compressible_fluid.hpp"
 
 namespace mpm {
 
-using AnyMaterial = std::variant<HenckyElastic, CamClay>;
+using AnyMaterial = std::variant<HenckyElastic, CamClay, DruckerPrager, WeaklyCompressibleFluid>;
 
 /// The law whose `name` is spec.model. ConfigError if there is none (the message lists the known ones) or if the law refuses its
 /// parameters.
