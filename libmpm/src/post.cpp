@@ -14,6 +14,7 @@
 #include "mpm/io/config.hpp"
 #include "mpm/io/snapshot.hpp"
 #include "mpm/io/table.hpp"
+#include "mpm/stress.hpp"
 
 namespace mpm {
 namespace {
@@ -111,7 +112,25 @@ Json facts(const Case& c, const SnapshotInfo& last, std::size_t particles) {
 std::optional<ImpactGeometry> impact_geometry(const Case& c) {
   if (!c.conveyor || !c.obstacle) return std::nullopt;
   return paper_geometry(c.conveyor->flow_height, c.obstacle->width, c.numerics.cell_size, c.material.density,
-                        c.conveyor->mirror_y || c.domain.mirror_y);
+                        c.conveyor->mirror_y || c.domain.mirror_y, c.measurement);
+}
+
+ImpactFrame measure_impact(const State& state, const Scene& scene, const ImpactGeometry& geometry) {
+  ImpactSample sample(geometry);
+  const double dx = state.grid.cell_size(), density = std::visit([](const auto&law) { return law.density(); }, scene.material);
+  for (const auto b : state.grid.occupied_blocks()) {
+    const Index3& c = state.grid.block(b).coordinate;
+    const double low_x = (4.0 * c[0] + 0.5) * dx - scene.offset.x(), low_y = (4.0 * c[1] + 0.5) * dx - scene.offset.y();
+    if (low_y > geometry.strip_half_width || low_y + 4.0 * dx < -geometry.strip_half_width || low_x > geometry.box_inside) continue;
+    const ParticleBin& bin = state.grid.block(b).particles;
+    for (int s = 0; s < bin.count(); ++s) {
+      const Particle& p = bin[s];
+      const Vec3 x = Vec3(p.position[0], p.position[1], p.position[2]) - scene.offset;
+      const bool inside = geometry.in_profile_box(x);
+      sample.add(x, inside ? p.stress[0] : 0.0, inside ? volume_ratio(scene.material, p) : 1.0, density * p.volume);
+    }
+  }
+  return sample.finish();
 }
 
 ImpactFlow impact_flow(const Case& c) {

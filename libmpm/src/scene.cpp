@@ -21,6 +21,14 @@ RigidBox make_obstacle(const ObstacleSpec& spec) {
           spec.friction, Vec3::Zero()};
 }
 
+/// Puts a boundary of the case where it stands in the solver.
+void shift(Wall& wall, const Vec3& by) { wall.point += by; }
+void shift(RigidBox& box, const Vec3& by) {
+  box.min += by;
+  box.max += by;
+  box.reference += by;
+}
+
 double shape_volume(const BodySpec& body) {
   const Vec3 size = body.max - body.min;
   switch (body.shape) {
@@ -79,7 +87,7 @@ void fill_body(State& state, const BodySpec& body, const Scene& scene, double sp
   for (const auto& [x, share] : points) {
     Particle p{};
     for (int i = 0; i < 3; ++i) {
-      p.position[i] = x[i];
+      p.position[i] = x[i] + scene.offset[i];
       p.velocity[i] = body.velocity[i];
     }
     p.volume = share * volume;
@@ -121,6 +129,12 @@ Scene make_scene(const Case& c) {
     scene.obstacle = scene.boundaries.size();
     scene.boundaries.emplace_back(make_obstacle(*c.obstacle));
   }
+  scene.offset = c.numerics.cell_size * c.numerics.grid_offset;
+  if ((scene.mirror_x && scene.offset.x() != 0.0) || (scene.mirror_y && scene.offset.y() != 0.0))
+    throw ConfigError("[numerics] grid_offset_cells: a mirror plane has to stay on the grid; give 0 along its axis");
+  scene.domain_min += scene.offset;
+  scene.domain_max += scene.offset;
+  for (Boundary& boundary : scene.boundaries) std::visit([&](auto& b) { shift(b, scene.offset); }, boundary);
   return scene;
 }
 

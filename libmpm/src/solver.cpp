@@ -30,7 +30,7 @@ bool finite(const Particle& p) {
   return sum + 0.0 * p.internal == 0.0;
 }
 
-[[noreturn]] void throw_unstable(const State& state, double dt, std::int32_t block, const BlockMotion& motion) {
+[[noreturn]] void throw_unstable(const State& state, const Vec3& offset, double dt, std::int32_t block, const BlockMotion& motion) {
   const ParticleBin& bin = state.grid.block(block).particles;
   const Particle* culprit = nullptr;
   for (int s = 0; s < bin.count(); ++s) {
@@ -42,7 +42,7 @@ bool finite(const Particle& p) {
   const Index3& c = state.grid.block(block).coordinate;
   const Vec3 centre = state.grid.cell_size() * (4.0 * Vec3(c[0], c[1], c[2]) + Vec3::Constant(2.5));
   const Vec3 position(culprit->position[0], culprit->position[1], culprit->position[2]);
-  const Vec3& where = position.allFinite() ? position : centre;
+  const Vec3 where = (position.allFinite() ? position : centre) - offset;
   throw UnstableError(fmt::format(
       "unstable at t = {:.6g} s, step {} (dt = {:.3g} s): {} of particle {} {} ({:.4g}, {:.4g}, {:.4g}) m; velocity ({:.4g}, {:.4g}, "
       "{:.4g}) m/s, "
@@ -112,7 +112,7 @@ Passage move_particles(State& state, const Scene& scene, const TransferOptions& 
   Passage sum;
   double max_speed_squared = 0.0;
   for (std::size_t i = 0; i < blocks.size(); ++i) {
-    if (!motion[i].finite || !motion[i].within_reach) throw_unstable(state, options.dt, blocks[i], motion[i]);
+    if (!motion[i].finite || !motion[i].within_reach) throw_unstable(state, scene.offset, options.dt, blocks[i], motion[i]);
     max_speed_squared = std::max(max_speed_squared, motion[i].max_speed_squared);
     sum += left[i];
   }

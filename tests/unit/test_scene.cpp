@@ -133,6 +133,45 @@ TEST(MakeScene, PutsTheObstacleLastAndSaysWhereItIs) {
   EXPECT_FALSE(make_scene(c).obstacle);
 }
 
+TEST(MakeScene, ShiftsEverythingAgainstTheGridByTheOffset) {
+  Case c = empty_case();
+  c.bodies = {box_body(Vec3(-2.0, -0.5, 0.5), Vec3(-1.0, 0.5, 1.5))};
+  c.walls = {{.point = {0.0, 0.0, 0.1}}};
+  c.obstacle = ObstacleSpec{};
+  c.domain = {.min = {-3.0, -3.0, -1.0}, .max = {3.0, 3.0, 3.0}};
+  const Scene plain = make_scene(c);
+  const State there = make_state(c, plain);
+  c.numerics.grid_offset = {0.25, -0.5, 0.75};
+  const Scene shifted = make_scene(c);
+  const State state = make_state(c, shifted);
+  const Vec3 by = c.numerics.cell_size * c.numerics.grid_offset;
+  EXPECT_EQ(shifted.offset, by);
+  EXPECT_EQ(shifted.domain_min, plain.domain_min + by);
+  EXPECT_EQ(shifted.domain_max, plain.domain_max + by);
+  EXPECT_EQ(std::get<Wall>(shifted.boundaries[0]).point, std::get<Wall>(plain.boundaries[0]).point + by);
+  const auto& box = std::get<RigidBox>(shifted.boundaries[1]);
+  const auto& box_before = std::get<RigidBox>(plain.boundaries[1]);
+  EXPECT_EQ(box.min, box_before.min + by);
+  EXPECT_EQ(box.max, box_before.max + by);
+  EXPECT_EQ(box.reference, box_before.reference + by);
+  const auto before = particles_by_id(there.grid), after = particles_by_id(state.grid);
+  ASSERT_EQ(before.size(), after.size());
+  for (std::size_t i = 0; i < before.size(); ++i) EXPECT_EQ(position_of(after[i]), position_of(before[i]) + by);
+  // energies are those of the case: round-off of a shift by less than a metre
+  EXPECT_NEAR(totals(state, shifted).potential_energy, totals(there, plain).potential_energy,
+              1e-12 * std::abs(totals(there, plain).potential_energy));
+}
+
+TEST(MakeScene, RefusesToShiftAMirrorPlaneOffTheGrid) {
+  Case c = empty_case();
+  c.bodies = {box_body(Vec3(0.0, 0.0, 0.0), Vec3(1.0, 1.0, 1.0))};
+  c.domain.mirror_x = true;
+  c.numerics.grid_offset = {0.5, 0.0, 0.0};
+  EXPECT_THROW(make_scene(c), ConfigError);
+  c.numerics.grid_offset = {0.0, 0.5, 0.5};
+  EXPECT_NO_THROW(make_scene(c));
+}
+
 TEST(MakeScene, TiltsGravityByTheSlope) {
   Case c = empty_case();
   c.numerics.slope = std::numbers::pi / 6.0;

@@ -12,11 +12,15 @@
 
 #include "mpm/case.hpp"
 #include "mpm/impact/results.hpp"
+#include "mpm/solver.hpp"
 
 namespace mpm {
 
-/// How an impact is measured in a case, by the paper's procedure; empty without a conveyor or an obstacle.
+/// How an impact is measured in a case, by the paper's procedure with the windows of [measurement]; empty without a conveyor or an
+/// obstacle.
 [[nodiscard]] std::optional<ImpactGeometry> impact_geometry(const Case& c);
+/// Measures the impact of a state. Only blocks near the obstacle's axis are looked at: the strip reaches 3w/7 to each side.
+[[nodiscard]] ImpactFrame measure_impact(const State& state, const Scene& scene, const ImpactGeometry& geometry);
 /// The flow of a case with a conveyor; with M' where the law has one.
 [[nodiscard]] ImpactFlow impact_flow(const Case& c);
 /// profile.csv: z_m, pressure_pa, smoothed_pressure_pa, force_per_height_n_m; only the header without a steady span.

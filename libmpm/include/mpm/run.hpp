@@ -9,6 +9,7 @@
 
 #include "mpm/case.hpp"
 #include "mpm/impact/results.hpp"
+#include "mpm/solver.hpp"
 
 namespace mpm {
 
@@ -30,7 +31,10 @@ struct RunOptions {
   int threads = 0;                                   ///< 0: as many as OpenMP offers
   bool resume = false;                               ///< go on from out/checkpoint.h5; a longer duration than before extends a finished run
   std::function<void(const Progress&)> on_progress;  ///< after every sample, and for messages
-  std::function<Request()> poll;                     ///< asked after every sample, e.g. whether a signal arrived
+  /// Called at every sample of this stretch, t = 0 included, with force (N) and moment (N m) of the interval before it: for measurements
+  /// of the caller's own.
+  std::function<void(const State&, const Scene&, const Vec3& force, const Vec3& moment)> on_sample;
+  std::function<Request()> poll;  ///< asked after every sample, e.g. whether a signal arrived
 };
 
 struct RunResult {

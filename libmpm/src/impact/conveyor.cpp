@@ -66,6 +66,7 @@ ConveyorFeed::ConveyorFeed(const Case& c, const AnyMaterial& material) {
   spacing_ = lattice_spacing(c.numerics);
   velocity_ = conveyor.velocity;
   density_ = c.material.density;
+  offset_ = dx * c.numerics.grid_offset;
   endless_ = conveyor.feed == ConveyorSpec::Feed::window;
   const double length = endless_ ? conveyor.upstream_length + reservoir_cells * dx : conveyor_length(conveyor.velocity, c.output.duration);
   release_at_ = -length;
@@ -97,6 +98,7 @@ void ConveyorFeed::insert_layer(State& state, Passage& passage) const {
   const double x = -(static_cast<double>(state.fed_layers) + 0.5) * spacing_ + velocity_ * state.time;
   for (Particle p : layer_) {
     p.position[0] = x;
+    for (int i = 0; i < 3; ++i) p.position[i] += offset_[i];
     p.id = state.next_id++;
     state.grid.insert(p);
     const double mass = density_ * p.volume;

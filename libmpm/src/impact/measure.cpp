@@ -28,7 +28,8 @@ std::size_t ImpactGeometry::profile_bins() const {
   return static_cast<std::size_t>(std::ceil(profile_height / bin_height * (1.0 - 1e-12)));
 }
 
-ImpactGeometry paper_geometry(double flow_height, double obstacle_width, double cell_size, double density, bool mirror_y) {
+ImpactGeometry paper_geometry(double flow_height, double obstacle_width, double cell_size, double density, bool mirror_y,
+                              const MeasurementSpec& windows) {
   const auto require_positive = [](const char* name, double value) {
     if (!(value > 0.0) || !std::isfinite(value))
       throw ConfigError(fmt::format("impact measurements: {} = {}: must be positive", name, value));
@@ -37,20 +38,30 @@ ImpactGeometry paper_geometry(double flow_height, double obstacle_width, double 
   require_positive("obstacle width (m)", obstacle_width);
   require_positive("cell size (m)", cell_size);
   require_positive("density (kg/m^3)", density);
-  const ImpactGeometry geometry{.flow_height = flow_height,
-                                .obstacle_width = obstacle_width,
-                                .density = density,
-                                .mirror_y = mirror_y,
-                                .strip_half_width = 3.0 * obstacle_width / 7.0,
-                                .box_upstream = 2.5 * cell_size,
-                                .box_inside = 0.5 * cell_size,
-                                .bin_height = 0.5 * cell_size,
-                                .profile_height = 5.0 * flow_height};
+  ImpactGeometry geometry{.flow_height = flow_height,
+                          .obstacle_width = obstacle_width,
+                          .density = density,
+                          .mirror_y = mirror_y,
+                          .strip_half_width = 3.0 * obstacle_width / 7.0,
+                          .box_upstream = windows.box_upstream.value_or(2.5 * cell_size),
+                          .box_inside = windows.box_inside.value_or(0.5 * cell_size),
+                          .bin_height = windows.bin_height.value_or(0.5 * cell_size),
+                          .profile_height = 5.0 * flow_height};
+  require_positive("box depth (m)", geometry.box_upstream);
+  require_positive("bin height (m)", geometry.bin_height);
+  if (windows.filter_length) {
+    geometry.filter_bins = static_cast<int>(std::lround(*windows.filter_length / geometry.bin_height));
+    if (geometry.filter_bins % 2 == 0 || geometry.filter_bins <= geometry.filter_order) {
+      throw ConfigError(fmt::format("impact measurements: a filter of {} m over bins of {} m is {} bins; give an odd number, at least {}",
+                                    *windows.filter_length, geometry.bin_height, geometry.filter_bins, geometry.filter_order + 1));
+    }
+  }
   if (geometry.profile_bins() < static_cast<std::size_t>(geometry.filter_bins)) {
     throw ConfigError(fmt::format(
-        "impact measurements: cell size {} m is too coarse for a flow height of {} m: the pressure profile has {} bins, its "
-        "filter needs {}; use cells of at most {:.3g} m",
-        cell_size, flow_height, geometry.profile_bins(), geometry.filter_bins, 2.0 * geometry.profile_height / geometry.filter_bins));
+        "impact measurements: cell size {} m is too coarse for a flow height of {} m: the pressure profile has {} bins of {} m, its "
+        "filter needs {}; use cells of at most {:.3g} m, or fix the windows in [measurement]",
+        cell_size, flow_height, geometry.profile_bins(), geometry.bin_height, geometry.filter_bins,
+        2.0 * geometry.profile_height / geometry.filter_bins));
   }
   return geometry;
 }

@@ -47,6 +47,7 @@ class ConveyorFeed : public Feed {
  private:
   void insert_layer(State& state, Passage& passage) const;
   double spacing_, velocity_, release_at_, density_;
+  Vec3 offset_;  ///< of the scene against the grid, m
   bool endless_;
   std::uint64_t initial_layers_;
   std::vector<Particle> layer_;  ///< with x = 0
