@@ -3,13 +3,19 @@
 #include <fmt/chrono.h>
 #include <fmt/format.h>
 #include <omp.h>
+#include <sys/prctl.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <chrono>
-#include <cstdlib>
-#include <iostream>
+#include <csignal>
+#include <cstdio>
+#include <cstring>
+#include <functional>
+#include <map>
+#include <optional>
 
 #include "mpm/error.hpp"
 #include "mpm/io/atomic_file.hpp"
@@ -24,7 +30,7 @@ struct Options {
   Level level = Level::quick;
   std::vector<std::string> cases;
   std::filesystem::path out = "out/validation";
-  std::filesystem::path junit;
+  std::filesystem::path junit, record;
   int threads = 0;
 };
 
@@ -43,8 +49,19 @@ std::vector<CaseEntry> selected(const Options& options) {
   return chosen;
 }
 
+/// Name, labels and time of each case, the last two as recorded.
 int list_cases() {
-  for (const CaseEntry& entry : registered_cases()) fmt::print("{:<24} {}\n", entry.name, entry.title);
+  const std::vector<RecordedCase> recorded = recorded_cases(MPM_RECORDED_ORDERS);
+  for (const CaseEntry& entry : registered_cases()) {
+    std::string labels, times;
+    for (const RecordedCase& r : recorded) {
+      if (r.name != entry.name) continue;
+      labels = r.labels;
+      times += fmt::format("{}{} {:.0f} s", times.empty() ? "" : ", ", r.level, r.wall_time_s);
+    }
+    const std::string known = labels.empty() ? "" : fmt::format(" [{}; {}]", labels, times);
+    fmt::print("{:<24} {}{}\n", entry.name, entry.title, known);
+  }
   return 0;
 }
 
@@ -65,8 +82,21 @@ void draw_report(const std::filesystem::path& out) {
     fmt::print(stderr, "report: {}\n", (out / "index.html").string());
 }
 
-int run_cases(const Options& options, const std::string& command) {
-  const std::vector<CaseEntry> entries = selected(options);
+double seconds_since(std::chrono::steady_clock::time_point start) {
+  return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+}
+
+/// A case without a result: what the report says until there is one, and for good if the program stops before.
+CaseResult without_result(const CaseEntry& entry, std::string fault) {
+  CaseResult result;
+  result.name = entry.name;
+  result.title = entry.title;
+  result.fault = std::move(fault);
+  return result;
+}
+
+/// Runs the cases one after the other. What is known is written before and after each, so that a crash loses nothing of the others.
+int run_cases(const std::vector<CaseEntry>& entries, const Options& options, const std::string& command) {
   if (options.threads > 0) omp_set_num_threads(options.threads);
   RunInfo info;
   info.level = options.level;
@@ -76,22 +106,56 @@ int run_cases(const Options& options, const std::string& command) {
   info.started = fmt::format("{:%Y-%m-%dT%H:%M:%SZ}", fmt::gmtime(std::chrono::system_clock::to_time_t(std::chrono::system_clock::now())));
   const auto start = std::chrono::steady_clock::now();
   std::vector<CaseResult> results;
-  for (const CaseEntry& entry : entries) {
+  for (const CaseEntry& entry : entries) results.push_back(without_result(entry, "not run: the program stopped before"));
+  for (std::size_t i = 0; i < entries.size(); ++i) {
+    const CaseEntry& entry = entries[i];
     fmt::print(stderr, "{}: {}\n", entry.name, entry.title);
+    results[i].fault = "crashed: the program stopped while this case ran";
+    write_results(options.out, results, info);
     const auto directory = options.out / "cases" / entry.name;
     make_directory(directory);
     const CaseContext context(options.level, info.threads, directory, entry.directory,
                               [](const std::string& line) { fmt::print(stderr, "  {}\n", line); });
-    results.push_back(run_case_entry(entry, context));
-    fmt::print(stderr, "  {} in {:.1f} s\n", results.back().passed() ? "ok" : "FAILED", results.back().wall_time_s);
+    results[i] = run_case_entry(entry, context);
+    fmt::print(stderr, "  {} in {:.1f} s\n", results[i].passed() ? "ok" : "FAILED", results[i].wall_time_s);
+    info.wall_time_s = seconds_since(start);
   }
-  info.wall_time_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
   write_results(options.out, results, info);
   if (!options.junit.empty()) write_file(options.junit, junit_xml(results, info));
-  draw_report(options.out);
-  fmt::print("{}", summary_table(results));
+  if (!options.record.empty()) record_results(options.record, results, info);
+  fmt::print("{}\n{}", check_table(results), case_table(results, info));
   const bool passed = !results.empty() && std::all_of(results.begin(), results.end(), [](const CaseResult& r) { return r.passed(); });
   return static_cast<int>(passed ? ExitCode::ok : ExitCode::failed);
+}
+
+/// Calls `work` in a process of its own: what crashes there takes nobody with it. Empty if it was stopped by a signal.
+std::optional<int> in_own_process(const std::function<int()>& work) {
+  std::fflush(nullptr);
+  const pid_t child = fork();
+  if (child == 0) {
+    prctl(PR_SET_PDEATHSIG, SIGKILL);  // nobody is left who would read the answer
+    const int code = work();
+    std::fflush(nullptr);
+    _exit(code);
+  }
+  int status = 0;
+  if (child < 0 || waitpid(child, &status, 0) < 0) throw std::runtime_error("cannot start a process for the cases");
+  if (WIFEXITED(status)) return WEXITSTATUS(status);
+  fmt::print(stderr, "mpm-validate: stopped by signal {} ({})\n", WTERMSIG(status), strsignal(WTERMSIG(status)));
+  return std::nullopt;
+}
+
+/// Turns what `work` throws into a message and an exit code.
+int guarded(const std::function<int()>& work) {
+  try {
+    return work();
+  } catch (const Error& e) {
+    fmt::print(stderr, "mpm-validate: {}\n", e.what());
+    return static_cast<int>(e.code());
+  } catch (const std::exception& e) {
+    fmt::print(stderr, "mpm-validate: internal: {}\n", e.what());
+    return static_cast<int>(ExitCode::internal);
+  }
 }
 
 }  // namespace
@@ -109,6 +173,7 @@ int main(int argc, char** argv) {
   run->add_option("--case", options.cases, "only this case; may be given again");
   run->add_option("--out", options.out, "directory of the report")->capture_default_str();
   run->add_option("--junit", options.junit, "a further copy of the JUnit XML");
+  run->add_option("--record", options.record, "keep the table of orders and errors in this directory: reference_data/validation_orders");
   run->add_option("--threads", options.threads, "OpenMP threads; default: all")->check(CLI::PositiveNumber);
   try {
     app.parse(argc, argv);
@@ -118,13 +183,11 @@ int main(int argc, char** argv) {
   }
   std::string command = "mpm-validate";
   for (int i = 1; i < argc; ++i) command += fmt::format(" {}", argv[i]);
-  try {
-    return list->parsed() ? list_cases() : run_cases(options, command);
-  } catch (const Error& e) {
-    fmt::print(stderr, "mpm-validate: {}\n", e.what());
-    return static_cast<int>(e.code());
-  } catch (const std::exception& e) {
-    fmt::print(stderr, "mpm-validate: internal: {}\n", e.what());
-    return static_cast<int>(ExitCode::internal);
-  }
+  return guarded([&] {
+    if (list->parsed()) return list_cases();
+    const std::vector<CaseEntry> entries = selected(options);
+    const std::optional<int> code = in_own_process([&] { return guarded([&] { return run_cases(entries, options, command); }); });
+    if (!code || *code <= static_cast<int>(ExitCode::failed)) draw_report(options.out);
+    return code.value_or(static_cast<int>(ExitCode::internal));
+  });
 }
