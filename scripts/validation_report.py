@@ -29,6 +29,8 @@ from matplotlib.patches import Polygon  # noqa: E402
 COLOURS = ["#1f6fb4", "#d1601f", "#2e8b57", "#8b4fa8", "#b3262e", "#6b6b00", "#008b9a", "#9c5b3b"]
 MARKERS = ["o", "s", "^", "D", "v", "P", "X", "*"]
 
+LONG_TABLE, SHOWN_ROWS = 40, 20  # a table of more checks shows so many at first
+
 FLOW_FIELDS = {
     "speed": "speed |v|",
     "velocity_x": "velocity $v_x$",
@@ -47,111 +49,165 @@ TEMPLATE = r"""<!doctype html>
 <style>
 :root { --ink: #1c2430; --soft: #5a6675; --line: #d9dee5; --tint: #f5f7fa; --good: #1c7a43; --bad: #b3262e; --accent: #1f6fb4; }
 * { box-sizing: border-box; }
+html { scroll-behavior: smooth; }
 body { margin: 0; color: var(--ink); background: #fff; font: 16px/1.5 system-ui, "Segoe UI", "DejaVu Sans", sans-serif; }
-main { max-width: 1180px; margin: 0 auto; padding: 1.5rem 1.25rem 4rem; }
-h1 { font-size: 1.7rem; margin: 0 0 .3rem; }
-h2 { font-size: 1.25rem; margin: 0; }
-h3 { font-size: 1rem; margin: 1.4rem 0 .4rem; }
+.page { display: grid; grid-template-columns: 14.5rem minmax(0, 1fr); max-width: 1480px; margin: 0 auto; }
+nav { position: sticky; top: 0; align-self: start; max-height: 100vh; overflow-y: auto; padding: 1.6rem .6rem 2rem 1.1rem; border-right: 1px solid var(--line); font-size: .84rem; }
+nav b { display: block; margin: 0 0 .5rem; font-size: .95rem; }
+nav a { display: grid; grid-template-columns: 1.1rem 1fr; padding: .14rem 0; color: var(--ink); line-height: 1.35; }
+main { padding: 1.5rem 1.6rem 4rem; min-width: 0; }
+h1 { font-size: 1.7rem; margin: 0 0 .3rem; line-height: 1.2; }
+h2 { font-size: 1.3rem; margin: 0; line-height: 1.25; }
+h3 { font-size: 1rem; margin: 1.5rem 0 .4rem; }
 a { color: var(--accent); text-decoration: none; } a:hover { text-decoration: underline; }
 code { font: .88em ui-monospace, "DejaVu Sans Mono", monospace; background: var(--tint); padding: .1em .3em; border-radius: 3px; overflow-wrap: anywhere; }
-.lead { color: var(--soft); margin: 0 0 1rem; max-width: 75ch; }
+.lead { color: var(--soft); margin: 0 0 1rem; max-width: 80ch; }
 .verdict { font-weight: 650; white-space: nowrap; } .ok { color: var(--good); } .failed { color: var(--bad); }
-.score { display: flex; gap: 2rem; flex-wrap: wrap; align-items: baseline; padding: .9rem 1.1rem; border: 1px solid var(--line);
-  border-left: 5px solid {{ 'var(--bad)' if r.failed else 'var(--good)' }}; border-radius: 4px; margin: 1rem 0 1.2rem; background: var(--tint); }
+.score { display: flex; gap: .3rem 2rem; flex-wrap: wrap; align-items: baseline; padding: .9rem 1.1rem; border: 1px solid var(--line);
+  border-left: 5px solid {{ 'var(--bad)' if failing else 'var(--good)' }}; border-radius: 4px; margin: 1rem 0 1.2rem; background: var(--tint); }
 .score b { font-size: 1.3rem; }
 dl.facts { display: grid; grid-template-columns: max-content 1fr; gap: .15rem 1rem; margin: 0 0 1.5rem; font-size: .88rem; }
 dl.facts dt { color: var(--soft); } dl.facts dd { margin: 0; overflow-wrap: anywhere; }
-table { border-collapse: collapse; width: 100%; font-size: .84rem; font-variant-numeric: tabular-nums; }
-th { text-align: left; font-weight: 600; color: var(--soft); border-bottom: 2px solid var(--line); padding: .35rem .55rem; vertical-align: bottom; }
-td { border-bottom: 1px solid var(--line); padding: .35rem .55rem; vertical-align: top; }
+table { border-collapse: collapse; width: 100%; font-size: .84rem; font-variant-numeric: tabular-nums; line-height: 1.4; }
+th { text-align: left; font-weight: 600; color: var(--soft); border-bottom: 2px solid var(--line); padding: .3rem .5rem; vertical-align: bottom; }
+td { border-bottom: 1px solid var(--line); padding: .3rem .5rem; vertical-align: top; }
 td.number { text-align: right; white-space: nowrap; } th.number { text-align: right; }
-tr.first td { border-top: 2px solid var(--line); }
+td.name { white-space: nowrap; }
 tr.bad td { background: #fdf1f1; }
-td.fault { color: var(--bad); }
+td.fault { color: var(--bad); overflow-wrap: anywhere; }
+.used { display: inline-block; width: 3.2rem; height: .5rem; margin-left: .45rem; background: linear-gradient(var(--bar) 0 0) 0 0 / var(--share) 100% no-repeat #e6eaef; border-radius: 2px; }
+sup a { padding-left: .15em; }
 section { border-top: 3px solid var(--line); margin-top: 2.6rem; padding-top: 1.3rem; }
-.heading { display: flex; gap: .4rem 1rem; flex-wrap: wrap; align-items: baseline; }
-.name { color: var(--soft); font-size: .9rem; }
-.physics { max-width: 80ch; }
-.figures { display: grid; grid-template-columns: repeat(auto-fit, minmax(min(100%, 26rem), 1fr)); gap: 1.2rem; margin: 1rem 0; }
-figure { margin: 0; border: 1px solid var(--line); border-radius: 4px; padding: .6rem; break-inside: avoid; max-width: 40rem; }
+.heading { display: flex; gap: .3rem 1rem; flex-wrap: wrap; align-items: baseline; }
+.heading .top { margin-left: auto; font-size: .84rem; }
+.tag { color: var(--soft); font-size: .9rem; }
+.physics { max-width: 85ch; }
+.figures { display: grid; grid-template-columns: repeat(auto-fill, minmax(min(100%, 27rem), 1fr)); gap: 1.1rem; margin: 1rem 0; align-items: start; }
+figure { margin: 0; border: 1px solid var(--line); border-radius: 4px; padding: .6rem; break-inside: avoid; min-width: 0; }
 figure img { width: 100%; height: auto; display: block; }
-figcaption { font-size: .84rem; color: var(--soft); margin-top: .3rem; }
-ul.notes { font-size: .9rem; padding-left: 1.2rem; max-width: 85ch; }
-.legend { font-size: .84rem; color: var(--soft); max-width: 90ch; }
+figcaption { font-size: .84rem; color: var(--soft); margin-top: .3rem; overflow-wrap: anywhere; }
+ul.notes, ol.reasons { font-size: .88rem; padding-left: 1.5rem; max-width: 100ch; margin: .4rem 0; overflow-wrap: anywhere; }
+ol.reasons { list-style: lower-alpha; color: var(--soft); }
+.more { font-size: .88rem; margin: .5rem 0; color: var(--accent); cursor: pointer; }
+.unfold { position: absolute; opacity: 0; pointer-events: none; } .unfold:focus-visible ~ .more { outline: 2px solid var(--accent); }
+.unfold:not(:checked) ~ table tr.rest { display: none; }
+.unfold:checked ~ .more .closed, .unfold:not(:checked) ~ .more .open { display: none; }
+.legend { font-size: .84rem; color: var(--soft); max-width: 100ch; }
+@media (max-width: 1000px) {
+  .page { display: block; } nav { display: none; } main { padding: 1.2rem 1.1rem 3rem; }
+}
 @media (max-width: 760px) {
   main { padding: 1rem .8rem 3rem; }
   table.stack thead { display: none; }
   table.stack tr { display: block; border: 1px solid var(--line); border-radius: 4px; margin: 0 0 .7rem; padding: .3rem .1rem; }
-  table.stack td, table.stack tr.first td { display: grid; grid-template-columns: 6.2rem 1fr; gap: .6rem; border: 0; padding: .12rem .6rem; text-align: left; }
+  table.stack tr.bad { border-left: 4px solid var(--bad); background: #fdf1f1; }
+  table.stack td { display: grid; grid-template-columns: 6.2rem minmax(0, 1fr); gap: .6rem; border: 0; padding: .12rem .6rem; text-align: left; white-space: normal; overflow-wrap: anywhere; }
   table.stack td::before { content: attr(data-label); color: var(--soft); }
-  table.stack td.empty, table.stack tr.first td.empty { display: none; }
+  table.stack td.empty { display: none; }
+  td.name { font-weight: 600; }
   dl.facts { grid-template-columns: 1fr; } dl.facts dt { margin-top: .4rem; }
 }
 @media print {
-  body { font-size: 10pt; } main { max-width: none; padding: 0; }
-  section, tr { break-inside: avoid-page; } a { color: inherit; }
-  .figures { grid-template-columns: 1fr 1fr; }
+  @page { size: A4; margin: 14mm 12mm; }
+  :root { --accent: #1c2430; }
+  body { font-size: 9.5pt; print-color-adjust: exact; -webkit-print-color-adjust: exact; }
+  .page { display: block; max-width: none; } nav, .top, .more { display: none !important; } main { padding: 0; }
+  table { font-size: 7.4pt; } th, td { padding: .2rem .3rem; } td.number, td.name { white-space: normal; overflow-wrap: break-word; } .used { width: 1.6rem; }
+  .unfold:not(:checked) ~ table tr.rest { display: table-row; }
+  thead { display: table-header-group; } tr, figure, .score, dl.facts { break-inside: avoid; }
+  h2, h3, .heading, .physics { break-after: avoid; }
+  section { break-before: page; margin-top: 0; border-top: 0; padding-top: 0; }
+  .figures { display: block; columns: 2; column-gap: 4mm; } figure { margin: 0 0 4mm; } figcaption, .legend, ul.notes, ol.reasons, code { font-size: 7.6pt; }
+  dl.facts { font-size: 8pt; }
 }
 </style>
 </head>
-<body><main>
-<h1>libmpm validation</h1>
+<body><div class="page">
+<nav id="cases"><b><a href="#summary"><span></span>Summary</a></b>
+{% for c in r.cases %}<a href="#{{ c.name }}"><span class="{{ 'ok' if c.passed else 'failed' }}">{{ '✓' if c.passed else '✗' }}</span>{{ c.title }}</a>
+{% endfor %}</nav>
+<main>
+<h1 id="summary">libmpm validation</h1>
 <p class="lead">Theory against simulation, level <em>{{ r.level }}</em>. Verification compares with an exact solution or property, validation with an experiment or the
 paper, regression with an earlier result of this program.</p>
-<div class="score"><span><b class="{{ 'failed' if r.failed else 'ok' }}">{{ r.passed }} passed, {{ r.failed }} failed</b></span>
-<span>{{ r.cases|length }} cases in {{ '%.0f'|format(r.wall_time_s) }} s</span>
-{% if failing %}<span class="failed">failing: {% for c in failing %}<a class="failed" href="#{{ c.name }}">{{ c.name }}</a>{{ ', ' if not loop.last }}{% endfor %}</span>{% endif %}</div>
+<div class="score"><span><b class="{{ 'failed' if failing else 'ok' }}">{{ r.passed }} passed, {{ r.failed }} failed</b></span>
+{% if failing %}<span class="failed">failing: {% for c in failing %}<a class="failed" href="#{{ c.name }}">{{ c.name }}</a>{{ ', ' if not loop.last }}{% endfor %}</span>{% endif %}
+<span>{{ r.cases|length }} cases in {{ '%.0f'|format(r.wall_time_s) }} s{% if r.time_budget_s %}; the level may take {{ '%.0f'|format(r.time_budget_s) }} s on two idle cores{% endif %}</span></div>
 <dl class="facts">
 <dt>command</dt><dd><code>{{ r.command }}</code></dd>
 <dt>version</dt><dd>{{ r.version }}, commit {{ r.commit }}, {{ r.compiler }}, {{ r.build_type }}, {{ r.instruction_set }}</dd>
-<dt>machine</dt><dd>{{ r.machine }}; {{ r.threads }} threads used</dd>
+<dt>machine</dt><dd>{{ r.machine }}; {{ r.threads }} thread{{ '' if r.threads == 1 else 's' }} used</dd>
 <dt>date</dt><dd>{{ r.started }}</dd>
 </dl>
-<table class="stack">
-<thead><tr><th>case</th><th>label</th><th>quantity</th><th class="number">reference</th><th class="number">result</th><th class="number">error</th>
-<th class="number">order</th><th class="number">tolerance</th><th>verdict</th><th class="number">time</th></tr></thead>
-<tbody>
-{% for c in r.cases %}{% set first = namespace(value=true) %}
-{% if c.fault %}<tr class="first bad"><td data-label="case"><a href="#{{ c.name }}">{{ c.name }}</a></td><td class="empty"></td>
-<td class="fault" data-label="message" colspan="6">{{ c.fault }}</td><td data-label="verdict" class="verdict failed">FAILED</td>
-<td class="number" data-label="time">{{ '%.1f'|format(c.wall_time_s) }} s</td></tr>{% set first.value = false %}{% endif %}
-{% for k in c.checks|sort(attribute='passed') %}<tr class="{{ 'first ' if first.value }}{{ 'bad' if not k.passed }}">
-<td data-label="case">{% if first.value %}<a href="#{{ c.name }}">{{ c.name }}</a>{% else %}<span class="name">{{ c.name }}</span>{% endif %}</td>
-<td data-label="label">{{ k.label }}</td><td data-label="quantity">{{ k.quantity }}</td>
-<td class="number" data-label="reference">{{ '≤ ' if k.measure == 'at_most' }}{{ k.text.reference }} {{ k.unit }}</td><td class="number" data-label="result">{{ k.text.value }}</td>
-<td class="number" data-label="error">{{ k.text.error }}</td><td class="number{{ '' if k.text.order else ' empty' }}" data-label="order">{{ k.text.order }}</td>
-<td class="number" data-label="tolerance">{{ k.text.tolerance }}</td>
-<td data-label="verdict" class="verdict {{ 'ok' if k.passed else 'failed' }}">{{ 'ok' if k.passed else 'FAILED' }}</td>
-<td class="number{{ '' if first.value else ' empty' }}" data-label="time">{% if first.value %}{{ '%.1f'|format(c.wall_time_s) }} s{% endif %}</td></tr>
-{% set first.value = false %}{% endfor %}{% endfor %}
+{% if failing %}<h3>What failed</h3>
+<table class="stack"><thead><tr><th>case</th><th>label</th><th>quantity</th><th class="number">reference</th><th class="number">result</th><th class="number">error</th>
+<th class="number">order</th><th class="number">tolerance</th></tr></thead><tbody>
+{% for c in failing %}{% if c.fault %}<tr class="bad"><td class="name" data-label="case"><a href="#{{ c.name }}">{{ c.name }}</a></td><td class="fault" data-label="message" colspan="7">{{ c.fault }}</td></tr>{% endif %}
+{% for k in c.checks if not k.passed %}<tr class="bad"><td class="name" data-label="case"><a href="#{{ c.name }}">{{ c.name }}</a></td><td data-label="label">{{ k.label }}</td><td data-label="quantity">{{ k.quantity }}</td>
+{{ numbers(k) }}<td class="number" data-label="tolerance">{{ k.text.tolerance }}</td></tr>{% endfor %}{% endfor %}
 </tbody></table>
-<p class="legend">Errors and tolerances in per cent or without unit are relative, those with the quantity's unit absolute. '≤': a bound; its error is how far the result lies above it.</p>
+{% endif %}
+<h3>Case by case</h3>
+<table class="stack">
+<thead><tr><th>case</th><th>label</th><th class="number">checks</th><th>closest to its tolerance</th><th class="number">reference</th><th class="number">result</th><th class="number">error</th>
+<th class="number">order</th><th class="number">tolerance</th><th class="number">used</th><th>verdict</th><th class="number">time</th></tr></thead>
+<tbody>
+{% for c in r.cases %}{% set k = c.tightest %}
+<tr class="{{ 'bad' if not c.passed }}"><td class="name" data-label="case"><a href="#{{ c.name }}">{{ c.name }}</a></td><td data-label="label">{{ c.labels }}</td>
+<td class="number" data-label="checks">{{ c.checks_passed }} of {{ c.checks_passed + c.checks_failed }}</td>
+{% if c.fault %}<td class="fault" data-label="message" colspan="7">{{ c.fault }}</td>
+{% else %}<td data-label="closest">{{ k.quantity }}</td>{{ numbers(k) }}
+<td class="number" data-label="tolerance">{{ k.text.tolerance }}</td><td class="number" data-label="used"><span>{{ k.text.tolerance_used }}{{ bar(k) }}</span></td>{% endif %}
+<td data-label="verdict" class="verdict {{ 'ok' if c.passed else 'failed' }}">{{ 'ok' if c.passed else 'FAILED' }}</td>
+<td class="number" data-label="time">{{ '%.1f'|format(c.wall_time_s) }} s</td></tr>
+{% endfor %}
+<tr><td class="name" data-label="case">all</td><td class="empty"></td><td class="number" data-label="checks">{{ r.passed }} of {{ r.passed + r.failed }}</td><td class="empty" colspan="7"></td>
+<td data-label="verdict" class="verdict {{ 'failed' if failing else 'ok' }}">{{ 'FAILED' if failing else 'ok' }}</td><td class="number" data-label="time">{{ '%.1f'|format(r.wall_time_s) }} s</td></tr>
+</tbody></table>
+<p class="legend">A row shows the check of its case that uses most of its tolerance; all checks stand with their case below and in <code>orders.csv</code>. Errors and tolerances in per cent or
+without unit are relative, those with the quantity's unit absolute. '≤' is a bound; its error is how far the result lies above it.</p>
 {% for c in r.cases %}
 <section id="{{ c.name }}">
-<div class="heading"><h2>{{ c.title }}</h2><span class="name">{{ c.name }}</span><span class="verdict {{ 'ok' if c.passed else 'failed' }}">{{ 'ok' if c.passed else 'FAILED' }}</span></div>
+<div class="heading"><h2>{{ c.title }}</h2><span class="tag">{{ c.name }}{{ ', ' if c.labels }}{{ c.labels }}</span><span class="verdict {{ 'ok' if c.passed else 'failed' }}">{{ 'ok' if c.passed else 'FAILED' }}</span>
+<span class="tag">{{ c.checks_passed }} of {{ c.checks_passed + c.checks_failed }} checks, {{ '%.1f'|format(c.wall_time_s) }} s</span><a class="top" href="#summary">summary</a></div>
 {% if c.fault %}<p class="failed">{{ c.fault }}</p>{% endif %}
 <p class="physics">{{ c.physics|inline }}</p>
-{% if c.images %}<div class="figures">{% for f in c.images %}<figure><img alt="{{ f.title }}" src="{{ f.data }}">{% if f.caption %}<figcaption>{{ f.caption|inline }}</figcaption>{% endif %}</figure>{% endfor %}</div>{% endif %}
+<p class="legend">Repeat it: <code>{{ c.command }}</code>. Derivation and sources: <code>validation/cases/{{ c.name }}/README.md</code>.</p>
+{% if c.images %}<div class="figures">{% for f in c.images %}<figure><img alt="{{ f.title }}" src="{{ f.data }}">{% if f.caption %}<figcaption>{{ f.caption|inline }}</figcaption>{% endif %}</figure>
+{% endfor %}</div>{% endif %}
 {% if c.studies %}<h3>Grid convergence</h3>
-<table class="stack"><thead><tr><th>quantity</th><th>grids</th><th class="number">finest</th><th class="number">order</th><th class="number">extrapolated</th>
-<th class="number">GCI</th><th class="number">least-squares uncertainty</th><th>remark</th></tr></thead><tbody>
-{% for s in c.studies %}<tr><td data-label="quantity">{{ s.quantity }} [{{ s.unit }}]</td>
-<td data-label="grids">{% for h in s.size %}{{ '%.4g'|format(h) }}: {{ s.value[loop.index0]|short }}{{ ', ' if not loop.last }}{% endfor %}</td>
-<td class="number" data-label="finest">{{ s.value[-1]|short }}</td><td class="number" data-label="order">{{ s.order|short }}</td>
+<div class="figures">{% for s in c.studies %}<figure><img alt="Grid study: {{ s.quantity }}" src="{{ s.data }}"></figure>
+{% endfor %}</div>
+<table class="stack"><thead><tr><th>quantity</th><th>value at each size</th><th class="number">order</th><th class="number">extrapolated</th>
+<th class="number">GCI of the finest</th><th class="number">least-squares uncertainty</th><th>remark</th></tr></thead><tbody>
+{% for s in c.studies %}<tr><td data-label="quantity">{{ s.quantity }}{% if s.unit %} [{{ s.unit }}]{% endif %}</td>
+<td data-label="values">{% for h in s.size %}{{ '%.4g'|format(h) }}:&nbsp;{{ s.value[loop.index0]|short }}{{ ', ' if not loop.last }}{% endfor %}</td>
+<td class="number" data-label="order">{{ s.order|short }}</td>
 <td class="number" data-label="extrapolated">{{ s.extrapolated|short }}</td>
 <td class="number" data-label="GCI">{% if s.gci is not none %}{{ '%.2g'|format(100 * s.gci) }} % (Fs {{ s.safety_factor|short }}){% endif %}</td>
 <td class="number" data-label="uncertainty">{{ s.least_squares_uncertainty|short }}</td><td data-label="remark">{{ s.remark }}</td></tr>{% endfor %}
 </tbody></table>{% endif %}
-{% if c.checks %}<h3>Why these tolerances</h3>
-<table class="stack"><thead><tr><th>quantity</th><th class="number">error</th><th class="number">tolerance</th><th>reason</th></tr></thead><tbody>
-{% for k in c.checks %}<tr class="{{ 'bad' if not k.passed }}"><td data-label="quantity">{{ k.quantity }}</td><td class="number" data-label="error">{{ k.text.error }}</td>
-<td class="number" data-label="tolerance">{{ k.text.tolerance }}</td><td data-label="reason">{{ k.tolerance_reason }}</td></tr>{% endfor %}
-</tbody></table>{% endif %}
+{% if c.checks %}<h3>Checks</h3>
+<div>{% if c.rest %}<input type="checkbox" class="unfold" id="unfold-{{ c.name }}">{% endif %}
+<table class="stack"><thead><tr><th>label</th><th>quantity</th><th class="number">reference</th><th class="number">result</th><th class="number">error</th>
+<th class="number">order</th><th class="number">tolerance, why</th><th class="number">used</th><th>verdict</th></tr></thead><tbody>
+{% for k in c.checks %}<tr class="{{ 'bad' if not k.passed }}{{ ' rest' if k.rest }}"><td data-label="label">{{ k.label }}</td><td data-label="quantity">{{ k.quantity }}</td>
+{{ numbers(k) }}<td class="number" data-label="tolerance"><span>{{ k.text.tolerance }}{% if k.reason %}<sup><a href="#{{ c.name }}-{{ k.reason }}">{{ k.reason }}</a></sup>{% endif %}</span></td>
+<td class="number" data-label="used"><span>{{ k.text.tolerance_used }}{{ bar(k) }}</span></td><td data-label="verdict" class="verdict {{ 'ok' if k.passed else 'failed' }}">{{ 'ok' if k.passed else 'FAILED' }}</td></tr>
+{% endfor %}</tbody></table>
+{% if c.rest %}<label class="more" for="unfold-{{ c.name }}"><span class="closed">Show the {{ c.rest }} checks that use least of their tolerance</span><span class="open">Hide them</span></label>{% endif %}</div>
+{% if c.reasons %}<p class="legend">Why these tolerances:</p><ol class="reasons">{% for why in c.reasons %}<li id="{{ c.name }}-{{ why.letter }}">{{ why.text|inline }}</li>{% endfor %}</ol>{% endif %}{% endif %}
 {% if c.notes %}<h3>Notes</h3><ul class="notes">{% for n in c.notes %}<li>{{ n|inline }}</li>{% endfor %}</ul>{% endif %}
-<p class="legend">Alone: <code>mpm-validate run --level {{ r.level }} --case {{ c.name }}</code>. Derivation and sources: <code>validation/cases/{{ c.name }}/README.md</code>.</p>
 </section>
 {% endfor %}
-</main></body></html>
+</main></div></body></html>
+"""
+
+# Cells that two tables share.
+MACROS = r"""{% macro numbers(k) %}<td class="number" data-label="reference">{{ '≤ ' if k.measure == 'at_most' }}{{ k.text.reference }} {{ k.unit }}</td>
+<td class="number" data-label="result">{{ k.text.value }}</td><td class="number" data-label="error">{{ k.text.error }}</td>
+<td class="number{{ '' if k.text.order else ' empty' }}" data-label="order">{{ k.text.order }}</td>{% endmacro %}
+{% macro bar(k) %}{% if k.tolerance_used is not none %}<i class="used" style="--share: {{ [100 * k.tolerance_used, 100]|min|round(1) }}%; --bar: var(--{{ 'good' if k.passed else 'bad' }})"></i>{% endif %}{% endmacro %}
 """
 
 
@@ -170,6 +226,20 @@ def short(value):
 
 def clean(values):
     return [float("nan") if v is None else v for v in values]
+
+
+def finish_axes(axes):
+    axes.grid(True, which="major", color="#e3e7ec", linewidth=0.8)
+    axes.set_axisbelow(True)
+    for side in ("top", "right"):
+        axes.spines[side].set_visible(False)
+
+
+def svg_data(figure):
+    stream = io.BytesIO()
+    figure.savefig(stream, format="svg", metadata={"Date": None})
+    plt.close(figure)
+    return "data:image/svg+xml;base64," + base64.b64encode(stream.getvalue()).decode()
 
 
 def draw(plot):
@@ -197,16 +267,10 @@ def draw(plot):
     axes.set_xlabel(plot["x_label"])
     axes.set_ylabel(plot["y_label"])
     axes.set_title(plot["title"], fontsize=10.5, loc="left")
-    axes.grid(True, which="major", color="#e3e7ec", linewidth=0.8)
-    axes.set_axisbelow(True)
-    for side in ("top", "right"):
-        axes.spines[side].set_visible(False)
+    finish_axes(axes)
     if len(plot["series"]) > 1:
         axes.legend(fontsize=8.5, frameon=True, framealpha=0.9, edgecolor="none", ncols=1 if len(plot["series"]) <= 7 else 2)
-    stream = io.BytesIO()
-    figure.savefig(stream, format="svg", metadata={"Date": None})
-    plt.close(figure)
-    return "data:image/svg+xml;base64," + base64.b64encode(stream.getvalue()).decode()
+    return svg_data(figure)
 
 
 def flow_values(file, field):
@@ -282,10 +346,53 @@ def flow_caption(flow):
     return f"{flow['caption']} {seen} at t = {flow['time_s']:.4g} s.".strip()
 
 
+def draw_study(study):
+    """Values over the size, with the extrapolated limit and the grid convergence index as an error bar."""
+    figure, axes = plt.subplots(figsize=(6.2, 3.6), layout="constrained")
+    size, value = np.array(clean(study["size"])), np.array(clean(study["value"]))
+    axes.plot(size, value, "o-", color=COLOURS[0], markersize=5, linewidth=1.2, label="simulation")
+    if study["gci"] is not None:
+        axes.errorbar(size[-1], value[-1], yerr=study["gci"] * abs(value[-1]), color=COLOURS[0], capsize=4, linewidth=1.2, label="grid convergence index")
+    if study["extrapolated"] is not None:
+        axes.plot([0.0], [study["extrapolated"]], "*", color=COLOURS[1], markersize=10, clip_on=False, label="extrapolated" + ("" if study["asymptotic"] else " (not asymptotic)"))
+    axes.set_xlim(0.0, 1.05 * size.max())
+    axes.set_xlabel(study["size_label"])
+    axes.set_ylabel(study["quantity"] + (f" [{study['unit']}]" if study["unit"] else ""))
+    axes.set_title(f"Grid study: {study['quantity']}", fontsize=10.5, loc="left")
+    finish_axes(axes)
+    axes.legend(fontsize=8.5, frameon=True, framealpha=0.9, edgecolor="none")
+    return svg_data(figure)
+
+
 def embed(path):
     kind = "jpeg" if path.lower().endswith((".jpg", ".jpeg")) else "png"
     with open(path, "rb") as file:
         return f"data:image/{kind};base64," + base64.b64encode(file.read()).decode()
+
+
+def letter(index):
+    """a, b, ... z, aa, ab, ...: as an ordered list numbers its items."""
+    text = ""
+    while index >= 0:
+        text = chr(ord("a") + index % 26) + text
+        index = index // 26 - 1
+    return text
+
+
+def arrange_checks(case):
+    """Failing checks first; each reason stands once; a long table starts with what uses most of its tolerance, and the rest unfolds."""
+    reasons = {}
+    for check in case["checks"]:
+        why = check["tolerance_reason"]
+        check["reason"] = reasons.setdefault(why, letter(len(reasons))) if why else ""
+    case["reasons"] = [{"letter": name, "text": why} for why, name in reasons.items()]
+    by_use = sorted(case["checks"], key=lambda k: (k["passed"], -(k["tolerance_used"] if k["tolerance_used"] is not None else float("inf"))))
+    shown = len(by_use) if len(by_use) <= LONG_TABLE else max(SHOWN_ROWS, sum(not k["passed"] for k in by_use))
+    for position, check in enumerate(by_use):
+        check["rest"] = position >= shown
+    case["rest"] = len(by_use) - shown
+    case["tightest"] = case["checks"][case["tightest_check"]] if case["tightest_check"] is not None else None
+    case["checks"] = by_use if case["rest"] else sorted(case["checks"], key=lambda k: k["passed"])
 
 
 def main():
@@ -299,9 +406,12 @@ def main():
         case["images"] = [{"title": p["title"], "caption": p["caption"], "data": draw(p)} for p in case["plots"]]
         case["images"] += [{"title": p["caption"], "caption": p["caption"], "data": embed(os.path.join(directory, p["file"]))} for p in case["pictures"]]
         case["images"] += [{"title": f["title"], "caption": flow_caption(f), "data": draw_flow(f, directory)} for f in case["flows"]]
+        for study in case["studies"]:
+            study["data"] = draw_study(study)
+        arrange_checks(case)
     environment = jinja2.Environment(autoescape=True, trim_blocks=True)
     environment.filters.update(inline=inline, short=short)
-    page = environment.from_string(TEMPLATE).render(r=results, failing=[c for c in results["cases"] if not c["passed"]])
+    page = environment.from_string(MACROS + TEMPLATE).render(r=results, failing=[c for c in results["cases"] if not c["passed"]])
     target = os.path.join(directory, "index.html")
     with open(target + ".tmp", "w", encoding="utf-8") as file:
         file.write(page)

@@ -325,6 +325,7 @@ TEST(Report, IsDrawnFromTheResultsAsOneSelfContainedPage) {
   EXPECT_NE(page.find("data:image/svg+xml;base64,"), std::string::npos);
   EXPECT_NE(page.find("data:image/png;base64,"), std::string::npos);
   EXPECT_NE(page.find("It moves. All particles at t = 0 s."), std::string::npos);
+  EXPECT_NE(page.find("mpm-validate run --case bad --level quick"), std::string::npos);
 
   EXPECT_NE(page.find("oscillating"), std::string::npos);
   for (const char* external : {"src=\"http", "href=\"http", "@import", "url("})

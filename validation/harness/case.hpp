@@ -83,6 +83,7 @@ struct Picture {
 struct NamedStudy {
   std::string quantity, unit;
   GridStudy study;
+  std::string size_label = "cell size [m]";  ///< what is refined
 };
 
 /// The answer of a case.

@@ -251,6 +251,7 @@ json to_json(const NamedStudy& n) {
   const GridStudy& s = n.study;
   return {{"quantity", n.quantity},
           {"unit", n.unit},
+          {"size_label", n.size_label},
           {"size", numbers(s.size)},
           {"value", numbers(s.value)},
           {"behaviour", to_string(s.behaviour)},
