@@ -24,6 +24,7 @@ import numpy as np
 matplotlib.use("svg")
 import matplotlib.pyplot as plt  # noqa: E402  (after the backend is chosen)
 from matplotlib.patches import Polygon  # noqa: E402
+from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter  # noqa: E402
 
 # Distinct in hue and in lightness, so that they survive colour blindness and a grey printer.
 COLOURS = ["#1f6fb4", "#d1601f", "#2e8b57", "#8b4fa8", "#b3262e", "#6b6b00", "#008b9a", "#9c5b3b"]
@@ -51,11 +52,11 @@ TEMPLATE = r"""<!doctype html>
 * { box-sizing: border-box; }
 html { scroll-behavior: smooth; }
 body { margin: 0; color: var(--ink); background: #fff; font: 16px/1.5 system-ui, "Segoe UI", "DejaVu Sans", sans-serif; }
-.page { display: grid; grid-template-columns: 14.5rem minmax(0, 1fr); max-width: 1480px; margin: 0 auto; }
-nav { position: sticky; top: 0; align-self: start; max-height: 100vh; overflow-y: auto; padding: 1.6rem .6rem 2rem 1.1rem; border-right: 1px solid var(--line); font-size: .84rem; }
+.page { display: grid; grid-template-columns: 12rem minmax(0, 1fr); max-width: 1480px; margin: 0 auto; }
+nav { position: sticky; top: 0; align-self: start; max-height: 100vh; overflow-y: auto; padding: 1.6rem .5rem 2rem .9rem; border-right: 1px solid var(--line); font-size: .82rem; }
 nav b { display: block; margin: 0 0 .5rem; font-size: .95rem; }
 nav a { display: grid; grid-template-columns: 1.1rem 1fr; padding: .14rem 0; color: var(--ink); line-height: 1.35; }
-main { padding: 1.5rem 1.6rem 4rem; min-width: 0; }
+main { padding: 1.5rem 1.4rem 4rem; min-width: 0; }
 h1 { font-size: 1.7rem; margin: 0 0 .3rem; line-height: 1.2; }
 h2 { font-size: 1.3rem; margin: 0; line-height: 1.25; }
 h3 { font-size: 1rem; margin: 1.5rem 0 .4rem; }
@@ -68,15 +69,15 @@ code { font: .88em ui-monospace, "DejaVu Sans Mono", monospace; background: var(
 .score b { font-size: 1.3rem; }
 dl.facts { display: grid; grid-template-columns: max-content 1fr; gap: .15rem 1rem; margin: 0 0 1.5rem; font-size: .88rem; }
 dl.facts dt { color: var(--soft); } dl.facts dd { margin: 0; overflow-wrap: anywhere; }
-table { border-collapse: collapse; width: 100%; font-size: .84rem; font-variant-numeric: tabular-nums; line-height: 1.4; }
-th { text-align: left; font-weight: 600; color: var(--soft); border-bottom: 2px solid var(--line); padding: .3rem .5rem; vertical-align: bottom; }
-td { border-bottom: 1px solid var(--line); padding: .3rem .5rem; vertical-align: top; }
+table { border-collapse: collapse; width: 100%; font-size: .82rem; font-variant-numeric: tabular-nums; line-height: 1.4; }
+th { text-align: left; font-weight: 600; color: var(--soft); border-bottom: 2px solid var(--line); padding: .3rem .4rem; vertical-align: bottom; }
+td { border-bottom: 1px solid var(--line); padding: .3rem .4rem; vertical-align: top; }
 td.number { text-align: right; white-space: nowrap; } th.number { text-align: right; }
-td.name { white-space: nowrap; }
+td.what { min-width: 11rem; }
 tr.bad td { background: #fdf1f1; }
 td.fault { color: var(--bad); overflow-wrap: anywhere; }
-.used { display: inline-block; width: 3.2rem; height: .5rem; margin-left: .45rem; background: linear-gradient(var(--bar) 0 0) 0 0 / var(--share) 100% no-repeat #e6eaef; border-radius: 2px; }
-sup a { padding-left: .15em; }
+.used { display: inline-block; width: 2.2rem; height: .5rem; margin-left: .45rem; background: linear-gradient(var(--bar) 0 0) 0 0 / var(--share) 100% no-repeat #e6eaef; border-radius: 2px; }
+sup { line-height: 0; } sup a { padding-left: .15em; }
 section { border-top: 3px solid var(--line); margin-top: 2.6rem; padding-top: 1.3rem; }
 .heading { display: flex; gap: .3rem 1rem; flex-wrap: wrap; align-items: baseline; }
 .heading .top { margin-left: auto; font-size: .84rem; }
@@ -93,18 +94,19 @@ ol.reasons { list-style: lower-alpha; color: var(--soft); }
 .unfold:not(:checked) ~ table tr.rest { display: none; }
 .unfold:checked ~ .more .closed, .unfold:not(:checked) ~ .more .open { display: none; }
 .legend { font-size: .84rem; color: var(--soft); max-width: 100ch; }
-@media (max-width: 1000px) {
+@media screen and (max-width: 1000px) {
   .page { display: block; } nav { display: none; } main { padding: 1.2rem 1.1rem 3rem; }
 }
-@media (max-width: 760px) {
+@media screen and (max-width: 760px) {
   main { padding: 1rem .8rem 3rem; }
   table.stack thead { display: none; }
-  table.stack tr { display: block; border: 1px solid var(--line); border-radius: 4px; margin: 0 0 .7rem; padding: .3rem .1rem; }
+  table.stack tr { display: grid; grid-template-columns: 1fr 1fr; gap: .1rem .8rem; border: 1px solid var(--line); border-radius: 4px; margin: 0 0 .6rem; padding: .45rem .6rem; }
   table.stack tr.bad { border-left: 4px solid var(--bad); background: #fdf1f1; }
-  table.stack td { display: grid; grid-template-columns: 6.2rem minmax(0, 1fr); gap: .6rem; border: 0; padding: .12rem .6rem; text-align: left; white-space: normal; overflow-wrap: anywhere; }
+  table.stack td { display: flex; flex-wrap: wrap; gap: 0 .5rem; border: 0; padding: 0; text-align: left; white-space: normal; overflow-wrap: anywhere; min-width: 0; background: none; }
   table.stack td::before { content: attr(data-label); color: var(--soft); }
-  table.stack td.empty { display: none; }
-  td.name { font-weight: 600; }
+  table.stack td.empty, table.stack td:empty { display: none; }
+  table.stack td.name, table.stack td.what, table.stack td.fault { grid-column: 1 / -1; }
+  table.stack td.name, table.stack td.what { font-weight: 600; } table.stack td.name::before, table.stack td.what::before, table.stack td.fault::before { content: none; }
   dl.facts { grid-template-columns: 1fr; } dl.facts dt { margin-top: .4rem; }
 }
 @media print {
@@ -112,12 +114,12 @@ ol.reasons { list-style: lower-alpha; color: var(--soft); }
   :root { --accent: #1c2430; }
   body { font-size: 9.5pt; print-color-adjust: exact; -webkit-print-color-adjust: exact; }
   .page { display: block; max-width: none; } nav, .top, .more { display: none !important; } main { padding: 0; }
-  table { font-size: 7.4pt; } th, td { padding: .2rem .3rem; } td.number, td.name { white-space: normal; overflow-wrap: break-word; } .used { width: 1.6rem; }
+  table { font-size: 7pt; } th, td { padding: .2rem .25rem; } td.what { min-width: 0; } .used { display: none; }
   .unfold:not(:checked) ~ table tr.rest { display: table-row; }
   thead { display: table-header-group; } tr, figure, .score, dl.facts { break-inside: avoid; }
   h2, h3, .heading, .physics { break-after: avoid; }
   section { break-before: page; margin-top: 0; border-top: 0; padding-top: 0; }
-  .figures { display: block; columns: 2; column-gap: 4mm; } figure { margin: 0 0 4mm; } figcaption, .legend, ul.notes, ol.reasons, code { font-size: 7.6pt; }
+  .figures { display: block; columns: 2; column-gap: 4mm; padding-right: 1px; } figure { margin: 0 0 4mm; } figcaption, .legend, ul.notes, ol.reasons, code { font-size: 7.6pt; }
   dl.facts { font-size: 8pt; }
 }
 </style>
@@ -142,8 +144,8 @@ paper, regression with an earlier result of this program.</p>
 {% if failing %}<h3>What failed</h3>
 <table class="stack"><thead><tr><th>case</th><th>label</th><th>quantity</th><th class="number">reference</th><th class="number">result</th><th class="number">error</th>
 <th class="number">order</th><th class="number">tolerance</th></tr></thead><tbody>
-{% for c in failing %}{% if c.fault %}<tr class="bad"><td class="name" data-label="case"><a href="#{{ c.name }}">{{ c.name }}</a></td><td class="fault" data-label="message" colspan="7">{{ c.fault }}</td></tr>{% endif %}
-{% for k in c.checks if not k.passed %}<tr class="bad"><td class="name" data-label="case"><a href="#{{ c.name }}">{{ c.name }}</a></td><td data-label="label">{{ k.label }}</td><td data-label="quantity">{{ k.quantity }}</td>
+{% for c in failing %}{% if c.fault %}<tr class="bad"><td class="name" data-label="case"><a href="#{{ c.name }}">{{ c.name|breakable }}</a></td><td class="fault" data-label="message" colspan="7">{{ c.fault }}</td></tr>{% endif %}
+{% for k in c.checks if not k.passed %}<tr class="bad"><td class="name" data-label="case"><a href="#{{ c.name }}">{{ c.name|breakable }}</a></td><td data-label="label">{{ k.label }}</td><td class="what" data-label="quantity">{{ k.quantity }}</td>
 {{ numbers(k) }}<td class="number" data-label="tolerance">{{ k.text.tolerance }}</td></tr>{% endfor %}{% endfor %}
 </tbody></table>
 {% endif %}
@@ -153,15 +155,15 @@ paper, regression with an earlier result of this program.</p>
 <th class="number">order</th><th class="number">tolerance</th><th class="number">used</th><th>verdict</th><th class="number">time</th></tr></thead>
 <tbody>
 {% for c in r.cases %}{% set k = c.tightest %}
-<tr class="{{ 'bad' if not c.passed }}"><td class="name" data-label="case"><a href="#{{ c.name }}">{{ c.name }}</a></td><td data-label="label">{{ c.labels }}</td>
-<td class="number" data-label="checks">{{ c.checks_passed }} of {{ c.checks_passed + c.checks_failed }}</td>
+<tr class="{{ 'bad' if not c.passed }}"><td class="name" data-label="case"><a href="#{{ c.name }}">{{ c.name|breakable }}</a></td><td data-label="label">{{ c.labels }}</td>
+<td class="number" data-label="checks">{{ c.checks_passed }}/{{ c.checks_passed + c.checks_failed }}</td>
 {% if c.fault %}<td class="fault" data-label="message" colspan="7">{{ c.fault }}</td>
-{% else %}<td data-label="closest">{{ k.quantity }}</td>{{ numbers(k) }}
+{% else %}<td class="what" data-label="closest">{{ k.quantity }}</td>{{ numbers(k) }}
 <td class="number" data-label="tolerance">{{ k.text.tolerance }}</td><td class="number" data-label="used"><span>{{ k.text.tolerance_used }}{{ bar(k) }}</span></td>{% endif %}
 <td data-label="verdict" class="verdict {{ 'ok' if c.passed else 'failed' }}">{{ 'ok' if c.passed else 'FAILED' }}</td>
 <td class="number" data-label="time">{{ '%.1f'|format(c.wall_time_s) }} s</td></tr>
 {% endfor %}
-<tr><td class="name" data-label="case">all</td><td class="empty"></td><td class="number" data-label="checks">{{ r.passed }} of {{ r.passed + r.failed }}</td><td class="empty" colspan="7"></td>
+<tr><td class="name" data-label="case">all</td><td class="empty"></td><td class="number" data-label="checks">{{ r.passed }}/{{ r.passed + r.failed }}</td><td class="empty" colspan="7"></td>
 <td data-label="verdict" class="verdict {{ 'failed' if failing else 'ok' }}">{{ 'FAILED' if failing else 'ok' }}</td><td class="number" data-label="time">{{ '%.1f'|format(r.wall_time_s) }} s</td></tr>
 </tbody></table>
 <p class="legend">A row shows the check of its case that uses most of its tolerance; all checks stand with their case below and in <code>orders.csv</code>. Errors and tolerances in per cent or
@@ -180,7 +182,7 @@ without unit are relative, those with the quantity's unit absolute. '≤' is a b
 {% endfor %}</div>
 <table class="stack"><thead><tr><th>quantity</th><th>value at each size</th><th class="number">order</th><th class="number">extrapolated</th>
 <th class="number">GCI of the finest</th><th class="number">least-squares uncertainty</th><th>remark</th></tr></thead><tbody>
-{% for s in c.studies %}<tr><td data-label="quantity">{{ s.quantity }}{% if s.unit %} [{{ s.unit }}]{% endif %}</td>
+{% for s in c.studies %}<tr><td class="what" data-label="quantity">{{ s.quantity }}{% if s.unit %} [{{ s.unit }}]{% endif %}</td>
 <td data-label="values">{% for h in s.size %}{{ '%.4g'|format(h) }}:&nbsp;{{ s.value[loop.index0]|short }}{{ ', ' if not loop.last }}{% endfor %}</td>
 <td class="number" data-label="order">{{ s.order|short }}</td>
 <td class="number" data-label="extrapolated">{{ s.extrapolated|short }}</td>
@@ -191,7 +193,7 @@ without unit are relative, those with the quantity's unit absolute. '≤' is a b
 <div>{% if c.rest %}<input type="checkbox" class="unfold" id="unfold-{{ c.name }}">{% endif %}
 <table class="stack"><thead><tr><th>label</th><th>quantity</th><th class="number">reference</th><th class="number">result</th><th class="number">error</th>
 <th class="number">order</th><th class="number">tolerance, why</th><th class="number">used</th><th>verdict</th></tr></thead><tbody>
-{% for k in c.checks %}<tr class="{{ 'bad' if not k.passed }}{{ ' rest' if k.rest }}"><td data-label="label">{{ k.label }}</td><td data-label="quantity">{{ k.quantity }}</td>
+{% for k in c.checks %}<tr class="{{ 'bad' if not k.passed }}{{ ' rest' if k.rest }}"><td data-label="label">{{ k.label }}</td><td class="what" data-label="quantity">{{ k.quantity }}</td>
 {{ numbers(k) }}<td class="number" data-label="tolerance"><span>{{ k.text.tolerance }}{% if k.reason %}<sup><a href="#{{ c.name }}-{{ k.reason }}">{{ k.reason }}</a></sup>{% endif %}</span></td>
 <td class="number" data-label="used"><span>{{ k.text.tolerance_used }}{{ bar(k) }}</span></td><td data-label="verdict" class="verdict {{ 'ok' if k.passed else 'failed' }}">{{ 'ok' if k.passed else 'FAILED' }}</td></tr>
 {% endfor %}</tbody></table>
@@ -220,6 +222,11 @@ def inline(text):
     return markupsafe.Markup(text)
 
 
+def breakable(name):
+    """A name that may break after an underscore."""
+    return markupsafe.Markup("_<wbr>").join(markupsafe.escape(part) for part in name.split("_"))
+
+
 def short(value):
     return "" if value is None else f"{value:.4g}"
 
@@ -242,6 +249,15 @@ def svg_data(figure):
     return "data:image/svg+xml;base64," + base64.b64encode(stream.getvalue()).decode()
 
 
+def plain_ticks(axis, values):
+    """Ticks at 1, 2, 5 and plain numbers on a logarithmic axis that spans less than two decades."""
+    values = [v for v in values if np.isfinite(v) and v > 0]
+    if values and max(values) / min(values) < 100:
+        axis.set_major_locator(LogLocator(subs=(1, 2, 5)))
+        axis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:.4g}"))
+        axis.set_minor_formatter(NullFormatter())
+
+
 def draw(plot):
     """One plot as an SVG data address."""
     figure, axes = plt.subplots(figsize=(6.2, 4.3), layout="constrained")
@@ -262,8 +278,10 @@ def draw(plot):
                 axes.plot(x, y, "-", color=colour, linewidth=1.4, marker=marker if len(x) <= 12 else None, markersize=5, label=series["name"], zorder=3)
     if plot["log_x"]:
         axes.set_xscale("log")
+        plain_ticks(axes.xaxis, [v for s in plot["series"] for v in clean(s["x"])])
     if plot["log_y"]:
         axes.set_yscale("log")
+        plain_ticks(axes.yaxis, [v for s in plot["series"] for v in clean(s["y"])])
     axes.set_xlabel(plot["x_label"])
     axes.set_ylabel(plot["y_label"])
     axes.set_title(plot["title"], fontsize=10.5, loc="left")
@@ -306,11 +324,16 @@ def draw_flow(flow, directory):
     low, high = flow["range"] or (np.percentile(shown, [0.5, 99.5]) if len(shown) else (0.0, 1.0))
     if not flow["range"] and flow["field"] in ("speed", "pressure"):
         low = min(low, 0.0)
-    # A metre is a metre in both directions; long and flat flows get the colour bar below, tall ones beside.
+    # A metre is a metre in both directions. Long and flat flows get the colour bar below, tall ones beside; all is placed in inches.
     flat = (right - left) > 1.4 * (top - bottom)
-    scale = min(6.4 / (right - left), 4.6 / (top - bottom))  # inches a metre
+    page_width, before, below = 6.2, 0.75, 1.3 if flat else 0.6
+    scale = min((page_width - before - (0.25 if flat else 1.4)) / (right - left), 4.2 / (top - bottom))  # inches a metre
     width, height = scale * (right - left), scale * (top - bottom)
-    figure, axes = plt.subplots(figsize=(max(width, 2.0) + (1.0 if flat else 2.0), max(height, 0.6) + (1.75 if flat else 1.1)), layout="constrained")
+    if not flat:
+        before = max(before, 0.5 * (page_width - width - 0.6))
+    page_height = below + height + 0.4
+    figure = plt.figure(figsize=(page_width, page_height))
+    axes = figure.add_axes((before / page_width, below / page_height, width / page_width, height / page_height))
     size = (0.9 * spacing * scale * 72.0) ** 2
     points = axes.scatter(x, z, c=values, s=max(size, 0.6), marker="s", cmap="viridis", vmin=low, vmax=max(high, low + 1e-12), linewidths=0, rasterized=True)
     span = max(right - left, top - bottom)
@@ -328,10 +351,12 @@ def draw_flow(flow, directory):
         axes.annotate("mirror plane", (0.0, 0.98), xycoords=("data", "axes fraction"), xytext=(-3, 0), textcoords="offset points", rotation=90,
                       ha="right", va="top", fontsize=8, color="#5a6675")
     axes.set(xlim=(left, right), ylim=(bottom, top), aspect="equal", xlabel="x [m]", ylabel="z [m]")
-    axes.set_title(flow["title"], fontsize=10.5, loc="left")
+    figure.text(0.75 / page_width, 1.0 - 0.12 / page_height, flow["title"], fontsize=10.5, ha="left", va="top")
     extend = {(False, False): "neither", (True, False): "min", (False, True): "max", (True, True): "both"}[
         bool(len(shown) and shown.min() < low), bool(len(shown) and shown.max() > high)]
-    bar = figure.colorbar(points, ax=axes, location="bottom" if flat else "right", extend=extend, aspect=45 if flat else 25, shrink=0.8, pad=0.03)
+    place = (before + 0.1 * width, 0.5, 0.8 * width, 0.13) if flat else (before + width + 0.15, below + 0.1 * height, 0.13, 0.8 * height)
+    strip = figure.add_axes((place[0] / page_width, place[1] / page_height, place[2] / page_width, place[3] / page_height))
+    bar = figure.colorbar(points, cax=strip, orientation="horizontal" if flat else "vertical", extend=extend)
     bar.set_label(f"{FLOW_FIELDS[flow['field']]} [{flow['unit']}]")
     bar.outline.set_visible(False)
     stream = io.BytesIO()
@@ -410,7 +435,7 @@ def main():
             study["data"] = draw_study(study)
         arrange_checks(case)
     environment = jinja2.Environment(autoescape=True, trim_blocks=True)
-    environment.filters.update(inline=inline, short=short)
+    environment.filters.update(breakable=breakable, inline=inline, short=short)
     page = environment.from_string(MACROS + TEMPLATE).render(r=results, failing=[c for c in results["cases"] if not c["passed"]])
     target = os.path.join(directory, "index.html")
     with open(target + ".tmp", "w", encoding="utf-8") as file:

@@ -105,10 +105,12 @@ std::string labels_of(const CaseResult& r) {
   return text;
 }
 
-/// '35 %', '410 %', 'inf'; what exceeds a million per cent is not worth its digits.
+/// '35 %', '4.1 %', '< 0.1 %', '250 x', 'inf'
 std::string format_used(double used) {
   if (std::isnan(used)) return "";
-  return used < 1e4 ? fmt::format("{:.3g} %", 100.0 * used) : fmt::format("{:.1e} x", used);
+  if (used > 0.0 && used < 1e-3) return "< 0.1 %";
+  if (used < 0.1) return fmt::format("{:.2g} %", 100.0 * used);
+  return used < 10.0 ? fmt::format("{:.0f} %", 100.0 * used) : fmt::format("{:.3g} x", used);
 }
 
 /// Lines of columns that are as wide as their widest entry of a row that counts; a rule below the first.
