@@ -3,119 +3,150 @@
 #include <algorithm>
 #include <cmath>
 
+#include "mpm/impact/scores.hpp"
 #include "mpm/impact/semi_empirical.hpp"
-#include "mpm/io/table.hpp"
-#include "mpm/run.hpp"
-#include "validation/harness/case.hpp"
+#include "mpm/io/config.hpp"
+#include "validation/harness/impact.hpp"
 
 namespace mpm::validation {
 namespace {
 
-constexpr double height = 1.75, froude = 3.0;
-
-/// The paper's conveyor at Fr 3 with a frictionless mast.
-Case avalanche(double slope, double cell_size, double duration) {
-  Case c;
-  c.title = fmt::format("Fr 3, M = {}", slope);
-  c.material.critical_state_slope = slope;
-  c.material.cohesion_beta = 0.0;
-  c.material.hardening_xi = 5.0;
-  ConveyorSpec conveyor;
-  conveyor.velocity = flow_velocity(froude, height);
-  conveyor.flow_height = height;
-  conveyor.width = conveyor_width(c.material.hardening_xi, height);
-  conveyor.upstream_length = 8.4;
-  conveyor.downstream_length = 4.2;
-  conveyor.mirror_y = true;
-  c.conveyor = conveyor;
-  ObstacleSpec mast;
-  mast.width = mast.depth = height;
-  mast.friction = 0.0;
-  c.obstacle = mast;
-  c.numerics.cell_size = cell_size;
-  c.output.duration = duration;
-  c.output.frames_per_second = 0.0;
-  return c;
-}
-
-struct Bands {
-  double runup, pressure_height;
+/// A flow and its grid.
+struct Point {
+  double froude, slope, cohesion;  ///< Fr, M, beta
+  double duration, cell_size;      ///< s, m
 };
 
 /// Mean of the pressure coefficient on the stagnation line of a plate of half width a, from the plate to a distance l upstream, over its
 /// value at the plate: potential flow gives c_p(d) = a^2/(d^2 + a^2), so the mean is (a/l) atan(l/a).
 double stagnation_line_mean(double a, double l) { return a / l * std::atan(l / a); }
 
-ImpactSummary study(const CaseContext& context, CaseResult& result, const std::string& name, const std::string& id, double slope,
-                    const Bands& bands) {
-  const double dx = context.choose(0.35, 0.25, 0.25), duration = 5.0;  // s; see the README: what is steady, and until when
-  const Case c = avalanche(slope, dx, duration);
-  const RunResult run = run_case(c, {.out = context.directory() / id});
-  if (!run.impact) throw UnstableError("the run left no summary of the impact");
-  const ImpactSummary s = *run.impact;
-  context.log(fmt::format("{}: {} steps, {:.0f} s, {:.1f} million particle-steps a second", name, run.steps, run.wall_time_s,
-                          run.million_particle_steps_per_s));
-  const double v = c.conveyor->velocity;
+/// Chosen by a rule, before any of them was run: see the README.
+std::vector<Point> points(const CaseContext& context) {
+  const double creeping = context.choose(14.0, 18.0, 20.0);  // s: the pile takes some 12 s to form
+  const double slow = context.choose(0.4375, 0.35, 0.25), fast = context.choose(0.35, 0.25, 0.25);
+  const Point loose[] = {{0.3, 0.4, 0.0, creeping, slow}, {1.0, 0.4, 0.0, 7.0, fast}, {5.0, 0.4, 0.0, 7.0, fast}};
+  const Point sticky[] = {{0.3, 0.8, 0.3, creeping, slow}, {1.0, 0.8, 0.3, 7.0, fast}, {5.0, 0.8, 0.3, 7.0, fast}};
+  if (context.level() == Level::quick) return {sticky[0], loose[1], sticky[2]};
+  return {loose[0], sticky[0], loose[1], sticky[1], loose[2], sticky[2]};
+}
+
+Case case_of(const CaseContext& context, const Point& point) {
+  Case c = read_case(context.case_directory() / "case.toml");
+  c.conveyor->velocity = flow_velocity(point.froude, c.conveyor->flow_height, c.numerics.gravity);
+  c.material.critical_state_slope = point.slope;
+  c.material.cohesion_beta = point.cohesion;
+  c.numerics.cell_size = point.cell_size;
+  c.output.duration = point.duration;
+  return c;
+}
+
+/// Runs it and compares run-up and pressure height with the paper's equations.
+ImpactRun judge(const CaseContext& context, const std::string& id, const std::string& name, const Case& c, CaseResult& result) {
+  ImpactRun run = run_impact(context, id, name, c);
+  const ImpactSummary& s = run.summary;
   result.check_absolute(Label::verification, name + ": a steady span is found (1: yes)", s.span.steady ? 1.0 : 0.0, 1.0, "", 0.0,
                         "without one there are no means");
-  result.check_relative(Label::validation, name + ": steady run-up", s.runup.mean, s.predicted_runup, "m", bands.runup,
-                        "band asked of this program; the paper's regression scatters by 13 % (RMSLE), see the case's README");
+  result.check_relative(
+      Label::validation, name + ": steady run-up", s.runup.mean, s.predicted_runup, "m", 0.20,
+      "asked of this program; the paper's regression scatters by 13 % (RMSLE) and the mast's friction is not printed there");
   result.check_relative(Label::validation, name + ": steady pressure height", s.pressure_height.mean, s.predicted_pressure_height, "m",
-                        bands.pressure_height, "scatter of the paper's regression, and the filter's bias that grows with dx");
-  const double share = stagnation_line_mean(0.5 * height, 2.5 * dx);
-  result.check_relative(Label::verification, name + ": pressure before the face, made up for the box depth, against the force on the mast",
-                        s.profile_force / share, s.force[0].mean, "N", 0.15,
-                        "the strip |y| <= 3w/7 stands for the whole face, and potential flow for the jet; 15 % as the project asks");
-  result.notes.push_back(fmt::format(
-      "{}: dx = {} m, {} particles, {:.1f} s of flow; steady from {:.2f} to {:.2f} s; run-up {:.2f} H (standard error {:.2f} H), equation "
-      "{:.2f} H, "
-      "Bernoulli {:.2f} H; pressure height {:.2f} H, equation {:.2f} H; mean force {:.1f} kN, pressure profile over the face {:.1f} kN.",
-      name, dx, run.particles, duration, s.span.from, s.span.to, s.runup.mean / height, s.runup.standard_error / height,
-      s.predicted_runup / height, bernoulli_height(v, height) / height, s.pressure_height.mean / height,
-      s.predicted_pressure_height / height, s.force[0].mean * 1e-3, s.profile_force * 1e-3));
+                        0.15, "asked of this program; of the paper's own points 85 % lie within 10 %, all within 25 %");
+  result.notes.push_back(figures(run));
+  result.plots.push_back(runup_plot(run));
+  result.plots.push_back(profile_plot(run, s.pressure_height.mean));
+  return run;
+}
 
-  const auto series = Table::read(context.directory() / id / "series.csv");
-  const auto profile = Table::read(context.directory() / id / "profile.csv");
-  const std::vector<double> ends{0.0, duration};
-  const double bernoulli = bernoulli_height(v, height);
-  result.plots.push_back({id + "-runup",
-                          "Run-up, " + name,
-                          "time [s]",
-                          "height [m]",
-                          {{"paper's equation", ends, {s.predicted_runup, s.predicted_runup}, Series::Style::reference},
-                           {"H + v²/2g", ends, {bernoulli, bernoulli}, Series::Style::bound},
-                           {"highest particle", series.numbers("time_s"), series.numbers("runup_m"), Series::Style::simulation},
-                           {"99th percentile", series.numbers("time_s"), series.numbers("runup_p99_m"), Series::Style::simulation}},
-                          "",
-                          false,
-                          false});
-  std::vector<double> kpa = profile.numbers("pressure_pa"), z = profile.numbers("z_m");
-  for (double& p : kpa) p *= 1e-3;
-  result.plots.push_back({id + "-profile",
-                          "Mean pressure on the face, " + name,
-                          "pressure [kPa]",
-                          "z [m]",
-                          {{"pressure height of the paper's equation",
-                            {0.0, *std::max_element(kpa.begin(), kpa.end())},
-                            {s.predicted_pressure_height, s.predicted_pressure_height},
-                            Series::Style::reference},
-                           {"simulation", kpa, z, Series::Style::simulation}},
-                          "",
-                          false,
-                          false});
-  return s;
+/// Heights over Fr: the equation for each snow, the simulated means.
+Plot heights_over_froude(const std::vector<ImpactRun>& runs, bool pressure) {
+  Plot plot{pressure ? "pressure-height-over-fr" : "runup-over-fr",
+            pressure ? "Pressure height against the paper's equation" : "Run-up against the paper's equation",
+            "Froude number",
+            pressure ? "pressure height / H" : "run-up / H",
+            {},
+            "",
+            true,
+            true};
+  std::vector<double> fr;
+  for (double f = 0.1; f < 7.05; f *= 1.05) fr.push_back(f);
+  std::vector<double> done;
+  for (const ImpactRun& first : runs) {
+    const double h = first.flow_height();
+    const auto friction_of = [](const ImpactRun& r) {
+      return effective_friction(r.spec.material.critical_state_slope, r.spec.material.cohesion_beta);
+    };
+    const double friction = friction_of(first);
+    if (std::ranges::find(done, friction) != done.end()) continue;
+    done.push_back(friction);
+    Series line{fmt::format("equation, M' {:.3g}", friction), fr, {}, Series::Style::reference};
+    for (const double f : fr) {
+      const double v = flow_velocity(f, h);
+      line.y.push_back((pressure ? predicted_pressure_height(friction, v, h) : predicted_runup(friction, v, h)) / h);
+    }
+    Series simulated{fmt::format("simulation, M' {:.3g}", friction), {}, {}, Series::Style::points};
+    for (const ImpactRun& run : runs) {
+      if (friction_of(run) != friction) continue;
+      simulated.x.push_back(froude_number(run.spec.conveyor->velocity, h));
+      simulated.y.push_back((pressure ? run.summary.pressure_height.mean : run.summary.runup.mean) / h);
+    }
+    plot.series.push_back(line);
+    plot.series.push_back(simulated);
+  }
+  if (!pressure) {
+    Series bound{"1 + Fr²/2", fr, {}, Series::Style::bound};
+    for (const double f : fr) bound.y.push_back(1.0 + 0.5 * f * f);
+    plot.series.push_back(bound);
+  }
+  return plot;
+}
+
+/// A frictionless mast takes momentum by pressure alone: the pressure measured before its face must then be the force.
+void pressure_against_force(const CaseContext& context, CaseResult& result) {
+  Case c = case_of(context, {3.0, 0.4, 0.0, 5.0, context.choose(0.35, 0.25, 0.25)});
+  c.obstacle->friction = 0.0;
+  c.conveyor->width = 6.0 * c.obstacle->width;  // faster than its waves: the side walls are not felt at the mast
+  c.conveyor->downstream_length = 2.8;
+  const ImpactRun run = judge(context, "frictionless", "Fr 3, M' 0.4, frictionless mast", c, result);
+  const double share = stagnation_line_mean(0.5 * c.obstacle->width, 2.5 * c.numerics.cell_size);
+  result.check_relative(Label::verification, "frictionless mast: pressure before the face, made up for the box depth, against the force",
+                        run.summary.profile_force / share, run.summary.force[0].mean, "N", 0.15,
+                        "the strip |y| <= 3w/7 stands for the whole face, and potential flow for the jet; 15 % as the project asks");
 }
 
 void run(const CaseContext& context, CaseResult& result) {
-  const bool quick = context.level() == Level::quick;
-  const ImpactSummary inviscid = study(context, result, "inviscid", "inviscid", 0.0, quick ? Bands{0.20, 0.15} : Bands{0.08, 0.15});
-  const double bound = bernoulli_height(flow_velocity(froude, height), height);
-  result.check_at_most(Label::verification, "inviscid: steady run-up over Bernoulli's H + v²/2g", inviscid.runup.mean / bound, 1.0, "",
-                       0.02, "the highest particle is half a spacing above the surface, and drops rise higher");
-  study(context, result, "M = 0.4", "frictional", 0.4, quick ? Bands{0.20, 0.15} : Bands{0.10, 0.15});
+  std::vector<ImpactRun> runs;
+  std::vector<double> runup, predicted_runup, height, predicted_height;
+  for (const Point& point : points(context)) {
+    const double friction = effective_friction(point.slope, point.cohesion);
+    runs.push_back(judge(context, fmt::format("fr{:g}-m{:g}-b{:g}", point.froude, point.slope, point.cohesion),
+                         fmt::format("Fr {:g}, M' {:.3g}", point.froude, friction), case_of(context, point), result));
+    const ImpactSummary& s = runs.back().summary;
+    if (!s.span.steady) continue;
+    runup.push_back(s.runup.mean);
+    predicted_runup.push_back(s.predicted_runup);
+    height.push_back(s.pressure_height.mean);
+    predicted_height.push_back(s.predicted_pressure_height);
+  }
+  if (!runup.empty()) {
+    const Scores of_runup = compute_scores(runup, predicted_runup), of_height = compute_scores(height, predicted_height);
+    result.check_at_most(Label::validation, fmt::format("RMSLE of the {} run-ups", runup.size()), of_runup.rmsle, 0.15, "", 0.0,
+                         "asked of this program; the paper's own, of its fit to its own 371 simulations, is 0.13");
+    result.notes.push_back(
+        fmt::format("Run-up: RMSLE {:.3f}, bias {:.3f} (paper, in sample: 0.130, 0.981). Pressure height: NRMSE {:.3f}, "
+                    "RMSLE {:.3f}, bias {:.3f} (paper: NRMSE 0.066, bias 1.011).",
+                    of_runup.rmsle, of_runup.bias, of_height.nrmse, of_height.rmsle, of_height.bias));
+  }
+  result.plots.insert(result.plots.begin(), {heights_over_froude(runs, false), heights_over_froude(runs, true)});
+  for (const ImpactRun& r : runs) {
+    const double top = 1.3 * r.summary.runup_peak;
+    result.flows.push_back(last_picture(
+        r, FlowField::stress_xx, {-r.spec.conveyor->upstream_length, 2.0 * r.flow_height(), -0.2, std::min(top, 8.0 * r.flow_height())}));
+  }
+  pressure_against_force(context, result);
 }
 
-const Registration registered{{MPM_CASE_NAME, "Avalanche on a mast, Fr 3", MPM_CASE_DIRECTORY, run}};
+const Registration registered{{MPM_CASE_NAME, "Avalanche on a mast", MPM_CASE_DIRECTORY, run}};
 
 }  // namespace
 }  // namespace mpm::validation
