@@ -12,6 +12,7 @@ void add_run(CLI::App& app);
 void add_point(CLI::App& app);
 void add_schema(CLI::App& app);
 void add_post(CLI::App& app);
+void add_converge(CLI::App& app);
 void add_compare(CLI::App& app);
 void add_predict(CLI::App& app);
 

@@ -1,0 +1,90 @@
+#include "run_control.hpp"
+
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include <atomic>
+#include <cmath>
+#include <csignal>
+#include <cstdio>
+#include <cstdlib>
+#include <ctime>
+
+namespace mpm::app {
+
+namespace {
+
+std::string clock_text(double seconds) {
+  const long long s = std::llround(seconds);
+  return s < 3600 ? fmt::format("{}:{:02}", s / 60, s % 60) : fmt::format("{}:{:02}:{:02}", s / 3600, s / 60 % 60, s % 60);
+}
+
+/// SIGINT and SIGTERM ask for a checkpoint and an end at the next sample; SIGUSR1 asks for a checkpoint only.
+std::atomic<int> stop_signal{0};
+std::atomic<long long> stop_asked_at{0};  ///< ms on the monotonic clock
+std::atomic<bool> checkpoint_wanted{false};
+static_assert(std::atomic<int>::is_always_lock_free && std::atomic<long long>::is_always_lock_free, "set in a signal handler");
+
+/// A second request ends the process at once, but one that follows within a second is the same request: `timeout` and some batch
+/// systems signal the process and then its whole group, and the checkpoint must not be lost to that.
+void ask_to_stop(int number) {
+  constexpr long long same_request = 1000;  // ms
+  timespec t{};
+  clock_gettime(CLOCK_MONOTONIC, &t);
+  const long long now = t.tv_sec * 1000LL + t.tv_nsec / 1000000;
+  if (stop_signal == 0) {
+    stop_signal = number;
+    stop_asked_at = now;
+  } else if (now - stop_asked_at > same_request) {
+    std::signal(number, SIG_DFL);
+    std::raise(number);
+  }
+}
+
+void ask_for_checkpoint(int) { checkpoint_wanted = true; }
+
+}  // namespace
+
+ProgressLine::ProgressLine() : terminal_(isatty(STDERR_FILENO) == 1) {}
+
+void ProgressLine::operator()(const Progress& p) {
+  if (!p.message.empty()) {
+    fmt::print(stderr, "{}{}\n", open_ ? "\r\033[K" : "", p.message);
+    open_ = false;
+    return;
+  }
+  const auto now = Clock::now();
+  const bool last = p.time >= p.duration;
+  if (!last && now - shown_ < (terminal_ ? std::chrono::milliseconds(200) : std::chrono::milliseconds(10000))) return;
+  shown_ = now;
+  const double percent = p.duration > 0.0 ? 100.0 * p.time / p.duration : 100.0;
+  const std::string line =
+      fmt::format("{:5.1f} %  t = {:.3f} of {:g} s  step {}  dt {:.3g} s  {} particles  {:.1f} M particle-steps/s  {} left", percent,
+                  p.time, p.duration, p.step, p.dt, p.particles, p.million_particle_steps_per_s, clock_text(p.eta_s));
+  fmt::print(stderr, "{}{}{}", terminal_ ? "\r" : "", line, terminal_ ? "\033[K" : "\n");
+  open_ = terminal_;
+}
+
+void ProgressLine::finish() {
+  if (open_) fmt::print(stderr, "\n");
+  open_ = false;
+}
+
+void listen_to_signals() {
+  std::signal(SIGINT, ask_to_stop);
+  std::signal(SIGTERM, ask_to_stop);
+  std::signal(SIGUSR1, ask_for_checkpoint);
+}
+
+Request pending_request() {
+  if (stop_signal != 0) return Request::stop;
+  return checkpoint_wanted.exchange(false) ? Request::checkpoint : Request::none;
+}
+
+void end_by_signal() {
+  std::signal(stop_signal, SIG_DFL);
+  std::raise(stop_signal);
+  std::abort();  // the signal ends the process
+}
+
+}  // namespace mpm::app
