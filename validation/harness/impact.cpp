@@ -71,7 +71,7 @@ FlowPicture last_picture(const ImpactRun& run, FlowField field, const std::array
                              {.id = run.id,
                               .field = field,
                               .title = fmt::format("{}, t = {:.1f} s", run.name, run.result.time),
-                              .caption = "Particles within 0.2 w of the plane of symmetry.",
+                              .caption = "The end of the run.",
                               .slice_half_width = 0.2 * run.spec.obstacle->width,
                               .window = window,
                               .range = {},

@@ -105,21 +105,19 @@ Rise simulate(const CaseContext& context, const Setting& setting, bool wide, boo
     }
     if (with_picture && !rise.picture && state.time >= jet_to * unit) {
       const double top = 1.3 * rise.bound;
-      rise.picture =
-          flow_picture(context.directory(), state, scene,
-                       {.id = fmt::format("fr{:.0f}", setting.froude),
-                        .field = FlowField::speed,
-                        .title = fmt::format("Inviscid flow, Fr {:.3g}, t = {:.2f} s", setting.froude, state.time),
-                        .caption = fmt::format("The jet before anything has fallen back onto the oncoming flow; slice |y| <= 0.3 "
-                                               "m. H + v²/2g is {:.1f} m.",
-                                               rise.bound),
-                        .slice_half_width = 0.3,
-                        .window = std::array<double, 4>{-conveyor.upstream_length, conveyor.downstream_length, -0.2, top},
-                        .range = {},
-                        .snapshot = {},
-                        .time = 0.0,
-                        .walls = {},
-                        .boxes = {}});
+      rise.picture = flow_picture(
+          context.directory(), state, scene,
+          {.id = fmt::format("fr{:.0f}", setting.froude),
+           .field = FlowField::speed,
+           .title = fmt::format("Inviscid flow, Fr {:.3g}, t = {:.2f} s", setting.froude, state.time),
+           .caption = fmt::format("The jet before anything has fallen back onto the oncoming flow. H + v²/2g is {:.1f} m.", rise.bound),
+           .slice_half_width = 0.3,
+           .window = std::array<double, 4>{-conveyor.upstream_length, conveyor.downstream_length, -0.2, top},
+           .range = {},
+           .snapshot = {},
+           .time = 0.0,
+           .walls = {},
+           .boxes = {}});
     }
   }
   if (setting.to > setting.from) rise.mean_runup = mean_between(rise.time, rise.runup, setting.from, setting.to);
@@ -128,10 +126,12 @@ Rise simulate(const CaseContext& context, const Setting& setting, bool wide, boo
     if (rise.jet_time[i] < jet_from * unit || rise.jet_time[i] > jet_to * unit) continue;
     if (!(rise.largest_head >= rise.highest_head[i])) rise.largest_head = rise.highest_head[i];
   }
-  rise.summary = fmt::format(
-      "Fr {:.3g}, dx = {} m: {:.3g} particle-steps; run-up {:.3f} H, head of the jet {:.3f} H (largest {:.3f} H), bound {:.3f} H",
-      setting.froude, setting.cell_size, rise.particle_steps, rise.mean_runup / rise.flow_height, rise.mean_head / rise.flow_height,
-      rise.largest_head / rise.flow_height, rise.bound / rise.flow_height);
+  rise.summary = fmt::format("Fr {:g}, dx = {} m: {:.3g} particle-steps; H + v²/2g {:.3f} H", setting.froude, setting.cell_size,
+                             rise.particle_steps, rise.bound / rise.flow_height);
+  if (std::isfinite(rise.mean_runup)) rise.summary += fmt::format("; run-up {:.3f} H", rise.mean_runup / rise.flow_height);
+  if (std::isfinite(rise.mean_head))
+    rise.summary += fmt::format("; head of the jet {:.3f} H, largest of a particle {:.3f} H", rise.mean_head / rise.flow_height,
+                                rise.largest_head / rise.flow_height);
   context.log(rise.summary);
   return rise;
 }

@@ -4,6 +4,7 @@
 
 #include "mpm/impact/semi_empirical.hpp"
 #include "mpm/impact/steady.hpp"
+#include "mpm/io/config.hpp"
 #include "mpm/io/table.hpp"
 #include "mpm/run.hpp"
 #include "validation/harness/case.hpp"
@@ -21,22 +22,13 @@ struct Setting {
   double from, to;          // s: the span compared; the strip still drives the flow to its end
 };
 
-Case make_case(const Setting& setting, ConveyorSpec::Feed feed) {
-  Case c;
+Case make_case(const CaseContext& context, const Setting& setting, ConveyorSpec::Feed feed) {
+  Case c = read_case(context.case_directory() / "case.toml");
   c.title = fmt::format("{}, {}", setting.name, feed == ConveyorSpec::Feed::strip ? "strip" : "window");
-  c.material.critical_state_slope = 0.8;
-  c.material.cohesion_beta = 0.3;
-  c.material.hardening_xi = 5.0;
-  ConveyorSpec conveyor;
-  conveyor.velocity = flow_velocity(setting.froude, height);
-  conveyor.flow_height = height;
-  conveyor.width = setting.width;
-  conveyor.feed = feed;
-  c.conveyor = conveyor;
-  ObstacleSpec mast;
-  mast.width = mast.depth = height;
-  mast.friction = setting.friction;
-  c.obstacle = mast;
+  c.conveyor->velocity = flow_velocity(setting.froude, height, c.numerics.gravity);
+  c.conveyor->width = setting.width;
+  c.conveyor->feed = feed;
+  c.obstacle->friction = setting.friction;
   c.numerics.cell_size = setting.cell_size;
   c.output.duration = setting.strip_duration;
   c.output.frames_per_second = 0.0;
@@ -54,7 +46,7 @@ Figures simulate(const CaseContext& context, const Setting& setting, ConveyorSpe
   options.out = context.directory() / folder;
   options.on_progress = [&](const Progress& p) { time = p.time; };
   options.poll = [&] { return time >= setting.to ? Request::stop : Request::none; };  // the strip is built for longer than it is run
-  run_case(make_case(setting, feed), options);
+  run_case(make_case(context, setting, feed), options);
   const Table series = Table::read(options.out / "series.csv");
   Figures f;
   f.time = series.numbers("time_s");
