@@ -98,7 +98,7 @@ Rise simulate(const CaseContext& context, const Setting& setting, bool wide, boo
     });
     rise.time.push_back(state.time);
     rise.runup.push_back(sample.finish().runup);
-    if (count >= 10) {
+    if (count >= 10 && state.time >= 0.5 * unit) {  // before that the splash, whose head is several times the bound
       rise.jet_time.push_back(state.time);
       rise.head.push_back(sum / count);
       rise.highest_head.push_back(most);
