@@ -23,9 +23,13 @@ Totals totals(const State& state, const Scene& scene) {
                       p.affine[1] - p.affine[3]);  // C_zy - C_yz, C_xz - C_zx, C_yx - C_xy
       ++sum.particles;
       sum.mass += m;
+      sum.centre += m * x;
       sum.momentum += m * v;
+      sum.momentum_scale += m * v.norm();
       sum.angular_momentum += m * (x.cross(v) + affine_inertia * spin);
+      sum.angular_momentum_scale += m * x.norm() * v.norm();
       sum.kinetic_energy += 0.5 * m * v.squaredNorm();
+      sum.affine_energy += 0.5 * m * affine_inertia * Eigen::Map<const Mat3>(p.affine).squaredNorm();
       sum.elastic_energy += stored_energy(scene.material, p);
       sum.potential_energy -= m * scene.gravity.dot(x);
     }
@@ -34,12 +38,17 @@ Totals totals(const State& state, const Scene& scene) {
   for (const Totals& t : partial) {
     sum.particles += t.particles;
     sum.mass += t.mass;
+    sum.centre += t.centre;
     sum.momentum += t.momentum;
+    sum.momentum_scale += t.momentum_scale;
     sum.angular_momentum += t.angular_momentum;
+    sum.angular_momentum_scale += t.angular_momentum_scale;
     sum.kinetic_energy += t.kinetic_energy;
+    sum.affine_energy += t.affine_energy;
     sum.elastic_energy += t.elastic_energy;
     sum.potential_energy += t.potential_energy;
   }
+  if (sum.mass > 0.0) sum.centre /= sum.mass;
   return sum;
 }
 
@@ -61,9 +70,14 @@ Totals whole_of_mirrored(Totals t, bool mirror_x, bool mirror_y) {
   const unsigned factor = (mirror_x ? 2U : 1U) * (mirror_y ? 2U : 1U);
   t.particles *= factor;
   t.mass *= factor;
+  t.momentum_scale *= factor;
+  t.angular_momentum_scale *= factor;
   t.kinetic_energy *= factor;
+  t.affine_energy *= factor;
   t.elastic_energy *= factor;
   t.potential_energy *= factor;
+  if (mirror_x) t.centre.x() = 0.0;
+  if (mirror_y) t.centre.y() = 0.0;
   t.momentum = whole_force(t.momentum, mirror_x, mirror_y);
   t.angular_momentum = whole_moment(t.angular_momentum, mirror_x, mirror_y);
   return t;

@@ -45,9 +45,15 @@ TEST(Totals, AreTheSumsOverTheParticles) {
       const Vec3 axial(c_p(2, 1) - c_p(1, 2), c_p(0, 2) - c_p(2, 0), c_p(1, 0) - c_p(0, 1));
       ++expected.particles;
       expected.mass += m;
+      expected.centre += m * position_of(p);
       expected.momentum += m * velocity_of(p);
+      expected.momentum_scale += m * velocity_of(p).norm();
       expected.angular_momentum += position_of(p).cross(m * velocity_of(p));
-      if (transfer == Transfer::apic) expected.angular_momentum += m * 0.25 * 0.25 / 4.0 * axial;
+      if (transfer == Transfer::apic) {
+        expected.angular_momentum += m * 0.25 * 0.25 / 4.0 * axial;
+        for (int i = 0; i < 9; ++i) expected.affine_energy += 0.5 * m * 0.25 * 0.25 / 4.0 * p.affine[i] * p.affine[i];
+      }
+      expected.angular_momentum_scale += m * position_of(p).norm() * velocity_of(p).norm();
       expected.kinetic_energy += 0.5 * m * velocity_of(p).squaredNorm();
       expected.potential_energy -= m * 9.81 * (std::sin(0.3) * p.position[0] - std::cos(0.3) * p.position[2]);
       expected.elastic_energy += stored_energy(scene.material, p);
@@ -59,7 +65,11 @@ TEST(Totals, AreTheSumsOverTheParticles) {
     EXPECT_NEAR(t.mass, expected.mass, 1e-13 * expected.mass);
     EXPECT_LE((t.momentum - expected.momentum).norm(), tolerance);
     EXPECT_LE((t.angular_momentum - expected.angular_momentum).norm(), tolerance);
+    EXPECT_LE((t.centre - expected.centre / expected.mass).norm(), 1e-13 * size / expected.mass);
+    EXPECT_NEAR(t.momentum_scale, expected.momentum_scale, 1e-13 * expected.momentum_scale);
+    EXPECT_NEAR(t.angular_momentum_scale, expected.angular_momentum_scale, 1e-13 * expected.angular_momentum_scale);
     EXPECT_NEAR(t.kinetic_energy, expected.kinetic_energy, 1e-13 * expected.kinetic_energy);
+    EXPECT_NEAR(t.affine_energy, expected.affine_energy, 1e-13 * expected.affine_energy);
     EXPECT_NEAR(t.elastic_energy, expected.elastic_energy, 1e-13 * expected.elastic_energy);
     EXPECT_NEAR(t.potential_energy, expected.potential_energy, 10.0 * tolerance);
   }
@@ -101,7 +111,11 @@ TEST(Totals, OfAMirroredPartCompleteToThoseOfTheWhole) {
   EXPECT_NEAR(t.mass, expected.mass, 1e-13 * expected.mass);
   EXPECT_LE((t.momentum - expected.momentum).norm(), 1e-13 * size);
   EXPECT_LE((t.angular_momentum - expected.angular_momentum).norm(), 1e-13 * size);
+  EXPECT_LE((t.centre - expected.centre).norm(), 1e-13 * size / expected.mass);
+  EXPECT_NEAR(t.momentum_scale, expected.momentum_scale, 1e-13 * expected.momentum_scale);
+  EXPECT_NEAR(t.angular_momentum_scale, expected.angular_momentum_scale, 1e-13 * expected.angular_momentum_scale);
   EXPECT_NEAR(t.kinetic_energy, expected.kinetic_energy, 1e-13 * expected.kinetic_energy);
+  EXPECT_NEAR(t.affine_energy, expected.affine_energy, 1e-13 * expected.affine_energy);
   EXPECT_NEAR(t.elastic_energy, expected.elastic_energy, 1e-13 * expected.elastic_energy);
   EXPECT_NEAR(t.potential_energy, expected.potential_energy, 1e-13 * size * 10.0);
 }

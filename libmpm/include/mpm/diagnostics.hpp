@@ -9,9 +9,13 @@ namespace mpm {
 struct Totals {
   std::uint64_t particles = 0;
   double mass = 0.0;                     ///< kg
+  Vec3 centre = Vec3::Zero();            ///< of mass, m; zero without particles
   Vec3 momentum = Vec3::Zero();          ///< kg m/s
+  double momentum_scale = 0.0;           ///< sum m |v|, kg m/s: what round-off of the momentum is measured against
   Vec3 angular_momentum = Vec3::Zero();  ///< about the origin, kg m^2/s, with the affine part of APIC: x_p x m v_p + m dx^2/4 axial(C_p)
+  double angular_momentum_scale = 0.0;   ///< sum m |x||v|, kg m^2/s
   double kinetic_energy = 0.0;           ///< of the particle velocities, J
+  double affine_energy = 0.0;            ///< kinetic, of the affine part of APIC, sum m dx^2/8 |C_p|^2 (Jiang et al. 2015), J; 0 with FLIP
   double elastic_energy = 0.0;           ///< J
   double potential_energy = 0.0;         ///< -m g.x, zero at the origin, J
 };
