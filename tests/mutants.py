@@ -1,0 +1,196 @@
+#!/usr/bin/python3
+"""Breaks one constant of the library at a time, and shows which checks of the validation notice.
+
+For each mutation a copy of the tree under build/mutants is changed in one place, mpm-validate is built there, and the cases that should notice
+run at level quick. A mutation that no check notices is a hole in the validation: exit code 1. One whose text is no longer found in
+the source, or found more than once, ends the program: exit code 2. So does a case that fails without any mutation.
+
+usage: mutants.py [--list] [--jobs N] [--threads N] [NAME...]
+"""
+
+import argparse
+import dataclasses
+import json
+import os
+import subprocess
+import sys
+import time
+
+ROOT = os.path.dirname(os.path.dirname(os.path.abspath(__file__)))
+PLACE = os.path.join(ROOT, "build", "mutants")
+TREE, BUILD, OUT = (os.path.join(PLACE, name) for name in ("tree", "build", "out"))
+TIME_LIMIT_S = 900  # of the cases of one mutation: a mutant may never come to rest
+
+
+@dataclasses.dataclass
+class Mutation:
+    name: str
+    what: str
+    file: str
+    old: str
+    new: str
+    cases: tuple  # those that should notice
+
+
+LAWS = "libmpm/include/mpm/materials/"
+MUTATIONS = [
+    Mutation("hardening_sign", "plastic compaction softens instead of hardening", LAWS + "cam_clay.hpp",
+             "state.internal += r.d;", "state.internal -= r.d;", ("isotropic_compression",)),
+    Mutation("yield_factor", "1 + 3 beta for 1 + 2 beta in the yield surface of the return map", "libmpm/src/materials/cam_clay.cpp",
+             "m2_ = slope_ * slope_ / (1.0 + 2.0 * beta_);", "m2_ = slope_ * slope_ / (1.0 + 3.0 * beta_);", ("isotropic_compression",)),
+    Mutation("volume_ratio", "J takes the plastic volume change with the wrong sign", LAWS + "cam_clay.hpp",
+             "+ (initial_internal_ - state.internal));", "- (initial_internal_ - state.internal));", ("isotropic_compression", "stress_paths")),
+    Mutation("bulk_modulus", "K 1 % too large", "libmpm/src/materials/hencky_elastic.cpp",
+             "bulk_(spec.young_modulus / (3.0 *", "bulk_(1.01 * spec.young_modulus / (3.0 *", ("hydrostatic_column", "elastic_wave")),
+    Mutation("bspline_weight", "the middle weight of the B-spline is 0.7499 - b^2", "libmpm/include/mpm/bspline.hpp",
+             "0.75 - b * b", "0.7499 - b * b", ("free_flight",)),
+    Mutation("affine_scale", "the affine momentum of APIC 1 % too small", "libmpm/src/transfer.cpp",
+             "(options.apic ? options.density * dx : 0.0)", "(options.apic ? 0.99 * options.density * dx : 0.0)", ("conservation",)),
+    Mutation("stress_transfer", "internal forces 1 % too small", "libmpm/src/transfer.cpp",
+             "(-options.dt * 4.0 * inverse_dx)", "(-options.dt * 3.96 * inverse_dx)", ("hydrostatic_column", "elastic_wave")),
+    Mutation("advection", "particles move 0.1 % too far in every step", "libmpm/src/transfer.cpp",
+             "const Lanes x = xv + dt * g.v;", "const Lanes x = xv + 1.001 * dt * g.v;", ("free_flight",)),
+    Mutation("gravity_sign", "gravity points upwards", "libmpm/src/scene.cpp",
+             "0.0, -std::cos(c.numerics.slope)", "0.0, std::cos(c.numerics.slope)", ("free_flight",)),
+    Mutation("wall_friction", "Coulomb friction of walls 1 % too small", "libmpm/src/boundary.cpp",
+             "const double loss = -friction * approach;", "const double loss = -0.99 * friction * approach;", ("sliding_block",)),
+    Mutation("wall_impulse", "a wall reports 0.1 % less momentum than it took", "libmpm/src/boundary.cpp",
+             "impulse.linear += taken;", "impulse.linear += 0.999 * taken;", ("conservation",)),
+]
+
+
+def stop(message):
+    print(f"mutants: {message}", file=sys.stderr)
+    sys.exit(2)
+
+
+def run(command, log, **arguments):
+    """Exit code of a command whose output goes to a file; None if it took too long."""
+    with open(log, "w", encoding="utf-8") as file:
+        try:
+            return subprocess.run(command, stdout=file, stderr=subprocess.STDOUT, check=False, **arguments).returncode
+        except subprocess.TimeoutExpired:
+            return None
+
+
+def copy_tree():
+    """Brings build/mutants/tree up to the files that git knows or would add; unchanged files keep their times, so builds stay incremental."""
+    listed = subprocess.run(["git", "ls-files", "-z", "--cached", "--others", "--exclude-standard"], cwd=ROOT, stdout=subprocess.PIPE, check=True).stdout
+    names = {name for name in listed.decode().split("\0") if name and os.path.isfile(os.path.join(ROOT, name))}
+    for name in names:
+        with open(os.path.join(ROOT, name), "rb") as file:
+            write_if_changed(os.path.join(TREE, name), file.read(), os.stat(os.path.join(ROOT, name)).st_mode)
+    for folder, _, files in os.walk(TREE):
+        for file in files:
+            path = os.path.join(folder, file)
+            if os.path.relpath(path, TREE) not in names:
+                os.remove(path)
+
+
+def write_if_changed(path, content, mode=0o644):
+    if os.path.exists(path):
+        with open(path, "rb") as file:
+            if file.read() == content:
+                return
+    os.makedirs(os.path.dirname(path), exist_ok=True)
+    with open(path, "wb") as file:
+        file.write(content)
+    os.chmod(path, mode)
+
+
+def mutated(mutation):
+    """The file's content with the one change."""
+    with open(os.path.join(ROOT, mutation.file), encoding="utf-8") as file:
+        text = file.read()
+    count = text.count(mutation.old)
+    if count != 1:
+        stop(f"{mutation.name}: '{mutation.old}' stands {count} times in {mutation.file}, not once; adapt the mutation in tests/mutants.py")
+    return text.replace(mutation.old, mutation.new).encode()
+
+
+def build(name, jobs):
+    log = os.path.join(OUT, f"{name}.build.log")
+    if run(["cmake", "--build", BUILD, "--parallel", str(jobs), "--target", "mpm-validate"], log) != 0:
+        stop(f"{name}: does not build, see {log}")
+
+
+def validate(name, cases, threads):
+    """(cases ended in time, failed checks as 'case: quantity')"""
+    directory = os.path.join(OUT, name)
+    command = [os.path.join(BUILD, "bin", "mpm-validate"), "run", "--level", "quick", "--out", directory, "--threads", str(threads)]
+    for case in cases:
+        command += ["--case", case]
+    code = run(command, os.path.join(OUT, f"{name}.log"), timeout=TIME_LIMIT_S)
+    if code not in (0, 1, 5, None):
+        stop(f"{name}: mpm-validate ended with exit code {code}, see {OUT}/{name}.log")
+    with open(os.path.join(directory, "results.json"), encoding="utf-8") as file:
+        results = json.load(file)
+    failed = []
+    for case in results["cases"]:
+        if case["fault"]:
+            failed.append(f"{case['name']}: {case['fault']}")
+        worst = sorted((k for k in case["checks"] if not k["passed"]), key=lambda k: -(k["tolerance_used"] or float("inf")))
+        failed += [f"{case['name']}: {k['quantity']} ({k['text']['error']}, tolerance {k['text']['tolerance']})" for k in worst]
+    return code is not None, failed
+
+
+def main():
+    parser = argparse.ArgumentParser(description="Break a constant on purpose and see which check fails")
+    parser.add_argument("name", nargs="*", help="only these mutations")
+    parser.add_argument("--list", action="store_true", help="name the mutations")
+    parser.add_argument("--jobs", type=int, default=os.cpu_count(), help="of the build")
+    parser.add_argument("--threads", type=int, default=os.cpu_count(), help="of the simulations")
+    options = parser.parse_args()
+    if options.list:
+        for m in MUTATIONS:
+            print(f"{m.name:<16} {m.what} ({m.file}); should be noticed by {', '.join(m.cases)}")
+        return 0
+    known = {m.name: m for m in MUTATIONS}
+    for name in options.name:
+        if name not in known:
+            stop(f"no mutation '{name}'; --list names them")
+    chosen = [known[name] for name in options.name] or MUTATIONS
+    changes = {m.name: mutated(m) for m in chosen}  # all before the first build: a text that is gone shows at once
+
+    os.makedirs(OUT, exist_ok=True)
+    copy_tree()
+    log = os.path.join(OUT, "configure.log")
+    if run(["cmake", "-S", TREE, "-B", BUILD, "-G", "Ninja", "-DCMAKE_BUILD_TYPE=Release", "-DMPM_BUILD_TESTS=OFF", "-DMPM_BUILD_BENCHMARKS=OFF"], log) != 0:
+        stop(f"cannot configure, see {log}")
+    print("unchanged: building and running the cases", file=sys.stderr)
+    build("unchanged", options.jobs)
+    cases = sorted({case for m in chosen for case in m.cases})
+    in_time, failed = validate("unchanged", cases, options.threads)
+    if failed or not in_time:
+        stop("cases fail without any mutation, so they show nothing: " + ("; ".join(failed) or "they do not end"))
+
+    rows, survivors = [], []
+    for m in chosen:
+        start = time.monotonic()
+        print(f"{m.name}: {m.what}", file=sys.stderr)
+        path = os.path.join(TREE, m.file)
+        with open(path, "rb") as file:
+            original = file.read()
+        write_if_changed(path, changes[m.name])
+        try:
+            build(m.name, options.jobs)
+            in_time, failed = validate(m.name, m.cases, options.threads)
+        finally:
+            write_if_changed(path, original)
+        if not in_time:
+            failed.append(f"did not end within {TIME_LIMIT_S} s")
+        if not failed:
+            survivors.append(m.name)
+        more = f", and {len(failed) - 1} more" if len(failed) > 1 else ""
+        rows.append((m.name, m.what, failed[0] + more if failed else "NOT NOTICED"))
+        print(f"  {rows[-1][2]} ({time.monotonic() - start:.0f} s)", file=sys.stderr)
+
+    print("| mutation | what is broken | first check that fails |\n|---|---|---|")
+    for row in rows:
+        print("| " + " | ".join(cell.replace("|", "\\|") for cell in row) + " |")
+    print(f"{len(rows) - len(survivors)} noticed, {len(survivors)} not" + (f": {', '.join(survivors)}" if survivors else ""))
+    return 1 if survivors else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
