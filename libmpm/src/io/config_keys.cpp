@@ -363,8 +363,8 @@ std::vector<Key> declare_keys() {
   t.add("duration_s", number, "s", above(0.0, 1e6), field(output, &OutputSpec::duration), "Simulated time").required = always;
   t.add("series_per_second", number, "1/s", above(0.0, 1e6), field(output, &OutputSpec::series_per_second),
         "Rows of series.csv per simulated second");
-  t.add("frames_per_second", number, "1/s", above(0.0, 1e4), field(output, &OutputSpec::frames_per_second),
-        "Stored particle frames per simulated second");
+  t.add("frames_per_second", number, "1/s", closed(0.0, 1e4), field(output, &OutputSpec::frames_per_second),
+        "Stored particle frames per simulated second; 0: none");
   t.add("checkpoint_minutes", number, "min", above(0.0, 1e5), field(output, &OutputSpec::checkpoint_minutes),
         "Wall-clock time between checkpoints");
 
