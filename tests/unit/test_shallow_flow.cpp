@@ -4,6 +4,8 @@
 
 #include <cmath>
 
+#include "mpm/error.hpp"
+
 namespace mpm::validation {
 namespace {
 
