@@ -67,7 +67,7 @@ TEST_F(Command, TellsItsVersion) {
 TEST_F(Command, HelpListsTheSubcommands) {
   const Outcome o = mpm("--help");
   EXPECT_EQ(o.code, 0);
-  for (const char* word : {"check", "run", "post", "point", "compare", "predict", "schema"})
+  for (const char* word : {"check", "run", "post", "point", "compare", "converge", "predict", "schema"})
     EXPECT_NE(o.out.find(word), std::string::npos) << word;
 }
 

@@ -286,7 +286,7 @@ TEST_F(RunCase, ShiftedByAWholeCellIsTheSameRunInTheSameCoordinates) {
   c.numerics.grid_offset = {1.0, 0.0, -1.0};
   const RunResult shifted = run_case(c, into("shifted"));
   EXPECT_EQ(plain.particle_steps, shifted.particle_steps);
-  const Snapshot a = read_final(directory / "plain"), b = read_final(directory / "shifted");
+  const Snapshot a = read_final(directory / "plain/final.h5"), b = read_final(directory / "shifted/final.h5");
   ASSERT_EQ(a.particles.id, b.particles.id);
   // Round-off of coordinates of some metres, 1e-15, grows with each of some 50 steps by the stiffness of the snow.
   for (std::size_t i = 0; i < a.particles.position.size(); ++i) ASSERT_NEAR(a.particles.position[i], b.particles.position[i], 1e-9);

@@ -1,0 +1,143 @@
+/// `mpm converge` as a user runs it.
+
+#include <fmt/format.h>
+#include <gtest/gtest.h>
+#include <sys/wait.h>
+
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <nlohmann/json.hpp>
+#include <sstream>
+#include <string>
+
+#include "mpm/error.hpp"
+#include "mpm/io/table.hpp"
+#include "support/temporary_directory.hpp"
+
+namespace mpm {
+namespace {
+
+namespace fs = std::filesystem;
+
+std::string content(const fs::path& file) {
+  std::ifstream in(file);
+  std::ostringstream out;
+  out << in.rdbuf();
+  return out.str();
+}
+
+struct Outcome {
+  int code;
+  std::string out, err;
+};
+
+bool contains(const std::string& text, const std::string& part) { return text.find(part) != std::string::npos; }
+
+/// A block of 1 m falls 0.02 s: every figure is there at once.
+constexpr const char* falling_block = R"([material]
+model = "hencky_elastic"
+[[body]]
+min_m = [0.0, 0.0, 0.0]
+max_m = [1.0, 1.0, 1.0]
+[domain]
+min_m = [-5.0, -5.0, -5.0]
+max_m = [5.0, 5.0, 5.0]
+[output]
+duration_s = 0.02
+series_per_second = 100
+)";
+
+/// An avalanche that has only just met the mast: no steady span, no means.
+constexpr const char* first_instant = R"([material]
+critical_state_slope = 0.4
+cohesion_beta = 0.0
+hardening_xi = 5.0
+[conveyor]
+velocity_m_s = 4.0
+flow_height_m = 1.0
+width_m = 3.0
+upstream_length_m = 2.0
+downstream_length_m = 1.5
+[obstacle]
+width_m = 0.5
+depth_m = 0.5
+[output]
+duration_s = 0.02
+)";
+
+class Converge : public ::testing::Test {
+ protected:
+  Outcome mpm(const std::string& case_text, const std::string& arguments) const {
+    std::ofstream(directory_ / "block.toml") << case_text;
+    const std::string line = fmt::format("cd '{0}' && '{1}' converge block.toml {2} >'{0}/out.txt' 2>'{0}/err.txt'",
+                                         directory_.path().string(), MPM_APP, arguments);
+    const int status = std::system(line.c_str());
+    return {WIFEXITED(status) ? WEXITSTATUS(status) : -1, content(directory_ / "out.txt"), content(directory_ / "err.txt")};
+  }
+  testing::TemporaryDirectory directory_;
+};
+
+TEST_F(Converge, StudiesSeveralMetricsAndWritesItsFiles) {
+  const Outcome o = mpm(falling_block, "--cell-size 0.25,0.5,0.125 --metric steps,particles_final --exact 20,0 --threads 1 --out study");
+  ASSERT_EQ(o.code, 0) << o.err;
+  for (const char* word :
+       {"cell_size_m", "0.125", "steps", "order, three finest", "GCI", "Richardson limit", "verdict", "errors against 20"})
+    EXPECT_TRUE(contains(o.out, word)) << word << "\n" << o.out;
+  for (const char* name : {"dx_0.5", "dx_0.25", "dx_0.125"}) EXPECT_TRUE(fs::exists(directory_ / "study" / name / "results.json")) << name;
+  const auto json = nlohmann::json::parse(content(directory_ / "study/converge.json"));
+  EXPECT_EQ(json["points"].size(), 3u);
+  EXPECT_EQ(json["figures"][1]["value"], (std::vector{64.0, 512.0, 4096.0}));
+  const Table table = Table::read(directory_ / "study/converge.csv");
+  EXPECT_EQ(table.numbers("cell_size_m"), (std::vector{0.5, 0.25, 0.125}));
+  EXPECT_EQ(table.numbers("particles_final"), (std::vector{64.0, 512.0, 4096.0}));
+
+  const Outcome again = mpm(falling_block, "--cell-size 0.5,0.25,0.125 --metric steps --threads 1 --out study --resume");
+  EXPECT_EQ(again.code, 0) << again.err;
+  EXPECT_TRUE(contains(again.err, "finished already, not run again"));
+}
+
+TEST_F(Converge, SweepsTheOtherParametersByTheirScatter) {
+  EXPECT_EQ(mpm(falling_block, "--particles-per-cell 8,1 --metric particles_final --threads 1").code, 0);
+  EXPECT_TRUE(fs::exists(directory_ / "out/block_particles_per_cell/ppc_8/results.json"));
+  EXPECT_EQ(mpm(falling_block, "--cfl 0.8,0.4,0.2 --metric steps --threads 1").code, 0);
+  EXPECT_TRUE(fs::exists(directory_ / "out/block_cfl/cfl_0.2/results.json"));
+  const Outcome o = mpm(falling_block, "--offset 0,0.25,0.5 --offset-axes xz --metric steps --threads 1 --set numerics.cell_size_m=0.5");
+  EXPECT_EQ(o.code, 0) << o.err;
+  EXPECT_TRUE(contains(o.out, "scatter over 3 values")) << o.out;
+  EXPECT_TRUE(contains(content(directory_ / "out/block_grid_offset_cells/offset_0.25/case.toml"), "grid_offset_cells = [0.25, 0.0, 0.25]"));
+}
+
+TEST_F(Converge, TellsWhatHasNoSteadySpanAndWhatIsTooFew) {
+  const Outcome o = mpm(first_instant, "--cell-size 0.25,0.125 --metric runup_mean_m,steps --threads 1");
+  EXPECT_EQ(o.code, 0) << o.err;
+  EXPECT_TRUE(contains(o.err, "cell_size_m = 0.25: no runup_mean_m: the run has no steady span")) << o.err;
+  EXPECT_TRUE(contains(o.err, "the windows of the pressure profile follow the cell size")) << o.err;
+  EXPECT_TRUE(contains(o.out, "values only: 0 sizes with a figure")) << o.out;
+  EXPECT_TRUE(contains(o.out, "values only: 2 sizes with a figure, an order needs three")) << o.out;
+}
+
+TEST_F(Converge, RefusesWhatItCannotDoWithExitCode2) {
+  for (const auto& [arguments, words] : std::initializer_list<std::pair<std::string, std::string>>{
+           {"--metric steps", "Exactly 1 option"},
+           {"--cell-size 0.5,0.25 --cfl 0.4 --metric steps", "Exactly 1 option"},
+           {"--cell-size 0.5,0.25", "--metric"},
+           {"--cell-size 0.5,-0.25 --metric steps", "--cell-size"},
+           {"--cell-size 0.5,0.5 --metric steps", "0.5 stands twice"},
+           {"--cell-size 50 --metric steps", "thinnest"},
+           {"--particles-per-cell 9 --metric steps", "particles_per_cell = 9"},
+           {"--offset 2 --metric steps", "grid_offset_cells"},
+           {"--offset 0.5 --offset-axes w --metric steps", "axes 'w'"},
+           {"--cell-size 0.5,0.25 --metric steps --exact 1,2", "2 values for 1 metrics"},
+           {"--cell-size 0.5 --metric stepps --threads 1", "did you mean steps?"}}) {
+    SCOPED_TRACE(arguments);
+    const Outcome o = mpm(falling_block, arguments);
+    EXPECT_EQ(o.code, static_cast<int>(ExitCode::usage)) << o.err;
+    EXPECT_TRUE(contains(o.err, words)) << o.err;
+    EXPECT_TRUE(o.out.empty()) << o.out;
+  }
+  EXPECT_FALSE(fs::exists(directory_ / "out/block_cell_size_m/dx_0.25"));  // a misspelt metric ends it after the first run
+}
+
+}  // namespace
+}  // namespace mpm
