@@ -1,18 +1,23 @@
 #include <fmt/format.h>
 
+#include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <numbers>
 
+#include "mpm/io/config.hpp"
 #include "mpm/scene.hpp"
 #include "validation/harness/case.hpp"
 #include "validation/harness/norms.hpp"
+#include "validation/harness/ode_reference.hpp"
+#include "validation/harness/particle_access.hpp"
 
 namespace mpm::validation {
 namespace {
 
-constexpr double height = 1.75, density = 300.0, gravity = 9.81, young = 1e6, poisson = 0.1;
-constexpr double bulk = young / (3.0 * (1.0 - 2.0 * poisson)), shear = young / (2.0 * (1.0 + poisson));
+constexpr double height = 1.75, density = 300.0, gravity = 9.81, poisson = 0.1;
+constexpr double weight = density * gravity * height;  ///< stress on the floor, Pa
 
 /// Principal branch of Lambert's W for s >= 0: w e^w = s, by Newton's method on a convex function.
 double lambert_w(double s) {
@@ -21,72 +26,106 @@ double lambert_w(double s) {
   return w;
 }
 
-/// Exact state of a confined column with modulus E_oed, at reference height z.
+/// A column at rest: what carries the Cauchy stress -load, and the Kirchhoff stress ratio there.
 struct Column {
-  double modulus;
-  [[nodiscard]] double stress(double z) const { return -density * gravity * (height - z); }
-  [[nodiscard]] double displacement(double z) const {  // Simpson's rule; the integrand is smooth
-    constexpr int n = 64;
+  std::string word, id;
+  MaterialSpec material;
+  std::function<double(double load)> compression;    ///< -ln J
+  std::function<double(double load)> lateral_ratio;  ///< tau_xx / tau_zz
+  double softness = 1.0;                             ///< lowest wave speed of the column over c_P
+  bool elastic = true;
+
+  [[nodiscard]] static double load(double z) { return density * gravity * (height - z); }
+  [[nodiscard]] double displacement(
+      double z) const {  // Simpson's rule; the integrand is smooth, with kinks of a higher derivative at yield
+    constexpr int n = 400;
     double sum = 0.0;
-    for (int i = 0; i <= n; ++i) {
-      const double j = std::exp(-lambert_w(density * gravity * (height - z * i / n) / modulus));
-      sum += (i == 0 || i == n ? 1.0 : i % 2 ? 4.0 : 2.0) * (j - 1.0);
-    }
+    for (int i = 0; i <= n; ++i) sum += (i == 0 || i == n ? 1.0 : i % 2 ? 4.0 : 2.0) * std::expm1(-compression(load(z * i / n)));
     return sum * z / (3.0 * n);
   }
 };
 
-struct Rest {
-  std::vector<double> z, stress, displacement;  ///< by particle: reference height, Cauchy sigma_zz, vertical displacement
-  double lateral_ratio = 0.0;                   ///< largest deviation of tau_xx/tau_zz from the law's
-  double force_over_weight = 0.0, settlement_share = 0.0;
-  double cell = 0.0;
-  std::uint64_t steps = 0;
-};
+MaterialSpec snow(const std::string& model, double young) {
+  MaterialSpec m;
+  m.model = model;
+  m.density = density;
+  m.young_modulus = young;
+  m.poisson_ratio = poisson;
+  return m;
+}
 
-/// Column of two by two cells between slip walls.
-Case column_case(bool fluid, int cells) {
-  Case c;
-  const double dx = height / cells, side = 2.0 * dx;
-  c.material.model = fluid ? "cohesive_cam_clay" : "hencky_elastic";
-  c.material.density = density;
-  c.material.young_modulus = young;
-  c.material.poisson_ratio = poisson;
+Column elastic_column(const std::string& word, const std::string& id, double young, bool fluid) {
+  const double bulk = young / (3.0 * (1.0 - 2.0 * poisson)), shear = young / (2.0 * (1.0 + poisson));
+  const double modulus = fluid ? bulk : bulk + 4.0 / 3.0 * shear;
+  Column c{word,
+           id,
+           snow(fluid ? "cohesive_cam_clay" : "hencky_elastic", young),
+           [=](double load) { return lambert_w(load / modulus); },
+           [=](double) { return fluid ? 1.0 : poisson / (1.0 - poisson); },
+           std::sqrt(modulus / (bulk + 4.0 / 3.0 * shear))};
   c.material.critical_state_slope = 0.0;
-  c.material.preconsolidation_pressure = 1e4;  // the floor carries 5.2 kPa
-  c.numerics.cell_size = dx;
-  c.numerics.gravity = gravity;
-  c.bodies.push_back({BodySpec::Shape::box, Vec3::Zero(), Vec3(side, side, height), Vec3::Zero()});
-  const auto wall = [&](const Vec3& point, const Vec3& normal) {
-    WallSpec w;
-    w.point = point;
-    w.normal = normal;
-    w.contact = Contact::slip;
-    c.walls.push_back(w);
-  };
-  wall(Vec3::Zero(), Vec3::UnitZ());  // first: its impulse is the floor's
-  wall(Vec3::Zero(), Vec3::UnitX());
-  wall(Vec3::Zero(), Vec3::UnitY());
-  wall(Vec3(side, 0, 0), -Vec3::UnitX());
-  wall(Vec3(0, side, 0), -Vec3::UnitY());
+  c.material.preconsolidation_pressure = 20.0 * weight;  // never reached: elastic in volume
   return c;
 }
 
+/// Snow that yields under its weight: states along the oedometric path, from CVODE.
+Column yielding_column() {
+  Column c{"yielding snow", "plastic", snow("cohesive_cam_clay", 1e6), {}, {}, 0.4, false};
+  c.material.critical_state_slope = 0.8;
+  c.material.cohesion_beta = 0.3;
+  c.material.hardening_xi = 0.5;
+  c.material.preconsolidation_pressure = 2e3;
+  const CamClay model = CamClay::from_young(1e6, poisson, 0.8, 0.3, 0.5, 2e3);
+  constexpr double most = 0.03;
+  const ReferencePath path =
+      coaxial_reference(model, {ReferenceSegment::strain_increment(-most, 2.0 / 3.0 * most)}, {.samples_per_segment = 6000});
+  // sigma = tau / J; along the path the axial stress grows
+  struct Row {
+    double load, compression, ratio;
+  };
+  auto rows = std::make_shared<std::vector<Row>>();
+  for (const ReferencePoint& p : path.points) {
+    const double axial = p.p + 2.0 / 3.0 * p.q_signed, radial = p.p - p.q_signed / 3.0;
+    rows->push_back({axial * std::exp(-p.eps_v), -p.eps_v, axial > 0.0 ? radial / axial : poisson / (1.0 - poisson)});
+  }
+  const auto at = [rows](double load, double Row::*column) {
+    const auto next = std::lower_bound(rows->begin() + 1, rows->end() - 1, load, [](const Row& r, double l) { return r.load < l; });
+    const Row &a = *(next - 1), &b = *next;
+    return a.*column + (b.*column - a.*column) * (load - a.load) / (b.load - a.load);
+  };
+  c.compression = [at](double load) { return at(load, &Row::compression); };
+  c.lateral_ratio = [at](double load) { return at(load, &Row::ratio); };
+  return c;
+}
+
+struct Rest {
+  std::vector<double> z, stress, displacement,
+      ratio;  ///< by particle: reference height, Cauchy sigma_zz, vertical displacement, tau_xx/tau_zz
+  double force_over_weight = 0.0;
+  double cell = 0.0;
+  std::uint64_t particle_steps = 0;
+};
+
 /// Ramps gravity over the first half of the time and damps the velocity at twice the first frequency of the column.
-Rest settle(bool fluid, int cells) {
-  const Case c = column_case(fluid, cells);
-  const Column exact{fluid ? bulk : bulk + 4.0 / 3.0 * shear};
+Rest settle(const CaseContext& context, const Column& column, int cells, int per_axis = 2) {
+  Case c = read_case(context.case_directory() / "case.toml");
+  const double dx = height / cells, side = dx / per_axis;
+  c.material = column.material;
+  c.numerics.cell_size = dx;
+  c.numerics.particles_per_cell = per_axis * per_axis * per_axis;
+  c.bodies.at(0).max = Vec3(side, side, height);
+  for (WallSpec& wall : c.walls)
+    for (int i = 0; i < 2; ++i)
+      if (wall.point[i] > 0.0) wall.point[i] = side;
   Scene scene = make_scene(c);
   const Vec3 full_gravity = scene.gravity;
   State state = make_state(c, scene);
-  std::vector<double> z(state.grid.particle_count());
+  const std::vector<Vec3> reference = reference_positions(state);
   double mass = 0.0;
-  state.grid.for_each_particle([&](const Particle& p) {
-    z[p.id] = p.position[2];
-    mass += density * p.volume;
-  });
-  const double frequency = 0.5 * std::numbers::pi / height * std::sqrt(exact.modulus / density);  // rad/s
-  const double duration = 60.0 / frequency, ramp = 0.5 * duration;  // the slowest mode decays like exp(-2 frequency t) or faster
+  state.grid.for_each_particle([&](const Particle& p) { mass += density * p.volume; });
+  const double speed = std::visit([](const auto& law) { return law.wave_speed(); }, scene.material);
+  const double frequency = 0.5 * std::numbers::pi / height * speed * column.softness;  // rad/s
+  const double duration = 60.0 / frequency, ramp = 0.5 * duration;  // the slowest mode decays like exp(-frequency t) or faster
   double floor_force = 0.0;
   while (state.time < duration) {
     const double dt = stable_time_step(state, scene);
@@ -95,150 +134,311 @@ Rest settle(bool fluid, int cells) {
     const StepReport report = step(state, scene, dt);
     floor_force = -report.impulses.at(0).linear.z() / dt;
     const double keep = std::exp(-2.0 * frequency * dt);
-    for (const auto b : state.grid.occupied_blocks()) {
-      auto& particles = state.grid.block(b).particles;
-      for (int s = 0; s < particles.count(); ++s) {
-        for (double& v : particles[s].velocity) v *= keep;
-        for (double& a : particles[s].affine) a *= keep;
-      }
-    }
+    change_particles(state, [&](Particle& p) {
+      for (double& v : p.velocity) v *= keep;
+      for (double& a : p.affine) a *= keep;
+    });
   }
   Rest rest;
-  rest.cell = c.numerics.cell_size;
-  rest.steps = state.step;
+  rest.cell = dx;
+  rest.particle_steps = state.step * reference.size();
   rest.force_over_weight = floor_force / (mass * gravity);
-  const double ratio = fluid ? 1.0 : poisson / (1.0 - poisson);
-  double top = 0.0;
+  rest.z.resize(reference.size()), rest.stress = rest.displacement = rest.ratio = rest.z;
   state.grid.for_each_particle([&](const Particle& p) {
-    const MaterialState<double> s{{p.stress[0], p.stress[1], p.stress[2], p.stress[3], p.stress[4], p.stress[5]}, p.internal};
-    const double j = std::visit([&](const auto& law) { return law.volume_ratio(s); }, scene.material);
-    const double u = p.position[2] - z[p.id];
-    rest.z.push_back(z[p.id]);
-    rest.stress.push_back(p.stress[2] / j);
-    rest.displacement.push_back(u);
-    rest.lateral_ratio = std::max(rest.lateral_ratio, std::abs(p.stress[0] / p.stress[2] - ratio));
-    if (z[p.id] > top) {
-      top = z[p.id];
-      rest.settlement_share = u / exact.displacement(top);
-    }
+    const double j = std::visit([&](const auto& law) { return law.volume_ratio(material_state(p)); }, scene.material);
+    rest.z[p.id] = reference[p.id].z();
+    rest.stress[p.id] = p.stress[2] / j;
+    rest.displacement[p.id] = p.position[2] - reference[p.id].z();
+    rest.ratio[p.id] = p.stress[0] / p.stress[2];
   });
   return rest;
 }
 
-struct Errors {
-  double displacement;  ///< L2, m
-  double stress;        ///< L1 of cell means over rho g H
-  std::vector<double> cell_z, cell_stress;
+/// Stress of each particle over rho g H in the linear static equilibrium of the discrete column, computed without the library: nodes 0 and
+/// -1 at rest, sum over particles of V tau dw_i = sum of m g w_i for every other node, tau linear in the nodal displacements, two particles
+/// a cell.
+std::vector<double> discrete_equilibrium(int cells) {
+  const int particles = 2 * cells, nodes = cells + 1;  // free nodes 1 .. cells + 1
+  Eigen::MatrixXd weights = Eigen::MatrixXd::Zero(particles, nodes), gradient = weights;
+  for (int p = 0; p < particles; ++p) {
+    const double x = (p + 0.5) / 2.0;
+    for (int i = 1; i <= nodes; ++i) {
+      const double xi = i - x, a = std::abs(xi);
+      weights(p, i - 1) = a < 0.5 ? 0.75 - a * a : a < 1.5 ? 0.5 * (1.5 - a) * (1.5 - a) : 0.0;
+      gradient(p, i - 1) = 4.0 * weights(p, i - 1) * xi;
+    }
+  }
+  const Eigen::VectorXd load = -weights.colwise().sum().transpose() / cells;  // in cells and rho g H
+  const Eigen::VectorXd stress = gradient * (gradient.transpose() * gradient).ldlt().solve(load);
+  return {stress.data(), stress.data() + particles};
+}
+
+struct Profile {
+  std::vector<double> z, stress, ratio;  ///< means over one cell: middle, Cauchy sigma_zz, tau_xx/tau_zz
 };
 
-Errors compare(const Rest& rest, const Column& exact) {
-  std::vector<double> u;
+Profile cell_means(const Rest& rest) {
   const auto cells = static_cast<std::size_t>(std::lround(height / rest.cell));
-  std::vector<double> sum(cells, 0.0), count(cells, 0.0), mean(cells), wanted(cells), z(cells);
+  Profile p{std::vector<double>(cells, 0.0), std::vector<double>(cells, 0.0), std::vector<double>(cells, 0.0)};
+  std::vector<double> count(cells, 0.0);
   for (std::size_t i = 0; i < rest.z.size(); ++i) {
-    u.push_back(exact.displacement(rest.z[i]));
     const auto k = std::min(cells - 1, static_cast<std::size_t>(rest.z[i] / rest.cell));
-    sum[k] += rest.stress[i];
+    p.stress[k] += rest.stress[i];
+    p.ratio[k] += rest.ratio[i];
     count[k] += 1.0;
   }
   for (std::size_t k = 0; k < cells; ++k) {
-    z[k] = (static_cast<double>(k) + 0.5) * rest.cell;
-    mean[k] = sum[k] / count[k];
-    wanted[k] = exact.stress(z[k]);
+    p.z[k] = (static_cast<double>(k) + 0.5) * rest.cell;
+    p.stress[k] /= count[k];
+    p.ratio[k] /= count[k];
   }
-  return {error_norms(rest.displacement, u).l2, error_norms(mean, wanted).l1 / (density * gravity * height), z, mean};
+  return p;
 }
 
-void study(const CaseContext& context, CaseResult& result, bool fluid) {
-  const std::string word = fluid ? "M = 0" : "elastic";
-  const Column exact{fluid ? bulk : bulk + 4.0 / 3.0 * shear};
-  const double strain = density * gravity * height / exact.modulus;
-  std::vector<double> size, displacement_error, stress_error, settlement;
-  Plot profile{(fluid ? std::string("fluid") : word) + "-stress",
-               "Vertical stress at rest, " + word,
+std::string listed(const std::vector<double>& values, const char* pattern = "{:.2f}") {
+  std::string s;
+  for (const double v : values) s += (s.empty() ? "" : ", ") + fmt::format(fmt::runtime(pattern), v);
+  return s;
+}
+
+/// Interior: between 0.4 and 0.9 of the height, cells away from floor and surface on every grid.
+bool interior(double z) { return z > 0.4 * height && z < 0.9 * height; }
+
+/// L2 error of the cell means in the interior over rho g H.
+double interior_error(const Profile& means) {
+  std::vector<double> value, wanted;
+  for (std::size_t k = 0; k < means.z.size(); ++k) {
+    if (!interior(means.z[k])) continue;
+    value.push_back(means.stress[k]), wanted.push_back(-Column::load(means.z[k]));
+  }
+  return error_norms(value, wanted).l2 / weight;
+}
+
+/// Errors over the grids.
+struct Errors {
+  std::vector<double> size, displacement, stress, inner, settlement, settled, wall, ratio;
+  Rest finest;
+  Profile means;
+};
+
+std::vector<double> scaled(const std::vector<double>& v, double factor) {
+  std::vector<double> r;
+  for (const double x : v) r.push_back(factor * x);
+  return r;
+}
+
+/// Runs all grids and draws the profiles.
+Errors converge(const CaseContext& context, CaseResult& result, const Column& column, const std::vector<int>& grids, std::size_t& work) {
+  Errors e;
+  const double full = column.displacement(height);
+  Plot profile{column.id + "-stress",
+               "Vertical stress at rest, " + column.word,
                "-σ_zz [kPa]",
                "reference height Z [m]",
-               {{"ρ0 g (H - Z)", {density * gravity * height * 1e-3, 0.0}, {0.0, height}, Series::Style::reference}},
+               {{"ρ0 g (H - Z)", {weight * 1e-3, 0.0}, {0.0, height}, Series::Style::reference}},
                "Means over one cell.",
                false,
                false};
-  Plot shape{(fluid ? std::string("fluid") : word) + "-settlement",
-             "Displacement at rest, " + word,
-             "-u [mm]",
-             "reference height Z [m]",
-             {},
-             "",
-             false,
-             false};
-  Series curve{"exact (Lambert W)", {}, {}, Series::Style::reference};
-  for (int i = 0; i <= 40; ++i) {
-    curve.y.push_back(height * i / 40.0);
-    curve.x.push_back(-1e3 * exact.displacement(curve.y.back()));
+  Plot shape{column.id + "-settlement", "Displacement at rest, " + column.word, "-u [mm]", "reference height Z [m]", {}, "", false, false};
+  Plot lateral{column.id + "-lateral",
+               "Lateral over vertical stress at rest, " + column.word,
+               "τ_xx / τ_zz [-]",
+               "reference height Z [m]",
+               {},
+               "Means over one cell.",
+               false,
+               false};
+  Series curve{column.elastic ? "exact (Lambert W)" : "oedometric path (CVODE)", {}, {}, Series::Style::reference}, ratio_curve = curve;
+  for (int i = 0; i <= 200; ++i) {
+    const double z = height * i / 200.0;
+    ratio_curve.y.push_back(z), ratio_curve.x.push_back(column.lateral_ratio(Column::load(z)));
+    if (i % 5 == 0) curve.y.push_back(z), curve.x.push_back(-1e3 * column.displacement(z));
   }
-  shape.series.push_back(curve);
-  const double full_settlement = -exact.displacement(height);
-  Rest rest;
-  for (const int cells : context.choose<std::vector<int>>({7, 14, 28}, {7, 14, 28, 56}, {7, 14, 28, 56, 112})) {
-    rest = settle(fluid, cells);
-    const Errors e = compare(rest, exact);
-    size.push_back(rest.cell);
-    displacement_error.push_back(e.displacement);
-    stress_error.push_back(e.stress);
-    settlement.push_back(rest.settlement_share * full_settlement * 1e3);
-    Series simulated{fmt::format("dx = H/{}", cells), {}, e.cell_z, Series::Style::points};
-    for (const double s : e.cell_stress) simulated.x.push_back(-1e-3 * s);
-    profile.series.push_back(std::move(simulated));
-    Series moved{fmt::format("dx = H/{}", cells), {}, {}, Series::Style::points};
-    for (std::size_t i = 0; i < rest.z.size(); i += 16) {  // one of the 16 particles of a layer
-      moved.x.push_back(-1e3 * rest.displacement[i]);
-      moved.y.push_back(rest.z[i]);
+  shape.series.push_back(std::move(curve));
+  lateral.series.push_back(std::move(ratio_curve));
+  for (const int cells : grids) {
+    const Rest rest = settle(context, column, cells);
+    const Profile means = cell_means(rest);
+    work += rest.particle_steps;
+    std::vector<double> u, wanted, inner_ratio, inner_ratio_wanted;
+    std::size_t top = 0;
+    for (std::size_t i = 0; i < rest.z.size(); ++i) {
+      u.push_back(column.displacement(rest.z[i]));
+      if (rest.z[i] > rest.z[top]) top = i;
     }
-    shape.series.push_back(std::move(moved));
-    context.log(fmt::format("{}: {} cells, {} steps", word, cells, rest.steps));
+    for (const double z : means.z) wanted.push_back(-Column::load(z));
+    for (std::size_t k = 0; k < means.z.size(); ++k) {
+      if (!interior(means.z[k])) continue;
+      inner_ratio.push_back(means.ratio[k]), inner_ratio_wanted.push_back(column.lateral_ratio(-wanted[k]));
+    }
+    e.size.push_back(rest.cell);
+    e.displacement.push_back(error_norms(rest.displacement, u).l2 / -full);
+    e.stress.push_back(error_norms(means.stress, wanted).l1 / weight);
+    e.inner.push_back(interior_error(means));
+    e.settled.push_back(-1e3 * full * rest.displacement[top] / u[top]);
+    e.settlement.push_back(std::abs(rest.displacement[top] / u[top] - 1.0));
+    e.wall.push_back(means.stress[0] / wanted[0] - 1.0);
+    e.ratio.push_back(error_norms(inner_ratio, inner_ratio_wanted).max);
+    const auto name = fmt::format("dx = H/{}", cells);
+    profile.series.push_back({name, scaled(means.stress, -1e-3), means.z, Series::Style::points});
+    shape.series.push_back({name, scaled(rest.displacement, -1e3), rest.z, Series::Style::points});
+    lateral.series.push_back({name, means.ratio, means.z, Series::Style::points});
+    e.finest = rest;
+    e.means = means;
   }
-  result.check_relative(Label::verification, word + ": force on the floor over weight", rest.force_over_weight, 1.0, "", 1e-5,
-                        "what is left of the motion");
-  result.check_absolute(Label::verification, word + ": lateral over vertical stress, largest deviation", rest.lateral_ratio, 0.0, "", 1e-9,
-                        "lateral strain is exactly zero, the ratio is the law's");
-  result
-      .check_absolute(Label::verification, word + ": displacement, L2 error", 1e3 * displacement_error.back(), 0.0, "mm",
-                      1e3 * strain * rest.cell / 4.0, "twice the effect of the resting nodes behind the floor, ε0 dx/8")
-      .observed_order = fitted_order(size, displacement_error);
-  result
-      .check_absolute(Label::verification, word + ": σ_zz of cells, L1 error over ρ0 g H", stress_error.back(), 0.0, "",
-                      rest.cell / (4.0 * height), "twice the mean error 1/8 in a layer of one cell at the floor")
-      .observed_order = fitted_order(size, stress_error);
-  result.check_order(Label::verification, word + ": order of the displacement", fitted_order(size, displacement_error), 0.85, 1.2,
-                     "first order at the floor; the band is the second-order part at the coarsest grid");
-  result.check_order(Label::verification, word + ": order of the stress (L1)", fitted_order(size, stress_error), 0.85, 1.2,
-                     "first order at the floor; the band is the second-order part at the coarsest grid");
-  const GridStudy grids = grid_study(size, settlement, 1.0);
-  result
-      .check_relative(Label::verification, word + ": settlement extrapolated to dx = 0", grids.extrapolated, 1e3 * full_settlement, "mm",
-                      5e-3, "second-order remainder: square of the 5 % of the coarsest grid, doubled")
-      .observed_order = grids.order;
-  result.studies.push_back({word + ": settlement of the top", "mm", grids});
   result.plots.push_back(std::move(profile));
   result.plots.push_back(std::move(shape));
-  Series slope{"order 1", {size.front(), size.back()}, {}, Series::Style::bound};
-  for (const double h : slope.x) slope.y.push_back(displacement_error.back() / height * h / size.back());
-  std::vector<double> scaled;
-  for (const double e : displacement_error) scaled.push_back(e / height);
-  result.plots.push_back({(fluid ? std::string("fluid") : word) + "-order",
+  if (!column.elastic) result.plots.push_back(std::move(lateral));
+  return e;
+}
+
+/// Distance that a wall stands behind its plane, in cells: 0.17 with two, 0.19 with many particles per cell and axis (case elastic_wave).
+constexpr double wall_shift = 0.19;
+/// Quadrature error of the stress with two particles per cell and axis, over the strain: case manufactured_solution has 1.2 % at strains of
+/// 31 %.
+constexpr double quadrature_share = 0.05;
+
+void study(const CaseContext& context, CaseResult& result, const Column& column, const std::vector<int>& grids, std::size_t& work) {
+  const std::string& word = column.word;
+  const Errors e = converge(context, result, column, grids, work);
+  const double full = -1e3 * column.displacement(height), strain = column.compression(weight);
+  const double dx = e.size.back();
+  // the floor's error is in part too much stress, to which yielding snow answers with its tangent: over the last 20 % of the load
+  const double sensitivity = std::max(strain, 5.0 * (strain - column.compression(0.8 * weight)));
+  result.check_relative(Label::verification, word + ": force on the floor over weight", e.finest.force_over_weight, 1.0, "", 1e-5,
+                        "what is left of the motion");
+  double own = 0.0;  // each particle's ratio at its own stress: the law, whatever the grid did to the stress
+  for (std::size_t i = 0; i < e.finest.z.size(); ++i)
+    own = std::max(own, std::abs(e.finest.ratio[i] - column.lateral_ratio(-e.finest.stress[i])));
+  if (column.elastic) {
+    result.check_absolute(Label::verification, word + ": lateral over vertical stress, largest deviation", own, 0.0, "", 1e-10,
+                          "lateral strain is exactly zero, the ratio is the law's; roundings of thousands of steps");
+  } else {
+    result.check_absolute(Label::verification,
+                          word + ": lateral over vertical stress of each particle, against the oedometric path at its stress", own, 0.0, "",
+                          5e-4, "the return map is of first order in the strain of a step; the ramp takes some thousand steps");
+    // the change of K0 over the error of the stress: of a cell, three times that in L2
+    double slack = 5e-4;
+    for (const double z : e.means.z) {
+      const double load = Column::load(z), off = 3.0 * quadrature_share * strain * weight;
+      if (!interior(z)) continue;
+      for (const double l : {load - off, load + off})
+        slack = std::max(slack, 5e-4 + std::abs(column.lateral_ratio(l) - column.lateral_ratio(load)));
+    }
+    result.check_absolute(Label::verification, word + ": lateral over vertical stress (K0) against the path at its height, interior cells",
+                          e.ratio.back(), 0.0, "", slack,
+                          "K0 changes so much over the quadrature error of the stress, and the return map's share");
+    result.notes.push_back(fmt::format("{}: K0 is {:.3f} at the floor and {:.3f} at half the height, {:.3f} where nothing yields.", word,
+                                       column.lateral_ratio(weight), column.lateral_ratio(0.5 * weight), poisson / (1.0 - poisson)));
+  }
+  const double settlement_order = fitted_order(e.size, e.settlement), displacement_order = fitted_order(e.size, e.displacement);
+  result
+      .check_relative(Label::verification, word + ": settlement, finest grid", e.settled.back(), full, "mm",
+                      1e3 * wall_shift * dx * sensitivity / full,
+                      "the floor stands up to 0.19 dx behind its plane: so much times the strain there (or its tangent, if that is larger)")
+      .observed_order = settlement_order;
+  result.check_order(Label::verification, word + ": order of the settlement", settlement_order, 0.9, 1.1,
+                     "first order at the floor; the band is the second-order part at the coarsest grid");
+  result.check_order(Label::verification, word + ": order of the displacement (L2)", displacement_order, 0.9, 1.1, "as the settlement");
+  const GridStudy limit = grid_study(e.size, e.settled, 1.0);
+  result
+      .check_relative(Label::verification, word + ": settlement extrapolated to dx = 0", limit.extrapolated, full, "mm", 5e-3,
+                      "second-order remainder: square of the 5 % of the coarsest grid, doubled")
+      .observed_order = limit.order;
+  result
+      .check_absolute(Label::verification, word + ": σ_zz of cells, L1 error over ρ0 g H", e.stress.back(), 0.0, "",
+                      0.14 * dx / height + quadrature_share * strain,
+                      "10 % too much in the cell at the floor, 2 % too little in the next, and so on: 0.14 in all; and the quadrature")
+      .observed_order = fitted_order(e.size, e.stress);
+  result
+      .check_absolute(Label::verification, word + ": σ_zz of interior cells, L2 error over ρ0 g H, finest grid", e.inner.back(), 0.0, "",
+                      quadrature_share * strain,
+                      "quadrature with two particles per cell and axis: 4 % of the strain in the manufactured solution")
+      .observed_order = fitted_order(e.size, e.inner);
+  result.studies.push_back({word + ": settlement of the top", "mm", limit});
+  result.notes.push_back(
+      fmt::format("{}, H/dx = {} to {}: orders from grid to grid: settlement {}, displacement {}, stress (L1) {}, interior stress (L2) {}. "
+                  "Interior error {:.1e} to {:.1e}; too much "
+                  "stress in the floor's cell {} %.",
+                  word, grids.front(), grids.back(), listed(pairwise_orders(e.size, e.settlement)),
+                  listed(pairwise_orders(e.size, e.displacement)), listed(pairwise_orders(e.size, e.stress)),
+                  listed(pairwise_orders(e.size, e.inner)), e.inner.front(), e.inner.back(), listed(scaled(e.wall, 100.0))));
+  Series first{"order 1", {e.size.front(), dx}, {e.settlement.back() * e.size.front() / dx, e.settlement.back()}, Series::Style::bound};
+  result.plots.push_back({column.id + "-order",
                           "Errors against cell size, " + word,
                           "dx [m]",
                           "error [-]",
-                          {slope,
-                           {"displacement (L2) / H", size, scaled, Series::Style::points},
-                           {"σ_zz of cells (L1) / ρ0 g H", size, stress_error, Series::Style::points}},
+                          {first,
+                           {"settlement", e.size, e.settlement, Series::Style::points},
+                           {"displacement (L2) / settlement", e.size, e.displacement, Series::Style::points},
+                           {"σ_zz of cells (L1) / ρ0 g H", e.size, e.stress, Series::Style::points},
+                           {"σ_zz of interior cells (L2) / ρ0 g H", e.size, e.inner, Series::Style::points}},
+                          "The interior error stays where the quadrature of two particles per cell and axis takes over.",
+                          true,
+                          true});
+  if (column.id == "elastic") {
+    // why the floor's cell carries more: the discrete equilibrium does
+    const std::vector<double> discrete = discrete_equilibrium(grids.back());
+    double worst = 0.0;
+    for (std::size_t i = 0; i < discrete.size(); ++i) worst = std::max(worst, std::abs(e.finest.stress[i] / weight - discrete[i]));
+    result.check_absolute(Label::verification,
+                          word + ": stress of each particle against the discrete equilibrium over ρ0 g H, largest deviation", worst, 0.0,
+                          "", strain, "the discrete equilibrium is that of the undeformed column: exact to the strain at the floor");
+    Series line{"discrete equilibrium", {}, {}, Series::Style::reference}, marks{"particles", {}, {}, Series::Style::points};
+    for (std::size_t i = 0; i < 16; ++i) {
+      const double z = (static_cast<double>(i) + 0.5) / 2.0;
+      line.x.push_back(z), line.y.push_back(-discrete[i] * weight / Column::load(z * dx));
+      marks.x.push_back(z), marks.y.push_back(-e.finest.stress[i] / Column::load(z * dx));
+    }
+    result.plots.push_back({"floor",
+                            "Stress near the floor, finest grid, " + word,
+                            "Z / dx [-]",
+                            "-σ_zz / ρ0 g (H - Z) [-]",
+                            {{"exact", {0.0, 8.0}, {1.0, 1.0}, Series::Style::bound}, line, marks},
+                            "The nodes held by the floor take 0.92 of the force of a uniform stress; the material next to it carries the "
+                            "more. The error changes sign from particle to particle and dies out within four cells.",
+                            false,
+                            false});
+  }
+  context.log(fmt::format("{}: {} grids", word, grids.size()));
+}
+
+/// More particles per cell at large strain: what limits the interior is the quadrature.
+void particle_sweep(const CaseContext& context, CaseResult& result, const Column& column, std::size_t& work) {
+  Series inner{"interior cells", {}, {}, Series::Style::points};
+  for (const int n : {2, 3, 4, 6}) {
+    const Rest rest = settle(context, column, 28, n);
+    work += rest.particle_steps;
+    inner.x.push_back(n);
+    inner.y.push_back(interior_error(cell_means(rest)));
+  }
+  result.check_at_most(Label::verification, column.word + ": interior stress error with 6 over that with 2 particles per cell and axis",
+                       inner.y.back() / inner.y.front(), 1.0 / 3.0, "", 0.0,
+                       "midpoint quadrature: at least first order in the number of particles, 2/6");
+  result.plots.push_back({"particles",
+                          "Interior stress against particles per cell, dx = H/28, " + column.word,
+                          "particles per cell and axis",
+                          "L2 error of σ_zz over ρ0 g H [-]",
+                          {inner},
                           "",
                           true,
                           true});
 }
 
 void run(const CaseContext& context, CaseResult& result) {
-  study(context, result, false);
-  study(context, result, true);
+  const auto fine = context.choose<std::vector<int>>({7, 14, 28, 56}, {7, 14, 28, 56, 112}, {7, 14, 28, 56, 112, 224});
+  const auto coarse = context.choose<std::vector<int>>({7, 14, 28}, {7, 14, 28, 56}, {7, 14, 28, 56, 112});
+  std::size_t work = 0;
+  study(context, result, elastic_column("elastic", "elastic", 1e6, false), fine, work);
+  study(context, result, elastic_column("M = 0", "fluid", 1e6, true), fine, work);
+  const Column soft = elastic_column("elastic, E = 20 kPa", "elastic-large", 2e4, false);
+  study(context, result, soft, coarse, work);
+  study(context, result, elastic_column("M = 0, E = 20 kPa", "fluid-large", 2e4, true), coarse, work);
+  study(context, result, yielding_column(), coarse, work);
+  particle_sweep(context, result, soft, work);
+  result.notes.push_back(fmt::format(
+      "{:.1f} million particle-steps; one particle across, so that blocks are nearly empty and a step costs what its blocks cost.",
+      1e-6 * static_cast<double>(work)));
 }
 
 const Registration registered{{MPM_CASE_NAME, "Hydrostatic column", MPM_CASE_DIRECTORY, run}};
