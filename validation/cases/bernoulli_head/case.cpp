@@ -111,7 +111,7 @@ Rise simulate(const CaseContext& context, const Setting& setting, bool wide, boo
            .field = FlowField::speed,
            .title = fmt::format("Inviscid flow, Fr {:.3g}, t = {:.2f} s", setting.froude, state.time),
            .caption = fmt::format("The jet before anything has fallen back onto the oncoming flow. H + v²/2g is {:.1f} m.", rise.bound),
-           .slice_half_width = 0.3,
+           .slice_half_width = 0.5 * c.obstacle->width,
            .window = std::array<double, 4>{-conveyor.upstream_length, conveyor.downstream_length, -0.2, top},
            .range = {},
            .snapshot = {},
