@@ -73,10 +73,12 @@ def run(command, log, **arguments):
             return None
 
 
-def copy_tree():
-    """Brings build/mutants/tree up to the files that git knows or would add; unchanged files keep their times, so builds stay incremental."""
+def copy_tree(cases):
+    """Brings build/mutants/tree up to the files that git knows or would add, of the validation's cases only those that run.
+    Unchanged files keep their times, so that builds stay incremental."""
     listed = subprocess.run(["git", "ls-files", "-z", "--cached", "--others", "--exclude-standard"], cwd=ROOT, stdout=subprocess.PIPE, check=True).stdout
     names = {name for name in listed.decode().split("\0") if name and os.path.isfile(os.path.join(ROOT, name))}
+    names = {name for name in names if not name.startswith("validation/cases/") or name.split("/")[2] in cases}
     for name in names:
         with open(os.path.join(ROOT, name), "rb") as file:
             write_if_changed(os.path.join(TREE, name), file.read(), os.stat(os.path.join(ROOT, name)).st_mode)
@@ -153,13 +155,14 @@ def main():
     changes = {m.name: mutated(m) for m in chosen}  # all before the first build: a text that is gone shows at once
 
     os.makedirs(OUT, exist_ok=True)
-    copy_tree()
+    cases = sorted({case for m in chosen for case in m.cases})
+    copy_tree(cases)
     log = os.path.join(OUT, "configure.log")
-    if run(["cmake", "-S", TREE, "-B", BUILD, "-G", "Ninja", "-DCMAKE_BUILD_TYPE=Release", "-DMPM_BUILD_TESTS=OFF", "-DMPM_BUILD_BENCHMARKS=OFF"], log) != 0:
+    parts = [f"-DMPM_BUILD_{part}=OFF" for part in ("APP", "TESTS", "BENCHMARKS")]
+    if run(["cmake", "-S", TREE, "-B", BUILD, "-G", "Ninja", "-DCMAKE_BUILD_TYPE=Release", *parts], log) != 0:
         stop(f"cannot configure, see {log}")
     print("unchanged: building and running the cases", file=sys.stderr)
     build("unchanged", options.jobs)
-    cases = sorted({case for m in chosen for case in m.cases})
     in_time, failed = validate("unchanged", cases, options.threads)
     if failed or not in_time:
         stop("cases fail without any mutation, so they show nothing: " + ("; ".join(failed) or "they do not end"))
