@@ -52,11 +52,13 @@ class Point {
     const HenckyStrain<double> eps = half_log_identity_plus<double>({b(0, 0), b(1, 1), b(2, 2), b(0, 1), b(0, 2), b(1, 2)});
     PathRow r{step, eps.volumetric, std::sqrt(2.0 / 3.0 * norm2(eps.deviator)), -trace(state_.stress) / 3.0, 0.0, 0.0, 0.0, 0.0};
     r.q = std::sqrt(1.5 * norm2(deviator(state_.stress)));
-    if constexpr (requires { law_.preconsolidation_pressure(0.0), law_.yield_function(state_); }) {
+    r.stress = state_.stress;
+    if constexpr (requires { law_.preconsolidation_pressure(0.0); }) {
       r.eps_v_plastic = -state_.internal;
       r.preconsolidation_pressure = law_.preconsolidation_pressure(state_.internal);
-      r.yield = law_.yield_function(state_);
     }
+    if constexpr (requires { law_.plastic_volume_strain(state_); }) r.eps_v_plastic = law_.plastic_volume_strain(state_);
+    if constexpr (requires { law_.yield_function(state_); }) r.yield = law_.yield_function(state_);
     return r;
   }
 
@@ -105,9 +107,11 @@ double hold_radial_stress(const Point<L>& point, double axial, double target, do
   return best;
 }
 
-void check(const PathSpec& path) {
+void check(const PathSpec& path, int stride) {
   if (path.steps_per_segment < 1)
     throw ConfigError(fmt::format("[path] steps_per_segment = {}: at least 1 is needed", path.steps_per_segment));
+  if (stride < 1 || path.steps_per_segment % stride != 0)
+    throw ConfigError(fmt::format("point path: a row every {} steps does not divide {} steps per segment", stride, path.steps_per_segment));
   if (path.segments.empty()) throw ConfigError("[path] segments: at least one is needed");
   const auto finite = [](const auto& segment) {
     using S = std::decay_t<decltype(segment)>;
@@ -122,11 +126,14 @@ void check(const PathSpec& path) {
 }
 
 template <Material L>
-std::vector<PathRow> follow(const L& law, const PathSpec& path) {
+std::vector<PathRow> follow(const L& law, const PathSpec& path, int stride) {
   const int n = path.steps_per_segment;
   Point<L> point(law);
   std::vector<PathRow> rows{point.row(0)};
-  const auto record = [&] { rows.push_back(point.row(static_cast<int>(rows.size()))); };
+  int step = 0;
+  const auto record = [&] {
+    if (++step % stride == 0) rows.push_back(point.row(step));
+  };
 
   const auto lead = [&](const auto& segment) {
     using S = std::decay_t<decltype(segment)>;
@@ -154,9 +161,9 @@ std::vector<PathRow> follow(const L& law, const PathSpec& path) {
 
 }  // namespace
 
-std::vector<PathRow> follow_path(const PathSpec& path) {
-  check(path);
-  return std::visit([&](const auto& law) { return follow(law, path); }, make_material(path.material));
+std::vector<PathRow> follow_path(const PathSpec& path, int stride) {
+  check(path, stride);
+  return std::visit([&](const auto& law) { return follow(law, path, stride); }, make_material(path.material));
 }
 
 }  // namespace mpm

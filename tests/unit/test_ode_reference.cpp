@@ -46,6 +46,10 @@ TEST(DaeIntegrator, SolvesAnIndexOneSystem) {
         r[0] = d[0] + y[1];
         r[1] = y[0] - y[1];
       },
+      [](double, double c, const double*, const double*, double* rows) {
+        rows[0] = c, rows[1] = 1.0;
+        rows[2] = 1.0, rows[3] = -1.0;
+      },
       0.0, {1.0, 1.0}, {-1.0, -1.0}, std::array{0.5, 1.0}, 1e-11, 1e-14);
   EXPECT_NEAR(states[1][0], std::exp(-1.0), 1e-9);  // BDF of order 5 near its tolerance: two decades of accumulation
 }

@@ -514,38 +514,64 @@ ReferencePath general_reference(const CamClay& model, const std::vector<Referenc
 std::vector<ReferencePoint> dae_reference(const CamClay& m, const ReferencePoint& start, double d_eps_v, double d_eps_q,
                                           std::size_t samples, double relative_tolerance) {
   const double k = m.bulk_modulus, g = m.shear_modulus;
-  const double offset = start.p / k + start.internal + start.eps_v;  // p = K (offset - eps_v - X)
-  const auto p_of = [&](double t, double x) { return k * (offset - (start.eps_v + d_eps_v * t) - x); };
   const double scale = m.critical_state_slope * m.critical_state_slope * m.preconsolidation_pressure;
-  // unknowns q/K and X
+  // Onto the surface: the start lies there to the drift of another integrator only, which an index-1 solver takes for a jump.
+  double p = start.p, q = start.q_signed / k, internal = start.internal;
+  const auto y_x = [&](const Local& s) {  // dy/dX at fixed strain, dp/dX = -K
+    const double mm = m.critical_state_slope * m.critical_state_slope;
+    return -k * s.y_p - mm * ((1.0 - m.cohesion_beta) * s.p + 2.0 * m.cohesion_beta * s.pc) * m.hardening_xi * std::hypot(k, s.pc);
+  };
+  for (int i = 0; i < 3; ++i) {
+    const Local s = local_state(m, p, k * q, internal);
+    const double by_q = k * s.y_q, by_x = y_x(s), share = s.y / (by_q * by_q + by_x * by_x);
+    q -= share * by_q;
+    internal -= share * by_x;
+    p += k * share * by_x;
+  }
+  // consistent slopes: the first equation and y' = 0, both linear in q' and X'
+  const Local s = local_state(m, p, k * q, internal);
+  Eigen::Matrix2d a;
+  a << -s.y_p, -3.0 * g * s.y_q, s.y_q, y_x(s);
+  const Eigen::Vector2d b(-s.y_p * 3.0 * g * d_eps_q, s.y_p * k * d_eps_v);
+  const Eigen::Vector2d slope = a.fullPivLu().solve(b);
+  // Unknowns are the increments of q/K and X, so that the relative tolerance is one of what the path adds.
+  const auto p_of = [&](double t, double increment) { return p - k * (d_eps_v * t + increment); };
   const auto residual = [&](double t, const double* y, const double* dydt, double* r) {
-    const Local s = local_state(m, p_of(t, y[1]), k * y[0], y[1]);
+    const double x = internal + y[1];
+    const Local s = local_state(m, p_of(t, y[1]), k * (q + y[0]), x);
     r[0] = (s.y_p * (3.0 * g * d_eps_q - k * dydt[0]) - 3.0 * g * s.y_q * dydt[1]) / (scale * k);
     r[1] = s.y / (scale * k);
   };
-  // consistent slopes: the first equation and y' = 0, both linear in q' and X'
-  const Local s = local_state(m, start.p, start.q_signed, start.internal);
-  const double mm = m.critical_state_slope * m.critical_state_slope;
-  const double y_x =
-      -k * s.y_p - mm * ((1.0 - m.cohesion_beta) * s.p + 2.0 * m.cohesion_beta * s.pc) * m.hardening_xi * std::hypot(k, s.pc);
-  Eigen::Matrix2d a;
-  a << -s.y_p, -3.0 * g * s.y_q, s.y_q, y_x;
-  const Eigen::Vector2d b(-s.y_p * 3.0 * g * d_eps_q, s.y_p * k * d_eps_v);
-  const Eigen::Vector2d slope = a.fullPivLu().solve(b);
+  const auto jacobian = [&](double t, double c, const double* y, const double* dydt, double* rows) {
+    const double mm = m.critical_state_slope * m.critical_state_slope, x = internal + y[1];
+    const Local here = local_state(m, p_of(t, y[1]), k * (q + y[0]), x);
+    const double y_p_by_x = -mm * (2.0 * k + (1.0 - m.cohesion_beta) * m.hardening_xi * std::hypot(k, here.pc));
+    rows[0] = -(6.0 * g * (1.0 + 2.0 * m.cohesion_beta) * k * dydt[1] + c * here.y_p * k) / (scale * k);
+    rows[1] = (y_p_by_x * (3.0 * g * d_eps_q - k * dydt[0]) - c * 3.0 * g * here.y_q) / (scale * k);
+    rows[2] = here.y_q * k / (scale * k);
+    rows[3] = y_x(here) / (scale * k);
+  };
   std::vector<double> times;
   for (std::size_t i = 1; i <= samples; ++i) times.push_back(static_cast<double>(i) / static_cast<double>(samples));
-  const auto states =
-      integrate_dae(residual, 0.0, {start.q_signed / k, start.internal}, {slope[0] / k, slope[1]}, times, relative_tolerance, 1e-16);
+  // The absolute tolerance starts at a hundred times the round-off of X. Near a fold the iteration cannot meet that, and is given more.
+  std::vector<std::vector<double>> states;
+  for (double absolute = 2e-14 * internal; states.empty(); absolute *= 4.0) {
+    try {
+      states = integrate_dae(residual, jacobian, 0.0, {0.0, 0.0}, {slope[0] / k, slope[1]}, times, relative_tolerance, absolute);
+    } catch (const UnstableError&) {
+      if (absolute > 1e-12) throw;
+    }
+  }
   std::vector<ReferencePoint> points;
   for (std::size_t i = 0; i < samples; ++i) {
     ReferencePoint r{};
     r.time = times[i];
     r.eps_v = start.eps_v + d_eps_v * times[i];
     r.eps_q = start.eps_q + d_eps_q * times[i];
-    r.q_signed = k * states[i][0];
+    r.q_signed = k * (q + states[i][0]);
     r.q = std::abs(r.q_signed);
-    r.internal = states[i][1];
-    r.p = p_of(times[i], r.internal);
+    r.internal = internal + states[i][1];
+    r.p = p_of(times[i], states[i][1]);
     r.preconsolidation = m.preconsolidation(r.internal);
     r.plastic = true;
     points.push_back(r);

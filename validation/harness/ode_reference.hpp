@@ -110,9 +110,9 @@ ReferencePath general_reference(const CamClay&, const std::vector<ReferenceSegme
 /// @param start    on the surface
 /// @param d_eps_v, d_eps_q  increments over the segment
 /// @param samples  equally spaced points after the start
-/// @throws UnstableError where IDA gives up
+/// @throws UnstableError where IDA gives up at every absolute tolerance up to 1e-12
 std::vector<ReferencePoint> dae_reference(const CamClay&, const ReferencePoint& start, double d_eps_v, double d_eps_q, std::size_t samples,
-                                          double relative_tolerance = 1e-12);
+                                          double relative_tolerance = 1e-13);
 
 /// Backward Euler's own landing: the first X below `internal` at which the state that the flow rule reaches from the trial state lies on
 /// the yield surface again, p = p_trial - K (X - X_n), q = q_trial/(1 + 6 G (1 + 2 beta) (X - X_n)/y_p), found by a scan in equal ratios

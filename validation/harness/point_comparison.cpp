@@ -136,6 +136,8 @@ double isotropic_error(const MaterialSpec& spec, const std::vector<ReferenceSegm
 FormDifference compare_forms(const CamClay& model, const std::vector<ReferenceSegment>& segments, const ReferencePath& path) {
   const std::size_t n = (path.points.size() - 1) / segments.size();
   FormDifference result;
+  double scale = 0.0;
+  for (const ReferencePoint& r : path.points) scale = std::max({scale, r.preconsolidation, r.q});
   for (std::size_t i = 0; i < segments.size(); ++i) {
     if (segments[i].control != ReferenceSegment::Control::strain) continue;
     const std::size_t end = (i + 1) * n;
@@ -152,7 +154,6 @@ FormDifference compare_forms(const CamClay& model, const std::vector<ReferenceSe
         const auto ida = dae_reference(model, path.points[first], share * segments[i].d_eps_v, share * segments[i].d_eps_q, samples);
         for (std::size_t k = 0; k < samples; ++k) {
           const ReferencePoint &a = path.points[first + 1 + k], &b = ida[k];
-          const double scale = std::max(a.preconsolidation, 1e-3 * model.preconsolidation_pressure);
           for (const double d : {a.p - b.p, a.q_signed - b.q_signed, a.preconsolidation - b.preconsolidation})
             result.largest = worse(result.largest, std::abs(d) / scale);
         }

@@ -57,8 +57,8 @@ PathComparison compare_path(const MaterialSpec& spec, const std::vector<Referenc
 /// library with each of `steps`. The volume change within a step must be monotone.
 double isotropic_error(const MaterialSpec& spec, const std::vector<ReferenceSegment>& segments, const std::vector<int>& steps);
 
-/// Largest difference in p, q, p_c between the CVODE path and the IDA form, over p_c (at least 1e-3 p_c0), over all plastic stretches of at
-/// least three points within strain-controlled segments. The path must not snap back.
+/// Largest difference in p, q, p_c between the CVODE path and the IDA form, over the largest p_c or q of the path, in all plastic stretches
+/// of at least three points within strain-controlled segments. The path must not snap back.
 struct FormDifference {
   double largest = 0.0;
   int points = 0;

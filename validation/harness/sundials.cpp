@@ -125,13 +125,16 @@ OdeIntegrator::Stop OdeIntegrator::advance(double target) {
 std::span<const double> OdeIntegrator::state() const { return {N_VGetArrayPointer(impl_->y.get()), impl_->unknowns}; }
 long OdeIntegrator::steps() const { return impl_->steps_before + impl_->current_steps(); }
 
-std::vector<std::vector<double>> integrate_dae(const Residual& residual, double t0, std::vector<double> y, std::vector<double> dydt,
-                                               std::span<const double> times, double relative_tolerance, double absolute_tolerance) {
+std::vector<std::vector<double>> integrate_dae(const Residual& residual, const Jacobian& jacobian, double t0, std::vector<double> y,
+                                               std::vector<double> dydt, std::span<const double> times, double relative_tolerance,
+                                               double absolute_tolerance) {
   struct Problem {
     const Residual& residual;
+    const Jacobian& jacobian;
     std::exception_ptr fault;
     std::string message;
-  } problem{residual, nullptr, {}};
+    std::vector<double> rows;
+  } problem{residual, jacobian, nullptr, {}, std::vector<double>(y.size() * y.size())};
   sundials::Context context;
   const std::size_t n = y.size();
   const Vector state = make_vector(n, context), slope = make_vector(n, context);
@@ -146,6 +149,20 @@ std::vector<std::vector<double>> integrate_dae(const Residual& residual, double 
       p.fault = std::current_exception();
       return -1;
     }
+  };
+  const auto call_jacobian = [](sunrealtype t, sunrealtype c, N_Vector a, N_Vector b, N_Vector, SUNMatrix m, void* self, N_Vector, N_Vector,
+                                N_Vector) -> int {
+    auto& p = *static_cast<Problem*>(self);
+    try {
+      p.jacobian(t, c, N_VGetArrayPointer(a), N_VGetArrayPointer(b), p.rows.data());
+    } catch (...) {
+      p.fault = std::current_exception();
+      return -1;
+    }
+    const auto size = static_cast<sunindextype>(N_VGetLength(a));
+    for (sunindextype i = 0; i < size; ++i)
+      for (sunindextype j = 0; j < size; ++j) SM_ELEMENT_D(m, i, j) = p.rows[static_cast<std::size_t>(i * size + j)];
+    return 0;
   };
   struct Resources {
     void* memory;
@@ -169,7 +186,8 @@ std::vector<std::vector<double>> integrate_dae(const Residual& residual, double 
   r.matrix = SUNDenseMatrix(size, size, context);
   r.solver = SUNLinSol_Dense(state.get(), r.matrix, context);
   require(IDASetLinearSolver(r.memory, r.solver, r.matrix));
-  require(IDASetMaxNumSteps(r.memory, 1000000));
+  require(IDASetJacFn(r.memory, call_jacobian));
+  require(IDASetMaxNumSteps(r.memory, 20000));
   require(IDASetStopTime(r.memory, times.back()));
   std::vector<std::vector<double>> result;
   for (const double target : times) {

@@ -45,9 +45,12 @@ class OdeIntegrator {
 
 /// IDA for F(t, y, y') = 0 of index 1 with consistent y(t0), y'(t0).
 using Residual = std::function<void(double t, const double* y, const double* dydt, double* residual)>;
+/// dF/dy + c dF/dy', row by row; Newton's iteration then converges to round-off, which difference quotients do not allow
+using Jacobian = std::function<void(double t, double c, const double* y, const double* dydt, double* rows)>;
 /// @returns y at each of the times (rising, after t0)
 /// @throws UnstableError
-std::vector<std::vector<double>> integrate_dae(const Residual& residual, double t0, std::vector<double> y, std::vector<double> dydt,
-                                               std::span<const double> times, double relative_tolerance, double absolute_tolerance);
+std::vector<std::vector<double>> integrate_dae(const Residual& residual, const Jacobian& jacobian, double t0, std::vector<double> y,
+                                               std::vector<double> dydt, std::span<const double> times, double relative_tolerance,
+                                               double absolute_tolerance);
 
 }  // namespace mpm::validation

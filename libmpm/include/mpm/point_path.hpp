@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "mpm/case.hpp"
+#include "mpm/tensor.hpp"
 #include "mpm/types.hpp"
 
 namespace mpm {
@@ -50,16 +51,17 @@ struct PathRow {
   double eps_v_plastic;              ///< -X: starts at -X_0; 0 for a law without plasticity
   double preconsolidation_pressure;  ///< p_c, Pa; 0 for a law without plasticity
   double yield;                      ///< y, Pa^2; 0 for a law without plasticity
+  Sym3<double> stress{};             ///< tau, Pa, tension positive; no column of the CSV
 };
 
 /// Column names of PathRow, in order, as in the CSV of `mpm point`.
 inline constexpr std::array<std::string_view, 8> path_columns{
     "step", "eps_v", "eps_q", "p_pa", "q_pa", "eps_v_plastic", "preconsolidation_pressure_pa", "yield_pa2"};
 
-/// Leads the point along the path; row 0 is the initial state, then one row a step.
+/// Leads the point along the path; row 0 is the initial state, then one row every `stride` steps, which must divide steps_per_segment.
 /// Each step applies F_inc = exp(d_eps) or exp(L dt), that is dl = F_inc - I: the deformation at a segment's end does not depend on the
 /// number of steps. ConfigError for a senseless path or material; UnstableError where a radial stress cannot be held or the state is not
 /// finite.
-std::vector<PathRow> follow_path(const PathSpec& path);
+std::vector<PathRow> follow_path(const PathSpec& path, int stride = 1);
 
 }  // namespace mpm

@@ -2,7 +2,12 @@
 
 #include <algorithm>
 #include <cmath>
+#include <exception>
+#include <functional>
+#include <limits>
 
+#include "mpm/io/config.hpp"
+#include "mpm/io/table.hpp"
 #include "validation/harness/case.hpp"
 #include "validation/harness/norms.hpp"
 #include "validation/harness/point_comparison.hpp"
@@ -12,114 +17,283 @@ namespace {
 
 using Segment = ReferenceSegment;
 
-constexpr double compression = 0.1;
+/// A material of the paper's grid (Table 1) or of Sect. 4.3.
+struct Material {
+  MaterialSpec spec;
+  CamClay model;
+  std::string name;
+};
 
-void isotropic(CaseResult& result) {
-  double worst_p = 0.0, worst_pc = 0.0;
-  Plot curves{"isotropic", "Isotropic compression, p over volumetric strain",    "-ε_v [-]", "p [kPa]",
-              {},          "Lines: closed form. Markers: return map, 40 steps.", false,      false};
-  for (const double xi : {0.05, 0.5, 5.0, 15.0}) {
-    const MaterialSpec spec = cam_clay_spec(0.8, 0.3, xi);
-    const CamClay model = reference_model(spec);
-    const double yield_at = spec.preconsolidation_pressure / model.bulk_modulus;
-    const auto exact_internal = [&](double e) { return e <= yield_at ? model.initial_internal() : exact::isotropic_compression(model, e); };
-    const auto exact_p = [&](double e) { return e <= yield_at ? model.bulk_modulus * e : model.preconsolidation(exact_internal(e)); };
-    for (const int steps : {1, 7, 40, 160}) {
-      const auto rows = follow_path(library_path(spec, {Segment::strain_increment(-compression, 0.0)}, steps));
-      Series marks{fmt::format("ξ = {}", xi), {}, {}, Series::Style::points};
-      for (const PathRow& r : rows) {
-        const double e = -r.eps_v;
-        if (r.step > 0) {
-          worst_p = std::max(worst_p, relative_error(r.p, exact_p(e)));
-          worst_pc = std::max(worst_pc, relative_error(r.preconsolidation_pressure, model.preconsolidation(exact_internal(e))));
-        }
-        marks.x.push_back(e);
-        marks.y.push_back(r.p * 1e-3);
-      }
-      if (steps != 40) continue;
-      Series line{fmt::format("closed form, ξ = {}", xi), {}, {}, Series::Style::reference};
-      for (int i = 0; i <= 200; ++i) {
-        line.x.push_back(compression * i / 200.0);
-        line.y.push_back(exact_p(line.x.back()) * 1e-3);
-      }
-      curves.series.push_back(std::move(line));
-      curves.series.push_back(std::move(marks));
+std::vector<Material> paper_materials(const MaterialSpec& base) {
+  std::vector<Material> all;
+  const auto add = [&](double slope, double beta, double xi) {
+    const MaterialSpec spec = with_plasticity(base, slope, beta, xi);
+    all.push_back({spec, reference_model(spec), fmt::format("M {}, β {}, ξ {}", slope, beta, xi)});
+  };
+  for (const double slope : {0.0, 0.4, 0.8, 1.2})
+    for (const double beta : {0.0, 0.15, 0.3, 0.45})
+      for (const double xi : {0.05, 0.15, 0.5, 1.5, 5.0, 15.0}) add(slope, beta, xi);
+  add(0.5, 0.15, 0.5);
+  add(0.9, 0.3, 1.5);
+  return all;
+}
+
+/// Largest error of return map and reference over the materials, and whose it is.
+struct Worst {
+  double value = 0.0;
+  std::string name;
+  int count = 0;
+  void add(double error, const std::string& who) {
+    ++count;
+    if (error <= value || std::isnan(value)) return;
+    value = error;
+    name = who;
+  }
+};
+struct Pair {
+  Worst map, reference;
+};
+
+void check(CaseResult& result, const std::string& what, const Pair& pair, double map_tolerance, const std::string& map_reason,
+           const std::string& reference_reason) {
+  result.check_at_most(Label::verification, fmt::format("{}: return map, {} materials", what, pair.map.count), pair.map.value, 0.0, "",
+                       map_tolerance, fmt::format("{}; largest at {}", map_reason, pair.map.name));
+  result.check_at_most(Label::verification, fmt::format("{}: CVODE reference, {} materials", what, pair.reference.count),
+                       pair.reference.value, 0.0, "", 1e-10, fmt::format("{}; largest at {}", reference_reason, pair.reference.name));
+}
+
+/// Runs task(material, pair) for the materials that have it, M > 0, on all threads.
+Pair over_materials(const std::vector<Material>& materials, const std::function<void(const Material&, Pair&)>& task) {
+  std::vector<Pair> parts(materials.size());
+  std::exception_ptr fault;
+#pragma omp parallel for schedule(dynamic)
+  for (std::size_t i = 0; i < materials.size(); ++i) {
+    try {
+      if (materials[i].spec.critical_state_slope > 0.0) task(materials[i], parts[i]);
+    } catch (...) {
+#pragma omp critical
+      if (!fault) fault = std::current_exception();
     }
   }
-  for (const auto& [name, value] : {std::pair{"p", worst_p}, std::pair{"p_c", worst_pc}})
-    result.check_absolute(Label::verification, fmt::format("isotropic {}: largest relative error, 4 ξ, 1 to 160 steps", name), value, 0.0,
-                          "", 1e-12, "no step error on this path; round-off of sinh and of up to 160 increments");
-  curves.log_y = true;
-  for (Series& s : curves.series) {  // the stress-free start has no place on a logarithmic axis
-    s.x.erase(s.x.begin());
-    s.y.erase(s.y.begin());
+  if (fault) std::rethrow_exception(fault);
+  Pair all;
+  for (const Pair& p : parts) {
+    const int map = all.map.count + p.map.count, reference = all.reference.count + p.reference.count;
+    all.map.add(p.map.value, p.map.name);
+    all.reference.add(p.reference.value, p.reference.name);
+    all.map.count = map, all.reference.count = reference;
+  }
+  return all;
+}
+
+// -- isotropic compression ------------------------------------------------------------------------------------------------------
+
+void isotropic_compression(CaseResult& result, const std::vector<Material>& materials, const PathSpec& file) {
+  const std::vector<Segment> path = reference_segments(file);
+  const double compression = -path[0].d_eps_v;
+  Worst map;
+  for (const Material& m : materials) map.add(isotropic_error(m.spec, path, {1, 7, 40, 160}), m.name);
+  result.check_at_most(
+      Label::verification, fmt::format("isotropic compression: p, q, p_c over p_c, {} materials, 1 to 160 steps", map.count), map.value,
+      0.0, "", 1e-12, fmt::format("no step error on this path: round-off of sinh and of 160 increments; largest at {}", map.name));
+  const Pair reference = over_materials(materials, [&](const Material& m, Pair& pair) {
+    const ReferencePoint end = coaxial_reference(m.model, path).points.back();
+    const double x = exact::isotropic_compression(m.model, compression), pc = m.model.preconsolidation(x);
+    pair.reference.add(std::max({relative_error(end.internal, x), relative_error(end.p, pc), end.q / pc}), m.name);
+  });
+  result.check_at_most(Label::verification, fmt::format("isotropic compression: CVODE reference, {} materials", reference.reference.count),
+                       reference.reference.value, 0.0, "", 1e-10,
+                       fmt::format("integrated at 1e-13; largest at {}", reference.reference.name));
+
+  Plot curves{"isotropic", "Isotropic compression",
+              "-ε_v [-]",  "p [kPa]",
+              {},          "Black: closed form. Markers: return map, 40 steps. M 0.8, β 0.3.",
+              false,       true};
+  for (const double xi : {0.05, 0.5, 5.0, 15.0}) {
+    const MaterialSpec spec = with_plasticity(file.material, 0.8, 0.3, xi);
+    const CamClay model = reference_model(spec);
+    Series line{xi == 0.05 ? "closed form" : "", {}, {}, Series::Style::reference},
+        marks{fmt::format("ξ = {}", xi), {}, {}, Series::Style::points};
+    for (int i = 1; i <= 200; ++i) {
+      const double e = compression * i / 200.0;
+      line.x.push_back(e);
+      line.y.push_back(1e-3 * model.bulk_modulus * (e + model.initial_internal() - exact::isotropic(model, e, model.initial_internal())));
+    }
+    for (const PathRow& r : follow_path(library_path(spec, path, file.steps_per_segment))) {
+      if (r.step == 0) continue;  // stress-free: no place on a logarithmic axis
+      marks.x.push_back(-r.eps_v);
+      marks.y.push_back(r.p * 1e-3);
+    }
+    curves.series.push_back(std::move(line));
+    curves.series.push_back(std::move(marks));
   }
   result.plots.push_back(std::move(curves));
 }
 
-void against_cvode(CaseResult& result, const std::string& name, const std::string& id, const MaterialSpec& spec,
-                   const std::vector<Segment>& segments, Plot& order) {
-  const PathComparison c = compare_path(spec, segments, {20, 40, 80, 160});
-  result.check_order(Label::verification, name + ": order in the maximum norm, 80 to 160 steps", c.tail_order(), 0.9, 1.2,
-                     "backward Euler is of first order");
-  result.check_at_most(Label::verification, name + ": drift |y|/p_c² of the reference", c.reference.drift, 0.0, "", 1e-9,
-                       "y' = 0 integrated at 1e-13");
-  order.series.push_back({name, c.size, c.error, Series::Style::points});
-  Plot stress{id, "Stress path, " + name, "p [kPa]", "q [kPa]", {}, "", false, false};
-  Plot hardening{id + "-pc", "Pre-consolidation pressure, " + name, "path, segments passed [-]", "p_c [kPa]", {}, "", false, false};
-  Series line{"CVODE", {}, {}, Series::Style::reference}, marks{"return map, 160 steps a segment", {}, {}, Series::Style::points};
-  Series pc_line = line, pc_marks = marks;
-  for (const ReferencePoint& r : c.reference.points) {
-    line.x.push_back(r.p * 1e-3);
-    line.y.push_back(r.q * 1e-3);
-    pc_line.x.push_back(r.time);
-    pc_line.y.push_back(r.preconsolidation * 1e-3);
-  }
-  for (std::size_t i = 0; i < c.finest.size(); i += 8) {
-    marks.x.push_back(c.finest[i].p * 1e-3);
-    marks.y.push_back(c.finest[i].q * 1e-3);
-    pc_marks.x.push_back(c.reference.points[i].time);
-    pc_marks.y.push_back(c.finest[i].preconsolidation_pressure * 1e-3);
-  }
-  const double p_end = *std::max_element(line.x.begin(), line.x.end());
-  const double ratio = exact::critical_ratio(reference_model(spec));
-  stress.series = {{"critical state, q = M' p", {0.0, p_end}, {0.0, ratio * p_end}, Series::Style::bound}, line, marks};
-  hardening.series = {pc_line, pc_marks};
-  result.plots.push_back(std::move(stress));
-  result.plots.push_back(std::move(hardening));
+// -- critical states ------------------------------------------------------------------------------------------------------------
+
+/// (1 - beta)/2 sinh(xi X) + X = e + X_0, p = (1 - beta) p_c/2, q = M' p.
+double critical_state_error(const CamClay& m, double compression, double internal, double p, double q) {
+  const double x = exact::isochoric_critical_state(m, compression), pc = m.preconsolidation(x), p_end = 0.5 * (1.0 - m.cohesion_beta) * pc;
+  return std::max({relative_error(internal, x), relative_error(p, p_end), relative_error(q / p, exact::critical_ratio(m))});
 }
 
-void run(const CaseContext&, CaseResult& result) {
-  isotropic(result);
-  const MaterialSpec spec = cam_clay_spec(0.8, 0.3, 5.0);
-  const CamClay model = reference_model(spec);
-  const Segment compress = Segment::strain_increment(-0.04, 0.0);  // beyond the onset of yield at 0.024
-  const double confining = model.preconsolidation(exact::isotropic_compression(model, 0.04));
-  Plot order{"order",
-             "Return map against CVODE, maximum norm along the path",
-             "step, 1/steps per segment [-]",
-             "error over largest p_c [-]",
-             {},
-             "",
-             true,
-             true};
-  against_cvode(result, "drained triaxial compression", "triaxial", spec, {compress, Segment::drained(confining, -0.15)}, order);
-  const std::vector<Segment> shear{compress, Segment::strain_increment(0.0, 0.12)};
-  against_cvode(result, "isochoric shear", "shear", spec, shear, order);
-  Series slope{"order 1", {1.0 / 20, 1.0 / 160}, {}, Series::Style::bound};
-  for (const double h : slope.x) slope.y.push_back(order.series[0].y.back() * h * 160);
-  order.series.insert(order.series.begin(), slope);
-  result.plots.push_back(std::move(order));
-
-  const auto rows = follow_path(library_path(spec, {compress, Segment::strain_increment(0.0, 1.5)}, 160));
-  const double x = exact::isochoric_critical_state(model, 0.04), pc = model.preconsolidation(x);
-  result.check_relative(Label::verification, "isochoric shear: p at the critical state", rows.back().p,
-                        0.5 * (1.0 - spec.cohesion_beta) * pc, "Pa", 1e-6, "approached exponentially; independent of the steps");
-  result.check_relative(Label::verification, "isochoric shear: q/p at the critical state (M')", rows.back().q / rows.back().p,
-                        exact::critical_ratio(model), "", 1e-6, "approached exponentially; independent of the steps");
+void isochoric_critical_state(CaseResult& result, const std::vector<Material>& materials) {
+  constexpr double compression = 0.04;
+  const std::vector<Segment> path{Segment::strain_increment(-compression, 0.0), Segment::strain_increment(0.0, 6.0)};
+  const Pair pair = over_materials(materials, [&](const Material& m, Pair& out) {
+    const PathRow map = follow_path(library_path(m.spec, path, 640), 640).back();
+    out.map.add(critical_state_error(m.model, compression, -map.eps_v_plastic, map.p, map.q), m.name);
+    const ReferencePoint end = coaxial_reference(m.model, path, {1e-13, 4}).points.back();
+    out.reference.add(critical_state_error(m.model, compression, end.internal, end.p, end.q), m.name);
+  });
+  check(result, "critical state of isochoric shear, ε_q = 6: X, p, q/p", pair, 1e-10,
+        "reached exponentially; a fixed point of the map, whatever the step", "reached exponentially, integrated at 1e-13");
 }
 
-const Registration registered{{MPM_CASE_NAME, "Isotropic compression, and two paths against CVODE", MPM_CASE_DIRECTORY, run}};
+/// Rate at which a drained test approaches its critical state, per unit of eps_q: there p = p_i + q/3 (extension p_i - q/3), dX/d eps_q =
+/// y_p/y_q, and y = 0 ties q to X; linearised about y_p = 0 this is M (1 - beta) (1 -+ M'/3) xi sqrt(K^2 + p_c^2) / (sqrt(1 + 2 beta) (1 +
+/// beta) p_c).
+double approach(const CamClay& m, double critical_pressure, bool extension) {
+  const double pc = 2.0 * critical_pressure / (1.0 - m.cohesion_beta), third = exact::critical_ratio(m) / 3.0;
+  return m.critical_state_slope * (1.0 - m.cohesion_beta) * (extension ? 1.0 + third : 1.0 - third) * m.hardening_xi *
+         std::hypot(m.bulk_modulus, pc) / (std::sqrt(1.0 + 2.0 * m.cohesion_beta) * (1.0 + m.cohesion_beta) * pc);
+}
+
+void drained_critical_state(CaseResult& result, const std::vector<Material>& materials, bool extension) {
+  constexpr double compression = 0.04;
+  const Pair pair = over_materials(materials, [&](const Material& m, Pair& out) {
+    const double confining = m.model.preconsolidation(exact::isotropic_compression(m.model, compression));
+    const double p_end = exact::drained_critical_pressure(m.model, confining, extension), ratio = exact::critical_ratio(m.model);
+    const double axial = 2.0 + 30.0 / approach(m.model, p_end, extension);  // exp(-30) = 1e-13; up to 3000 where snow is soft (xi = 0.05)
+    const std::vector<Segment> path{Segment::strain_increment(-compression, 0.0), Segment::drained(confining, extension ? axial : -axial)};
+    const int steps = std::max(1000, static_cast<int>(std::ceil(axial / 0.1)));
+    const PathRow map = follow_path(library_path(m.spec, path, steps), steps).back();
+    out.map.add(std::max(relative_error(map.p, p_end), relative_error(map.q / map.p, ratio)), m.name);
+    const ReferencePoint end = coaxial_reference(m.model, path, {1e-13, 4}).points.back();
+    out.reference.add(std::max(relative_error(end.p, p_end), relative_error(end.q / end.p, ratio)), m.name);
+  });
+  check(result, fmt::format("critical state of drained triaxial {}: p, q/p", extension ? "extension" : "compression"), pair, 1e-10,
+        "reached exponentially to 1e-13; the radial stress is held to 1e-13", "reached exponentially to 1e-13, integrated at 1e-13");
+}
+
+// -- yield at p = 0 -------------------------------------------------------------------------------------------------------------
+
+void yield_without_pressure(CaseResult& result, const std::vector<Material>& materials) {
+  const Pair pair = over_materials(materials, [&](const Material& m, Pair& out) {
+    if (m.model.cohesion_beta == 0.0) return;  // q = 0: no elastic range to measure
+    const double q = exact::yield_without_pressure(m.model, m.model.initial_internal()), strain = q / (3.0 * m.model.shear_modulus);
+    // The map yields between the two: the largest q without a change of X, by bisection.
+    double elastic = 0.5 * strain, plastic = 2.0 * strain;
+    for (int i = 0; i < 60; ++i) {
+      const double middle = 0.5 * (elastic + plastic);
+      const auto rows = follow_path(library_path(m.spec, {Segment::strain_increment(0.0, middle)}, 1));
+      (rows.back().eps_v_plastic == rows.front().eps_v_plastic ? elastic : plastic) = middle;
+    }
+    out.map.add(relative_error(3.0 * m.model.shear_modulus * elastic, q), m.name);
+    const auto events = coaxial_reference(m.model, {Segment::strain_increment(0.0, 2.0 * strain)}, {1e-13, 4}).events;
+    const double onset = events.empty() ? std::numeric_limits<double>::quiet_NaN() : events.front().time * 2.0 * strain;
+    out.reference.add(relative_error(3.0 * m.model.shear_modulus * onset, q), m.name);
+  });
+  check(result, "yield at p = 0: q = M p_c √(β/(1+2β))", pair, 1e-10, "found by bisection; the law grants 1e-13 of p_c²",
+        "root found by CVODE");
+}
+
+// -- Hencky simple shear --------------------------------------------------------------------------------------------------------
+
+Mat3 to_mat3(const Sym3<double>& s) {
+  Mat3 m;
+  m << s.xx, s.xy, s.xz, s.xy, s.yy, s.yz, s.xz, s.yz, s.zz;
+  return m;
+}
+
+void hencky_simple_shear(CaseResult& result, const MaterialSpec& base) {
+  MaterialSpec strong = with_plasticity(base, 0.8, 0.3, 5.0);
+  strong.preconsolidation_pressure = 1e9;  // so strong that it stays elastic
+  MaterialSpec elastic = strong;
+  elastic.model = "hencky_elastic";
+  const CamClay model = reference_model(strong);
+  const auto path = [](double gamma) {
+    Mat3 l = Mat3::Zero();
+    l(0, 1) = gamma;
+    return std::vector{Segment::general(l)};
+  };
+  double map = 0.0, reference = 0.0;
+  Plot curves{"simple-shear",
+              "Hencky simple shear",
+              "γ [-]",
+              "stress [kPa]",
+              {},
+              "Black: closed form. Markers: return map below yield, 40 steps.",
+              false,
+              false};
+  for (const double gamma : {1e-3, 0.01, 0.1, 0.5, 1.0, 2.0, 4.0}) {
+    const Mat3 tau = exact::hencky_simple_shear(model.shear_modulus, gamma);
+    const double scale = tau.norm();
+    for (const MaterialSpec& spec : {strong, elastic})
+      for (const int steps : {1, 7, 160})
+        map = std::max(map, (to_mat3(follow_path(library_path(spec, path(gamma), steps), steps).back().stress) - tau).norm() / scale);
+    reference = std::max(reference, (general_reference(model, path(gamma), {1e-13, 4}).points.back().stress - tau).norm() / scale);
+  }
+  result.check_at_most(Label::verification, "Hencky simple shear, γ = 0.001 to 4: all six components, 1 to 160 steps", map, 0.0, "", 1e-10,
+                       "no step error (F is the product of the increments): round-off of b_e, largest where γ is small");
+  result.check_at_most(Label::verification, "Hencky simple shear: CVODE reference in b_e", reference, 0.0, "", 1e-10,
+                       "integrated at 1e-13");
+
+  const Table table = Table::read(std::filesystem::path(MPM_CASE_DIRECTORY) / "../../../reference_data/hencky_simple_shear/data.csv");
+  const auto gamma = table.numbers("gamma"), t12 = table.numbers("tau12"), t11 = table.numbers("tau11"), t22 = table.numbers("tau22");
+  double printed = 0.0;
+  for (std::size_t i = 0; i < gamma.size(); ++i) {
+    const Mat3 tau = to_mat3(follow_path(library_path(elastic, path(gamma[i]), 1)).back().stress) * 1e-3;
+    printed = std::max({printed, relative_error(tau(0, 1), t12[i]), relative_error(tau(0, 0), t11[i]), relative_error(tau(1, 1), t22[i])});
+  }
+  result.check_at_most(Label::verification, "Hencky simple shear against the printed table", printed, 0.0, "", 1e-10,
+                       "twelve digits are printed");
+
+  Series t12_line{"closed form", {}, {}, Series::Style::reference}, t11_line{"", {}, {}, Series::Style::reference};
+  for (int i = 0; i <= 100; ++i) {
+    const double g = 4.0 * i / 100.0;
+    const Mat3 tau = exact::hencky_simple_shear(model.shear_modulus, g) * 1e-3;
+    t12_line.x.push_back(g), t11_line.x.push_back(g);
+    t12_line.y.push_back(tau(0, 1)), t11_line.y.push_back(tau(0, 0));
+  }
+  Series t12_marks{"τ_12", {}, {}, Series::Style::points}, t11_marks{"τ_11 = -τ_22", {}, {}, Series::Style::points};
+  for (const PathRow& row : follow_path(library_path(elastic, path(4.0), 40))) {
+    t12_marks.x.push_back(0.1 * row.step), t11_marks.x.push_back(0.1 * row.step);
+    t12_marks.y.push_back(row.stress.xy * 1e-3), t11_marks.y.push_back(row.stress.xx * 1e-3);
+  }
+  curves.series = {t12_line, t11_line, t12_marks, t11_marks};
+  result.plots.push_back(std::move(curves));
+}
+
+/// Eq. 2 and Eq. 3's points of the ellipse as printed, against the formulas that the checks above use.
+void printed_ratios(CaseResult& result, const MaterialSpec& base) {
+  const Table table = Table::read(std::filesystem::path(MPM_CASE_DIRECTORY) / "../../../reference_data/paper_Mprime_grid/data.csv");
+  const auto slope = table.numbers("M"), beta = table.numbers("beta"), ratio = table.numbers("Mprime"),
+             q0 = table.numbers("qy_at_p0_over_pc");
+  double worst = 0.0;
+  for (std::size_t i = 0; i < slope.size(); ++i) {
+    const CamClay m = reference_model(with_plasticity(base, slope[i], beta[i], 5.0));
+    worst = std::max({worst, std::abs(exact::critical_ratio(m) - ratio[i]),
+                      std::abs(exact::yield_without_pressure(m, m.initial_internal()) / m.preconsolidation_pressure - q0[i])});
+  }
+  result.check_at_most(Label::verification, "M' and q at p = 0 of the paper's grid against the printed table", worst, 0.0, "", 1e-9,
+                       "ten digits are printed");
+}
+
+void run(const CaseContext& context, CaseResult& result) {
+  const PathSpec file = read_path(context.case_directory() / "case.toml");
+  const std::vector<Material> materials = paper_materials(file.material);
+  isotropic_compression(result, materials, file);
+  isochoric_critical_state(result, materials);
+  drained_critical_state(result, materials, false);
+  drained_critical_state(result, materials, true);
+  yield_without_pressure(result, materials);
+  hencky_simple_shear(result, file.material);
+  printed_ratios(result, file.material);
+}
+
+const Registration registered{{MPM_CASE_NAME, "Isotropic compression and other closed forms of a material point", MPM_CASE_DIRECTORY, run}};
 
 }  // namespace
 }  // namespace mpm::validation
