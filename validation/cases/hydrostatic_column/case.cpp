@@ -7,6 +7,7 @@
 #include <numbers>
 
 #include "mpm/io/config.hpp"
+#include "mpm/io/table.hpp"
 #include "mpm/scene.hpp"
 #include "validation/harness/case.hpp"
 #include "validation/harness/norms.hpp"
@@ -403,6 +404,20 @@ void study(const CaseContext& context, CaseResult& result, const Column& column,
   context.log(fmt::format("{}: {} grids", word, grids.size()));
 }
 
+/// The settlements of reference_data, computed elsewhere, against the columns' own.
+void reference_table(const CaseContext& context, CaseResult& result) {
+  const Table table = Table::read(context.case_directory() / "../../../reference_data/hencky_selfweight_column/data.csv");
+  const auto kind = table.text("case");
+  const auto tall = table.numbers("H"), percent = table.numbers("settlement_pct");
+  double worst = 0.0;
+  for (std::size_t i = 0; i < kind.size(); ++i) {
+    const Column c = elastic_column("", "", 1e6 * height / tall[i], kind[i] == "fluid_M0");  // only H/E matters
+    worst = std::max(worst, std::abs(-100.0 * c.displacement(height) / height / percent[i] - 1.0));
+  }
+  result.check_at_most(Label::verification, "exact settlements against the table in reference_data, largest relative difference", worst,
+                       0.0, "", 1e-8, "nine digits are given");
+}
+
 /// More particles per cell at large strain: what limits the interior is the quadrature.
 void particle_sweep(const CaseContext& context, CaseResult& result, const Column& column, std::size_t& work) {
   Series inner{"interior cells", {}, {}, Series::Style::points};
@@ -429,6 +444,7 @@ void run(const CaseContext& context, CaseResult& result) {
   const auto fine = context.choose<std::vector<int>>({7, 14, 28, 56}, {7, 14, 28, 56, 112}, {7, 14, 28, 56, 112, 224});
   const auto coarse = context.choose<std::vector<int>>({7, 14, 28}, {7, 14, 28, 56}, {7, 14, 28, 56, 112});
   std::size_t work = 0;
+  reference_table(context, result);
   study(context, result, elastic_column("elastic", "elastic", 1e6, false), fine, work);
   study(context, result, elastic_column("M = 0", "fluid", 1e6, true), fine, work);
   const Column soft = elastic_column("elastic, E = 20 kPa", "elastic-large", 2e4, false);
