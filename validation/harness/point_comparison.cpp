@@ -29,6 +29,19 @@ double difference(const PathRow& row, const ReferencePoint& r, bool tensor) {
   return e;
 }
 
+/// eps_v that the segments prescribe at the row: free of the round-off that 1/2 log det(F F^T) gathers over the steps. Stress-controlled
+/// segments prescribe none; there the row's own is taken.
+double prescribed_volume(const std::vector<ReferenceSegment>& segments, const PathRow& row, int steps_per_segment) {
+  double sum = 0.0, passed = static_cast<double>(row.step) / steps_per_segment;
+  for (const ReferenceSegment& s : segments) {
+    if (passed <= 0.0) break;
+    if (s.control == ReferenceSegment::Control::drained_triaxial) return row.eps_v;
+    sum += std::min(passed, 1.0) * (s.control == ReferenceSegment::Control::strain ? s.d_eps_v : s.gradient.trace());
+    passed -= 1.0;
+  }
+  return sum;
+}
+
 /// By how much the number of steps is raised near a snap-back; see PathComparison.
 int refinement(double margin) {
   if (margin <= 0.0 || margin >= 0.1) return 1;
@@ -121,11 +134,12 @@ double isotropic_error(const MaterialSpec& spec, const std::vector<ReferenceSegm
   for (const int n : steps) {
     double internal = model.initial_internal(), scale = 0.0, error = 0.0;
     for (const PathRow& row : follow_path(library_path(spec, segments, n))) {
-      internal = exact::isotropic(model, -row.eps_v, internal);
+      const double eps_v = prescribed_volume(segments, row, n);
+      internal = exact::isotropic(model, -eps_v, internal);
       const double pc = model.preconsolidation(internal);
       scale = std::max(scale, pc);
       for (const double d :
-           {row.p - model.bulk_modulus * (model.initial_internal() - row.eps_v - internal), row.q, row.preconsolidation_pressure - pc})
+           {row.p - model.bulk_modulus * (model.initial_internal() - eps_v - internal), row.q, row.preconsolidation_pressure - pc})
         error = worse(error, std::abs(d));
     }
     worst = worse(worst, error / scale);
