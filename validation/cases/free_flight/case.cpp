@@ -6,10 +6,10 @@
 #include <limits>
 #include <numbers>
 
+#include "mpm/diagnostics.hpp"
 #include "mpm/io/config.hpp"
 #include "mpm/scene.hpp"
 #include "validation/harness/case.hpp"
-#include "validation/harness/totals.hpp"
 
 namespace mpm::validation {
 namespace {
@@ -140,13 +140,13 @@ void run(const CaseContext& context, CaseResult& result) {
     State state = make_state(c, scene);
     set_spinning(state);
     const std::vector<Vec3> start = positions_by_id(state);
-    const Vec3 start_centre = sum_particles(state, scene).centre;
+    const Vec3 start_centre = totals(state, scene).centre;
     const double dt = duration / n;
     const bool finest = steps.size() == 2;
     for (int i = 1; i <= n; ++i) {
       step(state, scene, dt);
       if (finest && i % std::max(1, n / 20) == 0) {
-        const Vec3 x = sum_particles(state, scene).centre;
+        const Vec3 x = totals(state, scene).centre;
         path_x.x.push_back(x.x());
         path_x.y.push_back(x.z());
         const Mat3 r = best_rotation(start, positions_by_id(state), start_centre, x);
@@ -159,22 +159,22 @@ void run(const CaseContext& context, CaseResult& result) {
       }
     }
     const std::vector<Vec3> end = positions_by_id(state);
-    const Totals totals = sum_particles(state, scene);
+    const Totals now = totals(state, scene);
     const Vec3 discrete = parabola(duration) + 0.5 * duration * dt * g;
     steps.push_back(dt);
-    errors.push_back((totals.centre - start_centre - parabola(duration)).norm());
+    errors.push_back((now.centre - start_centre - parabola(duration)).norm());
     if (!finest) continue;
     result.check_absolute(Label::verification, "centre of mass after 1 s against the discrete parabola",
-                          (totals.centre - start_centre - discrete).norm(), 0.0, "m", n * std::numeric_limits<double>::epsilon() * 10.0,
+                          (now.centre - start_centre - discrete).norm(), 0.0, "m", n * std::numeric_limits<double>::epsilon() * 10.0,
                           "round-off: one unit in the last place of 10 m in every step, all in one direction");
-    const Mat3 rotation = best_rotation(start, end, start_centre, totals.centre);
+    const Mat3 rotation = best_rotation(start, end, start_centre, now.centre);
     const Mat3 wanted = Eigen::AngleAxisd(spin * duration, axis).toRotationMatrix();
     result.check_absolute(Label::verification, "rotation after one turn, distance from the exact rotation",
                           Eigen::AngleAxisd(rotation * wanted.transpose()).angle(), 0.0, "rad", 2.0 * strain * spin * duration,
                           "centrifugal strain e = rho omega^2 R^2/E slows the spin by at most 2 e");
     double departure = 0.0;
     for (std::size_t i = 0; i < end.size(); ++i)
-      departure = std::max(departure, (end[i] - totals.centre - rotation * (start[i] - start_centre)).norm());
+      departure = std::max(departure, (end[i] - now.centre - rotation * (start[i] - start_centre)).norm());
     result.check_absolute(Label::verification, "largest departure of a particle from the rigid motion", departure, 0.0, "m",
                           2.0 * strain * radius, "centrifugal displacement e R, doubled by the ringing about it");
   }
