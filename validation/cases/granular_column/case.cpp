@@ -1,0 +1,482 @@
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <fstream>
+#include <limits>
+#include <map>
+#include <numbers>
+#include <sstream>
+
+#include "mpm/convergence.hpp"
+#include "mpm/error.hpp"
+#include "mpm/io/config.hpp"
+#include "mpm/scene.hpp"
+#include "validation/harness/case.hpp"
+
+namespace mpm::validation {
+namespace {
+
+enum class Geometry { plane, axisymmetric };
+
+/// Energy at which the collapse counts as over, as a share of its largest kinetic energy, and the longest wait, in units of sqrt(h0/g).
+constexpr double rest_share = 1e-3, longest_wait = 12.0;
+/// Vertical strain of the base under the column's weight: sets Young's modulus.
+constexpr double gravity_strain = 8e-3;
+constexpr double front_percentile = 0.995;
+
+struct Column {
+  Geometry geometry;
+  double aspect;           ///< a = h0/r0
+  int cells;               ///< per r0
+  double stiffness = 1.0;  ///< Young's modulus over that of gravity_strain
+};
+
+struct Deposit {
+  Column column;
+  double runout = 0.0;     ///< (r - r0)/r0, r: radius (half-width) that holds 99.5 % of the mass
+  double edge = 0.0;       ///< the same for the outermost particle
+  double height = 0.0;     ///< mean over r < 0.15 r0, of mass over area and initial density, over r0
+  double stop_time = 0.0;  ///< in sqrt(h0/g); NaN where the criterion was not met
+  double kinetic_share = 0.0;
+  std::uint64_t particle_steps = 0;
+  std::vector<double> r, h;         ///< profile: mass of a ring (strip) over its area and the initial density, over r0
+  std::vector<double> time, front;  ///< in sqrt(h0/g), in r0
+};
+
+double column_radius(const Case& c) { return c.bodies.at(0).max.x(); }
+
+/// The case file, a plane column, brought to another aspect ratio, geometry, cell size.
+Case column_case(Case c, const Column& column) {
+  const double r0 = column_radius(c), h0 = column.aspect * r0, dx = r0 / column.cells;
+  c.numerics.cell_size = dx;
+  const double gravity = c.numerics.gravity;
+  // Oedometric modulus from the weight; E from it.
+  const double nu = c.material.poisson_ratio, oedometric = column.stiffness * c.material.density * gravity * h0 / gravity_strain;
+  c.material.young_modulus = oedometric * (1.0 + nu) * (1.0 - 2.0 * nu) / (1.0 - nu);
+  c.walls.resize(1);  // the floor
+  c.bodies.resize(1);
+  BodySpec& body = c.bodies[0];
+  c.domain.mirror_x = true;
+  c.domain.mirror_y = column.geometry == Geometry::axisymmetric;
+  if (column.geometry == Geometry::plane) {  // one cell between two slip walls: v_y = 0 on all nodes that the particles touch
+    body.shape = BodySpec::Shape::box;
+    body.min = Vec3(-r0, 0.0, 0.0), body.max = Vec3(r0, dx, h0);
+    WallSpec side;
+    side.contact = Contact::slip;
+    side.normal = Vec3::UnitY();
+    c.walls.push_back(side);
+    side.point = Vec3(0.0, dx, 0.0), side.normal = -Vec3::UnitY();
+    c.walls.push_back(side);
+  } else {
+    body.shape = BodySpec::Shape::cylinder;
+    body.min = Vec3(-r0, -r0, 0.0), body.max = Vec3(r0, r0, h0);
+  }
+  const double reach = 30.0 * h0 + 10.0 * r0;
+  c.domain.min = Vec3(-reach, -reach, -reach), c.domain.max = Vec3(reach, reach, reach);
+  return c;
+}
+
+double radius(const Particle& p, Geometry geometry) {
+  return geometry == Geometry::plane ? p.position[0] : std::hypot(p.position[0], p.position[1]);
+}
+
+/// Stress at rest behind a frictionless gate: the weight above, and K0 = nu/(1 - nu) of it to the sides.
+void prestress(State& state, const Case& c, double h0) {
+  const double k0 = c.material.poisson_ratio / (1.0 - c.material.poisson_ratio);
+  for (const auto b : state.grid.occupied_blocks()) {
+    auto& particles = state.grid.block(b).particles;
+    for (int s = 0; s < particles.count(); ++s) {
+      Particle& p = particles[s];
+      const double vertical = -c.material.density * c.numerics.gravity * (h0 - p.position[2]);
+      p.stress[0] = p.stress[1] = k0 * vertical;
+      p.stress[2] = vertical;
+    }
+  }
+}
+
+double percentile_radius(const State& state, Geometry geometry, double share) {
+  std::vector<std::pair<double, double>> by_radius;  // radius, volume
+  double total = 0.0;
+  state.grid.for_each_particle([&](const Particle& p) {
+    by_radius.emplace_back(radius(p, geometry), p.volume);
+    total += p.volume;
+  });
+  std::sort(by_radius.begin(), by_radius.end());
+  double sum = 0.0;
+  for (const auto& [r, volume] : by_radius)
+    if ((sum += volume) >= share * total) return r;
+  return by_radius.back().first;
+}
+
+double kinetic_energy(const State& state) {
+  double sum = 0.0;  // over rho_0 / 2
+  state.grid.for_each_particle([&](const Particle& p) {
+    sum += p.volume * (p.velocity[0] * p.velocity[0] + p.velocity[1] * p.velocity[1] + p.velocity[2] * p.velocity[2]);
+  });
+  return sum;
+}
+
+Deposit collapse(const Case& c, const Column& column, const std::function<void(const State&, const Scene&, double)>& watch = {}) {
+  const double r0 = column_radius(c), h0 = column.aspect * r0, dx = c.numerics.cell_size, unit = std::sqrt(h0 / c.numerics.gravity);
+  const Scene scene = make_scene(c);
+  State state = make_state(c, scene);
+  prestress(state, c, h0);
+  Deposit d;
+  d.column = column;
+  double peak = 0.0;
+  bool at_rest = false;
+  for (int sample = 1; !at_rest && sample <= 20 * longest_wait; ++sample) {
+    const double time = sample / 20.0 * unit;
+    const std::uint64_t before = state.step;
+    advance(state, scene, time);
+    d.particle_steps += (state.step - before) * state.grid.particle_count();
+    const double energy = kinetic_energy(state);
+    peak = std::max(peak, energy);
+    d.kinetic_share = energy / peak;
+    at_rest = d.kinetic_share < rest_share;
+    d.time.push_back(time / unit);
+    d.front.push_back(percentile_radius(state, column.geometry, front_percentile) / r0);
+    if (watch) watch(state, scene, time / unit);
+  }
+  d.stop_time = at_rest ? d.time.back() : std::numeric_limits<double>::quiet_NaN();
+  d.runout = d.front.back() - 1.0;
+
+  const double width = 2.0 * dx, core = std::max(0.15 * r0, width);
+  const auto area = [&](double inner, double outer) {
+    return column.geometry == Geometry::plane ? dx * (outer - inner) : 0.25 * std::numbers::pi * (outer * outer - inner * inner);
+  };
+  std::vector<double> volume;
+  double core_volume = 0.0, last = 0.0;
+  state.grid.for_each_particle([&](const Particle& p) {
+    const double r = radius(p, column.geometry);
+    const auto bin = static_cast<std::size_t>(r / width);
+    if (bin >= volume.size()) volume.resize(bin + 1, 0.0);
+    volume[bin] += p.volume;
+    if (r < core) core_volume += p.volume;
+    last = std::max(last, r);
+  });
+  d.edge = last / r0 - 1.0;
+  d.height = core_volume / area(0.0, core) / r0;
+  for (std::size_t i = 0; i < volume.size(); ++i) {
+    const double inner = static_cast<double>(i) * width;
+    d.r.push_back((inner + 0.5 * width) / r0);
+    d.h.push_back(volume[i] / area(inner, inner + width) / r0);
+  }
+  return d;
+}
+
+// ---- published laws ----------------------------------------------------------------------------------------------------------------
+/// One line of the table: (r - r0)/r0 and h/r0 at aspect ratios a; NaN where a law gives none.
+struct Law {
+  std::vector<double> a, runout, height;
+};
+
+std::map<std::string, Law> published(const std::filesystem::path& file) {
+  std::ifstream in(file);
+  if (!in) throw IoError(fmt::format("{}: cannot be read", file.string()));
+  std::map<std::string, Law> laws;
+  for (std::string line; std::getline(in, line);) {
+    std::istringstream fields(line);
+    std::string name, a, runout, height;
+    if (line.starts_with('#') || line.starts_with("law,")) continue;
+    std::getline(fields, name, ','), std::getline(fields, a, ','), std::getline(fields, runout, ','), std::getline(fields, height, ',');
+    laws[name].a.push_back(std::stod(a));
+    laws[name].runout.push_back(std::stod(runout));
+    laws[name].height.push_back(std::stod(height));
+  }
+  return laws;
+}
+
+double at(const Law& law, const std::vector<double>& value, double a) {
+  for (std::size_t i = 0; i < law.a.size(); ++i)
+    if (law.a[i] == a) return value[i];
+  throw ConfigError(fmt::format("granular column: the table has no aspect ratio {}", a));
+}
+
+// ---- the case ----------------------------------------------------------------------------------------------------------------------
+constexpr double scatter = 0.30;
+const std::string scatter_reason = "scatter of the experiments, 20 to 30 %";
+const std::string height_reason = "the two experiments lie up to 20 % to either side of their mean, and each scatters";
+
+/// Slope of the least-squares line through (ln a, ln y).
+double exponent_of(const std::vector<double>& a, const std::vector<double>& y) {
+  const double n = static_cast<double>(a.size());
+  double sx = 0.0, sy = 0.0, sxx = 0.0, sxy = 0.0;
+  for (std::size_t i = 0; i < a.size(); ++i) {
+    const double u = std::log(a[i]), v = std::log(y[i]);
+    sx += u, sy += v, sxx += u * u, sxy += u * v;
+  }
+  return (n * sxy - sx * sy) / (n * sxx - sx * sx);
+}
+
+std::string word(Geometry g) { return g == Geometry::plane ? "plane" : "axisymmetric"; }
+
+Case mu_of_i(Case c) {
+  MaterialSpec& m = c.material;
+  constexpr double degree = std::numbers::pi / 180.0;
+  m.limit_friction_angle = 40.0 * degree;  // tan 30 + 0.26, the increase of Jop et al. (2006) for glass beads
+  m.reference_inertial_number = 0.279;
+  m.grain_diameter = 5e-4;
+  m.grain_density = 2600.0;
+  return c;
+}
+
+/// Cohesionless snow of the same critical state: M' = M = q/p in simple shear, the cap at the weight of the column.
+Case cam_clay(Case c, const Column& column) {
+  MaterialSpec& m = c.material;
+  m.critical_state_slope = std::numbers::sqrt3 * std::tan(m.friction_angle);
+  m.model = "cohesive_cam_clay";
+  m.cohesion_beta = 0.0;
+  m.hardening_xi = 30.0;
+  m.preconsolidation_pressure = m.density * c.numerics.gravity * column.aspect * column_radius(c);
+  return c;
+}
+
+class Study {
+ public:
+  Study(const CaseContext& context, CaseResult& result)
+      : context_(context),
+        result_(result),
+        base_(read_case(context.case_directory() / "case.toml")),
+        laws_(published(context.case_directory() / "../../../reference_data/column_collapse_scalings/data.csv")) {}
+
+  Deposit run(const Column& column, const std::string& law = "Drucker-Prager") {
+    Case c = column_case(base_, column);
+    if (law == "mu(I)") c = mu_of_i(c);
+    if (law == "cohesionless cMCC") c = cam_clay(c, column);
+    const bool pictured = column.geometry == Geometry::plane && column.aspect == 3.0 && law == "Drucker-Prager" && result_.flows.empty();
+    const Deposit d = collapse(c, column, [&](const State& state, const Scene& scene, double time) {
+      if (pictured && result_.flows.empty() && time > 1.25) result_.flows.push_back(picture(state, scene, time));
+    });
+    particle_steps_ += d.particle_steps;
+    context_.log(fmt::format("{} {} a = {}, {} cells: run-out {:.3f}, height {:.3f}, rest after {:.2f} sqrt(h0/g), {:.3g} particle-steps",
+                             law, word(column.geometry), column.aspect, column.cells, d.runout, d.height, d.stop_time,
+                             static_cast<double>(d.particle_steps)));
+    result_.check_at_most(Label::verification,
+                          fmt::format("{}, {}, a = {}: kinetic energy left over its peak", law, word(column.geometry), column.aspect),
+                          d.kinetic_share, rest_share, "", 0.0, "the stopping criterion; without rest there is no run-out");
+    table_.push_back(
+        fmt::format("{}, {}, a = {}, r0 = {} dx: run-out {:.3f} (outermost particle {:.3f}), height {:.3f}, at rest after {:.2f} √(h0/g)",
+                    law, word(column.geometry), column.aspect, column.cells, d.runout, d.edge, d.height, d.stop_time));
+    return d;
+  }
+
+  [[nodiscard]] const Law& law(const std::string& name) const { return laws_.at(name); }
+  [[nodiscard]] const Law& lube(Geometry g) const { return law(g == Geometry::plane ? "Lube2005_2D" : "Lube2004_axisym"); }
+
+  /// Geometric mean of the heights of Lube et al. and of Lajeunesse et al.
+  [[nodiscard]] double height_reference(const Column& column) const {
+    const Law& l = lube(column.geometry);
+    const Law& other = law(column.geometry == Geometry::plane ? "Lajeunesse2005_2D_height_only" : "Lajeunesse2005_axisym");
+    return std::sqrt(at(l, l.height, column.aspect) * at(other, other.height, column.aspect));
+  }
+
+  /// One run: run-out against the law of Lube et al.
+  void check_run(const Deposit& d, const std::string& name) {
+    const Law& l = lube(d.column.geometry);
+    const std::string what = fmt::format("{}, {}, a = {}: ", name, word(d.column.geometry), d.column.aspect);
+    result_.check_relative(Label::validation, what + "run-out (r - r0)/r0", d.runout, at(l, l.runout, d.column.aspect), "", scatter,
+                           scatter_reason);
+    result_.check_relative(Label::validation, what + "height h/r0", d.height, height_reference(d.column), "", scatter, height_reason);
+  }
+
+  /// Exponent and prefactor of a branch of the law. The edge of the deposit, which experiments report, gives the exponent; the 99.5th
+  /// percentile of the mass stops short of it by a share that falls with a, which its own exponent, in a note, shows.
+  /// @param asserted  false: the exponent is a note
+  void check_branch(const std::vector<Deposit>& deposits, double low, double high, const std::string& range, double exponent,
+                    double tolerance, const std::string& reason, bool asserted = true) {
+    std::vector<double> a, front, edge;
+    double ratio = 1.0;
+    const Law& l = lube(deposits.front().column.geometry);
+    for (const Deposit& d : deposits) {
+      if (d.column.aspect < low || d.column.aspect > high) continue;
+      a.push_back(d.column.aspect);
+      front.push_back(d.runout);
+      edge.push_back(d.edge);
+      ratio *= d.runout / at(l, l.runout, d.column.aspect);
+    }
+    const std::string what = fmt::format("{}, {}: ", word(deposits.front().column.geometry), range);
+    const double of_edge = exponent_of(a, edge), of_front = exponent_of(a, front);
+    if (asserted)
+      result_.check_absolute(Label::validation, what + "exponent of the run-out (edge)", of_edge, exponent, "", tolerance, reason);
+    const bool met = std::abs(of_edge - exponent) <= tolerance;
+    result_.notes.push_back(fmt::format("{}exponent {:.3f} of the edge{}, {:.3f} of the 99.5 % front; target {:.3g} ± {:.3g} ({})", what,
+                                        of_edge,
+                                        asserted ? ""
+                                        : met    ? " (met)"
+                                                 : " (not met)",
+                                        of_front, exponent, tolerance, reason));
+    result_.check_relative(Label::validation, what + "prefactor of the run-out (99.5 % front) over that of Lube et al.",
+                           std::pow(ratio, 1.0 / static_cast<double>(a.size())), 1.0, "", scatter, scatter_reason);
+  }
+
+  /// Height on the axis of the tall columns.
+  void check_heights(const std::vector<Deposit>& deposits, double height_exponent, double tolerance, const std::string& reason) {
+    std::vector<double> a, height;
+    double ratio = 1.0;
+    for (const Deposit& d : deposits) {
+      if (d.column.aspect < 1.5) continue;
+      a.push_back(d.column.aspect);
+      height.push_back(d.height);
+      ratio *= d.height / height_reference(d.column);
+    }
+    const std::string what = word(deposits.front().column.geometry) + ", a from 1.5 to 8: ";
+    result_.check_absolute(Label::validation, what + "exponent of the height", exponent_of(a, height), height_exponent, "", tolerance,
+                           reason);
+    result_.check_relative(Label::validation, what + "prefactor of the height over that of the experiments",
+                           std::pow(ratio, 1.0 / static_cast<double>(a.size())), 1.0, "", scatter, height_reason);
+  }
+
+  void plot_scaling(Geometry g, const std::map<std::string, std::vector<Deposit>>& deposits) {
+    const bool plane = g == Geometry::plane;
+    Plot runout{"runout-" + word(g), "Run-out, " + word(g), "a = h0/r0 [-]", "(r∞ - r0)/r0 [-]", {}, "", true, true};
+    Plot height{"height-" + word(g), "Height on the axis, " + word(g), "a = h0/r0 [-]", "h∞/r0 [-]", {}, "", true, true};
+    const auto line = [](Plot& plot, const std::string& name, const std::vector<double>& a, const std::vector<double>& y,
+                         Series::Style style, double factor) {
+      Series s{name, {}, {}, style};
+      for (std::size_t i = 0; i < a.size(); ++i) {
+        if (std::isnan(y[i])) continue;
+        s.x.push_back(a[i]), s.y.push_back(factor * y[i]);
+      }
+      if (!s.x.empty()) plot.series.push_back(std::move(s));
+    };
+    const Law& l = lube(g);
+    for (const auto& [plot, y] : {std::pair{&runout, &l.runout}, std::pair{&height, &l.height}}) {
+      line(*plot, plane ? "Lube et al. 2005" : "Lube et al. 2004", l.a, *y, Series::Style::reference, 1.0);
+      line(*plot, "+30 %", l.a, *y, Series::Style::bound, 1.0 + scatter);
+      line(*plot, "-30 %", l.a, *y, Series::Style::bound, 1.0 - scatter);
+    }
+    const std::vector<std::pair<std::string, std::string>> others =
+        plane ? std::vector<std::pair<std::string, std::string>>{{"Lajeunesse2005_2D_height_only", "Lajeunesse et al. 2005"},
+                                                                 {"Kumar2015_2D_DEM", "Kumar 2015, discrete elements"},
+                                                                 {"StaronHinch2005_2D_CD", "Staron & Hinch 2005, contact dynamics"}}
+              : std::vector<std::pair<std::string, std::string>>{{"Lajeunesse2005_axisym", "Lajeunesse et al. 2005"}};
+    for (const auto& [key, name] : others) {
+      line(runout, name, law(key).a, law(key).runout, Series::Style::reference, 1.0);
+      line(height, name, law(key).a, law(key).height, Series::Style::reference, 1.0);
+    }
+    for (const auto& [name, list] : deposits) {
+      std::vector<double> a, r, edge, h;
+      for (const Deposit& d : list) {
+        if (d.column.geometry != g) continue;
+        a.push_back(d.column.aspect), r.push_back(d.runout), edge.push_back(d.edge), h.push_back(d.height);
+      }
+      if (a.empty()) continue;
+      line(runout, name + ", 99.5 % of the mass", a, r, Series::Style::points, 1.0);
+      if (name == "Drucker-Prager") line(runout, name + ", outermost particle", a, edge, Series::Style::points, 1.0);
+      line(height, name, a, h, Series::Style::points, 1.0);
+    }
+    result_.plots.push_back(std::move(runout));
+    result_.plots.push_back(std::move(height));
+  }
+
+  void plot_deposits(Geometry g, const std::vector<Deposit>& deposits) {
+    Plot profile{"deposit-" + word(g),
+                 "Deposits, " + word(g),
+                 "r/r0 [-]",
+                 "h/r0 [-]",
+                 {},
+                 "Mass of a ring or strip over its area and the initial density.",
+                 false,
+                 false};
+    Plot front{"front-" + word(g), "Front (99.5 % of the mass), " + word(g), "t / √(h0/g) [-]", "(r - r0)/r0 [-]", {}, "", false, false};
+    for (const Deposit& d : deposits) {
+      const std::string name = fmt::format("a = {}", d.column.aspect);
+      profile.series.push_back({name, d.r, d.h, Series::Style::simulation});
+      Series s{name, d.time, {}, Series::Style::simulation};
+      for (const double r : d.front) s.y.push_back(r - 1.0);
+      front.series.push_back(std::move(s));
+    }
+    result_.plots.push_back(std::move(profile));
+    result_.plots.push_back(std::move(front));
+  }
+
+  void finish() {
+    result_.notes.insert(result_.notes.end(), table_.begin(), table_.end());
+    result_.notes.push_back(fmt::format("{:.2g} particle-steps in all", static_cast<double>(particle_steps_)));
+  }
+
+ private:
+  FlowPicture picture(const State& state, const Scene& scene, double time) const {
+    return flow_picture(context_.directory(), state, scene,
+                        {.id = "collapse",
+                         .field = FlowField::speed,
+                         .title = fmt::format("Plane column, a = 3, t = {:.2f} √(h0/g)", time),
+                         .caption = "Half of the column; the wall of the flow is inside: what has failed slides over a wedge at rest."});
+  }
+
+  const CaseContext& context_;
+  CaseResult& result_;
+  Case base_;
+  std::map<std::string, Law> laws_;
+  std::vector<std::string> table_;
+  std::uint64_t particle_steps_ = 0;
+};
+
+using Columns = std::vector<std::pair<double, int>>;  ///< aspect ratio, cells per r0
+
+void run(const CaseContext& context, CaseResult& result) {
+  Study study(context, result);
+  std::map<std::string, std::vector<Deposit>> all;
+  std::vector<Deposit>& main = all["Drucker-Prager"];
+  std::vector<Deposit> plane, axisymmetric;
+  for (const auto& [a, cells] :
+       context.choose<Columns>({{1.0, 24}, {3.0, 14}}, {{0.5, 48}, {1.0, 36}, {1.5, 32}, {3.0, 20}, {5.0, 18}, {8.0, 16}},
+                               {{0.5, 96}, {1.0, 72}, {1.5, 48}, {3.0, 32}, {5.0, 28}, {8.0, 24}}))
+    plane.push_back(study.run({Geometry::plane, a, cells}));
+  for (const auto& [a, cells] : context.choose<Columns>({{1.0, 16}}, {{0.5, 24}, {1.0, 18}, {1.5, 16}, {3.0, 14}, {5.0, 11}, {8.0, 9}},
+                                                        {{0.5, 40}, {1.0, 32}, {1.5, 28}, {3.0, 22}, {5.0, 18}, {8.0, 15}}))
+    axisymmetric.push_back(study.run({Geometry::axisymmetric, a, cells}));
+  main.insert(main.end(), plane.begin(), plane.end());
+  main.insert(main.end(), axisymmetric.begin(), axisymmetric.end());
+
+  if (context.level() == Level::quick) {
+    for (const Deposit& d : main) study.check_run(d, "Drucker-Prager");
+  } else {
+    const std::string short_columns =
+        "0.9 ± 0.1 (Balmforth & Kerswell) to 1 (Lube et al.), and 0.1 for the grid's 10 % over a factor of 3 in a";
+    study.check_branch(plane, 0.0, 1.8, "a up to 1.5", 1.0, 0.2, short_columns);
+    study.check_branch(plane, 2.8, 10.0, "a from 3 to 8", 0.8, 0.2,
+                       "2/3 (Lube et al.); 0.65 ± 0.05 in narrow to 0.9 ± 0.1 in wide slots (Balmforth & Kerswell)");
+    study.check_branch(axisymmetric, 0.0, 1.7, "a up to 1.5", 1.0, 0.2, short_columns);
+    study.check_branch(axisymmetric, 1.7, 10.0, "a from 3 to 8", 0.5, 0.1,
+                       "1/2 (Lube et al., Lajeunesse et al.); 10 % of the run-out over a factor of 2.7 in a", false);
+    study.check_heights(plane, 0.4, 0.1, "1/3 (Lajeunesse et al.) to 0.5 (Balmforth & Kerswell, narrow)");
+    study.check_heights(axisymmetric, 1.0 / 12.0, 1.0 / 12.0 + 0.05, "0 (Lajeunesse et al.) to 1/6 (Lube et al.), and 0.05 for the grid");
+
+    for (const auto& law : {"mu(I)", "cohesionless cMCC"}) {
+      for (const auto& [a, cells] : Columns{{1.0, 36}, {3.0, 20}}) {
+        all[law].push_back(study.run({Geometry::plane, a, cells}, law));
+        study.check_run(all[law].back(), law);
+      }
+    }
+    std::vector<double> size, runout, height;
+    for (const int cells : context.choose<std::vector<int>>({}, {16, 24, 36}, {21, 32, 48, 72})) {
+      const auto done =
+          std::find_if(plane.begin(), plane.end(), [&](const Deposit& d) { return d.column.aspect == 1.0 && d.column.cells == cells; });
+      const Deposit d = done != plane.end() ? *done : study.run({Geometry::plane, 1.0, cells});
+      size.push_back(1.0 / cells), runout.push_back(d.runout), height.push_back(d.height);
+    }
+    result.studies.push_back({"plane, a = 1: run-out over r0, against dx/r0", "", grid_study(size, runout, 1.0)});
+    result.studies.push_back({"plane, a = 1: height over r0, against dx/r0", "", grid_study(size, height, 1.0)});
+    if (context.level() == Level::full) {
+      for (const int cells : {24, 48}) {
+        const double soft = study.run({Geometry::plane, 1.0, cells}).runout, stiff = study.run({Geometry::plane, 1.0, cells, 4.0}).runout;
+        result.check_relative(Label::validation, fmt::format("plane, a = 1, r0 = {} dx: run-out with four times the stiffness", cells),
+                              stiff, soft, "", 0.5 * scatter,
+                              "grains are rigid and E is a means: its effect has to be small beside the scatter");
+      }
+    }
+  }
+  study.plot_scaling(Geometry::plane, all);
+  study.plot_scaling(Geometry::axisymmetric, all);
+  study.plot_deposits(Geometry::plane, plane);
+  study.plot_deposits(Geometry::axisymmetric, axisymmetric);
+  study.finish();
+}
+
+const Registration registered{{MPM_CASE_NAME, "Granular column collapse", MPM_CASE_DIRECTORY, run}};
+
+}  // namespace
+}  // namespace mpm::validation
