@@ -340,6 +340,8 @@ TEST(Config, ReadsTheKeysOfEveryLaw) {
   EXPECT_EQ(sand.reference_inertial_number, 0.279);
   EXPECT_EQ(sand.grain_diameter, 0.53e-3);
   EXPECT_EQ(sand.grain_density, 2450.0);
+  EXPECT_NE(write_case(parse_case(sand_case, "case.toml", {"material.friction_angle_deg=30"})).find("friction_angle_deg = 30.0\n"),
+            std::string::npos);  // and not 29.999999999999996
   const MaterialSpec water = parse_case(water_case, "case.toml").material;
   EXPECT_EQ(water.bulk_modulus, 2e5);
   EXPECT_EQ(water.tait_exponent, 3);

@@ -83,7 +83,8 @@ Binding angle(Section section, T Owner::*member) {
             const std::optional<double> exact = section(d, i).*member;
             if (!exact) return std::nullopt;
             const double degrees = *exact / rad;
-            for (const double candidate : {degrees, std::nextafter(degrees, -1e9), std::nextafter(degrees, 1e9)}) {
+            const double round = std::round(degrees * 1e9) / 1e9;  // as somebody would have written it
+            for (const double candidate : {round, degrees, std::nextafter(degrees, -1e9), std::nextafter(degrees, 1e9)}) {
               if (candidate * rad == *exact) return candidate;
             }
             return degrees;
