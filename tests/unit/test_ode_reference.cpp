@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <Eigen/Eigenvalues>
 #include <Eigen/Geometry>
 #include <cmath>
 
@@ -165,6 +166,22 @@ TEST(CoaxialReference, SnapBackAtTheTensionApexLandsOnTheStableRoot) {
   EXPECT_NEAR(second.points.back().internal, x, 1e-9);
 }
 
+TEST(GeneralReference, YieldsAgainWithinTheFirstInstantOfAReversal) {
+  // At the start of the last two segments the point unloads for 1e-7 of the segment only, from a round-off above the surface.
+  for (const double beta : {0.0, 0.45}) {
+    const auto shear = [](int i, double gamma) {
+      Mat3 l = Mat3::Zero();
+      l(i, 2) = gamma;
+      return Segment::general(l);
+    };
+    const CamClay m = snow(0.8, beta, 0.05);
+    const auto path = general_reference(
+        m, {Segment::strain_increment(-0.04, 0.0), shear(0, 0.1), shear(1, 0.1), shear(0, -0.1), shear(1, -0.1)}, {1e-13, 640});
+    EXPECT_TRUE(path.points.back().plastic);
+    for (const ReferencePoint& r : path.points) ASSERT_LE(m.yield(r.p, r.q, r.internal), 1e-9 * r.preconsolidation * r.preconsolidation);
+  }
+}
+
 TEST(GeneralReference, AgreesWithTheCoaxialFormOnFixedPrincipalAxes) {
   const CamClay m = snow(0.8, 0.3, 5.0);
   const std::vector<Segment> path{Segment::strain_increment(-0.02, 0.0), Segment::strain_increment(0.0, 0.08),
@@ -175,6 +192,7 @@ TEST(GeneralReference, AgreesWithTheCoaxialFormOnFixedPrincipalAxes) {
     ASSERT_NEAR(a.points[i].p, b.points[i].p, 1e-8 * scale) << i;
     ASSERT_NEAR(a.points[i].q, b.points[i].q, 1e-8 * scale) << i;
     ASSERT_NEAR(a.points[i].internal, b.points[i].internal, 1e-9) << i;
+    ASSERT_LT((a.points[i].stress - b.points[i].stress).norm(), 1e-8 * scale) << i;
   }
   EXPECT_LT(b.drift, 1e-9);
 }
@@ -233,6 +251,56 @@ TEST(DaeReference, AgreesWithTheRateFormTo1em8) {
       ASSERT_NEAR(a.q, b.q, 1e-8 * a.preconsolidation);
       ASSERT_NEAR(a.internal, b.internal, 1e-8 * a.internal);
     }
+  }
+}
+
+TEST(DaeReference, StartsFromAPointThatIsOffTheSurfaceByRoundOff) {
+  const CamClay m = snow(0.8, 0.3, 5.0);
+  const auto cvode = coaxial_reference(m, {Segment::strain_increment(-0.03, 0.0), Segment::strain_increment(-0.02, 0.10)});
+  const auto n = ReferenceOptions{}.samples_per_segment;
+  ReferencePoint start = cvode.points[n + n / 2];
+  start.q *= 1.0 + 1e-11, start.q_signed *= 1.0 + 1e-11;
+  const auto ida = dae_reference(m, start, -0.01, 0.05, 10);
+  EXPECT_NEAR(ida.back().p, cvode.points.back().p, 1e-8 * cvode.points.back().p);
+}
+
+TEST(NearestLanding, LiesOnTheSurfaceOrLosesAllStress) {
+  const CamClay m = snow(0.8, 0.15, 1.5);
+  const double x = m.initial_internal(), pc = m.preconsolidation_pressure;
+  const Landing kept = nearest_landing(m, -0.16 * pc, 0.1 * pc, x);
+  EXPECT_GT(kept.internal, 0.0);
+  EXPECT_LT(kept.internal, x);
+  EXPECT_NEAR(m.yield(kept.p, kept.q, kept.internal), 0.0, 1e-12 * pc * pc);
+  EXPECT_NEAR(kept.p, -0.16 * pc - m.bulk_modulus * (kept.internal - x), 1e-10 * pc);
+  const CamClay brittle = snow(0.8, 0.45, 15.0);
+  const Landing lost = nearest_landing(brittle, -pc, 0.1 * pc, brittle.initial_internal());
+  EXPECT_EQ(lost.p, 0.0);
+  EXPECT_EQ(lost.q, 0.0);
+  EXPECT_NEAR(lost.internal, brittle.initial_internal() - pc / brittle.bulk_modulus, 1e-15);
+}
+
+TEST(Exact, IsotropicHistoryFollowsBothApexes) {
+  const CamClay m = snow(0.8, 0.15, 5.0);
+  const double x0 = m.initial_internal();
+  EXPECT_EQ(exact::isotropic(m, 0.01, x0), x0);  // elastic: p_c0/K = 0.024
+  EXPECT_EQ(exact::isotropic(m, 0.05, x0), exact::isotropic_compression(m, 0.05));
+  const double compacted = exact::isotropic(m, 0.05, x0);
+  EXPECT_EQ(exact::isotropic(m, 0.045, compacted), compacted);  // unloads elastically
+  const double pulled = exact::isotropic(m, -0.004, x0);
+  EXPECT_NEAR(pulled - 0.15 * std::sinh(5.0 * pulled), -0.004 + x0, 1e-15);
+  EXPECT_NEAR(exact::isotropic(m, -0.1, x0), x0 - 0.1, 1e-15);  // expanded: no stress
+  EXPECT_NEAR(exact::isotropic(m, -0.09, x0 - 0.1), x0 - 0.09, 1e-15);
+}
+
+TEST(Exact, HenckySimpleShearIsTheStressOfItsStretch) {
+  // b = F F^T, tau = G log b
+  for (const double gamma : {0.01, 0.7, 3.0}) {
+    Mat3 f = Mat3::Identity();
+    f(0, 1) = gamma;
+    const Eigen::SelfAdjointEigenSolver<Mat3> eigen(Mat3(f * f.transpose()));
+    const Mat3 tau =
+        2.5 * (eigen.eigenvectors() * eigen.eigenvalues().array().log().matrix().asDiagonal() * eigen.eigenvectors().transpose());
+    EXPECT_LT((exact::hencky_simple_shear(2.5, gamma) - tau).norm(), 1e-12);
   }
 }
 

@@ -153,6 +153,20 @@ TEST(PointPath, BackwardEulerConvergesAtFirstOrder) {
   }
 }
 
+TEST(PointPath, StrideKeepsEveryFewRowsAndChangesNothing) {
+  const auto path = cam_clay_path(0.8, 0.3, 5.0, 12, {StrainSegment{-0.04, 0.0}, StrainSegment{0.0, 0.05}});
+  const auto all = follow_path(path), some = follow_path(path, 4);
+  ASSERT_EQ(some.size(), 7u);
+  for (std::size_t i = 0; i < some.size(); ++i) {
+    EXPECT_EQ(some[i].step, static_cast<int>(4 * i));
+    EXPECT_EQ(some[i].p, all[4 * i].p);
+    EXPECT_EQ(some[i].stress.zz, all[4 * i].stress.zz);
+  }
+  EXPECT_NEAR(some[6].stress.xx - some[6].stress.zz, some[6].q, 1e-12 * some[6].q);  // the axis z carries the larger pressure
+  EXPECT_THROW(follow_path(path, 5), ConfigError);
+  EXPECT_THROW(follow_path(path, 0), ConfigError);
+}
+
 TEST(PointPath, RefusesNonsense) {
   PathSpec path = cam_clay_path(0.8, 0.3, 5.0, 0, {StrainSegment{-0.01, 0.0}});
   EXPECT_THROW(follow_path(path), ConfigError);

@@ -376,16 +376,15 @@ class PathIntegrator {
         advance_stress_free(target);
         continue;
       }
+      const double t_before = t_;
+      const std::vector<double> y_before = y_;
       const OdeIntegrator::Stop stop = ode_.advance(target);
       t_ = stop.time;
-      const auto state = ode_.state();
-      y_.assign(state.begin(), state.end());
-      if (phase_ == Phase::elastic) {
-        const Local s = form_.local(t_, y_.data());
-        if (s.y > (elastic_limit_ + 1e-9) * s.pc * s.pc)
-          throw UnstableError(fmt::format("reference path: the onset of yield before time {} was missed", segment_ + t_));
+      take_state();
+      if (stop.root < 0) {
+        if (phase_ == Phase::elastic && yielded()) find_onset(t_before, y_before);
+        continue;
       }
-      if (stop.root < 0) continue;
       const double before = form_.local(t_, y_.data()).internal;
       if (phase_ == Phase::elastic) {
         log(PathEvent::onset, before, before);
@@ -402,6 +401,28 @@ class PathIntegrator {
         phase_ = Phase::stress_free;
       }
     }
+  }
+  void take_state() {
+    const auto state = ode_.state();
+    y_.assign(state.begin(), state.end());
+  }
+  [[nodiscard]] bool yielded() const {
+    const Local s = form_.local(t_, y_.data());
+    return s.y > (elastic_limit_ + 1e-12) * s.pc * s.pc;  // beyond round-off of a state that stays where it is
+  }
+  /// An elastic stretch so short that CVODE's root search stepped over it (a reversal after which the point yields again at once): the
+  /// onset between t_before and now by bisection.
+  void find_onset(double t_before, const std::vector<double>& y_before) {
+    double inside = t_before, beyond = t_;
+    for (int i = 0; i < 60 && beyond - inside > 1e-15; ++i) {
+      ode_.start(t_before, y_before, 1.0, {}, {});
+      t_ = ode_.advance(0.5 * (inside + beyond)).time;
+      take_state();
+      (yielded() ? beyond : inside) = t_;
+    }
+    const double internal = form_.local(t_, y_.data()).internal;
+    log(PathEvent::onset, internal, internal);
+    enter(Phase::plastic);
   }
   /// No stress, all strain plastic: X' = -eps_v', until X = 0.
   void advance_stress_free(double target) {
@@ -529,10 +550,10 @@ std::vector<ReferencePoint> dae_reference(const CamClay& m, const ReferencePoint
     p += k * share * by_x;
   }
   // consistent slopes: the first equation and y' = 0, both linear in q' and X'
-  const Local s = local_state(m, p, k * q, internal);
+  const Local first = local_state(m, p, k * q, internal);
   Eigen::Matrix2d a;
-  a << -s.y_p, -3.0 * g * s.y_q, s.y_q, y_x(s);
-  const Eigen::Vector2d b(-s.y_p * 3.0 * g * d_eps_q, s.y_p * k * d_eps_v);
+  a << -first.y_p, -3.0 * g * first.y_q, first.y_q, y_x(first);
+  const Eigen::Vector2d b(-first.y_p * 3.0 * g * d_eps_q, first.y_p * k * d_eps_v);
   const Eigen::Vector2d slope = a.fullPivLu().solve(b);
   // Unknowns are the increments of q/K and X, so that the relative tolerance is one of what the path adds.
   const auto p_of = [&](double t, double increment) { return p - k * (d_eps_v * t + increment); };
