@@ -72,13 +72,13 @@ void ballistic_rise(const CaseContext& context, CaseResult& result) {
   const double speed = c.bodies[0].velocity.z(), rise = 0.5 * speed * speed / c.numerics.gravity,
                flight_time = 2.0 * speed / c.numerics.gravity;
   const State first = make_state(c, scene);
-  const int coarse_steps = static_cast<int>(std::ceil(duration / stable_time_step(first, scene)));
+  const int coarse_steps = static_cast<int>(std::ceil(flight_time / stable_time_step(first, scene)));
   const std::vector<Vec3> start = positions_by_id(first);
   std::vector<double> steps, errors;
   Series flight{"simulation, highest particle", {}, {}, Series::Style::points};
   for (const int n : {coarse_steps, 2 * coarse_steps, context.choose(4, 4, 8) * coarse_steps}) {
     State state = make_state(c, scene);
-    const double dt = duration / n;
+    const double dt = flight_time / n;
     const bool finest = steps.size() == 2;
     double top = 0.0, apart = 0.0;
     for (int i = 1; i <= n; ++i) {
@@ -110,14 +110,14 @@ void ballistic_rise(const CaseContext& context, CaseResult& result) {
                      "symplectic Euler errs by v dt/2, and by g dt²/8 at most for where the step that meets the top falls");
   Series exact{"v t - g t²/2", {}, {}, Series::Style::reference};
   for (int i = 0; i <= 50; ++i) {
-    exact.x.push_back(duration * i / 50.0);
+    exact.x.push_back(flight_time * i / 50.0);
     exact.y.push_back((speed - 0.5 * c.numerics.gravity * exact.x.back()) * exact.x.back());
   }
   result.plots.push_back({"rise",
                           "Rise of a block of snow thrown straight up",
                           "time [s]",
                           "rise [m]",
-                          {exact, {"v²/2g", {0.0, duration}, {rise, rise}, Series::Style::bound}, flight},
+                          {exact, {"v²/2g", {0.0, flight_time}, {rise, rise}, Series::Style::bound}, flight},
                           "",
                           false,
                           false});

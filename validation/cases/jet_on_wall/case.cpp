@@ -188,8 +188,8 @@ Steady run_jet(const CaseContext& context, const Case& c, const Jet& jet, bool s
 /// A material on several grids.
 struct Variant {
   std::string name;
-  double exact;  ///< stagnation pressure, Pa
-  std::vector<double> size, stagnation, field_error;
+  double exact;                                       ///< stagnation pressure, Pa
+  std::vector<double> size, stagnation, field_error;  ///< m, kPa, 1
   Steady finest;
 };
 
@@ -231,7 +231,7 @@ void run(const CaseContext& context, CaseResult& result) {
     for (const int cells : grids) {
       v.finest = jet_run(material, v.name, cells, true, cells == grids.back() ? picture : nullptr);
       v.size.push_back(b / cells);
-      v.stagnation.push_back(v.finest.stagnation.mean);
+      v.stagnation.push_back(1e-3 * v.finest.stagnation.mean);
       v.field_error.push_back(v.finest.field_error);
     }
     const Steady& s = v.finest;
@@ -249,7 +249,7 @@ void run(const CaseContext& context, CaseResult& result) {
     if (v.size.size() >= 3) {
       const GridStudy g = grid_study(v.size, v.stagnation, 1.0);
       p.observed_order = g.order;
-      result.studies.push_back({v.name + ": stagnation pressure", "Pa", g});
+      result.studies.push_back({v.name + ": stagnation pressure", "kPa", g});
     }
   };
   MaterialSpec plastic_snow = base.material, fluid;
