@@ -255,7 +255,7 @@ std::vector<Key> declare_keys() {
   t.add("tait_exponent", integer, "", closed(1.0, 20.0), field(material, &MaterialSpec::tait_exponent),
         "Exponent n of the equation of state p = K/n ((rho/rho_0)^n - 1); 1 is linear");
   t.add("viscosity_pa_s", number, "Pa s", closed(0.0, 1e9), field(material, &MaterialSpec::viscosity),
-        "Dynamic viscosity; explicit, so stable only while it is well below density c cell_size");
+        "Dynamic viscosity; explicit, so stable up to about half of density c cell_size (seen at cfl 0.4: 0.6 holds, 1 does not)");
   t.add("carries_tension", boolean, "", {}, field(material, &MaterialSpec::carries_tension),
         "Whether pressure may be negative; if not, the fluid tears and recompacts before it carries pressure again");
   for (Key& key : t.keys) {
