@@ -68,7 +68,7 @@ void run(const CaseContext& context, CaseResult& result) {
                                       {.id = "rest",
                                        .field = FlowField::pressure,
                                        .title = "Block at rest",
-                                       .caption = "The friction that stopped it has tilted the pressure on the floor.",
+                                       .caption = "The stop left it vibrating: nothing damps it.",
                                        .slice_half_width = 0.0}));
 
   Series exact{"v₀t - μgt²/2", {}, {}, Series::Style::reference}, ours{"simulation", {}, {}, Series::Style::simulation};
