@@ -133,8 +133,8 @@ Outcome follow(const Path& path, const Plasticity& material, const MaterialSpec&
     o.ida = compare_forms(model, segments, o.comparison.reference);
   const bool is_drawn = material.slope == drawn.slope && material.beta == drawn.beta && material.xi == drawn.xi;
   if (!is_drawn) {
-    o.comparison.reference.points = {};
-    o.comparison.finest = {};
+    o.comparison.reference.points = std::vector<ReferencePoint>{};  // gives the memory back
+    o.comparison.finest = std::vector<PathRow>{};
   }
   return o;
 }
