@@ -613,11 +613,17 @@ Landing nearest_landing(const CamClay& m, double p_trial, double q_trial, double
     const Landing r = at(x);
     return m.yield(r.p, r.q, x);
   };
+  // Equal ratios of X_n - X down to half of X_n, then equal ratios of X: roots lie close together at either end.
   constexpr int samples = 4000;
-  double above = internal * (1.0 - skipped);
+  constexpr double last = 1e-12;
+  const auto scanned = [&](int i) {
+    const double share = static_cast<double>(i % samples) / samples;
+    return internal * (i < samples ? 1.0 - skipped * std::pow(0.5 / skipped, share) : 0.5 * std::pow(2.0 * last, share));
+  };
+  double above = scanned(0);
   if (y(above) <= 0.0) return at(above);
-  for (int i = 1; i < samples; ++i) {
-    const double x = internal * (1.0 - skipped * std::pow(1.0 / skipped, static_cast<double>(i) / samples));
+  for (int i = 1; i < 2 * samples; ++i) {
+    const double x = scanned(i);
     if (y_p_of(x) >= 0.0) break;  // X falls on the dilative side only
     if (y(x) <= 0.0) return at(bisect(y, above, x));
     above = x;

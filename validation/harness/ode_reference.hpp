@@ -115,8 +115,8 @@ std::vector<ReferencePoint> dae_reference(const CamClay&, const ReferencePoint& 
                                           double relative_tolerance = 1e-13);
 
 /// Backward Euler's own landing: the first X below `internal` at which the state that the flow rule reaches from the trial state lies on
-/// the yield surface again, p = p_trial - K (X - X_n), q = q_trial/(1 + 6 G (1 + 2 beta) (X - X_n)/y_p), found by a scan in equal ratios
-/// and bisection; stress-free at X = X_n + p_trial/K if there is none. Shares nothing with the library's search.
+/// the yield surface again, p = p_trial - K (X - X_n), q = q_trial/(1 + 6 G (1 + 2 beta) (X - X_n)/y_p), found by a scan in equal
+/// ratios and bisection; stress-free at X = X_n + p_trial/K if there is none. Shares nothing with the library's search.
 struct Landing {
   double p, q, internal;
 };
