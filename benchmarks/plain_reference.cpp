@@ -31,8 +31,17 @@ void expect_near(const char* what, std::uint64_t id, double value, double expect
     fail(fmt::format("{} of particle {} is {:.17g}, expected {:.17g}, allowed difference {:.3g}", what, id, value, expected, tolerance));
 }
 
+/// G, Pa; rho_0 c^2 for a fluid, which has none: the scale of a stress that counts as small.
 double shear_modulus(const AnyMaterial& material) {
-  return std::visit([](const auto& law) { return law.moduli().shear(); }, material);
+  return std::visit(
+      [](const auto& law) {
+        if constexpr (requires { law.moduli(); }) {
+          return law.moduli().shear();
+        } else {
+          return law.density() * law.wave_speed() * law.wave_speed();
+        }
+      },
+      material);
 }
 
 double stress_size(const Particle& p) {
