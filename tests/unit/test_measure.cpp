@@ -77,17 +77,17 @@ TEST(ImpactGeometry, WindowsInMetresTakeThePlaceOfThoseInCells) {
   windows.box_inside = 0.125;
   const ImpactGeometry fixed = fixed_geometry(1.75, 1.75, 300.0, true);
   for (const double dx : {1.75 / 3.0, 1.75 / 4.0, 1.75 / 12.0}) {
-    const ImpactGeometry g = paper_geometry(1.75, 1.75, dx, 300.0, true, windows);
-    EXPECT_EQ(g.bin_height, fixed.bin_height);
-    EXPECT_EQ(g.filter_bins, fixed.filter_bins);
-    EXPECT_EQ(g.box_upstream, fixed.box_upstream);
-    EXPECT_EQ(g.box_inside, fixed.box_inside);
+    const ImpactGeometry measured = paper_geometry(1.75, 1.75, dx, 300.0, true, windows);
+    EXPECT_EQ(measured.bin_height, fixed.bin_height);
+    EXPECT_EQ(measured.filter_bins, fixed.filter_bins);
+    EXPECT_EQ(measured.box_upstream, fixed.box_upstream);
+    EXPECT_EQ(measured.box_inside, fixed.box_inside);
   }
   windows = {};
   windows.box_upstream = 0.5;  // one alone leaves the others to the cell size
-  const ImpactGeometry g = paper_geometry(1.75, 1.75, 0.2, 300.0, true, windows);
-  EXPECT_EQ(g.box_upstream, 0.5);
-  EXPECT_EQ(g.bin_height, 0.1);
+  const ImpactGeometry partly = paper_geometry(1.75, 1.75, 0.2, 300.0, true, windows);
+  EXPECT_EQ(partly.box_upstream, 0.5);
+  EXPECT_EQ(partly.bin_height, 0.1);
   windows.filter_length = 1.2;  // twelve bins of 0.1 m
   EXPECT_THROW((void)paper_geometry(1.75, 1.75, 0.2, 300.0, true, windows), ConfigError);
 }
