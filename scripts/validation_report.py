@@ -28,6 +28,7 @@ from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter  # noqa: 
 
 # Distinct in hue and in lightness, so that they survive colour blindness and a grey printer.
 COLOURS = ["#1f6fb4", "#d1601f", "#2e8b57", "#8b4fa8", "#b3262e", "#6b6b00", "#008b9a", "#9c5b3b"]
+REFERENCE_LINES = ("-", "-.", ":")  # several references in one plot are told apart
 MARKERS = ["o", "s", "^", "D", "v", "P", "X", "*"]
 
 LONG_TABLE, SHOWN_ROWS = 40, 20  # a table of more checks shows so many at first
@@ -69,14 +70,14 @@ code { font: .88em ui-monospace, "DejaVu Sans Mono", monospace; background: var(
 .score b { font-size: 1.3rem; }
 dl.facts { display: grid; grid-template-columns: max-content 1fr; gap: .15rem 1rem; margin: 0 0 1.5rem; font-size: .88rem; }
 dl.facts dt { color: var(--soft); } dl.facts dd { margin: 0; overflow-wrap: anywhere; }
-table { border-collapse: collapse; width: 100%; font-size: .82rem; font-variant-numeric: tabular-nums; line-height: 1.4; }
-th { text-align: left; font-weight: 600; color: var(--soft); border-bottom: 2px solid var(--line); padding: .3rem .4rem; vertical-align: bottom; }
-td { border-bottom: 1px solid var(--line); padding: .3rem .4rem; vertical-align: top; }
+table { border-collapse: collapse; width: 100%; font-size: .78rem; font-variant-numeric: tabular-nums; line-height: 1.4; }
+th { text-align: left; font-weight: 600; color: var(--soft); border-bottom: 2px solid var(--line); padding: .3rem .3rem; vertical-align: bottom; }
+td { border-bottom: 1px solid var(--line); padding: .3rem .3rem; vertical-align: top; }
 td.number { text-align: right; white-space: nowrap; } th.number { text-align: right; }
 td.what { min-width: 11rem; }
 tr.bad td { background: #fdf1f1; }
 td.fault { color: var(--bad); overflow-wrap: anywhere; }
-.used { display: inline-block; width: 2.2rem; height: .5rem; margin-left: .45rem; background: linear-gradient(var(--bar) 0 0) 0 0 / var(--share) 100% no-repeat #e6eaef; border-radius: 2px; }
+.used { display: inline-block; width: 1.6rem; height: .5rem; margin-left: .45rem; background: linear-gradient(var(--bar) 0 0) 0 0 / var(--share) 100% no-repeat #e6eaef; border-radius: 2px; }
 sup { line-height: 0; } sup a { padding-left: .15em; }
 section { border-top: 3px solid var(--line); margin-top: 2.6rem; padding-top: 1.3rem; }
 .heading { display: flex; gap: .3rem 1rem; flex-wrap: wrap; align-items: baseline; }
@@ -261,12 +262,14 @@ def plain_ticks(axis, values):
 def draw(plot):
     """One plot as an SVG data address."""
     figure, axes = plt.subplots(figsize=(6.2, 4.3), layout="constrained")
-    used = 0
+    used = references = 0
     for series in plot["series"]:
         x, y = clean(series["x"]), clean(series["y"])
         style = series["style"]
         if style == "reference":
-            axes.plot(x, y, "-" if len(x) > 1 else "_", color="black", linewidth=1.6, markersize=14, label=series["name"], zorder=2)
+            dashes = REFERENCE_LINES[references % len(REFERENCE_LINES)]
+            references += 1
+            axes.plot(x, y, dashes if len(x) > 1 else "_", color="black", linewidth=1.6, markersize=14, label=series["name"], zorder=2)
         elif style == "bound":
             axes.plot(x, y, "--", color="#808890", linewidth=1.3, label=series["name"], zorder=1)
         else:
