@@ -88,6 +88,22 @@ void fold(Grid& grid, int axis) {
   }
 }
 
+/// Sets the plane behind to the image of the plane at +1 again, whose velocities a boundary may have changed.
+void reflect(Grid& grid, int axis) {
+  const int stride = axis == 0 ? 1 : 4;
+  Node flip = {1, 1, 1, 1};
+  flip[axis] = -1.0;
+  for (const auto index : grid.all_blocks()) {
+    if (grid.block(index).coordinate[static_cast<std::size_t>(axis)] != 0) continue;
+    const std::int32_t behind =
+        grid.block(index).neighbour[static_cast<std::size_t>(axis == 0 ? neighbour_slot(-1, 0, 0) : neighbour_slot(0, -1, 0))];
+    if (behind == no_block) continue;
+    for (int n = 0; n < block_nodes; ++n) {
+      if ((n / stride) % 4 == 0) grid.nodes(behind).node[n + 3 * stride] = flip * grid.nodes(index).node[n + stride];
+    }
+  }
+}
+
 }  // namespace
 
 void fold_mirror_planes(Grid& grid, bool mirror_x, bool mirror_y) {
@@ -146,6 +162,8 @@ double update_grid(Grid& grid, std::span<const Boundary> boundaries, const Vec3&
           boundaries[b]);
     }
   }
+  if (mirror_x) reflect(grid, 0);
+  if (mirror_y) reflect(grid, 1);
   impulses.assign(count, Impulse{});
   double total = 0.0;
   for (std::size_t i = 0; i < all.size(); ++i) {
