@@ -67,41 +67,43 @@ Vec3 RigidBox::constrain(const Vec3& node, const Vec3& v) const {
 
 namespace {
 
-/// Adds the image of the plane behind (axis index -1) to the plane at +1, doubles the mirror plane, and sets the plane behind to the image.
-void fold(Grid& grid, int axis) {
+/// Calls f(nodes, nodes behind or null, stride, flip) for every block at the mirror plane of `axis`: `stride` from a node to the next along
+/// the axis, `flip` turns a node into its image.
+template <class F>
+void for_each_mirrored_block(Grid& grid, int axis, F&& f) {
   const int stride = axis == 0 ? 1 : 4;
+  const auto slot = static_cast<std::size_t>(axis == 0 ? neighbour_slot(-1, 0, 0) : neighbour_slot(0, -1, 0));
   Node flip = {1, 1, 1, 1};
   flip[axis] = -1.0;
   for (const auto index : grid.all_blocks()) {
-    if (grid.block(index).coordinate[static_cast<std::size_t>(axis)] != 0) continue;
-    const std::int32_t behind_index =
-        grid.block(index).neighbour[static_cast<std::size_t>(axis == 0 ? neighbour_slot(-1, 0, 0) : neighbour_slot(0, -1, 0))];
-    NodeBlock& self = grid.nodes(index);
+    const Block& block = grid.block(index);
+    if (block.coordinate[static_cast<std::size_t>(axis)] != 0) continue;
+    const std::int32_t behind = block.neighbour[slot];
+    f(grid.nodes(index).node, behind == no_block ? nullptr : grid.nodes(behind).node, stride, flip);
+  }
+}
+
+/// Adds the image of the plane behind (axis index -1) to the plane at +1, doubles the mirror plane, and sets the plane behind to the image.
+void fold(Grid& grid, int axis) {
+  for_each_mirrored_block(grid, axis, [](Node* nodes, Node* behind, int stride, Node flip) {
     for (int n = 0; n < block_nodes; ++n) {
       if ((n / stride) % 4 != 0) continue;
-      self.node[n] += flip * self.node[n];
-      if (behind_index == no_block) continue;
-      Node& image = grid.nodes(behind_index).node[n + 3 * stride];
-      self.node[n + stride] += flip * image;
-      image = flip * self.node[n + stride];
+      nodes[n] += flip * nodes[n];
+      if (behind == nullptr) continue;
+      Node& image = behind[n + 3 * stride];
+      nodes[n + stride] += flip * image;
+      image = flip * nodes[n + stride];
     }
-  }
+  });
 }
 
 /// Sets the plane behind to the image of the plane at +1 again, whose velocities a boundary may have changed.
 void reflect(Grid& grid, int axis) {
-  const int stride = axis == 0 ? 1 : 4;
-  Node flip = {1, 1, 1, 1};
-  flip[axis] = -1.0;
-  for (const auto index : grid.all_blocks()) {
-    if (grid.block(index).coordinate[static_cast<std::size_t>(axis)] != 0) continue;
-    const std::int32_t behind =
-        grid.block(index).neighbour[static_cast<std::size_t>(axis == 0 ? neighbour_slot(-1, 0, 0) : neighbour_slot(0, -1, 0))];
-    if (behind == no_block) continue;
-    for (int n = 0; n < block_nodes; ++n) {
-      if ((n / stride) % 4 == 0) grid.nodes(behind).node[n + 3 * stride] = flip * grid.nodes(index).node[n + stride];
+  for_each_mirrored_block(grid, axis, [](const Node* nodes, Node* behind, int stride, Node flip) {
+    for (int n = 0; behind != nullptr && n < block_nodes; ++n) {
+      if ((n / stride) % 4 == 0) behind[n + 3 * stride] = flip * nodes[n + stride];
     }
-  }
+  });
 }
 
 }  // namespace

@@ -12,6 +12,7 @@
 
 #include "mpm/error.hpp"
 #include "mpm/io/config.hpp"
+#include "support/command.hpp"
 #include "support/temporary_directory.hpp"
 
 namespace mpm {
@@ -19,28 +20,16 @@ namespace {
 
 namespace fs = std::filesystem;
 
-std::string content(const fs::path& file) {
-  std::ifstream in(file);
-  std::ostringstream out;
-  out << in.rdbuf();
-  return out.str();
-}
+using testing::content;
+using testing::Outcome;
 
 const fs::path examples = fs::path(MPM_SOURCE_DIR) / "examples";
-
-struct Outcome {
-  int code;
-  std::string out, err;
-};
 
 class Command : public ::testing::Test {
  protected:
   /// Runs `mpm` in an empty directory of its own.
   Outcome mpm(const std::string& arguments) const {
-    const std::string line =
-        "cd '" + (directory_.path() / "here").string() + "' && '" MPM_APP "' " + arguments + " >../out.txt 2>../err.txt";
-    const int status = std::system(line.c_str());
-    return {WIFEXITED(status) ? WEXITSTATUS(status) : -1, content(directory_.path() / "out.txt"), content(directory_.path() / "err.txt")};
+    return testing::run_command("'" MPM_APP "' " + arguments, directory_.path() / "here", directory_.path());
   }
 
   fs::path write(const std::string& text) const {

@@ -1,18 +1,15 @@
 /// `mpm converge` as a user runs it.
 
-#include <fmt/format.h>
 #include <gtest/gtest.h>
-#include <sys/wait.h>
 
-#include <cstdlib>
 #include <filesystem>
 #include <fstream>
 #include <nlohmann/json.hpp>
-#include <sstream>
 #include <string>
 
 #include "mpm/error.hpp"
 #include "mpm/io/table.hpp"
+#include "support/command.hpp"
 #include "support/temporary_directory.hpp"
 
 namespace mpm {
@@ -20,17 +17,8 @@ namespace {
 
 namespace fs = std::filesystem;
 
-std::string content(const fs::path& file) {
-  std::ifstream in(file);
-  std::ostringstream out;
-  out << in.rdbuf();
-  return out.str();
-}
-
-struct Outcome {
-  int code;
-  std::string out, err;
-};
+using testing::content;
+using testing::Outcome;
 
 bool contains(const std::string& text, const std::string& part) { return text.find(part) != std::string::npos; }
 
@@ -70,10 +58,7 @@ class Converge : public ::testing::Test {
  protected:
   Outcome mpm(const std::string& case_text, const std::string& arguments) const {
     std::ofstream(directory_ / "block.toml") << case_text;
-    const std::string line = fmt::format("cd '{0}' && '{1}' converge block.toml {2} >'{0}/out.txt' 2>'{0}/err.txt'",
-                                         directory_.path().string(), MPM_APP, arguments);
-    const int status = std::system(line.c_str());
-    return {WIFEXITED(status) ? WEXITSTATUS(status) : -1, content(directory_ / "out.txt"), content(directory_ / "err.txt")};
+    return testing::run_command("'" MPM_APP "' converge block.toml " + arguments, directory_.path(), directory_.path());
   }
   testing::TemporaryDirectory directory_;
 };
