@@ -8,6 +8,7 @@
 #include <limits>
 #include <map>
 #include <nlohmann/json.hpp>
+#include <regex>
 #include <sstream>
 #include <thread>
 
@@ -492,8 +493,9 @@ void record_results(const std::filesystem::path& directory, const std::vector<Ca
   }
   merge_csv(directory / "data.csv", fmt::format("level,{}", orders_header), orders);
   merge_csv(directory / "runs.csv", runs_header, runs);
+  const std::string command = std::regex_replace(info.command, std::regex(" --(out|junit)[ =][^ ]+"), "");  // folders of one machine
   write_file(directory / "SOURCE.md",
-             fmt::format(source_text, fmt::arg("level", level), fmt::arg("command", info.command), fmt::arg("version", build.version),
+             fmt::format(source_text, fmt::arg("level", level), fmt::arg("command", command), fmt::arg("version", build.version),
                          fmt::arg("commit", build.commit), fmt::arg("compiler", build.compiler), fmt::arg("build_type", build.build_type),
                          fmt::arg("instruction_set", build.instruction_set), fmt::arg("machine", info.machine),
                          fmt::arg("threads", info.threads), fmt::arg("started", info.started)));
