@@ -95,7 +95,7 @@ ol.reasons { list-style: lower-alpha; color: var(--soft); }
 .unfold:not(:checked) ~ table tr.rest { display: none; }
 .unfold:checked ~ .more .closed, .unfold:not(:checked) ~ .more .open { display: none; }
 .legend { font-size: .84rem; color: var(--soft); max-width: 100ch; }
-@media screen and (max-width: 1000px) {
+@media screen and (max-width: 1220px) {
   .page { display: block; } nav { display: none; } main { padding: 1.2rem 1.1rem 3rem; }
 }
 @media screen and (max-width: 760px) {
