@@ -14,6 +14,7 @@ import json
 import os
 import re
 import sys
+import textwrap
 
 import h5py
 import jinja2
@@ -286,7 +287,7 @@ def draw(plot):
         axes.set_yscale("log")
         plain_ticks(axes.yaxis, [v for s in plot["series"] for v in clean(s["y"])])
     axes.set_xlabel(plot["x_label"])
-    axes.set_ylabel(plot["y_label"])
+    axes.set_ylabel(textwrap.fill(plot["y_label"], 42))
     axes.set_title(plot["title"], fontsize=10.5, loc="left")
     finish_axes(axes)
     if len(plot["series"]) > 1:
@@ -385,7 +386,7 @@ def draw_study(study):
         axes.plot([0.0], [study["extrapolated"]], "*", color=COLOURS[1], markersize=10, clip_on=False, label="extrapolated" + ("" if study["asymptotic"] else " (not asymptotic)"))
     axes.set_xlim(0.0, 1.05 * size.max())
     axes.set_xlabel(study["size_label"])
-    axes.set_ylabel(study["quantity"] + (f" [{study['unit']}]" if study["unit"] else ""))
+    axes.set_ylabel(textwrap.fill(study["quantity"] + (f" [{study['unit']}]" if study["unit"] else ""), 42))
     axes.set_title(f"Grid study: {study['quantity']}", fontsize=10.5, loc="left")
     finish_axes(axes)
     axes.legend(fontsize=8.5, frameon=True, framealpha=0.9, edgecolor="none")
