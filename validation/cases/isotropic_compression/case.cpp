@@ -8,6 +8,7 @@
 
 #include "mpm/io/config.hpp"
 #include "mpm/io/table.hpp"
+#include "mpm/materials/cam_clay.hpp"
 #include "validation/harness/case.hpp"
 #include "validation/harness/norms.hpp"
 #include "validation/harness/point_comparison.hpp"
@@ -96,6 +97,15 @@ void isotropic_compression(CaseResult& result, const std::vector<Material>& mate
   result.check_at_most(
       Label::verification, fmt::format("isotropic compression: p, q, p_c over p_c, {} materials, 1 to 160 steps", map.count), map.value,
       0.0, "", 1e-12, fmt::format("no step error on this path: round-off of sinh and of 160 increments; largest at {}", map.name));
+  // J, by which every Cauchy stress and density of a run is scaled, takes its plastic part from X.
+  Worst volume;
+  for (const Material& m : materials) {
+    const mpm::CamClay law(m.spec);
+    for (const PathRow& r : follow_path(library_path(m.spec, path, 40)))
+      volume.add(relative_error(law.volume_ratio(MaterialState<double>{r.stress, -r.eps_v_plastic}), std::exp(r.eps_v)), m.name);
+  }
+  result.check_at_most(Label::verification, fmt::format("isotropic compression: J against exp(ε_v), {} rows", volume.count), volume.value,
+                       0.0, "", 1e-12, fmt::format("round-off of the strain's sum over 40 steps; largest at {}", volume.name));
   const Pair reference = over_materials(materials, [&](const Material& m, Pair& pair) {
     const ReferencePoint end = coaxial_reference(m.model, path).points.back();
     const double x = exact::isotropic_compression(m.model, compression), pc = m.model.preconsolidation(x);
