@@ -35,7 +35,7 @@ class Mutation:
 LAWS = "libmpm/include/mpm/materials/"
 MUTATIONS = [
     Mutation("hardening_sign", "plastic compaction softens instead of hardening", LAWS + "cam_clay.hpp",
-             "state.internal += r.d;", "state.internal -= r.d;", ("isotropic_compression",)),
+             "state.internal += r.d;", "state.internal = state.internal - r.d;", ("isotropic_compression",)),
     Mutation("yield_factor", "1 + 3 beta for 1 + 2 beta in the yield surface of the return map", "libmpm/src/materials/cam_clay.cpp",
              "m2_ = slope_ * slope_ / (1.0 + 2.0 * beta_);", "m2_ = slope_ * slope_ / (1.0 + 3.0 * beta_);", ("isotropic_compression",)),
     Mutation("volume_ratio", "J takes the plastic volume change with the wrong sign", LAWS + "cam_clay.hpp",
