@@ -4,7 +4,6 @@
 #include <fmt/chrono.h>
 #include <fmt/format.h>
 #include <omp.h>
-#include <sys/file.h>
 #include <sys/resource.h>
 #include <unistd.h>
 
@@ -26,6 +25,7 @@
 #include "mpm/io/table.hpp"
 #include "mpm/io/xdmf.hpp"
 #include "mpm/post.hpp"
+#include "mpm/run_folder.hpp"
 #include "mpm/scene.hpp"
 #include "mpm/stress.hpp"
 
@@ -38,27 +38,6 @@ using Clock = std::chrono::steady_clock;
 constexpr int results_format_version = 1;
 
 double seconds_since(Clock::time_point start) { return std::chrono::duration<double>(Clock::now() - start).count(); }
-
-/// Keeps a second process out of the directory; the system releases it when the process ends, however it ends.
-class DirectoryLock {
- public:
-  explicit DirectoryLock(const std::filesystem::path& directory) {
-    const auto path = directory / ".lock";
-    descriptor_ = open(path.c_str(), O_CREAT | O_RDWR | O_CLOEXEC, 0644);
-    if (descriptor_ < 0) throw file_error("cannot create", path, errno);
-    if (flock(descriptor_, LOCK_EX | LOCK_NB) != 0) {
-      close(descriptor_);
-      throw IoError(
-          fmt::format("{}: another process is running in this directory; wait for it or choose another --out", directory.string()));
-    }
-  }
-  ~DirectoryLock() { close(descriptor_); }
-  DirectoryLock(const DirectoryLock&) = delete;
-  DirectoryLock& operator=(const DirectoryLock&) = delete;
-
- private:
-  int descriptor_;
-};
 
 /// run.log: what was said, with times.
 class RunLog {
@@ -142,7 +121,7 @@ Run::Run(const Case& c, const RunOptions& options)
       scene_(make_scene(c)),
       state_(c.numerics.cell_size),
       geometry_(impact_geometry(c)),
-      last_sample_(static_cast<std::uint64_t>(std::ceil(c.output.duration * c.output.series_per_second - 1e-9))),
+      last_sample_(last_sample(c)),
       samples_per_frame_(c.output.frames_per_second > 0.0 ? static_cast<std::uint64_t>(std::max(
                                                                 1.0, std::round(c.output.series_per_second / c.output.frames_per_second)))
                                                           : 0),
@@ -306,8 +285,12 @@ RunResult Run::finish(bool complete) {
   json["particles_initial"] = progress_.initial_particles;
   json["particles_entered"] = state_.entered.count;
   json["particles_final"] = result.particles;
+  json["particles_left"] = state_.left.count;  // all of them: initial + entered = final + left
   json["particles_left_downstream"] = case_.conveyor ? state_.left.downstream : 0;
   json["particles_lost"] = state_.left.count - (case_.conveyor ? state_.left.downstream : 0);
+  const double parts = (scene_.mirror_x ? 2.0 : 1.0) * (scene_.mirror_y ? 2.0 : 1.0);
+  json["mass_entered_kg"] = parts * state_.entered.mass;
+  json["mass_left_kg"] = parts * state_.left.mass;
   if (geometry_) {
     result.impact = summarise(series_, *geometry_, impact_flow(case_));
     json.update(nlohmann::ordered_json::parse(to_json(*result.impact)));
@@ -354,6 +337,10 @@ RunResult Run::go() {
 }
 
 }  // namespace
+
+std::uint64_t last_sample(const Case& c) {
+  return static_cast<std::uint64_t>(std::ceil(c.output.duration * c.output.series_per_second - 1e-9));
+}
 
 RunResult run_case(const Case& c, const RunOptions& options) { return Run(c, options).go(); }
 

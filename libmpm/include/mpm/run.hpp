@@ -47,6 +47,9 @@ struct RunResult {
   std::string results_json;             ///< content of results.json
 };
 
+/// Number of the sample that a run ends with, counted from 0 at t = 0: the first at or after its duration.
+std::uint64_t last_sample(const Case& c);
+
 /// Runs a case and writes case.toml, series.csv, frames, profile.csv, results.json, final.h5, checkpoint.h5 and run.log to options.out.
 ///
 /// Samples are taken at whole multiples of 1/series_per_second, and the run ends at the first of them at or after duration_s; frames are
