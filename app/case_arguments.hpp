@@ -21,4 +21,10 @@ inline void add_case_arguments(CLI::App& command, CaseArguments& arguments) {
       ->allow_extra_args(false);
 }
 
+/// --threads N, of a command that computes.
+inline void add_threads_argument(CLI::App& command, int& threads) {
+  constexpr int most_threads = 1024;
+  command.add_option("--threads", threads, "Number of threads (default: all cores)")->check(CLI::Range(1, most_threads))->type_name("N");
+}
+
 }  // namespace mpm::app

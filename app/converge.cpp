@@ -195,10 +195,7 @@ void add_converge(CLI::App& app) {
       ->check(CLI::Range(0.1, 10.0))
       ->capture_default_str();
   command->add_option("--out", a->out, "Folder of the runs (default: out/<name of the case file>_<what is varied>)")->type_name("DIR");
-  constexpr int most_threads = 1024;
-  command->add_option("--threads", a->threads, "Number of threads (default: all cores)")
-      ->check(CLI::Range(1, most_threads))
-      ->type_name("N");
+  add_threads_argument(*command, a->threads);
   command->add_flag("--resume", a->resume, "Keep the runs that are finished, go on with the one that was stopped");
   command->callback([a] { converge(*a); });
 }

@@ -52,10 +52,7 @@ void add_run(CLI::App& app) {
   const auto arguments = std::make_shared<RunArguments>();
   add_case_arguments(*command, arguments->input);
   command->add_option("--out", arguments->out, "Directory of the results (default: out/<name of the case file>)")->type_name("DIR");
-  constexpr int most_threads = 1024;
-  command->add_option("--threads", arguments->threads, "Number of threads (default: all cores)")
-      ->check(CLI::Range(1, most_threads))
-      ->type_name("N");
+  add_threads_argument(*command, arguments->threads);
   command->add_flag("--resume", arguments->resume, "Go on from the last checkpoint, or extend a finished run to a longer duration");
   command->callback([arguments] { run(*arguments); });
 }

@@ -55,9 +55,7 @@ void refill(Problem& problem, const std::vector<Particle>& particles) {
 
 }  // namespace
 
-double density(const Scene& scene) {
-  return std::visit([](const auto& law) { return law.density(); }, scene.material);
-}
+double density(const Scene& scene) { return density_of(scene.material); }
 
 MaterialSpec reference_snow() {
   return {.density = 300.0,

@@ -9,7 +9,7 @@ namespace mpm {
 Totals totals(const State& state, const Scene& scene) {
   const auto blocks = state.grid.occupied_blocks();
   std::vector<Totals> partial(blocks.size());
-  const double density = std::visit([](const auto& law) { return law.density(); }, scene.material);
+  const double density = density_of(scene.material);
   const double affine_inertia = scene.transfer == Transfer::apic ? 0.25 * state.grid.cell_size() * state.grid.cell_size() : 0.0;
 #pragma omp parallel for schedule(dynamic, 8)
   for (std::size_t i = 0; i < blocks.size(); ++i) {

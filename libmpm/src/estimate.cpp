@@ -64,7 +64,7 @@ Estimate estimate(const Case& spec) {
   Estimate e{};
   e.particles = snow_volume(spec) / particle_volume(spec.numerics);
   e.cells = e.particles / spec.numerics.particles_per_cell;
-  e.wave_speed = std::visit([](const auto& law) { return law.wave_speed(); }, make_material(spec.material));
+  e.wave_speed = wave_speed_of(make_material(spec.material));
   e.time_step = spec.numerics.cfl * spec.numerics.cell_size / (e.wave_speed + largest_speed(spec));
   e.steps = std::ceil(spec.output.duration / e.time_step);
   e.particle_steps = e.particles * e.steps;

@@ -117,7 +117,7 @@ std::optional<ImpactGeometry> impact_geometry(const Case& c) {
 
 ImpactFrame measure_impact(const State& state, const Scene& scene, const ImpactGeometry& geometry) {
   ImpactSample sample(geometry);
-  const double dx = state.grid.cell_size(), density = std::visit([](const auto&law) { return law.density(); }, scene.material);
+  const double dx = state.grid.cell_size(), density = density_of(scene.material);
   for (const auto b : state.grid.occupied_blocks()) {
     const Index3& c = state.grid.block(b).coordinate;
     const double low_x = (4.0 * c[0] + 0.5) * dx - scene.offset.x(), low_y = (4.0 * c[1] + 0.5) * dx - scene.offset.y();

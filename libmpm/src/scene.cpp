@@ -83,7 +83,7 @@ void fill_body(State& state, const BodySpec& body, const Scene& scene, double sp
   }
   if (whole == 0) throw ConfigError("[[body]] shape: not one particle fits into it; use a smaller [numerics] cell_size_m");
   const double volume = shape_volume(body) / static_cast<double>(whole);
-  const double internal = std::visit([](const auto& law) { return law.initial_internal(); }, scene.material);
+  const double internal = initial_internal_of(scene.material);
   for (const auto& [x, share] : points) {
     Particle p{};
     for (int i = 0; i < 3; ++i) {

@@ -14,13 +14,6 @@ namespace {
 
 constexpr double collapse_ratio = 1e-4;  ///< a step below this share of the step at rest is a collapse: the run would never end
 
-double law_density(const AnyMaterial& m) {
-  return std::visit([](const auto& law) { return law.density(); }, m);
-}
-double law_wave_speed(const AnyMaterial& m) {
-  return std::visit([](const auto& law) { return law.wave_speed(); }, m);
-}
-
 bool finite(const Particle& p) {
   double sum = 0.0;
   for (const double v : p.position) sum += 0.0 * v;
@@ -123,7 +116,7 @@ Passage move_particles(State& state, const Scene& scene, const TransferOptions& 
 }  // namespace
 
 double stable_time_step(const State& state, const Scene& scene) {
-  const double wave_speed = law_wave_speed(scene.material);
+  const double wave_speed = wave_speed_of(scene.material);
   const double dt = scene.cfl * state.grid.cell_size() / (wave_speed + state.max_speed);
   const double at_rest = scene.cfl * state.grid.cell_size() / wave_speed;
   if (!(dt >= collapse_ratio * at_rest)) {
@@ -139,7 +132,7 @@ double stable_time_step(const State& state, const Scene& scene) {
 StepReport step(State& state, const Scene& scene, double dt) {
   StepReport report;
   report.dt = dt;
-  TransferOptions options{dt, law_density(scene.material), scene.transfer == Transfer::apic, scene.flip_ratio};
+  TransferOptions options{dt, density_of(scene.material), scene.transfer == Transfer::apic, scene.flip_ratio};
   Grid& grid = state.grid;
 
   if (scene.feed) report.entered = scene.feed->release(state);

@@ -108,9 +108,7 @@ bool update_stress(Grid& grid, std::int32_t block, const AnyMaterial& material, 
   return std::visit([&](const auto& law) { return update_stress_of(grid.block(block).particles, law, dt); }, material);
 }
 
-double volume_ratio(const AnyMaterial& material, const Particle& p) {
-  return std::visit([&](const auto& law) { return law.volume_ratio(state_of(p)); }, material);
-}
+double volume_ratio(const AnyMaterial& material, const Particle& p) { return volume_ratio(material, state_of(p)); }
 
 double stored_energy(const AnyMaterial& material, const Particle& p) {
   return std::visit([&](const auto& law) { return p.volume * law.stored_energy(state_of(p)); }, material);

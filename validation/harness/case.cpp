@@ -54,6 +54,13 @@ std::string to_string(Level level) {
   return "unknown";
 }
 
+Series slope_line(std::string name, const std::vector<double>& size, double at_finest, double order) {
+  return {std::move(name),
+          {size.front(), size.back()},
+          {at_finest * std::pow(size.front() / size.back(), order), at_finest},
+          Series::Style::bound};
+}
+
 bool CaseResult::passed() const {
   return fault.empty() && !checks.empty() && std::all_of(checks.begin(), checks.end(), [](const Check& c) { return c.passed; });
 }

@@ -65,6 +65,10 @@ struct Series {
   Style style = Style::simulation;
 };
 
+/// The line error ~ size^order through (the finest size, at_finest): two points, straight where both axes are logarithmic.
+/// @param size  coarse first
+Series slope_line(std::string name, const std::vector<double>& size, double at_finest, double order);
+
 struct Plot {
   std::string id;                       ///< file name, unique in its case
   std::string title, x_label, y_label;  ///< labels carry the unit

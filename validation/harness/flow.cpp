@@ -48,7 +48,7 @@ FlowPicture flow_picture(const std::filesystem::path& directory, const State& st
   info.time = picture.time = state.time;
   info.step = static_cast<std::int64_t>(state.step);
   info.version = build_info().version;
-  info.reference_density = std::visit([](const auto& law) { return law.density(); }, scene.material);
+  info.reference_density = density_of(scene.material);
   info.mirror_x = scene.mirror_x;
   info.mirror_y = scene.mirror_y;
   const std::filesystem::path folder = directory / fmt::format("flow-{}", picture.id);

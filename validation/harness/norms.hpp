@@ -4,6 +4,7 @@
 #include <cmath>
 #include <limits>
 #include <span>
+#include <string>
 
 #include "mpm/error.hpp"
 
@@ -50,5 +51,18 @@ inline double relative_error(double value, double reference) {
   if (reference == 0.0) return value == 0.0 ? 0.0 : std::abs(value) * std::numeric_limits<double>::infinity();
   return std::abs(value - reference) / std::abs(reference);
 }
+
+/// The largest of some figures, whose it is, and how many there were. A NaN is taken and kept.
+struct Extreme {
+  double value = -std::numeric_limits<double>::infinity();
+  std::string name;
+  int count = 0;
+  void add(double v, const std::string& who) {
+    ++count;
+    if (v <= value || std::isnan(value)) return;
+    value = v;
+    name = who;
+  }
+};
 
 }  // namespace mpm::validation

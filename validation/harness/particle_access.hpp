@@ -1,6 +1,9 @@
 #pragma once
 /// Changing particles between steps: initial fields, body forces, damping.
 
+#include <cmath>
+#include <numbers>
+
 #include "mpm/solver.hpp"
 
 namespace mpm::validation {
@@ -12,6 +15,20 @@ void change_particles(State& state, F&& f) {
     ParticleBin& particles = state.grid.block(b).particles;
     for (int s = 0; s < particles.count(); ++s) f(particles[s]);
   }
+}
+
+/// One step towards rest: gravity on a smooth ramp from 0 at t = 0 to all of it at `ramp`, then every velocity falls as exp(-damping dt).
+inline StepReport settling_step(State& state, Scene& scene, const Vec3& full_gravity, double ramp, double damping) {
+  const double dt = stable_time_step(state, scene);
+  const double share = state.time >= ramp ? 1.0 : 0.5 * (1.0 - std::cos(std::numbers::pi * state.time / ramp));
+  scene.gravity = share * full_gravity;
+  const StepReport report = step(state, scene, dt);
+  const double keep = std::exp(-damping * dt);
+  change_particles(state, [keep](Particle& p) {
+    for (double& v : p.velocity) v *= keep;
+    for (double& a : p.affine) a *= keep;
+  });
+  return report;
 }
 
 /// Position at the start by identity number: the reference coordinate X of each particle.

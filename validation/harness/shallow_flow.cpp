@@ -103,7 +103,7 @@ State staggered_state(const Case& c, const Scene& scene, int along, int across) 
 }
 
 State hydrostatic_state(const Case& c, const Scene& scene, int along, int across) {
-  const double density = std::visit([](const auto& law) { return law.density(); }, scene.material);
+  const double density = density_of(scene.material);
   struct Point {
     MaterialState<double> state;
     double volume_ratio;

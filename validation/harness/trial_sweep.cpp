@@ -1,9 +1,10 @@
 #include "validation/harness/trial_sweep.hpp"
 
+#include "validation/harness/in_parallel.hpp"
+
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <exception>
 
 namespace mpm::validation {
 namespace {
@@ -171,19 +172,11 @@ void compare(const mpm::CamClay& law, const MaterialSpec& spec, const Trial& tri
 SweepReport sweep_trial_states(std::int64_t states) {
   const std::int64_t groups = (states + TrialGroup::size - 1) / TrialGroup::size, chunk = 256, chunks = (groups + chunk - 1) / chunk;
   std::vector<SweepReport> parts(static_cast<std::size_t>(chunks));
-  std::exception_ptr fault;
-#pragma omp parallel for schedule(dynamic)
-  for (std::int64_t c = 0; c < chunks; ++c) {
-    try {
-      SweepReport& part = parts[static_cast<std::size_t>(c)];
-      for (std::int64_t g = c * chunk; g < std::min((c + 1) * chunk, groups); ++g)
-        part.merge(sweep_group(draw_trials(static_cast<std::uint64_t>(g)), LibraryMap{}));
-    } catch (...) {
-#pragma omp critical
-      fault = std::current_exception();
-    }
-  }
-  if (fault) std::rethrow_exception(fault);
+  in_parallel(parts.size(), [&](std::size_t i) {
+    const auto c = static_cast<std::int64_t>(i);
+    for (std::int64_t g = c * chunk; g < std::min((c + 1) * chunk, groups); ++g)
+      parts[i].merge(sweep_group(draw_trials(static_cast<std::uint64_t>(g)), LibraryMap{}));
+  });
   SweepReport report;
   for (const SweepReport& part : parts) report.merge(part);
   return report;

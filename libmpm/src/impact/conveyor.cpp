@@ -22,21 +22,17 @@ MaterialState<double> compressed(const AnyMaterial& material, MaterialState<doub
   return state;
 }
 
-double ratio_of(const AnyMaterial& material, const MaterialState<double>& state) {
-  return std::visit([&](const auto& law) { return law.volume_ratio(state); }, material);
-}
-
 }  // namespace
 
 std::vector<ColumnPoint> settled_column(const AnyMaterial& material, double weight, double height, int count) {
   std::vector<ColumnPoint> column(static_cast<std::size_t>(count));
-  MaterialState<double> state{{}, std::visit([](const auto& law) { return law.initial_internal(); }, material)};
+  MaterialState<double> state{{}, initial_internal_of(material)};
   const double layer = height / count;
   for (int j = count - 1; j >= 0; --j) {
     const double target = -weight * (height - (j + 0.5) * layer);  // Cauchy sigma_zz
     const auto excess = [&](double dl) {
       const auto s = compressed(material, state, dl);
-      return s.stress.zz / ratio_of(material, s) - target;
+      return s.stress.zz / volume_ratio(material, s) - target;
     };
     double loose = 0.0, tight = -1e-6;  // bracket: sigma_zz falls as the column is compressed
     while (excess(tight) > 0.0) {
@@ -53,7 +49,7 @@ std::vector<ColumnPoint> settled_column(const AnyMaterial& material, double weig
   }
   double below = 0.0;
   for (auto& point : column) {
-    const double thickness = layer * ratio_of(material, point.state);
+    const double thickness = layer * volume_ratio(material, point.state);
     point.height = below + 0.5 * thickness;
     below += thickness;
   }

@@ -34,6 +34,19 @@ AnyMaterial make_material(const MaterialSpec& spec) {
   return *made;
 }
 
+double density_of(const AnyMaterial& material) {
+  return std::visit([](const auto& law) { return law.density(); }, material);
+}
+double wave_speed_of(const AnyMaterial& material) {
+  return std::visit([](const auto& law) { return law.wave_speed(); }, material);
+}
+double initial_internal_of(const AnyMaterial& material) {
+  return std::visit([](const auto& law) { return law.initial_internal(); }, material);
+}
+double volume_ratio(const AnyMaterial& material, const MaterialState<double>& state) {
+  return std::visit([&](const auto& law) { return law.volume_ratio(state); }, material);
+}
+
 std::vector<std::string> material_names() {
   std::vector<std::string> names;
   for_each_law([&]<Material L>() { names.emplace_back(L::name); }, all_laws);

@@ -197,14 +197,13 @@ void convergence(const std::vector<Rise>& rises, CaseResult& result) {
                      "between the first order of MPM's walls and free surfaces and twice the second of its splines: w/4 and w/10 have node "
                      "rows on the mast's sides, w/5 and w/7 have not, so that the errors of neighbouring grids scatter");
   if (size.size() >= 3) result.studies.push_back({"head of the jet, Fr 3", "m", grid_study(size, head, 2.0)});
-  std::vector<double> slope;
-  for (const double dx : size) slope.push_back(error.front() * std::pow(dx / size.front(), 2));
+  const double at_finest = error.front() * std::pow(size.back() / size.front(), 2);
   result.plots.push_back(
       {"fr3-order",
        "Head of the jet at Fr 3: error",
        "dx [m]",
        "relative error",
-       {{"mean head against H + v²/2g", size, error, Series::Style::points}, {"slope 2", size, slope, Series::Style::bound}},
+       {{"mean head against H + v²/2g", size, error, Series::Style::points}, slope_line("slope 2", size, at_finest, 2.0)},
        "",
        true,
        true});

@@ -274,7 +274,7 @@ void affine_patch(const CaseContext& context, CaseResult& result) {
     MaterialSpec m = material;
     m.model = model;
     const Scene scene{.material = make_material(m)};
-    const MaterialState<double> start{{}, std::visit([](const auto& law) { return law.initial_internal(); }, scene.material)};
+    const MaterialState<double> start{{}, initial_internal_of(scene.material)};
     Patch patch(m, start);
     const Patch::Deviation d = patch.lead(gradient, dt, steps, start);
     const std::string what = fmt::format("affine patch, {}, particles anywhere: ", model);
@@ -406,7 +406,7 @@ double energy_lost(const CaseContext& context, int cells, double cfl, Transfer t
   c.bodies = {{BodySpec::Shape::box, Vec3::Zero(), Vec3::Ones(), Vec3::Zero()}};
   const Scene scene = make_scene(c);
   State state = make_state(c, scene);
-  const double speed = std::visit([](const auto& law) { return law.wave_speed(); }, scene.material);
+  const double speed = wave_speed_of(scene.material);
   const Vec3 size = 0.01 * speed * Vec3(1.0, -0.7, 0.5);  // strains of 1 %
   change_particles(state, [&](Particle& p) {
     for (int i = 0; i < 3; ++i) {

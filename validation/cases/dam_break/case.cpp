@@ -213,16 +213,15 @@ void run(const CaseContext& context, CaseResult& result) {
   result.plots.push_back(std::move(aspect));
   front.caption = "Front: where the line through √h, h from 0.1 to 0.4 h0, comes to 0.";
   result.plots.push_back(std::move(front));
-  Series first{"order 1", size, {}, Series::Style::bound};
-  for (const double h : size) first.y.push_back(momentum_error.back() * h / dx);
-  result.plots.push_back({"momentum-order",
-                          "Error of the momentum at t = 5 h0/c0",
-                          "dx [m]",
-                          "relative error [-]",
-                          {first, {"simulation", size, momentum_error, Series::Style::points}},
-                          "",
-                          true,
-                          true});
+  result.plots.push_back(
+      {"momentum-order",
+       "Error of the momentum at t = 5 h0/c0",
+       "dx [m]",
+       "relative error [-]",
+       {slope_line("order 1", size, momentum_error.back(), 1.0), {"simulation", size, momentum_error, Series::Style::points}},
+       "",
+       true,
+       true});
   result.notes.push_back(fmt::format("{:.2g} particle-steps in all.", particle_steps));
 }
 

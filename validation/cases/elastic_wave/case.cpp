@@ -91,7 +91,7 @@ Vibration vibrate(const CaseContext& context, const Settings& s) {
   const Case c = bar_case(context, s);
   const Scene scene = make_scene(c);
   State state = make_state(c, scene);
-  const double speed = std::visit([](const auto& law) { return law.wave_speed(); }, scene.material);
+  const double speed = wave_speed_of(scene.material);
   const double start = c.bodies[0].min.x(), length = c.bodies[0].max.x() - start;
   const double k = (s.ends == Ends::walls ? 1.0 : 0.5) * pi / length, omega = k * speed;
   const std::vector<Vec3> reference = reference_positions(state);
@@ -204,10 +204,6 @@ Sweep sweep(const CaseContext& context, Settings s, const std::vector<int>& grid
   return result;
 }
 
-Series slope_line(const std::string& name, const std::vector<double>& h, const std::vector<double>& e, double order) {
-  return {name, {h.front(), h.back()}, {e.back() * std::pow(h.front() / h.back(), order), e.back()}, Series::Style::bound};
-}
-
 /// The scheme without walls: order, and the leading error that the analysis predicts.
 void ends_without_walls(const CaseContext& context, CaseResult& result, const std::vector<Method>& methods, std::size_t& work) {
   const auto grids =
@@ -243,10 +239,10 @@ void ends_without_walls(const CaseContext& context, CaseResult& result, const st
         "{}, mirror plane and free end, L = {} dx: frequency {:+.3e}, damping ratio {:.2e}, that is {:.4f} % of "
         "the amplitude lost in a period.",
         m.name, grids.back(), s.finest.frequency - 1.0, s.damping.back(), 100.0 * (1.0 - std::exp(-2.0 * pi * s.damping.back()))));
-    if (order < 3.0) damping.series.push_back(slope_line("order 1", s.cell, s.damping, 1.0));
+    if (order < 3.0) damping.series.push_back(slope_line("order 1", s.cell, s.damping.back(), 1.0));
     if (m.transfer == Transfer::apic) {
-      frequency.series.push_back(slope_line("order 2", s.cell, s.frequency, 2.0));
-      damping.series.push_back(slope_line("order 3", s.cell, s.damping, 3.0));
+      frequency.series.push_back(slope_line("order 2", s.cell, s.frequency.back(), 2.0));
+      damping.series.push_back(slope_line("order 3", s.cell, s.damping.back(), 3.0));
       Series exact{"exact", {}, {}, Series::Style::reference};
       const Vibration v = vibrate(context, {.ends = Ends::mirror, .cells = 8});
       for (const double t : v.time) exact.x.push_back(t), exact.y.push_back(std::cos(2.0 * pi * t));
@@ -289,14 +285,15 @@ void ends_at_walls(const CaseContext& context, CaseResult& result, std::size_t& 
       "damping "
       "ratio {:.2f}; error {:.2e} and ζ = {:.1e} at L = {} dx.",
       shift, fitted_order(s.cell, s.frequency), fitted_order(s.cell, s.damping), s.frequency.back(), s.damping.back(), grids.back()));
-  result.plots.push_back({"walls",
-                          "Error of the frequency, bar between slip walls",
-                          "dx / L [-]",
-                          "|f / f_exact - 1| [-]",
-                          {discrete, {"APIC", s.cell, s.frequency, Series::Style::points}, slope_line("order 1", s.cell, s.frequency, 1.0)},
-                          "The wall holds the nodes on and behind its plane.",
-                          true,
-                          true});
+  result.plots.push_back(
+      {"walls",
+       "Error of the frequency, bar between slip walls",
+       "dx / L [-]",
+       "|f / f_exact - 1| [-]",
+       {discrete, {"APIC", s.cell, s.frequency, Series::Style::points}, slope_line("order 1", s.cell, s.frequency.back(), 1.0)},
+       "The wall holds the nodes on and behind its plane.",
+       true,
+       true});
 
   // where the wall is, if it does not stand on a plane of nodes
   Series moved{"L = 16 dx", {}, {}, Series::Style::points};

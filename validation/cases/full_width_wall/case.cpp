@@ -216,14 +216,14 @@ void run(const CaseContext& context, CaseResult& result) {
 
   const auto convergence = [&](const char* id, const char* name, double froude, const auto& data) {
     const double exact = reflected_bore(fluid, rho * depth, froude * std::sqrt(g * depth)).height / depth;
-    Series errors{"simulation", data.first, {}, Series::Style::points}, slope{"order 1", data.first, {}, Series::Style::bound};
+    Series errors{"simulation", data.first, {}, Series::Style::points};
     for (const double h : data.second) errors.y.push_back(std::abs(h / exact - 1.0));
-    for (const double dx : data.first) slope.y.push_back(errors.y.front() * dx / data.first.front());
+    const double at_finest = errors.y.front() * data.first.back() / data.first.front();
     result.plots.push_back({id,
                             std::string("Error of the depth behind the bore, ") + name,
                             "dx [m]",
                             "|h2/h2,theory - 1| [-]",
-                            {slope, errors},
+                            {slope_line("order 1", data.first, at_finest, 1.0), errors},
                             "",
                             true,
                             true});

@@ -9,6 +9,7 @@
 #include "mpm/io/config.hpp"
 #include "mpm/io/table.hpp"
 #include "mpm/scene.hpp"
+#include "mpm/stress.hpp"
 #include "validation/harness/case.hpp"
 #include "validation/harness/norms.hpp"
 #include "validation/harness/ode_reference.hpp"
@@ -124,21 +125,13 @@ Rest settle(const CaseContext& context, const Column& column, int cells, int per
   const std::vector<Vec3> reference = reference_positions(state);
   double mass = 0.0;
   state.grid.for_each_particle([&](const Particle& p) { mass += density * p.volume; });
-  const double speed = std::visit([](const auto& law) { return law.wave_speed(); }, scene.material);
+  const double speed = wave_speed_of(scene.material);
   const double frequency = 0.5 * std::numbers::pi / height * speed * column.softness;  // rad/s
   const double duration = 60.0 / frequency, ramp = 0.5 * duration;  // the slowest mode decays like exp(-frequency t) or faster
   double floor_force = 0.0;
   while (state.time < duration) {
-    const double dt = stable_time_step(state, scene);
-    const double share = state.time >= ramp ? 1.0 : 0.5 * (1.0 - std::cos(std::numbers::pi * state.time / ramp));
-    scene.gravity = share * full_gravity;
-    const StepReport report = step(state, scene, dt);
-    floor_force = -report.impulses.at(0).linear.z() / dt;
-    const double keep = std::exp(-2.0 * frequency * dt);
-    change_particles(state, [&](Particle& p) {
-      for (double& v : p.velocity) v *= keep;
-      for (double& a : p.affine) a *= keep;
-    });
+    const StepReport report = settling_step(state, scene, full_gravity, ramp, 2.0 * frequency);
+    floor_force = -report.impulses.at(0).linear.z() / report.dt;
   }
   Rest rest;
   rest.cell = dx;
@@ -146,7 +139,7 @@ Rest settle(const CaseContext& context, const Column& column, int cells, int per
   rest.force_over_weight = floor_force / (mass * gravity);
   rest.z.resize(reference.size()), rest.stress = rest.displacement = rest.ratio = rest.z;
   state.grid.for_each_particle([&](const Particle& p) {
-    const double j = std::visit([&](const auto& law) { return law.volume_ratio(material_state(p)); }, scene.material);
+    const double j = volume_ratio(scene.material, p);
     rest.z[p.id] = reference[p.id].z();
     rest.stress[p.id] = p.stress[2] / j;
     rest.displacement[p.id] = p.position[2] - reference[p.id].z();

@@ -107,20 +107,12 @@ Rest settle(bool dammed, double cell_size) {
   Vec3 impulse = Vec3::Zero();
   double time_averaged = 0.0;
   while (state.time < duration) {
-    const double dt = stable_time_step(state, scene);
-    const double share = state.time >= ramp ? 1.0 : 0.5 * (1.0 - std::cos(std::numbers::pi * state.time / ramp));
-    scene.gravity = share * full_gravity;
-    const StepReport report = step(state, scene, dt);
+    const StepReport report = settling_step(state, scene, full_gravity, ramp, damping);
     rest.particle_steps += static_cast<double>(state.grid.particle_count());
     if (state.time >= averaged) {
       impulse += report.impulses[*scene.obstacle].linear;
-      time_averaged += dt;
+      time_averaged += report.dt;
     }
-    const double keep = std::exp(-damping * dt);
-    change_particles(state, [keep](Particle& p) {
-      for (double& v : p.velocity) v *= keep;
-      for (double& a : p.affine) a *= keep;
-    });
   }
   rest.force = whole_force(impulse / time_averaged, false, true).x();
   const ImpactGeometry geometry = paper_geometry(height, width, cell_size, density, true);
@@ -209,15 +201,14 @@ void at_rest(const CaseContext& context, CaseResult& result) {
   result.notes.push_back(fmt::format("Pools at rest: {:.3g} particle-steps in all.", particle_steps));
   result.plots.push_back({"rest-profile", "Pressure before the mast at rest", "pressure [kPa]", "z [m]", profiles,
                           "Means of cells in the strip before the face.", false, false});
-  std::vector<double> slope_one;
-  for (const double dx : profile_sizes) slope_one.push_back(profile_errors.front() * dx / profile_sizes.front());
+  const double at_finest = profile_errors.front() * profile_sizes.back() / profile_sizes.front();
   result.plots.push_back({"rest-errors",
                           "At rest: errors",
                           "dx [m]",
                           "relative error",
                           {{"force on the dam", sizes, errors, Series::Style::points},
                            {"pressure before the mast, mean of cells", profile_sizes, profile_errors, Series::Style::points},
-                           {"slope 1", profile_sizes, slope_one, Series::Style::bound}},
+                           slope_line("slope 1", profile_sizes, at_finest, 1.0)},
                           "",
                           true,
                           true});

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <exception>
 #include <functional>
 #include <limits>
 
@@ -10,6 +9,7 @@
 #include "mpm/io/table.hpp"
 #include "mpm/materials/cam_clay.hpp"
 #include "validation/harness/case.hpp"
+#include "validation/harness/in_parallel.hpp"
 #include "validation/harness/norms.hpp"
 #include "validation/harness/point_comparison.hpp"
 
@@ -40,19 +40,8 @@ std::vector<Material> paper_materials(const MaterialSpec& base) {
 }
 
 /// Largest error of return map and reference over the materials, and whose it is.
-struct Worst {
-  double value = 0.0;
-  std::string name;
-  int count = 0;
-  void add(double error, const std::string& who) {
-    ++count;
-    if (error <= value || std::isnan(value)) return;
-    value = error;
-    name = who;
-  }
-};
 struct Pair {
-  Worst map, reference;
+  Extreme map, reference;
 };
 
 void check(CaseResult& result, const std::string& what, const Pair& pair, double map_tolerance, const std::string& map_reason,
@@ -66,17 +55,9 @@ void check(CaseResult& result, const std::string& what, const Pair& pair, double
 /// Runs task(material, pair) for the materials that have it, M > 0, on all threads.
 Pair over_materials(const std::vector<Material>& materials, const std::function<void(const Material&, Pair&)>& task) {
   std::vector<Pair> parts(materials.size());
-  std::exception_ptr fault;
-#pragma omp parallel for schedule(dynamic)
-  for (std::size_t i = 0; i < materials.size(); ++i) {
-    try {
-      if (materials[i].spec.critical_state_slope > 0.0) task(materials[i], parts[i]);
-    } catch (...) {
-#pragma omp critical
-      if (!fault) fault = std::current_exception();
-    }
-  }
-  if (fault) std::rethrow_exception(fault);
+  in_parallel(materials.size(), [&](std::size_t i) {
+    if (materials[i].spec.critical_state_slope > 0.0) task(materials[i], parts[i]);
+  });
   Pair all;
   for (const Pair& p : parts) {
     const int map = all.map.count + p.map.count, reference = all.reference.count + p.reference.count;
@@ -92,13 +73,13 @@ Pair over_materials(const std::vector<Material>& materials, const std::function<
 void isotropic_compression(CaseResult& result, const std::vector<Material>& materials, const PathSpec& file) {
   const std::vector<Segment> path = reference_segments(file);
   const double compression = -path[0].d_eps_v;
-  Worst map;
+  Extreme map;
   for (const Material& m : materials) map.add(isotropic_error(m.spec, path, {1, 7, 40, 160}), m.name);
   result.check_at_most(
       Label::verification, fmt::format("isotropic compression: p, q, p_c over p_c, {} materials, 1 to 160 steps", map.count), map.value,
       0.0, "", 1e-12, fmt::format("no step error on this path: round-off of sinh and of 160 increments; largest at {}", map.name));
   // J, by which every Cauchy stress and density of a run is scaled, takes its plastic part from X.
-  Worst volume;
+  Extreme volume;
   for (const Material& m : materials) {
     const mpm::CamClay law(m.spec);
     for (const PathRow& r : follow_path(library_path(m.spec, path, 40)))

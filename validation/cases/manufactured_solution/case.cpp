@@ -178,7 +178,7 @@ Errors simulate(const CaseContext& context, const Settings& s) {
   std::vector<Place> places;
   for (const Vec3& x : reference) places.emplace_back(x);
   // leapfrog is of second order only with a constant step
-  const double wave_speed = std::visit([](const auto& law) { return law.wave_speed(); }, scene.material);
+  const double wave_speed = wave_speed_of(scene.material);
   const double wanted = s.cfl * dx / (wave_speed + exact.c * pi * exact.amplitude.norm());
   const auto steps = static_cast<int>(std::ceil(exact.period() / wanted));
   const double dt = exact.period() / steps;
@@ -262,10 +262,6 @@ Sweep sweep(const CaseContext& context, Settings s, const std::vector<int>& grid
     work += r.finest.particle_steps;
   }
   return r;
-}
-
-Series slope_line(const std::string& name, const std::vector<double>& h, double at_finest, double order) {
-  return {name, {h.front(), h.back()}, {at_finest * std::pow(h.front() / h.back(), order), at_finest}, Series::Style::bound};
 }
 
 std::string listed(const std::vector<double>& values) {

@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <exception>
 #include <functional>
 #include <limits>
 
@@ -12,6 +11,8 @@
 #include "mpm/io/config.hpp"
 #include "mpm/io/table.hpp"
 #include "validation/harness/case.hpp"
+#include "validation/harness/in_parallel.hpp"
+#include "validation/harness/norms.hpp"
 #include "validation/harness/point_comparison.hpp"
 #include "validation/harness/trial_sweep.hpp"
 
@@ -138,34 +139,6 @@ Outcome follow(const Path& path, const Plasticity& material, const MaterialSpec&
   }
   return o;
 }
-
-/// Runs task(i) for i < count on all threads; the first fault is thrown after the last.
-void in_parallel(std::size_t count, const std::function<void(std::size_t)>& task) {
-  std::exception_ptr fault;
-#pragma omp parallel for schedule(dynamic)
-  for (std::size_t i = 0; i < count; ++i) {
-    try {
-      task(i);
-    } catch (...) {
-#pragma omp critical
-      if (!fault) fault = std::current_exception();
-    }
-  }
-  if (fault) std::rethrow_exception(fault);
-}
-
-/// The largest of some figures and whose it is.
-struct Extreme {
-  double value = -std::numeric_limits<double>::infinity();
-  std::string name;
-  int count = 0;
-  void add(double v, const std::string& who) {
-    ++count;
-    if (v <= value || std::isnan(value)) return;
-    value = v;
-    name = who;
-  }
-};
 
 // -- checks ---------------------------------------------------------------------------------------------------------------------
 

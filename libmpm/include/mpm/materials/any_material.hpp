@@ -19,6 +19,12 @@ using AnyMaterial = std::variant<HenckyElastic, CamClay, DruckerPrager, WeaklyCo
 /// parameters.
 AnyMaterial make_material(const MaterialSpec& spec);
 
+double density_of(const AnyMaterial& material);           ///< rho_0, kg/m^3
+double wave_speed_of(const AnyMaterial& material);        ///< of the fastest elastic wave, m/s
+double initial_internal_of(const AnyMaterial& material);  ///< of a stress-free point
+/// J = det F
+double volume_ratio(const AnyMaterial& material, const MaterialState<double>& state);
+
 /// The names of all laws, in the order of the variant.
 std::vector<std::string> material_names();
 

@@ -1,0 +1,25 @@
+#pragma once
+/// A loop over independent tasks on all threads, which may throw.
+
+#include <cstddef>
+#include <exception>
+
+namespace mpm::validation {
+
+/// Runs task(i) for i < count on all threads; the first fault is thrown after the last task.
+template <class Task>
+void in_parallel(std::size_t count, Task&& task) {
+  std::exception_ptr fault;
+#pragma omp parallel for schedule(dynamic)
+  for (std::size_t i = 0; i < count; ++i) {
+    try {
+      task(i);
+    } catch (...) {
+#pragma omp critical
+      if (!fault) fault = std::current_exception();
+    }
+  }
+  if (fault) std::rethrow_exception(fault);
+}
+
+}  // namespace mpm::validation
