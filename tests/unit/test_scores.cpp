@@ -84,5 +84,21 @@ TEST(Scores, RefuseWhatTheyAreNotDefinedFor) {
   }
 }
 
+TEST(ScoresByGroup, AreTheScoresOfEachGroupsRowsByRisingValue) {
+  const std::vector<double> key{3, 1, 3, 1 + 5e-7, 0}, y{1, 2, 4, 3, 7}, f{2, 2, 4, 4, 7};
+  const auto groups = scores_by_group(key, y, f);
+  ASSERT_EQ(groups.size(), 3u);
+  EXPECT_EQ(groups[0].at, 0.0);
+  EXPECT_EQ(groups[1].at, 1.0);
+  EXPECT_EQ(groups[2].at, 3.0);
+  EXPECT_EQ(groups[0].rows, 1u);
+  EXPECT_EQ(groups[1].rows, 2u);
+  EXPECT_EQ(groups[0].scores.rmsle, 0.0);
+  const std::vector<double> y1{2, 3}, f1{2, 4}, y3{1, 4}, f3{2, 4};
+  EXPECT_EQ(groups[1].scores.nrmse, compute_scores(y1, f1).nrmse);
+  EXPECT_EQ(groups[2].scores.rmsle, compute_scores(y3, f3).rmsle);
+  EXPECT_THROW((void)scores_by_group(y1, y, f), ConfigError);
+}
+
 }  // namespace
 }  // namespace mpm

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <numeric>
 
 #include "mpm/error.hpp"
 
@@ -55,6 +56,29 @@ Scores compute_scores(std::span<const double> simulated, std::span<const double>
           .bias = std::exp(log_ratio / count),
           .fraction_10 = within_10 / count,
           .fraction_25 = within_25 / count};
+}
+
+std::vector<GroupScores> scores_by_group(std::span<const double> keys, std::span<const double> simulated,
+                                         std::span<const double> predicted) {
+  constexpr double same = 1e-6;
+  if (keys.size() != simulated.size() || predicted.size() != simulated.size()) {
+    throw ConfigError(fmt::format("scores by group: {} keys, {} simulated and {} predicted values: need the same number of each",
+                                  keys.size(), simulated.size(), predicted.size()));
+  }
+  std::vector<std::size_t> order(keys.size());
+  std::iota(order.begin(), order.end(), std::size_t{0});
+  std::ranges::stable_sort(order, {}, [&](std::size_t i) { return keys[i]; });
+  std::vector<GroupScores> groups;
+  for (std::size_t first = 0; first < order.size();) {
+    const double at = keys[order[first]];
+    std::vector<double> y, f;
+    for (; first < order.size() && keys[order[first]] <= at + same * std::abs(at); ++first) {
+      y.push_back(simulated[order[first]]);
+      f.push_back(predicted[order[first]]);
+    }
+    groups.push_back({at, y.size(), compute_scores(y, f)});
+  }
+  return groups;
 }
 
 }  // namespace mpm

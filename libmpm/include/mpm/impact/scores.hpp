@@ -1,7 +1,9 @@
 #pragma once
 /// How well predictions meet simulated values: the performance metrics of Appendix A3.1 of the paper.
 
+#include <cstddef>
 #include <span>
+#include <vector>
 
 namespace mpm {
 
@@ -19,5 +21,18 @@ struct Scores {
 /// @param simulated y_i > 0. @param predicted f_i > 0, as many.
 /// @throws ConfigError for no values, unequal numbers of them, or one that is not positive and finite.
 [[nodiscard]] Scores compute_scores(std::span<const double> simulated, std::span<const double> predicted);
+
+/// Scores of the rows that share a value of one input, such as a Froude number (Figs. A3 and A5).
+struct GroupScores {
+  double at;  ///< the value: the smallest of its group
+  std::size_t rows;
+  Scores scores;
+};
+
+/// Scores of each group of rows, by rising value. Values that differ by at most 1e-6 of themselves, as they do when they passed through
+/// another quantity or through a table with few digits, count as one.
+/// @param keys one finite value a row. @throws ConfigError as compute_scores, or for another number of keys
+[[nodiscard]] std::vector<GroupScores> scores_by_group(std::span<const double> keys, std::span<const double> simulated,
+                                                       std::span<const double> predicted);
 
 }  // namespace mpm
