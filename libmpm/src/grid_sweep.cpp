@@ -11,6 +11,7 @@
 #include "mpm/io/config.hpp"
 #include "mpm/io/schema.hpp"
 #include "mpm/io/table.hpp"
+#include "mpm/run_folder.hpp"
 
 namespace mpm {
 
@@ -54,16 +55,6 @@ Json at(const Json& results, const std::string& name) {
 }
 
 Json number(double x) { return std::isfinite(x) ? Json(x) : Json(); }
-
-/// Whether a folder holds the finished run of a case. A run ends at the first sample at or after its duration.
-bool is_finished(const std::filesystem::path& directory, const Case& c, std::string& results) {
-  if (!std::filesystem::exists(directory / "results.json")) return false;
-  results = read_file(directory / "results.json");
-  const Json json = Json::parse(results, nullptr, false);
-  if (!json.is_object() || json.value("case_hash", "") != case_hash_text(c) || !json.contains("duration_s")) return false;
-  const double last = std::ceil(c.output.duration * c.output.series_per_second - 1e-9) / c.output.series_per_second;
-  return json["duration_s"].is_number() && std::abs(json["duration_s"].get<double>() - last) <= 1e-9 * last;
-}
 
 }  // namespace
 
@@ -123,8 +114,10 @@ SweepResult run_sweep(const Case& c, const Sweep& sweep, const SweepOptions& opt
   for (std::size_t i = 0; i < cases.size(); ++i) {
     SweepPoint point{ordered.values[i], options.out / sweep_directory(ordered.kind, ordered.values[i]), false, {}};
     if (options.on_start) options.on_start(point);
-    point.reused = options.resume && is_finished(point.directory, cases[i], point.results_json);
-    if (!point.reused) {
+    if (const auto finished = options.resume ? finished_results(point.directory, cases[i]) : std::nullopt) {
+      point.reused = true;
+      point.results_json = *finished;
+    } else {
       RunOptions run;
       run.out = point.directory;
       run.threads = options.threads;

@@ -1,0 +1,33 @@
+#pragma once
+/// The folder of a run: who works in it, and whether it holds the finished run of a case. Shared by the run itself, by sweeps and by
+/// campaigns, which keep one folder a run and leave alone what is done.
+
+#include <filesystem>
+#include <optional>
+#include <string>
+
+#include "mpm/case.hpp"
+
+namespace mpm {
+
+/// Keeps a second process out of a directory (`.lock` in it); the system releases it when the process ends, however it ends.
+class DirectoryLock {
+ public:
+  /// Tries for half a second, because is_locked() of another process takes the lock for an instant.
+  /// @throws IoError if another process holds it, or the file cannot be made
+  explicit DirectoryLock(const std::filesystem::path& directory);
+  ~DirectoryLock();
+  DirectoryLock(const DirectoryLock&) = delete;
+  DirectoryLock& operator=(const DirectoryLock&) = delete;
+
+ private:
+  int descriptor_;
+};
+
+/// Whether a process works in a directory; false where there is no such directory.
+[[nodiscard]] bool is_locked(const std::filesystem::path& directory);
+
+/// Content of results.json, if the folder holds the finished run of this case: the same hash and the same duration.
+[[nodiscard]] std::optional<std::string> finished_results(const std::filesystem::path& directory, const Case& c);
+
+}  // namespace mpm
