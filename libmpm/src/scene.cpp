@@ -7,6 +7,7 @@
 
 #include "mpm/error.hpp"
 #include "mpm/impact/conveyor.hpp"
+#include "mpm/obstacle.hpp"
 
 namespace mpm {
 
@@ -16,17 +17,42 @@ constexpr double beyond = 1e4;  // m; taller than anything
 
 Wall make_wall(const WallSpec& spec) { return {spec.point, spec.normal.normalized(), spec.contact, spec.friction, spec.velocity, true}; }
 
-RigidBox make_obstacle(const ObstacleSpec& spec) {
-  return {Vec3(0.0, -0.5 * spec.width, -beyond), Vec3(spec.depth, 0.5 * spec.width, spec.height.value_or(beyond)), Contact::separable,
-          spec.friction, Vec3::Zero()};
+Boundary make_obstacle(const ObstacleSpec& spec, double cell_size) {
+  const double top = spec.height.value_or(beyond);
+  if (has_flat_front(spec)) {
+    return RigidBox{Vec3(0.0, -0.5 * spec.width, -beyond), Vec3(spec.depth, 0.5 * spec.width, top), Contact::separable, spec.friction,
+                    Vec3::Zero()};
+  }
+  const Upright solid{top, 0.5 * cell_size, Contact::separable, spec.friction, Vec3::Zero()};
+  const ObstaclePlan plan = obstacle_plan(spec);
+  if (plan.radius) return RigidCylinder{solid, *plan.radius, 0.0, *plan.radius};
+  RigidPrism prism{solid, {}, 0.0, plan.depth, -0.5 * plan.width, 0.5 * plan.width};
+  for (const auto& side : plan.sides) prism.sides.push_back({side.normal.x(), side.normal.y(), side.normal.dot(side.from)});
+  return prism;
 }
 
 /// Puts a boundary of the case where it stands in the solver.
 void shift(Wall& wall, const Vec3& by) { wall.point += by; }
+void shift(Belt& belt, const Vec3& by) { shift(belt.plane, by); }
 void shift(RigidBox& box, const Vec3& by) {
   box.min += by;
   box.max += by;
   box.reference += by;
+}
+void shift(Upright& solid, const Vec3& by) {
+  solid.top += by.z();
+  solid.reference += by;
+}
+void shift(RigidPrism& prism, const Vec3& by) {
+  shift(prism.solid, by);
+  for (auto& side : prism.sides) side.offset += side.normal_x * by.x() + side.normal_y * by.y();
+  for (double* x : {&prism.min_x, &prism.max_x}) *x += by.x();
+  for (double* y : {&prism.min_y, &prism.max_y}) *y += by.y();
+}
+void shift(RigidCylinder& cylinder, const Vec3& by) {
+  shift(cylinder.solid, by);
+  cylinder.centre_x += by.x();
+  cylinder.centre_y += by.y();
 }
 
 double shape_volume(const BodySpec& body) {
@@ -127,7 +153,13 @@ Scene make_scene(const Case& c) {
   }
   if (c.obstacle) {
     scene.obstacle = scene.boundaries.size();
-    scene.boundaries.emplace_back(make_obstacle(*c.obstacle));
+    if (scene.mirror_y && !obstacle_plan(*c.obstacle).symmetric) {
+      throw ConfigError(
+          fmt::format("[obstacle] rotation_deg: the box turned by {:.4g} degrees is not symmetric about y = 0, and half of "
+                      "the domain cannot stand for the whole; give mirror_y = false",
+                      c.obstacle->rotation * 180.0 / std::numbers::pi));
+    }
+    scene.boundaries.push_back(make_obstacle(*c.obstacle, c.numerics.cell_size));
   }
   scene.offset = c.numerics.cell_size * c.numerics.grid_offset;
   if ((scene.mirror_x && scene.offset.x() != 0.0) || (scene.mirror_y && scene.offset.y() != 0.0))

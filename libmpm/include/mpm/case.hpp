@@ -66,13 +66,25 @@ struct WallSpec {
   bool operator==(const WallSpec&) const = default;
 };
 
-/// [obstacle]: rigid box on the floor, front face at x = 0, axis y = 0, separable Coulomb contact.
+/// [obstacle]: rigid, upright, on the floor; its most upstream point at x = 0, its centre at y = 0; separable Coulomb contact.
+/// Cross-sections in plan: obstacle.hpp.
 struct ObstacleSpec {
-  double width = 1.75;           ///< w, m (across the flow)
-  double depth = 1.75;           ///< m (along the flow)
+  enum class Shape : std::uint8_t { box, cylinder, wedge } shape = Shape::box;
+  double width = 1.75;           ///< w, m: across the flow; diameter of a cylinder, base of a wedge
+  double depth = 1.75;           ///< m: along the flow; of a wedge from edge to base; not used by a cylinder
+  double rotation = 0.0;         ///< rad, box only: counter-clockwise from above about its own vertical axis
   std::optional<double> height;  ///< m; empty: taller than any jet
   double friction = 0.15;        ///< mu
   bool operator==(const ObstacleSpec&) const = default;
+};
+
+/// [[conveyor.inflow]]: what enters at one instant; linear between instants, constant before the first and after the last.
+struct InflowPoint {
+  double time = 0.0;                  ///< s
+  std::optional<double> velocity;     ///< m/s, mean over the depth; empty: the conveyor's
+  std::optional<double> flow_height;  ///< m; empty: the conveyor's
+  double density_ratio = 1.0;         ///< density of the entering snow over rho_0, by compaction before it enters
+  bool operator==(const InflowPoint&) const = default;
 };
 
 /// [conveyor]: the set-up of Sect. 2.2 of the paper.
@@ -86,6 +98,9 @@ struct ConveyorSpec {
   Contact sidewall_contact = Contact::no_slip;  ///< "coulomb" in a file is separable with friction: a wall cannot pull
   double sidewall_friction = 0.0;               ///< mu; separable only
   bool mirror_y = true;                         ///< compute y >= 0 only
+  double slip_ratio = 1.0;          ///< s: sheared inflow u(z) = v (s + (1 - s)(1 + n)(z/H)^n), of depth mean v; 1 is the paper's plug
+  double shear_exponent = 1.0;      ///< n
+  std::vector<InflowPoint> inflow;  ///< by rising time; empty: steady
   bool operator==(const ConveyorSpec&) const = default;
 };
 
@@ -118,6 +133,7 @@ struct MeasurementSpec {
   std::optional<double> filter_length;  ///< of the Savitzky-Golay window, an odd number of bins; empty: 13 bins
   std::optional<double> box_upstream;   ///< depth of the measuring box before the face; empty: 2.5 dx
   std::optional<double> box_inside;     ///< its depth behind the face; empty: 0.5 dx
+  double force_window = 0.1;            ///< s: of the moving mean behind the filtered peak of the force
   bool operator==(const MeasurementSpec&) const = default;
 };
 
