@@ -3,13 +3,13 @@
 
 #include <algorithm>
 #include <cmath>
-#include <fstream>
 #include <map>
-#include <regex>
 #include <set>
+#include <span>
 #include <sstream>
 #include <tuple>
 
+#include "config_guard.hpp"
 #include "config_keys.hpp"
 #include "mpm/error.hpp"
 #include "mpm/impact/semi_empirical.hpp"
@@ -105,11 +105,39 @@ std::string expected(const KeyInfo& key) {
   return {};
 }
 
+std::string trimmed(std::string_view text) {
+  constexpr std::string_view blank = " \t\r\n\f\v";
+  const std::size_t first = text.find_first_not_of(blank);
+  if (first == std::string_view::npos) return {};
+  return std::string(text.substr(first, text.find_last_not_of(blank) - first + 1));
+}
+
+/// One to three bare keys with dots between them, each with an index of at most six digits or without: body[0].min_m
+bool is_override_path(std::string_view path) {
+  constexpr std::size_t most_parts = 3, most_digits = 6;
+  constexpr std::string_view digits = "0123456789", bare = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789_-";
+  for (std::size_t part = 0; part < most_parts; ++part) {
+    const std::size_t dot = path.find('.');
+    std::string_view name = path.substr(0, dot);
+    if (const std::size_t bracket = name.find('['); bracket != std::string_view::npos) {
+      const std::string_view index = name.substr(bracket + 1);
+      if (index.size() < 2 || index.size() > most_digits + 1 || index.find_first_not_of(digits) != index.size() - 1 || index.back() != ']')
+        return false;
+      name = name.substr(0, bracket);
+    }
+    if (name.empty() || name.find_first_not_of(bare) != std::string_view::npos) return false;
+    if (dot == std::string_view::npos) return true;
+    path.remove_prefix(dot + 1);
+  }
+  return false;
+}
+
 class Reader {
  public:
   Reader(std::string_view file, bool is_path) : file_(file), is_path_(is_path) {}
 
   Draft read(std::string_view text, const std::vector<std::string>& overrides) {
+    check_text(text, file_);
     toml::table root;
     try {
       root = toml::parse(text, file_);
@@ -151,7 +179,9 @@ class Reader {
     return places_.at("");
   }
 
-  void fault(const Place& at, const std::string& text) { faults_.push_back({at, text}); }
+  void fault(const Place& at, const std::string& text) {
+    if (!given_up()) faults_.push_back({at, text});
+  }
 
   void fault_key(const std::string& table_path, const std::string& name, const std::string& text) {
     fault(place(table_path, name), label(table_path) + name + " " + text);
@@ -162,9 +192,17 @@ class Reader {
     if (faults_.empty()) return;
     std::stable_sort(faults_.begin(), faults_.end(), [](const Fault& a, const Fault& b) { return a.place.before(b.place); });
     std::string message;
-    for (const Fault& f : faults_) message += (message.empty() ? "" : "\n") + f.place.text + ": " + f.text;
+    for (const Fault& f : std::span(faults_).first(std::min(faults_.size(), faults_told)))
+      message += (message.empty() ? "" : "\n") + f.place.text + ": " + f.text;
+    if (faults_.size() > faults_told) {
+      message += fmt::format("\n{}: {}{} more faults; mend these first, or see whether this is the right file", file_,
+                             given_up() ? "at least " : "", faults_.size() - faults_told);
+    }
     throw ConfigError(message);
   }
+
+  /// So many faults that reading on would tell nobody anything.
+  [[nodiscard]] bool given_up() const { return faults_.size() >= most_faults; }
 
   [[nodiscard]] bool given(const std::string& path) const { return places_.contains(path); }
   /// None of these keys is at fault: a check that combines them makes sense.
@@ -178,10 +216,9 @@ class Reader {
     overrides_.push_back({"", text});
     const auto refuse = [&](const std::string& why) { fault(here, why); };
 
-    static const std::regex form(R"(\s*([A-Za-z0-9_-]+(?:\[[0-9]{1,6}\])?(?:\.[A-Za-z0-9_-]+(?:\[[0-9]{1,6}\])?){0,2})\s*=\s*([\s\S]*))");
-    std::smatch match;
-    if (!std::regex_match(text, match, form)) return refuse("not understood; write table.key=value, or body[0].key=value");
-    const std::string path = match[1];
+    const std::size_t equals = text.find('=');
+    const std::string path = equals == std::string::npos ? "" : trimmed(text.substr(0, equals));
+    if (!is_override_path(path)) return refuse("not understood; write table.key=value, or body[0].key=value");
     overrides_.back().path = path;
 
     // down to the table that holds the key
@@ -211,13 +248,17 @@ class Reader {
     const std::string name = path.substr(start);
     if (name.ends_with(']')) return refuse("only a whole key can be replaced; write table.key=value");
 
-    const std::string value = match[2];
+    const std::string value = trimmed(text.substr(equals + 1));
     try {
-      const toml::table parsed = toml::parse("value = " + value);
+      const std::string line = "value = " + value;
+      check_text(line, here.text);
+      const toml::table parsed = toml::parse(line);
       if (parsed.size() != 1) return refuse("one value, please; write table.key=value");
       parsed.get("value")->visit([&](const auto& v) { table->insert_or_assign(name, v); });
     } catch (const toml::parse_error&) {
       table->insert_or_assign(name, value);  // a bare word
+    } catch (const ConfigError&) {
+      table->insert_or_assign(name, value);
     }
     if (path == "conveyor.velocity_m_s") table->erase("froude_number");
     if (path == "conveyor.froude_number") table->erase("velocity_m_s");
@@ -249,6 +290,7 @@ class Reader {
 
   void read_table(const TableInfo& info, const std::string& path, const toml::table& table, std::size_t index) {
     for (const auto& [toml_key, node] : table) {
+      if (given_up()) return;
       std::string name(toml_key.str());
       const Place at = place_of(key_path(path, name), toml_key.source());
       if (child(info, name) == nullptr && key_named(info.name, name) == nullptr) {
@@ -286,7 +328,7 @@ class Reader {
     faulty_.insert(path);
     if (list == nullptr) return fault(at, fmt::format("{} is {}; write [[{}]] and its keys below it", path, kind_of(node), path));
     faulty_.erase(path);
-    for (std::size_t i = 0; i < list->size(); ++i) {
+    for (std::size_t i = 0; i < list->size() && !given_up(); ++i) {
       const std::string entry = fmt::format("{}[{}]", path, i);
       const toml::node& element = *list->get(i);
       static const toml::table nothing;
@@ -442,7 +484,7 @@ class Reader {
   void check_conditions() {
     for (const TableInfo& table : schema_tables()) {
       if (!here(table) || faulty_.contains(table.name)) continue;
-      for (std::size_t i = 0; i < entries(draft_, table.name); ++i) {
+      for (std::size_t i = 0; i < entries(draft_, table.name) && !given_up(); ++i) {
         const std::string path = entry_path(table, i);
         if (faulty_.contains(path)) continue;
         for (const Key& key : keys()) {
@@ -683,16 +725,6 @@ class Reader {
   std::set<std::string> faulty_;         ///< paths of keys and tables with a fault
 };
 
-std::string file_text(const std::filesystem::path& file) {
-  std::error_code failed;
-  const bool regular = !std::filesystem::is_directory(file, failed);
-  std::ifstream in(file, std::ios::binary);
-  std::ostringstream text;
-  if (regular && in) text << in.rdbuf();
-  if (!regular || !in) throw IoError(fmt::format("{}: cannot be read; give the path of a TOML file", file.string()));
-  return text.str();
-}
-
 }  // namespace
 
 }  // namespace mpm::config
@@ -721,11 +753,11 @@ PathSpec parse_path(std::string_view text, std::string_view file_name, const std
 }
 
 PathSpec read_path(const std::filesystem::path& file, const std::vector<std::string>& overrides) {
-  return parse_path(config::file_text(file), file.string(), overrides);
+  return parse_path(config::bounded_file_text(file), file.string(), overrides);
 }
 
 Case read_case(const std::filesystem::path& file, const std::vector<std::string>& overrides) {
-  return parse_case(config::file_text(file), file.string(), overrides);
+  return parse_case(config::bounded_file_text(file), file.string(), overrides);
 }
 
 }  // namespace mpm

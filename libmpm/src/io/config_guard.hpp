@@ -1,0 +1,27 @@
+#pragma once
+/// Internal to io/config: bounds on what is handed to the TOML parser, and on what is said about it.
+
+#include <cstddef>
+#include <filesystem>
+#include <string>
+#include <string_view>
+
+namespace mpm::config {
+
+/// A case of a million bodies is smaller; the parser needs some hundred bytes of memory for each byte of keys.
+inline constexpr std::size_t most_bytes = std::size_t{8} << 20;
+
+/// Parts of a dotted key, as in a.b.c = 1. The parser makes a table of each and takes them down recursively: without a bound a key of
+/// a hundred thousand parts ends the program by a stack overflow. (It bounds the nesting of values itself.)
+inline constexpr int most_key_parts = 16;
+
+/// Faults after which a file is not read on, and how many of them are told.
+inline constexpr std::size_t most_faults = 1000, faults_told = 50;
+
+/// @throws ConfigError with its place if the text is larger than most_bytes, or a key has more than most_key_parts
+void check_text(std::string_view text, std::string_view file_name);
+
+/// The text of a file; no more than most_bytes + 1 bytes are read, so that an endless device ends, too. @throws IoError
+[[nodiscard]] std::string bounded_file_text(const std::filesystem::path& file);
+
+}  // namespace mpm::config
