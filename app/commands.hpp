@@ -15,5 +15,7 @@ void add_post(CLI::App& app);
 void add_converge(CLI::App& app);
 void add_compare(CLI::App& app);
 void add_predict(CLI::App& app);
+void add_fit(CLI::App& app);
+void add_study(CLI::App& app);
 
 }  // namespace mpm::app

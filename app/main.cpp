@@ -57,6 +57,8 @@ int main(int argc, char** argv) {
   mpm::app::add_schema(app);
   mpm::app::add_post(app);
   mpm::app::add_predict(app);
+  mpm::app::add_fit(app);
+  mpm::app::add_study(app);
   mpm::app::add_converge(app);
   mpm::app::add_compare(app);
   const int code = parse(app, argc, argv);

@@ -1,0 +1,228 @@
+/// `mpm study`: the numbers behind every figure of the paper's study, from tables of runs. validation/study draws them.
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <memory>
+#include <numbers>
+
+#include "commands.hpp"
+#include "mpm/build_info.hpp"
+#include "mpm/io/atomic_file.hpp"
+#include "mpm/io/table.hpp"
+#include "study_arguments.hpp"
+
+namespace mpm::app {
+
+namespace {
+
+constexpr double none = std::numeric_limits<double>::quiet_NaN();
+
+struct StudyCommand {
+  StudyArguments input;
+  std::filesystem::path out;
+  std::vector<double> decomposition{0.8, 0.3, 0.5};  ///< M, beta, xi
+};
+
+/// A table that grows row by row, and is written whole.
+class NumberTable {
+ public:
+  explicit NumberTable(std::vector<std::string> columns) : columns_(std::move(columns)), values_(columns_.size()) {}
+  void add(const std::vector<double>& row) {
+    for (std::size_t c = 0; c < values_.size(); ++c) values_[c].push_back(row.at(c));
+  }
+  void write(const std::filesystem::path& path) const { write_table(path, columns_, values_); }
+
+ private:
+  std::vector<std::string> columns_;
+  std::vector<std::vector<double>> values_;
+};
+
+/// Coefficients of the `narrow` set, which the study takes for its own; NaN where it could not be fitted.
+HeightCoefficients own_coefficients(const std::vector<SetFit>& fits, HeightEquation equation) {
+  for (const SetFit& s : fits) {
+    if (s.equation == equation && s.set.name == "narrow" && s.fit) return s.fit->coefficients;
+  }
+  return {none, none, none};
+}
+
+double height_or_none(const HeightSample& s, const HeightCoefficients& c) { return std::isnan(c.k) ? none : relative_height(s, c); }
+
+void write_points(const std::filesystem::path& path, const StudyTable& table, const HeightCoefficients& runup,
+                  const HeightCoefficients& pressure) {
+  NumberTable points({"froude_number", "critical_state_slope", "cohesion_beta", "hardening_xi", "effective_friction", "relative_width",
+                      "runup", "runup_standard_error", "runup_peak", "pressure_height", "pressure_height_standard_error",
+                      "pressure_height_peak", "runup_fitted", "runup_published", "pressure_height_fitted", "pressure_height_published"});
+  for (const StudyRun& r : table.runs) {
+    const HeightSample s{r.effective_friction, r.froude, r.runup};
+    points.add({r.froude, r.critical_state_slope, r.cohesion_beta, r.hardening_xi, r.effective_friction, r.relative_width(), r.runup,
+                r.runup_error, r.runup_peak, r.pressure_height, r.pressure_height_error, r.pressure_height_peak, height_or_none(s, runup),
+                relative_height(s, runup_coefficients), height_or_none(s, pressure), relative_height(s, pressure_height_coefficients)});
+  }
+  points.write(path);
+}
+
+/// Curves of the equations over M' for each Froude number of the table (Figs. A2, A4), and their factors (Fig. 8).
+void write_curves(const std::filesystem::path& out, const StudyTable& table, const HeightCoefficients& runup,
+                  const HeightCoefficients& pressure) {
+  constexpr int steps = 120;
+  constexpr double greatest = 2.4;  // M' of the paper's grid goes up to 2.30
+  NumberTable curves(
+      {"froude_number", "effective_friction", "runup_fitted", "runup_published", "pressure_height_fitted", "pressure_height_published"});
+  NumberTable factors({"effective_friction", "zeta_r_fitted", "zeta_r_published", "zeta_p_fitted", "zeta_p_published", "lambda_r_fitted",
+                       "lambda_r_published", "lambda_p_fitted", "lambda_p_published"});
+  std::vector<double> froude;
+  for (const StudyRun& r : table.runs) {
+    if (std::ranges::none_of(froude, [&](double f) { return same_input(f, r.froude); })) froude.push_back(r.froude);
+  }
+  std::ranges::sort(froude);
+  for (int i = 0; i <= steps; ++i) {
+    const double friction = greatest * i / steps;
+    for (const double f : froude) {
+      const HeightSample s{friction, f, 1.0};
+      curves.add({f, friction, height_or_none(s, runup), relative_height(s, runup_coefficients), height_or_none(s, pressure),
+                  relative_height(s, pressure_height_coefficients)});
+    }
+    factors.add({friction, magnification_factor(friction, runup), magnification_factor(friction, runup_coefficients),
+                 magnification_factor(friction, pressure), magnification_factor(friction, pressure_height_coefficients),
+                 dissipation_factor(friction, runup), dissipation_factor(friction, runup_coefficients),
+                 dissipation_factor(friction, pressure), dissipation_factor(friction, pressure_height_coefficients)});
+  }
+  curves.write(out / "height_curves.csv");
+  factors.write(out / "factor_curves.csv");
+}
+
+/// M' and phi' over beta (Fig. 1).
+void write_friction(const std::filesystem::path& path) {
+  constexpr int steps = 90;
+  NumberTable friction({"critical_state_slope", "cohesion_beta", "effective_friction", "friction_angle_deg"});
+  for (const double slope : {0.0, 0.4, 0.8, 1.2}) {
+    for (int i = 0; i <= steps; ++i) {
+      const double beta = 0.45 * i / steps, value = effective_friction(slope, beta);
+      friction.add({slope, beta, value, friction_angle(value) * 180.0 / std::numbers::pi});
+    }
+  }
+  friction.write(path);
+}
+
+void write_envelopes(const std::filesystem::path& path, const StudyTable& table) {
+  NumberTable envelopes(
+      {"froude_number", "time_s", "runs", "all_runs", "runup_low", "runup_high", "pressure_height_low", "pressure_height_high"});
+  for (const double froude : {0.1, 1.0, 5.0}) {
+    const Envelope e = envelope(table.runs, froude);
+    for (const EnvelopePoint& p : e.points) {
+      envelopes.add({froude, p.time, static_cast<double>(p.runs), static_cast<double>(e.runs), p.runup_low, p.runup_high, p.pressure_low,
+                     p.pressure_high});
+    }
+  }
+  envelopes.write(path);
+}
+
+void write_guideline(const std::filesystem::path& out, const GuidelineCorrespondence& guideline) {
+  NumberTable curves({"lambda", "hardening_xi", "effective_friction", "runs", "rmsle", "normalised"});
+  for (const GuidelineDeviation& d : guideline.deviations) {
+    curves.add({d.lambda, d.xi, d.effective_friction, static_cast<double>(d.runs), d.rmsle, d.normalised});
+  }
+  curves.write(out / "guideline.csv");
+  NumberTable minima({"lambda", "hardening_xi", "minimum_at", "neighbour_below", "neighbour_above", "parabola_at", "rmsle",
+                      "published_from", "published_to", "inside"});
+  for (const GuidelineMinimum& m : guideline.minima) {
+    minima.add({m.lambda, m.xi, m.at, m.below, m.above, m.parabola, m.rmsle, m.published_from, m.published_to, m.inside ? 1.0 : 0.0});
+  }
+  minima.write(out / "guideline_minima.csv");
+}
+
+void write_decomposition(const std::filesystem::path& path, const StudyTable& table, const std::vector<Rheology>& chain) {
+  NumberTable links(
+      {"froude_number", "bernoulli", "link", "critical_state_slope", "cohesion_beta", "hardening_xi", "runup", "pressure_height"});
+  for (const Decomposition& d : decompose(table.runs, chain)) {
+    for (std::size_t i = 0; i < chain.size(); ++i) {
+      links.add({d.froude, d.bernoulli, static_cast<double>(i), chain[i].critical_state_slope, chain[i].cohesion_beta,
+                 chain[i].hardening_xi, d.runup[i], d.pressure_height[i]});
+    }
+  }
+  links.write(path);
+}
+
+void write_width_factors(const std::filesystem::path& path, const StudyTable& table) {
+  NumberTable factors({"critical_state_slope", "cohesion_beta", "effective_friction", "hardening_xi", "froude_number", "relative_width",
+                       "runup_factor", "runup_standard_error", "pressure_height_factor", "pressure_height_standard_error", "guideline"});
+  for (const WidthFactor& w : width_factors(table.runs)) {
+    factors.add({w.critical_state_slope, w.cohesion_beta, w.effective_friction, w.hardening_xi, w.froude, w.relative_width, w.runup,
+                 w.runup_error, w.pressure_height, w.pressure_height_error, w.guideline});
+  }
+  factors.write(path);
+}
+
+/// The two runs of Fig. 5: the end of the decomposition's chain in a slow and a fast flow.
+void write_sections(const std::filesystem::path& path, const StudyTable& table, const Rheology& rheology) {
+  std::string text = "froude_number,run\n";
+  for (const double froude : {0.1, 5.0}) {
+    for (const StudyRun& r : table.runs) {
+      if (r.folder.empty() || !r.reference_width() || !same_input(r.froude, froude) || !same_input(r.hardening_xi, rheology.hardening_xi) ||
+          !same_input(r.critical_state_slope, rheology.critical_state_slope) || !same_input(r.cohesion_beta, rheology.cohesion_beta)) {
+        continue;
+      }
+      text += fmt::format("{},\"{}\"\n", format_number(froude), std::filesystem::absolute(r.folder).string());
+      break;
+    }
+  }
+  write_file(path, text);
+}
+
+void study(const StudyCommand& command) {
+  const StudyTable table = read_study(command.input);
+  const std::vector<SetFit> fits = fit_paper_sets(table);
+  const HeightCoefficients runup = own_coefficients(fits, HeightEquation::runup);
+  const HeightCoefficients pressure = own_coefficients(fits, HeightEquation::pressure_height);
+  const Rheology last{command.decomposition.at(0), command.decomposition.at(1), command.decomposition.at(2)};
+  const GuidelineCorrespondence guideline = guideline_correspondence(table.runs);
+
+  std::filesystem::create_directories(command.out);
+  write_file(command.out / "fit.json", fits_json(fits, table));
+  write_file(command.out / "coefficients.csv", coefficients_csv(fits));
+  write_file(command.out / "scores.csv", scores_csv(fits));
+  write_points(command.out / "points.csv", table, runup, pressure);
+  write_curves(command.out, table, runup, pressure);
+  write_friction(command.out / "effective_friction.csv");
+  write_envelopes(command.out / "envelopes.csv", table);
+  write_guideline(command.out, guideline);
+  write_decomposition(command.out / "decomposition.csv", table, decomposition_chain(last));
+  write_width_factors(command.out / "width_factors.csv", table);
+  write_sections(command.out / "sections.csv", table, last);
+
+  fmt::print("{} rows, {} runs with a steady run-up\n", table.rows, table.runs.size());
+  for (const auto& [reason, rows] : table.left_out) fmt::print("  left out: {} ({})\n", rows, reason);
+  for (const std::string& note : table.cautions) fmt::print(stderr, "note: {}\n", note);
+  for (const SetFit& s : fits) {
+    if (!s.fit) fmt::print("{} not fitted to set '{}': {}\n", to_string(s.equation), s.set.name, s.why_not);
+  }
+  for (const GuidelineMinimum& m : guideline.minima) {
+    fmt::print("guideline lambda = {:g}, xi = {:g}: lowest RMSLE {:.3f} at M' = {:.3f}{}; published {} to {}: {}\n", m.lambda, m.xi,
+               m.rmsle, m.at, std::isnan(m.parabola) ? " (an end of the curve)" : fmt::format(", parabola {:.3f}", m.parabola),
+               m.published_from, m.published_to, m.inside ? "inside" : "outside");
+  }
+  for (const std::string& note : guideline.notes) fmt::print("guideline: {}\n", note);
+  fmt::print(stderr, "wrote {} and the tables beside it; drawn by `./run study`\n", (command.out / "fit.json").string());
+}
+
+}  // namespace
+
+void add_study(CLI::App& app) {
+  CLI::App* command = app.add_subcommand(
+      "study",
+      "The numbers behind the figures of the paper's study, as one folder of tables: regressions and scores (as `mpm fit`), guideline "
+      "correspondence, rheological decomposition, envelopes of the time histories, width factors");
+  const auto a = std::make_shared<StudyCommand>();
+  add_study_arguments(*command, a->input);
+  command->add_option("--out", a->out, "Folder for the tables")->required()->type_name("DIR");
+  command->add_option("--decomposition", a->decomposition, "M,beta,xi at the end of the chain of the decomposition")
+      ->delimiter(',')
+      ->expected(3)
+      ->capture_default_str();
+  command->callback([a] { study(*a); });
+}
+
+}  // namespace mpm::app

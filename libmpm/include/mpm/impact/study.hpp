@@ -1,0 +1,146 @@
+#pragma once
+/// The evaluations of the paper's study, over a table of runs: its regressions (Tables A1 and A2, Figs. A3 and A5), the guideline's lambda
+/// in terms of M' (Fig. 9), the rheological decomposition (Fig. 4), envelopes of the time histories (Fig. 3) and the width factors (Fig.
+/// 10).
+
+#include <filesystem>
+#include <optional>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "mpm/impact/regression.hpp"
+#include "mpm/impact/study_table.hpp"
+
+namespace mpm {
+
+// ---- Regressions ----------------------------------------------------------------------------------------------------------------------
+
+/// Which runs are fitted. The paper names two sets.
+struct FittingSet {
+  std::string name, description;
+  std::vector<double> xi;
+  bool only = true;  ///< true: only runs with one of these xi; false: all others
+
+  [[nodiscard]] bool holds(const StudyRun& run) const;
+};
+/// `narrow`, xi in {0.5, 1.5, 5} (note of Table 1), and `wide`, everything but xi = 0.05 (Sect. 4.1).
+[[nodiscard]] std::vector<FittingSet> paper_fitting_sets();
+
+/// Samples of an equation from the runs that have its height and w = H.
+[[nodiscard]] std::vector<HeightSample> height_samples(HeightEquation equation, std::span<const StudyRun> runs);
+
+/// Scores of some runs against one set of coefficients.
+struct ScoreRow {
+  bool published = false;      ///< against the paper's coefficients; else against the fitted ones
+  std::optional<double> xi;    ///< only runs of this xi; empty: all of the fitting set
+  std::string group;           ///< input that the runs share: froude_number, effective_friction, hardening_xi; empty: none
+  double at = Estimate::none;  ///< its value
+  std::size_t runs = 0;
+  Scores scores{};
+};
+
+/// One equation fitted to one set.
+struct SetFit {
+  HeightEquation equation = HeightEquation::runup;
+  FittingSet set;
+  std::size_t runs = 0;                             ///< of the set, with this height and w = H
+  std::size_t without_height = 0, other_width = 0;  ///< runs of the set that were left out
+  std::optional<HeightFit> fit;                     ///< empty: see why_not
+  std::string why_not;
+  std::vector<ScoreRow> scores;  ///< of the set by Fr, M' and xi, and of each xi of the table (in the set or not) by Fr and M'
+};
+[[nodiscard]] SetFit fit_set(HeightEquation equation, const FittingSet& set, std::span<const StudyRun> runs);
+
+/// Columns equation,fitting_set,parameter,value,standard_error,relative_standard_error,t_statistic,p_value,interval_from,interval_to,
+/// published,published_relative_standard_error,published_t_statistic,relative_difference.
+[[nodiscard]] std::string coefficients_csv(std::span<const SetFit> fits);
+/// Columns equation,fitting_set,coefficients,hardening_xi,group,at,runs,r2,r2_log,nrmse,rmsle,bias,fraction_10,fraction_25.
+[[nodiscard]] std::string scores_csv(std::span<const SetFit> fits);
+/// Everything of the fits, the published values, the aims, and what the table left out, as one JSON object.
+[[nodiscard]] std::string fits_json(std::span<const SetFit> fits, const StudyTable& table);
+
+/// An aim of the study, and whether it is met.
+struct Aim {
+  std::string what, aim;
+  double value;
+  bool met;
+};
+/// Against the published equations: RMSLE of the run-up <= 15 %, NRMSE of the pressure height <= 10 %, >= 90 % of the runs within 25 %;
+/// coefficients within 15 % of the published ones. @param fits of one set
+[[nodiscard]] std::vector<Aim> paper_aims(std::span<const SetFit> fits);
+
+// ---- Guideline correspondence (Sect. 4.2, Fig. 9) -------------------------------------------------------------------------------------
+
+/// Distance of the simulated run-up of one M' from the guideline's, H + v^2 / (2 g lambda) f(w/H).
+struct GuidelineDeviation {
+  double lambda, xi, effective_friction;
+  std::size_t runs;
+  double rmsle;
+  double normalised;  ///< 0 at the smallest and 1 at the largest of its curve, as Fig. 9 draws it
+};
+/// Where a curve of Fig. 9 is lowest.
+struct GuidelineMinimum {
+  double lambda, xi;
+  double at;            ///< M' with the smallest RMSLE
+  double below, above;  ///< its neighbours: the minimum of the continuous curve is between them; NaN beyond the ends
+  double parabola;      ///< vertex of the parabola through the three; NaN at an end
+  double rmsle;         ///< at `at`
+  double published_from, published_to;
+  bool inside;  ///< the parabola's vertex (at an end: `at`) lies in the published range
+};
+struct GuidelineCorrespondence {
+  std::vector<GuidelineDeviation> deviations;
+  std::vector<GuidelineMinimum> minima;
+  std::vector<std::string> notes;  ///< what is missing
+};
+/// For lambda = 1.5 and 3 and each xi: RMSLE over the runs with 3 <= Fr <= 7, by M'. Only M' with a run at every such Froude number of
+/// their xi are compared, so that all points of a curve mean the same.
+[[nodiscard]] GuidelineCorrespondence guideline_correspondence(std::span<const StudyRun> runs);
+
+// ---- Rheological decomposition (Sect. 3.1, Fig. 4) ------------------------------------------------------------------------------------
+
+struct Rheology {
+  double critical_state_slope, cohesion_beta, hardening_xi;
+};
+/// M = beta = 0, xi = 5; then M; then beta; then xi: the chain of Fig. 4 that ends in `last`. The paper's is M = 0.8, beta = 0.3, xi = 0.5.
+[[nodiscard]] std::vector<Rheology> decomposition_chain(const Rheology& last);
+/// Heights of the links of the chain at one Froude number, over H; NaN where the table has no such run.
+struct Decomposition {
+  double froude;
+  double bernoulli;  ///< 1 + Fr^2/2
+  std::vector<double> runup, pressure_height;
+};
+[[nodiscard]] std::vector<Decomposition> decompose(std::span<const StudyRun> runs, std::span<const Rheology> chain);
+
+// ---- Time histories (Fig. 3) ----------------------------------------------------------------------------------------------------------
+
+/// Lowest and highest of all runs of one Froude number at one time, over H.
+struct EnvelopePoint {
+  double time;
+  std::size_t runs;  ///< whose series reaches so far
+  double runup_low, runup_high, pressure_low, pressure_high;
+};
+struct Envelope {
+  double froude;
+  std::size_t runs = 0;  ///< with a series
+  std::vector<EnvelopePoint> points;
+};
+/// Envelope of the series.csv of all runs of a Froude number with w = H, on the times of the longest series, linear between samples.
+[[nodiscard]] Envelope envelope(std::span<const StudyRun> runs, double froude);
+
+// ---- Width (Sect. 4.3, Fig. 10) -------------------------------------------------------------------------------------------------------
+
+/// Eq. 11: height over that of the run with w = H and all else equal; standard errors by propagation of both runs'.
+struct WidthFactor {
+  double critical_state_slope, cohesion_beta, effective_friction, hardening_xi, froude, relative_width;
+  double runup, runup_error, pressure_height, pressure_height_error;
+  double guideline;  ///< Eq. 6, rescaled to 1 at w = H
+};
+/// Empty unless the table varies the width.
+[[nodiscard]] std::vector<WidthFactor> width_factors(std::span<const StudyRun> runs);
+
+[[nodiscard]] std::string_view to_string(HeightEquation equation);  ///< runup, pressure_height
+
+}  // namespace mpm
