@@ -61,6 +61,7 @@ int main(int argc, char** argv) {
   mpm::app::add_study(app);
   mpm::app::add_converge(app);
   mpm::app::add_compare(app);
+  mpm::app::add_campaign(app);
   const int code = parse(app, argc, argv);
   std::cout.flush();
   if (code == 0 && (std::fflush(stdout) != 0 || !std::cout)) {

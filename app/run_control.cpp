@@ -14,11 +14,6 @@ namespace mpm::app {
 
 namespace {
 
-std::string clock_text(double seconds) {
-  const long long s = std::llround(seconds);
-  return s < 3600 ? fmt::format("{}:{:02}", s / 60, s % 60) : fmt::format("{}:{:02}:{:02}", s / 3600, s / 60 % 60, s % 60);
-}
-
 /// SIGINT and SIGTERM ask for a checkpoint and an end at the next sample; SIGUSR1 asks for a checkpoint only.
 std::atomic<int> stop_signal{0};
 std::atomic<long long> stop_asked_at{0};  ///< ms on the monotonic clock
@@ -44,6 +39,11 @@ void ask_to_stop(int number) {
 void ask_for_checkpoint(int) { checkpoint_wanted = true; }
 
 }  // namespace
+
+std::string clock_text(double seconds) {
+  const long long s = std::llround(seconds);
+  return s < 3600 ? fmt::format("{}:{:02}", s / 60, s % 60) : fmt::format("{}:{:02}:{:02}", s / 3600, s / 60 % 60, s % 60);
+}
 
 ProgressLine::ProgressLine() : terminal_(isatty(STDERR_FILENO) == 1) {}
 

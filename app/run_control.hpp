@@ -1,5 +1,5 @@
 #pragma once
-/// What `mpm run` and `mpm converge` share while a case is computed: the progress line, and signals that ask for a checkpoint or an end.
+/// What the commands that compute share: the progress line, and signals that ask for a checkpoint or an end.
 
 #include <chrono>
 #include <string>
@@ -26,6 +26,9 @@ class ProgressLine {
   bool open_ = false;  ///< a line stands without its end
   Clock::time_point shown_ = Clock::now() - std::chrono::hours(1);
 };
+
+/// A time as 12:34, or 1:23:45 from an hour on. @param seconds s
+std::string clock_text(double seconds);
 
 /// From now on SIGINT and SIGTERM ask for a checkpoint and an end at the next sample; SIGUSR1 asks for a checkpoint only.
 void listen_to_signals();

@@ -1,6 +1,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cstdlib>
 
 #include "config_keys.hpp"
 #include "mpm/io/config.hpp"
@@ -77,6 +78,27 @@ std::string to_toml(const Value& value) { return std::visit(TomlWriter{}, value)
 }  // namespace config
 
 std::string write_case(const Case& spec) { return config::write(spec, {}); }
+
+std::optional<std::string> case_value(const Case& spec, const std::string& path) {
+  std::string name = path;
+  std::size_t index = 0;
+  if (const auto bracket = name.find('['); bracket != std::string::npos) {
+    const auto end = name.find(']', bracket);
+    if (end == std::string::npos) return {};
+    index = static_cast<std::size_t>(std::strtoul(name.c_str() + bracket + 1, nullptr, 10));
+    name.erase(bracket, end + 1 - bracket);
+  }
+  config::Draft draft;
+  draft.spec = spec;
+  for (const config::Key& key : config::keys()) {
+    if (config::key_path(key.table, key.name) != name || index >= config::entries(draft, key.table)) continue;
+    const auto value = key.get(draft, index);
+    if (!value) return {};
+    const auto* text = std::get_if<std::string>(&*value);
+    return text != nullptr ? *text : config::to_toml(*value);
+  }
+  return {};
+}
 
 std::uint64_t case_hash(const Case& spec) {
   std::vector<std::string> skip{"title", "output.checkpoint_minutes"};

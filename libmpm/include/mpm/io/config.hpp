@@ -3,6 +3,7 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -29,6 +30,10 @@ inline constexpr int case_format_version = 1;
 /// The resolved case as TOML with every key that applies. Numbers are written so that they read back to the same bits:
 /// parse_case(write_case(c)) == c for every c that parse_case returned.
 [[nodiscard]] std::string write_case(const Case& spec);
+
+/// One key of the resolved case, "table.key" or "body[0].key", as text: a number as in write_case, a string without its quotes. Empty where
+/// the key is left out, is resolved into another (conveyor.froude_number), or does not exist.
+[[nodiscard]] std::optional<std::string> case_value(const Case& spec, const std::string& path);
 
 /// Hash of what influences the computed numbers: FNV-1a (64 bit) of write_case without title, output.duration_s and
 /// output.checkpoint_minutes, so that a longer run of the same case has the same hash and can resume. The strip feed is the

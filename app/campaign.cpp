@@ -1,0 +1,228 @@
+/// `mpm campaign`: many runs of a plan in one folder, here or through Slurm, resumable.
+
+#include "mpm/campaign.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <memory>
+#include <numeric>
+#include <optional>
+
+#include "commands.hpp"
+#include "mpm/campaign_execution.hpp"
+#include "mpm/error.hpp"
+#include "mpm/io/atomic_file.hpp"
+#include "mpm/run_folder.hpp"
+#include "mpm/slurm.hpp"
+#include "run_control.hpp"
+
+namespace mpm::app {
+
+namespace {
+
+namespace fs = std::filesystem;
+
+struct CampaignArguments {
+  fs::path plan, out;
+  int jobs = 0;
+  std::string executor;
+  bool retry_failed = false, list = false;
+  std::string name;  ///< of one run
+};
+
+fs::path folder_of(const CampaignArguments& a) { return a.out.empty() ? fs::path("out") / a.plan.stem() : a.out; }
+
+fs::path this_program() { return fs::read_symlink("/proc/self/exe"); }
+
+std::string short_list(const std::vector<std::string>& names) {
+  constexpr std::size_t most = 6;
+  std::string text;
+  for (std::size_t i = 0; i < std::min(names.size(), most); ++i) text += fmt::format("{}{}", i > 0 ? ", " : "", names[i]);
+  return names.size() > most ? fmt::format("{} and {} more", text, names.size() - most) : text;
+}
+
+void tell_changes(const Preparation& p) {
+  const auto tell = [](const std::vector<std::string>& names, const char* what) {
+    if (!names.empty()) fmt::print(stderr, "{} runs {}: {}\n", names.size(), what, short_list(names));
+  };
+  tell(p.adopted, "were computed under another name, and are taken over");
+  tell(p.replaced, "changed since they were computed, and are run again");
+  tell(p.dropped, "are in the folder but not in the plan; they stay there, and leave the table");
+}
+
+/// The summary that ends `run` and is `status`.
+void print_status(const Campaign& campaign, const std::vector<RunStatus>& status, const fs::path& out, int jobs, bool list) {
+  const auto count = [&](RunState s) { return std::ranges::count(status, s, &RunStatus::state); };
+  fmt::print("{}: {} runs in {}: {} done, {} running, {} failed, {} to do\n",
+             campaign.plan.title.empty() ? "campaign" : campaign.plan.title, campaign.runs.size(), out.string(), count(RunState::done),
+             count(RunState::running), count(RunState::failed), count(RunState::to_do));
+  if (campaign.duplicates > 0) fmt::print("{} rows of the plan repeat an earlier one\n", campaign.duplicates);
+  const CampaignCost cost = cost_of(campaign, status);
+  const auto at_once = std::max<double>(static_cast<double>(count(RunState::running)), jobs);
+  fmt::print(
+      "work: {:.3g} particle-steps in all, {:.3g} left ({:.0f} %); {:.3g} million a second and run ({}): {} left with {:.0f} at a time\n",
+      cost.particle_steps, cost.left, cost.particle_steps > 0.0 ? 100.0 * cost.left / cost.particle_steps : 0.0,
+      1e-6 * cost.particle_steps_per_s, cost.measured ? "measured" : "assumed",
+      clock_text(cost.left / (cost.particle_steps_per_s * at_once)), at_once);
+  for (std::size_t i = 0; i < status.size(); ++i) {
+    const CampaignRun& run = campaign.runs[i];
+    const RunStatus& s = status[i];
+    const bool shown = list || s.state == RunState::running || s.state == RunState::failed;
+    if (!shown) continue;
+    std::string line = fmt::format("  {:<8}{:<40} {:>5.1f} % of {:g} s  {:.2g} particle-steps", to_string(s.state), run.name,
+                                   100.0 * s.progress, run.spec.output.duration, run.cost.particle_steps);
+    if (s.state == RunState::running && !s.attempts.empty()) line += fmt::format("  since {}", s.attempts.back().started);
+    if (s.state == RunState::failed)
+      line += fmt::format("  {} attempt{}: {}", s.attempts.size(), s.attempts.size() == 1 ? "" : "s", s.cause());
+    fmt::print("{}\n", line);
+  }
+}
+
+std::vector<std::size_t> all_of(const Campaign& campaign) {
+  std::vector<std::size_t> runs(campaign.runs.size());
+  std::iota(runs.begin(), runs.end(), std::size_t{0});
+  return runs;
+}
+
+/// Ends the command: tables, summary, exit code.
+void conclude(const Campaign& campaign, const fs::path& out, int jobs) {
+  const std::vector<RunStatus> status = status_of(out, campaign);
+  write_campaign_tables(out, campaign, status);
+  print_status(campaign, status, out, jobs, false);
+  fmt::print(stderr, "wrote {} and runs.csv\n", (out / "results.csv").string());
+  if (std::ranges::count(status, RunState::done, &RunStatus::state) != std::ssize(status))
+    throw CLI::RuntimeError(static_cast<int>(ExitCode::failed));
+}
+
+void run_here(const Campaign& campaign, const CampaignArguments& a) {
+  const fs::path out = folder_of(a);
+  const int jobs = a.jobs > 0 ? a.jobs : default_jobs(campaign.plan);
+  require_memory(campaign, jobs, physical_memory_bytes());
+  make_directory(out);
+  const DirectoryLock lock(out);
+  tell_changes(prepare(out, campaign));
+  listen_to_signals();
+  ExecutionOptions options{out, this_program(), jobs, a.retry_failed, pending_request, {}, {}};
+  options.say = [](const std::string& line) { fmt::print(stderr, "{}\n", line); };
+  options.on_change = [&] { write_campaign_tables(out, campaign, status_of(out, campaign)); };
+  const ExecutionReport report = execute(campaign, all_of(campaign), options);
+  if (!report.finished) {
+    write_campaign_tables(out, campaign, status_of(out, campaign));
+    fmt::print(stderr, "stopped; the same command goes on\n");
+    end_by_signal();
+  }
+  conclude(campaign, out, jobs);
+}
+
+/// Runs that Slurm is asked for: not done, and not failed in a way that would repeat itself.
+std::vector<std::string> names_to_submit(const Campaign& campaign, const fs::path& out, bool retry_failed) {
+  std::vector<std::string> names;
+  for (const CampaignRun& run : campaign.runs) {
+    const RunStatus s = status_of(out, run);
+    const bool hopeless = s.state == RunState::failed && s.attempts.back().final && !retry_failed;
+    if (s.state != RunState::done && !hopeless) names.push_back(run.name);
+  }
+  return names;
+}
+
+void submit(const Campaign& campaign, const CampaignArguments& a, bool wait) {
+  const fs::path out = fs::absolute(folder_of(a));
+  std::vector<std::string> names;
+  SlurmJob job;
+  {
+    make_directory(out);
+    const DirectoryLock lock(out);
+    tell_changes(prepare(out, campaign));
+    names = names_to_submit(campaign, out, a.retry_failed);
+    if (!names.empty()) job = write_slurm_job(campaign.plan, a.plan.stem().string(), names, out, this_program(), a.jobs);
+  }
+  if (names.empty()) {
+    fmt::print(stderr, "nothing to submit\n");
+    return conclude(campaign, out, a.jobs);
+  }
+  const std::string id = submit_slurm_job(job, wait);
+  fmt::print(stderr, "Slurm job {}: {} tasks ({})\n", id, names.size(), job.script.string());
+  if (wait) conclude(campaign, out, a.jobs);
+}
+
+void run(const CampaignArguments& a) {
+  const Campaign campaign = make_campaign(read_plan(a.plan));
+  if (a.executor == "slurm") {
+    submit(campaign, a, true);
+  } else {
+    run_here(campaign, a);
+  }
+}
+
+void status(const CampaignArguments& a) {
+  const Campaign campaign = make_campaign(read_plan(a.plan));
+  const fs::path out = folder_of(a);
+  const std::vector<RunStatus> all = status_of(out, campaign);
+  tell_changes(compare_with_folder(out, campaign));
+  if (fs::exists(out / "plan.toml")) write_campaign_tables(out, campaign, all);
+  print_status(campaign, all, out, a.jobs > 0 ? a.jobs : default_jobs(campaign.plan), a.list);
+}
+
+/// One run, as a task of a Slurm array does it.
+void run_task(const CampaignArguments& a) {
+  const Campaign campaign = make_campaign(read_plan(a.out / "plan.toml"));
+  const auto found = std::ranges::find(campaign.runs, a.name, &CampaignRun::name);
+  if (found == campaign.runs.end()) {
+    fmt::print(stderr, "{} is no longer in the plan\n", a.name);
+    return;
+  }
+  listen_to_signals();
+  ExecutionOptions options{a.out, this_program(), 1, false, pending_request, {}, {}};
+  options.say = [](const std::string& line) { fmt::print(stderr, "{}\n", line); };
+  const ExecutionReport report = execute(campaign, {static_cast<std::size_t>(found - campaign.runs.begin())}, options);
+  if (!report.finished) end_by_signal();
+  if (report.failed > 0) throw CLI::RuntimeError(static_cast<int>(ExitCode::failed));
+}
+
+void add_plan_arguments(CLI::App& command, CampaignArguments& a) {
+  command.add_option("plan", a.plan, "Plan of the campaign (see the README)")->required()->type_name("PLAN.toml");
+  command.add_option("--out", a.out, "Folder of the campaign (default: out/<name of the plan>)")->type_name("DIR");
+  constexpr int most_jobs = 100000;
+  command.add_option("--jobs", a.jobs, "Runs at a time (default: cores over threads a run; Slurm: as many as it grants)")
+      ->check(CLI::Range(1, most_jobs))
+      ->type_name("N");
+}
+
+}  // namespace
+
+void add_campaign(CLI::App& app) {
+  CLI::App* campaign = app.add_subcommand("campaign", "Many runs of one plan, resumable after any interruption, with one table of results");
+  campaign->require_subcommand(1);
+  const auto a = std::make_shared<CampaignArguments>();
+
+  CLI::App* run_command = campaign->add_subcommand("run", "Run what is not done; exit code 0 if all is done, 1 if runs failed");
+  add_plan_arguments(*run_command, *a);
+  run_command->add_option("--executor", a->executor, "local, or slurm (submits, and waits for the end)")
+      ->check(CLI::IsMember({"local", "slurm"}))
+      ->default_str("local");
+  run_command->add_flag("--retry-failed", a->retry_failed, "Also runs whose failure would repeat itself (after a change of the program)");
+  run_command->callback([a] { run(*a); });
+
+  CLI::App* status_command =
+      campaign->add_subcommand("status", "What is done, running, failed and to do, with time left and causes; writes the tables anew");
+  add_plan_arguments(*status_command, *a);
+  status_command->add_flag("--list", a->list, "Every run");
+  status_command->callback([a] { status(*a); });
+
+  CLI::App* submit_command =
+      campaign->add_subcommand("submit", "Hand what is not done to Slurm as an array job, one task a run, and return");
+  add_plan_arguments(*submit_command, *a);
+  submit_command->add_option("--executor", a->executor, "slurm")->check(CLI::IsMember({"slurm"}))->default_str("slurm");
+  submit_command->add_flag("--retry-failed", a->retry_failed, "Also runs whose failure would repeat itself");
+  submit_command->callback([a] { submit(make_campaign(read_plan(a->plan)), *a, false); });
+
+  CLI::App* task = campaign->add_subcommand("task", "One run of a campaign's folder, as a task of a Slurm array runs it");
+  task->add_option("folder", a->out, "Folder of the campaign")->required()->type_name("DIR");
+  task->add_option("name", a->name, "Name of the run")->required();
+  task->callback([a] { run_task(*a); });
+}
+
+}  // namespace mpm::app

@@ -1,0 +1,22 @@
+#pragma once
+/// Internal to io: TOML values as they stand in messages and in files.
+
+#include <toml++/toml.h>
+
+#include <string>
+
+namespace mpm::config {
+
+/// "a table", "an integer"
+[[nodiscard]] std::string kind_of(const toml::node& node);
+
+/// Without line breaks, cut to a length that fits a message.
+[[nodiscard]] std::string one_line(std::string text);
+
+/// A value as TOML; numbers read back to the same bits.
+[[nodiscard]] std::string toml_text(const toml::node& node);
+
+/// The value as it stands in a message.
+[[nodiscard]] std::string shown(const toml::node& node);
+
+}  // namespace mpm::config
