@@ -107,8 +107,7 @@ std::vector<double> froude_numbers(std::span<const HeightSample> samples) {
   std::vector<double> froude;
   for (const HeightSample& s : samples) froude.push_back(s.froude);
   std::ranges::sort(froude);
-  const auto rest = std::ranges::unique(froude);
-  froude.erase(rest.begin(), rest.end());
+  froude.erase(std::unique(froude.begin(), froude.end()), froude.end());
   return froude;
 }
 
@@ -155,8 +154,7 @@ void profile_saturation(HeightFit& fit, std::span<const HeightSample> samples, c
   }
   if (std::isfinite(fit.coefficients.saturation_froude)) froude.push_back(fit.coefficients.saturation_froude);
   std::ranges::sort(froude);
-  const auto rest = std::ranges::unique(froude);
-  froude.erase(rest.begin(), rest.end());
+  froude.erase(std::unique(froude.begin(), froude.end()), froude.end());
   for (const double f : froude) fit.saturation_profile.push_back({f, sum_with_saturation(samples, f, best)});
 
   const auto n = static_cast<double>(samples.size());

@@ -26,8 +26,7 @@ std::vector<double> distinct(std::span<const StudyRun> runs, Projection input) {
   std::vector<double> values;
   for (const StudyRun& run : runs) values.push_back(std::invoke(input, run));
   std::ranges::sort(values);
-  const auto rest = std::ranges::unique(values, same_input);
-  values.erase(rest.begin(), rest.end());
+  values.erase(std::unique(values.begin(), values.end(), same_input), values.end());
   return values;
 }
 
