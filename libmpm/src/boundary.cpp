@@ -245,7 +245,6 @@ double update_grid(Grid& grid, std::span<const Boundary> boundaries, const Vec3&
               const Vec3 after = boundary.constrain(position, before, time);
               const Vec3 taken = (halved ? share_of(n) : 1.0) * node[3] * (before - after);
               impulse.linear += taken;
-              impulse.energy += 0.5 * taken.dot(before + after);
               impulse.work -= taken.dot(boundary.surface_velocity(position, time));
               if (layer != nullptr) layer[n >> 4] += taken;
               impulse.angular += (position - boundary.reference_point()).cross(taken);

@@ -6,11 +6,26 @@
 
 namespace mpm {
 
+namespace {
+
+/// D of APIC, sum w (x_i - x_p)^2 = dx^2/4 for quadratic B-splines: moment of inertia per mass of the affine velocities. 0 with FLIP.
+double affine_inertia_of(const Scene& scene, double cell_size) {
+  return scene.transfer == Transfer::apic ? 0.25 * cell_size * cell_size : 0.0;
+}
+
+}  // namespace
+
+double kinetic_and_elastic_energy(const Particle& p, const Scene& scene, double cell_size) {
+  const double specific = Eigen::Map<const Vec3>(p.velocity).squaredNorm() +
+                          affine_inertia_of(scene, cell_size) * Eigen::Map<const Mat3>(p.affine).squaredNorm();
+  return 0.5 * density_of(scene.material) * p.volume * specific + stored_energy(scene.material, p);
+}
+
 Totals totals(const State& state, const Scene& scene) {
   const auto blocks = state.grid.occupied_blocks();
   std::vector<Totals> partial(blocks.size());
   const double density = density_of(scene.material);
-  const double affine_inertia = scene.transfer == Transfer::apic ? 0.25 * state.grid.cell_size() * state.grid.cell_size() : 0.0;
+  const double affine_inertia = affine_inertia_of(scene, state.grid.cell_size());
 #pragma omp parallel for schedule(dynamic, 8)
   for (std::size_t i = 0; i < blocks.size(); ++i) {
     const ParticleBin& bin = state.grid.block(blocks[i]).particles;

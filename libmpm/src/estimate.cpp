@@ -9,7 +9,7 @@
 
 #include "mpm/error.hpp"
 #include "mpm/impact/semi_empirical.hpp"
-#include "mpm/materials/any_material.hpp"
+#include "mpm/solver.hpp"
 
 namespace mpm {
 
@@ -64,8 +64,9 @@ Estimate estimate(const Case& spec) {
   Estimate e{};
   e.particles = snow_volume(spec) / particle_volume(spec.numerics);
   e.cells = e.particles / spec.numerics.particles_per_cell;
-  e.wave_speed = wave_speed_of(make_material(spec.material));
-  e.time_step = spec.numerics.cfl * spec.numerics.cell_size / (e.wave_speed + largest_speed(spec));
+  const AnyMaterial material = make_material(spec.material);
+  e.wave_speed = wave_speed_of(material);
+  e.time_step = stable_time_step(material, spec.numerics.cfl, spec.numerics.cell_size, largest_speed(spec));
   e.steps = std::ceil(spec.output.duration / e.time_step);
   e.particle_steps = e.particles * e.steps;
   e.memory_bytes = e.particles * assumed_bytes_per_particle;

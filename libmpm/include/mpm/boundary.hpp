@@ -19,13 +19,11 @@ namespace mpm {
 struct Impulse {
   Vec3 linear = Vec3::Zero();
   Vec3 angular = Vec3::Zero();  ///< about the boundary's reference point
-  double energy = 0.0;          ///< kinetic energy that the boundary took, J: heat of contact, less the work of its motion
   double work = 0.0;            ///< J: of the moving surface on the material, -linear . u summed over the nodes
   Impulse& operator+=(const Impulse& other) {
     linear += other.linear;
     angular += other.angular;
     work += other.work;
-    energy += other.energy;
     return *this;
   }
 };

@@ -20,6 +20,9 @@ struct Totals {
   double potential_energy = 0.0;         ///< -m g.x, zero at the origin, J
 };
 
+/// Kinetic energy, with the affine part that APIC keeps, and elastic energy of one particle, J.
+double kinetic_and_elastic_energy(const Particle& p, const Scene& scene, double cell_size);
+
 /// Summed block by block in the order of the blocks: the same bits on any number of threads.
 Totals totals(const State& state, const Scene& scene);
 

@@ -37,6 +37,10 @@ AnyMaterial make_material(const MaterialSpec& spec) {
 double density_of(const AnyMaterial& material) {
   return std::visit([](const auto& law) { return law.density(); }, material);
 }
+double viscosity_of(const AnyMaterial& material) {
+  const auto* fluid = std::get_if<WeaklyCompressibleFluid>(&material);
+  return fluid == nullptr ? 0.0 : fluid->viscosity();
+}
 double wave_speed_of(const AnyMaterial& material) {
   return std::visit([](const auto& law) { return law.wave_speed(); }, material);
 }

@@ -22,6 +22,7 @@ AnyMaterial make_material(const MaterialSpec& spec);
 double density_of(const AnyMaterial& material);           ///< rho_0, kg/m^3
 double wave_speed_of(const AnyMaterial& material);        ///< of the fastest elastic wave, m/s
 double initial_internal_of(const AnyMaterial& material);  ///< of a stress-free point
+double viscosity_of(const AnyMaterial& material);         ///< eta, Pa s; 0 for a law without viscous stress
 /// J = det F
 double volume_ratio(const AnyMaterial& material, const MaterialState<double>& state);
 

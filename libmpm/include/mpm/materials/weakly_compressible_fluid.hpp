@@ -37,6 +37,7 @@ class WeaklyCompressibleFluid {
   }
   [[nodiscard]] double density() const { return density_; }
   [[nodiscard]] double initial_internal() const { return 0.0; }
+  [[nodiscard]] double viscosity() const { return viscosity_; }  ///< eta, Pa s
   /// sqrt(K/rho_0), m/s. In compression sound is faster, by (rho/rho_0)^((n - 1)/2).
   [[nodiscard]] double wave_speed() const { return std::sqrt(bulk_ / density_); }
   /// psi, J/m^3 of reference volume.
