@@ -80,6 +80,7 @@ class Pool {
         waiting_.push_back(i);
       }
     }
+    if (!campaign.plan.longest_first) return;
     std::ranges::stable_sort(waiting_, std::greater{}, [&](std::size_t i) { return campaign.runs[i].cost.particle_steps; });
   }
 

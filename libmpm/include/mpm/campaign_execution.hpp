@@ -33,9 +33,9 @@ struct ExecutionReport {
   std::size_t failed = 0;
 };
 
-/// Runs what is not done, the longest first by its estimate, at most `jobs` at a time. A folder in which another process works is left for
-/// later. A run that failed is tried again up to plan.retries times, unless its failure would repeat itself (exit code 2: the case is at
-/// fault; 3: unstable); the cause of every failure is kept in attempts.json.
+/// Runs what is not done, in the plan's order or the longest first by its estimate, at most `jobs` at a time. A folder in which another
+/// process works is left for later. A run that failed is tried again up to plan.retries times, unless its failure would repeat itself (exit
+/// code 2: the case is at fault; 3: unstable); the cause of every failure is kept in attempts.json.
 /// @param runs  of the campaign, by index
 /// @throws IoError if a folder cannot be written or a process cannot be started
 ExecutionReport execute(const Campaign& campaign, const std::vector<std::size_t>& runs, const ExecutionOptions& options);

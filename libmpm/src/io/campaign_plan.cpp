@@ -11,8 +11,8 @@
 #include <sstream>
 #include <tuple>
 
+#include "config_guard.hpp"
 #include "config_keys.hpp"
-#include "mpm/io/atomic_file.hpp"
 #include "mpm/io/schema.hpp"
 #include "mpm/io/table.hpp"
 #include "toml_text.hpp"
@@ -132,6 +132,7 @@ class PlanReader {
   explicit PlanReader(const std::filesystem::path& file) : file_(file) {}
 
   CampaignPlan read(std::string_view text) {
+    config::check_text(text, file_.string());
     toml::table root;
     try {
       root = toml::parse(text, file_.string());
@@ -421,12 +422,13 @@ class PlanReader {
     } else if (const auto name = base->value_exact<std::string>()) {
       const auto path = file_.parent_path() / *name;
       try {
-        plan_.base_text = read_file(path);
+        plan_.base_text = config::bounded_file_text(path);
+        config::check_text(plan_.base_text, path.string());
         base_ = toml::parse(plan_.base_text, path.string());
       } catch (const toml::parse_error& error) {
         const auto& at = error.source().begin;
         fault(base->source(), "", fmt::format("base {}:{}:{}: not valid TOML: {}", path.string(), at.line, at.column, error.description()));
-      } catch (const IoError& error) {
+      } catch (const Error& error) {
         fault(base->source(), "", fmt::format("base: {}", error.what()));
       }
       plan_.base_name = path.string();
@@ -437,13 +439,18 @@ class PlanReader {
 
   void read_root(const toml::table& root) {
     only(root, "",
-         {"format_version", "title", "base", "threads", "retries", "keep", "table", "set", "when", "parameters", "grid", "run", "labels",
-          "slurm"});
+         {"format_version", "title", "base", "threads", "retries", "order", "keep", "table", "set", "when", "parameters", "grid", "run",
+          "labels", "slurm"});
     if (integer(root, "format_version", 1, plan_format_version, plan_format_version) != plan_format_version) return;
     plan_.title = text(root, "", "title");
     plan_.threads = integer(root, "threads", 1, most_threads, plan_.threads);
     plan_.retries = integer(root, "retries", 0, most_retries, plan_.retries);
     read_base(root);
+    if (const std::string order = text(root, "", "order"); !order.empty()) {
+      if (order != "longest_first" && order != "plan")
+        fault(root.get("order")->source(), "", fmt::format("order = \"{}\"; give \"longest_first\" or \"plan\"", one_line(order)));
+      plan_.longest_first = order != "plan";
+    }
     const std::vector<std::string> files{"frames", "final", "checkpoint"};
     for (const std::string& word : words(root, "", "keep")) {
       if (std::ranges::find(files, word) == files.end())
@@ -579,11 +586,11 @@ std::string quoted(const std::string& text) { return toml_text(toml::value<std::
 
 CampaignPlan parse_plan(std::string_view text, const std::filesystem::path& file) { return PlanReader(file).read(text); }
 
-CampaignPlan read_plan(const std::filesystem::path& file) { return parse_plan(read_file(file), file); }
+CampaignPlan read_plan(const std::filesystem::path& file) { return parse_plan(config::bounded_file_text(file), file); }
 
 std::string write_plan(const CampaignPlan& plan) {
-  std::string out = fmt::format("format_version = {}\ntitle = {}\nthreads = {}\nretries = {}\n", plan_format_version, quoted(plan.title),
-                                plan.threads, plan.retries);
+  std::string out = fmt::format("format_version = {}\ntitle = {}\nthreads = {}\nretries = {}\norder = {}\n", plan_format_version,
+                                quoted(plan.title), plan.threads, plan.retries, quoted(plan.longest_first ? "longest_first" : "plan"));
   std::vector<std::string> keep;
   if (plan.keep_frames) keep.emplace_back(quoted("frames"));
   if (plan.keep_final) keep.emplace_back(quoted("final"));

@@ -6,6 +6,7 @@
 ///   threads = 1                                   # of each run
 ///   retries = 1                                   # of a run that ended in a way that need not repeat itself
 ///   keep = ["frames", "final", "checkpoint"]      # files that are kept of a finished run besides its figures; none by default
+///   order = "longest_first"                       # or "plan": in which order runs are started
 ///   table = "rows.csv"                            # explicit runs: a column for each key, and perhaps `name`
 ///   [set]                                         # keys as of --set, for all runs
 ///   "numerics.cell_size_m" = 0.35
@@ -62,6 +63,7 @@ struct CampaignPlan {
   std::string base_name;         ///< where it stands, for messages
   std::vector<PlannedRun> runs;  ///< in the order of the plan
   int threads = 1, retries = 1;
+  bool longest_first = true;  ///< order in which runs are started: by their estimated cost, or as in the plan
   bool keep_frames = false, keep_final = false, keep_checkpoint = false;
   SlurmSpec slurm;
 };
