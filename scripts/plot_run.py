@@ -224,6 +224,12 @@ def chosen_frames(run, frames, times):
     return sorted(picked, key=lambda frame: frame[1])
 
 
+def obstacle_depth(obstacle):
+    """Extent along the flow (m) of the obstacle of a resolved case; its most upstream point is x = 0."""
+    depth, turn = obstacle.get("depth_m", obstacle["width_m"]), np.radians(obstacle.get("rotation_deg", 0.0))  # a cylinder has no depth_m
+    return depth * abs(np.cos(turn)) + obstacle["width_m"] * abs(np.sin(turn))
+
+
 class Section:
     """Particles of one frame near the axis, and the pressure profile on the obstacle at that instant (paper, Appendix A2)."""
 
@@ -263,7 +269,7 @@ def plot_side_view(run, path, times):
     right = max(float(section.x.max()) for _, section in sections)
     if run.flow_height:  # a published strip is hundreds of metres long: the neighbourhood of the obstacle is shown
         left, right = max(left, -5.0 * run.flow_height), min(right, 3.0 * run.flow_height)
-        right = max(right, 1.2 * run.obstacle["depth_m"] if run.obstacle else right)
+        right = max(right, 1.2 * obstacle_depth(run.obstacle) if run.obstacle else right)
     shown = [section.z[(section.x >= left) & (section.x <= right)] for _, section in sections]
     top = 1.06 * max(float(z.max()) for z in shown if z.size) + 0.2
     width = right - left
@@ -308,7 +314,7 @@ def plot_side_view(run, path, times):
         axes.axhline(0.0, color="0.2", linewidth=1.5)
         if run.obstacle:
             height = run.obstacle.get("height_m", 2.0 * top)
-            axes.add_patch(Rectangle((0.0, 0.0), run.obstacle["depth_m"], height, facecolor="0.8", edgecolor="0.2", hatch="///", linewidth=1.2, zorder=0))
+            axes.add_patch(Rectangle((0.0, 0.0), obstacle_depth(run.obstacle), height, facecolor="0.8", edgecolor="0.2", hatch="///", linewidth=1.2, zorder=0))
         axes.set(xlim=(left, right), ylim=(bottom, top), title=f"t = {time:.2f} s")
         axes.set_ylabel("height $z$ (m)")
         axes.set_xlabel("$x$ (m), front face at 0" if run.obstacle else "$x$ (m)")

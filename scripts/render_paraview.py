@@ -94,7 +94,7 @@ def render(options, paraview):
     obstacle = case.get("obstacle")
     top = bounds[5]
     if obstacle:
-        depth, across = obstacle["depth_m"], obstacle["width_m"]
+        depth, across = obstacle.get("depth_m", obstacle["width_m"]), obstacle["width_m"]  # a cylinder by the box around it
         top = max(top, obstacle.get("height_m", 1.15 * bounds[5]))
         mast = paraview.Box(XLength=depth, YLength=across, ZLength=top, Center=[0.5 * depth, 0.0, 0.5 * top])
         display = paraview.Show(mast, view)

@@ -89,7 +89,9 @@ ImpactFrame measure(const Snapshot& frame, const ImpactGeometry& geometry) {
   const ParticleTable& p = frame.particles;
   for (std::size_t i = 0; i < p.size(); ++i) {
     const Vec3 position(p.position[3 * i], p.position[3 * i + 1], p.position[3 * i + 2]);
-    sample.add(position, p.stress[6 * i], p.volume_ratio[i], frame.info.reference_density * p.volume[i]);
+    double stress[6];
+    std::copy_n(&p.stress[6 * i], 6, stress);
+    sample.add(position, geometry.normal_component(position, stress), p.volume_ratio[i], frame.info.reference_density * p.volume[i]);
   }
   return sample.finish();
 }
@@ -111,23 +113,27 @@ Json facts(const Case& c, const SnapshotInfo& last, std::size_t particles) {
 
 std::optional<ImpactGeometry> impact_geometry(const Case& c) {
   if (!c.conveyor || !c.obstacle) return std::nullopt;
-  return paper_geometry(c.conveyor->flow_height, c.obstacle->width, c.numerics.cell_size, c.material.density,
-                        c.conveyor->mirror_y || c.domain.mirror_y, c.measurement);
+  ImpactGeometry geometry = paper_geometry(c.conveyor->flow_height, c.obstacle->width, c.numerics.cell_size, c.material.density,
+                                           c.conveyor->mirror_y || c.domain.mirror_y, c.measurement);
+  geometry.set_obstacle(*c.obstacle);
+  return geometry;
 }
 
 ImpactFrame measure_impact(const State& state, const Scene& scene, const ImpactGeometry& geometry) {
   ImpactSample sample(geometry);
   const double dx = state.grid.cell_size(), density = density_of(scene.material);
+  const double furthest = geometry.box_inside + (geometry.plan ? geometry.plan->depth : 0.0);
   for (const auto b : state.grid.occupied_blocks()) {
     const Index3& c = state.grid.block(b).coordinate;
     const double low_x = (4.0 * c[0] + 0.5) * dx - scene.offset.x(), low_y = (4.0 * c[1] + 0.5) * dx - scene.offset.y();
-    if (low_y > geometry.strip_half_width || low_y + 4.0 * dx < -geometry.strip_half_width || low_x > geometry.box_inside) continue;
+    if (low_y > geometry.strip_half_width || low_y + 4.0 * dx < -geometry.strip_half_width || low_x > furthest) continue;
     const ParticleBin& bin = state.grid.block(b).particles;
     for (int s = 0; s < bin.count(); ++s) {
       const Particle& p = bin[s];
       const Vec3 x = Vec3(p.position[0], p.position[1], p.position[2]) - scene.offset;
       const bool inside = geometry.in_profile_box(x);
-      sample.add(x, inside ? p.stress[0] : 0.0, inside ? volume_ratio(scene.material, p) : 1.0, density * p.volume);
+      sample.add(x, inside ? geometry.normal_component(x, p.stress) : 0.0, inside ? volume_ratio(scene.material, p) : 1.0,
+                 density * p.volume);
     }
   }
   return sample.finish();
@@ -144,13 +150,14 @@ ImpactFlow impact_flow(const Case& c) {
 }
 
 void write_profile(const std::filesystem::path& path, const std::vector<ProfileRow>& profile) {
-  const std::vector<std::string> names = {"z_m", "pressure_pa", "smoothed_pressure_pa", "force_per_height_n_m"};
+  const std::vector<std::string> names = {"z_m", "pressure_pa", "smoothed_pressure_pa", "force_per_height_n_m", "force_x_per_height_n_m"};
   std::vector<std::vector<double>> columns(names.size());
   for (const ProfileRow& row : profile) {
     columns[0].push_back(row.z);
     columns[1].push_back(row.pressure);
     columns[2].push_back(row.smoothed);
     columns[3].push_back(row.force_per_height);
+    columns[4].push_back(row.force_x_per_height);
   }
   write_table(path, names, columns);
 }
@@ -215,6 +222,7 @@ PostResult post_process(const std::filesystem::path& directory, const std::files
   json["post_commit"] = build_info().commit;
   if (geometry) {
     result.impact = summarise(series, *geometry, impact_flow(c));
+    result.impact->transient.reset();  // between two frames the force is only known as a mean: the run's own figures stand
     json.update(Json::parse(to_json(*result.impact)));
   }
   result.results_json = json.dump(2) + "\n";

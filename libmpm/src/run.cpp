@@ -17,6 +17,7 @@
 #include "mpm/build_info.hpp"
 #include "mpm/diagnostics.hpp"
 #include "mpm/error.hpp"
+#include "mpm/health.hpp"
 #include "mpm/impact/measure.hpp"
 #include "mpm/io/atomic_file.hpp"
 #include "mpm/io/checkpoint.hpp"
@@ -65,6 +66,19 @@ std::size_t peak_memory_bytes() {
   return static_cast<std::size_t>(usage.ru_maxrss) * 1024;
 }
 
+/// Adds layers to the sum of those before, which grows to hold them.
+void add(LayerImpulses& sum, const LayerImpulses& more) {
+  if (more.layer.empty()) return;
+  if (sum.layer.empty()) sum.first = more.first;
+  if (more.first < sum.first) {
+    sum.layer.insert(sum.layer.begin(), static_cast<std::size_t>(sum.first - more.first), Vec3::Zero());
+    sum.first = more.first;
+  }
+  const auto base = static_cast<std::size_t>(more.first - sum.first);
+  if (sum.layer.size() < base + more.layer.size()) sum.layer.resize(base + more.layer.size(), Vec3::Zero());
+  for (std::size_t k = 0; k < more.layer.size(); ++k) sum.layer[base + k] += more.layer[k];
+}
+
 /// One run in its directory.
 class Run {
  public:
@@ -77,6 +91,7 @@ class Run {
   void remove_results(std::initializer_list<const char*> names) const;
   void advance_to_next_sample();
   void record_sample();
+  [[nodiscard]] ForceByHeight force_by_height(double interval) const;
   void write_frame();
   void checkpoint(const char* why);
   void say(const std::string& text, bool to_caller = true);
@@ -98,11 +113,13 @@ class Run {
   std::uint64_t last_sample_, samples_per_frame_;
 
   DirectoryLock lock_;
+  std::optional<HealthWatch> health_;
   std::optional<RunLog> log_;
   std::optional<SeriesWriter> table_;
   std::optional<FrameSeries> frames_;
 
   Vec3 obstacle_impulse_ = Vec3::Zero(), obstacle_angular_ = Vec3::Zero();  // since the last sample
+  LayerImpulses obstacle_layers_;                                           // likewise
   double last_dt_ = 0.0;
   Clock::time_point started_ = Clock::now(), checkpointed_ = Clock::now();
   double wall_before_ = 0.0, step_before_ = 0.0;
@@ -199,14 +216,28 @@ void Run::resume() {
 void Run::advance_to_next_sample() {
   const auto start = Clock::now();
   obstacle_impulse_ = obstacle_angular_ = Vec3::Zero();
+  obstacle_layers_ = {};
   advance(state_, scene_, sample_time(progress_.samples), [&](const StepReport& report) {
     progress_.particle_steps += state_.grid.particle_count();
     last_dt_ = report.dt;
+    health_->book(report);
     if (!scene_.obstacle) return;
     obstacle_impulse_ += report.impulses[*scene_.obstacle].linear;
     obstacle_angular_ += report.impulses[*scene_.obstacle].angular;
+    add(obstacle_layers_, report.obstacle_layers);
   });
   progress_.step_time += seconds_since(start);
+}
+
+ForceByHeight Run::force_by_height(double interval) const {
+  const double dx = state_.grid.cell_size(), whole = scene_.mirror_y ? 2.0 : 1.0;
+  std::vector<double> force;
+  for (const Vec3& impulse : obstacle_layers_.layer) force.push_back(interval > 0.0 ? whole * impulse.x() / interval : 0.0);
+  ForceByHeight result = mpm::force_by_height(force, dx * obstacle_layers_.first - scene_.offset.z(), dx, *geometry_);
+  if (interval > 0.0) return result;
+  std::ranges::fill(result.bins, std::nan(""));
+  result.first_moment = std::nan("");
+  return result;
 }
 
 void Run::record_sample() {
@@ -219,16 +250,19 @@ void Run::record_sample() {
   if (geometry_) {
     const ImpactFrame frame = measure_impact(state_, scene_, *geometry_);
     row.insert(row.end(), {frame.runup, frame.runup_p99, frame.pressure_height.value_or(unknown), frame.impact_pressure, frame.compaction});
-    series_.append(state_.time, frame, force, moment);
+    series_.append(state_.time, frame, force, moment, force_by_height(interval));
   }
   if (scene_.obstacle) row.insert(row.end(), {force.x(), force.y(), force.z(), moment.x(), moment.y(), moment.z()});
-  const Totals t = whole_of_mirrored(totals(state_, scene_), scene_.mirror_x, scene_.mirror_y);
+  const Totals computed = totals(state_, scene_);
+  const Totals t = whole_of_mirrored(computed, scene_.mirror_x, scene_.mirror_y);
   row.insert(row.end(), {static_cast<double>(t.particles), t.mass, t.momentum.x(), t.momentum.y(), t.momentum.z(), t.kinetic_energy,
                          t.elastic_energy, t.potential_energy, state_.max_speed});
   table_->append(row);
   if (samples_per_frame_ > 0 && progress_.samples % samples_per_frame_ == 0) write_frame();
   ++progress_.samples;
   if (options_.on_sample) options_.on_sample(state_, scene_, force, moment);
+  if (!health_) return;
+  for (const std::string& warning : health_->check(state_, scene_, computed)) say(warning);
 }
 
 SnapshotInfo Run::snapshot_info() const {
@@ -314,6 +348,10 @@ RunResult Run::go() {
     if (options_.resume) say("no checkpoint.h5 here: started from the beginning");
   }
   try {
+    if (state_.step == 0) {
+      for (const std::string& warning : particles_inside_boundaries(state_, scene_)) say(warning);
+    }
+    health_.emplace(state_, scene_);
     while (progress_.samples <= last_sample_) {
       advance_to_next_sample();
       record_sample();

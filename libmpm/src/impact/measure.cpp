@@ -47,6 +47,8 @@ ImpactGeometry paper_geometry(double flow_height, double obstacle_width, double 
                           .box_inside = windows.box_inside.value_or(0.5 * cell_size),
                           .bin_height = windows.bin_height.value_or(0.5 * cell_size),
                           .profile_height = 5.0 * flow_height};
+  geometry.force_window = windows.force_window;
+  geometry.box_area = 2.0 * geometry.strip_half_width * geometry.box_upstream;
   require_positive("box depth (m)", geometry.box_upstream);
   require_positive("bin height (m)", geometry.bin_height);
   if (windows.filter_length) {
@@ -71,22 +73,50 @@ ImpactGeometry fixed_geometry(double flow_height, double obstacle_width, double 
   return paper_geometry(flow_height, obstacle_width, paper_cell_size, density, mirror_y);
 }
 
+void ImpactGeometry::set_obstacle(const ObstacleSpec& spec) {
+  obstacle_height = spec.height.value_or(std::numeric_limits<double>::infinity());
+  if (has_flat_front(spec)) return;
+  plan = obstacle_plan(spec);
+  obstacle_width = plan->width;
+  strip_half_width = 3.0 * obstacle_width / 7.0;
+  // Area between the front and the line at box_upstream before it: in each of many strips along x, where that line is.
+  constexpr int strips = 512, halvings = 40;  // of a length of some metres: the area is exact to the strips' width squared
+  double mean_reach = 0.0;
+  for (int i = 0; i < strips; ++i) {
+    const double y = strip_half_width * (2.0 * (i + 0.5) / strips - 1.0), surface = front(y);
+    double inside = surface, outside = surface - 2.0 * box_upstream;
+    while (plan->front_distance(outside, y) < box_upstream) outside -= box_upstream;
+    for (int n = 0; n < halvings; ++n) {
+      const double middle = 0.5 * (inside + outside);
+      (plan->front_distance(middle, y) < box_upstream ? inside : outside) = middle;
+    }
+    mean_reach += (surface - inside) / strips;
+  }
+  box_area = 2.0 * strip_half_width * mean_reach;
+}
+
+double ImpactGeometry::normal_component(const Vec3& position, const double (&stress)[6]) const {
+  if (!plan) return stress[0];
+  const Vec2 n = plan->front_normal(position[0], position[1]);
+  return n.x() * n.x() * stress[0] + n.y() * n.y() * stress[1] + 2.0 * n.x() * n.y() * stress[3];
+}
+
 ImpactSample::ImpactSample(const ImpactGeometry& geometry)
     : geometry_(geometry), stress_(geometry.profile_bins(), 0.0), volume_(geometry.profile_bins(), 0.0) {}
 
-void ImpactSample::add(const Vec3& position, double tau_xx, double J, double mass) {
-  const double x = position[0], z = position[2];
+void ImpactSample::add(const Vec3& position, double tau_nn, double J, double mass) {
   if (std::abs(position[1]) > geometry_.strip_half_width) return;
+  const double x = position[0] - geometry_.front(position[1]), z = position[2];
   if (x < 0.0) {
     runup_ = std::max(runup_, z);
     if (x >= -geometry_.flow_height) near_heights_.push_back(z);
   }
   if (!geometry_.in_profile_box(position)) return;
   const auto bin = std::min(static_cast<std::size_t>(std::max(z, 0.0) / geometry_.bin_height), stress_.size() - 1);
-  stress_[bin] += tau_xx;
+  stress_[bin] += tau_nn;
   volume_[bin] += J;
-  if (z < geometry_.flow_height) {
-    stress_below_flow_height_ += tau_xx;
+  if (z < geometry_.impact_height()) {
+    stress_below_flow_height_ += tau_nn;
     volume_below_flow_height_ += J;
     if (x < 0.0) mass_ += mass;
   }
@@ -100,7 +130,7 @@ ImpactFrame ImpactSample::finish() {
   frame.impact_pressure = pressure(stress_below_flow_height_, volume_below_flow_height_);
   for (std::size_t bin = 0; bin < stress_.size(); ++bin) frame.pressure.push_back(pressure(stress_[bin], volume_[bin]));
   frame.pressure_height = pressure_height(frame.pressure, frame.impact_pressure, geometry_);
-  const double box_volume = 2.0 * geometry_.strip_half_width * geometry_.box_upstream * geometry_.flow_height;
+  const double box_volume = geometry_.box_area * geometry_.impact_height();
   frame.compaction = (geometry_.mirror_y ? 2.0 : 1.0) * mass_ / (box_volume * geometry_.density);
 
   runup_ = stress_below_flow_height_ = volume_below_flow_height_ = mass_ = 0.0;

@@ -15,7 +15,7 @@ constexpr const char* kind = "libmpm checkpoint";
 
 std::vector<double> packed(const State& s, const RunProgress& p) {
   std::vector<double> v = {s.time, s.max_speed, p.wall_time, p.step_time};
-  for (const Passage* q : {&s.entered, &s.left}) v.insert(v.end(), {q->mass, q->momentum.x(), q->momentum.y(), q->momentum.z()});
+  for (const Passage* q : {&s.entered, &s.left}) v.insert(v.end(), {q->mass, q->momentum.x(), q->momentum.y(), q->momentum.z(), q->energy});
   return v;
 }
 
@@ -42,6 +42,8 @@ void for_each_column(Series& series, F&& f) {
   f("series_impact_pressure_pa", series.impact_pressure);
   f("series_compaction", series.compaction);
   f("series_profile_pa", series.profile_pressure);
+  f("series_force_bins_n", series.force_bins);
+  f("series_force_first_moment_n_m", series.force_first_moment);
 }
 
 }  // namespace
@@ -116,12 +118,12 @@ void read_checkpoint(const std::filesystem::path& path, const std::string& case_
   state.grid.refresh();
 
   const auto counters = file.dataset<std::uint64_t>("counters", {10});
-  const auto reals = file.dataset<double>("reals", {12});
+  const auto reals = file.dataset<double>("reals", {14});
   state.step = counters[0];
   state.next_id = counters[1];
   state.fed_layers = counters[2];
-  state.entered = {counters[3], counters[4], reals[4], Vec3(reals[5], reals[6], reals[7])};
-  state.left = {counters[5], counters[6], reals[8], Vec3(reals[9], reals[10], reals[11])};
+  state.entered = {counters[3], counters[4], reals[4], Vec3(reals[5], reals[6], reals[7]), reals[8]};
+  state.left = {counters[5], counters[6], reals[9], Vec3(reals[10], reals[11], reals[12]), reals[13]};
   progress.samples = counters[7];
   progress.particle_steps = counters[8];
   progress.initial_particles = counters[9];

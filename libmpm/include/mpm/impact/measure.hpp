@@ -4,39 +4,62 @@
 /// stored frame.
 ///
 /// Frame: x downstream with the obstacle's front face at x = 0, y across with its axis at y = 0, z up from the floor z = 0.
+///
+/// Before another front than that face (cylinder, wedge, turned box; obstacle.hpp) the same things are measured along the surface:
+/// upstream is upstream of the surface at the same y; the impact box reaches so far from the surface as it does from the face, at
+/// |y| <= 3w/7 with w the width of the whole obstacle across the flow; pressure is the one normal to the surface, -n.sigma.n with the
+/// normal n of the nearest point. Its mean times w is the stream-wise force per height where it is uniform along the front, whatever the
+/// shape.
 
 #include <cstddef>
+#include <limits>
 #include <optional>
 #include <span>
 #include <vector>
 
 #include "mpm/case.hpp"
+#include "mpm/obstacle.hpp"
 #include "mpm/types.hpp"
 
 namespace mpm {
 
 /// Where and how is measured. Lengths in m.
 struct ImpactGeometry {
-  double flow_height;       ///< H
-  double obstacle_width;    ///< w
-  double density;           ///< rho_0, kg/m^3
-  bool mirror_y;            ///< only y >= 0 is computed: masses count twice (ratios of sums do not change)
-  double strip_half_width;  ///< measured is |y| <= this
-  double box_upstream;      ///< the impact box reaches from x = -box_upstream ...
-  double box_inside;        ///< ... to x = +box_inside: catches particles that penetrate the face slightly
-  double bin_height;        ///< of the pressure profile
-  double profile_height;    ///< of the pressure profile, from z = 0
-  int filter_bins = 13;     ///< window of the Savitzky-Golay filter, odd
-  int filter_order = 2;     ///< its degree
-  double threshold = 0.05;  ///< share of the impact pressure that ends the pressure height
+  double flow_height;         ///< H
+  double obstacle_width;      ///< w, across the flow
+  double density;             ///< rho_0, kg/m^3
+  bool mirror_y;              ///< only y >= 0 is computed: masses count twice (ratios of sums do not change)
+  double strip_half_width;    ///< measured is |y| <= this
+  double box_upstream;        ///< the impact box reaches from x = -box_upstream ...
+  double box_inside;          ///< ... to x = +box_inside: catches particles that penetrate the face slightly
+  double bin_height;          ///< of the pressure profile
+  double profile_height;      ///< of the pressure profile, from z = 0
+  int filter_bins = 13;       ///< window of the Savitzky-Golay filter, odd
+  int filter_order = 2;       ///< its degree
+  double threshold = 0.05;    ///< share of the impact pressure that ends the pressure height
+  double force_window = 0.1;  ///< s: of the moving mean behind the filtered peak of the force
+  double obstacle_height = std::numeric_limits<double>::infinity();
+  std::optional<ObstaclePlan> plan = std::nullopt;  ///< of another front than the face x = 0
+  double box_area = 0.0;                            ///< m^2: of the impact box in plan, upstream of the front
+
+  /// Measures before this obstacle: its width, height and front.
+  void set_obstacle(const ObstacleSpec& spec);
+
+  /// Up to where the impact pressure is taken: the flow height, or the top of a lower obstacle.
+  [[nodiscard]] double impact_height() const { return flow_height < obstacle_height ? flow_height : obstacle_height; }
+  /// x of the front at y, m.
+  [[nodiscard]] double front(double y) const { return plan ? plan->front(y) : 0.0; }
+  /// Component of a symmetric tensor (xx yy zz xy xz yz) along the normal of the front near a position.
+  [[nodiscard]] double normal_component(const Vec3& position, const double (&stress)[6]) const;
 
   [[nodiscard]] std::size_t profile_bins() const;
   [[nodiscard]] double bin_centre(std::size_t bin) const { return (static_cast<double>(bin) + 0.5) * bin_height; }
 
   /// In the box from the floor to the top of the profile: only these particles' stress and J matter to ImpactSample.
   [[nodiscard]] bool in_profile_box(const Vec3& position) const {
-    return position[0] >= -box_upstream && position[0] <= box_inside && position[1] <= strip_half_width &&
-           position[1] >= -strip_half_width && position[2] < profile_height;
+    if (position[1] > strip_half_width || position[1] < -strip_half_width || !(position[2] < profile_height)) return false;
+    const double before = plan ? plan->front_distance(position[0], position[1]) : -position[0];
+    return before <= box_upstream && before >= -box_inside;
   }
 };
 
@@ -58,10 +81,11 @@ struct ImpactFrame {
   double runup = 0.0;      ///< h_r, m: highest particle in the strip upstream of the face (x < 0); 0 without any
   double runup_p99 = 0.0;  ///< m: 99th percentile of the heights of the particles in the strip within H of the face (-H <= x < 0), which
                            ///< does not depend on how much avalanche is computed upstream (linear between order statistics)
-  double impact_pressure = 0.0;           ///< Pa: minus the volume average of sigma_xx over the impact box up to H (Eq. A4)
+  double impact_pressure =
+      0.0;  ///< Pa: minus the volume average of sigma_xx over the impact box up to H, or to the top of a lower obstacle (Eq. A4)
   std::optional<double> pressure_height;  ///< h_p, m; see pressure_height(). Empty where it is not defined
-  double compaction = 0.0;                ///< mass in the impact box outside the obstacle (x < 0, z < H), over its volume, over rho_0
-  std::vector<double> pressure;           ///< Pa, one a bin: -sum tau_xx / sum J (Eq. A4); 0 in an empty bin
+  double compaction = 0.0;  ///< mass in the impact box outside the obstacle (x < 0), up to the same height, over its volume, over rho_0
+  std::vector<double> pressure;  ///< Pa, one a bin: -sum tau_xx / sum J (Eq. A4); 0 in an empty bin
 };
 
 /// Collects the particles of one instant. Sums run in the order of the calls: hand particles over in a fixed order for the same bits.
@@ -69,10 +93,11 @@ class ImpactSample {
  public:
   explicit ImpactSample(const ImpactGeometry& geometry);
 
-  /// @param position m. @param tau_xx Kirchhoff stress, Pa, tension positive. @param J = det F > 0, particle volume over reference volume.
+  /// @param position m. @param tau_nn Kirchhoff stress along the normal of the front (tau_xx before a face), Pa, tension positive.
+  /// @param J = det F > 0, particle volume over reference volume.
   /// Both are read only where geometry.in_profile_box(position). @param mass kg, as computed (not doubled for the mirror).
   /// Particles that stand slightly below the floor count to the lowest bin, as those slightly inside the obstacle count to the box.
-  void add(const Vec3& position, double tau_xx, double J, double mass);
+  void add(const Vec3& position, double tau_nn, double J, double mass);
 
   /// Evaluates what was added, and starts anew.
   [[nodiscard]] ImpactFrame finish();

@@ -4,6 +4,7 @@
 #include <array>
 #include <cstddef>
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -12,6 +13,16 @@
 #include "mpm/types.hpp"
 
 namespace mpm {
+
+/// Stream-wise force on the obstacle by height, from what each grid layer took: exact sums of impulses, not stresses.
+struct ForceByHeight {
+  std::vector<double> bins;   ///< N, in the bins of the pressure profile and, last, above them; they add up to the whole force
+  double first_moment = 0.0;  ///< N m: sum of the layers' forces times their heights
+};
+
+/// A layer of nodes stands for half a cell to either side: its force is spread evenly over that, folded back at the floor.
+/// @param force N, of layers at lowest, lowest + dx, ... @param lowest m over the floor. @param cell_size dx, m
+[[nodiscard]] ForceByHeight force_by_height(std::span<const double> force, double lowest, double cell_size, const ImpactGeometry& geometry);
 
 /// What was measured at each sample instant, by columns of one length. Evenly spaced in time.
 struct ImpactSeries {
@@ -25,10 +36,14 @@ struct ImpactSeries {
   std::vector<Vec3> moment;  ///< N m, the same, about the centre of the front face's foot
   std::size_t profile_bins = 0;
   std::vector<double> profile_pressure;  ///< Pa, profile_bins values for each sample
+  /// Force by height over the interval before, profile_bins + 1 values for each sample, N, and its first moment, N m; NaN where unknown.
+  /// Both empty if no force was booked by height (measurements from frames).
+  std::vector<double> force_bins, force_first_moment;
 
   [[nodiscard]] std::size_t size() const { return time.size(); }
-  /// @throws ConfigError if the number of bins differs from that of the samples before.
-  void append(double sample_time, const ImpactFrame& frame, const Vec3& mean_force, const Vec3& mean_moment);
+  /// @throws ConfigError if the number of bins differs from that of the samples before, or forces by height are given for some only.
+  void append(double sample_time, const ImpactFrame& frame, const Vec3& mean_force, const Vec3& mean_moment,
+              const std::optional<ForceByHeight>& by_height = {});
 };
 
 /// The flow that hits the obstacle.
@@ -38,6 +53,22 @@ struct ImpactFlow {
   double arrival = 0.0;                      ///< s; the conveyor's front stands at the face at t = 0
   std::optional<double> effective_friction;  ///< M'; empty for laws that have none: no prediction
 };
+
+/// The force while it varies. Raw figures are of the means over sampling intervals, which are exact impulses over time; filtered ones of a
+/// moving mean over an odd number of them. The overturning moment is that about the axis y through the foot, M_y.
+struct TransientForce {
+  double interval = MeanEstimate::none, window = MeanEstimate::none;  ///< s: sampling interval, window of the moving mean
+  double peak = MeanEstimate::none, peak_time = MeanEstimate::none;   ///< N and s (middle of the interval), of the stream-wise force F_x
+  double filtered_peak = MeanEstimate::none, filtered_peak_time = MeanEstimate::none;  ///< N, s (middle of the window)
+  double rise_time = MeanEstimate::none;  ///< s: of the filtered force from 10 to 90 % of its peak, first passages, linear between samples
+  double first_impact_until = MeanEstimate::none;    ///< s: arrival + 2 v/g, when the first splash is back, or the end of the series
+  double first_impact_impulse = MeanEstimate::none;  ///< N s: of F_x from the arrival until then
+  double moment_peak = MeanEstimate::none, moment_peak_time = MeanEstimate::none;  ///< N m, s
+  double moment_filtered_peak = MeanEstimate::none;                                ///< N m
+};
+
+/// @param window s, of the moving mean; taken to the nearest odd number of samples below
+[[nodiscard]] TransientForce transient_force(const ImpactSeries& series, const ImpactFlow& flow, double window);
 
 /// Figures of one impact. Means are over the steady span, one weight a sample (forces: averages over the sampling interval); all their
 /// members are NaN where there is none. Peaks are over the whole series.
@@ -51,8 +82,12 @@ struct ImpactSummary {
   double runup_peak = MeanEstimate::none;            ///< m
   double pressure_height_peak = MeanEstimate::none;  ///< m
   double pressure_height_of_mean_profile =
-      MeanEstimate::none;                     ///< m: h_p of the time-mean profile, where pressure_height is the mean of h_p
-  double profile_force = MeanEstimate::none;  ///< N: mean profile integrated over the face; compare with force[0]
+      MeanEstimate::none;                                   ///< m: h_p of the time-mean profile, where pressure_height is the mean of h_p
+  double profile_force = MeanEstimate::none;                ///< N: mean profile integrated over the face; compare with force[0]
+  double force_above_pressure_height = MeanEstimate::none;  ///< N: mean stream-wise force on what is above the mean pressure height
+  double force_resultant_height = MeanEstimate::none;       ///< m: height at which the mean stream-wise force acts
+  bool force_by_height = false;                             ///< whether the series knows the two above
+  std::optional<TransientForce> transient;                  ///< empty: not measured
   double predicted_runup = MeanEstimate::none, predicted_pressure_height = MeanEstimate::none;  ///< m, Eqs. 7-10 (regressed for w = H)
 };
 
@@ -64,7 +99,8 @@ struct ProfileRow {
   double z;         ///< m, bin centre
   double pressure;  ///< Pa: mean of the instants' pressures (an instant's empty bin counts as 0), as the paper averages its profiles
   double smoothed;  ///< Pa: by the filter that the pressure height uses
-  double force_per_height;  ///< N/m: pressure times the obstacle's width w: the strip |y| <= 3w/7 stands for the whole face
+  double force_per_height;    ///< N/m: pressure times the obstacle's width w: the strip |y| <= 3w/7 stands for the whole face; 0 above it
+  double force_x_per_height;  ///< N/m: what the obstacle took there, from the impulses (force_by_height); NaN if not booked
 };
 
 /// Rows from the floor up; none without a steady span.

@@ -19,7 +19,7 @@ struct RunProgress {
   double step_time = 0.0;  ///< s, of it in the solver
 };
 
-inline constexpr int checkpoint_format_version = 1;
+inline constexpr int checkpoint_format_version = 2;
 
 /// Written at the instant of a sample, so that no sum over steps is under way.
 /// Holds the blocks in the order of their coordinates with their particles in slot order: the order of every later sum follows from it.
