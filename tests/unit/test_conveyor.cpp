@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <map>
+#include <set>
 
 #include "mpm/diagnostics.hpp"
 #include "mpm/error.hpp"
@@ -130,13 +131,39 @@ TEST(Conveyor, StripIsAsLongAsThePublishedOne) {
   EXPECT_EQ(state.grid.particle_count(), before);
 }
 
+using Lattice = ConveyorSpec::Lattice;
+
+TEST(Conveyor, StaggeredLayersSampleTheCrossSectionEvenly) {
+  Case c = plug(elastic_snow(), 4.0);
+  c.numerics.gravity = 0.0;  // so that heights are not settled
+  const Scene scene = make_scene(c);
+  const auto per_layer = dynamic_cast<const ConveyorFeed&>(*scene.feed).particles_per_layer();
+  const State state = make_state(c, scene);
+  const double spacing = 0.125;
+  std::set<std::pair<int, int>> met;  // places of a layer within the share of a particle, in a raster of 3 x 3
+  for (const Particle& p : testing::stored_particles(state.grid)) {
+    ASSERT_GT(p.position[1], 0.0);
+    ASSERT_LT(p.position[1], 0.5 * c.conveyor->width);
+    ASSERT_GT(p.position[2], 0.0);
+    ASSERT_LT(p.position[2], c.conveyor->flow_height);
+    if (p.id % per_layer != 0) continue;
+    met.emplace(static_cast<int>(3.0 * p.position[1] / spacing), static_cast<int>(3.0 * p.position[2] / spacing));
+  }
+  EXPECT_EQ(state.grid.particle_count() / per_layer, 20U);  // 2.5 m
+  EXPECT_EQ(met.size(), 9U);                                // 20 layers leave none of the nine empty
+}
+
 /// Two windows' passage after the start, the plug is what it was: nothing but the belt moved it.
-class PlugWithoutObstacle : public ::testing::TestWithParam<MaterialSpec> {};
-INSTANTIATE_TEST_SUITE_P(Laws, PlugWithoutObstacle, ::testing::Values(elastic_snow(), cam_clay_snow(0.8, 0.3), cam_clay_snow(0.4, 0.0)));
+class PlugWithoutObstacle : public ::testing::TestWithParam<std::tuple<MaterialSpec, Lattice>> {};
+INSTANTIATE_TEST_SUITE_P(LawsAndLattices, PlugWithoutObstacle,
+                         ::testing::Combine(::testing::Values(elastic_snow(), cam_clay_snow(0.8, 0.3), cam_clay_snow(0.4, 0.0)),
+                                            ::testing::Values(Lattice::aligned, Lattice::staggered)));
 
 TEST_P(PlugWithoutObstacle, StaysAPlug) {
   const double velocity = 8.0, dx = 0.25, spacing = 0.125;
-  const Case c = plug(GetParam(), velocity);
+  const auto& [material, lattice] = GetParam();
+  Case c = plug(material, velocity);
+  c.conveyor->lattice = lattice;
   const Scene scene = make_scene(c);
   const auto per_layer = dynamic_cast<const ConveyorFeed&>(*scene.feed).particles_per_layer();
   State state = make_state(c, scene);
@@ -157,8 +184,8 @@ TEST_P(PlugWithoutObstacle, StaysAPlug) {
   // What a grid keeps of a hydrostatic profile: inside, the weight of a cell is its resolution, a seventh of which is allowed. In the cell
   // on the floor the nodes on and behind it carry a part themselves: a uniform stress sigma of particles at 1/4, 3/4, 5/4 dx pushes the
   // nodes above with (27/32 + 27/32 + 5/32) / 2 sigma = 0.922 sigma (weights times 4 (x_i - x_p) / dx), so the particles there carry 1 /
-  // 0.922 of the exact.
-  const double resolved = 0.15 * weight * dx, wall_cell = 1.0 / 0.921875;
+  // 0.922 of the exact. Particles at every height from 0 to 3/2 dx, as staggered layers are: the mean of the same, 13/32 + 1/2.
+  const double resolved = 0.15 * weight * dx, wall_cell = 1.0 / (lattice == Lattice::aligned ? 0.921875 : 0.90625);
   // That misfit of a fresh column, at most 0.4 rho g dx, relaxes with sigma / (rho c_P) = 0.017 m/s.
   const double relaxation = 0.02;
   std::map<std::uint64_t, std::pair<double, double>> layers;  // by number: mean and deviation of x

@@ -97,10 +97,12 @@ struct ConveyorSpec {
   double downstream_length = 4.0;               ///< window: outlet at x = +downstream_length, m
   Contact sidewall_contact = Contact::no_slip;  ///< "coulomb" in a file is separable with friction: a wall cannot pull
   double sidewall_friction = 0.0;               ///< mu; separable only
-  bool mirror_y = true;                         ///< compute y >= 0 only
-  double slip_ratio = 1.0;          ///< s: sheared inflow u(z) = v (s + (1 - s)(1 + n)(z/H)^n), of depth mean v; 1 is the paper's plug
-  double shear_exponent = 1.0;      ///< n
-  std::vector<InflowPoint> inflow;  ///< by rising time; empty: steady
+  enum class Lattice : std::uint8_t { staggered, aligned };
+  Lattice lattice = Lattice::staggered;  ///< how layers of particles follow one another
+  bool mirror_y = true;                  ///< compute y >= 0 only
+  double slip_ratio = 1.0;               ///< s: sheared inflow u(z) = v (s + (1 - s)(1 + n)(z/H)^n), of depth mean v; 1 is the paper's plug
+  double shear_exponent = 1.0;           ///< n
+  std::vector<InflowPoint> inflow;       ///< by rising time; empty: steady
   bool operator==(const ConveyorSpec&) const = default;
 };
 

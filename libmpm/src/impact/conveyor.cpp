@@ -7,6 +7,7 @@
 #include "mpm/error.hpp"
 #include "mpm/impact/semi_empirical.hpp"
 #include "mpm/scene.hpp"
+#include "mpm/stress.hpp"
 
 namespace mpm {
 
@@ -14,6 +15,10 @@ namespace {
 
 constexpr double reservoir_cells = 2.0;  ///< snow kept behind the inlet: the support of a node on the inlet is 3/2 cells
 constexpr double outlet_cells = 2.0;
+constexpr int staggered_levels = 16;                       ///< of a particle within its share of the flow height
+constexpr double plastic_number = 1.32471795724474602596;  ///< the real root of g^3 = g + 1
+
+double fraction(double x) { return x - std::floor(x); }
 
 MaterialState<double> compressed(const AnyMaterial& material, MaterialState<double> state, double dl_zz) {
   Matrix3<double> dl{};
@@ -70,36 +75,52 @@ ConveyorFeed::ConveyorFeed(const Case& c, const AnyMaterial& material) {
 
   const int layers_z = std::max(1, static_cast<int>(std::lround(conveyor.flow_height / spacing_)));
   const int half_count = std::max(1, static_cast<int>(std::lround(0.5 * conveyor.width / spacing_)));
-  const double spacing_y = 0.5 * conveyor.width / half_count;
+  spacing_y_ = 0.5 * conveyor.width / half_count;
   const double gravity_z = c.numerics.gravity * std::cos(c.numerics.slope);
-  const auto column = settled_column(material, c.material.density * gravity_z, conveyor.flow_height, layers_z);
-  for (int k = 0; k < layers_z; ++k) {
-    const ColumnPoint& point = column[static_cast<std::size_t>(k)];
-    for (int j = conveyor.mirror_y ? 0 : -half_count; j < half_count; ++j) {
-      Particle p{};
-      p.position[1] = (j + 0.5) * spacing_y;
-      p.position[2] = point.height;
-      p.volume = spacing_ * spacing_y * conveyor.flow_height / layers_z;
-      p.velocity[0] = velocity_;
-      const Sym3<double>& s = point.state.stress;
-      const double stress[6] = {s.xx, s.yy, s.zz, s.xy, s.xz, s.yz};
-      std::copy(std::begin(stress), std::end(stress), p.stress);
-      p.internal = point.state.internal;
-      layer_.push_back(p);
+  const int levels = conveyor.lattice == ConveyorSpec::Lattice::staggered ? staggered_levels : 1;
+  const auto column = settled_column(material, c.material.density * gravity_z, conveyor.flow_height, layers_z * levels);
+  for (int level = 0; level < levels; ++level) {
+    std::vector<Particle> layer;
+    double elastic_energy = 0.0;
+    for (int k = 0; k < layers_z; ++k) {
+      const ColumnPoint& point = column[static_cast<std::size_t>(k * levels + level)];
+      for (int j = conveyor.mirror_y ? 0 : -half_count; j < half_count; ++j) {
+        Particle p{};
+        p.position[1] = (j + 0.5) * spacing_y_;
+        p.position[2] = point.height;
+        p.volume = spacing_ * spacing_y_ * conveyor.flow_height / layers_z;
+        p.velocity[0] = velocity_;
+        const Sym3<double>& s = point.state.stress;
+        const double stress[6] = {s.xx, s.yy, s.zz, s.xy, s.xz, s.yz};
+        std::copy(std::begin(stress), std::end(stress), p.stress);
+        p.internal = point.state.internal;
+        layer.push_back(p);
+        elastic_energy += stored_energy(material, p);
+      }
     }
+    layers_.push_back(std::move(layer));
+    elastic_energy_.push_back(elastic_energy);
   }
 }
 
 void ConveyorFeed::insert_layer(State& state, Passage& passage) const {
-  const double x = -(static_cast<double>(state.fed_layers) + 0.5) * spacing_ + velocity_ * state.time;
-  for (Particle p : layer_) {
+  const double n = static_cast<double>(state.fed_layers);
+  const double x = -(n + 0.5) * spacing_ + velocity_ * state.time;
+  const bool staggered = layers_.size() > 1;
+  const double shift_y = staggered ? spacing_y_ * (fraction(0.5 + n / plastic_number) - 0.5) : 0.0;
+  const auto level = static_cast<std::size_t>(
+      staggered ? static_cast<double>(layers_.size()) * fraction(0.5 + n / (plastic_number * plastic_number)) : 0.0);
+  for (Particle p : layers_[level]) {
     p.position[0] = x;
+    p.position[1] += p.position[1] > 0.0 ? shift_y : -shift_y;  // the halves stay mirror images of each other
     for (int i = 0; i < 3; ++i) p.position[i] += offset_[i];
     p.id = state.next_id++;
     state.grid.insert(p);
     const double mass = density_ * p.volume;
-    passage += Passage{1, 0, mass, mass * Vec3(p.velocity[0], p.velocity[1], p.velocity[2])};
+    const Vec3 velocity(p.velocity[0], p.velocity[1], p.velocity[2]);
+    passage += Passage{1, 0, mass, mass * velocity, 0.5 * mass * velocity.squaredNorm()};
   }
+  passage.energy += elastic_energy_[level];
   ++state.fed_layers;
 }
 

@@ -206,6 +206,7 @@ std::vector<Key> declare_keys() {
   const Words sidewalls{"no_slip", "slip", "coulomb"};
   const Words shapes{"box", "cylinder", "sphere"};
   const Words feeds{"window", "strip"};
+  const Words lattices{"staggered", "aligned"};
   const Words transfers{"apic", "flip"};
   const Words cones{"plane_strain", "triaxial_compression", "simple_shear"};
   constexpr double steepest = 89.0;  // deg
@@ -291,6 +292,10 @@ std::vector<Key> declare_keys() {
   Key& sidewall_friction = t.add("sidewall_friction", number, "", friction, field(conveyor, &ConveyorSpec::sidewall_friction),
                                  "Coulomb coefficient of the side walls");
   sidewall_friction.used = sidewall_friction.required = coulomb_sidewall;
+  t.add("lattice", choice, "", {}, word(conveyor, &ConveyorSpec::lattice, lattices),
+        "How layers of particles follow one another: staggered shifts each across the flow and in height, so that no gaps open where the "
+        "mast spreads the flow; aligned is the plain lattice, whose particles keep to the same lines")
+      .choices = lattices;
   t.add("mirror_y", boolean, "", {}, field(conveyor, &ConveyorSpec::mirror_y), "Compute the half y >= 0 only; results are for the whole");
 
   t.table = "obstacle";
