@@ -290,7 +290,8 @@ class PlanReader {
     std::vector<Setting> list;
     if (const toml::table* set = table_at(table, where, name)) {
       for (const Entry& e : in_order(*set)) {
-        if (known_key(e.key, e.source, fmt::format("{} {}:", where, name))) put(list, {e.key, toml_text(*e.node)});
+        if (known_key(e.key, e.source, fmt::format("{}{}{}:", where, where.empty() ? "" : " ", name)))
+          put(list, {e.key, toml_text(*e.node)});
       }
     }
     return list;
@@ -329,7 +330,7 @@ class PlanReader {
     if (crossed == nullptr) return list;
     std::vector<std::string> seen;
     for (const Entry& e : in_order(*crossed)) {
-      const std::string here = fmt::format("{} parameters:", where);
+      const std::string here = fmt::format("{}{}parameters:", where, where.empty() ? "" : " ");
       Parameter p;
       std::istringstream names(e.key);
       bool known = true;
@@ -479,7 +480,7 @@ class PlanReader {
     }
     set_ = settings(root, "", "set");
     rules_ = rules(root, "");
-    if (root.contains("parameters")) grids_.push_back({"", parameters(root, "[plan]"), {}, {}});
+    if (root.contains("parameters")) grids_.push_back({"", parameters(root, ""), {}, {}});
     int number = 0;
     for (const toml::table* entry : tables_at(root, "", "grid")) {
       const std::string where = fmt::format("[[grid]] {}", ++number);
