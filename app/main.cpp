@@ -22,7 +22,7 @@ std::string version_text() {
 }
 
 int fail(mpm::ExitCode code, const std::string& message) {
-  fmt::print(stderr, "{}\n", message);
+  std::fputs((message + "\n").c_str(), stderr);  // where stderr cannot be written either, the exit code still tells
   return static_cast<int>(code);
 }
 

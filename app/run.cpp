@@ -38,10 +38,10 @@ void run(const RunArguments& arguments) {
   const RunResult result = run_case(spec, options);
   progress->finish();
   if (!result.finished) {
-    fmt::print(stderr, "stopped at t = {:.4g} s; go on with --resume --out {}\n", result.time, options.out.string());
+    say(fmt::format("stopped at t = {:.4g} s; go on with --resume --out {}\n", result.time, options.out.string()));
     end_by_signal();
   }
-  fmt::print(stderr, "results in {}\n", options.out.string());
+  say(fmt::format("results in {}\n", options.out.string()));
   fmt::print("{}\n", result.results_json);
 }
 

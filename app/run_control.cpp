@@ -14,7 +14,7 @@ namespace mpm::app {
 
 namespace {
 
-/// SIGINT and SIGTERM ask for a checkpoint and an end at the next sample; SIGUSR1 asks for a checkpoint only.
+/// SIGINT, SIGTERM and SIGHUP ask for a checkpoint and an end at the next sample; SIGUSR1 asks for a checkpoint only.
 std::atomic<int> stop_signal{0};
 std::atomic<long long> stop_asked_at{0};  ///< ms on the monotonic clock
 std::atomic<bool> checkpoint_wanted{false};
@@ -45,11 +45,13 @@ std::string clock_text(double seconds) {
   return s < 3600 ? fmt::format("{}:{:02}", s / 60, s % 60) : fmt::format("{}:{:02}:{:02}", s / 3600, s / 60 % 60, s % 60);
 }
 
+void say(const std::string& text) { std::fputs(text.c_str(), stderr); }
+
 ProgressLine::ProgressLine() : terminal_(isatty(STDERR_FILENO) == 1) {}
 
 void ProgressLine::operator()(const Progress& p) {
   if (!p.message.empty()) {
-    fmt::print(stderr, "{}{}\n", open_ ? "\r\033[K" : "", p.message);
+    say(fmt::format("{}{}\n", open_ ? "\r\033[K" : "", p.message));
     open_ = false;
     return;
   }
@@ -61,12 +63,12 @@ void ProgressLine::operator()(const Progress& p) {
   const std::string line =
       fmt::format("{:5.1f} %  t = {:.3f} of {:g} s  step {}  dt {:.3g} s  {} particles  {:.1f} M particle-steps/s  {} left", percent,
                   p.time, p.duration, p.step, p.dt, p.particles, p.million_particle_steps_per_s, clock_text(p.eta_s));
-  fmt::print(stderr, "{}{}{}", terminal_ ? "\r" : "", line, terminal_ ? "\033[K" : "\n");
+  say(fmt::format("{}{}{}", terminal_ ? "\r" : "", line, terminal_ ? "\033[K" : "\n"));
   open_ = terminal_;
 }
 
 void ProgressLine::finish() {
-  if (open_) fmt::print(stderr, "\n");
+  if (open_) say("\n");
   open_ = false;
 }
 
@@ -74,6 +76,9 @@ void listen_to_signals() {
   std::signal(SIGINT, ask_to_stop);
   std::signal(SIGTERM, ask_to_stop);
   std::signal(SIGUSR1, ask_for_checkpoint);
+  if (std::signal(SIGHUP, ask_to_stop) == SIG_IGN) std::signal(SIGHUP, SIG_IGN);  // nohup asks to go on without the terminal
+  std::signal(SIGXFSZ, SIG_IGN);  // a file beyond the limit is then an error of write(), with its message
+  std::signal(SIGPIPE, SIG_IGN);  // nobody reads the progress any more: no reason to end
 }
 
 Request pending_request() {

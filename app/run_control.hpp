@@ -30,7 +30,13 @@ class ProgressLine {
 /// A time as 12:34, or 1:23:45 from an hour on. @param seconds s
 std::string clock_text(double seconds);
 
-/// From now on SIGINT and SIGTERM ask for a checkpoint and an end at the next sample; SIGUSR1 asks for a checkpoint only.
+/// Says something on stderr. A message that cannot be written (the log's disk is full, the terminal is gone) must not end a run that can go
+/// on.
+void say(const std::string& text);
+
+/// From now on SIGINT, SIGTERM and the end of the terminal (SIGHUP, unless it is ignored) ask for a checkpoint and an end at the next
+/// sample; SIGUSR1 asks for a checkpoint only. A closed pipe and the limit on file sizes are errors of the write, and do not end the
+/// process.
 void listen_to_signals();
 /// What was asked for since the last call; for RunOptions::poll.
 Request pending_request();

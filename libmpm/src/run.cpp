@@ -144,7 +144,6 @@ Run::Run(const Case& c, const RunOptions& options)
                                                           : 0),
       lock_(made(options.out)) {
   if (options_.threads > 0) omp_set_num_threads(options_.threads);
-  state_.grid.keep_old_nodes(c.numerics.transfer == Transfer::flip);
 }
 
 std::vector<std::string> Run::columns() const {
@@ -179,11 +178,7 @@ Progress Run::figures() const {
 }
 
 void Run::remove_results(std::initializer_list<const char*> names) const {
-  for (const char* name : names) {
-    std::error_code error;
-    std::filesystem::remove(options_.out / name, error);
-    if (error) throw file_error("cannot remove", options_.out / name, error.value());
-  }
+  for (const char* name : names) remove_file(options_.out / name);
 }
 
 void Run::start() {
@@ -191,7 +186,8 @@ void Run::start() {
   if (state_.grid.particle_count() == 0) throw ConfigError("the case holds no particles: add a [[body]] or a [conveyor]");
   progress_.initial_particles = state_.grid.particle_count();
   log_.emplace(options_.out / "run.log", false);
-  remove_results({"results.json", "profile.csv", "final.h5", "checkpoint.h5"});
+  // The newest checkpoint last: whatever a kill leaves of them belongs to the old run, and a resumed run can tell.
+  remove_results({"results.json", "profile.csv", "final.h5", refused_checkpoint_file, previous_checkpoint_file, checkpoint_file});
   write_file(options_.out / "case.toml", write_case(case_));
   table_.emplace(options_.out / "series.csv", columns());
   frames_.emplace(FrameSeries::create(options_.out));
@@ -200,15 +196,22 @@ void Run::start() {
 }
 
 void Run::resume() {
-  read_checkpoint(options_.out / "checkpoint.h5", hash_, state_, progress_, series_);
+  const auto rows_are_there = [&](const State& state, const RunProgress& progress) {
+    (void)SeriesWriter::kept(options_.out / "series.csv", columns(), progress.samples, state.time);
+  };
+  const std::string older = resume_from_checkpoint(options_.out, case_, state_, progress_, series_, rows_are_there);
+  state_.grid.keep_old_nodes(case_.numerics.transfer == Transfer::flip);
   log_.emplace(options_.out / "run.log", true);
   remove_results({"results.json", "profile.csv", "final.h5"});  // of the shorter run that is extended
   wall_before_ = progress_.wall_time;
   step_before_ = progress_.step_time;
   particle_steps_before_ = progress_.particle_steps;
   write_file(options_.out / "case.toml", write_case(case_));
-  table_.emplace(SeriesWriter::resume(options_.out / "series.csv", columns(), state_.time));
-  frames_.emplace(FrameSeries::resume(options_.out, state_.time));
+  table_.emplace(SeriesWriter::resume(options_.out / "series.csv", columns(), progress_.samples, state_.time));
+  if (!older.empty()) say(older);
+  const std::uint64_t frames = samples_per_frame_ > 0 ? (progress_.samples - 1) / samples_per_frame_ + 1 : 0;
+  frames_.emplace(FrameSeries::resume(options_.out, static_cast<int>(frames),
+                                      [this](const std::string& why) { say(why + "; left out of frames.xdmf"); }));
   say(fmt::format("resumed at t = {:.6g} s, step {}: {} particles, {} threads", state_.time, state_.step, state_.grid.particle_count(),
                   omp_get_max_threads()));
 }
@@ -279,7 +282,8 @@ void Run::write_frame() { frames_->append(particle_table(state_, scene_), snapsh
 
 void Run::checkpoint(const char* why) {
   progress_.wall_time = wall_before_ + seconds_since(started_);
-  write_checkpoint(options_.out / "checkpoint.h5", hash_, state_, progress_, series_);
+  table_->sync();  // first, so that the rows up to a checkpoint are there whenever the checkpoint is
+  write_checkpoint(options_.out / checkpoint_file, case_, state_, progress_, series_, options_.out / previous_checkpoint_file);
   checkpointed_ = Clock::now();
   say(fmt::format("checkpoint at t = {:.6g} s, step {} ({})", state_.time, state_.step, why), false);
 }
@@ -340,12 +344,18 @@ RunResult Run::finish(bool complete) {
 }
 
 RunResult Run::go() {
-  const bool have_checkpoint = std::filesystem::exists(options_.out / "checkpoint.h5");
-  if (options_.resume && have_checkpoint) {
+  remove_leftovers(options_.out);
+  if (options_.resume && has_checkpoint(options_.out)) {
     resume();
   } else {
+    if (options_.resume && std::filesystem::exists(options_.out / "results.json")) {
+      throw IoError(
+          fmt::format("{}: holds finished results but no checkpoint to go on from; choose another --out, or run without --resume "
+                      "to compute the case again",
+                      options_.out.string()));
+    }
     start();
-    if (options_.resume) say("no checkpoint.h5 here: started from the beginning");
+    if (options_.resume) say("no checkpoint here: started from the beginning");
   }
   try {
     if (state_.step == 0) {
@@ -367,7 +377,7 @@ RunResult Run::go() {
         checkpoint(request == Request::checkpoint ? "asked for" : "periodic");
       }
     }
-  } catch (const UnstableError& error) {
+  } catch (const Error& error) {
     say(error.what(), false);
     throw;
   }

@@ -202,7 +202,12 @@ TEST_F(RunCase, RefusesToResumeAnotherCaseAndLeavesEverythingAsItWas) {
   const std::string series = content(directory / "a/series.csv"), toml = content(directory / "a/case.toml"),
                     log = content(directory / "a/run.log");
   c.material.critical_state_slope = 0.5;
-  EXPECT_THROW(run_case(c, into("a", true)), IoError);
+  try {
+    run_case(c, into("a", true));
+    ADD_FAILURE() << "not refused";
+  } catch (const ConfigError& error) {
+    EXPECT_THAT(error.what(), HasSubstr("material.critical_state_slope was 0.4, is 0.5"));
+  }
   EXPECT_EQ(content(directory / "a/series.csv"), series);
   EXPECT_EQ(content(directory / "a/case.toml"), toml);
   EXPECT_EQ(content(directory / "a/run.log"), log);
@@ -212,14 +217,83 @@ TEST_F(RunCase, RefusesToResumeAnotherCaseAndLeavesEverythingAsItWas) {
   EXPECT_EQ(content(directory / "a/series.csv"), series);
 }
 
+TEST_F(RunCase, DamagedCheckpointGivesWayToTheOneBefore) {
+  const Case c = short_avalanche();
+  run_case(c, into("whole"));
+  for (const char* missing : {"", "rows"}) {
+    SCOPED_TRACE(missing);
+    const std::string name = std::string("parts") + missing;
+    RunOptions first = into(name);
+    int polls = 0;
+    first.poll = [&] { return ++polls == 8 ? Request::stop : polls % 3 == 0 ? Request::checkpoint : Request::none; };
+    EXPECT_FALSE(run_case(c, first).finished);  // checkpoints of samples 3, 6 and 8
+    if (*missing == '\0') {
+      fs::resize_file(directory / name / "checkpoint.h5", 5000);
+    } else {  // rows that the newest checkpoint needs are gone: it is as good as damaged
+      const Table rows = Table::read(directory / name / "series.csv");
+      ASSERT_EQ(rows.rows(), 9U);
+      std::string text = content(directory / name / "series.csv");
+      text.resize(text.size() - 10);
+      std::ofstream(directory / name / "series.csv", std::ios::binary) << text;
+    }
+    std::ofstream(frame_path(directory / name, 4)) << "damaged; will be written again";
+    std::ofstream(directory / name / ".checkpoint.h5.999999999.0.tmp") << "of a killed process";
+    std::vector<std::string> messages;
+    RunOptions second = into(name, true);
+    second.on_progress = [&](const Progress& p) {
+      if (!p.message.empty()) messages.push_back(p.message);
+    };
+    EXPECT_TRUE(run_case(c, second).finished);
+    EXPECT_THAT(messages, ::testing::Contains(::testing::AllOf(HasSubstr("checkpoint.refused.h5"), HasSubstr("checkpoint.previous.h5"))));
+    EXPECT_THAT(messages, ::testing::Contains(HasSubstr("resumed at t = 0.12 s")));
+    expect_same_run("whole", name);
+    EXPECT_FALSE(fs::exists(directory / name / ".checkpoint.h5.999999999.0.tmp"));
+  }
+}
+
+TEST_F(RunCase, NeverStartsFromTheBeginningOverADamagedCheckpointOrFinishedResults) {
+  const Case c = short_avalanche(0.04);
+  run_case(c, into("a"));
+  const std::string series = content(directory / "a/series.csv");
+  std::ofstream(directory / "a/checkpoint.h5") << "damaged";
+  EXPECT_THROW(run_case(c, into("a", true)), IoError);
+  fs::remove(directory / "a/checkpoint.h5");
+  EXPECT_THROW(run_case(c, into("a", true)), IoError);
+  EXPECT_EQ(content(directory / "a/series.csv"), series);
+  EXPECT_TRUE(fs::exists(directory / "a/results.json"));
+  // Rows that are gone are not made up, and the run does not go on without them.
+  run_case(c, into("b"));
+  fs::remove(directory / "b/series.csv");
+  EXPECT_THROW(run_case(short_avalanche(0.08), into("b", true)), IoError);
+  EXPECT_TRUE(fs::exists(directory / "b/results.json"));
+}
+
+TEST_F(RunCase, EndsWhenItsFolderIsTakenAway) {
+  const Case c = short_avalanche();
+  run_case(c, into("whole"));
+  RunOptions options = into("a");
+  int polls = 0;
+  options.poll = [&] {
+    if (++polls == 4) fs::rename(directory / "a", directory / "b");
+    return polls == 2 ? Request::checkpoint : Request::none;
+  };
+  EXPECT_THROW(run_case(c, options), IoError);
+  EXPECT_FALSE(fs::exists(directory / "a"));
+  EXPECT_TRUE(run_case(c, into("b", true)).finished);
+  expect_same_run("whole", "b");
+}
+
 TEST_F(RunCase, ANewRunLeavesNothingOfTheOldOne) {
-  run_case(short_avalanche(0.2), into("a"));
+  RunOptions old = into("a");
+  old.poll = [polls = 0]() mutable { return ++polls < 4 ? Request::checkpoint : Request::none; };
+  run_case(short_avalanche(0.2), old);
+  ASSERT_TRUE(fs::exists(directory / "a/checkpoint.previous.h5"));
   Case other = short_avalanche(0.1);
   other.material.critical_state_slope = 0.8;
   RunOptions options = into("a");
   options.poll = stop_after(1);
   run_case(other, options);
-  for (const char* of_the_end : {"results.json", "final.h5", "profile.csv"})
+  for (const char* of_the_end : {"results.json", "final.h5", "profile.csv", "checkpoint.previous.h5"})
     EXPECT_FALSE(fs::exists(directory / "a" / of_the_end)) << of_the_end;
   EXPECT_EQ(frame_numbers(directory / "a").size(), 1U);
 }

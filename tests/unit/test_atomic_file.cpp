@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 #include <sys/resource.h>
+#include <sys/wait.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -94,6 +95,43 @@ TEST(AtomicFile, FullDiskLeavesTheOldFileAndNoTemporary) {
   EXPECT_NE(message.find("File too large"), std::string::npos) << message;
   EXPECT_EQ(read_file(dir / "f"), "old");
   EXPECT_EQ(files_in(dir.path()), 1);
+}
+
+TEST(AtomicFile, KeepsTheFileOfBeforeUnderAnotherName) {
+  const TemporaryDirectory dir;
+  const auto write_new = [&](std::string_view content) {
+    AtomicFile file(dir / "f");
+    file.write(content);
+    file.commit(dir / "before");
+  };
+  write_new("1");
+  EXPECT_FALSE(std::filesystem::exists(dir / "before"));
+  write_new("2");
+  EXPECT_EQ(read_file(dir / "before"), "1");
+  write_new("3");
+  EXPECT_EQ(read_file(dir / "before"), "2");
+  EXPECT_EQ(read_file(dir / "f"), "3");
+  EXPECT_EQ(files_in(dir.path()), 2);
+}
+
+TEST(RemoveLeftovers, OfTheDeadOnly) {
+  const TemporaryDirectory dir;
+  const pid_t child = ::fork();
+  if (child == 0) {  // is killed while it writes
+    AtomicFile file(dir / "f.h5");
+    file.write("half of ");
+    ::_exit(0);
+  }
+  ASSERT_GT(child, 0);
+  ::waitpid(child, nullptr, 0);
+  const std::string of_the_living = ".f.h5." + std::to_string(::getppid()) + ".0.tmp";
+  for (const std::string& name : {of_the_living, std::string(".f.tmp"), std::string("f.h5.1.0.tmp"), std::string(".mine.x.0.tmp")})
+    write_file(dir / name, "stays");
+  ASSERT_EQ(files_in(dir.path()), 5);
+  remove_leftovers(dir.path());
+  EXPECT_EQ(files_in(dir.path()), 4);
+  EXPECT_TRUE(std::filesystem::exists(dir / of_the_living));
+  remove_leftovers(dir / "none");
 }
 
 TEST(MakeDirectory, MakesParentsAndRefusesAFileOfThatName) {

@@ -6,7 +6,9 @@
 
 #include "mpm/error.hpp"
 #include "mpm/io/atomic_file.hpp"
+#include "mpm/io/config.hpp"
 #include "mpm/io/hdf5.hpp"
+#include "support/io_error.hpp"
 #include "support/solver_states.hpp"
 #include "support/temporary_directory.hpp"
 
@@ -14,6 +16,7 @@ namespace mpm {
 namespace {
 
 using ::testing::HasSubstr;
+using ::testing::Not;
 
 class Checkpoint : public ::testing::Test {
  protected:
@@ -29,19 +32,48 @@ class Checkpoint : public ::testing::Test {
       series.append(0.02 * i, frame, Vec3(i, 2.0, 3.0), i == 0 ? Vec3(Vec3::Constant(std::nan(""))) : Vec3(4.0, 5.0, i));
     }
   }
-  void write() { write_checkpoint(path, "abc", state, progress, series); }
-  std::string refusal(const std::string& hash = "abc") {
+  void write() { write_checkpoint(path, c, state, progress, series); }
+  /// Message with which reading is refused; nothing is changed then.
+  std::string refusal(const Case& now, ExitCode code = ExitCode::io) {
     State fresh(0.25);
     RunProgress p;
     ImpactSeries s;
     try {
-      read_checkpoint(path, hash, fresh, p, s);
-    } catch (const IoError& error) {
-      EXPECT_EQ(error.code(), ExitCode::io);
+      read_checkpoint(path, now, fresh, p, s);
+    } catch (const Error& error) {
+      EXPECT_EQ(error.code(), code);
+      EXPECT_EQ(fresh.grid.particle_count(), 0U);
+      EXPECT_EQ(fresh.step, 0U);
+      EXPECT_EQ(p.samples, 0U);
+      EXPECT_EQ(s.size(), 0U);
       return error.what();
     }
     ADD_FAILURE() << "not refused";
     return {};
+  }
+  std::string refusal() { return refusal(c); }
+  /// What a folder gives.
+  struct Resumed {
+    std::uint64_t samples = 0;
+    std::string message;
+  };
+  Resumed resumed(const std::function<void(const State&, const RunProgress&)>& acceptable = {}) {
+    State fresh(0.25);
+    RunProgress p;
+    ImpactSeries s;
+    Resumed result;
+    result.message = resume_from_checkpoint(directory.path(), c, fresh, p, s, acceptable);
+    result.samples = p.samples;
+    EXPECT_TRUE(testing::same_bytes(testing::stored_particles(fresh.grid), testing::stored_particles(state.grid)));
+    EXPECT_EQ(s.size(), series.size());
+    return result;
+  }
+  /// Two checkpoints one after the other, of 21 and 22 samples, as a run writes them.
+  void write_two() {
+    const auto older = directory / previous_checkpoint_file;
+    write_checkpoint(path, c, state, progress, series, older);
+    ++progress.samples;
+    write_checkpoint(path, c, state, progress, series, older);
   }
   testing::TemporaryDirectory directory;
   Case c;
@@ -65,7 +97,7 @@ TEST_F(Checkpoint, GivesBackEverythingToTheBit) {
   State read(0.25);
   RunProgress p;
   ImpactSeries s;
-  read_checkpoint(path, "abc", read, p, s);
+  read_checkpoint(path, c, read, p, s);
   EXPECT_TRUE(testing::same_bytes(testing::stored_particles(read.grid), testing::stored_particles(state.grid)));
   EXPECT_EQ(read.time, state.time);
   EXPECT_EQ(read.step, state.step);
@@ -102,7 +134,7 @@ TEST_F(Checkpoint, GivesBackEverythingToTheBit) {
 TEST_F(Checkpoint, GoesOnToTheSameBits) {
   write();
   State read(0.25);
-  read_checkpoint(path, "abc", read, progress, series);
+  read_checkpoint(path, c, read, progress, series);
   for (int n = 0; n < 50; ++n) {
     const double dt = stable_time_step(state, scene);
     ASSERT_EQ(stable_time_step(read, scene), dt);
@@ -114,22 +146,98 @@ TEST_F(Checkpoint, GoesOnToTheSameBits) {
 
 TEST_F(Checkpoint, OfAnEmptyStateIsOneToo) {
   const State nothing(0.25);
-  write_checkpoint(path, "abc", nothing, {}, {});
+  write_checkpoint(path, c, nothing, {}, {});
   State read(0.25);
   RunProgress p;
   ImpactSeries s;
-  read_checkpoint(path, "abc", read, p, s);
+  read_checkpoint(path, c, read, p, s);
   EXPECT_EQ(read.grid.particle_count(), 0U);
   EXPECT_EQ(s.size(), 0U);
 }
 
-TEST_F(Checkpoint, OfAnotherCaseIsRefused) {
+TEST_F(Checkpoint, OfAnotherCaseIsRefusedWithWhatDiffers) {
   write();
-  const std::string message = refusal("def");
+  Case edited = c;
+  edited.numerics.cfl = 0.3;
+  edited.obstacle->friction = 0.5;
+  edited.output.duration = 77.0;  // a longer run of the same case
+  const std::string message = refusal(edited, ExitCode::usage);
+  for (const std::string& part :
+       {path.string(), std::string("numerics.cfl was 0.4, is 0.3"), std::string("obstacle.friction was"), std::string("--out")})
+    EXPECT_THAT(message, HasSubstr(part));
+  EXPECT_THAT(message, Not(HasSubstr("duration")));
+  edited = c;
+  edited.output.duration = 77.0;
+  edited.title = "another title";
+  State fresh(0.25);
+  EXPECT_NO_THROW(read_checkpoint(path, edited, fresh, progress, series));
+}
+
+TEST_F(Checkpoint, NewestIsGoneOnFrom) {
+  write_two();
+  const Resumed r = resumed();
+  EXPECT_EQ(r.samples, 22U);
+  EXPECT_EQ(r.message, "");
+}
+
+TEST_F(Checkpoint, PreviousIsGoneOnFromWhereTheNewestCannotBe) {
+  const auto refused = directory / refused_checkpoint_file;
+  const auto expect_previous = [&](const std::string& reason, bool kept = true) {
+    SCOPED_TRACE(reason);
+    const Resumed r = resumed();
+    EXPECT_EQ(r.samples + 1, progress.samples);
+    EXPECT_THAT(r.message, HasSubstr(reason));
+    EXPECT_THAT(r.message, HasSubstr(previous_checkpoint_file));
+    EXPECT_FALSE(std::filesystem::exists(path));  // or it would become the previous one of the next, and push out the good one
+    EXPECT_EQ(std::filesystem::exists(refused), kept);
+    std::filesystem::remove(refused);
+  };
+  write_two();
+  std::filesystem::resize_file(path, 1000);
+  expect_previous("cut off");
+
+  write_two();
+  std::string bytes = read_file(path);
+  bytes[bytes.size() / 2] = static_cast<char>(bytes[bytes.size() / 2] ^ 4);
+  write_file(path, bytes);
+  expect_previous("checksum");
+
+  write_two();
+  write_file(path, "To whom it may concern: this file is a letter.");
+  expect_previous("written by another program");
+
+  write_two();
+  Case other = c;
+  other.numerics.cfl = 0.1;
+  write_checkpoint(path, other, state, progress, series);
+  expect_previous("numerics.cfl was 0.1");
+
+  write_two();
+  std::filesystem::remove(path);  // killed between the two renamings
+  expect_previous("No such file", false);
+
+  write_two();
+  const auto not_the_newest = [&](const State&, const RunProgress& p) {
+    if (p.samples == progress.samples) throw IoError("series.csv has no such row");
+  };
+  EXPECT_THAT(resumed(not_the_newest).message, HasSubstr("no such row"));
+}
+
+TEST_F(Checkpoint, WithoutAGoodOneEveryReasonIsGivenAndNothingIsTouched) {
+  write_two();
+  std::filesystem::resize_file(path, 1000);
+  write_file(directory / previous_checkpoint_file, "no checkpoint either");
+  const std::string message = testing::io_error_of([&] { (void)resumed(); });
   EXPECT_THAT(message, HasSubstr(path.string()));
-  EXPECT_THAT(message, HasSubstr("abc"));
-  EXPECT_THAT(message, HasSubstr("def"));
-  EXPECT_THAT(message, HasSubstr("--out"));
+  EXPECT_THAT(message, HasSubstr(previous_checkpoint_file));
+  EXPECT_THAT(message, HasSubstr("without --resume"));
+  EXPECT_TRUE(std::filesystem::exists(path));
+  EXPECT_FALSE(std::filesystem::exists(directory / refused_checkpoint_file));
+  Case edited = c;
+  write_two();
+  edited.numerics.cfl = 0.3;
+  State fresh(0.25);
+  EXPECT_THROW((void)resume_from_checkpoint(directory.path(), edited, fresh, progress, series), ConfigError);
 }
 
 TEST_F(Checkpoint, ThatIsMissingTruncatedOrAlteredIsRefused) {
@@ -152,13 +260,13 @@ TEST_F(Checkpoint, OfAnotherKindOrVersionIsRefused) {
     hdf5::Writer file;
     file.attribute("kind", kind);
     file.attribute("format_version", version);
-    file.attribute("case_hash", std::string("abc"));
+    file.attribute("case_hash", case_hash_text(c));
     file.save(path);
   };
-  file_with("something else", 1);
+  file_with("something else", checkpoint_format_version);
   EXPECT_THAT(refusal(), HasSubstr("not a checkpoint"));
   file_with("libmpm checkpoint", checkpoint_format_version + 1);
-  EXPECT_THAT(refusal(), HasSubstr("checkpoint format 2"));
+  EXPECT_THAT(refusal(), HasSubstr("checkpoint format 3, this program reads 2"));
   file_with("libmpm checkpoint", checkpoint_format_version);  // its datasets are missing
   EXPECT_THAT(refusal(), HasSubstr(path.string()));
 }

@@ -127,16 +127,37 @@ TEST(FrameSeries, ResumedSeriesEqualsOneThatWasNeverStopped) {
     FrameSeries s = FrameSeries::create(stopped.path());
     for (int i = 0; i < 5; ++i) frame(s, i);
   }
-  // Killed between frame 5 and the index over it; the checkpoint is of frame 3.
+  // Killed between frame 5 and the index over it; the checkpoint is of frame 3. What will be written again may be damaged.
+  write_file(frame_path(stopped.path(), 4), "damaged");
   write_frame(stopped.path(), 5, testing::random_particles(20, 5), info_at(1.0));
   {
-    FrameSeries s = FrameSeries::resume(stopped.path(), 0.2 * 3);
+    FrameSeries s = FrameSeries::resume(stopped.path(), 4);
     EXPECT_EQ(frame_numbers(stopped.path()), (std::vector<int>{0, 1, 2, 3}));
     for (int i = 4; i < 6; ++i) frame(s, i);
   }
   EXPECT_EQ(read_file(stopped / "frames.xdmf"), read_file(whole / "frames.xdmf"));
   EXPECT_EQ(frame_numbers(stopped.path()), frame_numbers(whole.path()));
   for (int i = 0; i < 6; ++i) EXPECT_EQ(read_file(frame_path(stopped.path(), i)), read_file(frame_path(whole.path(), i)));
+}
+
+TEST(FrameSeries, ResumedPastADamagedFrameNamesItAndLeavesItOut) {
+  const TemporaryDirectory dir;
+  {
+    FrameSeries s = FrameSeries::create(dir.path());
+    for (int i = 0; i < 4; ++i) s.append(testing::random_particles(2, 1), info_at(i));
+  }
+  std::filesystem::resize_file(frame_path(dir.path(), 1), 100);
+  std::filesystem::remove(frame_path(dir.path(), 3));  // the user needed the space
+  std::vector<std::string> reasons;
+  FrameSeries s = FrameSeries::resume(dir.path(), 4, [&](const std::string& why) { reasons.push_back(why); });
+  ASSERT_EQ(reasons.size(), 1u);
+  EXPECT_NE(reasons[0].find("00001.h5"), std::string::npos) << reasons[0];
+  s.append(testing::random_particles(2, 1), info_at(4));
+  std::vector<int> listed;
+  for (const FrameEntry& f : s.frames()) listed.push_back(f.index);
+  EXPECT_EQ(listed, (std::vector<int>{0, 2, 4}));
+  EXPECT_EQ(frame_numbers(dir.path()), (std::vector<int>{0, 1, 2, 4}));
+  EXPECT_EQ(read_file(dir / "frames.xdmf").find("00001.h5"), std::string::npos);
 }
 
 TEST(FrameSeries, NewSeriesRemovesOldFramesAndNothingElse) {

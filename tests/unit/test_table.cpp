@@ -8,6 +8,7 @@
 #include <random>
 
 #include "mpm/io/atomic_file.hpp"
+#include "support/io_error.hpp"
 #include "support/temporary_directory.hpp"
 
 namespace mpm {
@@ -119,17 +120,51 @@ TEST(SeriesWriter, ResumedSeriesEqualsOneThatWasNeverStopped) {
   }
   write_file(dir / "s.csv", torn);
   {
-    SeriesWriter s = SeriesWriter::resume(dir / "s.csv", columns, row(7)[0]);
+    SeriesWriter s = SeriesWriter::resume(dir / "s.csv", columns, 8, row(7)[0]);
     for (int i = 8; i < 20; ++i) s.append(row(i));
   }
   EXPECT_EQ(read_file(dir / "s.csv"), read_file(dir / "whole.csv"));
 }
 
-TEST(SeriesWriter, ResumeRefusesOtherColumnsAndStartsAnewWithoutAFile) {
+TEST(SeriesWriter, ResumeMakesUpNoRowsThatAreGone) {
   const TemporaryDirectory dir;
-  { SeriesWriter s = SeriesWriter::resume(dir / "s.csv", {"time_s", "x_m"}, 1.0); }
-  EXPECT_EQ(read_file(dir / "s.csv"), "time_s,x_m\n");
-  EXPECT_THROW(SeriesWriter::resume(dir / "s.csv", {"time_s", "y_m"}, 1.0), IoError);
+  const std::vector<std::string> columns{"time_s", "x_m"};
+  const auto refusal = [&](std::string_view content, std::size_t rows, double time) {
+    write_file(dir / "s.csv", content);
+    const std::string message = testing::io_error_of([&] { (void)SeriesWriter::resume(dir / "s.csv", columns, rows, time); });
+    EXPECT_EQ(read_file(dir / "s.csv"), content);  // left as it was
+    EXPECT_NE(message.find((dir / "s.csv").string()), std::string::npos) << message;
+    return message;
+  };
+  EXPECT_THROW((void)SeriesWriter::resume(dir / "none.csv", columns, 1, 0.0), IoError);
+  EXPECT_FALSE(std::filesystem::exists(dir / "none.csv"));
+  EXPECT_NE(refusal("time_s,x_m\n0,1\n", 2, 1.0).find("holds 1 rows, 2 are needed"), std::string::npos);
+  EXPECT_NE(refusal("time_s,x_m\n0,1\n1,2", 2, 1.0).find("holds 1 rows"), std::string::npos);  // torn inside the second
+  EXPECT_NE(refusal("", 1, 0.0).find("holds 0 rows"), std::string::npos);
+  EXPECT_NE(refusal("time_s,y_m\n0,1\n", 1, 0.0).find("time_s,y_m"), std::string::npos);
+  EXPECT_NE(refusal("time_s,x_m\n0,1\n3,2\n", 2, 1.0).find(":3: the row is of t = 3 s"), std::string::npos);
+  EXPECT_NE(refusal("time_s,x_m\n0\n1,2\n", 2, 1.0).find(":2: the row is damaged"), std::string::npos);
+  EXPECT_NE(refusal(std::string_view("time_s,x_m\n0,\0\0\n1,2\n", 20), 2, 1.0).find(":2: the row is damaged"), std::string::npos);
+  // What comes after the rows that stay may be anything, such as the zeros of a power cut.
+  write_file(dir / "s.csv", std::string_view("time_s,x_m\n0,1\n1,2\n\0\0\0\0\n", 24));
+  { SeriesWriter s = SeriesWriter::resume(dir / "s.csv", columns, 2, 1.0); }
+  EXPECT_EQ(read_file(dir / "s.csv"), "time_s,x_m\n0,1\n1,2\n");
+}
+
+TEST(SeriesWriter, TellsWhenItsFileIsNotThereAnyMore) {
+  const TemporaryDirectory dir;
+  const std::vector<double> row{1.0};
+  make_directory(dir / "run");
+  SeriesWriter deleted(dir / "run/s.csv", {"time_s"});
+  deleted.append(row);
+  std::filesystem::rename(dir / "run", dir / "moved");
+  EXPECT_NE(testing::io_error_of([&] { deleted.append(row); }).find("deleted, moved or replaced"), std::string::npos);
+  make_directory(dir / "run");
+  write_file(dir / "run/s.csv", "another");
+  EXPECT_THROW(deleted.append(row), IoError);
+  EXPECT_THROW(deleted.sync(), IoError);
+  std::filesystem::remove_all(dir / "run");
+  EXPECT_THROW(deleted.sync(), IoError);
 }
 
 TEST(Table, TornLastLineIsDroppedOnlyWhenAskedFor) {

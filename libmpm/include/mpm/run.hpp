@@ -28,8 +28,8 @@ enum class Request { none, checkpoint, stop };
 
 struct RunOptions {
   std::filesystem::path out;
-  int threads = 0;                                   ///< 0: as many as OpenMP offers
-  bool resume = false;                               ///< go on from out/checkpoint.h5; a longer duration than before extends a finished run
+  int threads = 0;      ///< 0: as many as OpenMP offers
+  bool resume = false;  ///< go on from the newest good checkpoint in `out`; a longer duration than before extends a finished run
   std::function<void(const Progress&)> on_progress;  ///< after every sample, and for messages
   /// Called at every sample of this stretch, t = 0 included, with force (N) and moment (N m) of the interval before it: for measurements
   /// of the caller's own.
@@ -55,6 +55,9 @@ std::uint64_t last_sample(const Case& c);
 /// Samples are taken at whole multiples of 1/series_per_second, and the run ends at the first of them at or after duration_s; frames are
 /// taken every round(series_per_second / frames_per_second) samples. Steps are cut so that they meet these instants, which makes a resumed
 /// or extended run go through the same steps.
+///
+/// Two checkpoints are kept, checkpoint.h5 and checkpoint.previous.h5. A resumed run takes the newest that is whole, of this case, and up
+/// to which series.csv has its rows; it says so if that is not the newest, and never starts from the beginning over one that it refuses.
 /// @throws ConfigError, IoError, UnstableError (what was written before stays)
 RunResult run_case(const Case& c, const RunOptions& options);
 

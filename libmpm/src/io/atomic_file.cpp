@@ -2,14 +2,17 @@
 
 #include <fcntl.h>
 #include <fmt/format.h>
+#include <signal.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
 #include <algorithm>
 #include <atomic>
 #include <cerrno>
+#include <regex>
 #include <system_error>
 #include <utility>
+#include <vector>
 
 namespace mpm {
 namespace {
@@ -77,7 +80,7 @@ void AtomicFile::write(std::span<const std::byte> bytes) {
   }
 }
 
-void AtomicFile::commit() {
+void AtomicFile::commit(const std::filesystem::path& keep_as) {
   const auto fail = [this](int reason) {
     discard();
     throw file_error("cannot write", target_, reason);
@@ -85,6 +88,7 @@ void AtomicFile::commit() {
   if (::fsync(descriptor_) != 0) fail(errno);
   const int closed = ::close(std::exchange(descriptor_, -1));
   if (closed != 0) fail(errno);
+  if (!keep_as.empty() && ::rename(target_.c_str(), keep_as.c_str()) != 0 && errno != ENOENT) fail(errno);
   if (::rename(temporary_.c_str(), target_.c_str()) != 0) fail(errno);
   temporary_.clear();
   // The new name itself reaches the disk with its directory. Some file systems cannot do this; the file is whole anyway.
@@ -99,6 +103,29 @@ void write_file(const std::filesystem::path& target, std::string_view content) {
   AtomicFile file(target);
   file.write(content);
   file.commit();
+}
+
+void remove_leftovers(const std::filesystem::path& directory) {
+  static const std::regex pattern(R"(\..+\.(\d{1,9})\.\d+\.tmp)");  // as the constructor of AtomicFile writes them
+  std::error_code error;
+  std::vector<std::filesystem::path> leftovers;
+  for (auto it = std::filesystem::directory_iterator(directory, error); !error && it != std::filesystem::directory_iterator();
+       it.increment(error)) {
+    std::smatch match;
+    const std::string name = it->path().filename().string();
+    if (!std::regex_match(name, match, pattern)) continue;
+    const auto process = static_cast<pid_t>(std::stol(match[1]));
+    const bool lives = process != ::getpid() && (::kill(process, 0) == 0 || errno != ESRCH);
+    if (!lives) leftovers.push_back(it->path());
+  }
+  if (error && error != std::errc::no_such_file_or_directory) throw file_error("cannot read directory", directory, error.value());
+  for (const auto& path : leftovers) remove_file(path);
+}
+
+void remove_file(const std::filesystem::path& path) {
+  std::error_code error;
+  std::filesystem::remove(path, error);
+  if (error) throw file_error("cannot remove", path, error.value());
 }
 
 void make_directory(const std::filesystem::path& directory) {

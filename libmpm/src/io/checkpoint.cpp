@@ -1,10 +1,15 @@
 #include "mpm/io/checkpoint.hpp"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
+#include <algorithm>
 #include <cstring>
+#include <utility>
 
 #include "mpm/error.hpp"
+#include "mpm/io/atomic_file.hpp"
+#include "mpm/io/config.hpp"
 #include "mpm/io/hdf5.hpp"
 
 namespace mpm {
@@ -48,12 +53,13 @@ void for_each_column(Series& series, F&& f) {
 
 }  // namespace
 
-void write_checkpoint(const std::filesystem::path& path, const std::string& case_hash, const State& state, const RunProgress& progress,
-                      const ImpactSeries& series) {
+void write_checkpoint(const std::filesystem::path& path, const Case& c, const State& state, const RunProgress& progress,
+                      const ImpactSeries& series, const std::filesystem::path& keep_as) {
   hdf5::Writer file;
   file.attribute("kind", std::string(kind));
   file.attribute("format_version", std::int64_t{checkpoint_format_version});
-  file.attribute("case_hash", case_hash);
+  file.attribute("case_hash", case_hash_text(c));
+  file.attribute("case", write_case(c));
 
   std::vector<std::int32_t> coordinates, counts;
   std::vector<std::uint8_t> records, cells;
@@ -81,44 +87,67 @@ void write_checkpoint(const std::filesystem::path& path, const std::string& case
   file.dataset<double>("series_force_n", flattened(series.force));
   file.dataset<double>("series_moment_n_m", flattened(series.moment));
   file.attribute("profile_bins", static_cast<std::int64_t>(series.profile_bins));
-  file.save(path);
+  file.save(path, keep_as);
 }
 
-void read_checkpoint(const std::filesystem::path& path, const std::string& case_hash, State& state, RunProgress& progress,
-                     ImpactSeries& series) {
+namespace {
+
+/// In which keys the case of a checkpoint differs, for a message.
+std::string differences(const std::string& case_text, const Case& c) {
+  try {
+    const auto keys = case_differences(parse_case(case_text, checkpoint_file), c);
+    if (!keys.empty()) return fmt::format("{}", fmt::join(keys, "; "));
+  } catch (const ConfigError&) {  // written by another version: its hash must do
+  }
+  return "its hash differs";
+}
+
+}  // namespace
+
+void read_checkpoint(const std::filesystem::path& path, const Case& c, State& state, RunProgress& progress, ImpactSeries& series) {
   const hdf5::Reader file(path);
   const auto refuse = [&](const std::string& why) { throw IoError(fmt::format("{}: {}", path.string(), why)); };
   if (file.text("kind") != kind) refuse("this is not a checkpoint");
   if (file.integer("format_version") != checkpoint_format_version) {
-    refuse(fmt::format("checkpoint format {}, this program reads {}; run again without --resume", file.integer("format_version"),
-                       checkpoint_format_version));
+    refuse(fmt::format("checkpoint format {}, this program reads {}; go on with the version of the program that wrote it",
+                       file.integer("format_version"), checkpoint_format_version));
   }
-  if (file.text("case_hash") != case_hash) {
-    refuse(fmt::format("it belongs to another case (hash {}, this case has {}); use another --out directory, or run without --resume",
-                       file.text("case_hash"), case_hash));
+  if (file.text("case_hash") != case_hash_text(c)) {
+    throw ConfigError(
+        fmt::format("{}: it belongs to another case: {}; put the case back, use another --out directory, or run without --resume",
+                    path.string(), differences(file.text("case"), c)));
   }
   const auto counts = file.dataset<std::int32_t>("block_counts", {hdf5::any_extent});
   const auto coordinates = file.dataset<std::int32_t>("block_coordinates", {counts.size(), 3});
   const auto cells = file.dataset<std::uint8_t>("cells", {hdf5::any_extent});
   const auto records = file.dataset<std::uint8_t>("particle_records", {cells.size(), sizeof(Particle)});
   std::size_t first = 0;
+  for (const std::int32_t n : counts) {
+    if (n < 0 || static_cast<std::size_t>(n) > cells.size() - first) refuse("its block counts contradict its particles");
+    first += static_cast<std::size_t>(n);
+  }
+  if (first != cells.size()) refuse("its block counts contradict its particles");
+  if (std::ranges::any_of(cells, [](std::uint8_t cell) { return cell >= block_nodes; })) refuse("a particle is in no cell");
+  const auto counters = file.dataset<std::uint64_t>("counters", {10});
+  const auto reals = file.dataset<double>("reals", {14});
+  ImpactSeries measured;
+  for_each_column(measured,
+                  [&](const char* name, std::vector<double>& column) { column = file.dataset<double>(name, {hdf5::any_extent}); });
+  measured.force = vectors_of(file.dataset<double>("series_force_n", {hdf5::any_extent}));
+  measured.moment = vectors_of(file.dataset<double>("series_moment_n_m", {hdf5::any_extent}));
+  measured.profile_bins = static_cast<std::size_t>(file.integer("profile_bins"));
+
+  // Everything is there: from here on nothing is refused.
+  first = 0;
   std::vector<Particle> particles;
   for (std::size_t b = 0; b < counts.size(); ++b) {
     const auto n = static_cast<std::size_t>(counts[b]);
-    if (counts[b] < 0 || n > cells.size() - first) refuse("its block counts contradict its particles");
     particles.resize(n);
     if (n > 0) std::memcpy(particles.data(), records.data() + first * sizeof(Particle), n * sizeof(Particle));
-    for (std::size_t i = 0; i < n; ++i) {
-      if (cells[first + i] >= block_nodes) refuse("a particle is in no cell");
-    }
     state.grid.restore({coordinates[3 * b], coordinates[3 * b + 1], coordinates[3 * b + 2]}, particles, std::span(cells).subspan(first, n));
     first += n;
   }
-  if (first != cells.size()) refuse("its block counts contradict its particles");
   state.grid.refresh();
-
-  const auto counters = file.dataset<std::uint64_t>("counters", {10});
-  const auto reals = file.dataset<double>("reals", {14});
   state.step = counters[0];
   state.next_id = counters[1];
   state.fed_layers = counters[2];
@@ -131,11 +160,48 @@ void read_checkpoint(const std::filesystem::path& path, const std::string& case_
   state.max_speed = reals[1];
   progress.wall_time = reals[2];
   progress.step_time = reals[3];
-  series = ImpactSeries{};
-  for_each_column(series, [&](const char* name, std::vector<double>& column) { column = file.dataset<double>(name, {hdf5::any_extent}); });
-  series.force = vectors_of(file.dataset<double>("series_force_n", {hdf5::any_extent}));
-  series.moment = vectors_of(file.dataset<double>("series_moment_n_m", {hdf5::any_extent}));
-  series.profile_bins = static_cast<std::size_t>(file.integer("profile_bins"));
+  series = std::move(measured);
+}
+
+bool has_checkpoint(const std::filesystem::path& directory) {
+  return std::filesystem::exists(directory / checkpoint_file) || std::filesystem::exists(directory / previous_checkpoint_file);
+}
+
+std::string resume_from_checkpoint(const std::filesystem::path& directory, const Case& c, State& state, RunProgress& progress,
+                                   ImpactSeries& series, const std::function<void(const State&, const RunProgress&)>& acceptable) {
+  std::vector<std::string> reasons;
+  bool other_case = false;
+  for (const char* name : {checkpoint_file, previous_checkpoint_file}) {
+    try {
+      State found(c.numerics.cell_size);
+      RunProgress at;
+      ImpactSeries measured;
+      read_checkpoint(directory / name, c, found, at, measured);
+      if (acceptable) acceptable(found, at);
+      state = std::move(found);
+      progress = at;
+      series = std::move(measured);
+    } catch (const ConfigError& error) {
+      other_case = other_case || reasons.empty();
+      reasons.emplace_back(error.what());
+      continue;
+    } catch (const IoError& error) {
+      reasons.emplace_back(error.what());
+      continue;
+    }
+    if (reasons.empty()) return {};
+    std::string kept;
+    if (std::filesystem::exists(directory / checkpoint_file)) {
+      std::error_code error;
+      std::filesystem::rename(directory / checkpoint_file, directory / refused_checkpoint_file, error);
+      if (error) throw file_error("cannot rename", directory / checkpoint_file, error.value());
+      kept = fmt::format(" (kept as {})", refused_checkpoint_file);
+    }
+    return fmt::format("{}{}; going on from {}", reasons.front(), kept, previous_checkpoint_file);
+  }
+  if (other_case) throw ConfigError(reasons.front());
+  throw IoError(fmt::format("there is no checkpoint to go on from:\n  {}\nrun without --resume to start from the beginning",
+                            fmt::join(reasons, "\n  ")));
 }
 
 }  // namespace mpm

@@ -100,10 +100,45 @@ std::optional<std::string> case_value(const Case& spec, const std::string& path)
   return {};
 }
 
-std::uint64_t case_hash(const Case& spec) {
+namespace {
+
+/// Keys without influence on the computed numbers.
+std::vector<std::string> keys_outside_hash(const Case& spec) {
   std::vector<std::string> skip{"title", "output.checkpoint_minutes"};
   const bool strip = spec.conveyor && spec.conveyor->feed == ConveyorSpec::Feed::strip;
   if (!strip) skip.emplace_back("output.duration_s");
+  return skip;
+}
+
+}  // namespace
+
+std::vector<std::string> case_differences(const Case& before, const Case& now) {
+  const std::vector<std::string> skip = keys_outside_hash(before);
+  config::Draft a, b;
+  a.spec = before;
+  b.spec = now;
+  const auto text = [](const config::Draft& draft, const std::string& table, const config::Key& key, std::size_t i) -> std::string {
+    if (i >= config::entries(draft, table) || (key.used && !key.used->holds(draft, i))) return "(none)";
+    const auto value = key.get(draft, i);
+    return value ? config::to_toml(*value) : "(none)";
+  };
+  std::vector<std::string> differences;
+  for (const TableInfo& table : schema_tables()) {
+    if (!table.in_case) continue;
+    for (std::size_t i = 0; i < std::max(config::entries(a, table.name), config::entries(b, table.name)); ++i) {
+      for (const config::Key& key : config::keys()) {
+        if (key.table != table.name || std::ranges::find(skip, config::key_path(table.name, key.name)) != skip.end()) continue;
+        const std::string was = text(a, table.name, key, i), is = text(b, table.name, key, i);
+        const std::string place = table.repeated ? fmt::format("{}[{}]", table.name, i) : table.name;
+        if (was != is) differences.push_back(fmt::format("{} was {}, is {}", config::key_path(place, key.name), was, is));
+      }
+    }
+  }
+  return differences;
+}
+
+std::uint64_t case_hash(const Case& spec) {
+  const std::vector<std::string> skip = keys_outside_hash(spec);
   std::uint64_t hash = 0xcbf29ce484222325u;  // FNV-1a, 64 bit: offset basis and prime
   for (const char c : config::write(spec, skip)) {
     hash ^= static_cast<unsigned char>(c);

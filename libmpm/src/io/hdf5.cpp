@@ -181,7 +181,7 @@ void Writer::attribute(const std::string& name, std::int64_t value) {
   file_->write_attribute(name, H5T_STD_I64LE, H5T_NATIVE_INT64, &value);
 }
 
-void Writer::save(const std::filesystem::path& path) {
+void Writer::save(const std::filesystem::path& path, const std::filesystem::path& keep_as) {
   const QuietErrors quiet;
   AtomicFile file(path);  // first: a wrong path fails before the work
   file_->require(H5Fflush(file_->id, H5F_SCOPE_GLOBAL) >= 0, "flush");
@@ -191,7 +191,7 @@ void Writer::save(const std::filesystem::path& path) {
   file_->require(H5Fget_file_image(file_->id, image.data(), image.size()) == size, "image");
   file.write(image);
   file.write(seal(crc32_z(0, reinterpret_cast<const Bytef*>(image.data()), image.size())));
-  file.commit();
+  file.commit(keep_as);
 }
 
 template void Writer::dataset(const std::string&, std::span<const double>, const Shape&);

@@ -211,14 +211,16 @@ std::vector<int> frame_numbers(const std::filesystem::path& directory) {
   return numbers;
 }
 
+FrameEntry read_frame_entry(const std::filesystem::path& directory, int index) {
+  const std::filesystem::path path = frame_path(directory, index);
+  const hdf5::Reader file(path);
+  const SnapshotInfo info = get_info(file, path, frame_kind);
+  return {index, info.time, file.shape("id").at(0)};
+}
+
 std::vector<FrameEntry> list_frames(const std::filesystem::path& directory) {
   std::vector<FrameEntry> entries;
-  for (const int index : frame_numbers(directory)) {
-    const std::filesystem::path path = frame_path(directory, index);
-    const hdf5::Reader file(path);
-    const SnapshotInfo info = get_info(file, path, frame_kind);
-    entries.push_back({index, info.time, file.shape("id").at(0)});
-  }
+  for (const int index : frame_numbers(directory)) entries.push_back(read_frame_entry(directory, index));
   return entries;
 }
 

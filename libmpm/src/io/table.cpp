@@ -3,6 +3,7 @@
 #include <fcntl.h>
 #include <fmt/format.h>
 #include <fmt/ranges.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -172,28 +173,38 @@ SeriesWriter::SeriesWriter(Continue, std::filesystem::path path, std::vector<std
   open();
 }
 
-SeriesWriter SeriesWriter::resume(std::filesystem::path path, std::vector<std::string> columns, double time) {
-  if (!std::filesystem::exists(path)) return SeriesWriter(std::move(path), std::move(columns));
-  const Table old = Table::read(path, Table::LastLine::may_be_torn);
-  if (old.columns() != columns) {
-    throw IoError(
-        fmt::format("cannot continue '{}': its columns are {}, this run writes {}; continue with the version that began it, or start in a "
-                    "new directory",
-                    path.string(), fmt::join(old.columns(), ","), fmt::join(columns, ",")));
-  }
-  std::string content = header_line(columns);
-  const std::vector<double> times = old.numbers(columns.front());
-  std::vector<std::vector<std::string>> cells;
-  for (const auto& column : columns) cells.push_back(old.text(column));
-  for (std::size_t r = 0; r < times.size(); ++r) {
-    if (!(times[r] <= time)) continue;
-    for (std::size_t c = 0; c < columns.size(); ++c) {
-      if (c > 0) content += ',';
-      content += cells[c][r];
+std::string SeriesWriter::kept(const std::filesystem::path& path, const std::vector<std::string>& columns, std::size_t rows, double time) {
+  const std::string text = read_file(path);
+  std::vector<std::string> cells;
+  std::size_t at = 0;
+  for (std::size_t line = 0; line <= rows; ++line) {
+    const std::size_t end = text.find('\n', at);
+    if (end == std::string::npos)
+      throw IoError(
+          fmt::format("'{}' holds {} rows, {} are needed up to t = {:.6g} s", path.string(), line > 0 ? line - 1 : 0, rows, time));
+    const std::string_view content = std::string_view(text).substr(at, end - at);
+    const bool whole = split_line(content, cells);
+    if (line == 0 && (!whole || cells != columns)) {
+      throw IoError(
+          fmt::format("cannot continue '{}': its columns are {}, this run writes {}; continue with the version that began it, or "
+                      "start in a new directory",
+                      path.string(), content, fmt::join(columns, ",")));
     }
-    content += '\n';
+    double first = 0.0;
+    const bool right = whole && cells.size() == columns.size() && (line == 0 || std::ranges::all_of(cells, [](const std::string& cell) {
+                                                                     double number = 0.0;
+                                                                     return parse_number(cell, number);
+                                                                   }));
+    if (!right) throw IoError(fmt::format("{}:{}: the row is damaged: '{}'", path.string(), line + 1, content));
+    if (line == rows && rows > 0 && !(parse_number(cells[0], first) && first == time))
+      throw IoError(fmt::format("{}:{}: the row is of t = {} s, t = {} s is expected", path.string(), line + 1, cells[0], time));
+    at = end + 1;
   }
-  write_file(path, content);
+  return text.substr(0, at);
+}
+
+SeriesWriter SeriesWriter::resume(std::filesystem::path path, std::vector<std::string> columns, std::size_t rows, double time) {
+  write_file(path, kept(path, columns, rows, time));
   return SeriesWriter(Continue{}, std::move(path), std::move(columns));
 }
 
@@ -207,6 +218,23 @@ SeriesWriter::~SeriesWriter() {
 void SeriesWriter::open() {
   descriptor_ = ::open(path_.c_str(), O_WRONLY | O_APPEND | O_CLOEXEC);
   if (descriptor_ < 0) throw file_error("cannot append to", path_, errno);
+}
+
+void SeriesWriter::require_in_place() const {
+  struct stat here {
+  }, there{};
+  if (::fstat(descriptor_, &here) != 0) throw file_error("cannot append to", path_, errno);
+  if (::stat(path_.c_str(), &there) != 0 || here.st_dev != there.st_dev || here.st_ino != there.st_ino) {
+    throw IoError(
+        fmt::format("'{}' was deleted, moved or replaced while the run went on: its rows are lost; put the directory back and go "
+                    "on with --resume, or run again",
+                    path_.string()));
+  }
+}
+
+void SeriesWriter::sync() {
+  require_in_place();
+  if (::fsync(descriptor_) != 0) throw file_error("cannot append to", path_, errno);
 }
 
 void SeriesWriter::append(std::span<const double> values) {
@@ -225,6 +253,7 @@ void SeriesWriter::append(std::span<const double> values) {
     if (n < 0) throw file_error("cannot append to", path_, errno);
     rest.remove_prefix(static_cast<std::size_t>(n));
   }
+  require_in_place();
 }
 
 }  // namespace mpm

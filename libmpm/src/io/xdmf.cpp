@@ -32,12 +32,6 @@ std::string data_item(const Field& field, const FrameEntry& frame, const std::st
                      field.precision, dimensions, file, field.dataset);
 }
 
-void remove_file(const std::filesystem::path& path) {
-  std::error_code error;
-  std::filesystem::remove(path, error);
-  if (error) throw file_error("cannot remove", path, error.value());
-}
-
 }  // namespace
 
 void write_xdmf(const std::filesystem::path& directory, std::span<const FrameEntry> frames) {
@@ -60,31 +54,42 @@ void write_xdmf(const std::filesystem::path& directory, std::span<const FrameEnt
   write_file(directory / "frames.xdmf", xml);
 }
 
-FrameSeries::FrameSeries(std::filesystem::path directory, std::vector<FrameEntry> frames)
-    : directory_(std::move(directory)), frames_(std::move(frames)) {}
+FrameSeries::FrameSeries(std::filesystem::path directory, std::vector<FrameEntry> frames, int next)
+    : directory_(std::move(directory)), frames_(std::move(frames)), next_(next) {}
 
 FrameSeries FrameSeries::create(std::filesystem::path directory) {
   remove_file(directory / "frames.xdmf");  // first the index, then what it points to
   for (const int index : frame_numbers(directory)) remove_file(frame_path(directory, index));
   make_directory(directory / "frames");
-  return FrameSeries(std::move(directory), {});
+  remove_leftovers(directory / "frames");
+  return FrameSeries(std::move(directory), {}, 0);
 }
 
-FrameSeries FrameSeries::resume(std::filesystem::path directory, double time) {
-  std::vector<FrameEntry> frames = list_frames(directory);
-  const auto later = std::stable_partition(frames.begin(), frames.end(), [time](const FrameEntry& f) { return f.time <= time; });
-  std::vector<FrameEntry> removed(later, frames.end());
-  frames.erase(later, frames.end());
+FrameSeries FrameSeries::resume(std::filesystem::path directory, int next, const std::function<void(const std::string&)>& damaged) {
   make_directory(directory / "frames");
+  remove_leftovers(directory / "frames");
+  std::vector<FrameEntry> frames;
+  std::vector<int> later;
+  for (const int index : frame_numbers(directory)) {
+    if (index >= next) {
+      later.push_back(index);
+      continue;
+    }
+    try {
+      frames.push_back(read_frame_entry(directory, index));
+    } catch (const IoError& error) {
+      if (damaged) damaged(error.what());
+    }
+  }
   write_xdmf(directory, frames);
-  for (const FrameEntry& f : removed) remove_file(frame_path(directory, f.index));
-  return FrameSeries(std::move(directory), std::move(frames));
+  for (const int index : later) remove_file(frame_path(directory, index));
+  return FrameSeries(std::move(directory), std::move(frames), next);
 }
 
 void FrameSeries::append(const ParticleTable& particles, const SnapshotInfo& info) {
-  const int index = frames_.empty() ? 0 : frames_.back().index + 1;
-  write_frame(directory_, index, particles, info);
-  frames_.push_back({index, info.time, particles.size()});
+  write_frame(directory_, next_, particles, info);
+  frames_.push_back({next_, info.time, particles.size()});
+  ++next_;
   write_xdmf(directory_, frames_);
 }
 

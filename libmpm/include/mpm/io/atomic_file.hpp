@@ -28,7 +28,8 @@ class AtomicFile {
   void write(std::span<const std::byte> bytes);
 
   /// Forces the content to the disk and renames it to the target, replacing what was there. Call once, last.
-  void commit();
+  /// @param keep_as  the old file gets this name instead; at every instant one of the two is whole. Empty: it goes
+  void commit(const std::filesystem::path& keep_as = {});
 
  private:
   void discard() noexcept;
@@ -39,6 +40,12 @@ class AtomicFile {
 
 /// The common case: the whole content at once.
 void write_file(const std::filesystem::path& target, std::string_view content);
+
+/// Removes the temporaries that killed processes left in a directory. Those of processes that live stay. Nothing if there is no directory.
+void remove_leftovers(const std::filesystem::path& directory);
+
+/// Removes a file; no error if there is none.
+void remove_file(const std::filesystem::path& path);
 
 /// Creates a directory and its parents; no error if it is there already.
 void make_directory(const std::filesystem::path& directory);

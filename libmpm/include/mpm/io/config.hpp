@@ -43,6 +43,9 @@ inline constexpr int case_format_version = 1;
 /// The same as 16 hexadecimal digits, as in results.json.
 [[nodiscard]] std::string case_hash_text(const Case& spec);
 
+/// In which keys two cases differ, of those that the hash covers: "numerics.cfl was 0.4, is 0.3", "body[1].shape was "box", is (none)".
+[[nodiscard]] std::vector<std::string> case_differences(const Case& before, const Case& now);
+
 /// Reads a strain path of one material point for `mpm point` ([material] and [path]). Errors as in read_case.
 [[nodiscard]] PathSpec read_path(const std::filesystem::path& file, const std::vector<std::string>& overrides = {});
 [[nodiscard]] PathSpec parse_path(std::string_view text, std::string_view file_name, const std::vector<std::string>& overrides = {});

@@ -49,7 +49,8 @@ class Writer {
   void attribute(const std::string& name, std::int64_t value);
 
   /// Writes the file whole or not at all; needs about twice its size in memory. Call once, last.
-  void save(const std::filesystem::path& path);
+  /// @param keep_as  name that a file of before gets (AtomicFile::commit); empty: it is replaced
+  void save(const std::filesystem::path& path, const std::filesystem::path& keep_as = {});
 
  private:
   struct File;

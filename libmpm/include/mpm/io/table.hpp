@@ -49,15 +49,20 @@ std::string format_number(double value);
 void write_table(const std::filesystem::path& path, std::span<const std::string> columns, std::span<const std::vector<double>> values);
 
 /// A table that grows while the run goes on. Each row is handed to the system in one write before append() returns: a kill loses at most
-/// the row under way, a power cut at most the rows of the last seconds.
+/// the row under way, a power cut at most the rows since sync().
 class SeriesWriter {
  public:
   /// Starts a new file that holds the header.
   SeriesWriter(std::filesystem::path path, std::vector<std::string> columns);
 
-  /// Continues a file: rows whose first column (time, s) is greater than `time` and a torn last row are removed. A file that is missing
-  /// starts anew. @throws IoError if the file's columns are others
-  static SeriesWriter resume(std::filesystem::path path, std::vector<std::string> columns, double time);
+  /// Continues a file after its first `rows` rows; what follows them is removed, whatever it is.
+  /// @param time  the first number of the last row that stays, s
+  /// @throws IoError if the file is missing, its columns are others, or one of these rows is missing or damaged: rows that are gone are
+  ///         not made up
+  static SeriesWriter resume(std::filesystem::path path, std::vector<std::string> columns, std::size_t rows, double time);
+
+  /// What resume() would keep of the file; changes nothing. @throws IoError as resume()
+  static std::string kept(const std::filesystem::path& path, const std::vector<std::string>& columns, std::size_t rows, double time);
 
   ~SeriesWriter();
   SeriesWriter(SeriesWriter&& other) noexcept;
@@ -66,12 +71,17 @@ class SeriesWriter {
   SeriesWriter& operator=(SeriesWriter&&) = delete;
 
   /// @param values one number a column
+  /// @throws IoError also if the file is not the one under its name any more: deleted, moved or replaced meanwhile
   void append(std::span<const double> values);
+
+  /// Forces the rows to the disk. @throws IoError as append()
+  void sync();
 
  private:
   struct Continue {};
   SeriesWriter(Continue, std::filesystem::path path, std::vector<std::string> columns);
   void open();
+  void require_in_place() const;
 
   std::filesystem::path path_;
   std::vector<std::string> columns_;

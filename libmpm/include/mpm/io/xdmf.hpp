@@ -3,7 +3,9 @@
 /// to the arrays in frames/NNNNN.h5, by relative paths: a run directory can be moved.
 
 #include <filesystem>
+#include <functional>
 #include <span>
+#include <string>
 #include <vector>
 
 #include "mpm/io/snapshot.hpp"
@@ -19,8 +21,10 @@ class FrameSeries {
  public:
   /// A new series: frames that an earlier run left in the directory are removed.
   static FrameSeries create(std::filesystem::path directory);
-  /// Continues after a time: later frames are removed, the next one follows the last that stays.
-  static FrameSeries resume(std::filesystem::path directory, double time);
+  /// Continues with frame number `next`: that one and later ones are removed, whatever is in them. Of the earlier ones those that cannot
+  /// be read stay where they are, but frames.xdmf does not point to them.
+  /// @param damaged called with the reason for each of these
+  static FrameSeries resume(std::filesystem::path directory, int next, const std::function<void(const std::string&)>& damaged = {});
 
   /// Writes the next frame, then frames.xdmf.
   void append(const ParticleTable& particles, const SnapshotInfo& info);
@@ -28,10 +32,11 @@ class FrameSeries {
   [[nodiscard]] std::span<const FrameEntry> frames() const { return frames_; }
 
  private:
-  FrameSeries(std::filesystem::path directory, std::vector<FrameEntry> frames);
+  FrameSeries(std::filesystem::path directory, std::vector<FrameEntry> frames, int next);
 
   std::filesystem::path directory_;
   std::vector<FrameEntry> frames_;
+  int next_;  ///< number of the next frame
 };
 
 }  // namespace mpm
