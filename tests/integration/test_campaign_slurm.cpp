@@ -1,0 +1,119 @@
+/// A campaign through Slurm, on a cluster of this machine alone that the test starts itself.
+
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include <filesystem>
+#include <fstream>
+#include <string>
+
+#include "mpm/io/table.hpp"
+#include "support/command.hpp"
+#include "support/temporary_directory.hpp"
+
+namespace mpm {
+namespace {
+
+namespace fs = std::filesystem;
+
+using testing::content;
+using testing::Outcome;
+
+bool contains(const std::string& text, const std::string& part) { return text.find(part) != std::string::npos; }
+
+/// One run fails: at its speed the block turns inside out in the first steps.
+constexpr const char* blocks = R"(title = "Blocks"
+[base.material]
+model = "hencky_elastic"
+[[base.body]]
+min_m = [0.0, 0.0, 0.0]
+max_m = [1.0, 1.0, 1.0]
+[[base.wall]]
+point_m = [0.0, 0.0, -0.01]
+normal = [0.0, 0.0, 1.0]
+[base.domain]
+min_m = [-5.0, -5.0, -5.0]
+max_m = [5.0, 5.0, 5.0]
+[base.output]
+duration_s = 0.05
+[parameters]
+"numerics.cell_size_m" = [0.5, 0.25]
+"material.poisson_ratio" = [0.1, 0.2]
+[[run]]
+name = "wild"
+set = { "numerics.cell_size_m" = 0.25, "body[0].velocity_m_s" = [0.0, 0.0, -300.0], "numerics.cfl" = 1.0 }
+)";
+
+class CampaignSlurm : public ::testing::Test {
+ protected:
+  void SetUp() override {
+    if (geteuid() != 0) GTEST_SKIP() << "needs root: Slurm's daemons run as the user whom they serve";
+    for (const char* program : {"munged", "slurmctld", "slurmd", "sbatch"}) {
+      if (shell(std::string("PATH=$PATH:/usr/sbin command -v ") + program).code != 0)
+        GTEST_SKIP() << program << " is not installed (Debian: slurm-wlm)";
+    }
+    std::ofstream(directory_ / "plan.toml") << blocks;
+    const Outcome up = shell(cluster("up"));
+    ASSERT_EQ(up.code, 0) << up.err;
+    started_ = true;
+  }
+  void TearDown() override {
+    if (started_) EXPECT_EQ(shell(cluster("down")).code, 0);
+  }
+
+  [[nodiscard]] std::string cluster(const std::string& verb) const {
+    return "PATH=$PATH:/usr/sbin '" MPM_SOURCE_DIR "/tests/support/slurm_cluster.sh' " + verb + " '" + (directory_ / "slurm").string() +
+           "' </dev/null";
+  }
+  [[nodiscard]] Outcome shell(const std::string& command) const {
+    return testing::run_command(command, directory_.path(), directory_.path());
+  }
+  [[nodiscard]] Outcome campaign(const std::string& arguments) const {
+    return shell("SLURM_CONF='" + (directory_ / "slurm/slurm.conf").string() + "' '" MPM_APP "' campaign " + arguments);
+  }
+
+  testing::TemporaryDirectory directory_;
+  bool started_ = false;
+};
+
+TEST_F(CampaignSlurm, LeavesTheTableOfALocalCampaignAndSubmitsOnlyWhatIsNotDone) {
+  const Outcome local = campaign("run plan.toml --out local");
+  EXPECT_EQ(local.code, 1) << local.err;  // the wild one
+  const std::string table = content(directory_ / "local/results.csv");
+  EXPECT_EQ(Table::read(directory_ / "local/results.csv").text("status"),
+            (std::vector<std::string>{"done", "done", "done", "done", "failed"}));
+
+  const Outcome waited = campaign("run plan.toml --out waited --executor slurm --jobs 2");
+  EXPECT_EQ(waited.code, 1) << waited.err;
+  EXPECT_TRUE(contains(waited.err, "5 tasks")) << waited.err;
+  EXPECT_TRUE(contains(waited.out, "4 done, 0 running, 1 failed, 0 to do")) << waited.out;
+  EXPECT_EQ(content(directory_ / "waited/results.csv"), table);
+
+  // one folder is lost: it alone is submitted, and status sees and tabulates what the tasks did
+  fs::remove_all(directory_ / "waited/runs/dx0.5_poisson_ratio0.2");
+  const Outcome submitted = campaign("submit plan.toml --out waited");
+  EXPECT_EQ(submitted.code, 0) << submitted.err;
+  EXPECT_TRUE(contains(submitted.err, ": 1 tasks")) << submitted.err;
+  Outcome status{0, "", ""};
+  for (int i = 0; i < 600 && !contains(status.out, "4 done, 0 running, 1 failed, 0 to do"); ++i) {
+    usleep(100000);
+    status = campaign("status plan.toml --out waited");
+  }
+  EXPECT_TRUE(contains(status.out, "4 done, 0 running, 1 failed, 0 to do")) << status.out;
+  EXPECT_EQ(content(directory_ / "waited/results.csv"), table);
+
+  const Outcome nothing = campaign("submit plan.toml --out waited");
+  EXPECT_TRUE(contains(nothing.err, "nothing to submit")) << nothing.err;
+  EXPECT_EQ(nothing.code, 1);  // a run has failed
+}
+
+TEST_F(CampaignSlurm, SaysWhatSbatchRefuses) {
+  std::ofstream(directory_ / "plan.toml", std::ios::app) << "[slurm]\npartition = \"nowhere\"\n";
+  const Outcome o = campaign("submit plan.toml --out refused");
+  EXPECT_EQ(o.code, 4) << o.err;
+  EXPECT_TRUE(contains(o.err, "sbatch did not take")) << o.err;
+  EXPECT_TRUE(contains(o.err, "invalid partition")) << o.err;
+}
+
+}  // namespace
+}  // namespace mpm
