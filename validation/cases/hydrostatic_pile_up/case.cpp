@@ -218,7 +218,7 @@ void at_rest(const CaseContext& context, CaseResult& result) {
 
 void inviscid(const CaseContext& context, CaseResult& result) {
   Case c = read_case(context.case_directory() / "case.toml");
-  c.numerics.cell_size = context.choose(0.4375, 0.35, 0.25);
+  c.numerics.cell_size = context.choose(0.35, 0.35, 0.25);  // odd w/dx: with an even one the mast acts a cell wider
   const ImpactRun run = run_impact(context, "inviscid", "Fr 0.3, M = 0, frictionless mast", c);
   const ImpactSummary& s = run.summary;
   result.notes.push_back(figures(run));
