@@ -1,7 +1,10 @@
 #include <gtest/gtest.h>
 #include <omp.h>
 
+#include "mpm/run.hpp"
+#include "support/command.hpp"
 #include "support/solver_states.hpp"
+#include "support/temporary_directory.hpp"
 
 namespace mpm {
 namespace {
@@ -40,18 +43,84 @@ void expect_same_bits(const Case& c, int steps, std::initializer_list<int> threa
   }
 }
 
-// Two threads spin at their barriers, which takes ten times longer where the cores are busy with other tests: fewer steps. Three and four
-// sleep.
-TEST(Threads, GiveTheSameBitsOfAnAvalancheOnAMast) {
-  expect_same_bits(testing::small_avalanche(), 60, {2});
-  expect_same_bits(testing::small_avalanche(), 300, {3, 4});
+struct Named {
+  const char* name;
+  Case c;
+  friend void PrintTo(const Named& n, std::ostream* out) { *out << n.name; }
+};
+
+/// A body of some hundred to a thousand particles on a floor with friction, dx = 0.25 m.
+Case body_on_floor(BodySpec::Shape shape, const Vec3& velocity) {
+  Case c = testing::empty_case();
+  BodySpec body = testing::box_body({-1.0, -1.0, 0.05}, {1.0, 1.0, 1.55}, velocity);
+  body.shape = shape;
+  c.bodies = {body};
+  c.walls = {testing::wall(Vec3::Zero(), Vec3::UnitZ(), Contact::separable, 0.4)};
+  return c;
 }
 
-TEST(Threads, GiveTheSameBitsWithFlipAndCohesion) {
-  Case c = testing::small_avalanche();
-  c.material = testing::cam_clay_snow(0.8, 0.3);
-  c.numerics.transfer = Transfer::flip;
-  expect_same_bits(c, 80, {3});
+std::vector<Named> cases() {
+  std::vector<Named> all = {{"avalanche_apic", testing::small_avalanche(6.0)}, {"avalanche_flip_cohesion", testing::small_avalanche(6.0)}};
+  all[1].c.material = testing::cam_clay_snow(0.8, 0.3);
+  all[1].c.numerics.transfer = Transfer::flip;
+  all.push_back({"bodies_and_walls", body_on_floor(BodySpec::Shape::cylinder, {3.0, 1.0, -4.0})});
+  Case& bodies = all.back().c;
+  bodies.bodies.push_back(testing::box_body({1.0, -0.5, 0.5}, {2.0, 0.5, 1.0}, {-5.0, 0.0, 0.0}));  // they meet
+  WallSpec piston = testing::wall({-1.0, 0.0, 0.0}, {1.0, 0.2, 0.0}, Contact::slip);
+  piston.velocity = Vec3(2.0, 0.0, 0.0);
+  bodies.walls.push_back(piston);
+  bodies.domain.max = Vec3(1.8, 5.0, 5.0);  // some leave
+  all.push_back({"mirrored_sand", body_on_floor(BodySpec::Shape::cylinder, Vec3::Zero())});
+  all.back().c.material = MaterialSpec{};
+  all.back().c.material.model = "drucker_prager";
+  all.back().c.domain.mirror_x = all.back().c.domain.mirror_y = true;
+  all.push_back({"mirrored_viscous_fluid", body_on_floor(BodySpec::Shape::box, Vec3::Zero())});
+  all.back().c.material = MaterialSpec{};
+  all.back().c.material.model = "weakly_compressible_fluid";
+  all.back().c.material.viscosity = 50.0;
+  all.back().c.domain.mirror_y = true;
+  for (Named& n : all) {
+    n.c.output.series_per_second = 50.0;
+    n.c.output.frames_per_second = 0.0;
+    n.c.output.duration = 0.06;
+  }
+  return all;
+}
+
+class SameBits : public ::testing::TestWithParam<Named> {};
+INSTANTIATE_TEST_SUITE_P(Cases, SameBits, ::testing::ValuesIn(cases()), [](const auto& info) { return std::string(info.param.name); });
+
+TEST_P(SameBits, OnAnyNumberOfThreads) { expect_same_bits(GetParam().c, 60, {2, 3, 4, 8}); }
+
+/// Runs to `samples` samples and stops there, or to the end.
+void run_stretch(Case c, const std::filesystem::path& out, int threads, bool resume, int samples, double duration) {
+  c.output.duration = duration;
+  RunOptions options{.out = out, .threads = threads, .resume = resume};
+  options.poll = [left = samples]() mutable { return --left == 0 ? Request::stop : Request::none; };
+  run_case(c, options);
+  omp_set_num_threads(1);
+}
+
+TEST_P(SameBits, ResumedAndExtendedOnOtherNumbersOfThreads) {
+  const testing::TemporaryDirectory directory;
+  const Case& c = GetParam().c;
+  const double duration = c.output.duration;
+  constexpr int all = -1;
+  run_stretch(c, directory / "whole", 1, false, all, duration);
+  run_stretch(c, directory / "resumed", 2, false, 1, duration);  // final.h5 is not there yet: it was stopped
+  EXPECT_FALSE(std::filesystem::exists(directory / "resumed/final.h5"));
+  run_stretch(c, directory / "resumed", 3, true, 1, duration);
+  run_stretch(c, directory / "resumed", 1, true, all, duration);
+  run_stretch(c, directory / "extended", 4, false, all, duration / 3.0);
+  run_stretch(c, directory / "extended", 8, true, all, duration);
+  for (const char* how : {"resumed", "extended"}) {
+    // final.h5 holds every particle by its number, series.csv all digits; neither has a time stamp
+    for (const char* file : {"final.h5", "series.csv"}) {
+      const std::string whole = testing::content(directory / "whole" / file);
+      EXPECT_FALSE(whole.empty());
+      EXPECT_EQ(whole, testing::content(directory / how / file)) << how << ' ' << file;
+    }
+  }
 }
 
 }  // namespace
