@@ -9,8 +9,8 @@
 #include <numbers>
 
 #include "commands.hpp"
-#include "mpm/build_info.hpp"
 #include "mpm/io/atomic_file.hpp"
+#include "mpm/io/snapshot.hpp"
 #include "mpm/io/table.hpp"
 #include "study_arguments.hpp"
 
@@ -23,6 +23,8 @@ constexpr double none = std::numeric_limits<double>::quiet_NaN();
 struct StudyCommand {
   StudyArguments input;
   std::filesystem::path out;
+  std::vector<std::filesystem::path> width, sections;
+  std::vector<std::string> notes;
   std::vector<double> decomposition{0.8, 0.3, 0.5};  ///< M, beta, xi
 };
 
@@ -156,24 +158,65 @@ void write_width_factors(const std::filesystem::path& path, const StudyTable& ta
   factors.write(path);
 }
 
-/// The two runs of Fig. 5: the end of the decomposition's chain in a slow and a fast flow.
-void write_sections(const std::filesystem::path& path, const StudyTable& table, const Rheology& rheology) {
-  std::string text = "froude_number,run\n";
-  for (const double froude : {0.1, 5.0}) {
-    for (const StudyRun& r : table.runs) {
-      if (r.folder.empty() || !r.reference_width() || !same_input(r.froude, froude) || !same_input(r.hardening_xi, rheology.hardening_xi) ||
-          !same_input(r.critical_state_slope, rheology.critical_state_slope) || !same_input(r.cohesion_beta, rheology.cohesion_beta)) {
-        continue;
-      }
-      text += fmt::format("{},\"{}\"\n", format_number(froude), std::filesystem::absolute(r.folder).string());
-      break;
+/// Particles near the axis in the last state of a run, with the mean profile that stands beside them.
+void write_section(const std::filesystem::path& out, const std::string& name, const StudyRun& r) {
+  const Snapshot last = read_final(r.folder / "final.h5");
+  const ParticleTable& p = last.particles;
+  const double half_width = 3.0 / 7.0 * r.obstacle_width;  // the strip of the paper's measurements
+  const double from = -6.0 * r.flow_height, to = 3.0 * r.flow_height;
+  NumberTable particles({"x_m", "z_m", "stress_xx_pa"});
+  for (std::size_t i = 0; i < p.size(); ++i) {
+    const double x = p.position[3 * i], y = p.position[3 * i + 1], z = p.position[3 * i + 2];
+    if (std::abs(y) <= half_width && x >= from && x <= to) particles.add({x, z, p.stress[6 * i] / p.volume_ratio[i]});
+  }
+  particles.write(out / fmt::format("section_{}.csv", name));
+  const Table profile = Table::read(r.folder / "profile.csv");
+  const std::vector<std::string> columns{"z_m", "pressure_pa", "smoothed_pressure_pa"};
+  std::vector<std::vector<double>> values;
+  for (const std::string& column : columns) values.push_back(profile.numbers(column));
+  write_table(out / fmt::format("section_profile_{}.csv", name), columns, values);
+}
+
+/// The two runs of Fig. 5: the end of the decomposition's chain in a slow and in a fast flow.
+/// @return what is missing
+std::vector<std::string> write_sections(const std::filesystem::path& out, const StudyTable& table, const Rheology& rheology) {
+  NumberTable sections({"froude_number", "flow_height_m", "runup", "pressure_height"});
+  std::vector<std::string> missing;
+  for (const auto& [name, froude] : {std::pair{"slow", 0.1}, std::pair{"fast", 5.0}}) {
+    const auto run = std::ranges::find_if(table.runs, [&, fr = froude](const StudyRun& r) {
+      return r.reference_width() && same_input(r.froude, fr) && same_input(r.hardening_xi, rheology.hardening_xi) &&
+             same_input(r.critical_state_slope, rheology.critical_state_slope) && same_input(r.cohesion_beta, rheology.cohesion_beta);
+    });
+    const std::string what = fmt::format("Fr = {:g}, M = {:g}, beta = {:g}, xi = {:g}", froude, rheology.critical_state_slope,
+                                         rheology.cohesion_beta, rheology.hardening_xi);
+    if (run == table.runs.end()) {
+      missing.push_back("no run with " + what);
+    } else if (run->folder.empty() || !std::filesystem::exists(run->folder / "final.h5") ||
+               !std::filesystem::exists(run->folder / "profile.csv")) {
+      missing.push_back("the run with " + what + " did not keep its last state (final.h5) and profile");
+    } else {
+      write_section(out, name, *run);
+      sections.add({froude, run->flow_height, run->runup, run->pressure_height});
     }
   }
-  write_file(path, text);
+  sections.write(out / "sections.csv");
+  return missing;
+}
+
+void write_spreads(const std::filesystem::path& path, const StudyTable& table) {
+  NumberTable rows({"froude_number", "runs", "runup_low", "runup_high", "runup_ratio", "pressure_height_low", "pressure_height_high",
+                    "pressure_height_ratio"});
+  for (const Spread& s : spreads(table.runs)) {
+    rows.add({s.froude, static_cast<double>(s.runs), s.runup_low, s.runup_high, s.runup_high / s.runup_low, s.pressure_low, s.pressure_high,
+              s.pressure_high / s.pressure_low});
+  }
+  rows.write(path);
 }
 
 void study(const StudyCommand& command) {
-  const StudyTable table = read_study(command.input);
+  StudyTable table = read_study(command.input);
+  table.provenance.insert(table.provenance.begin(), command.notes.begin(), command.notes.end());
+  const auto other_table = [&](const std::vector<std::filesystem::path>& files) { return files.empty() ? table : read_study_table(files); };
   const std::vector<SetFit> fits = fit_paper_sets(table);
   const HeightCoefficients runup = own_coefficients(fits, HeightEquation::runup);
   const HeightCoefficients pressure = own_coefficients(fits, HeightEquation::pressure_height);
@@ -190,8 +233,9 @@ void study(const StudyCommand& command) {
   write_envelopes(command.out / "envelopes.csv", table);
   write_guideline(command.out, guideline);
   write_decomposition(command.out / "decomposition.csv", table, decomposition_chain(last));
-  write_width_factors(command.out / "width_factors.csv", table);
-  write_sections(command.out / "sections.csv", table, last);
+  write_spreads(command.out / "spreads.csv", table);
+  write_width_factors(command.out / "width_factors.csv", other_table(command.width));
+  const auto missing = write_sections(command.out, other_table(command.sections), last);
 
   fmt::print("{} rows, {} runs with a steady run-up\n", table.rows, table.runs.size());
   for (const auto& [reason, rows] : table.left_out) fmt::print("  left out: {} ({})\n", rows, reason);
@@ -205,6 +249,7 @@ void study(const StudyCommand& command) {
                m.published_from, m.published_to, m.inside ? "inside" : "outside");
   }
   for (const std::string& note : guideline.notes) fmt::print("guideline: {}\n", note);
+  for (const std::string& what : missing) fmt::print("longitudinal sections: {}\n", what);
   fmt::print(stderr, "wrote {} and the tables beside it; drawn by `./run study`\n", (command.out / "fit.json").string());
 }
 
@@ -218,6 +263,12 @@ void add_study(CLI::App& app) {
   const auto a = std::make_shared<StudyCommand>();
   add_study_arguments(*command, a->input);
   command->add_option("--out", a->out, "Folder for the tables")->required()->type_name("DIR");
+  const auto add_list = [command](const char* name, auto& values, const char* text, const char* type) {
+    command->add_option(name, values, text)->type_name(type)->type_size(1)->allow_extra_args(false);
+  };
+  add_list("--width", a->width, "Table of the width study (Fig. 10), where it is another one", "RESULTS.csv");
+  add_list("--sections", a->sections, "Table with the two runs of Fig. 5 that kept final.h5, where it is another one", "RESULTS.csv");
+  add_list("--note", a->notes, "A line on where the data come from, for the page", "TEXT");
   command->add_option("--decomposition", a->decomposition, "M,beta,xi at the end of the chain of the decomposition")
       ->delimiter(',')
       ->expected(3)

@@ -174,6 +174,7 @@ TEST_F(Fit, StudyWritesTheNumbersOfEveryFigure) {
   const Outcome out = mpm("study results.csv --out study");
   ASSERT_EQ(out.code, 0) << out.err;
   EXPECT_TRUE(contains(out.out, "guideline lambda = 1.5, xi = 5")) << out.out;
+  EXPECT_TRUE(contains(out.out, "xi = 0.5 did not keep its last state")) << out.out;
   const auto table = [&](const std::string& name) { return Table::read(directory_ / "study" / (name + ".csv")); };
   EXPECT_EQ(table("points").rows(), 330u);
   EXPECT_EQ(table("decomposition").rows(), 28u);    // 7 Froude numbers, 4 links
@@ -183,7 +184,7 @@ TEST_F(Fit, StudyWritesTheNumbersOfEveryFigure) {
   const Table envelopes = table("envelopes");
   ASSERT_EQ(envelopes.rows(), 3u);
   EXPECT_EQ(envelopes.numbers("runup_high")[2], 4.0);
-  for (const char* name : {"coefficients", "scores", "factor_curves", "effective_friction", "guideline", "sections"}) {
+  for (const char* name : {"coefficients", "scores", "factor_curves", "effective_friction", "guideline", "sections", "spreads"}) {
     EXPECT_NO_THROW((void)table(name)) << name;
   }
   EXPECT_TRUE(nlohmann::json::accept(content(directory_ / "study/fit.json")));

@@ -255,6 +255,22 @@ TEST(Envelopes, AreTheLowestAndHighestOfTheRunsThatReachSoFar) {
   EXPECT_TRUE(envelope(runs, 0.1).points.empty());
 }
 
+TEST(Spreads, AreTheExtremesOfTheSteadyMeans) {
+  std::vector<StudyRun> runs{run(1.0, 0.4, 0.0, 5.0), run(1.0, 0.8, 0.0, 5.0), run(1.0, 1.2, 0.0, 5.0), run(3.0, 0.4, 0.0, 5.0)};
+  runs[0].runup = 2.0;
+  runs[1].runup = 5.0;
+  runs[1].pressure_height = std::nan("");
+  runs[2].runup = 9.0;
+  runs[2].obstacle_width = 3.5;  // another width
+  const auto s = spreads(runs);
+  ASSERT_EQ(s.size(), 2u);
+  EXPECT_EQ(s[0].runs, 2u);
+  EXPECT_EQ(s[0].runup_low, 2.0);
+  EXPECT_EQ(s[0].runup_high, 5.0);
+  EXPECT_EQ(s[0].pressure_low, runs[0].pressure_height);
+  EXPECT_EQ(s[0].pressure_high, runs[0].pressure_height);
+}
+
 TEST(WidthFactors, AreRatiosToTheRunOfReferenceWidth) {
   std::vector<StudyRun> runs{run(3.0, 0.5, 0.15, 0.5), run(3.0, 0.5, 0.15, 0.5), run(5.0, 0.5, 0.15, 0.5)};
   EXPECT_TRUE(width_factors(runs).empty());

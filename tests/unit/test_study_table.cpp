@@ -92,6 +92,15 @@ TEST_F(StudyTables, SayWhichProgramsComputedTheRuns) {
   EXPECT_EQ(t.provenance, (std::vector<std::string>{"2 runs by version 0.1.0, commit abc", "1 runs by version 0.1.0, commit def"}));
 }
 
+TEST_F(StudyTables, SayHowACampaignWasComputed) {
+  write("runs.csv", "name,threads,wall_time_s,instruction_set,compiler\na,1,1800,AVX2,\"gcc, 12\"\nb,1,5400,AVX2,\"gcc, 12\"\nc,,,,\n");
+  const StudyTable t = read(table);
+  ASSERT_EQ(t.provenance.size(), 4u);  // two comments, the machine, the time
+  EXPECT_EQ(t.provenance[2], "2 runs with 1 thread(s) a run, AVX2, gcc, 12");
+  EXPECT_EQ(t.provenance[3], "2.0 h of wall time, summed over the runs");
+  EXPECT_EQ(t.files, (std::vector<std::string>{(directory_ / "results.csv").string()}));
+}
+
 TEST_F(StudyTables, OfSeveralFilesArePutTogether) {
   const std::vector<std::filesystem::path> files{write("one.csv", table), write("two.csv", table)};
   EXPECT_EQ(read_study_table(files).runs.size(), 4u);

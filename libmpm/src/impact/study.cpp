@@ -8,6 +8,7 @@
 #include <map>
 #include <nlohmann/json.hpp>
 
+#include "mpm/build_info.hpp"
 #include "mpm/error.hpp"
 #include "mpm/io/table.hpp"
 
@@ -246,6 +247,9 @@ std::string scores_csv(std::span<const SetFit> fits) {
 
 std::string fits_json(std::span<const SetFit> fits, const StudyTable& table) {
   nlohmann::ordered_json json;
+  const BuildInfo build = build_info();
+  json["evaluated_by"] = fmt::format("version {}, commit {}", build.version, build.commit);
+  json["files"] = table.files;
   json["rows"] = table.rows;
   json["runs"] = table.runs.size();
   json["left_out"] = nlohmann::ordered_json::array();
@@ -318,6 +322,23 @@ std::vector<Aim> paper_aims(std::span<const SetFit> fits) {
     }
   }
   return aims;
+}
+
+std::vector<Spread> spreads(std::span<const StudyRun> runs) {
+  std::vector<Spread> result;
+  for (const double froude : distinct(runs, &StudyRun::froude)) {
+    Spread s{froude, 0, none, none, none, none};
+    for (const StudyRun& r : runs) {
+      if (!r.reference_width() || !same_input(r.froude, froude)) continue;
+      ++s.runs;
+      s.runup_low = std::fmin(s.runup_low, r.runup);  // fmin and fmax leave out NaN
+      s.runup_high = std::fmax(s.runup_high, r.runup);
+      s.pressure_low = std::fmin(s.pressure_low, r.pressure_height);
+      s.pressure_high = std::fmax(s.pressure_high, r.pressure_height);
+    }
+    if (s.runs > 0) result.push_back(s);
+  }
+  return result;
 }
 
 GuidelineCorrespondence guideline_correspondence(std::span<const StudyRun> runs) {

@@ -134,6 +134,28 @@ std::vector<std::string> comments_of(const std::filesystem::path& file) {
   return lines;
 }
 
+/// What runs.csv of a campaign says about how its runs were computed; nothing where there is none.
+std::vector<std::string> executions_of(const std::filesystem::path& file) {
+  if (!std::filesystem::exists(file)) return {};
+  const Table table = Table::read(file);
+  std::vector<std::string> lines;
+  std::map<std::string, std::size_t> machines;
+  if (table.has("instruction_set") && table.has("compiler") && table.has("threads")) {
+    const auto instructions = table.text("instruction_set"), compiler = table.text("compiler"), threads = table.text("threads");
+    for (std::size_t i = 0; i < table.rows(); ++i) {
+      if (!threads[i].empty()) ++machines[fmt::format("{} thread(s) a run, {}, {}", threads[i], instructions[i], compiler[i])];
+    }
+  }
+  for (const auto& [machine, runs] : machines) lines.push_back(fmt::format("{} runs with {}", runs, machine));
+  if (table.has("wall_time_s")) {
+    double seconds = 0.0;
+    for (const double t : table.numbers("wall_time_s")) seconds += std::isfinite(t) ? t : 0.0;
+    constexpr double hour = 3600.0;
+    lines.push_back(fmt::format("{:.1f} h of wall time, summed over the runs", seconds / hour));
+  }
+  return lines;
+}
+
 /// Inputs that Eqs. 7-10 do not know: a table that varies them mixes what one equation cannot tell apart.
 constexpr std::array other_inputs{"cell_size_m",       "particles_per_cell",
                                   "transfer",          "flip_ratio",
@@ -203,7 +225,9 @@ StudyTable read_study_table(std::span<const std::filesystem::path> files, std::s
   for (const std::filesystem::path& file : files) {
     const Table table = Table::read(file);
     for (std::string& line : comments_of(file)) study.provenance.push_back(std::move(line));
+    study.files.push_back(file.string());
     study.rows += table.rows();
+    for (std::string& line : executions_of(file.parent_path() / "runs.csv")) study.provenance.push_back(std::move(line));
     std::vector<std::vector<std::string>> filtered;
     for (const RowFilter& filter : filters) {
       const std::string column = find_column(table, file, filter.column());

@@ -130,6 +130,15 @@ struct Envelope {
 /// Envelope of the series.csv of all runs of a Froude number with w = H, on the times of the longest series, linear between samples.
 [[nodiscard]] Envelope envelope(std::span<const StudyRun> runs, double froude);
 
+/// Lowest and highest steady mean of all rheologies at one Froude number, over H.
+struct Spread {
+  double froude;
+  std::size_t runs;
+  double runup_low, runup_high, pressure_low, pressure_high;
+};
+/// For each Froude number of the table; runs with w = H only.
+[[nodiscard]] std::vector<Spread> spreads(std::span<const StudyRun> runs);
+
 // ---- Width (Sect. 4.3, Fig. 10) -------------------------------------------------------------------------------------------------------
 
 /// Eq. 11: height over that of the run with w = H and all else equal; standard errors by propagation of both runs'.

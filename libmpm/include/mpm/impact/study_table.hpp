@@ -54,7 +54,9 @@ struct StudyTable {
   std::size_t rows = 0;                                       ///< of the files
   std::vector<std::pair<std::string, std::size_t>> left_out;  ///< reason, rows
   std::vector<std::string> cautions;                          ///< what varies and should not, for one equation to be fitted to all
-  std::vector<std::string> provenance;  ///< comment lines of the files, without their '#', and the programs that computed the runs
+  std::vector<std::string> files;                             ///< the tables, as they were named
+  /// Comment lines of the files without their '#'; which program computed the runs, and how (runs.csv of a campaign beside the table).
+  std::vector<std::string> provenance;
 };
 
 /// Reads tables and puts their rows together. A column is found by its name (`hardening_xi`), else by the one name that ends in it
