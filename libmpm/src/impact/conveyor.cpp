@@ -20,6 +20,11 @@ constexpr double plastic_number = 1.32471795724474602596;  ///< the real root of
 
 double fraction(double x) { return x - std::floor(x); }
 
+/// Snow kept behind the inlet; rows of a sheared inflow may come late by the way of the fastest while the plug goes one spacing.
+double reservoir_length(const Inflow& inflow, double cell_size, double spacing) {
+  return reservoir_cells * cell_size + (inflow.sheared() ? inflow.shear(1.0) * spacing : 0.0);
+}
+
 MaterialState<double> compressed(const AnyMaterial& material, MaterialState<double> state, double dl_zz) {
   Matrix3<double> dl{};
   dl.m[2][2] = dl_zz;
@@ -29,12 +34,12 @@ MaterialState<double> compressed(const AnyMaterial& material, MaterialState<doub
 
 }  // namespace
 
-std::vector<ColumnPoint> settled_column(const AnyMaterial& material, double weight, double height, int count) {
+std::vector<ColumnPoint> settled_column(const AnyMaterial& material, double weight, double height, int count, double density_ratio) {
   std::vector<ColumnPoint> column(static_cast<std::size_t>(count));
-  MaterialState<double> state{{}, initial_internal_of(material)};
+  MaterialState<double> state{{}, initial_internal_of(material) + std::log(density_ratio)};
   const double layer = height / count;
   for (int j = count - 1; j >= 0; --j) {
-    const double target = -weight * (height - (j + 0.5) * layer);  // Cauchy sigma_zz
+    const double target = -density_ratio * weight * (height - (j + 0.5) * layer);  // Cauchy sigma_zz
     const auto excess = [&](double dl) {
       const auto s = compressed(material, state, dl);
       return s.stress.zz / volume_ratio(material, s) - target;
@@ -54,63 +59,73 @@ std::vector<ColumnPoint> settled_column(const AnyMaterial& material, double weig
   }
   double below = 0.0;
   for (auto& point : column) {
-    const double thickness = layer * volume_ratio(material, point.state);
+    const double thickness = layer * density_ratio * volume_ratio(material, point.state);
     point.height = below + 0.5 * thickness;
     below += thickness;
   }
   return column;
 }
 
-ConveyorFeed::ConveyorFeed(const Case& c, const AnyMaterial& material) {
+ConveyorFeed::ConveyorFeed(const Case& c, const AnyMaterial& material) : material_(material), inflow_(*c.conveyor) {
   const ConveyorSpec& conveyor = *c.conveyor;
   const double dx = c.numerics.cell_size;
   spacing_ = lattice_spacing(c.numerics);
-  velocity_ = conveyor.velocity;
   density_ = c.material.density;
+  weight_ = c.material.density * c.numerics.gravity * std::cos(c.numerics.slope);
   offset_ = dx * c.numerics.grid_offset;
   endless_ = conveyor.feed == ConveyorSpec::Feed::window;
-  const double length = endless_ ? conveyor.upstream_length + reservoir_cells * dx : conveyor_length(conveyor.velocity, c.output.duration);
+  mirror_y_ = conveyor.mirror_y;
+  if (!endless_ && (inflow_.sheared() || !inflow_.steady()))
+    throw ConfigError("[conveyor] feed = \"strip\": a strip moves as one; inflow that varies needs feed = \"window\"");
+  if (inflow_.sheared() && (!inflow_.steady() || conveyor.sidewall_contact != Contact::slip))
+    throw ConfigError("[conveyor] inflow_slip_ratio: sheared inflow is steady and needs sidewall_contact = \"slip\"");
+  const double length =
+      endless_ ? conveyor.upstream_length + reservoir_length(inflow_, dx, spacing_) : conveyor_length(conveyor.velocity, c.output.duration);
   release_at_ = -length;
   initial_layers_ = static_cast<std::uint64_t>(std::max(0.0, std::floor(length / spacing_ + 0.5)));
-
-  const int layers_z = std::max(1, static_cast<int>(std::lround(conveyor.flow_height / spacing_)));
-  const int half_count = std::max(1, static_cast<int>(std::lround(0.5 * conveyor.width / spacing_)));
-  spacing_y_ = 0.5 * conveyor.width / half_count;
-  const double gravity_z = c.numerics.gravity * std::cos(c.numerics.slope);
-  const int levels = conveyor.lattice == ConveyorSpec::Lattice::staggered ? staggered_levels : 1;
-  const auto column = settled_column(material, c.material.density * gravity_z, conveyor.flow_height, layers_z * levels);
-  for (int level = 0; level < levels; ++level) {
-    std::vector<Particle> layer;
-    double elastic_energy = 0.0;
-    for (int k = 0; k < layers_z; ++k) {
-      const ColumnPoint& point = column[static_cast<std::size_t>(k * levels + level)];
-      for (int j = conveyor.mirror_y ? 0 : -half_count; j < half_count; ++j) {
-        Particle p{};
-        p.position[1] = (j + 0.5) * spacing_y_;
-        p.position[2] = point.height;
-        p.volume = spacing_ * spacing_y_ * conveyor.flow_height / layers_z;
-        p.velocity[0] = velocity_;
-        const Sym3<double>& s = point.state.stress;
-        const double stress[6] = {s.xx, s.yy, s.zz, s.xy, s.xz, s.yz};
-        std::copy(std::begin(stress), std::end(stress), p.stress);
-        p.internal = point.state.internal;
-        layer.push_back(p);
-        elastic_energy += stored_energy(material, p);
-      }
-    }
-    layers_.push_back(std::move(layer));
-    elastic_energy_.push_back(elastic_energy);
-  }
+  half_count_ = std::max(1, static_cast<int>(std::lround(0.5 * conveyor.width / spacing_)));
+  spacing_y_ = 0.5 * conveyor.width / half_count_;
+  levels_ = conveyor.lattice == ConveyorSpec::Lattice::staggered ? staggered_levels : 1;
+  if (!inflow_.steady()) return;
+  for (int level = 0; level < levels_; ++level) layers_.push_back(make_layer(0.0, level));
 }
 
-void ConveyorFeed::insert_layer(State& state, Passage& passage) const {
-  const double n = static_cast<double>(state.fed_layers);
-  const double x = -(n + 0.5) * spacing_ + velocity_ * state.time;
-  const bool staggered = layers_.size() > 1;
-  const double shift_y = staggered ? spacing_y_ * (fraction(0.5 + n / plastic_number) - 0.5) : 0.0;
-  const auto level = static_cast<std::size_t>(
-      staggered ? static_cast<double>(layers_.size()) * fraction(0.5 + n / (plastic_number * plastic_number)) : 0.0);
-  for (Particle p : layers_[level]) {
+int ConveyorFeed::rows(double time) const { return std::max(1, static_cast<int>(std::lround(inflow_.flow_height(time) / spacing_))); }
+
+ConveyorFeed::Layer ConveyorFeed::make_layer(double time, int level) const {
+  const int count = rows(time);
+  const double height = inflow_.flow_height(time), velocity = inflow_.velocity(time), ratio = inflow_.density_ratio(time);
+  const auto column = settled_column(material_, weight_, height, count * levels_, ratio);
+  Layer layer;
+  for (int k = 0; k < count; ++k) {
+    const ColumnPoint& point = column[static_cast<std::size_t>(k * levels_ + level)];
+    const double rate = inflow_.mean_shear(static_cast<double>(k) / count, static_cast<double>(k + 1) / count);
+    for (int j = mirror_y_ ? 0 : -half_count_; j < half_count_; ++j) {
+      Particle p{};
+      p.position[1] = (j + 0.5) * spacing_y_;
+      p.position[2] = point.height;
+      p.volume = spacing_ * spacing_y_ * height / count * ratio;
+      p.velocity[0] = velocity * rate;
+      const Sym3<double>& s = point.state.stress;
+      const double stress[6] = {s.xx, s.yy, s.zz, s.xy, s.xz, s.yz};
+      std::copy(std::begin(stress), std::end(stress), p.stress);
+      p.internal = point.state.internal;
+      layer.push_back(p);
+    }
+  }
+  return layer;
+}
+
+int ConveyorFeed::level_of(std::uint64_t layer) const {
+  return levels_ == 1 ? 0 : static_cast<int>(levels_ * fraction(0.5 + static_cast<double>(layer) / (plastic_number * plastic_number)));
+}
+
+/// Particles of layer `layer` at `distance` beyond where it was at t = 0.
+void ConveyorFeed::insert(State& state, Passage& passage, std::span<const Particle> particles, std::uint64_t layer, double distance) const {
+  const auto n = static_cast<double>(layer);
+  const double x = -(n + 0.5) * spacing_ + distance;
+  const double shift_y = levels_ == 1 ? 0.0 : spacing_y_ * (fraction(0.5 + n / plastic_number) - 0.5);
+  for (Particle p : particles) {
     p.position[0] = x;
     p.position[1] += p.position[1] > 0.0 ? shift_y : -shift_y;  // the halves stay mirror images of each other
     for (int i = 0; i < 3; ++i) p.position[i] += offset_[i];
@@ -118,37 +133,82 @@ void ConveyorFeed::insert_layer(State& state, Passage& passage) const {
     state.grid.insert(p);
     const double mass = density_ * p.volume;
     const Vec3 velocity(p.velocity[0], p.velocity[1], p.velocity[2]);
-    passage += Passage{1, 0, mass, mass * velocity, 0.5 * mass * velocity.squaredNorm()};
+    passage += Passage{1, 0, mass, mass * velocity, 0.5 * mass * velocity.squaredNorm() + stored_energy(material_, p)};
   }
-  passage.energy += elastic_energy_[level];
+}
+
+void ConveyorFeed::insert_layer(State& state, Passage& passage) const {
+  const int level = level_of(state.fed_layers);
+  const double distance = inflow_.travelled(state.time);
+  if (inflow_.steady()) {
+    insert(state, passage, layers_[static_cast<std::size_t>(level)], state.fed_layers, distance);
+  } else {
+    insert(state, passage, make_layer(state.time, level), state.fed_layers, distance);
+  }
+  ++state.fed_layers;
+}
+
+std::uint64_t ConveyorFeed::due(double rate, double distance) const {
+  return static_cast<std::uint64_t>(std::floor((rate * distance - release_at_) / spacing_ + 0.5));
+}
+
+/// The rows of a sheared inflow that became due since the multiple of the spacing before.
+void ConveyorFeed::insert_rows(State& state, Passage& passage) const {
+  const double before = static_cast<double>(state.fed_layers - initial_layers_) * spacing_, now = before + spacing_;
+  const double gone = inflow_.travelled(state.time);
+  const int count = rows(0.0);
+  for (int k = 0; k < count; ++k) {
+    const double rate = inflow_.mean_shear(static_cast<double>(k) / count, static_cast<double>(k + 1) / count);
+    for (std::uint64_t layer = due(rate, before); layer < due(rate, now); ++layer) {
+      const Layer& all = layers_[static_cast<std::size_t>(level_of(layer))];
+      const std::size_t width = all.size() / static_cast<std::size_t>(count);
+      insert(state, passage, std::span(all).subspan(static_cast<std::size_t>(k) * width, width), layer, rate * gone);
+    }
+  }
   ++state.fed_layers;
 }
 
 void ConveyorFeed::fill(State& state) const {
   Passage unused;
   while (state.fed_layers < initial_layers_) insert_layer(state, unused);
-  state.max_speed = velocity_;
+  state.max_speed = inflow_.velocity(0.0) * inflow_.shear(1.0);
 }
 
 Passage ConveyorFeed::release(State& state) const {
   Passage passage;
   if (!endless_) return passage;
-  while (-(static_cast<double>(state.fed_layers) + 0.5) * spacing_ + velocity_ * state.time >= release_at_) insert_layer(state, passage);
+  const double gone = inflow_.travelled(state.time);
+  if (inflow_.sheared()) {
+    while (static_cast<double>(state.fed_layers - initial_layers_ + 1) * spacing_ <= gone) insert_rows(state, passage);
+  } else {
+    while (-(static_cast<double>(state.fed_layers) + 0.5) * spacing_ + gone >= release_at_) insert_layer(state, passage);
+  }
   if (passage.count > 0) state.grid.refresh();
   return passage;
 }
 
 std::vector<Boundary> conveyor_walls(const ConveyorSpec& conveyor) {
-  const Vec3 belt(conveyor.velocity, 0.0, 0.0);
+  const Inflow inflow(conveyor);
+  const Vec3 belt(conveyor.velocity, 0.0, 0.0), outlet(inflow.fastest(), 0.0, 0.0);
+  /// A wall that moves as the snow enters, where that is not with one speed for all times and heights.
+  const auto moving = [&](const Wall& wall, bool by_height) -> Boundary {
+    if (inflow.steady() && !(by_height && inflow.sheared())) return wall;
+    return Belt{wall, [inflow, by_height](double height, double time) {
+                  return inflow.velocity(time) * (by_height ? inflow.shear(height / inflow.flow_height(time)) : 1.0);
+                }};
+  };
   std::vector<Boundary> walls;
   walls.emplace_back(Wall{Vec3::Zero(), Vec3::UnitZ(), Contact::separable, 0.0, Vec3::Zero(), false});
   const double half = 0.5 * conveyor.width;
-  walls.emplace_back(Wall{Vec3(0, half, 0), -Vec3::UnitY(), conveyor.sidewall_contact, conveyor.sidewall_friction, belt, false});
+  walls.push_back(
+      moving(Wall{Vec3(0, half, 0), -Vec3::UnitY(), conveyor.sidewall_contact, conveyor.sidewall_friction, belt, false}, false));
   if (!conveyor.mirror_y)
-    walls.emplace_back(Wall{Vec3(0, -half, 0), Vec3::UnitY(), conveyor.sidewall_contact, conveyor.sidewall_friction, belt, false});
+    walls.push_back(
+        moving(Wall{Vec3(0, -half, 0), Vec3::UnitY(), conveyor.sidewall_contact, conveyor.sidewall_friction, belt, false}, false));
   if (conveyor.feed == ConveyorSpec::Feed::window) {
-    walls.emplace_back(Wall{Vec3(-conveyor.upstream_length, 0, 0), Vec3::UnitX(), Contact::slip, 0.0, belt, false});
-    walls.emplace_back(Wall{Vec3(conveyor.downstream_length, 0, 0), -Vec3::UnitX(), Contact::separable, 0.0, belt, false});
+    walls.push_back(moving(Wall{Vec3(-conveyor.upstream_length, 0, 0), Vec3::UnitX(), Contact::slip, 0.0, belt, false}, true));
+    const Wall end{Vec3(conveyor.downstream_length, 0, 0), -Vec3::UnitX(), Contact::separable, 0.0, outlet, false};
+    walls.push_back(inflow.sheared() ? moving(end, true) : Boundary(end));
   }
   return walls;
 }
@@ -156,11 +216,14 @@ std::vector<Boundary> conveyor_walls(const ConveyorSpec& conveyor) {
 void conveyor_domain(const Case& c, Vec3& min, Vec3& max) {
   const ConveyorSpec& conveyor = *c.conveyor;
   const double dx = c.numerics.cell_size;
-  const double head = 0.5 * conveyor.velocity * conveyor.velocity / std::max(c.numerics.gravity, 1e-3);
-  const double height = conveyor.flow_height;
+  const Inflow inflow(conveyor);
+  const double fastest = inflow.fastest() * inflow.shear(1.0), head = 0.5 * fastest * fastest / std::max(c.numerics.gravity, 1e-3);
+  double height = conveyor.flow_height;
+  for (const InflowPoint& p : conveyor.inflow) height = std::max(height, p.flow_height.value_or(0.0));
+  const double late = inflow.sheared() ? inflow.shear(1.0) * lattice_spacing(c.numerics) : 0.0;
   const bool window = conveyor.feed == ConveyorSpec::Feed::window;
   const double travel = conveyor.velocity * c.output.duration;
-  min = Vec3(window ? -conveyor.upstream_length - (reservoir_cells + 2.0) * dx
+  min = Vec3(window ? -conveyor.upstream_length - (reservoir_cells + 2.0) * dx - late
                     : -conveyor_length(conveyor.velocity, c.output.duration) - 2.0 * height,
              -0.5 * conveyor.width - 2.0 * dx, -2.0 * dx);
   max = Vec3(window ? conveyor.downstream_length + outlet_cells * dx : travel + 20.0 * height, 0.5 * conveyor.width + 2.0 * dx,

@@ -17,6 +17,7 @@ namespace {
 constexpr auto top = [](auto& d, std::size_t) -> auto& { return d.spec; };
 constexpr auto material = [](auto& d, std::size_t) -> auto& { return d.spec.material; };
 constexpr auto conveyor = [](auto& d, std::size_t) -> auto& { return *d.spec.conveyor; };
+constexpr auto inflow = [](auto& d, std::size_t i) -> auto& { return d.spec.conveyor->inflow[i]; };
 constexpr auto obstacle = [](auto& d, std::size_t) -> auto& { return *d.spec.obstacle; };
 constexpr auto body = [](auto& d, std::size_t i) -> auto& { return d.spec.bodies[i]; };
 constexpr auto wall = [](auto& d, std::size_t i) -> auto& { return d.spec.walls[i]; };
@@ -68,6 +69,15 @@ Binding word(Section section, Enum Owner::*member, Words words) {
             const auto at = std::find(words.begin(), words.end(), std::get<std::string>(value));
             section(d, i).*member = static_cast<Enum>(at - words.begin());
           }};
+}
+
+/// Leaves a key out of the written case while it has its default, so that cases which do not use it keep their hash.
+Binding unless_default(Binding plain, const Value& preset) {
+  return {[=](const Draft& d, std::size_t i) -> std::optional<Value> {
+            const auto value = plain.get(d, i);
+            return value == preset ? std::nullopt : value;
+          },
+          plain.set};
 }
 
 /// A key with one permitted value, which is stored nowhere.
@@ -141,10 +151,16 @@ const Condition impact{"[conveyor] and [obstacle]", "conveyor",
                        [](const Draft& d, std::size_t) { return d.spec.conveyor.has_value() && d.spec.obstacle.has_value(); }};
 const Condition window_feed{"feed = \"window\"", "conveyor.feed",
                             [](const Draft& d, std::size_t) { return d.spec.conveyor->feed == ConveyorSpec::Feed::window; }};
+const Condition sheared_inflow{"inflow_slip_ratio below 1", "conveyor.inflow_slip_ratio",
+                               [](const Draft& d, std::size_t) { return d.spec.conveyor->slip_ratio < 1.0; }};
 const Condition coulomb_sidewall{"sidewall_contact = \"coulomb\"", "conveyor.sidewall_contact",
                                  [](const Draft& d, std::size_t) { return d.spec.conveyor->sidewall_contact == Contact::separable; }};
 const Condition sliding_wall{"contact = \"slip\" or \"separable\"", "wall.contact",
                              [](const Draft& d, std::size_t i) { return d.spec.walls[i].contact != Contact::no_slip; }};
+const Condition box_obstacle{"shape = \"box\"", "obstacle.shape",
+                             [](const Draft& d, std::size_t) { return d.spec.obstacle->shape == ObstacleSpec::Shape::box; }};
+const Condition deep_obstacle{"shape = \"box\" or \"wedge\"", "obstacle.shape",
+                              [](const Draft& d, std::size_t) { return d.spec.obstacle->shape != ObstacleSpec::Shape::cylinder; }};
 const Condition flip{"transfer = \"flip\"", "numerics.transfer",
                      [](const Draft& d, std::size_t) { return d.spec.numerics.transfer == Transfer::flip; }};
 
@@ -205,6 +221,7 @@ std::vector<Key> declare_keys() {
   const Words contacts{"no_slip", "slip", "separable"};
   const Words sidewalls{"no_slip", "slip", "coulomb"};
   const Words shapes{"box", "cylinder", "sphere"};
+  const Words obstacles{"box", "cylinder", "wedge"};
   const Words feeds{"window", "strip"};
   const Words lattices{"staggered", "aligned"};
   const Words transfers{"apic", "flip"};
@@ -256,7 +273,7 @@ std::vector<Key> declare_keys() {
   t.add("tait_exponent", integer, "", closed(1.0, 20.0), field(material, &MaterialSpec::tait_exponent),
         "Exponent n of the equation of state p = K/n ((rho/rho_0)^n - 1); 1 is linear");
   t.add("viscosity_pa_s", number, "Pa s", closed(0.0, 1e9), field(material, &MaterialSpec::viscosity),
-        "Dynamic viscosity; explicit, so stable up to about half of density c cell_size (seen at cfl 0.4: 0.6 holds, 1 does not)");
+        "Dynamic viscosity; explicit: above density c cell_size / 2 it shortens the step to cfl density cell_size^2 / (2 viscosity)");
   t.add("carries_tension", boolean, "", {}, field(material, &MaterialSpec::carries_tension),
         "Whether pressure may be negative; if not, the fluid tears and recompacts before it carries pressure again");
   for (Key& key : t.keys) {
@@ -298,11 +315,45 @@ std::vector<Key> declare_keys() {
       .choices = lattices;
   t.add("mirror_y", boolean, "", {}, field(conveyor, &ConveyorSpec::mirror_y), "Compute the half y >= 0 only; results are for the whole");
 
+  Key& slip_ratio =
+      t.add("inflow_slip_ratio", number, "", closed(0.0, 1.0), unless_default(field(conveyor, &ConveyorSpec::slip_ratio), 1.0),
+            "Sheared inflow of depth mean v: u(z) = v (s + (1 - s)(1 + n)(z/H)^n) with s this ratio, u(0)/v, and n "
+            "inflow_shear_exponent; below 1 with sidewall_contact = \"slip\"");
+  slip_ratio.used = window_feed;
+  slip_ratio.default_text = "1.0";
+  Key& shear_exponent = t.add("inflow_shear_exponent", number, "", closed(0.1, 10.0),
+                              unless_default(field(conveyor, &ConveyorSpec::shear_exponent), 1.0), "Exponent n of the sheared inflow");
+  shear_exponent.used = sheared_inflow;
+  shear_exponent.default_text = "1.0";
+
+  t.table = "conveyor.inflow";
+  t.add("time_s", number, "s", closed(0.0, 1e6), field(inflow, &InflowPoint::time), "Time of this row, above that of the row before")
+      .required = always;
+  t.add("velocity_m_s", number, "m/s", above(0.0, fastest), field(inflow, &InflowPoint::velocity),
+        "Speed of the incoming snow, of the belt and its side walls")
+      .default_text = "left out: the conveyor's";
+  t.add("flow_height_m", number, "m", above(0.0, 1e3), field(inflow, &InflowPoint::flow_height), "Height of the incoming snow")
+      .default_text = "left out: the conveyor's";
+  t.add("density_ratio", number, "", closed(1.0, 2.0), field(inflow, &InflowPoint::density_ratio),
+        "Density of the incoming snow over density_kg_m3: snow that was compacted, and so hardened, before it came. Above 1 with "
+        "cohesive_cam_clay only");
+
   t.table = "obstacle";
-  t.add("shape", choice, "", {}, constant(std::string("box")), "Rigid box on the floor: front face at x = 0, axis at y = 0").choices = {
-      "box"};
-  t.add("width_m", number, "m", above(0.0, 1e4), field(obstacle, &ObstacleSpec::width), "Width w across the flow");
-  t.add("depth_m", number, "m", above(0.0, 1e4), field(obstacle, &ObstacleSpec::depth), "Depth along the flow");
+  t.add(
+       "shape", choice, "", {}, word(obstacle, &ObstacleSpec::shape, obstacles),
+       "Rigid, upright, on the floor, its most upstream point at x = 0, its middle at y = 0. cylinder: vertical; wedge: isosceles triangle "
+       "in plan, its edge against the flow")
+      .choices = obstacles;
+  t.add("width_m", number, "m", above(0.0, 1e4), field(obstacle, &ObstacleSpec::width),
+        "Width w across the flow; diameter of a cylinder, base of a wedge");
+  t.add("depth_m", number, "m", above(0.0, 1e4), field(obstacle, &ObstacleSpec::depth),
+        "Depth along the flow; of a wedge from edge to base: half its angle is atan(width_m / (2 depth_m))")
+      .used = deep_obstacle;
+  Key& rotation = t.add("rotation_deg", number, "deg", closed(-90.0, 90.0), unless_default(angle(obstacle, &ObstacleSpec::rotation), 0.0),
+                        "Turns the box about its vertical axis, counter-clockwise from above; unless it stays symmetric, with "
+                        "mirror_y = false");
+  rotation.used = box_obstacle;
+  rotation.default_text = "0.0";
   t.add("height_m", number, "m", length, field(obstacle, &ObstacleSpec::height), "Height").default_text = "left out: taller than any jet";
   t.add("friction", number, "", friction, field(obstacle, &ObstacleSpec::friction), "Coulomb coefficient mu of snow on the obstacle");
 
@@ -361,6 +412,10 @@ std::vector<Key> declare_keys() {
   t.add("box_inside_m", number, "m", closed(0.0, longest), field(measurement, &MeasurementSpec::box_inside),
         "Depth of the measuring box behind the face, for particles that stand slightly inside")
       .default_text = "left out: 0.5 cell_size_m";
+  t.add("force_window_s", number, "s", above(0.0, 1e3),
+        unless_default(field(measurement, &MeasurementSpec::force_window), MeasurementSpec{}.force_window),
+        "Window of the moving mean over the force whose highest value is the filtered peak")
+      .default_text = to_toml(MeasurementSpec{}.force_window);
   for (Key& key : t.keys) {
     if (key.table == "measurement") key.used = impact;
   }
@@ -415,6 +470,7 @@ const std::vector<Key>& keys() {
 
 void add_entry(Draft& draft, const std::string& table) {
   if (table == "conveyor") draft.spec.conveyor.emplace();
+  if (table == "conveyor.inflow") draft.spec.conveyor->inflow.emplace_back();
   if (table == "obstacle") draft.spec.obstacle.emplace();
   if (table == "body") draft.spec.bodies.emplace_back();
   if (table == "wall") draft.spec.walls.emplace_back();
@@ -423,6 +479,7 @@ void add_entry(Draft& draft, const std::string& table) {
 
 std::size_t entries(const Draft& draft, const std::string& table) {
   if (table == "conveyor") return draft.spec.conveyor ? 1 : 0;
+  if (table == "conveyor.inflow") return draft.spec.conveyor ? draft.spec.conveyor->inflow.size() : 0;
   if (table == "obstacle") return draft.spec.obstacle ? 1 : 0;
   if (table == "body") return draft.spec.bodies.size();
   if (table == "wall") return draft.spec.walls.size();

@@ -14,6 +14,7 @@
 #include "mpm/error.hpp"
 #include "mpm/impact/semi_empirical.hpp"
 #include "mpm/io/config.hpp"
+#include "mpm/obstacle.hpp"
 #include "mpm/point_path.hpp"
 
 namespace mpm::config {
@@ -206,7 +207,7 @@ class Reader {
 
   [[nodiscard]] bool given(const std::string& path) const { return places_.contains(path); }
   /// None of these keys is at fault: a check that combines them makes sense.
-  [[nodiscard]] bool sound(std::initializer_list<std::string> paths) const {
+  [[nodiscard]] bool sound(const std::vector<std::string>& paths) const {
     return std::none_of(paths.begin(), paths.end(), [&](const std::string& path) { return faulty_.contains(path); });
   }
 
@@ -618,17 +619,23 @@ class Reader {
         belt.width = default_conveyor_width(c.material, c.obstacle->width);
       }
     }
-    if (c.obstacle && sound({"conveyor.width_m", "obstacle.width_m", "material.hardening_xi"}) && belt.width < c.obstacle->width) {
+    const bool plan_known = c.obstacle && sound(obstacle_plan_keys);
+    const ObstaclePlan plan = plan_known ? obstacle_plan(*c.obstacle) : ObstaclePlan{};
+    if (plan_known && sound({"conveyor.width_m", "material.hardening_xi"}) && belt.width < plan.width) {
       fault_key("obstacle", "width_m",
-                fmt::format("= {} is wider than the belt, {} m; make it narrower, or give a larger conveyor.width_m", c.obstacle->width,
-                            belt.width));
+                fmt::format("= {}{} is wider than the belt, {} m; make it narrower, or give a larger conveyor.width_m", c.obstacle->width,
+                            c.obstacle->rotation != 0.0 ? fmt::format(", turned {:.6g},", plan.width) : "", belt.width));
     }
     const bool window = belt.feed == ConveyorSpec::Feed::window;
-    if (c.obstacle && window && sound({"conveyor.feed", "conveyor.downstream_length_m", "obstacle.depth_m"}) &&
-        belt.downstream_length < c.obstacle->depth) {
+    if (plan_known && window && sound({"conveyor.feed", "conveyor.downstream_length_m"}) && belt.downstream_length < plan.depth) {
       fault_key("conveyor", "downstream_length_m",
-                fmt::format("= {} ends inside the obstacle; give at least its depth, {} m", belt.downstream_length, c.obstacle->depth));
+                fmt::format("= {} ends inside the obstacle; give at least its depth, {:.6g} m", belt.downstream_length, plan.depth));
     }
+    if (plan_known && sound({"conveyor.mirror_y"}) && belt.mirror_y && !plan.symmetric) {
+      fault_key("obstacle", "rotation_deg",
+                "makes a box that is not symmetric about y = 0, of which half cannot stand for the whole; give conveyor.mirror_y = false");
+    }
+    check_inflow();
     if (sound({"conveyor.flow_height_m", "numerics.cell_size_m"}) && belt.flow_height < c.numerics.cell_size) {
       fault_key("conveyor", "flow_height_m",
                 fmt::format("= {} is less than one cell; give at least cell_size_m = {} m, or finer cells", belt.flow_height,
@@ -639,6 +646,36 @@ class Reader {
       fault_key("conveyor", "upstream_length_m",
                 fmt::format("= {} leaves no room between inlet and obstacle; give at least {} cells, {} m", belt.upstream_length,
                             least_upstream_cells, least_upstream_cells * c.numerics.cell_size));
+    }
+  }
+
+  /// Inflow that varies over height or in time.
+  void check_inflow() {
+    const Case& c = draft_.spec;
+    const ConveyorSpec& belt = *c.conveyor;
+    const bool sheared = belt.slip_ratio < 1.0 && sound({"conveyor.inflow_slip_ratio"});
+    if (sheared && belt.sidewall_contact != Contact::slip && sound({"conveyor.sidewall_contact"})) {
+      fault_key("conveyor", "inflow_slip_ratio",
+                "is below 1, and side walls that move at one speed would even the flow out; give sidewall_contact = \"slip\"");
+    }
+    if (belt.inflow.empty() || faulty_.contains("conveyor.inflow")) return;
+    const Place first = place("conveyor.inflow[0]", "");
+    if (belt.feed != ConveyorSpec::Feed::window && sound({"conveyor.feed"}))
+      fault(first, "[[conveyor.inflow]] stands beside feed = \"strip\", all of whose snow is there from the start; give feed = \"window\"");
+    if (sheared) fault(first, "[[conveyor.inflow]] stands beside inflow_slip_ratio; what varies in time enters as a plug, leave one out");
+    for (std::size_t i = 0; i < belt.inflow.size(); ++i) {
+      const std::string path = fmt::format("conveyor.inflow[{}]", i);
+      const InflowPoint& p = belt.inflow[i];
+      if (i > 0 && !(p.time > belt.inflow[i - 1].time) && sound({path + ".time_s", fmt::format("conveyor.inflow[{}].time_s", i - 1)}))
+        fault_key(path, "time_s",
+                  fmt::format("= {} is not above that of the row before, {}; sort the rows", p.time, belt.inflow[i - 1].time));
+      if (p.flow_height && *p.flow_height < c.numerics.cell_size && sound({path + ".flow_height_m", "numerics.cell_size_m"}))
+        fault_key(path, "flow_height_m",
+                  fmt::format("= {} is less than one cell; give at least cell_size_m = {} m", *p.flow_height, c.numerics.cell_size));
+      if (p.density_ratio > 1.0 && c.material.model != "cohesive_cam_clay" && sound({path + ".density_ratio", "material.model"}))
+        fault_key(path, "density_ratio",
+                  fmt::format("= {} asks for snow that was compacted before; {} does not keep compaction, leave it out", p.density_ratio,
+                              c.material.model));
     }
   }
 
@@ -676,23 +713,9 @@ class Reader {
     if (domain_known && ((body.min.array() < c.domain.min.array()).any() || (body.max.array() > c.domain.max.array()).any())) {
       fault_key(path, "max_m", "or min_m lies outside [domain]; enlarge the domain or move the body");
     }
-    if (c.obstacle && sound({"obstacle.width_m", "obstacle.depth_m", "obstacle.height_m", path + ".shape"}) &&
-        meets_obstacle(body, *c.obstacle)) {
+    if (c.obstacle && sound(obstacle_plan_keys) && sound({"obstacle.height_m", path + ".shape"}) && meets_obstacle(body, *c.obstacle)) {
       fault_key(path, "max_m", "and min_m reach into the obstacle; move the body, it may touch the obstacle");
     }
-  }
-
-  /// Whether the interiors share a point: the point of the obstacle's box that is nearest to the body's axis or centre decides.
-  static bool meets_obstacle(const BodySpec& body, const ObstacleSpec& obstacle) {
-    const double top = obstacle.height.value_or(std::numeric_limits<double>::infinity());
-    const Vec3 low(0.0, -obstacle.width / 2, 0.0);
-    const Vec3 high(obstacle.depth, obstacle.width / 2, top);
-    if ((body.min.array() >= high.array()).any() || (body.max.array() <= low.array()).any()) return false;
-    const Vec3 centre = 0.5 * (body.min + body.max);
-    Vec3 gap = (centre.cwiseMax(low).cwiseMin(high) - centre).cwiseQuotient(0.5 * (body.max - body.min));  // in half-axes
-    if (body.shape == BodySpec::Shape::box) return true;
-    if (body.shape == BodySpec::Shape::cylinder) gap.z() = 0.0;
-    return gap.squaredNorm() < 1.0;
   }
 
   // ---- checks across keys of a path ------------------------------------------------------------------------------------------------
@@ -714,6 +737,8 @@ class Reader {
     }
   }
 
+  inline static const std::vector<std::string> obstacle_plan_keys{"obstacle", "obstacle.shape", "obstacle.width_m", "obstacle.depth_m",
+                                                                  "obstacle.rotation_deg"};
   static constexpr double least_upstream_cells = 4;  // inlet layer, the kernel's width and one free cell
 
   std::string file_;

@@ -17,6 +17,8 @@ const std::vector<TableInfo>& schema_tables() {
       {"conveyor", false, true, false,
        "The paper's set-up: snow on a frictionless belt between moving side walls meets the obstacle. It stands instead of [[body]] and "
        "[[wall]]"},
+      {"conveyor.inflow", true, true, false,
+       "Inflow that varies in time, with feed = \"window\": linear between these rows, constant before the first and after the last"},
       {"obstacle", false, true, false, "Rigid obstacle with separable Coulomb contact; left out: none"},
       {"body", true, true, false, "A piece of material in a scene by hand (without [conveyor]), any number"},
       {"wall", true, true, false, "A half-space in a scene by hand, any number; acts on grid nodes on or behind its plane"},

@@ -12,6 +12,11 @@
 ///   unbroken. Nodes at or beyond the outlet are held to v_x <= v by the snow that the strip would have there: without it the plug would
 ///   pour off an edge. Particles two cells beyond the outlet have left.
 ///
+/// Inflow that varies (inflow.hpp; window only). In time: each layer enters with the speed, height and density of its moment, the nodes at
+/// the inlet and the side walls move at the speed of the moment, the outlet holds at the greatest of all times. Denser snow was compacted
+/// before: it has J = 1/ratio and is as hard as the law makes it. Over height: rows of particles enter at their own speeds, each row when
+/// it is due; the inlet's nodes hold the profile, the side walls are frictionless, the outlet holds at the profile.
+///
 /// The plug starts at rest under its own weight (see settled_column), so that neither the first nor a fresh column oscillates.
 ///
 /// Lattice. Particles that follow one another on the same lines keep to the same stream lines: where a mast spreads the flow, gaps open
@@ -22,6 +27,7 @@
 /// effectiveness of quasirandom sequences, 2018). "aligned" is the plain lattice, for comparison.
 
 #include "mpm/case.hpp"
+#include "mpm/impact/inflow.hpp"
 #include "mpm/solver.hpp"
 
 namespace mpm {
@@ -35,30 +41,46 @@ struct ColumnPoint {
 /// Column of height H before settling, cut into `count` layers, compressed from the stress-free state until the Cauchy stress
 /// sigma_zz = -rho_0 g (H - Z) in every layer (exact equilibrium of a confined column). The law itself is integrated along this oedometric
 /// path from the top down, so that the lateral stress is the law's own K_0, elastic or plastic.
-/// @param weight rho_0 g, N/m^3, >= 0. @throws UnstableError if the law cannot carry the weight
-std::vector<ColumnPoint> settled_column(const AnyMaterial& material, double weight, double height, int count);
+/// @param weight rho_0 g, N/m^3, >= 0. @param density_ratio of the stress-free snow over rho_0, >= 1: it starts from the internal variable
+/// X_0 + log(ratio) of snow compacted by that much (Cam-Clay; 1 for every other law). @throws UnstableError if the law cannot carry the
+/// weight
+std::vector<ColumnPoint> settled_column(const AnyMaterial& material, double weight, double height, int count, double density_ratio = 1.0);
 
 /// Releases the plug, layer by layer.
 class ConveyorFeed : public Feed {
  public:
   ConveyorFeed(const Case& c, const AnyMaterial& material);
 
-  /// Layers due at state.time: layer j has its centre at x_j = -(j + 1/2) s + v t.
+  /// Layers due at state.time: layer j has its centre at x_j = -(j + 1/2) s + v t, with int v dt for v t if it varies. Sheared, row k of it
+  /// at -(j + 1/2) s + r_k v t with r_k the mean of r over the row; rows are fed at every multiple of s that the plug would have gone.
   Passage release(State& state) const override;
   /// The snow of t = 0. Not counted as entered.
   void fill(State& state) const;
 
-  [[nodiscard]] std::size_t particles_per_layer() const { return layers_.front().size(); }
+  [[nodiscard]] std::size_t particles_per_layer() const { return make_layer(0.0, 0).size(); }
   [[nodiscard]] std::uint64_t initial_layers() const { return initial_layers_; }
 
  private:
+  using Layer = std::vector<Particle>;  ///< with x = 0, row by row from the floor
+  /// @param level of a particle within its share of the height
+  [[nodiscard]] Layer make_layer(double time, int level) const;
+  [[nodiscard]] int rows(double time) const;
+  /// Number of layers of a row that are due when the plug has gone `distance`.
+  [[nodiscard]] std::uint64_t due(double rate, double distance) const;
   void insert_layer(State& state, Passage& passage) const;
-  double spacing_, spacing_y_, velocity_, release_at_, density_;
+  void insert_rows(State& state, Passage& passage) const;
+  void insert(State& state, Passage& passage, std::span<const Particle> particles, std::uint64_t layer, double distance) const;
+  [[nodiscard]] int level_of(std::uint64_t layer) const;
+
+  AnyMaterial material_;
+  Inflow inflow_;
+  double spacing_, spacing_y_, release_at_, density_, weight_;
+  int half_count_, levels_;
+  bool mirror_y_;
   Vec3 offset_;  ///< of the scene against the grid, m
   bool endless_;
   std::uint64_t initial_layers_;
-  std::vector<std::vector<Particle>> layers_;  ///< with x = 0; one for each level of a particle within its share of the height
-  std::vector<double> elastic_energy_;         ///< of all particles of each of them, J
+  std::vector<Layer> layers_;  ///< of a steady inflow, one for each level
 };
 
 /// Floor, side walls, inlet and outlet.
