@@ -37,7 +37,7 @@ HEIGHTS = {"runup": ("Run-up height", "$h_r/H$"), "pressure_height": ("Pressure 
 def froude_colour(froude):
     """From blue (slow) over green to red (fast), by rank in the paper's list."""
     rank = int(np.argmin([abs(froude - f) for f in FROUDE_NUMBERS]))
-    return plt.get_cmap("viridis")(0.95 * rank / (len(FROUDE_NUMBERS) - 1))
+    return plt.get_cmap("viridis")(0.88 * rank / (len(FROUDE_NUMBERS) - 1))
 
 
 def xi_marker(xi):
@@ -362,14 +362,15 @@ def figure_9(study):
     for key, title, label in (("normalised", "RMSLE, normalised to 0–1", "normalised RMSLE"), ("rmsle", "RMSLE itself", "RMSLE")):
         figure, axes = new_axes()
         shade_guideline(axes)
-        xis = distinct(table["hardening_xi"])[::-1]
+        xis = [xi for xi in distinct(table["hardening_xi"])[::-1] if xi in (5.0, 0.5)] or distinct(table["hardening_xi"])[::-1]
         for k, lam in enumerate(distinct(table["lambda"])):
             for j, xi in enumerate(xis):
                 rows = select(table, rows_where(table, hardening_xi=xi, **{"lambda": lam}))
                 axes.plot(rows["effective_friction"], rows[key], ("-", "--", ":", "-.")[j % 4], marker=MARKERS[j], markersize=4, color=COLOURS[k], linewidth=1.4,
                           label=rf"$\lambda$ = {lam:g}, $\xi$ = {xi:g}")
+        axes.set_ylim(0, 1.35 * axes.get_ylim()[1])  # room for the legend
         pictures.append((title, "Grey: the paper's minima, 0.45–0.65 for λ = 1.5 (dry, loose) and 1.0–1.5 for λ = 3 (dense).",
-                         done(axes, title, "effective internal friction $M'$", label, ncols=2, loc="upper center", bbox_to_anchor=(0.5, 0.94), fontsize=8)))
+                         done(axes, title, "effective internal friction $M'$", label, ncols=2, loc="upper right", bbox_to_anchor=(1.0, 0.95), fontsize=8)))
     rows = [[f"{lam:g}", f"{xi:g}", number(at, 3), f"{number(below, 2)} – {number(above, 2)}", number(vertex, 3), number(error, 3), f"{low:g} to {high:g}", "met" if inside else "not met"]
             for lam, xi, at, below, above, vertex, error, low, high, inside in zip(*(minima[k] for k in minima))]
     tables = [{"title": "Where the curves are lowest", "head": ["λ", "ξ", "lowest M' of the table", "between its neighbours", "vertex of the parabola", "RMSLE", "published M'", "inside"], "rows": rows}]
@@ -492,7 +493,7 @@ def aim_rows(study):
     rows = []
     for aim in study.fit["aims"]:
         if aim["fitting_set"] == "narrow":
-            rows.append({"what": aim["what"], "aim": aim["aim"], "value": per_cent(aim["value"]), "met": aim["met"]})
+            rows.append({"what": aim["what"], "aim": aim["aim"].replace("<=", "≤").replace(">=", "≥"), "value": per_cent(aim["value"]), "met": aim["met"]})
     return rows
 
 
