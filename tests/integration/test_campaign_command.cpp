@@ -50,7 +50,7 @@ class CampaignCommand : public ::testing::Test {
   void SetUp() override { std::ofstream(directory_ / "plan.toml") << avalanches; }
 
   [[nodiscard]] Outcome shell(const std::string& command) const {
-    return testing::run_command(command, directory_.path(), directory_.path());
+    return testing::run_command("{ " + command + "\n}", directory_.path(), directory_.path());
   }
   [[nodiscard]] Outcome campaign(const std::string& arguments) const { return shell("'" MPM_APP "' campaign " + arguments); }
 
