@@ -191,7 +191,7 @@ def main():
         writer.writerow(["wall_time_s", "resident_bytes"])
         writer.writerows((f"{t:.1f}", size) for t, size in samples)
     plot(arguments, samples, slope, bound)
-    version = re.search(r"commit (\w+)", subprocess.run([arguments.mpm, "--version"], capture_output=True, text=True).stdout)
+    version = re.search(r"commit ([\w-]+)", subprocess.run([arguments.mpm, "--version"], capture_output=True, text=True).stdout)
     lines = [f"`./run soak --hours {arguments.hours:g}`, commit {version.group(1) if version else 'unknown'}, {arguments.threads} thread(s): "
              f"{results['duration_s']:g} s of snow in {samples[-1][0] / 3600.0:.2f} h, {results['steps']} steps, "
              f"{results['particle_steps']:.4g} particle-steps, {len(list((arguments.out / 'run' / 'frames').glob('*.h5')))} frames.", "",

@@ -11,8 +11,12 @@
 #include <chrono>
 #include <cmath>
 #include <ctime>
+#include <latch>
 #include <nlohmann/json.hpp>
 #include <numeric>
+#include <system_error>
+#include <thread>
+#include <vector>
 
 #include "mpm/build_info.hpp"
 #include "mpm/diagnostics.hpp"
@@ -77,6 +81,27 @@ void add(LayerImpulses& sum, const LayerImpulses& more) {
   const auto base = static_cast<std::size_t>(more.first - sum.first);
   if (sum.layer.size() < base + more.layer.size()) sum.layer.resize(base + more.layer.size(), Vec3::Zero());
   for (std::size_t k = 0; k < more.layer.size(); ++k) sum.layer[base + k] += more.layer[k];
+}
+
+/// Makes the threads of OpenMP. Its runtime ends the process, without a way to intervene, when it cannot: so we try first.
+void start_threads() {
+  const int wanted = omp_get_max_threads();
+  std::vector<std::thread> trial;
+  std::latch all(wanted);
+  try {
+    for (int i = 1; i < wanted; ++i) trial.emplace_back([&all] { all.arrive_and_wait(); });
+    all.count_down();
+  } catch (const std::system_error& error) {
+    all.count_down(wanted - static_cast<std::ptrdiff_t>(trial.size()));
+    for (std::thread& t : trial) t.join();
+    throw Error(ExitCode::internal,
+                fmt::format("cannot start {} threads: {}; take fewer with --threads, or raise the limits of memory (ulimit -v) and of "
+                            "processes (ulimit -u)",
+                            wanted, error.what()));
+  }
+  for (std::thread& t : trial) t.join();
+#pragma omp parallel
+  {}
 }
 
 /// One run in its directory.
@@ -144,6 +169,7 @@ Run::Run(const Case& c, const RunOptions& options)
                                                           : 0),
       lock_(made(options.out)) {
   if (options_.threads > 0) omp_set_num_threads(options_.threads);
+  start_threads();
 }
 
 std::vector<std::string> Run::columns() const {

@@ -200,8 +200,8 @@ std::string resume_from_checkpoint(const std::filesystem::path& directory, const
     return fmt::format("{}{}; going on from {}", reasons.front(), kept, previous_checkpoint_file);
   }
   if (other_case) throw ConfigError(reasons.front());
-  throw IoError(fmt::format("there is no checkpoint to go on from:\n  {}\nrun without --resume to start from the beginning",
-                            fmt::join(reasons, "\n  ")));
+  throw IoError(fmt::format("there is no checkpoint to go on from: {}; run without --resume to start from the beginning",
+                            fmt::join(reasons, "; and ")));
 }
 
 }  // namespace mpm

@@ -124,7 +124,9 @@ struct Writer::File {
   }
   /// The file is in memory: a failure here is lack of memory or a wrong argument.
   void require(bool ok, const std::string& what) const {
-    if (!ok) throw IoError(fmt::format("HDF5 file in memory: {}: {}", what, innermost_message()));
+    if (!ok)
+      throw IoError(fmt::format("HDF5 file in memory: {}: {}; if memory is short, raise its limit or take a smaller case", what,
+                                innermost_message()));
   }
   void write_attribute(const std::string& name, hid_t type, hid_t memory_type, const void* value) const {
     const QuietErrors quiet;

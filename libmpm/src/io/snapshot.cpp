@@ -166,7 +166,9 @@ void write_frame(const std::filesystem::path& directory, int index, const Partic
   std::vector<std::int32_t> vertex(n);
   std::iota(vertex.begin(), vertex.end(), 0);
   put(file, "vertex", vertex);
-  make_directory(path.parent_path());
+  std::error_code error;  // not the directory itself: one that was moved away while a run goes on is not made again
+  std::filesystem::create_directory(path.parent_path(), error);
+  if (error) throw file_error("cannot create directory", path.parent_path(), error.value());
   file.save(path);
 }
 

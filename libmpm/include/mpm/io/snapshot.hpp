@@ -76,7 +76,8 @@ inline constexpr int snapshot_format_version = 1;
 /// DIR/frames/NNNNN.h5
 std::filesystem::path frame_path(const std::filesystem::path& directory, int index);
 
-/// Writes frame `index` of the run directory; creates DIR/frames if needed. @throws IoError; also if columns differ in length
+/// Writes frame `index` of the run directory, which must exist; creates DIR/frames if needed. @throws IoError; also if columns differ in
+/// length
 void write_frame(const std::filesystem::path& directory, int index, const ParticleTable& particles, const SnapshotInfo& info);
 /// Writes a final state. @throws IoError as above
 void write_final(const std::filesystem::path& path, const ParticleTable& particles, const SnapshotInfo& info);

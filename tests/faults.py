@@ -1,0 +1,554 @@
+#!/usr/bin/python3
+"""What may happen to a run, done to runs on purpose: `./run faults [--seed N] [--kills N] [--quick]`.
+
+A small avalanche (a checkpoint at every sample, so that most of its time is spent in writing) is computed once undisturbed: the reference.
+Then it is killed, starved, and damaged in every way below, and resumed. Expected of every fault: a message that names the file or the
+remedy, the exit code of its kind (README), and after `--resume` (or a new run where there is nothing to resume) the very bytes of the
+reference: final.h5, series.csv, profile.csv, every frame, frames.xdmf, case.toml, and results.json without what belongs to the machine
+(times, memory, threads).
+
+One line a fault; faults.md and faults.csv hold them as tables. Exit code 1 if any expectation failed.
+"""
+
+import argparse
+import csv
+import json
+import os
+import pathlib
+import random
+import re
+import resource
+import shutil
+import signal
+import subprocess
+import sys
+import tempfile
+import time
+import zlib
+
+ROOT = pathlib.Path(__file__).resolve().parent.parent
+CASE = """title = "a small avalanche to be disturbed"
+[material]
+model = "cohesive_cam_clay"
+critical_state_slope = 0.4
+cohesion_beta = 0.0
+hardening_xi = 5.0
+[conveyor]
+froude_number = 3.0
+width_m = 3.5
+upstream_length_m = 3.0
+downstream_length_m = 3.0
+[obstacle]
+friction = 0.0
+[numerics]
+cell_size_m = 0.4375
+[output]
+duration_s = 0.4
+series_per_second = 50
+frames_per_second = 25
+checkpoint_minutes = 1e-6
+"""
+SAMPLES = 21  # rows of series.csv
+OF_THE_MACHINE = ("wall_time_s", "solver_time_s", "million_particle_steps_per_s", "peak_memory_bytes", "threads")
+NOBODY = 65534
+PATIENCE = 600.0  # seconds after which a run hangs, on a very busy machine
+OK, USAGE, IO, INTERNAL = 0, 2, 4, 5
+
+
+class Outcome:
+    def __init__(self, code, err):
+        self.code, self.err = code, err
+
+    def message(self):
+        """The line that matters: the last one that is neither progress nor empty."""
+        lines = [line for line in self.err.splitlines() if line.strip() and not re.match(r"\s*[\d.]+ %", line) and not line.startswith("results in")]
+        return lines[-1].strip() if lines else ""
+
+
+class Campaign:
+    def __init__(self, arguments):
+        self.quick, self.kills, self.random = arguments.quick, arguments.kills, random.Random(arguments.seed)
+        self.sanitized = arguments.sanitized
+        parent = arguments.scratch or (pathlib.Path("/dev/shm") if os.access("/dev/shm", os.W_OK) else None)  # memory: fsync costs nothing there
+        self.folder = pathlib.Path(tempfile.mkdtemp(prefix="mpm-faults-", dir=parent))
+        self.folder.chmod(0o755)
+        self.mpm = self.folder / "mpm"  # a copy: nobody rebuilds it meanwhile, and everybody may run it
+        shutil.copy2(arguments.mpm, self.mpm)
+        self.mpm.chmod(0o755)
+        self.case = self.folder / "case.toml"
+        self.case.write_text(CASE)
+        self.environment = {**os.environ, "OMP_WAIT_POLICY": "passive"}
+        self.root = os.geteuid() == 0
+        self.rows, self.number, self.mounts = [], 0, []
+
+    def close(self):
+        for place in self.mounts:
+            subprocess.run(["umount", str(place)], check=False)
+        shutil.rmtree(self.folder, ignore_errors=True)
+
+    # --- running ---
+    def place(self):
+        self.number += 1
+        return self.folder / f"run{self.number}"
+
+    def command(self, out, *more, threads=1):
+        return [str(self.mpm), "run", str(self.case), "--out", str(out), "--threads", str(threads), *more]
+
+    def start(self, out, *more, threads=1, environment=None, stderr=subprocess.PIPE, stdout=subprocess.DEVNULL, **how):
+        return subprocess.Popen(self.command(out, *more, threads=threads), stdout=stdout, stderr=stderr, text=True,
+                                env={**self.environment, **(environment or {})}, **how)
+
+    def run(self, out, *more, **how):
+        process = self.start(out, *more, **how)
+        return self.end_of(process)
+
+    def end_of(self, process):
+        try:
+            _, err = process.communicate(timeout=PATIENCE)
+        except subprocess.TimeoutExpired:
+            process.kill()
+            process.communicate()
+            return Outcome("hangs", "")
+        return Outcome(process.returncode, err or "")
+
+    def halted(self, rows, *more, prepare=None, **how):
+        """A run that has got so far and stands still (SIGSTOP), so that what is done to it now is done in its midst."""
+        for _ in range(20):  # on a busy machine the whole run may go by between two looks at it
+            out = self.place()
+            if prepare:
+                prepare(out)
+            process = self.start(out, *more, **how)
+            while process.poll() is None:
+                try:
+                    there = (out / "series.csv").read_bytes().count(b"\n") - 1
+                except FileNotFoundError:
+                    there = 0
+                if there >= rows:
+                    process.send_signal(signal.SIGSTOP)
+                    time.sleep(0.02)
+                    if process.poll() is None and (out / "series.csv").read_bytes().count(b"\n") - 1 < SAMPLES - 1:
+                        return out, process
+                    process.send_signal(signal.SIGCONT)
+                    break
+                time.sleep(0.001)
+            self.end_of(process)
+        raise SystemExit("faults: the run cannot be halted in its midst: the machine is too busy")
+
+    def go_on(self, process):
+        process.send_signal(signal.SIGCONT)
+        return self.end_of(process)
+
+    # --- judging ---
+    def content(self, out):
+        """Everything that a run promises to leave, by name."""
+        found = {}
+        names = ["final.h5", "series.csv", "profile.csv", "frames.xdmf", "case.toml", "results.json"]
+        frames = sorted((out / "frames").glob("*")) if (out / "frames").is_dir() else []
+        for path in [out / name for name in names] + frames:
+            if path.name == "results.json" and path.exists():
+                results = json.loads(path.read_text())
+                for key in OF_THE_MACHINE:
+                    results.pop(key, None)
+                found["results.json"] = results
+            else:
+                found[str(path.relative_to(out))] = path.read_bytes() if path.exists() else None
+        return found
+
+    def compute_reference(self):
+        self.reference_folder = self.place()
+        begin = time.monotonic()
+        outcome = self.run(self.reference_folder)
+        self.seconds = time.monotonic() - begin
+        if outcome.code != OK:
+            raise SystemExit(f"faults: the undisturbed run failed ({outcome.code}): {outcome.err}")
+        self.reference = self.content(self.reference_folder)
+        self.size = sum(path.stat().st_size for path in self.reference_folder.rglob("*") if path.is_file())
+        if self.reference["series.csv"].count(b"\n") != SAMPLES + 1 or len([n for n in self.reference if n.startswith("frames/")]) != 11:
+            raise SystemExit("faults: the undisturbed run is not the one that the expectations are about")
+
+    def differences(self, out):
+        found = self.content(out)
+        return [name for name in sorted(self.reference.keys() | found.keys()) if self.reference.get(name) != found.get(name)]
+
+    def note(self, fault, holds, expected, seen, code, lost="none", tries=1):
+        self.rows.append({"fault": fault, "tries": tries, "expected": expected, "exit code": code, "message seen": seen, "data lost": lost,
+                          "verdict": "holds" if holds else "FAILS"})
+        print(f"{'ok  ' if holds else 'FAIL'}  {fault} (x{tries}) | {seen} | exit {code} | expected: {expected} | data lost: {lost}", flush=True)
+
+    def expect(self, fault, outcome, codes, words, out, resume=True, threads=1, lost="none", expected="", also=True):
+        """A fault is over: its exit code and its message are as expected, and what --resume (or a new run) gives is the reference."""
+        codes = codes if isinstance(codes, tuple) else (codes,)
+        right = outcome.code in codes and all(re.search(word, outcome.err) for word in words) and also
+        again = self.run(out, *(["--resume"] if resume else []), threads=threads)
+        differ = self.differences(out) if again.code == OK else [f"exit {again.code}: {again.message()}"]
+        if differ:
+            lost = "differs: " + ", ".join(differ)
+        seen = self.shown(outcome.message())
+        self.note(fault, right and not differ, expected or f"exit {'/'.join(map(str, codes))}, then the reference", seen, outcome.code, lost)
+
+    def shown(self, message):
+        message = message.replace(str(self.folder), "DIR")
+        message = re.sub(r"DIR/run\d+", "OUT", message)
+        return message if len(message) < 160 else message[:157] + "..."
+
+    # --- faults ---
+    def random_kills(self):
+        """kill -9 at random moments; what was killed is resumed, and may be killed again."""
+        done, chains, writing, wrong, worst = 0, 0, 0, [], 0
+        while done < self.kills:
+            out = self.place()
+            chains += 1
+            in_a_row = 0
+            while True:
+                process = self.start(out, *(["--resume"] if in_a_row else []), threads=self.random.choice((1, 2)), stderr=subprocess.DEVNULL)
+                if done < self.kills:
+                    try:
+                        process.wait(timeout=self.random.uniform(0.0, 1.1 * self.seconds))
+                    except subprocess.TimeoutExpired:
+                        process.kill()
+                code = process.wait(timeout=PATIENCE)
+                if code == OK:
+                    break
+                if code != -signal.SIGKILL:
+                    wrong.append(f"exit {code} after {in_a_row} kills")
+                    break
+                done += 1
+                in_a_row += 1
+                worst = max(worst, in_a_row)
+                writing += any(out.rglob(".*.tmp"))
+            wrong += [f"after {in_a_row} kills: {name} differs" for name in self.differences(out)]
+            wrong += [f"{path.name} is left over" for path in out.rglob(".*.tmp")]
+            shutil.rmtree(out)
+        self.note(f"kill -9 at random moments, {writing} of them with a file half written; up to {worst} in one run", not wrong,
+                  "every run ends with the reference", "; ".join(wrong[:3]) or "-", -9, "; ".join(wrong[:3]) or "none", tries=done)
+
+    def compile_failing_calls(self):
+        library = self.folder / "failing_calls.so"
+        subprocess.run(["c++", "-shared", "-fPIC", "-O1", "-o", library, ROOT / "tests" / "support" / "failing_calls.cpp", "-ldl"], check=True)
+        return library
+
+    def at_every_file_call(self):
+        library, count = self.compile_failing_calls(), self.folder / "count"
+        short = ["--set", "output.duration_s=0.08"]  # five samples and three frames
+        self.run(self.place(), *short, environment={"LD_PRELOAD": str(library), "COUNT_FILE": str(count)})
+        calls = int(count.read_text())
+        full = self.reference
+        whole = self.place()
+        self.run(whole, *short)
+        self.reference = self.content(whole)
+        modes = [("kill", "kill -9 in place of the n-th file operation"), ("half", "kill -9 in the middle of the n-th file operation"),
+                 ("28", "no space left (ENOSPC) at the n-th file operation"), ("5", "the device fails (EIO) at the n-th file operation"),
+                 ("122", "quota exceeded (EDQUOT) at the n-th file operation")]
+        for with_, text in modes:
+            numbers = range(1, calls + 1) if not self.quick else sorted(self.random.sample(range(1, calls + 1), 3))
+            wrong, codes, said = [], {}, ""
+            for n in numbers:
+                out = self.place()
+                outcome = self.run(out, *short, environment={"LD_PRELOAD": str(library), "FAIL_AT": str(n), "FAIL_WITH": with_})
+                codes[outcome.code] = codes.get(outcome.code, 0) + 1
+                killed = with_ in ("kill", "half")
+                if killed and outcome.code != -signal.SIGKILL:
+                    wrong.append(f"{n}: exit {outcome.code}")
+                if not killed:
+                    # A log line that is lost and a directory that cannot be forced to the disk do not end a run; its results must be whole then.
+                    if outcome.code == OK:
+                        wrong += [f"{n}: {name} differs" for name in self.differences(out)]
+                    elif outcome.code != IO or not re.search(os.strerror(int(with_)), outcome.err):
+                        wrong.append(f"{n}: exit {outcome.code}: {outcome.message()}")
+                    else:
+                        said = outcome.message()
+                again = self.run(out, *short, "--resume", threads=2)
+                if again.code != OK and "no checkpoint to go on from" in again.err and (out / "results.json").exists():
+                    again = Outcome(OK, "")
+                wrong += [f"{n}: {name} differs" for name in self.differences(out)] if again.code == OK else [f"{n}: resumed: {again.message()}"]
+                wrong += [f"{n}: {path.name} is left over" for path in out.rglob(".*.tmp")]
+                shutil.rmtree(out)
+            self.note(f"{text}, n = 1 ... {calls}" if not self.quick else text, not wrong, "killed, then the reference" if with_ in ("kill", "half") else
+                      "exit 4 with the reason (exit 0 for a lost line of run.log), then the reference", self.shown("; ".join(wrong[:3]) or said or "-"),
+                      " ".join(f"{code} ({times}x)" for code, times in sorted(codes.items())), "; ".join(wrong[:3]) or "none", tries=len(numbers))
+        self.reference = full
+
+    def signals(self):
+        for name in ("SIGTERM", "SIGINT", "SIGHUP"):
+            out, process = self.halted(6)
+            process.send_signal(getattr(signal, name))
+            outcome = self.go_on(process)
+            self.expect(name, outcome, -getattr(signal, name), ["stopped at t = ", "--resume"], out, threads=2,
+                        expected="a checkpoint, then ended by the signal; the reference after --resume")
+        out, process = self.halted(6, "--set", "output.checkpoint_minutes=1e4")
+        process.send_signal(signal.SIGUSR1)
+        outcome = self.go_on(process)
+        asked = "(asked for)" in (out / "run.log").read_text()
+        differ = [name for name in self.differences(out) if name != "case.toml"]
+        self.note("SIGUSR1", outcome.code == OK and asked and not differ, "a checkpoint, and the run goes on to the reference",
+                  "run.log: checkpoint (asked for)" if asked else "nothing", outcome.code, ", ".join(differ) or "none")
+
+    def full_disk(self):
+        shares = (0.5,) if self.quick else (0.05, 0.2, 0.4, 0.6, 0.8, 0.95)
+        for share in shares:
+            out = self.place()
+            if self.root:
+                out.mkdir()
+                size = int(share * self.size)
+                if subprocess.run(["mount", "-t", "tmpfs", "-o", f"size={size}", "tmpfs", str(out)], capture_output=True).returncode == 0:
+                    self.mounts.append(out)
+                    outcome = self.run(out)
+                    subprocess.run(["mount", "-o", "remount,size=1g", str(out)], check=True)
+                    self.expect(f"disk full: tmpfs of {size / 1e6:.2f} MB, {100 * share:.0f} % of what the run needs", outcome, IO,
+                                ["No space left on device", "free space"], out)
+                    subprocess.run(["umount", str(out)], check=True)
+                    self.mounts.remove(out)
+                    continue
+                print("      (no tmpfs can be mounted here: the limit on file sizes must stand for the full disk)")
+            break
+        # The limit on the size of a file: write() fails in the middle of a file, as on a disk that is full or beyond its quota.
+        sizes = sorted(path.stat().st_size for path in self.reference_folder.rglob("*.h5"))
+        for limit in (sizes[0] // 2,) if self.quick else (1000, sizes[0] // 2, sizes[len(sizes) // 2], sizes[-1] - 1):
+            out = self.place()
+            outcome = self.run(out, preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (limit, resource.RLIM_INFINITY)))
+            self.expect(f"write fails in the middle of a file (ulimit -f, {limit} bytes)", outcome, IO, ["File too large", "ulimit -f"], out)
+
+    def permissions(self):
+        drop = {"user": NOBODY, "group": NOBODY, "extra_groups": []} if self.root else {}
+        locked = self.place()
+        locked.mkdir(mode=0o555)
+        outcome = self.run(locked / "below", **drop)
+        locked.chmod(0o777)
+        self.expect("directory without the right to write", outcome, IO, ["Permission denied", "permissions"], locked / "below", resume=False)
+
+        def of_nobody(out):
+            out.mkdir()
+            if self.root:
+                os.chown(out, NOBODY, NOBODY)
+
+        out, process = self.halted(5, prepare=of_nobody, **drop)
+        out.chmod(0o555)
+        outcome = self.go_on(process)
+        out.chmod(0o777)
+        self.expect("directory loses the right to write while the run goes on", outcome, IO, ["Permission denied"], out)
+
+        out = self.place()
+        of_nobody(out)
+        (out / "run.log").write_text("")
+        (out / "run.log").chmod(0o444)
+        outcome = self.run(out, **drop)
+        (out / "run.log").chmod(0o666)
+        self.expect("read-only file (run.log)", outcome, IO, ["run.log", "Permission denied", "permissions"], out)
+
+        out = self.place()
+        out.write_text("a file, not a directory")
+        outcome = self.run(out)
+        out.unlink()
+        self.expect("file in the place of the directory", outcome, IO, ["directory"], out, resume=False)
+
+        if self.root:
+            out = self.place()
+            out.mkdir()
+            if subprocess.run(["mount", "-t", "tmpfs", "-o", "ro", "tmpfs", str(out)], capture_output=True).returncode == 0:
+                self.mounts.append(out)
+                outcome = self.run(out)
+                subprocess.run(["umount", str(out)], check=True)
+                self.mounts.remove(out)
+                self.expect("read-only file system", outcome, IO, ["Read-only file system", "choose another output directory"], out, resume=False)
+
+    def memory(self):
+        """Address space limited to points between what starting takes and what the run takes."""
+        def limited(out, limit):
+            return self.run(out, threads=2, preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_AS, (limit, limit)))
+
+        def starts(limit):
+            return subprocess.run([self.mpm, "--version"], capture_output=True, preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_AS, (limit, limit))).returncode == 0
+
+        low, high = 1 << 20, 1 << 31
+        while high - low > 1 << 18:
+            middle = (low + high) // 2
+            low, high = (low, middle) if starts(middle) else (middle, high)
+        floor = high
+        enough = floor
+        while limited(self.place(), enough).code != OK:
+            enough += 16 << 20
+        points = 2 if self.quick else 12
+        for i in range(points):
+            limit = floor + (enough - floor) * (i + 1) // (points + 1) // 4096 * 4096
+            out = self.place()
+            outcome = limited(out, limit)
+            if outcome.code == OK:
+                differ = self.differences(out)
+                self.note(f"{limit / 1e6:.1f} MB of address space (ulimit -v)", not differ, "enough: the reference", "-", OK, ", ".join(differ) or "none")
+            else:
+                # 4: the memory was short where a file was put together
+                self.expect(f"{limit / 1e6:.1f} MB of address space (ulimit -v)", outcome, (INTERNAL, IO), ["memory"], out)
+
+    def deleted(self):
+        out, process = self.halted(5)
+        moved = self.place()
+        out.rename(moved)
+        outcome = self.go_on(process)
+        stray = out.exists()
+        self.expect("directory moved away while the run goes on", outcome, IO, [r"deleted, moved or replaced|No such file"], moved, also=not stray)
+        out, process = self.halted(5)
+        shutil.rmtree(out)
+        outcome = self.go_on(process)
+        self.expect("directory deleted while the run goes on", outcome, IO, [r"deleted, moved or replaced|No such file"], out, resume=False,
+                    lost="what was deleted")
+
+    def two_processes(self):
+        for more in ([], ["--resume"]):
+            out, first = self.halted(3)
+            second = self.run(out, *more)
+            outcome = self.go_on(first)
+            differ = self.differences(out) if outcome.code == OK else [f"exit {outcome.code}"]
+            self.note(f"a second process on the same directory{' with --resume' if more else ''}",
+                      second.code == IO and "another process" in second.err and not differ, "the second: exit 4; the first: the reference",
+                      self.shown(second.message()), second.code, ", ".join(differ) or "none")
+
+    def damaged_checkpoints(self):
+        import h5py
+
+        stopped, process = self.halted(8)
+        process.terminate()
+        self.go_on(process)
+        good = (stopped / "checkpoint.h5").read_bytes()
+
+        def sealed(edit):
+            path = self.folder / "edited.h5"
+            path.write_bytes(good[:-16])
+            with h5py.File(path, "r+") as file:
+                edit(file)
+            content = path.read_bytes()
+            return content + b"MPMCRC32%08x" % zlib.crc32(content)
+
+        def flipped():
+            content = bytearray(good)
+            content[self.random.randrange(len(good))] ^= 1 << self.random.randrange(8)
+            return bytes(content)
+
+        other = self.place()
+        self.run(other, "--set", "output.duration_s=0.02", "--set", "obstacle.friction=0.25")
+        damages = [("of no bytes", b"", "cut off"), ("cut to 1000 bytes", good[:1000], "cut off"), ("cut by its last byte", good[:-1], "cut off|checksum|damaged")]
+        damages += [(f"with one bit flipped, {i + 1}", flipped(), "checksum|damaged|does not end") for i in range(1 if self.quick else 10)]
+        damages += [("that is a frame", (stopped / "frames" / "00002.h5").read_bytes(), "not a checkpoint"),
+                    ("that is a text", b"To whom it may concern. " * 100, "another program"),
+                    ("of another case", (other / "checkpoint.h5").read_bytes(), "obstacle.friction was 0.25, is 0.0"),
+                    ("of a future version", sealed(lambda f: f.attrs.__setitem__("format_version", f.attrs["format_version"] + 1)), "format .*, this program reads"),
+                    ("that is missing", None, "No such file")]
+        for text, content, reason in damages:
+            # The previous one is good: it is used, and the message says why.
+            out = self.place()
+            shutil.copytree(stopped, out)
+            (out / "checkpoint.h5").unlink()
+            if content is not None:
+                (out / "checkpoint.h5").write_bytes(content)
+            outcome = self.run(out, "--resume", threads=2)
+            differ = self.differences(out) if outcome.code == OK else [f"exit {outcome.code}"]
+            said = next((line for line in outcome.err.splitlines() if "going on from checkpoint.previous.h5" in line), "")
+            self.note(f"newest checkpoint {text}", not differ and re.search(reason, said) is not None, f"the previous one is used, with the reason ({reason})",
+                      self.shown(said), outcome.code, ", ".join(differ) or "none")
+            if content is None or (self.quick and text != "of another case"):
+                continue
+            # Both are bad: refused, and nothing is touched.
+            out = self.place()
+            shutil.copytree(stopped, out)
+            for name in ("checkpoint.h5", "checkpoint.previous.h5"):
+                (out / name).write_bytes(content)
+            before = {path: path.read_bytes() for path in out.rglob("*") if path.is_file()}
+            outcome = self.run(out, "--resume")
+            untouched = before == {path: path.read_bytes() for path in out.rglob("*") if path.is_file()}
+            self.expect(f"both checkpoints {text}", outcome, USAGE if text == "of another case" else IO, [reason, "without --resume"], out, resume=False,
+                        expected="refused, nothing touched; a new run gives the reference", also=untouched)
+        out = self.place()
+        shutil.copytree(stopped, out)
+        rows = (out / "series.csv").read_bytes().splitlines(keepends=True)
+        (out / "series.csv").write_bytes(b"".join(rows[:4]))
+        outcome = self.run(out, "--resume")
+        self.expect("series.csv cut to 3 rows", outcome, IO, ["series.csv.* holds 3 rows"], out, resume=False,
+                    expected="refused, nothing made up; a new run gives the reference")
+        out = self.place()
+        shutil.copytree(self.reference_folder, out)
+        for name in ("checkpoint.h5", "checkpoint.previous.h5"):
+            (out / name).unlink()
+        outcome = self.run(out, "--resume")
+        differ = self.differences(out)
+        self.note("--resume of a finished run without checkpoints", outcome.code == IO and not differ, "exit 4, the results stay", self.shown(outcome.message()),
+                  outcome.code, ", ".join(differ) or "none")
+
+    def streams(self):
+        if pathlib.Path("/dev/full").exists():
+            out = self.place()
+            with open("/dev/full", "w") as full:
+                outcome = self.run(out, stderr=full)
+            differ = self.differences(out)
+            self.note("no space for messages (2>/dev/full)", outcome.code == OK and not differ, "the run goes on to the reference", "-", outcome.code,
+                      ", ".join(differ) or "none")
+            out = self.place()
+            with open("/dev/full", "w") as full:
+                outcome = self.run(out, stdout=full)
+            differ = self.differences(out)
+            self.note("no space for the printed results (>/dev/full)", outcome.code == IO and not differ and bool(outcome.message()),
+                      "exit 4, results.json is whole", self.shown(outcome.message()), outcome.code, ", ".join(differ) or "none")
+        out = self.place()
+        read, written = os.pipe()
+        process = self.start(out, stderr=written)
+        os.close(written)
+        os.close(read)
+        outcome = self.end_of(process)
+        differ = self.differences(out)
+        self.note("nobody reads the messages (closed pipe)", outcome.code == OK and not differ, "the run goes on to the reference", "-", outcome.code,
+                  ", ".join(differ) or "none")
+
+    def everything(self):
+        self.compute_reference()
+        self.random_kills()
+        if not self.sanitized:  # a sanitizer's runtime must come first, and reserves terabytes
+            self.at_every_file_call()
+            self.memory()
+        self.signals()
+        self.full_disk()
+        self.permissions()
+        self.deleted()
+        self.two_processes()
+        self.damaged_checkpoints()
+        self.streams()
+
+
+def main():
+    parser = argparse.ArgumentParser(description="What may happen to a run, done to runs on purpose.")
+    parser.add_argument("--seed", type=int, default=1, help="of the random moments and bits (default: %(default)s)")
+    parser.add_argument("--kills", type=int, help="kills at random moments (default: 100, or 4 with --quick)")
+    parser.add_argument("--quick", action="store_true", help="a few of each kind, in seconds")
+    parser.add_argument("--sanitized", action="store_true", help="the program is built with sanitizers: leave out what they cannot do")
+    parser.add_argument("--mpm", type=pathlib.Path, default=ROOT / "build" / "release" / "bin" / "mpm", help="program (default: %(default)s)")
+    parser.add_argument("--out", type=pathlib.Path, default=ROOT / "out" / "faults", help="folder of the tables (default: %(default)s)")
+    parser.add_argument("--scratch", type=pathlib.Path, help="where the runs go (default: memory, /dev/shm, if there is one)")
+    arguments = parser.parse_args()
+    if arguments.kills is None:
+        arguments.kills = 4 if arguments.quick else 100
+    campaign = Campaign(arguments)
+    begin = time.monotonic()
+    try:
+        campaign.everything()
+    finally:
+        campaign.close()
+    rows = campaign.rows
+    failed = [row for row in rows if row["verdict"] != "holds"]
+    lost = [row for row in rows if row["data lost"] not in ("none", "what was deleted")]
+    commit = re.search(r"commit ([\w-]+)", subprocess.run([arguments.mpm, "--version"], capture_output=True, text=True).stdout)
+    faults = sum(row["tries"] for row in rows)
+    head = (f"`./run faults --seed {arguments.seed} --kills {arguments.kills}{' --quick' if arguments.quick else ''}`, commit {commit.group(1) if commit else 'unknown'}: "
+            f"{faults} faults tried, {faults - sum(row['tries'] for row in failed)} survived as expected, data lost in {len(lost)}; {time.monotonic() - begin:.0f} s.")
+    arguments.out.mkdir(parents=True, exist_ok=True)
+    names = list(rows[0])
+    with open(arguments.out / "faults.csv", "w", newline="") as file:
+        writer = csv.DictWriter(file, names)
+        writer.writeheader()
+        writer.writerows(rows)
+    cell = lambda value: str(value).replace("|", "\\|")  # noqa: E731
+    lines = [head, "", "| " + " | ".join(names) + " |", "|" + "---|" * len(names)]
+    lines += ["| " + " | ".join(cell(row[name]) for name in names) + " |" for row in rows]
+    (arguments.out / "faults.md").write_text("\n".join(lines) + "\n")
+    print(head)
+    return 1 if failed else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

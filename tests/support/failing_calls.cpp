@@ -1,0 +1,84 @@
+/// Preloaded into a program (LD_PRELOAD), lets one of its calls for files fail, or kills it there: every moment of writing, one by one.
+///
+/// FAIL_AT=n         the n-th call, counted from 1; without it none
+/// FAIL_WITH=errno   a number; or `kill`: SIGKILL in place of the call, `half`: SIGKILL after half of a write
+/// COUNT_FILE=path   receives the number of calls at the end
+///
+/// Counted are calls that change files: open for writing, write, fsync, rename, remove, mkdir.
+
+#include <dlfcn.h>
+#include <fcntl.h>
+#include <sys/types.h>
+#include <unistd.h>
+
+#include <atomic>
+#include <cerrno>
+#include <csignal>
+#include <cstdarg>
+#include <cstdio>
+#include <cstdlib>
+#include <cstring>
+
+namespace {
+
+std::atomic<long> calls{0};
+
+template <class Function>
+Function* next(const char* name) {
+  return reinterpret_cast<Function*>(dlsym(RTLD_NEXT, name));
+}
+
+/// Whether this call is the one that fails; errno is set then, or the process is gone.
+bool fails_here(int descriptor = -1, const void* bytes = nullptr, std::size_t size = 0) {
+  static const char* at = std::getenv("FAIL_AT");
+  static const char* with = std::getenv("FAIL_WITH");
+  if (++calls != (at != nullptr ? std::atol(at) : -1) || with == nullptr) return false;
+  if (std::strcmp(with, "half") == 0 && size > 1) (void)!next<ssize_t(int, const void*, std::size_t)>("write")(descriptor, bytes, size / 2);
+  if (std::strcmp(with, "half") == 0 || std::strcmp(with, "kill") == 0) std::raise(SIGKILL);
+  errno = std::atoi(with);
+  return true;
+}
+
+struct Report {
+  ~Report() {
+    const char* path = std::getenv("COUNT_FILE");
+    if (path == nullptr) return;
+    const long counted = calls;
+    if (std::FILE* file = std::fopen(path, "w")) {
+      std::fprintf(file, "%ld\n", counted);
+      std::fclose(file);
+    }
+  }
+} report;
+
+}  // namespace
+
+extern "C" {
+
+int open(const char* path, int flags, ...) {
+  mode_t mode = 0;
+  if ((flags & O_CREAT) != 0) {
+    va_list rest;
+    va_start(rest, flags);
+    mode = va_arg(rest, mode_t);
+    va_end(rest);
+  }
+  if ((flags & (O_WRONLY | O_RDWR)) != 0 && fails_here()) return -1;
+  return next<int(const char*, int, ...)>("open")(path, flags, mode);
+}
+
+ssize_t write(int descriptor, const void* bytes, std::size_t size) {
+  if (descriptor > STDERR_FILENO && fails_here(descriptor, bytes, size)) return -1;
+  return next<ssize_t(int, const void*, std::size_t)>("write")(descriptor, bytes, size);
+}
+
+int fsync(int descriptor) { return fails_here() ? -1 : next<int(int)>("fsync")(descriptor); }
+
+int rename(const char* from, const char* to) noexcept {
+  return fails_here() ? -1 : next<int(const char*, const char*)>("rename")(from, to);
+}
+
+int remove(const char* path) noexcept { return fails_here() ? -1 : next<int(const char*)>("remove")(path); }
+
+int mkdir(const char* path, mode_t mode) noexcept { return fails_here() ? -1 : next<int(const char*, mode_t)>("mkdir")(path, mode); }
+}
