@@ -16,6 +16,7 @@
 #include "mpm/io/config.hpp"
 #include "mpm/obstacle.hpp"
 #include "mpm/point_path.hpp"
+#include "toml_text.hpp"
 
 namespace mpm::config {
 
@@ -46,47 +47,6 @@ std::string bracketed(const TableInfo& table) { return table.repeated ? "[[" + t
 
 /// "[material] " in front of a message; nothing for the keys above the first table.
 std::string label(const std::string& table_path) { return table_path.empty() ? "" : "[" + table_path + "] "; }
-
-std::string kind_of(const toml::node& node) {
-  switch (node.type()) {
-    case toml::node_type::table: return "a table";
-    case toml::node_type::array: return "a list";
-    case toml::node_type::string: return "a string";
-    case toml::node_type::integer: return "an integer";
-    case toml::node_type::floating_point: return "a float";
-    case toml::node_type::boolean: return "a boolean";
-    default: return "a date or time";
-  }
-}
-
-/// Without line breaks, cut to a length that fits a message.
-std::string one_line(std::string text) {
-  std::replace_if(
-      text.begin(), text.end(), [](char c) { return static_cast<unsigned char>(c) < 0x20; }, ' ');
-  constexpr std::size_t longest = 80;
-  if (text.size() > longest) {
-    std::size_t cut = longest;
-    while (cut > 0 && (static_cast<unsigned char>(text[cut]) & 0xc0u) == 0x80u) --cut;  // not within a UTF-8 character
-    text = text.substr(0, cut) + "...";
-  }
-  return text;
-}
-
-std::string toml_text(const toml::node& node) {
-  if (const auto x = node.value_exact<double>()) return to_toml(*x);
-  if (const toml::array* list = node.as_array()) {
-    std::string inside;
-    for (const toml::node& element : *list) inside += (inside.empty() ? "" : ", ") + toml_text(element);
-    return "[" + inside + "]";
-  }
-  constexpr auto flags = toml::toml_formatter::default_flags & ~toml::format_flags::allow_literal_strings;
-  std::ostringstream out;
-  node.visit([&](const auto& value) { out << toml::toml_formatter{value, flags}; });
-  return out.str();
-}
-
-/// The value as it stands in a message.
-std::string shown(const toml::node& node) { return one_line(toml_text(node)); }
 
 std::string expected(const KeyInfo& key) {
   const std::string range = key.range ? fmt::format(" in {}{:g}, {:g}{}", key.range->low_open ? '(' : '[', key.range->low, key.range->high,
