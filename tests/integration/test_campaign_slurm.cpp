@@ -21,16 +21,13 @@ using testing::Outcome;
 
 bool contains(const std::string& text, const std::string& part) { return text.find(part) != std::string::npos; }
 
-/// One run fails: at its speed the block turns inside out in the first steps.
+/// One run fails: sound travels at millimetres a second and the block at 900 m/s, and its time step collapses.
 constexpr const char* blocks = R"(title = "Blocks"
 [base.material]
 model = "hencky_elastic"
 [[base.body]]
 min_m = [0.0, 0.0, 0.0]
 max_m = [1.0, 1.0, 1.0]
-[[base.wall]]
-point_m = [0.0, 0.0, -0.01]
-normal = [0.0, 0.0, 1.0]
 [base.domain]
 min_m = [-5.0, -5.0, -5.0]
 max_m = [5.0, 5.0, 5.0]
@@ -41,7 +38,7 @@ duration_s = 0.05
 "material.poisson_ratio" = [0.1, 0.2]
 [[run]]
 name = "wild"
-set = { "numerics.cell_size_m" = 0.25, "body[0].velocity_m_s" = [0.0, 0.0, -300.0], "numerics.cfl" = 1.0 }
+set = { "body[0].velocity_m_s" = [900, 0, 0], "material.young_modulus_pa" = 1, "material.density_kg_m3" = 1e5 }
 )";
 
 class CampaignSlurm : public ::testing::Test {
