@@ -110,7 +110,7 @@ Passage move_particles(State& state, const Scene& scene, const TransferOptions& 
   for (std::size_t i = 0; i < blocks.size(); ++i) {
     try {
       motion[i] = grid_to_particle(grid, blocks[i], options);
-      motion[i].finite = update_stress(grid, blocks[i], scene.material, options.dt) && motion[i].finite;
+      motion[i].finite = update_stress(grid, blocks[i], scene.material, options.dt);
       if (!motion[i].finite || !motion[i].within_reach) continue;
       left[i] = remove_outside(grid, blocks[i], scene);
       collect_migrants(grid, blocks[i], motion[i]);

@@ -225,7 +225,7 @@ BlockMotion grid_to_particle(Grid& grid, std::int32_t index, const TransferOptio
   const Lanes block_corner = {4.0 * block.coordinate[0], 4.0 * block.coordinate[1], 4.0 * block.coordinate[2], 0, 0, 0, 0, 0};
   const Lanes to_cell = (Lanes{} + (to_integer_bits - 1.0)) - __builtin_shufflevector(block_corner, block_corner, 0, 1, 2, 3, 0, 1, 2, 3);
   const LaneMask integer_zero = std::bit_cast<LaneMask>(Lanes{} + to_integer_bits);
-  Lanes max_speed_squared = {}, sticky = {};
+  Lanes max_speed_squared = {};
   Particle dummy{};
   std::int64_t reach = 0;
 
@@ -277,7 +277,6 @@ BlockMotion grid_to_particle(Grid& grid, std::int32_t index, const TransferOptio
       const Lanes v2 = v * v;
       const Lanes speed_squared = spread<0>(v2) + spread<1>(v2) + spread<2>(v2);
       max_speed_squared = speed_squared > max_speed_squared ? speed_squared : max_speed_squared;
-      sticky += 0.0 * speed_squared;
 
       // base = floor(x/dx - 1/2) = nearest(x/dx - 1); relative to the block: 0..3 if the particle stays
       const LaneMask local = std::bit_cast<LaneMask>(x * inverse_dx + to_cell) - integer_zero;
@@ -291,10 +290,7 @@ BlockMotion grid_to_particle(Grid& grid, std::int32_t index, const TransferOptio
     }
   }
   BlockMotion motion;
-  for (int i = 0; i < lane_count; ++i) {
-    motion.max_speed_squared = max(motion.max_speed_squared, max_speed_squared[i]);
-    motion.finite = motion.finite && sticky[i] == 0.0;
-  }
+  for (int i = 0; i < lane_count; ++i) motion.max_speed_squared = max(motion.max_speed_squared, max_speed_squared[i]);
   motion.within_reach = reach == 0;
   return motion;
 }

@@ -32,7 +32,7 @@ void particle_to_grid(Grid& grid, const TransferOptions& options);
 /// Outcome of moving the particles of one block.
 struct BlockMotion {
   double max_speed_squared = 0.0;
-  bool finite = true;        ///< false: a velocity or a stress is NaN or infinite
+  bool finite = true;        ///< what update_stress says afterwards; a velocity that is not finite makes C so, and C the stress
   bool within_reach = true;  ///< false: a particle crossed more than a block in one step
 };
 
