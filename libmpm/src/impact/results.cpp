@@ -124,13 +124,13 @@ Peak peak_of(std::span<const double> values) {
   return result;
 }
 
-/// Mean over `width` (odd) neighbours; NaN where they are not all there.
+/// Mean over `width` (odd) neighbours; before the first there was nothing; NaN where the last is within half a window.
 std::vector<double> moving_mean(std::span<const double> values, std::size_t width) {
   std::vector<double> result(values.size(), none);
   const std::size_t half = width / 2;
-  for (std::size_t i = half; i + half < values.size(); ++i) {
+  for (std::size_t i = 0; i + half < values.size(); ++i) {
     double sum = 0.0;
-    for (std::size_t j = i - half; j <= i + half; ++j) sum += values[j];
+    for (std::size_t j = i < half ? 0 : i - half; j <= i + half; ++j) sum += values[j];
     result[i] = sum / static_cast<double>(width);
   }
   return result;
@@ -140,7 +140,7 @@ std::vector<double> moving_mean(std::span<const double> values, std::size_t widt
 double first_passage(std::span<const double> time, std::span<const double> values, double level, std::size_t last) {
   for (std::size_t i = 0; i <= last; ++i) {
     if (!(values[i] >= level)) continue;
-    if (i == 0 || !std::isfinite(values[i - 1])) return time[i];
+    if (i == 0) return time[i];
     return time[i - 1] + (time[i] - time[i - 1]) * (level - values[i - 1]) / (values[i] - values[i - 1]);
   }
   return none;
@@ -159,8 +159,9 @@ TransientForce transient_force(const ImpactSeries& series, const ImpactFlow& flo
   std::vector<double> middle(n), force(n), moment(n);
   for (std::size_t i = 0; i < n; ++i) {
     middle[i] = series.time[i] - 0.5 * result.interval;
-    force[i] = series.force[i].x();
-    moment[i] = series.moment[i].y();
+    // at t = 0 nothing has touched yet, and no interval is behind
+    force[i] = i == 0 ? 0.0 : series.force[i].x();
+    moment[i] = i == 0 ? 0.0 : series.moment[i].y();
   }
   const auto told = [&](const Peak& p, double& value, double& time) {
     value = p.value;
