@@ -16,6 +16,7 @@
 #include "mpm/error.hpp"
 #include "mpm/impact/semi_empirical.hpp"
 #include "mpm/io/atomic_file.hpp"
+#include "mpm/io/checkpoint.hpp"
 #include "mpm/io/config.hpp"
 #include "mpm/io/table.hpp"
 #include "mpm/run.hpp"
@@ -418,7 +419,7 @@ RunStatus status_of(const fs::path& out, const CampaignRun& run) {
     s.state = RunState::failed;
   }
   // a run that was cut off goes on from its checkpoint, not from its last row
-  if ((running || fs::exists(directory / "checkpoint.h5")) && can_go_on(directory, run))
+  if ((running || has_checkpoint(directory)) && can_go_on(directory, run))
     s.progress = std::min(1.0, last_time(directory / "series.csv") / end_of(run.spec));
   return s;
 }
@@ -485,7 +486,7 @@ void prepare_run(const fs::path& out, const CampaignRun& run) {
 void tidy_run(const fs::path& out, const CampaignPlan& plan, const CampaignRun& run) {
   const fs::path directory = run_directory(out, run);
   std::vector<std::string> names{"stderr.log"};
-  if (!plan.keep_checkpoint) names.emplace_back("checkpoint.h5");
+  if (!plan.keep_checkpoint) names.insert(names.end(), {checkpoint_file, previous_checkpoint_file, refused_checkpoint_file});
   if (!plan.keep_final) names.emplace_back("final.h5");
   if (!plan.keep_frames) names.insert(names.end(), {"frames", "frames.xdmf"});
   for (const std::string& name : names) {

@@ -111,6 +111,7 @@ class Run {
   RunResult go();
 
  private:
+  [[nodiscard]] bool may_start_over() const;
   void start();
   void resume();
   void remove_results(std::initializer_list<const char*> names) const;
@@ -205,6 +206,14 @@ Progress Run::figures() const {
 
 void Run::remove_results(std::initializer_list<const char*> names) const {
   for (const char* name : names) remove_file(options_.out / name);
+}
+
+/// Without a checkpoint: a finished run is not computed again under --resume, unless it is this case up to another time.
+bool Run::may_start_over() const {
+  if (!std::filesystem::exists(options_.out / "results.json")) return true;
+  if (finished_results(options_.out, case_)) return false;
+  const auto json = nlohmann::json::parse(read_file(options_.out / "results.json"), nullptr, false);
+  return json.is_object() && json.value("case_hash", "") == hash_;
 }
 
 void Run::start() {
@@ -374,7 +383,7 @@ RunResult Run::go() {
   if (options_.resume && has_checkpoint(options_.out)) {
     resume();
   } else {
-    if (options_.resume && std::filesystem::exists(options_.out / "results.json")) {
+    if (options_.resume && !may_start_over()) {
       throw IoError(
           fmt::format("{}: holds finished results but no checkpoint to go on from; choose another --out, or run without --resume "
                       "to compute the case again",

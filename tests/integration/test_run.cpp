@@ -261,6 +261,13 @@ TEST_F(RunCase, NeverStartsFromTheBeginningOverADamagedCheckpointOrFinishedResul
   EXPECT_THROW(run_case(c, into("a", true)), IoError);
   EXPECT_EQ(content(directory / "a/series.csv"), series);
   EXPECT_TRUE(fs::exists(directory / "a/results.json"));
+  Case other = short_avalanche(0.08);
+  other.material.critical_state_slope = 0.8;
+  EXPECT_THROW(run_case(other, into("a", true)), IoError);
+  EXPECT_EQ(content(directory / "a/series.csv"), series);
+  // The same case up to a later time: everything that is there comes again.
+  EXPECT_TRUE(run_case(short_avalanche(0.08), into("a", true)).finished);
+  EXPECT_EQ(content(directory / "a/series.csv").substr(0, series.size()), series);
   // Rows that are gone are not made up, and the run does not go on without them.
   run_case(c, into("b"));
   fs::remove(directory / "b/series.csv");

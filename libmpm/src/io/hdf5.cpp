@@ -10,6 +10,7 @@
 #include <cerrno>
 #include <cstring>
 #include <fstream>
+#include <new>
 #include <utility>
 
 #include "mpm/io/atomic_file.hpp"
@@ -117,8 +118,23 @@ Handle text_type() {
 
 }  // namespace
 
+namespace {
+
+/// What the library allocates besides the arrays: increments of the file in memory, and its own tables.
+constexpr std::size_t library_memory = std::size_t{16} << 20;
+
+/// Throws std::bad_alloc unless so much memory can be had now. The HDF5 library itself does not survive a failed allocation: version 1.10
+/// then frees blocks twice when the file is closed. Nothing is touched, so that it costs microseconds.
+void require_memory(std::size_t bytes) {
+  void* volatile memory = ::operator new(bytes);  // volatile: a pair of new and delete may be left out by the compiler
+  ::operator delete(memory);
+}
+
+}  // namespace
+
 struct Writer::File {
   hid_t id = -1;
+  std::size_t bytes = 0;  ///< of the arrays so far
   ~File() {
     if (id >= 0) H5Fclose(id);
   }
@@ -138,6 +154,7 @@ struct Writer::File {
 };
 
 Writer::Writer() : file_(std::make_unique<File>()) {
+  require_memory(library_memory);
   const QuietErrors quiet;
   const Handle access(H5Pcreate(H5P_FILE_ACCESS), H5Pclose);
   constexpr std::size_t increment = std::size_t{4} << 20;  // memory is taken in steps of this size
@@ -163,6 +180,8 @@ void Writer::dataset(const std::string& name, std::span<const T> values, const S
   if (count != values.size()) {
     throw IoError(fmt::format("HDF5 file in memory: dataset '{}' of shape {} is given {} values", name, describe(shape), values.size()));
   }
+  file_->bytes += values.size_bytes();
+  require_memory(2 * file_->bytes + library_memory);  // the file in memory grows by moving
   const Handle space(H5Screate_simple(static_cast<int>(extents.size()), extents.data(), nullptr), H5Sclose);
   const Handle creation(H5Pcreate(H5P_DATASET_CREATE), H5Pclose);
   H5Pset_obj_track_times(creation, false);  // equal content, equal bytes
@@ -186,6 +205,7 @@ void Writer::attribute(const std::string& name, std::int64_t value) {
 void Writer::save(const std::filesystem::path& path, const std::filesystem::path& keep_as) {
   const QuietErrors quiet;
   AtomicFile file(path);  // first: a wrong path fails before the work
+  require_memory(file_->bytes + library_memory);
   file_->require(H5Fflush(file_->id, H5F_SCOPE_GLOBAL) >= 0, "flush");
   const ssize_t size = H5Fget_file_image(file_->id, nullptr, 0);
   file_->require(size > 0, "size");
@@ -278,6 +298,7 @@ Reader::Reader(std::filesystem::path path) : file_(std::make_unique<File>()) {
   const QuietErrors quiet;
   file_->path = std::move(path);
   file_->check_seal();
+  require_memory(library_memory);
   const Handle access(H5Pcreate(H5P_FILE_ACCESS), H5Pclose);
   H5Pset_file_locking(access, false, true);  // network file systems often refuse locks, and the files never change
   file_->id = H5Fopen(file_->path.c_str(), H5F_ACC_RDONLY, access);
