@@ -367,7 +367,7 @@ class Campaign:
         enough = floor
         while limited(self.place(), enough).code != OK:
             enough += 16 << 20
-        points = 2 if self.quick else 12
+        points = 4 if self.quick else 12
         for i in range(points):
             limit = floor + (enough - floor) * (i + 1) // (points + 1) // 4096 * 4096
             out = self.place()
