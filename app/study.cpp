@@ -159,15 +159,20 @@ void write_width_factors(const std::filesystem::path& path, const StudyTable& ta
 }
 
 /// Particles near the axis in the last state of a run, with the mean profile that stands beside them.
-void write_section(const std::filesystem::path& out, const std::string& name, const StudyRun& r) {
+/// @return the mean spacing of these particles, m: the edge of the cube that each fills
+double write_section(const std::filesystem::path& out, const std::string& name, const StudyRun& r) {
   const Snapshot last = read_final(r.folder / "final.h5");
   const ParticleTable& p = last.particles;
   const double half_width = 3.0 / 7.0 * r.obstacle_width;  // the strip of the paper's measurements
   const double from = -6.0 * r.flow_height, to = 3.0 * r.flow_height;
   NumberTable particles({"x_m", "z_m", "stress_xx_pa"});
+  double spacing = 0.0, count = 0.0;
   for (std::size_t i = 0; i < p.size(); ++i) {
     const double x = p.position[3 * i], y = p.position[3 * i + 1], z = p.position[3 * i + 2];
-    if (std::abs(y) <= half_width && x >= from && x <= to) particles.add({x, z, p.stress[6 * i] / p.volume_ratio[i]});
+    if (std::abs(y) > half_width || x < from || x > to) continue;
+    particles.add({x, z, p.stress[6 * i] / p.volume_ratio[i]});
+    spacing += std::cbrt(p.volume[i] * p.volume_ratio[i]);
+    count += 1.0;
   }
   particles.write(out / fmt::format("section_{}.csv", name));
   const Table profile = Table::read(r.folder / "profile.csv");
@@ -175,12 +180,13 @@ void write_section(const std::filesystem::path& out, const std::string& name, co
   std::vector<std::vector<double>> values;
   for (const std::string& column : columns) values.push_back(profile.numbers(column));
   write_table(out / fmt::format("section_profile_{}.csv", name), columns, values);
+  return spacing / count;
 }
 
 /// The two runs of Fig. 5: the end of the decomposition's chain in a slow and in a fast flow.
 /// @return what is missing
 std::vector<std::string> write_sections(const std::filesystem::path& out, const StudyTable& table, const Rheology& rheology) {
-  NumberTable sections({"froude_number", "flow_height_m", "runup", "pressure_height"});
+  NumberTable sections({"froude_number", "flow_height_m", "runup", "pressure_height", "particle_spacing_m"});
   std::vector<std::string> missing;
   for (const auto& [name, froude] : {std::pair{"slow", 0.1}, std::pair{"fast", 5.0}}) {
     const auto run = std::ranges::find_if(table.runs, [&, fr = froude](const StudyRun& r) {
@@ -195,8 +201,8 @@ std::vector<std::string> write_sections(const std::filesystem::path& out, const 
                !std::filesystem::exists(run->folder / "profile.csv")) {
       missing.push_back("the run with " + what + " did not keep its last state (final.h5) and profile");
     } else {
-      write_section(out, name, *run);
-      sections.add({froude, run->flow_height, run->runup, run->pressure_height});
+      const double spacing = write_section(out, name, *run);
+      sections.add({froude, run->flow_height, run->runup, run->pressure_height, spacing});
     }
   }
   sections.write(out / "sections.csv");
@@ -246,7 +252,10 @@ void study(const StudyCommand& command) {
   for (const GuidelineMinimum& m : guideline.minima) {
     fmt::print("guideline lambda = {:g}, xi = {:g}: lowest RMSLE {:.3f} at M' = {:.3f}{}; published {} to {}: {}\n", m.lambda, m.xi,
                m.rmsle, m.at, std::isnan(m.parabola) ? " (an end of the curve)" : fmt::format(", parabola {:.3f}", m.parabola),
-               m.published_from, m.published_to, m.inside ? "inside" : "outside");
+               m.published_from, m.published_to,
+               std::isnan(m.parabola) ? "no minimum located"
+               : m.inside             ? "inside"
+                                      : "outside");
   }
   for (const std::string& note : guideline.notes) fmt::print("guideline: {}\n", note);
   for (const std::string& what : missing) fmt::print("longitudinal sections: {}\n", what);

@@ -188,6 +188,18 @@ TEST_F(Fit, StudyWritesTheNumbersOfEveryFigure) {
     EXPECT_NO_THROW((void)table(name)) << name;
   }
   EXPECT_TRUE(nlohmann::json::accept(content(directory_ / "study/fit.json")));
+
+  // The page: every figure is there or says what it lacks, and the page needs no other file.
+  const Outcome drawn = testing::run_command("/usr/bin/python3 '" MPM_SOURCE_DIR "/validation/study/study_page.py' page/index.html study",
+                                             directory_.path(), directory_.path());
+  ASSERT_EQ(drawn.code, 0) << drawn.err;
+  const std::string page = content(directory_ / "page/index.html");
+  for (const char* part : {"id=\"tableA1\"", "id=\"tableA2\"", "id=\"fig1\"", "id=\"fig3\"", "id=\"fig4\"", "id=\"fig5\"", "id=\"fig6\"",
+                           "id=\"fig7\"", "id=\"fig8\"", "id=\"fig9\"", "id=\"fig10\"", "id=\"figA2\"", "id=\"figA3\"", "id=\"figA4\"",
+                           "id=\"figA5\"", "no table of the width study", "Fr = 5: no time histories", "plan: synthetic"}) {
+    EXPECT_TRUE(contains(page, part)) << part;
+  }
+  EXPECT_FALSE(contains(page, "src=\"http"));
 }
 
 }  // namespace

@@ -117,7 +117,7 @@ def done(axes, title, x, y, legend=True, **arguments):
     axes.set_title(title, fontsize=10.5, loc="left")
     axes.set(xlabel=x, ylabel=y)
     finish_axes(axes)
-    if legend and axes.get_legend_handles_labels()[0]:
+    if legend and (arguments.get("handles") or axes.get_legend_handles_labels()[0]):
         axes.legend(**{"fontsize": 8.5, "frameon": True, "framealpha": 0.9, "edgecolor": "none", **arguments})
     return svg_data(axes.figure)
 
@@ -179,9 +179,9 @@ def figure_3(study):
         data = done(axes, title, "time since the front reached the mast [s]", HEIGHTS[key][1])
         pictures.append((title, "Lowest and highest of all rheologies at each time, as far as every run reaches. The axis of time is logarithmic, because slow flow takes "
                                 "ten times as long.", data))
-    rows = [[f"{f:g}", f"{n:.0f}", f"{number(a, 2)} to {number(b, 2)}", number(c, 1), f"{number(d, 2)} to {number(e, 2)}", number(g, 1)]
+    rows = [[f"Fr = {f:g}", f"{n:.0f}", f"{number(a, 2)} to {number(b, 2)}", number(c, 1), f"{number(d, 2)} to {number(e, 2)}", number(g, 1)]
             for f, n, a, b, c, d, e, g in zip(*(spread[k] for k in spread))]
-    tables = [{"title": "Spread of the steady means over all rheologies", "head": ["Fr", "runs", "h_r/H", "factor", "h_p/H", "factor"], "rows": rows}] if rows else []
+    tables = [{"title": "Spread of the steady means over all rheologies", "head": ["flow", "runs", "h_r/H", "factor of h_r", "h_p/H", "factor of h_p"], "rows": rows}] if rows else []
     return pictures, missing, tables
 
 
@@ -238,19 +238,21 @@ def figure_5(study):
 def draw_section(title, particles, profile, rows):
     height = float(rows["flow_height_m"][0])
     x, z = particles["x_m"] / height, particles["z_m"] / height
-    top = max(1.05 * float(z.max()), 2.5)
-    left, right = max(float(x.min()), -5.0), 1.6
-    section_width = min((right - left) * 3.6 / top, 4.2)
-    scale = section_width / (right - left)  # inches a flow height, in both directions
-    page_width, page_height = 0.75 + section_width + 0.2 + 1.9 + 0.2, 1.35 + scale * top + 0.4
+    top = max(1.05 * float(z.max()), 2.2)
+    left, right = max(float(x.min()), -4.0), 1.3
+    # Placed in inches, so that a flow height is as long in both directions and the profile shares the section's axis of height.
+    profile_width, before, between, after, below = 1.75, 0.65, 0.2, 0.15, 1.3
+    section_width = min((right - left) * 3.9 / top, 6.2 - profile_width - before - between - after)
+    scale = section_width / (right - left)  # inches a flow height
+    page_width, page_height = before + section_width + between + profile_width + after, below + scale * top + 0.4
     figure = plt.figure(figsize=(page_width, page_height))
-    axes = figure.add_axes((0.75 / page_width, 1.25 / page_height, section_width / page_width, scale * top / page_height))
-    beside = figure.add_axes(((0.95 + section_width) / page_width, 1.25 / page_height, 1.9 / page_width, scale * top / page_height), sharey=axes)
+    axes = figure.add_axes((before / page_width, below / page_height, section_width / page_width, scale * top / page_height))
+    beside = figure.add_axes(((before + section_width + between) / page_width, below / page_height, profile_width / page_width, scale * top / page_height), sharey=axes)
     shown = (x >= left) & (x <= right)
     stress = 1e-3 * particles["stress_xx_pa"]
     low = min(float(np.percentile(stress[shown], 0.5)), -0.1)
-    spacing = np.sqrt((right - left) * 0.5 / max(shown.sum(), 1)) * 0.5
-    points = axes.scatter(x[shown], z[shown], c=stress[shown], s=max((scale * 72 * spacing) ** 2, 1.0), cmap=STRESS_COLOURS, vmin=low, vmax=0.0, linewidths=0, rasterized=True)
+    size = (0.9 * scale * 72.0 * float(rows["particle_spacing_m"][0]) / height) ** 2
+    points = axes.scatter(x[shown], z[shown], c=stress[shown], s=max(size, 0.8), marker="s", cmap=STRESS_COLOURS, vmin=low, vmax=0.0, linewidths=0, rasterized=True)
     axes.add_patch(Rectangle((0.0, 0.0), 1.0, 2 * top, facecolor="#c9ced5", edgecolor="#3a424d", hatch="///", linewidth=1.0, zorder=0))
     axes.axhline(0.0, color="#3a424d", linewidth=1.2)
     axes.set(xlim=(left, right), ylim=(-0.02 * top, top), xlabel="$x/H$", ylabel="$z/H$")
@@ -266,11 +268,11 @@ def draw_section(title, particles, profile, rows):
     finish_axes(beside)
     axes.grid(False)
     beside.legend(fontsize=8, frameon=True, framealpha=0.9, edgecolor="none", loc="upper right")
-    strip = figure.add_axes((0.75 / page_width, 0.5 / page_height, section_width / page_width, 0.13 / page_height))
+    strip = figure.add_axes((before / page_width, 0.5 / page_height, section_width / page_width, 0.13 / page_height))
     bar = figure.colorbar(points, cax=strip, orientation="horizontal", extend="both")
     bar.set_label(r"$\sigma_{xx}$ [kPa], compression negative", fontsize=9)
     bar.outline.set_visible(False)
-    figure.text(0.75 / page_width, 1.0 - 0.1 / page_height, title, fontsize=10.5, ha="left", va="top")
+    figure.text(before / page_width, 1.0 - 0.1 / page_height, title, fontsize=10.5, ha="left", va="top")
     return png_data(figure)
 
 
@@ -371,7 +373,8 @@ def figure_9(study):
         axes.set_ylim(0, 1.35 * axes.get_ylim()[1])  # room for the legend
         pictures.append((title, "Grey: the paper's minima, 0.45–0.65 for λ = 1.5 (dry, loose) and 1.0–1.5 for λ = 3 (dense).",
                          done(axes, title, "effective internal friction $M'$", label, ncols=2, loc="upper right", bbox_to_anchor=(1.0, 0.95), fontsize=8)))
-    rows = [[f"{lam:g}", f"{xi:g}", number(at, 3), f"{number(below, 2)} – {number(above, 2)}", number(vertex, 3), number(error, 3), f"{low:g} to {high:g}", "met" if inside else "not met"]
+    rows = [[f"{lam:g}", f"{xi:g}", number(at, 3), f"{number(below, 2)} to {number(above, 2)}", number(vertex, 3), number(error, 3), f"{low:g} to {high:g}",
+             "no minimum: an end of the curve" if not np.isfinite(vertex) else "yes" if inside else "no"]
             for lam, xi, at, below, above, vertex, error, low, high, inside in zip(*(minima[k] for k in minima))]
     tables = [{"title": "Where the curves are lowest", "head": ["λ", "ξ", "lowest M' of the table", "between its neighbours", "vertex of the parabola", "RMSLE", "published M'", "inside"], "rows": rows}]
     return pictures, [], tables

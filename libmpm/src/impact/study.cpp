@@ -130,8 +130,7 @@ GuidelineMinimum lowest(std::span<const GuidelineDeviation> curve, double publis
   if (std::isfinite(m.below) && std::isfinite(m.above)) {
     m.parabola = vertex({m.below, m.at, m.above}, {(best - 1)->rmsle, best->rmsle, (best + 1)->rmsle});
   }
-  const double location = std::isfinite(m.parabola) ? m.parabola : m.at;
-  m.inside = location >= published_from && location <= published_to;
+  m.inside = m.parabola >= published_from && m.parabola <= published_to;  // false for NaN: no minimum was located
   return m;
 }
 

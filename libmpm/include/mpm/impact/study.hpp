@@ -88,7 +88,7 @@ struct GuidelineMinimum {
   double parabola;      ///< vertex of the parabola through the three; NaN at an end
   double rmsle;         ///< at `at`
   double published_from, published_to;
-  bool inside;  ///< the parabola's vertex (at an end: `at`) lies in the published range
+  bool inside;  ///< the parabola's vertex lies in the published range; false at an end, where no minimum is located
 };
 struct GuidelineCorrespondence {
   std::vector<GuidelineDeviation> deviations;
