@@ -88,7 +88,7 @@ std::vector<Named> cases() {
 }
 
 class SameBits : public ::testing::TestWithParam<Named> {};
-INSTANTIATE_TEST_SUITE_P(Cases, SameBits, ::testing::ValuesIn(cases()), [](const auto& info) { return std::string(info.param.name); });
+INSTANTIATE_TEST_SUITE_P(Cases, SameBits, ::testing::ValuesIn(cases()), [](const auto& test) { return std::string(test.param.name); });
 
 TEST_P(SameBits, OnAnyNumberOfThreads) { expect_same_bits(GetParam().c, 60, {2, 3, 4, 8}); }
 
