@@ -1,8 +1,11 @@
 #include "mpm/io/hdf5.hpp"
 
 #include <gtest/gtest.h>
+#include <sys/resource.h>
+#include <unistd.h>
 
 #include <fstream>
+#include <new>
 #include <random>
 
 #include "mpm/io/atomic_file.hpp"
@@ -29,6 +32,40 @@ void write_sample(const std::filesystem::path& path) {
   w.attribute("count", std::int64_t{-7});
   w.save(path);
 }
+
+#if !defined(__SANITIZE_ADDRESS__)  // which reserves terabytes of addresses
+TEST(Hdf5, ShortMemoryIsBadAllocBeforeTheLibraryMeetsIt) {
+  // The HDF5 library frees twice, and crashes, when one of its own allocations fails.
+  const TemporaryDirectory dir;
+  constexpr std::size_t megabyte = std::size_t{1} << 20;
+  const std::vector<double> values(8 * megabyte, 1.0);  // 64 MB
+  std::size_t pages = 0;
+  std::ifstream("/proc/self/statm") >> pages;
+  rlimit before{};
+  ASSERT_EQ(::getrlimit(RLIMIT_AS, &before), 0);
+  rlimit low = before;
+  low.rlim_cur =
+      pages * static_cast<std::size_t>(::sysconf(_SC_PAGESIZE)) + 80 * megabyte;  // for the array once, not for a file that moves
+  ASSERT_EQ(::setrlimit(RLIMIT_AS, &low), 0);
+  bool refused = false;
+  {
+    Writer w;
+    try {
+      put<double>(w, "x", values);
+      w.save(dir / "f.h5");
+    } catch (const std::bad_alloc&) {
+      refused = true;
+    } catch (const IoError&) {
+    }
+  }
+  ::setrlimit(RLIMIT_AS, &before);
+  EXPECT_TRUE(refused);
+  Writer again;  // as good as ever
+  put<double>(again, "x", values);
+  again.save(dir / "f.h5");
+  EXPECT_EQ(Reader(dir / "f.h5").dataset<double>("x", {any_extent}), values);
+}
+#endif
 
 TEST(Hdf5, ReadsBackEveryTypeAndAttributeThatWasWritten) {
   const TemporaryDirectory dir;
