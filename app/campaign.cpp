@@ -161,8 +161,11 @@ void status(const CampaignArguments& a) {
   const Campaign campaign = make_campaign(read_plan(a.plan));
   const fs::path out = folder_of(a);
   const std::vector<RunStatus> all = status_of(out, campaign);
-  tell_changes(compare_with_folder(out, campaign));
-  if (fs::exists(out / "plan.toml")) write_campaign_tables(out, campaign, all);
+  const Preparation changes = compare_with_folder(out, campaign);
+  tell_changes(changes);
+  // of another plan, or of a program whose cases have other hashes, the folder's tables are not ours to write
+  const bool same_plan = fs::exists(out / "plan.toml") && read_file(out / "plan.toml") == resolved_plan(campaign);
+  if (same_plan && changes.replaced.empty()) write_campaign_tables(out, campaign, all);
   print_status(campaign, all, out, a.jobs > 0 ? a.jobs : default_jobs(campaign.plan), a.list);
 }
 
@@ -206,8 +209,8 @@ void add_campaign(CLI::App& app) {
   run_command->add_flag("--retry-failed", a->retry_failed, "Also runs whose failure would repeat itself (after a change of the program)");
   run_command->callback([a] { run(*a); });
 
-  CLI::App* status_command =
-      campaign->add_subcommand("status", "What is done, running, failed and to do, with time left and causes; writes the tables anew");
+  CLI::App* status_command = campaign->add_subcommand(
+      "status", "What is done, running, failed and to do, with time left and causes; brings the tables up to date");
   add_plan_arguments(*status_command, *a);
   status_command->add_flag("--list", a->list, "Every run");
   status_command->callback([a] { status(*a); });

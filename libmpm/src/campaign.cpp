@@ -431,6 +431,13 @@ std::vector<RunStatus> status_of(const fs::path& out, const Campaign& campaign) 
   return all;
 }
 
+std::string resolved_plan(const Campaign& campaign) {
+  CampaignPlan resolved = campaign.plan;
+  resolved.runs.clear();
+  for (const CampaignRun& run : campaign.runs) resolved.runs.push_back({run.name, run.settings});
+  return write_plan(resolved);
+}
+
 Preparation compare_with_folder(const fs::path& out, const Campaign& campaign) {
   Preparation p;
   std::vector<std::string> unnamed = folders_in(out / "runs");
@@ -461,11 +468,7 @@ Preparation prepare(const fs::path& out, const Campaign& campaign) {
     if (!error) fs::rename(out / "runs" / folder, run_directory(out, *run), error);
     if (error) throw file_error("cannot rename", out / "runs" / folder, error.value());
   }
-  // as resolved: the rows that are run, under the names they have
-  CampaignPlan resolved = campaign.plan;
-  resolved.runs.clear();
-  for (const CampaignRun& run : campaign.runs) resolved.runs.push_back({run.name, run.settings});
-  write_file(out / "plan.toml", write_plan(resolved));
+  write_file(out / "plan.toml", resolved_plan(campaign));
   return p;
 }
 

@@ -160,6 +160,26 @@ set = { "body[0].velocity_m_s" = [900, 0, 0], "material.young_modulus_pa" = 1, "
   EXPECT_TRUE(contains(campaign("status blocks.toml --out b").out, "failed  wild")) << o.out;
 }
 
+TEST_F(CampaignCommand, StatusBringsTheTablesUpToDateButNotThoseOfAnotherPlan) {
+  const std::string base =
+      "base = { material = { model = \"hencky_elastic\" }, body = [{ min_m = [0, 0, 0], max_m = [1, 1, 1] }], "
+      "domain = { min_m = [-5, -5, -5], max_m = [5, 5, 5] }, output = { duration_s = 0.02 } }\n";
+  std::ofstream(directory_ / "a.toml") << base << "[parameters]\n\"numerics.cell_size_m\" = [0.5, 0.25]\n";
+  ASSERT_EQ(campaign("run a.toml --out o").code, 0);
+  const std::string table = content(directory_ / "o/results.csv");
+  fs::remove(directory_ / "o/results.csv");
+  EXPECT_EQ(campaign("status a.toml --out o").code, 0);
+  EXPECT_EQ(content(directory_ / "o/results.csv"), table);
+  for (const char* changed : {"[parameters]\n\"numerics.cell_size_m\" = [0.5]\n",
+                              "[set]\n\"numerics.cfl\" = 0.3\n[parameters]\n\"numerics.cell_size_m\" = [0.5, 0.25]\n"}) {
+    std::ofstream(directory_ / "b.toml") << base << changed;
+    const Outcome o = campaign("status b.toml --out o");
+    EXPECT_EQ(o.code, 0) << o.err;
+    EXPECT_TRUE(contains(o.err, "are in the folder but not in the plan") || contains(o.err, "changed since they were computed")) << o.err;
+    EXPECT_EQ(content(directory_ / "o/results.csv"), table);
+  }
+}
+
 TEST_F(CampaignCommand, RefusesWithExitCode2) {
   std::ofstream(directory_ / "bad.toml") << "base = \"none.toml\"\nthreds = 2\n";
   for (const auto& [arguments, words] :

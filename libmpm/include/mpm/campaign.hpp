@@ -75,6 +75,9 @@ struct RunStatus {
 [[nodiscard]] RunStatus status_of(const std::filesystem::path& out, const CampaignRun& run);
 [[nodiscard]] std::vector<RunStatus> status_of(const std::filesystem::path& out, const Campaign& campaign);
 
+/// Content of plan.toml: the rows that are run, under the names they have.
+[[nodiscard]] std::string resolved_plan(const Campaign& campaign);
+
 /// What a plan has in common with a folder that another plan was run in.
 struct Preparation {
   std::vector<std::string> adopted;   ///< runs whose finished folder had another name, which the plan no longer has
