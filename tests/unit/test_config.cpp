@@ -75,6 +75,42 @@ feed = "strip"
 duration_s = 6.0
 )";
 
+const std::string sheared_case = R"([material]
+critical_state_slope = 0.8
+cohesion_beta = 0.3
+hardening_xi = 0.5
+[conveyor]
+froude_number = 1.0
+sidewall_contact = "slip"
+lattice = "aligned"
+mirror_y = false
+inflow_slip_ratio = 0.5
+inflow_shear_exponent = 2.0
+[obstacle]
+rotation_deg = 20.0
+[measurement]
+force_window_s = 0.2
+[output]
+duration_s = 6.0
+)";
+
+const std::string surge_case = R"([material]
+critical_state_slope = 0.8
+cohesion_beta = 0.3
+hardening_xi = 0.5
+[conveyor]
+velocity_m_s = 12.3
+[[conveyor.inflow]]
+time_s = 0.5
+velocity_m_s = 10.0
+flow_height_m = 1.5
+density_ratio = 1.1
+[obstacle]
+shape = "wedge"
+[output]
+duration_s = 6.0
+)";
+
 const std::string hand_case = R"([material]
 model = "hencky_elastic"
 [[body]]
@@ -189,7 +225,7 @@ std::vector<Setting> settings_of(const std::string& text) {
 /// One setting for every key that may stand in a case.
 std::vector<Setting> every_case_key() {
   std::vector<Setting> all;
-  for (const std::string& text : {window_case, strip_case, hand_case, sand_case, water_case}) {
+  for (const std::string& text : {window_case, strip_case, sheared_case, surge_case, hand_case, sand_case, water_case}) {
     for (const Setting& setting : settings_of(text)) {
       if (std::none_of(all.begin(), all.end(), [&](const Setting& s) { return s.key == setting.key; })) all.push_back(setting);
     }
@@ -289,7 +325,9 @@ TEST_P(EveryKey, InAnotherTableIsSentToItsOwn) {
 
 INSTANTIATE_TEST_SUITE_P(Config, EveryKey, testing::ValuesIn(every_case_key()), [](const auto& param) {
   const KeyInfo& key = *param.param.key;
-  return (key.table.empty() ? "top" : key.table) + "_" + key.name;
+  std::string name = (key.table.empty() ? "top" : key.table) + "_" + key.name;
+  std::replace(name.begin(), name.end(), '.', '_');
+  return name;
 });
 
 TEST(ConfigTest, CoversEveryKeyOfTheSchema) {
