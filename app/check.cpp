@@ -17,7 +17,7 @@ namespace {
 void check(const CaseArguments& arguments) {
   const Case spec = read_case(arguments.file, arguments.overrides);
   const Estimate e = estimate(spec);
-  require_memory(e, physical_memory_bytes());
+  require_feasible(e, physical_memory_bytes());
   fmt::print("{}\n", write_case(spec));
   fmt::print("# case hash       {}\n", case_hash_text(spec));
   fmt::print("# particles       {:.0f}\n", e.particles);
@@ -25,7 +25,10 @@ void check(const CaseArguments& arguments) {
   fmt::print("# wave speed      {:.2f} m/s\n", e.wave_speed);
   fmt::print("# time step       {:.4g} s\n", e.time_step);
   fmt::print("# steps           {:.0f}\n", e.steps);
-  fmt::print("# memory          {:.3g} GB, at {:.0f} bytes a particle\n", e.memory_bytes / 1e9, assumed_bytes_per_particle);
+  fmt::print("# samples         {:.0f}\n", e.samples);
+  fmt::print("# frames          {:.0f}\n", e.frames);
+  fmt::print("# memory          {:.3g} GB at its most, {:.0f} bytes a particle\n", e.memory_bytes / 1e9, assumed_bytes_per_particle);
+  fmt::print("# disk            {:.3g} GB\n", e.disk_bytes / 1e9);
   fmt::print("# time            {:.3g} s, assuming {:.3g} million particle-steps a second (two cores)\n", e.wall_time_s,
              assumed_particle_steps_per_s / 1e6);
 }

@@ -16,7 +16,7 @@
 
 #include "commands.hpp"
 #include "mpm/error.hpp"
-#include "mpm/io/atomic_file.hpp"
+#include "mpm/io/json_text.hpp"
 
 namespace mpm::app {
 
@@ -59,7 +59,7 @@ struct Results {
 
 Results read_results(const std::filesystem::path& directory) {
   const auto path = directory / "results.json";
-  const Json json = Json::parse(read_file(path), nullptr, false);
+  const Json json = Json::parse(read_json_text(path), nullptr, false);
   if (!json.is_object())
     throw IoError(fmt::format("{}: not a JSON object; recompute it with `mpm post {}`", path.string(), directory.string()));
   Results results;

@@ -115,7 +115,7 @@ void converge(const ConvergeArguments& arguments) {
         fmt::format("--exact: {} values for {} metrics; give one for each", arguments.exact.size(), arguments.metrics.size()));
   for (const double value : sweep.values) {
     const Estimate need = estimate(swept_case(spec, sweep, value));
-    require_memory(need, physical_memory_bytes());
+    require_feasible(need, physical_memory_bytes());
     fmt::print(stderr, "{} = {}: {:.3g} particles, {:.3g} steps, {:.3g} particle-steps\n", to_string(sweep.kind), format_number(value),
                need.particles, need.steps, need.particle_steps);
   }

@@ -102,7 +102,24 @@ std::vector<PredictCase> combinations(const PredictArguments& a) {
   return cases;
 }
 
+/// A number in [low, high]; CLI11's own range lets NaN pass.
+CLI::Validator within(double low, double high) {
+  return {[=](const std::string& text) {
+            double x = std::numeric_limits<double>::quiet_NaN();
+            return CLI::detail::lexical_cast(text, x) && x >= low && x <= high ? ""
+                                                                               : fmt::format("{} is not in [{:g}, {:g}]", text, low, high);
+          },
+          fmt::format("in [{:g}, {:g}]", low, high)};
+}
+
 void predict(const PredictArguments& arguments) {
+  constexpr double most_cases = 1e5;
+  double cases = 1.0;
+  for (const auto* values : {&arguments.froude, &arguments.velocity, &arguments.critical_state_slope, &arguments.cohesion_beta,
+                             &arguments.flow_height, &arguments.obstacle_width, &arguments.hardening_xi})
+    cases *= std::max(1.0, static_cast<double>(values->size()));
+  if (cases > most_cases)
+    throw ConfigError(fmt::format("{:.3g} combinations of values, at most {:g} are possible; give fewer", cases, most_cases));
   std::vector<std::vector<Figure>> rows;
   for (const PredictCase& c : combinations(arguments)) rows.push_back(figures(c, arguments));
 
@@ -138,21 +155,22 @@ void add_predict(CLI::App& app) {
       "predict",
       "Run-up, pressure height and guideline values by the semi-empirical equations; several values (a,b,c) give every combination");
   const auto a = std::make_shared<PredictArguments>();
-  const auto add_list = [command](const char* name, std::vector<double>& values, const char* text) {
-    return command->add_option(name, values, text)->delimiter(',')->capture_default_str();
+  const auto add_list = [command](const char* name, std::vector<double>& values, const char* text, double low, double high) {
+    return command->add_option(name, values, text)->delimiter(',')->check(within(low, high))->capture_default_str();
   };
-  CLI::Option* froude = add_list("--froude", a->froude, "Froude number v/sqrt(g H), at least 0");
-  add_list("--velocity", a->velocity, "Flow velocity, m/s, instead of the Froude number")->excludes(froude);
-  add_list("--critical-state-slope", a->critical_state_slope, "Critical-state slope M, at least 0");
-  add_list("--cohesion-beta", a->cohesion_beta, "Cohesion beta, at least 0 and below 1");
-  add_list("--flow-height", a->flow_height, "Flow height H, m");
-  add_list("--obstacle-width", a->obstacle_width, "Obstacle width w, m");
-  add_list("--hardening-xi", a->hardening_xi, "Hardening parameter xi");
-  command->add_option("--gravity", a->gravity, "Gravity g, m/s^2")->capture_default_str();
-  command->add_option("--density", a->density, "Density rho_0, kg/m^3")->capture_default_str();
-  command->add_option("--young-modulus", a->young_modulus, "Young's modulus E, Pa")->capture_default_str();
-  command->add_option("--poisson-ratio", a->poisson_ratio, "Poisson's ratio nu")->capture_default_str();
+  CLI::Option* froude = add_list("--froude", a->froude, "Froude number v/sqrt(g H)", 0.0, 100.0);
+  add_list("--velocity", a->velocity, "Flow velocity, m/s, instead of the Froude number", 0.0, 1e3)->excludes(froude);
+  add_list("--critical-state-slope", a->critical_state_slope, "Critical-state slope M", 0.0, 10.0);
+  add_list("--cohesion-beta", a->cohesion_beta, "Cohesion beta, below 1", 0.0, 1.0);
+  add_list("--flow-height", a->flow_height, "Flow height H, m", 1e-9, 1e3);
+  add_list("--obstacle-width", a->obstacle_width, "Obstacle width w, m", 1e-9, 1e4);
+  add_list("--hardening-xi", a->hardening_xi, "Hardening parameter xi", 2e-3, 1e3);
+  command->add_option("--gravity", a->gravity, "Gravity g, m/s^2")->check(within(1e-9, 1e3))->capture_default_str();
+  command->add_option("--density", a->density, "Density rho_0, kg/m^3")->check(within(1.0, 1e5))->capture_default_str();
+  command->add_option("--young-modulus", a->young_modulus, "Young's modulus E, Pa")->check(within(1.0, 1e12))->capture_default_str();
+  command->add_option("--poisson-ratio", a->poisson_ratio, "Poisson's ratio nu")->check(within(0.0, 0.499999))->capture_default_str();
   command->add_option("--preconsolidation-pressure", a->preconsolidation_pressure, "Initial pre-consolidation pressure p_c0, Pa")
+      ->check(within(1e-3, 1e9))
       ->capture_default_str();
   command->add_flag("--csv", a->csv, "All figures as CSV, one row a case");
   command->callback([a] { predict(*a); });

@@ -4,6 +4,7 @@
 
 #include <fmt/format.h>
 
+#include <limits>
 #include <memory>
 
 #include "case_arguments.hpp"
@@ -21,11 +22,12 @@ struct RunArguments {
   std::filesystem::path out;
   int threads = 0;
   bool resume = false;
+  bool any_size = false;
 };
 
 void run(const RunArguments& arguments) {
   const Case spec = read_case(arguments.input.file, arguments.input.overrides);
-  require_memory(estimate(spec), physical_memory_bytes());
+  require_feasible(estimate(spec), arguments.any_size ? std::numeric_limits<double>::infinity() : physical_memory_bytes());
 
   RunOptions options;
   options.out = arguments.out.empty() ? std::filesystem::path("out") / arguments.input.file.stem() : arguments.out;
@@ -54,6 +56,7 @@ void add_run(CLI::App& app) {
   command->add_option("--out", arguments->out, "Directory of the results (default: out/<name of the case file>)")->type_name("DIR");
   add_threads_argument(*command, arguments->threads);
   command->add_flag("--resume", arguments->resume, "Go on from the last checkpoint, or extend a finished run to a longer duration");
+  command->add_flag("--any-size", arguments->any_size, "Start even if the case is estimated to need more memory than this machine has");
   command->callback([arguments] { run(*arguments); });
 }
 

@@ -18,6 +18,7 @@
 #include "mpm/io/atomic_file.hpp"
 #include "mpm/io/checkpoint.hpp"
 #include "mpm/io/config.hpp"
+#include "mpm/io/json_text.hpp"
 #include "mpm/io/table.hpp"
 #include "mpm/run.hpp"
 #include "mpm/run_folder.hpp"
@@ -96,7 +97,7 @@ std::vector<std::pair<const CampaignRun*, std::string>> adoptable(const fs::path
   for (const std::string& name : unnamed) {
     const fs::path results = out / "runs" / name / "results.json";
     if (!fs::exists(results) || is_locked(out / "runs" / name)) continue;
-    const auto json = Json::parse(read_file(results), nullptr, false);
+    const auto json = Json::parse(read_json_text(results), nullptr, false);
     if (json.is_object()) by_hash.emplace(json.value("case_hash", ""), name);
   }
   std::vector<std::pair<const CampaignRun*, std::string>> pairs;
@@ -358,7 +359,7 @@ fs::path run_directory(const fs::path& out, const CampaignRun& run) { return out
 
 std::vector<Attempt> read_attempts(const fs::path& directory, const CampaignRun& run) {
   if (!fs::exists(directory / "attempts.json")) return {};
-  const Json json = Json::parse(read_file(directory / "attempts.json"), nullptr, false);
+  const Json json = Json::parse(read_json_text(directory / "attempts.json"), nullptr, false);
   if (!json.is_object() || json.value("case_hash", "") != run.case_hash || json.value("end_s", -1.0) != end_of(run.spec) ||
       !json.contains("attempts"))
     return {};

@@ -6,9 +6,11 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <vector>
 
 #include "mpm/error.hpp"
 #include "mpm/impact/semi_empirical.hpp"
+#include "mpm/run.hpp"
 #include "mpm/solver.hpp"
 
 namespace mpm {
@@ -58,6 +60,16 @@ double largest_speed(const Case& spec) {
   return std::sqrt(speed * speed + 2.0 * spec.numerics.gravity * fall);
 }
 
+/// Of one row of the series in memory: some twenty columns, and the pressure profile in its bins, twice where forces are booked by height.
+double series_row_bytes(const Case& spec) {
+  if (!spec.conveyor || !spec.obstacle) return 0.0;
+  constexpr double columns = 20.0, profile_heights = 5.0;  // the profile reaches up to five flow heights
+  const double bin = spec.measurement.bin_height.value_or(0.5 * spec.numerics.cell_size);
+  return sizeof(double) * (columns + 2.0 * profile_heights * spec.conveyor->flow_height / bin);
+}
+
+constexpr double seconds_per_year = 365.25 * 86400.0;
+
 }  // namespace
 
 Estimate estimate(const Case& spec) {
@@ -67,9 +79,15 @@ Estimate estimate(const Case& spec) {
   const AnyMaterial material = make_material(spec.material);
   e.wave_speed = wave_speed_of(material);
   e.time_step = stable_time_step(material, spec.numerics.cfl, spec.numerics.cell_size, largest_speed(spec));
-  e.steps = std::ceil(spec.output.duration / e.time_step);
+  const double intervals = static_cast<double>(last_sample(spec));
+  e.steps = intervals * std::ceil(1.0 / (spec.output.series_per_second * e.time_step));  // steps are cut to meet the samples
+  e.samples = intervals + 1.0;
+  const auto samples_of_a_frame = static_cast<double>(samples_per_frame(spec));
+  e.frames = samples_of_a_frame > 0.0 ? std::floor(intervals / samples_of_a_frame) + 1.0 : 0.0;
   e.particle_steps = e.particles * e.steps;
-  e.memory_bytes = e.particles * assumed_bytes_per_particle;
+  e.memory_bytes = e.particles * assumed_bytes_per_particle + e.samples * series_row_bytes(spec);
+  constexpr double frame_bytes = 128.0, final_bytes = 200.0, checkpoint_bytes = 192.0, row_bytes = 200.0;
+  e.disk_bytes = e.particles * (e.frames * frame_bytes + final_bytes + checkpoint_bytes) + e.samples * row_bytes;
   e.wall_time_s = e.particle_steps / assumed_particle_steps_per_s;
   return e;
 }
@@ -79,8 +97,29 @@ double physical_memory_bytes() { return static_cast<double>(sysconf(_SC_PHYS_PAG
 void require_memory(const Estimate& need, double limit_bytes) {
   if (need.memory_bytes <= limit_bytes) return;
   throw ConfigError(fmt::format(
-      "the case needs about {:.3g} GB for {:.3g} particles, this machine has {:.3g} GB; take a larger numerics.cell_size_m or less snow",
-      need.memory_bytes / 1e9, need.particles, limit_bytes / 1e9));
+      "the case needs about {:.3g} GB of memory for {:.3g} particles and {:.3g} samples, this machine has {:.3g} GB; take a larger "
+      "numerics.cell_size_m, less snow or a lower output.series_per_second",
+      need.memory_bytes / 1e9, need.particles, need.samples, limit_bytes / 1e9));
+}
+
+void require_feasible(const Estimate& need, double limit_bytes) {
+  std::vector<std::string> faults;
+  const auto check = [&](const char* what, double value, double most, const char* remedy) {
+    if (!(value <= most))
+      faults.push_back(fmt::format("the case asks for {:.4g} {}, at most {:.4g} are possible; {}", value, what, most, remedy));
+  };
+  check("samples", need.samples, most_samples, "take a shorter output.duration_s or a lower output.series_per_second");
+  check("frames", need.frames, most_frames, "take a shorter output.duration_s or a lower output.frames_per_second");
+  check("steps", need.steps, most_steps,
+        "take a shorter output.duration_s, a larger numerics.cell_size_m or numerics.cfl, or a lower output.series_per_second");
+  check("years of computing", need.wall_time_s / seconds_per_year, most_years,
+        "take a larger numerics.cell_size_m, less snow or a shorter output.duration_s");
+  try {
+    require_memory(need, limit_bytes);
+  } catch (const ConfigError& error) {
+    faults.emplace_back(error.what());
+  }
+  if (!faults.empty()) throw ConfigError(fmt::format("{}", fmt::join(faults, "\n")));
 }
 
 }  // namespace mpm

@@ -11,6 +11,7 @@
 #include <unsupported/Eigen/MatrixFunctions>
 
 #include "mpm/error.hpp"
+#include "mpm/estimate.hpp"
 #include "mpm/materials/any_material.hpp"
 
 namespace mpm {
@@ -113,6 +114,15 @@ void check(const PathSpec& path, int stride) {
   if (stride < 1 || path.steps_per_segment % stride != 0)
     throw ConfigError(fmt::format("point path: a row every {} steps does not divide {} steps per segment", stride, path.steps_per_segment));
   if (path.segments.empty()) throw ConfigError("[path] segments: at least one is needed");
+  const double steps = static_cast<double>(path.steps_per_segment) * static_cast<double>(path.segments.size());
+  constexpr double most_path_steps = 1e9;  // counted by an int
+  const double bytes = steps / stride * sizeof(PathRow), limit = physical_memory_bytes();
+  if (steps > most_path_steps || bytes > limit) {
+    throw ConfigError(
+        fmt::format("[path] {} segments of steps_per_segment = {} are {:.4g} steps and {:.3g} GB of rows; at most {:.4g} steps and "
+                    "this machine's {:.3g} GB are possible, take fewer steps",
+                    path.segments.size(), path.steps_per_segment, steps, bytes / 1e9, most_path_steps, limit / 1e9));
+  }
   const auto finite = [](const auto& segment) {
     using S = std::decay_t<decltype(segment)>;
     if constexpr (std::same_as<S, StrainSegment>) return std::isfinite(segment.d_eps_v) && std::isfinite(segment.d_eps_q);

@@ -12,6 +12,7 @@
 #include "mpm/impact/semi_empirical.hpp"
 #include "mpm/io/atomic_file.hpp"
 #include "mpm/io/config.hpp"
+#include "mpm/io/json_text.hpp"
 #include "mpm/io/snapshot.hpp"
 #include "mpm/io/table.hpp"
 #include "mpm/stress.hpp"
@@ -212,7 +213,7 @@ PostResult post_process(const std::filesystem::path& directory, const std::files
   const std::filesystem::path own_results = directory / "results.json";
   Json json = facts(c, last, last_particles);
   if (std::filesystem::exists(own_results)) {
-    json = Json::parse(read_file(own_results), nullptr, false);
+    json = Json::parse(read_json_text(own_results), nullptr, false);
     if (!json.is_object())
       throw IoError(fmt::format("'{}' is not a JSON object; delete it and run `mpm post` again", own_results.string()));
   }

@@ -165,9 +165,7 @@ Run::Run(const Case& c, const RunOptions& options)
       state_(c.numerics.cell_size),
       geometry_(impact_geometry(c)),
       last_sample_(last_sample(c)),
-      samples_per_frame_(c.output.frames_per_second > 0.0 ? static_cast<std::uint64_t>(std::max(
-                                                                1.0, std::round(c.output.series_per_second / c.output.frames_per_second)))
-                                                          : 0),
+      samples_per_frame_(samples_per_frame(c)),
       lock_(made(options.out)) {
   if (options_.threads > 0) omp_set_num_threads(options_.threads);
   start_threads();
@@ -423,6 +421,12 @@ RunResult Run::go() {
 
 std::uint64_t last_sample(const Case& c) {
   return static_cast<std::uint64_t>(std::ceil(c.output.duration * c.output.series_per_second - 1e-9));
+}
+
+std::uint64_t samples_per_frame(const Case& c) {
+  if (!(c.output.frames_per_second > 0.0)) return 0;
+  constexpr double longest = 1e18;  // samples; fits the integer however few frames are wanted
+  return static_cast<std::uint64_t>(std::clamp(std::round(c.output.series_per_second / c.output.frames_per_second), 1.0, longest));
 }
 
 RunResult run_case(const Case& c, const RunOptions& options) { return Run(c, options).go(); }

@@ -14,6 +14,7 @@
 #include "mpm/error.hpp"
 #include "mpm/io/atomic_file.hpp"
 #include "mpm/io/config.hpp"
+#include "mpm/io/json_text.hpp"
 #include "mpm/run.hpp"
 
 namespace mpm {
@@ -47,9 +48,9 @@ bool is_locked(const std::filesystem::path& directory) {
 
 std::optional<std::string> finished_results(const std::filesystem::path& directory, const Case& c) {
   if (!std::filesystem::exists(directory / "results.json")) return {};
-  std::string results = read_file(directory / "results.json");
+  std::string results = read_json_text(directory / "results.json");
   const auto json = nlohmann::json::parse(results, nullptr, false);
-  if (!json.is_object() || json.value("case_hash", "") != case_hash_text(c) || !json.contains("duration_s")) return {};
+  if (!json.is_object() || json.value("case_hash", nlohmann::json()) != case_hash_text(c) || !json.contains("duration_s")) return {};
   const double last = static_cast<double>(last_sample(c)) / c.output.series_per_second;
   if (!json["duration_s"].is_number() || std::abs(json["duration_s"].get<double>() - last) > 1e-9 * last) return {};
   return results;

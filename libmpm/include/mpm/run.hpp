@@ -49,6 +49,8 @@ struct RunResult {
 
 /// Number of the sample that a run ends with, counted from 0 at t = 0: the first at or after its duration.
 std::uint64_t last_sample(const Case& c);
+/// Frames are taken at every that many samples; 0: none are taken.
+std::uint64_t samples_per_frame(const Case& c);
 
 /// Runs a case and writes case.toml, series.csv, frames, profile.csv, results.json, final.h5, checkpoint.h5 and run.log to options.out.
 ///

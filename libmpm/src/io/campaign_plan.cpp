@@ -138,7 +138,7 @@ class PlanReader {
       root = toml::parse(text, file_.string());
     } catch (const toml::parse_error& error) {
       const auto& at = error.source().begin;
-      throw ConfigError(fmt::format("{}:{}:{}: not valid TOML: {}", file_.string(), at.line, at.column, error.description()));
+      throw ConfigError(fmt::format("{}:{}:{}: not valid TOML: {}", file_.string(), at.line, at.column, config::printable(error.description())));
     }
     read_root(root);
     throw_faults();
@@ -247,7 +247,8 @@ class PlanReader {
       return names;
     }();
     static const std::regex index(R"(\[[0-9]+\])");
-    const std::string plain = std::regex_replace(key, index, "");
+    constexpr std::size_t longest = 200;  // characters; the regular expression descends once a character
+    const std::string plain = key.size() > longest ? key : std::regex_replace(key, index, "");
     if (std::ranges::find(keys, plain) != keys.end()) return true;
     std::string meant = nearest_word(plain, keys);
     for (const std::string& k : keys) {
@@ -428,7 +429,7 @@ class PlanReader {
         base_ = toml::parse(plan_.base_text, path.string());
       } catch (const toml::parse_error& error) {
         const auto& at = error.source().begin;
-        fault(base->source(), "", fmt::format("base {}:{}:{}: not valid TOML: {}", path.string(), at.line, at.column, error.description()));
+        fault(base->source(), "", fmt::format("base {}:{}:{}: not valid TOML: {}", path.string(), at.line, at.column, config::printable(error.description())));
       } catch (const Error& error) {
         fault(base->source(), "", fmt::format("base: {}", error.what()));
       }
@@ -554,8 +555,14 @@ class PlanReader {
 
   void expand() {
     for (const Grid& grid : grids_) {
+      constexpr std::size_t most_runs = 1'000'000;
       std::size_t count = 1;
-      for (const Parameter& p : grid.parameters) count *= p.rows.size();
+      for (const Parameter& p : grid.parameters) {
+        count *= p.rows.size();
+        if (count > most_runs)
+          throw ConfigError(fmt::format("{}: the lists of a crossing make more than {} runs; give shorter ones, or several plans",
+                                        file_.string(), most_runs));
+      }
       for (std::size_t i = 0; i < count; ++i) {
         std::vector<Setting> own;
         std::size_t stride = count;

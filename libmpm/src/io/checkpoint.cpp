@@ -4,7 +4,12 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
+#include <cmath>
 #include <cstring>
+#include <functional>
+#include <optional>
+#include <span>
+#include <tuple>
 #include <utility>
 
 #include "mpm/error.hpp"
@@ -17,6 +22,7 @@ namespace mpm {
 namespace {
 
 constexpr const char* kind = "libmpm checkpoint";
+constexpr std::int32_t most_particles_of_a_block = 65000;  // slots are 16 bits wide
 
 std::vector<double> packed(const State& s, const RunProgress& p) {
   std::vector<double> v = {s.time, s.max_speed, p.wall_time, p.step_time};
@@ -49,6 +55,62 @@ void for_each_column(Series& series, F&& f) {
   f("series_profile_pa", series.profile_pressure);
   f("series_force_bins_n", series.force_bins);
   f("series_force_first_moment_n_m", series.force_first_moment);
+}
+
+using Refuse = std::function<void(const std::string& why)>;
+
+/// Whether a particle can stand where the file has it: what follows relies on cells that hold their particles. The slack is for rounding:
+/// a step computes the cell in another order of operations.
+bool in_its_cell(const Particle& p, const Index3& block, std::uint8_t cell, double cell_size) {
+  constexpr double slack = 1e-6;  // cells
+  for (int axis = 0; axis < 3; ++axis) {
+    const double node = 4.0 * block[static_cast<std::size_t>(axis)] + (cell >> (2 * axis) & 3);
+    if (!(std::abs(p.position[axis] / cell_size - node - 1.0) <= 0.5 + slack)) return false;
+  }
+  return true;
+}
+
+bool all_finite(const Particle& p) {
+  const auto finite = [](const auto& numbers) { return std::ranges::all_of(numbers, [](double x) { return std::isfinite(x); }); };
+  return finite(p.position) && finite(p.velocity) && finite(p.affine) && finite(p.stress) && std::isfinite(p.internal);
+}
+
+/// Particles of one block, which the file holds behind those of the blocks before.
+void check_particles(std::span<const Particle> particles, std::span<const std::uint8_t> cells, const Index3& block, double cell_size,
+                     const Refuse& refuse) {
+  for (std::size_t i = 0; i < particles.size(); ++i) {
+    const Particle& p = particles[i];
+    if (cells[i] >= block_nodes || !in_its_cell(p, block, cells[i], cell_size)) {
+      refuse(fmt::format("particle {} at ({}, {}, {}) m is not in cell {} of block ({}, {}, {})", p.id, p.position[0], p.position[1],
+                         p.position[2], cells[i], block[0], block[1], block[2]));
+    }
+    if (!all_finite(p) || !(p.volume > 0.0) || !std::isfinite(p.volume))
+      refuse(fmt::format("particle {} has a volume of {} m^3 or numbers that are not finite", p.id, p.volume));
+  }
+}
+
+/// Blocks ascend as they are written, so that none comes twice, within the reach of the grid.
+void check_block(const Index3& block, const std::optional<Index3>& before, const Refuse& refuse) {
+  constexpr std::int32_t reach = (1 << 20) - 2;  // of the grid's coordinates, with a neighbour to each side
+  const auto key = [](const Index3& c) { return std::tuple(c[2], c[1], c[0]); };
+  const bool far = std::ranges::any_of(block, [](std::int32_t c) { return c > reach || c < -reach; });
+  if (far || (before && key(block) <= key(*before)))
+    refuse(fmt::format("block ({}, {}, {}) is out of reach or out of order", block[0], block[1], block[2]));
+}
+
+/// Columns of one length: what follows indexes them by each other's.
+void check_series(const ImpactSeries& series, const Refuse& refuse) {
+  const std::size_t n = series.size(), bins = series.profile_bins;
+  constexpr std::size_t most_bins = 1 << 24;
+  if (bins > most_bins) refuse(fmt::format("a pressure profile of {} bins", bins));
+  const auto check = [&](const std::string& name, std::size_t size) {
+    const bool optional = name.starts_with("series_force_bins") || name.starts_with("series_force_first");
+    const std::size_t width = name.starts_with("series_profile") ? bins : name.starts_with("series_force_bins") ? bins + 1 : 1;
+    if (size != n * width && !(optional && size == 0)) refuse(fmt::format("{} has {} numbers for {} rows", name, size, n));
+  };
+  for_each_column(series, [&](const char* name, const std::vector<double>& column) { check(name, column.size()); });
+  check("series_force_n", series.force.size());
+  check("series_moment_n_m", series.moment.size());
 }
 
 }  // namespace
@@ -106,7 +168,7 @@ std::string differences(const std::string& case_text, const Case& c) {
 
 void read_checkpoint(const std::filesystem::path& path, const Case& c, State& state, RunProgress& progress, ImpactSeries& series) {
   const hdf5::Reader file(path);
-  const auto refuse = [&](const std::string& why) { throw IoError(fmt::format("{}: {}", path.string(), why)); };
+  const Refuse refuse = [&](const std::string& why) { throw IoError(fmt::format("{}: {}", path.string(), why)); };
   if (file.text("kind") != kind) refuse("this is not a checkpoint");
   if (file.integer("format_version") != checkpoint_format_version) {
     refuse(fmt::format("checkpoint format {}, this program reads {}; go on with the version of the program that wrote it",
@@ -122,24 +184,40 @@ void read_checkpoint(const std::filesystem::path& path, const Case& c, State& st
   const auto cells = file.dataset<std::uint8_t>("cells", {hdf5::any_extent});
   const auto records = file.dataset<std::uint8_t>("particle_records", {cells.size(), sizeof(Particle)});
   std::size_t first = 0;
-  for (const std::int32_t n : counts) {
-    if (n < 0 || static_cast<std::size_t>(n) > cells.size() - first) refuse("its block counts contradict its particles");
-    first += static_cast<std::size_t>(n);
+  std::vector<Particle> particles;
+  std::optional<Index3> before;
+  for (std::size_t b = 0; b < counts.size(); ++b) {
+    const auto n = static_cast<std::size_t>(counts[b]);
+    if (counts[b] < 0 || counts[b] > most_particles_of_a_block || n > cells.size() - first)
+      refuse("its block counts contradict its particles");
+    const Index3 block{coordinates[3 * b], coordinates[3 * b + 1], coordinates[3 * b + 2]};
+    check_block(block, before, refuse);
+    before = block;
+    particles.resize(n);
+    if (n > 0) std::memcpy(particles.data(), records.data() + first * sizeof(Particle), n * sizeof(Particle));
+    check_particles(particles, std::span(cells).subspan(first, n), block, c.numerics.cell_size, refuse);
+    first += n;
   }
   if (first != cells.size()) refuse("its block counts contradict its particles");
-  if (std::ranges::any_of(cells, [](std::uint8_t cell) { return cell >= block_nodes; })) refuse("a particle is in no cell");
   const auto counters = file.dataset<std::uint64_t>("counters", {10});
   const auto reals = file.dataset<double>("reals", {14});
+  if (!std::ranges::all_of(reals, [](double x) { return std::isfinite(x); }) || reals[0] < 0.0 || reals[1] < 0.0)
+    refuse(fmt::format("time {} s, speed {} m/s, or a sum that is not finite: no run wrote this", reals[0], reals[1]));
   ImpactSeries measured;
   for_each_column(measured,
                   [&](const char* name, std::vector<double>& column) { column = file.dataset<double>(name, {hdf5::any_extent}); });
-  measured.force = vectors_of(file.dataset<double>("series_force_n", {hdf5::any_extent}));
-  measured.moment = vectors_of(file.dataset<double>("series_moment_n_m", {hdf5::any_extent}));
+  const auto vectors = [&](const char* name) {
+    const auto flat = file.dataset<double>(name, {hdf5::any_extent});
+    if (flat.size() % 3 != 0) refuse(fmt::format("{} has {} numbers, which are not vectors", name, flat.size()));
+    return vectors_of(flat);
+  };
+  measured.force = vectors("series_force_n");
+  measured.moment = vectors("series_moment_n_m");
   measured.profile_bins = static_cast<std::size_t>(file.integer("profile_bins"));
+  check_series(measured, refuse);
 
   // Everything is there: from here on nothing is refused.
   first = 0;
-  std::vector<Particle> particles;
   for (std::size_t b = 0; b < counts.size(); ++b) {
     const auto n = static_cast<std::size_t>(counts[b]);
     particles.resize(n);

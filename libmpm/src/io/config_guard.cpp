@@ -28,6 +28,15 @@ std::size_t end_of_string(std::string_view text, std::size_t at) {
   return text.size();
 }
 
+/// Whether the header of a table that begins with the bracket at text[at] goes on with a name. The parser takes that for granted: where it
+/// is built with assertions the program would end.
+bool names_a_table(std::string_view text, std::size_t at) {
+  at += text.substr(at, 2) == "[[" ? 2 : 1;
+  while (at < text.size() && (text[at] == ' ' || text[at] == '\t')) ++at;
+  constexpr std::string_view first = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789_-\"']";  // ]: the parser has a message
+  return at >= text.size() || first.find(text[at]) != std::string_view::npos;
+}
+
 }  // namespace
 
 void check_text(std::string_view text, std::string_view file_name) {
@@ -35,7 +44,9 @@ void check_text(std::string_view text, std::string_view file_name) {
     throw ConfigError(fmt::format("{}:1:1: the file is larger than {} MB; a case has a few kB, is this one?", file_name, most_bytes >> 20));
   }
   std::size_t line = 1, line_start = 0;
-  int parts = 1;
+  int parts = 1, open_brackets = 0;
+  bool line_is_blank = true;  // so far
+  const std::size_t byte_order_mark = text.starts_with("\xef\xbb\xbf") ? 3 : 0;
   for (std::size_t at = 0; at < text.size();) {
     const char c = text[at];
     if (c == '#') {
@@ -44,6 +55,7 @@ void check_text(std::string_view text, std::string_view file_name) {
     }
     if (c == '"' || c == '\'') {
       const std::size_t end = end_of_string(text, at);
+      line_is_blank = false;
       for (; at < end; ++at) {
         if (text[at] != '\n') continue;
         ++line;
@@ -51,10 +63,22 @@ void check_text(std::string_view text, std::string_view file_name) {
       }
       continue;
     }
+    constexpr unsigned char last_ascii = 0x7f;
+    if (static_cast<unsigned char>(c) > last_ascii && at >= byte_order_mark) {
+      throw ConfigError(fmt::format("{}:{}:{}: not valid TOML: a character that is not ASCII stands outside quotes and comments", file_name,
+                                    line, at - line_start + 1));
+    }
     if (c == '.' && ++parts > most_key_parts) {
       throw ConfigError(fmt::format("{}:{}:{}: a key of more than {} parts; keys here have at most three, table.table.key", file_name, line,
                                     at - line_start + 1, most_key_parts));
     }
+    if (c == '[' && line_is_blank && open_brackets == 0 && !names_a_table(text, at)) {
+      throw ConfigError(fmt::format("{}:{}:{}: not valid TOML: a table has a name of letters, digits, _ and -, or in quotes", file_name,
+                                    line, at - line_start + 1));
+    }
+    if (c == '[' || c == '{') ++open_brackets;
+    if ((c == ']' || c == '}') && open_brackets > 0) --open_brackets;
+    line_is_blank = c == '\n' || (line_is_blank && (c == ' ' || c == '\t' || c == '\r'));
     if (c == '\n') {
       ++line;
       line_start = at + 1;

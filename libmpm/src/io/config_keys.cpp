@@ -181,14 +181,15 @@ Condition used_by_law(const std::string& name) {
 
 // ---- ranges ------------------------------------------------------------------------------------------------------------------------
 Range closed(double low, double high) { return {low, high, false, false}; }
-Range above(double low, double high) { return {low, high, true, false}; }
+/// Above 0 by a least value far below anything sensible: without it counts and quotients overflow.
+Range positive(double high) { return closed(1e-9, high); }
 Range below(double low, double high) { return {low, high, false, true}; }
 // Wide enough for any laboratory or mountain, narrow enough that volumes, counts and energies stay far from overflow.
 constexpr double longest = 1e5;  // m
 constexpr double fastest = 1e3;  // m/s
 const Range coordinate = closed(-longest, longest);
 const Range speed = closed(-fastest, fastest);
-const Range length = above(0.0, longest);
+const Range length = positive(longest);
 const Range friction = closed(0.0, 10.0);
 
 struct Rows {
@@ -252,18 +253,18 @@ std::vector<Key> declare_keys() {
   t.add("cone_matching", choice, "", {}, word(material, &MaterialSpec::cone_matching, cones),
         "Test on which the cone agrees with the Mohr-Coulomb angles; simple_shear: tan(friction angle) = sqrt(J2)/p, as for mu(I)")
       .choices = cones;
-  t.add("friction_angle_deg", number, "deg", above(0.0, steepest), angle(material, &MaterialSpec::friction_angle), "Friction angle phi");
+  t.add("friction_angle_deg", number, "deg", positive(steepest), angle(material, &MaterialSpec::friction_angle), "Friction angle phi");
   t.add("cohesion_pa", number, "Pa", closed(0.0, 1e9), field(material, &MaterialSpec::cohesion), "Cohesion c");
   t.add("dilatancy_angle_deg", number, "deg", closed(0.0, steepest), angle(material, &MaterialSpec::dilatancy_angle),
         "Dilatancy angle psi, at most the friction angle; 0 shears at constant volume");
   const std::string rate_independent = "left out: no rate dependence";
-  t.add("limit_friction_angle_deg", number, "deg", above(0.0, steepest), angle(material, &MaterialSpec::limit_friction_angle),
+  t.add("limit_friction_angle_deg", number, "deg", positive(steepest), angle(material, &MaterialSpec::limit_friction_angle),
         "mu(I): friction angle of infinitely fast shear, at least friction_angle_deg")
       .default_text = rate_independent;
-  t.add("reference_inertial_number", number, "", above(0.0, 1e3), field(material, &MaterialSpec::reference_inertial_number),
+  t.add("reference_inertial_number", number, "", positive(1e3), field(material, &MaterialSpec::reference_inertial_number),
         "mu(I): I_0, where half of the increase is reached")
       .default_text = rate_independent;
-  t.add("grain_diameter_m", number, "m", above(0.0, 10.0), field(material, &MaterialSpec::grain_diameter), "mu(I): diameter d of grains")
+  t.add("grain_diameter_m", number, "m", positive(10.0), field(material, &MaterialSpec::grain_diameter), "mu(I): diameter d of grains")
       .default_text = rate_independent;
   t.add("grain_density_kg_m3", number, "kg/m^3", closed(1.0, 1e5), field(material, &MaterialSpec::grain_density),
         "mu(I): density rho_s of grains")
@@ -289,18 +290,18 @@ std::vector<Key> declare_keys() {
   t.add("froude_number", number, "", closed(1e-3, 1e2), field(whole, &Draft::froude_number),
         "Fr = v / sqrt(g H); gives the speed of the belt")
       .default_text = "left out: velocity_m_s is given instead (one of the two is required)";
-  t.add("velocity_m_s", number, "m/s", above(0.0, fastest), belt_speed(), "Speed v of the belt and of the incoming snow").default_text =
+  t.add("velocity_m_s", number, "m/s", positive(fastest), belt_speed(), "Speed v of the belt and of the incoming snow").default_text =
       "left out: froude_number is given instead (one of the two is required)";
-  t.add("flow_height_m", number, "m", above(0.0, 1e3), field(conveyor, &ConveyorSpec::flow_height), "Height H of the incoming snow");
-  t.add("width_m", number, "m", above(0.0, 1e4), belt_width(), "Width W of the belt, both halves").default_text =
+  t.add("flow_height_m", number, "m", positive(1e3), field(conveyor, &ConveyorSpec::flow_height), "Height H of the incoming snow");
+  t.add("width_m", number, "m", positive(1e4), belt_width(), "Width W of the belt, both halves").default_text =
       "left out: (6 + 3 log10(hardening_xi / 0.05)) times the obstacle's width; 12 times for a law without hardening_xi";
   t.add("feed", choice, "", {}, word(conveyor, &ConveyorSpec::feed, feeds),
         "window: a few metres around the obstacle, fresh snow enters at v; strip: the whole avalanche as particles")
       .choices = feeds;
-  t.add("upstream_length_m", number, "m", above(0.0, 1e4), field(conveyor, &ConveyorSpec::upstream_length),
+  t.add("upstream_length_m", number, "m", positive(1e4), field(conveyor, &ConveyorSpec::upstream_length),
         "Inlet at x = -upstream_length_m; the obstacle's front face is x = 0")
       .used = window_feed;
-  t.add("downstream_length_m", number, "m", above(0.0, 1e4), field(conveyor, &ConveyorSpec::downstream_length),
+  t.add("downstream_length_m", number, "m", positive(1e4), field(conveyor, &ConveyorSpec::downstream_length),
         "Outlet at x = +downstream_length_m")
       .used = window_feed;
   t.add("sidewall_contact", choice, "", {}, word(conveyor, &ConveyorSpec::sidewall_contact, sidewalls),
@@ -329,10 +330,10 @@ std::vector<Key> declare_keys() {
   t.table = "conveyor.inflow";
   t.add("time_s", number, "s", closed(0.0, 1e6), field(inflow, &InflowPoint::time), "Time of this row, above that of the row before")
       .required = always;
-  t.add("velocity_m_s", number, "m/s", above(0.0, fastest), field(inflow, &InflowPoint::velocity),
+  t.add("velocity_m_s", number, "m/s", positive(fastest), field(inflow, &InflowPoint::velocity),
         "Speed of the incoming snow, of the belt and its side walls")
       .default_text = "left out: the conveyor's";
-  t.add("flow_height_m", number, "m", above(0.0, 1e3), field(inflow, &InflowPoint::flow_height), "Height of the incoming snow")
+  t.add("flow_height_m", number, "m", positive(1e3), field(inflow, &InflowPoint::flow_height), "Height of the incoming snow")
       .default_text = "left out: the conveyor's";
   t.add("density_ratio", number, "", closed(1.0, 2.0), field(inflow, &InflowPoint::density_ratio),
         "Density of the incoming snow over density_kg_m3: snow that was compacted, and so hardened, before it came. Above 1 with "
@@ -344,9 +345,9 @@ std::vector<Key> declare_keys() {
        "Rigid, upright, on the floor, its most upstream point at x = 0, its middle at y = 0. cylinder: vertical; wedge: isosceles triangle "
        "in plan, its edge against the flow")
       .choices = obstacles;
-  t.add("width_m", number, "m", above(0.0, 1e4), field(obstacle, &ObstacleSpec::width),
+  t.add("width_m", number, "m", positive(1e4), field(obstacle, &ObstacleSpec::width),
         "Width w across the flow; diameter of a cylinder, base of a wedge");
-  t.add("depth_m", number, "m", above(0.0, 1e4), field(obstacle, &ObstacleSpec::depth),
+  t.add("depth_m", number, "m", positive(1e4), field(obstacle, &ObstacleSpec::depth),
         "Depth along the flow; of a wedge from edge to base: half its angle is atan(width_m / (2 depth_m))")
       .used = deep_obstacle;
   Key& rotation = t.add("rotation_deg", number, "deg", closed(-90.0, 90.0), unless_default(angle(obstacle, &ObstacleSpec::rotation), 0.0),
@@ -393,7 +394,7 @@ std::vector<Key> declare_keys() {
       .choices = transfers;
   t.add("flip_ratio", number, "", closed(0.0, 1.0), field(numerics, &NumericsSpec::flip_ratio), "Share of FLIP in the blend; 0 is pure PIC")
       .used = flip;
-  t.add("cfl", number, "", above(0.0, 1.0), field(numerics, &NumericsSpec::cfl), "Safety factor: dt = cfl dx / (c_P + largest speed)");
+  t.add("cfl", number, "", positive(1.0), field(numerics, &NumericsSpec::cfl), "Safety factor: dt = cfl dx / (c_P + largest speed)");
   t.add("gravity_m_s2", number, "m/s^2", closed(0.0, 1e3), field(numerics, &NumericsSpec::gravity), "Acceleration g of gravity");
   t.add("slope_deg", number, "deg", closed(-90.0, 90.0), angle(numerics, &NumericsSpec::slope),
         "Inclination: gravity acts along g (sin, 0, -cos)");
@@ -412,7 +413,7 @@ std::vector<Key> declare_keys() {
   t.add("box_inside_m", number, "m", closed(0.0, longest), field(measurement, &MeasurementSpec::box_inside),
         "Depth of the measuring box behind the face, for particles that stand slightly inside")
       .default_text = "left out: 0.5 cell_size_m";
-  t.add("force_window_s", number, "s", above(0.0, 1e3),
+  t.add("force_window_s", number, "s", positive(1e3),
         unless_default(field(measurement, &MeasurementSpec::force_window), MeasurementSpec{}.force_window),
         "Window of the moving mean over the force whose highest value is the filtered peak")
       .default_text = to_toml(MeasurementSpec{}.force_window);
@@ -421,12 +422,12 @@ std::vector<Key> declare_keys() {
   }
 
   t.table = "output";
-  t.add("duration_s", number, "s", above(0.0, 1e6), field(output, &OutputSpec::duration), "Simulated time").required = always;
-  t.add("series_per_second", number, "1/s", above(0.0, 1e6), field(output, &OutputSpec::series_per_second),
+  t.add("duration_s", number, "s", positive(1e6), field(output, &OutputSpec::duration), "Simulated time").required = always;
+  t.add("series_per_second", number, "1/s", positive(1e6), field(output, &OutputSpec::series_per_second),
         "Rows of series.csv per simulated second");
   t.add("frames_per_second", number, "1/s", closed(0.0, 1e4), field(output, &OutputSpec::frames_per_second),
         "Stored particle frames per simulated second; 0: none");
-  t.add("checkpoint_minutes", number, "min", above(0.0, 1e5), field(output, &OutputSpec::checkpoint_minutes),
+  t.add("checkpoint_minutes", number, "min", positive(1e5), field(output, &OutputSpec::checkpoint_minutes),
         "Wall-clock time between checkpoints");
 
   t.table = "path";
@@ -442,7 +443,7 @@ std::vector<Key> declare_keys() {
         "Increment of deviatoric Hencky strain d_eps_q diag(1/2, 1/2, -1): axial shortening along z positive");
   t.add("velocity_gradient", matrix, "1/s", closed(-1e6, 1e6), field(segment, &SegmentDraft::velocity_gradient),
         "Constant velocity gradient l_ij = dv_i/dx_j by rows, over time_s");
-  t.add("time_s", number, "s", above(0.0, 1e6), field(segment, &SegmentDraft::time), "Duration of a segment given by velocity_gradient");
+  t.add("time_s", number, "s", positive(1e6), field(segment, &SegmentDraft::time), "Duration of a segment given by velocity_gradient");
   t.add("radial_stress_pa", number, "Pa", closed(-1e9, 1e9), field(segment, &SegmentDraft::radial_stress),
         "Kirchhoff stress held in x and y, compression positive (drained triaxial test, with d_eps_axial)");
   t.add("d_eps_axial", number, "", strain, field(segment, &SegmentDraft::d_eps_axial),

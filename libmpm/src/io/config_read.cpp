@@ -104,7 +104,7 @@ class Reader {
       root = toml::parse(text, file_);
     } catch (const toml::parse_error& error) {
       const auto& at = error.source().begin;
-      throw ConfigError(fmt::format("{}:{}:{}: not valid TOML: {}", file_, at.line, at.column, error.description()));
+      throw ConfigError(fmt::format("{}:{}:{}: not valid TOML: {}", file_, at.line, at.column, printable(error.description())));
     }
     for (std::size_t i = 0; i < overrides.size(); ++i) apply_override(root, overrides[i], i + 1);
     places_[""] = file_place(1, 1);
@@ -542,6 +542,13 @@ class Reader {
     const MeasurementSpec& m = draft_.spec.measurement;
     if (!m.filter_length || !sound({"measurement.filter_length_m", "measurement.bin_height_m", "numerics.cell_size_m"})) return;
     const double bin = m.bin_height.value_or(0.5 * draft_.spec.numerics.cell_size), bins = *m.filter_length / bin;
+    constexpr double most_bins = 9999.0;
+    if (bins > most_bins) {
+      fault_key("measurement", "filter_length_m",
+                fmt::format("= {} is {:.6g} bins of {} m, more than {}; give a shorter filter or higher bins", *m.filter_length, bins, bin,
+                            most_bins));
+      return;
+    }
     const double odd = std::max(3.0, 2.0 * std::round(0.5 * (bins - 1.0)) + 1.0);
     constexpr double rounding = 1e-6;  // of lengths given to six digits
     if (std::abs(bins - odd) > rounding * odd) {
@@ -667,6 +674,17 @@ class Reader {
             path, "max_m",
             fmt::format("- min_m is {} m at the thinnest, less than the distance of particles, {} m; give a larger body or finer cells",
                         thinnest, spacing));
+      }
+    }
+    if (sound({"numerics.cell_size_m"})) {
+      constexpr double reach = 4.0e6;  // cells from the origin: 2^20 blocks of four, with some room
+      const double farthest = std::max(body.max.cwiseAbs().maxCoeff(), body.min.cwiseAbs().maxCoeff());
+      if (farthest > reach * c.numerics.cell_size) {
+        fault_key(
+            path, "max_m",
+            fmt::format("or min_m is {} m from the origin, beyond the {:g} cells of {} m that the grid reaches; move the scene to the "
+                        "origin, or take larger cells",
+                        farthest, reach, c.numerics.cell_size));
       }
     }
     const bool domain_known = given("domain.min_m") && given("domain.max_m") && sound({"domain.min_m", "domain.max_m"});

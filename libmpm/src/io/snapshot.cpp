@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <charconv>
+#include <cmath>
 #include <numeric>
 #include <span>
 
@@ -70,7 +71,35 @@ SnapshotInfo get_info(const hdf5::Reader& file, const std::filesystem::path& pat
   info.reference_density = file.real("reference_density_kg_m3");
   info.mirror_x = file.integer("mirror_x") != 0;
   info.mirror_y = file.integer("mirror_y") != 0;
+  if (!std::isfinite(info.time) || !(info.reference_density > 0.0) || !std::isfinite(info.reference_density)) {
+    throw IoError(fmt::format("cannot read '{}': time {} s and reference density {} kg/m^3 belong to no run; write the file again",
+                              path.string(), info.time, info.reference_density));
+  }
   return info;
+}
+
+/// What every state of a run is: each particle once, finite, with a volume. A file that says otherwise was made by something else, and
+/// measurements of it would be wrong without a word.
+void check_content(const std::filesystem::path& path, const ParticleTable& p) {
+  const auto refuse = [&](std::size_t row, const std::string& what) {
+    throw IoError(fmt::format("cannot read '{}': row {}, particle {}: {}; write the file again", path.string(), row, p.id[row], what));
+  };
+  for (std::size_t i = 1; i < p.size(); ++i) {
+    if (p.id[i] <= p.id[i - 1]) refuse(i, fmt::format("it follows particle {}, identity numbers ascend", p.id[i - 1]));
+  }
+  const auto check = [&](const char* name, const std::vector<double>& column, std::size_t components, bool positive) {
+    for (std::size_t i = 0; i < column.size(); ++i) {
+      if (!std::isfinite(column[i]) || (positive && !(column[i] > 0.0)))
+        refuse(i / components, fmt::format("{} = {}, {} is needed", name, column[i], positive ? "a number above 0" : "a finite number"));
+    }
+  };
+  check("position_m", p.position, 3, false);
+  check("velocity_m_s", p.velocity, 3, false);
+  check("velocity_gradient_1_s", p.affine, 9, false);
+  check("kirchhoff_stress_pa", p.stress, 6, false);
+  check("internal", p.internal, 1, false);
+  check("volume_ratio", p.volume_ratio, 1, true);
+  check("reference_volume_m3", p.volume, 1, true);
 }
 
 /// By columns (particles.hpp) to by rows (numpy) and back: the transpose of each 3x3.
@@ -98,6 +127,7 @@ Snapshot read_snapshot(const std::filesystem::path& path, std::string_view kind)
   p.volume_ratio = file.dataset<double>("volume_ratio", {n});
   p.volume = file.dataset<double>("reference_volume_m3", {n});
   if (kind == final_kind) p.affine = transposed(file.dataset<double>("velocity_gradient_1_s", {n, 3, 3}));
+  check_content(path, p);
   return s;
 }
 
@@ -217,7 +247,9 @@ FrameEntry read_frame_entry(const std::filesystem::path& directory, int index) {
   const std::filesystem::path path = frame_path(directory, index);
   const hdf5::Reader file(path);
   const SnapshotInfo info = get_info(file, path, frame_kind);
-  return {index, info.time, file.shape("id").at(0)};
+  const hdf5::Shape rows = file.shape("id");
+  if (rows.size() != 1) throw IoError(fmt::format("cannot read '{}': dataset 'id' is not a list; write the file again", path.string()));
+  return {index, info.time, rows.front()};
 }
 
 std::vector<FrameEntry> list_frames(const std::filesystem::path& directory) {

@@ -19,9 +19,15 @@ std::string kind_of(const toml::node& node) {
   }
 }
 
+std::string printable(std::string_view text) {
+  std::string line(text);
+  std::ranges::replace_if(
+      line, [](char c) { return static_cast<unsigned char>(c) < 0x20; }, ' ');
+  return line;
+}
+
 std::string one_line(std::string text) {
-  std::replace_if(
-      text.begin(), text.end(), [](char c) { return static_cast<unsigned char>(c) < 0x20; }, ' ');
+  text = printable(text);
   constexpr std::size_t longest = 80;
   if (text.size() > longest) {
     std::size_t cut = longest;

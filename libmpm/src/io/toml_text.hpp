@@ -4,11 +4,15 @@
 #include <toml++/toml.h>
 
 #include <string>
+#include <string_view>
 
 namespace mpm::config {
 
 /// "a table", "an integer"
 [[nodiscard]] std::string kind_of(const toml::node& node);
+
+/// With a space for every control character: messages of the parser quote them as they are.
+[[nodiscard]] std::string printable(std::string_view text);
 
 /// Without line breaks, cut to a length that fits a message.
 [[nodiscard]] std::string one_line(std::string text);
