@@ -475,9 +475,9 @@ particles_per_cell = 9
       "case.toml:10:16: [conveyor] velocity_m_s stands beside froude_number",
       "case.toml:12:12: [obstacle] friction = -0.1 is out of range",
       "case.toml:14:22: [numerics] particles_per_cell = 9 is out of range; give one of 1, 8, 27, 64",
-      "--set numerics.cfl=2: [numerics] cfl = 2 is out of range; give a number in (0, 1]",
+      "--set numerics.cfl=2: [numerics] cfl = 2 is out of range; give a number in [1e-09, 1]",
   };
-  const std::string missing_output = "case.toml:1:1: [output] duration_s is missing; give a number in (0, 1e+06] s";
+  const std::string missing_output = "case.toml:1:1: [output] duration_s is missing; give a number in [1e-09, 1e+06] s";
   ASSERT_EQ(lines.size(), expected.size() + 1);
   EXPECT_TRUE(reports(fmt::format("{}", fmt::join(lines, "\n")), missing_output, {}));
   std::size_t next = 0;
