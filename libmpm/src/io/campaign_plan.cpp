@@ -416,11 +416,12 @@ class PlanReader {
     if (base == nullptr) {
       fault(root.source(), "", "base is missing; give a case file, relative to the plan, or its tables as [base.material], ...");
     } else if (const toml::table* tables = base->as_table()) {
+      base_ = *tables;
+      base_.is_inline(false);  // base = { ... } in the plan is the root of a case
       std::ostringstream out;
-      out << toml::toml_formatter(*tables, toml::toml_formatter::default_flags & ~toml::format_flags::allow_literal_strings);
+      out << toml::toml_formatter(base_, toml::toml_formatter::default_flags & ~toml::format_flags::allow_literal_strings);
       plan_.base_text = out.str();
       plan_.base_name = file_.string() + ", [base]";
-      base_ = *tables;
     } else if (const auto name = base->value_exact<std::string>()) {
       const auto path = file_.parent_path() / *name;
       try {
