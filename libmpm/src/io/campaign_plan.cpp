@@ -138,7 +138,8 @@ class PlanReader {
       root = toml::parse(text, file_.string());
     } catch (const toml::parse_error& error) {
       const auto& at = error.source().begin;
-      throw ConfigError(fmt::format("{}:{}:{}: not valid TOML: {}", file_.string(), at.line, at.column, config::printable(error.description())));
+      throw ConfigError(
+          fmt::format("{}:{}:{}: not valid TOML: {}", file_.string(), at.line, at.column, config::printable(error.description())));
     }
     read_root(root);
     throw_faults();
@@ -430,7 +431,8 @@ class PlanReader {
         base_ = toml::parse(plan_.base_text, path.string());
       } catch (const toml::parse_error& error) {
         const auto& at = error.source().begin;
-        fault(base->source(), "", fmt::format("base {}:{}:{}: not valid TOML: {}", path.string(), at.line, at.column, config::printable(error.description())));
+        fault(base->source(), "",
+              fmt::format("base {}:{}:{}: not valid TOML: {}", path.string(), at.line, at.column, config::printable(error.description())));
       } catch (const Error& error) {
         fault(base->source(), "", fmt::format("base: {}", error.what()));
       }
