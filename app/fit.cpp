@@ -26,7 +26,7 @@ void print_coefficients(const SetFit& s) {
   const PublishedFit p = published_fit(s.equation);
   fmt::print("  {:<12} {:>9} {:>16} {:>12} {:>9}   {:>9} {:>16} {:>11}\n", "parameter", "value", "rel. std. error", "t-statistic",
              "p-value", "published", "rel. std. error", "difference");
-  const auto line = [](const char* name, const Estimate& e, const PublishedEstimate& published) {
+  const auto line = [](const char* name, const Coefficient& e, const PublishedEstimate& published) {
     fmt::print("  {:<12} {:>9} {:>16} {:>12} {:>9}   {:>9} {:>16} {:>10.1f}%\n", name, short_number(e.value),
                short_number(e.relative_error()), short_number(e.t_statistic, 3),
                std::isnan(e.p_value) ? "-" : fmt::format("{:.1e}", e.p_value), short_number(published.value),

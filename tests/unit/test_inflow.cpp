@@ -52,7 +52,9 @@ TEST(Inflows, TravelWhatTheirVelocityAddsUpTo) {
   constexpr double dt = 6.0 / n;
   for (int i = 0; i < n; ++i) {
     sum += inflow.velocity((i + 0.5) * dt) * dt;  // midpoint rule: exact within straight pieces, (dt)^2 at three kinks
-    if (i % 1000 == 999) EXPECT_NEAR(inflow.travelled((i + 1) * dt), sum, 1e-7);
+    if (i % 1000 == 999) {
+      EXPECT_NEAR(inflow.travelled((i + 1) * dt), sum, 1e-7);
+    }
   }
 }
 

@@ -72,7 +72,7 @@ TEST(Regression, SaysThatThereIsNoSaturationWhereThePressureHeightKeepsGrowing) 
 }
 
 /// Value and standard error, and p where scipy gives it.
-void expect_estimate(const Estimate& e, double value, double standard_error, double p_value) {
+void expect_estimate(const Coefficient& e, double value, double standard_error, double p_value) {
   // Both call a port of MINPACK; the finite differences of curve_fit leave seven digits of the minimum and four of the errors (seen: the
   // errors agree with the exact Jacobian's below to 1e-7). p is that of a t that is off by as much.
   EXPECT_NEAR(e.value / value, 1.0, 1e-7);
@@ -175,13 +175,13 @@ class MonteCarlo : public ::testing::Test {
   struct Distribution {
     double mean = 0.0, deviation = 0.0, mean_error = 0.0;
   };
-  static Distribution distribution(const std::vector<Estimate>& estimates) {
+  static Distribution distribution(const std::vector<Coefficient>& estimates) {
     Distribution d;
-    for (const Estimate& e : estimates) {
+    for (const Coefficient& e : estimates) {
       d.mean += e.value / trials;
       d.mean_error += e.standard_error / trials;
     }
-    for (const Estimate& e : estimates) d.deviation += (e.value - d.mean) * (e.value - d.mean) / (trials - 1);
+    for (const Coefficient& e : estimates) d.deviation += (e.value - d.mean) * (e.value - d.mean) / (trials - 1);
     d.deviation = std::sqrt(d.deviation);
     return d;
   }
@@ -193,7 +193,7 @@ TEST_F(MonteCarlo, StandardErrorsAreTheScatterOfTheEstimates) {
   for (const auto equation : {HeightEquation::runup, HeightEquation::pressure_height}) {
     const HeightCoefficients truth = published_fit(equation).coefficients;
     const auto exact = exact_samples(truth);
-    std::vector<Estimate> k, kappa, froude;
+    std::vector<Coefficient> k, kappa, froude;
     int covered = 0;
     for (int trial = 0; trial < trials; ++trial) {
       auto samples = exact;

@@ -176,7 +176,7 @@ void profile_saturation(HeightFit& fit, std::span<const HeightSample> samples, c
   fit.saturation_to = last == profile.end() ? infinity : bisect((last - 1)->saturation_froude, last->saturation_froude);
 }
 
-Estimate estimate(double value, double variance, double degrees_of_freedom) {
+Coefficient coefficient(double value, double variance, double degrees_of_freedom) {
   const double error = std::sqrt(variance);
   return {value, error, value / error, two_sided_p_value(value / error, degrees_of_freedom)};
 }
@@ -243,7 +243,7 @@ void caution_about_saturation(HeightFit& fit, const std::vector<double>& knots) 
 
 }  // namespace
 
-double Estimate::relative_error() const { return standard_error / std::abs(value); }
+double Coefficient::relative_error() const { return standard_error / std::abs(value); }
 
 double relative_height(const HeightSample& sample, const HeightCoefficients& coefficients) {
   return predicted_height(sample.effective_friction, sample.froude, 1.0, coefficients, 1.0);
@@ -286,10 +286,10 @@ HeightFit fit_heights(HeightEquation equation, std::span<const HeightSample> sam
   fit.degrees_of_freedom = fit.runs - static_cast<std::size_t>(residuals.inputs());
   const auto degrees = static_cast<double>(fit.degrees_of_freedom);
   const MatrixXd covariance = inverse_normal_matrix(std::move(jacobian)) * (fit.sum_of_squares / degrees);
-  fit.k = estimate(x[0], covariance(0, 0), degrees);
-  fit.kappa = estimate(x[1], covariance(1, 1), degrees);
+  fit.k = coefficient(x[0], covariance(0, 0), degrees);
+  fit.kappa = coefficient(x[1], covariance(1, 1), degrees);
   if (equation == HeightEquation::pressure_height) {
-    fit.saturation_froude = with_saturation ? estimate(best.froude, covariance(2, 2), degrees) : Estimate{.value = infinity};
+    fit.saturation_froude = with_saturation ? coefficient(best.froude, covariance(2, 2), degrees) : Coefficient{.value = infinity};
     profile_saturation(fit, samples, knots, best.minimum.x);
     caution_about_saturation(fit, knots);
   }
@@ -312,7 +312,7 @@ double two_sided_quantile(double p, double degrees_of_freedom) {
 }
 
 PublishedFit published_fit(HeightEquation equation) {
-  constexpr double none = Estimate::none;
+  constexpr double none = Coefficient::none;
   if (equation == HeightEquation::runup) {
     return {
         .coefficients = runup_coefficients,

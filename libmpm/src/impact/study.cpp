@@ -15,7 +15,7 @@
 namespace mpm {
 namespace {
 
-constexpr double none = Estimate::none;
+constexpr double none = Coefficient::none;
 
 double height_of(HeightEquation equation, const StudyRun& run) {
   return equation == HeightEquation::runup ? run.runup : run.pressure_height;
@@ -65,7 +65,7 @@ void add_scores(std::vector<ScoreRow>& rows, HeightEquation equation, std::span<
 /// A row of the coefficients' table.
 struct CoefficientRow {
   std::string name;
-  Estimate estimate;
+  Coefficient estimate;
   double from, to;  ///< interval of 95 %
   PublishedEstimate published;
 };
@@ -74,7 +74,7 @@ std::vector<CoefficientRow> coefficient_rows(const SetFit& s) {
   if (!s.fit) return {};
   const PublishedFit published = published_fit(s.equation);
   const double t = two_sided_quantile(0.05, static_cast<double>(s.fit->degrees_of_freedom));
-  const auto row = [&](std::string name, const Estimate& e, const PublishedEstimate& p) {
+  const auto row = [&](std::string name, const Coefficient& e, const PublishedEstimate& p) {
     return CoefficientRow{std::move(name), e, e.value - t * e.standard_error, e.value + t * e.standard_error, p};
   };
   if (s.equation == HeightEquation::runup) return {row("k_r", s.fit->k, published.k), row("kappa_r", s.fit->kappa, published.kappa)};

@@ -25,7 +25,7 @@ struct HeightSample {
 /// A fitted coefficient. The standard error is that of curve_fit: sqrt of the diagonal of (J^T J)^-1 S / (n - p), J the Jacobian of the
 /// residuals at the minimum, S the sum of their squares, n runs, p coefficients. It takes the equation to be right and the residuals to be
 /// independent, of one size.
-struct Estimate {
+struct Coefficient {
   static constexpr double none = std::numeric_limits<double>::quiet_NaN();
   double value = none;
   double standard_error = none;
@@ -46,15 +46,15 @@ struct ProfilePoint {
 
 struct HeightFit {
   HeightEquation equation = HeightEquation::runup;
-  HeightCoefficients coefficients{};     ///< saturation_froude infinite: none (always so for the run-up)
-  Estimate k, kappa, saturation_froude;  ///< saturation_froude without a value for the run-up, and without error where there is none
+  HeightCoefficients coefficients{};        ///< saturation_froude infinite: none (always so for the run-up)
+  Coefficient k, kappa, saturation_froude;  ///< saturation_froude without a value for the run-up, and without error where there is none
   std::size_t runs = 0;
   std::size_t degrees_of_freedom = 0;  ///< runs - fitted coefficients
   double sum_of_squares = 0.0;         ///< of log(h/H) or h/H
 
   /// Pressure height only. Fr_sat at which profile <= S_min (1 + t^2 / (n - 3)), t the 97.5 % quantile of Student's t: an interval of 95 %
   /// that needs no derivative by Fr_sat. The upper end is infinite where runs without saturation are as credible.
-  double saturation_from = Estimate::none, saturation_to = Estimate::none;
+  double saturation_from = Coefficient::none, saturation_to = Coefficient::none;
   std::vector<ProfilePoint> saturation_profile;
 
   std::vector<std::string> cautions;  ///< sentences on what the standard errors do not tell

@@ -33,10 +33,10 @@ struct FittingSet {
 
 /// Scores of some runs against one set of coefficients.
 struct ScoreRow {
-  bool published = false;      ///< against the paper's coefficients; else against the fitted ones
-  std::optional<double> xi;    ///< only runs of this xi; empty: all of the fitting set
-  std::string group;           ///< input that the runs share: froude_number, effective_friction, hardening_xi; empty: none
-  double at = Estimate::none;  ///< its value
+  bool published = false;         ///< against the paper's coefficients; else against the fitted ones
+  std::optional<double> xi;       ///< only runs of this xi; empty: all of the fitting set
+  std::string group;              ///< input that the runs share: froude_number, effective_friction, hardening_xi; empty: none
+  double at = Coefficient::none;  ///< its value
   std::size_t runs = 0;
   Scores scores{};
 };
