@@ -23,7 +23,8 @@ namespace mpm {
 [[nodiscard]] ImpactFrame measure_impact(const State& state, const Scene& scene, const ImpactGeometry& geometry);
 /// The flow of a case with a conveyor; with M' where the law has one.
 [[nodiscard]] ImpactFlow impact_flow(const Case& c);
-/// profile.csv: z_m, pressure_pa, smoothed_pressure_pa, force_per_height_n_m, force_x_per_height_n_m; only the header without a steady span.
+/// profile.csv: z_m, pressure_pa, smoothed_pressure_pa, force_per_height_n_m, force_x_per_height_n_m; only the header without a steady
+/// span.
 void write_profile(const std::filesystem::path& path, const std::vector<ProfileRow>& profile);
 
 struct PostResult {

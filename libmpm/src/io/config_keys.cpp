@@ -333,8 +333,8 @@ std::vector<Key> declare_keys() {
   t.add("velocity_m_s", number, "m/s", positive(fastest), field(inflow, &InflowPoint::velocity),
         "Speed of the incoming snow, of the belt and its side walls")
       .default_text = "left out: the conveyor's";
-  t.add("flow_height_m", number, "m", positive(1e3), field(inflow, &InflowPoint::flow_height), "Height of the incoming snow")
-      .default_text = "left out: the conveyor's";
+  t.add("flow_height_m", number, "m", positive(1e3), field(inflow, &InflowPoint::flow_height), "Height of the incoming snow").default_text =
+      "left out: the conveyor's";
   t.add("density_ratio", number, "", closed(1.0, 2.0), field(inflow, &InflowPoint::density_ratio),
         "Density of the incoming snow over density_kg_m3: snow that was compacted, and so hardened, before it came. Above 1 with "
         "cohesive_cam_clay only");
