@@ -106,9 +106,9 @@ TEST_F(HostileInput, FilesThatAreNoCasesAreRefusedByEveryCommandThatReadsOne) {
       {"long_dotted_table", "[" + repeated("a . ", 100'000) + "a]\n", "parts"},
       {"long_quoted_key", repeated("\"=\".'#'.", 100'000) + "a = 1\n", "parts"},
       {"nested_dotted_tables", "title = " + repeated("{a.b.c.d.e.f.g.h.i.j.k.l = ", 200) + "1" + repeated("}", 200), ""},
-      {"long_word", repeated("a", 5'000'000), "not valid TOML"},
-      {"long_number", "x = " + repeated("1", 5'000'000), "not valid TOML"},
-      {"long_title", "title = \"" + repeated("x", 5'000'000) + "\"\n", "missing"},
+      {"long_word", repeated("a", 1'000'000), "not valid TOML"},
+      {"long_number", "x = " + repeated("1", 1'000'000), "not valid TOML"},
+      {"long_title", "title = \"" + repeated("x", 1'000'000) + "\"\n", "missing"},
       {"unknown_keys",
        [] {
          std::string text;
@@ -242,7 +242,7 @@ TEST_F(HostileInput, AbsurdSizesAreRefusedBeforeAnythingIsAllocated) {
       {"output.duration_s=1e6 --set output.series_per_second=1e6", {"1e+12 samples", "at most 1e+08", "series_per_second"}},
       {"output.duration_s=1e6 --set output.series_per_second=1e4 --set output.frames_per_second=1e4",
        {"1e+10 samples", "1e+10 frames", "at most 1e+05"}},
-      {"numerics.cfl=1e-9", {"steps", "at most 1e+12", "numerics.cfl"}},
+      {"numerics.cfl=1e-9 --set output.duration_s=1e6", {"steps", "at most 1e+12", "numerics.cfl"}},
       {"output.duration_s=1e6 --set numerics.cell_size_m=0.001", {"years of computing", "at most 10"}},
       {"output.duration_s=1e300", {"duration_s = 1e+300 is out of range", "1e+06"}},
       {"output.series_per_second=1e12", {"series_per_second = 1e+12", "out of range"}},
