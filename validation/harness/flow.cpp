@@ -6,6 +6,7 @@
 #include <variant>
 
 #include "mpm/build_info.hpp"
+#include "mpm/io/atomic_file.hpp"
 #include "mpm/io/hdf5.hpp"
 #include "mpm/io/snapshot.hpp"
 #include "mpm/scene.hpp"
@@ -52,6 +53,7 @@ FlowPicture flow_picture(const std::filesystem::path& directory, const State& st
   info.mirror_x = scene.mirror_x;
   info.mirror_y = scene.mirror_y;
   const std::filesystem::path folder = directory / fmt::format("flow-{}", picture.id);
+  make_directory(folder);
   write_frame(folder, 0, particles, info);
   picture.snapshot = frame_path(folder, 0);
   add_boundaries(picture, scene);
