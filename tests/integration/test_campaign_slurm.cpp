@@ -55,7 +55,9 @@ class CampaignSlurm : public ::testing::Test {
     started_ = true;
   }
   void TearDown() override {
-    if (started_) EXPECT_EQ(shell(cluster("down")).code, 0);
+    if (started_) {
+      EXPECT_EQ(shell(cluster("down")).code, 0);
+    }
   }
 
   [[nodiscard]] std::string cluster(const std::string& verb) const {

@@ -154,7 +154,9 @@ TEST(UprightSolids, MoveWithTheSceneAgainstTheGrid) {
     for (int n = 0; n < 2000; ++n) {
       const Vec3 x(1.0 + 1.5 * unit(random), 1.3 * unit(random), 2.0 * unit(random)), v(unit(random), unit(random), unit(random));
       EXPECT_EQ(covers(here, x), covers(there, x + offset));
-      if (covers(here, x)) EXPECT_LE((constrain(here, x, v) - constrain(there, x + offset, v)).norm(), 1e-12);
+      if (covers(here, x)) {
+        EXPECT_LE((constrain(here, x, v) - constrain(there, x + offset, v)).norm(), 1e-12);
+      }
     }
   }
 }

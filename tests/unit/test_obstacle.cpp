@@ -101,7 +101,9 @@ TEST(ObstacleFronts, DistanceIsTheEuclideanOneOutsideWithItsGradientForANormal) 
       EXPECT_NEAR(n.norm(), 1.0, 1e-12);
       if (x > plan.front(y) - 1e-3) continue;  // across the surface the difference is one-sided
       EXPECT_NEAR((plan.front_distance(x + h, y) - plan.front_distance(x - h, y)) / (2.0 * h), n.x(), 1e-4);
-      if (std::abs(y) > 1e-3) EXPECT_NEAR((plan.front_distance(x, y + h) - plan.front_distance(x, y - h)) / (2.0 * h), n.y(), 1e-4);
+      if (std::abs(y) > 1e-3) {
+        EXPECT_NEAR((plan.front_distance(x, y + h) - plan.front_distance(x, y - h)) / (2.0 * h), n.y(), 1e-4);
+      }
     }
   }
 }
