@@ -135,7 +135,7 @@ struct Input {
 };
 
 const std::vector<Input>& standard_inputs() {
-  constexpr double none = std::numeric_limits<double>::quiet_NaN();
+  static constexpr double none = std::numeric_limits<double>::quiet_NaN();
   const auto belt = [](auto get) { return [=](const Case& c) { return c.conveyor ? get(*c.conveyor, c) : none; }; };
   const auto mast = [](auto get) { return [=](const Case& c) { return c.obstacle ? get(*c.obstacle, c) : none; }; };
   const auto snow = [](auto get) {
@@ -162,6 +162,8 @@ const std::vector<Input>& standard_inputs() {
       {"relative_width", "",
        mast([](const ObstacleSpec& o, const Case& c) { return c.conveyor ? o.width / c.conveyor->flow_height : none; })},
       {"obstacle_friction", "obstacle.friction", mast([](const ObstacleSpec& o, const Case&) { return o.friction; })},
+      {"obstacle_friction_ratio", "obstacle.friction_ratio",
+       mast([](const ObstacleSpec& o, const Case& c) { return o.friction / internal_friction(c.material).value_or(none); })},
       {"cell_size_m", "numerics.cell_size_m", [](const Case& c) { return c.numerics.cell_size; }},
   };
   return inputs;

@@ -88,6 +88,7 @@ inflow_slip_ratio = 0.5
 inflow_shear_exponent = 2.0
 [obstacle]
 rotation_deg = 20.0
+friction_ratio = 0.5
 [measurement]
 force_window_s = 0.2
 [output]

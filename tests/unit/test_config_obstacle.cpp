@@ -1,3 +1,4 @@
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 
 #include <numbers>
@@ -53,6 +54,25 @@ TEST(ObstacleKeys, KeepTheHashOfCasesThatDoNotUseThem) {
   EXPECT_NE(case_hash(with({})), case_hash(with({"obstacle.rotation_deg=1"})));
   EXPECT_NE(case_hash(with({})), case_hash(with({"obstacle.shape=cylinder"})));
   EXPECT_NE(case_hash(with({})), case_hash(with({"measurement.force_window_s=0.2"})));
+}
+
+TEST(ObstacleKeys, FrictionAsAShareOfTheSnowsOwn) {
+  // M = 1.2, beta = 0.3: M' = 1.2 x 1.3 / (0.7 sqrt(1.6)) = 1.76184; sin phi' = 3 M' / (M' + 6) = 0.68096, tan phi' = 0.92988
+  const Case snow = with({"obstacle.friction_ratio=0.5", "material.critical_state_slope=1.2", "material.cohesion_beta=0.3"});
+  EXPECT_NEAR(snow.obstacle->friction, 0.46494, 1e-5);
+  EXPECT_EQ(with({"obstacle.friction_ratio=0.5", "material.critical_state_slope=0"}).obstacle->friction, 0.0) << "a fluid slides freely";
+  EXPECT_EQ(parse_case(write_case(snow), "again.toml"), snow);
+  EXPECT_EQ(case_hash(snow), case_hash(with({fmt::format("obstacle.friction={}", snow.obstacle->friction),
+                                             "material.critical_state_slope=1.2", "material.cohesion_beta=0.3"})))
+      << "the same case, however its friction was given";
+  EXPECT_EQ(with({"obstacle.friction_ratio=0.5", "obstacle.friction=0.2"}).obstacle->friction, 0.2) << "the later override stands";
+
+  std::string text = avalanche;
+  text.replace(text.find("[obstacle]"), 10, "[obstacle]\nfriction = 0.1\nfriction_ratio = 0.5");
+  EXPECT_THROW((void)parse_case(text, "case.toml"), ConfigError);
+  EXPECT_NE(message_of({"obstacle.friction_ratio=0.5", "material.critical_state_slope=5"}).find("makes a friction of inf"),
+            std::string::npos);
+  EXPECT_NE(message_of({"obstacle.friction_ratio=1.5"}).find("friction_ratio"), std::string::npos);
 }
 
 TEST(ObstacleKeys, AreRefusedWhereTheyMeanNothingOrAreOutOfRange) {

@@ -219,6 +219,7 @@ StudyTable read_study_table(std::span<const std::filesystem::path> files, std::s
   std::vector<std::string> order;  // of the reasons, as they came up
   std::map<std::string, std::size_t> counts;
   std::map<std::string, std::set<std::string>> varied;
+  std::set<std::string> friction_ratios;
   const auto leave_out = [&](const std::string& reason) {
     if (counts[reason]++ == 0) order.push_back(reason);
   };
@@ -251,6 +252,7 @@ StudyTable read_study_table(std::span<const std::filesystem::path> files, std::s
     for (const char* name : other_inputs) {
       if (columns.has(name)) others[name] = columns.text({name});
     }
+    const auto friction_ratio = columns.optional({"obstacle_friction_ratio"});
     const auto runs = runs_of(table, file);
     for (std::size_t i = 0; i < runs.size(); ++i) {
       std::size_t kept_by = 0;
@@ -265,10 +267,12 @@ StudyTable read_study_table(std::span<const std::filesystem::path> files, std::s
       } else {
         study.runs.push_back(runs[i]);
         for (const auto& [name, cells] : others) varied[name].insert(cells[i]);
+        if (std::isfinite(friction_ratio[i])) friction_ratios.insert(fmt::format("{:.6g}", friction_ratio[i]));
       }
     }
   }
   for (const std::string& reason : order) study.left_out.emplace_back(reason, counts[reason]);
+  if (friction_ratios.size() == 1) varied.erase("obstacle_friction");  // one choice: the mast's friction follows the snow's own
   for (const auto& [name, values] : varied) {
     if (values.size() > 1) {
       study.cautions.push_back(fmt::format("{} varies ({}), which the equations do not know; choose one with --filter '{}=...'", name,

@@ -67,6 +67,7 @@ const std::map<std::string, std::string>& common_labels() {
       {"conveyor.feed", ""},
       {"obstacle.width_m", "w"},
       {"obstacle.friction", "mu"},
+      {"obstacle.friction_ratio", "mur"},
       {"obstacle.shape", ""},
       {"numerics.cell_size_m", "dx"},
       {"numerics.slope_deg", "slope"},

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <numbers>
 #include <type_traits>
 #include <utility>
@@ -357,6 +358,10 @@ std::vector<Key> declare_keys() {
   rotation.default_text = "0.0";
   t.add("height_m", number, "m", length, field(obstacle, &ObstacleSpec::height), "Height").default_text = "left out: taller than any jet";
   t.add("friction", number, "", friction, field(obstacle, &ObstacleSpec::friction), "Coulomb coefficient mu of snow on the obstacle");
+  t.add("friction_ratio", number, "", closed(0.0, 1.0), field(whole, &Draft::friction_ratio),
+        "Instead of friction: mu / tan(phi'), phi' the snow's own angle of friction (of Drucker-Prager, phi). What has no friction of its "
+        "own, M = 0, then slides freely")
+      .default_text = "left out: friction is used";
 
   t.table = "body";
   t.add("shape", choice, "", {}, word(body, &BodySpec::shape, shapes), "Cylinder (axis z) and sphere are inscribed in the box min_m..max_m")
@@ -490,11 +495,28 @@ std::size_t entries(const Draft& draft, const std::string& table) {
 
 std::string key_path(const std::string& table_path, const std::string& name) { return table_path.empty() ? name : table_path + "." + name; }
 
-double default_conveyor_width(const MaterialSpec& material, double obstacle_width) {
+namespace {
+bool law_has(const MaterialSpec& material, const char* key) {
   const auto& models = schema_models();
   const auto model = std::find_if(models.begin(), models.end(), [&](const ModelInfo& m) { return m.name == material.model; });
-  const bool has_xi = model != models.end() && std::count(model->keys.begin(), model->keys.end(), "hardening_xi") > 0;
-  return has_xi ? conveyor_width(material.hardening_xi, obstacle_width) : 12.0 * obstacle_width;
+  return model != models.end() && std::count(model->keys.begin(), model->keys.end(), key) > 0;
+}
+}  // namespace
+
+double default_conveyor_width(const MaterialSpec& material, double obstacle_width) {
+  return law_has(material, "hardening_xi") ? conveyor_width(material.hardening_xi, obstacle_width) : 12.0 * obstacle_width;
 }
 
 }  // namespace mpm::config
+
+namespace mpm {
+
+std::optional<double> internal_friction(const MaterialSpec& material) {
+  if (config::law_has(material, "friction_angle_deg")) return std::tan(material.friction_angle);
+  if (!config::law_has(material, "critical_state_slope")) return std::nullopt;
+  constexpr double vertical = 3.0;  // M' at which phi' is 90 degrees
+  const double friction = effective_friction(material.critical_state_slope, material.cohesion_beta);
+  return friction < vertical ? std::tan(friction_angle(friction)) : std::numeric_limits<double>::infinity();
+}
+
+}  // namespace mpm

@@ -32,6 +32,7 @@ struct Draft {
   Case spec;
   std::optional<double> froude_number;   ///< instead of conveyor.velocity
   std::optional<double> conveyor_width;  ///< empty: from hardening_xi
+  std::optional<double> friction_ratio;  ///< instead of obstacle.friction
   int steps_per_segment = 160;
   std::vector<SegmentDraft> segments;
 };

@@ -223,6 +223,8 @@ class Reader {
     }
     if (path == "conveyor.velocity_m_s") table->erase("froude_number");
     if (path == "conveyor.froude_number") table->erase("velocity_m_s");
+    if (path == "obstacle.friction") table->erase("friction_ratio");
+    if (path == "obstacle.friction_ratio") table->erase("friction");
   }
 
   // ---- tables and keys -------------------------------------------------------------------------------------------------------------
@@ -500,6 +502,7 @@ class Reader {
     check_domain();
     check_grid_offset();
     check_filter();
+    resolve_obstacle_friction();
     if (faulty_.contains("conveyor")) return;
     if (draft_.spec.conveyor) {
       resolve_conveyor();
@@ -555,6 +558,30 @@ class Reader {
       fault_key("measurement", "filter_length_m",
                 fmt::format("= {} is {:.6g} bins of {} m; give an odd number of bins, at least 3, such as {:.6g} m", *m.filter_length, bins,
                             bin, odd * bin));
+    }
+  }
+
+  void resolve_obstacle_friction() {
+    if (!draft_.friction_ratio) return;
+    if (given("obstacle.friction")) {
+      fault_key("obstacle", "friction_ratio", "stands beside friction; both give the friction of the obstacle, leave one out");
+      return;
+    }
+    if (!sound({"material.model", "material.critical_state_slope", "material.cohesion_beta", "material.friction_angle_deg"})) return;
+    const std::optional<double> own = internal_friction(draft_.spec.material);
+    if (!own) {
+      fault_key("obstacle", "friction_ratio",
+                fmt::format("is a share of the material's own friction, and \"{}\" has none; give friction", draft_.spec.material.model));
+      return;
+    }
+    const Range permitted = *key_named("obstacle", "friction")->range;
+    const double mu = *draft_.friction_ratio == 0.0 ? 0.0 : *draft_.friction_ratio * *own;
+    if (permitted.contains(mu)) {
+      draft_.spec.obstacle->friction = mu;
+    } else {
+      fault_key("obstacle", "friction_ratio",
+                fmt::format("= {} makes a friction of {:.6g}; it has to be at most {}: give a smaller share, or friction itself",
+                            *draft_.friction_ratio, mu, permitted.high));
     }
   }
 

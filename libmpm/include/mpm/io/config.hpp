@@ -19,7 +19,7 @@ inline constexpr int case_format_version = 1;
 /// Reads a case file (keys: schema.hpp, `mpm schema`) and fills in every default.
 /// @param overrides  "table.key=value" as given by --set, "body[0].velocity_m_s=[1,0,0]" in a repeated table; the value is TOML, a bare
 ///                   word is taken as a string. An override replaces the file's value; one of conveyor.froude_number and
-///                   conveyor.velocity_m_s also replaces the other.
+///                   conveyor.velocity_m_s also replaces the other, and so with obstacle.friction and obstacle.friction_ratio.
 /// @throws ConfigError with all faults at once, one a line, in the order of the file: `file:line:column: [table] what, value, remedy`
 ///         (`--set table.key=value` in place of the position where an override is at fault). @throws IoError if the file cannot be read.
 [[nodiscard]] Case read_case(const std::filesystem::path& file, const std::vector<std::string>& overrides = {});
@@ -32,7 +32,7 @@ inline constexpr int case_format_version = 1;
 [[nodiscard]] std::string write_case(const Case& spec);
 
 /// One key of the resolved case, "table.key" or "body[0].key", as text: a number as in write_case, a string without its quotes. Empty where
-/// the key is left out, is resolved into another (conveyor.froude_number), or does not exist.
+/// the key is left out, is resolved into another (conveyor.froude_number, obstacle.friction_ratio), or does not exist.
 [[nodiscard]] std::optional<std::string> case_value(const Case& spec, const std::string& path);
 
 /// Hash of what influences the computed numbers: FNV-1a (64 bit) of write_case without title, output.duration_s and
@@ -45,6 +45,10 @@ inline constexpr int case_format_version = 1;
 
 /// In which keys two cases differ, of those that the hash covers: "numerics.cfl was 0.4, is 0.3", "body[1].shape was "box", is (none)".
 [[nodiscard]] std::vector<std::string> case_differences(const Case& before, const Case& now);
+
+/// Friction of a material within itself: tan(phi') of Cam-Clay, phi' = asin(3 M' / (M' + 6)), infinite from M' = 3 on; tan(phi) of
+/// Drucker-Prager; empty for a law without.
+[[nodiscard]] std::optional<double> internal_friction(const MaterialSpec& material);
 
 /// Reads a strain path of one material point for `mpm point` ([material] and [path]). Errors as in read_case.
 [[nodiscard]] PathSpec read_path(const std::filesystem::path& file, const std::vector<std::string>& overrides = {});
