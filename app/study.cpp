@@ -9,6 +9,7 @@
 #include <numbers>
 
 #include "commands.hpp"
+#include "mpm/impact/sensitivity.hpp"
 #include "mpm/io/atomic_file.hpp"
 #include "mpm/io/snapshot.hpp"
 #include "mpm/io/table.hpp"
@@ -24,6 +25,7 @@ struct StudyCommand {
   StudyArguments input;
   std::filesystem::path out;
   std::vector<std::filesystem::path> width, sections;
+  std::filesystem::path sensitivity;  ///< empty: none
   std::vector<std::string> notes;
   std::vector<double> decomposition{0.8, 0.3, 0.5};  ///< M, beta, xi
 };
@@ -219,6 +221,39 @@ void write_spreads(const std::filesystem::path& path, const StudyTable& table) {
   rows.write(path);
 }
 
+std::string quoted(const std::string& text) { return '"' + text + '"'; }
+
+/// @return notes
+std::vector<std::string> write_sensitivities(const std::filesystem::path& out, const std::filesystem::path& results) {
+  const SensitivityStudy study = sensitivities(results);
+  std::string runs =
+      "choice,value,froude_number,critical_state_slope,cohesion_beta,hardening_xi,effective_friction,runup_to_base,runup_standard_error,"
+      "pressure_height_to_base,pressure_height_standard_error,force_to_base,force_standard_error,runup_to_published,"
+      "pressure_height_to_published\n";
+  const auto row = [](const std::string& choice, const std::string& value, const std::vector<double>& numbers) {
+    std::string line = quoted(choice) + "," + quoted(value);
+    for (const double x : numbers) line += "," + format_number(x);
+    return line + "\n";
+  };
+  for (const Sensitivity& s : study.runs) {
+    runs += row(s.choice, s.value,
+                {s.froude, s.critical_state_slope, s.cohesion_beta, s.hardening_xi, s.effective_friction, s.runup.value, s.runup.error,
+                 s.pressure_height.value, s.pressure_height.error, s.force.value, s.force.error, s.runup_to_published,
+                 s.pressure_height_to_published});
+  }
+  write_file(out / "sensitivity.csv", runs);
+  std::string summaries =
+      "choice,value,points,runup,runup_low,runup_high,pressure_height,pressure_height_low,pressure_height_high,force,force_low,force_high,"
+      "runup_rmsle,base_runup_rmsle\n";
+  for (const SensitivitySummary& s : study.summaries) {
+    summaries += row(s.choice, s.value,
+                     {static_cast<double>(s.points), s.runup, s.runup_low, s.runup_high, s.pressure_height, s.pressure_height_low,
+                      s.pressure_height_high, s.force, s.force_low, s.force_high, s.runup_rmsle, s.base_runup_rmsle});
+  }
+  write_file(out / "sensitivity_summary.csv", summaries);
+  return study.notes;
+}
+
 void study(const StudyCommand& command) {
   StudyTable table = read_study(command.input);
   table.provenance.insert(table.provenance.begin(), command.notes.begin(), command.notes.end());
@@ -242,6 +277,8 @@ void study(const StudyCommand& command) {
   write_spreads(command.out / "spreads.csv", table);
   write_width_factors(command.out / "width_factors.csv", other_table(command.width));
   const auto missing = write_sections(command.out, other_table(command.sections), last);
+  const auto not_compared =
+      command.sensitivity.empty() ? std::vector<std::string>{} : write_sensitivities(command.out, command.sensitivity);
 
   fmt::print("{} rows, {} runs with a steady run-up\n", table.rows, table.runs.size());
   for (const auto& [reason, rows] : table.left_out) fmt::print("  left out: {} ({})\n", rows, reason);
@@ -258,6 +295,7 @@ void study(const StudyCommand& command) {
                                       : "outside");
   }
   for (const std::string& note : guideline.notes) fmt::print("guideline: {}\n", note);
+  for (const std::string& note : not_compared) fmt::print("sensitivities, left out: {}\n", note);
   for (const std::string& what : missing) fmt::print("longitudinal sections: {}\n", what);
   fmt::print(stderr, "wrote {} and the tables beside it; drawn by `./run study`\n", (command.out / "fit.json").string());
 }
@@ -277,6 +315,8 @@ void add_study(CLI::App& app) {
   };
   add_list("--width", a->width, "Table of the width study (Fig. 10), where it is another one", "RESULTS.csv");
   add_list("--sections", a->sections, "Table with the two runs of Fig. 5 that kept final.h5, where it is another one", "RESULTS.csv");
+  command->add_option("--sensitivity", a->sensitivity, "Table of runs that change one choice at a time, compared with their base")
+      ->type_name("RESULTS.csv");
   add_list("--note", a->notes, "A line on where the data come from, for the page", "TEXT");
   command->add_option("--decomposition", a->decomposition, "M,beta,xi at the end of the chain of the decomposition")
       ->delimiter(',')

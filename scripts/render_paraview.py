@@ -3,11 +3,12 @@
 
     render_paraview.py DIR [--time T] [--field stress_xx|velocity|pressure|density] [--out FILE.png]
 
-DIR is a result folder of `mpm run` (frames.xdmf, case.toml). Particles are drawn as spheres, the mast as a box, the bottom as a
-plane. Half a computed domain (mirror plane y = 0) is drawn whole. Needs Debian's paraview and python3-paraview; without them it
+DIR is a result folder of `mpm run` (frames.xdmf, case.toml). Particles are drawn as spheres, the mast by its own shape, the
+bottom as a plane. Half a computed domain (mirror plane y = 0) is drawn whole. Needs Debian's paraview and python3-paraview; without them it
 says so and ends with code 4.
 """
 import argparse
+import math
 import os
 import shutil
 import subprocess
@@ -30,6 +31,45 @@ def arguments():
     parser.add_argument("--out", help="picture to write (default: DIR/post/view_3d.png)")
     parser.add_argument("--size", default="1600x1000", help="pixels, WIDTHxHEIGHT")
     return parser.parse_args()
+
+
+def obstacle_plan(obstacle):
+    """Corners (x, y), m, counter-clockwise from above, of the obstacle of a resolved case; its most upstream point is at x = 0."""
+    width, shape = obstacle["width_m"], obstacle.get("shape", "box")
+    if shape == "cylinder":
+        angles = (2.0 * math.pi * i / 64 for i in range(64))
+        return [(0.5 * width * (1.0 + math.cos(a)), 0.5 * width * math.sin(a)) for a in angles]
+    depth = obstacle["depth_m"]
+    if shape == "wedge":
+        return [(0.0, 0.0), (depth, -0.5 * width), (depth, 0.5 * width)]
+    turn = math.radians(obstacle.get("rotation_deg", 0.0))
+    corners = [(-depth, -width), (depth, -width), (depth, width), (-depth, width)]
+    turned = [(0.5 * (x * math.cos(turn) - y * math.sin(turn)), 0.5 * (x * math.sin(turn) + y * math.cos(turn))) for x, y in corners]
+    front = min(x for x, _ in turned)
+    return [(x - front, y) for x, y in turned]
+
+
+def prism(paraview, plan, top):
+    """A solid of this plan from the floor to its top, m."""
+    from vtkmodules.vtkCommonCore import vtkPoints
+    from vtkmodules.vtkCommonDataModel import vtkCellArray, vtkPolyData
+
+    points, faces = vtkPoints(), vtkCellArray()
+    for z in (0.0, top):
+        for x, y in plan:
+            points.InsertNextPoint(x, y, z)
+    count = len(plan)
+    sides = [(i, (i + 1) % count, count + (i + 1) % count, count + i) for i in range(count)]
+    for face in [tuple(range(count, 2 * count)), *sides]:
+        faces.InsertNextCell(len(face))
+        for point in face:
+            faces.InsertCellPoint(point)
+    solid = vtkPolyData()
+    solid.SetPoints(points)
+    solid.SetPolys(faces)
+    source = paraview.TrivialProducer()
+    source.GetClientSideObject().SetOutput(solid)
+    return source
 
 
 def render(options, paraview):
@@ -94,9 +134,8 @@ def render(options, paraview):
     obstacle = case.get("obstacle")
     top = bounds[5]
     if obstacle:
-        depth, across = obstacle.get("depth_m", obstacle["width_m"]), obstacle["width_m"]  # a cylinder by the box around it
         top = max(top, obstacle.get("height_m", 1.15 * bounds[5]))
-        mast = paraview.Box(XLength=depth, YLength=across, ZLength=top, Center=[0.5 * depth, 0.0, 0.5 * top])
+        mast = prism(paraview, obstacle_plan(obstacle), top)
         display = paraview.Show(mast, view)
         display.DiffuseColor = [0.35, 0.37, 0.42]
         display.AmbientColor = [0.35, 0.37, 0.42]

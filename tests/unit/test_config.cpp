@@ -765,6 +765,21 @@ TEST(Estimate, CountsTheParticlesOfTheScene) {
   EXPECT_NEAR(estimate(hand).particles / ((3.14159265358979324 * 4.0 / 2.0 + 1.0) * 8 * 64), 1.0, tolerance);
 }
 
+TEST(Estimate, KnowsTheFastestAndHighestInflow) {
+  const auto of = [](const std::string& text, const std::vector<std::string>& sets) {
+    return estimate(parse_case(text, "case.toml", sets));
+  };
+  const Estimate slow = of(surge_case, {}), fast = of(surge_case, {"conveyor.inflow[0].velocity_m_s=40"});
+  EXPECT_NEAR(fast.time_step / of(surge_case, {"conveyor.velocity_m_s=40"}).time_step, 1.0, 1e-12);
+  EXPECT_LT(fast.time_step, slow.time_step);
+  const Estimate high = of(surge_case, {"conveyor.inflow[0].flow_height_m=3.5"});
+  EXPECT_NEAR(high.particles / slow.particles, 3.5 / 1.75, 1e-12) << "the conveyor's own height is 1.75 m, the row's 1.5 m";
+  // u(H) = v (s + (1 - s)(1 + n)): 2 v for s = 0.5, n = 2, and 1.5 v for n = 1
+  const Estimate parabolic = of(sheared_case, {"conveyor.velocity_m_s=3"});
+  const Estimate linear = of(sheared_case, {"conveyor.velocity_m_s=4", "conveyor.inflow_shear_exponent=1"});
+  EXPECT_NEAR(parabolic.time_step / linear.time_step, 1.0, 1e-12);
+}
+
 TEST(Estimate, StepFollowsFromWaveSpeedAndCfl) {
   const Case c = parse_case(strip_case, "case.toml");
   const Estimate e = estimate(c);

@@ -73,6 +73,14 @@ TEST_F(StudyTables, SayWhatVariesAndIsNotInTheEquations) {
   EXPECT_TRUE(read(table, {"cell_size_m=0.25"}).cautions.empty());
 }
 
+TEST_F(StudyTables, FrictionOfTheMastThatFollowsTheSnowsOwnIsOneChoice) {
+  const std::string head =
+      "froude_number,effective_friction,hardening_xi,flow_height_m,obstacle_friction,obstacle_friction_ratio,runup_mean_m,"
+      "pressure_height_mean_m\n";
+  EXPECT_TRUE(read(head + "1,0,5,2,0,nan,4,3\n1,0.4,5,2,0.095,0.5,4,3\n3,0.8,5,2,0.189,0.50000000000000011,4,3\n").cautions.empty());
+  EXPECT_EQ(read(head + "1,0,5,2,0,nan,4,3\n1,0.4,5,2,0.095,0.5,4,3\n3,0.8,5,2,0.15,0.397,4,3\n").cautions.size(), 1u);
+}
+
 TEST_F(StudyTables, TakeVelocityAndEffectiveFrictionInPlaceOfFroudeNumberAndRheology) {
   const StudyTable t =
       read("velocity_m_s,effective_friction,hardening_xi,flow_height_m,runup_mean_m,pressure_height_mean_m\n6,0.5,5,2,4,3\n");

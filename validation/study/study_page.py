@@ -81,6 +81,11 @@ class Study:
                 columns[column] = np.array(cells)
         return columns
 
+    def text(self, name, column):
+        """A column as it is written, also where all its cells are numbers."""
+        with open(os.path.join(self.folder, name + ".csv"), newline="", encoding="utf-8") as file:
+            return [row[column] for row in csv.DictReader(file)]
+
     def regression(self, equation, fitting_set):
         for fit in self.fit["fits"]:
             if fit["equation"] == equation and fit["fitting_set"] == fitting_set:
@@ -401,6 +406,42 @@ def figure_10(study):
     return pictures, []
 
 
+CHOICES = {"obstacle_friction": "mast friction μ", "obstacle_friction_ratio": "μ / tan φ'", "cell_size_m": "cell size [m]", "numerics.slope_deg": "slope [°]",
+           "conveyor.sidewall_contact": "side walls", "conveyor.sidewall_contact, conveyor.sidewall_friction": "side walls", "numerics.transfer": "transfer",
+           "numerics.particles_per_cell": "particles a cell", "conveyor.lattice": "feed's lattice", "conveyor.upstream_length_m, conveyor.downstream_length_m": "window up-, downstream [m]",
+           "numerics.cfl": "CFL number"}
+
+
+def choice_label(choice, value):
+    return "base" if not choice else f"{CHOICES.get(choice, choice)} {value.replace('_', '-')}"
+
+
+def figure_s1(study):
+    table, summary = study.table("sensitivity"), study.table("sensitivity_summary")
+    if not table or not len(table["runup_to_base"]):
+        return [], ["no table of runs that change one choice at a time"]
+    labels = [choice_label(c, v) for c, v in zip(study.text("sensitivity_summary", "choice"), study.text("sensitivity_summary", "value"))]
+    of_run = [choice_label(c, v) for c, v in zip(study.text("sensitivity", "choice"), study.text("sensitivity", "value"))]
+    shown = [label for label in labels if label != "base"]
+    pictures = []
+    for key, title in (("runup", "(a) run-up height"), ("pressure_height", "(b) pressure height"), ("force", "(c) mean force on the mast")):
+        figure, axes = new_axes(height=1.2 + 0.21 * len(shown))
+        for i, froude in enumerate(distinct(table["froude_number"])):
+            mask = np.isclose(table["froude_number"], froude) & np.array([label != "base" for label in of_run])
+            rows = [shown.index(label) + 0.16 * (i - 1) for label, m in zip(of_run, mask) if m]
+            axes.errorbar(table[f"{key}_to_base"][mask], rows, xerr=table[f"{key}_standard_error"][mask], fmt=MARKERS[i], color=froude_colour(froude), markersize=4, linewidth=0.9,
+                          label=f"Fr = {froude:g}")
+        axes.axvline(1.0, color="black", linewidth=1.1)
+        axes.set_yticks(range(len(shown)), shown, fontsize=8)
+        axes.set_ylim(len(shown) - 0.5, -0.5)
+        pictures.append((title, "Bars: standard errors of both runs' means. Line: the base.", done(axes, title, "over that of the base", "", loc="best", fontsize=8)))
+    rows = [[label, f"{n:.0f}", *(f"{number(summary[key][i], 2)} ({number(summary[key + '_low'][i], 2)} to {number(summary[key + '_high'][i], 2)})" for key in ("runup", "pressure_height", "force")),
+             per_cent(summary["runup_rmsle"][i]), per_cent(summary["base_runup_rmsle"][i])] for i, (label, n) in enumerate(zip(labels, summary["points"]))]
+    tables = [{"title": "Over the base: geometric mean of the points (lowest to highest)",
+               "head": ["what differs", "points", "h_r", "h_p", "force", "RMSLE of h_r from the published equation", "the base's at the same points"], "rows": rows}]
+    return pictures, [], tables
+
+
 def heights_over_friction(study, key):
     points, curves = reference_points(study), study.table("height_curves")
     pictures, missing = [], []
@@ -535,6 +576,8 @@ SECTIONS = [
     ("fig10", "Figure 10: narrow and wide masts", figure_10,
      "Heights at other widths of the mast over those at w = H (Eq. 11), with the guideline's width factor (Eq. 6) rescaled to 1 there. The paper: run-up depends weakly on the width, pressure height follows the "
      "guideline at high Fr, and below w = H the guideline lowers the load more than the simulations do."),
+    ("figS1", "Sensitivities: what the choices do that the paper leaves open", figure_s1,
+     "One choice at a time is changed against the base of the study, at several points of flow and snow. The paper (its supplement S1, Sect. 4.3): robust to grid and slope; more friction on the mast lowers the run-up."),
 ]
 APPENDIX = [
     ("figA2", "Figure A2: run-up height over M'", "runup", heights_over_friction,

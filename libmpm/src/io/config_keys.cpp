@@ -496,9 +496,9 @@ std::size_t entries(const Draft& draft, const std::string& table) {
 std::string key_path(const std::string& table_path, const std::string& name) { return table_path.empty() ? name : table_path + "." + name; }
 
 namespace {
-bool law_has(const MaterialSpec& material, const char* key) {
+bool law_has(const MaterialSpec& law, const char* key) {
   const auto& models = schema_models();
-  const auto model = std::find_if(models.begin(), models.end(), [&](const ModelInfo& m) { return m.name == material.model; });
+  const auto model = std::find_if(models.begin(), models.end(), [&](const ModelInfo& m) { return m.name == law.model; });
   return model != models.end() && std::count(model->keys.begin(), model->keys.end(), key) > 0;
 }
 }  // namespace
