@@ -180,6 +180,7 @@ double write_section(const std::filesystem::path& out, const std::string& name, 
   const Table profile = Table::read(r.folder / "profile.csv");
   const std::vector<std::string> columns{"z_m", "pressure_pa", "smoothed_pressure_pa"};
   std::vector<std::vector<double>> values;
+  values.reserve(columns.size());
   for (const std::string& column : columns) values.push_back(profile.numbers(column));
   write_table(out / fmt::format("section_profile_{}.csv", name), columns, values);
   return spacing / count;

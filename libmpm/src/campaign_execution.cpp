@@ -46,7 +46,7 @@ std::string last_line(const fs::path& file) {
 }
 
 /// Only what may be called between fork and exec. Never returns.
-[[noreturn]] void become(const char* const* arguments, const char* said, pid_t parent) {
+[[noreturn]] void become(char* const* arguments, const char* said, pid_t parent) {
   setpgid(0, 0);
   prctl(PR_SET_PDEATHSIG, SIGTERM);
   if (getppid() != parent) _exit(1);  // died before the line above
@@ -55,7 +55,7 @@ std::string last_line(const fs::path& file) {
   dup2(nothing, STDIN_FILENO);
   dup2(nothing, STDOUT_FILENO);
   dup2(log, STDERR_FILENO);
-  execv(arguments[0], const_cast<char* const*>(arguments));
+  execv(arguments[0], arguments);
   constexpr int not_found = 127;  // as a shell says it
   _exit(not_found);
 }
@@ -160,10 +160,11 @@ class Pool {
     attempts.back().host = host_name();
     write_attempts(directory, run, attempts);
 
-    const std::vector<std::string> words{options_.program.string(), "run",       (directory / "case.toml").string(),     "--out",
-                                         directory.string(),        "--threads", std::to_string(campaign_.plan.threads), "--resume"};
-    std::vector<const char*> arguments;
-    for (const std::string& word : words) arguments.push_back(word.c_str());
+    std::vector<std::string> words{options_.program.string(), "run",       (directory / "case.toml").string(),     "--out",
+                                   directory.string(),        "--threads", std::to_string(campaign_.plan.threads), "--resume"};
+    std::vector<char*> arguments;  // as execv wants them
+    arguments.reserve(words.size() + 1);
+    for (std::string& word : words) arguments.push_back(word.data());
     arguments.push_back(nullptr);
     const std::string said = (directory / "stderr.log").string();
     const pid_t parent = getpid(), child = fork();

@@ -71,11 +71,14 @@ Fit fit_free_order(std::span<const double> h, std::span<const double> f, bool we
   constexpr double lowest = 0.02, highest = 10.0, stride = 0.02;
   double best = lowest;
   double least = deviation(lowest);
-  for (double p = lowest; p <= highest; p += stride)
+  const auto strides = static_cast<int>(std::lround((highest - lowest) / stride));
+  for (int i = 1; i <= strides; ++i) {
+    const double p = lowest + i * stride;
     if (const double s = deviation(p); s < least) {
       least = s;
       best = p;
     }
+  }
   double a = std::max(lowest, best - stride), b = best + stride;
   constexpr double golden = 0.6180339887498949;
   for (int i = 0; i < 60; ++i) {

@@ -102,7 +102,7 @@ std::int32_t Grid::create(const Index3& coordinate) {
     if (c <= -coordinate_limit || c >= coordinate_limit)
       throw UnstableError("a particle is more than a million blocks away from the origin");
   }
-  std::int32_t index;
+  std::int32_t index = 0;
   if (free_.empty()) {
     index = static_cast<std::int32_t>(blocks_.size());
     blocks_.emplace_back();

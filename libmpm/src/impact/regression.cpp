@@ -208,7 +208,7 @@ MatrixXd inverse_normal_matrix(MatrixXd jacobian) {
         "regression: the runs do not determine the coefficients; k needs runs with M' > 0, kappa runs with M' > 0 at two or more Froude "
         "numbers, one of them well above 0");
   }
-  const MatrixXd inverse = length.cwiseInverse().asDiagonal() * jacobian.transpose().lazyProduct(jacobian).eval().inverse() *
+  MatrixXd inverse = length.cwiseInverse().asDiagonal() * jacobian.transpose().lazyProduct(jacobian).eval().inverse() *
                            MatrixXd(length.cwiseInverse().asDiagonal());
   return inverse;
 }

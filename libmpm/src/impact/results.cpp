@@ -241,6 +241,7 @@ ImpactSummary summarise(const ImpactSeries& series, const ImpactGeometry& geomet
 
   const auto profile = mean_profile(series, summary.span, geometry);
   std::vector<double> pressure;
+  pressure.reserve(profile.size());
   for (const ProfileRow& row : profile) pressure.push_back(row.pressure);
   summary.pressure_height_of_mean_profile = pressure_height(pressure, summary.impact_pressure.mean, geometry).value_or(none);
   summary.profile_force = profile_force(profile, geometry);

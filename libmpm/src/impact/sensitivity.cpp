@@ -57,6 +57,7 @@ class Rows {
     }
     for (std::size_t i = 0; i < table.rows(); ++i) {
       std::vector<std::string> point;
+      point.reserve(point_cells.size());
       for (const auto& column : point_cells) point.push_back(shown(column[i]));
       points_.push_back(fmt::format("{}", fmt::join(point, " ")));
     }

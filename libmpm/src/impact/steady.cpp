@@ -91,8 +91,11 @@ MeanEstimate estimate_mean(std::span<const double> values) {
 
   const double wanted = 5.0 * autocorrelation_time(finite, mean);
   std::size_t batches = 20;
-  while (batches > 5 && static_cast<double>(n / batches) < wanted) batches /= 2;
-  const std::size_t length = n / batches;
+  std::size_t length = n / batches;
+  while (batches > 5 && static_cast<double>(length) < wanted) {
+    batches /= 2;
+    length = n / batches;
+  }
   std::vector<double> batch_means;
   for (std::size_t start = n - batches * length; start < n; start += length) {
     batch_means.push_back(mean_of(std::span(finite).subspan(start, length)));
