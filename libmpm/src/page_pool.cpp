@@ -2,18 +2,16 @@
 
 #include <sys/mman.h>
 
-#include <cstdlib>
 #include <new>
 
 namespace mpm {
 
-void PagePool::Unmap::operator()(std::byte* p) const { std::free(p); }
+void PagePool::Unmap::operator()(std::byte* p) const { ::operator delete(p, std::align_val_t{slab_bytes}); }
 
 ParticlePage* PagePool::take() {
   const std::lock_guard lock(mutex_);
   if (free_.empty()) {
-    void* memory = std::aligned_alloc(slab_bytes, slab_bytes);
-    if (memory == nullptr) throw std::bad_alloc();
+    void* memory = ::operator new(slab_bytes, std::align_val_t{slab_bytes});
     madvise(memory, slab_bytes, MADV_HUGEPAGE);  // advice only: without huge pages the slab works as well
     slabs_.emplace_back(static_cast<std::byte*>(memory));
     auto* pages = static_cast<ParticlePage*>(memory);

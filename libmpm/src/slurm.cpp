@@ -55,7 +55,7 @@ SlurmJob write_slurm_job(const CampaignPlan& plan, const std::string& job_name, 
   make_directory(out / "slurm");
   int number = 1;
   while (std::filesystem::exists(out / "slurm" / fmt::format("job_{}.sh", number))) ++number;
-  const SlurmJob job{out / "slurm" / fmt::format("job_{}.sh", number), out / "slurm" / fmt::format("job_{}.tasks", number)};
+  SlurmJob job{out / "slurm" / fmt::format("job_{}.sh", number), out / "slurm" / fmt::format("job_{}.tasks", number)};
   write_file(job.tasks, fmt::format("{}\n", fmt::join(names, "\n")));
   write_file(job.script, slurm_script(plan, job_name, job, names.size(), out, program, at_once));
   return job;
@@ -69,7 +69,7 @@ std::string submit_slurm_job(const SlurmJob& job, bool wait) {
   for (std::array<char, 256> part{}; std::fgets(part.data(), part.size(), pipe) != nullptr;) said += part.data();
   const int status = pclose(pipe);
   said.erase(said.find_last_not_of(" \n") + 1);
-  const std::string first = said.substr(0, said.find_first_of(";\n"));
+  std::string first = said.substr(0, said.find_first_of(";\n"));
   const bool is_number = !first.empty() && first.find_first_not_of("0123456789") == std::string::npos;
   // with --wait the exit code is that of the tasks; the job was taken if it has a number
   if (is_number) return first;

@@ -146,6 +146,7 @@ std::vector<std::string> executions_of(const std::filesystem::path& file) {
       if (!threads[i].empty()) ++machines[fmt::format("{} thread(s) a run, {}, {}", threads[i], instructions[i], compiler[i])];
     }
   }
+  lines.reserve(machines.size() + 1);
   for (const auto& [machine, runs] : machines) lines.push_back(fmt::format("{} runs with {}", runs, machine));
   if (table.has("wall_time_s")) {
     double seconds = 0.0;

@@ -64,7 +64,7 @@ using Words = std::vector<std::string>;
 
 /// An enumeration written as one of its words, in the order of the enumerators.
 template <class Section, class Owner, class Enum>
-Binding word(Section section, Enum Owner::*member, Words words) {
+Binding word(Section section, Enum Owner::*member, const Words& words) {
   return {[=](const Draft& d, std::size_t i) -> std::optional<Value> { return words.at(static_cast<std::size_t>(section(d, i).*member)); },
           [=](Draft& d, std::size_t i, const Value& value) {
             const auto at = std::find(words.begin(), words.end(), std::get<std::string>(value));
@@ -73,7 +73,7 @@ Binding word(Section section, Enum Owner::*member, Words words) {
 }
 
 /// Leaves a key out of the written case while it has its default, so that cases which do not use it keep their hash.
-Binding unless_default(Binding plain, const Value& preset) {
+Binding unless_default(const Binding& plain, const Value& preset) {
   return {[=](const Draft& d, std::size_t i) -> std::optional<Value> {
             const auto value = plain.get(d, i);
             return value == preset ? std::nullopt : value;
@@ -82,7 +82,7 @@ Binding unless_default(Binding plain, const Value& preset) {
 }
 
 /// A key with one permitted value, which is stored nowhere.
-Binding constant(Value only) {
+Binding constant(const Value& only) {
   return {[=](const Draft&, std::size_t) -> std::optional<Value> { return only; }, [](Draft&, std::size_t, const Value&) {}};
 }
 

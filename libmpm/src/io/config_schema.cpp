@@ -61,7 +61,7 @@ namespace {
 
 std::string type_text(const KeyInfo& key) {
   switch (key.type) {
-    case KeyType::text: return "string";
+    case KeyType::text:
     case KeyType::choice: return "string";
     case KeyType::number: return "number";
     case KeyType::integer: return "integer";
