@@ -6,12 +6,12 @@
 
 namespace mpm {
 
-void PagePool::Unmap::operator()(std::byte* p) const { ::operator delete(p, std::align_val_t{slab_bytes}); }
+void PagePool::Unmap::operator()(std::byte* p) const { ::operator delete (p, std::align_val_t{slab_bytes}); }
 
 ParticlePage* PagePool::take() {
   const std::lock_guard lock(mutex_);
   if (free_.empty()) {
-    void* memory = ::operator new(slab_bytes, std::align_val_t{slab_bytes});
+    void* memory = ::operator new (slab_bytes, std::align_val_t{slab_bytes});
     madvise(memory, slab_bytes, MADV_HUGEPAGE);  // advice only: without huge pages the slab works as well
     slabs_.emplace_back(static_cast<std::byte*>(memory));
     auto* pages = static_cast<ParticlePage*>(memory);
