@@ -1,6 +1,7 @@
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <numbers>
 
 #include "mpm/error.hpp"
@@ -66,6 +67,22 @@ TEST(ObstacleKeys, FrictionAsAShareOfTheSnowsOwn) {
                                              "material.critical_state_slope=1.2", "material.cohesion_beta=0.3"})))
       << "the same case, however its friction was given";
   EXPECT_EQ(with({"obstacle.friction_ratio=0.5", "obstacle.friction=0.2"}).obstacle->friction, 0.2) << "the later override stands";
+
+  const auto of_law = [](const std::string& material) {
+    std::string text = avalanche;
+    const auto from = text.find("critical_state_slope"), to = text.find("[conveyor]");
+    return text.replace(from, to - from, material).replace(text.find("[obstacle]"), 10, "[obstacle]\nfriction_ratio = 0.5");
+  };
+  const Case sand = parse_case(of_law("model = \"drucker_prager\"\nfriction_angle_deg = 30.0\n"), "case.toml");
+  EXPECT_NEAR(sand.obstacle->friction, 0.5 / std::sqrt(3.0), 1e-15);
+  try {
+    (void)parse_case(of_law("model = \"hencky_elastic\"\n"), "case.toml");
+    ADD_FAILURE() << "an elastic body has no friction of its own";
+  } catch (const ConfigError& e) {
+    EXPECT_NE(std::string(e.what()).find("friction_ratio is a share of the material's own friction, and \"hencky_elastic\" has none"),
+              std::string::npos)
+        << e.what();
+  }
 
   std::string text = avalanche;
   text.replace(text.find("[obstacle]"), 10, "[obstacle]\nfriction = 0.1\nfriction_ratio = 0.5");
