@@ -209,7 +209,7 @@ MatrixXd inverse_normal_matrix(MatrixXd jacobian) {
         "numbers, one of them well above 0");
   }
   MatrixXd inverse = length.cwiseInverse().asDiagonal() * jacobian.transpose().lazyProduct(jacobian).eval().inverse() *
-                           MatrixXd(length.cwiseInverse().asDiagonal());
+                     MatrixXd(length.cwiseInverse().asDiagonal());
   return inverse;
 }
 
