@@ -424,7 +424,8 @@ def figure_s1(study):
     of_run = [choice_label(c, v) for c, v in zip(study.text("sensitivity", "choice"), study.text("sensitivity", "value"))]
     shown = [label for label in labels if label != "base"]
     pictures = []
-    for key, title in (("runup", "(a) run-up height"), ("pressure_height", "(b) pressure height"), ("force", "(c) mean force on the mast")):
+    for key, title in (("runup", "(a) run-up height, one choice changed"), ("pressure_height", "(b) pressure height, one choice changed"),
+                       ("force", "(c) mean force on the mast, one choice changed")):
         figure, axes = new_axes(height=1.2 + 0.21 * len(shown))
         for i, froude in enumerate(distinct(table["froude_number"])):
             mask = np.isclose(table["froude_number"], froude) & np.array([label != "base" for label in of_run])
