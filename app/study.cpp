@@ -222,8 +222,6 @@ void write_spreads(const std::filesystem::path& path, const StudyTable& table) {
   rows.write(path);
 }
 
-std::string quoted(const std::string& text) { return '"' + text + '"'; }
-
 /// @return notes
 std::vector<std::string> write_sensitivities(const std::filesystem::path& out, const std::filesystem::path& results) {
   const SensitivityStudy study = sensitivities(results);
@@ -232,15 +230,15 @@ std::vector<std::string> write_sensitivities(const std::filesystem::path& out, c
       "pressure_height_to_base,pressure_height_standard_error,force_to_base,force_standard_error,runup_to_published,"
       "pressure_height_to_published\n";
   const auto row = [](const std::string& choice, const std::string& value, const std::vector<double>& numbers) {
-    std::string line = quoted(choice) + "," + quoted(value);
-    for (const double x : numbers) line += "," + format_number(x);
-    return line + "\n";
+    std::vector<std::string> cells{choice, value};
+    for (const double x : numbers) cells.push_back(format_number(x));
+    return csv_line(cells);
   };
   for (const Sensitivity& s : study.runs) {
     runs += row(s.choice, s.value,
-                {s.froude, s.critical_state_slope, s.cohesion_beta, s.hardening_xi, s.effective_friction, s.runup.value, s.runup.error,
-                 s.pressure_height.value, s.pressure_height.error, s.force.value, s.force.error, s.runup_to_published,
-                 s.pressure_height_to_published});
+                {s.froude, s.critical_state_slope, s.cohesion_beta, s.hardening_xi, s.effective_friction, s.runup.value,
+                 s.runup.standard_error, s.pressure_height.value, s.pressure_height.standard_error, s.force.value, s.force.standard_error,
+                 s.runup_to_published, s.pressure_height_to_published});
   }
   write_file(out / "sensitivity.csv", runs);
   std::string summaries =
@@ -248,8 +246,8 @@ std::vector<std::string> write_sensitivities(const std::filesystem::path& out, c
       "runup_rmsle,base_runup_rmsle\n";
   for (const SensitivitySummary& s : study.summaries) {
     summaries += row(s.choice, s.value,
-                     {static_cast<double>(s.points), s.runup, s.runup_low, s.runup_high, s.pressure_height, s.pressure_height_low,
-                      s.pressure_height_high, s.force, s.force_low, s.force_high, s.runup_rmsle, s.base_runup_rmsle});
+                     {static_cast<double>(s.points), s.runup.mean, s.runup.low, s.runup.high, s.pressure_height.mean, s.pressure_height.low,
+                      s.pressure_height.high, s.force.mean, s.force.low, s.force.high, s.runup_rmsle, s.base_runup_rmsle});
   }
   write_file(out / "sensitivity_summary.csv", summaries);
   return study.notes;

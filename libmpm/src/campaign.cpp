@@ -111,22 +111,6 @@ std::vector<std::pair<const CampaignRun*, std::string>> adoptable(const fs::path
   return pairs;
 }
 
-std::string csv_cell(const std::string& text) {
-  std::string plain = text;
-  std::ranges::replace(plain, '\n', ' ');
-  if (plain.find_first_of(",\"#") == std::string::npos) return plain;
-  std::string quoted = "\"";
-  for (const char c : plain) quoted += c == '"' ? "\"\"" : std::string(1, c);
-  return quoted + "\"";
-}
-
-std::string join_cells(const std::vector<std::string>& cells) {
-  std::vector<std::string> quoted;
-  quoted.reserve(cells.size());
-  for (const std::string& cell : cells) quoted.push_back(csv_cell(cell));
-  return fmt::format("{}\n", fmt::join(quoted, ","));
-}
-
 /// What every table of impacts says about its runs, whether it varies or not; NaN where a case has no such thing.
 struct Input {
   const char* column;
@@ -256,7 +240,7 @@ std::string results_table(const Campaign& campaign, const std::vector<RunStatus>
   head.insert(head.end(), others.begin(), others.end());
   head.insert(head.end(), figures.names.begin(), figures.names.end());
   head.emplace_back("cause");
-  std::string text = join_cells(head);
+  std::string text = csv_line(head);
   for (std::size_t i = 0; i < campaign.runs.size(); ++i) {
     const CampaignRun& run = campaign.runs[i];
     // what is under way now is no property of the run: the table does not depend on when it is written
@@ -270,7 +254,7 @@ std::string results_table(const Campaign& campaign, const std::vector<RunStatus>
       row.push_back(cell == figures.cells[i].end() ? "" : cell->second);
     }
     row.push_back(state == RunState::failed ? status[i].cause() : "");
-    text += join_cells(row);
+    text += csv_line(row);
   }
   return text;
 }
@@ -281,7 +265,7 @@ std::string executions_table(const Campaign& campaign, const std::vector<RunStat
   std::vector<std::string> head{"name", "status",       "attempts",  "first_started", "last_ended",
                                 "host", "last_outcome", "exit_code", "signal",        "cause"};
   head.insert(head.end(), figures.begin(), figures.end());
-  std::string text = join_cells(head);
+  std::string text = csv_line(head);
   for (std::size_t i = 0; i < campaign.runs.size(); ++i) {
     const auto& attempts = status[i].attempts;
     const Attempt last = attempts.empty() ? Attempt{} : attempts.back();
@@ -297,7 +281,7 @@ std::string executions_table(const Campaign& campaign, const std::vector<RunStat
                                  number(last.signal),
                                  last.cause};
     for (const std::string& key : figures) row.push_back(results[i].contains(key) ? cell_of(results[i][key]) : "");
-    text += join_cells(row);
+    text += csv_line(row);
   }
   return text;
 }

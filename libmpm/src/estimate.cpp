@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "mpm/error.hpp"
+#include "mpm/impact/inflow.hpp"
 #include "mpm/impact/semi_empirical.hpp"
 #include "mpm/run.hpp"
 #include "mpm/solver.hpp"
@@ -32,26 +33,14 @@ double kept_share(bool mirror, double low, double high) { return mirror ? std::c
 
 double particle_volume(const NumericsSpec& n) { return std::pow(n.cell_size, 3) / n.particles_per_cell; }
 
-/// Fastest and highest snow that enters: a table over time, a profile over height.
-struct Inflow {
-  double speed, height;
-};
-Inflow greatest_inflow(const ConveyorSpec& belt) {
-  Inflow greatest{belt.velocity, belt.flow_height};
-  for (const InflowPoint& point : belt.inflow) {
-    greatest.speed = std::max(greatest.speed, point.velocity.value_or(belt.velocity));
-    greatest.height = std::max(greatest.height, point.flow_height.value_or(belt.flow_height));
-  }
-  greatest.speed *= belt.slip_ratio + (1.0 - belt.slip_ratio) * (1.0 + belt.shear_exponent);  // at the surface
-  return greatest;
-}
+double greatest_flow_height(const ConveyorSpec& belt) { return std::max(belt.flow_height, Inflow(belt).highest()); }
 
 double snow_volume(const Case& spec) {
   if (spec.conveyor) {
     const ConveyorSpec& belt = *spec.conveyor;
     const double length = belt.feed == ConveyorSpec::Feed::strip ? conveyor_length(belt.velocity, spec.output.duration)
                                                                  : belt.upstream_length + belt.downstream_length;
-    return length * greatest_inflow(belt).height * belt.width * (belt.mirror_y ? 0.5 : 1.0);
+    return length * greatest_flow_height(belt) * belt.width * (belt.mirror_y ? 0.5 : 1.0);
   }
   double sum = 0.0;
   for (const BodySpec& body : spec.bodies) {
@@ -63,7 +52,12 @@ double snow_volume(const Case& spec) {
 
 /// Largest initial speed, and the fall from the top of the snow: v^2 = v_0^2 + 2 g h.
 double largest_speed(const Case& spec) {
-  auto [speed, fall] = spec.conveyor ? greatest_inflow(*spec.conveyor) : Inflow{0.0, 0.0};
+  double speed = 0.0, fall = 0.0;
+  if (spec.conveyor) {
+    const Inflow inflow(*spec.conveyor);
+    speed = std::max(spec.conveyor->velocity, inflow.fastest()) * inflow.shear(1.0);
+    fall = greatest_flow_height(*spec.conveyor);
+  }
   for (const BodySpec& body : spec.bodies) {
     speed = std::max(speed, body.velocity.norm());
     const double floor = std::max(spec.domain.min.z(), std::min(0.0, body.min.z()));

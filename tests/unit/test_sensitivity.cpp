@@ -55,7 +55,7 @@ TEST_F(Sensitivities, CompareEachRunWithTheBaseAtItsPoint) {
   EXPECT_EQ(mu.choice, "obstacle_friction");
   EXPECT_EQ(mu.value, "0.15");
   EXPECT_DOUBLE_EQ(mu.runup.value, 0.9);
-  EXPECT_NEAR(mu.runup.error, 0.9 * std::hypot(0.05, 0.05), 1e-15);
+  EXPECT_NEAR(mu.runup.standard_error, 0.9 * std::hypot(0.05, 0.05), 1e-15);
   EXPECT_DOUBLE_EQ(mu.pressure_height.value, 1.1);
   EXPECT_DOUBLE_EQ(mu.force.value, 1.1);
   EXPECT_DOUBLE_EQ(mu.runup_to_published, 0.9);
@@ -68,15 +68,15 @@ TEST_F(Sensitivities, TellFrictionByWhatItsRowsHaveInCommon) {
   const SensitivityStudy study = read(std::string(head) + rows);
   const SensitivitySummary& mu = summary(study, "obstacle_friction", "0.15");
   EXPECT_EQ(mu.points, 3u);
-  EXPECT_NEAR(mu.runup, std::cbrt(0.9 * 1.1 * 0.8), 1e-14);
-  EXPECT_DOUBLE_EQ(mu.runup_low, 0.8);
-  EXPECT_DOUBLE_EQ(mu.runup_high, 1.1);
+  EXPECT_NEAR(mu.runup.mean, std::cbrt(0.9 * 1.1 * 0.8), 1e-14);
+  EXPECT_DOUBLE_EQ(mu.runup.low, 0.8);
+  EXPECT_DOUBLE_EQ(mu.runup.high, 1.1);
   const auto square = [](double x) { return std::log(x) * std::log(x); };
   EXPECT_NEAR(mu.runup_rmsle, std::sqrt((square(0.9) + square(0.88) + square(0.8)) / 3.0), 1e-14);
   EXPECT_NEAR(mu.base_runup_rmsle, std::sqrt(square(0.8) / 3.0), 1e-14);
   const SensitivitySummary& ratio = summary(study, "obstacle_friction_ratio", "0.25");
   EXPECT_EQ(ratio.points, 2u);
-  EXPECT_DOUBLE_EQ(ratio.pressure_height, 1.0) << "of the one that has a pressure height";
+  EXPECT_DOUBLE_EQ(ratio.pressure_height.mean, 1.0) << "of the one that has a pressure height";
   EXPECT_EQ(summary(study, "", "").points, 3u) << "the fluid, which has no friction to take a share of, among them";
 }
 

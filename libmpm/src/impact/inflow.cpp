@@ -49,9 +49,9 @@ double Inflow::travelled(double time) const {
   return travelled_since_first(time) - travelled_since_first(0.0);
 }
 
-double Inflow::fastest() const {
-  return std::max_element(points_.begin(), points_.end(), [](const Point& a, const Point& b) { return a.velocity < b.velocity; })->velocity;
-}
+double Inflow::fastest() const { return std::ranges::max_element(points_, {}, &Point::velocity)->velocity; }
+
+double Inflow::highest() const { return std::ranges::max_element(points_, {}, &Point::flow_height)->flow_height; }
 
 double Inflow::shear(double relative_height) const {
   if (!sheared()) return 1.0;

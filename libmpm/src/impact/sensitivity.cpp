@@ -48,11 +48,8 @@ class Rows {
     for (const std::string& choice : choices_) {
       for (const std::string& cell : table.text(choice)) cells_[choice].push_back(shown(cell));
     }
-    const std::vector<std::string> point_columns{"froude_number", "critical_state_slope", "cohesion_beta", "hardening_xi",
-                                                 "obstacle_width_m"};
     std::vector<std::vector<std::string>> point_cells;
-    for (const std::string& column : point_columns) {
-      numbers_[column] = table.numbers(column);
+    for (const char* column : {"froude_number", "critical_state_slope", "cohesion_beta", "hardening_xi", "obstacle_width_m"}) {
       point_cells.push_back(table.text(column));
     }
     for (std::size_t i = 0; i < table.rows(); ++i) {
@@ -72,7 +69,6 @@ class Rows {
 
   [[nodiscard]] std::size_t size() const { return points_.size(); }
   [[nodiscard]] const std::string& point(std::size_t i) const { return points_[i]; }
-  [[nodiscard]] double number(const char* column, std::size_t i) const { return numbers_.at(column)[i]; }
   [[nodiscard]] const std::string& cell(const std::string& choice, std::size_t i) const { return cells_.at(choice)[i]; }
 
   /// What row i does otherwise than the base.
@@ -100,33 +96,21 @@ class Rows {
 
   std::vector<std::string> choices_, points_;
   std::map<std::string, std::vector<std::string>> cells_;
-  std::map<std::string, std::vector<double>> numbers_;
   std::map<std::string, std::string> base_;
 };
 
-RatioToBase ratio(double value, double error, double base, double base_error) {
-  const double r = value / base;
-  return {r, std::abs(r) * std::hypot(error / value, base_error / base)};
+RatioSpread spread_of(const std::vector<const Sensitivity*>& runs, MeanRatio Sensitivity::*quantity) {
+  std::vector<double> known;
+  for (const Sensitivity* s : runs) {
+    if (std::isfinite((s->*quantity).value)) known.push_back((s->*quantity).value);
+  }
+  constexpr double none = std::numeric_limits<double>::quiet_NaN();
+  if (known.empty()) return {none, none, none};
+  double logarithms = 0.0;
+  for (const double ratio : known) logarithms += std::log(ratio);
+  const auto [low, high] = std::ranges::minmax(known);
+  return {std::exp(logarithms / static_cast<double>(known.size())), low, high};
 }
-
-/// Geometric mean, lowest and highest of what is known.
-struct Spread {
-  double logarithms = 0.0, low = std::numeric_limits<double>::infinity(), high = 0.0;
-  std::size_t count = 0;
-  void add(double value) {
-    if (!std::isfinite(value)) return;
-    logarithms += std::log(value);
-    low = std::min(low, value);
-    high = std::max(high, value);
-    ++count;
-  }
-  void report(double& mean_out, double& low_out, double& high_out) const {
-    const double none = std::numeric_limits<double>::quiet_NaN();
-    mean_out = count > 0 ? std::exp(logarithms / static_cast<double>(count)) : none;
-    low_out = count > 0 ? low : none;
-    high_out = count > 0 ? high : none;
-  }
-};
 
 std::vector<SensitivitySummary> summarise(const std::vector<Sensitivity>& runs) {
   std::vector<std::pair<std::string, std::string>> order;
@@ -135,25 +119,18 @@ std::vector<SensitivitySummary> summarise(const std::vector<Sensitivity>& runs) 
   }
   std::vector<SensitivitySummary> summaries;
   for (const auto& [choice, value] : order) {
-    SensitivitySummary summary{.choice = choice, .value = value};
-    Spread runup, pressure_height, force;
+    std::vector<const Sensitivity*> group;
     double squares = 0.0, base_squares = 0.0;
     for (const Sensitivity& s : runs) {
       if (s.choice != choice || s.value != value) continue;
-      ++summary.points;
-      runup.add(s.runup.value);
-      pressure_height.add(s.pressure_height.value);
-      force.add(s.force.value);
+      group.push_back(&s);
       squares += std::pow(std::log(s.runup_to_published), 2);
       base_squares += std::pow(std::log(s.runup_to_published / s.runup.value), 2);
     }
-    runup.report(summary.runup, summary.runup_low, summary.runup_high);
-    pressure_height.report(summary.pressure_height, summary.pressure_height_low, summary.pressure_height_high);
-    force.report(summary.force, summary.force_low, summary.force_high);
-    const auto count = static_cast<double>(summary.points);
-    summary.runup_rmsle = std::sqrt(squares / count);
-    summary.base_runup_rmsle = std::sqrt(base_squares / count);
-    summaries.push_back(std::move(summary));
+    const auto count = static_cast<double>(group.size());
+    summaries.push_back({choice, value, group.size(), spread_of(group, &Sensitivity::runup),
+                         spread_of(group, &Sensitivity::pressure_height), spread_of(group, &Sensitivity::force), std::sqrt(squares / count),
+                         std::sqrt(base_squares / count)});
   }
   return summaries;
 }
@@ -173,7 +150,8 @@ SensitivityStudy sensitivities(const std::filesystem::path& results) {
   const Output pressure_height = output("pressure_height_mean_m", "pressure_height_standard_error_m");
   const Output force = output("force_mean_n.x", "force_standard_error_n.x");
   const auto published_runup = table.numbers("predicted_runup_m"), published_height = table.numbers("predicted_pressure_height_m");
-  const auto inner_friction = table.numbers("effective_friction");
+  const auto froude = table.numbers("froude_number"), slope = table.numbers("critical_state_slope"), beta = table.numbers("cohesion_beta");
+  const auto xi = table.numbers("hardening_xi"), inner_friction = table.numbers("effective_friction");
   const auto names = table.text("name"), status = table.text("status");
 
   SensitivityStudy study;
@@ -196,11 +174,10 @@ SensitivityStudy sensitivities(const std::filesystem::path& results) {
       std::vector<std::string> values;
       values.reserve(different.size());
       for (const std::string& choice : different) values.push_back(rows.cell(choice, i));
-      const auto over_base = [&](const Output& o) { return ratio(o.value[i], o.error[i], o.value[b], o.error[b]); };
-      study.runs.push_back({fmt::format("{}", fmt::join(different, ", ")), fmt::format("{}", fmt::join(values, ", ")),
-                            rows.number("froude_number", i), rows.number("critical_state_slope", i), rows.number("cohesion_beta", i),
-                            rows.number("hardening_xi", i), inner_friction[i], over_base(runup), over_base(pressure_height),
-                            over_base(force), runup.value[i] / published_runup[i], pressure_height.value[i] / published_height[i]});
+      const auto over_base = [&](const Output& o) { return ratio_of_means(o.value[i], o.error[i], o.value[b], o.error[b]); };
+      study.runs.push_back({fmt::format("{}", fmt::join(different, ", ")), fmt::format("{}", fmt::join(values, ", ")), froude[i], slope[i],
+                            beta[i], xi[i], inner_friction[i], over_base(runup), over_base(pressure_height), over_base(force),
+                            runup.value[i] / published_runup[i], pressure_height.value[i] / published_height[i]});
     }
   }
   if (not_done > 0) study.notes.push_back(fmt::format("{} runs that are not done", not_done));

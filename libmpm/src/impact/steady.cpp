@@ -107,4 +107,9 @@ MeanEstimate estimate_mean(std::span<const double> values) {
       .mean = mean, .standard_error = standard_error, .effective_samples = effective, .batches = static_cast<int>(batches), .samples = n};
 }
 
+MeanRatio ratio_of_means(double mean, double error, double reference, double reference_error) {
+  const double ratio = mean / reference;
+  return {ratio, std::abs(ratio) * std::hypot(error / mean, reference_error / reference)};
+}
+
 }  // namespace mpm

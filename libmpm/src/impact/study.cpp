@@ -10,6 +10,7 @@
 
 #include "mpm/build_info.hpp"
 #include "mpm/error.hpp"
+#include "mpm/impact/steady.hpp"
 #include "mpm/io/table.hpp"
 
 namespace mpm {
@@ -454,20 +455,16 @@ std::vector<WidthFactor> width_factors(std::span<const StudyRun> runs) {
     return same_input(a.froude, b.froude) && same_input(a.critical_state_slope, b.critical_state_slope) &&
            same_input(a.cohesion_beta, b.cohesion_beta) && same_input(a.hardening_xi, b.hardening_xi);
   };
-  const auto ratio_error = [](double ratio, double error, double value, double reference_error, double reference) {
-    return ratio * std::hypot(error / value, reference_error / reference);
-  };
   for (const StudyRun& r : runs) {
     const auto reference = std::ranges::find_if(runs, [&](const StudyRun& c) { return c.reference_width() && same_but_width(c, r); });
     const bool alone = std::ranges::none_of(runs, [&](const StudyRun& c) { return !c.reference_width() && same_but_width(c, r); });
     if (reference == runs.end() || alone) continue;
-    const double f_r = r.runup / reference->runup, f_p = r.pressure_height / reference->pressure_height;
+    const MeanRatio f_r = ratio_of_means(r.runup, r.runup_error, reference->runup, reference->runup_error);
+    const MeanRatio f_p =
+        ratio_of_means(r.pressure_height, r.pressure_height_error, reference->pressure_height, reference->pressure_height_error);
     const bool itself = &r == &*reference;
-    factors.push_back({r.critical_state_slope, r.cohesion_beta, r.effective_friction, r.hardening_xi, r.froude, r.relative_width(), f_r,
-                       itself ? 0.0 : ratio_error(f_r, r.runup_error, r.runup, reference->runup_error, reference->runup), f_p,
-                       itself ? 0.0
-                              : ratio_error(f_p, r.pressure_height_error, r.pressure_height, reference->pressure_height_error,
-                                            reference->pressure_height),
+    factors.push_back({r.critical_state_slope, r.cohesion_beta, r.effective_friction, r.hardening_xi, r.froude, r.relative_width(),
+                       f_r.value, itself ? 0.0 : f_r.standard_error, f_p.value, itself ? 0.0 : f_p.standard_error,
                        rescaled_width_factor(r.relative_width())});
   }
   return factors;

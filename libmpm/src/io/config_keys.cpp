@@ -165,6 +165,12 @@ const Condition deep_obstacle{"shape = \"box\" or \"wedge\"", "obstacle.shape",
 const Condition flip{"transfer = \"flip\"", "numerics.transfer",
                      [](const Draft& d, std::size_t) { return d.spec.numerics.transfer == Transfer::flip; }};
 
+bool law_has(const MaterialSpec& law, const std::string& key) {
+  const auto& models = schema_models();
+  const auto model = std::find_if(models.begin(), models.end(), [&](const ModelInfo& m) { return m.name == law.model; });
+  return model != models.end() && std::count(model->keys.begin(), model->keys.end(), key) > 0;
+}
+
 /// A key of [material] is used by the laws that list it.
 Condition used_by_law(const std::string& name) {
   std::string text;
@@ -172,12 +178,7 @@ Condition used_by_law(const std::string& name) {
     if (std::count(model.keys.begin(), model.keys.end(), name) == 0) continue;
     text += (text.empty() ? "model = \"" : " or \"") + model.name + "\"";
   }
-  return {text, "material.model", [name](const Draft& d, std::size_t) {
-            const auto& models = schema_models();
-            const auto model =
-                std::find_if(models.begin(), models.end(), [&](const ModelInfo& m) { return m.name == d.spec.material.model; });
-            return model != models.end() && std::count(model->keys.begin(), model->keys.end(), name) > 0;
-          }};
+  return {text, "material.model", [name](const Draft& d, std::size_t) { return law_has(d.spec.material, name); }};
 }
 
 // ---- ranges ------------------------------------------------------------------------------------------------------------------------
@@ -494,14 +495,6 @@ std::size_t entries(const Draft& draft, const std::string& table) {
 }
 
 std::string key_path(const std::string& table_path, const std::string& name) { return table_path.empty() ? name : table_path + "." + name; }
-
-namespace {
-bool law_has(const MaterialSpec& law, const char* key) {
-  const auto& models = schema_models();
-  const auto model = std::find_if(models.begin(), models.end(), [&](const ModelInfo& m) { return m.name == law.model; });
-  return model != models.end() && std::count(model->keys.begin(), model->keys.end(), key) > 0;
-}
-}  // namespace
 
 double default_conveyor_width(const MaterialSpec& material, double obstacle_width) {
   return law_has(material, "hardening_xi") ? conveyor_width(material.hardening_xi, obstacle_width) : 12.0 * obstacle_width;

@@ -142,6 +142,24 @@ std::string format_number(double value) {
   return fmt::format("{}", value);
 }
 
+namespace {
+std::string csv_cell(const std::string& text) {
+  std::string plain = text;
+  std::ranges::replace(plain, '\n', ' ');
+  if (plain.find_first_of(",\"#") == std::string::npos) return plain;
+  std::string quoted = "\"";
+  for (const char c : plain) quoted += c == '"' ? "\"\"" : std::string(1, c);
+  return quoted + "\"";
+}
+}  // namespace
+
+std::string csv_line(std::span<const std::string> cells) {
+  std::vector<std::string> quoted;
+  quoted.reserve(cells.size());
+  for (const std::string& cell : cells) quoted.push_back(csv_cell(cell));
+  return fmt::format("{}\n", fmt::join(quoted, ","));
+}
+
 void write_table(const std::filesystem::path& path, std::span<const std::string> columns, std::span<const std::vector<double>> values) {
   if (columns.size() != values.size())
     throw IoError(fmt::format("{}: {} columns are named but {} given", path.string(), columns.size(), values.size()));

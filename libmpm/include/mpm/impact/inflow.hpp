@@ -26,6 +26,7 @@ class Inflow {
   [[nodiscard]] double density_ratio(double time) const;  ///< over rho_0
   [[nodiscard]] double travelled(double time) const;      ///< int v dt since t = 0, exactly, m
   [[nodiscard]] double fastest() const;                   ///< v at its greatest, m/s
+  [[nodiscard]] double highest() const;                   ///< H at its greatest, m
 
   /// r at a relative height z/H; constant below 0 and above 1.
   [[nodiscard]] double shear(double relative_height) const;

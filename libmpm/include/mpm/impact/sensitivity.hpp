@@ -3,33 +3,32 @@
 /// base's run of the same flow, snow and width of mast.
 
 #include <filesystem>
-#include <span>
 #include <string>
 #include <vector>
 
-namespace mpm {
+#include "mpm/impact/steady.hpp"
 
-/// A result over the base's, with its standard error by propagation of both runs'; NaN where one of the two has none.
-struct RatioToBase {
-  double value, error;
-};
+namespace mpm {
 
 struct Sensitivity {
   std::string choice;  ///< column that differs from the base, or several joined by ", "; empty for the base itself
   std::string value;   ///< of that column
   double froude, critical_state_slope, cohesion_beta, hardening_xi, effective_friction;
-  RatioToBase runup, pressure_height, force;
+  MeanRatio runup, pressure_height, force;                  ///< over the base's; NaN where one of the two has none
   double runup_to_published, pressure_height_to_published;  ///< over Eqs. 7 to 10 with the published coefficients
+};
+
+/// Geometric mean, lowest and highest of ratios; NaN of none.
+struct RatioSpread {
+  double mean, low, high;
 };
 
 /// One value of a choice over all its points, only those with a steady run-up; the base is the one whose choice is empty.
 struct SensitivitySummary {
   std::string choice, value;
-  std::size_t points = 0;
-  double runup = 0.0, runup_low = 0.0, runup_high = 0.0;  ///< over the base's: geometric mean, lowest, highest
-  double pressure_height = 0.0, pressure_height_low = 0.0, pressure_height_high = 0.0;
-  double force = 0.0, force_low = 0.0, force_high = 0.0;
-  double runup_rmsle = 0.0, base_runup_rmsle = 0.0;  ///< from the published equation: of these runs, and of the base's at the same points
+  std::size_t points;
+  RatioSpread runup, pressure_height, force;  ///< over the base's
+  double runup_rmsle, base_runup_rmsle;       ///< from the published equation: of these runs, and of the base's at the same points
 };
 
 struct SensitivityStudy {
@@ -38,11 +37,10 @@ struct SensitivityStudy {
   std::vector<std::string> notes;  ///< points without a base, runs that were left out
 };
 
-/// Reads a campaign's results.csv. Choices are the columns obstacle_friction, obstacle_friction_ratio, cell_size_m and those named after a
-/// key
-/// (`numerics.slope_deg`), durations and rates of output excepted. The base has in each of them the value that most rows have; the mast's
-/// friction follows from its ratio where the ratio is the base's. What else was done to friction is told by the one of its two columns
-/// whose value more points share.
+/// Reads a campaign's results.csv. Choices are the columns obstacle_friction, obstacle_friction_ratio, cell_size_m and those named
+/// after a key (`numerics.slope_deg`), durations and rates of output excepted. The base has in each of them the value that most rows have;
+/// the mast's friction follows from its ratio where the ratio is the base's. What else was done to friction is told by the one of its two
+/// columns whose value more points share.
 /// @throws IoError for a file that cannot be read or lacks a column
 [[nodiscard]] SensitivityStudy sensitivities(const std::filesystem::path& results);
 

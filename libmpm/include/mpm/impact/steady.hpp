@@ -54,4 +54,10 @@ struct MeanEstimate {
 /// @return NaN for all figures without a finite value; a standard error of NaN with fewer than 10 samples.
 [[nodiscard]] MeanEstimate estimate_mean(std::span<const double> values);
 
+/// A quotient of two means, with its standard error by propagation of theirs, the two being independent.
+struct MeanRatio {
+  double value, standard_error;
+};
+[[nodiscard]] MeanRatio ratio_of_means(double mean, double error, double reference, double reference_error);
+
 }  // namespace mpm

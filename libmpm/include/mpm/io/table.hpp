@@ -45,6 +45,9 @@ class Table {
 /// Shortest decimal text that reads back to the same double.
 std::string format_number(double value);
 
+/// One line of a table with text in it: cells that need it stand in double quotes, a line break becomes a blank.
+std::string csv_line(std::span<const std::string> cells);
+
 /// Writes a table of numbers whole (atomic_file.hpp). @param values column by column, all of one length
 void write_table(const std::filesystem::path& path, std::span<const std::string> columns, std::span<const std::vector<double>> values);
 
