@@ -6,31 +6,42 @@ namespace mpm {
 
 namespace {
 
-/// Transposes eight rows of eight: row r of the result holds element r of every input row.
-inline __attribute__((always_inline)) void transpose(Lanes (&r)[8]) {
-  Lanes a[8];
-#pragma GCC unroll 4
-  for (int i = 0; i < 4; ++i) {  // pairs of rows: interleave single elements
-    a[2 * i] = __builtin_shufflevector(r[2 * i], r[2 * i + 1], 0, 8, 2, 10, 4, 12, 6, 14);
-    a[2 * i + 1] = __builtin_shufflevector(r[2 * i], r[2 * i + 1], 1, 9, 3, 11, 5, 13, 7, 15);
-  }
-#pragma GCC unroll 2
-  for (int h = 0; h < 2; ++h) {  // interleave pairs of elements
-#pragma GCC unroll 2
-    for (int i = 0; i < 2; ++i) {
-      r[4 * h + i] = __builtin_shufflevector(a[4 * h + i], a[4 * h + i + 2], 0, 1, 8, 9, 4, 5, 12, 13);
-      r[4 * h + i + 2] = __builtin_shufflevector(a[4 * h + i], a[4 * h + i + 2], 2, 3, 10, 11, 6, 7, 14, 15);
-    }
-  }
-#pragma GCC unroll 4
-  for (int i = 0; i < 4; ++i) {  // interleave halves
-    a[i] = __builtin_shufflevector(r[i], r[i + 4], 0, 1, 2, 3, 8, 9, 10, 11);
-    a[i + 4] = __builtin_shufflevector(r[i], r[i + 4], 4, 5, 6, 7, 12, 13, 14, 15);
-  }
-  for (int i = 0; i < 8; ++i) r[i] = a[i];
+/// Transposes the two 4 x 4 matrices that stand side by side in four registers.
+inline __attribute__((always_inline)) void transpose_halves(Lanes* r) {
+  const Lanes a0 = __builtin_shufflevector(r[0], r[1], 0, 8, 2, 10, 4, 12, 6, 14),
+              a1 = __builtin_shufflevector(r[0], r[1], 1, 9, 3, 11, 5, 13, 7, 15);
+  const Lanes a2 = __builtin_shufflevector(r[2], r[3], 0, 8, 2, 10, 4, 12, 6, 14),
+              a3 = __builtin_shufflevector(r[2], r[3], 1, 9, 3, 11, 5, 13, 7, 15);
+  r[0] = __builtin_shufflevector(a0, a2, 0, 1, 8, 9, 4, 5, 12, 13);
+  r[1] = __builtin_shufflevector(a1, a3, 0, 1, 8, 9, 4, 5, 12, 13);
+  r[2] = __builtin_shufflevector(a0, a2, 2, 3, 10, 11, 6, 7, 14, 15);
+  r[3] = __builtin_shufflevector(a1, a3, 2, 3, 10, 11, 6, 7, 14, 15);
 }
 
-inline Lanes* line(Particle& p, int n) { return reinterpret_cast<Lanes*>(&p) + n; }
+inline Half* half_line(Particle& p, int n, int half) { return reinterpret_cast<Half*>(&p) + 2 * n + half; }
+
+/// Cache line n of eight particles by component: v[i] holds its i-th number of each. Half lines are put together as they are loaded, and
+/// parted as they are stored: that costs no shuffle.
+inline __attribute__((always_inline)) void load_line(Particle* p, int n, Lanes (&v)[8]) {
+#pragma GCC unroll 2
+  for (int half = 0; half < 2; ++half) {
+#pragma GCC unroll 4
+    for (int i = 0; i < 4; ++i)
+      v[4 * half + i] = __builtin_shufflevector(*half_line(p[i], n, half), *half_line(p[i + 4], n, half), 0, 1, 2, 3, 4, 5, 6, 7);
+    transpose_halves(v + 4 * half);
+  }
+}
+inline __attribute__((always_inline)) void store_line(Lanes (&v)[8], Particle* p, int n) {
+#pragma GCC unroll 2
+  for (int half = 0; half < 2; ++half) {
+    transpose_halves(v + 4 * half);
+#pragma GCC unroll 4
+    for (int i = 0; i < 4; ++i) {
+      *half_line(p[i], n, half) = __builtin_shufflevector(v[4 * half + i], v[4 * half + i], 0, 1, 2, 3);
+      *half_line(p[i + 4], n, half) = __builtin_shufflevector(v[4 * half + i], v[4 * half + i], 4, 5, 6, 7);
+    }
+  }
+}
 
 /// Lines 1 and 2 of eight particles by component: c0..c7 and c8 xx yy zz xy xz yz internal.
 struct Gathered {
@@ -40,13 +51,8 @@ struct Gathered {
 /// @param used how many of the eight are particles: the others count as at rest and free of stress. Slots behind the last particle are
 /// allocated.
 inline __attribute__((always_inline)) void gather(Particle* p, int used, double initial_internal, Gathered& g) {
-#pragma GCC unroll 8
-  for (int i = 0; i < lane_count; ++i) {
-    g.c[i] = *line(p[i], 1);
-    g.s[i] = *line(p[i], 2);
-  }
-  transpose(g.c);
-  transpose(g.s);
+  load_line(p, 1, g.c);
+  load_line(p, 2, g.s);
   if (used >= lane_count) return;
   constexpr Lanes number = {0, 1, 2, 3, 4, 5, 6, 7};
   const LaneMask live = number < static_cast<double>(used);
@@ -55,14 +61,25 @@ inline __attribute__((always_inline)) void gather(Particle* p, int used, double 
   g.s[7] = live ? g.s[7] : Lanes{} + initial_internal;
 }
 
+constexpr int group = lanes_of<LanePair>;  ///< particles at once
+static_assert(page_particles % group == 0, "a page holds whole groups");
+
+/// Asks for lines 1 and 2 of a group before its turn.
+inline void prefetch_group(const Particle* p) {
+#pragma GCC unroll 16
+  for (int i = 0; i < group; ++i) {
+    __builtin_prefetch(reinterpret_cast<const char*>(p + i) + 64);
+    __builtin_prefetch(reinterpret_cast<const char*>(p + i) + 128);
+  }
+}
+
 template <Material Law>
 bool update_stress_of(ParticleBin& bin, const Law& law, double dt) {
-  constexpr int group = lanes_of<LanePair>;
-  static_assert(page_particles % group == 0, "a page holds whole groups");
   Lanes sticky{};
   const int count = bin.count();
   for (int first = 0; first < count; first += group) {
     Particle* const p = &bin[first];
+    if (first + group < count) prefetch_group(&bin[first + group]);
     Gathered a, b;
     gather(p, count - first, law.initial_internal(), a);
     gather(p + lane_count, count - first - lane_count, law.initial_internal(), b);
@@ -84,13 +101,8 @@ bool update_stress_of(ParticleBin& bin, const Law& law, double dt) {
     }
     // Every law makes a fault in any of its numbers one of its pressure or of its internal variable: one normal component shows both.
     sticky += 0.0 * ((t.xx.a + t.xx.b) + (state.internal.a + state.internal.b));
-    transpose(a.s);
-    transpose(b.s);
-#pragma GCC unroll 8
-    for (int i = 0; i < lane_count; ++i) {
-      *line(p[i], 2) = a.s[i];
-      *line(p[i + lane_count], 2) = b.s[i];
-    }
+    store_line(a.s, p, 2);
+    store_line(b.s, p + lane_count, 2);
   }
   bool finite = true;
   for (int i = 0; i < lane_count; ++i) finite = finite && sticky[i] == 0.0;

@@ -1,6 +1,7 @@
 #include "mpm/transfer.hpp"
 
 #include <bit>
+#include <optional>
 
 #include "mpm/bspline.hpp"
 #include "mpm/lanes.hpp"
@@ -39,15 +40,32 @@ inline AxisWeights along(const BsplineWeights<Lanes>& w) {
   return {{spread<axis>(w.n0), spread<axis>(w.n1), spread<axis>(w.n2)}};
 }
 
-/// Asks for a particle's three cache lines ahead of its turn: slots are visited by cell, an order the hardware cannot guess.
-inline void prefetch(const ParticleBin& bin, int n, int end) {
-  constexpr int ahead = 16;
-  if (n + ahead >= end) return;
-  const auto* p = reinterpret_cast<const char*>(&bin[bin.order[static_cast<std::size_t>(n + ahead)]]);
-  __builtin_prefetch(p);
-  __builtin_prefetch(p + 64);
-  __builtin_prefetch(p + 128);
-}
+/// The pair that comes sixteen places after order[n]: slots are visited by cell, an order the hardware cannot guess. A core can wait for
+/// some sixteen cache lines at a time, and the six of a pair are asked for one or two at a time all through the work on another pair.
+class LaterPair {
+ public:
+  LaterPair(const ParticleBin& bin, int n) {
+    const int last = bin.count() - 1;
+    const auto place = [&](int m) { return reinterpret_cast<const char*>(&bin[bin.order[static_cast<std::size_t>(m < last ? m : last)]]); };
+    a_ = place(n + 16);
+    b_ = place(n + 17);
+  }
+  /// Line 0 of both.
+  void ask_first() const {
+    __builtin_prefetch(a_);
+    __builtin_prefetch(b_);
+  }
+  /// The others, in three portions. @param k 0, 1, 2
+  void ask_rest(int k) const {
+    if (k < 2) __builtin_prefetch(a_ + 64 * (k + 1));
+    if (k > 0) __builtin_prefetch(b_ + 64 * k);
+  }
+
+ private:
+  const char *a_, *b_;
+};
+
+constexpr int batch_pairs = 16;  ///< that a transfer takes through its passes together
 
 /// A particle without mass: fills the second half of a pair when a cell holds an odd number.
 const Particle nobody{};
@@ -63,15 +81,15 @@ inline Lanes cell_corner(const Index3& block, int cell) {
 inline int first_halo_node(int cell) { return halo_index(cell & 3, cell >> 2 & 3, cell >> 4); }
 
 /// Calls f(grid row, halo row, count) for every run of nodes that the halo shares with one block's storage.
-template <class NodesOf, class F>
-inline void for_each_halo_row(const Block& self, NodesOf&& nodes_of, Halo& halo, F&& f) {
+template <class NodesOf, class HaloNode, class F>
+inline void for_each_halo_row(const Block& self, NodesOf&& nodes_of, HaloNode* halo, F&& f) {
   for (int bz = 0; bz < 2; ++bz) {
     for (int by = 0; by < 2; ++by) {
       auto* near = nodes_of(self.neighbour[static_cast<std::size_t>(neighbour_slot(0, by, bz))]).node;
       auto* far = nodes_of(self.neighbour[static_cast<std::size_t>(neighbour_slot(1, by, bz))]).node;
       for (int z = 0; z < (bz == 0 ? 4 : 2); ++z) {
         for (int y = 0; y < (by == 0 ? 4 : 2); ++y) {
-          Node* row = halo.node + halo_index(0, 4 * by + y, 4 * bz + z);
+          HaloNode* row = halo + halo_index(0, 4 * by + y, 4 * bz + z);
           f(near + 4 * y + 16 * z, row, std::integral_constant<int, 4>{});
           f(far + 4 * y + 16 * z, row + 4, std::integral_constant<int, 2>{});
         }
@@ -82,9 +100,14 @@ inline void for_each_halo_row(const Block& self, NodesOf&& nodes_of, Halo& halo,
 
 // --- particle to grid ---------------------------------------------------------------------------------------------------
 
-/// Adds particles a and b of one cell to the 27 sums of that cell.
-inline __attribute__((always_inline)) void scatter_pair(const Particle& a, const Particle& b, Lanes corner, double inverse_dx,
-                                                        Lanes mass_scale, Lanes affine_scale, Lanes stress_scale, Lanes (&sum)[27]) {
+/// What particles a and b of one cell give to node (i, j, k) of that cell: wx_i wy_j wz_k (base + i ax + j ay + k az).
+struct Contribution {
+  Lanes base, ax, ay, az;
+  BsplineWeights<Lanes> w;
+};
+
+inline __attribute__((always_inline)) Contribution contribution(const Particle& a, const Particle& b, Lanes corner, double inverse_dx,
+                                                                Lanes mass_scale, Lanes affine_scale, Lanes stress_scale) {
   const Lanes xv = load_pair(a.position, b.position);  // x y z V
   const Lanes f = xv * inverse_dx - corner;
   const Lanes volume = spread<3>(xv);
@@ -92,17 +115,23 @@ inline __attribute__((always_inline)) void scatter_pair(const Particle& a, const
   const Lanes ma = affine_scale * volume, ms = stress_scale * volume;
   const Lanes sa = *reinterpret_cast<const Lanes*>(a.affine + 8),
               sb = *reinterpret_cast<const Lanes*>(b.affine + 8);  // c8 xx yy zz xy xz yz h
-  const Lanes ax = ma * load_pair(a.affine, b.affine) + ms * __builtin_shufflevector(sa, sb, 1, 4, 5, 0, 9, 12, 13, 8);
-  const Lanes ay = ma * load_pair(a.affine + 3, b.affine + 3) + ms * __builtin_shufflevector(sa, sb, 4, 2, 6, 0, 12, 10, 14, 8);
-  const Lanes az = ma * load_pair(a.affine + 6, b.affine + 6) + ms * __builtin_shufflevector(sa, sb, 5, 6, 3, 0, 13, 14, 11, 8);
-  const Lanes base = mass_scale * volume * velocity - spread<0>(f) * ax - spread<1>(f) * ay - spread<2>(f) * az;
+  Contribution c;
+  c.ax = ma * load_pair(a.affine, b.affine) + ms * __builtin_shufflevector(sa, sb, 1, 4, 5, 0, 9, 12, 13, 8);
+  c.ay = ma * load_pair(a.affine + 3, b.affine + 3) + ms * __builtin_shufflevector(sa, sb, 4, 2, 6, 0, 12, 10, 14, 8);
+  c.az = ma * load_pair(a.affine + 6, b.affine + 6) + ms * __builtin_shufflevector(sa, sb, 5, 6, 3, 0, 13, 14, 11, 8);
+  c.base = mass_scale * volume * velocity - spread<0>(f) * c.ax - spread<1>(f) * c.ay - spread<2>(f) * c.az;
+  c.w = bspline_weights(f);
+  return c;
+}
 
-  // node (i, j, k) += wx_i wy_j wz_k (base + i ax + j ay + k az)
-  const BsplineWeights<Lanes> w = bspline_weights(f);
-  const AxisWeights wx = along<0>(w), wy = along<1>(w), wz = along<2>(w);
-  Lanes value_k = base;
+/// Adds a pair's contribution to the 27 sums of its cell.
+inline __attribute__((always_inline)) void add(const Contribution& c, Lanes (&sum)[27], const LaterPair& later) {
+  const AxisWeights wx = along<0>(c.w), wy = along<1>(c.w), wz = along<2>(c.w);
+  const Lanes ax = c.ax, ay = c.ay, az = c.az;
+  Lanes value_k = c.base;
 #pragma GCC unroll 3
   for (int k = 0; k < 3; ++k) {
+    later.ask_rest(k);
     const Lanes u = wz.w[k] * value_k, uy = wz.w[k] * ay, ux = wz.w[k] * ax;
     Lanes value_j = u;
 #pragma GCC unroll 3
@@ -119,6 +148,8 @@ inline __attribute__((always_inline)) void scatter_pair(const Particle& a, const
   }
 }
 
+/// Two passes over the pairs of a cell, a batch at a time: the first is one long chain of dependent operations for each pair, the second
+/// is wide; apart, each fills the processor's window with many pairs.
 void scatter_block(const Grid& grid, const Block& block, const TransferOptions& options, Halo& halo) {
   const double dx = grid.cell_size(), inverse_dx = grid.inverse_cell_size();
   const Lanes mass_scale = Lanes{} + options.density;
@@ -126,17 +157,21 @@ void scatter_block(const Grid& grid, const Block& block, const TransferOptions& 
   const Lanes stress_scale = lanes_xyz * (-options.dt * 4.0 * inverse_dx);
   const ParticleBin& bin = block.particles;
   halo = Halo{};
+  Contribution pairs[batch_pairs];
   for (int cell = 0; cell < block_nodes; ++cell) {
     const int begin = bin.cell_start[cell], end = bin.cell_start[cell + 1];
     if (begin == end) continue;
     const Lanes corner = cell_corner(block.coordinate, cell);
     Lanes sum[27] = {};
-    for (int n = begin; n < end; n += 2) {
-      prefetch(bin, n, bin.count());
-      prefetch(bin, n + 1, bin.count());
-      const Particle& a = bin[bin.order[static_cast<std::size_t>(n)]];
-      const Particle& b = n + 1 < end ? bin[bin.order[static_cast<std::size_t>(n) + 1]] : nobody;
-      scatter_pair(a, b, corner, inverse_dx, mass_scale, affine_scale, stress_scale, sum);
+    for (int first_pair = begin; first_pair < end; first_pair += 2 * batch_pairs) {
+      int count = 0;
+      for (int n = first_pair; n < end && count < batch_pairs; n += 2, ++count) {
+        LaterPair(bin, n).ask_first();
+        const Particle& a = bin[bin.order[static_cast<std::size_t>(n)]];
+        const Particle& b = n + 1 < end ? bin[bin.order[static_cast<std::size_t>(n) + 1]] : nobody;
+        pairs[count] = contribution(a, b, corner, inverse_dx, mass_scale, affine_scale, stress_scale);
+      }
+      for (int p = 0; p < count; ++p) add(pairs[p], sum, LaterPair(bin, first_pair + 2 * p));
     }
     Node* node = halo.node + first_halo_node(cell);
 #pragma GCC unroll 27
@@ -151,20 +186,31 @@ struct Gathered {
   Lanes v, x, y, z;
 };
 
-inline __attribute__((always_inline)) Gathered gather_pair(const Node* node, const AxisWeights& wx, const AxisWeights& wy,
-                                                           const AxisWeights& wz) {
+/// A halo with every node twice, {v | v}: one load serves both particles of a pair, without a shuffle.
+struct alignas(64) PairHalo {
+  Lanes node[halo_nodes];
+  PairHalo(const Grid& grid, std::int32_t block, bool old) {
+    const auto nodes_of = [&](std::int32_t b) -> const NodeBlock& { return old ? grid.old_nodes(b) : grid.nodes(b); };
+    for_each_halo_row(grid.block(block), nodes_of, node, [](const Node* from, Lanes* row, auto count) {
+      for (int i = 0; i < count; ++i) row[i] = twice(from[i]);
+    });
+  }
+};
+
+inline __attribute__((always_inline)) Gathered gather_pair(const Lanes* node, const AxisWeights& wx, const AxisWeights& wy,
+                                                           const AxisWeights& wz, const LaterPair& later) {
   const Lanes wx2 = wx.w[2] + wx.w[2], wy2 = wy.w[2] + wy.w[2], wz2 = wz.w[2] + wz.w[2];
   Lanes v[3], x[3], y[3];
 #pragma GCC unroll 3
   for (int k = 0; k < 3; ++k) {
     Lanes s[3], sx[3];
+    later.ask_rest(k);
 #pragma GCC unroll 3
     for (int j = 0; j < 3; ++j) {
-      const Node* row = node + halo_index(0, j, k);
-      const Lanes n0 = twice(row[0]), n1 = twice(row[1]), n2 = twice(row[2]);
-      const Lanes m = wx.w[1] * n1;
-      s[j] = wx.w[0] * n0 + m + wx.w[2] * n2;
-      sx[j] = m + wx2 * n2;
+      const Lanes* row = node + halo_index(0, j, k);
+      const Lanes m = wx.w[1] * row[1];
+      s[j] = wx.w[0] * row[0] + m + wx.w[2] * row[2];
+      sx[j] = m + wx2 * row[2];
     }
     const Lanes m = wy.w[1] * s[1];
     v[k] = wy.w[0] * s[0] + m + wy.w[2] * s[2];
@@ -176,17 +222,19 @@ inline __attribute__((always_inline)) Gathered gather_pair(const Node* node, con
           wz.w[0] * y[0] + wz.w[1] * y[1] + wz.w[2] * y[2], m + wz2 * v[2]};
 }
 
+/// Two particles of a cell between the two passes of grid_to_particle.
+struct MovingPair {
+  Particle *a, *b;
+  int slot_a, slot_b;
+  bool pair;  ///< false: b is a copy that nobody keeps
+  Lanes f;
+  BsplineWeights<Lanes> w;
+};
+
 /// Nearest integer plus this constant puts the integer into the low bits of the sum (for |value| < 2^51).
 constexpr double to_integer_bits = 6755399441055744.0;  // 1.5 * 2^52
 
 }  // namespace
-
-void load_halo(const Grid& grid, std::int32_t index, Halo& halo, bool old) {
-  const auto nodes_of = [&](std::int32_t b) -> const NodeBlock& { return old ? grid.old_nodes(b) : grid.nodes(b); };
-  for_each_halo_row(grid.block(index), nodes_of, halo, [](const Node* node, Node* row, auto count) {
-    for (int i = 0; i < count; ++i) row[i] = node[i];
-  });
-}
 
 void particle_to_grid(Grid& grid, const TransferOptions& options) {
   const auto all = grid.all_blocks();
@@ -202,7 +250,7 @@ void particle_to_grid(Grid& grid, const TransferOptions& options) {
         const Block& block = grid.block(blocks[i]);
         scatter_block(grid, block, options, halo);
         for_each_halo_row(
-            block, [&](std::int32_t b) -> NodeBlock& { return grid.nodes(b); }, halo,
+            block, [&](std::int32_t b) -> NodeBlock& { return grid.nodes(b); }, halo.node,
             [](Node* node, const Node* row, auto count) {
               for (int n = 0; n < count; ++n) node[n] += row[n];
             });
@@ -216,9 +264,8 @@ BlockMotion grid_to_particle(Grid& grid, std::int32_t index, const TransferOptio
   ParticleBin& bin = block.particles;
   const double inverse_dx = grid.inverse_cell_size();
   const bool flip = !options.apic;
-  Halo halo, old_halo;
-  load_halo(grid, index, halo);
-  if (flip) load_halo(grid, index, old_halo, true);
+  const PairHalo halo(grid, index, false);
+  const std::optional<PairHalo> old_halo = flip ? std::optional<PairHalo>(std::in_place, grid, index, true) : std::nullopt;
 
   const Lanes dt = lanes_xyz * options.dt;
   const Lanes affine_scale = Lanes{} + 4.0 * inverse_dx;
@@ -227,66 +274,74 @@ BlockMotion grid_to_particle(Grid& grid, std::int32_t index, const TransferOptio
   const LaneMask integer_zero = std::bit_cast<LaneMask>(Lanes{} + to_integer_bits);
   Lanes max_speed_squared = {};
   Particle dummy{};
-  std::int64_t reach = 0;
+  std::uint32_t reach = 0;
+  MovingPair pairs[batch_pairs];
 
   for (int cell = 0; cell < block_nodes; ++cell) {
     const int begin = bin.cell_start[cell], end = bin.cell_start[cell + 1];
     if (begin == end) continue;
     const Lanes corner = cell_corner(block.coordinate, cell);
-    const Node* node = halo.node + first_halo_node(cell);
-    for (int n = begin; n < end; n += 2) {
-      prefetch(bin, n, bin.count());
-      prefetch(bin, n + 1, bin.count());
-      const bool pair = n + 1 < end;
-      const int slot_a = bin.order[static_cast<std::size_t>(n)], slot_b = pair ? bin.order[static_cast<std::size_t>(n) + 1] : slot_a;
-      Particle& a = bin[slot_a];
-      if (!pair) dummy = a;
-      Particle& b = pair ? bin[slot_b] : dummy;
-      const Lanes xv = load_pair(a.position, b.position);
-      const Lanes f = xv * inverse_dx - corner;
-      const BsplineWeights<Lanes> w = bspline_weights(f);
-      const AxisWeights wx = along<0>(w), wy = along<1>(w), wz = along<2>(w);
-      const Gathered g = gather_pair(node, wx, wy, wz);
-
-      const Lanes old_velocity = load_pair(a.velocity, b.velocity);  // lane 3: the identity number
-      Lanes v = g.v;
-      if (flip) {
-        const Gathered before = gather_pair(old_halo.node + first_halo_node(cell), wx, wy, wz);
-        v += options.flip_ratio * (old_velocity - before.v);
+    const int first_node = first_halo_node(cell);
+    for (int first_pair = begin; first_pair < end; first_pair += 2 * batch_pairs) {
+      int count = 0;
+      for (int n = first_pair; n < end && count < batch_pairs; n += 2, ++count) {
+        LaterPair(bin, n).ask_first();
+        MovingPair& m = pairs[count];
+        m.pair = n + 1 < end;
+        m.slot_a = bin.order[static_cast<std::size_t>(n)];
+        m.slot_b = m.pair ? bin.order[static_cast<std::size_t>(n) + 1] : m.slot_a;
+        m.a = &bin[m.slot_a];
+        if (!m.pair) dummy = *m.a;
+        m.b = m.pair ? &bin[m.slot_b] : &dummy;
+        m.f = load_pair(m.a->position, m.b->position) * inverse_dx - corner;
+        m.w = bspline_weights(m.f);
       }
-      const Lanes cx = affine_scale * (g.x - spread<0>(f) * g.v);
-      const Lanes cy = affine_scale * (g.y - spread<1>(f) * g.v);
-      const Lanes cz = affine_scale * (g.z - spread<2>(f) * g.v);
-      const Lanes x = xv + dt * g.v;  // lane 3: volume + 0
+      for (int n = 0; n < count; ++n) {
+        const MovingPair& m = pairs[n];
+        Particle &a = *m.a, &b = *m.b;
+        const LaterPair later(bin, first_pair + 2 * n);
+        const AxisWeights wx = along<0>(m.w), wy = along<1>(m.w), wz = along<2>(m.w);
+        const Gathered g = gather_pair(halo.node + first_node, wx, wy, wz, later);
+        const Lanes f = m.f, xv = load_pair(a.position, b.position);
+        const Lanes old_velocity = load_pair(a.velocity, b.velocity);  // lane 3: the identity number
+        Lanes v = g.v;
+        if (flip) v += options.flip_ratio * (old_velocity - gather_pair(old_halo->node + first_node, wx, wy, wz, later).v);
+        const Lanes cx = affine_scale * (g.x - spread<0>(f) * g.v);
+        const Lanes cy = affine_scale * (g.y - spread<1>(f) * g.v);
+        const Lanes cz = affine_scale * (g.z - spread<2>(f) * g.v);
+        const Lanes x = xv + dt * g.v;  // lane 3: volume + 0
 
-      const Lanes stored_v = mask_w ? old_velocity : v;
-      store_half(a.position, first(x));
-      store_half(b.position, second(x));
-      store_half(a.velocity, first(stored_v));
-      store_half(b.velocity, second(stored_v));
-      const double keep_a = a.stress[0], keep_b = b.stress[0];  // the store of column z reaches one double too far
-      store_half(a.affine, first(cx));
-      store_half(b.affine, second(cx));
-      store_half(a.affine + 3, first(cy));
-      store_half(b.affine + 3, second(cy));
-      store_half(a.affine + 6, first(cz));
-      store_half(b.affine + 6, second(cz));
-      a.stress[0] = keep_a;
-      b.stress[0] = keep_b;
+        const Lanes stored_v = mask_w ? old_velocity : v;
+        store_half(a.position, first(x));
+        store_half(b.position, second(x));
+        store_half(a.velocity, first(stored_v));
+        store_half(b.velocity, second(stored_v));
+        const double keep_a = a.stress[0], keep_b = b.stress[0];  // the store of column z reaches one double too far
+        store_half(a.affine, first(cx));
+        store_half(b.affine, second(cx));
+        store_half(a.affine + 3, first(cy));
+        store_half(b.affine + 3, second(cy));
+        store_half(a.affine + 6, first(cz));
+        store_half(b.affine + 6, second(cz));
+        a.stress[0] = keep_a;
+        b.stress[0] = keep_b;
 
-      const Lanes v2 = v * v;
-      const Lanes speed_squared = spread<0>(v2) + spread<1>(v2) + spread<2>(v2);
-      max_speed_squared = speed_squared > max_speed_squared ? speed_squared : max_speed_squared;
+        const Lanes v2 = v * v;
+        const Lanes speed_squared = spread<0>(v2) + spread<1>(v2) + spread<2>(v2);
+        max_speed_squared = speed_squared > max_speed_squared ? speed_squared : max_speed_squared;
 
-      // base = floor(x/dx - 1/2) = nearest(x/dx - 1); relative to the block: 0..3 if the particle stays
-      const LaneMask local = std::bit_cast<LaneMask>(x * inverse_dx + to_cell) - integer_zero;
-      const auto mark = [&](int slot, std::int64_t lx, std::int64_t ly, std::int64_t lz) {
-        const bool stays = ((lx | ly | lz) & ~std::int64_t{3}) == 0;
-        bin.cell[static_cast<std::size_t>(slot)] = stays ? static_cast<std::uint8_t>(lx | ly << 2 | lz << 4) : ParticleBin::left_block;
-        reach |= ((lx + 4) | (ly + 4) | (lz + 4)) & ~std::int64_t{15};
-      };
-      mark(slot_a, local[0], local[1], local[2]);
-      if (pair) mark(slot_b, local[4], local[5], local[6]);
+        // base = floor(x/dx - 1/2) = nearest(x/dx - 1); relative to the block: 0..3 if the particle stays
+        const LaneMask local = std::bit_cast<LaneMask>(x * inverse_dx + to_cell) - integer_zero;
+        const std::uint64_t bytes = saturated_bytes(local);
+        const auto mark = [&](int slot, std::uint32_t c) {  // a byte each for x, y, z
+          const bool stays = (c & 0xFCFCFCU) == 0;
+          bin.cell[static_cast<std::size_t>(slot)] =
+              stays ? static_cast<std::uint8_t>((c | c >> 6 | c >> 12) & 63U) : ParticleBin::left_block;
+          reach |= (((c & 0x7F7F7FU) + 0x040404U) ^ (c & 0x808080U)) & 0xF0F0F0U;  // not zero if a byte is not in -4 .. 11
+        };
+        mark(m.slot_a, static_cast<std::uint32_t>(bytes));
+        if (m.pair) mark(m.slot_b, static_cast<std::uint32_t>(bytes >> 32));
+      }
     }
   }
   BlockMotion motion;

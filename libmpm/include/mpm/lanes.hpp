@@ -6,6 +6,7 @@
 /// number type reads the same for one material point and for eight; branches become `select`.
 
 #include <array>
+#include <bit>
 #include <cmath>
 #include <concepts>
 #include <cstdint>
@@ -117,7 +118,7 @@ inline double min(double a, double b) { return a < b ? a : b; }
 inline Lanes max(Lanes a, Lanes b) { return a > b ? a : b; }
 inline Lanes min(Lanes a, Lanes b) { return a < b ? a : b; }
 inline double abs(double a) { return std::fabs(a); }
-inline Lanes abs(Lanes a) { return a < 0.0 ? -a : a; }
+inline Lanes abs(Lanes a) { return std::bit_cast<Lanes>(std::bit_cast<LaneMask>(a) & std::int64_t{0x7FFFFFFFFFFFFFFF}); }
 
 inline double sqrt(double a) { return std::sqrt(a); }
 inline Lanes sqrt(Lanes a) {
@@ -127,6 +128,20 @@ inline Lanes sqrt(Lanes a) {
   Lanes r;
   for (int i = 0; i < lane_count; ++i) r[i] = std::sqrt(a[i]);
   return r;
+#endif
+}
+
+/// Eight integers as signed bytes, lane 0 lowest; what does not fit becomes the nearest that does.
+inline std::uint64_t saturated_bytes(LaneMask a) {
+#if defined(__AVX512F__)
+  return static_cast<std::uint64_t>(_mm_cvtsi128_si64(_mm512_cvtsepi64_epi8(reinterpret_cast<__m512i>(a))));
+#else
+  std::uint64_t bytes = 0;
+  for (int i = 0; i < lane_count; ++i) {
+    const std::int64_t low = a[i] < -128 ? -128 : a[i], fits = low > 127 ? 127 : low;
+    bytes |= (static_cast<std::uint64_t>(fits) & 0xFFU) << (8 * i);
+  }
+  return bytes;
 #endif
 }
 

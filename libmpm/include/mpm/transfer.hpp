@@ -43,7 +43,4 @@ BlockMotion grid_to_particle(Grid& grid, std::int32_t block, const TransferOptio
 /// Moves the particles marked left_block into the block's outbox.
 void collect_migrants(Grid& grid, std::int32_t block, BlockMotion& motion);
 
-/// Copies the 6x6x6 nodes that a block's particles touch (velocities, or old velocities for FLIP).
-void load_halo(const Grid& grid, std::int32_t block, Halo& halo, bool old = false);
-
 }  // namespace mpm

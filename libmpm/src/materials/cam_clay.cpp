@@ -46,7 +46,7 @@ CamClay::Return<double> CamClay::return_map_by_exclusion(double p_trial, double 
   using Value = Residual<double>::Value;
   const Residual<double> residual(*this, p_trial, q2, x_n, std::sinh(xi_ * max(x_n, 0.0)));
   const double reach = residual.reach(x_n);
-  const auto is_beyond = [&](const Value& value) { return !(value.excess > 0.0 && value.y * residual.side > 0.0); };
+  const auto is_beyond = [&](const Value& value) { return !(residual.excess(value) > 0.0 && value.y * residual.side > 0.0); };
   double near = 0.0, far = residual.side * reach;
 
   if (residual.side < 0.0 && m2_ > 0.0) {
@@ -80,7 +80,8 @@ CamClay::Return<double> CamClay::return_map_by_exclusion(double p_trial, double 
   Value value = residual(x);
   for (int iteration = 0; iteration < 600; ++iteration) {
     (is_beyond(value) ? far : near) = x;
-    const double newton = x - value.numerator / value.denominator;
+    const auto correction = residual.newton(value, x);
+    const double newton = x - correction.numerator / correction.denominator;
     const bool within = value.y * residual.side > 0.0 && (newton - near) * (newton - far) <= 0.0;
     const double next = within && iteration % 3 != 2 ? newton : 0.5 * (near + far);
     const bool settled = abs(next - x) <= 2.0 * std::numeric_limits<double>::epsilon() * abs(next);

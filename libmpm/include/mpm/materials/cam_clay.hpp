@@ -88,8 +88,10 @@ class CamClay {
     struct Value {
       T y, w, v, e;              // Y, Y + c d, P + beta S, S - P
       T s_slope, y_slope;        // dS/dx, dY/dx
-      T excess;                  // positive between the base and the nearest root: sign of A; M = 0: what P exceeds its bound by
-      T numerator, denominator;  // of the Newton correction, x_new = x - numerator/denominator
+      T surface, surface_slope;  // m^2 (P + beta S)(S - P), what Q^2 u^2 is at a root, and its slope
+    };
+    struct Newton {
+      T numerator, denominator;  // of the correction, x_new = x - numerator/denominator
     };
     /// @param s_trial  S at the trial state (X = X_n)
     Residual(const CamClay& law, const T& p_trial, const T& q2, const T& x_n, const T& s_trial);
@@ -98,6 +100,14 @@ class CamClay {
     /// At the base itself, x = 0.
     [[nodiscard]] Value at_base() const { return evaluate(T{}, T{}, law_.xi_ * cosh); }
     [[nodiscard]] Value operator()(const T& x) const;
+    /// Positive between the base and the nearest root: sign of A; M = 0: what P exceeds its bound by.
+    [[nodiscard]] T excess(const Value& at) const;
+    /// Where u is not near an apex of the surface: q above 35 % of the surface's height.
+    [[nodiscard]] Mask<T> interior(const Value& at) const;
+    /// From sqrt(surface) (Q Y - sqrt(surface) w), in which Y and w are nearly linear: good in the interior.
+    [[nodiscard]] Newton interior_newton(const Value& at) const;
+    /// Everywhere: near an apex from A as it stands (times w^3).
+    [[nodiscard]] Newton newton(const Value& at, const T& x) const;
 
     const CamClay& law_;
     T q2, q;                  // Q^2, Q
@@ -150,7 +160,7 @@ inline T sinh_series(const T& h2, int first) {
 }
 
 template <class T>
-inline typename CamClay::Residual<T>::Value CamClay::Residual<T>::operator()(const T& x) const {
+inline __attribute__((always_inline)) typename CamClay::Residual<T>::Value CamClay::Residual<T>::operator()(const T& x) const {
   // sinh(a + h) - sinh a = sinh a (cosh h - 1) + cosh a sinh h, relative precision for small h.
   const T h = law_.xi_ * x, h2 = h * h;
   T sinh_h, cosh_h_1;
@@ -169,7 +179,8 @@ inline typename CamClay::Residual<T>::Value CamClay::Residual<T>::operator()(con
 }
 
 template <class T>
-inline typename CamClay::Residual<T>::Value CamClay::Residual<T>::evaluate(const T& x, const T& increment, const T& s_slope) const {
+inline __attribute__((always_inline)) typename CamClay::Residual<T>::Value CamClay::Residual<T>::evaluate(const T& x, const T& increment,
+                                                                                                          const T& s_slope) const {
   const double beta = law_.beta_, m2 = law_.m2_, c = law_.c_;
   const T s_x = s + increment, p_x = p - x, d = d_base + x;
   Value r;
@@ -179,26 +190,41 @@ inline typename CamClay::Residual<T>::Value CamClay::Residual<T>::evaluate(const
   r.v = p_x + beta * s_x;
   r.e = (s - p) + (x + increment);
   r.w = r.y + c * d;
-  if (m2 == 0.0) {
-    const Mask<T> compaction = side > 0.0;
-    r.excess = select(compaction, -r.e, -r.v);
-    r.numerator = r.excess;
-    r.denominator = select(compaction, -1.0 - s_slope, 1.0 - beta * s_slope);
-    return r;
-  }
-  const T ve = r.v * r.e, surface = m2 * ve, surface_slope = m2 * (r.y + s_slope * ((1.0 - beta) * p_x + (2.0 * beta) * s_x));
-  const T flow = q * r.y;
-  const T w2 = r.w * r.w;
-  r.excess = flow * flow - surface * w2;
-  // Near an apex, A as it stands (times w^3); elsewhere sqrt(surface) (Q Y - sqrt(surface) w), in which Y and w are nearly linear.
-  const T root = sqrt(max(surface, T{}));
-  const T width = r.v + r.e;
-  const Mask<T> interior = ve > 0.03 * (width * width);  // q above 35 % of the surface's height
-  const T linear = flow - root * r.w;
-  r.numerator = select(interior, linear * root, r.excess * r.w);
-  r.denominator = select(interior, root * (q * r.y_slope - root * (r.y_slope + c)) - 0.5 * (r.w * surface_slope),
-                         2.0 * c * (q * flow) * (r.y_slope * d - r.y) - surface_slope * (w2 * r.w));
+  r.surface = m2 * (r.v * r.e);
+  r.surface_slope = m2 * (r.y + s_slope * ((1.0 - beta) * p_x + (2.0 * beta) * s_x));
   return r;
+}
+
+template <class T>
+inline T CamClay::Residual<T>::excess(const Value& at) const {
+  if (law_.m2_ == 0.0) return select(side > 0.0, -at.e, -at.v);
+  const T flow = q * at.y;
+  return flow * flow - at.surface * (at.w * at.w);
+}
+
+template <class T>
+inline Mask<T> CamClay::Residual<T>::interior(const Value& at) const {
+  const T width = at.v + at.e;
+  return at.v * at.e > 0.03 * (width * width);
+}
+
+template <class T>
+inline typename CamClay::Residual<T>::Newton CamClay::Residual<T>::interior_newton(const Value& at) const {
+  const T root = sqrt(max(at.surface, T{}));
+  return {(q * at.y - root * at.w) * root, root * (q * at.y_slope - root * (at.y_slope + law_.c_)) - 0.5 * (at.w * at.surface_slope)};
+}
+
+template <class T>
+inline typename CamClay::Residual<T>::Newton CamClay::Residual<T>::newton(const Value& at, const T& x) const {
+  if (law_.m2_ == 0.0) {
+    return {excess(at), select(side > 0.0, -1.0 - at.s_slope, 1.0 - law_.beta_ * at.s_slope)};
+  }
+  const Newton inside = interior_newton(at);
+  const Mask<T> use_inside = interior(at);
+  const T flow = q * at.y, w2 = at.w * at.w;
+  return {select(use_inside, inside.numerator, excess(at) * at.w),
+          select(use_inside, inside.denominator,
+                 2.0 * law_.c_ * (q * flow) * (at.y_slope * (d_base + x) - at.y) - at.surface_slope * (w2 * at.w))};
 }
 
 template <class T>
@@ -215,28 +241,62 @@ inline CamClay::Return<T> CamClay::return_map(const T& p_trial, const T& q2, con
   const T v_0 = value.v, slope_0 = value.s_slope;
   Mask<T> found = active & mask_not(active);
   if (m2_ == 0.0) {
-    const Mask<T> outside = value.excess > round_off * residual.s;
+    const Mask<T> outside = residual.excess(value) > round_off * residual.s;
     found = active & mask_not(outside);  // p is within its bounds: only q is lost
     lost = lost | (active & outside & stress_free);
     active = active & outside & mask_not(stress_free);
     result.d = select(lost, p_trial, T{});
   }
-  // Safeguarded Newton. A lane is settled when its correction is so small that, the convergence being quadratic (the next correction is
-  // about step^3 / previous^2), the next one would be below round-off; Y at the corrected x then follows from its slope.
-  T near = T{}, far = residual.side * residual.reach(x_n), x = T{}, y = residual.y, previous = abs(far), e = value.e, v = value.v;
+  // A lane is settled when its correction is so small that, the convergence being quadratic (the next correction is about
+  // step^3 / previous^2), the next one would be below round-off; Y at the corrected x then follows from its slope.
+  const auto is_settled = [](const T& size, const T& previous, const T& scale) {
+    return (size <= 1e-8 * scale) | ((size <= 1e-6 * scale) & (size * size * size <= 1e-16 * scale * previous * previous));
+  };
+  const T reach = residual.side * residual.reach(x_n);
+  T x = T{}, y = residual.y, previous = abs(reach), e = value.e, v = value.v;
+
+  // Inside the surface Newton's method converges without safeguards, in three or four corrections: all lanes together, and what they
+  // found is looked at afterwards. Whatever is not as it should be is left to the safeguarded search.
+  if (m2_ != 0.0 && all(residual.interior(value) | mask_not(active))) {
+    constexpr int least = 3, most = 6;
+    typename Residual<T>::Value at = value;
+    for (int correction = 1; correction <= most; ++correction) {
+      const typename Residual<T>::Newton newton = residual.interior_newton(at);
+      const T step = -newton.numerator / newton.denominator, size = abs(step);
+      x += step;
+      if (correction >= least) {
+        y = at.y + at.y_slope * step;
+        const Mask<T> sound = is_settled(size, previous, min(abs(x), at.v + at.e)) & residual.interior(at) & (y * residual.side > 0.0) &
+                              (x * (reach - x) >= 0.0);
+        if (all(sound | mask_not(active))) {
+          found = active;
+          active = active & mask_not(active);
+          v = at.v, e = at.e;
+          break;
+        }
+      }
+      previous = size;
+      at = residual(x);
+    }
+    if (any(active)) x = T{}, y = residual.y, previous = abs(reach);
+  }
+
+  // Safeguarded Newton.
+  T near = T{}, far = reach;
   for (int iteration = 0; iteration < most_iterations && any(active); ++iteration) {
     const Mask<T> same_side = value.y * residual.side > 0.0;  // else past the critical state, where A has inadmissible roots
-    const Mask<T> beyond = mask_not((value.excess > 0.0) & same_side);
+    const Mask<T> beyond = mask_not((residual.excess(value) > 0.0) & same_side);
     near = select(beyond, near, x);
     far = select(beyond, x, far);
-    const T newton = x - value.numerator / value.denominator;
+    const typename Residual<T>::Newton correction = residual.newton(value, x);
+    const T newton = x - correction.numerator / correction.denominator;
     // A minute correction is trusted even if it leaves the bracket, whose ends have round-off too.
     const Mask<T> minute = abs(newton - x) <= 1e-9 * abs(x);
     const Mask<T> within = same_side & (((newton - near) * (newton - far) <= 0.0) | minute);
     const T next = select(within, newton, 0.5 * (near + far));
-    const T step = next - x, size = abs(step), scale = min(abs(next), value.v + value.e);  // relative to x and to (1 + beta) S
+    const T step = next - x, size = abs(step);
     const Mask<T> settled =
-        active & within & ((size <= 1e-8 * scale) | ((size <= 1e-6 * scale) & (size * size * size <= 1e-16 * scale * previous * previous)));
+        active & within & is_settled(size, previous, min(abs(next), value.v + value.e));  // relative to x and (1 + beta) S
     y = select(settled, value.y + value.y_slope * step, y);
     v = select(settled, value.v, v);
     e = select(settled, value.e, e);
