@@ -23,7 +23,7 @@ struct Work {
 inline constexpr double line_bytes = 64.0, node_bytes = 32.0, particle_bytes = 3.0 * line_bytes;
 
 /// Reads the whole particle and its order. A node is zeroed (read + write) and summed into (read + write).
-/// Operations of scatter_pair in transfer.cpp, each on 4 components:
+/// Operations of contribution() and add() in transfer.cpp, each on 4 components:
 ///   offset f 2; volume scales 2; three columns a_x a_y a_z of mass or force: 3 each, 9; base m v - f.a: 2 + 6;
 ///   weights 3 + 2 + 2 + 2 = 9; per k of 3: three products and one sum, 4; per j of 3: two products, two sums, 3 fma, one sum, 11
 ///   = 2 + 2 + 9 + 8 + 9 + 3 (4 + 3 * 11) = 141.
@@ -35,9 +35,8 @@ constexpr Work particle_to_grid_work(double c) {
 /// Reads the order and the nodes, reads and writes position, velocity and the affine matrix (all three lines), writes the cell (read +
 /// write). Operations of grid_to_particle, each on 4 components:
 ///   offset 2; weights 9; gather_pair: doubled weights 3, per k of 3: [per j of 3: 7] + m 1 + v 4 + y 2 + x 5 = 33, and the last axis 1 + 4
-///   + 5 + 5 + 2 = 3 + 99 + 17 = 119; affine matrix 3 * 3; position 2; speed 1 + 2 + 1; NaN check 2; cell 2 = 2 + 9 + 119 + 9 + 2 + 4 + 2 +
-///   2 = 149.
-constexpr Work grid_to_particle_work(double c) { return {2.0 * particle_bytes + 2.0 + 2.0 + node_bytes / c, 4.0 * 149.0}; }
+///   + 5 + 5 + 2 = 3 + 99 + 17 = 119; affine matrix 3 * 3; position 2; speed 1 + 2 + 1; cell 2 = 2 + 9 + 119 + 9 + 2 + 4 + 2 = 147.
+constexpr Work grid_to_particle_work(double c) { return {2.0 * particle_bytes + 2.0 + 2.0 + node_bytes / c, 4.0 * 147.0}; }
 
 /// Reads the second line, reads and writes the third.
 /// Operations of HenckyElastic::update_stress with the short series (strains below 3 %), one component:
@@ -48,17 +47,17 @@ constexpr Work grid_to_particle_work(double c) { return {2.0 * particle_bytes + 
 ///   stress 10; NaN check 7.
 constexpr Work elastic_law_work() { return {3.0 * line_bytes, 9.0 + 13.0 + 140.0 + 54.0 + 48.0 + 18.0 + 157.0 + 10.0 + 7.0}; }
 
-/// Residuals evaluated by a group of eight until its slowest lane has settled: three Newton corrections are typical of a step's small
-/// strain.
-inline constexpr double newton_evaluations = 3.0;
+/// Newton corrections until the slowest lane of a group has settled: typical of a step's small strain. The first starts from the base
+/// state, the others need an evaluation each.
+inline constexpr double newton_corrections = 3.0;
 
 /// The same lines; the elastic trial and
 ///   yield check: p, q^2 14, sinh(xi X) 18, y 8 = 41;
-///   return map: base state 13, its residual 62, per evaluation: sinh and cosh increments 33, Y, v, e, w and slopes 21, residual and
-///   Newton's numerator and denominator 41, bracket and convergence tests 22 = 117; ratio u and result 20.
+///   return map inside the surface: base state 13, its Y, v, e, w, slopes and surface 29, whether it is inside 5; per correction 16; per
+///   evaluation: sinh and cosh increments 33, Y and the others 29 = 62; convergence and soundness 24; ratio u and result 20.
 constexpr Work yielding_law_work() {
   const Work elastic = elastic_law_work();
-  return {elastic.bytes, elastic.flops + 41.0 + 13.0 + 62.0 + newton_evaluations * 117.0 + 20.0};
+  return {elastic.bytes, elastic.flops + 41.0 + 47.0 + newton_corrections * 16.0 + (newton_corrections - 1.0) * 62.0 + 24.0 + 20.0};
 }
 /// The same, without a return.
 constexpr Work unyielding_law_work() {

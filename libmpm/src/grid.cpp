@@ -1,6 +1,7 @@
 #include "mpm/grid.hpp"
 
 #include <algorithm>
+#include <bit>
 #include <cstring>
 
 #include "mpm/bspline.hpp"
@@ -158,8 +159,9 @@ void Grid::restore(const Index3& coordinate, std::span<const Particle> particles
 
 void Grid::migrate() {
   for (const auto b : occupied_) {
-    for (const Migrant& m : block(b).outbox) {
-      if (block(b).neighbour[static_cast<std::size_t>(m.neighbour)] == no_block) create(shifted(block(b).coordinate, m.neighbour));
+    for (std::uint32_t left = block(b).outbox_neighbours; left != 0; left &= left - 1) {
+      const int slot = std::countr_zero(left);
+      if (block(b).neighbour[static_cast<std::size_t>(slot)] == no_block) create(shifted(block(b).coordinate, slot));
     }
   }
   if (set_changed_) rebuild_lists();
@@ -171,8 +173,9 @@ void Grid::migrate() {
       for (int n = 0; n < 27; ++n) {
         const std::int32_t other = self.neighbour[static_cast<std::size_t>(n)];
         if (other == no_block || (block(other).outbox_neighbours >> (26 - n) & 1U) == 0) continue;
-        for (const Migrant& m : block(other).outbox) {
-          if (m.neighbour == 26 - n) self.particles.append(m.particle, m.cell, *pool_);
+        const Block& sender = block(other);
+        for (std::size_t m = 0; m < sender.outbox.size(); ++m) {
+          if (sender.outbox_neighbour[m] == 26 - n) self.particles.append(sender.outbox[m].particle, sender.outbox[m].cell, *pool_);
         }
       }
       if (self.particles.count() > 0) self.particles.sort_by_cell();
@@ -236,7 +239,8 @@ std::size_t Grid::particle_count() const {
 
 std::size_t Grid::bytes() const {
   std::size_t n = pool_->bytes() + (nodes_.size() + old_nodes_.size()) * sizeof(NodeBlock) + blocks_.size() * sizeof(Block);
-  for (const auto& b : blocks_) n += b.particles.cell.capacity() + 2 * b.particles.order.capacity() + b.outbox.capacity() * sizeof(Migrant);
+  for (const auto& b : blocks_)
+    n += b.particles.cell.capacity() + 2 * b.particles.order.capacity() + b.outbox.capacity() * (sizeof(Migrant) + 1);
   return n;
 }
 

@@ -1,5 +1,8 @@
 #include "mpm/transfer.hpp"
 
+#include <omp.h>
+
+#include <algorithm>
 #include <bit>
 #include <optional>
 
@@ -40,13 +43,19 @@ inline AxisWeights along(const BsplineWeights<Lanes>& w) {
   return {{spread<axis>(w.n0), spread<axis>(w.n1), spread<axis>(w.n2)}};
 }
 
-/// The pair that comes sixteen places after order[n]: slots are visited by cell, an order the hardware cannot guess. A core can wait for
-/// some sixteen cache lines at a time, and the six of a pair are asked for one or two at a time all through the work on another pair.
+/// The pair that comes sixteen places after order[n], in the next bin behind the end of this one: slots are visited by cell, an order the
+/// hardware cannot guess. A core can wait for some sixteen cache lines at a time, and the six of a pair are asked for one or two at a time
+/// all through the work on another pair.
 class LaterPair {
  public:
-  LaterPair(const ParticleBin& bin, int n) {
-    const int last = bin.count() - 1;
-    const auto place = [&](int m) { return reinterpret_cast<const char*>(&bin[bin.order[static_cast<std::size_t>(m < last ? m : last)]]); };
+  LaterPair(const ParticleBin& bin, const ParticleBin& next, int n) {
+    const int count = bin.count(), next_last = next.count() - 1;
+    const auto place = [&](int m) {
+      const bool here = m < count;
+      const ParticleBin& from = here ? bin : next;
+      const int at = here ? m : m - count < next_last ? m - count : next_last;
+      return reinterpret_cast<const char*>(&from[from.order[static_cast<std::size_t>(at)]]);
+    };
     a_ = place(n + 16);
     b_ = place(n + 17);
   }
@@ -150,7 +159,8 @@ inline __attribute__((always_inline)) void add(const Contribution& c, Lanes (&su
 
 /// Two passes over the pairs of a cell, a batch at a time: the first is one long chain of dependent operations for each pair, the second
 /// is wide; apart, each fills the processor's window with many pairs.
-void scatter_block(const Grid& grid, const Block& block, const TransferOptions& options, Halo& halo) {
+/// @param next particles whose turn comes next: asked for ahead of time
+void scatter_block(const Grid& grid, const Block& block, const ParticleBin& next, const TransferOptions& options, Halo& halo) {
   const double dx = grid.cell_size(), inverse_dx = grid.inverse_cell_size();
   const Lanes mass_scale = Lanes{} + options.density;
   const Lanes affine_scale = lanes_xyz * (options.apic ? options.density * dx : 0.0);
@@ -166,12 +176,12 @@ void scatter_block(const Grid& grid, const Block& block, const TransferOptions& 
     for (int first_pair = begin; first_pair < end; first_pair += 2 * batch_pairs) {
       int count = 0;
       for (int n = first_pair; n < end && count < batch_pairs; n += 2, ++count) {
-        LaterPair(bin, n).ask_first();
+        LaterPair(bin, next, n).ask_first();
         const Particle& a = bin[bin.order[static_cast<std::size_t>(n)]];
         const Particle& b = n + 1 < end ? bin[bin.order[static_cast<std::size_t>(n) + 1]] : nobody;
         pairs[count] = contribution(a, b, corner, inverse_dx, mass_scale, affine_scale, stress_scale);
       }
-      for (int p = 0; p < count; ++p) add(pairs[p], sum, LaterPair(bin, first_pair + 2 * p));
+      for (int p = 0; p < count; ++p) add(pairs[p], sum, LaterPair(bin, next, first_pair + 2 * p));
     }
     Node* node = halo.node + first_halo_node(cell);
 #pragma GCC unroll 27
@@ -226,7 +236,7 @@ inline __attribute__((always_inline)) Gathered gather_pair(const Lanes* node, co
 struct MovingPair {
   Particle *a, *b;
   int slot_a, slot_b;
-  bool pair;  ///< false: b is a copy that nobody keeps
+  bool pair;  ///< false: a is alone, and b is a again
   Lanes f;
   BsplineWeights<Lanes> w;
 };
@@ -243,12 +253,14 @@ void particle_to_grid(Grid& grid, const TransferOptions& options) {
 #pragma omp for schedule(static)
     for (std::size_t i = 0; i < all.size(); ++i) grid.nodes(all[i]) = NodeBlock{};
     Halo halo;
+    const auto threads = static_cast<std::size_t>(omp_get_num_threads());
     for (int colour = 0; colour < 8; ++colour) {
       const auto blocks = grid.coloured_blocks(colour);
 #pragma omp for schedule(dynamic, 1)
       for (std::size_t i = 0; i < blocks.size(); ++i) {
         const Block& block = grid.block(blocks[i]);
-        scatter_block(grid, block, options, halo);
+        const std::size_t next = std::min(i + threads, blocks.size() - 1);  // a guess: blocks are handed out one at a time
+        scatter_block(grid, block, grid.block(blocks[next]).particles, options, halo);
         for_each_halo_row(
             block, [&](std::int32_t b) -> NodeBlock& { return grid.nodes(b); }, halo.node,
             [](Node* node, const Node* row, auto count) {
@@ -259,10 +271,11 @@ void particle_to_grid(Grid& grid, const TransferOptions& options) {
   }
 }
 
-BlockMotion grid_to_particle(Grid& grid, std::int32_t index, const TransferOptions& options) {
+BlockMotion grid_to_particle(Grid& grid, std::int32_t index, const TransferOptions& options, std::int32_t next_index) {
   Block& block = grid.block(index);
   ParticleBin& bin = block.particles;
   const double inverse_dx = grid.inverse_cell_size();
+  const ParticleBin& next = next_index == no_block ? bin : grid.block(next_index).particles;
   const bool flip = !options.apic;
   const PairHalo halo(grid, index, false);
   const std::optional<PairHalo> old_halo = flip ? std::optional<PairHalo>(std::in_place, grid, index, true) : std::nullopt;
@@ -273,7 +286,7 @@ BlockMotion grid_to_particle(Grid& grid, std::int32_t index, const TransferOptio
   const Lanes to_cell = (Lanes{} + (to_integer_bits - 1.0)) - __builtin_shufflevector(block_corner, block_corner, 0, 1, 2, 3, 0, 1, 2, 3);
   const LaneMask integer_zero = std::bit_cast<LaneMask>(Lanes{} + to_integer_bits);
   Lanes max_speed_squared = {};
-  Particle dummy{};
+  Particle nobody_else{};  // takes what would be the second of a lone particle
   std::uint32_t reach = 0;
   MovingPair pairs[batch_pairs];
 
@@ -285,25 +298,24 @@ BlockMotion grid_to_particle(Grid& grid, std::int32_t index, const TransferOptio
     for (int first_pair = begin; first_pair < end; first_pair += 2 * batch_pairs) {
       int count = 0;
       for (int n = first_pair; n < end && count < batch_pairs; n += 2, ++count) {
-        LaterPair(bin, n).ask_first();
+        LaterPair(bin, next, n).ask_first();
         MovingPair& m = pairs[count];
         m.pair = n + 1 < end;
         m.slot_a = bin.order[static_cast<std::size_t>(n)];
         m.slot_b = m.pair ? bin.order[static_cast<std::size_t>(n) + 1] : m.slot_a;
         m.a = &bin[m.slot_a];
-        if (!m.pair) dummy = *m.a;
-        m.b = m.pair ? &bin[m.slot_b] : &dummy;
+        m.b = m.pair ? &bin[m.slot_b] : m.a;
         m.f = load_pair(m.a->position, m.b->position) * inverse_dx - corner;
         m.w = bspline_weights(m.f);
       }
       for (int n = 0; n < count; ++n) {
         const MovingPair& m = pairs[n];
-        Particle &a = *m.a, &b = *m.b;
-        const LaterPair later(bin, first_pair + 2 * n);
+        Particle &a = *m.a, &b = m.pair ? *m.b : nobody_else;  // written to
+        const LaterPair later(bin, next, first_pair + 2 * n);
         const AxisWeights wx = along<0>(m.w), wy = along<1>(m.w), wz = along<2>(m.w);
         const Gathered g = gather_pair(halo.node + first_node, wx, wy, wz, later);
-        const Lanes f = m.f, xv = load_pair(a.position, b.position);
-        const Lanes old_velocity = load_pair(a.velocity, b.velocity);  // lane 3: the identity number
+        const Lanes f = m.f, xv = load_pair(a.position, m.b->position);
+        const Lanes old_velocity = load_pair(a.velocity, m.b->velocity);  // lane 3: the identity number
         Lanes v = g.v;
         if (flip) v += options.flip_ratio * (old_velocity - gather_pair(old_halo->node + first_node, wx, wy, wz, later).v);
         const Lanes cx = affine_scale * (g.x - spread<0>(f) * g.v);
@@ -327,7 +339,7 @@ BlockMotion grid_to_particle(Grid& grid, std::int32_t index, const TransferOptio
         b.stress[0] = keep_b;
 
         const Lanes v2 = v * v;
-        const Lanes speed_squared = spread<0>(v2) + spread<1>(v2) + spread<2>(v2);
+        const Lanes speed_squared = v2 + spread<1>(v2) + spread<2>(v2);  // in lanes 0 and 4
         max_speed_squared = speed_squared > max_speed_squared ? speed_squared : max_speed_squared;
 
         // base = floor(x/dx - 1/2) = nearest(x/dx - 1); relative to the block: 0..3 if the particle stays
@@ -345,7 +357,7 @@ BlockMotion grid_to_particle(Grid& grid, std::int32_t index, const TransferOptio
     }
   }
   BlockMotion motion;
-  for (int i = 0; i < lane_count; ++i) motion.max_speed_squared = max(motion.max_speed_squared, max_speed_squared[i]);
+  motion.max_speed_squared = max(max_speed_squared[0], max_speed_squared[4]);
   motion.within_reach = reach == 0;
   return motion;
 }
@@ -355,7 +367,7 @@ void collect_migrants(Grid& grid, std::int32_t index, BlockMotion& motion) {
   ParticleBin& bin = block.particles;
   const double inverse_dx = grid.inverse_cell_size();
   for (int s = bin.last_leaver(bin.count()); s >= 0; s = bin.last_leaver(s)) {
-    Migrant m{bin[s], 0, 0};
+    Migrant m{bin[s], 0};
     int offset[3];
     for (int axis = 0; axis < 3; ++axis) {
       // the same rounding as in grid_to_particle, so that both agree on ties
@@ -367,8 +379,7 @@ void collect_migrants(Grid& grid, std::int32_t index, BlockMotion& motion) {
       if (offset[axis] < -1 || offset[axis] > 1) motion.within_reach = false;
     }
     if (!motion.within_reach) return;
-    m.neighbour = neighbour_slot(offset[0], offset[1], offset[2]);
-    block.send(m);
+    block.send(m, neighbour_slot(offset[0], offset[1], offset[2]));
     grid.remove(index, s);
   }
 }

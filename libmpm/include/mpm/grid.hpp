@@ -65,11 +65,10 @@ class ParticleBin {
   int count_ = 0;
 };
 
-/// A particle on its way to the block at `neighbour` (neighbour_slot) of the one it left.
+/// A particle on its way to another block.
 struct Migrant {
   Particle particle;
-  int neighbour;
-  int cell;
+  int cell;  ///< there
 };
 
 struct Block {
@@ -77,14 +76,17 @@ struct Block {
   std::array<std::int32_t, 27> neighbour{};
   ParticleBin particles;
   std::vector<Migrant> outbox;
-  std::uint32_t outbox_neighbours = 0;  ///< bit n: the outbox holds migrants to neighbour n
+  std::vector<std::uint8_t> outbox_neighbour;  ///< neighbour_slot where each of the outbox goes: every neighbour looks for its own
+  std::uint32_t outbox_neighbours = 0;         ///< bit n: the outbox holds migrants to neighbour n
 
-  void send(const Migrant& m) {
+  void send(const Migrant& m, int to) {
     outbox.push_back(m);
-    outbox_neighbours |= 1U << m.neighbour;
+    outbox_neighbour.push_back(static_cast<std::uint8_t>(to));
+    outbox_neighbours |= 1U << to;
   }
   void clear_outbox() {
     outbox.clear();
+    outbox_neighbour.clear();
     outbox_neighbours = 0;
   }
 };

@@ -123,7 +123,7 @@ inline void replace_lanes(const Mask<T>& keep, const Sym3<T>& a, Sym3<T>& result
 /// Coded: with v = 2/3 tr eps and A = 2 dev eps, B = (e^v - 1) I + e^v (exp A - I); exp A - I by its power series in Cayley-Hamilton
 /// form. Truncation relative to A: 5e-16 at order 8 and radius 0.06, 9e-17 at order 12 and radius 0.3; beyond by eigenvalues.
 template <LaneNumber T>
-inline Sym3<T> exp_minus_identity(const HenckyStrain<T>& eps) {
+inline __attribute__((always_inline)) Sym3<T> exp_minus_identity(const HenckyStrain<T>& eps) {
   using detail::inverse_factorial;
   const Sym3<T> a = eps.deviator + eps.deviator;
   const detail::TracelessPowers<T> power(a);
@@ -146,7 +146,7 @@ inline Sym3<T> exp_minus_identity(const HenckyStrain<T>& eps) {
 /// Cayley-Hamilton form. Truncation relative to A: 3e-15 at order 11 and radius 0.06, 9e-16 at order 26 and radius 0.3; beyond by
 /// eigenvalues.
 template <LaneNumber T>
-inline HenckyStrain<T> half_log_identity_plus(const Sym3<T>& d) {
+inline __attribute__((always_inline)) HenckyStrain<T> half_log_identity_plus(const Sym3<T>& d) {
   constexpr auto coefficient = [](int k) { return (k % 2 == 1 ? 0.5 : -0.5) / k; };
   const T t = trace(d) * (1.0 / 3.0), scale = 1.0 / (1.0 + t);
   const Sym3<T> a = scale * Sym3<T>{d.xx - t, d.yy - t, d.zz - t, d.xy, d.xz, d.yz};
@@ -168,7 +168,7 @@ inline HenckyStrain<T> half_log_identity_plus(const Sym3<T>& d) {
 /// NaN in a lane where det f <= 0 (an inverted point; b_e alone would not show it).
 /// @param dl  dt * velocity gradient, dimensionless
 template <LaneNumber T>
-inline HenckyStrain<T> hencky_trial(const HenckyStrain<T>& eps, const Matrix3<T>& dl) {
+inline __attribute__((always_inline)) HenckyStrain<T> hencky_trial(const HenckyStrain<T>& eps, const Matrix3<T>& dl) {
   const Sym3<T> b = exp_minus_identity(eps);
   const auto& l = dl.m;
   T p[3][3];

@@ -38,7 +38,8 @@ struct BlockMotion {
 
 /// New velocity, affine matrix and position of one block's particles, and their new cells; a particle that left the block has
 /// ParticleBin::left_block as its cell.
-BlockMotion grid_to_particle(Grid& grid, std::int32_t block, const TransferOptions& options);
+/// @param next block that the same thread moves next: the first of its particles are asked for ahead of time
+BlockMotion grid_to_particle(Grid& grid, std::int32_t block, const TransferOptions& options, std::int32_t next = no_block);
 
 /// Moves the particles marked left_block into the block's outbox.
 void collect_migrants(Grid& grid, std::int32_t block, BlockMotion& motion);
