@@ -51,10 +51,8 @@ class LaterPair {
   LaterPair(const ParticleBin& bin, const ParticleBin& next, int n) {
     const int count = bin.count(), next_last = next.count() - 1;
     const auto place = [&](int m) {
-      const bool here = m < count;
-      const ParticleBin& from = here ? bin : next;
-      const int at = here ? m : m - count < next_last ? m - count : next_last;
-      return reinterpret_cast<const char*>(&from[from.order[static_cast<std::size_t>(at)]]);
+      if (m < count) return reinterpret_cast<const char*>(&bin[bin.order[static_cast<std::size_t>(m)]]);
+      return reinterpret_cast<const char*>(&next[next.order[static_cast<std::size_t>(m - count < next_last ? m - count : next_last)]]);
     };
     a_ = place(n + 16);
     b_ = place(n + 17);
