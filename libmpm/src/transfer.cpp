@@ -51,7 +51,8 @@ class LaterPair {
   LaterPair(const ParticleBin& bin, const ParticleBin& next, int n) {
     const int count = bin.count(), next_last = next.count() - 1;
     const auto place = [&](int m) {
-      if (m < count) return reinterpret_cast<const char*>(&bin[bin.order[static_cast<std::size_t>(m)]]);
+      if (m < count) [[likely]]
+        return reinterpret_cast<const char*>(&bin[bin.order[static_cast<std::size_t>(m)]]);
       return reinterpret_cast<const char*>(&next[next.order[static_cast<std::size_t>(m - count < next_last ? m - count : next_last)]]);
     };
     a_ = place(n + 16);
