@@ -30,6 +30,8 @@ try:
 except ImportError as error:
     sys.exit(f"no pictures: {error}; install Debian's python3-matplotlib, python3-h5py and python3-numpy")
 
+from obstacle_plan import obstacle_plan
+
 BLUE, ORANGE, GREEN, GREY = "#1f5fa8", "#d9641e", "#2f8f4e", "0.45"
 # Almost white for nothing, over blue and yellow to dark red for strong compression: as in render_paraview.py, a little darker at its light end.
 STRESS_COLOURS = LinearSegmentedColormap.from_list(
@@ -225,9 +227,8 @@ def chosen_frames(run, frames, times):
 
 
 def obstacle_depth(obstacle):
-    """Extent along the flow (m) of the obstacle of a resolved case; its most upstream point is x = 0."""
-    depth, turn = obstacle.get("depth_m", obstacle["width_m"]), np.radians(obstacle.get("rotation_deg", 0.0))  # a cylinder has no depth_m
-    return depth * abs(np.cos(turn)) + obstacle["width_m"] * abs(np.sin(turn))
+    """Extent along the flow, m."""
+    return max(x for x, _ in obstacle_plan(obstacle))
 
 
 class Section:

@@ -8,12 +8,13 @@ bottom as a plane. Half a computed domain (mirror plane y = 0) is drawn whole. N
 says so and ends with code 4.
 """
 import argparse
-import math
 import os
 import shutil
 import subprocess
 import sys
 import tomllib
+
+from obstacle_plan import obstacle_plan
 
 LABELS = {
     "stress_xx": ("stream-wise Cauchy stress (kPa)", 1e-3),
@@ -31,22 +32,6 @@ def arguments():
     parser.add_argument("--out", help="picture to write (default: DIR/post/view_3d.png)")
     parser.add_argument("--size", default="1600x1000", help="pixels, WIDTHxHEIGHT")
     return parser.parse_args()
-
-
-def obstacle_plan(obstacle):
-    """Corners (x, y), m, counter-clockwise from above, of the obstacle of a resolved case; its most upstream point is at x = 0."""
-    width, shape = obstacle["width_m"], obstacle.get("shape", "box")
-    if shape == "cylinder":
-        angles = (2.0 * math.pi * i / 64 for i in range(64))
-        return [(0.5 * width * (1.0 + math.cos(a)), 0.5 * width * math.sin(a)) for a in angles]
-    depth = obstacle["depth_m"]
-    if shape == "wedge":
-        return [(0.0, 0.0), (depth, -0.5 * width), (depth, 0.5 * width)]
-    turn = math.radians(obstacle.get("rotation_deg", 0.0))
-    corners = [(-depth, -width), (depth, -width), (depth, width), (-depth, width)]
-    turned = [(0.5 * (x * math.cos(turn) - y * math.sin(turn)), 0.5 * (x * math.sin(turn) + y * math.cos(turn))) for x, y in corners]
-    front = min(x for x, _ in turned)
-    return [(x - front, y) for x, y in turned]
 
 
 def prism(paraview, plan, top):
