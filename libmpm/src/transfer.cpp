@@ -240,6 +240,23 @@ struct MovingPair {
   BsplineWeights<Lanes> w;
 };
 
+/// @param x lane 3: the volume; @param v lane 3: the identity number; @param cx,cy,cz columns of the affine matrix
+inline __attribute__((always_inline)) void store_pair(Particle& a, Particle& b, Lanes x, Lanes v, Lanes cx, Lanes cy, Lanes cz) {
+  store_half(a.position, first(x));
+  store_half(b.position, second(x));
+  store_half(a.velocity, first(v));
+  store_half(b.velocity, second(v));
+  const double keep_a = a.stress[0], keep_b = b.stress[0];  // the store of column z reaches one double too far
+  store_half(a.affine, first(cx));
+  store_half(b.affine, second(cx));
+  store_half(a.affine + 3, first(cy));
+  store_half(b.affine + 3, second(cy));
+  store_half(a.affine + 6, first(cz));
+  store_half(b.affine + 6, second(cz));
+  a.stress[0] = keep_a;
+  b.stress[0] = keep_b;
+}
+
 /// Nearest integer plus this constant puts the integer into the low bits of the sum (for |value| < 2^51).
 constexpr double to_integer_bits = 6755399441055744.0;  // 1.5 * 2^52
 
@@ -322,20 +339,7 @@ BlockMotion grid_to_particle(Grid& grid, std::int32_t index, const TransferOptio
         const Lanes cz = affine_scale * (g.z - spread<2>(f) * g.v);
         const Lanes x = xv + dt * g.v;  // lane 3: volume + 0
 
-        const Lanes stored_v = mask_w ? old_velocity : v;
-        store_half(a.position, first(x));
-        store_half(b.position, second(x));
-        store_half(a.velocity, first(stored_v));
-        store_half(b.velocity, second(stored_v));
-        const double keep_a = a.stress[0], keep_b = b.stress[0];  // the store of column z reaches one double too far
-        store_half(a.affine, first(cx));
-        store_half(b.affine, second(cx));
-        store_half(a.affine + 3, first(cy));
-        store_half(b.affine + 3, second(cy));
-        store_half(a.affine + 6, first(cz));
-        store_half(b.affine + 6, second(cz));
-        a.stress[0] = keep_a;
-        b.stress[0] = keep_b;
+        store_pair(a, b, x, mask_w ? old_velocity : v, cx, cy, cz);
 
         const Lanes v2 = v * v;
         const Lanes speed_squared = v2 + spread<1>(v2) + spread<2>(v2);  // in lanes 0 and 4
