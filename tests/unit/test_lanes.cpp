@@ -78,4 +78,20 @@ TEST(Lanes, ALaneDoesNotDisturbItsNeighbours) {
   EXPECT_NEAR(sinh(x)[2], std::sinh(3.0), 4e-15 * std::sinh(3.0));
 }
 
+TEST(Lanes, SaturatedBytesKeepWhatFitsAndClampTheRest) {
+  const LaneMask x = {0, 3, -4, -1, 127, 128, -129, std::numeric_limits<std::int64_t>::min()};
+  const std::int8_t expected[8] = {0, 3, -4, -1, 127, 127, -128, -128};
+  const std::uint64_t bytes = saturated_bytes(x);
+  for (int i = 0; i < 8; ++i) EXPECT_EQ(static_cast<std::int8_t>(bytes >> (8 * i) & 0xFFU), expected[i]) << i;
+}
+
+TEST(Lanes, AbsoluteValueOfEveryKind) {
+  constexpr double infinity = std::numeric_limits<double>::infinity();
+  const Lanes y = abs(Lanes{-1.5, 1.5, -0.0, 0.0, -infinity, infinity, -5e-324, std::numeric_limits<double>::quiet_NaN()});
+  const double expected[7] = {1.5, 1.5, 0.0, 0.0, infinity, infinity, 5e-324};
+  for (int i = 0; i < 7; ++i) EXPECT_EQ(y[i], expected[i]) << i;
+  EXPECT_FALSE(std::signbit(y[2]));
+  EXPECT_TRUE(std::isnan(y[7]));
+}
+
 }  // namespace

@@ -134,7 +134,7 @@ inline Lanes sqrt(Lanes a) {
 /// Eight integers as signed bytes, lane 0 lowest; what does not fit becomes the nearest that does.
 inline std::uint64_t saturated_bytes(LaneMask a) {
 #if defined(__AVX512F__)
-  return static_cast<std::uint64_t>(_mm_cvtsi128_si64(_mm512_cvtsepi64_epi8(reinterpret_cast<__m512i>(a))));
+  return static_cast<std::uint64_t>(_mm_cvtsi128_si64(_mm512_maskz_cvtsepi64_epi8(0xFF, reinterpret_cast<__m512i>(a))));
 #else
   std::uint64_t bytes = 0;
   for (int i = 0; i < lane_count; ++i) {
