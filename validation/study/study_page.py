@@ -534,12 +534,16 @@ def score_cells(s):
     return [number(s["r2"]), number(s["r2_log"]), per_cent(s["nrmse"]), per_cent(s["rmsle"]), number(s["bias"]), per_cent(s["fraction_10"]), per_cent(s["fraction_25"])]
 
 
-def aim_rows(study):
-    rows = []
-    for aim in study.fit["aims"]:
-        if aim["fitting_set"] == "narrow":
-            rows.append({"what": aim["what"], "aim": aim["aim"].replace("<=", "≤").replace(">=", "≥"), "value": per_cent(aim["value"]), "met": aim["met"]})
-    return rows
+def aim_table(studies):
+    """The aims for the narrow fitting set, a column for each study."""
+    rows, heads = {}, []
+    for number_of_study, study in enumerate(studies):
+        aims = [aim for aim in study.fit["aims"] if aim["fitting_set"] == "narrow"]
+        heads.append({"name": study.name, "runs": study.fit["runs"], "rows": study.fit["rows"], "met": sum(aim["met"] for aim in aims), "of": len(aims)})
+        for aim in aims:
+            row = rows.setdefault(aim["what"], {"what": aim["what"], "aim": aim["aim"].replace("<=", "≤").replace(">=", "≥"), "found": [None] * len(studies)})
+            row["found"][number_of_study] = {"value": per_cent(aim["value"]), "met": aim["met"]}
+    return {"studies": heads, "rows": list(rows.values())}
 
 
 def cautions_of(study):
@@ -614,7 +618,7 @@ def main():
     environment = jinja2.Environment(autoescape=True, trim_blocks=True)
     environment.filters["inline"] = inline
     with open(template, encoding="utf-8") as file:
-        page = environment.from_string(file.read()).render(style=markupsafe.Markup(STYLE), study=study.fit, name=study.name, sections=sections, tables=tables, aims=aim_rows(study),
+        page = environment.from_string(file.read()).render(style=markupsafe.Markup(STYLE), study=study.fit, name=study.name, sections=sections, tables=tables, aims=aim_table(studies),
                                                            others=studies[1:], cautions=cautions_of(study))
     os.makedirs(os.path.dirname(os.path.abspath(target)), exist_ok=True)
     write_page(target, page)
