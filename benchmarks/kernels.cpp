@@ -22,8 +22,8 @@ TransferOptions transfer_options(const Scene& scene, double dt) {
 
 void gather(Grid& grid, const TransferOptions& options) {
   const auto blocks = grid.occupied_blocks();
-#pragma omp parallel for schedule(dynamic, 2)
-  for (std::size_t i = 0; i < blocks.size(); ++i) grid_to_particle(grid, blocks[i], options);
+#pragma omp parallel for schedule(dynamic, blocks_at_a_time)
+  for (std::size_t i = 0; i < blocks.size(); ++i) grid_to_particle(grid, blocks[i], options, moved_next(blocks, i));
 }
 
 void apply_law(Grid& grid, const AnyMaterial& material, double dt) {
@@ -63,10 +63,11 @@ StepTimes step_in_parts(Problem& problem, double dt) {
   const auto blocks = grid.occupied_blocks();
   double gather_time = 0.0, law_time = 0.0, collect_time = 0.0, max_speed_squared = 0.0;
   int faults = 0;
-#pragma omp parallel for schedule(dynamic, 2) reduction(+ : gather_time, law_time, collect_time, faults) reduction(max : max_speed_squared)
+#pragma omp parallel for schedule(dynamic, blocks_at_a_time) reduction(+ : gather_time, law_time, collect_time, faults) \
+    reduction(max : max_speed_squared)
   for (std::size_t i = 0; i < blocks.size(); ++i) {
     const auto a = Clock::now();
-    BlockMotion motion = grid_to_particle(grid, blocks[i], options);
+    BlockMotion motion = grid_to_particle(grid, blocks[i], options, moved_next(blocks, i));
     const auto b = Clock::now();
     motion.finite = update_stress(grid, blocks[i], problem.scene.material, dt) && motion.finite;
     const auto c = Clock::now();

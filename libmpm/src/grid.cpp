@@ -175,7 +175,7 @@ void Grid::migrate() {
         if (other == no_block || (block(other).outbox_neighbours >> (26 - n) & 1U) == 0) continue;
         const Block& sender = block(other);
         for (std::size_t m = 0; m < sender.outbox.size(); ++m) {
-          if (sender.outbox_neighbour[m] == 26 - n) self.particles.append(sender.outbox[m].particle, sender.outbox[m].cell, *pool_);
+          if (sender.outbox_to[m] == 26 - n) self.particles.append(sender.outbox[m].particle, sender.outbox[m].cell, *pool_);
         }
       }
       if (self.particles.count() > 0) self.particles.sort_by_cell();

@@ -106,12 +106,10 @@ Passage move_particles(State& state, const Scene& scene, const TransferOptions& 
   std::vector<BlockMotion> motion(blocks.size());
   std::vector<Passage> left(blocks.size());
   bool out_of_memory = false;
-  constexpr std::size_t chunk = 4;  // blocks a thread takes at a time
-#pragma omp parallel for schedule(dynamic, chunk)
+#pragma omp parallel for schedule(dynamic, blocks_at_a_time)
   for (std::size_t i = 0; i < blocks.size(); ++i) {
     try {
-      const bool last = i % chunk == chunk - 1 || i + 1 == blocks.size();
-      motion[i] = grid_to_particle(grid, blocks[i], options, last ? no_block : blocks[i + 1]);
+      motion[i] = grid_to_particle(grid, blocks[i], options, moved_next(blocks, i));
       motion[i].finite = update_stress(grid, blocks[i], scene.material, options.dt);
       if (!motion[i].finite || !motion[i].within_reach) continue;
       left[i] = remove_outside(grid, blocks[i], scene);

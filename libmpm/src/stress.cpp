@@ -26,8 +26,7 @@ inline __attribute__((always_inline)) void load_line(Particle* p, int n, Lanes (
 #pragma GCC unroll 2
   for (int half = 0; half < 2; ++half) {
 #pragma GCC unroll 4
-    for (int i = 0; i < 4; ++i)
-      v[4 * half + i] = __builtin_shufflevector(*half_line(p[i], n, half), *half_line(p[i + 4], n, half), 0, 1, 2, 3, 4, 5, 6, 7);
+    for (int i = 0; i < 4; ++i) v[4 * half + i] = join(*half_line(p[i], n, half), *half_line(p[i + 4], n, half));
     transpose_halves(v + 4 * half);
   }
 }
@@ -37,8 +36,8 @@ inline __attribute__((always_inline)) void store_line(Lanes (&v)[8], Particle* p
     transpose_halves(v + 4 * half);
 #pragma GCC unroll 4
     for (int i = 0; i < 4; ++i) {
-      *half_line(p[i], n, half) = __builtin_shufflevector(v[4 * half + i], v[4 * half + i], 0, 1, 2, 3);
-      *half_line(p[i + 4], n, half) = __builtin_shufflevector(v[4 * half + i], v[4 * half + i], 4, 5, 6, 7);
+      *half_line(p[i], n, half) = lower_half(v[4 * half + i]);
+      *half_line(p[i + 4], n, half) = upper_half(v[4 * half + i]);
     }
   }
 }

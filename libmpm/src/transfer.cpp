@@ -19,11 +19,8 @@ using UnalignedNode = double __attribute__((vector_size(32), aligned(8), may_ali
 inline Node load_half(const double* p) { return *reinterpret_cast<const UnalignedNode*>(p); }
 inline void store_half(double* p, Node v) { *reinterpret_cast<UnalignedNode*>(p) = v; }
 
-inline Lanes join(Node a, Node b) { return __builtin_shufflevector(a, b, 0, 1, 2, 3, 4, 5, 6, 7); }
 inline Lanes load_pair(const double* a, const double* b) { return join(load_half(a), load_half(b)); }
 inline Lanes twice(Node n) { return __builtin_shufflevector(n, n, 0, 1, 2, 3, 0, 1, 2, 3); }
-inline Node first(Lanes v) { return __builtin_shufflevector(v, v, 0, 1, 2, 3); }
-inline Node second(Lanes v) { return __builtin_shufflevector(v, v, 4, 5, 6, 7); }
 
 /// Component c of each particle in all four of its lanes.
 template <int c>
@@ -184,7 +181,7 @@ void scatter_block(const Grid& grid, const Block& block, const ParticleBin& next
     }
     Node* node = halo.node + first_halo_node(cell);
 #pragma GCC unroll 27
-    for (int n = 0; n < 27; ++n) node[halo_index(n % 3, n / 3 % 3, n / 9)] += first(sum[n]) + second(sum[n]);
+    for (int n = 0; n < 27; ++n) node[halo_index(n % 3, n / 3 % 3, n / 9)] += lower_half(sum[n]) + upper_half(sum[n]);
   }
 }
 
@@ -242,17 +239,17 @@ struct MovingPair {
 
 /// @param x lane 3: the volume; @param v lane 3: the identity number; @param cx,cy,cz columns of the affine matrix
 inline __attribute__((always_inline)) void store_pair(Particle& a, Particle& b, Lanes x, Lanes v, Lanes cx, Lanes cy, Lanes cz) {
-  store_half(a.position, first(x));
-  store_half(b.position, second(x));
-  store_half(a.velocity, first(v));
-  store_half(b.velocity, second(v));
+  store_half(a.position, lower_half(x));
+  store_half(b.position, upper_half(x));
+  store_half(a.velocity, lower_half(v));
+  store_half(b.velocity, upper_half(v));
   const double keep_a = a.stress[0], keep_b = b.stress[0];  // the store of column z reaches one double too far
-  store_half(a.affine, first(cx));
-  store_half(b.affine, second(cx));
-  store_half(a.affine + 3, first(cy));
-  store_half(b.affine + 3, second(cy));
-  store_half(a.affine + 6, first(cz));
-  store_half(b.affine + 6, second(cz));
+  store_half(a.affine, lower_half(cx));
+  store_half(b.affine, upper_half(cx));
+  store_half(a.affine + 3, lower_half(cy));
+  store_half(b.affine + 3, upper_half(cy));
+  store_half(a.affine + 6, lower_half(cz));
+  store_half(b.affine + 6, upper_half(cz));
   a.stress[0] = keep_a;
   b.stress[0] = keep_b;
 }

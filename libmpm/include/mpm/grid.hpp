@@ -76,17 +76,17 @@ struct Block {
   std::array<std::int32_t, 27> neighbour{};
   ParticleBin particles;
   std::vector<Migrant> outbox;
-  std::vector<std::uint8_t> outbox_neighbour;  ///< neighbour_slot where each of the outbox goes: every neighbour looks for its own
-  std::uint32_t outbox_neighbours = 0;         ///< bit n: the outbox holds migrants to neighbour n
+  std::vector<std::uint8_t> outbox_to;  ///< neighbour_slot where each of the outbox goes: every neighbour looks for its own
+  std::uint32_t outbox_neighbours = 0;  ///< bit n: the outbox holds migrants to neighbour n
 
   void send(const Migrant& m, int to) {
     outbox.push_back(m);
-    outbox_neighbour.push_back(static_cast<std::uint8_t>(to));
+    outbox_to.push_back(static_cast<std::uint8_t>(to));
     outbox_neighbours |= 1U << to;
   }
   void clear_outbox() {
     outbox.clear();
-    outbox_neighbour.clear();
+    outbox_to.clear();
     outbox_neighbours = 0;
   }
 };

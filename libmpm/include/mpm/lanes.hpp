@@ -24,6 +24,10 @@ using Lanes = double __attribute__((vector_size(64)));
 using LaneMask = std::int64_t __attribute__((vector_size(64)));  ///< all bits set where true
 using Half = double __attribute__((vector_size(32)));            ///< four lanes: a grid node {p_x, p_y, p_z, m}
 
+inline Lanes join(Half a, Half b) { return __builtin_shufflevector(a, b, 0, 1, 2, 3, 4, 5, 6, 7); }
+inline Half lower_half(Lanes v) { return __builtin_shufflevector(v, v, 0, 1, 2, 3); }
+inline Half upper_half(Lanes v) { return __builtin_shufflevector(v, v, 4, 5, 6, 7); }
+
 /// Sixteen doubles: two Lanes side by side. A law is one long chain of operations that wait for each other; two independent groups in
 /// one stream of instructions hide each other's latency (measured: the yielding law takes a quarter less time, benchmarks/README.md).
 struct LanePair {

@@ -41,6 +41,12 @@ struct BlockMotion {
 /// @param next block that the same thread moves next: the first of its particles are asked for ahead of time
 BlockMotion grid_to_particle(Grid& grid, std::int32_t block, const TransferOptions& options, std::int32_t next = no_block);
 
+inline constexpr std::size_t blocks_at_a_time = 4;  ///< that one thread moves: schedule(dynamic, blocks_at_a_time)
+/// The block that the thread of blocks[i] moves next; no_block behind the last of its chunk.
+inline std::int32_t moved_next(std::span<const std::int32_t> blocks, std::size_t i) {
+  return (i + 1) % blocks_at_a_time == 0 || i + 1 == blocks.size() ? no_block : blocks[i + 1];
+}
+
 /// Moves the particles marked left_block into the block's outbox.
 void collect_migrants(Grid& grid, std::int32_t block, BlockMotion& motion);
 

@@ -80,8 +80,7 @@ CamClay::Return<double> CamClay::return_map_by_exclusion(double p_trial, double 
   Value value = residual(x);
   for (int iteration = 0; iteration < 600; ++iteration) {
     (is_beyond(value) ? far : near) = x;
-    const auto correction = residual.newton(value, x);
-    const double newton = x - correction.numerator / correction.denominator;
+    const double newton = x + residual.newton(value, x).step();
     const bool within = value.y * residual.side > 0.0 && (newton - near) * (newton - far) <= 0.0;
     const double next = within && iteration % 3 != 2 ? newton : 0.5 * (near + far);
     const bool settled = abs(next - x) <= 2.0 * std::numeric_limits<double>::epsilon() * abs(next);

@@ -91,7 +91,12 @@ class CamClay {
       T surface, surface_slope;  // m^2 (P + beta S)(S - P), what Q^2 u^2 is at a root, and its slope
     };
     struct Newton {
-      T numerator, denominator;  // of the correction, x_new = x - numerator/denominator
+      T numerator, denominator;
+      [[nodiscard]] T step() const { return -numerator / denominator; }
+    };
+    /// As a search leaves it: x, Y there, and P + beta S and S - P before the last step.
+    struct Root {
+      T x, y, v, e;
     };
     /// @param s_trial  S at the trial state (X = X_n)
     Residual(const CamClay& law, const T& p_trial, const T& q2, const T& x_n, const T& s_trial);
@@ -108,6 +113,14 @@ class CamClay {
     [[nodiscard]] Newton interior_newton(const Value& at) const;
     /// Everywhere: near an apex from A as it stands (times w^3).
     [[nodiscard]] Newton newton(const Value& at, const T& x) const;
+    /// A lane is settled when its step is so small that, the convergence being quadratic (the next step is about step^3 / previous^2), the
+    /// next one would be below round-off; Y at the new x then follows from its slope. @param scale of x and of (1 + beta) S, the smaller
+    [[nodiscard]] static Mask<T> is_settled(const T& size, const T& previous, const T& scale) {
+      return (size <= 1e-8 * scale) | ((size <= 1e-6 * scale) & (size * size * size <= 1e-16 * scale * previous * previous));
+    }
+    /// Inside the surface Newton's method converges without safeguards, in three or four steps: all lanes together, and what they found is
+    /// looked at afterwards. @return false, and nothing found, unless all wanted lanes start inside and have a sound root
+    [[nodiscard]] bool search_inside(const Value& base, const T& reach, const Mask<T>& wanted, Root& root) const;
 
     const CamClay& law_;
     T q2, q;                  // Q^2, Q
@@ -228,6 +241,31 @@ inline typename CamClay::Residual<T>::Newton CamClay::Residual<T>::newton(const 
 }
 
 template <class T>
+inline __attribute__((always_inline)) bool CamClay::Residual<T>::search_inside(const Value& base, const T& reach, const Mask<T>& wanted,
+                                                                               Root& root) const {
+  constexpr int least = 3, most = 6;
+  if (!all(interior(base) | mask_not(wanted))) return false;
+  Value at = base;
+  T x = T{}, previous = abs(reach);
+  for (int steps = 1;; ++steps) {
+    const T step = interior_newton(at).step(), size = abs(step);
+    x += step;
+    if (steps >= least) {
+      const T y_there = at.y + at.y_slope * step;
+      const Mask<T> sound =
+          is_settled(size, previous, min(abs(x), at.v + at.e)) & interior(at) & (y_there * side > 0.0) & (x * (reach - x) >= 0.0);
+      if (all(sound | mask_not(wanted))) {
+        root = {x, y_there, at.v, at.e};
+        return true;
+      }
+      if (steps == most) return false;
+    }
+    previous = size;
+    at = (*this)(x);
+  }
+}
+
+template <class T>
 inline CamClay::Return<T> CamClay::return_map(const T& p_trial, const T& q2, const T& x_n, const T& s_n, const Mask<T>& yields) const {
   constexpr int most_iterations = 15;
   const Mask<T> stress_free = x_n + p_trial <= 0.0;
@@ -247,75 +285,46 @@ inline CamClay::Return<T> CamClay::return_map(const T& p_trial, const T& q2, con
     active = active & outside & mask_not(stress_free);
     result.d = select(lost, p_trial, T{});
   }
-  // A lane is settled when its correction is so small that, the convergence being quadratic (the next correction is about
-  // step^3 / previous^2), the next one would be below round-off; Y at the corrected x then follows from its slope.
-  const auto is_settled = [](const T& size, const T& previous, const T& scale) {
-    return (size <= 1e-8 * scale) | ((size <= 1e-6 * scale) & (size * size * size <= 1e-16 * scale * previous * previous));
-  };
   const T reach = residual.side * residual.reach(x_n);
-  T x = T{}, y = residual.y, previous = abs(reach), e = value.e, v = value.v;
-
-  // Inside the surface Newton's method converges without safeguards, in three or four corrections: all lanes together, and what they
-  // found is looked at afterwards. Whatever is not as it should be is left to the safeguarded search.
-  if (m2_ != 0.0 && all(residual.interior(value) | mask_not(active))) {
-    constexpr int least = 3, most = 6;
-    typename Residual<T>::Value at = value;
-    for (int correction = 1; correction <= most; ++correction) {
-      const typename Residual<T>::Newton newton = residual.interior_newton(at);
-      const T step = -newton.numerator / newton.denominator, size = abs(step);
-      x += step;
-      if (correction >= least) {
-        y = at.y + at.y_slope * step;
-        const Mask<T> sound = is_settled(size, previous, min(abs(x), at.v + at.e)) & residual.interior(at) & (y * residual.side > 0.0) &
-                              (x * (reach - x) >= 0.0);
-        if (all(sound | mask_not(active))) {
-          found = active;
-          active = active & mask_not(active);
-          v = at.v, e = at.e;
-          break;
-        }
-      }
-      previous = size;
-      at = residual(x);
-    }
-    if (any(active)) x = T{}, y = residual.y, previous = abs(reach);
+  typename Residual<T>::Root root{T{}, residual.y, value.v, value.e};
+  if (m2_ != 0.0 && residual.search_inside(value, reach, active, root)) {
+    found = active;
+    active = active & mask_not(active);
   }
 
   // Safeguarded Newton.
-  T near = T{}, far = reach;
+  T near = T{}, far = reach, previous = abs(reach);
   for (int iteration = 0; iteration < most_iterations && any(active); ++iteration) {
     const Mask<T> same_side = value.y * residual.side > 0.0;  // else past the critical state, where A has inadmissible roots
     const Mask<T> beyond = mask_not((residual.excess(value) > 0.0) & same_side);
-    near = select(beyond, near, x);
-    far = select(beyond, x, far);
-    const typename Residual<T>::Newton correction = residual.newton(value, x);
-    const T newton = x - correction.numerator / correction.denominator;
+    near = select(beyond, near, root.x);
+    far = select(beyond, root.x, far);
+    const T newton = root.x + residual.newton(value, root.x).step();
     // A minute correction is trusted even if it leaves the bracket, whose ends have round-off too.
-    const Mask<T> minute = abs(newton - x) <= 1e-9 * abs(x);
+    const Mask<T> minute = abs(newton - root.x) <= 1e-9 * abs(root.x);
     const Mask<T> within = same_side & (((newton - near) * (newton - far) <= 0.0) | minute);
     const T next = select(within, newton, 0.5 * (near + far));
-    const T step = next - x, size = abs(step);
-    const Mask<T> settled =
-        active & within & is_settled(size, previous, min(abs(next), value.v + value.e));  // relative to x and (1 + beta) S
-    y = select(settled, value.y + value.y_slope * step, y);
-    v = select(settled, value.v, v);
-    e = select(settled, value.e, e);
+    const T step = next - root.x, size = abs(step);
+    const Mask<T> settled = active & within & residual.is_settled(size, previous, min(abs(next), value.v + value.e));
+    root.y = select(settled, value.y + value.y_slope * step, root.y);
+    root.v = select(settled, value.v, root.v);
+    root.e = select(settled, value.e, root.e);
     previous = size;
-    x = select(active, next, x);
+    root.x = select(active, next, root.x);
     found = found | settled;
     active = active & mask_not(settled);
     if (!any(active)) break;
-    value = residual(x);
+    value = residual(root.x);
   }
-  const T d = residual.d_base + x;
+  const T d = residual.d_base + root.x;
   if (m2_ != 0.0) {
     // Compaction has one root. In dilation the root must be shown to be the nearest.
     // The sum of the three bounds (see above), times their denominators.
     const T softening = beta_ * slope_0 - 1.0;
-    const T first = select(softening <= 0.0, v, v_0 + softening * x), third = -residual.y - c_ * x;  // x = -D
-    const T rise = c_ * first * e - 0.5 * third * (softening * e + (1.0 + slope_0) * first);
-    found = found & ((residual.side > 0.0) | ((first > 0.0) & (e > 0.0) & (rise > 0.0)));
-    result.u = select(found, y / (y + c_ * d), result.u);
+    const T first = select(softening <= 0.0, root.v, v_0 + softening * root.x), third = -residual.y - c_ * root.x;  // x = -D
+    const T rise = c_ * first * root.e - 0.5 * third * (softening * root.e + (1.0 + slope_0) * first);
+    found = found & ((residual.side > 0.0) | ((first > 0.0) & (root.e > 0.0) & (rise > 0.0)));
+    result.u = select(found, root.y / (root.y + c_ * d), result.u);
   }
   result.d = select(found, d, result.d);
   const Mask<T> open = yields & mask_not(lost) & mask_not(found);
