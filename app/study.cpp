@@ -160,6 +160,39 @@ void write_width_factors(const std::filesystem::path& path, const StudyTable& ta
   factors.write(path);
 }
 
+/// @return for the terminal
+std::vector<std::string> write_compaction(const std::filesystem::path& out, const StudyTable& table) {
+  const std::vector<CompactionLoss> losses = compaction_losses(table.runs);
+  double greatest = 2.0;
+  NumberTable rows({"froude_number", "critical_state_slope", "cohesion_beta", "effective_friction", "hardening_xi", "compaction",
+                    "stiff_compaction", "head", "head_standard_error", "behind_shock", "share", "share_standard_error"});
+  for (const CompactionLoss& l : losses) {
+    const double stiff = head_behind_shock(l.stiff_compaction);
+    rows.add({l.froude, l.critical_state_slope, l.cohesion_beta, l.effective_friction, l.hardening_xi, l.compaction, l.stiff_compaction,
+              l.head.value, l.head.standard_error, l.behind_shock, l.head.value * stiff, l.head.standard_error * stiff});
+    greatest = std::max(greatest, l.compaction);
+  }
+  rows.write(out / "compaction.csv");
+  constexpr int steps = 100;
+  NumberTable curve({"compaction", "share"});
+  for (int i = 0; i <= steps; ++i) {
+    const double chi = 1.0 + (greatest - 1.0) * i / steps;
+    curve.add({chi, head_behind_shock(chi)});
+  }
+  curve.write(out / "compaction_curve.csv");
+  NumberTable groups({"cohesive", "runs", "mean_head", "mean_behind_shock", "rms"});
+  std::vector<std::string> lines;
+  for (const CompactionSummary& s : summarise(losses)) {
+    groups.add({s.cohesive ? 1.0 : 0.0, static_cast<double>(s.runs), s.mean_head, s.mean_behind_shock, s.rms});
+    lines.push_back(
+        fmt::format("compaction, Fr >= 3, {} cohesion: {} runs keep {:.2f} of the head of the least compressible snow; behind the shock "
+                    "{:.2f}, rms difference {:.2f}",
+                    s.cohesive ? "with" : "without", s.runs, s.mean_head, s.mean_behind_shock, s.rms));
+  }
+  groups.write(out / "compaction_summary.csv");
+  return lines;
+}
+
 /// Particles near the axis in the last state of a run, with the mean profile that stands beside them.
 /// @return the mean spacing of these particles, m: the edge of the cube that each fills
 double write_section(const std::filesystem::path& out, const std::string& name, const StudyRun& r) {
@@ -275,6 +308,7 @@ void study(const StudyCommand& command) {
   write_decomposition(command.out / "decomposition.csv", table, decomposition_chain(last));
   write_spreads(command.out / "spreads.csv", table);
   write_width_factors(command.out / "width_factors.csv", other_table(command.width));
+  const auto compaction = write_compaction(command.out, table);
   const auto missing = write_sections(command.out, other_table(command.sections), last);
   const auto not_compared =
       command.sensitivity.empty() ? std::vector<std::string>{} : write_sensitivities(command.out, command.sensitivity);
@@ -294,6 +328,7 @@ void study(const StudyCommand& command) {
                                       : "outside");
   }
   for (const std::string& note : guideline.notes) fmt::print("guideline: {}\n", note);
+  for (const std::string& line : compaction) fmt::print("{}\n", line);
   for (const std::string& note : not_compared) fmt::print("sensitivities, left out: {}\n", note);
   for (const std::string& what : missing) fmt::print("longitudinal sections: {}\n", what);
   fmt::print(stderr, "wrote {} and the tables beside it; drawn by `./run study`\n", (command.out / "fit.json").string());

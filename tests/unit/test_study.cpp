@@ -288,5 +288,54 @@ TEST(WidthFactors, AreRatiosToTheRunOfReferenceWidth) {
   EXPECT_EQ(factors[1].guideline, rescaled_width_factor(2.0));
 }
 
+TEST(Compaction, HeadBehindAShockObeysTheJumpConditions) {
+  EXPECT_EQ(head_behind_shock(1.0), 1.0);
+  const double density = 300.0, v = 12.0;
+  for (const double chi : {1.05, 1.5, 2.0, 4.0}) {
+    const double behind = v / chi, pressure = density * v * v - chi * density * behind * behind;  // mass; momentum
+    EXPECT_NEAR(head_behind_shock(chi), (pressure / (chi * density) + 0.5 * behind * behind) / (0.5 * v * v), 1e-14);
+    EXPECT_NEAR(1.0 - head_behind_shock(chi), 0.5 * pressure * (1.0 - 1.0 / chi) / density / (0.5 * v * v), 1e-14);  // the plastic work
+  }
+}
+
+TEST(Compaction, ComparesWithTheLeastCompressibleSnowOfTheSameFlowAndStrength) {
+  const auto with = [](double froude, double slope, double beta, double xi, double chi, double share) {
+    StudyRun r = run(froude, slope, beta, xi);
+    r.compaction = chi;
+    r.runup = 1.0 + share * 0.5 * froude * froude;
+    return r;
+  };
+  std::vector<StudyRun> runs{
+      with(5.0, 0.0, 0.0, 5.0, 1.1, head_behind_shock(1.1)),
+      with(5.0, 0.0, 0.0, 0.05, 3.0, head_behind_shock(3.0)),
+      with(5.0, 0.0, 0.0, 0.5, 1.4, head_behind_shock(1.4)),
+      with(7.0, 0.8, 0.3, 5.0, 1.2, 0.4),
+      with(7.0, 0.8, 0.3, 0.5, 2.0, 0.2),
+      with(2.0, 0.8, 0.3, 5.0, 1.0, 0.4),
+      with(2.0, 0.8, 0.3, 0.5, 1.0, 0.1),  // slow: in the table, not in the summary
+      with(3.0, 0.8, 0.0, 0.5, 1.3, 0.4),  // alone
+      with(5.0, 0.0, 0.0, 0.15, std::nan(""), 0.4),
+  };
+  runs.push_back(with(5.0, 0.0, 0.0, 15.0, 1.0, 9.0));
+  runs.back().obstacle_width = 3.5;
+  const auto losses = compaction_losses(runs);
+  ASSERT_EQ(losses.size(), 4u);
+  EXPECT_EQ(losses[0].hardening_xi, 0.05);
+  EXPECT_EQ(losses[0].stiff_compaction, 1.1);
+  EXPECT_NEAR(losses[0].head.value, head_behind_shock(3.0) / head_behind_shock(1.1), 1e-14);
+  EXPECT_NEAR(losses[0].behind_shock, losses[0].head.value, 1e-14);
+  const double low = losses[0].head.value * 12.5 * head_behind_shock(1.1), high = 12.5 * head_behind_shock(1.1);
+  EXPECT_NEAR(losses[0].head.standard_error, losses[0].head.value * std::hypot(0.02 / low, 0.02 / high), 1e-14);
+  EXPECT_NEAR(losses[2].head.value, 0.5, 1e-14);
+  const auto summary = summarise(losses);
+  ASSERT_EQ(summary.size(), 2u);
+  EXPECT_FALSE(summary[0].cohesive);
+  EXPECT_EQ(summary[0].runs, 2u);
+  EXPECT_NEAR(summary[0].rms, 0.0, 1e-14);
+  EXPECT_EQ(summary[1].runs, 1u);
+  EXPECT_NEAR(summary[1].mean_head, 0.5, 1e-14);
+  EXPECT_NEAR(summary[1].rms, std::abs(0.5 - head_behind_shock(2.0) / head_behind_shock(1.2)), 1e-14);
+}
+
 }  // namespace
 }  // namespace mpm

@@ -14,17 +14,16 @@ import json
 import os
 import sys
 
-sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), "../../scripts"))
-
-import jinja2  # noqa: E402  (after the path to the shared style)
-import markupsafe  # noqa: E402
-import numpy as np  # noqa: E402
-from matplotlib.colors import LinearSegmentedColormap  # noqa: E402
-from matplotlib.patches import Rectangle  # noqa: E402
-from report_style import COLOURS, MARKERS, STYLE, finish_axes, inline, plain_ticks, plt, png_data, svg_data, use_style, write_page  # noqa: E402
+import extension_figures
+import jinja2
+import markupsafe
+import numpy as np
+from matplotlib.colors import LinearSegmentedColormap
+from matplotlib.patches import Rectangle
+from page_tools import (COLOURS, MARKERS, STYLE, decades, distinct, done, finish_axes, froude_colour, inline, new_axes, number, per_cent, plt, png_data,
+                        read_columns, rows_where, select, use_style, write_page)
 
 COMPRESSIBILITY = {0.05: 205.3, 0.15: 127.1, 0.5: 107.5, 1.5: 102.4, 5.0: 100.7, 15.0: 100.2}  # chi(25 kPa) in per cent, Table 1
-FROUDE_NUMBERS = (0.1, 0.3, 1.0, 2.0, 3.0, 5.0, 7.0)
 THREE_XI = (5.0, 0.5, 0.05)  # of Figs. A2 to A5
 ENVELOPE_COLOURS = {0.1: COLOURS[0], 1.0: COLOURS[2], 5.0: COLOURS[1]}
 PUBLISHED_RANGES = ((0.45, 0.65, "dry, loose"), (1.0, 1.5, "dense"))
@@ -34,12 +33,6 @@ STRESS_COLOURS = LinearSegmentedColormap.from_list(
 HEIGHTS = {"runup": ("Run-up height", "$h_r/H$"), "pressure_height": ("Pressure height", "$h_p/H$")}
 
 
-def froude_colour(froude):
-    """From blue (slow) over green to red (fast), by rank in the paper's list."""
-    rank = int(np.argmin([abs(froude - f) for f in FROUDE_NUMBERS]))
-    return plt.get_cmap("viridis")(0.88 * rank / (len(FROUDE_NUMBERS) - 1))
-
-
 def xi_marker(xi):
     return dict(zip((5.0, 0.5, 0.05, 1.5, 0.15, 15.0), MARKERS)).get(xi, "x")
 
@@ -47,14 +40,6 @@ def xi_marker(xi):
 def xi_label(xi):
     chi = COMPRESSIBILITY.get(round(xi, 3))
     return rf"$\xi$ = {xi:g}" + (rf", $\chi$ = {chi} %" if chi else "")
-
-
-def per_cent(value, digits=1):
-    return "–" if value is None or not np.isfinite(value) else f"{100 * value:.{digits}f} %"
-
-
-def number(value, digits=3):
-    return "–" if value is None or not np.isfinite(value) else f"{value:.{digits}f}"
 
 
 class Study:
@@ -67,19 +52,7 @@ class Study:
             self.fit = json.load(file)
 
     def table(self, name):
-        path = os.path.join(self.folder, name + ".csv")
-        if not os.path.exists(path):
-            return {}
-        with open(path, newline="", encoding="utf-8") as file:
-            rows = list(csv.reader(line for line in file if not line.startswith("#")))
-        columns = {}
-        for i, column in enumerate(rows[0]):
-            cells = [row[i] for row in rows[1:]]
-            try:
-                columns[column] = np.array([float(cell) if cell else np.nan for cell in cells])
-            except ValueError:
-                columns[column] = np.array(cells)
-        return columns
+        return read_columns(os.path.join(self.folder, name + ".csv"))
 
     def text(self, name, column):
         """A column as it is written, also where all its cells are numbers."""
@@ -95,45 +68,6 @@ class Study:
     def is_fitted(self, equation):
         fit = self.regression(equation, "narrow")
         return bool(fit and fit["coefficients"])
-
-
-def rows_where(table, **conditions):
-    """Mask of the rows whose columns have these values."""
-    length = len(next(iter(table.values()))) if table else 0
-    mask = np.ones(length, bool)
-    for column, value in conditions.items():
-        mask &= (table[column] == value) if isinstance(value, str) else np.isclose(table[column], value, rtol=1e-6, atol=1e-9)
-    return mask
-
-
-def select(table, mask):
-    return {column: values[mask] for column, values in table.items()}
-
-
-def distinct(values):
-    return sorted({round(float(v), 9) for v in values})
-
-
-def new_axes(width=6.2, height=4.3):
-    return plt.subplots(figsize=(width, height), layout="constrained")
-
-
-def done(axes, title, x, y, legend=True, **arguments):
-    axes.set_title(title, fontsize=10.5, loc="left")
-    axes.set(xlabel=x, ylabel=y)
-    finish_axes(axes)
-    if legend and (arguments.get("handles") or axes.get_legend_handles_labels()[0]):
-        axes.legend(**{"fontsize": 8.5, "frameon": True, "framealpha": 0.9, "edgecolor": "none", **arguments})
-    return svg_data(axes.figure)
-
-
-def decades(axes, which, values):
-    """A logarithmic axis with plain numbers where it spans less than two decades."""
-    values = [float(v) for v in values if np.isfinite(v) and v > 0]
-    if not values:
-        return
-    (axes.set_xscale if which == "x" else axes.set_yscale)("log")
-    plain_ticks(axes.xaxis if which == "x" else axes.yaxis, values)
 
 
 def shade_guideline(axes):
@@ -443,6 +377,33 @@ def figure_s1(study):
     return pictures, [], tables
 
 
+def figure_compaction(study):
+    table, curve, summary = study.table("compaction"), study.table("compaction_curve"), study.table("compaction_summary")
+    if not table or not len(table["head"]):
+        return [], ["no runs of compressible and hardly compressible snow at one flow that tell their density at the mast"]
+    pictures = []
+    cohesive = table["critical_state_slope"] * table["cohesion_beta"] > 0
+    for mask, title in ((~cohesive, "(a) snow without cohesion, and the fluid"), (cohesive, "(b) cohesive snow")):
+        rows = select(table, mask & (table["froude_number"] > 2.99))
+        if not len(rows["head"]):
+            continue
+        _, axes = new_axes()
+        for xi in sorted(distinct(rows["hardening_xi"]), reverse=True):
+            for froude in distinct(rows["froude_number"]):
+                of = select(rows, rows_where(rows, hardening_xi=xi, froude_number=froude))
+                axes.errorbar(of["compaction"], of["share"], yerr=2.0 * of["share_standard_error"], fmt=xi_marker(xi), color=froude_colour(froude), markersize=4.5, linewidth=0.8, zorder=3)
+        axes.plot(curve["compaction"], curve["share"], "--", color="black", linewidth=1.2, zorder=2)
+        axes.set(xlim=(0.9, 1.08 * np.max(rows["compaction"])), ylim=(0, None))
+        handles = [plt.Line2D([], [], color=froude_colour(f), marker="o", linestyle="", markersize=5, label=f"Fr = {f:g}") for f in distinct(rows["froude_number"])]
+        handles += [plt.Line2D([], [], color="#5a6675", marker=xi_marker(xi), linestyle="", markersize=5, label=rf"$\xi$ = {xi:g}") for xi in sorted(distinct(rows["hardening_xi"]), reverse=True)]
+        handles.append(plt.Line2D([], [], color="black", linestyle="--", linewidth=1.2, label=r"behind the shock, $(2\chi-1)/\chi^2$"))
+        pictures.append((title, "Run-up above H over that of the least compressible snow at the same flow and strength (times what the shock leaves of that one's head). Bars: two standard errors.",
+                         done(axes, title, r"density at the mast over the initial density, $\chi$", "share of the velocity head", handles=handles, fontsize=8, ncols=2)))
+    rows = [["with" if c else "without", f"{n:.0f}", number(head, 2), number(shock, 2), number(rms, 2)] for c, n, head, shock, rms in zip(*(summary[k] for k in summary))]
+    tables = [{"title": "Fr ≥ 3", "head": ["cohesion", "runs", "run-up above H over the least compressible snow's, mean", "behind the shock, mean", "rms difference"], "rows": rows}]
+    return pictures, [], tables
+
+
 def heights_over_friction(study, key):
     points, curves = reference_points(study), study.table("height_curves")
     pictures, missing = [], []
@@ -583,6 +544,9 @@ SECTIONS = [
      "guideline at high Fr, and below w = H the guideline lowers the load more than the simulations do."),
     ("figS1", "Sensitivities: what the choices do that the paper leaves open", figure_s1,
      "One choice at a time is changed against the base of the study, at several points of flow and snow. The paper (its supplement S1, Sect. 4.3): robust to grid and slope; more friction on the mast lowers the run-up."),
+    ("compaction", "Compressible snow: what compaction takes", figure_compaction,
+     "The equations know no compressibility, and fast compressible snow climbs less than they say. A plug of snow that is compacted from ρ₀ to χρ₀ in a shock standing before the mast keeps (2χ − 1)/χ² of its "
+     "velocity head (mass and momentum); plastic work takes the rest. χ is measured at the mast's front face. What lies below the line loses more than the shock takes."),
 ]
 APPENDIX = [
     ("figA2", "Figure A2: run-up height over M'", "runup", heights_over_friction,
@@ -611,6 +575,7 @@ def main():
     study = studies[0]
     sections = [make_section(identity, title, text, draw(study)) for identity, title, draw, text in SECTIONS]
     sections += [make_section(identity, title, text, draw(study, key)) for identity, title, key, draw, text in APPENDIX]
+    sections += [make_section(identity, title, text, draw()) for identity, title, draw, text in extension_figures.SECTIONS]
     tables = [("tableA1", "Table A1: run-up height", "runup", "h_r/H = 1 + k_r M' + Fr²/2 exp(-κ_r M'), fitted to log(h_r/H)."),
               ("tableA2", "Table A2: pressure height", "pressure_height", "h_p/H = 1 + k_p M' + min(Fr, Fr_sat)²/2 exp(-κ_p M'), fitted to h_p/H.")]
     tables = [{"id": i, "title": t, "text": text, "coefficients": coefficient_table(studies, e), "scores": score_table(studies, e)} for i, t, e, text in tables]

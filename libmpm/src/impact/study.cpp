@@ -151,6 +151,11 @@ double mean_height(HeightEquation equation, std::span<const StudyRun> runs, doub
   return count > 0.0 ? sum / count : none;
 }
 
+bool same_flow_and_strength(const StudyRun& a, const StudyRun& b) {
+  return same_input(a.froude, b.froude) && same_input(a.critical_state_slope, b.critical_state_slope) &&
+         same_input(a.cohesion_beta, b.cohesion_beta);
+}
+
 struct Series {
   std::vector<double> time, runup, pressure_height;
 };
@@ -452,8 +457,7 @@ std::vector<WidthFactor> width_factors(std::span<const StudyRun> runs) {
   std::vector<WidthFactor> factors;
   if (distinct(runs, &StudyRun::relative_width).size() < 2) return factors;
   const auto same_but_width = [](const StudyRun& a, const StudyRun& b) {
-    return same_input(a.froude, b.froude) && same_input(a.critical_state_slope, b.critical_state_slope) &&
-           same_input(a.cohesion_beta, b.cohesion_beta) && same_input(a.hardening_xi, b.hardening_xi);
+    return same_flow_and_strength(a, b) && same_input(a.hardening_xi, b.hardening_xi);
   };
   for (const StudyRun& r : runs) {
     const auto reference = std::ranges::find_if(runs, [&](const StudyRun& c) { return c.reference_width() && same_but_width(c, r); });
@@ -468,6 +472,43 @@ std::vector<WidthFactor> width_factors(std::span<const StudyRun> runs) {
                        rescaled_width_factor(r.relative_width())});
   }
   return factors;
+}
+
+double head_behind_shock(double density_ratio) { return (2.0 * density_ratio - 1.0) / (density_ratio * density_ratio); }
+
+std::vector<CompactionLoss> compaction_losses(std::span<const StudyRun> runs) {
+  const auto usable =
+      those(runs, [](const StudyRun& r) { return r.reference_width() && std::isfinite(r.runup) && std::isfinite(r.compaction); });
+  std::vector<CompactionLoss> losses;
+  for (const StudyRun& r : usable) {
+    const StudyRun* stiff = &r;
+    for (const StudyRun& c : usable) {
+      if (same_flow_and_strength(c, r) && c.hardening_xi > stiff->hardening_xi) stiff = &c;
+    }
+    if (same_input(stiff->hardening_xi, r.hardening_xi)) continue;
+    losses.push_back({r.froude, r.critical_state_slope, r.cohesion_beta, r.effective_friction, r.hardening_xi, r.compaction,
+                      stiff->compaction, ratio_of_means(r.runup - 1.0, r.runup_error, stiff->runup - 1.0, stiff->runup_error),
+                      head_behind_shock(r.compaction) / head_behind_shock(stiff->compaction)});
+  }
+  return losses;
+}
+
+std::vector<CompactionSummary> summarise(std::span<const CompactionLoss> losses) {
+  constexpr double inertial = 3.0;  // below, the run-up is a pile
+  std::vector<CompactionSummary> summaries;
+  for (const bool cohesive : {false, true}) {
+    CompactionSummary s{cohesive, 0, 0.0, 0.0, 0.0};
+    for (const CompactionLoss& l : losses) {
+      if (l.froude < inertial * (1.0 - 1e-6) || (l.critical_state_slope * l.cohesion_beta > 0.0) != cohesive) continue;
+      ++s.runs;
+      s.mean_head += l.head.value;
+      s.mean_behind_shock += l.behind_shock;
+      s.rms += (l.head.value - l.behind_shock) * (l.head.value - l.behind_shock);
+    }
+    const auto count = static_cast<double>(s.runs);
+    if (s.runs > 0) summaries.push_back({cohesive, s.runs, s.mean_head / count, s.mean_behind_shock / count, std::sqrt(s.rms / count)});
+  }
+  return summaries;
 }
 
 }  // namespace mpm

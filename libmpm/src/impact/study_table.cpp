@@ -84,7 +84,7 @@ std::vector<StudyRun> runs_of(const Table& table, const std::filesystem::path& f
   const auto runup = columns.needed("runup_mean_m"), pressure_height = columns.needed("pressure_height_mean_m");
   const auto runup_error = columns.optional({"runup_standard_error_m"}), runup_peak = columns.optional({"runup_peak_m"});
   const auto pressure_error = columns.optional({"pressure_height_standard_error_m"}),
-             pressure_peak = columns.optional({"pressure_height_peak_m"});
+             pressure_peak = columns.optional({"pressure_height_peak_m"}), compaction = columns.optional({"compaction_mean"});
   const auto folder = columns.text({"run", "name"});
 
   std::vector<StudyRun> runs;
@@ -106,6 +106,7 @@ std::vector<StudyRun> runs_of(const Table& table, const std::filesystem::path& f
     r.pressure_height = pressure_height[i] / height[i];
     r.pressure_height_error = pressure_error[i] / height[i];
     r.pressure_height_peak = pressure_peak[i] / height[i];
+    r.compaction = compaction[i];
     runs.push_back(std::move(r));
   }
   return runs;

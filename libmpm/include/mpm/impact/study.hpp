@@ -1,7 +1,7 @@
 #pragma once
 /// The evaluations of the paper's study, over a table of runs: its regressions (Tables A1 and A2, Figs. A3 and A5), the guideline's lambda
-/// in terms of M' (Fig. 9), the rheological decomposition (Fig. 4), envelopes of the time histories (Fig. 3) and the width factors (Fig.
-/// 10).
+/// in terms of M' (Fig. 9), the rheological decomposition (Fig. 4), envelopes of the time histories (Fig. 3), the width factors (Fig. 10)
+/// and, beyond it, what compaction takes of the velocity head.
 
 #include <filesystem>
 #include <optional>
@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "mpm/impact/regression.hpp"
+#include "mpm/impact/steady.hpp"
 #include "mpm/impact/study_table.hpp"
 
 namespace mpm {
@@ -149,6 +150,35 @@ struct WidthFactor {
 };
 /// Empty unless the table varies the width.
 [[nodiscard]] std::vector<WidthFactor> width_factors(std::span<const StudyRun> runs);
+
+// ---- Compaction (the paper's Sect. 4.1 leaves much compressible snow out of its fits)
+// ------------------------------------------------------
+
+/// Share of the velocity head v^2 / (2 g) that is left behind a standing normal shock which compacts the snow from rho_0 to chi rho_0:
+/// (2 chi - 1) / chi^2. Mass, v_1 = v / chi, and momentum, p_1 = rho_0 v^2 (1 - 1/chi), give the total head behind it,
+/// p_1 / (chi rho_0 g) + v_1^2 / (2 g); plastic compaction has taken the rest, (1 - 1/chi)^2, and the dense snow does not give it back.
+/// @param density_ratio chi >= 1
+[[nodiscard]] double head_behind_shock(double density_ratio);
+
+/// A run against the one of the least compressible snow, all else equal (w = H).
+struct CompactionLoss {
+  double froude, critical_state_slope, cohesion_beta, effective_friction, hardening_xi;
+  double compaction, stiff_compaction;  ///< chi at the mast, of this run and of the other one
+  MeanRatio head;                       ///< (h_r - H) over the other's
+  double behind_shock;                  ///< the same from head_behind_shock of both runs
+};
+/// Runs with a steady run-up and a compaction, but those of the least compressible snow.
+[[nodiscard]] std::vector<CompactionLoss> compaction_losses(std::span<const StudyRun> runs);
+
+/// How well the shock explains the run-ups at Fr >= 3, without and with cohesion.
+struct CompactionSummary {
+  bool cohesive;  ///< M beta > 0
+  std::size_t runs;
+  double mean_head;  ///< arithmetic means
+  double mean_behind_shock;
+  double rms;  ///< of head - behind_shock
+};
+[[nodiscard]] std::vector<CompactionSummary> summarise(std::span<const CompactionLoss> losses);
 
 [[nodiscard]] std::string_view to_string(HeightEquation equation);  ///< runup, pressure_height
 

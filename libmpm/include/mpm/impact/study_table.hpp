@@ -24,6 +24,7 @@ struct StudyRun {
   /// Over H.
   double runup = none, runup_error = none, runup_peak = none;
   double pressure_height = none, pressure_height_error = none, pressure_height_peak = none;
+  double compaction = none;  ///< density at the mast's front face over rho_0, steady mean
 
   [[nodiscard]] double relative_width() const { return obstacle_width / flow_height; }
   /// w = H, the set-up of Eqs. 7-10.
@@ -62,7 +63,8 @@ struct StudyTable {
 /// Reads tables and puts their rows together. A column is found by its name (`hardening_xi`), else by the one name that ends in it
 /// (`material.hardening_xi`). Needed: froude_number or velocity_m_s; effective_friction, or critical_state_slope and cohesion_beta;
 /// hardening_xi; flow_height_m; runup_mean_m; pressure_height_mean_m. Used where there: run or name (folder beside the table),
-/// obstacle.width_m or obstacle_width_m (without it w = H is taken), gravity_m_s2, the heights' standard errors and peaks, steady, status.
+/// obstacle.width_m or obstacle_width_m (without it w = H is taken), gravity_m_s2, the heights' standard errors and peaks, compaction_mean,
+/// steady, status.
 /// @throws IoError for a file that cannot be read or lacks a column, ConfigError for a filter on a column that is not there
 [[nodiscard]] StudyTable read_study_table(std::span<const std::filesystem::path> files, std::span<const RowFilter> filters = {});
 
