@@ -77,6 +77,7 @@ def figure_shear():
     table = finished("inflow")
     if not table:
         return no_table("inflow")
+    table["conveyor.inflow_slip_ratio"] = np.nan_to_num(table["conveyor.inflow_slip_ratio"], nan=1.0)  # no value: a plug
     pictures = []
     for j, (column, error, scale, label) in enumerate((RUNUP, PRESSURE_HEIGHT, FORCE, RESULTANT)):
         _, axes = new_axes(height=3.8)
@@ -105,7 +106,8 @@ def figure_surge():
             axes.plot(series["time_s"], scale * series[column], color=colour, linewidth=1.1, label=name)
         for instant, what in instants:
             axes.axvline(instant, color="0.6", linestyle="--", linewidth=0.9)
-            axes.annotate(what, (instant, 0.97), xycoords=("data", "axes fraction"), fontsize=7.5, rotation=90, va="top", ha="right", color="#5a6675")
+            axes.annotate(what, (instant, 0.97), xytext=(-3, 0), xycoords=("data", "axes fraction"), textcoords="offset points", fontsize=7.5, rotation=90, va="top", ha="right",
+                          color="#5a6675")
         axes.set_ylim(bottom=0)
         panels.append((title, "Dashed: what enters at the inlet, 8.4 m upstream, from then on.", done(axes, title, "time since the front reached the mast [s]", label, loc="upper right")))
     return panels, []
