@@ -160,6 +160,33 @@ void write_width_factors(const std::filesystem::path& path, const StudyTable& ta
   factors.write(path);
 }
 
+/// Coefficients of the `narrow` set, and scores against the published equations, for each choice of what a run's height is.
+void write_height_choices(const std::filesystem::path& path, const StudyTable& table) {
+  std::string rows =
+      "height,runs,k_r,kappa_r,runup_rmsle_published,runup_fraction_25_published,k_p,Fr_sat,kappa_p,pressure_height_nrmse_published,"
+      "pressure_height_fraction_25_published\n";
+  for (const HeightChoice& choice : height_choices(table.runs)) {
+    std::vector<double> numbers;
+    const auto add_fit = [&](HeightEquation equation, double Scores::*error) {
+      const SetFit s = fit_set(equation, paper_fitting_sets().front(), choice.runs);
+      const HeightCoefficients c = s.fit ? s.fit->coefficients : HeightCoefficients{none, none, none};
+      const auto whole = std::ranges::find_if(s.scores, [](const ScoreRow& r) { return r.published && !r.xi && r.group.empty(); });
+      if (numbers.empty()) numbers.push_back(static_cast<double>(s.runs));
+      numbers.push_back(c.k);
+      if (equation == HeightEquation::pressure_height) numbers.push_back(c.saturation_froude);
+      numbers.push_back(c.kappa);
+      numbers.push_back(whole != s.scores.end() ? whole->scores.*error : none);
+      numbers.push_back(whole != s.scores.end() ? whole->scores.fraction_25 : none);
+    };
+    add_fit(HeightEquation::runup, &Scores::rmsle);
+    add_fit(HeightEquation::pressure_height, &Scores::nrmse);
+    std::vector<std::string> cells{choice.name};
+    for (const double x : numbers) cells.push_back(format_number(x));
+    rows += csv_line(cells);
+  }
+  write_file(path, rows);
+}
+
 /// @return for the terminal
 std::vector<std::string> write_compaction(const std::filesystem::path& out, const StudyTable& table) {
   const std::vector<CompactionLoss> losses = compaction_losses(table.runs);
@@ -308,6 +335,7 @@ void study(const StudyCommand& command) {
   write_decomposition(command.out / "decomposition.csv", table, decomposition_chain(last));
   write_spreads(command.out / "spreads.csv", table);
   write_width_factors(command.out / "width_factors.csv", other_table(command.width));
+  write_height_choices(command.out / "height_choices.csv", table);
   const auto compaction = write_compaction(command.out, table);
   const auto missing = write_sections(command.out, other_table(command.sections), last);
   const auto not_compared =

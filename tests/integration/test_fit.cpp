@@ -184,6 +184,7 @@ TEST_F(Fit, StudyWritesTheNumbersOfEveryFigure) {
   const Table envelopes = table("envelopes");
   ASSERT_EQ(envelopes.rows(), 3u);
   EXPECT_EQ(envelopes.numbers("runup_high")[2], 4.0);
+  EXPECT_EQ(table("height_choices").rows(), 3u);
   EXPECT_EQ(table("compaction").rows(), 0u);  // the table does not say how dense the snow became
   for (const char* name : {"coefficients", "scores", "factor_curves", "effective_friction", "guideline", "sections", "spreads"}) {
     EXPECT_NO_THROW((void)table(name)) << name;

@@ -255,6 +255,27 @@ TEST(Envelopes, AreTheLowestAndHighestOfTheRunsThatReachSoFar) {
   EXPECT_TRUE(envelope(runs, 0.1).points.empty());
 }
 
+TEST(HeightChoices, TakeTheSteadySpanTheLastThirdAndThePeakOfTheSameRuns) {
+  const testing::TemporaryDirectory directory;
+  std::ofstream(directory / "series.csv") << "time_s,runup_m,pressure_height_m\n0,2,nan\n1,9,2\n2,4,3\n3,4,nan\n4,6,3\n5,5,4\n6,7,5\n";
+  StudyRun with = run(1.0, 0.4, 0.0, 5.0);
+  with.flow_height = with.obstacle_width = 2.0;
+  with.folder = directory.path();
+  with.runup_peak = 4.5;
+  with.pressure_height_peak = 2.5;
+  const std::vector<StudyRun> runs{with, run(1.0, 0.8, 0.0, 5.0)};
+  const auto choices = height_choices(runs);
+  ASSERT_EQ(choices.size(), 3u);
+  for (const HeightChoice& c : choices) EXPECT_EQ(c.runs.size(), 1u) << c.name;
+  EXPECT_EQ(choices[0].runs[0].runup, with.runup);
+  EXPECT_EQ(choices[1].name, "last third");
+  EXPECT_EQ(choices[1].runs[0].runup, 3.0);  // samples at 4, 5 and 6 s, over H = 2 m
+  EXPECT_EQ(choices[1].runs[0].pressure_height, 2.0);
+  EXPECT_EQ(choices[2].runs[0].runup, 4.5);
+  EXPECT_EQ(choices[2].runs[0].pressure_height, 2.5);
+  EXPECT_TRUE(height_choices(std::span(runs).subspan(1)).empty());
+}
+
 TEST(Spreads, AreTheExtremesOfTheSteadyMeans) {
   std::vector<StudyRun> runs{run(1.0, 0.4, 0.0, 5.0), run(1.0, 0.8, 0.0, 5.0), run(1.0, 1.2, 0.0, 5.0), run(3.0, 0.4, 0.0, 5.0)};
   runs[0].runup = 2.0;

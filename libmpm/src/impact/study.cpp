@@ -156,9 +156,22 @@ bool same_flow_and_strength(const StudyRun& a, const StudyRun& b) {
          same_input(a.cohesion_beta, b.cohesion_beta);
 }
 
+/// Heights over H.
 struct Series {
   std::vector<double> time, runup, pressure_height;
 };
+
+/// Nothing where the run's folder holds none.
+std::optional<Series> series_of(const StudyRun& run) {
+  const auto file = run.folder / "series.csv";
+  if (run.folder.empty() || !std::filesystem::exists(file)) return {};
+  const Table table = Table::read(file, Table::LastLine::may_be_torn);
+  Series s{table.numbers("time_s"), table.numbers("runup_m"), table.numbers("pressure_height_m")};
+  if (s.time.empty()) return {};
+  for (double& h : s.runup) h /= run.flow_height;
+  for (double& h : s.pressure_height) h /= run.flow_height;
+  return s;
+}
 
 /// Linear between samples; NaN outside them. @param at rising from call to call, from: where to go on searching
 double interpolate(const std::vector<double>& time, const std::vector<double>& value, double at, std::size_t& from) {
@@ -423,14 +436,8 @@ Envelope envelope(std::span<const StudyRun> runs, double froude) {
   Envelope result{.froude = froude};
   std::vector<Series> all;
   for (const StudyRun& r : runs) {
-    const auto file = r.folder / "series.csv";
-    if (r.folder.empty() || !r.reference_width() || !same_input(r.froude, froude) || !std::filesystem::exists(file)) continue;
-    const Table table = Table::read(file, Table::LastLine::may_be_torn);
-    Series s{table.numbers("time_s"), table.numbers("runup_m"), table.numbers("pressure_height_m")};
-    if (s.time.empty()) continue;
-    for (double& h : s.runup) h /= r.flow_height;
-    for (double& h : s.pressure_height) h /= r.flow_height;
-    all.push_back(std::move(s));
+    if (!r.reference_width() || !same_input(r.froude, froude)) continue;
+    if (auto series = series_of(r)) all.push_back(std::move(*series));
   }
   result.runs = all.size();
   if (all.empty()) return result;
@@ -451,6 +458,28 @@ Envelope envelope(std::span<const StudyRun> runs, double froude) {
     result.points.push_back(p);
   }
   return result;
+}
+
+std::vector<HeightChoice> height_choices(std::span<const StudyRun> runs) {
+  HeightChoice steady{"steady span", {}}, late{"last third", {}}, peak{"peak", {}};
+  for (const StudyRun& r : runs) {
+    const auto series = series_of(r);
+    if (!series) continue;
+    const double from = series->time.back() - (series->time.back() - series->time.front()) / 3.0;
+    const auto first = static_cast<std::size_t>(std::ranges::lower_bound(series->time, from) - series->time.begin());
+    const MeanEstimate runup = estimate_mean(std::span(series->runup).subspan(first));
+    const MeanEstimate pressure = estimate_mean(std::span(series->pressure_height).subspan(first));
+    steady.runs.push_back(r);
+    StudyRun other = r;
+    other.runup = runup.mean, other.runup_error = runup.standard_error;
+    other.pressure_height = pressure.mean, other.pressure_height_error = pressure.standard_error;
+    late.runs.push_back(other);
+    other.runup = r.runup_peak, other.runup_error = none;
+    other.pressure_height = r.pressure_height_peak, other.pressure_height_error = none;
+    peak.runs.push_back(other);
+  }
+  if (steady.runs.empty()) return {};
+  return {steady, late, peak};
 }
 
 std::vector<WidthFactor> width_factors(std::span<const StudyRun> runs) {

@@ -131,6 +131,15 @@ struct Envelope {
 /// Envelope of the series.csv of all runs of a Froude number with w = H, on the times of the longest series, linear between samples.
 [[nodiscard]] Envelope envelope(std::span<const StudyRun> runs, double froude);
 
+/// What is taken as the height of a run. The paper averages over "a time span several seconds long" that it does not print.
+struct HeightChoice {
+  std::string name;
+  std::vector<StudyRun> runs;
+};
+/// `steady span`: as the table has it; `last third`: mean over the last third of the run's series.csv; `peak`: the run's highest, splash
+/// and all. The same runs for each: those with a series.
+[[nodiscard]] std::vector<HeightChoice> height_choices(std::span<const StudyRun> runs);
+
 /// Lowest and highest steady mean of all rheologies at one Froude number, over H.
 struct Spread {
   double froude;
