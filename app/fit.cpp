@@ -41,13 +41,8 @@ void print_coefficients(const SetFit& s) {
   for (const std::string& caution : f.cautions) fmt::print("  note: {}\n", caution);
 }
 
-const ScoreRow* total(const SetFit& s, bool published) {
-  const auto row = std::ranges::find_if(s.scores, [&](const ScoreRow& r) { return r.published == published && !r.xi && r.group.empty(); });
-  return row == s.scores.end() ? nullptr : &*row;
-}
-
 void print_scores(const SetFit& s) {
-  const ScoreRow *ours = total(s, false), *theirs = total(s, true);
+  const Scores *ours = s.whole(false), *theirs = s.whole(true);
   if (theirs == nullptr) return;
   const Scores paper = published_fit(s.equation).scores;
   fmt::print("  {:<10} {:>22} {:>22} {:>24}\n", "metric", "our data, our fit", "our data, published", "published on its own data");
@@ -55,7 +50,7 @@ void print_scores(const SetFit& s) {
     const auto text = [&](double x) {
       return std::isnan(x) ? std::string("-") : percent ? fmt::format("{:.1f} %", 100.0 * x) : fmt::format("{:.3f}", x);
     };
-    fmt::print("  {:<10} {:>22} {:>22} {:>24}\n", name, ours != nullptr ? text(ours->scores.*member) : "-", text(theirs->scores.*member),
+    fmt::print("  {:<10} {:>22} {:>22} {:>24}\n", name, ours != nullptr ? text(ours->*member) : "-", text(theirs->*member),
                text(paper.*member));
   };
   line("R2", &Scores::r2, false);

@@ -170,13 +170,13 @@ void write_height_choices(const std::filesystem::path& path, const StudyTable& t
     const auto add_fit = [&](HeightEquation equation, double Scores::*error) {
       const SetFit s = fit_set(equation, paper_fitting_sets().front(), choice.runs);
       const HeightCoefficients c = s.fit ? s.fit->coefficients : HeightCoefficients{none, none, none};
-      const auto whole = std::ranges::find_if(s.scores, [](const ScoreRow& r) { return r.published && !r.xi && r.group.empty(); });
+      const Scores* whole = s.whole(true);
       if (numbers.empty()) numbers.push_back(static_cast<double>(s.runs));
       numbers.push_back(c.k);
       if (equation == HeightEquation::pressure_height) numbers.push_back(c.saturation_froude);
       numbers.push_back(c.kappa);
-      numbers.push_back(whole != s.scores.end() ? whole->scores.*error : none);
-      numbers.push_back(whole != s.scores.end() ? whole->scores.fraction_25 : none);
+      numbers.push_back(whole != nullptr ? whole->*error : none);
+      numbers.push_back(whole != nullptr ? whole->fraction_25 : none);
     };
     add_fit(HeightEquation::runup, &Scores::rmsle);
     add_fit(HeightEquation::pressure_height, &Scores::nrmse);

@@ -1,20 +1,23 @@
 """Figures beyond the paper, from the tables in extensions/: results.csv of `mpm campaign run extensions/<plan>.toml`, and a run's series.
 
-Each function takes the folder of the tables and returns (pictures, what is missing), as study_page.py's.
+Each function returns (pictures, what is missing), as those of study_page.py.
 """
 
 import os
+from collections import namedtuple
 
 import numpy as np
-from page_tools import COLOURS, MARKERS, distinct, done, froude_colour, new_axes, number, plain_ticks, read_columns, rows_where, select
+from page_tools import distinct, done, froude_colour, new_axes, number, read_columns, rows_where, select
+from report_style import COLOURS, MARKERS, plain_ticks
 
 HERE = os.path.join(os.path.dirname(os.path.abspath(__file__)), "extensions")
-# column, factor to the unit shown, label; standard errors stand in the column of the same name
-FORCE = ("force_mean_n.x", "force_standard_error_n.x", 1e-3, "mean force [kN]")
-PEAK = ("force_filtered_peak_n", None, 1e-3, "filtered peak of the force [kN]")
-RUNUP = ("runup_mean_m", "runup_standard_error_m", 1.0, "mean run-up [m]")
-PRESSURE_HEIGHT = ("pressure_height_mean_m", "pressure_height_standard_error_m", 1.0, "mean pressure height [m]")
-RESULTANT = ("force_resultant_height_m", None, 1.0, "height of the resultant force [m]")
+# scale: from the column's unit to the one shown; error: column of the standard error
+Quantity = namedtuple("Quantity", "name unit scale digits column error")
+FORCE = Quantity("mean force", "kN", 1e-3, 0, "force_mean_n.x", "force_standard_error_n.x")
+PEAK = Quantity("filtered peak of the force", "kN", 1e-3, 0, "force_filtered_peak_n", None)
+RUNUP = Quantity("mean run-up", "m", 1.0, 2, "runup_mean_m", "runup_standard_error_m")
+PRESSURE_HEIGHT = Quantity("mean pressure height", "m", 1.0, 2, "pressure_height_mean_m", "pressure_height_standard_error_m")
+RESULTANT = Quantity("height of the resultant force", "m", 1.0, 2, "force_resultant_height_m", None)
 
 
 def finished(name):
@@ -26,8 +29,12 @@ def no_table(name):
     return [], [f"no table of `mpm campaign run validation/study/extensions/{name}.toml`"]
 
 
-def two_errors(table, column, scale):
-    return None if column is None else 2.0 * scale * table[column]
+def two_errors(table, quantity, scale):
+    return None if quantity.error is None else 2.0 * scale * table[quantity.error]
+
+
+def caption(quantity):
+    return "Bars: two standard errors." if quantity.error else ""
 
 
 def figure_mast_height():
@@ -38,10 +45,10 @@ def figure_mast_height():
     for i, froude in enumerate(distinct(table["froude_number"])):
         rows = select(table, rows_where(table, froude_number=froude))
         rows = select(rows, np.argsort(rows["obstacle.height_m"]))
-        h, force = rows["obstacle.height_m"] / rows["flow_height_m"], rows["force_mean_n.x"]
+        h, force = rows["obstacle.height_m"] / rows["flow_height_m"], rows[FORCE.column]
         style = {"color": froude_colour(froude), "marker": MARKERS[i], "markersize": 5, "linewidth": 1.4, "label": f"Fr = {froude:g}"}
-        panels["ratio"][1].errorbar(h, force / force[-1], yerr=two_errors(rows, FORCE[1], 1.0 / force[-1]), capsize=2, **style)
-        panels["peak"][1].plot(h, rows["force_filtered_peak_n"] / force[-1], **style)
+        panels["ratio"][1].errorbar(h, force / force[-1], yerr=two_errors(rows, FORCE, 1.0 / force[-1]), capsize=2, **style)
+        panels["peak"][1].plot(h, rows[PEAK.column] / force[-1], **style)
         panels["above"][1].plot(h, 100.0 * rows["force_above_pressure_height_n"] / force, **style)
     for _, axes in panels.values():
         axes.set_xscale("log")
@@ -61,15 +68,16 @@ def figure_shapes():
         return no_table("shapes")
     names = [str(name).rsplit("_fr", 1)[0].replace("_", " ") for name in table["name"]]
     pictures = []
-    for i, (column, error, scale, label) in enumerate((FORCE, PEAK, RUNUP, PRESSURE_HEIGHT)):
+    for letter, colour, q in zip("abcd", COLOURS, (FORCE, PEAK, RUNUP, PRESSURE_HEIGHT)):
+        values = q.scale * table[q.column]
         _, axes = new_axes(height=3.2)
-        bars = axes.barh(range(len(names)), scale * table[column], xerr=two_errors(table, error, scale), color=COLOURS[i], height=0.6, capsize=3)
-        axes.bar_label(bars, [number(scale * v, 0 if scale < 1 else 2) for v in table[column]], padding=6, fontsize=9)
+        bars = axes.barh(range(len(names)), values, xerr=two_errors(table, q, q.scale), color=colour, height=0.6, capsize=3)
+        axes.bar_label(bars, [number(v, q.digits) for v in values], padding=6, fontsize=9)
         axes.set_yticks(range(len(names)), names)
         axes.invert_yaxis()
-        axes.set_xlim(0, 1.18 * scale * np.max(table[column]))
-        title = f"({'abcd'[i]}) {label.split(' [')[0]}, Fr = {table['froude_number'][0]:g}"
-        pictures.append((title, "" if error is None else "Bars: two standard errors.", done(axes, title, label, "")))
+        axes.set_xlim(0, 1.18 * np.max(values))
+        title = f"({letter}) {q.name}, Fr = {table['froude_number'][0]:g}"
+        pictures.append((title, caption(q), done(axes, title, f"{q.name} [{q.unit}]", "")))
     return pictures, []
 
 
@@ -79,17 +87,17 @@ def figure_shear():
         return no_table("inflow")
     table["conveyor.inflow_slip_ratio"] = np.nan_to_num(table["conveyor.inflow_slip_ratio"], nan=1.0)  # no value: a plug
     pictures = []
-    for j, (column, error, scale, label) in enumerate((RUNUP, PRESSURE_HEIGHT, FORCE, RESULTANT)):
+    for letter, q in zip("abcd", (RUNUP, PRESSURE_HEIGHT, FORCE, RESULTANT)):
         _, axes = new_axes(height=3.8)
-        for i, froude in enumerate(distinct(table["froude_number"])):
+        for marker, froude in zip(MARKERS, distinct(table["froude_number"])):
             rows = select(table, rows_where(table, froude_number=froude))
             rows = select(rows, np.argsort(rows["conveyor.inflow_slip_ratio"]))
-            plug = rows[column][-1]
-            axes.errorbar(rows["conveyor.inflow_slip_ratio"], rows[column] / plug, yerr=two_errors(rows, error, 1.0 / plug), color=froude_colour(froude), marker=MARKERS[i],
-                          markersize=5, linewidth=1.4, capsize=2, label=f"Fr = {froude:g}: plug {number(scale * plug, 0 if scale < 1 else 2)} {label[label.index('[') + 1:-1]}")
+            plug = rows[q.column][-1]
+            axes.errorbar(rows["conveyor.inflow_slip_ratio"], rows[q.column] / plug, yerr=two_errors(rows, q, 1.0 / plug), color=froude_colour(froude), marker=marker,
+                          markersize=5, linewidth=1.4, capsize=2, label=f"Fr = {froude:g}: plug {number(q.scale * plug, q.digits)} {q.unit}")
         axes.axhline(1.0, color="black", linewidth=0.8)
-        title = f"({'abcd'[j]}) {label.split(' [')[0]}"
-        pictures.append((title, "" if error is None else "Bars: two standard errors.", done(axes, title, "speed at the floor over the mean speed (1: plug)", "over that of plug inflow")))
+        title = f"({letter}) {q.name}"
+        pictures.append((title, caption(q), done(axes, title, "speed at the floor over the mean speed (1: plug)", "over that of plug inflow")))
     return pictures, []
 
 

@@ -1,4 +1,7 @@
-"""What the study's figures share: tables by column, axes in the style of the report, colours by Froude number."""
+"""What the study's figures share: tables by column, axes in the style of the report, colours by Froude number.
+
+Imported before report_style, whose folder it puts on the path.
+"""
 
 import csv
 import os
@@ -7,7 +10,7 @@ import sys
 sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), "../../scripts"))
 
 import numpy as np  # noqa: E402  (after the path to the shared style)
-from report_style import COLOURS, MARKERS, STYLE, finish_axes, inline, plain_ticks, plt, png_data, svg_data, use_style, write_page  # noqa: E402, F401
+from report_style import finish_axes, plain_ticks, plt, svg_data  # noqa: E402
 
 FROUDE_NUMBERS = (0.1, 0.3, 1.0, 2.0, 3.0, 5.0, 7.0)
 

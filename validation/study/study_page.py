@@ -20,8 +20,8 @@ import markupsafe
 import numpy as np
 from matplotlib.colors import LinearSegmentedColormap
 from matplotlib.patches import Rectangle
-from page_tools import (COLOURS, MARKERS, STYLE, decades, distinct, done, finish_axes, froude_colour, inline, new_axes, number, per_cent, plt, png_data,
-                        read_columns, rows_where, select, use_style, write_page)
+from page_tools import decades, distinct, done, froude_colour, new_axes, number, per_cent, read_columns, rows_where, select
+from report_style import COLOURS, MARKERS, STYLE, finish_axes, inline, plt, png_data, use_style, write_page
 
 COMPRESSIBILITY = {0.05: 205.3, 0.15: 127.1, 0.5: 107.5, 1.5: 102.4, 5.0: 100.7, 15.0: 100.2}  # chi(25 kPa) in per cent, Table 1
 THREE_XI = (5.0, 0.5, 0.05)  # of Figs. A2 to A5
@@ -399,14 +399,10 @@ def figure_compaction(study):
         if not len(rows["head"]):
             continue
         _, axes = new_axes()
-        for xi in sorted(distinct(rows["hardening_xi"]), reverse=True):
-            for froude in distinct(rows["froude_number"]):
-                of = select(rows, rows_where(rows, hardening_xi=xi, froude_number=froude))
-                axes.errorbar(of["compaction"], of["share"], yerr=2.0 * of["share_standard_error"], fmt=xi_marker(xi), color=froude_colour(froude), markersize=4.5, linewidth=0.8, zorder=3)
+        handles = scatter_runs(axes, rows, "compaction", "share")
+        axes.errorbar(rows["compaction"], rows["share"], yerr=2.0 * rows["share_standard_error"], fmt="none", ecolor="#5a6675", linewidth=0.8, zorder=2)
         axes.plot(curve["compaction"], curve["share"], "--", color="black", linewidth=1.2, zorder=2)
         axes.set(xlim=(0.9, 1.08 * np.max(rows["compaction"])), ylim=(0, None))
-        handles = [plt.Line2D([], [], color=froude_colour(f), marker="o", linestyle="", markersize=5, label=f"Fr = {f:g}") for f in distinct(rows["froude_number"])]
-        handles += [plt.Line2D([], [], color="#5a6675", marker=xi_marker(xi), linestyle="", markersize=5, label=rf"$\xi$ = {xi:g}") for xi in sorted(distinct(rows["hardening_xi"]), reverse=True)]
         handles.append(plt.Line2D([], [], color="black", linestyle="--", linewidth=1.2, label=r"behind the shock, $(2\chi-1)/\chi^2$"))
         pictures.append((title, "Run-up above H over that of the least compressible snow at the same flow and strength (times what the shock leaves of that one's head). Bars: two standard errors.",
                          done(axes, title, r"density at the mast over the initial density, $\chi$", "share of the velocity head", handles=handles, fontsize=8, ncols=2)))

@@ -236,6 +236,11 @@ SetFit fit_set(HeightEquation equation, const FittingSet& set, std::span<const S
   return result;
 }
 
+const Scores* SetFit::whole(bool published) const {
+  const auto row = std::ranges::find_if(scores, [&](const ScoreRow& r) { return r.published == published && !r.xi && r.group.empty(); });
+  return row != scores.end() ? &row->scores : nullptr;
+}
+
 std::string coefficients_csv(std::span<const SetFit> fits) {
   CsvText csv(
       "equation,fitting_set,parameter,value,standard_error,relative_standard_error,t_statistic,p_value,interval_from,interval_to,published,"
@@ -325,13 +330,12 @@ std::vector<Aim> paper_aims(std::span<const SetFit> fits) {
   for (const SetFit& s : fits) {
     const bool runup = s.equation == HeightEquation::runup;
     const std::string height = runup ? "run-up" : "pressure height";
-    const auto total = std::ranges::find_if(s.scores, [](const ScoreRow& r) { return r.published && !r.xi && r.group.empty(); });
-    if (total != s.scores.end()) {
-      const double error = runup ? total->scores.rmsle : total->scores.nrmse, limit = runup ? largest_rmsle : largest_nrmse;
+    if (const Scores* total = s.whole(true)) {
+      const double error = runup ? total->rmsle : total->nrmse, limit = runup ? largest_rmsle : largest_nrmse;
       aims.push_back({fmt::format("{}: {} against the published equation", height, runup ? "RMSLE" : "NRMSE"),
                       fmt::format("<= {:.0f} %", 100.0 * limit), error, error <= limit});
       aims.push_back({height + ": runs within 25 % of the published equation", fmt::format(">= {:.0f} %", 100.0 * smallest_share),
-                      total->scores.fraction_25, total->scores.fraction_25 >= smallest_share});
+                      total->fraction_25, total->fraction_25 >= smallest_share});
     }
     for (const CoefficientRow& r : coefficient_rows(s)) {
       const double difference = r.estimate.value / r.published.value - 1.0;

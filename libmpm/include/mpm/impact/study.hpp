@@ -51,6 +51,9 @@ struct SetFit {
   std::optional<HeightFit> fit;                     ///< empty: see why_not
   std::string why_not;
   std::vector<ScoreRow> scores;  ///< of the set by Fr, M' and xi, and of each xi of the table (in the set or not) by Fr and M'
+
+  /// Scores of the whole set against the published or the fitted coefficients; null without them.
+  [[nodiscard]] const Scores* whole(bool published) const;
 };
 [[nodiscard]] SetFit fit_set(HeightEquation equation, const FittingSet& set, std::span<const StudyRun> runs);
 
@@ -160,8 +163,8 @@ struct WidthFactor {
 /// Empty unless the table varies the width.
 [[nodiscard]] std::vector<WidthFactor> width_factors(std::span<const StudyRun> runs);
 
-// ---- Compaction (the paper's Sect. 4.1 leaves much compressible snow out of its fits)
-// ------------------------------------------------------
+// ---- Compaction (not in the paper)
+// -------------------------------------------------------------------------------------------------------
 
 /// Share of the velocity head v^2 / (2 g) that is left behind a standing normal shock which compacts the snow from rho_0 to chi rho_0:
 /// (2 chi - 1) / chi^2. Mass, v_1 = v / chi, and momentum, p_1 = rho_0 v^2 (1 - 1/chi), give the total head behind it,
