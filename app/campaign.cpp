@@ -1,6 +1,6 @@
 /// `mpm campaign`: many runs of a plan in one folder, here or through Slurm, resumable.
 
-#include "mpm/campaign.hpp"
+#include "libmpm/campaign/campaign.hpp"
 
 #include <fmt/format.h>
 
@@ -12,12 +12,17 @@
 #include <optional>
 
 #include "commands.hpp"
-#include "mpm/campaign_execution.hpp"
-#include "mpm/error.hpp"
-#include "mpm/io/atomic_file.hpp"
-#include "mpm/run_folder.hpp"
-#include "mpm/slurm.hpp"
+#include "libmpm/base/error.hpp"
+#include "libmpm/campaign/execution.hpp"
+#include "libmpm/campaign/folder.hpp"
+#include "libmpm/campaign/plan_file.hpp"
+#include "libmpm/campaign/slurm.hpp"
+#include "libmpm/campaign/status.hpp"
+#include "libmpm/campaign/tables.hpp"
+#include "libmpm/driver/run_folder.hpp"
+#include "libmpm/io/atomic_file.hpp"
 #include "run_control.hpp"
+#include "validators.hpp"
 
 namespace mpm::app {
 
@@ -44,13 +49,13 @@ std::string short_list(const std::vector<std::string>& names) {
   return names.size() > most ? fmt::format("{} and {} more", text, names.size() - most) : text;
 }
 
-void tell_changes(const Preparation& p) {
-  const auto tell = [](const std::vector<std::string>& names, const char* what) {
+void print_changes(const Preparation& p) {
+  const auto print = [](const std::vector<std::string>& names, const char* what) {
     if (!names.empty()) fmt::print(stderr, "{} runs {}: {}\n", names.size(), what, short_list(names));
   };
-  tell(p.adopted, "were computed under another name, and are taken over");
-  tell(p.replaced, "changed since they were computed, and are run again");
-  tell(p.dropped, "are in the folder but not in the plan; they stay there, and leave the table");
+  print(p.adopted, "were computed under another name, and are taken over");
+  print(p.replaced, "changed since they were computed, and are run again");
+  print(p.dropped, "are in the folder but not in the plan; they stay there, and leave the table");
 }
 
 /// The summary that ends `run` and is `status`.
@@ -103,7 +108,7 @@ void run_here(const Campaign& campaign, const CampaignArguments& a) {
   require_memory(campaign, jobs, physical_memory_bytes());
   make_directory(out);
   const DirectoryLock lock(out);
-  tell_changes(prepare(out, campaign));
+  print_changes(prepare(out, campaign));
   listen_to_signals();
   ExecutionOptions options{out, this_program(), jobs, a.retry_failed, pending_request, {}, {}};
   options.say = [](const std::string& line) { fmt::print(stderr, "{}\n", line); };
@@ -111,7 +116,7 @@ void run_here(const Campaign& campaign, const CampaignArguments& a) {
   const ExecutionReport report = execute(campaign, all_of(campaign), options);
   if (!report.finished) {
     write_campaign_tables(out, campaign, status_of(out, campaign));
-    fmt::print(stderr, "stopped; the same command goes on\n");
+    fmt::print(stderr, "stopped; the same command continues\n");
     end_by_signal();
   }
   conclude(campaign, out, jobs);
@@ -135,7 +140,7 @@ void submit(const Campaign& campaign, const CampaignArguments& a, bool wait) {
   {
     make_directory(out);
     const DirectoryLock lock(out);
-    tell_changes(prepare(out, campaign));
+    print_changes(prepare(out, campaign));
     names = names_to_submit(campaign, out, a.retry_failed);
     if (!names.empty()) job = write_slurm_job(campaign.plan, a.plan.stem().string(), names, out, this_program(), a.jobs);
   }
@@ -162,8 +167,8 @@ void status(const CampaignArguments& a) {
   const fs::path out = folder_of(a);
   const std::vector<RunStatus> all = status_of(out, campaign);
   const Preparation changes = compare_with_folder(out, campaign);
-  tell_changes(changes);
-  // of another plan, or of a program whose cases have other hashes, the folder's tables are not ours to write
+  print_changes(changes);
+  // The tables in the folder may belong to another plan, or to a version of the program with other case hashes: then leave them alone.
   const bool same_plan = fs::exists(out / "plan.toml") && read_file(out / "plan.toml") == resolved_plan(campaign);
   if (same_plan && changes.replaced.empty()) write_campaign_tables(out, campaign, all);
   print_status(campaign, all, out, a.jobs > 0 ? a.jobs : default_jobs(campaign.plan), a.list);
@@ -190,7 +195,7 @@ void add_plan_arguments(CLI::App& command, CampaignArguments& a) {
   command.add_option("--out", a.out, "Folder of the campaign (default: out/<name of the plan>)")->type_name("DIR");
   constexpr int most_jobs = 100000;
   command.add_option("--jobs", a.jobs, "Runs at a time (default: cores over threads a run; Slurm: as many as it grants)")
-      ->check(CLI::Range(1, most_jobs))
+      ->check(in_range(1, most_jobs))
       ->type_name("N");
 }
 

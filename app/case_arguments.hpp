@@ -1,10 +1,15 @@
 #pragma once
-/// CASE.toml and --set, shared by the subcommands that read a case.
+/// CASE.toml, --set and --threads, shared by the subcommands that read a case.
+
+#include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
 #include <filesystem>
 #include <string>
 #include <vector>
+
+#include "libmpm/driver/threads.hpp"
+#include "validators.hpp"
 
 namespace mpm::app {
 
@@ -23,8 +28,10 @@ inline void add_case_arguments(CLI::App& command, CaseArguments& arguments) {
 
 /// --threads N, of a command that computes.
 inline void add_threads_argument(CLI::App& command, int& threads) {
-  constexpr int most_threads = 1024;
-  command.add_option("--threads", threads, "Number of threads (default: all cores)")->check(CLI::Range(1, most_threads))->type_name("N");
+  command
+      .add_option("--threads", threads, fmt::format("Number of threads, at most {} on this machine (default: all cores)", most_threads()))
+      ->check(in_range(1, most_threads()))
+      ->type_name("N");
 }
 
 }  // namespace mpm::app

@@ -6,8 +6,8 @@
 
 #include "case_arguments.hpp"
 #include "commands.hpp"
-#include "mpm/estimate.hpp"
-#include "mpm/io/config.hpp"
+#include "libmpm/driver/case_file.hpp"
+#include "libmpm/driver/estimate.hpp"
 
 namespace mpm::app {
 

@@ -16,7 +16,5 @@ void add_converge(CLI::App& app);
 void add_compare(CLI::App& app);
 void add_campaign(CLI::App& app);
 void add_predict(CLI::App& app);
-void add_fit(CLI::App& app);
-void add_study(CLI::App& app);
 
 }  // namespace mpm::app

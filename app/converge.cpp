@@ -1,4 +1,4 @@
-/// `mpm converge`: one case at several grids (or particle numbers, time steps, places on the grid), and what its figures are worth.
+/// `mpm converge`: one case at several grids (or particle numbers, time steps, places on the grid), and the uncertainty of its metrics.
 
 #include <fmt/format.h>
 
@@ -9,13 +9,15 @@
 
 #include "case_arguments.hpp"
 #include "commands.hpp"
-#include "mpm/error.hpp"
-#include "mpm/estimate.hpp"
-#include "mpm/grid_sweep.hpp"
-#include "mpm/io/atomic_file.hpp"
-#include "mpm/io/config.hpp"
-#include "mpm/io/table.hpp"
+#include "libmpm/base/error.hpp"
+#include "libmpm/driver/case_file.hpp"
+#include "libmpm/driver/estimate.hpp"
+#include "libmpm/driver/metric_convergence.hpp"
+#include "libmpm/driver/sweep.hpp"
+#include "libmpm/io/atomic_file.hpp"
+#include "libmpm/io/csv.hpp"
 #include "run_control.hpp"
+#include "validators.hpp"
 
 namespace mpm::app {
 
@@ -30,7 +32,7 @@ struct ConvergeArguments {
   double formal_order = 1.0;
   std::filesystem::path out;
   int threads = 0;
-  bool resume = false;
+  bool resume = false, force = false;
 };
 
 Sweep sweep_of(const ConvergeArguments& a) {
@@ -40,7 +42,7 @@ Sweep sweep_of(const ConvergeArguments& a) {
   return {SweepKind::offset, a.offset, a.offset_axes};
 }
 
-/// What would make a grid study mean less than it seems.
+/// Choices that spoil a study of convergence in the grid.
 std::vector<std::string> cautions(const Case& c, const Sweep& sweep) {
   std::vector<std::string> notes;
   if (sweep.kind != SweepKind::cell_size || !c.conveyor || !c.obstacle) return notes;
@@ -52,7 +54,7 @@ std::vector<std::string> cautions(const Case& c, const Sweep& sweep) {
   }
   std::vector<std::string> odd;
   for (const double dx : sweep.values) {
-    const double cells = c.obstacle->width / dx;
+    const double cells = c.obstacle->width() / dx;
     if (std::abs(cells - std::round(cells)) > 1e-6) odd.push_back(fmt::format("{} ({:.3g} cells)", dx, cells));
   }
   if (!odd.empty()) notes.push_back(fmt::format("the obstacle's width is not a whole number of cells at {}", fmt::join(odd, ", ")));
@@ -61,22 +63,22 @@ std::vector<std::string> cautions(const Case& c, const Sweep& sweep) {
 
 std::string short_number(double x) { return std::isfinite(x) ? fmt::format("{:.5g}", x) : "none"; }
 
-void print_values(const Sweep& sweep, const std::vector<FigureStudy>& studies) {
+void print_values(const Sweep& sweep, const std::vector<MetricConvergence>& metrics) {
   static constexpr std::size_t narrowest = 12;
   const auto width = [](const std::string& name) { return std::max(name.size(), narrowest); };
   fmt::print("{:>18}", to_string(sweep.kind));
-  for (const FigureStudy& s : studies) fmt::print("  {:>{}}  {:>10}", s.name, width(s.name), "std. error");
+  for (const MetricConvergence& s : metrics) fmt::print("  {:>{}}  {:>10}", s.name, width(s.name), "std. error");
   fmt::print("\n");
   for (std::size_t i = 0; i < sweep.values.size(); ++i) {
     fmt::print("{:>18}", format_number(sweep.values[i]));
-    for (const FigureStudy& s : studies) {
-      fmt::print("  {:>{}}  {:>10}", short_number(s.figure[i].value), width(s.name), short_number(s.figure[i].standard_error));
+    for (const MetricConvergence& s : metrics) {
+      fmt::print("  {:>{}}  {:>10}", short_number(s.metric[i].value), width(s.name), short_number(s.metric[i].standard_error));
     }
     fmt::print("\n");
   }
 }
 
-void print_study(const FigureStudy& s) {
+void print_convergence(const MetricConvergence& s) {
   fmt::print("\n{}\n", s.name);
   const auto line = [](std::string_view what, const std::string& text) { fmt::print("  {:<28}{}\n", what, text); };
   if (s.exact) {
@@ -87,8 +89,8 @@ void print_study(const FigureStudy& s) {
     for (const double p : s.error_order) text += fmt::format("{}{:.2f}", text.empty() ? "" : ", ", p);
     if (!text.empty()) line("orders of the errors", text);
   }
-  if (s.study) {
-    const GridStudy& g = *s.study;
+  if (s.convergence) {
+    const Convergence& g = *s.convergence;
     for (std::size_t i = 0; i < g.triples.size(); ++i) {
       const ThreeGrids& t = g.triples[i];
       line(i + 1 == g.triples.size() ? "order, three finest" : "order, coarser",
@@ -107,12 +109,12 @@ void print_study(const FigureStudy& s) {
   line("verdict", s.verdict);
 }
 
-void converge(const ConvergeArguments& arguments) {
-  const Case spec = read_case(arguments.input.file, arguments.input.overrides);
-  const Sweep sweep = in_order(sweep_of(arguments));
+/// Refuses what cannot be computed, and prints what each value of the sweep will cost.
+void check(const ConvergeArguments& arguments, const Case& spec, const Sweep& sweep) {
   if (!arguments.exact.empty() && arguments.exact.size() != arguments.metrics.size())
     throw ConfigError(
         fmt::format("--exact: {} values for {} metrics; give one for each", arguments.exact.size(), arguments.metrics.size()));
+  require_known_metrics(spec, arguments.metrics);
   for (const double value : sweep.values) {
     const Estimate need = estimate(swept_case(spec, sweep, value));
     require_feasible(need, physical_memory_bytes());
@@ -120,49 +122,63 @@ void converge(const ConvergeArguments& arguments) {
                need.particles, need.steps, need.particle_steps);
   }
   for (const std::string& note : cautions(spec, sweep)) fmt::print(stderr, "note: {}\n", note);
+}
 
+/// Runs the sweep, with progress; does not return if a signal asked for the end.
+std::vector<SweepPoint> compute(const ConvergeArguments& arguments, const Case& spec, const Sweep& sweep,
+                                const std::filesystem::path& out) {
+  ProgressLine progress;
   SweepOptions options;
-  options.out = arguments.out.empty()
-                    ? std::filesystem::path("out") / fmt::format("{}_{}", arguments.input.file.stem().string(), to_string(sweep.kind))
-                    : arguments.out;
+  options.out = out;
   options.threads = arguments.threads;
   options.resume = arguments.resume;
-  const auto progress = std::make_shared<ProgressLine>();
-  options.on_progress = [progress](const Progress& p) { (*progress)(p); };
+  options.overwrite = arguments.force;
+  options.on_progress = [&](const Progress& p) { progress(p); };
   options.poll = pending_request;
   options.on_start = [&](const SweepPoint& p) {
     fmt::print(stderr, "{} = {} in {}\n", to_string(sweep.kind), format_number(p.value), p.directory.string());
   };
-  std::vector<std::vector<Figure>> figures(arguments.metrics.size());
-  options.on_point = [&](const SweepPoint& p) {  // a metric that does not exist ends the sweep after the first, cheapest run
-    progress->finish();
+  options.on_point = [&](const SweepPoint& p) {
+    progress.finish();
     if (p.reused) fmt::print(stderr, "finished already, not run again\n");
-    for (std::size_t m = 0; m < figures.size(); ++m) {
-      figures[m].push_back(figure_of(p.results_json, arguments.metrics[m]));
-      if (!std::isfinite(figures[m].back().value)) {
-        fmt::print(stderr, "{} = {}: no {}: the run has no steady span, or does not measure it\n", to_string(sweep.kind),
-                   format_number(p.value), arguments.metrics[m]);
+    for (const std::string& metric : arguments.metrics) {
+      if (!std::isfinite(metric_of(p.results_json, metric).value)) {
+        fmt::print(stderr, "{} = {}: no {}: the run has no steady interval, or does not measure it\n", to_string(sweep.kind),
+                   format_number(p.value), metric);
       }
     }
   };
   listen_to_signals();
   const SweepResult result = run_sweep(spec, sweep, options);
-  progress->finish();
+  progress.finish();
   if (!result.finished) {
-    fmt::print(stderr, "stopped; go on with --resume --out {}\n", options.out.string());
+    fmt::print(stderr, "stopped; continue with --resume --out {}\n", out.string());
     end_by_signal();
   }
+  return result.points;
+}
 
-  std::vector<FigureStudy> studies;
-  for (std::size_t m = 0; m < figures.size(); ++m) {
-    const auto exact = arguments.exact.empty() ? std::optional<double>{} : arguments.exact[m];
-    studies.push_back(study_figure(arguments.metrics[m], sweep.kind, sweep.values, figures[m], exact, arguments.formal_order));
+void converge(const ConvergeArguments& arguments) {
+  const Case spec = read_case(arguments.input.file, arguments.input.overrides);
+  const Sweep sweep = in_order(sweep_of(arguments));
+  check(arguments, spec, sweep);
+  const std::string default_name = fmt::format("{}_{}", arguments.input.file.stem().string(), to_string(sweep.kind));
+  const std::filesystem::path out = arguments.out.empty() ? std::filesystem::path("out") / default_name : arguments.out;
+  const std::vector<SweepPoint> points = compute(arguments, spec, sweep, out);
+
+  std::vector<MetricConvergence> metrics;
+  for (std::size_t i = 0; i < arguments.metrics.size(); ++i) {
+    std::vector<Metric> values;
+    values.reserve(points.size());
+    for (const SweepPoint& p : points) values.push_back(metric_of(p.results_json, arguments.metrics[i]));
+    const auto exact = arguments.exact.empty() ? std::optional<double>{} : arguments.exact[i];
+    metrics.push_back(judge_metric(arguments.metrics[i], sweep.kind, sweep.values, std::move(values), exact, arguments.formal_order));
   }
-  write_file(options.out / "converge.json", sweep_json(spec, sweep, result.points, studies));
-  write_sweep_table(options.out / "converge.csv", sweep, studies);
-  print_values(sweep, studies);
-  for (const FigureStudy& s : studies) print_study(s);
-  fmt::print(stderr, "wrote {} and converge.csv\n", (options.out / "converge.json").string());
+  write_file(out / "converge.json", converge_json(spec, sweep, points, metrics));
+  write_converge_table(out / "converge.csv", sweep, metrics);
+  print_values(sweep, metrics);
+  for (const MetricConvergence& m : metrics) print_convergence(m);
+  fmt::print(stderr, "wrote {} and converge.csv\n", (out / "converge.json").string());
 }
 
 }  // namespace
@@ -170,33 +186,33 @@ void converge(const ConvergeArguments& arguments) {
 void add_converge(CLI::App& app) {
   CLI::App* command = app.add_subcommand(
       "converge",
-      "Compute a case at several cell sizes (or particles per cell, CFL numbers, offsets against the grid), and judge its figures: "
-      "observed orders, Richardson limit, grid convergence index, least-squares uncertainty, and whether the grids are in the asymptotic "
-      "range. Each run is kept in a folder of its own (dx_0.25, ...) with converge.json and converge.csv beside them");
+      "Compute a case at several cell sizes (or particles per cell, CFL numbers, offsets against the grid), and estimate the numerical "
+      "uncertainty of its metrics: observed orders, Richardson limit, grid convergence index, least-squares uncertainty, and whether the "
+      "grids are in the asymptotic range. Each run has a folder of its own (dx_0.25, ...); converge.json and converge.csv are beside them");
   const auto a = std::make_shared<ConvergeArguments>();
   add_case_arguments(*command, a->input);
   CLI::Option_group* sweeps = command->add_option_group("sweep", "What is varied: one of");
   sweeps->add_option("--cell-size", a->cell_size, "Cell sizes, m: three or more, better four, each at most 1/1.3 of the one before")
       ->delimiter(',')
-      ->check(CLI::PositiveNumber);
+      ->check(above_zero());
   sweeps->add_option("--particles-per-cell", a->particles_per_cell, "Particles per cell: 1, 8, 27, 64")->delimiter(',');
-  sweeps->add_option("--cfl", a->cfl, "Safety factors of the time step")->delimiter(',')->check(CLI::PositiveNumber);
+  sweeps->add_option("--cfl", a->cfl, "Safety factors of the time step")->delimiter(',')->check(above_zero());
   CLI::Option* offset = sweeps->add_option("--offset", a->offset, "Shifts of the scene against the grid, in cells")->delimiter(',');
   sweeps->require_option(1);
   command->add_option("--offset-axes", a->offset_axes, "Axes of --offset, such as xz (default: all without a mirror plane)")->needs(offset);
   command
       ->add_option("--metric", a->metrics,
-                   "Figures of results.json, one or more: runup_mean_m,force_mean_n.x (the same as force_mean_n[0])")
+                   "Numbers of results.json, one or more: runup_mean_m,force_mean_n.x (the same as force_mean_n[0])")
       ->delimiter(',')
       ->required();
-  command->add_option("--exact", a->exact, "Exact values, one for each metric: errors and their orders are then shown, too")
-      ->delimiter(',');
-  command->add_option("--formal-order", a->formal_order, "Order that the scheme should have; 1 at walls, 2 in smooth flow without them")
-      ->check(CLI::Range(0.1, 10.0))
+  command->add_option("--exact", a->exact, "Exact values, one for each metric: also print the errors and their orders")->delimiter(',');
+  command->add_option("--formal-order", a->formal_order, "Order that the scheme should have: 1 at walls, 2 in smooth flow without walls")
+      ->check(in_range(0.1, 10.0))
       ->capture_default_str();
   command->add_option("--out", a->out, "Folder of the runs (default: out/<name of the case file>_<what is varied>)")->type_name("DIR");
   add_threads_argument(*command, a->threads);
-  command->add_flag("--resume", a->resume, "Keep the runs that are finished, go on with the one that was stopped");
+  CLI::Option* resume = command->add_flag("--resume", a->resume, "Keep the finished runs, continue the one that was interrupted");
+  command->add_flag("--force", a->force, "Overwrite the results of earlier runs in the folder")->excludes(resume);
   command->callback([a] { converge(*a); });
 }
 

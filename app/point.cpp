@@ -2,12 +2,14 @@
 
 #include <fmt/format.h>
 
+#include <array>
 #include <memory>
 
 #include "case_arguments.hpp"
 #include "commands.hpp"
-#include "mpm/io/config.hpp"
-#include "mpm/point_path.hpp"
+#include "libmpm/driver/case_file.hpp"
+#include "libmpm/driver/point_path.hpp"
+#include "libmpm/io/csv.hpp"
 
 namespace mpm::app {
 
@@ -16,8 +18,9 @@ namespace {
 void point(const CaseArguments& arguments) {
   const std::vector<PathRow> rows = follow_path(read_path(arguments.file, arguments.overrides));
   fmt::print("{}\n", fmt::join(path_columns, ","));
-  for (const PathRow& r : rows) {  // as many digits as it takes to read the same numbers
-    fmt::print("{},{},{},{},{},{},{},{}\n", r.step, r.eps_v, r.eps_q, r.p, r.q, r.eps_v_plastic, r.preconsolidation_pressure, r.yield);
+  for (const PathRow& r : rows) {
+    fmt::print("{}", csv_line(std::array{static_cast<double>(r.step), r.eps_v, r.eps_q, r.p, r.q, r.eps_v_plastic,
+                                         r.preconsolidation_pressure, r.yield}));
   }
 }
 

@@ -1,6 +1,6 @@
 /// `mpm post`: measures a run again from its frames, and draws its pictures.
 
-#include "mpm/post.hpp"
+#include "libmpm/driver/replay.hpp"
 
 #include <fmt/format.h>
 #include <sys/wait.h>
@@ -17,7 +17,7 @@ namespace mpm::app {
 
 namespace {
 
-constexpr const char* python = "/usr/bin/python3";  // Debian's, where its h5py and matplotlib are
+constexpr const char* python = "/usr/bin/python3";  // Debian's, where its pandas, h5py and matplotlib are
 
 struct PostArguments {
   std::filesystem::path directory;
@@ -60,7 +60,8 @@ void draw_pictures(const std::filesystem::path& directory, const std::filesystem
   }
   if (const int status = draw(*script, directory, out); status != 0) {
     fmt::print(stderr,
-               "no or not all pictures: {} {} ended with {}; Debian's python3-matplotlib, python3-h5py and python3-numpy are needed\n",
+               "no or not all pictures: {} {} ended with {}; Debian's python3-pandas, python3-matplotlib, python3-h5py and python3-jinja2 "
+               "are needed\n",
                python, script->string(), status);
   }
 }
@@ -81,10 +82,10 @@ void add_post(CLI::App& app) {
   CLI::App* command = app.add_subcommand(
       "post",
       "Measure a run again from its stored frames, and draw its pictures.\n"
-      "Writes results.json, series.csv, profile.csv and the pictures to DIR/post. Those of the three files that DIR itself lacks, "
-      "because the run was killed, are written there, too; the run's own files are never overwritten. Frames are fewer than the rows "
-      "of the run's series.csv, so means and peaks differ within their errors. Forces and moments are sums over steps that no frame "
-      "holds: they are averaged from the run's series.csv, as are momentum and energies at the times of the frames.");
+      "Writes results.json, series.csv, profile.csv, profiles.h5 and the pictures to DIR/post. Those of the four files that DIR itself "
+      "lacks, because the run was killed, are written there, too; the run's own files are never overwritten. Frames are fewer than the "
+      "rows of the run's series.csv, so means and peaks differ within their errors. Forces and moments are sums over steps that no frame "
+      "holds: they are averaged from the run's series.csv. Momentum and energies are taken from it at the times of the frames.");
   const auto arguments = std::make_shared<PostArguments>();
   command->add_option("dir", arguments->directory, "Result folder of `mpm run`")->required()->type_name("DIR");
   command->add_option("--out", arguments->out, "Folder to write to (default: DIR/post)")->type_name("DIR");

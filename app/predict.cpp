@@ -11,9 +11,10 @@
 #include <vector>
 
 #include "commands.hpp"
-#include "mpm/error.hpp"
-#include "mpm/impact/semi_empirical.hpp"
-#include "mpm/io/table.hpp"
+#include "libmpm/base/error.hpp"
+#include "libmpm/impact/semi_empirical.hpp"
+#include "libmpm/io/csv.hpp"
+#include "validators.hpp"
 
 namespace mpm::app {
 
@@ -31,13 +32,13 @@ struct PredictCase {
 };
 
 /// One column of the CSV, one line of the list for a single case.
-struct Figure {
+struct Quantity {
   std::string key, unit, meaning;
   double value;
   std::string column;  ///< heading in the table of several cases; empty: not in it
 };
 
-std::vector<Figure> figures(const PredictCase& c, const PredictArguments& a) {
+std::vector<Quantity> quantities(const PredictCase& c, const PredictArguments& a) {
   const double H = c.flow_height, friction = effective_friction(c.critical_state_slope, c.cohesion_beta);
   const double stiffness = bulk_modulus(a.young_modulus, a.poisson_ratio);
   const double relative_width = c.obstacle_width / H, f = width_factor(relative_width), limited = limited_width_factor(relative_width);
@@ -102,16 +103,6 @@ std::vector<PredictCase> combinations(const PredictArguments& a) {
   return cases;
 }
 
-/// A number in [low, high]; CLI11's own range lets NaN pass.
-CLI::Validator within(double low, double high) {
-  return {[=](const std::string& text) {
-            double x = std::numeric_limits<double>::quiet_NaN();
-            return CLI::detail::lexical_cast(text, x) && x >= low && x <= high ? ""
-                                                                               : fmt::format("{} is not in [{:g}, {:g}]", text, low, high);
-          },
-          fmt::format("in [{:g}, {:g}]", low, high)};
-}
-
 void predict(const PredictArguments& arguments) {
   constexpr double most_cases = 1e5;
   double cases = 1.0;
@@ -120,28 +111,31 @@ void predict(const PredictArguments& arguments) {
     cases *= std::max(1.0, static_cast<double>(values->size()));
   if (cases > most_cases)
     throw ConfigError(fmt::format("{:.3g} combinations of values, at most {:g} are possible; give fewer", cases, most_cases));
-  std::vector<std::vector<Figure>> rows;
-  for (const PredictCase& c : combinations(arguments)) rows.push_back(figures(c, arguments));
+  std::vector<std::vector<Quantity>> rows;
+  for (const PredictCase& c : combinations(arguments)) rows.push_back(quantities(c, arguments));
 
   if (arguments.csv) {
-    const auto print_row = [](const std::vector<Figure>& row, auto text) {
-      for (std::size_t i = 0; i < row.size(); ++i) fmt::print("{}{}", i > 0 ? "," : "", text(row[i]));
-      fmt::print("\n");
-    };
-    print_row(rows.front(), [](const Figure& figure) { return figure.key; });
-    for (const auto& row : rows) print_row(row, [](const Figure& figure) { return format_number(figure.value); });
+    std::vector<std::string> head;
+    for (const Quantity& quantity : rows.front()) head.push_back(quantity.key);
+    fmt::print("{}", csv_line(head));
+    for (const auto& row : rows) {
+      std::vector<double> values;
+      values.reserve(row.size());
+      for (const Quantity& quantity : row) values.push_back(quantity.value);
+      fmt::print("{}", csv_line(values));
+    }
   } else if (rows.size() == 1) {
-    for (const Figure& figure : rows.front()) fmt::print("{:12.4f} {:4} {}\n", figure.value, figure.unit, figure.meaning);
+    for (const Quantity& quantity : rows.front()) fmt::print("{:12.4f} {:4} {}\n", quantity.value, quantity.unit, quantity.meaning);
   } else {
     static constexpr std::size_t narrowest = 7;
-    const auto print_row = [](const std::vector<Figure>& row, auto text) {
-      for (const Figure& figure : row) {
-        if (!figure.column.empty()) fmt::print("{:>{}}  ", text(figure), std::max(figure.column.size(), narrowest));
+    const auto print_row = [](const std::vector<Quantity>& row, auto text) {
+      for (const Quantity& quantity : row) {
+        if (!quantity.column.empty()) fmt::print("{:>{}}  ", text(quantity), std::max(quantity.column.size(), narrowest));
       }
       fmt::print("\n");
     };
-    print_row(rows.front(), [](const Figure& figure) { return figure.column; });
-    for (const auto& row : rows) print_row(row, [](const Figure& figure) { return fmt::format("{:.4g}", figure.value); });
+    print_row(rows.front(), [](const Quantity& quantity) { return quantity.column; });
+    for (const auto& row : rows) print_row(row, [](const Quantity& quantity) { return fmt::format("{:.4g}", quantity.value); });
     fmt::print(
         "h_r run-up, h_p pressure height (Eqs. 7-10); Bernoulli H + v^2/2g; loose, dense: guideline run-up above ground, lambda 1.5 and "
         "3\n");
@@ -156,7 +150,7 @@ void add_predict(CLI::App& app) {
       "Run-up, pressure height and guideline values by the semi-empirical equations; several values (a,b,c) give every combination");
   const auto a = std::make_shared<PredictArguments>();
   const auto add_list = [command](const char* name, std::vector<double>& values, const char* text, double low, double high) {
-    return command->add_option(name, values, text)->delimiter(',')->check(within(low, high))->capture_default_str();
+    return command->add_option(name, values, text)->delimiter(',')->check(in_range(low, high))->capture_default_str();
   };
   CLI::Option* froude = add_list("--froude", a->froude, "Froude number v/sqrt(g H)", 0.0, 100.0);
   add_list("--velocity", a->velocity, "Flow velocity, m/s, instead of the Froude number", 0.0, 1e3)->excludes(froude);
@@ -165,14 +159,14 @@ void add_predict(CLI::App& app) {
   add_list("--flow-height", a->flow_height, "Flow height H, m", 1e-9, 1e3);
   add_list("--obstacle-width", a->obstacle_width, "Obstacle width w, m", 1e-9, 1e4);
   add_list("--hardening-xi", a->hardening_xi, "Hardening parameter xi", 2e-3, 1e3);
-  command->add_option("--gravity", a->gravity, "Gravity g, m/s^2")->check(within(1e-9, 1e3))->capture_default_str();
-  command->add_option("--density", a->density, "Density rho_0, kg/m^3")->check(within(1.0, 1e5))->capture_default_str();
-  command->add_option("--young-modulus", a->young_modulus, "Young's modulus E, Pa")->check(within(1.0, 1e12))->capture_default_str();
-  command->add_option("--poisson-ratio", a->poisson_ratio, "Poisson's ratio nu")->check(within(0.0, 0.499999))->capture_default_str();
+  command->add_option("--gravity", a->gravity, "Gravity g, m/s^2")->check(in_range(1e-9, 1e3))->capture_default_str();
+  command->add_option("--density", a->density, "Density rho_0, kg/m^3")->check(in_range(1.0, 1e5))->capture_default_str();
+  command->add_option("--young-modulus", a->young_modulus, "Young's modulus E, Pa")->check(in_range(1.0, 1e12))->capture_default_str();
+  command->add_option("--poisson-ratio", a->poisson_ratio, "Poisson's ratio nu")->check(in_range(0.0, 0.499999))->capture_default_str();
   command->add_option("--preconsolidation-pressure", a->preconsolidation_pressure, "Initial pre-consolidation pressure p_c0, Pa")
-      ->check(within(1e-3, 1e9))
+      ->check(in_range(1e-3, 1e9))
       ->capture_default_str();
-  command->add_flag("--csv", a->csv, "All figures as CSV, one row a case");
+  command->add_flag("--csv", a->csv, "All quantities as CSV, one row a case");
   command->callback([a] { predict(*a); });
 }
 

@@ -1,6 +1,6 @@
 /// `mpm run`: computes a case into a directory.
 
-#include "mpm/run.hpp"
+#include "libmpm/driver/run.hpp"
 
 #include <fmt/format.h>
 
@@ -9,8 +9,9 @@
 
 #include "case_arguments.hpp"
 #include "commands.hpp"
-#include "mpm/estimate.hpp"
-#include "mpm/io/config.hpp"
+#include "libmpm/driver/case_file.hpp"
+#include "libmpm/driver/estimate.hpp"
+#include "libmpm/driver/run_folder.hpp"
 #include "run_control.hpp"
 
 namespace mpm::app {
@@ -21,7 +22,7 @@ struct RunArguments {
   CaseArguments input;
   std::filesystem::path out;
   int threads = 0;
-  bool resume = false;
+  bool resume = false, force = false;
   bool any_size = false;
 };
 
@@ -31,6 +32,7 @@ void run(const RunArguments& arguments) {
 
   RunOptions options;
   options.out = arguments.out.empty() ? std::filesystem::path("out") / arguments.input.file.stem() : arguments.out;
+  if (!arguments.resume && !arguments.force) require_no_results(options.out);
   options.threads = arguments.threads;
   options.resume = arguments.resume;
   const auto progress = std::make_shared<ProgressLine>();
@@ -39,10 +41,7 @@ void run(const RunArguments& arguments) {
   listen_to_signals();
   const RunResult result = run_case(spec, options);
   progress->finish();
-  if (!result.finished) {
-    say(fmt::format("stopped at t = {:.4g} s; go on with --resume --out {}\n", result.time, options.out.string()));
-    end_by_signal();
-  }
+  if (!result.finished) end_by_signal();  // the run has reported where it stopped
   say(fmt::format("results in {}\n", options.out.string()));
   fmt::print("{}\n", result.results_json);
 }
@@ -55,7 +54,9 @@ void add_run(CLI::App& app) {
   add_case_arguments(*command, arguments->input);
   command->add_option("--out", arguments->out, "Directory of the results (default: out/<name of the case file>)")->type_name("DIR");
   add_threads_argument(*command, arguments->threads);
-  command->add_flag("--resume", arguments->resume, "Go on from the last checkpoint, or extend a finished run to a longer duration");
+  CLI::Option* resume =
+      command->add_flag("--resume", arguments->resume, "Continue from the last checkpoint, or extend a finished run to a longer duration");
+  command->add_flag("--force", arguments->force, "Overwrite the results or the checkpoint of an earlier run")->excludes(resume);
   command->add_flag("--any-size", arguments->any_size, "Start even if the case is estimated to need more memory than this machine has");
   command->callback([arguments] { run(*arguments); });
 }

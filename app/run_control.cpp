@@ -41,6 +41,10 @@ void ask_for_checkpoint(int) { checkpoint_wanted = true; }
 }  // namespace
 
 std::string clock_text(double seconds) {
+  constexpr double day = 86400.0, year = 365.25 * day;
+  if (!std::isfinite(seconds)) return "unknown time";
+  if (seconds >= 2.0 * year) return fmt::format("{:.3g} years", seconds / year);
+  if (seconds >= 4.0 * day) return fmt::format("{:.0f} days", seconds / day);
   const long long s = std::llround(seconds);
   return s < 3600 ? fmt::format("{}:{:02}", s / 60, s % 60) : fmt::format("{}:{:02}:{:02}", s / 3600, s / 60 % 60, s % 60);
 }
@@ -78,7 +82,7 @@ void listen_to_signals() {
   std::signal(SIGUSR1, ask_for_checkpoint);
   if (std::signal(SIGHUP, ask_to_stop) == SIG_IGN) std::signal(SIGHUP, SIG_IGN);  // nohup asks to go on without the terminal
   std::signal(SIGXFSZ, SIG_IGN);  // a file beyond the limit is then an error of write(), with its message
-  std::signal(SIGPIPE, SIG_IGN);  // nobody reads the progress any more: no reason to end
+  std::signal(SIGPIPE, SIG_IGN);  // a closed pipe of the progress is no reason to end
 }
 
 Request pending_request() {

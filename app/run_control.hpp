@@ -4,7 +4,7 @@
 #include <chrono>
 #include <string>
 
-#include "mpm/run.hpp"
+#include "libmpm/driver/run.hpp"
 
 namespace mpm::app {
 
@@ -17,30 +17,30 @@ class ProgressLine {
   ~ProgressLine() { finish(); }
 
   void operator()(const Progress& p);
-  /// Ends the line that stands.
+  /// Ends the line that is shown.
   void finish();
 
  private:
   using Clock = std::chrono::steady_clock;
   bool terminal_;
-  bool open_ = false;  ///< a line stands without its end
+  bool open_ = false;  ///< the last line has no line break yet
   Clock::time_point shown_ = Clock::now() - std::chrono::hours(1);
 };
 
-/// A time as 12:34, or 1:23:45 from an hour on. @param seconds s
+/// A time as 12:34, as 1:23:45 from an hour on, in days from four days on, in years from two years on. @param seconds s
 std::string clock_text(double seconds);
 
-/// Says something on stderr. A message that cannot be written (the log's disk is full, the terminal is gone) must not end a run that can go
-/// on.
+/// Prints a message to stderr. A message that cannot be written (the log's disk is full, the terminal is gone) must not end a run that can
+/// continue.
 void say(const std::string& text);
 
 /// From now on SIGINT, SIGTERM and the end of the terminal (SIGHUP, unless it is ignored) ask for a checkpoint and an end at the next
 /// sample; SIGUSR1 asks for a checkpoint only. A closed pipe and the limit on file sizes are errors of the write, and do not end the
 /// process.
 void listen_to_signals();
-/// What was asked for since the last call; for RunOptions::poll.
+/// The request since the last call; for RunOptions::poll.
 Request pending_request();
-/// Ends the process by the signal that asked for the end: whoever started it sees that it was stopped.
+/// Ends the process by the signal that asked for the end, so that its parent sees that it was stopped.
 [[noreturn]] void end_by_signal();
 
 }  // namespace mpm::app

@@ -1,19 +1,30 @@
-/// `mpm schema`: the generated reference of case files.
+/// `mpm schema`: the generated reference of case files and of results.
 
 #include <fmt/format.h>
 
 #include <memory>
 
 #include "commands.hpp"
-#include "mpm/io/schema.hpp"
+#include "libmpm/driver/observers.hpp"
+#include "libmpm/driver/schema.hpp"
 
 namespace mpm::app {
 
 void add_schema(CLI::App& app) {
-  CLI::App* command = app.add_subcommand("schema", "Print the reference of case files: every key with unit, range, default and meaning");
-  const auto json = std::make_shared<bool>(false);
-  command->add_flag("--json", *json, "As JSON");
-  command->callback([json] { fmt::print("{}", *json ? schema_json() : schema_text()); });
+  struct Arguments {
+    bool json = false, results = false;
+  };
+  CLI::App* command = app.add_subcommand("schema",
+                                         "Print the reference of case files: every key with unit, range, default and meaning; or, with "
+                                         "--results, of what a run measures");
+  const auto arguments = std::make_shared<Arguments>();
+  command->add_flag("--json", arguments->json, "As JSON");
+  command->add_flag("--results", arguments->results,
+                    "Columns of series.csv and profile.csv and keys of results.json, as tables in Markdown or as JSON");
+  command->callback([arguments] {
+    const bool json = arguments->json;
+    fmt::print("{}", arguments->results ? (json ? observers_json() : observers_markdown()) : (json ? schema_json() : schema_text()));
+  });
 }
 
 }  // namespace mpm::app

@@ -16,7 +16,7 @@
 
 #include "ceilings.hpp"
 #include "kernels.hpp"
-#include "mpm/build_info.hpp"
+#include "libmpm/driver/build_info.hpp"
 #include "plain_reference.hpp"
 #include "reference_problem.hpp"
 #include "work_per_particle.hpp"
@@ -237,10 +237,10 @@ void run_step(benchmark::State& bench, const std::string& name, int threads, con
       whole.push_back(seconds);
       total += seconds;
       StepTimes t;
-      problem.counted_step([&](Problem& p, double dt) { t = step_in_parts(p, dt); });
-      const double values[5] = {t.particle_to_grid, t.grid_update, t.grid_to_particle, t.law, t.sort};
+      problem.counted_step([&](Problem& p, double dt) { step(p.state, p.scene, dt, &t); });
+      const double values[5] = {t.particle_to_grid, t.grid_update, t.grid_to_particle, t.stress, t.sort};
       for (int i = 0; i < 5; ++i) parts[i].push_back(values[i]);
-      together.push_back(t.sum());
+      together.push_back(t.total());
     }
     const std::size_t particles = problem.problem().state.grid.particle_count();
     const auto count = static_cast<double>(whole.size());
@@ -258,13 +258,10 @@ void run_step(benchmark::State& bench, const std::string& name, int threads, con
     bench.counters["changing_block"] = least.changing_block;
     bench.counters["seedings"] = problem.seedings();
     check_once(name, [&] {
-      for (const bool whole_step : {true, false}) {
-        const std::vector<Particle> before = copy_particles(problem.problem().state.grid);
-        const double time = problem.problem().state.time, dt = stable_time_step(problem.problem().state, problem.problem().scene);
-        if (whole_step) step(problem.problem().state, problem.problem().scene, dt);
-        if (!whole_step) step_in_parts(problem.problem(), dt);
-        check_step(problem.problem(), before, dt, time);
-      }
+      const std::vector<Particle> before = copy_particles(problem.problem().state.grid);
+      const double time = problem.problem().state.time, dt = stable_time_step(problem.problem().state, problem.problem().scene);
+      step(problem.problem().state, problem.problem().scene, dt);
+      check_step(problem.problem(), before, dt, time);
     });
   } catch (const std::exception& error) {
     bench.SkipWithError(error.what());

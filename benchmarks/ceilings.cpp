@@ -10,7 +10,7 @@
 #include <memory>
 #include <new>
 
-#include "mpm/lanes.hpp"
+#include "libmpm/base/lanes.hpp"
 
 namespace mpm::benchmarks {
 

@@ -7,7 +7,7 @@
 #include <limits>
 #include <stdexcept>
 
-#include "mpm/bspline.hpp"
+#include "libmpm/core/bspline.hpp"
 
 namespace mpm::benchmarks {
 

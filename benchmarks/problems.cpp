@@ -32,7 +32,7 @@ double stress_norm(const Particle& p, double pressure) {
 }
 
 /// A cube of particles at rest.
-Problem cube(std::size_t particles, int per_cell, const MaterialSpec& snow) {
+Problem cube(std::size_t particles, int per_cell, const CamClay::Parameters& snow) {
   Case c;
   c.material = snow;
   c.numerics.cell_size = 0.05;
@@ -57,14 +57,12 @@ void refill(Problem& problem, const std::vector<Particle>& particles) {
 
 double density(const Scene& scene) { return density_of(scene.material); }
 
-MaterialSpec reference_snow() {
-  return {.density = 300.0,
-          .young_modulus = 1e6,
-          .poisson_ratio = 0.1,
-          .critical_state_slope = 0.8,
-          .cohesion_beta = 0.3,
-          .hardening_xi = 0.5,
-          .preconsolidation_pressure = 1e4};
+CamClay::Parameters reference_snow() {
+  return {{.density = 300.0, .young_modulus = 1e6, .poisson_ratio = 0.1},
+          /*critical_state_slope=*/0.8,
+          /*cohesion_beta=*/0.3,
+          /*hardening_xi=*/0.5,
+          /*preconsolidation_pressure=*/1e4};
 }
 
 Problem make_block(std::size_t particles, int per_cell, bool jitter) {
@@ -89,7 +87,7 @@ Problem make_block(std::size_t particles, int per_cell, bool jitter) {
 }
 
 Problem make_law_points(std::size_t particles, LawRegime regime) {
-  MaterialSpec snow = reference_snow();
+  CamClay::Parameters snow = reference_snow();
   if (regime == LawRegime::zero_slope) snow.critical_state_slope = 0.0;
   Problem problem = cube(particles, 8, snow);
   const double p_c = snow.preconsolidation_pressure, beta = snow.cohesion_beta, slope = snow.critical_state_slope;
@@ -129,8 +127,8 @@ Problem make_avalanche(std::size_t particles) {
   constexpr double mast_half_width = 0.875, mast_depth = 1.75;
   const double volume = (plug_max - plug_min).prod() - mast_depth * 2.0 * mast_half_width * 1.75 + (jet_max - jet_min).prod();
   Case c;
-  c.material.critical_state_slope = 0.8;
-  c.material.hardening_xi = 5.0;
+  c.material.as<CamClay>().critical_state_slope = 0.8;
+  c.material.as<CamClay>().hardening_xi = 5.0;
   c.numerics.cell_size = std::cbrt(8.0 * volume / static_cast<double>(particles));
   constexpr double speed = 20.7, lift = 15.0;  // m/s: the plug at Fr 5, the jet on its way up
   const auto add = [&](const Vec3& min, const Vec3& max, const Vec3& velocity) {

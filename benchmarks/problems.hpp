@@ -5,7 +5,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "mpm/scene.hpp"
+#include "libmpm/driver/scene.hpp"
 
 namespace mpm::benchmarks {
 
@@ -18,7 +18,7 @@ struct Problem {
 double density(const Scene& scene);
 
 /// The paper's snow with the reference problem's hardening.
-MaterialSpec reference_snow();
+CamClay::Parameters reference_snow();
 
 /// A cube of about `particles` particles, `per_cell` (1, 8, 27) in each cell of dx = 0.05 m, moving in a smooth field with its velocity
 /// gradient, and with a smooth stress field: everything that the transfers read is filled.

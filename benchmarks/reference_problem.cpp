@@ -71,7 +71,7 @@ Problem make_reference(double cell_size, Regime regime) {
   constexpr double middle = 2.0;  // m; above it nothing strains in the partly yielding problem
   Case c;
   c.material = reference_snow();
-  if (regime == Regime::elastic) c.material.preconsolidation_pressure = 1e9;
+  if (regime == Regime::elastic) c.material.as<CamClay>().preconsolidation_pressure = 1e9;
   c.numerics.cell_size = cell_size;
   c.bodies.push_back({.max = {2.0, 1.0, 4.0}});
   c.walls.push_back({.contact = Contact::separable});

@@ -1,17 +1,28 @@
-# cmake --install: library, headers and CMake package; the command mpm; scripts and examples under share/mpm.
+# cmake --install: library, headers and CMake package; the command mpm; scripts, Python package and examples under share/mpm.
 include(GNUInstallDirs)
 include(CMakePackageConfigHelpers)
 
-install(TARGETS mpm EXPORT mpm-targets ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR} INCLUDES DESTINATION ${CMAKE_INSTALL_INCLUDEDIR})
-install(DIRECTORY libmpm/include/mpm DESTINATION ${CMAKE_INSTALL_INCLUDEDIR} FILES_MATCHING PATTERN "*.hpp")
+# Each layer is a component: find_package(mpm COMPONENTS core) asks for Eigen and OpenMP alone.
+get_property(layers GLOBAL PROPERTY MPM_LAYERS)
+foreach(layer IN LISTS layers)
+  string(REPLACE mpm_ "" component ${layer})
+  install(TARGETS ${layer} EXPORT mpm-${component}-targets ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR} INCLUDES DESTINATION ${CMAKE_INSTALL_INCLUDEDIR})
+  get_property(rooms GLOBAL PROPERTY MPM_ROOMS_${component})
+  foreach(room IN LISTS rooms)
+    install(DIRECTORY libmpm/${room} DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/libmpm FILES_MATCHING PATTERN "*.hpp")
+  endforeach()
+endforeach()
 if(TARGET mpm-app) # mpm-validate stays here: its cases and references are part of the sources
   install(TARGETS mpm-app RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR})
 endif()
-install(DIRECTORY scripts examples DESTINATION ${CMAKE_INSTALL_DATADIR}/mpm USE_SOURCE_PERMISSIONS PATTERN "__pycache__" EXCLUDE)
+install(DIRECTORY scripts python examples DESTINATION ${CMAKE_INSTALL_DATADIR}/mpm USE_SOURCE_PERMISSIONS PATTERN "__pycache__" EXCLUDE)
 install(FILES LICENSE README.md DESTINATION ${CMAKE_INSTALL_DATADIR}/doc/mpm)
 
 set(package_dir ${CMAKE_INSTALL_LIBDIR}/cmake/mpm)
 configure_package_config_file(cmake/mpm-config.cmake.in ${PROJECT_BINARY_DIR}/mpm-config.cmake INSTALL_DESTINATION ${package_dir})
 write_basic_package_version_file(${PROJECT_BINARY_DIR}/mpm-config-version.cmake COMPATIBILITY SameMinorVersion)
 install(FILES ${PROJECT_BINARY_DIR}/mpm-config.cmake ${PROJECT_BINARY_DIR}/mpm-config-version.cmake DESTINATION ${package_dir})
-install(EXPORT mpm-targets NAMESPACE mpm:: DESTINATION ${package_dir})
+foreach(layer IN LISTS layers)
+  string(REPLACE mpm_ "" component ${layer})
+  install(EXPORT mpm-${component}-targets NAMESPACE mpm:: DESTINATION ${package_dir})
+endforeach()

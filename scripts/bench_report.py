@@ -1,6 +1,7 @@
 """The tables of benchmarks/README.md, from the JSON output of bench_mpm."""
 
 import re
+import textwrap
 
 BEGIN, END = "<!-- results: begin (written by run_benchmarks --report) -->", "<!-- results: end -->"
 
@@ -30,8 +31,9 @@ def header(*cells):
 def machine_lines(data, machine):
     context = data["context"]
     caches = ", ".join(f"L{c['level']}{c['type'][0].lower() if c['type'] != 'Unified' else ''} {c['size'] // 1024} kB" for c in context["caches"])
-    lines = [f"Machine: {machine}; {caches}. {context.get('compiler', '')}, {context.get('instruction_set', '')}, commit {context.get('commit', '')}, "
-             f"{context['date'][:10]}. Load at the start: {context['load_avg'][0] if context.get('load_avg') else 'unknown'}.", ""]
+    text = (f"Machine: {machine}; {caches}. {context.get('compiler', '')}, {context.get('instruction_set', '')}, commit {context.get('commit', '')}, "
+            f"{context['date'][:10]}. Load at the start: {context['load_avg'][0] if context.get('load_avg') else 'unknown'}.")
+    lines = [*textwrap.wrap(text, 118), ""]
     lines += header("threads", "STREAM triad GB/s", "FMA GFLOP/s")
     for b in data["benchmarks"]:
         if b["name"].startswith("ceilings/"):

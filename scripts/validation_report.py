@@ -9,16 +9,19 @@ usage: validation_report.py DIR
 
 import json
 import os
+import pathlib
 import sys
 import textwrap
 
-import h5py
 import jinja2
 import markupsafe
 import numpy as np
-from report_style import (COLOURS, MARKERS, REFERENCE_LINES, STYLE, breakable, clean, embed, finish_axes, inline, plain_ticks, plt, png_data,
-                          short, svg_data, use_style, write_page)
 from matplotlib.patches import Polygon
+
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent.parent / "python"))
+from mpmtools.figures.style import (COLOURS, MARKERS, REFERENCE_LINES, STYLE, breakable, clean, embed, finish_axes, inline,  # noqa: E402
+                                    plain_ticks, plt, png_data, short, svg_data, use_style, write_page)
+from mpmtools.frame import Frame  # noqa: E402  (after the path to the package)
 
 LONG_TABLE, SHOWN_ROWS = 40, 20  # a table of more checks shows so many at first
 
@@ -50,7 +53,7 @@ TEMPLATE = r"""<!doctype html>
 paper, regression with an earlier result of this program.</p>
 <div class="score{{ ' bad' if failing }}"><span><b class="{{ 'failed' if failing else 'ok' }}">{{ r.passed }} passed, {{ r.failed }} failed</b></span>
 {% if failing %}<span class="failed">failing: {% for c in failing %}<a class="failed" href="#{{ c.name }}">{{ c.name }}</a>{{ ', ' if not loop.last }}{% endfor %}</span>{% endif %}
-<span>{{ r.cases|length }} cases in {{ '%.0f'|format(r.wall_time_s) }} s{% if r.time_budget_s %}; the level may take {{ '%.0f'|format(r.time_budget_s) }} s on two idle cores{% endif %}</span></div>
+<span>{{ r.cases|length }} case{{ '' if r.cases|length == 1 else 's' }} in {{ '%.0f'|format(r.wall_time_s) }} s{% if r.time_budget_s %}; the level may take {{ '%.0f'|format(r.time_budget_s) }} s on two idle cores{% endif %}</span></div>
 <dl class="facts">
 <dt>command</dt><dd><code>{{ r.command }}</code></dd>
 <dt>version</dt><dd>{{ r.version }}, commit {{ r.commit }}, {{ r.compiler }}, {{ r.build_type }}, {{ r.instruction_set }}</dd>
@@ -82,7 +85,7 @@ paper, regression with an earlier result of this program.</p>
 <tr><td class="name" data-label="case">all</td><td class="empty"></td><td class="number" data-label="checks">{{ r.passed }}/{{ r.passed + r.failed }}</td><td class="empty" colspan="7"></td>
 <td data-label="verdict" class="verdict {{ 'failed' if failing else 'ok' }}">{{ 'FAILED' if failing else 'ok' }}</td><td class="number" data-label="time">{{ '%.1f'|format(r.wall_time_s) }} s</td></tr>
 </tbody></table>
-<p class="legend">A row shows the check of its case that uses most of its tolerance; all checks stand with their case below and in <code>orders.csv</code>. Errors and tolerances in per cent or
+<p class="legend">A row shows the check of its case that uses most of its tolerance; all checks are below, with their case, and in <code>orders.csv</code>. Errors and tolerances in per cent or
 without unit are relative, those with the quantity's unit absolute. '≤' is a bound; its error is how far the result lies above it.</p>
 {% for c in r.cases %}
 <section id="{{ c.name }}">
@@ -94,7 +97,7 @@ without unit are relative, those with the quantity's unit absolute. '≤' is a b
 {% if c.images %}<div class="figures">{% for f in c.images %}<figure><img alt="{{ f.title }}" src="{{ f.data }}">{% if f.caption %}<figcaption>{{ f.caption|inline }}</figcaption>{% endif %}</figure>
 {% endfor %}</div>{% endif %}
 {% if c.studies %}<h3>Grid convergence</h3>
-<div class="figures">{% for s in c.studies %}<figure><img alt="Grid study: {{ s.quantity }}" src="{{ s.data }}"></figure>
+<div class="figures">{% for s in c.studies %}<figure><img alt="Convergence: {{ s.quantity }}" src="{{ s.data }}"></figure>
 {% endfor %}</div>
 <table class="stack"><thead><tr><th>quantity</th><th>value at each size</th><th class="number">order</th><th class="number">extrapolated</th>
 <th class="number">GCI of the finest</th><th class="number">least-squares uncertainty</th><th>remark</th></tr></thead><tbody>
@@ -164,24 +167,24 @@ def draw(plot):
     return svg_data(figure)
 
 
-def flow_values(file, field):
+def flow_values(frame, field):
     """The field of a frame that colours the particles, in the unit of its colour bar."""
     if field == "speed":
-        return np.linalg.norm(file["velocity_m_s"][:], axis=1)
+        return np.linalg.norm(frame["velocity_m_s"], axis=1)
     if field in ("velocity_x", "velocity_z"):
-        return file["velocity_m_s"][:, 0 if field == "velocity_x" else 2]
+        return frame["velocity_m_s"][:, 0 if field == "velocity_x" else 2]
     if field == "density":
-        return file["density_kg_m3"][:]
-    return 1e-3 * file[f"{field}_pa"][:]
+        return frame["density_kg_m3"]
+    return 1e-3 * frame[f"{field}_pa"]
 
 
 def draw_flow(flow, directory):
     """Side view of the particles of one instant as a PNG data address."""
-    with h5py.File(os.path.join(directory, flow["snapshot"]), "r") as file:
-        position = file["position_m"][:]
-        spacing = float(np.median(file["reference_volume_m3"][:] * file["volume_ratio"][:])) ** (1 / 3) if len(position) else 1.0
-        values = flow_values(file, flow["field"])
-        mirror_x = bool(file.attrs["mirror_x"])
+    frame = Frame(os.path.join(directory, flow["snapshot"]))
+    position = frame["position_m"]
+    spacing = float(np.median(frame["reference_volume_m3"] * frame["volume_ratio"])) ** (1 / 3) if len(position) else 1.0
+    values = flow_values(frame, flow["field"])
+    mirror_x = bool(frame.attributes["mirror_x"])
     half_width = flow["slice_half_width_m"]
     keep = np.abs(position[:, 1]) <= half_width if half_width > 0 else np.ones(len(position), bool)
     order = np.flatnonzero(keep)[np.argsort(-np.abs(position[keep, 1]), kind="stable")]  # nearest to the axis is drawn last, on top
@@ -253,7 +256,7 @@ def draw_study(study):
     axes.set_xlim(0.0, 1.05 * size.max())
     axes.set_xlabel(study["size_label"])
     axes.set_ylabel(textwrap.fill(study["quantity"] + (f" [{study['unit']}]" if study["unit"] else ""), 42))
-    axes.set_title(f"Grid study: {study['quantity']}", fontsize=10.5, loc="left")
+    axes.set_title(f"Convergence: {study['quantity']}", fontsize=10.5, loc="left")
     finish_axes(axes)
     axes.legend(fontsize=8.5, frameon=True, framealpha=0.9, edgecolor="none")
     return svg_data(figure)
@@ -269,7 +272,7 @@ def letter(index):
 
 
 def arrange_checks(case):
-    """Failing checks first; each reason stands once; a long table starts with what uses most of its tolerance, and the rest unfolds."""
+    """Failing checks first; each reason once; a long table starts with what uses most of its tolerance, and the rest unfolds."""
     reasons = {}
     for check in case["checks"]:
         why = check["tolerance_reason"]

@@ -179,7 +179,7 @@ class Campaign:
         """A fault is over: its exit code and its message are as expected, and what --resume (or a new run) gives is the reference."""
         codes = codes if isinstance(codes, tuple) else (codes,)
         right = outcome.code in codes and all(re.search(word, outcome.err) for word in words) and also
-        again = self.run(out, *(["--resume"] if resume else []), threads=threads)
+        again = self.run(out, "--resume" if resume else "--force", threads=threads)
         differ = self.differences(out) if again.code == OK else [f"exit {again.code}: {again.message()}"]
         if differ:
             lost = "differs: " + ", ".join(differ)
@@ -430,7 +430,7 @@ class Campaign:
                     ("that is a text", b"To whom it may concern. " * 100, "another program"),
                     ("of another case", (other / "checkpoint.h5").read_bytes(), "obstacle.friction was 0.25, is 0.0"),
                     ("of a future version", sealed(lambda f: f.attrs.__setitem__("format_version", f.attrs["format_version"] + 1)), "format .*, this program reads"),
-                    ("that is missing", None, "No such file")]
+                    ("that is missing", None, "does not exist")]
         for text, content, reason in damages:
             # The previous one is good: it is used, and the message says why.
             out = self.place()
@@ -453,7 +453,7 @@ class Campaign:
             before = {path: path.read_bytes() for path in out.rglob("*") if path.is_file()}
             outcome = self.run(out, "--resume")
             untouched = before == {path: path.read_bytes() for path in out.rglob("*") if path.is_file()}
-            self.expect(f"both checkpoints {text}", outcome, USAGE if text == "of another case" else IO, [reason, "without --resume"], out, resume=False,
+            self.expect(f"both checkpoints {text}", outcome, USAGE if text == "of another case" else IO, [reason, "--force instead of --resume"], out, resume=False,
                         expected="refused, nothing touched; a new run gives the reference", also=untouched)
         out = self.place()
         shutil.copytree(stopped, out)

@@ -22,6 +22,8 @@ export OMP_NUM_THREADS=1 OMP_WAIT_POLICY=passive
 export ASAN_OPTIONS=allocator_may_return_null=0:detect_leaks=0 UBSAN_OPTIONS=print_stacktrace=1
 code=0
 mkdir -p out/fuzz
+# Words of case files and point paths: the names and choices in the files whose components declare keys.
+{ cat tests/fuzz/toml.dict; grep -rlE 'void declare|SchemaOf<' libmpm | xargs grep -hoE '"[a-z][a-z_0-9.]*"' | sort -u; } >out/fuzz/toml.dict
 for target in ${only:-case_file state_file point_path campaign_plan csv_table}; do
   [ -x "$bin/fuzz_$target" ] || { echo "fuzz: no program $bin/fuzz_$target" >&2; exit 2; }
   seconds=$(( minutes * 60 * ( ${only:+100} + 0 ) / 100 ))
@@ -30,7 +32,7 @@ for target in ${only:-case_file state_file point_path campaign_plan csv_table}; 
   mkdir -p "$new"
   options=(-rss_limit_mb=2048 -malloc_limit_mb=1024 -timeout=10 -max_total_time="$seconds" -print_final_stats=1 -artifact_prefix="out/fuzz/$target-")
   case $target in
-    case_file | point_path | campaign_plan) options+=(-dict=tests/fuzz/toml.dict -max_len=4096) ;;
+    case_file | point_path | campaign_plan) options+=(-dict=out/fuzz/toml.dict -max_len=4096) ;;
     csv_table) options+=(-max_len=1024) ;;
     state_file) options+=(-max_len=64) ;;
   esac

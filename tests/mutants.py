@@ -32,29 +32,29 @@ class Mutation:
     cases: tuple  # those that should notice
 
 
-LAWS = "libmpm/include/mpm/materials/"
+LAWS = "libmpm/material/"
 MUTATIONS = [
     Mutation("hardening_sign", "plastic compaction softens instead of hardening", LAWS + "cam_clay.hpp",
              "state.internal += r.d;", "state.internal = state.internal - r.d;", ("isotropic_compression",)),
-    Mutation("yield_factor", "1 + 3 beta for 1 + 2 beta in the yield surface of the return map", "libmpm/src/materials/cam_clay.cpp",
+    Mutation("yield_factor", "1 + 3 beta for 1 + 2 beta in the yield surface of the return map", "libmpm/material/cam_clay.cpp",
              "m2_ = slope_ * slope_ / (1.0 + 2.0 * beta_);", "m2_ = slope_ * slope_ / (1.0 + 3.0 * beta_);", ("isotropic_compression",)),
     Mutation("volume_ratio", "J takes the plastic volume change with the wrong sign", LAWS + "cam_clay.hpp",
              "+ (initial_internal_ - state.internal));", "- (initial_internal_ - state.internal));", ("isotropic_compression", "stress_paths")),
-    Mutation("bulk_modulus", "K 1 % too large", "libmpm/src/materials/hencky_elastic.cpp",
-             "bulk_(spec.young_modulus / (3.0 *", "bulk_(1.01 * spec.young_modulus / (3.0 *", ("hydrostatic_column", "elastic_wave")),
-    Mutation("bspline_weight", "the middle weight of the B-spline is 0.7499 - b^2", "libmpm/include/mpm/bspline.hpp",
+    Mutation("bulk_modulus", "K 1 % too large", "libmpm/material/hencky_elastic.cpp",
+             "bulk_(p.young_modulus / (3.0 *", "bulk_(1.01 * p.young_modulus / (3.0 *", ("hydrostatic_column", "elastic_wave")),
+    Mutation("bspline_weight", "the middle weight of the B-spline is 0.7499 - b^2", "libmpm/core/bspline.hpp",
              "0.75 - b * b", "0.7499 - b * b", ("free_flight",)),
-    Mutation("affine_scale", "the affine momentum of APIC 1 % too small", "libmpm/src/transfer.cpp",
+    Mutation("affine_scale", "the affine momentum of APIC 1 % too small", "libmpm/core/particle_to_grid.cpp",
              "(options.apic ? options.density * dx : 0.0)", "(options.apic ? 0.99 * options.density * dx : 0.0)", ("conservation",)),
-    Mutation("stress_transfer", "internal forces 1 % too small", "libmpm/src/transfer.cpp",
+    Mutation("stress_transfer", "internal forces 1 % too small", "libmpm/core/particle_to_grid.cpp",
              "(-options.dt * 4.0 * inverse_dx)", "(-options.dt * 3.96 * inverse_dx)", ("hydrostatic_column", "elastic_wave")),
-    Mutation("advection", "particles move 0.1 % too far in every step", "libmpm/src/transfer.cpp",
+    Mutation("advection", "particles move 0.1 % too far in every step", "libmpm/core/grid_to_particle.cpp",
              "const Lanes x = xv + dt * g.v;", "const Lanes x = xv + 1.001 * dt * g.v;", ("free_flight",)),
-    Mutation("gravity_sign", "gravity points upwards", "libmpm/src/scene.cpp",
+    Mutation("gravity_sign", "gravity points upwards", "libmpm/driver/scene.cpp",
              "0.0, -std::cos(c.numerics.slope)", "0.0, std::cos(c.numerics.slope)", ("free_flight",)),
-    Mutation("wall_friction", "Coulomb friction of walls 1 % too small", "libmpm/src/boundary.cpp",
+    Mutation("wall_friction", "Coulomb friction of walls 1 % too small", "libmpm/boundary/contact.cpp",
              "const double loss = -friction * approach;", "const double loss = -0.99 * friction * approach;", ("sliding_block",)),
-    Mutation("wall_impulse", "a wall reports 0.1 % less momentum than it took", "libmpm/src/boundary.cpp",
+    Mutation("wall_impulse", "a wall reports 0.1 % less momentum than it took", "libmpm/core/grid_update.cpp",
              "impulse.linear += taken;", "impulse.linear += 0.999 * taken;", ("conservation",)),
 ]
 

@@ -17,9 +17,13 @@
 #include <map>
 #include <optional>
 
-#include "mpm/error.hpp"
-#include "mpm/io/atomic_file.hpp"
+#include "libmpm/base/error.hpp"
+#include "libmpm/driver/threads.hpp"
+#include "libmpm/io/atomic_file.hpp"
+#include "validation/harness/junit.hpp"
+#include "validation/harness/orders.hpp"
 #include "validation/harness/report.hpp"
+#include "validation/harness/tables.hpp"
 
 namespace {
 
@@ -65,7 +69,7 @@ int list_cases() {
   return 0;
 }
 
-/// Runs the script that draws; its failure leaves the numbers standing.
+/// Runs the script that draws; the numbers do not depend on it.
 void draw_report(const std::filesystem::path& out) {
   const std::filesystem::path python = "/usr/bin/python3";  // Debian's, where the packages are
   const std::string script = MPM_REPORT_SCRIPT, directory = out.string();
@@ -86,7 +90,7 @@ double seconds_since(std::chrono::steady_clock::time_point start) {
   return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
 }
 
-/// A case without a result: what the report says until there is one, and for good if the program stops before.
+/// A case without a result yet; the report keeps it if the program stops before there is one.
 CaseResult without_result(const CaseEntry& entry, std::string fault) {
   CaseResult result;
   result.name = entry.name;
@@ -128,12 +132,12 @@ int run_cases(const std::vector<CaseEntry>& entries, const Options& options, con
   return static_cast<int>(passed ? ExitCode::ok : ExitCode::failed);
 }
 
-/// Calls `work` in a process of its own: what crashes there takes nobody with it. Empty if it was stopped by a signal.
+/// Calls `work` in a process of its own: a crash there does not end this process. Empty if it was stopped by a signal.
 std::optional<int> in_own_process(const std::function<int()>& work) {
   std::fflush(nullptr);
   const pid_t child = fork();
   if (child == 0) {
-    prctl(PR_SET_PDEATHSIG, SIGKILL);  // nobody is left who would read the answer
+    prctl(PR_SET_PDEATHSIG, SIGKILL);  // without its parent the answer has no reader
     const int code = work();
     std::fflush(nullptr);
     _exit(code);
@@ -161,6 +165,7 @@ int guarded(const std::function<int()>& work) {
 }  // namespace
 
 int main(int argc, char** argv) {
+  mpm::use_short_spin(argv);
   Options options;
   CLI::App app("Checks libmpm against exact solutions, independent integrators and published results.", "mpm-validate");
   app.require_subcommand(1);
@@ -174,7 +179,7 @@ int main(int argc, char** argv) {
   run->add_option("--out", options.out, "directory of the report")->capture_default_str();
   run->add_option("--junit", options.junit, "a further copy of the JUnit XML");
   run->add_option("--record", options.record, "keep the table of orders and errors in this directory: reference_data/validation_orders");
-  run->add_option("--threads", options.threads, "OpenMP threads; default: all")->check(CLI::PositiveNumber);
+  run->add_option("--threads", options.threads, "OpenMP threads; default: all")->check(CLI::Range(1, most_threads()));
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& e) {

@@ -1,10 +1,10 @@
-#include "mpm/io/campaign_plan.hpp"
+#include "libmpm/campaign/plan_file.hpp"
 
 #include <fmt/format.h>
 
 #include <string_view>
 
-#include "mpm/error.hpp"
+#include "libmpm/base/error.hpp"
 #include "targets.hpp"
 
 namespace mpm::fuzz {

@@ -5,10 +5,10 @@
 #include <string_view>
 #include <vector>
 
-#include "mpm/error.hpp"
-#include "mpm/estimate.hpp"
-#include "mpm/io/config.hpp"
-#include "mpm/scene.hpp"
+#include "libmpm/base/error.hpp"
+#include "libmpm/driver/case_file.hpp"
+#include "libmpm/driver/estimate.hpp"
+#include "libmpm/driver/scene.hpp"
 #include "targets.hpp"
 
 namespace mpm::fuzz {

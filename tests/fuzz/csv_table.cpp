@@ -4,9 +4,9 @@
 #include <string>
 #include <vector>
 
+#include "libmpm/base/error.hpp"
+#include "libmpm/io/csv.hpp"
 #include "memory_file.hpp"
-#include "mpm/error.hpp"
-#include "mpm/io/table.hpp"
 #include "targets.hpp"
 
 namespace mpm::fuzz {

@@ -1,12 +1,12 @@
-#include "mpm/point_path.hpp"
+#include "libmpm/driver/point_path.hpp"
 
 #include <fmt/format.h>
 
 #include <cmath>
 #include <string_view>
 
-#include "mpm/error.hpp"
-#include "mpm/io/config.hpp"
+#include "libmpm/base/error.hpp"
+#include "libmpm/driver/case_file.hpp"
 #include "targets.hpp"
 
 namespace mpm::fuzz {

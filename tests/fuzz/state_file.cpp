@@ -13,15 +13,14 @@
 #include <string>
 #include <vector>
 
+#include "libmpm/base/error.hpp"
+#include "libmpm/core/step.hpp"
+#include "libmpm/driver/checkpoint.hpp"
+#include "libmpm/driver/scene.hpp"
+#include "libmpm/io/atomic_file.hpp"
+#include "libmpm/io/snapshot.hpp"
 #include "memory_file.hpp"
-#include "mpm/error.hpp"
-#include "mpm/impact/measure.hpp"
-#include "mpm/impact/results.hpp"
-#include "mpm/io/atomic_file.hpp"
-#include "mpm/io/checkpoint.hpp"
-#include "mpm/io/snapshot.hpp"
-#include "mpm/scene.hpp"
-#include "mpm/solver.hpp"
+#include "support/impact_history.hpp"
 #include "support/temporary_directory.hpp"
 #include "targets.hpp"
 
@@ -34,7 +33,7 @@ constexpr double cell_size = 0.25;
 
 Case small_case() {
   Case c;
-  c.material.model = "hencky_elastic";
+  c.material = HenckyElastic::Parameters{};
   c.numerics.cell_size = cell_size;
   BodySpec body;
   body.min = Vec3(0.0, 0.0, 0.0);
@@ -58,15 +57,17 @@ struct Originals {
     const Scene scene = make_scene(c);
     State state = make_state(c, scene);
     step(state, scene, 1e-4);
-    ImpactSample sample(geometry());
-    ImpactSeries series;
-    for (int k = 0; k < 3; ++k) series.append(0.02 * k, sample.finish(), Vec3::Zero(), Vec3::Zero());
+    std::vector<testing::ImpactSample> samples(3);
+    for (std::size_t k = 0; k < samples.size(); ++k) {
+      samples[k].time = 0.02 * static_cast<double>(k);
+      samples[k].pressure.assign(geometry().profile_bins(), 0.0);
+    }
     RunProgress progress;
     progress.samples = 3;
     progress.initial_particles = state.grid.particle_count();
     const SnapshotInfo info{.time = state.time, .step = 1, .case_hash = hash, .version = "0", .reference_density = 300.0};
     const ParticleTable particles = particle_table(state, scene);
-    write_checkpoint(directory / "0", c, state, progress, series);
+    write_checkpoint(directory / "0", c, state, progress, testing::arrays_of(samples, geometry()));
     write_frame(directory.path(), 0, particles, info);
     write_final(directory / "2", particles, info);
     const std::filesystem::path paths[] = {directory / "0", frame_path(directory.path(), 0), directory / "2"};
@@ -297,15 +298,14 @@ std::string sealed(const std::string& image) {
 void use_checkpoint(const std::filesystem::path& path) {
   State state(cell_size);
   RunProgress progress;
-  ImpactSeries series;
-  read_checkpoint(path, small_case(), state, progress, series);
+  Arrays observed;
+  read_checkpoint(path, small_case(), state, progress, observed);
   require(std::isfinite(state.time), "a time");
-  ImpactFlow flow;
-  flow.velocity = 10.0;
-  if (series.size() > 0 && series.profile_bins == geometry().profile_bins()) {
-    const ImpactSummary summary = summarise(series, geometry(), flow);
-    (void)mean_profile(series, summary.span, geometry());
-  }
+  ObserverList observers = testing::impact_observers(geometry(), {.velocity = 10.0});
+  observers.load(observed, progress.samples);
+  const Summary end = observers.summary(&state, &progress);
+  (void)observers.results(end);
+  (void)observers.profiles(end);
   const Scene scene = make_scene(small_case());
   (void)particle_table(state, scene);
   (void)step(state, scene, 1e-4);
@@ -315,13 +315,12 @@ void use_snapshot(const Snapshot& s) {
   const ParticleTable& p = s.particles;
   const std::size_t n = p.size();
   require(p.position.size() == 3 * n && p.velocity.size() == 3 * n && p.stress.size() == 6 * n, "columns of one length");
-  ImpactSample sample(geometry());
   for (std::size_t i = 0; i < n; ++i) {
     require(i == 0 || p.id[i] > p.id[i - 1], "particles in the order of their numbers, each once");
     require(std::isfinite(p.position[3 * i]) && p.volume_ratio[i] > 0.0 && p.volume[i] > 0.0, "numbers that mean something");
-    sample.add(Vec3(p.position[3 * i], p.position[3 * i + 1], p.position[3 * i + 2]), p.stress[6 * i], p.volume_ratio[i], p.volume[i]);
   }
-  (void)sample.finish();
+  ObserverList observers = testing::impact_observers(geometry(), {.velocity = 10.0});
+  (void)observers.sample(s, [](const Column&) { return 0.0; });
 }
 
 }  // namespace

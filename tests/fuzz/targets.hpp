@@ -1,6 +1,6 @@
 #pragma once
 /// What is fuzzed: each target takes arbitrary bytes and throws where the library does something with them that it must not do.
-/// fuzzer.cpp leads libFuzzer to a target; tests/unit/test_fuzz_corpus.cpp replays the stored inputs with every compiler.
+/// fuzzer.cpp leads libFuzzer to a target; tests/fuzz/test_fuzz_corpus.cpp replays the stored inputs with every compiler.
 
 #include <cstdint>
 #include <span>

@@ -8,8 +8,8 @@
 #include <nlohmann/json.hpp>
 #include <string>
 
-#include "mpm/error.hpp"
-#include "mpm/io/table.hpp"
+#include "libmpm/base/error.hpp"
+#include "libmpm/io/csv.hpp"
 #include "support/command.hpp"
 #include "support/temporary_directory.hpp"
 
@@ -18,10 +18,9 @@ namespace {
 
 namespace fs = std::filesystem;
 
+using testing::contains;
 using testing::content;
 using testing::Outcome;
-
-bool contains(const std::string& text, const std::string& part) { return text.find(part) != std::string::npos; }
 
 /// Small avalanches on a mast: some seconds of work in all, so that they can be killed half-way.
 constexpr const char* avalanches = R"(title = "Small avalanches"
@@ -133,18 +132,8 @@ TEST_F(CampaignCommand, StatusOfAPlanThatWasNeverRunShowsItsCostAndWritesNothing
 
 TEST_F(CampaignCommand, FailedRunsAreTableRowsWithACauseAndExitCode1) {
   // sound travels at millimetres a second and the block at 900 m/s: the time step collapses
-  std::ofstream(directory_ / "blocks.toml") << R"([base.material]
-model = "hencky_elastic"
-[[base.body]]
-min_m = [0.0, 0.0, 0.0]
-max_m = [1.0, 1.0, 1.0]
-[base.domain]
-min_m = [-5.0, -5.0, -5.0]
-max_m = [5.0, 5.0, 5.0]
-[base.numerics]
+  std::ofstream(directory_ / "blocks.toml") << testing::falling_block_plan << R"([base.numerics]
 cell_size_m = 0.25
-[base.output]
-duration_s = 0.05
 [[run]]
 name = "calm"
 [[run]]

@@ -7,7 +7,7 @@
 #include <fstream>
 #include <string>
 
-#include "mpm/io/table.hpp"
+#include "libmpm/io/csv.hpp"
 #include "support/command.hpp"
 #include "support/temporary_directory.hpp"
 
@@ -16,24 +16,12 @@ namespace {
 
 namespace fs = std::filesystem;
 
+using testing::contains;
 using testing::content;
 using testing::Outcome;
 
-bool contains(const std::string& text, const std::string& part) { return text.find(part) != std::string::npos; }
-
 /// One run fails: sound travels at millimetres a second and the block at 900 m/s, and its time step collapses.
-constexpr const char* blocks = R"(title = "Blocks"
-[base.material]
-model = "hencky_elastic"
-[[base.body]]
-min_m = [0.0, 0.0, 0.0]
-max_m = [1.0, 1.0, 1.0]
-[base.domain]
-min_m = [-5.0, -5.0, -5.0]
-max_m = [5.0, 5.0, 5.0]
-[base.output]
-duration_s = 0.05
-[parameters]
+const std::string blocks = std::string("title = \"Blocks\"\n") + testing::falling_block_plan + R"([parameters]
 "numerics.cell_size_m" = [0.5, 0.25]
 "material.poisson_ratio" = [0.1, 0.2]
 [[run]]

@@ -1,5 +1,6 @@
 /// The `mpm` command as a user meets it: exit codes, which stream says what, and that a bad case leaves no trace.
 
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 #include <sys/wait.h>
 
@@ -9,9 +10,11 @@
 #include <nlohmann/json.hpp>
 #include <sstream>
 #include <string>
+#include <tuple>
 
-#include "mpm/error.hpp"
-#include "mpm/io/config.hpp"
+#include "libmpm/base/error.hpp"
+#include "libmpm/driver/case_file.hpp"
+#include "libmpm/driver/threads.hpp"
 #include "support/command.hpp"
 #include "support/temporary_directory.hpp"
 
@@ -68,6 +71,38 @@ TEST_F(Command, WrongUsageIsExitCode2OnStderr) {
     EXPECT_EQ(o.code, code_of(ExitCode::usage));
     EXPECT_TRUE(o.out.empty()) << o.out;
     EXPECT_FALSE(o.err.empty());
+  }
+}
+
+TEST_F(Command, MisspeltCommandsAndMissingFilesAreNamed) {
+  for (const auto& [arguments, code, words] : std::initializer_list<std::tuple<std::string, ExitCode, std::string>>{
+           {"rnu case.toml", ExitCode::usage, "mpm has no command 'rnu'; did you mean run?"},
+           {"campaign stauts plan.toml", ExitCode::usage, "campaign has no command 'stauts'; did you mean status?"},
+           {"xyzzyx", ExitCode::usage, "there are check, run"},
+           {"check nowhere.toml", ExitCode::io, "'nowhere.toml' does not exist"},
+           {"check ../case.toml --set numerics.cfl", ExitCode::usage, "--set"}}) {
+    SCOPED_TRACE(arguments);
+    (void)write("");
+    const Outcome o = mpm(arguments);
+    EXPECT_EQ(o.code, code_of(code));
+    EXPECT_NE(o.err.find(words), std::string::npos) << o.err;
+  }
+}
+
+TEST_F(Command, MoreThreadsThanAMachineCanUseAreRefused) {
+  (void)write("");
+  const Outcome o = mpm("run ../case.toml --threads 100000");
+  EXPECT_EQ(o.code, code_of(ExitCode::usage));
+  EXPECT_NE(o.err.find(fmt::format("--threads: 100000 is not in [1, {}]", most_threads())), std::string::npos) << o.err;
+}
+
+TEST_F(Command, RangesAreReadable) {
+  (void)write("");
+  for (const char* arguments : {"--cell-size 0.5,-0.25", "--cfl nan", "--cfl 1e999"}) {
+    const Outcome o = mpm(std::string("converge ../case.toml --metric steps ") + arguments);
+    EXPECT_EQ(o.code, code_of(ExitCode::usage));
+    EXPECT_NE(o.err.find("is not a number above 0"), std::string::npos) << o.err;
+    EXPECT_LT(o.err.size(), 200u) << o.err;  // no bound of 300 digits
   }
 }
 
@@ -173,6 +208,30 @@ TEST_F(Command, RunWritesToOutByDefault) {
   EXPECT_TRUE(fs::exists(directory_.path() / "here/out/case/results.json"));
 }
 
+TEST_F(Command, RunDoesNotOverwriteResultsUnasked) {
+  (void)write(small_case);
+  const fs::path result = directory_.path() / "here/result";
+  ASSERT_EQ(mpm("run ../case.toml --threads 1 --out result").code, 0);
+  const std::string before = content(result / "results.json");
+  const Outcome refused = mpm("run ../case.toml --threads 1 --out result");
+  EXPECT_EQ(refused.code, code_of(ExitCode::usage));
+  for (const char* word : {"holds the results of a run", "--resume", "--out", "--force"})
+    EXPECT_NE(refused.err.find(word), std::string::npos) << refused.err;
+  EXPECT_EQ(content(result / "results.json"), before);
+  EXPECT_TRUE(fs::exists(result / "final.h5"));
+
+  EXPECT_EQ(mpm("run ../case.toml --threads 1 --out result --force --resume").code, code_of(ExitCode::usage));
+  EXPECT_EQ(mpm("run ../case.toml --threads 1 --out result --force").code, 0);
+  EXPECT_NE(content(result / "results.json"), before);  // other times
+
+  for (const char* name : {"results.json", "final.h5"}) fs::remove(result / name);  // as an interrupted run leaves it
+  const Outcome interrupted = mpm("run ../case.toml --threads 1 --out result");
+  EXPECT_EQ(interrupted.code, code_of(ExitCode::usage));
+  EXPECT_NE(interrupted.err.find("holds the checkpoint of an interrupted run"), std::string::npos) << interrupted.err;
+  EXPECT_TRUE(fs::exists(result / "checkpoint.h5"));
+  EXPECT_EQ(mpm("run ../case.toml --threads 1 --out result --resume").code, 0);
+}
+
 TEST_F(Command, PointPrintsOneRowAStep) {
   const Outcome o = mpm("point '" + (examples / "paths/compression_then_shear.toml").string() + "' --set path.steps_per_segment=10");
   ASSERT_EQ(o.code, 0) << o.err;
@@ -194,8 +253,9 @@ TEST_F(Command, InterruptedRunCanBeResumed) {
                            "--set output.series_per_second=10 --set output.frames_per_second=0.001 --set 'domain.max_m=[1000,1000,1000]' "
                            "--set 'domain.min_m=[-1000,-1000,-1000]' --set numerics.gravity_m_s2=0 2>../err.txt; true)";
   ASSERT_EQ(std::system(line.c_str()), 0);
-  EXPECT_NE(content(directory_.path() / "err.txt").find("go on with --resume"), std::string::npos)
-      << content(directory_.path() / "err.txt");
+  const std::string said = content(directory_.path() / "err.txt");
+  EXPECT_NE(said.find("--resume"), std::string::npos) << said;
+  EXPECT_EQ(said.find("stopped at t"), said.rfind("stopped at t")) << "reported once: " << said;
   EXPECT_TRUE(fs::exists(here / "result/checkpoint.h5"));
 }
 

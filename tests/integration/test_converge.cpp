@@ -7,8 +7,8 @@
 #include <nlohmann/json.hpp>
 #include <string>
 
-#include "mpm/error.hpp"
-#include "mpm/io/table.hpp"
+#include "libmpm/base/error.hpp"
+#include "libmpm/io/csv.hpp"
 #include "support/command.hpp"
 #include "support/temporary_directory.hpp"
 
@@ -17,10 +17,9 @@ namespace {
 
 namespace fs = std::filesystem;
 
+using testing::contains;
 using testing::content;
 using testing::Outcome;
-
-bool contains(const std::string& text, const std::string& part) { return text.find(part) != std::string::npos; }
 
 /// A block of 1 m falls 0.02 s: every figure is there at once.
 constexpr const char* falling_block = R"([material]
@@ -36,7 +35,7 @@ duration_s = 0.02
 series_per_second = 100
 )";
 
-/// An avalanche that has only just met the mast: no steady span, no means.
+/// An avalanche that has only just met the mast: no steady interval, no means.
 constexpr const char* first_instant = R"([material]
 critical_state_slope = 0.4
 cohesion_beta = 0.0
@@ -72,7 +71,7 @@ TEST_F(Converge, StudiesSeveralMetricsAndWritesItsFiles) {
   for (const char* name : {"dx_0.5", "dx_0.25", "dx_0.125"}) EXPECT_TRUE(fs::exists(directory_ / "study" / name / "results.json")) << name;
   const auto json = nlohmann::json::parse(content(directory_ / "study/converge.json"));
   EXPECT_EQ(json["points"].size(), 3u);
-  EXPECT_EQ(json["figures"][1]["value"], (std::vector{64.0, 512.0, 4096.0}));
+  EXPECT_EQ(json["metrics"][1]["value"], (std::vector{64.0, 512.0, 4096.0}));
   const Table table = Table::read(directory_ / "study/converge.csv");
   EXPECT_EQ(table.numbers("cell_size_m"), (std::vector{0.5, 0.25, 0.125}));
   EXPECT_EQ(table.numbers("particles_final"), (std::vector{64.0, 512.0, 4096.0}));
@@ -80,6 +79,19 @@ TEST_F(Converge, StudiesSeveralMetricsAndWritesItsFiles) {
   const Outcome again = mpm(falling_block, "--cell-size 0.5,0.25,0.125 --metric steps --threads 1 --out study --resume");
   EXPECT_EQ(again.code, 0) << again.err;
   EXPECT_TRUE(contains(again.err, "finished already, not run again"));
+
+  const std::string before = content(directory_ / "study/dx_0.5/results.json");
+  const Outcome refused = mpm(falling_block, "--cell-size 0.5,0.25,0.2 --metric steps --threads 1 --out study");
+  EXPECT_EQ(refused.code, static_cast<int>(ExitCode::usage));
+  for (const char* word : {"study/dx_0.5 holds the results of a run", "--resume", "--out", "--force"})
+    EXPECT_TRUE(contains(refused.err, word)) << refused.err;
+  const Outcome other =
+      mpm(falling_block, "--cell-size 0.5,0.25 --metric steps --threads 1 --out study --resume --set output.duration_s=0.03");
+  EXPECT_EQ(other.code, static_cast<int>(ExitCode::usage)) << other.err;
+  EXPECT_EQ(content(directory_ / "study/dx_0.5/results.json"), before);
+  EXPECT_TRUE(fs::exists(directory_ / "study/dx_0.5/final.h5"));
+  EXPECT_FALSE(fs::exists(directory_ / "study/dx_0.2"));
+  EXPECT_EQ(mpm(falling_block, "--cell-size 0.5,0.25 --metric steps --threads 1 --out study --force").code, 0);
 }
 
 TEST_F(Converge, SweepsTheOtherParametersByTheirScatter) {
@@ -96,10 +108,10 @@ TEST_F(Converge, SweepsTheOtherParametersByTheirScatter) {
 TEST_F(Converge, TellsWhatHasNoSteadySpanAndWhatIsTooFew) {
   const Outcome o = mpm(first_instant, "--cell-size 0.25,0.125 --metric runup_mean_m,steps --threads 1");
   EXPECT_EQ(o.code, 0) << o.err;
-  EXPECT_TRUE(contains(o.err, "cell_size_m = 0.25: no runup_mean_m: the run has no steady span")) << o.err;
+  EXPECT_TRUE(contains(o.err, "cell_size_m = 0.25: no runup_mean_m: the run has no steady interval")) << o.err;
   EXPECT_TRUE(contains(o.err, "the windows of the pressure profile follow the cell size")) << o.err;
-  EXPECT_TRUE(contains(o.out, "values only: 0 sizes with a figure")) << o.out;
-  EXPECT_TRUE(contains(o.out, "values only: 2 sizes with a figure, an order needs three")) << o.out;
+  EXPECT_TRUE(contains(o.out, "values only: 0 sizes with a value")) << o.out;
+  EXPECT_TRUE(contains(o.out, "values only: 2 sizes with a value, an order needs three")) << o.out;
 }
 
 TEST_F(Converge, RefusesWhatItCannotDoWithExitCode2) {
@@ -108,20 +120,21 @@ TEST_F(Converge, RefusesWhatItCannotDoWithExitCode2) {
            {"--cell-size 0.5,0.25 --cfl 0.4 --metric steps", "Exactly 1 option"},
            {"--cell-size 0.5,0.25", "--metric"},
            {"--cell-size 0.5,-0.25 --metric steps", "--cell-size"},
-           {"--cell-size 0.5,0.5 --metric steps", "0.5 stands twice"},
+           {"--cell-size 0.5,0.5 --metric steps", "0.5 is given twice"},
            {"--cell-size 50 --metric steps", "thinnest"},
            {"--particles-per-cell 9 --metric steps", "particles_per_cell = 9"},
            {"--offset 2 --metric steps", "grid_offset_cells"},
            {"--offset 0.5 --offset-axes w --metric steps", "axes 'w'"},
            {"--cell-size 0.5,0.25 --metric steps --exact 1,2", "2 values for 1 metrics"},
-           {"--cell-size 0.5 --metric stepps --threads 1", "did you mean steps?"}}) {
+           {"--cell-size 0.5 --metric stepps --threads 1", "did you mean steps?"},
+           {"--cell-size 0.5 --metric runup_mean_m --threads 1", "runup_mean_m"}}) {
     SCOPED_TRACE(arguments);
     const Outcome o = mpm(falling_block, arguments);
     EXPECT_EQ(o.code, static_cast<int>(ExitCode::usage)) << o.err;
     EXPECT_TRUE(contains(o.err, words)) << o.err;
     EXPECT_TRUE(o.out.empty()) << o.out;
   }
-  EXPECT_FALSE(fs::exists(directory_ / "out/block_cell_size_m/dx_0.25"));  // a misspelt metric ends it after the first run
+  EXPECT_FALSE(fs::exists(directory_ / "out"));  // nothing was computed
 }
 
 }  // namespace

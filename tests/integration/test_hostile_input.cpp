@@ -8,9 +8,9 @@
 #include <string>
 #include <vector>
 
-#include "mpm/error.hpp"
-#include "mpm/estimate.hpp"
-#include "mpm/io/config.hpp"
+#include "libmpm/base/error.hpp"
+#include "libmpm/driver/case_file.hpp"
+#include "libmpm/driver/estimate.hpp"
 #include "support/command.hpp"
 #include "support/temporary_directory.hpp"
 
@@ -70,7 +70,7 @@ class HostileInput : public ::testing::Test {
                                                                                                          << o.err.substr(0, 1000);
     EXPECT_TRUE(o.out.empty()) << o.out.substr(0, 1000);
     EXPECT_FALSE(o.err.empty());
-    constexpr std::size_t longest = 100'000;  // characters: 200 faults are told at most
+    constexpr std::size_t longest = 100'000;  // characters: 200 errors are shown at most
     EXPECT_LT(o.err.size(), longest);
     for (const char* crash : {"terminate", "what()", "egmentation", "core dumped", "internal error", "Sanitizer", "bad_alloc"})
       EXPECT_EQ(o.err.find(crash), std::string::npos) << o.err.substr(0, 1000);
@@ -115,8 +115,8 @@ TEST_F(HostileInput, FilesThatAreNoCasesAreRefusedByEveryCommandThatReadsOne) {
          for (int i = 0; i < 100'000; ++i) text += "k" + std::to_string(i) + " = 1\n";
          return text;
        }(),
-       "at least 800 more faults"},
-      {"empty_bodies", repeated("[[body]]\n", 100'000), "at least 800 more faults"},
+       "at least 800 more errors"},
+      {"empty_bodies", repeated("[[body]]\n", 100'000), "at least 800 more errors"},
       {"segments", "[path]\nsegments = [" + repeated("{ }, ", 100'000) + "]\n", ""},
   };
   for (const File& file : files) {

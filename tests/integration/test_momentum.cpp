@@ -2,7 +2,7 @@
 
 #include <gtest/gtest.h>
 
-#include "mpm/diagnostics.hpp"
+#include "libmpm/core/diagnostics.hpp"
 #include "support/solver_states.hpp"
 
 namespace mpm {
@@ -30,7 +30,7 @@ std::vector<Vec3> expect_balance(const Case& c, int steps) {
       impulses[b] += report.impulses[b].linear;
     }
     for (int axis = 0; axis < 3; ++axis) {
-      if ((axis == 0 && scene.mirror_x) || (axis == 1 && scene.mirror_y)) continue;  // across a mirror the other half pushes
+      if ((axis == 0 && scene.mirror.x) || (axis == 1 && scene.mirror.y)) continue;  // across a mirror the other half pushes
       EXPECT_NEAR(change[axis], expected[axis], 1e-13 * size) << "axis " << axis << ", step " << n;
     }
     EXPECT_NEAR(after.mass, before.mass + report.entered.mass - report.left.mass, 1e-13 * mass) << n;
@@ -63,8 +63,7 @@ TEST_P(Momentum, ClosesWhereBodiesHitWallsOfEveryKindAndLeave) {
   c.walls[1].velocity = Vec3(0.5, 1.0, 0.0);
   c.domain.max = Vec3(20.0, 20.0, 1.6);  // the third body leaves
   ObstacleSpec box;
-  box.width = 0.5;
-  box.depth = 0.4;
+  box.shape = BoxShape{.width = 0.5, .depth = 0.4};
   box.height = 0.5;
   c.obstacle = box;
   const auto impulses = expect_balance(c, 200);
@@ -90,7 +89,7 @@ TEST_P(Momentum, ClosesAlongAMirrorPlane) {
 }
 
 TEST_P(Momentum, OfARestingColumnGivesTheFloorItsWeight) {
-  for (const MaterialSpec& material : {testing::elastic_snow(), testing::cam_clay_snow(0.8, 0.3)}) {
+  for (const MaterialParameters& material : {testing::elastic_snow(), testing::cam_clay_snow(0.8, 0.3)}) {
     Case c = scene_by_hand();
     c.material = material;
     c.bodies = {box_body(Vec3::Zero(), {0.5, 0.5, 1.0})};

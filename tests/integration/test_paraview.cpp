@@ -5,8 +5,8 @@
 #include <cstdlib>
 #include <nlohmann/json.hpp>
 
-#include "mpm/io/atomic_file.hpp"
-#include "mpm/io/xdmf.hpp"
+#include "libmpm/io/atomic_file.hpp"
+#include "libmpm/io/xdmf.hpp"
 #include "support/sample_particles.hpp"
 #include "support/temporary_directory.hpp"
 

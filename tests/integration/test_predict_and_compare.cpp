@@ -11,7 +11,7 @@
 #include <fstream>
 #include <string>
 
-#include "mpm/io/table.hpp"
+#include "libmpm/io/csv.hpp"
 #include "support/reference_csv.hpp"
 #include "support/temporary_directory.hpp"
 
@@ -104,14 +104,52 @@ TEST_F(Compare, JudgesMeansByTheirCombinedStandardError) {
   EXPECT_EQ(run("compare " + a + " " + folder("unsteady", "2", "null")).code, 1) << "a mean on one side only";
 }
 
-TEST_F(Compare, DemandsIdenticalFiguresOfTheSameRunOnly) {
+TEST_F(Compare, DemandsIdenticalQuantitiesOfTheSameRunOnly) {
   const auto a = folder("a", "1", "4.0", 100);
   EXPECT_EQ(run("compare " + a + " " + folder("same", "1", "4.0", 100)).code, 0) << "wall time may differ";
   EXPECT_EQ(run("compare " + a + " " + folder("changed", "1", "4.0", 101)).code, 1);
   EXPECT_EQ(run("compare " + a + " " + folder("other", "2", "4.0", 101)).code, 0) << "another case has other steps";
 }
 
-TEST_F(Compare, ToleranceJudgesEveryFigure) {
+TEST_F(Compare, FindsTwoRunsOfOneCaseIdentical) {
+  const testing::TemporaryDirectory here;
+  std::ofstream(here / "case.toml") << R"(
+title = "a small block"
+[material]
+model = "hencky_elastic"
+[[body]]
+shape = "box"
+min_m = [0.0, 0.0, 0.0]
+max_m = [0.5, 0.5, 0.5]
+velocity_m_s = [1.0, 0.0, 0.0]
+[domain]
+min_m = [-2.0, -2.0, -2.0]
+max_m = [2.0, 2.0, 2.0]
+[numerics]
+cell_size_m = 0.25
+[output]
+duration_s = 0.02
+)";
+  for (const char* folder : {"a", "b"}) {
+    const auto outcome = run("run " + quoted(here / "case.toml") + " --threads 1 --out " + quoted(here / folder));
+    ASSERT_EQ(outcome.code, 0) << outcome.output;
+  }
+  const auto same = run("compare " + quoted(here / "a") + " " + quoted(here / "b"));
+  EXPECT_EQ(same.code, 0) << same.output;
+  EXPECT_NE(same.output.find("steps"), std::string::npos) << same.output;
+  EXPECT_EQ(same.output.find("solver_time_s"), std::string::npos) << same.output;
+  // frames are other samples than the run's own: nothing has to be identical
+  ASSERT_EQ(run("post " + quoted(here / "a") + " --no-pictures").code, 0);
+  ASSERT_EQ(run("post " + quoted(here / "b") + " --no-pictures").code, 0);
+  EXPECT_EQ(run("compare " + quoted(here / "a") + " " + quoted(here / "a/post")).code, 2);
+  EXPECT_EQ(run("compare " + quoted(here / "a") + " " + quoted(here / "a/post") + " --tolerance 1e-3").code, 0);
+  EXPECT_EQ(run("compare " + quoted(here / "a/post") + " " + quoted(here / "b/post")).code, 0);
+  const auto shorter = run("run " + quoted(here / "case.toml") + " --set numerics.cfl=0.2 --out " + quoted(here / "c"));
+  ASSERT_EQ(shorter.code, 0) << shorter.output;
+  EXPECT_EQ(run("compare " + quoted(here / "a") + " " + quoted(here / "c") + " --tolerance 1e-3").code, 1) << "other steps";
+}
+
+TEST_F(Compare, ToleranceJudgesEveryQuantity) {
   const auto a = folder("a", "1", "4.0", 100), b = folder("b", "2", "4.0", 104);
   EXPECT_EQ(run("compare " + a + " " + b + " --tolerance 0.05").code, 0);
   EXPECT_EQ(run("compare " + a + " " + b + " --tolerance 0.03").code, 1);

@@ -1,4 +1,4 @@
-#include "mpm/run.hpp"
+#include "libmpm/driver/run.hpp"
 
 #include <gmock/gmock.h>
 
@@ -6,13 +6,17 @@
 #include <nlohmann/json.hpp>
 #include <sstream>
 
-#include "mpm/error.hpp"
-#include "mpm/io/config.hpp"
-#include "mpm/io/snapshot.hpp"
-#include "mpm/io/table.hpp"
-#include "mpm/post.hpp"
+#include "libmpm/base/error.hpp"
+#include "libmpm/driver/case_file.hpp"
+#include "libmpm/driver/observers.hpp"
+#include "libmpm/driver/replay.hpp"
+#include "libmpm/io/csv.hpp"
+#include "libmpm/io/snapshot.hpp"
+#include "libmpm/observe/observer_list.hpp"
+#include "libmpm/observe/runup.hpp"
 #include "support/solver_states.hpp"
 #include "support/temporary_directory.hpp"
+#include "support/trial_observer.hpp"
 
 namespace mpm {
 namespace {
@@ -54,6 +58,7 @@ class RunCase : public ::testing::Test {
     EXPECT_EQ(content(directory / a / "final.h5"), content(directory / b / "final.h5"));
     EXPECT_EQ(content(directory / a / "series.csv"), content(directory / b / "series.csv"));
     EXPECT_EQ(content(directory / a / "profile.csv"), content(directory / b / "profile.csv"));
+    EXPECT_EQ(content(directory / a / "profiles.h5"), content(directory / b / "profiles.h5"));
     EXPECT_EQ(content(directory / a / "case.toml"), content(directory / b / "case.toml"));
     const auto frames = frame_numbers(directory / a);
     ASSERT_EQ(frames, frame_numbers(directory / b));
@@ -80,7 +85,7 @@ TEST_F(RunCase, LeavesTheFilesItPromises) {
   EXPECT_EQ(result.time, 0.2);
   EXPECT_EQ(samples, 10);
   for (const char* name :
-       {"case.toml", "series.csv", "profile.csv", "results.json", "final.h5", "checkpoint.h5", "run.log", "frames.xdmf"}) {
+       {"case.toml", "series.csv", "profile.csv", "profiles.h5", "results.json", "final.h5", "checkpoint.h5", "run.log", "frames.xdmf"}) {
     EXPECT_TRUE(fs::exists(directory / "a" / name)) << name;
   }
   EXPECT_EQ(read_case(directory / "a/case.toml"), c);
@@ -201,7 +206,7 @@ TEST_F(RunCase, RefusesToResumeAnotherCaseAndLeavesEverythingAsItWas) {
   run_case(c, into("a"));
   const std::string series = content(directory / "a/series.csv"), toml = content(directory / "a/case.toml"),
                     log = content(directory / "a/run.log");
-  c.material.critical_state_slope = 0.5;
+  c.material.as<CamClay>().critical_state_slope = 0.5;
   try {
     run_case(c, into("a", true));
     ADD_FAILURE() << "not refused";
@@ -212,7 +217,7 @@ TEST_F(RunCase, RefusesToResumeAnotherCaseAndLeavesEverythingAsItWas) {
   EXPECT_EQ(content(directory / "a/case.toml"), toml);
   EXPECT_EQ(content(directory / "a/run.log"), log);
   fs::resize_file(directory / "a/checkpoint.h5", 1000);
-  c.material.critical_state_slope = 0.4;
+  c.material.as<CamClay>().critical_state_slope = 0.4;
   EXPECT_THROW(run_case(c, into("a", true)), IoError);
   EXPECT_EQ(content(directory / "a/series.csv"), series);
 }
@@ -262,7 +267,7 @@ TEST_F(RunCase, NeverStartsFromTheBeginningOverADamagedCheckpointOrFinishedResul
   EXPECT_EQ(content(directory / "a/series.csv"), series);
   EXPECT_TRUE(fs::exists(directory / "a/results.json"));
   Case other = short_avalanche(0.08);
-  other.material.critical_state_slope = 0.8;
+  other.material.as<CamClay>().critical_state_slope = 0.8;
   EXPECT_THROW(run_case(other, into("a", true)), IoError);
   EXPECT_EQ(content(directory / "a/series.csv"), series);
   // The same case up to a later time: everything that is there comes again.
@@ -296,7 +301,7 @@ TEST_F(RunCase, ANewRunLeavesNothingOfTheOldOne) {
   run_case(short_avalanche(0.2), old);
   ASSERT_TRUE(fs::exists(directory / "a/checkpoint.previous.h5"));
   Case other = short_avalanche(0.1);
-  other.material.critical_state_slope = 0.8;
+  other.material.as<CamClay>().critical_state_slope = 0.8;
   RunOptions options = into("a");
   options.poll = stop_after(1);
   run_case(other, options);
@@ -354,7 +359,7 @@ TEST_F(RunCase, ByHandHasNoImpactColumnsAndCountsItsLosses) {
   c.output.duration = 0.3;
   const RunResult result = run_case(c, into("a"));
   EXPECT_EQ(result.particles, 0U);
-  EXPECT_FALSE(result.impact);
+  EXPECT_FALSE(result.results.has("steady"));
   EXPECT_EQ(nlohmann::json::parse(result.results_json)["particles_lost"], 64);
   const Table series = Table::read(directory / "a/series.csv");
   EXPECT_FALSE(series.has("runup_m"));
@@ -380,21 +385,57 @@ TEST_F(RunCase, ShiftedByAWholeCellIsTheSameRunInTheSameCoordinates) {
 }
 
 TEST_F(RunCase, LetsTheCallerMeasureAtEverySample) {
-  const Case c = short_avalanche(0.1);
-  const ImpactGeometry geometry = *impact_geometry(c);
-  std::vector<double> time, runup, force_x;
-  RunOptions options = into("a");
-  options.on_sample = [&](const State& state, const Scene& scene, const Vec3& force, const Vec3&) {
-    time.push_back(state.time);
-    runup.push_back(measure_impact(state, scene, geometry).runup);
-    force_x.push_back(force.x());
+  /// Looks at every sample of a run.
+  struct Witness : Observer {
+    explicit Witness(const ImpactGeometry& geometry) : own(geometry) {}
+    [[nodiscard]] std::string name() const override { return "witness"; }
+    [[nodiscard]] Source source() const override { return Source::run; }
+    std::vector<std::string> check(const Instant& now) override {
+      time.push_back(now.time);
+      interval.push_back(now.interval);
+      runup.push_back(measure(own, now.live->state, now.live->scene).front());
+      return {};
+    }
+    Runup own;
+    std::vector<double> time, interval, runup;
   };
+  const Case c = short_avalanche(0.1);
+  const auto witness = std::make_shared<Witness>(*impact_geometry(c));
+  RunOptions options = into("a");
+  options.observers = {witness};
   (void)run_case(c, options);
   const Table series = Table::read(directory / "a/series.csv");
-  EXPECT_EQ(time, series.numbers("time_s"));
-  EXPECT_EQ(runup, series.numbers("runup_m"));
-  EXPECT_TRUE(std::isnan(force_x.front()));
-  EXPECT_EQ(force_x.back(), series.numbers("force_x_n").back());
+  EXPECT_EQ(witness->time, series.numbers("time_s"));
+  EXPECT_EQ(witness->runup, series.numbers("runup_m"));
+  EXPECT_EQ(witness->interval.front(), 0.0);
+  EXPECT_NEAR(witness->interval.back(), 0.02, 1e-15);
+}
+
+TEST_F(RunCase, ANewObserverReachesSeriesResultsCheckpointAndFrames) {
+  const Case c = short_avalanche(0.1);
+  const auto with_trial = [&](const std::string& name, bool resume = false) {
+    RunOptions options = into(name, resume);
+    options.observers = {std::make_shared<testing::TrialObserver>()};
+    return options;
+  };
+  (void)run_case(c, with_trial("whole"));
+  RunOptions first = with_trial("parts");
+  first.poll = stop_after(2);
+  (void)run_case(c, first);
+  (void)run_case(c, with_trial("parts", true));
+  expect_same_run("whole", "parts");
+
+  const auto front = Table::read(directory / "whole/series.csv").numbers("trial_front_m");
+  const auto json = nlohmann::json::parse(content(directory / "whole/results.json"));
+  EXPECT_EQ(json["trial_front_largest_m"].get<double>(), *std::ranges::max_element(front));
+  EXPECT_TRUE(json.contains("trial_front_mean_m")) << "its column asks for a mean";
+  const PostResult again = post_process(directory / "whole", directory / "again", {std::make_shared<testing::TrialObserver>()});
+  const auto in_frames = Table::read(directory / "again/series.csv").numbers("trial_front_m");
+  ASSERT_EQ(in_frames.size(), 3U);
+  for (std::size_t i = 0; i < in_frames.size(); ++i) EXPECT_EQ(in_frames[i], front[2 * i]);
+  EXPECT_TRUE(again.results.has("trial_front_largest_m"));
+  // a run without it does not go on from a series with its column
+  EXPECT_THROW(run_case(short_avalanche(0.2), into("whole", true)), IoError);
 }
 
 TEST_F(RunCase, WithoutParticlesIsAConfigError) { EXPECT_THROW(run_case(testing::empty_case(), into("a")), ConfigError); }

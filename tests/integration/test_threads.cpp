@@ -1,7 +1,7 @@
 #include <gtest/gtest.h>
 #include <omp.h>
 
-#include "mpm/run.hpp"
+#include "libmpm/driver/run.hpp"
 #include "support/command.hpp"
 #include "support/solver_states.hpp"
 #include "support/temporary_directory.hpp"
@@ -71,13 +71,10 @@ std::vector<Named> cases() {
   bodies.walls.push_back(piston);
   bodies.domain.max = Vec3(1.8, 5.0, 5.0);  // some leave
   all.push_back({"mirrored_sand", body_on_floor(BodySpec::Shape::cylinder, Vec3::Zero())});
-  all.back().c.material = MaterialSpec{};
-  all.back().c.material.model = "drucker_prager";
+  all.back().c.material = DruckerPrager::Parameters{};
   all.back().c.domain.mirror_x = all.back().c.domain.mirror_y = true;
   all.push_back({"mirrored_viscous_fluid", body_on_floor(BodySpec::Shape::box, Vec3::Zero())});
-  all.back().c.material = MaterialSpec{};
-  all.back().c.material.model = "weakly_compressible_fluid";
-  all.back().c.material.viscosity = 50.0;
+  all.back().c.material = WeaklyCompressibleFluid::Parameters{.viscosity = 50.0};
   all.back().c.domain.mirror_y = true;
   for (Named& n : all) {
     n.c.output.series_per_second = 50.0;

@@ -9,6 +9,8 @@
 #include <sstream>
 #include <string>
 
+#include "support/text.hpp"
+
 namespace mpm::testing {
 
 inline std::string content(const std::filesystem::path& file) {

@@ -2,7 +2,7 @@
 
 #include <string>
 
-#include "mpm/error.hpp"
+#include "libmpm/base/error.hpp"
 
 namespace mpm::testing {
 

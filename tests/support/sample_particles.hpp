@@ -6,7 +6,7 @@
 #include <numbers>
 #include <random>
 
-#include "mpm/io/snapshot.hpp"
+#include "libmpm/io/snapshot.hpp"
 
 namespace mpm::testing {
 

@@ -12,11 +12,11 @@
 #include <span>
 #include <vector>
 
-#include "mpm/bspline.hpp"
-#include "mpm/case.hpp"
-#include "mpm/grid.hpp"
-#include "mpm/scene.hpp"
-#include "mpm/solver.hpp"
+#include "libmpm/core/bspline.hpp"
+#include "libmpm/core/grid.hpp"
+#include "libmpm/core/step.hpp"
+#include "libmpm/driver/case.hpp"
+#include "libmpm/driver/scene.hpp"
 
 namespace mpm::testing {
 
@@ -81,13 +81,18 @@ inline Particle* find_particle(Grid& grid, std::uint64_t id) {
   return nullptr;
 }
 
-inline MaterialSpec elastic_snow() {
-  MaterialSpec m;
-  m.model = "hencky_elastic";
-  return m;
+namespace detail {
+template <class... P>
+std::vector<MaterialParameters> defaults_of(std::type_identity<std::variant<P...>>) {
+  return {MaterialParameters(P{})...};
 }
-inline MaterialSpec cam_clay_snow(double slope, double beta, double xi = 5.0) {
-  MaterialSpec m;
+}  // namespace detail
+/// Every law with its default parameters.
+inline std::vector<MaterialParameters> every_law() { return detail::defaults_of(std::type_identity<decltype(MaterialParameters::law)>{}); }
+
+inline MaterialParameters elastic_snow() { return HenckyElastic::Parameters{}; }
+inline MaterialParameters cam_clay_snow(double slope, double beta, double xi = 5.0) {
+  CamClay::Parameters m;
   m.critical_state_slope = slope;
   m.cohesion_beta = beta;
   m.hardening_xi = xi;
@@ -132,8 +137,7 @@ inline Case small_avalanche(double velocity = 4.0) {
   conveyor.downstream_length = 1.5;
   c.conveyor = conveyor;
   ObstacleSpec mast;
-  mast.width = 0.5;
-  mast.depth = 0.5;
+  mast.shape = BoxShape{.width = 0.5, .depth = 0.5};
   c.obstacle = mast;
   return c;
 }

@@ -8,7 +8,7 @@
 #include <exception>
 #include <sstream>
 
-#include "mpm/io/atomic_file.hpp"
+#include "libmpm/io/atomic_file.hpp"
 #include "validation/harness/norms.hpp"
 
 namespace mpm::validation {

@@ -10,6 +10,7 @@
 /// The build finds the folder; nothing else names it. Every number and every verdict is computed here; scripts/validation_report.py only
 /// draws.
 
+#include <deque>
 #include <filesystem>
 #include <functional>
 #include <optional>
@@ -17,7 +18,7 @@
 #include <utility>
 #include <vector>
 
-#include "mpm/convergence.hpp"
+#include "libmpm/driver/convergence.hpp"
 #include "validation/harness/flow.hpp"
 
 namespace mpm::validation {
@@ -83,22 +84,22 @@ struct Picture {
   std::string caption;
 };
 
-/// A grid study to show beside the figure it belongs to.
-struct NamedStudy {
+/// The convergence of a quantity, drawn beside its checks.
+struct NamedConvergence {
   std::string quantity, unit;
-  GridStudy study;
+  Convergence convergence;
   std::string size_label = "cell size [m]";  ///< what is refined
 };
 
 /// The answer of a case.
 struct CaseResult {
   std::string name, title;
-  std::string physics;  ///< first paragraph of the README
-  std::vector<Check> checks;
+  std::string physics;       ///< first paragraph of the README
+  std::deque<Check> checks;  ///< a deque: the references that the functions below return stay valid
   std::vector<Plot> plots;
   std::vector<Picture> pictures;
   std::vector<FlowPicture> flows;
-  std::vector<NamedStudy> studies;
+  std::vector<NamedConvergence> convergences;
   std::vector<std::string> notes;  ///< what a reader should know: settings, what was seen and is not asserted
   std::string fault;               ///< message of an exception; a case that throws has failed
   double wall_time_s = 0.0;

@@ -12,8 +12,8 @@
 #include <string>
 #include <vector>
 
-#include "mpm/case.hpp"
-#include "mpm/solver.hpp"
+#include "libmpm/core/step.hpp"
+#include "libmpm/driver/case.hpp"
 
 namespace mpm::validation {
 

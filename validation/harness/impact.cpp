@@ -4,19 +4,18 @@
 
 #include <algorithm>
 
-#include "mpm/error.hpp"
-#include "mpm/impact/semi_empirical.hpp"
-#include "mpm/io/snapshot.hpp"
+#include "libmpm/base/error.hpp"
+#include "libmpm/impact/semi_empirical.hpp"
+#include "libmpm/io/snapshot.hpp"
 
 namespace mpm::validation {
 
 ImpactRun run_impact(const CaseContext& context, const std::string& id, const std::string& name, Case spec) {
   spec.title = name;
   spec.output.frames_per_second = 1.0 / spec.output.duration;
-  ImpactRun run{id, name, spec, context.directory() / id, {}, {}, {}, {}};
+  ImpactRun run{id, name, spec, context.directory() / id, {}, {}, {}};
   run.result = run_case(spec, {.out = run.directory});
-  if (!run.result.impact) throw UnstableError(name + ": the run left no summary of the impact");
-  run.summary = *run.result.impact;
+  if (!run.result.results.has("steady")) throw UnstableError(name + ": the run left no results of the impact");
   run.series = Table::read(run.directory / "series.csv");
   run.profile = Table::read(run.directory / "profile.csv");
   context.log(fmt::format("{}: {:.3g} particle-steps, {:.0f} s, {:.1f} million a second", name,
@@ -25,19 +24,19 @@ ImpactRun run_impact(const CaseContext& context, const std::string& id, const st
 }
 
 Plot runup_plot(const ImpactRun& run) {
-  const ImpactSummary& s = run.summary;
   const auto time = run.series.numbers("time_s");
   const std::vector<double> ends{0.0, run.result.time};
   Plot plot{run.id + "-runup", "Run-up, " + run.name, "time [s]", "height [m]", {}, "", false, false};
-  if (std::isfinite(s.predicted_runup))
-    plot.series.push_back({"paper's equation", ends, {s.predicted_runup, s.predicted_runup}, Series::Style::reference});
+  if (const double predicted = run.value("predicted_runup_m"); std::isfinite(predicted))
+    plot.series.push_back({"paper's equation", ends, {predicted, predicted}, Series::Style::reference});
   const double bound = bernoulli_height(run.spec.conveyor->velocity, run.flow_height(), run.spec.numerics.gravity);
   plot.series.push_back({"H + v²/2g", ends, {bound, bound}, Series::Style::bound});
   plot.series.push_back({"highest particle", time, run.series.numbers("runup_m"), Series::Style::simulation});
   plot.series.push_back({"99th percentile", time, run.series.numbers("runup_p99_m"), Series::Style::simulation});
-  if (s.span.steady) {
-    plot.series.push_back({"steady mean over its span", {s.span.from, s.span.to}, {s.runup.mean, s.runup.mean}, Series::Style::points});
-    plot.caption = fmt::format("Steady from {:.2f} to {:.2f} s.", s.span.from, s.span.to);
+  if (run.steady()) {
+    const double from = run.value("steady_from_s"), to = run.value("steady_to_s"), mean = run.value("runup_mean_m");
+    plot.series.push_back({"mean over the steady interval", {from, to}, {mean, mean}, Series::Style::points});
+    plot.caption = fmt::format("Steady from {:.2f} to {:.2f} s.", from, to);
   }
   return plot;
 }
@@ -48,13 +47,13 @@ Plot profile_plot(const ImpactRun& run, double column) {
   for (auto* values : {&raw, &smooth}) {
     for (double& p : *values) p *= 1e-3;
   }
-  const double base = run.spec.material.density * run.spec.numerics.gravity * column * 1e-3;
+  const double base = run.spec.material.density() * run.spec.numerics.gravity * column * 1e-3;
   Plot plot{run.id + "-profile", "Mean pressure on the face, " + run.name, "pressure [kPa]", "z [m]", {}, "", false, false};
   plot.series.push_back(
       {fmt::format("hydrostatic, {:.2f} H", column / run.flow_height()), {base, 0.0}, {0.0, column}, Series::Style::reference});
   plot.series.push_back({"raw", raw, z, Series::Style::points});
   plot.series.push_back({"smoothed", smooth, z, Series::Style::simulation});
-  const double predicted = run.summary.predicted_pressure_height;
+  const double predicted = run.value("predicted_pressure_height_m");
   if (std::isfinite(predicted) && !raw.empty()) {
     plot.series.push_back({"pressure height of the paper's equation",
                            {0.0, *std::max_element(raw.begin(), raw.end())},
@@ -72,7 +71,7 @@ FlowPicture last_picture(const ImpactRun& run, FlowField field, const std::array
                               .field = field,
                               .title = fmt::format("{}, t = {:.1f} s", run.name, run.result.time),
                               .caption = "The end of the run.",
-                              .slice_half_width = 0.2 * run.spec.obstacle->width,
+                              .slice_half_width = 0.2 * run.spec.obstacle->width(),
                               .window = window,
                               .range = {},
                               .snapshot = {},
@@ -82,16 +81,16 @@ FlowPicture last_picture(const ImpactRun& run, FlowField field, const std::array
 }
 
 std::string figures(const ImpactRun& run) {
-  const ImpactSummary& s = run.summary;
   const double h = run.flow_height();
   return fmt::format(
       "{}: dx = {} m, {} particles at the end, {:.3g} particle-steps, {:.1f} s of flow; steady from {:.2f} to {:.2f} s; run-up {:.3f} H "
       "(standard error {:.3f} H), equation {:.3f} H, Bernoulli {:.3f} H; pressure height {:.3f} H, equation {:.3f} H; mean force {:.1f} "
       "kN, pressure profile over the face {:.1f} kN.",
       run.name, run.spec.numerics.cell_size, run.result.particles, static_cast<double>(run.result.particle_steps), run.result.time,
-      s.span.from, s.span.to, s.runup.mean / h, s.runup.standard_error / h, s.predicted_runup / h,
-      bernoulli_height(run.spec.conveyor->velocity, h, run.spec.numerics.gravity) / h, s.pressure_height.mean / h,
-      s.predicted_pressure_height / h, s.force[0].mean * 1e-3, s.profile_force * 1e-3);
+      run.value("steady_from_s"), run.value("steady_to_s"), run.value("runup_mean_m") / h, run.value("runup_standard_error_m") / h,
+      run.value("predicted_runup_m") / h, bernoulli_height(run.spec.conveyor->velocity, h, run.spec.numerics.gravity) / h,
+      run.value("pressure_height_mean_m") / h, run.value("predicted_pressure_height_m") / h, run.value("force_mean_n") * 1e-3,
+      run.value("profile_force_n") * 1e-3);
 }
 
 }  // namespace mpm::validation

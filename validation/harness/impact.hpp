@@ -1,11 +1,11 @@
 #pragma once
-/// An impact on the mast, run and shown: what the conveyor's cases share. Every figure comes from run_case and its files.
+/// An impact on the mast, run and shown: what the conveyor's cases share. Every number comes from run_case and its files.
 
 #include <filesystem>
 #include <string>
 
-#include "mpm/io/table.hpp"
-#include "mpm/run.hpp"
+#include "libmpm/driver/run.hpp"
+#include "libmpm/io/csv.hpp"
 #include "validation/harness/case.hpp"
 
 namespace mpm::validation {
@@ -16,8 +16,11 @@ struct ImpactRun {
   Case spec;
   std::filesystem::path directory;
   RunResult result;
-  ImpactSummary summary;
   Table series, profile;  ///< series.csv, profile.csv
+
+  /// An entry of results.json; NaN where it is unknown. @param component of a vector
+  [[nodiscard]] double value(const char* key, std::size_t component = 0) const { return result.results.number(key, component); }
+  [[nodiscard]] bool steady() const { return value("steady") != 0.0; }
 
   [[nodiscard]] double flow_height() const { return spec.conveyor->flow_height; }
 };
@@ -36,7 +39,7 @@ Plot profile_plot(const ImpactRun& run, double column);
 /// The last state around the mast from the side. @param window x_min, x_max, z_min, z_max, m
 FlowPicture last_picture(const ImpactRun& run, FlowField field, const std::array<double, 4>& window);
 
-/// Size, cost, steady span and measured figures in one sentence.
+/// Size, cost, steady interval and measured quantities in one sentence.
 std::string figures(const ImpactRun& run);
 
 }  // namespace mpm::validation

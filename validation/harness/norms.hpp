@@ -6,7 +6,7 @@
 #include <span>
 #include <string>
 
-#include "mpm/error.hpp"
+#include "libmpm/base/error.hpp"
 
 namespace mpm::validation {
 
@@ -52,7 +52,7 @@ inline double relative_error(double value, double reference) {
   return std::abs(value - reference) / std::abs(reference);
 }
 
-/// The largest of some figures, whose it is, and how many there were. A NaN is taken and kept.
+/// The largest of some values, its name, and their number. A NaN is taken and kept.
 struct Extreme {
   double value = -std::numeric_limits<double>::infinity();
   std::string name;

@@ -5,10 +5,10 @@
 #include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
-#include <functional>
 #include <unsupported/Eigen/MatrixFunctions>
 
-#include "mpm/error.hpp"
+#include "libmpm/base/error.hpp"
+#include "validation/harness/root.hpp"
 #include "validation/harness/sundials.hpp"
 
 namespace mpm::validation {
@@ -44,17 +44,6 @@ double plastic_rate(const CamClay& m, const Local& s) {
   const double rate = std::max(0.0, s.numerator) / s.denominator;
   const double softening = m.hardening_xi * std::hypot(m.bulk_modulus, s.pc) / s.pc * std::abs(rate * s.y_p);  // |p_c'| / p_c
   return std::max(0.0, s.numerator + 4.0 * softening * s.y) / s.denominator;
-}
-
-/// Root of f in [a, b], f(a) and f(b) of opposite signs, to the last bits.
-double bisect(const std::function<double(double)>& f, double a, double b) {
-  const bool rising = f(a) < 0.0;
-  for (int i = 0; i < 200; ++i) {
-    const double c = 0.5 * (a + b);
-    if (c == a || c == b) break;
-    ((f(c) < 0.0) == rising ? a : b) = c;
-  }
-  return 0.5 * (a + b);
 }
 
 /// What the two forms have in common: a state vector with its invariants and rates, for one segment at a time.
@@ -279,7 +268,7 @@ Landing recompaction_ray(const CamClay& m, double e_rate, double q_rate) {
     return (q * m.hardening_xi * m.bulk_modulus * x - 3.0 * m.shear_modulus * q_rate) * y_p + 3.0 * m.shear_modulus * x * y_q;
   };
   // between the critical state (y_p = 0, balance > 0) and the apex (q = 0, balance <= 0)
-  const double a = q_rate == 0.0 ? 1.0 : bisect(balance, 0.5 * (1.0 - b), 1.0);
+  const double a = q_rate == 0.0 ? 1.0 : root_between(balance, 0.5 * (1.0 - b), 1.0);
   return {a, q_of(a), e_rate / (1.0 + m.hardening_xi * a)};
 }
 
@@ -410,16 +399,19 @@ class PathIntegrator {
     const Local s = form_.local(t_, y_.data());
     return s.y > (elastic_limit_ + 1e-12) * s.pc * s.pc;  // beyond round-off of a state that stays where it is
   }
-  /// An elastic stretch so short that CVODE's root search stepped over it (a reversal after which the point yields again at once): the
-  /// onset between t_before and now by bisection.
+  /// An elastic stretch so short that CVODE's root search stepped over it (a reversal after which the point yields again at once): finds
+  /// the onset between t_before and now.
   void find_onset(double t_before, const std::vector<double>& y_before) {
-    double inside = t_before, beyond = t_;
-    for (int i = 0; i < 60 && beyond - inside > 1e-15; ++i) {
+    const auto go_to = [&](double time) {
       ode_.start(t_before, y_before, 1.0, {}, {});
-      t_ = ode_.advance(0.5 * (inside + beyond)).time;
+      t_ = time > t_before ? ode_.advance(time).time : t_before;
       take_state();
-      (yielded() ? beyond : inside) = t_;
-    }
+    };
+    const auto elastic = [&](double time) {
+      go_to(time);
+      return !yielded();
+    };
+    go_to(limit_of(elastic, t_before, t_).second);
     const double internal = form_.local(t_, y_.data()).internal;
     log(PathEvent::onset, internal, internal);
     enter(Phase::plastic);
@@ -625,7 +617,7 @@ Landing nearest_landing(const CamClay& m, double p_trial, double q_trial, double
   for (int i = 1; i < 2 * samples; ++i) {
     const double x = scanned(i);
     if (y_p_of(x) >= 0.0) break;  // X falls on the dilative side only
-    if (y(x) <= 0.0) return at(bisect(y, above, x));
+    if (y(x) <= 0.0) return at(root_between(y, above, x));
     above = x;
   }
   return {0.0, 0.0, stress_free};
@@ -635,7 +627,7 @@ namespace exact {
 
 double isotropic_compression(const CamClay& m, double compression) {
   const double total = compression + m.initial_internal();
-  return bisect([&](double x) { return std::sinh(m.hardening_xi * x) + x - total; }, 0.0, total);
+  return root_between([&](double x) { return std::sinh(m.hardening_xi * x) + x - total; }, 0.0, total);
 }
 double tension_apex(const CamClay& m, double compression, double start) {
   const double total = compression + m.initial_internal();
@@ -643,7 +635,7 @@ double tension_apex(const CamClay& m, double compression, double start) {
   // (it falls at once for beta xi >= 1). Outside the apex h(start) > total, so the root below start is on the rising part.
   if (total <= 0.0 || m.cohesion_beta == 0.0) return total;
   const double top = std::acosh(1.0 / (m.cohesion_beta * m.hardening_xi)) / m.hardening_xi;
-  return bisect([&](double x) { return x - m.cohesion_beta * std::sinh(m.hardening_xi * x) - total; }, 0.0, std::min(start, top));
+  return root_between([&](double x) { return x - m.cohesion_beta * std::sinh(m.hardening_xi * x) - total; }, 0.0, std::min(start, top));
 }
 double isotropic(const CamClay& m, double compression, double internal) {
   const double total = compression + m.initial_internal(), p = m.bulk_modulus * (total - internal), pc = m.preconsolidation(internal);
@@ -653,7 +645,7 @@ double isotropic(const CamClay& m, double compression, double internal) {
 }
 double isochoric_critical_state(const CamClay& m, double compression) {
   const double total = compression + m.initial_internal();
-  return bisect([&](double x) { return 0.5 * (1.0 - m.cohesion_beta) * std::sinh(m.hardening_xi * x) + x - total; }, 0.0, total);
+  return root_between([&](double x) { return 0.5 * (1.0 - m.cohesion_beta) * std::sinh(m.hardening_xi * x) + x - total; }, 0.0, total);
 }
 double critical_ratio(const CamClay& m) {
   return m.critical_state_slope * (1.0 + m.cohesion_beta) / ((1.0 - m.cohesion_beta) * std::sqrt(1.0 + 2.0 * m.cohesion_beta));

@@ -23,7 +23,7 @@
 #include <string>
 #include <vector>
 
-#include "mpm/types.hpp"
+#include "libmpm/base/types.hpp"
 
 namespace mpm::validation {
 
@@ -116,7 +116,7 @@ std::vector<ReferencePoint> dae_reference(const CamClay&, const ReferencePoint& 
 
 /// Backward Euler's own landing: the first X below `internal` at which the state that the flow rule reaches from the trial state lies on
 /// the yield surface again, p = p_trial - K (X - X_n), q = q_trial/(1 + 6 G (1 + 2 beta) (X - X_n)/y_p), found by a scan in equal
-/// ratios and bisection; stress-free at X = X_n + p_trial/K if there is none. Shares nothing with the library's search.
+/// ratios and a bracketed root; stress-free at X = X_n + p_trial/K if there is none. Shares nothing with the library's search.
 struct Landing {
   double p, q, internal;
 };

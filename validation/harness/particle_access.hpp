@@ -4,7 +4,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "mpm/solver.hpp"
+#include "libmpm/core/step.hpp"
 
 namespace mpm::validation {
 

@@ -7,7 +7,7 @@
 #include <limits>
 #include <numeric>
 
-#include "mpm/error.hpp"
+#include "libmpm/base/error.hpp"
 
 namespace mpm::validation {
 namespace {
@@ -50,19 +50,19 @@ int refinement(double margin) {
 
 }  // namespace
 
-MaterialSpec with_plasticity(MaterialSpec base, double slope, double beta, double xi) {
+mpm::CamClay::Parameters with_plasticity(mpm::CamClay::Parameters base, double slope, double beta, double xi) {
   base.critical_state_slope = slope;
   base.cohesion_beta = beta;
   base.hardening_xi = xi;
   return base;
 }
 
-CamClay reference_model(const MaterialSpec& s) {
+CamClay reference_model(const mpm::CamClay::Parameters& s) {
   return CamClay::from_young(s.young_modulus, s.poisson_ratio, s.critical_state_slope, s.cohesion_beta, s.hardening_xi,
                              s.preconsolidation_pressure);
 }
 
-PathSpec library_path(const MaterialSpec& spec, const std::vector<ReferenceSegment>& segments, int steps_per_segment) {
+PathSpec library_path(const MaterialParameters& spec, const std::vector<ReferenceSegment>& segments, int steps_per_segment) {
   PathSpec path{spec, steps_per_segment, {}};
   for (const ReferenceSegment& s : segments) switch (s.control) {
       case ReferenceSegment::Control::strain: path.segments.emplace_back(StrainSegment{s.d_eps_v, s.d_eps_q}); break;
@@ -101,7 +101,8 @@ bool PathComparison::exact(double tolerance) const {
   return std::all_of(error.begin(), error.end(), [&](double e) { return e < tolerance; });
 }
 
-PathComparison compare_path(const MaterialSpec& spec, const std::vector<ReferenceSegment>& segments, const ComparisonOptions& options) {
+PathComparison compare_path(const mpm::CamClay::Parameters& spec, const std::vector<ReferenceSegment>& segments,
+                            const ComparisonOptions& options) {
   PathComparison c;
   ReferenceOptions reference;
   reference.samples_per_segment = static_cast<std::size_t>(options.samples);
@@ -128,7 +129,7 @@ PathComparison compare_path(const MaterialSpec& spec, const std::vector<Referenc
   return c;
 }
 
-double isotropic_error(const MaterialSpec& spec, const std::vector<ReferenceSegment>& segments, const std::vector<int>& steps) {
+double isotropic_error(const mpm::CamClay::Parameters& spec, const std::vector<ReferenceSegment>& segments, const std::vector<int>& steps) {
   const CamClay model = reference_model(spec);
   double worst = 0.0;
   for (const int n : steps) {

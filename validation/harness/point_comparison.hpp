@@ -4,18 +4,18 @@
 #include <string>
 #include <vector>
 
-#include "mpm/point_path.hpp"
+#include "libmpm/driver/point_path.hpp"
 #include "validation/harness/ode_reference.hpp"
 
 namespace mpm::validation {
 
 /// `base` with another M, beta and xi.
-MaterialSpec with_plasticity(MaterialSpec base, double slope, double beta, double xi);
+mpm::CamClay::Parameters with_plasticity(mpm::CamClay::Parameters base, double slope, double beta, double xi);
 /// The parameters of a cohesive_cam_clay in the reference's symbols.
-CamClay reference_model(const MaterialSpec& spec);
+CamClay reference_model(const mpm::CamClay::Parameters& spec);
 
 /// The library's path for the reference's segments.
-PathSpec library_path(const MaterialSpec& spec, const std::vector<ReferenceSegment>& segments, int steps_per_segment);
+PathSpec library_path(const MaterialParameters& spec, const std::vector<ReferenceSegment>& segments, int steps_per_segment);
 /// The reference's segments for a path read from a file.
 std::vector<ReferenceSegment> reference_segments(const PathSpec& path);
 
@@ -51,11 +51,12 @@ struct PathComparison {
 };
 
 /// @throws ConfigError where samples and step counts have no common points
-PathComparison compare_path(const MaterialSpec& spec, const std::vector<ReferenceSegment>& segments, const ComparisonOptions& options = {});
+PathComparison compare_path(const mpm::CamClay::Parameters& spec, const std::vector<ReferenceSegment>& segments,
+                            const ComparisonOptions& options = {});
 
 /// Largest error along a path on which q = 0 or M = 0, against exact::isotropic: of p, q (zero) and p_c over the largest p_c, for the
 /// library with each of `steps`. The volume change within a step must be monotone.
-double isotropic_error(const MaterialSpec& spec, const std::vector<ReferenceSegment>& segments, const std::vector<int>& steps);
+double isotropic_error(const mpm::CamClay::Parameters& spec, const std::vector<ReferenceSegment>& segments, const std::vector<int>& steps);
 
 /// Largest difference in p, q, p_c between the CVODE path and the IDA form, over the largest p_c or q of the path, in all plastic stretches
 /// of at least three points within strain-controlled segments. The path must not snap back.

@@ -6,22 +6,10 @@
 #include <numbers>
 #include <utility>
 
-#include "mpm/error.hpp"
+#include "libmpm/base/error.hpp"
+#include "validation/harness/root.hpp"
 
 namespace mpm::validation {
-namespace {
-
-/// Root of a rising function in [low, high], to round-off.
-template <class F>
-double rising_root(double low, double high, F&& f) {
-  for (int i = 0; i < 200 && high - low > 1e-15 * std::abs(high); ++i) {
-    const double middle = 0.5 * (low + high);
-    (f(middle) < 0.0 ? low : high) = middle;
-  }
-  return 0.5 * (low + high);
-}
-
-}  // namespace
 
 CompressionCurve hencky_curve(double bulk_modulus) { return snow_curve(bulk_modulus, 1.0, std::numeric_limits<double>::infinity()); }
 
@@ -31,7 +19,7 @@ CompressionCurve snow_curve(double bulk_modulus, double xi, double preconsolidat
     return p / bulk_modulus + (std::asinh(p / bulk_modulus) - std::asinh(preconsolidation_pressure / bulk_modulus)) / xi;
   };
   return [=](double cauchy) {
-    const double p = rising_root(0.0, cauchy, [&](double kirchhoff) { return kirchhoff * std::exp(strain(kirchhoff)) - cauchy; });
+    const double p = root_between([&](double kirchhoff) { return kirchhoff * std::exp(strain(kirchhoff)) - cauchy; }, 0.0, cauchy);
     return std::exp(-strain(p));
   };
 }
@@ -59,12 +47,7 @@ double HydrostaticColumn::thrust(double mass_per_area) const { return integral(m
 double HydrostaticColumn::mass(double height_wanted) const {
   double high = 2.0 * density_ * height_wanted;
   while (height(high) < height_wanted) high *= 2.0;
-  double low = 0.0;
-  for (int i = 0; i < 60; ++i) {
-    const double middle = 0.5 * (low + high);
-    (height(middle) < height_wanted ? low : high) = middle;
-  }
-  return 0.5 * (low + high);
+  return root_between([&](double mass_per_area) { return height(mass_per_area) - height_wanted; }, 0.0, high);
 }
 
 Bore reflected_bore(const HydrostaticColumn& column, double mass_per_area, double speed) {
@@ -74,12 +57,7 @@ Bore reflected_bore(const HydrostaticColumn& column, double mass_per_area, doubl
   };
   double high = 2.0 * mass_per_area;
   while (excess(high) < 0.0) high *= 2.0;
-  double low = mass_per_area * (1.0 + 1e-9);
-  for (int i = 0; i < 60; ++i) {
-    const double middle = 0.5 * (low + high);
-    (excess(middle) < 0.0 ? low : high) = middle;
-  }
-  const double m2 = 0.5 * (low + high);
+  const double m2 = root_between(excess, mass_per_area * (1.0 + 1e-9), high);
   return {m2, column.height(m2), speed * mass_per_area / (m2 - mass_per_area), column.thrust(m2)};
 }
 
@@ -128,7 +106,7 @@ State hydrostatic_state(const Case& c, const Scene& scene, int along, int across
     };
     double high = 1e-3;
     while (cauchy(high) < pressure) high *= 2.0;
-    return compressed(rising_root(0.0, high, [&](double strain) { return cauchy(strain) - pressure; }));
+    return compressed(root_between([&](double strain) { return cauchy(strain) - pressure; }, 0.0, high));
   };
   constexpr std::size_t levels = 200;  // of the table z(Z): trapezia, which err by 1/levels^2 of the compression
   std::vector<double> z{0.0};

@@ -6,7 +6,7 @@
 #include <optional>
 #include <vector>
 
-#include "mpm/scene.hpp"
+#include "libmpm/driver/scene.hpp"
 
 namespace mpm::validation {
 

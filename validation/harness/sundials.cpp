@@ -11,7 +11,7 @@
 #include <exception>
 #include <sundials/sundials_context.hpp>
 
-#include "mpm/error.hpp"
+#include "libmpm/base/error.hpp"
 
 namespace mpm::validation {
 namespace {

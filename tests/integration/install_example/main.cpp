@@ -3,11 +3,11 @@
 #include <cmath>
 #include <cstdio>
 
-#include "mpm/scene.hpp"
+#include "libmpm/driver/scene.hpp"
 
 int main() {
   mpm::Case snow;  // cohesive Cam-Clay with the paper's parameters, unless told otherwise
-  snow.material.cohesion_beta = 0.3;
+  snow.material.as<mpm::CamClay>().cohesion_beta = 0.3;
   snow.numerics.cell_size = 0.125;
   snow.bodies.push_back({.min = {0.0, 0.0, 0.0}, .max = {1.0, 1.0, 0.5}, .velocity = {0.0, 0.0, -4.0}});
   snow.walls.push_back({.normal = mpm::Vec3::UnitZ(), .contact = mpm::Contact::separable, .friction = 0.3});
@@ -16,7 +16,7 @@ int main() {
 
   const auto momentum_z = [&] {
     double sum = 0.0;
-    state.grid.for_each_particle([&](const mpm::Particle& p) { sum += snow.material.density * p.volume * p.velocity[2]; });
+    state.grid.for_each_particle([&](const mpm::Particle& p) { sum += snow.material.density() * p.volume * p.velocity[2]; });
     return sum;
   };
   const double before = momentum_z();

@@ -4,10 +4,10 @@
 #include <cmath>
 #include <map>
 
-#include "mpm/error.hpp"
-#include "mpm/io/config.hpp"
-#include "mpm/post.hpp"
-#include "mpm/run.hpp"
+#include "libmpm/base/error.hpp"
+#include "libmpm/driver/case_file.hpp"
+#include "libmpm/driver/run.hpp"
+#include "libmpm/observe/pressure_profile.hpp"
 #include "validation/harness/case.hpp"
 #include "validation/harness/flow.hpp"
 #include "validation/harness/grid_convergence.hpp"
@@ -19,17 +19,55 @@ namespace {
 enum FigureIndex : std::size_t { force_x, runup, pressure_height, pressure_height_in_cells, impact_pressure };
 /// Order 2 in the interior, 1 at walls: what lies between 0.5 and 2 counts as credible (the window of Eca & Hoekstra, too).
 constexpr double formal_order = 1.5;
-const std::vector<StudiedFigure> studied{{"force on the mast", "N", formal_order},
-                                         {"run-up", "m", formal_order},
-                                         {"pressure height", "m", formal_order},
-                                         {"pressure height, the paper's windows in cells", "m", formal_order},
-                                         {"pressure before the face", "Pa", formal_order}};
+const std::vector<FollowedQuantity> studied{{"force on the mast", "N", formal_order},
+                                            {"run-up", "m", formal_order},
+                                            {"pressure height", "m", formal_order},
+                                            {"pressure height, the paper's windows in cells", "m", formal_order},
+                                            {"pressure before the face", "Pa", formal_order}};
 const std::vector<FigureIndex> asserted{force_x, runup, pressure_height};
 
-Figure figure(const MeanEstimate& e) { return {e.mean, e.standard_error}; }
-
 /// Two standard errors of a difference.
-double noise(const Figure& a, const Figure& b) { return 2.0 * std::hypot(a.standard_error, b.standard_error); }
+double noise(const Metric& a, const Metric& b) { return 2.0 * std::hypot(a.standard_error, b.standard_error); }
+
+/// The pressure height in the paper's windows, which follow the cells, beside that in windows of fixed size.
+class HeightInCells : public Observer {
+ public:
+  explicit HeightInCells(const ImpactGeometry& in_cells) : profile_(in_cells) {}
+  [[nodiscard]] std::string name() const override { return "height_in_cells"; }
+  [[nodiscard]] std::vector<Column> columns() const override {
+    return {{.quantity = "height_in_cells", .unit = "m", .meaning = "pressure height in the paper's windows", .mean = true}};
+  }
+  void visit(const ParticleBatch& batch) override { profile_.visit(batch); }
+  void sample(const Instant&, std::span<double> row) override { row[0] = profile_.finish().pressure_height.value_or(MeanEstimate::none); }
+
+ private:
+  PressureProfile profile_;
+};
+
+/// Draws the last state of a run.
+class EndPicture : public Observer {
+ public:
+  EndPicture(const CaseContext& context, CaseResult& result, std::string run, double end, double slice)
+      : context_(context), result_(result), run_(std::move(run)), end_(end), slice_(slice) {}
+  [[nodiscard]] std::string name() const override { return "end_picture"; }
+  [[nodiscard]] Source source() const override { return Source::run; }
+  std::vector<std::string> check(const Instant& now) override {
+    if (now.time < end_) return {};
+    result_.flows.push_back(flow_picture(context_.directory(), now.live->state, now.live->scene,
+                                         {.id = "end",
+                                          .field = FlowField::stress_xx,
+                                          .title = fmt::format("The jet at the mast, {}, t = {:g} s", run_, now.time),
+                                          .caption = "Particles near the mast's axis at the end of one of the runs.",
+                                          .slice_half_width = slice_}));
+    return {};
+  }
+
+ private:
+  const CaseContext& context_;
+  CaseResult& result_;
+  std::string run_;
+  double end_, slice_;  // s, m
+};
 
 /// Runs the case of this folder and its variants, each once.
 class Runs {
@@ -40,7 +78,7 @@ class Runs {
     base_.output.frames_per_second = 0.0;
   }
 
-  [[nodiscard]] double width() const { return base_.obstacle->width; }
+  [[nodiscard]] double width() const { return base_.obstacle->width(); }
   [[nodiscard]] std::uint64_t particle_steps() const { return particle_steps_; }
   [[nodiscard]] const std::vector<std::string>& unsteady() const { return unsteady_; }
 
@@ -52,43 +90,39 @@ class Runs {
   }
 
   /// @param picture whether the end of this run is shown
-  std::vector<Figure> operator()(const std::string& name, const Case& c, bool picture = false) {
+  std::vector<Metric> operator()(const std::string& name, const Case& c, bool picture = false) {
     if (const auto done = done_.find(case_hash(c)); done != done_.end()) return done->second;
-    const ImpactGeometry in_cells =
-        paper_geometry(c.conveyor->flow_height, c.obstacle->width, c.numerics.cell_size, c.material.density, c.conveyor->mirror_y);
-    std::vector<double> heights;  // h_p in the paper's windows, sample by sample
+    const auto in_cells = std::make_shared<HeightInCells>(
+        paper_geometry(c.conveyor->flow_height, c.obstacle->width(), c.numerics.cell_size, c.material.density(), c.conveyor->mirror_y));
     RunOptions options;
     options.out = context_.directory() / name;
-    options.on_sample = [&](const State& state, const Scene& scene, const Vec3&, const Vec3&) {
-      heights.push_back(measure_impact(state, scene, in_cells).pressure_height.value_or(Figure::none));
-      if (!picture || state.time < c.output.duration) return;
-      result_.flows.push_back(flow_picture(context_.directory(), state, scene,
-                                           {.id = "end",
-                                            .field = FlowField::stress_xx,
-                                            .title = fmt::format("The jet at the mast, {}, t = {:g} s", name, state.time),
-                                            .caption = "Particles near the mast's axis at the end of one of the runs.",
-                                            .slice_half_width = 0.5 * c.numerics.cell_size}));
-    };
+    options.observers.push_back(in_cells);
+    if (picture) {
+      options.observers.push_back(std::make_shared<EndPicture>(context_, result_, name, c.output.duration, 0.5 * c.numerics.cell_size));
+    }
     const RunResult run = run_case(c, options);
-    if (!run.impact) throw UnstableError("the run left no summary of the impact");
-    const ImpactSummary& s = *run.impact;
+    if (!run.results.has("steady")) throw UnstableError("the run left no results of the impact");
+    const bool steady = run.results.number("steady") != 0.0;
     particle_steps_ += run.particle_steps;
-    context_.log(fmt::format(
-        "{}: {} particles, {} steps, {:.1f} million particle-steps, {:.0f} s; {}", name, run.particles, run.steps,
-        1e-6 * static_cast<double>(run.particle_steps), run.wall_time_s,
-        s.span.steady ? fmt::format("run-up {:.3f} m, force {:.1f} kN", s.runup.mean, 1e-3 * s.force[0].mean) : "no steady span"));
-    if (!s.span.steady) unsteady_.push_back(name);
-    const Figure height_in_cells =
-        s.span.steady ? figure(estimate_mean(std::span(heights).subspan(s.span.first, s.span.last - s.span.first))) : Figure{};
-    return done_[case_hash(c)] = {figure(s.force[0]), figure(s.runup), figure(s.pressure_height), height_in_cells,
-                                  figure(s.impact_pressure)};
+    context_.log(fmt::format("{}: {} particles, {} steps, {:.1f} million particle-steps, {:.0f} s; {}", name, run.particles, run.steps,
+                             1e-6 * static_cast<double>(run.particle_steps), run.wall_time_s,
+                             steady ? fmt::format("run-up {:.3f} m, force {:.1f} kN", run.results.number("runup_mean_m"),
+                                                  1e-3 * run.results.number("force_mean_n"))
+                                    : "no steady span"));
+    if (!steady) unsteady_.push_back(name);
+    const auto mean = [&](const char* quantity, const char* unit) {
+      return Metric{run.results.number(fmt::format("{}_mean_{}", quantity, unit)),
+                    run.results.number(fmt::format("{}_standard_error_{}", quantity, unit))};
+    };
+    return done_[case_hash(c)] = {mean("force", "n"), mean("runup", "m"), mean("pressure_height", "m"), mean("height_in_cells", "m"),
+                                  mean("impact_pressure", "pa")};
   }
 
  private:
   const CaseContext& context_;
   CaseResult& result_;
   Case base_;
-  std::map<std::uint64_t, std::vector<Figure>> done_;
+  std::map<std::uint64_t, std::vector<Metric>> done_;
   std::uint64_t particle_steps_ = 0;
   std::vector<std::string> unsteady_;
 };
@@ -100,35 +134,36 @@ std::string list(const std::vector<int>& cells) {
 }
 
 /// Studies of all figures on the grids w/n.
-std::vector<FigureStudy> grid_family(CaseResult& result, Runs& runs, const std::string& id, const std::vector<int>& cells, int pictured) {
+std::vector<MetricConvergence> grid_family(CaseResult& result, Runs& runs, const std::string& id, const std::vector<int>& cells,
+                                           int pictured) {
   std::vector<double> sizes;
   for (const int n : cells) sizes.push_back(runs.width() / n);
-  std::vector<StudiedFigure> figures = studied;
-  for (StudiedFigure& f : figures) f.quantity += ", " + id;
-  auto studies = record_grid_study(result, id, SweepKind::cell_size, sizes, figures, [&](double dx) {
+  std::vector<FollowedQuantity> figures = studied;
+  for (FollowedQuantity& f : figures) f.quantity += ", " + id;
+  auto studies = record_convergence(result, id, SweepKind::cell_size, sizes, figures, [&](double dx) {
     const int n = static_cast<int>(std::lround(runs.width() / dx));
     return runs(fmt::format("w{}", n), runs.at(n), n == pictured);
   });
-  if (!studies[force_x].study) throw UnstableError(fmt::format("{}: fewer than three grids have a steady span", id));
+  if (!studies[force_x].convergence) throw UnstableError(fmt::format("{}: fewer than three grids have a steady interval", id));
   return studies;
 }
 
 /// Order at which a study extrapolates: that of its least-squares fit, else that of its three finest grids if it is credible, else 1.
-double order_of(const FigureStudy& s) {
-  if (std::isfinite(s.study->least_squares_order)) return s.study->least_squares_order;
-  return s.study->safety_factor < 3.0 ? s.study->order : 1.0;
+double order_of(const MetricConvergence& s) {
+  if (std::isfinite(s.convergence->least_squares_order)) return s.convergence->least_squares_order;
+  return s.convergence->safety_factor < 3.0 ? s.convergence->order : 1.0;
 }
 
 /// The uncertainty that a study states on a coarser grid of its own: its error falls with its order.
-double uncertainty_at(const FigureStudy& s, double cell_size) {
+double uncertainty_at(const MetricConvergence& s, double cell_size) {
   return s.uncertainty * std::pow(cell_size / s.parameter.back(), order_of(s));
 }
 
 /// What all grids but the finest state about themselves has to cover what the finest then gives.
-void check_prediction(CaseResult& result, const FigureStudy& s, const std::string& unit) {
-  const FigureStudy before =
-      study_figure(s.name, s.kind, {s.parameter.begin(), s.parameter.end() - 1}, {s.figure.begin(), s.figure.end() - 1}, {}, formal_order);
-  const Figure &last = s.figure.back(), &next = before.figure.back();
+void check_prediction(CaseResult& result, const MetricConvergence& s, const std::string& unit) {
+  const MetricConvergence before =
+      judge_metric(s.name, s.kind, {s.parameter.begin(), s.parameter.end() - 1}, {s.metric.begin(), s.metric.end() - 1}, {}, formal_order);
+  const Metric &last = s.metric.back(), &next = before.metric.back();
   result.check_at_most(
       Label::verification, fmt::format("{}: change from dx = {:.3f} to {:.3f} m", s.name, before.parameter.back(), s.parameter.back()),
       std::abs(last.value - next.value), before.uncertainty, unit, noise(last, next),
@@ -137,7 +172,7 @@ void check_prediction(CaseResult& result, const FigureStudy& s, const std::strin
 }
 
 /// A change of something that no result should depend on has to stay within the uncertainty of the grid.
-void check_covered(CaseResult& result, const std::string& quantity, const Figure& base, const Figure& changed, double uncertainty,
+void check_covered(CaseResult& result, const std::string& quantity, const Metric& base, const Metric& changed, double uncertainty,
                    const std::string& unit) {
   result.check_at_most(
       Label::verification, quantity, std::abs(changed.value - base.value), uncertainty, unit, noise(base, changed),
@@ -166,31 +201,31 @@ void run(const CaseContext& context, CaseResult& result) {
   const Family even_grids = context.choose(Family{}, Family{4, 6, 8, 12}, Family{4, 6, 8, 12, 16});
   const Family odd_grids = context.choose(Family{3, 5, 7}, Family{3, 5, 7}, Family{3, 5, 7, 9, 11});
   const int pictured = context.choose(7, 12, 16), n = context.choose(5, 6, 6);
-  const std::vector<FigureStudy> odd = grid_family(result, runs, "odd w/dx", odd_grids, pictured);
-  const std::vector<FigureStudy> even = quick ? odd : grid_family(result, runs, "even w/dx", even_grids, pictured);
+  const std::vector<MetricConvergence> odd = grid_family(result, runs, "odd w/dx", odd_grids, pictured);
+  const std::vector<MetricConvergence> even = quick ? odd : grid_family(result, runs, "even w/dx", even_grids, pictured);
   for (const auto* family : quick ? std::vector{&odd} : std::vector{&odd, &even}) {
-    const FigureStudy& force = (*family)[force_x];
-    result.check_order(Label::verification, force.name + ": observed order, three finest", force.study->order, 0.5, 2.0,
+    const MetricConvergence& force = (*family)[force_x];
+    result.check_order(Label::verification, force.name + ": observed order, three finest", force.convergence->order, 0.5, 2.0,
                        "1 at walls, 2 in the interior; 0.5 to 2 is what Eca & Hoekstra take as credible");
     for (const FigureIndex i : asserted) {
-      if ((*family)[i].study->size.size() > 3) check_prediction(result, (*family)[i], studied[i].unit);
+      if ((*family)[i].convergence->size.size() > 3) check_prediction(result, (*family)[i], studied[i].unit);
     }
   }
   for (const FigureIndex i : asserted) {
     if (quick) break;
-    const Figure &a = even[i].figure.back(), &b = odd[i].figure.back();
+    const Metric &a = even[i].metric.back(), &b = odd[i].metric.back();
     result.check_at_most(Label::verification, studied[i].quantity + ": finest even against finest odd grid", std::abs(a.value - b.value),
                          even[i].uncertainty + odd[i].uncertainty, studied[i].unit, noise(a, b),
                          "both families go to the same limit, so their intervals of numerical uncertainty overlap; the slack is twice the "
                          "statistical error of the difference");
   }
-  result.check_absolute(Label::verification, "grids without a steady span", static_cast<double>(runs.unsteady().size()), 0.0, "", 0.0,
-                        "a mean needs a steady span, and the runs are long enough for one");
+  result.check_absolute(Label::verification, "grids without a steady interval", static_cast<double>(runs.unsteady().size()), 0.0, "", 0.0,
+                        "a mean needs a steady interval, and the runs are long enough for one");
 
   // One grid, everything else varied.
   const Case base = runs.at(n);
   const double dx = base.numerics.cell_size;
-  const std::vector<Figure> at_base = runs(fmt::format("w{}", n), base);
+  const std::vector<Metric> at_base = runs(fmt::format("w{}", n), base);
   const auto variant = [&](const std::string& name, const auto& change) {
     Case c = base;
     change(c);
@@ -202,10 +237,10 @@ void run(const CaseContext& context, CaseResult& result) {
       if (offset.y() != 0.0) c.conveyor->mirror_y = false;  // the plane y = 0 is then off the grid
     });
   };
-  const std::vector<Figure> across = shifted("y_half", {0.0, 0.5, 0.0});
-  const std::vector<Figure> along_x = quick ? std::vector<Figure>{} : shifted("x_half", {0.5, 0.0, 0.0});
-  const std::vector<Figure> upwards = quick ? std::vector<Figure>{} : shifted("z_half", {0.0, 0.0, 0.5});
-  const auto rows = [&](const std::string& where, const Figure& force, double along, double sideways) {
+  const std::vector<Metric> across = shifted("y_half", {0.0, 0.5, 0.0});
+  const std::vector<Metric> along_x = quick ? std::vector<Metric>{} : shifted("x_half", {0.5, 0.0, 0.0});
+  const std::vector<Metric> upwards = quick ? std::vector<Metric>{} : shifted("z_half", {0.0, 0.0, 0.5});
+  const auto rows = [&](const std::string& where, const Metric& force, double along, double sideways) {
     const int before = blocking_rows(n, 0.0, 0.0), after = blocking_rows(n, along, sideways);
     result.check_relative(
         Label::verification, fmt::format("force with {}, over that without a shift (dx = w/{})", where, n),
@@ -216,18 +251,18 @@ void run(const CaseContext& context, CaseResult& result) {
   rows("the grid shifted by half a cell across", across[force_x], 0.0, 0.5);
   if (!quick) rows("the grid shifted by half a cell along", along_x[force_x], 0.5, 0.0);
 
-  std::vector<std::pair<double, std::vector<Figure>>> cfl, particles;
+  std::vector<std::pair<double, std::vector<Metric>>> cfl, particles;
   for (const double value : context.choose(std::vector<double>{}, {0.8, 0.2}, {0.8, 0.2, 0.1}))
     cfl.emplace_back(value, variant(fmt::format("cfl{:g}", value), [&](Case& c) { c.numerics.cfl = value; }));
   for (const int value : context.choose(std::vector<int>{}, {1}, {1, 27, 64}))
     particles.emplace_back(value, variant(fmt::format("ppc{}", value), [&](Case& c) { c.numerics.particles_per_cell = value; }));
 
   // What was varied, by name. One particle a cell leaves holes: shown, not asserted.
-  std::vector<std::pair<std::string, const std::vector<Figure>*>> varied{{"shift by half a cell across", &across}};
+  std::vector<std::pair<std::string, const std::vector<Metric>*>> varied{{"shift by half a cell across", &across}};
   if (!quick) varied.insert(varied.end(), {{"shift by half a cell along the flow", &along_x}, {"shift by half a cell upwards", &upwards}});
   for (const auto& [value, figures] : cfl) varied.emplace_back(fmt::format("CFL {:g} in place of 0.4", value), &figures);
   for (const auto& [value, figures] : particles) varied.emplace_back(fmt::format("{:g} particles a cell in place of 8", value), &figures);
-  const std::vector<FigureStudy>& study = quick ? odd : even;
+  const std::vector<MetricConvergence>& study = quick ? odd : even;
   for (const FigureIndex i : asserted) {
     for (const auto& [name, figures] : varied) {
       if (name.starts_with("1 particles")) continue;
@@ -237,7 +272,7 @@ void run(const CaseContext& context, CaseResult& result) {
   }
 
   // The figures over what was varied, relative to the base.
-  const auto relative = [&](FigureIndex i, const std::vector<Figure>& figures) { return figures[i].value / at_base[i].value; };
+  const auto relative = [&](FigureIndex i, const std::vector<Metric>& figures) { return figures[i].value / at_base[i].value; };
   for (const auto& [id, title, label, points] :
        {std::tuple{"cfl", "Time step", "CFL number", &cfl}, std::tuple{"ppc", "Particles per cell", "particles per cell", &particles}}) {
     if (points->empty()) continue;
@@ -256,15 +291,16 @@ void run(const CaseContext& context, CaseResult& result) {
     result.plots.push_back(plot);
   }
 
-  const auto told = [&](FigureIndex i, const std::vector<Figure>& figures) {
-    return std::isfinite(figures[i].value) ? fmt::format("{:.3f}", relative(i, figures)) : std::string("no steady span");
+  const auto told = [&](FigureIndex i, const std::vector<Metric>& figures) {
+    return std::isfinite(figures[i].value) ? fmt::format("{:.3f}", relative(i, figures)) : std::string("no steady interval");
   };
   std::string text = fmt::format("Everything else varied at dx = w/{}, force, run-up, pressure height over those of the base:", n);
   for (const auto& [name, figures] : varied)
     text += fmt::format(" {} {}, {}, {};", name, told(force_x, *figures), told(runup, *figures), told(pressure_height, *figures));
   text.back() = '.';
   result.notes.push_back(text);
-  if (!runs.unsteady().empty()) result.notes.push_back(fmt::format("Runs without a steady span: {}.", fmt::join(runs.unsteady(), ", ")));
+  if (!runs.unsteady().empty())
+    result.notes.push_back(fmt::format("Runs without a steady interval: {}.", fmt::join(runs.unsteady(), ", ")));
   result.notes.push_back(fmt::format("Grids {}{}{}; {:.0f} million particle-steps in all.", list(odd_grids), quick ? "" : " and ",
                                      list(even_grids), 1e-6 * static_cast<double>(runs.particle_steps())));
 }

@@ -4,14 +4,14 @@
 #include <cmath>
 #include <optional>
 
-#include "mpm/convergence.hpp"
-#include "mpm/impact/measure.hpp"
-#include "mpm/impact/semi_empirical.hpp"
-#include "mpm/impact/steady.hpp"
-#include "mpm/io/config.hpp"
-#include "mpm/post.hpp"
-#include "mpm/scene.hpp"
-#include "mpm/stress.hpp"
+#include "libmpm/core/stress_update.hpp"
+#include "libmpm/driver/case_file.hpp"
+#include "libmpm/driver/convergence.hpp"
+#include "libmpm/driver/observers.hpp"
+#include "libmpm/driver/scene.hpp"
+#include "libmpm/impact/semi_empirical.hpp"
+#include "libmpm/impact/steady.hpp"
+#include "libmpm/observe/runup.hpp"
 #include "validation/harness/case.hpp"
 
 namespace mpm::validation {
@@ -65,7 +65,7 @@ Rise simulate(const CaseContext& context, const Setting& setting, bool wide, boo
   Case c = read_case(context.case_directory() / "case.toml");
   ConveyorSpec& conveyor = *c.conveyor;
   conveyor.velocity = flow_velocity(setting.froude, conveyor.flow_height, c.numerics.gravity);
-  if (wide) conveyor.width = conveyor_width(c.material.hardening_xi, c.obstacle->width);
+  if (wide) conveyor.width = conveyor_width(c.material.as<mpm::CamClay>().hardening_xi, c.obstacle->width());
   c.numerics.cell_size = setting.cell_size;
   c.output.duration = setting.to;
 
@@ -79,7 +79,7 @@ Rise simulate(const CaseContext& context, const Setting& setting, bool wide, boo
   const Scene scene = make_scene(c);
   State state = make_state(c, scene);
   const ImpactGeometry geometry = *impact_geometry(c);
-  ImpactSample sample(geometry);
+  Runup heights(geometry);
   const auto samples = static_cast<int>(std::ceil(setting.to * c.output.series_per_second - 1e-9));
   for (int k = 1; k <= samples; ++k) {
     advance(state, scene, k / c.output.series_per_second,
@@ -88,7 +88,7 @@ Rise simulate(const CaseContext& context, const Setting& setting, bool wide, boo
     int count = 0;
     state.grid.for_each_particle([&](const Particle& p) {
       const Vec3 x(p.position[0], p.position[1], p.position[2]), v(p.velocity[0], p.velocity[1], p.velocity[2]);
-      sample.add(x, 0.0, 1.0, 0.0);
+      heights.add(x);
       if (x.x() > 0.0 || x.x() < -rise.flow_height || std::abs(x.y()) > geometry.strip_half_width) return;
       if (v.z() <= 0.0 || x.z() < jet.low || x.z() > jet.high) return;
       const double head = x.z() + 0.5 * v.squaredNorm() / g;
@@ -97,7 +97,7 @@ Rise simulate(const CaseContext& context, const Setting& setting, bool wide, boo
       ++count;
     });
     rise.time.push_back(state.time);
-    rise.runup.push_back(sample.finish().runup);
+    rise.runup.push_back(heights.finish().highest);
     if (count >= 10 && state.time >= 0.5 * unit) {  // before that the splash, whose head is several times the bound
       rise.jet_time.push_back(state.time);
       rise.head.push_back(sum / count);
@@ -111,7 +111,7 @@ Rise simulate(const CaseContext& context, const Setting& setting, bool wide, boo
            .field = FlowField::speed,
            .title = fmt::format("Inviscid flow, Fr {:.3g}, t = {:.2f} s", setting.froude, state.time),
            .caption = fmt::format("The jet before anything has fallen back onto the oncoming flow. H + v²/2g is {:.1f} m.", rise.bound),
-           .slice_half_width = 0.5 * c.obstacle->width,
+           .slice_half_width = 0.5 * c.obstacle->width(),
            .window = std::array<double, 4>{-conveyor.upstream_length, conveyor.downstream_length, -0.2, top},
            .range = {},
            .snapshot = {},
@@ -138,7 +138,7 @@ Rise simulate(const CaseContext& context, const Setting& setting, bool wide, boo
 
 /// Head that the stagnation streamline loses in plastic compaction, m. Work per volume of compacting to p > p_c0 along p = K sinh(xi X) is
 /// the integral of p dX = (K/xi) (sqrt(1 + (p/K)^2) - sqrt(1 + (p_c0/K)^2)); p is the stagnation pressure of the elastic fluid.
-double plastic_head_loss(const MaterialSpec& m, double velocity) {
+double plastic_head_loss(const mpm::CamClay::Parameters& m, double velocity) {
   const double k = bulk_modulus(m.young_modulus, m.poisson_ratio);
   const double p = std::max(hencky_stagnation_pressure(velocity, m.density, k), m.preconsolidation_pressure);
   return k / m.hardening_xi * (std::hypot(1.0, p / k) - std::hypot(1.0, m.preconsolidation_pressure / k)) / (m.density * standard_gravity);
@@ -196,7 +196,7 @@ void convergence(const std::vector<Rise>& rises, CaseResult& result) {
   result.check_order(Label::verification, "Fr 3: order of the jet's head", order, 1.0, 3.0,
                      "between the first order of MPM's walls and free surfaces and twice the second of its splines: w/4 and w/10 have node "
                      "rows on the mast's sides, w/5 and w/7 have not, so that the errors of neighbouring grids scatter");
-  if (size.size() >= 3) result.studies.push_back({"head of the jet, Fr 3", "m", grid_study(size, head, 2.0)});
+  if (size.size() >= 3) result.convergences.push_back({"head of the jet, Fr 3", "m", judge_convergence(size, head, 2.0)});
   const double at_finest = error.front() * std::pow(size.back() / size.front(), 2);
   result.plots.push_back(
       {"fr3-order",
@@ -246,7 +246,7 @@ void run(const CaseContext& context, CaseResult& result) {
     bound.x.push_back(f);
     bound.y.push_back(b / c.conveyor->flow_height);
     lossy.x.push_back(f);
-    lossy.y.push_back((b - plastic_head_loss(c.material, v)) / c.conveyor->flow_height);
+    lossy.y.push_back((b - plastic_head_loss(c.material.as<mpm::CamClay>(), v)) / c.conveyor->flow_height);
   }
   Series runup{"mean run-up", {}, {}, Series::Style::points}, head{"mean head of the jet", {}, {}, Series::Style::points};
   for (const Rise& r : rises) {

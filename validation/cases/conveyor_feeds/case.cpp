@@ -2,11 +2,11 @@
 
 #include <cmath>
 
-#include "mpm/impact/semi_empirical.hpp"
-#include "mpm/impact/steady.hpp"
-#include "mpm/io/config.hpp"
-#include "mpm/io/table.hpp"
-#include "mpm/run.hpp"
+#include "libmpm/driver/case_file.hpp"
+#include "libmpm/driver/run.hpp"
+#include "libmpm/impact/semi_empirical.hpp"
+#include "libmpm/impact/steady.hpp"
+#include "libmpm/io/csv.hpp"
 #include "validation/harness/case.hpp"
 
 namespace mpm::validation {

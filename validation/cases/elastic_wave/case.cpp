@@ -6,8 +6,8 @@
 #include <complex>
 #include <numbers>
 
-#include "mpm/io/config.hpp"
-#include "mpm/scene.hpp"
+#include "libmpm/driver/case_file.hpp"
+#include "libmpm/driver/scene.hpp"
 #include "validation/harness/case.hpp"
 #include "validation/harness/particle_access.hpp"
 
@@ -66,7 +66,7 @@ Case bar_case(const CaseContext& context, const Settings& s) {
   }
   if (s.ends == Ends::free) {
     c.walls.clear();
-    c.material.poisson_ratio = 0.0;  // an axial strain has no lateral stress: the one-dimensional frequency is exact
+    c.material.as<HenckyElastic>().poisson_ratio = 0.0;  // an axial strain has no lateral stress: the one-dimensional frequency is exact
   }
   c.bodies[0].min += shift;
   c.bodies[0].max += shift;

@@ -6,9 +6,9 @@
 #include <limits>
 #include <numbers>
 
-#include "mpm/diagnostics.hpp"
-#include "mpm/io/config.hpp"
-#include "mpm/scene.hpp"
+#include "libmpm/core/diagnostics.hpp"
+#include "libmpm/driver/case_file.hpp"
+#include "libmpm/driver/scene.hpp"
 #include "validation/harness/case.hpp"
 
 namespace mpm::validation {
@@ -22,10 +22,10 @@ constexpr double spin = 2.0 * std::numbers::pi;  // rad/s: one turn in the durat
 Case thrown_cube() {
   Case c;
   c.title = "thrown cube";
-  c.material.model = "hencky_elastic";
-  c.material.density = 300.0;
-  c.material.young_modulus = 1e8;
-  c.material.poisson_ratio = 0.1;
+  c.material = HenckyElastic::Parameters{};
+  c.material.set_density(300.0);
+  c.material.as<HenckyElastic>().young_modulus = 1e8;
+  c.material.as<HenckyElastic>().poisson_ratio = 0.1;
   c.numerics.cell_size = 0.25;
   c.numerics.gravity = gravity;
   c.bodies.push_back({BodySpec::Shape::box, Vec3::Constant(-0.5 * edge), Vec3::Constant(0.5 * edge), throw_velocity});
@@ -127,7 +127,7 @@ void run(const CaseContext& context, CaseResult& result) {
   const Case c = thrown_cube();
   const Vec3 g(0.0, 0.0, -gravity);
   const double radius = 0.5 * std::sqrt(3.0) * edge;
-  const double strain = c.material.density * spin * spin * radius * radius / c.material.young_modulus;
+  const double strain = c.material.density() * spin * spin * radius * radius / c.material.as<HenckyElastic>().young_modulus;
   const auto parabola = [&](double t) { return Vec3(throw_velocity * t + 0.5 * t * t * g); };
 
   const Scene scene = make_scene(c);

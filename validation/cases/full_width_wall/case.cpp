@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include "mpm/io/config.hpp"
-#include "mpm/io/table.hpp"
+#include "libmpm/driver/case_file.hpp"
+#include "libmpm/io/csv.hpp"
 #include "validation/harness/case.hpp"
 #include "validation/harness/shallow_flow.hpp"
 
@@ -101,9 +101,10 @@ struct Study {
 
 void run(const CaseContext& context, CaseResult& result) {
   const Case base = read_case(context.case_directory() / "case.toml");
-  const double depth = base.bodies[0].max.z(), g = base.numerics.gravity, rho = base.material.density;
-  const HydrostaticColumn fluid(rho, g, tait_curve(base.material.bulk_modulus, base.material.tait_exponent));
-  MaterialSpec snow;
+  const double depth = base.bodies[0].max.z(), g = base.numerics.gravity, rho = base.material.density();
+  const WeaklyCompressibleFluid::Parameters& water = base.material.as<WeaklyCompressibleFluid>();
+  const HydrostaticColumn fluid(rho, g, tait_curve(water.bulk_modulus, water.tait_exponent));
+  mpm::CamClay::Parameters snow;
   snow.density = rho;
   snow.critical_state_slope = 0.0;
   const double k = snow.young_modulus / (3.0 * (1.0 - 2.0 * snow.poisson_ratio));
@@ -193,9 +194,9 @@ void run(const CaseContext& context, CaseResult& result) {
                           (dx / (4.0 * bore.height) + s.unsteadiness) * r / (r - 1.0),
                           "what is allowed for the depth, times r/(r - 1): the speed is v/(r - 1)");
     if (grids.size() >= 3) {
-      const GridStudy g3 = grid_study(size, height, 1.0);
+      const Convergence g3 = judge_convergence(size, height, 1.0);
       h.observed_order = g3.order;
-      result.studies.push_back({s.name + ": depth behind the bore", "H", g3});
+      result.convergences.push_back({s.name + ": depth behind the bore", "H", g3});
     }
     result.plots.push_back(std::move(front));
     result.plots.push_back(std::move(shape));

@@ -8,10 +8,10 @@
 #include <numbers>
 #include <sstream>
 
-#include "mpm/convergence.hpp"
-#include "mpm/error.hpp"
-#include "mpm/io/config.hpp"
-#include "mpm/scene.hpp"
+#include "libmpm/base/error.hpp"
+#include "libmpm/driver/case_file.hpp"
+#include "libmpm/driver/convergence.hpp"
+#include "libmpm/driver/scene.hpp"
 #include "validation/harness/case.hpp"
 
 namespace mpm::validation {
@@ -52,8 +52,9 @@ Case column_case(Case c, const Column& column) {
   c.numerics.cell_size = dx;
   const double gravity = c.numerics.gravity;
   // Oedometric modulus from the weight; E from it.
-  const double nu = c.material.poisson_ratio, oedometric = column.stiffness * c.material.density * gravity * h0 / gravity_strain;
-  c.material.young_modulus = oedometric * (1.0 + nu) * (1.0 - 2.0 * nu) / (1.0 - nu);
+  const double nu = c.material.as<DruckerPrager>().poisson_ratio,
+               oedometric = column.stiffness * c.material.density() * gravity * h0 / gravity_strain;
+  c.material.as<DruckerPrager>().young_modulus = oedometric * (1.0 + nu) * (1.0 - 2.0 * nu) / (1.0 - nu);
   c.walls.resize(1);  // the floor
   c.bodies.resize(1);
   BodySpec& body = c.bodies[0];
@@ -83,12 +84,12 @@ double radius(const Particle& p, Geometry geometry) {
 
 /// Stress at rest behind a frictionless gate: the weight above, and K0 = nu/(1 - nu) of it to the sides.
 void prestress(State& state, const Case& c, double h0) {
-  const double k0 = c.material.poisson_ratio / (1.0 - c.material.poisson_ratio);
+  const double k0 = c.material.as<DruckerPrager>().poisson_ratio / (1.0 - c.material.as<DruckerPrager>().poisson_ratio);
   for (const auto b : state.grid.occupied_blocks()) {
     auto& particles = state.grid.block(b).particles;
     for (int s = 0; s < particles.count(); ++s) {
       Particle& p = particles[s];
-      const double vertical = -c.material.density * c.numerics.gravity * (h0 - p.position[2]);
+      const double vertical = -c.material.density() * c.numerics.gravity * (h0 - p.position[2]);
       p.stress[0] = p.stress[1] = k0 * vertical;
       p.stress[2] = vertical;
     }
@@ -213,7 +214,7 @@ double exponent_of(const std::vector<double>& a, const std::vector<double>& y) {
 std::string word(Geometry g) { return g == Geometry::plane ? "plane" : "axisymmetric"; }
 
 Case mu_of_i(Case c) {
-  MaterialSpec& m = c.material;
+  DruckerPrager::Parameters& m = c.material.as<DruckerPrager>();
   constexpr double degree = std::numbers::pi / 180.0;
   m.limit_friction_angle = 40.0 * degree;  // tan 30 + 0.26, the increase of Jop et al. (2006) for glass beads
   m.reference_inertial_number = 0.279;
@@ -224,12 +225,14 @@ Case mu_of_i(Case c) {
 
 /// Cohesionless snow of the same critical state: M' = M = q/p in simple shear, the cap at the weight of the column.
 Case cam_clay(Case c, const Column& column) {
-  MaterialSpec& m = c.material;
-  m.critical_state_slope = std::numbers::sqrt3 * std::tan(m.friction_angle);
-  m.model = "cohesive_cam_clay";
+  const DruckerPrager::Parameters& sand = c.material.as<DruckerPrager>();
+  mpm::CamClay::Parameters m;
+  static_cast<HenckyModuli::Parameters&>(m) = sand;
+  m.critical_state_slope = std::numbers::sqrt3 * std::tan(sand.friction_angle);
   m.cohesion_beta = 0.0;
   m.hardening_xi = 30.0;
   m.preconsolidation_pressure = m.density * c.numerics.gravity * column.aspect * column_radius(c);
+  c.material = m;
   return c;
 }
 
@@ -458,8 +461,8 @@ void run(const CaseContext& context, CaseResult& result) {
       const Deposit d = done != plane.end() ? *done : study.run({Geometry::plane, 1.0, cells});
       size.push_back(1.0 / cells), runout.push_back(d.runout), height.push_back(d.height);
     }
-    result.studies.push_back({"plane, a = 1: run-out over r0, against dx/r0", "", grid_study(size, runout, 1.0)});
-    result.studies.push_back({"plane, a = 1: height over r0, against dx/r0", "", grid_study(size, height, 1.0)});
+    result.convergences.push_back({"plane, a = 1: run-out over r0, against dx/r0", "", judge_convergence(size, runout, 1.0)});
+    result.convergences.push_back({"plane, a = 1: height over r0, against dx/r0", "", judge_convergence(size, height, 1.0)});
     if (context.level() == Level::full) {
       for (const int cells : {24, 48}) {
         const double soft = study.run({Geometry::plane, 1.0, cells}).runout, stiff = study.run({Geometry::plane, 1.0, cells, 4.0}).runout;

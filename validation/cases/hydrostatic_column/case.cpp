@@ -6,10 +6,10 @@
 #include <functional>
 #include <numbers>
 
-#include "mpm/io/config.hpp"
-#include "mpm/io/table.hpp"
-#include "mpm/scene.hpp"
-#include "mpm/stress.hpp"
+#include "libmpm/core/stress_update.hpp"
+#include "libmpm/driver/case_file.hpp"
+#include "libmpm/driver/scene.hpp"
+#include "libmpm/io/csv.hpp"
 #include "validation/harness/case.hpp"
 #include "validation/harness/norms.hpp"
 #include "validation/harness/ode_reference.hpp"
@@ -31,7 +31,7 @@ double lambert_w(double s) {
 /// A column at rest: what carries the Cauchy stress -load, and the Kirchhoff stress ratio there.
 struct Column {
   std::string word, id;
-  MaterialSpec material;
+  MaterialParameters material;
   std::function<double(double load)> compression;    ///< -ln J
   std::function<double(double load)> lateral_ratio;  ///< tau_xx / tau_zz
   double softness = 1.0;                             ///< lowest wave speed of the column over c_P
@@ -47,36 +47,42 @@ struct Column {
   }
 };
 
-MaterialSpec snow(const std::string& model, double young) {
-  MaterialSpec m;
-  m.model = model;
+template <class Law>
+typename Law::Parameters snow(double young) {
+  typename Law::Parameters m;
   m.density = density;
   m.young_modulus = young;
   m.poisson_ratio = poisson;
   return m;
 }
 
+/// Snow without friction whose cap is never reached: elastic in volume, a fluid in shear.
+mpm::CamClay::Parameters frictionless_snow(double young) {
+  auto m = snow<mpm::CamClay>(young);
+  m.critical_state_slope = 0.0;
+  m.preconsolidation_pressure = 20.0 * weight;
+  return m;
+}
+
 Column elastic_column(const std::string& word, const std::string& id, double young, bool fluid) {
   const double bulk = young / (3.0 * (1.0 - 2.0 * poisson)), shear = young / (2.0 * (1.0 + poisson));
   const double modulus = fluid ? bulk : bulk + 4.0 / 3.0 * shear;
-  Column c{word,
-           id,
-           snow(fluid ? "cohesive_cam_clay" : "hencky_elastic", young),
-           [=](double load) { return lambert_w(load / modulus); },
-           [=](double) { return fluid ? 1.0 : poisson / (1.0 - poisson); },
-           std::sqrt(modulus / (bulk + 4.0 / 3.0 * shear))};
-  c.material.critical_state_slope = 0.0;
-  c.material.preconsolidation_pressure = 20.0 * weight;  // never reached: elastic in volume
-  return c;
+  return {word,
+          id,
+          fluid ? MaterialParameters(frictionless_snow(young)) : MaterialParameters(snow<HenckyElastic>(young)),
+          [=](double load) { return lambert_w(load / modulus); },
+          [=](double) { return fluid ? 1.0 : poisson / (1.0 - poisson); },
+          std::sqrt(modulus / (bulk + 4.0 / 3.0 * shear))};
 }
 
 /// Snow that yields under its weight: states along the oedometric path, from CVODE.
 Column yielding_column() {
-  Column c{"yielding snow", "plastic", snow("cohesive_cam_clay", 1e6), {}, {}, 0.4, false};
-  c.material.critical_state_slope = 0.8;
-  c.material.cohesion_beta = 0.3;
-  c.material.hardening_xi = 0.5;
-  c.material.preconsolidation_pressure = 2e3;
+  auto yielding = snow<mpm::CamClay>(1e6);
+  yielding.critical_state_slope = 0.8;
+  yielding.cohesion_beta = 0.3;
+  yielding.hardening_xi = 0.5;
+  yielding.preconsolidation_pressure = 2e3;
+  Column c{"yielding snow", "plastic", yielding, {}, {}, 0.4, false};
   const CamClay model = CamClay::from_young(1e6, poisson, 0.8, 0.3, 0.5, 2e3);
   constexpr double most = 0.03;
   const ReferencePath path =
@@ -334,7 +340,7 @@ void study(const CaseContext& context, CaseResult& result, const Column& column,
   result.check_order(Label::verification, word + ": order of the settlement", settlement_order, 0.9, 1.1,
                      "first order at the floor; the band is the second-order part at the coarsest grid");
   result.check_order(Label::verification, word + ": order of the displacement (L2)", displacement_order, 0.9, 1.1, "as the settlement");
-  const GridStudy limit = grid_study(e.size, e.settled, 1.0);
+  const Convergence limit = judge_convergence(e.size, e.settled, 1.0);
   result
       .check_relative(Label::verification, word + ": settlement extrapolated to dx = 0", limit.extrapolated, full, "mm", 5e-3,
                       "second-order remainder: square of the 5 % of the coarsest grid, doubled")
@@ -349,7 +355,7 @@ void study(const CaseContext& context, CaseResult& result, const Column& column,
                       quadrature_share * strain,
                       "quadrature with two particles per cell and axis: 4 % of the strain in the manufactured solution")
       .observed_order = fitted_order(e.size, e.inner);
-  result.studies.push_back({word + ": settlement of the top", "mm", limit});
+  result.convergences.push_back({word + ": settlement of the top", "mm", limit});
   result.notes.push_back(
       fmt::format("{}, H/dx = {} to {}: orders from grid to grid: settlement {}, displacement {}, stress (L1) {}, interior stress (L2) {}. "
                   "Interior error {:.1e} to {:.1e}; too much "

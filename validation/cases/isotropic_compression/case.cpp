@@ -5,13 +5,14 @@
 #include <functional>
 #include <limits>
 
-#include "mpm/io/config.hpp"
-#include "mpm/io/table.hpp"
-#include "mpm/materials/cam_clay.hpp"
+#include "libmpm/driver/case_file.hpp"
+#include "libmpm/io/csv.hpp"
+#include "libmpm/material/cam_clay.hpp"
 #include "validation/harness/case.hpp"
 #include "validation/harness/in_parallel.hpp"
 #include "validation/harness/norms.hpp"
 #include "validation/harness/point_comparison.hpp"
+#include "validation/harness/root.hpp"
 
 namespace mpm::validation {
 namespace {
@@ -20,15 +21,15 @@ using Segment = ReferenceSegment;
 
 /// A material of the paper's grid (Table 1) or of Sect. 4.3.
 struct Material {
-  MaterialSpec spec;
+  mpm::CamClay::Parameters spec;
   CamClay model;
   std::string name;
 };
 
-std::vector<Material> paper_materials(const MaterialSpec& base) {
+std::vector<Material> paper_materials(const mpm::CamClay::Parameters& base) {
   std::vector<Material> all;
   const auto add = [&](double slope, double beta, double xi) {
-    const MaterialSpec spec = with_plasticity(base, slope, beta, xi);
+    const mpm::CamClay::Parameters spec = with_plasticity(base, slope, beta, xi);
     all.push_back({spec, reference_model(spec), fmt::format("M {}, β {}, ξ {}", slope, beta, xi)});
   };
   for (const double slope : {0.0, 0.4, 0.8, 1.2})
@@ -101,7 +102,7 @@ void isotropic_compression(CaseResult& result, const std::vector<Material>& mate
               {},          "Black: closed form. Markers: return map, 40 steps. M 0.8, β 0.3.",
               false,       true};
   for (const double xi : {0.05, 0.5, 5.0, 15.0}) {
-    const MaterialSpec spec = with_plasticity(file.material, 0.8, 0.3, xi);
+    const mpm::CamClay::Parameters spec = with_plasticity(file.material.as<mpm::CamClay>(), 0.8, 0.3, xi);
     const CamClay model = reference_model(spec);
     Series line{xi == 0.05 ? "closed form" : "", {}, {}, Series::Style::reference},
         marks{fmt::format("ξ = {}", xi), {}, {}, Series::Style::points};
@@ -174,13 +175,12 @@ void yield_without_pressure(CaseResult& result, const std::vector<Material>& mat
   const Pair pair = over_materials(materials, [&](const Material& m, Pair& out) {
     if (m.model.cohesion_beta == 0.0) return;  // q = 0: no elastic range to measure
     const double q = exact::yield_without_pressure(m.model, m.model.initial_internal()), strain = q / (3.0 * m.model.shear_modulus);
-    // The map yields between the two: the largest q without a change of X, by bisection.
-    double elastic = 0.5 * strain, plastic = 2.0 * strain;
-    for (int i = 0; i < 60; ++i) {
-      const double middle = 0.5 * (elastic + plastic);
-      const auto rows = follow_path(library_path(m.spec, {Segment::strain_increment(0.0, middle)}, 1));
-      (rows.back().eps_v_plastic == rows.front().eps_v_plastic ? elastic : plastic) = middle;
-    }
+    // the largest q without a change of X
+    const auto stays_elastic = [&](double trial) {
+      const auto rows = follow_path(library_path(m.spec, {Segment::strain_increment(0.0, trial)}, 1));
+      return rows.back().eps_v_plastic == rows.front().eps_v_plastic;
+    };
+    const double elastic = limit_of(stays_elastic, 0.5 * strain, 2.0 * strain).first;
     out.map.add(relative_error(3.0 * m.model.shear_modulus * elastic, q), m.name);
     const auto events = coaxial_reference(m.model, {Segment::strain_increment(0.0, 2.0 * strain)}, {1e-13, 4}).events;
     const double onset = events.empty() ? std::numeric_limits<double>::quiet_NaN() : events.front().time * 2.0 * strain;
@@ -198,11 +198,10 @@ Mat3 to_mat3(const Sym3<double>& s) {
   return m;
 }
 
-void hencky_simple_shear(CaseResult& result, const MaterialSpec& base) {
-  MaterialSpec strong = with_plasticity(base, 0.8, 0.3, 5.0);
+void hencky_simple_shear(CaseResult& result, const mpm::CamClay::Parameters& base) {
+  mpm::CamClay::Parameters strong = with_plasticity(base, 0.8, 0.3, 5.0);
   strong.preconsolidation_pressure = 1e9;  // so strong that it stays elastic
-  MaterialSpec elastic = strong;
-  elastic.model = "hencky_elastic";
+  const HenckyElastic::Parameters elastic{strong};
   const CamClay model = reference_model(strong);
   const auto path = [](double gamma) {
     Mat3 l = Mat3::Zero();
@@ -221,7 +220,7 @@ void hencky_simple_shear(CaseResult& result, const MaterialSpec& base) {
   for (const double gamma : {1e-3, 0.01, 0.1, 0.5, 1.0, 2.0, 4.0}) {
     const Mat3 tau = exact::hencky_simple_shear(model.shear_modulus, gamma);
     const double scale = tau.norm();
-    for (const MaterialSpec& spec : {strong, elastic})
+    for (const MaterialParameters& spec : {MaterialParameters(strong), MaterialParameters(elastic)})
       for (const int steps : {1, 7, 160})
         map = std::max(map, (to_mat3(follow_path(library_path(spec, path(gamma), steps), steps).back().stress) - tau).norm() / scale);
     reference = std::max(reference, (general_reference(model, path(gamma), {1e-13, 4}).points.back().stress - tau).norm() / scale);
@@ -258,7 +257,7 @@ void hencky_simple_shear(CaseResult& result, const MaterialSpec& base) {
 }
 
 /// Eq. 2 and Eq. 3's points of the ellipse as printed, against the formulas that the checks above use.
-void printed_ratios(CaseResult& result, const MaterialSpec& base) {
+void printed_ratios(CaseResult& result, const mpm::CamClay::Parameters& base) {
   const Table table = Table::read(std::filesystem::path(MPM_CASE_DIRECTORY) / "../../../reference_data/paper_Mprime_grid/data.csv");
   const auto slope = table.numbers("M"), beta = table.numbers("beta"), ratio = table.numbers("Mprime"),
              q0 = table.numbers("qy_at_p0_over_pc");
@@ -274,14 +273,15 @@ void printed_ratios(CaseResult& result, const MaterialSpec& base) {
 
 void run(const CaseContext& context, CaseResult& result) {
   const PathSpec file = read_path(context.case_directory() / "case.toml");
-  const std::vector<Material> materials = paper_materials(file.material);
+  const mpm::CamClay::Parameters& snow = file.material.as<mpm::CamClay>();
+  const std::vector<Material> materials = paper_materials(snow);
   isotropic_compression(result, materials, file);
   isochoric_critical_state(result, materials);
   drained_critical_state(result, materials, false);
   drained_critical_state(result, materials, true);
   yield_without_pressure(result, materials);
-  hencky_simple_shear(result, file.material);
-  printed_ratios(result, file.material);
+  hencky_simple_shear(result, snow);
+  printed_ratios(result, snow);
 }
 
 const Registration registered{{MPM_CASE_NAME, "Isotropic compression and other closed forms of a material point", MPM_CASE_DIRECTORY, run}};

@@ -3,9 +3,9 @@
 #include <cmath>
 #include <numbers>
 
-#include "mpm/io/config.hpp"
-#include "mpm/obstacle.hpp"
-#include "mpm/scene.hpp"
+#include "libmpm/boundary/obstacle.hpp"
+#include "libmpm/driver/case_file.hpp"
+#include "libmpm/driver/scene.hpp"
 #include "validation/harness/case.hpp"
 #include "validation/harness/shallow_flow.hpp"
 
@@ -28,27 +28,19 @@ double radians(double degrees) { return degrees * std::numbers::pi / 180.0; }
 
 /// Flanks of 8 b at `half_angle` to the jet, which leaves along them: 1 - cos.
 Target wedge(double b, double degrees) {
-  ObstacleSpec o;
-  o.shape = ObstacleSpec::Shape::wedge;
-  o.depth = 8.0 * b * std::cos(radians(degrees));
-  o.width = 16.0 * b * std::sin(radians(degrees));
+  const ObstacleSpec o{.shape = WedgeShape{.width = 16.0 * b * std::sin(radians(degrees)), .depth = 8.0 * b * std::cos(radians(degrees))}};
   return {fmt::format("wedge, half angle {:.0f}°", degrees), o, 1.0 - std::cos(radians(degrees)), 0.0, std::cos(radians(degrees))};
 }
 
 /// A box whose front face, 16 b wide, is turned by `degrees`: the face takes the momentum normal to it, cos of the jet's, along its normal.
 Target plate(double b, double degrees) {
-  ObstacleSpec o;
-  o.width = 16.0 * b;
-  o.depth = 2.0 * b;
-  o.rotation = radians(degrees);
-  const double c = std::cos(o.rotation), s = std::sin(o.rotation);
+  const ObstacleSpec o{.shape = BoxShape{.width = 16.0 * b, .depth = 2.0 * b, .rotation = radians(degrees)}};
+  const double c = std::cos(radians(degrees)), s = std::sin(radians(degrees));
   return {fmt::format("face turned by {:.0f}°", degrees), o, c * c, c * s, 0.0};
 }
 
 Target cylinder(double b) {
-  ObstacleSpec o;
-  o.shape = ObstacleSpec::Shape::cylinder;
-  o.width = 8.0 * b;
+  const ObstacleSpec o{.shape = CylinderShape{.width = 8.0 * b}};
   return {"cylinder, radius 4 b", o, std::nan(""), 0.0, 0.0};
 }
 
@@ -73,9 +65,9 @@ Measured run_jet(const Case& base, const Target& target, int cells) {
   c.bodies[0].min.x() = -(to + 6.0) * b;
   c.domain.min = Vec3(c.bodies[0].min.x() - b, -7.0 * b, 0.0);
   c.domain.max = Vec3(leading_x + 6.0 * b, 7.0 * b, 1.0);
-  const Scene scene = make_scene(c);
+  const CaseScene scene = make_scene(c);
   State state = staggered_state(c, scene, 1, 0);
-  const double unit = b / v, full = c.material.density * v * v * 2.0 * b * dx;
+  const double unit = b / v, full = c.material.density() * v * v * 2.0 * b * dx;
   Measured m;
   std::vector<double> x, y;
   Vec3 impulse = Vec3::Zero();
@@ -140,7 +132,8 @@ void run(const CaseContext& context, CaseResult& result) {
                             0.002 + 3.0 * m.force_y.standard_error, reason);
     }
     plot.series.push_back({target.name, m.time, m.history, Series::Style::simulation});
-    if (size.size() >= 3) result.studies.push_back({target.name + ": force along the jet", "ρ0v²A", grid_study(size, force, 1.0)});
+    if (size.size() >= 3)
+      result.convergences.push_back({target.name + ": force along the jet", "ρ0v²A", judge_convergence(size, force, 1.0)});
   }
   result.plots.push_back(std::move(plot));
 }

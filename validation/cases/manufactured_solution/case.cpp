@@ -4,8 +4,8 @@
 #include <cmath>
 #include <numbers>
 
-#include "mpm/io/config.hpp"
-#include "mpm/scene.hpp"
+#include "libmpm/driver/case_file.hpp"
+#include "libmpm/driver/scene.hpp"
 #include "validation/harness/case.hpp"
 #include "validation/harness/particle_access.hpp"
 
@@ -31,7 +31,8 @@ struct Solution {
   Vec3 amplitude;                  ///< A_i, m
   Vec3 phase = Vec3(0.25 * pi, 11.0 / 12.0 * pi, 19.0 / 12.0 * pi);
 
-  Solution(const MaterialSpec& m, const Vec3& a)
+  Solution(const MaterialParameters& material, const Vec3& a) : Solution(material.as<HenckyElastic>(), a) {}
+  Solution(const HenckyElastic::Parameters& m, const Vec3& a)
       : lame(m.young_modulus * m.poisson_ratio / ((1.0 + m.poisson_ratio) * (1.0 - 2.0 * m.poisson_ratio))),
         shear(m.young_modulus / (2.0 * (1.0 + m.poisson_ratio))),
         density(m.density),

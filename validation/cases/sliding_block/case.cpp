@@ -3,9 +3,9 @@
 #include <cmath>
 #include <numbers>
 
-#include "mpm/diagnostics.hpp"
-#include "mpm/io/config.hpp"
-#include "mpm/scene.hpp"
+#include "libmpm/core/diagnostics.hpp"
+#include "libmpm/driver/case_file.hpp"
+#include "libmpm/driver/scene.hpp"
 #include "validation/harness/case.hpp"
 
 namespace mpm::validation {
@@ -49,8 +49,9 @@ void run(const CaseContext& context, CaseResult& result) {
   c.numerics.cell_size = context.choose(0.125, 0.0625, 0.0625);
   const double mu = c.walls.front().friction, g = c.numerics.gravity, v0 = c.bodies.front().velocity.x(), height = 0.5;
   // Bound of what the block sinks under its weight, the first bounce included.
-  const double sinking = c.material.density * g * height * height / c.material.young_modulus;
-  const double shear_speed = std::sqrt(0.5 * c.material.young_modulus / (1.0 + c.material.poisson_ratio) / c.material.density);
+  const double sinking = c.material.density() * g * height * height / c.material.as<HenckyElastic>().young_modulus;
+  const double shear_speed = std::sqrt(0.5 * c.material.as<HenckyElastic>().young_modulus /
+                                       (1.0 + c.material.as<HenckyElastic>().poisson_ratio) / c.material.density());
 
   const double stop_time = v0 / (mu * g), stop_distance = 0.5 * v0 * stop_time;
   Scene scene = make_scene(c);

@@ -6,15 +6,15 @@
 #include <functional>
 #include <limits>
 
-#include "mpm/error.hpp"
-#include "mpm/io/atomic_file.hpp"
-#include "mpm/io/config.hpp"
-#include "mpm/io/table.hpp"
+#include "libmpm/base/error.hpp"
+#include "libmpm/driver/case_file.hpp"
+#include "libmpm/io/atomic_file.hpp"
+#include "libmpm/io/csv.hpp"
 #include "validation/harness/case.hpp"
 #include "validation/harness/in_parallel.hpp"
 #include "validation/harness/norms.hpp"
 #include "validation/harness/point_comparison.hpp"
-#include "validation/harness/trial_sweep.hpp"
+#include "validation/harness/random_trials.hpp"
 
 namespace mpm::validation {
 namespace {
@@ -120,9 +120,9 @@ constexpr double well_conditioned = 0.1;
 
 constexpr Plasticity drawn{0.8, 0.3, 5.0};
 
-Outcome follow(const Path& path, const Plasticity& material, const MaterialSpec& base) {
+Outcome follow(const Path& path, const Plasticity& material, const mpm::CamClay::Parameters& base) {
   Outcome o{&path, material, {}, 0.0, {}};
-  const MaterialSpec spec = with_plasticity(base, material.slope, material.beta, material.xi);
+  const mpm::CamClay::Parameters spec = with_plasticity(base, material.slope, material.beta, material.xi);
   const CamClay model = reference_model(spec);
   const std::vector<Segment> segments = path.segments(model);
   ComparisonOptions options;
@@ -216,12 +216,12 @@ void check_paths(CaseResult& result, const std::vector<Path>& paths, const std::
 }
 
 /// M = 0: q = 0 and the pressure of the closed form on every path, whatever the shear.
-void check_without_friction(CaseResult& result, const std::vector<Path>& paths, const MaterialSpec& base) {
+void check_without_friction(CaseResult& result, const std::vector<Path>& paths, const mpm::CamClay::Parameters& base) {
   Extreme strain, drained;
   for (const Path& path : paths)
     for (const Plasticity& material : paper_materials()) {
       if (material.slope != 0.0) continue;
-      const MaterialSpec spec = with_plasticity(base, 0.0, material.beta, material.xi);
+      const mpm::CamClay::Parameters spec = with_plasticity(base, 0.0, material.beta, material.xi);
       const std::vector<Segment> segments = path.segments(reference_model(spec));
       const bool stress_controlled = segments.back().control == Segment::Control::drained_triaxial;
       (stress_controlled ? drained : strain)
@@ -235,11 +235,11 @@ void check_without_friction(CaseResult& result, const std::vector<Path>& paths, 
 }
 
 /// beta = 0: no tension anywhere, and none of the shear strength at p = 0.
-void check_without_cohesion(CaseResult& result, const std::vector<Path>& paths, const MaterialSpec& base) {
+void check_without_cohesion(CaseResult& result, const std::vector<Path>& paths, const mpm::CamClay::Parameters& base) {
   Extreme tension, pulled;
   for (const Plasticity& material : paper_materials()) {
     if (material.beta != 0.0 || material.slope == 0.0) continue;
-    const MaterialSpec spec = with_plasticity(base, material.slope, 0.0, material.xi);
+    const mpm::CamClay::Parameters spec = with_plasticity(base, material.slope, 0.0, material.xi);
     const CamClay model = reference_model(spec);
     for (const Path& path : paths) {
       if (path.exact()) continue;
@@ -261,12 +261,12 @@ void check_without_cohesion(CaseResult& result, const std::vector<Path>& paths, 
 }
 
 /// Where a trial state beyond a tension apex lands, with shear: the map against a scan of backward Euler's residual.
-void check_landing(CaseResult& result, const MaterialSpec& base, int per_axis) {
+void check_landing(CaseResult& result, const mpm::CamClay::Parameters& base, int per_axis) {
   Extreme difference;
   int snapped = 0, total = 0;
   for (const Plasticity& material : paper_materials()) {
     if (material.slope == 0.0 || material.beta == 0.0) continue;
-    const MaterialSpec spec = with_plasticity(base, material.slope, material.beta, material.xi);
+    const mpm::CamClay::Parameters spec = with_plasticity(base, material.slope, material.beta, material.xi);
     const CamClay model = reference_model(spec);
     const mpm::CamClay law(spec);
     for (const double growth : {0.5, 1.0, 3.0})  // p_c over p_c0
@@ -294,8 +294,8 @@ void check_landing(CaseResult& result, const MaterialSpec& base, int per_axis) {
       fmt::format("the nearest root below X_n, both to round-off of the residual; largest: {}", difference.name));
 }
 
-void check_sweep(CaseResult& result, std::int64_t states) {
-  const SweepReport r = sweep_trial_states(states);
+void check_random_trials(CaseResult& result, std::int64_t states) {
+  const TrialReport r = try_random_states(states);
   const auto most = [&](const std::string& quantity, const WorstOf& w, const std::string& reason) {
     result.check_at_most(Label::verification, fmt::format("{} random trial states: {}", r.states, quantity), w.value, 1.0, "", 0.0,
                          reason + (w.where.empty() ? "" : "; largest at " + w.where));
@@ -467,18 +467,18 @@ void run(const CaseContext& context, CaseResult& result) {
     const Path& path = paths[i / materials.size()];
     const Plasticity& material = materials[i % materials.size()];
     try {
-      outcomes[i] = follow(path, material, file.material);
+      outcomes[i] = follow(path, material, file.material.as<mpm::CamClay>());
     } catch (const Error& e) {
       throw UnstableError(fmt::format("{} with {}: {}", path.name, material.name(), e.what()));
     }
   });
 
   check_paths(result, paths, outcomes);
-  check_without_friction(result, paths, file.material);
-  check_without_cohesion(result, paths, file.material);
-  check_landing(result, file.material, context.choose(6, 16, 40));
+  check_without_friction(result, paths, file.material.as<mpm::CamClay>());
+  check_without_cohesion(result, paths, file.material.as<mpm::CamClay>());
+  check_landing(result, file.material.as<mpm::CamClay>(), context.choose(6, 16, 40));
   context.log("random trial states");
-  check_sweep(result, context.choose(1'000'000, 5'000'000, 50'000'000));
+  check_random_trials(result, context.choose(1'000'000, 5'000'000, 50'000'000));
 
   draw_errors(result, outcomes, materials);
   draw_paths(result, outcomes);

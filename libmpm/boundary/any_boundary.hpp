@@ -1,0 +1,18 @@
+#pragma once
+/// The list of boundaries.
+///
+/// A boundary is a struct with the functions that `Wall` has: `reaches` (may it act within a box of nodes at all), `covers` (does it act on
+/// this node), `constrain` (the velocity that it leaves), `surface_velocity` (for the work it does), `reference_point` (of its moment) and
+/// `translate` (moves it in space). It never books anything itself: grid_update.hpp does. To add one, name it in the variant.
+
+#include <variant>
+
+#include "libmpm/boundary/rigid_box.hpp"
+#include "libmpm/boundary/vertical_solid.hpp"
+#include "libmpm/boundary/wall.hpp"
+
+namespace mpm {
+
+using Boundary = std::variant<Wall, RigidBox, RigidPrism, RigidCylinder, MovingWall>;
+
+}  // namespace mpm

@@ -1,0 +1,24 @@
+#pragma once
+/// How a surface acts on the velocity of the material that touches it.
+
+#include <cstdint>
+
+#include "libmpm/base/types.hpp"
+
+namespace mpm {
+
+enum class Contact : std::uint8_t {
+  no_slip,    ///< sticks fully
+  slip,       ///< stays on the plane, slides (with Coulomb friction if mu > 0)
+  separable,  ///< may lift off, slides (with Coulomb friction if mu > 0)
+};
+
+/// Contact with a surface of normal n (unit, into the material), friction mu, surface velocity u: with r = v - u,
+/// no_slip: r = 0; slip: r.n = 0; separable: r.n = max(r.n, 0). Where the surface took the normal part |r.n| from approaching
+/// material, Coulomb friction takes at most mu |r.n| from the tangential part (both are impulses per mass of one step).
+Vec3 contact_velocity(const Vec3& velocity, const Vec3& normal, const Vec3& surface_velocity, Contact contact, double friction);
+
+/// A node this close to a surface counts as on it, m: coordinates are sums of rounded multiples of dx.
+inline constexpr double on_surface = 1e-9;
+
+}  // namespace mpm

@@ -1,0 +1,30 @@
+#pragma once
+/// What a boundary takes from the material in one step: exact sums over nodes, never samples.
+
+#include <cstdint>
+#include <vector>
+
+#include "libmpm/base/types.hpp"
+
+namespace mpm {
+
+/// Linear and angular impulse given by the material to the boundary, N s and N m s.
+struct Impulse {
+  Vec3 linear = Vec3::Zero();
+  Vec3 angular = Vec3::Zero();  ///< about the boundary's reference point
+  double work = 0.0;            ///< J: of the moving surface on the material, -linear . u summed over the nodes
+  Impulse& operator+=(const Impulse& other) {
+    linear += other.linear;
+    angular += other.angular;
+    work += other.work;
+    return *this;
+  }
+};
+
+/// Impulses of one boundary by grid layer: nodes of one height. They add up to its Impulse::linear.
+struct LayerImpulses {
+  std::int32_t first = 0;   ///< number of the lowest layer: its nodes stand at z = first dx
+  std::vector<Vec3> layer;  ///< N s, from there upwards; empty: the boundary took nothing
+};
+
+}  // namespace mpm

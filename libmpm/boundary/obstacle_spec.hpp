@@ -1,0 +1,62 @@
+#pragma once
+/// Shape, height and friction of an obstacle, as a case gives them.
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "libmpm/boundary/shapes/any_shape.hpp"
+
+namespace mpm {
+
+class ParameterReport;
+struct MaterialParameters;
+
+/// [obstacle]: rigid, upright, on the floor; its most upstream point at x = 0, its centre at y = 0; separable Coulomb contact.
+struct ObstacleSpec {
+  AnyShape shape;
+  std::optional<double> height;          ///< m; empty: taller than any jet
+  double friction = 0.15;                ///< mu
+  std::optional<double> friction_ratio;  ///< mu / tan(phi'), given instead of friction: resolve_friction turns it into friction
+  bool operator==(const ObstacleSpec&) const = default;
+
+  /// w, m: across the flow; diameter of a cylinder, base of a wedge
+  [[nodiscard]] double width() const {
+    return std::visit([](const auto& s) { return s.width; }, shape);
+  }
+  /// The parameters of one shape; std::bad_variant_access if it is another one.
+  template <ObstacleShape S>
+  [[nodiscard]] S& as() {
+    return std::get<S>(shape);
+  }
+  template <ObstacleShape S>
+  [[nodiscard]] const S& as() const {
+    return std::get<S>(shape);
+  }
+
+  template <class Table>
+  static void declare(Table& table) {
+    table.alternatives("shape", &ObstacleSpec::shape,
+                       "Rigid, upright, on the floor, its most upstream point at x = 0, its middle at y = 0. cylinder: vertical; wedge: "
+                       "isosceles triangle in plan, its edge against the flow");
+    table.add("height_m", &ObstacleSpec::height).unit("m").positive(1e5).left_out("taller than any jet").text("Height");
+    table.add("friction", &ObstacleSpec::friction).range(0.0, most_friction).text("Coulomb coefficient mu of snow on the obstacle");
+    table.add("friction_ratio", &ObstacleSpec::friction_ratio)
+        .range(0.0, 1.0)
+        .left_out("friction is used")
+        .excludes("friction")
+        .text(
+            "Instead of friction: mu / tan(phi'), phi' the snow's own angle of friction (of Drucker-Prager, phi). What has no friction of "
+            "its own, M = 0, then slides freely");
+  }
+
+  static constexpr double most_friction = 10.0;
+};
+
+/// Turns friction_ratio, where it was given, into friction. Names of parameters are paths: "obstacle.friction_ratio".
+void resolve_friction(ObstacleSpec& obstacle, const MaterialParameters& material, ParameterReport& report);
+
+/// Whether all parameters that make the plan of an obstacle are sound; names are paths.
+[[nodiscard]] bool plan_is_sound(const ParameterReport& report);
+
+}  // namespace mpm

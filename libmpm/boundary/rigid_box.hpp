@@ -1,0 +1,28 @@
+#pragma once
+/// Rigid box with faces along the axes.
+
+#include "libmpm/boundary/contact.hpp"
+
+namespace mpm {
+
+/// Rigid box at rest. A node inside is treated by the nearest face (an edge belongs to the upstream face first, then the
+/// downstream one, the sides, the top): its normal points out of the box.
+struct RigidBox {
+  Vec3 min = Vec3::Zero(), max = Vec3::Zero();
+  Contact contact = Contact::separable;
+  double friction = 0.0;
+  Vec3 reference = Vec3::Zero();  ///< point about which the moment is taken
+
+  [[nodiscard]] Vec3 reference_point() const { return reference; }
+  [[nodiscard]] Vec3 surface_velocity(const Vec3&, double) const { return Vec3::Zero(); }
+  [[nodiscard]] bool reaches(const Vec3& low, const Vec3& high, double time) const;
+  [[nodiscard]] bool covers(const Vec3& node, double time) const;
+  [[nodiscard]] Vec3 constrain(const Vec3& node, const Vec3& v, double time = 0.0) const;
+  void translate(const Vec3& by) {
+    min += by;
+    max += by;
+    reference += by;
+  }
+};
+
+}  // namespace mpm

@@ -1,0 +1,45 @@
+#pragma once
+/// Box: front face x = 0, |y| <= w/2; turned about its own vertical axis, and shifted so that the corner that leads touches x = 0.
+
+#include <algorithm>
+#include <cmath>
+#include <string_view>
+#include <utility>
+
+#include "libmpm/boundary/shapes/outline.hpp"
+
+namespace mpm {
+
+struct BoxShape {
+  static constexpr std::string_view name = "box";
+
+  double width = 1.75;    ///< w, m: across the flow
+  double depth = 1.75;    ///< m: along the flow
+  double rotation = 0.0;  ///< rad, counter-clockwise from above
+  bool operator==(const BoxShape&) const = default;
+
+  template <class Table>
+  static void declare(Table& table) {
+    table.add("width_m", &BoxShape::width).unit("m").positive(1e4).text("Width w across the flow");
+    table.add("depth_m", &BoxShape::depth).unit("m").positive(1e4).text("Depth along the flow");
+    table.add("rotation_deg", &BoxShape::rotation)
+        .degrees()
+        .range(-90.0, 90.0)
+        .hide_default()
+        .text("Turns the box about its vertical axis, counter-clockwise from above; unless it stays symmetric, with mirror_y = false");
+  }
+
+  [[nodiscard]] Outline outline() const {
+    const double c = std::cos(rotation), s = std::sin(rotation);
+    const Vec2 along = 0.5 * depth * Vec2(c, s), across = 0.5 * width * Vec2(-s, c);
+    Outline plan{.box = rotation == 0.0};
+    for (const auto& [i, j] : {std::pair{-1.0, -1.0}, {1.0, -1.0}, {1.0, 1.0}, {-1.0, 1.0}})
+      plan.corners.emplace_back(i * along + j * across);
+    double front = 0.0;
+    for (const Vec2& corner : plan.corners) front = std::min(front, corner.x());
+    for (Vec2& corner : plan.corners) corner.x() -= front;
+    return plan;
+  }
+};
+
+}  // namespace mpm

@@ -1,0 +1,35 @@
+#pragma once
+/// Vertical circular cylinder, its centre at (w/2, 0).
+
+#include <cmath>
+#include <numbers>
+#include <string_view>
+
+#include "libmpm/boundary/shapes/outline.hpp"
+
+namespace mpm {
+
+struct CylinderShape {
+  static constexpr std::string_view name = "cylinder";
+
+  double width = 1.75;  ///< w, m: the diameter
+  bool operator==(const CylinderShape&) const = default;
+
+  template <class Table>
+  static void declare(Table& table) {
+    table.add("width_m", &CylinderShape::width).unit("m").positive(1e4).text("diameter");
+  }
+
+  [[nodiscard]] Outline outline() const {
+    constexpr int circle_sides = 256;  // the polygon is 7.5e-5 of the radius short of the circle
+    const double r = 0.5 * width;
+    Outline plan{.radius = r};
+    for (int i = 0; i < circle_sides; ++i) {
+      const double angle = 2.0 * std::numbers::pi * i / circle_sides;
+      plan.corners.emplace_back(r + r * std::cos(angle), r * std::sin(angle));
+    }
+    return plan;
+  }
+};
+
+}  // namespace mpm

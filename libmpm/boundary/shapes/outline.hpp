@@ -1,0 +1,19 @@
+#pragma once
+/// Cross-section of an obstacle in plan, as its shape gives it.
+
+#include <Eigen/Core>
+#include <optional>
+#include <vector>
+
+namespace mpm {
+
+using Vec2 = Eigen::Vector2d;
+
+/// A convex polygon. Frame of every shape: the most upstream point at x = 0, the middle of its width at y = 0.
+struct Outline {
+  std::vector<Vec2> corners;          ///< m, counter-clockwise; of a circle: of a regular polygon inscribed in it
+  std::optional<double> radius = {};  ///< m, of a circle with its centre at (radius, 0)
+  bool box = false;                   ///< a rectangle with sides along the axes, treated as the paper's box
+};
+
+}  // namespace mpm

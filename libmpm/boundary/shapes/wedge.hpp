@@ -1,0 +1,29 @@
+#pragma once
+/// Wedge: isosceles triangle, front edge at the origin, base of width w at x = depth.
+
+#include <string_view>
+
+#include "libmpm/boundary/shapes/outline.hpp"
+
+namespace mpm {
+
+struct WedgeShape {
+  static constexpr std::string_view name = "wedge";
+
+  double width = 1.75;  ///< w, m: of the base, across the flow
+  double depth = 1.75;  ///< m: from edge to base
+  bool operator==(const WedgeShape&) const = default;
+
+  template <class Table>
+  static void declare(Table& table) {
+    table.add("width_m", &WedgeShape::width).unit("m").positive(1e4).text("width of the base");
+    table.add("depth_m", &WedgeShape::depth)
+        .unit("m")
+        .positive(1e4)
+        .text("from edge to base: half the angle of the edge is atan(width_m / (2 depth_m))");
+  }
+
+  [[nodiscard]] Outline outline() const { return {.corners = {Vec2::Zero(), Vec2(depth, -0.5 * width), Vec2(depth, 0.5 * width)}}; }
+};
+
+}  // namespace mpm

@@ -1,0 +1,62 @@
+#pragma once
+/// Rigid solids with vertical sides: prisms with a convex cross-section, circular cylinders.
+
+#include <vector>
+
+#include "libmpm/boundary/contact.hpp"
+
+namespace mpm {
+
+/// What vertical solids of any cross-section share.
+///
+/// A box whose faces stand on grid planes holds the nodes on them, and each node stands for half a cell to either side: the solid on the
+/// grid reaches half a cell beyond the face. So that an inclined or round surface, which nodes rarely meet, stands for the same solid, a
+/// node belongs to it up to a skin of half a cell outside. A cross-section has to be some four cells wide to be one.
+///
+/// A node is treated by the nearest face: the one that it is least deep behind, or in the skin before. On the bisector of two sides
+/// (a front edge on a mirror plane) the normal is their mean; the top counts only where it is nearer than every side.
+struct VerticalSolid {
+  double top = 0.0;   ///< m; there is no bottom: the solid stands on the floor
+  double skin = 0.0;  ///< m, not on the top
+  Contact contact = Contact::separable;
+  double friction = 0.0;
+  Vec3 reference = Vec3::Zero();  ///< point about which the moment is taken
+
+  void translate(const Vec3& by) {
+    top += by.z();
+    reference += by;
+  }
+};
+
+/// Convex prism at rest.
+struct RigidPrism {
+  /// One side: n.(x, y) = offset on it, n the outward unit normal.
+  struct Side {
+    double normal_x, normal_y, offset;
+  };
+  VerticalSolid solid;
+  std::vector<Side> sides;                                    ///< three or more
+  double min_x = 0.0, max_x = 0.0, min_y = 0.0, max_y = 0.0;  ///< of the plan, m; bounds the skin before a sharp edge, too
+
+  [[nodiscard]] Vec3 reference_point() const { return solid.reference; }
+  [[nodiscard]] Vec3 surface_velocity(const Vec3&, double) const { return Vec3::Zero(); }
+  [[nodiscard]] bool reaches(const Vec3& low, const Vec3& high, double time) const;
+  [[nodiscard]] bool covers(const Vec3& node, double time) const;
+  [[nodiscard]] Vec3 constrain(const Vec3& node, const Vec3& v, double time = 0.0) const;
+  void translate(const Vec3& by);
+};
+
+/// Circular cylinder at rest; its axis is vertical.
+struct RigidCylinder {
+  VerticalSolid solid;
+  double centre_x = 0.0, centre_y = 0.0, radius = 0.0;  ///< m
+
+  [[nodiscard]] Vec3 reference_point() const { return solid.reference; }
+  [[nodiscard]] Vec3 surface_velocity(const Vec3&, double) const { return Vec3::Zero(); }
+  [[nodiscard]] bool reaches(const Vec3& low, const Vec3& high, double time) const;
+  [[nodiscard]] bool covers(const Vec3& node, double time) const;
+  [[nodiscard]] Vec3 constrain(const Vec3& node, const Vec3& v, double time = 0.0) const;
+  void translate(const Vec3& by);
+};
+
+}  // namespace mpm

@@ -1,0 +1,22 @@
+#include "libmpm/boundary/wall.hpp"
+
+namespace mpm {
+
+bool Wall::covers(const Vec3& node, double time) const {
+  const double shift = travels ? time * velocity.dot(normal) : 0.0;
+  return (node - point).dot(normal) - shift <= on_surface;
+}
+
+bool Wall::reaches(const Vec3& low, const Vec3& high, double time) const {
+  Vec3 deepest;
+  for (int i = 0; i < 3; ++i) deepest[i] = normal[i] > 0.0 ? low[i] : high[i];
+  return covers(deepest, time);
+}
+
+Vec3 Wall::constrain(const Vec3&, const Vec3& v, double) const { return contact_velocity(v, normal, velocity, contact, friction); }
+
+Vec3 MovingWall::constrain(const Vec3& node, const Vec3& v, double time) const {
+  return contact_velocity(v, plane.normal, surface_velocity(node, time), plane.contact, plane.friction);
+}
+
+}  // namespace mpm

@@ -1,0 +1,41 @@
+#pragma once
+/// Plane walls: half-spaces at rest, moving, or with a surface that moves.
+
+#include <functional>
+
+#include "libmpm/boundary/contact.hpp"
+
+namespace mpm {
+
+/// Half-space behind a plane.
+struct Wall {
+  Vec3 point = Vec3::Zero();
+  Vec3 normal = Vec3::UnitZ();
+  Contact contact = Contact::no_slip;
+  double friction = 0.0;
+  Vec3 velocity = Vec3::Zero();  ///< of the surface, m/s
+  bool travels = false;          ///< the plane itself moves with `velocity`; false: a belt, or an inlet at a fixed place
+
+  [[nodiscard]] Vec3 reference_point() const { return point; }
+  [[nodiscard]] Vec3 surface_velocity(const Vec3&, double) const { return velocity; }
+  [[nodiscard]] bool reaches(const Vec3& low, const Vec3& high, double time) const;
+  [[nodiscard]] bool covers(const Vec3& node, double time) const;
+  [[nodiscard]] Vec3 constrain(const Vec3& node, const Vec3& v, double time = 0.0) const;
+  void translate(const Vec3& by) { point += by; }
+};
+
+/// Half-space at a fixed place whose surface moves along x, at a speed that varies with height and time: an inlet with a sheared
+/// profile, a conveyor belt that speeds up.
+struct MovingWall {
+  Wall plane;                                               ///< its point stands on the floor; its velocity is not used
+  std::function<double(double height, double time)> speed;  ///< m/s, of the height over the plane's point (m) and the time (s)
+
+  [[nodiscard]] Vec3 reference_point() const { return plane.point; }
+  [[nodiscard]] Vec3 surface_velocity(const Vec3& node, double time) const { return {speed(node.z() - plane.point.z(), time), 0.0, 0.0}; }
+  [[nodiscard]] bool reaches(const Vec3& low, const Vec3& high, double time) const { return plane.reaches(low, high, time); }
+  [[nodiscard]] bool covers(const Vec3& node, double time) const { return plane.covers(node, time); }
+  [[nodiscard]] Vec3 constrain(const Vec3& node, const Vec3& v, double time = 0.0) const;
+  void translate(const Vec3& by) { plane.translate(by); }
+};
+
+}  // namespace mpm

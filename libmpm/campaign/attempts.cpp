@@ -1,0 +1,54 @@
+#include "libmpm/campaign/attempts.hpp"
+
+#include <nlohmann/json.hpp>
+
+#include "libmpm/driver/sampling.hpp"
+#include "libmpm/io/atomic_file.hpp"
+#include "libmpm/io/json_text.hpp"
+
+namespace mpm {
+
+namespace {
+
+namespace fs = std::filesystem;
+using Json = nlohmann::ordered_json;
+
+constexpr int attempts_format_version = 1;
+
+}  // namespace
+
+std::vector<Attempt> read_attempts(const fs::path& directory, const CampaignRun& run) {
+  if (!fs::exists(directory / "attempts.json")) return {};
+  const Json json = Json::parse(read_json_text(directory / "attempts.json"), nullptr, false);
+  if (!json.is_object() || json.value("case_hash", "") != run.case_hash || json.value("end_s", -1.0) != Sampling(run.spec).end() ||
+      !json.contains("attempts"))
+    return {};
+  std::vector<Attempt> attempts;
+  for (const Json& a : json["attempts"]) {
+    const auto whole = [&](const char* key) {
+      return a.contains(key) && a[key].is_number() ? std::optional(a[key].get<int>()) : std::nullopt;
+    };
+    attempts.push_back({a.value("started", ""), a.value("ended", ""), a.value("host", ""), a.value("outcome", ""), whole("exit_code"),
+                        whole("signal"), a.value("cause", ""), a.value("final", false)});
+  }
+  return attempts;
+}
+
+void write_attempts(const fs::path& directory, const CampaignRun& run, const std::vector<Attempt>& attempts) {
+  Json json{{"format_version", attempts_format_version}, {"case_hash", run.case_hash}, {"end_s", Sampling(run.spec).end()}};
+  json["attempts"] = Json::array();
+  for (const Attempt& a : attempts) {
+    const auto whole = [](const std::optional<int>& x) { return x ? Json(*x) : Json(); };
+    json["attempts"].push_back({{"started", a.started},
+                                {"ended", a.ended},
+                                {"host", a.host},
+                                {"outcome", a.outcome},
+                                {"exit_code", whole(a.exit_code)},
+                                {"signal", whole(a.signal)},
+                                {"cause", a.cause},
+                                {"final", a.final}});
+  }
+  write_file(directory / "attempts.json", json.dump(2) + "\n");
+}
+
+}  // namespace mpm

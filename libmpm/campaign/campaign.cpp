@@ -1,0 +1,118 @@
+#include "libmpm/campaign/campaign.hpp"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <cctype>
+#include <map>
+#include <set>
+#include <sstream>
+#include <utility>
+
+#include "libmpm/base/error.hpp"
+#include "libmpm/driver/case_file.hpp"
+#include "libmpm/driver/sampling.hpp"
+
+namespace mpm {
+
+namespace {
+
+std::vector<std::string> overrides_of(const CampaignPlan& plan, const PlannedRun& run) {
+  std::vector<std::string> overrides;
+  if (!plan.keep_frames) overrides.emplace_back("output.frames_per_second=0");
+  for (const Setting& s : run.settings) overrides.push_back(s.key + "=" + s.value);
+  return overrides;
+}
+
+/// Settings that differ between two runs, by key.
+std::string differences(const CampaignRun& a, const CampaignRun& b) {
+  std::set<std::string> keys;
+  for (const auto* side : {&a, &b}) {
+    const auto& other = side == &a ? b : a;
+    for (const Setting& s : side->settings) {
+      if (std::ranges::find(other.settings, s) == other.settings.end()) keys.insert(s.key);
+    }
+  }
+  return fmt::format("{}", fmt::join(keys, ", "));
+}
+
+std::string lower(std::string text) {
+  std::ranges::transform(text, text.begin(), [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  return text;
+}
+
+/// Problems of many cases, each once however many runs share it.
+class SharedProblems {
+ public:
+  /// @param message one problem a line
+  void add(const std::string& message, const std::string& run) {
+    std::istringstream lines(message);
+    for (std::string line; std::getline(lines, line);) {
+      const auto found = std::ranges::find(problems_, line, &Problem::text);
+      if (found == problems_.end()) {
+        problems_.push_back({line, run, 0});
+      } else {
+        ++found->further_runs;
+      }
+    }
+  }
+  void add(const std::string& text) { problems_.push_back({text, "", 0}); }
+
+  void throw_any() const {
+    if (problems_.empty()) return;
+    std::string message;
+    for (const Problem& f : problems_) {
+      message += (message.empty() ? "" : "\n") + f.text;
+      if (f.first_run.empty()) continue;
+      message +=
+          f.further_runs == 0 ? fmt::format(" (run {})", f.first_run) : fmt::format(" (run {} and {} more)", f.first_run, f.further_runs);
+    }
+    throw ConfigError(message);
+  }
+
+ private:
+  struct Problem {
+    std::string text, first_run;  ///< first_run is empty for a problem that belongs to no single run
+    std::size_t further_runs;
+  };
+  std::vector<Problem> problems_;
+};
+
+}  // namespace
+
+Campaign make_campaign(CampaignPlan plan) {
+  Campaign campaign;
+  SharedProblems problems;
+  std::map<std::pair<std::string, double>, std::size_t> known;  // case and end -> index
+  std::map<std::string, std::size_t> names;
+  for (const PlannedRun& planned : plan.runs) {
+    CampaignRun run{planned.name, planned.settings, {}, {}, {}};
+    try {
+      run.spec = parse_case(plan.base_text, plan.base_name, overrides_of(plan, planned));
+    } catch (const ConfigError& error) {
+      problems.add(error.what(), planned.name);
+      continue;
+    }
+    run.spec.title = plan.title.empty() ? run.name : fmt::format("{}: {}", plan.title, run.name);
+    run.case_hash = case_hash_text(run.spec);
+    run.cost = estimate(run.spec);
+    if (!known.try_emplace({run.case_hash, Sampling(run.spec).end()}, campaign.runs.size()).second) {
+      ++campaign.duplicates;
+      continue;
+    }
+    // names that differ by capitals alone are one folder on some file systems
+    if (const auto [at, fresh] = names.try_emplace(lower(run.name), campaign.runs.size()); !fresh) {
+      problems.add(fmt::format("two runs are called {}, and differ in {}; give their [[grid]] or [[run]] a name each", run.name,
+                               differences(campaign.runs[at->second], run)));
+    }
+    campaign.runs.push_back(std::move(run));
+  }
+  problems.throw_any();
+  campaign.plan = std::move(plan);
+  return campaign;
+}
+
+std::filesystem::path run_directory(const std::filesystem::path& out, const CampaignRun& run) { return out / "runs" / run.name; }
+
+}  // namespace mpm

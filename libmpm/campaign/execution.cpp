@@ -1,0 +1,246 @@
+#include "libmpm/campaign/execution.hpp"
+
+#include <fcntl.h>
+#include <fmt/chrono.h>
+#include <fmt/format.h>
+#include <sys/prctl.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <chrono>
+#include <csignal>
+#include <cstring>
+#include <ctime>
+#include <deque>
+#include <numeric>
+#include <thread>
+
+#include "libmpm/base/error.hpp"
+#include "libmpm/campaign/attempts.hpp"
+#include "libmpm/campaign/folder.hpp"
+#include "libmpm/campaign/status.hpp"
+#include "libmpm/driver/run_folder.hpp"
+#include "libmpm/io/atomic_file.hpp"
+
+namespace mpm {
+
+namespace {
+
+namespace fs = std::filesystem;
+using Clock = std::chrono::steady_clock;
+
+std::string utc_now() { return fmt::format("{:%Y-%m-%dT%H:%M:%SZ}", fmt::gmtime(std::time(nullptr))); }
+
+std::string host_name() {
+  char name[256] = {};
+  gethostname(name, sizeof(name) - 1);
+  return name;
+}
+
+/// Last line that is not empty.
+std::string last_line(const fs::path& file) {
+  if (!fs::exists(file)) return {};
+  std::string text = read_file(file);
+  text.erase(text.find_last_not_of(" \n\r") + 1);
+  const auto start = text.rfind('\n');
+  return start == std::string::npos ? text : text.substr(start + 1);
+}
+
+/// Only what may be called between fork and exec. Never returns.
+[[noreturn]] void become(char* const* arguments, const char* output, pid_t parent) {
+  setpgid(0, 0);
+  prctl(PR_SET_PDEATHSIG, SIGTERM);
+  if (getppid() != parent) _exit(1);  // died before the line above
+  const int nothing = open("/dev/null", O_RDWR), log = open(output, O_WRONLY | O_CREAT | O_TRUNC, 0644);
+  if (nothing < 0 || log < 0) _exit(static_cast<int>(ExitCode::io));
+  dup2(nothing, STDIN_FILENO);
+  dup2(nothing, STDOUT_FILENO);
+  dup2(log, STDERR_FILENO);
+  execv(arguments[0], arguments);
+  constexpr int not_found = 127;  // the exit code of a shell
+  _exit(not_found);
+}
+
+/// A run under way.
+struct Child {
+  std::size_t run;
+  pid_t process;
+};
+
+class Pool {
+ public:
+  Pool(const Campaign& campaign, const std::vector<std::size_t>& runs, const ExecutionOptions& options)
+      : campaign_(campaign), options_(options), failures_(campaign.runs.size(), 0) {
+    for (const std::size_t i : runs) {
+      const RunStatus status = status_of(options.out, campaign.runs[i]);
+      if (status.state == RunState::done) {
+        tidy_run(options.out, campaign.plan, campaign.runs[i]);
+      } else if (status.state == RunState::failed && status.attempts.back().final && !options.retry_failed) {
+        say(fmt::format("{}: failed before, and would again: {}", campaign.runs[i].name, status.cause()));
+      } else {
+        waiting_.push_back(i);
+      }
+    }
+    if (!campaign.plan.longest_first) return;
+    std::ranges::stable_sort(waiting_, std::greater{}, [&](std::size_t i) { return campaign.runs[i].cost.particle_steps; });
+  }
+
+  ExecutionReport go() {
+    constexpr std::chrono::milliseconds pause(50);
+    for (;;) {
+      listen();
+      reap();
+      if (!stopping_) start_some();
+      if (children_.empty() && (stopping_ || waiting_.empty())) break;
+      std::this_thread::sleep_for(pause);
+    }
+    report_.finished = !stopping_;
+    return report_;
+  }
+
+ private:
+  void say(const std::string& line) const {
+    if (options_.say) options_.say(line);
+  }
+
+  void listen() {
+    const Request request = options_.poll ? options_.poll() : Request::none;
+    if (request == Request::checkpoint) {
+      for (const Child& c : children_) kill(c.process, SIGUSR1);
+    }
+    if (request == Request::stop && !stopping_) {
+      stopping_ = true;
+      say(fmt::format("stopping: {} runs write their checkpoints", children_.size()));
+      for (const Child& c : children_) kill(c.process, SIGTERM);
+    }
+  }
+
+  void reap() {
+    for (std::size_t i = 0; i < children_.size();) {
+      int status = 0;
+      const pid_t ended = waitpid(children_[i].process, &status, WNOHANG);
+      if (ended == 0 || (ended < 0 && errno == EINTR)) {
+        ++i;
+        continue;
+      }
+      const std::size_t run = children_[i].run;
+      children_.erase(children_.begin() + static_cast<std::ptrdiff_t>(i));
+      book(run, status);
+      if (options_.on_change) options_.on_change();
+    }
+  }
+
+  void start_some() {
+    if (Clock::now() < look_again_) return;
+    for (std::size_t k = 0; k < waiting_.size() && children_.size() < static_cast<std::size_t>(options_.jobs);) {
+      const std::size_t i = waiting_[k];
+      const CampaignRun& run = campaign_.runs[i];
+      if (is_locked(run_directory(options_.out, run))) {  // by what an earlier campaign left behind, or by another executor
+        if (std::ranges::find(waited_for_, i) == waited_for_.end()) say(fmt::format("{}: another process works on it; waiting", run.name));
+        waited_for_.push_back(i);
+        look_again_ = Clock::now() + std::chrono::milliseconds(500);
+        ++k;
+        continue;
+      }
+      waiting_.erase(waiting_.begin() + static_cast<std::ptrdiff_t>(k));
+      if (finished_results(run_directory(options_.out, run), run.spec)) {
+        tidy_run(options_.out, campaign_.plan, run);  // done meanwhile, by that other process
+      } else {
+        start(i);
+      }
+    }
+  }
+
+  void start(std::size_t i) {
+    const CampaignRun& run = campaign_.runs[i];
+    const fs::path directory = run_directory(options_.out, run);
+    prepare_run(options_.out, run);
+    std::vector<Attempt> attempts = read_attempts(directory, run);
+    attempts.push_back({});
+    attempts.back().started = utc_now();
+    attempts.back().host = host_name();
+    write_attempts(directory, run, attempts);
+
+    std::vector<std::string> words{options_.program.string(), "run",       (directory / "case.toml").string(),     "--out",
+                                   directory.string(),        "--threads", std::to_string(campaign_.plan.threads), "--resume"};
+    std::vector<char*> arguments;  // as execv wants them
+    arguments.reserve(words.size() + 1);
+    for (std::string& word : words) arguments.push_back(word.data());
+    arguments.push_back(nullptr);
+    const std::string output = (directory / "stderr.log").string();
+    const pid_t parent = getpid(), child = fork();
+    if (child < 0) throw IoError(fmt::format("cannot start a process for {}: {}; use fewer --jobs", run.name, std::strerror(errno)));
+    if (child == 0) become(arguments.data(), output.c_str(), parent);
+    children_.push_back({i, child});
+    say(fmt::format("{}: {}", run.name, attempts.size() > 1 ? fmt::format("goes on (attempt {})", attempts.size()) : "started"));
+  }
+
+  /// Keeps how a run ended, and decides whether it is tried again.
+  void book(std::size_t i, int status) {
+    const CampaignRun& run = campaign_.runs[i];
+    const fs::path directory = run_directory(options_.out, run);
+    std::vector<Attempt> attempts = read_attempts(directory, run);
+    if (attempts.empty()) attempts.push_back({});
+    Attempt& a = attempts.back();
+    a.ended = utc_now();
+    if (WIFEXITED(status)) a.exit_code = WEXITSTATUS(status);
+    if (WIFSIGNALED(status)) a.signal = WTERMSIG(status);
+    bool again = false;
+    if (finished_results(directory, run.spec)) {
+      a.outcome = "done";
+      ++report_.done;
+      tidy_run(options_.out, campaign_.plan, run);
+      say(fmt::format("{}: done", run.name));
+    } else if (stopping_ && (a.signal == SIGTERM || a.signal == SIGINT)) {
+      a.outcome = "stopped";
+    } else {
+      a.outcome = "failed";
+      const std::string words = last_line(directory / "stderr.log");
+      a.cause = a.signal           ? fmt::format("ended by signal {} ({}){}{}", *a.signal, strsignal(*a.signal),
+                                       *a.signal == SIGKILL ? ", perhaps out of memory" : "", words.empty() ? "" : ": " + words)
+                : a.exit_code == 0 ? "ended well, but left no results.json of this case"
+                                   : fmt::format("exit code {}: {}", *a.exit_code, words);
+      a.final = a.exit_code == static_cast<int>(ExitCode::usage) || a.exit_code == static_cast<int>(ExitCode::unstable);
+      again = !a.final && failures_[i]++ < campaign_.plan.retries;
+      report_.failed += again ? 0 : 1;
+      say(fmt::format("{}: failed{}: {}", run.name, again ? ", is tried again" : "", a.cause));
+    }
+    write_attempts(directory, run, attempts);
+    if (again) waiting_.push_front(i);
+  }
+
+  const Campaign& campaign_;
+  const ExecutionOptions& options_;
+  std::deque<std::size_t> waiting_;  ///< in the order in which they are started
+  std::vector<Child> children_;
+  std::vector<int> failures_;            ///< of each run, in this call
+  std::vector<std::size_t> waited_for_;  ///< runs of which it was output that another process works on them
+  Clock::time_point look_again_ = Clock::now();
+  bool stopping_ = false;
+  ExecutionReport report_;
+};
+
+}  // namespace
+
+ExecutionReport execute(const Campaign& campaign, const std::vector<std::size_t>& runs, const ExecutionOptions& options) {
+  return Pool(campaign, runs, options).go();
+}
+
+int default_jobs(const CampaignPlan& plan) { return std::max(1, static_cast<int>(std::thread::hardware_concurrency()) / plan.threads); }
+
+void require_memory(const Campaign& campaign, int jobs, double limit_bytes) {
+  std::vector<double> need;
+  need.reserve(campaign.runs.size());
+  for (const CampaignRun& run : campaign.runs) need.push_back(run.cost.memory_bytes);
+  std::ranges::sort(need, std::greater{});
+  need.resize(std::min(need.size(), static_cast<std::size_t>(jobs)));
+  const double sum = std::accumulate(need.begin(), need.end(), 0.0);
+  if (sum <= limit_bytes) return;
+  const std::string what = need.size() == 1 ? "the largest run needs" : fmt::format("the {} largest runs together need", need.size());
+  throw ConfigError(fmt::format("{} about {:.3g} GB, this machine has {:.3g} GB; {}", what, sum / 1e9, limit_bytes / 1e9,
+                                need.size() == 1 ? "take a larger numerics.cell_size_m or less snow" : "give a smaller --jobs"));
+}
+
+}  // namespace mpm

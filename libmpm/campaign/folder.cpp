@@ -1,0 +1,146 @@
+#include "libmpm/campaign/folder.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cstdlib>
+#include <map>
+#include <nlohmann/json.hpp>
+#include <system_error>
+#include <utility>
+
+#include "libmpm/base/error.hpp"
+#include "libmpm/campaign/plan_file.hpp"
+#include "libmpm/driver/case_file.hpp"
+#include "libmpm/driver/checkpoint.hpp"
+#include "libmpm/driver/run_folder.hpp"
+#include "libmpm/driver/sampling.hpp"
+#include "libmpm/io/atomic_file.hpp"
+#include "libmpm/io/json_text.hpp"
+
+namespace mpm {
+
+namespace {
+
+namespace fs = std::filesystem;
+using Json = nlohmann::ordered_json;
+
+/// Names of the folders that the plan does not name.
+std::vector<std::string> unnamed_folders(const fs::path& out, const Campaign& campaign) {
+  std::vector<std::string> names;
+  if (fs::is_directory(out / "runs")) {
+    for (const auto& entry : fs::directory_iterator(out / "runs")) {
+      const std::string name = entry.path().filename().string();
+      if (entry.is_directory() && std::ranges::find(campaign.runs, name, &CampaignRun::name) == campaign.runs.end()) names.push_back(name);
+    }
+  }
+  std::ranges::sort(names);
+  return names;
+}
+
+void remove_tree(const fs::path& path) {
+  std::error_code error;
+  fs::remove_all(path, error);
+  if (error) throw file_error("cannot remove", path, error.value());
+}
+
+/// Pairs of run and folder: the folder, which the plan does not name, holds the finished run.
+std::vector<std::pair<const CampaignRun*, std::string>> adoptable(const fs::path& out, const Campaign& campaign,
+                                                                  const std::vector<std::string>& unnamed) {
+  std::map<std::string, std::string> by_hash;  // a folder for each case hash
+  for (const std::string& name : unnamed) {
+    const fs::path results = out / "runs" / name / "results.json";
+    if (!fs::exists(results) || is_locked(out / "runs" / name)) continue;
+    const auto json = Json::parse(read_json_text(results), nullptr, false);
+    if (json.is_object()) by_hash.emplace(json.value("case_hash", ""), name);
+  }
+  std::vector<std::pair<const CampaignRun*, std::string>> pairs;
+  for (const CampaignRun& run : campaign.runs) {
+    const auto found = by_hash.find(run.case_hash);
+    if (found == by_hash.end() || finished_results(run_directory(out, run), run.spec)) continue;
+    if (is_locked(run_directory(out, run)) || !finished_results(out / "runs" / found->second, run.spec)) continue;
+    pairs.emplace_back(&run, found->second);
+    by_hash.erase(found);
+  }
+  return pairs;
+}
+
+}  // namespace
+
+double last_time(const fs::path& series) {
+  if (!fs::exists(series)) return 0.0;
+  std::string text = read_file(series);
+  text.erase(text.rfind('\n') == std::string::npos ? 0 : text.rfind('\n'));
+  const auto start = text.rfind('\n');
+  return start == std::string::npos ? 0.0 : std::strtod(text.c_str() + start + 1, nullptr);
+}
+
+bool can_go_on(const fs::path& directory, const CampaignRun& run) {
+  if (!fs::exists(directory / "case.toml")) return false;
+  try {
+    if (case_hash_text(read_case(directory / "case.toml")) != run.case_hash) return false;
+  } catch (const Error&) {  // of another version of this program, or torn
+    return false;
+  }
+  return last_time(directory / "series.csv") <= Sampling(run.spec).end() * (1.0 + 1e-9);
+}
+
+std::string resolved_plan(const Campaign& campaign) {
+  CampaignPlan resolved = campaign.plan;
+  resolved.runs.clear();
+  for (const CampaignRun& run : campaign.runs) resolved.runs.push_back({run.name, run.settings});
+  return write_plan(resolved);
+}
+
+Preparation compare_with_folder(const fs::path& out, const Campaign& campaign) {
+  Preparation p;
+  std::vector<std::string> unnamed = unnamed_folders(out, campaign);
+  for (const auto& [run, folder] : adoptable(out, campaign, unnamed)) {
+    p.adopted.push_back(fmt::format("{} (was {})", run->name, folder));
+    std::erase(unnamed, folder);
+  }
+  for (const CampaignRun& run : campaign.runs) {
+    const fs::path directory = run_directory(out, run);
+    if (fs::exists(directory / "case.toml") && !finished_results(directory, run.spec) && !can_go_on(directory, run))
+      p.replaced.push_back(run.name);
+  }
+  p.dropped = std::move(unnamed);
+  return p;
+}
+
+Preparation prepare(const fs::path& out, const Campaign& campaign) {
+  Preparation p = compare_with_folder(out, campaign);
+  make_directory(out / "runs");
+  const std::vector<std::string> unnamed = unnamed_folders(out, campaign);
+  for (const auto& [run, folder] : adoptable(out, campaign, unnamed)) {
+    std::error_code error;
+    fs::remove_all(run_directory(out, *run), error);
+    if (!error) fs::rename(out / "runs" / folder, run_directory(out, *run), error);
+    if (error) throw file_error("cannot rename", out / "runs" / folder, error.value());
+  }
+  write_file(out / "plan.toml", resolved_plan(campaign));
+  return p;
+}
+
+void prepare_run(const fs::path& out, const CampaignRun& run) {
+  const fs::path directory = run_directory(out, run);
+  make_directory(directory);
+  if (fs::exists(directory / "case.toml") && !can_go_on(directory, run)) {
+    for (const auto& entry : fs::directory_iterator(directory)) {
+      if (entry.path().filename() == ".lock") continue;
+      remove_tree(entry.path());
+    }
+  }
+  write_file(directory / "case.toml", write_case(run.spec));
+}
+
+void tidy_run(const fs::path& out, const CampaignPlan& plan, const CampaignRun& run) {
+  const fs::path directory = run_directory(out, run);
+  std::vector<std::string> names{"stderr.log"};
+  if (!plan.keep_checkpoint) names.insert(names.end(), {checkpoint_file, previous_checkpoint_file, refused_checkpoint_file});
+  if (!plan.keep_final) names.emplace_back("final.h5");
+  if (!plan.keep_frames) names.insert(names.end(), {"frames", "frames.xdmf"});
+  for (const std::string& name : names) remove_tree(directory / name);
+}
+
+}  // namespace mpm

@@ -1,0 +1,25 @@
+#pragma once
+/// Columns of results.csv that describe the cases of a campaign: the inputs of an impact, and every other key that varies.
+
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "libmpm/campaign/campaign.hpp"
+#include "libmpm/driver/case.hpp"
+
+namespace mpm {
+
+/// An input of every table of impacts, whether it varies or not.
+struct InputColumn {
+  const char* column;                        ///< its heading
+  const char* key;                           ///< of the case file, if the column shows one
+  std::function<double(const Case&)> value;  ///< NaN where the case has no such input
+};
+/// The inputs in the order of the table.
+[[nodiscard]] const std::vector<InputColumn>& input_columns();
+
+/// Keys of the plan's settings that have no input column and are not the same in all runs.
+[[nodiscard]] std::vector<std::string> other_varied_keys(const Campaign& campaign);
+
+}  // namespace mpm

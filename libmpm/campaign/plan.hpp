@@ -1,0 +1,46 @@
+#pragma once
+/// The plan of a campaign: its runs, each with the settings that make it differ from the base case. plan_file.hpp reads it.
+
+#include <string>
+#include <vector>
+
+namespace mpm {
+
+inline constexpr int plan_format_version = 1;
+
+/// A key of a case with its value, as --set takes it.
+struct Setting {
+  std::string key;    ///< "conveyor.froude_number"
+  std::string value;  ///< TOML
+  bool operator==(const Setting&) const = default;
+};
+
+/// A run of the plan.
+struct PlannedRun {
+  std::string name;               ///< of its folder: letters, digits, '.', '_', '+', '-'
+  std::vector<Setting> settings;  ///< each key once
+  bool operator==(const PlannedRun&) const = default;
+};
+
+/// Resources of a Slurm task; the cluster decides on what is empty.
+struct SlurmSpec {
+  std::string partition, account, qos;
+  std::string time_limit;            ///< as sbatch takes it: "02:00:00"
+  std::string memory;                ///< "2G"
+  std::vector<std::string> options;  ///< further options of sbatch
+  bool operator==(const SlurmSpec&) const = default;
+};
+
+/// A plan with its runs.
+struct CampaignPlan {
+  std::string title;
+  std::string base_text;         ///< the base case as TOML
+  std::string base_name;         ///< its place, for messages
+  std::vector<PlannedRun> runs;  ///< in the order of the plan
+  int threads = 1, retries = 1;
+  bool longest_first = true;  ///< order in which runs are started: by their estimated cost, or as in the plan
+  bool keep_frames = false, keep_final = false, keep_checkpoint = false;
+  SlurmSpec slurm;
+};
+
+}  // namespace mpm

@@ -1,0 +1,63 @@
+#pragma once
+/// Internal to campaign: a plan as its file states it, before the blocks are expanded to runs.
+
+#include <toml++/toml.h>
+
+#include <map>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+#include "libmpm/campaign/plan.hpp"
+
+namespace mpm {
+
+/// Keys joined by commas, and the rows of values that they take together.
+struct VariedKeys {
+  std::vector<std::string> keys;
+  std::vector<std::vector<std::string>> rows;
+};
+
+/// [[when]]: the settings of runs that have one of certain values.
+struct Rule {
+  std::vector<std::pair<std::string, std::vector<std::string>>> match;
+  std::vector<Setting> set;
+};
+
+/// [parameters] at the top, or a [[grid]].
+struct Crossing {
+  std::string name;
+  std::vector<VariedKeys> parameters;
+  std::vector<Setting> set;
+  std::vector<Rule> rules;
+};
+
+/// [[run]], or a row of the table.
+struct Row {
+  std::string name;
+  std::vector<Setting> set;
+};
+
+/// Everything that a plan file states.
+struct PlanBlocks {
+  CampaignPlan plan;  ///< without its runs
+  toml::table base;
+  std::map<std::string, std::string> labels;  ///< short names of keys
+  std::vector<Setting> set;                   ///< for all runs
+  std::vector<Rule> rules;                    ///< for all runs
+  std::vector<Crossing> crossings;
+  std::vector<Row> rows;
+};
+
+/// Adds a setting; it replaces an earlier one of the same key, and of a key that sets the same quantity.
+void put(std::vector<Setting>& settings, const Setting& s);
+void put(std::vector<Setting>& settings, const std::vector<Setting>& more);
+
+/// @throws ConfigError with all problems of the file; IoError
+[[nodiscard]] PlanBlocks read_blocks(std::string_view text, const std::filesystem::path& file);
+
+/// The runs of the blocks, in the order of the plan. @throws ConfigError for a crossing of too many runs
+[[nodiscard]] std::vector<PlannedRun> expand(const PlanBlocks& blocks, const std::filesystem::path& file);
+
+}  // namespace mpm

@@ -1,0 +1,109 @@
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <optional>
+
+#include "libmpm/base/error.hpp"
+#include "libmpm/campaign/plan_blocks.hpp"
+#include "libmpm/campaign/run_name.hpp"
+#include "libmpm/config/toml_text.hpp"
+#include "libmpm/driver/case_schema.hpp"
+
+namespace mpm {
+
+namespace {
+
+/// The same number however it is written, or the same text.
+bool same_value(const std::string& a, const std::string& b) {
+  if (a == b) return true;
+  const toml::table left = toml::parse("value = " + a), right = toml::parse("value = " + b);
+  const toml::node &x = *left.get("value"), &y = *right.get("value");
+  return x.is_number() && y.is_number() && x.value<double>() == y.value<double>();
+}
+
+/// The value that a run has so far: its own, or the base's.
+std::optional<std::string> value_of(const PlanBlocks& blocks, const std::vector<Setting>& settings, const std::string& key) {
+  if (const auto s = std::ranges::find(settings, key, &Setting::key); s != settings.end()) return s->value;
+  const auto node = blocks.base.at_path(key);
+  return node && !node.is_table() ? std::optional(config::toml_text(*node.node())) : std::nullopt;
+}
+
+/// What the rules give to a run that will have these settings.
+std::vector<Setting> matched(const PlanBlocks& blocks, const std::vector<Rule>& rules, const std::vector<Setting>& settings) {
+  std::vector<Setting> given;
+  for (const Rule& rule : rules) {
+    const bool holds = std::ranges::all_of(rule.match, [&](const auto& m) {
+      const auto value = value_of(blocks, settings, m.first);
+      return value && std::ranges::any_of(m.second, [&](const std::string& choice) { return same_value(*value, choice); });
+    });
+    if (holds) put(given, rule.set);
+  }
+  return given;
+}
+
+/// Later settings win: the plan's, those of its rules, the block's, those of its rules, the run's own.
+PlannedRun planned_run(const PlanBlocks& blocks, std::string name, const std::vector<Setting>& block_set,
+                       const std::vector<Rule>& block_rules, const std::vector<Setting>& own) {
+  std::vector<Setting> all = blocks.set;
+  put(all, block_set);
+  put(all, own);
+  PlannedRun run{std::move(name), blocks.set};
+  put(run.settings, matched(blocks, blocks.rules, all));
+  put(run.settings, block_set);
+  put(run.settings, matched(blocks, block_rules, all));
+  put(run.settings, own);
+  return run;
+}
+
+/// Settings of the runs of a crossing; the last parameter varies fastest.
+std::vector<std::vector<Setting>> crossed(const Crossing& crossing, const std::filesystem::path& file) {
+  constexpr std::size_t most_runs = 1'000'000;
+  std::size_t count = 1;
+  for (const VariedKeys& p : crossing.parameters) {
+    count *= p.rows.size();
+    if (count > most_runs)
+      throw ConfigError(
+          fmt::format("{}: the lists of a crossing make more than {} runs; give shorter ones, or several plans", file.string(), most_runs));
+  }
+  std::vector<std::vector<Setting>> runs(count);
+  for (std::size_t i = 0; i < count; ++i) {
+    std::size_t stride = count;
+    for (const VariedKeys& p : crossing.parameters) {
+      stride /= p.rows.size();
+      const auto& row = p.rows[i / stride % p.rows.size()];
+      for (std::size_t k = 0; k < p.keys.size(); ++k) runs[i].push_back({p.keys[k], row[k]});
+    }
+  }
+  return runs;
+}
+
+}  // namespace
+
+void put(std::vector<Setting>& settings, const Setting& s) {
+  const auto there = std::ranges::find(settings, s.key, &Setting::key);
+  if (there == settings.end()) {
+    settings.push_back(s);
+  } else {
+    there->value = s.value;
+  }
+  // a later setting replaces an earlier one of a key that sets the same quantity
+  const std::vector<std::string> rivals = case_schema().rivals(s.key);
+  std::erase_if(settings, [&](const Setting& o) { return std::ranges::find(rivals, o.key) != rivals.end(); });
+}
+
+void put(std::vector<Setting>& settings, const std::vector<Setting>& more) {
+  for (const Setting& s : more) put(settings, s);
+}
+
+std::vector<PlannedRun> expand(const PlanBlocks& blocks, const std::filesystem::path& file) {
+  std::vector<PlannedRun> runs;
+  for (const Crossing& crossing : blocks.crossings) {
+    for (const std::vector<Setting>& own : crossed(crossing, file))
+      runs.push_back(planned_run(blocks, run_name(crossing.name, own, blocks.labels), crossing.set, crossing.rules, own));
+  }
+  for (const Row& row : blocks.rows)
+    runs.push_back(planned_run(blocks, row.name.empty() ? run_name("", row.set, blocks.labels) : row.name, {}, {}, row.set));
+  return runs;
+}
+
+}  // namespace mpm

@@ -1,0 +1,44 @@
+#pragma once
+/// Plan files of campaigns: TOML in, one row a run out. What a row means as a case is seen to by campaign.hpp.
+///
+///   title = "Run-up on a mast"
+///   base = "../examples/avalanche_fr3.toml"       # a case file, relative to the plan; or [base.material], [base.conveyor] ...
+///   threads = 1                                   # of each run
+///   retries = 1                                   # of a run that ended in a way that need not repeat itself
+///   keep = ["frames", "final", "checkpoint"]      # files that are kept of a finished run besides its results; none by default
+///   order = "longest_first"                       # or "plan": in which order runs are started
+///   table = "rows.csv"                            # explicit runs: a column for each key, and perhaps `name`
+///   [set]                                         # keys as of --set, for all runs
+///   "numerics.cell_size_m" = 0.35
+///   [[when]]                                      # keys for the runs that have certain values
+///   match = { "conveyor.froude_number" = [0.1, 0.3] }
+///   set = { "output.duration_s" = 60 }
+///   [parameters]                                  # lists to cross, the last varies fastest; keys joined by commas go together
+///   "conveyor.froude_number" = [1, 3]
+///   "material.critical_state_slope, material.cohesion_beta" = [[0.4, 0], [0.8, 0.3]]
+///   [[grid]]                                      # further crossings, with their own set, when, and a name that begins their runs' names
+///   [[run]]                                       # explicit runs: set, and perhaps a name
+///   [labels]                                      # how keys are called in the names of runs
+///   "conveyor.froude_number" = "fr"
+///   [slurm]                                       # partition, account, qos, time_limit, memory, options = ["--constraint=..."]
+///
+/// Later ones win: base, set, when, the block's set, its when, its parameters. Frames are off unless they are kept.
+
+#include <filesystem>
+#include <string>
+#include <string_view>
+
+#include "libmpm/base/error.hpp"
+#include "libmpm/campaign/plan.hpp"
+
+namespace mpm {
+
+/// Reads a plan and expands it. @throws ConfigError with all problems at once, `file:line:column: [table] what, value, remedy`; IoError
+[[nodiscard]] CampaignPlan read_plan(const std::filesystem::path& file);
+/// The same from memory. @param file its name in messages, and its folder, to which other files are relative
+[[nodiscard]] CampaignPlan parse_plan(std::string_view text, const std::filesystem::path& file);
+
+/// The plan with its base inside and one [[run]] a run: reads back to the same cases and names, in the same order.
+[[nodiscard]] std::string write_plan(const CampaignPlan& plan);
+
+}  // namespace mpm

@@ -1,0 +1,318 @@
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <sstream>
+
+#include "libmpm/base/error.hpp"
+#include "libmpm/campaign/plan_blocks.hpp"
+#include "libmpm/campaign/plan_values.hpp"
+#include "libmpm/campaign/run_name.hpp"
+#include "libmpm/config/guard.hpp"
+#include "libmpm/config/toml_text.hpp"
+#include "libmpm/io/csv.hpp"
+
+namespace mpm {
+
+namespace {
+
+using config::kind_of;
+using config::one_line;
+using config::shown;
+using config::toml_text;
+
+constexpr int most_threads_of_a_run = 1024, most_retries = 100;
+
+/// Reads the tables of a plan, one function a table.
+class BlockReader : private PlanValues {
+ public:
+  explicit BlockReader(const std::filesystem::path& file) : PlanValues(file), file_(file) {}
+
+  PlanBlocks read(std::string_view text) {
+    config::check_text(text, file_.string());
+    toml::table root;
+    try {
+      root = toml::parse(text, file_.string());
+    } catch (const toml::parse_error& error) {
+      const auto& at = error.source().begin;
+      throw ConfigError(
+          fmt::format("{}:{}:{}: not valid TOML: {}", file_.string(), at.line, at.column, config::printable(error.description())));
+    }
+    read_root(root);
+    throw_problems();
+    return std::move(blocks_);
+  }
+
+ private:
+  std::vector<Rule> rules(const toml::table& table, const std::string& where) {
+    std::vector<Rule> list;
+    int number = 0;
+    for (const toml::table* entry : tables_at(table, where, "when")) {
+      const std::string here = fmt::format("{}[[when]] {}", where.empty() ? "" : where + " ", ++number);
+      only(*entry, here, {"match", "set"});
+      Rule rule;
+      if (const toml::table* match = table_at(*entry, here, "match")) {
+        for (const Entry& e : in_order(*match)) {
+          if (!known_key(e.key, e.source, here + " match:")) continue;
+          std::vector<std::string> values;
+          if (const toml::array* choices = e.node->as_array()) {
+            for (const toml::node& value : *choices) values.push_back(toml_text(value));
+          } else {
+            values.push_back(toml_text(*e.node));
+          }
+          rule.match.emplace_back(e.key, values);
+        }
+      }
+      if (!entry->contains("match")) problem(entry->source(), here, "has no match; say which runs it is for: match = { key = [values] }");
+      rule.set = settings(*entry, here, "set");
+      if (!entry->contains("set")) problem(entry->source(), here, "has no set; say what these runs take: set = { key = value }");
+      list.push_back(std::move(rule));
+    }
+    return list;
+  }
+
+  /// "a, b": the keys that take their values together.
+  std::vector<std::string> keys_together(const Entry& e, const std::string& here, std::vector<std::string>& seen, bool& known) {
+    std::vector<std::string> keys;
+    std::istringstream names(e.key);
+    for (std::string key; std::getline(names, key, ',');) {
+      const auto first = key.find_first_not_of(' ');
+      key = first == std::string::npos ? "" : key.substr(first, key.find_last_not_of(' ') - first + 1);
+      known = known_key(key, e.source, here) && known;
+      if (std::ranges::find(seen, key) != seen.end()) problem(e.source, here, fmt::format("{} is given twice; give it once", key));
+      seen.push_back(key);
+      keys.push_back(key);
+    }
+    return keys;
+  }
+
+  /// The values of the keys in one run; empty where they are not one for each.
+  std::vector<std::string> value_row(const Entry& e, const toml::node& value, std::size_t keys, const std::string& here) {
+    if (keys == 1) return {toml_text(value)};
+    const toml::array* together = value.as_array();
+    if (together == nullptr || together->size() != keys) {
+      problem(value.source(), here,
+              fmt::format("{}: {} does not give the {} keys a value each; write a list of {}", e.key, shown(value), keys, keys));
+      return {};
+    }
+    std::vector<std::string> row;
+    for (const toml::node& part : *together) row.push_back(toml_text(part));
+    return row;
+  }
+
+  std::vector<VariedKeys> parameters(const toml::table& table, const std::string& where) {
+    std::vector<VariedKeys> list;
+    const toml::table* crossed = table_at(table, where, "parameters");
+    if (crossed == nullptr) return list;
+    const std::string here = fmt::format("{}{}parameters:", where, where.empty() ? "" : " ");
+    std::vector<std::string> seen;
+    for (const Entry& e : in_order(*crossed)) {
+      bool known = true;
+      VariedKeys p{keys_together(e, here, seen, known), {}};
+      const toml::array* values = e.node->as_array();
+      if (values == nullptr || values->empty()) {
+        problem(e.source, here,
+                fmt::format("{} = {} is {}; give a list of values", e.key, shown(*e.node), values != nullptr ? "empty" : kind_of(*e.node)));
+        continue;
+      }
+      for (const toml::node& value : *values) {
+        std::vector<std::string> row = value_row(e, value, p.keys.size(), here);
+        if (row.empty()) continue;
+        if (std::ranges::find(p.rows, row) != p.rows.end())
+          problem(value.source(), here, fmt::format("{}: {} is given twice; give each value once", e.key, shown(value)));
+        p.rows.push_back(std::move(row));
+      }
+      if (known) list.push_back(std::move(p));
+    }
+    return list;
+  }
+
+  std::string folder_name(const toml::table& table, const std::string& where) {
+    std::string name = text(table, where, "name");
+    const bool usable = name == file_name_part(name) && !name.starts_with('.') && name.size() <= 200;
+    if (!name.empty() && !usable) {
+      problem(table.get("name")->source(), where,
+              fmt::format("name = \"{}\" names no folder; use letters, digits, '.', '_', '+' and '-', such as \"{}\"", one_line(name),
+                          file_name_part(name)));
+    }
+    return name;
+  }
+
+  /// A cell as TOML: a bare word is a string.
+  static std::string toml_value(const std::string& cell) {
+    try {
+      if (toml::parse("value = " + cell).size() == 1) return cell;
+    } catch (const toml::parse_error&) {  // not a value
+    }
+    return toml_text(toml::value<std::string>(cell));
+  }
+
+  void read_csv_rows(const std::filesystem::path& path, const toml::source_region& source) {
+    const Table table = Table::read(path);
+    const std::string where = fmt::format("table {}:", path.filename().string());
+    std::vector<std::string> keys;
+    for (const std::string& column : table.columns()) {
+      if (column != "name" && known_key(column, source, where)) keys.push_back(column);
+    }
+    const std::vector<std::string> names = table.has("name") ? table.text("name") : std::vector<std::string>(table.rows());
+    std::vector<std::vector<std::string>> cells;
+    cells.reserve(keys.size());
+    for (const std::string& key : keys) cells.push_back(table.text(key));
+    for (std::size_t i = 0; i < table.rows(); ++i) {
+      Row row{names[i], {}};
+      if (names[i] != file_name_part(names[i]))
+        problem(source, where,
+                fmt::format("row {}: name \"{}\" names no folder; use letters, digits, '.', '_', '+' and '-'", i + 1, one_line(names[i])));
+      for (std::size_t k = 0; k < keys.size(); ++k) {
+        if (cells[k][i].empty()) continue;
+        put(row.set, {keys[k], toml_value(cells[k][i])});
+      }
+      blocks_.rows.push_back(std::move(row));
+    }
+  }
+
+  /// base = { ... }, or [base.material] and so on
+  void read_base_tables(const toml::table& tables) {
+    blocks_.base = tables;
+    blocks_.base.is_inline(false);  // base = { ... } in the plan is the root of a case
+    std::ostringstream out;
+    out << toml::toml_formatter(blocks_.base, toml::toml_formatter::default_flags & ~toml::format_flags::allow_literal_strings);
+    blocks_.plan.base_text = out.str();
+    blocks_.plan.base_name = file_.string() + ", [base]";
+  }
+
+  /// base = "case.toml"
+  void read_base_file(const std::filesystem::path& path, const toml::source_region& source) {
+    blocks_.plan.base_name = path.string();
+    try {
+      blocks_.plan.base_text = config::bounded_file_text(path);
+      config::check_text(blocks_.plan.base_text, path.string());
+      blocks_.base = toml::parse(blocks_.plan.base_text, path.string());
+    } catch (const toml::parse_error& error) {
+      const auto& at = error.source().begin;
+      problem(source, "",
+              fmt::format("base {}:{}:{}: not valid TOML: {}", path.string(), at.line, at.column, config::printable(error.description())));
+    } catch (const Error& error) {
+      problem(source, "", fmt::format("base: {}", error.what()));
+    }
+  }
+
+  void read_base(const toml::table& root) {
+    const toml::node* base = root.get("base");
+    if (base == nullptr) {
+      problem(root.source(), "", "base is missing; give a case file, relative to the plan, or its tables as [base.material], ...");
+    } else if (const toml::table* tables = base->as_table()) {
+      read_base_tables(*tables);
+    } else if (const auto name = base->value_exact<std::string>()) {
+      read_base_file(file_.parent_path() / *name, base->source());
+    } else {
+      problem(base->source(), "", fmt::format("base is {}; give a case file in quotes, or tables", kind_of(*base)));
+    }
+  }
+
+  void read_order(const toml::table& root) {
+    const std::string order = text(root, "", "order");
+    if (order.empty()) return;
+    if (order != "longest_first" && order != "plan")
+      problem(root.get("order")->source(), "", fmt::format("order = \"{}\"; give \"longest_first\" or \"plan\"", one_line(order)));
+    blocks_.plan.longest_first = order != "plan";
+  }
+
+  void read_keep(const toml::table& root) {
+    CampaignPlan& plan = blocks_.plan;
+    const std::vector<std::string> files{"frames", "final", "checkpoint"};
+    for (const std::string& word : words(root, "", "keep")) {
+      if (std::ranges::find(files, word) == files.end())
+        problem(root.get("keep")->source(), "",
+                fmt::format("keep: there is no \"{}\"; give some of \"{}\"", word, fmt::join(files, "\", \"")));
+      plan.keep_frames = plan.keep_frames || word == "frames";
+      plan.keep_final = plan.keep_final || word == "final";
+      plan.keep_checkpoint = plan.keep_checkpoint || word == "checkpoint";
+    }
+  }
+
+  void read_labels(const toml::table& root) {
+    blocks_.labels = common_labels();
+    const toml::table* labels = table_at(root, "", "labels");
+    if (labels == nullptr) return;
+    for (const Entry& e : in_order(*labels)) {
+      const auto word = e.node->value_exact<std::string>();
+      if (!known_key(e.key, e.source, "[labels]")) continue;
+      if (!word || *word != file_name_part(*word)) {
+        problem(e.source, "[labels]", fmt::format("{} = {}; give letters and digits in quotes", e.key, shown(*e.node)));
+      } else {
+        blocks_.labels[e.key] = *word;
+      }
+    }
+  }
+
+  void read_slurm(const toml::table& root) {
+    const toml::table* slurm = table_at(root, "", "slurm");
+    if (slurm == nullptr) return;
+    only(*slurm, "[slurm]", {"partition", "account", "qos", "time_limit", "memory", "options"});
+    const auto word = [&](const char* name) { return text(*slurm, "[slurm]", name); };
+    blocks_.plan.slurm = {word("partition"),  word("account"), word("qos"),
+                          word("time_limit"), word("memory"),  words(*slurm, "[slurm]", "options")};
+  }
+
+  void read_crossings(const toml::table& root) {
+    if (root.contains("parameters")) blocks_.crossings.push_back({"", parameters(root, ""), {}, {}});
+    int number = 0;
+    for (const toml::table* entry : tables_at(root, "", "grid")) {
+      const std::string where = fmt::format("[[grid]] {}", ++number);
+      only(*entry, where, {"name", "parameters", "set", "when"});
+      if (!entry->contains("parameters")) problem(entry->source(), where, "has no parameters; give lists to cross, or write a [[run]]");
+      blocks_.crossings.push_back(
+          {folder_name(*entry, where), parameters(*entry, where), settings(*entry, where, "set"), rules(*entry, where)});
+    }
+  }
+
+  void read_rows(const toml::table& root) {
+    int number = 0;
+    for (const toml::table* entry : tables_at(root, "", "run")) {
+      const std::string where = fmt::format("[[run]] {}", ++number);
+      only(*entry, where, {"name", "set"});
+      const Row row{folder_name(*entry, where), settings(*entry, where, "set")};
+      if (row.name.empty() && row.set.empty()) problem(entry->source(), where, "is empty; give it a name, or keys in set");
+      blocks_.rows.push_back(row);
+    }
+    const std::string name = text(root, "", "table");
+    if (name.empty()) return;
+    try {
+      read_csv_rows(file_.parent_path() / name, root.get("table")->source());
+    } catch (const IoError& error) {
+      problem(root.get("table")->source(), "", fmt::format("table: {}", error.what()));
+    }
+  }
+
+  void read_root(const toml::table& root) {
+    only(root, "",
+         {"format_version", "title", "base", "threads", "retries", "order", "keep", "table", "set", "when", "parameters", "grid", "run",
+          "labels", "slurm"});
+    if (integer(root, "format_version", 1, plan_format_version, plan_format_version) != plan_format_version) return;
+    CampaignPlan& plan = blocks_.plan;
+    plan.title = text(root, "", "title");
+    plan.threads = integer(root, "threads", 1, most_threads_of_a_run, plan.threads);
+    plan.retries = integer(root, "retries", 0, most_retries, plan.retries);
+    read_base(root);
+    read_order(root);
+    read_keep(root);
+    read_labels(root);
+    read_slurm(root);
+    blocks_.set = settings(root, "", "set");
+    blocks_.rules = rules(root, "");
+    read_crossings(root);
+    read_rows(root);
+    if (blocks_.crossings.empty() && blocks_.rows.empty() && sound())
+      problem(root.source(), "", "the plan has no runs; give [parameters], [[grid]], [[run]] or a table");
+  }
+
+  std::filesystem::path file_;
+  PlanBlocks blocks_;
+};
+
+}  // namespace
+
+PlanBlocks read_blocks(std::string_view text, const std::filesystem::path& file) { return BlockReader(file).read(text); }
+
+}  // namespace mpm

@@ -1,0 +1,158 @@
+#include "libmpm/campaign/plan_values.hpp"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <regex>
+#include <tuple>
+
+#include "libmpm/base/error.hpp"
+#include "libmpm/campaign/plan_blocks.hpp"
+#include "libmpm/config/schema.hpp"
+#include "libmpm/config/toml_text.hpp"
+#include "libmpm/driver/schema.hpp"
+
+namespace mpm {
+
+using config::kind_of;
+using config::one_line;
+using config::shown;
+using config::toml_text;
+
+namespace {
+
+void flatten(const toml::table& table, const std::string& prefix, std::vector<PlanValues::Entry>& entries) {
+  for (const auto& [key, node] : table) {
+    const std::string path = config::key_path(prefix, std::string(key.str()));
+    if (const toml::table* inner = node.as_table()) {
+      flatten(*inner, path, entries);
+    } else {
+      entries.push_back({path, &node, key.source()});
+    }
+  }
+}
+
+}  // namespace
+
+void PlanValues::problem(const toml::source_region& source, const std::string& where, const std::string& text) {
+  const auto& at = source.begin;
+  problems_.push_back({std::max<std::uint32_t>(1, at.line), std::max<std::uint32_t>(1, at.column),
+                       where.empty() ? text : fmt::format("{} {}", where, text)});
+}
+
+void PlanValues::throw_problems() {
+  if (problems_.empty()) return;
+  std::ranges::stable_sort(problems_, {}, [](const Problem& f) { return std::tie(f.line, f.column); });
+  std::string message;
+  for (const Problem& f : problems_)
+    message += fmt::format("{}{}:{}:{}: {}", message.empty() ? "" : "\n", file_.string(), f.line, f.column, f.text);
+  throw ConfigError(message);
+}
+
+void PlanValues::only(const toml::table& table, const std::string& where, const std::vector<std::string>& permitted) {
+  for (const auto& [key, node] : table) {
+    const std::string name(key.str());
+    if (std::ranges::find(permitted, name) != permitted.end()) continue;
+    const std::string meant = nearest_word(name, permitted);
+    const std::string remedy = !meant.empty()                        ? fmt::format("did you mean {}?", meant)
+                               : name.find('.') != std::string::npos ? "keys of a case belong into set or parameters"
+                                                                     : fmt::format("there is {}", fmt::join(permitted, ", "));
+    problem(key.source(), where, fmt::format("unknown key {}; {}", one_line(name), remedy));
+  }
+}
+
+std::string PlanValues::text(const toml::table& table, const std::string& where, const char* name) {
+  const toml::node* node = table.get(name);
+  if (node == nullptr) return {};
+  if (const auto value = node->value_exact<std::string>()) return *value;
+  problem(node->source(), where, fmt::format("{} = {} is {}; give a string in quotes", name, shown(*node), kind_of(*node)));
+  return {};
+}
+
+int PlanValues::integer(const toml::table& table, const char* name, int low, int high, int preset) {
+  const toml::node* node = table.get(name);
+  if (node == nullptr) return preset;
+  const auto value = node->value_exact<std::int64_t>();
+  if (value && *value >= low && *value <= high) return static_cast<int>(*value);
+  problem(node->source(), "", fmt::format("{} = {}; give an integer in [{}, {}]", name, shown(*node), low, high));
+  return preset;
+}
+
+std::vector<std::string> PlanValues::words(const toml::table& table, const std::string& where, const char* name) {
+  const toml::node* node = table.get(name);
+  if (node == nullptr) return {};
+  std::vector<std::string> list;
+  if (const toml::array* array = node->as_array()) {
+    for (const toml::node& element : *array) {
+      if (const auto word = element.value_exact<std::string>()) list.push_back(*word);
+    }
+    if (list.size() == array->size()) return list;
+  }
+  problem(node->source(), where, fmt::format("{} = {}; give a list of strings", name, shown(*node)));
+  return {};
+}
+
+const toml::table* PlanValues::table_at(const toml::table& table, const std::string& where, const char* name) {
+  const toml::node* node = table.get(name);
+  if (node == nullptr) return nullptr;
+  if (node->is_table()) return node->as_table();
+  problem(node->source(), where, fmt::format("{} = {} is {}; give a table", name, shown(*node), kind_of(*node)));
+  return nullptr;
+}
+
+std::vector<const toml::table*> PlanValues::tables_at(const toml::table& table, const std::string& where, const char* name) {
+  const toml::node* node = table.get(name);
+  if (node == nullptr) return {};
+  std::vector<const toml::table*> entries;
+  if (const toml::array* list = node->as_array()) {
+    for (const toml::node& element : *list) {
+      if (const toml::table* entry = element.as_table()) entries.push_back(entry);
+    }
+    if (entries.size() == list->size()) return entries;
+  }
+  problem(node->source(), where, fmt::format("{0} is {1}; write [[{0}]] with two brackets, once for each", name, kind_of(*node)));
+  return {};
+}
+
+bool PlanValues::known_key(const std::string& key, const toml::source_region& source, const std::string& where) {
+  static const std::vector<std::string> keys = [] {
+    std::vector<std::string> names;
+    for (const KeyInfo& k : schema_keys()) {
+      const auto table = std::ranges::find(schema_tables(), k.table, &TableInfo::name);
+      if (table->in_case) names.push_back(config::key_path(k.table, k.name));
+    }
+    return names;
+  }();
+  static const std::regex index(R"(\[[0-9]+\])");
+  constexpr std::size_t longest = 200;  // characters; the regular expression descends once a character
+  const std::string plain = key.size() > longest ? key : std::regex_replace(key, index, "");
+  if (std::ranges::find(keys, plain) != keys.end()) return true;
+  std::string meant = nearest_word(plain, keys);
+  for (const std::string& k : keys) {
+    if (k.ends_with(fmt::format(".{}", plain))) meant = k;
+  }
+  problem(source, where,
+          fmt::format("unknown key {}; {}", one_line(key),
+                      meant.empty() ? "see `mpm schema`, and write table.key" : fmt::format("did you mean \"{}\"?", meant)));
+  return false;
+}
+
+std::vector<PlanValues::Entry> PlanValues::in_order(const toml::table& table) {
+  std::vector<Entry> entries;
+  flatten(table, "", entries);
+  std::ranges::stable_sort(entries, {}, [](const Entry& e) { return std::tuple(e.source.begin.line, e.source.begin.column); });
+  return entries;
+}
+
+std::vector<Setting> PlanValues::settings(const toml::table& table, const std::string& where, const char* name) {
+  std::vector<Setting> list;
+  if (const toml::table* set = table_at(table, where, name)) {
+    for (const Entry& e : in_order(*set)) {
+      if (known_key(e.key, e.source, fmt::format("{}{}{}:", where, where.empty() ? "" : " ", name))) put(list, {e.key, toml_text(*e.node)});
+    }
+  }
+  return list;
+}
+
+}  // namespace mpm

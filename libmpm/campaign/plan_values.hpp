@@ -1,0 +1,59 @@
+#pragma once
+/// Internal to campaign: values of a plan file. All problems of the file are collected and reported together.
+
+#include <toml++/toml.h>
+
+#include <cstdint>
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "libmpm/campaign/plan.hpp"
+
+namespace mpm {
+
+/// Reads values, and records what is wrong with them. A value with a problem is empty, or the preset.
+class PlanValues {
+ public:
+  explicit PlanValues(std::filesystem::path file) : file_(std::move(file)) {}
+
+  /// An entry of a table. Keys may be given as "table.key" in quotes or as dotted keys, which TOML makes tables of.
+  struct Entry {
+    std::string key;
+    const toml::node* node;
+    toml::source_region source;
+  };
+
+  /// @param where the table as a user sees it, empty at the top
+  void problem(const toml::source_region& source, const std::string& where, const std::string& text);
+  [[nodiscard]] bool sound() const { return problems_.empty(); }
+  /// @throws ConfigError with all problems in the order of the file
+  void throw_problems();
+
+  /// Reports every key of a table that is none of the permitted ones.
+  void only(const toml::table& table, const std::string& where, const std::vector<std::string>& permitted);
+  std::string text(const toml::table& table, const std::string& where, const char* name);
+  int integer(const toml::table& table, const char* name, int low, int high, int preset);
+  std::vector<std::string> words(const toml::table& table, const std::string& where, const char* name);
+  const toml::table* table_at(const toml::table& table, const std::string& where, const char* name);
+  /// The entries of [[name]].
+  std::vector<const toml::table*> tables_at(const toml::table& table, const std::string& where, const char* name);
+  /// Whether a case has this key; reports one that it does not have.
+  bool known_key(const std::string& key, const toml::source_region& source, const std::string& where);
+  /// Settings of the table `name`, for keys of a case.
+  std::vector<Setting> settings(const toml::table& table, const std::string& where, const char* name);
+
+  /// The entries in the order of the file, which a TOML table does not keep.
+  [[nodiscard]] static std::vector<Entry> in_order(const toml::table& table);
+
+ private:
+  struct Problem {
+    std::uint32_t line, column;
+    std::string text;
+  };
+
+  std::filesystem::path file_;
+  std::vector<Problem> problems_;
+};
+
+}  // namespace mpm

@@ -1,0 +1,22 @@
+#pragma once
+/// Names of runs, which are names of folders, made from the keys that vary: fr3_m0.4.
+
+#include <map>
+#include <string>
+#include <vector>
+
+#include "libmpm/campaign/plan.hpp"
+
+namespace mpm {
+
+/// Short names of the common keys: fr for conveyor.froude_number. An empty one leaves only the value.
+[[nodiscard]] const std::map<std::string, std::string>& common_labels();
+
+/// The text with letters, digits and . _ + - as they are; everything else becomes one '-'.
+[[nodiscard]] std::string file_name_part(const std::string& text);
+
+/// Name of a run. @param block name that begins it, perhaps empty. @param varied the settings in which it differs from the others
+[[nodiscard]] std::string run_name(const std::string& block, const std::vector<Setting>& varied,
+                                   const std::map<std::string, std::string>& labels);
+
+}  // namespace mpm

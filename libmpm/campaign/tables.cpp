@@ -1,0 +1,144 @@
+#include "libmpm/campaign/tables.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <map>
+#include <nlohmann/json.hpp>
+#include <set>
+
+#include "libmpm/campaign/input_columns.hpp"
+#include "libmpm/driver/case_file.hpp"
+#include "libmpm/io/atomic_file.hpp"
+#include "libmpm/io/csv.hpp"
+
+namespace mpm {
+
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+/// Numbers of results.json that describe the computation, not the physics: columns of runs.csv.
+constexpr std::array execution_keys{"threads",           "wall_time_s",     "solver_time_s", "million_particle_steps_per_s",
+                                    "peak_memory_bytes", "instruction_set", "compiler"};
+
+bool belongs_to_execution(const std::string& key) { return std::ranges::find(execution_keys, key) != execution_keys.end(); }
+
+/// Has a column of its own, or needs none.
+bool has_own_column(const std::string& key) {
+  static const std::set<std::string> keys{"format_version", "title", "case_hash", "version", "commit"};
+  return keys.contains(key);
+}
+
+std::string cell_of(const Json& value) {
+  if (value.is_null()) return "nan";
+  if (value.is_boolean()) return value.get<bool>() ? "1" : "0";
+  if (value.is_number_float()) return format_number(value.get<double>());
+  if (value.is_string()) return value.get<std::string>();
+  return value.dump();
+}
+
+/// Columns of the metrics, vectors by component: force_mean_n.x.
+std::vector<std::pair<std::string, std::string>> cells_of(const Json& results) {
+  std::vector<std::pair<std::string, std::string>> cells;
+  for (const auto& [key, value] : results.items()) {
+    if (belongs_to_execution(key) || has_own_column(key)) continue;
+    if (!value.is_array()) {
+      cells.emplace_back(key, cell_of(value));
+      continue;
+    }
+    for (std::size_t i = 0; i < value.size(); ++i)
+      cells.emplace_back(value.size() == 3 ? fmt::format("{}.{}", key, "xyz"[i]) : fmt::format("{}[{}]", key, i), cell_of(value[i]));
+  }
+  return cells;
+}
+
+/// The metrics of all runs: the names in the order in which they first appear, and for each run its cells by name.
+struct Metrics {
+  std::vector<std::string> names;
+  std::vector<std::map<std::string, std::string>> cells;
+};
+
+Metrics metrics_of(const std::vector<Json>& results) {
+  Metrics m;
+  for (const Json& json : results) {
+    std::map<std::string, std::string> row;
+    for (auto& [name, cell] : cells_of(json)) {
+      if (std::ranges::find(m.names, name) == m.names.end()) m.names.push_back(name);
+      row.emplace(name, cell);
+    }
+    m.cells.push_back(std::move(row));
+  }
+  return m;
+}
+
+std::string results_table(const Campaign& campaign, const std::vector<RunStatus>& status, const std::vector<Json>& results) {
+  std::vector<InputColumn> inputs;
+  for (const InputColumn& input : input_columns()) {
+    if (std::ranges::any_of(campaign.runs, [&](const CampaignRun& r) { return std::isfinite(input.value(r.spec)); }))
+      inputs.push_back(input);
+  }
+  const std::vector<std::string> others = other_varied_keys(campaign);
+  const Metrics metrics = metrics_of(results);
+  std::vector<std::string> head{"name", "run", "status", "case_hash", "version", "commit"};
+  for (const InputColumn& input : inputs) head.emplace_back(input.column);
+  head.insert(head.end(), others.begin(), others.end());
+  head.insert(head.end(), metrics.names.begin(), metrics.names.end());
+  head.emplace_back("cause");
+  std::string text = csv_line(head);
+  for (std::size_t i = 0; i < campaign.runs.size(); ++i) {
+    const CampaignRun& run = campaign.runs[i];
+    // what is under way now is no property of the run: the table does not depend on when it is written
+    const RunState state = status[i].state == RunState::running ? RunState::to_do : status[i].state;
+    std::vector<std::string> row{run.name, "runs/" + run.name, to_string(state), run.case_hash};
+    for (const char* key : {"version", "commit"}) row.push_back(results[i].value(key, ""));
+    for (const InputColumn& input : inputs) row.push_back(format_number(input.value(run.spec)));
+    for (const std::string& key : others) row.push_back(case_value(run.spec, key).value_or(""));
+    for (const std::string& name : metrics.names) {
+      const auto cell = metrics.cells[i].find(name);
+      row.push_back(cell == metrics.cells[i].end() ? "" : cell->second);
+    }
+    row.push_back(state == RunState::failed ? status[i].cause() : "");
+    text += csv_line(row);
+  }
+  return text;
+}
+
+std::string executions_table(const Campaign& campaign, const std::vector<RunStatus>& status, const std::vector<Json>& results) {
+  std::vector<std::string> head{"name", "status",       "attempts",  "first_started", "last_ended",
+                                "host", "last_outcome", "exit_code", "signal",        "cause"};
+  head.insert(head.end(), execution_keys.begin(), execution_keys.end());
+  std::string text = csv_line(head);
+  for (std::size_t i = 0; i < campaign.runs.size(); ++i) {
+    const auto& attempts = status[i].attempts;
+    const Attempt last = attempts.empty() ? Attempt{} : attempts.back();
+    const auto number = [](const std::optional<int>& x) { return x ? std::to_string(*x) : ""; };
+    std::vector<std::string> row{campaign.runs[i].name,
+                                 to_string(status[i].state),
+                                 std::to_string(attempts.size()),
+                                 attempts.empty() ? "" : attempts.front().started,
+                                 last.ended,
+                                 last.host,
+                                 last.outcome,
+                                 number(last.exit_code),
+                                 number(last.signal),
+                                 last.cause};
+    for (const char* key : execution_keys) row.push_back(results[i].contains(key) ? cell_of(results[i][key]) : "");
+    text += csv_line(row);
+  }
+  return text;
+}
+
+}  // namespace
+
+void write_campaign_tables(const std::filesystem::path& out, const Campaign& campaign, const std::vector<RunStatus>& status) {
+  std::vector<Json> results;
+  results.reserve(status.size());
+  for (const RunStatus& s : status) results.push_back(s.results.empty() ? Json::object() : Json::parse(s.results));
+  write_file(out / "results.csv", results_table(campaign, status, results));
+  write_file(out / "runs.csv", executions_table(campaign, status, results));
+}
+
+}  // namespace mpm

@@ -1,0 +1,42 @@
+#pragma once
+/// The reference of keys that `mpm schema` prints.
+
+#include <string>
+#include <vector>
+
+#include "libmpm/config/schema.hpp"
+
+namespace mpm {
+
+/// One table as a user sees it.
+struct TableInfo {
+  std::string name;  ///< empty: the keys above the first table
+  bool repeated;     ///< [[name]], any number of times
+  bool in_case;      ///< may be in a case file
+  bool in_path;      ///< may be in a point path
+  std::string description;
+};
+
+/// One constitutive law as a user sees it.
+struct ModelInfo {
+  std::string name;  ///< value of material.model
+  std::string description;
+  std::vector<std::string> keys;  ///< keys of [material] that it uses and another law does not
+};
+
+}  // namespace mpm
+
+namespace mpm::config {
+
+struct Reference {
+  int format_version;
+  std::vector<TableInfo> tables;
+  std::vector<KeyInfo> keys;
+  std::vector<ModelInfo> models;
+};
+
+[[nodiscard]] std::string reference_text(const Reference& reference);
+/// One JSON object {format_version, tables, models}.
+[[nodiscard]] std::string reference_json(const Reference& reference);
+
+}  // namespace mpm::config

@@ -1,0 +1,141 @@
+#pragma once
+/// What may be in a file: tables in order, each with the keys that its component declares (base/parameter.hpp). Nothing here knows a
+/// component; a Schema sees the object that a file fills as a `void*`, and SchemaOf<Root> is the way in and out that knows its type.
+
+#include <functional>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <type_traits>
+#include <vector>
+
+#include "libmpm/base/parameter.hpp"
+
+namespace mpm {
+
+/// One key as a user sees it.
+struct KeyInfo : ParameterInfo {
+  std::string table;          ///< empty: above the first table
+  std::string default_text;   ///< as TOML, or what happens when the key is left out; empty for a required key
+  std::string required_when;  ///< empty: never; "always", or the condition
+  std::string used_when;      ///< empty: always; where it is not used the key is refused
+};
+
+using KeyType = ParameterType;
+
+/// The candidate that a misspelt word most likely meant; empty if none is near. Near is: at most two edits (a third of the
+/// longer word's length, if that is more; edits are insertion, deletion, substitution, swap of neighbours), or one word
+/// beginning with the other (a forgotten unit).
+[[nodiscard]] std::string nearest_word(std::string_view word, const std::vector<std::string>& candidates);
+
+}  // namespace mpm
+
+namespace mpm::config {
+
+using Value = ParameterValue;
+
+/// A key with the way to its value in entry i of its table.
+struct Key : KeyInfo {
+  std::function<std::optional<Value>(const void* root, std::size_t i)> get;  ///< empty: left out
+  std::function<void(void* root, std::size_t i, const Value&)> set;
+};
+
+struct Table {
+  std::string name;  ///< empty: the keys above the first table
+  bool repeated;     ///< [[name]], any number of times
+  std::string description;
+  std::vector<Key> keys;
+  std::function<std::size_t(const void* root)> entries;                          ///< how many there are
+  std::function<void(void* root)> add_entry;                                     ///< makes room for one that is given
+  std::function<void(const void* root, std::size_t i, ParameterReport&)> check;  ///< what has to hold within an entry
+
+  /// "[[body]]"
+  [[nodiscard]] std::string bracketed() const { return repeated ? "[[" + name + "]]" : "[" + name + "]"; }
+  /// Path of an entry: "body[0]", "numerics"
+  [[nodiscard]] std::string entry_path(std::size_t i) const { return repeated ? name + "[" + std::to_string(i) + "]" : name; }
+};
+
+/// "numerics.cfl", "body[0].min_m", "title"
+[[nodiscard]] std::string key_path(const std::string& table_path, const std::string& name);
+
+class Schema {
+ public:
+  [[nodiscard]] const std::vector<Table>& tables() const { return tables_; }
+  [[nodiscard]] const Table* find(std::string_view table) const;
+  [[nodiscard]] const Key* find_key(std::string_view table, std::string_view name) const;
+  /// The keys that set the same quantity as this one ("conveyor.froude_number"): only one of them may be given.
+  [[nodiscard]] std::vector<std::string> rivals(const std::string& path) const;
+
+  [[nodiscard]] bool holds(const Condition& condition, const Table& table, const void* root, std::size_t i) const;
+  [[nodiscard]] bool used(const Key& key, const Table& table, const void* root, std::size_t i) const {
+    return holds(key.used, table, root, i);
+  }
+  /// What is written: empty for a key that is not used, left out, or hidden while it has its default.
+  [[nodiscard]] std::optional<Value> written(const Key& key, const Table& table, const void* root, std::size_t i) const;
+
+ protected:
+  Table& add(std::string name, bool repeated, std::string description);
+  /// Fills in the texts of a key.
+  static void describe(KeyInfo& key, const std::string& table);
+
+ private:
+  std::vector<Table> tables_;
+};
+
+/// The schema of files that fill a Root.
+template <class Root>
+class SchemaOf : public Schema {
+ public:
+  /// @param access  [](auto& root) -> auto& of the component that the table fills: the component itself, a std::optional of it (the table
+  ///                may be left out), or, for a repeated table, a pointer to its std::vector (null: there is no room for entries)
+  template <class Access>
+  void table(std::string name, std::string description, Access access) {
+    using Part = std::remove_cvref_t<decltype(access(std::declval<Root&>()))>;
+    if constexpr (std::is_pointer_v<Part>) {
+      repeated<typename std::remove_pointer_t<Part>::value_type>(std::move(name), std::move(description), access);
+    } else if constexpr (requires(Part p) { p.emplace(); }) {
+      Table& made = fill<typename Part::value_type>(
+          add(std::move(name), false, std::move(description)), [access](auto& root, std::size_t) -> auto& { return *access(root); });
+      made.entries = [access](const void* root) -> std::size_t { return access(as_root(root)) ? 1 : 0; };
+      made.add_entry = [access](void* root) { access(as_root(root)).emplace(); };
+    } else {
+      Table& made = fill<Part>(
+          add(std::move(name), false, std::move(description)), [access](auto& root, std::size_t) -> auto& { return access(root); });
+      made.entries = [](const void*) -> std::size_t { return 1; };
+      made.add_entry = [](void*) {};
+    }
+  }
+
+ private:
+  static const Root& as_root(const void* root) { return *static_cast<const Root*>(root); }
+  static Root& as_root(void* root) { return *static_cast<Root*>(root); }
+
+  template <class Owner, class Access>
+  void repeated(std::string name, std::string description, Access access) {
+    Table& made = fill<Owner>(
+        add(std::move(name), true, std::move(description)), [access](auto& root, std::size_t i) -> auto& { return (*access(root))[i]; });
+    made.entries = [access](const void* root) -> std::size_t {
+      const auto* list = access(as_root(root));
+      return list != nullptr ? list->size() : 0;
+    };
+    made.add_entry = [access](void* root) { access(as_root(root))->emplace_back(); };
+  }
+
+  /// @param at  (root, i) -> the component
+  template <class Owner, class At>
+  static Table& fill(Table& made, At at) {
+    for (const Parameter<Owner>& p : parameters_of<Owner>().all()) {
+      Key& key = made.keys.emplace_back();
+      static_cast<ParameterInfo&>(key) = p.info;
+      key.get = [at, get = p.get](const void* root, std::size_t i) { return get(at(as_root(root), i)); };
+      key.set = [at, set = p.set](void* root, std::size_t i, const Value& value) { set(at(as_root(root), i), value); };
+      describe(key, made.name);
+    }
+    made.check = [at]([[maybe_unused]] const void* root, [[maybe_unused]] std::size_t i, [[maybe_unused]] ParameterReport& report) {
+      if constexpr (requires(const Owner& owner) { owner.check(report); }) at(as_root(root), i).check(report);
+    };
+    return made;
+  }
+};
+
+}  // namespace mpm::config

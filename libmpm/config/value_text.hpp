@@ -1,0 +1,16 @@
+#pragma once
+/// Values of keys as TOML.
+
+#include <string>
+
+#include "libmpm/base/parameter.hpp"
+
+namespace mpm::config {
+
+/// A value as TOML; numbers with as many digits as it takes to read the same bits.
+[[nodiscard]] std::string to_toml(const ParameterValue& value);
+
+/// "text" in quotes, as TOML
+[[nodiscard]] std::string quoted(const std::string& text);
+
+}  // namespace mpm::config

@@ -1,0 +1,36 @@
+#pragma once
+/// Sums over all particles: mass, momentum, angular momentum, energy.
+
+#include "libmpm/core/state.hpp"
+
+namespace mpm {
+
+/// Of the computed part; whole_of_mirrored() completes them for a mirrored domain.
+struct Totals {
+  std::uint64_t particles = 0;
+  double mass = 0.0;                     ///< kg
+  Vec3 centre = Vec3::Zero();            ///< of mass, m; zero without particles
+  Vec3 momentum = Vec3::Zero();          ///< kg m/s
+  double momentum_scale = 0.0;           ///< sum m |v|, kg m/s: what round-off of the momentum is measured against
+  Vec3 angular_momentum = Vec3::Zero();  ///< about the origin, kg m^2/s, with the affine part of APIC: x_p x m v_p + m dx^2/4 axial(C_p)
+  double angular_momentum_scale = 0.0;   ///< sum m |x||v|, kg m^2/s
+  double kinetic_energy = 0.0;           ///< of the particle velocities, J
+  double affine_energy = 0.0;            ///< kinetic, of the affine part of APIC, sum m dx^2/8 |C_p|^2 (Jiang et al. 2015), J; 0 with FLIP
+  double elastic_energy = 0.0;           ///< J
+  double potential_energy = 0.0;         ///< -m g.x, zero at the origin, J
+};
+
+/// Kinetic energy, with the affine part that APIC keeps, and elastic energy of one particle, J.
+double kinetic_and_elastic_energy(const Particle& p, const Scene& scene, double cell_size);
+
+/// Summed block by block in the order of the blocks: the same bits on any number of threads.
+Totals totals(const State& state, const Scene& scene);
+
+/// Sums of the whole of a symmetric domain of which the part beyond the mirror planes is not computed.
+Totals whole_of_mirrored(Totals part, const MirrorPlanes& mirror);
+/// The force on a symmetric body from that on its computed part: doubled along the mirror, zero across it.
+Vec3 whole_force(const Vec3& part, const MirrorPlanes& mirror);
+/// The same for a moment (an axial vector).
+Vec3 whole_moment(const Vec3& part, const MirrorPlanes& mirror);
+
+}  // namespace mpm

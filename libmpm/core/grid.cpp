@@ -1,0 +1,247 @@
+#include "libmpm/core/grid.hpp"
+
+#include <algorithm>
+#include <bit>
+#include <cstring>
+
+#include "libmpm/base/error.hpp"
+#include "libmpm/core/bspline.hpp"
+
+namespace mpm {
+
+namespace {
+
+constexpr std::int32_t coordinate_limit = 1 << 20;  // 21 bits an axis
+constexpr int max_particles_per_block = 65000;      // slots are 16 bits wide
+
+std::uint64_t key_of(const Index3& c) {
+  const auto part = [](std::int32_t v) { return static_cast<std::uint64_t>(v + coordinate_limit); };
+  return part(c[2]) << 42 | part(c[1]) << 21 | part(c[0]);
+}
+
+Index3 shifted(const Index3& c, int slot) { return {c[0] + slot % 3 - 1, c[1] + slot / 3 % 3 - 1, c[2] + slot / 9 - 1}; }
+
+/// The eight blocks (itself and its forward neighbours) that hold the nodes of a block's particles.
+constexpr std::array<int, 8> forward_slots = {neighbour_slot(0, 0, 0), neighbour_slot(1, 0, 0), neighbour_slot(0, 1, 0),
+                                              neighbour_slot(1, 1, 0), neighbour_slot(0, 0, 1), neighbour_slot(1, 0, 1),
+                                              neighbour_slot(0, 1, 1), neighbour_slot(1, 1, 1)};
+
+}  // namespace
+
+void ParticleBin::append(const Particle& p, int cell_of_p, PagePool& pool) {
+  if (count_ == static_cast<int>(pages_.size()) * page_particles) pages_.push_back(pool.take());
+  ++count_;
+  (*this)[count_ - 1] = p;
+  cell.push_back(static_cast<std::uint8_t>(cell_of_p));
+  order.clear();
+}
+
+void ParticleBin::remove(int slot, PagePool& pool) {
+  const int last = count_ - 1;
+  if (slot != last) {
+    (*this)[slot] = (*this)[last];
+    cell[static_cast<std::size_t>(slot)] = cell[static_cast<std::size_t>(last)];
+  }
+  cell.pop_back();
+  order.clear();
+  count_ = last;
+  if (count_ + 2 * page_particles <= static_cast<int>(pages_.size()) * page_particles) {  // keep one spare: no thrashing at a page's edge
+    pool.give_back(pages_.back());
+    pages_.pop_back();
+  }
+}
+
+int ParticleBin::last_leaver(int end) const {
+  const void* const found = memrchr(cell.data(), left_block, static_cast<std::size_t>(end));
+  return found == nullptr ? -1 : static_cast<int>(static_cast<const std::uint8_t*>(found) - cell.data());
+}
+
+void ParticleBin::release(PagePool& pool) {
+  for (ParticlePage* page : pages_) pool.give_back(page);
+  pages_.clear();
+  cell.clear();
+  order.clear();
+  count_ = 0;
+}
+
+void ParticleBin::sort_by_cell() {
+  // Four runs of slots, each with counters of its own: neighbouring slots often share a cell, and one counter would make each
+  // increment wait for the one before. The order that comes out is that of one run.
+  constexpr std::size_t runs = 4;
+  const std::size_t n = cell.size(), length = n / runs;
+  const std::uint8_t* const c = cell.data();
+  std::uint16_t next[runs][block_nodes] = {};
+  for (std::size_t s = 0; s < length; ++s) {
+    for (std::size_t r = 0; r < runs; ++r) ++next[r][c[r * length + s]];
+  }
+  for (std::size_t s = runs * length; s < n; ++s) ++next[runs - 1][c[s]];
+  std::uint16_t sum = 0;
+  for (int k = 0; k < block_nodes; ++k) {
+    cell_start[k] = sum;
+    for (auto& run : next) {
+      const std::uint16_t count = run[k];
+      run[k] = sum;
+      sum = static_cast<std::uint16_t>(sum + count);
+    }
+  }
+  cell_start[block_nodes] = sum;
+  order.resize(n);
+  std::uint16_t* const o = order.data();
+  for (std::size_t s = 0; s < length; ++s) {
+    for (std::size_t r = 0; r < runs; ++r) o[next[r][c[r * length + s]]++] = static_cast<std::uint16_t>(r * length + s);
+  }
+  for (std::size_t s = runs * length; s < n; ++s) o[next[runs - 1][c[s]]++] = static_cast<std::uint16_t>(s);
+}
+
+std::int32_t Grid::find(const Index3& coordinate) const {
+  const auto it = index_.find(key_of(coordinate));
+  return it == index_.end() ? no_block : it->second;
+}
+
+std::int32_t Grid::create(const Index3& coordinate) {
+  for (const auto c : coordinate) {
+    if (c <= -coordinate_limit || c >= coordinate_limit)
+      throw UnstableError("a particle is more than a million blocks away from the origin");
+  }
+  std::int32_t index = 0;
+  if (free_.empty()) {
+    index = static_cast<std::int32_t>(blocks_.size());
+    blocks_.emplace_back();
+    nodes_.emplace_back();
+    if (keep_old_nodes_) old_nodes_.emplace_back();
+  } else {
+    index = free_.back();
+    free_.pop_back();
+  }
+  Block& b = block(index);
+  b.coordinate = coordinate;
+  for (int n = 0; n < 27; ++n) {
+    const std::int32_t other = n == 13 ? index : find(shifted(coordinate, n));
+    b.neighbour[static_cast<std::size_t>(n)] = other;
+    if (other != no_block && n != 13) block(other).neighbour[static_cast<std::size_t>(26 - n)] = index;
+  }
+  index_.emplace(key_of(coordinate), index);
+  set_changed_ = true;
+  return index;
+}
+
+void Grid::destroy(std::int32_t index) {
+  Block& b = block(index);
+  for (int n = 0; n < 27; ++n) {
+    const std::int32_t other = b.neighbour[static_cast<std::size_t>(n)];
+    if (other != no_block) block(other).neighbour[static_cast<std::size_t>(26 - n)] = no_block;
+  }
+  index_.erase(key_of(b.coordinate));
+  b.particles.release(*pool_);
+  b.clear_outbox();
+  free_.push_back(index);
+  set_changed_ = true;
+}
+
+void Grid::insert(const Particle& p) {
+  Index3 coordinate{};
+  int cell = 0;
+  for (int axis = 0; axis < 3; ++axis) {
+    const std::int32_t node = base_node(p.position[axis] * inverse_cell_size_);
+    coordinate[static_cast<std::size_t>(axis)] = node >> 2;
+    cell |= (node & 3) << (2 * axis);
+  }
+  std::int32_t index = find(coordinate);
+  if (index == no_block) index = create(coordinate);
+  block(index).particles.append(p, cell, *pool_);
+}
+
+void Grid::restore(const Index3& coordinate, std::span<const Particle> particles, std::span<const std::uint8_t> cells) {
+  std::int32_t index = find(coordinate);
+  if (index == no_block) index = create(coordinate);
+  for (std::size_t i = 0; i < particles.size(); ++i) block(index).particles.append(particles[i], cells[i], *pool_);
+}
+
+void Grid::migrate() {
+  for (const auto b : occupied_) {
+    for (std::uint32_t left = block(b).outbox_neighbours; left != 0; left &= left - 1) {
+      const int slot = std::countr_zero(left);
+      if (block(b).neighbour[static_cast<std::size_t>(slot)] == no_block) create(shifted(block(b).coordinate, slot));
+    }
+  }
+  if (set_changed_) rebuild_lists();
+  bool out_of_memory = false;
+#pragma omp parallel for schedule(dynamic, 4)
+  for (std::size_t i = 0; i < all_.size(); ++i) {  // each block pulls what is meant for it, neighbours in fixed order
+    Block& self = block(all_[i]);
+    try {
+      for (int n = 0; n < 27; ++n) {
+        const std::int32_t other = self.neighbour[static_cast<std::size_t>(n)];
+        if (other == no_block || (block(other).outbox_neighbours >> (26 - n) & 1U) == 0) continue;
+        const Block& sender = block(other);
+        for (std::size_t m = 0; m < sender.outbox.size(); ++m) {
+          if (sender.outbox_to[m] == 26 - n) self.particles.append(sender.outbox[m].particle, sender.outbox[m].cell, *pool_);
+        }
+      }
+      if (self.particles.count() > 0) self.particles.sort_by_cell();
+    } catch (const std::bad_alloc&) {
+#pragma omp atomic write
+      out_of_memory = true;
+    }
+  }
+  if (out_of_memory) throw std::bad_alloc();
+  for (const auto b : all_) block(b).clear_outbox();  // not occupied_: a block that lost its last particle has an outbox too
+  refresh();
+  for (const auto b : occupied_) {
+    if (block(b).particles.count() > max_particles_per_block) {
+      throw UnstableError("more than 65000 particles in one block of 4 x 4 x 4 cells: the material has collapsed into a point");
+    }
+  }
+}
+
+void Grid::refresh() {
+  std::vector<char> needed(blocks_.size(), 0);
+  for (std::size_t i = 0; i < blocks_.size(); ++i) {
+    ParticleBin& bin = block(static_cast<std::int32_t>(i)).particles;
+    if (bin.count() == 0) continue;
+    if (bin.order.size() != bin.cell.size()) bin.sort_by_cell();
+    for (const int slot : forward_slots) {
+      std::int32_t n = block(static_cast<std::int32_t>(i)).neighbour[static_cast<std::size_t>(slot)];
+      if (n == no_block) n = create(shifted(block(static_cast<std::int32_t>(i)).coordinate, slot));
+      if (static_cast<std::size_t>(n) >= needed.size()) needed.resize(blocks_.size(), 0);
+      needed[static_cast<std::size_t>(n)] = 1;
+    }
+  }
+  for (const auto b : all_) {
+    if (static_cast<std::size_t>(b) < needed.size() && needed[static_cast<std::size_t>(b)] == 0) destroy(b);
+  }
+  rebuild_lists();
+}
+
+void Grid::rebuild_lists() {
+  if (set_changed_) {
+    all_.clear();
+    for (const auto& [key, index] : index_) all_.push_back(index);
+    std::sort(all_.begin(), all_.end(),
+              [this](std::int32_t a, std::int32_t b) { return key_of(block(a).coordinate) < key_of(block(b).coordinate); });
+    set_changed_ = false;
+  }
+  occupied_.clear();
+  for (auto& list : coloured_) list.clear();
+  for (const auto b : all_) {
+    if (block(b).particles.count() == 0) continue;
+    occupied_.push_back(b);
+    const Index3& c = block(b).coordinate;
+    coloured_[static_cast<std::size_t>((c[0] & 1) | (c[1] & 1) << 1 | (c[2] & 1) << 2)].push_back(b);
+  }
+}
+
+std::size_t Grid::particle_count() const {
+  std::size_t n = 0;
+  for (const auto b : occupied_) n += static_cast<std::size_t>(block(b).particles.count());
+  return n;
+}
+
+std::size_t Grid::bytes() const {
+  std::size_t n = pool_->bytes() + (nodes_.size() + old_nodes_.size()) * sizeof(NodeBlock) + blocks_.size() * sizeof(Block);
+  for (const auto& b : blocks_)
+    n += b.particles.cell.capacity() + 2 * b.particles.order.capacity() + b.outbox.capacity() * (sizeof(Migrant) + 1);
+  return n;
+}
+
+}  // namespace mpm

@@ -1,0 +1,179 @@
+#pragma once
+/// Block-sparse grid and block-sorted particles.
+///
+/// Space is cut into blocks of 4x4x4 cells. A particle belongs to the block of its base node (bspline.hpp); the nodes that the
+/// particles of one block touch are the 6x6x6 nodes from the block's first node on: its own 64 and a rim of two in its seven
+/// forward neighbours. A block exists while it, or one of its seven backward neighbours, holds particles, so memory follows the
+/// occupied volume and not the bounding box.
+///
+/// Order is what makes results repeatable. Every list below is sorted by block coordinate, every sum over blocks runs in that
+/// order, and a block is only ever changed by the thread that works on it: the same bits on any number of threads.
+
+#include <cstdint>
+#include <deque>
+#include <span>
+#include <unordered_map>
+#include <vector>
+
+#include "libmpm/base/lanes.hpp"
+#include "libmpm/base/types.hpp"
+#include "libmpm/core/page_pool.hpp"
+#include "libmpm/core/particle.hpp"
+
+namespace mpm {
+
+using Node = HalfLanes;  ///< {p_x, p_y, p_z, m} after particle_to_grid, {v_x, v_y, v_z, m} after update_grid
+
+inline constexpr int block_edge = 4;              ///< cells and nodes per axis
+inline constexpr int block_nodes = 64;            ///< nodes a block owns
+inline constexpr int halo_edge = block_edge + 2;  ///< nodes per axis that a block's particles touch
+inline constexpr int halo_nodes = halo_edge * halo_edge * halo_edge;
+inline constexpr std::int32_t no_block = -1;
+
+/// Offset of a neighbour: dx, dy, dz in {-1, 0, 1}; 13 is the block itself.
+constexpr int neighbour_slot(int dx, int dy, int dz) { return (dz + 1) * 9 + (dy + 1) * 3 + dx + 1; }
+
+/// Particles of one block: pages in slot order, and the slots sorted by cell.
+class ParticleBin {
+ public:
+  [[nodiscard]] int count() const { return count_; }
+  Particle& operator[](int slot) {
+    return pages_[static_cast<unsigned>(slot) / page_particles]->slot[static_cast<unsigned>(slot) % page_particles];
+  }
+  const Particle& operator[](int slot) const {
+    return pages_[static_cast<unsigned>(slot) / page_particles]->slot[static_cast<unsigned>(slot) % page_particles];
+  }
+  void append(const Particle& p, int cell, PagePool& pool);
+  /// The last particle takes the place of the removed one.
+  void remove(int slot, PagePool& pool);
+  void release(PagePool& pool);
+  /// The last slot below `end` whose particle is marked left_block; -1 if there is none.
+  [[nodiscard]] int last_leaver(int end) const;
+  /// Rebuilds the order by cell (stable counting sort); call after positions changed.
+  void sort_by_cell();
+
+  /// cell[slot]: local base node (x + 4 y + 16 z), or left_block
+  std::vector<std::uint8_t> cell;
+  /// Slots by cell: those of cell c are order[cell_start[c]] .. order[cell_start[c + 1] - 1]. Empty from a change of the bin to the next
+  /// sort.
+  std::vector<std::uint16_t> order;
+  std::uint16_t cell_start[block_nodes + 1] = {};
+
+  static constexpr std::uint8_t left_block = 64;  ///< moves to another block
+
+ private:
+  std::vector<ParticlePage*> pages_;
+  int count_ = 0;
+};
+
+/// A particle on its way to another block.
+struct Migrant {
+  Particle particle;
+  int cell;  ///< there
+};
+
+struct Block {
+  Index3 coordinate{};  ///< first node = 4 * coordinate
+  std::array<std::int32_t, 27> neighbour{};
+  ParticleBin particles;
+  std::vector<Migrant> outbox;
+  std::vector<std::uint8_t> outbox_to;  ///< neighbour_slot where each of the outbox goes: every neighbour looks for its own
+  std::uint32_t outbox_neighbours = 0;  ///< bit n: the outbox holds migrants to neighbour n
+
+  void send(const Migrant& m, int to) {
+    outbox.push_back(m);
+    outbox_to.push_back(static_cast<std::uint8_t>(to));
+    outbox_neighbours |= 1U << to;
+  }
+  void clear_outbox() {
+    outbox.clear();
+    outbox_to.clear();
+    outbox_neighbours = 0;
+  }
+};
+
+/// Position of one of a block's own nodes, m. @param node  x + 4 y + 16 z
+inline Vec3 node_position(const Index3& block, int node, double cell_size) {
+  constexpr int edge = block_edge;
+  const int x = edge * block[0] + node % edge, y = edge * block[1] + node / edge % edge, z = edge * block[2] + node / (edge * edge);
+  return cell_size * Vec3(x, y, z);
+}
+
+struct alignas(64) NodeBlock {
+  Node node[block_nodes];  ///< index x + 4 y + 16 z
+};
+
+/// Nodes touched by one block's particles, contiguous: index x + 6 y + 36 z.
+struct alignas(64) Halo {
+  Node node[halo_nodes];
+};
+
+class Grid {
+ public:
+  /// @param cell_size dx, m
+  explicit Grid(double cell_size) : cell_size_(cell_size), inverse_cell_size_(1.0 / cell_size) {}
+
+  [[nodiscard]] double cell_size() const { return cell_size_; }
+  [[nodiscard]] double inverse_cell_size() const { return inverse_cell_size_; }
+
+  /// Puts one particle into its block (created if needed). Serial. Call refresh() before the next transfer.
+  void insert(const Particle& p);
+  /// Puts back a block as it was saved: same slots, same cells. Serial; call refresh() afterwards.
+  void restore(const Index3& coordinate, std::span<const Particle> particles, std::span<const std::uint8_t> cells);
+  /// Takes a particle out of its block; the block's last particle gets its slot. Blocks may be worked on in parallel.
+  void remove(std::int32_t block_index, int slot) { block(block_index).particles.remove(slot, *pool_); }
+
+  /// Moves the migrants of all blocks to where they belong, sorts every block by cell and refreshes the lists.
+  /// Call after grid_to_particle. @throws std::bad_alloc
+  void migrate();
+
+  /// Creates the forward neighbours of occupied blocks, frees those without particles near them, rebuilds the lists.
+  void refresh();
+
+  Block& block(std::int32_t index) { return blocks_[static_cast<std::size_t>(index)]; }
+  [[nodiscard]] const Block& block(std::int32_t index) const { return blocks_[static_cast<std::size_t>(index)]; }
+  NodeBlock& nodes(std::int32_t index) { return nodes_[static_cast<std::size_t>(index)]; }
+  [[nodiscard]] const NodeBlock& nodes(std::int32_t index) const { return nodes_[static_cast<std::size_t>(index)]; }
+  /// Velocities before the grid update; kept for FLIP only.
+  NodeBlock& old_nodes(std::int32_t index) { return old_nodes_[static_cast<std::size_t>(index)]; }
+  [[nodiscard]] const NodeBlock& old_nodes(std::int32_t index) const { return old_nodes_[static_cast<std::size_t>(index)]; }
+  void keep_old_nodes(bool keep) {
+    keep_old_nodes_ = keep;
+    old_nodes_.resize(keep ? nodes_.size() : 0);
+  }
+
+  [[nodiscard]] std::span<const std::int32_t> all_blocks() const { return all_; }            ///< sorted by coordinate
+  [[nodiscard]] std::span<const std::int32_t> occupied_blocks() const { return occupied_; }  ///< those with particles
+  /// Occupied blocks whose coordinates have parity `colour` (3 bits): no two of them touch a common node.
+  [[nodiscard]] std::span<const std::int32_t> coloured_blocks(int colour) const { return coloured_[static_cast<std::size_t>(colour)]; }
+  [[nodiscard]] std::int32_t find(const Index3& coordinate) const;
+
+  [[nodiscard]] std::size_t particle_count() const;
+  [[nodiscard]] std::size_t bytes() const;
+
+  /// Calls f(const Particle&) in storage order (blocks by coordinate, slots ascending).
+  template <class F>
+  void for_each_particle(F&& f) const {
+    for (const auto b : occupied_) {
+      const ParticleBin& bin = block(b).particles;
+      for (int s = 0; s < bin.count(); ++s) f(bin[s]);
+    }
+  }
+
+ private:
+  std::int32_t create(const Index3& coordinate);
+  void destroy(std::int32_t index);
+  void rebuild_lists();
+
+  double cell_size_, inverse_cell_size_;
+  bool keep_old_nodes_ = false, set_changed_ = true;
+  std::unique_ptr<PagePool> pool_ = std::make_unique<PagePool>();
+  std::deque<Block> blocks_;
+  std::deque<NodeBlock> nodes_, old_nodes_;
+  std::vector<std::int32_t> free_;
+  std::unordered_map<std::uint64_t, std::int32_t> index_;
+  std::vector<std::int32_t> all_, occupied_;
+  std::array<std::vector<std::int32_t>, 8> coloured_;
+};
+
+}  // namespace mpm

@@ -1,0 +1,33 @@
+#pragma once
+/// Mirror planes x = 0 and y = 0: half of a symmetric domain gives what the whole would.
+
+#include "libmpm/core/grid.hpp"
+
+namespace mpm {
+
+/// Mirror planes of a scene; only x >= 0 (y >= 0) is computed.
+struct MirrorPlanes {
+  bool x = false, y = false;
+  bool operator==(const MirrorPlanes&) const = default;
+
+  /// Parts of the whole domain for each computed one: 1, 2 or 4.
+  [[nodiscard]] double parts() const { return (x ? 2.0 : 1.0) * (y ? 2.0 : 1.0); }
+};
+
+/// Adds the image of every particle to the nodes. Call between particle_to_grid and update_grid.
+void fold_mirror_planes(Grid& grid, const MirrorPlanes& mirror);
+
+/// Makes the nodes behind the planes images again, after boundaries changed the velocities before them.
+void reflect_velocities(Grid& grid, const MirrorPlanes& mirror);
+
+/// Share of a node that belongs to the computed part: none behind a mirror plane, half on it.
+inline double computed_share(const MirrorPlanes& mirror, const Index3& block, int node) {
+  double share = 1.0;
+  if (mirror.x) share *= block[0] < 0 ? 0.0 : block[0] == 0 && (node & 3) == 0 ? 0.5 : 1.0;
+  if (mirror.y) share *= block[1] < 0 ? 0.0 : block[1] == 0 && (node >> 2 & 3) == 0 ? 0.5 : 1.0;
+  return share;
+}
+/// Whether a block has nodes that belong to the computed part in part only.
+inline bool is_cut(const MirrorPlanes& mirror, const Index3& block) { return (mirror.x && block[0] <= 0) || (mirror.y && block[1] <= 0); }
+
+}  // namespace mpm

@@ -1,0 +1,69 @@
+#pragma once
+/// What changes during a run (State), what stays (Scene), and what brings particles in (ParticleSource). A step is a function of the three.
+
+#include <cstdint>
+#include <memory>
+#include <vector>
+
+#include "libmpm/core/grid_update.hpp"
+#include "libmpm/core/transfer.hpp"
+#include "libmpm/material/any_material.hpp"
+
+namespace mpm {
+
+/// Sums over particles that entered or left.
+struct FluxTotals {
+  std::uint64_t count = 0;
+  std::uint64_t through_x_max = 0;  ///< of these: left across the end of the domain at x_max
+  double mass = 0.0;                ///< kg
+  Vec3 momentum = Vec3::Zero();     ///< N s
+  double energy = 0.0;              ///< kinetic and elastic (see diagnostics.hpp), J
+  FluxTotals& operator+=(const FluxTotals& other) {
+    count += other.count;
+    through_x_max += other.through_x_max;
+    mass += other.mass;
+    momentum += other.momentum;
+    energy += other.energy;
+    return *this;
+  }
+};
+
+/// Everything that changes. Copying it is not offered (it may be gigabytes); checkpoints serialise it.
+struct State {
+  explicit State(double cell_size) : grid(cell_size) {}
+  Grid grid;
+  double time = 0.0;               ///< s
+  std::uint64_t step = 0;          ///< steps done
+  std::uint64_t next_id = 0;       ///< identity number of the next particle
+  std::uint64_t source_count = 0;  ///< what the particle source counts, in units of its own
+  double max_speed = 0.0;          ///< fastest particle, m/s
+  FluxTotals entered, left;        ///< since t = 0, without the initial particles
+};
+
+/// Brings particles into a state: those of t = 0, and fresh ones at the start of every step. It keeps nothing that changes; what it has
+/// to remember from step to step is State::source_count.
+class ParticleSource {
+ public:
+  virtual ~ParticleSource() = default;
+  /// Inserts the particles of t = 0. They do not count as entered.
+  virtual void fill(State& state) const = 0;
+  /// Inserts what is due at state.time. Returns what entered.
+  virtual FluxTotals release(State& state) const = 0;
+};
+
+/// Everything that stays: law, boundaries, gravity, numerics.
+struct Scene {
+  AnyMaterial material;
+  std::vector<Boundary> boundaries;              ///< in the order in which they act
+  std::vector<std::size_t> layered;              ///< numbers of the boundaries whose impulses are booked by grid layer, too
+  std::shared_ptr<const ParticleSource> source;  ///< may be empty
+  Vec3 gravity = Vec3::Zero();                   ///< m/s^2
+  Vec3 domain_min = Vec3::Constant(-1e3), domain_max = Vec3::Constant(1e3);  ///< m; particles that leave are removed and counted
+  MirrorPlanes mirror;
+  Vec3 offset = Vec3::Zero();  ///< m: shift of the whole scene against the grid. What a user calls x is x + offset in State and Scene
+  Transfer transfer = Transfer::apic;
+  double flip_ratio = 0.0;
+  double cfl = 0.4;
+};
+
+}  // namespace mpm

@@ -1,0 +1,232 @@
+#include "libmpm/core/step.hpp"
+
+#include <Eigen/LU>
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+
+#include "libmpm/base/error.hpp"
+#include "libmpm/base/text.hpp"
+#include "libmpm/core/diagnostics.hpp"
+#include "libmpm/core/stress_update.hpp"
+
+namespace mpm {
+
+namespace {
+
+constexpr double collapse_ratio = 1e-4;  ///< a step below this share of the step at rest is a collapse: the run would never end
+
+bool finite(const Particle& p) {
+  double sum = 0.0;
+  for (const double v : p.position) sum += 0.0 * v;
+  for (const double v : p.velocity) sum += 0.0 * v;
+  for (const double v : p.affine) sum += 0.0 * v;
+  for (const double v : p.stress) sum += 0.0 * v;
+  return sum + 0.0 * p.internal == 0.0;
+}
+
+/// det(I + dt C): by how much the last step stretched the particle's volume; not above 0 where it turned it inside out.
+double volume_stretch(const Particle& p, double dt) { return (Mat3::Identity() + dt * Eigen::Map<const Mat3>(p.affine)).determinant(); }
+
+/// Which particle of a block ended the run: of those with a fault the one turned inside out, for the others may have it from there; else
+/// the fastest, if one went too far; else the first by number.
+const Particle& culprit_of(const ParticleBin& bin, double dt, const BlockMotion& motion) {
+  const auto severity = [&](const Particle& p) {
+    if (motion.finite) return Eigen::Map<const Vec3>(p.velocity).squaredNorm();
+    return finite(p) ? 0.0 : volume_stretch(p, dt) <= 0.0 ? 2.0 : 1.0;
+  };
+  const Particle* worst = &bin[0];
+  for (int s = 1; s < bin.count(); ++s) {
+    const double mine = severity(bin[s]), worse = severity(*worst);
+    if (mine > worse || (mine == worse && bin[s].id < worst->id)) worst = &bin[s];
+  }
+  return *worst;
+}
+
+[[noreturn]] void throw_unstable(const State& state, const Vec3& offset, double dt, std::int32_t block, const BlockMotion& motion) {
+  const Particle& p = culprit_of(state.grid.block(block).particles, dt, motion);
+  const double stretch = volume_stretch(p, dt);
+  const std::string what = motion.finite    ? "displacement of more than a block of four cells in one step"
+                           : stretch <= 0.0 ? "inversion (the step turned it inside out, det(I + dt C) = " + number_text(stretch, 3) + ")"
+                                            : "a value that is not finite (NaN or infinite)";
+  // a position that is lost itself is replaced by that of its block
+  const Index3& c = state.grid.block(block).coordinate;
+  const Vec3 centre = state.grid.cell_size() * (block_edge * Vec3(c[0], c[1], c[2]) + Vec3::Constant(2.5));
+  const Vec3 position(p.position[0], p.position[1], p.position[2]);
+  const bool known = position.allFinite();
+  throw UnstableError("unstable at t = " + number_text(state.time) + " s, step " + std::to_string(state.step) +
+                      " (dt = " + number_text(dt, 3) + " s): " + what + " of particle " + std::to_string(p.id) +
+                      (known ? " at " : " near ") + vector_text((known ? position : centre) - offset) + " m; velocity " +
+                      vector_text(p.velocity) + " m/s, pressure " + number_text(-(p.stress[0] + p.stress[1] + p.stress[2]) / 3.0, 4) +
+                      " Pa. Try a smaller CFL number or a finer grid, or look for a body that starts inside a boundary or another body");
+}
+
+/// Removes the particles of a block that are outside the domain.
+FluxTotals remove_outside(Grid& grid, std::int32_t index, const Scene& scene) {
+  const Vec3 &min = scene.domain_min, &max = scene.domain_max;
+  const double dx = grid.cell_size();
+  const Index3& c = grid.block(index).coordinate;
+  const Vec3 low = node_position(c, 0, dx) + Vec3::Constant((0.5 - block_edge) * dx);  // positions a step can lead to from this block
+  const Vec3 high = low + Vec3::Constant(3.0 * block_edge * dx);
+  FluxTotals left;
+  if ((low.array() >= min.array()).all() && (high.array() <= max.array()).all()) return left;
+  ParticleBin& bin = grid.block(index).particles;
+  for (int s = bin.count() - 1; s >= 0; --s) {
+    const Particle& p = bin[s];
+    const Vec3 x(p.position[0], p.position[1], p.position[2]);
+    if ((x.array() >= min.array()).all() && (x.array() <= max.array()).all()) continue;
+    const double mass = density_of(scene.material) * p.volume;
+    left += FluxTotals{1, x.x() > max.x() ? 1U : 0U, mass, mass * Vec3(p.velocity[0], p.velocity[1], p.velocity[2]),
+                       kinetic_and_elastic_energy(p, scene, dx)};
+    grid.remove(index, s);
+  }
+  return left;
+}
+
+/// Velocities before forces, which FLIP needs beside the new ones.
+void store_old_velocities(State& state, const Scene& scene, TransferOptions options) {
+  options.dt = 0.0;
+  particle_to_grid(state.grid, options);
+  fold_mirror_planes(state.grid, scene.mirror);
+  const auto all = state.grid.all_blocks();
+#pragma omp parallel for schedule(static)
+  for (std::size_t i = 0; i < all.size(); ++i) {
+    for (int n = 0; n < block_nodes; ++n) {
+      const Node node = state.grid.nodes(all[i]).node[n];
+      state.grid.old_nodes(all[i]).node[n] = node[3] > 0.0 ? node * (1.0 / node[3]) : Node{};
+    }
+  }
+}
+
+using Clock = std::chrono::steady_clock;
+double seconds(Clock::time_point from, Clock::time_point to) { return std::chrono::duration<double>(to - from).count(); }
+
+/// Adds the time since the last call to one of the phases; does nothing where nobody asked for times.
+class PhaseTimer {
+ public:
+  explicit PhaseTimer(const StepTimes* times) : wanted_(times != nullptr) { restart(); }
+  void restart() {
+    if (wanted_) last_ = Clock::now();
+  }
+  void add_to(double& phase) {
+    if (!wanted_) return;
+    const auto now = Clock::now();
+    phase += seconds(last_, now);
+    last_ = now;
+  }
+
+ private:
+  bool wanted_;
+  Clock::time_point last_;
+};
+
+/// Velocity, position and stress of all particles; those that left their block are in its outbox, those that left the domain are gone.
+FluxTotals move_particles(State& state, const Scene& scene, const TransferOptions& options, StepTimes* times) {
+  Grid& grid = state.grid;
+  const auto blocks = grid.occupied_blocks();
+  std::vector<BlockMotion> motion(blocks.size());
+  std::vector<FluxTotals> left(blocks.size());
+  bool out_of_memory = false;
+  double gather_time = 0.0, stress_time = 0.0, sort_time = 0.0, loop_time = 0.0;
+  PhaseTimer loop_timer(times);
+#pragma omp parallel for schedule(dynamic, blocks_at_a_time) reduction(+ : gather_time, stress_time, sort_time)
+  for (std::size_t i = 0; i < blocks.size(); ++i) {
+    try {
+      PhaseTimer timer(times);
+      motion[i] = grid_to_particle(grid, blocks[i], options, moved_next(blocks, i));
+      timer.add_to(gather_time);
+      motion[i].finite = update_stress(grid, blocks[i], scene.material, options.dt);
+      timer.add_to(stress_time);
+      if (!motion[i].finite || !motion[i].within_reach) continue;
+      left[i] = remove_outside(grid, blocks[i], scene);
+      collect_migrants(grid, blocks[i], motion[i]);
+      timer.add_to(sort_time);
+    } catch (const std::bad_alloc&) {  // no exception may leave a parallel region
+#pragma omp atomic write
+      out_of_memory = true;
+    }
+  }
+  if (out_of_memory) throw std::bad_alloc();
+  loop_timer.add_to(loop_time);
+  if (const double threads_time = gather_time + stress_time + sort_time; threads_time > 0.0) {
+    times->grid_to_particle += loop_time * gather_time / threads_time;
+    times->stress += loop_time * stress_time / threads_time;
+    times->sort += loop_time * sort_time / threads_time;
+  }
+  FluxTotals sum;
+  double max_speed_squared = 0.0;
+  for (std::size_t i = 0; i < blocks.size(); ++i) {
+    if (!motion[i].finite || !motion[i].within_reach) throw_unstable(state, scene.offset, options.dt, blocks[i], motion[i]);
+    max_speed_squared = std::max(max_speed_squared, motion[i].max_speed_squared);
+    sum += left[i];
+  }
+  state.max_speed = std::sqrt(max_speed_squared);
+  return sum;
+}
+
+}  // namespace
+
+double stable_time_step(const AnyMaterial& material, double cfl, double cell_size, double max_speed) {
+  const double dt = cfl * cell_size / (wave_speed_of(material) + max_speed), viscosity = viscosity_of(material);
+  return viscosity > 0.0 ? std::min(dt, cfl * density_of(material) * cell_size * cell_size / (2.0 * viscosity)) : dt;
+}
+
+double stable_time_step(const State& state, const Scene& scene) {
+  const double dx = state.grid.cell_size();
+  const double dt = stable_time_step(scene.material, scene.cfl, dx, state.max_speed);
+  const double at_rest = stable_time_step(scene.material, scene.cfl, dx, 0.0);
+  if (!(dt >= collapse_ratio * at_rest)) {
+    throw UnstableError("the time step collapsed at t = " + number_text(state.time) + " s, step " + std::to_string(state.step) + ": " +
+                        number_text(dt, 3) + " s, at rest it is " + number_text(at_rest, 3) + " s, because the fastest particle moves at " +
+                        number_text(state.max_speed, 4) + " m/s. Try a smaller CFL number or a finer grid");
+  }
+  return dt;
+}
+
+StepReport step(State& state, const Scene& scene, double dt, StepTimes* times) {
+  StepReport report;
+  report.dt = dt;
+  TransferOptions options{dt, density_of(scene.material), scene.transfer == Transfer::apic, scene.flip_ratio};
+  Grid& grid = state.grid;
+  StepTimes unused;
+  StepTimes& spent = times != nullptr ? *times : unused;
+  PhaseTimer timer(times);
+
+  if (scene.source) report.entered = scene.source->release(state);
+  timer.add_to(spent.source);
+
+  if (!options.apic) store_old_velocities(state, scene, options);
+  particle_to_grid(grid, options);  // m_i, p_i + dt f_i
+  timer.add_to(spent.particle_to_grid);
+
+  fold_mirror_planes(grid, scene.mirror);
+  GridUpdate update = update_grid(grid, {scene.boundaries, scene.layered, scene.gravity, scene.mirror}, dt, state.time);  // v_i, contact
+  timer.add_to(spent.grid_update);
+
+  report.left = move_particles(state, scene, options, times);  // v_p, C_p, x_p, then the law: tau_p
+  timer.restart();
+  grid.migrate();  // blocks and cells again in order
+  timer.add_to(spent.sort);
+
+  report.gravity_impulse = dt * update.mass * scene.gravity;
+  report.impulses = std::move(update.impulses);
+  report.layers = std::move(update.layers);
+  state.time += dt;
+  ++state.step;
+  state.entered += report.entered;
+  state.left += report.left;
+  return report;
+}
+
+void advance(State& state, const Scene& scene, double time, const std::function<void(const StepReport&)>& after) {
+  while (state.time < time) {
+    const double dt = stable_time_step(state, scene);
+    const double rest = time - state.time;
+    const bool last = rest <= dt;
+    const StepReport report = step(state, scene, last ? rest : rest < 2.0 * dt ? 0.5 * rest : dt);
+    if (last) state.time = time;
+    if (after) after(report);
+  }
+}
+
+}  // namespace mpm

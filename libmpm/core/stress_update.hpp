@@ -1,0 +1,18 @@
+#pragma once
+/// Constitutive update of one block's particles, eight at a time.
+
+#include "libmpm/core/grid.hpp"
+#include "libmpm/material/any_material.hpp"
+
+namespace mpm {
+
+/// tau and the internal variable at t_n+1 from the velocity gradient C_p that grid_to_particle left.
+/// @returns false if a particle's C, stress or internal variable is NaN or infinite, or if it was turned inside out, det(I + dt C) <= 0
+bool update_stress(Grid& grid, std::int32_t block, const AnyMaterial& material, double dt);
+
+/// J = det F of one particle.
+double volume_ratio(const AnyMaterial& material, const Particle& p);
+/// Elastic energy of one particle, J.
+double stored_energy(const AnyMaterial& material, const Particle& p);
+
+}  // namespace mpm

@@ -1,0 +1,58 @@
+#pragma once
+/// The two transfers of the Material Point Method on quadratic B-splines, in the affine (moving-least-squares) form
+/// of APIC: Jiang et al. 2015; Hu et al. 2018.
+///
+///   particle_to_grid   m_i = sum_p w_ip m_p
+///                      p_i = sum_p w_ip ( m_p v_p + A_p (x_i - x_p) ),   A_p = m_p C_p - dt V_p^0 (4/dx^2) tau_p
+///   grid_to_particle   v_p = sum_i w_ip v_i,   C_p = (4/dx^2) sum_i w_ip v_i (x_i - x_p)^T,   x_p += dt v_p
+///
+/// The second term of A_p is the internal force -V_p^0 tau_p grad w_ip times dt, with grad w_ip = (4/dx^2) w_ip (x_i - x_p).
+///
+/// How it is computed (both transfers):
+/// - Per block, on the contiguous 6x6x6 halo of its nodes; blocks of one colour in parallel, colour after colour.
+/// - Per cell, two particles at a time: a Lanes holds {a_x, a_y, a_z, a_m | b_x, b_y, b_z, b_m} for particles a and b of one cell,
+///   so that one fused multiply-add updates a whole node for both, with no transposition of the 192-byte records.
+/// - The 27-node sums are factored axis by axis (z, then y, then x), because both the weights and the affine term are.
+
+#include <cstdint>
+
+#include "libmpm/core/grid.hpp"
+
+namespace mpm {
+
+/// How velocities pass between grid and particles: affine (APIC), or a blend of PIC and FLIP.
+enum class Transfer : std::uint8_t { apic, flip };
+
+/// What a transfer needs to know besides the grid.
+struct TransferOptions {
+  double dt = 0.0;          ///< s
+  double density = 0.0;     ///< rho_0, kg/m^3
+  bool apic = true;         ///< carry the affine velocity; false: PIC/FLIP blend
+  double flip_ratio = 0.0;  ///< share of FLIP; needs Grid::keep_old_nodes
+};
+
+/// m_i and p_i (with the momentum of internal forces over dt) on all nodes. Overwrites the nodes.
+void particle_to_grid(Grid& grid, const TransferOptions& options);
+
+/// Outcome of moving the particles of one block.
+struct BlockMotion {
+  double max_speed_squared = 0.0;
+  bool finite = true;        ///< what update_stress says afterwards; a velocity that is not finite makes C so, and C the stress
+  bool within_reach = true;  ///< false: a particle crossed more than a block in one step
+};
+
+/// New velocity, affine matrix and position of one block's particles, and their new cells; a particle that left the block has
+/// ParticleBin::left_block as its cell.
+/// @param next block that the same thread moves next: the first of its particles are asked for ahead of time
+BlockMotion grid_to_particle(Grid& grid, std::int32_t block, const TransferOptions& options, std::int32_t next = no_block);
+
+inline constexpr std::size_t blocks_at_a_time = 4;  ///< that one thread moves: schedule(dynamic, blocks_at_a_time)
+/// The block that the thread of blocks[i] moves next; no_block behind the last of its chunk.
+inline std::int32_t moved_next(std::span<const std::int32_t> blocks, std::size_t i) {
+  return (i + 1) % blocks_at_a_time == 0 || i + 1 == blocks.size() ? no_block : blocks[i + 1];
+}
+
+/// Moves the particles marked left_block into the block's outbox.
+void collect_migrants(Grid& grid, std::int32_t block, BlockMotion& motion);
+
+}  // namespace mpm

@@ -1,0 +1,65 @@
+#include "libmpm/driver/case_file.hpp"
+
+#include <fmt/format.h>
+
+#include "libmpm/config/guard.hpp"
+#include "libmpm/config/reader.hpp"
+#include "libmpm/config/writer.hpp"
+#include "libmpm/driver/case_schema.hpp"
+
+namespace mpm {
+
+Case parse_case(std::string_view text, std::string_view file_name, const std::vector<std::string>& overrides) {
+  return config::read(case_schema(), text, file_name, overrides, resolve_case);
+}
+
+Case read_case(const std::filesystem::path& file, const std::vector<std::string>& overrides) {
+  return parse_case(config::bounded_file_text(file), file.string(), overrides);
+}
+
+PathSpec parse_path(std::string_view text, std::string_view file_name, const std::vector<std::string>& overrides) {
+  const auto check = [](const PathFile& path, ParameterReport& report) {
+    if (path.segments.empty() && report.sound("path.segments"))
+      report.problem("path.segments", "is missing or empty; give at least one segment");
+  };
+  const PathFile file = config::read(path_schema(), text, file_name, overrides, check);
+  PathSpec path{file.material, file.steps.per_segment, {}};
+  for (const SegmentParameters& s : file.segments) path.segments.push_back(s.segment());
+  return path;
+}
+
+PathSpec read_path(const std::filesystem::path& file, const std::vector<std::string>& overrides) {
+  return parse_path(config::bounded_file_text(file), file.string(), overrides);
+}
+
+std::string write_case(const Case& spec) { return config::write(case_schema(), &spec); }
+
+std::optional<std::string> case_value(const Case& spec, const std::string& path) { return config::value_of(case_schema(), &spec, path); }
+
+namespace {
+
+/// Keys without influence on the computed numbers. The duration of a window feed only says how long to run; of a strip feed it sets the
+/// length of the avalanche.
+std::vector<std::string> keys_outside_hash(const Case& spec) {
+  std::vector<std::string> skip;
+  for (const config::Table& table : case_schema().tables()) {
+    for (const config::Key& key : table.keys) {
+      if (!key.affects_results) skip.push_back(config::key_path(table.name, key.name));
+    }
+  }
+  const bool strip = spec.conveyor && spec.conveyor->feed == ConveyorSpec::Feed::strip;
+  if (!strip) skip.emplace_back("output.duration_s");
+  return skip;
+}
+
+}  // namespace
+
+std::vector<std::string> case_differences(const Case& before, const Case& now) {
+  return config::differences(case_schema(), &before, &now, keys_outside_hash(before));
+}
+
+std::uint64_t case_hash(const Case& spec) { return config::hash(config::write(case_schema(), &spec, keys_outside_hash(spec))); }
+
+std::string case_hash_text(const Case& spec) { return fmt::format("{:016x}", case_hash(spec)); }
+
+}  // namespace mpm

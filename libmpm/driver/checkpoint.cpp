@@ -1,0 +1,268 @@
+#include "libmpm/driver/checkpoint.hpp"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+#include <functional>
+#include <optional>
+#include <span>
+#include <tuple>
+#include <utility>
+
+#include "libmpm/base/error.hpp"
+#include "libmpm/driver/case_file.hpp"
+#include "libmpm/io/atomic_file.hpp"
+#include "libmpm/io/hdf5.hpp"
+
+namespace mpm {
+
+namespace {
+
+constexpr const char* kind = "libmpm checkpoint";
+constexpr std::int32_t most_particles_of_a_block = 65000;  // slots are 16 bits wide
+
+std::vector<double> packed(const State& s, const RunProgress& p) {
+  std::vector<double> v = {s.time, s.max_speed, p.wall_time, p.step_time};
+  for (const FluxTotals* q : {&s.entered, &s.left})
+    v.insert(v.end(), {q->mass, q->momentum.x(), q->momentum.y(), q->momentum.z(), q->energy});
+  return v;
+}
+
+using Refuse = std::function<void(const std::string& why)>;
+
+/// Whether a particle can stand where the file has it: what follows relies on cells that hold their particles. The slack is for rounding:
+/// a step computes the cell in another order of operations.
+bool in_its_cell(const Particle& p, const Index3& block, std::uint8_t cell, double cell_size) {
+  constexpr double slack = 1e-6;  // cells
+  for (int axis = 0; axis < 3; ++axis) {
+    const double node = 4.0 * block[static_cast<std::size_t>(axis)] + (cell >> (2 * axis) & 3);
+    if (!(std::abs(p.position[axis] / cell_size - node - 1.0) <= 0.5 + slack)) return false;
+  }
+  return true;
+}
+
+bool all_finite(const Particle& p) {
+  const auto finite = [](const auto& numbers) { return std::ranges::all_of(numbers, [](double x) { return std::isfinite(x); }); };
+  return finite(p.position) && finite(p.velocity) && finite(p.affine) && finite(p.stress) && std::isfinite(p.internal);
+}
+
+/// Particles of one block, which the file holds behind those of the blocks before.
+void check_particles(std::span<const Particle> particles, std::span<const std::uint8_t> cells, const Index3& block, double cell_size,
+                     const Refuse& refuse) {
+  for (std::size_t i = 0; i < particles.size(); ++i) {
+    const Particle& p = particles[i];
+    if (cells[i] >= block_nodes || !in_its_cell(p, block, cells[i], cell_size)) {
+      refuse(fmt::format("particle {} at ({}, {}, {}) m is not in cell {} of block ({}, {}, {})", p.id, p.position[0], p.position[1],
+                         p.position[2], cells[i], block[0], block[1], block[2]));
+    }
+    if (!all_finite(p) || !(p.volume > 0.0) || !std::isfinite(p.volume))
+      refuse(fmt::format("particle {} has a volume of {} m^3 or numbers that are not finite", p.id, p.volume));
+  }
+}
+
+/// Blocks ascend as they are written, so that none comes twice, within the reach of the grid.
+void check_block(const Index3& block, const std::optional<Index3>& before, const Refuse& refuse) {
+  constexpr std::int32_t reach = (1 << 20) - 2;  // of the grid's coordinates, with a neighbour to each side
+  const auto key = [](const Index3& c) { return std::tuple(c[2], c[1], c[0]); };
+  const bool far = std::ranges::any_of(block, [](std::int32_t c) { return c > reach || c < -reach; });
+  if (far || (before && key(block) <= key(*before)))
+    refuse(fmt::format("block ({}, {}, {}) is out of reach or out of order", block[0], block[1], block[2]));
+}
+
+/// What belongs to observers has a point in its name, the program's own datasets have none.
+bool is_observed(const std::string& dataset) { return dataset.find('.') != std::string::npos; }
+
+/// The particles of a file, block by block.
+struct StoredBlocks {
+  std::vector<std::int32_t> counts, coordinates;
+  std::vector<std::uint8_t> cells, records;
+
+  explicit StoredBlocks(const hdf5::Reader& file)
+      : counts(file.dataset<std::int32_t>("block_counts", {hdf5::any_extent})),
+        coordinates(file.dataset<std::int32_t>("block_coordinates", {counts.size(), 3})),
+        cells(file.dataset<std::uint8_t>("cells", {hdf5::any_extent})),
+        records(file.dataset<std::uint8_t>("particle_records", {cells.size(), sizeof(Particle)})) {}
+
+  /// Calls f(coordinate, particles, cells) for each block.
+  template <class F>
+  void for_each(const Refuse& refuse, F&& f) const {
+    std::size_t first = 0;
+    std::vector<Particle> particles;
+    for (std::size_t b = 0; b < counts.size(); ++b) {
+      const auto n = static_cast<std::size_t>(counts[b]);
+      if (counts[b] < 0 || counts[b] > most_particles_of_a_block || n > cells.size() - first)
+        refuse("its block counts contradict its particles");
+      particles.resize(n);
+      if (n > 0) std::memcpy(particles.data(), records.data() + first * sizeof(Particle), n * sizeof(Particle));
+      f(Index3{coordinates[3 * b], coordinates[3 * b + 1], coordinates[3 * b + 2]}, std::span<const Particle>(particles),
+        std::span(cells).subspan(first, n));
+      first += n;
+    }
+    if (first != cells.size()) refuse("its block counts contradict its particles");
+  }
+};
+
+void write_blocks(hdf5::Writer& file, const Grid& grid) {
+  std::vector<std::int32_t> coordinates, counts;
+  std::vector<std::uint8_t> records, cells;
+  records.reserve(grid.particle_count() * sizeof(Particle));
+  for (const auto b : grid.occupied_blocks()) {
+    const Block& block = grid.block(b);
+    coordinates.insert(coordinates.end(), block.coordinate.begin(), block.coordinate.end());
+    counts.push_back(block.particles.count());
+    cells.insert(cells.end(), block.particles.cell.begin(), block.particles.cell.end());
+    for (int s = 0; s < block.particles.count(); ++s) {
+      const auto* bytes = reinterpret_cast<const std::uint8_t*>(&block.particles[s]);
+      records.insert(records.end(), bytes, bytes + sizeof(Particle));
+    }
+  }
+  file.dataset<std::int32_t>("block_coordinates", coordinates, {counts.size(), 3});
+  file.dataset<std::int32_t>("block_counts", counts);
+  file.dataset<std::uint8_t>("cells", cells);
+  file.dataset<std::uint8_t>("particle_records", records, {cells.size(), sizeof(Particle)});
+}
+
+/// Kind, version and case. @throws IoError, ConfigError
+void check_header(const hdf5::Reader& file, const Case& c, const std::filesystem::path& path, const Refuse& refuse);
+
+}  // namespace
+
+void write_checkpoint(const std::filesystem::path& path, const Case& c, const State& state, const RunProgress& progress,
+                      const Arrays& observed, const std::filesystem::path& keep_as) {
+  hdf5::Writer file;
+  file.attribute("kind", std::string(kind));
+  file.attribute("format_version", std::int64_t{checkpoint_format_version});
+  file.attribute("case_hash", case_hash_text(c));
+  file.attribute("case", write_case(c));
+  write_blocks(file, state.grid);
+  const std::vector<std::uint64_t> counters = {state.step,
+                                               state.next_id,
+                                               state.source_count,
+                                               state.entered.count,
+                                               state.entered.through_x_max,
+                                               state.left.count,
+                                               state.left.through_x_max,
+                                               progress.samples,
+                                               progress.particle_steps,
+                                               progress.initial_particles};
+  file.dataset<std::uint64_t>("counters", counters);
+  file.dataset<double>("reals", packed(state, progress));
+  for (const auto& [name, values] : observed) {
+    if (!is_observed(name)) throw Error(ExitCode::internal, fmt::format("array '{}' has no observer's name before it", name));
+    file.dataset<double>(name, values);
+  }
+  file.save(path, keep_as);
+}
+
+namespace {
+
+/// In which keys the case of a checkpoint differs, for a message.
+std::string differences(const std::string& case_text, const Case& c) {
+  try {
+    const auto keys = case_differences(parse_case(case_text, checkpoint_file), c);
+    if (!keys.empty()) return fmt::format("{}", fmt::join(keys, "; "));
+  } catch (const ConfigError&) {  // written by another version: its hash must do
+  }
+  return "its hash differs";
+}
+
+void check_header(const hdf5::Reader& file, const Case& c, const std::filesystem::path& path, const Refuse& refuse) {
+  if (file.text("kind") != kind) refuse("this is not a checkpoint");
+  if (file.integer("format_version") != checkpoint_format_version) {
+    refuse(fmt::format("checkpoint format {}, this program reads {}; go on with the version of the program that wrote it",
+                       file.integer("format_version"), checkpoint_format_version));
+  }
+  if (file.text("case_hash") != case_hash_text(c)) {
+    throw ConfigError(
+        fmt::format("{}: it belongs to another case: {}; put the case back, use another --out directory, or overwrite it with --force "
+                    "instead of --resume",
+                    path.string(), differences(file.text("case"), c)));
+  }
+}
+
+}  // namespace
+
+void read_checkpoint(const std::filesystem::path& path, const Case& c, State& state, RunProgress& progress, Arrays& observed) {
+  const hdf5::Reader file(path);
+  const Refuse refuse = [&](const std::string& why) { throw IoError(fmt::format("{}: {}", path.string(), why)); };
+  check_header(file, c, path, refuse);
+  const StoredBlocks blocks(file);
+  std::optional<Index3> before;
+  blocks.for_each(refuse, [&](const Index3& block, std::span<const Particle> particles, std::span<const std::uint8_t> cells) {
+    check_block(block, before, refuse);
+    before = block;
+    check_particles(particles, cells, block, c.numerics.cell_size, refuse);
+  });
+  const auto counters = file.dataset<std::uint64_t>("counters", {10});
+  const auto reals = file.dataset<double>("reals", {14});
+  if (!std::ranges::all_of(reals, [](double x) { return std::isfinite(x); }) || reals[0] < 0.0 || reals[1] < 0.0)
+    refuse(fmt::format("time {} s, speed {} m/s, or a sum that is not finite: no run wrote this", reals[0], reals[1]));
+  Arrays arrays;
+  for (const std::string& name : file.datasets()) {
+    if (is_observed(name)) arrays[name] = file.dataset<double>(name, {hdf5::any_extent});
+  }
+
+  // Everything is there: from here on nothing is refused.
+  blocks.for_each(refuse, [&](const Index3& block, std::span<const Particle> particles, std::span<const std::uint8_t> cells) {
+    state.grid.restore(block, particles, cells);
+  });
+  state.grid.refresh();
+  state.step = counters[0];
+  state.next_id = counters[1];
+  state.source_count = counters[2];
+  state.entered = {counters[3], counters[4], reals[4], Vec3(reals[5], reals[6], reals[7]), reals[8]};
+  state.left = {counters[5], counters[6], reals[9], Vec3(reals[10], reals[11], reals[12]), reals[13]};
+  progress.samples = counters[7];
+  progress.particle_steps = counters[8];
+  progress.initial_particles = counters[9];
+  state.time = reals[0];
+  state.max_speed = reals[1];
+  progress.wall_time = reals[2];
+  progress.step_time = reals[3];
+  observed = std::move(arrays);
+}
+
+bool has_checkpoint(const std::filesystem::path& directory) {
+  return std::filesystem::exists(directory / checkpoint_file) || std::filesystem::exists(directory / previous_checkpoint_file);
+}
+
+std::string resume_from_checkpoint(const std::filesystem::path& directory, const Case& c, State& state, RunProgress& progress,
+                                   const AcceptCheckpoint& acceptable) {
+  std::vector<std::string> reasons;
+  bool other_case = false;
+  for (const char* name : {checkpoint_file, previous_checkpoint_file}) {
+    try {
+      State found(c.numerics.cell_size);
+      RunProgress at;
+      Arrays observed;
+      read_checkpoint(directory / name, c, found, at, observed);
+      acceptable(found, at, observed);
+      state = std::move(found);
+      progress = at;
+    } catch (const ConfigError& error) {
+      other_case = other_case || reasons.empty();
+      reasons.emplace_back(error.what());
+      continue;
+    } catch (const IoError& error) {
+      reasons.emplace_back(error.what());
+      continue;
+    }
+    if (reasons.empty()) return {};
+    std::string kept;
+    if (std::filesystem::exists(directory / checkpoint_file)) {
+      std::error_code error;
+      std::filesystem::rename(directory / checkpoint_file, directory / refused_checkpoint_file, error);
+      if (error) throw file_error("cannot rename", directory / checkpoint_file, error.value());
+      kept = fmt::format(" (kept as {})", refused_checkpoint_file);
+    }
+    return fmt::format("{}{}; going on from {}", reasons.front(), kept, previous_checkpoint_file);
+  }
+  if (other_case) throw ConfigError(reasons.front());
+  throw IoError(fmt::format("there is no checkpoint to go on from: {}; start from the beginning with --force instead of --resume",
+                            fmt::join(reasons, "; and ")));
+}
+
+}  // namespace mpm

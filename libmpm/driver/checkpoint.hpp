@@ -1,0 +1,47 @@
+#pragma once
+/// checkpoint.h5: everything from which a run continues to the same bits, on any number of threads; and checkpoint.previous.h5, the one
+/// before it, for the day on which the newest is damaged.
+
+#include <cstdint>
+#include <filesystem>
+#include <functional>
+#include <string>
+
+#include "libmpm/core/step.hpp"
+#include "libmpm/driver/case.hpp"
+#include "libmpm/observe/observer.hpp"
+
+namespace mpm {
+
+/// Version 3: what observers keep is stored by name, as "observer.array". Other versions are refused.
+inline constexpr int checkpoint_format_version = 3;
+
+inline constexpr const char* checkpoint_file = "checkpoint.h5";
+inline constexpr const char* previous_checkpoint_file = "checkpoint.previous.h5";
+/// What a checkpoint is called after it was refused and an older one used in its place.
+inline constexpr const char* refused_checkpoint_file = "checkpoint.refused.h5";
+
+/// Written at the instant of a sample, so that no sum over steps is under way.
+/// Holds the blocks in the order of their coordinates with their particles in slot order: the order of every later sum follows from it.
+/// @param observed  what observers keep (ObserverList::save): arrays named "observer.array", stored as they are
+/// @param keep_as  name that a checkpoint of before gets; empty: it is replaced. @throws IoError
+void write_checkpoint(const std::filesystem::path& path, const Case& c, const State& state, const RunProgress& progress,
+                      const Arrays& observed, const std::filesystem::path& keep_as = {});
+
+/// @param state fresh state of the same cell size, without particles. The three are unchanged if this throws.
+/// @throws IoError if the file is missing, damaged, or of another version. @throws ConfigError if it is of another case; names the keys
+void read_checkpoint(const std::filesystem::path& path, const Case& c, State& state, RunProgress& progress, Arrays& observed);
+
+/// Whether a folder holds a checkpoint, good or bad.
+bool has_checkpoint(const std::filesystem::path& directory);
+
+/// Whether a checkpoint can be gone on from. Throws IoError if the rest of the folder, or the observers, do not go with it.
+using AcceptCheckpoint = std::function<void(const State&, const RunProgress&, const Arrays& observed)>;
+
+/// Reads the newest checkpoint of a folder that can be gone on from: checkpoint.h5, else checkpoint.previous.h5.
+/// @return empty if it was the newest; else a line that says why it was not: then checkpoint.h5 has become checkpoint.refused.h5
+/// @throws ConfigError if the newest is of another case, IoError with every reason if it is not, and there is no other
+std::string resume_from_checkpoint(const std::filesystem::path& directory, const Case& c, State& state, RunProgress& progress,
+                                   const AcceptCheckpoint& acceptable);
+
+}  // namespace mpm

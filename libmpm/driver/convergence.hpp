@@ -1,0 +1,74 @@
+#pragma once
+/// Grid and step convergence: observed orders, Richardson extrapolation and numerical uncertainty.
+///
+/// Two situations are kept apart. With an exact solution there are errors, and the order is their slope (pairwise_orders,
+/// fitted_order). Without one there are only values on several grids: the order comes from three grids, and the distance to the
+/// limit has to be estimated and may not be estimable. Then the result is 'not asymptotic', with the reason.
+
+#include <span>
+#include <string>
+#include <vector>
+
+namespace mpm {
+
+/// Orders between neighbours, log(e_i / e_i+1) / log(h_i / h_i+1), for errors against an exact solution.
+/// @param size   h, cell size or step, coarse first, strictly falling, > 0
+/// @param error  >= 0
+/// @throws ConfigError for fewer than two entries, lengths that differ, or sizes that do not fall
+std::vector<double> pairwise_orders(std::span<const double> size, std::span<const double> error);
+
+/// Slope of the least-squares line through (log h, log e); same arguments as pairwise_orders.
+double fitted_order(std::span<const double> size, std::span<const double> error);
+
+/// What the differences between three grids do.
+enum class Behaviour {
+  monotone,     ///< f approaches its limit from one side
+  oscillating,  ///< f jumps from side to side: an order has no meaning
+  divergent,    ///< the differences grow under refinement
+  constant,     ///< the values agree to round-off
+};
+std::string to_string(Behaviour);
+
+/// Result of three grids.
+struct ThreeGrids {
+  Behaviour behaviour;
+  double order;         ///< p; NaN where it has no meaning
+  double extrapolated;  ///< f_ext = f1 + (f1 - f2)/(r21^p - 1); NaN likewise
+};
+
+/// Order from three grids of any ratios, h1 < h2 < h3: the p of Celik et al. (2008, J. Fluids Eng. 130, 078001),
+/// p = |ln|e32/e21| + ln((r21^p - s)/(r32^p - s))| / ln r21. With monotone data this is the root of
+/// e32/e21 = r21^p (r32^p - 1)/(r21^p - 1), whose right side grows with p: it is bracketed, because the plain fixed-point iteration
+/// does not converge for every ratio. For r21 = r32 = r it is ln(e32/e21)/ln r.
+/// @throws ConfigError unless 0 < h1 < h2 < h3
+ThreeGrids observed_order(double h1, double f1, double h2, double f2, double h3, double f3);
+
+/// Numerical uncertainty of the value on the finest grid.
+struct Convergence {
+  std::vector<double> size, value;   ///< coarse first, as given
+  std::vector<ThreeGrids> triples;   ///< of neighbouring grids, coarse first
+  Behaviour behaviour;               ///< of the three finest grids
+  double order;                      ///< from the three finest grids; NaN where it has no meaning
+  double extrapolated;               ///< Richardson; NaN likewise
+  double safety_factor;              ///< Fs: 1.25 with a credible order, else 3 (Roache)
+  double gci;                        ///< grid convergence index of the finest grid, relative to |f1|
+  double least_squares_order;        ///< NaN with fewer than four grids, or where the fit prescribes the exponents
+  double least_squares_limit;        ///< f at h -> 0 of the least-squares fit; NaN with fewer than four grids
+  double least_squares_uncertainty;  ///< U of Eca & Hoekstra for the finest grid, in the unit of f; NaN likewise
+  bool asymptotic;                   ///< the observed order is the same wherever it can be checked
+  std::string remark;                ///< in words: 'asymptotic ...' or 'not asymptotic: ...'
+};
+
+/// Convergence of a quantity without exact solution.
+/// GCI = Fs |f1 - f2| / (|f1| (r21^p - 1)). An order is credible where the three finest grids are monotone and
+/// 0.5 <= p <= formal_order + 0.5; else Fs = 3 with the order limited to [0.5, formal_order].
+/// With four or more grids the least-squares form of Eca & Hoekstra (2014, J. Comput. Phys. 262, 104-130): f = f0 + a h^p, weighted
+/// (1/h) and not, the better fit taken; prescribed exponents 1 and 2 where p falls outside [0.5, 2].
+/// Asymptotic: monotone, and the orders of all successive triples within 0.3 of each other (four or more grids), or within 0.3
+/// of the formal order (three grids: one order alone cannot confirm itself).
+/// @param size          h, coarse first, strictly falling; at least three
+/// @param formal_order  of the scheme, > 0
+/// @throws ConfigError  as above
+Convergence judge_convergence(std::span<const double> size, std::span<const double> value, double formal_order);
+
+}  // namespace mpm

@@ -1,0 +1,31 @@
+#pragma once
+/// What was computed, by which program and machine, and what it took.
+
+#include <string>
+
+#include "libmpm/observe/observer.hpp"
+
+namespace mpm {
+
+class Execution : public Observer {
+ public:
+  /// @param case_hash  case_hash_text of driver/case_file.hpp
+  Execution(std::string title, std::string case_hash) : title_(std::move(title)), case_hash_(std::move(case_hash)) {}
+
+  [[nodiscard]] std::string name() const override { return "execution"; }
+  [[nodiscard]] Source source() const override { return Source::run; }
+  [[nodiscard]] std::vector<Result> summary(const Summary& end) const override;
+
+ private:
+  std::string title_, case_hash_;
+};
+
+/// What is known of a run from its frames alone: entries of results.json that a finished run has, too.
+/// @param particles  in the last frame
+[[nodiscard]] std::vector<Result> execution_from_frames(const std::string& title, const SnapshotInfo& last, std::size_t particles);
+
+/// Where the entries of results.json come from, if `mpm post` measured them again.
+/// @param frames  number of frames
+[[nodiscard]] std::vector<Result> origin_in_frames(std::size_t frames);
+
+}  // namespace mpm

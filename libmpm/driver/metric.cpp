@@ -1,0 +1,98 @@
+#include "libmpm/driver/metric.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <nlohmann/json.hpp>
+#include <string_view>
+#include <variant>
+
+#include "libmpm/base/error.hpp"
+#include "libmpm/driver/observers.hpp"
+#include "libmpm/driver/schema.hpp"
+
+namespace mpm {
+
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+/// Names of single values: name, or name[i] of an array.
+std::vector<std::string> names_in(const Json& results) {
+  std::vector<std::string> names;
+  for (const auto& [key, value] : results.items()) {
+    if (!value.is_array()) names.push_back(key);
+    for (std::size_t i = 0; value.is_array() && i < value.size(); ++i) names.push_back(fmt::format("{}[{}]", key, i));
+  }
+  return names;
+}
+
+/// force_mean_n.x is force_mean_n[0].
+std::string with_index(std::string name) {
+  if (name.size() > 2 && name[name.size() - 2] == '.') {
+    const auto axis = std::string_view("xyz").find(name.back());
+    if (axis != std::string_view::npos) name = fmt::format("{}[{}]", name.substr(0, name.size() - 2), axis);
+  }
+  return name;
+}
+
+/// Null without the key.
+Json at(const Json& results, const std::string& name) {
+  const auto bracket = name.find('[');
+  const auto found = results.find(name.substr(0, bracket));
+  if (found == results.end()) return {};
+  if (bracket == std::string::npos) return *found;
+  const std::string index = name.substr(bracket + 1, name.size() - bracket - 2);
+  if (!found->is_array() || index.size() != 1 || index[0] < '0' || index[0] > '9') return {};
+  const auto i = static_cast<std::size_t>(index[0] - '0');
+  return i < found->size() ? (*found)[i] : Json{};
+}
+
+/// @return the name with its index. @throws ConfigError if it is none of the known names
+std::string require_name(const std::string& name, const std::vector<std::string>& known) {
+  std::string key = with_index(name);
+  if (std::ranges::find(known, key) != known.end()) return key;
+  const bool vector = std::ranges::find(known, key + "[0]") != known.end();
+  const std::string nearest = nearest_word(key, known);
+  throw ConfigError(fmt::format("metric {}: results.json has no such number; {}", name,
+                                vector            ? fmt::format("it is a vector: give {0}[0], {0}[1] or {0}[2]", key)
+                                : nearest.empty() ? "docs/results.md lists the metrics of a run"
+                                                  : fmt::format("did you mean {}?", nearest)));
+}
+
+}  // namespace
+
+Metric metric_of(const std::string& results_json, const std::string& name) {
+  const Json results = Json::parse(results_json, nullptr, false);
+  if (!results.is_object()) throw IoError("results.json is not a JSON object; run the case again");
+  const std::string key = require_name(name, names_in(results));
+  const Json value = at(results, key);
+  if (value.is_string() || value.is_boolean()) throw ConfigError(fmt::format("metric {}: {} is not a number", name, value.dump()));
+  Metric metric;
+  if (value.is_number()) metric.value = value.get<double>();
+  // X_mean_UNIT has its standard error in X_standard_error_UNIT.
+  if (const auto place = key.find("_mean"); place != std::string::npos) {
+    std::string error_key = key;
+    const Json error = at(results, error_key.replace(place, std::string_view("_mean").size(), "_standard_error"));
+    if (error.is_number()) metric.standard_error = error.get<double>();
+  }
+  return metric;
+}
+
+std::vector<std::string> known_metrics(const Case& c) {
+  std::vector<std::string> names;
+  for (const Result& r : expected_results(c).entries()) {
+    if (std::holds_alternative<double>(r.value) || std::holds_alternative<std::uint64_t>(r.value)) names.push_back(r.name);
+    const auto* vector = std::get_if<std::array<double, 3>>(&r.value);
+    for (std::size_t i = 0; vector != nullptr && i < vector->size(); ++i) names.push_back(fmt::format("{}[{}]", r.name, i));
+  }
+  return names;
+}
+
+void require_known_metrics(const Case& c, const std::vector<std::string>& names) {
+  const std::vector<std::string> known = known_metrics(c);
+  for (const std::string& name : names) (void)require_name(name, known);
+}
+
+}  // namespace mpm

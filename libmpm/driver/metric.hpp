@@ -1,0 +1,31 @@
+#pragma once
+/// Metrics: numbers of results.json by name, as `mpm converge --metric` takes them. Components of vectors are force_mean_n[0] or
+/// force_mean_n.x.
+
+#include <limits>
+#include <string>
+#include <vector>
+
+#include "libmpm/driver/case.hpp"
+
+namespace mpm {
+
+/// A metric with its statistical error.
+struct Metric {
+  static constexpr double none = std::numeric_limits<double>::quiet_NaN();
+  double value = none;           ///< NaN where the run has none (a run without a steady interval has no means)
+  double standard_error = none;  ///< NaN where it is not known
+};
+
+/// The metric of a results.json.
+/// @throws ConfigError for a name that is not there (suggests the nearest), or that is not a number; IoError if the text is not JSON
+[[nodiscard]] Metric metric_of(const std::string& results_json, const std::string& name);
+
+/// Names of all metrics that a run of this case reports, vectors by component: force_mean_n[0].
+[[nodiscard]] std::vector<std::string> known_metrics(const Case& c);
+
+/// Checks the names of metrics before anything is computed.
+/// @throws ConfigError for the first name that no run of this case reports; suggests the nearest
+void require_known_metrics(const Case& c, const std::vector<std::string>& names);
+
+}  // namespace mpm

@@ -1,0 +1,47 @@
+#pragma once
+/// What a sweep shows about one metric: order, limit and uncertainty where the parameter goes to zero, the scatter where it does not. The
+/// validation uses it for its own quantities.
+
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "libmpm/driver/convergence.hpp"
+#include "libmpm/driver/metric.hpp"
+#include "libmpm/driver/sweep.hpp"
+
+namespace mpm {
+
+/// One metric over the values of a parameter. Entries of the vectors belong together; coarse first where the parameter is a size.
+struct MetricConvergence {
+  std::string name;
+  SweepKind kind = SweepKind::cell_size;
+  std::vector<double> parameter;
+  std::vector<Metric> metric;
+  std::optional<double> exact;
+  std::vector<double> error;                             ///< |value - exact|; empty without an exact value
+  std::vector<double> error_order;                       ///< between neighbours: log(e_i / e_i+1) / log(h_i / h_i+1); sizes only
+  std::optional<Convergence> convergence;                ///< sizes only, where at least three of them have a value
+  double lowest = Metric::none, highest = Metric::none;  ///< of the values that exist
+  /// Numerical uncertainty of the last value, in its unit: least squares with four or more sizes, GCI with three; half the range for a
+  /// parameter without a limit.
+  double uncertainty = Metric::none;
+  bool asymptotic = false;  ///< sizes: an order is seen and confirmed, and it exceeds the statistical errors
+  std::string verdict;      ///< in words
+};
+
+/// Judges one metric. A difference of the two finest within twice its own statistical error, 2 sqrt(s_1^2 + s_2^2), shows no order; the
+/// verdict states it.
+/// @param parameter in the order of in_order(). @param formal_order of the scheme
+/// @throws ConfigError if the lengths differ
+[[nodiscard]] MetricConvergence judge_metric(const std::string& name, SweepKind kind, std::vector<double> parameter,
+                                             std::vector<Metric> metric, std::optional<double> exact = {}, double formal_order = 1.0);
+
+/// Text of converge.json: the points and the metrics; null where there is no value.
+[[nodiscard]] std::string converge_json(const Case& c, const Sweep& sweep, const std::vector<SweepPoint>& points,
+                                        const std::vector<MetricConvergence>& metrics);
+/// Writes converge.csv: one row a value of the parameter; for every metric its value, standard error and, with an exact value, its error.
+void write_converge_table(const std::filesystem::path& path, const Sweep& sweep, const std::vector<MetricConvergence>& metrics);
+
+}  // namespace mpm

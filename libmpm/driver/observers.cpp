@@ -1,0 +1,239 @@
+#include "libmpm/driver/observers.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <nlohmann/json.hpp>
+
+#include "libmpm/driver/case_file.hpp"
+#include "libmpm/driver/execution.hpp"
+#include "libmpm/impact/semi_empirical.hpp"
+#include "libmpm/observe/conservation.hpp"
+#include "libmpm/observe/contact_force.hpp"
+#include "libmpm/observe/force_by_height.hpp"
+#include "libmpm/observe/health_check.hpp"
+#include "libmpm/observe/observer_list.hpp"
+#include "libmpm/observe/particle_flux.hpp"
+#include "libmpm/observe/prediction.hpp"
+#include "libmpm/observe/pressure_profile.hpp"
+#include "libmpm/observe/runup.hpp"
+#include "libmpm/observe/steady_interval.hpp"
+#include "libmpm/observe/transient_force.hpp"
+
+namespace mpm {
+
+namespace {
+
+/// What observers are made from.
+struct Setting {
+  const Case& c;
+  const CaseScene& scene;
+  std::optional<ImpactGeometry> geometry;  ///< of impacts
+  ImpactFlow flow;                         ///< of impacts
+};
+
+/// In which cases an observer is there.
+struct Condition {
+  const char* cases;
+  bool (*holds)(const Setting&);
+};
+constexpr Condition always{"every case", [](const Setting&) { return true; }};
+constexpr Condition obstacle{"cases with an obstacle", [](const Setting& s) { return s.scene.obstacle.has_value(); }};
+constexpr Condition impact{"cases with a conveyor and an obstacle", [](const Setting& s) { return s.geometry.has_value(); }};
+
+template <class T, class... Arguments>
+std::shared_ptr<Observer> make(Arguments&&... arguments) {
+  return std::make_shared<T>(std::forward<Arguments>(arguments)...);
+}
+
+struct Entry {
+  Condition condition;
+  std::shared_ptr<Observer> (*make)(const Setting&);
+};
+
+/// The list: a new observer is its file and a line here. The order is that of columns and results.
+constexpr Entry list[] = {
+    {always, [](const Setting& s) { return make<Execution>(s.c.title, case_hash_text(s.c)); }},
+    {always, [](const Setting& s) { return make<ParticleFlux>(s.c.conveyor.has_value(), s.scene.mirror); }},
+    {impact, [](const Setting& s) { return make<SteadyInterval>(s.flow); }},
+    {impact, [](const Setting& s) { return make<Runup>(*s.geometry); }},
+    {impact, [](const Setting& s) { return make<PressureProfile>(*s.geometry); }},
+    {obstacle, [](const Setting& s) { return make<ContactForce>(*s.scene.obstacle); }},
+    {impact, [](const Setting& s) { return make<ForceByHeight>(*s.geometry, 0U); }},
+    {impact, [](const Setting& s) { return make<TransientForce>(s.flow, s.geometry->force_window); }},
+    {impact, [](const Setting& s) { return make<Prediction>(s.flow, s.geometry->flow_height); }},
+    {always, [](const Setting&) { return make<Conservation>(); }},
+    {always, [](const Setting&) { return make<HealthCheck>(); }},
+};
+
+Setting setting_of(const Case& c, const CaseScene& scene) {
+  Setting setting{c, scene, impact_geometry(c), {}};
+  if (setting.geometry) setting.flow = impact_flow(c);
+  return setting;
+}
+
+}  // namespace
+
+std::optional<ImpactGeometry> impact_geometry(const Case& c) {
+  if (!c.conveyor || !c.obstacle) return std::nullopt;
+  ImpactGeometry geometry = paper_geometry(c.conveyor->flow_height, c.obstacle->width(), c.numerics.cell_size, c.material.density(),
+                                           c.conveyor->mirror_y || c.domain.mirror_y, c.measurement);
+  geometry.set_obstacle(*c.obstacle);
+  return geometry;
+}
+
+ImpactFlow impact_flow(const Case& c) {
+  ImpactFlow flow;
+  flow.velocity = c.conveyor->velocity;
+  flow.gravity = c.numerics.gravity;
+  if (const auto ratio = c.material.critical_state_ratio()) flow.effective_friction = *ratio;
+  return flow;
+}
+
+std::vector<std::shared_ptr<Observer>> make_observers(const Case& c, const CaseScene& scene) {
+  const Setting setting = setting_of(c, scene);
+  std::vector<std::shared_ptr<Observer>> observers;
+  for (const Entry& entry : list) {
+    if (entry.condition.holds(setting)) observers.push_back(entry.make(setting));
+  }
+  return observers;
+}
+
+Results expected_results(const Case& c) {
+  const ObserverList observers(make_observers(c, make_scene(c)));
+  const State nothing(c.numerics.cell_size);
+  const RunProgress progress;
+  return observers.results(observers.summary(&nothing, &progress));
+}
+
+std::vector<ObserverDescription> describe_observers() {
+  Case c;  // one that has everything
+  c.conveyor.emplace().velocity = 1.0;
+  c.obstacle.emplace();
+  const CaseScene scene = make_scene(c);
+  const Setting setting = setting_of(c, scene);
+  const ObserverList all(make_observers(c, scene));
+  const State nothing(c.numerics.cell_size);
+  const RunProgress progress;
+  const Summary end = all.summary(&nothing, &progress);
+  std::vector<ObserverDescription> descriptions;
+  for (const Entry& entry : list) {
+    const auto o = entry.make(setting);
+    ObserverDescription d{o->name(), entry.condition.cases, o->source(), o->columns(), {}, o->summary(end)};
+    for (const HeightProfile& profile : o->profiles(end)) d.profiles.push_back(profile.column);
+    descriptions.push_back(std::move(d));
+  }
+  descriptions.push_back({"post", "folders that mpm post wrote", Source::particles, {}, {}, origin_in_frames(0)});
+  return descriptions;
+}
+
+Nature nature_of(std::string_view name) {
+  static const std::vector<ObserverDescription> all = describe_observers();
+  const std::string_view key = name.substr(0, name.find('['));
+  for (const ObserverDescription& d : all) {
+    const auto found = std::ranges::find(d.results, key, &Result::name);
+    if (found != d.results.end()) return found->nature;
+  }
+  return Nature::physics;
+}
+
+namespace {
+
+std::string_view text_of(Source source) { return source == Source::particles ? "frames" : "run"; }
+std::string_view text_of(Column::Kind kind) {
+  return kind == Column::Kind::instant ? "at the time of the row" : "mean over the interval since the row before";
+}
+std::string_view text_of(Nature nature) {
+  return nature == Nature::physics ? "physics" : nature == Nature::uncertainty ? "uncertainty" : "execution";
+}
+
+}  // namespace
+
+namespace {
+
+/// Rows of a table of columns under a heading; the components of a vector share a row.
+std::string column_rows(const std::string& heading, const std::vector<Column>& columns) {
+  std::string text = heading.empty() || columns.empty() ? "" : fmt::format("| **{}** | | |\n", heading);
+  std::string names;
+  for (const Column& c : columns) {
+    names += fmt::format("{}`{}`", names.empty() ? "" : ", ", c.name());
+    if (c.axis == 'x' || c.axis == 'y') continue;
+    text += fmt::format("| {} | {} | {}{} |\n", names, c.unit, c.meaning,
+                        c.kind == Column::Kind::interval_mean ? "; mean over the interval since the row before" : "");
+    names.clear();
+  }
+  return text;
+}
+
+/// Rows of a table of results under a heading. Standard errors and effective samples have one row for all.
+std::string result_rows(const std::string& heading, const std::vector<Result>& results) {
+  std::string text = results.empty() ? "" : fmt::format("| **{}** | | | |\n", heading);
+  bool uncertain = false;
+  for (const Result& r : results) {
+    uncertain = uncertain || r.nature == Nature::uncertainty;
+    if (r.nature == Nature::uncertainty) continue;
+    text += fmt::format("| `{}` | {} | {} | {} |\n", r.name, r.unit, r.meaning, r.nature == Nature::physics ? "yes" : "no");
+  }
+  if (uncertain) {
+    text +=
+        "| `..._standard_error_...`, `..._effective_samples` | | standard error of the mean of that name, which accounts for "
+        "autocorrelation, and the number of independent samples behind it | no |\n";
+  }
+  return text;
+}
+
+/// "contact force (cases with an obstacle)"
+std::string heading_of(const ObserverDescription& d) {
+  std::string name = d.name;
+  std::ranges::replace(name, '_', ' ');
+  return fmt::format("{} ({})", name, d.cases);
+}
+
+}  // namespace
+
+std::string observers_markdown() {
+  const auto all = describe_observers();
+  std::string text = "## Columns of `series.csv`\n\n| column | unit | meaning |\n|---|---|---|\n";
+  text += column_rows("", {TimeSeries(std::vector<Column>()).columns().front()});
+  for (const auto& d : all) text += column_rows(heading_of(d), d.columns);
+  text += "\n## Columns of `profile.csv`\n\n| column | unit | meaning |\n|---|---|---|\n";
+  for (const auto& d : all) {
+    for (Column c : d.profiles) {
+      c.kind = Column::Kind::instant;  // there, rows are heights and values are means over the steady interval
+      text += column_rows("", {c});
+    }
+  }
+  text += "\n## Quantities of `results.json`\n\n| quantity | unit | meaning | compared by `mpm compare` |\n|---|---|---|---|\n";
+  for (const auto& d : all) text += result_rows(heading_of(d), d.results);
+  return text;
+}
+
+std::string observers_json() {
+  using Json = nlohmann::ordered_json;
+  Json columns = Json::array(), profiles = Json::array(), results = Json::array();
+  const auto describe = [](const Column& c, const std::string& cases, Source source) {
+    return Json{{"name", c.name()},
+                {"unit", c.unit},
+                {"meaning", c.meaning},
+                {"value", text_of(c.kind)},
+                {"mean", c.mean},
+                {"cases", cases},
+                {"measured_from", text_of(source)}};
+  };
+  columns.push_back(describe(TimeSeries(std::vector<Column>()).columns().front(), always.cases, Source::particles));
+  for (const auto& d : describe_observers()) {
+    for (const Column& c : d.columns) columns.push_back(describe(c, d.cases, d.source));
+    for (const Column& c : d.profiles) profiles.push_back(describe(c, d.cases, d.source));
+    for (const Result& r : d.results) {
+      results.push_back(Json{{"name", r.name},
+                             {"unit", r.unit},
+                             {"meaning", r.meaning},
+                             {"kind", text_of(r.nature)},
+                             {"cases", d.cases},
+                             {"measured_from", text_of(d.source)}});
+    }
+  }
+  return Json{{"columns", columns}, {"profiles", profiles}, {"results", results}}.dump(2) + "\n";
+}
+
+}  // namespace mpm

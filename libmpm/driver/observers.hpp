@@ -1,0 +1,50 @@
+#pragma once
+/// The list of all observers, and what each of them gives: the columns of series.csv and profile.csv and the entries of results.json.
+
+#include <memory>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "libmpm/driver/case.hpp"
+#include "libmpm/driver/scene.hpp"
+#include "libmpm/impact/impact_flow.hpp"
+#include "libmpm/impact/measure.hpp"
+#include "libmpm/observe/observer.hpp"
+
+namespace mpm {
+
+/// How an impact is measured in a case, by the paper's procedure with the windows of [measurement]; empty without a conveyor or an
+/// obstacle.
+[[nodiscard]] std::optional<ImpactGeometry> impact_geometry(const Case& c);
+/// The flow of a case with a conveyor; with M' where the law has one.
+[[nodiscard]] ImpactFlow impact_flow(const Case& c);
+
+/// The observers of a case, in the order of their columns.
+[[nodiscard]] std::vector<std::shared_ptr<Observer>> make_observers(const Case& c, const CaseScene& scene);
+
+/// The entries that results.json of a run of this case will have; their values mean nothing.
+[[nodiscard]] Results expected_results(const Case& c);
+
+/// What one observer gives, without a run.
+struct ObserverDescription {
+  std::string name;
+  std::string cases;  ///< in which cases there is one: "cases with an obstacle"
+  Source source;
+  std::vector<Column> columns;   ///< of series.csv
+  std::vector<Column> profiles;  ///< columns of profile.csv
+  std::vector<Result> results;   ///< their values mean nothing
+};
+
+/// Everything that a run can write, and `mpm post` after it.
+[[nodiscard]] std::vector<ObserverDescription> describe_observers();
+
+/// Nature of an entry of results.json; one that this program does not know counts as physics. @param name a key, with "[0]" for a component
+[[nodiscard]] Nature nature_of(std::string_view name);
+
+/// Tables of everything that can be measured, as Markdown and as JSON {"columns": [...], "profiles": [...], "results": [...]}.
+[[nodiscard]] std::string observers_markdown();
+[[nodiscard]] std::string observers_json();
+
+}  // namespace mpm

@@ -1,0 +1,147 @@
+#include "libmpm/driver/replay.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <functional>
+#include <limits>
+#include <map>
+
+#include "libmpm/base/error.hpp"
+#include "libmpm/driver/case_file.hpp"
+#include "libmpm/driver/execution.hpp"
+#include "libmpm/driver/observers.hpp"
+#include "libmpm/driver/results_file.hpp"
+#include "libmpm/driver/run_folder.hpp"
+#include "libmpm/driver/scene.hpp"
+#include "libmpm/io/atomic_file.hpp"
+#include "libmpm/io/csv.hpp"
+#include "libmpm/io/json_text.hpp"
+#include "libmpm/io/snapshot.hpp"
+#include "libmpm/observe/observer_list.hpp"
+
+namespace mpm {
+namespace {
+
+constexpr double unknown = std::numeric_limits<double>::quiet_NaN();
+
+/// The run's own series.csv, looked up at the times of frames.
+class RunSeries {
+ public:
+  explicit RunSeries(const std::filesystem::path& path) {
+    if (!std::filesystem::exists(path)) return;
+    const Table table = Table::read(path, Table::LastLine::may_be_torn);
+    time_ = table.numbers("time_s");
+    for (const std::string& name : table.columns()) values_[name] = table.numbers(name);
+  }
+
+  /// Value of a column for a frame at `time` whose predecessor is at `before` (NaN for the first); NaN if the run has none. Times of frames
+  /// are times of rows, to the bit.
+  [[nodiscard]] double at(const Column& column, double before, double time) const {
+    const auto found = values_.find(column.name());
+    if (found == values_.end()) return unknown;
+    return column.kind == Column::Kind::instant ? at_time(found->second, time) : mean_over(found->second, before, time);
+  }
+
+ private:
+  [[nodiscard]] double at_time(const std::vector<double>& values, double time) const {
+    const auto row = std::ranges::find(time_, time);
+    return row == time_.end() ? unknown : values[static_cast<std::size_t>(row - time_.begin())];
+  }
+  /// Rows are evenly spaced: the mean over the interval is the mean of its rows.
+  [[nodiscard]] double mean_over(const std::vector<double>& values, double before, double time) const {
+    double sum = 0.0;
+    std::size_t rows = 0;
+    for (std::size_t r = 0; r < time_.size(); ++r) {
+      if (!(time_[r] > before && time_[r] <= time)) continue;
+      sum += values[r];
+      ++rows;
+    }
+    return rows > 0 ? sum / static_cast<double>(rows) : unknown;
+  }
+
+  std::vector<double> time_;
+  std::map<std::string, std::vector<double>> values_;
+};
+
+/// Measures every frame of a folder. @return where the last one was
+struct LastFrame {
+  SnapshotInfo info;
+  std::size_t particles = 0;
+};
+LastFrame measure_frames(const std::filesystem::path& directory, const std::vector<int>& numbers, const std::string& hash,
+                         ObserverList& observers) {
+  const RunSeries run(directory / "series.csv");
+  LastFrame last;
+  double before = unknown;
+  for (const int number : numbers) {
+    const Snapshot frame = read_frame(frame_path(directory, number));
+    if (frame.info.case_hash != hash) {
+      throw IoError(fmt::format("'{}' belongs to a case with hash {}, case.toml beside it has {}; put the case.toml of the run back",
+                                frame_path(directory, number).string(), frame.info.case_hash, hash));
+    }
+    (void)observers.sample(frame, [&](const Column& column) { return run.at(column, before, frame.info.time); });
+    before = frame.info.time;
+    last = {frame.info, frame.particles.size()};
+  }
+  return last;
+}
+
+/// results.json: the run's own, where there is one, with what frames give in its place.
+std::string updated_results(const std::filesystem::path& own, const Case& c, const LastFrame& last, std::size_t frames,
+                            const Results& measured) {
+  Results results;
+  const bool finished = std::filesystem::exists(own);
+  if (!finished) results.add(execution_from_frames(c.title, last.info, last.particles));
+  results.add(origin_in_frames(frames));
+  results.add(measured.entries());
+  return finished ? results_text(results, read_json_text(own), own) : results_text(results);
+}
+
+}  // namespace
+
+PostResult post_process(const std::filesystem::path& directory, const std::filesystem::path& out,
+                        const std::vector<std::shared_ptr<Observer>>& observers) {
+  const Case c = read_case(directory / "case.toml");
+  make_directory(out);
+  if (std::filesystem::equivalent(directory, out)) {
+    throw ConfigError(
+        fmt::format("'{}' is the result folder itself, and the run's own files are not overwritten; choose another folder for the output",
+                    out.string()));
+  }
+  const std::vector<int> numbers = frame_numbers(directory);
+  if (numbers.empty()) {
+    throw IoError(fmt::format("{}: there are no frames to measure; run the case with output.frames_per_second > 0", directory.string()));
+  }
+  auto all = make_observers(c, make_scene(c));
+  all.insert(all.end(), observers.begin(), observers.end());
+  ObserverList list(std::move(all));
+  const LastFrame last = measure_frames(directory, numbers, case_hash_text(c), list);
+
+  PostResult result;
+  result.frames = numbers.size();
+  const Summary end = list.summary(nullptr, nullptr);
+  const auto profiles = list.profiles(end);
+  result.results = list.results(end);
+  result.results_json = updated_results(directory / "results.json", c, last, result.frames, result.results);
+
+  using Write = std::function<void(const std::filesystem::path&)>;
+  std::vector<std::pair<const char*, Write>> files = {
+      {"series.csv", [&](const auto& path) { write_table(path, list.series().names(), list.series().values()); }}};
+  if (!profiles.empty()) {
+    files.emplace_back("profile.csv", [&](const auto& path) { write_profile(path, profiles, end.span.steady); });
+    files.emplace_back("profiles.h5", [&](const auto& path) { write_profiles_over_time(path, end.series.time(), profiles); });
+  }
+  files.emplace_back("results.json", [&](const auto& path) { write_file(path, result.results_json); });
+  if (c.obstacle) files.emplace_back("obstacle.json", [&](const auto& path) { write_file(path, obstacle_text(*c.obstacle)); });
+  for (const auto& folder : {out, directory}) {
+    for (const auto& [name, write] : files) {
+      if (folder != out && std::filesystem::exists(folder / name)) continue;
+      write(folder / name);
+      result.written.push_back(folder / name);
+    }
+  }
+  return result;
+}
+
+}  // namespace mpm

@@ -1,0 +1,306 @@
+#include "libmpm/driver/run.hpp"
+
+#include <fmt/format.h>
+#include <omp.h>
+
+#include <chrono>
+#include <nlohmann/json.hpp>
+#include <optional>
+
+#include "libmpm/base/error.hpp"
+#include "libmpm/driver/build_info.hpp"
+#include "libmpm/driver/case_file.hpp"
+#include "libmpm/driver/checkpoint.hpp"
+#include "libmpm/driver/observers.hpp"
+#include "libmpm/driver/results_file.hpp"
+#include "libmpm/driver/run_folder.hpp"
+#include "libmpm/driver/run_log.hpp"
+#include "libmpm/driver/scene.hpp"
+#include "libmpm/driver/threads.hpp"
+#include "libmpm/io/atomic_file.hpp"
+#include "libmpm/io/csv.hpp"
+#include "libmpm/io/snapshot.hpp"
+#include "libmpm/io/xdmf.hpp"
+#include "libmpm/observe/observer_list.hpp"
+
+namespace mpm {
+
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
+double seconds_since(Clock::time_point start) { return std::chrono::duration<double>(Clock::now() - start).count(); }
+
+/// One run in its directory.
+class Run {
+ public:
+  Run(const Case& c, const RunOptions& options);
+  RunResult go();
+
+ private:
+  // the start, fresh or from a checkpoint
+  void start_or_resume();
+  [[nodiscard]] bool may_start_over() const;
+  void start();
+  void resume();
+  void remove_results(std::initializer_list<const char*> names) const;
+  // from sample to sample
+  RunResult loop();
+  void advance_to_next_sample();
+  void record_sample();
+  void report_progress();
+  // what is written
+  void say(const std::string& text, bool to_caller = true);
+  void checkpoint(const char* why);
+  RunResult finish(bool complete);
+  void write_results(RunResult& result);
+
+  [[nodiscard]] Progress progress_now() const;
+  [[nodiscard]] SnapshotInfo snapshot_info() const;
+
+  Case case_;
+  RunOptions options_;
+  std::string hash_;
+  Sampling sampling_;
+  CaseScene scene_;
+  State state_;
+  RunProgress progress_;
+  ObserverList observers_;
+
+  DirectoryLock lock_;
+  std::optional<RunLog> log_;
+  std::optional<SeriesWriter> table_;
+  std::optional<FrameSeries> frames_;
+
+  double last_dt_ = 0.0;
+  Clock::time_point started_ = Clock::now(), checkpointed_ = Clock::now();
+  RunProgress before_;  // what was there when this stretch began
+};
+
+const std::filesystem::path& made(const std::filesystem::path& directory) {
+  make_directory(directory);
+  return directory;
+}
+
+ObserverList observers_of(const Case& c, const CaseScene& scene, const std::vector<std::shared_ptr<Observer>>& more) {
+  auto all = make_observers(c, scene);
+  all.insert(all.end(), more.begin(), more.end());
+  return ObserverList(std::move(all));
+}
+
+Run::Run(const Case& c, const RunOptions& options)
+    : case_(c),
+      options_(options),
+      hash_(case_hash_text(c)),
+      sampling_(c),
+      scene_(make_scene(c)),
+      state_(c.numerics.cell_size),
+      observers_(observers_of(c, scene_, options.observers)),
+      lock_(made(options.out)) {
+  start_threads(options_.threads);
+}
+
+// ---- The start --------------------------------------------------------------------------------------------------------------------------
+
+void Run::start_or_resume() {
+  remove_leftovers(options_.out);
+  if (options_.resume && has_checkpoint(options_.out)) return resume();
+  if (options_.resume && !may_start_over()) {
+    throw IoError(
+        fmt::format("{}: holds finished results but no checkpoint to go on from; choose another --out, or compute the "
+                    "case again with --force instead of --resume",
+                    options_.out.string()));
+  }
+  start();
+  if (options_.resume) say("no checkpoint here: started from the beginning");
+}
+
+/// Without a checkpoint: a finished run is not computed again under --resume, unless it is this case up to another time.
+bool Run::may_start_over() const {
+  if (!std::filesystem::exists(options_.out / "results.json")) return true;
+  if (finished_results(options_.out, case_)) return false;
+  const auto json = nlohmann::json::parse(read_file(options_.out / "results.json"), nullptr, false);
+  return json.is_object() && json.value("case_hash", "") == hash_;
+}
+
+void Run::start() {
+  state_ = make_state(case_, scene_);
+  if (state_.grid.particle_count() == 0) throw ConfigError("the case holds no particles: add a [[body]] or a [conveyor]");
+  progress_.initial_particles = state_.grid.particle_count();
+  log_.emplace(options_.out / "run.log", false);
+  // The newest checkpoint last: whatever a kill leaves of them belongs to the old run, and a resumed run can tell.
+  remove_results(
+      {"results.json", "profile.csv", "profiles.h5", "final.h5", refused_checkpoint_file, previous_checkpoint_file, checkpoint_file});
+  write_case_files(options_.out, case_);
+  table_.emplace(options_.out / "series.csv", observers_.series().names());
+  frames_.emplace(FrameSeries::create(options_.out));
+  say(fmt::format("start: {} particles, {} threads", progress_.initial_particles, omp_get_max_threads()));
+  observers_.begin(state_, scene_);
+  record_sample();
+  for (const std::string& warning : particles_inside_boundaries(state_, scene_)) say(warning);
+}
+
+void Run::resume() {
+  const auto series_file = options_.out / "series.csv";
+  const auto acceptable = [&](const State& state, const RunProgress& progress, const Arrays& observed) {
+    observers_.load(observed, progress.samples);
+    (void)SeriesWriter::kept(series_file, observers_.series().names(), progress.samples, state.time);
+  };
+  const std::string older = resume_from_checkpoint(options_.out, case_, state_, progress_, acceptable);
+  state_.grid.keep_old_nodes(case_.numerics.transfer == Transfer::flip);
+  before_ = progress_;
+  log_.emplace(options_.out / "run.log", true);
+  remove_results({"results.json", "profile.csv", "profiles.h5", "final.h5"});  // of the shorter run that is extended
+  write_case_files(options_.out, case_);
+  table_.emplace(SeriesWriter::resume(series_file, observers_.series().names(), progress_.samples, state_.time));
+  if (!older.empty()) say(older);
+  frames_.emplace(FrameSeries::resume(options_.out, static_cast<int>(sampling_.frames(progress_.samples)),
+                                      [this](const std::string& why) { say(why + "; left out of frames.xdmf"); }));
+  say(fmt::format("resumed at t = {:.6g} s, step {}: {} particles, {} threads", state_.time, state_.step, state_.grid.particle_count(),
+                  omp_get_max_threads()));
+  observers_.begin(state_, scene_);
+}
+
+void Run::remove_results(std::initializer_list<const char*> names) const {
+  for (const char* name : names) remove_file(options_.out / name);
+}
+
+// ---- From sample to sample --------------------------------------------------------------------------------------------------------------
+
+RunResult Run::go() {
+  try {
+    start_or_resume();
+    return loop();
+  } catch (const UnstableError& error) {  // the core names quantities; here are their keys
+    const std::string text = fmt::format("{}. Keys: [numerics] cfl, cell_size_m", error.what());
+    if (log_) log_->write(text);
+    throw UnstableError(text);
+  } catch (const Error& error) {
+    if (log_) log_->write(error.what());
+    throw;
+  }
+}
+
+RunResult Run::loop() {
+  while (progress_.samples <= sampling_.last()) {
+    advance_to_next_sample();
+    record_sample();
+    report_progress();
+    const Request request = options_.poll ? options_.poll() : Request::none;
+    if (request == Request::stop && progress_.samples <= sampling_.last()) return finish(false);
+    if (request == Request::checkpoint || seconds_since(checkpointed_) > 60.0 * case_.output.checkpoint_minutes) {
+      checkpoint(request == Request::checkpoint ? "asked for" : "periodic");
+    }
+  }
+  return finish(true);
+}
+
+void Run::advance_to_next_sample() {
+  const auto start = Clock::now();
+  advance(state_, scene_, sampling_.time(progress_.samples), [&](const StepReport& report) {
+    progress_.particle_steps += state_.grid.particle_count();
+    last_dt_ = report.dt;
+    observers_.after_step(report, state_);
+  });
+  progress_.step_time += seconds_since(start);
+}
+
+void Run::record_sample() {
+  const LiveState live{state_, scene_, totals(state_, scene_)};
+  const double interval = progress_.samples == 0 ? 0.0 : state_.time - sampling_.time(progress_.samples - 1);
+  const Instant now{state_.time, interval, &live};
+  table_->append(observers_.sample(now));
+  if (sampling_.has_frame(progress_.samples)) frames_->append(particle_table(state_, scene_), snapshot_info());
+  ++progress_.samples;
+  for (const std::string& warning : observers_.check(now)) say(warning);
+}
+
+Progress Run::progress_now() const {
+  Progress p;
+  p.time = state_.time;
+  p.duration = sampling_.end();
+  p.step = state_.step;
+  p.dt = last_dt_;
+  p.particles = state_.grid.particle_count();
+  p.wall_s = seconds_since(started_);
+  const double step_time = progress_.step_time - before_.step_time;
+  if (step_time > 0.0)
+    p.million_particle_steps_per_s = 1e-6 * static_cast<double>(progress_.particle_steps - before_.particle_steps) / step_time;
+  return p;
+}
+
+void Run::report_progress() {
+  if (!options_.on_progress) return;
+  Progress p = progress_now();
+  const double done = static_cast<double>(progress_.samples - 1), all = static_cast<double>(sampling_.last());
+  p.eta_s = done > 0.0 ? (before_.wall_time + p.wall_s) * (all - done) / done : 0.0;
+  options_.on_progress(p);
+}
+
+// ---- What is written --------------------------------------------------------------------------------------------------------------------
+
+void Run::say(const std::string& text, bool to_caller) {
+  log_->write(text);
+  if (!to_caller || !options_.on_progress) return;
+  Progress p = progress_now();
+  p.message = text;
+  options_.on_progress(p);
+}
+
+SnapshotInfo Run::snapshot_info() const {
+  return {state_.time,
+          static_cast<std::int64_t>(state_.step),
+          hash_,
+          std::string(build_info().version),
+          case_.material.density(),
+          scene_.mirror.x,
+          scene_.mirror.y};
+}
+
+void Run::checkpoint(const char* why) {
+  progress_.wall_time = before_.wall_time + seconds_since(started_);
+  table_->sync();  // first, so that the rows up to a checkpoint are there whenever the checkpoint is
+  write_checkpoint(options_.out / checkpoint_file, case_, state_, progress_, observers_.save(), options_.out / previous_checkpoint_file);
+  checkpointed_ = Clock::now();
+  say(fmt::format("checkpoint at t = {:.6g} s, step {} ({})", state_.time, state_.step, why), false);
+}
+
+RunResult Run::finish(bool complete) {
+  checkpoint(complete ? "end" : "stopped");
+  RunResult result;
+  result.finished = complete;
+  result.time = state_.time;
+  result.steps = state_.step;
+  result.particle_steps = progress_.particle_steps;
+  result.particles = state_.grid.particle_count();
+  result.wall_time_s = progress_.wall_time;
+  result.million_particle_steps_per_s = progress_.speed();
+  if (complete) {
+    write_results(result);
+    say(fmt::format("done: {} steps, {:.4g} million particle-steps/s over {:.1f} s of wall time", state_.step, progress_.speed(),
+                    progress_.wall_time),
+        false);
+  } else {
+    say(fmt::format("stopped at t = {:.6g} s of {:.6g} s; go on with --resume", state_.time, sampling_.end()));
+  }
+  return result;
+}
+
+/// results.json last: where it is, the run is whole.
+void Run::write_results(RunResult& result) {
+  const Summary end = observers_.summary(&state_, &progress_);
+  result.results = observers_.results(end);
+  result.results_json = results_text(result.results);
+  if (const auto profiles = observers_.profiles(end); !profiles.empty()) {
+    write_profile(options_.out / "profile.csv", profiles, end.span.steady);
+    write_profiles_over_time(options_.out / "profiles.h5", end.series.time(), profiles);
+  }
+  write_final(options_.out / "final.h5", particle_table(state_, scene_), snapshot_info());
+  write_file(options_.out / "results.json", result.results_json);
+}
+
+}  // namespace
+
+RunResult run_case(const Case& c, const RunOptions& options) { return Run(c, options).go(); }
+
+}  // namespace mpm

@@ -1,0 +1,83 @@
+#include "libmpm/driver/run_folder.hpp"
+
+#include <fcntl.h>
+#include <fmt/format.h>
+#include <sys/file.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <chrono>
+#include <cmath>
+#include <nlohmann/json.hpp>
+#include <thread>
+
+#include "libmpm/base/error.hpp"
+#include "libmpm/boundary/obstacle.hpp"
+#include "libmpm/driver/case_file.hpp"
+#include "libmpm/driver/checkpoint.hpp"
+#include "libmpm/driver/sampling.hpp"
+#include "libmpm/io/atomic_file.hpp"
+#include "libmpm/io/json_text.hpp"
+
+namespace mpm {
+
+DirectoryLock::DirectoryLock(const std::filesystem::path& directory) {
+  const auto path = directory / ".lock";
+  descriptor_ = open(path.c_str(), O_CREAT | O_RDWR | O_CLOEXEC, 0644);
+  if (descriptor_ < 0) throw file_error("cannot create", path, errno);
+  constexpr int tries = 50;
+  constexpr std::chrono::milliseconds pause(10);
+  for (int i = 0; flock(descriptor_, LOCK_EX | LOCK_NB) != 0; ++i) {
+    if (i < tries) {
+      std::this_thread::sleep_for(pause);
+      continue;
+    }
+    close(descriptor_);
+    throw IoError(fmt::format("{}: another process is running in this directory; wait for it or choose another --out", directory.string()));
+  }
+}
+
+DirectoryLock::~DirectoryLock() { close(descriptor_); }
+
+bool is_locked(const std::filesystem::path& directory) {
+  const auto path = directory / ".lock";
+  const int descriptor = open(path.c_str(), O_RDWR | O_CLOEXEC);
+  if (descriptor < 0) return false;
+  const bool locked = flock(descriptor, LOCK_EX | LOCK_NB) != 0 && errno == EWOULDBLOCK;
+  close(descriptor);
+  return locked;
+}
+
+void require_no_results(const std::filesystem::path& directory) {
+  const auto holds = [&](const char* name) { return std::filesystem::exists(directory / name); };
+  const bool finished = holds("results.json") || holds("final.h5"), interrupted = has_checkpoint(directory);
+  if (!finished && !interrupted) return;
+  const DirectoryLock lock(directory);  // of a run that is under way the message is another one
+  throw ConfigError(fmt::format("{} holds {}; choose another folder with --out, {} with --resume, or overwrite it with --force",
+                                directory.string(), finished ? "the results of a run" : "the checkpoint of an interrupted run",
+                                finished ? "extend it to a longer duration" : "continue it"));
+}
+
+std::optional<std::string> finished_results(const std::filesystem::path& directory, const Case& c) {
+  if (!std::filesystem::exists(directory / "results.json")) return {};
+  std::string results = read_json_text(directory / "results.json");
+  const auto json = nlohmann::json::parse(results, nullptr, false);
+  if (!json.is_object() || json.value("case_hash", nlohmann::json()) != case_hash_text(c) || !json.contains("duration_s")) return {};
+  const double last = Sampling(c).end();
+  if (!json["duration_s"].is_number() || std::abs(json["duration_s"].get<double>() - last) > 1e-9 * last) return {};
+  return results;
+}
+
+std::string obstacle_text(const ObstacleSpec& obstacle) {
+  nlohmann::ordered_json json{{"outline_m", nlohmann::ordered_json::array()}, {"top_m", nullptr}};
+  for (const ObstaclePlan::Side& side : obstacle_plan(obstacle).sides) json["outline_m"].push_back({side.from.x(), side.from.y()});
+  if (obstacle.height) json["top_m"] = *obstacle.height;
+  return json.dump() + "\n";
+}
+
+void write_case_files(const std::filesystem::path& directory, const Case& c) {
+  write_file(directory / "case.toml", write_case(c));
+  if (c.obstacle) write_file(directory / "obstacle.json", obstacle_text(*c.obstacle));
+}
+
+}  // namespace mpm

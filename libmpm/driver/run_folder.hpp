@@ -1,0 +1,46 @@
+#pragma once
+/// The folder of a run: who works in it, and whether it holds the finished run of a case. Shared by the run itself, by sweeps and by
+/// campaigns, which keep one folder a run and leave finished runs alone.
+
+#include <filesystem>
+#include <optional>
+#include <string>
+
+#include "libmpm/driver/case.hpp"
+
+namespace mpm {
+
+/// Keeps a second process out of a directory (`.lock` in it); the system releases it when the process ends, however it ends.
+class DirectoryLock {
+ public:
+  /// Tries for half a second, because is_locked() of another process takes the lock for an instant.
+  /// @throws IoError if another process holds it, or the file cannot be made
+  explicit DirectoryLock(const std::filesystem::path& directory);
+  ~DirectoryLock();
+  DirectoryLock(const DirectoryLock&) = delete;
+  DirectoryLock& operator=(const DirectoryLock&) = delete;
+
+ private:
+  int descriptor_;
+};
+
+/// Whether a process works in a directory; false where there is no such directory.
+[[nodiscard]] bool is_locked(const std::filesystem::path& directory);
+
+/// Makes sure that a new run into a folder destroys nothing; call it before run_case() without `resume`.
+/// @throws ConfigError if the folder holds results (results.json, final.h5) or a checkpoint: the message names --resume, --out and --force
+/// @throws IoError if another process works there
+void require_no_results(const std::filesystem::path& directory);
+
+/// Writes case.toml, and with an obstacle obstacle.json: its outline in plan, so that whoever draws it needs to know no shape.
+/// @throws IoError
+void write_case_files(const std::filesystem::path& directory, const Case& c);
+
+/// {"outline_m": [[x, y], ...], "top_m": z}: corners counter-clockwise from above, the most upstream at x = 0; top_m is null where the
+/// obstacle is taller than any jet.
+[[nodiscard]] std::string obstacle_text(const ObstacleSpec& obstacle);
+
+/// Content of results.json, if the folder holds the finished run of this case: the same hash and the same duration.
+[[nodiscard]] std::optional<std::string> finished_results(const std::filesystem::path& directory, const Case& c);
+
+}  // namespace mpm

@@ -1,0 +1,28 @@
+#include "libmpm/driver/run_log.hpp"
+
+#include <fcntl.h>
+#include <fmt/chrono.h>
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <ctime>
+
+#include "libmpm/io/atomic_file.hpp"
+
+namespace mpm {
+
+RunLog::RunLog(const std::filesystem::path& path, bool append)
+    : descriptor_(open(path.c_str(), O_CREAT | O_WRONLY | O_CLOEXEC | (append ? O_APPEND : O_TRUNC), 0644)) {
+  if (descriptor_ < 0) throw file_error("cannot write", path, errno);
+}
+
+RunLog::~RunLog() { close(descriptor_); }
+
+void RunLog::write(const std::string& text) const {
+  const std::string line = fmt::format("{:%Y-%m-%d %H:%M:%S} {}\n", fmt::localtime(std::time(nullptr)), text);
+  // a log that cannot be written must not end a run that can; the loss shows in the series, which is checked
+  [[maybe_unused]] const auto written = ::write(descriptor_, line.data(), line.size());
+}
+
+}  // namespace mpm

@@ -1,0 +1,115 @@
+#include "libmpm/driver/scene.hpp"
+
+#include <fmt/format.h>
+
+#include <cmath>
+
+#include "libmpm/base/error.hpp"
+#include "libmpm/boundary/obstacle.hpp"
+#include "libmpm/core/health.hpp"
+#include "libmpm/impact/conveyor.hpp"
+
+namespace mpm {
+
+namespace {
+
+constexpr double beyond = 1e4;  // m; taller than anything
+
+Wall make_wall(const WallSpec& spec) { return {spec.point, spec.normal.normalized(), spec.contact, spec.friction, spec.velocity, true}; }
+
+Boundary make_obstacle(const ObstacleSpec& spec, double cell_size) {
+  const double top = spec.height.value_or(beyond);
+  const ObstaclePlan plan = obstacle_plan(spec);
+  if (plan.flat_front) {
+    return RigidBox{Vec3(0.0, -0.5 * plan.width, -beyond), Vec3(plan.depth, 0.5 * plan.width, top), Contact::separable, spec.friction,
+                    Vec3::Zero()};
+  }
+  const VerticalSolid solid{top, 0.5 * cell_size, Contact::separable, spec.friction, Vec3::Zero()};
+  if (plan.radius) return RigidCylinder{solid, *plan.radius, 0.0, *plan.radius};
+  RigidPrism prism{solid, {}, 0.0, plan.depth, -0.5 * plan.width, 0.5 * plan.width};
+  for (const auto& side : plan.sides) prism.sides.push_back({side.normal.x(), side.normal.y(), side.normal.dot(side.from)});
+  return prism;
+}
+
+ConveyorSetting conveyor_setting(const Case& c) {
+  return {.cell_size = c.numerics.cell_size,
+          .particle_spacing = lattice_spacing(c.numerics),
+          .gravity = c.numerics.gravity,
+          .slope = c.numerics.slope,
+          .duration = c.output.duration,
+          .offset = c.numerics.cell_size * c.numerics.grid_offset};
+}
+
+}  // namespace
+
+double lattice_spacing(const NumericsSpec& numerics) {
+  return numerics.cell_size / std::cbrt(static_cast<double>(numerics.particles_per_cell));
+}
+
+CaseScene make_scene(const Case& c) {
+  CaseScene scene{{.material = make_material(c.material)}, {}};
+  scene.domain_min = c.domain.min;
+  scene.domain_max = c.domain.max;
+  scene.mirror.x = c.domain.mirror_x;
+  scene.mirror.y = c.domain.mirror_y;
+  scene.transfer = c.numerics.transfer;
+  scene.flip_ratio = c.numerics.flip_ratio;
+  scene.cfl = c.numerics.cfl;
+  scene.gravity = c.numerics.gravity * Vec3(std::sin(c.numerics.slope), 0.0, -std::cos(c.numerics.slope));
+  for (const WallSpec& wall : c.walls) scene.boundaries.emplace_back(make_wall(wall));
+  if (c.conveyor) {
+    Vec3 min, max;
+    const ConveyorSetting setting = conveyor_setting(c);
+    conveyor_domain(*c.conveyor, setting, min, max);
+    scene.domain_min = scene.domain_min.cwiseMax(min);
+    scene.domain_max = scene.domain_max.cwiseMin(max);
+    if (c.domain.mirror_x || c.domain.mirror_y) throw ConfigError("[domain] mirror: with a [conveyor], use [conveyor] mirror_y");
+    scene.mirror.y = c.conveyor->mirror_y;
+    for (auto& wall : conveyor_walls(*c.conveyor)) scene.boundaries.push_back(std::move(wall));
+    scene.source = std::make_shared<ConveyorSource>(*c.conveyor, scene.material, setting);
+  }
+  if (c.obstacle) {
+    scene.obstacle = scene.boundaries.size();
+    scene.layered = {*scene.obstacle};
+    if (scene.mirror.y && !obstacle_plan(*c.obstacle).symmetric) {
+      throw ConfigError(
+          "[obstacle]: its plan is not symmetric about y = 0, so that half of the domain cannot replace the whole; give mirror_y = false");
+    }
+    scene.boundaries.push_back(make_obstacle(*c.obstacle, c.numerics.cell_size));
+  }
+  scene.offset = c.numerics.cell_size * c.numerics.grid_offset;
+  if ((scene.mirror.x && scene.offset.x() != 0.0) || (scene.mirror.y && scene.offset.y() != 0.0))
+    throw ConfigError("[numerics] grid_offset_cells: a mirror plane has to stay on the grid; give 0 along its axis");
+  scene.domain_min += scene.offset;
+  scene.domain_max += scene.offset;
+  for (Boundary& boundary : scene.boundaries) std::visit([&](auto& b) { b.translate(scene.offset); }, boundary);
+  return scene;
+}
+
+State make_state(const Case& c, const Scene& scene) {
+  State state(c.numerics.cell_size);
+  state.grid.keep_old_nodes(c.numerics.transfer == Transfer::flip);
+  if (scene.source) scene.source->fill(state);
+  for (const BodySpec& body : c.bodies) {
+    if (fill_body(state, body, scene, lattice_spacing(c.numerics)) == 0)
+      throw ConfigError("[[body]] shape: not one particle fits into it; use a smaller [numerics] cell_size_m");
+  }
+  state.grid.refresh();
+  return state;
+}
+
+std::vector<std::string> particles_inside_boundaries(const State& state, const CaseScene& scene) {
+  std::vector<std::string> warnings;
+  for (std::size_t b = 0; b < scene.boundaries.size(); ++b) {
+    if (scene.source && b != scene.obstacle) continue;
+    const HeldParticles held = particles_inside(state, scene, scene.boundaries[b]);
+    if (held.count == 0) continue;
+    const std::string which = b == scene.obstacle ? "the [obstacle]" : fmt::format("[[wall]] number {}", b + 1);
+    warnings.push_back(
+        fmt::format("warning: {} particles are inside {}, which holds them, {} for one; move the [[body]] out of it, or the boundary",
+                    held.count, which, held.first));
+  }
+  return warnings;
+}
+
+}  // namespace mpm

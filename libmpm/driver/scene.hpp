@@ -1,0 +1,33 @@
+#pragma once
+/// From a case to what the solver works on.
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "libmpm/core/step.hpp"
+#include "libmpm/driver/case.hpp"
+
+namespace mpm {
+
+/// Edge of the cube of one particle, m: dx over the cube root of the particles per cell.
+double lattice_spacing(const NumericsSpec& numerics);
+
+/// The scene of a case, and which of its boundaries is the obstacle.
+struct CaseScene : Scene {
+  std::optional<std::size_t> obstacle;  ///< number of the boundary whose force is reported
+};
+
+/// Law, walls, obstacle, particle source and domain of a case. @throws ConfigError
+CaseScene make_scene(const Case& c);
+
+/// The particles of t = 0: bodies and the conveyor's plug.
+/// A body is a lattice that fills its shape with the body's exact volume; with mirror planes only the computed part is filled.
+/// Identity numbers run from 0 in the order of the bodies, x fastest.
+State make_state(const Case& c, const Scene& scene);
+
+/// One warning for every boundary that holds particles (particles_inside). With a conveyor, whose snow starts behind the inlet, only the
+/// obstacle is looked at.
+std::vector<std::string> particles_inside_boundaries(const State& state, const CaseScene& scene);
+
+}  // namespace mpm

@@ -1,0 +1,72 @@
+#pragma once
+/// A sweep: one case at several cell sizes, particle numbers, time steps or places on the grid, each in a folder of its own. The engine
+/// behind `mpm converge`; metric_convergence.hpp judges what comes out.
+
+#include <cstdint>
+#include <filesystem>
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "libmpm/driver/case.hpp"
+#include "libmpm/driver/run.hpp"
+
+namespace mpm {
+
+/// What is varied.
+enum class SweepKind : std::uint8_t { cell_size, particles_per_cell, cfl, offset };
+/// The key of [numerics] that is varied: cell_size_m, particles_per_cell, cfl, grid_offset_cells.
+std::string to_string(SweepKind);
+/// Cell size and CFL number go to zero, so that an order can be determined; particles per cell and offset have no limit to extrapolate to,
+/// only a scatter.
+[[nodiscard]] bool goes_to_zero(SweepKind kind);
+
+/// The values of one parameter.
+struct Sweep {
+  SweepKind kind = SweepKind::cell_size;
+  std::vector<double> values;  ///< m, number, number, cells
+  std::string axes;            ///< of the offset, out of "xyz"; empty: all without a mirror plane
+};
+
+/// The sweep in the order in which it is run, the coarsest and cheapest first (offsets as given).
+/// @throws ConfigError without values, for values twice, or an axis that is none
+[[nodiscard]] Sweep in_order(Sweep sweep);
+
+/// The case with one value of the sweep; passes every check of a case file. @throws ConfigError
+[[nodiscard]] Case swept_case(const Case& c, const Sweep& sweep, double value);
+
+/// Where one value is computed: dx_0.25, ppc_8, cfl_0.4, offset_0.5
+[[nodiscard]] std::string sweep_directory(SweepKind kind, double value);
+
+/// One run of a sweep.
+struct SweepPoint {
+  double value = 0.0;
+  std::filesystem::path directory;
+  bool reused = false;       ///< was there already, and was not run again
+  std::string results_json;  ///< content of its results.json
+};
+
+/// How a sweep is run.
+struct SweepOptions {
+  std::filesystem::path out;
+  int threads = 0;
+  bool resume = false;     ///< keep runs that are finished, continue one that was interrupted; false: run all anew
+  bool overwrite = false;  ///< replace results and checkpoints that are in the folders; false: refuse to
+  std::function<void(const Progress&)> on_progress;
+  std::function<Request()> poll;
+  std::function<void(const SweepPoint&)> on_start, on_point;  ///< before and after each run; what on_point throws ends the sweep
+};
+
+/// What a sweep leaves.
+struct SweepResult {
+  bool finished = false;  ///< false: stopped on request
+  std::vector<SweepPoint> points;
+};
+
+/// Runs the case at every value, each into a folder of its own below options.out. A run counts as finished if its results.json belongs to
+/// the same case (hash) and the same duration.
+/// @throws ConfigError before anything is run or removed, if one of the cases is invalid or a run would replace results: without `resume`
+///         any results or checkpoint, with it those of another case or duration; IoError, UnstableError
+SweepResult run_sweep(const Case& c, const Sweep& sweep, const SweepOptions& options);
+
+}  // namespace mpm

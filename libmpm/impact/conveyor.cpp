@@ -1,0 +1,232 @@
+#include "libmpm/impact/conveyor.hpp"
+
+#include <fmt/format.h>
+
+#include <cmath>
+
+#include "libmpm/base/error.hpp"
+#include "libmpm/core/stress_update.hpp"
+#include "libmpm/impact/semi_empirical.hpp"
+
+namespace mpm {
+
+namespace {
+
+constexpr double reservoir_cells = 2.0;  ///< snow kept behind the inlet: the support of a node on the inlet is 3/2 cells
+constexpr double outlet_cells = 2.0;
+constexpr int staggered_levels = 16;                       ///< of a particle within its share of the flow height
+constexpr double plastic_number = 1.32471795724474602596;  ///< the real root of g^3 = g + 1
+
+double fraction(double x) { return x - std::floor(x); }
+
+/// Snow kept behind the inlet; rows of a sheared inflow may come late by the way of the fastest while the plug goes one spacing.
+double reservoir_length(const Inflow& inflow, double cell_size, double spacing) {
+  return reservoir_cells * cell_size + (inflow.sheared() ? inflow.shear(1.0) * spacing : 0.0);
+}
+
+MaterialState<double> compressed(const AnyMaterial& material, MaterialState<double> state, double dl_zz) {
+  Matrix3<double> dl{};
+  dl.m[2][2] = dl_zz;
+  std::visit([&](const auto& law) { law.update_stress(state, dl, 1.0); }, material);
+  return state;
+}
+
+}  // namespace
+
+std::vector<ColumnPoint> settled_column(const AnyMaterial& material, double weight, double height, int count, double density_ratio) {
+  std::vector<ColumnPoint> column(static_cast<std::size_t>(count));
+  MaterialState<double> state{{}, initial_internal_of(material) + std::log(density_ratio)};
+  const double layer = height / count;
+  for (int j = count - 1; j >= 0; --j) {
+    const double target = -density_ratio * weight * (height - (j + 0.5) * layer);  // Cauchy sigma_zz
+    const auto excess = [&](double dl) {
+      const auto s = compressed(material, state, dl);
+      return s.stress.zz / volume_ratio(material, s) - target;
+    };
+    double loose = 0.0, tight = -1e-6;  // bracket: sigma_zz falls as the column is compressed
+    while (excess(tight) > 0.0) {
+      tight *= 2.0;
+      if (tight < -0.9)
+        throw UnstableError(fmt::format("the material cannot carry its own weight over {:.3g} m: no confined equilibrium", height));
+    }
+    // A plain bisection on purpose: its last bits are the initial stresses, and with them the bits of every result.
+    for (int i = 0; i < 80; ++i) {
+      const double middle = 0.5 * (loose + tight);
+      (excess(middle) > 0.0 ? loose : tight) = middle;
+    }
+    if (target < 0.0) state = compressed(material, state, tight);
+    column[static_cast<std::size_t>(j)].state = state;
+  }
+  double below = 0.0;
+  for (auto& point : column) {
+    const double thickness = layer * density_ratio * volume_ratio(material, point.state);
+    point.height = below + 0.5 * thickness;
+    below += thickness;
+  }
+  return column;
+}
+
+ConveyorSource::ConveyorSource(const ConveyorSpec& conveyor, const AnyMaterial& material, const ConveyorSetting& setting)
+    : material_(material), inflow_(conveyor) {
+  spacing_ = setting.particle_spacing;
+  density_ = density_of(material);
+  weight_ = density_ * setting.gravity * std::cos(setting.slope);
+  offset_ = setting.offset;
+  endless_ = conveyor.feed == ConveyorSpec::Feed::window;
+  mirror_y_ = conveyor.mirror_y;
+  if (!endless_ && (inflow_.sheared() || !inflow_.steady()))
+    throw ConfigError("[conveyor] feed = \"strip\": a strip moves as one; inflow that varies needs feed = \"window\"");
+  if (inflow_.sheared() && (!inflow_.steady() || conveyor.sidewall_contact != Contact::slip))
+    throw ConfigError("[conveyor] inflow_slip_ratio: sheared inflow is steady and needs sidewall_contact = \"slip\"");
+  const double length = endless_ ? conveyor.upstream_length + reservoir_length(inflow_, setting.cell_size, spacing_)
+                                 : conveyor_length(conveyor.velocity, setting.duration);
+  release_at_ = -length;
+  initial_layers_ = static_cast<std::uint64_t>(std::max(0.0, std::floor(length / spacing_ + 0.5)));
+  half_count_ = std::max(1, static_cast<int>(std::lround(0.5 * conveyor.width / spacing_)));
+  spacing_y_ = 0.5 * conveyor.width / half_count_;
+  levels_ = conveyor.lattice == ConveyorSpec::Lattice::staggered ? staggered_levels : 1;
+  if (!inflow_.steady()) return;
+  for (int level = 0; level < levels_; ++level) layers_.push_back(make_layer(0.0, level));
+}
+
+int ConveyorSource::rows(double time) const { return std::max(1, static_cast<int>(std::lround(inflow_.flow_height(time) / spacing_))); }
+
+ConveyorSource::Layer ConveyorSource::make_layer(double time, int level) const {
+  const int count = rows(time);
+  const double height = inflow_.flow_height(time), velocity = inflow_.velocity(time), ratio = inflow_.density_ratio(time);
+  const auto column = settled_column(material_, weight_, height, count * levels_, ratio);
+  Layer layer;
+  for (int k = 0; k < count; ++k) {
+    const ColumnPoint& point = column[static_cast<std::size_t>(k * levels_ + level)];
+    const double rate = inflow_.mean_shear(static_cast<double>(k) / count, static_cast<double>(k + 1) / count);
+    for (int j = mirror_y_ ? 0 : -half_count_; j < half_count_; ++j) {
+      Particle p{};
+      p.position[1] = (j + 0.5) * spacing_y_;
+      p.position[2] = point.height;
+      p.volume = spacing_ * spacing_y_ * height / count * ratio;
+      p.velocity[0] = velocity * rate;
+      const Sym3<double>& s = point.state.stress;
+      const double stress[6] = {s.xx, s.yy, s.zz, s.xy, s.xz, s.yz};
+      std::copy(std::begin(stress), std::end(stress), p.stress);
+      p.internal = point.state.internal;
+      layer.push_back(p);
+    }
+  }
+  return layer;
+}
+
+int ConveyorSource::level_of(std::uint64_t layer) const {
+  return levels_ == 1 ? 0 : static_cast<int>(levels_ * fraction(0.5 + static_cast<double>(layer) / (plastic_number * plastic_number)));
+}
+
+/// Particles of layer `layer` at `distance` beyond where it was at t = 0.
+void ConveyorSource::insert(State& state, FluxTotals& passage, std::span<const Particle> particles, std::uint64_t layer,
+                            double distance) const {
+  const auto n = static_cast<double>(layer);
+  const double x = -(n + 0.5) * spacing_ + distance;
+  const double shift_y = levels_ == 1 ? 0.0 : spacing_y_ * (fraction(0.5 + n / plastic_number) - 0.5);
+  for (Particle p : particles) {
+    p.position[0] = x;
+    p.position[1] += p.position[1] > 0.0 ? shift_y : -shift_y;  // the halves stay mirror images of each other
+    for (int i = 0; i < 3; ++i) p.position[i] += offset_[i];
+    p.id = state.next_id++;
+    state.grid.insert(p);
+    const double mass = density_ * p.volume;
+    const Vec3 velocity(p.velocity[0], p.velocity[1], p.velocity[2]);
+    passage += FluxTotals{1, 0, mass, mass * velocity, 0.5 * mass * velocity.squaredNorm() + stored_energy(material_, p)};
+  }
+}
+
+void ConveyorSource::insert_layer(State& state, FluxTotals& passage) const {
+  const int level = level_of(state.source_count);
+  const double distance = inflow_.travelled(state.time);
+  if (inflow_.steady()) {
+    insert(state, passage, layers_[static_cast<std::size_t>(level)], state.source_count, distance);
+  } else {
+    insert(state, passage, make_layer(state.time, level), state.source_count, distance);
+  }
+  ++state.source_count;
+}
+
+std::uint64_t ConveyorSource::due(double rate, double distance) const {
+  return static_cast<std::uint64_t>(std::floor((rate * distance - release_at_) / spacing_ + 0.5));
+}
+
+/// The rows of a sheared inflow that became due since the multiple of the spacing before.
+void ConveyorSource::insert_rows(State& state, FluxTotals& passage) const {
+  const double before = static_cast<double>(state.source_count - initial_layers_) * spacing_, now = before + spacing_;
+  const double gone = inflow_.travelled(state.time);
+  const int count = rows(0.0);
+  for (int k = 0; k < count; ++k) {
+    const double rate = inflow_.mean_shear(static_cast<double>(k) / count, static_cast<double>(k + 1) / count);
+    for (std::uint64_t layer = due(rate, before); layer < due(rate, now); ++layer) {
+      const Layer& all = layers_[static_cast<std::size_t>(level_of(layer))];
+      const std::size_t width = all.size() / static_cast<std::size_t>(count);
+      insert(state, passage, std::span(all).subspan(static_cast<std::size_t>(k) * width, width), layer, rate * gone);
+    }
+  }
+  ++state.source_count;
+}
+
+void ConveyorSource::fill(State& state) const {
+  FluxTotals unused;
+  while (state.source_count < initial_layers_) insert_layer(state, unused);
+  state.max_speed = inflow_.velocity(0.0) * inflow_.shear(1.0);
+}
+
+FluxTotals ConveyorSource::release(State& state) const {
+  FluxTotals passage;
+  if (!endless_) return passage;
+  const double gone = inflow_.travelled(state.time);
+  if (inflow_.sheared()) {
+    while (static_cast<double>(state.source_count - initial_layers_ + 1) * spacing_ <= gone) insert_rows(state, passage);
+  } else {
+    while (-(static_cast<double>(state.source_count) + 0.5) * spacing_ + gone >= release_at_) insert_layer(state, passage);
+  }
+  if (passage.count > 0) state.grid.refresh();
+  return passage;
+}
+
+std::vector<Boundary> conveyor_walls(const ConveyorSpec& conveyor) {
+  const Inflow inflow(conveyor);
+  const Vec3 belt(conveyor.velocity, 0.0, 0.0), outlet(inflow.fastest(), 0.0, 0.0);
+  /// A wall that moves as the snow enters, where that is not with one speed for all times and heights.
+  const auto moving = [&](const Wall& wall, bool by_height) -> Boundary {
+    if (inflow.steady() && !(by_height && inflow.sheared())) return wall;
+    return MovingWall{wall, [inflow, by_height](double height, double time) {
+                        return inflow.velocity(time) * (by_height ? inflow.shear(height / inflow.flow_height(time)) : 1.0);
+                      }};
+  };
+  std::vector<Boundary> walls;
+  walls.emplace_back(Wall{Vec3::Zero(), Vec3::UnitZ(), Contact::separable, 0.0, Vec3::Zero(), false});
+  const double half = 0.5 * conveyor.width;
+  walls.push_back(
+      moving(Wall{Vec3(0, half, 0), -Vec3::UnitY(), conveyor.sidewall_contact, conveyor.sidewall_friction, belt, false}, false));
+  if (!conveyor.mirror_y)
+    walls.push_back(
+        moving(Wall{Vec3(0, -half, 0), Vec3::UnitY(), conveyor.sidewall_contact, conveyor.sidewall_friction, belt, false}, false));
+  if (conveyor.feed == ConveyorSpec::Feed::window) {
+    walls.push_back(moving(Wall{Vec3(-conveyor.upstream_length, 0, 0), Vec3::UnitX(), Contact::slip, 0.0, belt, false}, true));
+    const Wall end{Vec3(conveyor.downstream_length, 0, 0), -Vec3::UnitX(), Contact::separable, 0.0, outlet, false};
+    walls.push_back(inflow.sheared() ? moving(end, true) : Boundary(end));
+  }
+  return walls;
+}
+
+void conveyor_domain(const ConveyorSpec& conveyor, const ConveyorSetting& setting, Vec3& min, Vec3& max) {
+  const double dx = setting.cell_size;
+  const Inflow inflow(conveyor);
+  const double fastest = inflow.fastest() * inflow.shear(1.0), head = 0.5 * fastest * fastest / std::max(setting.gravity, 1e-3);
+  double height = conveyor.flow_height;
+  for (const InflowPoint& p : conveyor.inflow) height = std::max(height, p.flow_height.value_or(0.0));
+  const double late = inflow.sheared() ? inflow.shear(1.0) * setting.particle_spacing : 0.0;
+  const bool window = conveyor.feed == ConveyorSpec::Feed::window;
+  const double travel = conveyor.velocity * setting.duration;
+  min = Vec3(window ? -conveyor.upstream_length - (reservoir_cells + 2.0) * dx - late
+                    : -conveyor_length(conveyor.velocity, setting.duration) - 2.0 * height,
+             -0.5 * conveyor.width - 2.0 * dx, -2.0 * dx);
+  max = Vec3(window ? conveyor.downstream_length + outlet_cells * dx : travel + 20.0 * height, 0.5 * conveyor.width + 2.0 * dx,
+             5.0 * height + 4.0 * head + 5.0);
+}
+
+}  // namespace mpm

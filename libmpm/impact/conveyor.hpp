@@ -1,0 +1,102 @@
+#pragma once
+/// The conveyor belt of Sect. 2.2: a plug of height H and width W that moves at v towards an obstacle.
+///
+/// Frame: front face of the obstacle at x = 0, axis y = 0, floor z = 0. The front of the plug stands at the face at t = 0, so the
+/// front arrives at t = 0; downstream is empty.
+///
+/// - floor: frictionless, separable. Side walls |y| = W/2: move with v along x and drag the plug.
+/// - strip: the published set-up. All L = v t_max + 3 m of snow (Table 2) are particles; the rear is a free surface.
+/// - window: the plug from the inlet x = -upstream to the outlet x = +downstream. Nodes at or behind the inlet move with v along x and are
+/// free
+///   along y and z; fresh layers are released two cells behind it, each where the plug would be by then, so that the lattice runs on
+///   unbroken. Nodes at or beyond the outlet are held to v_x <= v by the snow that the strip would have there: without it the plug would
+///   pour off an edge. Particles two cells beyond the outlet have left.
+///
+/// Inflow that varies (inflow.hpp; window only). In time: each layer enters with the speed, height and density of its moment, the nodes at
+/// the inlet and the side walls move at the speed of the moment, the outlet holds at the greatest of all times. Denser snow was compacted
+/// before: it has J = 1/ratio and is as hard as the law makes it. Over height: rows of particles enter at their own speeds, each row when
+/// it is due; the inlet's nodes hold the profile, the side walls are frictionless, the outlet holds at the profile.
+///
+/// The plug starts at rest under its own weight (see settled_column), so that neither the first nor a fresh column oscillates.
+///
+/// Lattice. Particles that follow one another on the same lines keep to the same stream lines: where a mast spreads the flow, gaps open
+/// between the lines, at any resolution, and in the dead zone before it the particles' pressure and density drift away from the
+/// flow's (at Fr 2, M 0.8, beta 0.3 the density rose to 1.29 and the pressure fell by half, while the force stayed). So each layer is
+/// shifted within the lattice across the flow and in height, layer n by the fractional parts of 1/2 + n/g and 1/2 + n/g^2 with
+/// g^3 = g + 1, a low-discrepancy sequence: any few layers in a row sample the cross-section evenly (M. Roberts, The unreasonable
+/// effectiveness of quasirandom sequences, 2018). "aligned" is the plain lattice, for comparison.
+
+#include "libmpm/core/step.hpp"
+#include "libmpm/impact/inflow.hpp"
+
+namespace mpm {
+
+/// One particle height of a laterally confined column that carries its own weight.
+struct ColumnPoint {
+  double height;                ///< settled height above the floor, m
+  MaterialState<double> state;  ///< Kirchhoff stress and internal variable
+};
+
+/// Column of height H before settling, cut into `count` layers, compressed from the stress-free state until the Cauchy stress
+/// sigma_zz = -rho_0 g (H - Z) in every layer (exact equilibrium of a confined column). The law itself is integrated along this oedometric
+/// path from the top down, so that the lateral stress is the law's own K_0, elastic or plastic.
+/// @param weight rho_0 g, N/m^3, >= 0. @param density_ratio of the stress-free snow over rho_0, >= 1: it starts from the internal variable
+/// X_0 + log(ratio) of snow compacted by that much (Cam-Clay; 1 for every other law). @throws UnstableError if the law cannot carry the
+/// weight
+std::vector<ColumnPoint> settled_column(const AnyMaterial& material, double weight, double height, int count, double density_ratio = 1.0);
+
+/// What the conveyor needs to know of the computation around it.
+struct ConveyorSetting {
+  double cell_size = 0.0;         ///< dx, m
+  double particle_spacing = 0.0;  ///< edge of the cube of one particle, m
+  double gravity = 0.0;           ///< g, m/s^2
+  double slope = 0.0;             ///< of the floor, rad
+  double duration = 0.0;          ///< of the run, s: sets the length of a strip
+  Vec3 offset = Vec3::Zero();     ///< of the scene against the grid, m
+};
+
+/// Releases the plug, layer by layer; State::source_count is the number of layers released so far.
+class ConveyorSource : public ParticleSource {
+ public:
+  /// @throws ConfigError for an inflow that the feed cannot bring
+  ConveyorSource(const ConveyorSpec& conveyor, const AnyMaterial& material, const ConveyorSetting& setting);
+
+  /// Layers due at state.time: layer j has its centre at x_j = -(j + 1/2) s + v t, with int v dt for v t if it varies. Sheared, row k of it
+  /// at -(j + 1/2) s + r_k v t with r_k the mean of r over the row; rows are fed at every multiple of s that the plug would have gone.
+  FluxTotals release(State& state) const override;
+  /// The snow of t = 0. Not counted as entered.
+  void fill(State& state) const override;
+
+  [[nodiscard]] std::size_t particles_per_layer() const { return make_layer(0.0, 0).size(); }
+  [[nodiscard]] std::uint64_t initial_layers() const { return initial_layers_; }
+
+ private:
+  using Layer = std::vector<Particle>;  ///< with x = 0, row by row from the floor
+  /// @param level of a particle within its share of the height
+  [[nodiscard]] Layer make_layer(double time, int level) const;
+  [[nodiscard]] int rows(double time) const;
+  /// Number of layers of a row that are due when the plug has gone `distance`.
+  [[nodiscard]] std::uint64_t due(double rate, double distance) const;
+  void insert_layer(State& state, FluxTotals& passage) const;
+  void insert_rows(State& state, FluxTotals& passage) const;
+  void insert(State& state, FluxTotals& passage, std::span<const Particle> particles, std::uint64_t layer, double distance) const;
+  [[nodiscard]] int level_of(std::uint64_t layer) const;
+
+  AnyMaterial material_;
+  Inflow inflow_;
+  double spacing_, spacing_y_, release_at_, density_, weight_;
+  int half_count_, levels_;
+  bool mirror_y_;
+  Vec3 offset_;  ///< of the scene against the grid, m
+  bool endless_;
+  std::uint64_t initial_layers_;
+  std::vector<Layer> layers_;  ///< of a steady inflow, one for each level
+};
+
+/// Floor, side walls, inlet and outlet.
+std::vector<Boundary> conveyor_walls(const ConveyorSpec& conveyor);
+
+/// Bounds beyond which particles have left; follows from the spec, with room for jets of four velocity heads.
+void conveyor_domain(const ConveyorSpec& conveyor, const ConveyorSetting& setting, Vec3& min, Vec3& max);
+
+}  // namespace mpm

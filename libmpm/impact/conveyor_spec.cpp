@@ -1,0 +1,118 @@
+#include "libmpm/impact/conveyor_spec.hpp"
+
+#include <fmt/format.h>
+
+#include "libmpm/base/parameter.hpp"
+#include "libmpm/boundary/obstacle.hpp"
+#include "libmpm/impact/semi_empirical.hpp"
+#include "libmpm/material/any_material.hpp"
+
+namespace mpm {
+
+namespace {
+
+constexpr double least_upstream_cells = 4;  // inlet layer, the kernel's width and one free cell
+
+void resolve_velocity(ConveyorSpec& belt, double gravity, ParameterReport& report) {
+  const std::string froude = "conveyor.froude_number", velocity = "conveyor.velocity_m_s";
+  if (!report.given(froude) && !report.given(velocity))
+    return report.problem("conveyor", "has no speed; give froude_number or velocity_m_s");
+  if (!belt.froude_number) return;
+  const double fr = *belt.froude_number;
+  belt.froude_number.reset();
+  if (!report.all_sound({froude, velocity, "conveyor.flow_height_m", "numerics.gravity_m_s2"})) return;
+  if (gravity > 0.0) belt.velocity = flow_velocity(fr, belt.flow_height, gravity);
+  if (!(belt.velocity > 0.0 && belt.velocity <= fastest_speed)) {
+    report.problem(froude, fmt::format("= {} makes a speed v = Fr sqrt(g H) of {} m/s; it has to be above 0 and at most {} m/s", fr,
+                                       belt.velocity, fastest_speed));
+  }
+}
+
+/// The paper's W = (6 + 3 log10(xi/0.05)) w (Sect. 2.2); 12 w, its value at xi = 5, for a law without xi.
+void resolve_width(ConveyorSpec& belt, const ConveyorSurroundings& around, ParameterReport& report) {
+  if (report.given("conveyor.width_m")) return;
+  if (around.obstacle == nullptr) {
+    if (report.sound("obstacle"))
+      report.problem("conveyor.width_m", "is missing; without [obstacle] it does not follow from the obstacle's width, give it");
+    return;
+  }
+  if (!report.all_sound({"material.model", "material.hardening_xi", "obstacle.width_m"})) return;
+  const double width = around.obstacle->width();
+  const std::optional<double> xi = around.material.hardening_xi();
+  belt.width = xi ? conveyor_width(*xi, width) : 12.0 * width;
+}
+
+void check_obstacle(const ConveyorSpec& belt, const ObstacleSpec& obstacle, ParameterReport& report) {
+  if (!plan_is_sound(report)) return;
+  const ObstaclePlan plan = obstacle_plan(obstacle);
+  if (report.all_sound({"conveyor.width_m", "material.hardening_xi"}) && belt.width < plan.width) {
+    const std::string turned = plan.width == obstacle.width() ? "" : fmt::format(" ({:.6g} across the flow)", plan.width);
+    report.problem("obstacle.width_m",
+                   fmt::format("= {}{} is wider than the belt, {} m; make it narrower, or give a larger conveyor.width_m", obstacle.width(),
+                               turned, belt.width));
+  }
+  const bool window = belt.feed == ConveyorSpec::Feed::window;
+  if (window && report.all_sound({"conveyor.feed", "conveyor.downstream_length_m"}) && belt.downstream_length < plan.depth) {
+    report.problem("conveyor.downstream_length_m",
+                   fmt::format("= {} ends inside the obstacle; give at least its depth, {:.6g} m", belt.downstream_length, plan.depth));
+  }
+  if (report.sound("conveyor.mirror_y") && belt.mirror_y && !plan.symmetric)
+    report.problem("obstacle", "is not symmetric about y = 0, so that half of it cannot replace the whole; give conveyor.mirror_y = false");
+}
+
+/// Inflow that varies over height or in time.
+void check_inflow(const ConveyorSpec& belt, const ConveyorSurroundings& around, ParameterReport& report) {
+  const bool sheared = belt.slip_ratio < 1.0 && report.sound("conveyor.inflow_slip_ratio");
+  if (sheared && belt.sidewall_contact != Contact::slip && report.sound("conveyor.sidewall_contact")) {
+    report.problem("conveyor.inflow_slip_ratio",
+                   "is below 1, and side walls that move at one speed would even the flow out; give sidewall_contact = \"slip\"");
+  }
+  if (belt.inflow.empty() || !report.sound("conveyor.inflow")) return;
+  if (belt.feed != ConveyorSpec::Feed::window && report.sound("conveyor.feed"))
+    report.problem("conveyor.inflow[0]",
+                   "is given beside feed = \"strip\", all of whose snow is there from the start; give feed = \"window\"");
+  if (sheared)
+    report.problem("conveyor.inflow[0]", "is given beside inflow_slip_ratio; inflow that varies in time enters as a plug, leave one out");
+  for (std::size_t i = 0; i < belt.inflow.size(); ++i) {
+    const auto key = [&](std::size_t row, const char* name) { return fmt::format("conveyor.inflow[{}].{}", row, name); };
+    const InflowPoint& p = belt.inflow[i];
+    if (i > 0 && !(p.time > belt.inflow[i - 1].time) && report.all_sound({key(i, "time_s"), key(i - 1, "time_s")})) {
+      report.problem(key(i, "time_s"),
+                     fmt::format("= {} is not above that of the row before, {}; sort the rows", p.time, belt.inflow[i - 1].time));
+    }
+    if (p.flow_height && *p.flow_height < around.cell_size && report.all_sound({key(i, "flow_height_m"), "numerics.cell_size_m"})) {
+      report.problem(key(i, "flow_height_m"),
+                     fmt::format("= {} is less than one cell; give at least cell_size_m = {} m", *p.flow_height, around.cell_size));
+    }
+    if (p.density_ratio > 1.0 && !around.material.keeps_compaction() && report.all_sound({key(i, "density_ratio"), "material.model"})) {
+      report.problem(key(i, "density_ratio"),
+                     fmt::format("= {} asks for snow that was compacted before; {} does not keep compaction, leave it out", p.density_ratio,
+                                 around.material.name()));
+    }
+  }
+}
+
+void check_lengths(const ConveyorSpec& belt, double cell_size, ParameterReport& report) {
+  if (!report.sound("numerics.cell_size_m")) return;
+  if (report.sound("conveyor.flow_height_m") && belt.flow_height < cell_size) {
+    report.problem("conveyor.flow_height_m", fmt::format("= {} is less than one cell; give at least cell_size_m = {} m, or finer cells",
+                                                         belt.flow_height, cell_size));
+  }
+  const bool window = belt.feed == ConveyorSpec::Feed::window;
+  if (window && report.sound("conveyor.upstream_length_m") && belt.upstream_length < least_upstream_cells * cell_size) {
+    report.problem("conveyor.upstream_length_m", fmt::format("= {} leaves no room between inlet and obstacle; give at least {} cells, {} m",
+                                                             belt.upstream_length, least_upstream_cells, least_upstream_cells * cell_size));
+  }
+}
+
+}  // namespace
+
+void resolve_conveyor(ConveyorSpec& belt, const ConveyorSurroundings& around, ParameterReport& report) {
+  resolve_velocity(belt, around.gravity, report);
+  resolve_width(belt, around, report);
+  if (around.obstacle != nullptr) check_obstacle(belt, *around.obstacle, report);
+  check_inflow(belt, around, report);
+  check_lengths(belt, around.cell_size, report);
+}
+
+}  // namespace mpm

@@ -1,0 +1,136 @@
+#pragma once
+/// The paper's set-up (Sect. 2.2), as a case gives it.
+
+#include <cstdint>
+#include <optional>
+#include <vector>
+
+#include "libmpm/base/limits.hpp"
+#include "libmpm/boundary/contact.hpp"
+
+namespace mpm {
+
+class ParameterReport;
+struct MaterialParameters;
+struct ObstacleSpec;
+
+/// [[conveyor.inflow]]: what enters at one instant; linear between instants, constant before the first and after the last.
+struct InflowPoint {
+  double time = 0.0;                  ///< s
+  std::optional<double> velocity;     ///< m/s, mean over the depth; empty: the conveyor's
+  std::optional<double> flow_height;  ///< m; empty: the conveyor's
+  double density_ratio = 1.0;         ///< density of the entering snow over rho_0, by compaction before it enters
+  bool operator==(const InflowPoint&) const = default;
+
+  template <class Table>
+  static void declare(Table& table) {
+    table.add("time_s", &InflowPoint::time).unit("s").range(0.0, 1e6).required().text("Time of this row, above that of the row before");
+    table.add("velocity_m_s", &InflowPoint::velocity)
+        .unit("m/s")
+        .positive(fastest_speed)
+        .left_out("the conveyor's")
+        .text("Speed of the incoming snow, of the belt and its side walls");
+    table.add("flow_height_m", &InflowPoint::flow_height)
+        .unit("m")
+        .positive(1e3)
+        .left_out("the conveyor's")
+        .text("Height of the incoming snow");
+    table.add("density_ratio", &InflowPoint::density_ratio)
+        .range(1.0, 2.0)
+        .text(
+            "Density of the incoming snow over density_kg_m3: snow that was compacted, and so hardened, before it came. Above 1 with "
+            "cohesive_cam_clay only");
+  }
+};
+
+/// [conveyor]: the set-up of Sect. 2.2 of the paper.
+struct ConveyorSpec {
+  std::optional<double> froude_number;  ///< Fr = v / sqrt(g H), given instead of velocity: resolve_conveyor turns it into velocity
+  double velocity = 0.0;                ///< v, m/s; 0: not given
+  double flow_height = 1.75;            ///< H, m
+  double width = 21.0;                  ///< W, m
+  enum class Feed : std::uint8_t { window, strip } feed = Feed::window;
+  double upstream_length = 8.0;                 ///< window: inlet at x = -upstream_length, m
+  double downstream_length = 4.0;               ///< window: outlet at x = +downstream_length, m
+  Contact sidewall_contact = Contact::no_slip;  ///< "coulomb" in a file is separable with friction: a wall cannot pull
+  double sidewall_friction = 0.0;               ///< mu; separable only
+  enum class Lattice : std::uint8_t { staggered, aligned };
+  Lattice lattice = Lattice::staggered;  ///< how layers of particles follow one another
+  bool mirror_y = true;                  ///< compute y >= 0 only
+  double slip_ratio = 1.0;               ///< s: sheared inflow u(z) = v (s + (1 - s)(1 + n)(z/H)^n), of depth mean v; 1 is the paper's plug
+  double shear_exponent = 1.0;           ///< n
+  std::vector<InflowPoint> inflow;       ///< by rising time; empty: steady
+  bool operator==(const ConveyorSpec&) const = default;
+
+  template <class Table>
+  static void declare(Table& table) {
+    table.add("froude_number", &ConveyorSpec::froude_number)
+        .range(1e-3, 1e2)
+        .left_out("velocity_m_s is given instead (one of the two is required)")
+        .text("Fr = v / sqrt(g H); gives the speed of the belt");
+    table.add("velocity_m_s", &ConveyorSpec::velocity)
+        .unit("m/s")
+        .positive(fastest_speed)
+        .hide_default()
+        .excludes("froude_number")
+        .left_out("froude_number is given instead (one of the two is required)")
+        .text("Speed v of the belt and of the incoming snow");
+    table.add("flow_height_m", &ConveyorSpec::flow_height).unit("m").positive(1e3).text("Height H of the incoming snow");
+    table.add("width_m", &ConveyorSpec::width)
+        .unit("m")
+        .positive(1e4)
+        .left_out("(6 + 3 log10(hardening_xi / 0.05)) times the obstacle's width; 12 times for a law without hardening_xi")
+        .text("Width W of the belt, both halves");
+    table.add("feed", &ConveyorSpec::feed, {"window", "strip"})
+        .text("window: a few metres around the obstacle, fresh snow enters at v; strip: the whole avalanche as particles");
+    table.add("upstream_length_m", &ConveyorSpec::upstream_length)
+        .unit("m")
+        .positive(1e4)
+        .only_with("feed", {"window"})
+        .text("Inlet at x = -upstream_length_m; the obstacle's front face is x = 0");
+    table.add("downstream_length_m", &ConveyorSpec::downstream_length)
+        .unit("m")
+        .positive(1e4)
+        .only_with("feed", {"window"})
+        .text("Outlet at x = +downstream_length_m");
+    table.add("sidewall_contact", &ConveyorSpec::sidewall_contact, {"no_slip", "slip", "coulomb"})
+        .text(
+            "Moving side walls: no_slip drags the snow along, slip is frictionless, coulomb slides with sidewall_friction and may lift "
+            "off");
+    table.add("sidewall_friction", &ConveyorSpec::sidewall_friction)
+        .range(0.0, 10.0)
+        .only_with("sidewall_contact", {"coulomb"})
+        .required()
+        .text("Coulomb coefficient of the side walls");
+    table.add("lattice", &ConveyorSpec::lattice, {"staggered", "aligned"})
+        .text(
+            "How layers of particles follow one another: staggered shifts each across the flow and in height, so that no gaps open where "
+            "the mast spreads the flow; aligned is the plain lattice, whose particles keep to the same lines");
+    table.add("mirror_y", &ConveyorSpec::mirror_y).text("Compute the half y >= 0 only; results are for the whole");
+    table.add("inflow_slip_ratio", &ConveyorSpec::slip_ratio)
+        .range(0.0, 1.0)
+        .hide_default()
+        .only_with("feed", {"window"})
+        .text(
+            "Sheared inflow of depth mean v: u(z) = v (s + (1 - s)(1 + n)(z/H)^n) with s this ratio, u(0)/v, and n "
+            "inflow_shear_exponent; below 1 with sidewall_contact = \"slip\"");
+    table.add("inflow_shear_exponent", &ConveyorSpec::shear_exponent)
+        .range(0.1, 10.0)
+        .hide_default()
+        .only_below("inflow_slip_ratio", 1.0)
+        .text("Exponent n of the sheared inflow");
+  }
+};
+
+/// What the parameters of a conveyor depend on.
+struct ConveyorSurroundings {
+  double cell_size, gravity;  ///< m, m/s^2
+  const MaterialParameters& material;
+  const ObstacleSpec* obstacle;  ///< null: none
+};
+
+/// Fills in what follows from other parameters (velocity from froude_number, width from the law's xi and the obstacle), and checks what has
+/// to hold between parameters of the conveyor, the obstacle and the grid. Names are paths: "conveyor.width_m".
+void resolve_conveyor(ConveyorSpec& conveyor, const ConveyorSurroundings& surroundings, ParameterReport& report);
+
+}  // namespace mpm

@@ -1,0 +1,52 @@
+#pragma once
+/// What enters the conveyor's window: speed, height and density over time, and speed over height.
+///
+/// Over time: linear between the rows of [[conveyor.inflow]], constant before the first and after the last. Over height, steady only:
+/// u(z) = v r(z/H), r(h) = s + (1 - s)(1 + n) h^n, whose mean over the depth is 1; s = u(0)/v is the slip ratio, n the exponent.
+///
+/// The floor is frictionless, so that nothing keeps a sheared profile up but the inlet: downstream of it the snow's own friction evens it
+/// out, which decelerates the interior by tan(phi) g at the most. On the way L to the obstacle a difference of speed falls by up to
+/// tan(phi) g L / v. A short window keeps it.
+
+#include <vector>
+
+#include "libmpm/impact/conveyor_spec.hpp"
+
+namespace mpm {
+
+class Inflow {
+ public:
+  explicit Inflow(const ConveyorSpec& conveyor);
+
+  [[nodiscard]] bool steady() const { return points_.size() == 1; }
+  [[nodiscard]] bool sheared() const { return slip_ratio_ < 1.0; }
+
+  [[nodiscard]] double velocity(double time) const;       ///< v, mean over the depth, m/s
+  [[nodiscard]] double flow_height(double time) const;    ///< H, m
+  [[nodiscard]] double density_ratio(double time) const;  ///< over rho_0
+  [[nodiscard]] double travelled(double time) const;      ///< int v dt since t = 0, exactly, m
+  [[nodiscard]] double fastest() const;                   ///< v at its greatest, m/s
+  [[nodiscard]] double highest() const;                   ///< H at its greatest, m
+
+  /// r at a relative height z/H; constant below 0 and above 1.
+  [[nodiscard]] double shear(double relative_height) const;
+  /// Mean of r between two relative heights in [0, 1]: rows of particles with it carry v in the mean to the bit of rounding.
+  [[nodiscard]] double mean_shear(double from, double to) const;
+
+ private:
+  struct Point {
+    double time, velocity, flow_height, density_ratio;
+    double travelled;  ///< since the first point
+  };
+  /// The points on either side of `time`, and the share of the way from the first to the second.
+  struct Between {
+    const Point *a, *b;
+    double share;
+  };
+  [[nodiscard]] Between between(double time) const;
+  [[nodiscard]] double travelled_since_first(double time) const;
+  std::vector<Point> points_;
+  double slip_ratio_, exponent_;
+};
+
+}  // namespace mpm

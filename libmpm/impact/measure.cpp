@@ -1,0 +1,115 @@
+#include "libmpm/impact/measure.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <boost/math/tools/toms748_solve.hpp>
+#include <cmath>
+#include <cstdint>
+
+#include "libmpm/base/error.hpp"
+#include "libmpm/impact/savitzky_golay.hpp"
+
+namespace mpm {
+
+std::size_t ImpactGeometry::profile_bins() const {
+  // A height of a whole number of bins, up to rounding, has that number of bins.
+  return static_cast<std::size_t>(std::ceil(profile_height / bin_height * (1.0 - 1e-12)));
+}
+
+ImpactGeometry paper_geometry(double flow_height, double obstacle_width, double cell_size, double density, bool mirror_y,
+                              const MeasurementSpec& windows) {
+  const auto require_positive = [](const char* name, double value) {
+    if (!(value > 0.0) || !std::isfinite(value))
+      throw ConfigError(fmt::format("impact measurements: {} = {}: must be positive", name, value));
+  };
+  require_positive("flow height (m)", flow_height);
+  require_positive("obstacle width (m)", obstacle_width);
+  require_positive("cell size (m)", cell_size);
+  require_positive("density (kg/m^3)", density);
+  ImpactGeometry geometry{.flow_height = flow_height,
+                          .obstacle_width = obstacle_width,
+                          .density = density,
+                          .mirror_y = mirror_y,
+                          .strip_half_width = 3.0 * obstacle_width / 7.0,
+                          .box_upstream = windows.box_upstream.value_or(2.5 * cell_size),
+                          .box_inside = windows.box_inside.value_or(0.5 * cell_size),
+                          .bin_height = windows.bin_height.value_or(0.5 * cell_size),
+                          .profile_height = 5.0 * flow_height};
+  geometry.force_window = windows.force_window;
+  geometry.box_area = 2.0 * geometry.strip_half_width * geometry.box_upstream;
+  require_positive("box depth (m)", geometry.box_upstream);
+  require_positive("bin height (m)", geometry.bin_height);
+  if (windows.filter_length) {
+    geometry.filter_bins = static_cast<int>(std::lround(*windows.filter_length / geometry.bin_height));
+    if (geometry.filter_bins % 2 == 0 || geometry.filter_bins <= geometry.filter_order) {
+      throw ConfigError(fmt::format("impact measurements: a filter of {} m over bins of {} m is {} bins; give an odd number, at least {}",
+                                    *windows.filter_length, geometry.bin_height, geometry.filter_bins, geometry.filter_order + 1));
+    }
+  }
+  if (geometry.profile_bins() < static_cast<std::size_t>(geometry.filter_bins)) {
+    throw ConfigError(fmt::format(
+        "impact measurements: cell size {} m is too coarse for a flow height of {} m: the pressure profile has {} bins of {} m, its "
+        "filter needs {}; use cells of at most {:.3g} m, or fix the windows in [measurement]",
+        cell_size, flow_height, geometry.profile_bins(), geometry.bin_height, geometry.filter_bins,
+        2.0 * geometry.profile_height / geometry.filter_bins));
+  }
+  return geometry;
+}
+
+ImpactGeometry fixed_geometry(double flow_height, double obstacle_width, double density, bool mirror_y) {
+  constexpr double paper_cell_size = 0.25;
+  return paper_geometry(flow_height, obstacle_width, paper_cell_size, density, mirror_y);
+}
+
+namespace {
+
+/// How far upstream of the front at y, along x, the points lie whose distance from the front is `distance`, m.
+double reach_upstream(const ObstaclePlan& plan, double y, double distance) {
+  const double surface = plan.front(y);
+  const auto excess = [&](double x) { return plan.front_distance(x, y) - distance; };
+  double outside = surface - 2.0 * distance;
+  while (excess(outside) < 0.0) outside -= distance;
+  std::uintmax_t iterations = 100;
+  const auto root = boost::math::tools::toms748_solve(excess, outside, surface, boost::math::tools::eps_tolerance<double>(), iterations);
+  return surface - 0.5 * (root.first + root.second);
+}
+
+}  // namespace
+
+void ImpactGeometry::set_obstacle(const ObstacleSpec& spec) {
+  obstacle_height = spec.height.value_or(std::numeric_limits<double>::infinity());
+  ObstaclePlan front_of = obstacle_plan(spec);
+  if (front_of.flat_front) return;
+  plan = std::move(front_of);
+  obstacle_width = plan->width;
+  strip_half_width = 3.0 * obstacle_width / 7.0;
+  // Area between the front and the line at box_upstream before it: in each of many strips along x, where that line is.
+  constexpr int strips = 512;  // the area is exact to the strips' width squared
+  double mean_reach = 0.0;
+  for (int i = 0; i < strips; ++i) {
+    const double y = strip_half_width * (2.0 * (i + 0.5) / strips - 1.0);
+    mean_reach += reach_upstream(*plan, y, box_upstream) / strips;
+  }
+  box_area = 2.0 * strip_half_width * mean_reach;
+}
+
+double ImpactGeometry::normal_component(const Vec3& position, std::span<const double, 6> stress) const {
+  if (!plan) return stress[0];
+  const Vec2 n = plan->front_normal(position[0], position[1]);
+  return n.x() * n.x() * stress[0] + n.y() * n.y() * stress[1] + 2.0 * n.x() * n.y() * stress[3];
+}
+
+std::optional<double> pressure_height(std::span<const double> pressure, double impact_pressure, const ImpactGeometry& geometry) {
+  if (!(impact_pressure > 0.0)) return std::nullopt;
+  const double limit = geometry.threshold * impact_pressure;
+  const auto smooth = savitzky_golay(pressure, geometry.filter_bins, geometry.filter_order);
+  const auto above = std::ranges::find_if(smooth, [&](double p) { return p >= limit; });
+  if (above == smooth.end()) return std::nullopt;
+  const auto below = std::find_if(above, smooth.end(), [&](double p) { return p < limit; });
+  if (below == smooth.end()) return geometry.profile_height;
+  const double fall = *(below - 1) - *below;
+  return geometry.bin_centre(static_cast<std::size_t>(below - 1 - smooth.begin())) + geometry.bin_height * (*(below - 1) - limit) / fall;
+}
+
+}  // namespace mpm

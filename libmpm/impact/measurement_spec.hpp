@@ -1,0 +1,56 @@
+#pragma once
+/// Windows of the measurements at the obstacle, as a case gives them.
+
+#include <optional>
+
+#include "libmpm/base/limits.hpp"
+
+namespace mpm {
+
+class ParameterReport;
+
+/// [measurement]: windows of the pressure profile on the obstacle, m. What is empty follows the cell size, as in the paper (Sect. 2.3):
+/// a grid study fixes them, because the bias of a window that shrinks with the grid would pass for a grid error.
+struct MeasurementSpec {
+  std::optional<double> bin_height;     ///< of the profile's bins; empty: dx/2
+  std::optional<double> filter_length;  ///< of the Savitzky-Golay window, an odd number of bins; empty: 13 bins
+  std::optional<double> box_upstream;   ///< depth of the measuring box before the face; empty: 2.5 dx
+  std::optional<double> box_inside;     ///< its depth behind the face; empty: 0.5 dx
+  double force_window = 0.1;            ///< s: of the moving mean behind the filtered peak of the force
+  bool operator==(const MeasurementSpec&) const = default;
+
+  template <class Table>
+  static void declare(Table& table) {
+    const auto at_an_impact = [](auto& parameter) -> auto& { return parameter.only_with_table("conveyor").only_with_table("obstacle"); };
+    at_an_impact(table.add("bin_height_m", &MeasurementSpec::bin_height))
+        .unit("m")
+        .positive(longest_length)
+        .left_out("cell_size_m / 2")
+        .text("Height of the pressure profile's bins");
+    at_an_impact(table.add("filter_length_m", &MeasurementSpec::filter_length))
+        .unit("m")
+        .positive(longest_length)
+        .left_out("13 bins")
+        .text("Window of the Savitzky-Golay filter (degree 2) over the profile, an odd number of bins");
+    at_an_impact(table.add("box_upstream_m", &MeasurementSpec::box_upstream))
+        .unit("m")
+        .positive(longest_length)
+        .left_out("2.5 cell_size_m")
+        .text("Depth of the measuring box before the obstacle's face");
+    at_an_impact(table.add("box_inside_m", &MeasurementSpec::box_inside))
+        .unit("m")
+        .range(0.0, longest_length)
+        .left_out("0.5 cell_size_m")
+        .text("Depth of the measuring box behind the face, for particles that are slightly inside");
+    at_an_impact(table.add("force_window_s", &MeasurementSpec::force_window))
+        .unit("s")
+        .positive(1e3)
+        .hide_default()
+        .text("Window of the moving mean over the force whose highest value is the filtered peak");
+  }
+};
+
+/// The filter's window is an odd number of bins, as many as its parabola needs. Names are paths: "measurement.filter_length_m".
+void check_measurement(const MeasurementSpec& measurement, double cell_size, ParameterReport& report);
+
+}  // namespace mpm

@@ -1,0 +1,110 @@
+#include "libmpm/impact/steady.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <iterator>
+#include <numeric>
+#include <vector>
+
+#include "libmpm/base/error.hpp"
+
+namespace mpm {
+namespace {
+
+double mean_of(std::span<const double> values) {
+  return std::accumulate(values.begin(), values.end(), 0.0) / static_cast<double>(values.size());
+}
+
+/// Variance of a sample (n - 1 in the denominator).
+double variance_of(std::span<const double> values, double mean) {
+  double sum = 0.0;
+  for (const double v : values) sum += (v - mean) * (v - mean);
+  return sum / static_cast<double>(values.size() - 1);
+}
+
+/// Integrated autocorrelation time 1 + 2 sum rho_k in samples, with Sokal's window: sum up to the first lag k >= 5 tau(k).
+double autocorrelation_time(std::span<const double> values, double mean) {
+  double zero_lag = 0.0;
+  for (const double v : values) zero_lag += (v - mean) * (v - mean);
+  if (zero_lag == 0.0) return 1.0;
+  double tau = 1.0;
+  for (std::size_t lag = 1; lag < values.size() && static_cast<double>(lag) < 5.0 * tau; ++lag) {
+    double sum = 0.0;
+    for (std::size_t i = lag; i < values.size(); ++i) sum += (values[i] - mean) * (values[i - lag] - mean);
+    tau += 2.0 * sum / zero_lag;
+  }
+  return std::max(tau, 1.0);
+}
+
+}  // namespace
+
+SteadyCriteria impact_steady_criteria(double arrival, double velocity, double gravity, double end) {
+  if (!(velocity >= 0.0) || !(gravity > 0.0)) {
+    throw ConfigError(
+        fmt::format("steady span: velocity {} m/s and gravity {} m/s^2: must be at least 0 and greater than 0", velocity, gravity));
+  }
+  SteadyCriteria criteria;
+  criteria.earliest = arrival + 2.0 * velocity / gravity;
+  criteria.minimum_duration = std::max(velocity / gravity, (end - criteria.earliest) / 3.0);
+  return criteria;
+}
+
+Steady find_steady(std::span<const double> time, std::span<const double> value, const SteadyCriteria& criteria) {
+  const std::size_t n = time.size();
+  if (value.size() != n)
+    throw ConfigError(fmt::format("steady span: {} times and {} values: need the same number of both", n, value.size()));
+  std::vector<double> sum(n + 1, 0.0);
+  for (std::size_t i = 0; i < n; ++i) {
+    if (!std::isfinite(time[i]) || !std::isfinite(value[i]) || (i > 0 && !(time[i] > time[i - 1]))) {
+      throw ConfigError(
+          fmt::format("steady span: sample {} (time {} s, value {}): times must increase, both must be finite", i, time[i], value[i]));
+    }
+    sum[i + 1] = sum[i] + value[i];
+  }
+  const auto running_mean = [&](std::size_t first, std::size_t last) {
+    return (sum[last] - sum[first]) / static_cast<double>(last - first);
+  };
+
+  for (std::size_t first = 0; first < n; ++first) {
+    if (time[first] < criteria.earliest) continue;
+    if (n - first < criteria.minimum_samples || time[n - 1] - time[first] < criteria.minimum_duration) break;
+    const double end_value = running_mean(first, n), allowed = criteria.tolerance * std::abs(end_value);
+    const auto settled = static_cast<std::size_t>(std::ceil(criteria.settling_share * static_cast<double>(n - first)));
+    bool holds = true;
+    for (std::size_t last = first + std::max<std::size_t>(settled, 1); last <= n && holds; ++last) {
+      holds = std::abs(running_mean(first, last) - end_value) <= allowed;
+    }
+    if (holds) return {.steady = true, .from = time[first], .to = time[n - 1], .first = first, .last = n};
+  }
+  return {};
+}
+
+MeanEstimate estimate_mean(std::span<const double> values) {
+  std::vector<double> finite;
+  std::ranges::copy_if(values, std::back_inserter(finite), [](double v) { return std::isfinite(v); });
+  const std::size_t n = finite.size();
+  if (n == 0) return {};
+  const double mean = mean_of(finite);
+  if (n < 10) return {.mean = mean, .samples = n};
+
+  const double wanted = 5.0 * autocorrelation_time(finite, mean);
+  std::size_t batches = 20;
+  std::size_t length = n / batches;
+  while (batches > 5 && static_cast<double>(length) < wanted) {
+    batches /= 2;
+    length = n / batches;
+  }
+  std::vector<double> batch_means;
+  for (std::size_t start = n - batches * length; start < n; start += length) {
+    batch_means.push_back(mean_of(std::span(finite).subspan(start, length)));
+  }
+  const double standard_error = std::sqrt(variance_of(batch_means, mean_of(batch_means)) / static_cast<double>(batches));
+  const double count = static_cast<double>(n), variance = variance_of(finite, mean);
+  const double effective = standard_error > 0.0 ? std::min(variance / (standard_error * standard_error), count) : count;
+  return {
+      .mean = mean, .standard_error = standard_error, .effective_samples = effective, .batches = static_cast<int>(batches), .samples = n};
+}
+
+}  // namespace mpm

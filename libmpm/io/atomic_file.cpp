@@ -1,0 +1,162 @@
+#include "libmpm/io/atomic_file.hpp"
+
+#include <fcntl.h>
+#include <fmt/format.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <atomic>
+#include <cerrno>
+#include <csignal>
+#include <regex>
+#include <system_error>
+#include <utility>
+#include <vector>
+
+namespace mpm {
+namespace {
+
+std::string_view remedy(int error_number) {
+  switch (error_number) {
+    case ENOSPC:
+    case EDQUOT: return "free space on this disk or choose another output directory";
+    case EACCES:
+    case EPERM: return "check the permissions of the file and of its directory";
+    case EROFS: return "the file system is read-only: choose another output directory";
+    case ENOENT: return "check the path: the directory does not exist";
+    case ENOTDIR: return "check the path: a part of it is a file, not a directory";
+    case EISDIR: return "the name is taken by a directory: remove it or choose another name";
+    case ENAMETOOLONG: return "choose a shorter name";
+    case EMFILE:
+    case ENFILE: return "too many files are open: close some or raise `ulimit -n`";
+    case EFBIG: return "raise the file size limit (`ulimit -f`) or write less";
+    default: return "check the disk and the path";
+  }
+}
+
+/// Directory of a path, "." for a bare name.
+std::filesystem::path directory_of(const std::filesystem::path& path) {
+  return path.has_parent_path() ? path.parent_path() : std::filesystem::path(".");
+}
+
+}  // namespace
+
+IoError file_error(std::string_view action, const std::filesystem::path& path, int error_number) {
+  if (error_number == ENOENT && action == "cannot read") return IoError(fmt::format("'{}' does not exist; check the path", path.string()));
+  return IoError(
+      fmt::format("{} '{}': {}; {}", action, path.string(), std::generic_category().message(error_number), remedy(error_number)));
+}
+
+AtomicFile::AtomicFile(std::filesystem::path target) : target_(std::move(target)) {
+  static std::atomic<unsigned> counter{0};
+  const std::string name = fmt::format(".{}.{}.{}.tmp", target_.filename().string(), ::getpid(), counter++);
+  temporary_ = directory_of(target_) / name;
+  // O_TRUNC, not O_EXCL: a leftover of a killed process that had the same number is of no use to anybody.
+  descriptor_ = ::open(temporary_.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0666);
+  if (descriptor_ < 0) throw file_error("cannot write", target_, errno);
+}
+
+AtomicFile::~AtomicFile() { discard(); }
+
+void AtomicFile::discard() noexcept {
+  if (descriptor_ >= 0) ::close(descriptor_);
+  descriptor_ = -1;
+  if (!temporary_.empty()) ::unlink(temporary_.c_str());
+  temporary_.clear();
+}
+
+void AtomicFile::write(std::string_view text) { write(std::as_bytes(std::span(text.data(), text.size()))); }
+
+void AtomicFile::write(std::span<const std::byte> bytes) {
+  while (!bytes.empty()) {
+    const ssize_t n = ::write(descriptor_, bytes.data(), bytes.size());
+    if (n < 0 && errno == EINTR) continue;
+    if (n < 0) {
+      const int reason = errno;
+      discard();
+      throw file_error("cannot write", target_, reason);
+    }
+    bytes = bytes.subspan(static_cast<std::size_t>(n));
+  }
+}
+
+void AtomicFile::commit(const std::filesystem::path& keep_as) {
+  const auto fail = [this](int reason) {
+    discard();
+    throw file_error("cannot write", target_, reason);
+  };
+  if (::fsync(descriptor_) != 0) fail(errno);
+  const int closed = ::close(std::exchange(descriptor_, -1));
+  if (closed != 0) fail(errno);
+  if (!keep_as.empty() && ::rename(target_.c_str(), keep_as.c_str()) != 0 && errno != ENOENT) fail(errno);
+  if (::rename(temporary_.c_str(), target_.c_str()) != 0) fail(errno);
+  temporary_.clear();
+  // The new name itself reaches the disk with its directory. Some file systems cannot do this; the file is whole anyway.
+  const int directory = ::open(directory_of(target_).c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
+  if (directory >= 0) {
+    ::fsync(directory);
+    ::close(directory);
+  }
+}
+
+void write_file(const std::filesystem::path& target, std::string_view content) {
+  AtomicFile file(target);
+  file.write(content);
+  file.commit();
+}
+
+void remove_leftovers(const std::filesystem::path& directory) {
+  static const std::regex pattern(R"(\..+\.(\d{1,9})\.\d+\.tmp)");  // as the constructor of AtomicFile writes them
+  std::error_code error;
+  std::vector<std::filesystem::path> leftovers;
+  for (auto it = std::filesystem::directory_iterator(directory, error); !error && it != std::filesystem::directory_iterator();
+       it.increment(error)) {
+    std::smatch match;
+    const std::string name = it->path().filename().string();
+    if (!std::regex_match(name, match, pattern)) continue;
+    const auto process = static_cast<pid_t>(std::stol(match[1]));
+    const bool lives = process != ::getpid() && (::kill(process, 0) == 0 || errno != ESRCH);
+    if (!lives) leftovers.push_back(it->path());
+  }
+  if (error && error != std::errc::no_such_file_or_directory) throw file_error("cannot read directory", directory, error.value());
+  for (const auto& path : leftovers) remove_file(path);
+}
+
+void remove_file(const std::filesystem::path& path) {
+  std::error_code error;
+  std::filesystem::remove(path, error);
+  if (error) throw file_error("cannot remove", path, error.value());
+}
+
+void make_directory(const std::filesystem::path& directory) {
+  std::error_code error;
+  std::filesystem::create_directories(directory, error);
+  if (error) throw file_error("cannot create directory", directory, error.value());
+  // create_directories is content with an existing file of that name on some paths.
+  if (!std::filesystem::is_directory(directory, error)) throw file_error("cannot create directory", directory, ENOTDIR);
+}
+
+std::string read_file(const std::filesystem::path& path) {
+  const int descriptor = ::open(path.c_str(), O_RDONLY | O_CLOEXEC);
+  if (descriptor < 0) throw file_error("cannot read", path, errno);
+  std::string content;
+  struct stat info {};
+  if (::fstat(descriptor, &info) == 0 && S_ISREG(info.st_mode)) content.reserve(static_cast<std::size_t>(info.st_size));
+  char buffer[1 << 16];
+  for (;;) {
+    const ssize_t n = ::read(descriptor, buffer, sizeof buffer);
+    if (n < 0 && errno == EINTR) continue;
+    if (n < 0) {
+      const int reason = errno;
+      ::close(descriptor);
+      throw file_error("cannot read", path, reason);
+    }
+    if (n == 0) break;
+    content.append(buffer, static_cast<std::size_t>(n));
+  }
+  ::close(descriptor);
+  return content;
+}
+
+}  // namespace mpm

@@ -1,0 +1,59 @@
+#pragma once
+/// Files that are either whole or absent. A reader never sees half a file, whenever the writer is killed: the content
+/// goes to a temporary name in the same directory, is forced to the disk, and is then renamed over the target, which
+/// POSIX makes one indivisible step. The one exception in the project is series.csv, which grows row by row (table.hpp).
+
+#include <cstddef>
+#include <filesystem>
+#include <span>
+#include <string>
+#include <string_view>
+
+#include "libmpm/base/error.hpp"
+
+namespace mpm {
+
+/// A file under construction. Nothing is seen under the target's name until commit(); without it the temporary is removed.
+///
+/// Every failure is an IoError that names the file, the system's reason and the remedy.
+class AtomicFile {
+ public:
+  /// Creates the temporary `.<name>.<process id>.<counter>.tmp` beside the target. The directory must exist.
+  explicit AtomicFile(std::filesystem::path target);
+  ~AtomicFile();
+  AtomicFile(const AtomicFile&) = delete;
+  AtomicFile& operator=(const AtomicFile&) = delete;
+
+  void write(std::string_view text);
+  void write(std::span<const std::byte> bytes);
+
+  /// Forces the content to the disk and renames it to the target, replacing what was there. Call once, last.
+  /// @param keep_as  the old file gets this name instead; at every instant one of the two is whole. Empty: it goes
+  void commit(const std::filesystem::path& keep_as = {});
+
+ private:
+  void discard() noexcept;
+
+  std::filesystem::path target_, temporary_;
+  int descriptor_ = -1;
+};
+
+/// The common case: the whole content at once.
+void write_file(const std::filesystem::path& target, std::string_view content);
+
+/// Removes the temporaries that killed processes left in a directory. Those of processes that live stay. Nothing if there is no directory.
+void remove_leftovers(const std::filesystem::path& directory);
+
+/// Removes a file; no error if there is none.
+void remove_file(const std::filesystem::path& path);
+
+/// Creates a directory and its parents; no error if it is there already.
+void make_directory(const std::filesystem::path& directory);
+
+/// The whole content of a file. @throws IoError if it cannot be read
+std::string read_file(const std::filesystem::path& path);
+
+/// Message of every file error: what failed ("cannot write"), on which file, the system's reason (an errno value), the remedy.
+IoError file_error(std::string_view action, const std::filesystem::path& path, int error_number);
+
+}  // namespace mpm

@@ -1,0 +1,277 @@
+#include "libmpm/io/csv.hpp"
+
+#include <fcntl.h>
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <charconv>
+#include <cmath>
+#include <limits>
+#include <utility>
+
+#include "libmpm/io/atomic_file.hpp"
+
+namespace mpm {
+namespace {
+
+std::string_view trim(std::string_view text) {
+  const auto first = text.find_first_not_of(" \t\r");
+  if (first == std::string_view::npos) return {};
+  return text.substr(first, text.find_last_not_of(" \t\r") - first + 1);
+}
+
+/// Cells of one line; a cell in double quotes may hold commas, and "" for a quote. False if a quote stays open.
+bool split_line(std::string_view line, std::vector<std::string>& cells) {
+  cells.clear();
+  std::size_t at = 0;
+  for (;;) {
+    while (at < line.size() && (line[at] == ' ' || line[at] == '\t')) ++at;
+    std::string cell;
+    if (at < line.size() && line[at] == '"') {
+      for (++at;; ++at) {
+        if (at >= line.size()) return false;
+        if (line[at] != '"') {
+          cell += line[at];
+        } else if (at + 1 < line.size() && line[at + 1] == '"') {
+          cell += '"';
+          ++at;
+        } else {
+          break;
+        }
+      }
+      at = line.find(',', at);
+    } else {
+      const std::size_t comma = line.find(',', at);
+      cell = trim(line.substr(at, comma == std::string_view::npos ? comma : comma - at));
+      at = comma;
+    }
+    cells.push_back(std::move(cell));
+    if (at == std::string_view::npos) return true;
+    ++at;
+  }
+}
+
+/// False if the text is not one number. Empty cells are NaN, a leading '+' is allowed.
+bool parse_number(std::string_view text, double& value) {
+  if (text.empty()) {
+    value = std::numeric_limits<double>::quiet_NaN();
+    return true;
+  }
+  if (text.front() == '+') text.remove_prefix(1);
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+  return error == std::errc() && end == text.data() + text.size();
+}
+
+}  // namespace
+
+Table Table::read(const std::filesystem::path& path, LastLine last_line) {
+  const std::string content = read_file(path);
+  std::string_view rest = content;
+  if (last_line == LastLine::may_be_torn) rest = rest.substr(0, rest.rfind('\n') + 1);  // npos + 1 = 0: nothing whole
+
+  Table table;
+  table.path_ = path;
+  std::vector<std::string> cells;
+  for (std::size_t number = 1; !rest.empty(); ++number) {
+    const std::size_t newline = rest.find('\n');
+    const std::string_view line = trim(rest.substr(0, newline));
+    rest = newline == std::string_view::npos ? std::string_view() : rest.substr(newline + 1);
+    if (line.empty() || line.front() == '#') continue;
+    if (!split_line(line, cells))
+      throw IoError(fmt::format("{}:{}: a double quote is not closed; add the closing quote", path.string(), number));
+    if (table.columns_.empty()) {
+      for (std::size_t i = 0; i < cells.size(); ++i) {
+        if (cells[i].empty()) {
+          throw IoError(fmt::format("{}:{}: column {} has no name; the first line must name every column", path.string(), number, i + 1));
+        }
+        if (std::find(cells.begin(), cells.begin() + static_cast<std::ptrdiff_t>(i), cells[i]) !=
+            cells.begin() + static_cast<std::ptrdiff_t>(i)) {
+          throw IoError(fmt::format("{}:{}: column '{}' is named twice; names must differ", path.string(), number, cells[i]));
+        }
+      }
+      table.columns_ = cells;
+      continue;
+    }
+    if (cells.size() != table.columns_.size()) {
+      throw IoError(fmt::format("{}:{}: {} cells where the header names {} columns; the line is damaged or the header is not its own",
+                                path.string(), number, cells.size(), table.columns_.size()));
+    }
+    table.cells_.push_back(cells);
+    table.lines_.push_back(number);
+  }
+  if (table.columns_.empty()) throw IoError(fmt::format("{}: no header line; the file is empty or was cut off", path.string()));
+  return table;
+}
+
+bool Table::has(std::string_view column) const { return std::find(columns_.begin(), columns_.end(), column) != columns_.end(); }
+
+std::size_t Table::index(std::string_view column) const {
+  const auto found = std::find(columns_.begin(), columns_.end(), column);
+  if (found == columns_.end())
+    throw IoError(fmt::format("{}: no column '{}'; there are: {}", path_.string(), column, fmt::join(columns_, ", ")));
+  return static_cast<std::size_t>(found - columns_.begin());
+}
+
+std::vector<double> Table::numbers(std::string_view column) const {
+  const std::size_t c = index(column);
+  std::vector<double> result(rows());
+  for (std::size_t r = 0; r < rows(); ++r) {
+    if (!parse_number(cells_[r][c], result[r])) {
+      throw IoError(fmt::format("{}:{}: column '{}' holds '{}'; a number is needed", path_.string(), lines_[r], column, cells_[r][c]));
+    }
+  }
+  return result;
+}
+
+std::vector<std::string> Table::text(std::string_view column) const {
+  const std::size_t c = index(column);
+  std::vector<std::string> result;
+  result.reserve(rows());
+  for (const auto& row : cells_) result.push_back(row[c]);
+  return result;
+}
+
+std::string format_number(double value) {
+  if (std::isnan(value)) return "nan";  // never "-nan", which some readers refuse
+  return fmt::format("{}", value);
+}
+
+namespace {
+std::string csv_cell(const std::string& text) {
+  std::string plain = text;
+  std::ranges::replace(plain, '\n', ' ');
+  if (plain.find_first_of(",\"#") == std::string::npos) return plain;
+  std::string quoted = "\"";
+  for (const char c : plain) quoted += c == '"' ? "\"\"" : std::string(1, c);
+  return quoted + "\"";
+}
+}  // namespace
+
+std::string csv_line(std::span<const double> values) {
+  std::string line;
+  for (const double value : values) {
+    if (!line.empty()) line += ',';
+    line += format_number(value);
+  }
+  return line + '\n';
+}
+
+std::string csv_line(std::span<const std::string> cells) {
+  std::vector<std::string> quoted;
+  quoted.reserve(cells.size());
+  for (const std::string& cell : cells) quoted.push_back(csv_cell(cell));
+  return fmt::format("{}\n", fmt::join(quoted, ","));
+}
+
+void write_table(const std::filesystem::path& path, std::span<const std::string> columns, std::span<const std::vector<double>> values) {
+  if (columns.size() != values.size())
+    throw IoError(fmt::format("{}: {} columns are named but {} given", path.string(), columns.size(), values.size()));
+  const std::size_t rows = values.empty() ? 0 : values.front().size();
+  std::string content = csv_line(columns);
+  for (std::size_t c = 0; c < values.size(); ++c) {
+    if (values[c].size() != rows) {
+      throw IoError(fmt::format("{}: column '{}' has {} rows, '{}' has {}", path.string(), columns[c], values[c].size(), columns[0], rows));
+    }
+  }
+  std::vector<double> row(values.size());
+  for (std::size_t r = 0; r < rows; ++r) {
+    std::ranges::transform(values, row.begin(), [r](const std::vector<double>& column) { return column[r]; });
+    content += csv_line(row);
+  }
+  write_file(path, content);
+}
+
+SeriesWriter::SeriesWriter(std::filesystem::path path, std::vector<std::string> columns)
+    : path_(std::move(path)), columns_(std::move(columns)) {
+  write_file(path_, csv_line(columns_));
+  open();
+}
+
+SeriesWriter::SeriesWriter(Continue, std::filesystem::path path, std::vector<std::string> columns)
+    : path_(std::move(path)), columns_(std::move(columns)) {
+  open();
+}
+
+std::string SeriesWriter::kept(const std::filesystem::path& path, const std::vector<std::string>& columns, std::size_t rows, double time) {
+  const std::string text = read_file(path);
+  std::vector<std::string> cells;
+  std::size_t at = 0;
+  for (std::size_t line = 0; line <= rows; ++line) {
+    const std::size_t end = text.find('\n', at);
+    if (end == std::string::npos)
+      throw IoError(
+          fmt::format("'{}' holds {} rows, {} are needed up to t = {:.6g} s", path.string(), line > 0 ? line - 1 : 0, rows, time));
+    const std::string_view content = std::string_view(text).substr(at, end - at);
+    const bool whole = split_line(content, cells);
+    if (line == 0 && (!whole || cells != columns)) {
+      throw IoError(
+          fmt::format("cannot continue '{}': its columns are {}, this run writes {}; continue with the version that began it, or "
+                      "start in a new directory",
+                      path.string(), content, fmt::join(columns, ",")));
+    }
+    double first = 0.0;
+    const bool right = whole && cells.size() == columns.size() && (line == 0 || std::ranges::all_of(cells, [](const std::string& cell) {
+                                                                     double number = 0.0;
+                                                                     return parse_number(cell, number);
+                                                                   }));
+    if (!right) throw IoError(fmt::format("{}:{}: the row is damaged: '{}'", path.string(), line + 1, content));
+    if (line == rows && rows > 0 && !(parse_number(cells[0], first) && first == time))
+      throw IoError(fmt::format("{}:{}: the row is of t = {} s, t = {} s is expected", path.string(), line + 1, cells[0], time));
+    at = end + 1;
+  }
+  return text.substr(0, at);
+}
+
+SeriesWriter SeriesWriter::resume(std::filesystem::path path, std::vector<std::string> columns, std::size_t rows, double time) {
+  write_file(path, kept(path, columns, rows, time));
+  return SeriesWriter(Continue{}, std::move(path), std::move(columns));
+}
+
+SeriesWriter::SeriesWriter(SeriesWriter&& other) noexcept
+    : path_(std::move(other.path_)), columns_(std::move(other.columns_)), descriptor_(std::exchange(other.descriptor_, -1)) {}
+
+SeriesWriter::~SeriesWriter() {
+  if (descriptor_ >= 0) ::close(descriptor_);
+}
+
+void SeriesWriter::open() {
+  descriptor_ = ::open(path_.c_str(), O_WRONLY | O_APPEND | O_CLOEXEC);
+  if (descriptor_ < 0) throw file_error("cannot append to", path_, errno);
+}
+
+void SeriesWriter::require_in_place() const {
+  struct stat here {
+  }, there{};
+  if (::fstat(descriptor_, &here) != 0) throw file_error("cannot append to", path_, errno);
+  if (::stat(path_.c_str(), &there) != 0 || here.st_dev != there.st_dev || here.st_ino != there.st_ino) {
+    throw IoError(
+        fmt::format("'{}' was deleted, moved or replaced while the run went on: its rows are lost; put the directory back and go "
+                    "on with --resume, or run again",
+                    path_.string()));
+  }
+}
+
+void SeriesWriter::sync() {
+  require_in_place();
+  if (::fsync(descriptor_) != 0) throw file_error("cannot append to", path_, errno);
+}
+
+void SeriesWriter::append(std::span<const double> values) {
+  if (values.size() != columns_.size()) {
+    throw IoError(fmt::format("{}: a row of {} numbers for {} columns", path_.string(), values.size(), columns_.size()));
+  }
+  const std::string line = csv_line(values);
+  for (std::string_view rest = line; !rest.empty();) {
+    const ssize_t n = ::write(descriptor_, rest.data(), rest.size());
+    if (n < 0 && errno == EINTR) continue;
+    if (n < 0) throw file_error("cannot append to", path_, errno);
+    rest.remove_prefix(static_cast<std::size_t>(n));
+  }
+  require_in_place();
+}
+
+}  // namespace mpm

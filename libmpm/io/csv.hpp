@@ -1,0 +1,96 @@
+#pragma once
+/// Tables as CSV: a header line of column names that end in their unit (`runup_m`), then one line a row. Numbers are written
+/// with the fewest digits that read back to the same double; unknown values are written as `nan`. Lines that begin with
+/// `#` are comments; text that holds a comma is in double quotes.
+
+#include <filesystem>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "libmpm/base/error.hpp"
+
+namespace mpm {
+
+/// A table read from a file. Errors are IoErrors of the form `file:line: what, the value; the remedy`.
+class Table {
+ public:
+  /// Last line of a file without a newline at its end.
+  enum class LastLine {
+    whole,        ///< a line like any other
+    may_be_torn,  ///< dropped: the writer may have been killed inside it (series.csv)
+  };
+
+  static Table read(const std::filesystem::path& path, LastLine last_line = LastLine::whole);
+
+  [[nodiscard]] const std::vector<std::string>& columns() const { return columns_; }
+  [[nodiscard]] std::size_t rows() const { return cells_.size(); }
+  [[nodiscard]] bool has(std::string_view column) const;
+
+  /// Numbers of a column; an empty cell is NaN. @throws IoError for an unknown column or a cell that is no number
+  [[nodiscard]] std::vector<double> numbers(std::string_view column) const;
+  /// The cells of a column as text. @throws IoError for an unknown column
+  [[nodiscard]] std::vector<std::string> text(std::string_view column) const;
+
+ private:
+  [[nodiscard]] std::size_t index(std::string_view column) const;
+
+  std::filesystem::path path_;
+  std::vector<std::string> columns_;
+  std::vector<std::vector<std::string>> cells_;  ///< row by row
+  std::vector<std::size_t> lines_;               ///< line number of each row
+};
+
+/// Shortest decimal text that reads back to the same double.
+std::string format_number(double value);
+
+/// One line of a table of text: cells that need it are in double quotes, a line break becomes a blank.
+std::string csv_line(std::span<const std::string> cells);
+/// One line of a table of numbers.
+std::string csv_line(std::span<const double> values);
+
+/// Writes a table of numbers whole (atomic_file.hpp). @param values column by column, all of one length
+void write_table(const std::filesystem::path& path, std::span<const std::string> columns, std::span<const std::vector<double>> values);
+
+/// A table that grows while the run goes on. Each row is handed to the system in one write before append() returns: a kill loses at most
+/// the row under way, a power cut at most the rows since sync().
+class SeriesWriter {
+ public:
+  /// Starts a new file that holds the header.
+  SeriesWriter(std::filesystem::path path, std::vector<std::string> columns);
+
+  /// Continues a file after its first `rows` rows; what follows them is removed, whatever it is.
+  /// @param time  the first number of the last row that stays, s
+  /// @throws IoError if the file is missing, its columns are others, or one of these rows is missing or damaged: rows that are gone are
+  ///         not made up
+  static SeriesWriter resume(std::filesystem::path path, std::vector<std::string> columns, std::size_t rows, double time);
+
+  /// What resume() would keep of the file; changes nothing. @throws IoError as resume()
+  static std::string kept(const std::filesystem::path& path, const std::vector<std::string>& columns, std::size_t rows, double time);
+
+  ~SeriesWriter();
+  SeriesWriter(SeriesWriter&& other) noexcept;
+  SeriesWriter(const SeriesWriter&) = delete;
+  SeriesWriter& operator=(const SeriesWriter&) = delete;
+  SeriesWriter& operator=(SeriesWriter&&) = delete;
+
+  /// @param values one number a column
+  /// @throws IoError also if the file is not the one under its name any more: deleted, moved or replaced meanwhile
+  void append(std::span<const double> values);
+
+  /// Forces the rows to the disk. @throws IoError as append()
+  void sync();
+
+ private:
+  struct Continue {};
+  SeriesWriter(Continue, std::filesystem::path path, std::vector<std::string> columns);
+  void open();
+  void require_in_place() const;
+
+  std::filesystem::path path_;
+  std::vector<std::string> columns_;
+  int descriptor_ = -1;
+};
+
+}  // namespace mpm

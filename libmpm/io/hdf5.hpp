@@ -1,0 +1,88 @@
+#pragma once
+/// HDF5 files (hdfgroup.org) of plain arrays and attributes in the root group: what h5py, h5dump and ParaView open.
+///
+/// A file is built in memory and then written whole (atomic_file.hpp): the HDF5 library never meets a full disk, and equal
+/// content gives equal bytes (no time stamps). After the end of the HDF5 part, where other readers do not look, stand 16 bytes
+/// `MPMCRC32` + the CRC-32 of all bytes before as eight hexadecimal digits. The Reader checks them before it hands the file to
+/// the HDF5 library, so that a truncated or altered file is a message and not a crash in a parser.
+///
+/// Arrays are stored contiguous and uncompressed. Measured on synthetic frames of 376,000 particles (47 MB): written in 0.28 s, fsync
+/// included; shuffle and deflate take 0.4 to 0.5 s more on one core and save 46 % (noisy) to 64 % (clean).
+
+#include <concepts>
+#include <cstdint>
+#include <filesystem>
+#include <memory>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "libmpm/base/error.hpp"
+
+namespace mpm::hdf5 {
+
+/// Extents of an array, slowest first, as in C and numpy.
+using Shape = std::vector<std::size_t>;
+
+/// In an expected shape: any extent.
+inline constexpr std::size_t any_extent = static_cast<std::size_t>(-1);
+
+template <class T>
+concept Element = std::same_as<T, double> || std::same_as<T, float> || std::same_as<T, std::uint64_t> || std::same_as<T, std::int64_t> ||
+    std::same_as<T, std::int32_t> || std::same_as<T, std::uint8_t>;
+
+/// Builds a file in memory; save() writes it.
+class Writer {
+ public:
+  Writer();
+  ~Writer();
+  Writer(const Writer&) = delete;
+  Writer& operator=(const Writer&) = delete;
+
+  /// @param shape product = number of values; left out: one-dimensional
+  template <Element T>
+  void dataset(const std::string& name, std::span<const T> values, const Shape& shape = {});
+
+  /// Attributes of the root group.
+  void attribute(const std::string& name, const std::string& value);
+  void attribute(const std::string& name, double value);
+  void attribute(const std::string& name, std::int64_t value);
+
+  /// Writes the file whole or not at all; needs about twice its size in memory. Call once, last.
+  /// @param keep_as  name that a file of before gets (AtomicFile::commit); empty: it is replaced
+  void save(const std::filesystem::path& path, const std::filesystem::path& keep_as = {});
+
+ private:
+  struct File;
+  std::unique_ptr<File> file_;
+};
+
+/// Reads a file that Writer wrote. Existence, type and shape of what is asked for are checked, sizes before memory is taken.
+class Reader {
+ public:
+  /// @throws IoError if the file is missing, truncated, altered or of another program
+  explicit Reader(std::filesystem::path path);
+  ~Reader();
+  Reader(const Reader&) = delete;
+  Reader& operator=(const Reader&) = delete;
+
+  [[nodiscard]] bool has_dataset(const std::string& name) const;
+  /// Names of all datasets, in the order of the alphabet.
+  [[nodiscard]] std::vector<std::string> datasets() const;
+  [[nodiscard]] Shape shape(const std::string& name) const;
+
+  /// @param expected shape that the array must have, with any_extent where it may be anything. Narrower numbers of the same kind are
+  ///        widened (float to double); no conversion loses anything.
+  template <Element T>
+  [[nodiscard]] std::vector<T> dataset(const std::string& name, const Shape& expected) const;
+
+  [[nodiscard]] std::string text(const std::string& attribute) const;
+  [[nodiscard]] double real(const std::string& attribute) const;
+  [[nodiscard]] std::int64_t integer(const std::string& attribute) const;
+
+ private:
+  struct File;
+  std::unique_ptr<File> file_;
+};
+
+}  // namespace mpm::hdf5

@@ -1,0 +1,261 @@
+#include "libmpm/io/snapshot.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <charconv>
+#include <cmath>
+#include <numeric>
+#include <span>
+
+#include "libmpm/core/step.hpp"
+#include "libmpm/core/stress_update.hpp"
+#include "libmpm/io/atomic_file.hpp"
+#include "libmpm/io/hdf5.hpp"
+
+namespace mpm {
+namespace {
+
+constexpr std::string_view frame_kind = "frame";
+constexpr std::string_view final_kind = "final";
+
+/// Columns that both kinds share. The affine column is checked where it is written.
+void check_columns(const std::filesystem::path& path, const ParticleTable& p) {
+  const std::size_t n = p.size();
+  const auto check = [&](const char* name, std::size_t size, std::size_t components) {
+    if (size != components * n) {
+      throw IoError(fmt::format("cannot write '{}': column {} has {} numbers for {} particles, {} are needed", path.string(), name, size, n,
+                                components * n));
+    }
+  };
+  check("position", p.position.size(), 3);
+  check("velocity", p.velocity.size(), 3);
+  check("stress", p.stress.size(), 6);
+  check("internal", p.internal.size(), 1);
+  check("volume_ratio", p.volume_ratio.size(), 1);
+  check("volume", p.volume.size(), 1);
+}
+
+std::vector<float> narrow(const std::vector<double>& values) { return {values.begin(), values.end()}; }
+
+template <class T>
+void put(hdf5::Writer& file, const std::string& name, const std::vector<T>& values, const hdf5::Shape& shape = {}) {
+  file.dataset(name, std::span<const T>(values), shape);
+}
+
+void put_info(hdf5::Writer& file, std::string_view kind, const SnapshotInfo& info) {
+  file.attribute("format_version", std::int64_t{snapshot_format_version});
+  file.attribute("kind", std::string(kind));
+  file.attribute("time_s", info.time);
+  file.attribute("step", info.step);
+  file.attribute("case_hash", info.case_hash);
+  file.attribute("version", info.version);
+  file.attribute("reference_density_kg_m3", info.reference_density);
+  file.attribute("mirror_x", std::int64_t{info.mirror_x});
+  file.attribute("mirror_y", std::int64_t{info.mirror_y});
+}
+
+SnapshotInfo get_info(const hdf5::Reader& file, const std::filesystem::path& path, std::string_view kind) {
+  if (const auto version = file.integer("format_version"); version != snapshot_format_version) {
+    throw IoError(fmt::format("cannot read '{}': format version {}, this program reads version {}; use the program that wrote it",
+                              path.string(), version, snapshot_format_version));
+  }
+  if (const auto found = file.text("kind"); found != kind) {
+    throw IoError(fmt::format("cannot read '{}': it holds a '{}' state, a '{}' state was expected", path.string(), found, kind));
+  }
+  SnapshotInfo info;
+  info.time = file.real("time_s");
+  info.step = file.integer("step");
+  info.case_hash = file.text("case_hash");
+  info.version = file.text("version");
+  info.reference_density = file.real("reference_density_kg_m3");
+  info.mirror_x = file.integer("mirror_x") != 0;
+  info.mirror_y = file.integer("mirror_y") != 0;
+  if (!std::isfinite(info.time) || !(info.reference_density > 0.0) || !std::isfinite(info.reference_density)) {
+    throw IoError(fmt::format("cannot read '{}': time {} s and reference density {} kg/m^3 belong to no run; write the file again",
+                              path.string(), info.time, info.reference_density));
+  }
+  return info;
+}
+
+/// What every state of a run is: each particle once, finite, with a volume. A file that says otherwise was made by something else, and
+/// measurements of it would be wrong without a word.
+void check_content(const std::filesystem::path& path, const ParticleTable& p) {
+  const auto refuse = [&](std::size_t row, const std::string& what) {
+    throw IoError(fmt::format("cannot read '{}': row {}, particle {}: {}; write the file again", path.string(), row, p.id[row], what));
+  };
+  for (std::size_t i = 1; i < p.size(); ++i) {
+    if (p.id[i] <= p.id[i - 1]) refuse(i, fmt::format("it follows particle {}, identity numbers ascend", p.id[i - 1]));
+  }
+  const auto check = [&](const char* name, const std::vector<double>& column, std::size_t components, bool positive) {
+    for (std::size_t i = 0; i < column.size(); ++i) {
+      if (!std::isfinite(column[i]) || (positive && !(column[i] > 0.0)))
+        refuse(i / components, fmt::format("{} = {}, {} is needed", name, column[i], positive ? "a number above 0" : "a finite number"));
+    }
+  };
+  check("position_m", p.position, 3, false);
+  check("velocity_m_s", p.velocity, 3, false);
+  check("velocity_gradient_1_s", p.affine, 9, false);
+  check("kirchhoff_stress_pa", p.stress, 6, false);
+  check("internal", p.internal, 1, false);
+  check("volume_ratio", p.volume_ratio, 1, true);
+  check("reference_volume_m3", p.volume, 1, true);
+}
+
+/// By columns (particles.hpp) to by rows (numpy) and back: the transpose of each 3x3.
+std::vector<double> transposed(const std::vector<double>& m) {
+  std::vector<double> t(m.size());
+  for (std::size_t p = 0; p < m.size(); p += 9) {
+    for (std::size_t i = 0; i < 3; ++i) {
+      for (std::size_t j = 0; j < 3; ++j) t[p + 3 * i + j] = m[p + 3 * j + i];
+    }
+  }
+  return t;
+}
+
+Snapshot read_snapshot(const std::filesystem::path& path, std::string_view kind) {
+  const hdf5::Reader file(path);
+  Snapshot s;
+  s.info = get_info(file, path, kind);
+  ParticleTable& p = s.particles;
+  p.id = file.dataset<std::uint64_t>("id", {hdf5::any_extent});
+  const std::size_t n = p.size();
+  p.position = file.dataset<double>("position_m", {n, 3});
+  p.velocity = file.dataset<double>("velocity_m_s", {n, 3});
+  p.stress = file.dataset<double>("kirchhoff_stress_pa", {n, 6});
+  p.internal = file.dataset<double>("internal", {n});
+  p.volume_ratio = file.dataset<double>("volume_ratio", {n});
+  p.volume = file.dataset<double>("reference_volume_m3", {n});
+  if (kind == final_kind) p.affine = transposed(file.dataset<double>("velocity_gradient_1_s", {n, 3, 3}));
+  check_content(path, p);
+  return s;
+}
+
+}  // namespace
+
+ParticleTable particle_table(const State& state, const Scene& scene, const std::function<bool(const Particle&)>& keep) {
+  std::vector<const Particle*> order;
+  order.reserve(state.grid.particle_count());
+  state.grid.for_each_particle([&](const Particle& p) {
+    if (!keep || keep(p)) order.push_back(&p);
+  });
+  std::sort(order.begin(), order.end(), [](const Particle* a, const Particle* b) { return a->id < b->id; });
+  const std::size_t n = order.size();
+  ParticleTable t;
+  t.id.resize(n);
+  t.position.resize(3 * n);
+  t.velocity.resize(3 * n);
+  t.affine.resize(9 * n);
+  t.stress.resize(6 * n);
+  t.internal.resize(n);
+  t.volume_ratio.resize(n);
+  t.volume.resize(n);
+#pragma omp parallel for schedule(static)
+  for (std::size_t i = 0; i < n; ++i) {
+    const Particle& p = *order[i];
+    t.id[i] = p.id;
+    for (int axis = 0; axis < 3; ++axis) t.position[3 * i + static_cast<std::size_t>(axis)] = p.position[axis] - scene.offset[axis];
+    std::copy_n(p.velocity, 3, &t.velocity[3 * i]);
+    std::copy_n(p.affine, 9, &t.affine[9 * i]);
+    std::copy_n(p.stress, 6, &t.stress[6 * i]);
+    t.internal[i] = p.internal;
+    t.volume[i] = p.volume;
+    t.volume_ratio[i] = volume_ratio(scene.material, p);
+  }
+  return t;
+}
+
+std::filesystem::path frame_path(const std::filesystem::path& directory, int index) {
+  return directory / "frames" / fmt::format("{:05d}.h5", index);
+}
+
+void write_frame(const std::filesystem::path& directory, int index, const ParticleTable& p, const SnapshotInfo& info) {
+  const std::filesystem::path path = frame_path(directory, index);
+  check_columns(path, p);
+  const std::size_t n = p.size();
+  std::vector<float> pressure(n), stress_xx(n), density(n);
+  for (std::size_t i = 0; i < n; ++i) {
+    const double* tau = &p.stress[6 * i];
+    const double j = p.volume_ratio[i];
+    pressure[i] = static_cast<float>(-(tau[0] + tau[1] + tau[2]) / (3.0 * j));
+    stress_xx[i] = static_cast<float>(tau[0] / j);
+    density[i] = static_cast<float>(info.reference_density / j);
+  }
+  hdf5::Writer file;
+  put_info(file, frame_kind, info);
+  put(file, "id", p.id);
+  put(file, "position_m", p.position, {n, 3});
+  put(file, "velocity_m_s", narrow(p.velocity), {n, 3});
+  put(file, "kirchhoff_stress_pa", p.stress, {n, 6});
+  put(file, "volume_ratio", p.volume_ratio);
+  put(file, "reference_volume_m3", p.volume);
+  put(file, "internal", narrow(p.internal));
+  put(file, "pressure_pa", pressure);
+  put(file, "stress_xx_pa", stress_xx);
+  put(file, "density_kg_m3", density);
+  std::vector<std::int32_t> vertex(n);
+  std::iota(vertex.begin(), vertex.end(), 0);
+  put(file, "vertex", vertex);
+  std::error_code error;  // not the directory itself: one that was moved away while a run goes on is not made again
+  std::filesystem::create_directory(path.parent_path(), error);
+  if (error) throw file_error("cannot create directory", path.parent_path(), error.value());
+  file.save(path);
+}
+
+void write_final(const std::filesystem::path& path, const ParticleTable& p, const SnapshotInfo& info) {
+  check_columns(path, p);
+  const std::size_t n = p.size();
+  if (p.affine.size() != 9 * n) {
+    throw IoError(fmt::format("cannot write '{}': column affine has {} numbers for {} particles, {} are needed", path.string(),
+                              p.affine.size(), n, 9 * n));
+  }
+  hdf5::Writer file;
+  put_info(file, final_kind, info);
+  put(file, "id", p.id);
+  put(file, "position_m", p.position, {n, 3});
+  put(file, "velocity_m_s", p.velocity, {n, 3});
+  put(file, "velocity_gradient_1_s", transposed(p.affine), {n, 3, 3});
+  put(file, "kirchhoff_stress_pa", p.stress, {n, 6});
+  put(file, "volume_ratio", p.volume_ratio);
+  put(file, "reference_volume_m3", p.volume);
+  put(file, "internal", p.internal);
+  file.save(path);
+}
+
+Snapshot read_frame(const std::filesystem::path& path) { return read_snapshot(path, frame_kind); }
+Snapshot read_final(const std::filesystem::path& path) { return read_snapshot(path, final_kind); }
+
+std::vector<int> frame_numbers(const std::filesystem::path& directory) {
+  const std::filesystem::path frames = directory / "frames";
+  std::vector<int> numbers;
+  if (!std::filesystem::exists(frames)) return numbers;
+  std::error_code error;
+  for (auto it = std::filesystem::directory_iterator(frames, error); !error && it != std::filesystem::directory_iterator();
+       it.increment(error)) {
+    const std::string name = it->path().filename().string();
+    int index = 0;
+    const auto [end, fault] = std::from_chars(name.data(), name.data() + name.size(), index);
+    if (fault != std::errc() || std::string_view(end) != ".h5" || it->path() != frame_path(directory, index)) continue;
+    numbers.push_back(index);
+  }
+  if (error) throw file_error("cannot read directory", frames, error.value());
+  std::sort(numbers.begin(), numbers.end());
+  return numbers;
+}
+
+FrameEntry read_frame_entry(const std::filesystem::path& directory, int index) {
+  const std::filesystem::path path = frame_path(directory, index);
+  const hdf5::Reader file(path);
+  const SnapshotInfo info = get_info(file, path, frame_kind);
+  const hdf5::Shape rows = file.shape("id");
+  if (rows.size() != 1) throw IoError(fmt::format("cannot read '{}': dataset 'id' is not a list; write the file again", path.string()));
+  return {index, info.time, rows.front()};
+}
+
+std::vector<FrameEntry> list_frames(const std::filesystem::path& directory) {
+  std::vector<FrameEntry> entries;
+  for (const int index : frame_numbers(directory)) entries.push_back(read_frame_entry(directory, index));
+  return entries;
+}
+
+}  // namespace mpm

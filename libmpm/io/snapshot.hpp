@@ -1,0 +1,105 @@
+#pragma once
+/// States on disk: frames/NNNNN.h5 for pictures and for recomputing measurements, final.h5 for whatever the user does next.
+///
+/// Both hold one row a particle, ordered by identity number, so that they do not depend on the number of threads.
+///
+/// | dataset | frame | final | what |
+/// |---|---|---|---|
+/// | id | uint64 | uint64 | identity number |
+/// | position_m (N,3) | float64 | float64 | x |
+/// | velocity_m_s (N,3) | float32 | float64 | v |
+/// | velocity_gradient_1_s (N,3,3) | | float64 | C, [p,i,j] = dv_i/dx_j |
+/// | kirchhoff_stress_pa (N,6) | float64 | float64 | tau, tension positive: xx yy zz xy xz yz |
+/// | volume_ratio | float64 | float64 | J = det F |
+/// | reference_volume_m3 | float64 | float64 | V_0; mass = reference_density_kg_m3 V_0 |
+/// | internal | float32 | float64 | the law's internal variable |
+/// | pressure_pa | float32 | | Cauchy, p = -tr(tau)/(3 J), compression positive |
+/// | stress_xx_pa | float32 | | Cauchy, sigma_xx = tau_xx / J, tension positive |
+/// | density_kg_m3 | float32 | | rho_0 / J |
+/// | vertex | int32 | | 0 ... N-1: the cells of frames.xdmf; without them ParaView's Xdmf3 reader finds points but no cell to draw |
+///
+/// In frames everything from which `mpm post` computes is double, so that it gets the very numbers that the run got; what only pictures use
+/// is single. A frame takes 128 bytes a particle.
+/// Attributes of both: format_version, kind, time_s, step, case_hash, version, reference_density_kg_m3, mirror_x, mirror_y.
+
+#include <cstdint>
+#include <filesystem>
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "libmpm/base/error.hpp"
+
+namespace mpm {
+
+struct Particle;
+struct Scene;
+struct State;
+
+/// Particles by columns, one entry a particle in the order of the identity numbers. Units and measures as in particles.hpp.
+struct ParticleTable {
+  std::vector<std::uint64_t> id;
+  std::vector<double> position;      ///< 3 N, m
+  std::vector<double> velocity;      ///< 3 N, m/s
+  std::vector<double> affine;        ///< 9 N, 1/s, by columns: [9 p + 3 j + i] = dv_i/dx_j; empty in a frame that was read
+  std::vector<double> stress;        ///< 6 N, Pa, Kirchhoff tau, tension positive: xx yy zz xy xz yz
+  std::vector<double> internal;      ///< N
+  std::vector<double> volume_ratio;  ///< N, J
+  std::vector<double> volume;        ///< N, reference volume V_0, m^3
+
+  [[nodiscard]] std::size_t size() const { return id.size(); }
+};
+
+/// The particles of a state in the order of their identity numbers.
+/// @param keep  which of them; empty: all
+ParticleTable particle_table(const State& state, const Scene& scene, const std::function<bool(const Particle&)>& keep = {});
+
+/// What a state belongs to.
+struct SnapshotInfo {
+  double time = 0.0;  ///< s
+  std::int64_t step = 0;
+  std::string case_hash;           ///< case_hash_text of io/config.hpp
+  std::string version;             ///< of the program that wrote the file
+  double reference_density = 0.0;  ///< rho_0, kg/m^3
+  bool mirror_x = false;           ///< only x >= 0 is computed and stored
+  bool mirror_y = false;           ///< only y >= 0 is computed and stored
+};
+
+struct Snapshot {
+  SnapshotInfo info;
+  ParticleTable particles;
+};
+
+/// Version of frames and final states, attribute format_version; another version is refused.
+inline constexpr int snapshot_format_version = 1;
+
+/// DIR/frames/NNNNN.h5
+std::filesystem::path frame_path(const std::filesystem::path& directory, int index);
+
+/// Writes frame `index` of the run directory, which must exist; creates DIR/frames if needed. @throws IoError; also if columns differ in
+/// length
+void write_frame(const std::filesystem::path& directory, int index, const ParticleTable& particles, const SnapshotInfo& info);
+/// Writes a final state. @throws IoError as above
+void write_final(const std::filesystem::path& path, const ParticleTable& particles, const SnapshotInfo& info);
+
+/// @throws IoError if the file is missing, damaged, of another kind or version
+Snapshot read_frame(const std::filesystem::path& path);
+Snapshot read_final(const std::filesystem::path& path);
+
+/// Number of a frame file and what it holds, without its particles.
+struct FrameEntry {
+  int index = 0;
+  double time = 0.0;          ///< s
+  std::size_t particles = 0;  ///< N
+};
+
+/// Numbers of the frames DIR/frames/NNNNN.h5 in ascending order; none if there is no DIR/frames. Other files there are passed over.
+std::vector<int> frame_numbers(const std::filesystem::path& directory);
+
+/// Reads a frame's file once (its checksum). @throws IoError as read_frame
+FrameEntry read_frame_entry(const std::filesystem::path& directory, int index);
+
+/// The frames of a run directory in the order of their numbers. Reads every file once (its checksum).
+std::vector<FrameEntry> list_frames(const std::filesystem::path& directory);
+
+}  // namespace mpm

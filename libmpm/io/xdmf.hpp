@@ -1,0 +1,42 @@
+#pragma once
+/// frames.xdmf: the frames of a run as one time-dependent data set (XDMF 2, xdmf.org), opened by ParaView and VisIt. The file only points
+/// to the arrays in frames/NNNNN.h5, by relative paths: a run directory can be moved.
+
+#include <filesystem>
+#include <functional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "libmpm/io/snapshot.hpp"
+
+namespace mpm {
+
+/// Writes DIR/frames.xdmf (whole, atomic_file.hpp): a temporal collection with one Polyvertex grid a frame, geometry position_m, attributes
+/// position and velocity (vectors), pressure, stress_xx, density, volume_ratio, internal and id. Frames must be in the order of time.
+void write_xdmf(const std::filesystem::path& directory, std::span<const FrameEntry> frames);
+
+/// Writes the frames of a run one after the other and keeps frames.xdmf up to date, so that both can be read at any time.
+class FrameSeries {
+ public:
+  /// A new series: frames that an earlier run left in the directory are removed.
+  static FrameSeries create(std::filesystem::path directory);
+  /// Continues with frame number `next`: that one and later ones are removed, whatever is in them. Of the earlier ones those that cannot
+  /// be read stay where they are, but frames.xdmf does not point to them.
+  /// @param damaged called with the reason for each of these
+  static FrameSeries resume(std::filesystem::path directory, int next, const std::function<void(const std::string&)>& damaged = {});
+
+  /// Writes the next frame, then frames.xdmf.
+  void append(const ParticleTable& particles, const SnapshotInfo& info);
+
+  [[nodiscard]] std::span<const FrameEntry> frames() const { return frames_; }
+
+ private:
+  FrameSeries(std::filesystem::path directory, std::vector<FrameEntry> frames, int next);
+
+  std::filesystem::path directory_;
+  std::vector<FrameEntry> frames_;
+  int next_;  ///< number of the next frame
+};
+
+}  // namespace mpm

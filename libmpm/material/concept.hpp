@@ -1,0 +1,73 @@
+#pragma once
+/// What a constitutive law has to offer. A law knows its formula and nothing of particles, grids or lanes:
+/// it is a template over the number type, run with `double` (the specification) and with `Lanes`
+/// or `LanePair` (eight or sixteen material points at once).
+///
+/// What the core demands of `update_stress`:
+/// - It takes any finite increment dl and any state that it has left itself. It never throws and has no state of its own.
+/// - A deformation that it cannot follow (an inverted element, a number that is not finite) makes the stress or the internal variable of
+///   that lane NaN; the other lanes stay right. The step sees the NaN, stops, and names the particle. A law never hides it.
+/// - Lanes do not influence each other: the result of a point is the same, to the bit, in every lane and beside every neighbour.
+///
+/// History variables. A law has one, `internal`, the last of the 24 doubles of a particle's record (particle.hpp), which is full: three
+/// cache lines, each of them one vector load of the transfers. A law with n of them takes an array in its place:
+/// `std::array<T, history_count>` here and `double internal[history_count]` in Particle, history_count a compile-time constant of 1 or of
+/// 1 + 8 k, so that the record grows by whole cache lines behind those that the transfers read. With 1 nothing changes. The step, the
+/// snapshots and the checkpoints copy `internal` as a whole; no law needs more today, so the constant is not there.
+
+#include <concepts>
+#include <string_view>
+
+#include "libmpm/base/lanes.hpp"
+#include "libmpm/base/tensor.hpp"
+
+namespace mpm {
+
+class ParameterReport;
+
+/// State of one material point (or of eight, in lanes).
+template <class T>
+struct MaterialState {
+  Sym3<T> stress;  ///< Kirchhoff stress tau, Pa, tension positive
+  T internal;      ///< the law's history variable
+};
+
+/// @param state    state at t_n; on return, at t_n+1
+/// @param dl       dt * velocity gradient (dimensionless), so that F_n+1 = (I + dl) F_n
+/// @param dt       time step, s (rate-dependent laws)
+template <class L, class T>
+concept UpdatesStress = requires(const L law, MaterialState<T>& state, const Matrix3<T>& dl, double dt) {
+  { law.update_stress(state, dl, dt) } -> std::same_as<void>;
+  { law.volume_ratio(state) } -> std::same_as<T>;  // J = det F relative to the reference state
+};
+
+/// Parameters of a law, in SI units; `declare` (base/parameter.hpp) says how a case gives them.
+/// May have: internal_friction(), tan(phi') of the material within itself; critical_state_ratio(), M' = q/p at the critical state;
+/// hardening_xi; keeps_compaction, true where a material that was compacted before stays denser; check(ParameterReport&).
+template <class P>
+concept MaterialParameterSet = std::default_initializable<P> && std::equality_comparable<P> && requires(const P p) {
+  { P::name } -> std::convertible_to<std::string_view>;         // value of [material] model
+  { P::description } -> std::convertible_to<std::string_view>;  // one line
+  { p.density } -> std::convertible_to<double>;                 // rho_0, kg/m^3
+};
+
+/// A law is made from its Parameters; the constructor throws ConfigError for parameters out of range (`checked`).
+/// May have: viscosity(), eta in Pa s, where the law has viscous stress, which limits the time step; yield_function(state), Pa^2, <= 0
+/// inside; preconsolidation_pressure(internal), Pa; plastic_volume_strain(state): the columns of `mpm point`, 0 for a law without.
+template <class L>
+concept Material = MaterialParameterSet<typename L::Parameters> && std::constructible_from<L, const typename L::Parameters&> &&
+    UpdatesStress<L, double> && UpdatesStress<L, Lanes> && UpdatesStress<L, LanePair> && requires(const L law) {
+  { law.density() } -> std::same_as<double>;           // rho_0, kg/m^3
+  { law.initial_internal() } -> std::same_as<double>;  // history variable of the stress-free reference state
+  { law.wave_speed() } -> std::same_as<double>;        // c_P = sqrt((K + 4G/3)/rho_0), m/s
+  // elastic energy per reference volume, J/m^3
+  { law.stored_energy(MaterialState<double>{}) } -> std::same_as<double>;
+};
+
+/// The one parameter that all laws share.
+template <class Table, class Base>
+void declare_density(Table& table, double Base::*density) {
+  table.add("density_kg_m3", density).unit("kg/m^3").range(1.0, 1e5).text("Initial density rho_0");
+}
+
+}  // namespace mpm

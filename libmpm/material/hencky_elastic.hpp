@@ -1,0 +1,89 @@
+#pragma once
+/// Hencky elasticity: Saint-Venant-Kirchhoff in logarithmic strain, the elastic part of every law here.
+
+#include <string_view>
+
+#include "libmpm/material/concept.hpp"
+
+namespace mpm {
+
+/// tau = K tr(eps) I + 2 G dev(eps), eps = 1/2 log b_e; stored energy per reference volume psi = 1/2 K tr(eps)^2 + G dev(eps):dev(eps).
+/// The stress is linear in the strain, so that the stress is the only state.
+class HenckyModuli {
+ public:
+  /// What every law with this elastic part has among its parameters.
+  struct Parameters {
+    double density = 300.0;        ///< rho_0, kg/m^3
+    double young_modulus = 1.0e6;  ///< E, Pa
+    double poisson_ratio = 0.1;    ///< nu
+    bool operator==(const Parameters&) const = default;
+
+    template <class Table>
+    static void declare(Table& table) {
+      declare_density(table, &Parameters::density);
+      table.add("young_modulus_pa", &Parameters::young_modulus).unit("Pa").range(1.0, 1e12).text("Young's modulus E");
+      table.add("poisson_ratio", &Parameters::poisson_ratio).below(0.0, 0.5).text("Poisson's ratio nu");
+    }
+  };
+
+  explicit HenckyModuli(const Parameters& parameters);
+
+  [[nodiscard]] double bulk() const { return bulk_; }        ///< K = E / (3 (1 - 2 nu)), Pa
+  [[nodiscard]] double shear() const { return shear_; }      ///< G = E / (2 (1 + nu)), Pa
+  [[nodiscard]] double density() const { return density_; }  ///< rho_0, kg/m^3
+  [[nodiscard]] double wave_speed() const;                   ///< c_P = sqrt((K + 4G/3) / rho_0), m/s
+
+  template <LaneNumber T>
+  [[nodiscard]] HenckyStrain<T> strain(const Sym3<T>& stress) const {
+    const T mean = trace(stress) * (1.0 / 3.0);
+    return {mean * (1.0 / bulk_),
+            broadcast<T>(0.5 / shear_) * Sym3<T>{stress.xx - mean, stress.yy - mean, stress.zz - mean, stress.xy, stress.xz, stress.yz}};
+  }
+  template <LaneNumber T>
+  [[nodiscard]] Sym3<T> stress(const HenckyStrain<T>& strain) const {
+    Sym3<T> tau = broadcast<T>(2.0 * shear_) * strain.deviator;
+    const T mean = bulk_ * strain.volumetric;
+    tau.xx += mean, tau.yy += mean, tau.zz += mean;
+    return tau;
+  }
+  /// psi, J/m^3 of reference volume.
+  [[nodiscard]] double stored_energy(const Sym3<double>& stress) const;
+
+ private:
+  double bulk_, shear_, density_;
+};
+
+/// The law without plasticity. The internal variable stays 0.
+class HenckyElastic {
+ public:
+  struct Parameters : HenckyModuli::Parameters {
+    static constexpr std::string_view name = "hencky_elastic";
+    static constexpr std::string_view description = "Saint-Venant-Kirchhoff elasticity in Hencky strain";
+    bool operator==(const Parameters&) const = default;
+  };
+
+  /// @throws ConfigError if a parameter is out of range
+  explicit HenckyElastic(const Parameters& parameters);
+
+  template <LaneNumber T>
+  void update_stress(MaterialState<T>& state, const Matrix3<T>& dl, double /*dt*/) const {
+    state.stress = moduli_.stress(hencky_trial(moduli_.strain(state.stress), dl));
+  }
+  /// J = exp(tr eps)
+  template <LaneNumber T>
+  [[nodiscard]] T volume_ratio(const MaterialState<T>& state) const {
+    return exp(moduli_.strain(state.stress).volumetric);
+  }
+  [[nodiscard]] double density() const { return moduli_.density(); }
+  [[nodiscard]] double initial_internal() const { return 0.0; }
+  [[nodiscard]] double wave_speed() const { return moduli_.wave_speed(); }
+  [[nodiscard]] double stored_energy(const MaterialState<double>& state) const { return moduli_.stored_energy(state.stress); }
+  [[nodiscard]] const HenckyModuli& moduli() const { return moduli_; }
+
+ private:
+  HenckyModuli moduli_;
+};
+
+static_assert(Material<HenckyElastic>);
+
+}  // namespace mpm

@@ -1,0 +1,114 @@
+#pragma once
+/// Weakly compressible Newtonian fluid with the Tait (Murnaghan) equation of state.
+///
+/// Textbook form. Cauchy stress sigma = -p I + 2 eta dev D, with
+///   p = K/n ((rho/rho_0)^n - 1),   c = sqrt(K/rho_0) at rest,   rho/rho_0 = 1/J   (Murnaghan 1944; Cole 1948; n = 7 for water, 1: linear)
+///   psi = K/n ((J^(1-n) - 1)/(n - 1) + J - 1), n = 1: K (J - 1 - ln J)   per reference volume; -d psi/dJ = p.
+/// Unless told otherwise the fluid carries no tension: where J > 1, p = 0 and psi = 0. A free surface separates, and what was torn has to
+/// return to its volume before it carries pressure again. The viscous stress has no such limit.
+///
+/// Form coded. The internal variable is j = J - 1, advanced by j + (1 + j)(det(I + dl) - 1) with det(I + dl) - 1 from the invariants of dl:
+/// no transcendental function, and full relative precision for small j. With r = rho/rho_0 - 1 = -j/(1 + j), (1 + r)^n - 1 comes from n - 1
+/// multiply-adds, y <- y + r (1 + y), again with relative precision. D is taken from (f f^T - I)/(2 dt), f = I + dl, which is exactly 0 in
+/// a rotation and differs from D by a term of the order of dt.
+
+#include <limits>
+#include <string_view>
+
+#include "libmpm/material/concept.hpp"
+
+namespace mpm {
+
+class WeaklyCompressibleFluid {
+ public:
+  struct Parameters {
+    static constexpr std::string_view name = "weakly_compressible_fluid";
+    static constexpr std::string_view description =
+        "Tait fluid p = K/n ((rho/rho_0)^n - 1) with Newtonian viscosity; tears where it would be pulled";
+
+    double density = 300.0;       ///< rho_0, kg/m^3
+    double bulk_modulus = 1.0e6;  ///< K = rho_0 c^2, Pa
+    int tait_exponent = 7;        ///< n
+    double viscosity = 0.0;       ///< eta, Pa s
+    bool carries_tension = false;
+    bool operator==(const Parameters&) const = default;
+
+    template <class Table>
+    static void declare(Table& table) {
+      declare_density(table, &Parameters::density);
+      table.add("bulk_modulus_pa", &Parameters::bulk_modulus)
+          .unit("Pa")
+          .range(1.0, 1e12)
+          .required()
+          .text("Bulk modulus K = density c^2; with a speed of sound c of ten times the fastest flow the density changes by about 1 %");
+      table.add("tait_exponent", &Parameters::tait_exponent)
+          .range(1.0, 20.0)
+          .text("Exponent n of the equation of state p = K/n ((rho/rho_0)^n - 1); 1 is linear");
+      table.add("viscosity_pa_s", &Parameters::viscosity)
+          .unit("Pa s")
+          .range(0.0, 1e9)
+          .text(
+              "Dynamic viscosity; explicit: above density c cell_size / 2 it shortens the step to cfl density cell_size^2 / (2 viscosity)");
+      table.add("carries_tension", &Parameters::carries_tension)
+          .text("Whether pressure may be negative; if not, the fluid tears and recompacts before it carries pressure again");
+    }
+  };
+
+  /// @throws ConfigError if a parameter is out of range
+  explicit WeaklyCompressibleFluid(const Parameters& parameters);
+
+  /// @param dt  s, above 0; matters with viscosity only. The result is NaN in a lane whose deformation is inverted or not finite.
+  template <LaneNumber T>
+  void update_stress(MaterialState<T>& state, const Matrix3<T>& dl, double dt) const;
+
+  template <LaneNumber T>
+  [[nodiscard]] T volume_ratio(const MaterialState<T>& state) const {
+    return 1.0 + state.internal;
+  }
+  [[nodiscard]] double density() const { return density_; }
+  [[nodiscard]] double initial_internal() const { return 0.0; }
+  [[nodiscard]] double viscosity() const { return viscosity_; }  ///< eta, Pa s
+  /// sqrt(K/rho_0), m/s. In compression sound is faster, by (rho/rho_0)^((n - 1)/2).
+  [[nodiscard]] double wave_speed() const { return std::sqrt(bulk_ / density_); }
+  /// psi, J/m^3 of reference volume.
+  [[nodiscard]] double stored_energy(const MaterialState<double>& state) const;
+
+  /// p, Pa (Cauchy), at j = J - 1.
+  template <LaneNumber T>
+  [[nodiscard]] T pressure(const T& j) const {
+    const T r = -j / (1.0 + j);
+    T y = r;
+    for (int i = 1; i < exponent_; ++i) y += r * (1.0 + y);
+    const T p = (bulk_ / exponent_) * y;
+    return carries_tension_ ? p : max(p, T{});
+  }
+
+ private:
+  double density_, bulk_, viscosity_;
+  int exponent_;
+  bool carries_tension_;
+};
+
+template <LaneNumber T>
+void WeaklyCompressibleFluid::update_stress(MaterialState<T>& state, const Matrix3<T>& dl, double dt) const {
+  const auto& l = dl.m;
+  const auto minor = [&](int i, int j) { return l[i][i] * l[j][j] - l[i][j] * l[j][i]; };
+  const T determinant =
+      l[0][0] * minor(1, 2) - l[0][1] * (l[1][0] * l[2][2] - l[1][2] * l[2][0]) + l[0][2] * (l[1][0] * l[2][1] - l[1][1] * l[2][0]);
+  const T growth = (l[0][0] + l[1][1] + l[2][2]) + (minor(0, 1) + minor(0, 2) + minor(1, 2)) + determinant;  // det(I + dl) - 1
+  const T ratio = 1.0 + state.internal;
+  const T inverted = select(growth > -1.0, T{}, broadcast<T>(std::numeric_limits<double>::quiet_NaN()));
+  state.internal += ratio * growth + inverted;
+
+  const T now = 1.0 + state.internal;
+  const T mean = -now * pressure(state.internal);
+  state.stress = {mean, mean, mean, T{}, T{}, T{}};
+  if (viscosity_ == 0.0) return;
+  const auto stretch = [&](int i, int j) { return l[i][j] + l[j][i] + l[i][0] * l[j][0] + l[i][1] * l[j][1] + l[i][2] * l[j][2]; };
+  const Sym3<T> green{stretch(0, 0), stretch(1, 1), stretch(2, 2), stretch(0, 1), stretch(0, 2), stretch(1, 2)};
+  state.stress = state.stress + ((viscosity_ / dt) * now) * deviator(green);
+}
+
+static_assert(Material<WeaklyCompressibleFluid>);
+
+}  // namespace mpm

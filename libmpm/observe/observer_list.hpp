@@ -1,0 +1,50 @@
+#pragma once
+/// All observers of a run and the series that they fill.
+
+#include <functional>
+#include <memory>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "libmpm/observe/observer.hpp"
+
+namespace mpm {
+
+class ObserverList {
+ public:
+  explicit ObserverList(std::vector<std::shared_ptr<Observer>> observers);
+
+  void begin(const State& state, const Scene& scene);
+  void after_step(const StepReport& report, const State& state);
+
+  /// Measures a state and adds a row to the series. @return the row
+  std::vector<double> sample(const Instant& now);
+  /// Measures a stored frame and adds a row to the series.
+  /// @param carried value of a column of an observer of Source::run at this frame
+  std::vector<double> sample(const Snapshot& frame, const std::function<double(const Column&)>& carried);
+  /// Warnings. @throws UnstableError
+  std::vector<std::string> check(const Instant& now);
+
+  [[nodiscard]] const TimeSeries& series() const { return series_; }
+  /// What observers know at the end of a run. @param state and progress: null if frames were measured
+  [[nodiscard]] Summary summary(const State* state, const RunProgress* progress) const;
+  /// The entries of results.json; of observers of Source::particles only if frames were measured.
+  [[nodiscard]] Results results(const Summary& end) const;
+  [[nodiscard]] std::vector<HeightProfile> profiles(const Summary& end) const;
+
+  /// Arrays by "observer.array"; the series as "series.column".
+  [[nodiscard]] Arrays save() const;
+  /// @throws IoError if they are not those of a run of these observers with so many samples
+  void load(const Arrays& arrays, std::size_t samples);
+
+ private:
+  std::vector<std::shared_ptr<Observer>> observers_;
+  std::vector<std::size_t> width_;  ///< columns of each observer
+  TimeSeries series_;
+};
+
+/// One sample of one observer: measures the particles of a state by itself, outside of a run.
+std::vector<double> measure(Observer& observer, const State& state, const Scene& scene);
+
+}  // namespace mpm

@@ -1,0 +1,81 @@
+#pragma once
+/// Particles as observers see them: those of a block of a running computation, or those of a stored frame.
+
+#include <limits>
+#include <span>
+
+#include "libmpm/base/types.hpp"
+#include "libmpm/core/step.hpp"
+#include "libmpm/core/stress_update.hpp"
+#include "libmpm/io/snapshot.hpp"
+
+namespace mpm {
+
+/// One particle, in the coordinates of the case and in SI units.
+struct ParticleView {
+  Vec3 position;                      ///< m
+  Vec3 velocity;                      ///< m/s; a frame has it in single precision
+  std::span<const double, 6> stress;  ///< Kirchhoff tau, Pa, tension positive: xx yy zz xy xz yz
+  double volume;                      ///< V_0, m^3, in the reference state
+  double mass;                        ///< kg, as computed: not doubled for a mirror plane
+  const Particle* particle;           ///< null in a frame
+  const AnyMaterial* material;        ///< null in a frame
+  double stored_volume_ratio;         ///< of a frame
+
+  /// J = det F: volume over reference volume. Asks the law where the particle is live, which costs more than the rest.
+  [[nodiscard]] double volume_ratio() const { return particle != nullptr ? mpm::volume_ratio(*material, *particle) : stored_volume_ratio; }
+};
+
+/// Particles that lie in one box. Observers add them up in the order of the batches and of the particles in each: the same bits on any
+/// number of threads.
+class ParticleBatch {
+ public:
+  /// The particles of one block of a state. @param cell_size dx, m
+  ParticleBatch(const Block& block, const Scene& scene, double cell_size)
+      : density_(density_of(scene.material)), bin_(&block.particles), scene_(&scene) {
+    constexpr double slack = 1e-6;  // cells: a position on the edge of its cell, up to rounding
+    for (int axis = 0; axis < 3; ++axis) {
+      const double first = static_cast<double>(block_edge * block.coordinate[static_cast<std::size_t>(axis)]) + 0.5;
+      low[axis] = (first - slack) * cell_size - scene.offset[axis];
+      high[axis] = (first + block_edge + slack) * cell_size - scene.offset[axis];
+    }
+  }
+  /// All particles of a frame, in the order of their identity numbers.
+  explicit ParticleBatch(const Snapshot& frame) : density_(frame.info.reference_density), frame_(&frame.particles) {}
+
+  /// m: corners of a box that holds the particles, for an observer that can skip it; infinite for a frame.
+  Vec3 low = Vec3::Constant(-std::numeric_limits<double>::infinity()), high = Vec3::Constant(std::numeric_limits<double>::infinity());
+
+  [[nodiscard]] std::size_t size() const { return bin_ != nullptr ? static_cast<std::size_t>(bin_->count()) : frame_->size(); }
+
+  [[nodiscard]] ParticleView operator[](std::size_t i) const {
+    if (bin_ != nullptr) {
+      const Particle& p = (*bin_)[static_cast<int>(i)];
+      return {Vec3(p.position[0], p.position[1], p.position[2]) - scene_->offset,
+              Vec3(p.velocity[0], p.velocity[1], p.velocity[2]),
+              std::span<const double, 6>(p.stress),
+              p.volume,
+              density_ * p.volume,
+              &p,
+              &scene_->material,
+              1.0};
+    }
+    const ParticleTable& t = *frame_;
+    return {Vec3(t.position[3 * i], t.position[3 * i + 1], t.position[3 * i + 2]),
+            Vec3(t.velocity[3 * i], t.velocity[3 * i + 1], t.velocity[3 * i + 2]),
+            std::span<const double, 6>(t.stress.data() + 6 * i, 6),
+            t.volume[i],
+            density_ * t.volume[i],
+            nullptr,
+            nullptr,
+            t.volume_ratio[i]};
+  }
+
+ private:
+  double density_;
+  const ParticleBin* bin_ = nullptr;
+  const Scene* scene_ = nullptr;
+  const ParticleTable* frame_ = nullptr;
+};
+
+}  // namespace mpm

@@ -1,0 +1,44 @@
+#pragma once
+/// Run-up on the obstacle (paper, Sect. 2.3): how high the snow climbs before its front.
+
+#include "libmpm/impact/measure.hpp"
+#include "libmpm/observe/observer.hpp"
+
+namespace mpm {
+
+/// Heights of one instant, m; 0 without particles.
+struct RunupHeights {
+  double highest = 0.0;  ///< h_r: highest particle in the strip upstream of the front
+  double p99 = 0.0;      ///< 99th percentile of the heights of the particles in the strip within H of the front, which does not depend on
+                         ///< how much avalanche is computed upstream (linear between order statistics)
+};
+
+class Runup : public Observer {
+ public:
+  explicit Runup(ImpactGeometry geometry) : geometry_(std::move(geometry)) {}
+
+  [[nodiscard]] std::string name() const override { return "runup"; }
+  [[nodiscard]] std::vector<Column> columns() const override {
+    return {
+        {.quantity = "runup", .unit = "m", .meaning = "run-up: highest particle upstream of the obstacle and near its axis", .mean = true},
+        {.quantity = "runup_p99",
+         .unit = "m",
+         .meaning = "run-up: 99th percentile of the particles' heights near the axis, within H upstream of the obstacle",
+         .mean = true}};
+  }
+  void visit(const ParticleBatch& batch) override;
+  void sample(const Instant& now, std::span<double> row) override;
+  [[nodiscard]] std::vector<Result> summary(const Summary& end) const override;
+
+  /// @param position m
+  void add(const Vec3& position);
+  /// Evaluates what was added, and starts anew.
+  [[nodiscard]] RunupHeights finish();
+
+ private:
+  ImpactGeometry geometry_;
+  double highest_ = 0.0;
+  std::vector<double> near_heights_;  // z of the particles within H of the front
+};
+
+}  // namespace mpm

@@ -1,0 +1,55 @@
+#include "libmpm/observe/time_series.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "libmpm/base/error.hpp"
+
+namespace mpm {
+
+const std::vector<double>& stored_array(const Arrays& arrays, std::string_view name, std::size_t size) {
+  const auto found = arrays.find(name);
+  if (found == arrays.end())
+    throw IoError(fmt::format("there is no array '{}'; go on with the version of the program that wrote it", name));
+  if (found->second.size() != size)
+    throw IoError(fmt::format("the array '{}' has {} numbers, {} were expected", name, found->second.size(), size));
+  return found->second;
+}
+
+TimeSeries::TimeSeries(const std::vector<Column>& columns) {
+  columns_.push_back({.quantity = "time", .unit = "s", .meaning = "time; with a conveyor, since the front was at the obstacle"});
+  columns_.insert(columns_.end(), columns.begin(), columns.end());
+  for (const Column& column : columns_) {
+    if (std::ranges::find(names_, column.name()) != names_.end())
+      throw Error(ExitCode::internal, fmt::format("two columns of the series have the name '{}'", column.name()));
+    names_.push_back(column.name());
+  }
+  values_.resize(columns_.size());
+}
+
+void TimeSeries::append(std::span<const double> row) {
+  if (row.size() != values_.size())
+    throw Error(ExitCode::internal, fmt::format("a row of {} numbers for a series of {} columns", row.size(), values_.size()));
+  for (std::size_t i = 0; i < row.size(); ++i) values_[i].push_back(row[i]);
+}
+
+std::span<const double> TimeSeries::operator[](std::string_view name) const {
+  const auto found = std::ranges::find(names_, name);
+  if (found == names_.end()) throw Error(ExitCode::internal, fmt::format("the series has no column '{}'", name));
+  return values_[static_cast<std::size_t>(found - names_.begin())];
+}
+
+Arrays TimeSeries::save() const {
+  Arrays arrays;
+  for (std::size_t i = 0; i < names_.size(); ++i) arrays[names_[i]] = values_[i];
+  return arrays;
+}
+
+void TimeSeries::load(const Arrays& arrays, std::size_t rows) {
+  std::vector<std::vector<double>> values;
+  for (const std::string& name : names_) values.push_back(stored_array(arrays, name, rows));
+  values_ = std::move(values);
+}
+
+}  // namespace mpm

@@ -1,0 +1,49 @@
+#pragma once
+/// What a run measured at each sample, by named columns of one length; and how observers are stored in a checkpoint.
+
+#include <map>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "libmpm/observe/column.hpp"
+
+namespace mpm {
+
+/// Named arrays of numbers: what an observer keeps from sample to sample, as a checkpoint stores it.
+using Arrays = std::map<std::string, std::vector<double>, std::less<>>;
+
+/// An array of a known size. @throws IoError if it is missing or has another size
+const std::vector<double>& stored_array(const Arrays& arrays, std::string_view name, std::size_t size);
+
+/// Rows of series.csv in memory. The first column is the time in s; rows are evenly spaced in time. NaN: unknown.
+class TimeSeries {
+ public:
+  /// @param columns those after time_s. @throws Error if two have one name
+  explicit TimeSeries(const std::vector<Column>& columns);
+
+  [[nodiscard]] const std::vector<Column>& columns() const { return columns_; }
+  [[nodiscard]] const std::vector<std::string>& names() const { return names_; }
+  [[nodiscard]] std::size_t size() const { return values_.front().size(); }
+
+  /// @param row one number a column
+  void append(std::span<const double> row);
+
+  /// The values of a column. @throws Error for a name that no column has
+  [[nodiscard]] std::span<const double> operator[](std::string_view name) const;
+  [[nodiscard]] std::span<const double> time() const { return values_.front(); }
+  /// All values, column by column.
+  [[nodiscard]] const std::vector<std::vector<double>>& values() const { return values_; }
+
+  [[nodiscard]] Arrays save() const;
+  /// @param rows number of rows that each column must have. @throws IoError if one has not; nothing is changed then
+  void load(const Arrays& arrays, std::size_t rows);
+
+ private:
+  std::vector<Column> columns_;
+  std::vector<std::string> names_;
+  std::vector<std::vector<double>> values_;
+};
+
+}  // namespace mpm

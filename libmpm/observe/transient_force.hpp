@@ -1,0 +1,41 @@
+#pragma once
+/// The force on the obstacle while it varies: peaks, rise time, first impact.
+
+#include "libmpm/impact/impact_flow.hpp"
+#include "libmpm/observe/observer.hpp"
+
+namespace mpm {
+
+/// Raw values are those of the means over sampling intervals, which are exact impulses over time; filtered ones are of a moving mean over
+/// an odd number of them. The overturning moment is that about the axis y through the foot, M_y. NaN: unknown.
+struct ForcePeaks {
+  double interval = MeanEstimate::none, window = MeanEstimate::none;  ///< s: sampling interval, window of the moving mean
+  double peak = MeanEstimate::none, peak_time = MeanEstimate::none;   ///< N and s (middle of the interval), of the stream-wise force F_x
+  double filtered_peak = MeanEstimate::none, filtered_peak_time = MeanEstimate::none;  ///< N, s (middle of the window)
+  double rise_time = MeanEstimate::none;  ///< s: of the filtered force from 10 to 90 % of its peak, first passages, linear between samples
+  double first_impact_until = MeanEstimate::none;    ///< s: arrival + 2 v/g, when the first splash is back, or the end of the series
+  double first_impact_impulse = MeanEstimate::none;  ///< N s: of F_x from the arrival until then
+  double moment_peak = MeanEstimate::none, moment_peak_time = MeanEstimate::none;  ///< N m, s
+  double moment_filtered_peak = MeanEstimate::none;                                ///< N m
+};
+
+/// @param time s, evenly spaced. @param force_x N, @param moment_y N m: means over the intervals before; the first is not read
+/// @param window s, of the moving mean; taken to the nearest odd number of samples below
+[[nodiscard]] ForcePeaks force_peaks(std::span<const double> time, std::span<const double> force_x, std::span<const double> moment_y,
+                                     const ImpactFlow& flow, double window);
+
+class TransientForce : public Observer {
+ public:
+  /// @param window s, of the moving mean
+  TransientForce(const ImpactFlow& flow, double window) : flow_(flow), window_(window) {}
+
+  [[nodiscard]] std::string name() const override { return "transient_force"; }
+  [[nodiscard]] Source source() const override { return Source::run; }  // between two frames the force is only known as a mean
+  [[nodiscard]] std::vector<Result> summary(const Summary& end) const override;
+
+ private:
+  ImpactFlow flow_;
+  double window_;
+};
+
+}  // namespace mpm

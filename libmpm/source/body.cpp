@@ -1,0 +1,152 @@
+#include "libmpm/source/body.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+#include <numbers>
+
+#include "libmpm/base/parameter.hpp"
+#include "libmpm/base/text.hpp"
+
+namespace mpm {
+
+namespace {
+
+bool inside_shape(const BodySpec& body, const Vec3& x) {
+  const Vec3 r = (2.0 * x - body.min - body.max).cwiseQuotient(body.max - body.min);  // -1 .. 1 within the bounding box
+  switch (body.shape) {
+    case BodySpec::Shape::cylinder: return r.head<2>().squaredNorm() <= 1.0;
+    case BodySpec::Shape::sphere: return r.squaredNorm() <= 1.0;
+    case BodySpec::Shape::box: break;
+  }
+  return true;
+}
+
+}  // namespace
+
+double volume_of(const BodySpec& body) {
+  const Vec3 size = body.max - body.min;
+  switch (body.shape) {
+    case BodySpec::Shape::cylinder: return 0.25 * std::numbers::pi * size.prod();
+    case BodySpec::Shape::sphere: return std::numbers::pi / 6.0 * size.prod();
+    case BodySpec::Shape::box: break;
+  }
+  return size.prod();
+}
+
+void check_body(const BodySpec& body, const std::string& path, const BodySurroundings& around, ParameterReport& report) {
+  const std::string low = path + ".min_m", high = path + ".max_m";
+  if (!report.all_sound({low, high})) return;
+  constexpr int digits = 9;
+  for (int axis = 0; axis < 3; ++axis) {
+    if (body.min[axis] < body.max[axis]) continue;
+    return report.problem(high, std::string("is not above min_m in ") + "xyz"[axis] + ": " + number_text(body.max[axis], digits) +
+                                    " <= " + number_text(body.min[axis], digits) + "; exchange them");
+  }
+  const bool cell_size_sound = report.sound("numerics.cell_size_m");
+  const double thinnest = (body.max - body.min).minCoeff();
+  constexpr double slack = 1.0 - 1e-9;  // rounding of the corners
+  if (cell_size_sound && report.sound("numerics.particles_per_cell") && thinnest < around.spacing * slack) {
+    report.problem(high, "- min_m is " + number_text(thinnest, digits) + " m at the thinnest, less than the distance of particles, " +
+                             number_text(around.spacing, digits) + " m; give a larger body or finer cells");
+  }
+  constexpr double reach = 4.0e6;  // cells from the origin: 2^20 blocks of four, with some room
+  const double farthest = std::max(body.max.cwiseAbs().maxCoeff(), body.min.cwiseAbs().maxCoeff());
+  if (cell_size_sound && farthest > reach * around.cell_size) {
+    report.problem(high, "or min_m is " + number_text(farthest, digits) + " m from the origin, beyond the " + number_text(reach) +
+                             " cells of " + number_text(around.cell_size, digits) +
+                             " m that the grid reaches; move the scene to the origin, or take larger cells");
+  }
+  bool domain_known = true;
+  for (const std::string corner : {"domain.min_m", "domain.max_m"}) domain_known &= report.given(corner) && report.sound(corner);
+  if (domain_known && ((body.min.array() < around.min.array()).any() || (body.max.array() > around.max.array()).any()))
+    report.problem(high, "or min_m lies outside [domain]; enlarge the domain or move the body");
+  if (around.obstacle != nullptr && plan_is_sound(report) && report.all_sound({"obstacle.height_m", path + ".shape"}) &&
+      meets_obstacle(body, *around.obstacle)) {
+    report.problem(high, "and min_m reach into the obstacle; move the body, it may touch the obstacle");
+  }
+}
+
+std::size_t fill_body(State& state, const BodySpec& body, const Scene& scene, double spacing) {
+  const Vec3 size = body.max - body.min;
+  std::array<long, 3> count{};
+  Vec3 step;
+  for (int i = 0; i < 3; ++i) {
+    count[static_cast<std::size_t>(i)] = std::max(1L, std::lround(size[i] / spacing));
+    step[i] = size[i] / static_cast<double>(count[static_cast<std::size_t>(i)]);
+  }
+  struct Point {
+    Vec3 x;
+    double share;  ///< of its volume in the computed part: a half on a mirror plane, to which its image adds the other
+  };
+  const double on_plane = 1e-9 * spacing;  // lattice points are sums of rounded numbers
+  std::vector<Point> points;
+  std::size_t whole = 0;
+  for (long k = 0; k < count[2]; ++k) {
+    for (long j = 0; j < count[1]; ++j) {
+      for (long i = 0; i < count[0]; ++i) {
+        Vec3 x =
+            body.min + step.cwiseProduct(Vec3(static_cast<double>(i) + 0.5, static_cast<double>(j) + 0.5, static_cast<double>(k) + 0.5));
+        if (!inside_shape(body, x)) continue;
+        ++whole;
+        double share = 1.0;
+        for (const auto& [mirror, coordinate] : {std::pair{scene.mirror.x, &x.x()}, std::pair{scene.mirror.y, &x.y()}}) {
+          if (!mirror || *coordinate > on_plane) continue;
+          share *= *coordinate < -on_plane ? 0.0 : 0.5;
+          *coordinate = 0.0;
+        }
+        if (share > 0.0) points.push_back({x, share});
+      }
+    }
+  }
+  if (whole == 0) return 0;
+  const double volume = volume_of(body) / static_cast<double>(whole);
+  const double internal = initial_internal_of(scene.material);
+  for (const auto& [x, share] : points) {
+    Particle p{};
+    for (int i = 0; i < 3; ++i) {
+      p.position[i] = x[i] + scene.offset[i];
+      p.velocity[i] = body.velocity[i];
+    }
+    p.volume = share * volume;
+    p.internal = internal;
+    p.id = state.next_id++;
+    state.grid.insert(p);
+  }
+  state.max_speed = std::max(state.max_speed, body.velocity.norm());
+  return whole;
+}
+
+bool meets_obstacle(const BodySpec& body, const ObstacleSpec& obstacle) {
+  const double top = obstacle.height.value_or(std::numeric_limits<double>::infinity());
+  if (body.min.z() >= top || body.max.z() <= 0.0) return false;
+  const ObstaclePlan plan = obstacle_plan(obstacle);
+  // in coordinates in which the body's bounding box is the cube -1 .. 1; a map by axes keeps the plan convex
+  const Vec3 centre = 0.5 * (body.min + body.max), half = 0.5 * (body.max - body.min);
+  const auto mapped = [&](const Vec2& p) -> Vec2 { return (p - centre.head<2>()).cwiseQuotient(half.head<2>()); };
+  double gap = std::numeric_limits<double>::infinity();  // of the body's axis from the plan
+  bool within = true;
+  Vec2 low = Vec2::Constant(std::numeric_limits<double>::infinity()), high = -low;
+  for (const auto& side : plan.sides) {
+    const Vec2 from = mapped(side.from), to = mapped(side.to);
+    within = within && (to - from).x() * -from.y() - (to - from).y() * -from.x() > 0.0;
+    gap = std::min(gap, nearest_point(from, to, Vec2::Zero()).norm());
+    low = low.cwiseMin(from);
+    high = high.cwiseMax(from);
+  }
+  if ((low.array() >= 1.0).any() || (high.array() <= -1.0).any()) return false;
+  if (body.shape == BodySpec::Shape::box) {
+    // separating axes: those of the box were tried, these are the plan's sides
+    return std::none_of(plan.sides.begin(), plan.sides.end(), [&](const auto& side) {
+      const Vec2 from = mapped(side.from), along = mapped(side.to) - from, outward(along.y(), -along.x());
+      return -outward.cwiseAbs().sum() - outward.dot(from) >= 0.0;
+    });
+  }
+  if (within) gap = 0.0;
+  const double above = std::clamp(centre.z(), 0.0, top) - centre.z();
+  const double rise = body.shape == BodySpec::Shape::sphere ? above / half.z() : 0.0;
+  return gap * gap + rise * rise < 1.0;
+}
+
+}  // namespace mpm

@@ -1,0 +1,55 @@
+#pragma once
+/// A body: a lattice of particles that fills a simple shape.
+
+#include <cstdint>
+#include <string>
+
+#include "libmpm/base/limits.hpp"
+#include "libmpm/base/types.hpp"
+#include "libmpm/boundary/obstacle.hpp"
+#include "libmpm/core/step.hpp"
+
+namespace mpm {
+
+class ParameterReport;
+
+/// [[body]]: a lattice of particles.
+struct BodySpec {
+  enum class Shape : std::uint8_t { box, cylinder, sphere } shape = Shape::box;
+  Vec3 min = Vec3::Zero(), max = Vec3::Zero();  ///< bounding box, m; cylinder (axis z) and sphere are inscribed
+  Vec3 velocity = Vec3::Zero();                 ///< m/s
+  bool operator==(const BodySpec&) const = default;
+
+  template <class Table>
+  static void declare(Table& table) {
+    table.add("shape", &BodySpec::shape, {"box", "cylinder", "sphere"})
+        .text("Cylinder (axis z) and sphere are inscribed in the box min_m..max_m");
+    table.add("min_m", &BodySpec::min).unit("m").range(-longest_length, longest_length).required().text("Lower corner of the bounding box");
+    table.add("max_m", &BodySpec::max).unit("m").range(-longest_length, longest_length).required().text("Upper corner of the bounding box");
+    table.add("velocity_m_s", &BodySpec::velocity).unit("m/s").range(-fastest_speed, fastest_speed).text("Initial velocity");
+  }
+};
+
+/// What a body has to fit into.
+struct BodySurroundings {
+  double cell_size, spacing;     ///< m: of the grid and of the particles
+  Vec3 min, max;                 ///< of the domain, m
+  const ObstacleSpec* obstacle;  ///< null: none
+};
+
+/// Checks the extents of a body. @param path  of its entry, "body[0]"; names are paths
+void check_body(const BodySpec& body, const std::string& path, const BodySurroundings& surroundings, ParameterReport& report);
+
+/// Exact volume of the whole body, m^3.
+[[nodiscard]] double volume_of(const BodySpec& body);
+
+/// Whether the interiors of a body and of an obstacle share a point.
+[[nodiscard]] bool meets_obstacle(const BodySpec& body, const ObstacleSpec& obstacle);
+
+/// Adds the particles of a body at rest in its reference state: a lattice that fills the shape with the body's exact volume. With mirror
+/// planes only the computed part is filled; a particle on a plane keeps half its volume. Identity numbers rise with x fastest, then y, z.
+/// @param spacing  wanted distance of particles, m
+/// @returns the number of lattice points of the whole body; 0 where not one fits into it, and then nothing was added
+std::size_t fill_body(State& state, const BodySpec& body, const Scene& scene, double spacing);
+
+}  // namespace mpm

@@ -1,0 +1,116 @@
+"""The command line: python3 -m mpmtools fit|study|plot|render."""
+
+import argparse
+import os
+import sys
+
+from mpmtools import __version__
+from mpmtools.errors import MpmError
+
+EPILOG = """\
+examples:
+  python3 -m mpmtools fit out/campaign/coarse/results.csv --breakdown
+  python3 -m mpmtools study out/campaign/coarse out/campaign/fine --out out/study
+  python3 -m mpmtools plot out/run --times 0.2,3,6
+  python3 -m mpmtools render out/run --field velocity
+
+Exit codes: 0 ok, 2 usage or numbers out of range, 4 a file is missing or damaged.
+In Python: from mpmtools import Run; Run("out/run").series is a pandas DataFrame."""
+
+FILTER_HELP = "keep rows where this holds, such as cell_size_m=0.25, hardening_xi=0.5,5, froude_number<=3; may be repeated"
+
+
+def parser():
+    top = argparse.ArgumentParser(
+        prog="python3 -m mpmtools", epilog=EPILOG, formatter_class=argparse.RawDescriptionHelpFormatter,
+        description="Evaluates and draws the runs of `mpm`: the regressions of the paper, its study, pictures of single runs.")
+    top.add_argument("--version", action="version", version=f"mpmtools {__version__}")
+    commands = top.add_subparsers(dest="command", required=True, metavar="COMMAND", title="commands")
+
+    def command(name, text, run):
+        added = commands.add_parser(name, help=text, description=text[0].upper() + text[1:] + ".")
+        added.set_defaults(run=run)
+        return added
+
+    fit = command("fit", "the paper's regressions of run-up and pressure height (Eqs. 7 to 10) over tables of runs", run_fit)
+    fit.add_argument("tables", nargs="+", metavar="RESULTS.csv", help="result tables of campaigns, one row a run")
+    fit.add_argument("--filter", action="append", default=[], metavar="'COLUMN OP VALUE'", help=FILTER_HELP)
+    fit.add_argument("--breakdown", action="store_true", help="errors by Froude number, M' and xi, too")
+    form = fit.add_mutually_exclusive_group()
+    form.add_argument("--csv", choices=["coefficients", "scores"], help="one table as CSV; scores come with all their groups")
+    form.add_argument("--json", action="store_true", help="everything as JSON")
+
+    study = command("study", "the tables and the page of the paper's figures, from tables of runs", run_study)
+    study.add_argument("inputs", nargs="+", metavar="TABLE.csv|DIR",
+                       help="result table or folder of a campaign, or a folder that was evaluated before (it holds fit.json); all figures are "
+                            "drawn from the first, the others are beside it in the tables")
+    study.add_argument("--out", required=True, metavar="DIR", help="folder for the page, index.html, and for a folder of tables an input")
+    study.add_argument("--join", action="store_true", help="evaluate all tables together, as one study")
+    study.add_argument("--filter", action="append", default=[], metavar="'COLUMN OP VALUE'", help=FILTER_HELP)
+    study.add_argument("--width", action="append", default=[], metavar="RESULTS.csv", help="table of the width study (Fig. 10), where it is another one")
+    study.add_argument("--sections", action="append", default=[], metavar="RESULTS.csv",
+                       help="table with the two runs of Fig. 5 that kept final.h5, where it is another one")
+    study.add_argument("--sensitivity", metavar="RESULTS.csv", help="table of runs that change one choice at a time, compared with their base")
+    study.add_argument("--extensions", metavar="DIR", help="folder with the tables of the runs beyond the paper")
+    study.add_argument("--note", action="append", default=[], metavar="TEXT", help="a line on where the data come from, for the page")
+    study.add_argument("--decomposition", metavar="M,BETA,XI", default="0.8,0.3,0.5", help="end of the chain of Fig. 4 (default: %(default)s)")
+    study.add_argument("--no-page", action="store_true", help="only the tables")
+
+    plot = command("plot", "pictures of one run: heights, pressure profile, forces, side view", run_plot)
+    plot.add_argument("directory", metavar="DIR", help="result folder of `mpm run`")
+    plot.add_argument("--out", metavar="FOLDER", help="folder for the pictures (default: DIR/post)")
+    plot.add_argument("--times", metavar="T,T,...", help="s: sections of the side view (default: first contact, middle, end)")
+    plot.add_argument("--format", choices=["png", "pdf", "svg"], default="png")
+
+    render = command("render", "3D picture of one frame of a run, rendered by ParaView without a screen", run_render)
+    render.add_argument("directory", metavar="DIR", help="result folder of `mpm run`, with frames")
+    render.add_argument("--time", type=float, metavar="T", help="s; the nearest frame is taken (default: the last)")
+    render.add_argument("--field", choices=["density", "pressure", "stress_xx", "velocity"], default="stress_xx",
+                        help="what the colours show (default: %(default)s)")
+    render.add_argument("--out", metavar="FILE.png", help="picture to write (default: DIR/post/view_3d.png)")
+    render.add_argument("--size", default="1600x1000", metavar="WIDTHxHEIGHT", help="pixels (default: %(default)s)")
+    return top
+
+
+def run_fit(options):
+    from mpmtools.study import fit_command
+
+    fit_command.run(options)
+
+
+def run_study(options):
+    from mpmtools.study import study_command
+
+    study_command.run(options)
+
+
+def run_plot(options):
+    from mpmtools.figures import run_pictures
+
+    run_pictures.run_command(options)
+
+
+def run_render(options):
+    from mpmtools.figures import view_3d
+
+    return view_3d.run_command(options)
+
+
+def main(arguments=None):
+    options = parser().parse_args(arguments)
+    try:
+        return options.run(options) or 0
+    except MpmError as error:
+        print(f"mpmtools {options.command}: {error}", file=sys.stderr)
+        return error.exit_code
+    except ImportError as error:
+        print(f"mpmtools: {error}; install Debian's python3-numpy, python3-scipy, python3-pandas, python3-matplotlib, python3-h5py and "
+              "python3-jinja2", file=sys.stderr)
+        return 5
+    except BrokenPipeError:  # the reader of a pipe, such as head, has seen enough
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,1 @@
+"""Pictures of runs, the page of the study, and the style that all pages share."""

@@ -1,0 +1,200 @@
+"""3D picture of one frame of a run, rendered by ParaView without a screen.
+
+Particles are drawn as spheres, the mast by its own shape, the bottom as a plane. Half a computed domain (mirror plane y = 0) is
+drawn whole. Needs Debian's paraview and python3-paraview.
+"""
+import os
+import shutil
+import subprocess
+import sys
+
+from mpmtools.errors import ConfigError, InputError
+from mpmtools.run import Run
+
+LABELS = {
+    "stress_xx": ("stream-wise Cauchy stress (kPa)", 1e-3),
+    "velocity": ("speed (m/s)", 1.0),
+    "pressure": ("Cauchy pressure (kPa)", 1e-3),
+    "density": ("density (kg/m3)", 1.0),
+}
+
+
+def prism(paraview, plan, top):
+    """A solid of this plan from the floor to its top, m."""
+    from vtkmodules.vtkCommonCore import vtkPoints
+    from vtkmodules.vtkCommonDataModel import vtkCellArray, vtkPolyData
+
+    points, faces = vtkPoints(), vtkCellArray()
+    for z in (0.0, top):
+        for x, y in plan:
+            points.InsertNextPoint(x, y, z)
+    count = len(plan)
+    sides = [(i, (i + 1) % count, count + (i + 1) % count, count + i) for i in range(count)]
+    for face in [tuple(range(count, 2 * count)), *sides]:
+        faces.InsertNextCell(len(face))
+        for point in face:
+            faces.InsertCellPoint(point)
+    solid = vtkPolyData()
+    solid.SetPoints(points)
+    solid.SetPolys(faces)
+    source = paraview.TrivialProducer()
+    source.GetClientSideObject().SetOutput(solid)
+    return source
+
+
+def picture_size(text):
+    """(width, height) of WIDTHxHEIGHT, pixels."""
+    try:
+        width, height = (int(n) for n in text.split("x"))
+    except ValueError:
+        raise ConfigError(f"--size {text}: pixels are needed, such as 1600x1000") from None
+    return width, height
+
+
+def render(options, paraview):
+    """Builds the scene and writes the picture. Lengths in m."""
+    run = Run(options.directory)
+    mirrored = run.mirrored_y
+
+    reader = paraview.OpenDataFile(os.path.join(options.directory, "frames.xdmf"))
+    times = reader.TimestepValues
+    times = [times] if isinstance(times, float) else list(times)
+    if not times:
+        raise InputError(f"{options.directory}: frames.xdmf holds no frame; let the run write one")
+    time = times[-1] if options.time is None else min(times, key=lambda t: abs(t - options.time))
+    reader.UpdatePipeline(time)
+
+    label, factor = LABELS[options.field]
+    source = "mag(velocity)" if options.field == "velocity" else options.field
+    scaled = paraview.Calculator(Input=reader, Function=f"{factor}*{source}", ResultArrayName="shown")
+    shown = [scaled]
+    if mirrored:
+        # The other half is drawn at (x, -y, z); only scalars are coloured, so that nothing else has to be turned.
+        shown.append(paraview.Calculator(Input=scaled, Function="coordsX*iHat-coordsY*jHat+coordsZ*kHat", CoordinateResults=1,
+                                         ResultArrayName="mirrored"))
+
+    view = paraview.CreateRenderView()
+    width, height = picture_size(options.size)
+    view.ViewSize = [width, height]
+    view.ViewTime = time
+    view.OrientationAxesVisibility = 0
+    view.UseColorPaletteForBackground = 0
+    view.BackgroundColorMode = "Single Color"
+    view.Background = [1.0, 1.0, 1.0]
+
+    colours = paraview.GetColorTransferFunction("shown")
+    set_colours(colours, reverse=options.field == "stress_xx")
+    for source in shown:
+        source.UpdatePipeline(time)
+        display = paraview.Show(source, view)
+        display.SetRepresentationType("Point Gaussian")
+        display.GaussianRadius = 0.5 * run.particle_spacing
+        display.ShaderPreset = "Sphere"
+        paraview.ColorBy(display, ("POINTS", "shown"))
+    low, high = robust_range(scaled)
+    if options.field == "stress_xx":
+        high = 0.0  # compression is negative; a few particles in slight tension would shift the colours
+    elif options.field != "density":
+        low = 0.0
+    colours.RescaleTransferFunction(low, high)
+
+    bounds = list(scaled.GetDataInformation().GetBounds())
+    south, north = (-bounds[3], bounds[3]) if mirrored else bounds[2:4]
+    margin = 0.06 * (bounds[1] - bounds[0])
+    west, east, south, north = bounds[0] - margin, bounds[1] + margin, south - margin, north + margin
+    floor = paraview.Plane(Origin=[west, south, -0.01], Point1=[east, south, -0.01], Point2=[west, north, -0.01])
+    display = paraview.Show(floor, view)
+    display.DiffuseColor = [0.86, 0.86, 0.84]
+    display.AmbientColor = [0.86, 0.86, 0.84]
+    top = bounds[5]
+    if run.obstacle:
+        mast_top = run.obstacle.get("height_m", 1.15 * bounds[5])
+        top = max(top, mast_top)
+        mast = prism(paraview, run.obstacle_outline, mast_top)
+        display = paraview.Show(mast, view)
+        display.DiffuseColor = [0.35, 0.37, 0.42]
+        display.AmbientColor = [0.35, 0.37, 0.42]
+
+    bar = paraview.GetScalarBar(colours, view)
+    bar.Title, bar.ComponentTitle = label, ""
+    bar.TitleColor = bar.LabelColor = [0.1, 0.1, 0.1]
+    bar.TitleFontSize, bar.LabelFontSize = 20, 18
+    bar.AutomaticLabelFormat = 0
+    bar.LabelFormat = bar.RangeLabelFormat = "%.4g"
+    bar.WindowLocation = "Any Location"
+    bar.Position, bar.ScalarBarLength, bar.Orientation = [0.90, 0.22], 0.5, "Vertical"
+    bar.Visibility = 1
+    text = paraview.Text(Text=f"{run.title}, t = {time:.2f} s")
+    display = paraview.Show(text, view)
+    display.Color = [0.1, 0.1, 0.1]
+    display.FontSize = 24
+    display.WindowLocation = "Upper Center"
+
+    # From upstream, above and beside the flow, so that the wetted front face is seen.
+    centre = [0.5 * (west + east), 0.5 * (south + north), 0.4 * top]
+    view.CameraFocalPoint = centre
+    view.CameraPosition = [centre[0] - 1.5, centre[1] - 1.2, centre[2] + 0.9]
+    view.CameraViewUp = [0.0, 0.0, 1.0]
+    view.CameraViewAngle = 30
+    view.ResetCamera([west, east, south, north, 0.0, top])  # keeps the direction, fits a sphere round the box
+    paraview.GetActiveCamera().Zoom(1.1)
+    output = options.out or os.path.join(options.directory, "post", "view_3d.png")
+    os.makedirs(os.path.dirname(os.path.abspath(output)), exist_ok=True)
+    paraview.SaveScreenshot(output, view, ImageResolution=[width, height])
+    print(output)
+
+
+def set_colours(transfer_function, reverse):
+    """Snow white for nothing, over blue and yellow to dark red for much; reversed where much is negative (compression)."""
+    ramp = [(0.90, 0.94, 0.98), (0.42, 0.66, 0.88), (0.98, 0.82, 0.40), (0.89, 0.36, 0.20), (0.45, 0.04, 0.14)]
+    if reverse:
+        ramp.reverse()
+    transfer_function.ColorSpace = "Lab"
+    transfer_function.RGBPoints = [n for i, colour in enumerate(ramp) for n in (i / (len(ramp) - 1), *colour)]
+
+
+def robust_range(source):
+    """1st and 99th percentile of the array 'shown': single particles must not set the colours."""
+    import numpy
+    from paraview import servermanager
+    from vtkmodules.util.numpy_support import vtk_to_numpy
+
+    values = vtk_to_numpy(servermanager.Fetch(source).GetPointData().GetArray("shown"))
+    low, high = numpy.percentile(values, [1, 99])
+    return (low, high) if high > low else (low - 0.5, low + 0.5)
+
+
+def run_on_virtual_display():
+    """Runs this command again on a virtual X server (package xvfb): Debian's ParaView draws with OpenGL on a display, and there is none.
+
+    ParaView connects more than once; without -noreset the server restarts between two connections and may refuse the second.
+    """
+    if shutil.which("Xvfb") is None:
+        raise InputError("no display, and Xvfb is missing; install Debian's xvfb")
+    read_end, write_end = os.pipe()
+    server = subprocess.Popen(["Xvfb", "-displayfd", str(write_end), "-screen", "0", "1600x1200x24", "-nolisten", "tcp", "-noreset"],
+                              pass_fds=[write_end], stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+    os.close(write_end)
+    try:
+        with os.fdopen(read_end) as ready:
+            number = ready.readline().strip()
+        if not number:
+            raise InputError("the virtual display could not be started (Xvfb failed)")
+        return subprocess.call([sys.executable, *sys.orig_argv[1:]], env={**os.environ, "DISPLAY": f":{number}"})
+    finally:
+        server.terminate()
+        server.wait()
+
+
+def run_command(options):
+    if not os.path.exists(os.path.join(options.directory, "frames.xdmf")):
+        raise InputError(f"{options.directory}: there is no frames.xdmf; give the result folder of `mpm run` with frames")
+    try:
+        from paraview import simple
+    except ImportError:
+        raise InputError("ParaView for Python is missing; install Debian's paraview and python3-paraview") from None
+    if "DISPLAY" not in os.environ:
+        return run_on_virtual_display()
+    simple._DisableFirstRenderCameraReset()
+    render(options, simple)
+    return 0

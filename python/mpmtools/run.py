@@ -1,0 +1,156 @@
+"""One result folder of `mpm run`: results, tables and frames."""
+
+import json
+import os
+import tomllib
+from functools import cached_property
+
+import pandas as pd
+
+from mpmtools.errors import InputError
+from mpmtools.frame import Frame
+from mpmtools.tables import read_series
+
+
+class Run:
+    """What a result folder holds; every part is read when it is first asked for.
+
+    case      the resolved case.toml as a dict
+    results   results.json as a dict; empty where the run has not written it
+    series    series.csv as a DataFrame, a row a sample (columns with units: time_s, runup_m, ...); empty without it
+    profile   profile.csv, the mean pressure on the mast over its height (z_m, pressure_pa, ...); empty without a steady span
+    frames    list of Frame, in order of time
+    final     the last state (final.h5) as a Frame; None without it
+
+    `fallback` is a folder that is looked at for the files that the run itself lacks, such as what `mpm post` wrote.
+    """
+
+    def __init__(self, folder, fallback=None):
+        self.folder, self.fallback = str(folder), fallback
+        if not os.path.exists(os.path.join(self.folder, "case.toml")):
+            raise InputError(f"{self.folder}: there is no case.toml; give the result folder of `mpm run`")
+
+    def __repr__(self):
+        return f"Run({self.folder!r})"
+
+    @cached_property
+    def case(self):
+        path = os.path.join(self.folder, "case.toml")
+        try:
+            with open(path, "rb") as file:
+                return tomllib.load(file)
+        except tomllib.TOMLDecodeError as error:
+            raise InputError(f"{path}: {error}") from None
+
+    @cached_property
+    def results(self):
+        path = self._find("results.json")
+        if not path:
+            return {}
+        try:
+            with open(path, encoding="utf-8") as file:
+                return json.load(file)
+        except ValueError as error:
+            raise InputError(f"{path}: {error}") from None
+
+    @cached_property
+    def series(self):
+        return self._table("series.csv")
+
+    @cached_property
+    def profile(self):
+        return self._table("profile.csv")
+
+    @cached_property
+    def frames(self):
+        folder = os.path.join(self.folder, "frames")
+        names = sorted(os.listdir(folder)) if os.path.isdir(folder) else []
+        return [Frame(os.path.join(folder, name)) for name in names if name.endswith(".h5") and name[:-3].isdigit()]
+
+    @property
+    def final(self):
+        path = os.path.join(self.folder, "final.h5")
+        return Frame(path) if os.path.exists(path) else None
+
+    def number(self, key):
+        """A number of results.json; None where there is none."""
+        value = self.results.get(key)
+        return value if isinstance(value, (int, float)) and not isinstance(value, bool) else None
+
+    # ---- the set-up ----
+
+    @property
+    def title(self):
+        return self.case.get("title", "")
+
+    @property
+    def gravity(self):
+        """m/s^2."""
+        return self.case["numerics"].get("gravity_m_s2", 9.81)
+
+    @property
+    def cell_size(self):
+        """m."""
+        return self.case["numerics"]["cell_size_m"]
+
+    @property
+    def particle_spacing(self):
+        """Of the lattice at the start, m."""
+        return self.cell_size / round(self.case["numerics"].get("particles_per_cell", 8) ** (1.0 / 3.0))
+
+    @property
+    def obstacle(self):
+        """The table [obstacle]; None in a case without one."""
+        return self.case.get("obstacle")
+
+    @cached_property
+    def obstacle_outline(self):
+        """Corners (x, y), m, counter-clockwise from above, of the obstacle, whose most upstream point is at x = 0. From obstacle.json."""
+        path = self._find("obstacle.json")
+        if not path:
+            raise InputError(f"{self.folder}: there is no obstacle.json with the outline of the obstacle; `mpm post` writes it")
+        try:
+            with open(path, encoding="utf-8") as file:
+                return [tuple(corner) for corner in json.load(file)["outline_m"]]
+        except (ValueError, KeyError, TypeError) as error:
+            raise InputError(f"{path}: {error}") from None
+
+    @property
+    def obstacle_depth(self):
+        """Along the flow, m."""
+        return max(x for x, _ in self.obstacle_outline)
+
+    @property
+    def obstacle_width(self):
+        """Across the flow, m; for a turned box more than its width_m."""
+        return 2.0 * max(y for _, y in self.obstacle_outline)
+
+    @property
+    def flow_height(self):
+        """H, m; None without a conveyor."""
+        return self.case.get("conveyor", {}).get("flow_height_m")
+
+    @property
+    def velocity(self):
+        """v of the inflow, m/s; None without a conveyor."""
+        conveyor = self.case.get("conveyor")
+        if not conveyor:
+            return None
+        if "velocity_m_s" in conveyor:
+            return conveyor["velocity_m_s"]
+        return conveyor["froude_number"] * (self.gravity * self.flow_height) ** 0.5
+
+    @property
+    def mirrored_y(self):
+        """Is half of the domain computed, mirrored at y = 0?"""
+        if "conveyor" in self.case:
+            return bool(self.case["conveyor"].get("mirror_y", True))
+        return "y" in self.case.get("domain", {}).get("mirror", [])
+
+    def _find(self, name):
+        folders = [folder for folder in (self.folder, self.fallback) if folder]
+        return next((path for folder in folders if os.path.exists(path := os.path.join(folder, name))), None)
+
+    def _table(self, name):
+        path = self._find(name)
+        return read_series(path) if path else pd.DataFrame()

@@ -1,0 +1,106 @@
+"""The numbers behind every figure of the study, as one folder of tables."""
+
+import os
+import tomllib
+
+import numpy as np
+import pandas as pd
+
+from mpmtools import equations
+from mpmtools.scores import levels
+from mpmtools.study import guideline, histories, rheology, sensitivity, width
+from mpmtools.study.fits import coefficients_csv, fit_paper_sets, fits_json, own_coefficients, scores_csv
+from mpmtools.study.regression import EQUATIONS
+from mpmtools.study.runs import read_runs_or_refuse, read_study_table
+from mpmtools.tables import csv_text, write_text
+
+POINT_COLUMNS = ["froude_number", "critical_state_slope", "cohesion_beta", "hardening_xi", "effective_friction", "relative_width", "runup",
+                 "runup_standard_error", "runup_peak", "pressure_height", "pressure_height_standard_error", "pressure_height_peak"]
+NO_COEFFICIENTS = equations.HeightCoefficients(np.nan, np.nan, np.nan)
+
+
+def points(runs, fitted):
+    """A row a run: inputs, heights over H, and both equations (Figs. 6, 7, A2, A4)."""
+    return pd.concat([runs[POINT_COLUMNS], _both_equations(runs, fitted)], axis=1)
+
+
+def _both_equations(inputs, fitted):
+    columns = {}
+    for equation in EQUATIONS:
+        for source, coefficients in (("fitted", fitted[equation.name] or NO_COEFFICIENTS), ("published", equation.published)):
+            columns[f"{equation.name}_{source}"] = equations.relative_height(inputs.effective_friction, inputs.froude_number, coefficients)
+    return pd.DataFrame(columns)
+
+
+def curves(runs, fitted, steps=120, greatest=2.4):
+    """(heights over M' at each Froude number (Figs. A2, A4), factors zeta and lambda over M' (Fig. 8)); M' of the paper goes to 2.30."""
+    friction = greatest * np.arange(steps + 1) / steps
+    froude = np.sort(levels(runs.froude_number).unique())
+    inputs = pd.DataFrame({"froude_number": np.tile(froude, steps + 1), "effective_friction": np.repeat(friction, len(froude))})
+    factors = {"effective_friction": friction}
+    for symbol, factor in (("zeta", equations.magnification_factor), ("lambda", equations.dissipation_factor)):
+        for letter, equation in zip("rp", EQUATIONS):
+            factors[f"{symbol}_{letter}_fitted"] = factor(friction, fitted[equation.name] or NO_COEFFICIENTS)
+            factors[f"{symbol}_{letter}_published"] = factor(friction, equation.published)
+    return inputs.join(_both_equations(inputs, fitted)), pd.DataFrame(factors)
+
+
+def friction_curves(steps=90):
+    """M' and phi' over beta for the paper's M (Fig. 1)."""
+    slope, beta = np.repeat([0.0, 0.4, 0.8, 1.2], steps + 1), np.tile(0.45 * np.arange(steps + 1) / steps, 4)
+    friction = equations.effective_friction(slope, beta)
+    return pd.DataFrame({"critical_state_slope": slope, "cohesion_beta": beta, "effective_friction": friction,
+                         "friction_angle_deg": np.degrees(equations.friction_angle(friction))})
+
+
+def plan_title(table_path):
+    """The title of the plan that lies beside a campaign's table; empty without one."""
+    plan = os.path.join(os.path.dirname(table_path), "plan.toml")
+    if not os.path.exists(plan):
+        return ""
+    with open(plan, "rb") as file:
+        return tomllib.load(file).get("title", "")
+
+
+def write_study(files, out, filters=(), width_files=(), section_files=(), sensitivity_file=None, notes=(), last_link=rheology.LAST_LINK):
+    """Evaluates tables of runs and writes the tables of the study into the folder `out`; returns lines for the terminal.
+
+    The widths and the two runs of Fig. 5 are taken from the same tables unless others are named.
+    """
+    table = read_runs_or_refuse(files, filters)
+    plans = [f"plan: {title}" for path in files if (title := plan_title(path))]
+    table.provenance = [*notes, *plans, *table.provenance]
+    runs = table.runs
+    fits = fit_paper_sets(runs)
+    fitted = own_coefficients(fits)
+    correspondence = guideline.guideline_correspondence(runs)
+    losses = rheology.compaction_losses(runs)
+    summary = rheology.compaction_summary(losses)
+    heights, factors = curves(runs, fitted)
+    section_tables, missing = histories.sections(read_study_table(section_files).runs if section_files else runs, last_link)
+    tables = {
+        "points": points(runs, fitted), "height_curves": heights, "factor_curves": factors, "effective_friction": friction_curves(),
+        "envelopes": histories.envelopes(runs), "spreads": rheology.spreads(runs),
+        "guideline": correspondence.curves, "guideline_minima": correspondence.minima,
+        "decomposition": rheology.decomposition(runs, last_link),
+        "width_factors": width.width_factors(read_study_table(width_files).runs if width_files else runs),
+        "height_choices": histories.height_choice_table(runs),
+        "compaction": losses, "compaction_curve": rheology.compaction_curve(losses), "compaction_summary": summary, **section_tables,
+    }
+    not_compared = []
+    if sensitivity_file:
+        compared = sensitivity.sensitivities(sensitivity_file)
+        tables["sensitivity"], tables["sensitivity_summary"] = compared.runs, compared.summaries
+        not_compared = compared.notes
+    for name, content in tables.items():
+        write_text(os.path.join(out, f"{name}.csv"), csv_text(content))
+    write_text(os.path.join(out, "coefficients.csv"), coefficients_csv(fits))
+    write_text(os.path.join(out, "scores.csv"), scores_csv(fits))
+    write_text(os.path.join(out, "fit.json"), fits_json(fits, table))  # last: a folder with fit.json is whole
+    return table.cautions, [
+        f"{table.rows} rows, {len(runs)} runs with a steady run-up",
+        *(f"  left out: {rows} ({reason})" for reason, rows in table.left_out.items()),
+        *(f"{s.equation.name} not fitted to set '{s.fitting_set.name}': {s.why_not}" for s in fits if not s.fit),
+        *guideline.guideline_lines(correspondence), *rheology.compaction_lines(summary),
+        *(f"sensitivities, left out: {note}" for note in not_compared), *(f"longitudinal sections: {what}" for what in missing),
+    ]

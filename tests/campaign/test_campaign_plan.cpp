@@ -1,0 +1,203 @@
+#include "libmpm/campaign/plan_file.hpp"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <fstream>
+#include <map>
+
+#include "libmpm/io/atomic_file.hpp"
+#include "support/temporary_directory.hpp"
+#include "support/text.hpp"
+
+namespace mpm {
+namespace {
+
+using testing::contains;
+
+constexpr const char* inline_base = R"([base.material]
+model = "hencky_elastic"
+[[base.body]]
+min_m = [0.0, 0.0, 0.0]
+max_m = [1.0, 1.0, 1.0]
+)";
+
+std::vector<std::string> names_of(const CampaignPlan& plan) {
+  std::vector<std::string> names;
+  for (const PlannedRun& run : plan.runs) names.push_back(run.name);
+  return names;
+}
+
+std::map<std::string, std::string> values_of(const PlannedRun& run) {
+  std::map<std::string, std::string> values;
+  for (const Setting& s : run.settings) values[s.key] = s.value;
+  return values;
+}
+
+CampaignPlan plan_of(const std::string& text) { return parse_plan(text + "\n" + inline_base, "plan.toml"); }
+
+/// The message of the ConfigError that a plan ends in.
+std::string refusal(const std::string& text, const std::string& base = inline_base) {
+  try {
+    (void)parse_plan(text + "\n" + base, "plan.toml");
+  } catch (const ConfigError& error) {
+    return error.what();
+  }
+  return "accepted";
+}
+
+TEST(CampaignPlan, CrossesListsInTheOrderGivenTheLastFastest) {
+  const CampaignPlan plan = plan_of(R"(title = "T"
+[parameters]
+"material.hardening_xi" = [5, 0.5]
+"conveyor.froude_number" = [3.0, 1]
+)");
+  EXPECT_EQ(names_of(plan), (std::vector<std::string>{"xi5_fr3", "xi5_fr1", "xi0.5_fr3", "xi0.5_fr1"}));
+  EXPECT_EQ(plan.runs[2].settings, (std::vector<Setting>{{"material.hardening_xi", "0.5"}, {"conveyor.froude_number", "3.0"}}));
+  EXPECT_EQ(plan.title, "T");
+  EXPECT_EQ(plan.threads, 1);
+  EXPECT_FALSE(plan.keep_frames || plan.keep_final || plan.keep_checkpoint);
+}
+
+TEST(CampaignPlan, TakesJoinedKeysTogether) {
+  const CampaignPlan plan = plan_of(R"([parameters]
+"material.critical_state_slope, material.cohesion_beta" = [[0.4, 0.0], [0.8, 0.3]]
+"obstacle.friction" = [0, 0.15]
+)");
+  EXPECT_EQ(names_of(plan), (std::vector<std::string>{"m0.4_beta0_mu0", "m0.4_beta0_mu0.15", "m0.8_beta0.3_mu0", "m0.8_beta0.3_mu0.15"}));
+  EXPECT_EQ(values_of(plan.runs[3]).at("material.cohesion_beta"), "0.3");
+}
+
+TEST(CampaignPlan, InnerSettingsWinOverOuterOnes) {
+  const CampaignPlan plan = plan_of(R"([set]
+"output.duration_s" = 1
+"numerics.cfl" = 0.3
+[[when]]
+match = { "conveyor.froude_number" = [3, 5] }
+set = { "output.duration_s" = 2 }
+[[when]]
+match = { "conveyor.froude_number" = 5.0, "material.model" = "hencky_elastic" }
+set = { "output.duration_s" = 3 }
+[[when]]
+match = { "material.model" = "cohesive_cam_clay" }
+set = { "output.duration_s" = 99 }
+[[grid]]
+name = "a"
+parameters = { "conveyor.froude_number" = [1, 3, 5] }
+[[grid]]
+name = "b"
+set = { "output.duration_s" = 4 }
+parameters = { "conveyor.froude_number" = [1, 3] }
+when = [{ match = { "conveyor.froude_number" = 3 }, set = { "output.duration_s" = 5 } }]
+[[run]]
+name = "own"
+set = { "conveyor.froude_number" = 3, "output.duration_s" = 6 }
+)");
+  std::map<std::string, std::string> duration;
+  for (const PlannedRun& run : plan.runs) {
+    duration[run.name] = values_of(run).at("output.duration_s");
+    EXPECT_EQ(values_of(run).at("numerics.cfl"), "0.3");
+  }
+  EXPECT_EQ(duration, (std::map<std::string, std::string>{
+                          {"a_fr1", "1"}, {"a_fr3", "2"}, {"a_fr5", "3"}, {"b_fr1", "4"}, {"b_fr3", "5"}, {"own", "6"}}));
+}
+
+TEST(CampaignPlan, OneOfFroudeNumberAndVelocityReplacesTheOther) {
+  const CampaignPlan plan = plan_of(R"([set]
+"conveyor.velocity_m_s" = 4.0
+[parameters]
+"conveyor.froude_number" = [1]
+)");
+  EXPECT_EQ(plan.runs[0].settings, (std::vector<Setting>{{"conveyor.froude_number", "1"}}));
+}
+
+TEST(CampaignPlan, NamesAreFitForFolders) {
+  const CampaignPlan plan = plan_of(R"([labels]
+"numerics.cfl" = "C"
+[parameters]
+"material.model" = ["hencky_elastic", "a/b c"]
+"numerics.cfl" = [0.40]
+"domain.min_m" = [[-5.0, 0.0, 1e-3]]
+"numerics.slope_deg" = [-3]
+)");
+  EXPECT_EQ(names_of(plan),
+            (std::vector<std::string>{"hencky_elastic_C0.4_min_m-5.0-0.0-0.001_slope-3", "a-b-c_C0.4_min_m-5.0-0.0-0.001_slope-3"}));
+}
+
+TEST(CampaignPlan, ReadsExplicitRowsFromATable) {
+  const testing::TemporaryDirectory directory;
+  std::ofstream(directory / "rows.csv") << "name,numerics.cfl,material.model\nfirst,0.4,hencky_elastic\n,0.2,\n";
+  const CampaignPlan plan = parse_plan(std::string("table = \"rows.csv\"\n") + inline_base, directory / "plan.toml");
+  EXPECT_EQ(names_of(plan), (std::vector<std::string>{"first", "cfl0.2"}));
+  EXPECT_EQ(plan.runs[0].settings, (std::vector<Setting>{{"numerics.cfl", "0.4"}, {"material.model", "\"hencky_elastic\""}}));
+  EXPECT_EQ(plan.runs[1].settings, (std::vector<Setting>{{"numerics.cfl", "0.2"}}));
+}
+
+TEST(CampaignPlan, TakesItsBaseFromAFileBesideIt) {
+  const testing::TemporaryDirectory directory;
+  std::ofstream(directory / "base.toml") << "title = \"b\"\n";
+  const CampaignPlan plan = parse_plan("base = \"base.toml\"\n[parameters]\n\"numerics.cfl\" = [0.4]\n", directory / "plan.toml");
+  EXPECT_EQ(plan.base_text, "title = \"b\"\n");
+  EXPECT_EQ(plan.base_name, (directory / "base.toml").string());
+  EXPECT_TRUE(contains(refusal("base = \"nowhere.toml\"\n[parameters]\n\"numerics.cfl\" = [0.4]\n", ""), "plan.toml:1:8: base:"));
+}
+
+TEST(CampaignPlan, ResolvedReadsBackToTheSame) {
+  const CampaignPlan plan = plan_of(R"(title = "quote \" and 'this'"
+threads = 3
+retries = 0
+order = "plan"
+keep = ["frames", "checkpoint"]
+[slurm]
+partition = "main"
+options = ["--constraint=avx512"]
+[[grid]]
+name = "g"
+parameters = { "numerics.cfl" = [0.1, 0.30000000000000004], "material.model" = ["hencky_elastic"] }
+)");
+  const CampaignPlan again = parse_plan(write_plan(plan), "resolved.toml");
+  EXPECT_EQ(again.runs, plan.runs);
+  EXPECT_EQ(again.title, plan.title);
+  EXPECT_EQ(again.threads, 3);
+  EXPECT_EQ(again.retries, 0);
+  EXPECT_FALSE(again.longest_first);
+  EXPECT_TRUE(again.keep_frames && again.keep_checkpoint && !again.keep_final);
+  EXPECT_EQ(again.slurm, plan.slurm);
+  EXPECT_EQ(write_plan(again), write_plan(plan));
+}
+
+TEST(CampaignPlan, TellsAllFaultsAtOnceWithTheirPlaces) {
+  const std::string said = refusal(R"(retires = 2
+threads = 0
+keep = ["movies"]
+order = "random"
+[set]
+"numerics.cell_sise_m" = 0.5
+froude_number = 3
+[[when]]
+set = { "output.duration_s" = 3 }
+[parameters]
+"numerics.cfl" = []
+"numerics.cfl, numerics.slope_deg" = [[0.4, 0.0], [0.3]]
+"numerics.gravity_m_s2" = [9.81, 9.81]
+[[run]]
+name = "../up"
+[[run]]
+)");
+  for (const char* part :
+       {"plan.toml:1:1: unknown key retires; did you mean retries?", "plan.toml:2:11: threads = 0; give an integer in [1, 1024]",
+        "plan.toml:3:8: keep: there is no \"movies\"", "plan.toml:4:9: order = \"random\"",
+        "plan.toml:6:1: set: unknown key numerics.cell_sise_m; did you mean \"numerics.cell_size_m\"?",
+        "did you mean \"conveyor.froude_number\"?", "[[when]] 1 has no match", "numerics.cfl = [] is empty; give a list of values",
+        "numerics.cfl is given twice", "[0.3] does not give the 2 keys a value each", "9.81 is given twice",
+        "name = \"../up\" names no folder", "[[run]] 2 is empty"}) {
+    EXPECT_TRUE(contains(said, part)) << part << "\n in \n" << said;
+  }
+  EXPECT_TRUE(contains(refusal("", ""), "base is missing"));
+  EXPECT_TRUE(contains(refusal(""), "the plan has no runs"));
+  EXPECT_TRUE(contains(refusal("format_version = 2"), "format_version = 2"));
+  EXPECT_TRUE(contains(refusal("= 3"), "plan.toml:1:1: not valid TOML"));
+}
+
+}  // namespace
+}  // namespace mpm

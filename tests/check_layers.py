@@ -1,0 +1,112 @@
+#!/usr/bin/python3
+"""Checks the arrows between the rooms of the library: reads every #include below libmpm/ and fails
+
+- where a room includes one above it (the order is LAYERS below, as in libmpm/CMakeLists.txt),
+- where a room includes a library that its layer must not know,
+- where headers and sources form a circle: a circle between files, a file being a header with its source,
+- where a room or a layer of libmpm/CMakeLists.txt is not listed here.
+
+usage: check_layers.py [SOURCE_DIR]    prints every violation as file:line: text; exit code 1 if there is one
+"""
+
+import pathlib
+import re
+import sys
+
+# From the bottom up. A layer: its name, its rooms in their order, and the libraries that it may include.
+LAYERS = (
+    ("core", ("base", "material", "boundary", "core", "source"), {"Eigen", "omp.h"}),
+    ("io", ("io", "config"), {"Eigen", "omp.h", "fmt", "nlohmann", "hdf5.h", "zlib.h", "toml++"}),
+    ("impact", ("impact", "observe"), {"Eigen", "omp.h", "fmt", "nlohmann", "boost"}),
+    ("driver", ("driver",), {"Eigen", "omp.h", "fmt", "nlohmann", "toml++", "boost"}),
+    ("campaign", ("campaign",), {"Eigen", "omp.h", "fmt", "nlohmann", "toml++"}),
+)
+LIBRARIES = {"Eigen", "omp.h", "fmt", "nlohmann", "hdf5.h", "zlib.h", "toml++", "boost", "CLI", "gtest", "gmock", "benchmark", "sundials"}
+INCLUDE = re.compile(r'^\s*#\s*include\s*([<"])([^>"]+)[>"]')
+
+
+def includes(file):
+    """(line, quoted, name) of every #include of a file."""
+    for number, line in enumerate(file.read_text(encoding="utf-8").splitlines(), 1):
+        if found := INCLUDE.match(line):
+            yield number, found.group(1) == '"', found.group(2)
+
+
+def circles(graph):
+    """Strongly connected sets of more than one node (Tarjan), each sorted."""
+    index, low, stack, found = {}, {}, [], []
+
+    def visit(node):
+        index[node] = low[node] = len(index)
+        stack.append(node)
+        for other in graph[node]:
+            if other not in index:
+                visit(other)
+                low[node] = min(low[node], low[other])
+            elif other in stack:
+                low[node] = min(low[node], index[other])
+        if low[node] == index[node]:
+            members = []
+            while not members or members[-1] != node:
+                members.append(stack.pop())
+            if len(members) > 1:
+                found.append(sorted(members))
+
+    for node in sorted(graph):
+        if node not in index:
+            visit(node)
+    return found
+
+
+def violations(source_dir):
+    library = source_dir / "libmpm"
+    order, allowed = {}, {}
+    for _, rooms, libraries in LAYERS:
+        for room in rooms:
+            order[room] = len(order)
+            allowed[room] = libraries
+    for folder in sorted(p for p in library.iterdir() if p.is_dir()):
+        if folder.name not in order:
+            yield f"libmpm/{folder.name}: a room that {pathlib.Path(__file__).name} does not know; add it to LAYERS"
+    cmake = (library / "CMakeLists.txt").read_text(encoding="utf-8")
+    declared = [(name, tuple(rooms.split())) for name, rooms in re.findall(r"mpm_layer\((\w+) ROOMS ([\w ]+?) LINKS", cmake)]
+    expected = [(name, rooms) for name, rooms, _ in LAYERS]
+    if declared != expected:
+        yield f"libmpm/CMakeLists.txt: declares the layers {declared}, expected are {expected}"
+
+    graph = {}
+    for file in sorted(library.glob("*/*.?pp")):
+        room, place = file.parent.name, file.relative_to(source_dir)
+        unit = f"{room}/{file.stem}"
+        graph.setdefault(unit, set())
+        for line, quoted, name in includes(file):
+            where = f"{place}:{line}"
+            if name.startswith("libmpm/"):
+                target = name.removeprefix("libmpm/")
+                other = target.split("/")[0]
+                if not (library / target).is_file():
+                    yield f"{where}: '{name}' does not exist"
+                elif order.get(other, 0) > order.get(room, 0):
+                    yield f"{where}: {room} includes {other}, which is above it"
+                if target.removesuffix(".hpp") != unit:
+                    graph[unit].add(target.removesuffix(".hpp"))
+            elif quoted and not (name == "mpm_commit.hpp" and unit == "driver/build_info"):
+                yield f"{where}: \"{name}\" is not included by its path from the top of the sources"
+            else:
+                root = name.split("/")[0]
+                if root in LIBRARIES and root not in allowed.get(room, LIBRARIES):
+                    yield f"{where}: {room} includes {name}, a library that its layer must not know"
+    for circle in circles({unit: {o for o in others if o in graph} for unit, others in graph.items()}):
+        yield "circle: " + " <-> ".join(circle)
+
+
+def main():
+    source_dir = pathlib.Path(sys.argv[1] if len(sys.argv) > 1 else pathlib.Path(__file__).resolve().parents[1])
+    found = list(violations(source_dir))
+    for text in found:
+        print(text)
+    return 1 if found else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

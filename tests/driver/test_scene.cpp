@@ -1,0 +1,197 @@
+#include "libmpm/driver/scene.hpp"
+
+#include <gtest/gtest.h>
+
+#include <numbers>
+#include <set>
+
+#include "libmpm/base/error.hpp"
+#include "libmpm/core/diagnostics.hpp"
+#include "support/solver_states.hpp"
+
+namespace mpm {
+namespace {
+
+using testing::box_body;
+using testing::empty_case;
+using testing::particles_by_id;
+using testing::position_of;
+
+TEST(LatticeSpacing, IsTheCellOverTheParticlesAnAxis) {
+  for (const auto& [per_cell, per_axis] : {std::pair{1, 1.0}, std::pair{8, 2.0}, std::pair{27, 3.0}, std::pair{64, 4.0}}) {
+    NumericsSpec n;
+    n.cell_size = 0.3;
+    n.particles_per_cell = per_cell;
+    EXPECT_NEAR(lattice_spacing(n), 0.3 / per_axis, 1e-15);
+  }
+}
+
+struct ShapeCase {
+  BodySpec::Shape shape;
+  double volume;  ///< over that of the bounding box
+};
+class Bodies : public ::testing::TestWithParam<ShapeCase> {};
+INSTANTIATE_TEST_SUITE_P(Shapes, Bodies,
+                         ::testing::Values(ShapeCase{BodySpec::Shape::box, 1.0},
+                                           ShapeCase{BodySpec::Shape::cylinder, std::numbers::pi / 4.0},
+                                           ShapeCase{BodySpec::Shape::sphere, std::numbers::pi / 6.0}));
+
+TEST_P(Bodies, HaveTheExactVolumeMassAndCentreOfTheirShapeWhateverTheLattice) {
+  for (const Vec3& size : {Vec3(1.0, 1.0, 1.0), Vec3(0.93, 1.31, 0.77), Vec3(0.1, 0.1, 0.1)}) {
+    for (const int per_cell : {1, 8, 27}) {
+      Case c = empty_case();
+      c.numerics.particles_per_cell = per_cell;
+      BodySpec body = box_body(Vec3(-0.4, 2.0, 0.3), Vec3(-0.4, 2.0, 0.3) + size, {1.0, 2.0, 3.0});
+      body.shape = GetParam().shape;
+      c.bodies = {body};
+      const Scene scene = make_scene(c);
+      const State state = make_state(c, scene);
+      const double volume = GetParam().volume * size.prod();
+      double sum = 0.0;
+      Vec3 centre = Vec3::Zero();
+      for (const Particle& p : particles_by_id(state.grid)) {
+        sum += p.volume;
+        centre += p.volume * position_of(p);
+        EXPECT_TRUE((position_of(p).array() > body.min.array()).all() && (position_of(p).array() < body.max.array()).all());
+        EXPECT_EQ(testing::velocity_of(p), body.velocity);
+        for (const double s : p.stress) EXPECT_EQ(s, 0.0);
+      }
+      EXPECT_NEAR(sum, volume, 1e-12 * volume);
+      EXPECT_NEAR(totals(state, scene).mass, 300.0 * volume, 1e-10 * volume);
+      EXPECT_LE((centre / sum - 0.5 * (body.min + body.max)).norm(), 1e-12);  // lattices are symmetric
+      EXPECT_NEAR(state.max_speed, body.velocity.norm(), 1e-15);
+    }
+  }
+}
+
+TEST_P(Bodies, OfWhichAMirrorComputesAPartHaveTheMassOfTheWhole) {
+  // even and odd numbers of particles across the plane: with an odd number a layer stands on it, half of which is the image's
+  for (const double half : {0.5, 0.5625, 0.4}) {
+    for (const bool x : {false, true}) {
+      for (const bool y : {false, true}) {
+        Case c = empty_case();
+        c.domain.mirror_x = x;
+        c.domain.mirror_y = y;
+        BodySpec body = box_body({-half, -half, 0.0}, {half, half, 1.0});
+        body.shape = GetParam().shape;
+        c.bodies = {body};
+        const Scene scene = make_scene(c);
+        const Totals whole = whole_of_mirrored(totals(make_state(c, scene), scene), scene.mirror);
+        const double mass = 300.0 * GetParam().volume * 4.0 * half * half;
+        EXPECT_NEAR(whole.mass, mass, 1e-12 * mass) << half << ' ' << x << y;
+      }
+    }
+  }
+}
+
+TEST(Bodies, ThatTouchAMirrorPlaneAreNotHalved) {
+  Case c = empty_case();
+  c.domain.mirror_y = true;
+  c.bodies = {box_body({0.0, 0.0, 0.0}, {1.0, 0.5, 1.0})};
+  const Scene scene = make_scene(c);
+  EXPECT_NEAR(totals(make_state(c, scene), scene).mass, 150.0, 1e-10);
+}
+
+TEST(Bodies, AreNumberedInTheirOrderXFastest) {
+  Case c = empty_case();
+  c.bodies = {box_body({5.0, 0.0, 0.0}, {5.5, 0.25, 0.25}), box_body({0.0, 0.0, 0.0}, {0.25, 0.25, 0.25})};
+  const Scene scene = make_scene(c);
+  const State state = make_state(c, scene);
+  const auto all = particles_by_id(state.grid);
+  ASSERT_EQ(all.size(), 16U + 8U);
+  EXPECT_EQ(state.next_id, 24U);
+  for (std::size_t i = 0; i < all.size(); ++i) {
+    EXPECT_EQ(all[i].id, i);
+    EXPECT_EQ(all[i].position[0] > 4.0, i < 16);
+  }
+  EXPECT_LT(all[0].position[0], all[1].position[0]);
+  EXPECT_EQ(all[0].position[1], all[3].position[1]);
+  EXPECT_LT(all[3].position[1], all[4].position[1]);
+  EXPECT_LT(all[7].position[2], all[8].position[2]);
+}
+
+TEST(Bodies, WithoutAParticleAreAConfigError) {
+  Case c = empty_case();
+  c.bodies = {box_body(Vec3::Zero(), Vec3(0.1, 0.1, 0.1))};
+  const Scene scene = make_scene(c);
+  EXPECT_NO_THROW(make_state(c, scene));  // however small: one particle at the centre
+}
+
+TEST(MakeScene, PutsTheObstacleLastAndSaysWhereItIs) {
+  Case c = testing::small_avalanche();
+  CaseScene scene = make_scene(c);
+  ASSERT_TRUE(scene.obstacle);
+  EXPECT_EQ(*scene.obstacle, scene.boundaries.size() - 1);
+  const auto& mast = std::get<RigidBox>(scene.boundaries.back());
+  EXPECT_EQ(mast.reference, Vec3::Zero());  // foot of the front face's centre
+  EXPECT_TRUE(mast.covers({0.0, 0.25, 0.0}, 0.0));
+  EXPECT_TRUE(mast.covers({0.5, -0.25, 60.0}, 0.0));  // taller than any jet
+  EXPECT_FALSE(mast.covers({-0.01, 0.0, 0.0}, 0.0));
+  EXPECT_FALSE(mast.covers({0.51, 0.0, 0.0}, 0.0));
+  EXPECT_TRUE(scene.mirror.y);
+  c.obstacle.reset();
+  EXPECT_FALSE(make_scene(c).obstacle);
+}
+
+TEST(MakeScene, ShiftsEverythingAgainstTheGridByTheOffset) {
+  Case c = empty_case();
+  c.bodies = {box_body(Vec3(-2.0, -0.5, 0.5), Vec3(-1.0, 0.5, 1.5))};
+  c.walls = {{.point = {0.0, 0.0, 0.1}}};
+  c.obstacle = ObstacleSpec{};
+  c.domain = {.min = {-3.0, -3.0, -1.0}, .max = {3.0, 3.0, 3.0}};
+  const Scene plain = make_scene(c);
+  const State there = make_state(c, plain);
+  c.numerics.grid_offset = {0.25, -0.5, 0.75};
+  const Scene shifted = make_scene(c);
+  const State state = make_state(c, shifted);
+  const Vec3 by = c.numerics.cell_size * c.numerics.grid_offset;
+  EXPECT_EQ(shifted.offset, by);
+  EXPECT_EQ(shifted.domain_min, plain.domain_min + by);
+  EXPECT_EQ(shifted.domain_max, plain.domain_max + by);
+  EXPECT_EQ(std::get<Wall>(shifted.boundaries[0]).point, std::get<Wall>(plain.boundaries[0]).point + by);
+  const auto& box = std::get<RigidBox>(shifted.boundaries[1]);
+  const auto& box_before = std::get<RigidBox>(plain.boundaries[1]);
+  EXPECT_EQ(box.min, box_before.min + by);
+  EXPECT_EQ(box.max, box_before.max + by);
+  EXPECT_EQ(box.reference, box_before.reference + by);
+  const auto before = particles_by_id(there.grid), after = particles_by_id(state.grid);
+  ASSERT_EQ(before.size(), after.size());
+  for (std::size_t i = 0; i < before.size(); ++i) EXPECT_EQ(position_of(after[i]), position_of(before[i]) + by);
+  // energies are those of the case: round-off of a shift by less than a metre
+  EXPECT_NEAR(totals(state, shifted).potential_energy, totals(there, plain).potential_energy,
+              1e-12 * std::abs(totals(there, plain).potential_energy));
+}
+
+TEST(MakeScene, RefusesToShiftAMirrorPlaneOffTheGrid) {
+  Case c = empty_case();
+  c.bodies = {box_body(Vec3(0.0, 0.0, 0.0), Vec3(1.0, 1.0, 1.0))};
+  c.domain.mirror_x = true;
+  c.numerics.grid_offset = {0.5, 0.0, 0.0};
+  EXPECT_THROW(make_scene(c), ConfigError);
+  c.numerics.grid_offset = {0.0, 0.5, 0.5};
+  EXPECT_NO_THROW(make_scene(c));
+}
+
+TEST(MakeScene, TiltsGravityByTheSlope) {
+  Case c = empty_case();
+  c.numerics.slope = std::numbers::pi / 6.0;
+  const Vec3 g = make_scene(c).gravity;
+  EXPECT_LE((g - 9.81 * Vec3(0.5, 0.0, -std::sqrt(0.75))).norm(), 1e-14);
+}
+
+TEST(MakeScene, TakesWallsOfAnyLength) {
+  Case c = empty_case();
+  WallSpec w = testing::wall(Vec3(0.0, 0.0, 1.0), Vec3::UnitZ(), Contact::slip);
+  w.normal = Vec3(0.0, 0.0, 3.0);
+  c.walls = {w};
+  EXPECT_EQ(std::get<Wall>(make_scene(c).boundaries[0]).normal, Vec3(0.0, 0.0, 1.0));
+}
+
+TEST(MakeScene, RefusesALawWithParametersOutOfRange) {
+  Case c = empty_case();
+  c.material.as<HenckyElastic>().poisson_ratio = 0.5;
+  EXPECT_THROW(make_scene(c), ConfigError);
+}
+
+}  // namespace
+}  // namespace mpm

@@ -1,0 +1,177 @@
+#include "libmpm/io/snapshot.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "libmpm/io/atomic_file.hpp"
+#include "libmpm/io/hdf5.hpp"
+#include "libmpm/io/xdmf.hpp"
+#include "support/sample_particles.hpp"
+#include "support/temporary_directory.hpp"
+
+namespace mpm {
+namespace {
+
+using testing::TemporaryDirectory;
+
+SnapshotInfo info_at(double time) { return {time, 42, "0123456789abcdef", "0.1.0", 300.0, false, true}; }
+
+TEST(Snapshot, FinalStateReadsBackUnchanged) {
+  const TemporaryDirectory dir;
+  const ParticleTable p = testing::random_particles(500, 1);
+  write_final(dir / "final.h5", p, info_at(1.0 / 3.0));
+  const Snapshot s = read_final(dir / "final.h5");
+  EXPECT_EQ(s.info.time, 1.0 / 3.0);
+  EXPECT_EQ(s.info.step, 42);
+  EXPECT_EQ(s.info.case_hash, "0123456789abcdef");
+  EXPECT_EQ(s.info.version, "0.1.0");
+  EXPECT_EQ(s.info.reference_density, 300.0);
+  EXPECT_FALSE(s.info.mirror_x);
+  EXPECT_TRUE(s.info.mirror_y);
+  EXPECT_EQ(s.particles.id, p.id);
+  EXPECT_EQ(s.particles.position, p.position);
+  EXPECT_EQ(s.particles.velocity, p.velocity);
+  EXPECT_EQ(s.particles.affine, p.affine);
+  EXPECT_EQ(s.particles.stress, p.stress);
+  EXPECT_EQ(s.particles.internal, p.internal);
+  EXPECT_EQ(s.particles.volume_ratio, p.volume_ratio);
+  EXPECT_EQ(s.particles.volume, p.volume);
+}
+
+TEST(Snapshot, VelocityGradientIsStoredRowByRow) {
+  const TemporaryDirectory dir;
+  ParticleTable p = testing::random_particles(1, 1);
+  for (int j = 0; j < 3; ++j) {
+    for (int i = 0; i < 3; ++i) p.affine[static_cast<std::size_t>(3 * j + i)] = 10.0 * i + j;  // dv_i/dx_j = "ij"
+  }
+  write_final(dir / "final.h5", p, info_at(0.0));
+  EXPECT_EQ(hdf5::Reader(dir / "final.h5").dataset<double>("velocity_gradient_1_s", {1, 3, 3}),
+            (std::vector<double>{0, 1, 2, 10, 11, 12, 20, 21, 22}));
+}
+
+TEST(Snapshot, FrameKeepsWhatMeasurementsNeedInDoubleAndTheRestInSingle) {
+  const TemporaryDirectory dir;
+  const ParticleTable p = testing::random_particles(500, 2);
+  write_frame(dir.path(), 7, p, info_at(0.1));
+  const Snapshot s = read_frame(dir / "frames/00007.h5");
+  EXPECT_EQ(s.info.time, 0.1);
+  EXPECT_EQ(s.particles.id, p.id);
+  EXPECT_EQ(s.particles.position, p.position);
+  EXPECT_EQ(s.particles.stress, p.stress);
+  EXPECT_EQ(s.particles.volume_ratio, p.volume_ratio);
+  EXPECT_EQ(s.particles.volume, p.volume);
+  ASSERT_EQ(s.particles.velocity.size(), p.velocity.size());
+  for (std::size_t i = 0; i < p.velocity.size(); ++i) EXPECT_EQ(s.particles.velocity[i], double{static_cast<float>(p.velocity[i])});
+  EXPECT_TRUE(s.particles.affine.empty());
+}
+
+TEST(Snapshot, DerivedFieldsAreCauchyMeasures) {
+  const TemporaryDirectory dir;
+  const ParticleTable p = testing::random_particles(100, 3);
+  write_frame(dir.path(), 0, p, info_at(0.0));
+  const hdf5::Reader file(frame_path(dir.path(), 0));
+  const auto pressure = file.dataset<double>("pressure_pa", {100}), sigma = file.dataset<double>("stress_xx_pa", {100}),
+             density = file.dataset<double>("density_kg_m3", {100});
+  for (std::size_t i = 0; i < 100; ++i) {
+    const double* tau = &p.stress[6 * i];
+    const double j = p.volume_ratio[i];
+    // Single precision: half a unit in the last of 24 bits.
+    const double round_off = 6e-8;
+    EXPECT_NEAR(3.0 * pressure[i] * j, -(tau[0] + tau[1] + tau[2]), round_off * 3.0 * std::abs(pressure[i] * j) * 1.01);
+    EXPECT_NEAR(sigma[i] * j, tau[0], round_off * std::abs(tau[0]) * 1.01);
+    EXPECT_NEAR(density[i] * j, 300.0, round_off * 300.0 * 1.01);
+  }
+}
+
+TEST(Snapshot, EmptyStateIsAState) {
+  const TemporaryDirectory dir;
+  write_frame(dir.path(), 0, ParticleTable{}, info_at(0.0));
+  write_final(dir / "final.h5", ParticleTable{}, info_at(0.0));
+  EXPECT_EQ(read_frame(frame_path(dir.path(), 0)).particles.size(), 0u);
+  EXPECT_EQ(read_final(dir / "final.h5").particles.size(), 0u);
+}
+
+TEST(Snapshot, FrameIsNoFinalStateAndColumnsMustMatch) {
+  const TemporaryDirectory dir;
+  ParticleTable p = testing::random_particles(3, 1);
+  write_frame(dir.path(), 0, p, info_at(0.0));
+  EXPECT_THROW((void)read_final(frame_path(dir.path(), 0)), IoError);
+  p.stress.pop_back();
+  EXPECT_THROW(write_frame(dir.path(), 1, p, info_at(0.0)), IoError);
+  EXPECT_THROW(write_final(dir / "final.h5", p, info_at(0.0)), IoError);
+  EXPECT_EQ(frame_numbers(dir.path()), std::vector<int>{0});
+}
+
+TEST(Snapshot, ListsFramesInOrderAndPassesOverOtherFiles) {
+  const TemporaryDirectory dir;
+  EXPECT_TRUE(list_frames(dir.path()).empty());
+  for (const int i : {12, 3, 0}) write_frame(dir.path(), i, testing::random_particles(static_cast<std::size_t>(i), 1), info_at(0.5 * i));
+  for (const char* name : {"notes.txt", "3.h5", "00004.h5.bak", "x0001.h5"}) write_file(dir.path() / "frames" / name, "x");
+  const std::vector<FrameEntry> frames = list_frames(dir.path());
+  ASSERT_EQ(frames.size(), 3u);
+  EXPECT_EQ(frames[0].index, 0);
+  EXPECT_EQ(frames[2].index, 12);
+  EXPECT_EQ(frames[1].time, 1.5);
+  EXPECT_EQ(frames[2].particles, 12u);
+}
+
+TEST(FrameSeries, ResumedSeriesEqualsOneThatWasNeverStopped) {
+  const TemporaryDirectory whole, stopped;
+  const auto frame = [](FrameSeries& s, int i) { s.append(testing::random_particles(20, static_cast<unsigned>(i)), info_at(0.2 * i)); };
+  {
+    FrameSeries s = FrameSeries::create(whole.path());
+    for (int i = 0; i < 6; ++i) frame(s, i);
+  }
+  {
+    FrameSeries s = FrameSeries::create(stopped.path());
+    for (int i = 0; i < 5; ++i) frame(s, i);
+  }
+  // Killed between frame 5 and the index over it; the checkpoint is of frame 3. What will be written again may be damaged.
+  write_file(frame_path(stopped.path(), 4), "damaged");
+  write_frame(stopped.path(), 5, testing::random_particles(20, 5), info_at(1.0));
+  {
+    FrameSeries s = FrameSeries::resume(stopped.path(), 4);
+    EXPECT_EQ(frame_numbers(stopped.path()), (std::vector<int>{0, 1, 2, 3}));
+    for (int i = 4; i < 6; ++i) frame(s, i);
+  }
+  EXPECT_EQ(read_file(stopped / "frames.xdmf"), read_file(whole / "frames.xdmf"));
+  EXPECT_EQ(frame_numbers(stopped.path()), frame_numbers(whole.path()));
+  for (int i = 0; i < 6; ++i) EXPECT_EQ(read_file(frame_path(stopped.path(), i)), read_file(frame_path(whole.path(), i)));
+}
+
+TEST(FrameSeries, ResumedPastADamagedFrameNamesItAndLeavesItOut) {
+  const TemporaryDirectory dir;
+  {
+    FrameSeries s = FrameSeries::create(dir.path());
+    for (int i = 0; i < 4; ++i) s.append(testing::random_particles(2, 1), info_at(i));
+  }
+  std::filesystem::resize_file(frame_path(dir.path(), 1), 100);
+  std::filesystem::remove(frame_path(dir.path(), 3));  // the user needed the space
+  std::vector<std::string> reasons;
+  FrameSeries s = FrameSeries::resume(dir.path(), 4, [&](const std::string& why) { reasons.push_back(why); });
+  ASSERT_EQ(reasons.size(), 1u);
+  EXPECT_NE(reasons[0].find("00001.h5"), std::string::npos) << reasons[0];
+  s.append(testing::random_particles(2, 1), info_at(4));
+  std::vector<int> listed;
+  for (const FrameEntry& f : s.frames()) listed.push_back(f.index);
+  EXPECT_EQ(listed, (std::vector<int>{0, 2, 4}));
+  EXPECT_EQ(frame_numbers(dir.path()), (std::vector<int>{0, 1, 2, 4}));
+  EXPECT_EQ(read_file(dir / "frames.xdmf").find("00001.h5"), std::string::npos);
+}
+
+TEST(FrameSeries, NewSeriesRemovesOldFramesAndNothingElse) {
+  const TemporaryDirectory dir;
+  {
+    FrameSeries s = FrameSeries::create(dir.path());
+    for (int i = 0; i < 3; ++i) s.append(testing::random_particles(2, 1), info_at(i));
+  }
+  write_file(dir / "frames/mine.txt", "x");
+  FrameSeries s = FrameSeries::create(dir.path());
+  EXPECT_TRUE(frame_numbers(dir.path()).empty());
+  EXPECT_FALSE(std::filesystem::exists(dir / "frames.xdmf"));
+  EXPECT_TRUE(std::filesystem::exists(dir / "frames/mine.txt"));
+}
+
+}  // namespace
+}  // namespace mpm

@@ -1,0 +1,83 @@
+"""Runs, samples and folders that the tests of the study share."""
+
+import contextlib
+import io
+import pathlib
+import tempfile
+import unittest
+
+import numpy as np
+import pandas as pd
+
+from mpmtools import equations
+from mpmtools.__main__ import main
+from mpmtools.equations import relative_height
+
+SOURCE = pathlib.Path(__file__).resolve().parent.parent.parent
+FROUDE = (0.1, 0.3, 1.0, 2.0, 3.0, 5.0, 7.0)  # the paper's grid
+SLOPES = (0.0, 0.4, 0.8, 1.2)
+BETAS = (0.0, 0.15, 0.3, 0.45)
+
+
+def paper_grid(froude=FROUDE):
+    rows = [(f, m, b) for f in froude for m in SLOPES for b in BETAS]
+    grid = pd.DataFrame(rows, columns=["froude_number", "critical_state_slope", "cohesion_beta"])
+    return grid.assign(effective_friction=equations.effective_friction(grid.critical_state_slope, grid.cohesion_beta))
+
+
+def exact_samples(coefficients):
+    """Heights by Eqs. 7 to 10 on the paper's grid."""
+    grid = paper_grid()
+    return grid.assign(relative_height=relative_height(grid.effective_friction, grid.froude_number, coefficients))
+
+
+def scattered_samples(coefficients):
+    """The same with a reproducible scatter of 10 % that a few lines of any language repeat."""
+    samples = exact_samples(coefficients)
+    return samples.assign(relative_height=samples.relative_height * np.exp(0.1 * np.sin(7.0 * (np.arange(len(samples)) + 1.0))))
+
+
+def study_run(froude, slope, beta, xi, **changes):
+    """A run of the paper's set-up whose heights obey the published equations."""
+    friction = float(equations.effective_friction(slope, beta))
+    run = {"folder": "", "froude_number": froude, "critical_state_slope": slope, "cohesion_beta": beta, "effective_friction": friction,
+           "hardening_xi": xi, "flow_height_m": 1.75, "obstacle_width_m": 1.75, "gravity_m_s2": equations.STANDARD_GRAVITY,
+           "velocity_m_s": equations.flow_velocity(froude, 1.75), "runup": relative_height(friction, froude, equations.PUBLISHED_RUNUP),
+           "pressure_height": relative_height(friction, froude, equations.PUBLISHED_PRESSURE_HEIGHT), "runup_standard_error": 0.02,
+           "pressure_height_standard_error": 0.02, "runup_peak": np.nan, "pressure_height_peak": np.nan, "compaction": np.nan, **changes}
+    run["relative_width"] = run["obstacle_width_m"] / run["flow_height_m"]
+    run["at_reference_width"] = abs(run["relative_width"] - 1.0) < 1e-6
+    return run
+
+
+def study_runs(*runs):
+    return pd.DataFrame(list(runs))
+
+
+def grid_of_runs(xis=(0.5, 5.0)):
+    return study_runs(*(study_run(f, m, b, xi) for xi in xis for f in FROUDE for m in SLOPES for b in BETAS))
+
+
+class InFolder(unittest.TestCase):
+    """A test with a temporary folder."""
+
+    def setUp(self):
+        folder = tempfile.TemporaryDirectory()
+        self.addCleanup(folder.cleanup)
+        self.folder = pathlib.Path(folder.name)
+
+    def write(self, name, text):
+        path = self.folder / name
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.write_text(text, encoding="utf-8")
+        return str(path)
+
+    def command(self, *arguments):
+        """(exit code, stdout, stderr) of `python3 -m mpmtools`."""
+        out, err = io.StringIO(), io.StringIO()
+        with contextlib.redirect_stdout(out), contextlib.redirect_stderr(err):
+            try:
+                code = main([str(argument) for argument in arguments])
+            except SystemExit as stop:  # argparse
+                code = stop.code
+        return code, out.getvalue(), err.getvalue()

@@ -1,0 +1,172 @@
+"""Result folders as Run, and the pictures made of them."""
+
+import unittest
+
+import h5py
+import numpy as np
+
+from mpmtools import Run
+from mpmtools.errors import InputError
+from mpmtools.figures import run_pictures
+from mpmtools.figures.bench_history import draw_history, history_figure
+from mpmtools.tables import read_series
+from study_samples import InFolder
+
+CASE = """\
+title = "Small"
+[conveyor]
+velocity_m_s = 12.0
+flow_height_m = 1.75
+mirror_y = true
+[obstacle]
+shape = "box"
+width_m = 1.75
+depth_m = 1.75
+[numerics]
+cell_size_m = 0.5
+particles_per_cell = 8
+gravity_m_s2 = 9.81
+[measurement]
+bin_height_m = 0.2
+box_upstream_m = 0.1
+"""
+SERIES = "time_s,runup_m,runup_p99_m,pressure_height_m,force_x_n,force_y_n,force_z_n,moment_x_n_m,moment_y_n_m,moment_z_n_m\n"
+
+
+class RunFolder(InFolder):
+    def setUp(self):
+        super().setUp()
+        self.write("case.toml", CASE)
+        self.write("obstacle.json", '{"outline_m": [[0, -0.875], [1.75, -0.875], [1.75, 0.875], [0, 0.875]], "top_m": null}')
+        self.write("series.csv", SERIES + "0,1,1,nan,0,0,0,0,0,0\n1,5,4,2,9,0,1,0,2,0\n2,6,5,3,9,0,1,0,2,0\n3,7,5")
+        self.write("results.json", '{"runup_mean_m": 6.5, "steady": true, "moment_mean_n_m": null, "steady_from_s": 1, "steady_to_s": 2}')
+        self.write("profile.csv", "z_m,pressure_pa,smoothed_pressure_pa\n0.1,4000,3900\n0.3,2000,2100\n0.5,1000,900\n")
+        (self.folder / "frames").mkdir()
+        for i, time in enumerate((0.0, 1.5)):
+            with h5py.File(self.folder / "frames" / f"0000{i}.h5", "w") as file:
+                file.attrs["time_s"] = time
+                file["position_m"] = [[-0.3, 0.2, 0.4], [-1.0, 0.1, 2.0], [-1.0, 1.6, 9.0]]  # the last is beside the measuring strip
+                file["volume_ratio"] = [0.5, 1.0, 1.0]
+                file["kirchhoff_stress_pa"] = [[-1e4] + [0.0] * 5] * 3
+        (self.folder / "frames" / "00002.h5.tmp").touch()
+
+
+class Runs(RunFolder):
+    def test_hold_results_series_profile_frames_and_case(self):
+        run = Run(self.folder)
+        self.assertEqual((run.title, run.flow_height, run.velocity, run.gravity, run.particle_spacing), ("Small", 1.75, 12.0, 9.81, 0.25))
+        self.assertEqual((run.number("runup_mean_m"), run.number("steady"), run.number("none")), (6.5, None, None))
+        self.assertEqual(run.series.time_s.tolist(), [0, 1, 2])  # the last line was cut off by a kill
+        self.assertEqual(run.profile.z_m.tolist(), [0.1, 0.3, 0.5])
+        self.assertEqual([frame.time for frame in run.frames], [0.0, 1.5])
+        self.assertEqual(run.frames[1]["position_m"].shape, (3, 3))
+        self.assertIn("volume_ratio", run.frames[0].names)
+        self.assertIsNone(run.final)
+        with self.assertRaisesRegex(KeyError, "no array 'speed'; there are: "):
+            run.frames[0]["speed"]
+
+    def test_without_files_are_empty_and_look_into_the_fallback(self):
+        for name in ("series.csv", "profile.csv", "results.json"):
+            (self.folder / name).rename(self.folder / f"kept_{name}")
+        self.assertTrue(Run(self.folder).series.empty and Run(self.folder).profile.empty and Run(self.folder).results == {})
+        self.write("post/profile.csv", "z_m,pressure_pa\n0.1,7\n")
+        self.assertEqual(Run(self.folder, fallback=self.folder / "post").profile.pressure_pa.tolist(), [7])
+        with self.assertRaisesRegex(InputError, "there is no case.toml"):
+            Run(self.folder / "frames")
+
+    def test_know_whether_half_is_computed(self):
+        for domain, mirrored in (('mirror = ["y"]', True), ('mirror = ["x"]', False), ('mirror = ["x", "y"]', True), ("", False)):
+            self.write("case.toml", f"[domain]\n{domain}\n[numerics]\ncell_size_m = 0.5\n")
+            self.assertEqual(Run(self.folder).mirrored_y, mirrored, domain)
+        for conveyor, mirrored in (("true", True), ("false", False)):
+            self.write("case.toml", f"[conveyor]\nmirror_y = {conveyor}\n")
+            self.assertEqual(Run(self.folder).mirrored_y, mirrored, conveyor)
+
+
+class Pictures(RunFolder):
+    def test_are_drawn_for_what_a_run_holds(self):
+        code, _, err = self.command("plot", self.folder)
+        self.assertEqual(code, 0, err)
+        for name in ("heights", "profile", "forces", "side_view"):
+            self.assertTrue((self.folder / "post" / f"{name}.png").read_bytes().startswith(b"\x89PNG"), name)
+        for name in ("profile.csv", "frames/00000.h5", "frames/00001.h5"):
+            (self.folder / name).unlink()
+        _, _, err = self.command("plot", self.folder, "--out", self.folder / "again")
+        self.assertIn("no picture profile: the run has no steady interval", err)
+        self.assertIn("no picture side_view: the run stored no frames", err)
+        self.assertEqual(sorted(p.name for p in (self.folder / "again").iterdir()), ["forces.png", "heights.png"])
+
+    def test_show_the_profile_that_the_run_measured(self):
+        """Its windows may be those of [measurement], or lie along a cylinder: a profile of the particles here would be another one."""
+        for figure in (run_pictures.draw_profile(Run(self.folder)), run_pictures.draw_side_view(Run(self.folder), [1.5])):
+            drawn = [line.get_xydata() for axes in figure.axes for line in axes.lines if len(line.get_xdata()) == 3]
+            self.assertTrue(any(np.array_equal(xy, [[4.0, 0.1], [2.0, 0.3], [1.0, 0.5]]) for xy in drawn), drawn)
+            run_pictures.plt.close(figure)
+
+    def test_show_the_heights_of_the_time_of_a_section(self):
+        figure = run_pictures.draw_side_view(Run(self.folder), [1.5])
+        heights = {line.get_label(): line.get_ydata()[0] for axes in figure.axes for line in axes.lines}
+        self.assertEqual((heights["run-up now"], heights["pressure height now"]), (5.5, 2.5))
+        run_pictures.plt.close(figure)
+
+    def test_show_the_particles_of_the_measuring_strip_by_their_cauchy_stress(self):
+        run = Run(self.folder)
+        section = run_pictures.Section(run, run.frames[0], half_width=0.75)
+        self.assertEqual(section.z.tolist(), [0.4, 2.0])  # the nearest to the axis last, on top
+        self.assertEqual(section.stress.tolist(), [-20.0, -10.0])
+
+    def test_say_what_is_wrong(self):
+        self.assertEqual(self.command("plot", self.folder / "none")[0], 4)
+        self.assertEqual(self.command("plot", self.folder, "--times", "a,b")[0], 2)
+        self.write("results.json", "{")
+        self.assertEqual(self.command("plot", self.folder)[0], 4)
+        self.assertEqual(self.command("render", self.folder)[0], 4)  # no frames.xdmf
+
+
+class Outlines(InFolder):
+    def test_come_from_the_run_folder_whatever_the_shape(self):
+        self.write("case.toml", '[obstacle]\nshape = "of another program"\n')
+        self.write("obstacle.json", '{"outline_m": [[0.0, 0.0], [3.0, -1.0], [3.0, 1.0]], "top_m": null}')
+        run = Run(self.folder)
+        self.assertEqual(run.obstacle_outline, [(0.0, 0.0), (3.0, -1.0), (3.0, 1.0)])
+        self.assertEqual((run.obstacle_depth, run.obstacle_width), (3.0, 2.0))
+
+    def test_that_are_missing_or_broken_are_reported(self):
+        self.write("case.toml", "[obstacle]\n")
+        with self.assertRaisesRegex(InputError, "mpm post"):
+            Run(self.folder).obstacle_outline
+        self.write("obstacle.json", "[]")
+        with self.assertRaises(InputError):
+            Run(self.folder).obstacle_outline
+
+
+class BenchmarkHistory(InFolder):
+    HEAD = ("date,commit,machine,kernel,ns_per_particle,baseline,ratio,ratio_low,ratio_high,verdict,instructions_per_particle,"
+            "instruction_ratio\n")
+    ROWS = ("2026-01-01T00,005551511e13,here,step,50.0,0,1.0500,1.0400,1.0600,slower,100,1.01\n"
+            "2026-01-02T00,abc,here,step,40.0,005551511e13,0.9900,0.9800,1.0100,no change,,\n")
+
+    def test_shows_changes_with_intervals_and_verdicts(self):
+        path = self.write("history.csv", self.HEAD + self.ROWS)
+        figure = history_figure(read_series(path, dtype={"commit": str, "baseline": str}), threshold=0.02)
+        axes = figure.axes[0]
+        self.assertEqual(axes.get_yscale(), "linear")
+        low, high = axes.get_ylim()
+        self.assertTrue(-8.0 < low < -5.0 and 5.0 < high < 8.0)  # a change of 5 % takes most of the axis
+        points = sorted(tuple(np.round(xy, 9)) for line in axes.lines if line.get_marker() == "o" for xy in line.get_xydata())
+        self.assertEqual(points, [(0.0, 5.0), (1.0, -1.0)])
+        bars = [np.round(segment[:, 1], 9).tolist() for c in axes.collections if hasattr(c, "get_segments") for segment in c.get_segments()]
+        self.assertIn([4.0, 6.0], bars)
+        self.assertIn("slower, +5.0 %", [text.get_text() for text in axes.texts])
+        self.assertTrue(any("005551511e13" in label.get_text() for label in axes.get_xticklabels()))
+        run_pictures.plt.close(figure)
+
+    def test_is_that_of_this_machine(self):
+        path = self.write("history.csv", self.HEAD + self.ROWS)
+        self.assertFalse(draw_history(path, self.folder / "none.png", "elsewhere", 0.02))
+        self.assertTrue(draw_history(path, self.folder / "out" / "history.png", "here", 0.02))
+        self.assertTrue((self.folder / "out" / "history.png").exists())
+
+
+if __name__ == "__main__":
+    unittest.main()

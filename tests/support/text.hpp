@@ -1,0 +1,24 @@
+#pragma once
+/// Texts that several tests use.
+
+#include <string>
+
+namespace mpm::testing {
+
+inline bool contains(const std::string& text, const std::string& part) { return text.find(part) != std::string::npos; }
+
+/// The base of a plan: an elastic block of 1 m that falls for 0.02 s, without a cell size. Some hundred particles, some steps.
+inline constexpr const char* falling_block_plan = R"([base.material]
+model = "hencky_elastic"
+[[base.body]]
+min_m = [0.0, 0.0, 0.0]
+max_m = [1.0, 1.0, 1.0]
+[base.domain]
+min_m = [-5.0, -5.0, -5.0]
+max_m = [5.0, 5.0, 5.0]
+[base.output]
+duration_s = 0.02
+series_per_second = 100
+)";
+
+}  // namespace mpm::testing
