@@ -4,15 +4,19 @@
 /// A boundary is a struct with the functions that `Wall` has: `reaches` (may it act within a box of nodes at all), `covers` (does it act on
 /// this node), `constrain` (the velocity that it leaves), `surface_velocity` (for the work it does), `reference_point` (of its moment) and
 /// `translate` (moves it in space). It never books anything itself: grid_update.hpp does. To add one, name it in the variant.
+///
+/// Two kinds act on several nodes together and have a file of their own in the core, instead of `constrain`: walls whose rule is
+/// ContactRule::surface (core/folded_wall.hpp), and SurfaceSolid (core/surface_contact.hpp).
 
 #include <variant>
 
 #include "libmpm/boundary/rigid_box.hpp"
+#include "libmpm/boundary/surface_solid.hpp"
 #include "libmpm/boundary/vertical_solid.hpp"
 #include "libmpm/boundary/wall.hpp"
 
 namespace mpm {
 
-using Boundary = std::variant<Wall, RigidBox, RigidPrism, RigidCylinder, MovingWall>;
+using Boundary = std::variant<Wall, RigidBox, RigidPrism, RigidCylinder, MovingWall, SurfaceSolid>;
 
 }  // namespace mpm

@@ -13,6 +13,12 @@ enum class Contact : std::uint8_t {
   separable,  ///< may lift off, slides (with Coulomb friction if mu > 0)
 };
 
+/// Where contact acts.
+enum class ContactRule : std::uint8_t {
+  nodal,    ///< on every node on or behind the surface, each by itself: moves the surface to the nodes; first order
+  surface,  ///< at the surface, on the nodes around it together (core/folded_wall.hpp, boundary/contact_stencil.hpp); second order
+};
+
 /// Contact with a surface of normal n (unit, into the material), friction mu, surface velocity u: with r = v - u,
 /// no_slip: r = 0; slip: r.n = 0; separable: r.n = max(r.n, 0). Where the surface took the normal part |r.n| from approaching
 /// material, Coulomb friction takes at most mu |r.n| from the tangential part (both are impulses per mass of one step).

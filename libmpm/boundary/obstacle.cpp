@@ -24,7 +24,7 @@ ObstaclePlan obstacle_plan(const ObstacleSpec& spec) {
     left = std::max(left, from.y());
   }
   plan.width = 2.0 * left;  // every shape is centred
-  plan.radius = outline.radius;
+  if (outline.circle) plan.radius = outline.circle->radius;
   plan.flat_front = outline.box;
   const double rounding = 1e-9 * plan.width;
   plan.symmetric = std::all_of(corners.begin(), corners.end(), [&](const Vec2& a) {

@@ -15,6 +15,10 @@ struct Wall {
   double friction = 0.0;
   Vec3 velocity = Vec3::Zero();  ///< of the surface, m/s
   bool travels = false;          ///< the plane itself moves with `velocity`; false: a belt, or an inlet at a fixed place
+  ContactRule rule = ContactRule::nodal;  ///< `surface`: where the wall is normal to an axis; an oblique one acts on nodes
+
+  /// Distance of the plane from the origin along its normal at some time, m.
+  [[nodiscard]] double offset(double time) const { return point.dot(normal) + (travels ? time * velocity.dot(normal) : 0.0); }
 
   [[nodiscard]] Vec3 reference_point() const { return point; }
   [[nodiscard]] Vec3 surface_velocity(const Vec3&, double) const { return velocity; }

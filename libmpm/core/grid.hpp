@@ -134,9 +134,11 @@ class Grid {
   [[nodiscard]] const Block& block(std::int32_t index) const { return blocks_[static_cast<std::size_t>(index)]; }
   NodeBlock& nodes(std::int32_t index) { return nodes_[static_cast<std::size_t>(index)]; }
   [[nodiscard]] const NodeBlock& nodes(std::int32_t index) const { return nodes_[static_cast<std::size_t>(index)]; }
-  /// Velocities before the grid update; kept for FLIP only.
+  /// For transfers that compare a particle with the grid before forces: after particle_to_grid the momentum that internal forces give,
+  /// after update_grid the velocities before forces.
   NodeBlock& old_nodes(std::int32_t index) { return old_nodes_[static_cast<std::size_t>(index)]; }
   [[nodiscard]] const NodeBlock& old_nodes(std::int32_t index) const { return old_nodes_[static_cast<std::size_t>(index)]; }
+  [[nodiscard]] bool keeps_old_nodes() const { return keep_old_nodes_; }
   void keep_old_nodes(bool keep) {
     keep_old_nodes_ = keep;
     old_nodes_.resize(keep ? nodes_.size() : 0);

@@ -2,20 +2,32 @@
 
 #include <Eigen/Geometry>
 #include <algorithm>
+#include <type_traits>
+
+#include "libmpm/core/folded_wall.hpp"
+#include "libmpm/core/surface_contact.hpp"
 
 namespace mpm {
 
 namespace {
 
 /// Velocities from momenta, with what gravity adds in dt. Returns the mass of the computed part, kg.
-double velocities_of(NodeBlock& nodes, const Index3& block, const MirrorPlanes& mirror, const Node& gained) {
+/// @param old  not null: holds the momentum that internal forces give, and gets the velocities before forces
+double velocities_of(NodeBlock& nodes, NodeBlock* old, const Index3& block, const MirrorPlanes& mirror, const Node& gained) {
   const bool cut = is_cut(mirror, block);
   double mass = 0.0;
   for (int i = 0; i < block_nodes; ++i) {
     Node& n = nodes.node[i];
     const double m = n[3];
     mass += cut ? computed_share(mirror, block, i) * m : m;
-    Node v = n * (m > 0.0 ? 1.0 / m : 0.0) + gained;
+    const double inverse = m > 0.0 ? 1.0 / m : 0.0;
+    Node v = n * inverse;
+    if (old != nullptr) {
+      const Node forces = old->node[i];
+      old->node[i] = v;
+      v += forces * inverse;
+    }
+    v += gained;
     v[3] = m;
     n = v;
   }
@@ -73,42 +85,127 @@ LayerImpulses sum_of_layers(const Grid& grid, std::span<const Vec3> partial) {
 
 }  // namespace
 
-GridUpdate update_grid(Grid& grid, const GridForces& forces, double dt, double time) {
-  const auto all = grid.all_blocks();
-  const std::size_t boundaries = forces.boundaries.size(), layered = forces.layered.size(), layers = block_edge * all.size();
-  const double dx = grid.cell_size();
-  const Node gained = {dt * forces.gravity.x(), dt * forces.gravity.y(), dt * forces.gravity.z(), 0.0};
-  std::vector<double> mass(all.size());
-  std::vector<Impulse> taken(all.size() * boundaries);               // by block
-  std::vector<Vec3> taken_by_layer(layered * layers, Vec3::Zero());  // by boundary, block and layer
-#pragma omp parallel for schedule(static, 8)
-  for (std::size_t i = 0; i < all.size(); ++i) {
-    NodeBlock& nodes = grid.nodes(all[i]);
-    const Index3& block = grid.block(all[i]).coordinate;
-    mass[i] = velocities_of(nodes, block, forces.mirror, gained);
+namespace {
+
+/// The plane of a wall, moving or not; null for another boundary.
+const Wall* plane_of(const Boundary& boundary) {
+  if (const auto* moving = std::get_if<MovingWall>(&boundary)) return &moving->plane;
+  return std::get_if<Wall>(&boundary);
+}
+
+/// Applies a scene's boundaries, one after another, and books what each took.
+class Boundaries {
+ public:
+  Boundaries(Grid& grid, const GridForces& forces, double time)
+      : grid_(grid),
+        forces_(forces),
+        time_(time),
+        layers_(block_edge * grid.all_blocks().size()),
+        taken_(grid.all_blocks().size() * forces.boundaries.size()),
+        by_layer_(forces.layered.size() * layers_, Vec3::Zero()) {
+    update_.impulses.resize(forces.boundaries.size());
+    update_.layers.resize(forces.layered.size());
+  }
+
+  /// The end of the run of boundaries from `first` on that act on each node by itself.
+  [[nodiscard]] std::size_t end_of_nodal(std::size_t first) const {
+    std::size_t b = first;
+    while (b < forces_.boundaries.size() && nodal(b)) ++b;
+    return b;
+  }
+
+  /// Lets boundaries first .. last - 1 act on the nodes of block number i.
+  void act_on_block(std::size_t i, std::size_t first, std::size_t last) {
+    const std::int32_t index = grid_.all_blocks()[i];
+    NodeBlock& nodes = grid_.nodes(index);
+    const Index3& block = grid_.block(index).coordinate;
+    const double dx = grid_.cell_size();
     const Vec3 low = node_position(block, 0, dx), high = low + Vec3::Constant((block_edge - 1) * dx);
-    for (std::size_t b = 0; b < boundaries; ++b) {
-      const auto booked = std::ranges::find(forces.layered, b) - forces.layered.begin();
-      Vec3* const block_layers =
-          booked < std::ssize(forces.layered) ? &taken_by_layer[static_cast<std::size_t>(booked) * layers + block_edge * i] : nullptr;
+    for (std::size_t b = first; b < last; ++b) {
+      const std::size_t place = place_of(b);
+      Vec3* const layers = place < forces_.layered.size() ? &by_layer_[place * layers_ + block_edge * i] : nullptr;
       std::visit(
           [&](const auto& boundary) {
-            if (!boundary.reaches(low, high, time)) return;
-            taken[i * boundaries + b] = constrain_block(boundary, nodes, block, forces.mirror, dx, time, block_layers);
+            if constexpr (!std::is_same_v<std::decay_t<decltype(boundary)>, SurfaceSolid>) {
+              if (boundary.reaches(low, high, time_))
+                taken_[i * forces_.boundaries.size() + b] = constrain_block(boundary, nodes, block, forces_.mirror, dx, time_, layers);
+            }
           },
-          forces.boundaries[b]);
+          forces_.boundaries[b]);
     }
+  }
+
+  /// Lets boundary b, which acts on several nodes together, act on the whole grid.
+  void act(std::size_t b) {
+    const Boundary& boundary = forces_.boundaries[b];
+    if (const auto* solid = std::get_if<SurfaceSolid>(&boundary)) {
+      ContactImpulse impulse = apply_surface_contact(grid_, *solid);
+      update_.impulses[b] = impulse.total;
+      if (const std::size_t place = place_of(b); place < forces_.layered.size()) update_.layers[place] = std::move(impulse.layers);
+    } else {
+      update_.impulses[b] = apply_folded_wall(grid_, *plane_of(boundary), boundary, forces_.mirror, time_);
+    }
+  }
+
+  /// Sums block by block in the order of the blocks.
+  GridUpdate result() && {
+    const std::size_t count = forces_.boundaries.size();
+    for (std::size_t i = 0; i < grid_.all_blocks().size(); ++i) {
+      for (std::size_t b = 0; b < count; ++b) update_.impulses[b] += taken_[i * count + b];
+    }
+    for (std::size_t k = 0; k < forces_.layered.size(); ++k) {
+      if (nodal(forces_.layered[k])) update_.layers[k] = sum_of_layers(grid_, std::span(by_layer_).subspan(k * layers_, layers_));
+    }
+    return std::move(update_);
+  }
+
+ private:
+  [[nodiscard]] bool nodal(std::size_t b) const {
+    const Boundary& boundary = forces_.boundaries[b];
+    const Wall* wall = plane_of(boundary);
+    return !std::holds_alternative<SurfaceSolid>(boundary) &&
+           (wall == nullptr || !folds(*wall, forces_.boundaries, grid_.cell_size(), time_));
+  }
+  /// Place of a boundary among those whose impulses are booked by layer; behind the last for another.
+  [[nodiscard]] std::size_t place_of(std::size_t b) const {
+    return static_cast<std::size_t>(std::ranges::find(forces_.layered, b) - forces_.layered.begin());
+  }
+
+  Grid& grid_;
+  const GridForces& forces_;
+  double time_;
+  std::size_t layers_;          ///< of nodes, in all blocks
+  std::vector<Impulse> taken_;  ///< by block and boundary, of the nodal ones
+  std::vector<Vec3> by_layer_;  ///< by boundary, block and layer, of the nodal ones
+  GridUpdate update_;
+};
+
+}  // namespace
+
+GridUpdate update_grid(Grid& grid, const GridForces& forces, double dt, double time) {
+  const auto all = grid.all_blocks();
+  const Node gained = {dt * forces.gravity.x(), dt * forces.gravity.y(), dt * forces.gravity.z(), 0.0};
+  std::vector<double> mass(all.size());
+  Boundaries boundaries(grid, forces, time);
+  std::size_t next = boundaries.end_of_nodal(0);
+#pragma omp parallel for schedule(static, 8)
+  for (std::size_t i = 0; i < all.size(); ++i) {
+    NodeBlock* const old = grid.keeps_old_nodes() ? &grid.old_nodes(all[i]) : nullptr;
+    mass[i] = velocities_of(grid.nodes(all[i]), old, grid.block(all[i]).coordinate, forces.mirror, gained);
+    boundaries.act_on_block(i, 0, next);
+  }
+  while (next < forces.boundaries.size()) {
+    boundaries.act(next);
+    const std::size_t first = next + 1;
+    next = boundaries.end_of_nodal(first);
+    if (next == first) continue;
+#pragma omp parallel for schedule(static, 8)
+    for (std::size_t i = 0; i < all.size(); ++i) boundaries.act_on_block(i, first, next);
   }
   reflect_velocities(grid, forces.mirror);
 
-  GridUpdate update;
-  update.impulses.resize(boundaries);
-  for (std::size_t i = 0; i < all.size(); ++i) {
-    update.mass += mass[i];
-    for (std::size_t b = 0; b < boundaries; ++b) update.impulses[b] += taken[i * boundaries + b];
-  }
-  for (std::size_t k = 0; k < layered; ++k)
-    update.layers.push_back(sum_of_layers(grid, std::span(taken_by_layer).subspan(k * layers, layers)));
+  GridUpdate update = std::move(boundaries).result();
+  for (const double m : mass) update.mass += m;
   return update;
 }
 

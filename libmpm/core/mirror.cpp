@@ -6,8 +6,9 @@ namespace {
 
 /// Calls f(nodes, nodes behind or null, stride, flip) for every block at the mirror plane of `axis`: `stride` from a node to the next along
 /// the axis, `flip` turns a node into its image.
-template <class F>
-void for_each_mirrored_block(Grid& grid, int axis, F&& f) {
+/// @param nodes_of  NodeBlock& of a block's number: which field
+template <class NodesOf, class F>
+void for_each_mirrored_block(const Grid& grid, int axis, NodesOf&& nodes_of, F&& f) {
   const int stride = axis == 0 ? 1 : 4;
   const auto slot = static_cast<std::size_t>(axis == 0 ? neighbour_slot(-1, 0, 0) : neighbour_slot(0, -1, 0));
   Node flip = {1, 1, 1, 1};
@@ -16,13 +17,14 @@ void for_each_mirrored_block(Grid& grid, int axis, F&& f) {
     const Block& block = grid.block(index);
     if (block.coordinate[static_cast<std::size_t>(axis)] != 0) continue;
     const std::int32_t behind = block.neighbour[slot];
-    f(grid.nodes(index).node, behind == no_block ? nullptr : grid.nodes(behind).node, stride, flip);
+    f(nodes_of(index).node, behind == no_block ? nullptr : nodes_of(behind).node, stride, flip);
   }
 }
 
 /// Adds the image of the plane behind (axis index -1) to the plane at +1, doubles the mirror plane, and sets the plane behind to the image.
-void fold(Grid& grid, int axis) {
-  for_each_mirrored_block(grid, axis, [](Node* nodes, Node* behind, int stride, Node flip) {
+template <class NodesOf>
+void fold(const Grid& grid, int axis, NodesOf&& nodes_of) {
+  for_each_mirrored_block(grid, axis, nodes_of, [](Node* nodes, Node* behind, int stride, Node flip) {
     for (int n = 0; n < block_nodes; ++n) {
       if ((n / stride) % 4 != 0) continue;
       nodes[n] += flip * nodes[n];
@@ -36,7 +38,8 @@ void fold(Grid& grid, int axis) {
 
 /// Sets the plane behind to the image of the plane at +1 again, whose velocities a boundary may have changed.
 void reflect(Grid& grid, int axis) {
-  for_each_mirrored_block(grid, axis, [](const Node* nodes, Node* behind, int stride, Node flip) {
+  const auto nodes_of = [&](std::int32_t b) -> NodeBlock& { return grid.nodes(b); };
+  for_each_mirrored_block(grid, axis, nodes_of, [](const Node* nodes, Node* behind, int stride, Node flip) {
     for (int n = 0; behind != nullptr && n < block_nodes; ++n) {
       if ((n / stride) % 4 == 0) behind[n + 3 * stride] = flip * nodes[n + stride];
     }
@@ -46,8 +49,11 @@ void reflect(Grid& grid, int axis) {
 }  // namespace
 
 void fold_mirror_planes(Grid& grid, const MirrorPlanes& mirror) {
-  if (mirror.x) fold(grid, 0);
-  if (mirror.y) fold(grid, 1);
+  for (int axis = 0; axis < 2; ++axis) {
+    if (!(axis == 0 ? mirror.x : mirror.y)) continue;
+    fold(grid, axis, [&](std::int32_t b) -> NodeBlock& { return grid.nodes(b); });
+    if (grid.keeps_old_nodes()) fold(grid, axis, [&](std::int32_t b) -> NodeBlock& { return grid.old_nodes(b); });
+  }
 }
 
 void reflect_velocities(Grid& grid, const MirrorPlanes& mirror) {

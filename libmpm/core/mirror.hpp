@@ -14,10 +14,11 @@ struct MirrorPlanes {
   [[nodiscard]] double parts() const { return (x ? 2.0 : 1.0) * (y ? 2.0 : 1.0); }
 };
 
-/// Adds the image of every particle to the nodes. Call between particle_to_grid and update_grid.
+/// Adds the image of every particle to the nodes, and to the old nodes where they are kept. Call between particle_to_grid and update_grid.
 void fold_mirror_planes(Grid& grid, const MirrorPlanes& mirror);
 
-/// Makes the nodes behind the planes images again, after boundaries changed the velocities before them.
+/// Makes the nodes behind the planes images again, after boundaries changed the velocities before them. Old nodes, which no boundary
+/// changes, are images already.
 void reflect_velocities(Grid& grid, const MirrorPlanes& mirror);
 
 /// Share of a node that belongs to the computed part: none behind a mirror plane, half on it.

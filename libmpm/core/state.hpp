@@ -62,7 +62,8 @@ struct Scene {
   MirrorPlanes mirror;
   Vec3 offset = Vec3::Zero();  ///< m: shift of the whole scene against the grid. What a user calls x is x + offset in State and Scene
   Transfer transfer = Transfer::apic;
-  double flip_ratio = 0.0;
+  double flip_ratio = 0.0;         ///< Transfer::flip: share of FLIP
+  double relaxation_cells = 1.2;   ///< Transfer::aflip: t_ref = relaxation_cells dx / (c_P + |v|max)
   double cfl = 0.4;
 };
 

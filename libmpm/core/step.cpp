@@ -83,19 +83,17 @@ FluxTotals remove_outside(Grid& grid, std::int32_t index, const Scene& scene) {
   return left;
 }
 
-/// Velocities before forces, which FLIP needs beside the new ones.
-void store_old_velocities(State& state, const Scene& scene, TransferOptions options) {
-  options.dt = 0.0;
-  particle_to_grid(state.grid, options);
-  fold_mirror_planes(state.grid, scene.mirror);
-  const auto all = state.grid.all_blocks();
-#pragma omp parallel for schedule(static)
-  for (std::size_t i = 0; i < all.size(); ++i) {
-    for (int n = 0; n < block_nodes; ++n) {
-      const Node node = state.grid.nodes(all[i]).node[n];
-      state.grid.old_nodes(all[i]).node[n] = node[3] > 0.0 ? node * (1.0 / node[3]) : Node{};
+/// Share of what the grid cannot carry that particles keep in a step of length dt: transfer.hpp.
+double kept_share(const State& state, const Scene& scene, double dt) {
+  switch (scene.transfer) {
+    case Transfer::flip: return scene.flip_ratio;
+    case Transfer::aflip: {
+      const double speed = wave_speed_of(scene.material) + state.max_speed;
+      return 1.0 - std::min(1.0, dt * speed / (scene.relaxation_cells * state.grid.cell_size()));
     }
+    case Transfer::apic: break;
   }
+  return 0.0;
 }
 
 using Clock = std::chrono::steady_clock;
@@ -129,13 +127,16 @@ FluxTotals move_particles(State& state, const Scene& scene, const TransferOption
   bool out_of_memory = false;
   double gather_time = 0.0, stress_time = 0.0, sort_time = 0.0, loop_time = 0.0;
   PhaseTimer loop_timer(times);
-#pragma omp parallel for schedule(dynamic, blocks_at_a_time) reduction(+ : gather_time, stress_time, sort_time)
+  const bool spins = options.affine && options.kept > 0.0;
+  std::vector<Node> spin;  // of one block; each thread has its own
+#pragma omp parallel for schedule(dynamic, blocks_at_a_time) reduction(+ : gather_time, stress_time, sort_time) firstprivate(spin)
   for (std::size_t i = 0; i < blocks.size(); ++i) {
     try {
       PhaseTimer timer(times);
-      motion[i] = grid_to_particle(grid, blocks[i], options, moved_next(blocks, i));
+      motion[i] = grid_to_particle(grid, blocks[i], options, moved_next(blocks, i), spins ? &spin : nullptr);
       timer.add_to(gather_time);
       motion[i].finite = update_stress(grid, blocks[i], scene.material, options.dt);
+      if (spins) add_spin(grid, blocks[i], spin);
       timer.add_to(stress_time);
       if (!motion[i].finite || !motion[i].within_reach) continue;
       left[i] = remove_outside(grid, blocks[i], scene);
@@ -186,7 +187,7 @@ double stable_time_step(const State& state, const Scene& scene) {
 StepReport step(State& state, const Scene& scene, double dt, StepTimes* times) {
   StepReport report;
   report.dt = dt;
-  TransferOptions options{dt, density_of(scene.material), scene.transfer == Transfer::apic, scene.flip_ratio};
+  const TransferOptions options{dt, density_of(scene.material), scene.transfer != Transfer::flip, kept_share(state, scene, dt)};
   Grid& grid = state.grid;
   StepTimes unused;
   StepTimes& spent = times != nullptr ? *times : unused;
@@ -195,8 +196,8 @@ StepReport step(State& state, const Scene& scene, double dt, StepTimes* times) {
   if (scene.source) report.entered = scene.source->release(state);
   timer.add_to(spent.source);
 
-  if (!options.apic) store_old_velocities(state, scene, options);
-  particle_to_grid(grid, options);  // m_i, p_i + dt f_i
+  grid.keep_old_nodes(options.kept > 0.0);
+  particle_to_grid(grid, options);  // m_i, p_i, dt f_i
   timer.add_to(spent.particle_to_grid);
 
   fold_mirror_planes(grid, scene.mirror);

@@ -20,18 +20,27 @@
 
 namespace mpm {
 
-/// How velocities pass between grid and particles: affine (APIC), or a blend of PIC and FLIP.
-enum class Transfer : std::uint8_t { apic, flip };
-
-/// What a transfer needs to know besides the grid.
-struct TransferOptions {
-  double dt = 0.0;          ///< s
-  double density = 0.0;     ///< rho_0, kg/m^3
-  bool apic = true;         ///< carry the affine velocity; false: PIC/FLIP blend
-  double flip_ratio = 0.0;  ///< share of FLIP; needs Grid::keep_old_nodes
+/// How velocities pass between grid and particles.
+enum class Transfer : std::uint8_t {
+  apic,   ///< affine (Jiang et al. 2015): a particle takes the grid's velocity and gradient, and forgets its own
+  flip,   ///< a blend of PIC and FLIP, without the affine part
+  aflip,  ///< affine, and a particle keeps the part of its own velocity that the grid cannot carry (Fei et al. 2021); it forgets that
+          ///< part over a fixed time, not by a fixed share in each step
 };
 
-/// m_i and p_i (with the momentum of internal forces over dt) on all nodes. Overwrites the nodes.
+/// What a transfer needs to know besides the grid. With v^0 the grid's velocity before forces, and `kept` the share a particle keeps of
+/// what the grid cannot carry:
+///   v_p <- S v + kept (v_p - S v^0),   C_p <- D v + kept skew(C_p - D v^0)   (the second in the affine schemes only)
+/// APIC: kept = 0. FLIP: kept = flip_ratio. AFLIP: kept = 1 - min(1, dt/t_ref).
+struct TransferOptions {
+  double dt = 0.0;       ///< s
+  double density = 0.0;  ///< rho_0, kg/m^3
+  bool affine = true;    ///< particles give C_p to the grid, too
+  double kept = 0.0;     ///< 0 .. 1; above 0 it needs Grid::keep_old_nodes
+};
+
+/// m_i and p_i on all nodes. Overwrites the nodes. Where Grid::keep_old_nodes is set, the momentum that internal forces give over dt goes
+/// to the old nodes instead of into p_i.
 void particle_to_grid(Grid& grid, const TransferOptions& options);
 
 /// Outcome of moving the particles of one block.
@@ -44,7 +53,13 @@ struct BlockMotion {
 /// New velocity, affine matrix and position of one block's particles, and their new cells; a particle that left the block has
 /// ParticleBin::left_block as its cell.
 /// @param next block that the same thread moves next: the first of its particles are asked for ahead of time
-BlockMotion grid_to_particle(Grid& grid, std::int32_t block, const TransferOptions& options, std::int32_t next = no_block);
+/// @param spin  with kept > 0 in an affine scheme: gets kept skew(C_p - D v^0) for each slot, as {w_yz, w_xz, w_xy, unused} with
+///   w_ij = (a_ij - a_ji)/2 and a_ij = dv_j/dx_i. It is no rate of strain, so that add_spin gives it to C_p after the law.
+BlockMotion grid_to_particle(Grid& grid, std::int32_t block, const TransferOptions& options, std::int32_t next = no_block,
+                             std::vector<Node>* spin = nullptr);
+
+/// Adds what grid_to_particle wrote into `spin` to the affine matrices of a block's particles.
+void add_spin(Grid& grid, std::int32_t block, const std::vector<Node>& spin);
 
 inline constexpr std::size_t blocks_at_a_time = 4;  ///< that one thread moves: schedule(dynamic, blocks_at_a_time)
 /// The block that the thread of blocks[i] moves next; no_block behind the last of its chunk.

@@ -86,6 +86,8 @@ struct NumericsSpec {
   int particles_per_cell = 8;  ///< a cube number: 1, 8, 27, 64
   Transfer transfer = Transfer::apic;
   double flip_ratio = 0.95;         ///< part of FLIP in the PIC/FLIP blend
+  double relaxation_cells = 1.2;    ///< AFLIP: cells that the fastest wave passes while particles forget what the grid cannot carry
+  ContactRule contact = ContactRule::nodal;
   double cfl = 0.4;                 ///< dt <= cfl dx / (c_P + |v|max)
   double gravity = 9.81;            ///< m/s^2
   double slope = 0.0;               ///< rad; gravity = g (sin, 0, -cos)
@@ -98,12 +100,23 @@ struct NumericsSpec {
     table.add("particles_per_cell", &NumericsSpec::particles_per_cell)
         .one_of({"1", "8", "27", "64"})
         .text("Particles of a full cell, a cube number");
-    table.add("transfer", &NumericsSpec::transfer, {"apic", "flip"})
-        .text("Velocities between grid and particles: affine (APIC), or a blend of PIC and FLIP");
+    table.add("transfer", &NumericsSpec::transfer, {"apic", "flip", "aflip"})
+        .text(
+            "Velocities between grid and particles: affine (APIC); a blend of PIC and FLIP; affine, and particles keep for some time what "
+            "the grid cannot carry (AFLIP)");
     table.add("flip_ratio", &NumericsSpec::flip_ratio)
         .range(0.0, 1.0)
         .only_with("transfer", {"flip"})
         .text("Share of FLIP in the blend; 0 is pure PIC");
+    table.add("relaxation_cells", &NumericsSpec::relaxation_cells)
+        .unit("cells")
+        .range(1e-3, 1e6)
+        .only_with("transfer", {"aflip"})
+        .text("Time over which particles forget what the grid cannot carry, as the way of the fastest wave in it: dt takes cfl / this of it");
+    table.add("contact", &NumericsSpec::contact, {"nodal", "surface"})
+        .text(
+            "Where walls and obstacle act: on every node on or behind them (first order), or at their surface (second order; walls normal to "
+            "an axis and upright obstacles)");
     table.add("cfl", &NumericsSpec::cfl).positive(1.0).text("Safety factor: dt = cfl dx / (c_P + largest speed)");
     table.add("gravity_m_s2", &NumericsSpec::gravity).unit("m/s^2").range(0.0, 1e3).text("Acceleration g of gravity");
     table.add("slope_deg", &NumericsSpec::slope).degrees().range(-90.0, 90.0).text("Inclination: gravity acts along g (sin, 0, -cos)");

@@ -147,7 +147,6 @@ void Run::resume() {
     (void)SeriesWriter::kept(series_file, observers_.series().names(), progress.samples, state.time);
   };
   const std::string older = resume_from_checkpoint(options_.out, case_, state_, progress_, acceptable);
-  state_.grid.keep_old_nodes(case_.numerics.transfer == Transfer::flip);
   before_ = progress_;
   log_.emplace(options_.out / "run.log", true);
   remove_results({"results.json", "profile.csv", "profiles.h5", "final.h5"});  // of the shorter run that is extended

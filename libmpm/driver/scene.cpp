@@ -15,10 +15,16 @@ namespace {
 
 constexpr double beyond = 1e4;  // m; taller than anything
 
-Wall make_wall(const WallSpec& spec) { return {spec.point, spec.normal.normalized(), spec.contact, spec.friction, spec.velocity, true}; }
+Wall make_wall(const WallSpec& spec, ContactRule rule) {
+  return {spec.point, spec.normal.normalized(), spec.contact, spec.friction, spec.velocity, true, rule};
+}
 
-Boundary make_obstacle(const ObstacleSpec& spec, double cell_size) {
-  const double top = spec.height.value_or(beyond);
+Boundary make_obstacle(const ObstacleSpec& spec, const NumericsSpec& numerics, const MirrorPlanes& mirror) {
+  const double top = spec.height.value_or(beyond), cell_size = numerics.cell_size;
+  if (numerics.contact == ContactRule::surface) {
+    return SurfaceSolid(std::visit([](const auto& shape) { return shape.outline(); }, spec.shape), top, spec.friction, Vec3::Zero(), cell_size,
+                        {mirror.x, mirror.y});
+  }
   const ObstaclePlan plan = obstacle_plan(spec);
   if (plan.flat_front) {
     return RigidBox{Vec3(0.0, -0.5 * plan.width, -beyond), Vec3(plan.depth, 0.5 * plan.width, top), Contact::separable, spec.friction,
@@ -54,9 +60,10 @@ CaseScene make_scene(const Case& c) {
   scene.mirror.y = c.domain.mirror_y;
   scene.transfer = c.numerics.transfer;
   scene.flip_ratio = c.numerics.flip_ratio;
+  scene.relaxation_cells = c.numerics.relaxation_cells;
   scene.cfl = c.numerics.cfl;
   scene.gravity = c.numerics.gravity * Vec3(std::sin(c.numerics.slope), 0.0, -std::cos(c.numerics.slope));
-  for (const WallSpec& wall : c.walls) scene.boundaries.emplace_back(make_wall(wall));
+  for (const WallSpec& wall : c.walls) scene.boundaries.emplace_back(make_wall(wall, c.numerics.contact));
   if (c.conveyor) {
     Vec3 min, max;
     const ConveyorSetting setting = conveyor_setting(c);
@@ -65,7 +72,7 @@ CaseScene make_scene(const Case& c) {
     scene.domain_max = scene.domain_max.cwiseMin(max);
     if (c.domain.mirror_x || c.domain.mirror_y) throw ConfigError("[domain] mirror: with a [conveyor], use [conveyor] mirror_y");
     scene.mirror.y = c.conveyor->mirror_y;
-    for (auto& wall : conveyor_walls(*c.conveyor)) scene.boundaries.push_back(std::move(wall));
+    for (auto& wall : conveyor_walls(*c.conveyor, c.numerics.contact)) scene.boundaries.push_back(std::move(wall));
     scene.source = std::make_shared<ConveyorSource>(*c.conveyor, scene.material, setting);
   }
   if (c.obstacle) {
@@ -75,7 +82,7 @@ CaseScene make_scene(const Case& c) {
       throw ConfigError(
           "[obstacle]: its plan is not symmetric about y = 0, so that half of the domain cannot replace the whole; give mirror_y = false");
     }
-    scene.boundaries.push_back(make_obstacle(*c.obstacle, c.numerics.cell_size));
+    scene.boundaries.push_back(make_obstacle(*c.obstacle, c.numerics, scene.mirror));
   }
   scene.offset = c.numerics.cell_size * c.numerics.grid_offset;
   if ((scene.mirror.x && scene.offset.x() != 0.0) || (scene.mirror.y && scene.offset.y() != 0.0))
@@ -88,7 +95,6 @@ CaseScene make_scene(const Case& c) {
 
 State make_state(const Case& c, const Scene& scene) {
   State state(c.numerics.cell_size);
-  state.grid.keep_old_nodes(c.numerics.transfer == Transfer::flip);
   if (scene.source) scene.source->fill(state);
   for (const BodySpec& body : c.bodies) {
     if (fill_body(state, body, scene, lattice_spacing(c.numerics)) == 0)

@@ -187,7 +187,7 @@ FluxTotals ConveyorSource::release(State& state) const {
   return passage;
 }
 
-std::vector<Boundary> conveyor_walls(const ConveyorSpec& conveyor) {
+std::vector<Boundary> conveyor_walls(const ConveyorSpec& conveyor, ContactRule rule) {
   const Inflow inflow(conveyor);
   const Vec3 belt(conveyor.velocity, 0.0, 0.0), outlet(inflow.fastest(), 0.0, 0.0);
   /// A wall that moves as the snow enters, where that is not with one speed for all times and heights.
@@ -198,14 +198,15 @@ std::vector<Boundary> conveyor_walls(const ConveyorSpec& conveyor) {
                       }};
   };
   std::vector<Boundary> walls;
-  walls.emplace_back(Wall{Vec3::Zero(), Vec3::UnitZ(), Contact::separable, 0.0, Vec3::Zero(), false});
+  walls.emplace_back(Wall{Vec3::Zero(), Vec3::UnitZ(), Contact::separable, 0.0, Vec3::Zero(), false, rule});
   const double half = 0.5 * conveyor.width;
   walls.push_back(
-      moving(Wall{Vec3(0, half, 0), -Vec3::UnitY(), conveyor.sidewall_contact, conveyor.sidewall_friction, belt, false}, false));
+      moving(Wall{Vec3(0, half, 0), -Vec3::UnitY(), conveyor.sidewall_contact, conveyor.sidewall_friction, belt, false, rule}, false));
   if (!conveyor.mirror_y)
     walls.push_back(
-        moving(Wall{Vec3(0, -half, 0), Vec3::UnitY(), conveyor.sidewall_contact, conveyor.sidewall_friction, belt, false}, false));
+        moving(Wall{Vec3(0, -half, 0), Vec3::UnitY(), conveyor.sidewall_contact, conveyor.sidewall_friction, belt, false, rule}, false));
   if (conveyor.feed == ConveyorSpec::Feed::window) {
+    // on nodes always: snow stands on both sides of the inlet, and a fold would mirror the window's on that behind it
     walls.push_back(moving(Wall{Vec3(-conveyor.upstream_length, 0, 0), Vec3::UnitX(), Contact::slip, 0.0, belt, false}, true));
     const Wall end{Vec3(conveyor.downstream_length, 0, 0), -Vec3::UnitX(), Contact::separable, 0.0, outlet, false};
     walls.push_back(inflow.sheared() ? moving(end, true) : Boundary(end));

@@ -94,7 +94,7 @@ class ConveyorSource : public ParticleSource {
 };
 
 /// Floor, side walls, inlet and outlet.
-std::vector<Boundary> conveyor_walls(const ConveyorSpec& conveyor);
+std::vector<Boundary> conveyor_walls(const ConveyorSpec& conveyor, ContactRule rule);
 
 /// Bounds beyond which particles have left; follows from the spec, with room for jets of four velocity heads.
 void conveyor_domain(const ConveyorSpec& conveyor, const ConveyorSetting& setting, Vec3& min, Vec3& max);

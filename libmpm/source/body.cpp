@@ -23,6 +23,29 @@ bool inside_shape(const BodySpec& body, const Vec3& x) {
   return true;
 }
 
+/// Shift of a lattice's layers against each other, in cells of the lattice: between -1/2 and 1/2 along the two axes across.
+class Stagger {
+ public:
+  Stagger(const BodySpec& body) : staggered_(body.lattice == BodySpec::Lattice::staggered) {
+    if (body.velocity.isZero(0.0)) return;
+    body.velocity.cwiseAbs().maxCoeff(&axis_);
+  }
+  [[nodiscard]] Vec3 of(const std::array<long, 3>& index) const {
+    Vec3 shift = Vec3::Zero();
+    if (!staggered_) return shift;
+    constexpr double g = 1.32471795724474602596;  // the real root of g^3 = g + 1
+    const auto n = static_cast<double>(index[static_cast<std::size_t>(axis_)]);
+    const auto fraction = [](double x) { return x - std::floor(x); };
+    shift[(axis_ + 1) % 3] = fraction(0.5 + n / g) - 0.5;
+    shift[(axis_ + 2) % 3] = fraction(0.5 + n / (g * g)) - 0.5;
+    return shift;
+  }
+
+ private:
+  bool staggered_;
+  Eigen::Index axis_ = 2;
+};
+
 }  // namespace
 
 double volume_of(const BodySpec& body) {
@@ -81,6 +104,7 @@ std::size_t fill_body(State& state, const BodySpec& body, const Scene& scene, do
     double share;  ///< of its volume in the computed part: a half on a mirror plane, to which its image adds the other
   };
   const double on_plane = 1e-9 * spacing;  // lattice points are sums of rounded numbers
+  const Stagger stagger(body);
   std::vector<Point> points;
   std::size_t whole = 0;
   for (long k = 0; k < count[2]; ++k) {
@@ -88,6 +112,10 @@ std::size_t fill_body(State& state, const BodySpec& body, const Scene& scene, do
       for (long i = 0; i < count[0]; ++i) {
         Vec3 x =
             body.min + step.cwiseProduct(Vec3(static_cast<double>(i) + 0.5, static_cast<double>(j) + 0.5, static_cast<double>(k) + 0.5));
+        Vec3 shift = step.cwiseProduct(stagger.of({i, j, k}));
+        if (scene.mirror.x) shift.x() *= x.x() > on_plane ? 1.0 : x.x() < -on_plane ? -1.0 : 0.0;
+        if (scene.mirror.y) shift.y() *= x.y() > on_plane ? 1.0 : x.y() < -on_plane ? -1.0 : 0.0;
+        x += shift;
         if (!inside_shape(body, x)) continue;
         ++whole;
         double share = 1.0;

@@ -18,6 +18,8 @@ struct BodySpec {
   enum class Shape : std::uint8_t { box, cylinder, sphere } shape = Shape::box;
   Vec3 min = Vec3::Zero(), max = Vec3::Zero();  ///< bounding box, m; cylinder (axis z) and sphere are inscribed
   Vec3 velocity = Vec3::Zero();                 ///< m/s
+  /// How layers of particles follow one another: on the same lines, or each shifted against the ones before it (fill_body).
+  enum class Lattice : std::uint8_t { aligned, staggered } lattice = Lattice::aligned;
   bool operator==(const BodySpec&) const = default;
 
   template <class Table>
@@ -27,6 +29,10 @@ struct BodySpec {
     table.add("min_m", &BodySpec::min).unit("m").range(-longest_length, longest_length).required().text("Lower corner of the bounding box");
     table.add("max_m", &BodySpec::max).unit("m").range(-longest_length, longest_length).required().text("Upper corner of the bounding box");
     table.add("velocity_m_s", &BodySpec::velocity).unit("m/s").range(-fastest_speed, fastest_speed).text("Initial velocity");
+    table.add("lattice", &BodySpec::lattice, {"aligned", "staggered"})
+        .text(
+            "aligned: a plain lattice; staggered: its layers across the velocity (across z for a body at rest) are shifted against each "
+            "other, so that no gaps open where the flow spreads");
   }
 };
 
@@ -48,6 +54,12 @@ void check_body(const BodySpec& body, const std::string& path, const BodySurroun
 
 /// Adds the particles of a body at rest in its reference state: a lattice that fills the shape with the body's exact volume. With mirror
 /// planes only the computed part is filled; a particle on a plane keeps half its volume. Identity numbers rise with x fastest, then y, z.
+///
+/// A staggered lattice: layer n along the largest component of the velocity (z for a body at rest) is shifted within the lattice's cells
+/// along the other two axes by the fractional parts of n/g and n/g^2, less a half, with g^3 = g + 1 (the R2 sequence: M. Roberts, The
+/// unreasonable effectiveness of quasirandom sequences, 2018). Particles that follow one another on the same lines keep to the same stream
+/// lines: where an obstacle spreads the flow the lines part by several cells, and the nodes between them are left without material.
+/// Mirror planes stay planes of symmetry: layers are shifted away from them on both sides.
 /// @param spacing  wanted distance of particles, m
 /// @returns the number of lattice points of the whole body; 0 where not one fits into it, and then nothing was added
 std::size_t fill_body(State& state, const BodySpec& body, const Scene& scene, double spacing);

@@ -23,7 +23,7 @@ struct CylinderShape {
   [[nodiscard]] Outline outline() const {
     constexpr int circle_sides = 256;  // the polygon is 7.5e-5 of the radius short of the circle
     const double r = 0.5 * width;
-    Outline plan{.radius = r};
+    Outline plan{.circle = Circle{{r, 0.0}, r}};
     for (int i = 0; i < circle_sides; ++i) {
       const double angle = 2.0 * std::numbers::pi * i / circle_sides;
       plan.corners.emplace_back(r + r * std::cos(angle), r * std::sin(angle));

@@ -9,11 +9,21 @@ namespace mpm {
 
 using Vec2 = Eigen::Vector2d;
 
+struct Circle {
+  Vec2 centre = Vec2::Zero();  ///< m
+  double radius = 0.0;         ///< m
+};
+
 /// A convex polygon. Frame of every shape: the most upstream point at x = 0, the middle of its width at y = 0.
 struct Outline {
   std::vector<Vec2> corners;          ///< m, counter-clockwise; of a circle: of a regular polygon inscribed in it
-  std::optional<double> radius = {};  ///< m, of a circle with its centre at (radius, 0)
+  std::optional<Circle> circle = {};  ///< where it is one
   bool box = false;                   ///< a rectangle with sides along the axes, treated as the paper's box
+
+  void translate(const Vec2& by) {
+    for (Vec2& corner : corners) corner += by;
+    if (circle) circle->centre += by;
+  }
 };
 
 }  // namespace mpm

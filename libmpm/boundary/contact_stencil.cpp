@@ -1,0 +1,177 @@
+#include "libmpm/boundary/contact_stencil.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <map>
+#include <numbers>
+
+#include "libmpm/boundary/outline_distance.hpp"
+
+namespace mpm {
+
+namespace {
+
+constexpr double rounding = 1e-9;           // cells
+constexpr double extended_from = 0.5;       // cells behind the surface: nearer nodes are held by the points
+constexpr double extended_to = 2.6;         // cells behind the surface: the support of what is before it ends there
+constexpr double deep_from = 1.6;           // cells behind the surface: beyond the support of its points
+constexpr double ambiguous_distance = 0.5;  // cells: where two sides are as near, there is no one direction to extend along
+
+struct Weights {
+  int first;
+  double w[3];
+};
+
+/// Quadratic B-splines at x, in cells: nodes first .. first + 2.
+Weights weights_at(double x) {
+  const double base = std::floor(x - 0.5), f = x - base;
+  return {static_cast<int>(base), {0.5 * (1.5 - f) * (1.5 - f), 0.75 - (f - 1.0) * (f - 1.0), 0.5 * (f - 0.5) * (f - 0.5)}};
+}
+
+/// A point of the surface, in cells.
+struct SurfacePoint {
+  Vec2 at, normal;
+  int inner = -1, round = -1;
+};
+
+std::vector<SurfacePoint> points_of_circle(const Circle& circle, double cell_size) {
+  const double radius = circle.radius / cell_size;
+  const Vec2 centre = circle.centre / cell_size;
+  const int count = std::max(4, 2 * static_cast<int>(std::lround(std::numbers::pi * radius)));  // even: symmetric about both axes
+  std::vector<SurfacePoint> points;
+  for (int i = 0; i < count; ++i) {
+    const double angle = 2.0 * std::numbers::pi * (i + 0.5) / count;
+    const Vec2 normal(std::cos(angle), std::sin(angle));
+    points.push_back({centre + radius * normal, normal});
+  }
+  return points;
+}
+
+std::vector<SurfacePoint> points_of_polygon(const std::vector<Vec2>& corners, double cell_size) {
+  struct Side {
+    int first, count;
+  };
+  std::vector<SurfacePoint> points;
+  std::vector<Side> sides;
+  for (std::size_t s = 0; s < corners.size(); ++s) {
+    const Vec2 from = corners[s] / cell_size, along = corners[(s + 1) % corners.size()] / cell_size - from;
+    const Vec2 normal = Vec2(along.y(), -along.x()).normalized();
+    const int count = std::max(1, static_cast<int>(std::lround(along.norm())));
+    sides.push_back({static_cast<int>(points.size()), count});
+    for (int i = 0; i < count; ++i) points.push_back({from + (i + 0.5) / count * along, normal});
+  }
+  constexpr int fewest = 3;  // a side of less has no inner point to compare its ends with
+  for (std::size_t s = 0; s < sides.size(); ++s) {
+    const Side &side = sides[s], &before = sides[(s + sides.size() - 1) % sides.size()], &after = sides[(s + 1) % sides.size()];
+    if (side.count < fewest) continue;
+    SurfacePoint &start = points[static_cast<std::size_t>(side.first)], &end = points[static_cast<std::size_t>(side.first + side.count - 1)];
+    start.inner = side.first + 1;
+    start.round = before.first + before.count - 1;
+    end.inner = side.first + side.count - 2;
+    end.round = after.first;
+  }
+  return points;
+}
+
+/// Makes rows of points and nodes; where there are mirror planes, replaces what lies behind them by its image.
+class StencilBuilder {
+ public:
+  StencilBuilder(bool mirror_x, bool mirror_y) : mirror_{mirror_x, mirror_y} {}
+
+  [[nodiscard]] bool computed(const Vec2& at) const {
+    return (!mirror_[0] || at.x() > -rounding) && (!mirror_[1] || at.y() > -rounding);
+  }
+  int node(int x, int y) {
+    const auto [place, made] = number_.try_emplace({x, y}, static_cast<int>(stencil.nodes.size()));
+    if (made) stencil.nodes.push_back({{x, y}, (mirror_[0] && x == 0 ? 0.5 : 1.0) * (mirror_[1] && y == 0 ? 0.5 : 1.0)});
+    return place->second;
+  }
+  void begin(ContactRow::Kind kind, const Vec2& at, const Vec2& normal, double cell_size) {
+    normal_ = normal;
+    stencil.rows.push_back({.kind = kind, .first = stencil.entries.size(), .point = cell_size * at});
+    if ((mirror_[0] && std::abs(at.x()) < rounding) || (mirror_[1] && std::abs(at.y()) < rounding)) stencil.rows.back().copies = 2.0;
+  }
+  void add(int x, int y, double weight) {
+    Vec2 n = weight * normal_, t = weight * Vec2(-normal_.y(), normal_.x());
+    int at[2] = {x, y};
+    for (int axis = 0; axis < 2; ++axis) {
+      if (!mirror_[axis] || at[axis] > 0) continue;
+      n[axis] = at[axis] == 0 ? 0.0 : -n[axis];  // on the plane material moves along it alone
+      t[axis] = at[axis] == 0 ? 0.0 : -t[axis];
+      at[axis] = -at[axis];
+    }
+    const int number = node(at[0], at[1]);
+    ContactRow& row = stencil.rows.back();
+    for (std::size_t e = row.first; e < row.first + row.count; ++e) {
+      ContactEntry& entry = stencil.entries[e];
+      if (entry.node != number) continue;
+      entry.normal += n;
+      entry.tangent += t;
+      entry.vertical += weight;
+      return;
+    }
+    stencil.entries.push_back({number, n, t, weight});
+    ++row.count;
+  }
+  ContactStencil stencil;
+
+ private:
+  bool mirror_[2];
+  Vec2 normal_;
+  std::map<std::array<int, 2>, int> number_;
+};
+
+}  // namespace
+
+ContactStencil contact_stencil(const Outline& outline, double cell_size, bool mirror_x, bool mirror_y) {
+  StencilBuilder builder(mirror_x, mirror_y);
+  const OutlineDistance distance(outline);
+
+  const std::vector<SurfacePoint> points =
+      outline.circle ? points_of_circle(*outline.circle, cell_size) : points_of_polygon(outline.corners, cell_size);
+  std::vector<int> row_of(points.size(), -1);
+  for (std::size_t p = 0; p < points.size(); ++p) {
+    const SurfacePoint& point = points[p];
+    if (!builder.computed(point.at)) continue;
+    row_of[p] = static_cast<int>(builder.stencil.rows.size());
+    builder.begin(ContactRow::Kind::surface, point.at, point.normal, cell_size);
+    const Weights wx = weights_at(point.at.x()), wy = weights_at(point.at.y());
+    for (int j = 0; j < 3; ++j) {
+      for (int i = 0; i < 3; ++i) {
+        if (const double w = wx.w[i] * wy.w[j]; w > 1e-12) builder.add(wx.first + i, wy.first + j, w);
+      }
+    }
+  }
+  for (std::size_t p = 0; p < points.size(); ++p) {
+    if (row_of[p] < 0 || points[p].inner < 0) continue;
+    ContactRow& row = builder.stencil.rows[static_cast<std::size_t>(row_of[p])];
+    row.inner = row_of[static_cast<std::size_t>(points[p].inner)];
+    row.round = row_of[static_cast<std::size_t>(points[p].round)];
+  }
+
+  Vec2 low = outline.corners.front(), high = low;
+  for (const Vec2& corner : outline.corners) low = low.cwiseMin(corner), high = high.cwiseMax(corner);
+  const auto first = [&](int axis) { return static_cast<int>(std::floor(low[axis] / cell_size)) - 1; };
+  const auto last = [&](int axis) { return static_cast<int>(std::ceil(high[axis] / cell_size)) + 1; };
+  for (int y = first(1); y <= last(1); ++y) {
+    for (int x = first(0); x <= last(0); ++x) {
+      const Vec2 at(x, y);
+      if (!builder.computed(at)) continue;
+      const auto near = distance.at(cell_size * at);
+      const double depth = -near.distance / cell_size;
+      if (depth > -rounding) builder.stencil.covered.push_back(builder.node(x, y));
+      if (depth > deep_from) builder.stencil.deep.push_back({builder.node(x, y), near.normal});
+      const int axis = std::abs(near.normal.x()) >= std::abs(near.normal.y()) - rounding ? 0 : 1;
+      const double along_axis = depth / std::abs(near.normal[axis]);
+      if (along_axis <= extended_from + rounding || along_axis > extended_to) continue;
+      if (distance.sides_within(cell_size * at, near.distance - ambiguous_distance * cell_size) > 1) continue;
+      const int outward = near.normal[axis] > 0.0 ? 1 : -1;
+      builder.begin(ContactRow::Kind::extension, at, near.normal, cell_size);
+      for (int k = 0; k < 3; ++k) builder.add(x + (axis == 0 ? k * outward : 0), y + (axis == 1 ? k * outward : 0), k == 1 ? -2.0 : 1.0);
+    }
+  }
+  return std::move(builder.stencil);
+}
+
+}  // namespace mpm

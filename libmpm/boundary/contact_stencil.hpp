@@ -1,0 +1,63 @@
+#pragma once
+/// Contact of a vertical solid in the plane of one layer of grid nodes: where on its surface the contact acts, and on which nodes.
+///
+/// A nodal rule ("a node inside the solid obeys its nearest face") moves the surface to the nodes, and is of first order. Here the surface
+/// stays where it is. The velocity of the material at a point s of the surface is u = sum_k g_k v_k with the B-spline weights g_k of the
+/// nodes k at s; contact demands u.n >= 0 there, and an impulse lambda <= 0 along the row sum_k g_k n of the nodes brings it about:
+/// v_k -= g_k n lambda / m_k. Points stand one cell apart, so that there are as many conditions as nodes along the surface.
+///
+/// A plane of nodes that lies on the surface has three rows of nodes with weights 1/8, 3/4, 1/8; the point alone would leave their
+/// difference free. The extension fixes it: behind the surface the normal velocity goes on linearly, v_k - 2 v_k+1 + v_k+2 = 0, an
+/// impulse of either sign whose sum is zero. On a plane of nodes both together are the exact mirror image, v_0.n = 0, v_-1.n = -v_1.n.
+///
+/// The sides are vertical, so that the conditions of one layer of nodes do not touch another: a stencil is made once and serves them all.
+
+#include <array>
+#include <optional>
+#include <vector>
+
+#include "libmpm/boundary/shapes/outline.hpp"
+
+namespace mpm {
+
+/// One condition on the velocities of a layer's nodes.
+struct ContactRow {
+  enum class Kind { surface, extension } kind = Kind::surface;
+  std::size_t first = 0, count = 0;  ///< its entries
+  Vec2 point = Vec2::Zero();         ///< m: on the surface, or the node that is extended to
+  /// End of a side of three points or more: the next row on the side, and the end of the side round the edge; -1: another row, or none.
+  int inner = -1, round = -1;
+  double copies = 1.0;  ///< 2 for a point on a mirror plane: it is its own image, and its impulse here is half of the whole
+};
+
+/// What one node takes part in a row with. Where a mirror plane maps two nodes onto one, the sum of both.
+struct ContactEntry {
+  int node = 0;
+  Vec2 normal = Vec2::Zero();   ///< g n
+  Vec2 tangent = Vec2::Zero();  ///< g t, t the horizontal tangent
+  double vertical = 0.0;        ///< g
+};
+
+struct ContactStencil {
+  /// A node of the layer, in the frame of the grid.
+  struct PlaneNode {
+    std::array<int, 2> at{};  ///< grid coordinates x, y
+    double share = 1.0;       ///< of its mass that belongs to the computed part: a half on a mirror plane
+  };
+  /// A node so deep inside that no row reaches it.
+  struct Deep {
+    int node = 0;
+    Vec2 normal = Vec2::Zero();
+  };
+  std::vector<PlaneNode> nodes;
+  std::vector<ContactRow> rows;
+  std::vector<ContactEntry> entries;
+  std::vector<Deep> deep;
+  std::vector<int> covered;  ///< nodes within the outline: columns that a top face holds
+};
+
+/// @param outline  m, in the frame of the grid. @param cell_size  m
+/// @param mirror_x, mirror_y  only x >= 0 (y >= 0) is computed: rows of the rest are left out, its nodes replaced by their images
+[[nodiscard]] ContactStencil contact_stencil(const Outline& outline, double cell_size, bool mirror_x, bool mirror_y);
+
+}  // namespace mpm

@@ -1,0 +1,57 @@
+#pragma once
+/// Signed distance from an outline.
+
+#include <algorithm>
+#include <limits>
+#include <vector>
+
+#include "libmpm/boundary/shapes/outline.hpp"
+
+namespace mpm {
+
+/// Signed distance from a convex outline, negative inside. Outside near a corner it is the distance from the lines of the sides, not from
+/// the corner: for what lies inside, or before one side.
+class OutlineDistance {
+ public:
+  explicit OutlineDistance(const Outline& outline) : circle_(outline.circle) {
+    const std::vector<Vec2>& corners = outline.corners;
+    for (std::size_t i = 0; i < corners.size() && !circle_; ++i) {
+      const Vec2 along = (corners[(i + 1) % corners.size()] - corners[i]).normalized();
+      const Vec2 normal(along.y(), -along.x());
+      sides_.push_back({normal, normal.dot(corners[i])});
+    }
+  }
+
+  struct Nearest {
+    double distance;  ///< m
+    Vec2 normal;      ///< outward, of the nearest side
+  };
+  /// @param x  m
+  [[nodiscard]] Nearest at(const Vec2& x) const {
+    if (circle_) {
+      const Vec2 arm = x - circle_->centre;
+      const double r = arm.norm();
+      return {r - circle_->radius, r > 1e-9 * circle_->radius ? Vec2(arm / r) : Vec2(-Vec2::UnitX())};  // upstream from the centre
+    }
+    Nearest nearest{-std::numeric_limits<double>::infinity(), -Vec2::UnitX()};
+    for (const Side& side : sides_) {
+      if (const double d = side.normal.dot(x) - side.offset; d > nearest.distance) nearest = {d, side.normal};
+    }
+    return nearest;
+  }
+  /// Sides whose signed distance is above `distance`; 1 for a circle.
+  [[nodiscard]] int sides_within(const Vec2& x, double distance) const {
+    if (circle_) return 1;
+    return static_cast<int>(std::count_if(sides_.begin(), sides_.end(), [&](const Side& s) { return s.normal.dot(x) - s.offset > distance; }));
+  }
+
+ private:
+  struct Side {
+    Vec2 normal;
+    double offset;
+  };
+  std::optional<Circle> circle_;
+  std::vector<Side> sides_;
+};
+
+}  // namespace mpm

@@ -1,0 +1,39 @@
+#pragma once
+/// Rigid solid with vertical sides that acts at its surface, not at the nodes: contact_stencil.hpp.
+
+#include "libmpm/boundary/contact.hpp"
+#include "libmpm/boundary/contact_stencil.hpp"
+
+namespace mpm {
+
+/// A solid at rest: separable contact with Coulomb friction on its sides and on its top; there is no bottom, it stands on the floor.
+class SurfaceSolid {
+ public:
+  struct Mirrored {
+    bool x = false, y = false;
+  };
+  /// @param top  m. @param reference  point about which the moment is taken, m
+  /// @param cell_size  of the grid, m. @param mirrored  planes at which only half of the domain is computed
+  SurfaceSolid(Outline outline, double top, double friction, const Vec3& reference, double cell_size, Mirrored mirrored);
+
+  [[nodiscard]] const ContactStencil& stencil() const { return stencil_; }
+  [[nodiscard]] double top() const { return top_; }
+  [[nodiscard]] double friction() const { return friction_; }
+
+  [[nodiscard]] Vec3 reference_point() const { return reference_; }
+  [[nodiscard]] Vec3 surface_velocity(const Vec3&, double) const { return Vec3::Zero(); }
+  [[nodiscard]] bool reaches(const Vec3& low, const Vec3& high, double time) const;
+  /// Whether a point is inside.
+  [[nodiscard]] bool covers(const Vec3& x, double time) const;
+  void translate(const Vec3& by);
+
+ private:
+  Outline outline_;
+  double top_, friction_;
+  Vec3 reference_;
+  double cell_size_;
+  Mirrored mirrored_;
+  ContactStencil stencil_;
+};
+
+}  // namespace mpm

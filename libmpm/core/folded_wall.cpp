@@ -1,0 +1,178 @@
+#include "libmpm/core/folded_wall.hpp"
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <optional>
+#include <vector>
+
+namespace mpm {
+
+namespace {
+
+constexpr int column_nodes = 3;   ///< a master and two slaves
+constexpr double nearest = 0.5;   ///< cells from the plane to a master, at least
+constexpr double rounding = 1e-9;  ///< cells
+
+/// The axis a wall is normal to; empty for an oblique one.
+std::optional<int> axis_of(const Wall& wall) {
+  for (int axis = 0; axis < 3; ++axis) {
+    if (std::abs(std::abs(wall.normal[axis]) - 1.0) < 1e-12) return axis;
+  }
+  return std::nullopt;
+}
+
+/// Where a wall's columns have their nodes.
+struct ColumnPlan {
+  int axis, inward;               ///< inward: +1 or -1, the step from a node to the next one behind it
+  std::int32_t master;            ///< number of the masters' plane along the axis
+  double c[column_nodes];         ///< velocity over that of the master
+};
+
+ColumnPlan plan_of(const Wall& wall, int axis, double cell_size, double time) {
+  const double sign = wall.normal[axis] > 0.0 ? 1.0 : -1.0;
+  const double plane = sign * wall.offset(time) / cell_size;  // coordinate, in cells
+  const double master = sign > 0.0 ? std::ceil(plane + nearest - rounding) : std::floor(plane - nearest + rounding);
+  const double d = sign * (master - plane);
+  return {axis, sign > 0.0 ? -1 : 1, static_cast<std::int32_t>(master), {1.0, (d - 1.0) / d, (d - 2.0) / d}};
+}
+
+/// Node `by` steps along an axis from a block's node; null where there is no block.
+struct NodeAt {
+  Node* node = nullptr;
+  std::int32_t block = no_block;
+  int number = 0;
+};
+NodeAt node_at(Grid& grid, std::int32_t block, int number, int axis, int by) {
+  const int stride = axis == 0 ? 1 : axis == 1 ? block_edge : block_edge * block_edge;
+  const int local = number / stride % block_edge, moved = local + by;
+  int offset[3] = {0, 0, 0};
+  offset[axis] = moved < 0 ? -1 : moved >= block_edge ? 1 : 0;
+  const std::int32_t to = grid.block(block).neighbour[static_cast<std::size_t>(neighbour_slot(offset[0], offset[1], offset[2]))];
+  if (to == no_block) return {};
+  const int there = number + (by - block_edge * offset[axis]) * stride;
+  return {&grid.nodes(to).node[there], to, there};
+}
+
+struct ColumnNode {
+  NodeAt at;
+  double mass = 0.0;      ///< on the grid, kg
+  Vec3 before, velocity;  ///< relative to the surface: at first, and what becomes of it
+};
+
+/// Velocities of a column after contact. @returns false if it is free
+bool fold_column(std::array<ColumnNode, column_nodes>& column, const ColumnPlan& plan, const Wall& wall) {
+  const double sign = -plan.inward;
+  Vec3 momentum = Vec3::Zero();
+  double mass = 0.0;
+  for (int k = 0; k < column_nodes; ++k) {
+    momentum += plan.c[k] * column[static_cast<std::size_t>(k)].mass * column[static_cast<std::size_t>(k)].before;
+    mass += plan.c[k] * plan.c[k] * column[static_cast<std::size_t>(k)].mass;
+  }
+  const Vec3 held = momentum / mass;  // of the master, if all stick
+  Vec3 sticking = Vec3::Zero();       // the impulse that it would take
+  for (int k = 0; k < column_nodes; ++k) {
+    const ColumnNode& n = column[static_cast<std::size_t>(k)];
+    sticking += n.mass * (n.before - plan.c[k] * held);
+  }
+  const double pull = sign * sticking[plan.axis];  // negative where material pushes against the wall
+  if (wall.contact == Contact::separable && pull >= 0.0) return false;
+  double share = 0.0;  // of the tangential way to sticking
+  if (wall.contact == Contact::no_slip) {
+    share = 1.0;
+  } else if (wall.friction > 0.0 && pull < 0.0) {
+    Vec3 tangential = sticking;
+    tangential[plan.axis] = 0.0;
+    const double all = tangential.norm(), most = -wall.friction * pull;
+    share = all > most ? most / all : 1.0;
+  }
+  for (int k = 0; k < column_nodes; ++k) {
+    ColumnNode& n = column[static_cast<std::size_t>(k)];
+    const Vec3 stuck = plan.c[k] * held;
+    n.velocity = n.before + share * (stuck - n.before);
+    n.velocity[plan.axis] = stuck[plan.axis];
+  }
+  return true;
+}
+
+}  // namespace
+
+bool folds(const Wall& wall, std::span<const Boundary> boundaries, double cell_size, double time) {
+  if (wall.rule != ContactRule::surface) return false;
+  const std::optional<int> axis = axis_of(wall);
+  if (!axis) return false;
+  Vec3 master = wall.point;
+  master[*axis] = cell_size * plan_of(wall, *axis, cell_size, time).master;
+  return std::ranges::none_of(boundaries, [&](const Boundary& other) {
+    const Wall* parallel = std::get_if<Wall>(&other);
+    if (const auto* moving = std::get_if<MovingWall>(&other)) parallel = &moving->plane;
+    return parallel != nullptr && parallel->normal.dot(wall.normal) < -0.5 && parallel->covers(master, time);
+  });
+}
+
+Impulse apply_folded_wall(Grid& grid, const Wall& wall, const Boundary& boundary, const MirrorPlanes& mirror, double time) {
+  const double dx = grid.cell_size();
+  const int axis = axis_of(wall).value();
+  const ColumnPlan plan = plan_of(wall, axis, dx, time);
+  const int stride = axis == 0 ? 1 : axis == 1 ? block_edge : block_edge * block_edge;
+  const auto all = grid.all_blocks();
+  const auto surface_velocity = [&](const Vec3& x) {
+    return std::visit([&](const auto& b) -> Vec3 { return b.surface_velocity(x, time); }, boundary);
+  };
+  std::vector<Impulse> taken(all.size());  // by block of the master
+#pragma omp parallel for schedule(static, 8)
+  for (std::size_t i = 0; i < all.size(); ++i) {
+    const Index3& block = grid.block(all[i]).coordinate;
+    const std::int32_t first = block_edge * block[static_cast<std::size_t>(axis)];
+    // steps from the masters' plane towards the inside: of the block's nodes, those nearest and furthest
+    const std::int32_t from = plan.inward * (first - plan.master), to = plan.inward * (first + block_edge - 1 - plan.master);
+    if (std::max(from, to) < 0) continue;
+    Impulse& sum = taken[i];
+    const auto write = [&](const NodeAt& at, const Vec3& surface, const Vec3& velocity) {
+      const Index3& c = grid.block(at.block).coordinate;
+      Node& node = *at.node;
+      const Vec3 after = surface + velocity;
+      const double mass = (is_cut(mirror, c) ? computed_share(mirror, c, at.number) : 1.0) * node[3];
+      const Vec3 given = mass * (Vec3(node[0], node[1], node[2]) - after);
+      sum.linear += given;
+      sum.work -= given.dot(surface);
+      sum.angular += (node_position(c, at.number, dx) - wall.point).cross(given);
+      node = Node{after.x(), after.y(), after.z(), node[3]};
+    };
+    for (int n = 0; n < block_nodes; ++n) {
+      const std::int32_t inward = plan.inward * (first + n / stride % block_edge - plan.master);
+      if (inward < 0) continue;
+      const Vec3 surface = surface_velocity(node_position(block, n, dx));
+      if (inward > 0) {  // a slave of a master that is there is that one's; any other node acts for itself
+        if (inward < column_nodes && node_at(grid, all[i], n, axis, -plan.inward * inward).node != nullptr) continue;
+        const NodeAt self = node_at(grid, all[i], n, axis, 0);
+        const Node& node = *self.node;
+        if (node[3] <= 0.0) continue;
+        const Vec3 before(node[0], node[1], node[2]);
+        write(self, surface, contact_velocity(before, wall.normal, surface, wall.contact, wall.friction) - surface);
+        continue;
+      }
+      std::array<ColumnNode, column_nodes> column;
+      double behind = 0.0;
+      for (int k = 0; k < column_nodes; ++k) {
+        ColumnNode& c = column[static_cast<std::size_t>(k)];
+        c.at = node_at(grid, all[i], n, axis, plan.inward * k);
+        c.before = c.velocity = Vec3::Zero();
+        if (c.at.node == nullptr || (*c.at.node)[3] <= 0.0) continue;
+        c.mass = (*c.at.node)[3];
+        c.before = Vec3((*c.at.node)[0], (*c.at.node)[1], (*c.at.node)[2]) - surface;
+        if (k > 0) behind += c.mass;
+      }
+      if (behind <= 0.0 || !fold_column(column, plan, wall)) continue;
+      for (const ColumnNode& c : column) {
+        if (c.mass > 0.0) write(c.at, surface, c.velocity);
+      }
+    }
+  }
+  Impulse total;
+  for (const Impulse& t : taken) total += t;
+  return total;
+}
+
+}  // namespace mpm

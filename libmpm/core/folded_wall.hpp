@@ -1,0 +1,29 @@
+#pragma once
+/// Walls of second order: the columns of nodes through a plane are folded at it.
+
+#include <span>
+
+#include "libmpm/boundary/any_boundary.hpp"
+#include "libmpm/boundary/impulse.hpp"
+#include "libmpm/core/grid.hpp"
+#include "libmpm/core/mirror.hpp"
+
+namespace mpm {
+
+/// Lets a wall normal to an axis act on the columns of nodes along that axis.
+///
+/// Of each column the first node at least half a cell before the plane is the master, the next two are its slaves: the normal velocity
+/// relative to the surface goes linearly through zero on the plane, v_k.n = c_k v_m.n with c_k = d_k/d_m, d the distance before the plane
+/// (negative behind). Momentum, weighted by what each node moves with v_m, gives v_m = sum c_k m_k v_k / sum c_k^2 m_k: of all velocities
+/// of that form the nearest in kinetic energy. On a plane of nodes this is the exact mirror image. no_slip: all components;
+/// separable: only where the column as a whole is pushed against the wall. Coulomb friction takes from the tangential
+/// velocities v_t the same share s of the way to sticking (v_t = c_k w), s <= 1 and s |J_stick| <= mu |J_n|. Nodes further behind act
+/// each for itself.
+/// @param wall  the plane of `boundary`, which gives the velocity of its surface
+/// @returns what the wall took
+Impulse apply_folded_wall(Grid& grid, const Wall& wall, const Boundary& boundary, const MirrorPlanes& mirror, double time);
+
+/// Whether a wall can be folded: its rule says so, it is normal to an axis, and no parallel wall holds the column's master.
+bool folds(const Wall& wall, std::span<const Boundary> boundaries, double cell_size, double time);
+
+}  // namespace mpm

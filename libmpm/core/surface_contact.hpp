@@ -1,0 +1,23 @@
+#pragma once
+/// Contact of vertical solids that act at their surface: solves the conditions of boundary/contact_stencil.hpp on the grid's velocities.
+
+#include "libmpm/boundary/impulse.hpp"
+#include "libmpm/boundary/surface_solid.hpp"
+#include "libmpm/core/grid.hpp"
+#include "libmpm/core/mirror.hpp"
+
+namespace mpm {
+
+/// What a solid took in one step, in all and by layer.
+struct ContactImpulse {
+  Impulse total;
+  LayerImpulses layers;
+};
+
+/// Changes the velocities of nodes near a solid so that its conditions hold: six Gauss-Seidel sweeps over the rows of each layer, in
+/// alternating direction, projected (no tension; friction within Coulomb's cone). Each layer is solved by itself, eight layers in the lanes
+/// of one vector; layers do not share nodes, so that the order of layers does not matter and results are the same on any number of
+/// threads.
+ContactImpulse apply_surface_contact(Grid& grid, const SurfaceSolid& solid);
+
+}  // namespace mpm
