@@ -67,8 +67,8 @@ class ConveyorSource : public ParticleSource {
   /// The snow of t = 0. Not counted as entered.
   void fill(State& state) const override;
 
-  [[nodiscard]] std::size_t particles_per_layer() const { return make_layer(0.0, 0).size(); }
-  [[nodiscard]] std::uint64_t initial_layers() const { return initial_layers_; }
+  [[nodiscard]] std::size_t particles_per_layer() const { return make_layer(0.0, 0).size(); }  ///< at t = 0
+  [[nodiscard]] std::uint64_t initial_layers() const { return initial_layers_; }               ///< released by fill()
 
  private:
   using Layer = std::vector<Particle>;  ///< with x = 0, row by row from the floor

@@ -24,9 +24,9 @@ struct SteadyCriteria {
 
 /// A steady span [from, to], s, of samples first .. last - 1; without one steady is false and the rest is 0.
 struct Steady {
-  bool steady = false;
-  double from = 0.0, to = 0.0;
-  std::size_t first = 0, last = 0;
+  bool steady = false;              ///< whether there is one
+  double from = 0.0, to = 0.0;      ///< s
+  std::size_t first = 0, last = 0;  ///< samples first .. last - 1
 };
 
 /// The longest span that ends with the series and whose running mean m(t) = mean of the samples from its start to t stays within
@@ -37,9 +37,9 @@ struct Steady {
 
 /// Mean over a span.
 struct MeanEstimate {
-  static constexpr double none = std::numeric_limits<double>::quiet_NaN();
-  double mean = none;
-  double standard_error = none;  ///< of the mean
+  static constexpr double none = std::numeric_limits<double>::quiet_NaN();  ///< unknown
+  double mean = none;                                                       ///< over all finite samples
+  double standard_error = none;                                             ///< of the mean
   double effective_samples =
       none;  ///< independent samples that would give this standard error: sample variance / standard_error^2, at most the number of samples
   int batches = 0;          ///< behind the standard error: its interval is mean +- t(batches - 1) standard_error

@@ -20,11 +20,14 @@ class AtomicFile {
  public:
   /// Creates the temporary `.<name>.<process id>.<counter>.tmp` beside the target. The directory must exist.
   explicit AtomicFile(std::filesystem::path target);
+  /// Removes the temporary, unless it was committed.
   ~AtomicFile();
   AtomicFile(const AtomicFile&) = delete;
   AtomicFile& operator=(const AtomicFile&) = delete;
 
+  /// Appends to the temporary. @throws IoError
   void write(std::string_view text);
+  /// Appends to the temporary. @throws IoError
   void write(std::span<const std::byte> bytes);
 
   /// Forces the content to the disk and renames it to the target, replacing what was there. Call once, last.
