@@ -13,6 +13,7 @@
 
 namespace mpm {
 
+/// One boundary of the list.
 using Boundary = std::variant<Wall, RigidBox, RigidPrism, RigidCylinder, MovingWall>;
 
 }  // namespace mpm

@@ -9,19 +9,22 @@ namespace mpm {
 
 /// Half-space behind a plane.
 struct Wall {
-  Vec3 point = Vec3::Zero();
-  Vec3 normal = Vec3::UnitZ();
-  Contact contact = Contact::no_slip;
-  double friction = 0.0;
-  Vec3 velocity = Vec3::Zero();  ///< of the surface, m/s
-  bool travels = false;          ///< the plane itself moves with `velocity`; false: a belt, or an inlet at a fixed place
+  Vec3 point = Vec3::Zero();           ///< m, on the plane
+  Vec3 normal = Vec3::UnitZ();         ///< unit, into the material
+  Contact contact = Contact::no_slip;  ///< of the surface
+  double friction = 0.0;               ///< mu
+  Vec3 velocity = Vec3::Zero();        ///< of the surface, m/s
+  bool travels = false;                ///< the plane itself moves with `velocity`; false: a belt, or an inlet at a fixed place
 
+  /// What every boundary offers (any_boundary.hpp). Places in m, velocities in m/s, time in s.
+  /// @{
   [[nodiscard]] Vec3 reference_point() const { return point; }
   [[nodiscard]] Vec3 surface_velocity(const Vec3&, double) const { return velocity; }
   [[nodiscard]] bool reaches(const Vec3& low, const Vec3& high, double time) const;
   [[nodiscard]] bool covers(const Vec3& node, double time) const;
   [[nodiscard]] Vec3 constrain(const Vec3& node, const Vec3& v, double time = 0.0) const;
   void translate(const Vec3& by) { point += by; }
+  /// @}
 };
 
 /// Half-space at a fixed place whose surface moves along x, at a speed that varies with height and time: an inlet with a sheared
@@ -30,12 +33,15 @@ struct MovingWall {
   Wall plane;                                               ///< its point stands on the floor; its velocity is not used
   std::function<double(double height, double time)> speed;  ///< m/s, of the height over the plane's point (m) and the time (s)
 
+  /// What every boundary offers (any_boundary.hpp). Places in m, velocities in m/s, time in s.
+  /// @{
   [[nodiscard]] Vec3 reference_point() const { return plane.point; }
   [[nodiscard]] Vec3 surface_velocity(const Vec3& node, double time) const { return {speed(node.z() - plane.point.z(), time), 0.0, 0.0}; }
   [[nodiscard]] bool reaches(const Vec3& low, const Vec3& high, double time) const { return plane.reaches(low, high, time); }
   [[nodiscard]] bool covers(const Vec3& node, double time) const { return plane.covers(node, time); }
   [[nodiscard]] Vec3 constrain(const Vec3& node, const Vec3& v, double time = 0.0) const;
   void translate(const Vec3& by) { plane.translate(by); }
+  /// @}
 };
 
 }  // namespace mpm

@@ -7,7 +7,7 @@
 
 namespace mpm {
 
-using Vec2 = Eigen::Vector2d;
+using Vec2 = Eigen::Vector2d;  ///< x, y in plan, m
 
 /// A convex polygon. Frame of every shape: the most upstream point at x = 0, the middle of its width at y = 0.
 struct Outline {
