@@ -1,7 +1,7 @@
 #pragma once
 /// The library never prints and never exits; it throws one of these. The three kinds a user can
 /// act on are kept apart because the remedy differs: edit the case, make the run stable, free the disk.
-/// No exception crosses an OpenMP region: parallel loops record a fault and the caller throws.
+/// No exception crosses an OpenMP region: parallel loops record the error and the caller throws.
 
 #include <stdexcept>
 #include <string>
@@ -15,7 +15,7 @@ enum class ExitCode : int {
   usage = 2,     ///< command line or case file
   unstable = 3,  ///< NaN, inverted element, collapsed time step
   io = 4,        ///< file system
-  internal = 5,  ///< a fault of this program
+  internal = 5,  ///< an error of this program
 };
 
 /// Base class: carries the exit code that the command line reports.

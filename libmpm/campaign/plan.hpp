@@ -41,7 +41,7 @@ struct CampaignPlan {
   int threads = 1, retries = 1;  ///< of each run; more attempts at a run that failed
   bool longest_first = true;     ///< order in which runs are started: by their estimated cost, or as in the plan
   bool keep_frames = false, keep_final = false, keep_checkpoint = false;  ///< files that stay when a run is done
-  SlurmSpec slurm;                                                        ///< for `mpm campaign slurm`
+  SlurmSpec slurm;                                                        ///< of tasks that Slurm runs
 };
 
 }  // namespace mpm

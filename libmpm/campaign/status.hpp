@@ -1,5 +1,5 @@
 #pragma once
-/// How far the runs of a campaign are, by their folders, and what is left to do.
+/// How far the runs of a campaign are, by their folders, and how much remains to be done.
 
 #include <filesystem>
 #include <string>

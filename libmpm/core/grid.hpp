@@ -113,7 +113,7 @@ struct alignas(64) NodeBlock {
 
 /// Nodes touched by one block's particles, contiguous: index x + 6 y + 36 z.
 struct alignas(64) Halo {
-  Node node[halo_nodes];  ///< of this block, of seven others the rim
+  Node node[halo_nodes];  ///< the own ones, and the rim in seven neighbours
 };
 
 /// The blocks, found by coordinate. An index stays valid until its block is freed by refresh().

@@ -150,7 +150,7 @@ struct OutputSpec {
 /// The keys above the first table, of a case file and of a point path.
 template <class Table, class Base>
 void declare_heading(Table& table, std::string Base::*title) {
-  table.add("title", title).no_effect_on_results().text("What the case is; stands above results and pictures");
+  table.add("title", title).no_effect_on_results().text("What the case is; heading of results and pictures");
   table.add_constant("format_version", case_format_version).text("Version of the format of this file");
 }
 

@@ -1,7 +1,7 @@
 #pragma once
 /// The conveyor belt of Sect. 2.2: a plug of height H and width W that moves at v towards an obstacle.
 ///
-/// Frame: front face of the obstacle at x = 0, axis y = 0, floor z = 0. The front of the plug stands at the face at t = 0, so the
+/// Frame: front face of the obstacle at x = 0, axis y = 0, floor z = 0. The front of the plug is at the face at t = 0, so the
 /// front arrives at t = 0; downstream is empty.
 ///
 /// - floor: frictionless, separable. Side walls |y| = W/2: move with v along x and drag the plug.

@@ -70,7 +70,7 @@ struct ImpactGeometry {
 
 /// The paper's procedure: strip |y| <= 3w/7 (0.75 m for w = 1.75 m), box from 2.5 dx upstream to 0.5 dx inside the face, bins of dx/2 up to
 /// 5 H, filter of 13 bins and degree 2, threshold 5 %.
-/// @param cell_size dx, m. @param windows lengths in metres that stand in place of the paper's multiples of dx, where given.
+/// @param cell_size dx, m. @param windows lengths in metres that replace the paper's multiples of dx, where given.
 /// @throws ConfigError for values that are not positive, a filter that is not an odd number of bins, or a cell too coarse for the filter
 /// (fewer bins in 5 H than the filter spans).
 [[nodiscard]] ImpactGeometry paper_geometry(double flow_height, double obstacle_width, double cell_size, double density, bool mirror_y,

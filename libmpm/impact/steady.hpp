@@ -17,7 +17,7 @@ struct SteadyCriteria {
 };
 
 /// Criteria for a flow that meets an obstacle: earliest = arrival + 2 v/g, when the first splash has fallen back; shortest span the greater
-/// of v/g (the rise of a jet) and a third of what is left of the series after `earliest`, so that a series that only just came to rest does
+/// of v/g (the rise of a jet) and a third of the series after `earliest`, so that a series that only just came to rest does
 /// not count.
 /// @param arrival s, when the front meets the obstacle. @param velocity v, m/s. @param end s, end of the series.
 [[nodiscard]] SteadyCriteria impact_steady_criteria(double arrival, double velocity, double gravity, double end);
@@ -51,7 +51,7 @@ struct MeanEstimate {
 /// autocorrelation times (1 + 2 sum rho_k, summed up to the first lag beyond five times itself: Sokal 1997) long, 5 if none are. The
 /// batches leave out at most batches - 1 samples at the start; the mean is over all. With 5 batches of strongly correlated samples the
 /// error is still underestimated. Values that are not finite (an undefined pressure height) are left out first.
-/// @return NaN for all figures without a finite value; a standard error of NaN with fewer than 10 samples.
+/// @return NaN for all numbers without a finite value; a standard error of NaN with fewer than 10 samples.
 [[nodiscard]] MeanEstimate estimate_mean(std::span<const double> values);
 
 }  // namespace mpm

@@ -1,7 +1,7 @@
 #pragma once
 /// Files that are either whole or absent. A reader never sees half a file, whenever the writer is killed: the content
 /// goes to a temporary name in the same directory, is forced to the disk, and is then renamed over the target, which
-/// POSIX makes one indivisible step. The one exception in the project is series.csv, which grows row by row (table.hpp).
+/// POSIX makes one indivisible step. The one exception in the project is series.csv, which grows row by row (csv.hpp).
 
 #include <cstddef>
 #include <filesystem>

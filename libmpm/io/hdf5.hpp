@@ -2,7 +2,7 @@
 /// HDF5 files (hdfgroup.org) of plain arrays and attributes in the root group: what h5py, h5dump and ParaView open.
 ///
 /// A file is built in memory and then written whole (atomic_file.hpp): the HDF5 library never meets a full disk, and equal
-/// content gives equal bytes (no time stamps). After the end of the HDF5 part, where other readers do not look, stand 16 bytes
+/// content gives equal bytes (no time stamps). After the end of the HDF5 part, where other readers do not look, there are 16 bytes:
 /// `MPMCRC32` + the CRC-32 of all bytes before as eight hexadecimal digits. The Reader checks them before it hands the file to
 /// the HDF5 library, so that a truncated or altered file is a message and not a crash in a parser.
 ///

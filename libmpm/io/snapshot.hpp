@@ -36,7 +36,7 @@ struct Particle;
 struct Scene;
 struct State;
 
-/// Particles by columns, one entry a particle in the order of the identity numbers. Units and measures as in particles.hpp.
+/// Particles by columns, one entry a particle in the order of the identity numbers. Units and measures as in core/particle.hpp.
 struct ParticleTable {
   std::vector<std::uint64_t> id;     ///< N, identity numbers, rising
   std::vector<double> position;      ///< 3 N, m
@@ -58,7 +58,7 @@ ParticleTable particle_table(const State& state, const Scene& scene, const std::
 struct SnapshotInfo {
   double time = 0.0;               ///< s
   std::int64_t step = 0;           ///< steps done since t = 0
-  std::string case_hash;           ///< case_hash_text of io/config.hpp
+  std::string case_hash;           ///< case_hash_text of driver/case_file.hpp
   std::string version;             ///< of the program that wrote the file
   double reference_density = 0.0;  ///< rho_0, kg/m^3
   bool mirror_x = false;           ///< only x >= 0 is computed and stored

@@ -1,6 +1,6 @@
 #pragma once
-/// The list of laws. To add one: write its header against the concept `Material`, add it to this variant, add an entry to the table in
-/// tests/material/test_materials.cpp. Nothing else names the laws: keys, messages and the reference of `mpm schema` follow from the list.
+/// The list of laws. To add one: write its header against the concept `Material`, add it to this variant, add typical parameters to
+/// tests/support/typical_materials.hpp. Nothing else names the laws: keys, messages and the reference of `mpm schema` follow from the list.
 
 #include <optional>
 #include <string>

@@ -10,7 +10,7 @@
 ///                         A_psi = 3 sin psi / sqrt(3 + sin^2 psi); psi = 0: A = sqrt(3) sin phi. At failure, elastic increments are over,
 ///                         eps_2^P = 0 puts s_2 at -2/9 A_psi q (Drucker & Prager 1952 for psi = phi: A = 3 sin phi / sqrt(3 + sin^2 phi)).
 ///   simple_shear          A = sqrt(3) tan phi,  C = sqrt(3) c,  A_psi = sqrt(3) tan psi: tan phi is the ratio of shear to normal stress
-///                         on the plane of steady shear at constant volume, sqrt(J2)/p, and the slope on which a layer stands; the
+///                         on the plane of steady shear at constant volume, sqrt(J2)/p, and the slope on which a layer is stable; the
 ///                         friction coefficient of mu(I). (With plane_strain that ratio is sin phi.)
 ///
 /// Backward Euler with the exponential map keeps the principal directions: q = q_tr - d, p = p_tr + K A_psi d / (3 G), d = 3 G dg, so that

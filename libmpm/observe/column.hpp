@@ -51,7 +51,7 @@ enum class Nature : std::uint8_t {
   execution,    ///< which case, which program, which machine, how long: not compared
 };
 
-/// NaN stands for what is unknown; results.json has null then.
+/// NaN: unknown; results.json has null then.
 using Value = std::variant<double, std::uint64_t, bool, std::string, std::array<double, 3>>;
 
 /// One entry of results.json.
