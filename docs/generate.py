@@ -29,7 +29,9 @@ def table(heading, rows):
 
 
 def sentence(text):
-    return text[0].upper() + text[1:].rstrip(".") + "."
+    """With a full stop, and a capital unless it begins with a word of a case file or a formula."""
+    begin = text[0].upper() if re.match(r"[a-z]+[ ,;']", text) else text[0]
+    return begin + text[1:].rstrip(".") + "."
 
 
 def result_tables(program):
@@ -97,20 +99,31 @@ def entries(text):
     return found
 
 
-def subcommands(program, *words):
-    """Name and description of each command below some words."""
-    _, _, listed = output_of(program, *words, "--help").partition("Subcommands:")
-    return [(" ".join((*words, name)), text) for name, text in entries(listed)]
+def usage_of(program, *words):
+    """A command with its arguments: mpm run CASE.toml."""
+    text = output_of(program, *words, "--help")
+    usage = re.search(r"^Usage: (.*)$", text, flags=re.MULTILINE)[1].replace(" [OPTIONS]", "")
+    for name, kind in re.findall(r"^  (\w+) (\S+) REQUIRED", text, flags=re.MULTILINE):
+        usage = re.sub(rf" {name}\b", f" {name.upper() if kind == 'TEXT' else kind}", usage)
+    return usage
+
+
+def commands(program, *words):
+    """Usage and first sentence of each command below some words."""
+    found = []
+    for name, text in entries(output_of(program, *words, "--help").partition("Subcommands:")[2]):
+        below = commands(program, *words, name)
+        found += below or [(usage_of(program, *words, name), re.split(r"(?<=\.) (?=[A-Z])", text)[0])]
+    return found
 
 
 def command_table(program, page):
     """Every command; those with a section of their own are linked to it."""
     rows = []
-    for name, text in subcommands(program):
-        below = subcommands(program, name)
-        for command, what in below or [(name, text)]:
-            linked = f"\n## `mpm {name}`\n" in page
-            rows.append((f"[`mpm {command}`](#mpm-{name})" if linked else f"`mpm {command}`", sentence(what)))
+    for usage, text in commands(program):
+        name = usage.split()[1]
+        linked = f"\n## `mpm {name}`\n" in page
+        rows.append((f"[`{usage}`](#mpm-{name})" if linked else f"`{usage}`", sentence(text)))
     return table(("command", "what it does"), rows)
 
 
