@@ -9,12 +9,16 @@ namespace mpm {
 
 /// Half-space behind a plane.
 struct Wall {
-  Vec3 point = Vec3::Zero();           ///< m, on the plane
-  Vec3 normal = Vec3::UnitZ();         ///< unit, into the material
-  Contact contact = Contact::no_slip;  ///< of the surface
-  double friction = 0.0;               ///< mu
-  Vec3 velocity = Vec3::Zero();        ///< of the surface, m/s
-  bool travels = false;                ///< the plane itself moves with `velocity`; false: a belt, or an inlet at a fixed place
+  /// m, on the plane
+  Vec3 point = Vec3::Zero();
+  /// unit, into the material
+  Vec3 normal = Vec3::UnitZ();
+  /// of the surface
+  Contact contact = Contact::no_slip;
+  /// mu
+  double friction = 0.0;
+  Vec3 velocity = Vec3::Zero();  ///< of the surface, m/s
+  bool travels = false;          ///< the plane itself moves with `velocity`; false: a belt, or an inlet at a fixed place
 
   /// What every boundary offers (any_boundary.hpp). Places in m, velocities in m/s, time in s.
   /// @{
