@@ -143,19 +143,18 @@ class Grid {
   Block& block(std::int32_t index) { return blocks_[static_cast<std::size_t>(index)]; }
   /// @param index  from all_blocks() or find()
   [[nodiscard]] const Block& block(std::int32_t index) const { return blocks_[static_cast<std::size_t>(index)]; }
-  /// The nodes that a block owns.
+  /// The nodes that a block owns, and what is kept of their values before the grid update.
+  /// @{
   NodeBlock& nodes(std::int32_t index) { return nodes_[static_cast<std::size_t>(index)]; }
-  /// The nodes that a block owns.
   [[nodiscard]] const NodeBlock& nodes(std::int32_t index) const { return nodes_[static_cast<std::size_t>(index)]; }
   /// Velocities before the grid update; kept for FLIP only.
   NodeBlock& old_nodes(std::int32_t index) { return old_nodes_[static_cast<std::size_t>(index)]; }
-  /// Velocities before the grid update; kept for FLIP only.
   [[nodiscard]] const NodeBlock& old_nodes(std::int32_t index) const { return old_nodes_[static_cast<std::size_t>(index)]; }
-  /// Whether there are old_nodes.
   void keep_old_nodes(bool keep) {
     keep_old_nodes_ = keep;
     old_nodes_.resize(keep ? nodes_.size() : 0);
   }
+  /// @}
 
   [[nodiscard]] std::span<const std::int32_t> all_blocks() const { return all_; }            ///< sorted by coordinate
   [[nodiscard]] std::span<const std::int32_t> occupied_blocks() const { return occupied_; }  ///< those with particles

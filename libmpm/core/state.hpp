@@ -63,9 +63,10 @@ struct Scene {
   Vec3 domain_min = Vec3::Constant(-1e3), domain_max = Vec3::Constant(1e3);  ///< m; particles that leave are removed and counted
   MirrorPlanes mirror;                                                       ///< only one side is computed
   Vec3 offset = Vec3::Zero();  ///< m: shift of the whole scene against the grid. What a user calls x is x + offset in State and Scene
-  Transfer transfer = Transfer::apic;  ///< from the grid to particles
-  double flip_ratio = 0.0;             ///< share of FLIP in the PIC/FLIP blend, at most 1
-  double cfl = 0.4;                    ///< dt <= cfl dx / (c_P + |v|max)
+  /// Velocities between grid and particles.
+  Transfer transfer = Transfer::apic;
+  double flip_ratio = 0.0;  ///< Transfer::flip: share of FLIP
+  double cfl = 0.4;         ///< dt <= cfl dx / (c_P + |v|max)
 };
 
 }  // namespace mpm

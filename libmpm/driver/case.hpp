@@ -86,14 +86,15 @@ struct DomainSpec {
 
 /// [numerics]
 struct NumericsSpec {
-  double cell_size = 0.25;             ///< dx, m
-  int particles_per_cell = 8;          ///< a cube number: 1, 8, 27, 64
-  Transfer transfer = Transfer::apic;  ///< core/state.hpp
-  double flip_ratio = 0.95;            ///< part of FLIP in the PIC/FLIP blend
-  double cfl = 0.4;                    ///< dt <= cfl dx / (c_P + |v|max)
-  double gravity = 9.81;               ///< m/s^2
-  double slope = 0.0;                  ///< rad; gravity = g (sin, 0, -cos)
-  Vec3 grid_offset = Vec3::Zero();     ///< shift of the whole scene against the grid, in cells; for studies of where surfaces cut cells
+  double cell_size = 0.25;     ///< dx, m
+  int particles_per_cell = 8;  ///< a cube number: 1, 8, 27, 64
+  /// Velocities between grid and particles (core/transfer.hpp).
+  Transfer transfer = Transfer::apic;
+  double flip_ratio = 0.95;         ///< part of FLIP in the PIC/FLIP blend
+  double cfl = 0.4;                 ///< dt <= cfl dx / (c_P + |v|max)
+  double gravity = 9.81;            ///< m/s^2
+  double slope = 0.0;               ///< rad; gravity = g (sin, 0, -cos)
+  Vec3 grid_offset = Vec3::Zero();  ///< shift of the whole scene against the grid, in cells; for studies of where surfaces cut cells
   bool operator==(const NumericsSpec&) const = default;
 
   /// The keys of [numerics] (base/parameter.hpp).
