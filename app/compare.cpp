@@ -120,7 +120,7 @@ class Comparison {
     const bool holds = std::abs(difference) <= allowed;
     judged_ += judge ? 1 : 0;
     failed_ += judge && !holds ? 1 : 0;
-    fmt::print("{:<36} {:>14.7g} {:>14.7g} {:>12.4g} {:>10} {:>12}  {}\n", key, x, y, difference,
+    fmt::print("{:<36} {:>14.7g} {:>14.7g} {:>12.4g} {:>10} {:>12}  {}\n", key, x + 0.0, y + 0.0, difference,  // + 0.0: no "-0"
                scale > 0.0 ? fmt::format("{:+.3f} %", 100.0 * difference / scale) : "", judge ? fmt::format("{:.4g}", allowed) : "",
                !judge  ? "not judged"
                : holds ? (difference == 0.0 ? "identical" : "agrees")

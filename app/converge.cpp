@@ -61,7 +61,7 @@ std::vector<std::string> cautions(const Case& c, const Sweep& sweep) {
   return notes;
 }
 
-std::string short_number(double x) { return std::isfinite(x) ? fmt::format("{:.5g}", x) : "none"; }
+std::string short_number(double x) { return std::isfinite(x) ? fmt::format("{:.5g}", x + 0.0) : "none"; }  // + 0.0: no "-0"
 
 void print_values(const Sweep& sweep, const std::vector<MetricConvergence>& metrics) {
   static constexpr std::size_t narrowest = 12;
@@ -152,7 +152,7 @@ std::vector<SweepPoint> compute(const ConvergeArguments& arguments, const Case& 
   const SweepResult result = run_sweep(spec, sweep, options);
   progress.finish();
   if (!result.finished) {
-    fmt::print(stderr, "stopped; continue with --resume --out {}\n", out.string());
+    fmt::print(stderr, "to continue: the same command with --resume --out {}\n", out.string());
     end_by_signal();
   }
   return result.points;

@@ -23,7 +23,7 @@ struct Work {
 inline constexpr double line_bytes = 64.0, node_bytes = 32.0, particle_bytes = 3.0 * line_bytes;
 
 /// Reads the whole particle and its order. A node is zeroed (read + write) and summed into (read + write).
-/// Operations of contribution() and add() in transfer.cpp, each on 4 components:
+/// Operations of contribution() and add() in core/particle_to_grid.cpp, each on 4 components:
 ///   offset f 2; volume scales 2; three columns a_x a_y a_z of mass or force: 3 each, 9; base m v - f.a: 2 + 6;
 ///   weights 3 + 2 + 2 + 2 = 9; per k of 3: three products and one sum, 4; per j of 3: two products, two sums, 3 fma, one sum, 11
 ///   = 2 + 2 + 9 + 8 + 9 + 3 (4 + 3 * 11) = 141.

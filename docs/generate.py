@@ -1,47 +1,166 @@
 #!/usr/bin/python3
-"""Fills the tables of docs/results.md that list what a run writes, from `mpm schema --results`.
+"""Fills the generated tables of the pages in docs/: quantities and columns (results.md), keys (cases.md) and commands (commands.md) from the
+program itself, the verbs of ./run (developing.md) from `./run help`.
 
 usage: generate.py MPM [--check]    MPM: the program. --check changes nothing and fails where a table is out of date
 """
 
+import json
 import pathlib
 import re
 import subprocess
 import sys
+import textwrap
 
-SECTIONS = {"quantities": "Quantities of `results.json`", "columns": "Columns of `series.csv`", "profile": "Columns of `profile.csv`"}
-
-
-def tables(program):
-    """The tables by their headings."""
-    text = subprocess.run([program, "schema", "--results"], check=True, capture_output=True, text=True).stdout
-    parts = re.split(r"^## (.*)$", text, flags=re.MULTILINE)
-    return {heading.strip(): body.strip() for heading, body in zip(parts[1::2], parts[2::2])}
+DOCS = pathlib.Path(__file__).resolve().parent
+RESULTS = {"quantities": "Quantities of `results.json`", "columns": "Columns of `series.csv`", "profile": "Columns of `profile.csv`"}
 
 
-def filled(page, found):
-    """The page with its generated sections as the program describes them."""
-    for marker, heading in SECTIONS.items():
-        if heading not in found:
-            sys.exit(f"generate.py: the program has no table '{heading}', only {', '.join(found)}")
+def output_of(*command):
+    return subprocess.run(command, check=True, capture_output=True, text=True).stdout
+
+
+def row(*cells):
+    return "| " + " | ".join(cell.replace("|", "\\|") for cell in cells) + " |"
+
+
+def table(heading, rows):
+    return "\n".join([row(*heading), "|" + "---|" * len(heading), *(row(*cells) for cells in rows)])
+
+
+def sentence(text):
+    """With a full stop, and a capital unless it begins with a word of a case file or a formula."""
+    begin = text[0].upper() if re.match(r"[a-z]+[ ,;']", text) else text[0]
+    return begin + text[1:].rstrip(".") + "."
+
+
+def result_tables(program):
+    """The tables that the program prints, by their markers."""
+    parts = re.split(r"^## (.*)$", output_of(program, "schema", "--results"), flags=re.MULTILINE)
+    found = {heading.strip(): body.strip() for heading, body in zip(parts[1::2], parts[2::2])}
+    missing = [heading for heading in RESULTS.values() if heading not in found]
+    if missing:
+        sys.exit(f"generate.py: the program has no table '{missing[0]}', only {', '.join(found)}")
+    return {marker: found[heading] for marker, heading in RESULTS.items()}
+
+
+def permitted(key):
+    """The range or the words of a key."""
+    if "one_of" in key:
+        return ", ".join(f"`{word}`" for word in key["one_of"])
+    if "range" not in key:
+        return ""
+    limits = key["range"]
+    low = "(" if limits["low_open"] else "["
+    high = ")" if limits["high_open"] else "]"
+    return f"{low}{limits['low']:g}, {limits['high']:g}{high}"
+
+
+def preset(key):
+    """What counts where a key is left out."""
+    text = key.get("default", "")
+    if not text:
+        return "required" if "required" in key else ""
+    return text if re.match(r"left out|depends on", text) else f"`{text}`"
+
+
+def meaning(key):
+    """The text of a key, with the conditions under which it is used and required."""
+    text = sentence(key["description"])
+    used, required = key.get("only_with"), key.get("required", "always")
+    if used:
+        text += f" Only with {used}."
+    if required not in ("always", used):
+        text += f" Required with {required}."
+    return text
+
+
+def key_tables(program):
+    """One section for each table of a case file or path file."""
+    sections = []
+    for part in json.loads(output_of(program, "schema", "--json"))["tables"]:
+        name = part["name"]
+        title = "Top level" if not name else f"`[[{name}]]`" if part["repeated"] else f"`[{name}]`"
+        rows = [(f"`{key['name']}`", ", ".join(filter(None, (key["type"], key["unit"]))), permitted(key), preset(key), meaning(key))
+                for key in part["keys"]]
+        text = "\n".join(textwrap.wrap(sentence(part["description"]), 116, break_on_hyphens=False))
+        sections.append(f"### {title}\n\n{text}\n\n" + table(("key", "type", "range", "default", "meaning"), rows))
+    return "\n\n".join(sections)
+
+
+def entries(text):
+    """Name and description of each entry of a help text: two spaces, the name, two or more spaces, the description, which may go on below."""
+    found = []
+    for line in text.splitlines():
+        if start := re.match(r"  (\S+(?: \S+)*)(?:\s{2,}(.*))?$", line):
+            found.append([start[1], start[2] or ""])
+        elif found and line.startswith("   "):
+            found[-1][1] = f"{found[-1][1]} {line.strip()}".strip()
+    return found
+
+
+def usage_of(program, *words):
+    """A command with its arguments: mpm run CASE.toml."""
+    text = output_of(program, *words, "--help")
+    usage = re.search(r"^Usage: (.*)$", text, flags=re.MULTILINE)[1].replace(" [OPTIONS]", "")
+    for name, kind in re.findall(r"^  (\w+) (\S+) REQUIRED", text, flags=re.MULTILINE):
+        usage = re.sub(rf" {name}\b", f" {name.upper() if kind == 'TEXT' else kind}", usage)
+    return usage
+
+
+def commands(program, *words):
+    """Usage and first sentence of each command below some words."""
+    found = []
+    for name, text in entries(output_of(program, *words, "--help").partition("Subcommands:")[2]):
+        below = commands(program, *words, name)
+        found += below or [(usage_of(program, *words, name), re.split(r"(?<=\.) (?=[A-Z])", text)[0])]
+    return found
+
+
+def command_table(program, page):
+    """Every command; those with a section of their own are linked to it."""
+    rows = []
+    for usage, text in commands(program):
+        name = usage.split()[1]
+        linked = f"\n## `mpm {name}`\n" in page
+        rows.append((f"[`{usage}`](#mpm-{name})" if linked else f"`{usage}`", sentence(text)))
+    return table(("command", "what it does"), rows)
+
+
+def verb_table():
+    """Every verb of ./run."""
+    text, _, _ = output_of(str(DOCS.parent / "run"), "help").partition("\nEvery verb")
+    return table(("verb", "what it does"), [(f"`{verb}`", sentence(what)) for verb, what in entries(text)])
+
+
+def filled(name, page, sections):
+    """A page with its generated sections."""
+    for marker, text in sections.items():
         pattern = rf"(<!-- generated: {marker} -->\n).*?(<!-- /generated -->)"
-        page, count = re.subn(pattern, lambda m, text=found[heading]: f"{m[1]}\n{text}\n\n{m[2]}", page, flags=re.DOTALL)
+        page, count = re.subn(pattern, lambda m, text=text: f"{m[1]}\n{text}\n\n{m[2]}", page, flags=re.DOTALL)
         if count != 1:
-            sys.exit(f"generate.py: docs/results.md has {count} sections '{marker}', one is needed")
+            sys.exit(f"generate.py: docs/{name} has {count} sections '{marker}', one is needed")
     return page
 
 
 def main():
     if len(sys.argv) < 2:
         sys.exit(__doc__)
-    path = pathlib.Path(__file__).with_name("results.md")
-    before = path.read_text(encoding="utf-8")
-    after = filled(before, tables(sys.argv[1]))
-    if "--check" in sys.argv:
-        if after != before:
-            sys.exit("docs/results.md is out of date: run docs/generate.py build/release/bin/mpm")
-    else:
-        path.write_text(after, encoding="utf-8")
+    program = sys.argv[1]
+    before = {name: (DOCS / name).read_text(encoding="utf-8") for name in ("results.md", "cases.md", "commands.md", "developing.md")}
+    sections = {"results.md": result_tables(program),
+                "cases.md": {"keys": key_tables(program)},
+                "commands.md": {"commands": command_table(program, before["commands.md"])},
+                "developing.md": {"verbs": verb_table()}}
+    stale = []
+    for name, page in before.items():
+        after = filled(name, page, sections[name])
+        if after != page:
+            stale.append(f"docs/{name}")
+            if "--check" not in sys.argv:
+                (DOCS / name).write_text(after, encoding="utf-8")
+    if "--check" in sys.argv and stale:
+        sys.exit(f"{', '.join(stale)}: out of date; run docs/generate.py build/release/bin/mpm")
 
 
 if __name__ == "__main__":

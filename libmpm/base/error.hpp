@@ -1,7 +1,7 @@
 #pragma once
 /// The library never prints and never exits; it throws one of these. The three kinds a user can
 /// act on are kept apart because the remedy differs: edit the case, make the run stable, free the disk.
-/// No exception crosses an OpenMP region: parallel loops record a fault and the caller throws.
+/// No exception crosses an OpenMP region: parallel loops record the error and the caller throws.
 
 #include <stdexcept>
 #include <string>
@@ -10,19 +10,20 @@ namespace mpm {
 
 /// Exit codes of every program of the project.
 enum class ExitCode : int {
-  ok = 0,
+  ok = 0,        ///< the command did what was asked
   failed = 1,    ///< a validation or a comparison did not hold
   usage = 2,     ///< command line or case file
   unstable = 3,  ///< NaN, inverted element, collapsed time step
   io = 4,        ///< file system
-  internal = 5,  ///< a fault of this program
+  internal = 5,  ///< an error of this program
 };
 
 /// Base class: carries the exit code that the command line reports.
 class Error : public std::runtime_error {
  public:
+  /// @param what  the message: what, where, the value, the remedy
   Error(ExitCode code, const std::string& what) : std::runtime_error(what), code_(code) {}
-  [[nodiscard]] ExitCode code() const { return code_; }
+  [[nodiscard]] ExitCode code() const { return code_; }  ///< what the program returns
 
  private:
   ExitCode code_;
@@ -30,14 +31,17 @@ class Error : public std::runtime_error {
 
 /// A case or an argument is wrong. The message says where, what, the value and the remedy.
 struct ConfigError : Error {
+  /// @param what  the message
   explicit ConfigError(const std::string& what) : Error(ExitCode::usage, what) {}
 };
 /// The computation left the range in which it means anything; names particle, position and time.
 struct UnstableError : Error {
+  /// @param what  the message
   explicit UnstableError(const std::string& what) : Error(ExitCode::unstable, what) {}
 };
 /// A file could not be read or written.
 struct IoError : Error {
+  /// @param what  the message
   explicit IoError(const std::string& what) : Error(ExitCode::io, what) {}
 };
 

@@ -20,26 +20,33 @@
 
 namespace mpm {
 
-using Lanes = double __attribute__((vector_size(64)));
+using Lanes = double __attribute__((vector_size(64)));           ///< eight doubles
 using LaneMask = std::int64_t __attribute__((vector_size(64)));  ///< all bits set where true
 using HalfLanes = double __attribute__((vector_size(32)));       ///< four lanes: a grid node {p_x, p_y, p_z, m}
 
+/// {a, b}: lanes 0 to 3 from a, 4 to 7 from b.
 inline Lanes join(HalfLanes a, HalfLanes b) { return __builtin_shufflevector(a, b, 0, 1, 2, 3, 4, 5, 6, 7); }
+/// Lanes 0 to 3.
 inline HalfLanes lower_half(Lanes v) { return __builtin_shufflevector(v, v, 0, 1, 2, 3); }
+/// Lanes 4 to 7.
 inline HalfLanes upper_half(Lanes v) { return __builtin_shufflevector(v, v, 4, 5, 6, 7); }
 
 /// Sixteen doubles: two Lanes side by side. A law is one long chain of operations that wait for each other; two independent groups in
 /// one stream of instructions hide each other's latency (measured: the yielding law takes a quarter less time, benchmarks/README.md).
 struct LanePair {
-  Lanes a, b;
+  Lanes a, b;  ///< lanes 0 to 7 and 8 to 15
 };
+/// What a comparison of LanePairs gives.
 struct LanePairMask {
-  LaneMask a, b;
+  LaneMask a, b;  ///< of lanes 0 to 7 and 8 to 15
 };
 
+/// The number types that a law and a tensor can be computed with.
 template <class T>
 concept LaneNumber = std::same_as<T, double> || std::same_as<T, Lanes> || std::same_as<T, LanePair>;
 
+/// Lane by lane; a scalar operand counts for every lane.
+/// @{
 inline LanePair operator+(const LanePair& x, const LanePair& y) { return {x.a + y.a, x.b + y.b}; }
 inline LanePair operator-(const LanePair& x, const LanePair& y) { return {x.a - y.a, x.b - y.b}; }
 inline LanePair operator*(const LanePair& x, const LanePair& y) { return {x.a * y.a, x.b * y.b}; }
@@ -63,6 +70,7 @@ inline LanePairMask operator>(const LanePair& x, double y) { return {x.a > y, x.
 inline LanePairMask operator>=(const LanePair& x, double y) { return {x.a >= y, x.b >= y}; }
 inline LanePairMask operator&(const LanePairMask& x, const LanePairMask& y) { return {x.a & y.a, x.b & y.b}; }
 inline LanePairMask operator|(const LanePairMask& x, const LanePairMask& y) { return {x.a | y.a, x.b | y.b}; }
+/// @}
 
 namespace detail {
 template <class T>
@@ -78,6 +86,7 @@ struct MaskOf<LanePair> {
   using type = LanePairMask;
 };
 }  // namespace detail
+/// What a comparison of two T gives: bool, LaneMask or LanePairMask.
 template <class T>
 using Mask = typename detail::MaskOf<T>::type;
 
@@ -91,11 +100,17 @@ inline T broadcast(double a) {
   }
 }
 
+/// a where m is true, else b; lane by lane. Both are evaluated.
+/// @{
 inline double select(bool m, double a, double b) { return m ? a : b; }
 inline Lanes select(LaneMask m, Lanes a, Lanes b) { return m ? a : b; }
+/// @}
 
+/// Whether m is true in some lane.
 inline bool any(bool m) { return m; }
+/// Whether m is true in every lane.
 inline bool all(bool m) { return m; }
+/// Whether m is true in some lane.
 inline bool any(LaneMask m) {
 #if defined(__AVX512F__)
   return _mm512_test_epi64_mask(reinterpret_cast<__m512i>(m), reinterpret_cast<__m512i>(m)) != 0;
@@ -105,6 +120,7 @@ inline bool any(LaneMask m) {
   return r != 0;
 #endif
 }
+/// Whether m is true in every lane.
 inline bool all(LaneMask m) {
 #if defined(__AVX512F__)
   return _mm512_test_epi64_mask(reinterpret_cast<__m512i>(m), reinterpret_cast<__m512i>(m)) == 0xFF;
@@ -114,16 +130,24 @@ inline bool all(LaneMask m) {
   return r != 0;
 #endif
 }
+/// The opposite, lane by lane.
+/// @{
 inline bool mask_not(bool m) { return !m; }
 inline LaneMask mask_not(LaneMask m) { return ~m; }
+/// @}
 
+/// Lane by lane. Where an operand of max or min is NaN, the result is b.
+/// @{
 inline double max(double a, double b) { return a > b ? a : b; }
 inline double min(double a, double b) { return a < b ? a : b; }
 inline Lanes max(Lanes a, Lanes b) { return a > b ? a : b; }
 inline Lanes min(Lanes a, Lanes b) { return a < b ? a : b; }
 inline double abs(double a) { return std::fabs(a); }
 inline Lanes abs(Lanes a) { return std::bit_cast<Lanes>(std::bit_cast<LaneMask>(a) & std::int64_t{0x7FFFFFFFFFFFFFFF}); }
+/// @}
 
+/// Square root, lane by lane; NaN for a negative number.
+/// @{
 inline double sqrt(double a) { return std::sqrt(a); }
 inline Lanes sqrt(Lanes a) {
 #if defined(__AVX512F__)
@@ -134,6 +158,7 @@ inline Lanes sqrt(Lanes a) {
   return r;
 #endif
 }
+/// @}
 
 /// Eight integers as signed bytes, lane 0 lowest; what does not fit becomes the nearest that does.
 inline std::uint64_t saturated_bytes(LaneMask a) {
@@ -201,6 +226,7 @@ constexpr double inverse_factorial(int n) { return inverse_factorials[static_cas
 /// exp, log, and the three that keep relative precision however small the argument: expm1(x) = e^x - 1, log1p(x) = log(1 + x), sinh(x).
 /// In lanes a truncated power series (truncation below 1e-16 of the value inside the stated radius) serves small arguments;
 /// libmvec is called only if some lane is outside the radius.
+/// @{
 inline double exp(double x) { return std::exp(x); }
 inline double log(double x) { return std::log(x); }
 inline double expm1(double x) { return std::expm1(x); }
@@ -208,6 +234,7 @@ inline double log1p(double x) { return std::log1p(x); }
 inline double sinh(double x) { return std::sinh(x); }
 inline Lanes exp(const Lanes& x) { return detail::mvec_exp(x); }
 inline Lanes log(const Lanes& x) { return detail::mvec_log(x); }
+/// @}
 namespace detail {
 /// sum_{k=0}^{terms-1} f(k) x^k by Horner, unrolled.
 template <int terms, class Coefficient>
@@ -218,6 +245,7 @@ inline Lanes horner(const Lanes& x, Coefficient f) {
   return sum;
 }
 }  // namespace detail
+/// e^x - 1, to relative precision.
 inline Lanes expm1(const Lanes& x) {
   constexpr auto coefficient = [](int k) { return detail::inverse_factorial(k + 1); };
   const Lanes magnitude = abs(x);
@@ -227,6 +255,7 @@ inline Lanes expm1(const Lanes& x) {
   if (all(small)) return series;
   return select(small, series, detail::mvec_exp(x) - 1.0);
 }
+/// log(1 + x), to relative precision.
 inline Lanes log1p(const Lanes& x) {
   constexpr auto coefficient = [](int k) { return 2.0 / (2 * k + 1); };  // 2 artanh(z) = 2 (z + z^3/3 + z^5/5 + ...)
   const Lanes z = x / (2.0 + x), z2 = z * z, magnitude = abs(x);
@@ -236,6 +265,7 @@ inline Lanes log1p(const Lanes& x) {
   if (all(small)) return series;
   return select(small, series, detail::mvec_log(1.0 + x));
 }
+/// To relative precision.
 inline Lanes sinh(const Lanes& x) {
   constexpr auto coefficient = [](int k) { return detail::inverse_factorial(2 * k + 1); };
   const Lanes x2 = x * x, magnitude = abs(x);
@@ -247,10 +277,19 @@ inline Lanes sinh(const Lanes& x) {
   return select(small, series, select(x < 0.0, -large, large));
 }
 
+/// The number in lane i; a double is its own only lane.
+/// @{
 inline double lane(double a, int) { return a; }
 inline double lane(Lanes a, int i) { return a[i]; }
+/// @}
+/// Sets lane i to v.
+/// @{
 inline void set_lane(double& a, int, double v) { a = v; }
 inline void set_lane(Lanes& a, int i, double v) { a[i] = v; }
+/// @}
+
+/// The functions above, for sixteen lanes.
+/// @{
 inline LanePair select(const LanePairMask& m, const LanePair& x, const LanePair& y) {
   return {select(m.a, x.a, y.a), select(m.b, x.b, y.b)};
 }
@@ -268,7 +307,9 @@ inline LanePair log1p(const LanePair& x) { return {log1p(x.a), log1p(x.b)}; }
 inline LanePair sinh(const LanePair& x) { return {sinh(x.a), sinh(x.b)}; }
 inline double lane(const LanePair& x, int i) { return i < lane_count ? x.a[i] : x.b[i - lane_count]; }
 inline void set_lane(LanePair& x, int i, double v) { set_lane(i < lane_count ? x.a : x.b, i % lane_count, v); }
+/// @}
 
+/// How many material points a T holds: 1, 8 or 16.
 template <LaneNumber T>
 inline constexpr int lanes_of = std::same_as<T, double>  ? 1
                                 : std::same_as<T, Lanes> ? lane_count

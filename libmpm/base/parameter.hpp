@@ -1,14 +1,14 @@
 #pragma once
 /// How a component declares its parameters: once, beside the struct that holds them.
 ///
-///   struct Parameters {
-///     double friction_angle = 0.5;  ///< phi, rad
-///     template <class Table>
-///     static void declare(Table& table) {
-///       table.add("friction_angle_deg", &Parameters::friction_angle).degrees().range(1e-9, 89.0).required().text("Friction angle phi");
-///     }
-///     void check(ParameterReport& report) const;  // optional: what has to hold between parameters
-///   };
+///     struct Parameters {
+///       double friction_angle = 0.5;  ///< phi, rad
+///       template <class Table>
+///       static void declare(Table& table) {
+///         table.add("friction_angle_deg", &Parameters::friction_angle).degrees().range(1e-9, 89.0).required().text("Friction angle phi");
+///       }
+///       void check(ParameterReport& report) const;  // optional: what has to hold between parameters
+///     };
 ///
 /// The default is the member's initialiser. Case files, range checks (of a file and of a struct filled in C++), error messages and the
 /// reference of `mpm schema` all follow from this declaration. `declare` is a template so that a header with parameters includes nothing.
@@ -35,6 +35,7 @@ namespace mpm {
 /// A value as a user writes it; the alternative follows from ParameterType (text and choice: string; axes: list of strings).
 using ParameterValue = std::variant<bool, std::int64_t, double, std::string, Vec3, Mat3, std::vector<std::string>>;
 
+/// What a value is, and so how a file writes it.
 enum class ParameterType {
   text,     ///< a string
   choice,   ///< one of a few strings
@@ -48,16 +49,18 @@ enum class ParameterType {
 
 /// Interval of permitted values; every component of a vector or matrix has to lie in it.
 struct Range {
-  double low = -std::numeric_limits<double>::infinity();
-  double high = std::numeric_limits<double>::infinity();
-  bool low_open = false, high_open = false;  ///< the end itself is not permitted
+  double low = -std::numeric_limits<double>::infinity();  ///< least value
+  double high = std::numeric_limits<double>::infinity();  ///< greatest value
+  bool low_open = false, high_open = false;               ///< the end itself is not permitted
 
+  /// Whether x is permitted.
   [[nodiscard]] bool contains(double x) const { return (low_open ? x > low : x >= low) && (high_open ? x < high : x <= high); }
   bool operator==(const Range&) const = default;
 };
 
 /// When a parameter is used, or required: every test has to hold. Without tests: always.
 struct Condition {
+  /// One thing that is looked at.
   struct Test {
     std::string key;                 ///< parameter of the same table that is looked at
     std::vector<std::string> words;  ///< it is one of these
@@ -66,9 +69,9 @@ struct Condition {
     bool present = true;             ///< whether it has to be given, or to be absent
     bool operator==(const Test&) const = default;
   };
-  std::vector<Test> tests;
+  std::vector<Test> tests;  ///< all have to hold
 
-  [[nodiscard]] bool always() const { return tests.empty(); }
+  [[nodiscard]] bool always() const { return tests.empty(); }  ///< no test
   /// As a user reads it: feed = "window", [conveyor] and [obstacle], always
   [[nodiscard]] std::string text() const;
   bool operator==(const Condition&) const = default;
@@ -76,19 +79,19 @@ struct Condition {
 
 /// A parameter as a user sees it.
 struct ParameterInfo {
-  std::string name;  ///< with its unit, as in a file: cell_size_m
-  ParameterType type = ParameterType::number;
-  std::string unit;  ///< empty: dimensionless
-  std::optional<Range> range;
-  std::vector<std::string> choices;
-  std::string description;
-  std::optional<ParameterValue> preset;  ///< the default; none where it is left out
-  std::string left_out;                  ///< what happens when it is left out, where the default does not say it
-  Condition used;                        ///< where it is not used it is refused
-  std::optional<Condition> required;     ///< none: never; looked at where the parameter is used
-  std::vector<std::string> excludes;     ///< parameters of the same table that set the same quantity: only one of them may be given
-  bool hidden_preset = false;            ///< not written while it has its default, so that a new parameter leaves old cases as they were
-  bool affects_results = true;           ///< part of the case's hash
+  std::string name;                            ///< with its unit, as in a file: cell_size_m
+  ParameterType type = ParameterType::number;  ///< what its value is
+  std::string unit;                            ///< empty: dimensionless
+  std::optional<Range> range;                  ///< of numbers; none: any finite number
+  std::vector<std::string> choices;            ///< permitted words or whole numbers; empty: any
+  std::string description;                     ///< one line for the reference of keys
+  std::optional<ParameterValue> preset;        ///< the default; none where it is left out
+  std::string left_out;                        ///< what happens when it is left out, where the default does not say it
+  Condition used;                              ///< where it is not used it is refused
+  std::optional<Condition> required;           ///< none: never; looked at where the parameter is used
+  std::vector<std::string> excludes;           ///< parameters of the same table that set the same quantity: only one of them may be given
+  bool hidden_preset = false;   ///< not written while it has its default, so that a new parameter leaves old cases as they were
+  bool affects_results = true;  ///< part of the case's hash
 };
 
 /// "a number in [0, 1) Pa", "one of "a", "b"": what a parameter accepts.
@@ -116,6 +119,7 @@ class ParameterReport {
   ///              the whole file (an empty name): a sentence of its own
   virtual void problem(const std::string& name, const std::string& text) = 0;
 
+  /// Whether nothing is known to be wrong with any of these parameters.
   [[nodiscard]] bool all_sound(const std::vector<std::string>& names) const {
     return std::all_of(names.begin(), names.end(), [&](const std::string& name) { return sound(name); });
   }
@@ -124,6 +128,8 @@ class ParameterReport {
 /// The report of one table (or of one entry of a repeated table) as a part of a larger one.
 class TableReport final : public ParameterReport {
  public:
+  /// @param all    report of the whole file; must outlive this one @param table  path of the table or entry
+  /// ("body[0]"); empty: none
   TableReport(ParameterReport& all, std::string table) : all_(all), table_(std::move(table)) {}
   [[nodiscard]] bool given(const std::string& name) const override { return all_.given(path(name)); }
   [[nodiscard]] bool sound(const std::string& name) const override { return all_.sound(path(name)); }
@@ -140,11 +146,13 @@ class TableReport final : public ParameterReport {
 /// A parameter of an Owner, with the way to its value.
 template <class Owner>
 struct Parameter {
-  ParameterInfo info;
+  ParameterInfo info;                                              ///< what the user sees of it
   std::function<std::optional<ParameterValue>(const Owner&)> get;  ///< empty: left out
-  std::function<void(Owner&, const ParameterValue&)> set;
+  std::function<void(Owner&, const ParameterValue&)> set;          ///< the value has the right type
 
+  /// Unit of the value as a user gives it, "kg/m^3".
   Parameter& unit(std::string u) { return info.unit = std::move(u), *this; }
+  /// One line for the reference of keys.
   Parameter& text(std::string description) { return info.description = std::move(description), *this; }
   /// [low, high]
   Parameter& range(double low, double high) { return info.range = Range{low, high}, *this; }
@@ -152,23 +160,31 @@ struct Parameter {
   Parameter& below(double low, double high) { return info.range = Range{low, high, false, true}, *this; }
   /// Above 0, by a least value far below anything sensible: without it counts and quotients overflow.
   Parameter& positive(double high) { return range(1e-9, high); }
+  /// The permitted words or whole numbers.
   Parameter& one_of(std::vector<std::string> choices) { return info.choices = std::move(choices), *this; }
   /// What happens where the parameter is left out.
   Parameter& left_out(std::string what) { return info.left_out = "left out: " + std::move(what), *this; }
   /// Wherever it is used.
   Parameter& required() { return info.required = Condition{}, *this; }
+  /// Required in a file that does not have this table.
   Parameter& required_without_table(std::string table) {
     return info.required = Condition{{{.table = std::move(table), .present = false}}}, *this;
   }
+  /// Used only where another parameter of the table is one of these words; refused elsewhere.
   Parameter& only_with(std::string key, std::vector<std::string> words) {
     return info.used.tests.push_back({.key = std::move(key), .words = std::move(words)}), *this;
   }
+  /// Used only where another parameter of the table is below a limit; refused elsewhere.
   Parameter& only_below(std::string key, double limit) { return info.used.tests.push_back({.key = std::move(key), .below = limit}), *this; }
+  /// Used only in a file that has this table (present), or that does not have it.
   Parameter& only_with_table(std::string table, bool present = true) {
     return info.used.tests.push_back({.table = std::move(table), .present = present}), *this;
   }
+  /// The other parameter sets the same quantity: at most one of the two may be given.
   Parameter& excludes(std::string other) { return info.excludes.push_back(std::move(other)), *this; }
+  /// Not written while it has its default, so that the hash of older cases stays.
   Parameter& hide_default() { return info.hidden_preset = true, *this; }
+  /// Not part of the hash of a case.
   Parameter& no_effect_on_results() { return info.affects_results = false, *this; }
 
   /// Degrees outside, radians inside. Of the neighbours in degrees the one is written that reads back to the same radians.
@@ -223,6 +239,7 @@ constexpr ParameterType parameter_type() {
 template <class Owner>
 class ParameterTable {
  public:
+  /// Takes the declarations of Owner; the defaults are those of Owner{}.
   ParameterTable() {
     Owner::declare(*this);
     for (Parameter<Owner>& p : all_) {
@@ -230,7 +247,7 @@ class ParameterTable {
     }
   }
 
-  [[nodiscard]] const std::vector<Parameter<Owner>>& all() const { return all_; }
+  [[nodiscard]] const std::vector<Parameter<Owner>>& all() const { return all_; }  ///< in the order of declaration
 
   /// A member: double, int, bool, std::string, Vec3, Mat3, or a std::optional of these.
   template <class Base, class T>
@@ -302,6 +319,7 @@ class ParameterTable {
         .one_of({std::to_string(only)});
   }
 
+  /// A parameter with its own way to its value. @param get  nothing where it is left out
   Parameter<Owner>& add(std::string name, ParameterType type, std::function<std::optional<ParameterValue>(const Owner&)> get,
                         std::function<void(Owner&, const ParameterValue&)> set) {
     Parameter<Owner>& p = all_.emplace_back();

@@ -17,6 +17,7 @@
 
 namespace mpm {
 
+/// One boundary of the list.
 using Boundary = std::variant<Wall, RigidBox, RigidPrism, RigidCylinder, MovingWall, SurfaceSolid>;
 
 }  // namespace mpm

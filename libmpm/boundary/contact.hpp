@@ -7,6 +7,7 @@
 
 namespace mpm {
 
+/// What the material may do at a surface.
 enum class Contact : std::uint8_t {
   no_slip,    ///< sticks fully
   slip,       ///< stays on the plane, slides (with Coulomb friction if mu > 0)

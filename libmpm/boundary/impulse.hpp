@@ -10,9 +10,10 @@ namespace mpm {
 
 /// Linear and angular impulse given by the material to the boundary, N s and N m s.
 struct Impulse {
-  Vec3 linear = Vec3::Zero();
+  Vec3 linear = Vec3::Zero();   ///< N s
   Vec3 angular = Vec3::Zero();  ///< about the boundary's reference point
   double work = 0.0;            ///< J: of the moving surface on the material, -linear . u summed over the nodes
+  /// Adds the parts; both refer to the same reference point.
   Impulse& operator+=(const Impulse& other) {
     linear += other.linear;
     angular += other.angular;

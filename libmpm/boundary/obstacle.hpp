@@ -11,7 +11,9 @@
 
 namespace mpm {
 
+/// A convex polygon or circle in plan, and distances from its front.
 struct ObstaclePlan {
+  /// One side of the polygon.
   struct Side {
     Vec2 from, to;  ///< m; the solid is to the left
     Vec2 normal;    ///< outward unit normal
@@ -38,6 +40,7 @@ struct ObstaclePlan {
   [[nodiscard]] Nearest nearest(double x, double y) const;
 };
 
+/// The plan of a shape with its width, depth and rotation.
 [[nodiscard]] ObstaclePlan obstacle_plan(const ObstacleSpec& spec);
 
 /// Point of the segment from `from` to `to` nearest to p.

@@ -14,7 +14,7 @@ struct MaterialParameters;
 
 /// [obstacle]: rigid, upright, on the floor; its most upstream point at x = 0, its centre at y = 0; separable Coulomb contact.
 struct ObstacleSpec {
-  AnyShape shape;
+  AnyShape shape;                        ///< with the parameters of that shape
   std::optional<double> height;          ///< m; empty: taller than any jet
   double friction = 0.15;                ///< mu
   std::optional<double> friction_ratio;  ///< mu / tan(phi'), given instead of friction: resolve_friction turns it into friction
@@ -29,11 +29,13 @@ struct ObstacleSpec {
   [[nodiscard]] S& as() {
     return std::get<S>(shape);
   }
+  /// The parameters of one shape; std::bad_variant_access if it is another one.
   template <ObstacleShape S>
   [[nodiscard]] const S& as() const {
     return std::get<S>(shape);
   }
 
+  /// The keys of [obstacle] (base/parameter.hpp).
   template <class Table>
   static void declare(Table& table) {
     table.alternatives("shape", &ObstacleSpec::shape,
@@ -50,7 +52,7 @@ struct ObstacleSpec {
             "its own, M = 0, then slides freely");
   }
 
-  static constexpr double most_friction = 10.0;
+  static constexpr double most_friction = 10.0;  ///< bound of mu, given or from friction_ratio
 };
 
 /// Turns friction_ratio, where it was given, into friction. Names of parameters are paths: "obstacle.friction_ratio".

@@ -8,11 +8,13 @@ namespace mpm {
 /// Rigid box at rest. A node inside is treated by the nearest face (an edge belongs to the upstream face first, then the
 /// downstream one, the sides, the top): its normal points out of the box.
 struct RigidBox {
-  Vec3 min = Vec3::Zero(), max = Vec3::Zero();
-  Contact contact = Contact::separable;
-  double friction = 0.0;
-  Vec3 reference = Vec3::Zero();  ///< point about which the moment is taken
+  Vec3 min = Vec3::Zero(), max = Vec3::Zero();  ///< corners, m
+  Contact contact = Contact::separable;         ///< of all faces
+  double friction = 0.0;                        ///< mu
+  Vec3 reference = Vec3::Zero();                ///< point about which the moment is taken
 
+  /// What every boundary offers (any_boundary.hpp). Places in m, velocities in m/s, time in s.
+  /// @{
   [[nodiscard]] Vec3 reference_point() const { return reference; }
   [[nodiscard]] Vec3 surface_velocity(const Vec3&, double) const { return Vec3::Zero(); }
   [[nodiscard]] bool reaches(const Vec3& low, const Vec3& high, double time) const;
@@ -23,6 +25,7 @@ struct RigidBox {
     max += by;
     reference += by;
   }
+  /// @}
 };
 
 }  // namespace mpm

@@ -16,12 +16,13 @@ namespace mpm {
 /// A node is treated by the nearest face: the one that it is least deep behind, or in the skin before. On the bisector of two sides
 /// (a front edge on a mirror plane) the normal is their mean; the top counts only where it is nearer than every side.
 struct VerticalSolid {
-  double top = 0.0;   ///< m; there is no bottom: the solid stands on the floor
-  double skin = 0.0;  ///< m, not on the top
-  Contact contact = Contact::separable;
-  double friction = 0.0;
-  Vec3 reference = Vec3::Zero();  ///< point about which the moment is taken
+  double top = 0.0;                      ///< m; there is no bottom: the solid stands on the floor
+  double skin = 0.0;                     ///< m, not on the top
+  Contact contact = Contact::separable;  ///< of sides and top
+  double friction = 0.0;                 ///< mu
+  Vec3 reference = Vec3::Zero();         ///< point about which the moment is taken
 
+  /// Moves it by a vector, m.
   void translate(const Vec3& by) {
     top += by.z();
     reference += by;
@@ -32,31 +33,37 @@ struct VerticalSolid {
 struct RigidPrism {
   /// One side: n.(x, y) = offset on it, n the outward unit normal.
   struct Side {
-    double normal_x, normal_y, offset;
+    double normal_x, normal_y, offset;  ///< n and the distance of the side from the origin along n, m
   };
-  VerticalSolid solid;
+  VerticalSolid solid;                                        ///< top, skin, contact
   std::vector<Side> sides;                                    ///< three or more
   double min_x = 0.0, max_x = 0.0, min_y = 0.0, max_y = 0.0;  ///< of the plan, m; bounds the skin before a sharp edge, too
 
+  /// What every boundary offers (any_boundary.hpp). Places in m, velocities in m/s, time in s.
+  /// @{
   [[nodiscard]] Vec3 reference_point() const { return solid.reference; }
   [[nodiscard]] Vec3 surface_velocity(const Vec3&, double) const { return Vec3::Zero(); }
   [[nodiscard]] bool reaches(const Vec3& low, const Vec3& high, double time) const;
   [[nodiscard]] bool covers(const Vec3& node, double time) const;
   [[nodiscard]] Vec3 constrain(const Vec3& node, const Vec3& v, double time = 0.0) const;
   void translate(const Vec3& by);
+  /// @}
 };
 
 /// Circular cylinder at rest; its axis is vertical.
 struct RigidCylinder {
-  VerticalSolid solid;
+  VerticalSolid solid;                                  ///< top, skin, contact
   double centre_x = 0.0, centre_y = 0.0, radius = 0.0;  ///< m
 
+  /// What every boundary offers (any_boundary.hpp). Places in m, velocities in m/s, time in s.
+  /// @{
   [[nodiscard]] Vec3 reference_point() const { return solid.reference; }
   [[nodiscard]] Vec3 surface_velocity(const Vec3&, double) const { return Vec3::Zero(); }
   [[nodiscard]] bool reaches(const Vec3& low, const Vec3& high, double time) const;
   [[nodiscard]] bool covers(const Vec3& node, double time) const;
   [[nodiscard]] Vec3 constrain(const Vec3& node, const Vec3& v, double time = 0.0) const;
   void translate(const Vec3& by);
+  /// @}
 };
 
 }  // namespace mpm

@@ -12,8 +12,8 @@ namespace mpm {
 
 /// One go at a run, as attempts.json keeps it.
 struct Attempt {
-  std::string started, ended;  ///< UTC; ended is empty while it lasts, and where it was cut off
-  std::string host;
+  std::string started, ended;    ///< UTC; ended is empty while it lasts, and where it was cut off
+  std::string host;              ///< name of the machine
   std::string outcome;           ///< done, failed, stopped; empty while it lasts, and where it was cut off
   std::optional<int> exit_code;  ///< of the process, if it ended by itself
   std::optional<int> signal;     ///< that ended it
@@ -23,6 +23,7 @@ struct Attempt {
 
 /// attempts.json of a folder, if it belongs to this run (hash and duration); empty otherwise.
 [[nodiscard]] std::vector<Attempt> read_attempts(const std::filesystem::path& directory, const CampaignRun& run);
+/// Writes attempts.json whole (io/atomic_file.hpp). @throws IoError
 void write_attempts(const std::filesystem::path& directory, const CampaignRun& run, const std::vector<Attempt>& attempts);
 
 }  // namespace mpm

@@ -24,15 +24,16 @@ namespace mpm {
 
 /// A run of the plan with what it computes and what it will cost.
 struct CampaignRun {
-  std::string name;
-  std::vector<Setting> settings;
-  Case spec;
-  std::string case_hash;
-  Estimate cost;
+  std::string name;               ///< of its folder
+  std::vector<Setting> settings;  ///< by which it differs from the base case
+  Case spec;                      ///< resolved
+  std::string case_hash;          ///< case_hash_text of driver/case_file.hpp
+  Estimate cost;                  ///< before it is run
 };
 
+/// A plan whose runs are valid cases.
 struct Campaign {
-  CampaignPlan plan;
+  CampaignPlan plan;              ///< as it was read
   std::vector<CampaignRun> runs;  ///< in the order of the plan, each case once
   std::size_t duplicates = 0;     ///< rows of the plan left out because an earlier one is the same case over the same time
 };

@@ -16,8 +16,9 @@
 
 namespace mpm {
 
+/// How the runs of a campaign are executed.
 struct ExecutionOptions {
-  std::filesystem::path out;
+  std::filesystem::path out;      ///< folder of the campaign
   std::filesystem::path program;  ///< the `mpm` that is called
   int jobs = 1;                   ///< runs at a time
   bool retry_failed = false;      ///< also those whose failure would repeat itself
@@ -27,10 +28,11 @@ struct ExecutionOptions {
   std::function<void()> on_change;              ///< after a run has ended
 };
 
+/// What one call did.
 struct ExecutionReport {
-  bool finished = false;  ///< false: stopped on request
-  std::size_t done = 0;   ///< in this call
-  std::size_t failed = 0;
+  bool finished = false;   ///< false: stopped on request
+  std::size_t done = 0;    ///< in this call
+  std::size_t failed = 0;  ///< in this call, after all retries
 };
 
 /// Runs what is not done, in the plan's order or the longest first by its estimate, at most `jobs` at a time. A folder in which another

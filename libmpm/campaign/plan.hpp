@@ -6,6 +6,7 @@
 
 namespace mpm {
 
+/// Key format_version of a plan; another version is refused.
 inline constexpr int plan_format_version = 1;
 
 /// A key of a case with its value, as --set takes it.
@@ -24,23 +25,23 @@ struct PlannedRun {
 
 /// Resources of a Slurm task; the cluster decides on what is empty.
 struct SlurmSpec {
-  std::string partition, account, qos;
-  std::string time_limit;            ///< as sbatch takes it: "02:00:00"
-  std::string memory;                ///< "2G"
-  std::vector<std::string> options;  ///< further options of sbatch
+  std::string partition, account, qos;  ///< options of sbatch with these names
+  std::string time_limit;               ///< as sbatch takes it: "02:00:00"
+  std::string memory;                   ///< "2G"
+  std::vector<std::string> options;     ///< further options of sbatch
   bool operator==(const SlurmSpec&) const = default;
 };
 
 /// A plan with its runs.
 struct CampaignPlan {
-  std::string title;
+  std::string title;             ///< heading of the campaign
   std::string base_text;         ///< the base case as TOML
   std::string base_name;         ///< its place, for messages
   std::vector<PlannedRun> runs;  ///< in the order of the plan
-  int threads = 1, retries = 1;
-  bool longest_first = true;  ///< order in which runs are started: by their estimated cost, or as in the plan
-  bool keep_frames = false, keep_final = false, keep_checkpoint = false;
-  SlurmSpec slurm;
+  int threads = 1, retries = 1;  ///< of each run; more attempts at a run that failed
+  bool longest_first = true;     ///< order in which runs are started: by their estimated cost, or as in the plan
+  bool keep_frames = false, keep_final = false, keep_checkpoint = false;  ///< files that stay when a run is done
+  SlurmSpec slurm;                                                        ///< of tasks that Slurm runs
 };
 
 }  // namespace mpm

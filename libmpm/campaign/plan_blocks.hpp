@@ -15,43 +15,44 @@ namespace mpm {
 
 /// Keys joined by commas, and the rows of values that they take together.
 struct VariedKeys {
-  std::vector<std::string> keys;
-  std::vector<std::vector<std::string>> rows;
+  std::vector<std::string> keys;               ///< "table.key"
+  std::vector<std::vector<std::string>> rows;  ///< one value for each key
 };
 
 /// [[when]]: the settings of runs that have one of certain values.
 struct Rule {
-  std::vector<std::pair<std::string, std::vector<std::string>>> match;
-  std::vector<Setting> set;
+  std::vector<std::pair<std::string, std::vector<std::string>>> match;  ///< key and values; all have to match
+  std::vector<Setting> set;                                             ///< for the runs that match
 };
 
 /// [parameters] at the top, or a [[grid]].
 struct Crossing {
-  std::string name;
-  std::vector<VariedKeys> parameters;
-  std::vector<Setting> set;
-  std::vector<Rule> rules;
+  std::string name;                    ///< begins the names of its runs; may be empty
+  std::vector<VariedKeys> parameters;  ///< each row of one with each row of the others
+  std::vector<Setting> set;            ///< for all its runs
+  std::vector<Rule> rules;             ///< for some of its runs
 };
 
 /// [[run]], or a row of the table.
 struct Row {
-  std::string name;
-  std::vector<Setting> set;
+  std::string name;          ///< of the run
+  std::vector<Setting> set;  ///< of this run
 };
 
 /// Everything that a plan file states.
 struct PlanBlocks {
-  CampaignPlan plan;  ///< without its runs
-  toml::table base;
+  CampaignPlan plan;                          ///< without its runs
+  toml::table base;                           ///< the base case, where the plan has it inside
   std::map<std::string, std::string> labels;  ///< short names of keys
   std::vector<Setting> set;                   ///< for all runs
   std::vector<Rule> rules;                    ///< for all runs
-  std::vector<Crossing> crossings;
-  std::vector<Row> rows;
+  std::vector<Crossing> crossings;            ///< in the order of the file
+  std::vector<Row> rows;                      ///< in the order of the file
 };
 
 /// Adds a setting; it replaces an earlier one of the same key, and of a key that sets the same quantity.
 void put(std::vector<Setting>& settings, const Setting& s);
+/// Adds several, in their order.
 void put(std::vector<Setting>& settings, const std::vector<Setting>& more);
 
 /// @throws ConfigError with all problems of the file; IoError

@@ -15,26 +15,31 @@ namespace mpm {
 /// Reads values, and records what is wrong with them. A value with a problem is empty, or the preset.
 class PlanValues {
  public:
+  /// @param file  its name, for messages
   explicit PlanValues(std::filesystem::path file) : file_(std::move(file)) {}
 
   /// An entry of a table. Keys may be given as "table.key" in quotes or as dotted keys, which TOML makes tables of.
   struct Entry {
-    std::string key;
-    const toml::node* node;
-    toml::source_region source;
+    std::string key;             ///< "table.key"
+    const toml::node* node;      ///< its value
+    toml::source_region source;  ///< where it is in the file
   };
 
   /// @param where the table as a user sees it, empty at the top
   void problem(const toml::source_region& source, const std::string& where, const std::string& text);
-  [[nodiscard]] bool sound() const { return problems_.empty(); }
+  [[nodiscard]] bool sound() const { return problems_.empty(); }  ///< no problem so far
   /// @throws ConfigError with all problems in the order of the file
   void throw_problems();
 
   /// Reports every key of a table that is none of the permitted ones.
   void only(const toml::table& table, const std::string& where, const std::vector<std::string>& permitted);
+  /// A string; empty where it is left out.
   std::string text(const toml::table& table, const std::string& where, const char* name);
+  /// A whole number in [low, high]; preset where it is left out.
   int integer(const toml::table& table, const char* name, int low, int high, int preset);
+  /// A list of strings; empty where it is left out.
   std::vector<std::string> words(const toml::table& table, const std::string& where, const char* name);
+  /// [name]; null where it is left out.
   const toml::table* table_at(const toml::table& table, const std::string& where, const char* name);
   /// The entries of [[name]].
   std::vector<const toml::table*> tables_at(const toml::table& table, const std::string& where, const char* name);

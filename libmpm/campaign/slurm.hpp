@@ -12,8 +12,8 @@ namespace mpm {
 
 /// Files of one array job, in OUT/slurm.
 struct SlurmJob {
-  std::filesystem::path script;
-  std::filesystem::path tasks;  ///< names of the runs, one a line: line k is task k
+  std::filesystem::path script;  ///< what sbatch is given
+  std::filesystem::path tasks;   ///< names of the runs, one a line: line k is task k
 };
 
 /// The batch script. A word that a shell would take apart is quoted.

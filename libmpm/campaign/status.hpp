@@ -1,5 +1,5 @@
 #pragma once
-/// How far the runs of a campaign are, by their folders, and what is left to do.
+/// How far the runs of a campaign are, by their folders, and how much remains to be done.
 
 #include <filesystem>
 #include <string>
@@ -10,29 +10,34 @@
 
 namespace mpm {
 
+/// Running: the lock of the folder is held. Failed: the last attempt did.
 enum class RunState { to_do, running, done, failed };
+/// "to do", "running", "done", "failed"
 std::string to_string(RunState);
 
 /// The state of a run, from its folder.
 struct RunStatus {
-  RunState state = RunState::to_do;
-  double progress = 0.0;  ///< fraction of the duration that is computed and kept: 1 where done
-  std::string results;    ///< content of results.json where done
-  std::vector<Attempt> attempts;
+  RunState state = RunState::to_do;  ///< by its folder
+  double progress = 0.0;             ///< fraction of the duration that is computed and kept: 1 where done
+  std::string results;               ///< content of results.json where done
+  std::vector<Attempt> attempts;     ///< oldest first
 
   /// The message of the last attempt; empty unless the run failed.
   [[nodiscard]] std::string cause() const;
 };
 
+/// @param out  folder of the campaign
 [[nodiscard]] RunStatus status_of(const std::filesystem::path& out, const CampaignRun& run);
+/// Of every run, in the order of the plan.
 [[nodiscard]] std::vector<RunStatus> status_of(const std::filesystem::path& out, const Campaign& campaign);
 
 /// Work and time of a campaign.
 struct CampaignCost {
   double particle_steps = 0.0, left = 0.0;  ///< estimated: of all runs, and of what is not done
   double particle_steps_per_s = 0.0;        ///< of one run: measured on those that are done, else assumed
-  bool measured = false;
+  bool measured = false;                    ///< whether the speed is
 };
+/// @param status  of every run, in the order of the plan
 [[nodiscard]] CampaignCost cost_of(const Campaign& campaign, const std::vector<RunStatus>& status);
 
 }  // namespace mpm

@@ -14,14 +14,15 @@ namespace mpm::config {
 
 /// Where something is; overrides come after the file.
 struct Place {
-  std::size_t override_number = 0;  ///< 1, 2, ... for --set
-  std::uint32_t line = 1, column = 1;
-  std::string text;  ///< "case.toml:3:1", "--set numerics.cfl=2"
+  std::size_t override_number = 0;     ///< 1, 2, ... for --set
+  std::uint32_t line = 1, column = 1;  ///< from 1
+  std::string text;                    ///< "case.toml:3:1", "--set numerics.cfl=2"
 };
 
 /// Names are paths: "numerics.cfl", "body[0].min_m"; of an entry of a table "body[0]"; of the whole file "".
 class Findings final : public ParameterReport {
  public:
+  /// @param file  its name, as messages give it
   explicit Findings(std::string file);
 
   [[nodiscard]] bool given(const std::string& path) const override { return places_.contains(path); }
@@ -32,10 +33,14 @@ class Findings final : public ParameterReport {
 
   /// A problem at a place that is known.
   void add(const Place& place, const std::string& text);
+  /// There is such a table, or entry of a repeated one.
   void enter_table(const std::string& path, const Place& place);
+  /// A key is given.
   void give_key(const std::string& path, const Place& place) { places_[path] = place; }
+  /// Something is wrong with it that was reported under another name.
   void mark_unsound(const std::string& path) { unsound_.insert(path); }
 
+  /// Both from 1.
   [[nodiscard]] Place in_file(std::uint32_t line, std::uint32_t column) const;
   /// After so many problems there is no use in reading on.
   [[nodiscard]] bool given_up() const;

@@ -16,7 +16,9 @@ inline constexpr std::size_t most_bytes = std::size_t{8} << 20;
 inline constexpr int most_key_parts = 16;
 
 /// Problems after which a file is not read on, and how many of them are shown.
+/// @{
 inline constexpr std::size_t most_problems = 1000, problems_shown = 200;
+/// @}
 
 /// @throws ConfigError with its place if the text is larger than most_bytes, a key has more than most_key_parts, or where the parser of
 /// Debian 12 (toml++ 3.3) would leave what its language defines: a table's header without a name fails an assertion, a character beyond

@@ -10,17 +10,17 @@ namespace mpm {
 
 /// One table as a user sees it.
 struct TableInfo {
-  std::string name;  ///< empty: the keys above the first table
-  bool repeated;     ///< [[name]], any number of times
-  bool in_case;      ///< may be in a case file
-  bool in_path;      ///< may be in a point path
-  std::string description;
+  std::string name;         ///< empty: the keys above the first table
+  bool repeated;            ///< [[name]], any number of times
+  bool in_case;             ///< may be in a case file
+  bool in_path;             ///< may be in a point path
+  std::string description;  ///< one line
 };
 
 /// One constitutive law as a user sees it.
 struct ModelInfo {
-  std::string name;  ///< value of material.model
-  std::string description;
+  std::string name;               ///< value of material.model
+  std::string description;        ///< one line
   std::vector<std::string> keys;  ///< keys of [material] that it uses and another law does not
 };
 
@@ -28,13 +28,15 @@ struct ModelInfo {
 
 namespace mpm::config {
 
+/// Everything that a file may say.
 struct Reference {
-  int format_version;
-  std::vector<TableInfo> tables;
-  std::vector<KeyInfo> keys;
-  std::vector<ModelInfo> models;
+  int format_version;             ///< of case files
+  std::vector<TableInfo> tables;  ///< in the order in which they are written
+  std::vector<KeyInfo> keys;      ///< table by table
+  std::vector<ModelInfo> models;  ///< in the order of AnyMaterial
 };
 
+/// Readable text: the tables with their keys, then the laws.
 [[nodiscard]] std::string reference_text(const Reference& reference);
 /// One JSON object {format_version, tables, models}.
 [[nodiscard]] std::string reference_json(const Reference& reference);

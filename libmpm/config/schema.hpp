@@ -21,7 +21,7 @@ struct KeyInfo : ParameterInfo {
   std::string used_when;      ///< empty: always; where it is not used the key is refused
 };
 
-using KeyType = ParameterType;
+using KeyType = ParameterType;  ///< of the value of a key
 
 /// The candidate that a misspelt word most likely meant; empty if none is near. Near is: at most two edits (a third of the
 /// longer word's length, if that is more; edits are insertion, deletion, substitution, swap of neighbours), or one word
@@ -32,19 +32,20 @@ using KeyType = ParameterType;
 
 namespace mpm::config {
 
-using Value = ParameterValue;
+using Value = ParameterValue;  ///< of a key
 
 /// A key with the way to its value in entry i of its table.
 struct Key : KeyInfo {
   std::function<std::optional<Value>(const void* root, std::size_t i)> get;  ///< empty: left out
-  std::function<void(void* root, std::size_t i, const Value&)> set;
+  std::function<void(void* root, std::size_t i, const Value&)> set;          ///< the value has the right type
 };
 
+/// A table of a file, with the way to the component that it fills.
 struct Table {
-  std::string name;  ///< empty: the keys above the first table
-  bool repeated;     ///< [[name]], any number of times
-  std::string description;
-  std::vector<Key> keys;
+  std::string name;                                                              ///< empty: the keys above the first table
+  bool repeated;                                                                 ///< [[name]], any number of times
+  std::string description;                                                       ///< one line
+  std::vector<Key> keys;                                                         ///< in the order in which they are written
   std::function<std::size_t(const void* root)> entries;                          ///< how many there are
   std::function<void(void* root)> add_entry;                                     ///< makes room for one that is given
   std::function<void(const void* root, std::size_t i, ParameterReport&)> check;  ///< what has to hold within an entry
@@ -58,15 +59,18 @@ struct Table {
 /// "numerics.cfl", "body[0].min_m", "title"
 [[nodiscard]] std::string key_path(const std::string& table_path, const std::string& name);
 
+/// Everything that may be in a file, for functions that do not know the type that it fills.
 class Schema {
  public:
-  [[nodiscard]] const std::vector<Table>& tables() const { return tables_; }
-  [[nodiscard]] const Table* find(std::string_view table) const;
-  [[nodiscard]] const Key* find_key(std::string_view table, std::string_view name) const;
+  [[nodiscard]] const std::vector<Table>& tables() const { return tables_; }               ///< in the order in which they are written
+  [[nodiscard]] const Table* find(std::string_view table) const;                           ///< null for an unknown table
+  [[nodiscard]] const Key* find_key(std::string_view table, std::string_view name) const;  ///< null for an unknown key
   /// The keys that set the same quantity as this one ("conveyor.froude_number"): only one of them may be given.
   [[nodiscard]] std::vector<std::string> rivals(const std::string& path) const;
 
+  /// Whether a condition is met in entry i of a table.
   [[nodiscard]] bool holds(const Condition& condition, const Table& table, const void* root, std::size_t i) const;
+  /// Whether entry i may have this key.
   [[nodiscard]] bool used(const Key& key, const Table& table, const void* root, std::size_t i) const {
     return holds(key.used, table, root, i);
   }
@@ -74,6 +78,7 @@ class Schema {
   [[nodiscard]] std::optional<Value> written(const Key& key, const Table& table, const void* root, std::size_t i) const;
 
  protected:
+  /// An empty table at the end.
   Table& add(std::string name, bool repeated, std::string description);
   /// Fills in the texts of a key.
   static void describe(KeyInfo& key, const std::string& table);

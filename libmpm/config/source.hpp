@@ -12,13 +12,14 @@
 
 namespace mpm::config {
 
+/// A TOML file as it counts.
 class Source {
  public:
   /// @param overrides  "table.key=value"; one that is not understood goes to the findings
   /// @throws ConfigError if the text is not TOML
   Source(const Schema& schema, std::string_view text, std::string_view file, const std::vector<std::string>& overrides, Findings& findings);
 
-  [[nodiscard]] const toml::table& root() const { return root_; }
+  [[nodiscard]] const toml::table& root() const { return root_; }  ///< with the overrides in it
   /// Of a key or table that is at `source` in the file, or that an override made.
   [[nodiscard]] Place place_of(const std::string& path, const toml::source_region& source) const;
 

@@ -11,9 +11,10 @@
 
 namespace mpm {
 
+/// The three weights along one axis.
 template <class T>
 struct BsplineWeights {
-  T n0, n1, n2;
+  T n0, n1, n2;  ///< N_0, N_1, N_2: of nodes base, base + 1, base + 2
 };
 
 /// @param f offset from the base node in cells, in [1/2, 3/2]

@@ -7,7 +7,7 @@ namespace mpm {
 
 /// Of the computed part; whole_of_mirrored() completes them for a mirrored domain.
 struct Totals {
-  std::uint64_t particles = 0;
+  std::uint64_t particles = 0;           ///< number of particles
   double mass = 0.0;                     ///< kg
   Vec3 centre = Vec3::Zero();            ///< of mass, m; zero without particles
   Vec3 momentum = Vec3::Zero();          ///< kg m/s

@@ -24,11 +24,11 @@ namespace mpm {
 
 using Node = HalfLanes;  ///< {p_x, p_y, p_z, m} after particle_to_grid, {v_x, v_y, v_z, m} after update_grid
 
-inline constexpr int block_edge = 4;              ///< cells and nodes per axis
-inline constexpr int block_nodes = 64;            ///< nodes a block owns
-inline constexpr int halo_edge = block_edge + 2;  ///< nodes per axis that a block's particles touch
-inline constexpr int halo_nodes = halo_edge * halo_edge * halo_edge;
-inline constexpr std::int32_t no_block = -1;
+inline constexpr int block_edge = 4;                                  ///< cells and nodes per axis
+inline constexpr int block_nodes = 64;                                ///< nodes a block owns
+inline constexpr int halo_edge = block_edge + 2;                      ///< nodes per axis that a block's particles touch
+inline constexpr int halo_nodes = halo_edge * halo_edge * halo_edge;  ///< nodes that a block's particles touch
+inline constexpr std::int32_t no_block = -1;                          ///< index where there is none
 
 /// Offset of a neighbour: dx, dy, dz in {-1, 0, 1}; 13 is the block itself.
 constexpr int neighbour_slot(int dx, int dy, int dz) { return (dz + 1) * 9 + (dy + 1) * 3 + dx + 1; }
@@ -36,16 +36,20 @@ constexpr int neighbour_slot(int dx, int dy, int dz) { return (dz + 1) * 9 + (dy
 /// Particles of one block: pages in slot order, and the slots sorted by cell.
 class ParticleBin {
  public:
-  [[nodiscard]] int count() const { return count_; }
+  [[nodiscard]] int count() const { return count_; }  ///< particles, in slots 0 .. count() - 1
+  /// The particle in a slot.
   Particle& operator[](int slot) {
     return pages_[static_cast<unsigned>(slot) / page_particles]->slot[static_cast<unsigned>(slot) % page_particles];
   }
+  /// The particle in a slot.
   const Particle& operator[](int slot) const {
     return pages_[static_cast<unsigned>(slot) / page_particles]->slot[static_cast<unsigned>(slot) % page_particles];
   }
+  /// Into a new last slot. @param cell  local base node. @throws std::bad_alloc
   void append(const Particle& p, int cell, PagePool& pool);
   /// The last particle takes the place of the removed one.
   void remove(int slot, PagePool& pool);
+  /// Removes all particles and gives the pages back.
   void release(PagePool& pool);
   /// The last slot below `end` whose particle is marked left_block; -1 if there is none.
   [[nodiscard]] int last_leaver(int end) const;
@@ -57,7 +61,7 @@ class ParticleBin {
   /// Slots by cell: those of cell c are order[cell_start[c]] .. order[cell_start[c + 1] - 1]. Empty from a change of the bin to the next
   /// sort.
   std::vector<std::uint16_t> order;
-  std::uint16_t cell_start[block_nodes + 1] = {};
+  std::uint16_t cell_start[block_nodes + 1] = {};  ///< places in order
 
   static constexpr std::uint8_t left_block = 64;  ///< moves to another block
 
@@ -68,23 +72,26 @@ class ParticleBin {
 
 /// A particle on its way to another block.
 struct Migrant {
-  Particle particle;
-  int cell;  ///< there
+  Particle particle;  ///< with its new position
+  int cell;           ///< there
 };
 
+/// 4x4x4 cells: their particles, and who is next to them.
 struct Block {
-  Index3 coordinate{};  ///< first node = 4 * coordinate
-  std::array<std::int32_t, 27> neighbour{};
-  ParticleBin particles;
-  std::vector<Migrant> outbox;
-  std::vector<std::uint8_t> outbox_to;  ///< neighbour_slot where each of the outbox goes: every neighbour looks for its own
-  std::uint32_t outbox_neighbours = 0;  ///< bit n: the outbox holds migrants to neighbour n
+  Index3 coordinate{};                       ///< first node = 4 * coordinate
+  std::array<std::int32_t, 27> neighbour{};  ///< by neighbour_slot: indices in Grid, or no_block
+  ParticleBin particles;                     ///< whose base node is here
+  std::vector<Migrant> outbox;               ///< particles that leave, until migrate()
+  std::vector<std::uint8_t> outbox_to;       ///< neighbour_slot where each of the outbox goes: every neighbour looks for its own
+  std::uint32_t outbox_neighbours = 0;       ///< bit n: the outbox holds migrants to neighbour n
 
+  /// Puts a migrant into the outbox. @param to  neighbour_slot
   void send(const Migrant& m, int to) {
     outbox.push_back(m);
     outbox_to.push_back(static_cast<std::uint8_t>(to));
     outbox_neighbours |= 1U << to;
   }
+  /// After all neighbours have taken theirs.
   void clear_outbox() {
     outbox.clear();
     outbox_to.clear();
@@ -99,22 +106,24 @@ inline Vec3 node_position(const Index3& block, int node, double cell_size) {
   return cell_size * Vec3(x, y, z);
 }
 
+/// The nodes that a block owns.
 struct alignas(64) NodeBlock {
   Node node[block_nodes];  ///< index x + 4 y + 16 z
 };
 
 /// Nodes touched by one block's particles, contiguous: index x + 6 y + 36 z.
 struct alignas(64) Halo {
-  Node node[halo_nodes];
+  Node node[halo_nodes];  ///< the own ones, and the rim in seven neighbours
 };
 
+/// The blocks, found by coordinate. An index stays valid until its block is freed by refresh().
 class Grid {
  public:
   /// @param cell_size dx, m
   explicit Grid(double cell_size) : cell_size_(cell_size), inverse_cell_size_(1.0 / cell_size) {}
 
-  [[nodiscard]] double cell_size() const { return cell_size_; }
-  [[nodiscard]] double inverse_cell_size() const { return inverse_cell_size_; }
+  [[nodiscard]] double cell_size() const { return cell_size_; }                  ///< dx, m
+  [[nodiscard]] double inverse_cell_size() const { return inverse_cell_size_; }  ///< 1/m
 
   /// Puts one particle into its block (created if needed). Serial. Call refresh() before the next transfer.
   void insert(const Particle& p);
@@ -130,8 +139,12 @@ class Grid {
   /// Creates the forward neighbours of occupied blocks, frees those without particles near them, rebuilds the lists.
   void refresh();
 
+  /// @param index  from all_blocks() or find()
   Block& block(std::int32_t index) { return blocks_[static_cast<std::size_t>(index)]; }
+  /// @param index  from all_blocks() or find()
   [[nodiscard]] const Block& block(std::int32_t index) const { return blocks_[static_cast<std::size_t>(index)]; }
+  /// The nodes that a block owns, and what is kept of their values before the grid update.
+  /// @{
   NodeBlock& nodes(std::int32_t index) { return nodes_[static_cast<std::size_t>(index)]; }
   [[nodiscard]] const NodeBlock& nodes(std::int32_t index) const { return nodes_[static_cast<std::size_t>(index)]; }
   /// For transfers that compare a particle with the grid before forces: after particle_to_grid the momentum that internal forces give,
@@ -143,15 +156,17 @@ class Grid {
     keep_old_nodes_ = keep;
     old_nodes_.resize(keep ? nodes_.size() : 0);
   }
+  /// @}
 
   [[nodiscard]] std::span<const std::int32_t> all_blocks() const { return all_; }            ///< sorted by coordinate
   [[nodiscard]] std::span<const std::int32_t> occupied_blocks() const { return occupied_; }  ///< those with particles
   /// Occupied blocks whose coordinates have parity `colour` (3 bits): no two of them touch a common node.
   [[nodiscard]] std::span<const std::int32_t> coloured_blocks(int colour) const { return coloured_[static_cast<std::size_t>(colour)]; }
+  /// Index of the block with this coordinate; no_block where there is none.
   [[nodiscard]] std::int32_t find(const Index3& coordinate) const;
 
-  [[nodiscard]] std::size_t particle_count() const;
-  [[nodiscard]] std::size_t bytes() const;
+  [[nodiscard]] std::size_t particle_count() const;  ///< in all blocks
+  [[nodiscard]] std::size_t bytes() const;           ///< memory of blocks, nodes and particles
 
   /// Calls f(const Particle&) in storage order (blocks by coordinate, slots ascending).
   template <class F>

@@ -16,7 +16,7 @@ struct GridForces {
   std::span<const Boundary> boundaries;  ///< in the order in which they act, each on the velocity that the one before left
   std::span<const std::size_t> layered;  ///< numbers of the boundaries whose impulses are booked by grid layer, too
   Vec3 gravity = Vec3::Zero();           ///< m/s^2
-  MirrorPlanes mirror;
+  MirrorPlanes mirror;                   ///< whose images are made anew after the boundaries have acted
 };
 
 /// What one update did; with mirror planes: to the computed part.

@@ -26,7 +26,9 @@ class EnergyWatch {
  public:
   /// 0.1: several times what sound runs show. 0.9: at cfl <= 1 not even a run whose whole energy swings in the grid's highest mode
   /// (omega dt = sqrt(3/2) cfl for quadratic B-splines) shows more than 1 - (1 - 0.61)/(1 + 0.61) = 0.76.
+  /// @{
   static constexpr double suspicious = 0.1, beyond_doubt = 0.9;
+  /// @}
 
   /// Starts at this state: what was before, before a resume for example, does not count.
   EnergyWatch(const State& state, const Scene& scene);
@@ -46,7 +48,9 @@ class EnergyWatch {
 /// What a run asks at every sample. Each warning is given once.
 class HealthWatch {
  public:
+  /// Starts at this state.
   HealthWatch(const State& state, const Scene& scene);
+  /// To be called after every step.
   void book(const StepReport& report) { energy_.book(report); }
   /// Warnings for the log. @throws UnstableError if nine tenths of the energy came from nothing
   std::vector<std::string> check(const State& state, const Scene& scene, const Totals& now);
@@ -59,8 +63,8 @@ class HealthWatch {
 
 /// Particles that a boundary holds.
 struct HeldParticles {
-  std::size_t count = 0;
-  std::string first;  ///< the one with the lowest number: "particle 7 at (1, 2, 3) m"
+  std::size_t count = 0;  ///< how many
+  std::string first;      ///< the one with the lowest number: "particle 7 at (1, 2, 3) m"
 };
 
 /// Particles so deep inside a boundary that it dictates the velocity of all nodes of their cell: they are held or pushed, not moved by the

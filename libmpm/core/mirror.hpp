@@ -7,7 +7,7 @@ namespace mpm {
 
 /// Mirror planes of a scene; only x >= 0 (y >= 0) is computed.
 struct MirrorPlanes {
-  bool x = false, y = false;
+  bool x = false, y = false;  ///< plane x = 0, plane y = 0
   bool operator==(const MirrorPlanes&) const = default;
 
   /// Parts of the whole domain for each computed one: 1, 2 or 4.

@@ -10,10 +10,11 @@
 
 namespace mpm {
 
-inline constexpr int page_particles = 32;
+inline constexpr int page_particles = 32;  ///< particles of a page
 
+/// What the pool hands out: 6 kB.
 struct ParticlePage {
-  Particle slot[page_particles];
+  Particle slot[page_particles];  ///< records; which of them count, the bin knows
 };
 
 /// Pages are handed out in any order by several threads; which address a page has never influences a result.
@@ -25,8 +26,9 @@ class PagePool {
 
   /// A page whose content is unspecified but finite. @throws std::bad_alloc
   ParticlePage* take();
+  /// @param page  from take() of this pool
   void give_back(ParticlePage* page);
-  [[nodiscard]] std::size_t bytes() const { return slabs_.size() * slab_bytes; }
+  [[nodiscard]] std::size_t bytes() const { return slabs_.size() * slab_bytes; }  ///< of all slabs, in use or not
 
  private:
   static constexpr std::size_t slab_bytes = std::size_t{2} << 20;

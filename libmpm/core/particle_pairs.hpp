@@ -10,11 +10,16 @@
 
 namespace mpm {
 
+/// Four doubles that lie anywhere.
 using UnalignedNode = double __attribute__((vector_size(32), aligned(8), may_alias));
+/// Four doubles from any address.
 inline Node load_half(const double* p) { return *reinterpret_cast<const UnalignedNode*>(p); }
+/// Four doubles to any address.
 inline void store_half(double* p, Node v) { *reinterpret_cast<UnalignedNode*>(p) = v; }
 
+/// {a_0 .. a_3 | b_0 .. b_3}
 inline Lanes load_pair(const double* a, const double* b) { return join(load_half(a), load_half(b)); }
+/// The same node for both particles.
 inline Lanes twice(Node n) { return __builtin_shufflevector(n, n, 0, 1, 2, 3, 0, 1, 2, 3); }
 
 /// Component c of each particle in all four of its lanes.
@@ -23,13 +28,14 @@ inline Lanes spread(Lanes v) {
   return __builtin_shufflevector(v, v, c, c, c, c, 4 + c, 4 + c, 4 + c, 4 + c);
 }
 
-inline constexpr Lanes lanes_xyz = {1, 1, 1, 0, 1, 1, 1, 0};
-inline constexpr LaneMask mask_w = {0, 0, 0, -1, 0, 0, 0, -1};
+inline constexpr Lanes lanes_xyz = {1, 1, 1, 0, 1, 1, 1, 0};    ///< 1 in the lanes of a vector, 0 in the fourth
+inline constexpr LaneMask mask_w = {0, 0, 0, -1, 0, 0, 0, -1};  ///< the fourth lanes
 
 /// 0, 1, 2 along an axis: the weight of each node, for both particles, in all components.
 struct AxisWeights {
-  Lanes w[3];
+  Lanes w[3];  ///< of nodes base, base + 1, base + 2
 };
+/// The weights of one axis out of those of all three.
 template <int axis>
 inline AxisWeights along(const BsplineWeights<Lanes>& w) {
   return {{spread<axis>(w.n0), spread<axis>(w.n1), spread<axis>(w.n2)}};
@@ -40,6 +46,7 @@ inline AxisWeights along(const BsplineWeights<Lanes>& w) {
 /// all through the work on another pair.
 class PrefetchPair {
  public:
+  /// Looks up the two addresses; reads no particle.
   PrefetchPair(const ParticleBin& bin, const ParticleBin& next, int n) {
     const int count = bin.count(), next_last = next.count() - 1;
     const auto place = [&](int m) {
@@ -70,6 +77,7 @@ inline constexpr int batch_pairs = 16;  ///< that a transfer takes through its p
 /// A particle without mass: fills the second half of a pair when a cell holds an odd number.
 inline const Particle padding_particle{};
 
+/// Index of a node in Halo. @param x, y, z  in [0, 6)
 constexpr int halo_index(int x, int y, int z) { return x + halo_edge * (y + halo_edge * z); }
 
 /// Corner of a cell in grid coordinates, for both particles of a pair; lane 3 is zero.
@@ -79,6 +87,7 @@ inline Lanes cell_corner(const Index3& block, int cell) {
   return __builtin_shufflevector(c, c, 0, 1, 2, 3, 0, 1, 2, 3);
 }
 
+/// Index in Halo of the base node of a cell. @param cell  x + 4 y + 16 z
 inline int first_halo_node(int cell) { return halo_index(cell & 3, cell >> 2 & 3, cell >> 4); }
 
 /// Calls f(grid row, halo row, count) for every run of nodes that the halo shares with one block's storage.

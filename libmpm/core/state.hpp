@@ -13,11 +13,12 @@ namespace mpm {
 
 /// Sums over particles that entered or left.
 struct FluxTotals {
-  std::uint64_t count = 0;
+  std::uint64_t count = 0;          ///< particles
   std::uint64_t through_x_max = 0;  ///< of these: left across the end of the domain at x_max
   double mass = 0.0;                ///< kg
   Vec3 momentum = Vec3::Zero();     ///< N s
   double energy = 0.0;              ///< kinetic and elastic (see diagnostics.hpp), J
+  /// Adds what entered or left besides.
   FluxTotals& operator+=(const FluxTotals& other) {
     count += other.count;
     through_x_max += other.through_x_max;
@@ -30,8 +31,9 @@ struct FluxTotals {
 
 /// Everything that changes. Copying it is not offered (it may be gigabytes); checkpoints serialise it.
 struct State {
+  /// Without particles. @param cell_size  dx, m
   explicit State(double cell_size) : grid(cell_size) {}
-  Grid grid;
+  Grid grid;                       ///< with the particles
   double time = 0.0;               ///< s
   std::uint64_t step = 0;          ///< steps done
   std::uint64_t next_id = 0;       ///< identity number of the next particle
@@ -53,18 +55,19 @@ class ParticleSource {
 
 /// Everything that stays: law, boundaries, gravity, numerics.
 struct Scene {
-  AnyMaterial material;
+  AnyMaterial material;                          ///< the law, of all particles
   std::vector<Boundary> boundaries;              ///< in the order in which they act
   std::vector<std::size_t> layered;              ///< numbers of the boundaries whose impulses are booked by grid layer, too
   std::shared_ptr<const ParticleSource> source;  ///< may be empty
   Vec3 gravity = Vec3::Zero();                   ///< m/s^2
   Vec3 domain_min = Vec3::Constant(-1e3), domain_max = Vec3::Constant(1e3);  ///< m; particles that leave are removed and counted
-  MirrorPlanes mirror;
+  MirrorPlanes mirror;                                                       ///< only one side is computed
   Vec3 offset = Vec3::Zero();  ///< m: shift of the whole scene against the grid. What a user calls x is x + offset in State and Scene
+  /// Velocities between grid and particles.
   Transfer transfer = Transfer::apic;
-  double flip_ratio = 0.0;         ///< Transfer::flip: share of FLIP
-  double relaxation_cells = 1.2;   ///< Transfer::aflip: t_ref = relaxation_cells dx / (c_P + |v|max)
-  double cfl = 0.4;
+  double flip_ratio = 0.0;        ///< Transfer::flip: share of FLIP
+  double relaxation_cells = 1.2;  ///< Transfer::aflip: t_ref = relaxation_cells dx / (c_P + |v|max)
+  double cfl = 0.4;               ///< dt <= cfl dx / (c_P + |v|max)
 };
 
 }  // namespace mpm

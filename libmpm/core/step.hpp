@@ -11,17 +11,18 @@ namespace mpm {
 /// What one step did to the momentum: P(t+dt) - P(t) = entered + gravity - sum of impulses - left, to round-off
 /// (with a mirror plane: in the directions along it).
 struct StepReport {
-  double dt = 0.0;
+  double dt = 0.0;                      ///< s
   Vec3 gravity_impulse = Vec3::Zero();  ///< N s
   std::vector<Impulse> impulses;        ///< taken by each boundary of the scene
   std::vector<LayerImpulses> layers;    ///< of the boundaries in Scene::layered, by grid layer
-  FluxTotals entered, left;
+  FluxTotals entered, left;             ///< particles that the source brought, and that left the domain
 };
 
 /// Wall time of the phases of a step, s. Blocks are moved phase by phase within one parallel loop: its wall time is divided among its
 /// phases by the time that the threads spent in them.
 struct StepTimes {
-  double source = 0.0, particle_to_grid = 0.0, grid_update = 0.0, grid_to_particle = 0.0, stress = 0.0, sort = 0.0;
+  double source = 0.0, particle_to_grid = 0.0, grid_update = 0.0, grid_to_particle = 0.0, stress = 0.0, sort = 0.0;  ///< s
+  /// Sum of the phases, s.
   [[nodiscard]] double total() const { return source + particle_to_grid + grid_update + grid_to_particle + stress + sort; }
 };
 

@@ -45,9 +45,9 @@ void particle_to_grid(Grid& grid, const TransferOptions& options);
 
 /// Outcome of moving the particles of one block.
 struct BlockMotion {
-  double max_speed_squared = 0.0;
-  bool finite = true;        ///< what update_stress says afterwards; a velocity that is not finite makes C so, and C the stress
-  bool within_reach = true;  ///< false: a particle crossed more than a block in one step
+  double max_speed_squared = 0.0;  ///< m^2/s^2
+  bool finite = true;              ///< what update_stress says afterwards; a velocity that is not finite makes C so, and C the stress
+  bool within_reach = true;        ///< false: a particle crossed more than a block in one step
 };
 
 /// New velocity, affine matrix and position of one block's particles, and their new cells; a particle that left the block has

@@ -5,6 +5,7 @@
 
 namespace mpm {
 
+/// Version, commit and compiler of the library.
 struct BuildInfo {
   std::string_view version;          ///< of the library, e.g. "0.1.0"
   std::string_view commit;           ///< short git commit, "-dirty" appended where files differed from it; "unknown" outside a repository

@@ -25,13 +25,14 @@ inline constexpr int case_format_version = 1;
 
 /// [[wall]]: half-space; acts on grid nodes on or behind the plane.
 struct WallSpec {
-  Vec3 point = Vec3::Zero();
-  Vec3 normal = Vec3::UnitZ();  ///< unit, into the material
-  Contact contact = Contact::no_slip;
-  double friction = 0.0;  ///< Coulomb mu; slip and separable only
-  Vec3 velocity = Vec3::Zero();
+  Vec3 point = Vec3::Zero();           ///< m, on the plane
+  Vec3 normal = Vec3::UnitZ();         ///< unit, into the material
+  Contact contact = Contact::no_slip;  ///< how the surface acts (boundary/contact.hpp)
+  double friction = 0.0;               ///< Coulomb mu; slip and separable only
+  Vec3 velocity = Vec3::Zero();        ///< of the surface, m/s
   bool operator==(const WallSpec&) const = default;
 
+  /// The keys of [[wall]] (base/parameter.hpp).
   template <class Table>
   static void declare(Table& table) {
     table.add("point_m", &WallSpec::point).unit("m").range(-longest_length, longest_length).required().text("A point of the plane");
@@ -51,16 +52,18 @@ struct WallSpec {
     const double length = n.stableNorm();
     return length == 0.0 || std::abs(n.squaredNorm() - 1.0) < rounding ? n : Vec3(n / length);
   }
+  /// What has to hold between these keys.
   void check(ParameterReport& report) const;
 };
 
 /// [domain]: particles that leave are removed and counted. Mirror planes pass through the origin: only x >= 0 (y >= 0) is
 /// computed, and sums such as forces and masses are reported for the whole.
 struct DomainSpec {
-  Vec3 min = Vec3::Constant(-1e3), max = Vec3::Constant(1e3);
-  bool mirror_x = false, mirror_y = false;
+  Vec3 min = Vec3::Constant(-1e3), max = Vec3::Constant(1e3);  ///< corners, m
+  bool mirror_x = false, mirror_y = false;                     ///< planes x = 0 and y = 0
   bool operator==(const DomainSpec&) const = default;
 
+  /// The keys of [domain] (base/parameter.hpp).
   template <class Table>
   static void declare(Table& table) {
     table.add("min_m", &DomainSpec::min)
@@ -77,6 +80,7 @@ struct DomainSpec {
         .only_with_table("conveyor", false)
         .text("Symmetry planes through the origin: only x >= 0 (y >= 0) is computed");
   }
+  /// min is below max along every axis.
   void check(ParameterReport& report) const;
 };
 
@@ -84,6 +88,7 @@ struct DomainSpec {
 struct NumericsSpec {
   double cell_size = 0.25;     ///< dx, m
   int particles_per_cell = 8;  ///< a cube number: 1, 8, 27, 64
+  /// Velocities between grid and particles (core/transfer.hpp).
   Transfer transfer = Transfer::apic;
   double flip_ratio = 0.95;         ///< part of FLIP in the PIC/FLIP blend
   double relaxation_cells = 1.2;    ///< AFLIP: cells that the fastest wave passes while particles forget what the grid cannot carry
@@ -94,6 +99,7 @@ struct NumericsSpec {
   Vec3 grid_offset = Vec3::Zero();  ///< shift of the whole scene against the grid, in cells; for studies of where surfaces cut cells
   bool operator==(const NumericsSpec&) const = default;
 
+  /// The keys of [numerics] (base/parameter.hpp).
   template <class Table>
   static void declare(Table& table) {
     table.add("cell_size_m", &NumericsSpec::cell_size).unit("m").range(1e-4, 1e2).text("Grid spacing dx");
@@ -135,6 +141,7 @@ struct OutputSpec {
   double checkpoint_minutes = 10.0;  ///< wall time between checkpoints
   bool operator==(const OutputSpec&) const = default;
 
+  /// The keys of [output] (base/parameter.hpp).
   template <class Table>
   static void declare(Table& table) {
     table.add("duration_s", &OutputSpec::duration).unit("s").positive(1e6).required().text("Simulated time");
@@ -157,23 +164,25 @@ struct OutputSpec {
 /// The keys above the first table, of a case file and of a point path.
 template <class Table, class Base>
 void declare_heading(Table& table, std::string Base::*title) {
-  table.add("title", title).no_effect_on_results().text("What the case is; stands above results and pictures");
+  table.add("title", title).no_effect_on_results().text("What the case is; heading of results and pictures");
   table.add_constant("format_version", case_format_version).text("Version of the format of this file");
 }
 
+/// One simulation. read_case (case_file.hpp) gives it checked and complete.
 struct Case {
-  std::string title;
-  MaterialParameters material;
-  std::vector<BodySpec> bodies;
-  std::vector<WallSpec> walls;
-  std::optional<ConveyorSpec> conveyor;
-  std::optional<ObstacleSpec> obstacle;
-  DomainSpec domain;
-  NumericsSpec numerics;
-  MeasurementSpec measurement;
-  OutputSpec output;
+  std::string title;                     ///< heading of results and pictures; no part of the hash
+  MaterialParameters material;           ///< [material]
+  std::vector<BodySpec> bodies;          ///< [[body]]
+  std::vector<WallSpec> walls;           ///< [[wall]]
+  std::optional<ConveyorSpec> conveyor;  ///< [conveyor], with its [[inflow]]
+  std::optional<ObstacleSpec> obstacle;  ///< [obstacle]
+  DomainSpec domain;                     ///< [domain]
+  NumericsSpec numerics;                 ///< [numerics]
+  MeasurementSpec measurement;           ///< [measurement]
+  OutputSpec output;                     ///< [output]
   bool operator==(const Case&) const = default;
 
+  /// The keys above the first table.
   template <class Table>
   static void declare(Table& table) {
     declare_heading(table, &Case::title);

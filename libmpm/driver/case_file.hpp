@@ -45,6 +45,7 @@ namespace mpm {
 
 /// Reads a strain path of one material point for `mpm point` ([material] and [path]). Errors as in read_case.
 [[nodiscard]] PathSpec read_path(const std::filesystem::path& file, const std::vector<std::string>& overrides = {});
+/// The same from a text. @param file_name  for messages
 [[nodiscard]] PathSpec parse_path(std::string_view text, std::string_view file_name, const std::vector<std::string>& overrides = {});
 
 }  // namespace mpm

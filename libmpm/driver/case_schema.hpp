@@ -9,19 +9,20 @@ namespace mpm {
 
 /// A point path as a file gives it.
 struct PathFile {
-  std::string title;
-  MaterialParameters material;
-  PathSteps steps;
-  std::vector<SegmentParameters> segments;
+  std::string title;                        ///< heading of pictures
+  MaterialParameters material;              ///< [material]
+  PathSteps steps;                          ///< [path]
+  std::vector<SegmentParameters> segments;  ///< [[path.segments]]
 
+  /// The keys above the first table.
   template <class Table>
   static void declare(Table& table) {
     declare_heading(table, &PathFile::title);
   }
 };
 
-[[nodiscard]] const config::SchemaOf<Case>& case_schema();
-[[nodiscard]] const config::SchemaOf<PathFile>& path_schema();
+[[nodiscard]] const config::SchemaOf<Case>& case_schema();      ///< of case files; made once
+[[nodiscard]] const config::SchemaOf<PathFile>& path_schema();  ///< of point paths; made once
 
 /// What has to hold between tables of a case; completes what one table leaves to another (speed and width of the belt, friction). Names are
 /// paths: "numerics.cell_size_m".

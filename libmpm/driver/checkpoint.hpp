@@ -16,7 +16,9 @@ namespace mpm {
 /// Version 3: what observers keep is stored by name, as "observer.array". Other versions are refused.
 inline constexpr int checkpoint_format_version = 3;
 
+/// Name of the newest checkpoint in the folder of a run.
 inline constexpr const char* checkpoint_file = "checkpoint.h5";
+/// Name of the checkpoint before it.
 inline constexpr const char* previous_checkpoint_file = "checkpoint.previous.h5";
 /// What a checkpoint is called after it was refused and an older one used in its place.
 inline constexpr const char* refused_checkpoint_file = "checkpoint.refused.h5";

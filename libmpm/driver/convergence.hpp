@@ -27,11 +27,12 @@ enum class Behaviour {
   divergent,    ///< the differences grow under refinement
   constant,     ///< the values agree to round-off
 };
+/// As in converge.json: "monotone".
 std::string to_string(Behaviour);
 
 /// Result of three grids.
 struct ThreeGrids {
-  Behaviour behaviour;
+  Behaviour behaviour;  ///< decides which of the numbers have a meaning
   double order;         ///< p; NaN where it has no meaning
   double extrapolated;  ///< f_ext = f1 + (f1 - f2)/(r21^p - 1); NaN likewise
 };

@@ -5,6 +5,7 @@
 
 namespace mpm {
 
+/// Size and work of a case.
 struct Estimate {
   double particles;       ///< at the fullest moment
   double cells;           ///< occupied grid cells
@@ -34,7 +35,9 @@ inline constexpr double assumed_particle_steps_per_s = 10e6;
 
 /// Limits that hold on every machine, whatever its memory. Frames are numbered by five digits; a series of the given length is 20 GB;
 /// at the given steps and years no run is worth waiting for.
+/// @{
 inline constexpr double most_samples = 1e8, most_frames = 99999.0, most_steps = 1e12, most_years = 10.0;
+/// @}
 
 /// @throws ConfigError if the estimate needs more memory than limit_bytes; the message names what to change
 void require_memory(const Estimate& need, double limit_bytes);

@@ -7,6 +7,8 @@
 
 namespace mpm {
 
+/// Entries of results.json about the case, the program, the machine and the time it took; the comparison leaves them
+/// out.
 class Execution : public Observer {
  public:
   /// @param case_hash  case_hash_text of driver/case_file.hpp

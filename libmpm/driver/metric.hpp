@@ -12,7 +12,7 @@ namespace mpm {
 
 /// A metric with its statistical error.
 struct Metric {
-  static constexpr double none = std::numeric_limits<double>::quiet_NaN();
+  static constexpr double none = std::numeric_limits<double>::quiet_NaN();  ///< unknown
   double value = none;           ///< NaN where the run has none (a run without a steady interval has no means)
   double standard_error = none;  ///< NaN where it is not known
 };

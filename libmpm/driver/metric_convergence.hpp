@@ -15,11 +15,11 @@ namespace mpm {
 
 /// One metric over the values of a parameter. Entries of the vectors belong together; coarse first where the parameter is a size.
 struct MetricConvergence {
-  std::string name;
-  SweepKind kind = SweepKind::cell_size;
-  std::vector<double> parameter;
-  std::vector<Metric> metric;
-  std::optional<double> exact;
+  std::string name;                                      ///< as in metric.hpp
+  SweepKind kind = SweepKind::cell_size;                 ///< what was varied
+  std::vector<double> parameter;                         ///< its values, in the unit of Sweep::values
+  std::vector<Metric> metric;                            ///< one for each value
+  std::optional<double> exact;                           ///< exact value, where the caller knows it
   std::vector<double> error;                             ///< |value - exact|; empty without an exact value
   std::vector<double> error_order;                       ///< between neighbours: log(e_i / e_i+1) / log(h_i / h_i+1); sizes only
   std::optional<Convergence> convergence;                ///< sizes only, where at least three of them have a value

@@ -29,9 +29,9 @@ namespace mpm {
 
 /// What one observer gives, without a run.
 struct ObserverDescription {
-  std::string name;
-  std::string cases;  ///< in which cases there is one: "cases with an obstacle"
-  Source source;
+  std::string name;              ///< Observer::name
+  std::string cases;             ///< in which cases there is one: "cases with an obstacle"
+  Source source;                 ///< what it needs
   std::vector<Column> columns;   ///< of series.csv
   std::vector<Column> profiles;  ///< columns of profile.csv
   std::vector<Result> results;   ///< their values mean nothing
@@ -45,6 +45,7 @@ struct ObserverDescription {
 
 /// Tables of everything that can be measured, as Markdown and as JSON {"columns": [...], "profiles": [...], "results": [...]}.
 [[nodiscard]] std::string observers_markdown();
+/// The same as JSON, for scripts that read runs.
 [[nodiscard]] std::string observers_json();
 
 }  // namespace mpm

@@ -16,29 +16,30 @@ namespace mpm {
 /// Increment of Hencky strain d_eps = d_eps_v/3 I + d_eps_q diag(1/2, 1/2, -1): eps_v expansion positive, eps_q axial (z) shortening
 /// positive.
 struct StrainSegment {
-  double d_eps_v = 0.0;
-  double d_eps_q = 0.0;
+  double d_eps_v = 0.0;  ///< Hencky, expansion positive
+  double d_eps_q = 0.0;  ///< Hencky, axial shortening positive
 };
 
 /// Steady velocity gradient L (1/s) for `time` seconds; spins and shears allowed.
 struct VelocityGradientSegment {
-  Mat3 velocity_gradient = Mat3::Zero();
-  double time = 1.0;  ///< s, above 0
+  Mat3 velocity_gradient = Mat3::Zero();  ///< L, 1/s
+  double time = 1.0;                      ///< s, above 0
 };
 
 /// Drained triaxial test: the axial Hencky strain changes by d_eps_axial (shortening negative) while the radial Kirchhoff stress stays
 /// at -radial_stress. A radial stress that differs from it at the start is brought to it within the first step.
 struct TriaxialSegment {
   double radial_stress = 0.0;  ///< Pa, compression positive
-  double d_eps_axial = 0.0;
+  double d_eps_axial = 0.0;    ///< Hencky, extension positive
 };
 
-using PathSegment = std::variant<StrainSegment, VelocityGradientSegment, TriaxialSegment>;
+using PathSegment = std::variant<StrainSegment, VelocityGradientSegment, TriaxialSegment>;  ///< one of three kinds of test
 
 /// [path]
 struct PathSteps {
-  int per_segment = 160;
+  int per_segment = 160;  ///< equal steps of each segment
 
+  /// The keys of [path] (base/parameter.hpp).
   template <class Table>
   static void declare(Table& table) {
     table.add("steps_per_segment", &PathSteps::per_segment).range(1.0, 1e8).text("Equal steps into which each segment is cut");
@@ -47,12 +48,13 @@ struct PathSteps {
 
 /// One entry of path.segments; which of the three kinds it is follows from the keys given.
 struct SegmentParameters {
-  std::optional<double> d_eps_v, d_eps_q;
-  std::optional<Mat3> velocity_gradient;  ///< 1/s
-  std::optional<double> time;             ///< s
-  std::optional<double> radial_stress;    ///< Pa
-  std::optional<double> d_eps_axial;
+  std::optional<double> d_eps_v, d_eps_q;  ///< of a StrainSegment
+  std::optional<Mat3> velocity_gradient;   ///< 1/s
+  std::optional<double> time;              ///< s
+  std::optional<double> radial_stress;     ///< Pa
+  std::optional<double> d_eps_axial;       ///< of a TriaxialSegment
 
+  /// The keys of [[path.segments]] (base/parameter.hpp).
   template <class Table>
   static void declare(Table& table) {
     constexpr double largest_strain = 2.0;  // Hencky: 7.4 times the length; with more the bounds of a law are left, not its behaviour seen
@@ -87,14 +89,14 @@ struct SegmentParameters {
   }
   /// Exactly one of the three groups of keys is given, and whole.
   void check(ParameterReport& report) const;
-  [[nodiscard]] PathSegment segment() const;
+  [[nodiscard]] PathSegment segment() const;  ///< after check()
 };
 
 /// The path starts at the law's stress-free reference state.
 struct PathSpec {
-  MaterialParameters material;
-  int steps_per_segment = 160;
-  std::vector<PathSegment> segments;
+  MaterialParameters material;        ///< the law
+  int steps_per_segment = 160;        ///< equal steps of each segment
+  std::vector<PathSegment> segments;  ///< one after the other
 };
 
 /// State after a step; Kirchhoff stress, p compression positive.

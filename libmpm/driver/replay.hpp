@@ -14,8 +14,9 @@
 
 namespace mpm {
 
+/// What the frames of a run gave.
 struct PostResult {
-  std::size_t frames = 0;
+  std::size_t frames = 0;                      ///< that were read
   Results results;                             ///< what was measured from the frames
   std::string results_json;                    ///< content of results.json
   std::vector<std::filesystem::path> written;  ///< files, in the order in which they were written

@@ -14,12 +14,13 @@
 
 namespace mpm {
 
+/// Where a run is, for a display.
 struct Progress {
-  double time = 0.0, duration = 0.0;  ///< s
-  std::uint64_t step = 0;
-  double dt = 0.0;  ///< s, of the last step
-  std::size_t particles = 0;
-  double wall_s = 0.0, eta_s = 0.0;
+  double time = 0.0, duration = 0.0;          ///< s
+  std::uint64_t step = 0;                     ///< steps done since t = 0
+  double dt = 0.0;                            ///< s, of the last step
+  std::size_t particles = 0;                  ///< at this moment
+  double wall_s = 0.0, eta_s = 0.0;           ///< s: used by this stretch, and expected until the end
   double million_particle_steps_per_s = 0.0;  ///< since the start of this stretch
   std::string message;                        ///< not empty: a line for the log; the numbers above are then those of the moment
 };
@@ -27,24 +28,26 @@ struct Progress {
 /// What the caller wants at the next sample.
 enum class Request { none, checkpoint, stop };
 
+/// How and where a case is run.
 struct RunOptions {
-  std::filesystem::path out;
-  int threads = 0;      ///< 0: as many as OpenMP offers
-  bool resume = false;  ///< go on from the newest good checkpoint in `out`; a longer duration than before extends a finished run
+  std::filesystem::path out;  ///< folder of the run; made where it is missing
+  int threads = 0;            ///< 0: as many as OpenMP offers
+  bool resume = false;        ///< go on from the newest good checkpoint in `out`; a longer duration than before extends a finished run
   std::function<void(const Progress&)> on_progress;  ///< after every sample, and for messages
   /// Observers of the caller's own, after those of driver/observers.cpp: their columns and results are written like all others.
   std::vector<std::shared_ptr<Observer>> observers;
   std::function<Request()> poll;  ///< asked after every sample, e.g. whether a signal arrived
 };
 
+/// How far a run came, and what it measured.
 struct RunResult {
-  bool finished = false;  ///< false: stopped on request; out/checkpoint.h5 is there to go on from
-  double time = 0.0;      ///< s
-  std::uint64_t steps = 0, particle_steps = 0;
-  std::size_t particles = 0;
-  double wall_time_s = 0.0, million_particle_steps_per_s = 0.0;
-  Results results;           ///< the entries of results.json
-  std::string results_json;  ///< its content
+  bool finished = false;                                         ///< false: stopped on request; out/checkpoint.h5 is there to go on from
+  double time = 0.0;                                             ///< s
+  std::uint64_t steps = 0, particle_steps = 0;                   ///< since t = 0, of all stretches
+  std::size_t particles = 0;                                     ///< at the end
+  double wall_time_s = 0.0, million_particle_steps_per_s = 0.0;  ///< of all stretches
+  Results results;                                               ///< the entries of results.json
+  std::string results_json;                                      ///< its content
 };
 
 /// Runs a case and writes case.toml, series.csv, frames, profile.csv, profiles.h5, results.json, final.h5, checkpoint.h5 and run.log to

@@ -6,14 +6,17 @@
 
 namespace mpm {
 
+/// The open run.log of one stretch.
 class RunLog {
  public:
   /// @param append  whether to keep what an earlier stretch wrote. @throws IoError
   RunLog(const std::filesystem::path& path, bool append);
+  /// Closes the file.
   ~RunLog();
   RunLog(const RunLog&) = delete;
   RunLog& operator=(const RunLog&) = delete;
 
+  /// Adds one line with the time. A log that cannot be written does not end a run.
   void write(const std::string& text) const;
 
  private:

@@ -15,12 +15,13 @@ std::uint64_t samples_per_frame(const Case& c);
 /// The instants of one case.
 class Sampling {
  public:
+  /// @param c  its [output] counts
   explicit Sampling(const Case& c) : per_second_(c.output.series_per_second), last_(last_sample(c)), per_frame_(samples_per_frame(c)) {}
 
-  [[nodiscard]] std::uint64_t last() const { return last_; }
+  [[nodiscard]] std::uint64_t last() const { return last_; }  ///< number of the last sample; the first is 0
   /// Time of sample k, s.
   [[nodiscard]] double time(std::uint64_t k) const { return static_cast<double>(k) / per_second_; }
-  [[nodiscard]] double end() const { return time(last_); }
+  [[nodiscard]] double end() const { return time(last_); }  ///< time of the last sample, s
   /// Whether sample k is stored as a frame.
   [[nodiscard]] bool has_frame(std::uint64_t k) const { return per_frame_ > 0 && k % per_frame_ == 0; }
   /// Number of frames of the first `samples` samples.

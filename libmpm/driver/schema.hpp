@@ -12,11 +12,14 @@ namespace mpm {
 
 /// The tables, keys and laws, in the order in which they are written.
 [[nodiscard]] const std::vector<TableInfo>& schema_tables();
+/// All keys, table by table.
 [[nodiscard]] const std::vector<KeyInfo>& schema_keys();
+/// All laws.
 [[nodiscard]] const std::vector<ModelInfo>& schema_models();
 
 /// The reference that `mpm schema` prints: readable text, or one JSON object {format_version, tables, models}.
 [[nodiscard]] std::string schema_text();
+/// The same as JSON, for scripts.
 [[nodiscard]] std::string schema_json();
 
 }  // namespace mpm

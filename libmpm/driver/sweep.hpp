@@ -23,9 +23,9 @@ std::string to_string(SweepKind);
 
 /// The values of one parameter.
 struct Sweep {
-  SweepKind kind = SweepKind::cell_size;
-  std::vector<double> values;  ///< m, number, number, cells
-  std::string axes;            ///< of the offset, out of "xyz"; empty: all without a mirror plane
+  SweepKind kind = SweepKind::cell_size;  ///< which parameter
+  std::vector<double> values;             ///< m, number, number, cells
+  std::string axes;                       ///< of the offset, out of "xyz"; empty: all without a mirror plane
 };
 
 /// The sweep in the order in which it is run, the coarsest and cheapest first (offsets as given).
@@ -40,27 +40,27 @@ struct Sweep {
 
 /// One run of a sweep.
 struct SweepPoint {
-  double value = 0.0;
-  std::filesystem::path directory;
-  bool reused = false;       ///< was there already, and was not run again
-  std::string results_json;  ///< content of its results.json
+  double value = 0.0;               ///< of the parameter
+  std::filesystem::path directory;  ///< its folder
+  bool reused = false;              ///< was there already, and was not run again
+  std::string results_json;         ///< content of its results.json
 };
 
 /// How a sweep is run.
 struct SweepOptions {
-  std::filesystem::path out;
-  int threads = 0;
-  bool resume = false;     ///< keep runs that are finished, continue one that was interrupted; false: run all anew
-  bool overwrite = false;  ///< replace results and checkpoints that are in the folders; false: refuse to
-  std::function<void(const Progress&)> on_progress;
-  std::function<Request()> poll;
+  std::filesystem::path out;  ///< each run gets a folder in it
+  int threads = 0;            ///< of each run; 0: as many as OpenMP offers
+  bool resume = false;        ///< keep runs that are finished, continue one that was interrupted; false: run all anew
+  bool overwrite = false;     ///< replace results and checkpoints that are in the folders; false: refuse to
+  std::function<void(const Progress&)> on_progress;           ///< as RunOptions::on_progress
+  std::function<Request()> poll;                              ///< as RunOptions::poll
   std::function<void(const SweepPoint&)> on_start, on_point;  ///< before and after each run; what on_point throws ends the sweep
 };
 
 /// What a sweep leaves.
 struct SweepResult {
-  bool finished = false;  ///< false: stopped on request
-  std::vector<SweepPoint> points;
+  bool finished = false;           ///< false: stopped on request
+  std::vector<SweepPoint> points;  ///< those that are complete, in the order of the values
 };
 
 /// Runs the case at every value, each into a folder of its own below options.out. A run counts as finished if its results.json belongs to

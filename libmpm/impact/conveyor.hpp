@@ -1,7 +1,7 @@
 #pragma once
 /// The conveyor belt of Sect. 2.2: a plug of height H and width W that moves at v towards an obstacle.
 ///
-/// Frame: front face of the obstacle at x = 0, axis y = 0, floor z = 0. The front of the plug stands at the face at t = 0, so the
+/// Frame: front face of the obstacle at x = 0, axis y = 0, floor z = 0. The front of the plug is at the face at t = 0, so the
 /// front arrives at t = 0; downstream is empty.
 ///
 /// - floor: frictionless, separable. Side walls |y| = W/2: move with v along x and drag the plug.
@@ -67,8 +67,8 @@ class ConveyorSource : public ParticleSource {
   /// The snow of t = 0. Not counted as entered.
   void fill(State& state) const override;
 
-  [[nodiscard]] std::size_t particles_per_layer() const { return make_layer(0.0, 0).size(); }
-  [[nodiscard]] std::uint64_t initial_layers() const { return initial_layers_; }
+  [[nodiscard]] std::size_t particles_per_layer() const { return make_layer(0.0, 0).size(); }  ///< at t = 0
+  [[nodiscard]] std::uint64_t initial_layers() const { return initial_layers_; }               ///< released by fill()
 
  private:
   using Layer = std::vector<Particle>;  ///< with x = 0, row by row from the floor

@@ -22,6 +22,7 @@ struct InflowPoint {
   double density_ratio = 1.0;         ///< density of the entering snow over rho_0, by compaction before it enters
   bool operator==(const InflowPoint&) const = default;
 
+  /// The keys of [[inflow]] (base/parameter.hpp).
   template <class Table>
   static void declare(Table& table) {
     table.add("time_s", &InflowPoint::time).unit("s").range(0.0, 1e6).required().text("Time of this row, above that of the row before");
@@ -49,11 +50,13 @@ struct ConveyorSpec {
   double velocity = 0.0;                ///< v, m/s; 0: not given
   double flow_height = 1.75;            ///< H, m
   double width = 21.0;                  ///< W, m
-  enum class Feed : std::uint8_t { window, strip } feed = Feed::window;
-  double upstream_length = 8.0;                 ///< window: inlet at x = -upstream_length, m
-  double downstream_length = 4.0;               ///< window: outlet at x = +downstream_length, m
+  /// How snow is brought: a plug that is fed through a window, or a strip of finite length.
+  enum class Feed : std::uint8_t { window, strip } feed = Feed::window;  ///< which of the two
+  double upstream_length = 8.0;                                          ///< window: inlet at x = -upstream_length, m
+  double downstream_length = 4.0;                                        ///< window: outlet at x = +downstream_length, m
   Contact sidewall_contact = Contact::no_slip;  ///< "coulomb" in a file is separable with friction: a wall cannot pull
   double sidewall_friction = 0.0;               ///< mu; separable only
+  /// Whether layers are shifted against each other; see the head of conveyor.hpp.
   enum class Lattice : std::uint8_t { staggered, aligned };
   Lattice lattice = Lattice::staggered;  ///< how layers of particles follow one another
   bool mirror_y = true;                  ///< compute y >= 0 only
@@ -62,6 +65,7 @@ struct ConveyorSpec {
   std::vector<InflowPoint> inflow;       ///< by rising time; empty: steady
   bool operator==(const ConveyorSpec&) const = default;
 
+  /// The keys of [conveyor] (base/parameter.hpp).
   template <class Table>
   static void declare(Table& table) {
     table.add("froude_number", &ConveyorSpec::froude_number)
@@ -124,9 +128,9 @@ struct ConveyorSpec {
 
 /// What the parameters of a conveyor depend on.
 struct ConveyorSurroundings {
-  double cell_size, gravity;  ///< m, m/s^2
-  const MaterialParameters& material;
-  const ObstacleSpec* obstacle;  ///< null: none
+  double cell_size, gravity;           ///< m, m/s^2
+  const MaterialParameters& material;  ///< gives xi
+  const ObstacleSpec* obstacle;        ///< null: none
 };
 
 /// Fills in what follows from other parameters (velocity from froude_number, width from the law's xi and the obstacle), and checks what has

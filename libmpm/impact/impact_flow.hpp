@@ -5,6 +5,7 @@
 
 namespace mpm {
 
+/// What steady criteria, force peaks and predictions are computed from.
 struct ImpactFlow {
   double velocity = 0.0;                     ///< v, m/s
   double gravity = 9.81;                     ///< g, m/s^2

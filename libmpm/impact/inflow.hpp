@@ -14,12 +14,14 @@
 
 namespace mpm {
 
+/// Functions of time and height that follow from the rows of [[inflow]].
 class Inflow {
  public:
+  /// @param conveyor  resolved and checked
   explicit Inflow(const ConveyorSpec& conveyor);
 
-  [[nodiscard]] bool steady() const { return points_.size() == 1; }
-  [[nodiscard]] bool sheared() const { return slip_ratio_ < 1.0; }
+  [[nodiscard]] bool steady() const { return points_.size() == 1; }  ///< nothing varies in time
+  [[nodiscard]] bool sheared() const { return slip_ratio_ < 1.0; }   ///< speed varies over height
 
   [[nodiscard]] double velocity(double time) const;       ///< v, mean over the depth, m/s
   [[nodiscard]] double flow_height(double time) const;    ///< H, m

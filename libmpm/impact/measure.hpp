@@ -37,9 +37,9 @@ struct ImpactGeometry {
   int filter_order = 2;       ///< its degree
   double threshold = 0.05;    ///< share of the impact pressure that ends the pressure height
   double force_window = 0.1;  ///< s: of the moving mean behind the filtered peak of the force
-  double obstacle_height = std::numeric_limits<double>::infinity();
-  std::optional<ObstaclePlan> plan = std::nullopt;  ///< of another front than the face x = 0
-  double box_area = 0.0;                            ///< m^2: of the impact box in plan, upstream of the front
+  double obstacle_height = std::numeric_limits<double>::infinity();  ///< m; infinite where no jet reaches the top
+  std::optional<ObstaclePlan> plan = std::nullopt;                   ///< of another front than the face x = 0
+  double box_area = 0.0;                                             ///< m^2: of the impact box in plan, upstream of the front
 
   /// Measures before this obstacle: its width, height and front.
   void set_obstacle(const ObstacleSpec& spec);
@@ -51,8 +51,8 @@ struct ImpactGeometry {
   /// Component of a symmetric tensor (xx yy zz xy xz yz) along the normal of the front near a position.
   [[nodiscard]] double normal_component(const Vec3& position, std::span<const double, 6> stress) const;
 
-  [[nodiscard]] std::size_t profile_bins() const;
-  [[nodiscard]] double bin_centre(std::size_t bin) const { return (static_cast<double>(bin) + 0.5) * bin_height; }
+  [[nodiscard]] std::size_t profile_bins() const;  ///< of bin_height, from z = 0 to profile_height
+  [[nodiscard]] double bin_centre(std::size_t bin) const { return (static_cast<double>(bin) + 0.5) * bin_height; }  ///< m above the floor
 
   /// Whether particles of a box may lie in the strip upstream of the obstacle's back: others are never measured.
   [[nodiscard]] bool may_measure(const Vec3& low, const Vec3& high) const {
@@ -70,7 +70,7 @@ struct ImpactGeometry {
 
 /// The paper's procedure: strip |y| <= 3w/7 (0.75 m for w = 1.75 m), box from 2.5 dx upstream to 0.5 dx inside the face, bins of dx/2 up to
 /// 5 H, filter of 13 bins and degree 2, threshold 5 %.
-/// @param cell_size dx, m. @param windows lengths in metres that stand in place of the paper's multiples of dx, where given.
+/// @param cell_size dx, m. @param windows lengths in metres that replace the paper's multiples of dx, where given.
 /// @throws ConfigError for values that are not positive, a filter that is not an odd number of bins, or a cell too coarse for the filter
 /// (fewer bins in 5 H than the filter spans).
 [[nodiscard]] ImpactGeometry paper_geometry(double flow_height, double obstacle_width, double cell_size, double density, bool mirror_y,

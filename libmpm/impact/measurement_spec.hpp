@@ -19,6 +19,7 @@ struct MeasurementSpec {
   double force_window = 0.1;            ///< s: of the moving mean behind the filtered peak of the force
   bool operator==(const MeasurementSpec&) const = default;
 
+  /// The keys of [measurement] (base/parameter.hpp).
   template <class Table>
   static void declare(Table& table) {
     const auto at_an_impact = [](auto& parameter) -> auto& { return parameter.only_with_table("conveyor").only_with_table("obstacle"); };

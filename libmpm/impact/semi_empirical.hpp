@@ -49,10 +49,10 @@ struct HeightCoefficients {
   double kappa;                                                        ///< dissipation, Eq. 10
   double saturation_froude = std::numeric_limits<double>::infinity();  ///< Fr_sat, Eq. 9; infinite: no saturation
 };
-inline constexpr HeightCoefficients runup_coefficients{0.9468, 1.5745};                    ///< Table A1, four digits
-inline constexpr HeightCoefficients pressure_height_coefficients{0.5277, 1.3072, 1.5380};  ///< Table A2, four digits
-inline constexpr HeightCoefficients runup_coefficients_table3{0.95, 1.57};                 ///< Table 3 (its header prints k as kappa)
-inline constexpr HeightCoefficients pressure_height_coefficients_table3{0.53, 1.31, 1.54};
+inline constexpr HeightCoefficients runup_coefficients{0.9468, 1.5745};                     ///< Table A1, four digits
+inline constexpr HeightCoefficients pressure_height_coefficients{0.5277, 1.3072, 1.5380};   ///< Table A2, four digits
+inline constexpr HeightCoefficients runup_coefficients_table3{0.95, 1.57};                  ///< Table 3 (its header prints k as kappa)
+inline constexpr HeightCoefficients pressure_height_coefficients_table3{0.53, 1.31, 1.54};  ///< Table 3
 
 /// zeta = k M', Eq. 8: quasi-static pile-up over H.
 [[nodiscard]] double magnification_factor(double effective_friction, const HeightCoefficients& coefficients);
@@ -70,9 +70,9 @@ inline constexpr HeightCoefficients pressure_height_coefficients_table3{0.53, 1.
 
 // ---- Swiss guideline, Eqs. 5-6 --------------------------------------------------------------------------------------------------------
 
-inline constexpr double guideline_lambda_loose = 1.5;      ///< dry, loose avalanches
-inline constexpr double guideline_lambda_dense_low = 2.0;  ///< dense avalanches: 2 to 3
-inline constexpr double guideline_lambda_dense = 3.0;
+inline constexpr double guideline_lambda_loose = 1.5;          ///< dry, loose avalanches
+inline constexpr double guideline_lambda_dense_low = 2.0;      ///< dense avalanches: 2 to 3
+inline constexpr double guideline_lambda_dense = 3.0;          ///< dense avalanches, upper value
 inline constexpr double recommended_width_factor_floor = 0.7;  ///< Sect. 5, for w/H < 1
 
 /// f(w/H) = 1 - exp(-1.14 w/H), Eq. 6. @param relative_width w/H > 0.

@@ -17,16 +17,16 @@ struct SteadyCriteria {
 };
 
 /// Criteria for a flow that meets an obstacle: earliest = arrival + 2 v/g, when the first splash has fallen back; shortest span the greater
-/// of v/g (the rise of a jet) and a third of what is left of the series after `earliest`, so that a series that only just came to rest does
+/// of v/g (the rise of a jet) and a third of the series after `earliest`, so that a series that only just came to rest does
 /// not count.
 /// @param arrival s, when the front meets the obstacle. @param velocity v, m/s. @param end s, end of the series.
 [[nodiscard]] SteadyCriteria impact_steady_criteria(double arrival, double velocity, double gravity, double end);
 
 /// A steady span [from, to], s, of samples first .. last - 1; without one steady is false and the rest is 0.
 struct Steady {
-  bool steady = false;
-  double from = 0.0, to = 0.0;
-  std::size_t first = 0, last = 0;
+  bool steady = false;              ///< whether there is one
+  double from = 0.0, to = 0.0;      ///< s
+  std::size_t first = 0, last = 0;  ///< samples first .. last - 1
 };
 
 /// The longest span that ends with the series and whose running mean m(t) = mean of the samples from its start to t stays within
@@ -37,9 +37,9 @@ struct Steady {
 
 /// Mean over a span.
 struct MeanEstimate {
-  static constexpr double none = std::numeric_limits<double>::quiet_NaN();
-  double mean = none;
-  double standard_error = none;  ///< of the mean
+  static constexpr double none = std::numeric_limits<double>::quiet_NaN();  ///< unknown
+  double mean = none;                                                       ///< over all finite samples
+  double standard_error = none;                                             ///< of the mean
   double effective_samples =
       none;  ///< independent samples that would give this standard error: sample variance / standard_error^2, at most the number of samples
   int batches = 0;          ///< behind the standard error: its interval is mean +- t(batches - 1) standard_error
@@ -51,7 +51,7 @@ struct MeanEstimate {
 /// autocorrelation times (1 + 2 sum rho_k, summed up to the first lag beyond five times itself: Sokal 1997) long, 5 if none are. The
 /// batches leave out at most batches - 1 samples at the start; the mean is over all. With 5 batches of strongly correlated samples the
 /// error is still underestimated. Values that are not finite (an undefined pressure height) are left out first.
-/// @return NaN for all figures without a finite value; a standard error of NaN with fewer than 10 samples.
+/// @return NaN for all numbers without a finite value; a standard error of NaN with fewer than 10 samples.
 [[nodiscard]] MeanEstimate estimate_mean(std::span<const double> values);
 
 }  // namespace mpm

@@ -1,7 +1,7 @@
 #pragma once
 /// Files that are either whole or absent. A reader never sees half a file, whenever the writer is killed: the content
 /// goes to a temporary name in the same directory, is forced to the disk, and is then renamed over the target, which
-/// POSIX makes one indivisible step. The one exception in the project is series.csv, which grows row by row (table.hpp).
+/// POSIX makes one indivisible step. The one exception in the project is series.csv, which grows row by row (csv.hpp).
 
 #include <cstddef>
 #include <filesystem>
@@ -20,11 +20,14 @@ class AtomicFile {
  public:
   /// Creates the temporary `.<name>.<process id>.<counter>.tmp` beside the target. The directory must exist.
   explicit AtomicFile(std::filesystem::path target);
+  /// Removes the temporary, unless it was committed.
   ~AtomicFile();
   AtomicFile(const AtomicFile&) = delete;
   AtomicFile& operator=(const AtomicFile&) = delete;
 
+  /// Appends to the temporary. @throws IoError
   void write(std::string_view text);
+  /// Appends to the temporary. @throws IoError
   void write(std::span<const std::byte> bytes);
 
   /// Forces the content to the disk and renames it to the target, replacing what was there. Call once, last.

@@ -22,11 +22,12 @@ class Table {
     may_be_torn,  ///< dropped: the writer may have been killed inside it (series.csv)
   };
 
+  /// @throws IoError if the file cannot be read, has no header, or a row with another number of cells
   static Table read(const std::filesystem::path& path, LastLine last_line = LastLine::whole);
 
-  [[nodiscard]] const std::vector<std::string>& columns() const { return columns_; }
-  [[nodiscard]] std::size_t rows() const { return cells_.size(); }
-  [[nodiscard]] bool has(std::string_view column) const;
+  [[nodiscard]] const std::vector<std::string>& columns() const { return columns_; }  ///< names in the order of the file
+  [[nodiscard]] std::size_t rows() const { return cells_.size(); }                    ///< without the header
+  [[nodiscard]] bool has(std::string_view column) const;                              ///< whether there is a column of this name
 
   /// Numbers of a column; an empty cell is NaN. @throws IoError for an unknown column or a cell that is no number
   [[nodiscard]] std::vector<double> numbers(std::string_view column) const;
@@ -69,7 +70,9 @@ class SeriesWriter {
   /// What resume() would keep of the file; changes nothing. @throws IoError as resume()
   static std::string kept(const std::filesystem::path& path, const std::vector<std::string>& columns, std::size_t rows, double time);
 
+  /// Closes the file; rows since sync() may still be on their way to the disk.
   ~SeriesWriter();
+  /// Takes over the open file.
   SeriesWriter(SeriesWriter&& other) noexcept;
   SeriesWriter(const SeriesWriter&) = delete;
   SeriesWriter& operator=(const SeriesWriter&) = delete;

@@ -2,7 +2,7 @@
 /// HDF5 files (hdfgroup.org) of plain arrays and attributes in the root group: what h5py, h5dump and ParaView open.
 ///
 /// A file is built in memory and then written whole (atomic_file.hpp): the HDF5 library never meets a full disk, and equal
-/// content gives equal bytes (no time stamps). After the end of the HDF5 part, where other readers do not look, stand 16 bytes
+/// content gives equal bytes (no time stamps). After the end of the HDF5 part, where other readers do not look, there are 16 bytes:
 /// `MPMCRC32` + the CRC-32 of all bytes before as eight hexadecimal digits. The Reader checks them before it hands the file to
 /// the HDF5 library, so that a truncated or altered file is a message and not a crash in a parser.
 ///
@@ -27,6 +27,7 @@ using Shape = std::vector<std::size_t>;
 /// In an expected shape: any extent.
 inline constexpr std::size_t any_extent = static_cast<std::size_t>(-1);
 
+/// Types of numbers that an array may hold.
 template <class T>
 concept Element = std::same_as<T, double> || std::same_as<T, float> || std::same_as<T, std::uint64_t> || std::same_as<T, std::int64_t> ||
     std::same_as<T, std::int32_t> || std::same_as<T, std::uint8_t>;
@@ -35,6 +36,7 @@ concept Element = std::same_as<T, double> || std::same_as<T, float> || std::same
 class Writer {
  public:
   Writer();
+  /// What was not saved is lost.
   ~Writer();
   Writer(const Writer&) = delete;
   Writer& operator=(const Writer&) = delete;
@@ -45,7 +47,9 @@ class Writer {
 
   /// Attributes of the root group.
   void attribute(const std::string& name, const std::string& value);
+  /// A number, as float64.
   void attribute(const std::string& name, double value);
+  /// A whole number, as int64.
   void attribute(const std::string& name, std::int64_t value);
 
   /// Writes the file whole or not at all; needs about twice its size in memory. Call once, last.
@@ -66,19 +70,19 @@ class Reader {
   Reader(const Reader&) = delete;
   Reader& operator=(const Reader&) = delete;
 
-  [[nodiscard]] bool has_dataset(const std::string& name) const;
+  [[nodiscard]] bool has_dataset(const std::string& name) const;  ///< whether there is an array of this name
   /// Names of all datasets, in the order of the alphabet.
   [[nodiscard]] std::vector<std::string> datasets() const;
-  [[nodiscard]] Shape shape(const std::string& name) const;
+  [[nodiscard]] Shape shape(const std::string& name) const;  ///< of an array; IoError if there is none
 
   /// @param expected shape that the array must have, with any_extent where it may be anything. Narrower numbers of the same kind are
   ///        widened (float to double); no conversion loses anything.
   template <Element T>
   [[nodiscard]] std::vector<T> dataset(const std::string& name, const Shape& expected) const;
 
-  [[nodiscard]] std::string text(const std::string& attribute) const;
-  [[nodiscard]] double real(const std::string& attribute) const;
-  [[nodiscard]] std::int64_t integer(const std::string& attribute) const;
+  [[nodiscard]] std::string text(const std::string& attribute) const;  ///< of an attribute; IoError if it is missing or no text
+  [[nodiscard]] double real(const std::string& attribute) const;  ///< of an attribute; IoError if it is missing or no floating-point number
+  [[nodiscard]] std::int64_t integer(const std::string& attribute) const;  ///< of an attribute; IoError if it is missing or no whole number
 
  private:
   struct File;

@@ -102,7 +102,7 @@ void check_content(const std::filesystem::path& path, const ParticleTable& p) {
   check("reference_volume_m3", p.volume, 1, true);
 }
 
-/// By columns (particles.hpp) to by rows (numpy) and back: the transpose of each 3x3.
+/// By columns (core/particle.hpp) to by rows (numpy) and back: the transpose of each 3x3.
 std::vector<double> transposed(const std::vector<double>& m) {
   std::vector<double> t(m.size());
   for (std::size_t p = 0; p < m.size(); p += 9) {

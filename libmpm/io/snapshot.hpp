@@ -36,9 +36,9 @@ struct Particle;
 struct Scene;
 struct State;
 
-/// Particles by columns, one entry a particle in the order of the identity numbers. Units and measures as in particles.hpp.
+/// Particles by columns, one entry a particle in the order of the identity numbers. Units and measures as in core/particle.hpp.
 struct ParticleTable {
-  std::vector<std::uint64_t> id;
+  std::vector<std::uint64_t> id;     ///< N, identity numbers, rising
   std::vector<double> position;      ///< 3 N, m
   std::vector<double> velocity;      ///< 3 N, m/s
   std::vector<double> affine;        ///< 9 N, 1/s, by columns: [9 p + 3 j + i] = dv_i/dx_j; empty in a frame that was read
@@ -47,7 +47,7 @@ struct ParticleTable {
   std::vector<double> volume_ratio;  ///< N, J
   std::vector<double> volume;        ///< N, reference volume V_0, m^3
 
-  [[nodiscard]] std::size_t size() const { return id.size(); }
+  [[nodiscard]] std::size_t size() const { return id.size(); }  ///< N
 };
 
 /// The particles of a state in the order of their identity numbers.
@@ -56,18 +56,19 @@ ParticleTable particle_table(const State& state, const Scene& scene, const std::
 
 /// What a state belongs to.
 struct SnapshotInfo {
-  double time = 0.0;  ///< s
-  std::int64_t step = 0;
-  std::string case_hash;           ///< case_hash_text of io/config.hpp
+  double time = 0.0;               ///< s
+  std::int64_t step = 0;           ///< steps done since t = 0
+  std::string case_hash;           ///< case_hash_text of driver/case_file.hpp
   std::string version;             ///< of the program that wrote the file
   double reference_density = 0.0;  ///< rho_0, kg/m^3
   bool mirror_x = false;           ///< only x >= 0 is computed and stored
   bool mirror_y = false;           ///< only y >= 0 is computed and stored
 };
 
+/// Content of a frame or of a final state.
 struct Snapshot {
-  SnapshotInfo info;
-  ParticleTable particles;
+  SnapshotInfo info;        ///< the attributes
+  ParticleTable particles;  ///< the datasets
 };
 
 /// Version of frames and final states, attribute format_version; another version is refused.
@@ -84,11 +85,12 @@ void write_final(const std::filesystem::path& path, const ParticleTable& particl
 
 /// @throws IoError if the file is missing, damaged, of another kind or version
 Snapshot read_frame(const std::filesystem::path& path);
+/// @throws IoError as read_frame
 Snapshot read_final(const std::filesystem::path& path);
 
 /// Number of a frame file and what it holds, without its particles.
 struct FrameEntry {
-  int index = 0;
+  int index = 0;              ///< NNNNN in the name of its file
   double time = 0.0;          ///< s
   std::size_t particles = 0;  ///< N
 };

@@ -29,7 +29,7 @@ class FrameSeries {
   /// Writes the next frame, then frames.xdmf.
   void append(const ParticleTable& particles, const SnapshotInfo& info);
 
-  [[nodiscard]] std::span<const FrameEntry> frames() const { return frames_; }
+  [[nodiscard]] std::span<const FrameEntry> frames() const { return frames_; }  ///< in the order of time
 
  private:
   FrameSeries(std::filesystem::path directory, std::vector<FrameEntry> frames, int next);

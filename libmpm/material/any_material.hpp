@@ -1,6 +1,6 @@
 #pragma once
-/// The list of laws. To add one: write its header against the concept `Material`, add it to this variant, add an entry to the table in
-/// tests/material/test_materials.cpp. Nothing else names the laws: keys, messages and the reference of `mpm schema` follow from the list.
+/// The list of laws. To add one: write its header against the concept `Material`, add it to this variant, add typical parameters to
+/// tests/support/typical_materials.hpp. Nothing else names the laws: keys, messages and the reference of `mpm schema` follow from the list.
 
 #include <optional>
 #include <string>
@@ -15,6 +15,7 @@
 
 namespace mpm {
 
+/// One law of the list.
 using AnyMaterial = std::variant<CamClay, HenckyElastic, DruckerPrager, WeaklyCompressibleFluid>;
 
 namespace detail {
@@ -28,9 +29,11 @@ struct ParametersOf<std::variant<L...>> {
 
 /// [material]: which law, and its parameters.
 struct MaterialParameters {
-  typename detail::ParametersOf<AnyMaterial>::type law;
+  typename detail::ParametersOf<AnyMaterial>::type law;  ///< the parameters of one law; the type says which
 
+  /// Those of the first law of the list, with their defaults.
   MaterialParameters() = default;
+  /// The law to which these parameters belong.
   template <MaterialParameterSet P>
   MaterialParameters(const P& parameters)
       : law(parameters) {}  // NOLINT(google-explicit-constructor): the parameters of a law are a material
@@ -38,13 +41,14 @@ struct MaterialParameters {
 
   [[nodiscard]] std::string_view name() const;  ///< as in a case: "cohesive_cam_clay"
   [[nodiscard]] double density() const;         ///< rho_0, kg/m^3
-  void set_density(double density);
+  void set_density(double density);             ///< rho_0, kg/m^3
 
   /// The parameters of one law; std::bad_variant_access if it is another one.
   template <Material L>
   [[nodiscard]] typename L::Parameters& as() {
     return std::get<typename L::Parameters>(law);
   }
+  /// The parameters of one law; std::bad_variant_access if it is another one.
   template <Material L>
   [[nodiscard]] const typename L::Parameters& as() const {
     return std::get<typename L::Parameters>(law);
@@ -61,6 +65,7 @@ struct MaterialParameters {
   [[nodiscard]] std::optional<double> hardening_xi() const;          ///< xi
   [[nodiscard]] bool keeps_compaction() const;                       ///< whether what was compacted before stays denser
 
+  /// [material] model, then the parameters of every law.
   template <class Table>
   static void declare(Table& table) {
     table.alternatives("model", &MaterialParameters::law, "Constitutive law");
@@ -80,7 +85,7 @@ double volume_ratio(const AnyMaterial& material, const MaterialState<double>& st
 
 /// A law as a user sees it.
 struct LawInfo {
-  std::string name, description;
+  std::string name, description;  ///< value of [material] model; one line
 };
 /// All laws, in the order of the variant.
 std::vector<LawInfo> all_laws();

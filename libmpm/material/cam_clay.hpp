@@ -45,10 +45,13 @@
 
 namespace mpm {
 
+/// The law; formulas above.
 class CamClay {
  public:
+  /// Elastic moduli and the yield surface with its hardening.
   struct Parameters : HenckyModuli::Parameters {
-    static constexpr std::string_view name = "cohesive_cam_clay";
+    static constexpr std::string_view name = "cohesive_cam_clay";  ///< value of [material] model
+    /// One line for the reference of keys.
     static constexpr std::string_view description =
         "Cohesive Modified Cam-Clay: yield q^2 (1 + 2 beta) + M^2 (p + beta p_c)(p - p_c), p_c = K sinh(xi X)";
     static constexpr bool keeps_compaction = true;  ///< snow that was compacted before stays denser, and is harder
@@ -66,6 +69,7 @@ class CamClay {
     /// tan(phi'); infinite from M' = 3 on, where phi' is 90 degrees.
     [[nodiscard]] double internal_friction() const;
 
+    /// The keys (base/parameter.hpp).
     template <class Table>
     static void declare(Table& table) {
       HenckyModuli::Parameters::declare(table);
@@ -100,11 +104,13 @@ class CamClay {
   [[nodiscard]] T volume_ratio(const MaterialState<T>& state) const {
     return exp(trace(state.stress) * (1.0 / (3.0 * moduli_.bulk())) + (initial_internal_ - state.internal));
   }
-  [[nodiscard]] double density() const { return moduli_.density(); }
+  [[nodiscard]] double density() const { return moduli_.density(); }           ///< rho_0, kg/m^3
   [[nodiscard]] double initial_internal() const { return initial_internal_; }  ///< X_0 = asinh(p_c0/K)/xi
-  [[nodiscard]] double wave_speed() const { return moduli_.wave_speed(); }
-  [[nodiscard]] double stored_energy(const MaterialState<double>& state) const { return moduli_.stored_energy(state.stress); }
-  [[nodiscard]] const HenckyModuli& moduli() const { return moduli_; }
+  [[nodiscard]] double wave_speed() const { return moduli_.wave_speed(); }     ///< c_P, m/s
+  [[nodiscard]] double stored_energy(const MaterialState<double>& state) const {
+    return moduli_.stored_energy(state.stress);
+  }                                                                     ///< elastic, J/m^3 of reference volume
+  [[nodiscard]] const HenckyModuli& moduli() const { return moduli_; }  ///< the elastic part
 
   /// p_c = K sinh(xi max(X, 0)), Pa.
   [[nodiscard]] double preconsolidation_pressure(double internal) const;

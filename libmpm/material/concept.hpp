@@ -35,6 +35,7 @@ struct MaterialState {
 /// @param state    state at t_n; on return, at t_n+1
 /// @param dl       dt * velocity gradient (dimensionless), so that F_n+1 = (I + dl) F_n
 /// @param dt       time step, s (rate-dependent laws)
+/// A law computes with the number type T.
 template <class L, class T>
 concept UpdatesStress = requires(const L law, MaterialState<T>& state, const Matrix3<T>& dl, double dt) {
   { law.update_stress(state, dl, dt) } -> std::same_as<void>;

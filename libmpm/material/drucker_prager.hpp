@@ -10,7 +10,7 @@
 ///                         A_psi = 3 sin psi / sqrt(3 + sin^2 psi); psi = 0: A = sqrt(3) sin phi. At failure, elastic increments are over,
 ///                         eps_2^P = 0 puts s_2 at -2/9 A_psi q (Drucker & Prager 1952 for psi = phi: A = 3 sin phi / sqrt(3 + sin^2 phi)).
 ///   simple_shear          A = sqrt(3) tan phi,  C = sqrt(3) c,  A_psi = sqrt(3) tan psi: tan phi is the ratio of shear to normal stress
-///                         on the plane of steady shear at constant volume, sqrt(J2)/p, and the slope on which a layer stands; the
+///                         on the plane of steady shear at constant volume, sqrt(J2)/p, and the slope on which a layer is stable; the
 ///                         friction coefficient of mu(I). (With plane_strain that ratio is sin phi.)
 ///
 /// Backward Euler with the exponential map keeps the principal directions: q = q_tr - d, p = p_tr + K A_psi d / (3 G), d = 3 G dg, so that
@@ -41,25 +41,29 @@ namespace mpm {
 /// On which test the cone agrees with the Mohr-Coulomb angles; formulas above.
 enum class ConeMatching : std::uint8_t { plane_strain, triaxial_compression, simple_shear };
 
+/// The law; formulas above.
 class DruckerPrager {
  public:
+  /// Elastic moduli, cone and, where all four are given, the parameters of mu(I).
   struct Parameters : HenckyModuli::Parameters {
-    static constexpr std::string_view name = "drucker_prager";
+    static constexpr std::string_view name = "drucker_prager";  ///< value of [material] model
+    /// One line for the reference of keys.
     static constexpr std::string_view description =
         "Drucker-Prager cone q = A p + C, dilatancy of its own, tears and recompacts; mu(I) rate dependence if its four keys are given";
 
-    ConeMatching cone_matching = ConeMatching::plane_strain;
-    double friction_angle = 0.5;                      ///< phi, rad
-    double dilatancy_angle = 0.0;                     ///< psi, rad
-    double cohesion = 0.0;                            ///< c, Pa
-    std::optional<double> limit_friction_angle;       ///< phi_2 of mu(I), rad; these four together or none
-    std::optional<double> reference_inertial_number;  ///< I_0
-    std::optional<double> grain_diameter;             ///< d, m
-    std::optional<double> grain_density;              ///< rho_s, kg/m^3
+    ConeMatching cone_matching = ConeMatching::plane_strain;  ///< which A, C and A_psi follow from the angles
+    double friction_angle = 0.5;                              ///< phi, rad
+    double dilatancy_angle = 0.0;                             ///< psi, rad
+    double cohesion = 0.0;                                    ///< c, Pa
+    std::optional<double> limit_friction_angle;               ///< phi_2 of mu(I), rad; these four together or none
+    std::optional<double> reference_inertial_number;          ///< I_0
+    std::optional<double> grain_diameter;                     ///< d, m
+    std::optional<double> grain_density;                      ///< rho_s, kg/m^3
     bool operator==(const Parameters&) const = default;
 
-    [[nodiscard]] double internal_friction() const { return std::tan(friction_angle); }
+    [[nodiscard]] double internal_friction() const { return std::tan(friction_angle); }  ///< tan(phi)
 
+    /// The keys (base/parameter.hpp).
     template <class Table>
     static void declare(Table& table) {
       constexpr double steepest = 89.0;  // deg
@@ -110,18 +114,20 @@ class DruckerPrager {
   [[nodiscard]] T volume_ratio(const MaterialState<T>& state) const {
     return exp(trace(state.stress) * (1.0 / (3.0 * moduli_.bulk())) + state.internal);
   }
-  [[nodiscard]] double density() const { return moduli_.density(); }
-  [[nodiscard]] double initial_internal() const { return 0.0; }
-  [[nodiscard]] double wave_speed() const { return moduli_.wave_speed(); }
-  [[nodiscard]] double stored_energy(const MaterialState<double>& state) const { return moduli_.stored_energy(state.stress); }
-  [[nodiscard]] const HenckyModuli& moduli() const { return moduli_; }
+  [[nodiscard]] double density() const { return moduli_.density(); }        ///< rho_0, kg/m^3
+  [[nodiscard]] double initial_internal() const { return 0.0; }             ///< X = 0
+  [[nodiscard]] double wave_speed() const { return moduli_.wave_speed(); }  ///< c_P, m/s
+  [[nodiscard]] double stored_energy(const MaterialState<double>& state) const {
+    return moduli_.stored_energy(state.stress);
+  }                                                                     ///< elastic, J/m^3 of reference volume
+  [[nodiscard]] const HenckyModuli& moduli() const { return moduli_; }  ///< the elastic part
 
   [[nodiscard]] double friction_slope() const { return slope_; }             ///< A
   [[nodiscard]] double cohesion_intercept() const { return intercept_; }     ///< C, Pa
   [[nodiscard]] double dilatancy_slope() const { return dilatancy_slope_; }  ///< A_psi
   /// A(I), the friction slope at an inertial number; A without rate dependence.
   [[nodiscard]] double friction_slope_at(double inertial_number) const;
-  [[nodiscard]] double plastic_volume_strain(const MaterialState<double>& state) const { return state.internal; }
+  [[nodiscard]] double plastic_volume_strain(const MaterialState<double>& state) const { return state.internal; }  ///< X
   /// f (q + |A p + C|), Pa^2; <= 0 inside the rate-independent cone.
   [[nodiscard]] double yield_function(const MaterialState<double>& state) const;
 

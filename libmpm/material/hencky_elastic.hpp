@@ -18,6 +18,7 @@ class HenckyModuli {
     double poisson_ratio = 0.1;    ///< nu
     bool operator==(const Parameters&) const = default;
 
+    /// The keys of density and elastic moduli (base/parameter.hpp).
     template <class Table>
     static void declare(Table& table) {
       declare_density(table, &Parameters::density);
@@ -26,6 +27,7 @@ class HenckyModuli {
     }
   };
 
+  /// The parameters are not checked: that is the task of the law that has them.
   explicit HenckyModuli(const Parameters& parameters);
 
   [[nodiscard]] double bulk() const { return bulk_; }        ///< K = E / (3 (1 - 2 nu)), Pa
@@ -33,12 +35,14 @@ class HenckyModuli {
   [[nodiscard]] double density() const { return density_; }  ///< rho_0, kg/m^3
   [[nodiscard]] double wave_speed() const;                   ///< c_P = sqrt((K + 4G/3) / rho_0), m/s
 
+  /// eps of a Kirchhoff stress in Pa.
   template <LaneNumber T>
   [[nodiscard]] HenckyStrain<T> strain(const Sym3<T>& stress) const {
     const T mean = trace(stress) * (1.0 / 3.0);
     return {mean * (1.0 / bulk_),
             broadcast<T>(0.5 / shear_) * Sym3<T>{stress.xx - mean, stress.yy - mean, stress.zz - mean, stress.xy, stress.xz, stress.yz}};
   }
+  /// Kirchhoff stress tau in Pa of a strain.
   template <LaneNumber T>
   [[nodiscard]] Sym3<T> stress(const HenckyStrain<T>& strain) const {
     Sym3<T> tau = broadcast<T>(2.0 * shear_) * strain.deviator;
@@ -56,15 +60,18 @@ class HenckyModuli {
 /// The law without plasticity. The internal variable stays 0.
 class HenckyElastic {
  public:
+  /// Density and elastic moduli.
   struct Parameters : HenckyModuli::Parameters {
-    static constexpr std::string_view name = "hencky_elastic";
-    static constexpr std::string_view description = "Saint-Venant-Kirchhoff elasticity in Hencky strain";
+    static constexpr std::string_view name = "hencky_elastic";  ///< value of [material] model
+    static constexpr std::string_view description =
+        "Saint-Venant-Kirchhoff elasticity in Hencky strain";  ///< one line for the reference of keys
     bool operator==(const Parameters&) const = default;
   };
 
   /// @throws ConfigError if a parameter is out of range
   explicit HenckyElastic(const Parameters& parameters);
 
+  /// Exact for any increment. The result is NaN in a lane whose deformation is inverted or not finite.
   template <LaneNumber T>
   void update_stress(MaterialState<T>& state, const Matrix3<T>& dl, double /*dt*/) const {
     state.stress = moduli_.stress(hencky_trial(moduli_.strain(state.stress), dl));
@@ -74,11 +81,13 @@ class HenckyElastic {
   [[nodiscard]] T volume_ratio(const MaterialState<T>& state) const {
     return exp(moduli_.strain(state.stress).volumetric);
   }
-  [[nodiscard]] double density() const { return moduli_.density(); }
-  [[nodiscard]] double initial_internal() const { return 0.0; }
-  [[nodiscard]] double wave_speed() const { return moduli_.wave_speed(); }
-  [[nodiscard]] double stored_energy(const MaterialState<double>& state) const { return moduli_.stored_energy(state.stress); }
-  [[nodiscard]] const HenckyModuli& moduli() const { return moduli_; }
+  [[nodiscard]] double density() const { return moduli_.density(); }        ///< rho_0, kg/m^3
+  [[nodiscard]] double initial_internal() const { return 0.0; }             ///< unused
+  [[nodiscard]] double wave_speed() const { return moduli_.wave_speed(); }  ///< c_P, m/s
+  [[nodiscard]] double stored_energy(const MaterialState<double>& state) const {
+    return moduli_.stored_energy(state.stress);
+  }                                                                     ///< psi, J/m^3 of reference volume
+  [[nodiscard]] const HenckyModuli& moduli() const { return moduli_; }  ///< the elastic part
 
  private:
   HenckyModuli moduli_;

@@ -4,8 +4,8 @@
 /// Textbook form. Cauchy stress sigma = -p I + 2 eta dev D, with
 ///   p = K/n ((rho/rho_0)^n - 1),   c = sqrt(K/rho_0) at rest,   rho/rho_0 = 1/J   (Murnaghan 1944; Cole 1948; n = 7 for water, 1: linear)
 ///   psi = K/n ((J^(1-n) - 1)/(n - 1) + J - 1), n = 1: K (J - 1 - ln J)   per reference volume; -d psi/dJ = p.
-/// Unless told otherwise the fluid carries no tension: where J > 1, p = 0 and psi = 0. A free surface separates, and what was torn has to
-/// return to its volume before it carries pressure again. The viscous stress has no such limit.
+/// With carries_tension = false, the default, the fluid carries no tension: where J > 1, p = 0 and psi = 0. A free surface separates,
+/// and what was torn has to return to its volume before it carries pressure again. The viscous stress has no such limit.
 ///
 /// Form coded. The internal variable is j = J - 1, advanced by j + (1 + j)(det(I + dl) - 1) with det(I + dl) - 1 from the invariants of dl:
 /// no transcendental function, and full relative precision for small j. With r = rho/rho_0 - 1 = -j/(1 + j), (1 + r)^n - 1 comes from n - 1
@@ -19,20 +19,24 @@
 
 namespace mpm {
 
+/// The law; formulas above.
 class WeaklyCompressibleFluid {
  public:
+  /// Density, equation of state, viscosity, tearing.
   struct Parameters {
-    static constexpr std::string_view name = "weakly_compressible_fluid";
+    static constexpr std::string_view name = "weakly_compressible_fluid";  ///< value of [material] model
+    /// One line for the reference of keys.
     static constexpr std::string_view description =
         "Tait fluid p = K/n ((rho/rho_0)^n - 1) with Newtonian viscosity; tears where it would be pulled";
 
-    double density = 300.0;       ///< rho_0, kg/m^3
-    double bulk_modulus = 1.0e6;  ///< K = rho_0 c^2, Pa
-    int tait_exponent = 7;        ///< n
-    double viscosity = 0.0;       ///< eta, Pa s
-    bool carries_tension = false;
+    double density = 300.0;        ///< rho_0, kg/m^3
+    double bulk_modulus = 1.0e6;   ///< K = rho_0 c^2, Pa
+    int tait_exponent = 7;         ///< n
+    double viscosity = 0.0;        ///< eta, Pa s
+    bool carries_tension = false;  ///< whether p may be negative
     bool operator==(const Parameters&) const = default;
 
+    /// The keys (base/parameter.hpp).
     template <class Table>
     static void declare(Table& table) {
       declare_density(table, &Parameters::density);
@@ -61,12 +65,13 @@ class WeaklyCompressibleFluid {
   template <LaneNumber T>
   void update_stress(MaterialState<T>& state, const Matrix3<T>& dl, double dt) const;
 
+  /// J = 1 + j
   template <LaneNumber T>
   [[nodiscard]] T volume_ratio(const MaterialState<T>& state) const {
     return 1.0 + state.internal;
   }
-  [[nodiscard]] double density() const { return density_; }
-  [[nodiscard]] double initial_internal() const { return 0.0; }
+  [[nodiscard]] double density() const { return density_; }      ///< rho_0, kg/m^3
+  [[nodiscard]] double initial_internal() const { return 0.0; }  ///< j = 0
   [[nodiscard]] double viscosity() const { return viscosity_; }  ///< eta, Pa s
   /// sqrt(K/rho_0), m/s. In compression sound is faster, by (rho/rho_0)^((n - 1)/2).
   [[nodiscard]] double wave_speed() const { return std::sqrt(bulk_ / density_); }

@@ -20,16 +20,17 @@ enum class Source : std::uint8_t {
 
 /// One column of series.csv, or of profile.csv.
 struct Column {
+  /// To which time a value belongs.
   enum class Kind : std::uint8_t {
     instant,        ///< at the time of the row
     interval_mean,  ///< mean over the interval since the row before
   };
-  std::string quantity;  ///< "force"
-  char axis = '\0';      ///< 'x', 'y' or 'z': a component of a vector; 0: a scalar
-  std::string unit;      ///< "N m", "kg m/s"; empty: a pure number
-  std::string meaning;
-  Kind kind = Kind::instant;
-  bool mean = false;  ///< whether results.json has its mean over the steady interval
+  std::string quantity;       ///< "force"
+  char axis = '\0';           ///< 'x', 'y' or 'z': a component of a vector; 0: a scalar
+  std::string unit;           ///< "N m", "kg m/s"; empty: a pure number
+  std::string meaning;        ///< one line, for the documentation
+  Kind kind = Kind::instant;  ///< what the value of a row is
+  bool mean = false;          ///< whether results.json has its mean over the steady interval
 
   /// "force_x_n": quantity, axis, unit.
   [[nodiscard]] std::string name() const;
@@ -50,28 +51,30 @@ enum class Nature : std::uint8_t {
   execution,    ///< which case, which program, which machine, how long: not compared
 };
 
-/// NaN stands for what is unknown; results.json has null then.
+/// NaN: unknown; results.json has null then.
 using Value = std::variant<double, std::uint64_t, bool, std::string, std::array<double, 3>>;
 
 /// One entry of results.json.
 struct Result {
-  std::string name;  ///< its key, with the unit at its end
-  Value value;
-  std::string unit;
-  std::string meaning;
-  Nature nature = Nature::physics;
+  std::string name;                 ///< its key, with the unit at its end
+  Value value;                      ///< NaN, alone or in an array: unknown
+  std::string unit;                 ///< "N m"; empty: a pure number
+  std::string meaning;              ///< one line, for the documentation
+  Nature nature = Nature::physics;  ///< whether and how it is compared
 };
 
 /// The entries of results.json in their order.
 class Results {
  public:
+  /// Adds one entry at the end.
   void add(Result result) { entries_.push_back(std::move(result)); }
+  /// Adds entries at the end.
   void add(std::vector<Result> results);
-  [[nodiscard]] const std::vector<Result>& entries() const& { return entries_; }
-  [[nodiscard]] std::vector<Result> entries() && { return std::move(entries_); }
+  [[nodiscard]] const std::vector<Result>& entries() const& { return entries_; }  ///< in their order
+  [[nodiscard]] std::vector<Result> entries() && { return std::move(entries_); }  ///< moved out
   /// Null for an unknown name.
   [[nodiscard]] const Result* find(std::string_view name) const;
-  [[nodiscard]] bool has(std::string_view name) const { return find(name) != nullptr; }
+  [[nodiscard]] bool has(std::string_view name) const { return find(name) != nullptr; }  ///< whether there is an entry of this name
   /// A number; a yes as 1, a no as 0; NaN where it is unknown. @param component of a vector
   /// @throws Error for a name that the run does not have, or a text
   [[nodiscard]] double number(std::string_view name, std::size_t component = 0) const;

@@ -16,6 +16,7 @@ struct LayeredForce {
 /// @param force N, of layers at lowest, lowest + dx, ... @param lowest m over the floor. @param cell_size dx, m
 [[nodiscard]] LayeredForce force_by_height(std::span<const double> force, double lowest, double cell_size, const ImpactGeometry& geometry);
 
+/// Mean force by height, for profile.csv and profiles.h5; the force above the pressure height, and the height of the resultant.
 class ForceByHeight : public Observer {
  public:
   /// @param layered place of the obstacle in Scene::layered

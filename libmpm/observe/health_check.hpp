@@ -8,6 +8,7 @@
 
 namespace mpm {
 
+/// Gives no column; warns, or ends the run with UnstableError.
 class HealthCheck : public Observer {
  public:
   [[nodiscard]] std::string name() const override { return "health"; }

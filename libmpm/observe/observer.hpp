@@ -18,11 +18,11 @@ namespace mpm {
 
 /// How far a run has come, beside its state.
 struct RunProgress {
-  std::uint64_t samples = 0;         ///< rows of series.csv
-  std::uint64_t particle_steps = 0;  ///< sum over steps of the particles moved
-  std::uint64_t initial_particles = 0;
-  double wall_time = 0.0;  ///< s, of all stretches
-  double step_time = 0.0;  ///< s, of it in the solver
+  std::uint64_t samples = 0;            ///< rows of series.csv
+  std::uint64_t particle_steps = 0;     ///< sum over steps of the particles moved
+  std::uint64_t initial_particles = 0;  ///< at t = 0
+  double wall_time = 0.0;               ///< s, of all stretches
+  double step_time = 0.0;               ///< s, of it in the solver
 
   /// Million particle-steps per second of wall time; 0 at the start.
   [[nodiscard]] double speed() const { return wall_time > 0.0 ? 1e-6 * static_cast<double>(particle_steps) / wall_time : 0.0; }
@@ -30,9 +30,9 @@ struct RunProgress {
 
 /// A state at a sample.
 struct LiveState {
-  const State& state;
-  const Scene& scene;
-  Totals totals;  ///< of the computed part, without the images of mirror planes
+  const State& state;  ///< positions in grid coordinates: x + Scene::offset
+  const Scene& scene;  ///< of the same run
+  Totals totals;       ///< of the computed part, without the images of mirror planes
 };
 
 /// One sample.
@@ -44,7 +44,7 @@ struct Instant {
 
 /// What entries of results.json are made from, at the end of a run or of the frames.
 struct Summary {
-  const TimeSeries& series;
+  const TimeSeries& series;               ///< all samples
   Steady span = {};                       ///< the steady interval; none: steady is false
   const State* state = nullptr;           ///< at the end; null for frames, where observers of Source::run are not asked
   const RunProgress* progress = nullptr;  ///< likewise
@@ -59,7 +59,7 @@ struct Summary {
 
 /// A quantity over height.
 struct HeightProfile {
-  Column column;
+  Column column;                  ///< of profile.csv
   std::vector<double> mean;       ///< over the steady interval, one value a bin: a column of profile.csv
   std::vector<double> over_time;  ///< one value a bin for each sample, sample by sample: a dataset of profiles.h5; empty: none
 };
@@ -79,11 +79,11 @@ class Observer {
 
   /// A run starts, or goes on after load().
   virtual void begin(const State& /*state*/, const Scene& /*scene*/) {}
+  /// A step is done: the place to sum up what must not be sampled.
   virtual void after_step(const StepReport& /*report*/, const State& /*state*/) {}
   /// All particles, batch by batch.
   virtual void visit(const ParticleBatch& /*batch*/) {}
-  /// Fills its columns, NaN where a value is unknown, and starts its sums anew.
-  /// @param row as many numbers as columns()
+  /// Fills its row, one number for each of columns(), NaN where a value is unknown, and starts its sums anew.
   virtual void sample(const Instant& /*now*/, std::span<double> /*row*/) {}
   /// Asked after the row and the frame are written. @return warnings for the log. @throws UnstableError
   virtual std::vector<std::string> check(const Instant& /*now*/) { return {}; }
@@ -97,7 +97,7 @@ class Observer {
 
   /// What it keeps from sample to sample, beside its columns. Called at a sample, when no sums are under way.
   [[nodiscard]] virtual Arrays save() const { return {}; }
-  /// @param samples number of samples behind. @throws IoError for arrays that save() cannot have written then
+  /// Takes back what save() gave after so many samples. @throws IoError for arrays that it cannot have given then
   virtual void load(const Arrays& /*arrays*/, std::size_t /*samples*/) {}
 };
 

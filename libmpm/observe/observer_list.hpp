@@ -11,11 +11,15 @@
 
 namespace mpm {
 
+/// Hands states and frames to its observers and keeps their rows.
 class ObserverList {
  public:
+  /// Columns in the order of the observers. @throws Error if two columns have one name
   explicit ObserverList(std::vector<std::shared_ptr<Observer>> observers);
 
+  /// Once for each stretch of a run, before its first step.
   void begin(const State& state, const Scene& scene);
+  /// After every step.
   void after_step(const StepReport& report, const State& state);
 
   /// Measures a state and adds a row to the series. @return the row
@@ -26,12 +30,12 @@ class ObserverList {
   /// Warnings. @throws UnstableError
   std::vector<std::string> check(const Instant& now);
 
-  [[nodiscard]] const TimeSeries& series() const { return series_; }
+  [[nodiscard]] const TimeSeries& series() const { return series_; }  ///< all rows so far
   /// What observers know at the end of a run. @param state and progress: null if frames were measured
   [[nodiscard]] Summary summary(const State* state, const RunProgress* progress) const;
   /// The entries of results.json; of observers of Source::particles only if frames were measured.
   [[nodiscard]] Results results(const Summary& end) const;
-  [[nodiscard]] std::vector<HeightProfile> profiles(const Summary& end) const;
+  [[nodiscard]] std::vector<HeightProfile> profiles(const Summary& end) const;  ///< of all observers, in their order
 
   /// Arrays by "observer.array"; the series as "series.column".
   [[nodiscard]] Arrays save() const;

@@ -44,10 +44,15 @@ class ParticleBatch {
   explicit ParticleBatch(const Snapshot& frame) : density_(frame.info.reference_density), frame_(&frame.particles) {}
 
   /// m: corners of a box that holds the particles, for an observer that can skip it; infinite for a frame.
+  /// @{
   Vec3 low = Vec3::Constant(-std::numeric_limits<double>::infinity()), high = Vec3::Constant(std::numeric_limits<double>::infinity());
+  /// @}
 
-  [[nodiscard]] std::size_t size() const { return bin_ != nullptr ? static_cast<std::size_t>(bin_->count()) : frame_->size(); }
+  [[nodiscard]] std::size_t size() const {
+    return bin_ != nullptr ? static_cast<std::size_t>(bin_->count()) : frame_->size();
+  }  ///< number of particles
 
+  /// @param i  below size()
   [[nodiscard]] ParticleView operator[](std::size_t i) const {
     if (bin_ != nullptr) {
       const Particle& p = (*bin_)[static_cast<int>(i)];

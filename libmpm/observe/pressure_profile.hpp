@@ -18,8 +18,10 @@ struct FrontPressure {
   std::vector<double> pressure;  ///< Pa, one a bin: -sum tau_xx / sum J (Eq. A4); 0 in an empty bin
 };
 
+/// Profile, impact pressure, pressure height and compaction, at each sample and over the steady interval.
 class PressureProfile : public Observer {
  public:
+  /// @param geometry  where to measure; its bins are those of the profile
   explicit PressureProfile(const ImpactGeometry& geometry);
 
   [[nodiscard]] std::string name() const override { return "pressure_profile"; }

@@ -13,8 +13,10 @@ struct RunupHeights {
                          ///< how much avalanche is computed upstream (linear between order statistics)
 };
 
+/// Run-up at each sample, and its highest value.
 class Runup : public Observer {
  public:
+  /// @param geometry  where to measure
   explicit Runup(ImpactGeometry geometry) : geometry_(std::move(geometry)) {}
 
   [[nodiscard]] std::string name() const override { return "runup"; }

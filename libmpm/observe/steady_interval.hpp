@@ -10,6 +10,7 @@ namespace mpm {
 /// every column that asks for a mean. All means are over this one interval, so that they belong to one state of the flow.
 class SteadyInterval : public Observer {
  public:
+  /// @param flow  sets how long the first splash takes
   explicit SteadyInterval(const ImpactFlow& flow) : flow_(flow) {}
 
   [[nodiscard]] std::string name() const override { return "steady_interval"; }

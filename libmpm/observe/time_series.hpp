@@ -23,20 +23,20 @@ class TimeSeries {
   /// @param columns those after time_s. @throws Error if two have one name
   explicit TimeSeries(const std::vector<Column>& columns);
 
-  [[nodiscard]] const std::vector<Column>& columns() const { return columns_; }
-  [[nodiscard]] const std::vector<std::string>& names() const { return names_; }
-  [[nodiscard]] std::size_t size() const { return values_.front().size(); }
+  [[nodiscard]] const std::vector<Column>& columns() const { return columns_; }   ///< without time_s
+  [[nodiscard]] const std::vector<std::string>& names() const { return names_; }  ///< of all columns, time_s first
+  [[nodiscard]] std::size_t size() const { return values_.front().size(); }       ///< rows
 
   /// @param row one number a column
   void append(std::span<const double> row);
 
   /// The values of a column. @throws Error for a name that no column has
   [[nodiscard]] std::span<const double> operator[](std::string_view name) const;
-  [[nodiscard]] std::span<const double> time() const { return values_.front(); }
+  [[nodiscard]] std::span<const double> time() const { return values_.front(); }  ///< s
   /// All values, column by column.
   [[nodiscard]] const std::vector<std::vector<double>>& values() const { return values_; }
 
-  [[nodiscard]] Arrays save() const;
+  [[nodiscard]] Arrays save() const;  ///< one array a column, by its name
   /// @param rows number of rows that each column must have. @throws IoError if one has not; nothing is changed then
   void load(const Arrays& arrays, std::size_t rows);
 

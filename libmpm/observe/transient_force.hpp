@@ -24,6 +24,7 @@ struct ForcePeaks {
 [[nodiscard]] ForcePeaks force_peaks(std::span<const double> time, std::span<const double> force_x, std::span<const double> moment_y,
                                      const ImpactFlow& flow, double window);
 
+/// Gives no column: its entries of results.json follow from those of ContactForce.
 class TransientForce : public Observer {
  public:
   /// @param window s, of the moving mean

@@ -15,13 +15,15 @@ class ParameterReport;
 
 /// [[body]]: a lattice of particles.
 struct BodySpec {
-  enum class Shape : std::uint8_t { box, cylinder, sphere } shape = Shape::box;
+  /// What is inscribed in the box min to max.
+  enum class Shape : std::uint8_t { box, cylinder, sphere } shape = Shape::box;  ///< which of them
   Vec3 min = Vec3::Zero(), max = Vec3::Zero();  ///< bounding box, m; cylinder (axis z) and sphere are inscribed
   Vec3 velocity = Vec3::Zero();                 ///< m/s
   /// How layers of particles follow one another: on the same lines, or each shifted against the ones before it (fill_body).
   enum class Lattice : std::uint8_t { aligned, staggered } lattice = Lattice::aligned;
   bool operator==(const BodySpec&) const = default;
 
+  /// The keys of [[body]] (base/parameter.hpp).
   template <class Table>
   static void declare(Table& table) {
     table.add("shape", &BodySpec::shape, {"box", "cylinder", "sphere"})

@@ -34,17 +34,34 @@ constexpr const char* source_text = R"(# Orders and errors of the validation sui
 
 Written by `mpm-validate run --record`; nothing in this directory is edited by hand.
 
-- `data.csv`: a row a check. `level`, `case`, `quantity`, `label` (verification: exact solution or property; validation: experiment or the paper;
-  regression: our own past), `reference`, `result`, `error`, `order` (observed; empty where there is none), `tolerance`, `verdict`, `measure`
-  (relative: error and tolerance are fractions of the reference; absolute: in `unit`; at_most: `error` is how far the result lies above the
-  reference, in `unit`), `unit` of reference and result.
+- `data.csv`: a row a check. `level`, `case`, `quantity`, `label` (verification: exact solution or property;
+  validation: experiment or the paper; regression: our own past), `reference`, `result`, `error`, `order` (observed;
+  empty where there is none), `tolerance`, `verdict`, `measure` (relative: error and tolerance are shares of the
+  reference; absolute: in `unit`; at_most: `error` is how far the result lies above the reference, in `unit`),
+  `unit` of reference and result.
 - `runs.csv`: which program and machine made the rows of a case, and how long it took. Times belong to that machine.
 
 Where each reference comes from, and the reason for each tolerance: validation/cases/<case>/README.md.
 
-Last recording: level {level}, `{command}`, version {version}, commit {commit}, {compiler}, {build_type}, {instruction_set}, {machine},
-{threads} threads, {started}.
 )";
+
+constexpr const char* recording_text =
+    "Last recording: level {level}, `{command}`, version {version}, commit {commit}, {compiler}, {build_type}, "
+    "{instruction_set}, {machine}, {threads} threads, {started}.";
+
+/// A paragraph in lines of at most `width` characters.
+std::string wrapped(const std::string& text, std::size_t width) {
+  std::string lines;
+  std::size_t length = 0;
+  std::istringstream words(text);
+  for (std::string word; words >> word; length += word.size()) {
+    const bool fits = length + 1 + word.size() <= width;
+    if (!lines.empty()) lines += fits ? ' ' : '\n';
+    length = fits ? length + 1 : 0;
+    lines += word;
+  }
+  return lines + '\n';
+}
 
 /// Rows of the table of orders and errors by case; each row has the cells of `orders_columns`.
 std::map<std::string, std::vector<std::vector<std::string>>> order_rows(const std::vector<CaseResult>& results) {
@@ -118,11 +135,12 @@ void record_results(const std::filesystem::path& directory, const std::vector<Ca
   merge_csv(directory / "data.csv", with_first("level", orders_columns), orders);
   merge_csv(directory / "runs.csv", runs_columns, runs);
   const std::string command = std::regex_replace(info.command, std::regex(" --(out|junit)[ =][^ ]+"), "");  // folders of one machine
-  write_file(directory / "SOURCE.md",
-             fmt::format(source_text, fmt::arg("level", level), fmt::arg("command", command), fmt::arg("version", build.version),
-                         fmt::arg("commit", build.commit), fmt::arg("compiler", build.compiler), fmt::arg("build_type", build.build_type),
-                         fmt::arg("instruction_set", build.instruction_set), fmt::arg("machine", info.machine),
-                         fmt::arg("threads", info.threads), fmt::arg("started", info.started)));
+  const std::string recording =
+      fmt::format(recording_text, fmt::arg("level", level), fmt::arg("command", command), fmt::arg("version", build.version),
+                  fmt::arg("commit", build.commit), fmt::arg("compiler", build.compiler), fmt::arg("build_type", build.build_type),
+                  fmt::arg("instruction_set", build.instruction_set), fmt::arg("machine", info.machine), fmt::arg("threads", info.threads),
+                  fmt::arg("started", info.started));
+  write_file(directory / "SOURCE.md", source_text + wrapped(recording, 116));
 }
 
 std::vector<RecordedCase> recorded_cases(const std::filesystem::path& directory) {

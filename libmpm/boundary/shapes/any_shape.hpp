@@ -20,6 +20,7 @@ concept ObstacleShape = std::default_initializable<S> && std::equality_comparabl
   { shape.outline() } -> std::same_as<Outline>;
 };
 
+/// One shape of the list, with its parameters.
 using AnyShape = std::variant<BoxShape, CylinderShape, WedgeShape>;
 
 static_assert(ObstacleShape<BoxShape> && ObstacleShape<CylinderShape> && ObstacleShape<WedgeShape>);

@@ -10,14 +10,16 @@
 
 namespace mpm {
 
+/// Parameters of a box.
 struct BoxShape {
-  static constexpr std::string_view name = "box";
+  static constexpr std::string_view name = "box";  ///< value of [obstacle] shape
 
   double width = 1.75;    ///< w, m: across the flow
   double depth = 1.75;    ///< m: along the flow
   double rotation = 0.0;  ///< rad, counter-clockwise from above
   bool operator==(const BoxShape&) const = default;
 
+  /// Its keys (base/parameter.hpp).
   template <class Table>
   static void declare(Table& table) {
     table.add("width_m", &BoxShape::width).unit("m").positive(1e4).text("Width w across the flow");
@@ -29,6 +31,7 @@ struct BoxShape {
         .text("Turns the box about its vertical axis, counter-clockwise from above; unless it stays symmetric, with mirror_y = false");
   }
 
+  /// A rectangle.
   [[nodiscard]] Outline outline() const {
     const double c = std::cos(rotation), s = std::sin(rotation);
     const Vec2 along = 0.5 * depth * Vec2(c, s), across = 0.5 * width * Vec2(-s, c);

@@ -9,17 +9,20 @@
 
 namespace mpm {
 
+/// Parameters of a cylinder.
 struct CylinderShape {
-  static constexpr std::string_view name = "cylinder";
+  static constexpr std::string_view name = "cylinder";  ///< value of [obstacle] shape
 
   double width = 1.75;  ///< w, m: the diameter
   bool operator==(const CylinderShape&) const = default;
 
+  /// Its keys (base/parameter.hpp).
   template <class Table>
   static void declare(Table& table) {
     table.add("width_m", &CylinderShape::width).unit("m").positive(1e4).text("diameter");
   }
 
+  /// A regular polygon inscribed in the circle, with the radius of the circle.
   [[nodiscard]] Outline outline() const {
     constexpr int circle_sides = 256;  // the polygon is 7.5e-5 of the radius short of the circle
     const double r = 0.5 * width;

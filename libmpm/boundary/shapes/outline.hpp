@@ -7,7 +7,7 @@
 
 namespace mpm {
 
-using Vec2 = Eigen::Vector2d;
+using Vec2 = Eigen::Vector2d;  ///< x, y in plan, m
 
 struct Circle {
   Vec2 centre = Vec2::Zero();  ///< m

@@ -7,13 +7,15 @@
 
 namespace mpm {
 
+/// Parameters of a wedge.
 struct WedgeShape {
-  static constexpr std::string_view name = "wedge";
+  static constexpr std::string_view name = "wedge";  ///< value of [obstacle] shape
 
   double width = 1.75;  ///< w, m: of the base, across the flow
   double depth = 1.75;  ///< m: from edge to base
   bool operator==(const WedgeShape&) const = default;
 
+  /// Its keys (base/parameter.hpp).
   template <class Table>
   static void declare(Table& table) {
     table.add("width_m", &WedgeShape::width).unit("m").positive(1e4).text("width of the base");
@@ -23,6 +25,7 @@ struct WedgeShape {
         .text("from edge to base: half the angle of the edge is atan(width_m / (2 depth_m))");
   }
 
+  /// A triangle.
   [[nodiscard]] Outline outline() const { return {.corners = {Vec2::Zero(), Vec2(depth, -0.5 * width), Vec2(depth, 0.5 * width)}}; }
 };
 
