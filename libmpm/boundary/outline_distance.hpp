@@ -37,7 +37,9 @@ class OutlineDistance {
     }
     Nearest nearest{-std::numeric_limits<double>::infinity(), -Vec2::UnitX()};
     for (const Side& side : sides_) {
-      if (const double d = side.normal.dot(x) - side.offset; d > nearest.distance) nearest = {d, side.normal};
+      const double d = side.normal.dot(x) - side.offset, nearer = d - nearest.distance;
+      // of sides as near the one further upstream: the same on both sides of an outline that is symmetric about y = 0
+      if (nearer > as_near || (nearer > -as_near && side.normal.x() < nearest.normal.x())) nearest = {d, side.normal};
     }
     return nearest;
   }
@@ -49,6 +51,7 @@ class OutlineDistance {
   }
 
  private:
+  static constexpr double as_near = 1e-9;  // m: distances are sums of rounded numbers
   struct Side {
     Vec2 normal;
     double offset;
