@@ -82,6 +82,10 @@ class StencilBuilder {
   [[nodiscard]] bool computed(const Vec2& at) const {
     return (!mirror_[0] || at.x() > -rounding) && (!mirror_[1] || at.y() > -rounding);
   }
+  /// Where the computed part has what is at a place.
+  [[nodiscard]] Vec2 image(const Vec2& at) const {
+    return {mirror_[0] ? std::abs(at.x()) : at.x(), mirror_[1] ? std::abs(at.y()) : at.y()};
+  }
   int node(int x, int y) {
     const auto [place, made] = number_.try_emplace({x, y}, static_cast<int>(stencil.nodes.size()));
     if (made) stencil.nodes.push_back({{x, y}, (mirror_[0] && x == 0 ? 0.5 : 1.0) * (mirror_[1] && y == 0 ? 0.5 : 1.0)});
@@ -143,11 +147,20 @@ ContactStencil contact_stencil(const Outline& outline, double cell_size, bool mi
       }
     }
   }
+  // of a point behind a mirror plane the row of its image: where an edge is on the plane, that of the point before the edge itself
+  const auto row_or_image = [&](int point) {
+    if (const int row = row_of[static_cast<std::size_t>(point)]; row >= 0) return row;
+    const Vec2 image = builder.image(points[static_cast<std::size_t>(point)].at);
+    for (std::size_t p = 0; p < points.size(); ++p) {
+      if (row_of[p] >= 0 && (points[p].at - image).norm() < rounding) return row_of[p];
+    }
+    return -1;
+  };
   for (std::size_t p = 0; p < points.size(); ++p) {
     if (row_of[p] < 0 || points[p].inner < 0) continue;
     ContactRow& row = builder.stencil.rows[static_cast<std::size_t>(row_of[p])];
-    row.inner = row_of[static_cast<std::size_t>(points[p].inner)];
-    row.round = row_of[static_cast<std::size_t>(points[p].round)];
+    row.inner = row_or_image(points[p].inner);
+    row.round = row_or_image(points[p].round);
   }
 
   Vec2 low = outline.corners.front(), high = low;

@@ -22,22 +22,24 @@ namespace mpm {
 
 /// One condition on the velocities of a layer's nodes.
 struct ContactRow {
-  enum class Kind { surface, extension } kind = Kind::surface;
-  std::size_t first = 0, count = 0;  ///< its entries
-  Vec2 point = Vec2::Zero();         ///< m: on the surface, or the node that is extended to
-  /// End of a side of three points or more: the next row on the side, and the end of the side round the edge; -1: another row, or none.
-  int inner = -1, round = -1;
+  /// surface: no approach at a point, an impulse of one sign; extension: the normal velocity goes on linearly, an impulse of either sign.
+  enum class Kind { surface, extension } kind = Kind::surface;  ///< which of them
+  std::size_t first = 0, count = 0;                             ///< its entries
+  Vec2 point = Vec2::Zero();                                    ///< m: on the surface, or the node that is extended to
+  int inner = -1;       ///< of the end of a side of three points or more: the next row on the side; -1: another row, or none
+  int round = -1;       ///< likewise: the end of the side round the edge
   double copies = 1.0;  ///< 2 for a point on a mirror plane: it is its own image, and its impulse here is half of the whole
 };
 
 /// What one node takes part in a row with. Where a mirror plane maps two nodes onto one, the sum of both.
 struct ContactEntry {
-  int node = 0;
+  int node = 0;                 ///< number in ContactStencil::nodes
   Vec2 normal = Vec2::Zero();   ///< g n
   Vec2 tangent = Vec2::Zero();  ///< g t, t the horizontal tangent
   double vertical = 0.0;        ///< g
 };
 
+/// The conditions of one layer of nodes, and those nodes.
 struct ContactStencil {
   /// A node of the layer, in the frame of the grid.
   struct PlaneNode {
@@ -46,14 +48,14 @@ struct ContactStencil {
   };
   /// A node so deep inside that no row reaches it.
   struct Deep {
-    int node = 0;
-    Vec2 normal = Vec2::Zero();
+    int node = 0;                ///< number in ContactStencil::nodes
+    Vec2 normal = Vec2::Zero();  ///< outward, of the nearest side
   };
-  std::vector<PlaneNode> nodes;
-  std::vector<ContactRow> rows;
-  std::vector<ContactEntry> entries;
-  std::vector<Deep> deep;
-  std::vector<int> covered;  ///< nodes within the outline: columns that a top face holds
+  std::vector<PlaneNode> nodes;       ///< that rows, deep and covered name by their number
+  std::vector<ContactRow> rows;       ///< in the order in which a sweep solves them: those of the surface first
+  std::vector<ContactEntry> entries;  ///< of all rows, row by row
+  std::vector<Deep> deep;             ///< nodes that are held each for itself
+  std::vector<int> covered;           ///< nodes within the outline: columns that a top face holds
 };
 
 /// @param outline  m, in the frame of the grid. @param cell_size  m

@@ -13,6 +13,7 @@ namespace mpm {
 /// the corner: for what lies inside, or before one side.
 class OutlineDistance {
  public:
+  /// @param outline  m
   explicit OutlineDistance(const Outline& outline) : circle_(outline.circle) {
     const std::vector<Vec2>& corners = outline.corners;
     for (std::size_t i = 0; i < corners.size() && !circle_; ++i) {
@@ -22,11 +23,12 @@ class OutlineDistance {
     }
   }
 
+  /// What is nearest of the outline.
   struct Nearest {
     double distance;  ///< m
     Vec2 normal;      ///< outward, of the nearest side
   };
-  /// @param x  m
+  /// The distance at a place, and the normal there. @param x  m
   [[nodiscard]] Nearest at(const Vec2& x) const {
     if (circle_) {
       const Vec2 arm = x - circle_->centre;
@@ -35,17 +37,21 @@ class OutlineDistance {
     }
     Nearest nearest{-std::numeric_limits<double>::infinity(), -Vec2::UnitX()};
     for (const Side& side : sides_) {
-      if (const double d = side.normal.dot(x) - side.offset; d > nearest.distance) nearest = {d, side.normal};
+      const double d = side.normal.dot(x) - side.offset, nearer = d - nearest.distance;
+      // of sides as near the one further upstream: the same on both sides of an outline that is symmetric about y = 0
+      if (nearer > as_near || (nearer > -as_near && side.normal.x() < nearest.normal.x())) nearest = {d, side.normal};
     }
     return nearest;
   }
   /// Sides whose signed distance is above `distance`; 1 for a circle.
   [[nodiscard]] int sides_within(const Vec2& x, double distance) const {
     if (circle_) return 1;
-    return static_cast<int>(std::count_if(sides_.begin(), sides_.end(), [&](const Side& s) { return s.normal.dot(x) - s.offset > distance; }));
+    return static_cast<int>(
+        std::count_if(sides_.begin(), sides_.end(), [&](const Side& s) { return s.normal.dot(x) - s.offset > distance; }));
   }
 
  private:
+  static constexpr double as_near = 1e-9;  // m: distances are sums of rounded numbers
   struct Side {
     Vec2 normal;
     double offset;

@@ -9,23 +9,27 @@ namespace mpm {
 /// A solid at rest: separable contact with Coulomb friction on its sides and on its top; there is no bottom, it stands on the floor.
 class SurfaceSolid {
  public:
+  /// Planes at which only half of the domain is computed.
   struct Mirrored {
-    bool x = false, y = false;
+    bool x = false;  ///< plane x = 0
+    bool y = false;  ///< plane y = 0
   };
   /// @param top  m. @param reference  point about which the moment is taken, m
   /// @param cell_size  of the grid, m. @param mirrored  planes at which only half of the domain is computed
   SurfaceSolid(Outline outline, double top, double friction, const Vec3& reference, double cell_size, Mirrored mirrored);
 
-  [[nodiscard]] const ContactStencil& stencil() const { return stencil_; }
-  [[nodiscard]] double top() const { return top_; }
-  [[nodiscard]] double friction() const { return friction_; }
+  [[nodiscard]] const ContactStencil& stencil() const { return stencil_; }  ///< its conditions, of every layer of nodes
+  [[nodiscard]] double top() const { return top_; }                         ///< m
+  [[nodiscard]] double friction() const { return friction_; }               ///< mu
 
+  /// What every boundary offers (any_boundary.hpp). Places in m, velocities in m/s, time in s.
+  /// @{
   [[nodiscard]] Vec3 reference_point() const { return reference_; }
   [[nodiscard]] Vec3 surface_velocity(const Vec3&, double) const { return Vec3::Zero(); }
   [[nodiscard]] bool reaches(const Vec3& low, const Vec3& high, double time) const;
-  /// Whether a point is inside.
   [[nodiscard]] bool covers(const Vec3& x, double time) const;
   void translate(const Vec3& by);
+  /// @}
 
  private:
   Outline outline_;

@@ -125,16 +125,20 @@ Vec3 set_velocity(const Grid& grid, const NodeAt& at, const MirrorPlanes& mirror
 
 }  // namespace
 
-bool folds(const Wall& wall, std::span<const Boundary> boundaries, double cell_size, double time) {
+bool folds(const Wall& wall, std::span<const Boundary> boundaries, const MirrorPlanes& mirror, double cell_size, double time) {
   if (wall.rule != ContactRule::surface) return false;
   const std::optional<int> axis = axis_of(wall);
   if (!axis) return false;
+  const std::int32_t plane = plan_of(wall, *axis, cell_size, time).master;
+  if (((*axis == 0 && mirror.x) || (*axis == 1 && mirror.y)) && plane <= 0) return false;
   Vec3 master = wall.point;
-  master[*axis] = cell_size * plan_of(wall, *axis, cell_size, time).master;
+  master[*axis] = cell_size * plane;
   return std::ranges::none_of(boundaries, [&](const Boundary& other) {
     const Wall* parallel = std::get_if<Wall>(&other);
     if (const auto* moving = std::get_if<MovingWall>(&other)) parallel = &moving->plane;
-    return parallel != nullptr && parallel->normal.dot(wall.normal) < -0.5 && parallel->covers(master, time);
+    if (parallel == nullptr || parallel->normal.dot(wall.normal) > -0.5) return false;
+    // its own master is the first node half a cell before it: another one only where there is a cell between
+    return parallel->normal.dot(master) - parallel->offset(time) < (nearest + 1.0 - rounding) * cell_size;
   });
 }
 

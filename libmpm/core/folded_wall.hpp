@@ -28,7 +28,8 @@ Impulse apply_folded_wall(Grid& grid, const Wall& wall, const Boundary& boundary
 /// @param impulse  what it took is added to this
 void apply_folded_top(Grid& grid, const SurfaceSolid& solid, const MirrorPlanes& mirror, ContactImpulse& impulse);
 
-/// Whether a wall can be folded: its rule says so, it is normal to an axis, and no parallel wall holds the column's master.
-bool folds(const Wall& wall, std::span<const Boundary> boundaries, double cell_size, double time);
+/// Whether a wall can be folded: its rule says so, it is normal to an axis, and the column's master is neither held by a parallel wall
+/// nor the master of its column, too. The image of the wall beyond a mirror plane is such a wall.
+bool folds(const Wall& wall, std::span<const Boundary> boundaries, const MirrorPlanes& mirror, double cell_size, double time);
 
 }  // namespace mpm

@@ -165,7 +165,7 @@ class Boundaries {
     const Boundary& boundary = forces_.boundaries[b];
     const Wall* wall = plane_of(boundary);
     return !std::holds_alternative<SurfaceSolid>(boundary) &&
-           (wall == nullptr || !folds(*wall, forces_.boundaries, grid_.cell_size(), time_));
+           (wall == nullptr || !folds(*wall, forces_.boundaries, forces_.mirror, grid_.cell_size(), time_));
   }
   /// Place of a boundary among those whose impulses are booked by layer; behind the last for another.
   [[nodiscard]] std::size_t place_of(std::size_t b) const {

@@ -10,8 +10,8 @@ namespace mpm {
 
 /// What a solid took in one step, in all and by layer.
 struct ContactImpulse {
-  Impulse total;
-  LayerImpulses layers;
+  Impulse total;         ///< sum of the layers
+  LayerImpulses layers;  ///< by layer of nodes
 };
 
 /// Changes the velocities of nodes near a solid so that its conditions hold: six Gauss-Seidel sweeps over the rows of each layer, in

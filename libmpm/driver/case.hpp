@@ -92,7 +92,7 @@ struct NumericsSpec {
   Transfer transfer = Transfer::apic;
   double flip_ratio = 0.95;         ///< part of FLIP in the PIC/FLIP blend
   double relaxation_cells = 1.2;    ///< AFLIP: cells that the fastest wave passes while particles forget what the grid cannot carry
-  ContactRule contact = ContactRule::nodal;
+  ContactRule contact = ContactRule::nodal;  ///< where walls and obstacle act (boundary/contact.hpp)
   double cfl = 0.4;                 ///< dt <= cfl dx / (c_P + |v|max)
   double gravity = 9.81;            ///< m/s^2
   double slope = 0.0;               ///< rad; gravity = g (sin, 0, -cos)

@@ -20,7 +20,7 @@ struct BodySpec {
   Vec3 min = Vec3::Zero(), max = Vec3::Zero();  ///< bounding box, m; cylinder (axis z) and sphere are inscribed
   Vec3 velocity = Vec3::Zero();                 ///< m/s
   /// How layers of particles follow one another: on the same lines, or each shifted against the ones before it (fill_body).
-  enum class Lattice : std::uint8_t { aligned, staggered } lattice = Lattice::aligned;
+  enum class Lattice : std::uint8_t { aligned, staggered } lattice = Lattice::aligned;  ///< which of them
   bool operator==(const BodySpec&) const = default;
 
   /// The keys of [[body]] (base/parameter.hpp).

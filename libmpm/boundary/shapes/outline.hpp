@@ -9,6 +9,7 @@ namespace mpm {
 
 using Vec2 = Eigen::Vector2d;  ///< x, y in plan, m
 
+/// A circle in plan.
 struct Circle {
   Vec2 centre = Vec2::Zero();  ///< m
   double radius = 0.0;         ///< m
@@ -20,6 +21,7 @@ struct Outline {
   std::optional<Circle> circle = {};  ///< where it is one
   bool box = false;                   ///< a rectangle with sides along the axes, treated as the paper's box
 
+  /// Moves it in plan. @param by  m
   void translate(const Vec2& by) {
     for (Vec2& corner : corners) corner += by;
     if (circle) circle->centre += by;

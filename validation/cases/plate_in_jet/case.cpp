@@ -160,8 +160,7 @@ double tolerance(int cells) { return cells >= 24 ? 0.01 : cells >= 12 ? 0.02 : 0
 
 void check_force(CaseResult& result, const std::string& name, const Setting& s, const Measured& m) {
   result.check_relative(Label::verification, name + ": force over the exact one", m.force.mean, 1.0, "",
-                        tolerance(s.cells) + 2.0 * m.force.standard_error,
-                        "3 % at five to seven cells, 2 % from twelve, 1 % from twenty-four on; two standard errors of the time mean");
+                        tolerance(s.cells), "3 % at five to seven cells, 2 % from twelve, 1 % from twenty-four on");
 }
 
 void run(const CaseContext& context, CaseResult& result) {

@@ -1,0 +1,372 @@
+#include "libmpm/boundary/contact_stencil.hpp"
+
+#include <gtest/gtest.h>
+
+#include <array>
+#include <cmath>
+#include <map>
+#include <numbers>
+#include <random>
+#include <set>
+#include <string>
+#include <tuple>
+
+#include "libmpm/boundary/outline_distance.hpp"
+#include "libmpm/boundary/shapes/any_shape.hpp"
+
+namespace mpm {
+namespace {
+
+constexpr double dx = 0.25;
+using Kind = ContactRow::Kind;
+using Place = std::array<int, 2>;
+
+/// Outlines at several places on the grid.
+struct Named {
+  std::string name;
+  Outline outline;
+  bool symmetric;  ///< about y = 0
+};
+Outline moved(Outline outline, const Vec2& by) {
+  outline.translate(by);
+  return outline;
+}
+std::vector<Named> outlines() {
+  const double turn = std::numbers::pi / 6.0;
+  std::vector<Named> all = {{"BoxOnNodes", BoxShape{.width = 2.0, .depth = 1.0}.outline(), true},
+                            {"BoxBetweenNodes", BoxShape{.width = 1.75, .depth = 1.1}.outline(), true},
+                            {"ThinBox", BoxShape{.width = 0.3, .depth = 0.1}.outline(), true},
+                            {"TurnedBox", BoxShape{.width = 1.75, .depth = 1.5, .rotation = turn}.outline(), false},
+                            {"BoxOnItsCorner", BoxShape{.width = 1.5, .depth = 1.5, .rotation = std::numbers::pi / 4.0}.outline(), true},
+                            {"Wedge", WedgeShape{.width = 1.75, .depth = 1.75}.outline(), true},
+                            {"SharpWedge", WedgeShape{.width = 1.0, .depth = 2.0}.outline(), true},
+                            {"Cylinder", CylinderShape{.width = 1.75}.outline(), true},
+                            {"ThinCylinder", CylinderShape{.width = 0.3}.outline(), true}};
+  for (std::size_t i = 0, count = all.size(); i < count; ++i)
+    all.push_back({all[i].name + "Moved", moved(all[i].outline, dx * Vec2(0.3, -0.7)), false});
+  return all;
+}
+
+class Stencil : public ::testing::TestWithParam<Named> {
+ protected:
+  const Outline& outline = GetParam().outline;
+  const ContactStencil whole = contact_stencil(outline, dx, false, false);
+  const OutlineDistance distance{outline};
+};
+INSTANTIATE_TEST_SUITE_P(Outlines, Stencil, ::testing::ValuesIn(outlines()), [](const auto& test) { return test.param.name; });
+void PrintTo(const Named& n, std::ostream* out) { *out << n.name; }
+
+/// f(entry, its node) for the entries of a row.
+template <class F>
+void for_entries(const ContactStencil& stencil, const ContactRow& row, F&& f) {
+  for (std::size_t e = row.first; e < row.first + row.count; ++e) {
+    const ContactEntry& entry = stencil.entries[e];
+    f(entry, stencil.nodes[static_cast<std::size_t>(entry.node)]);
+  }
+}
+/// sum g_k v_k.n of a field of velocities.
+template <class F>
+double value_of(const ContactStencil& stencil, const ContactRow& row, F&& velocity) {
+  double sum = 0.0;
+  for_entries(stencil, row, [&](const ContactEntry& e, const auto& node) { sum += e.normal.dot(velocity(node.at)); });
+  return sum;
+}
+Vec2 normal_of(const ContactStencil& stencil, const ContactRow& row) {
+  Vec2 sum = Vec2::Zero();
+  for_entries(stencil, row, [&](const ContactEntry& e, const auto&) { sum += e.normal; });
+  return sum;
+}
+std::vector<std::size_t> rows_of(const ContactStencil& stencil, Kind kind) {
+  std::vector<std::size_t> rows;
+  for (std::size_t r = 0; r < stencil.rows.size(); ++r) {
+    if (stencil.rows[r].kind == kind) rows.push_back(r);
+  }
+  return rows;
+}
+std::array<long, 2> key(const Vec2& x) { return {std::lround(1e9 * x.x()), std::lround(1e9 * x.y())}; }  // in nanometres
+
+/// A linear field, and round-off for its sums: values up to 20 m/s, weights with an error of some 1e-16 times up to 10 cells.
+Vec2 linear(const Vec2& x) { return Vec2(1.0 + 3.0 * x.x() - 2.0 * x.y(), -2.0 + 0.5 * x.x() + 4.0 * x.y()); }
+constexpr double round_off = 1e-12;
+
+TEST_P(Stencil, OfASurfacePointGivesTheVelocityThere) {
+  const auto rows = rows_of(whole, Kind::surface);
+  ASSERT_FALSE(rows.empty());
+  for (const std::size_t r : rows) {
+    const ContactRow& row = whole.rows[r];
+    double weight = 0.0;
+    Vec2 normal = Vec2::Zero(), tangent = Vec2::Zero();
+    for_entries(whole, row, [&](const ContactEntry& e, const auto&) {
+      weight += e.vertical;
+      normal += e.normal;
+      tangent += e.tangent;
+      EXPECT_GT(e.vertical, 0.0);
+    });
+    EXPECT_NEAR(weight, 1.0, round_off);
+    EXPECT_NEAR(normal.norm(), 1.0, round_off);
+    EXPECT_LE((tangent - Vec2(-normal.y(), normal.x())).norm(), round_off);
+    const auto near = distance.at(row.point + 1e-6 * normal);
+    EXPECT_NEAR(distance.at(row.point).distance, 0.0, 1e-12) << "on the surface";
+    EXPECT_LE((near.normal - normal).norm(), 1e-6) << "its own normal";
+    EXPECT_NEAR(value_of(whole, row, [](const Place& at) { return linear(dx * Vec2(at[0], at[1])); }), normal.dot(linear(row.point)),
+                round_off);
+  }
+}
+
+TEST_P(Stencil, OfTheExtensionSeesNothingOfALinearField) {
+  const auto rows = rows_of(whole, Kind::extension);
+  for (const std::size_t r : rows) {
+    const ContactRow& row = whole.rows[r];
+    EXPECT_EQ(row.count, 3U);
+    const double depth = -distance.at(row.point).distance / dx;
+    EXPECT_GT(depth, 0.0) << "extends to nodes inside";
+    EXPECT_LE(depth, 2.6 + 1e-9);
+    double weight = 0.0, size = 0.0;
+    for_entries(whole, row, [&](const ContactEntry& e, const auto&) {
+      weight += e.vertical;
+      size += std::abs(e.vertical);
+    });
+    EXPECT_EQ(weight, 0.0);
+    EXPECT_EQ(size, 4.0);
+    EXPECT_NEAR(value_of(whole, row, [](const Place& at) { return linear(dx * Vec2(at[0], at[1])); }), 0.0, round_off);
+    const auto quadratic = [&](const Place& at) -> Vec2 {
+      return (dx * Vec2(at[0], at[1]) - row.point).squaredNorm() * distance.at(row.point).normal;
+    };
+    EXPECT_NEAR(value_of(whole, row, quadratic), 2.0 * dx * dx, round_off) << "0, -2 of one cell, 1 of two";
+  }
+  // a node half a cell from being as near to another side has no direction to extend along: thin outlines are full of them
+  if (GetParam().name.find("Thin") == std::string::npos && GetParam().name.find("Sharp") == std::string::npos) {
+    EXPECT_GT(rows.size(), 3U);
+  }
+}
+
+TEST_P(Stencil, HasItsPointsAboutACellApartAndInsideTheSides) {
+  std::vector<Vec2> points;
+  for (const std::size_t r : rows_of(whole, Kind::surface)) points.push_back(whole.rows[r].point);
+  if (outline.circle) {
+    const double around = 2.0 * std::numbers::pi * outline.circle->radius, count = static_cast<double>(points.size());
+    // an even number, at least four
+    if (around / dx > 4.0) {
+      EXPECT_NEAR(around / dx, count, 1.0);
+    }
+    for (std::size_t p = 0; p < points.size(); ++p) {
+      const double chord = (points[p] - points[(p + 1) % points.size()]).norm();
+      EXPECT_NEAR(chord, 2.0 * outline.circle->radius * std::sin(std::numbers::pi / count), 1e-12);
+    }
+    return;
+  }
+  std::size_t all = 0;
+  for (std::size_t s = 0; s < outline.corners.size(); ++s) {
+    const Vec2 from = outline.corners[s], along = outline.corners[(s + 1) % outline.corners.size()] - from;
+    std::set<double> shares;
+    for (const Vec2& point : points) {
+      const double t = (point - from).dot(along) / along.squaredNorm();
+      if (t > 0.0 && t < 1.0 && (point - from - t * along).norm() < 1e-9) shares.insert(t);
+    }
+    const auto count = static_cast<double>(shares.size());
+    ASSERT_FALSE(shares.empty());
+    EXPECT_TRUE(count == 1.0 || std::abs(along.norm() / dx - count) <= 0.5) << "of the whole numbers the nearest to the length in cells";
+    EXPECT_LT(along.norm() / dx, count + 0.5 + 1e-9);
+    double i = 0.5;
+    for (const double t : shares) EXPECT_NEAR(t, i++ / count, 1e-9);
+    all += shares.size();
+  }
+  EXPECT_EQ(all, points.size()) << "each on one side";
+}
+
+TEST_P(Stencil, ComparesTheEndsOfALongSideWithTheNextPointAndWithThatRoundTheEdge) {
+  std::map<std::array<long, 2>, std::vector<std::size_t>> by_normal;
+  for (const std::size_t r : rows_of(whole, Kind::surface)) by_normal[key(normal_of(whole, whole.rows[r]))].push_back(r);
+  std::size_t ends = 0;
+  for (const auto& [normal, side] : by_normal) {
+    for (const std::size_t r : side) {
+      const ContactRow& row = whole.rows[r];
+      if (side.size() < 3 || outline.circle) {
+        EXPECT_EQ(row.inner, -1);
+        continue;
+      }
+      if (row.inner < 0) continue;
+      ++ends;
+      const Vec2 inner = whole.rows[static_cast<std::size_t>(row.inner)].point,
+                 round = whole.rows[static_cast<std::size_t>(row.round)].point;
+      EXPECT_EQ(key(normal_of(whole, whole.rows[static_cast<std::size_t>(row.inner)])), normal) << "on the same side";
+      EXPECT_NE(key(normal_of(whole, whole.rows[static_cast<std::size_t>(row.round)])), normal) << "on another";
+      // no point of the side is nearer than the inner one, and the edge is half as far, on the other side of the point
+      const double gap = (inner - row.point).norm();
+      for (const std::size_t other : side) EXPECT_TRUE(other == r || (whole.rows[other].point - row.point).norm() > gap - 1e-9);
+      const Vec2 edge = row.point + 0.5 * (row.point - inner);
+      double from_corner = 1e9, round_from_corner = 1e9;
+      for (const Vec2& corner : outline.corners) {
+        from_corner = std::min(from_corner, (corner - edge).norm());
+        round_from_corner = std::min(round_from_corner, (round - edge).norm());
+      }
+      EXPECT_LE(from_corner, 1e-9);
+      EXPECT_LE(round_from_corner, 0.75 * dx + 1e-9) << "half a side of one point, at most 1.5 cells long";
+    }
+  }
+  std::size_t long_sides = 0;
+  for (const auto& [normal, side] : by_normal) long_sides += side.size() >= 3 && !outline.circle;
+  EXPECT_EQ(ends, 2 * long_sides);
+}
+
+TEST_P(Stencil, KnowsTheNodesInsideAndThoseBeyondTheReachOfItsPoints) {
+  std::set<Place> covered, deep;
+  for (const int n : whole.covered) EXPECT_TRUE(covered.insert(whole.nodes[static_cast<std::size_t>(n)].at).second);
+  for (const auto& d : whole.deep) {
+    EXPECT_TRUE(deep.insert(whole.nodes[static_cast<std::size_t>(d.node)].at).second);
+    EXPECT_NEAR(d.normal.norm(), 1.0, 1e-12);
+  }
+  std::set<Place> reached;
+  for (const std::size_t r : rows_of(whole, Kind::surface))
+    for_entries(whole, whole.rows[r], [&](const ContactEntry&, const auto& node) { reached.insert(node.at); });
+  for (int x = -20; x < 30; ++x) {
+    for (int y = -20; y < 20; ++y) {
+      const double depth = -distance.at(dx * Vec2(x, y)).distance / dx;
+      if (std::abs(depth) > 1e-6) {
+        EXPECT_EQ(covered.contains({x, y}), depth > 0.0);
+      }
+      if (depth > 2.6) {
+        EXPECT_TRUE(deep.contains({x, y})) << "nothing else holds it";
+      }
+      // a B-spline reaches 1.5 cells along each axis, of a slanting side up to sqrt(2) times as deep
+      if (depth > 1.5 * std::numbers::sqrt2 + 1e-6) {
+        EXPECT_FALSE(reached.contains({x, y}));
+      }
+      if (deep.contains({x, y})) EXPECT_GT(depth, 1.5);
+    }
+  }
+  for (const auto& node : whole.nodes) EXPECT_EQ(node.share, 1.0);
+  std::set<Place> nodes;
+  for (const auto& node : whole.nodes) EXPECT_TRUE(nodes.insert(node.at).second) << "each node once";
+}
+
+/// On planes of nodes a point has the weights 1/8, 3/4, 1/8 across the side, of two nodes along it a half each, and the row of nodes behind
+/// extends the other two: what a mirror image needs.
+TEST(Stencils, OfABoxOnPlanesOfNodesAreSymmetricAboutItsSides) {
+  const ContactStencil stencil = contact_stencil(BoxShape{.width = 2.0, .depth = 1.0}.outline(), dx, false, false);
+  EXPECT_EQ(rows_of(stencil, Kind::surface).size(), 2U * (8U + 4U));
+  EXPECT_EQ(stencil.covered.size(), 5U * 9U);
+  for (const std::size_t r : rows_of(stencil, Kind::surface)) {
+    const ContactRow& row = stencil.rows[r];
+    const Vec2 normal = normal_of(stencil, row), at = row.point / dx;
+    EXPECT_EQ(row.count, 6U);
+    for_entries(stencil, row, [&](const ContactEntry& e, const auto& node) {
+      const Vec2 arm = Vec2(node.at[0], node.at[1]) - at;
+      const double across = arm.dot(normal), along = arm.dot(Vec2(-normal.y(), normal.x()));
+      EXPECT_NEAR(std::abs(along), 0.5, 1e-12);
+      EXPECT_NEAR(e.vertical, std::abs(across) > 0.5 ? 0.0625 : 0.375, 1e-12);
+    });
+  }
+  std::set<Place> extended;
+  for (const std::size_t r : rows_of(stencil, Kind::extension)) {
+    const Vec2 at = stencil.rows[r].point / dx;
+    extended.insert({static_cast<int>(std::lround(at.x())), static_cast<int>(std::lround(at.y()))});
+  }
+  for (int y = -2; y <= 2; ++y) EXPECT_TRUE(extended.contains({1, y}) && extended.contains({3, y})) << y;  // front and back
+}
+
+/// Every row has its image among the rows, with the images of its entries.
+TEST_P(Stencil, OfASymmetricOutlineIsSymmetric) {
+  if (!GetParam().symmetric) GTEST_SKIP() << "not symmetric";
+  const auto name = [&](const ContactRow& row, double sign) { return std::tuple(row.kind, key({row.point.x(), sign * row.point.y()})); };
+  std::map<std::tuple<Kind, std::array<long, 2>>, std::map<Place, ContactEntry>> rows;
+  for (const ContactRow& row : whole.rows) {
+    auto [entries, made] = rows.try_emplace(name(row, 1.0));
+    EXPECT_TRUE(made);
+    for_entries(whole, row, [&](const ContactEntry& e, const auto& node) { entries->second[node.at] = e; });
+  }
+  for (const ContactRow& row : whole.rows) {
+    const auto image = rows.find(name(row, -1.0));
+    ASSERT_NE(image, rows.end()) << row.point.transpose() << " of kind " << static_cast<int>(row.kind);
+    EXPECT_EQ(image->second.size(), row.count);
+    for_entries(whole, row, [&](const ContactEntry& e, const auto& node) {
+      const auto other = image->second.find({node.at[0], -node.at[1]});
+      ASSERT_NE(other, image->second.end());
+      EXPECT_NEAR(other->second.vertical, e.vertical, 1e-12);
+      EXPECT_NEAR(other->second.normal.x(), e.normal.x(), 1e-12);
+      EXPECT_NEAR(other->second.normal.y(), -e.normal.y(), 1e-12);
+      EXPECT_NEAR(other->second.tangent.x(), -e.tangent.x(), 1e-12);
+      EXPECT_NEAR(other->second.tangent.y(), e.tangent.y(), 1e-12);
+    });
+  }
+}
+
+TEST_P(Stencil, HoldsDeepNodesSymmetrically) {
+  if (!GetParam().symmetric) GTEST_SKIP() << "not symmetric";
+  std::map<Place, Vec2> deep;
+  for (const auto& d : whole.deep) deep[whole.nodes[static_cast<std::size_t>(d.node)].at] = d.normal;
+  for (const auto& [at, normal] : deep) {
+    ASSERT_TRUE(deep.contains({at[0], -at[1]}));
+    if (at[1] == 0) continue;  // there the velocity across is zero
+    EXPECT_LE((deep.at({at[0], -at[1]}) - Vec2(normal.x(), -normal.y())).norm(), 1e-12) << at[0] << ", " << at[1];
+  }
+}
+
+/// Half of a symmetric outline, with what is behind the mirror plane replaced by its image, against the whole: the same rows give the same
+/// values of a symmetric field, and their impulses the same changes of velocity.
+TEST_P(Stencil, AtAMirrorPlaneIsTheFoldedStencilOfTheWhole) {
+  if (!GetParam().symmetric) GTEST_SKIP() << "not symmetric";
+  const ContactStencil half = contact_stencil(outline, dx, false, true);
+  const auto field = [](const Place& at) {
+    std::minstd_rand random(static_cast<unsigned>(1000 * (at[0] + 100) + std::abs(at[1]) + 1));
+    random.discard(10);
+    std::uniform_real_distribution<double> unit(-1.0, 1.0);
+    const double x = unit(random), y = unit(random);
+    return Vec2(x, at[1] < 0 ? -y : at[1] == 0 ? 0.0 : y);
+  };
+  const auto impulse = [](const Vec2& point) { return std::sin(7.0 * point.x()) + std::cos(5.0 * std::abs(point.y())); };  // of a row
+  std::map<std::tuple<Kind, std::array<long, 2>>, const ContactRow*> rows;
+  std::map<Place, Vec2> given, given_along;  // N s, by all rows
+  std::size_t computed = 0;
+  for (const ContactRow& row : whole.rows) {
+    rows[{row.kind, key(row.point)}] = &row;
+    computed += row.point.y() > -1e-9;
+    // the image of a tangent points the other way: its impulse is the opposite, and zero on the plane
+    const double side = std::abs(row.point.y()) < 1e-9 ? 0.0 : row.point.y() > 0.0 ? 1.0 : -1.0;
+    for_entries(whole, row, [&](const ContactEntry& e, const auto& node) {
+      given.try_emplace(node.at, Vec2::Zero()).first->second += impulse(row.point) * e.normal;
+      given_along.try_emplace(node.at, Vec2::Zero()).first->second += side * impulse(row.point) * e.tangent;
+    });
+  }
+  EXPECT_EQ(half.rows.size(), computed);
+  std::map<Place, Vec2> given_to_half, given_to_half_along;
+  for (const ContactRow& row : half.rows) {
+    const auto found = rows.find({row.kind, key(row.point)});
+    ASSERT_NE(found, rows.end()) << row.point.transpose();
+    EXPECT_NEAR(value_of(half, row, field), value_of(whole, *found->second, field), round_off) << row.point.transpose();
+    const bool on_plane = std::abs(row.point.y()) < 1e-9;
+    EXPECT_EQ(row.copies, on_plane ? 2.0 : 1.0);
+    for_entries(half, row, [&](const ContactEntry& e, const auto& node) {
+      const double factor = impulse(row.point) / (row.copies * node.share);
+      given_to_half.try_emplace(node.at, Vec2::Zero()).first->second += factor * e.normal;
+      given_to_half_along.try_emplace(node.at, Vec2::Zero()).first->second += (on_plane ? 0.0 : factor) * e.tangent;
+    });
+  }
+  for (const auto& node : half.nodes) {
+    EXPECT_GE(node.at[1], 0);
+    EXPECT_EQ(node.share, node.at[1] == 0 ? 0.5 : 1.0);
+  }
+  for (const auto& [at, p] : given) {
+    if (at[1] < 0) continue;
+    const auto found = given_to_half.find(at);
+    const Vec2 q = found == given_to_half.end() ? Vec2::Zero() : found->second;
+    const auto along = given_to_half_along.find(at);
+    const Vec2 t = along == given_to_half_along.end() ? Vec2::Zero() : along->second;
+    EXPECT_LE((p - q).norm(), round_off) << at[0] << ", " << at[1];
+    EXPECT_LE((given_along.at(at) - t).norm(), round_off) << at[0] << ", " << at[1];
+  }
+}
+
+TEST(Stencils, LeaveRowsBehindMirrorPlanesOutAlongBothAxes) {
+  Outline box = BoxShape{.width = 2.0, .depth = 2.0}.outline();
+  box.translate({-1.0, 0.0});  // symmetric about both
+  const ContactStencil whole = contact_stencil(box, dx, false, false), quarter = contact_stencil(box, dx, true, true);
+  EXPECT_EQ(4U * rows_of(quarter, Kind::surface).size(), rows_of(whole, Kind::surface).size());  // no point on a plane: eight on a side
+  for (const auto& node : quarter.nodes) {
+    EXPECT_TRUE(node.at[0] >= 0 && node.at[1] >= 0);
+    EXPECT_EQ(node.share, (node.at[0] == 0 ? 0.5 : 1.0) * (node.at[1] == 0 ? 0.5 : 1.0));
+  }
+}
+
+}  // namespace
+}  // namespace mpm
