@@ -30,7 +30,7 @@ std::vector<Point> points(const CaseContext& context) {
   const double slow = context.choose(0.4375, 0.35, 0.25), fast = context.choose(0.35, 0.25, 0.25);
   const Point loose[] = {{0.3, 0.4, 0.0, creeping, slow}, {1.0, 0.4, 0.0, 7.0, fast}, {5.0, 0.4, 0.0, 7.0, fast}};
   const Point sticky[] = {{0.3, 0.8, 0.3, creeping, slow}, {1.0, 0.8, 0.3, 7.0, fast}, {5.0, 0.8, 0.3, 7.0, fast}};
-  if (context.level() == Level::quick) return {sticky[0], {1.0, 0.4, 0.0, 6.0, fast}, {5.0, 0.8, 0.3, 6.0, fast}};
+  if (context.level() == Level::quick) return {sticky[0], {1.0, 0.4, 0.0, 6.0, fast}, {5.0, 0.8, 0.3, 6.6, fast}};
   return {loose[0], sticky[0], loose[1], sticky[1], loose[2], sticky[2]};
 }
 
@@ -130,7 +130,7 @@ Plot heights_over_froude(const std::vector<ImpactRun>& runs, bool pressure) {
 
 /// A frictionless mast takes momentum by pressure alone: the pressure measured before its face must then be the force.
 void pressure_against_force(const CaseContext& context, CaseResult& result) {
-  Case c = case_of(context, {3.0, 0.4, 0.0, context.choose(4.0, 5.0, 5.0), context.choose(0.35, 0.25, 0.25)});
+  Case c = case_of(context, {3.0, 0.4, 0.0, context.choose(4.4, 5.0, 5.0), context.choose(0.35, 0.25, 0.25)});
   c.obstacle->friction = 0.0;
   c.conveyor->width = narrow * c.obstacle->width();
   c.conveyor->downstream_length = 2.8;
