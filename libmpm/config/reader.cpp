@@ -122,7 +122,7 @@ class Reader {
       remedy = "did you mean " + (inner != nullptr ? inner->bracketed() : meant) + "?";
     }
     findings_.add(at, fmt::format("{}unknown {} {}; {}", path.empty() ? "" : fmt::format("[{}] ", path), is_table ? "table" : "key",
-                                  is_table ? "[" + one_line(name) + "]" : one_line(name), remedy));
+                                  is_table ? fmt::format("[{}]", one_line(name)) : one_line(name), remedy));
     return meant;
   }
 
