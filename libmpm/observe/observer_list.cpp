@@ -27,7 +27,7 @@ void visit_all(std::span<const std::shared_ptr<Observer>> observers, const State
 }
 
 /// Arrays under "owner.name".
-void store(Arrays& all, const std::string& owner, Arrays own) {
+void store(Arrays& all, const std::string& owner, Arrays&& own) {
   for (auto& [name, values] : own) all[owner + "." + name] = std::move(values);
 }
 Arrays stored(const Arrays& all, const std::string& owner) {
