@@ -1,4 +1,5 @@
 # cmake --install: library, headers and CMake package; the command mpm; scripts, Python package and examples under share/mpm.
+# cmake --install --component core: the layer mpm::core alone, which a build needs the target mpm_core for and no other.
 include(GNUInstallDirs)
 include(CMakePackageConfigHelpers)
 
@@ -6,10 +7,11 @@ include(CMakePackageConfigHelpers)
 get_property(layers GLOBAL PROPERTY MPM_LAYERS)
 foreach(layer IN LISTS layers)
   string(REPLACE mpm_ "" component ${layer})
-  install(TARGETS ${layer} EXPORT mpm-${component}-targets ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR} INCLUDES DESTINATION ${CMAKE_INSTALL_INCLUDEDIR})
+  install(TARGETS ${layer} EXPORT mpm-${component}-targets ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR} COMPONENT ${component}
+          INCLUDES DESTINATION ${CMAKE_INSTALL_INCLUDEDIR})
   get_property(rooms GLOBAL PROPERTY MPM_ROOMS_${component})
   foreach(room IN LISTS rooms)
-    install(DIRECTORY libmpm/${room} DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/libmpm FILES_MATCHING PATTERN "*.hpp")
+    install(DIRECTORY libmpm/${room} DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/libmpm COMPONENT ${component} FILES_MATCHING PATTERN "*.hpp")
   endforeach()
 endforeach()
 if(TARGET mpm-app) # mpm-validate stays here: its cases and references are part of the sources
@@ -21,8 +23,8 @@ install(FILES LICENSE README.md DESTINATION ${CMAKE_INSTALL_DATADIR}/doc/mpm)
 set(package_dir ${CMAKE_INSTALL_LIBDIR}/cmake/mpm)
 configure_package_config_file(cmake/mpm-config.cmake.in ${PROJECT_BINARY_DIR}/mpm-config.cmake INSTALL_DESTINATION ${package_dir})
 write_basic_package_version_file(${PROJECT_BINARY_DIR}/mpm-config-version.cmake COMPATIBILITY SameMinorVersion)
-install(FILES ${PROJECT_BINARY_DIR}/mpm-config.cmake ${PROJECT_BINARY_DIR}/mpm-config-version.cmake DESTINATION ${package_dir})
+install(FILES ${PROJECT_BINARY_DIR}/mpm-config.cmake ${PROJECT_BINARY_DIR}/mpm-config-version.cmake DESTINATION ${package_dir} COMPONENT core)
 foreach(layer IN LISTS layers)
   string(REPLACE mpm_ "" component ${layer})
-  install(EXPORT mpm-${component}-targets NAMESPACE mpm:: DESTINATION ${package_dir})
+  install(EXPORT mpm-${component}-targets NAMESPACE mpm:: DESTINATION ${package_dir} COMPONENT ${component})
 endforeach()

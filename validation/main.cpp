@@ -14,12 +14,16 @@
 #include <cstdio>
 #include <cstring>
 #include <functional>
+#include <future>
 #include <map>
+#include <mutex>
+#include <numeric>
 #include <optional>
 
 #include "libmpm/base/error.hpp"
 #include "libmpm/driver/threads.hpp"
 #include "libmpm/io/atomic_file.hpp"
+#include "libmpm/io/hdf5.hpp"
 #include "validation/harness/junit.hpp"
 #include "validation/harness/orders.hpp"
 #include "validation/harness/report.hpp"
@@ -99,7 +103,33 @@ CaseResult without_result(const CaseEntry& entry, std::string fault) {
   return result;
 }
 
-/// Runs the cases one after the other. What is known is written before and after each, so that a crash loses nothing of the others.
+/// Calls `work` on `count` threads; the first exception is thrown after the last has ended.
+void in_threads(int count, const std::function<void()>& work) {
+  std::vector<std::future<void>> all;
+  for (int i = 1; i < count; ++i) all.push_back(std::async(std::launch::async, work));
+  work();
+  for (std::future<void>& one : all) one.get();
+}
+
+/// How many cases run at a time. Those of level quick have grids so small that two threads are little faster than one, or slower: there
+/// as many cases run as there are threads. From level standard on a case has all threads, and the memory, to itself.
+int cases_at_a_time(std::size_t cases, const Options& options, int threads) {
+  if (options.level != Level::quick || !hdf5::usable_by_threads()) return 1;
+  return std::min(static_cast<int>(cases), threads);
+}
+
+/// Numbers of the cases, the longest first (as recorded at level standard), so that none is left over at the end.
+std::vector<std::size_t> longest_first(const std::vector<CaseEntry>& entries) {
+  const std::vector<RecordedCase> recorded = recorded_cases(MPM_RECORDED_ORDERS);
+  std::map<std::string, double> time;
+  for (const RecordedCase& r : recorded) time[r.name] = std::max(time[r.name], r.wall_time_s);
+  std::vector<std::size_t> order(entries.size());
+  std::iota(order.begin(), order.end(), 0);
+  std::stable_sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) { return time[entries[a].name] > time[entries[b].name]; });
+  return order;
+}
+
+/// Runs the cases. What is known is written before and after each, so that a crash loses nothing of the others.
 int run_cases(const std::vector<CaseEntry>& entries, const Options& options, const std::string& command) {
   if (options.threads > 0) omp_set_num_threads(options.threads);
   RunInfo info;
@@ -111,19 +141,37 @@ int run_cases(const std::vector<CaseEntry>& entries, const Options& options, con
   const auto start = std::chrono::steady_clock::now();
   std::vector<CaseResult> results;
   for (const CaseEntry& entry : entries) results.push_back(without_result(entry, "not run: the program stopped before"));
-  for (std::size_t i = 0; i < entries.size(); ++i) {
-    const CaseEntry& entry = entries[i];
-    fmt::print(stderr, "{}: {}\n", entry.name, entry.title);
-    results[i].fault = "crashed: the program stopped while this case ran";
-    write_results(options.out, results, info);
-    const auto directory = options.out / "cases" / entry.name;
-    make_directory(directory);
-    const CaseContext context(options.level, info.threads, directory, entry.directory,
-                              [](const std::string& line) { fmt::print(stderr, "  {}\n", line); });
-    results[i] = run_case_entry(entry, context);
-    fmt::print(stderr, "  {} in {:.1f} s\n", results[i].passed() ? "ok" : "FAILED", results[i].wall_time_s);
-    info.wall_time_s = seconds_since(start);
-  }
+
+  const int at_a_time = cases_at_a_time(entries.size(), options, info.threads);
+  std::vector<std::size_t> order(entries.size());
+  std::iota(order.begin(), order.end(), 0);
+  if (at_a_time > 1) order = longest_first(entries);
+  std::mutex mutex;  // of what follows, of `results` and of `info`
+  std::size_t started = 0;
+  const auto run_next_cases = [&] {
+    omp_set_num_threads(info.threads / at_a_time);  // of this thread
+    std::unique_lock lock(mutex);
+    while (started < order.size()) {
+      const std::size_t i = order[started++];
+      const CaseEntry& entry = entries[i];
+      fmt::print(stderr, "{}: {}\n", entry.name, entry.title);
+      results[i].fault = "crashed: the program stopped while this case ran";
+      write_results(options.out, results, info);
+      const auto directory = options.out / "cases" / entry.name;
+      make_directory(directory);
+      const std::string label = at_a_time > 1 ? entry.name + ": " : "";
+      const CaseContext context(options.level, info.threads / at_a_time, directory, entry.directory,
+                                [&](const std::string& line) { fmt::print(stderr, "  {}{}\n", label, line); });
+      lock.unlock();
+      CaseResult result = run_case_entry(entry, context);
+      lock.lock();
+      results[i] = std::move(result);
+      fmt::print(stderr, "  {}{} in {:.1f} s\n", label, results[i].passed() ? "ok" : "FAILED", results[i].wall_time_s);
+      info.wall_time_s = seconds_since(start);
+    }
+  };
+  in_threads(at_a_time, run_next_cases);
+
   write_results(options.out, results, info);
   if (!options.junit.empty()) write_file(options.junit, junit_xml(results, info));
   if (!options.record.empty()) record_results(options.record, results, info);
@@ -172,7 +220,7 @@ int main(int argc, char** argv) {
   CLI::App* list = app.add_subcommand("list", "names the cases");
   CLI::App* run = app.add_subcommand("run", "runs the cases; exit code 0 only if every check holds, 1 otherwise");
   const std::map<std::string, Level> levels{{"quick", Level::quick}, {"standard", Level::standard}, {"full", Level::full}};
-  run->add_option("--level", options.level, "quick (5 minutes on 2 cores), standard (30 minutes) or full (hours)")
+  run->add_option("--level", options.level, "quick (2:30 minutes on 2 cores), standard (30 minutes) or full (hours)")
       ->transform(CLI::CheckedTransformer(levels))
       ->default_str("quick");
   run->add_option("--case", options.cases, "only this case; may be given again");

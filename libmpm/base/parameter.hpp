@@ -322,9 +322,11 @@ class ParameterTable {
   /// A parameter with its own way to its value. @param get  nothing where it is left out
   Parameter<Owner>& add(std::string name, ParameterType type, std::function<std::optional<ParameterValue>(const Owner&)> get,
                         std::function<void(Owner&, const ParameterValue&)> set) {
+    ParameterInfo info;
+    info.name = std::move(name);
+    info.type = type;
     Parameter<Owner>& p = all_.emplace_back();
-    p.info.name = std::move(name);
-    p.info.type = type;
+    p.info = std::move(info);
     p.get = std::move(get);
     p.set = std::move(set);
     return p;

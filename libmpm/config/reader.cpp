@@ -114,7 +114,7 @@ class Reader {
         }
       }
     }
-    const std::string meant = elsewhere.empty() ? nearest_word(name, candidates) : "";
+    std::string meant = elsewhere.empty() ? nearest_word(name, candidates) : "";
     std::string remedy = "see `mpm schema` for what there is";
     if (!elsewhere.empty()) remedy = "it belongs in " + elsewhere;
     if (!meant.empty()) {

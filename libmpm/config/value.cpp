@@ -84,7 +84,7 @@ std::optional<Value> typed(KeyType type, const toml::node& node, std::string& pr
     case KeyType::choice: return as_value(node.value_exact<std::string>());
     case KeyType::number: return as_value(number(node, problem));
     case KeyType::integer: {
-      const auto whole = as_value(node.value_exact<std::int64_t>());
+      auto whole = as_value(node.value_exact<std::int64_t>());
       if (const auto word = node.value_exact<std::string>()) problem = number_word_problem(*word);
       return whole;
     }
@@ -100,7 +100,7 @@ std::optional<Value> typed(KeyType type, const toml::node& node, std::string& pr
 
 std::optional<Value> to_value(const KeyInfo& key, const toml::node& node, std::string& problem) {
   problem.clear();
-  const std::optional<Value> value = typed(key.type, node, problem);
+  std::optional<Value> value = typed(key.type, node, problem);
   if (!value) {
     if (problem.empty()) problem = "is " + kind_of(node);
     return std::nullopt;

@@ -96,6 +96,33 @@ bool fold_column(std::array<ColumnNode, column_nodes>& column, const ColumnPlan&
   return true;
 }
 
+/// The column behind a master, its velocities relative to a surface. @returns whether any material is behind the master
+bool collect_column(Grid& grid, const ColumnPlan& plan, std::int32_t block, int number, const Vec3& surface,
+                    std::array<ColumnNode, column_nodes>& column) {
+  bool behind = false;
+  for (int k = 0; k < column_nodes; ++k) {
+    ColumnNode& c = column[static_cast<std::size_t>(k)];
+    c.at = node_at(grid, block, number, plan.axis, plan.inward * k);
+    c.mass = 0.0;
+    c.before = c.velocity = Vec3::Zero();
+    if (c.at.node == nullptr || (*c.at.node)[3] <= 0.0) continue;
+    c.mass = (*c.at.node)[3];
+    c.before = Vec3((*c.at.node)[0], (*c.at.node)[1], (*c.at.node)[2]) - surface;
+    behind |= k > 0;
+  }
+  return behind;
+}
+
+/// Sets a node's velocity. @returns the momentum that it gave, of the computed part
+Vec3 set_velocity(const Grid& grid, const NodeAt& at, const MirrorPlanes& mirror, const Vec3& after) {
+  const Index3& block = grid.block(at.block).coordinate;
+  Node& node = *at.node;
+  const double mass = (is_cut(mirror, block) ? computed_share(mirror, block, at.number) : 1.0) * node[3];
+  const Vec3 given = mass * (Vec3(node[0], node[1], node[2]) - after);
+  node = Node{after.x(), after.y(), after.z(), node[3]};
+  return given;
+}
+
 }  // namespace
 
 bool folds(const Wall& wall, std::span<const Boundary> boundaries, const MirrorPlanes& mirror, double cell_size, double time) {
@@ -134,15 +161,10 @@ Impulse apply_folded_wall(Grid& grid, const Wall& wall, const Boundary& boundary
     if (std::max(from, to) < 0) continue;
     Impulse& sum = taken[i];
     const auto write = [&](const NodeAt& at, const Vec3& surface, const Vec3& velocity) {
-      const Index3& c = grid.block(at.block).coordinate;
-      Node& node = *at.node;
-      const Vec3 after = surface + velocity;
-      const double mass = (is_cut(mirror, c) ? computed_share(mirror, c, at.number) : 1.0) * node[3];
-      const Vec3 given = mass * (Vec3(node[0], node[1], node[2]) - after);
+      const Vec3 given = set_velocity(grid, at, mirror, surface + velocity);
       sum.linear += given;
       sum.work -= given.dot(surface);
-      sum.angular += (node_position(c, at.number, dx) - wall.point).cross(given);
-      node = Node{after.x(), after.y(), after.z(), node[3]};
+      sum.angular += (node_position(grid.block(at.block).coordinate, at.number, dx) - wall.point).cross(given);
     };
     for (int n = 0; n < block_nodes; ++n) {
       const std::int32_t inward = plan.inward * (first + n / stride % block_edge - plan.master);
@@ -158,17 +180,7 @@ Impulse apply_folded_wall(Grid& grid, const Wall& wall, const Boundary& boundary
         continue;
       }
       std::array<ColumnNode, column_nodes> column;
-      double behind = 0.0;
-      for (int k = 0; k < column_nodes; ++k) {
-        ColumnNode& c = column[static_cast<std::size_t>(k)];
-        c.at = node_at(grid, all[i], n, axis, plan.inward * k);
-        c.before = c.velocity = Vec3::Zero();
-        if (c.at.node == nullptr || (*c.at.node)[3] <= 0.0) continue;
-        c.mass = (*c.at.node)[3];
-        c.before = Vec3((*c.at.node)[0], (*c.at.node)[1], (*c.at.node)[2]) - surface;
-        if (k > 0) behind += c.mass;
-      }
-      if (behind <= 0.0 || !fold_column(column, plan, wall)) continue;
+      if (!collect_column(grid, plan, all[i], n, surface, column) || !fold_column(column, plan, wall)) continue;
       for (const ColumnNode& c : column) {
         if (c.mass > 0.0) write(c.at, surface, c.velocity);
       }
@@ -177,6 +189,29 @@ Impulse apply_folded_wall(Grid& grid, const Wall& wall, const Boundary& boundary
   Impulse total;
   for (const Impulse& t : taken) total += t;
   return total;
+}
+
+void apply_folded_top(Grid& grid, const SurfaceSolid& solid, const MirrorPlanes& mirror, ContactImpulse& impulse) {
+  const double dx = grid.cell_size();
+  const Wall top{Vec3(0.0, 0.0, solid.top()), Vec3::UnitZ(), Contact::separable, solid.friction(), Vec3::Zero(), false, ContactRule::surface};
+  const ColumnPlan plan = plan_of(top, 2, dx, 0.0);
+  for (const int covered : solid.stencil().covered) {
+    const std::array<int, 2> at = solid.stencil().nodes[static_cast<std::size_t>(covered)].at;
+    const std::int32_t block = grid.find({at[0] >> 2, at[1] >> 2, plan.master >> 2});
+    if (block == no_block) continue;
+    const int number = (at[0] & 3) + block_edge * ((at[1] & 3) + block_edge * (plan.master & 3));
+    std::array<ColumnNode, column_nodes> column;
+    if (!collect_column(grid, plan, block, number, Vec3::Zero(), column) || !fold_column(column, plan, top)) continue;
+    for (int k = 0; k < column_nodes; ++k) {
+      const ColumnNode& c = column[static_cast<std::size_t>(k)];
+      if (c.mass <= 0.0) continue;
+      const Vec3 given = set_velocity(grid, c.at, mirror, c.velocity);
+      impulse.total.linear += given;
+      impulse.total.angular += (dx * Vec3(at[0], at[1], plan.master - k) - solid.reference_point()).cross(given);
+      const std::int32_t layer = plan.master - k - impulse.layers.first;
+      if (layer >= 0 && layer < std::ssize(impulse.layers.layer)) impulse.layers.layer[static_cast<std::size_t>(layer)] += given;
+    }
+  }
 }
 
 }  // namespace mpm

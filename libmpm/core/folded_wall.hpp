@@ -7,6 +7,7 @@
 #include "libmpm/boundary/impulse.hpp"
 #include "libmpm/core/grid.hpp"
 #include "libmpm/core/mirror.hpp"
+#include "libmpm/core/surface_contact.hpp"
 
 namespace mpm {
 
@@ -22,6 +23,10 @@ namespace mpm {
 /// @param wall  the plane of `boundary`, which gives the velocity of its surface
 /// @returns what the wall took
 Impulse apply_folded_wall(Grid& grid, const Wall& wall, const Boundary& boundary, const MirrorPlanes& mirror, double time);
+
+/// Lets the top of a solid act, as a separable wall folds, on the columns of nodes that stand on it.
+/// @param impulse  what it took is added to this
+void apply_folded_top(Grid& grid, const SurfaceSolid& solid, const MirrorPlanes& mirror, ContactImpulse& impulse);
 
 /// Whether a wall can be folded: its rule says so, it is normal to an axis, and the column's master is neither held by a parallel wall
 /// nor the master of its column, too. The image of the wall beyond a mirror plane is such a wall.

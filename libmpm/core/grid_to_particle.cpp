@@ -81,8 +81,7 @@ constexpr double to_integer_bits = 6755399441055744.0;  // 1.5 * 2^52
 
 }  // namespace
 
-BlockMotion grid_to_particle(Grid& grid, std::int32_t index, const TransferOptions& options, std::int32_t next_index,
-                             std::vector<Node>* spin) {
+BlockMotion grid_to_particle(Grid& grid, std::int32_t index, const TransferOptions& options, std::int32_t next_index) {
   Block& block = grid.block(index);
   ParticleBin& bin = block.particles;
   const double inverse_dx = grid.inverse_cell_size();
@@ -90,7 +89,6 @@ BlockMotion grid_to_particle(Grid& grid, std::int32_t index, const TransferOptio
   const bool keeps = options.kept > 0.0;
   const PairHalo halo(grid, index, false);
   const std::optional<PairHalo> old_halo = keeps ? std::optional<PairHalo>(std::in_place, grid, index, true) : std::nullopt;
-  if (spin != nullptr) spin->resize(static_cast<std::size_t>(bin.count()));
 
   const Lanes dt = lanes_xyz * options.dt;
   const Lanes affine_scale = Lanes{} + 4.0 * inverse_dx;
@@ -128,23 +126,7 @@ BlockMotion grid_to_particle(Grid& grid, std::int32_t index, const TransferOptio
         const Lanes f = m.f, xv = load_pair(a.position, m.b->position);
         const Lanes old_velocity = load_pair(a.velocity, m.b->velocity);  // lane 3: the identity number
         Lanes v = g.v;
-        if (keeps) {
-          const Gathered old = gather_pair(old_halo->node + first_node, wx, wy, wz, prefetch);
-          v += options.kept * (old_velocity - old.v);
-          if (spin != nullptr) {
-            // a_ij = dv_j/dx_i of what the grid does not carry: rows are the columns of C
-            const Lanes ax = load_pair(a.affine, m.b->affine) - affine_scale * (old.x - spread<0>(f) * old.v);
-            const Lanes ay = load_pair(a.affine + 3, m.b->affine + 3) - affine_scale * (old.y - spread<1>(f) * old.v);
-            const Lanes az = load_pair(a.affine + 6, m.b->affine + 6) - affine_scale * (old.z - spread<2>(f) * old.v);
-            // {a_yz, a_xz, a_xy} and {a_zy, a_zx, a_yx}
-            const Lanes yz_xz = __builtin_shufflevector(ay, ax, 2, 10, 9, 0, 6, 14, 13, 0);
-            const Lanes zy_zx = __builtin_shufflevector(az, az, 1, 0, 0, 0, 5, 4, 4, 0);
-            const Lanes yx = __builtin_shufflevector(zy_zx, ay, 0, 1, 8, 3, 4, 5, 12, 7);
-            const Lanes w = 0.5 * options.kept * (yz_xz - yx);
-            (*spin)[static_cast<std::size_t>(m.slot_a)] = lower_half(w);
-            if (m.pair) (*spin)[static_cast<std::size_t>(m.slot_b)] = upper_half(w);
-          }
-        }
+        if (keeps) v += options.kept * (old_velocity - gather_pair(old_halo->node + first_node, wx, wy, wz, prefetch).v);
         const Lanes cx = affine_scale * (g.x - spread<0>(f) * g.v);
         const Lanes cy = affine_scale * (g.y - spread<1>(f) * g.v);
         const Lanes cz = affine_scale * (g.z - spread<2>(f) * g.v);
@@ -174,20 +156,6 @@ BlockMotion grid_to_particle(Grid& grid, std::int32_t index, const TransferOptio
   motion.max_speed_squared = max(max_speed_squared[0], max_speed_squared[4]);
   motion.within_reach = reach == 0;
   return motion;
-}
-
-void add_spin(Grid& grid, std::int32_t block, const std::vector<Node>& spin) {
-  ParticleBin& bin = grid.block(block).particles;
-  for (int s = 0; s < bin.count(); ++s) {
-    const Node& w = spin[static_cast<std::size_t>(s)];
-    double* const c = bin[s].affine;  // c[3 i + j] = a_ij
-    c[3 + 2] += w[0];
-    c[6 + 1] -= w[0];
-    c[2] += w[1];
-    c[6] -= w[1];
-    c[1] += w[2];
-    c[3] -= w[2];
-  }
 }
 
 void collect_migrants(Grid& grid, std::int32_t index, BlockMotion& motion) {

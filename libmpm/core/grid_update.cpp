@@ -140,6 +140,7 @@ class Boundaries {
     const Boundary& boundary = forces_.boundaries[b];
     if (const auto* solid = std::get_if<SurfaceSolid>(&boundary)) {
       ContactImpulse impulse = apply_surface_contact(grid_, *solid);
+      apply_folded_top(grid_, *solid, forces_.mirror, impulse);
       update_.impulses[b] = impulse.total;
       if (const std::size_t place = place_of(b); place < forces_.layered.size()) update_.layers[place] = std::move(impulse.layers);
     } else {

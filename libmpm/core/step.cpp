@@ -127,16 +127,13 @@ FluxTotals move_particles(State& state, const Scene& scene, const TransferOption
   bool out_of_memory = false;
   double gather_time = 0.0, stress_time = 0.0, sort_time = 0.0, loop_time = 0.0;
   PhaseTimer loop_timer(times);
-  const bool spins = options.affine && options.kept > 0.0;
-  std::vector<Node> spin;  // of one block; each thread has its own
-#pragma omp parallel for schedule(dynamic, blocks_at_a_time) reduction(+ : gather_time, stress_time, sort_time) firstprivate(spin)
+#pragma omp parallel for schedule(dynamic, blocks_at_a_time) reduction(+ : gather_time, stress_time, sort_time)
   for (std::size_t i = 0; i < blocks.size(); ++i) {
     try {
       PhaseTimer timer(times);
-      motion[i] = grid_to_particle(grid, blocks[i], options, moved_next(blocks, i), spins ? &spin : nullptr);
+      motion[i] = grid_to_particle(grid, blocks[i], options, moved_next(blocks, i));
       timer.add_to(gather_time);
       motion[i].finite = update_stress(grid, blocks[i], scene.material, options.dt);
-      if (spins) add_spin(grid, blocks[i], spin);
       timer.add_to(stress_time);
       if (!motion[i].finite || !motion[i].within_reach) continue;
       left[i] = remove_outside(grid, blocks[i], scene);

@@ -226,7 +226,7 @@ ContactImpulse apply_surface_contact(Grid& grid, const SurfaceSolid& solid) {
     highest = std::max(highest, c[2]);
   }
   if (highest < lowest) return {};
-  const std::int32_t first_group = lowest >> 1, groups = (highest >> 1) - first_group + 1;
+  const std::int32_t first_group = lowest >> 1, groups = (highest >> 1) - first_group + 1;  // their layers are all that material touches
   const std::int32_t first_layer = group_layers * first_group;
   std::vector<Vec3> linear(static_cast<std::size_t>(group_layers * groups), Vec3::Zero()), angular = linear;
   LayerGroup group;

@@ -65,37 +65,24 @@ class Handle {
   herr_t (*close_)(hid_t);
 };
 
-template <Element T>
-hid_t native_type() {
-  if constexpr (std::same_as<T, double>)
-    return H5T_NATIVE_DOUBLE;
-  else if constexpr (std::same_as<T, float>)
-    return H5T_NATIVE_FLOAT;
-  else if constexpr (std::same_as<T, std::uint64_t>)
-    return H5T_NATIVE_UINT64;
-  else if constexpr (std::same_as<T, std::int64_t>)
-    return H5T_NATIVE_INT64;
-  else if constexpr (std::same_as<T, std::int32_t>)
-    return H5T_NATIVE_INT32;
-  else
-    return H5T_NATIVE_UINT8;
-}
+struct ElementType {
+  hid_t native, stored;  ///< in memory; in the file: little-endian whatever the machine
+};
 
-/// Type in the file: little-endian whatever the machine.
 template <Element T>
-hid_t file_type() {
+ElementType element_type() {
   if constexpr (std::same_as<T, double>)
-    return H5T_IEEE_F64LE;
+    return {H5T_NATIVE_DOUBLE, H5T_IEEE_F64LE};
   else if constexpr (std::same_as<T, float>)
-    return H5T_IEEE_F32LE;
+    return {H5T_NATIVE_FLOAT, H5T_IEEE_F32LE};
   else if constexpr (std::same_as<T, std::uint64_t>)
-    return H5T_STD_U64LE;
+    return {H5T_NATIVE_UINT64, H5T_STD_U64LE};
   else if constexpr (std::same_as<T, std::int64_t>)
-    return H5T_STD_I64LE;
+    return {H5T_NATIVE_INT64, H5T_STD_I64LE};
   else if constexpr (std::same_as<T, std::int32_t>)
-    return H5T_STD_I32LE;
+    return {H5T_NATIVE_INT32, H5T_STD_I32LE};
   else
-    return H5T_STD_U8LE;
+    return {H5T_NATIVE_UINT8, H5T_STD_U8LE};
 }
 
 std::string describe(const Shape& shape) {
@@ -116,10 +103,6 @@ Handle text_type() {
   return type;
 }
 
-}  // namespace
-
-namespace {
-
 /// What the library allocates besides the arrays: increments of the file in memory, and its own tables.
 constexpr std::size_t library_memory = std::size_t{16} << 20;
 
@@ -131,6 +114,11 @@ void require_memory(std::size_t bytes) {
 }
 
 }  // namespace
+
+bool usable_by_threads() {
+  hbool_t safe = 0;
+  return H5is_library_threadsafe(&safe) >= 0 && safe != 0;
+}
 
 struct Writer::File {
   hid_t id = -1;
@@ -185,10 +173,11 @@ void Writer::dataset(const std::string& name, std::span<const T> values, const S
   const Handle space(H5Screate_simple(static_cast<int>(extents.size()), extents.data(), nullptr), H5Sclose);
   const Handle creation(H5Pcreate(H5P_DATASET_CREATE), H5Pclose);
   H5Pset_obj_track_times(creation, false);  // equal content, equal bytes
-  const Handle set(H5Dcreate2(file_->id, name.c_str(), file_type<T>(), space, H5P_DEFAULT, creation, H5P_DEFAULT), H5Dclose);
+  const Handle set(H5Dcreate2(file_->id, name.c_str(), element_type<T>().stored, space, H5P_DEFAULT, creation, H5P_DEFAULT), H5Dclose);
   file_->require(set >= 0, fmt::format("dataset '{}'", name));
   if (count > 0) {
-    file_->require(H5Dwrite(set, native_type<T>(), H5S_ALL, H5S_ALL, H5P_DEFAULT, values.data()) >= 0, fmt::format("dataset '{}'", name));
+    file_->require(H5Dwrite(set, element_type<T>().native, H5S_ALL, H5S_ALL, H5P_DEFAULT, values.data()) >= 0,
+                   fmt::format("dataset '{}'", name));
   }
 }
 
@@ -341,7 +330,7 @@ std::vector<T> Reader::dataset(const std::string& name, const Shape& expected) c
   if (!fits) file_->fail(fmt::format("dataset '{}' has shape {}, {} was expected", name, describe(shape), describe(expected)));
 
   const Handle type(H5Dget_type(set), H5Tclose);
-  const hid_t wanted = native_type<T>();
+  const hid_t wanted = element_type<T>().native;
   const H5T_class_t kind = H5Tget_class(type);
   const std::size_t width = H5Tget_size(type);
   const bool same_sign = kind != H5T_INTEGER || H5Tget_sign(type) == H5Tget_sign(wanted);

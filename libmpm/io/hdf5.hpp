@@ -32,6 +32,9 @@ template <class T>
 concept Element = std::same_as<T, double> || std::same_as<T, float> || std::same_as<T, std::uint64_t> || std::same_as<T, std::int64_t> ||
     std::same_as<T, std::int32_t> || std::same_as<T, std::uint8_t>;
 
+/// Whether several threads may use files at once: the HDF5 library is a build for threads, as Debian's is.
+[[nodiscard]] bool usable_by_threads();
+
 /// Builds a file in memory; save() writes it.
 class Writer {
  public:

@@ -7,6 +7,8 @@
 #include <fstream>
 #include <new>
 #include <random>
+#include <string>
+#include <thread>
 
 #include "libmpm/io/atomic_file.hpp"
 #include "support/io_error.hpp"
@@ -107,6 +109,24 @@ TEST(Hdf5, EqualContentGivesEqualBytes) {
   write_sample(dir / "a.h5");
   write_sample(dir / "b.h5");
   EXPECT_EQ(read_file(dir / "a.h5"), read_file(dir / "b.h5"));
+}
+
+TEST(Hdf5, ThreadsWriteAndReadAtOnceWhereTheLibraryIsBuiltForIt) {
+  if (!usable_by_threads()) GTEST_SKIP() << "this HDF5 library is for one thread only";
+  const TemporaryDirectory dir;
+  write_sample(dir / "alone.h5");
+  const auto work = [&](const std::string& name) {
+    for (int i = 0; i < 50; ++i) {
+      write_sample(dir / name);
+      EXPECT_EQ(Reader(dir / name).real("time_s"), 0.1);
+      EXPECT_NE(io_error_of([&] { (void)Reader(dir / name).real("none"); }).find("no attribute 'none'"), std::string::npos);
+    }
+  };
+  std::thread other(work, "a.h5");
+  work("b.h5");
+  other.join();
+  EXPECT_EQ(read_file(dir / "a.h5"), read_file(dir / "alone.h5"));
+  EXPECT_EQ(read_file(dir / "b.h5"), read_file(dir / "alone.h5"));
 }
 
 TEST(Hdf5, WrongRequestsAreErrorsThatNameTheFileAndTheItem) {

@@ -9,7 +9,7 @@ namespace mpm::validation {
 
 std::optional<double> time_budget(Level level) {
   switch (level) {
-    case Level::quick: return 300.0;
+    case Level::quick: return 150.0;
     case Level::standard: return 1800.0;
     case Level::full: return std::nullopt;
   }

@@ -73,9 +73,9 @@ std::string case_table(const std::vector<CaseResult>& results, const RunInfo& in
   }
   std::string text = aligned(rows, std::vector<bool>(rows.size(), true));
   const std::optional<double> budget = time_budget(info.level);
-  text += budget ? fmt::format("time: {:.0f} s with {} threads; level {} may take {:.0f} s on two idle cores\n", total, info.threads,
-                               to_string(info.level), *budget)
-                 : fmt::format("time: {:.0f} s with {} threads\n", total, info.threads);
+  text += budget ? fmt::format("time: {:.0f} s with {} threads; level {} may take {:.0f} s on two idle cores\n", info.wall_time_s,
+                               info.threads, to_string(info.level), *budget)
+                 : fmt::format("time: {:.0f} s with {} threads\n", info.wall_time_s, info.threads);
   if (!failing.empty()) text += fmt::format("failing cases: {}\n", failing);
   const Count c = count_checks(results);
   return text + fmt::format("{} passed, {} failed\n", c.passed, c.failed);

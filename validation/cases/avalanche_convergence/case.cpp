@@ -74,7 +74,7 @@ class Runs {
  public:
   Runs(const CaseContext& context, CaseResult& result)
       : context_(context), result_(result), base_(read_case(context.case_directory() / "case.toml")) {
-    base_.output.duration = context.choose(5.0, base_.output.duration, 8.0);
+    base_.output.duration = context.choose(4.4, base_.output.duration, 8.0);
     base_.output.frames_per_second = 0.0;
   }
 

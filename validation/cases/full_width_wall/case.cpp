@@ -209,7 +209,7 @@ void run(const CaseContext& context, CaseResult& result) {
   const auto low = study(
       {"Fr 0.3", "fr03", 0.3, 12.0, context.choose<std::vector<int>>({4, 6, 8}, {4, 6, 8, 12}, {4, 6, 8, 12, 16}), 0.005, undular}, false);
   const auto middle =
-      study({"Fr 1", "fr1", 1.0, 8.0, context.choose<std::vector<int>>({4, 6}, {4, 6, 8, 12}, {4, 6, 8, 12, 16}), 0.025, rolling}, false);
+      study({"Fr 1", "fr1", 1.0, 8.0, context.choose<std::vector<int>>({4}, {4, 6, 8, 12}, {4, 6, 8, 12, 16}), 0.025, rolling}, false);
   study({"Fr 1, snow with M = 0", "fr1-snow", 1.0, 8.0, context.choose<std::vector<int>>({4}, {6}, {4, 6, 8}), 0.025, rolling}, true);
   study({"Fr 3", "fr3", 3.0, context.choose(6.0, 6.0, 12.0), context.choose<std::vector<int>>({4}, {4, 6}, {4, 6, 8}), 0.2,
          "20 % for the splash: it falls back from above the bore, and leaves ∫ρu²dz of 20 to 45 % of the thrust behind it"},
@@ -232,7 +232,7 @@ void run(const CaseContext& context, CaseResult& result) {
   };
   result.check_order(Label::verification, "Fr 0.3: order of the depth behind the bore", convergence("fr03-order", "Fr 0.3", 0.3, low), 0.5,
                      1.5, "first order at the floor; half an order for the waves, which change with the grid");
-  convergence("fr1-order", "Fr 1", 1.0, middle);
+  if (middle.first.size() > 1) convergence("fr1-order", "Fr 1", 1.0, middle);
   result.notes.push_back(fmt::format("{:.2g} particle-steps in all.", particle_steps));
 }
 

@@ -1,4 +1,5 @@
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <Eigen/Dense>
 #include <algorithm>
@@ -115,8 +116,9 @@ struct Rest {
 };
 
 /// Ramps gravity over the first half of the time and damps the velocity at twice the first frequency of the column.
-Rest settle(const CaseContext& context, const Column& column, int cells, int per_axis = 2) {
+Rest settle(const CaseContext& context, const Column& column, int cells, int per_axis = 2, ContactRule contact = ContactRule::nodal) {
   Case c = read_case(context.case_directory() / "case.toml");
+  c.numerics.contact = contact;
   const double dx = height / cells, side = dx / per_axis;
   c.material = column.material;
   c.numerics.cell_size = dx;
@@ -439,6 +441,28 @@ void particle_sweep(const CaseContext& context, CaseResult& result, const Column
                           true});
 }
 
+/// The same column on a floor that acts at its surface.
+void floor_at_its_surface(const CaseContext& context, CaseResult& result, const Column& column, const std::vector<int>& grids,
+                          std::size_t& work) {
+  std::vector<double> size, settlement, wall;
+  for (const int cells : grids) {
+    const Rest rest = settle(context, column, cells, 2, ContactRule::surface);
+    work += rest.particle_steps;
+    const auto top = static_cast<std::size_t>(std::ranges::max_element(rest.z) - rest.z.begin());
+    const Profile means = cell_means(rest);
+    size.push_back(rest.cell);
+    settlement.push_back(std::abs(rest.displacement[top] / column.displacement(rest.z[top]) - 1.0));
+    wall.push_back(std::abs(means.stress[0] / -Column::load(means.z[0]) - 1.0));
+  }
+  const std::string word = column.word + ", floor at its surface";
+  const double order = fitted_order(size, settlement);
+  result.check_absolute(Label::verification, word + ": settlement, finest grid, relative error", settlement.back(), 0.0, "", 1e-3, "0.1 %")
+      .observed_order = order;
+  result.check_absolute(Label::verification, word + ": stress of the cell at the floor, relative error", wall.back(), 0.0, "", 0.01, "1 %");
+  result.notes.push_back(fmt::format("{}: relative error of the settlement {}, of the stress in the cell at the floor {} ({} cells).", word,
+                                     listed(settlement, "{:.1e}"), listed(wall, "{:.1e}"), fmt::join(grids, ", ")));
+}
+
 void run(const CaseContext& context, CaseResult& result) {
   const auto fine = context.choose<std::vector<int>>({7, 14, 28, 56}, {7, 14, 28, 56, 112}, {7, 14, 28, 56, 112, 224});
   const auto coarse = context.choose<std::vector<int>>({7, 14, 28}, {7, 14, 28, 56}, {7, 14, 28, 56, 112});
@@ -451,6 +475,8 @@ void run(const CaseContext& context, CaseResult& result) {
   study(context, result, elastic_column("M = 0, E = 20 kPa", "fluid-large", 2e4, true), coarse, work);
   study(context, result, yielding_column(), coarse, work);
   particle_sweep(context, result, soft, work);
+  floor_at_its_surface(context, result, elastic_column("elastic", "elastic", 1e6, false), {7, 14, 28, 56}, work);
+  floor_at_its_surface(context, result, elastic_column("M = 0", "fluid", 1e6, true), {7, 14, 28, 56}, work);
   result.notes.push_back(fmt::format(
       "{:.1f} million particle-steps; one particle across, so that blocks are nearly empty and a step costs what its blocks cost.",
       1e-6 * static_cast<double>(work)));

@@ -99,6 +99,8 @@ struct Settings {
   bool quasi_1d = false;        ///< displacement along x only, one particle across
   bool half_step_start = true;  ///< velocities start from v(-dt/2); false: from v(0)
   double offset = 0.0;          ///< of the cube against the grid, in cells
+  ContactRule contact = ContactRule::nodal;
+  Transfer transfer = Transfer::apic;
 };
 
 struct Errors {
@@ -158,8 +160,10 @@ class Surroundings {
 Errors simulate(const CaseContext& context, const Settings& s) {
   Case c = read_case(context.case_directory() / "case.toml");
   const double dx = 1.0 / s.cells, side = s.quasi_1d ? dx / s.per_axis : 1.0;
-  const Vec3 shift(s.offset * dx, 0.0, 0.0);
+  const Vec3 shift = s.offset * dx * Vec3(1.0, s.quasi_1d ? 0.0 : 1.0, s.quasi_1d ? 0.0 : 1.0);
   c.numerics.cell_size = dx;
+  c.numerics.contact = s.contact;
+  c.numerics.transfer = s.transfer;
   c.numerics.particles_per_cell = s.per_axis * s.per_axis * s.per_axis;
   c.bodies.at(0).max = Vec3(1.0, side, side);
   for (WallSpec& wall : c.walls) {
@@ -279,7 +283,7 @@ double smoothing(double dx, int components) { return std::sqrt(components) * std
 /// The cube: the order of the scheme, and what slip walls make of it.
 void cube(const CaseContext& context, CaseResult& result, std::size_t& work) {
   const Sweep open =
-      sweep(context, {}, context.choose<std::vector<int>>({8, 12, 16, 20}, {8, 12, 16, 24, 32}, {8, 12, 16, 24, 32, 48}), work);
+      sweep(context, {}, context.choose<std::vector<int>>({8, 12, 16}, {8, 12, 16, 24, 32}, {8, 12, 16, 24, 32, 48}), work);
   context.log("cube in its periodic surroundings, 8 particles per cell");
   const double order = fitted_order(open.cell, open.displacement);
   result
@@ -304,7 +308,7 @@ void cube(const CaseContext& context, CaseResult& result, std::size_t& work) {
     context.log("cube in its periodic surroundings, 27 particles per cell");
   }
   const Sweep walls = sweep(context, {.periodic = false},
-                            context.choose<std::vector<int>>({8, 12, 16, 20}, {8, 12, 16, 24, 32}, {8, 12, 16, 24, 32, 48}), work);
+                            context.choose<std::vector<int>>({8, 12, 16}, {8, 12, 16, 24, 32}, {8, 12, 16, 24, 32, 48}), work);
   const double wall_order = fitted_order(walls.cell, walls.displacement);
   result
       .check_order(Label::verification, "cube between slip walls: order of the displacement", wall_order, 0.85, 1.25,
@@ -330,6 +334,34 @@ void cube(const CaseContext& context, CaseResult& result, std::size_t& work) {
   result.notes.push_back("Cube, orders from grid to grid: periodic " + listed(pairwise_orders(open.cell, open.displacement)) +
                          "; slip walls " + listed(pairwise_orders(walls.cell, walls.displacement)) + ".");
   context.log("cube between slip walls");
+}
+
+/// The cube between slip walls that act at their surface, on planes of nodes and between them.
+void walls_at_their_surface(const CaseContext& context, CaseResult& result, std::size_t& work) {
+  const auto grids = context.choose<std::vector<int>>({8, 12, 16, 20}, {8, 12, 16, 24, 32}, {8, 12, 16, 24, 32, 48});
+  Plot plot{"surface-walls", "Cube between slip walls, contact at the surface", "dx [m]", "L2 error of u over A [-]", {}, "", true, true};
+  struct Kind {
+    std::string name;
+    double offset;
+    Transfer transfer;
+  };
+  for (const auto& [name, offset, transfer] : {Kind{"APIC, walls on nodes", 0.0, Transfer::apic},
+                                               Kind{"APIC, walls between nodes", 0.5, Transfer::apic},
+                                               Kind{"AFLIP, walls on nodes", 0.0, Transfer::aflip}}) {
+    const Sweep s = sweep(
+        context, {.periodic = false, .offset = offset, .contact = ContactRule::surface, .transfer = transfer}, grids, work);
+    const double order = fitted_order(s.cell, s.displacement);
+    result
+        .check_order(Label::verification, "cube between slip walls that act at their surface, " + name + ": order of the displacement",
+                     order, 1.9, 2.6, "second order is the aim; up to 2.6 because the coarsest grid has 4 cells to half a wave")
+        .observed_order = order;
+    result.notes.push_back(fmt::format("Cube between slip walls that act at their surface, {}: errors {:.2e} to {:.2e}, orders {}.", name,
+                                       s.displacement.front(), s.displacement.back(), listed(pairwise_orders(s.cell, s.displacement))));
+    plot.series.push_back({name, s.cell, s.displacement, Series::Style::points});
+    if (plot.series.size() == 1) plot.series.push_back(slope_line("order 2", s.cell, s.displacement.back(), 2.0));
+  }
+  result.plots.push_back(std::move(plot));
+  context.log("cube between slip walls that act at their surface");
 }
 
 /// One component, one particle across: the same scheme on fine grids.
@@ -488,6 +520,7 @@ void run(const CaseContext& context, CaseResult& result) {
                         "central differences over 1e-4 of a wave: (2π 1e-4)²/6 = 7e-8, times derivatives of 1/F² at F = 0.69");
   std::size_t work = 0;
   cube(context, result, work);
+  walls_at_their_surface(context, result, work);
   column(context, result, work);
   time_and_place(context, result, work);
   profile(context, result);

@@ -478,7 +478,7 @@ void run(const CaseContext& context, CaseResult& result) {
   check_without_cohesion(result, paths, file.material.as<mpm::CamClay>());
   check_landing(result, file.material.as<mpm::CamClay>(), context.choose(6, 16, 40));
   context.log("random trial states");
-  check_random_trials(result, context.choose(1'000'000, 5'000'000, 50'000'000));
+  check_random_trials(result, context.choose(400'000, 5'000'000, 50'000'000));
 
   draw_errors(result, outcomes, materials);
   draw_paths(result, outcomes);
