@@ -255,6 +255,37 @@ TEST_P(SurfaceContact, ActsOnTheLayersUpToItsTop) {
   }
 }
 
+/// The columns of nodes inside the outline obey the top as they would a separable wall, and no other does.
+TEST_P(SurfaceContact, FoldsTheColumnsOnItsTop) {
+  for (const double top : {dx, 1.3 * dx, 3.8 * dx}) {
+    for (const double friction : {0.0, 0.4}) {
+      const SurfaceSolid solid = solid_of(outline, friction, top);
+      const Wall wall{Vec3(0.0, 0.0, top), Vec3::UnitZ(), Contact::separable, friction, Vec3::Zero(), false, ContactRule::surface};
+      const auto field = [&](const Index3& at) { return dx * at[2] < top - 1.5 * dx ? Node{} : random_node(at, 34); };
+      Grid before = filled(outline, field, 100.0), after = filled(outline, field, 100.0), folded = filled(outline, field, 100.0);
+      ContactImpulse booked;
+      booked.layers = {4 * low[2], std::vector<Vec3>(static_cast<std::size_t>(4 * (high[2] + 2 - low[2])), Vec3::Zero())};
+      apply_folded_top(after, solid, {}, booked);
+      apply_folded_wall(folded, wall, Boundary(wall), {}, 0.0);
+      const OutlineDistance distance(outline);
+      int held = 0;
+      for_each_node(after, [&](Node& n, const Index3& at) {
+        const double d = distance.at(dx * Vec2(at[0], at[1])).distance;
+        if (std::abs(d) < 1e-6) return;  // on the side: round-off decides
+        held += d < 0.0 && velocity_of(n) != velocity_of(*find_node(before, at));
+        EXPECT_EQ(velocity_of(n), velocity_of(*find_node(d < 0.0 ? folded : before, at))) << at[0] << ' ' << at[1] << ' ' << at[2];
+      });
+      EXPECT_GT(held, 5);
+      const testing::Taken taken = testing::taken_between(before, after, {}, solid.reference_point());
+      EXPECT_LE((booked.total.linear - taken.linear).norm(), round_off * taken.scale);
+      EXPECT_LE((booked.total.angular - taken.angular).norm(), round_off * taken.angular_scale);
+      Vec3 sum = Vec3::Zero();
+      for (const Vec3& layer : booked.layers.layer) sum += layer;
+      EXPECT_LE((sum - booked.total.linear).norm(), round_off * taken.scale);
+    }
+  }
+}
+
 /// A part of a symmetric field with the mirror plane y = 0, and the whole.
 struct PartAndWhole {
   PartAndWhole(const Outline& outline, double friction) {
