@@ -232,7 +232,9 @@ TEST_P(Stencil, KnowsTheNodesInsideAndThoseBeyondTheReachOfItsPoints) {
       if (depth > 1.5 * std::numbers::sqrt2 + 1e-6) {
         EXPECT_FALSE(reached.contains({x, y}));
       }
-      if (deep.contains({x, y})) EXPECT_GT(depth, 1.5);
+      if (deep.contains({x, y})) {
+        EXPECT_GT(depth, 1.5);
+      }
     }
   }
   for (const auto& node : whole.nodes) EXPECT_EQ(node.share, 1.0);

@@ -2,6 +2,9 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <array>
+#include <map>
 #include <numbers>
 #include <set>
 
@@ -108,6 +111,128 @@ TEST(Bodies, AreNumberedInTheirOrderXFastest) {
   EXPECT_EQ(all[0].position[1], all[3].position[1]);
   EXPECT_LT(all[3].position[1], all[4].position[1]);
   EXPECT_LT(all[7].position[2], all[8].position[2]);
+}
+
+/// A body's particles by number.
+std::vector<Particle> particles_of(const BodySpec& body, const MirrorPlanes& mirror = {}) {
+  Case c = empty_case();
+  c.domain.mirror_x = mirror.x;
+  c.domain.mirror_y = mirror.y;
+  c.bodies = {body};
+  return particles_by_id(make_state(c, make_scene(c)).grid);
+}
+BodySpec staggered(BodySpec body) {
+  body.lattice = BodySpec::Lattice::staggered;
+  return body;
+}
+double volume_of_all(const std::vector<Particle>& particles) {
+  double sum = 0.0;
+  for (const Particle& p : particles) sum += p.volume;
+  return sum;
+}
+const Vec3 movements[] = {Vec3::Zero(), {3.0, 1.0, -2.0}, {0.0, -4.0, 1.0}, {1.0, 1.0, 2.0}};
+
+TEST(AlignedBodies, AreThePlainLattice) {
+  const BodySpec body = box_body({-0.4, 2.0, 0.3}, {0.53, 3.31, 1.07}, {3.0, 1.0, -2.0});
+  const auto all = particles_of(body);
+  const std::array<int, 3> count = {7, 10, 6};  // 0.93, 1.31 and 0.77 m over 0.125 m
+  ASSERT_EQ(all.size(), 7U * 10U * 6U);
+  for (const Particle& p : all) {
+    const auto n = static_cast<int>(p.id);
+    const std::array<int, 3> at = {n % count[0], n / count[0] % count[1], n / (count[0] * count[1])};
+    for (std::size_t i = 0; i < 3; ++i) {
+      const auto axis = static_cast<Eigen::Index>(i);
+      const double step = (body.max[axis] - body.min[axis]) / count[i];
+      EXPECT_DOUBLE_EQ(p.position[i], body.min[axis] + step * (at[i] + 0.5));  // some ulp: compilers may fuse the sum
+    }
+  }
+}
+
+TEST_P(Bodies, ThatAreStaggeredKeepTheirVolumeAndStayInside) {
+  for (const Vec3& velocity : movements) {
+    BodySpec body = box_body({-0.4, 2.0, 0.3}, {0.53, 3.31, 1.07}, velocity);
+    body.shape = GetParam().shape;
+    const auto plain = particles_of(body), shifted = particles_of(staggered(body));
+    if (body.shape == BodySpec::Shape::box) {
+      EXPECT_EQ(shifted.size(), plain.size());
+    }
+    const double volume = GetParam().volume * 0.93 * 1.31 * 0.77;
+    EXPECT_NEAR(volume_of_all(shifted), volume, 1e-12 * volume);
+    for (const Particle& p : shifted) {
+      const Vec3 r = (2.0 * position_of(p) - body.min - body.max).cwiseQuotient(body.max - body.min);
+      EXPECT_LT(r.cwiseAbs().maxCoeff(), 1.0);
+      if (body.shape == BodySpec::Shape::cylinder) {
+        EXPECT_LE(r.head<2>().norm(), 1.0 + 1e-12);
+      }
+      if (body.shape == BodySpec::Shape::sphere) {
+        EXPECT_LE(r.norm(), 1.0 + 1e-12);
+      }
+      EXPECT_EQ(p.volume, shifted[0].volume);
+      EXPECT_EQ(testing::velocity_of(p), velocity);
+    }
+  }
+}
+
+/// Layers across the largest component of the velocity (across z at rest) are shifted as wholes, within a cell of the lattice and each to a
+/// place of its own.
+TEST(StaggeredBodies, ShiftLayersAcrossTheirMovement) {
+  for (const Vec3& velocity : movements) {
+    Eigen::Index axis = 2;
+    if (!velocity.isZero()) velocity.cwiseAbs().maxCoeff(&axis);
+    const BodySpec body = box_body(Vec3::Zero(), Vec3::Constant(2.0), velocity);  // 16 layers of 16 x 16
+    const auto plain = particles_of(body), shifted = particles_of(staggered(body));
+    ASSERT_EQ(plain.size(), 4096U);
+    ASSERT_EQ(shifted.size(), 4096U);
+    std::map<long, Vec3> shift_of;  // layers, in micrometres
+    for (std::size_t i = 0; i < plain.size(); ++i) {
+      const Vec3 shift = (position_of(shifted[i]) - position_of(plain[i])) / 0.125;
+      EXPECT_NEAR(shift[axis], 0.0, 1e-13);
+      EXPECT_LE(shift.cwiseAbs().maxCoeff(), 0.5);
+      const auto [layer, made] = shift_of.try_emplace(std::lround(1e6 * plain[i].position[axis]), shift);
+      EXPECT_LE((layer->second - shift).norm(), 1e-12) << "a layer is shifted as a whole";
+    }
+    ASSERT_EQ(shift_of.size(), 16U);
+    // 16 layers spread evenly over a cell are a quarter of it apart; particles that follow one another on one line are 0 apart
+    for (const auto& [a, at_a] : shift_of) {
+      for (const auto& [b, at_b] : shift_of) {
+        if (a == b) continue;
+        const Vec3 between = at_a - at_b;
+        const double apart = (between.array() - between.array().round()).matrix().norm();  // the lattice repeats
+        EXPECT_GT(apart, 0.125) << a << ' ' << b;
+      }
+    }
+  }
+}
+
+/// What is computed beyond the planes is the lattice of the whole; its image makes up the rest.
+TEST_P(Bodies, ThatAreStaggeredAreSymmetricAboutMirrorPlanes) {
+  // even and odd numbers of particles across the planes: with an odd number a layer stands on the plane, and stays there
+  for (const double half : {0.5, 0.5625}) {
+    for (const MirrorPlanes& mirror : {MirrorPlanes{true, false}, MirrorPlanes{false, true}, MirrorPlanes{true, true}}) {
+      for (const Vec3& velocity : {Vec3(0.0, 0.0, -3.0), Vec3(3.0, 0.0, 0.0)}) {
+        if (mirror.x && velocity.x() != 0.0) continue;
+        BodySpec body = staggered(box_body({-half, -half, 0.0}, {half, half, 1.0}, velocity));
+        body.shape = GetParam().shape;
+        const auto part = particles_of(body, mirror), whole = particles_of(body);
+        const double volume = GetParam().volume * 4.0 * half * half;
+        EXPECT_NEAR(mirror.parts() * volume_of_all(part), volume, 1e-12 * volume);
+        const bool on_planes = half > 0.53;
+        double largest = 0.0;
+        for (const Particle& p : part) largest = std::max(largest, p.volume);
+        for (const Particle& p : part) {
+          EXPECT_TRUE((!mirror.x || p.position[0] >= 0.0) && (!mirror.y || p.position[1] >= 0.0));
+          const double share = (mirror.x && p.position[0] == 0.0 ? 0.5 : 1.0) * (mirror.y && p.position[1] == 0.0 ? 0.5 : 1.0);
+          EXPECT_EQ(p.volume, share * largest);
+          if (!on_planes) {
+            EXPECT_TRUE(std::ranges::any_of(whole, [&](const Particle& q) { return position_of(p) == position_of(q); }));
+          }
+        }
+        if (body.shape == BodySpec::Shape::box && !on_planes) {
+          EXPECT_EQ(static_cast<double>(part.size()) * mirror.parts(), static_cast<double>(whole.size()));
+        }
+      }
+    }
+  }
 }
 
 TEST(Bodies, WithoutAParticleAreAConfigError) {

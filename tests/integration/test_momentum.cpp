@@ -40,16 +40,31 @@ std::vector<Vec3> expect_balance(const Case& c, int steps) {
   return impulses;
 }
 
-class Momentum : public ::testing::TestWithParam<Transfer> {
+struct Scheme {
+  const char* name;
+  Transfer transfer;
+  ContactRule contact;
+};
+class Momentum : public ::testing::TestWithParam<Scheme> {
  protected:
-  Case scene_by_hand() const {
+  static void use_scheme(Case& c) {
+    c.numerics.transfer = GetParam().transfer;
+    c.numerics.contact = GetParam().contact;
+  }
+  static Case scene_by_hand() {
     Case c = testing::empty_case();
-    c.numerics.transfer = GetParam();
+    use_scheme(c);
     return c;
   }
 };
-INSTANTIATE_TEST_SUITE_P(All, Momentum, ::testing::Values(Transfer::apic, Transfer::flip),
-                         [](const auto& transfer) { return transfer.param == Transfer::apic ? "Apic" : "Flip"; });
+void PrintTo(const Scheme& s, std::ostream* out) { *out << s.name; }
+INSTANTIATE_TEST_SUITE_P(All, Momentum,
+                         ::testing::Values(Scheme{"Apic", Transfer::apic, ContactRule::nodal},
+                                           Scheme{"Flip", Transfer::flip, ContactRule::nodal},
+                                           Scheme{"Aflip", Transfer::aflip, ContactRule::nodal},
+                                           Scheme{"ApicAtSurfaces", Transfer::apic, ContactRule::surface},
+                                           Scheme{"AflipAtSurfaces", Transfer::aflip, ContactRule::surface}),
+                         [](const auto& scheme) { return scheme.param.name; });
 
 TEST_P(Momentum, ClosesWhereBodiesHitWallsOfEveryKindAndLeave) {
   Case c = scene_by_hand();
@@ -73,10 +88,30 @@ TEST_P(Momentum, ClosesWhereBodiesHitWallsOfEveryKindAndLeave) {
 TEST_P(Momentum, ClosesOnTheConveyorInWhichSnowEntersHitsTheMastAndLeaves) {
   for (const bool mirror : {true, false}) {
     Case c = testing::small_avalanche();
-    c.numerics.transfer = GetParam();
+    use_scheme(c);
     c.conveyor->mirror_y = mirror;
     const auto impulses = expect_balance(c, 450);  // 0.7 s: past the mast and out of the window
     for (std::size_t b = 0; b < impulses.size(); ++b) EXPECT_GT(impulses[b].norm(), 1.0) << "boundary " << b << " took no part";
+  }
+}
+
+TEST_P(Momentum, ClosesAtObstaclesOfEveryShapeAndOverTheirTop) {
+  for (const AnyShape& shape :
+       {AnyShape(BoxShape{.width = 0.5, .depth = 0.4}), AnyShape(BoxShape{.width = 0.6, .depth = 0.4, .rotation = 0.4}),
+        AnyShape(CylinderShape{.width = 0.8}), AnyShape(WedgeShape{.width = 0.8, .depth = 0.6})}) {
+    for (const bool mirror : {true, false}) {
+      Case c = testing::small_avalanche(6.0);
+      use_scheme(c);
+      c.conveyor->mirror_y = mirror;
+      c.conveyor->upstream_length = 1.0;
+      c.conveyor->width = 2.0;
+      c.obstacle->shape = shape;
+      c.obstacle->height = 0.6;  // of the flow's 1 m
+      c.obstacle->friction = 0.3;
+      if (mirror && !obstacle_plan(*c.obstacle).symmetric) continue;
+      const auto impulses = expect_balance(c, 200);            // 0.3 s: past the obstacle
+      EXPECT_GT(impulses.back().x(), 100.0) << shape.index();  // N s
+    }
   }
 }
 
@@ -101,12 +136,13 @@ TEST_P(Momentum, OfARestingColumnGivesTheFloorItsWeight) {
     const Scene scene = make_scene(c);
     State state = make_state(c, scene);
     // Dropped without stress it swings about its equilibrium with amplitude m g H / c_P of the momentum, 0.17 m/s. Over a second that could
-    // change the floor's part by 0.17 / 9.81 = 1.7 %; the transfers being dissipative, little of it is left after the first second.
+    // change the floor's part by 0.17 / 9.81 = 1.7 %. Walls that act on nodes damp it: little is left after the first second. At surfaces
+    // they do not, and it loses a fifth (APIC) or a tenth (AFLIP) a second.
     double impulse = 0.0;  // of the column on the floor, downwards
     advance(state, scene, 1.0);
     advance(state, scene, 2.0, [&](const StepReport& report) { impulse -= report.impulses[0].linear.z(); });
     const double weight = 9.81 * 300.0 * 0.25;
-    EXPECT_NEAR(impulse, weight, 0.005 * weight);
+    EXPECT_NEAR(impulse, weight, (GetParam().contact == ContactRule::nodal ? 0.005 : 0.017) * weight);
   }
 }
 

@@ -76,6 +76,22 @@ std::vector<Named> cases() {
   all.push_back({"mirrored_viscous_fluid", body_on_floor(BodySpec::Shape::box, Vec3::Zero())});
   all.back().c.material = WeaklyCompressibleFluid::Parameters{.viscosity = 50.0};
   all.back().c.domain.mirror_y = true;
+  all.push_back({"avalanche_aflip_at_surfaces", testing::small_avalanche(6.0)});
+  all.push_back({"whole_avalanche_aflip_at_a_cylinder", testing::small_avalanche(6.0)});
+  all.back().c.conveyor->mirror_y = false;
+  all.back().c.obstacle->shape = CylinderShape{.width = 0.8};
+  all.back().c.obstacle->height = 0.6;  // of the flow's 1 m
+  for (std::size_t n = all.size() - 2; n < all.size(); ++n) {
+    Case& c = all[n].c;
+    c.numerics.transfer = Transfer::aflip;
+    c.numerics.contact = ContactRule::surface;
+    c.conveyor->upstream_length = 0.5;  // it is at the obstacle soon
+    c.obstacle->friction = 0.3;
+  }
+  all.push_back({"bodies_aflip_at_surfaces", all[2].c});
+  all.back().c.numerics.transfer = Transfer::aflip;
+  all.back().c.numerics.contact = ContactRule::surface;
+  all.back().c.walls[1].normal = Vec3::UnitX();  // a piston along the grid
   for (Named& n : all) {
     n.c.output.series_per_second = 50.0;
     n.c.output.frames_per_second = 0.0;
