@@ -8,6 +8,7 @@
 /// Two kinds act on several nodes together and have a file of their own in the core, instead of `constrain`: walls whose rule is
 /// ContactRule::surface (core/folded_wall.hpp), and SurfaceSolid (core/surface_contact.hpp).
 
+#include <concepts>
 #include <variant>
 
 #include "libmpm/boundary/rigid_box.hpp"
@@ -16,6 +17,12 @@
 #include "libmpm/boundary/wall.hpp"
 
 namespace mpm {
+
+/// A boundary that acts on each node by itself.
+template <class B>
+concept ActsOnNodes = requires(const B boundary, const Vec3 v) {
+  { boundary.constrain(v, v, 0.0) } -> std::same_as<Vec3>;
+};
 
 /// One boundary of the list.
 using Boundary = std::variant<Wall, RigidBox, RigidPrism, RigidCylinder, MovingWall, SurfaceSolid>;

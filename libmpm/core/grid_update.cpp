@@ -126,7 +126,7 @@ class Boundaries {
       Vec3* const layers = place < forces_.layered.size() ? &by_layer_[place * layers_ + block_edge * i] : nullptr;
       std::visit(
           [&](const auto& boundary) {
-            if constexpr (!std::is_same_v<std::decay_t<decltype(boundary)>, SurfaceSolid>) {
+            if constexpr (ActsOnNodes<std::decay_t<decltype(boundary)>>) {
               if (boundary.reaches(low, high, time_))
                 taken_[i * forces_.boundaries.size() + b] = constrain_block(boundary, nodes, block, forces_.mirror, dx, time_, layers);
             }

@@ -120,6 +120,7 @@ struct NumericsSpec {
         .only_with("transfer", {"aflip"})
         .text("Time over which particles forget what the grid cannot carry, as the way of the fastest wave in it: dt takes cfl / this of it");
     table.add("contact", &NumericsSpec::contact, {"nodal", "surface"})
+        .hide_default()
         .text(
             "Where walls and obstacle act: on every node on or behind them (first order), or at their surface (second order; walls normal to "
             "an axis and upright obstacles)");

@@ -32,6 +32,7 @@ struct BodySpec {
     table.add("max_m", &BodySpec::max).unit("m").range(-longest_length, longest_length).required().text("Upper corner of the bounding box");
     table.add("velocity_m_s", &BodySpec::velocity).unit("m/s").range(-fastest_speed, fastest_speed).text("Initial velocity");
     table.add("lattice", &BodySpec::lattice, {"aligned", "staggered"})
+        .hide_default()
         .text(
             "aligned: a plain lattice; staggered: its layers across the velocity (across z for a body at rest) are shifted against each "
             "other, so that no gaps open where the flow spreads");

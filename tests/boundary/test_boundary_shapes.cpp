@@ -30,7 +30,12 @@ bool covers(const Boundary& b, const Vec3& node) {
   return std::visit([&](const auto& shape) { return shape.covers(node, 0.0); }, b);
 }
 Vec3 constrain(const Boundary& b, const Vec3& node, const Vec3& v) {
-  return std::visit([&](const auto& shape) { return shape.constrain(node, v); }, b);
+  return std::visit(
+      [&](const auto& shape) {
+        if constexpr (ActsOnNodes<std::decay_t<decltype(shape)>>) return shape.constrain(node, v);
+        return v;
+      },
+      b);
 }
 
 TEST(VerticalSolids, AreBuiltFromTheCase) {
