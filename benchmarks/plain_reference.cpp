@@ -149,7 +149,15 @@ void PlainGrid::update(const Scene& scene, double dt, double time) {
         Vec3 v = Vec3(n[0], n[1], n[2]) / n[3] + dt * scene.gravity;
         const Vec3 position = cell_size_ * Vec3(index[0], index[1], index[2]);
         for (const Boundary& boundary : scene.boundaries) {
-          std::visit([&](const auto& b) { v = b.covers(position, time) ? b.constrain(position, v) : v; }, boundary);
+          std::visit(
+              [&](const auto& b) {
+                if constexpr (requires { b.constrain(position, v); }) {
+                  if (b.covers(position, time)) v = b.constrain(position, v);
+                } else {
+                  fail("the plain reference knows boundaries only that act on each node by itself");
+                }
+              },
+              boundary);
         }
         n = Node{v.x(), v.y(), v.z(), n[3]};
       }

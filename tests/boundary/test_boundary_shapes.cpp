@@ -30,7 +30,15 @@ bool covers(const Boundary& b, const Vec3& node) {
   return std::visit([&](const auto& shape) { return shape.covers(node, 0.0); }, b);
 }
 Vec3 constrain(const Boundary& b, const Vec3& node, const Vec3& v) {
-  return std::visit([&](const auto& shape) { return shape.constrain(node, v); }, b);
+  return std::visit(
+      [&](const auto& shape) -> Vec3 {
+        if constexpr (requires { shape.constrain(node, v); }) {
+          return shape.constrain(node, v);
+        } else {
+          throw std::logic_error("acts on several nodes together");
+        }
+      },
+      b);
 }
 
 TEST(VerticalSolids, AreBuiltFromTheCase) {
