@@ -154,7 +154,7 @@ void PlainGrid::update(const Scene& scene, double dt, double time) {
                 if constexpr (ActsOnNodes<std::decay_t<decltype(b)>>) {
                   v = b.covers(position, time) ? b.constrain(position, v) : v;
                 } else {
-                  throw std::logic_error("the plain reference knows contact on nodes only");
+                  fail("the plain reference knows boundaries only that act on each node by itself");
                 }
               },
               boundary);

@@ -163,6 +163,18 @@ ContactStencil contact_stencil(const Outline& outline, double cell_size, bool mi
     row.round = row_or_image(points[p].round);
   }
 
+  builder.stencil.surface_rows = builder.stencil.rows.size();
+
+  // of the rows before a place the nearest whose normal is that of the place
+  const auto surface_before = [&](const Vec2& at, const Vec2& normal) {
+    int best = -1;
+    double least = std::numeric_limits<double>::infinity();
+    for (std::size_t p = 0; p < points.size(); ++p) {
+      const double distance = (points[p].at - at).norm() + (1.0 - points[p].normal.dot(normal)) / rounding;
+      if (row_of[p] >= 0 && distance < least) least = distance, best = row_of[p];
+    }
+    return best;
+  };
   Vec2 low = outline.corners.front(), high = low;
   for (const Vec2& corner : outline.corners) low = low.cwiseMin(corner), high = high.cwiseMax(corner);
   const auto first = [&](int axis) { return static_cast<int>(std::floor(low[axis] / cell_size)) - 1; };
@@ -181,6 +193,7 @@ ContactStencil contact_stencil(const Outline& outline, double cell_size, bool mi
       if (distance.sides_within(cell_size * at, near.distance - ambiguous_distance * cell_size) > 1) continue;
       const int outward = near.normal[axis] > 0.0 ? 1 : -1;
       builder.begin(ContactRow::Kind::extension, at, near.normal, cell_size);
+      builder.stencil.rows.back().surface = surface_before(at, near.normal);
       for (int k = 0; k < 3; ++k) builder.add(x + (axis == 0 ? k * outward : 0), y + (axis == 1 ? k * outward : 0), k == 1 ? -2.0 : 1.0);
     }
   }

@@ -28,6 +28,7 @@ struct ContactRow {
   Vec2 point = Vec2::Zero();                                    ///< m: on the surface, or the node that is extended to
   int inner = -1;       ///< of the end of a side of three points or more: the next row on the side; -1: another row, or none
   int round = -1;       ///< likewise: the end of the side round the edge
+  int surface = -1;     ///< of an extension: the row of the surface before it, without whose contact there is nothing to extend
   double copies = 1.0;  ///< 2 for a point on a mirror plane: it is its own image, and its impulse here is half of the whole
 };
 
@@ -52,7 +53,8 @@ struct ContactStencil {
     Vec2 normal = Vec2::Zero();  ///< outward, of the nearest side
   };
   std::vector<PlaneNode> nodes;       ///< that rows, deep and covered name by their number
-  std::vector<ContactRow> rows;       ///< in the order in which a sweep solves them: those of the surface first
+  std::vector<ContactRow> rows;       ///< those of the surface first
+  std::size_t surface_rows = 0;       ///< how many
   std::vector<ContactEntry> entries;  ///< of all rows, row by row
   std::vector<Deep> deep;             ///< nodes that are held each for itself
   std::vector<int> covered;           ///< nodes within the outline: columns that a top face holds

@@ -11,7 +11,7 @@ namespace mpm {
 
 namespace {
 
-constexpr int sweeps = 6;                 ///< three are too few, twelve change nothing
+constexpr int sweeps = 6;
 constexpr int first_capped_sweep = 2;     ///< the caps compare impulses, which have to be about right by then
 constexpr double edge_share = 0.15;       ///< of the next point's impulse that the end of a side takes; calibrated (docs)
 constexpr double least_weight = 0.3;      ///< of a point's nodes with material, together; below it the point is bare
@@ -119,7 +119,11 @@ void solve_row(const ContactStencil& stencil, const ContactRow& row, double fric
     }
   }
   Lanes normal = state.normal + u * state.inverse_normal;
-  if (row.kind == ContactRow::Kind::surface) normal = min(max(normal, -strongest), Lanes{});
+  if (row.kind == ContactRow::Kind::surface) {
+    normal = min(max(normal, -strongest), Lanes{});
+  } else {
+    normal = group.row[static_cast<std::size_t>(row.surface)].normal < 0.0 ? normal : Lanes{};
+  }
   const Lanes change = normal - state.normal;
   state.normal = normal;
   Lanes change_t{}, change_z{};
@@ -148,12 +152,18 @@ void solve_row(const ContactStencil& stencil, const ContactRow& row, double fric
   }
 }
 
+/// Each sweep solves the extensions, then the points, so that the points hold at its end; every other sweep backwards.
 void solve_rows(const ContactStencil& stencil, double friction, LayerGroup& group) {
-  const std::size_t count = stencil.rows.size();
+  const std::size_t points = stencil.surface_rows, extensions = stencil.rows.size() - points;
   const Lanes unbounded = Lanes{} + 1e300;
   for (int sweep = 0; sweep < sweeps; ++sweep) {
-    for (std::size_t i = 0; i < count; ++i) {
-      const std::size_t r = sweep % 2 == 0 ? i : count - 1 - i;
+    const auto in_turn = [&](std::size_t i, std::size_t count) { return sweep % 2 == 0 ? i : count - 1 - i; };
+    for (std::size_t i = 0; i < extensions && sweep > 0; ++i) {
+      const std::size_t r = points + in_turn(i, extensions);
+      solve_row<false>(stencil, stencil.rows[r], friction, unbounded, group, group.row[r]);
+    }
+    for (std::size_t i = 0; i < points; ++i) {
+      const std::size_t r = in_turn(i, points);
       const ContactRow& row = stencil.rows[r];
       const auto impulse_of = [&](int other) {
         if (other < 0) return Lanes{};
@@ -162,7 +172,7 @@ void solve_rows(const ContactStencil& stencil, double friction, LayerGroup& grou
       };
       const bool capped = row.inner >= 0 && sweep >= first_capped_sweep;
       const Lanes strongest = capped ? max(edge_share * impulse_of(row.inner), impulse_of(row.round)) : unbounded;
-      if (friction > 0.0 && row.kind == ContactRow::Kind::surface) {
+      if (friction > 0.0) {
         solve_row<true>(stencil, row, friction, strongest, group, group.row[r]);
       } else {
         solve_row<false>(stencil, row, friction, strongest, group, group.row[r]);

@@ -31,9 +31,12 @@ bool covers(const Boundary& b, const Vec3& node) {
 }
 Vec3 constrain(const Boundary& b, const Vec3& node, const Vec3& v) {
   return std::visit(
-      [&](const auto& shape) {
-        if constexpr (ActsOnNodes<std::decay_t<decltype(shape)>>) return shape.constrain(node, v);
-        return v;
+      [&](const auto& shape) -> Vec3 {
+        if constexpr (ActsOnNodes<std::decay_t<decltype(shape)>>) {
+          return shape.constrain(node, v);
+        } else {
+          throw std::logic_error("acts on several nodes together");
+        }
       },
       b);
 }

@@ -69,7 +69,8 @@ std::map<std::pair<int, int>, Column> columns(Grid& before, Grid& after, int axi
   return all;
 }
 
-constexpr double places[] = {0.0, 0.1, 0.5, 0.625, 0.999, -3.25};  ///< of the plane, in cells: on nodes, midway, and between
+/// Of the plane, in cells: on nodes, midway, on both sides of that, and between.
+constexpr double places[] = {0.0, 0.1, 0.47, 0.5, 0.53, 0.625, 0.999, -3.25};
 const Contact kinds[] = {Contact::no_slip, Contact::slip, Contact::separable};
 
 // --- the plane and its neighbours ---------------------------------------------------------------------------------------

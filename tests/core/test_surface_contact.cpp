@@ -50,6 +50,7 @@ std::vector<Named> outlines() {
   const double turn = std::numbers::pi / 6.0;
   std::vector<Named> all = {{"BoxOnNodes", BoxShape{.width = 2.0, .depth = 1.5}.outline()},
                             {"BoxBetweenNodes", BoxShape{.width = 1.75, .depth = 1.1}.outline()},
+                            {"ThreePointsWide", BoxShape{.width = 0.75, .depth = 1.5}.outline()},
                             {"TurnedBox", BoxShape{.width = 1.75, .depth = 1.5, .rotation = turn}.outline()},
                             {"Wedge", WedgeShape{.width = 1.75, .depth = 1.75}.outline()},
                             {"Cylinder", CylinderShape{.width = 1.75}.outline()}};
@@ -252,6 +253,29 @@ TEST_P(SurfaceContact, ActsOnTheLayersUpToItsTop) {
   for (std::size_t k = 0; k < booked.layers.layer.size(); ++k) {
     const int layer = booked.layers.first + static_cast<int>(k);
     EXPECT_EQ(booked.layers.layer[k].isZero(0.0), layer > 1 || layer < 4 * low[2]) << layer;
+  }
+}
+
+TEST_P(SurfaceContact, HoldsNodesBeyondTheReachOfItsRowsEachForItself) {
+  for (const double friction : {0.0, 0.4}) {
+    const SurfaceSolid solid = solid_of(outline, friction);
+    const ContactStencil& stencil = solid.stencil();
+    Grid before = filled(outline, random, 100.0), after = filled(outline, random, 100.0);
+    apply_surface_contact(after, solid);
+    int alone = 0;
+    for (const auto& deep : stencil.deep) {
+      if (std::ranges::any_of(stencil.entries, [&](const ContactEntry& e) { return e.node == deep.node; })) continue;
+      const auto& at = stencil.nodes[static_cast<std::size_t>(deep.node)].at;
+      for (int z = 4 * low[2]; z < 4 * high[2] + 8; ++z) {
+        const Vec3 v = velocity_of(*find_node(before, {at[0], at[1], z}));
+        const Vec3 held = contact_velocity(v, Vec3(deep.normal.x(), deep.normal.y(), 0.0), Vec3::Zero(), Contact::separable, friction);
+        EXPECT_LE((velocity_of(*find_node(after, {at[0], at[1], z})) - held).norm(), round_off);  // of 9 m/s
+        ++alone;
+      }
+    }
+    if (GetParam().name == "BoxOnNodes" || GetParam().name == "Cylinder") {
+      EXPECT_GT(alone, 0);
+    }
   }
 }
 
