@@ -65,7 +65,8 @@ std::vector<SurfacePoint> points_of_polygon(const std::vector<Vec2>& corners, do
   for (std::size_t s = 0; s < sides.size(); ++s) {
     const Side &side = sides[s], &before = sides[(s + sides.size() - 1) % sides.size()], &after = sides[(s + 1) % sides.size()];
     if (side.count < fewest) continue;
-    SurfacePoint &start = points[static_cast<std::size_t>(side.first)], &end = points[static_cast<std::size_t>(side.first + side.count - 1)];
+    SurfacePoint &start = points[static_cast<std::size_t>(side.first)],
+                 &end = points[static_cast<std::size_t>(side.first + side.count - 1)];
     start.inner = side.first + 1;
     start.round = before.first + before.count - 1;
     end.inner = side.first + side.count - 2;
@@ -79,9 +80,7 @@ class StencilBuilder {
  public:
   StencilBuilder(bool mirror_x, bool mirror_y) : mirror_{mirror_x, mirror_y} {}
 
-  [[nodiscard]] bool computed(const Vec2& at) const {
-    return (!mirror_[0] || at.x() > -rounding) && (!mirror_[1] || at.y() > -rounding);
-  }
+  [[nodiscard]] bool computed(const Vec2& at) const { return (!mirror_[0] || at.x() > -rounding) && (!mirror_[1] || at.y() > -rounding); }
   /// Where the computed part has what is at a place.
   [[nodiscard]] Vec2 image(const Vec2& at) const {
     return {mirror_[0] ? std::abs(at.x()) : at.x(), mirror_[1] ? std::abs(at.y()) : at.y()};
@@ -170,8 +169,8 @@ ContactStencil contact_stencil(const Outline& outline, double cell_size, bool mi
     int best = -1;
     double least = std::numeric_limits<double>::infinity();
     for (std::size_t p = 0; p < points.size(); ++p) {
-      const double distance = (points[p].at - at).norm() + (1.0 - points[p].normal.dot(normal)) / rounding;
-      if (row_of[p] >= 0 && distance < least) least = distance, best = row_of[p];
+      const double away = (points[p].at - at).norm() + (1.0 - points[p].normal.dot(normal)) / rounding;
+      if (row_of[p] >= 0 && away < least) least = away, best = row_of[p];
     }
     return best;
   };

@@ -17,8 +17,8 @@ struct Wall {
   Contact contact = Contact::no_slip;
   /// mu
   double friction = 0.0;
-  Vec3 velocity = Vec3::Zero();  ///< of the surface, m/s
-  bool travels = false;          ///< the plane itself moves with `velocity`; false: a belt, or an inlet at a fixed place
+  Vec3 velocity = Vec3::Zero();           ///< of the surface, m/s
+  bool travels = false;                   ///< the plane itself moves with `velocity`; false: a belt, or an inlet at a fixed place
   ContactRule rule = ContactRule::nodal;  ///< `surface`: where the wall is normal to an axis; an oblique one acts on nodes
 
   /// Distance of the plane from the origin along its normal at some time, m.

@@ -11,8 +11,8 @@ namespace mpm {
 
 namespace {
 
-constexpr int column_nodes = 3;   ///< a master and two slaves
-constexpr double nearest = 0.5;   ///< cells from the plane to a master, at least
+constexpr int column_nodes = 3;    ///< a master and two slaves
+constexpr double nearest = 0.5;    ///< cells from the plane to a master, at least
 constexpr double rounding = 1e-9;  ///< cells
 
 /// The axis a wall is normal to; empty for an oblique one.
@@ -25,9 +25,9 @@ std::optional<int> axis_of(const Wall& wall) {
 
 /// Where a wall's columns have their nodes.
 struct ColumnPlan {
-  int axis, inward;               ///< inward: +1 or -1, the step from a node to the next one behind it
-  std::int32_t master;            ///< number of the masters' plane along the axis
-  double c[column_nodes];         ///< velocity over that of the master
+  int axis, inward;        ///< inward: +1 or -1, the step from a node to the next one behind it
+  std::int32_t master;     ///< number of the masters' plane along the axis
+  double c[column_nodes];  ///< velocity over that of the master
 };
 
 ColumnPlan plan_of(const Wall& wall, int axis, double cell_size, double time) {
@@ -180,7 +180,12 @@ Impulse apply_folded_wall(Grid& grid, const Wall& wall, const Boundary& boundary
         continue;
       }
       std::array<ColumnNode, column_nodes> column;
-      if (!collect_column(grid, plan, all[i], n, surface, column) || !fold_column(column, plan, wall)) continue;
+      if (!collect_column(grid, plan, all[i], n, surface, column)) continue;
+      if (column[0].mass <= 0.0) {  // nothing before the wall to fold: what is behind it is held as by nodes
+        for (ColumnNode& c : column) c.velocity = contact_velocity(c.before, wall.normal, Vec3::Zero(), wall.contact, wall.friction);
+      } else if (!fold_column(column, plan, wall)) {
+        continue;
+      }
       for (const ColumnNode& c : column) {
         if (c.mass > 0.0) write(c.at, surface, c.velocity);
       }
@@ -193,7 +198,8 @@ Impulse apply_folded_wall(Grid& grid, const Wall& wall, const Boundary& boundary
 
 void apply_folded_top(Grid& grid, const SurfaceSolid& solid, const MirrorPlanes& mirror, ContactImpulse& impulse) {
   const double dx = grid.cell_size();
-  const Wall top{Vec3(0.0, 0.0, solid.top()), Vec3::UnitZ(), Contact::separable, solid.friction(), Vec3::Zero(), false, ContactRule::surface};
+  const Wall top{Vec3(0.0, 0.0, solid.top()), Vec3::UnitZ(), Contact::separable, solid.friction(), Vec3::Zero(), false,
+                 ContactRule::surface};
   const ColumnPlan plan = plan_of(top, 2, dx, 0.0);
   for (const int covered : solid.stencil().covered) {
     const std::array<int, 2> at = solid.stencil().nodes[static_cast<std::size_t>(covered)].at;

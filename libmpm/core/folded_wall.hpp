@@ -19,7 +19,7 @@ namespace mpm {
 /// of that form the nearest in kinetic energy. On a plane of nodes this is the exact mirror image. no_slip: all components;
 /// separable: only where the column as a whole is pushed against the wall. Coulomb friction takes from the tangential
 /// velocities v_t the same share s of the way to sticking (v_t = c_k w), s <= 1 and s |J_stick| <= mu |J_n|. Nodes further behind act
-/// each for itself.
+/// each for itself, as all do in a column whose master has no mass.
 /// @param wall  the plane of `boundary`, which gives the velocity of its surface
 /// @returns what the wall took
 Impulse apply_folded_wall(Grid& grid, const Wall& wall, const Boundary& boundary, const MirrorPlanes& mirror, double time);

@@ -258,8 +258,8 @@ ContactImpulse apply_surface_contact(Grid& grid, const SurfaceSolid& solid) {
     prepare_rows(stencil, group);
     solve_rows(stencil, solid.friction(), group);
     hold_deep_nodes(stencil, solid.friction(), group);
-    scatter(stencil, places, blocks, group, acts, layer, dx, solid.reference_point(), &linear[static_cast<std::size_t>(layer - first_layer)],
-            &angular[static_cast<std::size_t>(layer - first_layer)]);
+    scatter(stencil, places, blocks, group, acts, layer, dx, solid.reference_point(),
+            &linear[static_cast<std::size_t>(layer - first_layer)], &angular[static_cast<std::size_t>(layer - first_layer)]);
   }
   ContactImpulse result;
   result.layers.first = first_layer;

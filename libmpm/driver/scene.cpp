@@ -22,8 +22,8 @@ Wall make_wall(const WallSpec& spec, ContactRule rule) {
 Boundary make_obstacle(const ObstacleSpec& spec, const NumericsSpec& numerics, const MirrorPlanes& mirror) {
   const double top = spec.height.value_or(beyond), cell_size = numerics.cell_size;
   if (numerics.contact == ContactRule::surface) {
-    return SurfaceSolid(std::visit([](const auto& shape) { return shape.outline(); }, spec.shape), top, spec.friction, Vec3::Zero(), cell_size,
-                        {mirror.x, mirror.y});
+    return SurfaceSolid(std::visit([](const auto& shape) { return shape.outline(); }, spec.shape), top, spec.friction, Vec3::Zero(),
+                        cell_size, {mirror.x, mirror.y});
   }
   const ObstaclePlan plan = obstacle_plan(spec);
   if (plan.flat_front) {

@@ -281,7 +281,8 @@ void run(const CaseContext& context, CaseResult& result) {
   if (tait.size.size() >= 3)
     result.check_order(Label::verification, "fluid: order of the pressure field", fitted_order(tait.size, tait.field_error), 0.8, 2.2,
                        "first order at the wall, second inside");
-  const Steady aligned = jet_run(base.material, "elastic snow, plain lattice (not asserted: it tears)", context.choose(6, 8, 8), false, &torn);
+  const Steady aligned =
+      jet_run(base.material, "elastic snow, plain lattice (not asserted: it tears)", context.choose(6, 8, 8), false, &torn);
 
   Plot axis{"axis", "Pressure on the axis of the jet", "distance from the wall [b]", "pressure [kPa]", {}, "", false, false};
   Plot wall{"wall", "Pressure along the wall, first cell", "distance from the axis [b]", "pressure [kPa]", {}, "", false, false};

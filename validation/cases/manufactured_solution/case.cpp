@@ -282,8 +282,7 @@ double smoothing(double dx, int components) { return std::sqrt(components) * std
 
 /// The cube: the order of the scheme, and what slip walls make of it.
 void cube(const CaseContext& context, CaseResult& result, std::size_t& work) {
-  const Sweep open =
-      sweep(context, {}, context.choose<std::vector<int>>({8, 12, 16}, {8, 12, 16, 24, 32}, {8, 12, 16, 24, 32, 48}), work);
+  const Sweep open = sweep(context, {}, context.choose<std::vector<int>>({8, 12, 16}, {8, 12, 16, 24, 32}, {8, 12, 16, 24, 32, 48}), work);
   context.log("cube in its periodic surroundings, 8 particles per cell");
   const double order = fitted_order(open.cell, open.displacement);
   result
@@ -345,11 +344,11 @@ void walls_at_their_surface(const CaseContext& context, CaseResult& result, std:
     double offset;
     Transfer transfer;
   };
-  for (const auto& [name, offset, transfer] : {Kind{"APIC, walls on nodes", 0.0, Transfer::apic},
-                                               Kind{"APIC, walls between nodes", 0.5, Transfer::apic},
-                                               Kind{"AFLIP, walls on nodes", 0.0, Transfer::aflip}}) {
-    const Sweep s = sweep(
-        context, {.periodic = false, .offset = offset, .contact = ContactRule::surface, .transfer = transfer}, grids, work);
+  for (const auto& [name, offset, transfer] :
+       {Kind{"APIC, walls on nodes", 0.0, Transfer::apic}, Kind{"APIC, walls between nodes", 0.5, Transfer::apic},
+        Kind{"AFLIP, walls on nodes", 0.0, Transfer::aflip}}) {
+    const Sweep s =
+        sweep(context, {.periodic = false, .offset = offset, .contact = ContactRule::surface, .transfer = transfer}, grids, work);
     const double order = fitted_order(s.cell, s.displacement);
     result
         .check_order(Label::verification, "cube between slip walls that act at their surface, " + name + ": order of the displacement",

@@ -32,11 +32,11 @@ struct Setting {
 };
 
 struct Measured {
-  double ratio = 0.0;          ///< l/d
-  double exact = 0.0;          ///< force over rho U^2 d
-  BatchMean force{};           ///< over the exact one
-  std::vector<double> y;       ///< middles of the rows of cells along the plate, over l/2
-  std::vector<double> p;       ///< mean pressure in the row of cells before the plate, over rho U^2/2
+  double ratio = 0.0;     ///< l/d
+  double exact = 0.0;     ///< force over rho U^2 d
+  BatchMean force{};      ///< over the exact one
+  std::vector<double> y;  ///< middles of the rows of cells along the plate, over l/2
+  std::vector<double> p;  ///< mean pressure in the row of cells before the plate, over rho U^2/2
   std::vector<double> p_exact;
   double angle = 0.0, angle_exact = 0.0;  ///< of the turned jet, degrees
   double speed = 0.0;                     ///< of it, over U
@@ -159,8 +159,8 @@ std::vector<Measured> run_all(const CaseContext& context, const Case& base, cons
 double tolerance(int cells) { return cells >= 24 ? 0.01 : cells >= 12 ? 0.02 : 0.03; }
 
 void check_force(CaseResult& result, const std::string& name, const Setting& s, const Measured& m) {
-  result.check_relative(Label::verification, name + ": force over the exact one", m.force.mean, 1.0, "",
-                        tolerance(s.cells), "3 % at five to seven cells, 2 % from twelve, 1 % from twenty-four on");
+  result.check_relative(Label::verification, name + ": force over the exact one", m.force.mean, 1.0, "", tolerance(s.cells),
+                        "3 % at five to seven cells, 2 % from twelve, 1 % from twenty-four on");
 }
 
 void run(const CaseContext& context, CaseResult& result) {
@@ -207,10 +207,11 @@ void run(const CaseContext& context, CaseResult& result) {
   const Measured &seven = all[0], &old = all.back();
   double worst = 0.0;
   for (std::size_t row = 0; row + 1 < seven.p.size(); ++row) worst = std::max(worst, std::abs(seven.p[row] - seven.p_exact[row]));
-  result.check_absolute(Label::verification, "7 cells: largest error of the pressure along the plate over ρU²/2, but for the edge row", worst,
-                        0.0, "", 0.1,
+  result.check_absolute(Label::verification, "7 cells: largest error of the pressure along the plate over ρU²/2, but for the edge row",
+                        worst, 0.0, "", 0.1,
                         "10 % of the dynamic pressure; the aim of 5 % is not met: the pressure of neighbouring cells differs by more");
-  result.notes.push_back(fmt::format("Not met: the pressure along the plate within 5 % of ρU²/2; the largest error is {:.1f} %.", 100.0 * worst));
+  result.notes.push_back(
+      fmt::format("Not met: the pressure along the plate within 5 % of ρU²/2; the largest error is {:.1f} %.", 100.0 * worst));
   result.check_absolute(Label::verification, "7 cells: angle of the turned jet", seven.angle, seven.angle_exact, "°", 2.0,
                         "measured at 3 to 5 b from the axis, where the sheets are still curved");
   result.check_relative(Label::verification, "7 cells: speed of the turned jet over U", seven.speed, 1.0, "", 0.02,
@@ -220,8 +221,8 @@ void run(const CaseContext& context, CaseResult& result) {
       "{:.1f}° and {:.3f} U (exact {:.1f}°).",
       old.force.mean, old.force.standard_error, old.angle, old.speed, old.angle_exact));
   for (std::size_t i = 0; i < runs.size(); ++i) {
-    result.notes.push_back(fmt::format("{}: l/d {:.4f}, force over ρU²d {:.4f}, exact {:.4f}: {:.4f} (standard error {:.4f}).", runs[i].name,
-                                       all[i].ratio, all[i].force.mean * all[i].exact, all[i].exact, all[i].force.mean,
+    result.notes.push_back(fmt::format("{}: l/d {:.4f}, force over ρU²d {:.4f}, exact {:.4f}: {:.4f} (standard error {:.4f}).",
+                                       runs[i].name, all[i].ratio, all[i].force.mean * all[i].exact, all[i].exact, all[i].force.mean,
                                        all[i].force.standard_error));
   }
 
