@@ -121,6 +121,7 @@ shape = "cylinder"
 min_m = [-1.0, -1.0, 0.0]
 max_m = [1.0, 1.0, 4]
 velocity_m_s = [0.0, 0.5, 0.0]
+lattice = "staggered"
 [[body]]
 min_m = [2.0, 2.0, 0.0]
 max_m = [3.0, 3.0, 1.0]
@@ -134,6 +135,10 @@ velocity_m_s = [0.0, 0.0, 0.1]
 min_m = [-5.0, -5.0, -1.0]
 max_m = [5.0, 5.0, 6.0]
 mirror = ["x"]
+[numerics]
+transfer = "aflip"
+relaxation_cells = 1.5
+contact = "surface"
 [output]
 duration_s = 1.0
 )";
@@ -380,6 +385,11 @@ TEST(Config, ReadsEveryKey) {
   EXPECT_TRUE(hand.walls[0].normal.isApprox(Vec3(0.0, 0.6, 2.0).normalized(), 1e-15));  // rounding of one division
   EXPECT_EQ(hand.walls[0].contact, Contact::separable);
   EXPECT_TRUE(hand.domain.mirror_x);
+  EXPECT_EQ(hand.bodies[0].lattice, BodySpec::Lattice::staggered);
+  EXPECT_EQ(hand.bodies[1].lattice, BodySpec::Lattice::aligned);
+  EXPECT_EQ(hand.numerics.transfer, Transfer::aflip);
+  EXPECT_EQ(hand.numerics.relaxation_cells, 1.5);
+  EXPECT_EQ(hand.numerics.contact, ContactRule::surface);
   EXPECT_FALSE(hand.domain.mirror_y);
 }
 
