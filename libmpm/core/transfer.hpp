@@ -31,8 +31,8 @@ enum class Transfer : std::uint8_t {
 /// What a transfer needs to know besides the grid. With v^0 the grid's velocity before forces, and `kept` the share a particle keeps of
 /// what the grid cannot carry:
 ///   v_p <- S v + kept (v_p - S v^0)
-/// APIC: kept = 0. FLIP: kept = flip_ratio. AFLIP: kept = 1 - min(1, dt/t_ref). The same for C_p was tried: it costs a sixth of a step and
-/// changes neither the force on a plate nor the angular momentum of a spinning ball by more than a tenth of their errors.
+/// APIC: kept = 0. FLIP: kept = flip_ratio. AFLIP: kept = 1 - min(1, dt/t_ref). The same for C_p was tried: it costs a
+/// sixth of a step, and the force on a plate then changes by 3 % over CFL numbers from 0.1 to 0.8 in place of 5 %.
 struct TransferOptions {
   double dt = 0.0;       ///< s
   double density = 0.0;  ///< rho_0, kg/m^3
