@@ -7,6 +7,7 @@
 #include "libmpm/base/error.hpp"
 #include "libmpm/core/stress_update.hpp"
 #include "libmpm/impact/semi_empirical.hpp"
+#include "libmpm/source/r2_sequence.hpp"
 
 namespace mpm {
 
@@ -14,10 +15,7 @@ namespace {
 
 constexpr double reservoir_cells = 2.0;  ///< snow kept behind the inlet: the support of a node on the inlet is 3/2 cells
 constexpr double outlet_cells = 2.0;
-constexpr int staggered_levels = 16;                       ///< of a particle within its share of the flow height
-constexpr double plastic_number = 1.32471795724474602596;  ///< the real root of g^3 = g + 1
-
-double fraction(double x) { return x - std::floor(x); }
+constexpr int staggered_levels = 16;  ///< of a particle within its share of the flow height
 
 /// Snow kept behind the inlet; rows of a sheared inflow may come late by the way of the fastest while the plug goes one spacing.
 double reservoir_length(const Inflow& inflow, double cell_size, double spacing) {
@@ -116,7 +114,7 @@ ConveyorSource::Layer ConveyorSource::make_layer(double time, int level) const {
 }
 
 int ConveyorSource::level_of(std::uint64_t layer) const {
-  return levels_ == 1 ? 0 : static_cast<int>(levels_ * fraction(0.5 + static_cast<double>(layer) / (plastic_number * plastic_number)));
+  return levels_ == 1 ? 0 : static_cast<int>(levels_ * r2_point(static_cast<double>(layer)).b);
 }
 
 /// Particles of layer `layer` at `distance` beyond where it was at t = 0.
@@ -124,7 +122,7 @@ void ConveyorSource::insert(State& state, FluxTotals& passage, std::span<const P
                             double distance) const {
   const auto n = static_cast<double>(layer);
   const double x = -(n + 0.5) * spacing_ + distance;
-  const double shift_y = levels_ == 1 ? 0.0 : spacing_y_ * (fraction(0.5 + n / plastic_number) - 0.5);
+  const double shift_y = levels_ == 1 ? 0.0 : spacing_y_ * (r2_point(n).a - 0.5);
   for (Particle p : particles) {
     p.position[0] = x;
     p.position[1] += p.position[1] > 0.0 ? shift_y : -shift_y;  // the halves stay mirror images of each other

@@ -22,9 +22,8 @@
 /// Lattice. Particles that follow one another on the same lines keep to the same stream lines: where a mast spreads the flow, gaps open
 /// between the lines, at any resolution, and in the dead zone before it the particles' pressure and density drift away from the
 /// flow's (at Fr 2, M 0.8, beta 0.3 the density rose to 1.29 and the pressure fell by half, while the force stayed). So each layer is
-/// shifted within the lattice across the flow and in height, layer n by the fractional parts of 1/2 + n/g and 1/2 + n/g^2 with
-/// g^3 = g + 1, a low-discrepancy sequence: any few layers in a row sample the cross-section evenly (M. Roberts, The unreasonable
-/// effectiveness of quasirandom sequences, 2018). "aligned" is the plain lattice, for comparison.
+/// shifted within the lattice across the flow and in height, layer n by the n-th point of source/r2_sequence.hpp:
+/// any few layers in a row sample the cross-section evenly. "aligned" is the plain lattice, for comparison.
 
 #include "libmpm/core/step.hpp"
 #include "libmpm/impact/inflow.hpp"

@@ -8,6 +8,7 @@
 
 #include "libmpm/base/parameter.hpp"
 #include "libmpm/base/text.hpp"
+#include "libmpm/source/r2_sequence.hpp"
 
 namespace mpm {
 
@@ -33,11 +34,9 @@ class Stagger {
   [[nodiscard]] Vec3 of(const std::array<long, 3>& index) const {
     Vec3 shift = Vec3::Zero();
     if (!staggered_) return shift;
-    constexpr double g = 1.32471795724474602596;  // the real root of g^3 = g + 1
-    const auto n = static_cast<double>(index[static_cast<std::size_t>(axis_)]);
-    const auto fraction = [](double x) { return x - std::floor(x); };
-    shift[(axis_ + 1) % 3] = fraction(0.5 + n / g) - 0.5;
-    shift[(axis_ + 2) % 3] = fraction(0.5 + n / (g * g)) - 0.5;
+    const R2Point point = r2_point(static_cast<double>(index[static_cast<std::size_t>(axis_)]));
+    shift[(axis_ + 1) % 3] = point.a - 0.5;
+    shift[(axis_ + 2) % 3] = point.b - 0.5;
     return shift;
   }
 

@@ -59,10 +59,9 @@ void check_body(const BodySpec& body, const std::string& path, const BodySurroun
 /// planes only the computed part is filled; a particle on a plane keeps half its volume. Identity numbers rise with x fastest, then y, z.
 ///
 /// A staggered lattice: layer n along the largest component of the velocity (z for a body at rest) is shifted within the lattice's cells
-/// along the other two axes by the fractional parts of n/g and n/g^2, less a half, with g^3 = g + 1 (the R2 sequence: M. Roberts, The
-/// unreasonable effectiveness of quasirandom sequences, 2018). Particles that follow one another on the same lines keep to the same stream
-/// lines: where an obstacle spreads the flow the lines part by several cells, and the nodes between them are left without material.
-/// Mirror planes stay planes of symmetry: layers are shifted away from them on both sides.
+/// along the other two axes by the n-th point of r2_sequence.hpp, less a half. Particles that follow one another on the same lines keep to
+/// the same stream lines: where an obstacle spreads the flow the lines part by several cells, and the nodes between them are left without
+/// material. Mirror planes stay planes of symmetry: layers are shifted away from them on both sides.
 /// @param spacing  wanted distance of particles, m
 /// @returns the number of lattice points of the whole body; 0 where not one fits into it, and then nothing was added
 std::size_t fill_body(State& state, const BodySpec& body, const Scene& scene, double spacing);
