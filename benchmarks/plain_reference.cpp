@@ -7,7 +7,7 @@
 #include <limits>
 #include <stdexcept>
 
-#include "libmpm/core/bspline.hpp"
+#include "libmpm/base/bspline.hpp"
 
 namespace mpm::benchmarks {
 

@@ -42,7 +42,7 @@ MUTATIONS = [
              "+ (initial_internal_ - state.internal));", "- (initial_internal_ - state.internal));", ("isotropic_compression", "stress_paths")),
     Mutation("bulk_modulus", "K 1 % too large", "libmpm/material/hencky_elastic.cpp",
              "bulk_(p.young_modulus / (3.0 *", "bulk_(1.01 * p.young_modulus / (3.0 *", ("hydrostatic_column", "elastic_wave")),
-    Mutation("bspline_weight", "the middle weight of the B-spline is 0.7499 - b^2", "libmpm/core/bspline.hpp",
+    Mutation("bspline_weight", "the middle weight of the B-spline is 0.7499 - b^2", "libmpm/base/bspline.hpp",
              "0.75 - b * b", "0.7499 - b * b", ("free_flight",)),
     Mutation("affine_scale", "the affine momentum of APIC 1 % too small", "libmpm/core/particle_to_grid.cpp",
              "(options.affine ? options.density * dx : 0.0)", "(options.affine ? 0.99 * options.density * dx : 0.0)", ("conservation",)),

@@ -5,8 +5,8 @@
 /// this node), `constrain` (the velocity that it leaves), `surface_velocity` (for the work it does), `reference_point` (of its moment) and
 /// `translate` (moves it in space). It never books anything itself: grid_update.hpp does. To add one, name it in the variant.
 ///
-/// Two kinds act on several nodes together and have a file of their own in the core, instead of `constrain`: walls whose rule is
-/// ContactRule::surface (core/folded_wall.hpp), and SurfaceSolid (core/surface_contact.hpp).
+/// Two kinds act on several nodes together and have a file of their own in the core: walls whose rule is ContactRule::surface
+/// (core/folded_wall.hpp), and SurfaceSolid (core/surface_contact.hpp), which has neither `constrain` nor `reaches`.
 
 #include <concepts>
 #include <variant>
@@ -26,5 +26,11 @@ concept ActsOnNodes = requires(const B boundary, const Vec3 v) {
 
 /// One boundary of the list.
 using Boundary = std::variant<Wall, RigidBox, RigidPrism, RigidCylinder, MovingWall, SurfaceSolid>;
+
+/// The plane of a wall, moving or not; null for another boundary.
+inline const Wall* plane_of(const Boundary& boundary) {
+  if (const auto* moving = std::get_if<MovingWall>(&boundary)) return &moving->plane;
+  return std::get_if<Wall>(&boundary);
+}
 
 }  // namespace mpm

@@ -6,6 +6,7 @@
 #include <map>
 #include <numbers>
 
+#include "libmpm/base/bspline.hpp"
 #include "libmpm/boundary/outline_distance.hpp"
 
 namespace mpm {
@@ -18,16 +19,15 @@ constexpr double extended_to = 2.6;         // cells behind the surface: the sup
 constexpr double deep_from = 1.6;           // cells behind the surface: beyond the support of its points
 constexpr double ambiguous_distance = 0.5;  // cells: where two sides are as near, there is no one direction to extend along
 
+/// Weights of nodes first .. first + 2 at x, in cells.
 struct Weights {
+  explicit Weights(double x) : first(base_node(x)) {
+    const BsplineWeights<double> n = bspline_weights(x - first);
+    w = {n.n0, n.n1, n.n2};
+  }
   int first;
-  double w[3];
+  std::array<double, 3> w;
 };
-
-/// Quadratic B-splines at x, in cells: nodes first .. first + 2.
-Weights weights_at(double x) {
-  const double base = std::floor(x - 0.5), f = x - base;
-  return {static_cast<int>(base), {0.5 * (1.5 - f) * (1.5 - f), 0.75 - (f - 1.0) * (f - 1.0), 0.5 * (f - 0.5) * (f - 0.5)}};
-}
 
 /// A point of the surface, in cells.
 struct SurfacePoint {
@@ -48,22 +48,21 @@ std::vector<SurfacePoint> points_of_circle(const Circle& circle, double cell_siz
   return points;
 }
 
-std::vector<SurfacePoint> points_of_polygon(const std::vector<Vec2>& corners, double cell_size) {
-  struct Side {
+std::vector<SurfacePoint> points_of_polygon(const Outline& outline, double cell_size) {
+  struct Points {
     int first, count;
   };
   std::vector<SurfacePoint> points;
-  std::vector<Side> sides;
-  for (std::size_t s = 0; s < corners.size(); ++s) {
-    const Vec2 from = corners[s] / cell_size, along = corners[(s + 1) % corners.size()] / cell_size - from;
-    const Vec2 normal = Vec2(along.y(), -along.x()).normalized();
+  std::vector<Points> sides;
+  for (const OutlineSide& side : outline.sides()) {
+    const Vec2 from = side.from / cell_size, along = side.to / cell_size - from;
     const int count = std::max(1, static_cast<int>(std::lround(along.norm())));
     sides.push_back({static_cast<int>(points.size()), count});
-    for (int i = 0; i < count; ++i) points.push_back({from + (i + 0.5) / count * along, normal});
+    for (int i = 0; i < count; ++i) points.push_back({from + (i + 0.5) / count * along, side.normal});
   }
   constexpr int fewest = 3;  // a side of less has no inner point to compare its ends with
   for (std::size_t s = 0; s < sides.size(); ++s) {
-    const Side &side = sides[s], &before = sides[(s + sides.size() - 1) % sides.size()], &after = sides[(s + 1) % sides.size()];
+    const Points &side = sides[s], &before = sides[(s + sides.size() - 1) % sides.size()], &after = sides[(s + 1) % sides.size()];
     if (side.count < fewest) continue;
     SurfacePoint &start = points[static_cast<std::size_t>(side.first)],
                  &end = points[static_cast<std::size_t>(side.first + side.count - 1)];
@@ -132,17 +131,17 @@ ContactStencil contact_stencil(const Outline& outline, double cell_size, bool mi
   const OutlineDistance distance(outline);
 
   const std::vector<SurfacePoint> points =
-      outline.circle ? points_of_circle(*outline.circle, cell_size) : points_of_polygon(outline.corners, cell_size);
+      outline.circle ? points_of_circle(*outline.circle, cell_size) : points_of_polygon(outline, cell_size);
   std::vector<int> row_of(points.size(), -1);
   for (std::size_t p = 0; p < points.size(); ++p) {
     const SurfacePoint& point = points[p];
     if (!builder.computed(point.at)) continue;
     row_of[p] = static_cast<int>(builder.stencil.rows.size());
     builder.begin(ContactRow::Kind::surface, point.at, point.normal, cell_size);
-    const Weights wx = weights_at(point.at.x()), wy = weights_at(point.at.y());
-    for (int j = 0; j < 3; ++j) {
-      for (int i = 0; i < 3; ++i) {
-        if (const double w = wx.w[i] * wy.w[j]; w > 1e-12) builder.add(wx.first + i, wy.first + j, w);
+    const Weights wx(point.at.x()), wy(point.at.y());
+    for (std::size_t j = 0; j < 3; ++j) {
+      for (std::size_t i = 0; i < 3; ++i) {
+        if (const double w = wx.w[i] * wy.w[j]; w > 1e-12) builder.add(wx.first + static_cast<int>(i), wy.first + static_cast<int>(j), w);
       }
     }
   }

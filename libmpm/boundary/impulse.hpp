@@ -1,6 +1,7 @@
 #pragma once
 /// What a boundary takes from the material in one step: exact sums over nodes, never samples.
 
+#include <Eigen/Geometry>
 #include <cstdint>
 #include <vector>
 
@@ -13,6 +14,13 @@ struct Impulse {
   Vec3 linear = Vec3::Zero();   ///< N s
   Vec3 angular = Vec3::Zero();  ///< about the boundary's reference point
   double work = 0.0;            ///< J: of the moving surface on the material, -linear . u summed over the nodes
+  /// Adds what the material gave at one place. @param given  N s. @param arm  of the place from the reference point, m
+  /// @param surface_velocity  there, m/s
+  void add(const Vec3& given, const Vec3& arm, const Vec3& surface_velocity) {
+    linear += given;
+    work -= given.dot(surface_velocity);
+    angular += arm.cross(given);
+  }
   /// Adds the parts; both refer to the same reference point.
   Impulse& operator+=(const Impulse& other) {
     linear += other.linear;

@@ -15,13 +15,11 @@ ObstaclePlan obstacle_plan(const ObstacleSpec& spec) {
   ObstaclePlan plan;
   const Outline outline = std::visit([](const auto& shape) { return shape.outline(); }, spec.shape);
   const std::vector<Vec2>& corners = outline.corners;
+  plan.sides = outline.sides();
   double left = 0.0;
-  for (std::size_t i = 0; i < corners.size(); ++i) {
-    const Vec2 &from = corners[i], &to = corners[(i + 1) % corners.size()];
-    const Vec2 along = (to - from).normalized();
-    plan.sides.push_back({from, to, Vec2(along.y(), -along.x())});
-    plan.depth = std::max(plan.depth, from.x());
-    left = std::max(left, from.y());
+  for (const Vec2& corner : corners) {
+    plan.depth = std::max(plan.depth, corner.x());
+    left = std::max(left, corner.y());
   }
   plan.width = 2.0 * left;  // every shape is centred
   if (outline.circle) plan.radius = outline.circle->radius;
@@ -36,7 +34,7 @@ ObstaclePlan obstacle_plan(const ObstacleSpec& spec) {
 double ObstaclePlan::front(double y) const {
   if (radius) return *radius - std::sqrt(std::max(0.0, *radius * *radius - y * y));
   double x = 0.0;  // the furthest of the lines of the front sides, which are convex
-  for (const Side& side : sides) {
+  for (const OutlineSide& side : sides) {
     if (side.normal.x() < -1e-12) x = std::max(x, side.from.x() - side.normal.y() * (y - side.from.y()) / side.normal.x());
   }
   return x;
@@ -52,7 +50,7 @@ ObstaclePlan::Nearest ObstaclePlan::nearest(double x, double y) const {
     return {r - *radius, arm / r};
   }
   Nearest result{upstream ? std::numeric_limits<double>::infinity() : -std::numeric_limits<double>::infinity(), -Vec2::UnitX()};
-  for (const Side& side : sides) {
+  for (const OutlineSide& side : sides) {
     if (side.normal.x() >= -1e-12) continue;
     if (upstream) {
       const Vec2 gap = p - nearest_point(side.from, side.to, p);

@@ -13,17 +13,12 @@ namespace mpm {
 
 /// A convex polygon or circle in plan, and distances from its front.
 struct ObstaclePlan {
-  /// One side of the polygon.
-  struct Side {
-    Vec2 from, to;  ///< m; the solid is to the left
-    Vec2 normal;    ///< outward unit normal
-  };
-  std::vector<Side> sides;       ///< convex, counter-clockwise; of a circle: of a regular polygon inscribed in it
-  std::optional<double> radius;  ///< m, of a circle with its centre at (radius, 0)
-  double depth = 0.0;            ///< extent along x, from 0, m
-  double width = 0.0;            ///< extent across, m
-  bool symmetric = true;         ///< about y = 0
-  bool flat_front = false;       ///< a rectangle with sides along the axes, as the paper's box: its front is the face x = 0
+  std::vector<OutlineSide> sides;  ///< convex, counter-clockwise; of a circle: of a regular polygon inscribed in it
+  std::optional<double> radius;    ///< m, of a circle with its centre at (radius, 0)
+  double depth = 0.0;              ///< extent along x, from 0, m
+  double width = 0.0;              ///< extent across, m
+  bool symmetric = true;           ///< about y = 0
+  bool flat_front = false;         ///< a rectangle with sides along the axes, as the paper's box: its front is the face x = 0
 
   /// x of the surface that meets the flow at |y| <= width/2, m.
   [[nodiscard]] double front(double y) const;

@@ -15,12 +15,8 @@ class OutlineDistance {
  public:
   /// @param outline  m
   explicit OutlineDistance(const Outline& outline) : circle_(outline.circle) {
-    const std::vector<Vec2>& corners = outline.corners;
-    for (std::size_t i = 0; i < corners.size() && !circle_; ++i) {
-      const Vec2 along = (corners[(i + 1) % corners.size()] - corners[i]).normalized();
-      const Vec2 normal(along.y(), -along.x());
-      sides_.push_back({normal, normal.dot(corners[i])});
-    }
+    if (circle_) return;
+    for (const OutlineSide& side : outline.sides()) sides_.push_back({side.normal, side.normal.dot(side.from)});
   }
 
   /// What is nearest of the outline.

@@ -3,6 +3,7 @@
 
 #include "libmpm/boundary/contact.hpp"
 #include "libmpm/boundary/contact_stencil.hpp"
+#include "libmpm/boundary/outline_distance.hpp"
 
 namespace mpm {
 
@@ -22,17 +23,17 @@ class SurfaceSolid {
   [[nodiscard]] double top() const { return top_; }                         ///< m
   [[nodiscard]] double friction() const { return friction_; }               ///< mu
 
-  /// What every boundary offers (any_boundary.hpp). Places in m, velocities in m/s, time in s.
+  /// What every boundary offers (any_boundary.hpp); it acts on no node by itself. Places in m, velocities in m/s, time in s.
   /// @{
   [[nodiscard]] Vec3 reference_point() const { return reference_; }
   [[nodiscard]] Vec3 surface_velocity(const Vec3&, double) const { return Vec3::Zero(); }
-  [[nodiscard]] bool reaches(const Vec3& low, const Vec3& high, double time) const;
   [[nodiscard]] bool covers(const Vec3& x, double time) const;
   void translate(const Vec3& by);
   /// @}
 
  private:
   Outline outline_;
+  OutlineDistance distance_;
   double top_, friction_;
   Vec3 reference_;
   double cell_size_;

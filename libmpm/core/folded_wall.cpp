@@ -1,6 +1,5 @@
 #include "libmpm/core/folded_wall.hpp"
 
-#include <Eigen/Geometry>
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -45,7 +44,7 @@ struct NodeAt {
   int number = 0;
 };
 NodeAt node_at(Grid& grid, std::int32_t block, int number, int axis, int by) {
-  const int stride = axis == 0 ? 1 : axis == 1 ? block_edge : block_edge * block_edge;
+  const int stride = node_stride(axis);
   const int local = number / stride % block_edge, moved = local + by;
   int offset[3] = {0, 0, 0};
   offset[axis] = moved < 0 ? -1 : moved >= block_edge ? 1 : 0;
@@ -113,12 +112,15 @@ bool collect_column(Grid& grid, const ColumnPlan& plan, std::int32_t block, int 
   return behind;
 }
 
-/// Sets a node's velocity. @returns the momentum that it gave, of the computed part
-Vec3 set_velocity(const Grid& grid, const NodeAt& at, const MirrorPlanes& mirror, const Vec3& after) {
+/// Sets a node's velocity, relative to a surface. @param impulse  gets the momentum that it gave, of the computed part
+/// @returns that momentum
+Vec3 set_velocity(const Grid& grid, const NodeAt& at, const MirrorPlanes& mirror, const Vec3& surface, const Vec3& velocity,
+                  const Vec3& reference, Impulse& impulse) {
   const Index3& block = grid.block(at.block).coordinate;
   Node& node = *at.node;
-  const double mass = (is_cut(mirror, block) ? computed_share(mirror, block, at.number) : 1.0) * node[3];
-  const Vec3 given = mass * (Vec3(node[0], node[1], node[2]) - after);
+  const Vec3 after = surface + velocity;
+  const Vec3 given = computed_share(mirror, block, at.number) * node[3] * (Vec3(node[0], node[1], node[2]) - after);
+  impulse.add(given, node_position(block, at.number, grid.cell_size()) - reference, surface);
   node = Node{after.x(), after.y(), after.z(), node[3]};
   return given;
 }
@@ -134,19 +136,19 @@ bool folds(const Wall& wall, std::span<const Boundary> boundaries, const MirrorP
   Vec3 master = wall.point;
   master[*axis] = cell_size * plane;
   return std::ranges::none_of(boundaries, [&](const Boundary& other) {
-    const Wall* parallel = std::get_if<Wall>(&other);
-    if (const auto* moving = std::get_if<MovingWall>(&other)) parallel = &moving->plane;
+    const Wall* const parallel = plane_of(other);
     if (parallel == nullptr || parallel->normal.dot(wall.normal) > -0.5) return false;
     // its own master is the first node half a cell before it: another one only where there is a cell between
     return parallel->normal.dot(master) - parallel->offset(time) < (nearest + 1.0 - rounding) * cell_size;
   });
 }
 
-Impulse apply_folded_wall(Grid& grid, const Wall& wall, const Boundary& boundary, const MirrorPlanes& mirror, double time) {
+Impulse apply_folded_wall(Grid& grid, const Boundary& boundary, const MirrorPlanes& mirror, double time) {
+  const Wall& wall = *plane_of(boundary);
   const double dx = grid.cell_size();
   const int axis = axis_of(wall).value();
   const ColumnPlan plan = plan_of(wall, axis, dx, time);
-  const int stride = axis == 0 ? 1 : axis == 1 ? block_edge : block_edge * block_edge;
+  const int stride = node_stride(axis);
   const auto all = grid.all_blocks();
   const auto surface_velocity = [&](const Vec3& x) {
     return std::visit([&](const auto& b) -> Vec3 { return b.surface_velocity(x, time); }, boundary);
@@ -159,12 +161,8 @@ Impulse apply_folded_wall(Grid& grid, const Wall& wall, const Boundary& boundary
     // steps from the masters' plane towards the inside: of the block's nodes, those nearest and furthest
     const std::int32_t from = plan.inward * (first - plan.master), to = plan.inward * (first + block_edge - 1 - plan.master);
     if (std::max(from, to) < 0) continue;
-    Impulse& sum = taken[i];
     const auto write = [&](const NodeAt& at, const Vec3& surface, const Vec3& velocity) {
-      const Vec3 given = set_velocity(grid, at, mirror, surface + velocity);
-      sum.linear += given;
-      sum.work -= given.dot(surface);
-      sum.angular += (node_position(grid.block(at.block).coordinate, at.number, dx) - wall.point).cross(given);
+      set_velocity(grid, at, mirror, surface, velocity, wall.point, taken[i]);
     };
     for (int n = 0; n < block_nodes; ++n) {
       const std::int32_t inward = plan.inward * (first + n / stride % block_edge - plan.master);
@@ -197,10 +195,9 @@ Impulse apply_folded_wall(Grid& grid, const Wall& wall, const Boundary& boundary
 }
 
 void apply_folded_top(Grid& grid, const SurfaceSolid& solid, const MirrorPlanes& mirror, ContactImpulse& impulse) {
-  const double dx = grid.cell_size();
   const Wall top{Vec3(0.0, 0.0, solid.top()), Vec3::UnitZ(), Contact::separable, solid.friction(), Vec3::Zero(), false,
                  ContactRule::surface};
-  const ColumnPlan plan = plan_of(top, 2, dx, 0.0);
+  const ColumnPlan plan = plan_of(top, 2, grid.cell_size(), 0.0);
   for (const int covered : solid.stencil().covered) {
     const std::array<int, 2> at = solid.stencil().nodes[static_cast<std::size_t>(covered)].at;
     const std::int32_t block = grid.find({at[0] >> 2, at[1] >> 2, plan.master >> 2});
@@ -211,11 +208,9 @@ void apply_folded_top(Grid& grid, const SurfaceSolid& solid, const MirrorPlanes&
     for (int k = 0; k < column_nodes; ++k) {
       const ColumnNode& c = column[static_cast<std::size_t>(k)];
       if (c.mass <= 0.0) continue;
-      const Vec3 given = set_velocity(grid, c.at, mirror, c.velocity);
-      impulse.total.linear += given;
-      impulse.total.angular += (dx * Vec3(at[0], at[1], plan.master - k) - solid.reference_point()).cross(given);
-      const std::int32_t layer = plan.master - k - impulse.layers.first;
-      if (layer >= 0 && layer < std::ssize(impulse.layers.layer)) impulse.layers.layer[static_cast<std::size_t>(layer)] += given;
+      const Vec3 given = set_velocity(grid, c.at, mirror, Vec3::Zero(), c.velocity, solid.reference_point(), impulse.total);
+      // the layers are those of all blocks in the columns of the stencil
+      impulse.layers.layer[static_cast<std::size_t>(plan.master - k - impulse.layers.first)] += given;
     }
   }
 }

@@ -20,9 +20,9 @@ namespace mpm {
 /// separable: only where the column as a whole is pushed against the wall. Coulomb friction takes from the tangential
 /// velocities v_t the same share s of the way to sticking (v_t = c_k w), s <= 1 and s |J_stick| <= mu |J_n|. Nodes further behind act
 /// each for itself, as all do in a column whose master has no mass.
-/// @param wall  the plane of `boundary`, which gives the velocity of its surface
+/// @param boundary  a wall, moving or not, that folds()
 /// @returns what the wall took
-Impulse apply_folded_wall(Grid& grid, const Wall& wall, const Boundary& boundary, const MirrorPlanes& mirror, double time);
+Impulse apply_folded_wall(Grid& grid, const Boundary& boundary, const MirrorPlanes& mirror, double time);
 
 /// Lets the top of a solid act, as a separable wall folds, on the columns of nodes that stand on it.
 /// @param impulse  what it took is added to this

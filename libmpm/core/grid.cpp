@@ -4,8 +4,8 @@
 #include <bit>
 #include <cstring>
 
+#include "libmpm/base/bspline.hpp"
 #include "libmpm/base/error.hpp"
-#include "libmpm/core/bspline.hpp"
 
 namespace mpm {
 

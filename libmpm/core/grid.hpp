@@ -24,8 +24,10 @@ namespace mpm {
 
 using Node = HalfLanes;  ///< {p_x, p_y, p_z, m} after particle_to_grid, {v_x, v_y, v_z, m} after update_grid
 
-inline constexpr int block_edge = 4;                                  ///< cells and nodes per axis
-inline constexpr int block_nodes = 64;                                ///< nodes a block owns
+inline constexpr int block_edge = 4;    ///< cells and nodes per axis
+inline constexpr int block_nodes = 64;  ///< nodes a block owns
+/// From a node of a block to the next one along an axis, in the numbers of nodes.
+constexpr int node_stride(int axis) { return axis == 0 ? 1 : axis == 1 ? block_edge : block_edge * block_edge; }
 inline constexpr int halo_edge = block_edge + 2;                      ///< nodes per axis that a block's particles touch
 inline constexpr int halo_nodes = halo_edge * halo_edge * halo_edge;  ///< nodes that a block's particles touch
 inline constexpr std::int32_t no_block = -1;                          ///< index where there is none

@@ -1,6 +1,5 @@
 #include "libmpm/core/grid_update.hpp"
 
-#include <Eigen/Geometry>
 #include <algorithm>
 #include <type_traits>
 
@@ -48,10 +47,8 @@ Impulse constrain_block(const AnyOf& boundary, NodeBlock& nodes, const Index3& b
     const Vec3 before(node[0], node[1], node[2]);
     const Vec3 after = boundary.constrain(position, before, time);
     const Vec3 taken = (cut ? computed_share(mirror, block, n) : 1.0) * node[3] * (before - after);
-    impulse.linear += taken;
-    impulse.work -= taken.dot(boundary.surface_velocity(position, time));
-    if (layers != nullptr) layers[n / (block_edge * block_edge)] += taken;
-    impulse.angular += (position - boundary.reference_point()).cross(taken);
+    impulse.add(taken, position - boundary.reference_point(), boundary.surface_velocity(position, time));
+    if (layers != nullptr) layers[n / node_stride(2)] += taken;
     node = Node{after.x(), after.y(), after.z(), node[3]};
   }
   return impulse;
@@ -81,16 +78,6 @@ LayerImpulses sum_of_layers(const Grid& grid, std::span<const Vec3> partial) {
     for (std::size_t k = 0; k < edge; ++k) sum.layer[base + k] += partial[edge * i + k];
   }
   return sum;
-}
-
-}  // namespace
-
-namespace {
-
-/// The plane of a wall, moving or not; null for another boundary.
-const Wall* plane_of(const Boundary& boundary) {
-  if (const auto* moving = std::get_if<MovingWall>(&boundary)) return &moving->plane;
-  return std::get_if<Wall>(&boundary);
 }
 
 /// Applies a scene's boundaries, one after another, and books what each took.
@@ -144,7 +131,7 @@ class Boundaries {
       update_.impulses[b] = impulse.total;
       if (const std::size_t place = place_of(b); place < forces_.layered.size()) update_.layers[place] = std::move(impulse.layers);
     } else {
-      update_.impulses[b] = apply_folded_wall(grid_, *plane_of(boundary), boundary, forces_.mirror, time_);
+      update_.impulses[b] = apply_folded_wall(grid_, boundary, forces_.mirror, time_);
     }
   }
 

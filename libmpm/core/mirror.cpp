@@ -9,7 +9,7 @@ namespace {
 /// @param nodes_of  NodeBlock& of a block's number: which field
 template <class NodesOf, class F>
 void for_each_mirrored_block(const Grid& grid, int axis, NodesOf&& nodes_of, F&& f) {
-  const int stride = axis == 0 ? 1 : 4;
+  const int stride = node_stride(axis);
   const auto slot = static_cast<std::size_t>(axis == 0 ? neighbour_slot(-1, 0, 0) : neighbour_slot(0, -1, 0));
   Node flip = {1, 1, 1, 1};
   flip[axis] = -1.0;

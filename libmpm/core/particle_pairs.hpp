@@ -4,8 +4,8 @@
 
 #include <type_traits>
 
+#include "libmpm/base/bspline.hpp"
 #include "libmpm/base/lanes.hpp"
-#include "libmpm/core/bspline.hpp"
 #include "libmpm/core/grid.hpp"
 
 namespace mpm {

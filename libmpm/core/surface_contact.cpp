@@ -1,6 +1,5 @@
 #include "libmpm/core/surface_contact.hpp"
 
-#include <Eigen/Geometry>
 #include <algorithm>
 #include <array>
 #include <vector>
@@ -198,9 +197,9 @@ void hold_deep_nodes(const ContactStencil& stencil, double friction, LayerGroup&
   }
 }
 
-/// Writes the velocities back. @param linear, angular  what each layer gave
+/// Writes the velocities back. @param taken  gets what each layer gave
 void scatter(const ContactStencil& stencil, const NodePlaces& places, const GroupBlocks& blocks, const LayerGroup& group, LaneMask acts,
-             std::int32_t first_layer, double dx, const Vec3& reference, Vec3* linear, Vec3* angular) {
+             std::int32_t first_layer, double dx, const Vec3& reference, Impulse* taken) {
   for (std::size_t n = 0; n < stencil.nodes.size(); ++n) {
     const LayerGroup::NodeLanes& lanes = group.node[n];
     for (int half = 0; half < group_blocks; ++half) {
@@ -211,9 +210,9 @@ void scatter(const ContactStencil& stencil, const NodePlaces& places, const Grou
         if (acts[lane] == 0 || lanes.mass[lane] <= 0.0) continue;
         Node& node = block->node[places.place[n] + block_edge * block_edge * k];
         const Vec3 after(lanes.v[0][lane], lanes.v[1][lane], lanes.v[2][lane]);
-        const Vec3 taken = lanes.mass[lane] * (Vec3(node[0], node[1], node[2]) - after);
-        linear[lane] += taken;
-        angular[lane] += (dx * Vec3(stencil.nodes[n].at[0], stencil.nodes[n].at[1], first_layer + lane) - reference).cross(taken);
+        const Vec3 given = lanes.mass[lane] * (Vec3(node[0], node[1], node[2]) - after);
+        const Vec3 position = dx * Vec3(stencil.nodes[n].at[0], stencil.nodes[n].at[1], first_layer + lane);
+        taken[lane].add(given, position - reference, Vec3::Zero());
         node = Node{after.x(), after.y(), after.z(), node[3]};
       }
     }
@@ -238,7 +237,7 @@ ContactImpulse apply_surface_contact(Grid& grid, const SurfaceSolid& solid) {
   if (highest < lowest) return {};
   const std::int32_t first_group = lowest >> 1, groups = (highest >> 1) - first_group + 1;  // their layers are all that material touches
   const std::int32_t first_layer = group_layers * first_group;
-  std::vector<Vec3> linear(static_cast<std::size_t>(group_layers * groups), Vec3::Zero()), angular = linear;
+  std::vector<Impulse> taken(static_cast<std::size_t>(group_layers * groups));  // by layer
   LayerGroup group;
   GroupBlocks blocks;
 #pragma omp parallel for schedule(dynamic, 1) firstprivate(group, blocks)
@@ -259,15 +258,14 @@ ContactImpulse apply_surface_contact(Grid& grid, const SurfaceSolid& solid) {
     solve_rows(stencil, solid.friction(), group);
     hold_deep_nodes(stencil, solid.friction(), group);
     scatter(stencil, places, blocks, group, acts, layer, dx, solid.reference_point(),
-            &linear[static_cast<std::size_t>(layer - first_layer)], &angular[static_cast<std::size_t>(layer - first_layer)]);
+            &taken[static_cast<std::size_t>(layer - first_layer)]);
   }
   ContactImpulse result;
   result.layers.first = first_layer;
-  for (std::size_t k = 0; k < linear.size(); ++k) {
-    result.total.linear += linear[k];
-    result.total.angular += angular[k];
+  for (const Impulse& layer : taken) {
+    result.total += layer;
+    result.layers.layer.push_back(layer.linear);
   }
-  result.layers.layer = std::move(linear);
   return result;
 }
 

@@ -1,4 +1,4 @@
-#include "libmpm/core/bspline.hpp"
+#include "libmpm/base/bspline.hpp"
 
 #include <gtest/gtest.h>
 

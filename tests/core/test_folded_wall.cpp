@@ -47,7 +47,7 @@ Grid random_grid(const Wall& wall, unsigned seed = 1) {
 }
 
 Impulse fold(Grid& grid, const Wall& wall, const MirrorPlanes& mirror = {}, double time = 0.0) {
-  return apply_folded_wall(grid, wall, Boundary(wall), mirror, time);
+  return apply_folded_wall(grid, wall, mirror, time);
 }
 
 /// What each column of nodes along the wall's normal gave to the wall, and its kinetic energy relative to the surface.
@@ -289,7 +289,7 @@ TEST(FoldedWall, ActsAtTheTravellingSurface) {
 TEST(FoldedWall, TakesTheSurfaceVelocityOfItsColumn) {
   MovingWall inlet{wall_at(0, 1.0, 0.3, Contact::no_slip), [](double height, double time) { return height + 10.0 * time; }};
   Grid grid = random_grid(inlet.plane, 11);
-  apply_folded_wall(grid, inlet.plane, Boundary(inlet), {}, 0.2);
+  apply_folded_wall(grid, inlet, {}, 0.2);
   for (int y = -8; y < 12; ++y) {
     for (int z = -8; z < 12; ++z) {
       const Vec3 surface(dx * z - inlet.plane.point.z() + 2.0, 0.0, 0.0);

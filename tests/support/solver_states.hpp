@@ -12,7 +12,7 @@
 #include <span>
 #include <vector>
 
-#include "libmpm/core/bspline.hpp"
+#include "libmpm/base/bspline.hpp"
 #include "libmpm/core/grid.hpp"
 #include "libmpm/core/step.hpp"
 #include "libmpm/driver/case.hpp"
