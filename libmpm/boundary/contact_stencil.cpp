@@ -6,7 +6,8 @@
 #include <map>
 #include <numbers>
 
-#include "libmpm/base/bspline.hpp"
+#include "libmpm/boundary/axis_weights.hpp"
+#include "libmpm/boundary/edge_share.hpp"
 #include "libmpm/boundary/outline_distance.hpp"
 
 namespace mpm {
@@ -19,20 +20,11 @@ constexpr double extended_to = 2.6;         // cells behind the surface: the sup
 constexpr double deep_from = 1.6;           // cells behind the surface: beyond the support of its points
 constexpr double ambiguous_distance = 0.5;  // cells: where two sides are as near, there is no one direction to extend along
 
-/// Weights of nodes first .. first + 2 at x, in cells.
-struct Weights {
-  explicit Weights(double x) : first(base_node(x)) {
-    const BsplineWeights<double> n = bspline_weights(x - first);
-    w = {n.n0, n.n1, n.n2};
-  }
-  int first;
-  std::array<double, 3> w;
-};
-
 /// A point of the surface, in cells.
 struct SurfacePoint {
   Vec2 at, normal;
   int inner = -1, round = -1;
+  double share = 1.0;
 };
 
 std::vector<SurfacePoint> points_of_circle(const Circle& circle, double cell_size) {
@@ -51,13 +43,14 @@ std::vector<SurfacePoint> points_of_circle(const Circle& circle, double cell_siz
 std::vector<SurfacePoint> points_of_polygon(const Outline& outline, double cell_size) {
   struct Points {
     int first, count;
+    Vec2 from, along;  // cells
   };
   std::vector<SurfacePoint> points;
   std::vector<Points> sides;
   for (const OutlineSide& side : outline.sides()) {
     const Vec2 from = side.from / cell_size, along = side.to / cell_size - from;
     const int count = std::max(1, static_cast<int>(std::lround(along.norm())));
-    sides.push_back({static_cast<int>(points.size()), count});
+    sides.push_back({static_cast<int>(points.size()), count, from, along});
     for (int i = 0; i < count; ++i) points.push_back({from + (i + 0.5) / count * along, side.normal});
   }
   constexpr int fewest = 3;  // a side of less has no inner point to compare its ends with
@@ -66,6 +59,10 @@ std::vector<SurfacePoint> points_of_polygon(const Outline& outline, double cell_
     if (side.count < fewest) continue;
     SurfacePoint &start = points[static_cast<std::size_t>(side.first)],
                  &end = points[static_cast<std::size_t>(side.first + side.count - 1)];
+    const double length = side.along.norm();
+    const Vec2 direction = side.along / length;
+    start.share = edge_share(side.from, direction, length / side.count);
+    end.share = edge_share(side.from + side.along, -direction, length / side.count);
     start.inner = side.first + 1;
     start.round = before.first + before.count - 1;
     end.inner = side.first + side.count - 2;
@@ -138,7 +135,7 @@ ContactStencil contact_stencil(const Outline& outline, double cell_size, bool mi
     if (!builder.computed(point.at)) continue;
     row_of[p] = static_cast<int>(builder.stencil.rows.size());
     builder.begin(ContactRow::Kind::surface, point.at, point.normal, cell_size);
-    const Weights wx(point.at.x()), wy(point.at.y());
+    const AxisWeights wx(point.at.x()), wy(point.at.y());
     for (std::size_t j = 0; j < 3; ++j) {
       for (std::size_t i = 0; i < 3; ++i) {
         if (const double w = wx.w[i] * wy.w[j]; w > 1e-12) builder.add(wx.first + static_cast<int>(i), wy.first + static_cast<int>(j), w);
@@ -159,6 +156,7 @@ ContactStencil contact_stencil(const Outline& outline, double cell_size, bool mi
     ContactRow& row = builder.stencil.rows[static_cast<std::size_t>(row_of[p])];
     row.inner = row_or_image(points[p].inner);
     row.round = row_or_image(points[p].round);
+    row.share = points[p].share;
   }
 
   builder.stencil.surface_rows = builder.stencil.rows.size();

@@ -28,6 +28,7 @@ struct ContactRow {
   Vec2 point = Vec2::Zero();                                    ///< m: on the surface, or the node that is extended to
   int inner = -1;       ///< of the end of a side of three points or more: the next row on the side; -1: another row, or none
   int round = -1;       ///< likewise: the end of the side round the edge
+  double share = 1.0;   ///< likewise: largest impulse over that of the next row on the side (edge_share.hpp)
   int surface = -1;     ///< of an extension: the row of the surface before it, without whose contact there is nothing to extend
   double copies = 1.0;  ///< 2 for a point on a mirror plane: it is its own image, and its impulse here is half of the whole
 };

@@ -66,7 +66,7 @@ struct Scene {
   /// Velocities between grid and particles.
   Transfer transfer = Transfer::apic;
   double flip_ratio = 0.0;        ///< Transfer::flip: share of FLIP
-  double relaxation_cells = 1.2;  ///< Transfer::aflip: t_ref = relaxation_cells dx / (c_P + |v|max)
+  double relaxation_cells = 5.0;  ///< Transfer::aflip: t_ref = relaxation_cells dx / (c_P + |v|max)
   double cfl = 0.4;               ///< dt <= cfl dx / (c_P + |v|max)
 };
 

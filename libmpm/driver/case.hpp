@@ -89,13 +89,13 @@ struct NumericsSpec {
   double cell_size = 0.25;     ///< dx, m
   int particles_per_cell = 8;  ///< a cube number: 1, 8, 27, 64
   /// Velocities between grid and particles (core/transfer.hpp).
-  Transfer transfer = Transfer::apic;
+  Transfer transfer = Transfer::aflip;
   double flip_ratio = 0.95;       ///< part of FLIP in the PIC/FLIP blend
-  double relaxation_cells = 1.2;  ///< AFLIP: cells that the fastest wave passes while particles forget what the grid cannot carry
-  ContactRule contact = ContactRule::nodal;  ///< where walls and obstacle act (boundary/contact.hpp)
-  double cfl = 0.4;                          ///< dt <= cfl dx / (c_P + |v|max)
-  double gravity = 9.81;                     ///< m/s^2
-  double slope = 0.0;                        ///< rad; gravity = g (sin, 0, -cos)
+  double relaxation_cells = 5.0;  ///< AFLIP: cells that the fastest wave passes while particles forget what the grid cannot carry
+  ContactRule contact = ContactRule::surface;  ///< where walls and obstacle act (boundary/contact.hpp)
+  double cfl = 0.4;                            ///< dt <= cfl dx / (c_P + |v|max)
+  double gravity = 9.81;                       ///< m/s^2
+  double slope = 0.0;                          ///< rad; gravity = g (sin, 0, -cos)
   Vec3 grid_offset = Vec3::Zero();  ///< shift of the whole scene against the grid, in cells; for studies of where surfaces cut cells
   bool operator==(const NumericsSpec&) const = default;
 
@@ -121,7 +121,6 @@ struct NumericsSpec {
         .text(
             "Time over which particles forget what the grid cannot carry, as the way of the fastest wave in it: dt takes cfl / this of it");
     table.add("contact", &NumericsSpec::contact, {"nodal", "surface"})
-        .hide_default()
         .text(
             "Where walls and obstacle act: on every node on or behind them (first order), or at their surface (second order; walls normal "
             "to "

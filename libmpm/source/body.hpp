@@ -20,7 +20,7 @@ struct BodySpec {
   Vec3 min = Vec3::Zero(), max = Vec3::Zero();  ///< bounding box, m; cylinder (axis z) and sphere are inscribed
   Vec3 velocity = Vec3::Zero();                 ///< m/s
   /// How layers of particles follow one another: on the same lines, or each shifted against the ones before it (fill_body).
-  enum class Lattice : std::uint8_t { aligned, staggered } lattice = Lattice::aligned;  ///< which of them
+  enum class Lattice : std::uint8_t { aligned, staggered } lattice = Lattice::staggered;  ///< which of them
   bool operator==(const BodySpec&) const = default;
 
   /// The keys of [[body]] (base/parameter.hpp).
@@ -32,7 +32,6 @@ struct BodySpec {
     table.add("max_m", &BodySpec::max).unit("m").range(-longest_length, longest_length).required().text("Upper corner of the bounding box");
     table.add("velocity_m_s", &BodySpec::velocity).unit("m/s").range(-fastest_speed, fastest_speed).text("Initial velocity");
     table.add("lattice", &BodySpec::lattice, {"aligned", "staggered"})
-        .hide_default()
         .text(
             "aligned: a plain lattice; staggered: its layers across the velocity (across z for a body at rest) are shifted against each "
             "other, so that no gaps open where the flow spreads");

@@ -6,30 +6,17 @@
 
 #include "libmpm/core/stress_update.hpp"
 #include "libmpm/driver/case_file.hpp"
-#include "libmpm/driver/scene.hpp"
 #include "validation/cases/plate_in_jet/free_streamlines.hpp"
 #include "validation/harness/case.hpp"
 #include "validation/harness/in_parallel.hpp"
-#include "validation/harness/shallow_flow.hpp"
+#include "validation/harness/plane_jet.hpp"
 
 namespace mpm::validation {
 namespace {
 
-// Times are multiples of b/U, half the jet's thickness over its speed: means from `from` to `to`.
-constexpr double from = 12.0, to = 25.0;
-constexpr std::size_t batches = 8, samples = 64;
 constexpr double exit_near = 3.0, exit_far = 5.0;  ///< b from the axis: where the turned jet is measured
 
-/// One run.
-struct Setting {
-  int cells;            ///< across the plate
-  double ratio = 0.75;  ///< l/d, nearly: d is made an even number of cells
-  double cfl = 0.4;
-  double shift_x = 0.0, shift_y = 0.0;  ///< of the scene against the grid, cells
-  Transfer transfer = Transfer::aflip;
-  ContactRule contact = ContactRule::surface;
-  BodySpec::Lattice lattice = BodySpec::Lattice::staggered;
-};
+using Setting = PlaneJetSetting;
 
 struct Measured {
   double ratio = 0.0;     ///< l/d
@@ -47,13 +34,12 @@ struct Measured {
 /// Sums over the particles of some instants.
 class FlowSums {
  public:
-  FlowSums(const CaseScene& scene, double dx, double half_width, double b)
-      : scene_(scene), dx_(dx), b_(b), sum_(static_cast<std::size_t>(std::ceil(half_width / dx - 1e-9)), 0.0), count_(sum_) {}
+  FlowSums(double dx, double half_width) : dx_(dx), sum_(static_cast<std::size_t>(std::ceil(half_width / dx - 1e-9)), 0.0), count_(sum_) {}
 
-  void add(const State& state) {
+  void add(const State& state, const CaseScene& scene, double b) {
     state.grid.for_each_particle([&](const Particle& p) {
-      const double x = p.position[0] - scene_.offset.x(), y = std::abs(p.position[1] - scene_.offset.y());
-      if (y > exit_near * b_ && y < exit_far * b_) {
+      const double x = p.position[0] - scene.offset.x(), y = std::abs(p.position[1] - scene.offset.y());
+      if (y > exit_near * b && y < exit_far * b) {
         exit_x_ += p.volume * p.velocity[0];
         exit_y_ += p.volume * std::abs(p.velocity[1]);
         exit_speed_ += p.volume * std::hypot(p.velocity[0], p.velocity[1]);
@@ -61,7 +47,7 @@ class FlowSums {
       }
       const auto row = static_cast<std::size_t>(y / dx_);
       if (x < -dx_ || x > 0.0 || row >= sum_.size()) return;
-      sum_[row] -= (p.stress[0] + p.stress[1] + p.stress[2]) / (3.0 * volume_ratio(scene_.material, p));
+      sum_[row] -= (p.stress[0] + p.stress[1] + p.stress[2]) / (3.0 * volume_ratio(scene.material, p));
       count_[row] += 1.0;
     });
   }
@@ -74,57 +60,25 @@ class FlowSums {
   [[nodiscard]] double exit_speed() const { return exit_speed_ / exit_volume_; }
 
  private:
-  const CaseScene& scene_;
-  double dx_, b_;
+  double dx_;
   std::vector<double> sum_, count_;
   double exit_x_ = 0.0, exit_y_ = 0.0, exit_speed_ = 0.0, exit_volume_ = 0.0;
 };
 
 Measured run_jet(const Case& base, const Setting& s) {
-  Case c = base;
-  const double l = c.obstacle->width(), u = c.bodies[0].velocity.x(), density = c.material.density(), dx = l / s.cells;
-  const double b = std::max(1.0, std::round(0.5 * l / (s.ratio * dx))) * dx;  // whole cells
-  c.numerics.cell_size = dx;
-  c.numerics.cfl = s.cfl;
-  c.numerics.transfer = s.transfer;
-  c.numerics.contact = s.contact;
-  c.numerics.grid_offset = Vec3(s.shift_x, s.shift_y, 0.0);
-  c.domain.mirror_y = s.shift_y == 0.0;  // a mirror plane stays on the grid
-  c.walls[0].point.z() = c.bodies[0].min.z() = dx;
-  c.walls[1].point.z() = c.bodies[0].max.z() = 2.0 * dx;
-  c.bodies[0].lattice = s.lattice;
-  c.bodies[0].min = Vec3(-(to + 3.0) * b, -b, dx);
-  c.bodies[0].max = Vec3(-dx, b, 2.0 * dx);
-  c.domain.min = Vec3(c.bodies[0].min.x() - b, -12.0 * b, 0.0);
-  c.domain.max = Vec3(6.0 * b, 12.0 * b, 4.0 * dx);
-  const CaseScene scene = make_scene(c);
-  State state = make_state(c, scene);
-
+  const double l = base.obstacle->width(), u = base.bodies[0].velocity.x(), density = base.material.density(), dx = l / s.cells;
+  FlowSums sums(dx, 0.5 * l);
+  const PlaneJetForce run =
+      run_plane_jet(base, s, [&](const State& state, const CaseScene& scene, double b) { sums.add(state, scene, b); });
+  const double b = run.half_thickness;
   Measured m;
-  m.ratio = 0.5 * l / b;
+  m.ratio = run.ratio;
   const PlateInJet exact(m.ratio);
   m.exact = exact.force();
-  const double unit = b / u, full = density * u * u * 2.0 * b * dx / scene.mirror.parts() * m.exact;
-  FlowSums sums(scene, dx, 0.5 * l, b);
-  std::vector<double> force;
-  const auto go = [&](double until) {
-    double impulse = 0.0;
-    const double start = state.time;
-    advance(state, scene, until * unit, [&](const StepReport& r) {
-      impulse += r.impulses[*scene.obstacle].linear.x();
-      m.particle_steps += static_cast<double>(state.grid.particle_count());
-    });
-    m.time.push_back(0.5 * (start / unit + until));
-    m.history.push_back(impulse / ((state.time - start) * full));
-  };
-  constexpr int before = 60;
-  for (int i = 1; i <= before; ++i) go(from * i / before);
-  for (std::size_t i = 0; i < samples; ++i) {
-    go(from + (to - from) * static_cast<double>(i + 1) / samples);
-    force.push_back(m.history.back());
-    sums.add(state);
-  }
-  m.force = batch_mean(force, batches);
+  m.force = {run.mean.mean / m.exact, run.mean.standard_error / m.exact};
+  m.time = run.time;
+  for (const double f : run.force) m.history.push_back(f / m.exact);
+  m.particle_steps = run.particle_steps;
   const std::vector<double> p = sums.pressure();
   for (std::size_t row = 0; row < p.size(); ++row) {
     // the whole of the row's cell counts, its edge row only up to the edge
@@ -230,7 +184,7 @@ void run(const CaseContext& context, CaseResult& result) {
                           "Force on the plate at seven cells, over the exact one",
                           "time [b/U]",
                           "force / exact force [-]",
-                          {{"exact", {0.0, to}, {1.0, 1.0}, Series::Style::reference},
+                          {{"exact", {0.0, jet_means_to}, {1.0, 1.0}, Series::Style::reference},
                            {"contact at the surface, AFLIP, staggered", seven.time, seven.history, Series::Style::simulation},
                            {"contact on nodes, APIC, aligned", old.time, old.history, Series::Style::simulation}},
                           "",

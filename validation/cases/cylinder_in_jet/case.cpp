@@ -1,0 +1,89 @@
+#include <fmt/format.h>
+
+#include <cmath>
+#include <numbers>
+
+#include "libmpm/driver/case_file.hpp"
+#include "validation/cases/cylinder_in_jet/smooth_separation.hpp"
+#include "validation/harness/case.hpp"
+#include "validation/harness/in_parallel.hpp"
+#include "validation/harness/plane_jet.hpp"
+
+namespace mpm::validation {
+namespace {
+
+struct Named {
+  std::string name;
+  PlaneJetSetting setting;
+};
+
+/// Bound on the error of the force, by cells across. The aim is 0.03 from five cells on.
+double bound(int cells) { return cells < 6 ? 0.3 : cells < 8 ? 0.22 : cells < 12 ? 0.15 : cells < 16 ? 0.09 : 0.06; }
+
+void run(const CaseContext& context, CaseResult& result) {
+  const Case base = read_case(context.case_directory() / "case.toml");
+  {
+    const CylinderInJet wide_jet(0.01);
+    result.check_relative(Label::verification, "reference: drag coefficient in a jet a hundred times as thick", wide_jet.force() / 0.005,
+                          0.4986, "", 0.01, "Brodetsky (1923), endless stream; the jet of finite thickness takes 0.3 % off");
+    result.check_absolute(Label::verification, "reference: angle at which the streamlines leave, likewise",
+                          wide_jet.separation_angle() * 180.0 / std::numbers::pi, 55.0, "°", 0.5,
+                          "Brodetsky (1923), given in whole degrees");
+  }
+
+  std::vector<Named> runs = {{"5 cells", {.cells = 5}}, {"8 cells", {.cells = 8}}};
+  if (context.level() != Level::quick) {
+    runs.push_back({"6 cells", {.cells = 6}});
+    runs.push_back({"12 cells", {.cells = 12}});
+    runs.push_back({"16 cells", {.cells = 16}});
+    runs.push_back({"8 cells, grid moved by 0.3 and 0.4 cells", {.cells = 8, .shift_x = 0.3, .shift_y = 0.4}});
+    runs.push_back({"8 cells, CFL 0.1", {.cells = 8, .cfl = 0.1}});
+    runs.push_back({"8 cells, CFL 0.8", {.cells = 8, .cfl = 0.8}});
+    runs.push_back({"8 cells, diameter 0.4 d", {.cells = 8, .ratio = 0.4}});
+  }
+  std::vector<PlaneJetSetting> settings;
+  for (const Named& n : runs) settings.push_back(n.setting);
+  settings.push_back({.cells = 8, .transfer = Transfer::apic, .contact = ContactRule::nodal, .lattice = BodySpec::Lattice::aligned});
+  std::vector<PlaneJetForce> all(settings.size());
+  in_parallel(settings.size(), [&](std::size_t i) { all[i] = run_plane_jet(base, settings[i]); });
+
+  const auto over_exact = [](const PlaneJetForce& f) { return f.mean.mean / CylinderInJet(f.ratio).force(); };
+  for (std::size_t i = 0; i < runs.size(); ++i) {
+    const double exact = CylinderInJet(all[i].ratio).force();
+    result.check_relative(Label::regression, runs[i].name + ": force over the exact one", over_exact(all[i]), 1.0, "",
+                          bound(runs[i].setting.cells), "the aim of 3 % is not met; a bound on what is known at this number of cells");
+    result.notes.push_back(fmt::format("{}: diameter/d {:.4f}, force over ρU²d {:.4f} (standard error {:.4f}), exact {:.4f}.", runs[i].name,
+                                       all[i].ratio, all[i].mean.mean, all[i].mean.standard_error, exact));
+  }
+  const double five = over_exact(all[0]) - 1.0, eight = over_exact(all[1]) - 1.0;
+  result.check_order(Label::verification, "order of the force between 5 and 8 cells", std::log(five / eight) / std::log(8.0 / 5.0), 1.0,
+                     3.0, "at least first order; a surface of second order with an edge-like end of the contact gives between 1 and 2");
+  result.notes.push_back(fmt::format("Not met: the force within 3 % at five and eight cells; it is {:.1f} and {:.1f} % too high.",
+                                     100.0 * five, 100.0 * eight));
+  const PlaneJetForce& old = all.back();
+  result.notes.push_back(fmt::format(
+      "With nodal contact, APIC and an aligned lattice the force at eight cells is {:.3f} times the exact one.", over_exact(old)));
+
+  const auto relative = [](const PlaneJetForce& f) {
+    std::vector<double> values;
+    const double exact = CylinderInJet(f.ratio).force();
+    for (const double v : f.force) values.push_back(v / exact);
+    return values;
+  };
+  result.plots.push_back({"force",
+                          "Force on the cylinder, over the exact one",
+                          "time [b/U]",
+                          "force / exact force [-]",
+                          {{"exact", {0.0, jet_means_to}, {1.0, 1.0}, Series::Style::reference},
+                           {"5 cells", all[0].time, relative(all[0]), Series::Style::simulation},
+                           {"8 cells", all[1].time, relative(all[1]), Series::Style::simulation},
+                           {"8 cells, contact on nodes, APIC, aligned", old.time, relative(old), Series::Style::simulation}},
+                          "",
+                          false,
+                          false});
+}
+
+const Registration registered{{MPM_CASE_NAME, "A cylinder in a plane jet: smooth separation", MPM_CASE_DIRECTORY, run}};
+
+}  // namespace
+}  // namespace mpm::validation
