@@ -231,6 +231,8 @@ void ends_without_walls(const CaseContext& context, CaseResult& result, const st
     const double order = m.transfer == Transfer::flip && m.flip_ratio < 1.0 ? 1.0 : 3.0;
     result.check_order(Label::verification, what + "order of the damping ratio", fitted_order(s.cell, s.damping), order - 0.2, order + 0.2,
                        "order of the analysis; the free end adds a share of order dx / L, 20 % of the damping on these grids");
+    const double hertz = wave_speed_of(make_material(bar_case(context, {}).material)) / 4.0;  // exact, L = 1 m
+    result.compare(Label::verification, what + "frequency", Quantity::frequency, hertz * s.finest.frequency, hertz, "Hz");
     frequency.series.push_back(std::move(line_f));
     frequency.series.push_back({m.name, s.cell, s.frequency, Series::Style::points});
     damping.series.push_back(std::move(line_d));

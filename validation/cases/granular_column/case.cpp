@@ -279,9 +279,12 @@ class Study {
   void check_run(const Deposit& d, const std::string& name) {
     const Law& l = lube(d.column.geometry);
     const std::string what = fmt::format("{}, {}, a = {}: ", name, word(d.column.geometry), d.column.aspect);
-    result_.check_relative(Label::validation, what + "run-out (r - r0)/r0", d.runout, at(l, l.runout, d.column.aspect), "", scatter,
-                           scatter_reason);
-    result_.check_relative(Label::validation, what + "height h/r0", d.height, height_reference(d.column), "", scatter, height_reason);
+    result_
+        .check_relative(Label::validation, what + "run-out (r - r0)/r0", d.runout, at(l, l.runout, d.column.aspect), "", scatter,
+                        scatter_reason)
+        .in_summary(Quantity::run_out, 0.5 * scatter, radius_);
+    result_.check_relative(Label::validation, what + "height h/r0", d.height, height_reference(d.column), "", scatter, height_reason)
+        .in_summary(Quantity::depth, 0.5 * scatter, radius_);
   }
 
   /// Exponent and prefactor of a branch of the law. The edge of the deposit, which experiments report, gives the exponent; the 99.5th
@@ -298,6 +301,8 @@ class Study {
       front.push_back(d.runout);
       edge.push_back(d.edge);
       ratio *= d.runout / at(l, l.runout, d.column.aspect);
+      result_.compare(Label::validation, fmt::format("{}, a = {}: run-out", word(d.column.geometry), d.column.aspect), Quantity::run_out,
+                      radius_ * d.runout, radius_ * at(l, l.runout, d.column.aspect), "m", 0.5 * scatter);
     }
     const std::string what = fmt::format("{}, {}: ", word(deposits.front().column.geometry), range);
     const double of_edge = exponent_of(a, edge), of_front = exponent_of(a, front);
@@ -323,6 +328,8 @@ class Study {
       a.push_back(d.column.aspect);
       height.push_back(d.height);
       ratio *= d.height / height_reference(d.column);
+      result_.compare(Label::validation, fmt::format("{}, a = {}: height", word(d.column.geometry), d.column.aspect), Quantity::depth,
+                      radius_ * d.height, radius_ * height_reference(d.column), "m", 0.5 * scatter);
     }
     const std::string what = word(deposits.front().column.geometry) + ", a from 1.5 to 8: ";
     result_.check_absolute(Label::validation, what + "exponent of the height", exponent_of(a, height), height_exponent, "", tolerance,
@@ -412,6 +419,7 @@ class Study {
   const CaseContext& context_;
   CaseResult& result_;
   Case base_;
+  double radius_ = column_radius(base_);
   std::map<std::string, Law> laws_;
   std::vector<std::string> table_;
   std::uint64_t particle_steps_ = 0;
