@@ -63,20 +63,20 @@ std::vector<ParticleRecord> start_of(const Setup& setup) {
 }
 
 /// A flight in n equal steps, seen at `samples` instants.
-Setup flight(const Case& c, const std::string& id, const std::string& title, double duration, int n, std::size_t samples) {
+Setup flight(const Case& c, const std::string& id, const std::string& title, double end, int n, std::size_t samples) {
   return {.id = id,
           .title = title,
           .spec = c,
-          .times = even_times(0.0, duration, samples),
+          .times = even_times(0.0, end, samples),
           .fields = {.identity = true},
-          .time_step = duration / n,
+          .time_step = end / n,
           .procedure = "Nothing touches the body. The order in the time step is judged: use time_step_s as it is, from t = 0 on."};
 }
 
 /// Stable steps in a time, rounded up to a multiple of the samples.
-int steps_for(const Case& c, const std::function<State(const Case&, const Scene&)>& start, double duration, std::size_t samples) {
+int steps_for(const Case& c, const std::function<State(const Case&, const Scene&)>& start, double end, std::size_t samples) {
   const CaseScene scene = make_scene(c);
-  const double least = duration / stable_time_step(start(c, scene), scene), each = static_cast<double>(samples);
+  const double least = end / stable_time_step(start(c, scene), scene), each = static_cast<double>(samples);
   return static_cast<int>(each * std::ceil(least / each));
 }
 
