@@ -77,17 +77,25 @@ int list_cases() {
   return 0;
 }
 
-/// Runs the script that draws; the numbers do not depend on it.
-void draw_report(const std::filesystem::path& out) {
+/// Runs one of the scripts that draw. @returns false if it failed
+bool run_script(const std::filesystem::path& script, const std::filesystem::path& first, const std::filesystem::path& second = {}) {
   const std::filesystem::path python = "/usr/bin/python3";  // Debian's, where the packages are
-  const std::string script = MPM_REPORT_SCRIPT, directory = out.string();
   const pid_t child = fork();
   if (child == 0) {
-    execl(python.c_str(), python.c_str(), script.c_str(), directory.c_str(), static_cast<char*>(nullptr));
+    execl(python.c_str(), python.c_str(), script.c_str(), first.c_str(), second.empty() ? nullptr : second.c_str(),
+          static_cast<char*>(nullptr));
     _exit(127);
   }
   int status = -1;
-  if (child < 0 || waitpid(child, &status, 0) < 0 || !WIFEXITED(status) || WEXITSTATUS(status) != 0)
+  return child >= 0 && waitpid(child, &status, 0) >= 0 && WIFEXITED(status) && WEXITSTATUS(status) == 0;
+}
+
+/// Runs the scripts that draw; the numbers do not depend on them.
+void draw_report(const std::filesystem::path& out, const std::filesystem::path& record) {
+  const std::filesystem::path script = MPM_REPORT_SCRIPT, history = out / "history.html";
+  if (!record.empty() && run_script(script.parent_path() / "validation_history.py", record / "history.csv", history))
+    fmt::print(stderr, "history: {}\n", history.string());
+  if (!run_script(script, out))
     fmt::print(stderr, "mpm-validate: no HTML report (it needs python3 with jinja2 and matplotlib); the numbers are in {}\n",
                (out / "results.json").string());
   else
@@ -279,7 +287,7 @@ int main(int argc, char** argv) {
     if (write->parsed()) return export_to(entries.at(0), options);
     if (grade->parsed() && grade->count("--out") == 0) options.out = "out/grade";
     const std::optional<int> code = in_own_process([&] { return guarded([&] { return run_cases(entries, options, command); }); });
-    if (!code || *code <= static_cast<int>(ExitCode::failed)) draw_report(options.out);
+    if (!code || *code <= static_cast<int>(ExitCode::failed)) draw_report(options.out, options.record);
     return code.value_or(static_cast<int>(ExitCode::internal));
   });
 }
