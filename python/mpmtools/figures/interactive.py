@@ -17,7 +17,7 @@ STYLE = r""".figures svg { width: 100%; height: auto; display: block; }
 .tip { position: absolute; z-index: 9; max-width: min(26rem, 92vw); padding: .35rem .6rem; border-radius: 4px; background: #1c2430; color: #fff; font-size: .8rem;
   line-height: 1.4; white-space: pre-line; pointer-events: none; overflow-wrap: anywhere; }
 .zoom { position: absolute; z-index: 8; border: 1px solid var(--accent); background: rgba(31, 111, 180, .12); pointer-events: none; }
-@media print { .tip, .zoom { display: none; } }
+@media print { .tip, .zoom, .screen { display: none; } }
 """
 
 SCRIPT = r"""(() => {
