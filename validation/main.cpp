@@ -43,6 +43,7 @@ struct Options {
   std::filesystem::path junit, record;
   std::filesystem::path results;  ///< of another solver, to be judged; empty: this program makes the runs
   int threads = 0;
+  bool solve = false;  ///< export: the results of this program, too
 };
 
 std::vector<CaseEntry> selected(const Options& options) {
@@ -147,6 +148,10 @@ int export_to(const CaseEntry& entry, const Options& options) {
                             [](const std::string& line) { fmt::print(stderr, "  {}\n", line); });
   fmt::print(stderr, "{}: {}\n", entry.name, entry.title);
   export_case(entry, context, options.out);
+  if (options.solve) {
+    if (options.threads > 0) omp_set_num_threads(options.threads);
+    export_results(entry, context, options.out);
+  }
   fmt::print("{}\n", (options.out / "case.json").string());
   return static_cast<int>(ExitCode::ok);
 }
@@ -270,6 +275,7 @@ int main(int argc, char** argv) {
         ->default_str("quick");
   }
   write->add_option("--out", options.out, "directory of the exported case")->required();
+  write->add_flag("--solve", options.solve, "also make the runs, and write the results as another solver would");
   grade->add_option("--results", options.results, "directory of the solver's results")->required();
   grade->add_option("--out", options.out, "directory of the report")->default_str("out/grade");
   try {

@@ -451,6 +451,73 @@ void export_case(const CaseEntry& entry, const CaseContext& context, const std::
   write_file(directory / "case.json", root.dump(1, ' ', false, json::error_handler_t::replace) + "\n");
 }
 
+namespace {
+
+/// A group of arrays in an HDF5 file that is open.
+void write_group(hid_t file, const std::string& name, const std::vector<std::string>& columns,
+                 const std::vector<std::vector<double>>& values) {
+  const hid_t group = H5Gcreate2(file, name.c_str(), H5P_DEFAULT, H5P_DEFAULT, H5P_DEFAULT);
+  for (std::size_t i = 0; i < columns.size(); ++i) {
+    const hsize_t count = values[i].size();
+    const hid_t space = H5Screate_simple(1, &count, nullptr);
+    const hid_t data = H5Dcreate2(group, columns[i].c_str(), H5T_NATIVE_DOUBLE, space, H5P_DEFAULT, H5P_DEFAULT, H5P_DEFAULT);
+    const herr_t status = H5Dwrite(data, H5T_NATIVE_DOUBLE, H5S_ALL, H5S_ALL, H5P_DEFAULT, values[i].data());
+    H5Dclose(data);
+    H5Sclose(space);
+    if (status < 0) throw IoError(fmt::format("cannot write group {} of states.h5", name));
+  }
+  H5Gclose(group);
+}
+
+/// The columns of particles that a set-up asks for.
+std::vector<std::vector<double>> column_values(const std::vector<std::string>& columns, const std::vector<ParticleRecord>& particles) {
+  const auto find = [](const std::vector<std::string>& group, const std::string& name) {
+    return static_cast<int>(std::ranges::find(group, name) - group.begin());
+  };
+  std::vector<std::vector<double>> values;
+  for (const std::string& name : columns) {
+    const int x = find(position_columns, name), v = find(velocity_columns, name), s = find(stress_columns, name);
+    std::vector<double>& column = values.emplace_back();
+    for (const ParticleRecord& p : particles)
+      column.push_back(x < 3          ? p.position[x]
+                       : v < 3        ? p.velocity[v]
+                       : s < 6        ? p.stress[s]
+                       : name == "id" ? static_cast<double>(p.id)
+                                      : p.volume_ratio);
+  }
+  return values;
+}
+
+}  // namespace
+
+void export_results(const CaseEntry& entry, const CaseContext& context, const std::filesystem::path& directory) {
+  if (!can_be_exported(entry)) throw ConfigError(fmt::format("case '{}' has no set-ups", entry.name));
+  for (const Setup& setup : entry.setups(context)) {
+    const std::filesystem::path folder = directory / setup.id;
+    make_directory(folder);
+    const std::vector<std::string> columns = state_columns(setup.fields, true), boundaries = boundary_names(setup);
+    std::string forces = csv_line(std::vector<std::string>{"time_s", "boundary", "force_x_n", "force_y_n", "force_z_n"});
+    const hid_t file =
+        setup.particles ? H5Fcreate((folder / "states.h5").c_str(), H5F_ACC_TRUNC, H5P_DEFAULT, H5P_DEFAULT) : H5I_INVALID_HID;
+    if (setup.particles && file < 0) throw IoError(fmt::format("cannot create '{}'", (folder / "states.h5").string()));
+    play(context, setup, [&](const Instant& now) {
+      if (setup.particles) write_group(file, number_of(now.index), columns, column_values(columns, now.particles));
+      for (std::size_t b = 0; b < boundaries.size(); ++b) {
+        const Vec3& f = now.forces.at(b);
+        forces += csv_line(std::vector<std::string>{format_number(now.time), boundaries[b], format_number(f.x()), format_number(f.y()),
+                                                    format_number(f.z())});
+      }
+      return true;
+    });
+    if (setup.particles) H5Fclose(file);
+    if (setup.forces) write_file(folder / "forces.csv", forces);
+    context.log(fmt::format("{}: solved", setup.id));
+  }
+  const json solver{
+      {"name", "libmpm"}, {"version", std::string(build_info().version)}, {"remark", "written by mpm-validate export --solve"}};
+  write_file(directory / "solver.json", solver.dump(1) + "\n");
+}
+
 ForeignResults::ForeignResults(std::filesystem::path directory, const CaseEntry& entry, const CaseContext& context)
     : directory_(std::move(directory)) {
   if (!can_be_exported(entry))

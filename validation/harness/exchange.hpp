@@ -24,6 +24,11 @@ bool can_be_exported(const CaseEntry& entry);
 /// @throws ConfigError if the case has no set-ups, IoError
 void export_case(const CaseEntry& entry, const CaseContext& context, const std::filesystem::path& directory);
 
+/// Makes the runs of a case with this program and writes their results as another solver would: an example of what grade reads, and the
+/// proof that nothing is lost on the way.
+/// @throws as export_case
+void export_results(const CaseEntry& entry, const CaseContext& context, const std::filesystem::path& directory);
+
 /// What another solver says of itself in solver.json, all of it optional.
 struct ForeignSolver {
   std::string name = "another solver", version, remark;
