@@ -21,6 +21,8 @@ from matplotlib.patches import Polygon
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent.parent / "python"))
 from mpmtools.figures.style import (COLOURS, MARKERS, REFERENCE_LINES, STYLE, breakable, clean, embed, finish_axes, inline,  # noqa: E402
                                     plain_ticks, plt, png_data, short, svg_data, use_style, write_page)
+from mpmtools.figures import interactive  # noqa: E402
+from mpmtools.figures.summary import REFERENCES, summary_figures  # noqa: E402
 from mpmtools.frame import Frame  # noqa: E402  (after the path to the package)
 
 LONG_TABLE, SHOWN_ROWS = 40, 20  # a table of more checks shows so many at first
@@ -39,22 +41,39 @@ TEMPLATE = r"""<!doctype html>
 <head>
 <meta charset="utf-8">
 <meta name="viewport" content="width=device-width, initial-scale=1">
-<title>libmpm validation: {{ r.passed }} passed, {{ r.failed }} failed</title>
+<title>{{ 'libmpm' if not r.solver else r.solver + ', judged by libmpm' }} validation: {{ r.passed }} passed, {{ r.failed }} failed</title>
 <style>
-{{ style }}</style>
+{{ style }}{{ interactive_style }}</style>
 </head>
 <body><div class="page">
 <nav id="cases"><b><a href="#summary"><span></span>Summary</a></b>
 {% for c in r.cases %}<a href="#{{ c.name }}"><span class="{{ 'ok' if c.passed else 'failed' }}">{{ '✓' if c.passed else '✗' }}</span>{{ c.title }}</a>
 {% endfor %}</nav>
 <main>
-<h1 id="summary">libmpm validation</h1>
+<h1 id="summary">{{ 'libmpm validation' if not r.solver else 'Validation of ' + r.solver }}</h1>
 <p class="lead">Theory against simulation, level <em>{{ r.level }}</em>. Verification compares with an exact solution or property, validation with an experiment or the
-paper, regression with an earlier result of this program.</p>
+paper, regression with an earlier result of this program.{% if r.solver %} Another solver made the runs: {{ r.solver }}. The references and the checks are those of libmpm.{% endif %}</p>
 <div class="score{{ ' bad' if failing }}"><span><b class="{{ 'failed' if failing else 'ok' }}">{{ r.passed }} passed, {{ r.failed }} failed</b></span>
 {% if failing %}<span class="failed">failing: {% for c in failing %}<a class="failed" href="#{{ c.name }}">{{ c.name }}</a>{{ ', ' if not loop.last }}{% endfor %}</span>{% endif %}
 <span>{{ r.cases|length }} case{{ '' if r.cases|length == 1 else 's' }} in {{ '%.0f'|format(r.wall_time_s) }} s{% if r.time_budget_s %}; the level may take {{ '%.0f'|format(r.time_budget_s) }} s on two idle cores{% endif %}</span></div>
-<dl class="facts">
+{% if r.summary.rows %}<h3 id="predicted">Predicted against reference</h3>
+<table class="stack"><thead><tr><th>quantity</th><th>compared with</th><th class="number">values</th><th class="number">cases</th>
+<th class="number">uncertainty of the references</th><th class="number">bias of the model</th><th class="number">relative standard deviation of the model</th>
+<th>farthest from 1</th></tr></thead><tbody>
+{% for s in r.summary.rows %}<tr><td class="name" data-label="quantity">{{ s.quantity }}</td><td data-label="compared with">{{ references[s.label] }}</td>
+<td class="number" data-label="values">{{ s['values'] }}</td><td class="number" data-label="cases">{{ s.cases }}</td>
+<td class="number" data-label="references">{{ s.reference_uncertainty|percent if s.reference_uncertainty else 'exact' }}</td>
+<td class="number" data-label="bias"><b>{{ '%.3f'|format(s.bias) if s.bias is not none }}</b></td>
+<td class="number" data-label="model">{% if s.model_spread is none %}one value{% elif s.model_spread == 0 and s.spread > 0 %}below the references' ({{ s.spread|percent }} in all){% else %}<b>{{ s.model_spread|percent }}</b>{% endif %}</td>
+<td data-label="farthest"><span>{{ '%.3f'|format(s.farthest) }}: {{ s.farthest_name }}{% if s.without_ratio %}; {{ s.without_ratio }} without a ratio{% endif %}</span></td></tr>
+{% endfor %}</tbody></table>
+<p class="legend">Bias: predicted over reference value; above 1 the model predicts too much. Bias and standard deviations are those of the logarithm of the ratio, as in the validation
+guide of FDS (McGrattan and Toman 2011): the spread of the ratios is that of the model and of the references together. Values of one case depend on each other.</p>
+{% if summary_figures %}<div class="figures summary">{% for title, svg in summary_figures %}<figure>{{ svg }}</figure>
+{% endfor %}</div>
+<p class="legend">Filled marks: exact solutions; open marks: experiments or the paper. Black: equality; grey: twice the standard deviation of the references. Solid and dashed lines: bias of the
+model, and twice its standard deviation (blue: against exact solutions, red: against experiments and the paper). <span class="screen">Point at a mark for its case and value; drag to enlarge, double-click to return.</span></p>{% endif %}
+{% endif %}<dl class="facts">
 <dt>command</dt><dd><code>{{ r.command }}</code></dd>
 <dt>version</dt><dd>{{ r.version }}, commit {{ r.commit }}, {{ r.compiler }}, {{ r.build_type }}, {{ r.instruction_set }}</dd>
 <dt>machine</dt><dd>{{ r.machine }}; {{ r.threads }} thread{{ '' if r.threads == 1 else 's' }} used</dd>
@@ -121,7 +140,7 @@ without unit are relative, those with the quantity's unit absolute. '≤' is a b
 {% if c.notes %}<h3>Notes</h3><ul class="notes">{% for n in c.notes %}<li>{{ n|inline }}</li>{% endfor %}</ul>{% endif %}
 </section>
 {% endfor %}
-</main></div></body></html>
+</main></div>{% if summary_figures %}<script>{{ script }}</script>{% endif %}</body></html>
 """
 
 # Cells that two tables share.
@@ -262,6 +281,11 @@ def draw_study(study):
     return svg_data(figure)
 
 
+def percent(share):
+    """A share with two digits, in per cent."""
+    return f"{100 * share:.2g} %"
+
+
 def letter(index):
     """a, b, ... z, aa, ab, ...: as an ordered list numbers its items."""
     text = ""
@@ -302,8 +326,11 @@ def main():
             study["data"] = draw_study(study)
         arrange_checks(case)
     environment = jinja2.Environment(autoescape=True, trim_blocks=True)
-    environment.filters.update(breakable=breakable, inline=inline, short=short)
-    page = environment.from_string(MACROS + TEMPLATE).render(r=results, style=markupsafe.Markup(STYLE), failing=[c for c in results["cases"] if not c["passed"]])
+    environment.filters.update(breakable=breakable, inline=inline, short=short, percent=percent)
+    page = environment.from_string(MACROS + TEMPLATE).render(
+        r=results, style=markupsafe.Markup(STYLE), failing=[c for c in results["cases"] if not c["passed"]], references=REFERENCES,
+        summary_figures=summary_figures(results["summary"], {c["name"]: c["title"] for c in results["cases"]}),
+        interactive_style=markupsafe.Markup(interactive.STYLE), script=markupsafe.Markup(interactive.SCRIPT))
     write_page(os.path.join(directory, "index.html"), page)
 
 

@@ -3,7 +3,8 @@
 
 For each mutation a copy of the tree under build/mutants is changed in one place, mpm-validate is built there, and the cases that should notice
 run at level quick. A mutation that no check notices is a hole in the validation: exit code 1. One whose text is no longer found in
-the source, or found more than once, ends the program: exit code 2. So does a case that fails without any mutation.
+the source, or found more than once, ends the program: exit code 2; --list looks at all of them. So does a case that fails without any
+mutation. A mutation none of whose cases exists in this tree cannot be noticed and counts as such.
 
 usage: mutants.py [--list] [--jobs N] [--threads N] [NAME...]
 """
@@ -60,8 +61,38 @@ MUTATIONS = [
              "0.0, -std::cos(c.numerics.slope)", "0.0, std::cos(c.numerics.slope)", ("free_flight",)),
     Mutation("wall_friction", "Coulomb friction of walls 1 % too small", "libmpm/boundary/contact.cpp",
              "const double loss = -friction * approach;", "const double loss = -0.99 * friction * approach;", ("sliding_block",)),
-    Mutation("wall_impulse", "a wall reports 0.1 % less momentum than it took", "libmpm/core/grid_update.cpp",
-             "impulse.linear += taken;", "impulse.linear += 0.999 * taken;", ("conservation",)),
+    Mutation("wall_impulse", "a boundary reports 0.1 % less momentum than it took", "libmpm/boundary/impulse.hpp",
+             "linear += given;", "linear += 0.999 * given;", ("conservation",)),
+    Mutation("moment_arm", "the moment on a boundary has an arm 1 % too long", "libmpm/boundary/impulse.hpp",
+             "angular += arm.cross(given);", "angular += 1.01 * arm.cross(given);", ("conservation",)),
+    Mutation("layers", "layers of the obstacle report 0.1 % less momentum than they took", "libmpm/core/grid_update.cpp",
+             "layers[n / node_stride(2)] += taken;", "layers[n / node_stride(2)] += 0.999 * taken;", ("conservation",)),
+    Mutation("obstacle_friction", "Coulomb friction of a box 1 % too small", "libmpm/driver/scene.cpp",
+             "Vec3(plan.depth, 0.5 * plan.width, top), Contact::separable, spec.friction,",
+             "Vec3(plan.depth, 0.5 * plan.width, top), Contact::separable, 0.99 * spec.friction,", ("conservation",)),
+    Mutation("mirror_plane", "a mirror plane returns 10 % less than its image to the nodes next to it", "libmpm/core/mirror.cpp",
+             "nodes[n + stride] += flip * image;", "nodes[n + stride] += 0.9 * flip * image;", ("elastic_wave",)),
+    Mutation("flip_ratio", "the share of FLIP 1 % too small", "libmpm/core/step.cpp",
+             "case Transfer::flip: return scene.flip_ratio;", "case Transfer::flip: return 0.99 * scene.flip_ratio;", ("elastic_wave",)),
+    Mutation("sinh_hardening", "xi 1 % too large in the increment of p_c", LAWS + "cam_clay.hpp",
+             "const T h = law_.xi_ * x, h2 = h * h;", "const T h = 1.01 * law_.xi_ * x, h2 = h * h;", ("isotropic_compression",)),
+    Mutation("drucker_prager", "the cone of Drucker-Prager half as steep", LAWS + "drucker_prager.cpp",
+             "slope_ = cone.slope, intercept_", "slope_ = 0.5 * cone.slope, intercept_", ("granular_column", "cone_paths")),
+    Mutation("mu_of_i", "I_0 of mu(I) 1 % too large", LAWS + "drucker_prager.cpp",
+             "hindrance_ = reference_inertial_number_ * 3.0", "hindrance_ = 1.01 * reference_inertial_number_ * 3.0", ("cone_paths", "channel_flow")),
+    Mutation("viscosity", "viscosity 1 % too small", LAWS + "weakly_compressible_fluid.hpp",
+             "((viscosity_ / dt) * now)", "((0.99 * viscosity_ / dt) * now)", ("channel_flow",)),
+    Mutation("mean_profile", "the rows of the mean pressure profile weigh 25 % too little", "libmpm/observe/observer_list.cpp",
+             "mean[i] += values[sample * width + i];", "mean[i] += 0.75 * values[sample * width + i];", ("avalanche",)),
+    Mutation("conveyor_lattice", "particles of the conveyor 20 % too heavy", "libmpm/impact/conveyor.cpp",
+             "p.volume = spacing_ * spacing_y_ * height / count * ratio;", "p.volume = 1.2 * spacing_ * spacing_y_ * height / count * ratio;",
+             ("hydrostatic_pile_up",)),
+    Mutation("conveyor_flux", "the window feeds 10 % too little", "libmpm/impact/conveyor.cpp",
+             "* spacing_ + gone >= release_at_", "* spacing_ + 0.9 * gone >= release_at_", ("conveyor_feeds",)),
+    Mutation("steady_interval", "a flow counts as steady only within a hundredth of the tolerance", "libmpm/impact/steady.cpp",
+             "allowed = criteria.tolerance * std::abs(end_value)", "allowed = 0.01 * criteria.tolerance * std::abs(end_value)", ("avalanche",)),
+    Mutation("runup_percentile", "the median for the 99th percentile of the run-up", "libmpm/observe/runup.cpp",
+             "percentile(near_heights_, 0.99)", "percentile(near_heights_, 0.5)", ("hydrostatic_pile_up",)),
 ]
 
 
@@ -116,6 +147,11 @@ def mutated(mutation):
     return text.replace(mutation.old, mutation.new).encode()
 
 
+def existing_cases(mutation):
+    """Those of its cases that this tree has."""
+    return [case for case in mutation.cases if os.path.isdir(os.path.join(ROOT, "validation", "cases", case))]
+
+
 def build(name, jobs):
     log = os.path.join(OUT, f"{name}.build.log")
     if run(["cmake", "--build", BUILD, "--parallel", str(jobs), "--target", "mpm-validate"], log) != 0:
@@ -151,7 +187,9 @@ def main():
     options = parser.parse_args()
     if options.list:
         for m in MUTATIONS:
-            print(f"{m.name:<16} {m.what} ({m.file}); should be noticed by {', '.join(m.cases)}")
+            mutated(m)
+            missing = [case for case in m.cases if case not in existing_cases(m)]
+            print(f"{m.name:<17} {m.what} ({m.file}); should be noticed by {', '.join(m.cases)}" + (f" [no such case yet: {', '.join(missing)}]" if missing else ""))
         return 0
     known = {m.name: m for m in MUTATIONS}
     for name in options.name:
@@ -161,7 +199,7 @@ def main():
     changes = {m.name: mutated(m) for m in chosen}  # all before the first build: a text that is gone shows at once
 
     os.makedirs(OUT, exist_ok=True)
-    cases = sorted({case for m in chosen for case in m.cases})
+    cases = sorted({case for m in chosen for case in existing_cases(m)})
     copy_tree(cases)
     log = os.path.join(OUT, "configure.log")
     parts = [f"-DMPM_BUILD_{part}=OFF" for part in ("APP", "TESTS", "BENCHMARKS")]
@@ -177,13 +215,17 @@ def main():
     for m in chosen:
         start = time.monotonic()
         print(f"{m.name}: {m.what}", file=sys.stderr)
+        if not existing_cases(m):
+            survivors.append(m.name)
+            rows.append((m.name, m.what, f"NOT NOTICED: no case {' or '.join(m.cases)} in this tree"))
+            continue
         path = os.path.join(TREE, m.file)
         with open(path, "rb") as file:
             original = file.read()
         write_if_changed(path, changes[m.name])
         try:
             build(m.name, options.jobs)
-            in_time, failed = validate(m.name, m.cases, options.threads)
+            in_time, failed = validate(m.name, existing_cases(m), options.threads)
         finally:
             write_if_changed(path, original)
         if not in_time:

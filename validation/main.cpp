@@ -24,9 +24,11 @@
 #include "libmpm/driver/threads.hpp"
 #include "libmpm/io/atomic_file.hpp"
 #include "libmpm/io/hdf5.hpp"
+#include "validation/harness/exchange.hpp"
 #include "validation/harness/junit.hpp"
 #include "validation/harness/orders.hpp"
 #include "validation/harness/report.hpp"
+#include "validation/harness/summary.hpp"
 #include "validation/harness/tables.hpp"
 
 namespace {
@@ -39,7 +41,9 @@ struct Options {
   std::vector<std::string> cases;
   std::filesystem::path out = "out/validation";
   std::filesystem::path junit, record;
+  std::filesystem::path results;  ///< of another solver, to be judged; empty: this program makes the runs
   int threads = 0;
+  bool solve = false;  ///< export: the results of this program, too
 };
 
 std::vector<CaseEntry> selected(const Options& options) {
@@ -67,23 +71,32 @@ int list_cases() {
       labels = r.labels;
       times += fmt::format("{}{} {:.0f} s", times.empty() ? "" : ", ", r.level, r.wall_time_s);
     }
-    const std::string known = labels.empty() ? "" : fmt::format(" [{}; {}]", labels, times);
+    const std::string known =
+        fmt::format("{}{}", labels.empty() ? "" : fmt::format(" [{}; {}]", labels, times), can_be_exported(entry) ? " [export]" : "");
     fmt::print("{:<24} {}{}\n", entry.name, entry.title, known);
   }
   return 0;
 }
 
-/// Runs the script that draws; the numbers do not depend on it.
-void draw_report(const std::filesystem::path& out) {
+/// Runs one of the scripts that draw. @returns false if it failed
+bool run_script(const std::filesystem::path& script, const std::filesystem::path& first, const std::filesystem::path& second = {}) {
   const std::filesystem::path python = "/usr/bin/python3";  // Debian's, where the packages are
-  const std::string script = MPM_REPORT_SCRIPT, directory = out.string();
   const pid_t child = fork();
   if (child == 0) {
-    execl(python.c_str(), python.c_str(), script.c_str(), directory.c_str(), static_cast<char*>(nullptr));
+    execl(python.c_str(), python.c_str(), script.c_str(), first.c_str(), second.empty() ? nullptr : second.c_str(),
+          static_cast<char*>(nullptr));
     _exit(127);
   }
   int status = -1;
-  if (child < 0 || waitpid(child, &status, 0) < 0 || !WIFEXITED(status) || WEXITSTATUS(status) != 0)
+  return child >= 0 && waitpid(child, &status, 0) >= 0 && WIFEXITED(status) && WEXITSTATUS(status) == 0;
+}
+
+/// Runs the scripts that draw; the numbers do not depend on them.
+void draw_report(const std::filesystem::path& out, const std::filesystem::path& record) {
+  const std::filesystem::path script = MPM_REPORT_SCRIPT, history = out / "history.html";
+  if (!record.empty() && run_script(script.parent_path() / "validation_history.py", record / "history.csv", history))
+    fmt::print(stderr, "history: {}\n", history.string());
+  if (!run_script(script, out))
     fmt::print(stderr, "mpm-validate: no HTML report (it needs python3 with jinja2 and matplotlib); the numbers are in {}\n",
                (out / "results.json").string());
   else
@@ -129,6 +142,20 @@ std::vector<std::size_t> longest_first(const std::vector<CaseEntry>& entries) {
   return order;
 }
 
+/// Writes one case for other solvers.
+int export_to(const CaseEntry& entry, const Options& options) {
+  const CaseContext context(options.level, 1, options.out, entry.directory,
+                            [](const std::string& line) { fmt::print(stderr, "  {}\n", line); });
+  fmt::print(stderr, "{}: {}\n", entry.name, entry.title);
+  export_case(entry, context, options.out);
+  if (options.solve) {
+    if (options.threads > 0) omp_set_num_threads(options.threads);
+    export_results(entry, context, options.out);
+  }
+  fmt::print("{}\n", (options.out / "case.json").string());
+  return static_cast<int>(ExitCode::ok);
+}
+
 /// Runs the cases. What is known is written before and after each, so that a crash loses nothing of the others.
 int run_cases(const std::vector<CaseEntry>& entries, const Options& options, const std::string& command) {
   if (options.threads > 0) omp_set_num_threads(options.threads);
@@ -141,6 +168,12 @@ int run_cases(const std::vector<CaseEntry>& entries, const Options& options, con
   const auto start = std::chrono::steady_clock::now();
   std::vector<CaseResult> results;
   for (const CaseEntry& entry : entries) results.push_back(without_result(entry, "not run: the program stopped before"));
+  std::optional<ForeignResults> foreign;
+  if (!options.results.empty()) {  // of one case
+    const CaseContext context(options.level, info.threads, options.out, entries.at(0).directory, [](const std::string&) {});
+    foreign.emplace(options.results, entries.at(0), context);
+    info.solver = foreign->solver().name + (foreign->solver().version.empty() ? "" : " " + foreign->solver().version);
+  }
 
   const int at_a_time = cases_at_a_time(entries.size(), options, info.threads);
   std::vector<std::size_t> order(entries.size());
@@ -160,8 +193,9 @@ int run_cases(const std::vector<CaseEntry>& entries, const Options& options, con
       const auto directory = options.out / "cases" / entry.name;
       make_directory(directory);
       const std::string label = at_a_time > 1 ? entry.name + ": " : "";
-      const CaseContext context(options.level, info.threads / at_a_time, directory, entry.directory,
-                                [&](const std::string& line) { fmt::print(stderr, "  {}{}\n", label, line); });
+      const CaseContext context(
+          options.level, info.threads / at_a_time, directory, entry.directory,
+          [&](const std::string& line) { fmt::print(stderr, "  {}{}\n", label, line); }, foreign ? &*foreign : nullptr);
       lock.unlock();
       CaseResult result = run_case_entry(entry, context);
       lock.lock();
@@ -172,10 +206,12 @@ int run_cases(const std::vector<CaseEntry>& entries, const Options& options, con
   };
   in_threads(at_a_time, run_next_cases);
 
+  if (foreign && !foreign->damage().empty()) throw IoError("the results cannot be judged: " + foreign->damage());
   write_results(options.out, results, info);
   if (!options.junit.empty()) write_file(options.junit, junit_xml(results, info));
   if (!options.record.empty()) record_results(options.record, results, info);
-  fmt::print("{}\n{}", check_table(results), case_table(results, info));
+  const std::string summary = summary_table(summary_rows(summary_points(results)));
+  fmt::print("{}\n{}{}{}", check_table(results), summary, summary.empty() ? "" : "\n", case_table(results, info));
   const bool passed = !results.empty() && std::all_of(results.begin(), results.end(), [](const CaseResult& r) { return r.passed(); });
   return static_cast<int>(passed ? ExitCode::ok : ExitCode::failed);
 }
@@ -228,6 +264,20 @@ int main(int argc, char** argv) {
   run->add_option("--junit", options.junit, "a further copy of the JUnit XML");
   run->add_option("--record", options.record, "keep the table of orders and errors in this directory: reference_data/validation_orders");
   run->add_option("--threads", options.threads, "OpenMP threads; default: all")->check(CLI::Range(1, most_threads()));
+  std::string name;
+  CLI::App* write = app.add_subcommand("export", "writes a case as plain data for another solver: docs/other-solvers.md");
+  CLI::App* grade = app.add_subcommand(
+      "grade", "judges what another solver made of an exported case; exit code 1 if a check fails, 4 if files are missing");
+  for (CLI::App* command : {write, grade}) {
+    command->add_option("CASE", name, "name of the case; `mpm-validate list` marks those that can be exported")->required();
+    command->add_option("--level", options.level, "level of the case, the same for both commands")
+        ->transform(CLI::CheckedTransformer(levels))
+        ->default_str("quick");
+  }
+  write->add_option("--out", options.out, "directory of the exported case")->required();
+  write->add_flag("--solve", options.solve, "also make the runs, and write the results as another solver would");
+  grade->add_option("--results", options.results, "directory of the solver's results")->required();
+  grade->add_option("--out", options.out, "directory of the report")->default_str("out/grade");
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& e) {
@@ -238,9 +288,12 @@ int main(int argc, char** argv) {
   for (int i = 1; i < argc; ++i) command += fmt::format(" {}", argv[i]);
   return guarded([&] {
     if (list->parsed()) return list_cases();
+    if (!name.empty()) options.cases = {name};
     const std::vector<CaseEntry> entries = selected(options);
+    if (write->parsed()) return export_to(entries.at(0), options);
+    if (grade->parsed() && grade->count("--out") == 0) options.out = "out/grade";
     const std::optional<int> code = in_own_process([&] { return guarded([&] { return run_cases(entries, options, command); }); });
-    if (!code || *code <= static_cast<int>(ExitCode::failed)) draw_report(options.out);
+    if (!code || *code <= static_cast<int>(ExitCode::failed)) draw_report(options.out, options.record);
     return code.value_or(static_cast<int>(ExitCode::internal));
   });
 }

@@ -248,6 +248,34 @@ TEST(Record, ReplacesTheRowsOfItsCasesAndKeepsTheOthers) {
   EXPECT_TRUE(recorded_cases(scratch.path / "nowhere").empty());
 }
 
+TEST(Record, AppendsToTheHistory) {
+  const Scratch scratch;
+  RunInfo info{.level = Level::standard, .command = "mpm-validate run", .machine = "a machine", .started = "2026-01-02T03:04:05Z"};
+  CaseResult r = good_case();
+  r.checks.back().observed_order = 2.0;
+  record_results(scratch.path, {r}, info);
+  info.started = "2026-01-03T03:04:05Z";
+  record_results(scratch.path, {bad_case()}, info);
+  const Table history = Table::read(scratch.path / "history.csv");
+  EXPECT_EQ(history.text("kind"), (std::vector<std::string>{"time", "check", "order", "time", "check", "check"}));
+  EXPECT_EQ(history.text("case"), (std::vector<std::string>{"good", "good", "good", "bad", "bad", "bad"}));
+  EXPECT_NEAR(history.numbers("value")[1], 0.5, 1e-3);  // an error of 1 %, a tolerance of 2 %
+  EXPECT_EQ(history.numbers("value")[2], 2.0);
+  EXPECT_EQ(history.text("verdict")[3], "FAILED");
+}
+
+TEST(Record, OfAllCasesKeepsBiasAndSpread) {  // no case is registered in this program
+  const Scratch scratch;
+  CaseResult r = good_case();
+  r.compare(Label::verification, "x", Quantity::force, 1.1, 1.0, "N");
+  r.compare(Label::verification, "y", Quantity::force, 1.1, 1.0, "N");
+  record_results(scratch.path, {r}, {.machine = "a machine", .started = "2026-01-02T03:04:05Z"});
+  const Table history = Table::read(scratch.path / "history.csv");
+  EXPECT_EQ(history.text("kind").back(), "spread");
+  EXPECT_EQ(history.text("quantity").back(), "force, verification");
+  EXPECT_EQ(history.numbers("value")[history.rows() - 2], 1.1);
+}
+
 TEST(ResultsJson, KeepsNumbersAndWritesNanAsNull) {
   CaseResult r = good_case();
   r.check_absolute(Label::verification, "broken", nan, 0.0, "m", 1.0, "");

@@ -61,6 +61,16 @@ Series slope_line(std::string name, const std::vector<double>& size, double at_f
           Series::Style::bound};
 }
 
+Check& Check::in_summary(Quantity kind, double reference_uncertainty) {
+  comparison = make_comparison(kind, value, reference, unit, reference_uncertainty);
+  return *this;
+}
+
+Check& Check::in_summary(Quantity kind, double reference_uncertainty, double unit_value) {
+  comparison = make_comparison(kind, unit_value * value, unit_value * reference, text_of(kind).unit, reference_uncertainty);
+  return *this;
+}
+
 bool CaseResult::passed() const {
   return fault.empty() && !checks.empty() && std::all_of(checks.begin(), checks.end(), [](const Check& c) { return c.passed; });
 }
@@ -88,6 +98,11 @@ Check& CaseResult::check_at_most(Label label, std::string quantity, double value
 Check& CaseResult::check_order(Label label, std::string quantity, double order, double low, double high, std::string reason) {
   return add(*this, {std::move(quantity), order, 0.5 * (low + high), "", Measure::absolute, 0.0, 0.5 * (high - low), std::move(reason),
                      order, false, label});
+}
+
+void CaseResult::compare(Label label, std::string what, Quantity quantity, double predicted, double reference, const std::string& unit,
+                         double reference_uncertainty) {
+  comparisons.push_back({label, std::move(what), make_comparison(quantity, predicted, reference, unit, reference_uncertainty)});
 }
 
 const std::vector<CaseEntry>& registered_cases() { return cases(); }

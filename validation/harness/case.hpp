@@ -19,6 +19,7 @@
 #include <vector>
 
 #include "libmpm/driver/convergence.hpp"
+#include "validation/harness/comparison.hpp"
 #include "validation/harness/flow.hpp"
 
 namespace mpm::validation {
@@ -51,6 +52,22 @@ struct Check {
   std::optional<double> observed_order;
   bool passed = false;
   Label label = Label::verification;
+  std::optional<Comparison> comparison = {};  ///< its point in the summary
+
+  /// Shows value and reference in the summary of predicted against reference values. Both must be in the quantity's unit, with a prefix at
+  /// most (kPa, mm).
+  /// @param reference_uncertainty  relative standard deviation of the reference; 0 for an exact solution
+  Check& in_summary(Quantity quantity, double reference_uncertainty = 0.0);
+  /// The same for a check without a unit or in units of the flow ("h0", "c0").
+  /// @param unit_value  what 1 of value and reference is, in the quantity's unit
+  Check& in_summary(Quantity quantity, double reference_uncertainty, double unit_value);
+};
+
+/// A point of the summary that no check of its own stands for: one of several values that a check judges together, as by a fit.
+struct NamedComparison {
+  Label label = Label::verification;
+  std::string name;
+  Comparison comparison;
 };
 
 /// Named data of a plot.
@@ -100,8 +117,9 @@ struct CaseResult {
   std::vector<Picture> pictures;
   std::vector<FlowPicture> flows;
   std::vector<NamedConvergence> convergences;
-  std::vector<std::string> notes;  ///< what a reader should know: settings, what was seen and is not asserted
-  std::string fault;               ///< message of an exception; a case that throws has failed
+  std::vector<NamedComparison> comparisons;  ///< points of the summary beside those of the checks
+  std::vector<std::string> notes;            ///< what a reader should know: settings, what was seen and is not asserted
+  std::string fault;                         ///< message of an exception; a case that throws has failed
   double wall_time_s = 0.0;
 
   /// Every check holds, there is at least one, and nothing was thrown.
@@ -115,20 +133,27 @@ struct CaseResult {
                         std::string reason);
   /// value <= bound + slack
   Check& check_at_most(Label, std::string quantity, double value, double bound, std::string unit, double slack, std::string reason);
+  /// A point of the summary beside those of the checks. The numbers must be in the quantity's unit, with a prefix at most.
+  void compare(Label, std::string name, Quantity, double predicted, double reference, const std::string& unit,
+               double reference_uncertainty = 0.0);
   /// low <= order <= high; shown as observed order against the middle of the band
   Check& check_order(Label, std::string quantity, double order, double low, double high, std::string reason);
 };
+
+class RunSource;  // harness/setup.hpp
+struct Setup;
 
 /// What a case is given.
 class CaseContext {
  public:
   CaseContext(Level level, int threads, std::filesystem::path directory, std::filesystem::path case_directory,
-              std::function<void(const std::string&)> log)
+              std::function<void(const std::string&)> log, const RunSource* source = nullptr)
       : level_(level),
         threads_(threads),
         directory_(std::move(directory)),
         case_directory_(std::move(case_directory)),
-        log_(std::move(log)) {}
+        log_(std::move(log)),
+        source_(source) {}
   [[nodiscard]] Level level() const { return level_; }
   /// The entry of this level.
   template <class T>
@@ -142,18 +167,24 @@ class CaseContext {
   [[nodiscard]] const std::filesystem::path& case_directory() const { return case_directory_; }
   /// A line of progress, for standard error.
   void log(const std::string& line) const { log_(line); }
+  /// Where the runs of a case with set-ups come from (harness/setup.hpp); null: this program makes them.
+  [[nodiscard]] const RunSource* source() const { return source_; }
 
  private:
   Level level_;
   int threads_;
   std::filesystem::path directory_, case_directory_;
   std::function<void(const std::string&)> log_;
+  const RunSource* source_;
 };
 
 struct CaseEntry {
   std::string name, title;
   std::filesystem::path directory;  ///< validation/cases/<name>/
   std::function<void(const CaseContext&, CaseResult&)> run;
+  /// The runs that the case needs. With them, `run` is the judge of what play() of harness/setup.hpp hands it, and other solvers can be
+  /// judged by it, too. Empty for a case that only this program can run.
+  std::function<std::vector<Setup>(const CaseContext&)> setups = {};
 };
 
 /// All registered cases by name; the order of the report.

@@ -10,6 +10,9 @@
 
 namespace mpm::validation {
 
+/// Relative standard deviation of the paper's equations about the paper's own simulations: run-up (RMSLE), pressure height (NRMSE).
+inline constexpr double paper_runup_scatter = 0.13, paper_pressure_height_scatter = 0.066;
+
 /// A finished run and what it left.
 struct ImpactRun {
   std::string id, name;  ///< for files, for people: "fr3", "Fr 3, M' 0.4"

@@ -12,6 +12,7 @@
 #include "libmpm/io/atomic_file.hpp"
 #include "libmpm/io/csv.hpp"
 #include "validation/harness/check_text.hpp"
+#include "validation/harness/history.hpp"
 
 namespace mpm::validation {
 namespace {
@@ -39,6 +40,8 @@ Written by `mpm-validate run --record`; nothing in this directory is edited by h
   empty where there is none), `tolerance`, `verdict`, `measure` (relative: error and tolerance are shares of the
   reference; absolute: in `unit`; at_most: `error` is how far the result lies above the reference, in `unit`),
   `unit` of reference and result.
+- `history.csv`: what every recording found, one after the other: `kind` check (`value`: used share of the tolerance),
+  order, time (s), and for recordings of all cases bias and spread of a quantity. `scripts/validation_history.py` draws it.
 - `runs.csv`: which program and machine made the rows of a case, and how long it took. Times belong to that machine.
 
 Where each reference comes from, and the reason for each tolerance: validation/cases/<case>/README.md.
@@ -141,6 +144,7 @@ void record_results(const std::filesystem::path& directory, const std::vector<Ca
                   fmt::arg("instruction_set", build.instruction_set), fmt::arg("machine", info.machine), fmt::arg("threads", info.threads),
                   fmt::arg("started", info.started));
   write_file(directory / "SOURCE.md", source_text + wrapped(recording, 116));
+  append_history(directory, results, info);
 }
 
 std::vector<RecordedCase> recorded_cases(const std::filesystem::path& directory) {

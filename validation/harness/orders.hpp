@@ -15,7 +15,8 @@ namespace mpm::validation {
 std::string orders_csv(const std::vector<CaseResult>& results);
 
 /// Keeps the table of orders and errors in a directory of reference_data: data.csv (orders_csv and the level in front), runs.csv (level,
-/// case, checks, time, commit, machine of each) and SOURCE.md. Rows of the same level and case are replaced, others stay.
+/// case, checks, time, commit, machine of each) and SOURCE.md. Rows of the same level and case are replaced, others stay. history.csv gets
+/// the rows of this recording after those of earlier ones (harness/history.hpp).
 /// @throws IoError
 void record_results(const std::filesystem::path& directory, const std::vector<CaseResult>& results, const RunInfo& info);
 

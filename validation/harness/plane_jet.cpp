@@ -1,16 +1,22 @@
 #include "validation/harness/plane_jet.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
-
-#include "libmpm/core/step.hpp"
+#include <iterator>
 
 namespace mpm::validation {
 
-PlaneJetForce run_plane_jet(const Case& base, const PlaneJetSetting& s, const PlaneJetObserver& observe) {
-  constexpr std::size_t batches = 8, samples = 64;
+namespace {
+
+constexpr std::size_t batches = 8, before = 60, samples = 64;
+
+}  // namespace
+
+Setup plane_jet_setup(const Case& base, const PlaneJetSetting& s) {
   Case c = base;
-  const double width = c.obstacle->width(), u = c.bodies[0].velocity.x(), density = c.material.density(), dx = width / s.cells;
+  const double width = c.obstacle->width(), u = c.bodies[0].velocity.x(), dx = width / s.cells;
   const double b = std::max(1.0, std::round(0.5 * width / (s.ratio * dx))) * dx;  // whole cells
   c.numerics.cell_size = dx;
   c.numerics.cfl = s.cfl;
@@ -25,32 +31,36 @@ PlaneJetForce run_plane_jet(const Case& base, const PlaneJetSetting& s, const Pl
   c.bodies[0].max = Vec3(-dx, b, 2.0 * dx);
   c.domain.min = Vec3(c.bodies[0].min.x() - b, -12.0 * b, 0.0);
   c.domain.max = Vec3(6.0 * b, 12.0 * b, 4.0 * dx);
-  const CaseScene scene = make_scene(c);
-  State state = make_state(c, scene);
+  const double unit = b / u;
+  std::vector<double> times = even_times(0.0, jet_means_from * unit, before);
+  std::ranges::copy(even_times(jet_means_from * unit, jet_means_to * unit, samples), std::back_inserter(times));
+  return {
+      .id = s.id.empty() ? fmt::format("cells{}", s.cells) : s.id,
+      .title = fmt::format("{} cells across the obstacle, width/d = {:.4f}{}", s.cells, 0.5 * width / b, s.id.empty() ? "" : ", " + s.id),
+      .spec = std::move(c),
+      .times = std::move(times),
+      .fields = {.stress = true},
+      .forces = true};
+}
 
+PlaneJetForce play_plane_jet(const CaseContext& context, const Setup& setup, const std::function<void(const Instant&)>& observe) {
+  const Case& c = setup.spec;
+  const double u = c.bodies[0].velocity.x(), b = c.bodies[0].max.y();
   PlaneJetForce result;
-  result.ratio = 0.5 * width / b;
+  result.ratio = 0.5 * c.obstacle->width() / b;
   result.half_thickness = b;
-  result.cell_size = dx;
-  const double unit = b / u, full = density * u * u * 2.0 * b * dx / scene.mirror.parts();
-  const auto go = [&](double until) {
-    double impulse = 0.0;
-    const double start = state.time;
-    advance(state, scene, until * unit, [&](const StepReport& r) {
-      impulse += r.impulses[*scene.obstacle].linear.x();
-      result.particle_steps += static_cast<double>(state.grid.particle_count());
-    });
-    result.time.push_back(0.5 * (start / unit + until));
-    result.force.push_back(impulse / ((state.time - start) * full));
-  };
-  constexpr int before = 60;
-  for (int i = 1; i <= before; ++i) go(jet_means_from * i / before);
+  result.unit = c.material.density() * u * u * 2.0 * b;
+  const double full = result.unit * c.numerics.cell_size * (c.domain.mirror_y ? 0.5 : 1.0);
   std::vector<double> steady;
-  for (std::size_t i = 0; i < samples; ++i) {
-    go(jet_means_from + (jet_means_to - jet_means_from) * static_cast<double>(i + 1) / samples);
+  const RunCost cost = play(context, setup, [&](const Instant& now) {
+    result.time.push_back(0.5 * (now.before + now.time) * u / b);
+    result.force.push_back(now.forces.back().x() / full);
+    if (now.index < before) return true;
     steady.push_back(result.force.back());
-    if (observe) observe(state, scene, b);
-  }
+    if (observe) observe(now);
+    return true;
+  });
+  result.particle_steps = cost.particle_steps;
   result.mean = batch_mean(steady, batches);
   return result;
 }

@@ -7,6 +7,7 @@
 
 #include "libmpm/driver/build_info.hpp"
 #include "validation/harness/check_text.hpp"
+#include "validation/harness/summary.hpp"
 
 namespace mpm::validation {
 namespace {
@@ -108,18 +109,19 @@ json to_json(const NamedConvergence& n) {
 
 json to_json(const CaseResult& r, const RunInfo& info) {
   const Count count = count_checks(r);
-  json c{{"name", r.name},
-         {"title", r.title},
-         {"labels", labels_of(r)},
-         {"physics", r.physics},
-         {"passed", r.passed()},
-         {"checks_passed", count.passed},
-         {"checks_failed", count.failed},
-         {"fault", r.fault},
-         {"wall_time_s", r.wall_time_s},
-         {"command", fmt::format("mpm-validate run --case {} --level {}", r.name, to_string(info.level))},
-         {"tightest_check", nullptr},
-         {"notes", r.notes}};
+  json c{
+      {"name", r.name},
+      {"title", r.title},
+      {"labels", labels_of(r)},
+      {"physics", r.physics},
+      {"passed", r.passed()},
+      {"checks_passed", count.passed},
+      {"checks_failed", count.failed},
+      {"fault", r.fault},
+      {"wall_time_s", r.wall_time_s},
+      {"command", info.solver.empty() ? fmt::format("mpm-validate run --case {} --level {}", r.name, to_string(info.level)) : info.command},
+      {"tightest_check", nullptr},
+      {"notes", r.notes}};
   for (std::size_t i = 0; i < r.checks.size(); ++i) {
     if (&r.checks[i] == tightest_check(r)) c["tightest_check"] = i;
   }
@@ -132,6 +134,43 @@ json to_json(const CaseResult& r, const RunInfo& info) {
   return c;
 }
 
+json to_json(const SummaryPoint& p) {
+  const Comparison& c = p.comparison;
+  return {{"quantity", text_of(c.quantity).name},
+          {"case", p.case_name},
+          {"name", p.name},
+          {"label", to_string(p.label)},
+          {"predicted", c.predicted},
+          {"reference", c.reference},
+          {"unit", text_of(c.quantity).unit},
+          {"ratio", c.ratio()},
+          {"reference_uncertainty", c.reference_uncertainty},
+          {"text", fmt::format("{} against {} {}", format_value(c.predicted), format_value(c.reference), text_of(c.quantity).unit)}};
+}
+
+json to_json(const SummaryRow& r) {
+  return {{"quantity", text_of(r.quantity).name},
+          {"unit", text_of(r.quantity).unit},
+          {"label", to_string(r.label)},
+          {"values", r.values},
+          {"cases", r.cases},
+          {"without_ratio", r.without_ratio},
+          {"reference_uncertainty", r.reference_uncertainty},
+          {"bias", r.bias},
+          {"spread", r.spread},
+          {"model_spread", r.model_spread},
+          {"farthest", r.farthest},
+          {"farthest_name", r.farthest_name}};
+}
+
+json summary_json(const std::vector<CaseResult>& results) {
+  json summary{{"rows", json::array()}, {"points", json::array()}};
+  const std::vector<SummaryPoint> points = summary_points(results);
+  for (const SummaryRow& row : summary_rows(points)) summary["rows"].push_back(to_json(row));
+  for (const SummaryPoint& point : points) summary["points"].push_back(to_json(point));
+  return summary;
+}
+
 }  // namespace
 
 std::string results_json(const std::vector<CaseResult>& results, const RunInfo& info) {
@@ -141,6 +180,7 @@ std::string results_json(const std::vector<CaseResult>& results, const RunInfo& 
   json root{{"format_version", 1},
             {"level", to_string(info.level)},
             {"command", info.command},
+            {"solver", info.solver},
             {"version", build.version},
             {"commit", build.commit},
             {"compiler", build.compiler},
@@ -153,6 +193,7 @@ std::string results_json(const std::vector<CaseResult>& results, const RunInfo& 
             {"time_budget_s", budget ? json(*budget) : json(nullptr)},
             {"passed", total.passed},
             {"failed", total.failed},
+            {"summary", summary_json(results)},
             {"cases", json::array()}};
   for (const CaseResult* r : failing_first(results)) root["cases"].push_back(to_json(*r, info));
   return root.dump(1, ' ', false, json::error_handler_t::replace) + "\n";

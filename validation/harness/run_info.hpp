@@ -16,6 +16,7 @@ struct RunInfo {
   std::string machine;  ///< processor and number of threads the machine offers
   std::string started;  ///< ISO 8601, UTC
   int threads = 1;
+  std::string solver;  ///< that made the runs; empty: this program
   double wall_time_s = 0.0;
   std::filesystem::path directory;  ///< of the report; set by write_results
 };

@@ -136,18 +136,26 @@ State hydrostatic_state(const Case& c, const Scene& scene, int along, int across
 }
 
 DepthProfile depth_profile(const State& state, double density, double x_min, double x_max, double spacing, double width) {
+  std::vector<ParticleRecord> particles;
+  state.grid.for_each_particle([&](const Particle& p) {
+    particles.push_back({.position = Vec3(p.position[0], p.position[1], p.position[2]), .mass = density * p.volume});
+  });
+  return depth_profile(particles, x_min, x_max, spacing, width);
+}
+
+DepthProfile depth_profile(const std::vector<ParticleRecord>& particles, double x_min, double x_max, double spacing, double width) {
   const auto count = static_cast<std::size_t>(std::lround((x_max - x_min) / spacing)) + 1;
   DepthProfile profile{x_min, spacing, width, std::vector<double>(count, 0.0)};
-  state.grid.for_each_particle([&](const Particle& p) {
-    const double s = (p.position[0] - x_min) / spacing;
+  for (const ParticleRecord& p : particles) {
+    const double s = (p.position.x() - x_min) / spacing;
     const double cell = std::floor(s);
-    const double mass = density * p.volume / (spacing * width);
+    const double mass = p.mass / (spacing * width);
     for (const int side : {0, 1}) {
       const double node = cell + side;
-      if (node < 0.0 || node >= static_cast<double>(count)) continue;
+      if (!(node >= 0.0 && node < static_cast<double>(count))) continue;
       profile.mass[static_cast<std::size_t>(node)] += mass * (side ? s - cell : 1.0 - (s - cell));
     }
-  });
+  }
   profile.mass.front() *= 2.0;  // the ends have half a hat
   profile.mass.back() *= 2.0;
   return profile;

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "libmpm/driver/scene.hpp"
+#include "validation/harness/setup.hpp"
 
 namespace mpm::validation {
 
@@ -73,6 +74,8 @@ struct DepthProfile {
 };
 /// @param width of the slice across the flow (y), m
 DepthProfile depth_profile(const State& state, double density, double x_min, double x_max, double spacing, double width);
+/// The same of the particles of an instant.
+DepthProfile depth_profile(const std::vector<ParticleRecord>& particles, double x_min, double x_max, double spacing, double width);
 
 /// Seen from x_max, the first place where the profile rises through `level`, by linear interpolation; empty if it nowhere does.
 std::optional<double> last_crossing(const DepthProfile& profile, double level);

@@ -164,7 +164,7 @@ def nice_ticks(low, high):
 def tick_label(value):
     """A number as a tick shows it: 0.002, 6·10⁻⁵."""
     if value == 0.0 or 1e-3 <= abs(value) < 1e5:
-        return f"{value + 0.0:.4g}"
+        return f"{value + 0.0:.5g}"
     digits, power = f"{value:.3e}".split("e")
     return rf"${float(digits):g}\cdot10^{{{int(power)}}}$"
 

@@ -203,6 +203,63 @@ void drop(const CaseContext& context, CaseResult& result) {
                        0.4, "", 1e-9, "Coulomb's bound holds at every node, so for the sum; 1e-9 for round-off");
 }
 
+/// A block thrown against a mast: force, moment and force by layer of the mast are one momentum, booked three times.
+void strike(const CaseContext& context, CaseResult& result, double friction) {
+  Case c = balls(context);
+  c.numerics.gravity = 9.81;
+  c.bodies = {{BodySpec::Shape::box, Vec3(-0.9, -0.25, 0.1), Vec3(-0.2, 0.25, 0.6), Vec3(3.0, 1.0, -0.5)}};
+  c.obstacle = ObstacleSpec{.shape = BoxShape{.width = 0.75, .depth = 0.5}};
+  c.obstacle->friction = friction;
+  const CaseScene scene = make_scene(c);
+  State state = make_state(c, scene);
+  Totals before = totals(state, scene);
+  const double linear_scale = before.momentum_scale, angular_scale = before.angular_momentum_scale;
+  double linear_gap = 0.0, angular_gap = 0.0, layer_gap = 0.0, moment_gap = 0.0, first_ratio = std::nan("");
+  Vec3 taken = Vec3::Zero();
+  for (int i = 0; i < 120; ++i) {
+    const StepReport report = step(state, scene, stable_time_step(state, scene));
+    const Totals after = totals(state, scene);
+    const Impulse& impulse = report.impulses.at(*scene.obstacle);  // moment about the origin, the foot of the front face
+    const Vec3 weight = after.mass * report.dt * scene.gravity;
+    linear_gap = std::max(linear_gap, (after.momentum - before.momentum - weight + impulse.linear).norm());
+    angular_gap =
+        std::max(angular_gap, (after.angular_momentum - before.angular_momentum - before.centre.cross(weight) + impulse.angular).norm());
+    const LayerImpulses& layers = report.layers.at(0);
+    Vec3 sum = Vec3::Zero();
+    double moment = 0.0;  // of the horizontal forces
+    for (std::size_t k = 0; k < layers.layer.size(); ++k) {
+      sum += layers.layer[k];
+      moment += c.numerics.cell_size * (layers.first + static_cast<double>(k)) * layers.layer[k].x();
+    }
+    layer_gap = std::max(layer_gap, (sum - impulse.linear).norm());
+    moment_gap = std::max(moment_gap, std::abs(moment - impulse.angular.y()));
+    if (std::isnan(first_ratio) && impulse.linear.x() > 0.0)
+      first_ratio = std::hypot(impulse.linear.y(), impulse.linear.z()) / impulse.linear.x();
+    taken += impulse.linear;
+    before = after;
+  }
+  const std::string name = fmt::format("block on a mast, μ = {:g}: ", friction);
+  const std::string round_off = "sums over thousands of nodes and particles in another order";
+  result.check_absolute(Label::verification, name + "largest gap in the momentum balance of a step over sum m|v|",
+                        linear_gap / linear_scale, 0.0, "", 1e-12, round_off);
+  result.check_absolute(Label::verification, name + "largest gap in the balance of angular momentum of a step over sum m|x||v|",
+                        angular_gap / angular_scale, 0.0, "", 1e-12,
+                        round_off + "; a couple of internal forces is zero with quadratic splines");
+  result.check_absolute(Label::verification, name + "forces of the layers against the force, largest gap over sum m|v|",
+                        layer_gap / linear_scale, 0.0, "", 1e-12, round_off);
+  if (friction == 0.0) {
+    result.check_absolute(Label::verification, name + "moment of the forces of the layers against the moment, largest gap over sum m|x||v|",
+                          moment_gap / angular_scale, 0.0, "", 1e-12,
+                          round_off + "; upright faces without friction take no vertical force");
+    result.check_at_most(Label::verification, name + "share of the momentum along x that the mast did not take",
+                         1.0 - taken.x() / (3.0 * before.mass), 0.9, "", 0.0, "else the block missed the mast");
+  } else {
+    result.check_relative(Label::verification, name + "friction over normal impulse in the first step of contact", first_ratio, friction,
+                          "", 1e-10,
+                          "all of the block moves alike, and slides: 1 m/s along the face is more than μ times 3 m/s; round-off");
+  }
+}
+
 // --- affine motion ----------------------------------------------------------------------------------------------------------
 
 /// A block of 5^3 cells whose particles lie anywhere (moved by up to half their spacing) and have volumes from 0.5 to 1.5 of the mean, so
@@ -499,6 +556,8 @@ void run(const CaseContext& context, CaseResult& result) {
   collide(context, result, {"snow balls", true, Transfer::apic, 0.0});
   collide(context, result, {"elastic balls, FLIP 0.95", false, Transfer::flip, 0.95});
   drop(context, result);
+  strike(context, result, 0.0);
+  strike(context, result, 0.3);
   affine_patch(context, result);
   rotate_patch(context, result);
   spin_ball(context, result);

@@ -2,14 +2,15 @@
 
 #include <Eigen/Geometry>
 #include <Eigen/SVD>
+#include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <limits>
 #include <numbers>
 
-#include "libmpm/core/diagnostics.hpp"
 #include "libmpm/driver/case_file.hpp"
 #include "libmpm/driver/scene.hpp"
-#include "validation/harness/case.hpp"
+#include "validation/harness/setup.hpp"
 
 namespace mpm::validation {
 namespace {
@@ -49,10 +50,75 @@ void set_spinning(State& state) {
   }
 }
 
-std::vector<Vec3> positions_by_id(const State& state) {
-  std::vector<Vec3> x(state.grid.particle_count());
-  state.grid.for_each_particle([&](const Particle& p) { x[p.id] = Vec3(p.position[0], p.position[1], p.position[2]); });
+std::vector<Vec3> positions_by_id(const std::vector<ParticleRecord>& particles) {
+  std::vector<Vec3> x(particles.size());
+  for (const ParticleRecord& p : particles) x.at(p.id) = p.position;
   return x;
+}
+
+/// The particles at the start.
+std::vector<ParticleRecord> start_of(const Setup& setup) {
+  const CaseScene scene = make_scene(setup.spec);
+  return particle_records(setup.start(setup.spec, scene), scene);
+}
+
+/// A flight in n equal steps, seen at `samples` instants.
+Setup flight(const Case& c, const std::string& id, const std::string& title, double end, int n, std::size_t samples) {
+  return {.id = id,
+          .title = title,
+          .spec = c,
+          .times = even_times(0.0, end, samples),
+          .fields = {.identity = true},
+          .time_step = end / n,
+          .procedure = "Nothing touches the body. The order in the time step is judged: use time_step_s as it is, from t = 0 on."};
+}
+
+/// Stable steps in a time, rounded up to a multiple of the samples.
+int steps_for(const Case& c, const std::function<State(const Case&, const Scene&)>& start, double end, std::size_t samples) {
+  const CaseScene scene = make_scene(c);
+  const double least = end / stable_time_step(start(c, scene), scene), each = static_cast<double>(samples);
+  return static_cast<int>(each * std::ceil(least / each));
+}
+
+constexpr std::size_t rise_samples = 200;  ///< an even number: one of them is at the top
+constexpr std::size_t turn_samples = 20;
+
+double flight_time(const Case& c) { return 2.0 * c.bodies[0].velocity.z() / c.numerics.gravity; }
+
+/// The block of snow with three time steps, coarse first.
+std::vector<Setup> rises(const CaseContext& context) {
+  const Case c = read_case(context.case_directory() / "case.toml");
+  const int coarse = steps_for(c, make_state, flight_time(c), rise_samples);
+  std::vector<Setup> all;
+  for (const int times : {1, 2, context.choose(4, 4, 8)})
+    all.push_back(flight(c, fmt::format("snow-steps{}", times), fmt::format("block of snow thrown upwards, {} steps", times * coarse),
+                         flight_time(c), times * coarse, rise_samples));
+  return all;
+}
+
+State spinning_state(const Case& c, const Scene& scene) {
+  State state = make_state(c, scene);
+  set_spinning(state);
+  return state;
+}
+
+/// The cube with three time steps, coarse first.
+std::vector<Setup> turns(const CaseContext& context) {
+  const Case c = thrown_cube();
+  const int coarse = steps_for(c, spinning_state, duration, turn_samples);
+  std::vector<Setup> all;
+  for (const int times : {1, 2, context.choose(3, 4, 8)}) {
+    all.push_back(flight(c, fmt::format("cube-steps{}", times), fmt::format("thrown and spinning cube, {} steps", times * coarse), duration,
+                         times * coarse, turn_samples));
+    all.back().start = spinning_state;
+  }
+  return all;
+}
+
+std::vector<Setup> setups(const CaseContext& context) {
+  std::vector<Setup> all = turns(context);
+  std::ranges::copy(rises(context), std::back_inserter(all));
+  return all;
 }
 
 /// Best-fit rotation of b onto a about their means (Kabsch).
@@ -67,41 +133,39 @@ Mat3 best_rotation(const std::vector<Vec3>& from, const std::vector<Vec3>& to, c
 
 /// A block of loose snow thrown straight up: how high it rises, which is what a run-up measures.
 void ballistic_rise(const CaseContext& context, CaseResult& result) {
-  Case c = read_case(context.case_directory() / "case.toml");
-  const Scene scene = make_scene(c);
-  const double speed = c.bodies[0].velocity.z(), rise = 0.5 * speed * speed / c.numerics.gravity,
-               flight_time = 2.0 * speed / c.numerics.gravity;
-  const State first = make_state(c, scene);
-  const int coarse_steps = static_cast<int>(std::ceil(flight_time / stable_time_step(first, scene)));
-  const std::vector<Vec3> start = positions_by_id(first);
+  const std::vector<Setup> all = rises(context);
+  const Case& c = all.front().spec;
+  const double speed = c.bodies[0].velocity.z(), rise = 0.5 * speed * speed / c.numerics.gravity, flight_time = all.front().times.back();
+  const std::vector<Vec3> start = positions_by_id(start_of(all.front()));
   std::vector<double> steps, errors;
   Series flight{"simulation, highest particle", {}, {}, Series::Style::points};
-  for (const int n : {coarse_steps, 2 * coarse_steps, context.choose(4, 4, 8) * coarse_steps}) {
-    State state = make_state(c, scene);
-    const double dt = flight_time / n;
+  for (const Setup& setup : all) {
+    const double dt = setup.time_step, n = flight_time / dt;
     const bool finest = steps.size() == 2;
     double top = 0.0, apart = 0.0;
-    for (int i = 1; i <= n; ++i) {
-      step(state, scene, dt);
+    play(context, setup, [&](const Instant& now) {
       double highest = -1e9, lowest = 1e9;  // rise of the particle that rose most and least
-      state.grid.for_each_particle([&](const Particle& p) {
-        const double risen = p.position[2] - start[p.id].z();
+      for (const ParticleRecord& p : now.particles) {
+        const double risen = p.position.z() - start.at(p.id).z();
         highest = std::max(highest, risen);
         lowest = std::min(lowest, risen);
-      });
+      }
       top = std::max(top, highest);
       apart = std::max(apart, highest - lowest);
-      if (finest && i % std::max(1, n / 20) == 0) {
-        flight.x.push_back(i * dt);
+      if (finest && (now.index + 1) % (rise_samples / 20) == 0) {
+        flight.x.push_back(now.time);
         flight.y.push_back(highest);
       }
-    }
+      return true;
+    });
     steps.push_back(dt);
     errors.push_back(std::abs(top - rise));
     if (!finest) continue;
-    result.check_relative(Label::verification, "rise of the highest particle of a thrown block of snow against v²/2g", top, rise, "m",
-                          1.05 * 0.5 * speed * dt / rise,
-                          "symplectic Euler rises v dt/2 less; 5 % for where the step that meets the top falls");
+    result
+        .check_relative(Label::verification, "rise of the highest particle of a thrown block of snow against v²/2g", top, rise, "m",
+                        1.05 * 0.5 * speed * dt / rise,
+                        "symplectic Euler rises v dt/2 less; 5 % for where the step that meets the top falls")
+        .in_summary(Quantity::run_up);
     result.check_absolute(Label::verification, "difference in rise between any two particles of the block", apart, 0.0, "m",
                           n * std::numeric_limits<double>::epsilon() * 10.0,
                           "stress-free snow in one motion: round-off of n steps, one unit in the last place of 10 m each");
@@ -130,59 +194,56 @@ void run(const CaseContext& context, CaseResult& result) {
   const double strain = c.material.density() * spin * spin * radius * radius / c.material.as<HenckyElastic>().young_modulus;
   const auto parabola = [&](double t) { return Vec3(throw_velocity * t + 0.5 * t * t * g); };
 
-  const Scene scene = make_scene(c);
-  State reference_state = make_state(c, scene);
-  set_spinning(reference_state);
-  const int coarse_steps = static_cast<int>(std::ceil(duration / stable_time_step(reference_state, scene)));
+  const std::vector<Setup> all = turns(context);
   std::vector<double> steps, errors;
   Series path_x{"simulation", {}, {}, Series::Style::points}, angle_series{"simulation", {}, {}, Series::Style::points};
-  for (const int n : {coarse_steps, 2 * coarse_steps, context.choose(3, 4, 8) * coarse_steps}) {
-    State state = make_state(c, scene);
-    set_spinning(state);
-    const std::vector<Vec3> start = positions_by_id(state);
-    const Vec3 start_centre = totals(state, scene).centre;
-    const double dt = duration / n;
+  for (const Setup& setup : all) {
+    const double dt = setup.time_step;
+    const int n = static_cast<int>(std::lround(duration / dt));
+    const std::vector<ParticleRecord> at_start = start_of(setup);
+    const std::vector<Vec3> start = positions_by_id(at_start);
+    const Vec3 start_centre = mass_centre(at_start).position;
     const bool finest = steps.size() == 2;
-    for (int i = 1; i <= n; ++i) {
-      step(state, scene, dt);
-      if (finest && i % std::max(1, n / 20) == 0) {
-        const Vec3 x = totals(state, scene).centre;
-        path_x.x.push_back(x.x());
-        path_x.y.push_back(x.z());
-        const Mat3 r = best_rotation(start, positions_by_id(state), start_centre, x);
-        double turned = axis.dot(Vec3(r(2, 1) - r(1, 2), r(0, 2) - r(2, 0), r(1, 0) - r(0, 1))) * 0.5;
-        turned = std::atan2(turned, 0.5 * (r.trace() - 1.0));
-        const double expected = spin * i * dt;
-        turned += 2.0 * std::numbers::pi * std::round((expected - turned) / (2.0 * std::numbers::pi));
-        angle_series.x.push_back(i * dt);
-        angle_series.y.push_back(turned - expected);
-      }
-    }
-    const std::vector<Vec3> end = positions_by_id(state);
-    const Totals now = totals(state, scene);
+    std::vector<Vec3> end;
+    Vec3 centre = start_centre;
+    play(context, setup, [&](const Instant& now) {
+      end = positions_by_id(now.particles);
+      centre = mass_centre(now.particles).position;
+      if (!finest) return true;
+      path_x.x.push_back(centre.x());
+      path_x.y.push_back(centre.z());
+      const Mat3 r = best_rotation(start, end, start_centre, centre);
+      double turned = axis.dot(Vec3(r(2, 1) - r(1, 2), r(0, 2) - r(2, 0), r(1, 0) - r(0, 1))) * 0.5;
+      turned = std::atan2(turned, 0.5 * (r.trace() - 1.0));
+      const double expected = spin * now.time;
+      turned += 2.0 * std::numbers::pi * std::round((expected - turned) / (2.0 * std::numbers::pi));
+      angle_series.x.push_back(now.time);
+      angle_series.y.push_back(turned - expected);
+      return true;
+    });
     const Vec3 discrete = parabola(duration) + 0.5 * duration * dt * g;
     steps.push_back(dt);
-    errors.push_back((now.centre - start_centre - parabola(duration)).norm());
+    errors.push_back((centre - start_centre - parabola(duration)).norm());
     if (!finest) continue;
     result.check_absolute(Label::verification, "centre of mass after 1 s against the discrete parabola",
-                          (now.centre - start_centre - discrete).norm(), 0.0, "m", n * std::numeric_limits<double>::epsilon() * 10.0,
+                          (centre - start_centre - discrete).norm(), 0.0, "m", n * std::numeric_limits<double>::epsilon() * 10.0,
                           "round-off: one unit in the last place of 10 m in every step, all in one direction");
-    const Mat3 rotation = best_rotation(start, end, start_centre, now.centre);
+    const Mat3 rotation = best_rotation(start, end, start_centre, centre);
     const Mat3 wanted = Eigen::AngleAxisd(spin * duration, axis).toRotationMatrix();
     result.check_absolute(Label::verification, "rotation after one turn, distance from the exact rotation",
                           Eigen::AngleAxisd(rotation * wanted.transpose()).angle(), 0.0, "rad", 2.0 * strain * spin * duration,
                           "centrifugal strain e = rho omega^2 R^2/E slows the spin by at most 2 e");
     double departure = 0.0;
     for (std::size_t i = 0; i < end.size(); ++i)
-      departure = std::max(departure, (end[i] - now.centre - rotation * (start[i] - start_centre)).norm());
+      departure = std::max(departure, (end[i] - centre - rotation * (start[i] - start_centre)).norm());
     result.check_absolute(Label::verification, "largest departure of a particle from the rigid motion", departure, 0.0, "m",
                           2.0 * strain * radius, "centrifugal displacement e R, doubled by the ringing about it");
   }
   const double order = fitted_order(steps, errors);
   result.check_order(Label::verification, "order in dt of the centre of mass against the parabola", order, 0.99, 1.01,
                      "symplectic Euler errs by exactly |g| t dt/2");
-  result.notes.push_back(fmt::format("512 particles, dx = 0.25 m, {} to {} steps; centrifugal strain e = {:.2g}.", coarse_steps,
-                                     std::lround(duration / steps.back()), strain));
+  result.notes.push_back(fmt::format("512 particles, dx = 0.25 m, {} to {} steps; centrifugal strain e = {:.2g}.",
+                                     std::lround(duration / steps.front()), std::lround(duration / steps.back()), strain));
 
   Series exact_path{"x0 + v0 t + g t²/2", {}, {}, Series::Style::reference};
   for (int i = 0; i <= 50; ++i) {
@@ -213,7 +274,7 @@ void run(const CaseContext& context, CaseResult& result) {
   ballistic_rise(context, result);
 }
 
-const Registration registered{{MPM_CASE_NAME, "Free flight: a rotating block, and the ballistic rise", MPM_CASE_DIRECTORY, run}};
+const Registration registered{{MPM_CASE_NAME, "Free flight: a rotating block, and the ballistic rise", MPM_CASE_DIRECTORY, run, setups}};
 
 }  // namespace
 }  // namespace mpm::validation

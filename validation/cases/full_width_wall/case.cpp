@@ -35,53 +35,58 @@ struct Outcome {
   double particle_steps = 0.0;
 };
 
-constexpr int samples = 200;
+constexpr std::size_t samples = 200;
 
-Outcome run_strip(const CaseContext& context, const Case& c, const HydrostaticColumn& column, const Bore& bore, const FlowPicture* picture,
-                  CaseResult& result) {
-  const Scene scene = make_scene(c);
-  State state = hydrostatic_state(c, scene, 2, 0);
+Setup strip_setup(const Case& c, const std::string& id, const std::string& name, int cells) {
+  return {.id = fmt::format("{}-dx{}", id, cells),
+          .title = fmt::format("{}, dx = H/{}", name, cells),
+          .spec = c,
+          .start = [](const Case& spec, const Scene& scene) { return hydrostatic_state(spec, scene, 2, 0); },
+          .times = even_times(0.0, c.output.duration, samples),
+          .forces = true};
+}
+
+Outcome run_strip(const CaseContext& context, const Setup& setup, const HydrostaticColumn& column, const Bore& bore,
+                  const FlowPicture* picture, CaseResult& result) {
+  const Case& c = setup.spec;
   const double depth = c.bodies[0].max.z(), width = c.numerics.cell_size, rho = column.density();
   const double speed = -c.bodies[0].velocity.x(), spacing = 0.5 * depth;
   Outcome o;
   std::vector<double> mass, thrust;
   double flux = 0.0;
-  for (int i = 1; i <= samples; ++i) {
-    double impulse = 0.0;
-    const double start = state.time;
-    advance(state, scene, c.output.duration * i / samples, [&](const StepReport& r) {
-      impulse -= r.impulses[0].linear.x();
-      o.particle_steps += static_cast<double>(state.grid.particle_count());
-    });
+  const RunCost cost = play(context, setup, [&](const Instant& now) {
     // twice the distance of the excess mass from the wall: the length of a bore of even depth
-    const double undisturbed = 1.2 * bore.speed * state.time + 2.0 * depth;  // well beyond the bore, and short of the piston
+    const double undisturbed = 1.2 * bore.speed * now.time + 2.0 * depth;  // well beyond the bore, and short of the piston
     double moment = -0.5 * rho * depth * undisturbed * undisturbed;
-    state.grid.for_each_particle([&](const Particle& q) {
-      if (q.position[0] < undisturbed) moment += rho * q.volume / width * q.position[0];
-    });
-    o.time.push_back(state.time);
-    o.front.push_back(2.0 * moment / (rho * depth * speed * state.time));
-    if (i > samples / 2) {
+    for (const ParticleRecord& q : now.particles)
+      if (q.position.x() < undisturbed) moment += q.mass / width * q.position.x();
+    o.time.push_back(now.time);
+    o.front.push_back(2.0 * moment / (rho * depth * speed * now.time));
+    if (now.index >= samples / 2) {
       // behind the bore: the half next to the wall of the stretch that it has run over according to the theory
-      const double half = 0.5 * bore.speed * state.time;
+      const double half = 0.5 * bore.speed * now.time;
       double behind = 0.0, momentum_flux = 0.0;
-      state.grid.for_each_particle([&](const Particle& q) {
-        if (q.position[0] >= half) return;
-        behind += rho * q.volume;
-        momentum_flux += rho * q.volume * q.velocity[0] * q.velocity[0];
-      });
+      for (const ParticleRecord& q : now.particles) {
+        if (q.position.x() >= half) continue;
+        behind += q.mass;
+        momentum_flux += q.mass * q.velocity.x() * q.velocity.x();
+      }
       mass.push_back(behind / (half * width * bore.mass));
-      thrust.push_back(impulse / ((state.time - start) * width * bore.thrust));
+      thrust.push_back(-now.forces[0].x() / (width * bore.thrust));
       flux += momentum_flux / (half * width * bore.thrust);
     }
-  }
-  o.last = depth_profile(state, rho, 0.0, spacing * std::floor(c.bodies[0].max.x() / spacing), spacing, width);
-  o.end = state.time;
+    if (now.index + 1 < samples) return true;
+    o.last = depth_profile(now.particles, 0.0, spacing * std::floor(c.bodies[0].max.x() / spacing), spacing, width);
+    o.end = now.time;
+    if (picture != nullptr && now.state != nullptr)
+      result.flows.push_back(flow_picture(context.directory(), *now.state, *now.scene, *picture));
+    return true;
+  });
+  o.particle_steps = cost.particle_steps;
   o.mass = batch_mean(mass, 5);
   o.thrust = batch_mean(thrust, 5);
   o.motion = flux / static_cast<double>(mass.size());
   o.speed = fitted_slope({o.time.begin() + samples / 2, o.time.end()}, {o.front.begin() + samples / 2, o.front.end()}) / bore.speed;
-  if (picture != nullptr) result.flows.push_back(flow_picture(context.directory(), state, scene, *picture));
   return o;
 }
 
@@ -97,18 +102,71 @@ struct Study {
   std::vector<int> cells;
   double unsteadiness;  ///< allowed beside the error of the floor, see the README
   const char* reason;
+  bool with_snow;
 };
 
-void run(const CaseContext& context, CaseResult& result) {
-  const Case base = read_case(context.case_directory() / "case.toml");
-  const double depth = base.bodies[0].max.z(), g = base.numerics.gravity, rho = base.material.density();
+/// The two materials and their columns at rest.
+struct Fluids {
+  mpm::CamClay::Parameters snow;
+  HydrostaticColumn fluid, snow_column;
+};
+
+Fluids fluids_of(const Case& base) {
+  const double g = base.numerics.gravity, rho = base.material.density();
   const WeaklyCompressibleFluid::Parameters& water = base.material.as<WeaklyCompressibleFluid>();
-  const HydrostaticColumn fluid(rho, g, tait_curve(water.bulk_modulus, water.tait_exponent));
   mpm::CamClay::Parameters snow;
   snow.density = rho;
   snow.critical_state_slope = 0.0;
   const double k = snow.young_modulus / (3.0 * (1.0 - 2.0 * snow.poisson_ratio));
-  const HydrostaticColumn snow_column(rho, g, snow_curve(k, snow.hardening_xi, snow.preconsolidation_pressure));
+  return {snow, HydrostaticColumn(rho, g, tait_curve(water.bulk_modulus, water.tait_exponent)),
+          HydrostaticColumn(rho, g, snow_curve(k, snow.hardening_xi, snow.preconsolidation_pressure))};
+}
+
+const char* const undular = "0.5 % for the waves that travel behind the front of an undular bore";
+const char* const rolling =
+    "2.5 % for what is left of the motion behind the bore, whose ∫ρu²dz of up to 5 % of the thrust takes half that from the depth";
+
+std::vector<Study> studies(const CaseContext& context) {
+  return {
+      {"Fr 0.3", "fr03", 0.3, 12.0, context.choose<std::vector<int>>({4, 6, 8}, {4, 6, 8, 12}, {4, 6, 8, 12, 16}), 0.005, undular, false},
+      {"Fr 1", "fr1", 1.0, 8.0, context.choose<std::vector<int>>({4}, {4, 6, 8, 12}, {4, 6, 8, 12, 16}), 0.025, rolling, false},
+      {"Fr 1, snow with M = 0", "fr1-snow", 1.0, 8.0, context.choose<std::vector<int>>({4}, {6}, {4, 6, 8}), 0.025, rolling, true},
+      {"Fr 3", "fr3", 3.0, context.choose(6.0, 6.0, 12.0), context.choose<std::vector<int>>({4}, {4, 6}, {4, 6, 8}), 0.2,
+       "20 % for the splash: it falls back from above the bore, and leaves ∫ρu²dz of 20 to 45 % of the thrust behind it", false}};
+}
+
+/// What the theory says of a study, and how long its strip has to be.
+struct Plan {
+  Bore bore;
+  double duration, length;
+};
+
+Plan plan_of(const Study& s, const Fluids& fluids, const Case& base) {
+  const double depth = base.bodies[0].max.z(), v = s.froude * std::sqrt(base.numerics.gravity * depth);
+  const Bore bore = reflected_bore(s.with_snow ? fluids.snow_column : fluids.fluid, base.material.density() * depth, v);
+  const double duration = s.travel * bore.height / bore.speed;
+  return {bore, duration, (std::floor((v + 1.3 * bore.speed) * duration / depth) + 3.0) * depth};
+}
+
+Setup setup_of(const CaseContext& context, const Study& s, const Fluids& fluids, const Plan& plan, int cells) {
+  Case c = strip_case(context, s.froude, cells, plan.length, plan.duration);
+  if (s.with_snow) c.material = fluids.snow;
+  return strip_setup(c, s.id, s.name, cells);
+}
+
+std::vector<Setup> setups(const CaseContext& context) {
+  const Case base = read_case(context.case_directory() / "case.toml");
+  const Fluids fluids = fluids_of(base);
+  std::vector<Setup> all;
+  for (const Study& s : studies(context))
+    for (const int cells : s.cells) all.push_back(setup_of(context, s, fluids, plan_of(s, fluids, base), cells));
+  return all;
+}
+
+void run(const CaseContext& context, CaseResult& result) {
+  const Case base = read_case(context.case_directory() / "case.toml");
+  const double depth = base.bodies[0].max.z(), g = base.numerics.gravity, rho = base.material.density();
+  const Fluids fluids = fluids_of(base);
 
   const Table table = Table::read(context.case_directory() / "../../../reference_data/shallow_water_limits/data.csv");
   const std::vector<double> table_froude = table.numbers("Fr"), table_ratio = table.numbers("reflected_bore");
@@ -128,12 +186,12 @@ void run(const CaseContext& context, CaseResult& result) {
                         apart, 0.0, "", 1e-8, "ten digits of the table; compression ρgh/K of the limit taken is 1e-9");
 
   double particle_steps = 0.0;
-  const auto study = [&](const Study& s, bool with_snow) {
-    const HydrostaticColumn& column = with_snow ? snow_column : fluid;
-    const double v = s.froude * std::sqrt(g * depth), ratio = incompressible_ratio(s.froude);
-    const Bore bore = reflected_bore(column, rho * depth, v);
-    const double duration = s.travel * bore.height / bore.speed;
-    const double length = (std::floor((v + 1.3 * bore.speed) * duration / depth) + 3.0) * depth;
+  const auto study = [&](const Study& s) {
+    const HydrostaticColumn& column = s.with_snow ? fluids.snow_column : fluids.fluid;
+    const double ratio = incompressible_ratio(s.froude);
+    const Plan plan = plan_of(s, fluids, base);
+    const Bore& bore = plan.bore;
+    const double duration = plan.duration;
     std::vector<double> size, height;
     std::vector<Grid> grids;
     Plot front{s.id + "-front",
@@ -150,17 +208,16 @@ void run(const CaseContext& context, CaseResult& result) {
     const double x_end = bore.speed * duration, r = bore.mass / (rho * depth);
     shape.series.push_back({"theory", {0.0, x_end, x_end, 1.3 * x_end}, {r, r, 1.0, 1.0}, Series::Style::reference});
     for (const int cells : s.cells) {
-      Case c = strip_case(context, s.froude, cells, length, duration);
-      if (with_snow) c.material = snow;
+      const Setup setup = setup_of(context, s, fluids, plan, cells);
       const bool last = cells == s.cells.back();
       const FlowPicture picture{.id = s.id,
                                 .field = FlowField::speed,
                                 .title = s.name + fmt::format(", t = {:.1f} s", duration),
                                 .caption = "The wall is on the left, the flow comes from the right.",
                                 .window = std::array{-depth, 1.3 * x_end, -depth, 2.5 * bore.height}};
-      Outcome o = run_strip(context, c, column, bore, last ? &picture : nullptr, result);
+      Outcome o = run_strip(context, setup, column, bore, last ? &picture : nullptr, result);
       particle_steps += o.particle_steps;
-      size.push_back(c.numerics.cell_size);
+      size.push_back(setup.spec.numerics.cell_size);
       height.push_back(column.height(o.mass.mean * bore.mass) / depth);
       const std::string label = fmt::format("dx = H/{}", cells);
       front.series.push_back({label, o.time, o.front, Series::Style::simulation});
@@ -186,13 +243,19 @@ void run(const CaseContext& context, CaseResult& result) {
     const Outcome& finest = grids.back().outcome;
     const double dx = size.back();
     const std::string reason = fmt::format("{}; and the floor's cell, which carries 1/8 too much stress: dx/(4 {{}})", s.reason);
-    Check& h = result.check_relative(Label::verification, s.name + ": depth behind the bore, h2/H", height.back(), bore.height / depth, "",
-                                     dx / (4.0 * bore.height) + s.unsteadiness, fmt::format(fmt::runtime(reason), "h2"));
-    result.check_relative(Label::verification, s.name + ": mean thrust on the wall", 1e-3 * finest.thrust.mean * bore.thrust,
-                          1e-3 * bore.thrust, "kN/m", dx / (4.0 * depth) + s.unsteadiness, fmt::format(fmt::runtime(reason), "H"));
-    result.check_relative(Label::verification, s.name + ": speed of the bore", finest.speed * bore.speed, bore.speed, "m/s",
-                          (dx / (4.0 * bore.height) + s.unsteadiness) * r / (r - 1.0),
-                          "what is allowed for the depth, times r/(r - 1): the speed is v/(r - 1)");
+    Check& h = result
+                   .check_relative(Label::verification, s.name + ": depth behind the bore, h2/H", height.back(), bore.height / depth, "",
+                                   dx / (4.0 * bore.height) + s.unsteadiness, fmt::format(fmt::runtime(reason), "h2"))
+                   .in_summary(Quantity::depth, 0.0, depth);
+    result
+        .check_relative(Label::verification, s.name + ": mean thrust on the wall", 1e-3 * finest.thrust.mean * bore.thrust,
+                        1e-3 * bore.thrust, "kN/m", dx / (4.0 * depth) + s.unsteadiness, fmt::format(fmt::runtime(reason), "H"))
+        .in_summary(Quantity::force, 0.0, 1e3);
+    result
+        .check_relative(Label::verification, s.name + ": speed of the bore", finest.speed * bore.speed, bore.speed, "m/s",
+                        (dx / (4.0 * bore.height) + s.unsteadiness) * r / (r - 1.0),
+                        "what is allowed for the depth, times r/(r - 1): the speed is v/(r - 1)")
+        .in_summary(Quantity::speed);
     if (grids.size() >= 3) {
       const Convergence g3 = judge_convergence(size, height, 1.0);
       h.observed_order = g3.order;
@@ -203,20 +266,13 @@ void run(const CaseContext& context, CaseResult& result) {
     return std::pair{size, height};
   };
 
-  const char* undular = "0.5 % for the waves that travel behind the front of an undular bore";
-  const char* rolling =
-      "2.5 % for what is left of the motion behind the bore, whose ∫ρu²dz of up to 5 % of the thrust takes half that from the depth";
-  const auto low = study(
-      {"Fr 0.3", "fr03", 0.3, 12.0, context.choose<std::vector<int>>({4, 6, 8}, {4, 6, 8, 12}, {4, 6, 8, 12, 16}), 0.005, undular}, false);
-  const auto middle =
-      study({"Fr 1", "fr1", 1.0, 8.0, context.choose<std::vector<int>>({4}, {4, 6, 8, 12}, {4, 6, 8, 12, 16}), 0.025, rolling}, false);
-  study({"Fr 1, snow with M = 0", "fr1-snow", 1.0, 8.0, context.choose<std::vector<int>>({4}, {6}, {4, 6, 8}), 0.025, rolling}, true);
-  study({"Fr 3", "fr3", 3.0, context.choose(6.0, 6.0, 12.0), context.choose<std::vector<int>>({4}, {4, 6}, {4, 6, 8}), 0.2,
-         "20 % for the splash: it falls back from above the bore, and leaves ∫ρu²dz of 20 to 45 % of the thrust behind it"},
-        false);
+  const std::vector<Study> all = studies(context);
+  const auto low = study(all[0]), middle = study(all[1]);
+  study(all[2]);
+  study(all[3]);
 
   const auto convergence = [&](const char* id, const char* name, double froude, const auto& data) {
-    const double exact = reflected_bore(fluid, rho * depth, froude * std::sqrt(g * depth)).height / depth;
+    const double exact = reflected_bore(fluids.fluid, rho * depth, froude * std::sqrt(g * depth)).height / depth;
     Series errors{"simulation", data.first, {}, Series::Style::points};
     for (const double h : data.second) errors.y.push_back(std::abs(h / exact - 1.0));
     const double at_finest = errors.y.front() * data.first.back() / data.first.front();
@@ -236,7 +292,7 @@ void run(const CaseContext& context, CaseResult& result) {
   result.notes.push_back(fmt::format("{:.2g} particle-steps in all.", particle_steps));
 }
 
-const Registration registered{{MPM_CASE_NAME, "Flow against a full-width wall: the reflected bore", MPM_CASE_DIRECTORY, run}};
+const Registration registered{{MPM_CASE_NAME, "Flow against a full-width wall: the reflected bore", MPM_CASE_DIRECTORY, run, setups}};
 
 }  // namespace
 }  // namespace mpm::validation

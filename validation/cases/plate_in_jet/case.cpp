@@ -4,7 +4,6 @@
 #include <cmath>
 #include <numbers>
 
-#include "libmpm/core/stress_update.hpp"
 #include "libmpm/driver/case_file.hpp"
 #include "validation/cases/plate_in_jet/free_streamlines.hpp"
 #include "validation/harness/case.hpp"
@@ -19,11 +18,12 @@ constexpr double exit_near = 3.0, exit_far = 5.0;  ///< b from the axis: where t
 using Setting = PlaneJetSetting;
 
 struct Measured {
-  double ratio = 0.0;     ///< l/d
-  double exact = 0.0;     ///< force over rho U^2 d
-  BatchMean force{};      ///< over the exact one
-  std::vector<double> y;  ///< middles of the rows of cells along the plate, over l/2
-  std::vector<double> p;  ///< mean pressure in the row of cells before the plate, over rho U^2/2
+  double ratio = 0.0;        ///< l/d
+  double exact = 0.0;        ///< force over rho U^2 d
+  double exact_force = 0.0;  ///< N, of a jet one metre wide
+  BatchMean force{};         ///< over the exact one
+  std::vector<double> y;     ///< middles of the rows of cells along the plate, over l/2
+  std::vector<double> p;     ///< mean pressure in the row of cells before the plate, over rho U^2/2
   std::vector<double> p_exact;
   double angle = 0.0, angle_exact = 0.0;  ///< of the turned jet, degrees
   double speed = 0.0;                     ///< of it, over U
@@ -34,22 +34,23 @@ struct Measured {
 /// Sums over the particles of some instants.
 class FlowSums {
  public:
-  FlowSums(double dx, double half_width) : dx_(dx), sum_(static_cast<std::size_t>(std::ceil(half_width / dx - 1e-9)), 0.0), count_(sum_) {}
+  FlowSums(double dx, double half_width, double b)
+      : dx_(dx), b_(b), sum_(static_cast<std::size_t>(std::ceil(half_width / dx - 1e-9)), 0.0), count_(sum_) {}
 
-  void add(const State& state, const CaseScene& scene, double b) {
-    state.grid.for_each_particle([&](const Particle& p) {
-      const double x = p.position[0] - scene.offset.x(), y = std::abs(p.position[1] - scene.offset.y());
-      if (y > exit_near * b && y < exit_far * b) {
-        exit_x_ += p.volume * p.velocity[0];
-        exit_y_ += p.volume * std::abs(p.velocity[1]);
-        exit_speed_ += p.volume * std::hypot(p.velocity[0], p.velocity[1]);
-        exit_volume_ += p.volume;
+  void add(const std::vector<ParticleRecord>& particles) {
+    for (const ParticleRecord& p : particles) {
+      const double x = p.position.x(), y = std::abs(p.position.y());
+      if (y > exit_near * b_ && y < exit_far * b_) {
+        exit_x_ += p.mass * p.velocity.x();
+        exit_y_ += p.mass * std::abs(p.velocity.y());
+        exit_speed_ += p.mass * std::hypot(p.velocity.x(), p.velocity.y());
+        exit_mass_ += p.mass;
       }
       const auto row = static_cast<std::size_t>(y / dx_);
-      if (x < -dx_ || x > 0.0 || row >= sum_.size()) return;
-      sum_[row] -= (p.stress[0] + p.stress[1] + p.stress[2]) / (3.0 * volume_ratio(scene.material, p));
+      if (x < -dx_ || x > 0.0 || row >= sum_.size()) continue;
+      sum_[row] += p.pressure();
       count_[row] += 1.0;
-    });
+    }
   }
   [[nodiscard]] std::vector<double> pressure() const {
     std::vector<double> p;
@@ -57,24 +58,25 @@ class FlowSums {
     return p;
   }
   [[nodiscard]] double exit_angle() const { return std::atan2(exit_y_, exit_x_); }
-  [[nodiscard]] double exit_speed() const { return exit_speed_ / exit_volume_; }
+  [[nodiscard]] double exit_speed() const { return exit_speed_ / exit_mass_; }
 
  private:
-  double dx_;
+  double dx_, b_;
   std::vector<double> sum_, count_;
-  double exit_x_ = 0.0, exit_y_ = 0.0, exit_speed_ = 0.0, exit_volume_ = 0.0;
+  double exit_x_ = 0.0, exit_y_ = 0.0, exit_speed_ = 0.0, exit_mass_ = 0.0;
 };
 
-Measured run_jet(const Case& base, const Setting& s) {
-  const double l = base.obstacle->width(), u = base.bodies[0].velocity.x(), density = base.material.density(), dx = l / s.cells;
-  FlowSums sums(dx, 0.5 * l);
-  const PlaneJetForce run =
-      run_plane_jet(base, s, [&](const State& state, const CaseScene& scene, double b) { sums.add(state, scene, b); });
-  const double b = run.half_thickness;
+Measured run_jet(const CaseContext& context, const Setting& s, const Setup& setup) {
+  const Case& c = setup.spec;
+  const double l = c.obstacle->width(), u = c.bodies[0].velocity.x(), density = c.material.density(), dx = l / s.cells,
+               b = c.bodies[0].max.y();
+  FlowSums sums(dx, 0.5 * l, b);
+  const PlaneJetForce run = play_plane_jet(context, setup, [&](const Instant& now) { sums.add(now.particles); });
   Measured m;
   m.ratio = run.ratio;
   const PlateInJet exact(m.ratio);
   m.exact = exact.force();
+  m.exact_force = run.unit * m.exact;
   m.force = {run.mean.mean / m.exact, run.mean.standard_error / m.exact};
   m.time = run.time;
   for (const double f : run.force) m.history.push_back(f / m.exact);
@@ -99,7 +101,11 @@ Measured run_jet(const Case& base, const Setting& s) {
 
 std::vector<Measured> run_all(const CaseContext& context, const Case& base, const std::vector<Setting>& settings) {
   std::vector<Measured> all(settings.size());
-  in_parallel(settings.size(), [&](std::size_t i) { all[i] = run_jet(base, settings[i]); });
+  const auto run_one = [&](std::size_t i) { all[i] = run_jet(context, settings[i], plane_jet_setup(base, settings[i])); };
+  if (own_run(context))
+    in_parallel(settings.size(), run_one);
+  else
+    for (std::size_t i = 0; i < settings.size(); ++i) run_one(i);
   for (std::size_t i = 0; i < all.size(); ++i) {
     const Setting& s = settings[i];
     context.log(fmt::format("{} cells, l/d {:.3f}, cfl {}, shift {} {}: force {:.4f} ({:.4f}) of the exact; {:.2g} particle-steps", s.cells,
@@ -109,12 +115,52 @@ std::vector<Measured> run_all(const CaseContext& context, const Case& base, cons
   return all;
 }
 
-/// What the issue of the plate asks for: 3 % at seven cells, 2 % at thirteen, 1 % at twenty-five.
-double tolerance(int cells) { return cells >= 24 ? 0.01 : cells >= 12 ? 0.02 : 0.03; }
+/// What is asked of the plate: 3 % at seven cells, 2 % at thirteen, 1 % at twenty-five.
+double tolerance(int cells) { return cells >= 24 ? 0.01 : cells >= 12 ? 0.02 : cells >= 6 ? 0.03 : 0.05; }
+
+struct Named {
+  std::string name;
+  Setting setting;
+};
+
+/// The runs that are judged.
+/// @param with_variants  also those that differ in nothing but the grid's place or the time step: variants of this program's scheme, for
+/// which
+///                       no other solver is asked
+std::vector<Named> named_runs(const CaseContext& context, bool with_variants) {
+  std::vector<Named> runs = {{"7 cells", {.cells = 7}}, {"6 cells", {.cells = 6}}};
+  if (with_variants) {
+    runs.push_back({"7 cells, grid moved by half a cell across", {.cells = 7, .id = "moved-across", .shift_y = 0.5}});
+    runs.push_back({"7 cells, grid moved by 0.3 and 0.4 cells", {.cells = 7, .id = "moved", .shift_x = 0.3, .shift_y = 0.4}});
+    runs.push_back({"7 cells, CFL 0.2", {.cells = 7, .id = "cfl-0.2", .cfl = 0.2}});
+    runs.push_back({"7 cells, CFL 0.8", {.cells = 7, .id = "cfl-0.8", .cfl = 0.8}});
+  }
+  if (context.level() == Level::quick) return runs;
+  for (const int cells : {5, 12, 13}) runs.push_back({fmt::format("{} cells", cells), {.cells = cells}});
+  if (with_variants) {
+    runs.push_back({"7 cells, CFL 0.1", {.cells = 7, .id = "cfl-0.1", .cfl = 0.1}});
+    for (const double shift : {0.25, 0.75})
+      runs.push_back(
+          {fmt::format("7 cells, grid moved by {} along", shift), {.cells = 7, .id = fmt::format("moved-{}", shift), .shift_x = shift}});
+  }
+  for (const double ratio : {0.3, 0.5, 1.0, 2.0})
+    runs.push_back({fmt::format("7 cells, l/d {}", ratio), {.cells = 7, .id = fmt::format("ratio-{}", ratio), .ratio = ratio}});
+  for (const int cells : {24, 25}) runs.push_back({fmt::format("{} cells", cells), {.cells = cells}});
+  return runs;
+}
+
+std::vector<Setup> setups(const CaseContext& context) {
+  const Case base = read_case(context.case_directory() / "case.toml");
+  std::vector<Setup> all;
+  for (const Named& run : named_runs(context, false)) all.push_back(plane_jet_setup(base, run.setting));
+  return all;
+}
 
 void check_force(CaseResult& result, const std::string& name, const Setting& s, const Measured& m) {
-  result.check_relative(Label::verification, name + ": force over the exact one", m.force.mean, 1.0, "", tolerance(s.cells),
-                        "3 % at five to seven cells, 2 % from twelve, 1 % from twenty-four on");
+  result
+      .check_relative(Label::verification, name + ": force over the exact one", m.force.mean, 1.0, "", tolerance(s.cells),
+                      "5 % at five cells, 3 % at six and seven, 2 % from twelve, 1 % from twenty-four on")
+      .in_summary(Quantity::force, 0.0, m.exact_force);
 }
 
 void run(const CaseContext& context, CaseResult& result) {
@@ -131,34 +177,16 @@ void run(const CaseContext& context, CaseResult& result) {
                           exact.force(), "ρU²d", 1e-8, "midpoint rule with 20000 parts");
   }
 
-  struct Named {
-    std::string name;
-    Setting setting;
-  };
-  std::vector<Named> runs = {{"7 cells", {.cells = 7}},
-                             {"6 cells", {.cells = 6}},
-                             {"7 cells, grid moved by half a cell across", {.cells = 7, .shift_y = 0.5}},
-                             {"7 cells, grid moved by 0.3 and 0.4 cells", {.cells = 7, .shift_x = 0.3, .shift_y = 0.4}},
-                             {"7 cells, CFL 0.2", {.cells = 7, .cfl = 0.2}},
-                             {"7 cells, CFL 0.8", {.cells = 7, .cfl = 0.8}}};
-  if (context.level() != Level::quick) {
-    runs.push_back({"5 cells", {.cells = 5}});
-    runs.push_back({"12 cells", {.cells = 12}});
-    runs.push_back({"13 cells", {.cells = 13}});
-    runs.push_back({"7 cells, CFL 0.1", {.cells = 7, .cfl = 0.1}});
-    for (const double shift : {0.25, 0.75})
-      runs.push_back({fmt::format("7 cells, grid moved by {} along", shift), {.cells = 7, .shift_x = shift}});
-    for (const double ratio : {0.3, 0.5, 1.0, 2.0}) runs.push_back({fmt::format("7 cells, l/d {}", ratio), {.cells = 7, .ratio = ratio}});
-    runs.push_back({"24 cells", {.cells = 24}});
-    runs.push_back({"25 cells", {.cells = 25}});
-  }
+  const std::vector<Named> runs = named_runs(context, own_run(context));
   std::vector<Setting> settings;
   for (const Named& n : runs) settings.push_back(n.setting);
-  settings.push_back({.cells = 7, .transfer = Transfer::apic, .contact = ContactRule::nodal, .lattice = BodySpec::Lattice::aligned});
+  if (own_run(context))
+    settings.push_back(
+        {.cells = 7, .id = "nodal", .transfer = Transfer::apic, .contact = ContactRule::nodal, .lattice = BodySpec::Lattice::aligned});
   const std::vector<Measured> all = run_all(context, base, settings);
 
   for (std::size_t i = 0; i < runs.size(); ++i) check_force(result, runs[i].name, runs[i].setting, all[i]);
-  const Measured &seven = all[0], &old = all.back();
+  const Measured &seven = all[0], &old = all.back();  // old: of this program alone
   double worst = 0.0;
   for (std::size_t row = 0; row + 1 < seven.p.size(); ++row) worst = std::max(worst, std::abs(seven.p[row] - seven.p_exact[row]));
   result.check_absolute(Label::verification, "7 cells: largest error of the pressure along the plate over ρU²/2, but for the edge row",
@@ -166,27 +194,34 @@ void run(const CaseContext& context, CaseResult& result) {
                         "10 % of the dynamic pressure; the aim of 5 % is not met: the pressure of neighbouring cells differs by more");
   result.notes.push_back(
       fmt::format("Not met: the pressure along the plate within 5 % of ρU²/2; the largest error is {:.1f} %.", 100.0 * worst));
-  result.check_absolute(Label::verification, "7 cells: angle of the turned jet", seven.angle, seven.angle_exact, "°", 2.0,
-                        "measured at 3 to 5 b from the axis, where the sheets are still curved");
-  result.check_relative(Label::verification, "7 cells: speed of the turned jet over U", seven.speed, 1.0, "", 0.02,
-                        "no head is lost along a stream line; 2 % for the sheet's slowest cells beside the plate");
-  result.notes.push_back(fmt::format(
-      "With nodal contact, APIC and an aligned lattice the force at seven cells is {:.3f} ({:.3f}) times the exact one, the jet leaves at "
-      "{:.1f}° and {:.3f} U (exact {:.1f}°).",
-      old.force.mean, old.force.standard_error, old.angle, old.speed, old.angle_exact));
+  result
+      .check_absolute(Label::verification, "7 cells: angle of the turned jet", seven.angle, seven.angle_exact, "°", 2.0,
+                      "measured at 3 to 5 b from the axis, where the sheets are still curved")
+      .in_summary(Quantity::angle);
+  result
+      .check_relative(Label::verification, "7 cells: speed of the turned jet over U", seven.speed, 1.0, "", 0.02,
+                      "no head is lost along a stream line; 2 % for the sheet's slowest cells beside the plate")
+      .in_summary(Quantity::speed, 0.0, base.bodies[0].velocity.x());
+  if (own_run(context))
+    result.notes.push_back(
+        fmt::format("With nodal contact, APIC and an aligned lattice the force at seven cells is {:.3f} ({:.3f}) times the exact one, the "
+                    "jet leaves at "
+                    "{:.1f}° and {:.3f} U (exact {:.1f}°).",
+                    old.force.mean, old.force.standard_error, old.angle, old.speed, old.angle_exact));
   for (std::size_t i = 0; i < runs.size(); ++i) {
     result.notes.push_back(fmt::format("{}: l/d {:.4f}, force over ρU²d {:.4f}, exact {:.4f}: {:.4f} (standard error {:.4f}).",
                                        runs[i].name, all[i].ratio, all[i].force.mean * all[i].exact, all[i].exact, all[i].force.mean,
                                        all[i].force.standard_error));
   }
 
+  const std::string scheme = own_run(context) ? "contact at the surface, AFLIP, staggered" : "simulation",
+                    before_it = "contact on nodes, APIC, aligned";
   result.plots.push_back({"force",
                           "Force on the plate at seven cells, over the exact one",
                           "time [b/U]",
                           "force / exact force [-]",
                           {{"exact", {0.0, jet_means_to}, {1.0, 1.0}, Series::Style::reference},
-                           {"contact at the surface, AFLIP, staggered", seven.time, seven.history, Series::Style::simulation},
-                           {"contact on nodes, APIC, aligned", old.time, old.history, Series::Style::simulation}},
+                           {scheme, seven.time, seven.history, Series::Style::simulation}},
                           "",
                           false,
                           false});
@@ -201,15 +236,16 @@ void run(const CaseContext& context, CaseResult& result) {
                           "Pressure along the plate at seven cells",
                           "y / (l/2) [-]",
                           "pressure / (ρU²/2) [-]",
-                          {line,
-                           {"contact at the surface, AFLIP, staggered", seven.y, seven.p, Series::Style::points},
-                           {"contact on nodes, APIC, aligned", old.y, old.p, Series::Style::points}},
+                          {line, {scheme, seven.y, seven.p, Series::Style::points}},
                           "Means over time of the row of cells before the plate.",
                           false,
                           false});
+  if (!own_run(context)) return;
+  result.plots[result.plots.size() - 2].series.push_back({before_it, old.time, old.history, Series::Style::simulation});
+  result.plots.back().series.push_back({before_it, old.y, old.p, Series::Style::points});
 }
 
-const Registration registered{{MPM_CASE_NAME, "A plate in a plane jet: free streamlines", MPM_CASE_DIRECTORY, run}};
+const Registration registered{{MPM_CASE_NAME, "A plate in a plane jet: free streamlines", MPM_CASE_DIRECTORY, run, setups}};
 
 }  // namespace
 }  // namespace mpm::validation

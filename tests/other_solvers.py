@@ -1,0 +1,152 @@
+#!/usr/bin/python3
+"""A case goes to another solver and back: export, the solver in numpy, grade; then with an error planted in it, and with files missing.
+
+usage: other_solvers.py MPM_VALIDATE
+"""
+
+import csv
+import json
+import pathlib
+import shutil
+import subprocess
+import sys
+import tempfile
+import unittest
+
+import h5py
+import numpy as np
+
+SOLVER = pathlib.Path(__file__).resolve().parent.parent / "validation" / "foreign" / "numpy_mpm.py"
+CASE = "sliding_block"  # three runs of 1024 particles
+VALIDATE = ""
+
+
+def validate(*arguments):
+    return subprocess.run([VALIDATE, *map(str, arguments)], capture_output=True, text=True, check=False)
+
+
+def solving(solver, exported, results, *runs):
+    return subprocess.Popen([sys.executable, str(solver), str(exported), str(results), *runs], stderr=subprocess.PIPE, text=True)
+
+
+class OtherSolvers(unittest.TestCase):
+    @classmethod
+    def setUpClass(cls):
+        cls.folder = tempfile.TemporaryDirectory()
+        root = pathlib.Path(cls.folder.name)
+        cls.exported, cls.solved, cls.report = root / "exported", root / "solved", root / "report"
+        done = validate("export", CASE, "--out", cls.exported)
+        assert done.returncode == 0, done.stderr
+        cls.case = json.loads((cls.exported / "case.json").read_text(encoding="utf-8"))
+        for process in [solving(SOLVER, cls.exported, cls.solved, "thrown"), solving(SOLVER, cls.exported, cls.solved, "slope-30", "slope-10")]:
+            message = process.communicate()[1]
+            assert process.returncode == 0, message
+
+    @classmethod
+    def tearDownClass(cls):
+        cls.folder.cleanup()
+
+    def copy_of_results(self):
+        copy = pathlib.Path(tempfile.mkdtemp(dir=self.folder.name)) / "results"
+        shutil.copytree(self.solved, copy)
+        return copy
+
+    def grade(self, results, *more):
+        return validate("grade", CASE, "--results", results, "--out", self.report, *more)
+
+    def test_the_description_is_complete(self):
+        self.assertEqual(self.case["case"], CASE)
+        self.assertEqual([run["id"] for run in self.case["runs"]], ["thrown", "slope-30", "slope-10"])
+        run = self.case["runs"][0]
+        self.assertEqual(run["material"]["model"], "hencky_elastic")
+        self.assertIn("tau = K tr(eps) I", run["material"]["law"])
+        self.assertEqual(run["boundaries"][0]["friction"], 0.4)
+        self.assertIn("Coulomb", run["boundaries"][0]["rule"])
+        self.assertTrue(all(a < b for a, b in zip(run["results"]["times_s"], run["results"]["times_s"][1:])))
+
+    def test_both_files_of_particles_hold_the_same_numbers(self):
+        folder = self.exported / "thrown"
+        with open(folder / "particles.csv", encoding="utf-8") as file:
+            rows = list(csv.DictReader(file))
+        with h5py.File(folder / "particles.h5") as file:
+            self.assertEqual(set(file), set(rows[0]))
+            for name in file:
+                np.testing.assert_array_equal(file[name][()], [float(row[name]) for row in rows])
+        self.assertEqual(len(rows), self.case["runs"][0]["particles"]["count"])
+
+    def test_the_solver_in_numpy_passes(self):
+        done = self.grade(self.solved)
+        self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
+        results = json.loads((self.report / "results.json").read_text(encoding="utf-8"))
+        self.assertEqual(results["solver"], "numpy_mpm")
+        self.assertEqual((results["passed"], results["failed"]), (5, 0))
+        self.assertIn("Validation of numpy_mpm", (self.report / "index.html").read_text(encoding="utf-8"))
+
+    def test_states_may_be_csv_files(self):
+        results = self.copy_of_results()
+        folder = results / "slope-10"
+        (folder / "states").mkdir()
+        with h5py.File(folder / "states.h5") as file:
+            for group in file:
+                names = list(file[group])
+                np.savetxt(folder / "states" / f"{group}.csv", np.stack([file[group][name][()] for name in names], axis=1), delimiter=",",
+                           header=",".join(names), comments="", fmt="%.17g")
+        (folder / "states.h5").unlink()
+        self.assertEqual(self.grade(results).returncode, 0)
+
+    def test_an_error_in_the_solver_fails_a_check(self):
+        text = SOLVER.read_text(encoding="utf-8")
+        right = 'boundary["friction"] * np.maximum(-taken, 0.0)'
+        self.assertEqual(text.count(right), 1)
+        results = self.copy_of_results()
+        wrong = results.parent / "wrong.py"
+        wrong.write_text(text.replace(right, "0.99 * " + right), encoding="utf-8")
+        process = solving(wrong, self.exported, results, "slope-30")
+        message = process.communicate()[1]
+        self.assertEqual(process.returncode, 0, message)
+        done = self.grade(results)
+        self.assertEqual(done.returncode, 1, done.stdout + done.stderr)
+        failed = [line for line in done.stdout.splitlines() if "FAILED" in line]
+        self.assertTrue(any("thrown down a slope of 30°: distance" in line for line in failed), done.stdout)
+
+    def test_a_missing_file_is_named(self):
+        results = self.copy_of_results()
+        (results / "thrown" / "forces.csv").unlink()
+        (results / "slope-10" / "states.h5").unlink()
+        done = self.grade(results)
+        self.assertEqual(done.returncode, 4, done.stderr)
+        self.assertIn("thrown/forces.csv: missing", done.stderr)
+        self.assertIn("slope-10: neither states/0001.csv nor group 0001 of states.h5", done.stderr)
+
+    def test_a_missing_column_is_named(self):
+        results = self.copy_of_results()
+        with h5py.File(results / "thrown" / "states.h5", "a") as file:
+            del file["0001"]["vx_m_s"]
+        done = self.grade(results)
+        self.assertEqual(done.returncode, 4, done.stderr)
+        self.assertRegex(done.stderr, r"states.h5, group 0001: columns missing: vx_m_s")
+
+    def test_a_missing_state_is_named(self):
+        results = self.copy_of_results()
+        with h5py.File(results / "thrown" / "states.h5", "a") as file:
+            del file["0033"]
+        done = self.grade(results)
+        self.assertEqual(done.returncode, 4, done.stderr)
+        self.assertIn("group 0033 of states.h5", done.stderr)
+
+    def test_results_of_another_level_are_refused(self):
+        results = self.copy_of_results()
+        shutil.copy(self.exported / "case.json", results)
+        done = self.grade(results, "--level", "standard")
+        self.assertEqual(done.returncode, 2, done.stderr)
+        self.assertIn("level quick", done.stderr)
+
+    def test_a_case_without_set_ups_is_refused(self):
+        done = validate("export", "stress_paths", "--out", self.report / "none")
+        self.assertEqual(done.returncode, 2, done.stderr)
+        self.assertIn("cannot be exported", done.stderr)
+
+
+if __name__ == "__main__":
+    VALIDATE = sys.argv.pop(1)
+    unittest.main(verbosity=2)
