@@ -53,7 +53,7 @@ TEMPLATE = r"""<!doctype html>
 <h1 id="summary">{{ 'libmpm validation' if not r.solver else 'Validation of ' + r.solver }}</h1>
 <p class="lead">Theory against simulation, level <em>{{ r.level }}</em>. Verification compares with an exact solution or property, validation with an experiment or the
 paper, regression with an earlier result of this program.{% if r.solver %} Another solver made the runs: {{ r.solver }}. The references and the checks are those of libmpm.{% endif %}</p>
-<div class="score{{ ' bad' if failing }}"><span><b class="{{ 'failed' if failing else 'ok' }}">{{ r.passed }} passed, {{ r.failed }} failed</b></span>
+<div class="score{{ ' bad' if failing }}"><span><b class="{{ 'failed' if failing else 'ok' }}">{{ r.passed }} passed, {{ r.failed }} failed{% if r.not_met %}, {{ r.not_met }} not met as known{% endif %}</b></span>
 {% if failing %}<span class="failed">failing: {% for c in failing %}<a class="failed" href="#{{ c.name }}">{{ c.name }}</a>{{ ', ' if not loop.last }}{% endfor %}</span>{% endif %}
 <span>{{ r.cases|length }} case{{ '' if r.cases|length == 1 else 's' }} in {{ '%.0f'|format(r.wall_time_s) }} s{% if r.time_budget_s %}; the level may take {{ '%.0f'|format(r.time_budget_s) }} s on two idle cores{% endif %}</span></div>
 {% if r.summary.rows %}<h3 id="predicted">Predicted against reference</h3>
@@ -83,8 +83,15 @@ model, and twice its standard deviation (blue: against exact solutions, red: aga
 <table class="stack"><thead><tr><th>case</th><th>label</th><th>quantity</th><th class="number">reference</th><th class="number">result</th><th class="number">error</th>
 <th class="number">order</th><th class="number">tolerance</th></tr></thead><tbody>
 {% for c in failing %}{% if c.fault %}<tr class="bad"><td class="name" data-label="case"><a href="#{{ c.name }}">{{ c.name|breakable }}</a></td><td class="fault" data-label="message" colspan="7">{{ c.fault }}</td></tr>{% endif %}
-{% for k in c.checks if not k.passed %}<tr class="bad"><td class="name" data-label="case"><a href="#{{ c.name }}">{{ c.name|breakable }}</a></td><td data-label="label">{{ k.label }}</td><td class="what" data-label="quantity">{{ k.quantity }}</td>
+{% for k in c.checks if k.verdict == 'FAILED' %}<tr class="bad"><td class="name" data-label="case"><a href="#{{ c.name }}">{{ c.name|breakable }}</a></td><td data-label="label">{{ k.label }}</td><td class="what" data-label="quantity">{{ k.quantity }}</td>
 {{ numbers(k) }}<td class="number" data-label="tolerance">{{ k.text.tolerance }}</td></tr>{% endfor %}{% endfor %}
+</tbody></table>
+{% endif %}
+{% if r.not_met %}<h3>Targets that are known not to be met</h3>
+<table class="stack"><thead><tr><th>case</th><th>label</th><th>quantity</th><th class="number">reference</th><th class="number">result</th><th class="number">error</th>
+<th class="number">order</th><th class="number">tolerance</th><th>cause</th></tr></thead><tbody>
+{% for c in r.cases %}{% for k in c.checks if k.verdict == 'not met' %}<tr class="known"><td class="name" data-label="case"><a href="#{{ c.name }}">{{ c.name|breakable }}</a></td><td data-label="label">{{ k.label }}</td><td class="what" data-label="quantity">{{ k.quantity }}</td>
+{{ numbers(k) }}<td class="number" data-label="tolerance">{{ k.text.tolerance }}</td><td data-label="cause">{{ k.miss_cause }}</td></tr>{% endfor %}{% endfor %}
 </tbody></table>
 {% endif %}
 <h3>Case by case</h3>
@@ -94,14 +101,14 @@ model, and twice its standard deviation (blue: against exact solutions, red: aga
 <tbody>
 {% for c in r.cases %}{% set k = c.tightest %}
 <tr class="{{ 'bad' if not c.passed }}"><td class="name" data-label="case"><a href="#{{ c.name }}">{{ c.name|breakable }}</a></td><td data-label="label">{{ c.labels }}</td>
-<td class="number" data-label="checks">{{ c.checks_passed }}/{{ c.checks_passed + c.checks_failed }}</td>
+<td class="number" data-label="checks">{{ c.checks_passed }}/{{ c.checks_passed + c.checks_failed + c.checks_not_met }}</td>
 {% if c.fault %}<td class="fault" data-label="message" colspan="7">{{ c.fault }}</td>
 {% else %}<td class="what" data-label="closest">{{ k.quantity }}</td>{{ numbers(k) }}
 <td class="number" data-label="tolerance">{{ k.text.tolerance }}</td><td class="number" data-label="used"><span>{{ k.text.tolerance_used }}{{ bar(k) }}</span></td>{% endif %}
 <td data-label="verdict" class="verdict {{ 'ok' if c.passed else 'failed' }}">{{ 'ok' if c.passed else 'FAILED' }}</td>
 <td class="number" data-label="time">{{ '%.1f'|format(c.wall_time_s) }} s</td></tr>
 {% endfor %}
-<tr><td class="name" data-label="case">all</td><td class="empty"></td><td class="number" data-label="checks">{{ r.passed }}/{{ r.passed + r.failed }}</td><td class="empty" colspan="7"></td>
+<tr><td class="name" data-label="case">all</td><td class="empty"></td><td class="number" data-label="checks">{{ r.passed }}/{{ r.passed + r.failed + r.not_met }}</td><td class="empty" colspan="7"></td>
 <td data-label="verdict" class="verdict {{ 'failed' if failing else 'ok' }}">{{ 'FAILED' if failing else 'ok' }}</td><td class="number" data-label="time">{{ '%.1f'|format(r.wall_time_s) }} s</td></tr>
 </tbody></table>
 <p class="legend">A row shows the check of its case that uses most of its tolerance; all checks are below, with their case, and in <code>orders.csv</code>. Errors and tolerances in per cent or
@@ -109,7 +116,7 @@ without unit are relative, those with the quantity's unit absolute. '≤' is a b
 {% for c in r.cases %}
 <section id="{{ c.name }}">
 <div class="heading"><h2>{{ c.title }}</h2><span class="tag">{{ c.name }}{{ ', ' if c.labels }}{{ c.labels }}</span><span class="verdict {{ 'ok' if c.passed else 'failed' }}">{{ 'ok' if c.passed else 'FAILED' }}</span>
-<span class="tag">{{ c.checks_passed }} of {{ c.checks_passed + c.checks_failed }} checks, {{ '%.1f'|format(c.wall_time_s) }} s</span><a class="top" href="#summary">summary</a></div>
+<span class="tag">{{ c.checks_passed }} of {{ c.checks_passed + c.checks_failed + c.checks_not_met }} checks, {{ '%.1f'|format(c.wall_time_s) }} s</span><a class="top" href="#summary">summary</a></div>
 {% if c.fault %}<p class="failed">{{ c.fault }}</p>{% endif %}
 <p class="physics">{{ c.physics|inline }}</p>
 <p class="legend">Repeat it: <code>{{ c.command }}</code>. Derivation and sources: <code>validation/cases/{{ c.name }}/README.md</code>.</p>
@@ -131,9 +138,9 @@ without unit are relative, those with the quantity's unit absolute. '≤' is a b
 <div>{% if c.rest %}<input type="checkbox" class="unfold" id="unfold-{{ c.name }}">{% endif %}
 <table class="stack"><thead><tr><th>label</th><th>quantity</th><th class="number">reference</th><th class="number">result</th><th class="number">error</th>
 <th class="number">order</th><th class="number">tolerance, why</th><th class="number">used</th><th>verdict</th></tr></thead><tbody>
-{% for k in c.checks %}<tr class="{{ 'bad' if not k.passed }}{{ ' rest' if k.rest }}"><td data-label="label">{{ k.label }}</td><td class="what" data-label="quantity">{{ k.quantity }}</td>
+{% for k in c.checks %}<tr class="{{ {'FAILED': 'bad', 'not met': 'known'}.get(k.verdict, '') }}{{ ' rest' if k.rest }}"><td data-label="label">{{ k.label }}</td><td class="what" data-label="quantity">{{ k.quantity }}</td>
 {{ numbers(k) }}<td class="number" data-label="tolerance"><span>{{ k.text.tolerance }}{% if k.reason %}<sup><a href="#{{ c.name }}-{{ k.reason }}">{{ k.reason }}</a></sup>{% endif %}</span></td>
-<td class="number" data-label="used"><span>{{ k.text.tolerance_used }}{{ bar(k) }}</span></td><td data-label="verdict" class="verdict {{ 'ok' if k.passed else 'failed' }}">{{ 'ok' if k.passed else 'FAILED' }}</td></tr>
+<td class="number" data-label="used"><span>{{ k.text.tolerance_used }}{{ bar(k) }}</span></td><td data-label="verdict" class="verdict {{ {'ok': 'ok', 'not met': 'known'}.get(k.verdict, 'failed') }}">{{ k.verdict }}</td></tr>
 {% endfor %}</tbody></table>
 {% if c.rest %}<label class="more" for="unfold-{{ c.name }}"><span class="closed">Show the {{ c.rest }} checks that use least of their tolerance</span><span class="open">Hide them</span></label>{% endif %}</div>
 {% if c.reasons %}<p class="legend">Why these tolerances:</p><ol class="reasons">{% for why in c.reasons %}<li id="{{ c.name }}-{{ why.letter }}">{{ why.text|inline }}</li>{% endfor %}</ol>{% endif %}{% endif %}
@@ -329,7 +336,7 @@ def main():
     environment.filters.update(breakable=breakable, inline=inline, short=short, percent=percent)
     page = environment.from_string(MACROS + TEMPLATE).render(
         r=results, style=markupsafe.Markup(STYLE), failing=[c for c in results["cases"] if not c["passed"]], references=REFERENCES,
-        summary_figures=summary_figures(results["summary"], {c["name"]: c["title"] for c in results["cases"]}),
+        summary_figures=summary_figures(results.get("summary", {"rows": [], "points": []}), {c["name"]: c["title"] for c in results["cases"]}),
         interactive_style=markupsafe.Markup(interactive.STYLE), script=markupsafe.Markup(interactive.SCRIPT))
     write_page(os.path.join(directory, "index.html"), page)
 

@@ -45,6 +45,15 @@ std::string to_string(Label label) {
   return "unknown";
 }
 
+std::string to_string(Verdict verdict) {
+  switch (verdict) {
+    case Verdict::ok: return "ok";
+    case Verdict::not_met: return "not met";
+    case Verdict::failed: return "FAILED";
+  }
+  return "unknown";
+}
+
 std::string to_string(Level level) {
   switch (level) {
     case Level::quick: return "quick";
@@ -61,6 +70,16 @@ Series slope_line(std::string name, const std::vector<double>& size, double at_f
           Series::Style::bound};
 }
 
+Verdict Check::verdict() const {
+  if (passed) return Verdict::ok;
+  return !miss_cause.empty() && finite(*this) ? Verdict::not_met : Verdict::failed;
+}
+
+Check& Check::known_miss(std::string cause) {
+  miss_cause = std::move(cause);
+  return *this;
+}
+
 Check& Check::in_summary(Quantity kind, double reference_uncertainty) {
   comparison = make_comparison(kind, value, reference, unit, reference_uncertainty);
   return *this;
@@ -72,7 +91,8 @@ Check& Check::in_summary(Quantity kind, double reference_uncertainty, double uni
 }
 
 bool CaseResult::passed() const {
-  return fault.empty() && !checks.empty() && std::all_of(checks.begin(), checks.end(), [](const Check& c) { return c.passed; });
+  return fault.empty() && !checks.empty() &&
+         std::all_of(checks.begin(), checks.end(), [](const Check& c) { return c.verdict() != Verdict::failed; });
 }
 
 Check& CaseResult::check_relative(Label label, std::string quantity, double value, double reference, std::string unit, double tolerance,

@@ -41,6 +41,11 @@ enum class Measure {
   at_most,   ///< value - reference, in the check's unit: a one-sided bound with slack `tolerance`
 };
 
+/// What came of a check: it holds; it does not, as known and explained (Check::known_miss); it does not.
+enum class Verdict { ok, not_met, failed };
+/// "ok", "not met", "FAILED"
+std::string to_string(Verdict verdict);
+
 /// One assertion. `passed` is false wherever one of the numbers is NaN.
 struct Check {
   std::string quantity;
@@ -53,7 +58,11 @@ struct Check {
   bool passed = false;
   Label label = Label::verification;
   std::optional<Comparison> comparison = {};  ///< its point in the summary
+  std::string miss_cause = {};                ///< of a target that is known not to be met; empty: it has to be met
 
+  [[nodiscard]] Verdict verdict() const;  ///< failed wherever a number is NaN
+  /// The target stays, and is known not to be met at present: reported as "not met" with this cause, and no failure.
+  Check& known_miss(std::string cause);
   /// Shows value and reference in the summary of predicted against reference values. Both must be in the quantity's unit, with a prefix at
   /// most (kPa, mm).
   /// @param reference_uncertainty  relative standard deviation of the reference; 0 for an exact solution
@@ -122,7 +131,7 @@ struct CaseResult {
   std::string fault;                         ///< message of an exception; a case that throws has failed
   double wall_time_s = 0.0;
 
-  /// Every check holds, there is at least one, and nothing was thrown.
+  /// No check has failed, there is at least one, and nothing was thrown.
   [[nodiscard]] bool passed() const;
 
   /// |value - reference| <= tolerance |reference|

@@ -62,7 +62,10 @@ const char* measure_name(Measure m) {
 
 Count count_checks(const CaseResult& r) {
   Count c;
-  for (const Check& k : r.checks) ++(k.passed ? c.passed : c.failed);
+  for (const Check& k : r.checks) {
+    const Verdict verdict = k.verdict();
+    ++(verdict == Verdict::ok ? c.passed : verdict == Verdict::not_met ? c.not_met : c.failed);
+  }
   if (!r.fault.empty()) ++c.failed;
   return c;
 }
@@ -72,6 +75,7 @@ Count count_checks(const std::vector<CaseResult>& results) {
     const Count c = count_checks(r);
     total.passed += c.passed;
     total.failed += c.failed;
+    total.not_met += c.not_met;
   }
   return total;
 }

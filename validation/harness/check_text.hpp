@@ -30,9 +30,10 @@ std::string format_used(double used);
 /// 'relative', 'absolute', 'at_most'
 const char* measure_name(Measure m);
 
-/// Checks that hold and that do not; a case that threw counts as one that does not.
+/// Checks by verdict; a case that threw counts as one that failed.
 struct Count {
-  std::size_t passed = 0, failed = 0;
+  std::size_t passed = 0, failed = 0, not_met = 0;
+  [[nodiscard]] std::size_t all() const { return passed + failed + not_met; }
 };
 Count count_checks(const CaseResult& r);
 Count count_checks(const std::vector<CaseResult>& results);

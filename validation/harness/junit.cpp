@@ -32,7 +32,7 @@ std::string test_suite(const CaseResult& r, std::size_t id, const RunInfo& info)
   const Count c = count_checks(r);
   const std::string timestamp = info.started.substr(0, 19);  // without the zone, as the format has it
   std::string xml;
-  const std::size_t tests = c.passed + c.failed, faults = r.fault.empty() ? 0 : 1;
+  const std::size_t tests = c.all(), faults = r.fault.empty() ? 0 : 1;
   const double share = r.wall_time_s / static_cast<double>(std::max<std::size_t>(tests, 1));
   xml += fmt::format(
       "  <testsuite name=\"{}\" package=\"mpm-validate\" id=\"{}\" timestamp=\"{}\" hostname=\"localhost\" tests=\"{}\" "
@@ -56,9 +56,11 @@ std::string test_suite(const CaseResult& r, std::size_t id, const RunInfo& info)
   for (const Check& k : r.checks) {
     const std::string what = fmt::format("{} against {}, error {}, tolerance {} ({})", format_value(k.value), format_value(k.reference),
                                          format_error(k, k.error), format_error(k, k.tolerance), k.tolerance_reason);
-    test_case(
-        fmt::format("{} [{}]", k.quantity, to_string(k.label)),
-        k.passed ? "" : fmt::format("<failure type=\"{}\" message=\"{}\">{}</failure>", to_string(k.label), escape(what), escape(what)));
+    test_case(fmt::format("{} [{}]", k.quantity, to_string(k.label)),
+              k.verdict() == Verdict::ok ? ""
+              : k.verdict() == Verdict::not_met
+                  ? fmt::format("<skipped message=\"not met: {}; {}\"/>", escape(k.miss_cause), escape(what))
+                  : fmt::format("<failure type=\"{}\" message=\"{}\">{}</failure>", to_string(k.label), escape(what), escape(what)));
   }
   xml += "    <system-out/>\n    <system-err/>\n  </testsuite>\n";
   return xml;
@@ -73,7 +75,7 @@ std::string junit_xml(const std::vector<CaseResult>& results, const RunInfo& inf
   std::string xml = fmt::format(
       "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n<testsuites name=\"mpm-validate {}\" tests=\"{}\" failures=\"{}\" errors=\"{}\" "
       "time=\"{:.3f}\">\n",
-      to_string(info.level), total.passed + total.failed, total.failed - errors, errors, info.wall_time_s);
+      to_string(info.level), total.all(), total.failed - errors, errors, info.wall_time_s);
   for (std::size_t i = 0; i < results.size(); ++i) xml += test_suite(results[i], i, info);
   return xml + "</testsuites>\n";
 }

@@ -74,7 +74,7 @@ std::map<std::string, std::vector<std::vector<std::string>>> order_rows(const st
     for (const Check& c : r.checks)
       rows[r.name].push_back({r.name, c.quantity, to_string(c.label), short_number(c.reference), short_number(c.value),
                               short_number(c.error), c.observed_order ? short_number(*c.observed_order) : "", short_number(c.tolerance),
-                              c.passed ? "ok" : "FAILED", measure_name(c.measure), c.unit});
+                              to_string(c.verdict()), measure_name(c.measure), c.unit});
   }
   return rows;
 }

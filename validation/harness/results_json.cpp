@@ -37,6 +37,8 @@ json to_json(const Check& c) {
           {"tolerance_used", tolerance_used(c)},
           {"observed_order", c.observed_order ? json(*c.observed_order) : json(nullptr)},
           {"passed", c.passed},
+          {"verdict", to_string(c.verdict())},
+          {"miss_cause", c.miss_cause},
           {"text",
            {{"value", format_value(c.value)},
             {"reference", format_value(c.reference)},
@@ -117,6 +119,7 @@ json to_json(const CaseResult& r, const RunInfo& info) {
       {"passed", r.passed()},
       {"checks_passed", count.passed},
       {"checks_failed", count.failed},
+      {"checks_not_met", count.not_met},
       {"fault", r.fault},
       {"wall_time_s", r.wall_time_s},
       {"command", info.solver.empty() ? fmt::format("mpm-validate run --case {} --level {}", r.name, to_string(info.level)) : info.command},
@@ -193,6 +196,7 @@ std::string results_json(const std::vector<CaseResult>& results, const RunInfo& 
             {"time_budget_s", budget ? json(*budget) : json(nullptr)},
             {"passed", total.passed},
             {"failed", total.failed},
+            {"not_met", total.not_met},
             {"summary", summary_json(results)},
             {"cases", json::array()}};
   for (const CaseResult* r : failing_first(results)) root["cases"].push_back(to_json(*r, info));

@@ -44,7 +44,7 @@ std::string check_table(const std::vector<CaseResult>& results) {
         if (c.passed == failed) continue;
         rows.push_back({r->name, to_string(c.label), c.quantity, format_value(c.reference) + (c.unit.empty() ? "" : " " + c.unit),
                         format_value(c.value), format_error(c, c.error), format_order(c.observed_order), format_error(c, c.tolerance),
-                        c.passed ? "ok" : "FAILED", time});
+                        to_string(c.verdict()), time});
         counts.push_back(true);
       }
   }
@@ -61,7 +61,7 @@ std::string case_table(const std::vector<CaseResult>& results, const RunInfo& in
     const Count c = count_checks(*r);
     const Check* k = tightest_check(*r);
     const bool crashed = !r->fault.empty();
-    rows.push_back({r->name, labels_of(*r), fmt::format("{}/{}", c.passed, c.passed + c.failed),
+    rows.push_back({r->name, labels_of(*r), fmt::format("{}/{}", c.passed, c.all()),
                     crashed        ? "(see its message)"
                     : k != nullptr ? k->quantity
                                    : "",
@@ -78,7 +78,8 @@ std::string case_table(const std::vector<CaseResult>& results, const RunInfo& in
                  : fmt::format("time: {:.0f} s with {} threads\n", info.wall_time_s, info.threads);
   if (!failing.empty()) text += fmt::format("failing cases: {}\n", failing);
   const Count c = count_checks(results);
-  return text + fmt::format("{} passed, {} failed\n", c.passed, c.failed);
+  return text +
+         fmt::format("{} passed, {} failed{}\n", c.passed, c.failed, c.not_met > 0 ? fmt::format(", {} not met as known", c.not_met) : "");
 }
 
 }  // namespace mpm::validation

@@ -41,7 +41,7 @@ h3 { font-size: 1rem; margin: 1.5rem 0 .4rem; }
 a { color: var(--accent); text-decoration: none; } a:hover { text-decoration: underline; }
 code { font: .88em ui-monospace, "DejaVu Sans Mono", monospace; background: var(--tint); padding: .1em .3em; border-radius: 3px; overflow-wrap: anywhere; }
 .lead { color: var(--soft); margin: 0 0 1rem; max-width: 80ch; }
-.verdict { font-weight: 650; white-space: nowrap; } .ok { color: var(--good); } .failed { color: var(--bad); }
+.verdict { font-weight: 650; white-space: nowrap; } .ok { color: var(--good); } .failed { color: var(--bad); } .known { color: #8a5a00; }
 .score { display: flex; gap: .3rem 2rem; flex-wrap: wrap; align-items: baseline; padding: .9rem 1.1rem; border: 1px solid var(--line);
   border-left: 5px solid var(--good); border-radius: 4px; margin: 1rem 0 1.2rem; background: var(--tint); }
 .score.bad { border-left-color: var(--bad); }
@@ -54,6 +54,7 @@ td { border-bottom: 1px solid var(--line); padding: .3rem .3rem; vertical-align:
 td.number { text-align: right; white-space: nowrap; } th.number { text-align: right; }
 td.what { min-width: 11rem; }
 tr.bad td { background: #fdf1f1; }
+tr.known td { background: #fdf7e6; color: inherit; }
 td.fault { color: var(--bad); overflow-wrap: anywhere; }
 .used { display: inline-block; width: 1.6rem; height: .5rem; margin-left: .45rem; background: linear-gradient(var(--bar) 0 0) 0 0 / var(--share) 100% no-repeat #e6eaef; border-radius: 2px; }
 sup { line-height: 0; } sup a { padding-left: .15em; }

@@ -32,6 +32,7 @@ struct Settings {
   double offset = 0;  ///< of the bar against the grid, in cells
   Transfer transfer = Transfer::apic;
   double flip_ratio = 0.0;
+  ContactRule contact = ContactRule::nodal;
 };
 
 struct Vibration {
@@ -56,6 +57,7 @@ Case bar_case(const CaseContext& context, const Settings& s) {
   c.numerics.cfl = s.cfl;
   c.numerics.transfer = s.transfer;
   c.numerics.flip_ratio = s.flip_ratio;
+  c.numerics.contact = s.contact;
   c.bodies[0].max = Vec3(length, side, side);
   for (WallSpec& wall : c.walls) {
     if (wall.point.y() > 0.0) wall.point.y() = side;
@@ -319,7 +321,17 @@ void ends_without_walls(const CaseContext& context, CaseResult& result, const st
   result.plots.push_back(std::move(damping));
 }
 
-/// Slip walls at both ends: first order, and exactly what the discrete system has.
+/// Slip walls at both ends that act at their surface: second order, as the inside.
+void ends_at_surfaces(const CaseContext& context, CaseResult& result, std::size_t& work) {
+  const Sweep s = sweep(context, {.ends = Ends::walls, .contact = ContactRule::surface}, {8, 12, 16, 24});
+  work += s.particle_steps;
+  result
+      .check_order(Label::verification, "slip walls that act at their surface: order of the frequency", fitted_order(s.cell, s.frequency),
+                   1.8, 2.4, "second order in the interior and at walls; the coarsest grid has eight cells")
+      .observed_order = fitted_order(s.cell, s.frequency);
+}
+
+/// Slip walls at both ends that act on nodes: first order, and exactly what the discrete system has.
 void ends_at_walls(const CaseContext& context, CaseResult& result, std::size_t& work) {
   const auto grids =
       context.choose<std::vector<int>>({8, 12, 16, 24, 32}, {8, 12, 16, 24, 32, 48, 64}, {8, 12, 16, 24, 32, 48, 64, 96, 128});
@@ -455,6 +467,7 @@ void run(const CaseContext& context, CaseResult& result) {
     free_bar(context, result, work);
     return;
   }
+  ends_at_surfaces(context, result, work);
   ends_at_walls(context, result, work);
   free_bar(context, result, work);
   sweeps(context, result, work);

@@ -251,11 +251,14 @@ void run(const CaseContext& context, CaseResult& result) {
         .check_relative(Label::verification, s.name + ": mean thrust on the wall", 1e-3 * finest.thrust.mean * bore.thrust,
                         1e-3 * bore.thrust, "kN/m", dx / (4.0 * depth) + s.unsteadiness, fmt::format(fmt::runtime(reason), "H"))
         .in_summary(Quantity::force, 0.0, 1e3);
-    result
-        .check_relative(Label::verification, s.name + ": speed of the bore", finest.speed * bore.speed, bore.speed, "m/s",
-                        (dx / (4.0 * bore.height) + s.unsteadiness) * r / (r - 1.0),
-                        "what is allowed for the depth, times r/(r - 1): the speed is v/(r - 1)")
-        .in_summary(Quantity::speed);
+    Check& speed = result
+                       .check_relative(Label::verification, s.name + ": speed of the bore", finest.speed * bore.speed, bore.speed, "m/s",
+                                       (dx / (4.0 * bore.height) + s.unsteadiness) * r / (r - 1.0),
+                                       "what is allowed for the depth, times r/(r - 1): the speed is v/(r - 1)")
+                       .in_summary(Quantity::speed);
+    if (s.froude >= 1.0)
+      speed.known_miss(
+          "the front of the bore broadens while it runs (at Fr 3 as a splash), so that the excess mass reaches further than a jump");
     if (grids.size() >= 3) {
       const Convergence g3 = judge_convergence(size, height, 1.0);
       h.observed_order = g3.order;
@@ -286,8 +289,10 @@ void run(const CaseContext& context, CaseResult& result) {
                             true});
     return fitted_order(data.first, errors.y);
   };
-  result.check_order(Label::verification, "Fr 0.3: order of the depth behind the bore", convergence("fr03-order", "Fr 0.3", 0.3, low), 0.5,
-                     1.5, "first order at the floor; half an order for the waves, which change with the grid");
+  convergence("fr03-order", "Fr 0.3", 0.3, low);
+  const auto [lowest, highest] = std::minmax_element(low.second.begin(), low.second.end());
+  result.check_at_most(Label::verification, "Fr 0.3: spread of the depth behind the bore over the grids, h2/H", *highest - *lowest, 0.0, "",
+                       0.005, "it does not depend on the grid: half a percent for the waves behind the front, which do");
   if (middle.first.size() > 1) convergence("fr1-order", "Fr 1", 1.0, middle);
   result.notes.push_back(fmt::format("{:.2g} particle-steps in all.", particle_steps));
 }

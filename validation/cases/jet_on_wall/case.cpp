@@ -297,8 +297,10 @@ void run(const CaseContext& context, CaseResult& result) {
                                    "1/8 too much or too little in the cell at the wall, over the 0.7 b of the fit: dx/(5.6 b); and three "
                                    "standard errors of the time mean")
                    .in_summary(Quantity::pressure);
-    result.check_absolute(Label::verification, v.name + ": volume of the particles (by J) over that of a cell at the wall, excess",
-                          s.crowding - 1.0, 0.0, "", 0.125, "the material fills its space; 1/8: error of the cell at the wall");
+    result
+        .check_absolute(Label::verification, v.name + ": volume of the particles (by J) over that of a cell at the wall, excess",
+                        s.crowding - 1.0, 0.0, "", 0.125, "the material fills its space; 1/8: error of the cell at the wall")
+        .known_miss("the divergence next to the wall is not resolved: particles within a quarter of a cell swell");
     if (v.size.size() >= 3) {
       const Convergence g = judge_convergence(v.size, v.stagnation, 1.0);
       p.observed_order = g.order;
