@@ -207,8 +207,9 @@ void drop(const CaseContext& context, CaseResult& result) {
 void strike(const CaseContext& context, CaseResult& result, double friction) {
   Case c = balls(context);
   c.numerics.gravity = 9.81;
+  c.numerics.transfer = Transfer::apic;  // keeps angular momentum
   c.bodies = {{BodySpec::Shape::box, Vec3(-0.9, -0.25, 0.1), Vec3(-0.2, 0.25, 0.6), Vec3(3.0, 1.0, -0.5)}};
-  c.obstacle = ObstacleSpec{.shape = BoxShape{.width = 0.75, .depth = 0.5}};
+  c.obstacle = ObstacleSpec{.shape = BoxShape{.width = 1.5, .depth = 0.5}};  // no side near the block
   c.obstacle->friction = friction;
   const CaseScene scene = make_scene(c);
   State state = make_state(c, scene);
