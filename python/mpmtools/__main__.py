@@ -1,4 +1,4 @@
-"""The command line: python3 -m mpmtools fit|study|plot|render."""
+"""The command line: python3 -m mpmtools fit|study|plot|render|design."""
 
 import argparse
 import os
@@ -69,6 +69,9 @@ def parser():
                         help="what the colours show (default: %(default)s)")
     render.add_argument("--out", metavar="FILE.png", help="picture to write (default: DIR/post/view_3d.png)")
     render.add_argument("--size", default="1600x1000", metavar="WIDTHxHEIGHT", help="pixels (default: %(default)s)")
+
+    design = command("design", "the page, the JSON and the tables of a design, from the finished runs of `mpm design`", run_design)
+    design.add_argument("directory", metavar="DIR", help="folder of `mpm design`")
     return top
 
 
@@ -94,6 +97,12 @@ def run_render(options):
     from mpmtools.figures import view_3d
 
     return view_3d.run_command(options)
+
+
+def run_design(options):
+    from mpmtools.design import page
+
+    page.run_command(options)
 
 
 def main(arguments=None):
