@@ -47,12 +47,22 @@ double duration_of(const Site& site) {
   return std::ceil(10.0 * needed) / 10.0;
 }
 
+double reach_of(const Site& site) { return std::max(site.mast.width, std::sqrt(site.mast.width * site.flow.depth)); }
+
+/// A length in whole widths of the mast, which are whole cells on every grid.
+double whole_widths(const Site& site, double length) { return site.mast.width * std::ceil(length / site.mast.width - 1e-9); }
+
+/// The paper's W(xi), at least 6 r, both halves in whole widths.
+double belt_width(const Site& site, double xi) {
+  return 2.0 * whole_widths(site, 0.5 * std::max(conveyor_width(xi, site.mast.width), 6.0 * reach_of(site)));
+}
+
 /// The case that all runs share, as TOML: everything but snow and grid.
 std::string base_case(const Site& site) {
   const SiteFlow& flow = site.flow;
   const SiteMast& mast = site.mast;
-  const double w = mast.width, smaller = std::min(w, flow.depth), reach = std::max(w, std::sqrt(w * flow.depth));
-  const auto whole = [&](double length) { return w * std::ceil(length / w - 1e-9); };  // whole widths are whole cells on every grid
+  const double w = mast.width, smaller = std::min(w, flow.depth), reach = reach_of(site);
+  const auto whole = [&](double length) { return whole_widths(site, length); };
   const bool box = mast.shape == SiteMast::Shape::box;
   const double depth = box ? *mast.depth : w;
   std::string text = fmt::format(
@@ -63,7 +73,7 @@ std::string base_case(const Site& site) {
       "[conveyor]\nvelocity_m_s = {}\nflow_height_m = {}\nwidth_m = {}\nfeed = \"window\"\nupstream_length_m = {}\ndownstream_length_m = "
       "{}\n"
       "mirror_y = true\n",
-      flow.velocity, flow.depth, 2.0 * whole(3.0 * reach), whole(4.0 * reach), whole(depth + reach));
+      flow.velocity, flow.depth, belt_width(site, 5.0), whole(4.0 * reach), whole(depth + reach));
   text += fmt::format("[obstacle]\nshape = \"{}\"\nwidth_m = {}\nfriction = {}\n", box ? "box" : "cylinder", w, mast.friction);
   if (box) text += fmt::format("depth_m = {}\n", depth);
   if (mast.height) text += fmt::format("height_m = {}\n", *mast.height);
@@ -94,6 +104,7 @@ DesignPlan ensemble(const Site& site, DesignLevel level, const std::vector<int>&
                      {{"material.critical_state_slope", fmt::format("{}", snow.critical_state_slope)},
                       {"material.cohesion_beta", fmt::format("{}", snow.cohesion_beta)},
                       {"material.hardening_xi", fmt::format("{}", snow.hardening_xi)},
+                      {"conveyor.width_m", fmt::format("{}", belt_width(site, snow.hardening_xi))},
                       {"numerics.cell_size_m", fmt::format("{}", plan.cell_size[g])}}};
       plan.runs.push_back({run.name, s, g});
       campaign.runs.push_back(std::move(run));

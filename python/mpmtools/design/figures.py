@@ -38,9 +38,10 @@ def side_view(ensemble, loads):
     order = np.argsort(-np.abs(position[near, 1]))
     highest = [values["runup_mean_m"].value, values["pressure_height_mean_m"].value, 2.0 * height]
     top = max(1.08 * float(np.percentile(z, 99.99)) if z.size else 0.0, 1.1 * float(np.nanmax(highest)))
-    figure, axes = plt.subplots(figsize=(7.5, 5.2), layout="constrained")
+    length = 8.0 * reach + depth
+    figure, axes = plt.subplots(figsize=(7.5, float(np.clip(5.6 * top / length + 1.1, 2.6, 8.0))), layout="constrained")
     most = max(float(np.percentile(colours, 99.0)), 1.0)
-    dot = max(0.6, (0.9 * run.particle_spacing / (8.0 * reach + depth) * 6.3 * 72.0) ** 2)
+    dot = max(0.6, (0.9 * run.particle_spacing / length * 5.6 * 72.0) ** 2)
     points = axes.scatter(x[order], z[order], c=colours[order], s=dot, cmap=STRESS_COLOURS.reversed(), vmin=0.0, vmax=most, linewidths=0, rasterized=True)
     axes.add_patch(Rectangle((0.0, 0.0), depth, plan["mast"]["height_m"] or 2.0 * top, facecolor="0.85", edgecolor="0.2", hatch="///"))
     axes.axhline(0.0, color="0.2", linewidth=1.5)
@@ -48,8 +49,8 @@ def side_view(ensemble, loads):
     axes.set(xlim=(-5.0 * reach, depth + 3.0 * reach), ylim=(-0.02 * top, top), xlabel="x (m), 0 at the front of the mast", ylabel="height z (m)")
     axes.set_title(f"Side view at t = {run.final.time:.1f} s, snow {ensemble.label(ensemble.middle)}", fontsize=10.5, loc="left")
     axes.set_aspect("equal")
-    figure.colorbar(points, ax=axes, label="stream-wise pressure (kPa)", extend="max", shrink=0.85)
-    axes.legend(fontsize=8.5, loc="upper left", framealpha=0.9, edgecolor="none")
+    figure.colorbar(points, ax=axes, label="pressure (kPa)", extend="max", shrink=0.85)
+    axes.legend(fontsize=7.5, loc="upper right", framealpha=0.85, edgecolor="none")
     return Picture("Side view", f"Particles with |y| below {STRIP * width:.2g} m on the finest grid ({run.cell_size:.3g} m), at the end of the run.",
                    png_data(figure))
 
@@ -102,7 +103,7 @@ def view_3d(ensemble, loads, most=60000):
 
 
 def pressure_over_height(ensemble, all_loads):
-    axes = new_axes(6.2, 5.2)
+    axes = new_axes(6.6, 4.6)
     finest = [loads.profiles for loads in all_loads]
     z = finest[0]["z_m"]
     for key, label, shade in (("first_impact", "first impact", COLOURS[1]), ("steady_peak", "steady, highest 0.1 s", COLOURS[2]), ("mean", "steady, mean", COLOURS[0])):
@@ -126,7 +127,7 @@ def pressure_over_height(ensemble, all_loads):
 
 def over_time(ensemble, all_loads, quantity):
     """Force or moment of all snows on the finest grid."""
-    axes = new_axes(7.4, 4.0)
+    axes = new_axes(6.6, 4.2)
     middle = all_loads[ensemble.middle]
     raw, unit = (middle.force, "kN") if quantity == "force" else (middle.moment, "kN m")
     axes.plot(middle.time, 1e-3 * raw, color="0.78", linewidth=0.8, label=f"rows of {middle.interval:.2g} s, {ensemble.label(ensemble.middle)}")
@@ -147,7 +148,7 @@ def over_time(ensemble, all_loads, quantity):
 
 
 def runup_over_time(ensemble, all_loads):
-    axes = new_axes(7.4, 4.0)
+    axes = new_axes(6.6, 4.2)
     for snow, loads in enumerate(all_loads):
         axes.plot(loads.time, loads.runup, color=colour(snow), linewidth=1.2, label=f"run-up, {ensemble.label(snow)}")
         axes.plot(loads.time, loads.pressure_height, color=colour(snow), linewidth=1.0, linestyle="--")
@@ -172,7 +173,7 @@ def spectra(ensemble, all_loads):
 
 
 def shock_spectrum(ensemble, all_loads, spectrum):
-    axes = new_axes(6.6, 4.3)
+    axes = new_axes(6.6, 4.2)
     for snow, loads in enumerate(all_loads):
         axes.plot(FREQUENCIES, 1e-3 * spectrum[snow], color=colour(snow), linewidth=1.6, label=ensemble.label(snow))
         mean = loads.values["force_mean_n"].value

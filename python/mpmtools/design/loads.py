@@ -23,12 +23,14 @@ class Value(NamedTuple):
 
 
 def moving_mean(values, rows):
-    """Mean over an odd number of neighbours along the first axis; at the ends over those that are there."""
+    """Mean over an odd number of neighbours along the first axis. Before the first row nothing touches the mast: zeros count there. At the
+    end over those that are there."""
     values = np.asarray(values, float)
     half = rows // 2
     padded = np.concatenate([np.zeros((1, *values.shape[1:])), np.cumsum(values, axis=0)])
-    low, high = np.maximum(np.arange(len(values)) - half, 0), np.minimum(np.arange(len(values)) + half + 1, len(values))
-    return (padded[high] - padded[low]) / (high - low).reshape(-1, *[1] * (values.ndim - 1))
+    at = np.arange(len(values))
+    low, high = np.maximum(at - half, 0), np.minimum(at + half + 1, len(values))
+    return (padded[high] - padded[low]) / (high - at + half).reshape(-1, *[1] * (values.ndim - 1))
 
 
 class Loads:
@@ -103,10 +105,14 @@ class Loads:
         """Equivalent static force of a mode over time, N."""
         return equivalent_static_force(self.interval, self.force, frequency, damping)
 
-    def mode_value(self, frequency, damping):
-        """Its largest value, as the other peaks."""
-        peak = self._peak(np.abs(self.response(frequency, damping)), np.ones(len(self.time), bool), self.values["force_mean_n"])
-        return peak
+    def mode_values(self, frequency, damping):
+        """Its largest value, as the other peaks: (of the whole series; of the steady interval, from rest under its mean force, so that
+        what the first impact left in the mast is not in it)."""
+        mean = self.values["force_mean_n"]
+        whole = self._peak(np.abs(self.response(frequency, damping)), np.ones(len(self.time), bool), mean)
+        steady, level = np.zeros(len(self.time)), np.mean(self.force[self.steady]) if self.is_steady else math.nan
+        steady[self.steady] = level + equivalent_static_force(self.interval, self.force[self.steady] - level, frequency, damping)
+        return whole, self._peak(np.abs(steady), self.steady, mean)
 
     @cached_property
     def profiles(self):

@@ -12,7 +12,7 @@ import pandas as pd
 from mpmtools import __version__
 from mpmtools.design import comparison, figures
 from mpmtools.design.ensemble import Ensemble
-from mpmtools.design.results import Results, mode_key, quantities_of
+from mpmtools.design.results import Results, mode_keys, quantities_of
 from mpmtools.errors import InputError
 from mpmtools.figures.style import STYLE, inline, use_style, write_page
 
@@ -64,22 +64,27 @@ def design_rows(ensemble, results):
 
     ranges = results.ranges
     chosen, force = results.design_force(plan)
+    steady, steady_force = results.design_force(plan, steady_only=True)
+    transient = ["force_first_impact_n"] + [mode_keys(mode)[0] for mode in plan["modes"]]
+    first = ""
+    if chosen in transient and steady is not None and steady_force < force:
+        first = ("It contains the first impact of a vertical front, the most severe there can be; a real front is inclined and loose at its top. While "
+                 f"the flow is steady: {value(steady, steady_force)} ({by_key[steady].label}).")
     moment_key = max(("moment_steady_peak_n_m", "moment_first_impact_n_m"), key=lambda k: np.nan_to_num(ranges[k].high, nan=-1.0))
     moment, why_moment = ranges[moment_key].high, f"upper value of: {by_key[moment_key].label}"
-    if chosen not in ("force_steady_peak_n", "force_first_impact_n"):
+    if chosen not in (None, "force_steady_peak_n", "force_first_impact_n"):
         quasi_static = max(np.nan_to_num(ranges[k].high, nan=0.0) for k in ("force_steady_peak_n", "force_first_impact_n"))
-        moment, why_moment = moment * force / quasi_static, why_moment + ", times the dynamic amplification of the force"
-    impact, steady = ranges["force_first_impact_n"], ranges["force_steady_peak_n"]
-    first = ("The first impact governs. Every run starts with a vertical front, which is the most severe; a real front is inclined and loose "
-             f"at the top. Without it: {value('force_steady_peak_n', steady.high)}." if chosen == "force_first_impact_n" and math.isfinite(steady.high)
-             else "" if math.isfinite(impact.high) else "The first impact is not known.")
+        moment *= force / quasi_static
+        why_moment += f", times {force / quasi_static:.2f}, the force above over that without vibration"
+    runup = ranges["runup_mean_m"].high
+    why_runup = ("Bernoulli's bound H + v²/2g, which is below value plus uncertainty" if runup == results.bound else "upper value of the steady mean")
     return [
-        ("force downstream, static load", with_unit(upward(force, 1e-3), "kN"), f"upper value of: {by_key[chosen].label}. {first}".strip()),
+        ("force downstream, static load", with_unit(upward(force, 1e-3), "kN"), (f"upper value of: {by_key[chosen].label}. {first}".strip() if chosen else "no run gives one")),
         ("overturning moment at the base", with_unit(upward(moment, 1e-3), "kN m"), why_moment),
         ("height of the pressure (distribute the force below it, as in the profile)", value("pressure_height_mean_m", ranges["pressure_height_mean_m"].high),
          "upper value of the steady mean"),
-        ("run-up (keep parts that must not be struck above it)", value("runup_mean_m", ranges["runup_mean_m"].high),
-         f"upper value of the steady mean; the first splash reaches {value('runup_peak_m', ranges['runup_peak_m'].highest)}"),
+        ("run-up (keep parts that must not be struck above it)", value("runup_mean_m", runup),
+         f"{why_runup}; the first splash reaches {value('runup_peak_m', ranges['runup_peak_m'].highest)}"),
     ]
 
 
@@ -230,6 +235,3 @@ def run_command(options):
     path, lines = make_page(options.directory)
     print("\n".join(lines))
     print(f"wrote {path}")
-
-
-__all__ = ["make_page", "run_command", "mode_key"]

@@ -33,14 +33,19 @@ QUANTITIES = [
 ]
 
 
-def mode_key(mode):
-    return f"equivalent_static_force_{mode['frequency_hz']:g}_hz_n"
+def mode_keys(mode):
+    """Of the whole series, and of the steady interval."""
+    name = f"equivalent_static_force_{mode['frequency_hz']:g}_hz"
+    return f"{name}_n", f"{name}_steady_n"
 
 
 def quantities_of(plan):
     """All quantities: the fixed ones, and one for each mode."""
-    return QUANTITIES + [Quantity(mode_key(mode), f"equivalent static force of the mode at {mode['frequency_hz']:g} Hz, damping "
-                                  f"{100 * mode['damping_ratio']:.3g} %", "kN", 1e-3) for mode in plan["modes"]]
+    modes = []
+    for mode in plan["modes"]:
+        text = f"equivalent static force of the mode at {mode['frequency_hz']:g} Hz, damping {100 * mode['damping_ratio']:.3g} %"
+        modes += [Quantity(key, text + when, "kN", 1e-3) for key, when in zip(mode_keys(mode), ("", ", while steady"))]
+    return QUANTITIES + modes
 
 
 class Entry(NamedTuple):
@@ -80,16 +85,20 @@ def entry_of(sizes, values):
 
 
 class Results:
-    """loads[snow][grid]; table[snow][key]: Entry; ranges[key]: Range."""
+    """loads[snow][grid]; table[snow][key]: Entry; ranges[key]: Range; bound: Bernoulli's H + v^2/2g, m, which the steady mean of the run-up
+    cannot pass: its upper value ends there (unless a snow is above it)."""
 
     def __init__(self, ensemble):
         plan = ensemble.plan
         self.loads = [[Loads(run) for run in row] for row in ensemble.runs]
         self.table = []
         for row in self.loads:
-            values = [{**loads.values, **{mode_key(m): loads.mode_value(m["frequency_hz"], m["damping_ratio"]) for m in plan["modes"]}} for loads in row]
+            values = [{**loads.values, **self._responses(loads, plan)} for loads in row]
             self.table.append({q.key: entry_of(ensemble.sizes, [v[q.key] for v in values]) for q in quantities_of(plan)})
         self.ranges = {q.key: self._range(q.key, ensemble.middle) for q in quantities_of(plan)}
+        flow, runup = plan["flow"], self.ranges["runup_mean_m"]
+        self.bound = flow["depth_m"] + flow["velocity_m_s"] ** 2 / (2.0 * flow["gravity_m_s2"])
+        self.ranges["runup_mean_m"] = runup._replace(high=max(min(runup.high, self.bound), runup.highest))
         self.not_steady = [run.folder for row, runs in zip(self.loads, ensemble.runs) for loads, run in zip(row, runs) if not loads.is_steady]
 
     @property
@@ -106,10 +115,24 @@ class Results:
         return Range(min(e.value - s for e, s in zip(known, spread)), min(e.value for e in known), entries[middle].value,
                      max(e.value for e in known), max(e.value + s for e, s in zip(known, spread)))
 
-    def design_force(self, plan):
-        """(key, N): the largest upper value among steady peak, first impact and the responses of the modes."""
-        keys = ["force_steady_peak_n", "force_first_impact_n"] + [mode_key(m) for m in plan["modes"]]
+    @staticmethod
+    def _responses(loads, plan):
+        values = {}
+        for mode in plan["modes"]:
+            values.update(zip(mode_keys(mode), loads.mode_values(mode["frequency_hz"], mode["damping_ratio"])))
+        return values
+
+    def design_force(self, plan, steady_only=False):
+        """(key, N): the largest upper value among steady peak, first impact and the responses of the modes; (None, NaN) without any.
+
+        @param steady_only  without the first impact
+        """
+        keys = ["force_steady_peak_n"] + [mode_keys(m)[1] for m in plan["modes"]]
+        if not steady_only:
+            keys += ["force_first_impact_n"] + [mode_keys(m)[0] for m in plan["modes"]]
         keys = [k for k in keys if math.isfinite(self.ranges[k].high)]
+        if not keys:
+            return None, math.nan
         best = max(keys, key=lambda k: self.ranges[k].high)
         return best, self.ranges[best].high
 

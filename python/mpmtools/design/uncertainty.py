@@ -1,8 +1,9 @@
 """Numerical uncertainty from two or three grids, and how it adds to the statistical error.
 
 Three grids: observed order by Celik et al. (2008, J. Fluids Eng. 130, 078001), grid convergence index (GCI) by Roache with a safety factor
-of 1.25 for a credible order (0.5 to FORMAL_ORDER + 0.5) and 3 otherwise. Two grids: first order is taken, and 3. The same rules as
-`mpm converge` (libmpm/driver/convergence.hpp).
+of 1.25 for a credible order, CREDIBLE. A faster order is not believed: second order is taken, and at least 1.25 times the range of the
+values. Without an order (oscillation, growing differences, slower than CREDIBLE) three times the range of the values (both after Eca and
+Hoekstra 2009, Computers & Fluids 38, 1580). Two grids: first order is taken, and a safety factor of 3 (Roache).
 """
 
 import math
@@ -10,8 +11,7 @@ from typing import NamedTuple
 
 from scipy.optimize import brentq
 
-FORMAL_ORDER = 1.5  # between walls (1) and the interior (2), as in validation/cases/avalanche_convergence
-CREDIBLE = 0.5  # least order, and slack above the formal one
+CREDIBLE = (0.5, 2.0)  # orders, as in validation/cases/avalanche_convergence: 1 at walls, 2 in the interior
 TWO_GRIDS_ORDER = 1.0  # cannot be observed: the lower of the two formal ones
 
 
@@ -52,12 +52,15 @@ def grid_estimate(sizes, values):
     if len(known) == 2:
         return GridEstimate(3.0 * change / (ratio**TWO_GRIDS_ORDER - 1.0), math.nan, math.nan, "two grids: first order taken, safety factor 3")
     order = observed_order(sizes, values)
-    if math.isfinite(order) and CREDIBLE <= order <= FORMAL_ORDER + CREDIBLE:
+    spread = max(values) - min(values)
+    if math.isfinite(order) and CREDIBLE[0] <= order <= CREDIBLE[1]:
         step = (values[-1] - values[-2]) / (ratio**order - 1.0)
         return GridEstimate(1.25 * abs(step), order, values[-1] + step, f"three grids, order {order:.2f}, safety factor 1.25")
-    taken = min(max(order, CREDIBLE), FORMAL_ORDER) if math.isfinite(order) else FORMAL_ORDER
-    text = f"order {order:.2f} is not credible" if math.isfinite(order) else "no order: the values do not approach a limit from one side"
-    return GridEstimate(3.0 * change / (ratio**taken - 1.0), order, math.nan, f"three grids, {text}: {taken:.2g} taken, safety factor 3")
+    if math.isfinite(order) and order > CREDIBLE[1]:
+        uncertainty = 1.25 * max(change / (ratio ** CREDIBLE[1] - 1.0), spread)
+        return GridEstimate(uncertainty, order, math.nan, f"three grids, order {order:.2f} is not believed: 1.25 times the range of the values")
+    text = f"order {order:.2f}" if math.isfinite(order) else "no order"
+    return GridEstimate(3.0 * spread, order, math.nan, f"three grids, {text}, not converging: 3 times the range of the values")
 
 
 def combined(grid, standard_error):
