@@ -207,6 +207,7 @@ class ResultsOfADesign(DesignFolder):
         entry = Results(Ensemble(self.folder)).table[0]["pressure_height_mean_m"]
         self.assertEqual((entry.gci, entry.grid), (0.0, 0.1))
         self.assertIn("known", entry.note)
+        self.assertNotIn("known", entry.method)
 
     def test_range_from_the_least_minus_to_the_greatest_plus_its_uncertainty(self):
         results = Results(Ensemble(self.folder))

@@ -188,25 +188,28 @@ def shock_spectrum(ensemble, all_loads, spectrum):
     damping = damping_of_spectrum(ensemble.plan)
     return picture(axes, "Shock response spectrum", "eigenfrequency of the mast (Hz)", "equivalent static force (kN)",
                    f"Largest response of an oscillator to the computed force, damping {100 * damping:.3g} % of critical. Dotted: steady mean force. "
-                   "Dashed: the modes of the site file.", fontsize=8)
+                   "Dashed: the modes of the site file. The force is known in rows of "
+                   f"{1e3 * all_loads[0].interval:.3g} ms: above 10 Hz the first contact is not resolved.", fontsize=8)
 
 
 def grid_convergence(ensemble, table):
     """Heights and force over the cell size, relative to the finest grid, with the grid uncertainty there."""
     sizes = ensemble.sizes
-    figure, panels = plt.subplots(1, 3, figsize=(9.6, 3.4), layout="constrained")
+    figure, panels = plt.subplots(3, 1, figsize=(6.6, 5.6), layout="constrained", sharex=True)
+    figure.suptitle("Grids: value over that of the finest grid", fontsize=10.5, x=0.02, ha="left")
     for axes, (key, label) in zip(panels, (("runup_mean_m", "run-up"), ("pressure_height_mean_m", "pressure height"), ("force_mean_n", "force"))):
         for snow, row in enumerate(table):
-            entry = row.get(key)
-            if entry is None or not np.isfinite(entry.value):
+            entry = row[key]
+            if not np.isfinite(entry.value):
                 continue
-            axes.plot(sizes, np.array(entry.by_grid) / entry.value, color=colour(snow), marker=MARKERS[snow % len(MARKERS)], linewidth=1.2,
+            at = np.array(sizes) * (1.0 + 0.012 * (snow - 0.5 * (len(table) - 1)))  # side by side
+            axes.plot(at, np.array(entry.by_grid) / entry.value, color=colour(snow), marker=MARKERS[snow % len(MARKERS)], linewidth=1.2,
                       label=ensemble.label(snow))
-            axes.errorbar([sizes[-1]], [1.0], yerr=[[entry.grid / entry.value]] * 2 if np.isfinite(entry.grid) else None, color=colour(snow), capsize=4)
+            if np.isfinite(entry.grid):
+                axes.errorbar([at[-1]], [1.0], yerr=entry.grid / entry.value, color=colour(snow), capsize=4)
         axes.set_xlim(0.0, 1.08 * sizes[0])
-        axes.set_title(label, fontsize=10, loc="left")
-        axes.set_xlabel("cell size (m)")
+        axes.set_ylabel(label)
         finish_axes(axes)
-    panels[0].set_ylabel("value over that of the finest grid")
-    panels[0].legend(fontsize=7.5)
-    return Picture("Grids", "Bars: grid uncertainty of the value on the finest grid.", png_data(figure))
+    panels[-1].set_xlabel("cell size (m)")
+    panels[0].legend(fontsize=8)
+    return Picture("Grids", "Mean run-up, pressure height and force. Bars: grid uncertainty of the value on the finest grid.", png_data(figure))

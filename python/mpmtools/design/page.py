@@ -119,7 +119,7 @@ def grid_table(ensemble, results):
             if not math.isfinite(e.value) or e.value == 0.0:
                 continue
             percent = [f"{100.0 * part / abs(e.value):.0f} %" if math.isfinite(part) else "–" for part in (e.gci, e.known, e.grid)]
-            rows.append([f"{q.label}, {ensemble.label(snow)}" + (f" ({q.unit})" if q.unit else ""), *(short(v, q.scale) for v in e.by_grid), *percent, e.note])
+            rows.append([f"{q.label}, {ensemble.label(snow)}" + (f" ({q.unit})" if q.unit else ""), *(short(v, q.scale) for v in e.by_grid), *percent, e.method])
     return {"head": head, "rows": rows}
 
 

@@ -58,13 +58,14 @@ class Entry(NamedTuple):
     grid: float  # the larger of the two
     standard_error: float
     total: float  # half width of about 95 %: grid and two standard errors, root of the sum of squares
-    note: str  # how the grid uncertainty was found
+    method: str  # how the grid convergence index was found
+    note: str  # the same, and whether the known uncertainty is larger
 
 
 class Range(NamedTuple):
     """A quantity over all snows."""
 
-    low: float  # least value minus its uncertainty
+    low: float  # least value minus its uncertainty, at least 0: all quantities are positive
     lowest: float  # least value
     middle: float  # of the middle snow
     highest: float  # greatest value
@@ -79,9 +80,9 @@ def entry_of(sizes, values):
     grid = max(parts) if parts else math.nan
     note = estimate.note
     if parts and grid == finest.known:
-        note += "; the larger uncertainty that is known at this resolution is taken"
+        note += "; what is known at this resolution is larger and is taken"
     total = combined(grid, finest.standard_error) if math.isfinite(finest.value) else math.nan
-    return Entry(numbers, finest.value, estimate.uncertainty, finest.known, grid, finest.standard_error, total, note)
+    return Entry(numbers, finest.value, estimate.uncertainty, finest.known, grid, finest.standard_error, total, estimate.note, note)
 
 
 class Results:
@@ -112,7 +113,7 @@ class Results:
         if not known:
             return Range(*[math.nan] * 5)
         spread = [0.0 if math.isnan(e.total) else e.total for e in known]
-        return Range(min(e.value - s for e, s in zip(known, spread)), min(e.value for e in known), entries[middle].value,
+        return Range(max(min(e.value - s for e, s in zip(known, spread)), 0.0), min(e.value for e in known), entries[middle].value,
                      max(e.value for e in known), max(e.value + s for e, s in zip(known, spread)))
 
     @staticmethod
