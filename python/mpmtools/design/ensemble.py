@@ -25,11 +25,15 @@ class Ensemble:
         if self.plan.get("format_version") != FORMAT_VERSION:
             raise InputError(f"{path}: format version {self.plan.get('format_version')}, this program reads {FORMAT_VERSION}")
         self.runs = [[None] * len(self.plan["grids"]) for _ in self.plan["snows"]]
+        unfinished = []
         for entry in self.plan["runs"]:
-            self.runs[entry["snow"]][entry["grid"]] = Run(os.path.join(self.folder, "runs", entry["name"]))
-        unfinished = [run.folder for row in self.runs for run in row if not run.results]
+            folder = os.path.join(self.folder, "runs", entry["name"])
+            if os.path.exists(os.path.join(folder, "results.json")):
+                self.runs[entry["snow"]][entry["grid"]] = Run(folder)
+            else:
+                unfinished.append(folder)
         if unfinished:
-            raise InputError(f"{len(unfinished)} runs are not finished, first {unfinished[0]}; run `mpm design` again, it continues")
+            raise InputError(f"{len(unfinished)} runs are not finished, first {unfinished[0]}; `mpm design` runs what is missing")
 
     @property
     def sizes(self):
