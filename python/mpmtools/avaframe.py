@@ -33,8 +33,9 @@ class Raster:
         rows, columns = self.data.shape
         i, j = (x - self.x0) / self.cell_size, (y - self.y0) / self.cell_size
         if not (0.0 <= i <= columns - 1 and 0.0 <= j <= rows - 1):
-            raise ConfigError(f"--at {x:g},{y:g} is outside {self.path}, which covers x from {self.x0:g} to {self.x0 + (columns - 1) * self.cell_size:g} and "
-                              f"y from {self.y0:g} to {self.y0 + (rows - 1) * self.cell_size:g}; give coordinates in the system of the raster")
+            east, north = self.x0 + (columns - 1) * self.cell_size, self.y0 + (rows - 1) * self.cell_size
+            raise ConfigError(f"--at {x:g},{y:g} is outside {self.path}, which covers x from {self.x0:g} to {east:g} and y from {self.y0:g} to "
+                              f"{north:g}; give coordinates in the system of the raster")
         left, below = min(int(i), columns - 2), min(int(j), rows - 2)
         a, b = i - left, j - below
         corners = self.data[rows - 2 - below:rows - below, left:left + 2]  # north, south
@@ -136,8 +137,8 @@ def time_steps(folder, simulation=None):
             quantity = "speed" if match["quantity"].upper() == "FV" else "depth"
             found.setdefault(match["simulation"], {}).setdefault(float(match["time"]), {})[quantity] = os.path.join(where, name)
     if not found:
-        raise InputError(f"{where}: no rasters of flow thickness and speed at time steps (NAME_FT_t1.00.asc, NAME_FV_t1.00.asc); peak values alone do not "
-                         f"say how the flow varies in time: {EXPORT}")
+        raise InputError(f"{where}: no rasters of flow thickness and speed at time steps (NAME_FT_t1.00.asc, NAME_FV_t1.00.asc); peak values "
+                         f"alone do not say how the flow varies in time: {EXPORT}")
     if simulation is None and len(found) > 1:
         raise ConfigError(f"{where} holds {len(found)} simulations; choose one with --simulation: {', '.join(found)}")
     name = simulation or next(iter(found))
@@ -172,7 +173,8 @@ def passage(times, depth, speed, least_depth):
     """The rows of the flow while it is deeper than `least_depth` and moves, around its strongest moment, from time 0."""
     flows = (depth >= least_depth) & (speed > 0.1)
     if not flows.any():
-        raise ConfigError(f"the flow is nowhere deeper than {least_depth:.3g} m at this point (at most {depth.max():.3g} m); choose a point in its path")
+        raise ConfigError(f"the flow is nowhere deeper than {least_depth:.3g} m at this point (at most {depth.max():.3g} m); choose a point in "
+                          "its path")
     peak = int(np.argmax(np.where(flows, depth * speed**2, -1.0)))
     first, last = peak, peak
     while first > 0 and flows[first - 1]:

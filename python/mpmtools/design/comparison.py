@@ -15,7 +15,8 @@ def guideline_rows(plan):
     limited = max(factor, FLOOR)
     rows = [("Bernoulli's bound of a flow without friction, H + v²/2g", height + head, "Eq. 1")]
     for dissipation in LAMBDAS.get(flow["snow_class"], (1.5, 2.0, 3.0)):
-        rows.append((f"run-up by the guideline, λ = {dissipation:g}, f(w/H) = {factor:.2f}", height + head / dissipation * factor, "Eqs. 5, 6, and H"))
+        rows.append((f"run-up by the guideline, λ = {dissipation:g}, f(w/H) = {factor:.2f}", height + head / dissipation * factor,
+                     "Eqs. 5, 6, and H"))
         if limited > factor:
             rows.append((f"the same with f not below {FLOOR}, as the paper recommends for w/H < 1", height + head / dissipation * limited,
                          "Eq. 5, Sect. 5"))
@@ -40,7 +41,8 @@ def equation_remarks(plan):
     if mast["shape"] != "box":
         remarks.append("they were fitted to a box with its face against the flow")
     if abs(ratio - 1.0) > 0.05:
-        remarks.append(f"they were fitted to w = H, and here w/H = {ratio:.2f}" + ("" if 0.5 <= ratio <= 3.0 else ", outside the 0.5 to 3 that were simulated"))
+        outside = "" if 0.5 <= ratio <= 3.0 else ", outside the 0.5 to 3 that were simulated"
+        remarks.append(f"they were fitted to w = H, and here w/H = {ratio:.2f}{outside}")
     if not 0.1 <= flow["froude_number"] <= 7.0:
         remarks.append(f"they were fitted to Fr from 0.1 to 7, and here Fr = {flow['froude_number']:.2g}")
     return remarks

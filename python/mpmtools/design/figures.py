@@ -42,7 +42,8 @@ def side_view(ensemble, loads):
     figure, axes = plt.subplots(figsize=(7.5, float(np.clip(5.6 * top / length + 1.1, 2.6, 8.0))), layout="constrained")
     most = max(float(np.percentile(colours, 99.0)), 1.0)
     dot = max(0.6, (0.9 * run.particle_spacing / length * 5.6 * 72.0) ** 2)
-    points = axes.scatter(x[order], z[order], c=colours[order], s=dot, cmap=STRESS_COLOURS.reversed(), vmin=0.0, vmax=most, linewidths=0, rasterized=True)
+    points = axes.scatter(x[order], z[order], c=colours[order], s=dot, cmap=STRESS_COLOURS.reversed(), vmin=0.0, vmax=most, linewidths=0,
+                          rasterized=True)
     axes.add_patch(Rectangle((0.0, 0.0), depth, plan["mast"]["height_m"] or 2.0 * top, facecolor="0.85", edgecolor="0.2", hatch="///"))
     axes.axhline(0.0, color="0.2", linewidth=1.5)
     mark_heights(axes, plan, values)
@@ -106,7 +107,8 @@ def pressure_over_height(ensemble, all_loads):
     axes = new_axes(6.6, 4.6)
     finest = [loads.profiles for loads in all_loads]
     z = finest[0]["z_m"]
-    for key, label, shade in (("first_impact", "first impact", COLOURS[1]), ("steady_peak", "steady, highest 0.1 s", COLOURS[2]), ("mean", "steady, mean", COLOURS[0])):
+    shown = (("first_impact", "first impact", COLOURS[1]), ("steady_peak", "steady, highest 0.1 s", COLOURS[2]), ("mean", "steady, mean", COLOURS[0]))
+    for key, label, shade in shown:
         curves = 1e-3 * np.array([p[key] for p in finest])
         if not np.isfinite(curves).any():
             continue
@@ -159,7 +161,8 @@ def runup_over_time(ensemble, all_loads):
     axes.set_xlim(0.0, all_loads[0].time[-1])
     axes.set_ylim(0.0, None)
     return picture(axes, "Run-up and pressure height over time", "time since the front reached the mast (s)", "height (m)",
-                   "Run-up is the highest particle in a strip before the mast. The first splash can pass the bound, which holds for steady flow.", fontsize=8)
+                   "Run-up is the highest particle in a strip before the mast. The first splash can pass the bound, which holds for steady flow.",
+                   fontsize=8)
 
 
 def damping_of_spectrum(plan):

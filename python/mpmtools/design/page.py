@@ -68,8 +68,8 @@ def design_rows(ensemble, results):
     transient = ["force_first_impact_n"] + [mode_keys(mode)[0] for mode in plan["modes"]]
     first = ""
     if chosen in transient and steady is not None and steady_force < force:
-        first = ("It contains the first impact of a vertical front, the most severe there can be; a real front is inclined and loose at its top. While "
-                 f"the flow is steady: {value(steady, steady_force)} ({by_key[steady].label}).")
+        first = ("It contains the first impact of a vertical front, the most severe there can be; a real front is inclined and loose at its top. "
+                 f"While the flow is steady: {value(steady, steady_force)} ({by_key[steady].label}).")
     moment_key = max(("moment_steady_peak_n_m", "moment_first_impact_n_m"), key=lambda k: np.nan_to_num(ranges[k].high, nan=-1.0))
     moment, why_moment = ranges[moment_key].high, f"upper value of: {by_key[moment_key].label}"
     if chosen not in (None, "force_steady_peak_n", "force_first_impact_n"):
@@ -77,12 +77,14 @@ def design_rows(ensemble, results):
         moment *= force / quasi_static
         why_moment += f", times {force / quasi_static:.2f}, the force above over that without vibration"
     runup = ranges["runup_mean_m"].high
-    why_runup = ("Bernoulli's bound H + v²/2g, which is below value plus uncertainty" if runup == results.bound else "upper value of the steady mean")
+    bounded = runup == results.bound
+    why_runup = "Bernoulli's bound H + v²/2g, which is below value plus uncertainty" if bounded else "upper value of the steady mean"
     return [
-        ("force downstream, static load", with_unit(upward(force, 1e-3), "kN"), (f"upper value of: {by_key[chosen].label}. {first}".strip() if chosen else "no run gives one")),
+        ("force downstream, static load", with_unit(upward(force, 1e-3), "kN"),
+         f"upper value of: {by_key[chosen].label}. {first}".strip() if chosen else "no run gives one"),
         ("overturning moment at the base", with_unit(upward(moment, 1e-3), "kN m"), why_moment),
-        ("height of the pressure (distribute the force below it, as in the profile)", value("pressure_height_mean_m", ranges["pressure_height_mean_m"].high),
-         "upper value of the steady mean"),
+        ("height of the pressure (distribute the force below it, as in the profile)",
+         value("pressure_height_mean_m", ranges["pressure_height_mean_m"].high), "upper value of the steady mean"),
         ("run-up (keep parts that must not be struck above it)", value("runup_mean_m", runup),
          f"{why_runup}; the first splash reaches {value('runup_peak_m', ranges['runup_peak_m'].highest)}"),
     ]
@@ -119,14 +121,16 @@ def grid_table(ensemble, results):
             if not math.isfinite(e.value) or e.value == 0.0:
                 continue
             percent = [f"{100.0 * part / abs(e.value):.0f} %" if math.isfinite(part) else "–" for part in (e.gci, e.known, e.grid)]
-            rows.append([f"{q.label}, {ensemble.label(snow)}" + (f" ({q.unit})" if q.unit else ""), *(short(v, q.scale) for v in e.by_grid), *percent, e.method])
+            name = f"{q.label}, {ensemble.label(snow)}" + (f" ({q.unit})" if q.unit else "")
+            rows.append([name, *(short(v, q.scale) for v in e.by_grid), *percent, e.method])
     return {"head": head, "rows": rows}
 
 
 def snow_table(plan):
     head = ["snow", "M", "β", "ξ", "M'", "source"]
-    return {"head": head, "rows": [[s["name"].replace("_", " "), f"{s['critical_state_slope']:.3g}", f"{s['cohesion_beta']:.3g}", f"{s['hardening_xi']:.3g}",
-                                    f"{s['effective_friction']:.3g}", s["source"] or "given in the site file"] for s in plan["snows"]]}
+    keys = ("critical_state_slope", "cohesion_beta", "hardening_xi", "effective_friction")
+    return {"head": head, "rows": [[s["name"].replace("_", " "), *(f"{s[key]:.3g}" for key in keys), s["source"] or "given in the site file"]
+                                   for s in plan["snows"]]}
 
 
 def comparison_table(ensemble, results):
@@ -134,8 +138,8 @@ def comparison_table(ensemble, results):
     rows = []
     for snow, equation in enumerate(comparison.equation_rows(ensemble.plan)):
         entries = results.table[snow]
-        rows.append([ensemble.label(snow), short(entries["runup_mean_m"].value), short(equation["runup_m"]), short(entries["pressure_height_mean_m"].value),
-                     short(equation["pressure_height_m"])])
+        rows.append([ensemble.label(snow), short(entries["runup_mean_m"].value), short(equation["runup_m"]),
+                     short(entries["pressure_height_mean_m"].value), short(equation["pressure_height_m"])])
     return {"head": ["snow", "run-up (m), computed", "by Eqs. 7 to 10", "pressure height (m), computed", "by Eqs. 7 to 10"], "rows": rows}
 
 
@@ -180,8 +184,9 @@ def write_tables(ensemble, results, spectrum):
     tables = {"design.csv": pd.DataFrame(rows), "pressure_over_height.csv": pd.DataFrame(results.profile_table(ensemble))}
     times = []
     for snow, loads in enumerate(results.finest):
-        times.append(pd.DataFrame({"snow": plan["snows"][snow]["name"], "time_s": loads.time, "force_x_n": loads.force, "force_x_smooth_n": loads.smooth_force,
-                                   "overturning_moment_n_m": loads.moment, "overturning_moment_smooth_n_m": loads.smooth_moment, "runup_m": loads.runup,
+        times.append(pd.DataFrame({"snow": plan["snows"][snow]["name"], "time_s": loads.time, "force_x_n": loads.force,
+                                   "force_x_smooth_n": loads.smooth_force, "overturning_moment_n_m": loads.moment,
+                                   "overturning_moment_smooth_n_m": loads.smooth_moment, "runup_m": loads.runup,
                                    "pressure_height_m": loads.pressure_height}))
     tables["loads_over_time.csv"] = pd.concat(times)
     spectra = {"frequency_hz": figures.FREQUENCIES}
