@@ -235,7 +235,8 @@ def import_avalanche(folder, x, y, width, out, simulation=None, dem=None, densit
     lines = [f"{name}: {len(times)} time steps, {times[-1]:.3g} s; depth up to {depth.max():.3g} m, speed up to {speed.max():.3g} m/s",
              f"slope {math.degrees(ground.slope):.1f} degrees, falling towards {math.degrees(ground.direction) % 360:.0f} degrees from east"]
     if math.isfinite(ground.unevenness):
-        lines.append(f"the ground differs by up to {ground.unevenness:.2g} m from a plane over {PATCH:g} m before the point; the run takes a plane")
+        size = "less than 0.01" if ground.unevenness < 0.01 else f"up to {ground.unevenness:.2g}"
+        lines.append(f"the ground differs by {size} m from a plane over {PATCH:g} m before the point; the run takes a plane")
     lines.append(f"wrote {os.path.join(out, 'inflow.csv')} and case.toml: mpm check {os.path.join(out, 'case.toml')}")
     return lines
 

@@ -45,9 +45,12 @@ class Avalanche(InFolder):
         lines = self.convert()
         self.assertIn("slope 14.0 degrees, falling towards 0 degrees", lines[1])  # atan(1/4)
         self.assertIn(f"gravity_m_s2 = {9.81 * math.cos(math.atan(0.25)):.6g}", (self.folder / "case" / "case.toml").read_text())
-        self.assertIn("up to", lines[2])
-        uneven = float(lines[2].split("up to ")[1].split(" m")[0])
-        self.assertLess(uneven, 1e-4)  # a plane; the raster has five decimals
+        self.assertIn("less than 0.01 m from a plane", lines[2])
+
+    def test_says_how_uneven_the_ground_is(self):
+        self.raster(self.folder / "Inputs" / "dem.asc", 500.0 - 0.25 * (self.x - X0) + 1.0 * (np.abs(self.x - 1080.0) < 3.0))
+        step = self.convert()[2]
+        self.assertIn("up to 0.9", step)  # a ridge of 1 m on one of eleven rows: the plane takes 1/11 of it
 
     def test_interpolates_between_cell_centres_with_north_up(self):
         self.raster(self.folder / "plane.asc", self.x + 2 * self.y)
