@@ -5,12 +5,14 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <chrono>
 #include <cmath>
 #include <cstdio>
 #include <memory>
 #include <numeric>
 #include <optional>
 
+#include "campaign_control.hpp"
 #include "commands.hpp"
 #include "libmpm/base/error.hpp"
 #include "libmpm/campaign/execution.hpp"
@@ -29,16 +31,6 @@ namespace mpm::app {
 namespace {
 
 namespace fs = std::filesystem;
-
-struct CampaignArguments {
-  fs::path plan, out;
-  int jobs = 0;
-  std::string executor;
-  bool retry_failed = false, list = false;
-  std::string name;  ///< of one run
-};
-
-fs::path folder_of(const CampaignArguments& a) { return a.out.empty() ? fs::path("out") / a.plan.stem() : a.out; }
 
 fs::path this_program() { return fs::read_symlink("/proc/self/exe"); }
 
@@ -102,6 +94,35 @@ void conclude(const Campaign& campaign, const fs::path& out, int jobs) {
     throw CLI::RuntimeError(static_cast<int>(ExitCode::failed));
 }
 
+/// Progress and time left, now and then, by what this call has computed so far.
+class CampaignReports {
+ public:
+  CampaignReports(const Campaign& campaign, const CampaignArguments& a)
+      : campaign_(campaign), out_(folder_of(a)), every_(a.seconds_between_reports) {}
+
+  void operator()() {
+    const auto now = Clock::now();
+    if (every_ <= 0.0 || std::chrono::duration<double>(now - shown_).count() < every_) return;
+    const std::vector<RunStatus> status = status_of(out_, campaign_);
+    const CampaignCost cost = cost_of(campaign_, status);
+    const double elapsed = std::chrono::duration<double>(now - started_).count();
+    if (first_) first_ = false, left_at_start_ = cost.left;
+    shown_ = now;
+    const double rate = (left_at_start_ - cost.left) / elapsed;
+    fmt::print(stderr, "{:.0f} %: {} of {} runs done, {} passed, {}\n", 100.0 * (1.0 - cost.left / cost.particle_steps),
+               std::ranges::count(status, RunState::done, &RunStatus::state), status.size(), clock_text(elapsed),
+               rate > 0.0 ? clock_text(cost.left / rate) + " left" : "time left not known yet");
+  }
+
+ private:
+  using Clock = std::chrono::steady_clock;
+  const Campaign& campaign_;
+  fs::path out_;
+  double every_, left_at_start_ = 0.0;
+  bool first_ = true;
+  Clock::time_point started_ = Clock::now(), shown_ = Clock::now() - std::chrono::hours(1);
+};
+
 void run_here(const Campaign& campaign, const CampaignArguments& a) {
   const fs::path out = folder_of(a);
   const int jobs = a.jobs > 0 ? a.jobs : default_jobs(campaign.plan);
@@ -110,7 +131,12 @@ void run_here(const Campaign& campaign, const CampaignArguments& a) {
   const DirectoryLock lock(out);
   print_changes(prepare(out, campaign));
   listen_to_signals();
-  ExecutionOptions options{out, this_program(), jobs, a.retry_failed, pending_request, {}, {}};
+  CampaignReports report_progress(campaign, a);
+  const auto poll = [&] {
+    report_progress();
+    return pending_request();
+  };
+  ExecutionOptions options{out, this_program(), jobs, a.retry_failed, poll, {}, {}};
   options.say = [](const std::string& line) { fmt::print(stderr, "{}\n", line); };
   options.on_change = [&] { write_campaign_tables(out, campaign, status_of(out, campaign)); };
   const ExecutionReport report = execute(campaign, all_of(campaign), options);
@@ -153,14 +179,7 @@ void submit(const Campaign& campaign, const CampaignArguments& a, bool wait) {
   if (wait) conclude(campaign, out, a.jobs);
 }
 
-void run(const CampaignArguments& a) {
-  const Campaign campaign = make_campaign(read_plan(a.plan));
-  if (a.executor == "slurm") {
-    submit(campaign, a, true);
-  } else {
-    run_here(campaign, a);
-  }
-}
+void run(const CampaignArguments& a) { run_campaign(make_campaign(read_plan(a.plan)), a); }
 
 void status(const CampaignArguments& a) {
   const Campaign campaign = make_campaign(read_plan(a.plan));
@@ -200,6 +219,16 @@ void add_plan_arguments(CLI::App& command, CampaignArguments& a) {
 }
 
 }  // namespace
+
+fs::path folder_of(const CampaignArguments& a) { return a.out.empty() ? fs::path("out") / a.plan.stem() : a.out; }
+
+void run_campaign(const Campaign& campaign, const CampaignArguments& a) {
+  if (a.executor == "slurm") {
+    submit(campaign, a, true);
+  } else {
+    run_here(campaign, a);
+  }
+}
 
 void add_campaign(CLI::App& app) {
   CLI::App* campaign = app.add_subcommand("campaign", "Many runs of one plan, resumable after any interruption, with one table of results");

@@ -6,8 +6,10 @@
 
 #include "case_arguments.hpp"
 #include "commands.hpp"
+#include "libmpm/driver/advice.hpp"
 #include "libmpm/driver/case_file.hpp"
 #include "libmpm/driver/estimate.hpp"
+#include "run_control.hpp"
 
 namespace mpm::app {
 
@@ -31,12 +33,14 @@ void check(const CaseArguments& arguments) {
   fmt::print("# disk            {:.3g} GB\n", e.disk_bytes / 1e9);
   fmt::print("# time            {:.3g} s, assuming {:.3g} million particle-steps a second (two cores)\n", e.wall_time_s,
              assumed_particle_steps_per_s / 1e6);
+  print_advice(spec);
 }
 
 }  // namespace
 
 void add_check(CLI::App& app) {
-  CLI::App* command = app.add_subcommand("check", "Validate a case; print every key as resolved and what the run will cost");
+  CLI::App* command = app.add_subcommand(
+      "check", "Validate a case; print every key as resolved and what the run will cost; warn of what may spoil the result");
   const auto arguments = std::make_shared<CaseArguments>();
   add_case_arguments(*command, *arguments);
   command->callback([arguments] { check(*arguments); });

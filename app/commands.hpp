@@ -16,5 +16,6 @@ void add_converge(CLI::App& app);
 void add_compare(CLI::App& app);
 void add_campaign(CLI::App& app);
 void add_predict(CLI::App& app);
+void add_design(CLI::App& app);
 
 }  // namespace mpm::app

@@ -89,6 +89,7 @@ int main(int argc, char** argv) {
   mpm::app::add_converge(app);
   mpm::app::add_compare(app);
   mpm::app::add_campaign(app);
+  mpm::app::add_design(app);
   const int code = parse(app, argc, argv);
   std::cout.flush();
   if (code == 0 && (std::fflush(stdout) != 0 || !std::cout)) {

@@ -3,21 +3,16 @@
 #include "libmpm/driver/replay.hpp"
 
 #include <fmt/format.h>
-#include <sys/wait.h>
-#include <unistd.h>
 
-#include <cerrno>
 #include <cstdio>
 #include <memory>
-#include <optional>
 
 #include "commands.hpp"
+#include "python_script.hpp"
 
 namespace mpm::app {
 
 namespace {
-
-constexpr const char* python = "/usr/bin/python3";  // Debian's, where its pandas, h5py and matplotlib are
 
 struct PostArguments {
   std::filesystem::path directory;
@@ -25,44 +20,16 @@ struct PostArguments {
   bool no_pictures = false;
 };
 
-/// plot_run.py of the installation this program belongs to, or of the sources it was built from.
-std::optional<std::filesystem::path> plot_script() {
-  std::error_code error;
-  const auto program = std::filesystem::read_symlink("/proc/self/exe", error);
-  for (const std::filesystem::path& candidate :
-       {program.parent_path().parent_path() / "share/mpm/scripts/plot_run.py", std::filesystem::path(MPM_SCRIPT_DIR) / "plot_run.py"}) {
-    if (std::filesystem::exists(candidate, error)) return candidate;
-  }
-  return std::nullopt;
-}
-
-/// Runs the script, whose messages go to this program's stdout and stderr. @return its exit status, 127 if it could not be started
-int draw(const std::filesystem::path& script, const std::filesystem::path& directory, const std::filesystem::path& out) {
-  const pid_t child = fork();
-  if (child < 0) return 127;
-  if (child == 0) {
-    execl(python, python, script.c_str(), directory.c_str(), "--out", out.c_str(), nullptr);
-    _exit(127);
-  }
-  int status = 0;
-  while (waitpid(child, &status, 0) < 0) {
-    if (errno != EINTR) return 127;
-  }
-  return WIFEXITED(status) ? WEXITSTATUS(status) : 128;
-}
-
 /// The numbers count: pictures that cannot be drawn are a message, not a failure.
 void draw_pictures(const std::filesystem::path& directory, const std::filesystem::path& out) {
-  const auto script = plot_script();
+  const auto script = find_script("plot_run.py");
   if (!script) {
     fmt::print(stderr, "no pictures: plot_run.py was found neither in share/mpm/scripts beside this program nor in {}\n", MPM_SCRIPT_DIR);
     return;
   }
-  if (const int status = draw(*script, directory, out); status != 0) {
-    fmt::print(stderr,
-               "no or not all pictures: {} {} ended with {}; Debian's python3-pandas, python3-matplotlib, python3-h5py and python3-jinja2 "
-               "are needed\n",
-               python, script->string(), status);
+  if (const int status = run_script(*script, {directory.string(), "--out", out.string()}); status != 0) {
+    fmt::print(stderr, "no or not all pictures: {} {} ended with {}; Debian's {} are needed\n", python, script->string(), status,
+               python_packages);
   }
 }
 

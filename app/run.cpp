@@ -12,6 +12,7 @@
 #include "libmpm/driver/case_file.hpp"
 #include "libmpm/driver/estimate.hpp"
 #include "libmpm/driver/run_folder.hpp"
+#include "libmpm/driver/run_summary.hpp"
 #include "run_control.hpp"
 
 namespace mpm::app {
@@ -30,6 +31,7 @@ void run(const RunArguments& arguments) {
   const Case spec = read_case(arguments.input.file, arguments.input.overrides);
   require_feasible(estimate(spec), arguments.any_size ? std::numeric_limits<double>::infinity() : physical_memory_bytes());
 
+  print_advice(spec);
   RunOptions options;
   options.out = arguments.out.empty() ? std::filesystem::path("out") / arguments.input.file.stem() : arguments.out;
   if (!arguments.resume && !arguments.force) require_no_results(options.out);
@@ -42,6 +44,7 @@ void run(const RunArguments& arguments) {
   const RunResult result = run_case(spec, options);
   progress->finish();
   if (!result.finished) end_by_signal();  // the run has reported where it stopped
+  say(summary_text(result.results));
   say(fmt::format("results in {}\n", options.out.string()));
   fmt::print("{}\n", result.results_json);
 }

@@ -10,6 +10,8 @@
 #include <cstdlib>
 #include <ctime>
 
+#include "libmpm/driver/advice.hpp"
+
 namespace mpm::app {
 
 namespace {
@@ -50,6 +52,10 @@ std::string clock_text(double seconds) {
 }
 
 void say(const std::string& text) { std::fputs(text.c_str(), stderr); }
+
+void print_advice(const Case& spec) {
+  for (const Advice& advice : advise(spec)) say(fmt::format("warning: {}\n", advice.text()));
+}
 
 ProgressLine::ProgressLine() : terminal_(isatty(STDERR_FILENO) == 1) {}
 

@@ -5,6 +5,7 @@
 #include <memory>
 
 #include "commands.hpp"
+#include "libmpm/campaign/site.hpp"
 #include "libmpm/driver/observers.hpp"
 #include "libmpm/driver/schema.hpp"
 
@@ -12,7 +13,7 @@ namespace mpm::app {
 
 void add_schema(CLI::App& app) {
   struct Arguments {
-    bool json = false, results = false;
+    bool json = false, results = false, site = false;
   };
   CLI::App* command = app.add_subcommand("schema",
                                          "Print the reference of case files: every key with unit, range, default and meaning; or, with "
@@ -21,8 +22,13 @@ void add_schema(CLI::App& app) {
   command->add_flag("--json", arguments->json, "As JSON");
   command->add_flag("--results", arguments->results,
                     "Columns of series.csv and profile.csv and keys of results.json, as tables in Markdown or as JSON");
+  command->add_flag("--site", arguments->site, "Keys of the site files of `mpm design`");
   command->callback([arguments] {
     const bool json = arguments->json;
+    if (arguments->site) {
+      fmt::print("{}", json ? site_schema_json() : site_schema_text());
+      return;
+    }
     fmt::print("{}", arguments->results ? (json ? observers_json() : observers_markdown()) : (json ? schema_json() : schema_text()));
   });
 }

@@ -1,6 +1,6 @@
 #!/usr/bin/python3
-"""Fills the generated tables of the pages in docs/: quantities and columns (results.md), keys (cases.md) and commands (commands.md) from the
-program itself, the verbs of ./run (developing.md) from `./run help`.
+"""Fills the generated tables of the pages in docs/: quantities and columns (results.md), keys (cases.md, design.md) and commands (commands.md)
+from the program itself, the verbs of ./run (developing.md) from `./run help`.
 
 usage: generate.py MPM [--check]    MPM: the program. --check changes nothing and fails where a table is out of date
 """
@@ -75,10 +75,10 @@ def meaning(key):
     return text
 
 
-def key_tables(program):
-    """One section for each table of a case file or path file."""
+def key_tables(program, *which):
+    """One section for each table of a case file or path file, or of the files that `which` names."""
     sections = []
-    for part in json.loads(output_of(program, "schema", "--json"))["tables"]:
+    for part in json.loads(output_of(program, "schema", "--json", *which))["tables"]:
         name = part["name"]
         title = "Top level" if not name else f"`[[{name}]]`" if part["repeated"] else f"`[{name}]`"
         rows = [(f"`{key['name']}`", ", ".join(filter(None, (key["type"], key["unit"]))), permitted(key), preset(key), meaning(key))
@@ -147,9 +147,10 @@ def main():
     if len(sys.argv) < 2:
         sys.exit(__doc__)
     program = sys.argv[1]
-    before = {name: (DOCS / name).read_text(encoding="utf-8") for name in ("results.md", "cases.md", "commands.md", "developing.md")}
+    before = {name: (DOCS / name).read_text(encoding="utf-8") for name in ("results.md", "cases.md", "design.md", "commands.md", "developing.md")}
     sections = {"results.md": result_tables(program),
                 "cases.md": {"keys": key_tables(program)},
+                "design.md": {"keys": key_tables(program, "--site")},
                 "commands.md": {"commands": command_table(program, before["commands.md"])},
                 "developing.md": {"verbs": verb_table()}}
     stale = []

@@ -26,9 +26,9 @@ std::string type_text(const KeyInfo& key) {
 
 std::string reference_text(const Reference& reference) {
   std::string out = fmt::format(
-      "Reference of case files, format version {}. TOML 1.0, SI units as named in the keys.\n"
+      "Reference of {}, format version {}. TOML 1.0, SI units as named in the keys.\n"
       "A key that is not listed, or that does not apply, is refused. Ranges: [ ] with, ( ) without the end.\n",
-      reference.format_version);
+      reference.files, reference.format_version);
   for (const TableInfo& table : reference.tables) {
     const std::string title = table.name.empty() ? "(top)" : table.repeated ? "[[" + table.name + "]]" : "[" + table.name + "]";
     out += fmt::format("\n{}  {}.\n", title, table.description);
@@ -48,7 +48,7 @@ std::string reference_text(const Reference& reference) {
       detail("only with", key.used_when);
     }
   }
-  out += "\nLaws (material.model), and the keys of [material] they use besides model and density_kg_m3:\n";
+  if (!reference.models.empty()) out += "\nLaws (material.model), and the keys of [material] they use besides model and density_kg_m3:\n";
   for (const ModelInfo& model : reference.models) {
     out += fmt::format("  {}\n      {}.\n      keys      {}\n", model.name, model.description, fmt::join(model.keys, ", "));
   }

@@ -30,10 +30,11 @@ namespace mpm::config {
 
 /// Everything that a file may say.
 struct Reference {
-  int format_version;             ///< of case files
-  std::vector<TableInfo> tables;  ///< in the order in which they are written
-  std::vector<KeyInfo> keys;      ///< table by table
-  std::vector<ModelInfo> models;  ///< in the order of AnyMaterial
+  int format_version;                ///< of case files
+  std::vector<TableInfo> tables;     ///< in the order in which they are written
+  std::vector<KeyInfo> keys;         ///< table by table
+  std::vector<ModelInfo> models;     ///< in the order of AnyMaterial; empty: files that name no law
+  std::string files = "case files";  ///< what is described
 };
 
 /// Readable text: the tables with their keys, then the laws.

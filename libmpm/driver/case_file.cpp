@@ -6,11 +6,16 @@
 #include "libmpm/config/reader.hpp"
 #include "libmpm/config/writer.hpp"
 #include "libmpm/driver/case_schema.hpp"
+#include "libmpm/impact/inflow_csv.hpp"
 
 namespace mpm {
 
 Case parse_case(std::string_view text, std::string_view file_name, const std::vector<std::string>& overrides) {
-  return config::read(case_schema(), text, file_name, overrides, resolve_case);
+  const auto resolve = [folder = std::filesystem::path(file_name).parent_path()](Case& c, ParameterReport& report) {
+    if (c.conveyor) read_inflow_csv(*c.conveyor, folder, c.material.density(), report);
+    resolve_case(c, report);
+  };
+  return config::read(case_schema(), text, file_name, overrides, resolve);
 }
 
 Case read_case(const std::filesystem::path& file, const std::vector<std::string>& overrides) {

@@ -9,6 +9,7 @@
 
 #include "libmpm/driver/case.hpp"
 #include "libmpm/driver/scene.hpp"
+#include "libmpm/impact/grid_uncertainty.hpp"
 #include "libmpm/impact/impact_flow.hpp"
 #include "libmpm/impact/measure.hpp"
 #include "libmpm/observe/observer.hpp"
@@ -20,6 +21,9 @@ namespace mpm {
 [[nodiscard]] std::optional<ImpactGeometry> impact_geometry(const Case& c);
 /// The flow of a case with a conveyor; with M' where the law has one.
 [[nodiscard]] ImpactFlow impact_flow(const Case& c);
+
+/// How a case with a conveyor and an obstacle resolves the obstacle.
+[[nodiscard]] GridResolution grid_resolution(const Case& c);
 
 /// The observers of a case, in the order of their columns.
 [[nodiscard]] std::vector<std::shared_ptr<Observer>> make_observers(const Case& c, const CaseScene& scene);

@@ -8,6 +8,7 @@
 #include <optional>
 
 #include "libmpm/base/error.hpp"
+#include "libmpm/driver/advice.hpp"
 #include "libmpm/driver/build_info.hpp"
 #include "libmpm/driver/case_file.hpp"
 #include "libmpm/driver/checkpoint.hpp"
@@ -135,6 +136,7 @@ void Run::start() {
   table_.emplace(options_.out / "series.csv", observers_.series().names());
   frames_.emplace(FrameSeries::create(options_.out));
   say(fmt::format("start: {} particles, {} threads", progress_.initial_particles, omp_get_max_threads()));
+  for (const Advice& advice : advise(case_)) say("warning: " + advice.text(), false);
   observers_.begin(state_, scene_);
   record_sample();
   for (const std::string& warning : particles_inside_boundaries(state_, scene_)) say(warning);

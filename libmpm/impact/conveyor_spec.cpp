@@ -15,6 +15,7 @@ constexpr double least_upstream_cells = 4;  // inlet layer, the kernel's width a
 
 void resolve_velocity(ConveyorSpec& belt, double gravity, ParameterReport& report) {
   const std::string froude = "conveyor.froude_number", velocity = "conveyor.velocity_m_s";
+  if (!report.given(froude) && !report.given(velocity) && report.given("conveyor.inflow_csv")) return;  // the table gives it
   if (!report.given(froude) && !report.given(velocity))
     return report.problem("conveyor", "has no speed; give froude_number or velocity_m_s");
   if (!belt.froude_number) return;

@@ -3,6 +3,7 @@
 
 #include <cstdint>
 #include <optional>
+#include <string>
 #include <vector>
 
 #include "libmpm/base/limits.hpp"
@@ -63,6 +64,7 @@ struct ConveyorSpec {
   double slip_ratio = 1.0;               ///< s: sheared inflow u(z) = v (s + (1 - s)(1 + n)(z/H)^n), of depth mean v; 1 is the paper's plug
   double shear_exponent = 1.0;           ///< n
   std::vector<InflowPoint> inflow;       ///< by rising time; empty: steady
+  std::optional<std::string> inflow_csv;  ///< file with these rows: read_inflow_csv turns it into them
   bool operator==(const ConveyorSpec&) const = default;
 
   /// The keys of [conveyor] (base/parameter.hpp).
@@ -123,6 +125,12 @@ struct ConveyorSpec {
         .hide_default()
         .only_below("inflow_slip_ratio", 1.0)
         .text("Exponent n of the sheared inflow");
+    table.add("inflow_csv", &ConveyorSpec::inflow_csv)
+        .only_with("feed", {"window"})
+        .left_out("[[conveyor.inflow]] or a steady inflow")
+        .text(
+            "Inflow over time from a table, relative to the case file: columns time_s, depth_m, velocity_m_s, and perhaps density_kg_m3. "
+            "It becomes [[conveyor.inflow]]; speed and height of the conveyor, where they are left out, are those of its strongest row");
   }
 };
 

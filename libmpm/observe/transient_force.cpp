@@ -56,6 +56,12 @@ double impulse_between(double begin, double end, std::span<const double> time, s
 
 }  // namespace
 
+std::vector<double> overturning_moment(std::span<const double> moment_y, std::span<const double> force_z, double x) {
+  std::vector<double> moment(moment_y.begin(), moment_y.end());
+  for (std::size_t i = 0; i < moment.size(); ++i) moment[i] += x * force_z[i];
+  return moment;
+}
+
 ForcePeaks force_peaks(std::span<const double> time, std::span<const double> force_x, std::span<const double> moment_y,
                        const ImpactFlow& flow, double window) {
   ForcePeaks result;
@@ -90,12 +96,17 @@ ForcePeaks force_peaks(std::span<const double> time, std::span<const double> for
 }
 
 std::vector<Result> TransientForce::summary(const Summary& end) const {
-  const ForcePeaks p = force_peaks(end.series.time(), end.series["force_x_n"], end.series["moment_y_n_m"], flow_, window_);
+  const std::vector<double> moment = overturning_moment(end.series["moment_y_n_m"], end.series["force_z_n"], axis_);
+  const ForcePeaks p = force_peaks(end.series.time(), end.series["force_x_n"], moment, flow_, window_);
   const double mean = end.mean("force_x_n").mean;
+  const MeanEstimate steady_moment =
+      end.span.steady ? estimate_mean(std::span(moment).subspan(end.span.first, end.span.last - end.span.first)) : MeanEstimate{};
   return {
       {"force_interval_s", p.interval, "s", "sampling interval, over which raw peaks are means"},
       {"force_window_s", p.window, "s", "window of the moving mean behind filtered peaks: [measurement] force_window_s, to whole samples"},
-      {"force_peak_n", p.peak, "N", "highest stream-wise force, mean over a sampling interval (an exact impulse)"},
+      {"force_peak_n", p.peak, "N",
+       "highest stream-wise force, mean over a sampling interval (an exact impulse); where it is the first contact, it belongs to the "
+       "vertical front with which every run starts and grows with series_per_second: no design value"},
       {"force_peak_time_s", p.peak_time, "s", "middle of the interval of that peak"},
       {"force_peak_to_mean", p.peak / mean, "", "that peak over the mean force"},
       {"force_filtered_peak_n", p.filtered_peak, "N", "highest stream-wise force, moving mean over the window"},
@@ -104,9 +115,15 @@ std::vector<Result> TransientForce::summary(const Summary& end) const {
       {"force_rise_time_s", p.rise_time, "s", "time in which the filtered force rises from 10 to 90 % of its peak, first passages"},
       {"first_impact_until_s", p.first_impact_until, "s", "arrival + 2 v/g, when the first splash is back, or the end of the run"},
       {"first_impact_impulse_n_s", p.first_impact_impulse, "N s", "stream-wise impulse from the arrival until then"},
-      {"overturning_moment_peak_n_m", p.moment_peak, "N m", "highest moment about the y axis through the foot, over a sampling interval"},
+      {"overturning_moment_axis_x_m", axis_, "m",
+       "x of the mast's own axis; overturning moments are about the line along y that crosses it at the ground"},
+      {"overturning_moment_mean_n_m", steady_moment.mean, "N m",
+       "overturning moment about the mast's axis at its base, downstream positive; mean over the steady interval"},
+      {"overturning_moment_standard_error_n_m", steady_moment.standard_error, "N m",
+       "standard error of that mean, which accounts for autocorrelation", Nature::uncertainty},
+      {"overturning_moment_peak_n_m", p.moment_peak, "N m", "highest overturning moment, mean over a sampling interval"},
       {"overturning_moment_peak_time_s", p.moment_peak_time, "s", "middle of the interval of that peak"},
-      {"overturning_moment_filtered_peak_n_m", p.moment_filtered_peak, "N m", "highest moment, moving mean over the window"}};
+      {"overturning_moment_filtered_peak_n_m", p.moment_filtered_peak, "N m", "highest overturning moment, moving mean over the window"}};
 }
 
 }  // namespace mpm

@@ -7,7 +7,7 @@
 namespace mpm {
 
 /// Raw values are those of the means over sampling intervals, which are exact impulses over time; filtered ones are of a moving mean over
-/// an odd number of them. The overturning moment is that about the axis y through the foot, M_y. NaN: unknown.
+/// an odd number of them. The overturning moment is that about an axis along y at the base of the mast. NaN: unknown.
 struct ForcePeaks {
   double interval = MeanEstimate::none, window = MeanEstimate::none;  ///< s: sampling interval, window of the moving mean
   double peak = MeanEstimate::none, peak_time = MeanEstimate::none;   ///< N and s (middle of the interval), of the stream-wise force F_x
@@ -19,6 +19,10 @@ struct ForcePeaks {
   double moment_filtered_peak = MeanEstimate::none;                                ///< N m
 };
 
+/// Moment about the line along y through (x, *, 0), N m, from that about the line through the origin: M_y + x F_z, since M' = M - r x F.
+/// @param x  m
+[[nodiscard]] std::vector<double> overturning_moment(std::span<const double> moment_y, std::span<const double> force_z, double x);
+
 /// @param time s, evenly spaced. @param force_x N, @param moment_y N m: means over the intervals before; the first is not read
 /// @param window s, of the moving mean; taken to the nearest odd number of samples below
 [[nodiscard]] ForcePeaks force_peaks(std::span<const double> time, std::span<const double> force_x, std::span<const double> moment_y,
@@ -27,8 +31,9 @@ struct ForcePeaks {
 /// Gives no column: its entries of results.json follow from those of ContactForce.
 class TransientForce : public Observer {
  public:
-  /// @param window s, of the moving mean
-  TransientForce(const ImpactFlow& flow, double window) : flow_(flow), window_(window) {}
+  /// @param window s, of the moving mean. @param axis m, x of the mast's own axis: the overturning moment is about the line along y that
+  /// crosses this axis at the ground
+  TransientForce(const ImpactFlow& flow, double window, double axis = 0.0) : flow_(flow), window_(window), axis_(axis) {}
 
   [[nodiscard]] std::string name() const override { return "transient_force"; }
   [[nodiscard]] Source source() const override { return Source::run; }  // between two frames the force is only known as a mean
@@ -36,7 +41,7 @@ class TransientForce : public Observer {
 
  private:
   ImpactFlow flow_;
-  double window_;
+  double window_, axis_;
 };
 
 }  // namespace mpm

@@ -1,4 +1,4 @@
-"""The command line: python3 -m mpmtools fit|study|plot|render."""
+"""The command line: python3 -m mpmtools fit|study|plot|render|design|import-avaframe."""
 
 import argparse
 import os
@@ -69,7 +69,26 @@ def parser():
                         help="what the colours show (default: %(default)s)")
     render.add_argument("--out", metavar="FILE.png", help="picture to write (default: DIR/post/view_3d.png)")
     render.add_argument("--size", default="1600x1000", metavar="WIDTHxHEIGHT", help="pixels (default: %(default)s)")
+
+    design = command("design", "the page, the JSON and the tables of a design, from the finished runs of `mpm design`", run_design)
+    design.add_argument("directory", metavar="DIR", help="folder of `mpm design`")
+
+    imported = command("import-avaframe", "a case whose inflow is an avalanche of AvaFrame's com1DFA at one point", run_import)
+    imported.add_argument("directory", metavar="DIR", help="folder of the avalanche (with Inputs and Outputs), or of the rasters at time steps")
+    imported.add_argument("--at", required=True, metavar="X,Y", help="the mast, in the coordinates of the rasters, m")
+    imported.add_argument("--mast-width", type=float, default=1.0, metavar="W", help="m (default: %(default)s)")
+    imported.add_argument("--density", type=float, default=200.0, metavar="RHO",
+                          help="kg/m^3 (default: %(default)s, that of com1DFA's standard set-up)")
+    imported.add_argument("--simulation", metavar="NAME", help="where the folder holds several")
+    imported.add_argument("--dem", metavar="FILE", help="elevation, where DIR/Inputs does not hold just one raster")
+    imported.add_argument("--out", default="out/avaframe", metavar="FOLDER", help="for case.toml and inflow.csv (default: %(default)s)")
     return top
+
+
+def run_import(options):
+    from mpmtools import avaframe
+
+    avaframe.run_command(options)
 
 
 def run_fit(options):
@@ -94,6 +113,12 @@ def run_render(options):
     from mpmtools.figures import view_3d
 
     return view_3d.run_command(options)
+
+
+def run_design(options):
+    from mpmtools.design import page
+
+    page.run_command(options)
 
 
 def main(arguments=None):

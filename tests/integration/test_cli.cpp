@@ -119,6 +119,14 @@ TEST_F(Command, CheckPrintsACaseThatReadsBack) {
   EXPECT_TRUE(nothing_written());
 }
 
+TEST_F(Command, CheckWarnsOfWhatMaySpoilTheResultAndIsNoError) {
+  const Outcome o =
+      mpm("check '" + (examples / "avalanche_fr3.toml").string() + "' --set numerics.cell_size_m=0.6 --set output.duration_s=1");
+  EXPECT_EQ(o.code, 0);
+  EXPECT_NE(o.err.find("warning: 2.92 cells across the obstacle"), std::string::npos) << o.err;
+  EXPECT_NE(o.err.find("2 v/g = 2.53 s"), std::string::npos) << o.err;
+}
+
 TEST_F(Command, SetReplacesKeysInOrder) {
   const Outcome o =
       mpm("check --set numerics.cfl=0.3 --set 'title=a b' '" + (examples / "avalanche_fr3.toml").string() + "' --set numerics.cfl=0.2");

@@ -100,5 +100,14 @@ TEST(TransientForces, AreResultsOfARun) {
   EXPECT_NEAR(m.number("force_peak_to_mean"), (3e5 - 2e3) / 1e5, 1e-9);
 }
 
+TEST(OverturningMoment, IsShiftedToTheAxisByTheVerticalForce) {
+  const std::vector<double> moment{10.0, 20.0}, vertical{3.0, -4.0};
+  EXPECT_EQ(overturning_moment(moment, vertical, 0.5), (std::vector<double>{11.5, 18.0}));
+  // A force at (0, 0, h) and its moment about the origin: about the axis x = a its arm in x is -a.
+  const Vec3 force(5.0, 0.0, 2.0), at(0.0, 0.0, 1.5), axis(0.4, 0.0, 0.0);
+  const Vec3 about_origin = at.cross(force), about_axis = (at - axis).cross(force);
+  EXPECT_NEAR(overturning_moment(std::vector{about_origin.y()}, std::vector{force.z()}, axis.x())[0], about_axis.y(), 1e-12);
+}
+
 }  // namespace
 }  // namespace mpm

@@ -66,7 +66,7 @@ def mean_line(axes, run, key, label, colour):
     if mean is None:
         return
     interval = [run.number("steady_from_s"), run.number("steady_to_s")]
-    text = f"{label}: {mean:.3g} m" + (f" ± {error:.1g} m" if error is not None else "")
+    text = f"{label}: {mean:.3g} m" + (f" ± {error:.1g} m (standard error in time, not of the grid)" if error is not None else "")
     axes.plot(interval, [mean, mean], color=colour, linewidth=2.6, label=text)
 
 

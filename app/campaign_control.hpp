@@ -1,0 +1,30 @@
+#pragma once
+/// What `mpm campaign run` and `mpm design` share: running a campaign here or through Slurm, with messages.
+
+#include <filesystem>
+#include <string>
+
+#include "libmpm/campaign/campaign.hpp"
+
+namespace mpm::app {
+
+/// The command line of a campaign.
+struct CampaignArguments {
+  std::filesystem::path plan;            ///< plan file, or the site file of a design
+  std::filesystem::path out;             ///< folder; empty: out/<name of the plan>
+  int jobs = 0;                          ///< runs at a time; 0: cores over threads of a run
+  std::string executor;                  ///< "slurm", or here
+  bool retry_failed = false;             ///< also runs whose failure would repeat itself
+  bool list = false;                     ///< status: every run
+  std::string name;                      ///< task: of one run
+  double seconds_between_reports = 0.0;  ///< s: progress and time left to stderr that often; 0: never
+};
+
+/// The folder of the campaign.
+[[nodiscard]] std::filesystem::path folder_of(const CampaignArguments& a);
+
+/// Runs what is not done, writes the tables and prints the summary. Ends the process by the signal that asked for the end; the same command
+/// continues. @throws CLI::RuntimeError(1) if runs failed
+void run_campaign(const Campaign& campaign, const CampaignArguments& a);
+
+}  // namespace mpm::app

@@ -1,0 +1,113 @@
+/// `mpm design`: from a site and a mast to a page for a report.
+
+#include <fmt/format.h>
+
+#include <cstdio>
+#include <memory>
+
+#include "campaign_control.hpp"
+#include "commands.hpp"
+#include "libmpm/base/error.hpp"
+#include "libmpm/campaign/design_plan.hpp"
+#include "libmpm/io/atomic_file.hpp"
+#include "python_script.hpp"
+#include "run_control.hpp"
+#include "validators.hpp"
+
+namespace mpm::app {
+
+namespace {
+
+struct DesignArguments {
+  CampaignArguments campaign;
+  std::vector<std::string> overrides;
+  bool quick = false, plan_only = false, page_only = false;
+};
+
+void print_plan(const DesignPlan& plan, const std::filesystem::path& out) {
+  const SiteFlow& flow = plan.site.flow;
+  fmt::print(stderr, "flow: {:.3g} m deep, {:.3g} m/s, Fr {:.3g}, {:.3g} kg/m^3; g cos(slope) = {:.3g} m/s^2\n", flow.depth, flow.velocity,
+             plan.site.froude_number(), flow.density, plan.site.gravity());
+  for (const SiteSnow& snow : plan.snows) {
+    fmt::print(stderr, "snow {}: M = {:.3g}, beta = {:.3g}, xi = {:.3g}; {}\n", snow.name, snow.critical_state_slope, snow.cohesion_beta,
+               snow.hardening_xi, snow.source.empty() ? "of the site file" : snow.source);
+  }
+  std::string grids;
+  for (std::size_t g = 0; g < plan.cells.size(); ++g)
+    grids += fmt::format("{}{} cells ({:.3g} m)", g > 0 ? ", " : "", plan.cells[g], plan.cell_size[g]);
+  fmt::print(stderr, "grids: {} in the smaller of mast width and flow depth\n", grids);
+  fmt::print(stderr, "runs: {} of {:.3g} s each in {}; {:.3g} particle-steps, about {} at {:.0f} million a second (two cores)\n",
+             plan.runs.size(), plan.duration, out.string(), plan.particle_steps,
+             clock_text(plan.particle_steps / assumed_particle_steps_per_s), 1e-6 * assumed_particle_steps_per_s);
+  if (plan.particle_steps > design_budget(plan.level))
+    fmt::print(stderr, "warning: this is more than the time of the level \"{}\"; --executor slurm, or more cores, make it shorter\n",
+               to_string(plan.level));
+}
+
+void make_page(const std::filesystem::path& out) {
+  const auto script = find_script("design_page.py");
+  if (!script)
+    throw IoError(fmt::format("design_page.py was found neither in share/mpm/scripts beside this program nor in {}", MPM_SCRIPT_DIR));
+  std::fflush(stdout);
+  const int status = run_script(*script, {out.string()});
+  if (status == 2 || status == 4) throw CLI::RuntimeError(status);  // the script has said why
+  if (status != 0) {
+    throw Error(ExitCode::internal,
+                fmt::format("no page: {} {} ended with {}; Debian's {} are needed. The runs are kept: the same command makes "
+                            "the page",
+                            python, script->string(), status, python_packages));
+  }
+}
+
+void design(DesignArguments a) {
+  const Site site = read_site(a.campaign.plan);
+  const DesignPlan plan = make_design(site, a.quick ? DesignLevel::quick : DesignLevel::standard, a.overrides);
+  const std::filesystem::path out = folder_of(a.campaign);
+  print_plan(plan, out);
+  if (a.plan_only) {
+    fmt::print("{}", design_plan_json(plan));
+    return;
+  }
+  make_directory(out);
+  write_file(out / "site.toml", write_site(site));
+  write_file(out / "design_plan.json", design_plan_json(plan));
+  if (!a.page_only) {
+    a.campaign.seconds_between_reports = 15.0;
+    run_campaign(plan.campaign, a.campaign);
+  }
+  make_page(out);
+}
+
+}  // namespace
+
+void add_design(CLI::App& app) {
+  CLI::App* command = app.add_subcommand(
+      "design",
+      "Loads of an avalanche on a mast, as a page for a report: runs an ensemble of snows and grids for a site file.\n"
+      "Writes design.html, design.json and tables (CSV) to the folder, beside the runs. An interrupted ensemble continues with the same "
+      "command; finished runs of --quick are used again by the standard level. Keys of a site file: `mpm schema --site`; example: "
+      "examples/design/. Standard output: the summary of the runs and of the page");
+  const auto a = std::make_shared<DesignArguments>();
+  command->add_option("site", a->campaign.plan, "Site file: flow, snow, mast")->required()->type_name("SITE.toml");
+  command->add_option("--out", a->campaign.out, "Folder of the design (default: out/<name of the site file>)")->type_name("DIR");
+  command->add_flag("--quick", a->quick, "Coarser grids: at most ten minutes on two cores instead of an hour");
+  constexpr int most_jobs = 100000;
+  command
+      ->add_option("--jobs", a->campaign.jobs, "Runs at a time, of two threads each (default: half the cores; Slurm: as many as it grants)")
+      ->check(in_range(1, most_jobs))
+      ->type_name("N");
+  command->add_option("--executor", a->campaign.executor, "local, or slurm (submits, and waits for the end)")
+      ->check(CLI::IsMember({"local", "slurm"}))
+      ->default_str("local");
+  command->add_flag("--retry-failed", a->campaign.retry_failed,
+                    "Also runs whose failure would repeat itself (after a change of the program)");
+  command->add_option("--set", a->overrides, "Replace a key of the cases of all runs: conveyor.lattice=aligned")
+      ->type_name("table.key=value")
+      ->type_size(1)
+      ->allow_extra_args(false);
+  CLI::Option* plan = command->add_flag("--plan", a->plan_only, "Only print what would be run, and its cost");
+  command->add_flag("--page", a->page_only, "Only make the page again, from finished runs")->excludes(plan);
+  command->callback([a] { design(*a); });
+}
+
+}  // namespace mpm::app

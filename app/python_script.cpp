@@ -1,0 +1,40 @@
+#include "python_script.hpp"
+
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <cerrno>
+
+namespace mpm::app {
+
+std::optional<std::filesystem::path> find_script(const std::string& name) {
+  std::error_code error;
+  const auto program = std::filesystem::read_symlink("/proc/self/exe", error);
+  for (const std::filesystem::path& candidate :
+       {program.parent_path().parent_path() / "share/mpm/scripts" / name, std::filesystem::path(MPM_SCRIPT_DIR) / name}) {
+    if (std::filesystem::exists(candidate, error)) return candidate;
+  }
+  return std::nullopt;
+}
+
+int run_script(const std::filesystem::path& script, const std::vector<std::string>& arguments) {
+  std::vector<std::string> words{python, script.string()};
+  words.insert(words.end(), arguments.begin(), arguments.end());
+  std::vector<char*> argv;
+  argv.reserve(words.size() + 1);
+  for (std::string& word : words) argv.push_back(word.data());
+  argv.push_back(nullptr);
+  const pid_t child = fork();
+  if (child < 0) return 127;
+  if (child == 0) {
+    execv(python, argv.data());
+    _exit(127);
+  }
+  int status = 0;
+  while (waitpid(child, &status, 0) < 0) {
+    if (errno != EINTR) return 127;
+  }
+  return WIFEXITED(status) ? WEXITSTATUS(status) : 128;
+}
+
+}  // namespace mpm::app

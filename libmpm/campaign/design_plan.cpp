@@ -1,0 +1,188 @@
+#include "libmpm/campaign/design_plan.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <nlohmann/json.hpp>
+#include <numbers>
+
+#include "libmpm/base/error.hpp"
+#include "libmpm/driver/build_info.hpp"
+#include "libmpm/driver/case_file.hpp"
+#include "libmpm/impact/semi_empirical.hpp"
+
+namespace mpm {
+
+namespace {
+
+const std::vector<std::vector<int>>& grid_sets() {
+  static const std::vector<std::vector<int>> sets{{11, 15, 21}, {7, 11, 15}, {5, 7, 11}, {3, 5, 7}, {3, 5}};
+  return sets;
+}
+
+/// The grids that [plan] asks for; empty: it leaves them to the budget.
+std::vector<int> prescribed_grids(const SitePlan& plan) {
+  if (plan.finest_cells == 0) return {};
+  static constexpr std::array ladder{3, 5, 7, 11, 15, 21};
+  const auto finest = std::ranges::find(ladder, plan.finest_cells) - ladder.begin();
+  const auto count = std::min<std::ptrdiff_t>(plan.grids == 0 ? 3 : plan.grids, finest + 1);
+  return {ladder.begin() + (finest + 1 - count), ladder.begin() + finest + 1};
+}
+
+/// An odd number of cells across the mast that has at least the cells asked for in the smaller of w and H.
+double cell_size_of(const Site& site, int cells) {
+  const double w = site.mast.width, across = cells * std::max(1.0, w / site.flow.depth);
+  const double odd = 2.0 * std::ceil(0.5 * (across - 1.0) - 1e-9) + 1.0;
+  return w / odd;
+}
+
+double duration_of(const Site& site) {
+  if (site.plan.duration) return *site.plan.duration;
+  constexpr double least_steady = 3.0, way = 20.0;  // s; over max(w, H)
+  const double rise = site.flow.velocity / site.gravity();
+  const double needed =
+      std::max(2.0 * rise + std::max(3.0 * rise, least_steady), way * std::max(site.mast.width, site.flow.depth) / site.flow.velocity);
+  return std::ceil(10.0 * needed) / 10.0;
+}
+
+double reach_of(const Site& site) { return std::max(site.mast.width, std::sqrt(site.mast.width * site.flow.depth)); }
+
+/// A length in whole widths of the mast, which are whole cells on every grid.
+double whole_widths(const Site& site, double length) { return site.mast.width * std::ceil(length / site.mast.width - 1e-9); }
+
+/// The paper's W(xi), at least 6 r, both halves in whole widths.
+double belt_width(const Site& site, double xi) {
+  return 2.0 * whole_widths(site, 0.5 * std::max(conveyor_width(xi, site.mast.width), 6.0 * reach_of(site)));
+}
+
+/// The case that all runs share, as TOML: everything but snow and grid.
+std::string base_case(const Site& site) {
+  const SiteFlow& flow = site.flow;
+  const SiteMast& mast = site.mast;
+  const double w = mast.width, smaller = std::min(w, flow.depth), reach = reach_of(site);
+  const auto whole = [&](double length) { return whole_widths(site, length); };
+  const bool box = mast.shape == SiteMast::Shape::box;
+  const double depth = box ? *mast.depth : w;
+  std::string text = fmt::format(
+      "[material]\nmodel = \"cohesive_cam_clay\"\ndensity_kg_m3 = {}\ncritical_state_slope = 0.5\ncohesion_beta = 0.0\n"
+      "hardening_xi = 5.0\n",
+      flow.density);
+  text += fmt::format(
+      "[conveyor]\nvelocity_m_s = {}\nflow_height_m = {}\nwidth_m = {}\nfeed = \"window\"\nupstream_length_m = {}\ndownstream_length_m = "
+      "{}\n"
+      "mirror_y = true\n",
+      flow.velocity, flow.depth, belt_width(site, 5.0), whole(4.0 * reach), whole(depth + reach));
+  text += fmt::format("[obstacle]\nshape = \"{}\"\nwidth_m = {}\nfriction = {}\n", box ? "box" : "cylinder", w, mast.friction);
+  if (box) text += fmt::format("depth_m = {}\n", depth);
+  if (mast.height) text += fmt::format("height_m = {}\n", *mast.height);
+  text += fmt::format("[numerics]\ncell_size_m = {}\ngravity_m_s2 = {}\n", cell_size_of(site, 5), site.gravity());
+  // The paper's windows at seven cells: bins of dx/2, a filter of 13 bins, a box from -0.5 dx to 2.5 dx.
+  const double bin = smaller / 14.0;
+  text += fmt::format("[measurement]\nbin_height_m = {}\nfilter_length_m = {}\nbox_upstream_m = {}\nbox_inside_m = {}\n", bin, 13.0 * bin,
+                      5.0 * bin, bin);
+  text += fmt::format("[output]\nduration_s = {}\nseries_per_second = 100\nframes_per_second = 0\n", duration_of(site));
+  return text;
+}
+
+/// The ensemble on these grids.
+DesignPlan ensemble(const Site& site, DesignLevel level, const std::vector<int>& cells, const std::vector<std::string>& overrides) {
+  DesignPlan plan{.site = site, .level = level, .snows = design_snows(site), .cells = cells};
+  for (const int n : cells) plan.cell_size.push_back(cell_size_of(site, n));
+  plan.duration = duration_of(site);
+  CampaignPlan campaign;
+  campaign.title = site.title.empty() ? "Design" : site.title;
+  campaign.base_text = write_case(parse_case(base_case(site), "the case of the site", overrides));
+  campaign.base_name = "the case of the site";
+  campaign.threads = 2;
+  campaign.keep_final = true;
+  for (std::size_t s = 0; s < plan.snows.size(); ++s) {
+    for (std::size_t g = 0; g < cells.size(); ++g) {
+      const SiteSnow& snow = plan.snows[s];
+      PlannedRun run{fmt::format("{}_w{}", snow.name, cells[g]),
+                     {{"material.critical_state_slope", fmt::format("{}", snow.critical_state_slope)},
+                      {"material.cohesion_beta", fmt::format("{}", snow.cohesion_beta)},
+                      {"material.hardening_xi", fmt::format("{}", snow.hardening_xi)},
+                      {"conveyor.width_m", fmt::format("{}", belt_width(site, snow.hardening_xi))},
+                      {"numerics.cell_size_m", fmt::format("{}", plan.cell_size[g])}}};
+      plan.runs.push_back({run.name, s, g});
+      campaign.runs.push_back(std::move(run));
+    }
+  }
+  plan.campaign = make_campaign(std::move(campaign));
+  if (plan.campaign.duplicates > 0) throw ConfigError("two entries of [[snow]] have the same parameters; leave out one of them");
+  for (const CampaignRun& run : plan.campaign.runs) plan.particle_steps += run.cost.particle_steps;
+  return plan;
+}
+
+}  // namespace
+
+std::string to_string(DesignLevel level) { return level == DesignLevel::quick ? "quick" : "standard"; }
+
+double design_budget(DesignLevel level) {
+  constexpr double quick = 600.0, standard = 3600.0, share = 5.0 / 6.0;  // s
+  return share * (level == DesignLevel::quick ? quick : standard) * assumed_particle_steps_per_s;
+}
+
+DesignPlan make_design(const Site& site, DesignLevel level, const std::vector<std::string>& overrides) {
+  if (const std::vector<int> cells = prescribed_grids(site.plan); !cells.empty()) return ensemble(site, level, cells, overrides);
+  const double budget = design_budget(level);
+  for (std::vector<int> cells : grid_sets()) {
+    if (site.plan.grids == 2 && cells.size() == 3) cells.erase(cells.begin());
+    if (site.plan.grids == 3 && cells.size() == 2) continue;
+    DesignPlan plan = ensemble(site, level, cells, overrides);
+    if (plan.particle_steps <= budget) return plan;
+  }
+  return ensemble(site, level, site.plan.grids == 3 ? std::vector{3, 5, 7} : std::vector{3, 5}, overrides);
+}
+
+std::string design_plan_json(const DesignPlan& plan) {
+  using Json = nlohmann::ordered_json;
+  const Site& site = plan.site;
+  const BuildInfo build = build_info();
+  Json root;
+  root["format_version"] = site_format_version;
+  root["title"] = site.title;
+  root["version"] = build.version;
+  root["commit"] = build.commit;
+  root["level"] = to_string(plan.level);
+  root["flow"] = Json{{"depth_m", site.flow.depth},
+                      {"velocity_m_s", site.flow.velocity},
+                      {"froude_number", site.froude_number()},
+                      {"density_kg_m3", site.flow.density},
+                      {"slope_deg", site.flow.slope * 180.0 / std::numbers::pi},
+                      {"gravity_m_s2", site.gravity()},
+                      {"snow_class", site.flow.snow_class ? Json(to_string(*site.flow.snow_class)) : Json()}};
+  root["mast"] = Json{{"shape", site.mast.shape == SiteMast::Shape::box ? "box" : "cylinder"},
+                      {"width_m", site.mast.width},
+                      {"depth_m", site.mast.depth.value_or(site.mast.width)},
+                      {"height_m", site.mast.height ? Json(*site.mast.height) : Json()},
+                      {"friction", site.mast.friction}};
+  root["modes"] = Json::array();
+  for (const SiteMode& mode : site.modes)
+    root["modes"].push_back({{"frequency_hz", mode.frequency}, {"damping_ratio", mode.damping_ratio}});
+  root["snows"] = Json::array();
+  for (const SiteSnow& snow : plan.snows) {
+    root["snows"].push_back({{"name", snow.name},
+                             {"critical_state_slope", snow.critical_state_slope},
+                             {"cohesion_beta", snow.cohesion_beta},
+                             {"hardening_xi", snow.hardening_xi},
+                             {"effective_friction", effective_friction(snow.critical_state_slope, snow.cohesion_beta)},
+                             {"source", snow.source}});
+  }
+  root["grids"] = Json::array();
+  for (std::size_t g = 0; g < plan.cells.size(); ++g)
+    root["grids"].push_back({{"cells", plan.cells[g]}, {"cell_size_m", plan.cell_size[g]}});
+  static constexpr std::array transfers{"apic", "flip", "aflip"};
+  const NumericsSpec& numerics = plan.campaign.runs.front().spec.numerics;
+  root["numerics"] = Json{{"contact", numerics.contact == ContactRule::surface ? "surface" : "nodal"},
+                          {"transfer", transfers.at(static_cast<std::size_t>(numerics.transfer))}};
+  root["duration_s"] = plan.duration;
+  root["particle_steps"] = plan.particle_steps;
+  root["runs"] = Json::array();
+  for (const DesignRun& run : plan.runs) root["runs"].push_back({{"name", run.name}, {"snow", run.snow}, {"grid", run.grid}});
+  return root.dump(2) + "\n";
+}
+
+}  // namespace mpm

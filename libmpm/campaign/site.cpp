@@ -1,0 +1,143 @@
+#include "libmpm/campaign/site.hpp"
+
+#include <fmt/format.h>
+
+#include <array>
+#include <cmath>
+#include <set>
+
+#include "libmpm/campaign/run_name.hpp"
+#include "libmpm/config/guard.hpp"
+#include "libmpm/config/reader.hpp"
+#include "libmpm/config/reference.hpp"
+#include "libmpm/config/writer.hpp"
+#include "libmpm/impact/semi_empirical.hpp"
+
+namespace mpm {
+
+std::string to_string(SnowClass c) {
+  static constexpr std::array names{"loose", "cold_dense", "warm_cohesive"};
+  return names.at(static_cast<std::size_t>(c));
+}
+
+double Site::gravity() const { return standard_gravity * std::cos(flow.slope); }
+double Site::froude_number() const { return mpm::froude_number(flow.velocity, flow.depth, gravity()); }
+
+const config::SchemaOf<Site>& site_schema() {
+  static const config::SchemaOf<Site> schema = [] {
+    config::SchemaOf<Site> s;
+    s.table(
+        "", "Keys above the first table", [](auto& site) -> auto& { return site; });
+    s.table(
+        "flow", "The avalanche before it meets the mast", [](auto& site) -> auto& { return site.flow; });
+    s.table("snow", "Parameters of the snow, instead of flow.snow_class; several entries are the spread that the page shows",
+            [](auto& site) { return &site.snows; });
+    s.table(
+        "mast", "The mast: rigid, upright, with separable Coulomb contact", [](auto& site) -> auto& { return site.mast; });
+    s.table("mode", "Modes of vibration of the mast in the direction of the flow, any number", [](auto& site) { return &site.modes; });
+    s.table(
+        "plan", "What is computed; left out, it follows from the level (--quick or standard)",
+        [](auto& site) -> auto& { return site.plan; });
+    return s;
+  }();
+  return schema;
+}
+
+namespace {
+
+void resolve_speed(Site& site, ParameterReport& report) {
+  const std::string froude = "flow.froude_number", velocity = "flow.velocity_m_s";
+  if (!report.given(froude) && !report.given(velocity)) return report.problem("flow", "has no speed; give velocity_m_s, or froude_number");
+  if (!site.flow.froude_number) return;
+  const double fr = *site.flow.froude_number;
+  site.flow.froude_number.reset();
+  if (report.all_sound({froude, "flow.depth_m", "flow.slope_deg"})) site.flow.velocity = flow_velocity(fr, site.flow.depth, site.gravity());
+}
+
+void resolve_snows(Site& site, ParameterReport& report) {
+  if (site.snows.empty() && !site.flow.snow_class && report.all_sound({"flow.snow_class", "snow"}))
+    return report.problem("flow",
+                          "says nothing about the snow; give snow_class = \"loose\", \"cold_dense\" or \"warm_cohesive\", or [[snow]]");
+  if (!site.snows.empty() && site.flow.snow_class) report.problem("flow.snow_class", "is given beside [[snow]]; leave out one of the two");
+  constexpr std::size_t most_snows = 12;
+  if (site.snows.size() > most_snows)
+    report.problem("snow[12]", fmt::format("is one of {} sets of parameters; at most {} are possible", site.snows.size(), most_snows));
+  std::set<std::string> names;
+  for (std::size_t i = 0; i < site.snows.size(); ++i) {
+    SiteSnow& snow = site.snows[i];
+    if (snow.name.empty()) snow.name = fmt::format("snow_{}", i + 1);
+    const std::string key = fmt::format("snow[{}].name", i);
+    if (snow.name != file_name_part(snow.name))
+      report.problem(key, fmt::format("= \"{}\" cannot be part of a folder's name; use letters, digits, '_' and '-'", snow.name));
+    if (!names.insert(snow.name).second)
+      report.problem(key, fmt::format("= \"{}\" is given twice; give each snow a name of its own", snow.name));
+  }
+}
+
+void resolve(Site& site, ParameterReport& report) {
+  resolve_speed(site, report);
+  resolve_snows(site, report);
+  if (site.mast.shape == SiteMast::Shape::box && !site.mast.depth) site.mast.depth = site.mast.width;
+  if (report.all_sound({"mast.height_m", "flow.depth_m"}) && site.mast.height && *site.mast.height < site.flow.depth) {
+    report.problem("mast.height_m", fmt::format("= {} m is lower than the flow, {} m; a mast is higher, check the unit", *site.mast.height,
+                                                site.flow.depth));
+  }
+  if (report.all_sound({"mast.width_m", "flow.depth_m"}) && site.mast.width > 0.0 && site.flow.depth > 0.0) {
+    constexpr double least = 0.1, most = 10.0;
+    const double ratio = site.mast.width / site.flow.depth;
+    if (ratio < least || ratio > most) {
+      report.problem("mast.width_m",
+                     fmt::format("= {} m is {:.3g} times the depth of the flow; {} to {} times can be computed (the paper: 0.5 to 3)",
+                                 site.mast.width, ratio, least, most));
+    }
+  }
+}
+
+/// Members of a class: M' from low to high, the middle one is the paper's.
+std::vector<SiteSnow> members(const char* name, std::array<double, 3> friction, double beta, double xi, const char* source) {
+  std::vector<SiteSnow> snows;
+  static constexpr std::array ends{"low", "middle", "high"};
+  for (std::size_t i = 0; i < 3; ++i) {
+    const double slope = std::round(1e3 * friction[i] / effective_friction(1.0, beta)) * 1e-3;
+    snows.push_back({fmt::format("{}_{}", name, ends[i]), slope, beta, xi, fmt::format("M' = {:.3g}; {}", friction[i], source)});
+  }
+  return snows;
+}
+
+config::Reference reference() {
+  config::Reference r{.format_version = site_format_version, .files = "site files of mpm design"};
+  for (const config::Table& table : site_schema().tables()) {
+    r.tables.push_back({table.name, table.repeated, false, false, table.description});
+    r.keys.insert(r.keys.end(), table.keys.begin(), table.keys.end());
+  }
+  return r;
+}
+
+}  // namespace
+
+Site parse_site(std::string_view text, std::string_view file_name) { return config::read(site_schema(), text, file_name, {}, resolve); }
+Site read_site(const std::filesystem::path& file) { return parse_site(config::bounded_file_text(file), file.string()); }
+std::string write_site(const Site& site) { return config::write(site_schema(), &site); }
+
+std::vector<SiteSnow> design_snows(const Site& site) {
+  if (!site.flow.snow_class) return site.snows;
+  switch (*site.flow.snow_class) {
+    case SnowClass::loose:
+      return members(
+          "loose", {0.45, 0.5933, 0.65}, 0.15, 0.5,
+          "beta and xi of the paper's dry, loose avalanche (Sect. 4.3); M' from 0.45 to 0.65 corresponds to lambda = 1.5 (Sect. 4.2)");
+    case SnowClass::cold_dense:
+      return members("cold_dense", {1.0, 1.3214, 1.5}, 0.3, 1.5,
+                     "beta and xi of the paper's dense avalanche (Sect. 4.3); M' from 1.0 to 1.5 corresponds to lambda = 3 (Sect. 4.2)");
+    case SnowClass::warm_cohesive:
+      return members("warm_cohesive", {1.0, 1.25, 1.5}, 0.45, 5.0,
+                     "assumed: the most cohesive and least compressible snow of the relevant range of the paper's Table 1; M' of dense "
+                     "avalanches, among which the guideline counts wet ones");
+  }
+  return {};
+}
+
+std::string site_schema_text() { return config::reference_text(reference()); }
+std::string site_schema_json() { return config::reference_json(reference()); }
+
+}  // namespace mpm

@@ -1,0 +1,215 @@
+#pragma once
+/// A site file: the avalanche and the mast as an engineer knows them. `mpm design` makes runs from it (design_plan.hpp).
+///
+///   [flow]
+///   depth_m = 2.0
+///   velocity_m_s = 14.0            # or froude_number
+///   snow_class = "loose"           # or entries of [[snow]] with parameters of their own
+///   [mast]
+///   width_m = 0.8
+
+#include <cstdint>
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "libmpm/base/limits.hpp"
+#include "libmpm/config/schema.hpp"
+
+namespace mpm {
+
+/// Key format_version of a site file; another version is refused.
+inline constexpr int site_format_version = 1;
+
+/// Kinds of snow with parameters from sources: design_snows().
+enum class SnowClass : std::uint8_t { loose, cold_dense, warm_cohesive };
+/// As in a site file: "cold_dense".
+std::string to_string(SnowClass);
+
+/// [flow]: the avalanche before it meets the mast.
+struct SiteFlow {
+  double depth = 0.0;                   ///< H, m, normal to the ground
+  double velocity = 0.0;                ///< v, m/s; 0: not given
+  std::optional<double> froude_number;  ///< v / sqrt(g cos(slope) H), given instead: read_site turns it into velocity
+  double density = 300.0;               ///< kg/m^3
+  double slope = 0.0;                   ///< rad
+  std::optional<SnowClass> snow_class;  ///< empty: [[snow]] gives the snow
+  bool operator==(const SiteFlow&) const = default;
+
+  /// The keys of [flow] (base/parameter.hpp).
+  template <class Table>
+  static void declare(Table& table) {
+    table.add("depth_m", &SiteFlow::depth).unit("m").range(0.05, 100.0).required().text("Depth H of the flow, normal to the ground");
+    table.add("velocity_m_s", &SiteFlow::velocity)
+        .unit("m/s")
+        .positive(200.0)
+        .left_out("froude_number is given instead (one of the two is required)")
+        .text("Speed v of the flow, mean over the depth");
+    table.add("froude_number", &SiteFlow::froude_number)
+        .range(0.05, 20.0)
+        .excludes("velocity_m_s")
+        .left_out("velocity_m_s is given instead")
+        .text("Fr = v / sqrt(g cos(slope) H)");
+    table.add("density_kg_m3", &SiteFlow::density)
+        .unit("kg/m^3")
+        .range(10.0, 1000.0)
+        .text("Density of the flowing snow; the default is the common estimate of the paper (Sect. 2.2)");
+    table.add("slope_deg", &SiteFlow::slope)
+        .degrees()
+        .range(0.0, 60.0)
+        .text("Slope of the ground at the mast. The bed is taken to hold the flow at its speed, so that only g cos(slope) acts");
+    table.add("snow_class", ParameterType::choice, get_class, set_class)
+        .one_of({"loose", "cold_dense", "warm_cohesive"})
+        .left_out("[[snow]] gives the snow")
+        .text("Kind of snow: a range of three sets of parameters, with sources in the table of presets");
+  }
+
+ private:
+  static std::optional<ParameterValue> get_class(const SiteFlow& flow) {
+    return flow.snow_class ? std::optional<ParameterValue>(to_string(*flow.snow_class)) : std::nullopt;
+  }
+  static void set_class(SiteFlow& flow, const ParameterValue& value) {
+    for (const SnowClass c : {SnowClass::loose, SnowClass::cold_dense, SnowClass::warm_cohesive}) {
+      if (to_string(c) == std::get<std::string>(value)) flow.snow_class = c;
+    }
+  }
+};
+
+/// [[snow]]: one set of parameters of the snow, instead of a class.
+struct SiteSnow {
+  std::string name;                   ///< in the page and in the names of runs
+  double critical_state_slope = 0.0;  ///< M
+  double cohesion_beta = 0.0;         ///< beta
+  double hardening_xi = 5.0;          ///< xi
+  std::string source;                 ///< where the numbers come from
+  bool operator==(const SiteSnow&) const = default;
+
+  /// The keys of [[snow]] (base/parameter.hpp).
+  template <class Table>
+  static void declare(Table& table) {
+    table.add("name", &SiteSnow::name).left_out("snow_1, snow_2, ...").text("Name in the page: letters, digits, '_', '-'");
+    table.add("critical_state_slope", &SiteSnow::critical_state_slope).range(0.0, 10.0).required().text("Internal friction M");
+    table.add("cohesion_beta", &SiteSnow::cohesion_beta)
+        .below(0.0, 1.0)
+        .required()
+        .text("Cohesion beta: tensile over compressive strength");
+    table.add("hardening_xi", &SiteSnow::hardening_xi).range(0.05, 100.0).required().text("Hardening xi; large: hardly compressible");
+    table.add("source", &SiteSnow::source).text("Where these numbers come from, for the page");
+  }
+};
+
+/// [mast]: rigid, upright, its front against the flow.
+struct SiteMast {
+  enum class Shape : std::uint8_t { box, cylinder } shape = Shape::box;  ///< of its plan
+  double width = 0.0;                                                    ///< w across the flow, diameter of a cylinder, m
+  std::optional<double> depth;                                           ///< along the flow, of a box, m; read_site fills it in
+  std::optional<double> height;                                          ///< m; empty: taller than any jet
+  double friction = 0.15;                                                ///< mu
+  bool operator==(const SiteMast&) const = default;
+
+  /// The keys of [mast] (base/parameter.hpp).
+  template <class Table>
+  static void declare(Table& table) {
+    table.add("shape", &SiteMast::shape, {"box", "cylinder"}).text("Plan of the mast: a box with a face against the flow, or a cylinder");
+    table.add("width_m", &SiteMast::width).unit("m").range(0.05, 100.0).required().text("Width w across the flow, diameter of a cylinder");
+    table.add("depth_m", &SiteMast::depth)
+        .unit("m")
+        .range(0.05, 100.0)
+        .only_with("shape", {"box"})
+        .left_out("width_m")
+        .text("Depth along the flow");
+    table.add("height_m", &SiteMast::height).unit("m").range(0.05, 1000.0).left_out("taller than any jet").text("Height above the ground");
+    table.add("friction", &SiteMast::friction)
+        .range(0.0, 2.0)
+        .text("Coulomb coefficient of snow on the mast; the paper does not give its own, and more friction lowers the run-up");
+  }
+};
+
+/// [[mode]]: a mode of vibration of the mast in the direction of the flow.
+struct SiteMode {
+  double frequency = 0.0;       ///< Hz
+  double damping_ratio = 0.02;  ///< of critical damping
+  bool operator==(const SiteMode&) const = default;
+
+  /// The keys of [[mode]] (base/parameter.hpp).
+  template <class Table>
+  static void declare(Table& table) {
+    table.add("frequency_hz", &SiteMode::frequency).unit("Hz").range(0.05, 20.0).required().text("Eigenfrequency");
+    table.add("damping_ratio", &SiteMode::damping_ratio).range(0.0, 0.5).text("Damping over critical damping; the default is assumed");
+  }
+};
+
+/// [plan]: what is computed. Left out, it follows from the level of `mpm design`.
+struct SitePlan {
+  int finest_cells = 0;            ///< cells in the smaller of w and H, of the finest grid; 0: by the level
+  int grids = 0;                   ///< 2 or 3; 0: by the level
+  std::optional<double> duration;  ///< s
+  bool operator==(const SitePlan&) const = default;
+
+  /// The keys of [plan] (base/parameter.hpp).
+  template <class Table>
+  static void declare(Table& table) {
+    table.add("finest_cells", &SitePlan::finest_cells)
+        .one_of({"5", "7", "11", "15", "21"})
+        .hide_default()
+        .left_out("the finest that the time of the level allows")
+        .text("Cells in the smaller of mast width and flow depth on the finest grid");
+    table.add("grids", &SitePlan::grids)
+        .one_of({"2", "3"})
+        .hide_default()
+        .left_out("as many as the time of the level allows")
+        .text("Number of grids");
+    table.add("duration_s", &SitePlan::duration)
+        .unit("s")
+        .positive(1000.0)
+        .left_out("from speed, depth and width")
+        .text("Simulated time of each run");
+  }
+};
+
+/// A site file with every default filled in.
+struct Site {
+  std::string title;            ///< heading of the page
+  SiteFlow flow;                ///< [flow]
+  std::vector<SiteSnow> snows;  ///< [[snow]]
+  SiteMast mast;                ///< [mast]
+  std::vector<SiteMode> modes;  ///< [[mode]]
+  SitePlan plan;                ///< [plan]
+  bool operator==(const Site&) const = default;
+
+  [[nodiscard]] double gravity() const;        ///< g cos(slope), m/s^2
+  [[nodiscard]] double froude_number() const;  ///< v / sqrt(g cos(slope) H)
+
+  /// The keys above the first table.
+  template <class Table>
+  static void declare(Table& table) {
+    table.add("title", &Site::title).text("Heading of the page");
+    table.add_constant("format_version", site_format_version).text("Version of the format of this file");
+  }
+};
+
+[[nodiscard]] const config::SchemaOf<Site>& site_schema();  ///< of site files; made once
+
+/// Reads a site file. @throws ConfigError with all errors at once, as read_case; IoError
+[[nodiscard]] Site read_site(const std::filesystem::path& file);
+/// The same from memory. @param file_name  for messages
+[[nodiscard]] Site parse_site(std::string_view text, std::string_view file_name);
+/// Every key that applies: parse_site(write_site(s)) == s.
+[[nodiscard]] std::string write_site(const Site& site);
+
+/// The snows of a site: its [[snow]] entries, or three sets of parameters of its class, each with its source.
+///
+/// loose: beta 0.15 and xi 0.5 of the paper's dry, loose avalanche (Sect. 4.3), M' = 0.45, 0.59, 0.65: the range that corresponds to the
+/// guideline's lambda = 1.5 (Sect. 4.2) and the paper's own value. cold_dense: beta 0.3, xi 1.5 of its dense avalanche, M' = 1.0, 1.32, 1.5
+/// (lambda = 3). warm_cohesive (assumed): beta 0.45 and xi 5, the most cohesive and least compressible snow of the relevant range of
+/// Table 1, M' = 1.0, 1.25, 1.5, as the guideline counts wet avalanches among the dense.
+[[nodiscard]] std::vector<SiteSnow> design_snows(const Site& site);
+
+/// The reference of site files that `mpm schema --site` prints: readable text.
+[[nodiscard]] std::string site_schema_text();
+/// The same as JSON, for scripts.
+[[nodiscard]] std::string site_schema_json();
+
+}  // namespace mpm

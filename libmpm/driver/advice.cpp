@@ -1,0 +1,300 @@
+#include "libmpm/driver/advice.hpp"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <optional>
+
+#include "libmpm/driver/observers.hpp"
+#include "libmpm/impact/inflow.hpp"
+#include "libmpm/impact/semi_empirical.hpp"
+
+namespace mpm {
+
+namespace {
+
+using Finding = std::optional<Advice>;
+
+/// A case with a conveyor and an obstacle, which most rules are about.
+struct Impact {
+  const Case& c;
+  const ConveyorSpec& belt;
+  const ObstacleSpec& mast;
+  double speed;  ///< greatest of the inflow, m/s
+
+  [[nodiscard]] double width() const { return mast.width(); }
+  [[nodiscard]] double depth() const { return belt.flow_height; }
+  [[nodiscard]] double dx() const { return c.numerics.cell_size; }
+  [[nodiscard]] double froude() const { return belt.velocity / std::sqrt(c.numerics.gravity * depth()); }
+  [[nodiscard]] double splash_time() const { return 2.0 * speed / c.numerics.gravity; }
+  [[nodiscard]] bool window() const { return belt.feed == ConveyorSpec::Feed::window; }
+};
+
+/// A number as a person writes it.
+std::string n(double x) { return fmt::format("{:.3g}", x); }
+
+// ---- Resolution -------------------------------------------------------------------------------------------------------------------------
+
+/// Grid errors by cells across: validation/cases/avalanche_convergence. Five cells for parameter studies, seven for single results: README.
+Finding cells_across(const Impact& i) {
+  const double least = 5.0, cells = std::min(i.width(), i.depth()) / i.dx();
+  if (cells >= least - 1e-6) return {};
+  const bool narrow = i.width() <= i.depth();
+  const GridUncertainty u = grid_uncertainty(grid_resolution(i.c));
+  const std::string known = std::isfinite(u.force)
+                                ? fmt::format("at this resolution the force is known to about {:.0f} % and the run-up to {:.0f} %",
+                                              100.0 * u.force, 100.0 * u.runup)
+                                : "below 3 cells no grid study says how wrong force and run-up are";
+  return Advice{"cells_across", fmt::format("{} cells {}", n(cells), narrow ? "across the obstacle (w/dx)" : "in the flow height (H/dx)"),
+                known + " (validation/cases/avalanche_convergence)",
+                fmt::format("take numerics.cell_size_m = {} for a parameter study (5 cells), {} for a single result (7 cells)",
+                            n(std::min(i.width(), i.depth()) / 5.0), n(std::min(i.width(), i.depth()) / 7.0))};
+}
+
+/// The force is proportional to the number of rows of nodes on the obstacle: validation/cases/avalanche_convergence, "Rows that stop the
+/// flow". With contact at the surface the obstacle has its own width.
+Finding nodal_width(const Impact& i) {
+  const auto* box = std::get_if<BoxShape>(&i.mast.shape);
+  if (i.c.numerics.contact != ContactRule::nodal || box == nullptr || box->rotation != 0.0 || i.c.numerics.grid_offset.y() != 0.0)
+    return {};
+  constexpr double tolerance = 0.05;
+  const double cells = i.width() / i.dx(), ratio = nodal_width_ratio(cells);
+  if (std::abs(ratio - 1.0) <= tolerance) return {};
+  const double odd = 2.0 * std::floor(0.5 * cells) + 1.0;
+  return Advice{
+      "nodal_width", fmt::format("{} cells across the obstacle (w/dx) with numerics.contact = \"nodal\"", n(cells)),
+      fmt::format("{:.0f} rows of nodes stop the flow, so that the obstacle acts {} times as wide as it is, and the force is wrong by "
+                  "about as much (validation/cases/avalanche_convergence)",
+                  ratio * cells, n(ratio)),
+      fmt::format("take an odd number of cells, numerics.cell_size_m = {}, or numerics.contact = \"surface\"", n(i.width() / odd))};
+}
+
+/// Gaps open where the obstacle spreads an aligned lattice: docs/cases.md, "Choosing the numerics".
+Finding aligned_lattice(const Impact& i) {
+  const double cells = i.width() / i.dx();
+  const bool even = std::abs(0.5 * cells - std::round(0.5 * cells)) < 1e-6;
+  if (i.belt.lattice != ConveyorSpec::Lattice::aligned || i.c.numerics.contact != ContactRule::surface || !even) return {};
+  return Advice{"aligned_lattice", fmt::format("conveyor.lattice = \"aligned\" with {} cells across the obstacle", n(cells)),
+                "with an even number of cells thin jets come out up to a third too low (docs/cases.md)", "leave out lattice: staggered"};
+}
+
+// ---- Time -------------------------------------------------------------------------------------------------------------------------------
+
+/// impact_steady_criteria: no interval starts before 2 v/g, none is shorter than v/g.
+Finding splash_and_duration(const Impact& i) {
+  if (i.c.numerics.gravity <= 0.0) return {};
+  const double needed = 1.5 * i.splash_time(), duration = i.c.output.duration;
+  if (duration >= needed) return {};
+  return Advice{
+      "splash_and_duration", fmt::format("output.duration_s = {} s against 2 v/g = {} s", n(duration), n(i.splash_time())),
+      fmt::format("the first splash is in the air for 2 v/g, and a steady interval has to last another v/g: a run of less than {} s has "
+                  "no means, only the first impact",
+                  n(needed)),
+      fmt::format("take output.duration_s = {} s or more; means get better with time", n(std::ceil(i.splash_time() * 2.0)))};
+}
+
+/// Slow flows pile up over a way, not a time: the paper's shortest run (Table 2, Fr 0.1: 27.9 m less the 3 m that L adds) is 14 flow
+/// heights.
+Finding flow_passage(const Impact& i) {
+  constexpr double least_heights = 14.0;
+  const double reach = std::max(i.width(), i.depth()), way = Inflow(i.belt).travelled(i.c.output.duration);
+  const double filled = i.window() ? i.belt.upstream_length + i.belt.downstream_length : 0.0,
+               needed = std::max(filled, least_heights * reach);
+  if (way >= needed || needed / i.belt.velocity < 1.5 * i.splash_time()) return {};  // the other rule asks for more
+  return Advice{
+      "flow_passage", fmt::format("the flow travels {} m in output.duration_s = {} s", n(way), n(i.c.output.duration)),
+      fmt::format("the snow that was there at the start is still in front of the obstacle, and a pile needs about {:.0f} H (Table 2 of "
+                  "the paper), here {} m, to become steady",
+                  least_heights, n(needed)),
+      fmt::format("take output.duration_s = {} s", n(std::ceil(needed / i.belt.velocity)))};
+}
+
+/// docs/cases.md: 50 rows a second resolve a window of 0.1 s.
+Finding rows_in_force_window(const Impact& i) {
+  const double rows = i.c.output.series_per_second * i.c.measurement.force_window;
+  if (rows >= 3.0 - 1e-9) return {};
+  return Advice{"rows_in_force_window", fmt::format("output.series_per_second = {} 1/s", n(i.c.output.series_per_second)),
+                fmt::format("the moving mean behind the filtered peaks ([measurement] force_window_s = {} s) covers less than three rows",
+                            n(i.c.measurement.force_window)),
+                fmt::format("take output.series_per_second = {}", n(std::ceil(5.0 / i.c.measurement.force_window)))};
+}
+
+// ---- Snow and speed ---------------------------------------------------------------------------------------------------------------------
+
+/// Compressibility of the model, not of snow: physics of the set-up, Sect. 6; the paper's fastest flow (Fr 7, 29 m/s) has v/c_P = 0.50.
+Finding mach_number(const Impact& i) {
+  constexpr double most = 0.6;
+  const double c = wave_speed_of(make_material(i.c.material)), mach = i.speed / c;
+  if (mach <= most) return {};
+  return Advice{
+      "mach_number", fmt::format("Mach number v/c_P = {} (v = {} m/s, elastic wave speed {} m/s)", n(mach), n(i.speed), n(c)),
+      fmt::format("the snow of the model is compressed elastically where it stops: pressures are about {:.0f} % above those of snow that "
+                  "is not; the paper's fastest flow has 0.50",
+                  25.0 * mach * mach),
+      fmt::format("raise material.young_modulus_pa by a factor of {} (the time step falls with its root)",
+                  n(std::ceil(mach * mach / 0.25)))};
+}
+
+/// A layer that its own weight compresses by rho g H / (K + 4G/3) = g H / c_P^2.
+Finding wave_speed(const Impact& i) {
+  constexpr double most_settlement = 0.05, stiffest = 1000.0;
+  const double c = wave_speed_of(make_material(i.c.material)), settlement = i.c.numerics.gravity * i.depth() / (c * c);
+  if (settlement > most_settlement) {
+    return Advice{"wave_speed", fmt::format("elastic wave speed {} m/s", n(c)),
+                  fmt::format("the layer settles by {} under its own weight; the paper's snow has 58 m/s and 0.5 %",
+                              settlement < 0.5 ? fmt::format("{:.0f} %", 100.0 * settlement) : "most of its depth"),
+                  "check the unit of the stiffness: material.young_modulus_pa is in Pa, 1e6 in the paper"};
+  }
+  if (c > stiffest) {
+    return Advice{"wave_speed", fmt::format("elastic wave speed {} m/s", n(c)),
+                  fmt::format("time steps are {:.0f} times shorter than those of the paper's snow, 58 m/s", c / 58.4),
+                  "check the unit of the stiffness: material.young_modulus_pa is in Pa, 1e6 in the paper"};
+  }
+  return {};
+}
+
+/// A plastic compaction wave is slower than the flow: a shock stands or runs upstream (c^2 = K xi / ((1 + xi) rho), physics of Sect. 6).
+Finding compaction_shock(const Impact& i) {
+  const auto* snow = i.c.material.get_if<CamClay>();
+  if (snow == nullptr || !i.window()) return {};
+  const double xi = snow->hardening_xi, stiffness = bulk_modulus(snow->young_modulus, snow->poisson_ratio);
+  const double c = std::sqrt(stiffness * xi / ((1.0 + xi) * i.c.material.density()));
+  if (i.speed <= c) return {};
+  return Advice{"compaction_shock",
+                fmt::format("v = {} m/s is above the speed of plastic compaction, {} m/s (xi = {})", n(i.speed), n(c), n(xi)),
+                "a shock of compacted snow forms before the obstacle and may reach the inlet of the window",
+                fmt::format("compare with a longer conveyor.upstream_length_m, such as {} m", n(1.5 * i.belt.upstream_length))};
+}
+
+// ---- Geometry ---------------------------------------------------------------------------------------------------------------------------
+
+/// An upper bound of what gravity adds between inlet and obstacle; side walls hold some of it back.
+Finding slope(const Impact& i) {
+  constexpr double most_gain = 0.01, steepest = 60.0;  // deg
+  const double angle = i.c.numerics.slope, degrees = angle * 180.0 / std::numbers::pi;
+  if (std::abs(degrees) > steepest) {
+    return Advice{
+        "slope", fmt::format("numerics.slope_deg = {}", n(degrees)),
+        "avalanches start between 25 and 60 degrees and meet structures on flatter ground (Schweizer et al. 2003, Rev. Geophys. 41)",
+        "check the value; 90 degrees is a vertical wall"};
+  }
+  const double length = i.window() ? i.belt.upstream_length : conveyor_length(i.belt.velocity, i.c.output.duration);
+  const double squared = i.belt.velocity * i.belt.velocity + 2.0 * i.c.numerics.gravity * std::sin(angle) * length;
+  const double arrives = std::sqrt(std::max(squared, 0.0));
+  if (std::abs(arrives / i.belt.velocity - 1.0) <= most_gain) return {};
+  return Advice{
+      "slope", fmt::format("numerics.slope_deg = {}", n(degrees)),
+      fmt::format("the bed has no friction, so that the flow changes its speed on the {} m from the inlet to the obstacle, from {} to at "
+                  "most {} m/s, and its depth with it; a real avalanche is held by its bed",
+                  n(length), n(i.belt.velocity), n(arrives)),
+      fmt::format("leave the slope out and take numerics.gravity_m_s2 = {} (g cos of it), which keeps the speed, or compare the inflow "
+                  "at the obstacle",
+                  n(i.c.numerics.gravity * std::cos(angle)))};
+}
+
+/// Sect. 2.2 and 4.3 of the paper: Table 1, Table 2, w/H = 0.5 to 3, a box normal to the flow.
+Finding range_of_equations(const Impact& i) {
+  std::vector<std::string> outside;
+  const double ratio = i.width() / i.depth(), fr = i.froude();
+  if (ratio < 0.5 - 1e-9 || ratio > 3.0 + 1e-9) {
+    outside.push_back(fmt::format("w/H = {} (simulated: 0.5 to 3)", n(ratio)));
+  } else if (std::abs(ratio - 1.0) > 0.05) {
+    outside.push_back(fmt::format("w/H = {} (fitted: 1; the width changes run-up little and pressure height more, Sect. 4.3)", n(ratio)));
+  }
+  if (fr < 0.1 - 1e-9 || fr > 7.0 + 1e-9) outside.push_back(fmt::format("Fr = {} (0.1 to 7)", n(fr)));
+  const auto friction = i.c.material.critical_state_ratio();
+  if (friction && *friction > 2.3) outside.push_back(fmt::format("M' = {} (0 to 2.3)", n(*friction)));
+  const auto xi = i.c.material.hardening_xi();
+  if (xi && (*xi < 0.15 || *xi > 15.0)) outside.push_back(fmt::format("xi = {} (fitted: 0.15 to 15)", n(*xi)));
+  if (!std::holds_alternative<BoxShape>(i.mast.shape)) outside.emplace_back("the shape (fitted: a box)");
+  if (outside.empty() || !friction) return {};
+  return Advice{"range_of_equations", fmt::format("the paper's equations were not fitted to {}", fmt::join(outside, ", ")),
+                "predicted_runup_m and predicted_pressure_height_m are extrapolations here",
+                "take them as a rough comparison, not as a check of the run"};
+}
+
+/// Lower than the flow, or than the run-up that the paper's equation gives.
+Finding mast_height(const Impact& i) {
+  if (!i.mast.height) return {};
+  const double height = *i.mast.height;
+  if (height < i.depth()) {
+    return Advice{"mast_height", fmt::format("obstacle.height_m = {} m is lower than the flow, {} m", n(height), n(i.depth())),
+                  "the snow flows over the obstacle; run-up, pressure height and the equations for masts have no meaning",
+                  "check the value; left out, the mast is taller than any jet"};
+  }
+  const auto friction = i.c.material.critical_state_ratio();
+  if (!friction || i.c.numerics.gravity <= 0.0) return {};
+  const double runup = predicted_runup(*friction, i.belt.velocity, i.depth(), i.c.numerics.gravity);
+  if (height >= runup) return {};
+  return Advice{"mast_height",
+                fmt::format("obstacle.height_m = {} m is lower than the run-up by the paper's equation, {} m", n(height), n(runup)),
+                "snow passes over the top, and the run-up is that of a mast that ends there",
+                "leave out obstacle.height_m for the run-up of a tall mast"};
+}
+
+/// validation/cases/avalanche_convergence: a window of 4 w + 2 w and a belt of 6 w against 5 w + 3 w and 12 w changes run-up and force by
+/// at most 3 % (w = H).
+Finding size_of_the_window(const Impact& i) {
+  const double w = i.width();
+  std::vector<std::string> small;
+  if (i.window() && i.belt.upstream_length < 4.0 * w - 1e-6)
+    small.push_back(fmt::format("conveyor.upstream_length_m = {} (4 w = {})", n(i.belt.upstream_length), n(4.0 * w)));
+  if (i.window() && i.belt.downstream_length < 2.0 * w - 1e-6)
+    small.push_back(fmt::format("conveyor.downstream_length_m = {} (2 w = {})", n(i.belt.downstream_length), n(2.0 * w)));
+  if (i.belt.width < 6.0 * w - 1e-6) small.push_back(fmt::format("conveyor.width_m = {} (6 w = {})", n(i.belt.width), n(6.0 * w)));
+  if (small.empty()) return {};
+  return Advice{"size_of_the_window", fmt::format("{}", fmt::join(small, ", ")),
+                "inlet, outlet or side walls are nearer to the obstacle than in any case that was checked against a larger window "
+                "(validation/cases/avalanche_convergence)",
+                "take at least the values in brackets, or compare with a larger window"};
+}
+
+// ---- Plausibility -----------------------------------------------------------------------------------------------------------------------
+
+/// Limits beyond which a value is more likely a slip of the unit than an avalanche. Assumed, except where a source is given.
+std::vector<Advice> plausible_values(const Impact& i) {
+  struct Limit {
+    const char* key;
+    double value, low, high;
+    const char* unit;
+    const char* reason;
+  };
+  const Limit limits[] = {
+      {"conveyor.velocity_m_s", i.belt.velocity, 0.1, 80.0, "m/s",
+       "dense avalanches flow at up to some 60 m/s, the paper's at 0.4 to 29 m/s"},
+      {"conveyor.flow_height_m", i.depth(), 0.1, 20.0, "m", "assumed: dense avalanches are some tenths of a metre to some metres deep"},
+      {"material.density_kg_m3", i.c.material.density(), 50.0, 700.0, "kg/m^3",
+       "assumed: flowing snow has 100 to 500 kg/m^3, and 300 is a common estimate (Sect. 2.2 of the paper)"},
+      {"obstacle.width_m", i.width(), 0.1, 100.0, "m", "assumed: masts and towers are some tenths of a metre to some metres wide"},
+      {"obstacle.friction", i.mast.friction, 0.0, 1.0, "", "assumed: snow on steel or concrete has less; more friction lowers the run-up"},
+      {"output.duration_s", i.c.output.duration, 0.0, 600.0, "s", "assumed: the paper's longest run takes 120 s"},
+  };
+  std::vector<Advice> found;
+  for (const Limit& limit : limits) {
+    if (limit.value >= limit.low && limit.value <= limit.high) continue;
+    found.push_back({"plausible_values", fmt::format("{} = {} {}", limit.key, n(limit.value), limit.unit),
+                     fmt::format("outside {} to {}: {}", n(limit.low), n(limit.high), limit.reason), "check the value and its unit"});
+  }
+  return found;
+}
+
+}  // namespace
+
+std::vector<Advice> advise(const Case& c) {
+  std::vector<Advice> all;
+  if (!c.conveyor || !c.obstacle) return all;
+  const Impact impact{c, *c.conveyor, *c.obstacle, std::max(c.conveyor->velocity, Inflow(*c.conveyor).fastest())};
+  constexpr Finding (*rules[])(const Impact&) = {cells_across,         nodal_width, aligned_lattice,   splash_and_duration, flow_passage,
+                                                 rows_in_force_window, mach_number, wave_speed,        compaction_shock,    slope,
+                                                 range_of_equations,   mast_height, size_of_the_window};
+  for (const auto& rule : rules) {
+    if (Finding found = rule(impact)) all.push_back(std::move(*found));
+  }
+  for (Advice& found : plausible_values(impact)) all.push_back(std::move(found));
+  return all;
+}
+
+}  // namespace mpm

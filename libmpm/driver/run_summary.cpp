@@ -1,0 +1,52 @@
+#include "libmpm/driver/run_summary.hpp"
+
+#include <fmt/format.h>
+
+#include <cmath>
+
+namespace mpm {
+
+namespace {
+
+/// A number or that it is not known.
+std::string shown(double value, double scale) { return std::isfinite(value) ? fmt::format("{:.3g}", value * scale) : "unknown"; }
+
+}  // namespace
+
+std::string summary_text(const Results& results) {
+  if (!results.has("steady") || !results.has("force_mean_n")) return {};
+  std::string text;
+  if (results.number("steady") == 0.0) {
+    text += "no steady interval, so no means: take a longer output.duration_s\n";
+  } else {
+    struct Line {
+      const char *name, *mean, *standard_error, *numerical, *unit;
+      double scale;
+    };
+    constexpr Line lines[] = {
+        {"run-up", "runup_mean_m", "runup_standard_error_m", "runup_numerical_uncertainty_m", "m", 1.0},
+        {"pressure height", "pressure_height_mean_m", "pressure_height_standard_error_m", "pressure_height_numerical_uncertainty_m", "m",
+         1.0},
+        {"force downstream", "force_mean_n", "force_standard_error_n", "force_x_numerical_uncertainty_n", "kN", 1e-3},
+        {"overturning moment", "overturning_moment_mean_n_m", "overturning_moment_standard_error_n_m",
+         "overturning_moment_numerical_uncertainty_n_m", "kN m", 1e-3},
+    };
+    text += fmt::format("means from {:.3g} to {:.3g} s:\n", results.number("steady_from_s"), results.number("steady_to_s"));
+    for (const Line& line : lines) {
+      text +=
+          fmt::format("  {:<20}{:>8} {:<5} +- {} (statistics) +- {} (grid)\n", line.name, shown(results.number(line.mean), line.scale),
+                      line.unit, shown(results.number(line.standard_error), line.scale), shown(results.number(line.numerical), line.scale));
+    }
+    text +=
+        "  statistics: standard error of the mean in time; grid: estimated from published grid studies at this resolution, not from this "
+        "run; neither contains snow and model\n";
+    text += fmt::format("  moment about the mast's own axis, x = {:.3g} m, at the ground\n", results.number("overturning_moment_axis_x_m"));
+  }
+  text += fmt::format("highest force {} kN (mean over {:.2g} s, at {:.3g} s); over a row of {:.2g} s {} kN at {:.3g} s\n",
+                      shown(results.number("force_filtered_peak_n"), 1e-3), results.number("force_window_s"),
+                      results.number("force_filtered_peak_time_s"), results.number("force_interval_s"),
+                      shown(results.number("force_peak_n"), 1e-3), results.number("force_peak_time_s"));
+  return text;
+}
+
+}  // namespace mpm

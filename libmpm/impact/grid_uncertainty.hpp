@@ -1,0 +1,40 @@
+#pragma once
+/// Numerical uncertainty of an impact, from what grid studies have shown at the same resolution. A run computes on one grid and cannot know
+/// its own grid error; `mpm converge` estimates it for one case from several grids.
+
+#include <cstdint>
+
+#include "libmpm/boundary/contact.hpp"
+#include "libmpm/core/transfer.hpp"
+
+namespace mpm {
+
+/// How a run resolves its obstacle.
+struct GridResolution {
+  ContactRule contact = ContactRule::nodal;  ///< where the obstacle acts
+  Transfer transfer = Transfer::apic;        ///< velocities between grid and particles
+  /// What is known depends on the plan of the obstacle.
+  enum class Plan : std::uint8_t { box, cylinder, wedge } plan = Plan::box;  ///< which
+  double cells = 0.0;                                                        ///< in the smaller of the obstacle's width and the flow height
+  double width_excess = 0.0;  ///< what nodal contact adds to the width: rows of nodes on the obstacle, times dx over w, minus 1
+};
+
+/// Relative to the value of the run: the value of an infinitely fine grid is expected within this to either side. Contains the distance to
+/// the limit and the uncertainty of the limit. NaN: not known (less than three cells).
+struct GridUncertainty {
+  double runup, pressure_height, force, moment;
+};
+
+/// Linear in the cell size between the grids that were studied; beyond the finest, the distance to the limit is taken to fall with the cell
+/// size (first order). The uncertainty of the overturning moment is that of the force and that of the pressure height, on which its arm
+/// depends, in sum.
+///
+/// Sources: validation/cases/avalanche_convergence (Fr 3, M = 0.4, frictionless mast, w = H: both families of grids, both rules of contact)
+/// and docs/cases.md (cylinder, wedge). Other snow, speeds and widths may do worse or better.
+[[nodiscard]] GridUncertainty grid_uncertainty(const GridResolution& resolution);
+
+/// Rows of nodes on an obstacle with a plane of symmetry on a row, times dx, over its width: 1 + 1/n for an even number n of cells across
+/// it, 1 for an odd one. @param cells_across  w/dx > 0
+[[nodiscard]] double nodal_width_ratio(double cells_across);
+
+}  // namespace mpm

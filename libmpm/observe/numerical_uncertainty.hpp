@@ -1,0 +1,46 @@
+#pragma once
+/// The numerical uncertainty of the main means, from what is known at the run's resolution.
+
+#include <cmath>
+#include <string>
+
+#include "libmpm/impact/grid_uncertainty.hpp"
+#include "libmpm/observe/observer.hpp"
+#include "libmpm/observe/transient_force.hpp"
+
+namespace mpm {
+
+/// Entries of results.json only: the relative uncertainties of grid_uncertainty.hpp times the means.
+class NumericalUncertainty : public Observer {
+ public:
+  /// @param relative  of each quantity; NaN: unknown. @param axis  m, as of TransientForce
+  NumericalUncertainty(const GridUncertainty& relative, double axis) : relative_(relative), axis_(axis) {}
+
+  [[nodiscard]] std::string name() const override { return "numerical_uncertainty"; }
+  [[nodiscard]] Source source() const override { return Source::run; }
+
+  [[nodiscard]] std::vector<Result> summary(const Summary& end) const override {
+    const auto of = [](double relative, double mean) { return relative * std::abs(mean); };
+    const auto meaning = [](const char* what) {
+      return std::string("numerical uncertainty of the mean ") + what +
+             ": grid and time step, estimated from published grid studies at this resolution, not from this run; without statistics, snow "
+             "and model";
+    };
+    const std::vector<double> moments = overturning_moment(end.series["moment_y_n_m"], end.series["force_z_n"], axis_);
+    const double moment = end.span.steady ? estimate_mean(std::span(moments).subspan(end.span.first, end.span.last - end.span.first)).mean
+                                          : MeanEstimate::none;
+    return {{"runup_numerical_uncertainty_m", of(relative_.runup, end.mean("runup_m").mean), "m", meaning("run-up"), Nature::uncertainty},
+            {"pressure_height_numerical_uncertainty_m", of(relative_.pressure_height, end.mean("pressure_height_m").mean), "m",
+             meaning("pressure height"), Nature::uncertainty},
+            {"force_x_numerical_uncertainty_n", of(relative_.force, end.mean("force_x_n").mean), "N", meaning("stream-wise force"),
+             Nature::uncertainty},
+            {"overturning_moment_numerical_uncertainty_n_m", of(relative_.moment, moment), "N m", meaning("overturning moment"),
+             Nature::uncertainty}};
+  }
+
+ private:
+  GridUncertainty relative_;
+  double axis_;
+};
+
+}  // namespace mpm

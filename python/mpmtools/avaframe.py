@@ -1,0 +1,251 @@
+"""An avalanche of AvaFrame's com1DFA as the inflow of a case: depth and speed over time at one point of its rasters.
+
+com1DFA writes, for each exported time step, DIR/Outputs/com1DFA/peakFiles/timeSteps/NAME_FT_t12.00.asc (flow thickness, m, normal to the
+ground) and NAME_FV_t12.00.asc (speed, m/s), as ESRI ASCII grids or GeoTIFF, on the grid of the DEM in DIR/Inputs. Older versions call the
+thickness FD.
+"""
+
+import math
+import os
+import re
+from typing import NamedTuple
+
+import numpy as np
+
+from mpmtools.errors import ConfigError, InputError
+from mpmtools.equations import STANDARD_GRAVITY
+
+NAME = re.compile(r"^(?P<simulation>.+)_(?P<quantity>FT|FD|FV)_t(?P<time>\d+(?:\.\d+)?)\.(?:asc|tif|tiff)$", re.IGNORECASE)
+EXPORT = "in com1DFACfg.ini, [GENERAL], set resType = ppr|pft|pfv|FT|FV and tSteps = 0:1 (every second), and run com1DFA again"
+LEAST_DEPTH = 0.1  # m: below, the flow is not an avalanche that a grid can resolve (assumed)
+MOST_DEPTH, MOST_SPEED = 100.0, 200.0  # m, m/s: beyond, the unit is wrong
+PATCH = 50.0  # m: way before the point over which the ground is compared with a plane
+
+
+class Raster:
+    """A grid of square cells with north up. data[0] is the northern row; x0, y0: centre of the south-western cell, m."""
+
+    def __init__(self, data, x0, y0, cell_size, path):
+        self.data, self.x0, self.y0, self.cell_size, self.path = data, x0, y0, cell_size, path
+
+    def at(self, x, y):
+        """Bilinear between cell centres; NaN beside cells without data. @throws ConfigError for points outside"""
+        rows, columns = self.data.shape
+        i, j = (x - self.x0) / self.cell_size, (y - self.y0) / self.cell_size
+        if not (0.0 <= i <= columns - 1 and 0.0 <= j <= rows - 1):
+            east, north = self.x0 + (columns - 1) * self.cell_size, self.y0 + (rows - 1) * self.cell_size
+            raise ConfigError(f"--at {x:g},{y:g} is outside {self.path}, which covers x from {self.x0:g} to {east:g} and y from {self.y0:g} to "
+                              f"{north:g}; give coordinates in the system of the raster")
+        left, below = min(int(i), columns - 2), min(int(j), rows - 2)
+        a, b = i - left, j - below
+        corners = self.data[rows - 2 - below:rows - below, left:left + 2]  # north, south
+        weights = np.array([[b * (1 - a), b * a], [(1 - b) * (1 - a), (1 - b) * a]])
+        return float(np.sum(weights * corners, where=weights > 0.0))
+
+
+def read_ascii(path):
+    """An ESRI ASCII grid."""
+    header, values = {}, []
+    try:
+        with open(path, encoding="ascii", errors="replace") as file:
+            lines = file.read().splitlines()
+    except OSError as error:
+        raise InputError(f"cannot read '{path}': {error.strerror}") from None
+    start = 0
+    for start, line in enumerate(lines):
+        words = line.split()
+        if len(words) != 2 or not words[0][0].isalpha():
+            break
+        try:
+            header[words[0].lower()] = float(words[1])
+        except ValueError:
+            raise InputError(f"{path}:{start + 1}: '{line.strip()}' is no entry of the header; export the raster again") from None
+    missing = [key for key in ("ncols", "nrows", "cellsize") if key not in header]
+    if missing:
+        raise InputError(f"{path}: the header has no {', '.join(missing)}; is it an ESRI ASCII grid?")
+    try:
+        values = np.array(" ".join(lines[start:]).split(), float)
+    except ValueError as error:
+        raise InputError(f"{path}: {error}; export the raster again") from None
+    rows, columns, cell = int(header["nrows"]), int(header["ncols"]), header["cellsize"]
+    if values.size != rows * columns:
+        raise InputError(f"{path}: {values.size} values, {rows} x {columns} are needed; the file is cut off, export it again")
+    values[values == header.get("nodata_value", -9999.0)] = np.nan
+    half = 0.5 * cell  # corner or centre
+    corner = [header.get(f"{axis}llcenter", header.get(f"{axis}llcorner", 0.0) + half) for axis in "xy"]
+    return Raster(values.reshape(rows, columns), *corner, cell, path)
+
+
+def read_geotiff(path):
+    try:
+        import rasterio
+    except ImportError:
+        raise InputError(f"{path}: Debian's python3-rasterio is needed for GeoTIFF; install it, or export ESRI ASCII grids") from None
+    try:
+        with rasterio.open(path) as file:
+            data = file.read(1, masked=True).astype(float).filled(np.nan)
+            transform, projection = file.transform, file.crs
+    except rasterio.errors.RasterioIOError as error:
+        raise InputError(f"cannot read '{path}': {error}") from None
+    if projection is not None and projection.is_geographic:
+        raise InputError(f"{path}: its coordinates are degrees ({projection}); reproject it to a system in metres")
+    if transform.b or transform.d or abs(transform.a + transform.e) > 1e-6 * transform.a:
+        raise InputError(f"{path}: its cells are turned or not square; resample it with north up")
+    return Raster(data, transform.c + 0.5 * transform.a, transform.f + (data.shape[0] - 0.5) * transform.e, transform.a, path)
+
+
+def read_raster(path):
+    return read_geotiff(path) if path.lower().endswith((".tif", ".tiff")) else read_ascii(path)
+
+
+class Ground(NamedTuple):
+    """The ground at the point."""
+
+    slope: float  # rad
+    direction: float  # of the steepest descent, rad from east, counter-clockwise
+    unevenness: float  # m: largest distance from the best plane over PATCH before the point; NaN: not inside the DEM
+
+
+def ground_at(dem, x, y):
+    h = dem.cell_size
+    gx, gy = (dem.at(x + h, y) - dem.at(x - h, y)) / (2 * h), (dem.at(x, y + h) - dem.at(x, y - h)) / (2 * h)
+    if not (math.isfinite(gx) and math.isfinite(gy)):
+        raise ConfigError(f"{dem.path}: no elevation at {x:g},{y:g}; give a point inside the terrain")
+    direction = math.atan2(-gy, -gx)
+    along, across = np.meshgrid(np.arange(0.0, PATCH + h, h), np.arange(-0.25 * PATCH, 0.25 * PATCH + h, h))
+    c, s = math.cos(direction), math.sin(direction)
+    try:
+        z = np.array([dem.at(x - a * c - b * s, y - a * s + b * c) for a, b in zip(along.ravel(), across.ravel())])
+        plane = np.column_stack([np.ones(z.size), along.ravel(), across.ravel()])
+        rest = z - plane @ np.linalg.lstsq(plane, z, rcond=None)[0]
+        unevenness = float(np.max(np.abs(rest)))
+    except (ConfigError, np.linalg.LinAlgError):
+        unevenness = math.nan
+    return Ground(math.atan(math.hypot(gx, gy)), direction, unevenness)
+
+
+def time_steps(folder, simulation=None):
+    """{time: {"depth": path, "speed": path}} of one simulation. @param folder of the avalanche, or of the time steps"""
+    inside = os.path.join(folder, "Outputs", "com1DFA", "peakFiles", "timeSteps")
+    where = inside if os.path.isdir(inside) else folder
+    if not os.path.isdir(where):
+        raise InputError(f"{folder}: there is no such folder")
+    found = {}
+    for name in sorted(os.listdir(where)):
+        match = NAME.match(name)
+        if match:
+            quantity = "speed" if match["quantity"].upper() == "FV" else "depth"
+            found.setdefault(match["simulation"], {}).setdefault(float(match["time"]), {})[quantity] = os.path.join(where, name)
+    if not found:
+        raise InputError(f"{where}: no rasters of flow thickness and speed at time steps (NAME_FT_t1.00.asc, NAME_FV_t1.00.asc); peak values "
+                         f"alone do not say how the flow varies in time: {EXPORT}")
+    if simulation is None and len(found) > 1:
+        raise ConfigError(f"{where} holds {len(found)} simulations; choose one with --simulation: {', '.join(found)}")
+    name = simulation or next(iter(found))
+    if name not in found:
+        raise ConfigError(f"--simulation {name}: there is none of this name, only {', '.join(found)}")
+    steps = {time: files for time, files in sorted(found[name].items()) if len(files) == 2}
+    if len(steps) < 2:
+        raise InputError(f"{where}: {len(steps)} time steps of {name} have both FT and FV, two are needed: {EXPORT}")
+    return name, steps
+
+
+def find_dem(folder):
+    inputs = os.path.join(folder, "Inputs")
+    names = [n for n in sorted(os.listdir(inputs)) if n.lower().endswith((".asc", ".tif", ".tiff"))] if os.path.isdir(inputs) else []
+    if len(names) != 1:
+        raise ConfigError(f"{inputs}: {len(names)} rasters that may be the DEM; give it with --dem FILE")
+    return os.path.join(inputs, names[0])
+
+
+def flow_at(steps, x, y):
+    """Times (s), depths (m) and speeds (m/s) at a point; where there is no data the depth is 0."""
+    times = np.array(list(steps))
+    depth = np.nan_to_num([read_raster(files["depth"]).at(x, y) for files in steps.values()])
+    speed = np.nan_to_num([read_raster(files["speed"]).at(x, y) for files in steps.values()])
+    for values, most, unit, what in ((depth, MOST_DEPTH, "m", "thickness"), (speed, MOST_SPEED, "m/s", "speed")):
+        if values.max() > most:
+            raise InputError(f"the flow's {what} at {x:g},{y:g} reaches {values.max():g}, more than {most:g} {unit}; check the unit of the rasters")
+    return times, depth, speed
+
+
+def passage(times, depth, speed, least_depth):
+    """The rows of the flow while it is deeper than `least_depth` and moves, around its strongest moment, from time 0."""
+    flows = (depth >= least_depth) & (speed > 0.1)
+    if not flows.any():
+        raise ConfigError(f"the flow is nowhere deeper than {least_depth:.3g} m at this point (at most {depth.max():.3g} m); choose a point in "
+                          "its path")
+    peak = int(np.argmax(np.where(flows, depth * speed**2, -1.0)))
+    first, last = peak, peak
+    while first > 0 and flows[first - 1]:
+        first -= 1
+    while last + 1 < len(times) and flows[last + 1]:
+        last += 1
+    if first == last:
+        raise ConfigError("the flow passes this point within one time step; " + EXPORT.replace("0:1", "0:0.2").replace("every second", "every 0.2 s"))
+    part = slice(first, last + 1)
+    return times[part] - times[first], depth[part], speed[part]
+
+
+CASE = """\
+title = "{title}"
+
+[material]                     # dry, loose snow of the paper (Sect. 4.3); choose your own
+critical_state_slope = 0.5
+cohesion_beta = 0.15
+hardening_xi = 0.5
+density_kg_m3 = {density:g}
+
+[conveyor]
+inflow_csv = "inflow.csv"      # time, depth normal to the ground, speed
+upstream_length_m = {upstream:g}
+downstream_length_m = {downstream:g}
+
+[obstacle]
+width_m = {width:g}
+depth_m = {width:g}
+
+[numerics]
+cell_size_m = {cell:.6g}
+gravity_m_s2 = {gravity:.6g}   # g cos(slope), slope {slope:.1f} degrees: the ground holds the flow at its speed
+
+[output]
+duration_s = {duration:g}
+"""
+
+
+def import_avalanche(folder, x, y, width, out, simulation=None, dem=None, density=200.0):
+    """Writes inflow.csv and case.toml. @return lines for the user"""
+    name, steps = time_steps(folder, simulation)
+    ground = ground_at(read_raster(dem or find_dem(folder)), x, y)
+    times, depth, speed = flow_at(steps, x, y)
+    cell = min(width, depth.max()) / 5.0 if depth.max() > 0.0 else width / 5.0
+    times, depth, speed = passage(times, depth, speed, max(LEAST_DEPTH, cell))
+    reach = width * math.ceil(max(width, math.sqrt(width * depth.max())) / width)
+    try:
+        os.makedirs(out, exist_ok=True)
+        with open(os.path.join(out, "inflow.csv"), "w", encoding="utf-8") as file:
+            file.write("time_s,depth_m,velocity_m_s\n" + "".join(f"{t:.6g},{d:.6g},{v:.6g}\n" for t, d, v in zip(times, depth, speed)))
+        with open(os.path.join(out, "case.toml"), "w", encoding="utf-8") as file:
+            file.write(CASE.format(title=f"{name} at {x:g}, {y:g}".replace('"', "'"), density=density, width=width, cell=cell, upstream=4 * reach,
+                                   downstream=width + reach, gravity=STANDARD_GRAVITY * math.cos(ground.slope), slope=math.degrees(ground.slope),
+                                   duration=math.ceil(times[-1])))
+    except OSError as error:
+        raise InputError(f"cannot write to '{out}': {error.strerror}") from None
+    lines = [f"{name}: {len(times)} time steps, {times[-1]:.3g} s; depth up to {depth.max():.3g} m, speed up to {speed.max():.3g} m/s",
+             f"slope {math.degrees(ground.slope):.1f} degrees, falling towards {math.degrees(ground.direction) % 360:.0f} degrees from east"]
+    if math.isfinite(ground.unevenness):
+        size = "less than 0.01" if ground.unevenness < 0.01 else f"up to {ground.unevenness:.2g}"
+        lines.append(f"the ground differs by {size} m from a plane over {PATCH:g} m before the point; the run takes a plane")
+    lines.append(f"wrote {os.path.join(out, 'inflow.csv')} and case.toml: mpm check {os.path.join(out, 'case.toml')}")
+    return lines
+
+
+def run_command(options):
+    try:
+        x, y = (float(part) for part in options.at.split(","))
+    except ValueError:
+        raise ConfigError(f"--at {options.at}: give two coordinates, X,Y") from None
+    if not 0.05 <= options.mast_width <= 100.0:
+        raise ConfigError(f"--mast-width {options.mast_width:g}: give metres from 0.05 to 100")
+    print("\n".join(import_avalanche(options.directory, x, y, options.mast_width, options.out, options.simulation, options.dem, options.density)))

@@ -1,0 +1,9 @@
+"""The page of `mpm design`: loads of an avalanche on a mast, from an ensemble of runs.
+
+  ensemble      the folder: plan and runs
+  loads         what is taken from one run: heights, forces, moments, profiles
+  oscillator    what a mast feels: response of an oscillator, shock response spectrum
+  uncertainty   grid convergence index, and how uncertainties add
+  comparison    the guideline and the paper's equations for the same site
+  figures, page drawing and writing
+"""

@@ -1,0 +1,56 @@
+"""The folder of a design: its plan, and a Run for each snow and grid."""
+
+import json
+import os
+
+from mpmtools.errors import InputError
+from mpmtools.run import Run
+
+FORMAT_VERSION = 1
+
+
+class Ensemble:
+    """plan: design_plan.json as a dict; runs[snow][grid]: Run, snows and grids (coarse first) in the order of the plan."""
+
+    def __init__(self, folder):
+        self.folder = str(folder)
+        path = os.path.join(self.folder, "design_plan.json")
+        try:
+            with open(path, encoding="utf-8") as file:
+                self.plan = json.load(file)
+        except FileNotFoundError:
+            raise InputError(f"{path}: there is no such file; give the folder of `mpm design`") from None
+        except ValueError as error:
+            raise InputError(f"{path}: {error}; run `mpm design` again") from None
+        if self.plan.get("format_version") != FORMAT_VERSION:
+            raise InputError(f"{path}: format version {self.plan.get('format_version')}, this program reads {FORMAT_VERSION}")
+        self.runs = [[None] * len(self.plan["grids"]) for _ in self.plan["snows"]]
+        unfinished = []
+        for entry in self.plan["runs"]:
+            folder = os.path.join(self.folder, "runs", entry["name"])
+            if os.path.exists(os.path.join(folder, "results.json")):
+                self.runs[entry["snow"]][entry["grid"]] = Run(folder)
+            else:
+                unfinished.append(folder)
+        if unfinished:
+            raise InputError(f"{len(unfinished)} runs are not finished, first {unfinished[0]}; `mpm design` runs what is missing")
+
+    @property
+    def sizes(self):
+        """Cell sizes, m, coarse first."""
+        return [grid["cell_size_m"] for grid in self.plan["grids"]]
+
+    @property
+    def finest(self):
+        """The run of each snow on the finest grid."""
+        return [row[-1] for row in self.runs]
+
+    @property
+    def middle(self):
+        """Number of the snow in the middle of the range, by M'."""
+        order = sorted(range(len(self.runs)), key=lambda i: self.plan["snows"][i]["effective_friction"])
+        return order[(len(order) - 1) // 2]
+
+    def label(self, snow):
+        """Of a snow, for figures."""
+        return self.plan["snows"][snow]["name"].replace("_", " ")

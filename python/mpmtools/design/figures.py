@@ -1,0 +1,218 @@
+"""The figures of the design page; each returns a Picture with its caption, or None where there is nothing to draw."""
+
+import numpy as np
+from matplotlib.patches import Polygon, Rectangle
+
+from mpmtools.design.oscillator import shock_response_spectrum
+from mpmtools.figures.axes import Picture, new_axes, picture
+from mpmtools.figures.run_pictures import STRIP
+from mpmtools.figures.style import COLOURS, MARKERS, STRESS_COLOURS, finish_axes, plt, png_data
+
+GREY = "#5a6675"
+FREQUENCIES = np.geomspace(0.2, 20.0, 61)  # Hz, of the shock response spectrum
+DEFAULT_DAMPING = 0.02
+
+
+def colour(snow):
+    return COLOURS[snow % len(COLOURS)]
+
+
+def mark_heights(axes, plan, values):
+    """Flow depth, and the middle snow's heights."""
+    for value, label, style in ((plan["flow"]["depth_m"], "flow depth H", ":"), (values["pressure_height_mean_m"].value, "pressure height", "--"),
+                                (values["runup_mean_m"].value, "run-up, mean", "-.")):
+        if np.isfinite(value):
+            axes.axhline(value, color=GREY, linestyle=style, linewidth=1.2, label=f"{label}: {value:.3g} m")
+
+
+def side_view(ensemble, loads):
+    """Particles near the axis at the end of the middle snow's finest run, by pressure, with the heights."""
+    run, values, plan = loads.run, loads.values, ensemble.plan
+    if run.final is None:
+        return None
+    position, stress, ratio = (run.final[name] for name in ("position_m", "kirchhoff_stress_pa", "volume_ratio"))
+    depth, width, height = plan["mast"]["depth_m"], plan["mast"]["width_m"], plan["flow"]["depth_m"]
+    reach = max(width, height)
+    near = (np.abs(position[:, 1]) <= STRIP * width) & (position[:, 0] > -5.0 * reach) & (position[:, 0] < depth + 3.0 * reach)
+    x, z, colours = position[near, 0], position[near, 2], -1e-3 * (stress[near, 0] / ratio[near])
+    order = np.argsort(-np.abs(position[near, 1]))
+    highest = [values["runup_mean_m"].value, values["pressure_height_mean_m"].value, 2.0 * height]
+    top = max(1.08 * float(np.percentile(z, 99.99)) if z.size else 0.0, 1.1 * float(np.nanmax(highest)))
+    length = 8.0 * reach + depth
+    figure, axes = plt.subplots(figsize=(7.5, float(np.clip(5.6 * top / length + 1.1, 2.6, 8.0))), layout="constrained")
+    most = max(float(np.percentile(colours, 99.0)), 1.0)
+    dot = max(0.6, (0.9 * run.particle_spacing / length * 5.6 * 72.0) ** 2)
+    points = axes.scatter(x[order], z[order], c=colours[order], s=dot, cmap=STRESS_COLOURS.reversed(), vmin=0.0, vmax=most, linewidths=0,
+                          rasterized=True)
+    axes.add_patch(Rectangle((0.0, 0.0), depth, plan["mast"]["height_m"] or 2.0 * top, facecolor="0.85", edgecolor="0.2", hatch="///"))
+    axes.axhline(0.0, color="0.2", linewidth=1.5)
+    mark_heights(axes, plan, values)
+    axes.set(xlim=(-5.0 * reach, depth + 3.0 * reach), ylim=(-0.02 * top, top), xlabel="x (m), 0 at the front of the mast", ylabel="height z (m)")
+    axes.set_title(f"Side view at t = {run.final.time:.1f} s, snow {ensemble.label(ensemble.middle)}", fontsize=10.5, loc="left")
+    axes.set_aspect("equal")
+    figure.colorbar(points, ax=axes, label="pressure (kPa)", extend="max", shrink=0.85)
+    axes.legend(fontsize=7.5, loc="upper right", framealpha=0.85, edgecolor="none")
+    return Picture("Side view", f"Particles with |y| below {STRIP * width:.2g} m on the finest grid ({run.cell_size:.3g} m), at the end of the run.",
+                   png_data(figure))
+
+
+def view_3d(ensemble, loads, most=60000):
+    """All particles at the end of the same run, seen from upstream at an angle; the far ones first."""
+    run, plan = loads.run, ensemble.plan
+    if run.final is None:
+        return None
+    position, velocity = run.final["position_m"], run.final["velocity_m_s"]
+    if run.mirrored_y:
+        position = np.concatenate([position, position * [1.0, -1.0, 1.0]])
+        velocity = np.concatenate([velocity, velocity])
+    share = max(1.0, len(position) / most)
+    keep = np.arange(0.0, len(position), share).astype(int)
+    position, speed = position[keep], np.linalg.norm(velocity[keep], axis=1)
+    turn, tilt = np.radians(35.0), np.radians(22.0)
+
+    def project(p):
+        """(across, up, distance) seen from upstream, from the left and from above."""
+        p = np.asarray(p, float)
+        forward = p[:, 0] * np.cos(turn) + p[:, 1] * np.sin(turn)
+        across = p[:, 0] * np.sin(turn) - p[:, 1] * np.cos(turn)
+        return across, p[:, 2] * np.cos(tilt) + forward * np.sin(tilt), forward * np.cos(tilt) - p[:, 2] * np.sin(tilt)
+
+    across, up, distance = project(position)
+    order = np.argsort(-distance)
+    figure, axes = plt.subplots(figsize=(7.5, 5.2), layout="constrained")
+    extent = max(np.ptp(across), 1e-9)
+    dot = max(0.5, (1.1 * run.particle_spacing * share ** (1.0 / 3.0) / extent * 6.3 * 72.0) ** 2)
+    depth, height = plan["mast"]["depth_m"], plan["mast"]["height_m"] or float(np.max(position[:, 2]))
+    corners = np.array(run.obstacle_outline)
+    _, _, front = project(np.array([[0.5 * depth, 0.0, 0.0]]))
+    behind, before = order[distance[order] > front[0]], order[distance[order] <= front[0]]
+    shown = dict(s=dot, cmap="viridis", vmin=0.0, vmax=float(np.percentile(speed, 99.5)), linewidths=0, rasterized=True)
+    axes.scatter(across[behind], up[behind], c=speed[behind], zorder=1, **shown)
+    top = np.column_stack([corners, np.full(len(corners), height)])
+    faces = [np.array([[*a, 0.0], [*b, 0.0], [*b, height], [*a, height]]) for a, b in zip(corners, np.roll(corners, -1, axis=0))] + [top]
+    for face in sorted(faces, key=lambda f: -project(f)[2].mean()):
+        a, u, _ = project(face)
+        axes.add_patch(Polygon(np.column_stack([a, u]), facecolor="#b9c0c9", edgecolor="#4a5462" if len(corners) < 20 else "#b9c0c9", linewidth=0.6,
+                               zorder=2))
+    points = axes.scatter(across[before], up[before], c=speed[before], zorder=3, **shown)
+    axes.set_aspect("equal")
+    axes.axis("off")
+    axes.set_title(f"The snow at the mast at t = {run.final.time:.1f} s, snow {ensemble.label(ensemble.middle)}", fontsize=10.5, loc="left")
+    figure.colorbar(points, ax=axes, label="speed (m/s)", shrink=0.7)
+    return Picture("View in three dimensions", "Seen from upstream; the mast is grey. " + (
+        "Half of it was computed, and is mirrored here." if run.mirrored_y else ""), png_data(figure))
+
+
+def pressure_over_height(ensemble, all_loads):
+    axes = new_axes(6.6, 4.6)
+    finest = [loads.profiles for loads in all_loads]
+    z = finest[0]["z_m"]
+    shown = (("first_impact", "first impact", COLOURS[1]), ("steady_peak", "steady, highest 0.1 s", COLOURS[2]), ("mean", "steady, mean", COLOURS[0]))
+    for key, label, shade in shown:
+        curves = 1e-3 * np.array([p[key] for p in finest])
+        if not np.isfinite(curves).any():
+            continue
+        low, high = np.nanmin(curves, axis=0), np.nanmax(curves, axis=0)
+        axes.fill_betweenx(z, low, high, color=shade, alpha=0.25, linewidth=0)
+        axes.plot(curves[ensemble.middle], z, color=shade, linewidth=1.8, label=f"{label}, {ensemble.label(ensemble.middle)}")
+    middle = finest[ensemble.middle]
+    if np.isfinite(middle["stress"]).any():
+        axes.plot(1e-3 * middle["stress"], z, color=GREY, linewidth=1.0, linestyle=(0, (4, 2)), label="steady mean of the stress before the mast")
+    mark_heights(axes, ensemble.plan, all_loads[ensemble.middle].values)
+    axes.set_xlim(left=min(0.0, axes.get_xlim()[0]))
+    axes.set_ylim(0.0, z[-1])
+    return picture(axes, "Pressure over height", "pressure (kPa)", "height z (m)",
+                   "Force per height that the mast took, over its width: impulses on all its sides, exact sums over the time steps. Bands: all "
+                   "snows. 'Highest' is at each height the highest moving mean over 0.1 s, not at one time: an envelope. The dashed profile is "
+                   "the paper's definition, the stress of the snow in a box before the mast.", fontsize=8)
+
+
+def over_time(ensemble, all_loads, quantity):
+    """Force or moment of all snows on the finest grid."""
+    axes = new_axes(6.6, 4.2)
+    middle = all_loads[ensemble.middle]
+    raw, unit = (middle.force, "kN") if quantity == "force" else (middle.moment, "kN m")
+    axes.plot(middle.time, 1e-3 * raw, color="0.78", linewidth=0.8, label=f"rows of {middle.interval:.2g} s, {ensemble.label(ensemble.middle)}")
+    for snow, loads in enumerate(all_loads):
+        smooth = loads.smooth_force if quantity == "force" else loads.smooth_moment
+        axes.plot(loads.time, 1e-3 * smooth, color=colour(snow), linewidth=1.5, label=f"mean over 0.1 s, {ensemble.label(snow)}")
+    steady = [loads.time[loads.steady][0] for loads in all_loads if loads.is_steady]
+    if steady:
+        axes.axvspan(max(steady), middle.time[-1], color="0.94", zorder=0)
+    axes.axvline(2.0 * middle.run.velocity / middle.run.gravity, color=GREY, linestyle=":", linewidth=1.2, label="2v/g: the splash is back")
+    axes.set_xlim(0.0, middle.time[-1])
+    axes.set_ylim(min(0.0, 1.1e-3 * min(np.min(loads.smooth_force if quantity == "force" else loads.smooth_moment) for loads in all_loads)), None)
+    if quantity == "force":
+        return picture(axes, "Force downstream over time", "time since the front reached the mast (s)", f"force ({unit})",
+                       "Finest grid. Grey area: steady interval, over which means are taken.", fontsize=8)
+    return picture(axes, "Overturning moment over time", "time since the front reached the mast (s)", f"moment ({unit})",
+                   f"About the mast's own axis (x = {middle.axis:.3g} m) at the ground, positive downstream.", fontsize=8)
+
+
+def runup_over_time(ensemble, all_loads):
+    axes = new_axes(6.6, 4.2)
+    for snow, loads in enumerate(all_loads):
+        axes.plot(loads.time, loads.runup, color=colour(snow), linewidth=1.2, label=f"run-up, {ensemble.label(snow)}")
+        axes.plot(loads.time, loads.pressure_height, color=colour(snow), linewidth=1.0, linestyle="--")
+    axes.plot([], [], color=GREY, linestyle="--", label="pressure height")
+    flow = ensemble.plan["flow"]
+    bound = flow["depth_m"] + flow["velocity_m_s"] ** 2 / (2.0 * flow["gravity_m_s2"])
+    axes.axhline(bound, color=GREY, linestyle=":", label=f"Bernoulli's bound: {bound:.3g} m")
+    axes.set_xlim(0.0, all_loads[0].time[-1])
+    axes.set_ylim(0.0, None)
+    return picture(axes, "Run-up and pressure height over time", "time since the front reached the mast (s)", "height (m)",
+                   "Run-up is the highest particle in a strip before the mast. The first splash can pass the bound, which holds for steady flow.",
+                   fontsize=8)
+
+
+def damping_of_spectrum(plan):
+    return plan["modes"][0]["damping_ratio"] if plan["modes"] else DEFAULT_DAMPING
+
+
+def spectra(ensemble, all_loads):
+    """Largest equivalent static force (N) at FREQUENCIES, a row for each snow."""
+    damping = damping_of_spectrum(ensemble.plan)
+    return np.array([shock_response_spectrum(loads.interval, loads.force, FREQUENCIES, damping) for loads in all_loads])
+
+
+def shock_spectrum(ensemble, all_loads, spectrum):
+    axes = new_axes(6.6, 4.2)
+    for snow, loads in enumerate(all_loads):
+        axes.plot(FREQUENCIES, 1e-3 * spectrum[snow], color=colour(snow), linewidth=1.6, label=ensemble.label(snow))
+        mean = loads.values["force_mean_n"].value
+        if np.isfinite(mean):
+            axes.axhline(1e-3 * mean, color=colour(snow), linewidth=0.8, linestyle=":")
+    for mode in ensemble.plan["modes"]:
+        axes.axvline(mode["frequency_hz"], color=GREY, linewidth=1.0, linestyle="--")
+    axes.set_xscale("log")
+    axes.set_xticks([0.2, 0.5, 1, 2, 5, 10, 20], ["0.2", "0.5", "1", "2", "5", "10", "20"])
+    axes.minorticks_off()
+    axes.set_ylim(0.0, None)
+    damping = damping_of_spectrum(ensemble.plan)
+    return picture(axes, "Shock response spectrum", "eigenfrequency of the mast (Hz)", "equivalent static force (kN)",
+                   f"Largest response of an oscillator to the computed force, damping {100 * damping:.3g} % of critical. Dotted: steady mean force. "
+                   "Dashed: the modes of the site file. The force is known in rows of "
+                   f"{1e3 * all_loads[0].interval:.3g} ms: above 10 Hz the first contact is not resolved.", fontsize=8)
+
+
+def grid_convergence(ensemble, table):
+    """Heights and force over the cell size, relative to the finest grid, with the grid uncertainty there."""
+    sizes = ensemble.sizes
+    figure, panels = plt.subplots(3, 1, figsize=(6.6, 5.6), layout="constrained", sharex=True)
+    figure.suptitle("Grids: value over that of the finest grid", fontsize=10.5, x=0.02, ha="left")
+    for axes, (key, label) in zip(panels, (("runup_mean_m", "run-up"), ("pressure_height_mean_m", "pressure height"), ("force_mean_n", "force"))):
+        for snow, row in enumerate(table):
+            entry = row[key]
+            if not np.isfinite(entry.value):
+                continue
+            at = np.array(sizes) * (1.0 + 0.012 * (snow - 0.5 * (len(table) - 1)))  # side by side
+            axes.plot(at, np.array(entry.by_grid) / entry.value, color=colour(snow), marker=MARKERS[snow % len(MARKERS)], linewidth=1.2,
+                      label=ensemble.label(snow))
+            if np.isfinite(entry.grid):
+                axes.errorbar([at[-1]], [1.0], yerr=entry.grid / entry.value, color=colour(snow), capsize=4)
+        axes.set_xlim(0.0, 1.08 * sizes[0])
+        axes.set_ylabel(label)
+        finish_axes(axes)
+    panels[-1].set_xlabel("cell size (m)")
+    panels[0].legend(fontsize=8)
+    return Picture("Grids", "Mean run-up, pressure height and force. Bars: grid uncertainty of the value on the finest grid.", png_data(figure))

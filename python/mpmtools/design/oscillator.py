@@ -1,0 +1,35 @@
+"""What a mast feels of a force over time: the linear oscillator of one mode, m u'' + c u' + k u = F(t).
+
+The result is the equivalent static force k u: the static force that bends the mast as far. The force acts here as if it acted where the
+mode has its unit of displacement; the share of a mode in a real mast (its shape at the loaded height) is for the structural engineer.
+"""
+
+import numpy as np
+
+
+def equivalent_static_force(interval, force, frequency, damping):
+    """k u at the end of each interval, in the unit of the force, for a mast at rest at the start.
+
+    Exact for a force that is constant in each interval, as the rows of series.csv are (means over the interval before).
+    @param interval s; @param force one value an interval; @param frequency Hz; @param damping ratio to critical, 0 <= damping < 1
+    """
+    omega = 2.0 * np.pi * frequency
+    damped = omega * np.sqrt(1.0 - damping**2)
+    decay = np.exp(-damping * omega * interval)
+    c, s = decay * np.cos(damped * interval), decay * np.sin(damped * interval)
+    # state (k u, k u'/damped) relative to the static response F: rotates and decays
+    a = damping * omega / damped
+    response = np.empty(len(force))
+    u, v = 0.0, 0.0
+    for i, f in enumerate(force):
+        d = u - f
+        b = v + a * d
+        d, b = c * d + s * b, c * b - s * d
+        u, v = f + d, b - a * d
+        response[i] = u
+    return response
+
+
+def shock_response_spectrum(interval, force, frequencies, damping):
+    """Largest equivalent static force at each frequency (maximax of the whole series), in the unit of the force."""
+    return np.array([np.max(np.abs(equivalent_static_force(interval, force, f, damping))) for f in frequencies])

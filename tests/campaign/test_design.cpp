@@ -1,0 +1,194 @@
+/// From a site file to an ensemble of runs.
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <nlohmann/json.hpp>
+#include <numbers>
+#include <set>
+
+#include "libmpm/base/error.hpp"
+#include "libmpm/campaign/design_plan.hpp"
+#include "libmpm/campaign/plan_file.hpp"
+#include "libmpm/campaign/site.hpp"
+#include "libmpm/impact/semi_empirical.hpp"
+
+namespace mpm {
+namespace {
+
+using ::testing::HasSubstr;
+
+const std::string mast_site = R"(title = "Pylon"
+[flow]
+depth_m = 2.0
+velocity_m_s = 14.0
+density_kg_m3 = 250.0
+slope_deg = 20.0
+snow_class = "loose"
+[mast]
+shape = "cylinder"
+width_m = 0.8
+height_m = 12.0
+[[mode]]
+frequency_hz = 2.5
+)";
+
+Site site(const std::string& text = mast_site) { return parse_site(text, "site.toml"); }
+
+/// A text with one part replaced.
+std::string with(const std::string& from, const std::string& to) {
+  std::string text = mast_site;
+  text.replace(text.find(from), from.size(), to);
+  return text;
+}
+
+std::string message_of(const std::string& text) {
+  try {
+    (void)site(text);
+  } catch (const ConfigError& error) {
+    return error.what();
+  }
+  return "";
+}
+
+TEST(SiteFile, GivesTheSiteWithItsDefaults) {
+  const Site s = site();
+  EXPECT_EQ(s.mast.shape, SiteMast::Shape::cylinder);
+  EXPECT_EQ(s.mast.friction, 0.15);
+  EXPECT_EQ(s.modes.size(), 1U);
+  EXPECT_EQ(s.modes[0].damping_ratio, 0.02);
+  EXPECT_NEAR(s.gravity(), 9.81 * std::cos(20.0 * std::numbers::pi / 180.0), 1e-12);
+  EXPECT_NEAR(s.froude_number(), 14.0 / std::sqrt(s.gravity() * 2.0), 1e-12);
+}
+
+TEST(SiteFile, ReadsBackWhatItWrites) { EXPECT_EQ(site(write_site(site())), site()); }
+
+TEST(SiteFile, TurnsAFroudeNumberIntoASpeed) {
+  const Site s = site(with("velocity_m_s = 14.0", "froude_number = 3.0"));
+  EXPECT_NEAR(s.froude_number(), 3.0, 1e-12);
+  EXPECT_FALSE(s.flow.froude_number);
+}
+
+TEST(SiteFile, TakesADepthOfABoxEqualToItsWidth) { EXPECT_EQ(site(with("shape = \"cylinder\"", "shape = \"box\"")).mast.depth, 0.8); }
+
+TEST(SiteFile, NamesWhatIsWrongWithPlaceValueAndRemedy) {
+  EXPECT_THAT(message_of(with("depth_m = 2.0", "depth_n = 2.0")), HasSubstr("depth_m"));
+  EXPECT_THAT(message_of(with("velocity_m_s = 14.0\n", "")), HasSubstr("give velocity_m_s, or froude_number"));
+  EXPECT_THAT(message_of(with("snow_class = \"loose\"\n", "")), HasSubstr("says nothing about the snow"));
+  EXPECT_THAT(message_of(with("\"loose\"", "\"powder\"")), HasSubstr("cold_dense"));
+  EXPECT_THAT(message_of(with("slope_deg = 20.0", "slope_deg = 85.0")), HasSubstr("site.toml:6"));
+  EXPECT_THAT(message_of(with("height_m = 12.0", "height_m = 0.1")), HasSubstr("lower than the flow"));
+  EXPECT_THAT(message_of(with("width_m = 0.8", "width_m = 80.0")), HasSubstr("0.1 to 10 times"));
+  EXPECT_THAT(message_of(with("width_m = 0.8", "depth_m = 1.0\nwidth_m = 0.8")), HasSubstr("depth_m")) << "a cylinder has none";
+  EXPECT_THAT(message_of(mast_site + "[[snow]]\ncritical_state_slope = 0.5\ncohesion_beta = 0\nhardening_xi = 5\n"),
+              HasSubstr("leave out one of the two"));
+}
+
+TEST(SiteFile, RefusesTwoSnowsOfOneNameAndNamesThatAreNoFolder) {
+  const std::string own = with("snow_class = \"loose\"\n", "");
+  const std::string snow = "[[snow]]\nname = \"a\"\ncritical_state_slope = 0.5\ncohesion_beta = 0\nhardening_xi = 5\n";
+  EXPECT_EQ(message_of(own + snow), "");
+  EXPECT_THAT(message_of(own + snow + snow), HasSubstr("given twice"));
+  std::string path = snow;
+  path.replace(path.find("\"a\""), 3, "\"a/b\"");
+  EXPECT_THAT(message_of(own + path), HasSubstr("cannot be part of a folder's name"));
+}
+
+TEST(SnowPresets, HaveTheEffectiveFrictionThatTheirSourceStates) {
+  for (const auto& [name, low, middle, high] :
+       {std::tuple{"loose", 0.45, 0.59, 0.65}, {"cold_dense", 1.0, 1.32, 1.5}, {"warm_cohesive", 1.0, 1.25, 1.5}}) {
+    const auto snows = design_snows(site(with("\"loose\"", std::string("\"") + name + "\"")));
+    ASSERT_EQ(snows.size(), 3U);
+    const double expected[] = {low, middle, high};
+    for (std::size_t i = 0; i < 3; ++i) {
+      EXPECT_NEAR(effective_friction(snows[i].critical_state_slope, snows[i].cohesion_beta), expected[i], 0.005)
+          << "printed with two decimals";
+      EXPECT_FALSE(snows[i].source.empty());
+    }
+  }
+  const SiteSnow loose = design_snows(site())[1];  // Sect. 4.3 of the paper
+  EXPECT_NEAR(loose.critical_state_slope, 0.5, 1e-3);
+  EXPECT_NEAR(100.0 * plastic_compressibility(loose.hardening_xi, 25e3, 10e3, bulk_modulus(1e6, 0.1)), 107.5, 0.05);
+}
+
+TEST(DesignPlans, CrossEverySnowWithGridsThatFitTheTimeOfTheLevel) {
+  for (const DesignLevel level : {DesignLevel::quick, DesignLevel::standard}) {
+    const DesignPlan plan = make_design(site(), level);
+    EXPECT_EQ(plan.runs.size(), plan.snows.size() * plan.cells.size());
+    EXPECT_LE(plan.particle_steps, design_budget(level));
+    EXPECT_GE(plan.cells.size(), 2U);
+    for (std::size_t g = 1; g < plan.cells.size(); ++g) EXPECT_GE(plan.cell_size[g - 1] / plan.cell_size[g], 1.3);
+    std::set<std::string> names;
+    for (std::size_t i = 0; i < plan.runs.size(); ++i) {
+      EXPECT_EQ(plan.runs[i].name, plan.campaign.runs[i].name);
+      names.insert(plan.runs[i].name);
+    }
+    EXPECT_EQ(names.size(), plan.runs.size());
+  }
+  EXPECT_GT(make_design(site(), DesignLevel::standard).cells.back(), make_design(site(), DesignLevel::quick).cells.back());
+}
+
+TEST(DesignPlans, HaveRunsOfTheSiteOnWholeCells) {
+  const Site s = site();
+  const DesignPlan plan = make_design(s, DesignLevel::quick);
+  for (const CampaignRun& run : plan.campaign.runs) {
+    const Case& c = run.spec;
+    EXPECT_EQ(c.conveyor->velocity, 14.0);
+    EXPECT_EQ(c.material.density(), 250.0);
+    EXPECT_EQ(c.numerics.slope, 0.0) << "the bed holds the flow";
+    EXPECT_NEAR(c.numerics.gravity, s.gravity(), 1e-12);
+    EXPECT_EQ(c.obstacle->height, 12.0);
+    EXPECT_GE(c.output.duration, 5.0 * 14.0 / s.gravity() - 1e-9) << "2 v/g for the splash and 3 v/g for means";
+    for (const double length : {c.obstacle->width(), 0.5 * c.conveyor->width, c.conveyor->upstream_length, c.conveyor->downstream_length}) {
+      const double cells = length / c.numerics.cell_size;
+      EXPECT_NEAR(cells, std::round(cells), 1e-9) << length;
+    }
+    EXPECT_EQ(std::lround(c.obstacle->width() / c.numerics.cell_size) % 2, 1) << "odd";
+    EXPECT_EQ(c.measurement.bin_height, plan.campaign.runs[0].spec.measurement.bin_height) << "the same windows on all grids";
+  }
+}
+
+TEST(DesignPlans, KeepTheProgramsNumericsAndTakeOverrides) {
+  const DesignPlan plan = make_design(site(), DesignLevel::quick);
+  EXPECT_EQ(plan.campaign.runs[0].spec.numerics.contact, NumericsSpec{}.contact);
+  EXPECT_EQ(plan.campaign.runs[0].spec.numerics.transfer, NumericsSpec{}.transfer);
+  const DesignPlan other = make_design(site(), DesignLevel::quick, {"numerics.cfl=0.3"});
+  for (const CampaignRun& run : other.campaign.runs) EXPECT_EQ(run.spec.numerics.cfl, 0.3);
+}
+
+TEST(DesignPlans, CountCellsInTheDepthOfAFlowAgainstAWideMast) {
+  const DesignPlan plan = make_design(site(with("width_m = 0.8", "width_m = 6.0")), DesignLevel::quick);
+  for (std::size_t g = 0; g < plan.cells.size(); ++g) EXPECT_LE(plan.cell_size[g], 2.0 / plan.cells[g] + 1e-12);
+}
+
+TEST(DesignPlans, TakeTheGridsThatTheSiteAsksFor) {
+  const DesignPlan plan = make_design(site(mast_site + "[plan]\nfinest_cells = 7\ngrids = 2\nduration_s = 6\n"), DesignLevel::quick);
+  EXPECT_EQ(plan.cells, (std::vector{5, 7}));
+  EXPECT_EQ(plan.campaign.runs[0].spec.output.duration, 6.0);
+}
+
+TEST(DesignPlans, AreCampaignPlansThatReadBack) {
+  const DesignPlan plan = make_design(site(), DesignLevel::quick);
+  const Campaign again = make_campaign(parse_plan(write_plan(plan.campaign.plan), "plan.toml"));
+  ASSERT_EQ(again.runs.size(), plan.campaign.runs.size());
+  for (std::size_t i = 0; i < again.runs.size(); ++i) EXPECT_EQ(again.runs[i].case_hash, plan.campaign.runs[i].case_hash);
+}
+
+TEST(DesignPlans, DescribeThemselvesForThePage) {
+  const auto json = nlohmann::json::parse(design_plan_json(make_design(site(), DesignLevel::quick)));
+  EXPECT_EQ(json["level"], "quick");
+  EXPECT_EQ(json["mast"]["shape"], "cylinder");
+  EXPECT_EQ(json["snows"].size(), 3U);
+  EXPECT_EQ(json["runs"].size(), json["snows"].size() * json["grids"].size());
+  EXPECT_EQ(json["modes"][0]["frequency_hz"], 2.5);
+}
+
+TEST(SiteReference, ListsEveryKeyWithoutLaws) {
+  EXPECT_THAT(site_schema_text(), HasSubstr("snow_class"));
+  EXPECT_THAT(site_schema_text(), ::testing::Not(HasSubstr("Laws")));
+  EXPECT_EQ(nlohmann::json::parse(site_schema_json())["tables"].size(), site_schema().tables().size());
+}
+
+}  // namespace
+}  // namespace mpm

@@ -1,0 +1,148 @@
+#include "libmpm/driver/advice.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+
+#include "libmpm/driver/case_file.hpp"
+
+namespace mpm {
+namespace {
+
+using ::testing::HasSubstr;
+
+/// The paper's mast at Fr 3 on seven cells for 8 s, about which there is nothing to say; further overrides change it.
+std::vector<Advice> advice(std::vector<std::string> overrides, const char* obstacle = "") {
+  const std::string text = std::string(R"(
+[material]
+critical_state_slope = 0.4
+cohesion_beta = 0.0
+hardening_xi = 5.0
+[conveyor]
+froude_number = 3.0
+[obstacle]
+friction = 0.15
+)") + obstacle + R"(
+[output]
+duration_s = 8.0
+)";
+  return advise(parse_case(text, "case.toml", overrides));
+}
+
+/// The names of the rules that have something to say.
+std::vector<std::string> rules(const std::vector<std::string>& overrides, const char* obstacle = "") {
+  std::vector<std::string> names;
+  for (const Advice& a : advice(overrides, obstacle)) names.push_back(a.rule);
+  return names;
+}
+
+/// What a rule says.
+Advice of(const std::string& rule, const std::vector<std::string>& overrides, const char* obstacle = "") {
+  const auto all = advice(overrides, obstacle);
+  const auto found = std::ranges::find(all, rule, &Advice::rule);
+  return found == all.end() ? Advice{} : *found;
+}
+
+using Names = std::vector<std::string>;
+
+TEST(AdviceAboutACase, IsSilentAboutThePapersMast) { EXPECT_EQ(rules({}), Names{}); }
+
+TEST(AdviceAboutACase, IsSilentWithoutAConveyorOrAnObstacle) {
+  EXPECT_TRUE(advise(parse_case("[material]\nmodel = \"hencky_elastic\"\n[[body]]\nshape = \"box\"\nmin_m = [0, 0, 0]\nmax_m = [1, 1, 1]\n"
+                                "[domain]\nmin_m = [-1, -1, -1]\nmax_m = [2, 2, 2]\n[output]\nduration_s = 1\n",
+                                "box.toml"))
+                  .empty());
+}
+
+TEST(AdviceAboutACase, WarnsOfFewCellsAcrossTheObstacleAndGivesTheCellSize) {
+  const Advice a = of("cells_across", {"numerics.cell_size_m=0.5833333333"});
+  EXPECT_THAT(a.what, HasSubstr("3 cells across the obstacle"));
+  EXPECT_THAT(a.remedy, HasSubstr("0.35")) << "1.75 m / 5";
+  EXPECT_EQ(of("cells_across", {"numerics.cell_size_m=0.35"}).rule, "") << "five are enough";
+}
+
+TEST(AdviceAboutACase, CountsTheCellsInTheDepthOfAFlowAgainstAWideObstacle) {
+  const Advice a = of("cells_across", {"obstacle.width_m=10", "conveyor.downstream_length_m=20", "numerics.cell_size_m=0.5"});
+  EXPECT_THAT(a.what, HasSubstr("in the flow height"));
+}
+
+TEST(AdviceAboutACase, WarnsOfAnEvenNumberOfCellsWithNodalContactOnly) {
+  const Names even{"numerics.cell_size_m=0.2916666666666667", "numerics.contact=nodal"};  // w/6
+  EXPECT_THAT(of("nodal_width", even).why, HasSubstr("1.17 times")) << "7 rows of nodes for 6 cells";
+  EXPECT_EQ(of("nodal_width", {even[0], "numerics.contact=surface"}).rule, "");
+  EXPECT_EQ(of("nodal_width", {even[1]}).rule, "") << "7 cells";
+  EXPECT_EQ(of("nodal_width", even, "shape = \"cylinder\"\n").rule, "") << "a circle has no sides along the grid";
+}
+
+TEST(AdviceAboutACase, WarnsOfARunThatEndsBeforeTheSplashIsBack) {
+  const Advice a = of("splash_and_duration", {"output.duration_s=3.7"});  // 3 v/g = 3.80 s
+  EXPECT_THAT(a.what, HasSubstr("2 v/g = 2.53 s"));
+  EXPECT_THAT(a.remedy, HasSubstr("duration_s = 6 s"));
+  EXPECT_EQ(of("splash_and_duration", {"output.duration_s=3.9"}).rule, "");
+}
+
+TEST(AdviceAboutACase, WarnsOfASlowFlowThatHasNotPassed) {
+  const Names slow{"conveyor.froude_number=0.3"};  // 1.24 m/s: 14 H = 24.5 m take 19.7 s
+  EXPECT_THAT(of("flow_passage", slow).remedy, HasSubstr("duration_s = 20 s"));
+  EXPECT_EQ(of("flow_passage", {slow[0], "output.duration_s=20"}).rule, "");
+  EXPECT_EQ(rules({"output.duration_s=1"}), Names{"splash_and_duration"}) << "one remedy for the duration, the longer one";
+}
+
+TEST(AdviceAboutACase, WarnsOfAFastFlowOfSoftSnow) {
+  EXPECT_EQ(of("mach_number", {"conveyor.froude_number=7"}).rule, "") << "the paper's fastest, 29 m/s over 58.4 m/s";
+  EXPECT_THAT(of("mach_number", {"conveyor.froude_number=3", "material.young_modulus_pa=1e5"}).what, HasSubstr("v/c_P = 0.673"));
+}
+
+TEST(AdviceAboutACase, WarnsOfAStiffnessInTheWrongUnit) {
+  EXPECT_THAT(of("wave_speed", {"material.young_modulus_pa=1000"}).remedy, HasSubstr("is in Pa"));
+  EXPECT_THAT(of("wave_speed", {"material.young_modulus_pa=1e9"}).why, HasSubstr("32 times shorter")) << "sqrt(1000)";
+}
+
+TEST(AdviceAboutACase, WarnsOfAShockThatRunsToTheInlet) {
+  EXPECT_EQ(of("compaction_shock", {"material.hardening_xi=0.05"}).what.substr(0, 12), "v = 12.4 m/s");  // against 8.1 m/s
+}
+
+TEST(AdviceAboutACase, GivesTheSpeedThatASlopeAddsAndHowToKeepIt) {
+  const Advice a = of("slope", {"numerics.slope_deg=20"});
+  // sqrt(12.43^2 + 2 9.81 sin 20 deg 8) = 14.4 m/s over the 8 m of the window; 9.81 cos 20 deg = 9.22 m/s^2
+  EXPECT_THAT(a.why, HasSubstr("14.4 m/s"));
+  EXPECT_THAT(a.remedy, HasSubstr("gravity_m_s2 = 9.22"));
+  EXPECT_THAT(of("slope", {"numerics.slope_deg=85"}).why, HasSubstr("Schweizer"));
+}
+
+TEST(AdviceAboutACase, NamesWhatThePapersEquationsWereNotFittedTo) {
+  EXPECT_THAT(of("range_of_equations", {}, "shape = \"cylinder\"\n").what, HasSubstr("the shape"));
+  EXPECT_THAT(of("range_of_equations", {"obstacle.width_m=0.7"}).what, HasSubstr("w/H = 0.4 (simulated: 0.5 to 3)"));
+  EXPECT_THAT(of("range_of_equations", {"conveyor.froude_number=8"}).what, HasSubstr("Fr = 8"));
+}
+
+TEST(AdviceAboutACase, WarnsOfAMastThatIsLowerThanTheFlowOrTheRunup) {
+  EXPECT_THAT(of("mast_height", {"obstacle.height_m=0.1"}).what, HasSubstr("lower than the flow"));
+  EXPECT_THAT(of("mast_height", {"obstacle.height_m=3"}).what, HasSubstr("lower than the run-up"));
+  EXPECT_EQ(of("mast_height", {"obstacle.height_m=12"}).rule, "");
+}
+
+TEST(AdviceAboutACase, WarnsOfAWindowSmallerThanThoseThatWereChecked) {
+  EXPECT_THAT(of("size_of_the_window", {"conveyor.upstream_length_m=5"}).what, HasSubstr("upstream_length_m = 5 (4 w = 7)"));
+}
+
+TEST(AdviceAboutACase, WarnsOfValuesThatNoAvalancheHas) {
+  EXPECT_THAT(of("plausible_values", {"material.density_kg_m3=0.3e4"}).what, HasSubstr("density_kg_m3 = 3e+03"));
+  EXPECT_THAT(of("plausible_values", {"obstacle.friction=5"}).what, HasSubstr("obstacle.friction = 5"));
+}
+
+TEST(AdviceAboutACase, WarnsOfRowsTooFarApartForTheForceWindow) {
+  EXPECT_THAT(of("rows_in_force_window", {"output.series_per_second=10"}).remedy, HasSubstr("series_per_second = 50"));
+}
+
+TEST(AdviceAboutACase, SaysWhatWhyAndTheRemedyInOneLine) {
+  for (const Advice& a : advice({"numerics.cell_size_m=0.6", "output.duration_s=1", "numerics.slope_deg=85", "obstacle.height_m=0.1"})) {
+    EXPECT_FALSE(a.what.empty() || a.why.empty() || a.remedy.empty()) << a.rule;
+    EXPECT_EQ(a.text(), a.what + ": " + a.why + "; " + a.remedy);
+    EXPECT_EQ(a.text().find('\n'), std::string::npos);
+  }
+}
+
+}  // namespace
+}  // namespace mpm

@@ -1,0 +1,68 @@
+#include "libmpm/driver/run_summary.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "libmpm/driver/case_file.hpp"
+#include "libmpm/driver/observers.hpp"
+
+namespace mpm {
+namespace {
+
+using ::testing::HasSubstr;
+
+Case mast() {
+  return parse_case(
+      "[material]\ncritical_state_slope = 0.4\ncohesion_beta = 0\nhardening_xi = 5\n[conveyor]\nfroude_number = 3\n[obstacle]\n"
+      "[output]\nduration_s = 8\n",
+      "mast.toml");
+}
+
+/// The results of a run with some values filled in.
+Results results(std::vector<std::pair<std::string, Value>> values) {
+  Results filled;
+  for (Result r : expected_results(mast()).entries()) {
+    for (const auto& [name, value] : values) {
+      if (r.name == name) r.value = value;
+    }
+    filled.add(std::move(r));
+  }
+  return filled;
+}
+
+TEST(RunSummary, StatesWhatEveryPlusMinusContains) {
+  const std::string text = summary_text(results({{"steady", true},
+                                                 {"runup_mean_m", 7.23},
+                                                 {"runup_standard_error_m", 0.05},
+                                                 {"runup_numerical_uncertainty_m", 1.01},
+                                                 {"force_mean_n", std::array{1.48e5, 0.0, 0.0}}}));
+  EXPECT_THAT(text, HasSubstr("7.23 m     +- 0.05 (statistics) +- 1.01 (grid)"));
+  EXPECT_THAT(text, HasSubstr("148 kN    +- unknown (statistics)"));
+  EXPECT_THAT(text, HasSubstr("neither contains snow and model"));
+  EXPECT_THAT(text, HasSubstr("about the mast's own axis"));
+}
+
+TEST(RunSummary, SaysThatThereIsNoMeanWithoutASteadyInterval) {
+  EXPECT_THAT(summary_text(results({{"steady", false}})), HasSubstr("no steady interval"));
+}
+
+TEST(RunSummary, IsEmptyForARunWithoutAnImpact) { EXPECT_EQ(summary_text(Results{}), ""); }
+
+TEST(NumericalUncertainties, AreEntriesOfAnImpactThatComparisonsDoNotCompare) {
+  const Results all = expected_results(mast());
+  for (const char* name : {"runup_numerical_uncertainty_m", "pressure_height_numerical_uncertainty_m", "force_x_numerical_uncertainty_n",
+                           "overturning_moment_numerical_uncertainty_n_m"}) {
+    ASSERT_TRUE(all.has(name)) << name;
+    EXPECT_EQ(all.find(name)->nature, Nature::uncertainty);
+  }
+}
+
+TEST(GridResolutionOfACase, CountsCellsInTheSmallerOfWidthAndDepth) {
+  Case c = mast();
+  EXPECT_NEAR(grid_resolution(c).cells, 7.0, 1e-12);
+  c.obstacle->as<BoxShape>().width = 7.0;
+  EXPECT_NEAR(grid_resolution(c).cells, 7.0, 1e-12) << "H/dx";
+}
+
+}  // namespace
+}  // namespace mpm

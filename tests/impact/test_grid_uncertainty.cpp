@@ -1,0 +1,74 @@
+#include "libmpm/impact/grid_uncertainty.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "libmpm/boundary/obstacle_spec.hpp"
+#include "libmpm/impact/mast_axis.hpp"
+
+namespace mpm {
+namespace {
+
+GridResolution nodal(double cells) { return {.cells = cells, .width_excess = nodal_width_ratio(cells) - 1.0}; }
+GridResolution surface(double cells) { return {.contact = ContactRule::surface, .transfer = Transfer::aflip, .cells = cells}; }
+
+TEST(KnownGridUncertainty, CoversTheLimitOnTheGridsThatWereStudied) {
+  // validation/cases/avalanche_convergence: force in kN, limit 120; run-up over H, limit 4.6
+  for (const auto& [r, force, runup] : {std::tuple{nodal(3), 199.1, 3.18},
+                                        {nodal(5), 160.5, 3.92},
+                                        {nodal(7), 148.5, 4.18},
+                                        {nodal(4), 208.4, 3.84},
+                                        {nodal(12), 148.6, 4.40},
+                                        {surface(3), 135.0, 3.13},
+                                        {surface(5), 120.3, 4.14},
+                                        {surface(6), 124.1, 4.22},
+                                        {surface(9), 120.6, 4.42}}) {
+    const GridUncertainty u = grid_uncertainty(r);
+    EXPECT_GE(u.force * force, std::abs(force - 120.0)) << r.cells;
+    EXPECT_GE(u.runup * runup, std::abs(runup - 4.6)) << r.cells;
+    EXPECT_LE(u.force * force, std::abs(force - 120.0) + 0.07 * force)
+        << "and not much more (3 % of the limit; the force scatters by up to 3 % about it), at " << r.cells;
+  }
+}
+
+TEST(KnownGridUncertainty, FallsWithRefinementToTheUncertaintyOfTheLimit) {
+  for (double cells = 7.0; cells < 40.0; cells += 2.0) {
+    EXPECT_LT(grid_uncertainty(nodal(cells + 2.0)).force, grid_uncertainty(nodal(cells)).force);
+    EXPECT_LT(grid_uncertainty(nodal(cells + 2.0)).runup, grid_uncertainty(nodal(cells)).runup);
+  }
+  EXPECT_NEAR(grid_uncertainty(nodal(1e5 + 1)).force, 0.03, 1e-4);
+}
+
+TEST(KnownGridUncertainty, IsUnknownBelowThreeCells) {
+  EXPECT_TRUE(std::isnan(grid_uncertainty(nodal(2.9)).force));
+  EXPECT_TRUE(std::isnan(grid_uncertainty(surface(0.0)).runup));
+}
+
+TEST(KnownGridUncertainty, IsLargerForARoundMastWhoseForceIsNotConverged) {
+  GridResolution round = surface(8);
+  round.plan = GridResolution::Plan::cylinder;
+  EXPECT_GT(grid_uncertainty(round).force, 5.0 * grid_uncertainty(surface(8)).force);
+  EXPECT_EQ(grid_uncertainty(round).runup, grid_uncertainty(surface(8)).runup);
+}
+
+TEST(RowsOfNodesOnAnObstacle, MakeItOneCellWiderWhereTheirNumberIsEven) {
+  EXPECT_NEAR(nodal_width_ratio(5.0), 1.0, 1e-12);
+  EXPECT_NEAR(nodal_width_ratio(6.0), 7.0 / 6.0, 1e-12);
+  EXPECT_NEAR(nodal_width_ratio(3.2), 3.0 / 3.2, 1e-12);
+}
+
+TEST(AxisOfAMast, IsTheCentreOfTheAreaOfItsPlan) {
+  ObstacleSpec mast;
+  mast.shape = BoxShape{.width = 1.0, .depth = 3.0};
+  EXPECT_NEAR(mast_axis(mast), 1.5, 1e-12);
+  mast.shape = BoxShape{.width = 2.0, .depth = 2.0, .rotation = std::atan(1.0)};
+  EXPECT_NEAR(mast_axis(mast), std::sqrt(2.0), 1e-12) << "half the diagonal";
+  mast.shape = CylinderShape{.width = 0.8};
+  EXPECT_NEAR(mast_axis(mast), 0.4, 1e-12);
+  mast.shape = WedgeShape{.width = 1.0, .depth = 3.0};
+  EXPECT_NEAR(mast_axis(mast), 2.0, 1e-12);
+}
+
+}  // namespace
+}  // namespace mpm

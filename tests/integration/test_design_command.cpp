@@ -1,0 +1,108 @@
+/// `mpm design` as a user runs it.
+
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <fstream>
+#include <nlohmann/json.hpp>
+#include <string>
+
+#include "libmpm/base/error.hpp"
+#include "libmpm/campaign/site.hpp"
+#include "support/command.hpp"
+#include "support/temporary_directory.hpp"
+
+namespace mpm {
+namespace {
+
+namespace fs = std::filesystem;
+
+using testing::contains;
+using testing::content;
+using testing::Outcome;
+
+/// A slow shallow flow on a mast, two coarse grids: some seconds of work.
+constexpr const char* small_site = R"(title = "Small"
+[flow]
+depth_m = 1.0
+velocity_m_s = 3.0
+[[snow]]
+name = "only"
+critical_state_slope = 0.4
+cohesion_beta = 0.0
+hardening_xi = 0.1
+[mast]
+width_m = 1.0
+[[mode]]
+frequency_hz = 2.0
+[plan]
+finest_cells = 5
+grids = 2
+duration_s = 1.2
+)";
+
+class DesignCommand : public ::testing::Test {
+ protected:
+  void write(const std::string& text) const { std::ofstream(directory_ / "site.toml") << text; }
+  [[nodiscard]] Outcome design(const std::string& arguments) const {
+    return testing::run_command("'" MPM_APP "' design site.toml " + arguments, directory_.path(), directory_.path());
+  }
+  testing::TemporaryDirectory directory_;
+};
+
+TEST_F(DesignCommand, RunsTheEnsembleAndWritesThePageWithItsTables) {
+  write(small_site);
+  const Outcome first = design("--out loads");
+  ASSERT_EQ(first.code, 0) << first.err;
+  EXPECT_TRUE(contains(first.out, "force downstream")) << first.out;
+  EXPECT_TRUE(contains(first.err, "only_w5: done")) << first.err;
+  const fs::path out = directory_ / "loads";
+  for (const char* file : {"design.html", "design.json", "design.csv", "pressure_over_height.csv", "loads_over_time.csv",
+                           "shock_spectrum.csv", "site.toml", "design_plan.json", "plan.toml", "results.csv", "runs/only_w3/results.json"})
+    EXPECT_TRUE(fs::exists(out / file)) << file;
+  EXPECT_EQ(read_site(out / "site.toml"), parse_site(small_site, "small"));
+  const auto json = nlohmann::json::parse(content(out / "design.json"));
+  EXPECT_GT(json["design_force_n"].get<double>(), 0.0);
+
+  const Outcome again = design("--out loads");  // everything is done: only the page
+  EXPECT_EQ(again.code, 0) << again.err;
+  EXPECT_FALSE(contains(again.err, "started")) << again.err;
+
+  fs::remove(out / "design.html");
+  EXPECT_EQ(design("--out loads --page").code, 0);
+  EXPECT_TRUE(fs::exists(out / "design.html"));
+}
+
+TEST_F(DesignCommand, PrintsThePlanAndWritesNothing) {
+  write(small_site);
+  const Outcome o = design("--quick --plan");
+  EXPECT_EQ(o.code, 0) << o.err;
+  EXPECT_EQ(nlohmann::json::parse(o.out)["level"], "quick");
+  EXPECT_FALSE(fs::exists(directory_ / "out"));
+}
+
+TEST_F(DesignCommand, RefusesAWrongSiteWithExitCode2AndLeavesNoTrace) {
+  write("[flow]\ndepth_m = 2\nvelocity = 14\nsnow_class = \"loose\"\n[mast]\nwidth_m = 0.8\n");
+  const Outcome o = design("");
+  EXPECT_EQ(o.code, static_cast<int>(ExitCode::usage));
+  EXPECT_TRUE(contains(o.err, "site.toml:3:1")) << o.err;
+  EXPECT_TRUE(contains(o.err, "velocity_m_s")) << o.err;
+  EXPECT_FALSE(fs::exists(directory_ / "out"));
+}
+
+TEST_F(DesignCommand, RefusesAWrongOverrideWithExitCode2) {
+  write(small_site);
+  const Outcome o = design("--set numerics.clf=0.3");
+  EXPECT_EQ(o.code, static_cast<int>(ExitCode::usage));
+  EXPECT_TRUE(contains(o.err, "cfl")) << o.err;
+}
+
+TEST_F(DesignCommand, NamesRunsThatAreMissingForThePage) {
+  write(small_site);
+  const Outcome o = design("--out loads --page");
+  EXPECT_EQ(o.code, static_cast<int>(ExitCode::io));
+  EXPECT_TRUE(contains(o.err, "2 runs are not finished")) << o.err;
+}
+
+}  // namespace
+}  // namespace mpm

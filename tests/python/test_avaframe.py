@@ -1,0 +1,103 @@
+"""Rasters of AvaFrame's com1DFA as the inflow of a case, on a synthetic slope in its file format."""
+
+import math
+
+import numpy as np
+
+from mpmtools import avaframe
+from mpmtools.errors import ConfigError, InputError
+from study_samples import InFolder
+
+CELL, ROWS, COLUMNS, X0, Y0 = 5.0, 21, 41, 1000.0, 2000.0
+
+
+class Avalanche(InFolder):
+    """A plane that falls 1 in 4 to the east, and a flow that passes x at t = (x - 1000)/20 s: triangle of 4 s, 2 m deep, 20 m/s."""
+
+    def setUp(self):
+        super().setUp()
+        (self.folder / "Inputs").mkdir()
+        self.steps = self.folder / "Outputs" / "com1DFA" / "peakFiles" / "timeSteps"
+        self.steps.mkdir(parents=True)
+        self.x, self.y = np.meshgrid(X0 + CELL * np.arange(COLUMNS), Y0 + CELL * np.arange(ROWS)[::-1])
+        self.raster(self.folder / "Inputs" / "dem.asc", 500.0 - 0.25 * (self.x - X0))
+        for time in range(16):
+            depth = np.maximum(0.0, 2.0 - np.abs(time - 2.0 - (self.x - X0) / 20.0))
+            self.raster(self.steps / f"rel1_null_dfa_FT_t{time:.2f}.asc", depth)
+            self.raster(self.steps / f"rel1_null_dfa_FV_t{time:.2f}.asc", 20.0 * (depth > 0))
+
+    def raster(self, path, data):
+        head = f"ncols {COLUMNS}\nnrows {ROWS}\nxllcenter {X0}\nyllcenter {Y0}\ncellsize {CELL}\nnodata_value -9999.00\n"
+        path.write_text(head + "\n".join(" ".join(f"{v:.5f}" for v in row) for row in data) + "\n")
+
+    def convert(self, **changes):
+        arguments = {"folder": str(self.folder), "x": 1100.0, "y": 2050.0, "width": 1.0, "out": str(self.folder / "case"), **changes}
+        return avaframe.import_avalanche(**arguments)
+
+    def test_gives_depth_and_speed_over_time_at_the_point(self):
+        self.convert()
+        rows = np.genfromtxt(self.folder / "case" / "inflow.csv", delimiter=",", names=True)
+        np.testing.assert_allclose(rows["depth_m"], [1.0, 2.0, 1.0])  # the front is there at 5 s, the middle at 7 s; t = 0 at the first row
+        np.testing.assert_allclose(rows["time_s"], [0.0, 1.0, 2.0])
+        np.testing.assert_allclose(rows["velocity_m_s"], 20.0)
+
+    def test_takes_the_slope_from_the_terrain(self):
+        lines = self.convert()
+        self.assertIn("slope 14.0 degrees, falling towards 0 degrees", lines[1])  # atan(1/4)
+        self.assertIn(f"gravity_m_s2 = {9.81 * math.cos(math.atan(0.25)):.6g}", (self.folder / "case" / "case.toml").read_text())
+        self.assertIn("less than 0.01 m from a plane", lines[2])
+
+    def test_says_how_uneven_the_ground_is(self):
+        self.raster(self.folder / "Inputs" / "dem.asc", 500.0 - 0.25 * (self.x - X0) + 1.0 * (np.abs(self.x - 1080.0) < 3.0))
+        step = self.convert()[2]
+        self.assertIn("up to 0.9", step)  # a ridge of 1 m on one of eleven rows: the plane takes 1/11 of it
+
+    def test_interpolates_between_cell_centres_with_north_up(self):
+        self.raster(self.folder / "plane.asc", self.x + 2 * self.y)
+        raster = avaframe.read_raster(str(self.folder / "plane.asc"))
+        for x, y in ((1000.0, 2000.0), (1103.2, 2041.7), (1200.0, 2100.0)):
+            self.assertAlmostEqual(raster.at(x, y), x + 2 * y, delta=1e-4)  # five decimals
+
+    def test_reads_headers_with_corners(self):
+        (self.folder / "corner.asc").write_text("NCOLS 2\nNROWS 2\nXLLCORNER 0\nYLLCORNER 0\nCELLSIZE 2\nNODATA_VALUE -9999\n3 4\n1 -9999\n")
+        raster = avaframe.read_raster(str(self.folder / "corner.asc"))
+        self.assertEqual(raster.at(1.0, 1.0), 1.0)
+        self.assertTrue(math.isnan(raster.at(2.0, 2.0)))
+
+    def test_says_what_to_export_where_there_are_peaks_only(self):
+        for path in self.steps.iterdir():
+            path.unlink()
+        self.raster(self.steps.parent / "rel1_null_dfa_pft.asc", 0 * self.x)
+        with self.assertRaisesRegex(InputError, "peak values alone.*tSteps"):
+            self.convert()
+
+    def test_refuses_points_outside_and_beside_the_flow(self):
+        with self.assertRaisesRegex(ConfigError, "outside .*covers x from 1000 to 1200"):
+            self.convert(x=47.1)
+        for path in self.steps.glob("*_FT_*"):
+            self.raster(path, 0.01 + 0 * self.x)
+        with self.assertRaisesRegex(ConfigError, "nowhere deeper"):
+            self.convert()
+
+    def test_refuses_wrong_units(self):
+        for path in self.steps.glob("*_FV_*"):
+            self.raster(path, 20000.0 + 0 * self.x)
+        with self.assertRaisesRegex(InputError, "speed .* reaches 20000.*check the unit"):
+            self.convert()
+
+    def test_refuses_files_that_are_cut_off(self):
+        path = next(self.steps.glob("*_FT_t7.00.asc"))
+        path.write_text(path.read_text()[:2000])
+        with self.assertRaisesRegex(InputError, "values, 21 x 41 are needed"):
+            self.convert()
+
+    def test_asks_for_the_simulation_where_there_are_two(self):
+        self.raster(self.steps / "other_FT_t0.00.asc", 0 * self.x)
+        with self.assertRaisesRegex(ConfigError, "2 simulations.*--simulation"):
+            self.convert()
+        self.convert(simulation="rel1_null_dfa")
+
+    def test_takes_the_thickness_of_older_versions(self):
+        for path in list(self.steps.glob("*_FT_*")):
+            path.rename(str(path).replace("_FT_", "_FD_"))
+        self.assertIn("depth up to 2 m", self.convert()[0])

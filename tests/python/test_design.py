@@ -1,0 +1,300 @@
+"""The page of `mpm design`: uncertainty, oscillator, loads, tables and the page itself."""
+
+import json
+import math
+import unittest
+
+import h5py
+import numpy as np
+import pandas as pd
+
+from mpmtools.design import comparison, page
+from mpmtools.design.ensemble import Ensemble
+from mpmtools.design.loads import Loads, moving_mean
+from mpmtools.design.oscillator import equivalent_static_force, shock_response_spectrum
+from mpmtools.design.results import Results
+from mpmtools.design.uncertainty import combined, grid_estimate, observed_order
+from mpmtools.errors import InputError
+from mpmtools.run import Run
+from study_samples import InFolder
+
+
+class GridUncertainties(unittest.TestCase):
+    def test_have_the_order_of_celik_et_al_2008(self):
+        # Table 1 of J. Fluids Eng. 130, 078001: 18,000, 8,000 and 4,500 cells in two dimensions; p = 1.53, limit 6.1685, GCI 2.2 %
+        sizes, values = [1 / math.sqrt(n) for n in (4500, 8000, 18000)], [5.863, 5.972, 6.063]
+        self.assertAlmostEqual(observed_order(sizes, values), 1.53, delta=0.01)  # printed with two decimals
+        estimate = grid_estimate(sizes, values)
+        self.assertAlmostEqual(estimate.limit, 6.1685, delta=5e-4)  # from the rounded values
+        self.assertAlmostEqual(estimate.uncertainty / 6.063, 0.022, delta=5e-4)
+
+    def test_find_the_order_of_a_power_law_at_any_ratios(self):
+        for order in (0.7, 1.0, 1.9):
+            sizes = [0.4, 0.25, 0.17]
+            self.assertAlmostEqual(observed_order(sizes, [3.0 + h**order for h in sizes]), order, delta=1e-9)  # brentq's tolerance
+
+    def test_take_the_range_of_the_values_where_there_is_no_credible_order(self):
+        zigzag = grid_estimate([0.4, 0.2, 0.1], [1.0, 1.2, 1.1])
+        self.assertTrue(math.isnan(zigzag.order))
+        self.assertAlmostEqual(zigzag.uncertainty, 3 * 0.2)
+        growing = grid_estimate([0.4, 0.2, 0.1], [1.0, 1.1, 1.3])
+        self.assertLess(growing.order, 0.0)
+        self.assertAlmostEqual(growing.uncertainty, 3 * 0.3)
+        steep = grid_estimate([0.4, 0.2, 0.1], [1.0, 1.9, 1.91])
+        self.assertGreater(steep.order, 2.0)
+        self.assertAlmostEqual(steep.uncertainty, 1.25 * 0.91)
+
+    def test_take_first_order_and_three_on_two_grids(self):
+        self.assertAlmostEqual(grid_estimate([0.2, 0.1], [2.0, 2.1]).uncertainty, 0.3)
+
+    def test_are_unknown_where_the_finest_grid_has_no_value(self):
+        self.assertTrue(math.isnan(grid_estimate([0.4, 0.2], [1.0, math.nan]).uncertainty))
+
+    def test_add_to_the_statistical_error_as_root_of_the_sum_of_squares(self):
+        self.assertAlmostEqual(combined(3.0, 2.0), 5.0)
+        self.assertAlmostEqual(combined(3.0, math.nan), 3.0)
+        self.assertTrue(math.isnan(combined(math.nan, math.nan)))
+
+
+class Oscillators(unittest.TestCase):
+    def test_double_a_step_without_damping(self):
+        step = np.full(2000, 5.0)  # 1 Hz, two periods
+        response = equivalent_static_force(1e-3, step, 1.0, 0.0)
+        time = 1e-3 * np.arange(1, 2001)
+        np.testing.assert_allclose(response, 5.0 * (1.0 - np.cos(2 * np.pi * time)), atol=1e-9)  # exact for a constant force; rounding
+        self.assertAlmostEqual(shock_response_spectrum(1e-3, step, [1.0], 0.0)[0], 10.0, delta=1e-4)  # the peak lies on a row
+
+    def test_overshoot_a_step_by_exp_of_minus_pi_zeta_over_root(self):
+        damping = 0.1
+        peak = shock_response_spectrum(1e-3, np.ones(3000), [1.0], damping)[0]
+        self.assertAlmostEqual(peak, 1 + math.exp(-math.pi * damping / math.sqrt(1 - damping**2)), delta=1e-5)  # rows of 1/1000 period
+
+    def test_follow_a_slow_force_and_miss_a_short_one(self):
+        ramp = np.linspace(0, 1, 4000)
+        self.assertAlmostEqual(equivalent_static_force(1e-3, ramp, 20.0, 0.05)[-1], 1.0, delta=0.01)
+        blow = np.zeros(4000)
+        blow[:10] = 1.0  # 10 ms against 2 s: impulse response omega J
+        self.assertAlmostEqual(shock_response_spectrum(1e-3, blow, [0.5], 0.0)[0], 2 * np.pi * 0.5 * 0.01, delta=1e-4)
+
+
+class MovingMeans(unittest.TestCase):
+    def test_count_nothing_before_the_first_row_and_end_with_the_last(self):
+        np.testing.assert_allclose(moving_mean([3, 3, 6, 9, 12], 3), [2, 4, 6, 9, 10.5])
+        np.testing.assert_allclose(moving_mean([[0, 1], [2, 3], [4, 5]], 3)[1], [2, 3])
+
+
+CASE = """\
+title = "Design: {name}"
+[material]
+density_kg_m3 = 300.0
+[conveyor]
+velocity_m_s = 9.81
+flow_height_m = 2.0
+mirror_y = true
+[obstacle]
+shape = "box"
+width_m = 1.0
+depth_m = 1.0
+[numerics]
+cell_size_m = {size}
+particles_per_cell = 8
+transfer = "apic"
+gravity_m_s2 = 9.81
+"""
+
+
+class DesignFolder(InFolder):
+    """Two snows on three grids whose force is 1e5 (1 + dx) N, 1.2 times that for the second snow; 8 s, steady from 3 s."""
+
+    SIZES = (0.4, 0.2, 0.1)
+
+    def setUp(self):
+        super().setUp()
+        self.runs = []
+        for snow, factor in (("soft", 1.0), ("firm", 1.2)):
+            for grid, size in enumerate(self.SIZES):
+                name = f"{snow}_w{(3, 5, 11)[grid]}"
+                self.runs.append({"name": name, "snow": int(snow == "firm"), "grid": grid})
+                self.make_run(name, size, 1e5 * factor * (1 + size), final=grid == 2)
+        self.plan = {
+            "format_version": 1, "title": "Test <mast>", "version": "0", "commit": "abc", "level": "quick",
+            "flow": {"depth_m": 2.0, "velocity_m_s": 9.81, "froude_number": 9.81 / math.sqrt(19.62), "density_kg_m3": 300.0, "slope_deg": 0.0,
+                     "gravity_m_s2": 9.81, "snow_class": None},
+            "mast": {"shape": "box", "width_m": 1.0, "depth_m": 1.0, "height_m": None, "friction": 0.15},
+            "modes": [{"frequency_hz": 1.0, "damping_ratio": 0.02}], "numerics": {"contact": "nodal", "transfer": "apic"},
+            "snows": [{"name": name, "critical_state_slope": 0.5, "cohesion_beta": 0.0, "hardening_xi": 5.0, "effective_friction": m, "source": ""}
+                      for name, m in (("soft", 0.5), ("firm", 1.0))],
+            "grids": [{"cells": n, "cell_size_m": h} for n, h in zip((3, 5, 11), self.SIZES)],
+            "duration_s": 8.0, "particle_steps": 1e6, "runs": self.runs}
+        self.write("design_plan.json", json.dumps(self.plan))
+
+    def make_run(self, name, size, force, final):
+        folder = f"runs/{name}"
+        (self.folder / folder).mkdir(parents=True)
+        self.write(f"{folder}/case.toml", CASE.format(name=name, size=size))
+        self.write(f"{folder}/obstacle.json", '{"outline_m": [[0, -0.5], [1, -0.5], [1, 0.5], [0, 0.5]], "top_m": null}')
+        time = np.arange(801) * 0.01
+        ripple = 1 + 0.1 * np.sin(2 * np.pi * time / 0.5) * (time > 3) + 1.0 * (np.abs(time - 0.5) < 0.3)
+        pushed = force * ripple
+        pushed[0] = np.nan
+        series = pd.DataFrame({"time_s": time, "runup_m": 5 + (time < 2), "runup_p99_m": 4.0, "pressure_height_m": 3.0, "force_x_n": pushed, "force_y_n": 0.0,
+                               "force_z_n": 0.1 * pushed, "moment_x_n_m": 0.0, "moment_y_n_m": 1.5 * pushed, "moment_z_n_m": 0.0})
+        series.to_csv(self.folder / folder / "series.csv", index=False)
+        z = np.arange(0.1, 10, 0.2)
+        shape = np.where(z < 3, 1.0, 0.0) / 3.0
+        with h5py.File(self.folder / folder / "profiles.h5", "w") as file:
+            file["time_s"], file["z_m"] = time, z
+            file["force_x_per_height_n_m"] = np.nan_to_num(pushed)[:, None] * shape
+            file["pressure_pa"] = np.nan_to_num(pushed)[:, None] * shape * 0.9
+        results = {"steady": True, "steady_from_s": 3.0, "steady_to_s": 8.0, "runup_mean_m": 5.0 - size, "runup_standard_error_m": 0.02,
+                   "runup_numerical_uncertainty_m": 0.3, "pressure_height_mean_m": 3.0, "pressure_height_standard_error_m": 0.01,
+                   "pressure_height_numerical_uncertainty_m": 0.1, "force_mean_n": [force, 0, 0], "force_standard_error_n": [500.0, 0, 0],
+                   "force_x_numerical_uncertainty_n": 0.02 * force, "overturning_moment_axis_x_m": 0.5, "overturning_moment_mean_n_m": 1.55 * force,
+                   "overturning_moment_standard_error_n_m": 700.0, "overturning_moment_numerical_uncertainty_n_m": None, "force_resultant_height_m": 1.5,
+                   "wall_time_s": 60.0, "threads": 2}
+        self.write(f"{folder}/results.json", json.dumps(results))
+        if final:
+            with h5py.File(self.folder / folder / "final.h5", "w") as file:
+                rng = np.random.default_rng(1)
+                file.attrs["time_s"] = 8.0
+                file["position_m"] = rng.uniform([-6, 0, 0], [3, 4, 2], (500, 3))
+                file["velocity_m_s"] = rng.uniform(0, 9, (500, 3))
+                file["volume_ratio"] = np.ones(500)
+                file["kirchhoff_stress_pa"] = -1e4 * np.ones((500, 6))
+
+
+class LoadsOfARun(DesignFolder):
+    def loads(self):
+        return Loads(Run(self.folder / "runs" / "soft_w11"))
+
+    def test_are_about_the_axis_of_the_mast(self):
+        loads = self.loads()
+        np.testing.assert_allclose(loads.moment, (1.5 + 0.5 * 0.1) * loads.force)  # M_y + x F_z
+
+    def test_tell_first_impact_and_steady_peak_apart(self):
+        values = self.loads().values
+        force = 1.1e5
+        self.assertAlmostEqual(values["force_first_impact_n"].value, 2 * force, delta=1.0)  # flat top of 0.6 s
+        peak = force * (1 + 0.1 * np.mean(np.sin(2 * np.pi * (0.125 + 0.01 * np.arange(-5, 6)) / 0.5)))  # eleven rows about the crest
+        self.assertAlmostEqual(values["force_steady_peak_n"].value, peak, delta=0.002 * force)  # the crest lies between two rows
+        self.assertAlmostEqual(values["force_steady_peak_n"].known / values["force_steady_peak_n"].value, 0.02)
+
+    def test_have_a_steady_response_without_the_first_impact(self):
+        whole, steady = self.loads().mode_values(1.0, 0.02)
+        # A ripple of 10 % at r = 2 times the eigenfrequency: 1/(r^2 - 1) of it, and at most (1 + r)/(r^2 - 1) = 1 of it while it starts
+        self.assertGreater(steady.value, 1.1e5 * (1 + 0.1 / 3))
+        self.assertLess(steady.value, 1.1e5 * (1 + 0.1))
+        self.assertGreater(whole.value, 2 * 1.1e5)
+
+    def test_have_a_drag_coefficient_over_width_and_depth(self):
+        self.assertAlmostEqual(self.loads().values["drag_coefficient"].value, 1.1e5 / (0.5 * 300 * 9.81**2 * 1.0 * 2.0))
+
+    def test_have_profiles_whose_integral_is_the_force(self):
+        profiles = self.loads().profiles
+        self.assertAlmostEqual(0.2 * profiles["mean"].sum() / 1.1e5, 1.0, delta=0.01)  # the ripple's mean over ten periods
+        self.assertAlmostEqual(profiles["first_impact"].max() / (2 * 1.1e5 / 3), 1.0, delta=1e-6)
+
+
+class ResultsOfADesign(DesignFolder):
+    def test_have_the_limit_of_the_grids_within_their_uncertainty(self):
+        entry = Results(Ensemble(self.folder)).table[0]["force_mean_n"]
+        self.assertAlmostEqual(entry.value, 1.1e5)
+        self.assertAlmostEqual(entry.gci, 1.25 * 1e4, delta=1.0)  # first order: the limit is 1e5
+        self.assertEqual(entry.grid, entry.gci)  # larger than the known 2 %
+        self.assertAlmostEqual(entry.total, math.hypot(12500, 1000), delta=1.0)
+
+    def test_take_the_known_uncertainty_where_the_grids_agree(self):
+        entry = Results(Ensemble(self.folder)).table[0]["pressure_height_mean_m"]
+        self.assertEqual((entry.gci, entry.grid), (0.0, 0.1))
+        self.assertIn("known", entry.note)
+        self.assertNotIn("known", entry.method)
+
+    def test_range_from_the_least_minus_to_the_greatest_plus_its_uncertainty(self):
+        results = Results(Ensemble(self.folder))
+        soft, firm = (row["force_mean_n"] for row in results.table)
+        r = results.ranges["force_mean_n"]
+        self.assertAlmostEqual(r.low, soft.value - soft.total)
+        self.assertAlmostEqual(r.high, firm.value + firm.total)
+
+    def test_design_with_the_largest_upper_value(self):
+        ensemble = Ensemble(self.folder)
+        key, force = Results(ensemble).design_force(ensemble.plan)
+        self.assertEqual(key, "equivalent_static_force_1_hz_n")  # resonance with the blow of 0.6 s
+        self.assertEqual(force, Results(ensemble).ranges[key].high)
+
+    def test_tell_what_the_first_impact_adds(self):
+        ensemble = Ensemble(self.folder)
+        results = Results(ensemble)
+        key, force = results.design_force(ensemble.plan, steady_only=True)
+        self.assertEqual(key, "force_steady_peak_n")  # the ripple is too fast for the mode
+        self.assertLess(force, results.design_force(ensemble.plan)[1])
+
+    def test_end_the_run_up_at_bernoullis_bound(self):
+        for run in self.runs:
+            path = self.folder / "runs" / run["name"] / "results.json"
+            path.write_text(json.dumps({**json.loads(path.read_text()), "runup_numerical_uncertainty_m": 4.0}))
+        self.assertAlmostEqual(Results(Ensemble(self.folder)).ranges["runup_mean_m"].high, 2.0 + 9.81 / 2)
+
+    def test_name_runs_that_are_missing(self):
+        (self.folder / "runs" / "firm_w5" / "results.json").unlink()
+        with self.assertRaisesRegex(InputError, "1 runs are not finished, first .*firm_w5"):
+            Ensemble(self.folder)
+
+    def test_name_a_folder_that_is_no_design(self):
+        with self.assertRaisesRegex(InputError, "give the folder of `mpm design`"):
+            Ensemble(self.folder / "runs")
+
+
+class Comparisons(DesignFolder):
+    def test_give_the_guideline_above_ground_with_both_width_factors(self):
+        rows = comparison.guideline_rows(self.plan)
+        head = 9.81**2 / (2 * 9.81)
+        self.assertAlmostEqual(rows[0][1], 2.0 + head)
+        self.assertAlmostEqual(rows[1][1], 2.0 + head / 1.5 * (1 - math.exp(-1.14 * 0.5)))
+        self.assertAlmostEqual(rows[2][1], 2.0 + head / 1.5 * 0.7)
+
+    def test_give_the_equations_for_each_snow_and_say_what_they_were_fitted_to(self):
+        rows = comparison.equation_rows(self.plan)
+        self.assertAlmostEqual(rows[0]["runup_m"], 2.0 * (1 + 0.9468 * 0.5) + 0.5 * 9.81 * math.exp(-1.5745 * 0.5), places=6)
+        self.assertIn("w/H = 0.50", comparison.equation_remarks(self.plan)[0])
+
+
+class Pages(DesignFolder):
+    def test_hold_everything_without_another_file(self):
+        path, lines = page.make_page(self.folder)
+        text = open(path, encoding="utf-8").read()
+        self.assertIn("Test &lt;mast&gt;", text)
+        self.assertGreaterEqual(text.count("<figure>"), 8)
+        self.assertNotIn("http://", text.replace("http://www.w3.org", ""))
+        self.assertNotIn("nan", text.lower().replace("nanometre", "").split("base64,")[0])
+        self.assertTrue(any(line.startswith("force downstream") for line in lines))
+
+    def test_come_with_json_and_tables(self):
+        page.make_page(self.folder)
+        design = json.loads((self.folder / "design.json").read_text())
+        self.assertEqual(design["quantities"]["force_mean_n"]["snows"]["soft"]["by_grid"][0], 140000.0)
+        self.assertEqual(len(pd.read_csv(self.folder / "design.csv")), 2 * 13)
+        self.assertEqual(len(pd.read_csv(self.folder / "loads_over_time.csv")), 2 * 800)
+        self.assertIn("mean_highest_pa", pd.read_csv(self.folder / "pressure_over_height.csv"))
+        self.assertIn("firm_n", pd.read_csv(self.folder / "shock_spectrum.csv"))
+
+    def test_say_that_a_run_has_no_steady_interval(self):
+        path = self.folder / "runs" / "soft_w11" / "results.json"
+        results = json.loads(path.read_text())
+        for key in results:
+            if "mean" in key or "steady" in key:
+                results[key] = None
+        path.write_text(json.dumps(results))
+        text = open(page.make_page(self.folder)[0], encoding="utf-8").read()
+        self.assertIn("No steady interval, so no means, in: soft_w11", text)
+
+
+class Numbers(unittest.TestCase):
+    def test_have_three_digits_and_design_values_are_rounded_up(self):
+        self.assertEqual((page.short(123456.0, 1e-3), page.short(1.2345), page.short(12.345), page.short(math.nan)), ("123", "1.23", "12.3", "–"))
+        self.assertEqual((page.upward(123.01), page.upward(1.231), page.upward(12345.0)), ("124", "1.24", "12400"))
+        self.assertEqual((page.error(0.1234), page.error(12.6), page.error(math.nan)), ("0.12", "13", "?"))
+
+
+if __name__ == "__main__":
+    unittest.main()
