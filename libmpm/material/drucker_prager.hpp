@@ -21,8 +21,9 @@
 /// expands further tears: X grows, at constant stress. A point whose mean stress is not compressive and that is compressed closes the gap
 /// X before it carries pressure again (the volume correction of Klar et al. 2016 and Tampubolon et al. 2017, without which sprayed and
 /// landed material swells). The gap closes free of pressure: the tension of a cohesive point relaxes elastically first, so that nothing
-/// is gained by tearing and closing. For psi > 0 the dilated volume is part of X: it is permanent under pressure, and a point that has
-/// lost all pressure may be repacked to X = 0.
+/// is gained by tearing and closing. Where shear would dilate a point into pressure while its gap is open, p = 0 and q = C: there is room
+/// for the grains. For psi > 0 the dilated volume is part of X: it is permanent under pressure, and a point that has lost all pressure may
+/// be repacked to X = 0.
 ///
 /// Rate dependence, mu(I) (Jop, Forterre & Pouliquen 2006): A grows from A to A_2 (that of limit_friction_angle) as
 ///   A(I) = A + (A_2 - A) / (I_0/I + 1),   I = gamma' d_g / sqrt(p/rho_s),   gamma' = sqrt(2 D^P:D^P) = sqrt(3) dg/dt,
@@ -132,6 +133,8 @@ class DruckerPrager {
   [[nodiscard]] double yield_function(const MaterialState<double>& state) const;
 
  private:
+  static constexpr double round_off = 1e-12;  ///< of a trace, over the deviator
+
   HenckyModuli moduli_;
   double slope_, intercept_, dilatancy_slope_;
   double apex_strain_;   // tr eps at the apex, C / (A K)
@@ -146,10 +149,13 @@ void DruckerPrager::update_stress(MaterialState<T>& state, const Matrix3<T>& dl,
   const HenckyStrain<T> before = moduli_.strain(state.stress);
   HenckyStrain<T> strain = hencky_trial(before, dl);
 
-  const T gap = select(before.volumetric >= 0.0, state.internal, T{});
+  // A sheared point with p = 0 has it to round-off of its stress only.
+  const T squeezed = min(before.volumetric, T{});
+  const T gap = select(squeezed * squeezed <= (round_off * round_off) * norm2(before.deviator), state.internal, T{});
   const T closed = max(min(gap, -strain.volumetric), T{});
   strain.volumetric += closed;
   state.internal = state.internal - closed;
+  const T open = gap - closed;
 
   const T p = -bulk * strain.volumetric;
   const T q = sqrt((6.0 * shear * shear) * norm2(strain.deviator));
@@ -163,8 +169,11 @@ void DruckerPrager::update_stress(MaterialState<T>& state, const Matrix3<T>& dl,
       const T root = sqrt(b * b + 4.0 * excess * h);
       d = select(b > 0.0, 2.0 * excess * h / (b + root), 0.5 * (root - b));
     }
+    T returned = strain.volumetric - (dilatancy_slope_ / (3.0 * shear)) * d;
+    const Mask<T> loose = (open > 0.0) & (returned < 0.0);  // would dilate into pressure although its gap is open
+    d = select(loose, q - intercept_, d);
+    returned = select(loose, T{}, returned);
     const Mask<T> apex = yields & (q <= d);
-    const T returned = strain.volumetric - (dilatancy_slope_ / (3.0 * shear)) * d;
     const T volumetric = select(yields, select(apex, broadcast<T>(apex_strain_), returned), strain.volumetric);
     state.internal += strain.volumetric - volumetric;
     strain.volumetric = volumetric;

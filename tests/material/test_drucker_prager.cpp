@@ -168,6 +168,28 @@ TEST(DruckerPrager, TornMaterialRecompactsBeforeItCarriesPressure) {
   EXPECT_NEAR(pressure(s), 0.01 * law.moduli().bulk(), 1e-12 * law.moduli().bulk());
 }
 
+TEST(DruckerPrager, ShearDoesNotDilateAnOpenGapIntoPressure) {
+  for (const double cohesion : {0.0, 500.0}) {
+    const DruckerPrager law(sand(ConeMatching::triaxial_compression, 40.0, cohesion, 10.0));
+    MaterialState<double> s{};
+    law.update_stress(s, stretch(0.02, 0.0, 0.0), 1.0);
+    const double torn = s.internal;
+    ASSERT_GT(torn, 0.01);
+    // sheared while it closes: as many steps as leave a part of the gap open
+    const double mean = -0.2 * torn / 3.0;
+    for (int i = 0; i < 4; ++i) {
+      law.update_stress(s, stretch(mean + 0.01, mean + 0.01, mean - 0.02), 1.0);
+      EXPECT_LE(pressure(s), 1e-9) << cohesion << " " << i;
+      EXPECT_NEAR(shear(s), law.cohesion_intercept() + law.friction_slope() * pressure(s), 1e-9 * law.moduli().bulk())
+          << cohesion << " " << i;
+      EXPECT_LE(s.internal, torn);
+    }
+    // closed: shear dilates, and now against a pressure
+    for (int i = 0; i < 4; ++i) law.update_stress(s, stretch(mean + 0.01, mean + 0.01, mean - 0.02), 1.0);
+    EXPECT_GT(pressure(s), 0.0) << cohesion;
+  }
+}
+
 TEST(DruckerPrager, CohesiveMaterialGainsNothingByTearingAndClosing) {
   // The work of a cycle that tears the point and closes it again is not negative, though tension stood while it tore.
   const DruckerPrager law(sand(ConeMatching::triaxial_compression, 30.0, 2e3));

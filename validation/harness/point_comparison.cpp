@@ -101,14 +101,14 @@ bool PathComparison::exact(double tolerance) const {
   return std::all_of(error.begin(), error.end(), [&](double e) { return e < tolerance; });
 }
 
-PathComparison compare_path(const mpm::CamClay::Parameters& spec, const std::vector<ReferenceSegment>& segments,
+PathComparison compare_path(const MaterialParameters& spec, const std::vector<ReferenceSegment>& segments, ReferencePath reference,
                             const ComparisonOptions& options) {
   PathComparison c;
-  ReferenceOptions reference;
-  reference.samples_per_segment = static_cast<std::size_t>(options.samples);
-  const CamClay model = reference_model(spec);
-  c.reference = options.general ? general_reference(model, segments, reference) : coaxial_reference(model, segments, reference);
-  for (const ReferencePoint& r : c.reference.points) c.scale = std::max({c.scale, r.preconsolidation, r.q});
+  c.reference = std::move(reference);
+  for (const ReferencePoint& r : c.reference.points) {
+    c.scale = std::max({c.scale, r.preconsolidation, r.q});
+    if (r.preconsolidation == 0.0) c.scale = std::max(c.scale, std::abs(r.p));
+  }
   c.jumps = std::any_of(c.reference.events.begin(), c.reference.events.end(),
                         [](const EventRecord& e) { return e.event == PathEvent::snap_back; });
 
@@ -127,6 +127,16 @@ PathComparison compare_path(const mpm::CamClay::Parameters& spec, const std::vec
   if (c.finest.size() != c.reference.points.size())
     throw ConfigError(fmt::format("compare_path: {} samples do not divide {} steps", options.samples, finest));
   return c;
+}
+
+PathComparison compare_path(const mpm::CamClay::Parameters& spec, const std::vector<ReferenceSegment>& segments,
+                            const ComparisonOptions& options) {
+  ReferenceOptions reference;
+  reference.samples_per_segment = static_cast<std::size_t>(options.samples);
+  const CamClay model = reference_model(spec);
+  return compare_path(spec, segments,
+                      options.general ? general_reference(model, segments, reference) : coaxial_reference(model, segments, reference),
+                      options);
 }
 
 double isotropic_error(const mpm::CamClay::Parameters& spec, const std::vector<ReferenceSegment>& segments, const std::vector<int>& steps) {

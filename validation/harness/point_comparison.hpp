@@ -28,7 +28,8 @@ struct ComparisonOptions {
 };
 
 /// Backward Euler against the reference in the maximum norm along the path: largest |p - p_ref|, |q - q_ref|, |p_c - p_c,ref| and, on
-/// general paths, |tau_ij - tau_ij,ref| over all sampled step ends, over the largest p_c or q of the reference path.
+/// general paths, |tau_ij - tau_ij,ref| over all sampled step ends, over the largest p_c (|p| for a law without p_c) or q of the
+/// reference path.
 ///
 /// The finest step follows from the reference alone. Close to a fold of the solution (a snap-back), where D = m (K y_p^2 + 3 G y_q^2) with
 /// a small margin m, one step changes D by a share of m that must itself be small: its number grows like 1/m^2. So options.finest holds for
@@ -51,6 +52,9 @@ struct PathComparison {
 };
 
 /// @throws ConfigError where samples and step counts have no common points
+PathComparison compare_path(const MaterialParameters& spec, const std::vector<ReferenceSegment>& segments, ReferencePath reference,
+                            const ComparisonOptions& options);
+/// The same, with the reference of Cam-Clay.
 PathComparison compare_path(const mpm::CamClay::Parameters& spec, const std::vector<ReferenceSegment>& segments,
                             const ComparisonOptions& options = {});
 

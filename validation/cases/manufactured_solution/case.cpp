@@ -8,6 +8,7 @@
 #include "libmpm/driver/scene.hpp"
 #include "validation/harness/case.hpp"
 #include "validation/harness/particle_access.hpp"
+#include "validation/harness/periodic.hpp"
 
 namespace mpm::validation {
 namespace {
@@ -113,50 +114,6 @@ struct Errors {
   std::size_t particle_steps = 0;
 };
 
-/// Particles of the periodic continuation, within `margin` of the cube, are renewed before every step: copies of the particles of the cube,
-/// moved by whole metres. So nothing bounds the cube, and no exact value is imposed anywhere.
-class Surroundings {
- public:
-  Surroundings(const Vec3& low, double margin, int axes, std::uint64_t first_id)
-      : low_(low), margin_(margin), axes_(axes), first_id_(first_id) {}
-
-  void renew(State& state) const {
-    std::vector<Particle> copies;
-    for (const auto b : state.grid.occupied_blocks()) {
-      ParticleBin& particles = state.grid.block(b).particles;
-      for (int s = particles.count() - 1; s >= 0; --s) {
-        if (particles[s].id >= first_id_) {
-          state.grid.remove(b, s);
-        } else {
-          copy(particles[s], copies);
-        }
-      }
-    }
-    for (const Particle& p : copies) state.grid.insert(p);
-    state.grid.refresh();
-  }
-
- private:
-  void copy(const Particle& p, std::vector<Particle>& copies) const {
-    std::uint64_t number = 0;
-    for (int k = axes_ > 2 ? -1 : 0; k <= (axes_ > 2 ? 1 : 0); ++k)
-      for (int j = axes_ > 1 ? -1 : 0; j <= (axes_ > 1 ? 1 : 0); ++j)
-        for (int i = -1; i <= 1; ++i, ++number) {
-          if (i == 0 && j == 0 && k == 0) continue;
-          const Vec3 at = Vec3(p.position[0], p.position[1], p.position[2]) + Vec3(i, j, k);
-          if (((at - low_).array() < -margin_).any() || ((at - low_).array() > 1.0 + margin_).any()) continue;
-          Particle q = p;
-          for (int a = 0; a < 3; ++a) q.position[a] = at[a];
-          q.id = first_id_ * (number + 1) + p.id;
-          copies.push_back(q);
-        }
-  }
-  Vec3 low_;  ///< corner of the cube
-  double margin_;
-  int axes_;
-  std::uint64_t first_id_;
-};
-
 Errors simulate(const CaseContext& context, const Settings& s) {
   Case c = read_case(context.case_directory() / "case.toml");
   const double dx = 1.0 / s.cells, side = s.quasi_1d ? dx / s.per_axis : 1.0;
@@ -205,8 +162,7 @@ Errors simulate(const CaseContext& context, const Settings& s) {
     state.grid.insert(p);
   });
   state.grid.refresh();
-  // particles of the cube touch nodes up to one cell beyond it, which particles up to 2.5 cells beyond it touch
-  const Surroundings surroundings(shift, 2.5 * dx, s.quasi_1d ? 1 : 3, lattice.next_id);
+  const PeriodicBox surroundings(shift, s.quasi_1d ? Vec3(1.0, 0.0, 0.0) : Vec3::Ones(), 2.5 * dx, lattice.next_id);
 
   Errors result;
   double largest_stress = 0.0;

@@ -7,6 +7,8 @@
 
 #include "libmpm/driver/case_file.hpp"
 #include "libmpm/driver/scene.hpp"
+#include "libmpm/core/diagnostics.hpp"
+#include "validation/harness/in_parallel.hpp"
 #include "validation/harness/setup.hpp"
 
 namespace mpm::validation {
@@ -86,6 +88,125 @@ Slide slide(const CaseContext& context, const Run& run, const Setup& setup, Case
   return s;
 }
 
+/// A face of an obstacle, and the way along it.
+struct Face {
+  std::string name;
+  Vec3 normal, along;      ///< unit; out of the face, and the direction in which the block is thrown
+  double rotation = 0.0;   ///< of the box about its vertical axis, rad
+  double off_nodes = 0.0;  ///< cells, by which the face is off the planes of nodes
+  ContactRule rule = ContactRule::surface;
+};
+
+/// The block of `base` thrown along a face of a box, with gravity into that face.
+struct FaceSlide {
+  double distance = 0.0, rise = 0.0;  ///< m; of the centre of mass, until rest; away from the face while it slides
+  double friction_error = 0.0;        ///< largest |J_t / (mu J_n) - 1| of a step while all of the block slides
+  double mean_friction = 0.0;         ///< sum of J_t over mu times the sum of J_n, in the same time
+  double speed = 0.0;                 ///< m/s, at the end
+  double largest_step = 0.0;          ///< s
+  double turned = 0.0;                ///< m/s, largest speed across both directions: the box's rows and corners push nothing aside
+};
+FaceSlide slide_on_face(const Case& base, const Face& face, double rest_time) {
+  constexpr double width = 4.0;  // m, of a square box: the block stays well away from its edges
+  Case c = base;
+  const double dx = c.numerics.cell_size, mu = base.walls.front().friction, g = base.numerics.gravity;
+  const bool top = face.normal.z() > 0.5;
+  c.walls.clear();
+  c.obstacle = ObstacleSpec{};
+  BoxShape box;
+  box.width = box.depth = width + (top ? 0.0 : 2.0 * face.off_nodes * dx);
+  box.rotation = face.rotation;
+  c.obstacle->shape = box;
+  if (top) c.obstacle->height = 1.0 + face.off_nodes * dx;
+  c.obstacle->friction = mu;
+  c.numerics.contact = face.rule;
+  c.domain.min = Vec3(-4.0, -6.0, -6.0);
+  c.domain.max = Vec3(12.0, 6.0, 6.0);
+  // a block of the same size anywhere in free space, carried to its place afterwards, turned with the face
+  const Vec3 size = c.bodies[0].max - c.bodies[0].min;
+  c.bodies[0].min = Vec3(-2.0, -3.0, 2.0);
+  c.bodies[0].max = c.bodies[0].min + size;
+  c.bodies[0].velocity.setZero();
+  CaseScene scene = make_scene(c);
+  scene.gravity = -g * face.normal;
+  const State lattice = make_state(c, scene);
+  const double reach = 0.5 * box.width * (std::abs(std::cos(face.rotation)) + std::abs(std::sin(face.rotation)));
+  const Vec3 middle = Vec3(reach, 0.0, top ? *c.obstacle->height : 1.0) + (top ? 0.0 : 0.5 * box.width) * face.normal;
+  const Vec3 centre = middle + 0.5 * size.z() * face.normal - 0.5 * face.along;
+  Mat3 turn;
+  turn.col(0) = face.along;
+  turn.col(1) = face.normal.cross(face.along);
+  turn.col(2) = face.normal;
+  const Vec3 velocity = base.bodies.front().velocity.x() * face.along;
+  State state(dx);
+  state.next_id = lattice.next_id;
+  lattice.grid.for_each_particle([&](Particle p) {
+    const Vec3 at = centre + turn * (Vec3(p.position[0], p.position[1], p.position[2]) - c.bodies[0].min - 0.5 * size);
+    for (int i = 0; i < 3; ++i) p.position[i] = at[i], p.velocity[i] = velocity[i];
+    state.grid.insert(p);
+  });
+  state.grid.refresh();
+  state.max_speed = velocity.norm();
+
+  FaceSlide s;
+  double pushed = 0.0, dragged = 0.0;
+  const Vec3 across = turn.col(1);
+  advance(state, scene, base.output.duration, [&](const StepReport& step) {
+    const Totals now = totals(state, scene);
+    const Vec3 v = now.momentum / now.mass;
+    if (state.time <= rest_time) s.rise += step.dt * v.dot(face.normal);
+    s.distance += step.dt * v.dot(face.along);
+    s.speed = v.dot(face.along);
+    s.turned = std::max(s.turned, std::abs(v.dot(across)));
+    s.largest_step = std::max(s.largest_step, step.dt);
+    const Vec3& impulse = step.impulses[*scene.obstacle].linear;
+    const double normal = -impulse.dot(face.normal), drag = impulse.dot(face.along);
+    if (state.time >= 0.9 * rest_time || normal <= 0.0) return;
+    s.friction_error = std::max(s.friction_error, std::abs(drag / (mu * normal) - 1.0));
+    pushed += normal, dragged += drag;
+  });
+  s.mean_friction = dragged / (mu * pushed);
+  return s;
+}
+
+/// Friction of the obstacle: its top, its sides, and sides at an angle to the grid.
+void on_obstacle(const CaseContext& context, CaseResult& result, const Case& base, double rest_time, double rest_distance,
+                 double ratio_bound) {
+  const double turned = std::numbers::pi / 6.0;
+  const Vec3 oblique_normal(-std::sin(turned), std::cos(turned), 0.0), oblique(std::cos(turned), std::sin(turned), 0.0);
+  std::vector<Face> faces = {
+      {"top of a box, off the nodes", Vec3::UnitZ(), Vec3::UnitX(), 0.0, 0.4, ContactRule::surface},
+      {"side of a box, off the nodes", Vec3::UnitY(), Vec3::UnitX(), 0.0, 0.4, ContactRule::surface},
+      {"side of a box, upwards", Vec3::UnitY(), Vec3::UnitZ(), 0.0, 0.0, ContactRule::surface},
+      {"side at 30° to the grid", oblique_normal, oblique, turned, 0.0, ContactRule::surface},
+      {"top of a box, contact on nodes", Vec3::UnitZ(), Vec3::UnitX(), 0.0, 0.0, ContactRule::nodal},
+      {"side of a box, contact on nodes", Vec3::UnitY(), Vec3::UnitX(), 0.0, 0.0, ContactRule::nodal},
+  };
+  if (context.level() != Level::quick) {
+    faces.push_back({"top of a box", Vec3::UnitZ(), Vec3::UnitX(), 0.0, 0.0, ContactRule::surface});
+    faces.push_back({"side of a box", Vec3::UnitY(), Vec3::UnitX(), 0.0, 0.0, ContactRule::surface});
+    faces.push_back({"front of a box", -Vec3::UnitX(), Vec3::UnitY(), 0.0, 0.0, ContactRule::surface});
+    faces.push_back({"side at 30° to the grid, upwards", oblique_normal, Vec3::UnitZ(), turned, 0.0, ContactRule::surface});
+  }
+  std::vector<FaceSlide> all(faces.size());
+  in_parallel(faces.size(), [&](std::size_t i) { all[i] = slide_on_face(base, faces[i], rest_time); });
+  const double mu = base.walls.front().friction, v0 = base.bodies.front().velocity.x();
+  for (std::size_t i = 0; i < faces.size(); ++i) {
+    const FaceSlide& s = all[i];
+    const std::string& name = faces[i].name;
+    result.check_relative(Label::verification, name + ": distance to rest, + μ times the rise", s.distance + mu * s.rise, rest_distance,
+                          "m", v0 * s.largest_step / rest_distance, "one step of motion (symplectic Euler)");
+    result.check_at_most(Label::verification, name + ": friction over μ times normal force in a step, largest deviation from 1",
+                         s.friction_error, ratio_bound, "", 0.0,
+                         "as on the floor: second order in the angle at which vibration turns the sliding direction");
+    result.notes.push_back(
+        fmt::format("{}: distance {:.4f} of v₀²/(2μg), rise {:.2f} mm; friction over μ times normal force: mean {:.5f}, largest "
+                    "deviation of a step {:.1e}; speed across {:.1e} m/s.",
+                    name, s.distance / rest_distance, 1e3 * s.rise, s.mean_friction, s.friction_error, s.turned));
+  }
+  context.log("faces of an obstacle");
+}
+
 void run(const CaseContext& context, CaseResult& result) {
   const Case c = block_case(context);
   const double mu = c.walls.front().friction, g = c.numerics.gravity, v0 = c.bodies.front().velocity.x(), height = 0.5;
@@ -125,6 +246,13 @@ void run(const CaseContext& context, CaseResult& result) {
                           .y_label = "distance [m]",
                           .series = {exact, ours},
                           .caption = fmt::format("μ = {}, v₀ = {} m/s.", mu, v0)});
+
+  if (own_run(context)) {
+    const double ratio_bound = std::pow(0.5 * height * std::sqrt(sinking / height * g / height) / (0.1 * v0), 2) + 1e-9;
+    Case coarse = c;
+    coarse.numerics.cell_size = 0.125;
+    on_obstacle(context, result, coarse, stop_time, stop_distance, ratio_bound);
+  }
 
   for (const Run& slope : {blocks[1], blocks[2]}) {
     const double angle = slope.degrees * std::numbers::pi / 180.0, duration = slope.duration;

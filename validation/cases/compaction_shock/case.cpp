@@ -1,0 +1,333 @@
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "libmpm/base/error.hpp"
+#include "libmpm/core/diagnostics.hpp"
+#include "libmpm/core/stress_update.hpp"
+#include "libmpm/driver/case_file.hpp"
+#include "libmpm/driver/scene.hpp"
+#include "validation/harness/case.hpp"
+#include "validation/harness/point_comparison.hpp"
+#include "validation/harness/root.hpp"
+#include "validation/harness/shallow_flow.hpp"
+
+namespace mpm::validation {
+namespace {
+
+/// A state of one-dimensional compression, e = -ln J.
+struct Compressed {
+  double compression = 0.0;     ///< e
+  double stress = 0.0;          ///< axial, Cauchy, compression positive, Pa
+  double elastic_energy = 0.0;  ///< J per m^3 of uncompressed snow
+  [[nodiscard]] double volume_ratio() const { return std::exp(-compression); }
+};
+
+/// The path of one-dimensional compression: elastic up to the onset of yield, then plastic.
+class OedometricPath {
+ public:
+  OedometricPath(const mpm::CamClay::Parameters& spec, double largest) : model_(reference_model(spec)) {
+    const CamClay& m = model_;
+    if (m.critical_state_slope == 0.0) {
+      onset_ = m.preconsolidation_pressure / m.bulk_modulus;
+      return;
+    }
+    ReferenceOptions options;
+    options.samples_per_segment = 4000;
+    const ReferencePath path = coaxial_reference(m, {ReferenceSegment::strain_increment(-largest, 2.0 / 3.0 * largest)}, options);
+    if (path.events.size() != 1 || path.events[0].event != PathEvent::onset)
+      throw ConfigError("compaction_shock: the oedometric path of this snow has events beyond the onset of yield");
+    onset_ = path.events[0].time * largest;
+    for (const ReferencePoint& r : path.points) {
+      if (r.time * largest <= onset_) continue;
+      points_.push_back({-r.eps_v, (r.p + 2.0 / 3.0 * r.q_signed) * std::exp(-r.eps_v),
+                         r.p * r.p / (2.0 * m.bulk_modulus) + r.q * r.q / (6.0 * m.shear_modulus)});
+    }
+    points_.insert(points_.begin(), at(onset_));
+  }
+  [[nodiscard]] double onset() const { return onset_; }
+  [[nodiscard]] Compressed at(double e) const {
+    const CamClay& m = model_;
+    if (m.critical_state_slope == 0.0) {
+      const double p = e <= onset_ ? m.bulk_modulus * e : m.preconsolidation(exact::isotropic_compression(m, e));
+      return {e, p * std::exp(e), p * p / (2.0 * m.bulk_modulus)};
+    }
+    if (e <= onset_) {
+      const double modulus = m.bulk_modulus + 4.0 / 3.0 * m.shear_modulus;
+      return {e, modulus * e * std::exp(e), 0.5 * modulus * e * e};
+    }
+    const auto above =
+        std::lower_bound(points_.begin() + 1, points_.end() - 1, e, [](const Compressed& c, double x) { return c.compression < x; });
+    const Compressed &a = *(above - 1), &b = *above;
+    const double share = (e - a.compression) / (b.compression - a.compression);
+    return {e, a.stress + share * (b.stress - a.stress), a.elastic_energy + share * (b.elastic_energy - a.elastic_energy)};
+  }
+
+ private:
+  CamClay model_;
+  double onset_ = 0.0;
+  std::vector<Compressed> points_;
+};
+
+/// A wave that the wall sends into the snow: the states before and behind it, and its speed in the uncompressed snow, m/s.
+struct Wave {
+  Compressed ahead, behind;
+  double speed = 0.0;
+};
+
+/// The waves from rest to a state, fast ones first: the upper concave hull of stress over 1 - J. A chord of it is a shock (jump conditions
+/// of mass and momentum), a part that runs along the path is a fan, here cut into many small waves.
+class Waves {
+ public:
+  /// @param velocity  of the snow towards the wall, which stops it, m/s
+  Waves(const OedometricPath& path, double density, double velocity, double largest) : density_(density), velocity_(velocity) {
+    const double e = root_between([&](double x) { return passed(hull(path, x)) - velocity; }, 1e-4, largest);
+    states_ = hull(path, e);
+    for (std::size_t i = 1; i < states_.size(); ++i) waves_.push_back({states_[i - 1], states_[i], speed(states_[i - 1], states_[i])});
+  }
+  [[nodiscard]] const std::vector<Wave>& all() const { return waves_; }
+  [[nodiscard]] const Wave& first() const { return waves_.front(); }
+  [[nodiscard]] const Wave& last() const { return waves_.back(); }
+  [[nodiscard]] const Compressed& behind() const { return states_.back(); }
+  /// Velocity of the snow towards the wall behind a wave, m/s.
+  [[nodiscard]] double velocity_behind(std::size_t wave) const {
+    return velocity_ - passed({states_.begin(), states_.begin() + static_cast<long>(wave) + 2});
+  }
+  /// Kinetic and elastic energy of a column at a time, over its first energy; no wave has left the column.
+  [[nodiscard]] double energy(double length, double time) const {
+    double sum = 0.0;
+    for (std::size_t i = 0; i < waves_.size(); ++i) {
+      const double layer = (waves_[i].speed - (i + 1 < waves_.size() ? waves_[i + 1].speed : 0.0)) * time;
+      sum += layer * (0.5 * density_ * std::pow(velocity_behind(i), 2) + waves_[i].behind.elastic_energy);
+    }
+    const double first = 0.5 * density_ * velocity_ * velocity_;
+    return (sum + (length - first_speed() * time) * first) / (length * first);
+  }
+  [[nodiscard]] double first_speed() const { return waves_.front().speed; }
+
+ private:
+  [[nodiscard]] double speed(const Compressed& a, const Compressed& b) const {
+    return std::sqrt((b.stress - a.stress) / (density_ * (a.volume_ratio() - b.volume_ratio())));
+  }
+  /// Change of velocity over all waves, m/s.
+  [[nodiscard]] double passed(const std::vector<Compressed>& states) const {
+    double sum = 0.0;
+    for (std::size_t i = 1; i < states.size(); ++i)
+      sum += (states[i].stress - states[i - 1].stress) / (density_ * speed(states[i - 1], states[i]));
+    return sum;
+  }
+  [[nodiscard]] static std::vector<Compressed> hull(const OedometricPath& path, double e) {
+    constexpr int points = 2000;
+    std::vector<Compressed> kept;
+    const auto add = [&](const Compressed& c) {
+      const auto below = [&](const Compressed& a, const Compressed& b) {  // b lies below the chord from a to c
+        return (b.stress - a.stress) * (a.volume_ratio() - c.volume_ratio()) <=
+               (c.stress - a.stress) * (a.volume_ratio() - b.volume_ratio());
+      };
+      while (kept.size() > 1 && below(kept[kept.size() - 2], kept.back())) kept.pop_back();
+      kept.push_back(c);
+    };
+    add({});
+    for (int i = 1; i <= points; ++i) {
+      const double at = e * i / points, before = e * (i - 1) / points;
+      if (before < path.onset() && path.onset() < at) add(path.at(path.onset()));
+      add(path.at(at));
+    }
+    return kept;
+  }
+  double density_, velocity_;
+  std::vector<Compressed> states_;
+  std::vector<Wave> waves_;
+};
+
+struct Snow {
+  std::string name;
+  double slope, beta, xi;
+  double velocity;  ///< m/s
+};
+
+struct Settings {
+  Snow snow;
+  int cells = 64;
+  Transfer transfer = Transfer::aflip;
+  double flip_ratio = 0.0;
+};
+
+/// Over the exact value, but for the fields and energies.
+struct Measured {
+  double cell = 0.0;
+  double force = 0.0, stress = 0.0, density = 0.0, speed = 0.0, first_speed = 0.0;
+  double energy = 0.0, energy_exact = 0.0;       ///< of the column, over its first energy
+  double mass_jump = 0.0, momentum_jump = 0.0;   ///< sides of the jump conditions of the last wave, over one another
+  std::vector<double> place, axial, compaction;  ///< X/L, kPa, rho/rho_0 of the particles at the end
+};
+
+Measured hit(const CaseContext& context, const Settings& s, const Waves& exact) {
+  Case c = read_case(context.case_directory() / "case.toml");
+  const double length = c.bodies[0].max.x(), dx = length / s.cells, side = 0.5 * dx, v = s.snow.velocity;
+  c.material = with_plasticity(c.material.as<mpm::CamClay>(), s.snow.slope, s.snow.beta, s.snow.xi);
+  c.numerics.cell_size = dx;
+  c.numerics.transfer = s.transfer;
+  c.numerics.flip_ratio = s.flip_ratio;
+  c.bodies[0].max = Vec3(length, side, side);
+  c.bodies[0].velocity = Vec3(-v, 0.0, 0.0);
+  for (WallSpec& wall : c.walls) {
+    if (wall.point.y() > 0.0) wall.point.y() = side;
+    if (wall.point.z() > 0.0) wall.point.z() = side;
+  }
+  const CaseScene scene = make_scene(c);
+  State state = make_state(c, scene);
+  std::vector<double> reference(state.next_id);
+  state.grid.for_each_particle([&](const Particle& p) { reference[p.id] = p.position[0]; });
+  const double area = side * side, start = totals(state, scene).kinetic_energy;
+
+  // The first wave comes back from the free end and meets the last one at 2 L/(U_1 + U_2).
+  const double first = exact.first().speed, last = exact.last().speed, end = 0.8 * 2.0 * length / (first + last), early = 0.5 * end;
+  if (first * early > length) throw ConfigError("compaction_shock: the precursor reaches the free end too soon");
+  Measured m;
+  m.cell = 1.0 / s.cells;
+  double impulse = 0.0;
+  const auto count = [&](const StepReport& r) { impulse -= r.impulses[0].linear.x(); };
+  /// Speed at which the snow that is slower than a velocity grows, uncompressed, from one time to another: the slope of a line through 40
+  /// instants, because the length moves by whole particles.
+  const auto wave_speed = [&](double slower_than, double from, double to) {
+    constexpr int instants = 40;
+    std::vector<double> time, grown;
+    for (int i = 0; i <= instants; ++i) {
+      advance(state, scene, from + (to - from) * i / instants, count);
+      double sum = 0.0;
+      state.grid.for_each_particle([&](const Particle& p) { sum += -p.velocity[0] < slower_than ? p.volume / area : 0.0; });
+      time.push_back(state.time);
+      grown.push_back(sum);
+    }
+    return fitted_slope(time, grown);
+  };
+  m.first_speed = wave_speed(0.5 * (v + exact.velocity_behind(0)), 0.2 * early, early) / first;
+  const Totals now = totals(state, scene);
+  m.energy = (now.kinetic_energy + now.affine_energy + now.elastic_energy) / start;
+  m.energy_exact = exact.energy(length, early);
+  impulse = 0.0;
+  const double before = exact.velocity_behind(exact.all().size() - 2), speed = wave_speed(0.5 * before, early, end);
+  m.speed = speed / last;
+  m.force = impulse / ((end - early) * area * exact.behind().stress);
+  double stress = 0.0, volume = 0.0, uncompressed = 0.0, weight = 0.0;
+  state.grid.for_each_particle([&](const Particle& p) {
+    const double j = volume_ratio(scene.material, p), x = reference[p.id];
+    m.place.push_back(x / length);
+    m.axial.push_back(-1e-3 * p.stress[0] / j);
+    m.compaction.push_back(1.0 / j);
+    if (x < 0.2 * last * end || x > 0.7 * last * end) return;
+    stress -= p.stress[0] / j;
+    volume += p.volume * j;
+    uncompressed += p.volume;
+    weight += 1.0;
+  });
+  stress /= weight;
+  m.stress = stress / exact.behind().stress;
+  m.density = uncompressed / volume * exact.behind().volume_ratio();
+  const Compressed& ahead = exact.last().ahead;
+  m.mass_jump = speed * (ahead.volume_ratio() - volume / uncompressed) / before;
+  m.momentum_jump = (stress - ahead.stress) / (density_of(scene.material) * speed * before);
+  return m;
+}
+
+struct Method {
+  std::string name;
+  Transfer transfer;
+  double flip_ratio;
+};
+
+void run(const CaseContext& context, CaseResult& result) {
+  const Case c = read_case(context.case_directory() / "case.toml");
+  const auto base = c.material.as<mpm::CamClay>();
+  const auto grids = context.choose<std::vector<int>>({32, 64, 128}, {32, 64, 128, 256}, {32, 64, 128, 256, 512});
+  const std::vector<Snow> snows = {
+      {"M 0, ξ 0.05", 0.0, 0.15, 0.05, 8.0}, {"M 0, ξ 0.5", 0.0, 0.15, 0.5, 8.0}, {"M 0.8, β 0.3, ξ 0.5", 0.8, 0.3, 0.5, 8.0}};
+  std::vector<Method> methods = {{"PIC", Transfer::flip, 0.0}, {"AFLIP", Transfer::aflip, 0.0}, {"APIC", Transfer::apic, 0.0}};
+  if (context.level() != Level::quick) methods.push_back({"FLIP", Transfer::flip, 1.0});
+  constexpr double largest = 1.5;
+  for (std::size_t k = 0; k < snows.size(); ++k) {
+    const Snow& snow = snows[k];
+    const OedometricPath path(with_plasticity(base, snow.slope, snow.beta, snow.xi), largest);
+    const Waves exact(path, base.density, snow.velocity, largest);
+    const double length = c.bodies[0].max.x(), end = 0.8 * 2.0 * length / (exact.first().speed + exact.last().speed);
+    Plot stress{fmt::format("stress-{}", k),
+                snow.name + ": axial stress on the finest grid",
+                "X / L [-]",
+                "axial stress [kPa]",
+                {},
+                "",
+                false,
+                false};
+    Plot density{fmt::format("density-{}", k), snow.name + ": density on the finest grid", "X / L [-]", "ρ / ρ0 [-]", {}, "", false, false};
+    Series stress_line{"exact", {}, {}, Series::Style::reference}, density_line = stress_line;
+    const auto corner = [&](double x, const Compressed& state) {
+      stress_line.x.push_back(x), stress_line.y.push_back(1e-3 * state.stress);
+      density_line.x.push_back(x), density_line.y.push_back(1.0 / state.volume_ratio());
+    };
+    corner(0.0, exact.behind());
+    for (std::size_t i = exact.all().size(); i-- > 0;) {
+      const double x = exact.all()[i].speed * end / length;
+      if (x > 1.0) break;
+      corner(x, exact.all()[i].behind), corner(x, exact.all()[i].ahead);
+    }
+    stress.series.push_back(stress_line);
+    density.series.push_back(density_line);
+    for (const Method& method : methods) {
+      std::vector<double> cell, error;
+      Measured finest;
+      for (const int cells : grids) {
+        finest = hit(context, {snow, cells, method.transfer, method.flip_ratio}, exact);
+        cell.push_back(finest.cell), error.push_back(std::abs(finest.density - 1.0));
+      }
+      const std::string name = snow.name + ", " + method.name;
+      if (method.name == "PIC") {
+        const std::string reason = "2 %: what the diffusion of PIC, dx²/dt, leaves behind its wide front";
+        result.check_relative(Label::verification, name + ": force on the wall over the exact one", finest.force, 1.0, "", 0.02, reason);
+        result.check_relative(Label::verification, name + ": axial stress behind the shock over the exact one", finest.stress, 1.0, "",
+                              0.03, "3 %: the diffusion of PIC, and particles at one instant");
+        result.check_relative(Label::verification, name + ": density behind the shock over the exact one", finest.density, 1.0, "", 0.02,
+                              reason);
+        const double order = fitted_order(cell, error);
+        result
+            .check_order(Label::verification, name + ": order of the density behind the shock", order, 0.8, 3.0,
+                         "the diffusion is of first order; behind the front the error falls faster than its width")
+            .observed_order = order;
+      }
+      if (method.name != "PIC") {  // its front is too wide for a place
+        result.check_relative(Label::verification, name + ": mass through the shock, U (J₁ − J₂) over the jump of velocity",
+                              finest.mass_jump, 1.0, "", 0.02, "2 %: the front passes some 50 cells, its place is known to about one");
+        result.check_relative(Label::verification, name + ": momentum, jump of stress over ρ0 U times the jump of velocity",
+                              finest.momentum_jump, 1.0, "", 0.03, "3 %: as the mass, and particles at one instant");
+        if (snow.slope == 0.0)
+          result.check_relative(Label::verification, name + ": speed of the elastic precursor over the exact one", finest.first_speed, 1.0,
+                                "", 0.02, "2 %: as the shock's place");
+        result.notes.push_back(
+            fmt::format("Not met: {} behind the shock within 2 %: force {:.4f}, density {:.4f}, speed {:.4f} of the exact ones.", name,
+                        finest.force, finest.density, finest.speed));
+      }
+      result.notes.push_back(
+          fmt::format("{}: force {:.4f}, stress {:.4f}, density {:.4f} (errors {:.1e} to {:.1e}), speed {:.4f}, precursor {:.4f}; energy "
+                      "{:.4f}, exact {:.4f}.",
+                      name, finest.force, finest.stress, finest.density, error.front(), error.back(), finest.speed, finest.first_speed,
+                      finest.energy, finest.energy_exact));
+      if (method.name == "FLIP") continue;
+      stress.series.push_back({method.name, finest.place, finest.axial, Series::Style::points});
+      density.series.push_back({method.name, finest.place, finest.compaction, Series::Style::points});
+    }
+    result.notes.push_back(
+        fmt::format("{}, exact: {} waves, the first at {:.2f} m/s, the last at {:.2f} m/s; axial stress {:.2f} kPa before and {:.2f} kPa "
+                    "behind it, ρ/ρ0 {:.4f}.",
+                    snow.name, exact.all().size(), exact.first().speed, exact.last().speed, 1e-3 * exact.last().ahead.stress,
+                    1e-3 * exact.behind().stress, 1.0 / exact.behind().volume_ratio()));
+    result.plots.push_back(std::move(stress));
+    result.plots.push_back(std::move(density));
+    context.log(snow.name);
+  }
+}
+
+const Registration registered{{MPM_CASE_NAME, "Compaction shock: snow on a wall", MPM_CASE_DIRECTORY, run}};
+
+}  // namespace
+}  // namespace mpm::validation
