@@ -55,7 +55,7 @@ TEMPLATE = r"""<!doctype html>
 paper, regression with an earlier result of this program.{% if r.solver %} Another solver made the runs: {{ r.solver }}. The references and the checks are those of libmpm.{% endif %}</p>
 <div class="score{{ ' bad' if failing }}"><span><b class="{{ 'failed' if failing else 'ok' }}">{{ r.passed }} passed, {{ r.failed }} failed{% if r.not_met %}, {{ r.not_met }} not met as known{% endif %}</b></span>
 {% if failing %}<span class="failed">failing: {% for c in failing %}<a class="failed" href="#{{ c.name }}">{{ c.name }}</a>{{ ', ' if not loop.last }}{% endfor %}</span>{% endif %}
-<span>{{ r.cases|length }} case{{ '' if r.cases|length == 1 else 's' }} in {{ '%.0f'|format(r.wall_time_s) }} s{% if r.time_budget_s %}; the level may take {{ '%.0f'|format(r.time_budget_s) }} s on two idle cores{% endif %}</span></div>
+<span>{{ r.cases|length }} case{{ '' if r.cases|length == 1 else 's' }} in {{ '%.0f'|format(r.wall_time_s) }} s{% if r.time_budget_s and not r.solver %}; the level may take {{ '%.0f'|format(r.time_budget_s) }} s on two idle cores{% endif %}</span></div>
 {% if r.summary.rows %}<h3 id="predicted">Predicted against reference</h3>
 <table class="stack"><thead><tr><th>quantity</th><th>compared with</th><th class="number">values</th><th class="number">cases</th>
 <th class="number">uncertainty of the references</th><th class="number">bias of the model</th><th class="number">relative standard deviation of the model</th>

@@ -109,6 +109,14 @@ class OtherSolvers(unittest.TestCase):
         failed = [line for line in done.stdout.splitlines() if "FAILED" in line]
         self.assertTrue(any("thrown down a slope of 30°: distance" in line for line in failed), done.stdout)
 
+    def test_own_results_come_back_unchanged(self):
+        root = pathlib.Path(tempfile.mkdtemp(dir=self.folder.name))
+        self.assertEqual(validate("export", "free_flight", "--out", root / "solved", "--solve", "--threads", "1").returncode, 0)
+        self.assertEqual(validate("grade", "free_flight", "--results", root / "solved", "--out", root / "graded").returncode, 0)
+        self.assertEqual(validate("run", "--case", "free_flight", "--out", root / "run", "--threads", "1").returncode, 0)
+        graded, run = (json.loads((root / name / "results.json").read_text(encoding="utf-8"))["cases"][0]["checks"] for name in ("graded", "run"))
+        self.assertEqual([(k["quantity"], k["value"], k["tolerance"]) for k in graded], [(k["quantity"], k["value"], k["tolerance"]) for k in run])
+
     def test_a_missing_file_is_named(self):
         results = self.copy_of_results()
         (results / "thrown" / "forces.csv").unlink()

@@ -275,6 +275,7 @@ int main(int argc, char** argv) {
         ->default_str("quick");
   }
   write->add_option("--out", options.out, "directory of the exported case")->required();
+  write->add_option("--threads", options.threads, "OpenMP threads of --solve; default: all")->check(CLI::Range(1, most_threads()));
   write->add_flag("--solve", options.solve, "also make the runs, and write the results as another solver would");
   grade->add_option("--results", options.results, "directory of the solver's results")->required();
   grade->add_option("--out", options.out, "directory of the report")->default_str("out/grade");

@@ -369,6 +369,7 @@ TEST(Report, IsDrawnFromTheResultsAsOneSelfContainedPage) {
     GTEST_SKIP() << "python3-h5py, python3-jinja2 or python3-matplotlib is not installed";
   CaseResult r = bad_case();
   r.physics = "Physics with `code` & <angle>.";
+  r.compare(Label::validation, "force & <moment>", Quantity::force, 1.1, 1.0, "kN", 0.1);
   r.plots.push_back({.id = "p",
                      .title = "T",
                      .x_label = "x [m]",
@@ -395,7 +396,10 @@ TEST(Report, IsDrawnFromTheResultsAsOneSelfContainedPage) {
   EXPECT_NE(page.find("mpm-validate run --case bad --level quick"), std::string::npos);
 
   EXPECT_NE(page.find("oscillating"), std::string::npos);
-  for (const char* external : {"src=\"http", "href=\"http", "@import", "url("})
+  EXPECT_NE(page.find("Predicted against reference"), std::string::npos);
+  EXPECT_NE(page.find("<g class=\"point\" tabindex=\"0\" data-text=\"A case that &lt;fails&gt; &amp; says so\nforce &amp; &lt;moment&gt;"),
+            std::string::npos);
+  for (const char* external : {"src=\"http", "href=\"http", "@import", "url(h", "url(/", "url('", "url(\""})
     EXPECT_EQ(page.find(external), std::string::npos) << external;
 }
 

@@ -8,6 +8,7 @@ the grid (APIC: Jiang et al. 2015); the same gradient deforms it, and the diverg
 Hu et al. 2018).
 
 Laws: hencky_elastic, weakly_compressible_fluid without viscosity, cohesive_cam_clay with M = 0 and no cohesion. Boundaries: half-spaces.
+Particles that leave the domain are kept.
 
 usage: numpy_mpm.py EXPORTED RESULTS [RUN...]      then: mpm-validate grade CASE --results RESULTS
 """
@@ -89,10 +90,11 @@ class SlipperySnow:
         total = self.x + self.start
         self.plastic = np.minimum(self.plastic, total)  # pulled: it tears, without stress
         yields = total - self.plastic > np.sinh(self.xi * np.maximum(self.plastic, 0.0))
+        wanted = total[yields]
         root = np.maximum(self.plastic[yields], 0.0)
-        for _ in range(30):  # Newton's method on X + sinh(xi X) = x + X_0, which is convex
-            root = root - (root + np.sinh(self.xi * root) - total[yields]) / (1 + self.xi * np.cosh(self.xi * root))
-        self.plastic[yields] = np.maximum(root, self.plastic[yields])
+        for _ in range(30):  # Newton's method on X + sinh(xi X) = x + X_0, which is convex for X > 0
+            root = root - (root + np.sinh(self.xi * root) - wanted) / (1 + self.xi * np.cosh(self.xi * root))
+        self.plastic[yields] = np.where(wanted > 0.0, root, wanted)  # what is looser than at first has no strength
 
     def stress(self):
         return -self.bulk * (self.x + self.start - self.plastic)[:, None, None] * IDENTITY

@@ -504,8 +504,8 @@ void export_results(const CaseEntry& entry, const CaseContext& context, const st
       if (setup.particles) write_group(file, number_of(now.index), columns, column_values(columns, now.particles));
       for (std::size_t b = 0; b < boundaries.size(); ++b) {
         const Vec3& f = now.forces.at(b);
-        forces += csv_line(std::vector<std::string>{format_number(now.time), boundaries[b], format_number(f.x()), format_number(f.y()),
-                                                    format_number(f.z())});
+        forces += csv_line(std::vector<std::string>{format_number(setup.times[now.index]), boundaries[b], format_number(f.x()),
+                                                    format_number(f.y()), format_number(f.z())});
       }
       return true;
     });

@@ -85,7 +85,7 @@ SCRIPT = r"""(() => {
 def inline_svg(figure, texts, label):
     """The figure as SVG for a page.
 
-    texts: text of every artist that was given the name (gid); label: what a reader without eyes is told.
+    texts: text of every artist that was given the name (gid); label: the description for readers who cannot see it.
     """
     stream = io.StringIO()
     figure.savefig(stream, format="svg", metadata={"Date": None, "Creator": None, "Format": None, "Type": None})

@@ -1,4 +1,4 @@
-"""Predicted against reference values, one figure a kind of quantity, from the summary in results.json."""
+"""Predicted against reference values, one plot for each kind of quantity, from the summary in results.json."""
 
 import math
 

@@ -1,0 +1,48 @@
+"""The page that puts several solvers side by side."""
+
+import json
+import pathlib
+import tempfile
+import unittest
+
+from mpmtools.figures.solver_comparison import draw_comparison
+
+
+def check(quantity, value, used):
+    return {"quantity": quantity, "unit": "m", "measure": "relative", "passed": used <= 1.0, "tolerance_used": used,
+            "text": {"value": value, "reference": "1", "error": f"{used} %", "tolerance": "1 %"}}
+
+
+class SolverComparison(unittest.TestCase):
+    def setUp(self):
+        folder = tempfile.TemporaryDirectory()
+        self.addCleanup(folder.cleanup)
+        self.root = pathlib.Path(folder.name)
+
+    def report(self, name, solver, *checks, case="block", level="quick"):
+        (self.root / name).mkdir()
+        failed = sum(not k["passed"] for k in checks)
+        results = {"solver": solver, "level": level, "version": "1", "commit": "c",
+                   "cases": [{"name": case, "title": "A & B", "checks": checks, "checks_passed": len(checks) - failed, "checks_failed": failed}]}
+        (self.root / name / "results.json").write_text(json.dumps(results), encoding="utf-8")
+        return self.root / name
+
+    def test_a_check_that_one_solver_fails_is_marked(self):
+        page = self.root / "page.html"
+        draw_comparison([self.report("a", "", check("rise", "1.001", 0.1), check("of the scheme", "2", 0.5)), self.report("b", "numpy", check("rise", "1.02", 2.0))], page)
+        text = page.read_text(encoding="utf-8")
+        for part in ("libmpm: result", "numpy: result", "1.001", "1.02", "2.0 % FAILED", "A &amp; B"):
+            self.assertIn(part, text)
+        self.assertNotIn("of the scheme", text)  # only one of the two has it
+
+    def test_reports_of_two_levels_are_refused(self):
+        with self.assertRaises(ValueError):
+            draw_comparison([self.report("a", "", check("rise", "1", 0.1)), self.report("b", "numpy", check("rise", "1", 0.1), level="full")], self.root / "page.html")
+
+    def test_a_shared_case_is_needed(self):
+        with self.assertRaises(ValueError):
+            draw_comparison([self.report("a", "", check("rise", "1", 0.1)), self.report("b", "numpy", check("rise", "1", 0.1), case="other")], self.root / "page.html")
+
+
+if __name__ == "__main__":
+    unittest.main()
