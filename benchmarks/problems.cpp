@@ -31,6 +31,15 @@ double stress_norm(const Particle& p, double pressure) {
   return std::sqrt(sum);
 }
 
+}  // namespace
+
+void use_tracked_numerics(Case& c) {
+  c.numerics.transfer = Transfer::apic;
+  c.numerics.contact = ContactRule::nodal;
+}
+
+namespace {
+
 /// A cube of particles at rest.
 Problem cube(std::size_t particles, int per_cell, const CamClay::Parameters& snow) {
   Case c;
@@ -38,7 +47,8 @@ Problem cube(std::size_t particles, int per_cell, const CamClay::Parameters& sno
   c.numerics.cell_size = 0.05;
   c.numerics.particles_per_cell = per_cell;
   const double edge = 0.05 * std::max(1.0, std::round(std::cbrt(static_cast<double>(particles) / per_cell)));
-  c.bodies.push_back({.max = Vec3::Constant(edge)});
+  use_tracked_numerics(c);
+  c.bodies.push_back({.max = Vec3::Constant(edge), .lattice = BodySpec::Lattice::aligned});
   Scene scene = make_scene(c);
   State state = make_state(c, scene);
   return {std::move(scene), std::move(state)};
@@ -129,10 +139,11 @@ Problem make_avalanche(std::size_t particles) {
   Case c;
   c.material.as<CamClay>().critical_state_slope = 0.8;
   c.material.as<CamClay>().hardening_xi = 5.0;
+  use_tracked_numerics(c);
   c.numerics.cell_size = std::cbrt(8.0 * volume / static_cast<double>(particles));
   constexpr double speed = 20.7, lift = 15.0;  // m/s: the plug at Fr 5, the jet on its way up
   const auto add = [&](const Vec3& min, const Vec3& max, const Vec3& velocity) {
-    c.bodies.push_back({.min = min, .max = max, .velocity = velocity});
+    c.bodies.push_back({.min = min, .max = max, .velocity = velocity, .lattice = BodySpec::Lattice::aligned});
   };
   const Vec3 forward(speed, 0.0, 0.0);
   add(plug_min, {0.0, plug_max.y(), plug_max.z()}, forward);

@@ -14,6 +14,9 @@ struct Problem {
   State state;
 };
 
+/// Numerics of all timed problems: those of the whole history of measurements (APIC, contact on nodes).
+void use_tracked_numerics(Case& c);
+
 /// Density of the law, kg/m^3.
 double density(const Scene& scene);
 

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "problems.hpp"
+
 namespace mpm::benchmarks {
 
 namespace {
@@ -73,7 +75,8 @@ Problem make_reference(double cell_size, Regime regime) {
   c.material = reference_snow();
   if (regime == Regime::elastic) c.material.as<CamClay>().preconsolidation_pressure = 1e9;
   c.numerics.cell_size = cell_size;
-  c.bodies.push_back({.max = {2.0, 1.0, 4.0}});
+  use_tracked_numerics(c);
+  c.bodies.push_back({.max = {2.0, 1.0, 4.0}, .lattice = BodySpec::Lattice::aligned});
   c.walls.push_back({.contact = Contact::separable});
   Scene scene = make_scene(c);
   State state = make_state(c, scene);

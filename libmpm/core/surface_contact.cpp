@@ -13,6 +13,7 @@ namespace {
 constexpr int sweeps = 6;
 constexpr int first_capped_sweep = 2;     ///< the caps compare impulses, which have to be about right by then
 constexpr double least_weight = 0.3;      ///< of a point's nodes with material, together; below it the point is bare
+constexpr double deep_below_top = 1.6;    ///< cells: nearer to the top it is the top that holds a node (contact_stencil.cpp: deep_from)
 constexpr int group_layers = lane_count;  ///< solved at once
 constexpr int group_blocks = group_layers / block_edge;
 
@@ -179,11 +180,11 @@ void solve_rows(const ContactStencil& stencil, double friction, LayerGroup& grou
   }
 }
 
-/// Nodes beyond the reach of the rows obey the nearest side, each for itself.
-void hold_deep_nodes(const ContactStencil& stencil, double friction, LayerGroup& group) {
+/// Nodes beyond the reach of the rows obey the nearest side, each for itself. @param deep_layers  those that the top is not nearer to
+void hold_deep_nodes(const ContactStencil& stencil, double friction, LaneMask deep_layers, LayerGroup& group) {
   for (const ContactStencil::Deep& deep : stencil.deep) {
     LayerGroup::NodeLanes& node = group.node[static_cast<std::size_t>(deep.node)];
-    const Lanes approach = min(deep.normal.x() * node.v[0] + deep.normal.y() * node.v[1], Lanes{});
+    const Lanes approach = deep_layers ? min(deep.normal.x() * node.v[0] + deep.normal.y() * node.v[1], Lanes{}) : Lanes{};
     node.v[0] -= deep.normal.x() * approach;
     node.v[1] -= deep.normal.y() * approach;
     if (friction == 0.0) continue;
@@ -243,7 +244,11 @@ ContactImpulse apply_surface_contact(Grid& grid, const SurfaceSolid& solid) {
   for (std::int32_t g = 0; g < groups; ++g) {
     const std::int32_t layer = first_layer + group_layers * g;
     LaneMask acts{};
-    for (int k = 0; k < group_layers; ++k) acts[k] = dx * (layer + k) <= solid.top() + on_surface ? -1 : 0;
+    LaneMask deep_layers{};
+    for (int k = 0; k < group_layers; ++k) {
+      acts[k] = dx * (layer + k) <= solid.top() + on_surface ? -1 : 0;
+      deep_layers[k] = dx * (layer + k + deep_below_top) <= solid.top() + on_surface ? -1 : 0;
+    }
     if (!any(acts)) continue;
     blocks.resize(places.columns.size());
     for (std::size_t c = 0; c < places.columns.size(); ++c) {
@@ -255,7 +260,7 @@ ContactImpulse apply_surface_contact(Grid& grid, const SurfaceSolid& solid) {
     if (!gather(stencil, places, blocks, group)) continue;
     prepare_rows(stencil, group);
     solve_rows(stencil, solid.friction(), group);
-    hold_deep_nodes(stencil, solid.friction(), group);
+    hold_deep_nodes(stencil, solid.friction(), deep_layers, group);
     scatter(stencil, places, blocks, group, acts, layer, dx, solid.reference_point(),
             &taken[static_cast<std::size_t>(layer - first_layer)]);
   }

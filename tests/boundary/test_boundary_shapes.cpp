@@ -22,6 +22,7 @@ ObstacleSpec obstacle(const AnyShape& shape) { return {.shape = shape, .height =
 Boundary boundary_of(const ObstacleSpec& spec, const Vec3& offset = Vec3::Zero()) {
   Case c = testing::empty_case();
   c.obstacle = spec;
+  c.numerics.contact = ContactRule::nodal;
   c.numerics.grid_offset = offset / dx;
   return make_scene(c).boundaries.back();
 }
@@ -198,6 +199,8 @@ TEST(VerticalSolids, ThatAreNotSymmetricAreRefusedBesideAMirrorPlane) {
 Case thrown_at(const ObstacleSpec& spec) {
   Case c = testing::empty_case();
   c.material = testing::cam_clay_snow(0.8, 0.3);
+  c.numerics.contact = ContactRule::nodal;
+  c.numerics.transfer = Transfer::apic;
   c.bodies = {box_body({-0.75, -0.5, 0.0}, {-0.25, 0.5, 1.0}, {6.0, 0.0, 0.0})};
   c.walls = {testing::wall(Vec3::Zero(), Vec3::UnitZ(), Contact::separable, 0.3)};
   c.obstacle = spec;

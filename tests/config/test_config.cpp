@@ -121,7 +121,7 @@ shape = "cylinder"
 min_m = [-1.0, -1.0, 0.0]
 max_m = [1.0, 1.0, 4]
 velocity_m_s = [0.0, 0.5, 0.0]
-lattice = "staggered"
+lattice = "aligned"
 [[body]]
 min_m = [2.0, 2.0, 0.0]
 max_m = [3.0, 3.0, 1.0]
@@ -138,7 +138,7 @@ mirror = ["x"]
 [numerics]
 transfer = "aflip"
 relaxation_cells = 1.5
-contact = "surface"
+contact = "nodal"
 [output]
 duration_s = 1.0
 )";
@@ -385,11 +385,11 @@ TEST(Config, ReadsEveryKey) {
   EXPECT_TRUE(hand.walls[0].normal.isApprox(Vec3(0.0, 0.6, 2.0).normalized(), 1e-15));  // rounding of one division
   EXPECT_EQ(hand.walls[0].contact, Contact::separable);
   EXPECT_TRUE(hand.domain.mirror_x);
-  EXPECT_EQ(hand.bodies[0].lattice, BodySpec::Lattice::staggered);
-  EXPECT_EQ(hand.bodies[1].lattice, BodySpec::Lattice::aligned);
+  EXPECT_EQ(hand.bodies[0].lattice, BodySpec::Lattice::aligned);
+  EXPECT_EQ(hand.bodies[1].lattice, BodySpec::Lattice::staggered);
   EXPECT_EQ(hand.numerics.transfer, Transfer::aflip);
   EXPECT_EQ(hand.numerics.relaxation_cells, 1.5);
-  EXPECT_EQ(hand.numerics.contact, ContactRule::surface);
+  EXPECT_EQ(hand.numerics.contact, ContactRule::nodal);
   EXPECT_FALSE(hand.domain.mirror_y);
 }
 
@@ -442,7 +442,9 @@ TEST(Config, FillsInTheDefaultsOfThePaper) {
   EXPECT_FALSE(c.obstacle->height);
   EXPECT_EQ(c.numerics.cfl, 0.4);
   EXPECT_EQ(c.numerics.particles_per_cell, 8);
-  EXPECT_EQ(c.numerics.transfer, Transfer::apic);
+  EXPECT_EQ(c.numerics.transfer, Transfer::aflip);
+  EXPECT_EQ(c.numerics.relaxation_cells, 5.0);
+  EXPECT_EQ(c.numerics.contact, ContactRule::surface);
 }
 
 TEST(Config, WidthFollowsFromXiAndTheObstacle) {

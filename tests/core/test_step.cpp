@@ -110,6 +110,7 @@ TEST(Step, LetsAFreeBodyFlyOnItsParabola) {
 
 TEST(Step, KeepsAngularMomentumOfAFreeApicBody) {
   Case c = empty_case();
+  c.numerics.transfer = Transfer::apic;
   c.numerics.gravity = 0.0;
   c.bodies = {box_body({-0.5, -0.75, -0.25}, {0.5, 0.75, 0.25})};
   const Scene scene = make_scene(c);

@@ -244,6 +244,8 @@ TEST(Bodies, WithoutAParticleAreAConfigError) {
 
 TEST(MakeScene, PutsTheObstacleLastAndSaysWhereItIs) {
   Case c = testing::small_avalanche();
+  EXPECT_TRUE(std::holds_alternative<SurfaceSolid>(make_scene(c).boundaries.back()));
+  c.numerics.contact = ContactRule::nodal;
   CaseScene scene = make_scene(c);
   ASSERT_TRUE(scene.obstacle);
   EXPECT_EQ(*scene.obstacle, scene.boundaries.size() - 1);
@@ -264,6 +266,7 @@ TEST(MakeScene, ShiftsEverythingAgainstTheGridByTheOffset) {
   c.walls = {{.point = {0.0, 0.0, 0.1}}};
   c.obstacle = ObstacleSpec{};
   c.domain = {.min = {-3.0, -3.0, -1.0}, .max = {3.0, 3.0, 3.0}};
+  c.numerics.contact = ContactRule::nodal;
   const Scene plain = make_scene(c);
   const State there = make_state(c, plain);
   c.numerics.grid_offset = {0.25, -0.5, 0.75};

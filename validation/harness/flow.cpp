@@ -40,6 +40,24 @@ Section section(const RigidPrism& prism) {
   return std::array{low, below, high, prism.solid.top};
 }
 
+Section section(const SurfaceSolid& solid) {
+  const Outline& outline = solid.outline();
+  if (const auto& c = outline.circle) {
+    if (std::abs(c->centre.y()) >= c->radius) return {};
+    const double half = std::sqrt(c->radius * c->radius - c->centre.y() * c->centre.y());
+    return std::array{c->centre.x() - half, below, c->centre.x() + half, solid.top()};
+  }
+  double low = below, high = -below;
+  for (const OutlineSide& side : outline.sides()) {  // n_x x <= offset
+    const double offset = side.normal.dot(side.from), n_x = side.normal.x();
+    if (n_x < -on_surface) low = std::max(low, offset / n_x);
+    if (n_x > on_surface) high = std::min(high, offset / n_x);
+    if (std::abs(n_x) <= on_surface && offset < 0.0) return {};
+  }
+  if (!(low < high)) return {};
+  return std::array{low, below, high, solid.top()};
+}
+
 /// Section of the boundaries with the plane y = 0. Walls that run along it are not seen.
 void add_boundaries(FlowPicture& picture, const Scene& scene) {
   for (const Boundary& boundary : scene.boundaries) {
