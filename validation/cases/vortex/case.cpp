@@ -227,14 +227,16 @@ void run(const CaseContext& context, CaseResult& result) {
       Vortex(c.material.as<HenckyElastic>(), 0.3).momentum_residual(), 0.0, "", 1e-4,
       "nested central differences over 1e-4 m, whose fourth derivatives are up to 1e4 times the values; round-off 1e-16/1e-8");
   const auto grids = context.choose<std::vector<int>>({8, 12, 16}, {8, 12, 16, 24}, {8, 12, 16, 24, 32, 48});
-  std::vector<Variant> variants = {{"AFLIP, 0.05 rad", {}}};
+  std::vector<Variant> variants = {
+      {"AFLIP, 0.05 rad", {}}, {"APIC, 0.05 rad", {.transfer = Transfer::apic}}, {"FLIP, 0.05 rad", {.transfer = Transfer::flip}}};
   if (context.level() != Level::quick) {
-    variants.push_back({"APIC, 0.05 rad", {.transfer = Transfer::apic}});
-    variants.push_back({"FLIP, 0.05 rad", {.transfer = Transfer::flip}});
     variants.push_back({"AFLIP, 0.3 rad", {.angle = 0.3}});
     variants.push_back({"APIC, 0.3 rad", {.angle = 0.3, .transfer = Transfer::apic}});
     variants.push_back({"FLIP, 0.3 rad", {.angle = 0.3, .transfer = Transfer::flip}});
-    variants.push_back({"AFLIP, 0.3 rad, 9 particles in the plane of a cell", {.angle = 0.3, .per_axis = 3}});
+    for (const auto& [name, transfer] :
+         {std::pair{"AFLIP", Transfer::aflip}, std::pair{"APIC", Transfer::apic}, std::pair{"FLIP", Transfer::flip}})
+      variants.push_back(
+          {std::string(name) + ", 0.3 rad, 9 particles in the plane of a cell", {.angle = 0.3, .transfer = transfer, .per_axis = 3}});
   }
   std::vector<std::vector<Errors>> all(variants.size(), std::vector<Errors>(grids.size()));
   in_parallel(variants.size() * grids.size(), [&](std::size_t i) {
@@ -255,7 +257,7 @@ void run(const CaseContext& context, CaseResult& result) {
     }
     const double order = fitted_order(cell, error);
     const std::string& name = variants[v].name;
-    if (variants[v].settings.angle < 0.1) {
+    if (variants[v].settings.angle < 0.1 && variants[v].settings.transfer != Transfer::apic) {  // the others: README, 'Not met'
       result
           .check_order(Label::verification, name + ": order of the displacement", order, 1.8, 2.6,
                        "1.8 is the target for a second-order scheme; up to 2.6 because the ring has 8 cells across on the coarsest grid")
