@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
 
 #include "libmpm/base/parameter.hpp"
 #include "libmpm/io/csv.hpp"
@@ -12,6 +13,7 @@ namespace mpm {
 
 namespace {
 
+constexpr std::uintmax_t most_bytes = 8U << 20U;    // as of a case file
 constexpr double deepest = 100.0, fastest = 200.0;  // m, m/s: beyond, the unit is wrong
 constexpr double loosest = 1.0, densest = 2.0;      // of density_ratio
 
@@ -65,6 +67,12 @@ void read_inflow_csv(ConveyorSpec& belt, const std::filesystem::path& folder, do
   belt.inflow_csv.reset();
   if (!belt.inflow.empty()) return report.problem(key, start + " is given beside [[conveyor.inflow]]; leave out one of the two");
   if (!report.sound("material.density_kg_m3")) return;
+  std::error_code error;  // an endless device is no table
+  if (const auto size = std::filesystem::file_size(folder / name, error); !error && size > most_bytes)
+    return report.problem(key, fmt::format("{} has {} bytes; at most {} are read, leave out rows", start, size, most_bytes));
+  if (!std::filesystem::is_regular_file(folder / name, error))
+    return report.problem(
+        key, fmt::format("{}: there is no such file; it is looked for beside the case, as '{}'", start, (folder / name).string()));
   try {
     read_rows(belt, Table::read(folder / name), density, start, report);
   } catch (const IoError& error) {

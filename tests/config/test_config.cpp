@@ -355,6 +355,7 @@ TEST(ConfigTest, CoversEveryKeyOfTheSchema) {
   const auto covered = every_case_key();
   for (const KeyInfo& key : schema_keys()) {
     if (key.table.starts_with("path")) continue;
+    if (key.name == "inflow_csv") continue;  // it needs a file beside the case: tests/driver/test_inflow_csv.cpp
     EXPECT_TRUE(std::any_of(covered.begin(), covered.end(), [&](const Setting& s) { return s.key == &key; }))
         << key.table << "." << key.name;
   }
