@@ -20,7 +20,7 @@ class SurfaceSolid {
   SurfaceSolid(Outline outline, double top, double friction, const Vec3& reference, double cell_size, Mirrored mirrored);
 
   [[nodiscard]] const ContactStencil& stencil() const { return stencil_; }  ///< its conditions, of every layer of nodes
-  [[nodiscard]] const Outline& outline() const { return outline_; }          ///< in plan, m
+  [[nodiscard]] const Outline& outline() const { return outline_; }         ///< in plan, m
   [[nodiscard]] double top() const { return top_; }                         ///< m
   [[nodiscard]] double friction() const { return friction_; }               ///< mu
 

@@ -75,8 +75,8 @@ void read_inflow_csv(ConveyorSpec& belt, const std::filesystem::path& folder, do
         key, fmt::format("{}: there is no such file; it is looked for beside the case, as '{}'", start, (folder / name).string()));
   try {
     read_rows(belt, Table::read(folder / name), density, start, report);
-  } catch (const IoError& error) {
-    report.problem(key, fmt::format("{}: {}", start, error.what()));
+  } catch (const IoError& fault) {
+    report.problem(key, fmt::format("{}: {}", start, fault.what()));
   }
 }
 

@@ -182,8 +182,8 @@ void check(CaseResult& result, const Grids& grids) {
                             finest.at(5.0).momentum, grids.thrust, "", grids.size.back() / 4.0,
                             "the cell at the floor carries 1/8 too much stress, which is dx/(4 h0) of the thrust (see hydrostatic_column)");
   momentum.observed_order = fitted_order(grids.size, grids.momentum_error);
-  result.check_order(Label::verification, "order of the momentum in dx", *momentum.observed_order, 1.5, 4.0,
-                     "at least the second order of floor and splines, less what the coarsest grid is from its limit");
+  result.check_order(Label::verification, "order of the momentum in dx", *momentum.observed_order, 0.8, 4.0,
+                     "at least first order at the floor; more where the floor is not held at nodes");
   double gate = 0.0, weight = 0.0;
   for (const Sample& s : finest.samples) {
     if (s.time < 7.5) continue;

@@ -5,9 +5,9 @@
 #include <iterator>
 #include <numbers>
 
+#include "libmpm/core/diagnostics.hpp"
 #include "libmpm/driver/case_file.hpp"
 #include "libmpm/driver/scene.hpp"
-#include "libmpm/core/diagnostics.hpp"
 #include "validation/harness/in_parallel.hpp"
 #include "validation/harness/setup.hpp"
 
