@@ -276,6 +276,7 @@ struct Symmetric {
   static Case snow(const MaterialParameters& material, double half_width, bool mirror_x, bool mirror_y) {
     Case c = testing::empty_case();
     c.material = material;
+    c.numerics.contact = ContactRule::nodal;  // a folded column divides by the masses of all its nodes, and round-off grows
     c.bodies = {box_body({-1.0, -0.5 * half_width, 0.65}, {1.0, 0.5 * half_width, 1.15}, {0.0, 0.0, -5.0}),
                 box_body({-1.0, -half_width, 0.0}, {1.0, half_width, 0.25})};
     c.walls = {testing::wall(Vec3::Zero(), Vec3::UnitZ(), Contact::separable, 0.3)};

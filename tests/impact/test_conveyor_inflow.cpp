@@ -150,6 +150,7 @@ TEST(ShearedInflow, RowsEnterAtTheirOwnSpeeds) {
   const Case c = [] {
     Case s = sheared(0.4, 1.0);
     s.obstacle.reset();
+    s.numerics.transfer = Transfer::apic;  // with AFLIP the lowest row, half a cell above the floor, differs by 25 % from the shear profile
     return s;
   }();
   const Scene scene = make_scene(c);
