@@ -31,6 +31,7 @@ void run(const RunArguments& arguments) {
   const Case spec = read_case(arguments.input.file, arguments.input.overrides);
   require_feasible(estimate(spec), arguments.any_size ? std::numeric_limits<double>::infinity() : physical_memory_bytes());
 
+  listen_to_signals();  // before anything is printed: nobody may read it
   print_advice(spec);
   RunOptions options;
   options.out = arguments.out.empty() ? std::filesystem::path("out") / arguments.input.file.stem() : arguments.out;
@@ -40,7 +41,6 @@ void run(const RunArguments& arguments) {
   const auto progress = std::make_shared<ProgressLine>();
   options.on_progress = [progress](const Progress& p) { (*progress)(p); };
   options.poll = pending_request;
-  listen_to_signals();
   const RunResult result = run_case(spec, options);
   progress->finish();
   if (!result.finished) end_by_signal();  // the run has reported where it stopped
