@@ -20,23 +20,23 @@ struct Study {
 };
 
 // Limits. Force: 120 kN, where contact at the surface gives 120.1 kN at w/7, and is within 3 % of the exact force on a plate in a jet.
-// Run-up: 4.6 H +- 0.2 H (4.64 and 4.52 by the two families of grids with contact on nodes; 4.53 at w/7 with contact at the surface).
-// Pressure height: 1.81 H +- 0.05 H (1.86 nodal, 1.76 surface, each with its finest grid).
-constexpr double force_limit = 0.03, runup_limit = 0.04, height_limit = 0.03;
+// Run-up: 4.9 H +- 0.3 H (4.53 and 4.75 at w/7 and w/9 with contact at the surface, still rising; Bernoulli's bound is 5.5). Pressure
+// height: 1.81 H +- 0.05 H (1.86 nodal, 1.76 surface, each with its finest grid).
+constexpr double force_limit = 0.03, runup_limit = 0.06, height_limit = 0.03;
 
 // Nodal contact with APIC, w/dx odd: 199.1, 160.5, 148.5 kN; 3.18, 3.92, 4.18 H; 2.26, 1.86, 1.85 H.
 constexpr std::array nodal_odd_force{Studied{3, 0.40}, Studied{5, 0.25}, Studied{7, 0.19}};
-constexpr std::array nodal_odd_runup{Studied{3, 0.45}, Studied{5, 0.17}, Studied{7, 0.10}};
+constexpr std::array nodal_odd_runup{Studied{3, 0.54}, Studied{5, 0.25}, Studied{7, 0.17}};
 constexpr std::array nodal_odd_height{Studied{3, 0.20}, Studied{5, 0.03}, Studied{7, 0.02}};
 // w/dx even: 208.4, 176.0, 161.6, 148.6 kN; 3.84, 4.17, 4.27, 4.40 H; 2.01, 1.93, 1.90, 1.86 H.
 constexpr std::array nodal_even_force{Studied{4, 0.42}, Studied{6, 0.32}, Studied{8, 0.26}, Studied{12, 0.19}};
-constexpr std::array nodal_even_runup{Studied{4, 0.20}, Studied{6, 0.10}, Studied{8, 0.08}, Studied{12, 0.05}};
+constexpr std::array nodal_even_runup{Studied{4, 0.28}, Studied{6, 0.18}, Studied{8, 0.15}, Studied{12, 0.11}};
 constexpr std::array nodal_even_height{Studied{4, 0.10}, Studied{6, 0.06}, Studied{8, 0.05}, Studied{12, 0.03}};
-// Contact at the surface with AFLIP (relaxation_cells = 5): 100.2, 122.4, 116.2, 120.1 kN; 4.21, 4.36, 4.39, 4.53 H; 1.67, 1.79, 1.75,
-// 1.75 H at w/4, w/5, w/6, w/7. The force scatters about its limit from w/5 on.
-constexpr std::array surface_force{Studied{4, 0.20}, Studied{5, 0.03}, Studied{9, 0.01}};
-constexpr std::array surface_runup{Studied{4, 0.09}, Studied{5, 0.06}, Studied{7, 0.02}};
-constexpr std::array surface_height{Studied{4, 0.08}, Studied{5, 0.02}, Studied{9, 0.02}};
+// Contact at the surface with AFLIP (relaxation_cells = 5): 125.0, 100.2, 122.4, 116.2, 120.1, 121.7 kN; 3.71, 4.21, 4.36, 4.39, 4.53,
+// 4.75 H; 1.69, 1.67, 1.79, 1.75, 1.75, 1.76 H at w/3, w/4, w/5, w/6, w/7, w/9. The force scatters about its limit from w/5 on.
+constexpr std::array surface_force{Studied{3, 0.06}, Studied{4, 0.20}, Studied{5, 0.03}, Studied{9, 0.02}};
+constexpr std::array surface_runup{Studied{3, 0.32}, Studied{4, 0.17}, Studied{5, 0.13}, Studied{7, 0.08}, Studied{9, 0.03}};
+constexpr std::array surface_height{Studied{3, 0.08}, Studied{4, 0.08}, Studied{5, 0.02}, Studied{9, 0.02}};
 // Cylinder: 89.5, 85.9, 82.5 kN at w/5, w/6, w/8. Over the errors of the same numbers of cells in a plane jet (cylinder_in_jet: 1.23, 1.15,
 // 1.11, and 1.07 at 12 cells) these give 73, 74, 74 kN.
 constexpr std::array cylinder_force{Studied{5, 0.19}, Studied{6, 0.14}, Studied{8, 0.10}, Studied{12, 0.06}};

@@ -14,19 +14,21 @@ GridResolution nodal(double cells) { return {.cells = cells, .width_excess = nod
 GridResolution surface(double cells) { return {.contact = ContactRule::surface, .transfer = Transfer::aflip, .cells = cells}; }
 
 TEST(KnownGridUncertainty, CoversTheLimitOnTheGridsThatWereStudied) {
-  // validation/cases/avalanche_convergence: force in kN, limit 120; run-up over H, limit 4.6
+  // validation/cases/avalanche_convergence: force in kN, limit 120; run-up over H, limit 4.9
   for (const auto& [r, force, runup] : {std::tuple{nodal(3), 199.1, 3.18},
                                         {nodal(5), 160.5, 3.92},
                                         {nodal(7), 148.5, 4.18},
                                         {nodal(4), 208.4, 3.84},
                                         {nodal(12), 148.6, 4.40},
-                                        {surface(3), 135.0, 3.13},
-                                        {surface(5), 120.3, 4.14},
-                                        {surface(6), 124.1, 4.22},
-                                        {surface(9), 120.6, 4.42}}) {
+                                        {surface(3), 125.0, 3.71},
+                                        {surface(4), 100.2, 4.21},
+                                        {surface(5), 122.4, 4.36},
+                                        {surface(6), 116.2, 4.39},
+                                        {surface(7), 120.1, 4.53},
+                                        {surface(9), 121.7, 4.75}}) {
     const GridUncertainty u = grid_uncertainty(r);
     EXPECT_GE(u.force * force, std::abs(force - 120.0)) << r.cells;
-    EXPECT_GE(u.runup * runup, std::abs(runup - 4.6)) << r.cells;
+    EXPECT_GE(u.runup * runup, std::abs(runup - 4.9)) << r.cells;
     EXPECT_LE(u.force * force, std::abs(force - 120.0) + 0.07 * force)
         << "and not much more (3 % of the limit; the force scatters by up to 3 % about it), at " << r.cells;
   }
@@ -48,7 +50,7 @@ TEST(KnownGridUncertainty, IsUnknownBelowThreeCells) {
 TEST(KnownGridUncertainty, IsLargerForARoundMastWhoseForceIsNotConverged) {
   GridResolution round = surface(8);
   round.plan = GridResolution::Plan::cylinder;
-  EXPECT_GT(grid_uncertainty(round).force, 5.0 * grid_uncertainty(surface(8)).force);
+  EXPECT_GT(grid_uncertainty(round).force, 2.0 * grid_uncertainty(surface(8)).force);
   EXPECT_EQ(grid_uncertainty(round).runup, grid_uncertainty(surface(8)).runup);
 }
 
