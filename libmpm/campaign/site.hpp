@@ -102,6 +102,7 @@ struct SiteSnow {
 
 /// [mast]: rigid, upright, its front against the flow.
 struct SiteMast {
+  /// Its plan.
   enum class Shape : std::uint8_t { box, cylinder } shape = Shape::box;  ///< of its plan
   double width = 0.0;                                                    ///< w across the flow, diameter of a cylinder, m
   std::optional<double> depth;                                           ///< along the flow, of a box, m; read_site fills it in

@@ -22,7 +22,10 @@ struct GridResolution {
 /// Relative to the value of the run: the value of an infinitely fine grid is expected within this to either side. Contains the distance to
 /// the limit and the uncertainty of the limit. NaN: not known (less than three cells).
 struct GridUncertainty {
-  double runup, pressure_height, force, moment;
+  double runup;            ///< of the run-up
+  double pressure_height;  ///< of the pressure height
+  double force;            ///< of the mean force
+  double moment;           ///< of the overturning moment
 };
 
 /// Linear in the cell size between the grids that were studied; beyond the finest, the distance to the limit is taken to fall with the cell
