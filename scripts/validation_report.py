@@ -20,7 +20,7 @@ from matplotlib.patches import Polygon
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent.parent / "python"))
 from mpmtools.figures.style import (COLOURS, MARKERS, REFERENCE_LINES, STYLE, breakable, clean, embed, finish_axes, inline,  # noqa: E402
-                                    plain_ticks, plt, png_data, short, svg_data, use_style, write_page)
+                                    plain_ticks, plt, png_data, short, svg_data, use_style, verdict_class, write_page)
 from mpmtools.figures import interactive  # noqa: E402
 from mpmtools.figures.summary import REFERENCES, summary_figures  # noqa: E402
 from mpmtools.frame import Frame  # noqa: E402  (after the path to the package)
@@ -140,7 +140,7 @@ without unit are relative, those with the quantity's unit absolute. '≤' is a b
 <th class="number">order</th><th class="number">tolerance, why</th><th class="number">used</th><th>verdict</th></tr></thead><tbody>
 {% for k in c.checks %}<tr class="{{ {'FAILED': 'bad', 'not met': 'known'}.get(k.verdict, '') }}{{ ' rest' if k.rest }}"><td data-label="label">{{ k.label }}</td><td class="what" data-label="quantity">{{ k.quantity }}</td>
 {{ numbers(k) }}<td class="number" data-label="tolerance"><span>{{ k.text.tolerance }}{% if k.reason %}<sup><a href="#{{ c.name }}-{{ k.reason }}">{{ k.reason }}</a></sup>{% endif %}</span></td>
-<td class="number" data-label="used"><span>{{ k.text.tolerance_used }}{{ bar(k) }}</span></td><td data-label="verdict" class="verdict {{ {'ok': 'ok', 'not met': 'known'}.get(k.verdict, 'failed') }}">{{ k.verdict }}</td></tr>
+<td class="number" data-label="used"><span>{{ k.text.tolerance_used }}{{ bar(k) }}</span></td><td data-label="verdict" class="verdict {{ k.verdict|verdict_class }}">{{ k.verdict }}</td></tr>
 {% endfor %}</tbody></table>
 {% if c.rest %}<label class="more" for="unfold-{{ c.name }}"><span class="closed">Show the {{ c.rest }} checks that use least of their tolerance</span><span class="open">Hide them</span></label>{% endif %}</div>
 {% if c.reasons %}<p class="legend">Why these tolerances:</p><ol class="reasons">{% for why in c.reasons %}<li id="{{ c.name }}-{{ why.letter }}">{{ why.text|inline }}</li>{% endfor %}</ol>{% endif %}{% endif %}
@@ -333,7 +333,7 @@ def main():
             study["data"] = draw_study(study)
         arrange_checks(case)
     environment = jinja2.Environment(autoescape=True, trim_blocks=True)
-    environment.filters.update(breakable=breakable, inline=inline, short=short, percent=percent)
+    environment.filters.update(breakable=breakable, verdict_class=verdict_class, inline=inline, short=short, percent=percent)
     page = environment.from_string(MACROS + TEMPLATE).render(
         r=results, style=markupsafe.Markup(STYLE), failing=[c for c in results["cases"] if not c["passed"]], references=REFERENCES,
         summary_figures=summary_figures(results.get("summary", {"rows": [], "points": []}), {c["name"]: c["title"] for c in results["cases"]}),

@@ -17,7 +17,6 @@ namespace {
 constexpr double rounding = 1e-9;           // cells
 constexpr double extended_from = 0.5;       // cells behind the surface: nearer nodes are held by the points
 constexpr double extended_to = 2.6;         // cells behind the surface: the support of what is before it ends there
-constexpr double deep_from = 1.6;           // cells behind the surface: beyond the support of its points
 constexpr double ambiguous_distance = 0.5;  // cells: where two sides are as near, there is no one direction to extend along
 
 /// A point of the surface, in cells.
@@ -182,7 +181,7 @@ ContactStencil contact_stencil(const Outline& outline, double cell_size, bool mi
       const auto near = distance.at(cell_size * at);
       const double depth = -near.distance / cell_size;
       if (depth > -rounding) builder.stencil.covered.push_back(builder.node(x, y));
-      if (depth > deep_from) builder.stencil.deep.push_back({builder.node(x, y), near.normal});
+      if (depth > ContactStencil::deep_from) builder.stencil.deep.push_back({builder.node(x, y), near.normal});
       const int axis = std::abs(near.normal.x()) >= std::abs(near.normal.y()) - rounding ? 0 : 1;
       const double along_axis = depth / std::abs(near.normal[axis]);
       if (along_axis <= extended_from + rounding || along_axis > extended_to) continue;

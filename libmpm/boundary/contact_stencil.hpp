@@ -48,6 +48,7 @@ struct ContactStencil {
     std::array<int, 2> at{};  ///< grid coordinates x, y
     double share = 1.0;       ///< of its mass that belongs to the computed part: a half on a mirror plane
   };
+  static constexpr double deep_from = 1.6;  ///< cells behind a surface: beyond the support of what acts on it
   /// A node so deep inside that no row reaches it.
   struct Deep {
     int node = 0;                ///< number in ContactStencil::nodes

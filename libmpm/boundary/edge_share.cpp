@@ -3,6 +3,7 @@
 #include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
+#include <vector>
 
 #include "libmpm/boundary/axis_weights.hpp"
 
@@ -18,6 +19,12 @@ constexpr double left_out = 4.0;  // cells at the inner end, where points are mi
 /// are midway between nodes, and impulses of alternating sign are such.
 constexpr double unseen = 1e-3;
 
+/// Weights of the nodes around a place.
+struct Place {
+  explicit Place(const Vec2& at) : x(at.x()), y(at.y()) {}
+  AxisWeights x, y;
+};
+
 /// sum_k N_k(a) N_k(b), along one axis
 double overlap(const AxisWeights& a, const AxisWeights& b) {
   double sum = 0.0;
@@ -27,22 +34,21 @@ double overlap(const AxisWeights& a, const AxisWeights& b) {
   }
   return sum;
 }
+double overlap(const Place& a, const Place& b) { return overlap(a.x, b.x) * overlap(a.y, b.y); }
 
 }  // namespace
 
 double edge_share(const Vec2& edge, const Vec2& inward, double spacing) {
+  std::vector<Place> point;
+  for (int i = 0; i < points; ++i) point.emplace_back(edge + (i + 0.5) * spacing * inward);
   const int samples = static_cast<int>((beyond + points * spacing - left_out) / step);
   Eigen::MatrixXd traction(samples, points);
   Eigen::VectorXd pressure(samples);
   for (int row = 0; row < samples; ++row) {
     const double s = (row + 0.5) * step - beyond;
-    const Vec2 at = edge + s * inward;
-    const AxisWeights x(at.x()), y(at.y());
+    const Place at(edge + s * inward);
     pressure[row] = std::sqrt(std::max(s, 0.0));
-    for (int i = 0; i < points; ++i) {
-      const Vec2 point = edge + (i + 0.5) * spacing * inward;
-      traction(row, i) = overlap(x, AxisWeights(point.x())) * overlap(y, AxisWeights(point.y()));
-    }
+    for (int i = 0; i < points; ++i) traction(row, i) = overlap(at, point[static_cast<std::size_t>(i)]);
   }
   Eigen::MatrixXd normal = traction.transpose() * traction * step;
   normal.diagonal().array() += unseen;

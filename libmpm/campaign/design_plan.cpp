@@ -7,6 +7,7 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 #include <numbers>
+#include <optional>
 
 #include "libmpm/base/error.hpp"
 #include "libmpm/driver/build_info.hpp"
@@ -127,14 +128,14 @@ double design_budget(DesignLevel level) {
 
 DesignPlan make_design(const Site& site, DesignLevel level, const std::vector<std::string>& overrides) {
   if (const std::vector<int> cells = prescribed_grids(site.plan); !cells.empty()) return ensemble(site, level, cells, overrides);
-  const double budget = design_budget(level);
+  std::optional<DesignPlan> plan;
   for (std::vector<int> cells : grid_sets()) {
     if (site.plan.grids == 2 && cells.size() == 3) cells.erase(cells.begin());
     if (site.plan.grids == 3 && cells.size() == 2) continue;
-    DesignPlan plan = ensemble(site, level, cells, overrides);
-    if (plan.particle_steps <= budget) return plan;
+    plan = ensemble(site, level, cells, overrides);
+    if (plan->particle_steps <= design_budget(level)) break;  // else the coarsest set stays
   }
-  return ensemble(site, level, site.plan.grids == 3 ? std::vector{3, 5, 7} : std::vector{3, 5}, overrides);
+  return *std::move(plan);
 }
 
 std::string design_plan_json(const DesignPlan& plan) {

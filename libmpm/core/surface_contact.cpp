@@ -13,7 +13,6 @@ namespace {
 constexpr int sweeps = 6;
 constexpr int first_capped_sweep = 2;     ///< the caps compare impulses, which have to be about right by then
 constexpr double least_weight = 0.3;      ///< of a point's nodes with material, together; below it the point is bare
-constexpr double deep_below_top = 1.6;    ///< cells: nearer to the top it is the top that holds a node (contact_stencil.cpp: deep_from)
 constexpr int group_layers = lane_count;  ///< solved at once
 constexpr int group_blocks = group_layers / block_edge;
 
@@ -247,7 +246,7 @@ ContactImpulse apply_surface_contact(Grid& grid, const SurfaceSolid& solid) {
     LaneMask deep_layers{};
     for (int k = 0; k < group_layers; ++k) {
       acts[k] = dx * (layer + k) <= solid.top() + on_surface ? -1 : 0;
-      deep_layers[k] = dx * (layer + k + deep_below_top) <= solid.top() + on_surface ? -1 : 0;
+      deep_layers[k] = dx * (layer + k + ContactStencil::deep_from) <= solid.top() + on_surface ? -1 : 0;
     }
     if (!any(acts)) continue;
     blocks.resize(places.columns.size());

@@ -26,9 +26,7 @@ class NumericalUncertainty : public Observer {
              ": grid and time step, estimated from published grid studies at this resolution, not from this run; without statistics, snow "
              "and model";
     };
-    const std::vector<double> moments = overturning_moment(end.series["moment_y_n_m"], end.series["force_z_n"], axis_);
-    const double moment = end.span.steady ? estimate_mean(std::span(moments).subspan(end.span.first, end.span.last - end.span.first)).mean
-                                          : MeanEstimate::none;
+    const double moment = end.mean(overturning_moment(end.series["moment_y_n_m"], end.series["force_z_n"], axis_)).mean;
     return {{"runup_numerical_uncertainty_m", of(relative_.runup, end.mean("runup_m").mean), "m", meaning("run-up"), Nature::uncertainty},
             {"pressure_height_numerical_uncertainty_m", of(relative_.pressure_height, end.mean("pressure_height_m").mean), "m",
              meaning("pressure height"), Nature::uncertainty},

@@ -51,6 +51,8 @@ struct Summary {
 
   /// Mean of a column over the steady interval; all its members are NaN where there is none.
   [[nodiscard]] MeanEstimate mean(std::string_view column) const;
+  /// The same of a quantity that is no column. @param values  one for each sample
+  [[nodiscard]] MeanEstimate mean(std::span<const double> values) const;
   /// Largest finite value of a column; NaN without one.
   [[nodiscard]] double peak(std::string_view column) const;
   /// Mean over the steady interval of `width` values a sample, given sample by sample; empty where there is none.

@@ -40,9 +40,11 @@ Arrays stored(const Arrays& all, const std::string& owner) {
 
 }  // namespace
 
-MeanEstimate Summary::mean(std::string_view column) const {
+MeanEstimate Summary::mean(std::string_view column) const { return mean(series[column]); }
+
+MeanEstimate Summary::mean(std::span<const double> values) const {
   if (!span.steady) return {};
-  return estimate_mean(series[column].subspan(span.first, span.last - span.first));
+  return estimate_mean(values.subspan(span.first, span.last - span.first));
 }
 
 double Summary::peak(std::string_view column) const {

@@ -99,8 +99,7 @@ std::vector<Result> TransientForce::summary(const Summary& end) const {
   const std::vector<double> moment = overturning_moment(end.series["moment_y_n_m"], end.series["force_z_n"], axis_);
   const ForcePeaks p = force_peaks(end.series.time(), end.series["force_x_n"], moment, flow_, window_);
   const double mean = end.mean("force_x_n").mean;
-  const MeanEstimate steady_moment =
-      end.span.steady ? estimate_mean(std::span(moment).subspan(end.span.first, end.span.last - end.span.first)) : MeanEstimate{};
+  const MeanEstimate steady_moment = end.mean(moment);
   return {
       {"force_interval_s", p.interval, "s", "sampling interval, over which raw peaks are means"},
       {"force_window_s", p.window, "s", "window of the moving mean behind filtered peaks: [measurement] force_window_s, to whole samples"},

@@ -8,8 +8,9 @@ import unittest
 from mpmtools.figures.solver_comparison import draw_comparison
 
 
-def check(quantity, value, used):
+def check(quantity, value, used, verdict=None):
     return {"quantity": quantity, "unit": "m", "measure": "relative", "passed": used <= 1.0, "tolerance_used": used,
+            "verdict": verdict or ("ok" if used <= 1.0 else "FAILED"),
             "text": {"value": value, "reference": "1", "error": f"{used} %", "tolerance": "1 %"}}
 
 
@@ -34,6 +35,13 @@ class SolverComparison(unittest.TestCase):
         for part in ("libmpm: result", "numpy: result", "1.001", "1.02", "2.0 % FAILED", "A &amp; B"):
             self.assertIn(part, text)
         self.assertNotIn("of the scheme", text)  # only one of the two has it
+
+    def test_a_target_that_is_known_not_to_be_met_is_no_failure(self):
+        page = self.root / "page.html"
+        draw_comparison([self.report("a", "", check("rise", "1.02", 2.0, "not met")), self.report("b", "numpy", check("rise", "1.01", 0.9))], page)
+        text = page.read_text(encoding="utf-8")
+        self.assertIn("2.0 % not met", text)
+        self.assertNotIn("FAILED", text)
 
     def test_reports_of_two_levels_are_refused(self):
         with self.assertRaises(ValueError):

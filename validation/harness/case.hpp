@@ -61,7 +61,8 @@ struct Check {
   std::string miss_cause = {};                ///< of a target that is known not to be met; empty: it has to be met
 
   [[nodiscard]] Verdict verdict() const;  ///< failed wherever a number is NaN
-  /// The target stays, and is known not to be met at present: reported as "not met" with this cause, and no failure.
+  /// The target stays, and is known not to be met by this program at present: reported as "not met" with this cause, and no failure.
+  /// Another solver that misses it fails (run_case_entry).
   Check& known_miss(std::string cause);
   /// Shows value and reference in the summary of predicted against reference values. Both must be in the quantity's unit, with a prefix at
   /// most (kPa, mm).

@@ -2,27 +2,23 @@
 
 #include <fmt/format.h>
 
-#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
 #include <numbers>
-#include <unsupported/Eigen/MatrixFunctions>
 
 #include "libmpm/base/error.hpp"
+#include "validation/harness/hencky_kinematics.hpp"
 #include "validation/harness/sundials.hpp"
 
 namespace mpm::validation {
 namespace {
 
-/// An elastic step longer than this might jump over the whole elastic domain.
-constexpr double longest_elastic_step = 1.0 / 256;
 constexpr double apex_share = 1e-10;  ///< q over the largest stress of the path: closer to the apex the flow direction is lost
 constexpr double ray_share = 1e-9;    ///< of a segment: how far along its ray the stress is led after recompaction
 
 /// Everything the rate equations need at one state.
-struct Local {
-  Mat3 h, s;  ///< b_e - I, deviator of tau
-  double p, q, f;
+struct Local : HenckyStress {
+  double f;
   double numerator;  ///< of g' without rate dependence
 };
 
@@ -58,15 +54,7 @@ class ConeIntegrator {
   enum class Phase { elastic, plastic, torn };
 
   void begin(const ReferenceSegment& s) {
-    switch (s.control) {
-      case ReferenceSegment::Control::strain:
-        gradient_ = Vec3(0.5, 0.5, -1.0).asDiagonal();
-        gradient_ *= s.d_eps_q;
-        gradient_ += s.d_eps_v / 3.0 * Mat3::Identity();
-        break;
-      case ReferenceSegment::Control::velocity_gradient: gradient_ = s.gradient; break;
-      case ReferenceSegment::Control::drained_triaxial: throw ConfigError("cone_reference: no drained segments");
-    }
+    gradient_ = segment_gradient(s, "cone_reference");
     rate_ = 0.5 * (gradient_ + gradient_.transpose());
   }
   [[nodiscard]] bool by_rate() const { return m_.slope_increase > 0.0; }
@@ -75,18 +63,10 @@ class ConeIntegrator {
   [[nodiscard]] Mat3 rate_deviator() const { return rate_ - rate_.trace() / 3.0 * Mat3::Identity(); }
 
   [[nodiscard]] Local local(const double* y) const {
-    Local r{};
-    r.h << y[0], y[3], y[4], y[3], y[1], y[5], y[4], y[5], y[2];
-    const Eigen::SelfAdjointEigenSolver<Mat3> eigen(r.h);
-    const Vec3 strain = 0.5 * eigen.eigenvalues().array().log1p().matrix();
-    const double volumetric = strain.sum();
-    const Vec3 s = 2.0 * m_.shear_modulus * (strain.array() - volumetric / 3.0).matrix();
-    r.s = eigen.eigenvectors() * s.asDiagonal() * eigen.eigenvectors().transpose();
-    r.p = -m_.bulk_modulus * volumetric;
-    r.q = std::sqrt(1.5) * s.norm();
+    Local r{hencky_stress(y, m_.bulk_modulus, m_.shear_modulus), 0.0, 0.0};
     r.f = r.q - m_.slope * r.p - m_.intercept;
     r.numerator = m_.slope * m_.bulk_modulus * rate_.trace();
-    if (r.q > 0.0) r.numerator += 3.0 * m_.shear_modulus / r.q * r.s.cwiseProduct(rate_).sum();
+    if (r.q > 0.0) r.numerator += 3.0 * m_.shear_modulus / r.q * r.deviator.cwiseProduct(rate_).sum();
     return r;
   }
   [[nodiscard]] double plastic_rate(const Local& s) const {
@@ -99,12 +79,9 @@ class ConeIntegrator {
   void rates(const double* y, double* dydt) const {
     const Local r = local(y);
     const double g = phase_ == Phase::plastic ? plastic_rate(r) : 0.0;
-    const Mat3 b = Mat3::Identity() + r.h;
     Mat3 normal = m_.dilatancy / 3.0 * Mat3::Identity();
-    if (r.q > 0.0) normal += 1.5 / r.q * r.s;
-    const Mat3 lb = gradient_ * b - g * normal * b;
-    const Mat3 d = lb + lb.transpose();
-    dydt[0] = d(0, 0), dydt[1] = d(1, 1), dydt[2] = d(2, 2), dydt[3] = d(0, 1), dydt[4] = d(0, 2), dydt[5] = d(1, 2);
+    if (r.q > 0.0) normal += 1.5 / r.q * r.deviator;
+    hencky_rates(r.h, gradient_, g, normal, dydt);
     dydt[6] = g * m_.dilatancy;
   }
 
@@ -132,10 +109,7 @@ class ConeIntegrator {
     }
   }
   void set(double p, double q, const Mat3& direction, double internal) {
-    const double norm = std::sqrt(1.5) * direction.norm();
-    const Mat3 dev = norm > 0.0 && q > 0.0 ? Mat3(direction * (q / (norm * 2.0 * m_.shear_modulus))) : Mat3(Mat3::Zero());
-    const Mat3 h = ((dev - p / (3.0 * m_.bulk_modulus) * Mat3::Identity()) * 2.0).exp() - Mat3::Identity();
-    y_ = {h(0, 0), h(1, 1), h(2, 2), h(0, 1), h(0, 2), h(1, 2), internal};
+    y_ = hencky_unknowns(p, std::max(q, 0.0), direction, internal, m_.bulk_modulus, m_.shear_modulus);
   }
   void advance(double target) {
     for (int restarts = 0; t_ < target; ++restarts) {
@@ -188,14 +162,12 @@ class ConeIntegrator {
     ReferencePoint r{};
     r.time = segment_ + t_;
     r.eps_v = eps_v();
-    const Mat3 f = Mat3(gradient_ * t_).exp() * deformation_;
-    const Vec3 strain = 0.5 * Eigen::SelfAdjointEigenSolver<Mat3>(f * f.transpose()).eigenvalues().array().log().matrix();
-    r.eps_q = std::sqrt(2.0 / 3.0) * (strain.array() - strain.sum() / 3.0).matrix().norm();
+    r.eps_q = deviatoric_strain(Mat3(gradient_ * t_).exp() * deformation_);
     r.p = s.p;
     r.q = r.q_signed = s.q;
     r.internal = y_[6];
     r.plastic = phase_ == Phase::plastic;
-    r.stress = s.s - s.p * Mat3::Identity();
+    r.stress = s.deviator - s.p * Mat3::Identity();
     scale_ = std::max({scale_, std::abs(s.p), s.q});
     if (r.plastic && !by_rate()) path_.drift = std::max(path_.drift, std::abs(s.f) / std::max(scale_, m_.intercept));
     path_.points.push_back(r);

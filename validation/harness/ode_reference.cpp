@@ -2,12 +2,11 @@
 
 #include <fmt/format.h>
 
-#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
-#include <unsupported/Eigen/MatrixFunctions>
 
 #include "libmpm/base/error.hpp"
+#include "validation/harness/hencky_kinematics.hpp"
 #include "validation/harness/root.hpp"
 #include "validation/harness/sundials.hpp"
 
@@ -158,15 +157,7 @@ class GeneralForm final : public Form {
   explicit GeneralForm(const CamClay& model) : Form(model) { initial = {0, 0, 0, 0, 0, 0, model.initial_internal()}; }
 
   void begin_segment(const ReferenceSegment& s, double, const std::vector<double>&) override {
-    switch (s.control) {
-      case ReferenceSegment::Control::strain:
-        gradient_ = Vec3(0.5, 0.5, -1.0).asDiagonal();
-        gradient_ *= s.d_eps_q;
-        gradient_ += s.d_eps_v / 3.0 * Mat3::Identity();
-        break;
-      case ReferenceSegment::Control::velocity_gradient: gradient_ = s.gradient; break;
-      case ReferenceSegment::Control::drained_triaxial: throw ConfigError("general_reference: drained segments need coaxial_reference");
-    }
+    gradient_ = segment_gradient(s, "general_reference");
     rate_ = 0.5 * (gradient_ + gradient_.transpose());
   }
   void end_segment() override {
@@ -179,14 +170,8 @@ class GeneralForm final : public Form {
     Mat3 h, s;  ///< b_e - I, deviator of the stress
   };
   [[nodiscard]] Spectral spectral(const double* y) const {
-    Spectral r;
-    r.h << y[0], y[3], y[4], y[3], y[1], y[5], y[4], y[5], y[2];
-    const Eigen::SelfAdjointEigenSolver<Mat3> eigen(r.h);
-    const Vec3 strain = 0.5 * eigen.eigenvalues().array().log1p().matrix();
-    const double volumetric = strain.sum();
-    const Vec3 s = 2.0 * m.shear_modulus * (strain.array() - volumetric / 3.0).matrix();
-    r.s = eigen.eigenvectors() * s.asDiagonal() * eigen.eigenvectors().transpose();
-    r.local = local_state(m, -m.bulk_modulus * volumetric, std::sqrt(1.5) * s.norm(), y[6]);
+    const HenckyStress stress = hencky_stress(y, m.bulk_modulus, m.shear_modulus);
+    Spectral r{local_state(m, stress.p, stress.q, y[6]), stress.h, stress.deviator};
     r.local.numerator = -m.bulk_modulus * r.local.y_p * rate_.trace() +
                         6.0 * m.shear_modulus * (1.0 + 2.0 * m.cohesion_beta) * r.s.cwiseProduct(rate_).sum();
     return r;
@@ -195,26 +180,16 @@ class GeneralForm final : public Form {
   void rates(double, const double* y, bool plastic, double* dydt) const override {
     const Spectral r = spectral(y);
     const double g = plastic ? plastic_rate(m, r.local) : 0.0;
-    const Mat3 b = Mat3::Identity() + r.h;
     const Mat3 normal = -r.local.y_p / 3.0 * Mat3::Identity() + 3.0 * (1.0 + 2.0 * m.cohesion_beta) * r.s;
-    const Mat3 lb = gradient_ * b - g * normal * b;
-    const Mat3 d = lb + lb.transpose();
-    dydt[0] = d(0, 0);
-    dydt[1] = d(1, 1);
-    dydt[2] = d(2, 2);
-    dydt[3] = d(0, 1);
-    dydt[4] = d(0, 2);
-    dydt[5] = d(1, 2);
+    hencky_rates(r.h, gradient_, g, normal, dydt);
     dydt[6] = g * r.local.y_p;
   }
   [[nodiscard]] ReferencePoint point(double t, const double* y) const override {
     const Spectral here = spectral(y);
     const Local& s = here.local;
-    const Mat3 f = Mat3(gradient_ * t).exp() * deformation_;
-    const Vec3 strain = 0.5 * Eigen::SelfAdjointEigenSolver<Mat3>(f * f.transpose()).eigenvalues().array().log().matrix();
     ReferencePoint r{};
     r.eps_v = eps_v(t, y);
-    r.eps_q = std::sqrt(2.0 / 3.0) * (strain.array() - strain.sum() / 3.0).matrix().norm();
+    r.eps_q = deviatoric_strain(Mat3(gradient_ * t).exp() * deformation_);
     r.p = s.p;
     r.q = r.q_signed = s.q;
     r.internal = s.internal;
@@ -227,11 +202,8 @@ class GeneralForm final : public Form {
   [[nodiscard]] double deviatoric_rate() const override { return std::sqrt(2.0 / 3.0) * rate_deviator().norm(); }
   void set(std::vector<double>& y, double p, double q, double internal) const override {
     const Spectral r = spectral(y.data());
-    Mat3 direction = r.local.q > 0.0 ? r.s : Mat3(2.0 * m.shear_modulus * rate_deviator());
-    const double norm = std::sqrt(1.5) * direction.norm();
-    const Mat3 dev = norm > 0.0 ? Mat3(direction * (q / (norm * 2.0 * m.shear_modulus))) : Mat3::Zero();
-    const Mat3 h = ((dev - p / (3.0 * m.bulk_modulus) * Mat3::Identity()) * 2.0).exp() - Mat3::Identity();
-    y = {h(0, 0), h(1, 1), h(2, 2), h(0, 1), h(0, 2), h(1, 2), internal};
+    const Mat3 direction = r.local.q > 0.0 ? r.s : Mat3(2.0 * m.shear_modulus * rate_deviator());
+    y = hencky_unknowns(p, q, direction, internal, m.bulk_modulus, m.shear_modulus);
   }
 
  private:
@@ -244,9 +216,7 @@ enum class Phase { elastic, plastic, stress_free };
 
 /// Below these shares the integration stops before the singular point itself, where the rates are 0/0 or infinite.
 constexpr double exhausted_share = 1e-7;  // p_c / p_c0: the stress left is 1e-7 of the initial strength
-/// An elastic step longer than this might jump over the whole elastic domain, in at one side and out at the other.
-constexpr double longest_elastic_step = 1.0 / 256;
-constexpr double snap_share = 1e-6;  // D / (K y_p^2 + 3 G y_q^2): D falls like a square root, so 1e-12 of the path is left
+constexpr double snap_share = 1e-6;       // D / (K y_p^2 + 3 G y_q^2): D falls like a square root, so 1e-12 of the path is left
 
 /// The state to which backward Euler jumps at a snap-back with the strain held.
 Landing snap_landing(const CamClay& m, const Local& before) {

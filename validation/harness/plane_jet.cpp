@@ -6,6 +6,8 @@
 #include <cmath>
 #include <iterator>
 
+#include "libmpm/driver/case_file.hpp"
+
 namespace mpm::validation {
 
 namespace {
@@ -41,6 +43,13 @@ Setup plane_jet_setup(const Case& base, const PlaneJetSetting& s) {
       .times = std::move(times),
       .fields = {.stress = true},
       .forces = true};
+}
+
+std::vector<Setup> plane_jet_setups(const CaseContext& context, const std::vector<NamedJet>& runs) {
+  const Case base = read_case(context.case_directory() / "case.toml");
+  std::vector<Setup> all;
+  for (const NamedJet& run : runs) all.push_back(plane_jet_setup(base, run.setting));
+  return all;
 }
 
 PlaneJetForce play_plane_jet(const CaseContext& context, const Setup& setup, const std::function<void(const Instant&)>& observe) {

@@ -36,9 +36,18 @@ struct PlaneJetForce {
   double particle_steps = 0.0;  ///< cost; 0 if another solver made the run
 };
 
+/// A run by the name under which it is judged.
+struct NamedJet {
+  std::string name;         ///< "7 cells, CFL 0.2"
+  PlaneJetSetting setting;  ///< its numerics
+};
+
 /// A slice of the jet one cell high.
 /// @param base  the case file: two walls (the slice's), one body (the jet, its velocity), the obstacle, the fluid
 Setup plane_jet_setup(const Case& base, const PlaneJetSetting& setting);
+
+/// The set-ups of runs for other solvers.
+std::vector<Setup> plane_jet_setups(const CaseContext& context, const std::vector<NamedJet>& runs);
 
 /// Makes the run, or reads it. @param observe  called with the particles at every sample of the steady flow, if any
 PlaneJetForce play_plane_jet(const CaseContext& context, const Setup& setup, const std::function<void(const Instant&)>& observe = {});

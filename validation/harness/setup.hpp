@@ -22,6 +22,7 @@
 #include "libmpm/core/step.hpp"
 #include "libmpm/driver/scene.hpp"
 #include "validation/harness/case.hpp"
+#include "validation/harness/in_parallel.hpp"
 
 namespace mpm::validation {
 
@@ -96,6 +97,16 @@ RunCost play(const CaseContext& context, const Setup& setup, const Visitor& visi
 
 /// This program makes the runs: pictures can be drawn, and checks of its own scheme apply.
 inline bool own_run(const CaseContext& context) { return context.source() == nullptr; }
+
+/// play(i) for i < count, on all threads if this program makes the runs; one after the other if results are read.
+template <class Task>
+void play_in_parallel(const CaseContext& context, std::size_t count, Task&& play) {
+  if (own_run(context)) {
+    in_parallel(count, play);
+  } else {
+    for (std::size_t i = 0; i < count; ++i) play(i);
+  }
+}
 
 /// The particles of a state as a judge sees them.
 std::vector<ParticleRecord> particle_records(const State& state, const Scene& scene);

@@ -41,6 +41,12 @@ class Ensemble:
         return [grid["cell_size_m"] for grid in self.plan["grids"]]
 
     @property
+    def bound(self):
+        """Bernoulli's H + v^2/2g, m, which the steady mean of the run-up cannot pass."""
+        flow = self.plan["flow"]
+        return flow["depth_m"] + flow["velocity_m_s"] ** 2 / (2.0 * flow["gravity_m_s2"])
+
+    @property
     def finest(self):
         """The run of each snow on the finest grid."""
         return [row[-1] for row in self.runs]

@@ -155,9 +155,7 @@ def runup_over_time(ensemble, all_loads):
         axes.plot(loads.time, loads.runup, color=colour(snow), linewidth=1.2, label=f"run-up, {ensemble.label(snow)}")
         axes.plot(loads.time, loads.pressure_height, color=colour(snow), linewidth=1.0, linestyle="--")
     axes.plot([], [], color=GREY, linestyle="--", label="pressure height")
-    flow = ensemble.plan["flow"]
-    bound = flow["depth_m"] + flow["velocity_m_s"] ** 2 / (2.0 * flow["gravity_m_s2"])
-    axes.axhline(bound, color=GREY, linestyle=":", label=f"Bernoulli's bound: {bound:.3g} m")
+    axes.axhline(ensemble.bound, color=GREY, linestyle=":", label=f"Bernoulli's bound: {ensemble.bound:.3g} m")
     axes.set_xlim(0.0, all_loads[0].time[-1])
     axes.set_ylim(0.0, None)
     return picture(axes, "Run-up and pressure height over time", "time since the front reached the mast (s)", "height (m)",

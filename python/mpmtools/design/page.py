@@ -15,12 +15,12 @@ from mpmtools.design.ensemble import Ensemble
 from mpmtools.design.results import Results, mode_keys, quantities_of
 from mpmtools.errors import InputError
 from mpmtools.figures.style import STYLE, inline, use_style, write_page
+from mpmtools.tables import write_text
 
 LEVELS = {
     "quick": "quick: coarse grids, at most ten minutes on two cores. For orders of magnitude and for comparing variants.",
     "standard": "standard: at most an hour on two cores.",
 }
-SHAPES = {"box": "box", "cylinder": "cylinder"}
 
 
 def short(value, scale=1.0):
@@ -77,7 +77,7 @@ def design_rows(ensemble, results):
         moment *= force / quasi_static
         why_moment += f", times {force / quasi_static:.2f}, the force above over that without vibration"
     runup = ranges["runup_mean_m"].high
-    bounded = runup == results.bound
+    bounded = runup == ensemble.bound
     why_runup = "Bernoulli's bound H + v²/2g, which is below value plus uncertainty" if bounded else "upper value of the steady mean"
     return [
         ("force downstream, static load", with_unit(upward(force, 1e-3), "kN"),
@@ -193,9 +193,7 @@ def write_tables(ensemble, results, spectrum):
     spectra.update({f"{snow['name']}_n": row for snow, row in zip(plan["snows"], spectrum)})
     tables["shock_spectrum.csv"] = pd.DataFrame(spectra)
     for name, table in tables.items():
-        path = os.path.join(folder, name)
-        table.to_csv(path + ".tmp", index=False, float_format="%.6g")
-        os.replace(path + ".tmp", path)
+        write_text(os.path.join(folder, name), table.to_csv(index=False, float_format="%.6g"))
     return list(tables)
 
 
@@ -206,23 +204,22 @@ def make_page(folder):
     plan, results = ensemble.plan, Results(ensemble)
     middle = results.finest[ensemble.middle]
     spectrum = figures.spectra(ensemble, results.finest)
+    design, uncertain = design_rows(ensemble, results), accuracy(results)
     pictures = [figures.side_view(ensemble, middle), figures.view_3d(ensemble, middle), figures.pressure_over_height(ensemble, results.finest),
                 figures.over_time(ensemble, results.finest, "force"), figures.over_time(ensemble, results.finest, "moment"),
                 figures.shock_spectrum(ensemble, results.finest, spectrum), figures.runup_over_time(ensemble, results.finest),
                 figures.grid_convergence(ensemble, results.table)]
     try:
         files = write_tables(ensemble, results, spectrum)
-        with open(os.path.join(folder, "design.json.tmp"), "w", encoding="utf-8") as file:
-            json.dump(design_json(ensemble, results), file, indent=2)
-        os.replace(os.path.join(folder, "design.json.tmp"), os.path.join(folder, "design.json"))
+        write_text(os.path.join(folder, "design.json"), json.dumps(design_json(ensemble, results), indent=2))
         environment = jinja2.Environment(loader=jinja2.FileSystemLoader(os.path.dirname(__file__)), autoescape=True, trim_blocks=True)
         environment.filters["inline"] = inline
         page = environment.get_template("design_page.html.j2").render(
-            style=markupsafe.Markup(STYLE), plan=plan, title=plan["title"] or "Avalanche on a mast", design=design_rows(ensemble, results),
-            loads=load_table(ensemble, results), grids=grid_table(ensemble, results), snows=snow_table(plan), shape=SHAPES[plan["mast"]["shape"]],
+            style=markupsafe.Markup(STYLE), plan=plan, title=plan["title"] or "Avalanche on a mast", design=design,
+            loads=load_table(ensemble, results), grids=grid_table(ensemble, results), snows=snow_table(plan), shape=plan["mast"]["shape"],
             comparison=comparison_table(ensemble, results), remarks=comparison.equation_remarks(plan),
             guideline=[(what, short(value), source) for what, value, source in comparison.guideline_rows(plan)],
-            pictures=[p for p in pictures if p is not None], level=LEVELS[plan["level"]], accuracy=accuracy(results),
+            pictures=[p for p in pictures if p is not None], level=LEVELS[plan["level"]], accuracy=uncertain,
             not_steady=[os.path.basename(path) for path in results.not_steady], files=files, axis=short(middle.axis),
             duration=short(plan["duration_s"]), wall=sum(run.number("wall_time_s") or 0.0 for row in ensemble.runs for run in row) / 60.0,
             threads=middle.run.number("threads"), middle=ensemble.label(ensemble.middle),
@@ -231,8 +228,8 @@ def make_page(folder):
         write_page(path, page)
     except OSError as problem:
         raise InputError(f"cannot write to '{folder}': {problem.strerror}") from None
-    lines = [f"{what}: {value} ({why})" for what, value, why in design_rows(ensemble, results)]
-    lines.append(f"largest grid uncertainties: {accuracy(results)}")
+    lines = [f"{what}: {value} ({why})" for what, value, why in design]
+    lines.append(f"largest grid uncertainties: {uncertain}")
     return path, lines
 
 

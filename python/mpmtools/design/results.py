@@ -86,8 +86,8 @@ def entry_of(sizes, values):
 
 
 class Results:
-    """loads[snow][grid]; table[snow][key]: Entry; ranges[key]: Range; bound: Bernoulli's H + v^2/2g, m, which the steady mean of the run-up
-    cannot pass: its upper value ends there (unless a snow is above it)."""
+    """loads[snow][grid]; table[snow][key]: Entry; ranges[key]: Range. The upper value of the steady run-up ends at the ensemble's bound
+    (unless a snow is above it)."""
 
     def __init__(self, ensemble):
         plan = ensemble.plan
@@ -97,9 +97,8 @@ class Results:
             values = [{**loads.values, **self._responses(loads, plan)} for loads in row]
             self.table.append({q.key: entry_of(ensemble.sizes, [v[q.key] for v in values]) for q in quantities_of(plan)})
         self.ranges = {q.key: self._range(q.key, ensemble.middle) for q in quantities_of(plan)}
-        flow, runup = plan["flow"], self.ranges["runup_mean_m"]
-        self.bound = flow["depth_m"] + flow["velocity_m_s"] ** 2 / (2.0 * flow["gravity_m_s2"])
-        self.ranges["runup_mean_m"] = runup._replace(high=max(min(runup.high, self.bound), runup.highest))
+        runup = self.ranges["runup_mean_m"]
+        self.ranges["runup_mean_m"] = runup._replace(high=max(min(runup.high, ensemble.bound), runup.highest))
         self.not_steady = [run.folder for row, runs in zip(self.loads, ensemble.runs) for loads, run in zip(row, runs) if not loads.is_steady]
 
     @property

@@ -7,7 +7,7 @@ import jinja2
 import markupsafe
 
 from mpmtools.figures import interactive
-from mpmtools.figures.style import COLOURS, MARKERS, STYLE, breakable, finish_axes, plt, use_style, write_page
+from mpmtools.figures.style import COLOURS, MARKERS, STYLE, breakable, finish_axes, plt, use_style, verdict_class, write_page
 
 LEAST = 1e-3  # share of the tolerance below which differences are of no interest
 
@@ -26,7 +26,7 @@ TEMPLATE = r"""<!doctype html>
 <table class="stack"><thead><tr><th>quantity</th><th class="number">reference</th><th class="number">tolerance</th>{% for s in c.solvers %}<th class="number">{{ s }}: result</th><th class="number">error</th>{% endfor %}</tr></thead><tbody>
 {% for row in c.rows %}<tr><td class="what" data-label="quantity">{{ row.quantity }}</td><td class="number" data-label="reference">{{ '≤ ' if row.bound }}{{ row.reference }} {{ row.unit }}</td>
 <td class="number" data-label="tolerance">{{ row.tolerance }}</td>{% for s in c.solvers %}{% set k = row.of[s] %}{% if k %}<td class="number" data-label="{{ s }}">{{ k.text.value }}</td>
-<td class="number verdict {{ 'ok' if k.passed else 'failed' }}" data-label="error">{{ k.text.error }}{{ '' if k.passed else ' FAILED' }}</td>{% else %}<td class="empty"></td><td class="empty"></td>{% endif %}{% endfor %}</tr>
+<td class="number verdict {{ k.verdict|verdict_class }}" data-label="error">{{ k.text.error }}{{ '' if k.verdict == 'ok' else ' ' + k.verdict }}</td>{% else %}<td class="empty"></td><td class="empty"></td>{% endif %}{% endfor %}</tr>
 {% endfor %}</tbody></table></section>
 {% endfor %}</main></div><script>{{ script }}</script></body></html>
 """
@@ -52,7 +52,7 @@ def draw_comparison(directories, target):
                 "failed": sum(c[n]["checks_failed"] for n in shared if n in c), "version": f"judged by libmpm {reports[s][0]['version']}, {reports[s][0]['commit']}, {min(levels)}"}
                for s, c in by_solver.items()]
     environment = jinja2.Environment(autoescape=True, trim_blocks=True)
-    environment.filters["breakable"] = breakable
+    environment.filters.update(breakable=breakable, verdict_class=verdict_class)
     write_page(str(target), environment.from_string(TEMPLATE).render(style=markupsafe.Markup(STYLE + interactive.STYLE), script=markupsafe.Markup(interactive.SCRIPT),
                                                                      cases=cases, solvers=solvers))
 

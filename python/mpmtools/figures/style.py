@@ -114,6 +114,11 @@ def inline(text):
     return markupsafe.Markup(text)
 
 
+def verdict_class(verdict):
+    """Style of a check's verdict: "ok", "not met" or "FAILED"."""
+    return {"ok": "ok", "not met": "known"}.get(verdict, "failed")
+
+
 def breakable(name):
     """A name that may break after an underscore."""
     return markupsafe.Markup("_<wbr>").join(markupsafe.escape(part) for part in name.split("_"))

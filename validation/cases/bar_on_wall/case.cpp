@@ -9,6 +9,7 @@
 #include "libmpm/driver/scene.hpp"
 #include "validation/harness/case.hpp"
 #include "validation/harness/particle_access.hpp"
+#include "validation/harness/slender.hpp"
 
 namespace mpm::validation {
 namespace {
@@ -66,12 +67,9 @@ Impact hit(const CaseContext& context, const Settings& s) {
   c.numerics.flip_ratio = s.flip_ratio;
   c.numerics.grid_offset = Vec3(s.offset, 0.0, 0.0);
   c.bodies[0].min.x() = s.gap * dx;
-  c.bodies[0].max = Vec3(length + s.gap * dx, side, side);
+  c.bodies[0].max.x() += s.gap * dx;
   c.bodies[0].velocity.setZero();
-  for (WallSpec& wall : c.walls) {
-    if (wall.point.y() > 0.0) wall.point.y() = side;
-    if (wall.point.z() > 0.0) wall.point.z() = side;
-  }
+  set_side(c, side, {1, 2});
   const CaseScene scene = make_scene(c);
   State state = make_state(c, scene);
   const double speed = wave_speed_of(scene.material), v = s.speed * speed, density = density_of(scene.material);

@@ -11,6 +11,7 @@
 #include "validation/harness/in_parallel.hpp"
 #include "validation/harness/particle_access.hpp"
 #include "validation/harness/periodic.hpp"
+#include "validation/harness/slender.hpp"
 
 namespace mpm::validation {
 namespace {
@@ -127,9 +128,8 @@ Measured run_flow(const CaseContext& context, const Settings& s) {
   c.numerics.contact = s.contact;
   c.numerics.transfer = s.transfer;
   c.numerics.grid_offset = Vec3(0.0, 0.0, s.offset);
-  c.bodies[0].max = Vec3(length, side, height);
-  for (WallSpec& wall : c.walls)
-    if (wall.point.y() > 0.0) wall.point.y() = side;
+  c.bodies[0].max.x() = length;
+  set_side(c, side, {1});
   const Exact exact(c, s.flow);
   const CaseScene scene = make_scene(c);
   const State lattice = make_state(c, scene);

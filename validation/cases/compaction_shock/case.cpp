@@ -12,6 +12,7 @@
 #include "validation/harness/point_comparison.hpp"
 #include "validation/harness/root.hpp"
 #include "validation/harness/shallow_flow.hpp"
+#include "validation/harness/slender.hpp"
 
 namespace mpm::validation {
 namespace {
@@ -170,12 +171,8 @@ Measured hit(const CaseContext& context, const Settings& s, const Waves& exact) 
   c.numerics.cell_size = dx;
   c.numerics.transfer = s.transfer;
   c.numerics.flip_ratio = s.flip_ratio;
-  c.bodies[0].max = Vec3(length, side, side);
   c.bodies[0].velocity = Vec3(-v, 0.0, 0.0);
-  for (WallSpec& wall : c.walls) {
-    if (wall.point.y() > 0.0) wall.point.y() = side;
-    if (wall.point.z() > 0.0) wall.point.z() = side;
-  }
+  set_side(c, side, {1, 2});
   const CaseScene scene = make_scene(c);
   State state = make_state(c, scene);
   std::vector<double> reference(state.next_id);

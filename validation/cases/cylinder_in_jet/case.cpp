@@ -6,23 +6,17 @@
 #include "libmpm/driver/case_file.hpp"
 #include "validation/cases/cylinder_in_jet/smooth_separation.hpp"
 #include "validation/harness/case.hpp"
-#include "validation/harness/in_parallel.hpp"
 #include "validation/harness/plane_jet.hpp"
 
 namespace mpm::validation {
 namespace {
 
-struct Named {
-  std::string name;
-  PlaneJetSetting setting;
-};
-
 /// Bound on the error of the force, by cells across. The aim is 0.03 from five cells on.
 double bound(int cells) { return cells < 6 ? 0.3 : cells < 8 ? 0.22 : cells < 12 ? 0.15 : cells < 16 ? 0.09 : 0.06; }
 
 /// The runs that are judged. @param with_variants  also those of another place of the grid or time step
-std::vector<Named> named_runs(const CaseContext& context, bool with_variants) {
-  std::vector<Named> runs = {{"5 cells", {.cells = 5}}, {"8 cells", {.cells = 8}}};
+std::vector<NamedJet> named_runs(const CaseContext& context, bool with_variants) {
+  std::vector<NamedJet> runs = {{"5 cells", {.cells = 5}}, {"8 cells", {.cells = 8}}};
   if (context.level() == Level::quick) return runs;
   for (const int cells : {6, 12, 16}) runs.push_back({fmt::format("{} cells", cells), {.cells = cells}});
   runs.push_back({"8 cells, diameter 0.4 d", {.cells = 8, .id = "ratio-0.4", .ratio = 0.4}});
@@ -33,12 +27,7 @@ std::vector<Named> named_runs(const CaseContext& context, bool with_variants) {
   return runs;
 }
 
-std::vector<Setup> setups(const CaseContext& context) {
-  const Case base = read_case(context.case_directory() / "case.toml");
-  std::vector<Setup> all;
-  for (const Named& run : named_runs(context, false)) all.push_back(plane_jet_setup(base, run.setting));
-  return all;
-}
+std::vector<Setup> setups(const CaseContext& context) { return plane_jet_setups(context, named_runs(context, false)); }
 
 void run(const CaseContext& context, CaseResult& result) {
   const Case base = read_case(context.case_directory() / "case.toml");
@@ -51,14 +40,14 @@ void run(const CaseContext& context, CaseResult& result) {
                           "Brodetsky (1923), given in whole degrees");
   }
 
-  const std::vector<Named> runs = named_runs(context, own_run(context));
+  const std::vector<NamedJet> runs = named_runs(context, own_run(context));
   std::vector<PlaneJetSetting> settings;
-  for (const Named& n : runs) settings.push_back(n.setting);
+  for (const NamedJet& n : runs) settings.push_back(n.setting);
   if (own_run(context))
     settings.push_back(
         {.cells = 8, .id = "nodal", .transfer = Transfer::apic, .contact = ContactRule::nodal, .lattice = BodySpec::Lattice::aligned});
   std::vector<PlaneJetForce> all(settings.size());
-  in_parallel(settings.size(), [&](std::size_t i) { all[i] = play_plane_jet(context, plane_jet_setup(base, settings[i])); });
+  play_in_parallel(context, settings.size(), [&](std::size_t i) { all[i] = play_plane_jet(context, plane_jet_setup(base, settings[i])); });
 
   const auto over_exact = [](const PlaneJetForce& f) { return f.mean.mean / CylinderInJet(f.ratio).force(); };
   for (std::size_t i = 0; i < runs.size(); ++i) {

@@ -11,6 +11,7 @@
 #include "validation/harness/case.hpp"
 #include "validation/harness/particle_access.hpp"
 #include "validation/harness/setup.hpp"
+#include "validation/harness/slender.hpp"
 
 namespace mpm::validation {
 namespace {
@@ -58,11 +59,7 @@ Case bar_case(const CaseContext& context, const Settings& s) {
   c.numerics.transfer = s.transfer;
   c.numerics.flip_ratio = s.flip_ratio;
   c.numerics.contact = s.contact;
-  c.bodies[0].max = Vec3(length, side, side);
-  for (WallSpec& wall : c.walls) {
-    if (wall.point.y() > 0.0) wall.point.y() = side;
-    if (wall.point.z() > 0.0) wall.point.z() = side;
-  }
+  set_side(c, side, {1, 2});
   if (s.ends != Ends::walls) {
     c.domain.mirror_x = true;
     std::erase_if(c.walls, [](const WallSpec& wall) { return wall.normal.x() != 0.0; });

@@ -15,6 +15,7 @@
 #include "validation/harness/ode_reference.hpp"
 #include "validation/harness/particle_access.hpp"
 #include "validation/harness/setup.hpp"
+#include "validation/harness/slender.hpp"
 
 namespace mpm::validation {
 namespace {
@@ -124,10 +125,8 @@ Setup column_setup(const CaseContext& context, const Column& column, int cells, 
   c.material = column.material;
   c.numerics.cell_size = dx;
   c.numerics.particles_per_cell = per_axis * per_axis * per_axis;
-  c.bodies.at(0).max = Vec3(side, side, height);
-  for (WallSpec& wall : c.walls)
-    for (int i = 0; i < 2; ++i)
-      if (wall.point[i] > 0.0) wall.point[i] = side;
+  c.bodies.at(0).max.z() = height;
+  set_side(c, side, {0, 1});
   const double frequency = 0.5 * std::numbers::pi / height * wave_speed_of(make_material(c.material)) * column.softness;  // rad/s
   const double duration = 60.0 / frequency, ramp = 0.5 * duration;  // the slowest mode decays like exp(-frequency t) or faster
   const Vec3 gravity_vector(0.0, 0.0, -gravity);

@@ -7,7 +7,6 @@
 #include "libmpm/driver/case_file.hpp"
 #include "validation/cases/plate_in_jet/free_streamlines.hpp"
 #include "validation/harness/case.hpp"
-#include "validation/harness/in_parallel.hpp"
 #include "validation/harness/plane_jet.hpp"
 
 namespace mpm::validation {
@@ -101,11 +100,8 @@ Measured run_jet(const CaseContext& context, const Setting& s, const Setup& setu
 
 std::vector<Measured> run_all(const CaseContext& context, const Case& base, const std::vector<Setting>& settings) {
   std::vector<Measured> all(settings.size());
-  const auto run_one = [&](std::size_t i) { all[i] = run_jet(context, settings[i], plane_jet_setup(base, settings[i])); };
-  if (own_run(context))
-    in_parallel(settings.size(), run_one);
-  else
-    for (std::size_t i = 0; i < settings.size(); ++i) run_one(i);
+  play_in_parallel(context, settings.size(),
+                   [&](std::size_t i) { all[i] = run_jet(context, settings[i], plane_jet_setup(base, settings[i])); });
   for (std::size_t i = 0; i < all.size(); ++i) {
     const Setting& s = settings[i];
     context.log(fmt::format("{} cells, l/d {:.3f}, cfl {}, shift {} {}: force {:.4f} ({:.4f}) of the exact; {:.2g} particle-steps", s.cells,
@@ -118,17 +114,12 @@ std::vector<Measured> run_all(const CaseContext& context, const Case& base, cons
 /// What is asked of the plate: 3 % at seven cells, 2 % at thirteen, 1 % at twenty-five.
 double tolerance(int cells) { return cells >= 24 ? 0.01 : cells >= 12 ? 0.02 : cells >= 6 ? 0.03 : 0.05; }
 
-struct Named {
-  std::string name;
-  Setting setting;
-};
-
 /// The runs that are judged.
 /// @param with_variants  also those that differ in nothing but the grid's place or the time step: variants of this program's scheme, for
 /// which
 ///                       no other solver is asked
-std::vector<Named> named_runs(const CaseContext& context, bool with_variants) {
-  std::vector<Named> runs = {{"7 cells", {.cells = 7}}, {"6 cells", {.cells = 6}}};
+std::vector<NamedJet> named_runs(const CaseContext& context, bool with_variants) {
+  std::vector<NamedJet> runs = {{"7 cells", {.cells = 7}}, {"6 cells", {.cells = 6}}};
   if (with_variants) {
     runs.push_back({"7 cells, grid moved by half a cell across", {.cells = 7, .id = "moved-across", .shift_y = 0.5}});
     runs.push_back({"7 cells, grid moved by 0.3 and 0.4 cells", {.cells = 7, .id = "moved", .shift_x = 0.3, .shift_y = 0.4}});
@@ -149,12 +140,7 @@ std::vector<Named> named_runs(const CaseContext& context, bool with_variants) {
   return runs;
 }
 
-std::vector<Setup> setups(const CaseContext& context) {
-  const Case base = read_case(context.case_directory() / "case.toml");
-  std::vector<Setup> all;
-  for (const Named& run : named_runs(context, false)) all.push_back(plane_jet_setup(base, run.setting));
-  return all;
-}
+std::vector<Setup> setups(const CaseContext& context) { return plane_jet_setups(context, named_runs(context, false)); }
 
 void check_force(CaseResult& result, const std::string& name, const Setting& s, const Measured& m) {
   result
@@ -177,9 +163,9 @@ void run(const CaseContext& context, CaseResult& result) {
                           exact.force(), "ρU²d", 1e-8, "midpoint rule with 20000 parts");
   }
 
-  const std::vector<Named> runs = named_runs(context, own_run(context));
+  const std::vector<NamedJet> runs = named_runs(context, own_run(context));
   std::vector<Setting> settings;
-  for (const Named& n : runs) settings.push_back(n.setting);
+  for (const NamedJet& n : runs) settings.push_back(n.setting);
   if (own_run(context))
     settings.push_back(
         {.cells = 7, .id = "nodal", .transfer = Transfer::apic, .contact = ContactRule::nodal, .lattice = BodySpec::Lattice::aligned});
