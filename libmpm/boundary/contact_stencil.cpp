@@ -19,7 +19,7 @@ constexpr double extended_from = 0.5;       // cells behind the surface: nearer 
 constexpr double extended_to = 2.6;         // cells behind the surface: the support of what is before it ends there
 constexpr double ambiguous_distance = 0.5;  // cells: where two sides are as near, there is no one direction to extend along
 
-constexpr double no_direction = 0.5;        // cells: nearer to the centre of a circle a node has no direction of its own
+constexpr double no_direction = 0.5;  // cells: nearer to the centre of a circle a node has no direction of its own
 
 /// A point of the surface, in cells.
 struct SurfacePoint {
