@@ -81,28 +81,24 @@ Problem make_reference(double cell_size, Regime regime) {
   Scene scene = make_scene(c);
   State state = make_state(c, scene);
   double max_speed_squared = 0.0;
-  for (const auto b : state.grid.occupied_blocks()) {
-    ParticleBin& bin = state.grid.block(b).particles;
-    for (int s = 0; s < bin.count(); ++s) {
-      Particle& p = bin[s];
-      const bool rigid = regime == Regime::partly_yielding && p.position[2] > middle;
-      const double x = p.position[0], z = rigid ? middle : p.position[2];
-      Mat3 gradient = Mat3::Zero();
-      Vec3 v(2.0 * z, 0.0, -5.0 * z);
-      if (!rigid) {
-        v.x() += 5.0 * (x - 1.0);
-        gradient << 5.0, 0.0, 2.0, 0.0, 0.0, 0.0, 0.0, 0.0, -5.0;
-      }
-      if (regime == Regime::elastic) {
-        constexpr double share = 0.05;
-        v = share * v + Vec3(10.0, 0.0, 0.0);
-        gradient *= share;
-      }
-      Eigen::Map<Vec3>(p.velocity) = v;
-      Eigen::Map<Mat3>(p.affine) = gradient;
-      max_speed_squared = std::max(max_speed_squared, v.squaredNorm());
+  state.grid.change_particles([&](Particle& p) {
+    const bool rigid = regime == Regime::partly_yielding && p.position[2] > middle;
+    const double x = p.position[0], z = rigid ? middle : p.position[2];
+    Mat3 gradient = Mat3::Zero();
+    Vec3 v(2.0 * z, 0.0, -5.0 * z);
+    if (!rigid) {
+      v.x() += 5.0 * (x - 1.0);
+      gradient << 5.0, 0.0, 2.0, 0.0, 0.0, 0.0, 0.0, 0.0, -5.0;
     }
-  }
+    if (regime == Regime::elastic) {
+      constexpr double share = 0.05;
+      v = share * v + Vec3(10.0, 0.0, 0.0);
+      gradient *= share;
+    }
+    Eigen::Map<Vec3>(p.velocity) = v;
+    Eigen::Map<Mat3>(p.affine) = gradient;
+    max_speed_squared = std::max(max_speed_squared, v.squaredNorm());
+  });
   state.max_speed = std::sqrt(max_speed_squared);
   return {std::move(scene), std::move(state)};
 }

@@ -112,8 +112,8 @@ BlockMotion grid_to_particle(Grid& grid, std::int32_t index, const TransferOptio
         m.pair = n + 1 < end;
         m.slot_a = bin.order[static_cast<std::size_t>(n)];
         m.slot_b = m.pair ? bin.order[static_cast<std::size_t>(n) + 1] : m.slot_a;
-        m.a = &bin[m.slot_a];
-        m.b = m.pair ? &bin[m.slot_b] : m.a;
+        m.a = &bin.record<Particle>(m.slot_a);
+        m.b = m.pair ? &bin.record<Particle>(m.slot_b) : m.a;
         m.f = load_pair(m.a->position, m.b->position) * inverse_dx - corner;
         m.w = bspline_weights(m.f);
       }

@@ -51,8 +51,9 @@ class PrefetchPair {
     const int count = bin.count(), next_last = next.count() - 1;
     const auto place = [&](int m) {
       if (m < count) [[likely]]
-        return reinterpret_cast<const char*>(&bin[bin.order[static_cast<std::size_t>(m)]]);
-      return reinterpret_cast<const char*>(&next[next.order[static_cast<std::size_t>(m - count < next_last ? m - count : next_last)]]);
+        return reinterpret_cast<const char*>(&bin.record<Particle>(bin.order[static_cast<std::size_t>(m)]));
+      return reinterpret_cast<const char*>(
+          &next.record<Particle>(next.order[static_cast<std::size_t>(m - count < next_last ? m - count : next_last)]));
     };
     a_ = place(n + 16);
     b_ = place(n + 17);

@@ -98,8 +98,8 @@ void scatter_block(const Grid& grid, const Block& block, const ParticleBin& next
       int count = 0;
       for (int n = first_pair; n < end && count < batch_pairs; n += 2, ++count) {
         PrefetchPair(bin, next, n).request_first();
-        const Particle& a = bin[bin.order[static_cast<std::size_t>(n)]];
-        const Particle& b = n + 1 < end ? bin[bin.order[static_cast<std::size_t>(n) + 1]] : padding_particle;
+        const Particle& a = bin.record<Particle>(bin.order[static_cast<std::size_t>(n)]);
+        const Particle& b = n + 1 < end ? bin.record<Particle>(bin.order[static_cast<std::size_t>(n) + 1]) : padding_particle;
         pairs[count] = contribution<fields>(a, b, corner, inverse_dx, mass_scale, affine_scale, stress_scale);
       }
       for (int p = 0; p < count; ++p) {

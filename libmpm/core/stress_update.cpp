@@ -77,8 +77,8 @@ bool update_stress_of(ParticleBin& bin, const Law& law, double dt) {
   Lanes sticky{};
   const int count = bin.count();
   for (int first = 0; first < count; first += group) {
-    Particle* const p = &bin[first];
-    if (first + group < count) prefetch_group(&bin[first + group]);
+    Particle* const p = &bin.record<Particle>(first);
+    if (first + group < count) prefetch_group(&bin.record<Particle>(first + group));
     Gathered a, b;
     gather(p, count - first, law.initial_internal(), a);
     gather(p + lane_count, count - first - lane_count, law.initial_internal(), b);

@@ -134,12 +134,21 @@ Snapshot read_snapshot(const std::filesystem::path& path, std::string_view kind)
 }  // namespace
 
 ParticleTable particle_table(const State& state, const Scene& scene, const std::function<bool(const Particle&)>& keep) {
-  std::vector<const Particle*> order;
+  struct Place {
+    std::uint64_t id;
+    const ParticleBin* bin;
+    int slot;
+  };
+  std::vector<Place> order;
   order.reserve(state.grid.particle_count());
-  state.grid.for_each_particle([&](const Particle& p) {
-    if (!keep || keep(p)) order.push_back(&p);
-  });
-  std::sort(order.begin(), order.end(), [](const Particle* a, const Particle* b) { return a->id < b->id; });
+  for (const auto b : state.grid.occupied_blocks()) {
+    const ParticleBin& bin = state.grid.block(b).particles;
+    for (int s = 0; s < bin.count(); ++s) {
+      const Particle p = bin[s];
+      if (!keep || keep(p)) order.push_back({p.id, &bin, s});
+    }
+  }
+  std::sort(order.begin(), order.end(), [](const Place& a, const Place& b) { return a.id < b.id; });
   const std::size_t n = order.size();
   ParticleTable t;
   t.id.resize(n);
@@ -152,7 +161,7 @@ ParticleTable particle_table(const State& state, const Scene& scene, const std::
   t.volume.resize(n);
 #pragma omp parallel for schedule(static)
   for (std::size_t i = 0; i < n; ++i) {
-    const Particle& p = *order[i];
+    const Particle p = (*order[i].bin)[order[i].slot];
     t.id[i] = p.id;
     for (int axis = 0; axis < 3; ++axis) t.position[3 * i + static_cast<std::size_t>(axis)] = p.position[axis] - scene.offset[axis];
     std::copy_n(p.velocity, 3, &t.velocity[3 * i]);

@@ -74,7 +74,7 @@ Impact hit(const CaseContext& context, const Settings& s) {
   State state = make_state(c, scene);
   const double speed = wave_speed_of(scene.material), v = s.speed * speed, density = density_of(scene.material);
   const double sign = s.start == Start::pulled ? 1.0 : -1.0;
-  change_particles(state, [&](Particle& p) {
+  state.grid.change_particles([&](Particle& p) {
     const double x = (p.position[0] - scene.offset.x()) / length - s.gap / s.cells;
     p.velocity[0] = sign * v * shape(s.start, x);
     p.affine[0] = sign * v * shape_slope(s.start, x) / length;

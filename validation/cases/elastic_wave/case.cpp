@@ -116,7 +116,7 @@ Setup bar_setup(const CaseContext& context, const Settings& s) {
           .start =
               [mode](const Case& spec, const Scene& scene) {
                 State state = make_state(spec, scene);
-                change_particles(state, [&](Particle& p) {
+                state.grid.change_particles([&](Particle& p) {
                   p.velocity[0] = amplitude * mode.speed * mode.shape(p.position[0]);
                   p.affine[0] = amplitude * mode.speed * mode.k * std::cos(mode.k * (p.position[0] - mode.start));
                 });

@@ -40,16 +40,12 @@ void set_spinning(State& state) {
   const Vec3 omega = spin * axis;
   Mat3 cross;
   cross << 0, -omega.z(), omega.y(), omega.z(), 0, -omega.x(), -omega.y(), omega.x(), 0;
-  for (const auto b : state.grid.occupied_blocks()) {
-    auto& particles = state.grid.block(b).particles;
-    for (int s = 0; s < particles.count(); ++s) {
-      Particle& p = particles[s];
-      Eigen::Map<Vec3> v(p.velocity);
-      v += omega.cross(Eigen::Map<const Vec3>(p.position));
-      Eigen::Map<Mat3> c(p.affine);
-      c = cross;
-    }
-  }
+  state.grid.change_particles([&](Particle& p) {
+    Eigen::Map<Vec3> v(p.velocity);
+    v += omega.cross(Eigen::Map<const Vec3>(p.position));
+    Eigen::Map<Mat3> c(p.affine);
+    c = cross;
+  });
 }
 
 std::vector<Vec3> positions_by_id(const std::vector<ParticleRecord>& particles) {

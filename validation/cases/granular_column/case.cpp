@@ -91,15 +91,11 @@ void prestress(State& state, const Case& c, double h0) {
       },
       c.material.law);
   const double k0 = nu / (1.0 - nu);
-  for (const auto b : state.grid.occupied_blocks()) {
-    auto& particles = state.grid.block(b).particles;
-    for (int s = 0; s < particles.count(); ++s) {
-      Particle& p = particles[s];
-      const double vertical = -c.material.density() * c.numerics.gravity * (h0 - p.position[2]);
-      p.stress[0] = p.stress[1] = k0 * vertical;
-      p.stress[2] = vertical;
-    }
-  }
+  state.grid.change_particles([&](Particle& p) {
+    const double vertical = -c.material.density() * c.numerics.gravity * (h0 - p.position[2]);
+    p.stress[0] = p.stress[1] = k0 * vertical;
+    p.stress[2] = vertical;
+  });
 }
 
 double percentile_radius(const std::vector<ParticleRecord>& particles, Geometry geometry, double share) {

@@ -171,7 +171,7 @@ Errors simulate(const CaseContext& context, const Settings& s) {
     const double t = n * dt;
     const Instant now = exact.at(t), next = exact.at(t + dt);
     // f_i = sum w m b is the consistent load: a change of the particles' velocity before the transfer does the same
-    change_particles(state, [&](Particle& p) {
+    state.grid.change_particles([&](Particle& p) {
       if (p.id >= lattice.next_id) return;
       const Vec3 b = exact.body_force(places[p.id], now);
       for (int i = 0; i < 3; ++i) p.velocity[i] += dt * b[i];

@@ -165,7 +165,7 @@ Errors turn(const CaseContext& context, const Settings& s) {
   const double fastest = outer * s.angle * pi / period, wanted = c.numerics.cfl * dx / (wave_speed_of(scene.material) + fastest);
   const auto steps = 2 * static_cast<int>(std::ceil(0.5 * period / wanted));
   const double dt = period / steps;
-  change_particles(state, [&](Particle& p) {  // velocities live at half steps
+  state.grid.change_particles([&](Particle& p) {  // velocities live at half steps
     const Vec3 v = exact.velocity(reference[p.id], -0.5 * dt);
     const Mat3 l = exact.gradient(reference[p.id], -0.5 * dt);
     for (int i = 0; i < 3; ++i) p.velocity[i] = v[i];
@@ -181,7 +181,7 @@ Errors turn(const CaseContext& context, const Settings& s) {
   }
   for (int n = 0; n < steps; ++n) {
     const double t = n * dt, next = (n + 1) * dt;
-    change_particles(state, [&](Particle& p) {
+    state.grid.change_particles([&](Particle& p) {
       const Vec3 b = exact.body_force(reference[p.id], t);
       for (int i = 0; i < 3; ++i) p.velocity[i] += dt * b[i];
     });
