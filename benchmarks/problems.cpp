@@ -47,7 +47,7 @@ Problem cube(std::size_t particles, int per_cell, const CamClay::Parameters& sno
 }
 
 void refill(Problem& problem, const std::vector<Particle>& particles) {
-  State fresh(problem.state.grid.cell_size());
+  State fresh(problem.state.grid.cell_size(), problem.state.grid.precision());
   for (const Particle& p : particles) fresh.grid.insert(p);
   fresh.grid.refresh();
   fresh.next_id = problem.state.next_id;
@@ -124,11 +124,12 @@ Problem make_law_points(std::size_t particles, LawRegime regime) {
   return problem;
 }
 
-Problem make_avalanche(std::size_t particles) {
+Problem make_avalanche(std::size_t particles, Precision precision) {
   const Vec3 plug_min(-8.0, -5.0, 0.0), plug_max(4.0, 5.0, 1.75), jet_min(-0.5, -0.875, 1.75), jet_max(0.0, 0.875, 26.75);
   constexpr double mast_half_width = 0.875, mast_depth = 1.75;
   const double volume = (plug_max - plug_min).prod() - mast_depth * 2.0 * mast_half_width * 1.75 + (jet_max - jet_min).prod();
   Case c;
+  c.numerics.precision = precision;
   c.material.as<CamClay>().critical_state_slope = 0.8;
   c.material.as<CamClay>().hardening_xi = 5.0;
   use_tracked_numerics(c);

@@ -69,12 +69,13 @@ Shares SteppedProblem::shares() const {
 
 bool SteppedProblem::reaches(const Shares& s) const { return s.yielding >= least_.yielding && s.changing_cell >= least_.changing_cell; }
 
-Problem make_reference(double cell_size, Regime regime) {
+Problem make_reference(double cell_size, Regime regime, Precision precision) {
   constexpr double middle = 2.0;  // m; above it nothing strains in the partly yielding problem
   Case c;
   c.material = reference_snow();
   if (regime == Regime::elastic) c.material.as<CamClay>().preconsolidation_pressure = 1e9;
   c.numerics.cell_size = cell_size;
+  c.numerics.precision = precision;
   use_tracked_numerics(c);
   c.bodies.push_back({.max = {2.0, 1.0, 4.0}, .lattice = BodySpec::Lattice::aligned});
   c.walls.push_back({.contact = Contact::separable});
@@ -103,14 +104,14 @@ Problem make_reference(double cell_size, Regime regime) {
   return {std::move(scene), std::move(state)};
 }
 
-SteppedProblem reference_problem(double cell_size, Regime regime) {
+SteppedProblem reference_problem(double cell_size, Regime regime, Precision precision) {
   const bool all = regime == Regime::fully_yielding;
   const Shares least = all ? Shares{.yielding = least_yielding, .changing_cell = least_changing_cell} : Shares{};
-  return {[=] { return make_reference(cell_size, regime); }, least, 200};
+  return {[=] { return make_reference(cell_size, regime, precision); }, least, 200};
 }
 
-SteppedProblem avalanche_problem(std::size_t particles) {
-  return {[=] { return make_avalanche(particles); }, Shares{}, 100};
+SteppedProblem avalanche_problem(std::size_t particles, Precision precision) {
+  return {[=] { return make_avalanche(particles, precision); }, Shares{}, 100};
 }
 
 }  // namespace mpm::benchmarks

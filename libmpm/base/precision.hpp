@@ -2,6 +2,7 @@
 /// How wide the numbers of a run's particles are.
 
 #include <cstdint>
+#include <string_view>
 
 namespace mpm {
 
@@ -10,5 +11,8 @@ enum class Precision : std::uint8_t {
   double_precision,  ///< 192 bytes a particle
   single_precision,  ///< 96 bytes a particle
 };
+
+/// As in cases and files.
+constexpr std::string_view name_of(Precision precision) { return precision == Precision::single_precision ? "single" : "double"; }
 
 }  // namespace mpm

@@ -152,6 +152,7 @@ void write_checkpoint(const std::filesystem::path& path, const Case& c, const St
   file.attribute("format_version", std::int64_t{checkpoint_format_version});
   file.attribute("case_hash", case_hash_text(c));
   file.attribute("case", write_case(c));
+  file.attribute("precision", std::string(name_of(state.grid.precision())));
   write_blocks(file, state.grid);
   const std::vector<std::uint64_t> counters = {state.step,
                                                state.next_id,
@@ -248,7 +249,7 @@ std::string resume_from_checkpoint(const std::filesystem::path& directory, const
   bool other_case = false;
   for (const char* name : {checkpoint_file, previous_checkpoint_file}) {
     try {
-      State found(c.numerics.cell_size);
+      State found(c.numerics.cell_size, c.numerics.precision);
       RunProgress at;
       Arrays observed;
       read_checkpoint(directory / name, c, found, at, observed);

@@ -53,6 +53,7 @@ void put_info(hdf5::Writer& file, std::string_view kind, const SnapshotInfo& inf
   file.attribute("reference_density_kg_m3", info.reference_density);
   file.attribute("mirror_x", std::int64_t{info.mirror_x});
   file.attribute("mirror_y", std::int64_t{info.mirror_y});
+  file.attribute("precision", std::string(name_of(info.precision)));
 }
 
 SnapshotInfo get_info(const hdf5::Reader& file, const std::filesystem::path& path, std::string_view kind) {
@@ -71,6 +72,8 @@ SnapshotInfo get_info(const hdf5::Reader& file, const std::filesystem::path& pat
   info.reference_density = file.real("reference_density_kg_m3");
   info.mirror_x = file.integer("mirror_x") != 0;
   info.mirror_y = file.integer("mirror_y") != 0;
+  if (file.has_attribute("precision") && file.text("precision") == name_of(Precision::single_precision))
+    info.precision = Precision::single_precision;  // a file without it is from before there was a choice
   if (!std::isfinite(info.time) || !(info.reference_density > 0.0) || !std::isfinite(info.reference_density)) {
     throw IoError(fmt::format("cannot read '{}': time {} s and reference density {} kg/m^3 belong to no run; write the file again",
                               path.string(), info.time, info.reference_density));

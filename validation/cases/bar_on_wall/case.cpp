@@ -59,7 +59,7 @@ double exact_force(Start start, double t) {
 }
 
 Impact hit(const CaseContext& context, const Settings& s) {
-  Case c = read_case(context.case_directory() / "case.toml");
+  Case c = context.read_case();
   const double length = c.bodies[0].max.x(), dx = length / s.cells, side = 0.5 * dx;
   c.numerics.cell_size = dx;
   c.numerics.contact = s.contact;

@@ -22,7 +22,7 @@ constexpr double pi = std::numbers::pi;
 /// With the affine part of APIC, J.
 double kinetic_energy(const Totals& t) { return t.kinetic_energy + t.affine_energy; }
 
-Case balls(const CaseContext& context) { return read_case(context.case_directory() / "case.toml"); }
+Case balls(const CaseContext& context) { return context.read_case(); }
 
 /// dt times the velocity gradient that a particle carries.
 Matrix3<double> increment(const Particle& p, double dt) {

@@ -49,7 +49,7 @@ constexpr double amplitude = 1e-6;  ///< of the velocity over the wave speed: st
 
 /// The case file with cell size, ends and numerics of one run.
 Case bar_case(const CaseContext& context, const Settings& s) {
-  Case c = read_case(context.case_directory() / "case.toml");
+  Case c = context.read_case();
   const double length = c.bodies.at(0).max.x(), dx = length / s.cells;
   const double side = s.ends == Ends::free ? 2.0 * dx : dx / s.per_axis;
   const Vec3 shift(s.offset * dx, 0.0, 0.0);

@@ -295,7 +295,7 @@ Plan plan_of(const CaseContext& context) {
 const std::vector<std::string> other_laws{"mu(I)", "cohesionless cMCC"};
 
 std::vector<Setup> setups(const CaseContext& context) {
-  const Case base = read_case(context.case_directory() / "case.toml");
+  const Case base = context.read_case();
   const Plan plan = plan_of(context);
   std::vector<Setup> all;
   const auto add = [&](const Column& column, const std::string& law) {
@@ -319,7 +319,7 @@ class Study {
   Study(const CaseContext& context, CaseResult& result)
       : context_(context),
         result_(result),
-        base_(read_case(context.case_directory() / "case.toml")),
+        base_(context.read_case()),
         laws_(published(context.case_directory() / "../../../reference_data/column_collapse_scalings/data.csv")) {}
 
   Deposit run(const Column& column, const std::string& law = "Drucker-Prager") {

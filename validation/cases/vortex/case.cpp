@@ -141,7 +141,7 @@ struct Errors {
 };
 
 Errors turn(const CaseContext& context, const Settings& s) {
-  Case c = read_case(context.case_directory() / "case.toml");
+  Case c = context.read_case();
   const double dx = (outer - inner) / s.cells, side = dx / s.per_axis;
   c.numerics.cell_size = dx;
   c.numerics.transfer = s.transfer;
@@ -155,7 +155,7 @@ Errors turn(const CaseContext& context, const Settings& s) {
   const Scene scene = make_scene(c);
   const State disc = make_state(c, scene);
   const std::vector<Vec3> reference = reference_positions(disc);
-  State state(dx);
+  State state(dx, c.numerics.precision);
   state.next_id = disc.next_id;
   disc.grid.for_each_particle([&](const Particle& p) {  // what lies further inside than two cells from the ring stays at rest anyway
     if (std::hypot(p.position[0], p.position[1]) > inner - 2.0 * dx) state.grid.insert(p);
@@ -221,7 +221,7 @@ struct Variant {
 };
 
 void run(const CaseContext& context, CaseResult& result) {
-  const Case c = read_case(context.case_directory() / "case.toml");
+  const Case c = context.read_case();
   result.check_absolute(
       Label::verification, "body force: largest residual of the momentum equation over ρ0 |b|max",
       Vortex(c.material.as<HenckyElastic>(), 0.3).momentum_residual(), 0.0, "", 1e-4,
