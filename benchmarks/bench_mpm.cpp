@@ -7,8 +7,10 @@
 #include <omp.h>
 
 #include <algorithm>
+#include <array>
 #include <chrono>
 #include <cmath>
+#include <ctime>
 #include <functional>
 #include <memory>
 #include <set>
@@ -268,6 +270,80 @@ void run_step(benchmark::State& bench, const std::string& name, int threads, con
   }
 }
 
+/// Processor time of this thread, which stops while another program has the core.
+double thread_seconds() {
+  timespec t{};
+  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &t);
+  return static_cast<double>(t.tv_sec) + 1e-9 * static_cast<double>(t.tv_nsec);
+}
+
+/// Whole steps in double and in single precision in turns, on one thread: median nanoseconds of both, and the median of the ratios of the
+/// pairs with its quartiles. The parts are those of further steps.
+void run_both_precisions(benchmark::State& bench, const std::string& name, const std::function<SteppedProblem(Precision)>& make) {
+  omp_set_num_threads(1);
+  try {
+    constexpr std::array precisions{Precision::double_precision, Precision::single_precision};
+    using Problems = std::vector<SteppedProblem>;
+    Problems& problems = *Cache::instance().get(name, [&] {
+      Problems both;
+      for (const Precision p : precisions) both.push_back(make(p));
+      return std::make_shared<Problems>(std::move(both));
+    });
+    std::array<std::vector<double>, 2> ns;
+    std::array<std::array<std::vector<double>, 5>, 2> parts;
+    std::vector<double> ratios;
+    const auto count = static_cast<double>(problems[0].problem().state.grid.particle_count());
+    const auto timed_step = [&](std::size_t which) {
+      double seconds = 0.0;
+      problems[which].counted_step([&](Problem& p, double dt) {
+        const double start = thread_seconds();
+        step(p.state, p.scene, dt);
+        seconds = thread_seconds() - start;
+      });
+      ns[which].push_back(1e9 * seconds / count);
+    };
+    const auto step_in_parts = [&](std::size_t which) {
+      StepTimes t;
+      problems[which].counted_step([&](Problem& p, double dt) { step(p.state, p.scene, dt, &t); });
+      const std::array values{t.particle_to_grid, t.grid_update, t.grid_to_particle, t.stress, t.sort};
+      for (std::size_t i = 0; i < values.size(); ++i) parts[which][i].push_back(1e9 * values[i] / count);
+    };
+    for ([[maybe_unused]] auto _ : bench) {
+      const std::size_t first = ratios.size() % 2;
+      timed_step(first);
+      timed_step(1 - first);
+      ratios.push_back(ns[1].back() / ns[0].back());
+      bench.SetIterationTime(1e-9 * count * ns[1].back());
+      step_in_parts(first);
+      step_in_parts(1 - first);
+    }
+    const auto quantile = [](std::vector<double> v, double share) {
+      std::sort(v.begin(), v.end());
+      return v[static_cast<std::size_t>(share * static_cast<double>(v.size() - 1) + 0.5)];
+    };
+    auto& counters = bench.counters;
+    counters["particles"] = count;
+    counters["ratio"] = quantile(ratios, 0.5);
+    counters["ratio_quartile_1"] = quantile(ratios, 0.25);
+    counters["ratio_quartile_3"] = quantile(ratios, 0.75);
+    constexpr std::array part_names{"p2g_ns", "grid_ns", "g2p_ns", "law_ns", "sort_ns"};
+    for (std::size_t which = 0; which < 2; ++which) {
+      const std::string prefix = fmt::format("{}_", name_of(precisions[which]));
+      counters[prefix + "ns"] = quantile(ns[which], 0.5);
+      for (std::size_t i = 0; i < part_names.size(); ++i) counters[prefix + part_names[i]] = quantile(parts[which][i], 0.5);
+      counters[prefix + "memory_bytes"] = static_cast<double>(problems[which].problem().state.grid.bytes()) / count;
+    }
+    check_once(name, [&] {
+      for (SteppedProblem& p : problems) check_order(p.problem().state.grid, p.problem().state.grid.particle_count());
+      const double wide = problems[0].problem().state.max_speed, narrow = problems[1].problem().state.max_speed;
+      if (!(std::abs(wide - narrow) <= 1e-2 * wide))
+        throw std::runtime_error(fmt::format("fastest particles: {} and {} m/s", wide, narrow));
+    });
+  } catch (const std::exception& error) {
+    bench.SkipWithError(error.what());
+  }
+}
+
 // --- the list -----------------------------------------------------------------------------------------------------------
 
 struct Registry {
@@ -291,6 +367,12 @@ struct Registry {
       const std::string name = fmt::format("{}/{}/threads:{}", kernel, size_name(particles), threads);
       add(by_default, name, particles, [=](benchmark::State& bench) { run_kernel(bench, name, threads, make); });
     }
+  }
+
+  void add_both_precisions(bool by_default, const std::string& problem, std::size_t particles,
+                           const std::function<SteppedProblem(Precision)>& make) const {
+    const std::string name = fmt::format("step_by_precision/{}/{}/threads:1", problem, size_name(particles));
+    add(by_default, name, particles, [=](benchmark::State& bench) { run_both_precisions(bench, name, make); });
   }
 
   void add_step(bool by_default, const std::string& problem, std::size_t particles, const std::function<SteppedProblem()>& make) const {
@@ -357,6 +439,9 @@ void register_all(const Registry& registry) {
     registry.add_step(false, "reference_partly_yielding", particles, [=] { return reference_problem(cell, Regime::partly_yielding); });
     registry.add_step(false, "reference_elastic", particles, [=] { return reference_problem(cell, Regime::elastic); });
     registry.add_step(particles == k512, "avalanche", particles, [=] { return avalanche_problem(particles); });
+    registry.add_both_precisions(particles == k512, "reference", particles,
+                                 [=](Precision p) { return reference_problem(cell, Regime::fully_yielding, p); });
+    registry.add_both_precisions(particles == k512, "avalanche", particles, [=](Precision p) { return avalanche_problem(particles, p); });
   }
 }
 

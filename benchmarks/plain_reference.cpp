@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <optional>
 #include <stdexcept>
 
 #include "libmpm/base/bspline.hpp"
@@ -246,11 +247,11 @@ void check_step(const Problem& problem, const std::vector<Particle>& before, dou
   plain.update(problem.scene, dt, time_before);
   const Node scale = plain.largest();
   const double speed = std::max({scale[0], scale[1], scale[2]}), shear = shear_modulus(problem.scene.material);
-  std::vector<const Particle*> after(problem.state.next_id, nullptr);
-  grid.for_each_particle([&](const Particle& p) { after[p.id] = &p; });
+  std::vector<std::optional<Particle>> after(problem.state.next_id);
+  grid.for_each_particle([&](const Particle& p) { after[p.id] = p; });
   for (Particle expected : before) {
-    const Particle* p = after[expected.id];
-    if (p == nullptr) fail(fmt::format("particle {} is gone", expected.id));
+    const std::optional<Particle>& p = after[expected.id];
+    if (!p) fail(fmt::format("particle {} is gone", expected.id));
     plain.gather(expected, dt);
     compare_motion(*p, expected, speed, grid.cell_size());
     apply_law_plainly(expected, problem.scene.material, dt);
@@ -266,7 +267,7 @@ void check_order(const Grid& grid, std::uint64_t particles) {
     const ParticleBin& bin = block.particles;
     for (int cell = 0; cell < block_nodes; ++cell) {
       for (int n = bin.cell_start[cell]; n < bin.cell_start[cell + 1]; ++n) {
-        const Particle& p = bin[bin.order[static_cast<std::size_t>(n)]];
+        const Particle p = bin[bin.order[static_cast<std::size_t>(n)]];
         ++count;
         id_sum += p.id;
         for (int axis = 0; axis < 3; ++axis) {

@@ -8,14 +8,6 @@ namespace mpm::benchmarks {
 
 namespace {
 
-template <class F>
-void for_each(Grid& grid, F&& f) {
-  for (const auto b : grid.occupied_blocks()) {
-    ParticleBin& bin = grid.block(b).particles;
-    for (int s = 0; s < bin.count(); ++s) f(bin[s]);
-  }
-}
-
 void set_stress(Particle& p, double pressure, double q) {
   // q = sqrt(3/2 s:s) along one deviator with all six components
   constexpr double direction[6] = {1.0, -2.0, 1.0, 1.0, -1.0, 0.5};
@@ -55,7 +47,7 @@ Problem cube(std::size_t particles, int per_cell, const CamClay::Parameters& sno
 }
 
 void refill(Problem& problem, const std::vector<Particle>& particles) {
-  State fresh(problem.state.grid.cell_size());
+  State fresh(problem.state.grid.cell_size(), problem.state.grid.precision());
   for (const Particle& p : particles) fresh.grid.insert(p);
   fresh.grid.refresh();
   fresh.next_id = problem.state.next_id;
@@ -80,7 +72,7 @@ Problem make_block(std::size_t particles, int per_cell, bool jitter) {
   const double spacing = problem.state.grid.cell_size() / std::cbrt(static_cast<double>(per_cell));
   std::mt19937_64 random(1);
   std::uniform_real_distribution<double> shift(-0.5 * spacing, 0.5 * spacing);
-  for_each(problem.state.grid, [&](Particle& p) {
+  problem.state.grid.change_particles([&](Particle& p) {
     for (double& x : p.position) {
       if (jitter) x += shift(random);
     }
@@ -103,7 +95,7 @@ Problem make_law_points(std::size_t particles, LawRegime regime) {
   const double p_c = snow.preconsolidation_pressure, beta = snow.cohesion_beta, slope = snow.critical_state_slope;
   std::mt19937_64 random(2);
   std::uniform_real_distribution<double> unit(-1.0, 1.0);
-  for_each(problem.state.grid, [&](Particle& p) {
+  problem.state.grid.change_particles([&](Particle& p) {
     const double rate = regime == LawRegime::elastic ? 0.5 : 5.0;  // 1/s; the step's strain is rate * law_step
     for (double& c : p.affine) c = rate * unit(random);
     switch (regime) {
@@ -132,11 +124,12 @@ Problem make_law_points(std::size_t particles, LawRegime regime) {
   return problem;
 }
 
-Problem make_avalanche(std::size_t particles) {
+Problem make_avalanche(std::size_t particles, Precision precision) {
   const Vec3 plug_min(-8.0, -5.0, 0.0), plug_max(4.0, 5.0, 1.75), jet_min(-0.5, -0.875, 1.75), jet_max(0.0, 0.875, 26.75);
   constexpr double mast_half_width = 0.875, mast_depth = 1.75;
   const double volume = (plug_max - plug_min).prod() - mast_depth * 2.0 * mast_half_width * 1.75 + (jet_max - jet_min).prod();
   Case c;
+  c.numerics.precision = precision;
   c.material.as<CamClay>().critical_state_slope = 0.8;
   c.material.as<CamClay>().hardening_xi = 5.0;
   use_tracked_numerics(c);
@@ -167,7 +160,7 @@ std::vector<Particle> copy_particles(const Grid& grid) {
 
 void put_back(const std::vector<Particle>& particles, Grid& grid) {
   auto next = particles.begin();
-  for_each(grid, [&](Particle& p) { p = *next++; });
+  grid.change_particles([&](Particle& p) { p = *next++; });
 }
 
 }  // namespace mpm::benchmarks

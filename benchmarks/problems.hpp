@@ -41,7 +41,7 @@ inline constexpr double law_step = 2e-4;  ///< s
 
 /// A plug of snow, 12 m x 10 m x 1.75 m, that has just met a mast, and a jet 25 m tall and 0.5 m thick on the mast's front; floor and mast.
 /// Cells are sized so that there are about `particles` particles, 8 a cell.
-Problem make_avalanche(std::size_t particles);
+Problem make_avalanche(std::size_t particles, Precision precision = Precision::double_precision);
 
 /// All particles in storage order, and back into a problem with the same blocks.
 std::vector<Particle> copy_particles(const Grid& grid);

@@ -69,52 +69,49 @@ Shares SteppedProblem::shares() const {
 
 bool SteppedProblem::reaches(const Shares& s) const { return s.yielding >= least_.yielding && s.changing_cell >= least_.changing_cell; }
 
-Problem make_reference(double cell_size, Regime regime) {
+Problem make_reference(double cell_size, Regime regime, Precision precision) {
   constexpr double middle = 2.0;  // m; above it nothing strains in the partly yielding problem
   Case c;
   c.material = reference_snow();
   if (regime == Regime::elastic) c.material.as<CamClay>().preconsolidation_pressure = 1e9;
   c.numerics.cell_size = cell_size;
+  c.numerics.precision = precision;
   use_tracked_numerics(c);
   c.bodies.push_back({.max = {2.0, 1.0, 4.0}, .lattice = BodySpec::Lattice::aligned});
   c.walls.push_back({.contact = Contact::separable});
   Scene scene = make_scene(c);
   State state = make_state(c, scene);
   double max_speed_squared = 0.0;
-  for (const auto b : state.grid.occupied_blocks()) {
-    ParticleBin& bin = state.grid.block(b).particles;
-    for (int s = 0; s < bin.count(); ++s) {
-      Particle& p = bin[s];
-      const bool rigid = regime == Regime::partly_yielding && p.position[2] > middle;
-      const double x = p.position[0], z = rigid ? middle : p.position[2];
-      Mat3 gradient = Mat3::Zero();
-      Vec3 v(2.0 * z, 0.0, -5.0 * z);
-      if (!rigid) {
-        v.x() += 5.0 * (x - 1.0);
-        gradient << 5.0, 0.0, 2.0, 0.0, 0.0, 0.0, 0.0, 0.0, -5.0;
-      }
-      if (regime == Regime::elastic) {
-        constexpr double share = 0.05;
-        v = share * v + Vec3(10.0, 0.0, 0.0);
-        gradient *= share;
-      }
-      Eigen::Map<Vec3>(p.velocity) = v;
-      Eigen::Map<Mat3>(p.affine) = gradient;
-      max_speed_squared = std::max(max_speed_squared, v.squaredNorm());
+  state.grid.change_particles([&](Particle& p) {
+    const bool rigid = regime == Regime::partly_yielding && p.position[2] > middle;
+    const double x = p.position[0], z = rigid ? middle : p.position[2];
+    Mat3 gradient = Mat3::Zero();
+    Vec3 v(2.0 * z, 0.0, -5.0 * z);
+    if (!rigid) {
+      v.x() += 5.0 * (x - 1.0);
+      gradient << 5.0, 0.0, 2.0, 0.0, 0.0, 0.0, 0.0, 0.0, -5.0;
     }
-  }
+    if (regime == Regime::elastic) {
+      constexpr double share = 0.05;
+      v = share * v + Vec3(10.0, 0.0, 0.0);
+      gradient *= share;
+    }
+    Eigen::Map<Vec3>(p.velocity) = v;
+    Eigen::Map<Mat3>(p.affine) = gradient;
+    max_speed_squared = std::max(max_speed_squared, v.squaredNorm());
+  });
   state.max_speed = std::sqrt(max_speed_squared);
   return {std::move(scene), std::move(state)};
 }
 
-SteppedProblem reference_problem(double cell_size, Regime regime) {
+SteppedProblem reference_problem(double cell_size, Regime regime, Precision precision) {
   const bool all = regime == Regime::fully_yielding;
   const Shares least = all ? Shares{.yielding = least_yielding, .changing_cell = least_changing_cell} : Shares{};
-  return {[=] { return make_reference(cell_size, regime); }, least, 200};
+  return {[=] { return make_reference(cell_size, regime, precision); }, least, 200};
 }
 
-SteppedProblem avalanche_problem(std::size_t particles) {
-  return {[=] { return make_avalanche(particles); }, Shares{}, 100};
+SteppedProblem avalanche_problem(std::size_t particles, Precision precision) {
+  return {[=] { return make_avalanche(particles, precision); }, Shares{}, 100};
 }
 
 }  // namespace mpm::benchmarks

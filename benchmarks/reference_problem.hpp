@@ -75,13 +75,14 @@ enum class Regime : std::uint8_t {
 /// The reference problem: block 2 x 1 x 4 m (x, y, z), 8 particles a cell, v = (5 (x - 1) + 2 z, 0, -5 z) m/s with its gradient,
 /// E 1 MPa, nu 0.1, rho 300, M 0.8, beta 0.3, xi 0.5, p_c0 10 kPa; gravity and a frictionless floor at z = 0.
 /// dx = 0.05 m: 512,000 particles.
-Problem make_reference(double cell_size, Regime regime);
+Problem make_reference(double cell_size, Regime regime, Precision precision = Precision::double_precision);
 
 /// The reference problem as it is timed: at least 99 % of the particles yield and 2 % change cell in every counted step (fully yielding
 /// only).
-SteppedProblem reference_problem(double cell_size = 0.05, Regime regime = Regime::fully_yielding);
+SteppedProblem reference_problem(double cell_size = 0.05, Regime regime = Regime::fully_yielding,
+                                 Precision precision = Precision::double_precision);
 
 /// make_avalanche, seeded again every 100 steps: before the jet has fallen.
-SteppedProblem avalanche_problem(std::size_t particles);
+SteppedProblem avalanche_problem(std::size_t particles, Precision precision = Precision::double_precision);
 
 }  // namespace mpm::benchmarks

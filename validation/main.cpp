@@ -43,6 +43,7 @@ struct Options {
   std::filesystem::path junit, record;
   std::filesystem::path results;  ///< of another solver, to be judged; empty: this program makes the runs
   int threads = 0;
+  Precision precision = Precision::double_precision;
   bool solve = false;  ///< export: the results of this program, too
 };
 
@@ -164,6 +165,7 @@ int run_cases(const std::vector<CaseEntry>& entries, const Options& options, con
   info.command = command;
   info.machine = describe_machine();
   info.threads = omp_get_max_threads();
+  info.precision = options.precision;
   info.started = fmt::format("{:%Y-%m-%dT%H:%M:%SZ}", fmt::gmtime(std::chrono::system_clock::to_time_t(std::chrono::system_clock::now())));
   const auto start = std::chrono::steady_clock::now();
   std::vector<CaseResult> results;
@@ -195,7 +197,7 @@ int run_cases(const std::vector<CaseEntry>& entries, const Options& options, con
       const std::string label = at_a_time > 1 ? entry.name + ": " : "";
       const CaseContext context(
           options.level, info.threads / at_a_time, directory, entry.directory,
-          [&](const std::string& line) { fmt::print(stderr, "  {}{}\n", label, line); }, foreign ? &*foreign : nullptr);
+          [&](const std::string& line) { fmt::print(stderr, "  {}{}\n", label, line); }, foreign ? &*foreign : nullptr, options.precision);
       lock.unlock();
       CaseResult result = run_case_entry(entry, context);
       lock.lock();
@@ -263,6 +265,11 @@ int main(int argc, char** argv) {
   run->add_option("--out", options.out, "directory of the report")->capture_default_str();
   run->add_option("--junit", options.junit, "a further copy of the JUnit XML");
   run->add_option("--record", options.record, "keep the table of orders and errors in this directory: reference_data/validation_orders");
+  const std::map<std::string, Precision> precisions{{"double", Precision::double_precision}, {"single", Precision::single_precision}};
+  run->add_option("--precision", options.precision,
+                  "double, or single: that of the particles (docs/precision.md); one in the report's results.json")
+      ->transform(CLI::CheckedTransformer(precisions))
+      ->default_str("double");
   run->add_option("--threads", options.threads, "OpenMP threads; default: all")->check(CLI::Range(1, most_threads()));
   std::string name;
   CLI::App* write = app.add_subcommand("export", "writes a case as plain data for another solver: docs/other-solvers.md");

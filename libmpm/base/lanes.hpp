@@ -1,9 +1,10 @@
 #pragma once
-/// The number types of the kernels: `double`, `Lanes` = eight doubles computed at once, and `LanePair` = two Lanes.
+/// The number types of the kernels: `double`, `Lanes` = eight doubles computed at once, `LanePair` = two Lanes, and in single precision
+/// `SingleLanes` = sixteen floats and `SinglePair` = two of them.
 ///
 /// `Lanes` is a GCC/Clang vector extension: + - * / and comparisons work on it as on a scalar, and the compiler maps it
-/// to one AVX-512, two AVX or four SSE2 registers. The functions below exist for both types, so that a template over the
-/// number type reads the same for one material point and for eight; branches become `select`.
+/// to one AVX-512, two AVX or four SSE2 registers. The functions below exist for all types, so that a template over the
+/// number type reads the same for one material point and for many; branches become `select`.
 
 #include <array>
 #include <bit>
@@ -11,6 +12,7 @@
 #include <concepts>
 #include <cstdint>
 #include <cstring>
+#include <type_traits>
 
 #include "libmpm/base/types.hpp"
 
@@ -24,6 +26,17 @@ using Lanes = double __attribute__((vector_size(64)));           ///< eight doub
 using LaneMask = std::int64_t __attribute__((vector_size(64)));  ///< all bits set where true
 using HalfLanes = double __attribute__((vector_size(32)));       ///< four lanes: a grid node {p_x, p_y, p_z, m}
 
+using SingleLanes = float __attribute__((vector_size(64)));            ///< sixteen floats
+using SingleLaneMask = std::int32_t __attribute__((vector_size(64)));  ///< all bits set where true; or sixteen integers
+using SingleQuad = float __attribute__((vector_size(16)));             ///< four lanes: a node's {p_x, p_y, p_z, m} in single precision
+
+/// One number in all lanes of one register.
+template <class V>
+concept OneRegister = std::same_as<V, Lanes> || std::same_as<V, SingleLanes>;
+/// double or float: what the lanes of a V are.
+template <OneRegister V>
+using ScalarOf = std::conditional_t<std::same_as<V, Lanes>, double, float>;
+
 /// {a, b}: lanes 0 to 3 from a, 4 to 7 from b.
 inline Lanes join(HalfLanes a, HalfLanes b) { return __builtin_shufflevector(a, b, 0, 1, 2, 3, 4, 5, 6, 7); }
 /// Lanes 0 to 3.
@@ -31,45 +44,153 @@ inline HalfLanes lower_half(Lanes v) { return __builtin_shufflevector(v, v, 0, 1
 /// Lanes 4 to 7.
 inline HalfLanes upper_half(Lanes v) { return __builtin_shufflevector(v, v, 4, 5, 6, 7); }
 
-/// Sixteen doubles: two Lanes side by side. A law is one long chain of operations that wait for each other; two independent groups in
-/// one stream of instructions hide each other's latency (measured: the yielding law takes a quarter less time, benchmarks/README.md).
-struct LanePair {
-  Lanes a, b;  ///< lanes 0 to 7 and 8 to 15
+/// Two registers side by side. A law is one long chain of operations that wait for each other; two independent groups in one stream of
+/// instructions hide each other's latency (measured: the yielding law takes a quarter less time, benchmarks/README.md).
+template <OneRegister V>
+struct PairOf {
+  V a, b;  ///< the lower lanes and the upper ones
 };
-/// What a comparison of LanePairs gives.
-struct LanePairMask {
-  LaneMask a, b;  ///< of lanes 0 to 7 and 8 to 15
+using LanePair = PairOf<Lanes>;          ///< sixteen doubles
+using SinglePair = PairOf<SingleLanes>;  ///< thirty-two floats
+/// What a comparison of pairs gives.
+template <class M>
+struct MaskPairOf {
+  M a, b;  ///< of the lower lanes and of the upper ones
 };
+using LanePairMask = MaskPairOf<LaneMask>;          ///< of LanePairs
+using SinglePairMask = MaskPairOf<SingleLaneMask>;  ///< of SinglePairs
 
 /// The number types that a law and a tensor can be computed with.
 template <class T>
-concept LaneNumber = std::same_as<T, double> || std::same_as<T, Lanes> || std::same_as<T, LanePair>;
+concept LaneNumber = std::same_as<T, double> || std::same_as<T, Lanes> || std::same_as<T, LanePair> || std::same_as<T, SinglePair>;
 
-/// Lane by lane; a scalar operand counts for every lane.
+/// Whether a T computes in single precision.
+template <class T>
+inline constexpr bool is_single = std::same_as<T, SingleLanes> || std::same_as<T, SinglePair>;
+/// A number that a T needs another value of in single precision: a tolerance, the order of a series.
+template <class T, class Value>
+constexpr Value by_precision(Value in_double, Value in_single) {
+  return is_single<T> ? in_single : in_double;
+}
+
+namespace detail {
+template <class V>
+struct MaskOfRegister {
+  using type = LaneMask;
+};
+template <>
+struct MaskOfRegister<SingleLanes> {
+  using type = SingleLaneMask;
+};
+template <OneRegister V>
+using PairMask = MaskPairOf<typename MaskOfRegister<V>::type>;
+}  // namespace detail
+
+/// Lane by lane; a scalar operand counts for every lane, rounded to the precision of the lanes.
 /// @{
-inline LanePair operator+(const LanePair& x, const LanePair& y) { return {x.a + y.a, x.b + y.b}; }
-inline LanePair operator-(const LanePair& x, const LanePair& y) { return {x.a - y.a, x.b - y.b}; }
-inline LanePair operator*(const LanePair& x, const LanePair& y) { return {x.a * y.a, x.b * y.b}; }
-inline LanePair operator/(const LanePair& x, const LanePair& y) { return {x.a / y.a, x.b / y.b}; }
-inline LanePair operator+(const LanePair& x, double y) { return {x.a + y, x.b + y}; }
-inline LanePair operator-(const LanePair& x, double y) { return {x.a - y, x.b - y}; }
-inline LanePair operator*(const LanePair& x, double y) { return {x.a * y, x.b * y}; }
-inline LanePair operator+(double x, const LanePair& y) { return {x + y.a, x + y.b}; }
-inline LanePair operator-(double x, const LanePair& y) { return {x - y.a, x - y.b}; }
-inline LanePair operator*(double x, const LanePair& y) { return {x * y.a, x * y.b}; }
-inline LanePair operator/(double x, const LanePair& y) { return {x / y.a, x / y.b}; }
-inline LanePair operator-(const LanePair& x) { return {-x.a, -x.b}; }
-inline LanePair& operator+=(LanePair& x, const LanePair& y) { return x = x + y; }
-inline LanePair& operator*=(LanePair& x, const LanePair& y) { return x = x * y; }
-inline LanePairMask operator<(const LanePair& x, const LanePair& y) { return {x.a < y.a, x.b < y.b}; }
-inline LanePairMask operator<=(const LanePair& x, const LanePair& y) { return {x.a <= y.a, x.b <= y.b}; }
-inline LanePairMask operator>(const LanePair& x, const LanePair& y) { return {x.a > y.a, x.b > y.b}; }
-inline LanePairMask operator<(const LanePair& x, double y) { return {x.a < y, x.b < y}; }
-inline LanePairMask operator<=(const LanePair& x, double y) { return {x.a <= y, x.b <= y}; }
-inline LanePairMask operator>(const LanePair& x, double y) { return {x.a > y, x.b > y}; }
-inline LanePairMask operator>=(const LanePair& x, double y) { return {x.a >= y, x.b >= y}; }
-inline LanePairMask operator&(const LanePairMask& x, const LanePairMask& y) { return {x.a & y.a, x.b & y.b}; }
-inline LanePairMask operator|(const LanePairMask& x, const LanePairMask& y) { return {x.a | y.a, x.b | y.b}; }
+template <OneRegister V>
+inline PairOf<V> operator+(const PairOf<V>& x, const PairOf<V>& y) {
+  return {x.a + y.a, x.b + y.b};
+}
+template <OneRegister V>
+inline PairOf<V> operator-(const PairOf<V>& x, const PairOf<V>& y) {
+  return {x.a - y.a, x.b - y.b};
+}
+template <OneRegister V>
+inline PairOf<V> operator*(const PairOf<V>& x, const PairOf<V>& y) {
+  return {x.a * y.a, x.b * y.b};
+}
+template <OneRegister V>
+inline PairOf<V> operator/(const PairOf<V>& x, const PairOf<V>& y) {
+  return {x.a / y.a, x.b / y.b};
+}
+template <OneRegister V>
+inline PairOf<V> operator+(const PairOf<V>& x, double y) {
+  const auto s = static_cast<ScalarOf<V>>(y);
+  return {x.a + s, x.b + s};
+}
+template <OneRegister V>
+inline PairOf<V> operator-(const PairOf<V>& x, double y) {
+  const auto s = static_cast<ScalarOf<V>>(y);
+  return {x.a - s, x.b - s};
+}
+template <OneRegister V>
+inline PairOf<V> operator*(const PairOf<V>& x, double y) {
+  const auto s = static_cast<ScalarOf<V>>(y);
+  return {x.a * s, x.b * s};
+}
+template <OneRegister V>
+inline PairOf<V> operator+(double x, const PairOf<V>& y) {
+  const auto s = static_cast<ScalarOf<V>>(x);
+  return {s + y.a, s + y.b};
+}
+template <OneRegister V>
+inline PairOf<V> operator-(double x, const PairOf<V>& y) {
+  const auto s = static_cast<ScalarOf<V>>(x);
+  return {s - y.a, s - y.b};
+}
+template <OneRegister V>
+inline PairOf<V> operator*(double x, const PairOf<V>& y) {
+  const auto s = static_cast<ScalarOf<V>>(x);
+  return {s * y.a, s * y.b};
+}
+template <OneRegister V>
+inline PairOf<V> operator/(double x, const PairOf<V>& y) {
+  const auto s = static_cast<ScalarOf<V>>(x);
+  return {s / y.a, s / y.b};
+}
+template <OneRegister V>
+inline PairOf<V> operator-(const PairOf<V>& x) {
+  return {-x.a, -x.b};
+}
+template <OneRegister V>
+inline PairOf<V>& operator+=(PairOf<V>& x, const PairOf<V>& y) {
+  return x = x + y;
+}
+template <OneRegister V>
+inline PairOf<V>& operator*=(PairOf<V>& x, const PairOf<V>& y) {
+  return x = x * y;
+}
+template <OneRegister V>
+inline detail::PairMask<V> operator<(const PairOf<V>& x, const PairOf<V>& y) {
+  return {x.a < y.a, x.b < y.b};
+}
+template <OneRegister V>
+inline detail::PairMask<V> operator<=(const PairOf<V>& x, const PairOf<V>& y) {
+  return {x.a <= y.a, x.b <= y.b};
+}
+template <OneRegister V>
+inline detail::PairMask<V> operator>(const PairOf<V>& x, const PairOf<V>& y) {
+  return {x.a > y.a, x.b > y.b};
+}
+template <OneRegister V>
+inline detail::PairMask<V> operator<(const PairOf<V>& x, double y) {
+  const auto s = static_cast<ScalarOf<V>>(y);
+  return {x.a < s, x.b < s};
+}
+template <OneRegister V>
+inline detail::PairMask<V> operator<=(const PairOf<V>& x, double y) {
+  const auto s = static_cast<ScalarOf<V>>(y);
+  return {x.a <= s, x.b <= s};
+}
+template <OneRegister V>
+inline detail::PairMask<V> operator>(const PairOf<V>& x, double y) {
+  const auto s = static_cast<ScalarOf<V>>(y);
+  return {x.a > s, x.b > s};
+}
+template <OneRegister V>
+inline detail::PairMask<V> operator>=(const PairOf<V>& x, double y) {
+  const auto s = static_cast<ScalarOf<V>>(y);
+  return {x.a >= s, x.b >= s};
+}
+template <class M>
+inline MaskPairOf<M> operator&(const MaskPairOf<M>& x, const MaskPairOf<M>& y) {
+  return {x.a & y.a, x.b & y.b};
+}
+template <class M>
+inline MaskPairOf<M> operator|(const MaskPairOf<M>& x, const MaskPairOf<M>& y) {
+  return {x.a | y.a, x.b | y.b};
+}
 /// @}
 
 namespace detail {
@@ -85,8 +206,12 @@ template <>
 struct MaskOf<LanePair> {
   using type = LanePairMask;
 };
+template <>
+struct MaskOf<SinglePair> {
+  using type = SinglePairMask;
+};
 }  // namespace detail
-/// What a comparison of two T gives: bool, LaneMask or LanePairMask.
+/// What a comparison of two T gives: bool, LaneMask, LanePairMask or SinglePairMask.
 template <class T>
 using Mask = typename detail::MaskOf<T>::type;
 
@@ -95,6 +220,9 @@ template <LaneNumber T>
 inline T broadcast(double a) {
   if constexpr (std::same_as<T, LanePair>) {
     return {Lanes{} + a, Lanes{} + a};
+  } else if constexpr (std::same_as<T, SinglePair>) {
+    const auto s = static_cast<float>(a);
+    return {SingleLanes{} + s, SingleLanes{} + s};
   } else {
     return T{} + a;
   }
@@ -104,6 +232,7 @@ inline T broadcast(double a) {
 /// @{
 inline double select(bool m, double a, double b) { return m ? a : b; }
 inline Lanes select(LaneMask m, Lanes a, Lanes b) { return m ? a : b; }
+inline SingleLanes select(SingleLaneMask m, SingleLanes a, SingleLanes b) { return m ? a : b; }
 /// @}
 
 /// Whether m is true in some lane.
@@ -130,10 +259,28 @@ inline bool all(LaneMask m) {
   return r != 0;
 #endif
 }
+/// Whether m is true in some lane.
+inline bool any(SingleLaneMask m) {
+#if defined(__AVX512F__)
+  return _mm512_test_epi32_mask(reinterpret_cast<__m512i>(m), reinterpret_cast<__m512i>(m)) != 0;
+#else
+  const auto halves = std::bit_cast<LaneMask>(m);
+  return any(halves);
+#endif
+}
+/// Whether m is true in every lane.
+inline bool all(SingleLaneMask m) {
+#if defined(__AVX512F__)
+  return _mm512_test_epi32_mask(reinterpret_cast<__m512i>(m), reinterpret_cast<__m512i>(m)) == 0xFFFF;
+#else
+  return !any(~m);
+#endif
+}
 /// The opposite, lane by lane.
 /// @{
 inline bool mask_not(bool m) { return !m; }
 inline LaneMask mask_not(LaneMask m) { return ~m; }
+inline SingleLaneMask mask_not(SingleLaneMask m) { return ~m; }
 /// @}
 
 /// Lane by lane. Where an operand of max or min is NaN, the result is b.
@@ -142,8 +289,11 @@ inline double max(double a, double b) { return a > b ? a : b; }
 inline double min(double a, double b) { return a < b ? a : b; }
 inline Lanes max(Lanes a, Lanes b) { return a > b ? a : b; }
 inline Lanes min(Lanes a, Lanes b) { return a < b ? a : b; }
+inline SingleLanes max(SingleLanes a, SingleLanes b) { return a > b ? a : b; }
+inline SingleLanes min(SingleLanes a, SingleLanes b) { return a < b ? a : b; }
 inline double abs(double a) { return std::fabs(a); }
 inline Lanes abs(Lanes a) { return std::bit_cast<Lanes>(std::bit_cast<LaneMask>(a) & std::int64_t{0x7FFFFFFFFFFFFFFF}); }
+inline SingleLanes abs(SingleLanes a) { return std::bit_cast<SingleLanes>(std::bit_cast<SingleLaneMask>(a) & 0x7FFFFFFF); }
 /// @}
 
 /// Square root, lane by lane; NaN for a negative number.
@@ -157,6 +307,45 @@ inline Lanes sqrt(Lanes a) {
   for (int i = 0; i < lane_count; ++i) r[i] = std::sqrt(a[i]);
   return r;
 #endif
+}
+inline SingleLanes sqrt(SingleLanes a) {
+#if defined(__AVX512F__)
+  return reinterpret_cast<SingleLanes>(_mm512_maskz_sqrt_ps(0xFFFF, reinterpret_cast<__m512>(a)));
+#else
+  SingleLanes r;
+  for (int i = 0; i < 2 * lane_count; ++i) r[i] = std::sqrt(a[i]);
+  return r;
+#endif
+}
+/// @}
+
+/// The nearest integers, ties to even; the smallest integer where a number is out of range or none.
+inline SingleLaneMask nearest_integers(SingleLanes a) {
+#if defined(__AVX512F__)
+  return reinterpret_cast<SingleLaneMask>(_mm512_maskz_cvtps_epi32(0xFFFF, reinterpret_cast<__m512>(a)));
+#else
+  __m128 from[4];
+  __m128i to[4];
+  std::memcpy(from, &a, sizeof a);
+  for (int i = 0; i < 4; ++i) to[i] = _mm_cvtps_epi32(from[i]);
+  SingleLaneMask r;
+  std::memcpy(&r, to, sizeof r);
+  return r;
+#endif
+}
+
+/// Lanes 0 to 7 and 8 to 15 in double precision, and back.
+/// @{
+inline LanePair widen(SingleLanes a) {
+  using Eight = float __attribute__((vector_size(32)));
+  const Eight low = __builtin_shufflevector(a, a, 0, 1, 2, 3, 4, 5, 6, 7),
+              high = __builtin_shufflevector(a, a, 8, 9, 10, 11, 12, 13, 14, 15);
+  return {__builtin_convertvector(low, Lanes), __builtin_convertvector(high, Lanes)};
+}
+inline SingleLanes narrow(const LanePair& a) {
+  using Eight = float __attribute__((vector_size(32)));
+  const Eight low = __builtin_convertvector(a.a, Eight), high = __builtin_convertvector(a.b, Eight);
+  return __builtin_shufflevector(low, high, 0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15);
 }
 /// @}
 
@@ -173,6 +362,20 @@ inline std::uint64_t saturated_bytes(LaneMask a) {
   return bytes;
 #endif
 }
+/// Sixteen integers as signed bytes: four in each word, lane 0 lowest; what does not fit becomes the nearest that does.
+inline std::array<std::uint32_t, 4> saturated_bytes(SingleLaneMask a) {
+  std::array<std::uint32_t, 4> words{};
+#if defined(__AVX512F__)
+  const __m128i bytes = _mm512_maskz_cvtsepi32_epi8(0xFFFF, reinterpret_cast<__m512i>(a));
+  std::memcpy(words.data(), &bytes, sizeof words);
+#else
+  for (std::size_t i = 0; i < 16; ++i) {
+    const std::int32_t v = a[i], low = v < -128 ? -128 : v, fits = low > 127 ? 127 : low;
+    words[i / 4] |= (static_cast<std::uint32_t>(fits) & 0xFFU) << (8 * (i % 4));
+  }
+#endif
+  return words;
+}
 
 namespace detail {
 // glibc's vector mathematics (libmvec, at most 4 ulp), called by its published x86 vector-ABI names: no -ffast-math needed.
@@ -181,6 +384,10 @@ extern "C" __m512d _ZGVeN8v_exp(__m512d);
 extern "C" __m512d _ZGVeN8v_log(__m512d);
 inline Lanes mvec_exp(const Lanes& x) { return reinterpret_cast<Lanes>(_ZGVeN8v_exp(reinterpret_cast<__m512d>(x))); }
 inline Lanes mvec_log(const Lanes& x) { return reinterpret_cast<Lanes>(_ZGVeN8v_log(reinterpret_cast<__m512d>(x))); }
+extern "C" __m512 _ZGVeN16v_expf(__m512);
+extern "C" __m512 _ZGVeN16v_logf(__m512);
+inline SingleLanes mvec_exp(const SingleLanes& x) { return reinterpret_cast<SingleLanes>(_ZGVeN16v_expf(reinterpret_cast<__m512>(x))); }
+inline SingleLanes mvec_log(const SingleLanes& x) { return reinterpret_cast<SingleLanes>(_ZGVeN16v_logf(reinterpret_cast<__m512>(x))); }
 #else
 #if defined(__AVX2__)
 using MvecPart = __m256d;
@@ -188,27 +395,43 @@ extern "C" __m256d _ZGVdN4v_exp(__m256d);
 extern "C" __m256d _ZGVdN4v_log(__m256d);
 inline MvecPart mvec_exp(MvecPart x) { return _ZGVdN4v_exp(x); }
 inline MvecPart mvec_log(MvecPart x) { return _ZGVdN4v_log(x); }
+using SingleMvecPart = __m256;
+extern "C" __m256 _ZGVdN8v_expf(__m256);
+extern "C" __m256 _ZGVdN8v_logf(__m256);
+inline SingleMvecPart mvec_exp(SingleMvecPart x) { return _ZGVdN8v_expf(x); }
+inline SingleMvecPart mvec_log(SingleMvecPart x) { return _ZGVdN8v_logf(x); }
 #else
 using MvecPart = __m128d;
 extern "C" __m128d _ZGVbN2v_exp(__m128d);
 extern "C" __m128d _ZGVbN2v_log(__m128d);
 inline MvecPart mvec_exp(MvecPart x) { return _ZGVbN2v_exp(x); }
 inline MvecPart mvec_log(MvecPart x) { return _ZGVbN2v_log(x); }
+using SingleMvecPart = __m128;
+extern "C" __m128 _ZGVbN4v_expf(__m128);
+extern "C" __m128 _ZGVbN4v_logf(__m128);
+inline SingleMvecPart mvec_exp(SingleMvecPart x) { return _ZGVbN4v_expf(x); }
+inline SingleMvecPart mvec_log(SingleMvecPart x) { return _ZGVbN4v_logf(x); }
 #endif
-template <class F>
-inline Lanes in_parts(const Lanes& x, F f) {
-  MvecPart part[sizeof(Lanes) / sizeof(MvecPart)];
+template <class Part, class V, class F>
+inline V in_parts(const V& x, F f) {
+  Part part[sizeof(V) / sizeof(Part)];
   std::memcpy(part, &x, sizeof x);
-  for (MvecPart& p : part) p = f(p);
-  Lanes r;
+  for (Part& p : part) p = f(p);
+  V r;
   std::memcpy(&r, part, sizeof r);
   return r;
 }
 inline Lanes mvec_exp(const Lanes& x) {
-  return in_parts(x, [](MvecPart p) { return mvec_exp(p); });
+  return in_parts<MvecPart>(x, [](MvecPart p) { return mvec_exp(p); });
 }
 inline Lanes mvec_log(const Lanes& x) {
-  return in_parts(x, [](MvecPart p) { return mvec_log(p); });
+  return in_parts<MvecPart>(x, [](MvecPart p) { return mvec_log(p); });
+}
+inline SingleLanes mvec_exp(const SingleLanes& x) {
+  return in_parts<SingleMvecPart>(x, [](SingleMvecPart p) { return mvec_exp(p); });
+}
+inline SingleLanes mvec_log(const SingleLanes& x) {
+  return in_parts<SingleMvecPart>(x, [](SingleMvecPart p) { return mvec_log(p); });
 }
 #endif
 }  // namespace detail
@@ -224,56 +447,70 @@ constexpr double inverse_factorial(int n) { return inverse_factorials[static_cas
 }  // namespace detail
 
 /// exp, log, and the three that keep relative precision however small the argument: expm1(x) = e^x - 1, log1p(x) = log(1 + x), sinh(x).
-/// In lanes a truncated power series (truncation below 1e-16 of the value inside the stated radius) serves small arguments;
-/// libmvec is called only if some lane is outside the radius.
+/// In lanes a truncated power series (truncation below 1e-16 of the value inside the stated radius, 1e-8 in single precision) serves small
+/// arguments; libmvec is called only if some lane is outside the radius.
 /// @{
 inline double exp(double x) { return std::exp(x); }
 inline double log(double x) { return std::log(x); }
 inline double expm1(double x) { return std::expm1(x); }
 inline double log1p(double x) { return std::log1p(x); }
 inline double sinh(double x) { return std::sinh(x); }
-inline Lanes exp(const Lanes& x) { return detail::mvec_exp(x); }
-inline Lanes log(const Lanes& x) { return detail::mvec_log(x); }
+template <OneRegister V>
+inline V exp(const V& x) {
+  return detail::mvec_exp(x);
+}
+template <OneRegister V>
+inline V log(const V& x) {
+  return detail::mvec_log(x);
+}
 /// @}
 namespace detail {
 /// sum_{k=0}^{terms-1} f(k) x^k by Horner, unrolled.
-template <int terms, class Coefficient>
-inline Lanes horner(const Lanes& x, Coefficient f) {
-  Lanes sum = broadcast<Lanes>(f(terms - 1));
+template <int terms, OneRegister V, class Coefficient>
+inline V horner(const V& x, Coefficient f) {
+  V sum = V{} + static_cast<ScalarOf<V>>(f(terms - 1));
 #pragma GCC unroll 16
-  for (int k = terms - 2; k >= 0; --k) sum = f(k) + sum * x;
+  for (int k = terms - 2; k >= 0; --k) sum = static_cast<ScalarOf<V>>(f(k)) + sum * x;
   return sum;
+}
+template <OneRegister V>
+inline auto at_most(const V& x, double bound) {
+  return x <= static_cast<ScalarOf<V>>(bound);
 }
 }  // namespace detail
 /// e^x - 1, to relative precision.
-inline Lanes expm1(const Lanes& x) {
+template <OneRegister V>
+inline V expm1(const V& x) {
   constexpr auto coefficient = [](int k) { return detail::inverse_factorial(k + 1); };
-  const Lanes magnitude = abs(x);
-  if (all(magnitude <= 0.05)) return x * detail::horner<9>(x, coefficient);  // 0.05^9 / 10! = 5e-19
-  const Lanes series = x * detail::horner<13>(x, coefficient);               // 0.35^13 / 14! = 1.4e-17
-  const LaneMask small = magnitude <= 0.35;
+  const V magnitude = abs(x);
+  if (all(detail::at_most(magnitude, 0.05))) return x * detail::horner<by_precision<V>(9, 4)>(x, coefficient);  // 0.05^9 / 10! = 5e-19
+  const V series = x * detail::horner<by_precision<V>(13, 7)>(x, coefficient);                                  // 0.35^13 / 14! = 1.4e-17
+  const auto small = detail::at_most(magnitude, 0.35);
   if (all(small)) return series;
   return select(small, series, detail::mvec_exp(x) - 1.0);
 }
 /// log(1 + x), to relative precision.
-inline Lanes log1p(const Lanes& x) {
+template <OneRegister V>
+inline V log1p(const V& x) {
   constexpr auto coefficient = [](int k) { return 2.0 / (2 * k + 1); };  // 2 artanh(z) = 2 (z + z^3/3 + z^5/5 + ...)
-  const Lanes z = x / (2.0 + x), z2 = z * z, magnitude = abs(x);
-  if (all(magnitude <= 0.05)) return z * detail::horner<6>(z2, coefficient);  // |z| <= 0.0257: 0.0257^12 / 13 = 6e-21
-  const Lanes series = z * detail::horner<12>(z2, coefficient);               // |z| <= 0.213: 0.213^24 / 25 = 3e-18
-  const LaneMask small = magnitude <= 0.35;
+  const V z = x / (2.0 + x), z2 = z * z, magnitude = abs(x);
+  if (all(detail::at_most(magnitude, 0.05)))
+    return z * detail::horner<by_precision<V>(6, 3)>(z2, coefficient);           // |z| <= 0.0257: 0.0257^12 / 13 = 6e-21
+  const V series = z * detail::horner<by_precision<V>(12, 6)>(z2, coefficient);  // |z| <= 0.213: 0.213^24 / 25 = 3e-18
+  const auto small = detail::at_most(magnitude, 0.35);
   if (all(small)) return series;
   return select(small, series, detail::mvec_log(1.0 + x));
 }
 /// To relative precision.
-inline Lanes sinh(const Lanes& x) {
+template <OneRegister V>
+inline V sinh(const V& x) {
   constexpr auto coefficient = [](int k) { return detail::inverse_factorial(2 * k + 1); };
-  const Lanes x2 = x * x, magnitude = abs(x);
-  if (all(magnitude <= 0.1)) return x * detail::horner<5>(x2, coefficient);  // 0.1^10 / 11! = 3e-18
-  const Lanes series = x * detail::horner<8>(x2, coefficient);               // 0.5^16 / 17! = 4e-20
-  const LaneMask small = magnitude <= 0.5;
+  const V x2 = x * x, magnitude = abs(x);
+  if (all(detail::at_most(magnitude, 0.1))) return x * detail::horner<by_precision<V>(5, 3)>(x2, coefficient);  // 0.1^10 / 11! = 3e-18
+  const V series = x * detail::horner<by_precision<V>(8, 5)>(x2, coefficient);                                  // 0.5^16 / 17! = 4e-20
+  const auto small = detail::at_most(magnitude, 0.5);
   if (all(small)) return series;
-  const Lanes e = detail::mvec_exp(magnitude), large = 0.5 * (e - 1.0 / e);
+  const V e = detail::mvec_exp(magnitude), large = 0.5 * (e - 1.0 / e);
   return select(small, series, select(x < 0.0, -large, large));
 }
 
@@ -288,31 +525,74 @@ inline void set_lane(double& a, int, double v) { a = v; }
 inline void set_lane(Lanes& a, int i, double v) { a[i] = v; }
 /// @}
 
-/// The functions above, for sixteen lanes.
+/// The functions above, for pairs.
 /// @{
-inline LanePair select(const LanePairMask& m, const LanePair& x, const LanePair& y) {
+template <OneRegister V>
+inline PairOf<V> select(const detail::PairMask<V>& m, const PairOf<V>& x, const PairOf<V>& y) {
   return {select(m.a, x.a, y.a), select(m.b, x.b, y.b)};
 }
-inline bool any(const LanePairMask& m) { return any(m.a | m.b); }
-inline bool all(const LanePairMask& m) { return all(m.a & m.b); }
-inline LanePairMask mask_not(const LanePairMask& m) { return {~m.a, ~m.b}; }
-inline LanePair max(const LanePair& x, const LanePair& y) { return {max(x.a, y.a), max(x.b, y.b)}; }
-inline LanePair min(const LanePair& x, const LanePair& y) { return {min(x.a, y.a), min(x.b, y.b)}; }
-inline LanePair abs(const LanePair& x) { return {abs(x.a), abs(x.b)}; }
-inline LanePair sqrt(const LanePair& x) { return {sqrt(x.a), sqrt(x.b)}; }
-inline LanePair exp(const LanePair& x) { return {exp(x.a), exp(x.b)}; }
-inline LanePair log(const LanePair& x) { return {log(x.a), log(x.b)}; }
-inline LanePair expm1(const LanePair& x) { return {expm1(x.a), expm1(x.b)}; }
-inline LanePair log1p(const LanePair& x) { return {log1p(x.a), log1p(x.b)}; }
-inline LanePair sinh(const LanePair& x) { return {sinh(x.a), sinh(x.b)}; }
-inline double lane(const LanePair& x, int i) { return i < lane_count ? x.a[i] : x.b[i - lane_count]; }
-inline void set_lane(LanePair& x, int i, double v) { set_lane(i < lane_count ? x.a : x.b, i % lane_count, v); }
+template <class M>
+inline bool any(const MaskPairOf<M>& m) {
+  return any(m.a | m.b);
+}
+template <class M>
+inline bool all(const MaskPairOf<M>& m) {
+  return all(m.a & m.b);
+}
+template <class M>
+inline MaskPairOf<M> mask_not(const MaskPairOf<M>& m) {
+  return {~m.a, ~m.b};
+}
+template <OneRegister V>
+inline PairOf<V> max(const PairOf<V>& x, const PairOf<V>& y) {
+  return {max(x.a, y.a), max(x.b, y.b)};
+}
+template <OneRegister V>
+inline PairOf<V> min(const PairOf<V>& x, const PairOf<V>& y) {
+  return {min(x.a, y.a), min(x.b, y.b)};
+}
+template <OneRegister V>
+inline PairOf<V> abs(const PairOf<V>& x) {
+  return {abs(x.a), abs(x.b)};
+}
+template <OneRegister V>
+inline PairOf<V> sqrt(const PairOf<V>& x) {
+  return {sqrt(x.a), sqrt(x.b)};
+}
+template <OneRegister V>
+inline PairOf<V> exp(const PairOf<V>& x) {
+  return {exp(x.a), exp(x.b)};
+}
+template <OneRegister V>
+inline PairOf<V> log(const PairOf<V>& x) {
+  return {log(x.a), log(x.b)};
+}
+template <OneRegister V>
+inline PairOf<V> expm1(const PairOf<V>& x) {
+  return {expm1(x.a), expm1(x.b)};
+}
+template <OneRegister V>
+inline PairOf<V> log1p(const PairOf<V>& x) {
+  return {log1p(x.a), log1p(x.b)};
+}
+template <OneRegister V>
+inline PairOf<V> sinh(const PairOf<V>& x) {
+  return {sinh(x.a), sinh(x.b)};
+}
+template <OneRegister V>
+inline double lane(const PairOf<V>& x, int i) {
+  constexpr int half = sizeof(V) / sizeof(ScalarOf<V>);
+  return double{i < half ? x.a[i] : x.b[i - half]};
+}
+template <OneRegister V>
+inline void set_lane(PairOf<V>& x, int i, double v) {
+  constexpr int half = sizeof(V) / sizeof(ScalarOf<V>);
+  (i < half ? x.a : x.b)[i % half] = static_cast<ScalarOf<V>>(v);
+}
 /// @}
 
-/// How many material points a T holds: 1, 8 or 16.
+/// How many material points a T holds: 1, 8, 16 or 32.
 template <LaneNumber T>
-inline constexpr int lanes_of = std::same_as<T, double>  ? 1
-                                : std::same_as<T, Lanes> ? lane_count
-                                                         : 2 * lane_count;
+inline constexpr int lanes_of = std::same_as<T, double> ? 1 : static_cast<int>(sizeof(T) / (is_single<T> ? sizeof(float) : sizeof(double)));
 
 }  // namespace mpm

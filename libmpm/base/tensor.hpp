@@ -127,7 +127,8 @@ inline void replace_lanes(const Mask<T>& keep, const Sym3<T>& a, Sym3<T>& result
 
 /// B = exp(2 eps) - I, the left Cauchy-Green tensor less the identity, without the loss of small strains in 1 + 2 eps.
 /// Coded: with v = 2/3 tr eps and A = 2 dev eps, B = (e^v - 1) I + e^v (exp A - I); exp A - I by its power series in Cayley-Hamilton
-/// form. Truncation relative to A: 5e-16 at order 8 and radius 0.06, 9e-17 at order 12 and radius 0.3; beyond by eigenvalues.
+/// form. Truncation relative to A: 5e-16 at order 8 and radius 0.06, 9e-17 at order 12 and radius 0.3; in single precision 1e-7 at order 4,
+/// 1.5e-7 at order 6; beyond by eigenvalues.
 template <LaneNumber T>
 inline __attribute__((always_inline)) Sym3<T> exp_minus_identity(const HenckyStrain<T>& eps) {
   using detail::inverse_factorial;
@@ -135,9 +136,9 @@ inline __attribute__((always_inline)) Sym3<T> exp_minus_identity(const HenckyStr
   const detail::TracelessPowers<T> power(a);
   Sym3<T> e;
   if (all(power.j2 <= detail::short_j2)) [[likely]] {
-    e = detail::evaluate(detail::power_series<8>(power.j2, power.j3, inverse_factorial), a, power.a2);
+    e = detail::evaluate(detail::power_series<by_precision<T>(8, 4)>(power.j2, power.j3, inverse_factorial), a, power.a2);
   } else {
-    e = detail::evaluate(detail::power_series<12>(power.j2, power.j3, inverse_factorial), a, power.a2);
+    e = detail::evaluate(detail::power_series<by_precision<T>(12, 6)>(power.j2, power.j3, inverse_factorial), a, power.a2);
     const Mask<T> inside = power.j2 <= detail::long_j2;
     if (!all(inside)) detail::replace_lanes(inside, a, e, detail::exp_minus_identity_by_eigenvalues);
   }
@@ -149,8 +150,8 @@ inline __attribute__((always_inline)) Sym3<T> exp_minus_identity(const HenckyStr
 
 /// eps = 1/2 log(I + D), relative precision for small D. A lane where I + D is not positive definite has NaN in tr eps or in the deviator.
 /// Coded: with t = 1/3 tr D and A = dev D / (1 + t), eps = 1/2 log(1 + t) I + 1/2 log(I + A); the last by its power series in
-/// Cayley-Hamilton form. Truncation relative to A: 3e-15 at order 11 and radius 0.06, 9e-16 at order 26 and radius 0.3; beyond by
-/// eigenvalues.
+/// Cayley-Hamilton form. Truncation relative to A: 3e-15 at order 11 and radius 0.06, 9e-16 at order 26 and radius 0.3; in single precision
+/// 1.3e-7 at order 5, 4e-8 at order 12; beyond by eigenvalues.
 template <LaneNumber T>
 inline __attribute__((always_inline)) HenckyStrain<T> half_log_identity_plus(const Sym3<T>& d) {
   constexpr auto coefficient = [](int k) { return (k % 2 == 1 ? 0.5 : -0.5) / k; };
@@ -159,9 +160,9 @@ inline __attribute__((always_inline)) HenckyStrain<T> half_log_identity_plus(con
   const detail::TracelessPowers<T> power(a);
   Sym3<T> e;
   if (all(power.j2 <= detail::short_j2)) [[likely]] {
-    e = detail::evaluate(detail::power_series<11>(power.j2, power.j3, coefficient), a, power.a2);
+    e = detail::evaluate(detail::power_series<by_precision<T>(11, 5)>(power.j2, power.j3, coefficient), a, power.a2);
   } else {
-    e = detail::evaluate(detail::power_series<26>(power.j2, power.j3, coefficient), a, power.a2);
+    e = detail::evaluate(detail::power_series<by_precision<T>(26, 12)>(power.j2, power.j3, coefficient), a, power.a2);
     const Mask<T> inside = power.j2 <= detail::long_j2;
     if (!all(inside)) detail::replace_lanes(inside, a, e, detail::half_log_identity_plus_by_eigenvalues);
   }

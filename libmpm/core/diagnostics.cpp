@@ -31,7 +31,7 @@ Totals totals(const State& state, const Scene& scene) {
     const ParticleBin& bin = state.grid.block(blocks[i]).particles;
     Totals& sum = partial[i];
     for (int s = 0; s < bin.count(); ++s) {
-      const Particle& p = bin[s];
+      const Particle p = bin[s];
       const double m = density * p.volume;
       const Vec3 x = Vec3(p.position[0], p.position[1], p.position[2]) - scene.offset, v(p.velocity[0], p.velocity[1], p.velocity[2]);
       const Vec3 spin(p.affine[5] - p.affine[7], p.affine[6] - p.affine[2],

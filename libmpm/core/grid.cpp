@@ -28,18 +28,22 @@ constexpr std::array<int, 8> forward_slots = {neighbour_slot(0, 0, 0), neighbour
 
 }  // namespace
 
-void ParticleBin::append(const Particle& p, int cell_of_p, PagePool& pool) {
+void ParticleBin::append(int cell_of_p, PagePool& pool) {
   if (count_ == static_cast<int>(pages_.size()) * page_particles) pages_.push_back(pool.take());
-  ++count_;
-  (*this)[count_ - 1] = p;
   cell.push_back(static_cast<std::uint8_t>(cell_of_p));
+  ++count_;
   order.clear();
+}
+
+void ParticleBin::append(const Particle& p, int cell_of_p, PagePool& pool) {
+  append(cell_of_p, pool);
+  set(count_ - 1, p);
 }
 
 void ParticleBin::remove(int slot, PagePool& pool) {
   const int last = count_ - 1;
   if (slot != last) {
-    (*this)[slot] = (*this)[last];
+    std::memcpy(bytes(slot).data(), bytes(last).data(), record_bytes(precision_));
     cell[static_cast<std::size_t>(slot)] = cell[static_cast<std::size_t>(last)];
   }
   cell.pop_back();
@@ -57,7 +61,7 @@ int ParticleBin::last_leaver(int end) const {
 }
 
 void ParticleBin::release(PagePool& pool) {
-  for (ParticlePage* page : pages_) pool.give_back(page);
+  for (std::byte* page : pages_) pool.give_back(page);
   pages_.clear();
   cell.clear();
   order.clear();
@@ -107,6 +111,7 @@ std::int32_t Grid::create(const Index3& coordinate) {
   if (free_.empty()) {
     index = static_cast<std::int32_t>(blocks_.size());
     blocks_.emplace_back();
+    blocks_.back().particles = ParticleBin(precision_);
     nodes_.emplace_back();
     if (keep_old_nodes_) old_nodes_.emplace_back();
   } else {
@@ -115,6 +120,7 @@ std::int32_t Grid::create(const Index3& coordinate) {
   }
   Block& b = block(index);
   b.coordinate = coordinate;
+  b.particles.frame = {coordinate, cell_size_, Vec3::Zero()};
   for (int n = 0; n < 27; ++n) {
     const std::int32_t other = n == 13 ? index : find(shifted(coordinate, n));
     b.neighbour[static_cast<std::size_t>(n)] = other;
@@ -151,10 +157,16 @@ void Grid::insert(const Particle& p) {
   block(index).particles.append(p, cell, *pool_);
 }
 
-void Grid::restore(const Index3& coordinate, std::span<const Particle> particles, std::span<const std::uint8_t> cells) {
-  std::int32_t index = find(coordinate);
-  if (index == no_block) index = create(coordinate);
-  for (std::size_t i = 0; i < particles.size(); ++i) block(index).particles.append(particles[i], cells[i], *pool_);
+void Grid::restore(const StoredBlock& stored) {
+  std::int32_t index = find(stored.coordinate);
+  if (index == no_block) index = create(stored.coordinate);
+  ParticleBin& bin = block(index).particles;
+  bin.frame.velocity = stored.velocity;
+  const std::size_t size = record_bytes(precision_);
+  for (std::size_t i = 0; i < stored.cells.size(); ++i) {
+    bin.append(stored.cells[i], *pool_);
+    std::memcpy(bin.bytes(bin.count() - 1).data(), stored.records.data() + i * size, size);
+  }
 }
 
 void Grid::migrate() {

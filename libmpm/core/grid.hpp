@@ -16,9 +16,11 @@
 #include <vector>
 
 #include "libmpm/base/lanes.hpp"
+#include "libmpm/base/precision.hpp"
 #include "libmpm/base/types.hpp"
 #include "libmpm/core/page_pool.hpp"
 #include "libmpm/core/particle.hpp"
+#include "libmpm/core/single_record.hpp"
 
 namespace mpm {
 
@@ -35,20 +37,63 @@ inline constexpr std::int32_t no_block = -1;                          ///< index
 /// Offset of a neighbour: dx, dy, dz in {-1, 0, 1}; 13 is the block itself.
 constexpr int neighbour_slot(int dx, int dy, int dz) { return (dz + 1) * 9 + (dy + 1) * 3 + dx + 1; }
 
+/// Bytes of a stored particle.
+constexpr std::size_t record_bytes(Precision precision) {
+  return precision == Precision::single_precision ? sizeof(SingleRecord) : sizeof(Particle);
+}
+
+/// Calls f with a value of the type that a run stores (Particle or SingleRecord): how a kernel, a template over that type, is chosen.
+template <class F>
+decltype(auto) with_record_type(Precision precision, F&& f) {
+  return precision == Precision::single_precision ? f(SingleRecord{}) : f(Particle{});
+}
+
 /// Particles of one block: pages in slot order, and the slots sorted by cell.
+///
+/// They are stored as Particle or as SingleRecord; one run has one of the two. Kernels work on the records. Everybody else sees the value
+/// Particle, which is read and written as a whole.
 class ParticleBin {
  public:
+  ParticleBin() = default;
+  /// Empty. @param precision  of the records
+  explicit ParticleBin(Precision precision) : precision_(precision) {}
+
   [[nodiscard]] int count() const { return count_; }  ///< particles, in slots 0 .. count() - 1
   /// The particle in a slot.
-  Particle& operator[](int slot) {
-    return pages_[static_cast<unsigned>(slot) / page_particles]->slot[static_cast<unsigned>(slot) % page_particles];
+  [[nodiscard]] Particle operator[](int slot) const {
+    return precision_ == Precision::single_precision ? decode(record<SingleRecord>(slot), frame) : record<Particle>(slot);
   }
-  /// The particle in a slot.
-  const Particle& operator[](int slot) const {
-    return pages_[static_cast<unsigned>(slot) / page_particles]->slot[static_cast<unsigned>(slot) % page_particles];
+  /// Replaces the particle in a slot. Its position must be in the slot's cell.
+  void set(int slot, const Particle& p) {
+    const int at = cell[static_cast<std::size_t>(slot)];
+    with_record_type(precision_, [&](auto type) { encode(p, at, frame, record<decltype(type)>(slot)); });
   }
-  /// Into a new last slot. @param cell  local base node. @throws std::bad_alloc
+  /// The record in a slot. @tparam Record  what the run stores
+  /// @{
+  template <class Record>
+  Record& record(int slot) {
+    return reinterpret_cast<Record*>(pages_[static_cast<unsigned>(slot) / page_particles])[static_cast<unsigned>(slot) % page_particles];
+  }
+  template <class Record>
+  [[nodiscard]] const Record& record(int slot) const {
+    return reinterpret_cast<const Record*>(
+        pages_[static_cast<unsigned>(slot) / page_particles])[static_cast<unsigned>(slot) % page_particles];
+  }
+  /// @}
+  /// The bytes of a record. @{
+  [[nodiscard]] std::span<const std::byte> bytes(int slot) const {
+    const std::size_t size = record_bytes(precision_);
+    return {pages_[static_cast<unsigned>(slot) / page_particles] + static_cast<unsigned>(slot) % page_particles * size, size};
+  }
+  [[nodiscard]] std::span<std::byte> bytes(int slot) {
+    const std::size_t size = record_bytes(precision_);
+    return {pages_[static_cast<unsigned>(slot) / page_particles] + static_cast<unsigned>(slot) % page_particles * size, size};
+  }
+  /// @}
+  /// Into a new last slot. @param cell  local base node. @throws std::bad_alloc; ConfigError as encode()
   void append(const Particle& p, int cell, PagePool& pool);
+  /// A new last slot, whose record is to be written. @throws std::bad_alloc
+  void append(int cell, PagePool& pool);
   /// The last particle takes the place of the removed one.
   void remove(int slot, PagePool& pool);
   /// Removes all particles and gives the pages back.
@@ -67,9 +112,12 @@ class ParticleBin {
 
   static constexpr std::uint8_t left_block = 64;  ///< moves to another block
 
+  RecordFrame frame;  ///< what single records are relative to
+
  private:
-  std::vector<ParticlePage*> pages_;
+  std::vector<std::byte*> pages_;
   int count_ = 0;
+  Precision precision_ = Precision::double_precision;
 };
 
 /// A particle on its way to another block.
@@ -118,19 +166,29 @@ struct alignas(64) Halo {
   Node node[halo_nodes];  ///< the own ones, and the rim in seven neighbours
 };
 
+/// The particles of one block as they are stored: what a checkpoint holds. Nothing is rounded on the way there and back.
+struct StoredBlock {
+  Index3 coordinate{};                  ///< of the block
+  Vec3 velocity = Vec3::Zero();         ///< RecordFrame::velocity
+  std::span<const std::uint8_t> cells;  ///< of the slots
+  std::span<const std::byte> records;   ///< one after the other, record_bytes() each
+};
+
 /// The blocks, found by coordinate. An index stays valid until its block is freed by refresh().
 class Grid {
  public:
   /// @param cell_size dx, m
-  explicit Grid(double cell_size) : cell_size_(cell_size), inverse_cell_size_(1.0 / cell_size) {}
+  explicit Grid(double cell_size, Precision precision = Precision::double_precision)
+      : cell_size_(cell_size), inverse_cell_size_(1.0 / cell_size), precision_(precision) {}
 
+  [[nodiscard]] Precision precision() const { return precision_; }               ///< of the stored particles
   [[nodiscard]] double cell_size() const { return cell_size_; }                  ///< dx, m
   [[nodiscard]] double inverse_cell_size() const { return inverse_cell_size_; }  ///< 1/m
 
   /// Puts one particle into its block (created if needed). Serial. Call refresh() before the next transfer.
   void insert(const Particle& p);
-  /// Puts back a block as it was saved: same slots, same cells. Serial; call refresh() afterwards.
-  void restore(const Index3& coordinate, std::span<const Particle> particles, std::span<const std::uint8_t> cells);
+  /// Puts back a block as it was saved: same slots, same cells, same bits. Serial; call refresh() afterwards.
+  void restore(const StoredBlock& stored);
   /// Takes a particle out of its block; the block's last particle gets its slot. Blocks may be worked on in parallel.
   void remove(std::int32_t block_index, int slot) { block(block_index).particles.remove(slot, *pool_); }
 
@@ -170,6 +228,19 @@ class Grid {
   [[nodiscard]] std::size_t particle_count() const;  ///< in all blocks
   [[nodiscard]] std::size_t bytes() const;           ///< memory of blocks, nodes and particles
 
+  /// Calls f(Particle&) on each particle in storage order, and stores what it left. Positions must stay within their cell.
+  template <class F>
+  void change_particles(F&& f) {
+    for (const auto b : occupied_) {
+      ParticleBin& bin = block(b).particles;
+      for (int s = 0; s < bin.count(); ++s) {
+        Particle p = bin[s];
+        f(p);
+        bin.set(s, p);
+      }
+    }
+  }
+
   /// Calls f(const Particle&) in storage order (blocks by coordinate, slots ascending).
   template <class F>
   void for_each_particle(F&& f) const {
@@ -185,8 +256,9 @@ class Grid {
   void rebuild_lists();
 
   double cell_size_, inverse_cell_size_;
+  Precision precision_;
   bool keep_old_nodes_ = false, set_changed_ = true;
-  std::unique_ptr<PagePool> pool_ = std::make_unique<PagePool>();
+  std::unique_ptr<PagePool> pool_ = std::make_unique<PagePool>(record_bytes(precision_));
   std::deque<Block> blocks_;
   std::deque<NodeBlock> nodes_, old_nodes_;
   std::vector<std::int32_t> free_;

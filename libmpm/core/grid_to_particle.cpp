@@ -2,174 +2,263 @@
 #include <bit>
 #include <optional>
 
-#include "libmpm/core/particle_pairs.hpp"
+#include "libmpm/core/particle_groups.hpp"
 #include "libmpm/core/transfer.hpp"
 
 namespace mpm {
 
 namespace {
 
-/// Sum w v and its first moments sum w v (i, j, k), for both particles of a pair.
+/// Sum w v and its first moments sum w v (i, j, k), for all particles of a group.
+template <class V>
 struct Gathered {
-  Lanes v, x, y, z;
+  V v, x, y, z;
 };
 
-/// A halo with every node twice, {v | v}: one load serves both particles of a pair, without a shuffle.
-struct alignas(64) PairHalo {
-  Lanes node[halo_nodes];
-  PairHalo(const Grid& grid, std::int32_t block, bool old) {
-    const auto nodes_of = [&](std::int32_t b) -> const NodeBlock& { return old ? grid.old_nodes(b) : grid.nodes(b); };
-    for_each_halo_row(grid.block(block), nodes_of, node, [](const Node* from, Lanes* row, auto count) {
-      for (int i = 0; i < count; ++i) row[i] = twice(from[i]);
-    });
-  }
+/// A halo with every node once for each particle of a group, {v | v}: one load serves all, without a shuffle.
+template <class V>
+struct alignas(64) GroupHalo {
+  V node[halo_nodes];
 };
 
-inline __attribute__((always_inline)) Gathered gather_pair(const Lanes* node, const AxisWeights& wx, const AxisWeights& wy,
-                                                           const AxisWeights& wz, const PrefetchPair& prefetch) {
-  const Lanes wx2 = wx.w[2] + wx.w[2], wy2 = wy.w[2] + wy.w[2], wz2 = wz.w[2] + wz.w[2];
-  Lanes v[3], x[3], y[3];
+/// Calls f(row of nodes, its first place in the halo, count) for every row of a block's halo.
+template <class F>
+void for_each_row(const Grid& grid, std::int32_t block, bool old, F&& f) {
+  const auto nodes_of = [&](std::int32_t b) -> const NodeBlock& { return old ? grid.old_nodes(b) : grid.nodes(b); };
+  struct Place {
+    char at;
+  };
+  static constexpr Place places[halo_nodes] = {};
+  for_each_halo_row(grid.block(block), nodes_of, places,
+                    [&](const Node* from, const Place* to, auto count) { f(from, to - places, count); });
+}
+
+void fill(GroupHalo<Lanes>& halo, const Grid& grid, std::int32_t block, bool old, const Vec3& /*relative_to*/) {
+  for_each_row(grid, block, old, [&](const Node* from, std::ptrdiff_t first, auto count) {
+    for (int i = 0; i < count; ++i) halo.node[first + i] = repeat(from[i]);
+  });
+}
+void fill(GroupHalo<SingleLanes>& halo, const Grid& grid, std::int32_t block, bool old, const Vec3& relative_to) {
+  const Node velocity = {relative_to.x(), relative_to.y(), relative_to.z(), 0.0};
+  for_each_row(grid, block, old, [&](const Node* from, std::ptrdiff_t first, auto count) {
+    for (int i = 0; i < count; ++i) halo.node[first + i] = repeat(__builtin_convertvector(from[i] - velocity, SingleQuad));
+  });
+}
+
+/// The velocity of a block that its particles' are relative to: that of the mass on the nodes around. 0 where there is none.
+Vec3 mean_velocity(const Grid& grid, std::int32_t block) {
+  Node sum{};
+  for_each_row(grid, block, false, [&](const Node* from, std::ptrdiff_t, auto count) {
+    for (int i = 0; i < count; ++i) {
+      const double mass = from[i][3];
+      sum += mass * Node{from[i][0], from[i][1], from[i][2], 1.0};
+    }
+  });
+  return sum[3] > 0.0 ? Vec3(Vec3(sum[0], sum[1], sum[2]) / sum[3]) : Vec3(Vec3::Zero());
+}
+
+template <class V, class Prefetch>
+inline __attribute__((always_inline)) Gathered<V> gather_group(const V* node, const AxisWeights<V>& wx, const AxisWeights<V>& wy,
+                                                               const AxisWeights<V>& wz, const Prefetch& prefetch) {
+  const V wx2 = wx.w[2] + wx.w[2], wy2 = wy.w[2] + wy.w[2], wz2 = wz.w[2] + wz.w[2];
+  V v[3], x[3], y[3];
 #pragma GCC unroll 3
   for (int k = 0; k < 3; ++k) {
-    Lanes s[3], sx[3];
+    V s[3], sx[3];
     prefetch.request_rest(k);
 #pragma GCC unroll 3
     for (int j = 0; j < 3; ++j) {
-      const Lanes* row = node + halo_index(0, j, k);
-      const Lanes m = wx.w[1] * row[1];
+      const V* row = node + halo_index(0, j, k);
+      const V m = wx.w[1] * row[1];
       s[j] = wx.w[0] * row[0] + m + wx.w[2] * row[2];
       sx[j] = m + wx2 * row[2];
     }
-    const Lanes m = wy.w[1] * s[1];
+    const V m = wy.w[1] * s[1];
     v[k] = wy.w[0] * s[0] + m + wy.w[2] * s[2];
     y[k] = m + wy2 * s[2];
     x[k] = wy.w[0] * sx[0] + wy.w[1] * sx[1] + wy.w[2] * sx[2];
   }
-  const Lanes m = wz.w[1] * v[1];
+  const V m = wz.w[1] * v[1];
   return {wz.w[0] * v[0] + m + wz.w[2] * v[2], wz.w[0] * x[0] + wz.w[1] * x[1] + wz.w[2] * x[2],
           wz.w[0] * y[0] + wz.w[1] * y[1] + wz.w[2] * y[2], m + wz2 * v[2]};
 }
 
-/// Two particles of a cell between the two passes of grid_to_particle.
-struct MovingPair {
-  Particle *a, *b;
-  int slot_a, slot_b;
-  bool pair;  ///< false: a is alone, and b is a again
-  Lanes f;
-  BsplineWeights<Lanes> w;
+/// Some particles of a cell between the two passes of grid_to_particle.
+template <class Record>
+struct MovingGroup {
+  Group<Record> from;
+  int used;  ///< particles; the others are padding
+  typename Group<Record>::Vector f;
+  BsplineWeights<typename Group<Record>::Vector> w;
 };
-
-/// @param x lane 3: the volume; @param v lane 3: the identity number; @param cx,cy,cz columns of the affine matrix
-inline __attribute__((always_inline)) void store_pair(Particle& a, Particle& b, Lanes x, Lanes v, Lanes cx, Lanes cy, Lanes cz) {
-  store_half(a.position, lower_half(x));
-  store_half(b.position, upper_half(x));
-  store_half(a.velocity, lower_half(v));
-  store_half(b.velocity, upper_half(v));
-  const double keep_a = a.stress[0], keep_b = b.stress[0];  // the store of column z reaches one double too far
-  store_half(a.affine, lower_half(cx));
-  store_half(b.affine, upper_half(cx));
-  store_half(a.affine + 3, lower_half(cy));
-  store_half(b.affine + 3, upper_half(cy));
-  store_half(a.affine + 6, lower_half(cz));
-  store_half(b.affine + 6, upper_half(cz));
-  a.stress[0] = keep_a;
-  b.stress[0] = keep_b;
-}
 
 /// Nearest integer plus this constant puts the integer into the low bits of the sum (for |value| < 2^51).
 constexpr double to_integer_bits = 6755399441055744.0;  // 1.5 * 2^52
 
-}  // namespace
+/// Where a step takes the particles of a block. Lane 3 of a position is the volume and stays.
+/// @{
+template <class Record>
+class Displacement;
+template <>
+class Displacement<Particle> {
+ public:
+  Displacement(const Grid& grid, const Block& block, double dt)
+      : dt_(Group<Particle>::xyz * dt),
+        inverse_dx_(grid.inverse_cell_size()),
+        to_cell_((Lanes{} + (to_integer_bits - 1.0)) - cell_corner(block.coordinate, 0)) {}
+  [[nodiscard]] Lanes moved(Lanes position, Lanes velocity) const { return position + dt_ * velocity; }
+  /// Velocity by which the fastest particle is found.
+  [[nodiscard]] Lanes absolute(Lanes velocity) const { return velocity; }
+  /// base = floor(x/dx - 1/2) = nearest(x/dx - 1); relative to the block: 0..3 if the particle stays
+  [[nodiscard]] LaneMask cell(Lanes position) const {
+    return std::bit_cast<LaneMask>(position * inverse_dx_ + to_cell_) - std::bit_cast<LaneMask>(Lanes{} + to_integer_bits);
+  }
+  [[nodiscard]] bool holds(double /*max_speed_squared*/) const { return true; }
 
-BlockMotion grid_to_particle(Grid& grid, std::int32_t index, const TransferOptions& options, std::int32_t next_index) {
+ private:
+  Lanes dt_;
+  double inverse_dx_;
+  Lanes to_cell_;
+};
+/// The block's own displacement is rounded once for all, that relative to it for each particle.
+template <>
+class Displacement<SingleRecord> {
+ public:
+  Displacement(const Grid& grid, const Block& block, double dt) {
+    const double units = dt * grid.inverse_cell_size() * (1 << position_bits);
+    scale_ = Group<SingleRecord>::xyz * static_cast<float>(units);
+    const Vec3& v = block.particles.frame.velocity;
+    reach_ = dt > 0.0 ? block_edge * grid.cell_size() / dt : HUGE_VAL;
+    for (int i = 0; i < 16; ++i) {
+      const double common = i % 4 < 3 ? v[i % 4] : 0.0;
+      velocity_[i] = static_cast<float>(common);
+      const double steps = std::nearbyint(common * units);
+      common_[i] = std::abs(steps) < 0x1p31 ? static_cast<std::int32_t>(steps) : 0;  // beyond: holds() says so
+    }
+  }
+  [[nodiscard]] SingleLanes moved(SingleLanes position, SingleLanes velocity) const {
+    return std::bit_cast<SingleLanes>(std::bit_cast<SingleLaneMask>(position) + (common_ + nearest_integers(scale_ * velocity)));
+  }
+  [[nodiscard]] SingleLanes absolute(SingleLanes velocity) const { return velocity + velocity_; }
+  [[nodiscard]] SingleLaneMask cell(SingleLanes position) const { return std::bit_cast<SingleLaneMask>(position) >> position_bits; }
+  /// Whether no particle went further than a block: positions beyond do not fit into their numbers.
+  [[nodiscard]] bool holds(double max_speed_squared) const { return !(max_speed_squared > reach_ * reach_); }
+
+ private:
+  SingleLanes scale_, velocity_{};
+  SingleLaneMask common_{};
+  double reach_ = 0.0;
+};
+/// @}
+
+template <class Record>
+BlockMotion move_block(Grid& grid, std::int32_t index, const TransferOptions& options, std::int32_t next_index) {
+  using V = typename Group<Record>::Vector;
+  using Scalar = ScalarOf<V>;
+  constexpr int size = Group<Record>::size, batch = batch_of<Record>;
   Block& block = grid.block(index);
   ParticleBin& bin = block.particles;
-  const double inverse_dx = grid.inverse_cell_size();
   const ParticleBin& next = next_index == no_block ? bin : grid.block(next_index).particles;
   const bool keeps = options.kept > 0.0;
-  const PairHalo halo(grid, index, false);
-  const std::optional<PairHalo> old_halo = keeps ? std::optional<PairHalo>(std::in_place, grid, index, true) : std::nullopt;
+  std::optional<GroupHalo<V>> old_halo;
+  if (keeps) fill(old_halo.emplace(), grid, index, true, bin.frame.velocity);
+  if constexpr (std::same_as<Record, SingleRecord>) bin.frame.velocity = mean_velocity(grid, index);
+  GroupHalo<V> halo;
+  fill(halo, grid, index, false, bin.frame.velocity);
 
-  const Lanes dt = lanes_xyz * options.dt;
-  const Lanes affine_scale = Lanes{} + 4.0 * inverse_dx;
-  const Lanes to_cell = (Lanes{} + (to_integer_bits - 1.0)) - cell_corner(block.coordinate, 0);
-  const LaneMask integer_zero = std::bit_cast<LaneMask>(Lanes{} + to_integer_bits);
-  Lanes max_speed_squared = {};
-  Particle discarded{};  // takes what would be the second of a lone particle
+  const Displacement<Record> displacement(grid, block, options.dt);
+  const V affine_scale = V{} + static_cast<Scalar>(4.0 * grid.inverse_cell_size());
+  const auto kept = static_cast<Scalar>(options.kept);
+  V max_speed_squared = {};
+  Record discarded[size] = {};  // take what would be the particles beyond the last of a cell
   std::uint32_t reach = 0;
-  MovingPair pairs[batch_pairs];
+  MovingGroup<Record> groups[batch];
 
   for (int cell = 0; cell < block_nodes; ++cell) {
     const int begin = bin.cell_start[cell], end = bin.cell_start[cell + 1];
     if (begin == end) continue;
-    const Lanes corner = cell_corner(block.coordinate, cell);
+    const CellOffset<Record> offset(grid, block.coordinate, cell);
     const int first_node = first_halo_node(cell);
-    for (int first_pair = begin; first_pair < end; first_pair += 2 * batch_pairs) {
+    for (int first = begin; first < end; first += size * batch) {
       int count = 0;
-      for (int n = first_pair; n < end && count < batch_pairs; n += 2, ++count) {
-        PrefetchPair(bin, next, n).request_first();
-        MovingPair& m = pairs[count];
-        m.pair = n + 1 < end;
-        m.slot_a = bin.order[static_cast<std::size_t>(n)];
-        m.slot_b = m.pair ? bin.order[static_cast<std::size_t>(n) + 1] : m.slot_a;
-        m.a = &bin[m.slot_a];
-        m.b = m.pair ? &bin[m.slot_b] : m.a;
-        m.f = load_pair(m.a->position, m.b->position) * inverse_dx - corner;
+      for (int n = first; n < end && count < batch; n += size, ++count) {
+        PrefetchGroup<Record>(bin, next, n).request_first();
+        MovingGroup<Record>& m = groups[count];
+        m.used = std::min(size, end - n);
+#pragma GCC unroll 4
+        for (int i = 0; i < size; ++i) m.from.p[i] = &bin.record<Record>(bin.order[static_cast<std::size_t>(i < m.used ? n + i : n)]);
+        m.f = offset(m.from.position());
         m.w = bspline_weights(m.f);
       }
       for (int n = 0; n < count; ++n) {
-        const MovingPair& m = pairs[n];
-        Particle &a = *m.a, &b = m.pair ? *m.b : discarded;  // written to
-        const PrefetchPair prefetch(bin, next, first_pair + 2 * n);
-        const AxisWeights wx = along<0>(m.w), wy = along<1>(m.w), wz = along<2>(m.w);
-        const Gathered g = gather_pair(halo.node + first_node, wx, wy, wz, prefetch);
-        const Lanes f = m.f, xv = load_pair(a.position, m.b->position);
-        const Lanes old_velocity = load_pair(a.velocity, m.b->velocity);  // lane 3: the identity number
-        Lanes v = g.v;
-        if (keeps) v += options.kept * (old_velocity - gather_pair(old_halo->node + first_node, wx, wy, wz, prefetch).v);
-        const Lanes cx = affine_scale * (g.x - spread<0>(f) * g.v);
-        const Lanes cy = affine_scale * (g.y - spread<1>(f) * g.v);
-        const Lanes cz = affine_scale * (g.z - spread<2>(f) * g.v);
-        const Lanes x = xv + dt * g.v;  // lane 3: volume + 0
+        const MovingGroup<Record>& m = groups[n];
+        Record* to[size];  // written to
+#pragma GCC unroll 4
+        for (int i = 0; i < size; ++i) to[i] = i < m.used ? const_cast<Record*>(m.from.p[i]) : &discarded[i];
+        const PrefetchGroup<Record> prefetch(bin, next, first + size * n);
+        const AxisWeights<V> wx = along<0>(m.w), wy = along<1>(m.w), wz = along<2>(m.w);
+        const Gathered<V> g = gather_group(halo.node + first_node, wx, wy, wz, prefetch);
+        const V f = m.f, xv = m.from.position();
+        V v = g.v;
+        if (keeps) v += kept * (m.from.velocity() - gather_group(old_halo->node + first_node, wx, wy, wz, prefetch).v);
+        const V cx = affine_scale * (g.x - spread<0>(f) * g.v);
+        const V cy = affine_scale * (g.y - spread<1>(f) * g.v);
+        const V cz = affine_scale * (g.z - spread<2>(f) * g.v);
+        const V x = displacement.moved(xv, g.v);
 
-        store_pair(a, b, x, mask_w ? old_velocity : v, cx, cy, cz);
+        Group<Record>::store(to, m.from, x, v, cx, cy, cz);
 
-        const Lanes v2 = v * v;
-        const Lanes speed_squared = v2 + spread<1>(v2) + spread<2>(v2);  // in lanes 0 and 4
+        const V absolute = displacement.absolute(v);
+        const V v2 = absolute * absolute;
+        const V speed_squared = v2 + spread<1>(v2) + spread<2>(v2);  // in the first lane of each
         max_speed_squared = speed_squared > max_speed_squared ? speed_squared : max_speed_squared;
 
-        // base = floor(x/dx - 1/2) = nearest(x/dx - 1); relative to the block: 0..3 if the particle stays
-        const LaneMask local = std::bit_cast<LaneMask>(x * inverse_dx + to_cell) - integer_zero;
-        const std::uint64_t bytes = saturated_bytes(local);
-        const auto mark = [&](int slot, std::uint32_t c) {  // a byte each for x, y, z
+        const auto bytes = Group<Record>::bytes_of(displacement.cell(x));
+#pragma GCC unroll 4
+        for (int i = 0; i < size; ++i) {
+          if (i > 0 && i >= m.used) break;
+          const std::uint32_t c = bytes[static_cast<std::size_t>(i)];  // a byte each for x, y, z
           const bool stays = (c & 0xFCFCFCU) == 0;
-          bin.cell[static_cast<std::size_t>(slot)] =
+          bin.cell[bin.order[static_cast<std::size_t>(first + size * n + i)]] =
               stays ? static_cast<std::uint8_t>((c | c >> 6 | c >> 12) & 63U) : ParticleBin::left_block;
           reach |= (((c & 0x7F7F7FU) + 0x040404U) ^ (c & 0x808080U)) & 0xF0F0F0U;  // not zero if a byte is not in -4 .. 11
-        };
-        mark(m.slot_a, static_cast<std::uint32_t>(bytes));
-        if (m.pair) mark(m.slot_b, static_cast<std::uint32_t>(bytes >> 32));
+        }
       }
     }
   }
   BlockMotion motion;
-  motion.max_speed_squared = max(max_speed_squared[0], max_speed_squared[4]);
-  motion.within_reach = reach == 0;
+  motion.max_speed_squared = Group<Record>::largest(max_speed_squared);
+  motion.within_reach = reach == 0 && displacement.holds(motion.max_speed_squared);
   return motion;
+}
+
+/// Cell of a particle along an axis, relative to its block: the same rounding as in move_block, so that both agree on ties.
+/// @{
+int local_cell(const Particle& p, int axis, const Grid& grid, const Index3& block) {
+  const double rounded =
+      p.position[axis] * grid.inverse_cell_size() + ((to_integer_bits - 1.0) - double{block_edge} * block[static_cast<std::size_t>(axis)]);
+  return static_cast<int>(std::bit_cast<std::int64_t>(rounded) - std::bit_cast<std::int64_t>(to_integer_bits));
+}
+int local_cell(const SingleRecord& p, int axis, const Grid& /*grid*/, const Index3& /*block*/) {
+  return p.position[static_cast<std::size_t>(axis)] >> position_bits;
+}
+/// @}
+
+}  // namespace
+
+BlockMotion grid_to_particle(Grid& grid, std::int32_t block, const TransferOptions& options, std::int32_t next) {
+  return with_record_type(grid.precision(), [&](auto record) { return move_block<decltype(record)>(grid, block, options, next); });
 }
 
 void collect_migrants(Grid& grid, std::int32_t index, BlockMotion& motion) {
   Block& block = grid.block(index);
   ParticleBin& bin = block.particles;
-  const double inverse_dx = grid.inverse_cell_size();
   for (int s = bin.last_leaver(bin.count()); s >= 0; s = bin.last_leaver(s)) {
     Migrant m{bin[s], 0};
     int offset[3];
     for (int axis = 0; axis < 3; ++axis) {
-      // the same rounding as in grid_to_particle, so that both agree on ties
-      const double rounded = m.particle.position[axis] * inverse_dx +
-                             ((to_integer_bits - 1.0) - double{block_edge} * block.coordinate[static_cast<std::size_t>(axis)]);
-      const auto local = static_cast<int>(std::bit_cast<std::int64_t>(rounded) - std::bit_cast<std::int64_t>(to_integer_bits));
+      const int local = with_record_type(
+          grid.precision(), [&](auto record) { return local_cell(bin.record<decltype(record)>(s), axis, grid, block.coordinate); });
       offset[axis] = local >> 2;
       m.cell |= (local & 3) << (2 * axis);
       if (offset[axis] < -1 || offset[axis] > 1) motion.within_reach = false;

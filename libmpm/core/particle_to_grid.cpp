@@ -2,44 +2,47 @@
 
 #include <algorithm>
 
-#include "libmpm/core/particle_pairs.hpp"
+#include "libmpm/core/particle_groups.hpp"
 #include "libmpm/core/transfer.hpp"
 
 namespace mpm {
 
 namespace {
 
-/// What particles a and b of one cell give to node (i, j, k) of that cell: wx_i wy_j wz_k (base + i ax + j ay + k az).
+/// What the particles of a group give to node (i, j, k) of their cell: wx_i wy_j wz_k (base + i ax + j ay + k az).
+template <class V>
 struct Linear {
-  Lanes base, ax, ay, az;
+  V base, ax, ay, az;
 };
 
 /// One field, the momentum with that of the internal forces; or two, the momentum and what the forces add to it.
-template <int fields>
+template <class V, int fields>
 struct Contribution {
-  Linear field[fields];
-  BsplineWeights<Lanes> w;
+  Linear<V> field[fields];
+  BsplineWeights<V> w;
 };
 
-template <int fields>
-inline __attribute__((always_inline)) Contribution<fields> contribution(const Particle& a, const Particle& b, Lanes corner,
-                                                                        double inverse_dx, Lanes mass_scale, Lanes affine_scale,
-                                                                        Lanes stress_scale) {
-  const Lanes xv = load_pair(a.position, b.position);  // x y z V
-  const Lanes f = xv * inverse_dx - corner;
-  const Lanes volume = spread<3>(xv);
-  const Lanes velocity = mask_w ? Lanes{} + 1.0 : load_pair(a.velocity, b.velocity);
-  const Lanes ma = affine_scale * volume, ms = stress_scale * volume;
-  const Lanes sa = *reinterpret_cast<const Lanes*>(a.affine + 8),
-              sb = *reinterpret_cast<const Lanes*>(b.affine + 8);  // c8 xx yy zz xy xz yz h
-  const Lanes tx = ms * __builtin_shufflevector(sa, sb, 1, 4, 5, 0, 9, 12, 13, 8);
-  const Lanes ty = ms * __builtin_shufflevector(sa, sb, 4, 2, 6, 0, 12, 10, 14, 8);
-  const Lanes tz = ms * __builtin_shufflevector(sa, sb, 5, 6, 3, 0, 13, 14, 11, 8);
-  Contribution<fields> c;
-  Linear& p = c.field[0];
-  p.ax = ma * load_pair(a.affine, b.affine);
-  p.ay = ma * load_pair(a.affine + 3, b.affine + 3);
-  p.az = ma * load_pair(a.affine + 6, b.affine + 6);
+/// Factors of a particle's numbers in what it gives to the grid.
+template <class V>
+struct Scales {
+  V mass, affine, stress;
+};
+
+template <int fields, class Record, class V = typename Group<Record>::Vector>
+inline __attribute__((always_inline)) Contribution<V, fields> contribution(const Group<Record>& g, const CellOffset<Record>& offset,
+                                                                           const Scales<V>& scale) {
+  const V xv = g.position();  // x y z V
+  const V f = offset(xv);
+  const V volume = spread<3>(xv);
+  const V velocity = Group<Record>::mask_w ? V{} + 1.0 : g.velocity();
+  const V ma = scale.affine * volume, ms = scale.stress * volume;
+  const TensorColumns<V> columns = g.tensors();
+  const V tx = ms * columns.tx, ty = ms * columns.ty, tz = ms * columns.tz;
+  Contribution<V, fields> c;
+  Linear<V>& p = c.field[0];
+  p.ax = ma * columns.cx;
+  p.ay = ma * columns.cy;
+  p.az = ma * columns.cz;
   if constexpr (fields == 1) {
     p.ax += tx;
     p.ay += ty;
@@ -47,27 +50,27 @@ inline __attribute__((always_inline)) Contribution<fields> contribution(const Pa
   } else {
     c.field[1] = {-(spread<0>(f) * tx + spread<1>(f) * ty + spread<2>(f) * tz), tx, ty, tz};
   }
-  p.base = mass_scale * volume * velocity - spread<0>(f) * p.ax - spread<1>(f) * p.ay - spread<2>(f) * p.az;
+  p.base = scale.mass * volume * velocity - spread<0>(f) * p.ax - spread<1>(f) * p.ay - spread<2>(f) * p.az;
   c.w = bspline_weights(f);
   return c;
 }
 
-/// Adds one field of a pair's contribution to the 27 sums of its cell.
-inline __attribute__((always_inline)) void add(const Linear& c, const BsplineWeights<Lanes>& w, Lanes (&sum)[27],
-                                               const PrefetchPair& prefetch) {
-  const AxisWeights wx = along<0>(w), wy = along<1>(w), wz = along<2>(w);
-  const Lanes ax = c.ax, ay = c.ay, az = c.az;
-  Lanes value_k = c.base;
+/// Adds one field of a group's contribution to the 27 sums of its cell.
+template <class V, class Prefetch>
+inline __attribute__((always_inline)) void add(const Linear<V>& c, const BsplineWeights<V>& w, V (&sum)[27], const Prefetch& prefetch) {
+  const AxisWeights<V> wx = along<0>(w), wy = along<1>(w), wz = along<2>(w);
+  const V ax = c.ax, ay = c.ay, az = c.az;
+  V value_k = c.base;
 #pragma GCC unroll 3
   for (int k = 0; k < 3; ++k) {
     prefetch.request_rest(k);
-    const Lanes u = wz.w[k] * value_k, uy = wz.w[k] * ay, ux = wz.w[k] * ax;
-    Lanes value_j = u;
+    const V u = wz.w[k] * value_k, uy = wz.w[k] * ay, ux = wz.w[k] * ax;
+    V value_j = u;
 #pragma GCC unroll 3
     for (int j = 0; j < 3; ++j) {
-      const Lanes t = wy.w[j] * value_j, tx = wy.w[j] * ux;
-      Lanes* row = sum + 3 * (j + 3 * k);
-      const Lanes t1 = t + tx, t2 = t1 + tx;
+      const V t = wy.w[j] * value_j, tx = wy.w[j] * ux;
+      V* row = sum + 3 * (j + 3 * k);
+      const V t1 = t + tx, t2 = t1 + tx;
       row[0] += wx.w[0] * t;
       row[1] += wx.w[1] * t1;
       row[2] += wx.w[2] * t2;
@@ -77,47 +80,90 @@ inline __attribute__((always_inline)) void add(const Linear& c, const BsplineWei
   }
 }
 
-/// Two passes over the pairs of a cell, a batch at a time: a latency-bound pass (one long chain of dependent operations for each pair),
-/// then a throughput-bound pass. Apart, each fills the processor's window with many pairs.
+/// Adds the sums of a cell, each over the particles of a group, to its 27 nodes. @param node  its base node
+/// @{
+inline __attribute__((always_inline)) void add_sums(const Lanes (&sum)[27], Node* node) {
+#pragma GCC unroll 27
+  for (int n = 0; n < 27; ++n) node[halo_index(n % 3, n / 3 % 3, n / 9)] += lower_half(sum[n]) + upper_half(sum[n]);
+}
+/// A row of three nodes at a time, and nothing to the node behind them.
+inline __attribute__((always_inline)) void add_sums(const SingleLanes (&sum)[27], SingleQuad* node) {
+  using UnalignedRow = float __attribute__((vector_size(64), aligned(16), may_alias));
+  const auto low = [](SingleLanes a, SingleLanes b) {  // quarters 0 1 of each
+    return __builtin_shufflevector(a, b, 0, 1, 2, 3, 4, 5, 6, 7, 16, 17, 18, 19, 20, 21, 22, 23);
+  };
+  const auto high = [](SingleLanes a, SingleLanes b) {  // quarters 2 3 of each
+    return __builtin_shufflevector(a, b, 8, 9, 10, 11, 12, 13, 14, 15, 24, 25, 26, 27, 28, 29, 30, 31);
+  };
+#pragma GCC unroll 9
+  for (int r = 0; r < 9; ++r) {
+    const SingleLanes s0 = sum[3 * r], s1 = sum[3 * r + 1], s2 = sum[3 * r + 2], none{};
+    const SingleLanes a = low(s0, s1) + high(s0, s1), b = low(s2, none) + high(s2, none);
+    const SingleLanes even = __builtin_shufflevector(a, b, 0, 1, 2, 3, 8, 9, 10, 11, 16, 17, 18, 19, 24, 25, 26, 27);
+    const SingleLanes odd = __builtin_shufflevector(a, b, 4, 5, 6, 7, 12, 13, 14, 15, 20, 21, 22, 23, 28, 29, 30, 31);
+    *reinterpret_cast<UnalignedRow*>(node + halo_index(0, r % 3, r / 3)) += even + odd;
+  }
+}
+/// @}
+
+/// Sums of one block's particles in the precision of the records. One node more: the last row of four reaches it.
+template <class Record>
+struct alignas(64) SumHalo {
+  typename Group<Record>::Quad node[halo_nodes + 4];
+};
+
+/// Two passes over the groups of a cell, a batch at a time: a latency-bound pass (one long chain of dependent operations for each group),
+/// then a throughput-bound pass. Apart, each fills the processor's window with many groups.
 /// @param next particles whose turn comes next: requested ahead of time
-template <int fields>
-void scatter_block(const Grid& grid, const Block& block, const ParticleBin& next, const TransferOptions& options, Halo (&halo)[fields]) {
+template <class Record, int fields>
+void scatter_block(const Grid& grid, const Block& block, const ParticleBin& next, const TransferOptions& options,
+                   SumHalo<Record> (&halo)[fields]) {
+  using V = typename Group<Record>::Vector;
+  using Scalar = ScalarOf<V>;
+  constexpr int size = Group<Record>::size, batch = batch_of<Record>;
   const double dx = grid.cell_size(), inverse_dx = grid.inverse_cell_size();
-  const Lanes mass_scale = Lanes{} + options.density;
-  const Lanes affine_scale = lanes_xyz * (options.affine ? options.density * dx : 0.0);
-  const Lanes stress_scale = lanes_xyz * (-options.dt * 4.0 * inverse_dx);
+  const Scales<V> scale{V{} + static_cast<Scalar>(options.density),
+                        Group<Record>::xyz * static_cast<Scalar>(options.affine ? options.density * dx : 0.0),
+                        Group<Record>::xyz * static_cast<Scalar>(-options.dt * 4.0 * inverse_dx)};
   const ParticleBin& bin = block.particles;
-  for (Halo& h : halo) h = Halo{};
-  Contribution<fields> pairs[batch_pairs];
+  for (auto& h : halo) h = SumHalo<Record>{};
+  Contribution<V, fields> groups[batch];
   for (int cell = 0; cell < block_nodes; ++cell) {
     const int begin = bin.cell_start[cell], end = bin.cell_start[cell + 1];
     if (begin == end) continue;
-    const Lanes corner = cell_corner(block.coordinate, cell);
-    Lanes sum[fields][27] = {};
-    for (int first_pair = begin; first_pair < end; first_pair += 2 * batch_pairs) {
+    const CellOffset<Record> offset(grid, block.coordinate, cell);
+    V sum[fields][27] = {};
+    for (int first = begin; first < end; first += size * batch) {
       int count = 0;
-      for (int n = first_pair; n < end && count < batch_pairs; n += 2, ++count) {
-        PrefetchPair(bin, next, n).request_first();
-        const Particle& a = bin[bin.order[static_cast<std::size_t>(n)]];
-        const Particle& b = n + 1 < end ? bin[bin.order[static_cast<std::size_t>(n) + 1]] : padding_particle;
-        pairs[count] = contribution<fields>(a, b, corner, inverse_dx, mass_scale, affine_scale, stress_scale);
+      for (int n = first; n < end && count < batch; n += size, ++count) {
+        PrefetchGroup<Record>(bin, next, n).request_first();
+        groups[count] = contribution<fields>(group_at<Record>(bin, n, end), offset, scale);
       }
       for (int p = 0; p < count; ++p) {
 #pragma GCC unroll 2
-        for (int f = 0; f < fields; ++f) add(pairs[p].field[f], pairs[p].w, sum[f], PrefetchPair(bin, next, first_pair + 2 * p));
+        for (int f = 0; f < fields; ++f) add(groups[p].field[f], groups[p].w, sum[f], PrefetchGroup<Record>(bin, next, first + size * p));
       }
     }
 #pragma GCC unroll 2
-    for (int f = 0; f < fields; ++f) {
-      Node* node = halo[f].node + first_halo_node(cell);
-#pragma GCC unroll 27
-      for (int n = 0; n < 27; ++n) node[halo_index(n % 3, n / 3 % 3, n / 9)] += lower_half(sum[f][n]) + upper_half(sum[f][n]);
-    }
+    for (int f = 0; f < fields; ++f) add_sums(sum[f], halo[f].node + first_halo_node(cell));
   }
 }
 
+/// Adds the sums of a block to the nodes. @param velocity  that the momenta of single records are relative to, {v_x, v_y, v_z, 0}
+/// @{
+inline void add_row(Node* node, const Node* row, int count, Node /*velocity*/) {
+  for (int n = 0; n < count; ++n) node[n] += row[n];
+}
+inline void add_row(Node* node, const SingleQuad* row, int count, Node velocity) {
+  for (int n = 0; n < count; ++n) {
+    const Node wide = __builtin_convertvector(row[n], Node);
+    node[n] += wide + velocity * wide[3];
+  }
+}
+/// @}
+
 /// @tparam fields 1: nodes hold the momentum with that of the internal forces; 2: nodes hold the momentum, old nodes what forces add
-template <int fields>
+template <class Record, int fields>
 void scatter(Grid& grid, const TransferOptions& options) {
   const auto all = grid.all_blocks();
   const auto storage = [&](int field, std::int32_t b) -> NodeBlock& { return field == 0 ? grid.nodes(b) : grid.old_nodes(b); };
@@ -127,7 +173,7 @@ void scatter(Grid& grid, const TransferOptions& options) {
     for (std::size_t i = 0; i < all.size(); ++i) {
       for (int f = 0; f < fields; ++f) storage(f, all[i]) = NodeBlock{};
     }
-    Halo halo[fields];
+    SumHalo<Record> halo[fields];
     const auto threads = static_cast<std::size_t>(omp_get_num_threads());
     for (int colour = 0; colour < 8; ++colour) {
       const auto blocks = grid.coloured_blocks(colour);
@@ -135,13 +181,13 @@ void scatter(Grid& grid, const TransferOptions& options) {
       for (std::size_t i = 0; i < blocks.size(); ++i) {
         const Block& block = grid.block(blocks[i]);
         const std::size_t next = std::min(i + threads, blocks.size() - 1);  // a guess: blocks are handed out one at a time
-        scatter_block<fields>(grid, block, grid.block(blocks[next]).particles, options, halo);
+        scatter_block(grid, block, grid.block(blocks[next]).particles, options, halo);
+        const Vec3& v = block.particles.frame.velocity;
         for (int f = 0; f < fields; ++f) {
+          const Node velocity = f == 0 ? Node{v.x(), v.y(), v.z(), 0.0} : Node{};  // forces do not depend on who looks at them
           for_each_halo_row(
               block, [&](std::int32_t b) -> NodeBlock& { return storage(f, b); }, halo[f].node,
-              [](Node* node, const Node* row, auto count) {
-                for (int n = 0; n < count; ++n) node[n] += row[n];
-              });
+              [&](Node* node, const auto* row, auto count) { add_row(node, row, count, velocity); });
         }
       }
     }
@@ -151,11 +197,14 @@ void scatter(Grid& grid, const TransferOptions& options) {
 }  // namespace
 
 void particle_to_grid(Grid& grid, const TransferOptions& options) {
-  if (grid.keeps_old_nodes()) {
-    scatter<2>(grid, options);
-  } else {
-    scatter<1>(grid, options);
-  }
+  with_record_type(grid.precision(), [&](auto record) {
+    using Record = decltype(record);
+    if (grid.keeps_old_nodes()) {
+      scatter<Record, 2>(grid, options);
+    } else {
+      scatter<Record, 1>(grid, options);
+    }
+  });
 }
 
 }  // namespace mpm

@@ -31,8 +31,8 @@ struct FluxTotals {
 
 /// Everything that changes. Copying it is not offered (it may be gigabytes); checkpoints serialise it.
 struct State {
-  /// Without particles. @param cell_size  dx, m
-  explicit State(double cell_size) : grid(cell_size) {}
+  /// Without particles. @param cell_size  dx, m; @param precision  of the particles
+  explicit State(double cell_size, Precision precision = Precision::double_precision) : grid(cell_size, precision) {}
   Grid grid;                       ///< with the particles
   double time = 0.0;               ///< s
   std::uint64_t step = 0;          ///< steps done

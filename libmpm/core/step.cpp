@@ -32,21 +32,22 @@ double volume_stretch(const Particle& p, double dt) { return (Mat3::Identity() +
 
 /// Which particle of a block ended the run: of those with a fault the one turned inside out, for the others may have it from there; else
 /// the fastest, if one went too far; else the first by number.
-const Particle& culprit_of(const ParticleBin& bin, double dt, const BlockMotion& motion) {
+Particle culprit_of(const ParticleBin& bin, double dt, const BlockMotion& motion) {
   const auto severity = [&](const Particle& p) {
     if (motion.finite) return Eigen::Map<const Vec3>(p.velocity).squaredNorm();
     return finite(p) ? 0.0 : volume_stretch(p, dt) <= 0.0 ? 2.0 : 1.0;
   };
-  const Particle* worst = &bin[0];
+  Particle worst = bin[0];
   for (int s = 1; s < bin.count(); ++s) {
-    const double mine = severity(bin[s]), worse = severity(*worst);
-    if (mine > worse || (mine == worse && bin[s].id < worst->id)) worst = &bin[s];
+    const Particle p = bin[s];
+    const double mine = severity(p), worse = severity(worst);
+    if (mine > worse || (mine == worse && p.id < worst.id)) worst = p;
   }
-  return *worst;
+  return worst;
 }
 
 [[noreturn]] void throw_unstable(const State& state, const Vec3& offset, double dt, std::int32_t block, const BlockMotion& motion) {
-  const Particle& p = culprit_of(state.grid.block(block).particles, dt, motion);
+  const Particle p = culprit_of(state.grid.block(block).particles, dt, motion);
   const double stretch = volume_stretch(p, dt);
   const std::string what = motion.finite    ? "displacement of more than a block of four cells in one step"
                            : stretch <= 0.0 ? "inversion (the step turned it inside out, det(I + dt C) = " + number_text(stretch, 3) + ")"
@@ -74,7 +75,7 @@ FluxTotals remove_outside(Grid& grid, std::int32_t index, const Scene& scene) {
   if ((low.array() >= min.array()).all() && (high.array() <= max.array()).all()) return left;
   ParticleBin& bin = grid.block(index).particles;
   for (int s = bin.count() - 1; s >= 0; --s) {
-    const Particle& p = bin[s];
+    const Particle p = bin[s];
     const Vec3 x(p.position[0], p.position[1], p.position[2]);
     if ((x.array() >= min.array()).all() && (x.array() <= max.array()).all()) continue;
     const double mass = density_of(scene.material) * p.volume;

@@ -1,6 +1,7 @@
 #include "libmpm/core/stress_update.hpp"
 
 #include "libmpm/base/lanes.hpp"
+#include "libmpm/core/quads.hpp"
 
 namespace mpm {
 
@@ -43,13 +44,13 @@ inline __attribute__((always_inline)) void store_line(Lanes (&v)[8], Particle* p
 }
 
 /// Lines 1 and 2 of eight particles by component: c0..c7 and c8 xx yy zz xy xz yz internal.
-struct Gathered {
+struct EightParticles {
   Lanes c[8], s[8];
 };
 
 /// @param used how many of the eight are particles: the others count as at rest and free of stress. Slots behind the last particle are
 /// allocated.
-inline __attribute__((always_inline)) void gather(Particle* p, int used, double initial_internal, Gathered& g) {
+inline __attribute__((always_inline)) void gather(Particle* p, int used, double initial_internal, EightParticles& g) {
   load_line(p, 1, g.c);
   load_line(p, 2, g.s);
   if (used >= lane_count) return;
@@ -60,37 +61,31 @@ inline __attribute__((always_inline)) void gather(Particle* p, int used, double 
   g.s[7] = live ? g.s[7] : Lanes{} + initial_internal;
 }
 
-constexpr int group = lanes_of<LanePair>;  ///< particles at once
-static_assert(page_particles % group == 0, "a page holds whole groups");
+/// The numbers of a group of particles that the law needs, by component. @tparam Record what the run stores
+template <class Record>
+class LawGroup;
 
-/// Asks for lines 1 and 2 of a group before its turn.
-inline void prefetch_group(const Particle* p) {
-#pragma GCC unroll 16
-  for (int i = 0; i < group; ++i) {
-    __builtin_prefetch(reinterpret_cast<const char*>(p + i) + 64);
-    __builtin_prefetch(reinterpret_cast<const char*>(p + i) + 128);
+template <>
+class LawGroup<Particle> {
+ public:
+  using Number = LanePair;
+  LawGroup(Particle* p, int used, double initial_internal) : p_(p) {
+    gather(p, used, initial_internal, a);
+    gather(p + lane_count, used - lane_count, initial_internal, b);
   }
-}
-
-template <Material Law>
-bool update_stress_of(ParticleBin& bin, const Law& law, double dt) {
-  Lanes sticky{};
-  const int count = bin.count();
-  for (int first = 0; first < count; first += group) {
-    Particle* const p = &bin[first];
-    if (first + group < count) prefetch_group(&bin[first + group]);
-    Gathered a, b;
-    gather(p, count - first, law.initial_internal(), a);
-    gather(p + lane_count, count - first - lane_count, law.initial_internal(), b);
-    const auto pair = [](const Lanes& x, const Lanes& y) { return LanePair{x, y}; };
+  [[nodiscard]] Matrix3<LanePair> increment(double dt) const {
     const auto dl_of = [&](const Lanes& x, const Lanes& y) { return LanePair{dt * x, dt * y}; };
-    const Matrix3<LanePair> dl{{{dl_of(a.c[0], b.c[0]), dl_of(a.c[3], b.c[3]), dl_of(a.c[6], b.c[6])},
-                                {dl_of(a.c[1], b.c[1]), dl_of(a.c[4], b.c[4]), dl_of(a.c[7], b.c[7])},
-                                {dl_of(a.c[2], b.c[2]), dl_of(a.c[5], b.c[5]), dl_of(a.s[0], b.s[0])}}};
-    MaterialState<LanePair> state{{pair(a.s[1], b.s[1]), pair(a.s[2], b.s[2]), pair(a.s[3], b.s[3]), pair(a.s[4], b.s[4]),
-                                   pair(a.s[5], b.s[5]), pair(a.s[6], b.s[6])},
-                                  pair(a.s[7], b.s[7])};
-    law.update_stress(state, dl, dt);
+    return {{{dl_of(a.c[0], b.c[0]), dl_of(a.c[3], b.c[3]), dl_of(a.c[6], b.c[6])},
+             {dl_of(a.c[1], b.c[1]), dl_of(a.c[4], b.c[4]), dl_of(a.c[7], b.c[7])},
+             {dl_of(a.c[2], b.c[2]), dl_of(a.c[5], b.c[5]), dl_of(a.s[0], b.s[0])}}};
+  }
+  [[nodiscard]] MaterialState<LanePair> state() const {
+    const auto pair = [](const Lanes& x, const Lanes& y) { return LanePair{x, y}; };
+    return {{pair(a.s[1], b.s[1]), pair(a.s[2], b.s[2]), pair(a.s[3], b.s[3]), pair(a.s[4], b.s[4]), pair(a.s[5], b.s[5]),
+             pair(a.s[6], b.s[6])},
+            pair(a.s[7], b.s[7])};
+  }
+  void store(const MaterialState<LanePair>& state) {
     const Sym3<LanePair>& t = state.stress;
     const LanePair* const updated[7] = {&t.xx, &t.yy, &t.zz, &t.xy, &t.xz, &t.yz, &state.internal};
 #pragma GCC unroll 7
@@ -98,13 +93,167 @@ bool update_stress_of(ParticleBin& bin, const Law& law, double dt) {
       a.s[i + 1] = updated[i]->a;
       b.s[i + 1] = updated[i]->b;
     }
+    store_line(a.s, p_, 2);
+    store_line(b.s, p_ + lane_count, 2);
+  }
+  /// Asks for the lines before their turn.
+  static void prefetch(const Particle* p) {
+#pragma GCC unroll 16
+    for (int i = 0; i < lanes_of<LanePair>; ++i) {
+      __builtin_prefetch(reinterpret_cast<const char*>(p + i) + 64);
+      __builtin_prefetch(reinterpret_cast<const char*>(p + i) + 128);
+    }
+  }
+
+ private:
+  Particle* p_;
+  EightParticles a, b;
+};
+
+/// Transposes the four 4 x 4 matrices that stand side by side in four registers.
+inline __attribute__((always_inline)) void transpose_quarters(SingleLanes* r) {
+  const SingleLanes a0 = __builtin_shufflevector(r[0], r[1], 0, 16, 2, 18, 4, 20, 6, 22, 8, 24, 10, 26, 12, 28, 14, 30),
+                    a1 = __builtin_shufflevector(r[0], r[1], 1, 17, 3, 19, 5, 21, 7, 23, 9, 25, 11, 27, 13, 29, 15, 31);
+  const SingleLanes a2 = __builtin_shufflevector(r[2], r[3], 0, 16, 2, 18, 4, 20, 6, 22, 8, 24, 10, 26, 12, 28, 14, 30),
+                    a3 = __builtin_shufflevector(r[2], r[3], 1, 17, 3, 19, 5, 21, 7, 23, 9, 25, 11, 27, 13, 29, 15, 31);
+  r[0] = __builtin_shufflevector(a0, a2, 0, 1, 16, 17, 4, 5, 20, 21, 8, 9, 24, 25, 12, 13, 28, 29);
+  r[1] = __builtin_shufflevector(a1, a3, 0, 1, 16, 17, 4, 5, 20, 21, 8, 9, 24, 25, 12, 13, 28, 29);
+  r[2] = __builtin_shufflevector(a0, a2, 2, 3, 18, 19, 6, 7, 22, 23, 10, 11, 26, 27, 14, 15, 30, 31);
+  r[3] = __builtin_shufflevector(a1, a3, 2, 3, 18, 19, 6, 7, 22, 23, 10, 11, 26, 27, 14, 15, 30, 31);
+}
+
+/// Quad n of sixteen records by component. @param n 2 3 4: a column of C and a normal stress; 5: shear stresses and internal
+inline __attribute__((always_inline)) void load_quads(SingleRecord* p, int n, SingleLanes (&v)[4]) {
+#pragma GCC unroll 4
+  for (int i = 0; i < 4; ++i) {
+    const auto at = [&](int k) { return reinterpret_cast<const AliasingQuad*>(p + i + 4 * k) + n; };
+    v[i] = join_quads(at(0), at(1), at(2), at(3));
+  }
+  transpose_quarters(v);
+}
+inline __attribute__((always_inline)) void store_quads(SingleLanes (&v)[4], SingleRecord* p, int n) {
+  transpose_quarters(v);
+#pragma GCC unroll 4
+  for (int i = 0; i < 4; ++i) {
+    for_each_quad([&](auto k) { reinterpret_cast<AliasingQuad*>(p + i + 4 * k)[n] = quad_of<k>(v[i]); });
+  }
+}
+
+/// Sixteen records by component: [column of C or shear][row, or the number in the fourth place].
+struct SixteenRecords {
+  SingleLanes q[4][4];
+};
+inline __attribute__((always_inline)) void gather(SingleRecord* p, int used, double initial_internal, SixteenRecords& g) {
+#pragma GCC unroll 4
+  for (int n = 0; n < 4; ++n) load_quads(p, 2 + n, g.q[n]);
+  if (used >= 16) return;
+  constexpr SingleLanes number = {0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15};
+  const SingleLaneMask live = number < static_cast<float>(used);
+  for (auto& quad : g.q) {
+    for (SingleLanes& v : quad) v = live ? v : SingleLanes{};
+  }
+  g.q[3][3] = live ? g.q[3][3] : SingleLanes{} + static_cast<float>(initial_internal);
+}
+
+template <>
+class LawGroup<SingleRecord> {
+ public:
+  using Number = SinglePair;
+  LawGroup(SingleRecord* p, int used, double initial_internal) : p_(p) {
+    gather(p, used, initial_internal, a);
+    gather(p + 16, used - 16, initial_internal, b);
+  }
+  [[nodiscard]] Matrix3<SinglePair> increment(double dt) const {
+    const auto step = static_cast<float>(dt);
+    const auto c = [&](int column, int row) { return SinglePair{step * a.q[column][row], step * b.q[column][row]}; };
+    return {{{c(0, 0), c(1, 0), c(2, 0)}, {c(0, 1), c(1, 1), c(2, 1)}, {c(0, 2), c(1, 2), c(2, 2)}}};
+  }
+  [[nodiscard]] MaterialState<SinglePair> state() const {
+    const auto at = [&](int n, int i) { return SinglePair{a.q[n][i], b.q[n][i]}; };
+    return {{at(0, 3), at(1, 3), at(2, 3), at(3, 0), at(3, 1), at(3, 2)}, at(3, 3)};
+  }
+  void store(const MaterialState<SinglePair>& state) {
+    const auto put = [&](int n, int i, const SinglePair& v) {
+      a.q[n][i] = v.a;
+      b.q[n][i] = v.b;
+    };
+    const Sym3<SinglePair>& t = state.stress;
+    put(0, 3, t.xx), put(1, 3, t.yy), put(2, 3, t.zz), put(3, 0, t.xy), put(3, 1, t.xz), put(3, 2, t.yz), put(3, 3, state.internal);
+#pragma GCC unroll 4
+    for (int n = 0; n < 4; ++n) {
+      store_quads(a.q[n], p_, 2 + n);
+      store_quads(b.q[n], p_ + 16, 2 + n);
+    }
+  }
+  static void prefetch(const SingleRecord* p) {
+    for (std::size_t line = 0; line < lanes_of<SinglePair> * sizeof(SingleRecord) / 64; ++line)
+      __builtin_prefetch(reinterpret_cast<const char*>(p) + 64 * line);
+  }
+
+ private:
+  SingleRecord* p_;
+  SixteenRecords a, b;
+};
+
+/// One half of a group of single records in double precision.
+inline MaterialState<LanePair> half_of(const MaterialState<SinglePair>& s, SingleLanes SinglePair::*half) {
+  const Sym3<SinglePair>& t = s.stress;
+  return {{widen(t.xx.*half), widen(t.yy.*half), widen(t.zz.*half), widen(t.xy.*half), widen(t.xz.*half), widen(t.yz.*half)},
+          widen(s.internal.*half)};
+}
+
+/// The law in double precision, for a group of single records. Not inlined: a copy in the loop costs the usual path more than the call.
+template <Material Law>
+__attribute__((noinline)) void update_in_double(const Law& law, MaterialState<SinglePair>& state, const Matrix3<SinglePair>& dl,
+                                                double dt) {
+  for (SingleLanes SinglePair::*half : {&SinglePair::a, &SinglePair::b}) {
+    MaterialState<LanePair> wide = half_of(state, half);
+    Matrix3<LanePair> wide_dl;
+    for (int i = 0; i < 3; ++i) {
+      for (int j = 0; j < 3; ++j) wide_dl.m[i][j] = widen(dl.m[i][j].*half);
+    }
+    law.update_stress(wide, wide_dl, dt);
+    const Sym3<LanePair>& from = wide.stress;
+    Sym3<SinglePair>& to = state.stress;
+    to.xx.*half = narrow(from.xx), to.yy.*half = narrow(from.yy), to.zz.*half = narrow(from.zz);
+    to.xy.*half = narrow(from.xy), to.xz.*half = narrow(from.xz), to.yz.*half = narrow(from.yz);
+    state.internal.*half = narrow(wide.internal);
+  }
+}
+
+template <Material Law>
+inline __attribute__((always_inline)) void update_group(const Law& law, MaterialState<LanePair>& state, const Matrix3<LanePair>& dl,
+                                                        double dt) {
+  law.update_stress(state, dl, dt);
+}
+template <Material Law>
+inline __attribute__((always_inline)) void update_group(const Law& law, MaterialState<SinglePair>& state, const Matrix3<SinglePair>& dl,
+                                                        double dt) {
+  if constexpr (UpdatesStressInSingle<Law>) {
+    if (law.try_update_stress(state, dl, dt)) return;
+  }
+  update_in_double(law, state, dl, dt);
+}
+
+template <class Record, Material Law>
+bool update_stress_of(ParticleBin& bin, const Law& law, double dt) {
+  using Number = typename LawGroup<Record>::Number;
+  using V = decltype(Number::a);
+  constexpr int group = lanes_of<Number>;  // particles at once
+  static_assert(page_particles % group == 0, "a page holds whole groups");
+  V sticky{};
+  const int count = bin.count();
+  for (int first = 0; first < count; first += group) {
+    if (first + group < count) LawGroup<Record>::prefetch(&bin.record<Record>(first + group));
+    LawGroup<Record> points(&bin.record<Record>(first), count - first, law.initial_internal());
+    MaterialState<Number> state = points.state();
+    update_group(law, state, points.increment(dt), dt);
     // Every law makes a fault in any of its numbers one of its pressure or of its internal variable: one normal component shows both.
-    sticky += 0.0 * ((t.xx.a + t.xx.b) + (state.internal.a + state.internal.b));
-    store_line(a.s, p, 2);
-    store_line(b.s, p + lane_count, 2);
+    sticky += 0.0 * ((state.stress.xx.a + state.stress.xx.b) + (state.internal.a + state.internal.b));
+    points.store(state);
   }
   bool finite = true;
-  for (int i = 0; i < lane_count; ++i) finite = finite && sticky[i] == 0.0;
+  for (std::size_t i = 0; i < sizeof(V) / sizeof(ScalarOf<V>); ++i) finite = finite && sticky[i] == 0;
   return finite;
 }
 
@@ -115,7 +264,9 @@ MaterialState<double> state_of(const Particle& p) {
 }  // namespace
 
 bool update_stress(Grid& grid, std::int32_t block, const AnyMaterial& material, double dt) {
-  return std::visit([&](const auto& law) { return update_stress_of(grid.block(block).particles, law, dt); }, material);
+  return with_record_type(grid.precision(), [&](auto record) {
+    return std::visit([&](const auto& law) { return update_stress_of<decltype(record)>(grid.block(block).particles, law, dt); }, material);
+  });
 }
 
 double volume_ratio(const AnyMaterial& material, const Particle& p) { return volume_ratio(material, state_of(p)); }

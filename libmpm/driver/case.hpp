@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "libmpm/base/limits.hpp"
+#include "libmpm/base/precision.hpp"
 #include "libmpm/base/types.hpp"
 #include "libmpm/boundary/contact.hpp"
 #include "libmpm/boundary/obstacle_spec.hpp"
@@ -92,10 +93,11 @@ struct NumericsSpec {
   Transfer transfer = Transfer::aflip;
   double flip_ratio = 0.95;       ///< part of FLIP in the PIC/FLIP blend
   double relaxation_cells = 5.0;  ///< AFLIP: cells that the fastest wave passes while particles forget what the grid cannot carry
-  ContactRule contact = ContactRule::surface;  ///< where walls and obstacle act (boundary/contact.hpp)
-  double cfl = 0.4;                            ///< dt <= cfl dx / (c_P + |v|max)
-  double gravity = 9.81;                       ///< m/s^2
-  double slope = 0.0;                          ///< rad; gravity = g (sin, 0, -cos)
+  ContactRule contact = ContactRule::surface;         ///< where walls and obstacle act (boundary/contact.hpp)
+  Precision precision = Precision::double_precision;  ///< of particles and of what is done with them (base/precision.hpp)
+  double cfl = 0.4;                                   ///< dt <= cfl dx / (c_P + |v|max)
+  double gravity = 9.81;                              ///< m/s^2
+  double slope = 0.0;                                 ///< rad; gravity = g (sin, 0, -cos)
   Vec3 grid_offset = Vec3::Zero();  ///< shift of the whole scene against the grid, in cells; for studies of where surfaces cut cells
   bool operator==(const NumericsSpec&) const = default;
 
@@ -125,6 +127,10 @@ struct NumericsSpec {
             "Where walls and obstacle act: on every node on or behind them (first order), or at their surface (second order; walls normal "
             "to "
             "an axis and upright obstacles)");
+    table.add("precision", &NumericsSpec::precision, {"double", "single"})
+        .text(
+            "Numbers of the particles and of what is done with them: double is the reference; single takes half the memory and less time "
+            "(docs/precision.md says what it costs)");
     table.add("cfl", &NumericsSpec::cfl).positive(1.0).text("Safety factor: dt = cfl dx / (c_P + largest speed)");
     table.add("gravity_m_s2", &NumericsSpec::gravity).unit("m/s^2").range(0.0, 1e3).text("Acceleration g of gravity");
     table.add("slope_deg", &NumericsSpec::slope).degrees().range(-90.0, 90.0).text("Inclination: gravity acts along g (sin, 0, -cos)");

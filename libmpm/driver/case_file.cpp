@@ -52,6 +52,7 @@ std::vector<std::string> keys_outside_hash(const Case& spec) {
       if (!key.affects_results) skip.push_back(config::key_path(table.name, key.name));
     }
   }
+  if (spec.numerics.precision == Precision::double_precision) skip.emplace_back("numerics.precision");  // as before there was a choice
   const bool strip = spec.conveyor && spec.conveyor->feed == ConveyorSpec::Feed::strip;
   if (!strip) skip.emplace_back("output.duration_s");
   return skip;
@@ -60,7 +61,9 @@ std::vector<std::string> keys_outside_hash(const Case& spec) {
 }  // namespace
 
 std::vector<std::string> case_differences(const Case& before, const Case& now) {
-  return config::differences(case_schema(), &before, &now, keys_outside_hash(before));
+  auto skip = keys_outside_hash(before);
+  if (before.numerics.precision != now.numerics.precision) std::erase(skip, "numerics.precision");
+  return config::differences(case_schema(), &before, &now, skip);
 }
 
 std::uint64_t case_hash(const Case& spec) { return config::hash(config::write(case_schema(), &spec, keys_outside_hash(spec))); }

@@ -49,14 +49,20 @@ bool all_finite(const Particle& p) {
   return finite(p.position) && finite(p.velocity) && finite(p.affine) && finite(p.stress) && std::isfinite(p.internal);
 }
 
-/// Particles of one block, which the file holds behind those of the blocks before.
-void check_particles(std::span<const Particle> particles, std::span<const std::uint8_t> cells, const Index3& block, double cell_size,
-                     const Refuse& refuse) {
-  for (std::size_t i = 0; i < particles.size(); ++i) {
-    const Particle& p = particles[i];
-    if (cells[i] >= block_nodes || !in_its_cell(p, block, cells[i], cell_size)) {
+/// Particles of one block.
+void check_particles(const StoredBlock& stored, Precision precision, double cell_size, const Refuse& refuse) {
+  const Index3& block = stored.coordinate;
+  const RecordFrame frame{block, cell_size, stored.velocity};
+  const std::size_t size = record_bytes(precision);
+  for (std::size_t i = 0; i < stored.cells.size(); ++i) {
+    const Particle p = with_record_type(precision, [&](auto record) {
+      std::memcpy(&record, stored.records.data() + i * size, size);
+      return Particle(decode(record, frame));
+    });
+    const int cell = stored.cells[i];
+    if (cell >= block_nodes || !in_its_cell(p, block, stored.cells[i], cell_size)) {
       refuse(fmt::format("particle {} at ({}, {}, {}) m is not in cell {} of block ({}, {}, {})", p.id, p.position[0], p.position[1],
-                         p.position[2], cells[i], block[0], block[1], block[2]));
+                         p.position[2], cell, block[0], block[1], block[2]));
     }
     if (!all_finite(p) || !(p.volume > 0.0) || !std::isfinite(p.volume))
       refuse(fmt::format("particle {} has a volume of {} m^3 or numbers that are not finite", p.id, p.volume));
@@ -77,28 +83,32 @@ bool is_observed(const std::string& dataset) { return dataset.find('.') != std::
 
 /// The particles of a file, block by block.
 struct StoredBlocks {
+  std::size_t record_size;
   std::vector<std::int32_t> counts, coordinates;
+  std::vector<double> velocities;
   std::vector<std::uint8_t> cells, records;
 
-  explicit StoredBlocks(const hdf5::Reader& file)
-      : counts(file.dataset<std::int32_t>("block_counts", {hdf5::any_extent})),
+  StoredBlocks(const hdf5::Reader& file, Precision precision)
+      : record_size(record_bytes(precision)),
+        counts(file.dataset<std::int32_t>("block_counts", {hdf5::any_extent})),
         coordinates(file.dataset<std::int32_t>("block_coordinates", {counts.size(), 3})),
+        velocities(precision == Precision::single_precision ? file.dataset<double>("block_velocities", {counts.size(), 3})
+                                                            : std::vector<double>(3 * counts.size(), 0.0)),
         cells(file.dataset<std::uint8_t>("cells", {hdf5::any_extent})),
-        records(file.dataset<std::uint8_t>("particle_records", {cells.size(), sizeof(Particle)})) {}
+        records(file.dataset<std::uint8_t>("particle_records", {cells.size(), record_size})) {}
 
-  /// Calls f(coordinate, particles, cells) for each block.
+  /// Calls f(block) for each.
   template <class F>
   void for_each(const Refuse& refuse, F&& f) const {
     std::size_t first = 0;
-    std::vector<Particle> particles;
     for (std::size_t b = 0; b < counts.size(); ++b) {
       const auto n = static_cast<std::size_t>(counts[b]);
       if (counts[b] < 0 || counts[b] > most_particles_of_a_block || n > cells.size() - first)
         refuse("its block counts contradict its particles");
-      particles.resize(n);
-      if (n > 0) std::memcpy(particles.data(), records.data() + first * sizeof(Particle), n * sizeof(Particle));
-      f(Index3{coordinates[3 * b], coordinates[3 * b + 1], coordinates[3 * b + 2]}, std::span<const Particle>(particles),
-        std::span(cells).subspan(first, n));
+      f(StoredBlock{{coordinates[3 * b], coordinates[3 * b + 1], coordinates[3 * b + 2]},
+                    Vec3(velocities[3 * b], velocities[3 * b + 1], velocities[3 * b + 2]),
+                    std::span(cells).subspan(first, n),
+                    std::as_bytes(std::span(records)).subspan(first * record_size, n * record_size)});
       first += n;
     }
     if (first != cells.size()) refuse("its block counts contradict its particles");
@@ -106,23 +116,28 @@ struct StoredBlocks {
 };
 
 void write_blocks(hdf5::Writer& file, const Grid& grid) {
+  const bool single = grid.precision() == Precision::single_precision;
+  const std::size_t record_size = record_bytes(grid.precision());
   std::vector<std::int32_t> coordinates, counts;
+  std::vector<double> velocities;
   std::vector<std::uint8_t> records, cells;
-  records.reserve(grid.particle_count() * sizeof(Particle));
+  records.reserve(grid.particle_count() * record_size);
   for (const auto b : grid.occupied_blocks()) {
     const Block& block = grid.block(b);
     coordinates.insert(coordinates.end(), block.coordinate.begin(), block.coordinate.end());
     counts.push_back(block.particles.count());
+    for (const double v : block.particles.frame.velocity) velocities.push_back(v);
     cells.insert(cells.end(), block.particles.cell.begin(), block.particles.cell.end());
     for (int s = 0; s < block.particles.count(); ++s) {
-      const auto* bytes = reinterpret_cast<const std::uint8_t*>(&block.particles[s]);
-      records.insert(records.end(), bytes, bytes + sizeof(Particle));
+      const auto* bytes = reinterpret_cast<const std::uint8_t*>(block.particles.bytes(s).data());
+      records.insert(records.end(), bytes, bytes + record_size);
     }
   }
   file.dataset<std::int32_t>("block_coordinates", coordinates, {counts.size(), 3});
   file.dataset<std::int32_t>("block_counts", counts);
   file.dataset<std::uint8_t>("cells", cells);
-  file.dataset<std::uint8_t>("particle_records", records, {cells.size(), sizeof(Particle)});
+  if (single) file.dataset<double>("block_velocities", velocities, {counts.size(), 3});
+  file.dataset<std::uint8_t>("particle_records", records, {cells.size(), record_size});
 }
 
 /// Kind, version and case. @throws IoError, ConfigError
@@ -137,6 +152,7 @@ void write_checkpoint(const std::filesystem::path& path, const Case& c, const St
   file.attribute("format_version", std::int64_t{checkpoint_format_version});
   file.attribute("case_hash", case_hash_text(c));
   file.attribute("case", write_case(c));
+  file.attribute("precision", std::string(name_of(state.grid.precision())));
   write_blocks(file, state.grid);
   const std::vector<std::uint64_t> counters = {state.step,
                                                state.next_id,
@@ -189,12 +205,12 @@ void read_checkpoint(const std::filesystem::path& path, const Case& c, State& st
   const hdf5::Reader file(path);
   const Refuse refuse = [&](const std::string& why) { throw IoError(fmt::format("{}: {}", path.string(), why)); };
   check_header(file, c, path, refuse);
-  const StoredBlocks blocks(file);
+  const StoredBlocks blocks(file, state.grid.precision());
   std::optional<Index3> before;
-  blocks.for_each(refuse, [&](const Index3& block, std::span<const Particle> particles, std::span<const std::uint8_t> cells) {
-    check_block(block, before, refuse);
-    before = block;
-    check_particles(particles, cells, block, c.numerics.cell_size, refuse);
+  blocks.for_each(refuse, [&](const StoredBlock& block) {
+    check_block(block.coordinate, before, refuse);
+    before = block.coordinate;
+    check_particles(block, state.grid.precision(), c.numerics.cell_size, refuse);
   });
   const auto counters = file.dataset<std::uint64_t>("counters", {10});
   const auto reals = file.dataset<double>("reals", {14});
@@ -206,9 +222,7 @@ void read_checkpoint(const std::filesystem::path& path, const Case& c, State& st
   }
 
   // Everything is there: from here on nothing is refused.
-  blocks.for_each(refuse, [&](const Index3& block, std::span<const Particle> particles, std::span<const std::uint8_t> cells) {
-    state.grid.restore(block, particles, cells);
-  });
+  blocks.for_each(refuse, [&](const StoredBlock& block) { state.grid.restore(block); });
   state.grid.refresh();
   state.step = counters[0];
   state.next_id = counters[1];
@@ -235,7 +249,7 @@ std::string resume_from_checkpoint(const std::filesystem::path& directory, const
   bool other_case = false;
   for (const char* name : {checkpoint_file, previous_checkpoint_file}) {
     try {
-      State found(c.numerics.cell_size);
+      State found(c.numerics.cell_size, c.numerics.precision);
       RunProgress at;
       Arrays observed;
       read_checkpoint(directory / name, c, found, at, observed);

@@ -83,7 +83,8 @@ Estimate estimate(const Case& spec) {
   e.frames = samples_of_a_frame > 0.0 ? std::floor(intervals / samples_of_a_frame) + 1.0 : 0.0;
   e.particle_steps = e.particles * e.steps;
   e.memory_bytes = e.particles * assumed_bytes_per_particle + e.samples * series_row_bytes(spec);
-  constexpr double frame_bytes = 128.0, final_bytes = 200.0, checkpoint_bytes = 192.0, row_bytes = 200.0;
+  constexpr double frame_bytes = 128.0, final_bytes = 200.0, row_bytes = 200.0;
+  const auto checkpoint_bytes = static_cast<double>(record_bytes(spec.numerics.precision));
   e.disk_bytes = e.particles * (e.frames * frame_bytes + final_bytes + checkpoint_bytes) + e.samples * row_bytes;
   e.wall_time_s = e.particle_steps / assumed_particle_steps_per_s;
   return e;

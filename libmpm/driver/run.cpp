@@ -135,7 +135,8 @@ void Run::start() {
   write_case_files(options_.out, case_);
   table_.emplace(options_.out / "series.csv", observers_.series().names());
   frames_.emplace(FrameSeries::create(options_.out));
-  say(fmt::format("start: {} particles, {} threads", progress_.initial_particles, omp_get_max_threads()));
+  say(fmt::format("start: {} particles, {} threads, {} precision", progress_.initial_particles, omp_get_max_threads(),
+                  name_of(state_.grid.precision())));
   for (const Advice& advice : advise(case_)) say("warning: " + advice.text(), false);
   observers_.begin(state_, scene_);
   record_sample();
@@ -255,7 +256,8 @@ SnapshotInfo Run::snapshot_info() const {
           std::string(build_info().version),
           case_.material.density(),
           scene_.mirror.x,
-          scene_.mirror.y};
+          scene_.mirror.y,
+          state_.grid.precision()};
 }
 
 void Run::checkpoint(const char* why) {

@@ -53,7 +53,7 @@ double lattice_spacing(const NumericsSpec& numerics) {
 }
 
 CaseScene make_scene(const Case& c) {
-  CaseScene scene{{.material = make_material(c.material)}, {}};
+  CaseScene scene{{.material = make_material(c.material, c.numerics.precision)}, {}};
   scene.domain_min = c.domain.min;
   scene.domain_max = c.domain.max;
   scene.mirror.x = c.domain.mirror_x;
@@ -94,7 +94,7 @@ CaseScene make_scene(const Case& c) {
 }
 
 State make_state(const Case& c, const Scene& scene) {
-  State state(c.numerics.cell_size);
+  State state(c.numerics.cell_size, c.numerics.precision);
   if (scene.source) scene.source->fill(state);
   for (const BodySpec& body : c.bodies) {
     if (fill_body(state, body, scene, lattice_spacing(c.numerics)) == 0)

@@ -83,6 +83,7 @@ class Reader {
   template <Element T>
   [[nodiscard]] std::vector<T> dataset(const std::string& name, const Shape& expected) const;
 
+  [[nodiscard]] bool has_attribute(const std::string& name) const;     ///< whether the root group has it
   [[nodiscard]] std::string text(const std::string& attribute) const;  ///< of an attribute; IoError if it is missing or no text
   [[nodiscard]] double real(const std::string& attribute) const;  ///< of an attribute; IoError if it is missing or no floating-point number
   [[nodiscard]] std::int64_t integer(const std::string& attribute) const;  ///< of an attribute; IoError if it is missing or no whole number

@@ -53,6 +53,7 @@ void put_info(hdf5::Writer& file, std::string_view kind, const SnapshotInfo& inf
   file.attribute("reference_density_kg_m3", info.reference_density);
   file.attribute("mirror_x", std::int64_t{info.mirror_x});
   file.attribute("mirror_y", std::int64_t{info.mirror_y});
+  file.attribute("precision", std::string(name_of(info.precision)));
 }
 
 SnapshotInfo get_info(const hdf5::Reader& file, const std::filesystem::path& path, std::string_view kind) {
@@ -71,6 +72,8 @@ SnapshotInfo get_info(const hdf5::Reader& file, const std::filesystem::path& pat
   info.reference_density = file.real("reference_density_kg_m3");
   info.mirror_x = file.integer("mirror_x") != 0;
   info.mirror_y = file.integer("mirror_y") != 0;
+  if (file.has_attribute("precision") && file.text("precision") == name_of(Precision::single_precision))
+    info.precision = Precision::single_precision;  // a file without it is from before there was a choice
   if (!std::isfinite(info.time) || !(info.reference_density > 0.0) || !std::isfinite(info.reference_density)) {
     throw IoError(fmt::format("cannot read '{}': time {} s and reference density {} kg/m^3 belong to no run; write the file again",
                               path.string(), info.time, info.reference_density));
@@ -134,12 +137,21 @@ Snapshot read_snapshot(const std::filesystem::path& path, std::string_view kind)
 }  // namespace
 
 ParticleTable particle_table(const State& state, const Scene& scene, const std::function<bool(const Particle&)>& keep) {
-  std::vector<const Particle*> order;
+  struct Place {
+    std::uint64_t id;
+    const ParticleBin* bin;
+    int slot;
+  };
+  std::vector<Place> order;
   order.reserve(state.grid.particle_count());
-  state.grid.for_each_particle([&](const Particle& p) {
-    if (!keep || keep(p)) order.push_back(&p);
-  });
-  std::sort(order.begin(), order.end(), [](const Particle* a, const Particle* b) { return a->id < b->id; });
+  for (const auto b : state.grid.occupied_blocks()) {
+    const ParticleBin& bin = state.grid.block(b).particles;
+    for (int s = 0; s < bin.count(); ++s) {
+      const Particle p = bin[s];
+      if (!keep || keep(p)) order.push_back({p.id, &bin, s});
+    }
+  }
+  std::sort(order.begin(), order.end(), [](const Place& a, const Place& b) { return a.id < b.id; });
   const std::size_t n = order.size();
   ParticleTable t;
   t.id.resize(n);
@@ -152,7 +164,7 @@ ParticleTable particle_table(const State& state, const Scene& scene, const std::
   t.volume.resize(n);
 #pragma omp parallel for schedule(static)
   for (std::size_t i = 0; i < n; ++i) {
-    const Particle& p = *order[i];
+    const Particle p = (*order[i].bin)[order[i].slot];
     t.id[i] = p.id;
     for (int axis = 0; axis < 3; ++axis) t.position[3 * i + static_cast<std::size_t>(axis)] = p.position[axis] - scene.offset[axis];
     std::copy_n(p.velocity, 3, &t.velocity[3 * i]);

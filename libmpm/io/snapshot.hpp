@@ -29,6 +29,7 @@
 #include <vector>
 
 #include "libmpm/base/error.hpp"
+#include "libmpm/base/precision.hpp"
 
 namespace mpm {
 
@@ -54,15 +55,16 @@ struct ParticleTable {
 /// @param keep  which of them; empty: all
 ParticleTable particle_table(const State& state, const Scene& scene, const std::function<bool(const Particle&)>& keep = {});
 
-/// What a state belongs to.
+/// What a state belongs to, and how it was computed.
 struct SnapshotInfo {
-  double time = 0.0;               ///< s
-  std::int64_t step = 0;           ///< steps done since t = 0
-  std::string case_hash;           ///< case_hash_text of driver/case_file.hpp
-  std::string version;             ///< of the program that wrote the file
-  double reference_density = 0.0;  ///< rho_0, kg/m^3
-  bool mirror_x = false;           ///< only x >= 0 is computed and stored
-  bool mirror_y = false;           ///< only y >= 0 is computed and stored
+  double time = 0.0;                                  ///< s
+  std::int64_t step = 0;                              ///< steps done since t = 0
+  std::string case_hash;                              ///< case_hash_text of driver/case_file.hpp
+  std::string version;                                ///< of the program that wrote the file
+  double reference_density = 0.0;                     ///< rho_0, kg/m^3
+  bool mirror_x = false;                              ///< only x >= 0 is computed and stored
+  bool mirror_y = false;                              ///< only y >= 0 is computed and stored
+  Precision precision = Precision::double_precision;  ///< in which it was computed
 };
 
 /// Content of a frame or of a final state.

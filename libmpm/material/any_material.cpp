@@ -65,13 +65,20 @@ void MaterialParameters::check(ParameterReport& report) const {
       law);
 }
 
-AnyMaterial make_material(const MaterialParameters& parameters) {
+AnyMaterial make_material(const MaterialParameters& parameters, Precision states) {
   std::optional<AnyMaterial> made;
   for_each_law(
       [&]<Material L>() {
         if (const auto* p = parameters.get_if<L>()) made.emplace(L(*p));
       },
       every_law);
+  if (states == Precision::single_precision) {
+    std::visit(
+        [](auto& law) {
+          if constexpr (requires { law.expect_single_states(); }) law.expect_single_states();
+        },
+        *made);
+  }
   return *made;
 }
 

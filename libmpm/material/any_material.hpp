@@ -8,6 +8,7 @@
 #include <variant>
 #include <vector>
 
+#include "libmpm/base/precision.hpp"
 #include "libmpm/material/cam_clay.hpp"
 #include "libmpm/material/drucker_prager.hpp"
 #include "libmpm/material/hencky_elastic.hpp"
@@ -73,8 +74,8 @@ struct MaterialParameters {
   void check(ParameterReport& report) const;  ///< the law's own check
 };
 
-/// @throws ConfigError if the law refuses its parameters
-AnyMaterial make_material(const MaterialParameters& parameters);
+/// @param states  precision in which states are stored between steps. @throws ConfigError if the law refuses its parameters
+AnyMaterial make_material(const MaterialParameters& parameters, Precision states = Precision::double_precision);
 
 double density_of(const AnyMaterial& material);           ///< rho_0, kg/m^3
 double wave_speed_of(const AnyMaterial& material);        ///< of the fastest elastic wave, m/s

@@ -97,7 +97,19 @@ class CamClay {
 
   /// Backward Euler step. state.internal is X = -eps_v^P. The result is NaN in a lane whose deformation is inverted or not finite.
   template <LaneNumber T>
-  void update_stress(MaterialState<T>& state, const Matrix3<T>& dl, double dt) const;
+  void update_stress(MaterialState<T>& state, const Matrix3<T>& dl, double /*dt*/) const {
+    (void)update(state, dl);
+  }
+  /// The same in single precision, where that is precise enough: unless some point yields near an apex of the surface, or its root is not
+  /// shown to be the nearest, or M = 0. Then it returns false and leaves the state as it was.
+  bool try_update_stress(MaterialState<SinglePair>& state, const Matrix3<SinglePair>& dl, double /*dt*/) const {
+    MaterialState<SinglePair> updated = state;
+    if (!update(updated, dl)) return false;
+    state = updated;
+    return true;
+  }
+  /// States come back rounded to single precision: what is outside the surface by that much only does not yield.
+  void expect_single_states() { round_off_ = 1e-6; }
 
   /// J = det F = exp(tr eps_e + X_0 - X), relative to the initial state.
   template <LaneNumber T>
@@ -122,7 +134,11 @@ class CamClay {
   template <class T>
   struct Return {
     T d, u;
+    bool settled = true;  ///< false: single precision does not suffice
   };
+  /// @return false where single precision does not suffice; the state is then undefined
+  template <LaneNumber T>
+  bool update(MaterialState<T>& state, const Matrix3<T>& dl) const;
 
   /// The residual as a function of the offset x = d - d_base from the base state (the trial state, or X = 0 on the way of recompaction).
   template <class T>
@@ -156,8 +172,11 @@ class CamClay {
     /// Everywhere: near an apex from A as it stands (times w^3).
     [[nodiscard]] Newton newton(const Value& at, const T& x) const;
     /// A lane is settled when its step is so small that, the convergence being quadratic (the next step is about step^3 / previous^2), the
-    /// next one would be below round-off; Y at the new x then follows from its slope. @param scale of x and of (1 + beta) S, the smaller
-    [[nodiscard]] static Mask<T> is_settled(const T& size, const T& previous, const T& scale) {
+    /// next one would be below round-off; Y at the new x then follows from its slope. @param x  new offset; @param width  (1 + beta) S.
+    /// In double precision x is found to its own relative precision, in single precision to that of the surface: what X is rounded to.
+    [[nodiscard]] static Mask<T> is_settled(const T& size, const T& previous, const T& x, const T& width) {
+      if constexpr (is_single<T>) return (size <= 3e-3 * width) & (size * size * size <= 1e-7 * width * previous * previous);
+      const T scale = min(abs(x), width);
       return (size <= 1e-8 * scale) | ((size <= 1e-6 * scale) & (size * size * size <= 1e-16 * scale * previous * previous));
     }
     /// Inside the surface Newton's method converges without safeguards, in three or four steps: all lanes together, and what they found is
@@ -180,7 +199,7 @@ class CamClay {
 
   /// A state returned to the surface lies on it to round-off only, and must not yield again for that, least of all at a tension apex that
   /// would snap: the elastic domain is larger by this share of p_c^2 (p_c where M = 0).
-  static constexpr double round_off = 1e-13;
+  double round_off_ = 1e-13;
 
   HenckyModuli moduli_;
   double slope_, beta_, xi_;  // M, beta, xi
@@ -196,7 +215,8 @@ inline CamClay::Residual<T>::Residual(const CamClay& law, const T& p_trial, cons
   cosh = sqrt(1.0 + s * s);
   y = 2.0 * p - (1.0 - law.beta_) * s;
   side = select(y >= 0.0, broadcast<T>(1.0), broadcast<T>(-1.0));
-  y = select(abs(y) < 1e-60, side * 1e-60, y);  // a trial state at the critical state: the ratio d/Y stays defined
+  constexpr double tiny = by_precision<T>(1e-60, 1e-30);
+  y = select(abs(y) < tiny, side * tiny, y);  // a trial state at the critical state: the ratio d/Y stays defined
 }
 
 template <class T>
@@ -220,11 +240,11 @@ inline __attribute__((always_inline)) typename CamClay::Residual<T>::Value CamCl
   const T h = law_.xi_ * x, h2 = h * h;
   T sinh_h, cosh_h_1;
   if (all(h2 <= 0.0025)) [[likely]] {  // truncated at 0.05^8/9! = 1e-16, and 2 * 0.05^8/10! = 2e-17
-    sinh_h = h * sinh_series<4>(h2, 1);
-    cosh_h_1 = h2 * sinh_series<4>(h2, 2);
+    sinh_h = h * sinh_series<by_precision<T>(4, 2)>(h2, 1);
+    cosh_h_1 = h2 * sinh_series<by_precision<T>(4, 2)>(h2, 2);
   } else if (all(h2 <= 0.25)) {  // truncated at 0.5^14/15! = 5e-17, and 2 * 0.5^14/16! = 6e-18
-    sinh_h = h * sinh_series<7>(h2, 1);
-    cosh_h_1 = h2 * sinh_series<7>(h2, 2);
+    sinh_h = h * sinh_series<by_precision<T>(7, 4)>(h2, 1);
+    cosh_h_1 = h2 * sinh_series<by_precision<T>(7, 4)>(h2, 2);
   } else {
     sinh_h = sinh(h);
     const T half = sinh(0.5 * h);
@@ -285,7 +305,7 @@ inline typename CamClay::Residual<T>::Newton CamClay::Residual<T>::newton(const 
 template <class T>
 inline __attribute__((always_inline)) bool CamClay::Residual<T>::search_inside(const Value& base, const T& reach, const Mask<T>& wanted,
                                                                                Root& root) const {
-  constexpr int least = 3, most = 6;
+  constexpr int least = by_precision<T>(3, 2), most = by_precision<T>(6, 5);
   if (!all(interior(base) | mask_not(wanted))) return false;
   Value at = base;
   T x = T{}, previous = abs(reach);
@@ -294,8 +314,7 @@ inline __attribute__((always_inline)) bool CamClay::Residual<T>::search_inside(c
     x += step;
     if (steps >= least) {
       const T y_there = at.y + at.y_slope * step;
-      const Mask<T> sound =
-          is_settled(size, previous, min(abs(x), at.v + at.e)) & interior(at) & (y_there * side > 0.0) & (x * (reach - x) >= 0.0);
+      const Mask<T> sound = is_settled(size, previous, x, at.v + at.e) & interior(at) & (y_there * side > 0.0) & (x * (reach - x) >= 0.0);
       if (all(sound | mask_not(wanted))) {
         root = {x, y_there, at.v, at.e};
         return true;
@@ -315,13 +334,16 @@ inline CamClay::Return<T> CamClay::return_map(const T& p_trial, const T& q2, con
   Mask<T> active = yields & mask_not(lost);
   Return<T> result{select(lost, p_trial, T{}), select(yields, T{}, broadcast<T>(1.0))};
   if (!any(active)) return result;
+  if constexpr (is_single<T>) {
+    if (m2_ == 0.0) return {result.d, result.u, false};
+  }
 
   const Residual<T> residual(*this, p_trial, q2, x_n, s_n);
   typename Residual<T>::Value value = residual.at_base();
   const T v_0 = value.v, slope_0 = value.s_slope;
   Mask<T> found = active & mask_not(active);
   if (m2_ == 0.0) {
-    const Mask<T> outside = residual.excess(value) > round_off * residual.s;
+    const Mask<T> outside = residual.excess(value) > round_off_ * residual.s;
     found = active & mask_not(outside);  // p is within its bounds: only q is lost
     lost = lost | (active & outside & stress_free);
     active = active & outside & mask_not(stress_free);
@@ -332,6 +354,9 @@ inline CamClay::Return<T> CamClay::return_map(const T& p_trial, const T& q2, con
   if (m2_ != 0.0 && residual.search_inside(value, reach, active, root)) {
     found = active;
     active = active & mask_not(active);
+  }
+  if constexpr (is_single<T>) {
+    if (any(active)) return {result.d, result.u, false};
   }
 
   // Safeguarded Newton.
@@ -347,7 +372,7 @@ inline CamClay::Return<T> CamClay::return_map(const T& p_trial, const T& q2, con
     const Mask<T> within = same_side & (((newton - near) * (newton - far) <= 0.0) | minute);
     const T next = select(within, newton, 0.5 * (near + far));
     const T step = next - root.x, size = abs(step);
-    const Mask<T> settled = active & within & residual.is_settled(size, previous, min(abs(next), value.v + value.e));
+    const Mask<T> settled = active & within & residual.is_settled(size, previous, next, value.v + value.e);
     root.y = select(settled, value.y + value.y_slope * step, root.y);
     root.v = select(settled, value.v, root.v);
     root.e = select(settled, value.e, root.e);
@@ -371,6 +396,7 @@ inline CamClay::Return<T> CamClay::return_map(const T& p_trial, const T& q2, con
   result.d = select(found, d, result.d);
   const Mask<T> open = yields & mask_not(lost) & mask_not(found);
   if (any(open)) {
+    if constexpr (is_single<T>) return {result.d, result.u, false};
     const T flag = select(open, broadcast<T>(1.0), T{});
     for (int i = 0; i < lanes_of<T>; ++i) {
       if (lane(flag, i) == 0.0) continue;
@@ -383,22 +409,24 @@ inline CamClay::Return<T> CamClay::return_map(const T& p_trial, const T& q2, con
 }
 
 template <LaneNumber T>
-void CamClay::update_stress(MaterialState<T>& state, const Matrix3<T>& dl, double /*dt*/) const {
+bool CamClay::update(MaterialState<T>& state, const Matrix3<T>& dl) const {
   const double shear_over_bulk = moduli_.shear() / moduli_.bulk();
   HenckyStrain<T> strain = hencky_trial(moduli_.strain(state.stress), dl);
   const T p = -strain.volumetric;
   const T q2 = (6.0 * shear_over_bulk * shear_over_bulk) * norm2(strain.deviator);
   const T s = sinh(xi_ * max(state.internal, T{}));
   const T excess =
-      m2_ == 0.0 ? max(max(p - s, -p - beta_ * s) - round_off * s, q2) : q2 + m2_ * ((p + beta_ * s) * (p - s) - round_off * s * s);
+      m2_ == 0.0 ? max(max(p - s, -p - beta_ * s) - round_off_ * s, q2) : q2 + m2_ * ((p + beta_ * s) * (p - s) - round_off_ * s * s);
   const Mask<T> yields = excess > 0.0;
   if (any(yields)) {
     const Return<T> r = return_map<T>(p, q2, state.internal, s, yields);
+    if (!r.settled) return false;
     strain.volumetric += r.d;
     strain.deviator = r.u * strain.deviator;
     state.internal += r.d;
   }
   state.stress = moduli_.stress(strain);
+  return true;
 }
 
 static_assert(Material<CamClay>);

@@ -52,9 +52,18 @@ concept MaterialParameterSet = std::default_initializable<P> && std::equality_co
   { p.density } -> std::convertible_to<double>;                 // rho_0, kg/m^3
 };
 
+/// A law may be computed in single precision, too: try_update_stress does what update_stress does, or leaves the state alone and returns
+/// false where single precision does not suffice for one of the points. The points then take update_stress, in double precision.
+template <class L>
+concept UpdatesStressInSingle = requires(const L law, MaterialState<SinglePair>& state, const Matrix3<SinglePair>& dl, double dt) {
+  { law.try_update_stress(state, dl, dt) } -> std::same_as<bool>;
+};
+
 /// A law is made from its Parameters; the constructor throws ConfigError for parameters out of range (`checked`).
 /// May have: viscosity(), eta in Pa s, where the law has viscous stress, which limits the time step; yield_function(state), Pa^2, <= 0
-/// inside; preconsolidation_pressure(internal), Pa; plastic_volume_strain(state): the columns of `mpm point`, 0 for a law without.
+/// inside; expect_single_states(), told once where states are rounded to single precision between steps, for a law that compares a state
+/// with its own earlier result; preconsolidation_pressure(internal), Pa; plastic_volume_strain(state): the columns of `mpm point`, 0 for a
+/// law without.
 template <class L>
 concept Material = MaterialParameterSet<typename L::Parameters> && std::constructible_from<L, const typename L::Parameters&> &&
     UpdatesStress<L, double> && UpdatesStress<L, Lanes> && UpdatesStress<L, LanePair> && requires(const L law) {

@@ -110,6 +110,9 @@ class DruckerPrager {
   template <LaneNumber T>
   void update_stress(MaterialState<T>& state, const Matrix3<T>& dl, double dt) const;
 
+  /// States come back rounded to single precision: a trace of that size beside a deviator counts as none.
+  void expect_single_states() { round_off_ = 1e-6; }
+
   /// J = exp(tr eps + X)
   template <LaneNumber T>
   [[nodiscard]] T volume_ratio(const MaterialState<T>& state) const {
@@ -133,14 +136,13 @@ class DruckerPrager {
   [[nodiscard]] double yield_function(const MaterialState<double>& state) const;
 
  private:
-  static constexpr double round_off = 1e-12;  ///< of a trace, over the deviator
-
   HenckyModuli moduli_;
   double slope_, intercept_, dilatancy_slope_;
   double apex_strain_;   // tr eps at the apex, C / (A K)
   double return_share_;  // 1 / (1 + K A A_psi / (3 G))
   // mu(I): A_2 - A, and h / (dt sqrt(p)) = I_0 3 G / (sqrt(3 rho_s) d_g); 0 and 0 where there is none
   double slope_increase_ = 0.0, hindrance_ = 0.0, reference_inertial_number_ = 0.0;
+  double round_off_ = 1e-12;  // of a trace, over the deviator
 };
 
 template <LaneNumber T>
@@ -151,7 +153,7 @@ void DruckerPrager::update_stress(MaterialState<T>& state, const Matrix3<T>& dl,
 
   // A sheared point with p = 0 has it to round-off of its stress only.
   const T squeezed = min(before.volumetric, T{});
-  const T gap = select(squeezed * squeezed <= (round_off * round_off) * norm2(before.deviator), state.internal, T{});
+  const T gap = select(squeezed * squeezed <= (round_off_ * round_off_) * norm2(before.deviator), state.internal, T{});
   const T closed = max(min(gap, -strain.volumetric), T{});
   strain.volumetric += closed;
   state.internal = state.internal - closed;

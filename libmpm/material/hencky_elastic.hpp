@@ -76,6 +76,11 @@ class HenckyElastic {
   void update_stress(MaterialState<T>& state, const Matrix3<T>& dl, double /*dt*/) const {
     state.stress = moduli_.stress(hencky_trial(moduli_.strain(state.stress), dl));
   }
+  /// The same in single precision, which always suffices.
+  bool try_update_stress(MaterialState<SinglePair>& state, const Matrix3<SinglePair>& dl, double dt) const {
+    update_stress(state, dl, dt);
+    return true;
+  }
   /// J = exp(tr eps)
   template <LaneNumber T>
   [[nodiscard]] T volume_ratio(const MaterialState<T>& state) const {

@@ -1,8 +1,8 @@
 #pragma once
 /// Particles as observers see them: those of a block of a running computation, or those of a stored frame.
 
+#include <array>
 #include <limits>
-#include <span>
 
 #include "libmpm/base/types.hpp"
 #include "libmpm/core/step.hpp"
@@ -13,17 +13,20 @@ namespace mpm {
 
 /// One particle, in the coordinates of the case and in SI units.
 struct ParticleView {
-  Vec3 position;                      ///< m
-  Vec3 velocity;                      ///< m/s; a frame has it in single precision
-  std::span<const double, 6> stress;  ///< Kirchhoff tau, Pa, tension positive: xx yy zz xy xz yz
-  double volume;                      ///< V_0, m^3, in the reference state
-  double mass;                        ///< kg, as computed: not doubled for a mirror plane
-  const Particle* particle;           ///< null in a frame
-  const AnyMaterial* material;        ///< null in a frame
-  double stored_volume_ratio;         ///< of a frame
+  Vec3 position;                 ///< m
+  Vec3 velocity;                 ///< m/s; a frame has it in single precision
+  std::array<double, 6> stress;  ///< Kirchhoff tau, Pa, tension positive: xx yy zz xy xz yz
+  double internal;               ///< the law's internal variable
+  double volume;                 ///< V_0, m^3, in the reference state
+  double mass;                   ///< kg, as computed: not doubled for a mirror plane
+  const AnyMaterial* material;   ///< null in a frame
+  double stored_volume_ratio;    ///< of a frame
 
   /// J = det F: volume over reference volume. Asks the law where the particle is live, which costs more than the rest.
-  [[nodiscard]] double volume_ratio() const { return particle != nullptr ? mpm::volume_ratio(*material, *particle) : stored_volume_ratio; }
+  [[nodiscard]] double volume_ratio() const {
+    if (material == nullptr) return stored_volume_ratio;
+    return mpm::volume_ratio(*material, {{stress[0], stress[1], stress[2], stress[3], stress[4], stress[5]}, internal});
+  }
 };
 
 /// Particles that lie in one box. Observers add them up in the order of the batches and of the particles in each: the same bits on any
@@ -55,25 +58,27 @@ class ParticleBatch {
   /// @param i  below size()
   [[nodiscard]] ParticleView operator[](std::size_t i) const {
     if (bin_ != nullptr) {
-      const Particle& p = (*bin_)[static_cast<int>(i)];
+      const Particle p = (*bin_)[static_cast<int>(i)];
       return {Vec3(p.position[0], p.position[1], p.position[2]) - scene_->offset,
               Vec3(p.velocity[0], p.velocity[1], p.velocity[2]),
-              std::span<const double, 6>(p.stress),
+              std::to_array(p.stress),
+              p.internal,
               p.volume,
               density_ * p.volume,
-              &p,
               &scene_->material,
               1.0};
     }
     const ParticleTable& t = *frame_;
-    return {Vec3(t.position[3 * i], t.position[3 * i + 1], t.position[3 * i + 2]),
-            Vec3(t.velocity[3 * i], t.velocity[3 * i + 1], t.velocity[3 * i + 2]),
-            std::span<const double, 6>(t.stress.data() + 6 * i, 6),
-            t.volume[i],
-            density_ * t.volume[i],
-            nullptr,
-            nullptr,
-            t.volume_ratio[i]};
+    ParticleView v{Vec3(t.position[3 * i], t.position[3 * i + 1], t.position[3 * i + 2]),
+                   Vec3(t.velocity[3 * i], t.velocity[3 * i + 1], t.velocity[3 * i + 2]),
+                   {},
+                   t.internal[i],
+                   t.volume[i],
+                   density_ * t.volume[i],
+                   nullptr,
+                   t.volume_ratio[i]};
+    std::copy_n(&t.stress[6 * i], 6, v.stress.begin());
+    return v;
   }
 
  private:

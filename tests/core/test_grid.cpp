@@ -31,13 +31,15 @@ void move_all(Grid& grid, Oracle& oracle, F&& displacement) {
   for (const auto b : grid.occupied_blocks()) {
     ParticleBin& bin = grid.block(b).particles;
     for (int s = 0; s < bin.count(); ++s) {
-      const Vec3 x = position_of(bin[s]) + displacement(bin[s]);
-      std::copy_n(x.data(), 3, bin[s].position);
+      Particle p = bin[s];
+      const Vec3 x = position_of(p) + displacement(p);
+      std::copy_n(x.data(), 3, p.position);
       const Index3 node = base_of(x);
       const bool stays = block_of(node) == grid.block(b).coordinate;
       bin.cell[static_cast<std::size_t>(s)] =
           stays ? static_cast<std::uint8_t>((node[0] & 3) | (node[1] & 3) << 2 | (node[2] & 3) << 4) : ParticleBin::left_block;
-      oracle[bin[s].id] = bin[s];
+      bin.set(s, p);
+      oracle[p.id] = bin[s];
     }
     BlockMotion motion;
     collect_migrants(grid, b, motion);
@@ -273,9 +275,9 @@ TEST(Grid, RestoreGivesBackTheSameSlotsCellsAndLists) {
   std::shuffle(blocks.begin(), blocks.end(), random);  // whatever order the blocks come back in
   for (const auto b : blocks) {
     const ParticleBin& bin = grid.block(b).particles;
-    std::vector<Particle> particles;
-    for (int s = 0; s < bin.count(); ++s) particles.push_back(bin[s]);
-    copy.restore(grid.block(b).coordinate, particles, bin.cell);
+    std::vector<std::byte> records;
+    for (int s = 0; s < bin.count(); ++s) records.insert(records.end(), bin.bytes(s).begin(), bin.bytes(s).end());
+    copy.restore({grid.block(b).coordinate, bin.frame.velocity, bin.cell, records});
   }
   copy.refresh();
   expect_sound(copy, oracle);

@@ -150,7 +150,7 @@ TEST(HealthWatch, SaysOnceThatTheTimeStepShrinks) {
   HealthWatch health(state, scene);
   const Totals now = totals(state, scene);
   EXPECT_THAT(health.check(state, scene, now), ElementsAre());
-  testing::find_particle(state.grid, 5)->velocity[2] = 700.0;  // twelve times the speed of sound
+  testing::change_particle(state.grid, 5, [](Particle& p) { p.velocity[2] = 700.0; });  // twelve times the speed of sound
   state.max_speed = 700.0;
   EXPECT_THAT(health.check(state, scene, now),
               ElementsAre(AllOf(StartsWith("warning: the time step has shrunk"), HasSubstr("particle 5 at ("), HasSubstr("700 m/s"),
@@ -226,7 +226,7 @@ TEST(UpdateStress, FindsAFaultInAnyNumberOfAnyParticleWithAnyLaw) {
         state.grid.refresh();
         const auto block = state.grid.occupied_blocks()[0];
         ASSERT_TRUE(update_stress(state.grid, block, law, 1e-3)) << name;
-        *numbers(*testing::find_particle(state.grid, n % 2 == 0 ? n : 20))[n] = bad;
+        testing::change_particle(state.grid, n % 2 == 0 ? n : 20, [&](Particle& p) { *numbers(p)[n] = bad; });
         EXPECT_FALSE(update_stress(state.grid, block, law, 1e-3)) << name << " number " << n << " = " << bad;
       }
     }
@@ -239,10 +239,11 @@ TEST(Step, NamesTheInvertedParticleAmongThoseItSpoils) {
   const Scene scene = make_scene(c);
   State state = make_state(c, scene);
   state.step = 42;
-  Particle* p = testing::find_particle(state.grid, 17);
-  p->volume *= 1e3;  // outweighs its neighbours, so that the grid takes its velocity field over
-  testing::set_affine(*p, Mat3(-3000.0 * Mat3::Identity()));
-  const Vec3 place = testing::position_of(*p);
+  testing::change_particle(state.grid, 17, [](Particle& p) {
+    p.volume *= 1e3;  // outweighs its neighbours, so that the grid takes its velocity field over
+    testing::set_affine(p, Mat3(-3000.0 * Mat3::Identity()));
+  });
+  const Vec3 place = testing::position_of(testing::particle_of(state.grid, 17));
   try {
     step(state, scene, 1e-3);
     FAIL() << "not unstable";

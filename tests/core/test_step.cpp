@@ -13,11 +13,12 @@ namespace mpm {
 namespace {
 
 using testing::box_body;
+using testing::change_particle;
 using testing::empty_case;
-using testing::find_particle;
 using ::testing::HasSubstr;
 using ::testing::Not;
 using testing::particle_at;
+using testing::particle_of;
 using testing::position_of;
 using testing::velocity_of;
 
@@ -117,14 +118,11 @@ TEST(Step, KeepsAngularMomentumOfAFreeApicBody) {
   State state = make_state(c, scene);
   Mat3 spin;  // spins and strains: the stress works
   spin << 0.5, -6.0, 1.0, 6.0, -1.0, 0.0, 2.0, 0.0, 0.5;
-  for (const auto b : state.grid.occupied_blocks()) {
-    ParticleBin& bin = state.grid.block(b).particles;
-    for (int s = 0; s < bin.count(); ++s) {
-      const Vec3 v = spin * position_of(bin[s]);
-      std::copy_n(v.data(), 3, bin[s].velocity);
-      testing::set_affine(bin[s], spin);
-    }
-  }
+  state.grid.change_particles([&](Particle& p) {
+    const Vec3 v = spin * position_of(p);
+    std::copy_n(v.data(), 3, p.velocity);
+    testing::set_affine(p, spin);
+  });
   const Totals before = totals(state, scene);
   for (int n = 0; n < 200; ++n) step(state, scene, 1e-3);
   const Totals after = totals(state, scene);
@@ -210,7 +208,10 @@ class Unstable : public ::testing::Test {
     state.time = 0.75;
     state.step = 123;
   }
-  Particle& poisoned() { return *find_particle(state.grid, lonely); }
+  template <class F>
+  void poison(F&& f) {
+    change_particle(state.grid, lonely, f);
+  }
   static constexpr std::uint64_t lonely = 987654;
   const Vec3 place{3.1, -2.2, 5.3};
   Case c;
@@ -220,12 +221,13 @@ class Unstable : public ::testing::Test {
 
 TEST_F(Unstable, NotANumberNamesParticlePositionAndTime) {
   for (int field = 0; field < 4; ++field) {
-    const Particle sane = poisoned();
-    Particle& p = poisoned();
-    (field == 0   ? p.velocity[1]
-     : field == 1 ? p.affine[4]
-     : field == 2 ? p.stress[3]
-                  : p.velocity[2]) = field == 3 ? HUGE_VAL : std::nan("");
+    const Particle sane = particle_of(state.grid, lonely);
+    poison([&](Particle& p) {
+      (field == 0   ? p.velocity[1]
+       : field == 1 ? p.affine[4]
+       : field == 2 ? p.stress[3]
+                    : p.velocity[2]) = field == 3 ? HUGE_VAL : std::nan("");
+    });
     const std::string message = unstable_message([&] { step(state, scene, 1e-3); });
     EXPECT_THAT(message, HasSubstr("particle 987654"));
     EXPECT_THAT(message, HasSubstr("t = 0.75 s"));
@@ -234,13 +236,13 @@ TEST_F(Unstable, NotANumberNamesParticlePositionAndTime) {
     const auto where = position_in(message);
     ASSERT_TRUE(where) << message;
     EXPECT_LE((*where - place).norm(), 1.01 * std::sqrt(3.0)) << message;  // at worst the block of 1 m
-    poisoned() = sane;
+    poison([&](Particle& p) { p = sane; });
   }
 }
 
 TEST_F(Unstable, NotANumberInsideABodyIsFoundInItsNeighbourhood) {
-  find_particle(state.grid, 300)->velocity[0] = std::nan("");
-  const Vec3 start = position_of(*find_particle(state.grid, 300));
+  change_particle(state.grid, 300, [](Particle& p) { p.velocity[0] = std::nan(""); });
+  const Vec3 start = position_of(particle_of(state.grid, 300));
   const std::string message = unstable_message([&] { step(state, scene, 1e-3); });
   const auto where = position_in(message);
   ASSERT_TRUE(where) << message;
@@ -248,7 +250,7 @@ TEST_F(Unstable, NotANumberInsideABodyIsFoundInItsNeighbourhood) {
 }
 
 TEST_F(Unstable, AnInvertedParticleIsNamedWithItsPosition) {
-  testing::set_affine(poisoned(), Mat3(-3000.0 * Mat3::Identity()));  // det (I + dt C) = -8
+  poison([](Particle& p) { testing::set_affine(p, Mat3(-3000.0 * Mat3::Identity())); });  // det (I + dt C) = -8
   const std::string message = unstable_message([&] { step(state, scene, 1e-3); });
   EXPECT_THAT(message, HasSubstr("particle 987654"));
   const auto where = position_in(message);
@@ -258,12 +260,12 @@ TEST_F(Unstable, AnInvertedParticleIsNamedWithItsPosition) {
 
 TEST_F(Unstable, AnAbsurdVelocityIsAMessageNotACrash) {
   for (const double speed : {1e4, 1e9, 1e100, 1e200, 1e308, -1e308}) {
-    const Particle sane = poisoned();
-    poisoned().velocity[1] = speed;
+    const Particle sane = particle_of(state.grid, lonely);
+    poison([&](Particle& p) { p.velocity[1] = speed; });
     const std::string message = unstable_message([&] { step(state, scene, 1e-3); });
     EXPECT_THAT(message, HasSubstr("particle 987654")) << speed;
     EXPECT_THAT(message, HasSubstr("t = 0.75 s"));
-    poisoned() = sane;
+    poison([&](Particle& p) { p = sane; });
   }
 }
 

@@ -11,6 +11,7 @@
 #include "libmpm/driver/observers.hpp"
 #include "libmpm/driver/replay.hpp"
 #include "libmpm/io/csv.hpp"
+#include "libmpm/io/hdf5.hpp"
 #include "libmpm/io/snapshot.hpp"
 #include "libmpm/observe/observer_list.hpp"
 #include "libmpm/observe/runup.hpp"
@@ -168,6 +169,45 @@ TEST_F(RunCase, WithFlipResumesAsWell) {
   run_case(c, first);
   EXPECT_TRUE(run_case(c, into("parts", true)).finished);
   expect_same_run("whole", "parts");
+}
+
+TEST_F(RunCase, InSinglePrecisionResumesAsWellAndSaysSo) {
+  for (const Transfer transfer : {Transfer::apic, Transfer::aflip}) {
+    Case c = short_avalanche(0.1);
+    c.numerics.precision = Precision::single_precision;
+    c.numerics.transfer = transfer;
+    const std::string whole = transfer == Transfer::apic ? "whole" : "whole_aflip",
+                      parts = transfer == Transfer::apic ? "parts" : "parts_aflip";
+    run_case(c, into(whole));
+    RunOptions first = into(parts);
+    first.poll = stop_after(2);
+    run_case(c, first);
+    EXPECT_TRUE(run_case(c, into(parts, true)).finished);
+    expect_same_run(whole, parts);
+  }
+  EXPECT_EQ(nlohmann::json::parse(content(directory / "whole/results.json"))["precision"], "single");
+  EXPECT_EQ(read_final(directory / "whole/final.h5").info.precision, Precision::single_precision);
+  EXPECT_EQ(read_frame(frame_path(directory / "whole", 0)).info.precision, Precision::single_precision);
+  EXPECT_EQ(hdf5::Reader(directory / "whole/checkpoint.h5").text("precision"), "single");
+  EXPECT_THAT(content(directory / "whole/run.log"), HasSubstr("single precision"));
+}
+
+TEST_F(RunCase, InOnePrecisionIsNotResumedInTheOther) {
+  for (const bool from_single : {false, true}) {
+    Case c = short_avalanche(0.04);
+    c.numerics.precision = from_single ? Precision::single_precision : Precision::double_precision;
+    const std::string name = from_single ? "single" : "double";
+    run_case(c, into(name));
+    c.numerics.precision = from_single ? Precision::double_precision : Precision::single_precision;
+    c.output.duration = 0.08;
+    try {
+      run_case(c, into(name, true));
+      FAIL() << "resumed";
+    } catch (const ConfigError& error) {
+      EXPECT_THAT(error.what(), ::testing::AllOf(HasSubstr("another case"), HasSubstr("numerics.precision was"), HasSubstr("double"),
+                                                 HasSubstr("single")));
+    }
+  }
 }
 
 TEST_F(RunCase, ExtendedEndsAsALongerRunDoes) {

@@ -92,6 +92,11 @@ std::vector<Named> cases() {
   all.back().c.numerics.transfer = Transfer::aflip;
   all.back().c.numerics.contact = ContactRule::surface;
   all.back().c.walls[1].normal = Vec3::UnitX();  // a piston along the grid
+  for (const auto& [name, of] : {std::pair{"avalanche_in_single_precision", 5}, std::pair{"cohesion_flip_in_single_precision", 1},
+                                 std::pair{"sand_in_single_precision", 3}}) {
+    all.push_back({name, all[static_cast<std::size_t>(of)].c});
+    all.back().c.numerics.precision = Precision::single_precision;
+  }
   for (Named& n : all) {
     n.c.output.series_per_second = 50.0;
     n.c.output.frames_per_second = 0.0;

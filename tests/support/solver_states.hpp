@@ -8,8 +8,10 @@
 #include <cmath>
 #include <cstring>
 #include <map>
+#include <optional>
 #include <random>
 #include <span>
+#include <stdexcept>
 #include <vector>
 
 #include "libmpm/base/bspline.hpp"
@@ -70,15 +72,22 @@ inline bool same_bytes(const std::vector<Particle>& a, const std::vector<Particl
   return a.size() == b.size() && (a.empty() || std::memcmp(a.data(), b.data(), a.size() * sizeof(Particle)) == 0);
 }
 
-/// Particle to change in place. Null if no particle has this identity number.
-inline Particle* find_particle(Grid& grid, std::uint64_t id) {
-  for (const auto b : grid.occupied_blocks()) {
-    ParticleBin& bin = grid.block(b).particles;
-    for (int s = 0; s < bin.count(); ++s) {
-      if (bin[s].id == id) return &bin[s];
-    }
-  }
-  return nullptr;
+/// The particle with this identity number. @throws std::out_of_range
+inline Particle particle_of(const Grid& grid, std::uint64_t id) {
+  std::optional<Particle> found;
+  grid.for_each_particle([&](const Particle& p) {
+    if (p.id == id) found = p;
+  });
+  if (!found) throw std::out_of_range("no particle has this number");
+  return *found;
+}
+/// Changes one particle within its cell: calls f(Particle&). @throws std::out_of_range
+template <class F>
+void change_particle(Grid& grid, std::uint64_t id, F&& f) {
+  (void)particle_of(grid, id);
+  grid.change_particles([&](Particle& p) {
+    if (p.id == id) f(p);
+  });
 }
 
 namespace detail {

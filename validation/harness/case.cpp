@@ -8,6 +8,7 @@
 #include <exception>
 #include <sstream>
 
+#include "libmpm/driver/case_file.hpp"
 #include "libmpm/io/atomic_file.hpp"
 #include "validation/harness/norms.hpp"
 
@@ -132,6 +133,12 @@ Registration::Registration(CaseEntry entry) {
   const auto place =
       std::lower_bound(all.begin(), all.end(), entry, [](const CaseEntry& a, const CaseEntry& b) { return a.name < b.name; });
   all.insert(place, std::move(entry));
+}
+
+Case CaseContext::read_case(const std::string& file) const {
+  Case c = mpm::read_case(case_directory_ / file);
+  c.numerics.precision = precision_;
+  return c;
 }
 
 CaseResult run_case_entry(const CaseEntry& entry, const CaseContext& context) {

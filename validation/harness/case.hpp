@@ -18,6 +18,7 @@
 #include <utility>
 #include <vector>
 
+#include "libmpm/driver/case.hpp"
 #include "libmpm/driver/convergence.hpp"
 #include "validation/harness/comparison.hpp"
 #include "validation/harness/flow.hpp"
@@ -157,13 +158,15 @@ struct Setup;
 class CaseContext {
  public:
   CaseContext(Level level, int threads, std::filesystem::path directory, std::filesystem::path case_directory,
-              std::function<void(const std::string&)> log, const RunSource* source = nullptr)
+              std::function<void(const std::string&)> log, const RunSource* source = nullptr,
+              Precision precision = Precision::double_precision)
       : level_(level),
         threads_(threads),
         directory_(std::move(directory)),
         case_directory_(std::move(case_directory)),
         log_(std::move(log)),
-        source_(source) {}
+        source_(source),
+        precision_(precision) {}
   [[nodiscard]] Level level() const { return level_; }
   /// The entry of this level.
   template <class T>
@@ -175,6 +178,8 @@ class CaseContext {
   [[nodiscard]] const std::filesystem::path& directory() const { return directory_; }
   /// validation/cases/<name>/ in the sources: data.csv, case.toml
   [[nodiscard]] const std::filesystem::path& case_directory() const { return case_directory_; }
+  /// A case file of the case, in the precision that this run of the suite has.
+  [[nodiscard]] Case read_case(const std::string& file = "case.toml") const;
   /// A line of progress, for standard error.
   void log(const std::string& line) const { log_(line); }
   /// Where the runs of a case with set-ups come from (harness/setup.hpp); null: this program makes them.
@@ -186,6 +191,7 @@ class CaseContext {
   std::filesystem::path directory_, case_directory_;
   std::function<void(const std::string&)> log_;
   const RunSource* source_;
+  Precision precision_;
 };
 
 struct CaseEntry {

@@ -8,15 +8,6 @@
 
 namespace mpm::validation {
 
-/// Calls f(Particle&) for every particle. Positions must stay within their cell: the order by cell is not rebuilt.
-template <class F>
-void change_particles(State& state, F&& f) {
-  for (const auto b : state.grid.occupied_blocks()) {
-    ParticleBin& particles = state.grid.block(b).particles;
-    for (int s = 0; s < particles.count(); ++s) f(particles[s]);
-  }
-}
-
 /// One step towards rest: gravity on a smooth ramp from 0 at t = 0 to all of it at `ramp`, then every velocity falls as exp(-damping dt).
 inline StepReport settling_step(State& state, Scene& scene, const Vec3& full_gravity, double ramp, double damping) {
   const double dt = stable_time_step(state, scene);
@@ -24,7 +15,7 @@ inline StepReport settling_step(State& state, Scene& scene, const Vec3& full_gra
   scene.gravity = share * full_gravity;
   const StepReport report = step(state, scene, dt);
   const double keep = std::exp(-damping * dt);
-  change_particles(state, [keep](Particle& p) {
+  state.grid.change_particles([keep](Particle& p) {
     for (double& v : p.velocity) v *= keep;
     for (double& a : p.affine) a *= keep;
   });

@@ -46,7 +46,7 @@ Setup plane_jet_setup(const Case& base, const PlaneJetSetting& s) {
 }
 
 std::vector<Setup> plane_jet_setups(const CaseContext& context, const std::vector<NamedJet>& runs) {
-  const Case base = read_case(context.case_directory() / "case.toml");
+  const Case base = context.read_case();
   std::vector<Setup> all;
   for (const NamedJet& run : runs) all.push_back(plane_jet_setup(base, run.setting));
   return all;

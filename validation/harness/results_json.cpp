@@ -182,6 +182,7 @@ std::string results_json(const std::vector<CaseResult>& results, const RunInfo& 
   const std::optional<double> budget = time_budget(info.level);
   json root{{"format_version", 1},
             {"level", to_string(info.level)},
+            {"precision", name_of(info.precision)},
             {"command", info.command},
             {"solver", info.solver},
             {"version", build.version},

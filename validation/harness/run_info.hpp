@@ -16,7 +16,8 @@ struct RunInfo {
   std::string machine;  ///< processor and number of threads the machine offers
   std::string started;  ///< ISO 8601, UTC
   int threads = 1;
-  std::string solver;  ///< that made the runs; empty: this program
+  Precision precision = Precision::double_precision;  ///< of the particles, in the runs that begin with a case file
+  std::string solver;                                 ///< that made the runs; empty: this program
   double wall_time_s = 0.0;
   std::filesystem::path directory;  ///< of the report; set by write_results
 };

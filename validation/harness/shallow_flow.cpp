@@ -66,7 +66,7 @@ State staggered_state(const Case& c, const Scene& scene, int along, int across) 
   const BodySpec& body = c.bodies[0];
   const double spacing = lattice_spacing(c.numerics), length = body.max[along] - body.min[along];
   const State lattice = make_state(c, scene);
-  State state(c.numerics.cell_size);
+  State state(c.numerics.cell_size, c.numerics.precision);
   state.next_id = lattice.next_id;
   state.max_speed = lattice.max_speed;
   lattice.grid.for_each_particle([&](const Particle& p) {
@@ -117,7 +117,7 @@ State hydrostatic_state(const Case& c, const Scene& scene, int along, int across
     below = here;
   }
   const State loose = staggered_state(c, scene, along, across);
-  State state(c.numerics.cell_size);
+  State state(c.numerics.cell_size, c.numerics.precision);
   state.next_id = loose.next_id;
   state.max_speed = loose.max_speed;
   loose.grid.for_each_particle([&](const Particle& p) {

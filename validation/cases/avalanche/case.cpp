@@ -35,7 +35,7 @@ std::vector<Point> points(const CaseContext& context) {
 }
 
 Case case_of(const CaseContext& context, const Point& point) {
-  Case c = read_case(context.case_directory() / "case.toml");
+  Case c = context.read_case();
   c.conveyor->velocity = flow_velocity(point.froude, c.conveyor->flow_height, c.numerics.gravity);
   c.material.as<mpm::CamClay>().critical_state_slope = point.slope;
   c.material.as<mpm::CamClay>().cohesion_beta = point.cohesion;

@@ -72,8 +72,7 @@ class EndPicture : public Observer {
 /// Runs the case of this folder and its variants, each once.
 class Runs {
  public:
-  Runs(const CaseContext& context, CaseResult& result)
-      : context_(context), result_(result), base_(read_case(context.case_directory() / "case.toml")) {
+  Runs(const CaseContext& context, CaseResult& result) : context_(context), result_(result), base_(context.read_case()) {
     base_.output.duration = context.choose(5.4, base_.output.duration, 8.0);
     base_.output.frames_per_second = 0.0;
   }

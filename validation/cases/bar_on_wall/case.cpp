@@ -59,7 +59,7 @@ double exact_force(Start start, double t) {
 }
 
 Impact hit(const CaseContext& context, const Settings& s) {
-  Case c = read_case(context.case_directory() / "case.toml");
+  Case c = context.read_case();
   const double length = c.bodies[0].max.x(), dx = length / s.cells, side = 0.5 * dx;
   c.numerics.cell_size = dx;
   c.numerics.contact = s.contact;
@@ -74,7 +74,7 @@ Impact hit(const CaseContext& context, const Settings& s) {
   State state = make_state(c, scene);
   const double speed = wave_speed_of(scene.material), v = s.speed * speed, density = density_of(scene.material);
   const double sign = s.start == Start::pulled ? 1.0 : -1.0;
-  change_particles(state, [&](Particle& p) {
+  state.grid.change_particles([&](Particle& p) {
     const double x = (p.position[0] - scene.offset.x()) / length - s.gap / s.cells;
     p.velocity[0] = sign * v * shape(s.start, x);
     p.affine[0] = sign * v * shape_slope(s.start, x) / length;

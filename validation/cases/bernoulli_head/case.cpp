@@ -63,7 +63,7 @@ Jet free_jet(double flow_height, double bound) {
 }
 
 Rise simulate(const CaseContext& context, const Setting& setting, bool wide, bool with_picture) {
-  Case c = read_case(context.case_directory() / "case.toml");
+  Case c = context.read_case();
   ConveyorSpec& conveyor = *c.conveyor;
   conveyor.velocity = flow_velocity(setting.froude, conveyor.flow_height, c.numerics.gravity);
   if (wide) conveyor.width = conveyor_width(c.material.as<mpm::CamClay>().hardening_xi, c.obstacle->width());
@@ -218,7 +218,7 @@ void convergence(const std::vector<Rise>& rises, CaseResult& result) {
 }
 
 void run(const CaseContext& context, CaseResult& result) {
-  const Case c = read_case(context.case_directory() / "case.toml");
+  const Case c = context.read_case();
   const auto times = [&](double froude) { return flow_velocity(froude, c.conveyor->flow_height, c.numerics.gravity) / c.numerics.gravity; };
   const auto whole = [&](double froude, double dx) { return Setting{froude, dx, runup_from * times(froude), runup_to * times(froude)}; };
   const auto jet_only = [&](double froude, double dx) { return Setting{froude, dx, jet_to * times(froude), jet_to * times(froude)}; };

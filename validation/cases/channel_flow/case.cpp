@@ -110,7 +110,7 @@ struct Measured {
 };
 
 Case case_of(const CaseContext& context, Flow flow) {
-  Case c = read_case(context.case_directory() / (flow == Flow::grains ? "grains.toml" : "case.toml"));
+  Case c = context.read_case(flow == Flow::grains ? "grains.toml" : "case.toml");
   if (flow != Flow::channel) return c;
   c.numerics.slope = std::acos(0.0);
   c.material.as<WeaklyCompressibleFluid>().carries_tension = true;  // nothing presses it together
@@ -136,7 +136,7 @@ Measured run_flow(const CaseContext& context, const Settings& s) {
   const std::vector<Vec3> reference = reference_positions(lattice);
   const auto level = [&](const Particle& p) { return reference[p.id].z() - scene.offset.z(); };
 
-  State state(dx);
+  State state(dx, c.numerics.precision);
   state.next_id = lattice.next_id;
   lattice.grid.for_each_particle([&](Particle p) {
     const double z = level(p);

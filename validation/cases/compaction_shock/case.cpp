@@ -165,7 +165,7 @@ struct Measured {
 };
 
 Measured hit(const CaseContext& context, const Settings& s, const Waves& exact) {
-  Case c = read_case(context.case_directory() / "case.toml");
+  Case c = context.read_case();
   const double length = c.bodies[0].max.x(), dx = length / s.cells, side = 0.5 * dx, v = s.snow.velocity;
   c.material = with_plasticity(c.material.as<mpm::CamClay>(), s.snow.slope, s.snow.beta, s.snow.xi);
   c.numerics.cell_size = dx;
@@ -236,7 +236,7 @@ struct Method {
 };
 
 void run(const CaseContext& context, CaseResult& result) {
-  const Case c = read_case(context.case_directory() / "case.toml");
+  const Case c = context.read_case();
   const auto base = c.material.as<mpm::CamClay>();
   const auto grids = context.choose<std::vector<int>>({32, 64, 128}, {32, 64, 128, 256}, {32, 64, 128, 256, 512});
   const std::vector<Snow> snows = {

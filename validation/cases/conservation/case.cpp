@@ -22,7 +22,7 @@ constexpr double pi = std::numbers::pi;
 /// With the affine part of APIC, J.
 double kinetic_energy(const Totals& t) { return t.kinetic_energy + t.affine_energy; }
 
-Case balls(const CaseContext& context) { return read_case(context.case_directory() / "case.toml"); }
+Case balls(const CaseContext& context) { return context.read_case(); }
 
 /// dt times the velocity gradient that a particle carries.
 Matrix3<double> increment(const Particle& p, double dt) {
@@ -303,7 +303,7 @@ struct Patch {
     for (int i = 0; i < 3; ++i)
       for (int j = 0; j < 3; ++j) dl.m[i][j] = dt * gradient(i, j);
     for (int s = 0; s < n; ++s) {
-      change_particles(state, [&](Particle& p) {
+      state.grid.change_particles([&](Particle& p) {
         const Vec3 v = gradient * Vec3(p.position[0], p.position[1], p.position[2]);
         for (int i = 0; i < 3; ++i) {
           p.velocity[i] = v[i];
@@ -421,7 +421,7 @@ void spin_ball(const CaseContext& context, CaseResult& result, Transfer transfer
   const Scene scene = make_scene(c);
   State state = make_state(c, scene);
   const std::vector<Vec3> reference = reference_positions(state);
-  change_particles(state, [&](Particle& p) {
+  state.grid.change_particles([&](Particle& p) {
     p.velocity[0] = -omega * p.position[1], p.velocity[1] = omega * p.position[0];
     p.affine[1] = omega, p.affine[3] = -omega;
   });
@@ -476,7 +476,7 @@ double energy_lost(const CaseContext& context, int cells, double cfl, Transfer t
   State state = make_state(c, scene);
   const double speed = wave_speed_of(scene.material);
   const Vec3 size = 0.01 * speed * Vec3(1.0, -0.7, 0.5);  // strains of 1 %
-  change_particles(state, [&](Particle& p) {
+  state.grid.change_particles([&](Particle& p) {
     for (int i = 0; i < 3; ++i) {
       p.velocity[i] = -size[i] / pi * std::cos(pi * p.position[i]);
       p.affine[4 * i] = size[i] * std::sin(pi * p.position[i]);

@@ -23,7 +23,7 @@ struct Setting {
 };
 
 Case make_case(const CaseContext& context, const Setting& setting, ConveyorSpec::Feed feed) {
-  Case c = read_case(context.case_directory() / "case.toml");
+  Case c = context.read_case();
   c.title = fmt::format("{}, {}", setting.name, feed == ConveyorSpec::Feed::strip ? "strip" : "window");
   c.conveyor->velocity = flow_velocity(setting.froude, height, c.numerics.gravity);
   c.conveyor->width = setting.width;

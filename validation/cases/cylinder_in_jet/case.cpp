@@ -30,7 +30,7 @@ std::vector<NamedJet> named_runs(const CaseContext& context, bool with_variants)
 std::vector<Setup> setups(const CaseContext& context) { return plane_jet_setups(context, named_runs(context, false)); }
 
 void run(const CaseContext& context, CaseResult& result) {
-  const Case base = read_case(context.case_directory() / "case.toml");
+  const Case base = context.read_case();
   {
     const CylinderInJet wide_jet(0.01);
     result.check_relative(Label::verification, "reference: drag coefficient in a jet a hundred times as thick", wide_jet.force() / 0.005,

@@ -22,7 +22,7 @@ constexpr double reservoir = last_time + 4.0;
 double ritter_depth(double xi) { return xi <= -1.0 ? 1.0 : xi >= 2.0 ? 0.0 : (2.0 - xi) * (2.0 - xi) / 9.0; }
 
 Case dam_case(const CaseContext& context, int cells) {
-  Case c = read_case(context.case_directory() / "case.toml");
+  Case c = context.read_case();
   const double h0 = c.bodies[0].max.z(), dx = h0 / cells;
   c.numerics.cell_size = dx;
   c.bodies[0].min.y() = c.walls[2].point.y() = dx;
@@ -147,7 +147,7 @@ struct Grids {
 };
 
 Grids run_grids(const CaseContext& context, CaseResult& result) {
-  const Case base = read_case(context.case_directory() / "case.toml");
+  const Case base = context.read_case();
   const double h0 = base.bodies[0].max.z(), rho = base.material.density(), g = base.numerics.gravity;
   const WeaklyCompressibleFluid::Parameters& water = base.material.as<WeaklyCompressibleFluid>();
   const HydrostaticColumn column(rho, g, tait_curve(water.bulk_modulus, water.tait_exponent));

@@ -49,7 +49,7 @@ constexpr double amplitude = 1e-6;  ///< of the velocity over the wave speed: st
 
 /// The case file with cell size, ends and numerics of one run.
 Case bar_case(const CaseContext& context, const Settings& s) {
-  Case c = read_case(context.case_directory() / "case.toml");
+  Case c = context.read_case();
   const double length = c.bodies.at(0).max.x(), dx = length / s.cells;
   const double side = s.ends == Ends::free ? 2.0 * dx : dx / s.per_axis;
   const Vec3 shift(s.offset * dx, 0.0, 0.0);
@@ -116,7 +116,7 @@ Setup bar_setup(const CaseContext& context, const Settings& s) {
           .start =
               [mode](const Case& spec, const Scene& scene) {
                 State state = make_state(spec, scene);
-                change_particles(state, [&](Particle& p) {
+                state.grid.change_particles([&](Particle& p) {
                   p.velocity[0] = amplitude * mode.speed * mode.shape(p.position[0]);
                   p.affine[0] = amplitude * mode.speed * mode.k * std::cos(mode.k * (p.position[0] - mode.start));
                 });

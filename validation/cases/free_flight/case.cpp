@@ -40,16 +40,12 @@ void set_spinning(State& state) {
   const Vec3 omega = spin * axis;
   Mat3 cross;
   cross << 0, -omega.z(), omega.y(), omega.z(), 0, -omega.x(), -omega.y(), omega.x(), 0;
-  for (const auto b : state.grid.occupied_blocks()) {
-    auto& particles = state.grid.block(b).particles;
-    for (int s = 0; s < particles.count(); ++s) {
-      Particle& p = particles[s];
-      Eigen::Map<Vec3> v(p.velocity);
-      v += omega.cross(Eigen::Map<const Vec3>(p.position));
-      Eigen::Map<Mat3> c(p.affine);
-      c = cross;
-    }
-  }
+  state.grid.change_particles([&](Particle& p) {
+    Eigen::Map<Vec3> v(p.velocity);
+    v += omega.cross(Eigen::Map<const Vec3>(p.position));
+    Eigen::Map<Mat3> c(p.affine);
+    c = cross;
+  });
 }
 
 std::vector<Vec3> positions_by_id(const std::vector<ParticleRecord>& particles) {
@@ -89,7 +85,7 @@ double flight_time(const Case& c) { return 2.0 * c.bodies[0].velocity.z() / c.nu
 
 /// The block of snow with three time steps, coarse first.
 std::vector<Setup> rises(const CaseContext& context) {
-  const Case c = read_case(context.case_directory() / "case.toml");
+  const Case c = context.read_case();
   const int coarse = steps_for(c, make_state, flight_time(c), rise_samples);
   std::vector<Setup> all;
   for (const int times : {1, 2, context.choose(4, 4, 8)})

@@ -12,7 +12,7 @@ namespace mpm::validation {
 namespace {
 
 Case strip_case(const CaseContext& context, double froude, int cells, double length, double duration) {
-  Case c = read_case(context.case_directory() / "case.toml");
+  Case c = context.read_case();
   const double depth = c.bodies[0].max.z(), dx = depth / cells, speed = froude * std::sqrt(c.numerics.gravity * depth);
   c.numerics.cell_size = dx;
   c.bodies[0].min.y() = c.walls[2].point.y() = dx;
@@ -155,7 +155,7 @@ Setup setup_of(const CaseContext& context, const Study& s, const Fluids& fluids,
 }
 
 std::vector<Setup> setups(const CaseContext& context) {
-  const Case base = read_case(context.case_directory() / "case.toml");
+  const Case base = context.read_case();
   const Fluids fluids = fluids_of(base);
   std::vector<Setup> all;
   for (const Study& s : studies(context))
@@ -164,7 +164,7 @@ std::vector<Setup> setups(const CaseContext& context) {
 }
 
 void run(const CaseContext& context, CaseResult& result) {
-  const Case base = read_case(context.case_directory() / "case.toml");
+  const Case base = context.read_case();
   const double depth = base.bodies[0].max.z(), g = base.numerics.gravity, rho = base.material.density();
   const Fluids fluids = fluids_of(base);
 

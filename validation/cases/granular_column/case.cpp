@@ -91,15 +91,11 @@ void prestress(State& state, const Case& c, double h0) {
       },
       c.material.law);
   const double k0 = nu / (1.0 - nu);
-  for (const auto b : state.grid.occupied_blocks()) {
-    auto& particles = state.grid.block(b).particles;
-    for (int s = 0; s < particles.count(); ++s) {
-      Particle& p = particles[s];
-      const double vertical = -c.material.density() * c.numerics.gravity * (h0 - p.position[2]);
-      p.stress[0] = p.stress[1] = k0 * vertical;
-      p.stress[2] = vertical;
-    }
-  }
+  state.grid.change_particles([&](Particle& p) {
+    const double vertical = -c.material.density() * c.numerics.gravity * (h0 - p.position[2]);
+    p.stress[0] = p.stress[1] = k0 * vertical;
+    p.stress[2] = vertical;
+  });
 }
 
 double percentile_radius(const std::vector<ParticleRecord>& particles, Geometry geometry, double share) {
@@ -299,7 +295,7 @@ Plan plan_of(const CaseContext& context) {
 const std::vector<std::string> other_laws{"mu(I)", "cohesionless cMCC"};
 
 std::vector<Setup> setups(const CaseContext& context) {
-  const Case base = read_case(context.case_directory() / "case.toml");
+  const Case base = context.read_case();
   const Plan plan = plan_of(context);
   std::vector<Setup> all;
   const auto add = [&](const Column& column, const std::string& law) {
@@ -323,7 +319,7 @@ class Study {
   Study(const CaseContext& context, CaseResult& result)
       : context_(context),
         result_(result),
-        base_(read_case(context.case_directory() / "case.toml")),
+        base_(context.read_case()),
         laws_(published(context.case_directory() / "../../../reference_data/column_collapse_scalings/data.csv")) {}
 
   Deposit run(const Column& column, const std::string& law = "Drucker-Prager") {

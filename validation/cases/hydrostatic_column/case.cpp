@@ -119,7 +119,7 @@ struct Rest {
 /// The column on one grid. Gravity is ramped over the first half of the time, and the velocity damped at twice the first frequency.
 Setup column_setup(const CaseContext& context, const Column& column, int cells, int per_axis = 2,
                    ContactRule contact = ContactRule::nodal) {
-  Case c = read_case(context.case_directory() / "case.toml");
+  Case c = context.read_case();
   c.numerics.contact = contact;
   const double dx = height / cells, side = dx / per_axis;
   c.material = column.material;

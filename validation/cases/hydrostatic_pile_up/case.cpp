@@ -229,7 +229,7 @@ void at_rest(const CaseContext& context, CaseResult& result) {
 // ---- Fr -> 0: the conveyor ------------------------------------------------------------------------------------------------------------
 
 void inviscid(const CaseContext& context, CaseResult& result) {
-  Case c = read_case(context.case_directory() / "case.toml");
+  Case c = context.read_case();
   c.numerics.cell_size = context.choose(0.35, 0.35, 0.25);  // odd w/dx: with an even one the mast acts a cell wider
   const ImpactRun run = run_impact(context, "inviscid", "Fr 0.3, M = 0, frictionless mast", c);
   result.notes.push_back(figures(run));
@@ -245,7 +245,7 @@ void inviscid(const CaseContext& context, CaseResult& result) {
 }
 
 void frictional(const CaseContext& context, CaseResult& result, double froude, double cell_size, double duration) {
-  Case c = read_case(context.case_directory() / "case.toml");
+  Case c = context.read_case();
   c.conveyor->velocity = flow_velocity(froude, height, gravity);
   c.conveyor->width = conveyor_width(c.material.as<mpm::CamClay>().hardening_xi, width);
   c.conveyor->upstream_length = 8.4;

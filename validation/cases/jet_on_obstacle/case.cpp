@@ -89,7 +89,7 @@ Setup jet_setup(const Case& base, const Target& target, int cells) {
 }
 
 std::vector<Setup> setups(const CaseContext& context) {
-  const Case base = read_case(context.case_directory() / "case.toml");
+  const Case base = context.read_case();
   std::vector<Setup> all;
   for (const Target& target : targets(base.bodies[0].max.y()))
     for (const int cells : grid_cells(context)) all.push_back(jet_setup(base, target, cells));
@@ -119,7 +119,7 @@ Measured run_jet(const CaseContext& context, const Setup& setup) {
 }
 
 void run(const CaseContext& context, CaseResult& result) {
-  const Case base = read_case(context.case_directory() / "case.toml");
+  const Case base = context.read_case();
   const double b = base.bodies[0].max.y();
   const auto grids = grid_cells(context);
   Plot plot{"force", "Force on the obstacle along the jet", "time [b/v]", "force / (ρ0 v² A) [-]", {}, "", false, false};

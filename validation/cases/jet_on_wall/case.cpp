@@ -62,7 +62,7 @@ double free_streamline_pressure(double x_over_d, double y_over_d) {
 }
 
 Case jet_case(const CaseContext& context, int cells) {
-  Case c = read_case(context.case_directory() / "case.toml");
+  Case c = context.read_case();
   const double b = c.bodies[0].max.z(), dx = b / cells;
   c.numerics.cell_size = dx;
   c.bodies[0].min.y() = c.walls[0].point.y() = dx;
@@ -234,7 +234,7 @@ Variants variants(const CaseContext& context, const Case& base, const Jet& jet) 
 Jet jet_of(const Case& base) { return {base.bodies[0].max.z(), -base.bodies[0].velocity.x(), base.material.density()}; }
 
 std::vector<Setup> setups(const CaseContext& context) {
-  const Case base = read_case(context.case_directory() / "case.toml");
+  const Case base = context.read_case();
   const Variants all = variants(context, base, jet_of(base));
   std::vector<Setup> list;
   for (const Variant* v : {&all.elastic, &all.plastic, &all.tait})
@@ -243,7 +243,7 @@ std::vector<Setup> setups(const CaseContext& context) {
 }
 
 void run(const CaseContext& context, CaseResult& result) {
-  const Case base = read_case(context.case_directory() / "case.toml");
+  const Case base = context.read_case();
   const auto& snow = base.material.as<mpm::CamClay>();
   const double k = bulk_modulus(snow);
   const Jet jet = jet_of(base);

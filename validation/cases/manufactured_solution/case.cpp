@@ -115,7 +115,7 @@ struct Errors {
 };
 
 Errors simulate(const CaseContext& context, const Settings& s) {
-  Case c = read_case(context.case_directory() / "case.toml");
+  Case c = context.read_case();
   const double dx = 1.0 / s.cells, side = s.quasi_1d ? dx / s.per_axis : 1.0;
   const Vec3 shift = s.offset * dx * Vec3(1.0, s.quasi_1d ? 0.0 : 1.0, s.quasi_1d ? 0.0 : 1.0);
   c.numerics.cell_size = dx;
@@ -145,7 +145,7 @@ Errors simulate(const CaseContext& context, const Settings& s) {
   const auto steps = static_cast<int>(std::ceil(exact.period() / wanted));
   const double dt = exact.period() / steps;
 
-  State state(dx);
+  State state(dx, c.numerics.precision);
   state.next_id = lattice.next_id;
   lattice.grid.for_each_particle([&](Particle p) {
     const Vec3& x = reference[p.id];
@@ -171,7 +171,7 @@ Errors simulate(const CaseContext& context, const Settings& s) {
     const double t = n * dt;
     const Instant now = exact.at(t), next = exact.at(t + dt);
     // f_i = sum w m b is the consistent load: a change of the particles' velocity before the transfer does the same
-    change_particles(state, [&](Particle& p) {
+    state.grid.change_particles([&](Particle& p) {
       if (p.id >= lattice.next_id) return;
       const Vec3 b = exact.body_force(places[p.id], now);
       for (int i = 0; i < 3; ++i) p.velocity[i] += dt * b[i];
@@ -377,7 +377,7 @@ void column(const CaseContext& context, CaseResult& result, std::size_t& work) {
 void profile(const CaseContext& context, CaseResult& result) {
   const Errors r = simulate(context, {.cells = 16, .per_axis = 4, .quasi_1d = true}),
                w = simulate(context, {.cells = 16, .per_axis = 4, .periodic = false, .quasi_1d = true});
-  const Solution exact(read_case(context.case_directory() / "case.toml").material, Vec3(0.05, 0.0, 0.0));
+  const Solution exact(context.read_case().material, Vec3(0.05, 0.0, 0.0));
   const double t = r.profile_time;
   Series line{"exact", {}, {}, Series::Style::reference}, stress_line = line;
   for (int i = 0; i <= 200; ++i) {
@@ -469,7 +469,7 @@ void time_and_place(const CaseContext& context, CaseResult& result, std::size_t&
 }
 
 void run(const CaseContext& context, CaseResult& result) {
-  const Case c = read_case(context.case_directory() / "case.toml");
+  const Case c = context.read_case();
   result.check_absolute(Label::verification, "body force: largest residual of the momentum equation over ρ0 |b|max",
                         momentum_residual(Solution(c.material, Vec3::Constant(0.05))), 0.0, "", 1e-6,
                         "central differences over 1e-4 of a wave: (2π 1e-4)²/6 = 7e-8, times derivatives of 1/F² at F = 0.69");

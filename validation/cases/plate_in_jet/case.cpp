@@ -150,7 +150,7 @@ void check_force(CaseResult& result, const std::string& name, const Setting& s, 
 }
 
 void run(const CaseContext& context, CaseResult& result) {
-  const Case base = read_case(context.case_directory() / "case.toml");
+  const Case base = context.read_case();
   {  // the reference itself: its pressure carries its force
     const PlateInJet exact(0.75);
     double sum = 0.0;

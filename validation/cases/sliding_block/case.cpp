@@ -23,7 +23,7 @@ struct Run {
 };
 
 Case block_case(const CaseContext& context) {
-  Case c = read_case(context.case_directory() / "case.toml");
+  Case c = context.read_case();
   c.numerics.cell_size = context.choose(0.125, 0.0625, 0.0625);
   return c;
 }
@@ -138,7 +138,7 @@ FaceSlide slide_on_face(const Case& base, const Face& face, double rest_time) {
   turn.col(1) = face.normal.cross(face.along);
   turn.col(2) = face.normal;
   const Vec3 velocity = base.bodies.front().velocity.x() * face.along;
-  State state(dx);
+  State state(dx, c.numerics.precision);
   state.next_id = lattice.next_id;
   lattice.grid.for_each_particle([&](Particle p) {
     const Vec3 at = centre + turn * (Vec3(p.position[0], p.position[1], p.position[2]) - c.bodies[0].min - 0.5 * size);

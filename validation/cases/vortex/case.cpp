@@ -141,7 +141,7 @@ struct Errors {
 };
 
 Errors turn(const CaseContext& context, const Settings& s) {
-  Case c = read_case(context.case_directory() / "case.toml");
+  Case c = context.read_case();
   const double dx = (outer - inner) / s.cells, side = dx / s.per_axis;
   c.numerics.cell_size = dx;
   c.numerics.transfer = s.transfer;
@@ -155,7 +155,7 @@ Errors turn(const CaseContext& context, const Settings& s) {
   const Scene scene = make_scene(c);
   const State disc = make_state(c, scene);
   const std::vector<Vec3> reference = reference_positions(disc);
-  State state(dx);
+  State state(dx, c.numerics.precision);
   state.next_id = disc.next_id;
   disc.grid.for_each_particle([&](const Particle& p) {  // what lies further inside than two cells from the ring stays at rest anyway
     if (std::hypot(p.position[0], p.position[1]) > inner - 2.0 * dx) state.grid.insert(p);
@@ -165,7 +165,7 @@ Errors turn(const CaseContext& context, const Settings& s) {
   const double fastest = outer * s.angle * pi / period, wanted = c.numerics.cfl * dx / (wave_speed_of(scene.material) + fastest);
   const auto steps = 2 * static_cast<int>(std::ceil(0.5 * period / wanted));
   const double dt = period / steps;
-  change_particles(state, [&](Particle& p) {  // velocities live at half steps
+  state.grid.change_particles([&](Particle& p) {  // velocities live at half steps
     const Vec3 v = exact.velocity(reference[p.id], -0.5 * dt);
     const Mat3 l = exact.gradient(reference[p.id], -0.5 * dt);
     for (int i = 0; i < 3; ++i) p.velocity[i] = v[i];
@@ -181,7 +181,7 @@ Errors turn(const CaseContext& context, const Settings& s) {
   }
   for (int n = 0; n < steps; ++n) {
     const double t = n * dt, next = (n + 1) * dt;
-    change_particles(state, [&](Particle& p) {
+    state.grid.change_particles([&](Particle& p) {
       const Vec3 b = exact.body_force(reference[p.id], t);
       for (int i = 0; i < 3; ++i) p.velocity[i] += dt * b[i];
     });
@@ -221,7 +221,7 @@ struct Variant {
 };
 
 void run(const CaseContext& context, CaseResult& result) {
-  const Case c = read_case(context.case_directory() / "case.toml");
+  const Case c = context.read_case();
   result.check_absolute(
       Label::verification, "body force: largest residual of the momentum equation over ρ0 |b|max",
       Vortex(c.material.as<HenckyElastic>(), 0.3).momentum_residual(), 0.0, "", 1e-4,

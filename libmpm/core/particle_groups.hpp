@@ -1,0 +1,291 @@
+#pragma once
+/// What both transfers share: some particles of one cell side by side in one register, four lanes each, and the block's halo of nodes.
+/// A Group is made for each kind of record, and the transfers are templates over it:
+///   Group<Particle>      two particles in a Lanes,        {a_0 .. a_3 | b_0 .. b_3}
+///   Group<SingleRecord>  four particles in a SingleLanes, {a_0 .. a_3 | b_0 .. b_3 | c_0 .. c_3 | d_0 .. d_3}
+/// For particle_to_grid.cpp and grid_to_particle.cpp only.
+
+#include <array>
+#include <bit>
+#include <type_traits>
+
+#include "libmpm/base/bspline.hpp"
+#include "libmpm/base/lanes.hpp"
+#include "libmpm/core/grid.hpp"
+#include "libmpm/core/quads.hpp"
+
+namespace mpm {
+
+/// Four doubles that lie anywhere.
+using UnalignedNode = double __attribute__((vector_size(32), aligned(8), may_alias));
+/// Four doubles from any address.
+inline Node load_half(const double* p) { return *reinterpret_cast<const UnalignedNode*>(p); }
+/// Four doubles to any address.
+inline void store_half(double* p, Node v) { *reinterpret_cast<UnalignedNode*>(p) = v; }
+
+/// The same quad for all particles.
+/// @{
+inline Lanes repeat(Node n) { return __builtin_shufflevector(n, n, 0, 1, 2, 3, 0, 1, 2, 3); }
+inline SingleLanes repeat(SingleQuad n) { return __builtin_shufflevector(n, n, 0, 1, 2, 3, 0, 1, 2, 3, 0, 1, 2, 3, 0, 1, 2, 3); }
+/// @}
+
+/// Component c of each particle in all four of its lanes.
+/// @{
+template <int c>
+inline Lanes spread(Lanes v) {
+  return __builtin_shufflevector(v, v, c, c, c, c, 4 + c, 4 + c, 4 + c, 4 + c);
+}
+template <int c>
+inline SingleLanes spread(SingleLanes v) {
+  return __builtin_shufflevector(v, v, c, c, c, c, 4 + c, 4 + c, 4 + c, 4 + c, 8 + c, 8 + c, 8 + c, 8 + c, 12 + c, 12 + c, 12 + c, 12 + c);
+}
+/// @}
+
+/// One column of C and the same column of tau, for all particles of a group; lane 3 is to be ignored.
+template <class V>
+struct TensorColumns {
+  V cx, cy, cz, tx, ty, tz;
+};
+
+template <class Record>
+struct Group;
+
+/// Two particles in double precision. A lone one is beside padding, or beside itself.
+template <>
+struct Group<Particle> {
+  using Vector = Lanes;
+  using Integers = LaneMask;
+  using Quad = Node;
+  static constexpr int size = 2;
+  static constexpr Lanes xyz = {1, 1, 1, 0, 1, 1, 1, 0};          ///< 1 in the lanes of a vector, 0 in the fourth
+  static constexpr LaneMask mask_w = {0, 0, 0, -1, 0, 0, 0, -1};  ///< the fourth lanes
+
+  const Particle* p[size];
+
+  [[nodiscard]] Lanes position() const { return join(load_half(p[0]->position), load_half(p[1]->position)); }  ///< x y z V
+  [[nodiscard]] Lanes velocity() const { return join(load_half(p[0]->velocity), load_half(p[1]->velocity)); }  ///< lane 3: of no meaning
+  [[nodiscard]] TensorColumns<Lanes> tensors() const {
+    const Particle &a = *p[0], &b = *p[1];
+    const Lanes sa = *reinterpret_cast<const Lanes*>(a.affine + 8),
+                sb = *reinterpret_cast<const Lanes*>(b.affine + 8);  // c8 xx yy zz xy xz yz h
+    return {join(load_half(a.affine), load_half(b.affine)),
+            join(load_half(a.affine + 3), load_half(b.affine + 3)),
+            join(load_half(a.affine + 6), load_half(b.affine + 6)),
+            __builtin_shufflevector(sa, sb, 1, 4, 5, 0, 9, 12, 13, 8),
+            __builtin_shufflevector(sa, sb, 4, 2, 6, 0, 12, 10, 14, 8),
+            __builtin_shufflevector(sa, sb, 5, 6, 3, 0, 13, 14, 11, 8)};
+  }
+  /// @param to  where each goes; @param x lane 3: the volume; @param cx,cy,cz columns of the affine matrix. Reads what was there.
+  static inline __attribute__((always_inline)) void store(Particle* const (&to)[size], const Group& from, Lanes x, Lanes v, Lanes cx,
+                                                          Lanes cy, Lanes cz) {
+    Particle &a = *to[0], &b = *to[1];
+    v = mask_w ? from.velocity() : v;  // lane 3: the identity number
+    store_half(a.position, lower_half(x));
+    store_half(b.position, upper_half(x));
+    store_half(a.velocity, lower_half(v));
+    store_half(b.velocity, upper_half(v));
+    const double keep_a = a.stress[0], keep_b = b.stress[0];  // the store of column z reaches one double too far
+    store_half(a.affine, lower_half(cx));
+    store_half(b.affine, upper_half(cx));
+    store_half(a.affine + 3, lower_half(cy));
+    store_half(b.affine + 3, upper_half(cy));
+    store_half(a.affine + 6, lower_half(cz));
+    store_half(b.affine + 6, upper_half(cz));
+    a.stress[0] = keep_a;
+    b.stress[0] = keep_b;
+  }
+  /// The largest of the lanes that hold a speed.
+  static double largest(Lanes speed_squared) { return max(speed_squared[0], speed_squared[4]); }
+  static std::array<std::uint32_t, size> bytes_of(LaneMask cells) {
+    const std::uint64_t bytes = saturated_bytes(cells);
+    return {static_cast<std::uint32_t>(bytes), static_cast<std::uint32_t>(bytes >> 32)};
+  }
+};
+
+/// Four particles in single precision.
+template <>
+struct Group<SingleRecord> {
+  using Vector = SingleLanes;
+  using Integers = SingleLaneMask;
+  using Quad = SingleQuad;
+  static constexpr int size = 4;
+  static constexpr SingleLanes xyz = {1, 1, 1, 0, 1, 1, 1, 0, 1, 1, 1, 0, 1, 1, 1, 0};
+  static constexpr SingleLaneMask mask_w = {0, 0, 0, -1, 0, 0, 0, -1, 0, 0, 0, -1, 0, 0, 0, -1};
+
+  const SingleRecord* p[size];
+
+  /// Quad n of all particles. @param n  0 position, 1 velocity, 2 3 4 columns of C with the normal stresses, 5 shear stresses
+  template <int n>
+  [[nodiscard]] SingleLanes quad() const {
+    const auto at = [&](int i) { return reinterpret_cast<const AliasingQuad*>(p[i]) + n; };
+    return join_quads(at(0), at(1), at(2), at(3));
+  }
+  [[nodiscard]] SingleLanes position() const { return quad<0>(); }  ///< x y z as integers, V as a number
+  [[nodiscard]] SingleLanes velocity() const { return quad<1>(); }  ///< lane 3: of no meaning
+  [[nodiscard]] TensorColumns<SingleLanes> tensors() const {
+    const SingleLanes cx = quad<2>(), cy = quad<3>(), cz = quad<4>(), s = quad<5>();  // s: xy xz yz h
+    return {cx,
+            cy,
+            cz,
+            __builtin_shufflevector(cx, s, 3, 16, 17, 3, 7, 20, 21, 7, 11, 24, 25, 11, 15, 28, 29, 15),
+            __builtin_shufflevector(cy, s, 16, 3, 18, 3, 20, 7, 22, 7, 24, 11, 26, 11, 28, 15, 30, 15),
+            __builtin_shufflevector(cz, s, 17, 18, 3, 3, 21, 22, 7, 7, 25, 26, 11, 11, 29, 30, 15, 15)};
+  }
+  static inline __attribute__((always_inline)) void store(SingleRecord* const (&to)[size], const Group& /*from*/, SingleLanes x,
+                                                          SingleLanes v, SingleLanes cx, SingleLanes cy, SingleLanes cz) {
+    store_quads<0>(to, x);
+    store_vectors<1>(to, v);
+    store_vectors<2>(to, cx);
+    store_vectors<3>(to, cy);
+    store_vectors<4>(to, cz);
+  }
+  static double largest(SingleLanes speed_squared) {
+    return double{max(max(speed_squared[0], speed_squared[4]), max(speed_squared[8], speed_squared[12]))};
+  }
+  static std::array<std::uint32_t, size> bytes_of(SingleLaneMask cells) { return saturated_bytes(cells); }
+
+ private:
+  static float max(float a, float b) { return a > b ? a : b; }
+  template <int n>
+  static inline __attribute__((always_inline)) void store_quads(SingleRecord* const (&to)[size], SingleLanes v) {
+    for_each_quad([&](auto i) { reinterpret_cast<AliasingQuad*>(to[i])[n] = quad_of<i>(v); });
+  }
+  /// Leaves what is in the fourth place of the quads.
+  template <int n>
+  static inline __attribute__((always_inline)) void store_vectors(SingleRecord* const (&to)[size], SingleLanes v) {
+    for_each_quad([&](auto i) {
+      const SingleQuad q = quad_of<i>(v);
+#if defined(__AVX512VL__)
+      _mm_mask_store_ps(reinterpret_cast<AliasingQuad*>(to[i]) + n, 7, q);
+#else
+      std::memcpy(reinterpret_cast<AliasingQuad*>(to[i]) + n, &q, 3 * sizeof(float));
+#endif
+    });
+  }
+};
+
+/// The three weights along an axis: of each node, for all particles of a group, in all components.
+template <class V>
+struct AxisWeights {
+  V w[3];  ///< of nodes base, base + 1, base + 2
+};
+/// The weights of one axis out of those of all three.
+template <int axis, class V>
+inline AxisWeights<V> along(const BsplineWeights<V>& w) {
+  return {{spread<axis>(w.n0), spread<axis>(w.n1), spread<axis>(w.n2)}};
+}
+
+/// The group that comes sixteen places after order[n], in the next bin behind the end of this one: slots are visited by cell, an order the
+/// hardware cannot guess. A core can wait for some sixteen cache lines at a time, and those of a group are asked for one or two at a time
+/// all through the work on another group.
+template <class Record>
+class PrefetchGroup {
+ public:
+  /// Looks up the addresses; reads no particle.
+  PrefetchGroup(const ParticleBin& bin, const ParticleBin& next, int n) {
+    const int count = bin.count(), next_last = next.count() - 1;
+    const auto place = [&](int m) {
+      if (m < count) [[likely]]
+        return reinterpret_cast<const char*>(&bin.record<Record>(bin.order[static_cast<std::size_t>(m)]));
+      return reinterpret_cast<const char*>(
+          &next.record<Record>(next.order[static_cast<std::size_t>(m - count < next_last ? m - count : next_last)]));
+    };
+#pragma GCC unroll 4
+    for (int i = 0; i < size; ++i) at_[i] = place(n + 16 + i);
+  }
+  /// The first line of each.
+  void request_first() const {
+#pragma GCC unroll 4
+    for (int i = 0; i < size; ++i) __builtin_prefetch(at_[i]);
+  }
+  /// The others, in three portions. @param k 0, 1, 2
+  void request_rest(int k) const {
+    if constexpr (std::same_as<Record, Particle>) {  // two more lines each
+      if (k < 2) __builtin_prefetch(at_[0] + 64 * (k + 1));
+      if (k > 0) __builtin_prefetch(at_[1] + 64 * k);
+    } else if (k < 2) {  // one more: 96 bytes on a multiple of 32 lie in two lines
+      __builtin_prefetch(at_[2 * k] + 64);
+      __builtin_prefetch(at_[2 * k + 1] + 64);
+    }
+  }
+
+ private:
+  static constexpr int size = Group<Record>::size;
+  const char* at_[size];
+};
+
+inline constexpr int batch_groups = 16;  ///< that a transfer takes through its passes together; in single precision half of them
+template <class Record>
+inline constexpr int batch_of = batch_groups * 2 / Group<Record>::size;  ///< groups of a batch
+
+/// A particle without mass: fills a group when a cell does not.
+template <class Record>
+inline const Record padding_record{};
+
+/// The group at order[n], padded from `end` on.
+template <class Record>
+inline __attribute__((always_inline)) Group<Record> group_at(const ParticleBin& bin, int n, int end) {
+  Group<Record> g;
+#pragma GCC unroll 4
+  for (int i = 0; i < Group<Record>::size; ++i)
+    g.p[i] = i == 0 || n + i < end ? &bin.record<Record>(bin.order[static_cast<std::size_t>(n + i)]) : &padding_record<Record>;
+  return g;
+}
+
+/// Index of a node in Halo. @param x, y, z  in [0, 6)
+constexpr int halo_index(int x, int y, int z) { return x + halo_edge * (y + halo_edge * z); }
+
+/// Corner of a cell in grid coordinates, for both particles of a pair; lane 3 is zero.
+inline Lanes cell_corner(const Index3& block, int cell) {
+  constexpr double edge = block_edge;
+  const Lanes c = {edge * block[0] + (cell & 3), edge * block[1] + (cell >> 2 & 3), edge * block[2] + (cell >> 4), 0, 0, 0, 0, 0};
+  return __builtin_shufflevector(c, c, 0, 1, 2, 3, 0, 1, 2, 3);
+}
+
+/// Offsets of particles from the base node of their cell, in cells.
+/// @{
+template <class Record>
+class CellOffset;
+template <>
+class CellOffset<Particle> {
+ public:
+  CellOffset(const Grid& grid, const Index3& block, int cell) : inverse_dx_(grid.inverse_cell_size()), corner_(cell_corner(block, cell)) {}
+  [[nodiscard]] Lanes operator()(Lanes position) const { return position * inverse_dx_ - corner_; }
+
+ private:
+  double inverse_dx_;
+  Lanes corner_;
+};
+template <>
+class CellOffset<SingleRecord> {
+ public:
+  CellOffset(const Grid& /*grid*/, const Index3& /*block*/, int /*cell*/) {}
+  [[nodiscard]] SingleLanes operator()(SingleLanes position) const {
+    const SingleLaneMask within = std::bit_cast<SingleLaneMask>(position) & ((1 << position_bits) - 1);
+    return __builtin_convertvector(within, SingleLanes) * static_cast<float>(position_unit) + 0.5F;
+  }
+};
+/// @}
+
+/// Index in Halo of the base node of a cell. @param cell  x + 4 y + 16 z
+inline int first_halo_node(int cell) { return halo_index(cell & 3, cell >> 2 & 3, cell >> 4); }
+
+/// Calls f(grid row, halo row, count) for every run of nodes that the halo shares with one block's storage.
+template <class NodesOf, class HaloNode, class F>
+inline void for_each_halo_row(const Block& self, NodesOf&& nodes_of, HaloNode* halo, F&& f) {
+  for (int bz = 0; bz < 2; ++bz) {
+    for (int by = 0; by < 2; ++by) {
+      auto* near = nodes_of(self.neighbour[static_cast<std::size_t>(neighbour_slot(0, by, bz))]).node;
+      auto* far = nodes_of(self.neighbour[static_cast<std::size_t>(neighbour_slot(1, by, bz))]).node;
+      for (int z = 0; z < (bz == 0 ? 4 : 2); ++z) {
+        for (int y = 0; y < (by == 0 ? 4 : 2); ++y) {
+          HaloNode* row = halo + halo_index(0, 4 * by + y, 4 * bz + z);
+          f(near + 4 * y + 16 * z, row, std::integral_constant<int, 4>{});
+          f(far + 4 * y + 16 * z, row + 4, std::integral_constant<int, 2>{});
+        }
+      }
+    }
+  }
+}
+
+}  // namespace mpm

@@ -1,0 +1,56 @@
+#include "libmpm/core/single_record.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <string>
+
+#include "libmpm/base/error.hpp"
+
+namespace mpm {
+
+Particle decode(const SingleRecord& r, const RecordFrame& frame) {
+  Particle p;
+  for (std::size_t i = 0; i < 3; ++i) {
+    p.position[i] = (4.0 * frame.block[i] + 0.5 + position_unit * r.position[i]) * frame.cell_size;
+    p.velocity[i] = frame.velocity[static_cast<Eigen::Index>(i)] + double{r.velocity[i]};
+    p.affine[i] = r.affine_x[i];
+    p.affine[3 + i] = r.affine_y[i];
+    p.affine[6 + i] = r.affine_z[i];
+    p.stress[3 + i] = r.stress_shear[i];
+  }
+  p.volume = r.volume;
+  p.id = r.id;
+  p.stress[0] = r.stress_xx;
+  p.stress[1] = r.stress_yy;
+  p.stress[2] = r.stress_zz;
+  p.internal = r.internal;
+  return p;
+}
+
+void encode(const Particle& p, int cell, const RecordFrame& frame, SingleRecord& r) {
+  if (p.id > largest_single_id) {
+    throw ConfigError("more than " + std::to_string(largest_single_id) +
+                      " particles have entered: their numbers do not fit into a particle of single precision; use double precision");
+  }
+  constexpr double cell_units = 1 << position_bits, farthest = 8.0 * cell_units;  // a step out of reach ends the run elsewhere
+  for (std::size_t i = 0; i < 3; ++i) {
+    const double at = std::nearbyint((p.position[i] / frame.cell_size - 0.5 - 4.0 * frame.block[i]) * cell_units);
+    const double first = (cell >> (2 * i) & 3) * cell_units;
+    const bool stays = cell < 64;
+    const double low = stays ? first : -farthest, high = stays ? first + (cell_units - 1.0) : farthest;
+    r.position[i] = static_cast<std::int32_t>(at > low ? std::min(at, high) : low);  // not a number: low
+    r.velocity[i] = static_cast<float>(p.velocity[i] - frame.velocity[static_cast<Eigen::Index>(i)]);
+    r.affine_x[i] = static_cast<float>(p.affine[i]);
+    r.affine_y[i] = static_cast<float>(p.affine[3 + i]);
+    r.affine_z[i] = static_cast<float>(p.affine[6 + i]);
+    r.stress_shear[i] = static_cast<float>(p.stress[3 + i]);
+  }
+  r.volume = static_cast<float>(p.volume);
+  r.id = static_cast<std::uint32_t>(p.id);
+  r.stress_xx = static_cast<float>(p.stress[0]);
+  r.stress_yy = static_cast<float>(p.stress[1]);
+  r.stress_zz = static_cast<float>(p.stress[2]);
+  r.internal = static_cast<float>(p.internal);
+}
+
+}  // namespace mpm

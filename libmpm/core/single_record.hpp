@@ -1,0 +1,60 @@
+#pragma once
+/// A particle in 96 bytes: what a run in single precision stores.
+///
+/// Position. 32-bit fixed point relative to the block, in units of 2^-27 cell: the cell is the upper five bits, the offset within it the
+/// lower 27. Both are exact, and a particle far from the origin is as precise as one near it.
+///
+/// Velocity. Relative to one velocity of the whole block (RecordFrame), which is held in double precision and renewed in every step. So
+/// round-off is a share of how much velocities differ within four cells. In free flight the block's velocity alone changes: steady
+/// increments, like those of gravity, never meet the round-off of a large number.
+
+#include <array>
+#include <cstdint>
+#include <type_traits>
+
+#include "libmpm/core/particle.hpp"
+
+namespace mpm {
+
+/// What the records of one block are relative to.
+struct RecordFrame {
+  Index3 block{};                ///< its coordinate
+  double cell_size = 0.0;        ///< dx, m
+  Vec3 velocity = Vec3::Zero();  ///< m/s: velocities of single records are relative to it. Of no meaning for double records
+};
+
+inline constexpr int position_bits = 27;                             ///< of the offset within a cell
+inline constexpr double position_unit = 1.0 / (1 << position_bits);  ///< cells
+inline constexpr std::uint64_t largest_single_id = 0xFFFFFFFF;       ///< identity numbers are 32 bits wide in a single record
+
+/// Six quads of 32-bit numbers; the kernels load and store quads. Units as in Particle.
+struct alignas(32) SingleRecord {
+  std::array<std::int32_t, 3> position;  ///< (x/dx - 1/2 - 4 block) 2^27: 0 where the first cell of the block begins
+  float volume;                          ///< V_0
+  std::array<float, 3> velocity;         ///< relative to RecordFrame::velocity
+  std::uint32_t id;                      ///< identity number
+  std::array<float, 3> affine_x;         ///< first column of C
+  float stress_xx;                       ///< of tau
+  std::array<float, 3> affine_y;         ///< second column of C
+  float stress_yy;                       ///< of tau
+  std::array<float, 3> affine_z;         ///< third column of C
+  float stress_zz;                       ///< of tau
+  std::array<float, 3> stress_shear;     ///< of tau: xy xz yz
+  float internal;                        ///< the law's internal variable
+};
+static_assert(sizeof(SingleRecord) == 96 && std::is_trivially_copyable_v<SingleRecord>);
+
+/// The particle that a record stands for, exactly but for the last bit of position and velocity. @{
+Particle decode(const SingleRecord& r, const RecordFrame& frame);
+inline const Particle& decode(const Particle& r, const RecordFrame& /*frame*/) { return r; }
+/// @}
+
+/// The record of a particle. A position is rounded within its cell, so that it never leaves the cell for a rounding.
+/// @param cell  local base node x + 4 y + 16 z, or ParticleBin::left_block: then it may be anywhere within reach of a step
+/// @throws ConfigError if the identity number is above largest_single_id
+/// @{
+void encode(const Particle& p, int cell, const RecordFrame& frame, SingleRecord& r);
+inline void encode(const Particle& p, int /*cell*/, const RecordFrame& /*frame*/, Particle& r) { r = p; }
+/// @}
+
+}  // namespace mpm
