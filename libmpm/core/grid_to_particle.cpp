@@ -19,7 +19,7 @@ struct alignas(64) PairHalo {
   Lanes node[halo_nodes];
   PairHalo(const Grid& grid, std::int32_t block, bool old) {
     const auto nodes_of = [&](std::int32_t b) -> const NodeBlock& { return old ? grid.old_nodes(b) : grid.nodes(b); };
-    for_each_halo_row(grid.block(block), nodes_of, node, [](const Node* from, Lanes* row, auto count) {
+    for_each_halo_row(grid.block(block).neighbour, nodes_of, node, [](const Node* from, Lanes* row, auto count) {
       for (int i = 0; i < count; ++i) row[i] = twice(from[i]);
     });
   }

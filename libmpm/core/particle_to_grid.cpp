@@ -119,13 +119,17 @@ void scatter_block(const Grid& grid, const Block& block, const ParticleBin& next
 /// @tparam fields 1: nodes hold the momentum with that of the internal forces; 2: nodes hold the momentum, old nodes what forces add
 template <int fields>
 void scatter(Grid& grid, const TransferOptions& options) {
-  const auto all = grid.all_blocks();
+  const auto all = grid.all_blocks(), lent = grid.lent();
   const auto storage = [&](int field, std::int32_t b) -> NodeBlock& { return field == 0 ? grid.nodes(b) : grid.old_nodes(b); };
 #pragma omp parallel
   {
 #pragma omp for schedule(static)
     for (std::size_t i = 0; i < all.size(); ++i) {
       for (int f = 0; f < fields; ++f) storage(f, all[i]) = NodeBlock{};
+    }
+#pragma omp for schedule(static)
+    for (std::size_t i = 0; i < lent.size(); ++i) {
+      for (int f = 0; f < fields; ++f) storage(f, lent[i]) = NodeBlock{};
     }
     Halo halo[fields];
     const auto threads = static_cast<std::size_t>(omp_get_num_threads());
@@ -138,7 +142,8 @@ void scatter(Grid& grid, const TransferOptions& options) {
         scatter_block<fields>(grid, block, grid.block(blocks[next]).particles, options, halo);
         for (int f = 0; f < fields; ++f) {
           for_each_halo_row(
-              block, [&](std::int32_t b) -> NodeBlock& { return storage(f, b); }, halo[f].node,
+              block.parts != nullptr ? *block.parts : block.neighbour, [&](std::int32_t b) -> NodeBlock& { return storage(f, b); },
+              halo[f].node,
               [](Node* node, const Node* row, auto count) {
                 for (int n = 0; n < count; ++n) node[n] += row[n];
               });
@@ -156,6 +161,7 @@ void particle_to_grid(Grid& grid, const TransferOptions& options) {
   } else {
     scatter<1>(grid, options);
   }
+  if (grid.ranks() != nullptr) grid.ranks()->add_parts(grid);
 }
 
 }  // namespace mpm
