@@ -285,10 +285,16 @@ BlockExchange::Borders BlockExchange::borders_of(const Grid& grid) const {
 }
 
 std::vector<std::int32_t> BlockExchange::announce(Grid& grid) {
-  Borders borders = borders_of(grid);
   std::size_t own = 0;
-  for (const auto b : grid.occupied_blocks()) own += static_cast<std::size_t>(grid.block(b).particles.count());
-  double largest[2] = {fresh_ || borders != mine_ ? 1.0 : 0.0, static_cast<double>(own)};
+  std::vector<Index3> occupied;
+  for (const auto b : grid.occupied_blocks()) {
+    own += static_cast<std::size_t>(grid.block(b).particles.count());
+    occupied.push_back(grid.block(b).coordinate);
+  }
+  const bool as_before = !fresh_ && occupied == occupied_;  // then so are the borders
+  Borders borders;
+  if (!as_before) borders = borders_of(grid);
+  double largest[2] = {as_before || (!fresh_ && borders == mine_) ? 0.0 : 1.0, static_cast<double>(own)};
   std::uint64_t all = own;
   transport_.maximum(largest);
   transport_.sum({&all, 1});
@@ -296,8 +302,11 @@ std::vector<std::int32_t> BlockExchange::announce(Grid& grid) {
   own_particles_ = own;
   largest_load_ = largest[1];
   announced_ = true;
+  occupied_ = std::move(occupied);
+  unchanged_ = as_before && largest[0] == 0.0;
+  if (unchanged_) return needed_;  // by their numbers: a block that was needed and is has kept it
   if (largest[0] > 0.0) {
-    mine_ = std::move(borders);
+    if (!as_before) mine_ = std::move(borders);
     fresh_ = false;
     Messages out;
     for (const auto& [rank, blocks] : mine_) put(out[rank], std::span<const Index3>(blocks));
@@ -307,22 +316,23 @@ std::vector<std::int32_t> BlockExchange::announce(Grid& grid) {
       MessageReader(message).get(std::span(theirs_[rank]));
     }
   }
-  std::vector<std::int32_t> needed;
+  needed_.clear();
   for (const auto& [rank, blocks] : theirs_) {
     for (const Index3& block : blocks) {
-      needed.push_back(grid.block_at(block));
+      needed_.push_back(grid.block_at(block));
       for (int k = 1; k < 8; ++k) {
         const Index3 touched_block = beside(block, forward_slot(k));
-        if (owns(touched_block)) needed.push_back(grid.block_at(touched_block));
+        if (owns(touched_block)) needed_.push_back(grid.block_at(touched_block));
       }
     }
   }
-  return needed;
+  return needed_;
 }
 
 // ---- The layout of messages -------------------------------------------------------------------------------------------------------------
 
 void BlockExchange::plan(Grid& grid) {
+  if (unchanged_) return;
   for (const auto& [block, targets] : targets_) grid.block(block).parts = nullptr;
   targets_.clear();
   grid.return_lent();

@@ -110,7 +110,11 @@ class BlockExchange : public Ranks {
   Balancing balancing_;
   Partition partition_;
   Borders mine_, theirs_;
-  bool announced_ = false, fresh_ = true, busy_ = false;
+  std::vector<Index3> occupied_;      ///< own blocks with particles, at the last announce()
+  std::vector<std::int32_t> needed_;  ///< what it returned
+  bool announced_ = false, busy_ = false;
+  bool fresh_ = true;       ///< owners have changed since
+  bool unchanged_ = false;  ///< it found everything as it was before
   std::size_t particles_ = 0, own_particles_ = 0;
   double largest_load_ = 0.0;
   std::uint64_t steps_ = 0, tried_at_ = 0;
