@@ -18,6 +18,7 @@
 #include "libmpm/driver/build_info.hpp"
 #include "libmpm/driver/schema.hpp"
 #include "libmpm/driver/threads.hpp"
+#include "ranks.hpp"
 
 namespace {
 
@@ -73,10 +74,13 @@ int parse(CLI::App& app, int argc, char** argv) {
   }
 }
 
-}  // namespace
+/// Commands but `run` work alone.
+void require_one_rank(const std::string& command) {
+  if (mpm::app::session().size() == 1 || command == "run" || command.starts_with("-")) return;
+  throw mpm::ConfigError(fmt::format("mpm {}: not available with more than one rank; start it without mpirun", command));
+}
 
-int main(int argc, char** argv) {
-  mpm::use_short_spin(argv);
+int run_command(int argc, char** argv) {
   CLI::App app{"Snow avalanches on obstacles by the Material Point Method", "mpm"};
   app.set_version_flag("--version", version_text);
   app.require_subcommand(1);
@@ -96,4 +100,25 @@ int main(int argc, char** argv) {
     return fail(mpm::ExitCode::io, "the results could not be written to standard output");
   }
   return code;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  mpm::use_short_spin(argv);
+  try {
+    mpm::app::Session session(argc, argv);
+    if (!session.first()) return session.serve();
+    int code = 0;
+    try {
+      require_one_rank(argc > 1 ? argv[1] : "-");
+      code = run_command(argc, argv);
+    } catch (const mpm::Error& error) {
+      code = fail(error.code(), error.what());
+    }
+    session.close(code);
+    return code;
+  } catch (const mpm::Error& error) {
+    return fail(error.code(), error.what());
+  }
 }

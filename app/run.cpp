@@ -13,6 +13,7 @@
 #include "libmpm/driver/estimate.hpp"
 #include "libmpm/driver/run_folder.hpp"
 #include "libmpm/driver/run_summary.hpp"
+#include "ranks.hpp"
 #include "run_control.hpp"
 
 namespace mpm::app {
@@ -41,9 +42,12 @@ void run(const RunArguments& arguments) {
   const auto progress = std::make_shared<ProgressLine>();
   options.on_progress = [progress](const Progress& p) { (*progress)(p); };
   options.poll = pending_request;
-  const RunResult result = run_case(spec, options);
+  const RunResult result = session().run(spec, options);
   progress->finish();
-  if (!result.finished) end_by_signal();  // the run has reported where it stopped
+  if (!result.finished) {  // the run has reported where it stopped
+    session().close(0);
+    end_by_signal();
+  }
   say(summary_text(result.results));
   say(fmt::format("results in {}\n", options.out.string()));
   fmt::print("{}\n", result.results_json);

@@ -16,12 +16,14 @@ import sys
 # From the bottom up. A layer: its name, its rooms in their order, and the libraries that it may include.
 LAYERS = (
     ("core", ("base", "material", "boundary", "core", "source"), {"Eigen", "omp.h"}),
+    ("parallel", ("parallel",), {"Eigen", "omp.h"}),
+    ("mpi", ("mpi",), {"mpi.h"}),
     ("io", ("io", "config"), {"Eigen", "omp.h", "fmt", "nlohmann", "hdf5.h", "zlib.h", "toml++"}),
     ("impact", ("impact", "observe"), {"Eigen", "omp.h", "fmt", "nlohmann", "boost"}),
     ("driver", ("driver",), {"Eigen", "omp.h", "fmt", "nlohmann", "toml++", "boost"}),
     ("campaign", ("campaign",), {"Eigen", "omp.h", "fmt", "nlohmann", "toml++"}),
 )
-LIBRARIES = {"Eigen", "omp.h", "fmt", "nlohmann", "hdf5.h", "zlib.h", "toml++", "boost", "CLI", "gtest", "gmock", "benchmark", "sundials"}
+LIBRARIES = {"mpi.h", "Eigen", "omp.h", "fmt", "nlohmann", "hdf5.h", "zlib.h", "toml++", "boost", "CLI", "gtest", "gmock", "benchmark", "sundials"}
 INCLUDE = re.compile(r'^\s*#\s*include\s*([<"])([^>"]+)[>"]')
 
 

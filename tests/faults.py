@@ -49,7 +49,7 @@ frames_per_second = 25
 checkpoint_minutes = 1e-6
 """
 SAMPLES = 21  # rows of series.csv
-OF_THE_MACHINE = ("wall_time_s", "solver_time_s", "million_particle_steps_per_s", "peak_memory_bytes", "threads")
+OF_THE_MACHINE = ("wall_time_s", "solver_time_s", "million_particle_steps_per_s", "peak_memory_bytes", "threads", "ranks")
 NOBODY = 65534
 PATIENCE = 600.0  # seconds after which a run hangs, on a very busy machine
 OK, USAGE, IO, INTERNAL = 0, 2, 4, 5

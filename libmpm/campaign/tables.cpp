@@ -21,8 +21,8 @@ namespace {
 using Json = nlohmann::ordered_json;
 
 /// Numbers of results.json that describe the computation, not the physics: columns of runs.csv.
-constexpr std::array execution_keys{"threads",           "wall_time_s",     "solver_time_s", "million_particle_steps_per_s",
-                                    "peak_memory_bytes", "instruction_set", "compiler"};
+constexpr std::array execution_keys{
+    "ranks", "threads", "wall_time_s", "solver_time_s", "million_particle_steps_per_s", "peak_memory_bytes", "instruction_set", "compiler"};
 
 bool belongs_to_execution(const std::string& key) { return std::ranges::find(execution_keys, key) != execution_keys.end(); }
 

@@ -2,6 +2,7 @@
 
 #include <Eigen/Geometry>
 
+#include "libmpm/core/block_table.hpp"
 #include "libmpm/core/stress_update.hpp"
 
 namespace mpm {
@@ -22,6 +23,7 @@ double kinetic_and_elastic_energy(const Particle& p, const Scene& scene, double 
 }
 
 Totals totals(const State& state, const Scene& scene) {
+  if (state.grid.ranks() != nullptr) state.grid.ranks()->tell(Task::totals, state);
   const auto blocks = state.grid.occupied_blocks();
   std::vector<Totals> partial(blocks.size());
   const double density = density_of(scene.material);
@@ -48,6 +50,14 @@ Totals totals(const State& state, const Scene& scene) {
       sum.elastic_energy += stored_energy(scene.material, p);
       sum.potential_energy -= m * scene.gravity.dot(x);
     }
+  }
+  if (Ranks* const ranks = state.grid.ranks()) {
+    auto table = BlockTable::of<Totals>();
+    for (std::size_t i = 0; i < blocks.size(); ++i) table.add_part(state.grid.block(blocks[i]).coordinate, partial[i]);
+    table.gather(*ranks);
+    partial.clear();
+    for (std::size_t i = 0; i < table.size(); ++i) partial.push_back(table.get<Totals>(i));
+    ranks->done();
   }
   Totals sum;
   for (const Totals& t : partial) {

@@ -113,8 +113,7 @@ bool collect_column(Grid& grid, const ColumnPlan& plan, std::int32_t block, int 
 }
 
 /// Sets a node's velocity, relative to a surface. @param impulse  gets the momentum that it gave, of the computed part
-/// @returns that momentum
-Vec3 set_velocity(const Grid& grid, const NodeAt& at, const MirrorPlanes& mirror, const Vec3& surface, const Vec3& velocity,
+void set_velocity(const Grid& grid, const NodeAt& at, const MirrorPlanes& mirror, const Vec3& surface, const Vec3& velocity,
                   const Vec3& reference, Impulse& impulse) {
   const Index3& block = grid.block(at.block).coordinate;
   Node& node = *at.node;
@@ -122,7 +121,11 @@ Vec3 set_velocity(const Grid& grid, const NodeAt& at, const MirrorPlanes& mirror
   const Vec3 given = computed_share(mirror, block, at.number) * node[3] * (Vec3(node[0], node[1], node[2]) - after);
   impulse.add(given, node_position(block, at.number, grid.cell_size()) - reference, surface);
   node = Node{after.x(), after.y(), after.z(), node[3]};
-  return given;
+}
+
+/// The top of a solid as a wall.
+Wall top_of(const SurfaceSolid& solid) {
+  return {Vec3(0.0, 0.0, solid.top()), Vec3::UnitZ(), Contact::separable, solid.friction(), Vec3::Zero(), false, ContactRule::surface};
 }
 
 }  // namespace
@@ -143,7 +146,7 @@ bool folds(const Wall& wall, std::span<const Boundary> boundaries, const MirrorP
   });
 }
 
-Impulse apply_folded_wall(Grid& grid, const Boundary& boundary, const MirrorPlanes& mirror, double time) {
+std::vector<Impulse> apply_folded_wall_by_block(Grid& grid, const Boundary& boundary, const MirrorPlanes& mirror, double time) {
   const Wall& wall = *plane_of(boundary);
   const double dx = grid.cell_size();
   const int axis = axis_of(wall).value();
@@ -189,14 +192,28 @@ Impulse apply_folded_wall(Grid& grid, const Boundary& boundary, const MirrorPlan
       }
     }
   }
+  return taken;
+}
+
+Impulse apply_folded_wall(Grid& grid, const Boundary& boundary, const MirrorPlanes& mirror, double time) {
   Impulse total;
-  for (const Impulse& t : taken) total += t;
+  for (const Impulse& t : apply_folded_wall_by_block(grid, boundary, mirror, time)) total += t;
   return total;
 }
 
+std::optional<JoinedLayers> layers_of_columns(const Wall& wall, double cell_size, double time) {
+  const ColumnPlan plan = plan_of(wall, axis_of(wall).value(), cell_size, time);
+  const std::int32_t master = plan.master >> 2, last = (plan.master + (column_nodes - 1) * plan.inward) >> 2;
+  if (master == last) return std::nullopt;
+  return JoinedLayers{plan.axis, std::min(master, last)};
+}
+
+std::optional<JoinedLayers> layers_of_top(const SurfaceSolid& solid, double cell_size) {
+  return layers_of_columns(top_of(solid), cell_size, 0.0);
+}
+
 void apply_folded_top(Grid& grid, const SurfaceSolid& solid, const MirrorPlanes& mirror, ContactImpulse& impulse) {
-  const Wall top{Vec3(0.0, 0.0, solid.top()), Vec3::UnitZ(), Contact::separable, solid.friction(), Vec3::Zero(), false,
-                 ContactRule::surface};
+  const Wall top = top_of(solid);
   const ColumnPlan plan = plan_of(top, 2, grid.cell_size(), 0.0);
   for (const int covered : solid.stencil().covered) {
     const std::array<int, 2> at = solid.stencil().nodes[static_cast<std::size_t>(covered)].at;
@@ -208,9 +225,9 @@ void apply_folded_top(Grid& grid, const SurfaceSolid& solid, const MirrorPlanes&
     for (int k = 0; k < column_nodes; ++k) {
       const ColumnNode& c = column[static_cast<std::size_t>(k)];
       if (c.mass <= 0.0) continue;
-      const Vec3 given = set_velocity(grid, c.at, mirror, Vec3::Zero(), c.velocity, solid.reference_point(), impulse.total);
-      // the layers are those of all blocks in the columns of the stencil
-      impulse.layers.layer[static_cast<std::size_t>(plan.master - k - impulse.layers.first)] += given;
+      Impulse given;
+      set_velocity(grid, c.at, mirror, Vec3::Zero(), c.velocity, solid.reference_point(), given);
+      impulse.add_top(plan.master - k, given);  // the layers are those of all blocks in the columns of the stencil
     }
   }
 }

@@ -1,7 +1,9 @@
 #pragma once
 /// Walls of second order: the columns of nodes through a plane are folded at it.
 
+#include <optional>
 #include <span>
+#include <vector>
 
 #include "libmpm/boundary/any_boundary.hpp"
 #include "libmpm/boundary/impulse.hpp"
@@ -21,7 +23,9 @@ namespace mpm {
 /// velocities v_t the same share s of the way to sticking (v_t = c_k w), s <= 1 and s |J_stick| <= mu |J_n|. Nodes further behind act
 /// each for itself, as all do in a column whose master has no mass.
 /// @param boundary  a wall, moving or not, that folds()
-/// @returns what the wall took
+/// @returns what the wall took in each block of Grid::all_blocks(), that of a column in the block of its master
+std::vector<Impulse> apply_folded_wall_by_block(Grid& grid, const Boundary& boundary, const MirrorPlanes& mirror, double time);
+/// The same, summed in the order of the blocks.
 Impulse apply_folded_wall(Grid& grid, const Boundary& boundary, const MirrorPlanes& mirror, double time);
 
 /// Lets the top of a solid act, as a separable wall folds, on the columns of nodes that stand on it.
@@ -31,5 +35,15 @@ void apply_folded_top(Grid& grid, const SurfaceSolid& solid, const MirrorPlanes&
 /// Whether a wall can be folded: its rule says so, it is normal to an axis, and the column's master is neither held by a parallel wall
 /// nor the master of its column, too. The image of the wall beyond a mirror plane is such a wall.
 bool folds(const Wall& wall, std::span<const Boundary> boundaries, const MirrorPlanes& mirror, double cell_size, double time);
+
+/// Two layers of blocks across an axis: `lower`, and the one next to it.
+struct JoinedLayers {
+  int axis = 0;            ///< 0, 1, 2
+  std::int32_t lower = 0;  ///< coordinate of its blocks
+};
+/// The layers of blocks that the columns of a wall that folds() reach into; empty if it is a single one. @param cell_size  m. @param time s
+std::optional<JoinedLayers> layers_of_columns(const Wall& wall, double cell_size, double time);
+/// The same for the columns of apply_folded_top.
+std::optional<JoinedLayers> layers_of_top(const SurfaceSolid& solid, double cell_size);
 
 }  // namespace mpm

@@ -97,9 +97,56 @@ void ParticleBin::sort_by_cell() {
   for (std::size_t s = runs * length; s < n; ++s) o[next[runs - 1][c[s]]++] = static_cast<std::uint16_t>(s);
 }
 
-std::int32_t Grid::find(const Index3& coordinate) const {
+std::int32_t Grid::find_any(const Index3& coordinate) const {
   const auto it = index_.find(key_of(coordinate));
   return it == index_.end() ? no_block : it->second;
+}
+
+std::int32_t Grid::find(const Index3& coordinate) const {
+  const std::int32_t index = find_any(coordinate);
+  return index == no_block || block(index).owned ? index : no_block;
+}
+
+std::int32_t Grid::block_at(const Index3& coordinate) {
+  const std::int32_t index = find_any(coordinate);
+  return index == no_block ? create(coordinate) : index;
+}
+
+void Grid::divide(Ranks* ranks) {
+  ranks_ = ranks;
+  ask_owners();
+}
+
+void Grid::ask_owners() {
+  for (const auto& [key, index] : index_) {
+    Block& b = block(index);
+    b.owned = ranks_ == nullptr || ranks_->owns(b.coordinate);
+    b.at_border = ranks_ != nullptr && ranks_->at_border(b.coordinate);
+  }
+  set_changed_ = true;
+}
+
+std::int32_t Grid::lend_nodes() {
+  lent_.push_back(new_storage());
+  return lent_.back();
+}
+
+void Grid::return_lent() {
+  free_.insert(free_.end(), lent_.begin(), lent_.end());
+  lent_.clear();
+}
+
+std::int32_t Grid::new_storage() {
+  if (!free_.empty()) {
+    const std::int32_t index = free_.back();
+    free_.pop_back();
+    return index;
+  }
+  blocks_.emplace_back();
+  blocks_.back().particles = ParticleBin(precision_);
+  nodes_.emplace_back();
+  if (keep_old_nodes_) old_nodes_.emplace_back();
+  return static_cast<std::int32_t>(blocks_.size()) - 1;
 }
 
 std::int32_t Grid::create(const Index3& coordinate) {
@@ -107,22 +154,14 @@ std::int32_t Grid::create(const Index3& coordinate) {
     if (c <= -coordinate_limit || c >= coordinate_limit)
       throw UnstableError("a particle is more than a million blocks away from the origin");
   }
-  std::int32_t index = 0;
-  if (free_.empty()) {
-    index = static_cast<std::int32_t>(blocks_.size());
-    blocks_.emplace_back();
-    blocks_.back().particles = ParticleBin(precision_);
-    nodes_.emplace_back();
-    if (keep_old_nodes_) old_nodes_.emplace_back();
-  } else {
-    index = free_.back();
-    free_.pop_back();
-  }
+  const std::int32_t index = new_storage();
   Block& b = block(index);
   b.coordinate = coordinate;
   b.particles.frame = {coordinate, cell_size_, Vec3::Zero()};
+  b.owned = ranks_ == nullptr || ranks_->owns(coordinate);
+  b.at_border = ranks_ != nullptr && ranks_->at_border(coordinate);
   for (int n = 0; n < 27; ++n) {
-    const std::int32_t other = n == 13 ? index : find(shifted(coordinate, n));
+    const std::int32_t other = n == 13 ? index : find_any(shifted(coordinate, n));
     b.neighbour[static_cast<std::size_t>(n)] = other;
     if (other != no_block && n != 13) block(other).neighbour[static_cast<std::size_t>(26 - n)] = index;
   }
@@ -140,6 +179,7 @@ void Grid::destroy(std::int32_t index) {
   index_.erase(key_of(b.coordinate));
   b.particles.release(*pool_);
   b.clear_outbox();
+  b.parts = nullptr;
   free_.push_back(index);
   set_changed_ = true;
 }
@@ -152,15 +192,12 @@ void Grid::insert(const Particle& p) {
     coordinate[static_cast<std::size_t>(axis)] = node >> 2;
     cell |= (node & 3) << (2 * axis);
   }
-  std::int32_t index = find(coordinate);
-  if (index == no_block) index = create(coordinate);
-  block(index).particles.append(p, cell, *pool_);
+  if (ranks_ != nullptr && !ranks_->owns(coordinate)) return;  // every rank is given all particles, and keeps its own
+  block(block_at(coordinate)).particles.append(p, cell, *pool_);
 }
 
 void Grid::restore(const StoredBlock& stored) {
-  std::int32_t index = find(stored.coordinate);
-  if (index == no_block) index = create(stored.coordinate);
-  ParticleBin& bin = block(index).particles;
+  ParticleBin& bin = block(block_at(stored.coordinate)).particles;
   bin.frame.velocity = stored.velocity;
   const std::size_t size = record_bytes(precision_);
   for (std::size_t i = 0; i < stored.cells.size(); ++i) {
@@ -170,10 +207,13 @@ void Grid::restore(const StoredBlock& stored) {
 }
 
 void Grid::migrate() {
-  for (const auto b : occupied_) {
-    for (std::uint32_t left = block(b).outbox_neighbours; left != 0; left &= left - 1) {
-      const int slot = std::countr_zero(left);
-      if (block(b).neighbour[static_cast<std::size_t>(slot)] == no_block) create(shifted(block(b).coordinate, slot));
+  if (ranks_ != nullptr) ranks_->exchange_migrants(*this);
+  for (const auto* list : {&occupied_, &ghosts_}) {
+    for (const auto b : *list) {
+      for (std::uint32_t left = block(b).outbox_neighbours; left != 0; left &= left - 1) {
+        const int slot = std::countr_zero(left);
+        if (block(b).neighbour[static_cast<std::size_t>(slot)] == no_block) create(shifted(block(b).coordinate, slot));
+      }
     }
   }
   if (set_changed_) rebuild_lists();
@@ -198,6 +238,7 @@ void Grid::migrate() {
   }
   if (out_of_memory) throw std::bad_alloc();
   for (const auto b : all_) block(b).clear_outbox();  // not occupied_: a block that lost its last particle has an outbox too
+  for (const auto b : ghosts_) block(b).clear_outbox();
   refresh();
   for (const auto b : occupied_) {
     if (block(b).particles.count() > max_particles_per_block) {
@@ -208,6 +249,10 @@ void Grid::migrate() {
 
 void Grid::refresh() {
   std::vector<char> needed(blocks_.size(), 0);
+  const auto need = [&](std::int32_t b) {
+    if (static_cast<std::size_t>(b) >= needed.size()) needed.resize(blocks_.size(), 0);
+    needed[static_cast<std::size_t>(b)] = 1;
+  };
   for (std::size_t i = 0; i < blocks_.size(); ++i) {
     ParticleBin& bin = block(static_cast<std::int32_t>(i)).particles;
     if (bin.count() == 0) continue;
@@ -215,22 +260,32 @@ void Grid::refresh() {
     for (const int slot : forward_slots) {
       std::int32_t n = block(static_cast<std::int32_t>(i)).neighbour[static_cast<std::size_t>(slot)];
       if (n == no_block) n = create(shifted(block(static_cast<std::int32_t>(i)).coordinate, slot));
-      if (static_cast<std::size_t>(n) >= needed.size()) needed.resize(blocks_.size(), 0);
-      needed[static_cast<std::size_t>(n)] = 1;
+      need(n);
     }
   }
-  for (const auto b : all_) {
-    if (static_cast<std::size_t>(b) < needed.size() && needed[static_cast<std::size_t>(b)] == 0) destroy(b);
+  if (ranks_ != nullptr) {
+    rebuild_lists();
+    for (const std::int32_t b : ranks_->announce(*this)) need(b);
+    rebuild_lists();
+  }
+  for (const auto* list : {&all_, &ghosts_}) {
+    for (const auto b : *list) {
+      if (static_cast<std::size_t>(b) < needed.size() && needed[static_cast<std::size_t>(b)] == 0) destroy(b);
+    }
   }
   rebuild_lists();
+  if (ranks_ != nullptr) ranks_->plan(*this);
 }
 
 void Grid::rebuild_lists() {
   if (set_changed_) {
     all_.clear();
-    for (const auto& [key, index] : index_) all_.push_back(index);
-    std::sort(all_.begin(), all_.end(),
-              [this](std::int32_t a, std::int32_t b) { return key_of(block(a).coordinate) < key_of(block(b).coordinate); });
+    ghosts_.clear();
+    for (const auto& [key, index] : index_) (block(index).owned ? all_ : ghosts_).push_back(index);
+    for (auto* list : {&all_, &ghosts_}) {
+      std::sort(list->begin(), list->end(),
+                [this](std::int32_t a, std::int32_t b) { return key_of(block(a).coordinate) < key_of(block(b).coordinate); });
+    }
     set_changed_ = false;
   }
   occupied_.clear();
@@ -246,7 +301,7 @@ void Grid::rebuild_lists() {
 std::size_t Grid::particle_count() const {
   std::size_t n = 0;
   for (const auto b : occupied_) n += static_cast<std::size_t>(block(b).particles.count());
-  return n;
+  return ranks_ == nullptr ? n : ranks_->particle_count(n);
 }
 
 std::size_t Grid::bytes() const {

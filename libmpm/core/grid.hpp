@@ -20,6 +20,7 @@
 #include "libmpm/base/types.hpp"
 #include "libmpm/core/page_pool.hpp"
 #include "libmpm/core/particle.hpp"
+#include "libmpm/core/ranks.hpp"
 #include "libmpm/core/single_record.hpp"
 
 namespace mpm {
@@ -134,6 +135,10 @@ struct Block {
   std::vector<Migrant> outbox;               ///< particles that leave, until migrate()
   std::vector<std::uint8_t> outbox_to;       ///< neighbour_slot where each of the outbox goes: every neighbour looks for its own
   std::uint32_t outbox_neighbours = 0;       ///< bit n: the outbox holds migrants to neighbour n
+  bool owned = true;                         ///< false: a ghost, another rank's (ranks.hpp)
+  bool at_border = false;                    ///< a block of another rank is among it and its neighbours
+  /// Where the particles' parts go in place of the nodes of the neighbours: set by Ranks::plan for those that share nodes with other ranks.
+  const std::array<std::int32_t, 27>* parts = nullptr;
 
   /// Puts a migrant into the outbox. @param to  neighbour_slot
   void send(const Migrant& m, int to) {
@@ -199,6 +204,27 @@ class Grid {
   /// Creates the forward neighbours of occupied blocks, frees those without particles near them, rebuilds the lists.
   void refresh();
 
+  /// What the implementation of Ranks needs besides. Blocks of other ranks are in no list but ghosts(), and find() does not find them.
+  /// @{
+  /// From now on blocks have owners; call refresh() then. @param ranks  outlives the grid
+  void divide(Ranks* ranks);
+  [[nodiscard]] Ranks* ranks() const { return ranks_; }  ///< null: there is one rank
+  /// Asks again who owns which block, after that has changed. Call refresh() when blocks are where they belong.
+  void ask_owners();
+  /// The block with this coordinate, whoever owns it; created if needed.
+  std::int32_t block_at(const Index3& coordinate);
+  /// The same, no_block where there is none.
+  [[nodiscard]] std::int32_t find_any(const Index3& coordinate) const;
+  [[nodiscard]] std::span<const std::int32_t> ghosts() const { return ghosts_; }  ///< blocks of other ranks, sorted by coordinate
+  /// Removes all particles of a block.
+  void clear(std::int32_t index) { block(index).particles.release(*pool_); }
+  /// Nodes that belong to no block: a part on its way. Valid until the parts are returned.
+  std::int32_t lend_nodes();
+  /// Takes all lent nodes back.
+  void return_lent();
+  [[nodiscard]] std::span<const std::int32_t> lent() const { return lent_; }  ///< all that were lent
+  /// @}
+
   /// @param index  from all_blocks() or find()
   Block& block(std::int32_t index) { return blocks_[static_cast<std::size_t>(index)]; }
   /// @param index  from all_blocks() or find()
@@ -225,7 +251,7 @@ class Grid {
   /// Index of the block with this coordinate; no_block where there is none.
   [[nodiscard]] std::int32_t find(const Index3& coordinate) const;
 
-  [[nodiscard]] std::size_t particle_count() const;  ///< in all blocks
+  [[nodiscard]] std::size_t particle_count() const;  ///< in all blocks, of all ranks
   [[nodiscard]] std::size_t bytes() const;           ///< memory of blocks, nodes and particles
 
   /// Calls f(Particle&) on each particle in storage order, and stores what it left. Positions must stay within their cell.
@@ -252,6 +278,7 @@ class Grid {
 
  private:
   std::int32_t create(const Index3& coordinate);
+  std::int32_t new_storage();
   void destroy(std::int32_t index);
   void rebuild_lists();
 
@@ -263,7 +290,8 @@ class Grid {
   std::deque<NodeBlock> nodes_, old_nodes_;
   std::vector<std::int32_t> free_;
   std::unordered_map<std::uint64_t, std::int32_t> index_;
-  std::vector<std::int32_t> all_, occupied_;
+  std::vector<std::int32_t> all_, occupied_, ghosts_, lent_;
+  Ranks* ranks_ = nullptr;
   std::array<std::vector<std::int32_t>, 8> coloured_;
 };
 

@@ -29,7 +29,7 @@ void for_each_row(const Grid& grid, std::int32_t block, bool old, F&& f) {
     char at;
   };
   static constexpr Place places[halo_nodes] = {};
-  for_each_halo_row(grid.block(block), nodes_of, places,
+  for_each_halo_row(grid.block(block).neighbour, nodes_of, places,
                     [&](const Node* from, const Place* to, auto count) { f(from, to - places, count); });
 }
 

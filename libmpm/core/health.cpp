@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstring>
 
 #include "libmpm/base/error.hpp"
 #include "libmpm/base/text.hpp"
@@ -21,16 +22,6 @@ std::string place_of(const Particle& p, const Scene& scene) {
   return "particle " + std::to_string(p.id) + " at " + vector_text(position_of(p) - scene.offset) + " m";
 }
 
-Particle fastest_particle(const State& state) {
-  Particle fastest{};
-  double most = -1.0;
-  state.grid.for_each_particle([&](const Particle& p) {
-    const double speed = Eigen::Map<const Vec3>(p.velocity).squaredNorm();
-    if (speed > most || (speed == most && p.id < fastest.id)) most = speed, fastest = p;
-  });
-  return fastest;
-}
-
 /// Does the boundary dictate the velocity of all eight nodes of the cell that holds x?
 template <class B>
 bool holds_cell_of(const B& boundary, const Vec3& x, double cell_size, double time) {
@@ -42,6 +33,27 @@ bool holds_cell_of(const B& boundary, const Vec3& x, double cell_size, double ti
 }
 
 }  // namespace
+
+Particle fastest_particle(const State& state) {
+  Particle fastest{};
+  double most = -1.0;
+  const auto compare = [&](const Particle& p) {
+    const double speed = Eigen::Map<const Vec3>(p.velocity).squaredNorm();
+    if (speed > most || (speed == most && p.id < fastest.id)) most = speed, fastest = p;
+  };
+  Ranks* const ranks = state.grid.ranks();
+  if (ranks != nullptr) ranks->tell(Task::fastest, state);
+  state.grid.for_each_particle(compare);
+  if (ranks == nullptr) return fastest;
+  std::vector<std::byte> mine(most < 0.0 ? 0 : sizeof fastest);
+  if (!mine.empty()) std::memcpy(mine.data(), &fastest, sizeof fastest);
+  for (const auto& bytes : ranks->gather(std::move(mine))) {
+    Particle p{};
+    if (!bytes.empty()) compare(*static_cast<const Particle*>(std::memcpy(&p, bytes.data(), sizeof p)));
+  }
+  ranks->done();
+  return fastest;
+}
 
 EnergyWatch::EnergyWatch(const State& state, const Scene& scene) : gravity_(scene.gravity) {
   const Totals t = totals(state, scene);

@@ -45,6 +45,9 @@ class EnergyWatch {
   double start_, largest_, given_ = 0.0, gain_ = 0.0, lowest_ = 0.0, excess_ = 0.0;
 };
 
+/// The fastest particle, of several as fast that with the lowest number; all zeros without particles. With several ranks: on the first.
+Particle fastest_particle(const State& state);
+
 /// What a run asks at every sample. Each warning is given once.
 class HealthWatch {
  public:
@@ -68,7 +71,7 @@ struct HeldParticles {
 };
 
 /// Particles so deep inside a boundary that it dictates the velocity of all nodes of their cell: they are held or pushed, not moved by the
-/// law.
+/// law. With several ranks: of this rank's own.
 HeldParticles particles_inside(const State& state, const Scene& scene, const Boundary& boundary);
 
 }  // namespace mpm

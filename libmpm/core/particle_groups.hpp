@@ -271,12 +271,13 @@ class CellOffset<SingleRecord> {
 inline int first_halo_node(int cell) { return halo_index(cell & 3, cell >> 2 & 3, cell >> 4); }
 
 /// Calls f(grid row, halo row, count) for every run of nodes that the halo shares with one block's storage.
+/// @param neighbour  numbers of those blocks, by neighbour_slot
 template <class NodesOf, class HaloNode, class F>
-inline void for_each_halo_row(const Block& self, NodesOf&& nodes_of, HaloNode* halo, F&& f) {
+inline void for_each_halo_row(const std::array<std::int32_t, 27>& neighbour, NodesOf&& nodes_of, HaloNode* halo, F&& f) {
   for (int bz = 0; bz < 2; ++bz) {
     for (int by = 0; by < 2; ++by) {
-      auto* near = nodes_of(self.neighbour[static_cast<std::size_t>(neighbour_slot(0, by, bz))]).node;
-      auto* far = nodes_of(self.neighbour[static_cast<std::size_t>(neighbour_slot(1, by, bz))]).node;
+      auto* near = nodes_of(neighbour[static_cast<std::size_t>(neighbour_slot(0, by, bz))]).node;
+      auto* far = nodes_of(neighbour[static_cast<std::size_t>(neighbour_slot(1, by, bz))]).node;
       for (int z = 0; z < (bz == 0 ? 4 : 2); ++z) {
         for (int y = 0; y < (by == 0 ? 4 : 2); ++y) {
           HaloNode* row = halo + halo_index(0, 4 * by + y, 4 * bz + z);

@@ -165,13 +165,17 @@ inline void add_row(Node* node, const SingleQuad* row, int count, Node velocity)
 /// @tparam fields 1: nodes hold the momentum with that of the internal forces; 2: nodes hold the momentum, old nodes what forces add
 template <class Record, int fields>
 void scatter(Grid& grid, const TransferOptions& options) {
-  const auto all = grid.all_blocks();
+  const auto all = grid.all_blocks(), lent = grid.lent();
   const auto storage = [&](int field, std::int32_t b) -> NodeBlock& { return field == 0 ? grid.nodes(b) : grid.old_nodes(b); };
 #pragma omp parallel
   {
 #pragma omp for schedule(static)
     for (std::size_t i = 0; i < all.size(); ++i) {
       for (int f = 0; f < fields; ++f) storage(f, all[i]) = NodeBlock{};
+    }
+#pragma omp for schedule(static)
+    for (std::size_t i = 0; i < lent.size(); ++i) {
+      for (int f = 0; f < fields; ++f) storage(f, lent[i]) = NodeBlock{};
     }
     SumHalo<Record> halo[fields];
     const auto threads = static_cast<std::size_t>(omp_get_num_threads());
@@ -186,8 +190,8 @@ void scatter(Grid& grid, const TransferOptions& options) {
         for (int f = 0; f < fields; ++f) {
           const Node velocity = f == 0 ? Node{v.x(), v.y(), v.z(), 0.0} : Node{};  // forces do not depend on who looks at them
           for_each_halo_row(
-              block, [&](std::int32_t b) -> NodeBlock& { return storage(f, b); }, halo[f].node,
-              [&](Node* node, const auto* row, auto count) { add_row(node, row, count, velocity); });
+              block.parts != nullptr ? *block.parts : block.neighbour, [&](std::int32_t b) -> NodeBlock& { return storage(f, b); },
+              halo[f].node, [&](Node* node, const auto* row, auto count) { add_row(node, row, count, velocity); });
         }
       }
     }
@@ -205,6 +209,7 @@ void particle_to_grid(Grid& grid, const TransferOptions& options) {
       scatter<Record, 1>(grid, options);
     }
   });
+  if (grid.ranks() != nullptr) grid.ranks()->add_parts(grid);
 }
 
 }  // namespace mpm

@@ -6,10 +6,13 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <optional>
 
 #include "libmpm/base/error.hpp"
 #include "libmpm/base/text.hpp"
+#include "libmpm/core/block_table.hpp"
 #include "libmpm/core/diagnostics.hpp"
+#include "libmpm/core/joined_blocks.hpp"
 #include "libmpm/core/stress_update.hpp"
 
 namespace mpm {
@@ -46,7 +49,7 @@ Particle culprit_of(const ParticleBin& bin, double dt, const BlockMotion& motion
   return worst;
 }
 
-[[noreturn]] void throw_unstable(const State& state, const Vec3& offset, double dt, std::int32_t block, const BlockMotion& motion) {
+std::string instability(const State& state, const Vec3& offset, double dt, std::int32_t block, const BlockMotion& motion) {
   const Particle p = culprit_of(state.grid.block(block).particles, dt, motion);
   const double stretch = volume_stretch(p, dt);
   const std::string what = motion.finite    ? "displacement of more than a block of four cells in one step"
@@ -57,11 +60,11 @@ Particle culprit_of(const ParticleBin& bin, double dt, const BlockMotion& motion
   const Vec3 centre = state.grid.cell_size() * (block_edge * Vec3(c[0], c[1], c[2]) + Vec3::Constant(2.5));
   const Vec3 position(p.position[0], p.position[1], p.position[2]);
   const bool known = position.allFinite();
-  throw UnstableError("unstable at t = " + number_text(state.time) + " s, step " + std::to_string(state.step) +
-                      " (dt = " + number_text(dt, 3) + " s): " + what + " of particle " + std::to_string(p.id) +
-                      (known ? " at " : " near ") + vector_text((known ? position : centre) - offset) + " m; velocity " +
-                      vector_text(p.velocity) + " m/s, pressure " + number_text(-(p.stress[0] + p.stress[1] + p.stress[2]) / 3.0, 4) +
-                      " Pa. Try a smaller CFL number or a finer grid, or look for a body that starts inside a boundary or another body");
+  return "unstable at t = " + number_text(state.time) + " s, step " + std::to_string(state.step) + " (dt = " + number_text(dt, 3) +
+         " s): " + what + " of particle " + std::to_string(p.id) + (known ? " at " : " near ") +
+         vector_text((known ? position : centre) - offset) + " m; velocity " + vector_text(p.velocity) + " m/s, pressure " +
+         number_text(-(p.stress[0] + p.stress[1] + p.stress[2]) / 3.0, 4) +
+         " Pa. Try a smaller CFL number or a finer grid, or look for a body that starts inside a boundary or another body";
 }
 
 /// Removes the particles of a block that are outside the domain.
@@ -136,6 +139,20 @@ class PhaseTimer {
   Clock::time_point last_;
 };
 
+/// Sum in the order of the blocks; with several ranks it is whole on the first.
+FluxTotals sum_of(std::span<const FluxTotals> parts, std::span<const std::int32_t> blocks, const Grid& grid) {
+  FluxTotals sum;
+  if (grid.ranks() == nullptr) {
+    for (const FluxTotals& part : parts) sum += part;
+    return sum;
+  }
+  auto table = BlockTable::of<FluxTotals>();
+  for (std::size_t i = 0; i < blocks.size(); ++i) table.add_part(grid.block(blocks[i]).coordinate, parts[i]);
+  table.gather(*grid.ranks());
+  for (std::size_t i = 0; i < table.size(); ++i) sum += table.get<FluxTotals>(i);
+  return sum;
+}
+
 /// Velocity, position and stress of all particles; those that left their block are in its outbox, those that left the domain are gone.
 FluxTotals move_particles(State& state, const Scene& scene, const TransferOptions& options, StepTimes* times) {
   Grid& grid = state.grid;
@@ -169,15 +186,20 @@ FluxTotals move_particles(State& state, const Scene& scene, const TransferOption
     times->stress += loop_time * stress_time / threads_time;
     times->sort += loop_time * sort_time / threads_time;
   }
-  FluxTotals sum;
   double max_speed_squared = 0.0;
-  for (std::size_t i = 0; i < blocks.size(); ++i) {
-    if (!motion[i].finite || !motion[i].within_reach) throw_unstable(state, scene.offset, options.dt, blocks[i], motion[i]);
+  std::optional<BlockFault> fault;
+  for (std::size_t i = 0; i < blocks.size() && !fault; ++i) {
+    if (!motion[i].finite || !motion[i].within_reach)
+      fault = BlockFault{grid.block(blocks[i]).coordinate, instability(state, scene.offset, options.dt, blocks[i], motion[i])};
     max_speed_squared = std::max(max_speed_squared, motion[i].max_speed_squared);
-    sum += left[i];
+  }
+  if (grid.ranks() != nullptr) {
+    max_speed_squared = grid.ranks()->agree(max_speed_squared, fault);
+  } else if (fault) {
+    throw UnstableError(fault->text);
   }
   state.max_speed = std::sqrt(max_speed_squared);
-  return sum;
+  return sum_of(left, blocks, grid);
 }
 
 }  // namespace
@@ -200,6 +222,10 @@ double stable_time_step(const State& state, const Scene& scene) {
 }
 
 StepReport step(State& state, const Scene& scene, double dt, StepTimes* times) {
+  if (Ranks* const ranks = state.grid.ranks()) {
+    ranks->tell(Task::step, state, dt);
+    ranks->prepare(state.grid, JoinedBlocks(scene, state.grid.cell_size(), state.time));
+  }
   StepReport report;
   report.dt = dt;
   const TransferOptions options{dt, density_of(scene.material), scene.transfer != Transfer::flip, kept_share(state, scene, dt)};
@@ -218,6 +244,7 @@ StepReport step(State& state, const Scene& scene, double dt, StepTimes* times) {
 
   fold_mirror_planes(grid, scene.mirror);
   GridUpdate update = update_grid(grid, {scene.boundaries, scene.layered, scene.gravity, scene.mirror}, dt, state.time);  // v_i, contact
+  if (grid.ranks() != nullptr) grid.ranks()->return_nodes(grid);
   timer.add_to(spent.grid_update);
 
   report.left = move_particles(state, scene, options, times);  // v_p, C_p, x_p, then the law: tau_p
@@ -232,6 +259,7 @@ StepReport step(State& state, const Scene& scene, double dt, StepTimes* times) {
   ++state.step;
   state.entered += report.entered;
   state.left += report.left;
+  if (grid.ranks() != nullptr) grid.ranks()->done();
   return report;
 }
 

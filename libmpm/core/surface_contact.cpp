@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <utility>
 #include <vector>
 
 #include "libmpm/base/lanes.hpp"
@@ -263,13 +264,21 @@ ContactImpulse apply_surface_contact(Grid& grid, const SurfaceSolid& solid) {
     scatter(stencil, places, blocks, group, acts, layer, dx, solid.reference_point(),
             &taken[static_cast<std::size_t>(layer - first_layer)]);
   }
-  ContactImpulse result;
-  result.layers.first = first_layer;
-  for (const Impulse& layer : taken) {
-    result.total += layer;
-    result.layers.layer.push_back(layer.linear);
+  return {first_layer, std::move(taken)};
+}
+
+ContactImpulse::ContactImpulse(std::int32_t first, std::vector<Impulse> parts) : sides(std::move(parts)) {
+  layers.first = first;
+  for (const Impulse& layer : sides) {
+    total += layer;
+    layers.layer.push_back(layer.linear);
   }
-  return result;
+}
+
+void ContactImpulse::add_top(std::int32_t layer, const Impulse& impulse) {
+  top.push_back({layer, impulse});
+  total += impulse;
+  layers.layer[static_cast<std::size_t>(layer - layers.first)] += impulse.linear;
 }
 
 }  // namespace mpm

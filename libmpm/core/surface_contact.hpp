@@ -8,10 +8,24 @@
 
 namespace mpm {
 
-/// What a solid took in one step, in all and by layer.
+/// What a solid took in one step: the parts, and their sums in a fixed order.
 struct ContactImpulse {
-  Impulse total;         ///< sum of the layers
+  Impulse total;         ///< sum of all parts
   LayerImpulses layers;  ///< by layer of nodes
+
+  /// One layer's part.
+  struct Part {
+    std::int32_t layer = 0;  ///< number of the layer
+    Impulse impulse;         ///< that it took
+  };
+  std::vector<Impulse> sides;  ///< of the layers from layers.first on
+  std::vector<Part> top;       ///< one after another
+
+  ContactImpulse() = default;
+  /// @param first  number of the lowest layer. @param sides  what the sides took, layer by layer
+  ContactImpulse(std::int32_t first, std::vector<Impulse> sides);
+  /// Adds what a node of the top's columns took. @param layer  number of its layer, one of layers
+  void add_top(std::int32_t layer, const Impulse& impulse);
 };
 
 /// Changes the velocities of nodes near a solid so that its conditions hold: six Gauss-Seidel sweeps over the rows of each layer, in

@@ -18,6 +18,7 @@
 #include "libmpm/driver/run_log.hpp"
 #include "libmpm/driver/scene.hpp"
 #include "libmpm/driver/threads.hpp"
+#include "libmpm/driver/worker.hpp"
 #include "libmpm/io/atomic_file.hpp"
 #include "libmpm/io/csv.hpp"
 #include "libmpm/io/snapshot.hpp"
@@ -56,6 +57,13 @@ class Run {
   RunResult finish(bool complete);
   void write_results(RunResult& result);
 
+  /// Calls f with a state that holds all particles: this rank's, or a copy of those of all ranks.
+  template <class F>
+  void with_all_particles(F&& f) const {
+    if (options_.ranks == nullptr) return f(state_);
+    f(whole_state(state_));
+  }
+  [[nodiscard]] std::string workforce() const;
   [[nodiscard]] Progress progress_now() const;
   [[nodiscard]] SnapshotInfo snapshot_info() const;
 
@@ -128,6 +136,7 @@ void Run::start() {
   state_ = make_state(case_, scene_);
   if (state_.grid.particle_count() == 0) throw ConfigError("the case holds no particles: add a [[body]] or a [conveyor]");
   progress_.initial_particles = state_.grid.particle_count();
+  state_.grid.divide(options_.ranks);
   log_.emplace(options_.out / "run.log", false);
   // The newest checkpoint last: whatever a kill leaves of them belongs to the old run, and a resumed run can tell.
   remove_results(
@@ -135,8 +144,7 @@ void Run::start() {
   write_case_files(options_.out, case_);
   table_.emplace(options_.out / "series.csv", observers_.series().names());
   frames_.emplace(FrameSeries::create(options_.out));
-  say(fmt::format("start: {} particles, {} threads, {} precision", progress_.initial_particles, omp_get_max_threads(),
-                  name_of(state_.grid.precision())));
+  say(fmt::format("start: {} particles, {}, {} precision", progress_.initial_particles, workforce(), name_of(state_.grid.precision())));
   for (const Advice& advice : advise(case_)) say("warning: " + advice.text(), false);
   observers_.begin(state_, scene_);
   record_sample();
@@ -150,6 +158,7 @@ void Run::resume() {
     (void)SeriesWriter::kept(series_file, observers_.series().names(), progress.samples, state.time);
   };
   const std::string older = resume_from_checkpoint(options_.out, case_, state_, progress_, acceptable);
+  state_.grid.divide(options_.ranks);
   before_ = progress_;
   log_.emplace(options_.out / "run.log", true);
   remove_results({"results.json", "profile.csv", "profiles.h5", "final.h5"});  // of the shorter run that is extended
@@ -158,9 +167,14 @@ void Run::resume() {
   if (!older.empty()) say(older);
   frames_.emplace(FrameSeries::resume(options_.out, static_cast<int>(sampling_.frames(progress_.samples)),
                                       [this](const std::string& why) { say(why + "; left out of frames.xdmf"); }));
-  say(fmt::format("resumed at t = {:.6g} s, step {}: {} particles, {} threads", state_.time, state_.step, state_.grid.particle_count(),
-                  omp_get_max_threads()));
+  say(fmt::format("resumed at t = {:.6g} s, step {}: {} particles, {}", state_.time, state_.step, state_.grid.particle_count(),
+                  workforce()));
   observers_.begin(state_, scene_);
+}
+
+std::string Run::workforce() const {
+  const std::string threads = fmt::format("{} threads", omp_get_max_threads());
+  return options_.ranks == nullptr ? threads : fmt::format("{} ranks, {} each", options_.ranks->size(), threads);
 }
 
 void Run::remove_results(std::initializer_list<const char*> names) const {
@@ -212,7 +226,8 @@ void Run::record_sample() {
   const double interval = progress_.samples == 0 ? 0.0 : state_.time - sampling_.time(progress_.samples - 1);
   const Instant now{state_.time, interval, &live};
   table_->append(observers_.sample(now));
-  if (sampling_.has_frame(progress_.samples)) frames_->append(particle_table(state_, scene_), snapshot_info());
+  if (sampling_.has_frame(progress_.samples))
+    with_all_particles([&](const State& all) { frames_->append(particle_table(all, scene_), snapshot_info()); });
   ++progress_.samples;
   for (const std::string& warning : observers_.check(now)) say(warning);
 }
@@ -263,13 +278,16 @@ SnapshotInfo Run::snapshot_info() const {
 void Run::checkpoint(const char* why) {
   progress_.wall_time = before_.wall_time + seconds_since(started_);
   table_->sync();  // first, so that the rows up to a checkpoint are there whenever the checkpoint is
-  write_checkpoint(options_.out / checkpoint_file, case_, state_, progress_, observers_.save(), options_.out / previous_checkpoint_file);
+  with_all_particles([&](const State& all) {
+    write_checkpoint(options_.out / checkpoint_file, case_, all, progress_, observers_.save(), options_.out / previous_checkpoint_file);
+  });
   checkpointed_ = Clock::now();
   say(fmt::format("checkpoint at t = {:.6g} s, step {} ({})", state_.time, state_.step, why), false);
 }
 
 RunResult Run::finish(bool complete) {
   checkpoint(complete ? "end" : "stopped");
+  if (options_.ranks != nullptr) write_file(options_.out / "ranks.json", report_of_ranks(state_));
   RunResult result;
   result.finished = complete;
   result.time = state_.time;
@@ -298,7 +316,7 @@ void Run::write_results(RunResult& result) {
     write_profile(options_.out / "profile.csv", profiles, end.span.steady);
     write_profiles_over_time(options_.out / "profiles.h5", end.series.time(), profiles);
   }
-  write_final(options_.out / "final.h5", particle_table(state_, scene_), snapshot_info());
+  with_all_particles([&](const State& all) { write_final(options_.out / "final.h5", particle_table(all, scene_), snapshot_info()); });
   write_file(options_.out / "results.json", result.results_json);
 }
 

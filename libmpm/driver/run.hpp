@@ -36,6 +36,7 @@ struct RunOptions {
   std::function<void(const Progress&)> on_progress;  ///< after every sample, and for messages
   /// Observers of the caller's own, after those of driver/observers.cpp: their columns and results are written like all others.
   std::vector<std::shared_ptr<Observer>> observers;
+  Ranks* ranks = nullptr;         ///< not null: other ranks take part (driver/worker.hpp), and this is the first; outlives the run
   std::function<Request()> poll;  ///< asked after every sample, e.g. whether a signal arrived
 };
 

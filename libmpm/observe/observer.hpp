@@ -83,7 +83,10 @@ class Observer {
   virtual void begin(const State& /*state*/, const Scene& /*scene*/) {}
   /// A step is done: the place to sum up what must not be sampled.
   virtual void after_step(const StepReport& /*report*/, const State& /*state*/) {}
-  /// All particles, batch by batch.
+  /// Whether visit() has to see the particles of a box. Depends on nothing that changes; an observer that has a visit() says when.
+  /// @param low, high  corners of the box, m
+  [[nodiscard]] virtual bool visits(const Vec3& /*low*/, const Vec3& /*high*/) const { return false; }
+  /// All particles of the boxes that it visits, batch by batch.
   virtual void visit(const ParticleBatch& /*batch*/) {}
   /// Fills its row, one number for each of columns(), NaN where a value is unknown, and starts its sums anew.
   virtual void sample(const Instant& /*now*/, std::span<double> /*row*/) {}

@@ -18,12 +18,32 @@ std::vector<Column> columns_of(const std::vector<std::shared_ptr<Observer>>& obs
   return columns;
 }
 
+using Observers = std::span<const std::shared_ptr<Observer>>;
+
+bool visited(Observers observers, const ParticleBatch& batch) {
+  return std::ranges::any_of(observers, [&](const auto& o) { return o->visits(batch.low, batch.high); });
+}
+
 /// One loop over all particles serves all observers.
-void visit_all(std::span<const std::shared_ptr<Observer>> observers, const State& state, const Scene& scene) {
-  for (const auto b : state.grid.occupied_blocks()) {
-    const ParticleBatch batch(state.grid.block(b), scene, state.grid.cell_size());
-    for (const auto& o : observers) o->visit(batch);
+void visit_all(Observers observers, const Grid& grid, const Scene& scene) {
+  for (const auto b : grid.occupied_blocks()) {
+    const ParticleBatch batch(grid.block(b), scene, grid.cell_size());
+    for (const auto& o : observers) {
+      if (o->visits(batch.low, batch.high)) o->visit(batch);
+    }
   }
+}
+
+/// The same for a state, whose particles several ranks may have.
+void visit_all(Observers observers, const State& state, const Scene& scene) {
+  Ranks* const ranks = state.grid.ranks();
+  if (ranks == nullptr) return visit_all(observers, state.grid, scene);
+  Grid here(state.grid.cell_size(), state.grid.precision());
+  ranks->tell(Task::observe, state);
+  ranks->collect(
+      state.grid, [&](const Block& block) { return visited(observers, ParticleBatch(block, scene, here.cell_size())); }, here);
+  ranks->done();
+  visit_all(observers, here, scene);
 }
 
 /// Arrays under "owner.name".
@@ -87,6 +107,10 @@ std::vector<double> ObserverList::sample(const Instant& now) {
     observers_[i]->sample(now, std::span(place, width_[i]));
   series_.append(row);
   return row;
+}
+
+bool ObserverList::visits(const Block& block, const Scene& scene, double cell_size) const {
+  return visited(observers_, ParticleBatch(block, scene, cell_size));
 }
 
 std::vector<double> ObserverList::sample(const Snapshot& frame, const std::function<double(const Column&)>& carried) {

@@ -24,6 +24,8 @@ class ObserverList {
 
   /// Measures a state and adds a row to the series. @return the row
   std::vector<double> sample(const Instant& now);
+  /// Whether an observer visits the particles of a block.
+  [[nodiscard]] bool visits(const Block& block, const Scene& scene, double cell_size) const;
   /// Measures a stored frame and adds a row to the series.
   /// @param carried value of a column of an observer of Source::run at this frame
   std::vector<double> sample(const Snapshot& frame, const std::function<double(const Column&)>& carried);

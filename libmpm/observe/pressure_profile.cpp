@@ -21,7 +21,6 @@ std::vector<Column> PressureProfile::columns() const {
 }
 
 void PressureProfile::visit(const ParticleBatch& batch) {
-  if (!geometry_.may_measure(batch.low, batch.high)) return;
   for (std::size_t i = 0; i < batch.size(); ++i) {
     const ParticleView p = batch[i];
     if (!geometry_.in_profile_box(p.position)) continue;

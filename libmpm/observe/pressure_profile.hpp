@@ -26,6 +26,7 @@ class PressureProfile : public Observer {
 
   [[nodiscard]] std::string name() const override { return "pressure_profile"; }
   [[nodiscard]] std::vector<Column> columns() const override;
+  [[nodiscard]] bool visits(const Vec3& low, const Vec3& high) const override { return geometry_.may_measure(low, high); }
   void visit(const ParticleBatch& batch) override;
   void sample(const Instant& now, std::span<double> row) override;
   [[nodiscard]] std::vector<Result> summary(const Summary& end) const override;

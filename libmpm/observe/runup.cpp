@@ -20,7 +20,6 @@ double percentile(std::vector<double>& values, double part) {
 }  // namespace
 
 void Runup::visit(const ParticleBatch& batch) {
-  if (!geometry_.may_measure(batch.low, batch.high)) return;
   for (std::size_t i = 0; i < batch.size(); ++i) add(batch[i].position);
 }
 

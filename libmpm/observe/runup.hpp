@@ -28,6 +28,7 @@ class Runup : public Observer {
          .meaning = "run-up: 99th percentile of the particles' heights near the axis, within H upstream of the obstacle",
          .mean = true}};
   }
+  [[nodiscard]] bool visits(const Vec3& low, const Vec3& high) const override { return geometry_.may_measure(low, high); }
   void visit(const ParticleBatch& batch) override;
   void sample(const Instant& now, std::span<double> row) override;
   [[nodiscard]] std::vector<Result> summary(const Summary& end) const override;

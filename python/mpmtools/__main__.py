@@ -1,4 +1,4 @@
-"""The command line: python3 -m mpmtools fit|study|plot|render|design|import-avaframe."""
+"""The command line: python3 -m mpmtools fit|study|plot|render|design|scale|import-avaframe."""
 
 import argparse
 import os
@@ -73,6 +73,17 @@ def parser():
     design = command("design", "the page, the JSON and the tables of a design, from the finished runs of `mpm design`", run_design)
     design.add_argument("directory", metavar="DIR", help="folder of `mpm design`")
 
+    scale = command("scale", "predicted efficiency on many ranks, from what a run by several ranks counted", run_scale)
+    scale.add_argument("directory", metavar="DIR", help="result folder of such a run (it holds ranks.json)")
+    scale.add_argument("--particles", default="1e8,1e9", metavar="N,N,...", help="default: %(default)s")
+    scale.add_argument("--ranks", default="64,256,1024,4096", metavar="P,P,...", help="default: %(default)s")
+    scale.add_argument("--speed", type=float, default=12.0, metavar="M",
+                       help="million particle-steps a second of one rank (default: %(default)s, one core)")
+    scale.add_argument("--latency-us", type=float, default=2.0, metavar="T", help="of a message (default: %(default)s)")
+    scale.add_argument("--bandwidth-gb-s", type=float, default=1.0, metavar="B",
+                       help="of the network for each rank: that of a node over its ranks (default: %(default)s)")
+    scale.add_argument("--message-us", type=float, default=0.5, metavar="T", help="in which rank 0 takes one message more (default: %(default)s)")
+
     imported = command("import-avaframe", "a case whose inflow is an avalanche of AvaFrame's com1DFA at one point", run_import)
     imported.add_argument("directory", metavar="DIR", help="folder of the avalanche (with Inputs and Outputs), or of the rasters at time steps")
     imported.add_argument("--at", required=True, metavar="X,Y", help="the mast, in the coordinates of the rasters, m")
@@ -83,6 +94,12 @@ def parser():
     imported.add_argument("--dem", metavar="FILE", help="elevation, where DIR/Inputs does not hold just one raster")
     imported.add_argument("--out", default="out/avaframe", metavar="FOLDER", help="for case.toml and inflow.csv (default: %(default)s)")
     return top
+
+
+def run_scale(options):
+    from mpmtools import scale
+
+    scale.run_command(options)
 
 
 def run_import(options):

@@ -199,7 +199,7 @@ TEST_F(CampaignFolder, TheTableIsTheSameWhateverTheOrderAndTimes) {
   EXPECT_EQ(t.numbers("cell_size_m"), (std::vector{0.5, 0.5, 0.25, 0.25}));
   EXPECT_EQ(t.numbers("material.poisson_ratio"), (std::vector{0.1, 0.2, 0.1, 0.2}));
   EXPECT_EQ(t.numbers("particles_final"), (std::vector{64.0, 64.0, 512.0, 512.0}));
-  for (const char* column : {"wall_time_s", "threads", "peak_memory_bytes"}) {
+  for (const char* column : {"wall_time_s", "ranks", "threads", "peak_memory_bytes"}) {
     EXPECT_FALSE(t.has(column)) << column;
     EXPECT_TRUE(Table::read(out() / "0/runs.csv").has(column)) << column;
   }

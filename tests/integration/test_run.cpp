@@ -67,7 +67,8 @@ class RunCase : public ::testing::Test {
     EXPECT_EQ(content(directory / a / "frames.xdmf"), content(directory / b / "frames.xdmf"));
     auto x = nlohmann::json::parse(content(directory / a / "results.json")),
          y = nlohmann::json::parse(content(directory / b / "results.json"));
-    for (const char* of_the_machine : {"wall_time_s", "solver_time_s", "million_particle_steps_per_s", "peak_memory_bytes", "threads"}) {
+    for (const char* of_the_machine :
+         {"wall_time_s", "solver_time_s", "million_particle_steps_per_s", "peak_memory_bytes", "threads", "ranks"}) {
       x.erase(of_the_machine);
       y.erase(of_the_machine);
     }
@@ -114,6 +115,7 @@ TEST_F(RunCase, LeavesTheFilesItPromises) {
                           "case_hash",
                           "version",
                           "commit",
+                          "ranks",
                           "threads",
                           "wall_time_s",
                           "steps",

@@ -15,6 +15,7 @@ class TrialObserver : public Observer {
   [[nodiscard]] std::vector<Column> columns() const override {
     return {{.quantity = "trial_front", .unit = "m", .meaning = "largest x of all particles", .mean = true}};
   }
+  [[nodiscard]] bool visits(const Vec3&, const Vec3&) const override { return true; }
   void visit(const ParticleBatch& batch) override {
     for (std::size_t i = 0; i < batch.size(); ++i) front_ = std::max(front_, batch[i].position.x());
   }

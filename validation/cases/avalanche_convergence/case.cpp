@@ -37,6 +37,7 @@ class HeightInCells : public Observer {
   [[nodiscard]] std::vector<Column> columns() const override {
     return {{.quantity = "height_in_cells", .unit = "m", .meaning = "pressure height in the paper's windows", .mean = true}};
   }
+  [[nodiscard]] bool visits(const Vec3& low, const Vec3& high) const override { return profile_.visits(low, high); }
   void visit(const ParticleBatch& batch) override { profile_.visit(batch); }
   void sample(const Instant&, std::span<double> row) override { row[0] = profile_.finish().pressure_height.value_or(MeanEstimate::none); }
 

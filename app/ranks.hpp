@@ -1,0 +1,37 @@
+#pragma once
+/// The processes of a run: one, unless mpirun or srun started several of a program that was built with MPI.
+
+#include <memory>
+#include <string>
+
+#include "libmpm/driver/run.hpp"
+
+namespace mpm::app {
+
+/// This process among the ranks. One object, made first in main().
+class Session {
+ public:
+  /// Starts MPI where there is more than one rank. @throws ConfigError if a launcher started several, and this program has no MPI
+  Session(int& argc, char**& argv);
+  ~Session();
+  Session(const Session&) = delete;
+  Session& operator=(const Session&) = delete;
+
+  [[nodiscard]] bool first() const;  ///< the rank that reads the command line, and reports
+  [[nodiscard]] int size() const;    ///< number of ranks
+  /// What the others do: they wait for a run of the first, and take part. @returns the exit code; ends all ranks if this one fails
+  int serve();
+  /// run_case(), with all ranks.
+  RunResult run(const Case& c, RunOptions options);
+  /// The first rank ends: the others end, too, at once if they wait in a step for a rank that failed. @param exit_code  of this rank
+  void close(int exit_code);
+
+ private:
+  struct Group;
+  std::unique_ptr<Group> group_;  ///< null: one rank
+};
+
+/// That of this program.
+Session& session();
+
+}  // namespace mpm::app

@@ -1,0 +1,63 @@
+#pragma once
+/// Parts of sums over blocks on their way to the first rank.
+
+#include <cstring>
+#include <span>
+#include <vector>
+
+#include "libmpm/base/types.hpp"
+#include "libmpm/core/ranks.hpp"
+
+namespace mpm {
+
+/// Rows of numbers, each of one block.
+class BlockTable {
+ public:
+  /// @param width  numbers of a row
+  explicit BlockTable(std::size_t width) : width_(width) {}
+  /// For parts that are structs of double and 64-bit integers. @tparam T  which
+  template <class T>
+  static BlockTable of() {
+    static_assert(sizeof(T) % sizeof(double) == 0);
+    return BlockTable(sizeof(T) / sizeof(double));
+  }
+
+  [[nodiscard]] std::size_t size() const { return blocks_.size(); }                                                           ///< rows
+  [[nodiscard]] const Index3& block(std::size_t i) const { return blocks_[i]; }                                               ///< of row i
+  [[nodiscard]] std::span<const double> row(std::size_t i) const { return std::span(numbers_).subspan(i * width_, width_); }  ///< row i
+  /// Row i of a table of T.
+  template <class T>
+  [[nodiscard]] T get(std::size_t i) const {
+    T part;
+    std::memcpy(static_cast<void*>(&part), numbers_.data() + i * width_, sizeof(T));
+    return part;
+  }
+
+  /// A new row. @param row  as many numbers as the table is wide
+  void add(const Index3& block, std::span<const double> row);
+  /// A new row of a table of T; none if all its bits are zero: adding it would change no sum.
+  template <class T>
+  void add_part(const Index3& block, const T& part) {
+    double row[sizeof(T) / sizeof(double)];
+    std::memcpy(row, static_cast<const void*>(&part), sizeof(T));
+    add_unless_zero(block, row);
+  }
+  /// The same for numbers.
+  void add_unless_zero(const Index3& block, std::span<const double> row);
+
+  /// Brings the rows of all ranks together on the first, in the order of the blocks; elsewhere the table is empty afterwards.
+  void gather(Ranks& ranks);
+
+ private:
+  std::size_t width_;
+  std::vector<Index3> blocks_;
+  std::vector<double> numbers_;
+};
+
+/// Whether block a comes before block b in every list and every sum: by z, then y, then x.
+inline bool comes_before(const Index3& a, const Index3& b) {
+  if (a[2] != b[2]) return a[2] < b[2];
+  return a[1] != b[1] ? a[1] < b[1] : a[0] < b[0];
+}
+
+}  // namespace mpm

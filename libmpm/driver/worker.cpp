@@ -1,0 +1,76 @@
+#include "libmpm/driver/worker.hpp"
+
+#include "libmpm/base/error.hpp"
+#include "libmpm/core/health.hpp"
+#include "libmpm/driver/observers.hpp"
+#include "libmpm/observe/observer_list.hpp"
+
+namespace mpm {
+
+namespace {
+
+std::size_t own_particles(const State& state) {
+  std::size_t n = 0;
+  state.grid.for_each_particle([&](const Particle&) { ++n; });
+  return n;
+}
+
+}  // namespace
+
+std::string report_of_ranks(const State& state) {
+  Ranks& ranks = *state.grid.ranks();
+  ranks.tell(Task::report, state);
+  std::string text = ranks.report(own_particles(state));
+  ranks.done();
+  return text;
+}
+
+void work_on(const Case& c, Ranks& ranks) {
+  const CaseScene scene = make_scene(c);
+  const ObserverList observers(make_observers(c, scene));
+  State state(c.numerics.cell_size, c.numerics.precision);
+  state.grid.divide(&ranks);
+  Grid nothing(c.numerics.cell_size, c.numerics.precision);
+  for (;;) {
+    const Ranks::Told told = ranks.next(state);
+    try {
+      switch (told.task) {
+        case Task::step: step(state, scene, told.dt); break;
+        case Task::totals: totals(state, scene); break;
+        case Task::fastest: fastest_particle(state); break;
+        case Task::observe:
+          ranks.collect(
+              state.grid, [&](const Block& b) { return observers.visits(b, scene, c.numerics.cell_size); }, nothing);
+          break;
+        case Task::collect:
+          ranks.collect(
+              state.grid, [](const Block&) { return true; }, nothing);
+          break;
+        case Task::report: ranks.report(own_particles(state)); break;
+        case Task::end: return;
+      }
+      ranks.done();
+    } catch (const UnstableError&) {
+      if (ranks.busy()) throw;  // else all ranks know, and the first reports it
+    }
+  }
+}
+
+State whole_state(const State& state) {
+  State all(state.grid.cell_size(), state.grid.precision());
+  Ranks& ranks = *state.grid.ranks();
+  ranks.tell(Task::collect, state);
+  ranks.collect(
+      state.grid, [](const Block&) { return true; }, all.grid);
+  ranks.done();
+  all.time = state.time;
+  all.step = state.step;
+  all.next_id = state.next_id;
+  all.source_count = state.source_count;
+  all.max_speed = state.max_speed;
+  all.entered = state.entered;
+  all.left = state.left;
+  return all;
+}
+
+}  // namespace mpm

@@ -1,0 +1,53 @@
+#pragma once
+/// Values into bytes and back, for messages between processes of one program.
+
+#include <cstring>
+#include <span>
+#include <type_traits>
+
+#include "libmpm/base/error.hpp"
+#include "libmpm/parallel/transport.hpp"
+
+namespace mpm {
+
+/// Appends values to a message.
+template <class T>
+void put(Message& message, std::span<const T> values) {
+  static_assert(std::is_trivially_copyable_v<T>);
+  const std::size_t before = message.size();
+  message.resize(before + values.size_bytes());
+  if (!values.empty()) std::memcpy(message.data() + before, values.data(), values.size_bytes());
+}
+/// Appends one value to a message.
+template <class T>
+void put(Message& message, const T& value) {
+  put(message, std::span<const T>(&value, 1));
+}
+
+/// Reads a message from its beginning.
+class MessageReader {
+ public:
+  /// @param bytes  outlive the reader
+  explicit MessageReader(std::span<const std::byte> bytes) : rest_(bytes) {}
+  [[nodiscard]] bool at_end() const { return rest_.empty(); }  ///< nothing is left
+  /// The next values. @throws Error if the message is too short: the ranks disagree, which is an error of this program
+  template <class T>
+  void get(std::span<T> values) {
+    static_assert(std::is_trivially_copyable_v<T>);
+    if (rest_.size() < values.size_bytes()) throw Error(ExitCode::internal, "internal error: a message between ranks is too short");
+    if (!values.empty()) std::memcpy(values.data(), rest_.data(), values.size_bytes());
+    rest_ = rest_.subspan(values.size_bytes());
+  }
+  /// The next value.
+  template <class T>
+  T get() {
+    T value;
+    get(std::span<T>(&value, 1));
+    return value;
+  }
+
+ private:
+  std::span<const std::byte> rest_;
+};
+
+}  // namespace mpm

@@ -1,0 +1,186 @@
+#include <fmt/format.h>
+#include <gtest/gtest.h>
+#include <signal.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <chrono>
+#include <filesystem>
+#include <fstream>
+#include <random>
+#include <set>
+#include <thread>
+
+#include "libmpm/driver/case_file.hpp"
+#include "libmpm/io/atomic_file.hpp"
+#include "support/command.hpp"
+#include "support/rank_cases.hpp"
+#include "support/temporary_directory.hpp"
+
+namespace mpm {
+namespace {
+
+namespace fs = std::filesystem;
+using testing::content;
+using testing::Outcome;
+using testing::run_command;
+using testing::TemporaryDirectory;
+
+#ifdef MPM_MPI
+constexpr bool with_mpi = true;
+#else
+constexpr bool with_mpi = false;
+#endif
+
+/// Ranks wait for messages without working: tests share their cores.
+std::string launcher(int ranks) {
+  return fmt::format(
+      "mpirun --allow-run-as-root --oversubscribe --bind-to none --mca mpi_yield_when_idle 1 --mca btl_vader_single_copy_mechanism none "
+      "-np {} ",
+      ranks);
+}
+
+class MpiRun : public ::testing::Test {
+ protected:
+  void SetUp() override {
+    if (!with_mpi) GTEST_SKIP() << "built without MPI; `./run build mpi` and `ctest --preset mpi -R Mpi` run this";
+  }
+  Outcome mpm(const std::string& before, const std::string& arguments) {
+    return run_command(fmt::format("{} {} {}", before, MPM_APP, arguments), folder / "", folder / "");
+  }
+  Outcome one(const std::string& out, const std::string& more = "") {
+    return mpm("", fmt::format("run case.toml --out {} --threads 1 {}", out, more));
+  }
+  Outcome several(int ranks, int threads, const std::string& out, const std::string& more = "", const std::string& variables = "") {
+    return mpm(variables + " " + launcher(ranks), fmt::format("run case.toml --out {} --threads {} {}", out, threads, more));
+  }
+  void write(const Case& c) { write_file(folder / "case.toml", write_case(c)); }
+
+  /// The files whose bytes must be those of one rank.
+  std::set<std::string> files(const std::string& out) {
+    std::set<std::string> names;
+    for (const auto& entry : fs::recursive_directory_iterator(folder / out)) {
+      const std::string name = fs::relative(entry.path(), folder / out).string();
+      const bool tells_of_execution =
+          name == "results.json" || name == "run.log" || name == "ranks.json" || name == ".lock" || name.starts_with("checkpoint");
+      if (entry.is_regular_file() && !tells_of_execution) names.insert(name);
+    }
+    return names;
+  }
+  void expect_same_files(const std::string& a, const std::string& b) {
+    const auto names = files(a);
+    EXPECT_TRUE(names.contains("final.h5") && names.contains("series.csv"));
+    EXPECT_EQ(names, files(b));
+    for (const std::string& name : names) EXPECT_TRUE(content(folder / a / name) == content(folder / b / name)) << b << '/' << name;
+  }
+
+  TemporaryDirectory folder;
+};
+
+Case with_frames(Case c) {
+  c.output.frames_per_second = 50.0;
+  return c;
+}
+
+TEST_F(MpiRun, WritesTheBytesOfOneRank) {
+  const auto cases = testing::rank_cases();
+  struct Way {
+    int ranks, threads;
+    const char* variables;
+  };
+  for (const auto& [name, c] : cases) {
+    write(with_frames(c));
+    ASSERT_EQ(one(fmt::format("{}_1", name)).code, 0) << name;
+    for (const Way& way : {Way{2, 1, ""}, Way{3, 2, ""}, Way{4, 1, "MPM_REBALANCE_STEPS=10"}}) {
+      const std::string out = fmt::format("{}_{}_{}", name, way.ranks, way.threads);
+      const Outcome outcome = several(way.ranks, way.threads, out, "", way.variables);
+      ASSERT_EQ(outcome.code, 0) << outcome.err;
+      expect_same_files(fmt::format("{}_1", name), out);
+    }
+  }
+}
+
+TEST_F(MpiRun, GoesOnWithAnyNumberOfRanks) {
+  Case c = with_frames(testing::rank_cases()[5].c);
+  write(c);
+  ASSERT_EQ(one("whole").code, 0);
+  const std::string shorter = fmt::format("--set output.duration_s={}", c.output.duration / 3.0);
+  const std::string longer = fmt::format("--set output.duration_s={}", 2.0 * c.output.duration / 3.0);
+  ASSERT_EQ(several(3, 1, "resumed", shorter).code, 0);
+  ASSERT_EQ(one("resumed", longer + " --resume").code, 0);
+  const Outcome last = several(2, 2, "resumed", "--resume");
+  ASSERT_EQ(last.code, 0) << last.err;
+  expect_same_files("whole", "resumed");
+}
+
+TEST_F(MpiRun, AKilledRankEndsTheRunAndResumeLosesNothing) {
+  Case c = with_frames(testing::rank_cases()[5].c);
+  c.output.duration = 0.3;
+  c.output.checkpoint_minutes = 1e-9;  // at every sample
+  write(c);
+  ASSERT_EQ(one("whole").code, 0);
+  std::mt19937 random(18);
+  for (int kill = 0; kill < 4; ++kill) {
+    const std::string out = fmt::format("killed_{}", kill);
+    const int victim = kill % 3;
+    const double after = std::uniform_real_distribution<>(0.3, 1.5)(random);
+    // the launcher starts a shell for each rank, which notes its rank's process
+    const std::string command = fmt::format(
+        "({}bash -c 'echo $$ > {}.pid.$OMPI_COMM_WORLD_RANK; exec {} run case.toml --out {} --threads 1' & launcher=$!; sleep {}; "
+        "kill -KILL $(cat {}.pid.{}) ; wait $launcher)",
+        launcher(3), out, MPM_APP, out, after, out, victim);
+    const auto start = std::chrono::steady_clock::now();
+    const Outcome killed = run_command(command, folder / "", folder / "");
+    EXPECT_LT(std::chrono::steady_clock::now() - start, std::chrono::seconds(60)) << "the others went on waiting";
+    const bool finished = fs::exists(folder / out / "results.json");
+    EXPECT_EQ(killed.code == 0, finished) << killed.err;
+    const Outcome resumed = several(kill % 2 == 0 ? 2 : 4, 1, out, "--resume");
+    ASSERT_EQ(resumed.code, 0) << resumed.err;
+    expect_same_files("whole", out);
+  }
+}
+
+TEST_F(MpiRun, AnUnstableRunEndsOnAllRanksWithOneMessage) {
+  Case c = testing::empty_case();
+  c.bodies = {testing::box_body({-2.0, -1.0, 0.0}, {2.0, 1.0, 1.0}, {0.0, 0.0, -20.0})};
+  c.walls = {testing::wall(Vec3::Zero(), Vec3::UnitZ(), Contact::no_slip)};
+  c.numerics.cfl = 1.0;
+  c.numerics.transfer = Transfer::flip;
+  c.numerics.flip_ratio = 1.0;
+  c.output.duration = 2.0;
+  write(c);
+  const Outcome alone = one("one"), together = several(3, 1, "three");
+  ASSERT_EQ(alone.code, 3) << alone.err;
+  EXPECT_EQ(together.code, 3) << together.err;
+  const auto message = alone.err.substr(alone.err.rfind("unstable at"));
+  const std::string first_line = message.substr(0, message.find('\n'));
+  const auto found = together.err.find(first_line);
+  EXPECT_NE(found, std::string::npos) << together.err;
+  EXPECT_EQ(together.err.find(first_line, found + 1), std::string::npos) << "said twice";
+}
+
+TEST_F(MpiRun, AFullDiskEndsAllRanksWithOneMessage) {
+  Case c = with_frames(testing::rank_cases()[5].c);
+  write(c);
+  const Outcome outcome =
+      run_command(fmt::format("ulimit -f 300; {} {} run case.toml --out out --threads 1", launcher(3), MPM_APP), folder / "", folder / "");
+  EXPECT_EQ(outcome.code, 4) << outcome.err;
+  EXPECT_NE(outcome.err.find("frames/"), std::string::npos) << outcome.err;
+}
+
+TEST_F(MpiRun, OtherCommandsSayThatTheyWorkAlone) {
+  const Outcome outcome = mpm(launcher(2), "predict --froude 3");
+  EXPECT_EQ(outcome.code, 2);
+  EXPECT_NE(outcome.err.find("not available with more than one rank"), std::string::npos) << outcome.err;
+}
+
+TEST_F(MpiRun, AWrongCaseIsReportedOnce) {
+  write_file(folder / "case.toml", "[numerics]\ncel_size_m = 1\n");
+  const Outcome outcome = several(2, 1, "out");
+  EXPECT_EQ(outcome.code, 2);
+  const auto first = outcome.err.find("cel_size_m");
+  EXPECT_NE(first, std::string::npos) << outcome.err;
+}
+
+}  // namespace
+}  // namespace mpm

@@ -1,0 +1,150 @@
+#include <gtest/gtest.h>
+#include <omp.h>
+
+#include "libmpm/base/error.hpp"
+#include "libmpm/core/diagnostics.hpp"
+#include "libmpm/core/health.hpp"
+#include "libmpm/driver/worker.hpp"
+#include "libmpm/parallel/block_exchange.hpp"
+#include "support/rank_cases.hpp"
+#include "support/solver_states.hpp"
+#include "support/thread_ranks.hpp"
+
+namespace mpm {
+namespace {
+
+/// All bytes of all particles in storage order, and every number that a caller of step() and totals() gets.
+struct Outcome {
+  std::vector<Particle> particles;
+  std::vector<double> numbers;
+  std::uint64_t moves = 0;  ///< of blocks between ranks
+
+  void add(const Vec3& v) { numbers.insert(numbers.end(), v.data(), v.data() + 3); }
+  void add(const FluxTotals& f) {
+    numbers.insert(numbers.end(), {static_cast<double>(f.count), static_cast<double>(f.through_x_max), f.mass, f.energy});
+    add(f.momentum);
+  }
+  void add(const StepReport& report) {
+    numbers.push_back(report.dt);
+    add(report.gravity_impulse);
+    for (const Impulse& j : report.impulses) {
+      add(j.linear);
+      add(j.angular);
+      numbers.push_back(j.work);
+    }
+    for (const LayerImpulses& layers : report.layers) {
+      numbers.push_back(layers.first);
+      for (const Vec3& v : layers.layer) add(v);
+    }
+    add(report.entered);
+    add(report.left);
+  }
+  void add(const Totals& t) {
+    numbers.insert(numbers.end(), {static_cast<double>(t.particles), t.mass, t.kinetic_energy, t.affine_energy, t.elastic_energy,
+                                   t.potential_energy, t.momentum_scale, t.angular_momentum_scale});
+    for (const Vec3& v : {t.centre, t.momentum, t.angular_momentum}) add(v);
+  }
+};
+
+/// The steps of one rank, or of the first of several.
+void take_steps(State& state, const Scene& scene, int steps, Outcome& outcome) {
+  for (int n = 0; n < steps; ++n) {
+    outcome.add(step(state, scene, stable_time_step(state, scene)));
+    outcome.numbers.insert(outcome.numbers.end(), {state.max_speed, state.time, static_cast<double>(state.grid.particle_count())});
+    if (n % 10 != 9) continue;
+    outcome.add(totals(state, scene));
+    outcome.numbers.push_back(static_cast<double>(fastest_particle(state).id));
+  }
+}
+
+Outcome on_one_rank(const Case& c, int steps) {
+  Outcome outcome;
+  const Scene scene = make_scene(c);
+  State state = make_state(c, scene);
+  take_steps(state, scene, steps, outcome);
+  outcome.particles = testing::stored_particles(state.grid);
+  return outcome;
+}
+
+Outcome on_several(const Case& c, int steps, int ranks, int threads, const Balancing& balancing) {
+  Outcome outcome;
+  testing::on_ranks(ranks, [&](Transport& transport) {
+    omp_set_num_threads(threads);
+    BlockExchange exchange(transport, balancing);
+    if (!exchange.first()) return work_on(c, exchange);
+    const Scene scene = make_scene(c);
+    State state = make_state(c, scene);
+    state.grid.divide(&exchange);
+    take_steps(state, scene, steps, outcome);
+    outcome.particles = testing::stored_particles(whole_state(state).grid);
+    outcome.moves = exchange.traffic().moves;
+    EXPECT_LT(testing::stored_particles(state.grid).size(), outcome.particles.size());  // the others have the rest
+    exchange.tell(Task::end, state, 0.0);
+  });
+  omp_set_num_threads(1);
+  return outcome;
+}
+
+/// Place of the first number that differs, for a message; -1: none.
+std::ptrdiff_t first_difference(const std::vector<double>& a, const std::vector<double>& b) {
+  const std::size_t n = std::min(a.size(), b.size());
+  for (std::size_t i = 0; i < n; ++i) {
+    if (std::memcmp(&a[i], &b[i], sizeof(double)) != 0) return static_cast<std::ptrdiff_t>(i);
+  }
+  return a.size() == b.size() ? -1 : static_cast<std::ptrdiff_t>(n);
+}
+
+class OnRanks : public ::testing::TestWithParam<testing::NamedCase> {};
+INSTANTIATE_TEST_SUITE_P(Cases, OnRanks, ::testing::ValuesIn(testing::rank_cases()),
+                         [](const auto& test) { return std::string(test.param.name); });
+
+TEST_P(OnRanks, EveryBitIsThatOfOneRank) {
+  constexpr int steps = 60;
+  const Outcome one = on_one_rank(GetParam().c, steps);
+  ASSERT_FALSE(one.particles.empty());
+  const Balancing seldom{}, often{.forced = 10};
+  struct Way {
+    int ranks, threads;
+    Balancing balancing;
+  };
+  for (const Way& way : {Way{2, 1, seldom}, Way{3, 2, seldom}, Way{4, 1, seldom}, Way{2, 2, often}, Way{3, 1, often}, Way{7, 1, often}}) {
+    const Outcome many = on_several(GetParam().c, steps, way.ranks, way.threads, way.balancing);
+    EXPECT_EQ(first_difference(one.numbers, many.numbers), -1) << way.ranks << " ranks, forced " << way.balancing.forced;
+    EXPECT_TRUE(testing::same_bytes(one.particles, many.particles)) << way.ranks << " ranks, forced " << way.balancing.forced;
+    EXPECT_GE(many.moves, way.balancing.forced > 0 ? 3U : 1U);
+  }
+}
+
+TEST(Ranks, AFaultOfOneEndsAllWithItsMessage) {
+  Case c = testing::empty_case();
+  c.bodies = {testing::box_body({-2.0, -1.0, 0.0}, {2.0, 1.0, 2.0})};
+  const Scene scene = make_scene(c);
+  const auto spoil = [](State& state) {
+    testing::find_particle(state.grid, state.next_id - 1)->affine[0] = std::numeric_limits<double>::quiet_NaN();
+  };
+  const auto message_of = [&](State& state) -> std::string {
+    try {
+      step(state, scene, 1e-3);
+    } catch (const UnstableError& error) {
+      return error.what();
+    }
+    return "";
+  };
+  State alone = make_state(c, scene);
+  spoil(alone);
+  const std::string expected = message_of(alone);
+  ASSERT_NE(expected, "");
+  testing::on_ranks(3, [&](Transport& transport) {
+    BlockExchange exchange(transport);
+    if (!exchange.first()) return work_on(c, exchange);  // which returns, and so does not fail alone
+    State state = make_state(c, scene);
+    spoil(state);
+    state.grid.divide(&exchange);
+    EXPECT_EQ(message_of(state), expected);
+    EXPECT_FALSE(exchange.busy());
+    exchange.tell(Task::end, state, 0.0);
+  });
+}
+
+}  // namespace
+}  // namespace mpm
