@@ -49,7 +49,7 @@ struct RadialErrors {
   double radial = 0.0, hoop = 0.0, axial = 0.0;           ///< root mean square, Pa
   double internal = 0.0;                                  ///< root mean square
   double wall_stress = 0.0, wall_exact = 0.0;             ///< mean radial stress of the particles within a/8 of a: ours, exact, Pa
-  std::vector<double> place, radial_values, hoop_values;  ///< R/a of the free particles, and their stresses, Pa
+  std::vector<double> place, radial_values, hoop_values;  ///< R/a of some 400 particles, and their stresses, Pa
   std::vector<double> internal_values;                    ///< and internal variables
   double particle_steps = 0.0;
 };
