@@ -1,4 +1,4 @@
-"""The command line: python3 -m mpmtools fit|study|plot|render|design|import-avaframe."""
+"""The command line: python3 -m mpmtools fit|study|plot|render|design|import-avaframe|json-schema."""
 
 import argparse
 import os
@@ -82,7 +82,16 @@ def parser():
     imported.add_argument("--simulation", metavar="NAME", help="where the folder holds several")
     imported.add_argument("--dem", metavar="FILE", help="elevation, where DIR/Inputs does not hold just one raster")
     imported.add_argument("--out", default="out/avaframe", metavar="FOLDER", help="for case.toml and inflow.csv (default: %(default)s)")
+
+    schema = command("json-schema", "the JSON schema of case files, for editors that complete and check while one types", run_schema)
+    schema.add_argument("--out", metavar="FILE", help="file to write (default: standard output)")
     return top
+
+
+def run_schema(options):
+    from mpmtools import json_schema
+
+    json_schema.run_command(options)
 
 
 def run_import(options):
