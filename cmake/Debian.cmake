@@ -19,7 +19,7 @@ install(PROGRAMS scripts/plot_run.py scripts/design_page.py scripts/render_parav
 install(DIRECTORY python/mpmtools DESTINATION lib/python3/dist-packages COMPONENT package PATTERN "__pycache__" EXCLUDE)
 install(FILES README.md ${generated}/changelog.gz DESTINATION ${CMAKE_INSTALL_DATADIR}/doc/mpm COMPONENT package)
 install(FILES LICENSE RENAME copyright DESTINATION ${CMAKE_INSTALL_DATADIR}/doc/mpm COMPONENT package)
-install(DIRECTORY docs/ DESTINATION ${CMAKE_INSTALL_DATADIR}/doc/mpm/docs COMPONENT package FILES_MATCHING PATTERN "*.md" PATTERN "*.png"
+install(DIRECTORY docs/ DESTINATION ${CMAKE_INSTALL_DATADIR}/doc/mpm/docs COMPONENT package FILES_MATCHING PATTERN "*.md" PATTERN "*.png" PATTERN "*.svg"
         PATTERN "site" EXCLUDE)
 
 set(CPACK_GENERATOR DEB)
@@ -39,6 +39,8 @@ set(CPACK_DEBIAN_FILE_NAME DEB-DEFAULT)
 set(CPACK_DEBIAN_PACKAGE_SECTION science)
 set(CPACK_DEBIAN_PACKAGE_PRIORITY optional)
 set(CPACK_DEBIAN_PACKAGE_SHLIBDEPS ON)
+set(CPACK_DEBIAN_PACKAGE_SHLIBDEPS_PRIVATE_DIRS ${PROJECT_BINARY_DIR}/app)
+set(CPACK_DEBIAN_PACKAGE_DEPENDS "python3 (>= 3.11)") # for the scripts; what they import is recommended
 # For pictures, pages and the Python package; runs work without.
 set(CPACK_DEBIAN_PACKAGE_RECOMMENDS "python3-numpy, python3-scipy, python3-pandas, python3-matplotlib, python3-h5py, python3-jinja2")
 set(CPACK_DEBIAN_PACKAGE_SUGGESTS "paraview, slurm-client, bash-completion")

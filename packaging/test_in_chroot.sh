@@ -42,10 +42,10 @@ inside bash -c 'cd /root && apt-get -qq -y install ./mpm.deb' >"$root/root/insta
 
 say "mpm"
 inside mpm --version
-level() { # the library that the dynamic linker takes
-  inside env "$@" LD_DEBUG=libs mpm --version 2>&1 | sed -n 's/.*trying file=\(.*libmpm\.so\).*/\1/p' | tail -n 1
+library_with() { # hidden features of the processor, as GLIBC_TUNABLES names them: the library that the dynamic linker takes
+  inside env "GLIBC_TUNABLES=glibc.cpu.hwcaps=$1" LD_DEBUG=libs mpm --version 2>&1 | sed -n 's/.*calling init: \(.*libmpm\.so\).*/\1/p' | tail -n 1
 }
-native=$(level A=b)
+native=$(library_with "")
 say "library: $native"
 best=$(inside /lib64/ld-linux-x86-64.so.2 --help | sed -n 's/^  \(x86-64-v[234]\) (supported.*/\1/p' | head -n 1)
 case $best in
@@ -57,11 +57,13 @@ short=(/usr/share/mpm/examples/avalanche_fr3.toml --threads 1 --set numerics.cel
 inside mpm check "${short[0]}" >/dev/null
 inside mpm run "${short[@]}" --out /root/best >"$root/root/best.json" 2>/dev/null
 inside grep -q '"particles_lost": 0' /root/best/results.json
-for mask in x86-64-v4 x86-64-v3:x86-64-v4; do # hide levels: what is left is a lower one
-  kept=$(for l in x86-64-v4 x86-64-v3 x86-64-v2; do [[ :$mask: == *:$l:* ]] || echo "$l"; done | tr '\n' ':')
-  loader=(/lib64/ld-linux-x86-64.so.2 --glibc-hwcaps-mask "${kept%:}")
-  inside "${loader[@]}" /usr/bin/mpm run "${short[@]}" --out "/root/without_${mask//:/_}" >/dev/null 2>&1 || { say "fails without $mask"; exit 1; }
-  inside grep '"instruction_set"' "/root/without_${mask//:/_}/results.json"
+for hidden in -AVX512F -AVX2; do # without these the processor is of a lower level
+  case $hidden in -AVX512F) expected=glibc-hwcaps/x86-64-v3/libmpm.so ;; *) expected=mpm/libmpm.so ;; esac
+  [[ $best != x86-64-v2 ]] || expected=mpm/libmpm.so
+  found=$(library_with "$hidden")
+  [[ $found == */$expected ]] || { say "with $hidden the library is $found, not $expected"; exit 1; }
+  inside env "GLIBC_TUNABLES=glibc.cpu.hwcaps=$hidden" mpm run "${short[@]}" --out "/root/run$hidden" >/dev/null 2>&1 || { say "fails with $hidden"; exit 1; }
+  say "$hidden: $(inside grep '"instruction_set"' "/root/run$hidden/results.json")"
 done
 
 say "pictures and Python"
