@@ -1,15 +1,13 @@
 # The Debian package, from the three build trees of ./run package. Included in the tree of level 2, which also makes what is not compiled.
 #   cpack --config build/package-v2/CPackConfig.cmake -B build/package
-find_package(Python3 REQUIRED COMPONENTS Interpreter)
 set(generated ${PROJECT_BINARY_DIR}/packaging)
 add_custom_target(mpm_package_files ALL
-  COMMAND ${Python3_EXECUTABLE} ${PROJECT_SOURCE_DIR}/packaging/generate.py $<TARGET_FILE:mpm-app> ${generated}
+  COMMAND /usr/bin/python3 ${PROJECT_SOURCE_DIR}/packaging/generate.py $<TARGET_FILE:mpm-app> ${generated}
   COMMAND ${CMAKE_COMMAND} -D SOURCE_DIR=${PROJECT_SOURCE_DIR} -D OUT=${generated} -D VERSION=${PROJECT_VERSION}
           -P ${PROJECT_SOURCE_DIR}/packaging/compress.cmake
   DEPENDS mpm-app VERBATIM)
 
 # What belongs to the package of the program; headers and static libraries are for those who build from source.
-set(component DESTINATION ${CMAKE_INSTALL_DATADIR} COMPONENT package)
 install(TARGETS mpm-app RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR} COMPONENT package)
 install(DIRECTORY ${generated}/man/ DESTINATION ${CMAKE_INSTALL_MANDIR}/man1 COMPONENT package)
 install(FILES ${generated}/completion/mpm DESTINATION ${CMAKE_INSTALL_DATADIR}/bash-completion/completions COMPONENT package)
