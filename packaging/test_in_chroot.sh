@@ -15,6 +15,7 @@ say() { printf '== %s\n' "$*" >&2; }
 [ "$(id -u)" -eq 0 ] || skip "the test of the package needs root, to make a chroot"
 command -v debootstrap >/dev/null || skip "debootstrap is not installed"
 root=$(mktemp -d "${TMPDIR:-/tmp}/mpm_chroot.XXXXXX")
+chmod 755 "$root"
 finish() {
   ! mountpoint -q "$root/proc" || umount "$root/proc"
   rm -rf --one-file-system "$root"
