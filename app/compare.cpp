@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <filesystem>
 #include <iterator>
@@ -17,6 +18,7 @@
 #include "commands.hpp"
 #include "libmpm/base/error.hpp"
 #include "libmpm/driver/observers.hpp"
+#include "libmpm/io/csv.hpp"
 #include "libmpm/io/json_text.hpp"
 #include "validators.hpp"
 
@@ -29,6 +31,7 @@ using Json = nlohmann::ordered_json;
 struct CompareArguments {
   std::filesystem::path a, b;
   std::optional<double> tolerance;
+  bool csv = false;
 };
 
 /// results.json by keys; vectors as name[0], name[1], ...
@@ -79,11 +82,16 @@ std::optional<double> standard_error(const ResultFile& results, std::string key)
   return results.number(key.replace(place, std::string_view("_mean").size(), "_standard_error"));
 }
 
+/// One quantity of two results; cells as they are printed, for people or, with --csv, for programs.
+struct Row {
+  std::string quantity, a, b, difference, relative, allowed, verdict;
+};
+
 /// Two results side by side.
 class Comparison {
  public:
   explicit Comparison(const CompareArguments& arguments)
-      : tolerance_(arguments.tolerance), a_(read_results(arguments.a)), b_(read_results(arguments.b)) {
+      : tolerance_(arguments.tolerance), csv_(arguments.csv), a_(read_results(arguments.a)), b_(read_results(arguments.b)) {
     same_run_ =
         a_.values.contains("case_hash") && std::ranges::all_of(std::vector{"case_hash", "commit", "duration_s", "measured_from", "frames"},
                                                                [&](const char* key) { return a_.at(key) == b_.at(key); });
@@ -94,7 +102,11 @@ class Comparison {
 
   /// Prints a line for each quantity.
   void print() {
-    fmt::print("{:<36} {:>14} {:>14} {:>12} {:>10} {:>12}  {}\n", "quantity", "A", "B", "B - A", "relative", "allowed", "verdict");
+    if (csv_) {
+      print({"quantity", "a", "b", "difference", "relative", "allowed", "verdict"});
+    } else {
+      print({"quantity", "A", "B", "B - A", "relative", "allowed", "verdict"});
+    }
     for (const std::string& key : keys_) {
       const auto x = a_.number(key), y = b_.number(key);
       if (x && y) {
@@ -103,6 +115,7 @@ class Comparison {
         compare_others(key, x || y);
       }
     }
+    if (csv_) return;
     fmt::print("{} of {} quantities judged, {} differ ({})\n", judged_, keys_.size(), failed_,
                same_run_ ? "same case, program, duration and samples: what has no standard error must be identical"
                          : "different case, program, duration or samples: what has no standard error is judged only with --tolerance");
@@ -120,11 +133,16 @@ class Comparison {
     const bool holds = std::abs(difference) <= allowed;
     judged_ += judge ? 1 : 0;
     failed_ += judge && !holds ? 1 : 0;
-    fmt::print("{:<36} {:>14.7g} {:>14.7g} {:>12.4g} {:>10} {:>12}  {}\n", key, x + 0.0, y + 0.0, difference,  // + 0.0: no "-0"
-               scale > 0.0 ? fmt::format("{:+.3f} %", 100.0 * difference / scale) : "", judge ? fmt::format("{:.4g}", allowed) : "",
-               !judge  ? "not judged"
-               : holds ? (difference == 0.0 ? "identical" : "agrees")
-                       : "DIFFERS");
+    const std::string verdict = !judge ? "not judged" : holds ? (difference == 0.0 ? "identical" : "agrees") : "DIFFERS";
+    if (csv_) {
+      const auto number = [](double value) { return format_number(value + 0.0); };  // + 0.0: no "-0"
+      print({key, number(x), number(y), number(difference), scale > 0.0 ? number(difference / scale) : "nan",
+             judge ? number(allowed) : "nan", verdict});
+    } else {
+      print({key, fmt::format("{:.7g}", x + 0.0), fmt::format("{:.7g}", y + 0.0), fmt::format("{:.4g}", difference),
+             scale > 0.0 ? fmt::format("{:+.3f} %", 100.0 * difference / scale) : "", judge ? fmt::format("{:.4g}", allowed) : "",
+             verdict});
+    }
   }
 
   /// One side has no such number, or they are different texts.
@@ -133,11 +151,22 @@ class Comparison {
     const bool judge = one_is_a_number || same_run_;
     judged_ += judge ? 1 : 0;
     failed_ += judge ? 1 : 0;
-    fmt::print("{:<36} {:>14} {:>14} {:>12} {:>10} {:>12}  {}\n", key, text(a_.at(key)), text(b_.at(key)), "", "", "",
-               judge ? "DIFFERS" : "not judged");
+    const std::string nothing = csv_ ? "nan" : "";
+    print({key, text(a_.at(key)), text(b_.at(key)), nothing, nothing, nothing, judge ? "DIFFERS" : "not judged"});
+  }
+
+  void print(const Row& row) const {
+    if (csv_) {
+      const std::array cells{row.quantity, row.a, row.b, row.difference, row.relative, row.allowed, row.verdict};
+      fmt::print("{}", csv_line(cells));
+    } else {
+      fmt::print("{:<36} {:>14} {:>14} {:>12} {:>10} {:>12}  {}\n", row.quantity, row.a, row.b, row.difference, row.relative, row.allowed,
+                 row.verdict);
+    }
   }
 
   std::optional<double> tolerance_;
+  bool csv_ = false;
   ResultFile a_, b_;
   // One case, run for the same time by one program, has the same outcome to the bit, on any number of threads; but frames (mpm post) are
   // fewer samples than the run's own.
@@ -172,6 +201,7 @@ void add_compare(CLI::App& app) {
   command->add_option("--tolerance", arguments->tolerance, "Also allow this relative difference, and judge every quantity")
       ->type_name("REL")
       ->check(in_range(0.0, 1e300));
+  command->add_flag("--csv", arguments->csv, "One line a quantity as CSV, with the header");
   command->callback([arguments] {
     if (!compare(*arguments)) throw CLI::RuntimeError(static_cast<int>(ExitCode::failed));
   });

@@ -1,6 +1,6 @@
 #!/usr/bin/python3
 """Fills the generated tables of the pages in docs/: quantities and columns (results.md), keys (cases.md, design.md) and commands (commands.md)
-from the program itself, the verbs of ./run (developing.md) from `./run help`.
+from the program itself, the verbs of ./run (developing.md) from `./run help`; and what python/mpmtools knows of quantities (quantities.json).
 
 usage: generate.py MPM [--check]    MPM: the program. --check changes nothing and fails where a table is out of date
 """
@@ -13,6 +13,7 @@ import sys
 import textwrap
 
 DOCS = pathlib.Path(__file__).resolve().parent
+QUANTITIES = DOCS.parent / "python" / "mpmtools" / "quantities.json"
 RESULTS = {"quantities": "Quantities of `results.json`", "columns": "Columns of `series.csv`", "profile": "Columns of `profile.csv`"}
 
 
@@ -160,6 +161,11 @@ def main():
             stale.append(f"docs/{name}")
             if "--check" not in sys.argv:
                 (DOCS / name).write_text(after, encoding="utf-8")
+    quantities = output_of(program, "schema", "--results", "--json")
+    if not QUANTITIES.exists() or QUANTITIES.read_text(encoding="utf-8") != quantities:
+        stale.append("python/mpmtools/quantities.json")
+        if "--check" not in sys.argv:
+            QUANTITIES.write_text(quantities, encoding="utf-8")
     if "--check" in sys.argv and stale:
         sys.exit(f"{', '.join(stale)}: out of date; run docs/generate.py build/release/bin/mpm")
 

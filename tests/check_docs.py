@@ -47,12 +47,12 @@ def anchors(text):
     return found
 
 
-def link_problem(page, target):
-    """Why a link of a page leads nowhere; None if it resolves or is not relative."""
+def link_problem(page, target, folder=None):
+    """Why a link of a page leads nowhere; None if it resolves or is not relative. @param folder  where the page is read, if not where it is"""
     if re.match(r"[a-z][a-z+.-]*:", target):
         return None
     file, _, anchor = target.partition("#")
-    destination = page if not file else page.parent / file
+    destination = page if not file else (folder or page.parent) / file
     if not destination.exists():
         return f"link to '{target}': there is no such file"
     if anchor and destination.suffix == ".md" and anchor not in anchors(destination.read_text(encoding="utf-8")):
@@ -63,6 +63,7 @@ def link_problem(page, target):
 def problems(root):
     for page in pages(root):
         name = page.relative_to(root)
+        folder = root if str(name).startswith("docs/site/pages/") else None  # docs/site/assemble.py puts them there
         text = page.read_text(encoding="utf-8")
         lines = len(text.splitlines())
         if name == pathlib.Path("README.md") and lines > README_LINES:
@@ -75,7 +76,7 @@ def problems(root):
             if len(line) > LINE_LENGTH and not line.lstrip().startswith("|"):
                 yield f"{name}:{number}: {len(line)} characters, at most {LINE_LENGTH} are allowed outside tables and code"
             for target in LINK.findall(CODE_SPAN.sub("", line)):
-                problem = link_problem(page, target)
+                problem = link_problem(page, target, folder)
                 if problem:
                     yield f"{name}:{number}: {problem}"
 

@@ -1,27 +1,40 @@
-"""Runs of `mpm` as data frames; the fits, scores and figures of the paper's study.
+"""libmpm from Python: cases, runs, campaigns and comparisons; figures; the fits and figures of the paper's study.
 
-    from mpmtools import Run
-    run = Run("out/avalanche_fr3")
-    run.results["runup_mean_m"]         # results.json as a dict
+    from mpmtools import Case, plots
+    case = Case.read("examples/avalanche_fr3.toml").changed({"numerics.cell_size_m": 0.35})
+    print(case.check())                   # cost, and warnings of what may spoil the result
+    run = case.run("out/fr3")             # a Run; Run("out/fr3") opens it again
+    print(run.quantity("runup_mean_m"))   # value, errors and unit; run.results is results.json as a dict
     run.series.plot("time_s", "runup_m")  # series.csv as a pandas DataFrame
-    run.frames[-1]["position_m"]        # a frame's arrays, read when they are asked for
+    run.frames[-1]["position_m"]          # a frame's arrays, read when they are asked for
+    plots.runup(run)                      # figures return matplotlib axes
 
-`python3 -m mpmtools --help` lists the commands. The paper is Kohler, Gaume, Ancey and Sovilla, "Distinguishing run-up height
-from pressure distribution during avalanche impact on narrow obstacles"; equation numbers in this package are the paper's.
+Cases are run by the program `mpm`: see `find_program`. `python3 -m mpmtools --help` lists the commands. The paper is Kohler, Gaume, Ancey
+and Sovilla, "Distinguishing run-up height from pressure distribution during avalanche impact on narrow obstacles"; equation numbers in this
+package are the paper's.
 """
 
+import importlib
+
 __version__ = "0.1.0"
-__all__ = ["Run", "read_series", "read_table"]
+
+# Loaded only when asked for: the pages of the validation do without pandas.
+_PLACES = {
+    "Case": "case", "Check": "case", "Run": "run", "Frame": "frame", "Quantity": "quantities", "Campaign": "campaign", "compare": "comparison",
+    "GridStudy": "grid_study", "study_grids": "grid_study", "find_program": "program", "Progress": "program",
+    "vtk_arrays": "vtk", "to_pyvista": "vtk", "write_vtp": "vtk", "read_series": "tables", "read_table": "tables",
+    "MpmError": "errors", "ConfigError": "errors", "InputError": "errors", "UnstableError": "errors",
+}
+__all__ = [*_PLACES, "equations", "plots"]
 
 
 def __getattr__(name):
-    """Loads what needs pandas only when it is asked for: the pages of the validation do without."""
-    if name == "Run":
-        from mpmtools.run import Run
-
-        return Run
-    if name in ("read_series", "read_table"):
-        from mpmtools import tables
-
-        return getattr(tables, name)
+    if name in _PLACES:
+        return getattr(importlib.import_module(f"mpmtools.{_PLACES[name]}"), name)
+    if name in ("equations", "plots"):
+        return importlib.import_module(f"mpmtools.{name}")
     raise AttributeError(f"module 'mpmtools' has no attribute '{name}'")
+
+
+def __dir__():
+    return sorted({*globals(), *__all__})

@@ -1,4 +1,4 @@
-"""The command line: python3 -m mpmtools fit|study|plot|render|design|scale|import-avaframe."""
+"""The command line: python3 -m mpmtools fit|study|plot|render|view|design|scale|import-avaframe|json-schema."""
 
 import argparse
 import os
@@ -70,6 +70,12 @@ def parser():
     render.add_argument("--out", metavar="FILE.png", help="picture to write (default: DIR/post/view_3d.png)")
     render.add_argument("--size", default="1600x1000", metavar="WIDTHxHEIGHT", help="pixels (default: %(default)s)")
 
+    view = command("view", "an interactive page of a run: turn its particles, play through time, pick what colours show", run_view)
+    view.add_argument("directory", metavar="DIR", help="result folder of `mpm run`, with frames")
+    view.add_argument("--out", metavar="FILE.html", help="page to write (default: DIR/post/view.html)")
+    view.add_argument("--particles", type=int, default=6_000_000, metavar="N",
+                      help="in all frames together; a run with more is thinned (default: %(default)s)")
+
     design = command("design", "the page, the JSON and the tables of a design, from the finished runs of `mpm design`", run_design)
     design.add_argument("directory", metavar="DIR", help="folder of `mpm design`")
 
@@ -93,6 +99,9 @@ def parser():
     imported.add_argument("--simulation", metavar="NAME", help="where the folder holds several")
     imported.add_argument("--dem", metavar="FILE", help="elevation, where DIR/Inputs does not hold just one raster")
     imported.add_argument("--out", default="out/avaframe", metavar="FOLDER", help="for case.toml and inflow.csv (default: %(default)s)")
+
+    schema = command("json-schema", "the JSON schema of case files, for editors that complete and check while one types", run_schema)
+    schema.add_argument("--out", metavar="FILE", help="file to write (default: standard output)")
     return top
 
 
@@ -100,6 +109,12 @@ def run_scale(options):
     from mpmtools import scale
 
     scale.run_command(options)
+
+
+def run_schema(options):
+    from mpmtools import json_schema
+
+    json_schema.run_command(options)
 
 
 def run_import(options):
@@ -130,6 +145,12 @@ def run_render(options):
     from mpmtools.figures import view_3d
 
     return view_3d.run_command(options)
+
+
+def run_view(options):
+    from mpmtools.figures import view_page
+
+    view_page.run_command(options)
 
 
 def run_design(options):

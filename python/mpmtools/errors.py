@@ -17,3 +17,9 @@ class InputError(MpmError):
     """A file that is missing, damaged, or lacks something."""
 
     exit_code = 4
+
+
+class UnstableError(MpmError):
+    """A simulation became unstable."""
+
+    exit_code = 3

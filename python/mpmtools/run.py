@@ -7,6 +7,7 @@ from functools import cached_property
 
 import pandas as pd
 
+from mpmtools import quantities
 from mpmtools.errors import InputError
 from mpmtools.frame import Frame
 from mpmtools.tables import read_series
@@ -71,6 +72,21 @@ class Run:
     def final(self):
         path = os.path.join(self.folder, "final.h5")
         return Frame(path) if os.path.exists(path) else None
+
+    def quantity(self, name):
+        """An entry of results.json with unit, meaning and errors: print(run.quantity("runup_mean_m")). KeyError where there is none."""
+        return quantities.quantity(self.results, name)
+
+    @property
+    def quantities(self):
+        """All numbers of results.json, as a list of Quantity."""
+        return [self.quantity(name) for name, value in self.results.items() if not isinstance(value, (str, bool))
+                and "_standard_error" not in name and "_effective_samples" not in name and "_numerical_uncertainty" not in name]
+
+    @property
+    def units(self):
+        """{column or entry: unit} of series, profile and results."""
+        return {name: quantities.known()[name]["unit"] for name in (*self.series, *self.profile, *self.results) if name in quantities.known()}
 
     def number(self, key):
         """A number of results.json; None where there is none."""

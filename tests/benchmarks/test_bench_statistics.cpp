@@ -21,7 +21,7 @@ class TrackerStatistics : public ::testing::Test {
     const TemporaryDirectory dir;
     const std::string output = (dir / "counts.json").string();
     const std::string line =
-        fmt::format("/usr/bin/python3 '{0}/tests/support/check_bench_statistics.py' '{0}/scripts' '{1}'", MPM_SOURCE_DIR, output);
+        fmt::format("/usr/bin/python3 '{0}/tests/support/check_bench_statistics.py' '{0}/python' '{1}'", MPM_SOURCE_DIR, output);
     ASSERT_EQ(std::system(line.c_str()), 0) << line;
     counts = nlohmann::json::parse(read_file(output));
   }

@@ -7,7 +7,7 @@ import sys
 import unittest
 
 PACKAGES = {"numpy": "python3-numpy", "scipy": "python3-scipy", "pandas": "python3-pandas", "matplotlib": "python3-matplotlib",
-            "h5py": "python3-h5py", "jinja2": "python3-jinja2"}
+            "h5py": "python3-h5py", "jinja2": "python3-jinja2", "jsonschema": "python3-jsonschema"}
 HERE = pathlib.Path(__file__).resolve().parent
 
 

@@ -1,5 +1,5 @@
 #!/usr/bin/python3
-"""Counts the verdicts of the tracker's statistics on synthetic measurements: check_bench_statistics.py SCRIPTS_DIR OUTPUT.json"""
+"""Counts the verdicts of the tracker's statistics on synthetic measurements: check_bench_statistics.py PYTHON_DIR OUTPUT.json"""
 
 import json
 import sys
@@ -7,7 +7,7 @@ import sys
 import numpy
 
 sys.path.insert(0, sys.argv[1])
-import bench_statistics  # noqa: E402
+from mpmtools import paired_times  # noqa: E402
 
 LAUNCHES, PAIRS, RUNS = 8, 40, 100
 
@@ -28,7 +28,7 @@ def measure(ratio, random):
 counts = {}
 for ratio in (0.95, 1.0, 1.05):
     random = numpy.random.default_rng(7)
-    results = [bench_statistics.compare(measure(ratio, random), resamples=400) for _ in range(RUNS)]
+    results = [paired_times.compare(measure(ratio, random), resamples=400) for _ in range(RUNS)]
     verdicts = [r.verdict for r in results]
     counts[f"{ratio:.2f}"] = {name: verdicts.count(name) for name in ("slower", "faster", "no change")} | {
         "covered": sum(r.low <= ratio <= r.high for r in results)

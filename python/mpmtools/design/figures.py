@@ -5,8 +5,9 @@ from matplotlib.patches import Polygon, Rectangle
 
 from mpmtools.design.oscillator import shock_response_spectrum
 from mpmtools.figures.axes import Picture, new_axes, picture
-from mpmtools.figures.run_pictures import STRIP
-from mpmtools.figures.style import COLOURS, MARKERS, STRESS_COLOURS, finish_axes, plt, png_data
+from mpmtools.plots import STRIP
+from mpmtools.figures.colours import STRESS_COLOURS
+from mpmtools.figures.style import COLOURS, MARKERS, finish_axes, plt, png_data
 
 GREY = "#5a6675"
 FREQUENCIES = np.geomspace(0.2, 20.0, 61)  # Hz, of the shock response spectrum

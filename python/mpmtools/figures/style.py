@@ -15,16 +15,12 @@ import matplotlib
 
 matplotlib.use("svg")
 import matplotlib.pyplot as plt  # noqa: E402  (after the backend is chosen)
-from matplotlib.colors import LinearSegmentedColormap  # noqa: E402
 from matplotlib.ticker import FixedLocator, FuncFormatter, MaxNLocator, NullFormatter  # noqa: E402
 
 # Distinct in hue and in lightness, so that they survive colour blindness and a grey printer.
 COLOURS = ["#1f6fb4", "#d1601f", "#2e8b57", "#8b4fa8", "#b3262e", "#6b6b00", "#008b9a", "#9c5b3b"]
 REFERENCE_LINES = ("-", "-.", ":")  # several references in one plot are told apart
 MARKERS = ["o", "s", "^", "D", "v", "P", "X", "*"]
-# Almost white for nothing, over blue and yellow to dark red for strong compression.
-STRESS_COLOURS = LinearSegmentedColormap.from_list(
-    "stress", [(0.45, 0.04, 0.14), (0.89, 0.36, 0.20), (0.98, 0.82, 0.40), (0.42, 0.66, 0.88), (0.78, 0.86, 0.93)])
 
 STYLE = r""":root { --ink: #1c2430; --soft: #5a6675; --line: #d9dee5; --tint: #f5f7fa; --good: #1c7a43; --bad: #b3262e; --accent: #1f6fb4; }
 * { box-sizing: border-box; }

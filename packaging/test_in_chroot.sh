@@ -1,0 +1,89 @@
+#!/usr/bin/env bash
+# Installs the package in a bare Debian 12 as a user would, and uses it there: test_in_chroot.sh MPM.deb [MIRROR]
+# Needs root, debootstrap and a package mirror; where one of them is missing it says so and ends with code 77 (skipped).
+set -euo pipefail
+deb=$(realpath "$1")
+mirror=${2:-$(grep -rhoE 'https?://[^ ]*/debian/?( |$)' /etc/apt/sources.list /etc/apt/sources.list.d 2>/dev/null | head -n 1 | tr -d ' ' || true)}
+mirror=${mirror:-http://deb.debian.org/debian}
+
+skip() {
+  echo "skipped: $*" >&2
+  exit 77
+}
+say() { printf '== %s\n' "$*" >&2; }
+
+[ "$(id -u)" -eq 0 ] || skip "the test of the package needs root, to make a chroot"
+command -v debootstrap >/dev/null || skip "debootstrap is not installed"
+root=$(mktemp -d "${TMPDIR:-/tmp}/mpm_chroot.XXXXXX")
+chmod 755 "$root"
+finish() {
+  ! mountpoint -q "$root/proc" || umount "$root/proc"
+  rm -rf --one-file-system "$root"
+}
+trap finish EXIT
+
+say "a bare Debian 12 from $mirror"
+debootstrap --variant=minbase bookworm "$root" "$mirror" >"$root.log" 2>&1 || {
+  tail -n 3 "$root.log" >&2
+  rm -f "$root.log"
+  skip "debootstrap failed; is $mirror within reach?"
+}
+rm -f "$root.log"
+mount -t proc proc "$root/proc" 2>/dev/null || skip "proc cannot be mounted here"
+cp "$deb" "$root/root/mpm.deb"
+cp /etc/resolv.conf "$root/etc/" 2>/dev/null || true
+inside() { chroot "$root" /usr/bin/env -i PATH=/usr/sbin:/usr/bin:/sbin:/bin HOME=/root DEBIAN_FRONTEND=noninteractive LC_ALL=C.UTF-8 "$@"; }
+
+say "apt install ./mpm.deb"
+inside apt-get -qq update
+inside bash -c 'cd /root && apt-get -qq -y install ./mpm.deb' >"$root/root/install.log" 2>&1 || {
+  tail -n 20 "$root/root/install.log" >&2
+  exit 1
+}
+
+say "mpm"
+inside mpm --version
+library_with() { # hidden features of the processor, as GLIBC_TUNABLES names them: the library that the dynamic linker takes
+  inside env "GLIBC_TUNABLES=glibc.cpu.hwcaps=$1" LD_DEBUG=libs mpm --version 2>&1 | sed -n 's/.*calling init: \(.*libmpm\.so\).*/\1/p' | tail -n 1
+}
+native=$(library_with "")
+say "library: $native"
+best=$(inside /lib64/ld-linux-x86-64.so.2 --help | sed -n 's/^  \(x86-64-v[234]\) (supported.*/\1/p' | head -n 1)
+case $best in
+  x86-64-v[34]) [[ $native == */glibc-hwcaps/$best/libmpm.so ]] || { say "this processor runs $best, but the library is $native"; exit 1; } ;;
+esac
+
+say "a shortened example at each level that this processor runs"
+short=(/usr/share/mpm/examples/avalanche_fr3.toml --threads 1 --set numerics.cell_size_m=0.875 --set conveyor.width_m=8.75 --set output.duration_s=1)
+inside mpm check "${short[0]}" >/dev/null
+inside mpm run "${short[@]}" --out /root/best >"$root/root/best.json" 2>/dev/null
+inside grep -q '"particles_lost": 0' /root/best/results.json
+for hidden in -AVX512F -AVX2; do # without these the processor is of a lower level
+  case $hidden in -AVX512F) expected=glibc-hwcaps/x86-64-v3/libmpm.so ;; *) expected=mpm/libmpm.so ;; esac
+  [[ $best != x86-64-v2 ]] || expected=mpm/libmpm.so
+  found=$(library_with "$hidden")
+  [[ $found == */$expected ]] || { say "with $hidden the library is $found, not $expected"; exit 1; }
+  inside env "GLIBC_TUNABLES=glibc.cpu.hwcaps=$hidden" mpm run "${short[@]}" --out "/root/run$hidden" >/dev/null 2>&1 || { say "fails with $hidden"; exit 1; }
+  say "$hidden: $(inside grep '"instruction_set"' "/root/run$hidden/results.json")"
+done
+
+say "pictures and Python"
+inside mpm post /root/best
+inside test -s /root/best/post/side_view.png
+inside python3 -c '
+from mpmtools import Case, Run
+print(Run("/root/best").quantity("force_peak_n"))
+print(Case.read("/usr/share/mpm/examples/avalanche_fr3.toml").check())'
+
+say "man pages, completion, schema, tutorials"
+inside test -s /usr/share/man/man1/mpm-run.1.gz || say "man pages are left out of this minimal system, as its dpkg is configured"
+inside bash -n /usr/share/bash-completion/completions/mpm
+inside python3 -m json.tool /usr/share/mpm/case.schema.json /dev/null
+inside env -C /root python3 /usr/share/mpm/examples/tutorials/a_first_mast.py /root/tutorial >/dev/null 2>&1
+say "removal leaves nothing"
+inside dpkg --purge mpm >/dev/null 2>&1
+if inside find /usr -path '*mpm*' ! -path '*/__pycache__*' ! -path '*omp*' | grep -vE 'lib/python3(\.[0-9]+)?/.*(compat|mpm)' | grep -E '/s?bin/mpm|share/mpm|lib/.*/mpm'; then
+  say "these files are left"
+  exit 1
+fi
+say "the package is good"

@@ -1,0 +1,64 @@
+"""A campaign: many runs of one plan."""
+
+import os
+import subprocess
+
+from mpmtools.errors import InputError
+from mpmtools.program import find_program, raise_for
+from mpmtools.run import Run
+from mpmtools.tables import read_series
+
+
+class Campaign:
+    """The plan of a campaign and its folder (docs/campaigns.md).
+
+        campaign = Campaign("validation/study/quick.toml", out="out/quick")
+        campaign.run(jobs=2)
+        campaign.table[["name", "froude_number", "runup_mean_m"]]
+        campaign.runs["fr3"].series
+
+    plan  the plan file, or the folder of a campaign that was run before
+    out   folder of the campaign; default as in `mpm campaign`: out/<name of the plan>
+    """
+
+    def __init__(self, plan, out=None):
+        if os.path.isdir(plan):
+            plan, out = os.path.join(plan, "plan.toml"), out or plan
+        if not os.path.exists(plan):
+            raise InputError(f"{plan}: there is no such plan; give a plan file, or the folder of a campaign")
+        self.plan = str(plan)
+        self.folder = str(out or os.path.join("out", os.path.splitext(os.path.basename(plan))[0]))
+
+    def __repr__(self):
+        return f"Campaign({self.plan!r}, out={self.folder!r})"
+
+    def run(self, jobs=None, executor="local", retry_failed=False):
+        """Runs what is not done; progress goes to the standard error. Returns True if every run is complete, False if some failed.
+
+        An interruption is resumed by the same call.
+        """
+        options = ["--executor", executor, *(["--jobs", str(jobs)] if jobs else []), *(["--retry-failed"] if retry_failed else [])]
+        return self._command("run", *options) == 0
+
+    def status(self):
+        """What is done, running, failed and to do, as text; brings the tables up to date."""
+        return self._command("status", read=True)
+
+    @property
+    def table(self):
+        """results.csv as a DataFrame, a row a run; empty cells are NaN. Raises InputError before the first run."""
+        return read_series(os.path.join(self.folder, "results.csv"))
+
+    @property
+    def runs(self):
+        """{name: Run} of what is complete, in the order of the plan."""
+        table = self.table
+        done = table[table.status == "done"]
+        return {name: Run(os.path.join(self.folder, folder)) for name, folder in zip(done["name"], done["run"])}
+
+    def _command(self, verb, *options, read=False):
+        command = [find_program(), "campaign", verb, self.plan, "--out", self.folder, *options]
+        done = subprocess.run(command, stdin=subprocess.DEVNULL, capture_output=read, text=True, check=False)
+        if done.returncode not in (0, 1):
+            raise_for(done.returncode, done.stderr or "", f"mpm campaign {verb}")
+        return done.stdout if read else done.returncode

@@ -1,0 +1,199 @@
+"""A case: read, change, check and run it."""
+
+import copy
+import os
+import pathlib
+import re
+import tempfile
+import tomllib
+from dataclasses import dataclass
+
+from mpmtools.errors import ConfigError, InputError, MpmError
+from mpmtools.program import ProgressBar, run_program, run_with_progress
+from mpmtools.run import Run
+from mpmtools.toml_text import toml_text
+
+STEP = re.compile(r"([A-Za-z0-9_-]+)(?:\[(\d+)\])?")  # of the name of a key: a table, or an entry of an array of tables
+COST = re.compile(r"^# (particles|occupied cells|wave speed|time step|steps|samples|frames|memory|disk|time)\s+([-+.\de]+)", re.MULTILINE)
+UNITS = {"wave speed": "_m_s", "time step": "_s", "memory": "_gb", "disk": "_gb", "time": "_s"}
+
+
+@dataclass(frozen=True)
+class Check:
+    """What `mpm check` says of a case.
+
+    case      with every key that it will use, defaults included
+    warnings  what may spoil the result, each with its reason and a remedy
+    cost      particles, steps, time_step_s, memory_gb, time_s (estimated elapsed time), ...
+    """
+
+    case: "Case"
+    warnings: list
+    cost: dict
+
+    def __str__(self):
+        cost = self.cost
+        lines = [f"{cost['particles']:.0f} particles, {cost['steps']:.0f} steps, about {cost['time_s']:.3g} s on two cores, "
+                 f"{cost['memory_gb']:.3g} GB", *(f"warning: {text}" for text in self.warnings)]
+        return "\n".join(lines)
+
+
+class Case:
+    """A case as its tables of keys. A case does not change: `changed` returns another one.
+
+        case = Case.read("examples/avalanche_fr3.toml").changed({"numerics.cell_size_m": 0.35})
+        print(case.check())
+        run = case.run("out/fr3")
+
+    Keys have the names of the case file, `table.key`: "obstacle.width_m", "body[0].velocity_m_s", "title".
+    The program judges them, in `check` and in `run`; a wrong one raises ConfigError with its name, the reason and a remedy.
+
+    tables  the case as dicts, lists and values
+    folder  where the files are that the case names (inflow_csv); the folder of the case file
+    """
+
+    def __init__(self, tables, folder="."):
+        self.tables, self.folder = copy.deepcopy(dict(tables)), pathlib.Path(folder)
+
+    @classmethod
+    def read(cls, path):
+        """Reads a case file. Raises InputError where it cannot be read or is no TOML."""
+        path = pathlib.Path(path)
+        try:
+            tables = tomllib.loads(path.read_text(encoding="utf-8"))
+        except (OSError, UnicodeDecodeError) as error:
+            raise InputError(f"cannot read '{path}': {getattr(error, 'strerror', None) or 'it is no text'}") from None
+        except tomllib.TOMLDecodeError as error:
+            raise InputError(f"{path}: {error}") from None
+        return cls(tables, path.parent)
+
+    def __repr__(self):
+        return f"Case({self.tables.get('title', '')!r})"
+
+    def __eq__(self, other):
+        return isinstance(other, Case) and self.tables == other.tables and self._files() == other._files()
+
+    __hash__ = None
+
+    def __getitem__(self, key):
+        """The value of a key, or a table. Raises KeyError where the case leaves it out; `check().case` has every default."""
+        found = self.tables
+        for name, index in _steps(key):
+            try:
+                found = found[name] if index is None else found[name][index]
+            except (KeyError, IndexError, TypeError):
+                raise KeyError(f"{key}: the case does not give it; check().case holds the defaults") from None
+        return found
+
+    def __contains__(self, key):
+        try:
+            self[key]
+        except KeyError:
+            return False
+        return True
+
+    def get(self, key, default=None):
+        return self[key] if key in self else default
+
+    def changed(self, changes):
+        """A case with other values: a dict from the names of keys to values; None leaves a key (or a table) out."""
+        case = Case(self.tables, self.folder)
+        for key, value in dict(changes).items():
+            *path, (last, index) = _steps(key)
+            table = case.tables
+            for name, at in path:
+                table = table.setdefault(name, {}) if at is None else _entry(table, name, at, key)
+                if not isinstance(table, dict):
+                    raise ConfigError(f"{key}: '{name}' is no table of this case")
+            if index is not None:
+                _entry(table, last, index, key)  # it exists
+                table, last = table[last], index
+            if value is None:
+                table.pop(last) if isinstance(table, list) else table.pop(last, None)
+            else:
+                table[last] = copy.deepcopy(value)
+        return case
+
+    def text(self, folder=None):
+        """The case as TOML, for a file in `folder` (default: the case's own)."""
+        tables = self.tables
+        if files := self._files():
+            near = pathlib.Path(folder).resolve() == self.folder.resolve() if folder is not None else True
+            tables = Case(tables).changed({key: self[key] if near else str(path) for key, path in files.items()}).tables
+        return toml_text(tables)
+
+    def write(self, path):
+        """Writes the case file; names of files in it keep their meaning."""
+        path = pathlib.Path(path)
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.write_text(self.text(path.parent), encoding="utf-8")
+        return path
+
+    def check(self):
+        """Lets the program check the case; computes nothing. Returns a Check."""
+        with self.as_file() as path:
+            _, resolved, messages = run_program("check", path)
+        cost = {name.replace(" ", "_") + UNITS.get(name, ""): float(number) for name, number in COST.findall(resolved)}
+        warnings = [line.removeprefix("warning: ") for line in messages.splitlines() if line.startswith("warning: ")]
+        return Check(Case(tomllib.loads(resolved), self.folder), warnings, cost)
+
+    def run(self, out, threads=None, resume=False, force=False, progress=True):
+        """Computes the case into the folder `out`. Returns the Run.
+
+        resume    continue an interrupted run, or extend a finished one
+        force     overwrite the results of an earlier run
+        progress  True: a bar on the standard error; or a function of a Progress; or False
+        """
+        options = ["--out", out]
+        options += ["--threads", threads] if threads else []
+        options += ["--resume"] if resume else []
+        options += ["--force"] if force else []
+        bar = ProgressBar(self.tables.get("title") or "run") if progress is True else None
+        try:
+            with self.as_file() as path:
+                run_with_progress("run", path, *options, progress=bar or progress or None)
+        finally:
+            if bar:
+                bar.close()
+        return Run(out)
+
+    def _files(self):
+        """Files that the case names, by key, as absolute paths."""
+        key = "conveyor.inflow_csv"
+        return {key: (self.folder / self[key]).resolve()} if key in self else {}
+
+    def as_file(self):
+        """The case as a file that exists inside `with case.as_file() as path`, for a command of your own."""
+        return _CaseFile(self)
+
+
+class _CaseFile:
+    """The case as a file for as long as the program reads it."""
+
+    def __init__(self, case):
+        self.case = case
+
+    def __enter__(self):
+        self.folder = tempfile.TemporaryDirectory()
+        self.path = self.case.write(os.path.join(self.folder.name, "case.toml"))
+        return self.path
+
+    def __exit__(self, _, error, __):
+        self.folder.cleanup()
+        if isinstance(error, MpmError):  # nobody knows the file
+            error.args = (re.sub(re.escape(str(self.path)) + r"(:\d+:\d+)?", "case", str(error)),)
+
+
+def _steps(key):
+    """[(table, index or None), ...] of "body[0].velocity_m_s"."""
+    steps = [STEP.fullmatch(step) for step in str(key).split(".")]
+    if not all(steps):
+        raise ConfigError(f"'{key}' is no name of a key; such are obstacle.width_m, body[0].velocity_m_s and title")
+    return [(step[1], int(step[2]) if step[2] else None) for step in steps]
+
+
+def _entry(table, name, index, key):
+    entries = table.get(name)
+    if not isinstance(entries, list) or index >= len(entries):
+        raise ConfigError(f"{key}: the case has {len(entries) if isinstance(entries, list) else 'no'} [[{name}]]")
+    return entries[index]

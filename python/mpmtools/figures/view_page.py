@@ -1,0 +1,114 @@
+"""An interactive page of a run: its particles in three dimensions, to be turned, played and coloured. One file, without a library or a network.
+
+Positions are stored with 16 bits in the box of the run, fields with 8 bits in their range; frames are compressed. A run with many particles is
+thinned: every n-th particle of the order of identity numbers, the same ones in all frames.
+"""
+
+import base64
+import gzip
+import json
+import os
+import pathlib
+
+import jinja2
+import numpy as np
+
+from mpmtools.errors import ConfigError, InputError
+from mpmtools.figures.colours import STRESS_COLOURS
+from mpmtools.run import Run
+
+LARGEST = 6_000_000  # particles in all frames together: about 60 MB before compression
+# Name, unit, factor, whether small values are the strong ones (compression).
+FIELDS = {
+    "speed": ("speed", "m/s", 1.0, False),
+    "pressure": ("pressure", "kPa", 1e-3, False),
+    "stress_xx": ("stream-wise stress", "kPa", 1e-3, True),
+    "density": ("density", "kg/m³", 1.0, False),
+}
+
+
+def field_values(frame, name):
+    """A field of a frame in the unit of FIELDS."""
+    factor = FIELDS[name][2]
+    if name == "speed":
+        return factor * np.linalg.norm(frame["velocity_m_s"], axis=1)
+    return factor * np.asarray(frame[{"pressure": "pressure_pa", "stress_xx": "stress_xx_pa", "density": "density_kg_m3"}[name]], float)
+
+
+def field_range(frames, name, keep):
+    """1st and 99th percentile over the frames: single particles must not set the colours. Compression ends at 0."""
+    values = np.concatenate([field_values(frame, name)[kept(frame, keep)] for frame in frames])
+    low, high = np.percentile(values[np.isfinite(values)], [1, 99])
+    if FIELDS[name][3]:
+        high = 0.0
+    elif name != "density":
+        low = 0.0
+    return (float(low), float(high)) if high > low else (float(low) - 0.5, float(low) + 0.5)
+
+
+def kept(frame, every):
+    """Which particles of a frame are shown."""
+    return frame["id"] % np.uint64(every) == 0
+
+
+def packed(array):
+    """A compressed array as text for the page."""
+    return base64.b64encode(gzip.compress(array.tobytes(), compresslevel=6, mtime=0)).decode()
+
+
+def quantized(values, low, high, top):
+    """Whole numbers 0 ... top for low ... high."""
+    return np.clip(np.rint((values - low) / (high - low) * top), 0, top)
+
+
+def page_data(run, largest=LARGEST):
+    """What the page holds, as a dict: see view_page.html.j2."""
+    frames = run.frames
+    if not frames:
+        raise InputError(f"{run.folder}: the run stored no frames; set output.frames_per_second above 0")
+    counts = [len(frame["id"]) for frame in frames]
+    every = max(1, -(-sum(counts) // largest))
+    low = np.min([frame["position_m"].min(axis=0) for frame in frames if len(frame["id"])], axis=0)
+    high = np.max([frame["position_m"].max(axis=0) for frame in frames if len(frame["id"])], axis=0)
+    high = np.maximum(high, low + 1e-6)
+    ranges = {name: field_range(frames, name, every) for name in FIELDS}
+    stored = []
+    for frame in frames:
+        chosen = kept(frame, every)
+        position = quantized(frame["position_m"][chosen], low, high, 65535).astype("<u2")
+        values = np.stack([quantized(field_values(frame, name)[chosen], *ranges[name], 255) for name in FIELDS]).astype(np.uint8)
+        stored.append({"time": frame.time, "count": int(chosen.sum()), "position": packed(position), "fields": packed(values)})
+    attributes = frames[-1].attributes
+    obstacle = None
+    if run.obstacle:
+        top = run.obstacle.get("height_m", 1.15 * float(high[2]))
+        obstacle = {"outline": [list(corner) for corner in run.obstacle_outline], "top": top}
+    colours = {name: [[round(255 * c) for c in STRESS_COLOURS(1.0 - i / 255 if not FIELDS[name][3] else i / 255)[:3]] for i in range(256)]
+               for name in ("speed", "stress_xx")}
+    return {"title": run.title, "low": low.tolist(), "high": high.tolist(), "spacing": run.particle_spacing * every ** (1.0 / 3.0),
+            "every": every, "mirror_x": bool(attributes.get("mirror_x")), "mirror_y": bool(attributes.get("mirror_y")), "frames": stored,
+            "fields": [{"name": name, "label": FIELDS[name][0], "unit": FIELDS[name][1], "low": ranges[name][0], "high": ranges[name][1],
+                        "colours": colours["stress_xx" if FIELDS[name][3] else "speed"]} for name in FIELDS],
+            "obstacle": obstacle, "floor": run.flow_height is not None or bool(run.case.get("wall"))}
+
+
+def write_view(folder, out=None, largest=LARGEST):
+    """Writes the page of a run (default: DIR/post/view.html). Returns its path."""
+    run = Run(folder)
+    out = pathlib.Path(out) if out else pathlib.Path(folder) / "post" / "view.html"
+    template = jinja2.Environment(autoescape=True).from_string(pathlib.Path(__file__).with_name("view_page.html.j2").read_text(encoding="utf-8"))
+    data = json.dumps(page_data(run, largest)).replace("</", "<\\/")  # nothing in it ends the script
+    text = template.render(title=run.title or "run", data=data)
+    try:
+        out.parent.mkdir(parents=True, exist_ok=True)
+        pathlib.Path(f"{out}.tmp").write_text(text, encoding="utf-8")
+        os.replace(f"{out}.tmp", out)
+    except OSError as error:
+        raise InputError(f"cannot write '{out}': {error.strerror}") from None
+    return out
+
+
+def run_command(options):
+    if options.particles < 1000:
+        raise ConfigError(f"--particles {options.particles}: at least 1000 are needed to see anything")
+    print(write_view(options.directory, options.out, options.particles))

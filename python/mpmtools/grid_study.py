@@ -1,0 +1,60 @@
+"""A grid study: one case at several cell sizes, by `mpm converge` (docs/grid-studies.md)."""
+
+import json
+import os
+
+from mpmtools.errors import InputError
+from mpmtools.program import ProgressBar, run_with_progress
+from mpmtools.run import Run
+from mpmtools.tables import read_series
+
+
+class GridStudy:
+    """What `mpm converge` has written into a folder.
+
+    table    a row a grid: cell_size_m, each metric, and its standard error as "<metric>:standard_error"
+    results  converge.json: for each metric the observed orders, the limit, the uncertainty and the verdict
+    """
+
+    def __init__(self, folder):
+        self.folder = str(folder)
+        try:
+            with open(os.path.join(self.folder, "converge.json"), encoding="utf-8") as file:
+                self.results = json.load(file)
+        except (OSError, ValueError) as error:
+            raise InputError(f"{self.folder}: no converge.json that can be read ({error}); give the folder of `mpm converge`") from None
+        self.table = read_series(os.path.join(self.folder, "converge.csv"))
+
+    def __repr__(self):
+        return f"GridStudy({self.folder!r})"
+
+    @property
+    def runs(self):
+        """The Run of every grid, in the order of the table."""
+        return [Run(os.path.join(self.folder, point["directory"])) for point in self.results["points"]]
+
+    def metric(self, name):
+        """What is known about one metric, as a dict. Raises KeyError where it was not studied."""
+        found = {metric["name"]: metric for metric in self.results["metrics"]}
+        if name not in found:
+            raise KeyError(f"'{name}' was not studied; there are: {', '.join(found)}")
+        return found[name]
+
+
+def study_grids(case, cell_sizes, metrics, out, threads=None, resume=True, progress=True):
+    """Runs a Case at several cell sizes (m), from coarse to fine, into the folder `out`. Returns the GridStudy.
+
+    metrics: names of results.json; components as "force_mean_n.x". resume: keeps what an earlier call has computed.
+    progress: True (a bar for every grid), a function of a Progress, or False.
+    """
+    options = ["--cell-size", ",".join(repr(float(size)) for size in cell_sizes), "--metric", ",".join(metrics), "--out", out]
+    options += ["--threads", threads] if threads else []
+    options += ["--resume"] if resume else []
+    bar = ProgressBar("grids") if progress is True else None
+    try:
+        with case.as_file() as path:
+            run_with_progress("converge", path, *options, progress=bar or progress or None)
+    finally:
+        if bar:
+            bar.close()
+    return GridStudy(out)

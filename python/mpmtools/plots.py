@@ -1,0 +1,259 @@
+"""Figures of one run on matplotlib axes: for notebooks and for figures of your own.
+
+    from mpmtools import Run, plots
+    axes = plots.runup(Run("out/fr3"))
+    axes.set_title("Fr 3")
+
+Each function draws on the axes that it is given, or on those of a new figure, and returns them. A run that lacks what a figure shows raises
+InputError with the reason. What was measured is read from the run, so that a figure shows the run's own windows.
+"""
+
+import numpy as np
+from matplotlib.colors import Normalize
+from matplotlib.patches import Polygon, Rectangle
+
+from mpmtools.errors import InputError
+from mpmtools.figures.colours import BLUE, GREEN, GREY, ORANGE, STRESS_COLOURS
+
+STRIP = 3.0 / 7.0  # half width of the paper's measuring strip over the width of the mast (Appendix A2)
+
+
+def runup(run, axes=None):
+    """Run-up over time (m, s) with the steady interval, its mean, Bernoulli's bound and the paper's equation."""
+    series = _series_with(run, "runup_m", "the run measured no run-up")
+    axes = _over_time(run, axes)
+    axes.plot(series.time_s, series.runup_m, color=BLUE, linewidth=1.2, label="run-up (highest particle)")
+    axes.plot(series.time_s, series.runup_p99_m, color=ORANGE, linewidth=1.0, label="99th percentile of heights at the obstacle")
+    _mean_line(axes, run, "runup", "steady mean of the run-up", BLUE)
+    bound = run.flow_height + run.velocity**2 / (2 * run.gravity) if run.velocity else None
+    _reference_line(axes, bound, "Bernoulli, $H + v^2/2g$", color=GREY, linestyle=":")
+    _reference_line(axes, run.number("predicted_runup_m"), "paper's equation", color=GREEN, linestyle="--")
+    return _height_axis(axes, run, "run-up height $h_r$ (m)")
+
+
+def pressure_height(run, axes=None):
+    """Pressure height over time (m, s) with the steady interval, its mean and the paper's equation."""
+    series = _series_with(run, "pressure_height_m", "the run measured no pressure height")
+    axes = _over_time(run, axes)
+    axes.plot(series.time_s, series.pressure_height_m, color=BLUE, linewidth=1.2, label="pressure height")
+    _mean_line(axes, run, "pressure_height", "steady mean", BLUE)
+    _reference_line(axes, run.number("predicted_pressure_height_m"), "paper's equation", color=GREEN, linestyle="--")
+    _reference_line(axes, run.flow_height, "flow height $H$", color=GREY, linestyle=":")
+    return _height_axis(axes, run, "pressure height $h_p$ (m)")
+
+
+def profile(run, axes=None):
+    """Pressure over height (kPa, m), mean over the steady interval, with the threshold that defines the pressure height."""
+    table = run.profile
+    if table.empty:
+        raise InputError("the run has no steady interval, so no mean profile" if run.obstacle else "the case has no obstacle")
+    axes = _axes(axes, (7.0, 6.0))
+    z = table.z_m
+    bin_height = z.iat[1] - z.iat[0]
+    axes.step(1e-3 * table.pressure_pa, z, where="mid", color="0.65", linewidth=1.3, label=f"mean, bins of {bin_height:.3g} m")
+    axes.plot(1e-3 * table.smoothed_pressure_pa, z, color=BLUE, linewidth=2, label="smoothed (Savitzky–Golay)")
+    mean = run.number("impact_pressure_mean_pa")
+    if mean is not None:
+        axes.axvline(1e-3 * mean, color=ORANGE, linestyle="-.", label=f"impact pressure, mean below $H$: {1e-3 * mean:.3g} kPa")
+        axes.axvline(0.05e-3 * mean, color=ORANGE, linestyle=":", label="threshold, 5 % of it")
+    _reference_line(axes, run.number("pressure_height_of_mean_profile_m"), "pressure height of this profile", color=GREEN, linestyle="--")
+    _reference_line(axes, run.flow_height, "flow height $H$", color=GREY, linestyle=":")
+    axes.set_xlabel("pressure normal to the front (kPa, Cauchy)")
+    axes.set_ylabel("height $z$ (m)")
+    axes.set_ylim(0, z.iat[-1] + 0.5 * bin_height)
+    axes.set_xlim(left=min(0.0, 1.1e-3 * table.smoothed_pressure_pa.min()))
+    axes.grid(alpha=0.3)
+    axes.legend(fontsize="small")
+    return axes
+
+
+def force(run, axes=None):
+    """Force of the snow on the obstacle over time (kN, s), components x (downstream), y, z (up)."""
+    return _components(run, axes, "force", "n", "F", "force (kN)")
+
+
+def moment(run, axes=None):
+    """Moment of the snow about the foot of the obstacle's front face over time (kN m, s)."""
+    return _components(run, axes, "moment", "n_m", "M", "moment (kN m)")
+
+
+class Section:
+    """Particles of one frame near the axis: x, z (m), stress (stream-wise Cauchy, kPa); the heights measured at that time (m)."""
+
+    def __init__(self, run, frame, half_width):
+        position = frame["position_m"]
+        order = np.argsort(-np.abs(position[:, 1]))  # nearest to the axis is drawn last, on top
+        order = order[np.abs(position[order, 1]) <= half_width]
+        self.time = frame.time
+        self.x, self.z = position[order, 0], position[order, 2]
+        self.stress = 1e-3 * (frame["kirchhoff_stress_pa"][:, 0] / frame["volume_ratio"])[order]
+        self.runup, self.pressure_height = (self._height_of(run, column) for column in ("runup_m", "pressure_height_m"))
+
+    def _height_of(self, run, column):
+        """NaN where the run measured none."""
+        if column not in run.series:
+            return np.nan
+        return float(np.interp(self.time, run.series.time_s, run.series[column], left=np.nan, right=np.nan))
+
+
+def section_half_width(run):
+    """m: the measuring strip of the paper, or three cells where there is no obstacle."""
+    return STRIP * run.obstacle_width if run.obstacle else 3.0 * run.cell_size
+
+
+def shown_range(run, sections):
+    """(left, right), m. A published strip is hundreds of metres long: the neighbourhood of the obstacle is shown."""
+    left = min(float(section.x.min()) for section in sections)
+    right = max(float(section.x.max()) for section in sections)
+    if run.flow_height:
+        left, right = max(left, -5.0 * run.flow_height), min(right, 3.0 * run.flow_height)
+    return left, max(right, 1.2 * run.obstacle_depth) if run.obstacle else right
+
+
+def shown_top(sections, left, right):
+    """m: a little above the highest particle that is shown."""
+    shown = [section.z[(section.x >= left) & (section.x <= right)] for section in sections]
+    return 1.06 * max(float(z.max()) for z in shown if z.size) + 0.2
+
+
+def stress_norm(sections):
+    """Colours from the strongest compression (a few particles left out) to none."""
+    low = float(np.percentile(np.concatenate([section.stress for section in sections]), 0.5))
+    return Normalize(low if low < 0.0 else -1.0, 0.0)
+
+
+def draw_section(axes, run, section, norm, points_per_m, top):
+    """The particles of a Section, the ground and the obstacle. @return the scatter, for a colour bar"""
+    dot = max(1.0, (0.9 * run.particle_spacing * points_per_m) ** 2)
+    points = axes.scatter(section.x, section.z, c=section.stress, s=dot, cmap=STRESS_COLOURS, norm=norm, linewidths=0, rasterized=True)
+    axes.axhline(0.0, color="0.2", linewidth=1.5)
+    if run.obstacle:
+        axes.add_patch(Rectangle((0.0, 0.0), run.obstacle_depth, run.obstacle.get("height_m", 2.0 * top), facecolor="0.8",
+                                 edgecolor="0.2", hatch="///", linewidth=1.2, zorder=0))
+    axes.set(title=f"t = {section.time:.2f} s", ylabel="height $z$ (m)",
+             xlabel="$x$ (m), 0 at the front of the obstacle" if run.obstacle else "$x$ (m)")
+    return points
+
+
+def side_view(run, frame=None, axes=None):
+    """Particles of a frame (default: the last) near the axis, coloured by stream-wise Cauchy stress, with a colour bar."""
+    if frame is None:
+        if not run.frames:
+            raise InputError("the run stored no frames")
+        frame = run.frames[-1]
+    section = Section(run, frame, section_half_width(run))
+    if not section.x.size:
+        raise InputError("no particles are near the axis in this frame")
+    left, right = shown_range(run, [section])
+    top = shown_top([section], left, right)
+    axes = _axes(axes, (9.0, 1.5 + 7.0 * min(1.2, top / (right - left))))
+    axes.set(xlim=(left, right), ylim=(-0.02 * top, top))
+    axes.set_aspect("equal")
+    width = axes.get_window_extent().width / axes.figure.dpi
+    points = draw_section(axes, run, section, stress_norm([section]), 72.0 * width / (right - left), top)
+    axes.figure.colorbar(points, ax=axes, extend="both", shrink=0.8, label=r"stream-wise Cauchy stress $\sigma_{xx}$ (kPa)")
+    return axes
+
+
+def plan_view(run, frame=None, axes=None):
+    """Particles of a frame (default: the last) from above, coloured by height (m), with the outline of the obstacle. The whole flow."""
+    if frame is None:
+        if not run.frames:
+            raise InputError("the run stored no frames")
+        frame = run.frames[-1]
+    position = frame["position_m"]
+    if frame.attributes.get("mirror_y"):
+        position = np.concatenate([position, position * [1.0, -1.0, 1.0]])
+    position = position[np.argsort(position[:, 2])]
+    axes = _axes(axes, (8.0, 7.0))
+    points = axes.scatter(position[:, 0], position[:, 1], c=position[:, 2], s=4.0, cmap="viridis", linewidths=0, rasterized=True)
+    if run.obstacle:
+        axes.add_patch(Polygon(run.obstacle_outline, facecolor="0.8", edgecolor="0.2", hatch="///"))
+    axes.set_aspect("equal")
+    axes.set(title=f"t = {frame.time:.2f} s", xlabel="$x$ (m)", ylabel="$y$ (m)")
+    axes.figure.colorbar(points, ax=axes, label="height $z$ (m)", shrink=0.8)
+    return axes
+
+
+def grid_study(study, metric, axes=None):
+    """A metric of a GridStudy over the cell size, with its statistical errors, the limit and the band of its numerical uncertainty."""
+    found = study.metric(metric)
+    axes = _axes(axes, (7.0, 5.0))
+    sizes, values = np.array(found["parameter"], float), np.array(found["value"], float)
+    errors = np.array([np.nan if e is None else e for e in found["standard_error"]], float)
+    axes.errorbar(sizes, values, yerr=np.where(np.isnan(errors), 0.0, errors), fmt="o-", color=BLUE, capsize=3,
+                  label="computed, ± standard error in time")
+    finest, uncertainty = values[np.argmin(sizes)], found.get("uncertainty")
+    if uncertainty is not None:
+        axes.axhspan(finest - uncertainty, finest + uncertainty, color=ORANGE, alpha=0.15, zorder=0,
+                     label=f"numerical uncertainty of the finest grid: ± {uncertainty:.2g}")
+    axes.set_xlim(left=0.0)
+    axes.set(xlabel="cell size (m)", ylabel=metric)
+    axes.grid(alpha=0.3)
+    axes.legend(fontsize="small")
+    return axes
+
+
+# ---- Parts ----------------------------------------------------------------------------------------------------------------------------
+
+
+def _axes(axes, size):
+    if axes is not None:
+        return axes
+    from matplotlib import pyplot
+
+    return pyplot.subplots(figsize=size, layout="constrained")[1]
+
+
+def _series_with(run, column, otherwise):
+    if column not in run.series:
+        raise InputError(otherwise)
+    return run.series
+
+
+def _over_time(run, axes):
+    axes = _axes(axes, (8.5, 4.0))
+    begin, end = run.number("steady_from_s"), run.number("steady_to_s")
+    if begin is not None and end is not None:
+        axes.axvspan(begin, end, color="0.92", zorder=0, label="steady interval")
+    axes.set_xlim(run.series.time_s.iat[0], run.series.time_s.iat[-1])
+    axes.grid(alpha=0.3)
+    axes.set_xlabel("time since the front reached the obstacle (s)" if run.flow_height else "time (s)")
+    return axes
+
+
+def _components(run, axes, name, unit, symbol, label):
+    series = _series_with(run, f"{name}_x_{unit}", "the case has no obstacle")
+    axes = _over_time(run, axes)
+    means = run.results.get(f"{name}_mean_{unit}") or [None] * 3
+    for component, colour, mean in zip("xyz", (BLUE, ORANGE, GREEN), means):
+        text = f"${symbol}_{component}$" + (f", steady mean {1e-3 * mean:.3g}" if mean is not None else "")
+        axes.plot(series.time_s, 1e-3 * series[f"{name}_{component}_{unit}"], color=colour, linewidth=1.1, label=text)
+    axes.set_ylabel(label)
+    axes.legend(fontsize="small", loc="upper right")
+    return axes
+
+
+def _reference_line(axes, value, label, **style):
+    if value is not None:
+        axes.axhline(value, label=f"{label}: {value:.3g} m", linewidth=1.3, **style)
+
+
+def _mean_line(axes, run, key, label, colour):
+    mean, error = run.number(f"{key}_mean_m"), run.number(f"{key}_standard_error_m")
+    if mean is None:
+        return
+    interval = [run.number("steady_from_s"), run.number("steady_to_s")]
+    text = f"{label}: {mean:.3g} m" + (f" ± {error:.1g} m (standard error in time, not of the grid)" if error is not None else "")
+    axes.plot(interval, [mean, mean], color=colour, linewidth=2.6, label=text)
+
+
+def _height_axis(axes, run, label):
+    """The height in m on the left, in flow heights on the right."""
+    axes.set_ylim(0, 1.05 * axes.get_ylim()[1])
+    axes.set_ylabel(label)
+    if height := run.flow_height:
+        right = axes.secondary_yaxis("right", functions=(lambda z: z / height, lambda z: z * height))
+        right.set_ylabel("in flow heights H")
+    axes.legend(fontsize="small", framealpha=0.9, loc="best")
+    return axes

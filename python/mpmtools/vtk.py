@@ -1,0 +1,94 @@
+"""Particles in the layout of VTK and PyVista, without needing either.
+
+    arrays = vtk_arrays(run.frames[-1])
+    cloud = pyvista.PolyData(arrays["points"])          # or to_pyvista(run.frames[-1])
+    cloud.point_data.update(arrays["point_data"])
+"""
+
+import base64
+import os
+import xml.etree.ElementTree as xml
+
+import numpy as np
+
+from mpmtools.errors import InputError
+
+VTK_TYPES = {"f8": "Float64", "f4": "Float32", "i8": "Int64", "i4": "Int32", "u8": "UInt64", "u4": "UInt32", "u1": "UInt8", "i1": "Int8"}
+NOT_DATA = {"vertex"}  # a frame's own list of cells, for frames.xdmf
+TENSORS = {"kirchhoff_stress_pa": ("xx", "yy", "zz", "xy", "xz", "yz"), "velocity_m_s": "xyz",
+           "velocity_gradient_1_s": tuple(i + j for i in "xyz" for j in "xyz")}  # axes of each component
+
+
+def vtk_arrays(frame, whole=True):
+    """The particles of a Frame as VTK wants them:
+
+    points      (n, 3) float64, position, m
+    vertices    (2 n,) int64: 1, 0, 1, 1, 1, 2, ...: one cell a particle, as PyVista's `verts` and VTK's legacy cell arrays have it
+    point_data  {name: (n,) or (n, components)}, C-contiguous: every array of the frame besides the position, and speed_m_s
+
+    whole: where half of a flow is computed, the other half is added (mirror planes x = 0 and y = 0).
+    """
+    points = np.ascontiguousarray(frame["position_m"], dtype=np.float64)
+    data = {name: frame[name] for name in frame.names if name not in NOT_DATA | {"position_m"}}
+    data = {name: np.ascontiguousarray(array if array.ndim == 1 else array.reshape(len(points), -1))
+            for name, array in data.items() if len(array) == len(points)}
+    if "velocity_m_s" in data:
+        data["speed_m_s"] = np.linalg.norm(data["velocity_m_s"], axis=1)
+    for axis in "xy":
+        if whole and frame.attributes.get(f"mirror_{axis}"):
+            points = np.concatenate([points, points * [-1.0 if a == axis else 1.0 for a in "xyz"]])
+            data = {name: np.concatenate([array, _image(name, array, axis)]) for name, array in data.items()}
+    vertices = np.empty(2 * len(points), np.int64)
+    vertices[0::2], vertices[1::2] = 1, np.arange(len(points))
+    return {"points": points, "vertices": vertices, "point_data": data}
+
+
+def _image(name, array, axis):
+    """An array of the particles behind the mirror plane: a component changes its sign if it names the axis an odd number of times."""
+    if name not in TENSORS:
+        return array
+    signs = [(-1.0) ** component.count(axis) for component in TENSORS[name]]
+    return array * np.array(signs, dtype=array.dtype)
+
+
+def to_pyvista(frame, whole=True):
+    """The particles of a Frame as pyvista.PolyData. Raises InputError where PyVista is not installed."""
+    try:
+        import pyvista
+    except ImportError:
+        raise InputError("PyVista is not installed (pip install pyvista); vtk_arrays and write_vtp work without it") from None
+    arrays = vtk_arrays(frame, whole)
+    cloud = pyvista.PolyData(arrays["points"], verts=arrays["vertices"])
+    cloud.point_data.update(arrays["point_data"])
+    return cloud
+
+
+def write_vtp(frame, path, whole=True):
+    """Writes the particles of a Frame as a VTK file (.vtp, binary) for ParaView, VisIt and VTK."""
+    arrays = vtk_arrays(frame, whole)
+    count = len(arrays["points"])
+    file = xml.Element("VTKFile", type="PolyData", version="1.0", byte_order="LittleEndian", header_type="UInt64")
+    piece = xml.SubElement(xml.SubElement(file, "PolyData"), "Piece", NumberOfPoints=str(count), NumberOfVerts=str(count))
+    point_data = xml.SubElement(piece, "PointData")
+    for name, array in arrays["point_data"].items():
+        _add_array(point_data, name, array)
+    _add_array(xml.SubElement(piece, "Points"), "position_m", arrays["points"])
+    cells = xml.SubElement(piece, "Verts")
+    _add_array(cells, "connectivity", np.arange(count, dtype=np.int64))
+    _add_array(cells, "offsets", np.arange(1, count + 1, dtype=np.int64))
+    try:
+        xml.ElementTree(file).write(f"{path}.tmp", encoding="utf-8", xml_declaration=True)
+        os.replace(f"{path}.tmp", path)
+    except OSError as error:
+        raise InputError(f"cannot write '{path}': {error.strerror}") from None
+
+
+def _add_array(parent, name, array):
+    """Inline binary: the number of bytes as UInt64, then the values, in base64."""
+    values = np.ascontiguousarray(array)
+    kind = VTK_TYPES[values.dtype.newbyteorder("=").str[1:]]
+    data = values.astype(values.dtype.newbyteorder("<")).tobytes()
+    element = xml.SubElement(parent, "DataArray", type=kind, Name=name, format="binary")
+    if values.ndim == 2:
+        element.set("NumberOfComponents", str(values.shape[1]))
+    element.text = base64.b64encode(np.uint64(len(data)).tobytes() + data).decode()

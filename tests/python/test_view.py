@@ -1,0 +1,124 @@
+"""The interactive page of a run: what it holds; and, where Debian's chromium is installed, that a browser draws it."""
+
+import base64
+import gzip
+import json
+import re
+import shutil
+import subprocess
+import unittest
+
+import h5py
+import numpy as np
+
+from mpmtools.figures import view_page
+from test_run import RunFolder
+
+BROWSER = shutil.which("chromium")
+
+
+def unpack(text, kind):
+    return np.frombuffer(gzip.decompress(base64.b64decode(text)), kind)
+
+
+class ViewFolder(RunFolder):
+    """A run of two frames with 400 particles at random places."""
+
+    COUNT = 400
+
+    def setUp(self):
+        super().setUp()
+        random = np.random.default_rng(5)
+        self.places = []
+        for i, time in enumerate((0.0, 1.5)):
+            place = random.uniform([-4.0, 0.0, 0.0], [0.0, 3.0, 2.0], size=(self.COUNT, 3))
+            self.places.append(place)
+            with h5py.File(self.folder / "frames" / f"0000{i}.h5", "w") as file:
+                file.attrs.update(time_s=time, mirror_x=0, mirror_y=1)
+                file["id"] = np.arange(self.COUNT, dtype=np.uint64)
+                file["position_m"] = place
+                file["velocity_m_s"] = np.column_stack([place[:, 2], np.zeros(self.COUNT), np.zeros(self.COUNT)])
+                file["pressure_pa"] = 1e3 * place[:, 2]
+                file["stress_xx_pa"] = -1e3 * place[:, 2]
+                file["density_kg_m3"] = np.full(self.COUNT, 300.0)
+
+    def data(self, name="view.html"):
+        text = (self.folder / name).read_text(encoding="utf-8")
+        return json.loads(re.search(r'<script id="data" type="application/json">(.*?)</script>', text, flags=re.DOTALL)[1])
+
+
+class Pages(ViewFolder):
+    def test_hold_the_particles_within_their_precision(self):
+        code, out, err = self.command("view", self.folder, "--out", self.folder / "view.html")
+        self.assertEqual((code, out.strip()), (0, str(self.folder / "view.html")), err)
+        data = self.data()
+        low, high = np.array(data["low"]), np.array(data["high"])
+        for frame, place in zip(data["frames"], self.places):
+            found = low + unpack(frame["position"], "<u2").reshape(-1, 3) / 65535 * (high - low)
+            np.testing.assert_allclose(found, place, atol=0.51 * (high - low).max() / 65535)
+            fields = unpack(frame["fields"], np.uint8).reshape(len(data["fields"]), -1)
+            for about, values in zip(data["fields"], fields):
+                expected = {"speed": place[:, 2], "pressure": place[:, 2], "stress_xx": -place[:, 2]}.get(about["name"])
+                if expected is not None:
+                    clipped = np.clip(expected, about["low"], about["high"])
+                    np.testing.assert_allclose(about["low"] + values / 255 * (about["high"] - about["low"]), clipped, atol=0.51 / 255 * 2.0)
+        self.assertEqual(([f["time"] for f in data["frames"]], data["mirror_y"], data["mirror_x"]), ([0.0, 1.5], True, False))
+        self.assertEqual(data["obstacle"]["outline"][1], [1.75, -0.875])
+
+    def test_need_no_other_file_and_end_no_script_early(self):
+        self.write("case.toml", (self.folder / "case.toml").read_text(encoding="utf-8").replace('"Small"', '"</script><b>x"'))
+        self.command("view", self.folder)
+        text = (self.folder / "post" / "view.html").read_text(encoding="utf-8")
+        self.assertIsNone(re.search(r'(src|href)\s*=|url\(|import ', text))
+        self.assertEqual(text.count("</script>"), 2)
+        self.assertEqual(self.data("post/view.html")["title"], "</script><b>x")
+
+    def test_of_large_runs_are_thinned_by_the_same_particles(self):
+        view_page.write_view(self.folder, self.folder / "view.html", largest=200)
+        data = self.data()
+        self.assertEqual((data["every"], [frame["count"] for frame in data["frames"]]), (4, [100, 100]))
+        self.assertAlmostEqual(data["spacing"], 0.25 * 4 ** (1 / 3))
+
+    def test_say_what_is_wrong(self):
+        for name in ("00000", "00001"):
+            (self.folder / "frames" / f"{name}.h5").unlink()
+        code, _, err = self.command("view", self.folder)
+        self.assertEqual(code, 4)
+        self.assertIn("the run stored no frames", err)
+        self.assertEqual(self.command("view", self.folder, "--particles", 5)[0], 2)
+
+
+@unittest.skipUnless(BROWSER, "needs Debian's chromium")
+class Browser(ViewFolder):
+    def opened(self, address):
+        """What the page says of itself in headless Chromium, drawn by the processor."""
+        done = subprocess.run([BROWSER, "--headless=new", "--no-sandbox", "--disable-gpu", "--use-gl=angle", "--use-angle=swiftshader",
+                               "--enable-unsafe-swiftshader", "--window-size=600,500", "--virtual-time-budget=20000",
+                               f"--user-data-dir={self.folder / 'profile'}", "--dump-dom", address],
+                              capture_output=True, text=True, timeout=120, check=False)
+        body = re.search(r"<body([^>]*)>", done.stdout)
+        self.assertIsNotNone(body, done.stderr[-2000:])
+        shown = re.search(r'<output id="shown">([^<]*)', done.stdout)
+        return dict(re.findall(r'data-(\w+)="([^"]*)"', body[1])), shown and shown[1], done.stdout
+
+    def test_draws_the_frame_that_is_asked_for(self):
+        path = view_page.write_view(self.folder, self.folder / "view.html")
+        state, shown, page = self.opened(f"file://{path}#frame=1&field=pressure")
+        self.assertEqual((state["state"], state["frame"], state["particles"], shown), ("ready", "1", "400", "1.50 s"), page[-500:])
+        self.assertGreater(float(state["coloured"]), 0.02)  # of the picture
+        self.assertIn("pressure (kPa)", page)
+
+    def test_shows_nothing_coloured_where_nothing_is(self):
+        for i in (0, 1):
+            with h5py.File(self.folder / "frames" / f"0000{i}.h5", "a") as file:
+                for name in list(file):
+                    values = file[name][:1]
+                    del file[name]
+                    file[name] = values
+        state, _, _ = self.opened(f"file://{view_page.write_view(self.folder, self.folder / 'view.html')}")
+        self.assertEqual(state["particles"], "1")
+        self.assertLess(float(state["coloured"]), 0.02)
+
+
+if __name__ == "__main__":
+    unittest.main()

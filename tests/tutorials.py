@@ -1,0 +1,74 @@
+#!/usr/bin/python3
+"""The tutorials run as a user runs them, and do what they say: tutorials.py MPM  (beside it: mpm-validate, bench_paired)."""
+
+import os
+import pathlib
+import re
+import subprocess
+import sys
+import tempfile
+import unittest
+
+SOURCE = pathlib.Path(__file__).resolve().parent.parent
+TUTORIALS = SOURCE / "examples" / "tutorials"
+MPM = ""
+
+
+def run(name, *arguments):
+    """(standard output, standard error); every failure of a tutorial is one of its test."""
+    environment = {**os.environ, "MPM": MPM, "PYTHONPATH": str(SOURCE / "python")}
+    done = subprocess.run([sys.executable, str(TUTORIALS / name), *map(str, arguments)], capture_output=True, text=True, env=environment, check=False)
+    assert done.returncode == 0, f"{name}: exit code {done.returncode}\n{done.stdout}\n{done.stderr}"
+    return done.stdout
+
+
+class Tutorials(unittest.TestCase):
+    def setUp(self):
+        folder = tempfile.TemporaryDirectory()
+        self.addCleanup(folder.cleanup)
+        self.folder = pathlib.Path(folder.name)
+
+    def test_a_first_mast(self):
+        said = run("a_first_mast.py", self.folder)
+        self.assertIn("3 cells across the obstacle", said)  # the advice that the text speaks of
+        self.assertRegex(said, r"runup_mean_m: [\d.]+ ± [\d.]+ \(statistics\) ± [\d.]+ \(grid\) m")
+        self.assertRegex(said, r"force_mean_n\[0\] .*(DIFFERS|agrees)")
+        for name in ("first_mast.png", "side_view.png"):
+            self.assertTrue((self.folder / name).read_bytes().startswith(b"\x89PNG"))
+        self.assertIn(b"<VTKFile", (self.folder / "last.vtp").read_bytes()[:200])
+
+    def test_verify_your_solver(self):
+        said = run("verify_your_solver.py", self.folder)  # it asserts that the right solver passes and the wrong one fails
+        self.assertRegex(said, r"7 passed, 0 failed")
+        self.assertRegex(said, r"\n[1-6] passed, [1-6] failed")
+        self.assertTrue((self.folder / "report" / "index.html").exists())
+
+    def test_is_my_kernel_slower(self):
+        bench = pathlib.Path(MPM).with_name("bench_paired")
+        said = run("is_my_kernel_slower.py", *([bench, bench, "particle_to_grid"] if bench.exists() else []))
+        verdicts = dict(re.findall(r"^(.+): [\d.]+ times .*: (slower|faster|no change)$", said, flags=re.MULTILINE))
+        self.assertEqual(verdicts["add_at -> bincount"], "faster")  # by a factor of twenty or more
+        self.assertIn("bincount -> bincount_and_more", verdicts)  # 6 % to 12 % slower: a busy machine may hide it
+        self.assertIn("bincount -> bincount", verdicts)
+        if bench.exists():
+            self.assertIn("particle_to_grid", verdicts)
+
+    def test_how_fine_must_my_grid_be(self):
+        said = run("how_fine_must_my_grid_be.py", self.folder)
+        self.assertRegex(said, r"force_mean_n.x: \d+ % with 5 cells across the mast; 5 % need about \d+ cells")
+        self.assertTrue((self.folder / "grids.png").read_bytes().startswith(b"\x89PNG"))
+
+    def test_are_listed_and_open_as_notebooks(self):
+        page = (TUTORIALS / "README.md").read_text(encoding="utf-8")
+        scripts = sorted(path.name for path in TUTORIALS.glob("*.py"))
+        self.assertEqual(sorted(set(re.findall(r"\]\((\w+\.py)\)", page))), scripts)
+        for name in scripts:
+            text = (TUTORIALS / name).read_text(encoding="utf-8")
+            self.assertRegex(text, r"^#!.*\n# %% \[markdown\]\n# # ", name)
+            cells = re.split(r"^# %%.*\n", text, flags=re.MULTILINE)[1:]
+            self.assertGreater(len(cells), 6, name)
+
+
+if __name__ == "__main__":
+    MPM = os.path.abspath(sys.argv.pop(1))
+    unittest.main(verbosity=2)
