@@ -12,6 +12,7 @@ from mpmtools.errors import ConfigError, InputError
 from mpmtools.scores import same_input
 from mpmtools.tables import find_column, no_column, number_text, numbers, read_table
 
+PAPER_DENSITY = 300.0  # kg/m^3, Table 1: campaigns that do not vary it do not list it
 # Inputs that Eqs. 7 to 10 do not know: one equation cannot describe a table that varies them.
 OTHER_INPUTS = ("cell_size_m", "density_kg_m3", "feed", "flip_ratio", "obstacle.friction", "obstacle.shape", "obstacle_friction",
                 "particles_per_cell", "preconsolidation_pressure_pa", "sidewall_contact", "sidewall_friction", "slope_deg",
@@ -28,6 +29,7 @@ class StudyTable:
     runup, runup_standard_error, runup_peak             over the flow height H
     pressure_height, pressure_height_standard_error, pressure_height_peak
     compaction                                          density at the front face of the mast over the initial density
+    force_n, density_kg_m3                              mean force along the flow on the mast; initial density, the paper's where not in the table
     at_reference_width                                  w = H, the set-up of Eqs. 7 to 10
     """
 
@@ -87,7 +89,7 @@ def read_study_table(files, filters=()):
     A column is found by its name (`hardening_xi`), else by the one that ends in it (`material.hardening_xi`). Needed are
     froude_number or velocity_m_s; effective_friction, or critical_state_slope and cohesion_beta; hardening_xi; flow_height_m;
     runup_mean_m; pressure_height_mean_m. Used where there: run or name (folder beside the table), obstacle.width_m or
-    obstacle_width_m (else w = H), gravity_m_s2, standard errors and peaks of the heights, compaction_mean, steady, status.
+    obstacle_width_m (else w = H), gravity_m_s2, force_mean_n.x, density_kg_m3, standard errors and peaks of the heights, compaction_mean, steady, status.
     """
     tables = read_tables_once(files)
     parts, reasons = [], []
@@ -150,6 +152,7 @@ def _runs_of(table):
         "obstacle_width_m": column("obstacle.width_m", "obstacle_width_m").fillna(height), "froude_number": column("froude_number"),
         "velocity_m_s": column("velocity_m_s"), "critical_state_slope": column("critical_state_slope"),
         "cohesion_beta": column("cohesion_beta"), "effective_friction": column("effective_friction"), "compaction": column("compaction_mean"),
+        "force_n": column("force_mean_n.x"), "density_kg_m3": column("density_kg_m3").fillna(PAPER_DENSITY),
     }, index=table.index)
     if find_column(table, "froude_number"):
         runs["velocity_m_s"] = equations.flow_velocity(runs.froude_number, height, gravity)

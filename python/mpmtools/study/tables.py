@@ -8,8 +8,8 @@ import pandas as pd
 
 from mpmtools import equations
 from mpmtools.scores import levels
-from mpmtools.study import guideline, histories, rheology, sensitivity, width
-from mpmtools.study.fits import coefficients_csv, fit_paper_sets, fits_json, own_coefficients, scores_csv
+from mpmtools.study import friction_choice, guideline, histories, jams, rheology, sensitivity, uncertainty, width
+from mpmtools.study.fits import coefficients_csv, evaluated_by, fit_paper_sets, fits_json, own_coefficients, scores_csv
 from mpmtools.study.regression import EQUATIONS
 from mpmtools.study.runs import read_runs_or_refuse, read_study_table
 from mpmtools.tables import csv_text, write_text
@@ -62,10 +62,35 @@ def plan_title(table_path):
         return tomllib.load(file).get("title", "")
 
 
-def write_study(files, out, filters=(), width_files=(), section_files=(), sensitivity_file=None, notes=(), last_link=rheology.LAST_LINK):
+def evidence_tables(runs, friction_file=None, sensitivity_file=None):
+    """How far the coefficients can be trusted: intervals, influence, jams, and the friction of the mast."""
+    tables = {"coefficient_intervals": uncertainty.coefficient_intervals(runs), "leave_one_out": uncertainty.leave_one_out(runs),
+              "influence": uncertainty.influence(runs), "published_errors": uncertainty.published_errors(),
+              "coefficients_without_jams": jams.jam_coefficients(runs)}
+    indices = jams.jam_indices(runs)
+    if len(indices):
+        tables["jams"] = indices.sort_values("jam_index", ascending=False)
+    if friction_file:
+        tables.update(friction_choice.friction_tables(friction_file, runs, sensitivity_file))
+    return tables
+
+
+def write_evidence(tables, files, out):
+    """Each table with its provenance in comment lines: program, tables of runs, and the seed of what was drawn."""
+    sources = ", ".join("/".join(os.path.abspath(path).split(os.sep)[-2:]) for path in files)
+    for name, content in tables.items():
+        head = [f"computed by {evaluated_by()} from {sources}"]
+        if name == "coefficient_intervals":
+            head.append(f"intervals of 90 %; bootstrap: {uncertainty.RESAMPLES} resamples of whole groups, seed {uncertainty.SEED}")
+        write_text(os.path.join(out, f"{name}.csv"), "".join(f"# {line}\n" for line in head) + csv_text(content))
+
+
+def write_study(files, out, filters=(), width_files=(), section_files=(), sensitivity_file=None, notes=(), last_link=rheology.LAST_LINK,
+                friction_file=None):
     """Evaluates tables of runs and writes the tables of the study into the folder `out`; returns lines for the terminal.
 
-    The widths and the two runs of Fig. 5 are taken from the same tables unless others are named.
+    The widths and the two runs of Fig. 5 are taken from the same tables unless others are named. `friction_file` is the table of a campaign
+    with one friction for all snow, to be compared with this one.
     """
     table = read_runs_or_refuse(files, filters)
     plans = [f"plan: {title}" for path in files if (title := plan_title(path))]
@@ -92,6 +117,7 @@ def write_study(files, out, filters=(), width_files=(), section_files=(), sensit
         compared = sensitivity.sensitivities(sensitivity_file)
         tables["sensitivity"], tables["sensitivity_summary"] = compared.runs, compared.summaries
         not_compared = compared.notes
+    write_evidence(evidence_tables(runs, friction_file, sensitivity_file), [*files, *filter(None, (friction_file, sensitivity_file))], out)
     for name, content in tables.items():
         write_text(os.path.join(out, f"{name}.csv"), csv_text(content))
     write_text(os.path.join(out, "coefficients.csv"), coefficients_csv(fits))

@@ -1,0 +1,130 @@
+"""The rule for jammed runs, and the comparison and calibration of the mast's friction."""
+
+import unittest
+
+import numpy as np
+import pandas as pd
+
+from mpmtools import equations
+from mpmtools.errors import InputError
+from mpmtools.study.friction_choice import (friction_calibration, friction_rules, half_friction, interpolation_errors, paired, splits,
+                                            with_constant, with_rule)
+from mpmtools.study.jams import LIMITS, jam_coefficients, jam_indices, without_jams
+from mpmtools.study.regression import RUNUP
+from study_samples import InFolder, grid_of_runs, study_run, study_runs
+
+HYDROSTATIC = 0.5 * 300.0 * 9.81 * 1.75**3  # N, on a mast of 1.75 m in 1.75 m of snow
+
+
+def with_force(runs, static):
+    """Runs whose static force is as given, in hydrostatic forces."""
+    momentum = 300.0 * runs.velocity_m_s**2 * 1.75**2
+    return runs.assign(force_n=momentum + static * HYDROSTATIC, density_kg_m3=300.0)
+
+
+class Jams(unittest.TestCase):
+    def snow(self, *static, froude=(1.0, 3.0, 5.0, 7.0), slope=1.2, beta=0.45):
+        return with_force(study_runs(*(study_run(f, slope, beta, 5.0) for f in froude)), np.array(static))
+
+    def test_static_force_is_what_the_momentum_leaves(self):
+        table = jam_indices(self.snow(80.0, 58.0, 40.0, 50.0))
+        np.testing.assert_allclose(table.static_force, [80.0, 58.0, 40.0, 50.0], rtol=1e-12)
+        np.testing.assert_allclose(table.fast_static_force, 40.0)  # the least of Fr 5 and 7
+        np.testing.assert_allclose(table.jam_index[:2], [2.0, 1.45], rtol=1e-12)
+        self.assertEqual(table.jammed.tolist(), [1, 0, 0, 0])
+        self.assertEqual(table.force_depends_on_window.tolist(), [1, 1, 0, 0])
+
+    def test_fast_runs_are_no_jams(self):
+        self.assertEqual(jam_indices(self.snow(40.0, 40.0, 40.0, 400.0)).jammed.sum(), 0)
+
+    def test_weak_snow_is_not_judged_by_a_quotient_of_small_forces(self):
+        self.assertEqual(jam_indices(self.snow(12.0, 9.0, 2.0, -5.0)).jammed.sum(), 0)
+
+    def test_without_a_fast_run_nothing_is_left_out(self):
+        table = jam_indices(self.snow(300.0, 200.0, froude=(1.0, 3.0)))
+        self.assertTrue(table.jam_index.isna().all())
+        self.assertEqual(table.jammed.sum(), 0)
+
+    def test_each_snow_has_a_reference_of_its_own(self):
+        runs = pd.concat([self.snow(300.0, 150.0, 140.0, 150.0), self.snow(60.0, 50.0, 50.0, 50.0, slope=0.8)], ignore_index=True)
+        self.assertEqual(jam_indices(runs).jammed.tolist(), [1, 0, 0, 0, 0, 0, 0, 0])
+        self.assertEqual(without_jams(runs).index.tolist(), [1, 2, 3, 4, 5, 6, 7])
+
+    def test_coefficients_return_to_the_equation_without_them(self):
+        runs = grid_of_runs()
+        stiff = (runs.effective_friction > 2.2) & (runs.froude_number == 1.0)
+        runs = with_force(runs, np.where(stiff, 200.0, 60.0))
+        runs.loc[stiff, ["runup", "pressure_height"]] *= 1.5
+        table = jam_coefficients(runs)
+        self.assertEqual(len(table), 2 * len(LIMITS))
+        rule, all_runs = (table[table.limit == limit].iloc[0] for limit in (1.5, np.inf))
+        self.assertEqual((rule.left_out, all_runs.left_out), (2, 0))
+        self.assertAlmostEqual(rule.k_p, 0.5277, delta=1e-6)
+        self.assertGreater(all_runs.k_p, 0.54)
+
+
+class Friction(InFolder):
+    def setUp(self):
+        """Run-ups that meet the published equation with a friction of min(0.3, half), and fall by exp(-2 mu)."""
+        super().setUp()
+        runs = grid_of_runs((5.0,))
+        half = half_friction(runs.effective_friction)
+        right = np.minimum(0.3, half)
+        self.constant = runs.assign(runup=runs.runup * np.exp(-2.0 * (0.15 - right)))
+        self.ratio = runs.assign(runup=runs.runup * np.exp(-2.0 * (half - right)))
+        self.points = paired(self.constant, self.ratio)
+
+    def test_half_is_that_of_the_program(self):
+        """M = 1.2, beta = 0.3: obstacle_friction of the committed sensitivities."""
+        self.assertAlmostEqual(float(half_friction(equations.effective_friction(1.2, 0.3))), 0.464936, delta=1e-6)
+
+    def test_rules_are_the_campaigns_at_their_ends(self):
+        np.testing.assert_allclose(with_rule(self.points, np.inf).runup, self.ratio.runup, rtol=1e-12)
+        np.testing.assert_allclose(with_constant(self.points).runup, self.constant.runup, rtol=1e-12)
+        smaller, weak = with_rule(self.points, 0.15).runup, self.points.half <= 0.15
+        np.testing.assert_allclose(smaller[weak], self.points.runup_half[weak], rtol=1e-12)
+        np.testing.assert_allclose(smaller[~weak], self.points.runup_constant[~weak], rtol=1e-12)
+
+    def test_heights_between_are_interpolated_in_the_logarithm(self):
+        # The heights obey exp(-2 mu), so that the interpolation is exact.
+        found, half = with_rule(self.points, 0.3), self.points.half
+        expected = self.points.runup_half * np.exp(-2.0 * (np.minimum(0.3, half) - half))
+        np.testing.assert_allclose(found.runup, expected, rtol=1e-12)
+
+    def test_a_ceiling_that_would_extrapolate_is_refused(self):
+        with self.assertRaisesRegex(InputError, "below 0.15"):
+            with_rule(self.points, 0.1)
+
+    def test_calibration_finds_the_rule_behind_the_data_on_either_half(self):
+        table = friction_calibration(self.points)
+        self.assertEqual(len(table), 4)
+        np.testing.assert_allclose(table.ceiling, 0.3)
+        np.testing.assert_allclose(table.rmsle_judging, 0.0, atol=1e-12)
+        self.assertTrue((table.rmsle_judging_half > 0.01).all())
+        self.assertTrue((table.runs_calibrating + table.runs_judging == len(self.points)).all())
+
+    def test_halves_share_no_material_and_no_froude_number(self):
+        points = self.points
+        for (name, first), column in zip(splits(points).items(), ("effective_friction", "froude_number")):
+            self.assertFalse(set(points[column][first]) & set(points[column][~first]), name)
+
+    def test_rules_are_fitted_on_the_same_rows(self):
+        table = friction_rules(self.points)
+        self.assertEqual(table.runs.tolist(), [112, 105] * 3)
+        k = table[table.points == "all"].set_index("rule").k_r
+        self.assertGreater(k["0.15"], RUNUP.published.k)  # too little friction for stiff snow
+        self.assertLess(k["half of tan phi'"], RUNUP.published.k)
+
+    def test_interpolation_is_compared_with_runs_of_friction_alone(self):
+        point = self.points[(self.points.half > 0.4) & (self.points.froude_number == 3.0)].iloc[0]
+        computed = 1.75 * float(point.runup_half * np.exp(-2.0 * (0.2 - point.half))) / 1.1
+        header = "name,froude_number,critical_state_slope,cohesion_beta,hardening_xi,obstacle_friction,flow_height_m,runup_mean_m,cell_size_m\n"
+        row = f"3,{point.critical_state_slope},{point.cohesion_beta},5,0.2,1.75,{computed},0.35\n"
+        path = self.write("results.csv", header + "fr3_mu0.2," + row + "fr3_cfl0.2," + row)
+        table = interpolation_errors(self.points, path)
+        self.assertEqual(len(table), 1)
+        self.assertAlmostEqual(table.ratio[0], 1.1, delta=1e-9)
+
+
+if __name__ == "__main__":
+    unittest.main()

@@ -1,0 +1,137 @@
+"""The plans of the study: every one names its numerics, reproduction and prediction differ in nothing else, and the full ones hold the
+paper's 371 sets. That the program accepts them is tested by tests/study_plans.py."""
+
+import itertools
+import tomllib
+import unittest
+
+from study_samples import BETAS, FROUDE, SLOPES, SOURCE
+
+STUDY = SOURCE / "validation" / "study"
+BASES = {"base.toml"}  # cases, not plans
+REPRODUCTION = {"contact": "nodal", "transfer": "apic"}
+PREDICTION = {"contact": "surface", "transfer": "aflip", "relaxation_cells": 5}
+INPUTS = ("conveyor.froude_number", "material.critical_state_slope", "material.cohesion_beta", "material.hardening_xi")
+
+
+def read(path):
+    with open(path, "rb") as file:
+        return tomllib.load(file)
+
+
+def plans():
+    return [path for path in sorted(STUDY.rglob("*.toml")) if path.name not in BASES]
+
+
+def flat(table):
+    return {f"{section}.{key}": value for section, keys in table.items() if isinstance(keys, dict) for key, value in keys.items()}
+
+
+def base_of(path):
+    """Keys of the plan's base, as dotted names."""
+    plan = read(path)
+    return flat(read((path.parent / plan["base"]).resolve()) if isinstance(plan["base"], str) else plan["base"])
+
+
+def runs_of(path):
+    """The keys of every run in the order of the plan, as the program expands it: base, [set], the combinations, [[when]]."""
+    plan, base = read(path), base_of(path)
+    for grid in plan.get("grid", [plan]):
+        names = [[name.strip() for name in column.split(",")] for column in grid["parameters"]]
+        for values in itertools.product(*grid["parameters"].values()):
+            run = {**base, **plan.get("set", {}), **grid.get("set", {})}
+            for keys, value in zip(names, values):
+                run.update(zip(keys, value if len(keys) > 1 else [value]))
+            for when in plan.get("when", []):
+                if all(run.get(key) in (allowed if isinstance(allowed, list) else [allowed]) for key, allowed in when["match"].items()):
+                    run.update(when["set"])
+            yield run
+
+
+def inputs_of(path):
+    return [tuple(run[key] for key in INPUTS) for run in runs_of(path)]
+
+
+class Numerics(unittest.TestCase):
+    def test_are_named_by_every_plan_and_not_left_to_defaults(self):
+        self.assertGreaterEqual(len(plans()), 17)
+        for path in plans():
+            wanted = PREDICTION if path.parent.name == "prediction" else REPRODUCTION
+            for run in runs_of(path):
+                found = {key: run.get(f"numerics.{key}") for key in wanted}
+                if run.get("numerics.transfer") == "flip":  # a choice that the plan varies
+                    self.assertIn("numerics.flip_ratio", run, path)
+                    found["transfer"] = wanted["transfer"]
+                self.assertEqual(found, wanted, path)
+
+    def test_of_the_two_campaigns_are_all_that_differs_between_their_bases(self):
+        reproduction, prediction = flat(read(STUDY / "base.toml")), flat(read(STUDY / "prediction" / "base.toml"))
+        differing = {key for key in {*reproduction, *prediction} if reproduction.get(key) != prediction.get(key)}
+        self.assertEqual(differing, {"numerics.contact", "numerics.transfer", "numerics.relaxation_cells"})
+
+    def test_of_the_strip_are_those_of_the_reproduction(self):
+        base, strip = flat(read(STUDY / "base.toml")), base_of(STUDY / "reproduction" / "strip.toml")
+        for key in ("obstacle.width_m", "obstacle.depth_m", "obstacle.friction_ratio", "conveyor.flow_height_m", "conveyor.lattice",
+                    "conveyor.mirror_y", "numerics.particles_per_cell", "numerics.contact", "numerics.transfer"):
+            self.assertEqual(strip[key], base[key], key)
+
+
+class FullCampaigns(unittest.TestCase):
+    paths = [STUDY / "reproduction" / "full.toml", STUDY / "prediction" / "w5.toml", STUDY / "prediction" / "w7.toml"]
+
+    def test_hold_the_papers_371_sets(self):
+        for path in self.paths:
+            inputs = inputs_of(path)
+            self.assertEqual((len(inputs), len(set(inputs))), (371, 371), path)
+            for froude, slope, beta, xi in itertools.product(FROUDE, SLOPES, BETAS, (5, 0.5, 0.05)):
+                self.assertIn((froude, slope, beta, xi), inputs, path)
+            for froude in FROUDE:
+                self.assertGreaterEqual(sum(f == froude for f, *_ in inputs), 48, path)  # Sect. 2.2
+
+    def test_hold_the_same_sets_in_the_same_order(self):
+        self.assertEqual(*map(inputs_of, self.paths[1:]))
+        self.assertEqual(*map(inputs_of, self.paths[:2]))
+
+    def test_take_at_least_the_papers_durations(self):
+        longest = {0.1: 120, 0.3: 110, 1: 36.7, 2: 7.5, 3: 7.5, 5: 10, 7: 10}  # Table 2
+        for path in self.paths:
+            for run in runs_of(path):
+                self.assertGreaterEqual(run["output.duration_s"], longest[run["conveyor.froude_number"]], path)
+
+    def test_begin_with_what_the_fits_rest_on(self):
+        """The first third fits both equations: all thirteen M', both xi, five Froude numbers; what only repeats comes last."""
+        for path in self.paths:
+            inputs = inputs_of(path)
+            first, last = inputs[:130], inputs[-63:]
+            self.assertEqual({xi for *_, xi in first}, {5, 0.5})
+            self.assertEqual(len({(m, b) for _, m, b, _ in first}), 13)
+            self.assertEqual({f for f, *_ in first}, {1, 2, 3, 5, 7})
+            self.assertTrue(all(m == 0 and b > 0 for _, m, b, _ in last), path)
+
+
+class OpenQuestions(unittest.TestCase):
+    def test_friction_covers_what_the_calibration_needs(self):
+        runs = list(runs_of(STUDY / "reproduction" / "friction.toml"))
+        self.assertEqual({run.get("obstacle.friction") for run in runs}, {None, 0, 0.05, 0.1, 0.15, 0.2, 0.3})
+        self.assertEqual({run["conveyor.froude_number"] for run in runs}, {0.1, 0.3, 1, 3, 5})
+        self.assertGreaterEqual(len({(run["material.critical_state_slope"], run["material.cohesion_beta"]) for run in runs}), 6)
+        self.assertEqual({run["numerics.cell_size_m"] for run in runs}, {0.25})
+
+    def test_transfers_are_compared_at_a_dozen_points(self):
+        runs = list(runs_of(STUDY / "reproduction" / "transfer.toml"))
+        points = {transfer: {tuple(run[key] for key in INPUTS) for run in runs if run["numerics.transfer"] == transfer}
+                  for transfer in ("apic", "flip")}
+        self.assertEqual(points["apic"], points["flip"])
+        self.assertEqual(len(points["apic"]), 12)
+        self.assertEqual({run.get("numerics.flip_ratio") for run in runs}, {None, 0.95})
+
+    def test_windows_grow_twice_and_the_strip_holds_the_same_snow(self):
+        windows = list(runs_of(STUDY / "reproduction" / "windows.toml"))
+        self.assertEqual({run["conveyor.upstream_length_m"] for run in windows}, {8.4, 16.8, 33.6})
+        self.assertEqual({tuple(run[key] for key in INPUTS) for run in windows},
+                         {tuple(run[key] for key in INPUTS) for run in runs_of(STUDY / "reproduction" / "strip.toml")})
+        self.assertEqual({run["conveyor.sidewall_contact"] for run in windows if "conveyor.sidewall_contact" in run}, {"slip", "coulomb"})
+
+
+if __name__ == "__main__":
+    unittest.main()
