@@ -8,9 +8,10 @@
 /// On a curved surface n is the normal at the node's own place, n_k: a flow along a circle has v_k.n_k = 0 at every node. With the normal
 /// of the point at all nodes a flow that speeds up along the surface would count as an approach, dv/ds sigma^2/R, and be pushed off.
 ///
-/// A plane of nodes that lies on the surface has three rows of nodes with weights 1/8, 3/4, 1/8; the point alone would leave their
-/// difference free. The extension fixes it: behind the surface the normal velocity goes on linearly, v_k - 2 v_k+1 + v_k+2 = 0, an
-/// impulse of either sign whose sum is zero. On a plane of nodes both together are the exact mirror image, v_0.n = 0, v_-1.n = -v_1.n.
+/// A plane of nodes that lies on the surface has three rows of nodes with weights 1/8, 3/4, 1/8; the contact condition
+/// constrains only their weighted sum. The extension condition removes the remaining freedom: the normal velocity is extrapolated linearly
+/// behind the surface, v_k - 2 v_k+1 + v_k+2 = 0, by impulses of either sign whose sum is zero. On a plane of nodes both together are the
+/// exact mirror image, v_0.n = 0, v_-1.n = -v_1.n.
 ///
 /// The sides are vertical, so that the conditions of one layer of nodes do not touch another: a stencil is made once and serves them all.
 
@@ -28,9 +29,9 @@ struct ContactRow {
   enum class Kind { surface, extension } kind = Kind::surface;  ///< which of them
   std::size_t first = 0, count = 0;                             ///< its entries
   Vec2 point = Vec2::Zero();                                    ///< m: on the surface, or the node that is extended to
-  int inner = -1;       ///< of the end of a side of three points or more: the next row on the side; -1: another row, or none
-  int round = -1;       ///< likewise: the end of the side round the edge
-  double share = 1.0;   ///< likewise: largest impulse over that of the next row on the side (edge_share.hpp)
+  int inner = -1;       ///< for the end point of a side with at least three points: number of the neighbouring row; otherwise -1
+  int round = -1;       ///< likewise: row of the end point of the adjacent side
+  double share = 1.0;   ///< likewise: largest impulse over that of the row `inner` (edge_share.hpp)
   int surface = -1;     ///< of an extension: the row of the surface before it, without whose contact there is nothing to extend
   double copies = 1.0;  ///< 2 for a point on a mirror plane: it is its own image, and its impulse here is half of the whole
 };

@@ -1,5 +1,5 @@
 #pragma once
-/// How much a contact point next to an edge may take.
+/// Upper bound of the impulse at the contact point next to an edge.
 ///
 /// Where a flow leaves the edge of a side, the pressure on the side falls to zero like the square root of the distance s from the edge
 /// (Kirchhoff's plate: p = rho U^2/2 (1 - tau^2), and s ~ (1 - tau)^2). A point i of the surface acts through the nodes k around it, and
@@ -7,7 +7,7 @@
 /// along the side. It reaches two and a half cells beyond the point, so also past the edge. The impulses lambda_i whose traction sum_i
 /// lambda_i a_i(s) is nearest to sqrt(s) within the side and 0 beyond the edge, in the sense of least squares, have lambda_0/lambda_1
 /// between 0.15 (edge on a row of nodes) and 0.34 (edge midway between two rows): the end point takes this share of what the next one
-/// takes. A row of nodes just beyond the edge is why it is so little.
+/// takes. It is smallest for an edge on a row of nodes.
 
 #include "libmpm/boundary/shapes/outline.hpp"
 

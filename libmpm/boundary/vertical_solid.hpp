@@ -9,9 +9,9 @@ namespace mpm {
 
 /// What vertical solids of any cross-section share.
 ///
-/// A box whose faces stand on grid planes holds the nodes on them, and each node stands for half a cell to either side: the solid on the
-/// grid reaches half a cell beyond the face. So that an inclined or round surface, which nodes rarely meet, stands for the same solid, a
-/// node belongs to it up to a skin of half a cell outside. A cross-section has to be some four cells wide to be one.
+/// A node represents half a cell to each side, so a box whose faces are on grid planes acts half a cell wider. To treat inclined and
+/// curved surfaces alike, nodes up to half a cell outside the surface (`skin`) belong to the solid. A cross-section has to be some four
+/// cells wide to be resolved.
 ///
 /// A node is treated by the nearest face: the one that it is least deep behind, or in the skin before. On the bisector of two sides
 /// (a front edge on a mirror plane) the normal is their mean; the top counts only where it is nearer than every side.

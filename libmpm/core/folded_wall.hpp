@@ -1,5 +1,5 @@
 #pragma once
-/// Walls of second order: the columns of nodes through a plane are folded at it.
+/// Second-order walls: the nodes of each column across the plane are coupled so that the normal velocity is linear and zero on the plane.
 
 #include <optional>
 #include <span>
@@ -17,8 +17,8 @@ namespace mpm {
 ///
 /// Of each column the first node at least half a cell before the plane is the master, the next two are its slaves: the normal velocity
 /// relative to the surface goes linearly through zero on the plane, v_k.n = c_k v_m.n with c_k = d_k/d_m, d the distance before the plane
-/// (negative behind). Momentum, weighted by what each node moves with v_m, gives v_m = sum c_k m_k v_k / sum c_k^2 m_k: of all velocities
-/// of that form the nearest in kinetic energy. On a plane of nodes this is the exact mirror image. no_slip: all components;
+/// (negative behind). v_m = sum c_k m_k v_k / sum c_k^2 m_k is the projection of the node velocities onto that form, orthogonal in the
+/// kinetic-energy norm. On a plane of nodes this is the exact mirror image. no_slip: all components;
 /// separable: only where the column as a whole is pushed against the wall. Coulomb friction takes from the tangential
 /// velocities v_t the same share s of the way to sticking (v_t = c_k w), s <= 1 and s |J_stick| <= mu |J_n|. Nodes further behind act
 /// each for itself, as all do in a column whose master has no mass.
@@ -32,8 +32,8 @@ Impulse apply_folded_wall(Grid& grid, const Boundary& boundary, const MirrorPlan
 /// @param impulse  what it took is added to this
 void apply_folded_top(Grid& grid, const SurfaceSolid& solid, const MirrorPlanes& mirror, ContactImpulse& impulse);
 
-/// Whether a wall can be folded: its rule says so, it is normal to an axis, and the column's master is neither held by a parallel wall
-/// nor the master of its column, too. The image of the wall beyond a mirror plane is such a wall.
+/// True if the wall has ContactRule::surface, is normal to an axis, and no parallel wall constrains, or is also coupled to, the master
+/// node of a column. The image of the wall beyond a mirror plane is such a wall.
 bool folds(const Wall& wall, std::span<const Boundary> boundaries, const MirrorPlanes& mirror, double cell_size, double time);
 
 /// Two layers of blocks across an axis: `lower`, and the one next to it.

@@ -26,8 +26,8 @@ struct GridUpdate {
   std::vector<LayerImpulses> layers;  ///< of the boundaries in GridForces::layered, in that order
 };
 
-/// v_i = p_i / m_i + dt g, then the boundaries in their order. Nodes hold velocities afterwards. Each boundary books the momentum that it
-/// changed itself, so that the parts add up to the whole change. Sums run block by block in the order of the blocks.
+/// v_i = p_i / m_i + dt g, then the boundaries in their order. Nodes hold velocities afterwards. Each boundary records the change of
+/// momentum that it causes; the impulses sum to the total change. Sums run block by block in the order of the blocks.
 /// @param dt  s. @param time  at the start of the step, s: where travelling boundaries are
 GridUpdate update_grid(Grid& grid, const GridForces& forces, double dt, double time);
 

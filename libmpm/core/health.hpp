@@ -10,18 +10,18 @@
 
 namespace mpm {
 
-/// Books the energy that goes into and out of the particles and compares it with what they have, E = kinetic (with the affine part that
-/// APIC keeps) + elastic:
+/// Energy balance: compares the change of the particles' energy E = kinetic (with the affine part that APIC keeps) + elastic with the
+/// work done on them:
 ///
 ///   gain = E - E_start - [ sum_steps dt g.P + work of the boundaries' surfaces + E of what entered - E of what left ].
 ///
-/// P is the momentum after the boundaries have acted, with which the particles move, so that dt g.P is what gravity gives; a surface that
-/// moves with u gives -J.u (Impulse::work), one at rest nothing. What remains can only be lost: contact, friction, plastic and viscous
+/// P is the momentum after the boundaries have acted, with which the particles move, so that dt g.P is the work of gravity; a surface that
+/// moves with u does the work -J.u (Impulse::work), one at rest none. The rest can only be lost: contact, friction, plastic and viscous
 /// work, and both transfers (APIC: Jiang et al. 2015; the PIC/FLIP blend likewise, as long as the share of FLIP is at most 1). So gain
-/// falls for ever, but for the swing of symplectic Euler, whose energy for a mode of frequency omega stays within the share omega dt/2 of a
-/// constant (Hairer, Lubich & Wanner, Geometric Numerical Integration, ch. IX), and its rise over its lowest value is energy from nothing:
-/// excess. It is judged against the largest E seen. In sound runs of this project's cases the ratio stayed below 0.02; what an
-/// instability makes grows exponentially and soon is all there is.
+/// can only fall, except for the oscillation of symplectic Euler, whose energy for a mode of frequency omega stays within the fraction
+/// omega dt/2 of a constant (Hairer, Lubich & Wanner, Geometric Numerical Integration, ch. IX). Its rise above its minimum is the excess, a
+/// sign of instability, compared with the largest E so far. In stable runs of this project's cases the ratio stayed below 0.02; the energy
+/// of an instability grows exponentially.
 class EnergyWatch {
  public:
   /// 0.1: several times what sound runs show. 0.9: at cfl <= 1 not even a run whose whole energy swings in the grid's highest mode
@@ -70,8 +70,8 @@ struct HeldParticles {
   std::string first;      ///< the one with the lowest number: "particle 7 at (1, 2, 3) m"
 };
 
-/// Particles so deep inside a boundary that it dictates the velocity of all nodes of their cell: they are held or pushed, not moved by the
-/// law. With several ranks: of this rank's own.
+/// Particles for which the boundary prescribes the velocity of every node of their cell; the material law has no effect on them. With
+/// several ranks: of this rank's own.
 HeldParticles particles_inside(const State& state, const Scene& scene, const Boundary& boundary);
 
 }  // namespace mpm

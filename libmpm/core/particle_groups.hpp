@@ -175,9 +175,8 @@ inline AxisWeights<V> along(const BsplineWeights<V>& w) {
   return {{spread<axis>(w.n0), spread<axis>(w.n1), spread<axis>(w.n2)}};
 }
 
-/// The group that comes sixteen places after order[n], in the next bin behind the end of this one: slots are visited by cell, an order the
-/// hardware cannot guess. A core can wait for some sixteen cache lines at a time, and those of a group are asked for one or two at a time
-/// all through the work on another group.
+/// Prefetches the group 16 places ahead in cell order (in the next bin if needed), an order that the hardware cannot guess: one or two
+/// cache lines at a time during the work on another group, because a core has some 16 outstanding loads.
 template <class Record>
 class PrefetchGroup {
  public:

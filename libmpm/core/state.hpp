@@ -42,8 +42,8 @@ struct State {
   FluxTotals entered, left;        ///< since t = 0, without the initial particles
 };
 
-/// Brings particles into a state: those of t = 0, and fresh ones at the start of every step. It keeps nothing that changes; what it has
-/// to remember from step to step is State::source_count.
+/// Brings particles into a state: those of t = 0, and fresh ones at the start of every step. Sources are
+/// immutable; their progress is stored in State::source_count.
 class ParticleSource {
  public:
   virtual ~ParticleSource() = default;

@@ -24,12 +24,12 @@ namespace mpm {
 enum class Transfer : std::uint8_t {
   apic,   ///< affine (Jiang et al. 2015): a particle takes the grid's velocity and gradient, and forgets its own
   flip,   ///< a blend of PIC and FLIP, without the affine part
-  aflip,  ///< affine, and a particle keeps the part of its own velocity that the grid cannot carry (Fei et al. 2021); it forgets that
-          ///< part over a fixed time, not by a fixed share in each step
+  aflip,  ///< affine, and a particle keeps the part of its velocity that is not representable on the grid (Fei et al. 2021); that
+          ///< part decays over a fixed time, not by a fixed fraction in each step
 };
 
-/// What a transfer needs to know besides the grid. With v^0 the grid's velocity before forces, and `kept` the share a particle keeps of
-/// what the grid cannot carry:
+/// What a transfer needs to know besides the grid. With v^0 the grid's velocity before forces, and `kept` the fraction, retained by the
+/// particle, of the part of its velocity that is not representable on the grid:
 ///   v_p <- S v + kept (v_p - S v^0)
 /// APIC: kept = 0. FLIP: kept = flip_ratio. AFLIP: kept = 1 - min(1, dt/t_ref). The same for C_p was tried: it costs a
 /// sixth of a step, and the force on a plate then changes by 3 % over CFL numbers from 0.1 to 0.8 in place of 5 %.
@@ -47,7 +47,7 @@ void particle_to_grid(Grid& grid, const TransferOptions& options);
 /// Outcome of moving the particles of one block.
 struct BlockMotion {
   double max_speed_squared = 0.0;  ///< m^2/s^2
-  bool finite = true;              ///< what update_stress says afterwards; a velocity that is not finite makes C so, and C the stress
+  bool finite = true;              ///< false: update_stress found a non-finite value (a non-finite velocity spreads to C and to the stress)
   bool within_reach = true;        ///< false: a particle crossed more than a block in one step
 };
 

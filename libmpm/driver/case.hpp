@@ -91,8 +91,8 @@ struct NumericsSpec {
   int particles_per_cell = 8;  ///< a cube number: 1, 8, 27, 64
   /// Velocities between grid and particles (core/transfer.hpp).
   Transfer transfer = Transfer::aflip;
-  double flip_ratio = 0.95;       ///< part of FLIP in the PIC/FLIP blend
-  double relaxation_cells = 5.0;  ///< AFLIP: cells that the fastest wave passes while particles forget what the grid cannot carry
+  double flip_ratio = 0.95;                           ///< part of FLIP in the PIC/FLIP blend
+  double relaxation_cells = 5.0;                      ///< AFLIP: relaxation time of what the grid cannot represent, in dx/(c_P + |v|max)
   ContactRule contact = ContactRule::surface;         ///< where walls and obstacle act (boundary/contact.hpp)
   Precision precision = Precision::double_precision;  ///< of particles and of what is done with them (base/precision.hpp)
   double cfl = 0.4;                                   ///< dt <= cfl dx / (c_P + |v|max)

@@ -9,8 +9,8 @@
 /// - window: the plug from the inlet x = -upstream to the outlet x = +downstream. Nodes at or behind the inlet move with v along x and are
 /// free
 ///   along y and z; fresh layers are released two cells behind it, each where the plug would be by then, so that the lattice runs on
-///   unbroken. Nodes at or beyond the outlet are held to v_x <= v by the snow that the strip would have there: without it the plug would
-///   pour off an edge. Particles two cells beyond the outlet have left.
+///   unbroken. At and beyond the outlet v_x <= v is imposed, in place of the snow that the window omits: otherwise the flow would collapse
+///   over an edge. Particles two cells beyond the outlet have left.
 ///
 /// Inflow that varies (inflow.hpp; window only). In time: each layer enters with the speed, height and density of its moment, the nodes at
 /// the inlet and the side walls move at the speed of the moment, the outlet holds at the greatest of all times. Denser snow was compacted

@@ -1,5 +1,5 @@
 #pragma once
-/// Steady spans of a noisy series, and means over them with a standard error that knows that neighbouring samples resemble each other.
+/// Steady spans of a noisy series, and means over them with a standard error that accounts for autocorrelation.
 
 #include <cstddef>
 #include <limits>
