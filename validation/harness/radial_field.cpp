@@ -100,7 +100,7 @@ RadialErrors run_radial(const Case& base, const RadialSetting& s, const RadialMo
   for (int n = 0; n < steps; ++n) {
     const double t = n * dt;
     const RadialState at_step = exact(t), half_before = exact(t - 0.5 * dt);
-    change_particles(state, [&](Particle& p) {
+    state.grid.change_particles([&](Particle& p) {
       const Vec3& at = reference[p.id];
       const double radius = at.norm();
       if (is_moved(radius)) return;

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "libmpm/driver/case_file.hpp"
 #include "libmpm/driver/scene.hpp"
 #include "validation/cases/cavity_expansion/similarity.hpp"
 #include "validation/harness/case.hpp"
@@ -89,7 +88,7 @@ void check_reference(CaseResult& result, const CamClay& model, const AnyMaterial
 }
 
 void run(const CaseContext& context, CaseResult& result) {
-  const Case base = read_case(context.case_directory() / "case.toml");
+  const Case base = context.read_case();
   const CaseScene scene = make_scene(base);
   const CamClay model = model_of(base.material.as<mpm::CamClay>());
   check_reference(result, model, scene.material);

@@ -5,7 +5,6 @@
 #include <numbers>
 
 #include "libmpm/core/diagnostics.hpp"
-#include "libmpm/driver/case_file.hpp"
 #include "libmpm/driver/scene.hpp"
 #include "validation/harness/case.hpp"
 #include "validation/harness/in_parallel.hpp"
@@ -42,7 +41,7 @@ struct Load {
 constexpr double deepest = 0.02;  ///< penetration at the end, over the width
 
 Load press(const CaseContext& context, const Settings& s) {
-  Case c = read_case(context.case_directory() / "case.toml");
+  Case c = context.read_case();
   const double width = c.obstacle->width(), dx = width / s.cells, v = c.bodies[0].velocity.x();
   c.numerics.cell_size = dx;
   c.numerics.contact = s.contact;

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "libmpm/driver/case_file.hpp"
 #include "libmpm/driver/scene.hpp"
 #include "validation/harness/case.hpp"
 #include "validation/harness/in_parallel.hpp"
@@ -53,7 +52,7 @@ class Lame {
 };
 
 void run(const CaseContext& context, CaseResult& result) {
-  const Case base = read_case(context.case_directory() / "case.toml");
+  const Case base = context.read_case();
   const CaseScene scene = make_scene(base);
   const Lame exact(base.material.as<HenckyElastic>());
   const double duration = 6.0 * outer / wave_speed_of(scene.material), u = strain * inner;

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "libmpm/driver/case_file.hpp"
 #include "libmpm/driver/scene.hpp"
 #include "validation/harness/case.hpp"
 #include "validation/harness/in_parallel.hpp"
@@ -51,7 +50,7 @@ double surface_at(const State& state, double width) {
 }
 
 Drag drag(const CaseContext& context, const Settings& s) {
-  Case c = read_case(context.case_directory() / "case.toml");
+  Case c = context.read_case();
   const double width = c.obstacle->width(), dx = width / s.cells, height = s.depth * width;
   c.numerics.cell_size = dx;
   c.conveyor->velocity = s.velocity;
