@@ -48,7 +48,7 @@ MUTATIONS = [
     Mutation("affine_scale", "the affine momentum of APIC 1 % too small", "libmpm/core/particle_to_grid.cpp",
              "(options.affine ? options.density * dx : 0.0)", "(options.affine ? 0.99 * options.density * dx : 0.0)", ("conservation",)),
     Mutation("folded_column", "slaves of a folded wall move 10 % too slowly", "libmpm/core/folded_wall.cpp",
-             "{1.0, (d - 1.0) / d, (d - 2.0) / d}", "{1.0, 0.9 * (d - 1.0) / d, 0.9 * (d - 2.0) / d}", ("hydrostatic_column",)),
+             "{1.0, (d - 1.0) / d, (d - 2.0) / d}", "{1.0, 0.9 * (d - 1.0) / d, 0.9 * (d - 2.0) / d}", ("bar_on_wall",)),
     Mutation("separable_wall", "a folded separable wall holds what is pulled off it", "libmpm/core/folded_wall.cpp",
              "if (wall.contact == Contact::separable && pull >= 0.0) return false;",
              "if (wall.contact == Contact::separable && pull >= 1e30) return false;", ("bar_on_wall",)),

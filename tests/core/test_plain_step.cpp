@@ -1,6 +1,9 @@
 /// The library's step against a second formulation of the whole step: hundreds of steps of small avalanches.
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <limits>
 #include <random>
 
 #include "core/plain_step.hpp"

@@ -107,7 +107,6 @@ void run(const CaseContext& context, CaseResult& result) {
                                        loads[i].limit, loads[i].limit / exact, loads[i].rise));
   }
   result.plots.push_back(std::move(curves));
-  const double finest = 1.0 / grids.back();
   for (std::size_t i = 0; i < smooth; ++i) {
     result
         .check_relative(
