@@ -19,6 +19,8 @@ constexpr double extended_from = 0.5;       // cells behind the surface: nearer 
 constexpr double extended_to = 2.6;         // cells behind the surface: the support of what is before it ends there
 constexpr double ambiguous_distance = 0.5;  // cells: where two sides are as near, there is no one direction to extend along
 
+constexpr double no_direction = 0.5;  // cells: nearer to the centre of a circle a node has no direction of its own
+
 /// A point of the surface, in cells.
 struct SurfacePoint {
   Vec2 at, normal;
@@ -26,15 +28,14 @@ struct SurfacePoint {
   double share = 1.0;
 };
 
-std::vector<SurfacePoint> points_of_circle(const Circle& circle, double cell_size) {
-  const double radius = circle.radius / cell_size;
-  const Vec2 centre = circle.centre / cell_size;
-  const int count = std::max(4, 2 * static_cast<int>(std::lround(std::numbers::pi * radius)));  // even: symmetric about both axes
+/// @param circle  in cells
+std::vector<SurfacePoint> points_of_circle(const Circle& circle) {
+  const int count = std::max(4, 2 * static_cast<int>(std::lround(std::numbers::pi * circle.radius)));  // even: symmetric about both axes
   std::vector<SurfacePoint> points;
   for (int i = 0; i < count; ++i) {
     const double angle = 2.0 * std::numbers::pi * (i + 0.5) / count;
     const Vec2 normal(std::cos(angle), std::sin(angle));
-    points.push_back({centre + radius * normal, normal});
+    points.push_back({circle.centre + circle.radius * normal, normal});
   }
   return points;
 }
@@ -73,7 +74,8 @@ std::vector<SurfacePoint> points_of_polygon(const Outline& outline, double cell_
 /// Makes rows of points and nodes; where there are mirror planes, replaces what lies behind them by its image.
 class StencilBuilder {
  public:
-  StencilBuilder(bool mirror_x, bool mirror_y) : mirror_{mirror_x, mirror_y} {}
+  /// @param circle  the outline, in cells; empty for a polygon
+  StencilBuilder(std::optional<Circle> circle, bool mirror_x, bool mirror_y) : circle_(circle), mirror_{mirror_x, mirror_y} {}
 
   [[nodiscard]] bool computed(const Vec2& at) const { return (!mirror_[0] || at.x() > -rounding) && (!mirror_[1] || at.y() > -rounding); }
   /// Where the computed part has what is at a place.
@@ -91,7 +93,8 @@ class StencilBuilder {
     if ((mirror_[0] && std::abs(at.x()) < rounding) || (mirror_[1] && std::abs(at.y()) < rounding)) stencil.rows.back().copies = 2.0;
   }
   void add(int x, int y, double weight) {
-    Vec2 n = weight * normal_, t = weight * Vec2(-normal_.y(), normal_.x());
+    const Vec2 direction = direction_at(Vec2(x, y));
+    Vec2 n = weight * direction, t = weight * Vec2(-direction.y(), direction.x());
     int at[2] = {x, y};
     for (int axis = 0; axis < 2; ++axis) {
       if (!mirror_[axis] || at[axis] > 0) continue;
@@ -115,6 +118,15 @@ class StencilBuilder {
   ContactStencil stencil;
 
  private:
+  /// Direction of the present row at a node: that of the row, or for a point on a circle that of the node's own place.
+  [[nodiscard]] Vec2 direction_at(const Vec2& node) const {
+    if (!circle_ || stencil.rows.back().kind != ContactRow::Kind::surface) return normal_;
+    const Vec2 from_centre = node - circle_->centre;
+    const double radius = from_centre.norm();
+    return radius > no_direction ? Vec2(from_centre / radius) : normal_;
+  }
+
+  std::optional<Circle> circle_;
   bool mirror_[2];
   Vec2 normal_;
   std::map<std::array<int, 2>, int> number_;
@@ -123,11 +135,12 @@ class StencilBuilder {
 }  // namespace
 
 ContactStencil contact_stencil(const Outline& outline, double cell_size, bool mirror_x, bool mirror_y) {
-  StencilBuilder builder(mirror_x, mirror_y);
+  std::optional<Circle> circle = outline.circle;
+  if (circle) circle = Circle{.centre = circle->centre / cell_size, .radius = circle->radius / cell_size};
+  StencilBuilder builder(circle, mirror_x, mirror_y);
   const OutlineDistance distance(outline);
 
-  const std::vector<SurfacePoint> points =
-      outline.circle ? points_of_circle(*outline.circle, cell_size) : points_of_polygon(outline, cell_size);
+  const std::vector<SurfacePoint> points = circle ? points_of_circle(*circle) : points_of_polygon(outline, cell_size);
   std::vector<int> row_of(points.size(), -1);
   for (std::size_t p = 0; p < points.size(); ++p) {
     const SurfacePoint& point = points[p];

@@ -5,6 +5,8 @@
 /// stays where it is. The velocity of the material at a point s of the surface is u = sum_k g_k v_k with the B-spline weights g_k of the
 /// nodes k at s; contact demands u.n >= 0 there, and an impulse lambda <= 0 along the row sum_k g_k n of the nodes brings it about:
 /// v_k -= g_k n lambda / m_k. Points stand one cell apart, so that there are as many conditions as nodes along the surface.
+/// On a curved surface n is the normal at the node's own place, n_k: a flow along a circle has v_k.n_k = 0 at every node. With the normal
+/// of the point at all nodes a flow that speeds up along the surface would count as an approach, dv/ds sigma^2/R, and be pushed off.
 ///
 /// A plane of nodes that lies on the surface has three rows of nodes with weights 1/8, 3/4, 1/8; the point alone would leave their
 /// difference free. The extension fixes it: behind the surface the normal velocity goes on linearly, v_k - 2 v_k+1 + v_k+2 = 0, an

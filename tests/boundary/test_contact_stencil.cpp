@@ -89,7 +89,8 @@ std::array<long, 2> key(const Vec2& x) { return {std::lround(1e9 * x.x()), std::
 Vec2 linear(const Vec2& x) { return Vec2(1.0 + 3.0 * x.x() - 2.0 * x.y(), -2.0 + 0.5 * x.x() + 4.0 * x.y()); }
 constexpr double round_off = 1e-12;
 
-TEST_P(Stencil, OfASurfacePointGivesTheVelocityThere) {
+TEST_P(Stencil, OfAPointOnAFlatSideGivesTheVelocityThere) {
+  if (outline.circle) GTEST_SKIP() << "a circle";
   const auto rows = rows_of(whole, Kind::surface);
   ASSERT_FALSE(rows.empty());
   for (const std::size_t r : rows) {
@@ -110,6 +111,37 @@ TEST_P(Stencil, OfASurfacePointGivesTheVelocityThere) {
     EXPECT_LE((near.normal - normal).norm(), 1e-6) << "its own normal";
     EXPECT_NEAR(value_of(whole, row, [](const Place& at) { return linear(dx * Vec2(at[0], at[1])); }), normal.dot(linear(row.point)),
                 round_off);
+  }
+}
+
+TEST_P(Stencil, OfAPointOnACircleSeesTheNormalVelocityOfEachNode) {
+  if (!outline.circle) GTEST_SKIP() << "a polygon";
+  const Vec2 centre = outline.circle->centre;
+  const auto from_centre = [&](const Place& at) -> Vec2 { return dx * Vec2(at[0], at[1]) - centre; };
+  const auto rows = rows_of(whole, Kind::surface);
+  ASSERT_FALSE(rows.empty());
+  for (const std::size_t r : rows) {
+    const ContactRow& row = whole.rows[r];
+    const Vec2 normal = (row.point - centre).normalized();
+    EXPECT_NEAR((row.point - centre).norm(), outline.circle->radius, 1e-12) << "on the surface";
+    double weight = 0.0, outward = 0.0;
+    for_entries(whole, row, [&](const ContactEntry& e, const auto& node) {
+      weight += e.vertical;
+      EXPECT_GT(e.vertical, 0.0);
+      const Vec2 away = from_centre(node.at);
+      const Vec2 direction = away.norm() > 0.5 * dx ? Vec2(away.normalized()) : normal;  // no direction of its own at the centre
+      outward += e.vertical * direction.dot(away);
+      EXPECT_LE((e.normal - e.vertical * direction).norm(), round_off);
+      EXPECT_LE((e.tangent - e.vertical * Vec2(-direction.y(), direction.x())).norm(), round_off);
+    });
+    EXPECT_NEAR(weight, 1.0, round_off);
+    EXPECT_NEAR(value_of(whole, row, from_centre), outward, round_off) << "a flow away from the axis is seen in full";
+    if (outline.circle->radius < 2.0 * dx) continue;  // else nodes that take part are near the centre
+    const auto along = [&](const Place& at) -> Vec2 {
+      const Vec2 x = from_centre(at);
+      return std::exp(3.0 * x.x()) * Vec2(-x.y(), x.x());
+    };
+    EXPECT_NEAR(value_of(whole, row, along), 0.0, round_off) << "a flow along the circle, however it speeds up, is not seen";
   }
 }
 

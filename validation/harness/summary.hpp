@@ -6,7 +6,8 @@
 /// predicted to reference value is log-normal; model and references err independently. With x = ln(predicted/reference),
 ///   s_M^2 + s_R^2 = 1/(n - 1) sum (x - mean x)^2,   bias = exp(mean x + s_M^2/2 - s_R^2/2),
 /// where s_R is the relative standard deviation of the references and s_M that of the model. Values of one case are not independent of each
-/// other, and cases were not drawn at random: the numbers describe this suite, they are no probability.
+/// other, and cases were not drawn at random: the numbers describe this suite, they are no probability. The guide also takes s_R for at most
+/// s_M; here references may be worse than the model, and s_M is then 0.
 
 #include <cstddef>
 #include <string>

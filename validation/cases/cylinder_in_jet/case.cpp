@@ -12,7 +12,7 @@ namespace mpm::validation {
 namespace {
 
 /// Bound on the error of the force, by cells across. The aim is 0.03 from five cells on.
-double bound(int cells) { return cells < 6 ? 0.3 : cells < 8 ? 0.22 : cells < 12 ? 0.15 : cells < 16 ? 0.09 : 0.06; }
+double bound(int cells) { return cells < 6 ? 0.25 : cells < 8 ? 0.2 : cells < 12 ? 0.13 : cells < 16 ? 0.09 : 0.06; }
 
 /// The runs that are judged. @param with_variants  also those of another place of the grid or time step
 std::vector<NamedJet> named_runs(const CaseContext& context, bool with_variants) {

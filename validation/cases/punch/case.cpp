@@ -1,0 +1,141 @@
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "libmpm/core/diagnostics.hpp"
+#include "libmpm/driver/case_file.hpp"
+#include "libmpm/driver/scene.hpp"
+#include "validation/harness/case.hpp"
+#include "validation/harness/in_parallel.hpp"
+#include "validation/harness/slender.hpp"
+
+namespace mpm::validation {
+namespace {
+
+constexpr double pi = std::numbers::pi;
+
+/// Prandtl's limit load over the cohesion: N_c = (N_q - 1) cot phi, N_q = exp(pi tan phi) tan^2(pi/4 + phi/2); 2 + pi without friction.
+double limit_load(double friction_angle) {
+  if (friction_angle < 1e-3) return 2.0 + pi;
+  const double t = std::tan(0.25 * pi + 0.5 * friction_angle);
+  return (std::exp(pi * std::tan(friction_angle)) * t * t - 1.0) / std::tan(friction_angle);
+}
+
+struct Settings {
+  std::string name;
+  int cells = 8;  ///< in the width of the punch
+  ContactRule contact = ContactRule::surface;
+  Transfer transfer = Transfer::aflip;
+  double friction = 0.0;  ///< of the punch
+};
+
+struct Load {
+  double cell = 0.0;                      ///< over the width
+  std::vector<double> penetration, load;  ///< over the width; over c times the width
+  double limit = 0.0;                     ///< mean load over the last quarter
+  double rise = 0.0;                      ///< over that quarter
+  double particle_steps = 0.0;
+};
+
+constexpr double deepest = 0.02;  ///< penetration at the end, over the width
+
+Load press(const CaseContext& context, const Settings& s) {
+  Case c = read_case(context.case_directory() / "case.toml");
+  const double width = c.obstacle->width(), dx = width / s.cells, v = c.bodies[0].velocity.x();
+  c.numerics.cell_size = dx;
+  c.numerics.contact = s.contact;
+  c.numerics.transfer = s.transfer;
+  c.obstacle->friction = s.friction;
+  set_side(c, 0.5 * dx, {2});
+  const CaseScene scene = make_scene(c);
+  State state = make_state(c, scene);
+  const double cohesion = c.material.as<DruckerPrager>().cohesion, unit = cohesion * width * 0.5 * dx;
+  const double duration = deepest * width / v;
+  constexpr int samples = 120;
+  Load r;
+  r.cell = 1.0 / s.cells;
+  for (int i = 1; i <= samples; ++i) {
+    Vec3 impulse = Vec3::Zero();
+    const double before = state.time;
+    advance(state, scene, duration * i / samples, [&](const StepReport& report) {
+      impulse += report.impulses[*scene.obstacle].linear;
+      r.particle_steps += static_cast<double>(state.grid.particle_count());
+    });
+    r.penetration.push_back(0.5 * (before + state.time) * v / width);
+    r.load.push_back(whole_force(impulse / (state.time - before), {false, true}).x() / unit);
+  }
+  const auto mean = [&](int from, int to) {
+    double sum = 0.0;
+    for (int i = from; i < to; ++i) sum += r.load[static_cast<std::size_t>(i)];
+    return sum / (to - from);
+  };
+  r.limit = mean(3 * samples / 4, samples);
+  r.rise = mean(7 * samples / 8, samples) / mean(3 * samples / 4, 7 * samples / 8) - 1.0;
+  return r;
+}
+
+void run(const CaseContext& context, CaseResult& result) {
+  const double exact = limit_load(0.0);
+  result.check_relative(Label::verification, "reference: Prandtl's N_c at a friction angle of 20° over the tables' 14.83",
+                        limit_load(pi / 9.0), 14.83, "", 5e-4, "two digits are given (Terzaghi's and all later tables of N_c)");
+  const auto grids = context.choose<std::vector<int>>({6, 8, 12}, {6, 8, 12, 16, 24}, {6, 8, 12, 16, 24, 32, 48});
+  std::vector<Settings> all;
+  for (const int cells : grids) all.push_back({"smooth punch", cells});
+  const std::size_t smooth = all.size();
+  all.push_back({"rough punch", grids.back(), ContactRule::surface, Transfer::aflip, 1.0});
+  if (context.level() != Level::quick) all.push_back({"contact on nodes, APIC", grids.back(), ContactRule::nodal, Transfer::apic});
+  std::vector<Load> loads(all.size());
+  in_parallel(all.size(), [&](std::size_t i) {
+    const std::size_t k = all.size() - 1 - i;  // the longest first
+    loads[k] = press(context, all[k]);
+  });
+
+  std::vector<double> cell, limit;
+  Plot curves{"load", "Load on the punch", "penetration / width [-]", "force / (c · width) [-]", {}, "", false, false};
+  curves.series.push_back({"2 + π", {0.0, deepest}, {exact, exact}, Series::Style::reference});
+  double work = 0.0;
+  for (std::size_t i = 0; i < all.size(); ++i) {
+    work += loads[i].particle_steps;
+    const std::string name = fmt::format("{}, {} cells", all[i].name, all[i].cells);
+    if (i < smooth) {
+      cell.push_back(loads[i].cell);
+      limit.push_back(loads[i].limit);
+    }
+    curves.series.push_back({name, loads[i].penetration, loads[i].load, Series::Style::simulation});
+    result.notes.push_back(fmt::format("{}: limit load {:.3f} c, {:.3f} of Prandtl's; it rises by {:.1e} over the last eighth.", name,
+                                       loads[i].limit, loads[i].limit / exact, loads[i].rise));
+  }
+  result.plots.push_back(std::move(curves));
+  const double finest = 1.0 / grids.back();
+  for (std::size_t i = 0; i < smooth; ++i) {
+    result
+        .check_relative(
+            Label::verification, fmt::format("smooth punch, {} cells: limit load over c", grids[i]), limit[i], exact, "", cell[i] + 0.02,
+            "first order: the edge is known to a cell, dx/w; 2 % for the waves of the push (ρ c_P v is 7 % of the load) and the "
+            "penetration")
+        .in_summary(Quantity::force, 0.0, 350.0);
+  }
+  result.check_at_most(Label::verification, fmt::format("smooth punch, {} cells: rise of the load over the last eighth", grids.back()),
+                       std::abs(loads[smooth - 1].rise), 0.0, "", 0.01, "a limit load is one: it stays, but for the penetration of 0.25 %");
+  result.check_relative(Label::verification, fmt::format("rough punch over smooth punch, {} cells", grids.back()),
+                        loads[smooth].limit / limit.back(), 1.0, "", finest + 0.02,
+                        "Prandtl's load is the same for a rough and a smooth punch; the tolerance is that of the smooth one");
+  result.plots.push_back({"grids",
+                          "Limit load over the cell size",
+                          "dx / width [-]",
+                          "limit load / c [-]",
+                          {{"2 + π", {0.0, cell.front()}, {exact, exact}, Series::Style::reference},
+                           {"smooth punch", cell, limit, Series::Style::points},
+                           {"rough punch", {loads[smooth].cell}, {loads[smooth].limit}, Series::Style::points}},
+                          "",
+                          false,
+                          false});
+  result.notes.push_back(fmt::format("{:.1f} million particle-steps.", 1e-6 * work));
+}
+
+const Registration registered{{MPM_CASE_NAME, "Prandtl's punch: limit load on an obstacle", MPM_CASE_DIRECTORY, run}};
+
+}  // namespace
+}  // namespace mpm::validation
