@@ -68,7 +68,7 @@ for hidden in -AVX512F -AVX2; do # without these the processor is of a lower lev
 done
 
 say "pictures and Python"
-inside mpm post /root/best
+inside mpm post /root/best >/dev/null 2>&1
 inside test -s /root/best/post/side_view.png
 inside python3 -c '
 from mpmtools import Case, Run
@@ -79,10 +79,13 @@ say "man pages, completion, schema, tutorials"
 inside test -s /usr/share/man/man1/mpm-run.1.gz || say "man pages are left out of this minimal system, as its dpkg is configured"
 inside bash -n /usr/share/bash-completion/completions/mpm
 inside python3 -m json.tool /usr/share/mpm/case.schema.json /dev/null
-inside env -C /root python3 /usr/share/mpm/examples/tutorials/a_first_mast.py /root/tutorial >/dev/null 2>&1
+inside env -C /root python3 /usr/share/mpm/examples/tutorials/a_first_mast.py /root/tutorial >"$root/root/tutorial.log" 2>&1 || {
+  tail -n 5 "$root/root/tutorial.log" >&2
+  exit 1
+}
 say "removal leaves nothing"
 inside dpkg --purge mpm >/dev/null 2>&1
-if inside find /usr -path '*mpm*' ! -path '*/__pycache__*' ! -path '*omp*' | grep -vE 'lib/python3(\.[0-9]+)?/.*(compat|mpm)' | grep -E '/s?bin/mpm|share/mpm|lib/.*/mpm'; then
+if inside find /usr -regextype egrep -regex '.*/(mpm|mpmtools)(/.*)?' | grep .; then
   say "these files are left"
   exit 1
 fi

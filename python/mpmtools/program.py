@@ -65,7 +65,10 @@ def run_with_progress(*arguments, progress=None):
     progress: a function of a Progress, called a few times a second; None: nothing is reported. An interruption (Ctrl-C, or the stop button of
     a notebook) goes on to the program, which writes a checkpoint.
     """
-    reader, writer = pty.openpty()  # on a terminal the program reports often
+    try:
+        reader, writer = pty.openpty()  # on a terminal the program reports often
+    except OSError:  # no terminals here, as in a bare chroot: through a pipe it reports every ten seconds
+        reader, writer = os.pipe()
     process = subprocess.Popen([find_program(), *map(str, arguments)], stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=writer)
     os.close(writer)
     messages = []

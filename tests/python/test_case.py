@@ -4,6 +4,7 @@ import os
 import pathlib
 import tomllib
 import unittest
+import unittest.mock
 
 import numpy as np
 
@@ -110,6 +111,12 @@ class CasesInTheProgram(InFolder):
             self.case.run(self.folder / "run", threads=1, progress=False)
         longer = self.case.changed({"output.duration_s": 0.3}).run(self.folder / "run", threads=1, resume=True, progress=False)
         self.assertEqual(longer.results["duration_s"], 0.3)
+
+    def test_run_where_there_are_no_terminals(self):
+        seen = []
+        with unittest.mock.patch("pty.openpty", side_effect=OSError("out of pty devices")):
+            self.case.run(self.folder / "run", threads=1, progress=seen.append)
+        self.assertEqual(seen[-1].fraction, 1.0)
 
     def test_that_name_files_run_elsewhere(self):
         self.write("flow.csv", "time_s,depth_m,velocity_m_s\n0,1.75,12\n1,1.75,10\n")
