@@ -120,7 +120,7 @@ TEST(Ranks, AFaultOfOneEndsAllWithItsMessage) {
   c.bodies = {testing::box_body({-2.0, -1.0, 0.0}, {2.0, 1.0, 2.0})};
   const Scene scene = make_scene(c);
   const auto spoil = [](State& state) {
-    testing::find_particle(state.grid, state.next_id - 1)->affine[0] = std::numeric_limits<double>::quiet_NaN();
+    testing::change_particle(state.grid, state.next_id - 1, [](Particle& p) { p.affine[0] = std::numeric_limits<double>::quiet_NaN(); });
   };
   const auto message_of = [&](State& state) -> std::string {
     try {

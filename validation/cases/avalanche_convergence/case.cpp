@@ -228,7 +228,7 @@ void run(const CaseContext& context, CaseResult& result) {
       if (offset.y() != 0.0) c.conveyor->mirror_y = false;  // the plane y = 0 is then off the grid
     });
   };
-  const std::vector<Metric> across = shifted("y_half", {0.0, 0.5, 0.0});
+  const std::vector<Metric> across = quick ? std::vector<Metric>{} : shifted("y_half", {0.0, 0.5, 0.0});
   const std::vector<Metric> along_x = quick ? std::vector<Metric>{} : shifted("x_half", {0.5, 0.0, 0.0});
   const std::vector<Metric> upwards = quick ? std::vector<Metric>{} : shifted("z_half", {0.0, 0.0, 0.5});
   std::vector<std::pair<double, std::vector<Metric>>> cfl, particles;
@@ -238,8 +238,11 @@ void run(const CaseContext& context, CaseResult& result) {
     particles.emplace_back(value, variant(fmt::format("ppc{}", value), [&](Case& c) { c.numerics.particles_per_cell = value; }));
 
   // What was varied, by name. One particle a cell leaves holes: shown, not asserted.
-  std::vector<std::pair<std::string, const std::vector<Metric>*>> varied{{"shift by half a cell across", &across}};
-  if (!quick) varied.insert(varied.end(), {{"shift by half a cell along the flow", &along_x}, {"shift by half a cell upwards", &upwards}});
+  std::vector<std::pair<std::string, const std::vector<Metric>*>> varied;
+  if (!quick)
+    varied = {{"shift by half a cell across", &across},
+              {"shift by half a cell along the flow", &along_x},
+              {"shift by half a cell upwards", &upwards}};
   for (const auto& [value, figures] : cfl) varied.emplace_back(fmt::format("CFL {:g} in place of 0.4", value), &figures);
   for (const auto& [value, figures] : particles) varied.emplace_back(fmt::format("{:g} particles a cell in place of 8", value), &figures);
   for (const FigureIndex i : asserted) {

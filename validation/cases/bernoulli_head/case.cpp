@@ -225,7 +225,7 @@ void run(const CaseContext& context, CaseResult& result) {
   const auto slow = [](double dx) { return Setting{1.0, dx, 4.0, 6.0}; };
   std::vector<Setting> settings;
   switch (context.level()) {
-    case Level::quick: settings = {slow(0.4375), whole(2, 0.35), whole(3, 0.4375), jet_only(3, 0.35), jet_only(5, 0.35)}; break;
+    case Level::quick: settings = {slow(0.4375), whole(2, 0.35), whole(3, 0.4375), jet_only(3, 0.35)}; break;
     case Level::standard:
       settings = {slow(0.35),     whole(2, 0.35),     whole(3, 0.4375), whole(3, 0.35),
                   whole(3, 0.25), jet_only(3, 0.175), whole(5, 0.35),   jet_only(5, 0.25)};

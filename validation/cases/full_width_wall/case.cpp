@@ -127,12 +127,11 @@ const char* const rolling =
     "2.5 % for what is left of the motion behind the bore, whose ∫ρu²dz of up to 5 % of the thrust takes half that from the depth";
 
 std::vector<Study> studies(const CaseContext& context) {
-  return {
-      {"Fr 0.3", "fr03", 0.3, 12.0, context.choose<std::vector<int>>({4, 6, 8}, {4, 6, 8, 12}, {4, 6, 8, 12, 16}), 0.005, undular, false},
-      {"Fr 1", "fr1", 1.0, 8.0, context.choose<std::vector<int>>({4}, {4, 6, 8, 12}, {4, 6, 8, 12, 16}), 0.025, rolling, false},
-      {"Fr 1, snow with M = 0", "fr1-snow", 1.0, 8.0, context.choose<std::vector<int>>({4}, {6}, {4, 6, 8}), 0.025, rolling, true},
-      {"Fr 3", "fr3", 3.0, context.choose(6.0, 6.0, 12.0), context.choose<std::vector<int>>({4}, {4, 6}, {4, 6, 8}), 0.2,
-       "20 % for the splash: it falls back from above the bore, and leaves ∫ρu²dz of 20 to 45 % of the thrust behind it", false}};
+  return {{"Fr 0.3", "fr03", 0.3, 12.0, context.choose<std::vector<int>>({4, 6}, {4, 6, 8, 12}, {4, 6, 8, 12, 16}), 0.005, undular, false},
+          {"Fr 1", "fr1", 1.0, 8.0, context.choose<std::vector<int>>({4}, {4, 6, 8, 12}, {4, 6, 8, 12, 16}), 0.025, rolling, false},
+          {"Fr 1, snow with M = 0", "fr1-snow", 1.0, 8.0, context.choose<std::vector<int>>({4}, {6}, {4, 6, 8}), 0.025, rolling, true},
+          {"Fr 3", "fr3", 3.0, context.choose(6.0, 6.0, 12.0), context.choose<std::vector<int>>({4}, {4, 6}, {4, 6, 8}), 0.2,
+           "20 % for the splash: it falls back from above the bore, and leaves ∫ρu²dz of 20 to 45 % of the thrust behind it", false}};
 }
 
 /// What the theory says of a study, and how long its strip has to be.
