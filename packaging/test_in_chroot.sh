@@ -58,14 +58,18 @@ short=(/usr/share/mpm/examples/avalanche_fr3.toml --threads 1 --set numerics.cel
 inside mpm check "${short[0]}" >/dev/null
 inside mpm run "${short[@]}" --out /root/best >"$root/root/best.json" 2>/dev/null
 inside grep -q '"particles_lost": 0' /root/best/results.json
+instruction_set() { inside sed -n 's/.*"instruction_set": "\(.*\)".*/\1/p' "/root/$1/results.json"; }
+sets=("$(instruction_set best)")
 for hidden in -AVX512F -AVX2; do # without these the processor is of a lower level
   case $hidden in -AVX512F) expected=glibc-hwcaps/x86-64-v3/libmpm.so ;; *) expected=mpm/libmpm.so ;; esac
   [[ $best != x86-64-v2 ]] || expected=mpm/libmpm.so
   found=$(library_with "$hidden")
   [[ $found == */$expected ]] || { say "with $hidden the library is $found, not $expected"; exit 1; }
   inside env "GLIBC_TUNABLES=glibc.cpu.hwcaps=$hidden" mpm run "${short[@]}" --out "/root/run$hidden" >/dev/null 2>&1 || { say "fails with $hidden"; exit 1; }
-  say "$hidden: $(inside grep '"instruction_set"' "/root/run$hidden/results.json")"
+  sets+=("$(instruction_set "run$hidden")")
 done
+say "instruction sets: ${sets[*]}"
+[ "$best" != x86-64-v4 ] || [ "$(printf '%s\n' "${sets[@]}" | sort -u | wc -l)" -eq 3 ] || { say "these are not three levels"; exit 1; }
 
 say "pictures and Python"
 inside mpm post /root/best >/dev/null 2>&1
