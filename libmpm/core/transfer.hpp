@@ -52,9 +52,8 @@ struct BlockMotion {
   bool within_reach = true;        ///< false: a particle crossed more than a block in one step
 };
 
-/// New velocity, affine matrix and position of one block's particles, and their new cells (with single records, a new velocity of the block,
-/// too); a particle that left the block has
-/// ParticleBin::left_block as its cell.
+/// New velocity, affine matrix and position of one block's particles, and their new cells (with single records, a new velocity of the
+/// block, too); a particle that left the block has ParticleBin::left_block as its cell.
 /// @param next block that the same thread moves next: the first of its particles are asked for ahead of time
 BlockMotion grid_to_particle(Grid& grid, std::int32_t block, const TransferOptions& options, std::int32_t next = no_block);
 
