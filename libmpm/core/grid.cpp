@@ -36,6 +36,7 @@ void ParticleBin::append(int cell_of_p, PagePool& pool) {
 }
 
 void ParticleBin::append(const Particle& p, int cell_of_p, PagePool& pool) {
+  if (count_ == 0) frame.velocity = Vec3(p.velocity[0], p.velocity[1], p.velocity[2]);  // until grid_to_particle knows a better one
   append(cell_of_p, pool);
   set(count_ - 1, p);
 }

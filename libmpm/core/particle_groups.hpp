@@ -41,10 +41,11 @@ inline SingleLanes spread(SingleLanes v) {
 }
 /// @}
 
-/// One column of C and the same column of tau, for all particles of a group; lane 3 is to be ignored.
+/// The columns of C and of tau, for all particles of a group; lane 3 is to be ignored.
 template <class V>
 struct TensorColumns {
-  V cx, cy, cz, tx, ty, tz;
+  V cx, cy, cz;  ///< columns of C
+  V tx, ty, tz;  ///< columns of tau
 };
 
 template <class Record>
@@ -53,17 +54,18 @@ struct Group;
 /// Two particles in double precision. A lone one is beside padding, or beside itself.
 template <>
 struct Group<Particle> {
-  using Vector = Lanes;
-  using Integers = LaneMask;
-  using Quad = Node;
-  static constexpr int size = 2;
+  using Vector = Lanes;                                           ///< of all particles
+  using Integers = LaneMask;                                      ///< as many
+  using Quad = Node;                                              ///< of one particle
+  static constexpr int size = 2;                                  ///< particles
   static constexpr Lanes xyz = {1, 1, 1, 0, 1, 1, 1, 0};          ///< 1 in the lanes of a vector, 0 in the fourth
   static constexpr LaneMask mask_w = {0, 0, 0, -1, 0, 0, 0, -1};  ///< the fourth lanes
 
-  const Particle* p[size];
+  const Particle* p[size];  ///< the particles
 
   [[nodiscard]] Lanes position() const { return join(load_half(p[0]->position), load_half(p[1]->position)); }  ///< x y z V
   [[nodiscard]] Lanes velocity() const { return join(load_half(p[0]->velocity), load_half(p[1]->velocity)); }  ///< lane 3: of no meaning
+  /// C and tau.
   [[nodiscard]] TensorColumns<Lanes> tensors() const {
     const Particle &a = *p[0], &b = *p[1];
     const Lanes sa = *reinterpret_cast<const Lanes*>(a.affine + 8),
@@ -96,6 +98,7 @@ struct Group<Particle> {
   }
   /// The largest of the lanes that hold a speed.
   static double largest(Lanes speed_squared) { return max(speed_squared[0], speed_squared[4]); }
+  /// Cells along x, y and z of each particle, a byte each; what does not fit becomes the nearest that does.
   static std::array<std::uint32_t, size> bytes_of(LaneMask cells) {
     const std::uint64_t bytes = saturated_bytes(cells);
     return {static_cast<std::uint32_t>(bytes), static_cast<std::uint32_t>(bytes >> 32)};
@@ -105,14 +108,16 @@ struct Group<Particle> {
 /// Four particles in single precision.
 template <>
 struct Group<SingleRecord> {
-  using Vector = SingleLanes;
-  using Integers = SingleLaneMask;
-  using Quad = SingleQuad;
-  static constexpr int size = 4;
+  using Vector = SingleLanes;       ///< of all particles
+  using Integers = SingleLaneMask;  ///< as many
+  using Quad = SingleQuad;          ///< of one particle
+  static constexpr int size = 4;    ///< particles
+  /// 1 in the lanes of a vector, 0 in the fourth
   static constexpr SingleLanes xyz = {1, 1, 1, 0, 1, 1, 1, 0, 1, 1, 1, 0, 1, 1, 1, 0};
+  /// the fourth lanes
   static constexpr SingleLaneMask mask_w = {0, 0, 0, -1, 0, 0, 0, -1, 0, 0, 0, -1, 0, 0, 0, -1};
 
-  const SingleRecord* p[size];
+  const SingleRecord* p[size];  ///< the particles
 
   /// Quad n of all particles. @param n  0 position, 1 velocity, 2 3 4 columns of C with the normal stresses, 5 shear stresses
   template <int n>
@@ -122,6 +127,7 @@ struct Group<SingleRecord> {
   }
   [[nodiscard]] SingleLanes position() const { return quad<0>(); }  ///< x y z as integers, V as a number
   [[nodiscard]] SingleLanes velocity() const { return quad<1>(); }  ///< lane 3: of no meaning
+  /// C and tau.
   [[nodiscard]] TensorColumns<SingleLanes> tensors() const {
     const SingleLanes cx = quad<2>(), cy = quad<3>(), cz = quad<4>(), s = quad<5>();  // s: xy xz yz h
     return {cx,
@@ -131,6 +137,7 @@ struct Group<SingleRecord> {
             __builtin_shufflevector(cy, s, 16, 3, 18, 3, 20, 7, 22, 7, 24, 11, 26, 11, 28, 15, 30, 15),
             __builtin_shufflevector(cz, s, 17, 18, 3, 3, 21, 22, 7, 7, 25, 26, 11, 11, 29, 30, 15, 15)};
   }
+  /// @param to  where each goes; @param x lane 3: the volume; @param cx,cy,cz columns of the affine matrix
   static inline __attribute__((always_inline)) void store(SingleRecord* const (&to)[size], const Group& /*from*/, SingleLanes x,
                                                           SingleLanes v, SingleLanes cx, SingleLanes cy, SingleLanes cz) {
     store_quads<0>(to, x);
@@ -139,9 +146,11 @@ struct Group<SingleRecord> {
     store_vectors<3>(to, cy);
     store_vectors<4>(to, cz);
   }
+  /// The largest of the lanes that hold a speed.
   static double largest(SingleLanes speed_squared) {
     return double{max(max(speed_squared[0], speed_squared[4]), max(speed_squared[8], speed_squared[12]))};
   }
+  /// Cells along x, y and z of each particle, a byte each; what does not fit becomes the nearest that does.
   static std::array<std::uint32_t, size> bytes_of(SingleLaneMask cells) { return saturated_bytes(cells); }
 
  private:
@@ -245,20 +254,26 @@ inline Lanes cell_corner(const Index3& block, int cell) {
 /// @{
 template <class Record>
 class CellOffset;
+/// From positions in m.
 template <>
 class CellOffset<Particle> {
  public:
+  /// Of one cell. @param cell  x + 4 y + 16 z
   CellOffset(const Grid& grid, const Index3& block, int cell) : inverse_dx_(grid.inverse_cell_size()), corner_(cell_corner(block, cell)) {}
+  /// In [1/2, 3/2]; lane 3 is of no meaning.
   [[nodiscard]] Lanes operator()(Lanes position) const { return position * inverse_dx_ - corner_; }
 
  private:
   double inverse_dx_;
   Lanes corner_;
 };
+/// From positions in fixed point, which hold the offset from the cell's edge.
 template <>
 class CellOffset<SingleRecord> {
  public:
+  /// Of any cell.
   CellOffset(const Grid& /*grid*/, const Index3& /*block*/, int /*cell*/) {}
+  /// In [1/2, 3/2]; lane 3 is of no meaning.
   [[nodiscard]] SingleLanes operator()(SingleLanes position) const {
     const SingleLaneMask within = std::bit_cast<SingleLaneMask>(position) & ((1 << position_bits) - 1);
     return __builtin_convertvector(within, SingleLanes) * static_cast<float>(position_unit) + 0.5F;

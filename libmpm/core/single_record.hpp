@@ -52,9 +52,8 @@ inline const Particle& decode(const Particle& r, const RecordFrame& /*frame*/) {
 /// The record of a particle. A position is rounded within its cell, so that it never leaves the cell for a rounding.
 /// @param cell  local base node x + 4 y + 16 z, or ParticleBin::left_block: then it may be anywhere within reach of a step
 /// @throws ConfigError if the identity number is above largest_single_id
-/// @{
 void encode(const Particle& p, int cell, const RecordFrame& frame, SingleRecord& r);
+/// The particle itself is its record in double precision.
 inline void encode(const Particle& p, int /*cell*/, const RecordFrame& /*frame*/, Particle& r) { r = p; }
-/// @}
 
 }  // namespace mpm

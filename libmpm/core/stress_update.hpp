@@ -1,5 +1,5 @@
 #pragma once
-/// Constitutive update of one block's particles, eight at a time.
+/// Constitutive update of one block's particles, sixteen at a time, or 32 in single precision.
 
 #include "libmpm/core/grid.hpp"
 #include "libmpm/material/any_material.hpp"

@@ -11,7 +11,8 @@
 /// How it is computed (both transfers):
 /// - Per block, on the contiguous 6x6x6 halo of its nodes; blocks of one colour in parallel, colour after colour.
 /// - Per cell, two particles at a time: a Lanes holds {a_x, a_y, a_z, a_m | b_x, b_y, b_z, b_m} for particles a and b of one cell,
-///   so that one fused multiply-add updates a whole node for both, with no transposition of the 192-byte records.
+///   so that one fused multiply-add updates a whole node for both, with no transposition of the 192-byte records. Single records go four
+///   at a time, with velocities, momenta and nodes relative to RecordFrame::velocity.
 /// - The 27-node sums are factored axis by axis (z, then y, then x), because both the weights and the affine term are.
 
 #include <cstdint>
@@ -51,8 +52,8 @@ struct BlockMotion {
   bool within_reach = true;        ///< false: a particle crossed more than a block in one step
 };
 
-/// New velocity, affine matrix and position of one block's particles, and their new cells; a particle that left the block has
-/// ParticleBin::left_block as its cell.
+/// New velocity, affine matrix and position of one block's particles, and their new cells (with single records, a new velocity of the
+/// block, too); a particle that left the block has ParticleBin::left_block as its cell.
 /// @param next block that the same thread moves next: the first of its particles are asked for ahead of time
 BlockMotion grid_to_particle(Grid& grid, std::int32_t block, const TransferOptions& options, std::int32_t next = no_block);
 

@@ -20,7 +20,8 @@
 ///
 /// In frames everything from which `mpm post` computes is double, so that it gets the very numbers that the run got; what only pictures use
 /// is single. A frame takes 128 bytes a particle.
-/// Attributes of both: format_version, kind, time_s, step, case_hash, version, reference_density_kg_m3, mirror_x, mirror_y.
+/// Attributes of both: format_version, kind, time_s, step, case_hash, version, reference_density_kg_m3, mirror_x, mirror_y,
+/// precision ("double" or "single", that of the computation; a file without it is of a version that knew double alone).
 
 #include <cstdint>
 #include <filesystem>
