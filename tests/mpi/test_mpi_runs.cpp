@@ -171,11 +171,12 @@ TEST_F(MpiRun, AFrameThatCannotBeWrittenEndsAllRanks) {
   c.output.duration = 5.0;
   write(c);
   // in the middle of the run a file takes the place of the folder of frames
-  const Outcome outcome = run_command(fmt::format("(for i in $(seq 600); do [ -e out/frames/00002.h5 ] && break; sleep 0.05; done; rm -r "
-                                                  "out/frames; : > out/frames) & {} {} run case.toml --out out "
-                                                  "--threads 1",
-                                                  launcher(3), MPM_APP),
-                                      folder / "", folder / "");
+  const Outcome outcome =
+      run_command(fmt::format("{{ (for i in $(seq 600); do [ -e out/frames/00002.h5 ] && break; sleep 0.05; done; rm -r "
+                              "out/frames; : > out/frames) & {} {} run case.toml --out out "
+                              "--threads 1; }}",
+                              launcher(3), MPM_APP),
+                  folder / "", folder / "");
   EXPECT_EQ(outcome.code, 4) << outcome.err;
   const auto found = outcome.err.find("out/frames");
   EXPECT_NE(found, std::string::npos) << outcome.err;
