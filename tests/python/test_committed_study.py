@@ -76,7 +76,8 @@ class CommittedStudy(unittest.TestCase):
                 found, committed = self.both(table)
                 self.assertEqual(list(found), list(committed), table)
                 for column in committed.select_dtypes("number"):
-                    np.testing.assert_allclose(found[column].astype(float), committed[column], rtol=2e-5, atol=2e-5, err_msg=f"{table}: {column}")
+                    np.testing.assert_allclose(found[column].astype(float), committed[column], rtol=2e-5, atol=2e-5,
+                                               err_msg=f"{table}: {column}")
 
     def test_scores_against_the_published_coefficients_are_equal(self):
         found, committed = (table[table.coefficients == "published"] for table in self.both("scores"))
@@ -197,7 +198,8 @@ class Claims(unittest.TestCase):
             cells = [f"{kept[name]:.3f}" for name in ("k_r", "kappa_r", "k_p", "Fr_sat", "kappa_p")]
             self.assertIn("| " + " | ".join(cells) + f" | {100 * kept.runup_rmsle:.1f} % | {100 * kept.pressure_height_nrmse:.1f} % |", readme)
             scores = committed(campaign, "scores")
-            whole = scores[(scores.fitting_set == fitting_set) & (scores.coefficients == "published") & scores.hardening_xi.isna() & scores.group.isna()]
+            whole = scores[(scores.fitting_set == fitting_set) & (scores.coefficients == "published") & scores.hardening_xi.isna()
+                           & scores.group.isna()]
             for row, score in zip(whole.itertuples(), ("rmsle", "nrmse")):
                 self.assertIn(f"| {100 * getattr(row, score):.1f} %, {100 * row.fraction_25:.1f} % |", readme)
 

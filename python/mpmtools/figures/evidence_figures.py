@@ -70,7 +70,8 @@ def figure_intervals(study):
             for c in table.itertuples()]
     head = ["set", "coefficient", "value", "standard error", "profile", "materials", "Froude numbers", "jackknife error (materials)",
             "lowest without one material", "highest", "paper"]
-    return Drawn(pictures, [], [{"title": "Intervals of 90 %, and leaving one material out", "head": head, "rows": rows}, *_published_errors(study)])
+    intervals = {"title": "Intervals of 90 %, and leaving one material out", "head": head, "rows": rows}
+    return Drawn(pictures, [], [intervals, *_published_errors(study)])
 
 
 def _published_errors(study):
@@ -93,7 +94,7 @@ def figure_influence(study):
         axes = new_axes(height=3.6)
         axes.plot(chosen["at"], chosen[key], "o-", color=COLOURS[0], linewidth=1.2, label="one material left out")
         axes.axhline(published, color="black", linestyle="--", linewidth=1.1, label="published")
-        pictures.append(picture(axes, f"{SYMBOLS[key + '_p']} without the material at M'", "material left out, $M'$", SYMBOLS[key + "_p"]))
+        pictures.append(picture(axes, f"{SYMBOLS[key + '_p']} without one material", "material left out, $M'$", SYMBOLS[key + "_p"]))
     rows = [[name.replace("_", " "), f"Fr {r.froude_number:g}, M' {number(r.effective_friction, 2)}, ξ {r.hardening_xi:g}",
              number(r.relative_height, 2), number(r.residual, 2), number(r.k_without), number(r.k_change, 2), number(r.kappa_without),
              number(r.kappa_change, 2)]
@@ -110,7 +111,8 @@ def figure_jams(study):
     for froude, of in table.groupby("froude_number"):
         axes.scatter(of.effective_friction, of.static_force, s=20, color=froude_colour(froude), label=f"Fr = {froude:g}", zorder=3)
     jammed = table[table.jammed == 1]
-    axes.scatter(jammed.effective_friction, jammed.static_force, s=90, facecolors="none", edgecolors="#b3262e", linewidths=1.4, label="jammed", zorder=4)
+    axes.scatter(jammed.effective_friction, jammed.static_force, s=90, facecolors="none", edgecolors="#b3262e", linewidths=1.4, label="jammed",
+                 zorder=4)
     drawn = [picture(axes, "Static force on the mast", "effective internal friction $M'$", "hydrostatic forces of the flow height",
                      "Force less ρv²Hw. Rings: more than 1.5 times the least of the same snow at Fr ≥ 5.", ncols=2, fontsize=8, loc="upper left")]
     judged = table[np.isfinite(table.jam_index)].head(8)
@@ -123,7 +125,8 @@ def figure_jams(study):
                for r in scan.to_dict("records")]
     scan_head = ["limit of the jam index", "set", "runs left out", *SYMBOLS, "RMSLE of h_r", "NRMSE of h_p"]
     return Drawn(drawn, [], [{"title": "The eight highest jam indices", "head": head, "rows": rows},
-                             {"title": "Coefficients with other limits, scores against the published equations", "head": scan_head, "rows": scanned}])
+                             {"title": "Coefficients with other limits, scores against the published equations", "head": scan_head,
+                              "rows": scanned}])
 
 
 def figure_friction(study):
