@@ -12,7 +12,7 @@ import markupsafe
 import pandas as pd
 
 from mpmtools.errors import InputError
-from mpmtools.figures import extension_figures, paper_figures
+from mpmtools.figures import evidence_figures, extension_figures, paper_figures
 from mpmtools.figures.axes import number, per_cent
 from mpmtools.figures.style import STYLE, inline, use_style, write_page
 from mpmtools.scores import levels
@@ -100,15 +100,16 @@ def _score_cells(s):
 
 
 def aim_table(studies):
-    """The aims for the narrow fitting set, a column for each study."""
+    """The aims for both fitting sets, a column for each study and set."""
     rows, heads = {}, []
-    for i, study in enumerate(studies):
-        aims = [aim for aim in study.fit["aims"] if aim["fitting_set"] == "narrow"]
-        heads.append({"name": study.name, "runs": study.fit["runs"], "rows": study.fit["rows"], "met": sum(aim["met"] for aim in aims),
-                      "of": len(aims)})
+    columns = [(study, name) for study in studies for name in ("narrow", "wide")]
+    for i, (study, fitting_set) in enumerate(columns):
+        aims = [aim for aim in study.fit["aims"] if aim["fitting_set"] == fitting_set]
+        heads.append({"name": f"{study.name}, {fitting_set}", "runs": study.fit["runs"], "rows": study.fit["rows"],
+                      "met": sum(aim["met"] for aim in aims), "of": len(aims)})
         for aim in aims:
             wanted = aim["aim"].replace("<=", "≤").replace(">=", "≥")
-            row = rows.setdefault(aim["what"], {"what": aim["what"], "aim": wanted, "found": [None] * len(studies)})
+            row = rows.setdefault(aim["what"], {"what": aim["what"], "aim": wanted, "found": [None] * len(columns)})
             row["found"][i] = {"value": per_cent(aim["value"]), "met": aim["met"]}
     return {"studies": heads, "rows": list(rows.values())}
 
@@ -197,6 +198,8 @@ def draw_page(target, folders, extensions=None):
     studies = [Study(folder) for folder in folders]
     study = studies[0]
     sections = [_section(identity, title, text, draw(study)) for identity, title, draw, text in SECTIONS]
+    evidence = [_section(identity, title, text, draw(study)) for identity, title, draw, text in evidence_figures.SECTIONS]
+    sections = evidence + sections
     sections += [_section(identity, title, text, draw(study, key)) for identity, title, key, draw, text in APPENDIX]
     if extensions:
         sections += [_section(identity, title, text, draw(extensions)) for identity, title, draw, text in extension_figures.SECTIONS]
@@ -206,6 +209,7 @@ def draw_page(target, folders, extensions=None):
     environment.filters["inline"] = inline
     page = environment.get_template("study_page.html.j2").render(
         style=markupsafe.Markup(STYLE), study=study.fit, name=study.name, sections=sections, tables=tables, aims=aim_table(studies),
+        headline=evidence_figures.headline(studies),
         others=studies[1:], cautions=cautions_of(study))
     os.makedirs(os.path.dirname(os.path.abspath(target)), exist_ok=True)
     write_page(target, page)

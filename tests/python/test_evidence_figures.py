@@ -1,0 +1,43 @@
+"""What the page shows of the evidence, from the tables kept in the repository and from a folder without them."""
+
+import unittest
+
+from mpmtools.figures import evidence_figures
+from mpmtools.figures.study_page import Study, aim_table
+from study_samples import SOURCE, InFolder
+
+RESULTS = SOURCE / "validation" / "study" / "results"
+
+
+class Evidence(InFolder):
+    def test_heads_the_page_with_both_sets_of_every_campaign(self):
+        rows = evidence_figures.headline([Study(RESULTS / "coarse"), Study(RESULTS / "fine")])["rows"]
+        self.assertEqual(len(rows), 20)  # two campaigns, two sets, five coefficients
+        self.assertEqual(rows[0], ["coarse, narrow (244 runs, 13 M')", "k_r", "0.774", "0.74 to 0.83", "0.73 to 0.82", "0.762", "0.947", "no"])
+        self.assertEqual([row[0] for row in rows[5:6]], ["coarse, wide (268 runs, 13 M')"])
+
+    def test_draws_every_section_from_the_kept_tables(self):
+        study = Study(RESULTS / "coarse")
+        for identity, _, draw, _ in evidence_figures.SECTIONS:
+            drawn = draw(study)
+            self.assertEqual(drawn.missing, [], identity)
+            self.assertTrue(drawn.tables, identity)
+            for table in drawn.tables:
+                self.assertEqual({len(row) for row in table["rows"]}, {len(table["head"])}, table["title"])
+
+    def test_says_what_is_missing_without_them(self):
+        self.write("old/fit.json", '{"fits": []}')
+        study = Study(self.folder / "old")
+        self.assertIsNone(evidence_figures.headline([study]))
+        for identity, _, draw, _ in evidence_figures.SECTIONS:
+            self.assertEqual(len(draw(study).missing), 1, identity)
+
+    def test_aims_are_those_of_both_sets(self):
+        aims = aim_table([Study(RESULTS / "coarse")])
+        self.assertEqual([s["name"] for s in aims["studies"]], ["coarse, narrow", "coarse, wide"])
+        run_up = next(row for row in aims["rows"] if row["what"].startswith("run-up: RMSLE"))
+        self.assertEqual([found["met"] for found in run_up["found"]], [True, False])
+
+
+if __name__ == "__main__":
+    unittest.main()
