@@ -34,7 +34,7 @@ TEST(MortonKey, IsDifferentForEveryBlockAndOrderedWithinCubes) {
 std::vector<Load> random_loads(std::size_t count, unsigned seed) {
   std::mt19937 random(seed);
   std::vector<Load> loads;
-  for (std::size_t i = 0; i < count; ++i) loads.push_back({random() % (3 * count), 1.0 + random() % 500});
+  for (std::size_t i = 0; i < count; ++i) loads.push_back({random() % (3 * count), 1.0 + static_cast<double>(random() % 500)});
   return loads;
 }
 
