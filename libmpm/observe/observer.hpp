@@ -84,7 +84,7 @@ class Observer {
   /// A step is done: the place to sum up what must not be sampled.
   virtual void after_step(const StepReport& /*report*/, const State& /*state*/) {}
   /// Whether visit() has to see the particles of a box. Depends on nothing that changes; an observer that has a visit() says when.
-  /// @param low, high  corners of the box, m
+  /// The arguments are the lowest and the highest corner of the box, m.
   [[nodiscard]] virtual bool visits(const Vec3& /*low*/, const Vec3& /*high*/) const { return false; }
   /// All particles of the boxes that it visits, batch by batch.
   virtual void visit(const ParticleBatch& /*batch*/) {}
