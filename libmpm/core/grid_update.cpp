@@ -7,6 +7,7 @@
 
 #include "libmpm/core/block_table.hpp"
 #include "libmpm/core/folded_wall.hpp"
+#include "libmpm/core/lumped_mass.hpp"
 #include "libmpm/core/surface_contact.hpp"
 
 namespace mpm {
@@ -140,6 +141,19 @@ class Boundaries {
     }
   }
 
+  /// Lets boundaries first, first + 1, ... to the last act, in turn.
+  void act_from(std::size_t first) {
+    const auto all = grid_.all_blocks();
+    while (first < forces_.boundaries.size()) {
+      act(first);
+      const std::size_t next = first + 1;
+      first = end_of_nodal(next);
+      if (first == next) continue;
+#pragma omp parallel for schedule(static, 8)
+      for (std::size_t i = 0; i < all.size(); ++i) act_on_block(i, next, first);
+    }
+  }
+
   /// Sums block by block in the order of the blocks. @param mass  of each block
   GridUpdate result(std::vector<double> mass) && {
     if (Ranks* const ranks = grid_.ranks()) {
@@ -268,6 +282,33 @@ void Boundaries::gather_contacts(Ranks& ranks) {
   }
 }
 
+/// The correction of lumped_mass.hpp for all curved solids. The accelerations are those with all boundaries: these act once for them, and
+/// the velocities are set back. @param first  boundaries from this one on have not acted yet
+void correct_lumped_mass(Grid& grid, const GridForces& forces, std::size_t first, double time) {
+  std::vector<LumpedMassCorrection> corrections;
+  for (const Boundary& boundary : forces.boundaries) {
+    const auto* const solid = std::get_if<SurfaceSolid>(&boundary);
+    if (solid != nullptr && LumpedMassCorrection::concerns(*solid))
+      corrections.emplace_back(*solid, grid.cell_size(), forces.density, forces.relaxed);
+  }
+  const auto all = grid.all_blocks();
+  if (corrections.empty() || all.empty() || !grid.keeps_old_nodes()) return;
+
+  std::vector<NodeBlock> free(static_cast<std::size_t>(*std::ranges::max_element(all)) + 1), change(free.size());  // by number of block
+  for (const auto b : all) free[static_cast<std::size_t>(b)] = grid.nodes(b);
+  Boundaries(grid, forces, time).act_from(first);
+  reflect_velocities(grid, forces.mirror);
+  for (const LumpedMassCorrection& correction : corrections) correction.add(grid, change);
+  fold_mirror_planes(grid, forces.mirror, change);
+  for (const auto b : all) {
+    const NodeBlock &before = free[static_cast<std::size_t>(b)], &gained = change[static_cast<std::size_t>(b)];
+    for (int n = 0; n < block_nodes; ++n) {
+      const double mass = before.node[n][3];
+      grid.nodes(b).node[n] = mass > 0.0 ? before.node[n] + gained.node[n] / mass : before.node[n];
+    }
+  }
+}
+
 }  // namespace
 
 GridUpdate update_grid(Grid& grid, const GridForces& forces, double dt, double time) {
@@ -275,21 +316,15 @@ GridUpdate update_grid(Grid& grid, const GridForces& forces, double dt, double t
   const Node gained = {dt * forces.gravity.x(), dt * forces.gravity.y(), dt * forces.gravity.z(), 0.0};
   std::vector<double> mass(all.size());
   Boundaries boundaries(grid, forces, time);
-  std::size_t next = boundaries.end_of_nodal(0);
+  const std::size_t next = boundaries.end_of_nodal(0);
 #pragma omp parallel for schedule(static, 8)
   for (std::size_t i = 0; i < all.size(); ++i) {
     NodeBlock* const old = grid.keeps_old_nodes() ? &grid.old_nodes(all[i]) : nullptr;
     mass[i] = velocities_of(grid.nodes(all[i]), old, grid.block(all[i]).coordinate, forces.mirror, gained);
     boundaries.act_on_block(i, 0, next);
   }
-  while (next < forces.boundaries.size()) {
-    boundaries.act(next);
-    const std::size_t first = next + 1;
-    next = boundaries.end_of_nodal(first);
-    if (next == first) continue;
-#pragma omp parallel for schedule(static, 8)
-    for (std::size_t i = 0; i < all.size(); ++i) boundaries.act_on_block(i, first, next);
-  }
+  correct_lumped_mass(grid, forces, next, time);
+  boundaries.act_from(next);
   reflect_velocities(grid, forces.mirror);
 
   return std::move(boundaries).result(std::move(mass));

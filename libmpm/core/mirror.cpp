@@ -56,6 +56,12 @@ void fold_mirror_planes(Grid& grid, const MirrorPlanes& mirror) {
   }
 }
 
+void fold_mirror_planes(const Grid& grid, const MirrorPlanes& mirror, std::span<NodeBlock> field) {
+  for (int axis = 0; axis < 2; ++axis) {
+    if (axis == 0 ? mirror.x : mirror.y) fold(grid, axis, [&](std::int32_t b) -> NodeBlock& { return field[static_cast<std::size_t>(b)]; });
+  }
+}
+
 void reflect_velocities(Grid& grid, const MirrorPlanes& mirror) {
   if (mirror.x) reflect(grid, 0);
   if (mirror.y) reflect(grid, 1);

@@ -17,6 +17,9 @@ struct MirrorPlanes {
 /// Adds the image of every particle to the nodes, and to the old nodes where they are kept. Call between particle_to_grid and update_grid.
 void fold_mirror_planes(Grid& grid, const MirrorPlanes& mirror);
 
+/// The same for another field of momenta. @param field  nodes by number of block, at least to the last in the grid's lists
+void fold_mirror_planes(const Grid& grid, const MirrorPlanes& mirror, std::span<NodeBlock> field);
+
 /// Makes the nodes behind the planes images again, after boundaries changed the velocities before them. Old nodes, which no boundary
 /// changes, are images already.
 void reflect_velocities(Grid& grid, const MirrorPlanes& mirror);

@@ -243,7 +243,8 @@ StepReport step(State& state, const Scene& scene, double dt, StepTimes* times) {
   timer.add_to(spent.particle_to_grid);
 
   fold_mirror_planes(grid, scene.mirror);
-  GridUpdate update = update_grid(grid, {scene.boundaries, scene.layered, scene.gravity, scene.mirror}, dt, state.time);  // v_i, contact
+  const GridForces forces{scene.boundaries, scene.layered, scene.gravity, scene.mirror, options.density, 1.0 - options.kept};
+  GridUpdate update = update_grid(grid, forces, dt, state.time);  // v_i, contact
   if (grid.ranks() != nullptr) grid.ranks()->return_nodes(grid);
   timer.add_to(spent.grid_update);
 
