@@ -90,8 +90,7 @@ void LumpedMassCorrection::add_of_block(const Grid& grid, const Block& block, st
       for (int i = 0; i < 27; ++i) {
         const int at = Kernel::place(first, i);
         const Vec3& arm = kernel.arm[i];
-        const Node beyond_linear =
-            fields.before[at] - before - arm.x() * gradient[0] - arm.y() * gradient[1] - arm.z() * gradient[2];
+        const Node beyond_linear = fields.before[at] - before - arm.x() * gradient[0] - arm.y() * gradient[1] - arm.z() * gradient[2];
         sum[at] += (mass * kernel.w[i]) * (fields.gained[at] - gained + relaxed_ * beyond_linear);
       }
     }

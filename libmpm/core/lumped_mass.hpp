@@ -1,10 +1,10 @@
 #pragma once
 /// Before a curved wall: what the lumped mass matrix does to accelerations, and its correction.
 ///
-/// A node's acceleration is its force over its own mass. So it is the mean of the field over the part of its kernel where there is material.
-/// A wall cuts kernels off, and the mean is then that of a place up to half a cell before the wall. Along a curved wall the pressure gradient
-/// falls like (R/r)^3 with the distance r from the axis: the flow at the wall is accelerated too little (21 % in the first cell at R = 4 dx).
-/// Along a plane the gradient does not change across the layer, and there is nothing to correct.
+/// A node's acceleration is its force over its own mass. So it is the mean of the field over the part of its kernel where there is
+/// material. A wall cuts kernels off, and the mean is then that of a place up to half a cell before the wall. Along a curved wall the
+/// pressure gradient falls like (R/r)^3 with the distance r from the axis: the flow at the wall is accelerated too little (21 % in the
+/// first cell at R = 4 dx). Along a plane the gradient does not change across the layer, and there is nothing to correct.
 ///
 /// The consistent mass matrix M_ij = sum_p m_p w_ip w_jp (Burgess, Sulsky & Brackbill 1992) does not have this error. One step of the
 /// iteration towards it, from the lumped masses m_i (the second-order FMPM of Nairn & Hammerquist 2021, for accelerations):

@@ -131,8 +131,8 @@ TEST(LumpedMass, ShareFallsToZeroAwayFromTheSide) {
 
 TEST(LumpedMass, ConcernsCurvedSidesOnly) {
   EXPECT_TRUE(LumpedMassCorrection::concerns(cylinder(1.0)));
-  EXPECT_FALSE(LumpedMassCorrection::concerns(
-      SurfaceSolid(BoxShape{.width = 2.0, .depth = 1.5}.outline(), tall, 0.0, Vec3::Zero(), dx, {})));
+  EXPECT_FALSE(
+      LumpedMassCorrection::concerns(SurfaceSolid(BoxShape{.width = 2.0, .depth = 1.5}.outline(), tall, 0.0, Vec3::Zero(), dx, {})));
 }
 
 /// The image of the computed half stands for the other: the same corrections as for the whole.
