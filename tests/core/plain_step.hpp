@@ -3,7 +3,8 @@
 /// no code with the library's step; what it takes from the library is the description of the scene and, of a solid that acts at its
 /// surface, where its points are (ContactStencil). A newcomer can learn the method here.
 ///
-/// Not in it: sources, solids with a top within reach of the material, MovingWall, prisms and cylinders that act on nodes.
+/// Not in it: sources, solids with a top within reach of the material, MovingWall, prisms and cylinders that act on nodes, mirror planes
+/// beside a solid that acts at its surface.
 
 #include <Eigen/Eigenvalues>
 #include <algorithm>
@@ -201,6 +202,7 @@ class Solver {
       n.before_forces = n.momentum / n.mass;
       n.v = n.before_forces + n.force_impulse / n.mass + dt * scene_.gravity;
     }
+    if (kept_ > 0.0) correct_before_round_solids();
     for (std::size_t b = 0; b < scene_.boundaries.size(); ++b) {
       std::vector<Vec3> before;
       for (const auto& [at, n] : nodes_) before.push_back(n.v);
@@ -270,6 +272,37 @@ class Solver {
     p.c = c;
     p.x += dt * now;
     law_.update(p, dt);
+  }
+
+  /// Before round solids: one step from the lumped towards the consistent mass matrix (lumped_mass.hpp says why).
+  void correct_before_round_solids() {
+    for (const Boundary& boundary : scene_.boundaries) {
+      const auto* const solid = std::get_if<SurfaceSolid>(&boundary);
+      if (solid == nullptr || !solid->outline().circle) continue;
+      const Circle& circle = *solid->outline().circle;
+      Nodes corrected = nodes_;
+      for (std::size_t b = 0; b < scene_.boundaries.size(); ++b) act(b);
+      for (const Particle& p : particles) {
+        const double apart = std::max((p.x.head<2>() - circle.centre).norm() - circle.radius, p.x.z() - solid->top());
+        const double share = std::clamp((5.5 - apart / dx_) / 3.0, 0.0, 1.0);  // whole up to 2.5 cells, none from 5.5 on
+        Vec3 gained = Vec3::Zero(), before = Vec3::Zero();
+        Mat3 gradient = Mat3::Zero();
+        for_each_node(p.x, dx_, [&](const Index& at, double w, const Vec3& arm) {
+          if (w == 0.0) return;
+          const Node& n = nodes_.at(at);
+          gained += w * (n.v - n.before_forces);
+          before += w * n.before_forces;
+          gradient += 4.0 / (dx_ * dx_) * w * n.before_forces * arm.transpose();
+        });
+        for_each_node(p.x, dx_, [&](const Index& at, double w, const Vec3& arm) {
+          if (w == 0.0) return;
+          const Node& n = nodes_.at(at);
+          const Vec3 more = n.v - n.before_forces - gained + (1.0 - kept_) * (n.before_forces - before - gradient * arm);
+          corrected.at(at).v += share * law_.density * p.volume * w / n.mass * more;
+        });
+      }
+      nodes_ = std::move(corrected);
+    }
   }
 
   void act(std::size_t b) {

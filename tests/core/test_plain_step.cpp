@@ -200,6 +200,16 @@ TEST(PlainStep, AgreesOnHardSnowWithoutCohesion) {
   expect_same(c, plain::cam_clay(snow.density, snow.young_modulus, snow.poisson_ratio, 0.4, 0.0, 5.0, snow.preconsolidation_pressure));
 }
 
+TEST(PlainStep, AgreesOnSnowAgainstARoundMast) {
+  Case c = small_avalanche();
+  c.obstacle->shape = CylinderShape{.width = 1.25};
+  auto& snow = c.material.as<CamClay>();
+  snow.critical_state_slope = 0.8;
+  snow.cohesion_beta = 0.3;
+  snow.hardening_xi = 0.5;
+  expect_same(c, plain::cam_clay(snow.density, snow.young_modulus, snow.poisson_ratio, 0.8, 0.3, 0.5, snow.preconsolidation_pressure));
+}
+
 TEST(PlainStep, AgreesOnSandWithNodalContactApicAndAMirrorPlane) {
   Case c = small_avalanche();
   DruckerPrager::Parameters sand;
