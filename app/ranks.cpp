@@ -15,7 +15,6 @@
 #include "libmpm/driver/threads.hpp"
 #include "libmpm/driver/worker.hpp"
 #include "libmpm/parallel/block_exchange.hpp"
-#include "libmpm/parallel/message.hpp"
 #ifdef MPM_MPI
 #include "libmpm/mpi/mpi_transport.hpp"
 #endif
@@ -83,8 +82,7 @@ int Session::serve() {
     if (message.empty()) return 0;
     MessageReader reader(message);
     const int threads = reader.get<int>(), forced = reader.get<int>();
-    const std::string text(reinterpret_cast<const char*>(message.data()) + 2 * sizeof(int), message.size() - 2 * sizeof(int));
-    const Case c = parse_case(text, "the case of the first rank");
+    const Case c = parse_case(reader.text(), "the case of the first rank");
     group_->start(threads);
     work_on(c, group_->exchange.emplace(group_->transport, Balancing{.forced = forced}));
     return 0;

@@ -54,10 +54,4 @@ class BlockTable {
   std::vector<double> numbers_;
 };
 
-/// Whether block a comes before block b in every list and every sum: by z, then y, then x.
-inline bool comes_before(const Index3& a, const Index3& b) {
-  if (a[2] != b[2]) return a[2] < b[2];
-  return a[1] != b[1] ? a[1] < b[1] : a[0] < b[0];
-}
-
 }  // namespace mpm

@@ -1,5 +1,7 @@
 #include "libmpm/driver/worker.hpp"
 
+#include <nlohmann/json.hpp>
+
 #include "libmpm/base/error.hpp"
 #include "libmpm/core/health.hpp"
 #include "libmpm/driver/observers.hpp"
@@ -20,9 +22,26 @@ std::size_t own_particles(const State& state) {
 std::string report_of_ranks(const State& state) {
   Ranks& ranks = *state.grid.ranks();
   ranks.tell(Task::report, state);
-  std::string text = ranks.report(own_particles(state));
+  auto all = nlohmann::ordered_json::array();
+  for (const RankCounts& c : ranks.counts(own_particles(state))) {
+    all.push_back({{"rank", all.size()},
+                   {"particles", c.particles},
+                   {"steps", c.steps},
+                   {"particle_steps", c.particle_steps},
+                   {"block_steps", c.block_steps},
+                   {"border_block_steps", c.border_steps},
+                   {"messages", c.messages},
+                   {"part_bytes", c.part_bytes},
+                   {"node_bytes", c.node_bytes},
+                   {"migrant_bytes", c.migrant_bytes},
+                   {"reductions", c.reductions},
+                   {"reduced_bytes", c.reduced_bytes},
+                   {"gathers", c.gathers},
+                   {"gathered_bytes", c.gathered_bytes},
+                   {"moves", c.moves}});
+  }
   ranks.done();
-  return text;
+  return nlohmann::ordered_json{{"ranks", all}}.dump(1) + "\n";
 }
 
 void work_on(const Case& c, Ranks& ranks) {
@@ -38,6 +57,7 @@ void work_on(const Case& c, Ranks& ranks) {
         case Task::step: step(state, scene, told.dt); break;
         case Task::totals: totals(state, scene); break;
         case Task::fastest: fastest_particle(state); break;
+        case Task::inside: particles_inside_boundaries(state, scene); break;
         case Task::observe:
           ranks.collect(
               state.grid, [&](const Block& b) { return observers.visits(b, scene, c.numerics.cell_size); }, nothing);
@@ -46,7 +66,7 @@ void work_on(const Case& c, Ranks& ranks) {
           ranks.collect(
               state.grid, [](const Block&) { return true; }, nothing);
           break;
-        case Task::report: ranks.report(own_particles(state)); break;
+        case Task::report: ranks.counts(own_particles(state)); break;
         case Task::end: return;
       }
       ranks.done();

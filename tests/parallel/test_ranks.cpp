@@ -77,7 +77,7 @@ Outcome on_several(const Case& c, int steps, int ranks, int threads, const Balan
     state.grid.divide(&exchange);
     take_steps(state, scene, steps, outcome);
     outcome.particles = testing::stored_particles(whole_state(state).grid);
-    outcome.moves = exchange.traffic().moves;
+    outcome.moves = exchange.own_counts().moves;
     EXPECT_LT(testing::stored_particles(state.grid).size(), outcome.particles.size());  // the others have the rest
     exchange.tell(Task::end, state, 0.0);
   });
@@ -142,6 +142,26 @@ TEST(Ranks, AFaultOfOneEndsAllWithItsMessage) {
     state.grid.divide(&exchange);
     EXPECT_EQ(message_of(state), expected);
     EXPECT_FALSE(exchange.busy());
+    exchange.tell(Task::end, state, 0.0);
+  });
+}
+
+TEST(Ranks, ParticlesInsideABoundaryAreThoseOfAll) {
+  Case c = testing::empty_case();
+  c.bodies = {testing::box_body({-2.0, -1.0, 0.0}, {2.0, 1.0, 2.0})};
+  c.walls = {testing::wall(Vec3(0.0, 0.0, 1.0), Vec3::UnitZ(), Contact::no_slip)};  // the lower half, 8 of 16 blocks
+  const CaseScene scene = make_scene(c);
+  State alone = make_state(c, scene);
+  step(alone, scene, 1e-4);
+  const auto expected = particles_inside_boundaries(alone, scene);
+  ASSERT_EQ(expected.size(), 1U);
+  testing::on_ranks(4, [&](Transport& transport) {
+    BlockExchange exchange(transport);
+    if (!exchange.first()) return work_on(c, exchange);
+    State state = make_state(c, scene);
+    state.grid.divide(&exchange);
+    step(state, scene, 1e-4);
+    EXPECT_EQ(particles_inside_boundaries(state, scene), expected);
     exchange.tell(Task::end, state, 0.0);
   });
 }
