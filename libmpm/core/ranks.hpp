@@ -37,7 +37,8 @@ enum class Task : std::uint32_t {
   fastest,  ///< the fastest particle of all
   inside,   ///< particles that start inside a boundary
   observe,  ///< particles that an observer wants to see
-  collect,  ///< all particles
+  columns,  ///< all particles in the order of their numbers, piece by piece
+  blocks,   ///< all blocks in their order, piece by piece
   report,   ///< what was exchanged
   end,      ///< nothing follows
 };
@@ -59,6 +60,7 @@ struct RankCounts {
   std::uint64_t part_bytes = 0;      ///< sent with parts
   std::uint64_t node_bytes = 0;      ///< sent with nodes
   std::uint64_t migrant_bytes = 0;   ///< sent with migrants
+  std::uint64_t exchanges = 0;       ///< times that all ranks told each other of their borders
   std::uint64_t reductions = 0;      ///< numbers of all ranks made one: sums, maxima
   std::uint64_t reduced_bytes = 0;   ///< given to these
   std::uint64_t gathers = 0;         ///< rows of all ranks brought to the first
@@ -114,6 +116,9 @@ class Ranks {
   virtual std::vector<Message> gather(Message mine) = 0;
   /// Particles of all ranks, as of the last announce(). @param own  of this rank: all that there are before the first step
   [[nodiscard]] virtual std::size_t particle_count(std::size_t own) const = 0;
+
+  /// The first rank's message becomes that of all.
+  virtual void share(Message& message) = 0;
 
   /// Copies blocks with their particles into a grid of the first rank that knows no other ranks.
   /// @param wanted  which, asked where the block is

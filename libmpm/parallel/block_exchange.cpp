@@ -180,6 +180,7 @@ Borders BlockExchange::borders_of(const Grid& grid) const {
 
 /// Tells the ranks next to this one which of its blocks hold particles at the common border, and learns theirs.
 void BlockExchange::exchange_borders() {
+  ++counts_.exchanges;
   Messages out;
   for (const auto& [rank, blocks] : mine_) put(out[rank], std::span<const Index3>(blocks));
   theirs_.clear();

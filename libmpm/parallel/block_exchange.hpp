@@ -22,8 +22,7 @@ namespace mpm {
 class BlockExchange : public Ranks {
  public:
   /// Everything belongs to rank 0 until the first step. @param transport  outlives this
-  explicit BlockExchange(Transport& transport, const Balancing& balancing = {})
-      : transport_(transport), ownership_(transport, balancing) {}
+  explicit BlockExchange(Transport& transport, const Balancing& balancing = {}) : transport_(transport), ownership_(transport, balancing) {}
 
   [[nodiscard]] int size() const override { return transport_.size(); }
   [[nodiscard]] bool first() const override { return transport_.rank() == 0; }
@@ -42,6 +41,7 @@ class BlockExchange : public Ranks {
   double agree(double largest, const std::optional<BlockFault>& fault) override;
   void sum(std::span<std::uint64_t> numbers) override;
   std::vector<Message> gather(Message mine) override;
+  void share(Message& message) override { transport_.broadcast(message); }
   [[nodiscard]] std::size_t particle_count(std::size_t own) const override { return now_ ? now_->particles : own; }
   void collect(const Grid& from, const std::function<bool(const Block&)>& wanted, Grid& into) override;
   std::vector<RankCounts> counts(std::size_t particles) override;

@@ -28,8 +28,8 @@ class Ownership {
   Ownership(Transport& transport, const Balancing& balancing)
       : transport_(transport), balancing_(balancing), partition_(transport.size()) {}
 
-  [[nodiscard]] const Partition& partition() const { return partition_; }                                     ///< as it is now
-  [[nodiscard]] int owner(const Index3& block) const { return partition_.owner(block); }                      ///< rank
+  [[nodiscard]] const Partition& partition() const { return partition_; }                                      ///< as it is now
+  [[nodiscard]] int owner(const Index3& block) const { return partition_.owner(block); }                       ///< rank
   [[nodiscard]] bool owns(const Index3& block) const { return partition_.owner(block) == transport_.rank(); }  ///< this rank does
   /// Whether a block or one of its neighbours is another rank's.
   [[nodiscard]] bool at_border(const Index3& block) const;
