@@ -13,6 +13,7 @@
 #include <optional>
 
 #include "campaign_control.hpp"
+#include "case_arguments.hpp"
 #include "commands.hpp"
 #include "libmpm/base/error.hpp"
 #include "libmpm/campaign/execution.hpp"
@@ -23,6 +24,7 @@
 #include "libmpm/campaign/tables.hpp"
 #include "libmpm/driver/run_folder.hpp"
 #include "libmpm/io/atomic_file.hpp"
+#include "ranks.hpp"
 #include "run_control.hpp"
 #include "validators.hpp"
 
@@ -124,6 +126,7 @@ class CampaignReports {
 };
 
 void run_here(const Campaign& campaign, const CampaignArguments& a) {
+  require_mpi(campaign.plan.ranks);
   const fs::path out = folder_of(a);
   const int jobs = a.jobs > 0 ? a.jobs : default_jobs(campaign.plan);
   require_memory(campaign, jobs, physical_memory_bytes());
@@ -160,6 +163,7 @@ std::vector<std::string> names_to_submit(const Campaign& campaign, const fs::pat
 }
 
 void submit(const Campaign& campaign, const CampaignArguments& a, bool wait) {
+  require_mpi(campaign.plan.ranks);
   const fs::path out = fs::absolute(folder_of(a));
   std::vector<std::string> names;
   SlurmJob job;
@@ -179,10 +183,16 @@ void submit(const Campaign& campaign, const CampaignArguments& a, bool wait) {
   if (wait) conclude(campaign, out, a.jobs);
 }
 
-void run(const CampaignArguments& a) { run_campaign(make_campaign(read_plan(a.plan)), a); }
+Campaign planned(const CampaignArguments& a) {
+  CampaignPlan plan = read_plan(a.plan);
+  if (a.ranks > 0) plan.ranks = a.ranks;
+  return make_campaign(std::move(plan));
+}
+
+void run(const CampaignArguments& a) { run_campaign(planned(a), a); }
 
 void status(const CampaignArguments& a) {
-  const Campaign campaign = make_campaign(read_plan(a.plan));
+  const Campaign campaign = planned(a);
   const fs::path out = folder_of(a);
   const std::vector<RunStatus> all = status_of(out, campaign);
   const Preparation changes = compare_with_folder(out, campaign);
@@ -216,6 +226,7 @@ void add_plan_arguments(CLI::App& command, CampaignArguments& a) {
   command.add_option("--jobs", a.jobs, "Runs at a time (default: cores over threads a run; Slurm: as many as it grants)")
       ->check(in_range(1, most_jobs))
       ->type_name("N");
+  add_ranks_argument(command, a.ranks, "Processes of each run (default: `ranks` of the plan, 1)");
 }
 
 }  // namespace
@@ -254,7 +265,7 @@ void add_campaign(CLI::App& app) {
   add_plan_arguments(*submit_command, *a);
   submit_command->add_option("--executor", a->executor, "slurm")->check(CLI::IsMember({"slurm"}))->default_str("slurm");
   submit_command->add_flag("--retry-failed", a->retry_failed, "Also runs whose failure would repeat itself");
-  submit_command->callback([a] { submit(make_campaign(read_plan(a->plan)), *a, false); });
+  submit_command->callback([a] { submit(planned(*a), *a, false); });
 
   CLI::App* task = campaign->add_subcommand("task", "One run of a campaign's folder, as a task of a Slurm array runs it");
   task->add_option("folder", a->out, "Folder of the campaign")->required()->type_name("DIR");

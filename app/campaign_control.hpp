@@ -13,6 +13,7 @@ struct CampaignArguments {
   std::filesystem::path plan;            ///< plan file, or the site file of a design
   std::filesystem::path out;             ///< folder; empty: out/<name of the plan>
   int jobs = 0;                          ///< runs at a time; 0: cores over threads of a run
+  int ranks = 0;                         ///< of each run; 0: as the plan says
   std::string executor;                  ///< "slurm", or here
   bool retry_failed = false;             ///< also runs whose failure would repeat itself
   bool list = false;                     ///< status: every run

@@ -34,4 +34,10 @@ inline void add_threads_argument(CLI::App& command, int& threads) {
       ->type_name("N");
 }
 
+/// --ranks N, of a command that starts them.
+inline void add_ranks_argument(CLI::App& command, int& ranks, const std::string& text) {
+  constexpr int most_ranks = 100000;
+  command.add_option("--ranks", ranks, text)->check(in_range(1, most_ranks))->type_name("N");
+}
+
 }  // namespace mpm::app

@@ -16,6 +16,7 @@
 #include "libmpm/driver/sweep.hpp"
 #include "libmpm/io/atomic_file.hpp"
 #include "libmpm/io/csv.hpp"
+#include "ranks.hpp"
 #include "run_control.hpp"
 #include "validators.hpp"
 
@@ -31,7 +32,7 @@ struct ConvergeArguments {
   std::vector<double> exact;
   double formal_order = 1.0;
   std::filesystem::path out;
-  int threads = 0;
+  int threads = 0, ranks = 1;
   bool resume = false, force = false;
 };
 
@@ -135,6 +136,7 @@ std::vector<SweepPoint> compute(const ConvergeArguments& arguments, const Case& 
   options.overwrite = arguments.force;
   options.on_progress = [&](const Progress& p) { progress(p); };
   options.poll = pending_request;
+  options.run = [](const Case& c, const RunOptions& run) { return session().run(c, run); };
   options.on_start = [&](const SweepPoint& p) {
     fmt::print(stderr, "{} = {} in {}\n", to_string(sweep.kind), format_number(p.value), p.directory.string());
   };
@@ -153,12 +155,14 @@ std::vector<SweepPoint> compute(const ConvergeArguments& arguments, const Case& 
   progress.finish();
   if (!result.finished) {
     fmt::print(stderr, "to continue: the same command with --resume --out {}\n", out.string());
+    session().close(0);
     end_by_signal();
   }
   return result.points;
 }
 
 void converge(const ConvergeArguments& arguments) {
+  if (arguments.ranks > 1 && session().size() == 1) become_ranks(arguments.ranks);
   const Case spec = read_case(arguments.input.file, arguments.input.overrides);
   const Sweep sweep = in_order(sweep_of(arguments));
   check(arguments, spec, sweep);
@@ -211,6 +215,7 @@ void add_converge(CLI::App& app) {
       ->capture_default_str();
   command->add_option("--out", a->out, "Folder of the runs (default: out/<name of the case file>_<what is varied>)")->type_name("DIR");
   add_threads_argument(*command, a->threads);
+  add_ranks_argument(*command, a->ranks, "Processes of each run, started by mpirun (default: 1, or those of the mpirun that started this)");
   CLI::Option* resume = command->add_flag("--resume", a->resume, "Keep the finished runs, continue the one that was interrupted");
   command->add_flag("--force", a->force, "Overwrite the results of earlier runs in the folder")->excludes(resume);
   command->callback([a] { converge(*a); });

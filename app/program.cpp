@@ -76,10 +76,11 @@ int parse(CLI::App& app, int argc, char** argv) {
   }
 }
 
-/// Commands but `run` work alone.
+/// Commands but `run` and `converge` work alone.
 void require_one_rank(const std::string& command) {
-  if (mpm::app::session().size() == 1 || command == "run" || command.starts_with("-")) return;
-  throw mpm::ConfigError(fmt::format("mpm {}: not available with more than one rank; start it without mpirun", command));
+  if (mpm::app::session().size() == 1 || command == "run" || command == "converge" || command.starts_with("-")) return;
+  const char* const remedy = command == "campaign" ? "; it starts the ranks of each run itself: give `ranks` in the plan, or --ranks" : "";
+  throw mpm::ConfigError(fmt::format("mpm {}: not available with more than one rank; start it without mpirun{}", command, remedy));
 }
 
 int run_command(int argc, char** argv) {

@@ -2,20 +2,25 @@
 
 #include <fmt/format.h>
 #include <omp.h>
+#include <unistd.h>
 
+#include <cerrno>
 #include <csignal>
 #include <cstdlib>
+#include <cstring>
 #include <exception>
+#include <filesystem>
+#include <fstream>
 #include <initializer_list>
 #include <new>
 #include <optional>
 
 #include "libmpm/base/error.hpp"
 #include "libmpm/driver/case_file.hpp"
+#include "libmpm/driver/launcher.hpp"
 #include "libmpm/driver/threads.hpp"
 #include "libmpm/driver/worker.hpp"
 #include "libmpm/parallel/block_exchange.hpp"
-#include "libmpm/parallel/message.hpp"
 #ifdef MPM_MPI
 #include "libmpm/mpi/mpi_transport.hpp"
 #endif
@@ -36,6 +41,32 @@ int number_in_environment(const char* name) {
 
 Session& session() { return *the_session; }
 
+void become_ranks(int ranks) {
+  require_mpi(ranks);
+  std::vector<std::string> words = launcher_words(ranks);
+  words.push_back(std::filesystem::read_symlink("/proc/self/exe").string());
+  std::ifstream command_line("/proc/self/cmdline");
+  std::string word;
+  std::getline(command_line, word, '\0');  // the program
+  while (std::getline(command_line, word, '\0')) {
+    if (word == "--ranks")
+      std::getline(command_line, word, '\0');
+    else if (!word.starts_with("--ranks="))
+      words.push_back(word);
+  }
+  std::vector<char*> arguments;
+  for (std::string& w : words) arguments.push_back(w.data());
+  arguments.push_back(nullptr);
+  execv(arguments[0], arguments.data());
+  throw IoError(fmt::format("cannot start {}: {}", words[0], std::strerror(errno)));
+}
+
+void require_mpi(int ranks) {
+  if (ranks == 1 || Session::can_be_several()) return;
+  throw ConfigError(
+      fmt::format("{} ranks: this program was built without MPI; build it with `./run build mpi` and take build/mpi/bin/mpm", ranks));
+}
+
 #ifdef MPM_MPI
 
 struct Session::Group {
@@ -46,6 +77,12 @@ struct Session::Group {
 
   /// Starts the threads of this rank. @param wanted  0: nobody says how many
   void start(int wanted) const { start_threads(wanted == 0 && std::getenv("OMP_NUM_THREADS") == nullptr ? transport.threads() : wanted); }
+
+  /// On the first rank: the others wait for another run.
+  void end_run() {
+    exchange->tell(Task::end, State(1.0), 0.0);
+    exchange.reset();
+  }
 
   [[noreturn]] void fail(int code, const std::string& what) {
     say(fmt::format("rank {}: {}\n", transport.rank(), what));
@@ -58,6 +95,7 @@ Session::Session(int& argc, char**& argv) : group_(std::make_unique<Group>(argc,
   the_session = this;
 }
 
+bool Session::can_be_several() { return true; }
 bool Session::first() const { return group_ == nullptr || group_->transport.rank() == 0; }
 int Session::size() const { return group_ == nullptr ? 1 : group_->transport.size(); }
 
@@ -72,22 +110,24 @@ RunResult Session::run(const Case& c, RunOptions options) {
   options.ranks = &group_->exchange.emplace(group_->transport, Balancing{.forced = forced});
   group_->start(options.threads);
   options.threads = omp_get_max_threads();
-  return run_case(c, options);
+  const RunResult result = run_case(c, options);
+  group_->end_run();
+  return result;
 }
 
 int Session::serve() {
   for (const int number : {SIGINT, SIGTERM, SIGHUP, SIGUSR1}) std::signal(number, SIG_IGN);  // the first rank decides
   try {
-    Message message;
-    group_->transport.broadcast(message);
-    if (message.empty()) return 0;
-    MessageReader reader(message);
-    const int threads = reader.get<int>(), forced = reader.get<int>();
-    const std::string text(reinterpret_cast<const char*>(message.data()) + 2 * sizeof(int), message.size() - 2 * sizeof(int));
-    const Case c = parse_case(text, "the case of the first rank");
-    group_->start(threads);
-    work_on(c, group_->exchange.emplace(group_->transport, Balancing{.forced = forced}));
-    return 0;
+    for (;;) {
+      Message message;
+      group_->transport.broadcast(message);
+      if (message.empty()) return 0;
+      MessageReader reader(message);
+      const int threads = reader.get<int>(), forced = reader.get<int>();
+      const Case c = parse_case(reader.text(), "the case of the first rank");
+      group_->start(threads);
+      work_on(c, group_->exchange.emplace(group_->transport, Balancing{.forced = forced}));
+    }
   } catch (const Error& error) {
     group_->fail(static_cast<int>(error.code()), error.what());
   } catch (const std::bad_alloc&) {
@@ -100,14 +140,10 @@ int Session::serve() {
 void Session::close(int exit_code) {
   if (group_ == nullptr || group_->closed || !first()) return;
   group_->closed = true;
-  if (!group_->exchange) {
-    Message nothing;
-    group_->transport.broadcast(nothing);
-  } else if (group_->exchange->busy()) {
-    group_->transport.abort(exit_code);
-  } else {
-    group_->exchange->tell(Task::end, State(1.0), 0.0);
-  }
+  if (group_->exchange && group_->exchange->busy()) group_->transport.abort(exit_code);
+  if (group_->exchange) group_->end_run();
+  Message nothing;
+  group_->transport.broadcast(nothing);
 }
 
 #else
@@ -126,6 +162,7 @@ Session::Session(int&, char**&) {
   }
 }
 
+bool Session::can_be_several() { return false; }
 bool Session::first() const { return true; }
 int Session::size() const { return 1; }
 RunResult Session::run(const Case& c, RunOptions options) { return run_case(c, options); }

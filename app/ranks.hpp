@@ -17,9 +17,11 @@ class Session {
   Session(const Session&) = delete;
   Session& operator=(const Session&) = delete;
 
+  /// Whether this program can be started as several ranks: it was built with MPI.
+  [[nodiscard]] static bool can_be_several();
   [[nodiscard]] bool first() const;  ///< the rank that reads the command line, and reports
   [[nodiscard]] int size() const;    ///< number of ranks
-  /// What the others do: they wait for a run of the first, and take part. @returns the exit code; ends all ranks if this one fails
+  /// What the others do: they wait for runs of the first, and take part. @returns the exit code; ends all ranks if this one fails
   int serve();
   /// run_case(), with all ranks.
   RunResult run(const Case& c, RunOptions options);
@@ -33,5 +35,12 @@ class Session {
 
 /// That of this program.
 Session& session();
+
+/// @throws ConfigError if this program cannot be started as so many ranks
+void require_mpi(int ranks);
+
+/// Starts this command again as several ranks, in place of this process, without its option --ranks.
+/// @throws ConfigError if that is not possible
+[[noreturn]] void become_ranks(int ranks);
 
 }  // namespace mpm::app

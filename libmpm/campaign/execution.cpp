@@ -21,6 +21,7 @@
 #include "libmpm/campaign/attempts.hpp"
 #include "libmpm/campaign/folder.hpp"
 #include "libmpm/campaign/status.hpp"
+#include "libmpm/driver/launcher.hpp"
 #include "libmpm/driver/run_folder.hpp"
 #include "libmpm/io/atomic_file.hpp"
 
@@ -72,7 +73,10 @@ struct Child {
 class Pool {
  public:
   Pool(const Campaign& campaign, const std::vector<std::size_t>& runs, const ExecutionOptions& options)
-      : campaign_(campaign), options_(options), failures_(campaign.runs.size(), 0) {
+      : campaign_(campaign),
+        options_(options),
+        launcher_(launcher_words(campaign.plan.ranks, campaign.plan.launcher)),
+        failures_(campaign.runs.size(), 0) {
     for (const std::size_t i : runs) {
       const RunStatus status = status_of(options.out, campaign.runs[i]);
       if (status.state == RunState::done) {
@@ -163,8 +167,9 @@ class Pool {
     attempts.back().host = host_name();
     write_attempts(directory, run, attempts);
 
-    std::vector<std::string> words{options_.program.string(), "run",       (directory / "case.toml").string(),     "--out",
-                                   directory.string(),        "--threads", std::to_string(campaign_.plan.threads), "--resume"};
+    std::vector<std::string> words = launcher_;
+    words.insert(words.end(), {options_.program.string(), "run", (directory / "case.toml").string(), "--out", directory.string(),
+                               "--threads", std::to_string(campaign_.plan.threads), "--resume"});
     std::vector<char*> arguments;  // as execv wants them
     arguments.reserve(words.size() + 1);
     for (std::string& word : words) arguments.push_back(word.data());
@@ -185,8 +190,13 @@ class Pool {
     if (attempts.empty()) attempts.push_back({});
     Attempt& a = attempts.back();
     a.ended = utc_now();
-    if (WIFEXITED(status)) a.exit_code = WEXITSTATUS(status);
-    if (WIFSIGNALED(status)) a.signal = WTERMSIG(status);
+    constexpr int by_signal = 128;  // and its number: the exit code of a launcher whose program a signal has ended
+    if (WIFSIGNALED(status))
+      a.signal = WTERMSIG(status);
+    else if (!launcher_.empty() && WEXITSTATUS(status) > by_signal)
+      a.signal = WEXITSTATUS(status) - by_signal;
+    else
+      a.exit_code = WEXITSTATUS(status);
     bool again = false;
     if (finished_results(directory, run.spec)) {
       a.outcome = "done";
@@ -213,7 +223,8 @@ class Pool {
 
   const Campaign& campaign_;
   const ExecutionOptions& options_;
-  std::deque<std::size_t> waiting_;  ///< in the order in which they are started
+  std::vector<std::string> launcher_;  ///< words before those of a child
+  std::deque<std::size_t> waiting_;    ///< in the order in which they are started
   std::vector<Child> children_;
   std::vector<int> failures_;            ///< of each run, in this call
   std::vector<std::size_t> waited_for_;  ///< runs of which it was output that another process works on them
@@ -228,7 +239,9 @@ ExecutionReport execute(const Campaign& campaign, const std::vector<std::size_t>
   return Pool(campaign, runs, options).go();
 }
 
-int default_jobs(const CampaignPlan& plan) { return std::max(1, static_cast<int>(std::thread::hardware_concurrency()) / plan.threads); }
+int default_jobs(const CampaignPlan& plan) {
+  return std::max(1, static_cast<int>(std::thread::hardware_concurrency()) / (plan.ranks * plan.threads));
+}
 
 void require_memory(const Campaign& campaign, int jobs, double limit_bytes) {
   std::vector<double> need;

@@ -1,9 +1,9 @@
 #pragma once
 /// Runs the runs of a campaign, each in a process of its own: one that crashes takes no other with it.
 ///
-/// A child is `PROGRAM run OUT/runs/NAME/case.toml --out OUT/runs/NAME --threads N --resume`. It has a process group of its own, so that a
-/// Ctrl-C reaches it through this process alone, and gets SIGTERM when this process dies, however it dies: it writes its checkpoint and
-/// ends. Until then it holds the lock of its folder, and the run is not started a second time.
+/// A child is `PROGRAM run OUT/runs/NAME/case.toml --out OUT/runs/NAME --threads N --resume`, or for several ranks the launcher of that. It
+/// has a process group of its own, so that a Ctrl-C reaches it through this process alone, and gets SIGTERM when this process dies, however
+/// it dies: it writes its checkpoint and ends. Until then it holds the lock of its folder, and the run is not started a second time.
 
 #include <cstddef>
 #include <filesystem>
@@ -39,10 +39,10 @@ struct ExecutionReport {
 /// process works is left for later. A run that failed is tried again up to plan.retries times, unless its failure would repeat itself (exit
 /// code 2: the case is invalid; 3: unstable); the cause of every failure is kept in attempts.json.
 /// @param runs  of the campaign, by index
-/// @throws IoError if a folder cannot be written or a process cannot be started
+/// @throws IoError if a folder cannot be written or a process cannot be started; ConfigError if the launcher is not there
 ExecutionReport execute(const Campaign& campaign, const std::vector<std::size_t>& runs, const ExecutionOptions& options);
 
-/// Runs at a time that fill the cores of this machine with the plan's threads a run; at least 1.
+/// Runs at a time that fill the cores of this machine with the plan's ranks and threads; at least 1.
 [[nodiscard]] int default_jobs(const CampaignPlan& plan);
 
 /// @throws ConfigError if the `jobs` largest runs together do not fit into limit_bytes

@@ -34,12 +34,14 @@ struct SlurmSpec {
 
 /// A plan with its runs.
 struct CampaignPlan {
-  std::string title;             ///< heading of the campaign
-  std::string base_text;         ///< the base case as TOML
-  std::string base_name;         ///< its place, for messages
-  std::vector<PlannedRun> runs;  ///< in the order of the plan
-  int threads = 1, retries = 1;  ///< of each run; more attempts at a run that failed
-  bool longest_first = true;     ///< order in which runs are started: by their estimated cost, or as in the plan
+  std::string title;                  ///< heading of the campaign
+  std::string base_text;              ///< the base case as TOML
+  std::string base_name;              ///< its place, for messages
+  std::vector<PlannedRun> runs;       ///< in the order of the plan
+  int ranks = 1;                      ///< of each run
+  std::vector<std::string> launcher;  ///< that starts them, with ranks_placeholder (driver/launcher.hpp); empty: the default
+  int threads = 1, retries = 1;       ///< of each rank; more attempts at a run that failed
+  bool longest_first = true;          ///< order in which runs are started: by their estimated cost, or as in the plan
   bool keep_frames = false, keep_final = false, keep_checkpoint = false;  ///< files that stay when a run is done
   SlurmSpec slurm;                                                        ///< of tasks that Slurm runs
 };

@@ -16,6 +16,12 @@ namespace {
 
 std::string toml_string(const std::string& text) { return config::toml_text(toml::value<std::string>(text)); }
 
+std::string toml_list(const std::vector<std::string>& words) {
+  std::vector<std::string> quoted;
+  for (const std::string& word : words) quoted.push_back(toml_string(word));
+  return fmt::format("[{}]", fmt::join(quoted, ", "));
+}
+
 }  // namespace
 
 CampaignPlan parse_plan(std::string_view text, const std::filesystem::path& file) {
@@ -30,6 +36,8 @@ std::string write_plan(const CampaignPlan& plan) {
   std::string out =
       fmt::format("format_version = {}\ntitle = {}\nthreads = {}\nretries = {}\norder = {}\n", plan_format_version, toml_string(plan.title),
                   plan.threads, plan.retries, toml_string(plan.longest_first ? "longest_first" : "plan"));
+  if (plan.ranks > 1) out += fmt::format("ranks = {}\n", plan.ranks);
+  if (!plan.launcher.empty()) out += fmt::format("launcher = {}\n", toml_list(plan.launcher));
   std::vector<std::string> keep;
   if (plan.keep_frames) keep.emplace_back(toml_string("frames"));
   if (plan.keep_final) keep.emplace_back(toml_string("final"));
@@ -37,11 +45,9 @@ std::string write_plan(const CampaignPlan& plan) {
   out += fmt::format("keep = [{}]\n", fmt::join(keep, ", "));
   const SlurmSpec& s = plan.slurm;
   if (s != SlurmSpec{}) {
-    std::vector<std::string> options;
-    for (const std::string& o : s.options) options.push_back(toml_string(o));
-    out += fmt::format("\n[slurm]\npartition = {}\naccount = {}\nqos = {}\ntime_limit = {}\nmemory = {}\noptions = [{}]\n",
+    out += fmt::format("\n[slurm]\npartition = {}\naccount = {}\nqos = {}\ntime_limit = {}\nmemory = {}\noptions = {}\n",
                        toml_string(s.partition), toml_string(s.account), toml_string(s.qos), toml_string(s.time_limit),
-                       toml_string(s.memory), fmt::join(options, ", "));
+                       toml_string(s.memory), toml_list(s.options));
   }
   toml::table base;
   base.insert("base", toml::parse(plan.base_text));

@@ -3,7 +3,9 @@
 ///
 ///   title = "Run-up on a mast"
 ///   base = "../examples/avalanche_fr3.toml"       # a case file, relative to the plan; or [base.material], [base.conveyor] ...
-///   threads = 1                                   # of each run
+///   ranks = 1                                     # processes of each run, by MPI
+///   launcher = ["mpirun", "-np", "{ranks}"]       # what starts them; left out: Open MPI's mpirun with suitable options
+///   threads = 1                                   # of each rank
 ///   retries = 1                                   # of a run that ended in a way that need not repeat itself
 ///   keep = ["frames", "final", "checkpoint"]      # files that are kept of a finished run besides its results; none by default
 ///   order = "longest_first"                       # or "plan": in which order runs are started

@@ -10,6 +10,7 @@
 #include "libmpm/campaign/run_name.hpp"
 #include "libmpm/config/guard.hpp"
 #include "libmpm/config/toml_text.hpp"
+#include "libmpm/driver/launcher.hpp"
 #include "libmpm/io/csv.hpp"
 
 namespace mpm {
@@ -21,7 +22,7 @@ using config::one_line;
 using config::shown;
 using config::toml_text;
 
-constexpr int most_threads_of_a_run = 1024, most_retries = 100;
+constexpr int most_threads_of_a_run = 1024, most_ranks_of_a_run = 100000, most_retries = 100;
 
 /// Reads the tables of a plan, one function a table.
 class BlockReader : private PlanValues {
@@ -287,11 +288,18 @@ class BlockReader : private PlanValues {
 
   void read_root(const toml::table& root) {
     only(root, "",
-         {"format_version", "title", "base", "threads", "retries", "order", "keep", "table", "set", "when", "parameters", "grid", "run",
-          "labels", "slurm"});
+         {"format_version", "title", "base", "ranks", "launcher", "threads", "retries", "order", "keep", "table", "set", "when",
+          "parameters", "grid", "run", "labels", "slurm"});
     if (integer(root, "format_version", 1, plan_format_version, plan_format_version) != plan_format_version) return;
     CampaignPlan& plan = blocks_.plan;
     plan.title = text(root, "", "title");
+    plan.ranks = integer(root, "ranks", 1, most_ranks_of_a_run, plan.ranks);
+    plan.launcher = words(root, "", "launcher");
+    const auto says_how_many = [](const std::string& word) { return word.find(ranks_placeholder) != std::string::npos; };
+    if (!plan.launcher.empty() && std::ranges::none_of(plan.launcher, says_how_many)) {
+      problem(root.get("launcher")->source(), "",
+              fmt::format("launcher: no word says how many ranks it starts; give one with {}", ranks_placeholder));
+    }
     plan.threads = integer(root, "threads", 1, most_threads_of_a_run, plan.threads);
     plan.retries = integer(root, "retries", 0, most_retries, plan.retries);
     read_base(root);

@@ -31,7 +31,7 @@ std::string slurm_script(const CampaignPlan& plan, const std::string& job_name, 
   const auto option = [&](const std::string& o) { text += fmt::format("#SBATCH {}\n", o); };
   option(fmt::format("--job-name={}", quoted(job_name)));
   option(fmt::format("--array=1-{}{}", tasks, at_once > 0 ? fmt::format("%{}", at_once) : ""));
-  option("--ntasks=1");
+  option(fmt::format("--ntasks={}", plan.ranks));
   option(fmt::format("--cpus-per-task={}", plan.threads));
   option(fmt::format("--output={}", quoted((out / "slurm" / "%A_%a.log").string())));
   option("--open-mode=append");

@@ -68,7 +68,8 @@ CampaignCost cost_of(const Campaign& campaign, const std::vector<RunStatus>& sta
   }
   cost.measured = time > 0.0;
   constexpr double assumed_cores = 2.0;  // of assumed_particle_steps_per_s
-  cost.particle_steps_per_s = cost.measured ? work / time : assumed_particle_steps_per_s / assumed_cores * campaign.plan.threads;
+  cost.particle_steps_per_s =
+      cost.measured ? work / time : assumed_particle_steps_per_s / assumed_cores * campaign.plan.threads * campaign.plan.ranks;
   return cost;
 }
 

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <numeric>
 
+#include "libmpm/core/grid.hpp"
+
 namespace mpm {
 
 void BlockTable::add(const Index3& block, std::span<const double> row) {
@@ -20,22 +22,18 @@ void BlockTable::add_unless_zero(const Index3& block, std::span<const double> ro
 }
 
 void BlockTable::gather(Ranks& ranks) {
-  const std::size_t block_bytes = blocks_.size() * sizeof(Index3), number_bytes = numbers_.size() * sizeof(double);
-  std::vector<std::byte> mine(block_bytes + number_bytes);
-  if (!blocks_.empty()) {
-    std::memcpy(mine.data(), blocks_.data(), block_bytes);
-    std::memcpy(mine.data() + block_bytes, numbers_.data(), number_bytes);
-  }
-  const auto all = ranks.gather(std::move(mine));
+  Message mine;
+  put(mine, std::span<const Index3>(blocks_));
+  put(mine, std::span<const double>(numbers_));
   std::vector<Index3> blocks;
   std::vector<double> numbers;
-  for (const auto& bytes : all) {
-    const std::size_t rows = bytes.size() / (sizeof(Index3) + width_ * sizeof(double)), before = blocks.size();
-    if (rows == 0) continue;
+  for (const Message& message : ranks.gather(std::move(mine))) {
+    const std::size_t rows = message.size() / (sizeof(Index3) + width_ * sizeof(double)), before = blocks.size();
     blocks.resize(before + rows);
     numbers.resize((before + rows) * width_);
-    std::memcpy(blocks.data() + before, bytes.data(), rows * sizeof(Index3));
-    std::memcpy(numbers.data() + before * width_, bytes.data() + rows * sizeof(Index3), rows * width_ * sizeof(double));
+    MessageReader reader(message);
+    reader.get(std::span(blocks).subspan(before));
+    reader.get(std::span(numbers).subspan(before * width_));
   }
   std::vector<std::size_t> order(blocks.size());
   std::iota(order.begin(), order.end(), std::size_t{0});

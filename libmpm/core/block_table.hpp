@@ -1,5 +1,5 @@
 #pragma once
-/// Parts of sums over blocks on their way to the first rank.
+/// Parts of sums over blocks on their way to the first rank, where not only their sums over all blocks matter (for these: block_sums.hpp).
 
 #include <cstring>
 #include <span>
@@ -35,14 +35,14 @@ class BlockTable {
 
   /// A new row. @param row  as many numbers as the table is wide
   void add(const Index3& block, std::span<const double> row);
-  /// A new row of a table of T; none if all its bits are zero: adding it would change no sum.
+  /// A new row of a table of T.
   template <class T>
   void add_part(const Index3& block, const T& part) {
     double row[sizeof(T) / sizeof(double)];
     std::memcpy(row, static_cast<const void*>(&part), sizeof(T));
-    add_unless_zero(block, row);
+    add(block, row);
   }
-  /// The same for numbers.
+  /// A new row; none if all its bits are zero: adding it would change no sum.
   void add_unless_zero(const Index3& block, std::span<const double> row);
 
   /// Brings the rows of all ranks together on the first, in the order of the blocks; elsewhere the table is empty afterwards.
@@ -53,11 +53,5 @@ class BlockTable {
   std::vector<Index3> blocks_;
   std::vector<double> numbers_;
 };
-
-/// Whether block a comes before block b in every list and every sum: by z, then y, then x.
-inline bool comes_before(const Index3& a, const Index3& b) {
-  if (a[2] != b[2]) return a[2] < b[2];
-  return a[1] != b[1] ? a[1] < b[1] : a[0] < b[0];
-}
 
 }  // namespace mpm

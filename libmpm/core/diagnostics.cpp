@@ -2,7 +2,7 @@
 
 #include <Eigen/Geometry>
 
-#include "libmpm/core/block_table.hpp"
+#include "libmpm/core/block_sums.hpp"
 #include "libmpm/core/stress_update.hpp"
 
 namespace mpm {
@@ -51,28 +51,12 @@ Totals totals(const State& state, const Scene& scene) {
       sum.potential_energy -= m * scene.gravity.dot(x);
     }
   }
-  if (Ranks* const ranks = state.grid.ranks()) {
-    auto table = BlockTable::of<Totals>();
-    for (std::size_t i = 0; i < blocks.size(); ++i) table.add_part(state.grid.block(blocks[i]).coordinate, partial[i]);
-    table.gather(*ranks);
-    partial.clear();
-    for (std::size_t i = 0; i < table.size(); ++i) partial.push_back(table.get<Totals>(i));
-    ranks->done();
-  }
-  Totals sum;
-  for (const Totals& t : partial) {
-    sum.particles += t.particles;
-    sum.mass += t.mass;
-    sum.centre += t.centre;
-    sum.momentum += t.momentum;
-    sum.momentum_scale += t.momentum_scale;
-    sum.angular_momentum += t.angular_momentum;
-    sum.angular_momentum_scale += t.angular_momentum_scale;
-    sum.kinetic_energy += t.kinetic_energy;
-    sum.affine_energy += t.affine_energy;
-    sum.elastic_energy += t.elastic_energy;
-    sum.potential_energy += t.potential_energy;
-  }
+  constexpr std::size_t counts = 1;  // its first member
+  BlockSums sums(sizeof(Totals) / sizeof(double));
+  for (const Totals& part : partial) sums.add_part<counts>(0, part);
+  sums.add_ranks(state.grid.ranks());
+  if (state.grid.ranks() != nullptr) state.grid.ranks()->done();
+  Totals sum = sums.part<Totals, counts>(0);
   if (sum.mass > 0.0) sum.centre /= sum.mass;
   return sum;
 }

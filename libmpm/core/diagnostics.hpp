@@ -23,7 +23,7 @@ struct Totals {
 /// Kinetic energy, with the affine part that APIC keeps, and elastic energy of one particle, J.
 double kinetic_and_elastic_energy(const Particle& p, const Scene& scene, double cell_size);
 
-/// Summed block by block in the order of the blocks: the same bits on any number of threads.
+/// Exact over the blocks (block_sums.hpp): the same bits on any number of threads and ranks.
 Totals totals(const State& state, const Scene& scene);
 
 /// Sums of the whole of a symmetric domain of which the part beyond the mirror planes is not computed.

@@ -19,13 +19,6 @@ std::uint64_t key_of(const Index3& c) {
   return part(c[2]) << 42 | part(c[1]) << 21 | part(c[0]);
 }
 
-Index3 shifted(const Index3& c, int slot) { return {c[0] + slot % 3 - 1, c[1] + slot / 3 % 3 - 1, c[2] + slot / 9 - 1}; }
-
-/// The eight blocks (itself and its forward neighbours) that hold the nodes of a block's particles.
-constexpr std::array<int, 8> forward_slots = {neighbour_slot(0, 0, 0), neighbour_slot(1, 0, 0), neighbour_slot(0, 1, 0),
-                                              neighbour_slot(1, 1, 0), neighbour_slot(0, 0, 1), neighbour_slot(1, 0, 1),
-                                              neighbour_slot(0, 1, 1), neighbour_slot(1, 1, 1)};
-
 }  // namespace
 
 void ParticleBin::append(int cell_of_p, PagePool& pool) {
@@ -119,12 +112,13 @@ void Grid::divide(Ranks* ranks) {
 }
 
 void Grid::ask_owners() {
-  for (const auto& [key, index] : index_) {
-    Block& b = block(index);
-    b.owned = ranks_ == nullptr || ranks_->owns(b.coordinate);
-    b.at_border = ranks_ != nullptr && ranks_->at_border(b.coordinate);
-  }
+  for (const auto& [key, index] : index_) ask_owner(block(index));
   set_changed_ = true;
+}
+
+void Grid::ask_owner(Block& b) const {
+  b.owned = ranks_ == nullptr || ranks_->owns(b.coordinate);
+  b.at_border = ranks_ != nullptr && ranks_->at_border(b.coordinate);
 }
 
 std::int32_t Grid::lend_nodes() {
@@ -159,10 +153,9 @@ std::int32_t Grid::create(const Index3& coordinate) {
   Block& b = block(index);
   b.coordinate = coordinate;
   b.particles.frame = {coordinate, cell_size_, Vec3::Zero()};
-  b.owned = ranks_ == nullptr || ranks_->owns(coordinate);
-  b.at_border = ranks_ != nullptr && ranks_->at_border(coordinate);
+  ask_owner(b);
   for (int n = 0; n < 27; ++n) {
-    const std::int32_t other = n == 13 ? index : find_any(shifted(coordinate, n));
+    const std::int32_t other = n == 13 ? index : find_any(neighbour_of(coordinate, n));
     b.neighbour[static_cast<std::size_t>(n)] = other;
     if (other != no_block && n != 13) block(other).neighbour[static_cast<std::size_t>(26 - n)] = index;
   }
@@ -213,7 +206,7 @@ void Grid::migrate() {
     for (const auto b : *list) {
       for (std::uint32_t left = block(b).outbox_neighbours; left != 0; left &= left - 1) {
         const int slot = std::countr_zero(left);
-        if (block(b).neighbour[static_cast<std::size_t>(slot)] == no_block) create(shifted(block(b).coordinate, slot));
+        if (block(b).neighbour[static_cast<std::size_t>(slot)] == no_block) create(neighbour_of(block(b).coordinate, slot));
       }
     }
   }
@@ -260,7 +253,7 @@ void Grid::refresh() {
     if (bin.order.size() != bin.cell.size()) bin.sort_by_cell();
     for (const int slot : forward_slots) {
       std::int32_t n = block(static_cast<std::int32_t>(i)).neighbour[static_cast<std::size_t>(slot)];
-      if (n == no_block) n = create(shifted(block(static_cast<std::int32_t>(i)).coordinate, slot));
+      if (n == no_block) n = create(neighbour_of(block(static_cast<std::int32_t>(i)).coordinate, slot));
       need(n);
     }
   }
@@ -285,7 +278,7 @@ void Grid::rebuild_lists() {
     for (const auto& [key, index] : index_) (block(index).owned ? all_ : ghosts_).push_back(index);
     for (auto* list : {&all_, &ghosts_}) {
       std::sort(list->begin(), list->end(),
-                [this](std::int32_t a, std::int32_t b) { return key_of(block(a).coordinate) < key_of(block(b).coordinate); });
+                [this](std::int32_t a, std::int32_t b) { return comes_before(block(a).coordinate, block(b).coordinate); });
     }
     set_changed_ = false;
   }
@@ -294,8 +287,7 @@ void Grid::rebuild_lists() {
   for (const auto b : all_) {
     if (block(b).particles.count() == 0) continue;
     occupied_.push_back(b);
-    const Index3& c = block(b).coordinate;
-    coloured_[static_cast<std::size_t>((c[0] & 1) | (c[1] & 1) << 1 | (c[2] & 1) << 2)].push_back(b);
+    coloured_[static_cast<std::size_t>(colour_of(block(b).coordinate))].push_back(b);
   }
 }
 

@@ -35,8 +35,24 @@ inline constexpr int halo_edge = block_edge + 2;                      ///< nodes
 inline constexpr int halo_nodes = halo_edge * halo_edge * halo_edge;  ///< nodes that a block's particles touch
 inline constexpr std::int32_t no_block = -1;                          ///< index where there is none
 
-/// Offset of a neighbour: dx, dy, dz in {-1, 0, 1}; 13 is the block itself.
+/// Offset of a neighbour: dx, dy, dz in {-1, 0, 1}; 13 is the block itself, 26 - slot the opposite neighbour.
 constexpr int neighbour_slot(int dx, int dy, int dz) { return (dz + 1) * 9 + (dy + 1) * 3 + dx + 1; }
+/// Coordinate of a neighbour. @param slot  neighbour_slot
+constexpr Index3 neighbour_of(const Index3& block, int slot) {
+  return {block[0] + slot % 3 - 1, block[1] + slot / 3 % 3 - 1, block[2] + slot / 9 - 1};
+}
+/// The eight blocks (itself and its forward neighbours) that hold the nodes of a block's particles. Number k: bit 0 is one block along x,
+/// bit 1 along y, bit 2 along z.
+inline constexpr std::array<int, 8> forward_slots = {neighbour_slot(0, 0, 0), neighbour_slot(1, 0, 0), neighbour_slot(0, 1, 0),
+                                                     neighbour_slot(1, 1, 0), neighbour_slot(0, 0, 1), neighbour_slot(1, 0, 1),
+                                                     neighbour_slot(0, 1, 1), neighbour_slot(1, 1, 1)};
+/// Parity of a block's coordinates, a bit an axis: blocks of one colour share no node.
+constexpr int colour_of(const Index3& block) { return (block[0] & 1) | (block[1] & 1) << 1 | (block[2] & 1) << 2; }
+/// Whether block a comes before block b in every list and every sum: by z, then y, then x.
+constexpr bool comes_before(const Index3& a, const Index3& b) {
+  if (a[2] != b[2]) return a[2] < b[2];
+  return a[1] != b[1] ? a[1] < b[1] : a[0] < b[0];
+}
 
 /// Bytes of a stored particle.
 constexpr std::size_t record_bytes(Precision precision) {
@@ -73,23 +89,18 @@ class ParticleBin {
   /// @{
   template <class Record>
   Record& record(int slot) {
-    return reinterpret_cast<Record*>(pages_[static_cast<unsigned>(slot) / page_particles])[static_cast<unsigned>(slot) % page_particles];
+    return *reinterpret_cast<Record*>(address(slot, sizeof(Record)));
   }
   template <class Record>
   [[nodiscard]] const Record& record(int slot) const {
-    return reinterpret_cast<const Record*>(
-        pages_[static_cast<unsigned>(slot) / page_particles])[static_cast<unsigned>(slot) % page_particles];
+    return *reinterpret_cast<const Record*>(address(slot, sizeof(Record)));
   }
   /// @}
   /// The bytes of a record. @{
   [[nodiscard]] std::span<const std::byte> bytes(int slot) const {
-    const std::size_t size = record_bytes(precision_);
-    return {pages_[static_cast<unsigned>(slot) / page_particles] + static_cast<unsigned>(slot) % page_particles * size, size};
+    return {address(slot, record_bytes(precision_)), record_bytes(precision_)};
   }
-  [[nodiscard]] std::span<std::byte> bytes(int slot) {
-    const std::size_t size = record_bytes(precision_);
-    return {pages_[static_cast<unsigned>(slot) / page_particles] + static_cast<unsigned>(slot) % page_particles * size, size};
-  }
+  [[nodiscard]] std::span<std::byte> bytes(int slot) { return {address(slot, record_bytes(precision_)), record_bytes(precision_)}; }
   /// @}
   /// Into a new last slot. @param cell  local base node. @throws std::bad_alloc; ConfigError as encode()
   void append(const Particle& p, int cell, PagePool& pool);
@@ -116,6 +127,11 @@ class ParticleBin {
   RecordFrame frame;  ///< what single records are relative to
 
  private:
+  /// Of the record in a slot. @param size  of a record, bytes
+  [[nodiscard]] std::byte* address(int slot, std::size_t size) const {
+    return pages_[static_cast<unsigned>(slot) / page_particles] + static_cast<unsigned>(slot) % page_particles * size;
+  }
+
   std::vector<std::byte*> pages_;
   int count_ = 0;
   Precision precision_ = Precision::double_precision;
@@ -246,7 +262,7 @@ class Grid {
 
   [[nodiscard]] std::span<const std::int32_t> all_blocks() const { return all_; }            ///< sorted by coordinate
   [[nodiscard]] std::span<const std::int32_t> occupied_blocks() const { return occupied_; }  ///< those with particles
-  /// Occupied blocks whose coordinates have parity `colour` (3 bits): no two of them touch a common node.
+  /// Occupied blocks of one colour (colour_of): no two of them touch a common node.
   [[nodiscard]] std::span<const std::int32_t> coloured_blocks(int colour) const { return coloured_[static_cast<std::size_t>(colour)]; }
   /// Index of the block with this coordinate; no_block where there is none.
   [[nodiscard]] std::int32_t find(const Index3& coordinate) const;
@@ -278,6 +294,7 @@ class Grid {
 
  private:
   std::int32_t create(const Index3& coordinate);
+  void ask_owner(Block& b) const;
   std::int32_t new_storage();
   void destroy(std::int32_t index);
   void rebuild_lists();

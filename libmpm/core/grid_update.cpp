@@ -5,6 +5,7 @@
 #include <map>
 #include <type_traits>
 
+#include "libmpm/core/block_sums.hpp"
 #include "libmpm/core/block_table.hpp"
 #include "libmpm/core/folded_wall.hpp"
 #include "libmpm/core/lumped_mass.hpp"
@@ -58,33 +59,35 @@ Impulse constrain_block(const AnyOf& boundary, NodeBlock& nodes, const Index3& b
   return impulse;
 }
 
-/// Adds what each block booked in its four layers, in the order of the blocks. @param blocks  their coordinates
-LayerImpulses sum_of_layers(std::span<const Index3> blocks, std::span<const Vec3> partial) {
+/// Adds what each block booked in its four layers, in the order of the blocks.
+/// @param table  of blocks that took something: twelve numbers a row
+LayerImpulses sum_of_layers(const BlockTable& table) {
   constexpr std::int32_t edge = block_edge;
-  const auto took = [&](std::size_t i) {
-    return std::any_of(&partial[edge * i], &partial[edge * i] + edge, [](const Vec3& v) { return !v.isZero(0.0); });
-  };
-  std::int32_t lowest = 0, highest = -1;
-  for (std::size_t i = 0; i < blocks.size(); ++i) {
-    if (!took(i)) continue;
-    const std::int32_t z = blocks[i][2];
-    if (highest < lowest) lowest = highest = z;
-    lowest = std::min(lowest, z);
-    highest = std::max(highest, z);
-  }
   LayerImpulses sum;
+  if (table.size() == 0) return sum;
+  std::int32_t lowest = table.block(0)[2], highest = lowest;
+  for (std::size_t i = 1; i < table.size(); ++i) {
+    lowest = std::min(lowest, table.block(i)[2]);
+    highest = std::max(highest, table.block(i)[2]);
+  }
   sum.first = edge * lowest;
   sum.layer.assign(static_cast<std::size_t>(edge * (highest - lowest + 1)), Vec3::Zero());
-  for (std::size_t i = 0; i < blocks.size(); ++i) {
-    if (!took(i)) continue;
-    const auto base = static_cast<std::size_t>(edge * (blocks[i][2] - lowest));
-    for (std::size_t k = 0; k < edge; ++k) sum.layer[base + k] += partial[edge * i + k];
+  for (std::size_t i = 0; i < table.size(); ++i) {
+    Vec3* const layers = &sum.layer[static_cast<std::size_t>(edge * (table.block(i)[2] - lowest))];
+    for (int k = 0; k < edge; ++k) layers[k] += Eigen::Map<const Vec3>(table.row(i).data() + 3 * k);
   }
   return sum;
 }
 
 constexpr std::size_t impulse_numbers = 7;
+constexpr std::size_t layer_numbers = 3 * block_edge;  ///< of a block: an impulse for each layer of its nodes
 static_assert(sizeof(Impulse) == impulse_numbers * sizeof(double) && sizeof(Vec3) == 3 * sizeof(double));
+
+/// Whether a part would change a sum: most blocks touch no boundary.
+bool anything(const Impulse& part) {
+  static const Impulse nothing;
+  return std::memcmp(static_cast<const void*>(&part), static_cast<const void*>(&nothing), sizeof(Impulse)) != 0;
+}
 
 /// Applies a scene's boundaries, one after another, and books what each took.
 class Boundaries {
@@ -93,9 +96,8 @@ class Boundaries {
       : grid_(grid),
         forces_(forces),
         time_(time),
-        blocks_(coordinates_of(grid)),
-        layers_(block_edge * blocks_.size()),
-        taken_(blocks_.size() * forces.boundaries.size()),
+        layers_(block_edge * grid.all_blocks().size()),
+        taken_(grid.all_blocks().size() * forces.boundaries.size()),
         by_layer_(forces.layered.size() * layers_, Vec3::Zero()) {
     update_.impulses.resize(forces.boundaries.size());
     update_.layers.resize(forces.layered.size());
@@ -154,39 +156,40 @@ class Boundaries {
     }
   }
 
-  /// Sums block by block in the order of the blocks. @param mass  of each block
-  GridUpdate result(std::vector<double> mass) && {
-    if (Ranks* const ranks = grid_.ranks()) {
-      gather_mass(*ranks, mass);
-      gather_taken(*ranks);
-      gather_contacts(*ranks);
-    }
+  /// The sums over all blocks; with several ranks layers are whole on the first. @param mass  of each block
+  GridUpdate result(std::span<const double> mass) && {
     const std::size_t count = forces_.boundaries.size();
-    for (std::size_t i = 0; i < blocks_.size(); ++i) {
-      for (std::size_t b = 0; b < count; ++b) update_.impulses[b] += taken_[i * count + b];
+    BlockSums sums(1 + impulse_numbers * count);
+    for (const double m : mass) sums.add(0, m);
+    for (std::size_t n = 0; n < taken_.size(); ++n) {
+      if (anything(taken_[n])) sums.add_part(1 + impulse_numbers * (n % count), taken_[n]);
     }
+    sums.add_ranks(grid_.ranks());
+    update_.mass = sums.value(0);
+    for (std::size_t b = 0; b < count; ++b) update_.impulses[b] = sums.part<Impulse>(1 + impulse_numbers * b);
     for (std::size_t k = 0; k < forces_.layered.size(); ++k) {
-      if (nodal(forces_.layered[k])) update_.layers[k] = sum_of_layers(blocks_, std::span(by_layer_).subspan(k * layers_, layers_));
+      if (nodal(forces_.layered[k])) update_.layers[k] = sum_of_layers(layers_taken(k));
     }
+    if (grid_.ranks() != nullptr && !contacts_.empty()) gather_contacts(*grid_.ranks());
     for (auto& [b, impulse] : contacts_) {
       update_.impulses[b] = impulse.total;
       if (const std::size_t place = place_of(b); place < forces_.layered.size()) update_.layers[place] = std::move(impulse.layers);
     }
-    for (const double m : mass) update_.mass += m;
     return std::move(update_);
   }
 
  private:
-  static std::vector<Index3> coordinates_of(const Grid& grid) {
-    std::vector<Index3> coordinates;
-    coordinates.reserve(grid.all_blocks().size());
-    for (const auto b : grid.all_blocks()) coordinates.push_back(grid.block(b).coordinate);
-    return coordinates;
+  /// What the blocks' layers took of the k-th layered boundary, of all ranks on the first.
+  [[nodiscard]] BlockTable layers_taken(std::size_t k) const {
+    BlockTable table(layer_numbers);
+    const auto all = grid_.all_blocks();
+    for (std::size_t i = 0; i < all.size(); ++i) {
+      const double* const numbers = by_layer_[k * layers_ + block_edge * i].data();
+      table.add_unless_zero(grid_.block(all[i]).coordinate, {numbers, layer_numbers});
+    }
+    if (grid_.ranks() != nullptr) table.gather(*grid_.ranks());
+    return table;
   }
-
-  // Afterwards the first rank has what one rank would have, but for blocks that took nothing, and the others have nothing.
-  void gather_mass(Ranks& ranks, std::vector<double>& mass) const;
-  void gather_taken(Ranks& ranks);
   void gather_contacts(Ranks& ranks);
 
   [[nodiscard]] bool nodal(std::size_t b) const {
@@ -203,7 +206,6 @@ class Boundaries {
   Grid& grid_;
   const GridForces& forces_;
   double time_;
-  std::vector<Index3> blocks_;                      ///< whose parts follow
   std::size_t layers_;                              ///< of nodes, in all blocks
   std::vector<Impulse> taken_;                      ///< by block and boundary, of all but solids that act at their surface
   std::vector<Vec3> by_layer_;                      ///< by boundary, block and layer, of the nodal ones
@@ -211,39 +213,7 @@ class Boundaries {
   GridUpdate update_;
 };
 
-void Boundaries::gather_mass(Ranks& ranks, std::vector<double>& mass) const {
-  BlockTable table(1);
-  for (std::size_t i = 0; i < blocks_.size(); ++i) table.add(blocks_[i], {&mass[i], 1});
-  table.gather(ranks);
-  mass.clear();
-  for (std::size_t i = 0; i < table.size(); ++i) mass.push_back(table.row(i)[0]);
-}
-
-void Boundaries::gather_taken(Ranks& ranks) {
-  const std::size_t count = forces_.boundaries.size(), layered = forces_.layered.size();
-  const std::size_t of_impulses = impulse_numbers * count, of_layers = 3 * block_edge;
-  BlockTable table(of_impulses + layered * of_layers);
-  std::vector<double> row(of_impulses + layered * of_layers);
-  for (std::size_t i = 0; i < blocks_.size(); ++i) {
-    std::memcpy(row.data(), static_cast<const void*>(taken_.data() + i * count), of_impulses * sizeof(double));
-    for (std::size_t k = 0; k < layered; ++k)
-      std::memcpy(row.data() + of_impulses + k * of_layers, by_layer_[k * layers_ + block_edge * i].data(), of_layers * sizeof(double));
-    table.add_unless_zero(blocks_[i], row);
-  }
-  table.gather(ranks);
-  blocks_.clear();
-  layers_ = block_edge * table.size();
-  taken_.assign(table.size() * count, {});
-  by_layer_.assign(layered * layers_, Vec3::Zero());
-  for (std::size_t i = 0; i < table.size(); ++i) {
-    const double* const numbers = table.row(i).data();
-    blocks_.push_back(table.block(i));
-    std::memcpy(static_cast<void*>(taken_.data() + i * count), numbers, of_impulses * sizeof(double));
-    for (std::size_t k = 0; k < layered; ++k)
-      std::memcpy(by_layer_[k * layers_ + block_edge * i].data(), numbers + of_impulses + k * of_layers, of_layers * sizeof(double));
-  }
-}
-
+/// Afterwards the first rank has what one rank would have, and the others have nothing.
 void Boundaries::gather_contacts(Ranks& ranks) {
   // rows in the order {boundary, kind, layer or turn}; the rows of a top all come from one rank
   enum Kind : std::int32_t { range, side, top };
@@ -256,10 +226,7 @@ void Boundaries::gather_contacts(Ranks& ranks) {
     const auto boundary = static_cast<std::int32_t>(b), first = impulse.layers.first;
     const auto count = static_cast<std::int32_t>(impulse.sides.size());
     const auto add = [&](std::int32_t place, Kind kind, double layer, const Impulse& taken) {
-      const Row row{layer, taken};
-      double numbers[sizeof(Row) / sizeof(double)];
-      std::memcpy(numbers, static_cast<const void*>(&row), sizeof(Row));
-      table.add({place, kind, boundary}, numbers);
+      table.add_part({place, kind, boundary}, Row{layer, taken});
     };
     if (count == 0) continue;
     add(first, range, first + count, {});
@@ -327,7 +294,7 @@ GridUpdate update_grid(Grid& grid, const GridForces& forces, double dt, double t
   boundaries.act_from(next);
   reflect_velocities(grid, forces.mirror);
 
-  return std::move(boundaries).result(std::move(mass));
+  return std::move(boundaries).result(mass);
 }
 
 }  // namespace mpm

@@ -29,8 +29,8 @@ struct GridUpdate {
 };
 
 /// v_i = p_i / m_i + dt g, then the boundaries in their order; before curved walls with the correction of lumped_mass.hpp, if the grid
-/// keeps its old nodes. Nodes hold velocities afterwards. Each boundary records the change of
-/// momentum that it causes; the impulses sum to the total change. Sums run block by block in the order of the blocks.
+/// keeps its old nodes. Nodes hold velocities afterwards. Each boundary records the change of momentum that it causes; the impulses sum to
+/// the total change. Sums over blocks are exact (block_sums.hpp), so that their order and the number of ranks do not matter.
 /// @param dt  s. @param time  at the start of the step, s: where travelling boundaries are
 GridUpdate update_grid(Grid& grid, const GridForces& forces, double dt, double time);
 

@@ -2,7 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstring>
+#include <utility>
 
 #include "libmpm/base/error.hpp"
 #include "libmpm/base/text.hpp"
@@ -45,11 +45,10 @@ Particle fastest_particle(const State& state) {
   if (ranks != nullptr) ranks->tell(Task::fastest, state);
   state.grid.for_each_particle(compare);
   if (ranks == nullptr) return fastest;
-  std::vector<std::byte> mine(most < 0.0 ? 0 : sizeof fastest);
-  if (!mine.empty()) std::memcpy(mine.data(), &fastest, sizeof fastest);
-  for (const auto& bytes : ranks->gather(std::move(mine))) {
-    Particle p{};
-    if (!bytes.empty()) compare(*static_cast<const Particle*>(std::memcpy(&p, bytes.data(), sizeof p)));
+  Message mine;
+  if (most >= 0.0) put(mine, fastest);
+  for (const Message& message : ranks->gather(std::move(mine))) {
+    if (!message.empty()) compare(MessageReader(message).get<Particle>());
   }
   ranks->done();
   return fastest;
@@ -110,19 +109,30 @@ std::vector<std::string> HealthWatch::check(const State& state, const Scene& sce
 }
 
 HeldParticles particles_inside(const State& state, const Scene& scene, const Boundary& boundary) {
-  HeldParticles held;
-  Particle first{};
+  struct Found {
+    std::uint64_t count = 0;
+    Particle first{};  // by number
+    void add(std::uint64_t more, const Particle& p) {
+      if (count == 0 || p.id < first.id) first = p;
+      count += more;
+    }
+  } found;
   std::visit(
       [&](const auto& b) {
         state.grid.for_each_particle([&](const Particle& p) {
-          if (!holds_cell_of(b, position_of(p), state.grid.cell_size(), state.time)) return;
-          if (held.count == 0 || p.id < first.id) first = p;
-          ++held.count;
+          if (holds_cell_of(b, position_of(p), state.grid.cell_size(), state.time)) found.add(1, p);
         });
       },
       boundary);
-  if (held.count > 0) held.first = place_of(first, scene);
-  return held;
+  if (Ranks* const ranks = state.grid.ranks()) {
+    Message mine;
+    put(mine, std::exchange(found, {}));
+    for (const Message& message : ranks->gather(std::move(mine))) {
+      if (const auto other = MessageReader(message).get<Found>(); other.count > 0) found.add(other.count, other.first);
+    }
+  }
+  if (found.count == 0) return {};
+  return {found.count, place_of(found.first, scene)};
 }
 
 }  // namespace mpm

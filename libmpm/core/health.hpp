@@ -70,8 +70,8 @@ struct HeldParticles {
   std::string first;      ///< the one with the lowest number: "particle 7 at (1, 2, 3) m"
 };
 
-/// Particles for which the boundary prescribes the velocity of every node of their cell; the material law has no effect on them. With
-/// several ranks: of this rank's own.
+/// Particles for which the boundary prescribes the velocity of every node of their cell; the material law has no effect on them. Of
+/// all ranks, on the first; they call it together.
 HeldParticles particles_inside(const State& state, const Scene& scene, const Boundary& boundary);
 
 }  // namespace mpm

@@ -13,7 +13,6 @@
 /// The core knows this interface; libmpm/parallel implements it. In a program of one process there is no object of it, and a grid's
 /// ranks() is null.
 
-#include <cstddef>
 #include <cstdint>
 #include <functional>
 #include <optional>
@@ -21,6 +20,7 @@
 #include <string>
 #include <vector>
 
+#include "libmpm/base/message.hpp"
 #include "libmpm/base/types.hpp"
 
 namespace mpm {
@@ -35,8 +35,10 @@ enum class Task : std::uint32_t {
   step,     ///< step()
   totals,   ///< totals()
   fastest,  ///< the fastest particle of all
+  inside,   ///< particles that start inside a boundary
   observe,  ///< particles that an observer wants to see
-  collect,  ///< all particles
+  columns,  ///< all particles in the order of their numbers, piece by piece
+  blocks,   ///< all blocks in their order, piece by piece
   report,   ///< what was exchanged
   end,      ///< nothing follows
 };
@@ -45,6 +47,25 @@ enum class Task : std::uint32_t {
 struct BlockFault {
   Index3 block;      ///< where
   std::string text;  ///< the message
+};
+
+/// What one rank has computed and exchanged since the start.
+struct RankCounts {
+  std::uint64_t particles = 0;       ///< of this rank now
+  std::uint64_t steps = 0;           ///< steps taken
+  std::uint64_t particle_steps = 0;  ///< particles of this rank, summed over the steps
+  std::uint64_t block_steps = 0;     ///< likewise: its blocks with particles
+  std::uint64_t border_steps = 0;    ///< likewise: those of them next to a block of another rank
+  std::uint64_t messages = 0;        ///< sent to neighbours: parts, nodes, migrants
+  std::uint64_t part_bytes = 0;      ///< sent with parts
+  std::uint64_t node_bytes = 0;      ///< sent with nodes
+  std::uint64_t migrant_bytes = 0;   ///< sent with migrants
+  std::uint64_t exchanges = 0;       ///< times that all ranks told each other of their borders
+  std::uint64_t reductions = 0;      ///< numbers of all ranks made one: sums, maxima
+  std::uint64_t reduced_bytes = 0;   ///< given to these
+  std::uint64_t gathers = 0;         ///< rows of all ranks brought to the first
+  std::uint64_t gathered_bytes = 0;  ///< given to these
+  std::uint64_t moves = 0;           ///< times that blocks changed their owners
 };
 
 /// One rank's view of the others. All functions but the const ones are called by all ranks together, outside of parallel regions.
@@ -89,16 +110,21 @@ class Ranks {
 
   /// @returns the largest of all ranks' values. @throws UnstableError, on all, with the fault of the first block in order
   virtual double agree(double largest, const std::optional<BlockFault>& fault) = 0;
+  /// Each number becomes the sum over all ranks.
+  virtual void sum(std::span<std::uint64_t> numbers) = 0;
   /// What every rank gives, by rank, on the first; elsewhere nothing.
-  virtual std::vector<std::vector<std::byte>> gather(std::vector<std::byte> bytes) = 0;
+  virtual std::vector<Message> gather(Message mine) = 0;
   /// Particles of all ranks, as of the last announce(). @param own  of this rank: all that there are before the first step
   [[nodiscard]] virtual std::size_t particle_count(std::size_t own) const = 0;
+
+  /// The first rank's message becomes that of all.
+  virtual void share(Message& message) = 0;
 
   /// Copies blocks with their particles into a grid of the first rank that knows no other ranks.
   /// @param wanted  which, asked where the block is
   virtual void collect(const Grid& from, const std::function<bool(const Block&)>& wanted, Grid& into) = 0;
-  /// On the first rank: what each rank has computed and sent so far, as JSON. @param particles  of this rank
-  virtual std::string report(std::size_t particles) = 0;
+  /// Counts of all ranks, on the first; elsewhere nothing. @param particles  of this rank
+  virtual std::vector<RankCounts> counts(std::size_t particles) = 0;
 };
 
 }  // namespace mpm

@@ -10,7 +10,7 @@
 
 #include "libmpm/base/error.hpp"
 #include "libmpm/base/text.hpp"
-#include "libmpm/core/block_table.hpp"
+#include "libmpm/core/block_sums.hpp"
 #include "libmpm/core/diagnostics.hpp"
 #include "libmpm/core/joined_blocks.hpp"
 #include "libmpm/core/stress_update.hpp"
@@ -139,18 +139,15 @@ class PhaseTimer {
   Clock::time_point last_;
 };
 
-/// Sum in the order of the blocks; with several ranks it is whole on the first.
-FluxTotals sum_of(std::span<const FluxTotals> parts, std::span<const std::int32_t> blocks, const Grid& grid) {
-  FluxTotals sum;
-  if (grid.ranks() == nullptr) {
-    for (const FluxTotals& part : parts) sum += part;
-    return sum;
+/// Sum over the blocks of all ranks.
+FluxTotals sum_of(std::span<const FluxTotals> parts, Ranks* ranks) {
+  constexpr std::size_t counts = 2;  // its first members
+  BlockSums sums(sizeof(FluxTotals) / sizeof(double));
+  for (const FluxTotals& part : parts) {
+    if (part.count > 0) sums.add_part<counts>(0, part);
   }
-  auto table = BlockTable::of<FluxTotals>();
-  for (std::size_t i = 0; i < blocks.size(); ++i) table.add_part(grid.block(blocks[i]).coordinate, parts[i]);
-  table.gather(*grid.ranks());
-  for (std::size_t i = 0; i < table.size(); ++i) sum += table.get<FluxTotals>(i);
-  return sum;
+  sums.add_ranks(ranks);
+  return sums.part<FluxTotals, counts>(0);
 }
 
 /// Velocity, position and stress of all particles; those that left their block are in its outbox, those that left the domain are gone.
@@ -199,7 +196,7 @@ FluxTotals move_particles(State& state, const Scene& scene, const TransferOption
     throw UnstableError(fault->text);
   }
   state.max_speed = std::sqrt(max_speed_squared);
-  return sum_of(left, blocks, grid);
+  return sum_of(left, grid.ranks());
 }
 
 }  // namespace

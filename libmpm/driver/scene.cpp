@@ -105,6 +105,8 @@ State make_state(const Case& c, const Scene& scene) {
 }
 
 std::vector<std::string> particles_inside_boundaries(const State& state, const CaseScene& scene) {
+  Ranks* const ranks = state.grid.ranks();
+  if (ranks != nullptr) ranks->tell(Task::inside, state);
   std::vector<std::string> warnings;
   for (std::size_t b = 0; b < scene.boundaries.size(); ++b) {
     if (scene.source && b != scene.obstacle) continue;
@@ -115,6 +117,7 @@ std::vector<std::string> particles_inside_boundaries(const State& state, const C
         fmt::format("warning: {} particles are inside {}, which holds them, {} for one; move the [[body]] out of it, or the boundary",
                     held.count, which, held.first));
   }
+  if (ranks != nullptr) ranks->done();
   return warnings;
 }
 

@@ -28,6 +28,7 @@ State make_state(const Case& c, const Scene& scene);
 
 /// One warning for every boundary that holds particles (particles_inside). With a conveyor, whose snow starts behind the inlet, only the
 /// obstacle is looked at.
+/// Of all ranks, on the first.
 std::vector<std::string> particles_inside_boundaries(const State& state, const CaseScene& scene);
 
 }  // namespace mpm

@@ -100,7 +100,7 @@ SweepResult run_sweep(const Case& c, const Sweep& sweep, const SweepOptions& opt
       run.resume = options.resume;
       run.on_progress = options.on_progress;
       run.poll = options.poll;
-      const RunResult done = run_case(cases[i], run);
+      const RunResult done = options.run ? options.run(cases[i], run) : run_case(cases[i], run);
       if (!done.finished) return result;
       point.results_json = done.results_json;
     }

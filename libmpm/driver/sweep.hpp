@@ -52,8 +52,10 @@ struct SweepOptions {
   int threads = 0;            ///< of each run; 0: as many as OpenMP offers
   bool resume = false;        ///< keep runs that are finished, continue one that was interrupted; false: run all anew
   bool overwrite = false;     ///< replace results and checkpoints that are in the folders; false: refuse to
-  std::function<void(const Progress&)> on_progress;           ///< as RunOptions::on_progress
-  std::function<Request()> poll;                              ///< as RunOptions::poll
+  std::function<void(const Progress&)> on_progress;  ///< as RunOptions::on_progress
+  std::function<Request()> poll;                     ///< as RunOptions::poll
+  /// Computes one case; empty: run_case.
+  std::function<RunResult(const Case&, const RunOptions&)> run;
   std::function<void(const SweepPoint&)> on_start, on_point;  ///< before and after each run; what on_point throws ends the sweep
 };
 

@@ -1,8 +1,11 @@
 #include "libmpm/driver/worker.hpp"
 
+#include <nlohmann/json.hpp>
+
 #include "libmpm/base/error.hpp"
 #include "libmpm/core/health.hpp"
 #include "libmpm/driver/observers.hpp"
+#include "libmpm/driver/pieces.hpp"
 #include "libmpm/observe/observer_list.hpp"
 
 namespace mpm {
@@ -20,9 +23,27 @@ std::size_t own_particles(const State& state) {
 std::string report_of_ranks(const State& state) {
   Ranks& ranks = *state.grid.ranks();
   ranks.tell(Task::report, state);
-  std::string text = ranks.report(own_particles(state));
+  auto all = nlohmann::ordered_json::array();
+  for (const RankCounts& c : ranks.counts(own_particles(state))) {
+    all.push_back({{"rank", all.size()},
+                   {"particles", c.particles},
+                   {"steps", c.steps},
+                   {"particle_steps", c.particle_steps},
+                   {"block_steps", c.block_steps},
+                   {"border_block_steps", c.border_steps},
+                   {"messages", c.messages},
+                   {"part_bytes", c.part_bytes},
+                   {"node_bytes", c.node_bytes},
+                   {"migrant_bytes", c.migrant_bytes},
+                   {"exchanges", c.exchanges},
+                   {"reductions", c.reductions},
+                   {"reduced_bytes", c.reduced_bytes},
+                   {"gathers", c.gathers},
+                   {"gathered_bytes", c.gathered_bytes},
+                   {"moves", c.moves}});
+  }
   ranks.done();
-  return text;
+  return nlohmann::ordered_json{{"ranks", all}}.dump(1) + "\n";
 }
 
 void work_on(const Case& c, Ranks& ranks) {
@@ -38,15 +59,14 @@ void work_on(const Case& c, Ranks& ranks) {
         case Task::step: step(state, scene, told.dt); break;
         case Task::totals: totals(state, scene); break;
         case Task::fastest: fastest_particle(state); break;
+        case Task::inside: particles_inside_boundaries(state, scene); break;
         case Task::observe:
           ranks.collect(
               state.grid, [&](const Block& b) { return observers.visits(b, scene, c.numerics.cell_size); }, nothing);
           break;
-        case Task::collect:
-          ranks.collect(
-              state.grid, [](const Block&) { return true; }, nothing);
-          break;
-        case Task::report: ranks.report(own_particles(state)); break;
+        case Task::columns: send_pieces(state); break;
+        case Task::blocks: send_grid_pieces(state); break;
+        case Task::report: ranks.counts(own_particles(state)); break;
         case Task::end: return;
       }
       ranks.done();
@@ -54,23 +74,6 @@ void work_on(const Case& c, Ranks& ranks) {
       if (ranks.busy()) throw;  // else all ranks know, and the first reports it
     }
   }
-}
-
-State whole_state(const State& state) {
-  State all(state.grid.cell_size(), state.grid.precision());
-  Ranks& ranks = *state.grid.ranks();
-  ranks.tell(Task::collect, state);
-  ranks.collect(
-      state.grid, [](const Block&) { return true; }, all.grid);
-  ranks.done();
-  all.time = state.time;
-  all.step = state.step;
-  all.next_id = state.next_id;
-  all.source_count = state.source_count;
-  all.max_speed = state.max_speed;
-  all.entered = state.entered;
-  all.left = state.left;
-  return all;
 }
 
 }  // namespace mpm

@@ -126,17 +126,29 @@ Messages MpiTransport::exchange(Messages to) {
 }
 
 std::vector<Message> MpiTransport::gather(Message mine) {
-  Messages out;
-  std::vector<Message> all;
-  if (rank_ == 0) {
-    all.push_back(std::move(mine));
-    for (int r = 1; r < size_; ++r) all.push_back(receive_from(r));
-  } else {
-    out[0] = std::move(mine);
-    send(std::move(out));
-    finish_sending();
+  // up a binomial tree, so that the first rank takes log2(size) messages and not size: each holds those of a stretch of ranks
+  std::vector<Message> stretch;
+  stretch.push_back(std::move(mine));
+  for (int distance = 1; distance < size_; distance *= 2) {
+    if ((rank_ & distance) != 0) {
+      Messages out;
+      Message& all = out[rank_ - distance];
+      for (const Message& message : stretch) {
+        put(all, static_cast<std::uint64_t>(message.size()));
+        put(all, std::span<const std::byte>(message));
+      }
+      send(std::move(out));
+      finish_sending();
+      return {};
+    }
+    if (rank_ + distance >= size_) continue;
+    const Message others = receive_from(rank_ + distance);
+    for (MessageReader reader(others); !reader.at_end();) {
+      stretch.emplace_back(reader.get<std::uint64_t>());
+      reader.get(std::span(stretch.back()));
+    }
   }
-  return all;
+  return stretch;
 }
 
 void MpiTransport::broadcast(Message& message) {

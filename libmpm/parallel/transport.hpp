@@ -2,16 +2,15 @@
 /// How ranks pass messages: the little that block_exchange.hpp needs, implemented with MPI (mpi/mpi_transport.hpp) and, for tests, by
 /// threads of one process.
 
-#include <cstddef>
 #include <cstdint>
 #include <map>
 #include <span>
 #include <vector>
 
+#include "libmpm/base/message.hpp"
+
 namespace mpm {
 
-/// Bytes on their way.
-using Message = std::vector<std::byte>;
 /// Messages by the rank that they go to or come from.
 using Messages = std::map<int, Message>;
 

@@ -90,7 +90,6 @@ def parser():
     scale.add_argument("--latency-us", type=float, default=2.0, metavar="T", help="of a message (default: %(default)s)")
     scale.add_argument("--bandwidth-gb-s", type=float, default=1.0, metavar="B",
                        help="of the network for each rank: that of a node over its ranks (default: %(default)s)")
-    scale.add_argument("--message-us", type=float, default=0.5, metavar="T", help="in which rank 0 takes one message more (default: %(default)s)")
 
     imported = command("import-avaframe", "a case whose inflow is an avalanche of AvaFrame's com1DFA at one point", run_import)
     imported.add_argument("directory", metavar="DIR", help="folder of the avalanche (with Inputs and Outputs), or of the rasters at time steps")

@@ -1,17 +1,21 @@
 """How far a run divided among ranks would scale, from what one run counted (ranks.json).
 
-Model of a step on P ranks with N particles, n = N/P on each:
+Model of a step on P ranks with N particles, n = N/P on each, m blocks with particles on each (as full as those of the run), T = ceil(log2 P):
 
-    compute   t_c = n / speed
-    neighbours  each rank sends b = a n^(2/3) bytes in 3 k messages; a and k from the counts, k at most 26
-    agreement   TREE operations of all ranks, each up and down a tree of ceil(log2 P) messages
-    sums        rank 0 receives GATHERS messages of each rank and s N bytes, s from the counts; one after another, nothing overlaps
+    compute     t_c = n / speed
+    neighbours  each rank sends parts, nodes and migrants to at most 26 neighbours: 3 x 26 messages, and b s m^(2/3) bytes; s m^(2/3) are its
+                blocks at a border (surface over volume), b the bytes of a step for each, both as counted on the rank with most of them
+    agreement   the first rank's word (two broadcasts), the counted reductions of a step with their bytes, each up and down a tree of T
+                messages, and one exchange of who has news for whom, T messages with half of 4 P bytes each. A run counts such exchanges in
+                the steps in which blocks at its borders came or went; with thousands of ranks that is every step, and is taken so
+    gathers     rows that the first rank gets from a tree of ranks: T messages each, and all their bytes, one after another. These are rows
+                of an obstacle's layers: their number grows as the resolution, N^(1/3)
 
-    efficiency = t_c / (t_c + t_neighbours + t_agreement + t_sums)
+    efficiency = t_c / (t_c + t_neighbours + t_agreement + t_gathers): nothing overlaps
 
-Surface over volume: b follows the surface of a compact part. In a flat layer parts are columns and their surface falls as n^(1/2) only once
-parts are wider than high; the exponent 2/3 is then low for few ranks and right for many. Ranks are taken as even; an imbalance divides the
-efficiency by the largest load over the mean.
+Not in a step, and not in the model: frames, checkpoints, and what observers collect at samples. The load is taken as even; an imbalance divides
+the efficiency by the largest load over the mean. In a flat layer wider than high the surface of parts grows as m^(1/2) and less: the exponent
+2/3, fitted at the run's own m, is then high for larger parts and low for smaller ones.
 """
 
 import json
@@ -20,69 +24,81 @@ import os
 
 from mpmtools.errors import ConfigError, InputError
 
-TREE = 6       # of a step: word of the first rank (2), largest speed, borders and load (2), and one for changed borders or cuts
-GATHERS = 5    # of a step: mass, impulses, contacts, particles that left, and one at samples
+WORDS = 2  # broadcasts of the first rank
+KINDS = 3  # messages of a step to a neighbour
 MOST_NEIGHBOURS = 26
+NAMES = ("steps", "particle_steps", "block_steps", "border_block_steps", "messages", "part_bytes", "node_bytes", "migrant_bytes", "exchanges",
+         "reductions", "reduced_bytes", "gathers", "gathered_bytes")
 
 
 class Network:
-    """Latency of a message, s; bandwidth of a rank's connection, byte/s; time in which rank 0 takes one more message, s."""
+    """Latency of a message, s; bandwidth of a rank's connection, byte/s."""
 
-    def __init__(self, latency, bandwidth, message):
-        self.latency, self.bandwidth, self.message = latency, bandwidth, message
+    def __init__(self, latency, bandwidth):
+        self.latency, self.bandwidth = latency, bandwidth
 
 
 def read_counts(folder):
-    """Per step and rank: particles, bytes to neighbours, neighbours; over all: bytes of sums a particle and step, imbalance."""
+    """Figures a step and rank; see the model. @throws InputError"""
     path = os.path.join(folder, "ranks.json")
     try:
         with open(path, encoding="utf-8") as file:
-            ranks = json.load(file)["ranks"]
-        steps = ranks[0]["steps"]
-        if len(ranks) < 2 or steps < 1:
+            ranks = [{name: float(rank[name]) for name in NAMES} for rank in json.load(file)["ranks"]]
+        if len(ranks) < 2 or ranks[0]["steps"] < 1:
             raise InputError(f"{path}: a run of several ranks and at least one step is needed")
-        particle_steps = [r["particle_steps"] for r in ranks]
+        steps = ranks[0]["steps"]
+        particles, blocks = (sum(r[name] for r in ranks) / len(ranks) / steps for name in ("particle_steps", "block_steps"))
         exchanged = [r["part_bytes"] + r["node_bytes"] + r["migrant_bytes"] for r in ranks]
-        neighbours = max(r["neighbour_steps"] for r in ranks) / steps
-        sums = sum(r["sum_bytes"] for r in ranks) / sum(particle_steps[1:])
+        return {"ranks": len(ranks), "particles": particles, "blocks": blocks, "particles_a_block": particles / blocks,
+                "imbalance": max(r["particle_steps"] for r in ranks) / steps / particles,
+                "border_share": max(r["border_block_steps"] / r["block_steps"] for r in ranks),
+                "surface": max(r["border_block_steps"] / steps / (r["block_steps"] / steps) ** (2.0 / 3.0) for r in ranks),
+                "bytes": max(exchanged) / steps, "messages": max(r["messages"] for r in ranks) / steps,
+                "bytes_a_border_block": max(b / r["border_block_steps"] for b, r in zip(exchanged, ranks)),
+                "exchanges": ranks[0]["exchanges"] / steps,
+                "reductions": ranks[0]["reductions"] / steps, "reduced_bytes": ranks[0]["reduced_bytes"] / steps,
+                "gathers": ranks[0]["gathers"] / steps, "gathered_bytes": sum(r["gathered_bytes"] for r in ranks) / steps}
     except (OSError, ValueError, KeyError, IndexError, TypeError, ZeroDivisionError) as error:
         raise InputError(f"{path}: cannot be read as the counts of a run by several ranks ({error})") from error
-    mean = sum(particle_steps) / len(ranks) / steps
-    return {"ranks": len(ranks), "particles_a_rank": mean, "bytes_a_rank": sum(exchanged) / len(ranks) / steps,
-            "surface_bytes": max(b / steps / max(n / steps, 1.0) ** (2.0 / 3.0) for b, n in zip(exchanged, particle_steps)),
-            "neighbours": neighbours, "sum_bytes": sums, "imbalance": max(particle_steps) / steps / mean}
 
 
 def step_times(counts, particles, ranks, speed, network):
     """Times of one step in s. @param speed: particle-steps a second of one rank"""
     own = particles / ranks
-    sent = counts["surface_bytes"] * own ** (2.0 / 3.0) if ranks > 1 else 0.0
-    messages = 3 * min(MOST_NEIGHBOURS, ranks - 1)
-    tree = math.ceil(math.log2(ranks)) if ranks > 1 else 0
+    if ranks == 1:
+        return {"compute": own / speed, "neighbours": 0.0, "agreement": 0.0, "gathers": 0.0, "bytes": 0.0, "messages": 0}
+    blocks = own / counts["particles_a_block"]
+    sent = counts["bytes_a_border_block"] * min(blocks, counts["surface"] * blocks ** (2.0 / 3.0))
+    messages = KINDS * min(MOST_NEIGHBOURS, ranks - 1)
+    tree = math.ceil(math.log2(ranks))
+    exchange = tree * (network.latency + 2 * ranks / network.bandwidth)
+    gathered = counts["gathered_bytes"] * (particles / (counts["particles"] * counts["ranks"])) ** (1.0 / 3.0)
     return {"compute": own / speed,
             "neighbours": messages * network.latency + sent / network.bandwidth,
-            "agreement": 2 * TREE * tree * network.latency,
-            "sums": GATHERS * (ranks - 1) * network.message + counts["sum_bytes"] * particles * (1.0 - 1.0 / ranks) / network.bandwidth,
+            "agreement": tree * ((WORDS + 2 * counts["reductions"]) * network.latency + 2 * counts["reduced_bytes"] / network.bandwidth) + exchange,
+            "gathers": counts["gathers"] * tree * network.latency + gathered / network.bandwidth,
             "bytes": sent, "messages": messages}
 
 
 def efficiency(times):
-    return times["compute"] / (times["compute"] + times["neighbours"] + times["agreement"] + times["sums"])
+    return times["compute"] / sum(times[name] for name in ("compute", "neighbours", "agreement", "gathers"))
 
 
 def report(folder, particle_numbers, rank_numbers, speed, network):
-    counts = read_counts(folder)
-    lines = [f"counted on {counts['ranks']} ranks of {counts['particles_a_rank']:.4g} particles: {counts['bytes_a_rank']:.4g} bytes a step and "
-             f"rank to {counts['neighbours']:.2g} neighbours at most,",
-             f"{counts['surface_bytes']:.4g} bytes for each (particles of a rank)^(2/3), {counts['sum_bytes']:.3g} bytes of sums a particle and "
-             f"step, largest load {counts['imbalance']:.3g} of the mean",
+    c = read_counts(folder)
+    lines = [f"counted on {c['ranks']} ranks of {c['particles']:.4g} particles in {c['blocks']:.4g} blocks, a step and rank (the largest of all):",
+             f"{c['bytes']:.4g} bytes in {c['messages']:.3g} messages to neighbours; {100 * c['border_share']:.3g} % of the blocks at a border: "
+             f"{c['surface']:.3g} blocks^(2/3), {c['bytes_a_border_block']:.4g} bytes for each",
+             f"{c['reductions']:.3g} reductions of {c['reduced_bytes']:.4g} bytes in all, {c['exchanges']:.2g} exchanges of borders, "
+             f"{c['gathers']:.3g} gathers of {c['gathered_bytes']:.4g} bytes in all at rank 0; largest load {c['imbalance']:.3g} of the mean",
              f"assumed: {speed / 1e6:.4g} million particle-steps/s of a rank, latency {network.latency * 1e6:.3g} us, "
-             f"{network.bandwidth / 1e9:.4g} GB/s a rank, {network.message * 1e6:.3g} us for each message at rank 0; even load", "",
-             f"{'particles':>10} {'ranks':>6} {'compute':>10} {'neighbours':>11} {'agreement':>10} {'sums':>10} {'MB sent':>8} {'messages':>9} {'efficiency':>11}"]
+             f"{network.bandwidth / 1e9:.4g} GB/s a rank; even load", "",
+             f"{'particles':>10} {'ranks':>6} {'compute':>10} {'neighbours':>11} {'agreement':>10} {'gathers':>10} {'MB sent':>8} {'messages':>9} "
+             f"{'efficiency':>11}"]
     for particles in particle_numbers:
         for ranks in rank_numbers:
-            t = step_times(counts, particles, ranks, speed, network)
-            times = " ".join(f"{1e3 * t[name]:>{width}.4g}" for name, width in (("compute", 10), ("neighbours", 11), ("agreement", 10), ("sums", 10)))
+            t = step_times(c, particles, ranks, speed, network)
+            times = " ".join(f"{1e3 * t[name]:>{width}.4g}" for name, width in (("compute", 10), ("neighbours", 11), ("agreement", 10), ("gathers", 10)))
             lines.append(f"{particles:>10.3g} {ranks:>6} {times} {t['bytes'] / 1e6:>8.3g} {t['messages']:>9} {efficiency(t):>11.3f}")
     return "\n".join([*lines, "times in ms a step"])
 
@@ -97,5 +113,5 @@ def run_command(options):
             raise ConfigError(f"'{text}': {lowest} is the least that makes sense")
         return values
 
-    network = Network(1e-6 * options.latency_us, 1e9 * options.bandwidth_gb_s, 1e-6 * options.message_us)
+    network = Network(1e-6 * options.latency_us, 1e9 * options.bandwidth_gb_s)
     print(report(options.directory, numbers(options.particles, float, 1), numbers(options.ranks, int, 1), 1e6 * options.speed, network))

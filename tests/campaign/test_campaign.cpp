@@ -299,9 +299,26 @@ TEST(CampaignMemory, RefusesMoreAtATimeThanThereIsRoomFor) {
   EXPECT_NE(message(1, 0.99 * largest).find("numerics.cell_size_m"), std::string::npos) << message(1, 0.99 * largest);
 }
 
+TEST_F(CampaignFolder, ALauncherStartsTheRanksOfARun) {
+  const fs::path launcher = directory_ / "launcher.sh";
+  std::ofstream(launcher) << "#!/bin/sh\necho \"$@\" >" << (directory_ / "words").string() << "\nshift\nexec \"$@\"\n";
+  fs::permissions(launcher, fs::perms::owner_all);
+  const std::string keys = fmt::format("ranks = 3\nlauncher = [\"{}\", \"-n={{ranks}}\"]\n", launcher.string());
+  const Campaign campaign = make_campaign(parse_plan(keys + blocks + two_sizes, "plan.toml"));
+  const ExecutionReport report = run_with(campaign, "exit 137\n");  // as where a signal has ended a rank
+  EXPECT_EQ(report.failed, 2u);
+  EXPECT_TRUE(contains(said_, "ended by signal 9")) << said_;
+  const std::string words = read_file(directory_ / "words");
+  EXPECT_TRUE(words.starts_with("-n=3 " + (directory_ / "program.sh").string() + " run ")) << words;
+
+  CampaignPlan missing = campaign.plan;
+  missing.launcher = {"no-such-launcher", "{ranks}"};
+  EXPECT_THROW(run_with(make_campaign(missing), ""), ConfigError);
+}
+
 TEST_F(CampaignFolder, TheSlurmScriptAsksForWhatThePlanSays) {
   CampaignPlan plan = parse_plan(
-      "threads = 4\n[slurm]\npartition = \"main\"\ntime_limit = \"01:00:00\"\nmemory = \"2G\"\n"
+      "ranks = 8\nthreads = 4\n[slurm]\npartition = \"main\"\ntime_limit = \"01:00:00\"\nmemory = \"2G\"\n"
       "options = [\"--constraint=avx512\"]\n" +
           blocks.substr(blocks.find('\n') + 1) + two_sizes,
       "plan.toml");
@@ -309,8 +326,9 @@ TEST_F(CampaignFolder, TheSlurmScriptAsksForWhatThePlanSays) {
   const SlurmJob job = write_slurm_job(plan, "it's", names, out(), "/opt/my mpm", 2);
   EXPECT_EQ(read_file(job.tasks), "a\nb\nc\n");
   const std::string script = read_file(job.script);
-  for (const char* line : {"--array=1-3%2\n", "--cpus-per-task=4\n", "--partition='main'\n", "--time='01:00:00'\n", "--mem='2G'\n",
-                           "--constraint=avx512\n", "--requeue\n", "--job-name='it'\\''s'\n", "exec '/opt/my mpm' campaign task "})
+  for (const char* line :
+       {"--array=1-3%2\n", "--ntasks=8\n", "--cpus-per-task=4\n", "--partition='main'\n", "--time='01:00:00'\n", "--mem='2G'\n",
+        "--constraint=avx512\n", "--requeue\n", "--job-name='it'\\''s'\n", "exec '/opt/my mpm' campaign task "})
     EXPECT_TRUE(contains(script, line)) << line << "\n in \n" << script;
   EXPECT_NE(write_slurm_job(plan, "x", names, out(), "mpm", 0).script, job.script);
   EXPECT_FALSE(contains(read_file(out() / "slurm/job_2.sh"), "%2"));

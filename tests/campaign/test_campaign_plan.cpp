@@ -144,6 +144,8 @@ TEST(CampaignPlan, TakesItsBaseFromAFileBesideIt) {
 
 TEST(CampaignPlan, ResolvedReadsBackToTheSame) {
   const CampaignPlan plan = plan_of(R"(title = "quote \" and 'this'"
+ranks = 5
+launcher = ["srun", "-n", "{ranks}"]
 threads = 3
 retries = 0
 order = "plan"
@@ -159,6 +161,8 @@ parameters = { "numerics.cfl" = [0.1, 0.30000000000000004], "material.model" = [
   EXPECT_EQ(again.runs, plan.runs);
   EXPECT_EQ(again.title, plan.title);
   EXPECT_EQ(again.threads, 3);
+  EXPECT_EQ(again.ranks, 5);
+  EXPECT_EQ(again.launcher, plan.launcher);
   EXPECT_EQ(again.retries, 0);
   EXPECT_FALSE(again.longest_first);
   EXPECT_TRUE(again.keep_frames && again.keep_checkpoint && !again.keep_final);
@@ -171,6 +175,8 @@ TEST(CampaignPlan, TellsAllFaultsAtOnceWithTheirPlaces) {
 threads = 0
 keep = ["movies"]
 order = "random"
+ranks = -1
+launcher = ["mpirun"]
 [set]
 "numerics.cell_sise_m" = 0.5
 froude_number = 3
@@ -187,7 +193,8 @@ name = "../up"
   for (const char* part :
        {"plan.toml:1:1: unknown key retires; did you mean retries?", "plan.toml:2:11: threads = 0; give an integer in [1, 1024]",
         "plan.toml:3:8: keep: there is no \"movies\"", "plan.toml:4:9: order = \"random\"",
-        "plan.toml:6:1: set: unknown key numerics.cell_sise_m; did you mean \"numerics.cell_size_m\"?",
+        "plan.toml:5:9: ranks = -1; give an integer in [1, 100000]", "plan.toml:6:12: launcher: no word says how many ranks it starts",
+        "plan.toml:8:1: set: unknown key numerics.cell_sise_m; did you mean \"numerics.cell_size_m\"?",
         "did you mean \"conveyor.froude_number\"?", "[[when]] 1 has no match", "numerics.cfl = [] is empty; give a list of values",
         "numerics.cfl is given twice", "[0.3] does not give the 2 keys a value each", "9.81 is given twice",
         "name = \"../up\" names no folder", "[[run]] 2 is empty"}) {

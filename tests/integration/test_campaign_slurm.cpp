@@ -8,8 +8,7 @@
 #include <string>
 
 #include "libmpm/io/csv.hpp"
-#include "support/command.hpp"
-#include "support/temporary_directory.hpp"
+#include "support/slurm.hpp"
 
 namespace mpm {
 namespace {
@@ -29,38 +28,12 @@ name = "wild"
 set = { "body[0].velocity_m_s" = [900, 0, 0], "material.young_modulus_pa" = 1, "material.density_kg_m3" = 1e5 }
 )";
 
-class CampaignSlurm : public ::testing::Test {
+class CampaignSlurm : public testing::SlurmTest {
  protected:
   void SetUp() override {
-    if (geteuid() != 0) GTEST_SKIP() << "needs root: Slurm's daemons run as the user whom they serve";
-    for (const char* program : {"munged", "slurmctld", "slurmd", "sbatch"}) {
-      if (shell(std::string("PATH=$PATH:/usr/sbin command -v ") + program).code != 0)
-        GTEST_SKIP() << program << " is not installed (Debian: slurm-wlm)";
-    }
+    testing::SlurmTest::SetUp();
     std::ofstream(directory_ / "plan.toml") << blocks;
-    const Outcome up = shell(cluster("up"));
-    ASSERT_EQ(up.code, 0) << up.err;
-    started_ = true;
   }
-  void TearDown() override {
-    if (started_) {
-      EXPECT_EQ(shell(cluster("down")).code, 0);
-    }
-  }
-
-  [[nodiscard]] std::string cluster(const std::string& verb) const {
-    return "PATH=$PATH:/usr/sbin '" MPM_SOURCE_DIR "/tests/support/slurm_cluster.sh' " + verb + " '" + (directory_ / "slurm").string() +
-           "' </dev/null";
-  }
-  [[nodiscard]] Outcome shell(const std::string& command) const {
-    return testing::run_command(command, directory_.path(), directory_.path());
-  }
-  [[nodiscard]] Outcome campaign(const std::string& arguments) const {
-    return shell("SLURM_CONF='" + (directory_ / "slurm/slurm.conf").string() + "' '" MPM_APP "' campaign " + arguments);
-  }
-
-  testing::TemporaryDirectory directory_;
-  bool started_ = false;
 };
 
 TEST_F(CampaignSlurm, LeavesTheTableOfALocalCampaignAndSubmitsOnlyWhatIsNotDone) {

@@ -15,6 +15,7 @@
 #include "libmpm/driver/case_file.hpp"
 #include "libmpm/io/atomic_file.hpp"
 #include "support/command.hpp"
+#include "support/mpi.hpp"
 #include "support/rank_cases.hpp"
 #include "support/temporary_directory.hpp"
 
@@ -23,29 +24,13 @@ namespace {
 
 namespace fs = std::filesystem;
 using testing::content;
+using testing::launcher;
 using testing::Outcome;
 using testing::run_command;
 using testing::TemporaryDirectory;
 
-#ifdef MPM_MPI
-constexpr bool with_mpi = true;
-#else
-constexpr bool with_mpi = false;
-#endif
-
-/// Ranks wait for messages without working: tests share their cores.
-std::string launcher(int ranks) {
-  return fmt::format(
-      "mpirun --allow-run-as-root --oversubscribe --bind-to none --mca mpi_yield_when_idle 1 --mca btl_vader_single_copy_mechanism none "
-      "-np {} ",
-      ranks);
-}
-
-class MpiRun : public ::testing::Test {
+class MpiRun : public testing::MpiTest {
  protected:
-  void SetUp() override {
-    if (!with_mpi) GTEST_SKIP() << "built without MPI; `./run build mpi` and `ctest --preset mpi -R Mpi` run this";
-  }
   Outcome mpm(const std::string& before, const std::string& arguments) {
     return run_command(fmt::format("{} {} {}", before, MPM_APP, arguments), folder / "", folder / "");
   }

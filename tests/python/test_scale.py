@@ -7,8 +7,12 @@ from mpmtools import scale
 from mpmtools.errors import MpmError
 from study_samples import InFolder
 
-RANK = {"steps": 100, "particle_steps": 100 * 1000, "neighbour_steps": 100, "part_bytes": 100 * 60000, "node_bytes": 100 * 30000,
-        "migrant_bytes": 100 * 10000, "sum_bytes": 100 * 500}
+STEPS = 100
+RANK = {"steps": STEPS, "particle_steps": STEPS * 27000, "block_steps": STEPS * 64, "border_block_steps": STEPS * 32, "messages": STEPS * 3,
+        "part_bytes": STEPS * 60000, "node_bytes": STEPS * 30000, "migrant_bytes": STEPS * 6000, "exchanges": 10, "reductions": STEPS * 5,
+        "reduced_bytes": STEPS * 2000, "gathers": STEPS, "gathered_bytes": STEPS * 500}
+COUNTS = {"ranks": 2, "particles": 5e5, "particles_a_block": 1000.0, "surface": 2.0, "bytes_a_border_block": 3000.0, "reductions": 5.0,
+          "reduced_bytes": 2000.0, "gathers": 1.0, "gathered_bytes": 500.0}
 
 
 class Scale(InFolder):
@@ -19,27 +23,33 @@ class Scale(InFolder):
         return os.path.join(self.folder, "run")
 
     def test_counts_are_those_of_a_step_and_a_rank(self):
-        counts = scale.read_counts(self.counts([{**RANK, "sum_bytes": 0}, RANK]))
-        self.assertEqual(counts["particles_a_rank"], 1000)
-        self.assertEqual(counts["bytes_a_rank"], 100000)
-        self.assertAlmostEqual(counts["surface_bytes"], 1000)  # 100000 / 1000^(2/3)
-        self.assertAlmostEqual(counts["sum_bytes"], 0.5)
+        counts = scale.read_counts(self.counts([{**RANK, "gathered_bytes": 0}, RANK]))
+        self.assertEqual(counts["particles"], 27000)
+        self.assertEqual(counts["particles_a_block"], 27000 / 64)
+        self.assertEqual(counts["bytes"], 96000)
+        self.assertEqual(counts["bytes_a_border_block"], 3000)
+        self.assertAlmostEqual(counts["surface"], 2)  # 32 / 64^(2/3)
+        self.assertEqual(counts["border_share"], 0.5)
+        self.assertEqual((counts["messages"], counts["reductions"], counts["reduced_bytes"]), (3, 5, 2000))
+        self.assertEqual((counts["gathers"], counts["gathered_bytes"]), (1, 500))
         self.assertEqual(counts["imbalance"], 1)
 
     def test_a_step_by_hand(self):
-        counts = {"surface_bytes": 1000.0, "neighbours": 1, "sum_bytes": 0.5}
-        network = scale.Network(latency=1e-6, bandwidth=1e10, message=1e-6)
-        t = scale.step_times(counts, 8e6, 8, 1e7, network)
+        network = scale.Network(latency=1e-6, bandwidth=1e10)
+        t = scale.step_times(COUNTS, 8e6, 8, 1e7, network)  # 1e6 particles and 1000 blocks a rank, 200 of them at a border
         self.assertAlmostEqual(t["compute"], 0.1)
-        self.assertAlmostEqual(t["neighbours"], 21e-6 + 1e3 * 1e4 / 1e10)  # 3 messages to each of 7; 1e6^(2/3) = 1e4
-        self.assertAlmostEqual(t["agreement"], 2 * scale.TREE * 3e-6)
-        self.assertAlmostEqual(t["sums"], scale.GATHERS * 7e-6 + 3.5e6 / 1e10)
-        self.assertAlmostEqual(scale.efficiency(t), 0.1 / (0.1 + t["neighbours"] + t["agreement"] + t["sums"]))
+        self.assertAlmostEqual(t["neighbours"], 21e-6 + 200 * 3000 / 1e10)  # 3 messages to each of 7
+        self.assertAlmostEqual(t["agreement"], 3 * (12e-6 + 4000 / 1e10) + 3 * (1e-6 + 16 / 1e10))
+        self.assertAlmostEqual(t["gathers"], 3e-6 + 1000 / 1e10)  # eight times the particles: twice the rows
+        self.assertAlmostEqual(scale.efficiency(t), 0.1 / (0.1 + t["neighbours"] + t["agreement"] + t["gathers"]))
+
+    def test_not_more_blocks_are_at_a_border_than_there_are(self):
+        network = scale.Network(latency=0.0, bandwidth=1.0)
+        self.assertAlmostEqual(scale.step_times(COUNTS, 64 * 2000, 64, 1.0, network)["neighbours"], 2 * 3000)
 
     def test_one_rank_loses_nothing_and_more_ranks_lose_more(self):
-        counts = {"surface_bytes": 1000.0, "neighbours": 1, "sum_bytes": 0.5}
-        network = scale.Network(1e-6, 1e10, 1e-6)
-        values = [scale.efficiency(scale.step_times(counts, 1e8, ranks, 1e7, network)) for ranks in (1, 64, 256, 1024, 4096)]
+        network = scale.Network(1e-6, 1e10)
+        values = [scale.efficiency(scale.step_times(COUNTS, 1e8, ranks, 1e7, network)) for ranks in (1, 64, 256, 1024, 4096)]
         self.assertEqual(values[0], 1.0)
         self.assertEqual(values, sorted(values, reverse=True))
 

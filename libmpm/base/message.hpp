@@ -1,14 +1,19 @@
 #pragma once
 /// Values into bytes and back, for messages between processes of one program.
 
+#include <cstddef>
 #include <cstring>
 #include <span>
+#include <string>
 #include <type_traits>
+#include <vector>
 
 #include "libmpm/base/error.hpp"
-#include "libmpm/parallel/transport.hpp"
 
 namespace mpm {
+
+/// Bytes on their way.
+using Message = std::vector<std::byte>;
 
 /// Appends values to a message.
 template <class T>
@@ -43,6 +48,12 @@ class MessageReader {
   T get() {
     T value;
     get(std::span<T>(&value, 1));
+    return value;
+  }
+  /// All that is left, as text.
+  std::string text() {
+    std::string value(rest_.size(), '\0');
+    get(std::span(value));
     return value;
   }
 

@@ -1,0 +1,53 @@
+#pragma once
+/// Sums over the blocks of all ranks.
+
+#include <bit>
+#include <cstring>
+#include <iterator>
+#include <vector>
+
+#include "libmpm/base/exact_sum.hpp"
+#include "libmpm/core/ranks.hpp"
+
+namespace mpm {
+
+/// Several sums at once, exact (base/exact_sum.hpp): the same bits on any number of threads and ranks, with no order to keep.
+class BlockSums {
+ public:
+  /// @param count  of the sums
+  explicit BlockSums(std::size_t count) : sums_(count) {}
+
+  /// Adds to sum number `at`.
+  void add(std::size_t at, double number) { sums_[at].add(number); }
+  /// Adds a part that consists of 64-bit integers and then of doubles, to as many sums as it has members. @tparam integers  how many
+  template <std::size_t integers = 0, class T>
+  void add_part(std::size_t at, const T& part) {
+    static_assert(sizeof(T) % sizeof(double) == 0);
+    double numbers[sizeof(T) / sizeof(double)];
+    std::memcpy(numbers, static_cast<const void*>(&part), sizeof(T));
+    for (std::size_t i = 0; i < std::size(numbers); ++i)
+      add(at + i, i < integers ? static_cast<double>(std::bit_cast<std::uint64_t>(numbers[i])) : numbers[i]);
+  }
+
+  /// Adds the sums of the other ranks. @param ranks  null: there are none
+  void add_ranks(Ranks* ranks);
+
+  [[nodiscard]] double value(std::size_t at) const { return sums_[at].value(); }  ///< sum number `at`
+  /// The sums of a part. @tparam integers  how many of its first members are 64-bit integers
+  template <class T, std::size_t integers = 0>
+  [[nodiscard]] T part(std::size_t at) const {
+    double numbers[sizeof(T) / sizeof(double)];
+    for (std::size_t i = 0; i < std::size(numbers); ++i) {
+      const double sum = value(at + i);
+      numbers[i] = i < integers ? std::bit_cast<double>(static_cast<std::uint64_t>(sum)) : sum;
+    }
+    T whole;
+    std::memcpy(static_cast<void*>(&whole), numbers, sizeof(T));
+    return whole;
+  }
+
+ private:
+  std::vector<ExactSum> sums_;
+};
+
+}  // namespace mpm

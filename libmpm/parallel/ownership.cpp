@@ -1,0 +1,84 @@
+#include "libmpm/parallel/ownership.hpp"
+
+#include "libmpm/parallel/block_message.hpp"
+
+namespace mpm {
+
+bool Ownership::at_border(const Index3& block) const {
+  for (int n = 0; n < 27; ++n) {
+    if (!owns(neighbour_of(block, n))) return true;
+  }
+  return false;
+}
+
+bool Ownership::renew(Grid& grid, const JoinedBlocks& joined, const std::optional<Evenness>& now) {
+  Partition wanted = partition_;
+  wanted.join(joined);
+  if (uneven(now)) {
+    tried_at_ = steps_;
+    wanted.set_cuts(better_cuts(grid, wanted));
+  }
+  ++steps_;
+  if (now && wanted == partition_) return false;
+  move_blocks(grid, wanted);
+  return true;
+}
+
+/// Whether it is time to try new cuts.
+bool Ownership::uneven(const std::optional<Evenness>& now) const {
+  if (balancing_.forced > 0) return steps_ % static_cast<std::uint64_t>(balancing_.forced) == 0;
+  if (!now) return true;
+  if (steps_ - tried_at_ < static_cast<std::uint64_t>(balancing_.interval)) return false;
+  return now->largest * transport_.size() > balancing_.threshold * static_cast<double>(now->particles);
+}
+
+/// Of the blocks of all ranks, on the first.
+std::vector<Load> Ownership::loads(const Grid& grid, const Partition& partition) {
+  Message mine;
+  for (const auto b : grid.occupied_blocks())
+    put(mine, Load{partition.key(grid.block(b).coordinate), static_cast<double>(grid.block(b).particles.count())});
+  std::vector<Load> all;
+  for (const Message& message : transport_.gather(std::move(mine))) {
+    const std::size_t before = all.size();
+    all.resize(before + message.size() / sizeof(Load));
+    MessageReader(message).get(std::span(all).subspan(before));
+  }
+  return all;
+}
+
+/// Cuts that make the load even, or those of now if that gains little; the same on all ranks.
+std::vector<std::uint64_t> Ownership::better_cuts(const Grid& grid, const Partition& wanted) {
+  const std::vector<Load> all = loads(grid, wanted);
+  Message cuts;
+  if (transport_.rank() == 0) {
+    std::vector<double> shares(static_cast<std::size_t>(transport_.size()), 1.0);
+    if (balancing_.forced > 0) {
+      const auto turn = static_cast<std::size_t>(steps_ / static_cast<std::uint64_t>(balancing_.forced));
+      for (std::size_t r = 0; r < shares.size(); ++r) shares[r] += static_cast<double>((r + turn) % 3);
+    }
+    const auto better = Partition::cut(all, shares);
+    const bool take = balancing_.forced > 0 ||
+                      Partition::largest_cost(all, better) <= (1.0 - balancing_.gain) * Partition::largest_cost(all, wanted.cuts());
+    put(cuts, take ? std::span<const std::uint64_t>(better) : wanted.cuts());
+  }
+  transport_.broadcast(cuts);
+  std::vector<std::uint64_t> taken(cuts.size() / sizeof(std::uint64_t));
+  MessageReader(cuts).get(std::span(taken));
+  return taken;
+}
+
+void Ownership::move_blocks(Grid& grid, const Partition& to) {
+  Messages out;
+  for (const auto b : grid.occupied_blocks()) {
+    const int owner = to.owner(grid.block(b).coordinate);
+    if (owner == transport_.rank()) continue;
+    put_block(out[owner], grid.block(b));
+    grid.clear(b);
+  }
+  partition_ = to;
+  const Messages in = transport_.exchange(std::move(out));
+  grid.ask_owners();
+  for (const auto& [rank, message] : in) get_blocks(message, grid);
+}
+
+}  // namespace mpm

@@ -1,0 +1,53 @@
+#pragma once
+/// Which rank owns which block, and when blocks move to other ranks.
+
+#include "libmpm/core/grid.hpp"
+#include "libmpm/parallel/partition.hpp"
+#include "libmpm/parallel/transport.hpp"
+
+namespace mpm {
+
+/// When blocks move to other ranks.
+struct Balancing {
+  double threshold = 1.2;  ///< largest load over the mean load from which on new cuts are tried
+  double gain = 0.05;      ///< share by which new cuts must lower the largest load to be taken
+  int interval = 50;       ///< steps from one try to the next, at least
+  int forced = 0;          ///< above 0, for tests: new and uneven cuts every so many steps
+};
+
+/// How even the work is.
+struct Evenness {
+  std::size_t particles = 0;  ///< of all ranks
+  double largest = 0.0;       ///< particles of the rank that has most
+};
+
+/// One rank's view of the owners of all blocks; all ranks agree.
+class Ownership {
+ public:
+  /// Everything belongs to rank 0 until the first renew(). @param transport  outlives this
+  Ownership(Transport& transport, const Balancing& balancing)
+      : transport_(transport), balancing_(balancing), partition_(transport.size()) {}
+
+  [[nodiscard]] const Partition& partition() const { return partition_; }                                      ///< as it is now
+  [[nodiscard]] int owner(const Index3& block) const { return partition_.owner(block); }                       ///< rank
+  [[nodiscard]] bool owns(const Index3& block) const { return partition_.owner(block) == transport_.rank(); }  ///< this rank does
+  /// Whether a block or one of its neighbours is another rank's.
+  [[nodiscard]] bool at_border(const Index3& block) const;
+
+  /// Before a step, on all ranks: moves blocks to other ranks where blocks were joined that were not before, or where the load is uneven.
+  /// @param now  empty before the first step: cuts are then made. @returns whether blocks may have moved
+  bool renew(Grid& grid, const JoinedBlocks& joined, const std::optional<Evenness>& now);
+
+ private:
+  [[nodiscard]] bool uneven(const std::optional<Evenness>& now) const;
+  [[nodiscard]] std::vector<Load> loads(const Grid& grid, const Partition& partition);
+  [[nodiscard]] std::vector<std::uint64_t> better_cuts(const Grid& grid, const Partition& wanted);
+  void move_blocks(Grid& grid, const Partition& to);
+
+  Transport& transport_;
+  Balancing balancing_;
+  Partition partition_;
+  std::uint64_t steps_ = 0, tried_at_ = 0;
+};
+
+}  // namespace mpm

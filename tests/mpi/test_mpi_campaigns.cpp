@@ -1,0 +1,116 @@
+/// Campaigns and grid studies whose runs have several ranks.
+
+#include <fstream>
+
+#include "libmpm/io/csv.hpp"
+#include "support/mpi.hpp"
+#include "support/slurm.hpp"
+
+namespace mpm {
+namespace {
+
+namespace fs = std::filesystem;
+using testing::contains;
+using testing::content;
+using testing::Outcome;
+
+const std::string blocks = std::string("title = \"Blocks\"\n") + testing::falling_block_plan;
+const char* const falling_block =
+    "[material]\nmodel = \"hencky_elastic\"\n[[body]]\nmin_m = [0.0, 0.0, 0.0]\nmax_m = [1.0, 1.0, 1.0]\n"
+    "[domain]\nmin_m = [-5.0, -5.0, -5.0]\nmax_m = [5.0, 5.0, 5.0]\n"
+    "[output]\nduration_s = 0.02\nseries_per_second = 100\n";
+const std::string two_sizes = "[parameters]\n\"numerics.cell_size_m\" = [0.5, 0.25]\n";
+
+class MpiCampaign : public testing::MpiTest {
+ protected:
+  [[nodiscard]] Outcome mpm(const std::string& before, const std::string& arguments) const {
+    return testing::run_command(before + " '" MPM_APP "' " + arguments, directory_.path(), directory_.path());
+  }
+  void write(const std::string& name, const std::string& text) const { std::ofstream(directory_ / name) << text; }
+
+  testing::TemporaryDirectory directory_;
+};
+
+TEST_F(MpiCampaign, GivesTheTableOfRunsOnOneRank) {
+  write("one.toml", blocks + two_sizes);
+  write("two.toml", "ranks = 2\n" + blocks + two_sizes);
+  ASSERT_EQ(mpm("", "campaign run one.toml --out one").code, 0);
+  const Outcome two = mpm("", "campaign run two.toml --out two --jobs 1");
+  ASSERT_EQ(two.code, 0) << two.err;
+  const Outcome three = mpm("", "campaign run one.toml --out three --jobs 1 --ranks 3");
+  ASSERT_EQ(three.code, 0) << three.err;
+  for (const auto& [folder, ranks] : {std::pair{"two", "2"}, std::pair{"three", "3"}}) {
+    EXPECT_EQ(content(directory_ / folder / "results.csv"), content(directory_ / "one/results.csv"));
+    EXPECT_EQ(Table::read(directory_ / folder / "runs.csv").text("ranks"), std::vector<std::string>(2, ranks));
+  }
+}
+
+TEST_F(MpiCampaign, TellsWhyARunOfSeveralRanksFailed) {
+  write("plan.toml", "ranks = 2\n" + blocks +
+                         "[[run]]\nname = \"wild\"\nset = { \"body[0].velocity_m_s\" = [900, 0, 0], \"material.young_modulus_pa\" = 1, "
+                         "\"material.density_kg_m3\" = 1e5 }\n");
+  const Outcome outcome = mpm("", "campaign run plan.toml --out out");
+  EXPECT_EQ(outcome.code, 1);
+  EXPECT_TRUE(contains(outcome.err, "wild: failed: exit code 3: ")) << outcome.err;  // not tried again, as it would fail again
+  EXPECT_TRUE(contains(outcome.err, "the time step collapsed")) << outcome.err;
+}
+
+TEST_F(MpiCampaign, StopsWithACheckpoint) {
+  write("plan.toml", "ranks = 2\n" + blocks +
+                         "[[run]]\nname = \"long\"\nset = { \"numerics.gravity_m_s2\" = 0, \"output.duration_s\" = 100.0, "
+                         "\"output.series_per_second\" = 50 }\n");
+  const Outcome stopped = testing::run_command(
+      "{ '" MPM_APP
+      "' campaign run plan.toml --out out & child=$!; for i in $(seq 600); do "
+      "[ $(cat out/runs/long/series.csv 2>/dev/null | wc -l) -gt 3 ] && break; sleep 0.05; done; kill -TERM $child; wait $child; }",
+      directory_.path(), directory_.path());
+  EXPECT_TRUE(contains(stopped.err, "stopped; the same command continues")) << stopped.err;
+  EXPECT_TRUE(fs::exists(directory_ / "out/runs/long/checkpoint.h5")) << stopped.err;
+  EXPECT_TRUE(contains(content(directory_ / "out/runs/long/attempts.json"), "\"stopped\"")) << stopped.err;
+  EXPECT_FALSE(fs::exists(directory_ / "out/runs/long/results.json"));
+}
+
+TEST_F(MpiCampaign, GridStudiesTakeSeveralRanks) {
+  write("case.toml", falling_block);
+  const std::string study = "converge case.toml --cell-size 0.5,0.25 --metric steps,particles_final --threads 1 --out ";
+  const Outcome one = mpm("", study + "one"), two = mpm("", study + "two --ranks 2"), under = mpm(testing::launcher(3), study + "three");
+  ASSERT_EQ(one.code, 0) << one.err;
+  ASSERT_EQ(two.code, 0) << two.err;
+  ASSERT_EQ(under.code, 0) << under.err;
+  EXPECT_EQ(one.out, two.out);
+  EXPECT_EQ(one.out, under.out);
+  EXPECT_EQ(content(directory_ / "one/converge.csv"), content(directory_ / "two/converge.csv"));
+  EXPECT_TRUE(contains(content(directory_ / "two/dx_0.25/results.json"), "\"ranks\": 2"));
+}
+
+class MpiSlurm : public testing::SlurmTest {
+ protected:
+  void SetUp() override {
+    if (!testing::with_mpi) GTEST_SKIP() << "built without MPI; `./run build mpi` and `ctest --preset mpi -R Mpi` run this";
+    testing::SlurmTest::SetUp();
+  }
+};
+
+TEST_F(MpiSlurm, TasksAreTheRanksOfARun) {
+  std::ofstream(directory_ / "plan.toml") << blocks + two_sizes;
+  ASSERT_EQ(campaign("run plan.toml --out one").code, 0);
+  const Outcome two = campaign("run plan.toml --out two --ranks 2 --executor slurm");
+  ASSERT_EQ(two.code, 0) << two.err << content(directory_ / "two/runs/dx0.5/stderr.log");
+  EXPECT_TRUE(contains(content(directory_ / "two/slurm/job_1.sh"), "--ntasks=2\n"));
+  EXPECT_EQ(content(directory_ / "two/results.csv"), content(directory_ / "one/results.csv"));
+  EXPECT_EQ(Table::read(directory_ / "two/runs.csv").text("ranks"), std::vector<std::string>(2, "2"));
+}
+
+TEST_F(MpiSlurm, SrunStartsRanks) {
+  std::ofstream(directory_ / "case.toml") << falling_block;
+  const std::string run = "'" MPM_APP "' run case.toml --threads 1 --out ";
+  ASSERT_EQ(shell(run + "one").code, 0);
+  const Outcome two = with_slurm("srun --mpi=pmix --ntasks=2 " + run + "two");
+  ASSERT_EQ(two.code, 0) << two.err;
+  for (const char* name : {"final.h5", "series.csv"})
+    EXPECT_TRUE(content(directory_ / "one" / name) == content(directory_ / "two" / name)) << name;
+  EXPECT_TRUE(contains(content(directory_ / "two/results.json"), "\"ranks\": 2"));
+}
+
+}  // namespace
+}  // namespace mpm

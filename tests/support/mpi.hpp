@@ -1,0 +1,31 @@
+#pragma once
+/// What tests by real ranks share.
+
+#include <fmt/format.h>
+#include <gtest/gtest.h>
+
+#include <string>
+
+namespace mpm::testing {
+
+#ifdef MPM_MPI
+inline constexpr bool with_mpi = true;
+#else
+inline constexpr bool with_mpi = false;
+#endif
+
+/// Skipped, with the reason, in a build without MPI.
+class MpiTest : public ::testing::Test {
+ protected:
+  void SetUp() override {
+    if (!with_mpi) GTEST_SKIP() << "built without MPI; `./run build mpi` and `ctest --preset mpi -R Mpi` run this";
+  }
+};
+
+/// Ranks wait for messages without working: tests share their cores.
+inline const char* const patient = "--mca mpi_yield_when_idle 1 --mca btl_vader_single_copy_mechanism none";
+inline std::string launcher(int ranks) {
+  return fmt::format("mpirun --allow-run-as-root --oversubscribe --bind-to none {} -np {} ", patient, ranks);
+}
+
+}  // namespace mpm::testing
