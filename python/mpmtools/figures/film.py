@@ -8,7 +8,7 @@ import tempfile
 import numpy as np
 
 from mpmtools.errors import ConfigError, InputError
-from mpmtools.figures.snow_surface import Camera, SnowDensity, draw
+from mpmtools.figures.snow_surface import SnowDensity, draw, standpoint
 from mpmtools.figures.view_3d import picture_size
 from mpmtools.run import Run
 
@@ -32,19 +32,12 @@ class Studio:
 
     def __init__(self, run, field, size):
         self.run, self.field, self.size = run, field, size
-        width, depth = (run.obstacle_width, run.obstacle_depth) if run.obstacle else (0.0, 0.0)
-        last = run.frames[-1]["position_m"]
-        height = run.flow_height or float(np.percentile(last[:, 2], 99.0))
-        self.top = max(float(np.percentile(f["position_m"][:, 2], 99.99)) for f in run.frames[:: max(1, len(run.frames) // 8)])
-        self.solid = (run.obstacle_outline, run.obstacle.get("height_m", 1.25 * self.top)) if run.obstacle else None
-        west, east = last[:, 0].min(), last[:, 0].max()
-        centre = np.array([0.5 * depth, 0.0, 0.42 * self.top]) if run.obstacle else np.append(last.mean(axis=0)[:2], 0.3 * self.top)
-        reach = max(1.25 * self.top, 0.55 * min(east - west, 12.0 * height), 3.0 * width)
-        self.camera = Camera(centre + reach * np.array([-1.55, -1.45, 0.95]), centre)
+        top = max(float(np.percentile(f["position_m"][:, 2], 99.9)) for f in run.frames[:: max(1, len(run.frames) // 8)])
+        self.camera, self.solid = standpoint(run, run.frames[-1].whole("position_m"), top)
         self.most = 1.0
         if label := FIELDS[field]:
             self.label = label
-            self.most = max(float(np.percentile(field_of(f, field), 99.0)) for f in run.frames[1:] or run.frames)
+            self.most = max(1e-9, *(float(np.percentile(field_of(f, field), 99.0)) for f in run.frames))
 
     def picture(self, frame, path):
         """Draws a frame into a PNG file."""
@@ -58,12 +51,12 @@ class Studio:
         width, height = self.size
         image = draw(snow, self.camera, self.size, self.solid, colours)
         figure = plt.figure(figsize=(width / 100.0, height / 100.0), dpi=100)
-        figure.figimage(image, resize=False)
+        figure.figimage(image, resize=False, zorder=-1)
         unit = height / 600.0
-        figure.text(0.02, 0.955, f"{run.title}" if run.title else "", fontsize=11 * unit, color="#1c2733", va="center")
+        figure.text(0.02, 0.955, run.title, fontsize=11 * unit, color="#1c2733", va="center")
         figure.text(0.98, 0.955, f"t = {frame.time:.2f} s", fontsize=11 * unit, color="#1c2733", va="center", ha="right", family="monospace")
         if values is not None:
-            axes = figure.add_axes((0.03, 0.07, 0.26, 0.02))
+            axes = figure.add_axes((0.03, 0.07, 0.26, 0.02), zorder=5)
             axes.imshow(np.linspace(0.0, 1.0, 256)[None, :], aspect="auto", cmap="viridis", extent=(0.0, self.most, 0.0, 1.0))
             axes.set_yticks([])
             axes.set_title(self.label, fontsize=9 * unit, color="#1c2733", loc="left", pad=4)

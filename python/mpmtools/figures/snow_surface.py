@@ -4,13 +4,14 @@ Plain numpy and scipy; no graphics library and no screen. Lengths in m; arrays o
 """
 
 import numpy as np
-from scipy.ndimage import gaussian_filter, map_coordinates
+from scipy.ndimage import gaussian_filter, map_coordinates, maximum_filter
 
 LEVEL = 0.3  # of the density that the snow has at the start: the surface
+FAR = 3  # cells
 LIGHT = np.array([-0.45, -0.55, 0.70]) / np.linalg.norm([-0.45, -0.55, 0.70])  # direction towards the sun
 SKY_TOP, SKY_LOW = np.array([0.62, 0.75, 0.90]), np.array([0.93, 0.96, 0.99])
 GROUND, MAST = np.array([0.74, 0.76, 0.77]), np.array([0.42, 0.36, 0.33])
-SNOW = np.array([0.955, 0.97, 1.0])
+SNOW = np.array([0.93, 0.95, 0.985])
 
 
 class SnowDensity:
@@ -37,6 +38,8 @@ class SnowDensity:
                         weighted += np.bincount(at, share * values, total.size)
         self.values = np.divide(weighted, total, out=np.zeros_like(total), where=total > 0.0).reshape(self.shape).astype(np.float32)
         self.density = (total / self.cell**3).reshape(self.shape).astype(np.float32)
+        self.near = maximum_filter(self.density, 2 * FAR + 1) > LEVEL  # elsewhere there is no snow within FAR cells
+        self.smooth = gaussian_filter(self.density, 1.0)  # for normals: the lattice of the particles must not show
         self.blurred = gaussian_filter(np.minimum(self.density, 1.0), 2.0)  # for the light that reaches a point from the sky
 
     def _sample(self, field, points):
@@ -54,7 +57,7 @@ class SnowDensity:
     def normals(self, points):
         """Unit, out of the snow."""
         step = 0.75 * self.cell
-        slope = np.stack([self.at(points + step * e) - self.at(points - step * e) for e in np.eye(3)], axis=1)
+        slope = np.stack([self._sample(self.smooth, points + step * e) - self._sample(self.smooth, points - step * e) for e in np.eye(3)], axis=1)
         return -slope / np.maximum(np.linalg.norm(slope, axis=1, keepdims=True), 1e-12)
 
     def hits(self, eye, rays, least, most):
@@ -65,14 +68,17 @@ class SnowDensity:
             a, b = (low - eye) / rays, (high - eye) / rays
         start = np.maximum(np.nanmax(np.minimum(a, b), axis=1), least)
         end = np.minimum(np.nanmin(np.maximum(a, b), axis=1), most)
-        step, way, open_rays = 0.8 * self.cell, start.copy(), np.flatnonzero(start < end)
+        way, last, open_rays = start.copy(), start.copy(), np.flatnonzero(start < end)
         while open_rays.size:
-            way[open_rays] += step
+            last[open_rays] = way[open_rays]
+            points = eye[open_rays] + way[open_rays, None] * rays[open_rays]
+            cells = np.clip(np.rint((points - self.low) / self.cell).astype(int), 0, np.array(self.shape) - 1)
+            way[open_rays] += self.cell * np.where(self.near[tuple(cells.T)], 0.8, FAR - 1.0)  # minus the rounding to a cell
             inside = self.at(eye[open_rays] + way[open_rays, None] * rays[open_rays]) > LEVEL
             found[open_rays[inside]] = way[open_rays[inside]]
             open_rays = open_rays[~inside & (way[open_rays] < end[open_rays])]
         met = np.flatnonzero(np.isfinite(found))
-        before, behind = found[met] - step, found[met].copy()
+        before, behind = last[met], found[met].copy()
         for _ in range(6):  # bisection: to a hundredth of a cell
             middle = 0.5 * (before + behind)
             inside = self.at(eye[met] + middle[:, None] * rays[met]) > LEVEL
@@ -122,6 +128,18 @@ class Camera:
         return (rays / np.linalg.norm(rays, axis=2, keepdims=True)).reshape(-1, 3)
 
 
+def standpoint(run, positions, top):
+    """Camera, and the mast as (corners, top) or None, for a run: from upstream, beside and above. @param top  of the snow in all pictures, m"""
+    solid = (run.obstacle_outline, run.obstacle.get("height_m", 1.25 * top)) if run.obstacle else None
+    low, high = positions.min(axis=0), positions.max(axis=0)
+    if solid is None:
+        centre, reach = np.append(0.5 * (low + high)[:2], 0.35 * top), max(1.2 * top, 0.55 * float(np.hypot(*(high - low)[:2])))
+    else:
+        centre = np.array([0.5 * run.obstacle_depth, 0.0, 0.45 * top])
+        reach = max(1.45 * top, 0.5 * min(high[0] - low[0], 12.0 * (run.flow_height or top)), 3.0 * run.obstacle_width)
+    return Camera(centre + reach * np.array([-1.55, -1.45, 0.95]), centre), solid
+
+
 def shadow(snow, solid, points, reach):
     """Share of the sun's light that reaches points: through the mast none, through the snow little."""
     towards = np.broadcast_to(LIGHT, points.shape)
@@ -167,9 +185,9 @@ def draw(snow, camera, size, solid=None, colours=None):
         sun = np.clip(normals @ LIGHT, 0.0, 1.0) * shadow(snow, solid, points + 0.5 * snow.cell * normals, reach)
         open_sky = np.clip(1.35 - 1.1 * snow.blurred_at(points + 3.0 * snow.cell * normals) - 0.5 * snow.blurred_at(points + 1.5 * snow.cell * normals),
                            0.25, 1.0)
-        ambient = (0.36 + 0.14 * normals[:, 2]) * open_sky
+        ambient = (0.31 + 0.13 * normals[:, 2]) * open_sky
         tint = np.array([0.92, 0.97, 1.06])  # of the sky's light
-        light = 0.62 * sun[:, None] * np.array([1.03, 1.0, 0.95]) + ambient[:, None] * tint
+        light = 0.56 * sun[:, None] * np.array([1.03, 1.0, 0.95]) + ambient[:, None] * tint
         colour = base * light
         if kind == "ground":  # fades into the sky's low edge
             fade = np.clip(way[seen] / (6.0 * reach) - 0.3, 0.0, 1.0)[:, None]
