@@ -160,7 +160,7 @@ class Avalanche(InFolder):
     def test_enters_the_run_as_deep_and_as_fast_as_in_the_rasters(self):
         self.convert(y=2050.0, width=2.0)
         case = Case.read(self.folder / "case" / "case.toml").changed(
-            {"numerics.cell_size_m": 0.4, "conveyor.width_m": 6.4, "conveyor.sidewall_contact": "slip", "obstacle": None,
+            {"numerics.cell_size_m": 0.4, "conveyor.width_m": 3.2, "conveyor.sidewall_contact": "slip", "obstacle": None,
              "output.duration_s": 2.0, "output.frames_per_second": 10})
         found = measured_inflow(case.run(self.folder / "run", threads=1, progress=False))
         raster = np.genfromtxt(self.folder / "case" / "inflow.csv", delimiter=",", names=True)
