@@ -1,7 +1,12 @@
 # The Debian package, from the three build trees of ./run package. Included in the tree of level 2, which also makes what is not compiled.
 #   cpack --config build/package-v2/CPackConfig.cmake -B build/package
 set(generated ${PROJECT_BINARY_DIR}/packaging)
-set(CPACK_PACKAGE_CONTACT "the libmpm authors <libmpm@localhost>")
+# The maintainer: who distributes the package says so as for Debian's own tools. The project itself has no address for mail.
+if(DEFINED ENV{DEBEMAIL})
+  set(CPACK_PACKAGE_CONTACT "$ENV{DEBFULLNAME} <$ENV{DEBEMAIL}>")
+else()
+  set(CPACK_PACKAGE_CONTACT "the libmpm authors <libmpm@localhost>")
+endif()
 add_custom_target(mpm_package_files ALL
   COMMAND /usr/bin/python3 ${PROJECT_SOURCE_DIR}/packaging/generate.py $<TARGET_FILE:mpm-app> ${generated}
   COMMAND ${CMAKE_COMMAND} -D SOURCE_DIR=${PROJECT_SOURCE_DIR} -D OUT=${generated} -D VERSION=${PROJECT_VERSION}

@@ -30,14 +30,14 @@ debootstrap --variant=minbase bookworm "$root" "$mirror" >"$root.log" 2>&1 || {
 }
 rm -f "$root.log"
 mount -t proc proc "$root/proc" 2>/dev/null || skip "proc cannot be mounted here"
-cp "$deb" "$root/root/mpm.deb"
+cp "$deb" "$root/srv/mpm.deb"
 cp /etc/resolv.conf "$root/etc/" 2>/dev/null || true
 inside() { chroot "$root" /usr/bin/env -i PATH=/usr/sbin:/usr/bin:/sbin:/bin HOME=/root DEBIAN_FRONTEND=noninteractive LC_ALL=C.UTF-8 "$@"; }
 
 say "apt install ./mpm.deb"
 inside apt-get -qq update
-inside bash -c 'cd /root && apt-get -qq -y install ./mpm.deb' >"$root/root/install.log" 2>&1 || {
-  tail -n 20 "$root/root/install.log" >&2
+inside bash -c 'cd /srv && apt-get -qq -y install ./mpm.deb' >"$root/srv/install.log" 2>&1 || {
+  tail -n 20 "$root/srv/install.log" >&2
   exit 1
 }
 
@@ -56,35 +56,47 @@ esac
 say "a shortened example at each level that this processor runs"
 short=(/usr/share/mpm/examples/avalanche_fr3.toml --threads 1 --set numerics.cell_size_m=0.875 --set conveyor.width_m=8.75 --set output.duration_s=1)
 inside mpm check "${short[0]}" >/dev/null
-inside mpm run "${short[@]}" --out /root/best >"$root/root/best.json" 2>/dev/null
-inside grep -q '"particles_lost": 0' /root/best/results.json
-instruction_set() { inside sed -n 's/.*"instruction_set": "\(.*\)".*/\1/p' "/root/$1/results.json"; }
+inside mpm run "${short[@]}" --out /srv/best >"$root/srv/best.json" 2>/dev/null
+inside grep -q '"particles_lost": 0' /srv/best/results.json
+instruction_set() { inside sed -n 's/.*"instruction_set": "\(.*\)".*/\1/p' "/srv/$1/results.json"; }
 sets=("$(instruction_set best)")
 for hidden in -AVX512F -AVX2; do # without these the processor is of a lower level
   case $hidden in -AVX512F) expected=glibc-hwcaps/x86-64-v3/libmpm.so ;; *) expected=mpm/libmpm.so ;; esac
   [[ $best != x86-64-v2 ]] || expected=mpm/libmpm.so
   found=$(library_with "$hidden")
   [[ $found == */$expected ]] || { say "with $hidden the library is $found, not $expected"; exit 1; }
-  inside env "GLIBC_TUNABLES=glibc.cpu.hwcaps=$hidden" mpm run "${short[@]}" --out "/root/run$hidden" >/dev/null 2>&1 || { say "fails with $hidden"; exit 1; }
+  inside env "GLIBC_TUNABLES=glibc.cpu.hwcaps=$hidden" mpm run "${short[@]}" --out "/srv/run$hidden" >/dev/null 2>&1 || { say "fails with $hidden"; exit 1; }
   sets+=("$(instruction_set "run$hidden")")
 done
 say "instruction sets: ${sets[*]}"
 [ "$best" != x86-64-v4 ] || [ "$(printf '%s\n' "${sets[@]}" | sort -u | wc -l)" -eq 3 ] || { say "these are not three levels"; exit 1; }
 
 say "pictures and Python"
-inside mpm post /root/best >/dev/null 2>&1
-inside test -s /root/best/post/side_view.png
+inside mpm post /srv/best >/dev/null 2>&1
+inside test -s /srv/best/post/side_view.png
 inside python3 -c '
 from mpmtools import Case, Run
-print(Run("/root/best").quantity("force_peak_n"))
+print(Run("/srv/best").quantity("force_peak_n"))
 print(Case.read("/usr/share/mpm/examples/avalanche_fr3.toml").check())'
+
+say "a documented design, shortened: two grids, two seconds"
+inside bash -c '{ cat /usr/share/mpm/examples/design/mast.toml; printf "[plan]\nfinest_cells = 5\ngrids = 2\nduration_s = 2.0\n"; } >/srv/mast.toml'
+inside mpm design /srv/mast.toml --quick --out /srv/design >"$root/srv/design.log" 2>&1 || {
+  tail -n 5 "$root/srv/design.log" >&2
+  exit 1
+}
+inside python3 -c '
+import json
+page = open("/srv/design/design.html", encoding="utf-8").read()
+assert page.count("<img") + page.count("<svg") >= 8, "the page has too few figures"
+assert json.load(open("/srv/design/design.json"))["format_version"] == 1'
 
 say "man pages, completion, schema, tutorials"
 inside test -s /usr/share/man/man1/mpm-run.1.gz || say "man pages are left out of this minimal system, as its dpkg is configured"
 inside bash -n /usr/share/bash-completion/completions/mpm
 inside python3 -m json.tool /usr/share/mpm/case.schema.json /dev/null
-inside env -C /root python3 /usr/share/mpm/examples/tutorials/a_first_mast.py /root/tutorial >"$root/root/tutorial.log" 2>&1 || {
-  tail -n 5 "$root/root/tutorial.log" >&2
+inside env -C /srv python3 /usr/share/mpm/examples/tutorials/a_first_mast.py /srv/tutorial >"$root/srv/tutorial.log" 2>&1 || {
+  tail -n 5 "$root/srv/tutorial.log" >&2
   exit 1
 }
 say "removal leaves nothing"

@@ -4,26 +4,14 @@
 import pathlib
 import subprocess
 import sys
-import tempfile
 import unittest
 
 SOURCE = pathlib.Path(__file__).resolve().parent.parent
 SITE = SOURCE / "docs" / "site"
-sys.path.insert(0, str(SITE))
+sys.path[:0] = [str(SITE), str(SOURCE / "tests" / "python")]
 import assemble  # noqa: E402  (after its path)
 import check_site  # noqa: E402
-
-
-class InFolder(unittest.TestCase):
-    def setUp(self):
-        folder = tempfile.TemporaryDirectory()
-        self.addCleanup(folder.cleanup)
-        self.folder = pathlib.Path(folder.name)
-
-    def write(self, name, text):
-        path = self.folder / name
-        path.parent.mkdir(parents=True, exist_ok=True)
-        path.write_text(text, encoding="utf-8")
+from in_folder import InFolder  # noqa: E402
 
 
 class Links(InFolder):

@@ -1,4 +1,4 @@
-"""The command line: python3 -m mpmtools fit|study|plot|render|view|design|scale|import-avaframe|json-schema."""
+"""The command line: python3 -m mpmtools fit|study|plot|render|view|film|design|scale|import-avaframe|json-schema."""
 
 import argparse
 import os
@@ -78,6 +78,15 @@ def parser():
     view.add_argument("--particles", type=int, default=6_000_000, metavar="N",
                       help="in all frames together; a run with more is thinned (default: %(default)s)")
 
+    film = command("film", "the snow of a run as a surface: a film of its frames, or a picture of one", run_film)
+    film.add_argument("directory", metavar="DIR", help="result folder of `mpm run`, with frames")
+    film.add_argument("--time", type=float, metavar="T", help="s; a picture of the nearest frame in place of a film")
+    film.add_argument("--field", choices=["snow", "speed", "pressure"], default="snow", help="what the colours show (default: %(default)s, white)")
+    film.add_argument("--out", metavar="FILE", help="film (.mp4, .webm) or picture (.png) to write (default: DIR/post/film.mp4, snow.png)")
+    film.add_argument("--size", default="960x600", metavar="WIDTHxHEIGHT", help="pixels, even (default: %(default)s)")
+    film.add_argument("--slow", type=float, default=1.0, metavar="S", help="frames a second over those of real time (default: %(default)s)")
+    film.add_argument("--kilobits", type=int, default=1200, metavar="N", help="a second of the film (default: %(default)s)")
+
     design = command("design", "the page, the JSON and the tables of a design, from the finished runs of `mpm design`", run_design)
     design.add_argument("directory", metavar="DIR", help="folder of `mpm design`")
 
@@ -152,6 +161,12 @@ def run_view(options):
     from mpmtools.figures import view_page
 
     view_page.run_command(options)
+
+
+def run_film(options):
+    from mpmtools.figures import film
+
+    film.run_command(options)
 
 
 def run_design(options):

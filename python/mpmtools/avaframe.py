@@ -19,6 +19,7 @@ NAME = re.compile(r"^(?P<simulation>.+)_(?P<quantity>FT|FD|FV)_t(?P<time>\d+(?:\
 EXPORT = "in com1DFACfg.ini, [GENERAL], set resType = ppr|pft|pfv|FT|FV and tSteps = 0:1 (every second), and run com1DFA again"
 LEAST_DEPTH = 0.1  # m: below, the flow is not an avalanche that a grid can resolve (assumed)
 MOST_DEPTH, MOST_SPEED = 100.0, 200.0  # m, m/s: beyond, the unit is wrong
+STEEPEST, FINEST = 60.0, 0.02  # degrees; m, of the cells of a raster: beyond, the unit is wrong
 PATCH = 50.0  # m: way before the point over which the ground is compared with a plane
 
 
@@ -41,6 +42,11 @@ class Raster:
         corners = self.data[rows - 2 - below:rows - below, left:left + 2]  # north, south
         weights = np.array([[b * (1 - a), b * a], [(1 - b) * (1 - a), (1 - b) * a]])
         return float(np.sum(weights * corners, where=weights > 0.0))
+
+
+def check_cell(cell, path):
+    if not cell >= FINEST:
+        raise InputError(f"{path}: its cells are {cell:g} wide, which are degrees or kilometres, no metres; reproject it to a system in metres")
 
 
 def read_ascii(path):
@@ -71,6 +77,7 @@ def read_ascii(path):
     if values.size != rows * columns:
         raise InputError(f"{path}: {values.size} values, {rows} x {columns} are needed; the file is cut off, export it again")
     values[values == header.get("nodata_value", -9999.0)] = np.nan
+    check_cell(cell, path)
     half = 0.5 * cell  # corner or centre
     corner = [header.get(f"{axis}llcenter", header.get(f"{axis}llcorner", 0.0) + half) for axis in "xy"]
     return Raster(values.reshape(rows, columns), *corner, cell, path)
@@ -87,10 +94,14 @@ def read_geotiff(path):
             transform, projection = file.transform, file.crs
     except rasterio.errors.RasterioIOError as error:
         raise InputError(f"cannot read '{path}': {error}") from None
-    if projection is not None and projection.is_geographic:
+    if projection is None:
+        raise InputError(f"{path}: it names no projection, so that its unit is not known; set it (gdal_edit.py -a_srs EPSG:25832 {path}, with "
+                         "the number of your system)")
+    if projection.is_geographic:
         raise InputError(f"{path}: its coordinates are degrees ({projection}); reproject it to a system in metres")
     if transform.b or transform.d or abs(transform.a + transform.e) > 1e-6 * transform.a:
         raise InputError(f"{path}: its cells are turned or not square; resample it with north up")
+    check_cell(transform.a, path)
     return Raster(data, transform.c + 0.5 * transform.a, transform.f + (data.shape[0] - 0.5) * transform.e, transform.a, path)
 
 
@@ -111,6 +122,10 @@ def ground_at(dem, x, y):
     gx, gy = (dem.at(x + h, y) - dem.at(x - h, y)) / (2 * h), (dem.at(x, y + h) - dem.at(x, y - h)) / (2 * h)
     if not (math.isfinite(gx) and math.isfinite(gy)):
         raise ConfigError(f"{dem.path}: no elevation at {x:g},{y:g}; give a point inside the terrain")
+    slope = math.degrees(math.atan(math.hypot(gx, gy)))
+    if slope > STEEPEST:
+        raise InputError(f"{dem.path}: the ground at {x:g},{y:g} is {slope:.0f} degrees steep, more than {STEEPEST:g}; check that elevation and "
+                         "coordinates have the same unit, metres")
     direction = math.atan2(-gy, -gx)
     along, across = np.meshgrid(np.arange(0.0, PATCH + h, h), np.arange(-0.25 * PATCH, 0.25 * PATCH + h, h))
     c, s = math.cos(direction), math.sin(direction)
@@ -174,7 +189,7 @@ def passage(times, depth, speed, least_depth):
     flows = (depth >= least_depth) & (speed > 0.1)
     if not flows.any():
         raise ConfigError(f"the flow is nowhere deeper than {least_depth:.3g} m at this point (at most {depth.max():.3g} m); choose a point in "
-                          "its path")
+                          "its path, and check that the rasters of thickness are in metres")
     peak = int(np.argmax(np.where(flows, depth * speed**2, -1.0)))
     first, last = peak, peak
     while first > 0 and flows[first - 1]:

@@ -9,7 +9,7 @@ import tomllib
 from dataclasses import dataclass
 
 from mpmtools.errors import ConfigError, InputError, MpmError
-from mpmtools.program import ProgressBar, run_program, run_with_progress
+from mpmtools.program import run_program, run_with_bar
 from mpmtools.run import Run
 from mpmtools.toml_text import toml_text
 
@@ -148,13 +148,8 @@ class Case:
         options += ["--threads", threads] if threads else []
         options += ["--resume"] if resume else []
         options += ["--force"] if force else []
-        bar = ProgressBar(self.tables.get("title") or "run") if progress is True else None
-        try:
-            with self.as_file() as path:
-                run_with_progress("run", path, *options, progress=bar or progress or None)
-        finally:
-            if bar:
-                bar.close()
+        with self.as_file() as path:
+            run_with_bar(self.tables.get("title") or "run", progress, "run", path, *options)
         return Run(out)
 
     def _files(self):

@@ -3,6 +3,7 @@
 from functools import cached_property
 
 import h5py
+import numpy as np
 
 from mpmtools.errors import InputError
 
@@ -21,6 +22,14 @@ class Frame:
             if name not in file:
                 raise KeyError(f"{self.path}: no array '{name}'; there are: {', '.join(file)}")
             return file[name][:]
+
+    def whole(self, name):
+        """An array for the whole flow: where half of it was computed, the mirror image at y = 0 follows. For positions, velocities and
+        scalars."""
+        array = self[name]
+        if not self.attributes.get("mirror_y"):
+            return array
+        return np.concatenate([array, array * [1.0, -1.0, 1.0] if array.ndim == 2 else array])
 
     @cached_property
     def names(self):

@@ -4,7 +4,7 @@ import json
 import os
 
 from mpmtools.errors import InputError
-from mpmtools.program import ProgressBar, run_with_progress
+from mpmtools.program import run_with_bar
 from mpmtools.run import Run
 from mpmtools.tables import read_series
 
@@ -50,11 +50,6 @@ def study_grids(case, cell_sizes, metrics, out, threads=None, resume=True, progr
     options = ["--cell-size", ",".join(repr(float(size)) for size in cell_sizes), "--metric", ",".join(metrics), "--out", out]
     options += ["--threads", threads] if threads else []
     options += ["--resume"] if resume else []
-    bar = ProgressBar("grids") if progress is True else None
-    try:
-        with case.as_file() as path:
-            run_with_progress("converge", path, *options, progress=bar or progress or None)
-    finally:
-        if bar:
-            bar.close()
+    with case.as_file() as path:
+        run_with_bar("grids", progress, "converge", path, *options)
     return GridStudy(out)

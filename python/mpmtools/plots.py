@@ -14,6 +14,7 @@ from matplotlib.patches import Polygon, Rectangle
 
 from mpmtools.errors import InputError
 from mpmtools.figures.colours import BLUE, GREEN, GREY, ORANGE, STRESS_COLOURS
+from mpmtools.inflow import measured_inflow
 
 STRIP = 3.0 / 7.0  # half width of the paper's measuring strip over the width of the mast (Appendix A2)
 
@@ -137,10 +138,7 @@ def draw_section(axes, run, section, norm, points_per_m, top):
 
 def side_view(run, frame=None, axes=None):
     """Particles of a frame (default: the last) near the axis, coloured by stream-wise Cauchy stress, with a colour bar."""
-    if frame is None:
-        if not run.frames:
-            raise InputError("the run stored no frames")
-        frame = run.frames[-1]
+    frame = frame or _last_frame(run)
     section = Section(run, frame, section_half_width(run))
     if not section.x.size:
         raise InputError("no particles are near the axis in this frame")
@@ -157,13 +155,8 @@ def side_view(run, frame=None, axes=None):
 
 def plan_view(run, frame=None, axes=None):
     """Particles of a frame (default: the last) from above, coloured by height (m), with the outline of the obstacle. The whole flow."""
-    if frame is None:
-        if not run.frames:
-            raise InputError("the run stored no frames")
-        frame = run.frames[-1]
-    position = frame["position_m"]
-    if frame.attributes.get("mirror_y"):
-        position = np.concatenate([position, position * [1.0, -1.0, 1.0]])
+    frame = frame or _last_frame(run)
+    position = frame.whole("position_m")
     position = position[np.argsort(position[:, 2])]
     axes = _axes(axes, (8.0, 7.0))
     points = axes.scatter(position[:, 0], position[:, 1], c=position[:, 2], s=4.0, cmap="viridis", linewidths=0, rasterized=True)
@@ -194,6 +187,30 @@ def grid_study(study, metric, axes=None):
     return axes
 
 
+def inflow(run, axes=None):
+    """Depth (m) and speed (m/s) of the snow just behind the inlet, from the frames, over the rows of [[conveyor.inflow]] that should enter.
+    Returns the two axes, depth first."""
+    rows = (run.case.get("conveyor") or {}).get("inflow")
+    if not rows:
+        raise InputError("the inflow of this run does not vary in time; there is nothing to compare it with")
+    measured = measured_inflow(run)
+    if axes is None:
+        from matplotlib import pyplot
+
+        axes = pyplot.subplots(2, 1, figsize=(7.5, 5.6), sharex=True, layout="constrained")[1]
+    times = [row["time_s"] for row in rows]
+    for panel, key, column, label in zip(axes, ("flow_height_m", "velocity_m_s"), ("depth_m", "velocity_m_s"), ("flow depth (m)", "speed (m/s)")):
+        panel.plot(times, [row[key] for row in rows], color=ORANGE, linewidth=2.2, label="path model")
+        panel.plot(measured.time_s, measured[column], "o", color=BLUE, markersize=4, label="run, at the inlet")
+        panel.set_ylim(bottom=0.0)
+        panel.set_ylabel(label)
+        panel.grid(alpha=0.3)
+    axes[0].legend(fontsize="small")
+    axes[1].set_xlabel("time (s)")
+    axes[1].set_xlim(0.0, max(measured.time_s))
+    return axes
+
+
 # ---- Parts ----------------------------------------------------------------------------------------------------------------------------
 
 
@@ -203,6 +220,12 @@ def _axes(axes, size):
     from matplotlib import pyplot
 
     return pyplot.subplots(figsize=size, layout="constrained")[1]
+
+
+def _last_frame(run):
+    if not run.frames:
+        raise InputError("the run stored no frames")
+    return run.frames[-1]
 
 
 def _series_with(run, column, otherwise):

@@ -93,6 +93,16 @@ def run_with_progress(*arguments, progress=None):
     return output, text
 
 
+def run_with_bar(label, progress, *arguments):
+    """run_with_progress for those who take `progress`: True shows a bar of this label; a function of a Progress is called; False: nothing."""
+    bar = ProgressBar(label) if progress is True else None
+    try:
+        return run_with_progress(*arguments, progress=bar or progress or None)
+    finally:
+        if bar:
+            bar.close()
+
+
 def _lines(descriptor):
     """What a terminal shows, line by line, without its control sequences."""
     kept = b""

@@ -3,9 +3,8 @@
 import contextlib
 import io
 import pathlib
-import tempfile
-import unittest
 
+import in_folder
 import numpy as np
 import pandas as pd
 
@@ -58,19 +57,8 @@ def grid_of_runs(xis=(0.5, 5.0)):
     return study_runs(*(study_run(f, m, b, xi) for xi in xis for f in FROUDE for m in SLOPES for b in BETAS))
 
 
-class InFolder(unittest.TestCase):
-    """A test with a temporary folder."""
-
-    def setUp(self):
-        folder = tempfile.TemporaryDirectory()
-        self.addCleanup(folder.cleanup)
-        self.folder = pathlib.Path(folder.name)
-
-    def write(self, name, text):
-        path = self.folder / name
-        path.parent.mkdir(parents=True, exist_ok=True)
-        path.write_text(text, encoding="utf-8")
-        return str(path)
+class InFolder(in_folder.InFolder):
+    """A test with a temporary folder, and the command of the package."""
 
     def command(self, *arguments):
         """(exit code, stdout, stderr) of `python3 -m mpmtools`."""

@@ -1,12 +1,19 @@
 """Rasters of AvaFrame's com1DFA as the inflow of a case, on a synthetic slope in its file format."""
 
+import importlib.util
 import math
+import os
+import unittest
 
 import numpy as np
 
-from mpmtools import avaframe
+from mpmtools import Case, avaframe
 from mpmtools.errors import ConfigError, InputError
+from mpmtools.inflow import measured_inflow
 from study_samples import InFolder
+
+needs_program = unittest.skipUnless("MPM" in os.environ, "needs the program: set MPM to its path (ctest does)")
+needs_rasterio = unittest.skipUnless(importlib.util.find_spec("rasterio"), "needs Debian's python3-rasterio")
 
 CELL, ROWS, COLUMNS, X0, Y0 = 5.0, 21, 41, 1000.0, 2000.0
 
@@ -101,3 +108,63 @@ class Avalanche(InFolder):
         for path in list(self.steps.glob("*_FT_*")):
             path.rename(str(path).replace("_FT_", "_FD_"))
         self.assertIn("depth up to 2 m", self.convert()[0])
+
+    def test_refuses_thickness_in_kilometres_and_terrain_in_millimetres(self):
+        for path in self.steps.glob("*_FT_*"):
+            self.raster(path, 0.002 + 0 * self.x)
+        with self.assertRaisesRegex(ConfigError, "nowhere deeper .*rasters of thickness are in metres"):
+            self.convert()
+        self.raster(self.folder / "Inputs" / "dem.asc", 1000.0 * (500.0 - 0.25 * (self.x - X0)))
+        with self.assertRaisesRegex(InputError, "is 90 degrees steep.*same unit, metres"):
+            self.convert()
+
+    def test_refuses_grids_in_degrees(self):
+        path = self.folder / "Inputs" / "dem.asc"
+        path.write_text(path.read_text().replace(f"cellsize {CELL}", "cellsize 0.0001"))
+        with self.assertRaisesRegex(InputError, "cells are 0.0001 wide, which are degrees.*reproject"):
+            self.convert()
+
+    def test_refuses_empty_files_and_folders(self):
+        next(self.steps.glob("*_FT_t7.00.asc")).write_text("")
+        with self.assertRaisesRegex(InputError, "the header has no ncols, nrows, cellsize"):
+            self.convert()
+        (self.folder / "empty").mkdir()
+        with self.assertRaisesRegex(InputError, "no rasters of flow thickness"):
+            self.convert(folder=str(self.folder / "empty"))
+
+    def test_refuses_a_point_without_terrain(self):
+        self.raster(self.folder / "Inputs" / "dem.asc", np.where(np.abs(self.x - 1100.0) < 20.0, -9999.0, 500.0 - 0.25 * (self.x - X0)))
+        with self.assertRaisesRegex(ConfigError, "no elevation at 1100,2050; give a point inside"):
+            self.convert()
+
+    @needs_rasterio
+    def test_reads_geotiff_and_refuses_it_without_projection_and_in_degrees(self):
+        import rasterio
+
+        def write(projection, cell=CELL):
+            transform = rasterio.transform.from_origin(X0 - 0.5 * cell, Y0 + (ROWS - 0.5) * cell, cell, cell)
+            with rasterio.open(self.folder / "dem.tif", "w", driver="GTiff", width=COLUMNS, height=ROWS, count=1, dtype="float32",
+                               transform=transform, crs=projection) as file:
+                file.write((500.0 - 0.25 * (self.x - X0)).astype("float32"), 1)
+
+        write("EPSG:25832")
+        self.assertIn("slope 14.0 degrees", self.convert(dem=str(self.folder / "dem.tif"))[1])
+        write(None)
+        with self.assertRaisesRegex(InputError, "names no projection.*gdal_edit"):
+            self.convert(dem=str(self.folder / "dem.tif"))
+        write("EPSG:4326")
+        with self.assertRaisesRegex(InputError, "coordinates are degrees .*reproject"):
+            self.convert(dem=str(self.folder / "dem.tif"))
+
+    @needs_program
+    def test_enters_the_run_as_deep_and_as_fast_as_in_the_rasters(self):
+        self.convert(y=2050.0, width=2.0)
+        case = Case.read(self.folder / "case" / "case.toml").changed(
+            {"numerics.cell_size_m": 0.4, "conveyor.width_m": 3.2, "conveyor.sidewall_contact": "slip", "obstacle": None,
+             "output.duration_s": 2.0, "output.frames_per_second": 10})
+        found = measured_inflow(case.run(self.folder / "run", threads=1, progress=False))
+        raster = np.genfromtxt(self.folder / "case" / "inflow.csv", delimiter=",", names=True)
+        later = found[found.time_s >= 0.2]  # snow that entered after t = 0 fills the section
+        mid = later.time_s - 0.5 * 3 * 0.4 / 20.0  # it entered on the way to the middle of the section
+        np.testing.assert_allclose(later.velocity_m_s, 20.0, rtol=0.01)
+        np.testing.assert_allclose(later.depth_m, np.interp(mid, raster["time_s"], raster["depth_m"]), rtol=0.05)

@@ -152,10 +152,10 @@ class Body:
 
         # Particles to grid: the affine momentum and the internal force enter through one matrix.
         affine = self.mass[:, None, None] * self.gradient - (4 * dt / self.dx ** 2 * self.volume)[:, None, None] * self.law.stress()
-        momentum_part = weight[:, :, None] * ((self.mass[:, None] * self.velocity)[:, None, :] + arm @ affine.transpose(0, 2, 1))
+        momentum_part = weight[:, None, :] * ((self.mass[:, None] * self.velocity)[:, :, None] + affine @ arm.transpose(0, 2, 1))
         count = int(np.prod(shape))
         mass = np.bincount(node.ravel(), (weight * self.mass[:, None]).ravel(), count)
-        momentum = np.stack([np.bincount(node.ravel(), momentum_part[:, :, i].ravel(), count) for i in range(3)], axis=1)
+        momentum = np.stack([np.bincount(node.ravel(), momentum_part[:, i].ravel(), count) for i in range(3)], axis=1)
         index = np.stack(np.unravel_index(np.arange(count), shape), axis=1) + corner
         for axis in self.mirrors:
             fold(mass.reshape(shape), momentum.reshape(*shape, 3), axis, -corner[axis])
@@ -176,9 +176,9 @@ class Body:
             velocity[reached] = changed
 
         # Grid to particles.
-        around = velocity[node]
-        self.velocity = np.einsum("pn,pni->pi", weight, around)
-        self.gradient = 4 / self.dx ** 2 * np.einsum("pn,pni,pnj->pij", weight, around, arm)
+        part = weight[:, :, None] * velocity[node]
+        self.velocity = part.sum(axis=1)
+        self.gradient = 4 / self.dx ** 2 * (part.transpose(0, 2, 1) @ arm)
         self.position = self.position + dt * self.velocity
         self.law.update(IDENTITY + dt * self.gradient)
 

@@ -1,12 +1,15 @@
 """The figures of the design page; each returns a Picture with its caption, or None where there is nothing to draw."""
 
 import numpy as np
-from matplotlib.patches import Polygon, Rectangle
+from matplotlib.cm import ScalarMappable
+from matplotlib.colors import Normalize
+from matplotlib.patches import Rectangle
 
 from mpmtools.design.oscillator import shock_response_spectrum
 from mpmtools.figures.axes import Picture, new_axes, picture
 from mpmtools.plots import STRIP
 from mpmtools.figures.colours import STRESS_COLOURS
+from mpmtools.figures.snow_surface import SnowDensity, draw, standpoint
 from mpmtools.figures.style import COLOURS, MARKERS, finish_axes, plt, png_data
 
 GREY = "#5a6675"
@@ -57,50 +60,22 @@ def side_view(ensemble, loads):
                    png_data(figure))
 
 
-def view_3d(ensemble, loads, most=60000):
-    """All particles at the end of the same run, seen from upstream at an angle; the far ones first."""
-    run, plan = loads.run, ensemble.plan
-    if run.final is None:
+def view_3d(ensemble, loads):
+    """The snow at the end of the same run as a surface, coloured by speed."""
+    run, final = loads.run, loads.run.final
+    if final is None:
         return None
-    position, velocity = run.final["position_m"], run.final["velocity_m_s"]
-    if run.mirrored_y:
-        position = np.concatenate([position, position * [1.0, -1.0, 1.0]])
-        velocity = np.concatenate([velocity, velocity])
-    share = max(1.0, len(position) / most)
-    keep = np.arange(0.0, len(position), share).astype(int)
-    position, speed = position[keep], np.linalg.norm(velocity[keep], axis=1)
-    turn, tilt = np.radians(35.0), np.radians(22.0)
-
-    def project(p):
-        """(across, up, distance) seen from upstream, from the left and from above."""
-        p = np.asarray(p, float)
-        forward = p[:, 0] * np.cos(turn) + p[:, 1] * np.sin(turn)
-        across = p[:, 0] * np.sin(turn) - p[:, 1] * np.cos(turn)
-        return across, p[:, 2] * np.cos(tilt) + forward * np.sin(tilt), forward * np.cos(tilt) - p[:, 2] * np.sin(tilt)
-
-    across, up, distance = project(position)
-    order = np.argsort(-distance)
-    figure, axes = plt.subplots(figsize=(7.5, 5.2), layout="constrained")
-    extent = max(np.ptp(across), 1e-9)
-    dot = max(0.5, (1.1 * run.particle_spacing * share ** (1.0 / 3.0) / extent * 6.3 * 72.0) ** 2)
-    depth, height = plan["mast"]["depth_m"], plan["mast"]["height_m"] or float(np.max(position[:, 2]))
-    corners = np.array(run.obstacle_outline)
-    _, _, front = project(np.array([[0.5 * depth, 0.0, 0.0]]))
-    behind, before = order[distance[order] > front[0]], order[distance[order] <= front[0]]
-    shown = dict(s=dot, cmap="viridis", vmin=0.0, vmax=float(np.percentile(speed, 99.5)), linewidths=0, rasterized=True)
-    axes.scatter(across[behind], up[behind], c=speed[behind], zorder=1, **shown)
-    top = np.column_stack([corners, np.full(len(corners), height)])
-    faces = [np.array([[*a, 0.0], [*b, 0.0], [*b, height], [*a, height]]) for a, b in zip(corners, np.roll(corners, -1, axis=0))] + [top]
-    for face in sorted(faces, key=lambda f: -project(f)[2].mean()):
-        a, u, _ = project(face)
-        axes.add_patch(Polygon(np.column_stack([a, u]), facecolor="#b9c0c9", edgecolor="#4a5462" if len(corners) < 20 else "#b9c0c9", linewidth=0.6,
-                               zorder=2))
-    points = axes.scatter(across[before], up[before], c=speed[before], zorder=3, **shown)
-    axes.set_aspect("equal")
+    position, speed = final.whole("position_m"), np.linalg.norm(final.whole("velocity_m_s"), axis=1)
+    camera, solid = standpoint(run, position, float(np.percentile(position[:, 2], 99.9)))
+    colours = ScalarMappable(Normalize(0.0, float(np.percentile(speed, 99.5))), "viridis")
+    snow = SnowDensity(position, final.whole("reference_volume_m3"), run.particle_spacing, speed)
+    image = draw(snow, camera, (810, 540), solid, lambda values: colours.to_rgba(values)[:, :3])
+    figure, axes = plt.subplots(figsize=(7.5, 4.5), layout="constrained")
+    axes.imshow(image)
     axes.axis("off")
-    axes.set_title(f"The snow at the mast at t = {run.final.time:.1f} s, snow {ensemble.label(ensemble.middle)}", fontsize=10.5, loc="left")
-    figure.colorbar(points, ax=axes, label="speed (m/s)", shrink=0.7)
-    return Picture("View in three dimensions", "Seen from upstream; the mast is grey. " + (
+    axes.set_title(f"The snow at the mast at t = {final.time:.1f} s, snow {ensemble.label(ensemble.middle)}", fontsize=10.5, loc="left")
+    figure.colorbar(colours, ax=axes, label="speed (m/s)", shrink=0.7)
+    return Picture("View in three dimensions", "Surface of the snow, seen from upstream; loose snow and single lumps are left out. " + (
         "Half of it was computed, and is mirrored here." if run.mirrored_y else ""), png_data(figure))
 
 

@@ -1,0 +1,101 @@
+"""Pictures of a run with the snow as a surface, and films of them: python3 -m mpmtools film DIR."""
+
+import os
+import shutil
+import subprocess
+import tempfile
+
+import numpy as np
+
+from mpmtools.errors import ConfigError, InputError
+from mpmtools.figures.snow_surface import SnowDensity, draw, standpoint
+from mpmtools.figures.view_3d import picture_size
+from mpmtools.run import Run
+
+FIELDS = {"snow": None, "speed": "speed (m/s)", "pressure": "Cauchy pressure (kPa)"}
+
+CODECS = {".mp4": ["libx264", "-preset", "slow", "-pix_fmt", "yuv420p", "-movflags", "+faststart"],
+          ".webm": ["libvpx-vp9", "-row-mt", "1", "-pix_fmt", "yuv420p"]}
+
+
+def field_of(frame, name):
+    """Values of the particles of a frame, with the mirrored half, in the unit of its label; None for white snow."""
+    if name == "speed":
+        return np.linalg.norm(frame.whole("velocity_m_s"), axis=1)
+    if name == "pressure":
+        return 1e-3 * frame.whole("pressure_pa")
+    return None
+
+
+class Studio:
+    """What all pictures of a run share: camera, mast, range of the colours."""
+
+    def __init__(self, run, field, size):
+        self.run, self.field, self.size = run, field, size
+        top = max(float(np.percentile(f["position_m"][:, 2], 99.9)) for f in run.frames[:: max(1, len(run.frames) // 8)])
+        self.camera, self.solid = standpoint(run, run.frames[-1].whole("position_m"), top)
+        self.most = 1.0
+        if label := FIELDS[field]:
+            self.label = label
+            self.most = max(1e-9, *(float(np.percentile(field_of(f, field), 99.0)) for f in run.frames))
+
+    def picture(self, frame, path):
+        """Draws a frame into a PNG file."""
+        from matplotlib import colormaps
+        from matplotlib import pyplot as plt
+
+        run = self.run
+        values = field_of(frame, self.field)
+        snow = SnowDensity(frame.whole("position_m"), frame.whole("reference_volume_m3"), run.particle_spacing, values)
+        colours = None if values is None else lambda v: colormaps["viridis"](np.clip(v / self.most, 0.0, 1.0))[:, :3]
+        width, height = self.size
+        image = draw(snow, self.camera, self.size, self.solid, colours)
+        figure = plt.figure(figsize=(width / 100.0, height / 100.0), dpi=100)
+        figure.figimage(image, resize=False, zorder=-1)
+        unit = height / 600.0
+        figure.text(0.02, 0.955, run.title, fontsize=11 * unit, color="#1c2733", va="center")
+        figure.text(0.98, 0.955, f"t = {frame.time:.2f} s", fontsize=11 * unit, color="#1c2733", va="center", ha="right", family="monospace")
+        if values is not None:
+            axes = figure.add_axes((0.03, 0.07, 0.26, 0.02), zorder=5)
+            axes.imshow(np.linspace(0.0, 1.0, 256)[None, :], aspect="auto", cmap="viridis", extent=(0.0, self.most, 0.0, 1.0))
+            axes.set_yticks([])
+            axes.set_title(self.label, fontsize=9 * unit, color="#1c2733", loc="left", pad=4)
+            axes.tick_params(labelsize=8 * unit, colors="#1c2733")
+        figure.savefig(path, dpi=100)
+        plt.close(figure)
+
+
+def encode(folder, frames_per_second, path, kilobits):
+    """PNG files 00000.png ... of a folder into a film."""
+    ffmpeg = shutil.which("ffmpeg")
+    if ffmpeg is None:
+        raise InputError("ffmpeg is missing; install Debian's ffmpeg, or take single pictures with --time")
+    codec = CODECS[os.path.splitext(path)[1]]
+    done = subprocess.run([ffmpeg, "-y", "-loglevel", "error", "-framerate", f"{frames_per_second:g}", "-i", os.path.join(folder, "%05d.png"),
+                           "-c:v", *codec, "-b:v", f"{kilobits:d}k", path], stdin=subprocess.DEVNULL, capture_output=True, text=True, check=False)
+    if done.returncode != 0:
+        raise InputError(f"ffmpeg could not write '{path}': {done.stderr.strip()}")
+
+
+def run_command(options):
+    run = Run(options.directory)
+    if not run.frames:
+        raise InputError(f"{options.directory}: there are no frames; let the run write some ([output] frames_per_second)")
+    size = picture_size(options.size)
+    if any(n % 2 or not 16 <= n <= 8192 for n in size):
+        raise ConfigError(f"--size {options.size}: even numbers of pixels from 16 to 8192 are needed")
+    single = options.time is not None
+    path = options.out or os.path.join(options.directory, "post", "snow.png" if single else "film.mp4")
+    if os.path.splitext(path)[1] not in ([".png"] if single else CODECS):
+        raise ConfigError(f"--out {path}: " + ("a picture (--time) ends with .png" if single else "a film ends with .mp4 or .webm"))
+    os.makedirs(os.path.dirname(os.path.abspath(path)), exist_ok=True)
+    studio = Studio(run, options.field, size)
+    if single:
+        studio.picture(min(run.frames, key=lambda f: abs(f.time - options.time)), path)
+    else:
+        rate = (len(run.frames) - 1) / max(run.frames[-1].time - run.frames[0].time, 1e-9) * options.slow
+        with tempfile.TemporaryDirectory() as folder:
+            for number, frame in enumerate(run.frames):
+                studio.picture(frame, os.path.join(folder, f"{number:05d}.png"))
+            encode(folder, rate, path, options.kilobits)
+    print(path)

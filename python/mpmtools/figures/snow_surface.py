@@ -1,0 +1,196 @@
+"""The snow as a surface: the density of the particles on a grid, and an image of where it passes a level, by rays from a camera.
+
+Plain numpy and scipy; no graphics library and no screen. Lengths in m; arrays of points have the shape (count, 3).
+"""
+
+import numpy as np
+from scipy.ndimage import gaussian_filter, map_coordinates, maximum_filter
+
+LEVEL = 0.3  # of the density that the snow has at the start: the surface
+FAR = 3  # cells
+LIGHT = np.array([-0.45, -0.55, 0.70]) / np.linalg.norm([-0.45, -0.55, 0.70])  # direction towards the sun
+SKY_TOP, SKY_LOW = np.array([0.62, 0.75, 0.90]), np.array([0.93, 0.96, 0.99])
+GROUND, MAST = np.array([0.74, 0.76, 0.77]), np.array([0.42, 0.36, 0.33])
+SNOW = np.array([0.93, 0.95, 0.985])
+
+
+class SnowDensity:
+    """Density over that of the start, and a property of the particles, on a grid of cubes as large as the particles were apart."""
+
+    def __init__(self, positions, volumes, spacing, values=None):
+        """@param volumes  of the particles at the start, m^3. @param values  one a particle, or None"""
+        self.cell = 1.25 * spacing
+        margin = 4
+        low = positions.min(axis=0) - margin * self.cell
+        self.low, self.shape = low, np.ceil((positions.max(axis=0) - low) / self.cell).astype(int) + margin
+        total, weighted = (np.zeros(np.prod(self.shape)) for _ in range(2))
+        place = (positions - low) / self.cell
+        base = np.floor(place - 0.5).astype(int)
+        offset = place - base
+        weights = [0.5 * (1.5 - offset) ** 2, 0.75 - (offset - 1.0) ** 2, 0.5 * (offset - 0.5) ** 2]  # quadratic B-spline along each axis
+        for i in range(3):
+            for j in range(3):
+                for k in range(3):
+                    share = weights[i][:, 0] * weights[j][:, 1] * weights[k][:, 2] * volumes
+                    at = np.ravel_multi_index((base + (i, j, k)).T, self.shape)
+                    total += np.bincount(at, share, total.size)
+                    if values is not None:
+                        weighted += np.bincount(at, share * values, total.size)
+        self.values = np.divide(weighted, total, out=np.zeros_like(total), where=total > 0.0).reshape(self.shape).astype(np.float32)
+        self.density = (total / self.cell**3).reshape(self.shape).astype(np.float32)
+        self.near = maximum_filter(self.density, 2 * FAR + 1) > LEVEL  # elsewhere there is no snow within FAR cells
+        self.smooth = gaussian_filter(self.density, 1.0)  # for normals: the lattice of the particles must not show
+        self.blurred = gaussian_filter(np.minimum(self.density, 1.0), 2.0)  # for the light that reaches a point from the sky
+
+    def _sample(self, field, points):
+        return map_coordinates(field, ((points - self.low) / self.cell).T, order=1, mode="constant", prefilter=False)
+
+    def at(self, points):
+        return self._sample(self.density, points)
+
+    def blurred_at(self, points):
+        return self._sample(self.blurred, points)
+
+    def value_at(self, points):
+        return self._sample(self.values, points)
+
+    def normals(self, points):
+        """Unit, out of the snow."""
+        step = 0.75 * self.cell
+        slope = np.stack([self._sample(self.smooth, points + step * e) - self._sample(self.smooth, points - step * e) for e in np.eye(3)], axis=1)
+        return -slope / np.maximum(np.linalg.norm(slope, axis=1, keepdims=True), 1e-12)
+
+    def hits(self, eye, rays, least, most):
+        """Way along each ray to the surface; infinite where it passes by. @param least, most  part of each ray that is looked at"""
+        found = np.full(len(rays), np.inf)
+        low, high = self.low, self.low + self.cell * (np.array(self.shape) - 1)
+        with np.errstate(divide="ignore", invalid="ignore"):
+            a, b = (low - eye) / rays, (high - eye) / rays
+        start = np.maximum(np.nanmax(np.minimum(a, b), axis=1), least)
+        end = np.minimum(np.nanmin(np.maximum(a, b), axis=1), most)
+        way, last, open_rays = start.copy(), start.copy(), np.flatnonzero(start < end)
+        while open_rays.size:
+            last[open_rays] = way[open_rays]
+            points = eye[open_rays] + way[open_rays, None] * rays[open_rays]
+            cells = np.clip(np.rint((points - self.low) / self.cell).astype(int), 0, np.array(self.shape) - 1)
+            way[open_rays] += self.cell * np.where(self.near[tuple(cells.T)], 0.8, FAR - 1.0)  # minus the rounding to a cell
+            inside = self.at(eye[open_rays] + way[open_rays, None] * rays[open_rays]) > LEVEL
+            found[open_rays[inside]] = way[open_rays[inside]]
+            open_rays = open_rays[~inside & (way[open_rays] < end[open_rays])]
+        met = np.flatnonzero(np.isfinite(found))
+        before, behind = last[met], found[met].copy()
+        for _ in range(6):  # bisection: to a hundredth of a cell
+            middle = 0.5 * (before + behind)
+            inside = self.at(eye[met] + middle[:, None] * rays[met]) > LEVEL
+            before, behind = np.where(inside, before, middle), np.where(inside, middle, behind)
+        found[met] = behind
+        return found
+
+
+def prism_hits(corners, top, eye, rays):
+    """Way to a convex upright solid from the ground to its top, and the normals there; infinite where a ray passes by.
+
+    @param corners  (x, y), counter-clockwise from above
+    """
+    corners = np.asarray(corners, float)
+    edges = np.roll(corners, -1, axis=0) - corners
+    outward = np.column_stack([edges[:, 1], -edges[:, 0], np.zeros(len(edges))])
+    outward /= np.linalg.norm(outward, axis=1, keepdims=True)
+    faces = [*zip(outward, np.einsum("ij,ij->i", outward[:, :2], corners)), (np.array([0.0, 0.0, 1.0]), top)]
+    enter, leave, normals = np.full(len(rays), -np.inf), np.full(len(rays), np.inf), np.zeros((len(rays), 3))
+    for normal, distance in faces:
+        speed, gap = rays @ normal, distance - eye @ normal
+        with np.errstate(divide="ignore", invalid="ignore"):
+            way = gap / speed
+        later = (speed < 0.0) & (way > enter)
+        enter[later], normals[later] = way[later], normal
+        leave = np.where(speed > 0.0, np.minimum(leave, way), leave)
+        leave = np.where((speed == 0.0) & (gap < 0.0), -np.inf, leave)
+    return np.where((enter < leave) & (enter > 0.0), enter, np.inf), normals
+
+
+class Camera:
+    """A pinhole camera. eye, target: m. angle: of the picture's height, degrees."""
+
+    def __init__(self, eye, target, angle=32.0):
+        self.eye, forward = np.asarray(eye, float), np.asarray(target, float) - eye
+        self.forward = forward / np.linalg.norm(forward)
+        self.right = np.cross(self.forward, [0.0, 0.0, 1.0])
+        self.right /= np.linalg.norm(self.right)
+        self.up, self.angle = np.cross(self.right, self.forward), np.radians(angle)
+
+    def rays(self, width, height):
+        """Unit directions through the pixels, row by row from above."""
+        half = np.tan(0.5 * self.angle)
+        y, x = np.meshgrid(half * (1.0 - 2.0 * (np.arange(height) + 0.5) / height),
+                           half * width / height * (2.0 * (np.arange(width) + 0.5) / width - 1.0), indexing="ij")
+        rays = self.forward + x[..., None] * self.right + y[..., None] * self.up
+        return (rays / np.linalg.norm(rays, axis=2, keepdims=True)).reshape(-1, 3)
+
+
+def standpoint(run, positions, top):
+    """Camera, and the mast as (corners, top) or None, for a run: from upstream, beside and above. @param top  of the snow in all pictures, m"""
+    solid = (run.obstacle_outline, run.obstacle.get("height_m", 1.25 * top)) if run.obstacle else None
+    low, high = positions.min(axis=0), positions.max(axis=0)
+    if solid is None:
+        centre, reach = np.append(0.5 * (low + high)[:2], 0.35 * top), max(1.2 * top, 0.55 * float(np.hypot(*(high - low)[:2])))
+    else:
+        centre = np.array([0.5 * run.obstacle_depth, 0.0, 0.45 * top])
+        reach = max(1.45 * top, 0.5 * min(high[0] - low[0], 12.0 * (run.flow_height or top)), 3.0 * run.obstacle_width)
+    return Camera(centre + reach * np.array([-1.55, -1.45, 0.95]), centre), solid
+
+
+def shadow(snow, solid, points, reach):
+    """Share of the sun's light that reaches points: through the mast none, through the snow little."""
+    towards = np.broadcast_to(LIGHT, points.shape)
+    lit = np.ones(len(points))
+    if solid is not None:
+        lit[np.isfinite(prism_hits(*solid, points, towards)[0])] = 0.0
+    way, step = 2.0 * snow.cell, 2.0 * snow.cell
+    while way < reach:
+        lit *= np.where(snow.at(points + way * LIGHT) > 0.5, 0.55, 1.0)
+        way += step
+    return lit
+
+
+def draw(snow, camera, size, solid=None, colours=None):
+    """The image, (height, width, 3) in 0 to 1.
+
+    @param solid  (corners, top) of the mast, or None
+    @param colours  function of the values of SnowDensity to colours (count, 3); None: white snow
+    """
+    width, height = size
+    rays = camera.rays(width, height)
+    eye = np.broadcast_to(camera.eye, rays.shape)
+    with np.errstate(divide="ignore"):
+        to_ground = np.where(rays[:, 2] < 0.0, -camera.eye[2] / rays[:, 2], np.inf)
+    to_solid, solid_normals = prism_hits(*solid, eye, rays) if solid is not None else (np.full(len(rays), np.inf), None)
+    to_solid = np.where(to_solid < to_ground, to_solid, np.inf)
+    to_snow = snow.hits(eye, rays, 0.0, np.minimum(to_ground, to_solid))
+    share = np.clip(rays[:, 2:] * 2.5, 0.0, 1.0)
+    image = SKY_LOW * (1.0 - share) + SKY_TOP * share
+    reach = 0.5 * float(np.max(np.array(snow.shape) * snow.cell))
+    for way, kind in ((to_ground, "ground"), (to_solid, "solid"), (to_snow, "snow")):
+        seen = np.isfinite(way) & (way <= np.minimum(np.minimum(to_ground, to_solid), to_snow))
+        if not seen.any():
+            continue
+        points = eye[seen] + way[seen, None] * rays[seen]
+        if kind == "ground":
+            normals, base = np.broadcast_to([0.0, 0.0, 1.0], points.shape), np.broadcast_to(GROUND, points.shape)
+        elif kind == "solid":
+            normals, base = solid_normals[seen], np.broadcast_to(MAST, points.shape)
+        else:
+            normals = snow.normals(points)
+            base = colours(snow.value_at(points - 0.5 * snow.cell * normals)) if colours else np.broadcast_to(SNOW, points.shape)
+        sun = np.clip(normals @ LIGHT, 0.0, 1.0) * shadow(snow, solid, points + 0.5 * snow.cell * normals, reach)
+        open_sky = np.clip(1.35 - 1.1 * snow.blurred_at(points + 3.0 * snow.cell * normals) - 0.5 * snow.blurred_at(points + 1.5 * snow.cell * normals),
+                           0.25, 1.0)
+        ambient = (0.31 + 0.13 * normals[:, 2]) * open_sky
+        tint = np.array([0.92, 0.97, 1.06])  # of the sky's light
+        light = 0.56 * sun[:, None] * np.array([1.03, 1.0, 0.95]) + ambient[:, None] * tint
+        colour = base * light
+        if kind == "ground":  # fades into the sky's low edge
+            fade = np.clip(way[seen] / (6.0 * reach) - 0.3, 0.0, 1.0)[:, None]
+            colour = colour * (1.0 - fade) + SKY_LOW * fade
+        image[seen] = colour
+    return np.clip(image, 0.0, 1.0).reshape(height, width, 3) ** (1.0 / 1.15)
