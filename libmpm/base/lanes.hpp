@@ -1,6 +1,6 @@
 #pragma once
-/// The number types of the kernels: `double`, `Lanes` = eight doubles computed at once, `LanePair` = two Lanes, and in single precision
-/// `SingleLanes` = sixteen floats and `SinglePair` = two of them.
+/// The number types of the kernels: `double`, `Lanes` = eight doubles computed at once, and `SingleLanes` = sixteen floats. Two of them
+/// side by side are in lane_pair.hpp.
 ///
 /// `Lanes` is a GCC/Clang vector extension: + - * / and comparisons work on it as on a scalar, and the compiler maps it
 /// to one AVX-512, two AVX or four SSE2 registers. The functions below exist for all types, so that a template over the
@@ -44,154 +44,14 @@ inline HalfLanes lower_half(Lanes v) { return __builtin_shufflevector(v, v, 0, 1
 /// Lanes 4 to 7.
 inline HalfLanes upper_half(Lanes v) { return __builtin_shufflevector(v, v, 4, 5, 6, 7); }
 
-/// Two registers side by side. A law is one long chain of operations that wait for each other; two independent groups in one stream of
-/// instructions hide each other's latency (measured: the yielding law takes a quarter less time, benchmarks/README.md).
-template <OneRegister V>
-struct PairOf {
-  V a, b;  ///< the lower lanes and the upper ones
-};
-using LanePair = PairOf<Lanes>;          ///< sixteen doubles
-using SinglePair = PairOf<SingleLanes>;  ///< thirty-two floats
-/// What a comparison of pairs gives.
-template <class M>
-struct MaskPairOf {
-  M a, b;  ///< of the lower lanes and of the upper ones
-};
-using LanePairMask = MaskPairOf<LaneMask>;          ///< of LanePairs
-using SinglePairMask = MaskPairOf<SingleLaneMask>;  ///< of SinglePairs
-
-/// The number types that a law and a tensor can be computed with.
-template <class T>
-concept LaneNumber = std::same_as<T, double> || std::same_as<T, Lanes> || std::same_as<T, LanePair> || std::same_as<T, SinglePair>;
-
 /// Whether a T computes in single precision.
 template <class T>
-inline constexpr bool is_single = std::same_as<T, SingleLanes> || std::same_as<T, SinglePair>;
+inline constexpr bool is_single = std::same_as<T, SingleLanes>;
 /// A number that a T needs another value of in single precision: a tolerance, the order of a series.
 template <class T, class Value>
 constexpr Value by_precision(Value in_double, Value in_single) {
   return is_single<T> ? in_single : in_double;
 }
-
-namespace detail {
-template <class V>
-struct MaskOfRegister {
-  using type = LaneMask;
-};
-template <>
-struct MaskOfRegister<SingleLanes> {
-  using type = SingleLaneMask;
-};
-template <OneRegister V>
-using PairMask = MaskPairOf<typename MaskOfRegister<V>::type>;
-}  // namespace detail
-
-/// Lane by lane; a scalar operand counts for every lane, rounded to the precision of the lanes.
-/// @{
-template <OneRegister V>
-inline PairOf<V> operator+(const PairOf<V>& x, const PairOf<V>& y) {
-  return {x.a + y.a, x.b + y.b};
-}
-template <OneRegister V>
-inline PairOf<V> operator-(const PairOf<V>& x, const PairOf<V>& y) {
-  return {x.a - y.a, x.b - y.b};
-}
-template <OneRegister V>
-inline PairOf<V> operator*(const PairOf<V>& x, const PairOf<V>& y) {
-  return {x.a * y.a, x.b * y.b};
-}
-template <OneRegister V>
-inline PairOf<V> operator/(const PairOf<V>& x, const PairOf<V>& y) {
-  return {x.a / y.a, x.b / y.b};
-}
-template <OneRegister V>
-inline PairOf<V> operator+(const PairOf<V>& x, double y) {
-  const auto s = static_cast<ScalarOf<V>>(y);
-  return {x.a + s, x.b + s};
-}
-template <OneRegister V>
-inline PairOf<V> operator-(const PairOf<V>& x, double y) {
-  const auto s = static_cast<ScalarOf<V>>(y);
-  return {x.a - s, x.b - s};
-}
-template <OneRegister V>
-inline PairOf<V> operator*(const PairOf<V>& x, double y) {
-  const auto s = static_cast<ScalarOf<V>>(y);
-  return {x.a * s, x.b * s};
-}
-template <OneRegister V>
-inline PairOf<V> operator+(double x, const PairOf<V>& y) {
-  const auto s = static_cast<ScalarOf<V>>(x);
-  return {s + y.a, s + y.b};
-}
-template <OneRegister V>
-inline PairOf<V> operator-(double x, const PairOf<V>& y) {
-  const auto s = static_cast<ScalarOf<V>>(x);
-  return {s - y.a, s - y.b};
-}
-template <OneRegister V>
-inline PairOf<V> operator*(double x, const PairOf<V>& y) {
-  const auto s = static_cast<ScalarOf<V>>(x);
-  return {s * y.a, s * y.b};
-}
-template <OneRegister V>
-inline PairOf<V> operator/(double x, const PairOf<V>& y) {
-  const auto s = static_cast<ScalarOf<V>>(x);
-  return {s / y.a, s / y.b};
-}
-template <OneRegister V>
-inline PairOf<V> operator-(const PairOf<V>& x) {
-  return {-x.a, -x.b};
-}
-template <OneRegister V>
-inline PairOf<V>& operator+=(PairOf<V>& x, const PairOf<V>& y) {
-  return x = x + y;
-}
-template <OneRegister V>
-inline PairOf<V>& operator*=(PairOf<V>& x, const PairOf<V>& y) {
-  return x = x * y;
-}
-template <OneRegister V>
-inline detail::PairMask<V> operator<(const PairOf<V>& x, const PairOf<V>& y) {
-  return {x.a < y.a, x.b < y.b};
-}
-template <OneRegister V>
-inline detail::PairMask<V> operator<=(const PairOf<V>& x, const PairOf<V>& y) {
-  return {x.a <= y.a, x.b <= y.b};
-}
-template <OneRegister V>
-inline detail::PairMask<V> operator>(const PairOf<V>& x, const PairOf<V>& y) {
-  return {x.a > y.a, x.b > y.b};
-}
-template <OneRegister V>
-inline detail::PairMask<V> operator<(const PairOf<V>& x, double y) {
-  const auto s = static_cast<ScalarOf<V>>(y);
-  return {x.a < s, x.b < s};
-}
-template <OneRegister V>
-inline detail::PairMask<V> operator<=(const PairOf<V>& x, double y) {
-  const auto s = static_cast<ScalarOf<V>>(y);
-  return {x.a <= s, x.b <= s};
-}
-template <OneRegister V>
-inline detail::PairMask<V> operator>(const PairOf<V>& x, double y) {
-  const auto s = static_cast<ScalarOf<V>>(y);
-  return {x.a > s, x.b > s};
-}
-template <OneRegister V>
-inline detail::PairMask<V> operator>=(const PairOf<V>& x, double y) {
-  const auto s = static_cast<ScalarOf<V>>(y);
-  return {x.a >= s, x.b >= s};
-}
-template <class M>
-inline MaskPairOf<M> operator&(const MaskPairOf<M>& x, const MaskPairOf<M>& y) {
-  return {x.a & y.a, x.b & y.b};
-}
-template <class M>
-inline MaskPairOf<M> operator|(const MaskPairOf<M>& x, const MaskPairOf<M>& y) {
-  return {x.a | y.a, x.b | y.b};
-}
-/// @}
 
 namespace detail {
 template <class T>
@@ -203,30 +63,23 @@ struct MaskOf<Lanes> {
   using type = LaneMask;
 };
 template <>
-struct MaskOf<LanePair> {
-  using type = LanePairMask;
-};
-template <>
-struct MaskOf<SinglePair> {
-  using type = SinglePairMask;
+struct MaskOf<SingleLanes> {
+  using type = SingleLaneMask;
 };
 }  // namespace detail
-/// What a comparison of two T gives: bool, LaneMask, LanePairMask or SinglePairMask.
+/// What a comparison of two T gives.
 template <class T>
 using Mask = typename detail::MaskOf<T>::type;
 
 /// The same value in every lane.
-template <LaneNumber T>
+template <class T>
 inline T broadcast(double a) {
-  if constexpr (std::same_as<T, LanePair>) {
-    return {Lanes{} + a, Lanes{} + a};
-  } else if constexpr (std::same_as<T, SinglePair>) {
-    const auto s = static_cast<float>(a);
-    return {SingleLanes{} + s, SingleLanes{} + s};
-  } else {
-    return T{} + a;
-  }
+  return T{} + a;
 }
+
+/// How many material points a T holds: 1, 8, 16 or 32.
+template <class T>
+inline constexpr int lanes_of = std::same_as<T, double> ? 1 : static_cast<int>(sizeof(T) / (is_single<T> ? sizeof(float) : sizeof(double)));
 
 /// a where m is true, else b; lane by lane. Both are evaluated.
 /// @{
@@ -333,21 +186,6 @@ inline SingleLaneMask nearest_integers(SingleLanes a) {
   return r;
 #endif
 }
-
-/// Lanes 0 to 7 and 8 to 15 in double precision, and back.
-/// @{
-inline LanePair widen(SingleLanes a) {
-  using Eight = float __attribute__((vector_size(32)));
-  const Eight low = __builtin_shufflevector(a, a, 0, 1, 2, 3, 4, 5, 6, 7),
-              high = __builtin_shufflevector(a, a, 8, 9, 10, 11, 12, 13, 14, 15);
-  return {__builtin_convertvector(low, Lanes), __builtin_convertvector(high, Lanes)};
-}
-inline SingleLanes narrow(const LanePair& a) {
-  using Eight = float __attribute__((vector_size(32)));
-  const Eight low = __builtin_convertvector(a.a, Eight), high = __builtin_convertvector(a.b, Eight);
-  return __builtin_shufflevector(low, high, 0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15);
-}
-/// @}
 
 /// Eight integers as signed bytes, lane 0 lowest; what does not fit becomes the nearest that does.
 inline std::uint64_t saturated_bytes(LaneMask a) {
@@ -524,75 +362,5 @@ inline double lane(Lanes a, int i) { return a[i]; }
 inline void set_lane(double& a, int, double v) { a = v; }
 inline void set_lane(Lanes& a, int i, double v) { a[i] = v; }
 /// @}
-
-/// The functions above, for pairs.
-/// @{
-template <OneRegister V>
-inline PairOf<V> select(const detail::PairMask<V>& m, const PairOf<V>& x, const PairOf<V>& y) {
-  return {select(m.a, x.a, y.a), select(m.b, x.b, y.b)};
-}
-template <class M>
-inline bool any(const MaskPairOf<M>& m) {
-  return any(m.a | m.b);
-}
-template <class M>
-inline bool all(const MaskPairOf<M>& m) {
-  return all(m.a & m.b);
-}
-template <class M>
-inline MaskPairOf<M> mask_not(const MaskPairOf<M>& m) {
-  return {~m.a, ~m.b};
-}
-template <OneRegister V>
-inline PairOf<V> max(const PairOf<V>& x, const PairOf<V>& y) {
-  return {max(x.a, y.a), max(x.b, y.b)};
-}
-template <OneRegister V>
-inline PairOf<V> min(const PairOf<V>& x, const PairOf<V>& y) {
-  return {min(x.a, y.a), min(x.b, y.b)};
-}
-template <OneRegister V>
-inline PairOf<V> abs(const PairOf<V>& x) {
-  return {abs(x.a), abs(x.b)};
-}
-template <OneRegister V>
-inline PairOf<V> sqrt(const PairOf<V>& x) {
-  return {sqrt(x.a), sqrt(x.b)};
-}
-template <OneRegister V>
-inline PairOf<V> exp(const PairOf<V>& x) {
-  return {exp(x.a), exp(x.b)};
-}
-template <OneRegister V>
-inline PairOf<V> log(const PairOf<V>& x) {
-  return {log(x.a), log(x.b)};
-}
-template <OneRegister V>
-inline PairOf<V> expm1(const PairOf<V>& x) {
-  return {expm1(x.a), expm1(x.b)};
-}
-template <OneRegister V>
-inline PairOf<V> log1p(const PairOf<V>& x) {
-  return {log1p(x.a), log1p(x.b)};
-}
-template <OneRegister V>
-inline PairOf<V> sinh(const PairOf<V>& x) {
-  return {sinh(x.a), sinh(x.b)};
-}
-template <OneRegister V>
-inline double lane(const PairOf<V>& x, int i) {
-  constexpr int half = sizeof(V) / sizeof(ScalarOf<V>);
-  return double{i < half ? x.a[i] : x.b[i - half]};
-}
-template <OneRegister V>
-inline void set_lane(PairOf<V>& x, int i, double v) {
-  constexpr int half = sizeof(V) / sizeof(ScalarOf<V>);
-  (i < half ? x.a : x.b)[i % half] = static_cast<ScalarOf<V>>(v);
-}
-/// @}
-
-/// How many material points a T holds: 1, 8, 16 or 32.
-template <LaneNumber T>
-inline constexpr int lanes_of = std::same_as<T, double> ? 1 : static_cast<int>(sizeof(T) / (is_single<T> ? sizeof(float) : sizeof(double)));
 
 }  // namespace mpm

@@ -3,7 +3,7 @@
 
 #include <limits>
 
-#include "libmpm/base/lanes.hpp"
+#include "libmpm/base/lane_pair.hpp"
 
 namespace mpm {
 

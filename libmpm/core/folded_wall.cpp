@@ -146,7 +146,7 @@ bool folds(const Wall& wall, std::span<const Boundary> boundaries, const MirrorP
   });
 }
 
-std::vector<Impulse> apply_folded_wall_by_block(Grid& grid, const Boundary& boundary, const MirrorPlanes& mirror, double time) {
+std::vector<Impulse> apply_folded_wall(Grid& grid, const Boundary& boundary, const MirrorPlanes& mirror, double time) {
   const Wall& wall = *plane_of(boundary);
   const double dx = grid.cell_size();
   const int axis = axis_of(wall).value();
@@ -193,12 +193,6 @@ std::vector<Impulse> apply_folded_wall_by_block(Grid& grid, const Boundary& boun
     }
   }
   return taken;
-}
-
-Impulse apply_folded_wall(Grid& grid, const Boundary& boundary, const MirrorPlanes& mirror, double time) {
-  Impulse total;
-  for (const Impulse& t : apply_folded_wall_by_block(grid, boundary, mirror, time)) total += t;
-  return total;
 }
 
 std::optional<JoinedLayers> layers_of_columns(const Wall& wall, double cell_size, double time) {

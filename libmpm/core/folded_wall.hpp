@@ -24,9 +24,7 @@ namespace mpm {
 /// each for itself, as all do in a column whose master has no mass.
 /// @param boundary  a wall, moving or not, that folds()
 /// @returns what the wall took in each block of Grid::all_blocks(), that of a column in the block of its master
-std::vector<Impulse> apply_folded_wall_by_block(Grid& grid, const Boundary& boundary, const MirrorPlanes& mirror, double time);
-/// The same, summed in the order of the blocks.
-Impulse apply_folded_wall(Grid& grid, const Boundary& boundary, const MirrorPlanes& mirror, double time);
+std::vector<Impulse> apply_folded_wall(Grid& grid, const Boundary& boundary, const MirrorPlanes& mirror, double time);
 
 /// Lets the top of a solid act, as a separable wall folds, on the columns of nodes that stand on it.
 /// @param impulse  what it took is added to this

@@ -182,11 +182,6 @@ struct alignas(64) NodeBlock {
   Node node[block_nodes];  ///< index x + 4 y + 16 z
 };
 
-/// Nodes touched by one block's particles, contiguous: index x + 6 y + 36 z.
-struct alignas(64) Halo {
-  Node node[halo_nodes];  ///< the own ones, and the rim in seven neighbours
-};
-
 /// The particles of one block as they are stored: what a checkpoint holds. Nothing is rounded on the way there and back.
 struct StoredBlock {
   Index3 coordinate{};                  ///< of the block

@@ -24,23 +24,18 @@ struct alignas(64) GroupHalo {
 /// Calls f(row of nodes, its first place in the halo, count) for every row of a block's halo.
 template <class F>
 void for_each_row(const Grid& grid, std::int32_t block, bool old, F&& f) {
-  const auto nodes_of = [&](std::int32_t b) -> const NodeBlock& { return old ? grid.old_nodes(b) : grid.nodes(b); };
-  struct Place {
-    char at;
-  };
-  static constexpr Place places[halo_nodes] = {};
-  for_each_halo_row(grid.block(block).neighbour, nodes_of, places,
-                    [&](const Node* from, const Place* to, auto count) { f(from, to - places, count); });
+  for_each_halo_row(
+      grid.block(block).neighbour, [&](std::int32_t b) -> const NodeBlock& { return old ? grid.old_nodes(b) : grid.nodes(b); }, f);
 }
 
 void fill(GroupHalo<Lanes>& halo, const Grid& grid, std::int32_t block, bool old, const Vec3& /*relative_to*/) {
-  for_each_row(grid, block, old, [&](const Node* from, std::ptrdiff_t first, auto count) {
+  for_each_row(grid, block, old, [&](const Node* from, int first, auto count) {
     for (int i = 0; i < count; ++i) halo.node[first + i] = repeat(from[i]);
   });
 }
 void fill(GroupHalo<SingleLanes>& halo, const Grid& grid, std::int32_t block, bool old, const Vec3& relative_to) {
   const Node velocity = {relative_to.x(), relative_to.y(), relative_to.z(), 0.0};
-  for_each_row(grid, block, old, [&](const Node* from, std::ptrdiff_t first, auto count) {
+  for_each_row(grid, block, old, [&](const Node* from, int first, auto count) {
     for (int i = 0; i < count; ++i) halo.node[first + i] = repeat(__builtin_convertvector(from[i] - velocity, SingleQuad));
   });
 }
@@ -48,7 +43,7 @@ void fill(GroupHalo<SingleLanes>& halo, const Grid& grid, std::int32_t block, bo
 /// The velocity of a block that its particles' are relative to: that of the mass on the nodes around. 0 where there is none.
 Vec3 mean_velocity(const Grid& grid, std::int32_t block) {
   Node sum{};
-  for_each_row(grid, block, false, [&](const Node* from, std::ptrdiff_t, auto count) {
+  for_each_row(grid, block, false, [&](const Node* from, int, auto count) {
     for (int i = 0; i < count; ++i) {
       const double mass = from[i][3];
       sum += mass * Node{from[i][0], from[i][1], from[i][2], 1.0};

@@ -138,7 +138,7 @@ class Boundaries {
       ContactImpulse& impulse = contacts_[b] = apply_surface_contact(grid_, *solid);
       apply_folded_top(grid_, *solid, forces_.mirror, impulse);
     } else {
-      const auto by_block = apply_folded_wall_by_block(grid_, boundary, forces_.mirror, time_);
+      const auto by_block = apply_folded_wall(grid_, boundary, forces_.mirror, time_);
       for (std::size_t i = 0; i < by_block.size(); ++i) taken_[i * forces_.boundaries.size() + b] = by_block[i];
     }
   }

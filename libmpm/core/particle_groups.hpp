@@ -55,7 +55,6 @@ struct Group;
 template <>
 struct Group<Particle> {
   using Vector = Lanes;                                           ///< of all particles
-  using Integers = LaneMask;                                      ///< as many
   using Quad = Node;                                              ///< of one particle
   static constexpr int size = 2;                                  ///< particles
   static constexpr Lanes xyz = {1, 1, 1, 0, 1, 1, 1, 0};          ///< 1 in the lanes of a vector, 0 in the fourth
@@ -108,10 +107,9 @@ struct Group<Particle> {
 /// Four particles in single precision.
 template <>
 struct Group<SingleRecord> {
-  using Vector = SingleLanes;       ///< of all particles
-  using Integers = SingleLaneMask;  ///< as many
-  using Quad = SingleQuad;          ///< of one particle
-  static constexpr int size = 4;    ///< particles
+  using Vector = SingleLanes;     ///< of all particles
+  using Quad = SingleQuad;        ///< of one particle
+  static constexpr int size = 4;  ///< particles
   /// 1 in the lanes of a vector, 0 in the fourth
   static constexpr SingleLanes xyz = {1, 1, 1, 0, 1, 1, 1, 0, 1, 1, 1, 0, 1, 1, 1, 0};
   /// the fourth lanes
@@ -222,9 +220,9 @@ class PrefetchGroup {
   const char* at_[size];
 };
 
-inline constexpr int batch_groups = 16;  ///< that a transfer takes through its passes together; in single precision half of them
+/// Groups that a transfer takes through its passes together: those of 32 particles.
 template <class Record>
-inline constexpr int batch_of = batch_groups * 2 / Group<Record>::size;  ///< groups of a batch
+inline constexpr int batch_of = 32 / Group<Record>::size;
 
 /// A particle without mass: fills a group when a cell does not.
 template <class Record>
@@ -240,7 +238,7 @@ inline __attribute__((always_inline)) Group<Record> group_at(const ParticleBin& 
   return g;
 }
 
-/// Index of a node in Halo. @param x, y, z  in [0, 6)
+/// Index of a node in a halo, the 6x6x6 nodes of a block. @param x, y, z  in [0, 6)
 constexpr int halo_index(int x, int y, int z) { return x + halo_edge * (y + halo_edge * z); }
 
 /// Corner of a cell in grid coordinates, for both particles of a pair; lane 3 is zero.
@@ -281,22 +279,22 @@ class CellOffset<SingleRecord> {
 };
 /// @}
 
-/// Index in Halo of the base node of a cell. @param cell  x + 4 y + 16 z
+/// Index in a halo of the base node of a cell. @param cell  x + 4 y + 16 z
 inline int first_halo_node(int cell) { return halo_index(cell & 3, cell >> 2 & 3, cell >> 4); }
 
-/// Calls f(grid row, halo row, count) for every run of nodes that the halo shares with one block's storage.
+/// Calls f(grid row, index of its first node in the halo, count) for every run of nodes that the halo shares with one block's storage.
 /// @param neighbour  numbers of those blocks, by neighbour_slot
-template <class NodesOf, class HaloNode, class F>
-inline void for_each_halo_row(const std::array<std::int32_t, 27>& neighbour, NodesOf&& nodes_of, HaloNode* halo, F&& f) {
+template <class NodesOf, class F>
+inline void for_each_halo_row(const std::array<std::int32_t, 27>& neighbour, NodesOf&& nodes_of, F&& f) {
   for (int bz = 0; bz < 2; ++bz) {
     for (int by = 0; by < 2; ++by) {
       auto* near = nodes_of(neighbour[static_cast<std::size_t>(neighbour_slot(0, by, bz))]).node;
       auto* far = nodes_of(neighbour[static_cast<std::size_t>(neighbour_slot(1, by, bz))]).node;
       for (int z = 0; z < (bz == 0 ? 4 : 2); ++z) {
         for (int y = 0; y < (by == 0 ? 4 : 2); ++y) {
-          HaloNode* row = halo + halo_index(0, 4 * by + y, 4 * bz + z);
-          f(near + 4 * y + 16 * z, row, std::integral_constant<int, 4>{});
-          f(far + 4 * y + 16 * z, row + 4, std::integral_constant<int, 2>{});
+          const int first = halo_index(0, 4 * by + y, 4 * bz + z);
+          f(near + 4 * y + 16 * z, first, std::integral_constant<int, 4>{});
+          f(far + 4 * y + 16 * z, first + 4, std::integral_constant<int, 2>{});
         }
       }
     }

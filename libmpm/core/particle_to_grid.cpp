@@ -169,7 +169,7 @@ void scatter(Grid& grid, const TransferOptions& options) {
   const auto storage = [&](int field, std::int32_t b) -> NodeBlock& { return field == 0 ? grid.nodes(b) : grid.old_nodes(b); };
 #pragma omp parallel
   {
-#pragma omp for schedule(static)
+#pragma omp for schedule(static) nowait
     for (std::size_t i = 0; i < all.size(); ++i) {
       for (int f = 0; f < fields; ++f) storage(f, all[i]) = NodeBlock{};
     }
@@ -191,7 +191,7 @@ void scatter(Grid& grid, const TransferOptions& options) {
           const Node velocity = f == 0 ? Node{v.x(), v.y(), v.z(), 0.0} : Node{};  // forces do not depend on who looks at them
           for_each_halo_row(
               block.parts != nullptr ? *block.parts : block.neighbour, [&](std::int32_t b) -> NodeBlock& { return storage(f, b); },
-              halo[f].node, [&](Node* node, const auto* row, auto count) { add_row(node, row, count, velocity); });
+              [&](Node* node, int first, auto count) { add_row(node, halo[f].node + first, count, velocity); });
         }
       }
     }

@@ -1,6 +1,6 @@
 #include "libmpm/core/stress_update.hpp"
 
-#include "libmpm/base/lanes.hpp"
+#include "libmpm/base/lane_pair.hpp"
 #include "libmpm/core/quads.hpp"
 
 namespace mpm {

@@ -18,7 +18,7 @@
 #include <concepts>
 #include <string_view>
 
-#include "libmpm/base/lanes.hpp"
+#include "libmpm/base/lane_pair.hpp"
 #include "libmpm/base/tensor.hpp"
 
 namespace mpm {

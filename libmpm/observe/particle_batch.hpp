@@ -14,10 +14,8 @@ namespace mpm {
 /// One particle, in the coordinates of the case and in SI units.
 struct ParticleView {
   Vec3 position;                 ///< m
-  Vec3 velocity;                 ///< m/s; a frame has it in single precision
   std::array<double, 6> stress;  ///< Kirchhoff tau, Pa, tension positive: xx yy zz xy xz yz
   double internal;               ///< the law's internal variable
-  double volume;                 ///< V_0, m^3, in the reference state
   double mass;                   ///< kg, as computed: not doubled for a mirror plane
   const AnyMaterial* material;   ///< null in a frame
   double stored_volume_ratio;    ///< of a frame
@@ -60,20 +58,16 @@ class ParticleBatch {
     if (bin_ != nullptr) {
       const Particle p = (*bin_)[static_cast<int>(i)];
       return {Vec3(p.position[0], p.position[1], p.position[2]) - scene_->offset,
-              Vec3(p.velocity[0], p.velocity[1], p.velocity[2]),
               std::to_array(p.stress),
               p.internal,
-              p.volume,
               density_ * p.volume,
               &scene_->material,
               1.0};
     }
     const ParticleTable& t = *frame_;
     ParticleView v{Vec3(t.position[3 * i], t.position[3 * i + 1], t.position[3 * i + 2]),
-                   Vec3(t.velocity[3 * i], t.velocity[3 * i + 1], t.velocity[3 * i + 2]),
                    {},
                    t.internal[i],
-                   t.volume[i],
                    density_ * t.volume[i],
                    nullptr,
                    t.volume_ratio[i]};

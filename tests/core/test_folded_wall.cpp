@@ -47,7 +47,9 @@ Grid random_grid(const Wall& wall, unsigned seed = 1) {
 }
 
 Impulse fold(Grid& grid, const Wall& wall, const MirrorPlanes& mirror = {}, double time = 0.0) {
-  return apply_folded_wall(grid, wall, mirror, time);
+  Impulse total;
+  for (const Impulse& taken : apply_folded_wall(grid, wall, mirror, time)) total += taken;
+  return total;
 }
 
 /// What each column of nodes along the wall's normal gave to the wall, and its kinetic energy relative to the surface.

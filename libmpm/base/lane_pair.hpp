@@ -1,0 +1,225 @@
+#pragma once
+/// Two registers side by side as one number: `LanePair` = two Lanes, `SinglePair` = two SingleLanes. The operators and functions of
+/// lanes.hpp, for them.
+
+#include "libmpm/base/lanes.hpp"
+
+namespace mpm {
+
+/// Two registers side by side. A law is one long chain of operations that wait for each other; two independent groups in one stream of
+/// instructions hide each other's latency (measured: the yielding law takes a quarter less time, benchmarks/README.md).
+template <OneRegister V>
+struct PairOf {
+  V a, b;  ///< the lower lanes and the upper ones
+};
+using LanePair = PairOf<Lanes>;          ///< sixteen doubles
+using SinglePair = PairOf<SingleLanes>;  ///< thirty-two floats
+
+template <>
+inline constexpr bool is_single<SinglePair> = true;
+
+/// What a comparison of pairs gives.
+template <class M>
+struct MaskPairOf {
+  M a, b;  ///< of the lower lanes and of the upper ones
+};
+namespace detail {
+template <class V>
+struct MaskOf<PairOf<V>> {
+  using type = MaskPairOf<Mask<V>>;
+};
+}  // namespace detail
+
+/// The number types that a law and a tensor can be computed with.
+template <class T>
+concept LaneNumber = std::same_as<T, double> || std::same_as<T, Lanes> || std::same_as<T, LanePair> || std::same_as<T, SinglePair>;
+
+/// Lane by lane; a scalar operand counts for every lane, rounded to the precision of the lanes.
+/// @{
+template <OneRegister V>
+inline PairOf<V> operator+(const PairOf<V>& x, const PairOf<V>& y) {
+  return {x.a + y.a, x.b + y.b};
+}
+template <OneRegister V>
+inline PairOf<V> operator-(const PairOf<V>& x, const PairOf<V>& y) {
+  return {x.a - y.a, x.b - y.b};
+}
+template <OneRegister V>
+inline PairOf<V> operator*(const PairOf<V>& x, const PairOf<V>& y) {
+  return {x.a * y.a, x.b * y.b};
+}
+template <OneRegister V>
+inline PairOf<V> operator/(const PairOf<V>& x, const PairOf<V>& y) {
+  return {x.a / y.a, x.b / y.b};
+}
+template <OneRegister V>
+inline PairOf<V> operator+(const PairOf<V>& x, double y) {
+  const auto s = static_cast<ScalarOf<V>>(y);
+  return {x.a + s, x.b + s};
+}
+template <OneRegister V>
+inline PairOf<V> operator-(const PairOf<V>& x, double y) {
+  const auto s = static_cast<ScalarOf<V>>(y);
+  return {x.a - s, x.b - s};
+}
+template <OneRegister V>
+inline PairOf<V> operator*(const PairOf<V>& x, double y) {
+  const auto s = static_cast<ScalarOf<V>>(y);
+  return {x.a * s, x.b * s};
+}
+template <OneRegister V>
+inline PairOf<V> operator+(double x, const PairOf<V>& y) {
+  const auto s = static_cast<ScalarOf<V>>(x);
+  return {s + y.a, s + y.b};
+}
+template <OneRegister V>
+inline PairOf<V> operator-(double x, const PairOf<V>& y) {
+  const auto s = static_cast<ScalarOf<V>>(x);
+  return {s - y.a, s - y.b};
+}
+template <OneRegister V>
+inline PairOf<V> operator*(double x, const PairOf<V>& y) {
+  const auto s = static_cast<ScalarOf<V>>(x);
+  return {s * y.a, s * y.b};
+}
+template <OneRegister V>
+inline PairOf<V> operator/(double x, const PairOf<V>& y) {
+  const auto s = static_cast<ScalarOf<V>>(x);
+  return {s / y.a, s / y.b};
+}
+template <OneRegister V>
+inline PairOf<V> operator-(const PairOf<V>& x) {
+  return {-x.a, -x.b};
+}
+template <OneRegister V>
+inline PairOf<V>& operator+=(PairOf<V>& x, const PairOf<V>& y) {
+  return x = x + y;
+}
+template <OneRegister V>
+inline PairOf<V>& operator*=(PairOf<V>& x, const PairOf<V>& y) {
+  return x = x * y;
+}
+template <OneRegister V>
+inline Mask<PairOf<V>> operator<(const PairOf<V>& x, const PairOf<V>& y) {
+  return {x.a < y.a, x.b < y.b};
+}
+template <OneRegister V>
+inline Mask<PairOf<V>> operator<=(const PairOf<V>& x, const PairOf<V>& y) {
+  return {x.a <= y.a, x.b <= y.b};
+}
+template <OneRegister V>
+inline Mask<PairOf<V>> operator>(const PairOf<V>& x, const PairOf<V>& y) {
+  return {x.a > y.a, x.b > y.b};
+}
+template <OneRegister V>
+inline Mask<PairOf<V>> operator<(const PairOf<V>& x, double y) {
+  const auto s = static_cast<ScalarOf<V>>(y);
+  return {x.a < s, x.b < s};
+}
+template <OneRegister V>
+inline Mask<PairOf<V>> operator<=(const PairOf<V>& x, double y) {
+  const auto s = static_cast<ScalarOf<V>>(y);
+  return {x.a <= s, x.b <= s};
+}
+template <OneRegister V>
+inline Mask<PairOf<V>> operator>(const PairOf<V>& x, double y) {
+  const auto s = static_cast<ScalarOf<V>>(y);
+  return {x.a > s, x.b > s};
+}
+template <OneRegister V>
+inline Mask<PairOf<V>> operator>=(const PairOf<V>& x, double y) {
+  const auto s = static_cast<ScalarOf<V>>(y);
+  return {x.a >= s, x.b >= s};
+}
+template <class M>
+inline MaskPairOf<M> operator&(const MaskPairOf<M>& x, const MaskPairOf<M>& y) {
+  return {x.a & y.a, x.b & y.b};
+}
+template <class M>
+inline MaskPairOf<M> operator|(const MaskPairOf<M>& x, const MaskPairOf<M>& y) {
+  return {x.a | y.a, x.b | y.b};
+}
+/// @}
+
+/// Lanes 0 to 7 and 8 to 15 in double precision, and back.
+/// @{
+inline LanePair widen(SingleLanes a) {
+  using Eight = float __attribute__((vector_size(32)));
+  const Eight low = __builtin_shufflevector(a, a, 0, 1, 2, 3, 4, 5, 6, 7),
+              high = __builtin_shufflevector(a, a, 8, 9, 10, 11, 12, 13, 14, 15);
+  return {__builtin_convertvector(low, Lanes), __builtin_convertvector(high, Lanes)};
+}
+inline SingleLanes narrow(const LanePair& a) {
+  using Eight = float __attribute__((vector_size(32)));
+  const Eight low = __builtin_convertvector(a.a, Eight), high = __builtin_convertvector(a.b, Eight);
+  return __builtin_shufflevector(low, high, 0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15);
+}
+/// @}
+
+/// The functions of lanes.hpp.
+/// @{
+template <OneRegister V>
+inline PairOf<V> select(const Mask<PairOf<V>>& m, const PairOf<V>& x, const PairOf<V>& y) {
+  return {select(m.a, x.a, y.a), select(m.b, x.b, y.b)};
+}
+template <class M>
+inline bool any(const MaskPairOf<M>& m) {
+  return any(m.a | m.b);
+}
+template <class M>
+inline bool all(const MaskPairOf<M>& m) {
+  return all(m.a & m.b);
+}
+template <class M>
+inline MaskPairOf<M> mask_not(const MaskPairOf<M>& m) {
+  return {~m.a, ~m.b};
+}
+template <OneRegister V>
+inline PairOf<V> max(const PairOf<V>& x, const PairOf<V>& y) {
+  return {max(x.a, y.a), max(x.b, y.b)};
+}
+template <OneRegister V>
+inline PairOf<V> min(const PairOf<V>& x, const PairOf<V>& y) {
+  return {min(x.a, y.a), min(x.b, y.b)};
+}
+template <OneRegister V>
+inline PairOf<V> abs(const PairOf<V>& x) {
+  return {abs(x.a), abs(x.b)};
+}
+template <OneRegister V>
+inline PairOf<V> sqrt(const PairOf<V>& x) {
+  return {sqrt(x.a), sqrt(x.b)};
+}
+template <OneRegister V>
+inline PairOf<V> exp(const PairOf<V>& x) {
+  return {exp(x.a), exp(x.b)};
+}
+template <OneRegister V>
+inline PairOf<V> log(const PairOf<V>& x) {
+  return {log(x.a), log(x.b)};
+}
+template <OneRegister V>
+inline PairOf<V> expm1(const PairOf<V>& x) {
+  return {expm1(x.a), expm1(x.b)};
+}
+template <OneRegister V>
+inline PairOf<V> log1p(const PairOf<V>& x) {
+  return {log1p(x.a), log1p(x.b)};
+}
+template <OneRegister V>
+inline PairOf<V> sinh(const PairOf<V>& x) {
+  return {sinh(x.a), sinh(x.b)};
+}
+template <OneRegister V>
+inline double lane(const PairOf<V>& x, int i) {
+  constexpr int half = sizeof(V) / sizeof(ScalarOf<V>);
+  return double{i < half ? x.a[i] : x.b[i - half]};
+}
+template <OneRegister V>
+inline void set_lane(PairOf<V>& x, int i, double v) {
+  constexpr int half = sizeof(V) / sizeof(ScalarOf<V>);
+  (i < half ? x.a : x.b)[i % half] = static_cast<ScalarOf<V>>(v);
+}
+/// @}
+
+}  // namespace mpm
