@@ -42,11 +42,11 @@ struct Fields {
 
   Fields(const Grid& grid, const Block& block) {
     for_each_halo_row(
-        block.neighbour, [&](std::int32_t b) -> const NodeBlock& { return grid.old_nodes(b); }, before,
-        [](const Node* from, Node* to, auto count) { std::copy_n(from, static_cast<int>(count), to); });
+        block.neighbour, [&](std::int32_t b) -> const NodeBlock& { return grid.old_nodes(b); },
+        [&](const Node* row, int first, auto count) { std::copy_n(row, int{count}, before + first); });
     for_each_halo_row(
-        block.neighbour, [&](std::int32_t b) -> const NodeBlock& { return grid.nodes(b); }, gained,
-        [](const Node* from, Node* to, auto count) { std::copy_n(from, static_cast<int>(count), to); });
+        block.neighbour, [&](std::int32_t b) -> const NodeBlock& { return grid.nodes(b); },
+        [&](const Node* row, int first, auto count) { std::copy_n(row, int{count}, gained + first); });
     for (int n = 0; n < halo_nodes; ++n) gained[n] -= before[n];
   }
 };
@@ -97,9 +97,9 @@ void LumpedMassCorrection::add_of_block(const Grid& grid, const Block& block, st
   }
   if (!any) return;
   for_each_halo_row(
-      block.neighbour, [&](std::int32_t b) -> NodeBlock& { return change[static_cast<std::size_t>(b)]; }, sum,
-      [](Node* to, const Node* from, auto count) {
-        for (int n = 0; n < count; ++n) to[n] += Node{from[n][0], from[n][1], from[n][2], 0.0};
+      block.neighbour, [&](std::int32_t b) -> NodeBlock& { return change[static_cast<std::size_t>(b)]; },
+      [&](Node* row, int first, auto count) {
+        for (int n = 0; n < count; ++n) row[n] += Node{sum[first + n][0], sum[first + n][1], sum[first + n][2], 0.0};
       });
 }
 
