@@ -201,12 +201,12 @@ def inflow(run, axes=None):
     times = [row["time_s"] for row in rows]
     for panel, key, column, label in zip(axes, ("flow_height_m", "velocity_m_s"), ("depth_m", "velocity_m_s"), ("flow depth (m)", "speed (m/s)")):
         panel.plot(times, [row[key] for row in rows], color=ORANGE, linewidth=2.2, label="path model")
-        panel.plot(measured.time_s, measured[column], "o", color=BLUE, markersize=4, label="run, at the inlet")
-        panel.set_ylim(bottom=0.0)
+        panel.plot(measured.entered_s, measured[column], "o", color=BLUE, markersize=4, label="run, at the inlet")
+        panel.set_ylim(0.0, 1.15 * panel.dataLim.ymax)
         panel.set_ylabel(label)
         panel.grid(alpha=0.3)
     axes[0].legend(fontsize="small")
-    axes[1].set_xlabel("time (s)")
+    axes[1].set_xlabel("time at which the snow entered (s)")
     axes[1].set_xlim(0.0, max(measured.time_s))
     return axes
 
