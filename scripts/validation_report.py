@@ -20,7 +20,7 @@ from matplotlib.patches import Polygon
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent.parent / "python"))
 from mpmtools.figures.style import (COLOURS, MARKERS, REFERENCE_LINES, STYLE, breakable, clean, embed, finish_axes, inline,  # noqa: E402
-                                    plain_ticks, plt, png_data, short, svg_data, use_style, verdict_class, write_page)
+                                    plain_ticks, plt, png_data, short, use_style, verdict_class, write_page)
 from mpmtools.figures import interactive  # noqa: E402
 from mpmtools.figures.summary import REFERENCES, summary_figures  # noqa: E402
 from mpmtools.frame import Frame  # noqa: E402  (after the path to the package)
@@ -72,7 +72,8 @@ guide of FDS (McGrattan and Toman 2011): the spread of the ratios is that of the
 {% if summary_figures %}<div class="figures summary">{% for title, svg in summary_figures %}<figure>{{ svg }}</figure>
 {% endfor %}</div>
 <p class="legend">Filled marks: exact solutions; open marks: experiments or the paper. Black: equality; grey: twice the standard deviation of the references. Solid and dashed lines: bias of the
-model, and twice its standard deviation (blue: against exact solutions, red: against experiments and the paper). <span class="screen">Point at a mark for its case and value; drag to enlarge, double-click to return.</span></p>{% endif %}
+model, and twice its standard deviation (blue: against exact solutions, red: against experiments and the paper). <span class="screen">Point at a mark for its case and value, in
+the figures of a case at a curve for its values; drag to enlarge, double-click to return.</span></p>{% endif %}
 {% endif %}<dl class="facts">
 <dt>command</dt><dd><code>{{ r.command }}</code></dd>
 <dt>version</dt><dd>{{ r.version }}, commit {{ r.commit }}, {{ r.compiler }}, {{ r.build_type }}, {{ r.instruction_set }}</dd>
@@ -120,10 +121,10 @@ without unit are relative, those with the quantity's unit absolute. '≤' is a b
 {% if c.fault %}<p class="failed">{{ c.fault }}</p>{% endif %}
 <p class="physics">{{ c.physics|inline }}</p>
 <p class="legend">Repeat it: <code>{{ c.command }}</code>. Derivation and sources: <code>validation/cases/{{ c.name }}/README.md</code>.</p>
-{% if c.images %}<div class="figures">{% for f in c.images %}<figure><img alt="{{ f.title }}" src="{{ f.data }}">{% if f.caption %}<figcaption>{{ f.caption|inline }}</figcaption>{% endif %}</figure>
+{% if c.images %}<div class="figures">{% for f in c.images %}<figure>{% if f.svg %}{{ f.svg }}{% else %}<img alt="{{ f.title }}" src="{{ f.data }}">{% endif %}{% if f.caption %}<figcaption>{{ f.caption|inline }}</figcaption>{% endif %}</figure>
 {% endfor %}</div>{% endif %}
 {% if c.studies %}<h3>Grid convergence</h3>
-<div class="figures">{% for s in c.studies %}<figure><img alt="Convergence: {{ s.quantity }}" src="{{ s.data }}"></figure>
+<div class="figures">{% for s in c.studies %}<figure>{{ s.svg }}</figure>
 {% endfor %}</div>
 <table class="stack"><thead><tr><th>quantity</th><th>value at each size</th><th class="number">order</th><th class="number">extrapolated</th>
 <th class="number">GCI of the finest</th><th class="number">least-squares uncertainty</th><th>remark</th></tr></thead><tbody>
@@ -147,7 +148,7 @@ without unit are relative, those with the quantity's unit absolute. '≤' is a b
 {% if c.notes %}<h3>Notes</h3><ul class="notes">{% for n in c.notes %}<li>{{ n|inline }}</li>{% endfor %}</ul>{% endif %}
 </section>
 {% endfor %}
-</main></div>{% if summary_figures %}<script>{{ script }}</script>{% endif %}</body></html>
+</main></div><script>{{ script }}</script></body></html>
 """
 
 # Cells that two tables share.
@@ -159,7 +160,7 @@ MACROS = r"""{% macro numbers(k) %}<td class="number" data-label="reference">{{ 
 
 
 def draw(plot):
-    """One plot as an SVG data address."""
+    """One plot as SVG whose curves give their values under the pointer."""
     figure, axes = plt.subplots(figsize=(6.2, 4.3), layout="constrained")
     used = references = 0
     for series in plot["series"]:
@@ -190,7 +191,8 @@ def draw(plot):
     finish_axes(axes)
     if len(plot["series"]) > 1:
         axes.legend(fontsize=8.5, frameon=True, framealpha=0.9, edgecolor="none", ncols=1 if len(plot["series"]) <= 7 else 2)
-    return svg_data(figure)
+    curves = [interactive.Curve(s["name"], clean(s["x"]), clean(s["y"])) for s in plot["series"]]
+    return interactive.inline_svg(figure, {}, plot["title"], curves)
 
 
 def flow_values(frame, field):
@@ -285,7 +287,7 @@ def draw_study(study):
     axes.set_title(f"Convergence: {study['quantity']}", fontsize=10.5, loc="left")
     finish_axes(axes)
     axes.legend(fontsize=8.5, frameon=True, framealpha=0.9, edgecolor="none")
-    return svg_data(figure)
+    return interactive.inline_svg(figure, {}, f"Convergence: {study['quantity']}", [interactive.Curve("simulation", size, value)])
 
 
 def percent(share):
@@ -326,11 +328,11 @@ def main():
         results = json.load(file)
     use_style()
     for case in results["cases"]:
-        case["images"] = [{"title": p["title"], "caption": p["caption"], "data": draw(p)} for p in case["plots"]]
+        case["images"] = [{"title": p["title"], "caption": p["caption"], "svg": draw(p)} for p in case["plots"]]
         case["images"] += [{"title": p["caption"], "caption": p["caption"], "data": embed(os.path.join(directory, p["file"]))} for p in case["pictures"]]
         case["images"] += [{"title": f["title"], "caption": flow_caption(f), "data": draw_flow(f, directory)} for f in case["flows"]]
         for study in case["studies"]:
-            study["data"] = draw_study(study)
+            study["svg"] = draw_study(study)
         arrange_checks(case)
     environment = jinja2.Environment(autoescape=True, trim_blocks=True)
     environment.filters.update(breakable=breakable, verdict_class=verdict_class, inline=inline, short=short, percent=percent)

@@ -390,7 +390,8 @@ TEST(Report, IsDrawnFromTheResultsAsOneSelfContainedPage) {
   const std::string page = read_file(scratch.path / "index.html");
   EXPECT_NE(page.find("2 passed, 2 failed"), std::string::npos);
   EXPECT_NE(page.find("<code>code</code> &amp; &lt;angle&gt;"), std::string::npos);
-  EXPECT_NE(page.find("data:image/svg+xml;base64,"), std::string::npos);
+  EXPECT_NE(page.find(R"({"name":"ours","labels":["x [m]","y [Pa]"])"), std::string::npos) << "values of the plot's curve";
+  EXPECT_NE(page.find(R"({"name":"simulation","labels":["cell size [m]","height [m]"])"), std::string::npos) << "of the grid study";
   EXPECT_NE(page.find("data:image/png;base64,"), std::string::npos);
   EXPECT_NE(page.find("It moves. All particles at t = 0 s."), std::string::npos);
   EXPECT_NE(page.find("mpm-validate run --case bad --level quick"), std::string::npos);

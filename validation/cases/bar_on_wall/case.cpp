@@ -2,132 +2,33 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
+#include <utility>
 
-#include "libmpm/core/diagnostics.hpp"
-#include "libmpm/driver/case_file.hpp"
-#include "libmpm/driver/scene.hpp"
+#include "validation/cases/bar_on_wall/bar.hpp"
 #include "validation/harness/case.hpp"
-#include "validation/harness/particle_access.hpp"
-#include "validation/harness/slender.hpp"
 
 namespace mpm::validation {
 namespace {
 
-constexpr double pi = std::numbers::pi;
-constexpr double slow = 1e-6;  ///< v/c: strains of 1e-6, so that the exact solution is the linear one
-
-/// How the bar moves at first; v is V times this, over its length.
-enum class Start {
-  uniform,  ///< towards the wall everywhere: a shock
-  smooth,   ///< towards the wall, as sin^4(pi x / 2 L)
-  pulled,   ///< away from it, as sin^4(pi x / 2 L)
-};
-
-struct Settings {
-  Start start = Start::smooth;
-  int cells = 32;       ///< per L
-  double offset = 0.0;  ///< of the wall and the bar against the grid, cells
-  ContactRule contact = ContactRule::surface;
-  Transfer transfer = Transfer::aflip;
-  double flip_ratio = 1.0;
-  double gap = 0.0;       ///< between the bar and the wall at first, cells
-  double speed = slow;    ///< V/c
-  double duration = 3.0;  ///< L/c
-};
-
-/// What happened, in units of L/c (time), rho c V A (force), the bar's mass times V (momentum) and m V^2/2 (energy).
-struct Impact {
-  double cell = 0.0;                ///< over L
-  std::vector<double> time, force;  ///< of each step
-  std::vector<double> momentum;     ///< after each step, away from the wall
-  std::vector<double> energy_time, energy;
-  double impulse = 0.0;        ///< that the wall gave in all
-  double largest_pull = 0.0;   ///< largest force of a step towards the wall
-  double balance = 0.0;        ///< largest difference between a step's change of momentum and the wall's impulse
-  double turning_point = 0.0;  ///< of the centre of mass, over L: where it is nearest to the wall
-};
-
-double shape(Start start, double x) { return start == Start::uniform ? 1.0 : std::pow(std::sin(0.5 * pi * x), 4); }
-double shape_slope(Start start, double x) {
-  return start == Start::uniform ? 0.0 : 2.0 * pi * std::pow(std::sin(0.5 * pi * x), 3) * std::cos(0.5 * pi * x);
-}
-/// The force of the exact solution over rho c V A, t in L/c: d'Alembert, derived in the README.
-double exact_force(Start start, double t) {
-  if (start == Start::pulled || t <= 0.0 || t >= 2.0) return 0.0;
-  return shape(start, t);  // sin^4 is even about x = L
-}
-
-Impact hit(const CaseContext& context, const Settings& s) {
-  Case c = context.read_case();
-  const double length = c.bodies[0].max.x(), dx = length / s.cells, side = 0.5 * dx;
-  c.numerics.cell_size = dx;
-  c.numerics.contact = s.contact;
-  c.numerics.transfer = s.transfer;
-  c.numerics.flip_ratio = s.flip_ratio;
-  c.numerics.grid_offset = Vec3(s.offset, 0.0, 0.0);
-  c.bodies[0].min.x() = s.gap * dx;
-  c.bodies[0].max.x() += s.gap * dx;
-  c.bodies[0].velocity.setZero();
-  set_side(c, side, {1, 2});
-  const CaseScene scene = make_scene(c);
-  State state = make_state(c, scene);
-  const double speed = wave_speed_of(scene.material), v = s.speed * speed, density = density_of(scene.material);
-  const double sign = s.start == Start::pulled ? 1.0 : -1.0;
-  state.grid.change_particles([&](Particle& p) {
-    const double x = (p.position[0] - scene.offset.x()) / length - s.gap / s.cells;
-    p.velocity[0] = sign * v * shape(s.start, x);
-    p.affine[0] = sign * v * shape_slope(s.start, x) / length;
-  });
-
-  Impact r;
-  r.cell = 1.0 / s.cells;
-  const double unit = length / speed, dt = unit / std::ceil(s.cells / c.numerics.cfl), mass = density * length * side * side;
-  const double full = density * speed * v * side * side;
-  double elastic = 0.0, kinetic = -1.0, before = totals(state, scene).momentum.x();
-  double centre = (0.5 * length + s.gap * dx) / length;
-  r.turning_point = centre;
-  const auto steps = static_cast<int>(std::lround(s.duration * unit / dt));
-  for (int n = 0; n < steps; ++n) {
-    const StepReport report = step(state, scene, dt);
-    const Totals now = totals(state, scene);
-    const double given = -report.impulses[0].linear.x();  // to the bar, away from the wall
-    r.time.push_back(n * dt / unit);                      // stresses of the step's start act in it
-    r.force.push_back(given / (dt * full));
-    r.momentum.push_back(now.momentum.x() / (mass * v));
-    r.impulse += given / (mass * v);
-    r.largest_pull = std::max(r.largest_pull, -given / (dt * full));
-    r.balance = std::max(r.balance, std::abs(now.momentum.x() - before - given) / (mass * v));
-    before = now.momentum.x();
-    centre += dt * before / (mass * length);
-    r.turning_point = std::min(r.turning_point, centre);
-    // velocities live at half steps: their energies before and after a stress are averaged
-    const double moving = now.kinetic_energy + now.affine_energy;
-    if (kinetic >= 0.0) {
-      r.energy_time.push_back(n * dt / unit);
-      r.energy.push_back((elastic + 0.5 * (kinetic + moving)) / (0.5 * mass * v * v));
-    }
-    kinetic = moving;
-    elastic = now.elastic_energy;
-  }
-  return r;
-}
+using namespace bar;
 
 struct Variant {
   std::string name;
   Settings settings;
 };
 
-/// Contact at the surface; transfers, and places of the wall between two nodes.
-std::vector<Variant> surface_variants() {
+/// Of another solver one run is judged; of this program contact at the surface with its transfers and with the wall between two nodes, and
+/// contact on nodes.
+std::vector<Variant> variants_of(const CaseContext& context) {
+  if (!own_run(context)) return {{"wall at x = 0", {}}};
   return {{"AFLIP, wall on nodes", {}},
           {"AFLIP, wall a quarter of a cell off the nodes", {.offset = 0.25}},
           {"AFLIP, wall half a cell off the nodes", {.offset = 0.5}},
           {"AFLIP, wall three quarters of a cell off the nodes", {.offset = 0.75}},
           {"APIC, wall on nodes", {.transfer = Transfer::apic}},
-          {"FLIP, wall on nodes", {.transfer = Transfer::flip}}};
+          {"FLIP, wall on nodes", {.transfer = Transfer::flip}},
+          {"contact on nodes, APIC", {.contact = ContactRule::nodal, .transfer = Transfer::apic}}};
 }
-Variant nodal_variant() { return {"contact on nodes, APIC", {.contact = ContactRule::nodal, .transfer = Transfer::apic}}; }
 
 /// The same on all grids.
 struct Sweep {
@@ -165,7 +66,7 @@ double front_width(double cell, Transfer transfer) {
   return std::cbrt(6.0 * b * cell * cell);
 }
 
-void check_exact_properties(CaseResult& result, const std::vector<const Impact*>& all) {
+void check_exact_properties(const CaseContext& context, CaseResult& result, const std::vector<const Impact*>& all) {
   double pull = 0.0, balance = 0.0, gain = 0.0;
   for (const Impact* r : all) {
     pull = std::max(pull, r->largest_pull);
@@ -177,6 +78,7 @@ void check_exact_properties(CaseResult& result, const std::vector<const Impact*>
                        "", 1e-12, "a separable wall cannot pull: round-off");
   result.check_at_most(Label::verification, "change of momentum in a step minus the wall's impulse, over mV, " + runs, balance, 0.0, "",
                        1e-12, "round-off of sums over particles and nodes");
+  if (!own_run(context)) return;
   result.check_at_most(Label::verification, "gain of energy over the energy at first, largest of all instants, " + runs, gain, 0.0, "",
                        0.01,
                        "a wall at rest does no work; the mean of the kinetic energies of two half steps differs from that between them by "
@@ -190,16 +92,12 @@ void smooth_impact(const CaseContext& context, CaseResult& result, const std::ve
   Series exact{"exact", {}, {}, Series::Style::reference};
   for (int i = 0; i <= 300; ++i) exact.x.push_back(0.01 * i), exact.y.push_back(exact_force(Start::smooth, 0.01 * i));
   history.series.push_back(exact);
-  std::vector<Variant> variants = surface_variants();
-  variants.push_back(nodal_variant());
+  const std::vector<Variant> variants = variants_of(context);
   for (const Variant& variant : variants) {
     const bool surface = variant.settings.contact == ContactRule::surface;
     const Sweep s = sweep(context, variant.settings, Start::smooth, grids);
-    std::vector<double> error, loss;
-    for (const Impact& r : s.impacts) {
-      error.push_back(force_error(r, Start::smooth));
-      loss.push_back(std::abs(r.energy.back() / r.energy.front() - 1.0));
-    }
+    std::vector<double> error;
+    for (const Impact& r : s.impacts) error.push_back(force_error(r, Start::smooth));
     const double order = fitted_order(s.cell, error);
     if (surface) {
       result
@@ -218,18 +116,19 @@ void smooth_impact(const CaseContext& context, CaseResult& result, const std::ve
       result.check_relative(Label::verification, "smooth impact, contact at the surface, " + variant.name + ": impulse of the wall",
                             finest.impulse, 2.0 * mean, "mV", std::pow(pi * s.cell.back(), 2),
                             "second order: (k dx)² of the wave sin⁴, k = π/L, at the finest grid");
-    result.notes.push_back(
-        fmt::format("Smooth impact, {}: error of the force {:.2e} to {:.2e}, order {:.2f}; impulse {:.5f} of the exact one; "
-                    "energy {:+.1e} of the first at 3 L/c.",
-                    variant.name, error.front(), error.back(), order, finest.impulse / (2.0 * mean),
-                    finest.energy.back() / finest.energy.front() - 1.0));
+    result.notes.push_back(fmt::format(
+        "Smooth impact, {}: error of the force {:.2e} to {:.2e}, order {:.2f}; impulse {:.5f} of the exact one{}.", variant.name,
+        error.front(), error.back(), order, finest.impulse / (2.0 * mean),
+        finest.energy.empty() ? ""
+                              : fmt::format("; energy {:+.1e} of the first at 3 L/c", finest.energy.back() / finest.energy.front() - 1.0)));
     errors.series.push_back({variant.name, s.cell, error, Series::Style::points});
-    if (variant.name == "AFLIP, wall on nodes" || !surface)
+    if (&variant == &variants.front() || !surface)
       history.series.push_back({variant.name, s.impacts.front().time, s.impacts.front().force, Series::Style::simulation});
     kept.insert(kept.end(), s.impacts.begin(), s.impacts.end());
   }
   errors.series.push_back(slope_line("order 2", errors.series.front().x, errors.series.front().y.back(), 2.0));
-  errors.series.push_back(slope_line("order 1", errors.series.front().x, errors.series[variants.size() - 1].y.back(), 1.0));
+  if (own_run(context))
+    errors.series.push_back(slope_line("order 1", errors.series.front().x, errors.series[variants.size() - 1].y.back(), 1.0));
   result.plots.push_back(std::move(errors));
   result.plots.push_back(std::move(history));
   context.log("smooth impact");
@@ -252,8 +151,7 @@ void uniform_impact(const CaseContext& context, CaseResult& result, const std::v
                 "",
                 false,
                 false};
-  std::vector<Variant> variants = surface_variants();
-  variants.push_back(nodal_variant());
+  const std::vector<Variant> variants = variants_of(context);
   for (const Variant& variant : variants) {
     const bool surface = variant.settings.contact == ContactRule::surface;
     const Sweep s = sweep(context, variant.settings, Start::uniform, grids);
@@ -287,15 +185,16 @@ void uniform_impact(const CaseContext& context, CaseResult& result, const std::v
     result.check_at_most(Label::verification, name + ": impulse after 2.5 L/c, when the bar has left", after, 0.0, "mV",
                          front_width(s.cell.back(), variant.settings.transfer),
                          "what rings in the bar may touch once more: a front's share");
-    result.notes.push_back(
-        fmt::format("{}: mean |error| of the force {:.2e} to {:.2e}, order {:.2f}; mean force {:.4f}; momentum at L/c {:+.4f}; "
-                    "rebound at {:.4f} V; impulse after 2.5 L/c {:.1e}; energy {:.4f} at L/c, {:.4f} at 3 L/c.",
-                    name, error.front(), error.back(), order, mean, halfway, finest.momentum.back(), after, finest.energy[at(1.0)],
-                    finest.energy.back()));
-    if (variant.name == "AFLIP, wall on nodes" || !surface) {
+    result.notes.push_back(fmt::format(
+        "{}: mean |error| of the force {:.2e} to {:.2e}, order {:.2f}; mean force {:.4f}; momentum at L/c {:+.4f}; "
+        "rebound at {:.4f} V; impulse after 2.5 L/c {:.1e}{}.",
+        name, error.front(), error.back(), order, mean, halfway, finest.momentum.back(), after,
+        finest.energy.empty() ? "" : fmt::format("; energy {:.4f} at L/c, {:.4f} at 3 L/c", finest.energy[at(1.0)], finest.energy.back())));
+    if (&variant == &variants.front() || !surface) {
       history.series.push_back({variant.name, finest.time, finest.force, Series::Style::simulation});
       momentum.series.push_back({"momentum, " + variant.name, finest.time, finest.momentum, Series::Style::simulation});
-      momentum.series.push_back({"energy, " + variant.name, finest.energy_time, finest.energy, Series::Style::simulation});
+      if (!finest.energy.empty())
+        momentum.series.push_back({"energy, " + variant.name, finest.energy_time, finest.energy, Series::Style::simulation});
     }
     kept.insert(kept.end(), s.impacts.begin(), s.impacts.end());
   }
@@ -305,8 +204,7 @@ void uniform_impact(const CaseContext& context, CaseResult& result, const std::v
 }
 
 void pulled(const CaseContext& context, CaseResult& result, const std::vector<int>& grids, std::vector<Impact>& kept) {
-  std::vector<Variant> variants = surface_variants();
-  variants.push_back(nodal_variant());
+  const std::vector<Variant> variants = variants_of(context);
   for (const Variant& variant : variants) {
     Settings s = variant.settings;
     s.start = Start::pulled;
@@ -323,10 +221,22 @@ void pulled(const CaseContext& context, CaseResult& result, const std::vector<in
   }
 }
 
-/// How far before its plane a wall turns a bar that comes flying.
-void distance(const CaseContext& context, CaseResult& result) {
+/// A bar that comes flying from a distance.
+Settings flying_bar(ContactRule rule, double offset) {
   constexpr double speed = 0.01, gap = 4.0;
   constexpr int cells = 32;
+  return {.start = Start::uniform,
+          .cells = cells,
+          .offset = offset,
+          .contact = rule,
+          .transfer = rule == ContactRule::surface ? Transfer::aflip : Transfer::apic,
+          .gap = gap,
+          .speed = speed,
+          .duration = gap / cells / speed + 3.0};
+}
+
+/// How far before its plane a wall turns a bar that comes flying.
+void distance(const CaseContext& context, CaseResult& result) {
   Plot plot{"distance",
             "Where the wall turns a bar that comes flying",
             "wall off the nodes [dx]",
@@ -336,18 +246,13 @@ void distance(const CaseContext& context, CaseResult& result) {
             false,
             false};
   for (const ContactRule rule : {ContactRule::surface, ContactRule::nodal}) {
+    if (rule == ContactRule::nodal && !own_run(context)) continue;
     Series line{rule == ContactRule::surface ? "contact at the surface, AFLIP" : "contact on nodes, APIC", {}, {}, Series::Style::points};
-    for (const double offset : {0.0, 0.25, 0.5, 0.75}) {
-      const Impact r = hit(context, {.start = Start::uniform,
-                                     .cells = cells,
-                                     .offset = offset,
-                                     .contact = rule,
-                                     .transfer = rule == ContactRule::surface ? Transfer::aflip : Transfer::apic,
-                                     .gap = gap,
-                                     .speed = speed,
-                                     .duration = gap / cells / speed + 3.0});
+    for (const double offset : own_run(context) ? std::vector{0.0, 0.25, 0.5, 0.75} : std::vector{0.0}) {
+      const Settings s = flying_bar(rule, offset);
+      const Impact r = hit(context, s);
       line.x.push_back(offset);
-      line.y.push_back((r.turning_point - 0.5 * (1.0 - speed)) * cells);
+      line.y.push_back((r.turning_point - 0.5 * (1.0 - s.speed)) * s.cells);
     }
     const auto [low, high] = std::minmax_element(line.y.begin(), line.y.end());
     // B-splines of the lowest particles, a quarter of a cell above the bar's end, reach 1.5 cells; the wall's first node is on its plane,
@@ -366,19 +271,35 @@ void distance(const CaseContext& context, CaseResult& result) {
   context.log("bar that comes flying");
 }
 
+std::vector<int> grids_of(const CaseContext& context) {
+  return context.choose<std::vector<int>>({16, 32, 64}, {16, 32, 64, 128}, {16, 32, 64, 128, 256});
+}
+
+/// The runs that every solver makes.
+std::vector<Setup> setups(const CaseContext& context) {
+  const Case base = context.read_case();
+  std::vector<Setup> all;
+  for (const Start start : {Start::smooth, Start::uniform})
+    for (const int cells : grids_of(context)) all.push_back(bar_setup(base, {.start = start, .cells = cells}));
+  all.push_back(bar_setup(base, {.start = Start::pulled, .cells = grids_of(context).back()}));
+  all.push_back(bar_setup(base, flying_bar(ContactRule::surface, 0.0)));
+  return all;
+}
+
 void run(const CaseContext& context, CaseResult& result) {
-  const auto grids = context.choose<std::vector<int>>({16, 32, 64}, {16, 32, 64, 128}, {16, 32, 64, 128, 256});
+  const std::vector<int> grids = grids_of(context);
   std::vector<Impact> kept;
   smooth_impact(context, result, grids, kept);
   uniform_impact(context, result, grids, kept);
   pulled(context, result, grids, kept);
   std::vector<const Impact*> all;
   for (const Impact& r : kept) all.push_back(&r);
-  check_exact_properties(result, all);
+  check_exact_properties(context, result, all);
   distance(context, result);
 }
 
-const Registration registered{{MPM_CASE_NAME, "Elastic bar on a separable wall: impact, release, rebound", MPM_CASE_DIRECTORY, run}};
+const Registration registered{
+    {MPM_CASE_NAME, "Elastic bar on a separable wall: impact, release, rebound", MPM_CASE_DIRECTORY, run, setups}};
 
 }  // namespace
 }  // namespace mpm::validation

@@ -200,6 +200,7 @@ void convergence(const std::vector<Rise>& rises, CaseResult& result) {
     head.push_back(r.mean_head);
     error.push_back(std::abs(r.mean_head / r.bound - 1.0));
   }
+  if (size.size() < 2) return;
   const double order = fitted_order(size, error);
   result.check_order(Label::verification, "Fr 3: order of the jet's head", order, 1.0, 3.0,
                      "between the first order of MPM's walls and free surfaces and twice the second of its splines: w/4 and w/10 have node "
@@ -225,7 +226,7 @@ void run(const CaseContext& context, CaseResult& result) {
   const auto slow = [](double dx) { return Setting{1.0, dx, 4.0, 6.0}; };
   std::vector<Setting> settings;
   switch (context.level()) {
-    case Level::quick: settings = {slow(0.4375), whole(2, 0.35), whole(3, 0.4375), jet_only(3, 0.35)}; break;
+    case Level::quick: settings = {jet_only(3, 0.4375)}; break;
     case Level::standard:
       settings = {slow(0.35),     whole(2, 0.35),     whole(3, 0.4375), whole(3, 0.35),
                   whole(3, 0.25), jet_only(3, 0.175), whole(5, 0.35),   jet_only(5, 0.25)};
@@ -237,7 +238,7 @@ void run(const CaseContext& context, CaseResult& result) {
   }
   std::vector<Rise> rises;
   for (const Setting& setting : settings) {
-    const bool pictured = setting.cell_size == 0.35 && setting.froude > 1.0;
+    const bool pictured = setting.cell_size == (context.level() == Level::quick ? 0.4375 : 0.35) && setting.froude > 1.0;
     rises.push_back(simulate(context, setting, setting.froude == 1.0, pictured));
     const Rise& rise = rises.back();
     judge(rise, result);
