@@ -21,6 +21,7 @@
 #include "libmpm/driver/build_info.hpp"
 #include "plain_reference.hpp"
 #include "reference_problem.hpp"
+#include "whole_run.hpp"
 #include "work_per_particle.hpp"
 
 namespace mpm::benchmarks {
@@ -344,6 +345,27 @@ void run_both_precisions(benchmark::State& bench, const std::string& name, const
   }
 }
 
+// --- whole runs ---------------------------------------------------------------------------------------------------------
+
+/// From start to end, with everything that is written; `run_over_step`: its speed over that of its steps alone.
+void run_whole(benchmark::State& bench, std::size_t particles, int threads, Precision precision) {
+  try {
+    WholeRun run;
+    for ([[maybe_unused]] auto _ : bench) {
+      run = run_avalanche(particles, threads, precision);
+      bench.SetIterationTime(run.seconds);
+    }
+    auto& counters = bench.counters;
+    counters["particles"] = run.particles;
+    counters["M/s"] = 1e-6 * run.particle_steps / run.seconds;
+    counters["run_over_step"] = run.step_seconds / run.seconds;
+    counters["start_up_s"] = run.start_up;
+    counters["peak_bytes"] = run.peak_bytes / run.particles;
+  } catch (const std::exception& error) {
+    bench.SkipWithError(error.what());
+  }
+}
+
 // --- the list -----------------------------------------------------------------------------------------------------------
 
 struct Registry {
@@ -429,6 +451,20 @@ void register_all(const Registry& registry) {
     for (const int per_cell : {1, 8, 27}) {
       registry.add_kernel(particles == k512 && per_cell == 8, fmt::format("sort/jittered_block:{}", per_cell), particles,
                           [=] { return sort_bench(make_block(particles, per_cell, true)); });
+    }
+  }
+  for (const std::size_t particles : {std::size_t{25'000}, k512}) {
+    for (const Precision precision : {Precision::double_precision, Precision::single_precision}) {
+      for (const int threads : {1, 2}) {
+        const std::string name = fmt::format("whole_run/avalanche_{}/{}/threads:{}", name_of(precision), size_name(particles), threads);
+        if (!registry.all && particles == k512) continue;
+        benchmark::RegisterBenchmark(name.c_str(), [=](benchmark::State& bench) { run_whole(bench, particles, threads, precision); })
+            ->UseManualTime()
+            ->Iterations(1)
+            ->Repetitions(particles == k512 ? 1 : repetitions)
+            ->ReportAggregatesOnly(particles != k512)
+            ->Unit(benchmark::kMillisecond);
+      }
     }
   }
   constexpr double reference_volume = 8.0;  // m^3

@@ -32,9 +32,10 @@ struct Task {
 };
 
 constexpr double transfer_step = 2e-4;  ///< s
+constexpr Precision wide = Precision::double_precision, narrow = Precision::single_precision;
 
-Task scatter_task(std::size_t particles) {
-  auto p = std::make_shared<Problem>(make_block(particles, 8, true));
+Task scatter_task(std::size_t particles, Precision precision) {
+  auto p = std::make_shared<Problem>(make_block(particles, 8, true, precision));
   const TransferOptions options = transfer_options(p->scene, transfer_step);
   return {[] {}, [=] { particle_to_grid(p->state.grid, options); }};
 }
@@ -45,8 +46,8 @@ Task grid_task(std::size_t particles) {
   return {[=] { particle_to_grid(p->state.grid, options); }, [=] { update_nodes(*p, transfer_step); }};
 }
 
-Task gather_task(std::size_t particles) {
-  auto p = std::make_shared<Problem>(make_block(particles, 8, true));
+Task gather_task(std::size_t particles, Precision precision) {
+  auto p = std::make_shared<Problem>(make_block(particles, 8, true, precision));
   TransferOptions options = transfer_options(p->scene, transfer_step);
   particle_to_grid(p->state.grid, options);
   update_nodes(*p, transfer_step);
@@ -54,8 +55,8 @@ Task gather_task(std::size_t particles) {
   return {[] {}, [=] { gather(p->state.grid, options); }};
 }
 
-Task law_task(std::size_t particles, LawRegime regime) {
-  auto p = std::make_shared<Problem>(make_law_points(particles, regime));
+Task law_task(std::size_t particles, LawRegime regime, Precision precision = wide) {
+  auto p = std::make_shared<Problem>(make_law_points(particles, regime, precision));
   const std::vector<Particle> before = copy_particles(p->state.grid);
   return {[=] { put_back(before, p->state.grid); }, [=] { apply_law(p->state.grid, p->scene.material, law_step); }};
 }
@@ -76,10 +77,10 @@ Task sort_task(std::size_t particles) {
 }
 
 /// The reference problem with larger cells. A step changes the state, so both programs of a pair do the same number of them.
-Task step_task(std::size_t particles) {
+Task step_task(std::size_t particles, Precision precision) {
   constexpr double volume = 8.0;  // m^3
   const double cell = 1.0 / std::round(1.0 / std::cbrt(8.0 * volume / static_cast<double>(particles)));
-  auto p = std::make_shared<SteppedProblem>(reference_problem(cell));
+  auto p = std::make_shared<SteppedProblem>(reference_problem(cell, Regime::fully_yielding, precision));
   return {[=, steps = 0]() mutable {
             constexpr int reseed_after = 150;  // the shares of the reference problem hold for twice as many
             if (++steps % reseed_after == 0) p->seed();
@@ -92,14 +93,18 @@ Task step_task(std::size_t particles) {
 
 const std::map<std::string, std::function<Task(std::size_t)>>& tasks() {
   static const std::map<std::string, std::function<Task(std::size_t)>> list = {
-      {"particle_to_grid", scatter_task},
+      {"particle_to_grid", [](std::size_t n) { return scatter_task(n, wide); }},
+      {"particle_to_grid_single", [](std::size_t n) { return scatter_task(n, narrow); }},
       {"grid_update", grid_task},
-      {"grid_to_particle", gather_task},
+      {"grid_to_particle", [](std::size_t n) { return gather_task(n, wide); }},
+      {"grid_to_particle_single", [](std::size_t n) { return gather_task(n, narrow); }},
       {"law_elastic", [](std::size_t n) { return law_task(n, LawRegime::elastic); }},
       {"law_yielding", [](std::size_t n) { return law_task(n, LawRegime::yielding); }},
+      {"law_yielding_single", [](std::size_t n) { return law_task(n, LawRegime::yielding, narrow); }},
       {"law_apexes", [](std::size_t n) { return law_task(n, LawRegime::apexes); }},
       {"sort", sort_task},
-      {"step", step_task},
+      {"step", [](std::size_t n) { return step_task(n, wide); }},
+      {"step_single", [](std::size_t n) { return step_task(n, narrow); }},
   };
   return list;
 }

@@ -33,10 +33,11 @@ void use_tracked_numerics(Case& c) {
 namespace {
 
 /// A cube of particles at rest.
-Problem cube(std::size_t particles, int per_cell, const CamClay::Parameters& snow) {
+Problem cube(std::size_t particles, int per_cell, const CamClay::Parameters& snow, Precision precision) {
   Case c;
   c.material = snow;
   c.numerics.cell_size = 0.05;
+  c.numerics.precision = precision;
   c.numerics.particles_per_cell = per_cell;
   const double edge = 0.05 * std::max(1.0, std::round(std::cbrt(static_cast<double>(particles) / per_cell)));
   use_tracked_numerics(c);
@@ -67,8 +68,8 @@ CamClay::Parameters reference_snow() {
           /*preconsolidation_pressure=*/1e4};
 }
 
-Problem make_block(std::size_t particles, int per_cell, bool jitter) {
-  Problem problem = cube(particles, per_cell, reference_snow());
+Problem make_block(std::size_t particles, int per_cell, bool jitter, Precision precision) {
+  Problem problem = cube(particles, per_cell, reference_snow(), precision);
   const double spacing = problem.state.grid.cell_size() / std::cbrt(static_cast<double>(per_cell));
   std::mt19937_64 random(1);
   std::uniform_real_distribution<double> shift(-0.5 * spacing, 0.5 * spacing);
@@ -88,10 +89,10 @@ Problem make_block(std::size_t particles, int per_cell, bool jitter) {
   return problem;
 }
 
-Problem make_law_points(std::size_t particles, LawRegime regime) {
+Problem make_law_points(std::size_t particles, LawRegime regime, Precision precision) {
   CamClay::Parameters snow = reference_snow();
   if (regime == LawRegime::zero_slope) snow.critical_state_slope = 0.0;
-  Problem problem = cube(particles, 8, snow);
+  Problem problem = cube(particles, 8, snow, precision);
   const double p_c = snow.preconsolidation_pressure, beta = snow.cohesion_beta, slope = snow.critical_state_slope;
   std::mt19937_64 random(2);
   std::uniform_real_distribution<double> unit(-1.0, 1.0);

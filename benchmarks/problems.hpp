@@ -26,7 +26,7 @@ CamClay::Parameters reference_snow();
 /// A cube of about `particles` particles, `per_cell` (1, 8, 27) in each cell of dx = 0.05 m, moving in a smooth field with its velocity
 /// gradient, and with a smooth stress field: everything that the transfers read is filled.
 /// @param jitter moves each particle by up to half the lattice spacing along every axis, by a fixed pseudo-random sequence
-Problem make_block(std::size_t particles, int per_cell, bool jitter);
+Problem make_block(std::size_t particles, int per_cell, bool jitter, Precision precision = Precision::double_precision);
 
 /// What the law meets.
 enum class LawRegime : std::uint8_t {
@@ -36,7 +36,7 @@ enum class LawRegime : std::uint8_t {
   zero_slope,  ///< M = 0: q is lost, p is bounded
 };
 /// A block whose stresses and velocity gradients put every particle into `regime` over one step of size law_step.
-Problem make_law_points(std::size_t particles, LawRegime regime);
+Problem make_law_points(std::size_t particles, LawRegime regime, Precision precision = Precision::double_precision);
 inline constexpr double law_step = 2e-4;  ///< s
 
 /// A plug of snow, 12 m x 10 m x 1.75 m, that has just met a mast, and a jet 25 m tall and 0.5 m thick on the mast's front; floor and mast.

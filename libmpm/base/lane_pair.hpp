@@ -101,35 +101,31 @@ inline PairOf<V>& operator*=(PairOf<V>& x, const PairOf<V>& y) {
 }
 template <OneRegister V>
 inline Mask<PairOf<V>> operator<(const PairOf<V>& x, const PairOf<V>& y) {
-  return {x.a < y.a, x.b < y.b};
+  return {is_less(x.a, y.a), is_less(x.b, y.b)};
 }
 template <OneRegister V>
 inline Mask<PairOf<V>> operator<=(const PairOf<V>& x, const PairOf<V>& y) {
-  return {x.a <= y.a, x.b <= y.b};
+  return {is_at_most(x.a, y.a), is_at_most(x.b, y.b)};
 }
 template <OneRegister V>
 inline Mask<PairOf<V>> operator>(const PairOf<V>& x, const PairOf<V>& y) {
-  return {x.a > y.a, x.b > y.b};
+  return {is_less(y.a, x.a), is_less(y.b, x.b)};
 }
 template <OneRegister V>
 inline Mask<PairOf<V>> operator<(const PairOf<V>& x, double y) {
-  const auto s = static_cast<ScalarOf<V>>(y);
-  return {x.a < s, x.b < s};
+  return x < PairOf<V>{} + y;
 }
 template <OneRegister V>
 inline Mask<PairOf<V>> operator<=(const PairOf<V>& x, double y) {
-  const auto s = static_cast<ScalarOf<V>>(y);
-  return {x.a <= s, x.b <= s};
+  return x <= PairOf<V>{} + y;
 }
 template <OneRegister V>
 inline Mask<PairOf<V>> operator>(const PairOf<V>& x, double y) {
-  const auto s = static_cast<ScalarOf<V>>(y);
-  return {x.a > s, x.b > s};
+  return x > PairOf<V>{} + y;
 }
 template <OneRegister V>
 inline Mask<PairOf<V>> operator>=(const PairOf<V>& x, double y) {
-  const auto s = static_cast<ScalarOf<V>>(y);
-  return {x.a >= s, x.b >= s};
+  return PairOf<V>{} + y <= x;
 }
 template <class M>
 inline MaskPairOf<M> operator&(const MaskPairOf<M>& x, const MaskPairOf<M>& y) {

@@ -14,21 +14,10 @@
 #include <cstring>
 #include <type_traits>
 
+#include "libmpm/base/registers.hpp"
 #include "libmpm/base/types.hpp"
 
-#if defined(__AVX512F__) || defined(__AVX__) || defined(__SSE2__)
-#include <immintrin.h>
-#endif
-
 namespace mpm {
-
-using Lanes = double __attribute__((vector_size(64)));           ///< eight doubles
-using LaneMask = std::int64_t __attribute__((vector_size(64)));  ///< all bits set where true
-using HalfLanes = double __attribute__((vector_size(32)));       ///< four lanes: a grid node {p_x, p_y, p_z, m}
-
-using SingleLanes = float __attribute__((vector_size(64)));            ///< sixteen floats
-using SingleLaneMask = std::int32_t __attribute__((vector_size(64)));  ///< all bits set where true; or sixteen integers
-using SingleQuad = float __attribute__((vector_size(16)));             ///< four lanes: a node's {p_x, p_y, p_z, m} in single precision
 
 /// One number in all lanes of one register.
 template <class V>
@@ -38,11 +27,18 @@ template <OneRegister V>
 using ScalarOf = std::conditional_t<std::same_as<V, Lanes>, double, float>;
 
 /// {a, b}: lanes 0 to 3 from a, 4 to 7 from b.
-inline Lanes join(HalfLanes a, HalfLanes b) { return __builtin_shufflevector(a, b, 0, 1, 2, 3, 4, 5, 6, 7); }
-/// Lanes 0 to 3.
-inline HalfLanes lower_half(Lanes v) { return __builtin_shufflevector(v, v, 0, 1, 2, 3); }
-/// Lanes 4 to 7.
-inline HalfLanes upper_half(Lanes v) { return __builtin_shufflevector(v, v, 4, 5, 6, 7); }
+inline Lanes join(HalfLanes a, HalfLanes b) {
+  if constexpr (whole_registers) {
+    return __builtin_shufflevector(a, b, 0, 1, 2, 3, 4, 5, 6, 7);
+  } else {
+    return from_halves<Lanes>(a, b);
+  }
+}
+/// Lanes 0 to 3, and 4 to 7.
+/// @{
+inline HalfLanes lower_half(const Lanes& v) { return half(v, 0); }
+inline HalfLanes upper_half(const Lanes& v) { return half(v, 1); }
+/// @}
 
 /// Whether a T computes in single precision.
 template <class T>
@@ -84,8 +80,23 @@ inline constexpr int lanes_of = std::same_as<T, double> ? 1 : static_cast<int>(s
 /// a where m is true, else b; lane by lane. Both are evaluated.
 /// @{
 inline double select(bool m, double a, double b) { return m ? a : b; }
-inline Lanes select(LaneMask m, Lanes a, Lanes b) { return m ? a : b; }
-inline SingleLanes select(SingleLaneMask m, SingleLanes a, SingleLanes b) { return m ? a : b; }
+inline Lanes select(const LaneMask& m, const Lanes& a, const Lanes& b) {
+  return by_halves<Lanes>([](auto x, auto y, auto z) { return x ? y : z; }, m, a, b);
+}
+inline SingleLanes select(const SingleLaneMask& m, const SingleLanes& a, const SingleLanes& b) {
+  return by_halves<SingleLanes>([](auto x, auto y, auto z) { return x ? y : z; }, m, a, b);
+}
+/// @}
+/// Comparisons of registers; the operators do the same.
+/// @{
+template <OneRegister V>
+inline Mask<V> is_less(const V& x, const V& y) {
+  return by_halves<Mask<V>>([](auto a, auto b) { return a < b; }, x, y);
+}
+template <OneRegister V>
+inline Mask<V> is_at_most(const V& x, const V& y) {
+  return by_halves<Mask<V>>([](auto a, auto b) { return a <= b; }, x, y);
+}
 /// @}
 
 /// Whether m is true in some lane.
@@ -97,9 +108,12 @@ inline bool any(LaneMask m) {
 #if defined(__AVX512F__)
   return _mm512_test_epi64_mask(reinterpret_cast<__m512i>(m), reinterpret_cast<__m512i>(m)) != 0;
 #else
-  std::int64_t r = 0;
-  for (int i = 0; i < lane_count; ++i) r |= m[i];
-  return r != 0;
+  const auto either = half(m, 0) | half(m, 1);
+#if defined(__AVX__)
+  return _mm256_testz_si256(reinterpret_cast<__m256i>(either), reinterpret_cast<__m256i>(either)) == 0;
+#else
+  return (either[0] | either[1] | either[2] | either[3]) != 0;
+#endif
 #endif
 }
 /// Whether m is true in every lane.
@@ -107,9 +121,7 @@ inline bool all(LaneMask m) {
 #if defined(__AVX512F__)
   return _mm512_test_epi64_mask(reinterpret_cast<__m512i>(m), reinterpret_cast<__m512i>(m)) == 0xFF;
 #else
-  std::int64_t r = -1;
-  for (int i = 0; i < lane_count; ++i) r &= m[i];
-  return r != 0;
+  return !any(~m);
 #endif
 }
 /// Whether m is true in some lane.
@@ -140,10 +152,14 @@ inline SingleLaneMask mask_not(SingleLaneMask m) { return ~m; }
 /// @{
 inline double max(double a, double b) { return a > b ? a : b; }
 inline double min(double a, double b) { return a < b ? a : b; }
-inline Lanes max(Lanes a, Lanes b) { return a > b ? a : b; }
-inline Lanes min(Lanes a, Lanes b) { return a < b ? a : b; }
-inline SingleLanes max(SingleLanes a, SingleLanes b) { return a > b ? a : b; }
-inline SingleLanes min(SingleLanes a, SingleLanes b) { return a < b ? a : b; }
+template <OneRegister V>
+inline V max(const V& a, const V& b) {
+  return by_halves<V>([](auto x, auto y) { return x > y ? x : y; }, a, b);
+}
+template <OneRegister V>
+inline V min(const V& a, const V& b) {
+  return by_halves<V>([](auto x, auto y) { return x < y ? x : y; }, a, b);
+}
 inline double abs(double a) { return std::fabs(a); }
 inline Lanes abs(Lanes a) { return std::bit_cast<Lanes>(std::bit_cast<LaneMask>(a) & std::int64_t{0x7FFFFFFFFFFFFFFF}); }
 inline SingleLanes abs(SingleLanes a) { return std::bit_cast<SingleLanes>(std::bit_cast<SingleLaneMask>(a) & 0x7FFFFFFF); }
@@ -156,9 +172,12 @@ inline Lanes sqrt(Lanes a) {
 #if defined(__AVX512F__)
   return reinterpret_cast<Lanes>(_mm512_maskz_sqrt_pd(0xFF, reinterpret_cast<__m512d>(a)));
 #else
-  Lanes r;
-  for (int i = 0; i < lane_count; ++i) r[i] = std::sqrt(a[i]);
-  return r;
+  return by_halves<Lanes>(
+      [](auto v) {
+        for (int i = 0; i < 4; ++i) v[i] = std::sqrt(v[i]);
+        return v;
+      },
+      a);
 #endif
 }
 inline SingleLanes sqrt(SingleLanes a) {
@@ -177,6 +196,12 @@ inline SingleLaneMask nearest_integers(SingleLanes a) {
 #if defined(__AVX512F__)
   return reinterpret_cast<SingleLaneMask>(_mm512_maskz_cvtps_epi32(0xFFFF, reinterpret_cast<__m512>(a)));
 #else
+#if defined(__AVX__)
+  const auto nearest = [](HalfOf<SingleLanes> v) {
+    return reinterpret_cast<HalfOf<SingleLaneMask>>(_mm256_cvtps_epi32(reinterpret_cast<__m256>(v)));
+  };
+  return from_halves<SingleLaneMask>(nearest(half(a, 0)), nearest(half(a, 1)));
+#else
   __m128 from[4];
   __m128i to[4];
   std::memcpy(from, &a, sizeof a);
@@ -184,6 +209,7 @@ inline SingleLaneMask nearest_integers(SingleLanes a) {
   SingleLaneMask r;
   std::memcpy(&r, to, sizeof r);
   return r;
+#endif
 #endif
 }
 
@@ -207,10 +233,10 @@ inline std::array<std::uint32_t, 4> saturated_bytes(SingleLaneMask a) {
   const __m128i bytes = _mm512_maskz_cvtsepi32_epi8(0xFFFF, reinterpret_cast<__m512i>(a));
   std::memcpy(words.data(), &bytes, sizeof words);
 #else
-  for (std::size_t i = 0; i < 16; ++i) {
-    const std::int32_t v = a[i], low = v < -128 ? -128 : v, fits = low > 127 ? 127 : low;
-    words[i / 4] |= (static_cast<std::uint32_t>(fits) & 0xFFU) << (8 * (i % 4));
-  }
+  __m128i part[4];
+  std::memcpy(part, &a, sizeof part);
+  const __m128i bytes = _mm_packs_epi16(_mm_packs_epi32(part[0], part[1]), _mm_packs_epi32(part[2], part[3]));
+  std::memcpy(words.data(), &bytes, sizeof words);
 #endif
   return words;
 }
@@ -313,7 +339,7 @@ inline V horner(const V& x, Coefficient f) {
 }
 template <OneRegister V>
 inline auto at_most(const V& x, double bound) {
-  return x <= static_cast<ScalarOf<V>>(bound);
+  return is_at_most(x, V{} + static_cast<ScalarOf<V>>(bound));
 }
 }  // namespace detail
 /// e^x - 1, to relative precision.
@@ -349,7 +375,7 @@ inline V sinh(const V& x) {
   const auto small = detail::at_most(magnitude, 0.5);
   if (all(small)) return series;
   const V e = detail::mvec_exp(magnitude), large = 0.5 * (e - 1.0 / e);
-  return select(small, series, select(x < 0.0, -large, large));
+  return select(small, series, select(is_less(x, V{}), -large, large));
 }
 
 /// The number in lane i; a double is its own only lane.

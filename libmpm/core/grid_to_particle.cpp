@@ -15,11 +15,21 @@ struct Gathered {
   V v, x, y, z;
 };
 
-/// A halo with every node once for each particle of a group, {v | v}: one load serves all, without a shuffle.
+/// The nodes of a block's particles. In double precision each once for each particle of a group, {v | v}: one load serves both, without
+/// a shuffle. In single precision each once, which a load repeats.
 template <class V>
 struct alignas(64) GroupHalo {
   V node[halo_nodes];
 };
+template <>
+struct alignas(64) GroupHalo<SingleLanes> {
+  SingleQuad node[halo_nodes];
+};
+/// A node of a halo, for all particles of a group.
+/// @{
+inline const Lanes& of_all(const Lanes& node) { return node; }
+inline SingleLanes of_all(const SingleQuad& node) { return repeat(node); }
+/// @}
 
 /// Calls f(row of nodes, its first place in the halo, count) for every row of a block's halo.
 template <class F>
@@ -36,7 +46,7 @@ void fill(GroupHalo<Lanes>& halo, const Grid& grid, std::int32_t block, bool old
 void fill(GroupHalo<SingleLanes>& halo, const Grid& grid, std::int32_t block, bool old, const Vec3& relative_to) {
   const Node velocity = {relative_to.x(), relative_to.y(), relative_to.z(), 0.0};
   for_each_row(grid, block, old, [&](const Node* from, int first, auto count) {
-    for (int i = 0; i < count; ++i) halo.node[first + i] = repeat(__builtin_convertvector(from[i] - velocity, SingleQuad));
+    for (int i = 0; i < count; ++i) halo.node[first + i] = __builtin_convertvector(from[i] - velocity, SingleQuad);
   });
 }
 
@@ -52,8 +62,8 @@ Vec3 mean_velocity(const Grid& grid, std::int32_t block) {
   return sum[3] > 0.0 ? Vec3(Vec3(sum[0], sum[1], sum[2]) / sum[3]) : Vec3(Vec3::Zero());
 }
 
-template <class V, class Prefetch>
-inline __attribute__((always_inline)) Gathered<V> gather_group(const V* node, const AxisWeights<V>& wx, const AxisWeights<V>& wy,
+template <class V, class HaloNode, class Prefetch>
+inline __attribute__((always_inline)) Gathered<V> gather_group(const HaloNode* node, const AxisWeights<V>& wx, const AxisWeights<V>& wy,
                                                                const AxisWeights<V>& wz, const Prefetch& prefetch) {
   const V wx2 = wx.w[2] + wx.w[2], wy2 = wy.w[2] + wy.w[2], wz2 = wz.w[2] + wz.w[2];
   V v[3], x[3], y[3];
@@ -63,10 +73,10 @@ inline __attribute__((always_inline)) Gathered<V> gather_group(const V* node, co
     prefetch.request_rest(k);
 #pragma GCC unroll 3
     for (int j = 0; j < 3; ++j) {
-      const V* row = node + halo_index(0, j, k);
-      const V m = wx.w[1] * row[1];
-      s[j] = wx.w[0] * row[0] + m + wx.w[2] * row[2];
-      sx[j] = m + wx2 * row[2];
+      const auto* row = node + halo_index(0, j, k);
+      const V m = wx.w[1] * of_all(row[1]), last = of_all(row[2]);
+      s[j] = wx.w[0] * of_all(row[0]) + m + wx.w[2] * last;
+      sx[j] = m + wx2 * last;
     }
     const V m = wy.w[1] * s[1];
     v[k] = wy.w[0] * s[0] + m + wy.w[2] * s[2];
@@ -206,7 +216,7 @@ BlockMotion move_block(Grid& grid, std::int32_t index, const TransferOptions& op
         const V absolute = displacement.absolute(v);
         const V v2 = absolute * absolute;
         const V speed_squared = v2 + spread<1>(v2) + spread<2>(v2);  // in the first lane of each
-        max_speed_squared = speed_squared > max_speed_squared ? speed_squared : max_speed_squared;
+        max_speed_squared = max(speed_squared, max_speed_squared);
 
         const auto bytes = Group<Record>::bytes_of(displacement.cell(x));
 #pragma GCC unroll 4

@@ -25,19 +25,26 @@ inline void store_half(double* p, Node v) { *reinterpret_cast<UnalignedNode*>(p)
 
 /// The same quad for all particles.
 /// @{
-inline Lanes repeat(Node n) { return __builtin_shufflevector(n, n, 0, 1, 2, 3, 0, 1, 2, 3); }
-inline SingleLanes repeat(SingleQuad n) { return __builtin_shufflevector(n, n, 0, 1, 2, 3, 0, 1, 2, 3, 0, 1, 2, 3, 0, 1, 2, 3); }
+inline Lanes repeat(Node n) { return join(n, n); }
+inline SingleLanes repeat(const SingleQuad& n) {  // from memory a load does it; of a shuffle GCC makes a load and a shuffle
+#if defined(__AVX512F__)
+  return reinterpret_cast<SingleLanes>(_mm512_broadcast_f32x4(n));
+#else
+  const auto twice = __builtin_shufflevector(n, n, 0, 1, 2, 3, 0, 1, 2, 3);
+  return from_halves<SingleLanes>(twice, twice);
+#endif
+}
 /// @}
 
 /// Component c of each particle in all four of its lanes.
 /// @{
 template <int c>
-inline Lanes spread(Lanes v) {
-  return __builtin_shufflevector(v, v, c, c, c, c, 4 + c, 4 + c, 4 + c, 4 + c);
+inline Lanes spread(const Lanes& v) {
+  return shuffle_halves<c, c, c, c>(v, v);
 }
 template <int c>
-inline SingleLanes spread(SingleLanes v) {
-  return __builtin_shufflevector(v, v, c, c, c, c, 4 + c, 4 + c, 4 + c, 4 + c, 8 + c, 8 + c, 8 + c, 8 + c, 12 + c, 12 + c, 12 + c, 12 + c);
+inline SingleLanes spread(const SingleLanes& v) {
+  return shuffle_halves<c, c, c, c, 4 + c, 4 + c, 4 + c, 4 + c>(v, v);
 }
 /// @}
 
@@ -67,20 +74,28 @@ struct Group<Particle> {
   /// C and tau.
   [[nodiscard]] TensorColumns<Lanes> tensors() const {
     const Particle &a = *p[0], &b = *p[1];
-    const Lanes sa = *reinterpret_cast<const Lanes*>(a.affine + 8),
-                sb = *reinterpret_cast<const Lanes*>(b.affine + 8);  // c8 xx yy zz xy xz yz h
-    return {join(load_half(a.affine), load_half(b.affine)),
-            join(load_half(a.affine + 3), load_half(b.affine + 3)),
-            join(load_half(a.affine + 6), load_half(b.affine + 6)),
-            __builtin_shufflevector(sa, sb, 1, 4, 5, 0, 9, 12, 13, 8),
-            __builtin_shufflevector(sa, sb, 4, 2, 6, 0, 12, 10, 14, 8),
-            __builtin_shufflevector(sa, sb, 5, 6, 3, 0, 13, 14, 11, 8)};
+    TensorColumns<Lanes> r{join(load_half(a.affine), load_half(b.affine)), join(load_half(a.affine + 3), load_half(b.affine + 3)),
+                           join(load_half(a.affine + 6), load_half(b.affine + 6))};
+    if constexpr (whole_registers) {  // two loads
+      const Lanes sa = *reinterpret_cast<const Lanes*>(a.affine + 8),
+                  sb = *reinterpret_cast<const Lanes*>(b.affine + 8);  // c8 xx yy zz xy xz yz h
+      r.tx = __builtin_shufflevector(sa, sb, 1, 4, 5, 0, 9, 12, 13, 8);
+      r.ty = __builtin_shufflevector(sa, sb, 4, 2, 6, 0, 12, 10, 14, 8);
+      r.tz = __builtin_shufflevector(sa, sb, 5, 6, 3, 0, 13, 14, 11, 8);
+    } else {
+      const Lanes s = join(load_half(a.affine + 8), load_half(b.affine + 8)),  // c8 xx yy zz
+          t = join(load_half(a.affine + 12), load_half(b.affine + 12));        // xy xz yz h
+      r.tx = shuffle_halves<1, 4, 5, 0>(s, t);
+      r.ty = shuffle_halves<4, 2, 6, 0>(s, t);
+      r.tz = shuffle_halves<5, 6, 3, 0>(s, t);
+    }
+    return r;
   }
   /// @param to  where each goes; @param x lane 3: the volume; @param cx,cy,cz columns of the affine matrix. Reads what was there.
   static inline __attribute__((always_inline)) void store(Particle* const (&to)[size], const Group& from, Lanes x, Lanes v, Lanes cx,
                                                           Lanes cy, Lanes cz) {
     Particle &a = *to[0], &b = *to[1];
-    v = mask_w ? from.velocity() : v;  // lane 3: the identity number
+    v = select(mask_w, from.velocity(), v);  // lane 3: the identity number
     store_half(a.position, lower_half(x));
     store_half(b.position, upper_half(x));
     store_half(a.velocity, lower_half(v));
@@ -131,9 +146,9 @@ struct Group<SingleRecord> {
     return {cx,
             cy,
             cz,
-            __builtin_shufflevector(cx, s, 3, 16, 17, 3, 7, 20, 21, 7, 11, 24, 25, 11, 15, 28, 29, 15),
-            __builtin_shufflevector(cy, s, 16, 3, 18, 3, 20, 7, 22, 7, 24, 11, 26, 11, 28, 15, 30, 15),
-            __builtin_shufflevector(cz, s, 17, 18, 3, 3, 21, 22, 7, 7, 25, 26, 11, 11, 29, 30, 15, 15)};
+            shuffle_halves<3, 8, 9, 3, 7, 12, 13, 7>(cx, s),
+            shuffle_halves<8, 3, 10, 3, 12, 7, 14, 7>(cy, s),
+            shuffle_halves<9, 10, 3, 3, 13, 14, 7, 7>(cz, s)};
   }
   /// @param to  where each goes; @param x lane 3: the volume; @param cx,cy,cz columns of the affine matrix
   static inline __attribute__((always_inline)) void store(SingleRecord* const (&to)[size], const Group& /*from*/, SingleLanes x,
@@ -165,7 +180,8 @@ struct Group<SingleRecord> {
 #if defined(__AVX512VL__)
       _mm_mask_store_ps(reinterpret_cast<AliasingQuad*>(to[i]) + n, 7, q);
 #else
-      std::memcpy(reinterpret_cast<AliasingQuad*>(to[i]) + n, &q, 3 * sizeof(float));
+      AliasingQuad& kept = reinterpret_cast<AliasingQuad*>(to[i])[n];
+      kept = __builtin_shufflevector(q, SingleQuad(kept), 0, 1, 2, 7);
 #endif
     });
   }

@@ -34,7 +34,7 @@ inline __attribute__((always_inline)) Contribution<V, fields> contribution(const
   const V xv = g.position();  // x y z V
   const V f = offset(xv);
   const V volume = spread<3>(xv);
-  const V velocity = Group<Record>::mask_w ? V{} + 1.0 : g.velocity();
+  const V velocity = select(Group<Record>::mask_w, V{} + 1.0, g.velocity());
   const V ma = scale.affine * volume, ms = scale.stress * volume;
   const TensorColumns<V> columns = g.tensors();
   const V tx = ms * columns.tx, ty = ms * columns.ty, tz = ms * columns.tz;
@@ -88,6 +88,14 @@ inline __attribute__((always_inline)) void add_sums(const Lanes (&sum)[27], Node
 }
 /// A row of three nodes at a time, and nothing to the node behind them.
 inline __attribute__((always_inline)) void add_sums(const SingleLanes (&sum)[27], SingleQuad* node) {
+  if constexpr (!whole_registers) {
+    for (int n = 0; n < 27; ++n) {
+      const auto two = half(sum[n], 0) + half(sum[n], 1);
+      node[halo_index(n % 3, n / 3 % 3, n / 9)] +=
+          __builtin_shufflevector(two, two, 0, 1, 2, 3) + __builtin_shufflevector(two, two, 4, 5, 6, 7);
+    }
+    return;
+  }
   using UnalignedRow = float __attribute__((vector_size(64), aligned(16), may_alias));
   const auto low = [](SingleLanes a, SingleLanes b) {  // quarters 0 1 of each
     return __builtin_shufflevector(a, b, 0, 1, 2, 3, 4, 5, 6, 7, 16, 17, 18, 19, 20, 21, 22, 23);

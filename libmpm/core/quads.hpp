@@ -20,15 +20,19 @@ inline __attribute__((always_inline)) SingleLanes join_quads(const AliasingQuad*
   return reinterpret_cast<SingleLanes>(_mm512_mask_broadcast_f32x4(r, 0xF000, *d));
 #else
   const SingleQuad qa = *a, qb = *b, qc = *c, qd = *d;
-  const auto low = __builtin_shufflevector(qa, qb, 0, 1, 2, 3, 4, 5, 6, 7), high = __builtin_shufflevector(qc, qd, 0, 1, 2, 3, 4, 5, 6, 7);
-  return __builtin_shufflevector(low, high, 0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15);
+  return from_halves<SingleLanes>(__builtin_shufflevector(qa, qb, 0, 1, 2, 3, 4, 5, 6, 7),
+                                  __builtin_shufflevector(qc, qd, 0, 1, 2, 3, 4, 5, 6, 7));
 #endif
 }
 
 /// Quad n of the four.
 template <int n>
-inline SingleQuad quad_of(SingleLanes v) {
-  return __builtin_shufflevector(v, v, 4 * n, 4 * n + 1, 4 * n + 2, 4 * n + 3);
+inline SingleQuad quad_of(const SingleLanes& v) {
+  if constexpr (whole_registers) {
+    return __builtin_shufflevector(v, v, 4 * n, 4 * n + 1, 4 * n + 2, 4 * n + 3);
+  } else {
+    return reinterpret_cast<const AliasingQuad*>(&v)[n];
+  }
 }
 
 /// Calls f(std::integral_constant<int, n>) for n = 0, 1, 2, 3.

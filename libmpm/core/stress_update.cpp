@@ -9,14 +9,12 @@ namespace {
 
 /// Transposes the two 4 x 4 matrices that stand side by side in four registers.
 inline __attribute__((always_inline)) void transpose_halves(Lanes* r) {
-  const Lanes a0 = __builtin_shufflevector(r[0], r[1], 0, 8, 2, 10, 4, 12, 6, 14),
-              a1 = __builtin_shufflevector(r[0], r[1], 1, 9, 3, 11, 5, 13, 7, 15);
-  const Lanes a2 = __builtin_shufflevector(r[2], r[3], 0, 8, 2, 10, 4, 12, 6, 14),
-              a3 = __builtin_shufflevector(r[2], r[3], 1, 9, 3, 11, 5, 13, 7, 15);
-  r[0] = __builtin_shufflevector(a0, a2, 0, 1, 8, 9, 4, 5, 12, 13);
-  r[1] = __builtin_shufflevector(a1, a3, 0, 1, 8, 9, 4, 5, 12, 13);
-  r[2] = __builtin_shufflevector(a0, a2, 2, 3, 10, 11, 6, 7, 14, 15);
-  r[3] = __builtin_shufflevector(a1, a3, 2, 3, 10, 11, 6, 7, 14, 15);
+  const Lanes a0 = shuffle_halves<0, 4, 2, 6>(r[0], r[1]), a1 = shuffle_halves<1, 5, 3, 7>(r[0], r[1]);
+  const Lanes a2 = shuffle_halves<0, 4, 2, 6>(r[2], r[3]), a3 = shuffle_halves<1, 5, 3, 7>(r[2], r[3]);
+  r[0] = shuffle_halves<0, 1, 4, 5>(a0, a2);
+  r[1] = shuffle_halves<0, 1, 4, 5>(a1, a3);
+  r[2] = shuffle_halves<2, 3, 6, 7>(a0, a2);
+  r[3] = shuffle_halves<2, 3, 6, 7>(a1, a3);
 }
 
 inline HalfLanes* half_line(Particle& p, int n, int half) { return reinterpret_cast<HalfLanes*>(&p) + 2 * n + half; }
@@ -56,9 +54,9 @@ inline __attribute__((always_inline)) void gather(Particle* p, int used, double 
   if (used >= lane_count) return;
   constexpr Lanes number = {0, 1, 2, 3, 4, 5, 6, 7};
   const LaneMask live = number < static_cast<double>(used);
-  for (Lanes& v : g.c) v = live ? v : Lanes{};
-  for (int i = 0; i < 7; ++i) g.s[i] = live ? g.s[i] : Lanes{};
-  g.s[7] = live ? g.s[7] : Lanes{} + initial_internal;
+  for (Lanes& v : g.c) v = select(live, v, Lanes{});
+  for (int i = 0; i < 7; ++i) g.s[i] = select(live, g.s[i], Lanes{});
+  g.s[7] = select(live, g.s[7], Lanes{} + initial_internal);
 }
 
 /// The numbers of a group of particles that the law needs, by component. @tparam Record what the run stores
@@ -112,14 +110,12 @@ class LawGroup<Particle> {
 
 /// Transposes the four 4 x 4 matrices that stand side by side in four registers.
 inline __attribute__((always_inline)) void transpose_quarters(SingleLanes* r) {
-  const SingleLanes a0 = __builtin_shufflevector(r[0], r[1], 0, 16, 2, 18, 4, 20, 6, 22, 8, 24, 10, 26, 12, 28, 14, 30),
-                    a1 = __builtin_shufflevector(r[0], r[1], 1, 17, 3, 19, 5, 21, 7, 23, 9, 25, 11, 27, 13, 29, 15, 31);
-  const SingleLanes a2 = __builtin_shufflevector(r[2], r[3], 0, 16, 2, 18, 4, 20, 6, 22, 8, 24, 10, 26, 12, 28, 14, 30),
-                    a3 = __builtin_shufflevector(r[2], r[3], 1, 17, 3, 19, 5, 21, 7, 23, 9, 25, 11, 27, 13, 29, 15, 31);
-  r[0] = __builtin_shufflevector(a0, a2, 0, 1, 16, 17, 4, 5, 20, 21, 8, 9, 24, 25, 12, 13, 28, 29);
-  r[1] = __builtin_shufflevector(a1, a3, 0, 1, 16, 17, 4, 5, 20, 21, 8, 9, 24, 25, 12, 13, 28, 29);
-  r[2] = __builtin_shufflevector(a0, a2, 2, 3, 18, 19, 6, 7, 22, 23, 10, 11, 26, 27, 14, 15, 30, 31);
-  r[3] = __builtin_shufflevector(a1, a3, 2, 3, 18, 19, 6, 7, 22, 23, 10, 11, 26, 27, 14, 15, 30, 31);
+  const SingleLanes a0 = shuffle_halves<0, 8, 2, 10, 4, 12, 6, 14>(r[0], r[1]), a1 = shuffle_halves<1, 9, 3, 11, 5, 13, 7, 15>(r[0], r[1]);
+  const SingleLanes a2 = shuffle_halves<0, 8, 2, 10, 4, 12, 6, 14>(r[2], r[3]), a3 = shuffle_halves<1, 9, 3, 11, 5, 13, 7, 15>(r[2], r[3]);
+  r[0] = shuffle_halves<0, 1, 8, 9, 4, 5, 12, 13>(a0, a2);
+  r[1] = shuffle_halves<0, 1, 8, 9, 4, 5, 12, 13>(a1, a3);
+  r[2] = shuffle_halves<2, 3, 10, 11, 6, 7, 14, 15>(a0, a2);
+  r[3] = shuffle_halves<2, 3, 10, 11, 6, 7, 14, 15>(a1, a3);
 }
 
 /// Quad n of sixteen records by component. @param n 2 3 4: a column of C and a normal stress; 5: shear stresses and internal
@@ -150,9 +146,9 @@ inline __attribute__((always_inline)) void gather(SingleRecord* p, int used, dou
   constexpr SingleLanes number = {0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15};
   const SingleLaneMask live = number < static_cast<float>(used);
   for (auto& quad : g.q) {
-    for (SingleLanes& v : quad) v = live ? v : SingleLanes{};
+    for (SingleLanes& v : quad) v = select(live, v, SingleLanes{});
   }
-  g.q[3][3] = live ? g.q[3][3] : SingleLanes{} + static_cast<float>(initial_internal);
+  g.q[3][3] = select(live, g.q[3][3], SingleLanes{} + static_cast<float>(initial_internal));
 }
 
 template <>

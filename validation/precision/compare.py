@@ -1,9 +1,10 @@
 #!/usr/bin/python3
 """Single against double precision over the validation cases.
 
-usage: compare.py DOUBLE SINGLE [--checks]
+usage: compare.py DOUBLE SINGLE... [--checks]
 
-DOUBLE and SINGLE are output folders of `mpm-validate run`, of one level, without and with `--precision single`. Prints a Markdown table.
+DOUBLE and SINGLE are output folders of `mpm-validate run`, of one level, without and with `--precision single`; SINGLE may be several, each
+with some of the cases. Prints a Markdown table.
 For every check, the difference of the two values stands beside the numerical error of the one in double precision: how far it is from
 the reference where that is exact (verification), else the tolerance that the check allows. One row a case: the check with the largest
 share. With --checks: every check whose share is above a tenth.
@@ -47,11 +48,15 @@ def compare(double, single):
 def main(arguments):
     every = "--checks" in arguments
     folders = [a for a in arguments if a != "--checks"]
-    if len(folders) != 2:
+    if len(folders) < 2:
         sys.exit(__doc__)
-    (info, double), (other, single) = load(folders[0]), load(folders[1])
-    if (info["precision"], other["precision"]) != ("double", "single") or info["level"] != other["level"]:
-        sys.exit("give a run in double and one in single precision, of one level")
+    info, double = load(folders[0])
+    single = {}
+    for folder in folders[1:]:
+        other, cases = load(folder)
+        if (info["precision"], other["precision"]) != ("double", "single") or info["level"] != other["level"]:
+            sys.exit(f"{folder}: give a run in double and some in single precision, of one level")
+        single |= cases
     print(f"Level {info['level']}; double: commit {info['commit']}, single: commit {other['commit']}; {info['instruction_set']}.\n")
     print("| case | checks | failed in double | failed in single | largest share | of the check | double | single |")
     print("|---|---:|---:|---:|---:|---|---:|---:|")

@@ -1,0 +1,85 @@
+#pragma once
+/// The vector types of the kernels, and what GCC needs help with where a processor's registers are shorter than they are.
+
+#include <cstdint>
+
+#if defined(__AVX512F__) || defined(__AVX__) || defined(__SSE2__)
+#include <immintrin.h>
+#endif
+
+namespace mpm {
+
+using Lanes = double __attribute__((vector_size(64)));           ///< eight doubles
+using LaneMask = std::int64_t __attribute__((vector_size(64)));  ///< all bits set where true
+using HalfLanes = double __attribute__((vector_size(32)));       ///< four lanes: a grid node {p_x, p_y, p_z, m}
+
+using SingleLanes = float __attribute__((vector_size(64)));            ///< sixteen floats
+using SingleLaneMask = std::int32_t __attribute__((vector_size(64)));  ///< all bits set where true; or sixteen integers
+using SingleQuad = float __attribute__((vector_size(16)));             ///< four lanes: a node's {p_x, p_y, p_z, m} in single precision
+
+/// A processor without registers of 64 bytes does arithmetic on Lanes by halves, but GCC takes comparisons, selections and shuffles of
+/// them apart number by number. So these are written for one half, and by_halves() applies them to both.
+#if defined(__AVX512F__)
+inline constexpr bool whole_registers = true;
+#else
+inline constexpr bool whole_registers = false;
+#endif
+namespace detail {
+template <class V>
+struct HalfType;
+template <>
+struct HalfType<Lanes> {
+  using type = double __attribute__((vector_size(32), may_alias));
+};
+template <>
+struct HalfType<LaneMask> {
+  using type = std::int64_t __attribute__((vector_size(32), may_alias));
+};
+template <>
+struct HalfType<SingleLanes> {
+  using type = float __attribute__((vector_size(32), may_alias));
+};
+template <>
+struct HalfType<SingleLaneMask> {
+  using type = std::int32_t __attribute__((vector_size(32), may_alias));
+};
+}  // namespace detail
+/// The type of half a register.
+template <class V>
+using HalfOf = typename detail::HalfType<V>::type;
+/// Half n of a register. @param n  0: the lower lanes, 1: the upper ones
+template <class V>
+inline __attribute__((always_inline)) const HalfOf<V>& half(const V& v, int n) {
+  return reinterpret_cast<const HalfOf<V>*>(&v)[n];
+}
+/// The register with these halves.
+template <class V>
+inline __attribute__((always_inline)) V from_halves(HalfOf<V> low, HalfOf<V> high) {
+  V v;
+  auto* const to = reinterpret_cast<HalfOf<V>*>(&v);
+  to[0] = low;
+  to[1] = high;
+  return v;
+}
+/// f(whole registers), or f(the halves of each) where registers are shorter. @tparam Result  of the whole
+template <class Result, class F, class... V>
+inline __attribute__((always_inline)) Result by_halves(F&& f, const V&... v) {
+  if constexpr (whole_registers) {
+    return f(v...);
+  } else {
+    return from_halves<Result>(f(half(v, 0)...), f(half(v, 1)...));
+  }
+}
+/// Shuffles both halves alike. @tparam index  as of __builtin_shufflevector for one half: those of `a`, then those of `b`
+template <int... index, class V>
+inline __attribute__((always_inline)) V shuffle_halves(const V& a, const V& b) {
+  constexpr int n = sizeof...(index);
+  if constexpr (whole_registers) {
+    return __builtin_shufflevector(a, b, (index < n ? index : index + n)..., (index < n ? index + n : index + 2 * n)...);
+  } else {
+    return from_halves<V>(__builtin_shufflevector(half(a, 0), half(b, 0), index...),
+                          __builtin_shufflevector(half(a, 1), half(b, 1), index...));
+  }
+}
+
+}  // namespace mpm
