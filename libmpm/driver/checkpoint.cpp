@@ -14,7 +14,6 @@
 
 #include "libmpm/base/error.hpp"
 #include "libmpm/driver/case_file.hpp"
-#include "libmpm/driver/pieces.hpp"
 #include "libmpm/io/atomic_file.hpp"
 #include "libmpm/io/hdf5.hpp"
 
@@ -116,33 +115,29 @@ struct StoredBlocks {
   }
 };
 
-void declare_blocks(hdf5::Writer& file, Precision precision, std::span<const BlockHead> heads) {
-  const std::size_t blocks = heads.size();
-  std::size_t particles = 0;
-  for (const BlockHead& head : heads) particles += static_cast<std::size_t>(head.count);
-  file.declare<std::int32_t>("block_coordinates", {blocks, 3});
-  file.declare<std::int32_t>("block_counts", {blocks});
-  file.declare<std::uint8_t>("cells", {particles});
-  if (precision == Precision::single_precision) file.declare<double>("block_velocities", {blocks, 3});
-  file.declare<std::uint8_t>("particle_records", {particles, record_bytes(precision)});
-}
-
-void append_blocks(hdf5::Writer& file, const Grid& grid) {
+void write_blocks(hdf5::Writer& file, const Grid& grid) {
+  const bool single = grid.precision() == Precision::single_precision;
   const std::size_t record_size = record_bytes(grid.precision());
-  std::vector<std::uint8_t> records;
+  std::vector<std::int32_t> coordinates, counts;
+  std::vector<double> velocities;
+  std::vector<std::uint8_t> records, cells;
+  records.reserve(grid.particle_count() * record_size);
   for (const auto b : grid.occupied_blocks()) {
     const Block& block = grid.block(b);
-    const ParticleBin& bin = block.particles;
-    const std::int32_t count = bin.count();
-    file.append<std::int32_t>("block_coordinates", block.coordinate);
-    file.append<std::int32_t>("block_counts", {&count, 1});
-    file.append<std::uint8_t>("cells", bin.cell);
-    const Vec3& velocity = bin.frame.velocity;
-    if (grid.precision() == Precision::single_precision) file.append<double>("block_velocities", {velocity.data(), 3});
-    records.resize(static_cast<std::size_t>(count) * record_size);
-    for (int s = 0; s < count; ++s) std::memcpy(&records[static_cast<std::size_t>(s) * record_size], bin.bytes(s).data(), record_size);
-    file.append<std::uint8_t>("particle_records", records);
+    coordinates.insert(coordinates.end(), block.coordinate.begin(), block.coordinate.end());
+    counts.push_back(block.particles.count());
+    for (const double v : block.particles.frame.velocity) velocities.push_back(v);
+    cells.insert(cells.end(), block.particles.cell.begin(), block.particles.cell.end());
+    for (int s = 0; s < block.particles.count(); ++s) {
+      const auto* bytes = reinterpret_cast<const std::uint8_t*>(block.particles.bytes(s).data());
+      records.insert(records.end(), bytes, bytes + record_size);
+    }
   }
+  file.dataset<std::int32_t>("block_coordinates", coordinates, {counts.size(), 3});
+  file.dataset<std::int32_t>("block_counts", counts);
+  file.dataset<std::uint8_t>("cells", cells);
+  if (single) file.dataset<double>("block_velocities", velocities, {counts.size(), 3});
+  file.dataset<std::uint8_t>("particle_records", records, {cells.size(), record_size});
 }
 
 /// Kind, version and case. @throws IoError, ConfigError
@@ -158,33 +153,24 @@ void write_checkpoint(const std::filesystem::path& path, const Case& c, const St
   file.attribute("case_hash", case_hash_text(c));
   file.attribute("case", write_case(c));
   file.attribute("precision", std::string(name_of(state.grid.precision())));
-  const auto declare_rest = [&] {
-    const std::vector<std::uint64_t> counters = {state.step,
-                                                 state.next_id,
-                                                 state.source_count,
-                                                 state.entered.count,
-                                                 state.entered.through_x_max,
-                                                 state.left.count,
-                                                 state.left.through_x_max,
-                                                 progress.samples,
-                                                 progress.particle_steps,
-                                                 progress.initial_particles};
-    file.dataset<std::uint64_t>("counters", counters);
-    file.dataset<double>("reals", packed(state, progress));
-    for (const auto& [name, values] : observed) {
-      if (!is_observed(name)) throw Error(ExitCode::internal, fmt::format("array '{}' has no observer's name before it", name));
-      file.dataset<double>(name, values);
-    }
-  };
-  for_each_grid_piece(
-      state,
-      [&](std::span<const BlockHead> heads) {
-        declare_blocks(file, state.grid.precision(), heads);
-        declare_rest();
-        file.open(path);
-      },
-      [&](const Grid& piece) { append_blocks(file, piece); });
-  file.commit(keep_as);
+  write_blocks(file, state.grid);
+  const std::vector<std::uint64_t> counters = {state.step,
+                                               state.next_id,
+                                               state.source_count,
+                                               state.entered.count,
+                                               state.entered.through_x_max,
+                                               state.left.count,
+                                               state.left.through_x_max,
+                                               progress.samples,
+                                               progress.particle_steps,
+                                               progress.initial_particles};
+  file.dataset<std::uint64_t>("counters", counters);
+  file.dataset<double>("reals", packed(state, progress));
+  for (const auto& [name, values] : observed) {
+    if (!is_observed(name)) throw Error(ExitCode::internal, fmt::format("array '{}' has no observer's name before it", name));
+    file.dataset<double>(name, values);
+  }
+  file.save(path, keep_as);
 }
 
 namespace {

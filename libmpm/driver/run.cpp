@@ -13,7 +13,6 @@
 #include "libmpm/driver/case_file.hpp"
 #include "libmpm/driver/checkpoint.hpp"
 #include "libmpm/driver/observers.hpp"
-#include "libmpm/driver/pieces.hpp"
 #include "libmpm/driver/results_file.hpp"
 #include "libmpm/driver/run_folder.hpp"
 #include "libmpm/driver/run_log.hpp"
@@ -58,7 +57,12 @@ class Run {
   RunResult finish(bool complete);
   void write_results(RunResult& result);
 
-  void append_particles(SnapshotWriter& file) const;
+  /// Calls f with a state that holds all particles: this rank's, or a copy of those of all ranks.
+  template <class F>
+  void with_all_particles(F&& f) const {
+    if (options_.ranks == nullptr) return f(state_);
+    f(whole_state(state_));
+  }
   [[nodiscard]] std::string workforce() const;
   [[nodiscard]] Progress progress_now() const;
   [[nodiscard]] SnapshotInfo snapshot_info() const;
@@ -223,7 +227,7 @@ void Run::record_sample() {
   const Instant now{state_.time, interval, &live};
   table_->append(observers_.sample(now));
   if (sampling_.has_frame(progress_.samples))
-    frames_->append(state_.grid.particle_count(), snapshot_info(), [this](SnapshotWriter& file) { append_particles(file); });
+    with_all_particles([&](const State& all) { frames_->append(particle_table(all, scene_), snapshot_info()); });
   ++progress_.samples;
   for (const std::string& warning : observers_.check(now)) say(warning);
 }
@@ -274,7 +278,9 @@ SnapshotInfo Run::snapshot_info() const {
 void Run::checkpoint(const char* why) {
   progress_.wall_time = before_.wall_time + seconds_since(started_);
   table_->sync();  // first, so that the rows up to a checkpoint are there whenever the checkpoint is
-  write_checkpoint(options_.out / checkpoint_file, case_, state_, progress_, observers_.save(), options_.out / previous_checkpoint_file);
+  with_all_particles([&](const State& all) {
+    write_checkpoint(options_.out / checkpoint_file, case_, all, progress_, observers_.save(), options_.out / previous_checkpoint_file);
+  });
   checkpointed_ = Clock::now();
   say(fmt::format("checkpoint at t = {:.6g} s, step {} ({})", state_.time, state_.step, why), false);
 }
@@ -301,11 +307,6 @@ RunResult Run::finish(bool complete) {
   return result;
 }
 
-/// Those of all ranks.
-void Run::append_particles(SnapshotWriter& file) const {
-  for_each_piece(state_, scene_, [&](const ParticleTable& piece) { file.append(piece); });
-}
-
 /// results.json last: where it is, the run is whole.
 void Run::write_results(RunResult& result) {
   const Summary end = observers_.summary(&state_, &progress_);
@@ -315,9 +316,7 @@ void Run::write_results(RunResult& result) {
     write_profile(options_.out / "profile.csv", profiles, end.span.steady);
     write_profiles_over_time(options_.out / "profiles.h5", end.series.time(), profiles);
   }
-  SnapshotWriter final(SnapshotWriter::Kind::final, options_.out / "final.h5", state_.grid.particle_count(), snapshot_info());
-  append_particles(final);
-  final.commit();
+  with_all_particles([&](const State& all) { write_final(options_.out / "final.h5", particle_table(all, scene_), snapshot_info()); });
   write_file(options_.out / "results.json", result.results_json);
 }
 

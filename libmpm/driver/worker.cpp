@@ -5,7 +5,6 @@
 #include "libmpm/base/error.hpp"
 #include "libmpm/core/health.hpp"
 #include "libmpm/driver/observers.hpp"
-#include "libmpm/driver/pieces.hpp"
 #include "libmpm/observe/observer_list.hpp"
 
 namespace mpm {
@@ -35,7 +34,6 @@ std::string report_of_ranks(const State& state) {
                    {"part_bytes", c.part_bytes},
                    {"node_bytes", c.node_bytes},
                    {"migrant_bytes", c.migrant_bytes},
-                   {"exchanges", c.exchanges},
                    {"reductions", c.reductions},
                    {"reduced_bytes", c.reduced_bytes},
                    {"gathers", c.gathers},
@@ -64,8 +62,10 @@ void work_on(const Case& c, Ranks& ranks) {
           ranks.collect(
               state.grid, [&](const Block& b) { return observers.visits(b, scene, c.numerics.cell_size); }, nothing);
           break;
-        case Task::columns: send_pieces(state); break;
-        case Task::blocks: send_grid_pieces(state); break;
+        case Task::collect:
+          ranks.collect(
+              state.grid, [](const Block&) { return true; }, nothing);
+          break;
         case Task::report: ranks.counts(own_particles(state)); break;
         case Task::end: return;
       }
@@ -74,6 +74,23 @@ void work_on(const Case& c, Ranks& ranks) {
       if (ranks.busy()) throw;  // else all ranks know, and the first reports it
     }
   }
+}
+
+State whole_state(const State& state) {
+  State all(state.grid.cell_size(), state.grid.precision());
+  Ranks& ranks = *state.grid.ranks();
+  ranks.tell(Task::collect, state);
+  ranks.collect(
+      state.grid, [](const Block&) { return true; }, all.grid);
+  ranks.done();
+  all.time = state.time;
+  all.step = state.step;
+  all.next_id = state.next_id;
+  all.source_count = state.source_count;
+  all.max_speed = state.max_speed;
+  all.entered = state.entered;
+  all.left = state.left;
+  return all;
 }
 
 }  // namespace mpm

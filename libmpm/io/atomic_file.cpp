@@ -72,28 +72,20 @@ void AtomicFile::write(std::span<const std::byte> bytes) {
   while (!bytes.empty()) {
     const ssize_t n = ::write(descriptor_, bytes.data(), bytes.size());
     if (n < 0 && errno == EINTR) continue;
-    if (n < 0) fail(errno);
+    if (n < 0) {
+      const int reason = errno;
+      discard();
+      throw file_error("cannot write", target_, reason);
+    }
     bytes = bytes.subspan(static_cast<std::size_t>(n));
   }
-}
-
-void AtomicFile::write_at(std::uint64_t offset, std::span<const std::byte> bytes) {
-  while (!bytes.empty()) {
-    const ssize_t n = ::pwrite(descriptor_, bytes.data(), bytes.size(), static_cast<off_t>(offset));
-    if (n < 0 && errno == EINTR) continue;
-    if (n < 0) fail(errno);
-    bytes = bytes.subspan(static_cast<std::size_t>(n));
-    offset += static_cast<std::uint64_t>(n);
-  }
-}
-
-/// Removes the temporary and throws. @param reason  an errno value
-void AtomicFile::fail(int reason) {
-  discard();
-  throw file_error("cannot write", target_, reason);
 }
 
 void AtomicFile::commit(const std::filesystem::path& keep_as) {
+  const auto fail = [this](int reason) {
+    discard();
+    throw file_error("cannot write", target_, reason);
+  };
   if (::fsync(descriptor_) != 0) fail(errno);
   const int closed = ::close(std::exchange(descriptor_, -1));
   if (closed != 0) fail(errno);

@@ -3,20 +3,14 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 #include <hdf5.h>
-#include <sys/mman.h>
-#include <sys/resource.h>
-#include <unistd.h>
 #include <zlib.h>
 
 #include <algorithm>
-#include <bit>
+#include <atomic>
 #include <cerrno>
 #include <cstring>
 #include <fstream>
-#include <functional>
 #include <new>
-#include <numeric>
-#include <optional>
 #include <utility>
 
 #include "libmpm/io/atomic_file.hpp"
@@ -109,10 +103,8 @@ Handle text_type() {
   return type;
 }
 
-/// What the library allocates: its own tables.
+/// What the library allocates besides the arrays: increments of the file in memory, and its own tables.
 constexpr std::size_t library_memory = std::size_t{16} << 20;
-/// More than the layout of any file takes here, but for its arrays.
-constexpr std::size_t layout_bytes = std::size_t{64} << 10;
 
 /// Throws std::bad_alloc unless so much memory can be had now. The HDF5 library itself does not survive a failed allocation: version 1.10
 /// then frees blocks twice when the file is closed. Nothing is touched, so that it costs microseconds.
@@ -129,26 +121,10 @@ bool usable_by_threads() {
 }
 
 struct Writer::File {
-  /// Content of an array, and where it is in the file.
-  struct Array {
-    std::string name;
-    std::uint64_t offset = 0;
-    std::size_t bytes = 0, written = 0;
-    std::vector<std::byte> kept;  // until open()
-    uLong crc = 0;
-  };
-  int memory = -1;  // what the library takes for its file: no disk, and no page that was not written to
   hid_t id = -1;
-  std::size_t bytes = 0;  // of all arrays
-  bool too_large = false;
-  std::vector<Array> arrays;
-  std::optional<AtomicFile> file;
-  std::uint64_t size = 0;     // of the file
-  std::vector<Array> others;  // all that is no array's content
-
+  std::size_t bytes = 0;  ///< of the arrays so far
   ~File() {
     if (id >= 0) H5Fclose(id);
-    if (memory >= 0) ::close(memory);
   }
   /// The file is in memory: a failure here is lack of memory or a wrong argument.
   void require(bool ok, const std::string& what) const {
@@ -163,22 +139,17 @@ struct Writer::File {
     require(attribute >= 0, fmt::format("attribute '{}'", name));
     require(H5Awrite(attribute, memory_type, value) >= 0, fmt::format("attribute '{}'", name));
   }
-  Array& array(const std::string& name) {
-    const auto found = std::ranges::find(arrays, name, &Array::name);
-    if (found == arrays.end()) throw IoError(fmt::format("HDF5 file in memory: there is no dataset '{}'", name));
-    return *found;
-  }
-  void declare(const std::string& name, const Shape& shape, ElementType type, std::size_t element);
-  void write_layout();
 };
 
 Writer::Writer() : file_(std::make_unique<File>()) {
   require_memory(library_memory);
   const QuietErrors quiet;
-  file_->memory = memfd_create("hdf5", MFD_CLOEXEC);
   const Handle access(H5Pcreate(H5P_FILE_ACCESS), H5Pclose);
-  H5Pset_fapl_sec2(access);
-  file_->id = H5Fcreate(fmt::format("/proc/self/fd/{}", file_->memory).c_str(), H5F_ACC_TRUNC, H5P_DEFAULT, access);
+  constexpr std::size_t increment = std::size_t{4} << 20;  // memory is taken in steps of this size
+  H5Pset_fapl_core(access, increment, false);
+  // The name is never used for a file, but the library refuses to open one name twice.
+  static std::atomic<unsigned> counter{0};
+  file_->id = H5Fcreate(fmt::format("mpm-memory-{}", counter++).c_str(), H5F_ACC_TRUNC, H5P_DEFAULT, access);
   file_->require(file_->id >= 0, "create");
 }
 
@@ -187,83 +158,27 @@ Writer::~Writer() {
   file_.reset();
 }
 
-/// Has the library find a place for an array: it does when the first value is written.
-void Writer::File::declare(const std::string& name, const Shape& shape, ElementType type, std::size_t element) {
-  const QuietErrors quiet;
-  const std::vector<hsize_t> extents(shape.begin(), shape.end());
-  Array array{.name = name};
-  array.bytes = std::accumulate(shape.begin(), shape.end(), element, std::multiplies<>());
-  bytes += array.bytes;
-  rlimit limit{};  // holds for files in memory, too, and the library does not survive it
-  too_large =
-      too_large || (getrlimit(RLIMIT_FSIZE, &limit) == 0 && limit.rlim_cur != RLIM_INFINITY && bytes + layout_bytes > limit.rlim_cur);
-  if (!too_large) {
-    require_memory(library_memory);
-    const Handle space(H5Screate_simple(static_cast<int>(extents.size()), extents.data(), nullptr), H5Sclose);
-    const Handle creation(H5Pcreate(H5P_DATASET_CREATE), H5Pclose);
-    H5Pset_obj_track_times(creation, false);  // equal content, equal bytes
-    const Handle set(H5Dcreate2(id, name.c_str(), type.stored, space, H5P_DEFAULT, creation, H5P_DEFAULT), H5Dclose);
-    require(set >= 0, fmt::format("dataset '{}'", name));
-    if (array.bytes > 0) {
-      const std::vector<hsize_t> first(extents.size(), 0), one(extents.size(), 1);
-      const Handle value(H5Screate(H5S_SCALAR), H5Sclose);
-      const std::uint64_t nothing = 0;
-      require(H5Sselect_hyperslab(space, H5S_SELECT_SET, first.data(), nullptr, one.data(), nullptr) >= 0 &&
-                  H5Dwrite(set, type.native, value, space, H5P_DEFAULT, &nothing) >= 0,
-              fmt::format("dataset '{}'", name));
-      array.offset = H5Dget_offset(set);
-      require(array.offset != HADDR_UNDEF, fmt::format("place of dataset '{}'", name));
-    }
-  }
-  arrays.push_back(std::move(array));
-}
-
-/// Writes all that the library has laid out, but for the content of the arrays.
-void Writer::File::write_layout() {
-  require_memory(library_memory);
-  require(H5Fflush(id, H5F_SCOPE_GLOBAL) >= 0, "flush");
-  const ssize_t all = H5Fget_file_image(id, nullptr, 0);
-  require(all > 0, "size");
-  size = static_cast<std::uint64_t>(all);
-  std::vector<std::pair<std::uint64_t, std::size_t>> places;
-  for (const Array& array : arrays) {
-    if (array.bytes > 0) places.emplace_back(array.offset, array.bytes);
-  }
-  places.emplace_back(size, 0);
-  std::ranges::sort(places);
-  std::uint64_t from = 0;
-  for (const auto& [offset, length] : places) {
-    Array other{.offset = from};
-    std::vector<std::byte> content(offset - from);
-    other.bytes = content.size();
-    for (std::size_t have = 0; have < content.size();) {  // a file in memory may end before; the rest is zero
-      const ssize_t n = ::pread(memory, content.data() + have, content.size() - have, static_cast<off_t>(from + have));
-      if (n < 0 && errno == EINTR) continue;
-      require(n >= 0, "read");
-      if (n == 0) break;
-      have += static_cast<std::size_t>(n);
-    }
-    file->write_at(from, content);
-    other.crc = crc32_z(0, reinterpret_cast<const Bytef*>(content.data()), content.size());
-    others.push_back(std::move(other));
-    from = offset + length;
-  }
-}
-
-template <Element T>
-void Writer::declare(const std::string& name, const Shape& shape) {
-  file_->declare(name, shape, element_type<T>(), sizeof(T));
-}
-
 template <Element T>
 void Writer::dataset(const std::string& name, std::span<const T> values, const Shape& shape) {
-  const Shape extents = shape.empty() ? Shape{values.size()} : shape;
-  if (std::accumulate(extents.begin(), extents.end(), std::size_t{1}, std::multiplies<>()) != values.size()) {
+  const QuietErrors quiet;
+  std::vector<hsize_t> extents(shape.begin(), shape.end());
+  if (extents.empty()) extents.push_back(values.size());
+  hsize_t count = 1;
+  for (const hsize_t n : extents) count *= n;
+  if (count != values.size()) {
     throw IoError(fmt::format("HDF5 file in memory: dataset '{}' of shape {} is given {} values", name, describe(shape), values.size()));
   }
-  declare<T>(name, extents);
-  const auto bytes = std::as_bytes(values);
-  file_->arrays.back().kept.assign(bytes.begin(), bytes.end());
+  file_->bytes += values.size_bytes();
+  require_memory(2 * file_->bytes + library_memory);  // the file in memory grows by moving
+  const Handle space(H5Screate_simple(static_cast<int>(extents.size()), extents.data(), nullptr), H5Sclose);
+  const Handle creation(H5Pcreate(H5P_DATASET_CREATE), H5Pclose);
+  H5Pset_obj_track_times(creation, false);  // equal content, equal bytes
+  const Handle set(H5Dcreate2(file_->id, name.c_str(), element_type<T>().stored, space, H5P_DEFAULT, creation, H5P_DEFAULT), H5Dclose);
+  file_->require(set >= 0, fmt::format("dataset '{}'", name));
+  if (count > 0) {
+    file_->require(H5Dwrite(set, element_type<T>().native, H5S_ALL, H5S_ALL, H5P_DEFAULT, values.data()) >= 0,
+                   fmt::format("dataset '{}'", name));
+  }
 }
 
 void Writer::attribute(const std::string& name, const std::string& value) {
@@ -276,61 +191,26 @@ void Writer::attribute(const std::string& name, std::int64_t value) {
   file_->write_attribute(name, H5T_STD_I64LE, H5T_NATIVE_INT64, &value);
 }
 
-void Writer::open(const std::filesystem::path& path) {
+void Writer::save(const std::filesystem::path& path, const std::filesystem::path& keep_as) {
   const QuietErrors quiet;
-  file_->file.emplace(path);
-  if (file_->too_large) throw file_error("cannot write", path, EFBIG);
-  file_->write_layout();
-  for (File::Array& array : file_->arrays) {
-    if (!array.kept.empty()) append_bytes(array.name, std::exchange(array.kept, {}));
-  }
+  AtomicFile file(path);  // first: a wrong path fails before the work
+  require_memory(file_->bytes + library_memory);
+  file_->require(H5Fflush(file_->id, H5F_SCOPE_GLOBAL) >= 0, "flush");
+  const ssize_t size = H5Fget_file_image(file_->id, nullptr, 0);
+  file_->require(size > 0, "size");
+  std::vector<std::byte> image(static_cast<std::size_t>(size));
+  file_->require(H5Fget_file_image(file_->id, image.data(), image.size()) == size, "image");
+  file.write(image);
+  file.write(seal(crc32_z(0, reinterpret_cast<const Bytef*>(image.data()), image.size())));
+  file.commit(keep_as);
 }
 
-template <Element T>
-void Writer::append(const std::string& name, std::span<const T> values) {
-  static_assert(std::endian::native == std::endian::little, "arrays are written as they are in memory; files are little-endian");
-  append_bytes(name, std::as_bytes(values));
-}
-
-void Writer::append_bytes(const std::string& name, std::span<const std::byte> bytes) {
-  File::Array& array = file_->array(name);
-  if (bytes.size() > array.bytes - array.written)
-    throw IoError(fmt::format("HDF5 file in memory: dataset '{}' is given more values than were declared", name));
-  file_->file->write_at(array.offset + array.written, bytes);
-  array.written += bytes.size();
-  array.crc = crc32_z(array.crc, reinterpret_cast<const Bytef*>(bytes.data()), bytes.size());
-}
-
-void Writer::commit(const std::filesystem::path& keep_as) {
-  std::vector<const File::Array*> all;
-  for (const auto* list : {&file_->arrays, &file_->others}) {
-    for (const File::Array& array : *list) {
-      if (array.bytes > 0) all.push_back(&array);
-    }
-  }
-  std::ranges::sort(all, {}, &File::Array::offset);
-  uLong crc = 0;
-  for (const File::Array* array : all) {
-    if (!array->name.empty() && array->written != array->bytes)
-      throw IoError(fmt::format("HDF5 file in memory: dataset '{}' is given fewer values than were declared", array->name));
-    crc = crc32_combine(crc, array->crc, static_cast<z_off_t>(array->bytes));
-  }
-  const std::string end = seal(crc);
-  file_->file->write_at(file_->size, std::as_bytes(std::span(end)));
-  file_->file->commit(keep_as);
-}
-
-#define MPM_ELEMENT(T)                                                                 \
-  template void Writer::dataset(const std::string&, std::span<const T>, const Shape&); \
-  template void Writer::declare<T>(const std::string&, const Shape&);                  \
-  template void Writer::append(const std::string&, std::span<const T>)
-MPM_ELEMENT(double);
-MPM_ELEMENT(float);
-MPM_ELEMENT(std::uint64_t);
-MPM_ELEMENT(std::int64_t);
-MPM_ELEMENT(std::int32_t);
-MPM_ELEMENT(std::uint8_t);
-#undef MPM_ELEMENT
+template void Writer::dataset(const std::string&, std::span<const double>, const Shape&);
+template void Writer::dataset(const std::string&, std::span<const float>, const Shape&);
+template void Writer::dataset(const std::string&, std::span<const std::uint64_t>, const Shape&);
+template void Writer::dataset(const std::string&, std::span<const std::int64_t>, const Shape&);
+template void Writer::dataset(const std::string&, std::span<const std::int32_t>, const Shape&);
+template void Writer::dataset(const std::string&, std::span<const std::uint8_t>, const Shape&);
 
 struct Reader::File {
   std::filesystem::path path;

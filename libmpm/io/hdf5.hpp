@@ -1,11 +1,10 @@
 #pragma once
 /// HDF5 files (hdfgroup.org) of plain arrays and attributes in the root group: what h5py, h5dump and ParaView open.
 ///
-/// The HDF5 library lays the file out in memory, without the arrays' content; that is then written piece by piece to where the layout has
-/// it, and the file appears whole or not at all (atomic_file.hpp). So the library never meets a full disk, memory never holds an array of
-/// all particles, and equal content gives equal bytes (no time stamps). After the end of the HDF5 part, where other readers do not look,
-/// there are 16 bytes: `MPMCRC32` + the CRC-32 of all bytes before as eight hexadecimal digits. The Reader checks them before it hands the
-/// file to the HDF5 library, so that a truncated or altered file is a message and not a crash in a parser.
+/// A file is built in memory and then written whole (atomic_file.hpp): the HDF5 library never meets a full disk, and equal
+/// content gives equal bytes (no time stamps). After the end of the HDF5 part, where other readers do not look, there are 16 bytes:
+/// `MPMCRC32` + the CRC-32 of all bytes before as eight hexadecimal digits. The Reader checks them before it hands the file to
+/// the HDF5 library, so that a truncated or altered file is a message and not a crash in a parser.
 ///
 /// Arrays are stored contiguous and uncompressed. Measured on synthetic frames of 376,000 particles (47 MB): written in 0.28 s, fsync
 /// included; shuffle and deflate take 0.4 to 0.5 s more on one core and save 46 % (noisy) to 64 % (clean).
@@ -36,21 +35,18 @@ concept Element = std::same_as<T, double> || std::same_as<T, float> || std::same
 /// Whether several threads may use files at once: the HDF5 library is a build for threads, as Debian's is.
 [[nodiscard]] bool usable_by_threads();
 
-/// Writes a file. Either arrays are given whole, and save() writes them; or they are declared first, then open(), append() and commit().
+/// Builds a file in memory; save() writes it.
 class Writer {
  public:
   Writer();
-  /// What was not committed is lost.
+  /// What was not saved is lost.
   ~Writer();
   Writer(const Writer&) = delete;
   Writer& operator=(const Writer&) = delete;
 
-  /// An array whose values are here; a copy is kept until open(). @param shape product = number of values; left out: one-dimensional
+  /// @param shape product = number of values; left out: one-dimensional
   template <Element T>
   void dataset(const std::string& name, std::span<const T> values, const Shape& shape = {});
-  /// An array whose values follow by append().
-  template <Element T>
-  void declare(const std::string& name, const Shape& shape);
 
   /// Attributes of the root group.
   void attribute(const std::string& name, const std::string& value);
@@ -59,23 +55,11 @@ class Writer {
   /// A whole number, as int64.
   void attribute(const std::string& name, std::int64_t value);
 
-  /// Everything is declared: begins the file under a temporary name. @throws IoError
-  void open(const std::filesystem::path& path);
-  /// The next values of an array, in its order. @throws IoError
-  template <Element T>
-  void append(const std::string& name, std::span<const T> values);
-  /// All arrays are full: the file gets its name. @throws IoError
+  /// Writes the file whole or not at all; needs about twice its size in memory. Call once, last.
   /// @param keep_as  name that a file of before gets (AtomicFile::commit); empty: it is replaced
-  void commit(const std::filesystem::path& keep_as = {});
-
-  /// open() and commit().
-  void save(const std::filesystem::path& path, const std::filesystem::path& keep_as = {}) {
-    open(path);
-    commit(keep_as);
-  }
+  void save(const std::filesystem::path& path, const std::filesystem::path& keep_as = {});
 
  private:
-  void append_bytes(const std::string& name, std::span<const std::byte> bytes);
   struct File;
   std::unique_ptr<File> file_;
 };

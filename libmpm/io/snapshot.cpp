@@ -16,12 +16,11 @@
 namespace mpm {
 namespace {
 
-using Kind = SnapshotWriter::Kind;
-
 constexpr std::string_view frame_kind = "frame";
 constexpr std::string_view final_kind = "final";
 
-void check_columns(const std::filesystem::path& path, Kind kind, const ParticleTable& p) {
+/// Columns that both kinds share. The affine column is checked where it is written.
+void check_columns(const std::filesystem::path& path, const ParticleTable& p) {
   const std::size_t n = p.size();
   const auto check = [&](const char* name, std::size_t size, std::size_t components) {
     if (size != components * n) {
@@ -35,10 +34,14 @@ void check_columns(const std::filesystem::path& path, Kind kind, const ParticleT
   check("internal", p.internal.size(), 1);
   check("volume_ratio", p.volume_ratio.size(), 1);
   check("volume", p.volume.size(), 1);
-  if (kind == Kind::final) check("affine", p.affine.size(), 9);
 }
 
 std::vector<float> narrow(const std::vector<double>& values) { return {values.begin(), values.end()}; }
+
+template <class T>
+void put(hdf5::Writer& file, const std::string& name, const std::vector<T>& values, const hdf5::Shape& shape = {}) {
+  file.dataset(name, std::span<const T>(values), shape);
+}
 
 void put_info(hdf5::Writer& file, std::string_view kind, const SnapshotInfo& info) {
   file.attribute("format_version", std::int64_t{snapshot_format_version});
@@ -133,24 +136,23 @@ Snapshot read_snapshot(const std::filesystem::path& path, std::string_view kind)
 
 }  // namespace
 
-ParticleOrder::ParticleOrder(const State& state, const std::function<bool(const Particle&)>& keep) {
+ParticleTable particle_table(const State& state, const Scene& scene, const std::function<bool(const Particle&)>& keep) {
+  struct Place {
+    std::uint64_t id;
+    const ParticleBin* bin;
+    int slot;
+  };
+  std::vector<Place> order;
+  order.reserve(state.grid.particle_count());
   for (const auto b : state.grid.occupied_blocks()) {
     const ParticleBin& bin = state.grid.block(b).particles;
     for (int s = 0; s < bin.count(); ++s) {
       const Particle p = bin[s];
-      if (!keep || keep(p)) order_.push_back({p.id, &bin, s});
+      if (!keep || keep(p)) order.push_back({p.id, &bin, s});
     }
   }
-  std::ranges::sort(order_, {}, &Place::id);
-}
-
-Particle ParticleOrder::operator[](std::size_t i) const { return (*order_[i].bin)[order_[i].slot]; }
-
-std::size_t ParticleOrder::first_from(std::uint64_t id) const {
-  return static_cast<std::size_t>(std::ranges::lower_bound(order_, id, {}, &Place::id) - order_.begin());
-}
-
-ParticleTable particle_table(std::size_t n, const std::function<Particle(std::size_t)>& get, const Scene& scene) {
+  std::sort(order.begin(), order.end(), [](const Place& a, const Place& b) { return a.id < b.id; });
+  const std::size_t n = order.size();
   ParticleTable t;
   t.id.resize(n);
   t.position.resize(3 * n);
@@ -162,7 +164,7 @@ ParticleTable particle_table(std::size_t n, const std::function<Particle(std::si
   t.volume.resize(n);
 #pragma omp parallel for schedule(static)
   for (std::size_t i = 0; i < n; ++i) {
-    const Particle p = get(i);
+    const Particle p = (*order[i].bin)[order[i].slot];
     t.id[i] = p.id;
     for (int axis = 0; axis < 3; ++axis) t.position[3 * i + static_cast<std::size_t>(axis)] = p.position[axis] - scene.offset[axis];
     std::copy_n(p.velocity, 3, &t.velocity[3 * i]);
@@ -175,114 +177,61 @@ ParticleTable particle_table(std::size_t n, const std::function<Particle(std::si
   return t;
 }
 
-ParticleTable particle_table(const State& state, const Scene& scene, const std::function<bool(const Particle&)>& keep) {
-  const ParticleOrder order(state, keep);
-  return particle_table(
-      order.size(), [&](std::size_t i) { return order[i]; }, scene);
-}
-
 std::filesystem::path frame_path(const std::filesystem::path& directory, int index) {
   return directory / "frames" / fmt::format("{:05d}.h5", index);
 }
 
-namespace {
-
-/// Calls f(name, components, values of a piece) for the columns of a kind. @param first  row of the piece's first particle
-template <class F>
-void for_each_column(Kind kind, const SnapshotInfo& info, std::size_t first, F&& f) {
-  const auto whole = [](auto member) {
-    return [member](const ParticleTable& p) -> const auto& { return p.*member; };
-  };
-  const auto narrowed = [](auto member) { return [member](const ParticleTable& p) { return narrow(p.*member); }; };
-  /// Of the Kirchhoff stress and J of each particle.
-  const auto derived = [](auto of) {
-    return [of](const ParticleTable& p) {
-      std::vector<float> values(p.size());
-      for (std::size_t i = 0; i < p.size(); ++i) values[i] = static_cast<float>(of(&p.stress[6 * i], p.volume_ratio[i]));
-      return values;
-    };
-  };
-  f("id", {}, whole(&ParticleTable::id));
-  f("position_m", {3}, whole(&ParticleTable::position));
-  if (kind == Kind::final) {
-    f("velocity_m_s", {3}, whole(&ParticleTable::velocity));
-    f("velocity_gradient_1_s", {3, 3}, [](const ParticleTable& p) { return transposed(p.affine); });
-  } else {
-    f("velocity_m_s", {3}, narrowed(&ParticleTable::velocity));
-  }
-  f("kirchhoff_stress_pa", {6}, whole(&ParticleTable::stress));
-  f("volume_ratio", {}, whole(&ParticleTable::volume_ratio));
-  f("reference_volume_m3", {}, whole(&ParticleTable::volume));
-  if (kind == Kind::final) return f("internal", {}, whole(&ParticleTable::internal));
-  f("internal", {}, narrowed(&ParticleTable::internal));
-  f("pressure_pa", {}, derived([](const double* tau, double j) { return -(tau[0] + tau[1] + tau[2]) / (3.0 * j); }));
-  f("stress_xx_pa", {}, derived([](const double* tau, double j) { return tau[0] / j; }));
-  f("density_kg_m3", {}, derived([&info](const double*, double j) { return info.reference_density / j; }));
-  f("vertex", {}, [first](const ParticleTable& p) {
-    std::vector<std::int32_t> vertex(p.size());
-    std::iota(vertex.begin(), vertex.end(), static_cast<std::int32_t>(first));
-    return vertex;
-  });
-}
-
-}  // namespace
-
-struct SnapshotWriter::File {
-  Kind kind;
-  std::filesystem::path path;
-  SnapshotInfo info;
-  std::size_t rows = 0;  // so far
-  hdf5::Writer file;
-};
-
-SnapshotWriter::SnapshotWriter(Kind kind, const std::filesystem::path& path, std::size_t particles, const SnapshotInfo& info)
-    : file_(std::make_unique<File>()) {
-  file_->kind = kind;
-  file_->path = path;
-  file_->info = info;
-  put_info(file_->file, kind == Kind::frame ? frame_kind : final_kind, info);
-  for_each_column(kind, info, 0, [&](const char* name, std::initializer_list<std::size_t> of_a_row, auto&& column) {
-    hdf5::Shape shape = {particles};
-    shape.insert(shape.end(), of_a_row);
-    using Values = std::decay_t<decltype(column(ParticleTable{}))>;
-    file_->file.declare<typename Values::value_type>(name, shape);
-  });
-  file_->file.open(path);
-}
-
-SnapshotWriter::~SnapshotWriter() = default;
-
-void SnapshotWriter::append(const ParticleTable& piece) {
-  check_columns(file_->path, file_->kind, piece);
-  for_each_column(file_->kind, file_->info, file_->rows, [&](const char* name, std::initializer_list<std::size_t>, auto&& column) {
-    const auto& values = column(piece);
-    using Values = std::decay_t<decltype(values)>;
-    file_->file.append(name, std::span<const typename Values::value_type>(values));
-  });
-  file_->rows += piece.size();
-}
-
-void SnapshotWriter::commit() { file_->file.commit(); }
-
-void make_frame_directory(const std::filesystem::path& directory) {
-  std::error_code error;  // not the directory itself: one that was moved away while a run goes on is not made again
-  std::filesystem::create_directory(directory / "frames", error);
-  if (error) throw file_error("cannot create directory", directory / "frames", error.value());
-}
-
 void write_frame(const std::filesystem::path& directory, int index, const ParticleTable& p, const SnapshotInfo& info) {
-  check_columns(frame_path(directory, index), Kind::frame, p);
-  make_frame_directory(directory);
-  SnapshotWriter file(Kind::frame, frame_path(directory, index), p.size(), info);
-  file.append(p);
-  file.commit();
+  const std::filesystem::path path = frame_path(directory, index);
+  check_columns(path, p);
+  const std::size_t n = p.size();
+  std::vector<float> pressure(n), stress_xx(n), density(n);
+  for (std::size_t i = 0; i < n; ++i) {
+    const double* tau = &p.stress[6 * i];
+    const double j = p.volume_ratio[i];
+    pressure[i] = static_cast<float>(-(tau[0] + tau[1] + tau[2]) / (3.0 * j));
+    stress_xx[i] = static_cast<float>(tau[0] / j);
+    density[i] = static_cast<float>(info.reference_density / j);
+  }
+  hdf5::Writer file;
+  put_info(file, frame_kind, info);
+  put(file, "id", p.id);
+  put(file, "position_m", p.position, {n, 3});
+  put(file, "velocity_m_s", narrow(p.velocity), {n, 3});
+  put(file, "kirchhoff_stress_pa", p.stress, {n, 6});
+  put(file, "volume_ratio", p.volume_ratio);
+  put(file, "reference_volume_m3", p.volume);
+  put(file, "internal", narrow(p.internal));
+  put(file, "pressure_pa", pressure);
+  put(file, "stress_xx_pa", stress_xx);
+  put(file, "density_kg_m3", density);
+  std::vector<std::int32_t> vertex(n);
+  std::iota(vertex.begin(), vertex.end(), 0);
+  put(file, "vertex", vertex);
+  std::error_code error;  // not the directory itself: one that was moved away while a run goes on is not made again
+  std::filesystem::create_directory(path.parent_path(), error);
+  if (error) throw file_error("cannot create directory", path.parent_path(), error.value());
+  file.save(path);
 }
 
 void write_final(const std::filesystem::path& path, const ParticleTable& p, const SnapshotInfo& info) {
-  check_columns(path, Kind::final, p);
-  SnapshotWriter file(Kind::final, path, p.size(), info);
-  file.append(p);
-  file.commit();
+  check_columns(path, p);
+  const std::size_t n = p.size();
+  if (p.affine.size() != 9 * n) {
+    throw IoError(fmt::format("cannot write '{}': column affine has {} numbers for {} particles, {} are needed", path.string(),
+                              p.affine.size(), n, 9 * n));
+  }
+  hdf5::Writer file;
+  put_info(file, final_kind, info);
+  put(file, "id", p.id);
+  put(file, "position_m", p.position, {n, 3});
+  put(file, "velocity_m_s", p.velocity, {n, 3});
+  put(file, "velocity_gradient_1_s", transposed(p.affine), {n, 3, 3});
+  put(file, "kirchhoff_stress_pa", p.stress, {n, 6});
+  put(file, "volume_ratio", p.volume_ratio);
+  put(file, "reference_volume_m3", p.volume);
+  put(file, "internal", p.internal);
+  file.save(path);
 }
 
 Snapshot read_frame(const std::filesystem::path& path) { return read_snapshot(path, frame_kind); }

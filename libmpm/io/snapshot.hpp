@@ -26,7 +26,6 @@
 #include <cstdint>
 #include <filesystem>
 #include <functional>
-#include <memory>
 #include <string>
 #include <vector>
 
@@ -35,7 +34,6 @@
 
 namespace mpm {
 
-class ParticleBin;
 struct Particle;
 struct Scene;
 struct State;
@@ -54,27 +52,6 @@ struct ParticleTable {
   [[nodiscard]] std::size_t size() const { return id.size(); }  ///< N
 };
 
-/// The particles of a state in the order of their identity numbers. Refers to the state, which must not change.
-class ParticleOrder {
- public:
-  /// @param keep  which of them; empty: all
-  explicit ParticleOrder(const State& state, const std::function<bool(const Particle&)>& keep = {});
-  [[nodiscard]] std::size_t size() const { return order_.size(); }  ///< particles
-  [[nodiscard]] Particle operator[](std::size_t i) const;           ///< the i-th
-  /// Place of the first particle whose number is not below this.
-  [[nodiscard]] std::size_t first_from(std::uint64_t id) const;
-
- private:
-  struct Place {
-    std::uint64_t id;
-    const ParticleBin* bin;
-    int slot;
-  };
-  std::vector<Place> order_;
-};
-
-/// Some particles by columns. @param get  the i-th, by rising identity number
-ParticleTable particle_table(std::size_t count, const std::function<Particle(std::size_t)>& get, const Scene& scene);
 /// The particles of a state in the order of their identity numbers.
 /// @param keep  which of them; empty: all
 ParticleTable particle_table(const State& state, const Scene& scene, const std::function<bool(const Particle&)>& keep = {});
@@ -103,28 +80,6 @@ inline constexpr int snapshot_format_version = 1;
 /// DIR/frames/NNNNN.h5
 std::filesystem::path frame_path(const std::filesystem::path& directory, int index);
 
-/// Writes a frame or a final state in pieces: memory holds one of them. @throws IoError
-class SnapshotWriter {
- public:
-  /// What is written: which columns, and with which numbers.
-  enum class Kind : std::uint8_t { frame, final };
-  /// @param particles  of all pieces
-  SnapshotWriter(Kind kind, const std::filesystem::path& path, std::size_t particles, const SnapshotInfo& info);
-  ~SnapshotWriter();
-  SnapshotWriter(const SnapshotWriter&) = delete;
-  SnapshotWriter& operator=(const SnapshotWriter&) = delete;
-  /// The next particles. @throws IoError also if columns differ in length
-  void append(const ParticleTable& piece);
-  /// All are there: the file gets its name.
-  void commit();
-
- private:
-  struct File;
-  std::unique_ptr<File> file_;
-};
-
-/// Creates DIR/frames if needed. DIR must exist. @throws IoError
-void make_frame_directory(const std::filesystem::path& directory);
 /// Writes frame `index` of the run directory, which must exist; creates DIR/frames if needed. @throws IoError; also if columns differ in
 /// length
 void write_frame(const std::filesystem::path& directory, int index, const ParticleTable& particles, const SnapshotInfo& info);

@@ -86,12 +86,9 @@ FrameSeries FrameSeries::resume(std::filesystem::path directory, int next, const
   return FrameSeries(std::move(directory), std::move(frames), next);
 }
 
-void FrameSeries::append(std::size_t particles, const SnapshotInfo& info, const std::function<void(SnapshotWriter&)>& fill) {
-  make_frame_directory(directory_);
-  SnapshotWriter file(SnapshotWriter::Kind::frame, frame_path(directory_, next_), particles, info);
-  fill(file);
-  file.commit();
-  frames_.push_back({next_, info.time, particles});
+void FrameSeries::append(const ParticleTable& particles, const SnapshotInfo& info) {
+  write_frame(directory_, next_, particles, info);
+  frames_.push_back({next_, info.time, particles.size()});
   ++next_;
   write_xdmf(directory_, frames_);
 }

@@ -26,13 +26,8 @@ class FrameSeries {
   /// @param damaged called with the reason for each of these
   static FrameSeries resume(std::filesystem::path directory, int next, const std::function<void(const std::string&)>& damaged = {});
 
-  /// Writes the next frame, then frames.xdmf. @param particles  how many. @param fill  appends them to the frame, piece by piece
-  void append(std::size_t particles, const SnapshotInfo& info, const std::function<void(SnapshotWriter&)>& fill);
-
-  /// The same for particles that are all here.
-  void append(const ParticleTable& particles, const SnapshotInfo& info) {
-    append(particles.size(), info, [&](SnapshotWriter& file) { file.append(particles); });
-  }
+  /// Writes the next frame, then frames.xdmf.
+  void append(const ParticleTable& particles, const SnapshotInfo& info);
 
   [[nodiscard]] std::span<const FrameEntry> frames() const { return frames_; }  ///< in the order of time
 

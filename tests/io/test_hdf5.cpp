@@ -4,7 +4,6 @@
 #include <sys/resource.h>
 #include <unistd.h>
 
-#include <cmath>
 #include <fstream>
 #include <new>
 #include <random>
@@ -47,7 +46,8 @@ TEST(Hdf5, ShortMemoryIsBadAllocBeforeTheLibraryMeetsIt) {
   rlimit before{};
   ASSERT_EQ(::getrlimit(RLIMIT_AS, &before), 0);
   rlimit low = before;
-  low.rlim_cur = pages * static_cast<std::size_t>(::sysconf(_SC_PAGESIZE)) + 40 * megabyte;  // not for a copy of the array
+  low.rlim_cur =
+      pages * static_cast<std::size_t>(::sysconf(_SC_PAGESIZE)) + 80 * megabyte;  // for the array once, not for a file that moves
   ASSERT_EQ(::setrlimit(RLIMIT_AS, &low), 0);
   bool refused = false;
   {
@@ -102,59 +102,6 @@ TEST(Hdf5, ReadsBackEveryTypeAndAttributeThatWasWritten) {
   EXPECT_EQ(r.integer("i"), -3);
   EXPECT_TRUE(r.has_dataset("u8"));
   EXPECT_FALSE(r.has_dataset("v8"));
-}
-
-TEST(Hdf5, PiecesGiveTheBytesOfTheWhole) {
-  const TemporaryDirectory dir;
-  std::mt19937_64 random(1);
-  std::vector<double> x(30000);
-  std::vector<std::int32_t> n(7000);
-  for (double& v : x) v = std::ldexp(static_cast<double>(random()), -64);
-  for (std::int32_t& v : n) v = static_cast<std::int32_t>(random());
-  {
-    Writer w;
-    w.attribute("time_s", 0.1);
-    put(w, "x", x, {10000, 3});
-    put<float>(w, "none", {}, {0, 2});
-    put(w, "n", n);
-    w.save(dir / "whole.h5");
-  }
-  Writer w;
-  w.attribute("time_s", 0.1);
-  w.declare<double>("x", {10000, 3});
-  w.declare<float>("none", {0, 2});
-  w.declare<std::int32_t>("n", {7000});
-  w.open(dir / "pieces.h5");
-  EXPECT_FALSE(std::filesystem::exists(dir / "pieces.h5"));
-  const auto all_x = std::span<const double>(x);
-  const auto all_n = std::span<const std::int32_t>(n);
-  w.append("n", all_n.first(1));
-  for (std::size_t i = 0; i < x.size(); i += 1000) w.append("x", all_x.subspan(i, 1000));
-  EXPECT_NE(io_error_of([&] { w.commit(); }).find("'n' is given fewer values"), std::string::npos);
-  w.append("n", all_n.subspan(1));
-  EXPECT_NE(io_error_of([&] { w.append("n", all_n.first(1)); }).find("'n' is given more values"), std::string::npos);
-  EXPECT_NE(io_error_of([&] { w.append("y", all_n.first(1)); }).find("no dataset 'y'"), std::string::npos);
-  w.commit();
-  EXPECT_EQ(read_file(dir / "pieces.h5"), read_file(dir / "whole.h5"));
-  EXPECT_EQ(Reader(dir / "pieces.h5").dataset<double>("x", {10000, 3}), x);
-}
-
-TEST(Hdf5, AFileLargerThanTheLimitOfThisProcessIsAnErrorThatNamesIt) {
-  const TemporaryDirectory dir;
-  rlimit before{};
-  ASSERT_EQ(::getrlimit(RLIMIT_FSIZE, &before), 0);
-  rlimit low = before;
-  low.rlim_cur = std::size_t{1} << 20;
-  ASSERT_EQ(::setrlimit(RLIMIT_FSIZE, &low), 0);
-  const std::string message = io_error_of([&] {
-    Writer w;
-    put(w, "x", std::vector<double>(1 << 18));
-    w.save(dir / "f.h5");
-  });
-  ::setrlimit(RLIMIT_FSIZE, &before);
-  EXPECT_NE(message.find((dir / "f.h5").string()), std::string::npos) << message;
-  EXPECT_NE(message.find("ulimit -f"), std::string::npos) << message;
-  EXPECT_TRUE(std::filesystem::is_empty(dir.path()));
 }
 
 TEST(Hdf5, EqualContentGivesEqualBytes) {

@@ -4,7 +4,6 @@
 #include "libmpm/base/error.hpp"
 #include "libmpm/core/diagnostics.hpp"
 #include "libmpm/core/health.hpp"
-#include "libmpm/driver/pieces.hpp"
 #include "libmpm/driver/worker.hpp"
 #include "libmpm/parallel/block_exchange.hpp"
 #include "support/rank_cases.hpp"
@@ -77,11 +76,7 @@ Outcome on_several(const Case& c, int steps, int ranks, int threads, const Balan
     State state = make_state(c, scene);
     state.grid.divide(&exchange);
     take_steps(state, scene, steps, outcome);
-    const auto add = [&](const Grid& piece) {
-      const auto more = testing::stored_particles(piece);
-      outcome.particles.insert(outcome.particles.end(), more.begin(), more.end());
-    };
-    for_each_grid_piece(state, [](std::span<const BlockHead>) {}, add, {.particles = 500});
+    outcome.particles = testing::stored_particles(whole_state(state).grid);
     outcome.moves = exchange.own_counts().moves;
     EXPECT_LT(testing::stored_particles(state.grid).size(), outcome.particles.size());  // the others have the rest
     exchange.tell(Task::end, state, 0.0);
@@ -148,48 +143,6 @@ TEST(Ranks, AFaultOfOneEndsAllWithItsMessage) {
     EXPECT_EQ(message_of(state), expected);
     EXPECT_FALSE(exchange.busy());
     exchange.tell(Task::end, state, 0.0);
-  });
-}
-
-TEST(Ranks, PiecesAreTheParticlesOfAllInOrder) {
-  Case c = testing::empty_case();
-  c.bodies = {testing::box_body({-2.0, -1.0, 0.0}, {2.0, 1.0, 2.0})};
-  const Scene scene = make_scene(c);
-  constexpr PieceSize hundred{.particles = 100};
-  State alone = make_state(c, scene);
-  step(alone, scene, 1e-3);
-  const ParticleTable expected = particle_table(alone, scene);
-  ASSERT_GT(expected.size(), 1000U);
-  testing::on_ranks(3, [&](Transport& transport) {
-    BlockExchange exchange(transport);
-    State state = exchange.first() ? make_state(c, scene) : State(c.numerics.cell_size);
-    state.grid.divide(&exchange);
-    if (!exchange.first()) {
-      step(state, scene, exchange.next(state).dt);
-      for (int turn = 0; turn < 2; ++turn) {
-        exchange.next(state);
-        send_pieces(state, hundred);
-        exchange.done();
-      }
-      return;
-    }
-    step(state, scene, 1e-3);
-    ParticleTable all;
-    const auto add = [&](const ParticleTable& piece) {
-      EXPECT_LE(piece.size(), hundred.particles);
-      all.id.insert(all.id.end(), piece.id.begin(), piece.id.end());
-      all.position.insert(all.position.end(), piece.position.begin(), piece.position.end());
-      all.stress.insert(all.stress.end(), piece.stress.begin(), piece.stress.end());
-    };
-    for_each_piece(state, scene, add, hundred);
-    EXPECT_EQ(all.id, expected.id);
-    EXPECT_EQ(all.position, expected.position);
-    EXPECT_EQ(all.stress, expected.stress);
-    int calls = 0;  // a disk that is full at the first piece: the other ranks are heard to the end
-    const auto fail = [&](const ParticleTable&) { throw IoError("full " + std::to_string(++calls)); };
-    EXPECT_THROW(for_each_piece(state, scene, fail, hundred), IoError);
-    EXPECT_EQ(calls, 1);
-    EXPECT_FALSE(exchange.busy());
   });
 }
 
