@@ -46,6 +46,7 @@ inline std::vector<NamedCase> repeatable_cases() {
   all.push_back({"avalanche_aflip_at_surfaces", small_avalanche(6.0)});
   all.push_back({"whole_avalanche_aflip_at_a_cylinder", small_avalanche(6.0)});
   all.back().c.conveyor->mirror_y = false;
+  all.back().c.conveyor->width = 14.0;  // more than a round mast joins
   all.back().c.obstacle->shape = CylinderShape{.width = 0.8};
   all.back().c.obstacle->height = 0.6;  // of the flow's 1 m
   for (std::size_t n = all.size() - 2; n < all.size(); ++n) {
