@@ -37,8 +37,7 @@ enum class Task : std::uint32_t {
   fastest,  ///< the fastest particle of all
   inside,   ///< particles that start inside a boundary
   observe,  ///< particles that an observer wants to see
-  columns,  ///< all particles in the order of their numbers, piece by piece
-  blocks,   ///< all blocks in their order, piece by piece
+  collect,  ///< all particles
   report,   ///< what was exchanged
   end,      ///< nothing follows
 };

@@ -62,7 +62,7 @@ void work_on(const Case& c, Ranks& ranks) {
           ranks.collect(
               state.grid, [&](const Block& b) { return observers.visits(b, scene, c.numerics.cell_size); }, nothing);
           break;
-        case Task::columns:
+        case Task::collect:
           ranks.collect(
               state.grid, [](const Block&) { return true; }, nothing);
           break;
@@ -79,7 +79,7 @@ void work_on(const Case& c, Ranks& ranks) {
 State whole_state(const State& state) {
   State all(state.grid.cell_size(), state.grid.precision());
   Ranks& ranks = *state.grid.ranks();
-  ranks.tell(Task::columns, state);
+  ranks.tell(Task::collect, state);
   ranks.collect(
       state.grid, [](const Block&) { return true; }, all.grid);
   ranks.done();
