@@ -116,9 +116,6 @@ class Ranks {
   /// Particles of all ranks, as of the last announce(). @param own  of this rank: all that there are before the first step
   [[nodiscard]] virtual std::size_t particle_count(std::size_t own) const = 0;
 
-  /// The first rank's message becomes that of all.
-  virtual void share(Message& message) = 0;
-
   /// Copies blocks with their particles into a grid of the first rank that knows no other ranks.
   /// @param wanted  which, asked where the block is
   virtual void collect(const Grid& from, const std::function<bool(const Block&)>& wanted, Grid& into) = 0;

@@ -41,7 +41,6 @@ class BlockExchange : public Ranks {
   double agree(double largest, const std::optional<BlockFault>& fault) override;
   void sum(std::span<std::uint64_t> numbers) override;
   std::vector<Message> gather(Message mine) override;
-  void share(Message& message) override { transport_.broadcast(message); }
   [[nodiscard]] std::size_t particle_count(std::size_t own) const override { return now_ ? now_->particles : own; }
   void collect(const Grid& from, const std::function<bool(const Block&)>& wanted, Grid& into) override;
   std::vector<RankCounts> counts(std::size_t particles) override;
