@@ -30,6 +30,11 @@ EVIDENCE_TABLES = ("coefficient_intervals", "leave_one_out", "influence", "publi
 FITTED = ("coefficients", "factor_curves", "height_curves", "points")
 # The C++ stopped its search when the sum of squares no longer fell, at up to 1.4e-8 of a coefficient from the minimum.
 COEFFICIENTS, SCORES, SUMS = 1e-6, 1e-9, 1e-12
+# The end of a bootstrap's interval is one draw's value. Rounding, which depends on the processor, may send a draw whose sum of squares has
+# two minima to the other one; the end is then the next draw's value. Draws of seven Froude numbers are up to 1e-3 apart there.
+DRAWS = 2e-3
+DRAWN = [f"{group}_{end}" for group in ("material", "froude") for end in ("from", "to")]
+INFLUENCE_KEYS = ["equation", "froude_number", "effective_friction", "hardening_xi", "relative_height"]
 
 
 class CommittedStudy(unittest.TestCase):
@@ -72,12 +77,16 @@ class CommittedStudy(unittest.TestCase):
     def test_evidence_is_found_again(self):
         """Bootstrap included: its seed is fixed. Two searches of a flat minimum agree to the root of epsilon, magnified in differences."""
         for table in EVIDENCE_TABLES:
-            if (RESULTS / self.name / f"{table}.csv").exists():
-                found, committed = self.both(table)
-                self.assertEqual(list(found), list(committed), table)
-                for column in committed.select_dtypes("number"):
-                    np.testing.assert_allclose(found[column].astype(float), committed[column], rtol=2e-5, atol=2e-5,
-                                               err_msg=f"{table}: {column}")
+            if not (RESULTS / self.name / f"{table}.csv").exists():
+                continue
+            found, committed = self.both(table)
+            self.assertEqual(list(found), list(committed), table)
+            if table == "influence":  # sorted by a change whose near-ties change places with rounding
+                found, committed = (t.sort_values(INFLUENCE_KEYS, ignore_index=True) for t in (found, committed))
+            for column in committed.select_dtypes("number"):
+                tolerance = DRAWS if column in DRAWN else 2e-5
+                np.testing.assert_allclose(found[column].astype(float), committed[column], rtol=tolerance, atol=tolerance,
+                                           err_msg=f"{table}: {column}")
 
     def test_scores_against_the_published_coefficients_are_equal(self):
         found, committed = (table[table.coefficients == "published"] for table in self.both("scores"))
