@@ -116,7 +116,7 @@ RunResult Session::run(const Case& c, RunOptions options) {
 }
 
 int Session::serve() {
-  for (const int number : {SIGINT, SIGTERM, SIGHUP, SIGUSR1}) std::signal(number, SIG_IGN);  // the first rank decides
+  for (const int number : {SIGINT, SIGTERM, SIGHUP, SIGUSR1, SIGUSR2}) std::signal(number, SIG_IGN);  // the first rank decides
   try {
     for (;;) {
       Message message;

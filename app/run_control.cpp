@@ -16,7 +16,7 @@ namespace mpm::app {
 
 namespace {
 
-/// SIGINT, SIGTERM and SIGHUP ask for a checkpoint and an end at the next sample; SIGUSR1 asks for a checkpoint only.
+/// SIGINT, SIGTERM, SIGUSR2 and SIGHUP ask for a checkpoint and an end at the next sample; SIGUSR1 asks for a checkpoint only.
 std::atomic<int> stop_signal{0};
 std::atomic<long long> stop_asked_at{0};  ///< ms on the monotonic clock
 std::atomic<bool> checkpoint_wanted{false};
@@ -85,6 +85,7 @@ void ProgressLine::finish() {
 void listen_to_signals() {
   std::signal(SIGINT, ask_to_stop);
   std::signal(SIGTERM, ask_to_stop);
+  std::signal(SIGUSR2, ask_to_stop);  // mpirun passes it on, and does not kill after it
   std::signal(SIGUSR1, ask_for_checkpoint);
   if (std::signal(SIGHUP, ask_to_stop) == SIG_IGN) std::signal(SIGHUP, SIG_IGN);  // nohup asks to go on without the terminal
   std::signal(SIGXFSZ, SIG_IGN);  // a file beyond the limit is then an error of write(), with its message

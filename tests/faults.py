@@ -269,7 +269,7 @@ class Campaign:
         self.reference = full
 
     def signals(self):
-        for name in ("SIGTERM", "SIGINT", "SIGHUP"):
+        for name in ("SIGTERM", "SIGINT", "SIGHUP", "SIGUSR2"):
             out, process = self.halted(6, preexec_fn=lambda: signal.signal(signal.SIGHUP, signal.SIG_DFL))  # nohup may have started us
             process.send_signal(getattr(signal, name))
             outcome = self.go_on(process)

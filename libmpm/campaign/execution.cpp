@@ -50,9 +50,9 @@ std::string last_line(const fs::path& file) {
 }
 
 /// Only what may be called between fork and exec. Never returns.
-[[noreturn]] void become(char* const* arguments, const char* output, pid_t parent) {
+[[noreturn]] void become(char* const* arguments, const char* output, pid_t parent, int stop) {
   setpgid(0, 0);
-  prctl(PR_SET_PDEATHSIG, SIGTERM);
+  prctl(PR_SET_PDEATHSIG, stop);
   if (getppid() != parent) _exit(1);  // died before the line above
   const int nothing = open("/dev/null", O_RDWR), log = open(output, O_WRONLY | O_CREAT | O_TRUNC, 0644);
   if (nothing < 0 || log < 0) _exit(static_cast<int>(ExitCode::io));
@@ -76,6 +76,7 @@ class Pool {
       : campaign_(campaign),
         options_(options),
         launcher_(launcher_words(campaign.plan.ranks, campaign.plan.launcher)),
+        stop_(launcher_.empty() ? SIGTERM : stop_through_launcher),
         failures_(campaign.runs.size(), 0) {
     for (const std::size_t i : runs) {
       const RunStatus status = status_of(options.out, campaign.runs[i]);
@@ -117,7 +118,7 @@ class Pool {
     if (request == Request::stop && !stopping_) {
       stopping_ = true;
       say(fmt::format("stopping: {} runs write their checkpoints", children_.size()));
-      for (const Child& c : children_) kill(c.process, SIGTERM);
+      for (const Child& c : children_) kill(c.process, stop_);
     }
   }
 
@@ -177,7 +178,7 @@ class Pool {
     const std::string output = (directory / "stderr.log").string();
     const pid_t parent = getpid(), child = fork();
     if (child < 0) throw IoError(fmt::format("cannot start a process for {}: {}; use fewer --jobs", run.name, std::strerror(errno)));
-    if (child == 0) become(arguments.data(), output.c_str(), parent);
+    if (child == 0) become(arguments.data(), output.c_str(), parent, stop_);
     children_.push_back({i, child});
     say(fmt::format("{}: {}", run.name, attempts.size() > 1 ? fmt::format("goes on (attempt {})", attempts.size()) : "started"));
   }
@@ -203,7 +204,7 @@ class Pool {
       ++report_.done;
       tidy_run(options_.out, campaign_.plan, run);
       say(fmt::format("{}: done", run.name));
-    } else if (stopping_ && (a.signal == SIGTERM || a.signal == SIGINT)) {
+    } else if (stopping_ && (a.signal == stop_ || a.signal == SIGTERM || a.signal == SIGINT)) {
       a.outcome = "stopped";
     } else {
       a.outcome = "failed";
@@ -224,6 +225,7 @@ class Pool {
   const Campaign& campaign_;
   const ExecutionOptions& options_;
   std::vector<std::string> launcher_;  ///< words before those of a child
+  int stop_;                           ///< signal that asks a child for its checkpoint and its end
   std::deque<std::size_t> waiting_;    ///< in the order in which they are started
   std::vector<Child> children_;
   std::vector<int> failures_;            ///< of each run, in this call

@@ -2,8 +2,9 @@
 /// Runs the runs of a campaign, each in a process of its own: one that crashes takes no other with it.
 ///
 /// A child is `PROGRAM run OUT/runs/NAME/case.toml --out OUT/runs/NAME --threads N --resume`, or for several ranks the launcher of that. It
-/// has a process group of its own, so that a Ctrl-C reaches it through this process alone, and gets SIGTERM when this process dies, however
-/// it dies: it writes its checkpoint and ends. Until then it holds the lock of its folder, and the run is not started a second time.
+/// has a process group of its own, so that a Ctrl-C reaches it through this process alone, and gets SIGTERM (a launcher: SIGUSR2) when this
+/// process dies, however it dies: it writes its checkpoint and ends. Until then it holds the lock of its folder, and the run is not started
+/// a second time.
 
 #include <cstddef>
 #include <filesystem>

@@ -29,8 +29,7 @@ std::string found_in_path(const std::string& command) {
 }  // namespace
 
 std::vector<std::string> default_launcher() {
-  std::vector<std::string> words = {"mpirun", "-np",   ranks_placeholder,           "--quiet", "--oversubscribe", "--bind-to",
-                                    "none",   "--mca", "odls_base_sigkill_timeout", "86400"};
+  std::vector<std::string> words = {"mpirun", "-np", ranks_placeholder, "--quiet", "--oversubscribe", "--bind-to", "none"};
   if (geteuid() == 0) words.emplace_back("--allow-run-as-root");
   return words;
 }
