@@ -4,6 +4,8 @@
 
 #include "libmpm/io/csv.hpp"
 #include "support/mpi.hpp"
+#include "support/rank_cases.hpp"
+#include "support/rank_files.hpp"
 #include "support/slurm.hpp"
 
 namespace mpm {
@@ -87,6 +89,7 @@ class MpiSlurm : public testing::SlurmTest {
  protected:
   void SetUp() override {
     if (!testing::with_mpi) GTEST_SKIP() << "built without MPI; `./run build mpi` and `ctest --preset mpi -R Mpi` run this";
+    setenv("OMPI_MCA_mpi_yield_when_idle", "1", 1);  // as testing::patient
     testing::SlurmTest::SetUp();
   }
 };
@@ -101,15 +104,50 @@ TEST_F(MpiSlurm, TasksAreTheRanksOfARun) {
   EXPECT_EQ(Table::read(directory_ / "two/runs.csv").text("ranks"), std::vector<std::string>(2, "2"));
 }
 
+/// Snow on a mast, long enough to be disturbed.
+Case avalanche() {
+  Case c = testing::with_frames(testing::rank_cases()[5].c);
+  c.output.duration = 0.6;
+  return c;
+}
+
 TEST_F(MpiSlurm, SrunStartsRanks) {
-  std::ofstream(directory_ / "case.toml") << falling_block;
+  testing::write_rank_case(directory_ / "case.toml", avalanche());
   const std::string run = "'" MPM_APP "' run case.toml --threads 1 --out ";
   ASSERT_EQ(shell(run + "one").code, 0);
-  const Outcome two = with_slurm("srun --mpi=pmix --ntasks=2 " + run + "two");
-  ASSERT_EQ(two.code, 0) << two.err;
-  for (const char* name : {"final.h5", "series.csv"})
-    EXPECT_TRUE(content(directory_ / "one" / name) == content(directory_ / "two" / name)) << name;
-  EXPECT_TRUE(contains(content(directory_ / "two/results.json"), "\"ranks\": 2"));
+  const Outcome three = with_slurm("srun --mpi=pmix --ntasks=3 " + run + "three");
+  ASSERT_EQ(three.code, 0) << three.err;
+  testing::expect_same_files(directory_ / "one", directory_ / "three");
+  EXPECT_TRUE(contains(content(directory_ / "three/results.json"), "\"ranks\": 3"));
+}
+
+/// The job script of docs/cluster.md for this machine: one node, two tasks.
+std::string job_script() {
+  const std::string page = content(MPM_SOURCE_DIR "/docs/cluster.md");
+  const auto first = page.find("#!/bin/bash");
+  std::string script = page.substr(first, page.find("```", first) - first);
+  for (const auto& [of_the_page, here] : {std::pair{"--nodes=2", "--nodes=1"}, std::pair{"--ntasks-per-node=8", "--ntasks-per-node=2"},
+                                          std::pair{"--cpus-per-task=4", "--cpus-per-task=1"}, std::pair{"build/mpi/bin/mpm", MPM_APP}}) {
+    const auto at = script.find(of_the_page);
+    EXPECT_NE(at, std::string::npos) << of_the_page;
+    if (at != std::string::npos) script.replace(at, std::string_view(of_the_page).size(), here);
+  }
+  return script;
+}
+
+TEST_F(MpiSlurm, TheJobScriptOfTheDocumentationWritesACheckpointWhenSlurmSignalsIt) {
+  testing::write_rank_case(directory_ / "case.toml", avalanche());
+  std::ofstream(directory_ / "job.sh") << job_script();
+  ASSERT_EQ(shell("'" MPM_APP "' run case.toml --threads 1 --out one").code, 0);
+  const Outcome job = with_slurm(  // the signal is that of --signal=B:USR1
+      "sh -c 'job=$(sbatch --parsable job.sh) || exit 1; "
+      "for i in $(seq 600); do [ $(cat out/fr3/series.csv 2>/dev/null | wc -l) -gt 3 ] && break; sleep 0.05; done; "
+      "scancel --batch --signal=USR1 $job; "
+      "for i in $(seq 600); do [ -z \"$(squeue --noheader --job $job)\" ] && break; sleep 0.1; done; cat slurm-$job.out'");
+  ASSERT_EQ(job.code, 0) << job.err;
+  EXPECT_TRUE(contains(content(directory_ / "out/fr3/run.log"), "(asked for)")) << job.out;
+  EXPECT_TRUE(contains(content(directory_ / "out/fr3/results.json"), "\"ranks\": 2")) << job.out;
+  testing::expect_same_files(directory_ / "one", directory_ / "out/fr3");
 }
 
 }  // namespace

@@ -9,14 +9,13 @@
 #include <filesystem>
 #include <fstream>
 #include <random>
-#include <set>
 #include <thread>
 
-#include "libmpm/driver/case_file.hpp"
 #include "libmpm/io/atomic_file.hpp"
 #include "support/command.hpp"
 #include "support/mpi.hpp"
 #include "support/rank_cases.hpp"
+#include "support/rank_files.hpp"
 #include "support/temporary_directory.hpp"
 
 namespace mpm {
@@ -40,38 +39,11 @@ class MpiRun : public testing::MpiTest {
   Outcome several(int ranks, int threads, const std::string& out, const std::string& more = "", const std::string& variables = "") {
     return mpm(variables + " " + launcher(ranks), fmt::format("run case.toml --out {} --threads {} {}", out, threads, more));
   }
-  void write(Case c) {
-    if (c.conveyor) c.conveyor->upstream_length = std::max(c.conveyor->upstream_length, 4.0 * c.numerics.cell_size);  // as a file needs
-    write_file(folder / "case.toml", write_case(c));
-  }
-
-  /// The files whose bytes must be those of one rank.
-  std::set<std::string> files(const std::string& out) {
-    std::set<std::string> names;
-    for (const auto& entry : fs::recursive_directory_iterator(folder / out)) {
-      const std::string name = fs::relative(entry.path(), folder / out).string();
-      const bool tells_of_execution =
-          name == "results.json" || name == "run.log" || name == "ranks.json" || name == ".lock" || name.starts_with("checkpoint");
-      if (entry.is_regular_file() && !tells_of_execution) names.insert(name);
-    }
-    return names;
-  }
-  void expect_same_files(const std::string& a, const std::string& b) {
-    const auto names = files(a);
-    EXPECT_TRUE(names.contains("final.h5") && names.contains("series.csv"));
-    EXPECT_EQ(names, files(b));
-    for (const std::string& name : names) EXPECT_TRUE(content(folder / a / name) == content(folder / b / name)) << b << '/' << name;
-  }
+  void write(const Case& c) { testing::write_rank_case(folder / "case.toml", c); }
+  void expect_same_files(const std::string& a, const std::string& b) { testing::expect_same_files(folder / a, folder / b); }
 
   TemporaryDirectory folder;
 };
-
-/// A file of the case writes frames, and its bodies start within the domain (ranks as threads test particles that leave it).
-Case with_frames(Case c) {
-  c.output.frames_per_second = 50.0;
-  for (const BodySpec& body : c.bodies) c.domain.max = c.domain.max.cwiseMax(body.max);
-  return c;
-}
 
 TEST_F(MpiRun, WritesTheBytesOfOneRank) {
   const auto cases = testing::rank_cases();
@@ -80,7 +52,7 @@ TEST_F(MpiRun, WritesTheBytesOfOneRank) {
     const char* variables;
   };
   for (const auto& [name, c] : cases) {
-    write(with_frames(c));
+    write(testing::with_frames(c));
     const Outcome alone = one(fmt::format("{}_1", name));
     ASSERT_EQ(alone.code, 0) << name << ": " << alone.err;
     for (const Way& way : {Way{2, 1, ""}, Way{3, 2, ""}, Way{4, 1, "MPM_REBALANCE_STEPS=10"}}) {
@@ -93,7 +65,7 @@ TEST_F(MpiRun, WritesTheBytesOfOneRank) {
 }
 
 TEST_F(MpiRun, GoesOnWithAnyNumberOfRanks) {
-  Case c = with_frames(testing::rank_cases()[5].c);
+  Case c = testing::with_frames(testing::rank_cases()[5].c);
   write(c);
   const Outcome whole = one("whole");
   ASSERT_EQ(whole.code, 0) << whole.err;
@@ -107,7 +79,7 @@ TEST_F(MpiRun, GoesOnWithAnyNumberOfRanks) {
 }
 
 TEST_F(MpiRun, AKilledRankEndsTheRunAndResumeLosesNothing) {
-  Case c = with_frames(testing::rank_cases()[5].c);
+  Case c = testing::with_frames(testing::rank_cases()[5].c);
   c.output.duration = 0.3;
   c.output.checkpoint_minutes = 1e-9;  // at every sample
   write(c);
@@ -155,7 +127,7 @@ TEST_F(MpiRun, AnUnstableRunEndsOnAllRanksWithOneMessage) {
 }
 
 TEST_F(MpiRun, AFrameThatCannotBeWrittenEndsAllRanks) {
-  Case c = with_frames(testing::rank_cases()[5].c);
+  Case c = testing::with_frames(testing::rank_cases()[5].c);
   c.output.duration = 5.0;
   write(c);
   // in the middle of the run a file takes the place of the folder of frames

@@ -2,6 +2,7 @@
 # A Slurm cluster of this machine alone, in a folder, on ports and sockets of its own:
 #   slurm_cluster.sh up DIR     starts munged, slurmctld and slurmd, and waits until the node takes jobs; SLURM_CONF=DIR/slurm.conf is it
 #   slurm_cluster.sh down DIR   ends them
+# The node says that it has 4 cores, however many there are: what tests submit must not wait for more.
 set -euo pipefail
 verb=$1 dir=$2
 
@@ -40,6 +41,7 @@ SlurmctldPidFile=$dir/slurmctld.pid
 SlurmdPidFile=$dir/slurmd.pid
 StateSaveLocation=$dir/state
 SlurmdSpoolDir=$dir/spool
+SlurmdParameters=config_overrides
 SlurmctldLogFile=$dir/slurmctld.log
 SlurmdLogFile=$dir/slurmd.log
 ProctrackType=proctrack/linuxproc
@@ -49,7 +51,7 @@ SelectTypeParameters=CR_Core
 MpiDefault=none
 ReturnToService=2
 SchedulerParameters=batch_sched_delay=0,sched_min_interval=0
-NodeName=$(hostname -s) NodeAddr=127.0.0.1 CPUs=$(nproc) State=UNKNOWN
+NodeName=$(hostname -s) NodeAddr=127.0.0.1 CPUs=4 State=UNKNOWN
 PartitionName=test Nodes=ALL Default=YES MaxTime=INFINITE State=UP
 EOC
 export SLURM_CONF=$dir/slurm.conf
