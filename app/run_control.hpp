@@ -37,8 +37,8 @@ void say(const std::string& text);
 /// Prints the advice about a case (driver/advice.hpp) to stderr, one line each: "warning: what: why; remedy".
 void print_advice(const Case& spec);
 
-/// From now on SIGINT, SIGTERM, SIGUSR2 and the end of the terminal (SIGHUP, unless it is ignored) ask for a checkpoint and an end at the next
-/// sample; SIGUSR1 asks for a checkpoint only. A closed pipe and the limit on file sizes are errors of the write, and do not end the
+/// From now on SIGINT, SIGTERM, SIGUSR2 and the end of the terminal (SIGHUP, unless it is ignored) ask for a checkpoint and an end at the
+/// next sample; SIGUSR1 asks for a checkpoint only. A closed pipe and the limit on file sizes are errors of the write, and do not end the
 /// process.
 void listen_to_signals();
 /// The request since the last call; for RunOptions::poll.
