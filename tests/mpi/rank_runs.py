@@ -22,9 +22,7 @@ hardening_xi = 5.0
 [conveyor]
 froude_number = 3.0
 width_m = {width}
-upstream_length_m = {upstream}
-downstream_length_m = 2.0
-feed = "{feed}"
+{feed}
 mirror_y = {mirror}
 [obstacle]
 friction = 0.3
@@ -38,9 +36,9 @@ series_per_second = 50
 frames_per_second = 25
 checkpoint_minutes = 1e-6
 """
-DEFAULTS = {"beta": 0.0, "width": 3.5, "upstream": 2.0, "feed": "window", "mirror": "true", "shape": "", "numerics": "", "cell_size": 0.35,
+DEFAULTS = {"beta": 0.0, "width": 7.0, "feed": 'feed = "window"\nupstream_length_m = 3.0\ndownstream_length_m = 2.0', "mirror": "true", "shape": "", "numerics": "", "cell_size": 0.35,
             "duration": 0.2}
-NODAL, SURFACE = 'contact = "nodal"\nlattice = "aligned"\n', 'contact = "surface"\n'
+NODAL, SURFACE = 'contact = "nodal"\n', 'contact = "surface"\n'
 # A checkpoint at every sample. The round mast joins the blocks around it, so that only a wider flow is divided.
 CASES = {
     "apic_window": {"numerics": NODAL + 'transfer = "apic"'},
@@ -48,7 +46,7 @@ CASES = {
     "aflip_window": {"numerics": SURFACE + 'transfer = "aflip"'},
     "aflip_round_mast": {"mirror": "false", "width": 14.0, "shape": 'shape = "cylinder"\nwidth_m = 0.8\nheight_m = 1.0',
                          "numerics": SURFACE + 'transfer = "aflip"', "cell_size": 0.4375},
-    "aflip_strip": {"feed": "strip", "numerics": SURFACE + 'transfer = "aflip"'},
+    "aflip_strip": {"feed": 'feed = "strip"', "numerics": SURFACE + 'transfer = "aflip"'},
     "single_precision": {"numerics": SURFACE + 'transfer = "aflip"\nprecision = "single"'},
 }
 OF_THE_MACHINE = r"results\.json|run\.log|ranks\.json|\.lock|checkpoint.*"
