@@ -3,7 +3,8 @@
 
     tests/mpi/faults.py [--kills 20] [--stops 10] [--seed N] [--program build/mpi/bin/mpm] [--out DIR]
 
-kill   SIGKILL to a rank at a random moment of a run by 2 to 4 ranks: the launcher ends the job, with an error, within a minute
+kill   SIGKILL to a rank at a random moment of a run by 2 to 4 ranks: the launcher ends the job, with an error, within a minute. Kills before the
+       run has begun to write, while the ranks find each other, are listed apart
 stop   SIGSTOP to a random rank in the middle, SIGCONT two seconds later: the run ends well
 ask    SIGUSR2 to the launcher in the middle: a checkpoint, and the run ends
 disk   rank 0, the only one that writes, has a file system that is too small (a tmpfs, needs root): exit code 4 with the reason, once
@@ -54,23 +55,24 @@ class Faults:
         print(f"{'ok  ' if sound and not differing else 'FAIL'} {fault}: {text}: {', '.join(differing) or 'same bytes'}", flush=True)
 
     def kill(self, number):
-        """@returns whether it hit a run that was under way"""
+        """@returns whether it hit a run that had begun"""
         ranks = self.dice.randint(2, 4)
         victim, after = number % ranks, self.dice.uniform(0.0, self.length)
         out = self.options.out / f"killed_{number}"
         run = runs.Disturbed(self.options, self.case, out, ranks)
         time.sleep(after)
-        rows, hit, start = run.rows(), run.kill(victim), time.monotonic()
+        begun, rows, hit, start = (out / "run.log").exists(), run.rows(), run.kill(victim), time.monotonic()
         code = run.end(PATIENCE)
         text = f"rank {victim} of {ranks} after {after:.2f} s and {rows} rows"
         if not hit or run.finished():
             print(f"     {text}: {'already over' if run.finished() else 'not yet there'}; does not count", flush=True)
             return False
-        ended = time.monotonic() - start
+        how = f"the job ended {time.monotonic() - start:.1f} s later with exit code {code}"
+        if code is None:
+            how = f"the launcher hung, {run.hanging} ranks were left ({run.log.read_text().strip().splitlines()[-1:]})"
         again, differing = self.resumed(out)
-        self.note("SIGKILL of a rank", code not in (0, None), differing,
-                  f"{text}, the job ended {ended:.1f} s later with exit code {code}, resumed on {again}")
-        return True
+        self.note("SIGKILL of a rank" if begun else "SIGKILL while the ranks start", code not in (0, None), differing, f"{text}, {how}, resumed on {again}")
+        return begun
 
     def in_the_middle(self, out):
         ranks = self.dice.randint(2, 4)
@@ -137,7 +139,7 @@ class Faults:
 
 def main():
     parser = runs.arguments(__doc__)
-    parser.add_argument("--kills", type=int, default=20, help="that hit a run under way (default: %(default)s)")
+    parser.add_argument("--kills", type=int, default=20, help="that hit a run which has begun (default: %(default)s)")
     parser.add_argument("--stops", type=int, default=10, help="(default: %(default)s)")
     options = parser.parse_args()
     runs.prepare(options)

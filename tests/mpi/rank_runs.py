@@ -36,8 +36,8 @@ series_per_second = 50
 frames_per_second = 25
 checkpoint_minutes = 1e-6
 """
-DEFAULTS = {"beta": 0.0, "width": 7.0, "feed": 'feed = "window"\nupstream_length_m = 3.0\ndownstream_length_m = 2.0', "mirror": "true", "shape": "", "numerics": "", "cell_size": 0.35,
-            "duration": 0.2}
+WINDOW = 'feed = "window"\nupstream_length_m = 3.0\ndownstream_length_m = 2.0'
+DEFAULTS = {"beta": 0.0, "width": 7.0, "feed": WINDOW, "mirror": "true", "shape": "", "numerics": "", "cell_size": 0.35, "duration": 0.2}
 NODAL, SURFACE = 'contact = "nodal"\n', 'contact = "surface"\n'
 # A checkpoint at every sample. The round mast joins the blocks around it, so that only a wider flow is divided.
 CASES = {
@@ -115,6 +115,7 @@ class Disturbed:
 
     def __init__(self, options, case, out, ranks, threads=1, rebalance=0):
         notes = options.out / f"{out.name}.pid"
+        self.hanging = 0
         self.out, self.pids = out, [pathlib.Path(f"{notes}.{r}") for r in range(ranks)]
         self.log = options.out / f"{out.name}.err"
         with open(self.log, "w", encoding="utf-8") as log:
@@ -144,13 +145,20 @@ class Disturbed:
         return self.send(rank, signal.SIGKILL)
 
     def end(self, seconds):
-        """@returns the launcher's exit code; None if it did not end in time, and is killed"""
+        """@returns the launcher's exit code; None if it did not end in time: it is killed, and `hanging` says how many ranks were still there"""
         try:
             return self.process.wait(timeout=seconds)
         except subprocess.TimeoutExpired:
+            self.hanging = sum(self.lives(r) for r in range(len(self.pids)))
             self.process.kill()
             self.process.wait()
             return None
+
+    def lives(self, rank):
+        try:
+            return pathlib.Path(f"/proc/{self.pids[rank].read_text().strip()}/stat").read_text().rsplit(")", 1)[1].split()[0] != "Z"
+        except FileNotFoundError:
+            return False
 
     def finished(self):
         return (self.out / "results.json").exists()
