@@ -1,5 +1,6 @@
 /// Campaigns and grid studies whose runs have several ranks.
 
+#include <csignal>
 #include <fstream>
 
 #include "libmpm/io/csv.hpp"
@@ -119,6 +120,21 @@ TEST_F(MpiSlurm, SrunStartsRanks) {
   ASSERT_EQ(three.code, 0) << three.err;
   testing::expect_same_files(directory_ / "one", directory_ / "three");
   EXPECT_TRUE(contains(content(directory_ / "three/results.json"), "\"ranks\": 3"));
+}
+
+TEST_F(MpiSlurm, SrunPassesTheSignalToStopOn) {
+  testing::write_rank_case(directory_ / "case.toml", avalanche());
+  const std::string run = "'" MPM_APP "' run case.toml --threads 1 --out ";
+  ASSERT_EQ(shell(run + "one").code, 0);
+  const Outcome stopped =
+      with_slurm("sh -c 'srun --mpi=pmix --ntasks=2 " MPM_APP
+                 " run case.toml --threads 1 --out stopped & srun=$!; "
+                 "for i in $(seq 600); do [ $(cat stopped/series.csv 2>/dev/null | wc -l) -gt 3 ] && break; sleep 0.05; done; "
+                 "kill -USR2 $srun; wait $srun'");
+  EXPECT_EQ(stopped.code, 128 + SIGUSR2) << stopped.err;
+  EXPECT_TRUE(contains(stopped.err, "stopped at t = ")) << stopped.err;
+  ASSERT_EQ(shell(run + "stopped --resume").code, 0);
+  testing::expect_same_files(directory_ / "one", directory_ / "stopped");
 }
 
 /// The job script of docs/cluster.md for this machine: one node, two tasks.
