@@ -19,7 +19,7 @@ std::string found_in_path(const std::string& command) {
   const char* const path = std::getenv("PATH");
   std::istringstream folders(path == nullptr ? "" : path);
   for (std::string folder; std::getline(folders, folder, ':');) {
-    const std::string candidate = (std::filesystem::path(folder) / command).string();
+    std::string candidate = (std::filesystem::path(folder) / command).string();
     if (access(candidate.c_str(), X_OK) == 0) return candidate;
   }
   throw ConfigError(
