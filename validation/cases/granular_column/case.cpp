@@ -352,9 +352,10 @@ class Study {
         result_.flows.push_back(picture(*now.state, *now.scene, time));
     });
     particle_steps_ += d.particle_steps;
-    context_.log(fmt::format("{} {} a = {}, {} cells: run-out {:.3f} (edge {:.3f}), height {:.3f}, rest after {:.2f} sqrt(h0/g), {:.3g} particle-steps",
-                             law, word(column.geometry), column.aspect, column.cells, d.runout, d.edge, d.height, d.stop_time,
-                             static_cast<double>(d.particle_steps)));
+    context_.log(fmt::format(
+        "{} {} a = {}, {} cells: run-out {:.3f} (edge {:.3f}), height {:.3f}, rest after {:.2f} sqrt(h0/g), {:.3g} particle-steps", law,
+        word(column.geometry), column.aspect, column.cells, d.runout, d.edge, d.height, d.stop_time,
+        static_cast<double>(d.particle_steps)));
     result_.check_at_most(Label::verification,
                           fmt::format("{}, {}, a = {}, r0 = {} dx{}: kinetic energy left over its peak", law, word(column.geometry),
                                       column.aspect, column.cells, column.stiffness == 1.0 ? "" : ", stiff"),
