@@ -15,6 +15,7 @@
 #include <cstring>
 #include <functional>
 #include <future>
+#include <limits>
 #include <map>
 #include <mutex>
 #include <numeric>
@@ -132,14 +133,21 @@ int cases_at_a_time(std::size_t cases, const Options& options, int threads) {
   return std::min(static_cast<int>(cases), threads);
 }
 
-/// Numbers of the cases, the longest first (as recorded at level standard), so that none is left over at the end.
-std::vector<std::size_t> longest_first(const std::vector<CaseEntry>& entries) {
-  const std::vector<RecordedCase> recorded = recorded_cases(MPM_RECORDED_ORDERS);
+/// Numbers of the cases, the longest first, so that no thread is idle at the end: as recorded at this level, or else at another. A case
+/// without a recorded time may be long: it starts before those that have one.
+std::vector<std::size_t> longest_first(const std::vector<CaseEntry>& entries, Level level) {
   std::map<std::string, double> time;
-  for (const RecordedCase& r : recorded) time[r.name] = std::max(time[r.name], r.wall_time_s);
+  const std::vector<RecordedCase> recorded = recorded_cases(MPM_RECORDED_ORDERS);
+  for (const bool at_level : {false, true})
+    for (const RecordedCase& r : recorded)
+      if ((r.level == to_string(level)) == at_level) time[r.name] = r.wall_time_s;
+  const auto time_of = [&](std::size_t i) {
+    const auto known = time.find(entries[i].name);
+    return known == time.end() ? std::numeric_limits<double>::infinity() : known->second;
+  };
   std::vector<std::size_t> order(entries.size());
   std::iota(order.begin(), order.end(), 0);
-  std::stable_sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) { return time[entries[a].name] > time[entries[b].name]; });
+  std::ranges::stable_sort(order, [&](std::size_t a, std::size_t b) { return time_of(a) > time_of(b); });
   return order;
 }
 
@@ -180,7 +188,7 @@ int run_cases(const std::vector<CaseEntry>& entries, const Options& options, con
   const int at_a_time = cases_at_a_time(entries.size(), options, info.threads);
   std::vector<std::size_t> order(entries.size());
   std::iota(order.begin(), order.end(), 0);
-  if (at_a_time > 1) order = longest_first(entries);
+  if (at_a_time > 1) order = longest_first(entries, options.level);
   std::mutex mutex;  // of what follows, of `results` and of `info`
   std::size_t started = 0;
   const auto run_next_cases = [&] {

@@ -26,11 +26,11 @@ double stagnation_line_mean(double a, double l) { return a / l * std::atan(l / a
 
 /// Chosen by a rule, before any of them was run: see the README.
 std::vector<Point> points(const CaseContext& context) {
-  const double creeping = context.choose(14.0, 18.0, 20.0);  // s: the pile takes some 12 s to form
-  const double slow = context.choose(0.4375, 0.35, 0.25), fast = context.choose(0.35, 0.25, 0.25);
+  const double creeping = context.choose(18.0, 18.0, 20.0);  // s: the pile takes some 12 s to form
+  const double slow = context.choose(0.35, 0.35, 0.25), fast = context.choose(0.35, 0.25, 0.25);
   const Point loose[] = {{0.3, 0.4, 0.0, creeping, slow}, {1.0, 0.4, 0.0, 7.0, fast}, {5.0, 0.4, 0.0, 7.0, fast}};
   const Point sticky[] = {{0.3, 0.8, 0.3, creeping, slow}, {1.0, 0.8, 0.3, 7.0, fast}, {5.0, 0.8, 0.3, 7.0, fast}};
-  if (context.level() == Level::quick) return {sticky[0], {1.0, 0.4, 0.0, 6.0, fast}, {5.0, 0.8, 0.3, 6.6, fast}};
+  if (context.level() == Level::quick) return {{1.0, 0.4, 0.0, 6.0, fast}};
   return {loose[0], sticky[0], loose[1], sticky[1], loose[2], sticky[2]};
 }
 
@@ -41,7 +41,6 @@ Case case_of(const CaseContext& context, const Point& point) {
   c.material.as<mpm::CamClay>().cohesion_beta = point.cohesion;
   c.numerics.cell_size = point.cell_size;
   c.output.duration = point.duration;
-  if (context.level() == Level::quick && point.froude > 1.0) c.conveyor->width = narrow * c.obstacle->width();
   return c;
 }
 
@@ -132,16 +131,17 @@ Plot heights_over_froude(const std::vector<ImpactRun>& runs, bool pressure) {
 }
 
 /// A frictionless mast takes momentum by pressure alone: the pressure measured before its face must then be the force.
-void pressure_against_force(const CaseContext& context, CaseResult& result) {
+ImpactRun pressure_against_force(const CaseContext& context, CaseResult& result) {
   Case c = case_of(context, {3.0, 0.4, 0.0, context.choose(4.4, 5.0, 5.0), context.choose(0.35, 0.25, 0.25)});
   c.obstacle->friction = 0.0;
   c.conveyor->width = narrow * c.obstacle->width();
   c.conveyor->downstream_length = 2.8;
-  const ImpactRun run = judge(context, "frictionless", "Fr 3, M' 0.4, frictionless mast", c, result);
+  ImpactRun run = judge(context, "frictionless", "Fr 3, M' 0.4, frictionless mast", c, result);
   const double share = stagnation_line_mean(0.5 * c.obstacle->width(), 2.5 * c.numerics.cell_size);
   result.check_relative(Label::verification, "frictionless mast: pressure before the face, made up for the box depth, against the force",
                         run.value("profile_force_n") / share, run.value("force_mean_n"), "N", 0.15,
                         "the strip |y| <= 3w/7 stands for the whole face, and potential flow for the jet; 15 % as the project asks");
+  return run;
 }
 
 void run(const CaseContext& context, CaseResult& result) {
@@ -158,7 +158,7 @@ void run(const CaseContext& context, CaseResult& result) {
     height.push_back(last.value("pressure_height_mean_m"));
     predicted_height.push_back(last.value("predicted_pressure_height_m"));
   }
-  if (!runup.empty()) {
+  if (runup.size() > 1) {
     const Scores of_runup = compute_scores(runup, predicted_runup), of_height = compute_scores(height, predicted_height);
     result.check_at_most(Label::validation, fmt::format("RMSLE of the {} run-ups", runup.size()), of_runup.rmsle, 0.15, "", 0.0,
                          "asked of this program; the paper's own, of its fit to its own 371 simulations, is 0.13");
@@ -167,6 +167,7 @@ void run(const CaseContext& context, CaseResult& result) {
                     "RMSLE {:.3f}, bias {:.3f} (paper: NRMSE 0.066, bias 1.011).",
                     of_runup.rmsle, of_runup.bias, of_height.nrmse, of_height.rmsle, of_height.bias));
   }
+  runs.push_back(pressure_against_force(context, result));
   equations_against_table(context, runs, result);
   result.plots.insert(result.plots.begin(), {heights_over_froude(runs, false), heights_over_froude(runs, true)});
   for (const ImpactRun& r : runs) {
@@ -174,7 +175,6 @@ void run(const CaseContext& context, CaseResult& result) {
     result.flows.push_back(last_picture(
         r, FlowField::stress_xx, {-r.spec.conveyor->upstream_length, 2.0 * r.flow_height(), -0.2, std::min(top, 8.0 * r.flow_height())}));
   }
-  pressure_against_force(context, result);
 }
 
 const Registration registered{{MPM_CASE_NAME, "Avalanche on a mast", MPM_CASE_DIRECTORY, run}};

@@ -10,6 +10,7 @@
 #include "libmpm/core/diagnostics.hpp"
 #include "libmpm/driver/case_file.hpp"
 #include "libmpm/driver/scene.hpp"
+#include "validation/cases/conservation/kept_velocity.hpp"
 #include "validation/harness/case.hpp"
 #include "validation/harness/particle_access.hpp"
 
@@ -572,6 +573,7 @@ void run(const CaseContext& context, CaseResult& result) {
   rotate_patch(context, result);
   spin_ball(context, result, Transfer::apic);
   spin_ball(context, result, Transfer::aflip);
+  check_kept_velocity(result);
   energy_drift(context, result);
 }
 

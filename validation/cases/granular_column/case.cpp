@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <fstream>
+#include <iterator>
 #include <limits>
 #include <map>
 #include <numbers>
@@ -233,6 +234,14 @@ double exponent_of(const std::vector<double>& a, const std::vector<double>& y) {
   return (n * sxy - sx * sy) / (n * sxx - sx * sx);
 }
 
+/// Value at x = 0 of the least-squares line through (x, y).
+double limit_of_line(const std::vector<double>& x, const std::vector<double>& y) {
+  const double n = static_cast<double>(x.size());
+  double sx = 0.0, sy = 0.0, sxx = 0.0, sxy = 0.0;
+  for (std::size_t i = 0; i < x.size(); ++i) sx += x[i], sy += y[i], sxx += x[i] * x[i], sxy += x[i] * y[i];
+  return (sy * sxx - sx * sxy) / (n * sxx - sx * sx);
+}
+
 std::string word(Geometry g) { return g == Geometry::plane ? "plane" : "axisymmetric"; }
 
 Case mu_of_i(Case c) {
@@ -266,29 +275,39 @@ Setup setup_of(const Case& base, const Column& column, const std::string& law) {
   return collapse_setup(c, column, law);
 }
 
-using Columns = std::vector<std::pair<double, int>>;  ///< aspect ratio, cells per r0
+/// Columns that one power law describes, each on the same grids: the cells across r0 do not depend on the aspect ratio.
+struct Branch {
+  Geometry geometry;
+  std::string range;            ///< of a, in words
+  std::vector<double> aspects;  ///< a
+  std::vector<int> cells;       ///< per r0, coarse first
+};
 
 /// The columns of a level.
 struct Plan {
-  std::vector<Column> plane, axisymmetric;  ///< of the case's own law
-  std::vector<Column> of_other_laws;        ///< mu(I) and cohesionless snow
-  std::vector<int> sizes;                   ///< cells per r0 of the plane column a = 1 whose convergence is judged
-  std::vector<Column> stiffer;              ///< each judged against the same with the stiffness 1
+  std::vector<Column> single;         ///< level quick: columns that are judged one by one
+  std::vector<Branch> branches;       ///< the other levels: short and tall columns, plane, then axisymmetric
+  std::vector<Column> of_other_laws;  ///< mu(I) and cohesionless snow
+  std::vector<Column> stiffer;        ///< each judged against the same with the stiffness 1
 };
 
 Plan plan_of(const CaseContext& context) {
+  using Cells = std::vector<int>;
+  if (context.level() == Level::quick)
+    return {.single = {{Geometry::plane, 1.0, 16}, {Geometry::plane, 3.0, 10}, {Geometry::axisymmetric, 1.0, 12}},
+            .branches = {},
+            .of_other_laws = {},
+            .stiffer = {}};
+  const bool full = context.level() == Level::full;
+  const std::vector<double> low = {0.5, 1.0, 1.5}, high = {3.0, 5.0, 8.0};
+  const std::string up_to = "a up to 1.5", from = "a from 3 to 8";
   Plan plan;
-  for (const auto& [a, cells] :
-       context.choose<Columns>({{1.0, 24}, {3.0, 14}}, {{0.5, 48}, {1.0, 36}, {1.5, 32}, {3.0, 20}, {5.0, 18}, {8.0, 16}},
-                               {{0.5, 96}, {1.0, 72}, {1.5, 48}, {3.0, 32}, {5.0, 28}, {8.0, 24}}))
-    plan.plane.push_back({Geometry::plane, a, cells});
-  for (const auto& [a, cells] : context.choose<Columns>({{1.0, 16}}, {{0.5, 24}, {1.0, 18}, {1.5, 16}, {3.0, 14}, {5.0, 11}, {8.0, 9}},
-                                                        {{0.5, 40}, {1.0, 32}, {1.5, 28}, {3.0, 22}, {5.0, 18}, {8.0, 15}}))
-    plan.axisymmetric.push_back({Geometry::axisymmetric, a, cells});
-  if (context.level() == Level::quick) return plan;
-  plan.of_other_laws = {{Geometry::plane, 1.0, 36}, {Geometry::plane, 3.0, 20}};
-  plan.sizes = context.choose<std::vector<int>>({}, {16, 24, 36}, {21, 32, 48, 72});
-  if (context.level() == Level::full) plan.stiffer = {{Geometry::plane, 1.0, 24, 4.0}, {Geometry::plane, 1.0, 48, 4.0}};
+  plan.branches = {{Geometry::plane, up_to, low, full ? Cells{16, 24, 36, 54} : Cells{16, 24, 36}},
+                   {Geometry::plane, from, high, full ? Cells{8, 12, 16, 24} : Cells{8, 12, 16}},
+                   {Geometry::axisymmetric, up_to, low, full ? Cells{8, 12, 16, 24} : Cells{8, 12, 16}},
+                   {Geometry::axisymmetric, from, high, full ? Cells{6, 8, 10, 14} : Cells{6, 8, 10}}};
+  plan.of_other_laws = {{Geometry::plane, 1.0, 36}, {Geometry::plane, 3.0, 16}};
+  if (full) plan.stiffer = {{Geometry::plane, 1.0, 24, 4.0}, {Geometry::plane, 1.0, 54, 4.0}};
   return plan;
 }
 
@@ -302,11 +321,12 @@ std::vector<Setup> setups(const CaseContext& context) {
     Setup setup = setup_of(base, column, law);
     if (std::ranges::none_of(all, [&](const Setup& s) { return s.id == setup.id; })) all.push_back(std::move(setup));
   };
-  for (const auto* columns : {&plan.plane, &plan.axisymmetric})
-    for (const Column& column : *columns) add(column, "Drucker-Prager");
+  for (const Column& column : plan.single) add(column, "Drucker-Prager");
+  for (const Branch& branch : plan.branches)
+    for (const double aspect : branch.aspects)
+      for (const int cells : branch.cells) add({branch.geometry, aspect, cells}, "Drucker-Prager");
   for (const std::string& law : other_laws)
     for (const Column& column : plan.of_other_laws) add(column, law);
-  for (const int cells : plan.sizes) add({Geometry::plane, 1.0, cells}, "Drucker-Prager");
   for (const Column& column : plan.stiffer) {
     add({column.geometry, column.aspect, column.cells}, "Drucker-Prager");
     add(column, "Drucker-Prager");
@@ -322,23 +342,28 @@ class Study {
         base_(context.read_case()),
         laws_(published(context.case_directory() / "../../../reference_data/column_collapse_scalings/data.csv")) {}
 
-  Deposit run(const Column& column, const std::string& law = "Drucker-Prager") {
+  /// Runs a column, once.
+  const Deposit& run(const Column& column, const std::string& law = "Drucker-Prager") {
+    const Setup setup = setup_of(base_, column, law);
+    if (const auto known = done_.find(setup.id); known != done_.end()) return known->second;
     const bool pictured = column.geometry == Geometry::plane && column.aspect == 3.0 && law == "Drucker-Prager" && result_.flows.empty();
-    const Deposit d = collapse(context_, setup_of(base_, column, law), column, [&](const Instant& now, double time) {
+    const Deposit d = collapse(context_, setup, column, [&](const Instant& now, double time) {
       if (pictured && now.state != nullptr && result_.flows.empty() && time > 1.25)
         result_.flows.push_back(picture(*now.state, *now.scene, time));
     });
     particle_steps_ += d.particle_steps;
-    context_.log(fmt::format("{} {} a = {}, {} cells: run-out {:.3f}, height {:.3f}, rest after {:.2f} sqrt(h0/g), {:.3g} particle-steps",
-                             law, word(column.geometry), column.aspect, column.cells, d.runout, d.height, d.stop_time,
-                             static_cast<double>(d.particle_steps)));
+    context_.log(fmt::format(
+        "{} {} a = {}, {} cells: run-out {:.3f} (edge {:.3f}), height {:.3f}, rest after {:.2f} sqrt(h0/g), {:.3g} particle-steps", law,
+        word(column.geometry), column.aspect, column.cells, d.runout, d.edge, d.height, d.stop_time,
+        static_cast<double>(d.particle_steps)));
     result_.check_at_most(Label::verification,
-                          fmt::format("{}, {}, a = {}: kinetic energy left over its peak", law, word(column.geometry), column.aspect),
+                          fmt::format("{}, {}, a = {}, r0 = {} dx{}: kinetic energy left over its peak", law, word(column.geometry),
+                                      column.aspect, column.cells, column.stiffness == 1.0 ? "" : ", stiff"),
                           d.kinetic_share, rest_share, "", 0.0, "the stopping criterion; without rest there is no run-out");
     table_.push_back(
         fmt::format("{}, {}, a = {}, r0 = {} dx: run-out {:.3f} (outermost particle {:.3f}), height {:.3f}, at rest after {:.2f} √(h0/g)",
                     law, word(column.geometry), column.aspect, column.cells, d.runout, d.edge, d.height, d.stop_time));
-    return d;
+    return done_.emplace(setup.id, d).first->second;
   }
 
   [[nodiscard]] const Law& law(const std::string& name) const { return laws_.at(name); }
@@ -364,35 +389,42 @@ class Study {
   }
 
   /// Exponent and prefactor of a branch of the law. The edge of the deposit, which experiments report, gives the exponent; the 99.5th
-  /// percentile of the mass stops short of it by a share that falls with a, which its own exponent, in a note, shows.
-  /// @param asserted  false: the exponent is a note
-  void check_branch(const std::vector<Deposit>& deposits, double low, double high, const std::string& range, double exponent,
-                    double tolerance, const std::string& reason, bool asserted = true) {
-    std::vector<double> a, front, edge;
+  /// percentile of the mass stops short of it by a share that falls with a, which its own exponent, in a note, shows. An exponent compares
+  /// aspect ratios, so all have the same cells across r0, and each run-out is extrapolated to dx = 0 before the exponent is taken.
+  /// @param cause  of a miss that is known; empty: none is
+  void check_branch(const Branch& branch, double exponent, double tolerance, const std::string& reason, const std::string& cause = "") {
+    const std::string what = fmt::format("{}, {}: ", word(branch.geometry), branch.range);
+    const Law& l = lube(branch.geometry);
+    std::vector<double> edge_limit, front_limit;
     double ratio = 1.0;
-    const Law& l = lube(deposits.front().column.geometry);
-    for (const Deposit& d : deposits) {
-      if (d.column.aspect < low || d.column.aspect > high) continue;
-      a.push_back(d.column.aspect);
-      front.push_back(d.runout);
-      edge.push_back(d.edge);
-      ratio *= d.runout / at(l, l.runout, d.column.aspect);
-      result_.compare(Label::validation, fmt::format("{}, a = {}: run-out", word(d.column.geometry), d.column.aspect), Quantity::run_out,
-                      radius_ * d.runout, radius_ * at(l, l.runout, d.column.aspect), "m", 0.5 * scatter);
+    for (const double a : branch.aspects) {
+      std::vector<double> size, edge, front;
+      for (const int cells : branch.cells) {
+        const Deposit& d = run({branch.geometry, a, cells});
+        size.push_back(1.0 / cells), edge.push_back(d.edge), front.push_back(d.runout);
+      }
+      edge_limit.push_back(limit_of_line(size, edge)), front_limit.push_back(limit_of_line(size, front));
+      ratio *= front.back() / at(l, l.runout, a);
+      result_.compare(Label::validation, fmt::format("{}, a = {}: run-out", word(branch.geometry), a), Quantity::run_out,
+                      radius_ * front.back(), radius_ * at(l, l.runout, a), "m", 0.5 * scatter);
     }
-    const std::string what = fmt::format("{}, {}: ", word(deposits.front().column.geometry), range);
-    const double of_edge = exponent_of(a, edge), of_front = exponent_of(a, front);
-    if (asserted)
-      result_.check_absolute(Label::validation, what + "exponent of the run-out (edge)", of_edge, exponent, "", tolerance, reason);
-    const bool met = std::abs(of_edge - exponent) <= tolerance;
-    result_.notes.push_back(fmt::format("{}exponent {:.3f} of the edge{}, {:.3f} of the 99.5 % front; target {:.3g} ± {:.3g} ({})", what,
-                                        of_edge,
-                                        asserted ? ""
-                                        : met    ? " (met)"
-                                                 : " (not met)",
-                                        of_front, exponent, tolerance, reason));
-    result_.check_relative(Label::validation, what + "prefactor of the run-out (99.5 % front) over that of Lube et al.",
-                           std::pow(ratio, 1.0 / static_cast<double>(a.size())), 1.0, "", scatter, scatter_reason);
+    for (const int cells : branch.cells) {
+      std::vector<double> edge, front;
+      for (const double a : branch.aspects) {
+        const Deposit& d = run({branch.geometry, a, cells});
+        edge.push_back(d.edge), front.push_back(d.runout);
+      }
+      result_.notes.push_back(fmt::format("{}r0 = {} dx: exponent {:.3f} of the edge, {:.3f} of the 99.5 % front.", what, cells,
+                                          exponent_of(branch.aspects, edge), exponent_of(branch.aspects, front)));
+    }
+    result_.notes.push_back(fmt::format("{}extrapolated to dx = 0: run-out of the edge {:.3f}, exponent {:.3f} (front: {:.3f}, {:.3f}).",
+                                        what, fmt::join(edge_limit, ", "), exponent_of(branch.aspects, edge_limit),
+                                        fmt::join(front_limit, ", "), exponent_of(branch.aspects, front_limit)));
+    Check& check = result_.check_absolute(Label::validation, what + "exponent of the run-out (edge), extrapolated to dx = 0",
+                                          exponent_of(branch.aspects, edge_limit), exponent, "", tolerance, reason);
+    if (!cause.empty()) check.known_miss(cause);
+    result_.check_relative(Label::validation, what + "prefactor of the run-out (99.5 % front), finest grid, over that of Lube et al.",
+                           std::pow(ratio, 1.0 / static_cast<double>(branch.aspects.size())), 1.0, "", scatter, scatter_reason);
   }
 
   /// Height on the axis of the tall columns.
@@ -499,32 +531,39 @@ class Study {
   std::map<std::string, Law> laws_;
   std::vector<std::string> table_;
   std::uint64_t particle_steps_ = 0;
+  std::map<std::string, Deposit> done_;  ///< by the set-up's id
 };
+
+std::vector<Deposit> of_geometry(const std::vector<Deposit>& deposits, Geometry g) {
+  std::vector<Deposit> some;
+  std::ranges::copy_if(deposits, std::back_inserter(some), [g](const Deposit& d) { return d.column.geometry == g; });
+  return some;
+}
 
 void run(const CaseContext& context, CaseResult& result) {
   Study study(context, result);
   std::map<std::string, std::vector<Deposit>> all;
   std::vector<Deposit>& main = all["Drucker-Prager"];
-  std::vector<Deposit> plane, axisymmetric;
   const Plan plan = plan_of(context);
-  for (const Column& column : plan.plane) plane.push_back(study.run(column));
-  for (const Column& column : plan.axisymmetric) axisymmetric.push_back(study.run(column));
-  main.insert(main.end(), plane.begin(), plane.end());
-  main.insert(main.end(), axisymmetric.begin(), axisymmetric.end());
-
-  if (context.level() == Level::quick) {
-    for (const Deposit& d : main) study.check_run(d, "Drucker-Prager");
-  } else {
+  for (const Column& column : plan.single) {
+    main.push_back(study.run(column));
+    study.check_run(main.back(), "Drucker-Prager");
+  }
+  if (context.level() != Level::quick) {
     const std::string short_columns =
         "0.9 ± 0.1 (Balmforth & Kerswell) to 1 (Lube et al.), and 0.1 for the grid's 10 % over a factor of 3 in a";
-    study.check_branch(plane, 0.0, 1.8, "a up to 1.5", 1.0, 0.2, short_columns);
-    study.check_branch(plane, 2.8, 10.0, "a from 3 to 8", 0.8, 0.2,
+    study.check_branch(plan.branches[0], 1.0, 0.2, short_columns);
+    study.check_branch(plan.branches[1], 0.8, 0.2,
                        "2/3 (Lube et al.); 0.65 ± 0.05 in narrow to 0.9 ± 0.1 in wide slots (Balmforth & Kerswell)");
-    study.check_branch(axisymmetric, 0.0, 1.7, "a up to 1.5", 1.0, 0.2, short_columns);
-    study.check_branch(axisymmetric, 1.7, 10.0, "a from 3 to 8", 0.5, 0.1,
-                       "1/2 (Lube et al., Lajeunesse et al.); 10 % of the run-out over a factor of 2.7 in a", false);
-    study.check_heights(plane, 0.4, 0.1, "1/3 (Lajeunesse et al.) to 0.5 (Balmforth & Kerswell, narrow)");
-    study.check_heights(axisymmetric, 1.0 / 12.0, 1.0 / 12.0 + 0.05, "0 (Lajeunesse et al.) to 1/6 (Lube et al.), and 0.05 for the grid");
+    study.check_branch(plan.branches[2], 1.0, 0.2, short_columns);
+    study.check_branch(plan.branches[3], 0.5, 0.1, "1/2 (Lube et al., Lajeunesse et al.); 10 % of the run-out over a factor of 2.7 in a",
+                       "the grid explains a part: 0.744, 0.722, 0.705 at 6, 8, 10 cells in r0; the law does not: mu(I) and cohesionless "
+                       "cMCC give 0.74 at 6 cells, too. The rest is not explained");
+    for (const Branch& branch : plan.branches)
+      for (const double a : branch.aspects) main.push_back(study.run({branch.geometry, a, branch.cells.back()}));
+    study.check_heights(of_geometry(main, Geometry::plane), 0.4, 0.1, "1/3 (Lajeunesse et al.) to 0.5 (Balmforth & Kerswell, narrow)");
+    study.check_heights(of_geometry(main, Geometry::axisymmetric), 1.0 / 12.0, 1.0 / 12.0 + 0.05,
+                        "0 (Lajeunesse et al.) to 1/6 (Lube et al.), and 0.05 for the grid");
 
     for (const std::string& law : other_laws) {
       for (const Column& column : plan.of_other_laws) {
@@ -533,10 +572,8 @@ void run(const CaseContext& context, CaseResult& result) {
       }
     }
     std::vector<double> size, runout, height;
-    for (const int cells : plan.sizes) {
-      const auto done =
-          std::find_if(plane.begin(), plane.end(), [&](const Deposit& d) { return d.column.aspect == 1.0 && d.column.cells == cells; });
-      const Deposit d = done != plane.end() ? *done : study.run({Geometry::plane, 1.0, cells});
+    for (const int cells : plan.branches[0].cells) {
+      const Deposit& d = study.run({Geometry::plane, 1.0, cells});
       size.push_back(1.0 / cells), runout.push_back(d.runout), height.push_back(d.height);
     }
     result.convergences.push_back({"plane, a = 1: run-out over r0, against dx/r0", "", judge_convergence(size, runout, 1.0)});
@@ -550,8 +587,7 @@ void run(const CaseContext& context, CaseResult& result) {
   }
   study.plot_scaling(Geometry::plane, all);
   study.plot_scaling(Geometry::axisymmetric, all);
-  study.plot_deposits(Geometry::plane, plane);
-  study.plot_deposits(Geometry::axisymmetric, axisymmetric);
+  for (const Geometry g : {Geometry::plane, Geometry::axisymmetric}) study.plot_deposits(g, of_geometry(main, g));
   study.finish();
 }
 

@@ -5,9 +5,8 @@
 #include <numbers>
 
 #include "libmpm/core/diagnostics.hpp"
-#include "libmpm/driver/scene.hpp"
 #include "validation/harness/case.hpp"
-#include "validation/harness/in_parallel.hpp"
+#include "validation/harness/setup.hpp"
 #include "validation/harness/slender.hpp"
 
 namespace mpm::validation {
@@ -40,31 +39,38 @@ struct Load {
 
 constexpr double deepest = 0.02;  ///< penetration at the end, over the width
 
-Load press(const CaseContext& context, const Settings& s) {
-  Case c = context.read_case();
-  const double width = c.obstacle->width(), dx = width / s.cells, v = c.bodies[0].velocity.x();
+constexpr int samples = 120;  ///< of the load
+
+/// The punch moves into the snow, which is at rest far away: in the frame of the punch the snow comes.
+Setup punch_setup(const Case& base, const Settings& s) {
+  Case c = base;
+  const double dx = c.obstacle->width() / s.cells;
   c.numerics.cell_size = dx;
   c.numerics.contact = s.contact;
   c.numerics.transfer = s.transfer;
   c.obstacle->friction = s.friction;
   set_side(c, 0.5 * dx, {2});
-  const CaseScene scene = make_scene(c);
-  State state = make_state(c, scene);
-  const double cohesion = c.material.as<DruckerPrager>().cohesion, unit = cohesion * width * 0.5 * dx;
-  const double duration = deepest * width / v;
-  constexpr int samples = 120;
+  const double duration = deepest * c.obstacle->width() / c.bodies[0].velocity.x();
+  return {.id = fmt::format("{}-cells{}", s.friction > 0.0 ? "rough" : "smooth", s.cells),
+          .title = fmt::format("{}, {} cells in its width", s.name, s.cells),
+          .spec = std::move(c),
+          .times = even_times(0.0, duration, samples),
+          .particles = false,
+          .forces = true};
+}
+
+Load press(const CaseContext& context, const Settings& s) {
+  const Setup setup = punch_setup(context.read_case(), s);
+  const Case& c = setup.spec;
+  const double width = c.obstacle->width(), v = c.bodies[0].velocity.x();
+  const double unit = c.material.as<DruckerPrager>().cohesion * width * 0.5 * c.numerics.cell_size;
   Load r;
   r.cell = 1.0 / s.cells;
-  for (int i = 1; i <= samples; ++i) {
-    Vec3 impulse = Vec3::Zero();
-    const double before = state.time;
-    advance(state, scene, duration * i / samples, [&](const StepReport& report) {
-      impulse += report.impulses[*scene.obstacle].linear;
-      r.particle_steps += static_cast<double>(state.grid.particle_count());
-    });
-    r.penetration.push_back(0.5 * (before + state.time) * v / width);
-    r.load.push_back(whole_force(impulse / (state.time - before), {false, true}).x() / unit);
-  }
+  r.particle_steps = play(context, setup, [&](const Instant& now) {
+                       r.penetration.push_back(0.5 * (now.before + now.time) * v / width);
+                       r.load.push_back(whole_force(now.forces.back(), {false, true}).x() / unit);
+                       return true;
+                     }).particle_steps;
   const auto mean = [&](int from, int to) {
     double sum = 0.0;
     for (int i = from; i < to; ++i) sum += r.load[static_cast<std::size_t>(i)];
@@ -75,18 +81,37 @@ Load press(const CaseContext& context, const Settings& s) {
   return r;
 }
 
+std::vector<int> grids_of(const CaseContext& context) {
+  return context.choose<std::vector<int>>({6, 8, 12}, {6, 8, 12, 16, 24}, {6, 8, 12, 16, 24, 32, 48});
+}
+
+/// The runs that every solver makes: the smooth punch on all grids, then the rough one.
+std::vector<Settings> settings_of(const CaseContext& context) {
+  const std::vector<int> grids = grids_of(context);
+  std::vector<Settings> all;
+  for (const int cells : grids) all.push_back({"smooth punch", cells});
+  all.push_back({"rough punch", grids[1], ContactRule::surface, Transfer::aflip, 1.0});
+  return all;
+}
+
+std::vector<Setup> setups(const CaseContext& context) {
+  const Case base = context.read_case();
+  std::vector<Setup> all;
+  for (const Settings& s : settings_of(context)) all.push_back(punch_setup(base, s));
+  return all;
+}
+
 void run(const CaseContext& context, CaseResult& result) {
   const double exact = limit_load(0.0);
   result.check_relative(Label::verification, "reference: Prandtl's N_c at a friction angle of 20° over the tables' 14.83",
                         limit_load(pi / 9.0), 14.83, "", 5e-4, "two digits are given (Terzaghi's and all later tables of N_c)");
-  const auto grids = context.choose<std::vector<int>>({6, 8, 12}, {6, 8, 12, 16, 24}, {6, 8, 12, 16, 24, 32, 48});
-  std::vector<Settings> all;
-  for (const int cells : grids) all.push_back({"smooth punch", cells});
-  const std::size_t smooth = all.size();
-  all.push_back({"rough punch", grids[1], ContactRule::surface, Transfer::aflip, 1.0});
-  if (context.level() != Level::quick) all.push_back({"contact on nodes, APIC", grids.back(), ContactRule::nodal, Transfer::apic});
+  const auto grids = grids_of(context);
+  std::vector<Settings> all = settings_of(context);
+  const std::size_t smooth = grids.size();
+  if (own_run(context) && context.level() != Level::quick)
+    all.push_back({"contact on nodes, APIC", grids.back(), ContactRule::nodal, Transfer::apic});
   std::vector<Load> loads(all.size());
-  in_parallel(all.size(), [&](std::size_t i) {
+  play_in_parallel(context, all.size(), [&](std::size_t i) {
     const std::size_t k = all.size() - 1 - i;  // the longest first
     loads[k] = press(context, all[k]);
   });
@@ -133,7 +158,7 @@ void run(const CaseContext& context, CaseResult& result) {
   result.notes.push_back(fmt::format("{:.1f} million particle-steps.", 1e-6 * work));
 }
 
-const Registration registered{{MPM_CASE_NAME, "Prandtl's punch: limit load on an obstacle", MPM_CASE_DIRECTORY, run}};
+const Registration registered{{MPM_CASE_NAME, "Prandtl's punch: limit load on an obstacle", MPM_CASE_DIRECTORY, run, setups}};
 
 }  // namespace
 }  // namespace mpm::validation
