@@ -15,6 +15,7 @@ struct PairOf {
 using LanePair = PairOf<Lanes>;          ///< sixteen doubles
 using SinglePair = PairOf<SingleLanes>;  ///< thirty-two floats
 
+/// A pair of registers of floats is computed in single precision, too.
 template <>
 inline constexpr bool is_single<SinglePair> = true;
 

@@ -50,11 +50,18 @@ class MessageReader {
     get(std::span<T>(&value, 1));
     return value;
   }
+  /// All that is left, as values.
+  template <class T>
+  std::vector<T> values() {
+    std::vector<T> all(rest_.size() / sizeof(T));
+    get(std::span(all));
+    return all;
+  }
   /// All that is left, as text.
   std::string text() {
-    std::string value(rest_.size(), '\0');
-    get(std::span(value));
-    return value;
+    std::string all(rest_.size(), '\0');
+    get(std::span(all));
+    return all;
   }
 
  private:

@@ -184,10 +184,7 @@ void BlockExchange::exchange_borders() {
   Messages out;
   for (const auto& [rank, blocks] : mine_) put(out[rank], std::span<const Index3>(blocks));
   theirs_.clear();
-  for (const auto& [rank, message] : transport_.exchange(std::move(out))) {
-    theirs_[rank].resize(message.size() / sizeof(Index3));
-    MessageReader(message).get(std::span(theirs_[rank]));
-  }
+  for (const auto& [rank, message] : transport_.exchange(std::move(out))) theirs_[rank] = MessageReader(message).values<Index3>();
 }
 
 /// Ghosts, and own blocks whose nodes particles of other ranks touch.

@@ -39,9 +39,8 @@ std::vector<Load> Ownership::loads(const Grid& grid, const Partition& partition)
     put(mine, Load{partition.key(grid.block(b).coordinate), static_cast<double>(grid.block(b).particles.count())});
   std::vector<Load> all;
   for (const Message& message : transport_.gather(std::move(mine))) {
-    const std::size_t before = all.size();
-    all.resize(before + message.size() / sizeof(Load));
-    MessageReader(message).get(std::span(all).subspan(before));
+    const auto some = MessageReader(message).values<Load>();
+    all.insert(all.end(), some.begin(), some.end());
   }
   return all;
 }
@@ -62,9 +61,7 @@ std::vector<std::uint64_t> Ownership::better_cuts(const Grid& grid, const Partit
     put(cuts, take ? std::span<const std::uint64_t>(better) : wanted.cuts());
   }
   transport_.broadcast(cuts);
-  std::vector<std::uint64_t> taken(cuts.size() / sizeof(std::uint64_t));
-  MessageReader(cuts).get(std::span(taken));
-  return taken;
+  return MessageReader(cuts).values<std::uint64_t>();
 }
 
 void Ownership::move_blocks(Grid& grid, const Partition& to) {

@@ -11,6 +11,7 @@
 #include "libmpm/io/csv.hpp"
 #include "support/command.hpp"
 #include "support/temporary_directory.hpp"
+#include "support/text.hpp"
 
 namespace mpm {
 namespace {
@@ -20,20 +21,6 @@ namespace fs = std::filesystem;
 using testing::contains;
 using testing::content;
 using testing::Outcome;
-
-/// A block of 1 m falls 0.02 s: every figure is there at once.
-constexpr const char* falling_block = R"([material]
-model = "hencky_elastic"
-[[body]]
-min_m = [0.0, 0.0, 0.0]
-max_m = [1.0, 1.0, 1.0]
-[domain]
-min_m = [-5.0, -5.0, -5.0]
-max_m = [5.0, 5.0, 5.0]
-[output]
-duration_s = 0.02
-series_per_second = 100
-)";
 
 /// An avalanche that has only just met the mast: no steady interval, no means.
 constexpr const char* first_instant = R"([material]
@@ -63,7 +50,8 @@ class Converge : public ::testing::Test {
 };
 
 TEST_F(Converge, StudiesSeveralMetricsAndWritesItsFiles) {
-  const Outcome o = mpm(falling_block, "--cell-size 0.25,0.5,0.125 --metric steps,particles_final --exact 20,0 --threads 1 --out study");
+  const Outcome o =
+      mpm(testing::falling_block_case, "--cell-size 0.25,0.5,0.125 --metric steps,particles_final --exact 20,0 --threads 1 --out study");
   ASSERT_EQ(o.code, 0) << o.err;
   for (const char* word :
        {"cell_size_m", "0.125", "steps", "order, three finest", "GCI", "Richardson limit", "verdict", "errors against 20"})
@@ -76,30 +64,31 @@ TEST_F(Converge, StudiesSeveralMetricsAndWritesItsFiles) {
   EXPECT_EQ(table.numbers("cell_size_m"), (std::vector{0.5, 0.25, 0.125}));
   EXPECT_EQ(table.numbers("particles_final"), (std::vector{64.0, 512.0, 4096.0}));
 
-  const Outcome again = mpm(falling_block, "--cell-size 0.5,0.25,0.125 --metric steps --threads 1 --out study --resume");
+  const Outcome again = mpm(testing::falling_block_case, "--cell-size 0.5,0.25,0.125 --metric steps --threads 1 --out study --resume");
   EXPECT_EQ(again.code, 0) << again.err;
   EXPECT_TRUE(contains(again.err, "finished already, not run again"));
 
   const std::string before = content(directory_ / "study/dx_0.5/results.json");
-  const Outcome refused = mpm(falling_block, "--cell-size 0.5,0.25,0.2 --metric steps --threads 1 --out study");
+  const Outcome refused = mpm(testing::falling_block_case, "--cell-size 0.5,0.25,0.2 --metric steps --threads 1 --out study");
   EXPECT_EQ(refused.code, static_cast<int>(ExitCode::usage));
   for (const char* word : {"study/dx_0.5 holds the results of a run", "--resume", "--out", "--force"})
     EXPECT_TRUE(contains(refused.err, word)) << refused.err;
   const Outcome other =
-      mpm(falling_block, "--cell-size 0.5,0.25 --metric steps --threads 1 --out study --resume --set output.duration_s=0.03");
+      mpm(testing::falling_block_case, "--cell-size 0.5,0.25 --metric steps --threads 1 --out study --resume --set output.duration_s=0.03");
   EXPECT_EQ(other.code, static_cast<int>(ExitCode::usage)) << other.err;
   EXPECT_EQ(content(directory_ / "study/dx_0.5/results.json"), before);
   EXPECT_TRUE(fs::exists(directory_ / "study/dx_0.5/final.h5"));
   EXPECT_FALSE(fs::exists(directory_ / "study/dx_0.2"));
-  EXPECT_EQ(mpm(falling_block, "--cell-size 0.5,0.25 --metric steps --threads 1 --out study --force").code, 0);
+  EXPECT_EQ(mpm(testing::falling_block_case, "--cell-size 0.5,0.25 --metric steps --threads 1 --out study --force").code, 0);
 }
 
 TEST_F(Converge, SweepsTheOtherParametersByTheirScatter) {
-  EXPECT_EQ(mpm(falling_block, "--particles-per-cell 8,1 --metric particles_final --threads 1").code, 0);
+  EXPECT_EQ(mpm(testing::falling_block_case, "--particles-per-cell 8,1 --metric particles_final --threads 1").code, 0);
   EXPECT_TRUE(fs::exists(directory_ / "out/block_particles_per_cell/ppc_8/results.json"));
-  EXPECT_EQ(mpm(falling_block, "--cfl 0.8,0.4,0.2 --metric steps --threads 1").code, 0);
+  EXPECT_EQ(mpm(testing::falling_block_case, "--cfl 0.8,0.4,0.2 --metric steps --threads 1").code, 0);
   EXPECT_TRUE(fs::exists(directory_ / "out/block_cfl/cfl_0.2/results.json"));
-  const Outcome o = mpm(falling_block, "--offset 0,0.25,0.5 --offset-axes xz --metric steps --threads 1 --set numerics.cell_size_m=0.5");
+  const Outcome o =
+      mpm(testing::falling_block_case, "--offset 0,0.25,0.5 --offset-axes xz --metric steps --threads 1 --set numerics.cell_size_m=0.5");
   EXPECT_EQ(o.code, 0) << o.err;
   EXPECT_TRUE(contains(o.out, "scatter over 3 values")) << o.out;
   EXPECT_TRUE(contains(content(directory_ / "out/block_grid_offset_cells/offset_0.25/case.toml"), "grid_offset_cells = [0.25, 0.0, 0.25]"));
@@ -129,7 +118,7 @@ TEST_F(Converge, RefusesWhatItCannotDoWithExitCode2) {
            {"--cell-size 0.5 --metric stepps --threads 1", "did you mean steps?"},
            {"--cell-size 0.5 --metric runup_mean_m --threads 1", "runup_mean_m"}}) {
     SCOPED_TRACE(arguments);
-    const Outcome o = mpm(falling_block, arguments);
+    const Outcome o = mpm(testing::falling_block_case, arguments);
     EXPECT_EQ(o.code, static_cast<int>(ExitCode::usage)) << o.err;
     EXPECT_TRUE(contains(o.err, words)) << o.err;
     EXPECT_TRUE(o.out.empty()) << o.out;

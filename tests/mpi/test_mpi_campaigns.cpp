@@ -18,10 +18,6 @@ using testing::content;
 using testing::Outcome;
 
 const std::string blocks = std::string("title = \"Blocks\"\n") + testing::falling_block_plan;
-const char* const falling_block =
-    "[material]\nmodel = \"hencky_elastic\"\n[[body]]\nmin_m = [0.0, 0.0, 0.0]\nmax_m = [1.0, 1.0, 1.0]\n"
-    "[domain]\nmin_m = [-5.0, -5.0, -5.0]\nmax_m = [5.0, 5.0, 5.0]\n"
-    "[output]\nduration_s = 0.02\nseries_per_second = 100\n";
 const std::string two_sizes = "[parameters]\n\"numerics.cell_size_m\" = [0.5, 0.25]\n";
 
 class MpiCampaign : public testing::MpiTest {
@@ -74,7 +70,7 @@ TEST_F(MpiCampaign, StopsWithACheckpoint) {
 }
 
 TEST_F(MpiCampaign, GridStudiesTakeSeveralRanks) {
-  write("case.toml", falling_block);
+  write("case.toml", testing::falling_block_case);
   const std::string study = "converge case.toml --cell-size 0.5,0.25 --metric steps,particles_final --threads 1 --out ";
   const Outcome one = mpm("", study + "one"), two = mpm("", study + "two --ranks 2"), under = mpm(testing::launcher(3), study + "three");
   ASSERT_EQ(one.code, 0) << one.err;

@@ -7,7 +7,21 @@ namespace mpm::testing {
 
 inline bool contains(const std::string& text, const std::string& part) { return text.find(part) != std::string::npos; }
 
-/// The base of a plan: an elastic block of 1 m that falls for 0.02 s, without a cell size. Some hundred particles, some steps.
+/// A case: an elastic block of 1 m that falls for 0.02 s, without a cell size. Every quantity is there at once.
+inline constexpr const char* falling_block_case = R"([material]
+model = "hencky_elastic"
+[[body]]
+min_m = [0.0, 0.0, 0.0]
+max_m = [1.0, 1.0, 1.0]
+[domain]
+min_m = [-5.0, -5.0, -5.0]
+max_m = [5.0, 5.0, 5.0]
+[output]
+duration_s = 0.02
+series_per_second = 100
+)";
+
+/// The same as the base of a plan. Some hundred particles, some steps.
 inline constexpr const char* falling_block_plan = R"([base.material]
 model = "hencky_elastic"
 [[base.body]]
