@@ -53,15 +53,33 @@ struct Fields {
 
 }  // namespace
 
+bool need_lumped_mass_correction(std::span<const Boundary> boundaries) {
+  return std::ranges::any_of(boundaries, [](const Boundary& b) { return std::holds_alternative<SurfaceSolid>(b); });
+}
+
 double LumpedMassCorrection::share(const Vec3& x) const {
-  const double distance = std::max(distance_.at(x.head<2>()).distance, x.z() - top_) / dx_;
+  const double distance = std::max(distance_.outside(x.head<2>()), x.z() - top_) / dx_;
   return std::clamp((outer_reach - distance) / fade, 0.0, 1.0);
 }
 
-bool LumpedMassCorrection::reaches(std::int32_t x, std::int32_t y) const {
+bool LumpedMassCorrection::reaches(const BlockColumn& column) const {
   constexpr double half_diagonal = 0.5 * block_edge * 1.4143, to_centre = 0.5 * block_edge + 0.5;  // cells hold x/dx from base + 1/2 on
-  const Vec2 centre = dx_ * (double{block_edge} * Vec2(x, y) + Vec2::Constant(to_centre));
-  return distance_.at(centre).distance <= (outer_reach + half_diagonal) * dx_;
+  const Vec2 centre = dx_ * (double{block_edge} * Vec2(column[0], column[1]) + Vec2::Constant(to_centre));
+  return distance_.outside(centre) <= (outer_reach + half_diagonal) * dx_;
+}
+
+std::vector<BlockColumn> LumpedMassCorrection::reached_columns() const {
+  Vec2 low = outline_.corners.front(), high = low;
+  for (const Vec2& corner : outline_.corners) low = low.cwiseMin(corner), high = high.cwiseMax(corner);
+  const double margin = (outer_reach + block_edge) * dx_;  // of a circle the corners of a polygon inscribed in it are given
+  const auto block_at = [&](double x) { return static_cast<std::int32_t>(std::floor(x / (block_edge * dx_))); };
+  std::vector<BlockColumn> columns;
+  for (std::int32_t x = block_at(low.x() - margin); x <= block_at(high.x() + margin); ++x) {
+    for (std::int32_t y = block_at(low.y() - margin); y <= block_at(high.y() + margin); ++y) {
+      if (reaches({x, y})) columns.push_back({x, y});
+    }
+  }
+  return columns;
 }
 
 void LumpedMassCorrection::add_of_block(const Grid& grid, const Block& block, std::span<NodeBlock> change) const {
@@ -109,7 +127,7 @@ void LumpedMassCorrection::add(const Grid& grid, std::span<NodeBlock> change) co
 #pragma omp parallel for schedule(dynamic, 1)
     for (std::size_t i = 0; i < blocks.size(); ++i) {
       const Block& block = grid.block(blocks[i]);
-      if (reaches(block.coordinate[0], block.coordinate[1])) add_of_block(grid, block, change);
+      if (reaches({block.coordinate[0], block.coordinate[1]})) add_of_block(grid, block, change);
     }
   }
 }

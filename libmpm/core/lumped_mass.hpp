@@ -1,10 +1,11 @@
 #pragma once
-/// Before a curved wall: what the lumped mass matrix does to accelerations, and its correction.
+/// Around an obstacle: what the lumped mass matrix does to accelerations, and its correction.
 ///
 /// A node's acceleration is its force over its own mass. So it is the mean of the field over the part of its kernel where there is
-/// material. A wall cuts kernels off, and the mean is then that of a place up to half a cell before the wall. Along a curved wall the
-/// pressure gradient falls like (R/r)^3 with the distance r from the axis: the flow at the wall is accelerated too little (21 % in the
-/// first cell at R = 4 dx). Along a plane the gradient does not change across the layer, and there is nothing to correct.
+/// material. A wall cuts kernels off, and the mean is then that of a place up to half a cell before the wall. Along an endless plane the
+/// pressure gradient does not change across the layer, and there is nothing to correct. Along a curved wall it falls like (R/r)^3 with the
+/// distance r from the axis: the flow at the wall is accelerated too little (21 % in the first cell at R = 4 dx). At the edge of a side it
+/// is steeper still.
 ///
 /// The consistent mass matrix M_ij = sum_p m_p w_ip w_jp (Burgess, Sulsky & Brackbill 1992) does not have this error. One step of the
 /// iteration towards it, from the lumped masses m_i (the second-order FMPM of Nairn & Hammerquist 2021, for accelerations):
@@ -14,29 +15,38 @@
 /// Each particle's terms sum to zero, so that momentum is conserved exactly. Particles within full_reach of the wall take part fully, those
 /// beyond to a part that falls to zero over `fade`: an abrupt end would leave an error of its own (5 % of the acceleration there).
 
-#include "libmpm/boundary/surface_solid.hpp"
+#include <array>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "libmpm/boundary/any_boundary.hpp"
 #include "libmpm/core/grid.hpp"
 #include "libmpm/core/mirror.hpp"
 
 namespace mpm {
 
-/// Correction of lumped masses before the curved side of one solid.
+/// Whether one of the boundaries needs the correction.
+[[nodiscard]] bool need_lumped_mass_correction(std::span<const Boundary> boundaries);
+
+using BlockColumn = std::array<std::int32_t, 2>;  ///< x, y of the coordinates of all blocks above each other
+
+/// Correction of lumped masses around one solid.
 class LumpedMassCorrection {
  public:
   static constexpr double full_reach = 2.5;  ///< cells from the surface
   static constexpr double fade = 3.0;        ///< cells
 
-  /// Whether a solid has a curved side.
-  [[nodiscard]] static bool concerns(const SurfaceSolid& solid) { return solid.outline().circle.has_value(); }
-
   /// @param density  of the material at rest, kg/m^3. @param relaxed  r, 0 .. 1
   LumpedMassCorrection(const SurfaceSolid& solid, double cell_size, double density, double relaxed)
-      : distance_(solid.outline()), top_(solid.top()), dx_(cell_size), density_(density), relaxed_(relaxed) {}
+      : outline_(solid.outline()), distance_(outline_), top_(solid.top()), dx_(cell_size), density_(density), relaxed_(relaxed) {}
 
   /// Share of a particle at x (m) that takes part.
   [[nodiscard]] double share(const Vec3& x) const;
-  /// Whether particles of a column of blocks may take part. @param x,y  coordinate of its blocks
-  [[nodiscard]] bool reaches(std::int32_t x, std::int32_t y) const;
+  /// Whether particles of a column of blocks may take part. @param column  x, y of its blocks' coordinates
+  [[nodiscard]] bool reaches(const BlockColumn& column) const;
+  /// All columns that it reaches.
+  [[nodiscard]] std::vector<BlockColumn> reached_columns() const;
 
   /// Adds m_i times the change of v_i to `change`, kg m/s, by number of block. Nodes must hold velocities, their old nodes those before
   /// forces, both with their images behind mirror planes. Sums in the order of colours: the same bits on any number of threads.
@@ -45,6 +55,7 @@ class LumpedMassCorrection {
  private:
   void add_of_block(const Grid& grid, const Block& block, std::span<NodeBlock> change) const;
 
+  Outline outline_;
   OutlineDistance distance_;
   double top_, dx_, density_, relaxed_;
 };

@@ -129,10 +129,21 @@ TEST(LumpedMass, ShareFallsToZeroAwayFromTheSide) {
   }
 }
 
-TEST(LumpedMass, ConcernsCurvedSidesOnly) {
-  EXPECT_TRUE(LumpedMassCorrection::concerns(cylinder(1.0)));
-  EXPECT_FALSE(
-      LumpedMassCorrection::concerns(SurfaceSolid(BoxShape{.width = 2.0, .depth = 1.5}.outline(), tall, 0.0, Vec3::Zero(), dx, {})));
+/// Near an edge it counts from the corner, and not from the line of a side, which may pass far away from a sharp edge and yet be near.
+TEST(LumpedMass, ShareOfAPolygonCountsFromItsNearestPoint) {
+  const double full = LumpedMassCorrection::full_reach, fade = LumpedMassCorrection::fade;
+  Outline wedge;  // 20 degrees, its edge in the origin
+  wedge.corners = {{0.0, 0.0}, {4.0, -4.0 * std::tan(0.1745)}, {4.0, 4.0 * std::tan(0.1745)}};
+  const LumpedMassCorrection c(SurfaceSolid(wedge, tall, 0.0, Vec3::Zero(), dx, {}), dx, density, 0.0);
+  EXPECT_EQ(c.share({1.0, 0.0, 0.0}), 1.0);  // inside
+  EXPECT_NEAR(c.share({-(full + 0.5 * fade) * dx, 0.0, 0.0}), 0.5, 1e-12);
+  EXPECT_EQ(c.share({-(full + fade + 1e-9) * dx, 0.0, 0.0}), 0.0);
+  EXPECT_NEAR(c.share({2.0, 2.0 * std::tan(0.1745) + (full + 0.5 * fade) * dx / std::cos(0.1745), 0.0}), 0.5, 1e-12);
+  const auto columns = c.reached_columns();
+  for (std::int32_t x = -12; x < 20; ++x) {
+    for (std::int32_t y = -12; y < 12; ++y)
+      EXPECT_EQ(std::ranges::find(columns, BlockColumn{x, y}) != columns.end(), c.reaches({x, y})) << x << " " << y;
+  }
 }
 
 /// The image of the computed half stands for the other: the same corrections as for the whole.
