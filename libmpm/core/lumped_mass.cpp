@@ -43,11 +43,14 @@ struct Fields {
   Fields(const Grid& grid, const Block& block) {
     for_each_halo_row(
         block.neighbour, [&](std::int32_t b) -> const NodeBlock& { return grid.old_nodes(b); },
-        [&](const Node* row, int first, auto count) { std::copy_n(row, int{count}, before + first); });
+        [&](const Node* row, int first, auto count) {
+          for (int n = 0; n < count; ++n) before[first + n] = row[n];
+        });
     for_each_halo_row(
         block.neighbour, [&](std::int32_t b) -> const NodeBlock& { return grid.nodes(b); },
-        [&](const Node* row, int first, auto count) { std::copy_n(row, int{count}, gained + first); });
-    for (int n = 0; n < halo_nodes; ++n) gained[n] -= before[n];
+        [&](const Node* row, int first, auto count) {
+          for (int n = 0; n < count; ++n) gained[first + n] = row[n] - before[first + n];
+        });
   }
 };
 

@@ -441,7 +441,7 @@ inline void Solver::act_folded(const Wall& wall) {
 inline void Solver::act_at_surface(const SurfaceSolid& solid) {
   const ContactStencil& stencil = solid.stencil();
   if (scene_.mirror.y || scene_.mirror.x) throw std::logic_error("the plain step has surface contact without mirror planes only");
-  constexpr int sweeps = 6, first_capped = 2;
+  constexpr int sweeps = 6;
   constexpr double least_weight = 0.3;
   std::set<int> layers;
   for (const auto& [at, n] : nodes_) layers.insert(at[2]);
@@ -505,7 +505,7 @@ inline void Solver::act_at_surface(const SurfaceSolid& solid) {
         const std::size_t r = forward ? i : points - 1 - i;
         const ContactRow& row = stencil.rows[r];
         double strongest = 1e300;
-        if (row.inner >= 0 && sweep >= first_capped) {
+        if (row.inner >= 0) {
           strongest = ContactStencil::edge_share * -rows[static_cast<std::size_t>(row.inner)].normal;
           if (row.round >= 0) strongest = std::max(strongest, -rows[static_cast<std::size_t>(row.round)].normal);
         }

@@ -124,7 +124,7 @@ TEST(LumpedMass, ShareFallsToZeroAwayFromTheSide) {
     for (double y = -20.0; y < 20.0; y += 0.31) {
       const Vec3 at(dx * x, dx * y, 0.0);
       const auto block = [](double cells) { return static_cast<std::int32_t>(std::floor((cells - 0.5) / block_edge)); };
-      EXPECT_TRUE(c.share(at) == 0.0 || c.reaches(block(x), block(y))) << x << " " << y;
+      EXPECT_TRUE(c.share(at) == 0.0 || c.reaches({block(x), block(y)})) << x << " " << y;
     }
   }
 }

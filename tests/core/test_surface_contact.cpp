@@ -119,9 +119,9 @@ TEST_P(SurfaceContact, StopsWhatFliesAgainstTheSurface) {
       (row.inner >= 0 ? end : worst) = std::max(row.inner >= 0 ? end : worst, left);
     }
     EXPECT_GT(rows, 5);
-    // In the third sweep the ends of long sides give back what exceeds their share. A point and the next have half of their nodes' weights
-    // in common: what one gives back disturbs the next by half of it, and each sweep takes it on by one point and by another half: 2^-6
-    // = 1.6 % are left after six. The ends themselves stay open: that is what their cap is for.
+    // A point and the next have half of their nodes' weights in common: what one gives disturbs the next by half of it, and each sweep
+    // takes it on by one point and by another half: 2^-6 = 1.6 % are left after six. The ends themselves stay open: that is what their cap
+    // is for.
     EXPECT_LE(worst, 0.02 * speed);
     EXPECT_LE(end, speed);
   }
