@@ -202,6 +202,10 @@ std::optional<JoinedLayers> layers_of_columns(const Wall& wall, double cell_size
   return JoinedLayers{plan.axis, std::min(master, last)};
 }
 
+std::optional<JoinedLayers> layers_of_top(const SurfaceSolid& solid, double cell_size) {
+  return layers_of_columns(top_of(solid), cell_size, 0.0);
+}
+
 void apply_folded_top(Grid& grid, const SurfaceSolid& solid, const MirrorPlanes& mirror, ContactImpulse& impulse) {
   const Wall top = top_of(solid);
   const ColumnPlan plan = plan_of(top, 2, grid.cell_size(), 0.0);

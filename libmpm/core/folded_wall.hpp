@@ -41,5 +41,7 @@ struct JoinedLayers {
 };
 /// The layers of blocks that the columns of a wall that folds() reach into; empty if it is a single one. @param cell_size  m. @param time s
 std::optional<JoinedLayers> layers_of_columns(const Wall& wall, double cell_size, double time);
+/// The same for the columns of apply_folded_top.
+std::optional<JoinedLayers> layers_of_top(const SurfaceSolid& solid, double cell_size);
 
 }  // namespace mpm

@@ -258,21 +258,28 @@ void correct_lumped_mass(Grid& grid, const GridForces& forces, std::size_t first
     if (const auto* const solid = std::get_if<SurfaceSolid>(&boundary))
       corrections.emplace_back(*solid, grid.cell_size(), forces.density, forces.relaxed);
   }
-  const auto all = grid.all_blocks();
-  if (corrections.empty() || all.empty() || !grid.keeps_old_nodes()) return;
+  if (corrections.empty() || !grid.keeps_old_nodes()) return;
 
-  const auto blocks = static_cast<std::size_t>(*std::ranges::max_element(all)) + 1;
-  const auto free = std::make_unique_for_overwrite<NodeBlock[]>(blocks);  // both by number of block
-  const auto change = std::make_unique_for_overwrite<NodeBlock[]>(blocks);
+  const auto all = grid.all_blocks(), lent = grid.lent();
+  std::int32_t last = -1;
+  for (const auto& blocks : {all, lent}) {
+    for (const auto b : blocks) last = std::max(last, b);
+  }
+  const auto count = static_cast<std::size_t>(last + 1);
+  const auto free = std::make_unique_for_overwrite<NodeBlock[]>(count);  // both by number of block
+  const auto change = std::make_unique_for_overwrite<NodeBlock[]>(count);
 #pragma omp parallel for schedule(static, 8)
   for (std::size_t i = 0; i < all.size(); ++i) {
     free[static_cast<std::size_t>(all[i])] = grid.nodes(all[i]);
     change[static_cast<std::size_t>(all[i])] = NodeBlock{};
   }
+  for (const auto b : lent) change[static_cast<std::size_t>(b)] = NodeBlock{};
   Boundaries(grid, forces, time).act_from(first);
   reflect_velocities(grid, forces.mirror);
-  const std::span changes(change.get(), blocks);
+  if (grid.ranks() != nullptr) grid.ranks()->return_nodes(grid);
+  const std::span changes(change.get(), count);
   for (const LumpedMassCorrection& correction : corrections) correction.add(grid, changes);
+  if (grid.ranks() != nullptr) grid.ranks()->add_parts(changes);
   fold_mirror_planes(grid, forces.mirror, changes);
 #pragma omp parallel for schedule(static, 8)
   for (std::size_t i = 0; i < all.size(); ++i) {

@@ -36,23 +36,24 @@ JoinedBlocks::JoinedBlocks(const Scene& scene, double cell_size, double time) {
   for (std::size_t axis = 0; axis < 3; ++axis) {
     for (const std::int32_t below : lower[axis]) add(layers_[axis], below, below + 1);  // rising, so that chains are found
   }
+  std::set<std::int32_t> in_columns = lower[2];
   for (const Boundary& boundary : scene.boundaries) {
-    if (const auto* const solid = std::get_if<SurfaceSolid>(&boundary)) join_columns(*solid, cell_size);
+    const auto* const solid = std::get_if<SurfaceSolid>(&boundary);
+    if (solid == nullptr) continue;
+    join_columns(*solid);
+    if (const auto top = layers_of_top(*solid, cell_size)) in_columns.insert(top->lower);
   }
+  for (const std::int32_t below : in_columns) add(pairs_, below >> 1, (below + 1) >> 1);
 }
 
-void JoinedBlocks::join_columns(const SurfaceSolid& solid, double cell_size) {
-  std::set<BlockColumn> mine;
+void JoinedBlocks::join_columns(const SurfaceSolid& solid) {
+  std::set<Column> mine;
   const auto add = [&](std::int32_t x, std::int32_t y) { mine.insert({lowest_of(layers_[0], x), lowest_of(layers_[1], y)}); };
   for (const auto& node : solid.stencil().nodes) add(node.at[0] >> 2, node.at[1] >> 2);
-  for (const BlockColumn& column : LumpedMassCorrection(solid, cell_size, 0.0, 0.0).reached_columns()) {
-    for (const std::int32_t x : {0, 1}) {  // its particles touch the next columns, too
-      for (const std::int32_t y : {0, 1}) add(column[0] + x, column[1] + y);
-    }
-  }
-  const BlockColumn all = *mine.begin();
-  for (const BlockColumn& column : mine) {
-    const BlockColumn before = lowest_of(columns_, column);
+  if (mine.empty()) return;
+  const Column all = *mine.begin();
+  for (const Column& column : mine) {
+    const Column before = lowest_of(columns_, column);
     for (auto& [other, stands_for] : columns_) {
       if (stands_for == before) stands_for = all;  // another solid's that shares a column
     }
@@ -64,7 +65,7 @@ Index3 JoinedBlocks::representative(const Index3& block) const {
   const Index3 layer = {lowest_of(layers_[0], block[0]), lowest_of(layers_[1], block[1]), lowest_of(layers_[2], block[2])};
   const auto column = columns_.find({layer[0], layer[1]});
   if (column == columns_.end()) return layer;
-  return {column->second[0], column->second[1], 0};
+  return {column->second[0], column->second[1], 2 * lowest_of(pairs_, block[2] >> 1)};
 }
 
 }  // namespace mpm

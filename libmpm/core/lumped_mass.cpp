@@ -1,5 +1,6 @@
 #include "libmpm/core/lumped_mass.hpp"
 
+#include <Eigen/Geometry>
 #include <algorithm>
 
 #include "libmpm/base/bspline.hpp"
@@ -65,24 +66,10 @@ double LumpedMassCorrection::share(const Vec3& x) const {
   return std::clamp((outer_reach - distance) / fade, 0.0, 1.0);
 }
 
-bool LumpedMassCorrection::reaches(const BlockColumn& column) const {
+bool LumpedMassCorrection::reaches(std::int32_t x, std::int32_t y) const {
   constexpr double half_diagonal = 0.5 * block_edge * 1.4143, to_centre = 0.5 * block_edge + 0.5;  // cells hold x/dx from base + 1/2 on
-  const Vec2 centre = dx_ * (double{block_edge} * Vec2(column[0], column[1]) + Vec2::Constant(to_centre));
+  const Vec2 centre = dx_ * (double{block_edge} * Vec2(x, y) + Vec2::Constant(to_centre));
   return distance_.outside(centre) <= (outer_reach + half_diagonal) * dx_;
-}
-
-std::vector<BlockColumn> LumpedMassCorrection::reached_columns() const {
-  Vec2 low = outline_.corners.front(), high = low;
-  for (const Vec2& corner : outline_.corners) low = low.cwiseMin(corner), high = high.cwiseMax(corner);
-  const double margin = (outer_reach + block_edge) * dx_;  // of a circle the corners of a polygon inscribed in it are given
-  const auto block_at = [&](double x) { return static_cast<std::int32_t>(std::floor(x / (block_edge * dx_))); };
-  std::vector<BlockColumn> columns;
-  for (std::int32_t x = block_at(low.x() - margin); x <= block_at(high.x() + margin); ++x) {
-    for (std::int32_t y = block_at(low.y() - margin); y <= block_at(high.y() + margin); ++y) {
-      if (reaches({x, y})) columns.push_back({x, y});
-    }
-  }
-  return columns;
 }
 
 void LumpedMassCorrection::add_of_block(const Grid& grid, const Block& block, std::span<NodeBlock> change) const {
@@ -100,25 +87,32 @@ void LumpedMassCorrection::add_of_block(const Grid& grid, const Block& block, st
       if (mass == 0.0) continue;
       any = true;
       const Kernel kernel(x / dx_ - base);
-      Node gained{}, before{}, gradient[3] = {};
+      Node gained{}, before{}, gradient[3] = {}, slope[3] = {};  // of before, of gained: by axis, for each cell
       for (int i = 0; i < 27; ++i) {
         const int at = Kernel::place(first, i);
-        gained += kernel.w[i] * fields.gained[at];
-        const Node u = kernel.w[i] * fields.before[at];
+        const Node a = kernel.w[i] * fields.gained[at], u = kernel.w[i] * fields.before[at];
+        gained += a;
         before += u;
-        for (int axis = 0; axis < 3; ++axis) gradient[axis] += 4.0 * kernel.arm[i][axis] * u;
+        for (int axis = 0; axis < 3; ++axis) {
+          slope[axis] += 4.0 * kernel.arm[i][axis] * a;
+          gradient[axis] += 4.0 * kernel.arm[i][axis] * u;
+        }
       }
+      const Vec3 turn = 0.5 * Vec3(slope[1][2] - slope[2][1], slope[2][0] - slope[0][2], slope[0][1] - slope[1][0]);  // S r = turn x r
       for (int i = 0; i < 27; ++i) {
         const int at = Kernel::place(first, i);
         const Vec3& arm = kernel.arm[i];
         const Node beyond_linear = fields.before[at] - before - arm.x() * gradient[0] - arm.y() * gradient[1] - arm.z() * gradient[2];
-        sum[at] += (mass * kernel.w[i]) * (fields.gained[at] - gained + relaxed_ * beyond_linear);
+        const Vec3 turned = turn.cross(arm);
+        sum[at] +=
+            (mass * kernel.w[i]) * (fields.gained[at] - gained - Node{turned.x(), turned.y(), turned.z(), 0.0} + relaxed_ * beyond_linear);
       }
     }
   }
   if (!any) return;
   for_each_halo_row(
-      block.neighbour, [&](std::int32_t b) -> NodeBlock& { return change[static_cast<std::size_t>(b)]; },
+      block.parts != nullptr ? *block.parts : block.neighbour,
+      [&](std::int32_t b) -> NodeBlock& { return change[static_cast<std::size_t>(b)]; },
       [&](Node* row, int first, auto count) {
         for (int n = 0; n < count; ++n) row[n] += Node{sum[first + n][0], sum[first + n][1], sum[first + n][2], 0.0};
       });
@@ -130,7 +124,7 @@ void LumpedMassCorrection::add(const Grid& grid, std::span<NodeBlock> change) co
 #pragma omp parallel for schedule(dynamic, 1)
     for (std::size_t i = 0; i < blocks.size(); ++i) {
       const Block& block = grid.block(blocks[i]);
-      if (reaches({block.coordinate[0], block.coordinate[1]})) add_of_block(grid, block, change);
+      if (reaches(block.coordinate[0], block.coordinate[1])) add_of_block(grid, block, change);
     }
   }
 }

@@ -9,16 +9,17 @@
 ///
 /// The consistent mass matrix M_ij = sum_p m_p w_ip w_jp (Burgess, Sulsky & Brackbill 1992) does not have this error. One step of the
 /// iteration towards it, from the lumped masses m_i (the second-order FMPM of Nairn & Hammerquist 2021, for accelerations):
-///   v_i += (1/m_i) sum_p m_p w_ip (a_i - a_p) dt,                      a_p = sum_j w_jp a_j
+///   v_i += (1/m_i) sum_p m_p w_ip (a_i - a_p - S_p (x_i - x_p)) dt,     a_p = sum_j w_jp a_j
+/// S_p is the skew part of the gradient of a at the particle (of APIC's C_p, made of a): a pressure gradient over a density has none, and
+/// without this term angular momentum would change.
 /// The part of the motion that relaxes to the grid's velocity (transfer.hpp) is smoothed in the same way, beyond its linear part:
 ///   v_i += (r/m_i) sum_p m_p w_ip (u_i - u_p - C_p (x_i - x_p)),       u before forces, r the relaxed share of the step
-/// Each particle's terms sum to zero, so that momentum is conserved exactly. Particles within full_reach of the wall take part fully, those
-/// beyond to a part that falls to zero over `fade`: an abrupt end would leave an error of its own (5 % of the acceleration there).
+/// Each particle's terms have no sum and no moment, so that momentum and angular momentum are conserved exactly. Particles within
+/// full_reach of the wall take part fully, those beyond to a part that falls to zero over `fade`: an abrupt end would leave an error of its
+/// own (5 % of the acceleration there).
 
-#include <array>
 #include <cstdint>
 #include <span>
-#include <vector>
 
 #include "libmpm/boundary/any_boundary.hpp"
 #include "libmpm/core/grid.hpp"
@@ -29,8 +30,6 @@ namespace mpm {
 /// Whether one of the boundaries needs the correction.
 [[nodiscard]] bool need_lumped_mass_correction(std::span<const Boundary> boundaries);
 
-using BlockColumn = std::array<std::int32_t, 2>;  ///< x, y of the coordinates of all blocks above each other
-
 /// Correction of lumped masses around one solid.
 class LumpedMassCorrection {
  public:
@@ -39,23 +38,21 @@ class LumpedMassCorrection {
 
   /// @param density  of the material at rest, kg/m^3. @param relaxed  r, 0 .. 1
   LumpedMassCorrection(const SurfaceSolid& solid, double cell_size, double density, double relaxed)
-      : outline_(solid.outline()), distance_(outline_), top_(solid.top()), dx_(cell_size), density_(density), relaxed_(relaxed) {}
+      : distance_(solid.outline()), top_(solid.top()), dx_(cell_size), density_(density), relaxed_(relaxed) {}
 
   /// Share of a particle at x (m) that takes part.
   [[nodiscard]] double share(const Vec3& x) const;
-  /// Whether particles of a column of blocks may take part. @param column  x, y of its blocks' coordinates
-  [[nodiscard]] bool reaches(const BlockColumn& column) const;
-  /// All columns that it reaches.
-  [[nodiscard]] std::vector<BlockColumn> reached_columns() const;
+  /// Whether particles of a column of blocks may take part. @param x,y  of its blocks' coordinates
+  [[nodiscard]] bool reaches(std::int32_t x, std::int32_t y) const;
 
-  /// Adds m_i times the change of v_i to `change`, kg m/s, by number of block. Nodes must hold velocities, their old nodes those before
-  /// forces, both with their images behind mirror planes. Sums in the order of colours: the same bits on any number of threads.
+  /// Adds m_i times the change of v_i to `change`, kg m/s, by number of block, as particle_to_grid adds to nodes: parts that other ranks
+  /// add go to lent nodes. Nodes must hold velocities, their old nodes those before forces, both with their images behind mirror planes and
+  /// on ghosts. Sums in the order of colours: the same bits on any number of threads.
   void add(const Grid& grid, std::span<NodeBlock> change) const;
 
  private:
   void add_of_block(const Grid& grid, const Block& block, std::span<NodeBlock> change) const;
 
-  Outline outline_;
   OutlineDistance distance_;
   double top_, dx_, density_, relaxed_;
 };

@@ -13,6 +13,7 @@
 #include "libmpm/core/block_sums.hpp"
 #include "libmpm/core/diagnostics.hpp"
 #include "libmpm/core/joined_blocks.hpp"
+#include "libmpm/core/lumped_mass.hpp"
 #include "libmpm/core/stress_update.hpp"
 
 namespace mpm {

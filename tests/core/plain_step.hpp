@@ -298,18 +298,19 @@ class Solver {
         const double apart = std::max(distance_from(solid->outline(), p.x.head<2>()), p.x.z() - solid->top());
         const double share = std::clamp((5.5 - apart / dx_) / 3.0, 0.0, 1.0);  // whole up to 2.5 cells, none from 5.5 on
         Vec3 gained = Vec3::Zero(), before = Vec3::Zero();
-        Mat3 gradient = Mat3::Zero();
+        Mat3 gradient = Mat3::Zero(), turned = Mat3::Zero();
         for_each_node(p.x, dx_, [&](const Index& at, double w, const Vec3& arm) {
           if (w == 0.0) return;
           const Node& n = nodes_.at(at);
           gained += w * (n.v - n.before_forces);
           before += w * n.before_forces;
           gradient += 4.0 / (dx_ * dx_) * w * n.before_forces * arm.transpose();
+          turned += 2.0 / (dx_ * dx_) * w * ((n.v - n.before_forces) * arm.transpose() - arm * (n.v - n.before_forces).transpose());
         });
         for_each_node(p.x, dx_, [&](const Index& at, double w, const Vec3& arm) {
           if (w == 0.0) return;
           const Node& n = nodes_.at(at);
-          const Vec3 more = n.v - n.before_forces - gained + (1.0 - kept_) * (n.before_forces - before - gradient * arm);
+          const Vec3 more = n.v - n.before_forces - gained - turned * arm + (1.0 - kept_) * (n.before_forces - before - gradient * arm);
           corrected.at(at).v += share * law_.density * p.volume * w / n.mass * more;
         });
       }
@@ -437,11 +438,11 @@ inline void Solver::act_folded(const Wall& wall) {
 }
 
 /// A solid with vertical sides: at the points of its surface the interpolated velocity must not point inwards. Impulses of the points are
-/// found by six sweeps of Gauss-Seidel over each layer of nodes, forwards and backwards in turn.
+/// found by eight sweeps of Gauss-Seidel over each layer of nodes, forwards and backwards in turn.
 inline void Solver::act_at_surface(const SurfaceSolid& solid) {
   const ContactStencil& stencil = solid.stencil();
   if (scene_.mirror.y || scene_.mirror.x) throw std::logic_error("the plain step has surface contact without mirror planes only");
-  constexpr int sweeps = 6;
+  constexpr int sweeps = 8, first_capped = 2;
   constexpr double least_weight = 0.3;
   std::set<int> layers;
   for (const auto& [at, n] : nodes_) layers.insert(at[2]);
@@ -505,7 +506,7 @@ inline void Solver::act_at_surface(const SurfaceSolid& solid) {
         const std::size_t r = forward ? i : points - 1 - i;
         const ContactRow& row = stencil.rows[r];
         double strongest = 1e300;
-        if (row.inner >= 0) {
+        if (row.inner >= 0 && sweep >= first_capped) {
           strongest = ContactStencil::edge_share * -rows[static_cast<std::size_t>(row.inner)].normal;
           if (row.round >= 0) strongest = std::max(strongest, -rows[static_cast<std::size_t>(row.round)].normal);
         }
