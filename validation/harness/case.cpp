@@ -6,7 +6,9 @@
 #include <chrono>
 #include <cmath>
 #include <exception>
+#include <limits>
 #include <sstream>
+#include <stdexcept>
 
 #include "libmpm/driver/case_file.hpp"
 #include "libmpm/io/atomic_file.hpp"
@@ -25,12 +27,18 @@ bool finite(const Check& c) {
          (!c.observed_order || std::isfinite(*c.observed_order));
 }
 
-Check& add(CaseResult& result, Check check) {
+/// The error that a check's result would have if it were `value`.
+double error_of(const Check& check, double value) {
   switch (check.measure) {
-    case Measure::relative: check.error = relative_error(check.value, check.reference); break;
-    case Measure::absolute: check.error = std::abs(check.value - check.reference); break;
-    case Measure::at_most: check.error = check.value - check.reference; break;
+    case Measure::relative: return relative_error(value, check.reference);
+    case Measure::absolute: return std::abs(value - check.reference);
+    case Measure::at_most: return value - check.reference;
   }
+  return std::numeric_limits<double>::quiet_NaN();
+}
+
+Check& add(CaseResult& result, Check check) {
+  check.error = error_of(check, check.value);
   check.passed = finite(check) && check.error <= check.tolerance;
   return result.checks.emplace_back(std::move(check));
 }
@@ -73,11 +81,16 @@ Series slope_line(std::string name, const std::vector<double>& size, double at_f
 
 Verdict Check::verdict() const {
   if (passed) return Verdict::ok;
-  return !miss_cause.empty() && finite(*this) ? Verdict::not_met : Verdict::failed;
+  if (!miss || !finite(*this)) return Verdict::failed;
+  const bool as_known = miss->bound > reference ? value > reference && value <= miss->bound : value < reference && value >= miss->bound;
+  return as_known ? Verdict::not_met : Verdict::failed;
 }
 
-Check& Check::known_miss(std::string cause) {
-  miss_cause = std::move(cause);
+Check& Check::known_miss(double bound, std::string cause) {
+  if (!std::isfinite(bound) || error_of(*this, bound) <= tolerance)
+    throw std::invalid_argument(
+        fmt::format("known miss of '{}': its bound {} must be a number outside the tolerance about {}", quantity, bound, reference));
+  miss = KnownMiss{bound, std::move(cause)};
   return *this;
 }
 
@@ -150,7 +163,7 @@ CaseResult run_case_entry(const CaseEntry& entry, const CaseContext& context) {
     result.physics = first_paragraph(read_file(entry.directory / "README.md"));
     entry.run(context, result);
     if (context.source() != nullptr) {  // a miss is known of this program, not of the solver that is judged
-      for (Check& check : result.checks) check.miss_cause.clear();
+      for (Check& check : result.checks) check.miss.reset();
     }
     if (result.checks.empty()) result.fault = "the case asserted nothing";
   } catch (const std::exception& e) {

@@ -175,7 +175,7 @@ void check_coarser_grids(CaseResult& result, const Runs& runs, const std::vector
     check(force_x, 0.03, "aim from w/5 on: 3 %; and twice the statistical error of the difference");
     if (cells(sizes[k]) >= 7)
       check(runup, 0.04, "aim from w/7 on: 4 %; and twice the statistical error of the difference")
-          .known_miss("the run-up, that of the highest particles, still rises with refinement: 4.5 % from w/7 to w/9");
+          .known_miss(0.94, "the run-up, that of the highest particles, still rises with refinement: 4.5 % from w/7 to w/9");
   }
 }
 

@@ -448,6 +448,7 @@ void spin_ball(const CaseContext& context, CaseResult& result, Transfer transfer
                             static_cast<double>(state.step) * epsilon, "one rounding a step, all in one direction");
   if (!apic)
     momentum.known_miss(
+        1.7e-3,
         "particles move with the grid's velocity and keep more than it: a step adds dt sum m v_grid x v_particle, which is 0 "
         "with APIC only");
   result.check_absolute(
@@ -456,7 +457,7 @@ void spin_ball(const CaseContext& context, CaseResult& result, Transfer transfer
   const double lost = 1.0 - (kinetic_energy(end) + end.elastic_energy) / kinetic_energy(start);
   Check& energy = result.check_absolute(Label::verification, ball + ": energy lost in one turn, share", lost, 0.0, "", 2.0 * strain,
                                         "only the breathing of the sudden start can be lost, not the spin: affine motion is kept");
-  if (!apic) energy.known_miss("follows the angular momentum");
+  if (!apic) energy.known_miss(4.3e-3, "follows the angular momentum");
   result.notes.push_back(fmt::format("{}: {} steps a turn, angle {:+.1e} turns, energy lost {:.1e}, ρ0 (ω R)²/E = {:.1e}.", ball,
                                      state.step, missing, lost, strain));
   context.log("spinning ball done");
