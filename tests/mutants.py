@@ -59,6 +59,8 @@ MUTATIONS = [
              "hindrance_ = reference_inertial_number_ * 3.0 *", "hindrance_ = reference_inertial_number_ * 3.03 *", ("cone_paths",)),
     Mutation("edge_share", "the ends of an obstacle's sides take as much as other points", "libmpm/boundary/edge_share.cpp",
              "std::clamp(impulse[0] / impulse[1], 0.0, 1.0)", "1e9", ("plate_in_jet",)),
+    Mutation("top_columns", "the top of an obstacle does not hold the columns next to its edge", "libmpm/boundary/contact_stencil.cpp",
+             "if (depth > -rounding) builder.stencil.covered", "if (depth > 0.5) builder.stencil.covered", ("disc_in_round_jet",)),
     Mutation("kept_share", "AFLIP forgets at once what the grid cannot carry", "libmpm/core/step.cpp",
              "return 1.0 - std::min(1.0, dt * speed /", "return 0.1 - 0.1 * std::min(1.0, dt * speed /", ("conservation",)),
     Mutation("stress_transfer", "internal forces 1 % too small", "libmpm/core/particle_to_grid.cpp",
