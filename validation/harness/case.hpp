@@ -71,7 +71,7 @@ struct Check {
   /// The target stays, and is known not to be met by this program at present: reported as "not met" with this cause, and no failure, as
   /// long as the result lies between the target and `bound`. Choose the bound near what is measured, so that a change for the worse fails,
   /// and state the measured value in the README of the case. Another solver that misses the target fails (run_case_entry).
-  /// @param bound  as KnownMiss::bound; throws std::invalid_argument if it is not finite or meets the target
+  /// @param bound  as KnownMiss::bound, of no use within the tolerance; std::invalid_argument if it is the reference or not finite
   Check& known_miss(double bound, std::string cause);
   /// Shows value and reference in the summary of predicted against reference values. Both must be in the quantity's unit, with a prefix at
   /// most (kPa, mm).
