@@ -61,6 +61,8 @@ MUTATIONS = [
              "max(ContactStencil::edge_share * impulse_of(row.inner)", "max(1e9 * impulse_of(row.inner)", ("plate_in_jet",)),
     Mutation("lumped_mass", "accelerations around obstacles are not corrected", "libmpm/core/lumped_mass.cpp",
              "return std::clamp((outer_reach - distance)", "return 0.0 * std::clamp((outer_reach - distance)", ("plate_in_jet",)),
+    Mutation("top_columns", "the top of an obstacle does not hold the columns next to its edge", "libmpm/boundary/contact_stencil.cpp",
+             "if (depth > -rounding) builder.stencil.covered", "if (depth > 0.5) builder.stencil.covered", ("disc_in_round_jet",)),
     Mutation("kept_share", "AFLIP forgets at once what the grid cannot carry", "libmpm/core/step.cpp",
              "return 1.0 - std::min(1.0, dt * speed /", "return 0.1 - 0.1 * std::min(1.0, dt * speed /", ("conservation",)),
     Mutation("stress_transfer", "internal forces 1 % too small", "libmpm/core/particle_to_grid.cpp",
