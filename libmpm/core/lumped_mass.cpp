@@ -98,7 +98,8 @@ void LumpedMassCorrection::add_of_block(const Grid& grid, const Block& block, st
           gradient[axis] += 4.0 * kernel.arm[i][axis] * u;
         }
       }
-      const Vec3 turn = 0.5 * Vec3(slope[1][2] - slope[2][1], slope[2][0] - slope[0][2], slope[0][1] - slope[1][0]);  // S r = turn x r
+      const Vec3 turn = (relaxed_ == 1.0 ? 0.5 : 0.0) *
+                        Vec3(slope[1][2] - slope[2][1], slope[2][0] - slope[0][2], slope[0][1] - slope[1][0]);  // S r = turn x r
       for (int i = 0; i < 27; ++i) {
         const int at = Kernel::place(first, i);
         const Vec3& arm = kernel.arm[i];

@@ -305,7 +305,8 @@ class Solver {
           gained += w * (n.v - n.before_forces);
           before += w * n.before_forces;
           gradient += 4.0 / (dx_ * dx_) * w * n.before_forces * arm.transpose();
-          turned += 2.0 / (dx_ * dx_) * w * ((n.v - n.before_forces) * arm.transpose() - arm * (n.v - n.before_forces).transpose());
+          if (kept_ == 0.0)
+            turned += 2.0 / (dx_ * dx_) * w * ((n.v - n.before_forces) * arm.transpose() - arm * (n.v - n.before_forces).transpose());
         });
         for_each_node(p.x, dx_, [&](const Index& at, double w, const Vec3& arm) {
           if (w == 0.0) return;
