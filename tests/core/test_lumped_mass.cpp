@@ -100,7 +100,9 @@ TEST(LumpedMass, CorrectionConservesMomentumAndWithApicAngularMomentum) {
     const Sums sums = sums_of(grid, correction_of(grid, cylinder(1.0), relaxed));
     EXPECT_GT(sums.size, 100.0);
     EXPECT_LE(sums.total.norm(), 1e-13 * sums.size);
-    if (relaxed == 1.0) EXPECT_LE(sums.moment.norm(), 1e-13 * 4.0 * sums.size);  // m: how far the nodes are
+    if (relaxed == 1.0) {
+      EXPECT_LE(sums.moment.norm(), 1e-13 * 4.0 * sums.size);  // m: how far the nodes are
+    }
   }
 }
 
