@@ -133,14 +133,15 @@ void add_columns(StencilBuilder& builder, const OutlineDistance& distance, doubl
                  const std::array<int, 2>& last) {
   struct Place {
     std::array<int, 2> at;
-    double depth;  ///< cells
+    double depth;  ///< cells inside; negative outside
     Vec2 normal;   ///< outward, of the nearest side
   };
   std::vector<Place> places;
   for (int y = first[1]; y <= last[1]; ++y) {
     for (int x = first[0]; x <= last[0]; ++x) {
-      const auto near = distance.at(cell_size * Vec2(x, y));
-      const double depth = -near.distance / cell_size;
+      const Vec2 at = cell_size * Vec2(x, y);
+      const auto near = distance.at(at);
+      const double depth = (near.distance > 0.0 ? -distance.outside(at) : -near.distance) / cell_size;
       if (builder.computed(Vec2(x, y)) && depth > rounding - 0.5) places.push_back({{x, y}, depth, near.normal});
     }
   }

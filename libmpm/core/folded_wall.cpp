@@ -224,8 +224,9 @@ void apply_folded_top(Grid& grid, const SurfaceSolid& solid, const MirrorPlanes&
     std::array<ColumnNode, column_nodes> column;
     if (!collect_column(grid, plan, block, number, Vec3::Zero(), column)) continue;
     const int inner = columns[i].inner;
-    const std::optional<double> normal =
-        inner < 0 ? fold_column(column, plan, top) : fold_column(column, plan, top, columns[i].share * taken[static_cast<std::size_t>(inner)]);
+    const std::optional<double> normal = inner < 0
+                                             ? fold_column(column, plan, top)
+                                             : fold_column(column, plan, top, columns[i].share * taken[static_cast<std::size_t>(inner)]);
     if (!normal) continue;
     taken[i] = *normal;
     for (int k = 0; k < column_nodes; ++k) {

@@ -254,8 +254,9 @@ TEST_P(Stencil, KnowsTheNodesInsideAndThoseBeyondTheReachOfItsPoints) {
   for (int x = -20; x < 30; ++x) {
     for (int y = -20; y < 20; ++y) {
       const double depth = -distance.at(dx * Vec2(x, y)).distance / dx;
-      if (std::abs(depth + 0.5) > 1e-6) {
-        EXPECT_EQ(columns.contains({x, y}), depth > -0.5);
+      const double outside = distance.outside(dx * Vec2(x, y)) / dx;
+      if (std::abs(outside - 0.5) > 1e-6) {
+        EXPECT_EQ(columns.contains({x, y}), outside < 0.5);
       }
       if (depth > 2.6) {
         EXPECT_TRUE(deep.contains({x, y})) << "nothing else holds it";
@@ -282,12 +283,15 @@ TEST_P(Stencil, BoundsTheColumnsOfItsTopAtEdgesByTheRootLaw) {
   };
   const auto depth_of = [&](const ContactStencil::Column& c) {
     const Place& at = whole.nodes[static_cast<std::size_t>(c.node)].at;
-    return -distance.at(dx * Vec2(at[0], at[1])).distance / dx;
+    const double outside = distance.outside(dx * Vec2(at[0], at[1]));
+    return (outside > 0.0 ? -outside : -distance.at(dx * Vec2(at[0], at[1])).distance) / dx;
   };
   int bounded = 0;
+  bool has_inside = false;
   for (std::size_t i = 0; i < whole.columns.size(); ++i) {
     const ContactStencil::Column& column = whole.columns[i];
     const double depth = depth_of(column);
+    has_inside |= depth > 1.0;
     if (depth > 0.5 + 1e-6) {
       EXPECT_EQ(column.inner, -1) << "only the last before an edge";
     }
@@ -295,12 +299,15 @@ TEST_P(Stencil, BoundsTheColumnsOfItsTopAtEdgesByTheRootLaw) {
     ++bounded;
     ASSERT_LT(column.inner, static_cast<int>(i)) << "what bounds is known before what is bounded";
     const ContactStencil::Column& inner = whole.columns[static_cast<std::size_t>(column.inner)];
-    const Place &here = whole.nodes[static_cast<std::size_t>(column.node)].at, &there = whole.nodes[static_cast<std::size_t>(inner.node)].at;
+    const Place &here = whole.nodes[static_cast<std::size_t>(column.node)].at,
+                &there = whole.nodes[static_cast<std::size_t>(inner.node)].at;
     EXPECT_LE(std::max(std::abs(here[0] - there[0]), std::abs(here[1] - there[1])), 1) << "neighbours";
     EXPECT_GT(depth_of(inner), depth);
     EXPECT_NEAR(column.share, carried(depth) / carried(depth_of(inner)), 1e-9);
   }
-  EXPECT_GT(bounded, 8);
+  if (has_inside) {
+    EXPECT_GT(bounded, 8);
+  }
 }
 
 /// On planes of nodes a point has the weights 1/8, 3/4, 1/8 across the side, of two nodes along it a half each, and the row of nodes behind

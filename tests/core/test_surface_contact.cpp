@@ -321,7 +321,7 @@ TEST_P(SurfaceContact, FoldsTheColumnsOnItsTop) {
         }
       });
       EXPECT_GT(held, 5);
-      EXPECT_GT(in_part, 5);
+      EXPECT_GT(in_part, 0);
       for (const auto& [at, column] : columns) {  // impulse of the column over what it may take
         if (column.inner < 0) continue;
         const auto& inner = solid.stencil().columns[static_cast<std::size_t>(column.inner)];

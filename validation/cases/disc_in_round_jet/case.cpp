@@ -134,7 +134,8 @@ void check_reference(CaseResult& result, const DiscInJet& exact) {
 
 void check_run(CaseResult& result, const NamedRun& run, const Measured& m, const DiscInJet& exact) {
   const double force = exact.force(m.ratio), angle = exact.angle(m.ratio), as_wide = m.ratio * (1.0 - narrower / run.setting.cells);
-  const std::string cause = "each column of nodes on the top acts by itself: what the last before the edge leaves is not taken by its neighbours";
+  const std::string cause =
+      "each column of nodes on the top acts by itself: what the last before the edge leaves is not taken by its neighbours";
   Check& f = result
                  .check_relative(Label::verification, run.name + ": force over the exact one", m.force.mean / force, 1.0, "",
                                  tolerance(run.setting.cells), "as for the plate in a plane jet: 3 %, 2 % from twelve cells on")
