@@ -3,17 +3,12 @@
 #include <optional>
 
 #include "libmpm/core/particle_groups.hpp"
+#include "libmpm/core/spline_sums.hpp"
 #include "libmpm/core/transfer.hpp"
 
 namespace mpm {
 
 namespace {
-
-/// Sum w v and its first moments sum w v (i, j, k), for all particles of a group.
-template <class V>
-struct Gathered {
-  V v, x, y, z;
-};
 
 /// The nodes of a block's particles. In double precision each once for each particle of a group, {v | v}: one load serves both, without
 /// a shuffle. In single precision each once, which a load repeats.
@@ -25,12 +20,6 @@ template <>
 struct alignas(64) GroupHalo<SingleLanes> {
   SingleQuad node[halo_nodes];
 };
-/// A node of a halo, for all particles of a group.
-/// @{
-inline const Lanes& of_all(const Lanes& node) { return node; }
-inline SingleLanes of_all(const SingleQuad& node) { return repeat(node); }
-/// @}
-
 /// Calls f(row of nodes, its first place in the halo, count) for every row of a block's halo.
 template <class F>
 void for_each_row(const Grid& grid, std::int32_t block, bool old, F&& f) {
@@ -60,32 +49,6 @@ Vec3 mean_velocity(const Grid& grid, std::int32_t block) {
     }
   });
   return sum[3] > 0.0 ? Vec3(Vec3(sum[0], sum[1], sum[2]) / sum[3]) : Vec3(Vec3::Zero());
-}
-
-template <class V, class HaloNode, class Prefetch>
-inline __attribute__((always_inline)) Gathered<V> gather_group(const HaloNode* node, const AxisWeights<V>& wx, const AxisWeights<V>& wy,
-                                                               const AxisWeights<V>& wz, const Prefetch& prefetch) {
-  const V wx2 = wx.w[2] + wx.w[2], wy2 = wy.w[2] + wy.w[2], wz2 = wz.w[2] + wz.w[2];
-  V v[3], x[3], y[3];
-#pragma GCC unroll 3
-  for (int k = 0; k < 3; ++k) {
-    V s[3], sx[3];
-    prefetch.request_rest(k);
-#pragma GCC unroll 3
-    for (int j = 0; j < 3; ++j) {
-      const auto* row = node + halo_index(0, j, k);
-      const V m = wx.w[1] * of_all(row[1]), last = of_all(row[2]);
-      s[j] = wx.w[0] * of_all(row[0]) + m + wx.w[2] * last;
-      sx[j] = m + wx2 * last;
-    }
-    const V m = wy.w[1] * s[1];
-    v[k] = wy.w[0] * s[0] + m + wy.w[2] * s[2];
-    y[k] = m + wy2 * s[2];
-    x[k] = wy.w[0] * sx[0] + wy.w[1] * sx[1] + wy.w[2] * sx[2];
-  }
-  const V m = wz.w[1] * v[1];
-  return {wz.w[0] * v[0] + m + wz.w[2] * v[2], wz.w[0] * x[0] + wz.w[1] * x[1] + wz.w[2] * x[2],
-          wz.w[0] * y[0] + wz.w[1] * y[1] + wz.w[2] * y[2], m + wz2 * v[2]};
 }
 
 /// Some particles of a cell between the two passes of grid_to_particle.
@@ -202,10 +165,10 @@ BlockMotion move_block(Grid& grid, std::int32_t index, const TransferOptions& op
         for (int i = 0; i < size; ++i) to[i] = i < m.used ? const_cast<Record*>(m.from.p[i]) : &discarded[i];
         const PrefetchGroup<Record> prefetch(bin, next, first + size * n);
         const AxisWeights<V> wx = along<0>(m.w), wy = along<1>(m.w), wz = along<2>(m.w);
-        const Gathered<V> g = gather_group(halo.node + first_node, wx, wy, wz, prefetch);
+        const Gathered<V> g = gather(halo.node + first_node, wx, wy, wz, prefetch);
         const V f = m.f, xv = m.from.position();
         V v = g.v;
-        if (keeps) v += kept * (m.from.velocity() - gather_group(old_halo->node + first_node, wx, wy, wz, prefetch).v);
+        if (keeps) v += kept * (m.from.velocity() - gather(old_halo->node + first_node, wx, wy, wz, prefetch).v);
         const V cx = affine_scale * (g.x - spread<0>(f) * g.v);
         const V cy = affine_scale * (g.y - spread<1>(f) * g.v);
         const V cz = affine_scale * (g.z - spread<2>(f) * g.v);

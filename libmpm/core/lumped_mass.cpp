@@ -1,40 +1,16 @@
 #include "libmpm/core/lumped_mass.hpp"
 
-#include <Eigen/Geometry>
 #include <algorithm>
+#include <array>
 
 #include "libmpm/base/bspline.hpp"
-#include "libmpm/core/particle_groups.hpp"
+#include "libmpm/core/spline_sums.hpp"
 
 namespace mpm {
 
 namespace {
 
 constexpr double outer_reach = LumpedMassCorrection::full_reach + LumpedMassCorrection::fade;
-
-/// One particle's weights of its 27 nodes.
-struct Kernel {
-  double w[27];
-  Vec3 arm[27];  ///< x_i - x_p, cells
-
-  /// @param f  offset from the base node, cells
-  explicit Kernel(const Vec3& f) {
-    double along[3][3];
-    for (int axis = 0; axis < 3; ++axis) {
-      const BsplineWeights<double> n = bspline_weights(f[axis]);
-      along[axis][0] = n.n0;
-      along[axis][1] = n.n1;
-      along[axis][2] = n.n2;
-    }
-    for (int n = 0; n < 27; ++n) {
-      const int i = n % 3, j = n / 3 % 3, k = n / 9;
-      w[n] = along[0][i] * along[1][j] * along[2][k];
-      arm[n] = Vec3(i, j, k) - f;
-    }
-  }
-  /// Place of node n in the halo. @param first  that of the base node
-  static int place(int first, int n) { return first + halo_index(n % 3, n / 3 % 3, n / 9); }
-};
 
 /// The fields on the nodes that a block's particles touch.
 struct Fields {
@@ -55,15 +31,11 @@ struct Fields {
   }
 };
 
-/// Half of the curl of a field at a particle, for each cell: the skew part of its gradient is S r = rotation x r.
-/// @param first  place of the base node in the halo
-Vec3 rotation_of(const Kernel& kernel, int first, const Node* field) {
-  Node slope[3] = {};
-  for (int i = 0; i < 27; ++i) {
-    const Node a = kernel.w[i] * field[Kernel::place(first, i)];
-    for (int axis = 0; axis < 3; ++axis) slope[axis] += 4.0 * kernel.arm[i][axis] * a;
-  }
-  return 0.5 * Vec3(slope[1][2] - slope[2][1], slope[2][0] - slope[0][2], slope[0][1] - slope[1][0]);
+/// Columns of the skew part of a gradient.
+/// @param x, y, z  columns of the gradient: derivatives along the axes
+std::array<Node, 3> skew_part(const Node& x, const Node& y, const Node& z) {
+  const double xy = 0.5 * (y[0] - x[1]), xz = 0.5 * (z[0] - x[2]), yz = 0.5 * (z[1] - y[2]);
+  return {Node{0.0, -xy, -xz, 0.0}, Node{xy, 0.0, -yz, 0.0}, Node{xz, yz, 0.0, 0.0}};
 }
 
 }  // namespace
@@ -87,43 +59,52 @@ void LumpedMassCorrection::add_of_block(const Grid& grid, const Block& block, st
   const ParticleBin& bin = block.particles;
   const Fields fields(grid, block);
   const bool keeps_moment = relaxed_ == 1.0;  // APIC
+  // of all particles: sum m w {-(a + r u) - (S + r C) (x_i - x_p) | 1}, a and u those at the particle; nodes times the mass follow at the end
   Node sum[halo_nodes] = {};
   bool any = false;
   for (int cell = 0; cell < block_nodes; ++cell) {
     const Vec3 base = node_position(block.coordinate, cell, dx_) / dx_;
     const int first = first_halo_node(cell);
+    Node given[27] = {};
+    bool here = false;
     for (int n = bin.cell_start[cell]; n < bin.cell_start[cell + 1]; ++n) {
       const Particle p = bin[bin.order[static_cast<std::size_t>(n)]];
       const Vec3 x(p.position[0], p.position[1], p.position[2]);
       const double mass = share(x) * density_ * p.volume;
       if (mass == 0.0) continue;
-      any = true;
-      const Kernel kernel(x / dx_ - base);
-      Node gained{}, before{}, gradient[3] = {};
-      for (int i = 0; i < 27; ++i) {
-        const int at = Kernel::place(first, i);
-        gained += kernel.w[i] * fields.gained[at];
-        const Node u = kernel.w[i] * fields.before[at];
-        before += u;
-        for (int axis = 0; axis < 3; ++axis) gradient[axis] += 4.0 * kernel.arm[i][axis] * u;
+      here = true;
+      const Vec3 f = x / dx_ - base;
+      const BsplineWeights<Node> w = bspline_weights(Node{f.x(), f.y(), f.z(), 0.0});
+      const AxisWeights<Node> wx = along<0>(w), wy = along<1>(w), wz = along<2>(w);
+      const Gathered<Node> u = gather(fields.before + first, wx, wy, wz, NoPrefetch{}),
+                           a = gather(fields.gained + first, wx, wy, wz, NoPrefetch{});
+      const double r = 4.0 * relaxed_;  // gradients, for each cell, are four times the moments about the particle
+      Linear<Node> c = {a.v + relaxed_ * u.v, r * (u.x - f.x() * u.v), r * (u.y - f.y() * u.v), r * (u.z - f.z() * u.v)};
+      if (keeps_moment) {
+        const auto [sx, sy, sz] = skew_part(4.0 * (a.x - f.x() * a.v), 4.0 * (a.y - f.y() * a.v), 4.0 * (a.z - f.z() * a.v));
+        c.ax += sx, c.ay += sy, c.az += sz;
       }
-      const Vec3 turn = keeps_moment ? rotation_of(kernel, first, fields.gained) : Vec3(Vec3::Zero());
-      for (int i = 0; i < 27; ++i) {
-        const int at = Kernel::place(first, i);
-        const Vec3& arm = kernel.arm[i];
-        const Node beyond_linear = fields.before[at] - before - arm.x() * gradient[0] - arm.y() * gradient[1] - arm.z() * gradient[2];
-        const Vec3 turned = turn.cross(arm);
-        sum[at] +=
-            (mass * kernel.w[i]) * (fields.gained[at] - gained - Node{turned.x(), turned.y(), turned.z(), 0.0} + relaxed_ * beyond_linear);
+      c.base -= f.x() * c.ax + f.y() * c.ay + f.z() * c.az;
+      for (Node* part : {&c.base, &c.ax, &c.ay, &c.az}) {
+        *part *= -mass;
+        (*part)[3] = part == &c.base ? mass : 0.0;
       }
+      mpm::add(c, w, given, NoPrefetch{});
     }
+    if (!here) continue;
+    any = true;
+    for (int n = 0; n < 27; ++n) sum[first + halo_index(n % 3, n / 3 % 3, n / 9)] += given[n];
   }
   if (!any) return;
   for_each_halo_row(
       block.parts != nullptr ? *block.parts : block.neighbour,
       [&](std::int32_t b) -> NodeBlock& { return change[static_cast<std::size_t>(b)]; },
       [&](Node* row, int first, auto count) {
-        for (int n = 0; n < count; ++n) row[n] += Node{sum[first + n][0], sum[first + n][1], sum[first + n][2], 0.0};
+        for (int n = 0; n < count; ++n) {
+          const Node& s = sum[first + n];
+          const Node all = s + s[3] * (fields.gained[first + n] + relaxed_ * fields.before[first + n]);
+          row[n] += Node{all[0], all[1], all[2], 0.0};
+        }
       });
 }
 

@@ -43,6 +43,10 @@ inline Lanes spread(const Lanes& v) {
   return shuffle_halves<c, c, c, c>(v, v);
 }
 template <int c>
+inline Node spread(const Node& v) {
+  return __builtin_shufflevector(v, v, c, c, c, c);
+}
+template <int c>
 inline SingleLanes spread(const SingleLanes& v) {
   return shuffle_halves<c, c, c, c, 4 + c, 4 + c, 4 + c, 4 + c>(v, v);
 }

@@ -3,17 +3,12 @@
 #include <algorithm>
 
 #include "libmpm/core/particle_groups.hpp"
+#include "libmpm/core/spline_sums.hpp"
 #include "libmpm/core/transfer.hpp"
 
 namespace mpm {
 
 namespace {
-
-/// What the particles of a group give to node (i, j, k) of their cell: wx_i wy_j wz_k (base + i ax + j ay + k az).
-template <class V>
-struct Linear {
-  V base, ax, ay, az;
-};
 
 /// One field, the momentum with that of the internal forces; or two, the momentum and what the forces add to it.
 template <class V, int fields>
@@ -53,31 +48,6 @@ inline __attribute__((always_inline)) Contribution<V, fields> contribution(const
   p.base = scale.mass * volume * velocity - spread<0>(f) * p.ax - spread<1>(f) * p.ay - spread<2>(f) * p.az;
   c.w = bspline_weights(f);
   return c;
-}
-
-/// Adds one field of a group's contribution to the 27 sums of its cell.
-template <class V, class Prefetch>
-inline __attribute__((always_inline)) void add(const Linear<V>& c, const BsplineWeights<V>& w, V (&sum)[27], const Prefetch& prefetch) {
-  const AxisWeights<V> wx = along<0>(w), wy = along<1>(w), wz = along<2>(w);
-  const V ax = c.ax, ay = c.ay, az = c.az;
-  V value_k = c.base;
-#pragma GCC unroll 3
-  for (int k = 0; k < 3; ++k) {
-    prefetch.request_rest(k);
-    const V u = wz.w[k] * value_k, uy = wz.w[k] * ay, ux = wz.w[k] * ax;
-    V value_j = u;
-#pragma GCC unroll 3
-    for (int j = 0; j < 3; ++j) {
-      const V t = wy.w[j] * value_j, tx = wy.w[j] * ux;
-      V* row = sum + 3 * (j + 3 * k);
-      const V t1 = t + tx, t2 = t1 + tx;
-      row[0] += wx.w[0] * t;
-      row[1] += wx.w[1] * t1;
-      row[2] += wx.w[2] * t2;
-      value_j += uy;
-    }
-    value_k += az;
-  }
 }
 
 /// Adds the sums of a cell, each over the particles of a group, to its 27 nodes. @param node  its base node

@@ -1,0 +1,85 @@
+#pragma once
+/// Sums over the 27 nodes of a particle's kernel, factored axis by axis (x, then y, then z), because both the weights and a linear field
+/// are. V holds the particles of a group side by side, {v_x, v_y, v_z, m} of each; a Node is a group of one.
+
+#include "libmpm/core/particle_groups.hpp"
+
+namespace mpm {
+
+/// A node of a halo, for all particles of a group.
+/// @{
+inline const Lanes& of_all(const Lanes& node) { return node; }
+inline SingleLanes of_all(const SingleQuad& node) { return repeat(node); }
+inline const Node& of_all(const Node& node) { return node; }
+/// @}
+
+/// A loop over the planes of a kernel asks for nothing ahead of time; PrefetchGroup is the other choice.
+struct NoPrefetch {
+  void request_rest(int /*plane*/) const {}
+};
+
+/// Sum w v and its first moments sum w v (i, j, k), i, j, k in 0 .. 2 counted from the base node.
+template <class V>
+struct Gathered {
+  V v, x, y, z;
+};
+
+/// @param node  base node of the particles' cell in a halo
+template <class V, class HaloNode, class Prefetch>
+inline __attribute__((always_inline)) Gathered<V> gather(const HaloNode* node, const AxisWeights<V>& wx, const AxisWeights<V>& wy,
+                                                         const AxisWeights<V>& wz, const Prefetch& prefetch) {
+  const V wx2 = wx.w[2] + wx.w[2], wy2 = wy.w[2] + wy.w[2], wz2 = wz.w[2] + wz.w[2];
+  V v[3], x[3], y[3];
+#pragma GCC unroll 3
+  for (int k = 0; k < 3; ++k) {
+    V s[3], sx[3];
+    prefetch.request_rest(k);
+#pragma GCC unroll 3
+    for (int j = 0; j < 3; ++j) {
+      const auto* row = node + halo_index(0, j, k);
+      const V m = wx.w[1] * of_all(row[1]), last = of_all(row[2]);
+      s[j] = wx.w[0] * of_all(row[0]) + m + wx.w[2] * last;
+      sx[j] = m + wx2 * last;
+    }
+    const V m = wy.w[1] * s[1];
+    v[k] = wy.w[0] * s[0] + m + wy.w[2] * s[2];
+    y[k] = m + wy2 * s[2];
+    x[k] = wy.w[0] * sx[0] + wy.w[1] * sx[1] + wy.w[2] * sx[2];
+  }
+  const V m = wz.w[1] * v[1];
+  return {wz.w[0] * v[0] + m + wz.w[2] * v[2], wz.w[0] * x[0] + wz.w[1] * x[1] + wz.w[2] * x[2],
+          wz.w[0] * y[0] + wz.w[1] * y[1] + wz.w[2] * y[2], m + wz2 * v[2]};
+}
+
+/// A linear field of which a particle gives node (i, j, k) of its cell wx_i wy_j wz_k (base + i ax + j ay + k az).
+template <class V>
+struct Linear {
+  V base, ax, ay, az;
+};
+
+/// Adds what a group gives to the 27 sums of its cell, node (i, j, k) at i + 3 j + 9 k.
+template <class V, class Prefetch>
+inline __attribute__((always_inline)) void add(const Linear<V>& c, const BsplineWeights<V>& w, V (&sum)[27], const Prefetch& prefetch) {
+  const AxisWeights<V> wx = along<0>(w), wy = along<1>(w), wz = along<2>(w);
+  const V ax = c.ax, ay = c.ay, az = c.az;
+  V value_k = c.base;
+#pragma GCC unroll 3
+  for (int k = 0; k < 3; ++k) {
+    prefetch.request_rest(k);
+    const V u = wz.w[k] * value_k, uy = wz.w[k] * ay, ux = wz.w[k] * ax;
+    V value_j = u;
+#pragma GCC unroll 3
+    for (int j = 0; j < 3; ++j) {
+      const V t = wy.w[j] * value_j, tx = wy.w[j] * ux;
+      V* row = sum + 3 * (j + 3 * k);
+      const V t1 = t + tx, t2 = t1 + tx;
+      row[0] += wx.w[0] * t;
+      row[1] += wx.w[1] * t1;
+      row[2] += wx.w[2] * t2;
+      value_j += uy;
+    }
+    value_k += az;
+  }
+}
+
+}  // namespace mpm
