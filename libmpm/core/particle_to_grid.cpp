@@ -1,6 +1,8 @@
 #include <omp.h>
 
 #include <algorithm>
+#include <concepts>
+#include <type_traits>
 
 #include "libmpm/core/particle_groups.hpp"
 #include "libmpm/core/spline_sums.hpp"
@@ -50,8 +52,32 @@ inline __attribute__((always_inline)) Contribution<V, fields> contribution(const
   return c;
 }
 
+/// The 27 sums of a cell, for each particle of a group. Two halves of doubles have sums of their own where a register holds one half: GCC
+/// moves longer vectors through memory.
+template <class V>
+using CellSums = std::conditional_t<std::same_as<V, Lanes> && !whole_registers, Node[2][27], V[27]>;
+
+template <int h>
+Linear<Node> half_of(const Linear<Lanes>& c) {
+  return {half(c.base, h), half(c.ax, h), half(c.ay, h), half(c.az, h)};
+}
+template <int h>
+BsplineWeights<Node> half_of(const BsplineWeights<Lanes>& w) {
+  return {half(w.n0, h), half(w.n1, h), half(w.n2, h)};
+}
+template <class Prefetch>
+inline __attribute__((always_inline)) void add(const Linear<Lanes>& c, const BsplineWeights<Lanes>& w, Node (&sum)[2][27],
+                                               const Prefetch& prefetch) {
+  add(half_of<0>(c), half_of<0>(w), sum[0], prefetch);
+  add(half_of<1>(c), half_of<1>(w), sum[1], NoPrefetch{});
+}
+
 /// Adds the sums of a cell, each over the particles of a group, to its 27 nodes. @param node  its base node
 /// @{
+inline __attribute__((always_inline)) void add_sums(const Node (&sum)[2][27], Node* node) {
+#pragma GCC unroll 27
+  for (int n = 0; n < 27; ++n) node[halo_index(n % 3, n / 3 % 3, n / 9)] += sum[0][n] + sum[1][n];
+}
 inline __attribute__((always_inline)) void add_sums(const Lanes (&sum)[27], Node* node) {
 #pragma GCC unroll 27
   for (int n = 0; n < 27; ++n) node[halo_index(n % 3, n / 3 % 3, n / 9)] += lower_half(sum[n]) + upper_half(sum[n]);
@@ -110,7 +136,7 @@ void scatter_block(const Grid& grid, const Block& block, const ParticleBin& next
     const int begin = bin.cell_start[cell], end = bin.cell_start[cell + 1];
     if (begin == end) continue;
     const CellOffset<Record> offset(grid, block.coordinate, cell);
-    V sum[fields][27] = {};
+    CellSums<V> sum[fields] = {};
     for (int first = begin; first < end; first += size * batch) {
       int count = 0;
       for (int n = first; n < end && count < batch; n += size, ++count) {
