@@ -1,6 +1,6 @@
 #pragma once
-/// Two registers side by side as one number: `LanePair` = two Lanes, `SinglePair` = two SingleLanes. The operators and functions of
-/// lanes.hpp, for them.
+/// Two registers side by side as one number: `LanePair` = two Lanes, `HalfPair` = two HalfLanes, `SinglePair` = two SingleLanes. The
+/// operators and functions of lanes.hpp, for them.
 
 #include "libmpm/base/lanes.hpp"
 
@@ -13,6 +13,7 @@ struct PairOf {
   V a, b;  ///< the lower lanes and the upper ones
 };
 using LanePair = PairOf<Lanes>;          ///< sixteen doubles
+using HalfPair = PairOf<HalfLanes>;      ///< eight doubles
 using SinglePair = PairOf<SingleLanes>;  ///< thirty-two floats
 
 /// A pair of registers of floats is computed in single precision, too.
@@ -33,7 +34,8 @@ struct MaskOf<PairOf<V>> {
 
 /// The number types that a law and a tensor can be computed with.
 template <class T>
-concept LaneNumber = std::same_as<T, double> || std::same_as<T, Lanes> || std::same_as<T, LanePair> || std::same_as<T, SinglePair>;
+concept LaneNumber = std::same_as<T, double> || std::same_as<T, Lanes> || std::same_as<T, LanePair> || std::same_as<T, HalfPair> ||
+                     std::same_as<T, SinglePair>;
 
 /// Lane by lane; a scalar operand counts for every lane, rounded to the precision of the lanes.
 /// @{

@@ -1,6 +1,6 @@
 #pragma once
-/// The number types of the kernels: `double`, `Lanes` = eight doubles computed at once, and `SingleLanes` = sixteen floats. Two of them
-/// side by side are in lane_pair.hpp.
+/// The number types of the kernels: `double`, `Lanes` = eight doubles computed at once, `SingleLanes` = sixteen floats, and `HalfLanes` =
+/// four doubles. Two of them side by side are in lane_pair.hpp.
 ///
 /// `Lanes` is a GCC/Clang vector extension: + - * / and comparisons work on it as on a scalar, and the compiler maps it
 /// to one AVX-512, two AVX or four SSE2 registers. The functions below exist for all types, so that a template over the
@@ -21,10 +21,10 @@ namespace mpm {
 
 /// One number in all lanes of one register.
 template <class V>
-concept OneRegister = std::same_as<V, Lanes> || std::same_as<V, SingleLanes>;
+concept OneRegister = std::same_as<V, Lanes> || std::same_as<V, HalfLanes> || std::same_as<V, SingleLanes>;
 /// double or float: what the lanes of a V are.
 template <OneRegister V>
-using ScalarOf = std::conditional_t<std::same_as<V, Lanes>, double, float>;
+using ScalarOf = std::conditional_t<std::same_as<V, SingleLanes>, float, double>;
 
 /// {a, b}: lanes 0 to 3 from a, 4 to 7 from b.
 inline Lanes join(HalfLanes a, HalfLanes b) {
@@ -59,6 +59,10 @@ struct MaskOf<Lanes> {
   using type = LaneMask;
 };
 template <>
+struct MaskOf<HalfLanes> {
+  using type = HalfMask;
+};
+template <>
 struct MaskOf<SingleLanes> {
   using type = SingleLaneMask;
 };
@@ -73,7 +77,7 @@ inline T broadcast(double a) {
   return T{} + a;
 }
 
-/// How many material points a T holds: 1, 8, 16 or 32.
+/// How many material points a T holds: 1, 4, 8, 16 or 32.
 template <class T>
 inline constexpr int lanes_of = std::same_as<T, double> ? 1 : static_cast<int>(sizeof(T) / (is_single<T> ? sizeof(float) : sizeof(double)));
 
@@ -83,6 +87,7 @@ inline double select(bool m, double a, double b) { return m ? a : b; }
 inline Lanes select(const LaneMask& m, const Lanes& a, const Lanes& b) {
   return by_halves<Lanes>([](auto x, auto y, auto z) { return x ? y : z; }, m, a, b);
 }
+inline HalfLanes select(const HalfMask& m, const HalfLanes& a, const HalfLanes& b) { return m ? a : b; }
 inline SingleLanes select(const SingleLaneMask& m, const SingleLanes& a, const SingleLanes& b) {
   return by_halves<SingleLanes>([](auto x, auto y, auto z) { return x ? y : z; }, m, a, b);
 }
@@ -104,16 +109,21 @@ inline bool any(bool m) { return m; }
 /// Whether m is true in every lane.
 inline bool all(bool m) { return m; }
 /// Whether m is true in some lane.
+inline bool any(HalfMask m) {
+#if defined(__AVX__)
+  return _mm256_testz_si256(reinterpret_cast<__m256i>(m), reinterpret_cast<__m256i>(m)) == 0;
+#else
+  return (m[0] | m[1] | m[2] | m[3]) != 0;
+#endif
+}
+/// Whether m is true in every lane.
+inline bool all(HalfMask m) { return !any(~m); }
+/// Whether m is true in some lane.
 inline bool any(LaneMask m) {
 #if defined(__AVX512F__)
   return _mm512_test_epi64_mask(reinterpret_cast<__m512i>(m), reinterpret_cast<__m512i>(m)) != 0;
 #else
-  const auto either = half(m, 0) | half(m, 1);
-#if defined(__AVX__)
-  return _mm256_testz_si256(reinterpret_cast<__m256i>(either), reinterpret_cast<__m256i>(either)) == 0;
-#else
-  return (either[0] | either[1] | either[2] | either[3]) != 0;
-#endif
+  return any(HalfMask(half(m, 0) | half(m, 1)));
 #endif
 }
 /// Whether m is true in every lane.
@@ -145,6 +155,7 @@ inline bool all(SingleLaneMask m) {
 /// @{
 inline bool mask_not(bool m) { return !m; }
 inline LaneMask mask_not(LaneMask m) { return ~m; }
+inline HalfMask mask_not(HalfMask m) { return ~m; }
 inline SingleLaneMask mask_not(SingleLaneMask m) { return ~m; }
 /// @}
 
@@ -162,22 +173,26 @@ inline V min(const V& a, const V& b) {
 }
 inline double abs(double a) { return std::fabs(a); }
 inline Lanes abs(Lanes a) { return std::bit_cast<Lanes>(std::bit_cast<LaneMask>(a) & std::int64_t{0x7FFFFFFFFFFFFFFF}); }
+inline HalfLanes abs(HalfLanes a) { return std::bit_cast<HalfLanes>(std::bit_cast<HalfMask>(a) & std::int64_t{0x7FFFFFFFFFFFFFFF}); }
 inline SingleLanes abs(SingleLanes a) { return std::bit_cast<SingleLanes>(std::bit_cast<SingleLaneMask>(a) & 0x7FFFFFFF); }
 /// @}
 
 /// Square root, lane by lane; NaN for a negative number.
 /// @{
 inline double sqrt(double a) { return std::sqrt(a); }
+inline HalfLanes sqrt(HalfLanes a) {
+#if defined(__AVX__)
+  return reinterpret_cast<HalfLanes>(_mm256_sqrt_pd(reinterpret_cast<__m256d>(a)));
+#else
+  for (int i = 0; i < 4; ++i) a[i] = std::sqrt(a[i]);
+  return a;
+#endif
+}
 inline Lanes sqrt(Lanes a) {
 #if defined(__AVX512F__)
   return reinterpret_cast<Lanes>(_mm512_maskz_sqrt_pd(0xFF, reinterpret_cast<__m512d>(a)));
 #else
-  return by_halves<Lanes>(
-      [](auto v) {
-        for (int i = 0; i < 4; ++i) v[i] = std::sqrt(v[i]);
-        return v;
-      },
-      a);
+  return by_halves<Lanes>([](const HalfLanes& v) { return sqrt(v); }, a);
 #endif
 }
 inline SingleLanes sqrt(SingleLanes a) {
@@ -249,6 +264,10 @@ extern "C" __m512d _ZGVeN8v_exp(__m512d);
 extern "C" __m512d _ZGVeN8v_log(__m512d);
 inline Lanes mvec_exp(const Lanes& x) { return reinterpret_cast<Lanes>(_ZGVeN8v_exp(reinterpret_cast<__m512d>(x))); }
 inline Lanes mvec_log(const Lanes& x) { return reinterpret_cast<Lanes>(_ZGVeN8v_log(reinterpret_cast<__m512d>(x))); }
+extern "C" __m256d _ZGVdN4v_exp(__m256d);
+extern "C" __m256d _ZGVdN4v_log(__m256d);
+inline HalfLanes mvec_exp(const HalfLanes& x) { return reinterpret_cast<HalfLanes>(_ZGVdN4v_exp(reinterpret_cast<__m256d>(x))); }
+inline HalfLanes mvec_log(const HalfLanes& x) { return reinterpret_cast<HalfLanes>(_ZGVdN4v_log(reinterpret_cast<__m256d>(x))); }
 extern "C" __m512 _ZGVeN16v_expf(__m512);
 extern "C" __m512 _ZGVeN16v_logf(__m512);
 inline SingleLanes mvec_exp(const SingleLanes& x) { return reinterpret_cast<SingleLanes>(_ZGVeN16v_expf(reinterpret_cast<__m512>(x))); }
@@ -287,10 +306,14 @@ inline V in_parts(const V& x, F f) {
   std::memcpy(&r, part, sizeof r);
   return r;
 }
-inline Lanes mvec_exp(const Lanes& x) {
+template <class V>
+  requires(std::same_as<V, Lanes> || std::same_as<V, HalfLanes>)
+inline V mvec_exp(const V& x) {
   return in_parts<MvecPart>(x, [](MvecPart p) { return mvec_exp(p); });
 }
-inline Lanes mvec_log(const Lanes& x) {
+template <class V>
+  requires(std::same_as<V, Lanes> || std::same_as<V, HalfLanes>)
+inline V mvec_log(const V& x) {
   return in_parts<MvecPart>(x, [](MvecPart p) { return mvec_log(p); });
 }
 inline SingleLanes mvec_exp(const SingleLanes& x) {

@@ -12,6 +12,7 @@ namespace mpm {
 using Lanes = double __attribute__((vector_size(64)));           ///< eight doubles
 using LaneMask = std::int64_t __attribute__((vector_size(64)));  ///< all bits set where true
 using HalfLanes = double __attribute__((vector_size(32)));       ///< four lanes: a grid node {p_x, p_y, p_z, m}
+using HalfMask = std::int64_t __attribute__((vector_size(32)));  ///< all bits set where true
 
 using SingleLanes = float __attribute__((vector_size(64)));            ///< sixteen floats
 using SingleLaneMask = std::int32_t __attribute__((vector_size(64)));  ///< all bits set where true; or sixteen integers
@@ -61,10 +62,10 @@ inline __attribute__((always_inline)) V from_halves(HalfOf<V> low, HalfOf<V> hig
   to[1] = high;
   return v;
 }
-/// f(whole registers), or f(the halves of each) where registers are shorter. @tparam Result  of the whole
+/// f(whole registers), or f(the halves of each) where registers are shorter than a Result. @tparam Result  of the whole
 template <class Result, class F, class... V>
 inline __attribute__((always_inline)) Result by_halves(F&& f, const V&... v) {
-  if constexpr (whole_registers) {
+  if constexpr (whole_registers || sizeof(Result) <= sizeof(HalfLanes)) {
     return f(v...);
   } else {
     return from_halves<Result>(f(half(v, 0)...), f(half(v, 1)...));

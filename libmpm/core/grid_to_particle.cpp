@@ -1,6 +1,7 @@
 #include <algorithm>
 #include <bit>
 #include <optional>
+#include <type_traits>
 
 #include "libmpm/core/particle_groups.hpp"
 #include "libmpm/core/spline_sums.hpp"
@@ -10,15 +11,12 @@ namespace mpm {
 
 namespace {
 
-/// The nodes of a block's particles. In double precision each once for each particle of a group, {v | v}: one load serves both, without
-/// a shuffle. In single precision each once, which a load repeats.
+/// The nodes of a block's particles. In double precision, where a register holds a pair of particles, each once for each of them, {v | v}:
+/// one load serves both, without a shuffle. In single precision each once, which a load repeats.
 template <class V>
 struct alignas(64) GroupHalo {
-  V node[halo_nodes];
-};
-template <>
-struct alignas(64) GroupHalo<SingleLanes> {
-  SingleQuad node[halo_nodes];
+  using HaloNode = std::conditional_t<is_single<V>, SingleQuad, std::conditional_t<whole_registers, V, Node>>;
+  HaloNode node[halo_nodes];
 };
 /// Calls f(row of nodes, its first place in the halo, count) for every row of a block's halo.
 template <class F>
@@ -27,9 +25,12 @@ void for_each_row(const Grid& grid, std::int32_t block, bool old, F&& f) {
       grid.block(block).neighbour, [&](std::int32_t b) -> const NodeBlock& { return old ? grid.old_nodes(b) : grid.nodes(b); }, f);
 }
 
+inline void set_node(Lanes& to, const Node& from) { to = repeat(from); }
+inline void set_node(Node& to, const Node& from) { to = from; }
+
 void fill(GroupHalo<Lanes>& halo, const Grid& grid, std::int32_t block, bool old, const Vec3& /*relative_to*/) {
   for_each_row(grid, block, old, [&](const Node* from, int first, auto count) {
-    for (int i = 0; i < count; ++i) halo.node[first + i] = repeat(from[i]);
+    for (int i = 0; i < count; ++i) set_node(halo.node[first + i], from[i]);
   });
 }
 void fill(GroupHalo<SingleLanes>& halo, const Grid& grid, std::int32_t block, bool old, const Vec3& relative_to) {
@@ -164,11 +165,10 @@ BlockMotion move_block(Grid& grid, std::int32_t index, const TransferOptions& op
 #pragma GCC unroll 4
         for (int i = 0; i < size; ++i) to[i] = i < m.used ? const_cast<Record*>(m.from.p[i]) : &discarded[i];
         const PrefetchGroup<Record> prefetch(bin, next, first + size * n);
-        const AxisWeights<V> wx = along<0>(m.w), wy = along<1>(m.w), wz = along<2>(m.w);
-        const Gathered<V> g = gather(halo.node + first_node, wx, wy, wz, prefetch);
+        const Gathered<V> g = gather(halo.node + first_node, m.w, prefetch);
         const V f = m.f, xv = m.from.position();
         V v = g.v;
-        if (keeps) v += kept * (m.from.velocity() - gather(old_halo->node + first_node, wx, wy, wz, prefetch).v);
+        if (keeps) v += kept * (m.from.velocity() - gather(old_halo->node + first_node, m.w, prefetch).v);
         const V cx = affine_scale * (g.x - spread<0>(f) * g.v);
         const V cy = affine_scale * (g.y - spread<1>(f) * g.v);
         const V cz = affine_scale * (g.z - spread<2>(f) * g.v);

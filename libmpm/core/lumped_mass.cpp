@@ -75,9 +75,7 @@ void LumpedMassCorrection::add_of_block(const Grid& grid, const Block& block, st
       here = true;
       const Vec3 f = x / dx_ - base;
       const BsplineWeights<Node> w = bspline_weights(Node{f.x(), f.y(), f.z(), 0.0});
-      const AxisWeights<Node> wx = along<0>(w), wy = along<1>(w), wz = along<2>(w);
-      const Gathered<Node> u = gather(fields.before + first, wx, wy, wz, NoPrefetch{}),
-                           a = gather(fields.gained + first, wx, wy, wz, NoPrefetch{});
+      const Gathered<Node> u = gather(fields.before + first, w, NoPrefetch{}), a = gather(fields.gained + first, w, NoPrefetch{});
       const double r = 4.0 * relaxed_;  // gradients, for each cell, are four times the moments about the particle
       Linear<Node> c = {a.v + relaxed_ * u.v, r * (u.x - f.x() * u.v), r * (u.y - f.y() * u.v), r * (u.z - f.z() * u.v)};
       if (keeps_moment) {

@@ -52,25 +52,9 @@ inline __attribute__((always_inline)) Contribution<V, fields> contribution(const
   return c;
 }
 
-/// The 27 sums of a cell, for each particle of a group. Two halves of doubles have sums of their own where a register holds one half: GCC
-/// moves longer vectors through memory.
+/// The 27 sums of a cell, for each particle of a group; in halves where a register holds no more.
 template <class V>
 using CellSums = std::conditional_t<std::same_as<V, Lanes> && !whole_registers, Node[2][27], V[27]>;
-
-template <int h>
-Linear<Node> half_of(const Linear<Lanes>& c) {
-  return {half(c.base, h), half(c.ax, h), half(c.ay, h), half(c.az, h)};
-}
-template <int h>
-BsplineWeights<Node> half_of(const BsplineWeights<Lanes>& w) {
-  return {half(w.n0, h), half(w.n1, h), half(w.n2, h)};
-}
-template <class Prefetch>
-inline __attribute__((always_inline)) void add(const Linear<Lanes>& c, const BsplineWeights<Lanes>& w, Node (&sum)[2][27],
-                                               const Prefetch& prefetch) {
-  add(half_of<0>(c), half_of<0>(w), sum[0], prefetch);
-  add(half_of<1>(c), half_of<1>(w), sum[1], NoPrefetch{});
-}
 
 /// Adds the sums of a cell, each over the particles of a group, to its 27 nodes. @param node  its base node
 /// @{

@@ -63,49 +63,64 @@ inline __attribute__((always_inline)) void gather(Particle* p, int used, double 
 template <class Record>
 class LawGroup;
 
+/// Sixteen particles in two whole registers, or eight where a register holds half of that: the law has more numbers than there are short
+/// registers for sixteen.
 template <>
 class LawGroup<Particle> {
  public:
-  using Number = LanePair;
+  using Number = std::conditional_t<whole_registers, LanePair, HalfPair>;
   LawGroup(Particle* p, int used, double initial_internal) : p_(p) {
-    gather(p, used, initial_internal, a);
-    gather(p + lane_count, used - lane_count, initial_internal, b);
+    for (int n = 0; n < eights; ++n) gather(p + n * lane_count, used - n * lane_count, initial_internal, of_[n]);
   }
-  [[nodiscard]] Matrix3<LanePair> increment(double dt) const {
-    const auto dl_of = [&](const Lanes& x, const Lanes& y) { return LanePair{dt * x, dt * y}; };
-    return {{{dl_of(a.c[0], b.c[0]), dl_of(a.c[3], b.c[3]), dl_of(a.c[6], b.c[6])},
-             {dl_of(a.c[1], b.c[1]), dl_of(a.c[4], b.c[4]), dl_of(a.c[7], b.c[7])},
-             {dl_of(a.c[2], b.c[2]), dl_of(a.c[5], b.c[5]), dl_of(a.s[0], b.s[0])}}};
+  [[nodiscard]] Matrix3<Number> increment(double dt) const {
+    const auto c = [&](int i) { return dt * number(&EightParticles::c, i); };
+    return {{{c(0), c(3), c(6)}, {c(1), c(4), c(7)}, {c(2), c(5), dt * number(&EightParticles::s, 0)}}};
   }
-  [[nodiscard]] MaterialState<LanePair> state() const {
-    const auto pair = [](const Lanes& x, const Lanes& y) { return LanePair{x, y}; };
-    return {{pair(a.s[1], b.s[1]), pair(a.s[2], b.s[2]), pair(a.s[3], b.s[3]), pair(a.s[4], b.s[4]), pair(a.s[5], b.s[5]),
-             pair(a.s[6], b.s[6])},
-            pair(a.s[7], b.s[7])};
+  [[nodiscard]] MaterialState<Number> state() const {
+    const auto s = [&](int i) { return number(&EightParticles::s, i); };
+    return {{s(1), s(2), s(3), s(4), s(5), s(6)}, s(7)};
   }
-  void store(const MaterialState<LanePair>& state) {
-    const Sym3<LanePair>& t = state.stress;
-    const LanePair* const updated[7] = {&t.xx, &t.yy, &t.zz, &t.xy, &t.xz, &t.yz, &state.internal};
+  void store(const MaterialState<Number>& state) {
+    const Sym3<Number>& t = state.stress;
+    const Number* const updated[7] = {&t.xx, &t.yy, &t.zz, &t.xy, &t.xz, &t.yz, &state.internal};
 #pragma GCC unroll 7
-    for (int i = 0; i < 7; ++i) {
-      a.s[i + 1] = updated[i]->a;
-      b.s[i + 1] = updated[i]->b;
-    }
-    store_line(a.s, p_, 2);
-    store_line(b.s, p_ + lane_count, 2);
+    for (int i = 0; i < 7; ++i) put(*updated[i], i + 1);
+    for (int n = 0; n < eights; ++n) store_line(of_[n].s, p_ + n * lane_count, 2);
   }
   /// Asks for the lines before their turn.
   static void prefetch(const Particle* p) {
 #pragma GCC unroll 16
-    for (int i = 0; i < lanes_of<LanePair>; ++i) {
+    for (int i = 0; i < lanes_of<Number>; ++i) {
       __builtin_prefetch(reinterpret_cast<const char*>(p + i) + 64);
       __builtin_prefetch(reinterpret_cast<const char*>(p + i) + 128);
     }
   }
 
  private:
+  static constexpr int eights = lanes_of<Number> / lane_count;
+
+  template <class N = Number>
+  [[nodiscard]] N number(Lanes (EightParticles::*line)[8], int i) const {
+    const Lanes& first = (of_[0].*line)[i];
+    if constexpr (std::same_as<N, LanePair>) {
+      return {first, (of_[eights - 1].*line)[i]};
+    } else {
+      return {lower_half(first), upper_half(first)};
+    }
+  }
+  /// @param i  place in line s
+  template <class N>
+  void put(const N& v, int i) {
+    if constexpr (std::same_as<N, LanePair>) {
+      of_[0].s[i] = v.a;
+      of_[eights - 1].s[i] = v.b;
+    } else {
+      of_[0].s[i] = join(v.a, v.b);
+    }
+  }
+
   Particle* p_;
-  EightParticles a, b;
+  EightParticles of_[eights];
 };
 
 /// Transposes the four 4 x 4 matrices that stand side by side in four registers.
@@ -217,18 +232,17 @@ __attribute__((noinline)) void update_in_double(const Law& law, MaterialState<Si
   }
 }
 
-template <Material Law>
-inline __attribute__((always_inline)) void update_group(const Law& law, MaterialState<LanePair>& state, const Matrix3<LanePair>& dl,
+template <Material Law, class Number>
+inline __attribute__((always_inline)) void update_group(const Law& law, MaterialState<Number>& state, const Matrix3<Number>& dl,
                                                         double dt) {
-  law.update_stress(state, dl, dt);
-}
-template <Material Law>
-inline __attribute__((always_inline)) void update_group(const Law& law, MaterialState<SinglePair>& state, const Matrix3<SinglePair>& dl,
-                                                        double dt) {
-  if constexpr (UpdatesStressInSingle<Law>) {
-    if (law.try_update_stress(state, dl, dt)) return;
+  if constexpr (!is_single<Number>) {
+    law.update_stress(state, dl, dt);
+  } else {
+    if constexpr (UpdatesStressInSingle<Law>) {
+      if (law.try_update_stress(state, dl, dt)) return;
+    }
+    update_in_double(law, state, dl, dt);
   }
-  update_in_double(law, state, dl, dt);
 }
 
 template <class Record, Material Law>
