@@ -35,7 +35,7 @@ struct MaskOf<PairOf<V>> {
 /// The number types that a law and a tensor can be computed with.
 template <class T>
 concept LaneNumber = std::same_as<T, double> || std::same_as<T, Lanes> || std::same_as<T, LanePair> || std::same_as<T, HalfPair> ||
-                     std::same_as<T, SinglePair>;
+    std::same_as<T, SinglePair>;
 
 /// Lane by lane; a scalar operand counts for every lane, rounded to the precision of the lanes.
 /// @{

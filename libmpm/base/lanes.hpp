@@ -241,6 +241,13 @@ inline std::uint64_t saturated_bytes(LaneMask a) {
   return bytes;
 #endif
 }
+/// Likewise four integers.
+inline std::uint32_t saturated_bytes(HalfMask a) {
+  const HalfMask low = a < -128 ? HalfMask{} - 128 : a, fits = low > 127 ? HalfMask{} + 127 : low;
+  std::uint32_t bytes = 0;
+  for (int i = 0; i < 4; ++i) bytes |= (static_cast<std::uint32_t>(fits[i]) & 0xFFU) << (8 * i);
+  return bytes;
+}
 /// Sixteen integers as signed bytes: four in each word, lane 0 lowest; what does not fit becomes the nearest that does.
 inline std::array<std::uint32_t, 4> saturated_bytes(SingleLaneMask a) {
   std::array<std::uint32_t, 4> words{};
@@ -307,13 +314,11 @@ inline V in_parts(const V& x, F f) {
   return r;
 }
 template <class V>
-  requires(std::same_as<V, Lanes> || std::same_as<V, HalfLanes>)
-inline V mvec_exp(const V& x) {
+requires(std::same_as<V, Lanes> || std::same_as<V, HalfLanes>) inline V mvec_exp(const V& x) {
   return in_parts<MvecPart>(x, [](MvecPart p) { return mvec_exp(p); });
 }
 template <class V>
-  requires(std::same_as<V, Lanes> || std::same_as<V, HalfLanes>)
-inline V mvec_log(const V& x) {
+requires(std::same_as<V, Lanes> || std::same_as<V, HalfLanes>) inline V mvec_log(const V& x) {
   return in_parts<MvecPart>(x, [](MvecPart p) { return mvec_log(p); });
 }
 inline SingleLanes mvec_exp(const SingleLanes& x) {

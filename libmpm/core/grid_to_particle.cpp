@@ -1,7 +1,6 @@
 #include <algorithm>
 #include <bit>
 #include <optional>
-#include <type_traits>
 
 #include "libmpm/core/particle_groups.hpp"
 #include "libmpm/core/spline_sums.hpp"
@@ -11,13 +10,17 @@ namespace mpm {
 
 namespace {
 
-/// The nodes of a block's particles. In double precision, where a register holds a pair of particles, each once for each of them, {v | v}:
-/// one load serves both, without a shuffle. In single precision each once, which a load repeats.
+/// The nodes of a block's particles. In double precision each once for each particle of a group, {v | v}: one load serves all, without a
+/// shuffle. In single precision each once, which a load repeats.
 template <class V>
 struct alignas(64) GroupHalo {
-  using HaloNode = std::conditional_t<is_single<V>, SingleQuad, std::conditional_t<whole_registers, V, Node>>;
-  HaloNode node[halo_nodes];
+  V node[halo_nodes];
 };
+template <>
+struct alignas(64) GroupHalo<SingleLanes> {
+  SingleQuad node[halo_nodes];
+};
+
 /// Calls f(row of nodes, its first place in the halo, count) for every row of a block's halo.
 template <class F>
 void for_each_row(const Grid& grid, std::int32_t block, bool old, F&& f) {
@@ -25,12 +28,10 @@ void for_each_row(const Grid& grid, std::int32_t block, bool old, F&& f) {
       grid.block(block).neighbour, [&](std::int32_t b) -> const NodeBlock& { return old ? grid.old_nodes(b) : grid.nodes(b); }, f);
 }
 
-inline void set_node(Lanes& to, const Node& from) { to = repeat(from); }
-inline void set_node(Node& to, const Node& from) { to = from; }
-
-void fill(GroupHalo<Lanes>& halo, const Grid& grid, std::int32_t block, bool old, const Vec3& /*relative_to*/) {
+template <class V>
+void fill(GroupHalo<V>& halo, const Grid& grid, std::int32_t block, bool old, const Vec3& /*relative_to*/) {
   for_each_row(grid, block, old, [&](const Node* from, int first, auto count) {
-    for (int i = 0; i < count; ++i) set_node(halo.node[first + i], from[i]);
+    for (int i = 0; i < count; ++i) halo.node[first + i] = repeat<V>(from[i]);
   });
 }
 void fill(GroupHalo<SingleLanes>& halo, const Grid& grid, std::int32_t block, bool old, const Vec3& relative_to) {
@@ -71,23 +72,24 @@ class Displacement;
 template <>
 class Displacement<Particle> {
  public:
+  using Vector = Group<Particle>::Vector;  ///< of all particles of a group
   Displacement(const Grid& grid, const Block& block, double dt)
       : dt_(Group<Particle>::xyz * dt),
         inverse_dx_(grid.inverse_cell_size()),
-        to_cell_((Lanes{} + (to_integer_bits - 1.0)) - cell_corner(block.coordinate, 0)) {}
-  [[nodiscard]] Lanes moved(Lanes position, Lanes velocity) const { return position + dt_ * velocity; }
+        to_cell_((Vector{} + (to_integer_bits - 1.0)) - cell_corner<Vector>(block.coordinate, 0)) {}
+  [[nodiscard]] Vector moved(Vector position, Vector velocity) const { return position + dt_ * velocity; }
   /// Velocity by which the fastest particle is found.
-  [[nodiscard]] Lanes absolute(Lanes velocity) const { return velocity; }
+  [[nodiscard]] Vector absolute(Vector velocity) const { return velocity; }
   /// base = floor(x/dx - 1/2) = nearest(x/dx - 1); relative to the block: 0..3 if the particle stays
-  [[nodiscard]] LaneMask cell(Lanes position) const {
-    return std::bit_cast<LaneMask>(position * inverse_dx_ + to_cell_) - std::bit_cast<LaneMask>(Lanes{} + to_integer_bits);
+  [[nodiscard]] Mask<Vector> cell(Vector position) const {
+    return std::bit_cast<Mask<Vector>>(position * inverse_dx_ + to_cell_) - std::bit_cast<Mask<Vector>>(Vector{} + to_integer_bits);
   }
   [[nodiscard]] bool holds(double /*max_speed_squared*/) const { return true; }
 
  private:
-  Lanes dt_;
+  Vector dt_;
   double inverse_dx_;
-  Lanes to_cell_;
+  Vector to_cell_;
 };
 /// The block's own displacement is rounded once for all, that relative to it for each particle.
 template <>

@@ -59,7 +59,8 @@ void LumpedMassCorrection::add_of_block(const Grid& grid, const Block& block, st
   const ParticleBin& bin = block.particles;
   const Fields fields(grid, block);
   const bool keeps_moment = relaxed_ == 1.0;  // APIC
-  // of all particles: sum m w {-(a + r u) - (S + r C) (x_i - x_p) | 1}, a and u those at the particle; nodes times the mass follow at the end
+  // of all particles: sum m w {-(a + r u) - (S + r C) (x_i - x_p) | 1}, a and u those at the particle; nodes times the mass follow at the
+  // end
   Node sum[halo_nodes] = {};
   bool any = false;
   for (int cell = 0; cell < block_nodes; ++cell) {

@@ -1,12 +1,13 @@
 #pragma once
 /// What both transfers share: some particles of one cell side by side in one register, four lanes each, and the block's halo of nodes.
 /// A Group is made for each kind of record, and the transfers are templates over it:
-///   Group<Particle>      two particles in a Lanes,        {a_0 .. a_3 | b_0 .. b_3}
+///   Group<Particle>      two particles in a Lanes,        {a_0 .. a_3 | b_0 .. b_3}; or one in a Node, where registers are shorter
 ///   Group<SingleRecord>  four particles in a SingleLanes, {a_0 .. a_3 | b_0 .. b_3 | c_0 .. c_3 | d_0 .. d_3}
-/// For particle_to_grid.cpp and grid_to_particle.cpp only.
+/// For the sources of the transfers and of corrections that sum as they do.
 
 #include <array>
 #include <bit>
+#include <concepts>
 #include <type_traits>
 
 #include "libmpm/base/bspline.hpp"
@@ -25,7 +26,14 @@ inline void store_half(double* p, Node v) { *reinterpret_cast<UnalignedNode*>(p)
 
 /// The same quad for all particles.
 /// @{
-inline Lanes repeat(Node n) { return join(n, n); }
+template <class V>
+inline V repeat(Node n) {
+  if constexpr (std::same_as<V, Lanes>) {
+    return join(n, n);
+  } else {
+    return n;
+  }
+}
 inline SingleLanes repeat(const SingleQuad& n) {  // from memory a load does it; of a shuffle GCC makes a load and a shuffle
 #if defined(__AVX512F__)
   return reinterpret_cast<SingleLanes>(_mm512_broadcast_f32x4(n));
@@ -63,8 +71,7 @@ template <class Record>
 struct Group;
 
 /// Two particles in double precision. A lone one is beside padding, or beside itself.
-template <>
-struct Group<Particle> {
+struct ParticlePair {
   using Vector = Lanes;                                           ///< of all particles
   using Quad = Node;                                              ///< of one particle
   static constexpr int size = 2;                                  ///< particles
@@ -78,25 +85,17 @@ struct Group<Particle> {
   /// C and tau.
   [[nodiscard]] TensorColumns<Lanes> tensors() const {
     const Particle &a = *p[0], &b = *p[1];
-    TensorColumns<Lanes> r{join(load_half(a.affine), load_half(b.affine)), join(load_half(a.affine + 3), load_half(b.affine + 3)),
-                           join(load_half(a.affine + 6), load_half(b.affine + 6))};
-    if constexpr (whole_registers) {  // two loads
-      const Lanes sa = *reinterpret_cast<const Lanes*>(a.affine + 8),
-                  sb = *reinterpret_cast<const Lanes*>(b.affine + 8);  // c8 xx yy zz xy xz yz h
-      r.tx = __builtin_shufflevector(sa, sb, 1, 4, 5, 0, 9, 12, 13, 8);
-      r.ty = __builtin_shufflevector(sa, sb, 4, 2, 6, 0, 12, 10, 14, 8);
-      r.tz = __builtin_shufflevector(sa, sb, 5, 6, 3, 0, 13, 14, 11, 8);
-    } else {
-      const Lanes s = join(load_half(a.affine + 8), load_half(b.affine + 8)),  // c8 xx yy zz
-          t = join(load_half(a.affine + 12), load_half(b.affine + 12));        // xy xz yz h
-      r.tx = shuffle_halves<1, 4, 5, 0>(s, t);
-      r.ty = shuffle_halves<4, 2, 6, 0>(s, t);
-      r.tz = shuffle_halves<5, 6, 3, 0>(s, t);
-    }
-    return r;
+    const Lanes sa = *reinterpret_cast<const Lanes*>(a.affine + 8),
+                sb = *reinterpret_cast<const Lanes*>(b.affine + 8);  // c8 xx yy zz xy xz yz h
+    return {join(load_half(a.affine), load_half(b.affine)),
+            join(load_half(a.affine + 3), load_half(b.affine + 3)),
+            join(load_half(a.affine + 6), load_half(b.affine + 6)),
+            __builtin_shufflevector(sa, sb, 1, 4, 5, 0, 9, 12, 13, 8),
+            __builtin_shufflevector(sa, sb, 4, 2, 6, 0, 12, 10, 14, 8),
+            __builtin_shufflevector(sa, sb, 5, 6, 3, 0, 13, 14, 11, 8)};
   }
   /// @param to  where each goes; @param x lane 3: the volume; @param cx,cy,cz columns of the affine matrix. Reads what was there.
-  static inline __attribute__((always_inline)) void store(Particle* const (&to)[size], const Group& from, Lanes x, Lanes v, Lanes cx,
+  static inline __attribute__((always_inline)) void store(Particle* const (&to)[size], const ParticlePair& from, Lanes x, Lanes v, Lanes cx,
                                                           Lanes cy, Lanes cz) {
     Particle &a = *to[0], &b = *to[1];
     v = select(mask_w, from.velocity(), v);  // lane 3: the identity number
@@ -122,6 +121,51 @@ struct Group<Particle> {
     return {static_cast<std::uint32_t>(bytes), static_cast<std::uint32_t>(bytes >> 32)};
   }
 };
+
+/// One particle in double precision.
+struct LoneParticle {
+  using Vector = Node;                               ///< of the particle
+  using Quad = Node;                                 ///< of one particle
+  static constexpr int size = 1;                     ///< particles
+  static constexpr Node xyz = {1, 1, 1, 0};          ///< 1 in the lanes of a vector, 0 in the fourth
+  static constexpr HalfMask mask_w = {0, 0, 0, -1};  ///< the fourth lane
+
+  const Particle* p[size];  ///< the particle
+
+  [[nodiscard]] Node position() const { return load_half(p[0]->position); }  ///< x y z V
+  [[nodiscard]] Node velocity() const { return load_half(p[0]->velocity); }  ///< lane 3: of no meaning
+  /// C and tau.
+  [[nodiscard]] TensorColumns<Node> tensors() const {
+    const double* const c = p[0]->affine;
+    const Node s = load_half(c + 8), t = load_half(c + 12);  // c8 xx yy zz, xy xz yz h
+    return {load_half(c),
+            load_half(c + 3),
+            load_half(c + 6),
+            __builtin_shufflevector(s, t, 1, 4, 5, 0),
+            __builtin_shufflevector(s, t, 4, 2, 6, 0),
+            __builtin_shufflevector(s, t, 5, 6, 3, 0)};
+  }
+  /// As ParticlePair::store.
+  static inline __attribute__((always_inline)) void store(Particle* const (&to)[size], const LoneParticle& from, Node x, Node v, Node cx,
+                                                          Node cy, Node cz) {
+    Particle& a = *to[0];
+    store_half(a.position, x);
+    store_half(a.velocity, select(mask_w, from.velocity(), v));  // lane 3: the identity number
+    const double keep = a.stress[0];                             // the store of column z reaches one double too far
+    store_half(a.affine, cx);
+    store_half(a.affine + 3, cy);
+    store_half(a.affine + 6, cz);
+    a.stress[0] = keep;
+  }
+  /// The lane that holds a speed.
+  static double largest(Node speed_squared) { return speed_squared[0]; }
+  /// As ParticlePair::bytes_of.
+  static std::array<std::uint32_t, size> bytes_of(HalfMask cells) { return {saturated_bytes(cells)}; }
+};
+
+/// Particles in double precision: as many as a register holds. GCC moves what is longer than a register through memory.
+template <>
+struct Group<Particle> : std::conditional_t<whole_registers, ParticlePair, LoneParticle> {};
 
 /// Four particles in single precision.
 template <>
@@ -228,7 +272,7 @@ class PrefetchGroup {
   void request_rest(int k) const {
     if constexpr (std::same_as<Record, Particle>) {  // two more lines each
       if (k < 2) __builtin_prefetch(at_[0] + 64 * (k + 1));
-      if (k > 0) __builtin_prefetch(at_[1] + 64 * k);
+      if (size > 1 && k > 0) __builtin_prefetch(at_[size - 1] + 64 * k);
     } else if (k < 2) {  // one more: 96 bytes on a multiple of 32 lie in two lines
       __builtin_prefetch(at_[2 * k] + 64);
       __builtin_prefetch(at_[2 * k + 1] + 64);
@@ -261,11 +305,11 @@ inline __attribute__((always_inline)) Group<Record> group_at(const ParticleBin& 
 /// Index of a node in a halo, the 6x6x6 nodes of a block. @param x, y, z  in [0, 6)
 constexpr int halo_index(int x, int y, int z) { return x + halo_edge * (y + halo_edge * z); }
 
-/// Corner of a cell in grid coordinates, for both particles of a pair; lane 3 is zero.
-inline Lanes cell_corner(const Index3& block, int cell) {
+/// Corner of a cell in grid coordinates, for each particle of a group; lane 3 is zero.
+template <class V>
+inline V cell_corner(const Index3& block, int cell) {
   constexpr double edge = block_edge;
-  const Lanes c = {edge * block[0] + (cell & 3), edge * block[1] + (cell >> 2 & 3), edge * block[2] + (cell >> 4), 0, 0, 0, 0, 0};
-  return __builtin_shufflevector(c, c, 0, 1, 2, 3, 0, 1, 2, 3);
+  return repeat<V>(Node{edge * block[0] + (cell & 3), edge * block[1] + (cell >> 2 & 3), edge * block[2] + (cell >> 4), 0.0});
 }
 
 /// Offsets of particles from the base node of their cell, in cells.
@@ -276,14 +320,16 @@ class CellOffset;
 template <>
 class CellOffset<Particle> {
  public:
+  using Vector = Group<Particle>::Vector;  ///< of all particles of a group
   /// Of one cell. @param cell  x + 4 y + 16 z
-  CellOffset(const Grid& grid, const Index3& block, int cell) : inverse_dx_(grid.inverse_cell_size()), corner_(cell_corner(block, cell)) {}
+  CellOffset(const Grid& grid, const Index3& block, int cell)
+      : inverse_dx_(grid.inverse_cell_size()), corner_(cell_corner<Vector>(block, cell)) {}
   /// In [1/2, 3/2]; lane 3 is of no meaning.
-  [[nodiscard]] Lanes operator()(Lanes position) const { return position * inverse_dx_ - corner_; }
+  [[nodiscard]] Vector operator()(Vector position) const { return position * inverse_dx_ - corner_; }
 
  private:
   double inverse_dx_;
-  Lanes corner_;
+  Vector corner_;
 };
 /// From positions in fixed point, which hold the offset from the cell's edge.
 template <>

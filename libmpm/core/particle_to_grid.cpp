@@ -1,8 +1,6 @@
 #include <omp.h>
 
 #include <algorithm>
-#include <concepts>
-#include <type_traits>
 
 #include "libmpm/core/particle_groups.hpp"
 #include "libmpm/core/spline_sums.hpp"
@@ -52,15 +50,11 @@ inline __attribute__((always_inline)) Contribution<V, fields> contribution(const
   return c;
 }
 
-/// The 27 sums of a cell, for each particle of a group; in halves where a register holds no more.
-template <class V>
-using CellSums = std::conditional_t<std::same_as<V, Lanes> && !whole_registers, Node[2][27], V[27]>;
-
 /// Adds the sums of a cell, each over the particles of a group, to its 27 nodes. @param node  its base node
 /// @{
-inline __attribute__((always_inline)) void add_sums(const Node (&sum)[2][27], Node* node) {
+inline __attribute__((always_inline)) void add_sums(const Node (&sum)[27], Node* node) {
 #pragma GCC unroll 27
-  for (int n = 0; n < 27; ++n) node[halo_index(n % 3, n / 3 % 3, n / 9)] += sum[0][n] + sum[1][n];
+  for (int n = 0; n < 27; ++n) node[halo_index(n % 3, n / 3 % 3, n / 9)] += sum[n];
 }
 inline __attribute__((always_inline)) void add_sums(const Lanes (&sum)[27], Node* node) {
 #pragma GCC unroll 27
@@ -120,7 +114,7 @@ void scatter_block(const Grid& grid, const Block& block, const ParticleBin& next
     const int begin = bin.cell_start[cell], end = bin.cell_start[cell + 1];
     if (begin == end) continue;
     const CellOffset<Record> offset(grid, block.coordinate, cell);
-    CellSums<V> sum[fields] = {};
+    V sum[fields][27] = {};
     for (int first = begin; first < end; first += size * batch) {
       int count = 0;
       for (int n = first; n < end && count < batch; n += size, ++count) {

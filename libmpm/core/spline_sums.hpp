@@ -82,28 +82,4 @@ inline __attribute__((always_inline)) void add(const Linear<V>& c, const Bspline
   }
 }
 
-/// The halves of a group of doubles. A processor whose registers hold one half (AVX2) sums them one after the other: GCC moves longer
-/// vectors through memory.
-/// @{
-template <int h>
-inline BsplineWeights<Node> half_of(const BsplineWeights<Lanes>& w) {
-  return {half(w.n0, h), half(w.n1, h), half(w.n2, h)};
-}
-template <int h>
-inline Linear<Node> half_of(const Linear<Lanes>& c) {
-  return {half(c.base, h), half(c.ax, h), half(c.ay, h), half(c.az, h)};
-}
-template <class Prefetch>
-inline __attribute__((always_inline)) Gathered<Lanes> gather(const Node* node, const BsplineWeights<Lanes>& w, const Prefetch& prefetch) {
-  const Gathered<Node> a = gather(node, half_of<0>(w), prefetch), b = gather(node, half_of<1>(w), NoPrefetch{});
-  return {join(a.v, b.v), join(a.x, b.x), join(a.y, b.y), join(a.z, b.z)};
-}
-template <class Prefetch>
-inline __attribute__((always_inline)) void add(const Linear<Lanes>& c, const BsplineWeights<Lanes>& w, Node (&sum)[2][27],
-                                               const Prefetch& prefetch) {
-  add(half_of<0>(c), half_of<0>(w), sum[0], prefetch);
-  add(half_of<1>(c), half_of<1>(w), sum[1], NoPrefetch{});
-}
-/// @}
-
 }  // namespace mpm
