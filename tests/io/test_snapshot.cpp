@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <utility>
 
 #include "libmpm/io/atomic_file.hpp"
 #include "libmpm/io/hdf5.hpp"
@@ -84,6 +85,34 @@ TEST(Snapshot, DerivedFieldsAreCauchyMeasures) {
   }
 }
 
+/// Rows first .. first + count - 1.
+ParticleTable rows(const ParticleTable& p, std::size_t first, std::size_t count) {
+  const auto cut = [&](const auto& column, std::size_t components) {
+    const auto at = column.begin() + static_cast<std::ptrdiff_t>(first * components);
+    return std::decay_t<decltype(column)>(at, at + static_cast<std::ptrdiff_t>(count * components));
+  };
+  return {cut(p.id, 1),     cut(p.position, 3), cut(p.velocity, 3),     cut(p.affine, 9),
+          cut(p.stress, 6), cut(p.internal, 1), cut(p.volume_ratio, 1), cut(p.volume, 1)};
+}
+
+TEST(Snapshot, PiecesGiveTheBytesOfTheWhole) {
+  const TemporaryDirectory dir;
+  const ParticleTable p = testing::random_particles(1000, 4);
+  write_frame(dir.path(), 0, p, info_at(0.3));
+  write_final(dir / "final.h5", p, info_at(0.3));
+  const auto in_pieces = [&](SnapshotWriter::Kind kind) {
+    SnapshotWriter file(kind, dir / "pieces.h5", info_at(0.3));
+    file.begin(1000);
+    for (const auto& [first, count] : {std::pair{0, 1}, {1, 600}, {601, 0}, {601, 399}})
+      file.append(rows(p, static_cast<std::size_t>(first), static_cast<std::size_t>(count)));
+    EXPECT_EQ(file.particles(), 1000U);
+    file.commit();
+    return read_file(dir / "pieces.h5");
+  };
+  EXPECT_EQ(in_pieces(SnapshotWriter::Kind::frame), read_file(frame_path(dir.path(), 0)));
+  EXPECT_EQ(in_pieces(SnapshotWriter::Kind::final), read_file(dir / "final.h5"));
+}
+
 TEST(Snapshot, EmptyStateIsAState) {
   const TemporaryDirectory dir;
   write_frame(dir.path(), 0, ParticleTable{}, info_at(0.0));
@@ -118,7 +147,12 @@ TEST(Snapshot, ListsFramesInOrderAndPassesOverOtherFiles) {
 
 TEST(FrameSeries, ResumedSeriesEqualsOneThatWasNeverStopped) {
   const TemporaryDirectory whole, stopped;
-  const auto frame = [](FrameSeries& s, int i) { s.append(testing::random_particles(20, static_cast<unsigned>(i)), info_at(0.2 * i)); };
+  const auto frame = [](FrameSeries& s, int i) {
+    s.append(info_at(0.2 * i), [i](SnapshotWriter& file) {
+      file.begin(20);
+      file.append(testing::random_particles(20, static_cast<unsigned>(i)));
+    });
+  };
   {
     FrameSeries s = FrameSeries::create(whole.path());
     for (int i = 0; i < 6; ++i) frame(s, i);
