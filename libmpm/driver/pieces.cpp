@@ -106,6 +106,7 @@ void pass_particles(const State& state, const ParticleSink& sink, PieceSize size
   std::size_t at = 0;
   for (std::size_t i = 1; i < cuts.first.size(); ++i) {
     std::vector<Particle> piece;
+    piece.reserve(own.first_from(cuts.first[i]) - at);
     for (; at < own.size() && own.id(at) < cuts.first[i]; ++at) piece.push_back(own[at]);
     piece = gathered(std::move(piece), ranks);
     if (ranks != nullptr) std::ranges::sort(piece, {}, &Particle::id);

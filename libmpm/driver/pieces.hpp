@@ -11,7 +11,7 @@ namespace mpm {
 
 /// How large a piece is.
 struct PieceSize {
-  std::uint64_t particles = std::uint64_t{1} << 15;  ///< at most, 6 MB of records; a block stays whole
+  std::uint64_t particles = std::uint64_t{1} << 13;  ///< at most, 1.6 MB of records; a block stays whole
 };
 
 /// Who gets the particles of all ranks by rising identity number; on the first rank.

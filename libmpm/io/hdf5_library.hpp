@@ -14,8 +14,8 @@ namespace mpm::hdf5 {
 /// restores it, since the caller may use HDF5 too.
 class QuietErrors {
  public:
-  QuietErrors();
-  ~QuietErrors();
+  QuietErrors();   ///< off
+  ~QuietErrors();  ///< as before
   QuietErrors(const QuietErrors&) = delete;
   QuietErrors& operator=(const QuietErrors&) = delete;
 

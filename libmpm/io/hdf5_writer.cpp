@@ -18,6 +18,7 @@ namespace mpm::hdf5 {
 namespace {
 
 uLong crc_of(uLong before, std::span<const std::byte> bytes) {
+  if (bytes.empty()) return before;  // crc32_z begins anew where there is no address
   return crc32_z(before, reinterpret_cast<const Bytef*>(bytes.data()), bytes.size());
 }
 

@@ -89,7 +89,9 @@ class SnapshotWriter {
  public:
   /// What is written: which columns, in which numbers.
   enum class Kind : std::uint8_t { frame, final };
+  /// Nothing is written before begin().
   SnapshotWriter(Kind kind, std::filesystem::path path, SnapshotInfo info);
+  /// What was not committed is lost.
   ~SnapshotWriter();
   SnapshotWriter(const SnapshotWriter&) = delete;
   SnapshotWriter& operator=(const SnapshotWriter&) = delete;
