@@ -85,14 +85,14 @@ the figures of a case at a curve for its values; drag to enlarge, double-click t
 <th class="number">order</th><th class="number">tolerance</th></tr></thead><tbody>
 {% for c in failing %}{% if c.fault %}<tr class="bad"><td class="name" data-label="case"><a href="#{{ c.name }}">{{ c.name|breakable }}</a></td><td class="fault" data-label="message" colspan="7">{{ c.fault }}</td></tr>{% endif %}
 {% for k in c.checks if k.verdict == 'FAILED' %}<tr class="bad"><td class="name" data-label="case"><a href="#{{ c.name }}">{{ c.name|breakable }}</a></td><td data-label="label">{{ k.label }}</td><td class="what" data-label="quantity">{{ k.quantity }}</td>
-{{ numbers(k) }}<td class="number" data-label="tolerance">{{ k.text.tolerance }}</td></tr>{% endfor %}{% endfor %}
+{{ numbers(k) }}<td class="number" data-label="tolerance">{{ k.text.tolerance }}{{ ', known: ' + k.text.miss_bound if k.text.miss_bound }}</td></tr>{% endfor %}{% endfor %}
 </tbody></table>
 {% endif %}
 {% if r.not_met %}<h3>Targets that are known not to be met</h3>
 <table class="stack"><thead><tr><th>case</th><th>label</th><th>quantity</th><th class="number">reference</th><th class="number">result</th><th class="number">error</th>
-<th class="number">order</th><th class="number">tolerance</th><th>cause</th></tr></thead><tbody>
+<th class="number">order</th><th class="number">tolerance</th><th class="number">must be</th><th>cause</th></tr></thead><tbody>
 {% for c in r.cases %}{% for k in c.checks if k.verdict == 'not met' %}<tr class="known"><td class="name" data-label="case"><a href="#{{ c.name }}">{{ c.name|breakable }}</a></td><td data-label="label">{{ k.label }}</td><td class="what" data-label="quantity">{{ k.quantity }}</td>
-{{ numbers(k) }}<td class="number" data-label="tolerance">{{ k.text.tolerance }}</td><td data-label="cause">{{ k.miss_cause }}</td></tr>{% endfor %}{% endfor %}
+{{ numbers(k) }}<td class="number" data-label="tolerance">{{ k.text.tolerance }}</td><td class="number" data-label="must be">{{ k.text.miss_bound }}</td><td data-label="cause">{{ k.miss_cause }}</td></tr>{% endfor %}{% endfor %}
 </tbody></table>
 {% endif %}
 <h3>Case by case</h3>
@@ -141,7 +141,7 @@ without unit are relative, those with the quantity's unit absolute. '≤' is a b
 <th class="number">order</th><th class="number">tolerance, why</th><th class="number">used</th><th>verdict</th></tr></thead><tbody>
 {% for k in c.checks %}<tr class="{{ {'FAILED': 'bad', 'not met': 'known'}.get(k.verdict, '') }}{{ ' rest' if k.rest }}"><td data-label="label">{{ k.label }}</td><td class="what" data-label="quantity">{{ k.quantity }}</td>
 {{ numbers(k) }}<td class="number" data-label="tolerance"><span>{{ k.text.tolerance }}{% if k.reason %}<sup><a href="#{{ c.name }}-{{ k.reason }}">{{ k.reason }}</a></sup>{% endif %}</span></td>
-<td class="number" data-label="used"><span>{{ k.text.tolerance_used }}{{ bar(k) }}</span></td><td data-label="verdict" class="verdict {{ k.verdict|verdict_class }}">{{ k.verdict }}</td></tr>
+<td class="number" data-label="used"><span>{{ k.text.tolerance_used }}{{ bar(k) }}</span></td><td data-label="verdict" class="verdict {{ k.verdict|verdict_class }}">{{ k.verdict }}{% if k.text.miss_bound and not k.passed %}<br>{{ k.text.miss_bound }}{% endif %}</td></tr>
 {% endfor %}</tbody></table>
 {% if c.rest %}<label class="more" for="unfold-{{ c.name }}"><span class="closed">Show the {{ c.rest }} checks that use least of their tolerance</span><span class="open">Hide them</span></label>{% endif %}</div>
 {% if c.reasons %}<p class="legend">Why these tolerances:</p><ol class="reasons">{% for why in c.reasons %}<li id="{{ c.name }}-{{ why.letter }}">{{ why.text|inline }}</li>{% endfor %}</ol>{% endif %}{% endif %}

@@ -215,7 +215,11 @@ inline double lane(const PairOf<V>& x, int i) {
 template <OneRegister V>
 inline void set_lane(PairOf<V>& x, int i, double v) {
   constexpr int half = sizeof(V) / sizeof(ScalarOf<V>);
-  (i < half ? x.a : x.b)[i % half] = static_cast<ScalarOf<V>>(v);
+  if (i < half) {
+    x.a[i] = static_cast<ScalarOf<V>>(v);
+  } else {
+    x.b[i - half] = static_cast<ScalarOf<V>>(v);
+  }
 }
 /// @}
 

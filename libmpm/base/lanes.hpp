@@ -243,6 +243,7 @@ inline std::array<std::uint32_t, 4> saturated_bytes(SingleLaneMask a) {
 
 namespace detail {
 // glibc's vector mathematics (libmvec, at most 4 ulp), called by its published x86 vector-ABI names: no -ffast-math needed.
+// NOLINTBEGIN(bugprone-reserved-identifier): the ABI gives the names
 #if defined(__AVX512F__)
 extern "C" __m512d _ZGVeN8v_exp(__m512d);
 extern "C" __m512d _ZGVeN8v_log(__m512d);
@@ -276,6 +277,7 @@ extern "C" __m128 _ZGVbN4v_logf(__m128);
 inline SingleMvecPart mvec_exp(SingleMvecPart x) { return _ZGVbN4v_expf(x); }
 inline SingleMvecPart mvec_log(SingleMvecPart x) { return _ZGVbN4v_logf(x); }
 #endif
+// NOLINTEND(bugprone-reserved-identifier)
 template <class Part, class V, class F>
 inline V in_parts(const V& x, F f) {
   Part part[sizeof(V) / sizeof(Part)];

@@ -7,7 +7,6 @@
 #include <numbers>
 
 #include "libmpm/boundary/axis_weights.hpp"
-#include "libmpm/boundary/edge_share.hpp"
 #include "libmpm/boundary/outline_distance.hpp"
 
 namespace mpm {
@@ -25,7 +24,6 @@ constexpr double no_direction = 0.5;  // cells: nearer to the centre of a circle
 struct SurfacePoint {
   Vec2 at, normal;
   int inner = -1, round = -1;
-  double share = 1.0;
 };
 
 /// @param circle  in cells
@@ -43,14 +41,13 @@ std::vector<SurfacePoint> points_of_circle(const Circle& circle) {
 std::vector<SurfacePoint> points_of_polygon(const Outline& outline, double cell_size) {
   struct Points {
     int first, count;
-    Vec2 from, along;  // cells
   };
   std::vector<SurfacePoint> points;
   std::vector<Points> sides;
   for (const OutlineSide& side : outline.sides()) {
     const Vec2 from = side.from / cell_size, along = side.to / cell_size - from;
     const int count = std::max(1, static_cast<int>(std::lround(along.norm())));
-    sides.push_back({static_cast<int>(points.size()), count, from, along});
+    sides.push_back({static_cast<int>(points.size()), count});
     for (int i = 0; i < count; ++i) points.push_back({from + (i + 0.5) / count * along, side.normal});
   }
   constexpr int fewest = 3;  // a side of less has no inner point to compare its ends with
@@ -59,10 +56,6 @@ std::vector<SurfacePoint> points_of_polygon(const Outline& outline, double cell_
     if (side.count < fewest) continue;
     SurfacePoint &start = points[static_cast<std::size_t>(side.first)],
                  &end = points[static_cast<std::size_t>(side.first + side.count - 1)];
-    const double length = side.along.norm();
-    const Vec2 direction = side.along / length;
-    start.share = edge_share(side.from, direction, length / side.count);
-    end.share = edge_share(side.from + side.along, -direction, length / side.count);
     start.inner = side.first + 1;
     start.round = before.first + before.count - 1;
     end.inner = side.first + side.count - 2;
@@ -168,7 +161,6 @@ ContactStencil contact_stencil(const Outline& outline, double cell_size, bool mi
     ContactRow& row = builder.stencil.rows[static_cast<std::size_t>(row_of[p])];
     row.inner = row_or_image(points[p].inner);
     row.round = row_or_image(points[p].round);
-    row.share = points[p].share;
   }
 
   builder.stencil.surface_rows = builder.stencil.rows.size();

@@ -13,9 +13,15 @@
 /// behind the surface, v_k - 2 v_k+1 + v_k+2 = 0, by impulses of either sign whose sum is zero. On a plane of nodes both together are the
 /// exact mirror image, v_0.n = 0, v_-1.n = -v_1.n.
 ///
+/// The end points of a side also act on nodes beyond the edge. Where a flow leaves an edge, the pressure on the side falls to zero like the
+/// square root of the distance s from it (Kirchhoff's plate: p = rho U^2/2 (1 - tau^2), and s ~ (1 - tau)^2). Each point stands for a strip
+/// of the side as wide as the points are apart, so that the last one takes edge_share = int_0^1 sqrt(s) ds / int_1^2 sqrt(s) ds =
+/// 1/(2 sqrt(2) - 1) of the impulse of the next one, wherever the edge lies between the nodes.
+///
 /// The sides are vertical, so that the conditions of one layer of nodes do not touch another: a stencil is made once and serves them all.
 
 #include <array>
+#include <numbers>
 #include <optional>
 #include <vector>
 
@@ -31,7 +37,6 @@ struct ContactRow {
   Vec2 point = Vec2::Zero();                                    ///< m: on the surface, or the node that is extended to
   int inner = -1;       ///< for the end point of a side with at least three points: number of the neighbouring row; otherwise -1
   int round = -1;       ///< likewise: row of the end point of the adjacent side
-  double share = 1.0;   ///< likewise: largest impulse over that of the row `inner` (edge_share.hpp)
   int surface = -1;     ///< of an extension: the row of the surface before it, without whose contact there is nothing to extend
   double copies = 1.0;  ///< 2 for a point on a mirror plane: it is its own image, and its impulse here is half of the whole
 };
@@ -51,6 +56,7 @@ struct ContactStencil {
     std::array<int, 2> at{};  ///< grid coordinates x, y
     double share = 1.0;       ///< of its mass that belongs to the computed part: a half on a mirror plane
   };
+  static constexpr double edge_share = 1.0 / (2.0 * std::numbers::sqrt2 - 1.0);  ///< impulse of an end point over that of the next one
   static constexpr double deep_from = 1.6;  ///< cells behind a surface: beyond the support of what acts on it
   /// A node so deep inside that no row reaches it.
   struct Deep {

@@ -9,14 +9,13 @@
 
 namespace mpm {
 
-/// Signed distance from a convex outline, negative inside. Outside near a corner it is the distance from the lines of the sides, not from
-/// the corner: for what lies inside, or before one side.
+/// Signed distance from a convex outline, negative inside.
 class OutlineDistance {
  public:
   /// @param outline  m
   explicit OutlineDistance(const Outline& outline) : circle_(outline.circle) {
     if (circle_) return;
-    for (const OutlineSide& side : outline.sides()) sides_.push_back({side.normal, side.normal.dot(side.from)});
+    for (const OutlineSide& side : outline.sides()) sides_.push_back({side.normal, side.normal.dot(side.from), side.from, side.to});
   }
 
   /// What is nearest of the outline.
@@ -24,7 +23,8 @@ class OutlineDistance {
     double distance;  ///< m
     Vec2 normal;      ///< outward, of the nearest side
   };
-  /// The distance at a place, and the normal there. @param x  m
+  /// The distance at a place, and the normal there. Outside near a corner it is the distance from the lines of the sides, not from the
+  /// corner: for what lies inside, or before one side. @param x  m
   [[nodiscard]] Nearest at(const Vec2& x) const {
     if (circle_) {
       const Vec2 arm = x - circle_->centre;
@@ -39,6 +39,19 @@ class OutlineDistance {
     }
     return nearest;
   }
+  /// How far a place is from the solid, m; 0 inside. Near a corner the distance from the corner.
+  [[nodiscard]] double outside(const Vec2& x) const {
+    if (circle_) return std::max(0.0, (x - circle_->centre).norm() - circle_->radius);
+    double least = std::numeric_limits<double>::infinity();
+    bool inside = true;
+    for (const Side& side : sides_) {
+      inside = inside && side.normal.dot(x) <= side.offset;
+      const Vec2 along = side.to - side.from;
+      const double nearest = std::clamp(along.dot(x - side.from) / along.squaredNorm(), 0.0, 1.0);
+      least = std::min(least, (x - side.from - nearest * along).norm());
+    }
+    return inside ? 0.0 : least;
+  }
   /// Sides whose signed distance is above `distance`; 1 for a circle.
   [[nodiscard]] int sides_within(const Vec2& x, double distance) const {
     if (circle_) return 1;
@@ -51,6 +64,7 @@ class OutlineDistance {
   struct Side {
     Vec2 normal;
     double offset;
+    Vec2 from, to;
   };
   std::optional<Circle> circle_;
   std::vector<Side> sides_;

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cstring>
 #include <map>
+#include <memory>
 #include <type_traits>
 
 #include "libmpm/core/block_sums.hpp"
@@ -249,29 +250,43 @@ void Boundaries::gather_contacts(Ranks& ranks) {
   }
 }
 
-/// The correction of lumped_mass.hpp for all curved solids. The accelerations are those with all boundaries: these act once for them, and
-/// the velocities are set back. @param first  boundaries from this one on have not acted yet
+/// The correction of lumped_mass.hpp for all solids that act at their surface. The accelerations are those with all boundaries: these act
+/// once for them, and the velocities are set back. @param first  boundaries from this one on have not acted yet
 void correct_lumped_mass(Grid& grid, const GridForces& forces, std::size_t first, double time) {
   std::vector<LumpedMassCorrection> corrections;
   for (const Boundary& boundary : forces.boundaries) {
-    const auto* const solid = std::get_if<SurfaceSolid>(&boundary);
-    if (solid != nullptr && LumpedMassCorrection::concerns(*solid))
+    if (const auto* const solid = std::get_if<SurfaceSolid>(&boundary))
       corrections.emplace_back(*solid, grid.cell_size(), forces.density, forces.relaxed);
   }
-  const auto all = grid.all_blocks();
-  if (corrections.empty() || all.empty() || !grid.keeps_old_nodes()) return;
+  if (corrections.empty() || !grid.keeps_old_nodes()) return;
 
-  std::vector<NodeBlock> free(static_cast<std::size_t>(*std::ranges::max_element(all)) + 1), change(free.size());  // by number of block
-  for (const auto b : all) free[static_cast<std::size_t>(b)] = grid.nodes(b);
+  const auto all = grid.all_blocks(), lent = grid.lent();
+  std::int32_t last = -1;
+  for (const auto& blocks : {all, lent}) {
+    for (const auto b : blocks) last = std::max(last, b);
+  }
+  const auto count = static_cast<std::size_t>(last + 1);
+  const auto free = std::make_unique_for_overwrite<NodeBlock[]>(count);  // both by number of block
+  const auto change = std::make_unique_for_overwrite<NodeBlock[]>(count);
+#pragma omp parallel for schedule(static, 8)
+  for (std::size_t i = 0; i < all.size(); ++i) {
+    free[static_cast<std::size_t>(all[i])] = grid.nodes(all[i]);
+    change[static_cast<std::size_t>(all[i])] = NodeBlock{};
+  }
+  for (const auto b : lent) change[static_cast<std::size_t>(b)] = NodeBlock{};
   Boundaries(grid, forces, time).act_from(first);
   reflect_velocities(grid, forces.mirror);
-  for (const LumpedMassCorrection& correction : corrections) correction.add(grid, change);
-  fold_mirror_planes(grid, forces.mirror, change);
-  for (const auto b : all) {
-    const NodeBlock &before = free[static_cast<std::size_t>(b)], &gained = change[static_cast<std::size_t>(b)];
+  if (grid.ranks() != nullptr) grid.ranks()->return_nodes(grid);
+  const std::span changes(change.get(), count);
+  for (const LumpedMassCorrection& correction : corrections) correction.add(grid, changes);
+  if (grid.ranks() != nullptr) grid.ranks()->add_parts(changes);
+  fold_mirror_planes(grid, forces.mirror, changes);
+#pragma omp parallel for schedule(static, 8)
+  for (std::size_t i = 0; i < all.size(); ++i) {
+    const NodeBlock &before = free[static_cast<std::size_t>(all[i])], &gained = change[static_cast<std::size_t>(all[i])];
     for (int n = 0; n < block_nodes; ++n) {
       const double mass = before.node[n][3];
-      grid.nodes(b).node[n] = mass > 0.0 ? before.node[n] + gained.node[n] / mass : before.node[n];
+      grid.nodes(all[i]).node[n] = mass > 0.0 ? before.node[n] + gained.node[n] / mass : before.node[n];
     }
   }
 }

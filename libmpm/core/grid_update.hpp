@@ -17,7 +17,7 @@ struct GridForces {
   std::span<const std::size_t> layered;  ///< numbers of the boundaries whose impulses are booked by grid layer, too
   Vec3 gravity = Vec3::Zero();           ///< m/s^2
   MirrorPlanes mirror;                   ///< whose images are made anew after the boundaries have acted
-  double density = 0.0;                  ///< of the material at rest, kg/m^3: with `relaxed`, for the correction before curved walls
+  double density = 0.0;                  ///< of the material at rest, kg/m^3: with `relaxed`, for the correction around obstacles
   double relaxed = 0.0;                  ///< share of the particles' own motion that relaxes to the grid's in this step
 };
 
@@ -28,9 +28,10 @@ struct GridUpdate {
   std::vector<LayerImpulses> layers;  ///< of the boundaries in GridForces::layered, in that order
 };
 
-/// v_i = p_i / m_i + dt g, then the boundaries in their order; before curved walls with the correction of lumped_mass.hpp, if the grid
-/// keeps its old nodes. Nodes hold velocities afterwards. Each boundary records the change of momentum that it causes; the impulses sum to
-/// the total change. Sums over blocks are exact (block_sums.hpp), so that their order and the number of ranks do not matter.
+/// v_i = p_i / m_i + dt g, then the boundaries in their order; around solids that act at their surface with the correction of
+/// lumped_mass.hpp, if the grid keeps its old nodes. Nodes hold velocities afterwards. Each boundary records the change of momentum that it
+/// causes; the impulses sum to the total change. Sums over blocks are exact (block_sums.hpp), so that their order and the number of ranks
+/// do not matter.
 /// @param dt  s. @param time  at the start of the step, s: where travelling boundaries are
 GridUpdate update_grid(Grid& grid, const GridForces& forces, double dt, double time);
 

@@ -13,7 +13,7 @@ namespace mpm {
 /// - the two layers of blocks on both sides of a mirror plane,
 /// - the two layers that the columns of a folded wall or of a solid's top reach into, where these are two,
 /// - around a solid that acts at its surface: all columns of blocks that its stencil touches, two blocks at a time in height, which is what
-///   its contact solves at once; before a curved side all columns that the correction of lumped_mass.hpp reaches, in their whole height.
+///   its contact solves at once.
 class JoinedBlocks {
  public:
   /// None.
@@ -28,12 +28,11 @@ class JoinedBlocks {
  private:
   using Layers = std::map<std::int32_t, std::int32_t>;  ///< of those joined with one below: the lowest
   using Column = std::array<std::int32_t, 2>;
-  void join_columns(const SurfaceSolid& solid, double cell_size);
+  void join_columns(const SurfaceSolid& solid);
 
   std::array<Layers, 3> layers_;      ///< by axis
   std::map<Column, Column> columns_;  ///< around solids, in terms of the lowest layers: one column for all that belong together
   Layers pairs_;                      ///< there: pairs of blocks in height, z >> 1
-  bool whole_columns_ = false;        ///< there: all blocks of a column are joined
 };
 
 }  // namespace mpm

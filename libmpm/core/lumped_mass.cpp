@@ -1,5 +1,6 @@
 #include "libmpm/core/lumped_mass.hpp"
 
+#include <Eigen/Geometry>
 #include <algorithm>
 
 #include "libmpm/base/bspline.hpp"
@@ -43,25 +44,32 @@ struct Fields {
   Fields(const Grid& grid, const Block& block) {
     for_each_halo_row(
         block.neighbour, [&](std::int32_t b) -> const NodeBlock& { return grid.old_nodes(b); },
-        [&](const Node* row, int first, auto count) { std::copy_n(row, int{count}, before + first); });
+        [&](const Node* row, int first, auto count) {
+          for (int n = 0; n < count; ++n) before[first + n] = row[n];
+        });
     for_each_halo_row(
         block.neighbour, [&](std::int32_t b) -> const NodeBlock& { return grid.nodes(b); },
-        [&](const Node* row, int first, auto count) { std::copy_n(row, int{count}, gained + first); });
-    for (int n = 0; n < halo_nodes; ++n) gained[n] -= before[n];
+        [&](const Node* row, int first, auto count) {
+          for (int n = 0; n < count; ++n) gained[first + n] = row[n] - before[first + n];
+        });
   }
 };
 
 }  // namespace
 
+bool need_lumped_mass_correction(std::span<const Boundary> boundaries) {
+  return std::ranges::any_of(boundaries, [](const Boundary& b) { return std::holds_alternative<SurfaceSolid>(b); });
+}
+
 double LumpedMassCorrection::share(const Vec3& x) const {
-  const double distance = std::max(distance_.at(x.head<2>()).distance, x.z() - top_) / dx_;
+  const double distance = std::max(distance_.outside(x.head<2>()), x.z() - top_) / dx_;
   return std::clamp((outer_reach - distance) / fade, 0.0, 1.0);
 }
 
 bool LumpedMassCorrection::reaches(std::int32_t x, std::int32_t y) const {
   constexpr double half_diagonal = 0.5 * block_edge * 1.4143, to_centre = 0.5 * block_edge + 0.5;  // cells hold x/dx from base + 1/2 on
   const Vec2 centre = dx_ * (double{block_edge} * Vec2(x, y) + Vec2::Constant(to_centre));
-  return distance_.at(centre).distance <= (outer_reach + half_diagonal) * dx_;
+  return distance_.outside(centre) <= (outer_reach + half_diagonal) * dx_;
 }
 
 void LumpedMassCorrection::add_of_block(const Grid& grid, const Block& block, std::span<NodeBlock> change) const {
@@ -79,25 +87,33 @@ void LumpedMassCorrection::add_of_block(const Grid& grid, const Block& block, st
       if (mass == 0.0) continue;
       any = true;
       const Kernel kernel(x / dx_ - base);
-      Node gained{}, before{}, gradient[3] = {};
+      Node gained{}, before{}, gradient[3] = {}, slope[3] = {};  // of before, of gained: by axis, for each cell
       for (int i = 0; i < 27; ++i) {
         const int at = Kernel::place(first, i);
-        gained += kernel.w[i] * fields.gained[at];
-        const Node u = kernel.w[i] * fields.before[at];
+        const Node a = kernel.w[i] * fields.gained[at], u = kernel.w[i] * fields.before[at];
+        gained += a;
         before += u;
-        for (int axis = 0; axis < 3; ++axis) gradient[axis] += 4.0 * kernel.arm[i][axis] * u;
+        for (int axis = 0; axis < 3; ++axis) {
+          slope[axis] += 4.0 * kernel.arm[i][axis] * a;
+          gradient[axis] += 4.0 * kernel.arm[i][axis] * u;
+        }
       }
+      const Vec3 turn = (relaxed_ == 1.0 ? 0.5 : 0.0) *
+                        Vec3(slope[1][2] - slope[2][1], slope[2][0] - slope[0][2], slope[0][1] - slope[1][0]);  // S r = turn x r
       for (int i = 0; i < 27; ++i) {
         const int at = Kernel::place(first, i);
         const Vec3& arm = kernel.arm[i];
         const Node beyond_linear = fields.before[at] - before - arm.x() * gradient[0] - arm.y() * gradient[1] - arm.z() * gradient[2];
-        sum[at] += (mass * kernel.w[i]) * (fields.gained[at] - gained + relaxed_ * beyond_linear);
+        const Vec3 turned = turn.cross(arm);
+        sum[at] +=
+            (mass * kernel.w[i]) * (fields.gained[at] - gained - Node{turned.x(), turned.y(), turned.z(), 0.0} + relaxed_ * beyond_linear);
       }
     }
   }
   if (!any) return;
   for_each_halo_row(
-      block.neighbour, [&](std::int32_t b) -> NodeBlock& { return change[static_cast<std::size_t>(b)]; },
+      block.parts != nullptr ? *block.parts : block.neighbour,
+      [&](std::int32_t b) -> NodeBlock& { return change[static_cast<std::size_t>(b)]; },
       [&](Node* row, int first, auto count) {
         for (int n = 0; n < count; ++n) row[n] += Node{sum[first + n][0], sum[first + n][1], sum[first + n][2], 0.0};
       });

@@ -27,6 +27,7 @@ namespace mpm {
 
 class Grid;
 class JoinedBlocks;
+struct NodeBlock;
 struct Block;
 struct State;
 
@@ -103,6 +104,8 @@ class Ranks {
   virtual void plan(Grid& grid) = 0;
   /// After all blocks have given their parts to the nodes: adds those that belong to nodes shared with other ranks.
   virtual void add_parts(Grid& grid) = 0;
+  /// The same for another field. @param field  by number of block, lent ones among them
+  virtual void add_parts(std::span<NodeBlock> field) = 0;
   /// After the update: sends nodes to the ranks whose particles need them.
   virtual void return_nodes(Grid& grid) = 0;
   /// Moves migrants to blocks of other ranks from this rank's outboxes into those of the ghosts there.

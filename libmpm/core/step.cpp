@@ -13,6 +13,7 @@
 #include "libmpm/core/block_sums.hpp"
 #include "libmpm/core/diagnostics.hpp"
 #include "libmpm/core/joined_blocks.hpp"
+#include "libmpm/core/lumped_mass.hpp"
 #include "libmpm/core/stress_update.hpp"
 
 namespace mpm {
@@ -235,7 +236,7 @@ StepReport step(State& state, const Scene& scene, double dt, StepTimes* times) {
   if (scene.source) report.entered = scene.source->release(state);
   timer.add_to(spent.source);
 
-  grid.keep_old_nodes(options.kept > 0.0);
+  grid.keep_old_nodes(options.kept > 0.0 || need_lumped_mass_correction(scene.boundaries));
   particle_to_grid(grid, options);  // m_i, p_i, dt f_i
   timer.add_to(spent.particle_to_grid);
 

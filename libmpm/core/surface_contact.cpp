@@ -11,7 +11,7 @@ namespace mpm {
 
 namespace {
 
-constexpr int sweeps = 6;
+constexpr int sweeps = 8;
 constexpr int first_capped_sweep = 2;     ///< the caps compare impulses, which have to be about right by then
 constexpr double least_weight = 0.3;      ///< of a point's nodes with material, together; below it the point is bare
 constexpr int group_layers = lane_count;  ///< solved at once
@@ -170,7 +170,7 @@ void solve_rows(const ContactStencil& stencil, double friction, LayerGroup& grou
         return -group.row[o].normal * (stencil.rows[o].copies / row.copies);
       };
       const bool capped = row.inner >= 0 && sweep >= first_capped_sweep;
-      const Lanes strongest = capped ? max(row.share * impulse_of(row.inner), impulse_of(row.round)) : unbounded;
+      const Lanes strongest = capped ? max(ContactStencil::edge_share * impulse_of(row.inner), impulse_of(row.round)) : unbounded;
       if (friction > 0.0) {
         solve_row<true>(stencil, row, friction, strongest, group, group.row[r]);
       } else {

@@ -28,10 +28,10 @@ struct ContactImpulse {
   void add_top(std::int32_t layer, const Impulse& impulse);
 };
 
-/// Changes the velocities of nodes near a solid so that its conditions hold: six Gauss-Seidel sweeps over the rows of each layer, in
+/// Changes the velocities of nodes near a solid so that its conditions hold: eight Gauss-Seidel sweeps over the rows of each layer, in
 /// alternating direction, projected: no tension, friction within Coulomb's cone, an extension only behind a point that is in contact. The
-/// ends of a side take at most a share of what the next point takes (edge_share.hpp), or as much as the end round the edge. In a flow the
-/// velocities are near their solution from the step before, and more sweeps change no force; six leave up to 7 % of the speed of a sudden
+/// ends of a side take at most ContactStencil::edge_share of what the next point takes, or as much as the end round the edge. In a flow the
+/// velocities are near their solution from the step before, and more sweeps change no force; eight leave up to 7 % of the speed of a sudden
 /// impact.
 ///
 /// Each layer is solved by itself, eight layers in the lanes of one vector; layers do not share nodes, so that the order of layers does

@@ -38,14 +38,18 @@ const std::byte* get_nodes(const std::byte* bytes, NodeBlock& nodes, const Exten
 }
 
 int fields_of(const Grid& grid) { return grid.keeps_old_nodes() ? 2 : 1; }
-NodeBlock& field_of(Grid& grid, std::int32_t block, int field) { return field == 0 ? grid.nodes(block) : grid.old_nodes(block); }
+/// The nodes of a block, and where they are kept the old ones, as nodes_of(block, field) below.
+auto fields_of_nodes(Grid& grid) {
+  return [&grid](std::int32_t block, int field) -> NodeBlock& { return field == 0 ? grid.nodes(block) : grid.old_nodes(block); };
+}
 
-Messages packed(Grid& grid, const NodesByRank& wanted) {
+template <class NodesOf>
+Messages packed(const NodesByRank& wanted, int fields, const NodesOf& nodes_of) {
   Messages out;
   for (const auto& [rank, all] : wanted) {
     Message& message = out[rank];
     for (const SentNodes& sent : all) {
-      for (int f = 0; f < fields_of(grid); ++f) put_nodes(message, field_of(grid, sent.nodes, f), sent.extent);
+      for (int f = 0; f < fields; ++f) put_nodes(message, nodes_of(sent.nodes, f), sent.extent);
     }
   }
   return out;
@@ -257,20 +261,26 @@ void BlockExchange::reduce(std::size_t bytes) {
   counts_.reduced_bytes += bytes;
 }
 
-void BlockExchange::add_parts(Grid& grid) {
-  const int fields = fields_of(grid);
-  send(packed(grid, plan_.parts_to), counts_.part_bytes);
+void BlockExchange::add_parts(Grid& grid) { add_parts_of(fields_of(grid), fields_of_nodes(grid)); }
+
+void BlockExchange::add_parts(std::span<NodeBlock> field) {
+  add_parts_of(1, [&](std::int32_t block, int) -> NodeBlock& { return field[static_cast<std::size_t>(block)]; });
+}
+
+template <class NodesOf>
+void BlockExchange::add_parts_of(int fields, const NodesOf& nodes_of) {
+  send(packed(plan_.parts_to, fields, nodes_of), counts_.part_bytes);
   const Messages in = transport_.receive(ranks_in(plan_.parts_from));
   for (const auto& [rank, nodes] : plan_.parts_from) check_size(in.at(rank), static_cast<std::size_t>(fields) * nodes * sizeof(Node));
 #pragma omp parallel for schedule(static)
   for (std::size_t i = 0; i < plan_.shared.size(); ++i) {
     for (int f = 0; f < fields; ++f) {
-      NodeBlock& sum = field_of(grid, plan_.shared[i].block, f);
+      NodeBlock& sum = nodes_of(plan_.shared[i].block, f);
       for (const Summand& part : plan_.shared[i].summands) {
         NodeBlock received;
         const NodeBlock* from = &received;
         if (part.from == Summand::own) {
-          from = &field_of(grid, part.nodes, f);
+          from = &nodes_of(part.nodes, f);
         } else {
           const std::size_t nodes = nodes_in(part.extent);
           const std::size_t first = static_cast<std::size_t>(fields) * part.first + static_cast<std::size_t>(f) * nodes;
@@ -286,7 +296,8 @@ void BlockExchange::add_parts(Grid& grid) {
 
 void BlockExchange::return_nodes(Grid& grid) {
   const int fields = fields_of(grid);
-  send(packed(grid, plan_.nodes_to), counts_.node_bytes);
+  const auto nodes_of = fields_of_nodes(grid);
+  send(packed(plan_.nodes_to, fields, nodes_of), counts_.node_bytes);
   const Messages in = transport_.receive(ranks_in(plan_.nodes_from));
   for (const auto& [rank, all] : plan_.nodes_from) {
     std::size_t nodes = 0;
@@ -295,7 +306,7 @@ void BlockExchange::return_nodes(Grid& grid) {
     check_size(message, static_cast<std::size_t>(fields) * nodes * sizeof(Node));
     const std::byte* bytes = message.data();
     for (const SentNodes& sent : all) {
-      for (int f = 0; f < fields; ++f) bytes = get_nodes(bytes, field_of(grid, sent.nodes, f), sent.extent);
+      for (int f = 0; f < fields; ++f) bytes = get_nodes(bytes, nodes_of(sent.nodes, f), sent.extent);
     }
   }
 }

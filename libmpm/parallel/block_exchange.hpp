@@ -36,6 +36,7 @@ class BlockExchange : public Ranks {
   std::vector<std::int32_t> announce(Grid& grid) override;
   void plan(Grid& grid) override;
   void add_parts(Grid& grid) override;
+  void add_parts(std::span<NodeBlock> field) override;
   void return_nodes(Grid& grid) override;
   void exchange_migrants(Grid& grid) override;
   double agree(double largest, const std::optional<BlockFault>& fault) override;
@@ -52,6 +53,9 @@ class BlockExchange : public Ranks {
   [[nodiscard]] Borders borders_of(const Grid& grid) const;
   void exchange_borders();
   [[nodiscard]] std::vector<std::int32_t> blocks_that_must_be(Grid& grid) const;
+  /// @param nodes_of  the nodes of a block, given its number and that of the field
+  template <class NodesOf>
+  void add_parts_of(int fields, const NodesOf& nodes_of);
   void send(Messages out, std::uint64_t& bytes);
   void reduce(std::size_t bytes);
   void begin(Task task);

@@ -202,7 +202,7 @@ class Solver {
       n.before_forces = n.momentum / n.mass;
       n.v = n.before_forces + n.force_impulse / n.mass + dt * scene_.gravity;
     }
-    if (kept_ > 0.0) correct_before_round_solids();
+    correct_around_solids();
     for (std::size_t b = 0; b < scene_.boundaries.size(); ++b) {
       std::vector<Vec3> before;
       for (const auto& [at, n] : nodes_) before.push_back(n.v);
@@ -274,30 +274,44 @@ class Solver {
     law_.update(p, dt);
   }
 
-  /// Before round solids: one step from the lumped towards the consistent mass matrix (lumped_mass.hpp says why).
-  void correct_before_round_solids() {
+  /// How far a place is from the outline of a solid; 0 within it.
+  static double distance_from(const Outline& outline, const Vec2& x) {
+    if (outline.circle) return std::max(0.0, (x - outline.circle->centre).norm() - outline.circle->radius);
+    double least = 1e300;
+    bool inside = true;
+    for (std::size_t i = 0; i < outline.corners.size(); ++i) {
+      const Vec2 from = outline.corners[i], along = outline.corners[(i + 1) % outline.corners.size()] - from, arm = x - from;
+      inside = inside && along.x() * arm.y() - along.y() * arm.x() >= 0.0;  // to the left of every side
+      least = std::min(least, (arm - std::clamp(arm.dot(along) / along.dot(along), 0.0, 1.0) * along).norm());
+    }
+    return inside ? 0.0 : least;
+  }
+
+  /// Around solids: one step from the lumped towards the consistent mass matrix (lumped_mass.hpp says why).
+  void correct_around_solids() {
     for (const Boundary& boundary : scene_.boundaries) {
       const auto* const solid = std::get_if<SurfaceSolid>(&boundary);
-      if (solid == nullptr || !solid->outline().circle) continue;
-      const Circle& circle = *solid->outline().circle;
+      if (solid == nullptr) continue;
       Nodes corrected = nodes_;
       for (std::size_t b = 0; b < scene_.boundaries.size(); ++b) act(b);
       for (const Particle& p : particles) {
-        const double apart = std::max((p.x.head<2>() - circle.centre).norm() - circle.radius, p.x.z() - solid->top());
+        const double apart = std::max(distance_from(solid->outline(), p.x.head<2>()), p.x.z() - solid->top());
         const double share = std::clamp((5.5 - apart / dx_) / 3.0, 0.0, 1.0);  // whole up to 2.5 cells, none from 5.5 on
         Vec3 gained = Vec3::Zero(), before = Vec3::Zero();
-        Mat3 gradient = Mat3::Zero();
+        Mat3 gradient = Mat3::Zero(), turned = Mat3::Zero();
         for_each_node(p.x, dx_, [&](const Index& at, double w, const Vec3& arm) {
           if (w == 0.0) return;
           const Node& n = nodes_.at(at);
           gained += w * (n.v - n.before_forces);
           before += w * n.before_forces;
           gradient += 4.0 / (dx_ * dx_) * w * n.before_forces * arm.transpose();
+          if (kept_ == 0.0)
+            turned += 2.0 / (dx_ * dx_) * w * ((n.v - n.before_forces) * arm.transpose() - arm * (n.v - n.before_forces).transpose());
         });
         for_each_node(p.x, dx_, [&](const Index& at, double w, const Vec3& arm) {
           if (w == 0.0) return;
           const Node& n = nodes_.at(at);
-          const Vec3 more = n.v - n.before_forces - gained + (1.0 - kept_) * (n.before_forces - before - gradient * arm);
+          const Vec3 more = n.v - n.before_forces - gained - turned * arm + (1.0 - kept_) * (n.before_forces - before - gradient * arm);
           corrected.at(at).v += share * law_.density * p.volume * w / n.mass * more;
         });
       }
@@ -425,11 +439,11 @@ inline void Solver::act_folded(const Wall& wall) {
 }
 
 /// A solid with vertical sides: at the points of its surface the interpolated velocity must not point inwards. Impulses of the points are
-/// found by six sweeps of Gauss-Seidel over each layer of nodes, forwards and backwards in turn.
+/// found by eight sweeps of Gauss-Seidel over each layer of nodes, forwards and backwards in turn.
 inline void Solver::act_at_surface(const SurfaceSolid& solid) {
   const ContactStencil& stencil = solid.stencil();
   if (scene_.mirror.y || scene_.mirror.x) throw std::logic_error("the plain step has surface contact without mirror planes only");
-  constexpr int sweeps = 6, first_capped = 2;
+  constexpr int sweeps = 8, first_capped = 2;
   constexpr double least_weight = 0.3;
   std::set<int> layers;
   for (const auto& [at, n] : nodes_) layers.insert(at[2]);
@@ -494,7 +508,7 @@ inline void Solver::act_at_surface(const SurfaceSolid& solid) {
         const ContactRow& row = stencil.rows[r];
         double strongest = 1e300;
         if (row.inner >= 0 && sweep >= first_capped) {
-          strongest = row.share * -rows[static_cast<std::size_t>(row.inner)].normal;
+          strongest = ContactStencil::edge_share * -rows[static_cast<std::size_t>(row.inner)].normal;
           if (row.round >= 0) strongest = std::max(strongest, -rows[static_cast<std::size_t>(row.round)].normal);
         }
         solve(r, strongest);

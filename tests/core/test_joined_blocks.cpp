@@ -4,7 +4,6 @@
 
 #include <set>
 
-#include "libmpm/core/lumped_mass.hpp"
 #include "libmpm/driver/scene.hpp"
 #include "support/rank_cases.hpp"
 
@@ -71,7 +70,6 @@ TEST(JoinedBlocks, HoldEachStencilOfASolidTogetherInPairsOfLayers) {
     const double cell = c.numerics.cell_size;
     const JoinedBlocks joined(scene, cell, 0.0);
     const auto& solid = std::get<SurfaceSolid>(scene.boundaries[*scene.obstacle]);
-    if (LumpedMassCorrection::concerns(solid)) continue;  // the next test
     std::set<Index3> apart;
     for (int pair = -1; pair < 6; ++pair) {
       std::set<Index3> together;
@@ -89,32 +87,6 @@ TEST(JoinedBlocks, HoldEachStencilOfASolidTogetherInPairsOfLayers) {
       EXPECT_EQ(representative_of_node(joined, {at[0], at[1], master}), representative_of_node(joined, {at[0], at[1], master - 2})) << name;
     }
   }
-}
-
-TEST(JoinedBlocks, HoldAllThatACurvedSideCorrectsTogether) {
-  int curved = 0;
-  for (const auto& [name, c] : testing::rank_cases()) {
-    if (c.numerics.contact != ContactRule::surface || !c.obstacle) continue;
-    const CaseScene scene = make_scene(c);
-    const auto& solid = std::get<SurfaceSolid>(scene.boundaries[*scene.obstacle]);
-    if (!LumpedMassCorrection::concerns(solid)) continue;
-    ++curved;
-    const double cell = c.numerics.cell_size;
-    const JoinedBlocks joined(scene, cell, 0.0);
-    const LumpedMassCorrection correction(solid, cell, 1.0, 0.0);
-    std::set<Index3> together;  // nodes that a particle with a share touches
-    for (double x = -30.0; x < 30.0; x += 0.7) {
-      for (double y = -30.0; y < 30.0; y += 0.7) {
-        if (correction.share({cell * x, cell * y, 0.0}) == 0.0) continue;
-        const auto base = [](double at) { return static_cast<std::int32_t>(std::floor(at - 0.5)); };
-        for (const int more : {0, 2}) {
-          for (const int layer : {-1, 7, 40}) together.insert(representative_of_node(joined, {base(x) + more, base(y) + more, layer}));
-        }
-      }
-    }
-    EXPECT_EQ(together.size(), 1U) << name;
-  }
-  EXPECT_GE(curved, 1);
 }
 
 }  // namespace

@@ -119,9 +119,9 @@ TEST_P(SurfaceContact, StopsWhatFliesAgainstTheSurface) {
       (row.inner >= 0 ? end : worst) = std::max(row.inner >= 0 ? end : worst, left);
     }
     EXPECT_GT(rows, 5);
-    // In the third sweep the ends of long sides give back what exceeds their share. A point and the next have half of their nodes' weights
-    // in common: what one gives back disturbs the next by half of it, and each sweep takes it on by one point and by another half: 2^-6
-    // = 1.6 % are left after six. The ends themselves stay open: that is what their cap is for.
+    // A point and the next have half of their nodes' weights in common: what one gives disturbs the next by half of it, and each sweep
+    // takes it on by one point and by another half. The first two sweeps know no caps: 2^-6 = 1.6 % are left after the six that follow. The
+    // ends themselves stay open: that is what their cap is for.
     EXPECT_LE(worst, 0.02 * speed);
     EXPECT_LE(end, speed);
   }
@@ -333,7 +333,7 @@ struct PartAndWhole {
 };
 
 /// The stencils are the same to round-off (test_contact_stencil.cpp). The solutions are not: both sweep over their rows in an order of
-/// their own, the whole from one corner on and the part with every row and its image at once, and six sweeps leave each as far from the
+/// their own, the whole from one corner on and the part with every row and its image at once, and eight sweeps leave each as far from the
 /// solution as OnAPlaneOfNodesIsTheFoldedWall says. With a hundred sweeps the difference is 1e-7 of the speed.
 void expect_part_as_whole(const Outline& outline) {
   for (const double friction : {0.0, 0.4}) {

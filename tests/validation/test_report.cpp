@@ -18,6 +18,7 @@
 #include "validation/harness/junit.hpp"
 #include "validation/harness/orders.hpp"
 #include "validation/harness/results_json.hpp"
+#include "validation/harness/setup.hpp"
 #include "validation/harness/tables.hpp"
 
 namespace mpm::validation {
@@ -56,6 +57,11 @@ CaseContext context_in(const std::filesystem::path& path) {
   return {Level::quick, 1, path, path, [](const std::string&) {}};
 }
 
+/// Runs that another solver made.
+struct Elsewhere : RunSource {
+  RunCost play(const validation::Setup&, const Visitor&) const override { return {}; }
+};
+
 TEST(Check, StaysWhereItIsWhileOthersFollow) {
   CaseResult r;
   Check& first = r.check_relative(Label::verification, "q", 1.0, 1.0, "m", 0.1, "");
@@ -85,6 +91,96 @@ TEST(Check, WithANanAnywhereFails) {
   EXPECT_FALSE(r.check_order(Label::verification, "p", nan, 0.0, 1e300, "").passed);
   EXPECT_FALSE(r.check_relative(Label::verification, "q", 1.0, 0.0, "m", 1e300, "").passed);  // a relative error needs a reference
   EXPECT_FALSE(r.passed());
+}
+
+/// A target of 1, known to be missed by at most 20 % upwards.
+Check& missed(CaseResult& r, double value) {
+  return r.check_relative(Label::verification, "speed", value, 1.0, "m/s", 0.02, "because").known_miss(1.2, "the front broadens");
+}
+
+TEST(KnownMiss, HoldsBetweenTargetAndBoundOnly) {
+  CaseResult r;
+  EXPECT_EQ(missed(r, 1.01).verdict(), Verdict::ok);
+  EXPECT_EQ(missed(r, 1.1).verdict(), Verdict::not_met);
+  EXPECT_EQ(missed(r, 1.2).verdict(), Verdict::not_met);
+  EXPECT_TRUE(r.passed());
+  for (const double value : {1.2001, 0.9, nan, 1.0 / 0.0}) EXPECT_EQ(missed(r, value).verdict(), Verdict::failed) << value;
+  EXPECT_FALSE(r.passed());
+}
+
+TEST(KnownMiss, OfAResultThatIsTooSmallHasALowerBound) {
+  CaseResult r;
+  const auto verdict = [&](double order) {
+    return r.check_order(Label::verification, "p", order, 1.8, 2.6, "").known_miss(1.5, "").verdict();
+  };
+  EXPECT_EQ(verdict(1.9), Verdict::ok);
+  EXPECT_EQ(verdict(1.6), Verdict::not_met);
+  EXPECT_EQ(verdict(1.4), Verdict::failed);
+  EXPECT_EQ(verdict(2.7), Verdict::failed);  // on the other side nothing is known to be missed
+}
+
+TEST(KnownMiss, OfAOneSidedBoundIsAWiderBound) {
+  CaseResult r;
+  const auto verdict = [&](double value) {
+    return r.check_at_most(Label::verification, "q", value, 1.0, "", 0.1, "").known_miss(1.5, "").verdict();
+  };
+  EXPECT_EQ(verdict(-5.0), Verdict::ok);
+  EXPECT_EQ(verdict(1.4), Verdict::not_met);
+  EXPECT_EQ(verdict(1.6), Verdict::failed);
+}
+
+TEST(KnownMiss, NeedsABoundOnOneSideOfTheReference) {
+  CaseResult r;
+  Check& c = r.check_relative(Label::verification, "speed", 1.1, 1.0, "m/s", 0.02, "");
+  for (const double bound : {1.0, nan, 1.0 / 0.0}) EXPECT_THROW(c.known_miss(bound, ""), std::invalid_argument) << bound;
+  try {
+    c.known_miss(1.0, "");
+  } catch (const std::invalid_argument& e) {
+    EXPECT_STREQ(e.what(), "known miss of 'speed': its bound is 1; it must be a number above or below the reference 1");
+  }
+  EXPECT_EQ(c.verdict(), Verdict::failed);
+}
+
+TEST(KnownMiss, WithABoundWithinTheToleranceDoesNotApply) {  // a tolerance that grows with a statistical error may pass the bound
+  CaseResult r;
+  const auto verdict = [&](double value) {
+    return r.check_relative(Label::verification, "speed", value, 1.0, "m/s", 0.1, "").known_miss(1.05, "").verdict();
+  };
+  EXPECT_EQ(verdict(1.08), Verdict::ok);
+  EXPECT_EQ(verdict(1.12), Verdict::failed);
+}
+
+TEST(KnownMiss, IsReportedWithItsBound) {
+  CaseResult r = good_case();
+  missed(r, 1.1);
+  missed(r, 1.3);
+  EXPECT_EQ(tightest_check(r)->value, 1.3);  // a failure before a known miss
+  const std::string table = check_table({r});
+  EXPECT_NE(table.find("| not met, known: at most 1.2 |"), std::string::npos) << table;
+  EXPECT_NE(table.find("| FAILED, known: at most 1.2"), std::string::npos) << table;
+  EXPECT_NE(case_table({r}, {}).find("1 passed, 1 failed, 1 not met as known"), std::string::npos);
+  const auto checks = nlohmann::json::parse(results_json({r}, {}))["cases"][0]["checks"];
+  EXPECT_EQ(checks[0]["miss_cause"], "");
+  EXPECT_TRUE(checks[0]["miss_bound"].is_null());
+  EXPECT_EQ(checks[1]["verdict"], "not met");
+  EXPECT_EQ(checks[1]["miss_bound"], 1.2);
+  EXPECT_EQ(checks[1]["text"]["miss_bound"], "at most 1.2");
+  EXPECT_EQ(checks[2]["verdict"], "FAILED");
+  const std::string xml = junit_xml({r}, {});
+  EXPECT_NE(
+      xml.find(
+          "<skipped message=\"not met: the front broadens; 1.1 against 1, error 10 %, tolerance 2 % (because); known: at most 1.2\"/>"),
+      std::string::npos)
+      << xml;
+}
+
+TEST(KnownMiss, IsOfThisProgramOnly) {
+  const Scratch scratch;
+  write_file(scratch.path / "README.md", "Physics.\n");
+  const CaseEntry entry{"case", "Case", scratch.path, [](const CaseContext&, CaseResult& r) { missed(r, 1.1); }};
+  EXPECT_TRUE(run_case_entry(entry, context_in(scratch.path)).passed());
+  const Elsewhere source;
+  EXPECT_FALSE(run_case_entry(entry, {Level::quick, 1, scratch.path, scratch.path, [](const std::string&) {}, &source}).passed());
 }
 
 TEST(Case, ThatThrowsFailsWithItsMessage) {

@@ -7,6 +7,7 @@
 #include <cmath>
 #include <exception>
 #include <sstream>
+#include <stdexcept>
 
 #include "libmpm/driver/case_file.hpp"
 #include "libmpm/io/atomic_file.hpp"
@@ -73,11 +74,16 @@ Series slope_line(std::string name, const std::vector<double>& size, double at_f
 
 Verdict Check::verdict() const {
   if (passed) return Verdict::ok;
-  return !miss_cause.empty() && finite(*this) ? Verdict::not_met : Verdict::failed;
+  if (!miss || !finite(*this)) return Verdict::failed;
+  const bool as_known = miss->bound > reference ? value > reference && value <= miss->bound : value < reference && value >= miss->bound;
+  return as_known ? Verdict::not_met : Verdict::failed;
 }
 
-Check& Check::known_miss(std::string cause) {
-  miss_cause = std::move(cause);
+Check& Check::known_miss(double bound, std::string cause) {
+  if (!std::isfinite(bound) || bound == reference)
+    throw std::invalid_argument(fmt::format("known miss of '{}': its bound is {}; it must be a number above or below the reference {}",
+                                            quantity, bound, reference));
+  miss = KnownMiss{bound, std::move(cause)};
   return *this;
 }
 
@@ -150,7 +156,7 @@ CaseResult run_case_entry(const CaseEntry& entry, const CaseContext& context) {
     result.physics = first_paragraph(read_file(entry.directory / "README.md"));
     entry.run(context, result);
     if (context.source() != nullptr) {  // a miss is known of this program, not of the solver that is judged
-      for (Check& check : result.checks) check.miss_cause.clear();
+      for (Check& check : result.checks) check.miss.reset();
     }
     if (result.checks.empty()) result.fault = "the case asserted nothing";
   } catch (const std::exception& e) {

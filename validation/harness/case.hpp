@@ -42,6 +42,12 @@ enum class Measure {
   at_most,   ///< value - reference, in the check's unit: a one-sided bound with slack `tolerance`
 };
 
+/// A target that this program is known to miss: why, and how far at most. The result may lie anywhere between target and bound.
+struct KnownMiss {
+  double bound = 0.0;  ///< in the check's unit; above the reference for a result that is too large, below for one too small
+  std::string cause;
+};
+
 /// What came of a check: it holds; it does not, as known and explained (Check::known_miss); it does not.
 enum class Verdict { ok, not_met, failed };
 /// "ok", "not met", "FAILED"
@@ -59,12 +65,14 @@ struct Check {
   bool passed = false;
   Label label = Label::verification;
   std::optional<Comparison> comparison = {};  ///< its point in the summary
-  std::string miss_cause = {};                ///< of a target that is known not to be met; empty: it has to be met
+  std::optional<KnownMiss> miss = {};         ///< empty: the target has to be met
 
   [[nodiscard]] Verdict verdict() const;  ///< failed wherever a number is NaN
-  /// The target stays, and is known not to be met by this program at present: reported as "not met" with this cause, and no failure.
-  /// Another solver that misses it fails (run_case_entry).
-  Check& known_miss(std::string cause);
+  /// The target stays, and is known not to be met by this program at present: reported as "not met" with this cause, and no failure, as
+  /// long as the result lies between the target and `bound`. Choose the bound near what is measured, so that a change for the worse fails,
+  /// and state the measured value in the README of the case. Another solver that misses the target fails (run_case_entry).
+  /// @param bound  as KnownMiss::bound, of no use within the tolerance; std::invalid_argument if it is the reference or not finite
+  Check& known_miss(double bound, std::string cause);
   /// Shows value and reference in the summary of predicted against reference values. Both must be in the quantity's unit, with a prefix at
   /// most (kPa, mm).
   /// @param reference_uncertainty  relative standard deviation of the reference; 0 for an exact solution

@@ -22,6 +22,11 @@ std::string format_error(const Check& check, double error) {
   return check.unit.empty() ? digits(error) : fmt::format("{} {}", digits(error), check.unit);
 }
 
+std::string format_miss_bound(const Check& check) {
+  if (!check.miss) return "";
+  return fmt::format("{} {}", check.miss->bound > check.reference ? "at most" : "at least", format_value(check.miss->bound));
+}
+
 std::string format_order(const std::optional<double>& order) {
   if (!order) return "";
   const std::string text = fmt::format("{:.2f}", *order);
@@ -39,7 +44,7 @@ double tolerance_used(const Check& c) {
 
 const Check* tightest_check(const CaseResult& result) {
   const auto tightest = std::max_element(result.checks.begin(), result.checks.end(), [](const Check& a, const Check& b) {
-    return a.passed != b.passed ? a.passed : tolerance_used(a) < tolerance_used(b);  // one that does not hold before any that does
+    return a.verdict() != b.verdict() ? a.verdict() < b.verdict() : tolerance_used(a) < tolerance_used(b);  // one that fails before others
   });
   return tightest == result.checks.end() ? nullptr : &*tightest;
 }

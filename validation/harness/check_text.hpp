@@ -15,6 +15,9 @@ std::string format_value(double value);
 /// Error or tolerance of a check with its unit: '0.3 %' or '1.2e-4 m'.
 std::string format_error(const Check& check, double error);
 
+/// Bound of a target that is known not to be met: 'at most 1.2', 'at least 1.5'; empty for other checks.
+std::string format_miss_bound(const Check& check);
+
 /// An observed order with two decimals; empty without one.
 std::string format_order(const std::optional<double>& order);
 

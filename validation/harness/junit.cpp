@@ -54,12 +54,13 @@ std::string test_suite(const CaseResult& r, std::size_t id, const RunInfo& info)
   };
   if (!r.fault.empty()) test_case("runs", fmt::format("<error type=\"fault\" message=\"{0}\">{0}</error>", escape(r.fault)));
   for (const Check& k : r.checks) {
-    const std::string what = fmt::format("{} against {}, error {}, tolerance {} ({})", format_value(k.value), format_value(k.reference),
-                                         format_error(k, k.error), format_error(k, k.tolerance), k.tolerance_reason);
+    std::string what = fmt::format("{} against {}, error {}, tolerance {} ({})", format_value(k.value), format_value(k.reference),
+                                   format_error(k, k.error), format_error(k, k.tolerance), k.tolerance_reason);
+    if (k.miss) what += fmt::format("; known: {}", format_miss_bound(k));
     test_case(fmt::format("{} [{}]", k.quantity, to_string(k.label)),
               k.verdict() == Verdict::ok ? ""
               : k.verdict() == Verdict::not_met
-                  ? fmt::format("<skipped message=\"not met: {}; {}\"/>", escape(k.miss_cause), escape(what))
+                  ? fmt::format("<skipped message=\"not met: {}; {}\"/>", escape(k.miss->cause), escape(what))
                   : fmt::format("<failure type=\"{}\" message=\"{}\">{}</failure>", to_string(k.label), escape(what), escape(what)));
   }
   xml += "    <system-out/>\n    <system-err/>\n  </testsuite>\n";

@@ -38,13 +38,15 @@ json to_json(const Check& c) {
           {"observed_order", c.observed_order ? json(*c.observed_order) : json(nullptr)},
           {"passed", c.passed},
           {"verdict", to_string(c.verdict())},
-          {"miss_cause", c.miss_cause},
+          {"miss_cause", c.miss ? c.miss->cause : ""},
+          {"miss_bound", c.miss ? json(c.miss->bound) : json(nullptr)},
           {"text",
            {{"value", format_value(c.value)},
             {"reference", format_value(c.reference)},
             {"error", format_error(c, c.error)},
             {"tolerance", format_error(c, c.tolerance)},
             {"tolerance_used", format_used(tolerance_used(c))},
+            {"miss_bound", format_miss_bound(c)},
             {"order", format_order(c.observed_order)}}}};
 }
 

@@ -44,7 +44,7 @@ std::string check_table(const std::vector<CaseResult>& results) {
         if (c.passed == failed) continue;
         rows.push_back({r->name, to_string(c.label), c.quantity, format_value(c.reference) + (c.unit.empty() ? "" : " " + c.unit),
                         format_value(c.value), format_error(c, c.error), format_order(c.observed_order), format_error(c, c.tolerance),
-                        to_string(c.verdict()), time});
+                        to_string(c.verdict()) + (c.passed || !c.miss ? "" : ", known: " + format_miss_bound(c)), time});
         counts.push_back(true);
       }
   }

@@ -152,9 +152,9 @@ void judge(const Rise& rise, CaseResult& result) {
     result
         .check_at_most(Label::verification, name + ": steady run-up over H + v²/2g", rise.mean_runup / rise.bound, 1.0, "", 0.02,
                        "drops fly higher than the snow that they left: one part in fifty of the height")
-        .known_miss(
-            "the run-up is the highest particle; with AFLIP particles keep velocities that the grid does not have, and the fastest "
-            "fly higher than the head of the jet, which keeps its bound");
+        .known_miss(1.25,
+                    "the run-up is the highest particle; with AFLIP particles keep velocities that the grid does not have, and the fastest "
+                    "fly higher than the head of the jet, which keeps its bound");
     result
         .check_relative(Label::validation, name + ": steady run-up", rise.mean_runup, rise.bound, "m", fine ? 0.08 : 0.15,
                         fine ? "asked of this program on this grid"
@@ -162,8 +162,12 @@ void judge(const Rise& rise, CaseResult& result) {
         .in_summary(Quantity::run_up, paper_runup_scatter);
   }
   if (!std::isfinite(rise.mean_head)) return;
-  result.check_at_most(Label::verification, name + ": mean head of the jet over H + v²/2g", rise.mean_head / rise.bound, 1.0, "", 0.01,
-                       "the inlet holds v where the mast already slows the flow: 0.1 % between 8.4 m and 12.6 m, 2.6 % at 4.2 m");
+  result
+      .check_at_most(Label::verification, name + ": mean head of the jet over H + v²/2g", rise.mean_head / rise.bound, 1.0, "", 0.01,
+                     "the inlet holds v where the mast already slows the flow: 0.1 % between 8.4 m and 12.6 m, 2.6 % at 4.2 m")
+      .known_miss(1.03,
+                  "with the correction of lumped masses around the mast the flow is damped less, and the particles' noise counts in the "
+                  "head; without it 1 % is kept");
   const double ratio = rise.setting.cell_size / rise.flow_height;
   result
       .check_relative(Label::verification, name + ": mean head of the jet", rise.mean_head, rise.bound, "m", 2.0 * ratio * ratio,

@@ -257,8 +257,9 @@ void strike(const CaseContext& context, CaseResult& result, double friction) {
                          1.0 - taken.x() / (3.0 * before.mass), 0.9, "", 0.0, "else the block missed the mast");
   } else {
     result.check_relative(Label::verification, name + "friction over normal impulse in the first step of contact", first_ratio, friction,
-                          "", 1e-10,
-                          "all of the block moves alike, and slides: 1 m/s along the face is more than μ times 3 m/s; round-off");
+                          "", 1e-9,
+                          "the block slides: 1 m/s along the face is more than μ times 3 m/s; the correction of lumped masses turns the "
+                          "velocities of its nodes against each other by 1e-5, and impulses in turned directions sum to 1e-10 less");
   }
 }
 
@@ -448,6 +449,7 @@ void spin_ball(const CaseContext& context, CaseResult& result, Transfer transfer
                             static_cast<double>(state.step) * epsilon, "one rounding a step, all in one direction");
   if (!apic)
     momentum.known_miss(
+        1.7e-3,
         "particles move with the grid's velocity and keep more than it: a step adds dt sum m v_grid x v_particle, which is 0 "
         "with APIC only");
   result.check_absolute(
@@ -456,7 +458,7 @@ void spin_ball(const CaseContext& context, CaseResult& result, Transfer transfer
   const double lost = 1.0 - (kinetic_energy(end) + end.elastic_energy) / kinetic_energy(start);
   Check& energy = result.check_absolute(Label::verification, ball + ": energy lost in one turn, share", lost, 0.0, "", 2.0 * strain,
                                         "only the breathing of the sudden start can be lost, not the spin: affine motion is kept");
-  if (!apic) energy.known_miss("follows the angular momentum");
+  if (!apic) energy.known_miss(4.3e-3, "follows the angular momentum");
   result.notes.push_back(fmt::format("{}: {} steps a turn, angle {:+.1e} turns, energy lost {:.1e}, ρ0 (ω R)²/E = {:.1e}.", ball,
                                      state.step, missing, lost, strain));
   context.log("spinning ball done");

@@ -270,7 +270,8 @@ void run(const CaseContext& context, CaseResult& result) {
                                        "what is allowed for the depth, times r/(r - 1): the speed is v/(r - 1)")
                        .in_summary(Quantity::speed);
     if (s.froude >= 1.0)
-      speed.known_miss("the front of the bore broadens while it runs, so that the excess mass reaches further than a jump");
+      speed.known_miss(1.16 * bore.speed,
+                       "the front of the bore broadens while it runs, so that the excess mass reaches further than a jump");
     if (grids.size() >= 3) {
       const Convergence g3 = judge_convergence(size, height, 1.0);
       h.observed_order = g3.order;

@@ -208,8 +208,9 @@ void at_rest(const CaseContext& context, CaseResult& result) {
       .check_order(Label::verification, "Fr 0: order of the pressure before the mast", fitted_order(profile_sizes, profile_errors), 0.8,
                    1.5, "first order at walls and surface; the grids lie differently on the mast's sides")
       .known_miss(
+          -1.0,
           "the first-order error of the walls is gone; what is left, 1 to 2 % on each grid, is the noise with which a staggered lattice "
-          "settles");
+          "settles: a quarter of it more or less on one of two grids so near each other changes the order by one");
   result.notes.push_back(fmt::format("Pools at rest: {:.3g} particle-steps in all.", particle_steps));
   result.plots.push_back({"rest-profile", "Pressure before the mast at rest", "pressure [kPa]", "z [m]", profiles,
                           "Means of cells in the strip before the face.", false, false});

@@ -153,7 +153,7 @@ void run(const CaseContext& context, CaseResult& result) {
     result
         .check_absolute(Label::validation, all[i].name + ": exponent of the pressure in the immersion", drags[i].exponent, 1.0, "", 0.4,
                         "observed: linear and 8 times hydrostatic, so through zero at the surface; a fifth of the depth may bear nothing")
-        .known_miss("the snow that piles up at the pylon above the flow bears little; below it the pressure is linear");
+        .known_miss(2.2, "the snow that piles up at the pylon above the flow bears little; below it the pressure is linear");
   }
   result.check_relative(Label::validation, "pressure at twice the speed over the pressure", drags[1].ratio / drags[0].ratio, 1.0, "",
                         fluctuation, "no dependence on the speed was apparent in fluctuations of 20 %");
