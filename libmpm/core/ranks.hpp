@@ -33,11 +33,11 @@ struct State;
 
 /// What all ranks do together. The first rank decides; the others wait for its next word (driver/worker.hpp).
 enum class Task : std::uint32_t {
-  step,     ///< step()
-  totals,   ///< totals()
-  fastest,  ///< the fastest particle of all
-  inside,   ///< particles that start inside a boundary
-  observe,  ///< particles that an observer wants to see
+  step,       ///< step()
+  totals,     ///< totals()
+  fastest,    ///< the fastest particle of all
+  inside,     ///< particles that start inside a boundary
+  observe,    ///< particles that an observer wants to see
   particles,  ///< all particles by their numbers, for a file
   blocks,     ///< all blocks in their order, for a file
   report,     ///< what was exchanged

@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include <new>
+
 #include "libmpm/base/error.hpp"
 #include "libmpm/core/step.hpp"
 #include "libmpm/parallel/block_exchange.hpp"
@@ -118,25 +120,36 @@ TEST_P(PiecesOfRanks, AreTheParticlesAndBlocksOfOneRank) {
   });
 }
 
-TEST(Pieces, AFullDiskAtTheFirstPieceIsReportedAfterAllHaveSent) {
+/// The sink of the first rank fails at its first piece. @returns how often it was called
+template <class Failure>
+int expect_failure_after_all_have_sent(BlockExchange& exchange, State& state, const Failure& failure) {
+  int calls = 0;
+  const auto fail = [&](const auto&) {
+    ++calls;
+    throw failure;
+  };
+  for (int way = 0; way < 2; ++way) {
+    if (!exchange.first()) exchange.next(state);
+    const auto pass = [&] {
+      if (way == 0) pass_particles(state, {.begin = [](std::size_t) {}, .append = fail}, hundred);
+      if (way == 1) pass_blocks(state, {.begin = [](std::span<const BlockHead>) {}, .append = fail}, hundred);
+    };
+    if (exchange.first()) EXPECT_THROW(pass(), Failure);
+    if (!exchange.first()) EXPECT_NO_THROW(pass());
+    EXPECT_FALSE(exchange.busy());
+  }
+  return calls;
+}
+
+TEST(Pieces, AFullDiskOrAShortMemoryAtTheFirstPieceIsReportedAfterAllHaveSent) {
   const Case c = body_with_gaps();
   const Scene scene = make_scene(c);
   testing::on_ranks(3, [&](Transport& transport) {
     BlockExchange exchange(transport);
     State state = stepped(c, scene, &exchange);
-    int calls = 0;
-    const auto full = [&](const auto&) { throw IoError("full " + std::to_string(++calls)); };
-    for (int way = 0; way < 2; ++way) {
-      if (!exchange.first()) exchange.next(state);
-      const auto pass = [&] {
-        if (way == 0) pass_particles(state, {.begin = [](std::size_t) {}, .append = full}, hundred);
-        if (way == 1) pass_blocks(state, {.begin = [](std::span<const BlockHead>) {}, .append = full}, hundred);
-      };
-      if (exchange.first()) EXPECT_THROW(pass(), IoError);
-      if (!exchange.first()) EXPECT_NO_THROW(pass());
-      EXPECT_FALSE(exchange.busy());
-    }
-    EXPECT_EQ(calls, exchange.first() ? 2 : 0);
+    const int expected = exchange.first() ? 2 : 0;
+    EXPECT_EQ(expect_failure_after_all_have_sent(exchange, state, IoError("full")), expected);
+    EXPECT_EQ(expect_failure_after_all_have_sent(exchange, state, std::bad_alloc()), expected);
   });
 }
 
