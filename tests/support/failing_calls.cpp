@@ -5,7 +5,7 @@
 ///                   and the next allocation by operator new fails
 /// COUNT_FILE=path   receives the number of calls at the end
 ///
-/// Counted are calls that change files: open for writing, write, fsync, rename, remove, mkdir.
+/// Counted are calls that change files: open for writing, write, pwrite, fsync, rename, remove, mkdir.
 
 #include <dlfcn.h>
 #include <fcntl.h>
