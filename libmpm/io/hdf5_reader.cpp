@@ -85,10 +85,10 @@ struct Reader::File {
 };
 
 Reader::Reader(std::filesystem::path path) : file_(std::make_unique<File>()) {
-  const QuietErrors quiet;
   file_->path = std::move(path);
   file_->check_seal();
-  require_memory(library_memory);
+  require_memory();  // before the first call of the library, which allocates its tables
+  const QuietErrors quiet;
   const Handle access(H5Pcreate(H5P_FILE_ACCESS), H5Pclose);
   H5Pset_file_locking(access, false, true);  // network file systems often refuse locks, and the files never change
   file_->id = H5Fopen(file_->path.c_str(), H5F_ACC_RDONLY, access);

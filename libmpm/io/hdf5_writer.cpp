@@ -123,8 +123,8 @@ uLong Writer::File::crc_of_all() {
 }
 
 Writer::Writer(const std::filesystem::path& path) : file_(std::make_unique<File>(path)) {
+  require_memory();  // before the first call of the library, which allocates its tables
   const QuietErrors quiet;
-  require_memory();
   file_->id = file_->target.create();
   file_->require(file_->id >= 0, "create");
   file_->target.rethrow();
