@@ -229,7 +229,7 @@ class Campaign:
 
     def at_every_file_call(self):
         library, count = self.compile_failing_calls(), self.folder / "count"
-        short = ["--set", "output.duration_s=0.08"]  # five samples and three frames
+        short = ["--set", "output.duration_s=0.04"]  # three samples, two frames, three checkpoints
         self.run(self.place(), *short, environment={"LD_PRELOAD": str(library), "COUNT_FILE": str(count)})
         calls = int(count.read_text())
         full = self.reference
@@ -301,7 +301,7 @@ class Campaign:
 
     def full_disk_between_pieces(self):
         """Files of more particles than are written at once: the first pieces of one have room."""
-        more = ["--set", "numerics.cell_size_m=0.2", "--set", "output.duration_s=0.02"]  # two samples, one frame, five pieces
+        more = ["--set", "numerics.cell_size_m=0.15", "--set", "output.duration_s=0.02"]  # two samples, one frame, three pieces
         small, whole = self.reference, self.place()
         self.run(whole, *more)
         self.reference = self.content(whole)
