@@ -145,16 +145,11 @@ TEST(Snapshot, ListsFramesInOrderAndPassesOverOtherFiles) {
   EXPECT_EQ(frames[2].particles, 12u);
 }
 
-void append(FrameSeries& series, const ParticleTable& particles, const SnapshotInfo& info) {
-  series.append(info, [&](SnapshotWriter& file) {
-    file.begin(particles.size());
-    file.append(particles);
-  });
-}
-
 TEST(FrameSeries, ResumedSeriesEqualsOneThatWasNeverStopped) {
   const TemporaryDirectory whole, stopped;
-  const auto frame = [](FrameSeries& s, int i) { append(s, testing::random_particles(20, static_cast<unsigned>(i)), info_at(0.2 * i)); };
+  const auto frame = [](FrameSeries& s, int i) {
+    testing::append_frame(s, testing::random_particles(20, static_cast<unsigned>(i)), info_at(0.2 * i));
+  };
   {
     FrameSeries s = FrameSeries::create(whole.path());
     for (int i = 0; i < 6; ++i) frame(s, i);
@@ -180,7 +175,7 @@ TEST(FrameSeries, ResumedPastADamagedFrameNamesItAndLeavesItOut) {
   const TemporaryDirectory dir;
   {
     FrameSeries s = FrameSeries::create(dir.path());
-    for (int i = 0; i < 4; ++i) append(s, testing::random_particles(2, 1), info_at(i));
+    for (int i = 0; i < 4; ++i) testing::append_frame(s, testing::random_particles(2, 1), info_at(i));
   }
   std::filesystem::resize_file(frame_path(dir.path(), 1), 100);
   std::filesystem::remove(frame_path(dir.path(), 3));  // the user needed the space
@@ -188,7 +183,7 @@ TEST(FrameSeries, ResumedPastADamagedFrameNamesItAndLeavesItOut) {
   FrameSeries s = FrameSeries::resume(dir.path(), 4, [&](const std::string& why) { reasons.push_back(why); });
   ASSERT_EQ(reasons.size(), 1u);
   EXPECT_NE(reasons[0].find("00001.h5"), std::string::npos) << reasons[0];
-  append(s, testing::random_particles(2, 1), info_at(4));
+  testing::append_frame(s, testing::random_particles(2, 1), info_at(4));
   std::vector<int> listed;
   for (const FrameEntry& f : s.frames()) listed.push_back(f.index);
   EXPECT_EQ(listed, (std::vector<int>{0, 2, 4}));
@@ -200,7 +195,7 @@ TEST(FrameSeries, NewSeriesRemovesOldFramesAndNothingElse) {
   const TemporaryDirectory dir;
   {
     FrameSeries s = FrameSeries::create(dir.path());
-    for (int i = 0; i < 3; ++i) append(s, testing::random_particles(2, 1), info_at(i));
+    for (int i = 0; i < 3; ++i) testing::append_frame(s, testing::random_particles(2, 1), info_at(i));
   }
   write_file(dir / "frames/mine.txt", "x");
   FrameSeries s = FrameSeries::create(dir.path());
