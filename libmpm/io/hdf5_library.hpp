@@ -33,7 +33,7 @@ class Handle {
   /// @param id  below 0: an error, nothing is closed
   Handle(std::int64_t id, int (*close)(std::int64_t)) : id_(id), close_(close) {}
   ~Handle();
-  Handle(Handle&& other) noexcept;
+  Handle(Handle&& other) noexcept;  ///< takes the identifier over
   Handle(const Handle&) = delete;
   Handle& operator=(const Handle&) = delete;
   Handle& operator=(Handle&&) = delete;
