@@ -125,6 +125,40 @@ class StencilBuilder {
   std::map<std::array<int, 2>, int> number_;
 };
 
+/// Integral of sqrt(s) over the strip of a column, half a cell to both sides; s the distance from the edge. @param depth  cells
+double strip(double depth) { return std::pow(depth + 0.5, 1.5) - std::pow(std::max(0.0, depth - 0.5), 1.5); }
+
+/// The columns of a top face. @param first, last  of the nodes looked at, by axis
+void add_columns(StencilBuilder& builder, const OutlineDistance& distance, double cell_size, const std::array<int, 2>& first,
+                 const std::array<int, 2>& last) {
+  struct Place {
+    std::array<int, 2> at;
+    double depth;  ///< cells inside; negative outside
+    Vec2 normal;   ///< outward, of the nearest side
+  };
+  std::vector<Place> places;
+  for (int y = first[1]; y <= last[1]; ++y) {
+    for (int x = first[0]; x <= last[0]; ++x) {
+      const Vec2 at = cell_size * Vec2(x, y);
+      const auto near = distance.at(at);
+      const double depth = (near.distance > 0.0 ? -distance.outside(at) : -near.distance) / cell_size;
+      if (builder.computed(Vec2(x, y)) && depth > rounding - 0.5) places.push_back({{x, y}, depth, near.normal});
+    }
+  }
+  std::ranges::stable_sort(places, std::ranges::greater{}, [](const Place& p) { return std::round(p.depth / rounding); });
+  std::vector<ContactStencil::Column>& columns = builder.stencil.columns;
+  for (const Place& p : places) {
+    columns.push_back({.node = builder.node(p.at[0], p.at[1])});
+    if (p.depth > 0.5 + rounding) continue;  // not the last column before an edge
+    const Vec2 inwards = builder.image(Vec2(p.at[0] - std::round(p.normal.x()), p.at[1] - std::round(p.normal.y())));
+    const std::array<int, 2> at = {static_cast<int>(inwards.x()), static_cast<int>(inwards.y())};
+    const auto inner = std::ranges::find(places, at, &Place::at);
+    if (inner == places.end() || inner->depth < p.depth + rounding) continue;  // too narrow to have an inside
+    columns.back().inner = static_cast<int>(inner - places.begin());
+    columns.back().share = strip(p.depth) / strip(inner->depth);
+  }
+}
+
 }  // namespace
 
 ContactStencil contact_stencil(const Outline& outline, double cell_size, bool mirror_x, bool mirror_y) {
@@ -177,15 +211,17 @@ ContactStencil contact_stencil(const Outline& outline, double cell_size, bool mi
   };
   Vec2 low = outline.corners.front(), high = low;
   for (const Vec2& corner : outline.corners) low = low.cwiseMin(corner), high = high.cwiseMax(corner);
-  const auto first = [&](int axis) { return static_cast<int>(std::floor(low[axis] / cell_size)) - 1; };
-  const auto last = [&](int axis) { return static_cast<int>(std::ceil(high[axis] / cell_size)) + 1; };
-  for (int y = first(1); y <= last(1); ++y) {
-    for (int x = first(0); x <= last(0); ++x) {
+  std::array<int, 2> first{}, last{};
+  for (int axis = 0; axis < 2; ++axis) {
+    first[static_cast<std::size_t>(axis)] = static_cast<int>(std::floor(low[axis] / cell_size)) - 1;
+    last[static_cast<std::size_t>(axis)] = static_cast<int>(std::ceil(high[axis] / cell_size)) + 1;
+  }
+  for (int y = first[1]; y <= last[1]; ++y) {
+    for (int x = first[0]; x <= last[0]; ++x) {
       const Vec2 at(x, y);
       if (!builder.computed(at)) continue;
       const auto near = distance.at(cell_size * at);
       const double depth = -near.distance / cell_size;
-      if (depth > -rounding) builder.stencil.covered.push_back(builder.node(x, y));
       if (depth > ContactStencil::deep_from) builder.stencil.deep.push_back({builder.node(x, y), near.normal});
       const int axis = std::abs(near.normal.x()) >= std::abs(near.normal.y()) - rounding ? 0 : 1;
       const double along_axis = depth / std::abs(near.normal[axis]);
@@ -197,6 +233,7 @@ ContactStencil contact_stencil(const Outline& outline, double cell_size, bool mi
       for (int k = 0; k < 3; ++k) builder.add(x + (axis == 0 ? k * outward : 0), y + (axis == 1 ? k * outward : 0), k == 1 ? -2.0 : 1.0);
     }
   }
+  add_columns(builder, distance, cell_size, first, last);
   return std::move(builder.stencil);
 }
 

@@ -19,6 +19,10 @@
 /// 1/(2 sqrt(2) - 1) of the impulse of the next one, wherever the edge lies between the nodes.
 ///
 /// The sides are vertical, so that the conditions of one layer of nodes do not touch another: a stencil is made once and serves them all.
+///
+/// The top acts on columns of nodes (core/folded_wall.hpp). A column stands for the strip of the top within half a cell of it. The last
+/// columns before an edge, those less than half a cell from it on either side, are bounded by the same law: a column at a distance d
+/// inside the edge takes at most the integral of sqrt(s) over its strip, d - 1/2 .. d + 1/2, over that of the next column inwards.
 
 #include <array>
 #include <numbers>
@@ -63,12 +67,18 @@ struct ContactStencil {
     int node = 0;                ///< number in ContactStencil::nodes
     Vec2 normal = Vec2::Zero();  ///< outward, of the nearest side
   };
-  std::vector<PlaneNode> nodes;       ///< that rows, deep and covered name by their number
+  /// A column of nodes on the top.
+  struct Column {
+    int node = 0;        ///< number in ContactStencil::nodes
+    int inner = -1;      ///< number in ContactStencil::columns of the next one inwards; -1: not the last before an edge, no bound
+    double share = 1.0;  ///< of the impulse of `inner` that it takes at most
+  };
+  std::vector<PlaneNode> nodes;       ///< that rows, deep and columns name by their number
   std::vector<ContactRow> rows;       ///< those of the surface first
   std::size_t surface_rows = 0;       ///< how many
   std::vector<ContactEntry> entries;  ///< of all rows, row by row
   std::vector<Deep> deep;             ///< nodes that are held each for itself
-  std::vector<int> covered;           ///< nodes within the outline: columns that a top face holds
+  std::vector<Column> columns;        ///< less than half a cell outside the outline, or inside; those further inside first
 };
 
 /// @param outline  m, in the frame of the grid. @param cell_size  m

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
 #include <optional>
 #include <vector>
 
@@ -60,8 +61,10 @@ struct ColumnNode {
   Vec3 before, velocity;  ///< relative to the surface: at first, and what becomes of it
 };
 
-/// Velocities of a column after contact. @returns false if it is free
-bool fold_column(std::array<ColumnNode, column_nodes>& column, const ColumnPlan& plan, const Wall& wall) {
+/// Velocities of a column after contact. @param strongest  bound of its normal impulse, kg m/s
+/// @returns the normal impulse that it took, positive where material pushes against the wall; empty if the column is free
+std::optional<double> fold_column(std::array<ColumnNode, column_nodes>& column, const ColumnPlan& plan, const Wall& wall,
+                                  double strongest = std::numeric_limits<double>::infinity()) {
   const double sign = -plan.inward;
   Vec3 momentum = Vec3::Zero();
   double mass = 0.0;
@@ -76,7 +79,7 @@ bool fold_column(std::array<ColumnNode, column_nodes>& column, const ColumnPlan&
     sticking += n.mass * (n.before - plan.c[k] * held);
   }
   const double pull = sign * sticking[plan.axis];  // negative where material pushes against the wall
-  if (wall.contact == Contact::separable && pull >= 0.0) return false;
+  if (wall.contact == Contact::separable && pull >= 0.0) return std::nullopt;
   double share = 0.0;  // of the tangential way to sticking
   if (wall.contact == Contact::no_slip) {
     share = 1.0;
@@ -86,13 +89,15 @@ bool fold_column(std::array<ColumnNode, column_nodes>& column, const ColumnPlan&
     const double all = tangential.norm(), most = -wall.friction * pull;
     share = all > most ? most / all : 1.0;
   }
+  const double part = -pull > strongest ? strongest / -pull : 1.0;  // of all impulses
   for (int k = 0; k < column_nodes; ++k) {
     ColumnNode& n = column[static_cast<std::size_t>(k)];
     const Vec3 stuck = plan.c[k] * held;
     n.velocity = n.before + share * (stuck - n.before);
     n.velocity[plan.axis] = stuck[plan.axis];
+    if (part < 1.0) n.velocity = n.before + part * (n.velocity - n.before);
   }
-  return true;
+  return -part * pull;
 }
 
 /// The column behind a master, its velocities relative to a surface. @returns whether any material is behind the master
@@ -209,13 +214,21 @@ std::optional<JoinedLayers> layers_of_top(const SurfaceSolid& solid, double cell
 void apply_folded_top(Grid& grid, const SurfaceSolid& solid, const MirrorPlanes& mirror, ContactImpulse& impulse) {
   const Wall top = top_of(solid);
   const ColumnPlan plan = plan_of(top, 2, grid.cell_size(), 0.0);
-  for (const int covered : solid.stencil().covered) {
-    const std::array<int, 2> at = solid.stencil().nodes[static_cast<std::size_t>(covered)].at;
+  const auto& columns = solid.stencil().columns;
+  std::vector<double> taken(columns.size());
+  for (std::size_t i = 0; i < columns.size(); ++i) {
+    const std::array<int, 2> at = solid.stencil().nodes[static_cast<std::size_t>(columns[i].node)].at;
     const std::int32_t block = grid.find({at[0] >> 2, at[1] >> 2, plan.master >> 2});
     if (block == no_block) continue;
     const int number = (at[0] & 3) + block_edge * ((at[1] & 3) + block_edge * (plan.master & 3));
     std::array<ColumnNode, column_nodes> column;
-    if (!collect_column(grid, plan, block, number, Vec3::Zero(), column) || !fold_column(column, plan, top)) continue;
+    if (!collect_column(grid, plan, block, number, Vec3::Zero(), column)) continue;
+    const int inner = columns[i].inner;
+    const std::optional<double> normal = inner < 0
+                                             ? fold_column(column, plan, top)
+                                             : fold_column(column, plan, top, columns[i].share * taken[static_cast<std::size_t>(inner)]);
+    if (!normal) continue;
+    taken[i] = *normal;
     for (int k = 0; k < column_nodes; ++k) {
       const ColumnNode& c = column[static_cast<std::size_t>(k)];
       if (c.mass <= 0.0) continue;

@@ -234,6 +234,8 @@ class Grid {
   /// Takes all lent nodes back.
   void return_lent();
   [[nodiscard]] std::span<const std::int32_t> lent() const { return lent_; }  ///< all that were lent
+  /// Numbers of blocks and of lent nodes are below this: for fields of one's own by number.
+  [[nodiscard]] std::size_t numbers() const { return nodes_.size(); }
   /// @}
 
   /// @param index  from all_blocks() or find()

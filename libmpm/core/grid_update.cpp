@@ -261,11 +261,7 @@ void correct_lumped_mass(Grid& grid, const GridForces& forces, std::size_t first
   if (corrections.empty() || !grid.keeps_old_nodes()) return;
 
   const auto all = grid.all_blocks(), lent = grid.lent();
-  std::int32_t last = -1;
-  for (const auto& blocks : {all, lent}) {
-    for (const auto b : blocks) last = std::max(last, b);
-  }
-  const auto count = static_cast<std::size_t>(last + 1);
+  const std::size_t count = grid.numbers();
   const auto free = std::make_unique_for_overwrite<NodeBlock[]>(count);  // both by number of block
   const auto change = std::make_unique_for_overwrite<NodeBlock[]>(count);
 #pragma omp parallel for schedule(static, 8)

@@ -55,6 +55,17 @@ struct Fields {
   }
 };
 
+/// Half of the curl of a field at a particle, for each cell: the skew part of its gradient is S r = rotation x r.
+/// @param first  place of the base node in the halo
+Vec3 rotation_of(const Kernel& kernel, int first, const Node* field) {
+  Node slope[3] = {};
+  for (int i = 0; i < 27; ++i) {
+    const Node a = kernel.w[i] * field[Kernel::place(first, i)];
+    for (int axis = 0; axis < 3; ++axis) slope[axis] += 4.0 * kernel.arm[i][axis] * a;
+  }
+  return 0.5 * Vec3(slope[1][2] - slope[2][1], slope[2][0] - slope[0][2], slope[0][1] - slope[1][0]);
+}
+
 }  // namespace
 
 bool need_lumped_mass_correction(std::span<const Boundary> boundaries) {
@@ -75,6 +86,7 @@ bool LumpedMassCorrection::reaches(std::int32_t x, std::int32_t y) const {
 void LumpedMassCorrection::add_of_block(const Grid& grid, const Block& block, std::span<NodeBlock> change) const {
   const ParticleBin& bin = block.particles;
   const Fields fields(grid, block);
+  const bool keeps_moment = relaxed_ == 1.0;  // APIC
   Node sum[halo_nodes] = {};
   bool any = false;
   for (int cell = 0; cell < block_nodes; ++cell) {
@@ -87,19 +99,15 @@ void LumpedMassCorrection::add_of_block(const Grid& grid, const Block& block, st
       if (mass == 0.0) continue;
       any = true;
       const Kernel kernel(x / dx_ - base);
-      Node gained{}, before{}, gradient[3] = {}, slope[3] = {};  // of before, of gained: by axis, for each cell
+      Node gained{}, before{}, gradient[3] = {};
       for (int i = 0; i < 27; ++i) {
         const int at = Kernel::place(first, i);
-        const Node a = kernel.w[i] * fields.gained[at], u = kernel.w[i] * fields.before[at];
-        gained += a;
+        gained += kernel.w[i] * fields.gained[at];
+        const Node u = kernel.w[i] * fields.before[at];
         before += u;
-        for (int axis = 0; axis < 3; ++axis) {
-          slope[axis] += 4.0 * kernel.arm[i][axis] * a;
-          gradient[axis] += 4.0 * kernel.arm[i][axis] * u;
-        }
+        for (int axis = 0; axis < 3; ++axis) gradient[axis] += 4.0 * kernel.arm[i][axis] * u;
       }
-      const Vec3 turn = (relaxed_ == 1.0 ? 0.5 : 0.0) *
-                        Vec3(slope[1][2] - slope[2][1], slope[2][0] - slope[0][2], slope[0][1] - slope[1][0]);  // S r = turn x r
+      const Vec3 turn = keeps_moment ? rotation_of(kernel, first, fields.gained) : Vec3(Vec3::Zero());
       for (int i = 0; i < 27; ++i) {
         const int at = Kernel::place(first, i);
         const Vec3& arm = kernel.arm[i];

@@ -242,8 +242,8 @@ TEST_P(Stencil, ComparesTheEndsOfALongSideWithTheNextPointAndWithThatRoundTheEdg
 }
 
 TEST_P(Stencil, KnowsTheNodesInsideAndThoseBeyondTheReachOfItsPoints) {
-  std::set<Place> covered, deep;
-  for (const int n : whole.covered) EXPECT_TRUE(covered.insert(whole.nodes[static_cast<std::size_t>(n)].at).second);
+  std::set<Place> columns, deep;
+  for (const auto& c : whole.columns) EXPECT_TRUE(columns.insert(whole.nodes[static_cast<std::size_t>(c.node)].at).second);
   for (const auto& d : whole.deep) {
     EXPECT_TRUE(deep.insert(whole.nodes[static_cast<std::size_t>(d.node)].at).second);
     EXPECT_NEAR(d.normal.norm(), 1.0, 1e-12);
@@ -254,8 +254,9 @@ TEST_P(Stencil, KnowsTheNodesInsideAndThoseBeyondTheReachOfItsPoints) {
   for (int x = -20; x < 30; ++x) {
     for (int y = -20; y < 20; ++y) {
       const double depth = -distance.at(dx * Vec2(x, y)).distance / dx;
-      if (std::abs(depth) > 1e-6) {
-        EXPECT_EQ(covered.contains({x, y}), depth > 0.0);
+      const double outside = distance.outside(dx * Vec2(x, y)) / dx;
+      if (std::abs(outside - 0.5) > 1e-6) {
+        EXPECT_EQ(columns.contains({x, y}), outside < 0.5);
       }
       if (depth > 2.6) {
         EXPECT_TRUE(deep.contains({x, y})) << "nothing else holds it";
@@ -274,12 +275,47 @@ TEST_P(Stencil, KnowsTheNodesInsideAndThoseBeyondTheReachOfItsPoints) {
   for (const auto& node : whole.nodes) EXPECT_TRUE(nodes.insert(node.at).second) << "each node once";
 }
 
+/// Under a pressure sqrt(s) at a distance s from a side, the bound of a column there is what it has to carry.
+TEST_P(Stencil, BoundsTheColumnsOfItsTopAtEdgesByTheRootLaw) {
+  const auto carried = [](double depth) {  // integral of sqrt(s) over the column's strip, by Simpson's rule in t = sqrt(s)
+    const double a = std::sqrt(std::max(0.0, depth - 0.5)), b = std::sqrt(depth + 0.5), m = 0.5 * (a + b);
+    return (b - a) / 6.0 * (2.0 * a * a + 8.0 * m * m + 2.0 * b * b);
+  };
+  const auto depth_of = [&](const ContactStencil::Column& c) {
+    const Place& at = whole.nodes[static_cast<std::size_t>(c.node)].at;
+    const double outside = distance.outside(dx * Vec2(at[0], at[1]));
+    return (outside > 0.0 ? -outside : -distance.at(dx * Vec2(at[0], at[1])).distance) / dx;
+  };
+  int bounded = 0;
+  bool has_inside = false;
+  for (std::size_t i = 0; i < whole.columns.size(); ++i) {
+    const ContactStencil::Column& column = whole.columns[i];
+    const double depth = depth_of(column);
+    has_inside |= depth > 1.0;
+    if (depth > 0.5 + 1e-6) {
+      EXPECT_EQ(column.inner, -1) << "only the last before an edge";
+    }
+    if (column.inner < 0) continue;
+    ++bounded;
+    ASSERT_LT(column.inner, static_cast<int>(i)) << "what bounds is known before what is bounded";
+    const ContactStencil::Column& inner = whole.columns[static_cast<std::size_t>(column.inner)];
+    const Place &here = whole.nodes[static_cast<std::size_t>(column.node)].at,
+                &there = whole.nodes[static_cast<std::size_t>(inner.node)].at;
+    EXPECT_LE(std::max(std::abs(here[0] - there[0]), std::abs(here[1] - there[1])), 1) << "neighbours";
+    EXPECT_GT(depth_of(inner), depth);
+    EXPECT_NEAR(column.share, carried(depth) / carried(depth_of(inner)), 1e-9);
+  }
+  if (has_inside) {
+    EXPECT_GT(bounded, 8);
+  }
+}
+
 /// On planes of nodes a point has the weights 1/8, 3/4, 1/8 across the side, of two nodes along it a half each, and the row of nodes behind
 /// extends the other two: what a mirror image needs.
 TEST(Stencils, OfABoxOnPlanesOfNodesAreSymmetricAboutItsSides) {
   const ContactStencil stencil = contact_stencil(BoxShape{.width = 2.0, .depth = 1.0}.outline(), dx, false, false);
   EXPECT_EQ(rows_of(stencil, Kind::surface).size(), 2U * (8U + 4U));
-  EXPECT_EQ(stencil.covered.size(), 5U * 9U);
+  EXPECT_EQ(stencil.columns.size(), 5U * 9U);
   for (const std::size_t r : rows_of(stencil, Kind::surface)) {
     const ContactRow& row = stencil.rows[r];
     const Vec2 normal = normal_of(stencil, row), at = row.point / dx;

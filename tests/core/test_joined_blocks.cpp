@@ -82,8 +82,8 @@ TEST(JoinedBlocks, HoldEachStencilOfASolidTogetherInPairsOfLayers) {
     }
     EXPECT_GE(apart.size(), 4U) << name;  // floor and top join some, not all
     const auto master = static_cast<std::int32_t>(std::ceil(solid.top() / cell + 0.5 - 1e-9));
-    for (const int covered : solid.stencil().covered) {
-      const auto& at = solid.stencil().nodes[static_cast<std::size_t>(covered)].at;
+    for (const auto& column : solid.stencil().columns) {
+      const auto& at = solid.stencil().nodes[static_cast<std::size_t>(column.node)].at;
       EXPECT_EQ(representative_of_node(joined, {at[0], at[1], master}), representative_of_node(joined, {at[0], at[1], master - 2})) << name;
     }
   }

@@ -8,6 +8,7 @@
 #include <cmath>
 #include <filesystem>
 #include <numbers>
+#include <span>
 #include <vector>
 
 #include "libmpm/base/error.hpp"
@@ -32,14 +33,7 @@ class DiscInJet {
       throw ConfigError(fmt::format("DiscInJet: d/D = {} must be within the table, {} to {}", ratio, ratio_.front(), ratio_.back()));
     const auto above = static_cast<std::size_t>(std::ranges::lower_bound(ratio_, ratio) - ratio_.begin());
     const std::size_t first = std::min(above > 2 ? above - 2 : 0, ratio_.size() - 4);
-    double sum = 0.0;
-    for (std::size_t i = first; i < first + 4; ++i) {
-      double weight = force_[i];
-      for (std::size_t k = first; k < first + 4; ++k)
-        if (k != i) weight *= (ratio - ratio_[k]) / (ratio_[i] - ratio_[k]);
-      sum += weight;
-    }
-    return sum;
+    return polynomial_through(std::span(ratio_).subspan(first, 4), std::span(force_).subspan(first, 4), ratio);
   }
   /// Angle of the sheet far away to the jet's direction, degrees.
   [[nodiscard]] double angle(double ratio) const { return std::acos(1.0 - force(ratio)) * 180.0 / std::numbers::pi; }
@@ -47,14 +41,9 @@ class DiscInJet {
   [[nodiscard]] double widest_force() const { return force_.back(); }
   /// Force over rho U^2/2 times the area of the disc, as d/D -> 0: parabola in (d/D)^2 through the three narrowest discs.
   [[nodiscard]] double drag_in_stream() const {
-    double sum = 0.0;
-    for (std::size_t i = 0; i < 3; ++i) {
-      double weight = drag_[i];
-      for (std::size_t k = 0; k < 3; ++k)
-        if (k != i) weight *= ratio_[k] * ratio_[k] / (ratio_[k] * ratio_[k] - ratio_[i] * ratio_[i]);
-      sum += weight;
-    }
-    return sum;
+    double squares[3];
+    for (std::size_t i = 0; i < 3; ++i) squares[i] = ratio_[i] * ratio_[i];
+    return polynomial_through(squares, std::span(drag_).first(3), 0.0);
   }
   /// The table as a line of a plot.
   [[nodiscard]] Series force_line() const { return {"exact", ratio_, force_, Series::Style::reference}; }
@@ -62,6 +51,18 @@ class DiscInJet {
   [[nodiscard]] double apart() const { return apart_; }
 
  private:
+  /// Value at `at` of the polynomial through all the points (x, y): Lagrange's form.
+  static double polynomial_through(std::span<const double> x, std::span<const double> y, double at) {
+    double sum = 0.0;
+    for (std::size_t i = 0; i < x.size(); ++i) {
+      double weight = y[i];
+      for (std::size_t k = 0; k < x.size(); ++k)
+        if (k != i) weight *= (at - x[k]) / (x[i] - x[k]);
+      sum += weight;
+    }
+    return sum;
+  }
+
   std::vector<double> ratio_, force_, drag_;
   double apart_ = 0.0;
 };
