@@ -175,11 +175,11 @@ class Campaign:
                           "verdict": "holds" if holds else "FAILS"})
         print(f"{'ok  ' if holds else 'FAIL'}  {fault} (x{tries}) | {seen} | exit {code} | expected: {expected} | data lost: {lost}", flush=True)
 
-    def expect(self, fault, outcome, codes, words, out, resume=True, threads=1, lost="none", expected="", also=True):
+    def expect(self, fault, outcome, codes, words, out, resume=True, threads=1, lost="none", expected="", also=True, more=()):
         """A fault is over: its exit code and its message are as expected, and what --resume (or a new run) gives is the reference."""
         codes = codes if isinstance(codes, tuple) else (codes,)
         right = outcome.code in codes and all(re.search(word, outcome.err) for word in words) and also
-        again = self.run(out, "--resume" if resume else "--force", threads=threads)
+        again = self.run(out, *more, "--resume" if resume else "--force", threads=threads)
         differ = self.differences(out) if again.code == OK else [f"exit {again.code}: {again.message()}"]
         if differ:
             lost = "differs: " + ", ".join(differ)
@@ -229,7 +229,7 @@ class Campaign:
 
     def at_every_file_call(self):
         library, count = self.compile_failing_calls(), self.folder / "count"
-        short = ["--set", "output.duration_s=0.08"]  # five samples and three frames
+        short = ["--set", "output.duration_s=0.04"]  # three samples, two frames, three checkpoints
         self.run(self.place(), *short, environment={"LD_PRELOAD": str(library), "COUNT_FILE": str(count)})
         calls = int(count.read_text())
         full = self.reference
@@ -238,10 +238,12 @@ class Campaign:
         self.reference = self.content(whole)
         modes = [("kill", "kill -9 in place of the n-th file operation"), ("half", "kill -9 in the middle of the n-th file operation"),
                  ("28", "no space left (ENOSPC) at the n-th file operation"), ("5", "the device fails (EIO) at the n-th file operation"),
-                 ("122", "quota exceeded (EDQUOT) at the n-th file operation")]
+                 ("122", "quota exceeded (EDQUOT) at the n-th file operation"),
+                 ("memory", "no memory (std::bad_alloc) after the n-th file operation")]
         for with_, text in modes:
             numbers = range(1, calls + 1) if not self.quick else sorted(self.random.sample(range(1, calls + 1), 3))
             wrong, codes, said = [], {}, ""
+            code, reason = (INTERNAL, "out of memory") if with_ == "memory" else (IO, os.strerror(int(with_)) if with_.isdigit() else "")
             for n in numbers:
                 out = self.place()
                 outcome = self.run(out, *short, environment={"LD_PRELOAD": str(library), "FAIL_AT": str(n), "FAIL_WITH": with_})
@@ -253,7 +255,7 @@ class Campaign:
                     # A log line that is lost and a directory that cannot be forced to the disk do not end a run; its results must be whole then.
                     if outcome.code == OK:
                         wrong += [f"{n}: {name} differs" for name in self.differences(out)]
-                    elif outcome.code != IO or not re.search(os.strerror(int(with_)), outcome.err):
+                    elif outcome.code != code or not re.search(reason, outcome.err):
                         wrong.append(f"{n}: exit {outcome.code}: {outcome.message()}")
                     else:
                         said = outcome.message()
@@ -264,7 +266,7 @@ class Campaign:
                 wrong += [f"{n}: {path.name} is left over" for path in out.rglob(".*.tmp")]
                 shutil.rmtree(out)
             self.note(f"{text}, n = 1 ... {calls}" if not self.quick else text, not wrong, "killed, then the reference" if with_ in ("kill", "half") else
-                      "exit 4 with the reason (exit 0 for a lost line of run.log), then the reference", self.shown("; ".join(wrong[:3]) or said or "-"),
+                      f"exit {code} with the reason (exit 0 for a lost line of run.log), then the reference", self.shown("; ".join(wrong[:3]) or said or "-"),
                       " ".join(f"{code} ({times}x)" for code, times in sorted(codes.items())), "; ".join(wrong[:3]) or "none", tries=len(numbers))
         self.reference = full
 
@@ -283,24 +285,40 @@ class Campaign:
         self.note("SIGUSR1", outcome.code == OK and asked and not differ, "a checkpoint, and the run goes on to the reference",
                   "run.log: checkpoint (asked for)" if asked else "nothing", outcome.code, ", ".join(differ) or "none")
 
+    def on_small_disk(self, text, size, more=()):
+        """@returns whether a file system of this size can be mounted here"""
+        out = self.place()
+        out.mkdir()
+        if not self.root or subprocess.run(["mount", "-t", "tmpfs", "-o", f"size={size}", "tmpfs", str(out)], capture_output=True).returncode != 0:
+            return False
+        self.mounts.append(out)
+        outcome = self.run(out, *more)
+        subprocess.run(["mount", "-o", "remount,size=1g", str(out)], check=True)
+        self.expect(f"disk full: tmpfs of {size / 1e6:.2f} MB, {text}", outcome, IO, ["No space left on device", "free space"], out, more=more)
+        subprocess.run(["umount", str(out)], check=True)
+        self.mounts.remove(out)
+        return True
+
+    def full_disk_between_pieces(self):
+        """Files of more particles than are written at once: the first pieces of one have room."""
+        more = ["--set", "numerics.cell_size_m=0.15", "--set", "output.duration_s=0.02"]  # two samples, one frame, three pieces
+        small, whole = self.reference, self.place()
+        self.run(whole, *more)
+        self.reference = self.content(whole)
+        frame, checkpoint, final = ((whole / name).stat().st_size for name in ("frames/00000.h5", "checkpoint.h5", "final.h5"))
+        # One checkpoint follows the second sample, another the end; the older one stays.
+        before = {"the frame": (0, frame), "the first checkpoint": (frame, checkpoint), "final.h5": (frame + 2 * checkpoint, final)}
+        for name, (others, size) in list(before.items())[:1 if self.quick else None]:
+            self.on_small_disk(f"half of {name} has room", others + size // 2, more)
+        self.reference = small
+
     def full_disk(self):
-        shares = (0.5,) if self.quick else (0.05, 0.2, 0.4, 0.6, 0.8, 0.95)
-        for share in shares:
-            out = self.place()
-            if self.root:
-                out.mkdir()
-                size = int(share * self.size)
-                if subprocess.run(["mount", "-t", "tmpfs", "-o", f"size={size}", "tmpfs", str(out)], capture_output=True).returncode == 0:
-                    self.mounts.append(out)
-                    outcome = self.run(out)
-                    subprocess.run(["mount", "-o", "remount,size=1g", str(out)], check=True)
-                    self.expect(f"disk full: tmpfs of {size / 1e6:.2f} MB, {100 * share:.0f} % of what the run needs", outcome, IO,
-                                ["No space left on device", "free space"], out)
-                    subprocess.run(["umount", str(out)], check=True)
-                    self.mounts.remove(out)
-                    continue
+        for share in (0.5,) if self.quick else (0.05, 0.2, 0.4, 0.6, 0.8, 0.95):
+            if not self.on_small_disk(f"{100 * share:.0f} % of what the run needs", int(share * self.size)):
                 print("      (no tmpfs can be mounted here: the limit on file sizes must stand for the full disk)")
-            break
+                break
+        else:
+            self.full_disk_between_pieces()
         # The limit on the size of a file: write() fails in the middle of a file, as on a disk that is full or beyond its quota.
         sizes = sorted(path.stat().st_size for path in self.reference_folder.rglob("*.h5"))
         for limit in (sizes[0] // 2,) if self.quick else (1000, sizes[0] // 2, sizes[len(sizes) // 2], sizes[-1] - 1):

@@ -33,14 +33,15 @@ struct State;
 
 /// What all ranks do together. The first rank decides; the others wait for its next word (driver/worker.hpp).
 enum class Task : std::uint32_t {
-  step,     ///< step()
-  totals,   ///< totals()
-  fastest,  ///< the fastest particle of all
-  inside,   ///< particles that start inside a boundary
-  observe,  ///< particles that an observer wants to see
-  collect,  ///< all particles
-  report,   ///< what was exchanged
-  end,      ///< nothing follows
+  step,       ///< step()
+  totals,     ///< totals()
+  fastest,    ///< the fastest particle of all
+  inside,     ///< particles that start inside a boundary
+  observe,    ///< particles that an observer wants to see
+  particles,  ///< all particles by their numbers, for a file
+  blocks,     ///< all blocks in their order, for a file
+  report,     ///< what was exchanged
+  end,        ///< nothing follows
 };
 
 /// Why a step cannot be taken, found in one block.
@@ -49,7 +50,7 @@ struct BlockFault {
   std::string text;  ///< the message
 };
 
-/// What one rank has computed and exchanged since the start.
+/// What one rank has computed and exchanged since the start, but for what went into files.
 struct RankCounts {
   std::uint64_t particles = 0;       ///< of this rank now
   std::uint64_t steps = 0;           ///< steps taken
@@ -116,6 +117,8 @@ class Ranks {
   virtual void sum(std::span<std::uint64_t> numbers) = 0;
   /// What every rank gives, by rank, on the first; elsewhere nothing.
   virtual std::vector<Message> gather(Message mine) = 0;
+  /// The message of the first rank, on all.
+  virtual void share(Message& message) = 0;
   /// Particles of all ranks, as of the last announce(). @param own  of this rank: all that there are before the first step
   [[nodiscard]] virtual std::size_t particle_count(std::size_t own) const = 0;
 

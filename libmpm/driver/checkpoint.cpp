@@ -14,6 +14,7 @@
 
 #include "libmpm/base/error.hpp"
 #include "libmpm/driver/case_file.hpp"
+#include "libmpm/driver/pieces.hpp"
 #include "libmpm/io/atomic_file.hpp"
 #include "libmpm/io/hdf5.hpp"
 
@@ -81,79 +82,126 @@ void check_block(const Index3& block, const std::optional<Index3>& before, const
 /// What belongs to observers has a point in its name, the program's own datasets have none.
 bool is_observed(const std::string& dataset) { return dataset.find('.') != std::string::npos; }
 
-/// The particles of a file, block by block.
-struct StoredBlocks {
-  std::size_t record_size;
-  std::vector<std::int32_t> counts, coordinates;
-  std::vector<double> velocities;
-  std::vector<std::uint8_t> cells, records;
-
+/// The particles of a file, block by block. Memory holds a piece of them.
+class StoredBlocks {
+ public:
   StoredBlocks(const hdf5::Reader& file, Precision precision)
-      : record_size(record_bytes(precision)),
-        counts(file.dataset<std::int32_t>("block_counts", {hdf5::any_extent})),
-        coordinates(file.dataset<std::int32_t>("block_coordinates", {counts.size(), 3})),
-        velocities(precision == Precision::single_precision ? file.dataset<double>("block_velocities", {counts.size(), 3})
-                                                            : std::vector<double>(3 * counts.size(), 0.0)),
-        cells(file.dataset<std::uint8_t>("cells", {hdf5::any_extent})),
-        records(file.dataset<std::uint8_t>("particle_records", {cells.size(), record_size})) {}
+      : file_(file),
+        precision_(precision),
+        counts_(file.dataset<std::int32_t>("block_counts", {hdf5::any_extent})),
+        coordinates_(file.dataset<std::int32_t>("block_coordinates", {counts_.size(), 3})),
+        velocities_(precision == Precision::single_precision ? file.dataset<double>("block_velocities", {counts_.size(), 3})
+                                                             : std::vector<double>(3 * counts_.size(), 0.0)),
+        particles_(particles_in(file)) {}
 
   /// Calls f(block) for each.
   template <class F>
   void for_each(const Refuse& refuse, F&& f) const {
-    std::size_t first = 0;
-    for (std::size_t b = 0; b < counts.size(); ++b) {
-      const auto n = static_cast<std::size_t>(counts[b]);
-      if (counts[b] < 0 || counts[b] > most_particles_of_a_block || n > cells.size() - first)
-        refuse("its block counts contradict its particles");
-      f(StoredBlock{{coordinates[3 * b], coordinates[3 * b + 1], coordinates[3 * b + 2]},
-                    Vec3(velocities[3 * b], velocities[3 * b + 1], velocities[3 * b + 2]),
-                    std::span(cells).subspan(first, n),
-                    std::as_bytes(std::span(records)).subspan(first * record_size, n * record_size)});
-      first += n;
+    std::size_t first = 0;  // particle
+    for (std::size_t b = 0; b < counts_.size();) {
+      std::size_t end = b, count = 0;
+      for (; end < counts_.size() && (count == 0 || count + size_of(end, refuse) <= PieceSize{}.particles); ++end)
+        count += size_of(end, refuse);
+      if (count > particles_ - first) refuse(contradiction);
+      read_piece(b, end, first, count, f);
+      first += count;
+      b = end;
     }
-    if (first != cells.size()) refuse("its block counts contradict its particles");
+    if (first != particles_) refuse(contradiction);
   }
+
+ private:
+  static constexpr const char* contradiction = "its block counts contradict its particles";
+
+  static std::size_t particles_in(const hdf5::Reader& file) {
+    const hdf5::Shape shape = file.shape("cells");
+    return shape.empty() ? 0 : shape.front();
+  }
+  std::size_t size_of(std::size_t block, const Refuse& refuse) const {
+    if (counts_[block] < 0 || counts_[block] > most_particles_of_a_block) refuse(contradiction);
+    return static_cast<std::size_t>(counts_[block]);
+  }
+  /// Blocks b .. end - 1, with the particles from `first` on.
+  template <class F>
+  void read_piece(std::size_t b, std::size_t end, std::size_t first, std::size_t count, F&& f) const {
+    const std::size_t size = record_bytes(precision_);
+    const auto cells = file_.rows<std::uint8_t>("cells", {particles_}, first, count);
+    const auto records = file_.rows<std::uint8_t>("particle_records", {particles_, size}, first, count);
+    for (std::size_t at = 0; b < end; ++b) {
+      const auto n = static_cast<std::size_t>(counts_[b]);
+      f(StoredBlock{{coordinates_[3 * b], coordinates_[3 * b + 1], coordinates_[3 * b + 2]},
+                    Vec3(velocities_[3 * b], velocities_[3 * b + 1], velocities_[3 * b + 2]),
+                    std::span(cells).subspan(at, n),
+                    std::as_bytes(std::span(records)).subspan(at * size, n * size)});
+      at += n;
+    }
+  }
+
+  const hdf5::Reader& file_;
+  Precision precision_;
+  std::vector<std::int32_t> counts_, coordinates_;
+  std::vector<double> velocities_;
+  std::size_t particles_;
 };
 
-void write_blocks(hdf5::Writer& file, const Grid& grid) {
-  const bool single = grid.precision() == Precision::single_precision;
-  const std::size_t record_size = record_bytes(grid.precision());
-  std::vector<std::int32_t> coordinates, counts;
-  std::vector<double> velocities;
-  std::vector<std::uint8_t> records, cells;
-  records.reserve(grid.particle_count() * record_size);
-  for (const auto b : grid.occupied_blocks()) {
-    const Block& block = grid.block(b);
-    coordinates.insert(coordinates.end(), block.coordinate.begin(), block.coordinate.end());
-    counts.push_back(block.particles.count());
-    for (const double v : block.particles.frame.velocity) velocities.push_back(v);
-    cells.insert(cells.end(), block.particles.cell.begin(), block.particles.cell.end());
-    for (int s = 0; s < block.particles.count(); ++s) {
-      const auto* bytes = reinterpret_cast<const std::uint8_t*>(block.particles.bytes(s).data());
-      records.insert(records.end(), bytes, bytes + record_size);
-    }
-  }
-  file.dataset<std::int32_t>("block_coordinates", coordinates, {counts.size(), 3});
-  file.dataset<std::int32_t>("block_counts", counts);
-  file.dataset<std::uint8_t>("cells", cells);
-  if (single) file.dataset<double>("block_velocities", velocities, {counts.size(), 3});
-  file.dataset<std::uint8_t>("particle_records", records, {cells.size(), record_size});
+void declare_blocks(hdf5::Writer& file, Precision precision, std::span<const BlockHead> heads) {
+  const std::size_t blocks = heads.size();
+  std::size_t particles = 0;
+  for (const BlockHead& head : heads) particles += static_cast<std::size_t>(head.count);
+  file.declare<std::int32_t>("block_coordinates", {blocks, 3});
+  file.declare<std::int32_t>("block_counts", {blocks});
+  file.declare<std::uint8_t>("cells", {particles});
+  if (precision == Precision::single_precision) file.declare<double>("block_velocities", {blocks, 3});
+  file.declare<std::uint8_t>("particle_records", {particles, record_bytes(precision)});
 }
 
-/// Kind, version and case. @throws IoError, ConfigError
-void check_header(const hdf5::Reader& file, const Case& c, const std::filesystem::path& path, const Refuse& refuse);
+/// Blocks on their way into a file.
+class BlockColumns {
+ public:
+  explicit BlockColumns(hdf5::Writer& file) : file_(file) {}
+  void append(const Grid& grid) {
+    for (const auto b : grid.occupied_blocks()) {
+      add(grid.block(b));
+      if (cells_.size() >= PieceSize{}.particles) flush(grid.precision());
+    }
+    flush(grid.precision());
+  }
 
-}  // namespace
+ private:
+  void add(const Block& block) {
+    const ParticleBin& bin = block.particles;
+    coordinates_.insert(coordinates_.end(), block.coordinate.begin(), block.coordinate.end());
+    counts_.push_back(bin.count());
+    for (const double v : bin.frame.velocity) velocities_.push_back(v);
+    cells_.insert(cells_.end(), bin.cell.begin(), bin.cell.end());
+    for (int s = 0; s < bin.count(); ++s) {
+      const std::span<const std::byte> bytes = bin.bytes(s);
+      const auto* first = reinterpret_cast<const std::uint8_t*>(bytes.data());
+      records_.insert(records_.end(), first, first + bytes.size());
+    }
+  }
+  void flush(Precision precision) {
+    append_and_clear("block_coordinates", coordinates_);
+    append_and_clear("block_counts", counts_);
+    append_and_clear("cells", cells_);
+    if (precision == Precision::single_precision) append_and_clear("block_velocities", velocities_);
+    append_and_clear("particle_records", records_);
+    velocities_.clear();
+  }
+  template <class T>
+  void append_and_clear(const char* name, std::vector<T>& values) {
+    file_.append(name, std::span<const T>(values));
+    values.clear();
+  }
 
-void write_checkpoint(const std::filesystem::path& path, const Case& c, const State& state, const RunProgress& progress,
-                      const Arrays& observed, const std::filesystem::path& keep_as) {
-  hdf5::Writer file;
-  file.attribute("kind", std::string(kind));
-  file.attribute("format_version", std::int64_t{checkpoint_format_version});
-  file.attribute("case_hash", case_hash_text(c));
-  file.attribute("case", write_case(c));
-  file.attribute("precision", std::string(name_of(state.grid.precision())));
-  write_blocks(file, state.grid);
+  hdf5::Writer& file_;
+  std::vector<std::int32_t> coordinates_, counts_;
+  std::vector<double> velocities_;
+  std::vector<std::uint8_t> cells_, records_;
+};
+
+/// All but the blocks.
+void write_rest(hdf5::Writer& file, const State& state, const RunProgress& progress, const Arrays& observed) {
   const std::vector<std::uint64_t> counters = {state.step,
                                                state.next_id,
                                                state.source_count,
@@ -170,7 +218,28 @@ void write_checkpoint(const std::filesystem::path& path, const Case& c, const St
     if (!is_observed(name)) throw Error(ExitCode::internal, fmt::format("array '{}' has no observer's name before it", name));
     file.dataset<double>(name, values);
   }
-  file.save(path, keep_as);
+}
+
+/// Kind, version and case. @throws IoError, ConfigError
+void check_header(const hdf5::Reader& file, const Case& c, const std::filesystem::path& path, const Refuse& refuse);
+
+}  // namespace
+
+void write_checkpoint(const std::filesystem::path& path, const Case& c, const State& state, const RunProgress& progress,
+                      const Arrays& observed, const std::filesystem::path& keep_as) {
+  std::optional<hdf5::Writer> file;
+  const auto begin = [&](std::span<const BlockHead> heads) {
+    file.emplace(path);
+    file->attribute("kind", std::string(kind));
+    file->attribute("format_version", std::int64_t{checkpoint_format_version});
+    file->attribute("case_hash", case_hash_text(c));
+    file->attribute("case", write_case(c));
+    file->attribute("precision", std::string(name_of(state.grid.precision())));
+    declare_blocks(*file, state.grid.precision(), heads);
+    write_rest(*file, state, progress, observed);
+  };
+  pass_blocks(state, {.begin = begin, .append = [&](const Grid& piece) { BlockColumns(*file).append(piece); }});
+  file->commit(keep_as);
 }
 
 namespace {
@@ -205,13 +274,15 @@ void read_checkpoint(const std::filesystem::path& path, const Case& c, State& st
   const hdf5::Reader file(path);
   const Refuse refuse = [&](const std::string& why) { throw IoError(fmt::format("{}: {}", path.string(), why)); };
   check_header(file, c, path, refuse);
-  const StoredBlocks blocks(file, state.grid.precision());
+  Grid grid(c.numerics.cell_size, state.grid.precision());
   std::optional<Index3> before;
-  blocks.for_each(refuse, [&](const StoredBlock& block) {
+  StoredBlocks(file, grid.precision()).for_each(refuse, [&](const StoredBlock& block) {
     check_block(block.coordinate, before, refuse);
     before = block.coordinate;
-    check_particles(block, state.grid.precision(), c.numerics.cell_size, refuse);
+    check_particles(block, grid.precision(), c.numerics.cell_size, refuse);
+    grid.restore(block);
   });
+  grid.refresh();
   const auto counters = file.dataset<std::uint64_t>("counters", {10});
   const auto reals = file.dataset<double>("reals", {14});
   if (!std::ranges::all_of(reals, [](double x) { return std::isfinite(x); }) || reals[0] < 0.0 || reals[1] < 0.0)
@@ -222,8 +293,7 @@ void read_checkpoint(const std::filesystem::path& path, const Case& c, State& st
   }
 
   // Everything is there: from here on nothing is refused.
-  blocks.for_each(refuse, [&](const StoredBlock& block) { state.grid.restore(block); });
-  state.grid.refresh();
+  state.grid = std::move(grid);
   state.step = counters[0];
   state.next_id = counters[1];
   state.source_count = counters[2];

@@ -40,14 +40,14 @@ void write_profile(const std::filesystem::path& path, const std::vector<HeightPr
 }
 
 void write_profiles_over_time(const std::filesystem::path& path, std::span<const double> time, const std::vector<HeightProfile>& profiles) {
-  hdf5::Writer file;
+  hdf5::Writer file(path);
   file.dataset<double>("time_s", time);
   const HeightProfile& heights = profiles.front();
   file.dataset<double>(heights.column.name(), heights.mean);
   for (const HeightProfile& profile : profiles) {
     if (!profile.over_time.empty()) file.dataset<double>(profile.column.name(), profile.over_time, {time.size(), heights.mean.size()});
   }
-  file.save(path);
+  file.commit();
 }
 
 }  // namespace mpm

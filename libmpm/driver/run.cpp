@@ -13,6 +13,7 @@
 #include "libmpm/driver/case_file.hpp"
 #include "libmpm/driver/checkpoint.hpp"
 #include "libmpm/driver/observers.hpp"
+#include "libmpm/driver/pieces.hpp"
 #include "libmpm/driver/results_file.hpp"
 #include "libmpm/driver/run_folder.hpp"
 #include "libmpm/driver/run_log.hpp"
@@ -57,12 +58,7 @@ class Run {
   RunResult finish(bool complete);
   void write_results(RunResult& result);
 
-  /// Calls f with a state that holds all particles: this rank's, or a copy of those of all ranks.
-  template <class F>
-  void with_all_particles(F&& f) const {
-    if (options_.ranks == nullptr) return f(state_);
-    f(whole_state(state_));
-  }
+  void write_particles(SnapshotWriter& file) const;
   [[nodiscard]] std::string workforce() const;
   [[nodiscard]] Progress progress_now() const;
   [[nodiscard]] SnapshotInfo snapshot_info() const;
@@ -226,8 +222,7 @@ void Run::record_sample() {
   const double interval = progress_.samples == 0 ? 0.0 : state_.time - sampling_.time(progress_.samples - 1);
   const Instant now{state_.time, interval, &live};
   table_->append(observers_.sample(now));
-  if (sampling_.has_frame(progress_.samples))
-    with_all_particles([&](const State& all) { frames_->append(particle_table(all, scene_), snapshot_info()); });
+  if (sampling_.has_frame(progress_.samples)) frames_->append(snapshot_info(), [this](SnapshotWriter& file) { write_particles(file); });
   ++progress_.samples;
   for (const std::string& warning : observers_.check(now)) say(warning);
 }
@@ -278,9 +273,7 @@ SnapshotInfo Run::snapshot_info() const {
 void Run::checkpoint(const char* why) {
   progress_.wall_time = before_.wall_time + seconds_since(started_);
   table_->sync();  // first, so that the rows up to a checkpoint are there whenever the checkpoint is
-  with_all_particles([&](const State& all) {
-    write_checkpoint(options_.out / checkpoint_file, case_, all, progress_, observers_.save(), options_.out / previous_checkpoint_file);
-  });
+  write_checkpoint(options_.out / checkpoint_file, case_, state_, progress_, observers_.save(), options_.out / previous_checkpoint_file);
   checkpointed_ = Clock::now();
   say(fmt::format("checkpoint at t = {:.6g} s, step {} ({})", state_.time, state_.step, why), false);
 }
@@ -307,6 +300,12 @@ RunResult Run::finish(bool complete) {
   return result;
 }
 
+/// Those of all ranks.
+void Run::write_particles(SnapshotWriter& file) const {
+  pass_particles(state_, {.begin = [&](std::size_t particles) { file.begin(particles); },
+                          .append = [&](std::span<const Particle> piece) { file.append(particle_table(piece, scene_)); }});
+}
+
 /// results.json last: where it is, the run is whole.
 void Run::write_results(RunResult& result) {
   const Summary end = observers_.summary(&state_, &progress_);
@@ -316,7 +315,9 @@ void Run::write_results(RunResult& result) {
     write_profile(options_.out / "profile.csv", profiles, end.span.steady);
     write_profiles_over_time(options_.out / "profiles.h5", end.series.time(), profiles);
   }
-  with_all_particles([&](const State& all) { write_final(options_.out / "final.h5", particle_table(all, scene_), snapshot_info()); });
+  SnapshotWriter final_state(SnapshotWriter::Kind::final, options_.out / "final.h5", snapshot_info());
+  write_particles(final_state);
+  final_state.commit();
   write_file(options_.out / "results.json", result.results_json);
 }
 

@@ -5,6 +5,7 @@
 #include "libmpm/base/error.hpp"
 #include "libmpm/core/health.hpp"
 #include "libmpm/driver/observers.hpp"
+#include "libmpm/driver/pieces.hpp"
 #include "libmpm/observe/observer_list.hpp"
 
 namespace mpm {
@@ -62,10 +63,8 @@ void work_on(const Case& c, Ranks& ranks) {
           ranks.collect(
               state.grid, [&](const Block& b) { return observers.visits(b, scene, c.numerics.cell_size); }, nothing);
           break;
-        case Task::collect:
-          ranks.collect(
-              state.grid, [](const Block&) { return true; }, nothing);
-          break;
+        case Task::particles: pass_particles(state, {}); break;
+        case Task::blocks: pass_blocks(state, {}); break;
         case Task::report: ranks.counts(own_particles(state)); break;
         case Task::end: return;
       }
@@ -74,23 +73,6 @@ void work_on(const Case& c, Ranks& ranks) {
       if (ranks.busy()) throw;  // else all ranks know, and the first reports it
     }
   }
-}
-
-State whole_state(const State& state) {
-  State all(state.grid.cell_size(), state.grid.precision());
-  Ranks& ranks = *state.grid.ranks();
-  ranks.tell(Task::collect, state);
-  ranks.collect(
-      state.grid, [](const Block&) { return true; }, all.grid);
-  ranks.done();
-  all.time = state.time;
-  all.step = state.step;
-  all.next_id = state.next_id;
-  all.source_count = state.source_count;
-  all.max_speed = state.max_speed;
-  all.entered = state.entered;
-  all.left = state.left;
-  return all;
 }
 
 }  // namespace mpm

@@ -10,9 +10,6 @@ namespace mpm {
 /// @throws Error if this rank fails alone: the others then wait for it, and the caller must end them
 void work_on(const Case& c, Ranks& ranks);
 
-/// All particles of all ranks in a state that knows no ranks, on the first rank; the particles are in its memory then.
-State whole_state(const State& state);
-
 /// What each rank computed and sent in this stretch of the run, as JSON: the content of ranks.json. On the first rank.
 std::string report_of_ranks(const State& state);
 

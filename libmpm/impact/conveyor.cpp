@@ -93,11 +93,13 @@ ConveyorSource::Layer ConveyorSource::make_layer(double time, int level) const {
   const int count = rows(time);
   const double height = inflow_.flow_height(time), velocity = inflow_.velocity(time), ratio = inflow_.density_ratio(time);
   const auto column = settled_column(material_, weight_, height, count * levels_, ratio);
+  const int first = mirror_y_ ? 0 : -half_count_;
   Layer layer;
+  layer.reserve(static_cast<std::size_t>(count) * static_cast<std::size_t>(half_count_ - first));
   for (int k = 0; k < count; ++k) {
     const ColumnPoint& point = column[static_cast<std::size_t>(k * levels_ + level)];
     const double rate = inflow_.mean_shear(static_cast<double>(k) / count, static_cast<double>(k + 1) / count);
-    for (int j = mirror_y_ ? 0 : -half_count_; j < half_count_; ++j) {
+    for (int j = first; j < half_count_; ++j) {
       Particle p{};
       p.position[1] = (j + 0.5) * spacing_y_;
       p.position[2] = point.height;

@@ -53,7 +53,7 @@ AtomicFile::AtomicFile(std::filesystem::path target) : target_(std::move(target)
   const std::string name = fmt::format(".{}.{}.{}.tmp", target_.filename().string(), ::getpid(), counter++);
   temporary_ = directory_of(target_) / name;
   // O_TRUNC, not O_EXCL: a leftover of a killed process that had the same number is of no use to anybody.
-  descriptor_ = ::open(temporary_.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0666);
+  descriptor_ = ::open(temporary_.c_str(), O_RDWR | O_CREAT | O_TRUNC | O_CLOEXEC, 0666);
   if (descriptor_ < 0) throw file_error("cannot write", target_, errno);
 }
 
@@ -72,20 +72,42 @@ void AtomicFile::write(std::span<const std::byte> bytes) {
   while (!bytes.empty()) {
     const ssize_t n = ::write(descriptor_, bytes.data(), bytes.size());
     if (n < 0 && errno == EINTR) continue;
-    if (n < 0) {
-      const int reason = errno;
-      discard();
-      throw file_error("cannot write", target_, reason);
-    }
+    if (n < 0) fail(errno);
     bytes = bytes.subspan(static_cast<std::size_t>(n));
   }
 }
 
+void AtomicFile::write_at(std::uint64_t offset, std::span<const std::byte> bytes) {
+  while (!bytes.empty()) {
+    const ssize_t n = ::pwrite(descriptor_, bytes.data(), bytes.size(), static_cast<off_t>(offset));
+    if (n < 0 && errno == EINTR) continue;
+    if (n < 0) fail(errno);
+    bytes = bytes.subspan(static_cast<std::size_t>(n));
+    offset += static_cast<std::uint64_t>(n);
+  }
+}
+
+void AtomicFile::read_at(std::uint64_t offset, std::span<std::byte> bytes) const {
+  while (!bytes.empty()) {
+    const ssize_t n = ::pread(descriptor_, bytes.data(), bytes.size(), static_cast<off_t>(offset));
+    if (n < 0 && errno == EINTR) continue;
+    if (n < 0) throw file_error("cannot read back", target_, errno);
+    if (n == 0) {  // the end
+      std::ranges::fill(bytes, std::byte{0});
+      return;
+    }
+    bytes = bytes.subspan(static_cast<std::size_t>(n));
+    offset += static_cast<std::uint64_t>(n);
+  }
+}
+
+/// Removes the temporary. @param reason  an errno value
+void AtomicFile::fail(int reason) {
+  discard();
+  throw file_error("cannot write", target_, reason);
+}
+
 void AtomicFile::commit(const std::filesystem::path& keep_as) {
-  const auto fail = [this](int reason) {
-    discard();
-    throw file_error("cannot write", target_, reason);
-  };
   if (::fsync(descriptor_) != 0) fail(errno);
   const int closed = ::close(std::exchange(descriptor_, -1));
   if (closed != 0) fail(errno);

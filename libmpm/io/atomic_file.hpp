@@ -4,6 +4,7 @@
 /// POSIX makes one indivisible step. The one exception in the project is series.csv, which grows row by row (csv.hpp).
 
 #include <cstddef>
+#include <cstdint>
 #include <filesystem>
 #include <span>
 #include <string>
@@ -29,6 +30,12 @@ class AtomicFile {
   void write(std::string_view text);
   /// Appends to the temporary. @throws IoError
   void write(std::span<const std::byte> bytes);
+  /// Writes at a place of the temporary; what lies before it may be written later. @throws IoError
+  void write_at(std::uint64_t offset, std::span<const std::byte> bytes);
+  /// Reads what was written; zeros where nothing was. @throws IoError
+  void read_at(std::uint64_t offset, std::span<std::byte> bytes) const;
+
+  [[nodiscard]] const std::filesystem::path& path() const { return target_; }  ///< the target
 
   /// Forces the content to the disk and renames it to the target, replacing what was there. Call once, last.
   /// @param keep_as  the old file gets this name instead; at every instant one of the two is whole. Empty: it goes
@@ -36,6 +43,7 @@ class AtomicFile {
 
  private:
   void discard() noexcept;
+  [[noreturn]] void fail(int reason);
 
   std::filesystem::path target_, temporary_;
   int descriptor_ = -1;

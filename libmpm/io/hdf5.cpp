@@ -1,216 +1,17 @@
-#include "libmpm/io/hdf5.hpp"
-
 #include <fmt/format.h>
-#include <fmt/ranges.h>
 #include <hdf5.h>
 #include <zlib.h>
 
 #include <algorithm>
-#include <atomic>
 #include <cerrno>
-#include <cstring>
 #include <fstream>
-#include <new>
 #include <utility>
 
 #include "libmpm/io/atomic_file.hpp"
+#include "libmpm/io/hdf5.hpp"
+#include "libmpm/io/hdf5_library.hpp"
 
 namespace mpm::hdf5 {
-namespace {
-
-/// The HDF5 library prints its error stack to stderr by default; a library that never prints switches this off around its calls and
-/// restores it, since the caller may use HDF5 too.
-class QuietErrors {
- public:
-  QuietErrors() {
-    H5Eget_auto2(H5E_DEFAULT, &function_, &data_);
-    H5Eset_auto2(H5E_DEFAULT, nullptr, nullptr);
-  }
-  ~QuietErrors() { H5Eset_auto2(H5E_DEFAULT, function_, data_); }
-  QuietErrors(const QuietErrors&) = delete;
-  QuietErrors& operator=(const QuietErrors&) = delete;
-
- private:
-  H5E_auto2_t function_ = nullptr;
-  void* data_ = nullptr;
-};
-
-/// Message of the innermost entry of HDF5's error stack: the cause, not the call.
-std::string innermost_message() {
-  std::string message;
-  const auto take_first = [](unsigned, const H5E_error2_t* error, void* out) -> herr_t {
-    auto& text = *static_cast<std::string*>(out);
-    if (text.empty() && error->desc != nullptr) text = error->desc;
-    return 0;
-  };
-  H5Ewalk2(H5E_DEFAULT, H5E_WALK_UPWARD, take_first, &message);
-  return message.empty() ? "no reason given" : message;
-}
-
-/// An HDF5 identifier that closes itself.
-class Handle {
- public:
-  Handle(hid_t id, herr_t (*close)(hid_t)) : id_(id), close_(close) {}
-  ~Handle() {
-    if (id_ >= 0) close_(id_);
-  }
-  Handle(Handle&& other) noexcept : id_(std::exchange(other.id_, hid_t{-1})), close_(other.close_) {}
-  Handle(const Handle&) = delete;
-  Handle& operator=(const Handle&) = delete;
-  Handle& operator=(Handle&&) = delete;
-  operator hid_t() const { return id_; }
-
- private:
-  hid_t id_;
-  herr_t (*close_)(hid_t);
-};
-
-struct ElementType {
-  hid_t native, stored;  ///< in memory; in the file: little-endian whatever the machine
-};
-
-template <Element T>
-ElementType element_type() {
-  if constexpr (std::same_as<T, double>)
-    return {H5T_NATIVE_DOUBLE, H5T_IEEE_F64LE};
-  else if constexpr (std::same_as<T, float>)
-    return {H5T_NATIVE_FLOAT, H5T_IEEE_F32LE};
-  else if constexpr (std::same_as<T, std::uint64_t>)
-    return {H5T_NATIVE_UINT64, H5T_STD_U64LE};
-  else if constexpr (std::same_as<T, std::int64_t>)
-    return {H5T_NATIVE_INT64, H5T_STD_I64LE};
-  else if constexpr (std::same_as<T, std::int32_t>)
-    return {H5T_NATIVE_INT32, H5T_STD_I32LE};
-  else
-    return {H5T_NATIVE_UINT8, H5T_STD_U8LE};
-}
-
-std::string describe(const Shape& shape) {
-  std::vector<std::string> extents;
-  for (const std::size_t n : shape) extents.push_back(n == any_extent ? "any" : std::to_string(n));
-  return fmt::format("({})", fmt::join(extents, ", "));
-}
-
-constexpr std::string_view seal_mark = "MPMCRC32";
-constexpr std::size_t seal_size = 16;
-
-std::string seal(uLong crc) { return fmt::format("{}{:08x}", seal_mark, static_cast<std::uint32_t>(crc)); }
-
-Handle text_type() {
-  Handle type(H5Tcopy(H5T_C_S1), H5Tclose);
-  H5Tset_size(type, H5T_VARIABLE);
-  H5Tset_cset(type, H5T_CSET_UTF8);
-  return type;
-}
-
-/// What the library allocates besides the arrays: increments of the file in memory, and its own tables.
-constexpr std::size_t library_memory = std::size_t{16} << 20;
-
-/// Throws std::bad_alloc unless so much memory can be had now. The HDF5 library itself does not survive a failed allocation: version 1.10
-/// then frees blocks twice when the file is closed. Nothing is touched, so that it costs microseconds.
-void require_memory(std::size_t bytes) {
-  void* volatile memory = ::operator new(bytes);  // volatile: a pair of new and delete may be left out by the compiler
-  ::operator delete(memory);
-}
-
-}  // namespace
-
-bool usable_by_threads() {
-  hbool_t safe = 0;
-  return H5is_library_threadsafe(&safe) >= 0 && safe != 0;
-}
-
-struct Writer::File {
-  hid_t id = -1;
-  std::size_t bytes = 0;  ///< of the arrays so far
-  ~File() {
-    if (id >= 0) H5Fclose(id);
-  }
-  /// The file is in memory: a failure here is lack of memory or a wrong argument.
-  void require(bool ok, const std::string& what) const {
-    if (!ok)
-      throw IoError(fmt::format("HDF5 file in memory: {}: {}; if memory is short, raise its limit or take a smaller case", what,
-                                innermost_message()));
-  }
-  void write_attribute(const std::string& name, hid_t type, hid_t memory_type, const void* value) const {
-    const QuietErrors quiet;
-    const Handle space(H5Screate(H5S_SCALAR), H5Sclose);
-    const Handle attribute(H5Acreate2(id, name.c_str(), type, space, H5P_DEFAULT, H5P_DEFAULT), H5Aclose);
-    require(attribute >= 0, fmt::format("attribute '{}'", name));
-    require(H5Awrite(attribute, memory_type, value) >= 0, fmt::format("attribute '{}'", name));
-  }
-};
-
-Writer::Writer() : file_(std::make_unique<File>()) {
-  require_memory(library_memory);
-  const QuietErrors quiet;
-  const Handle access(H5Pcreate(H5P_FILE_ACCESS), H5Pclose);
-  constexpr std::size_t increment = std::size_t{4} << 20;  // memory is taken in steps of this size
-  H5Pset_fapl_core(access, increment, false);
-  // The name is never used for a file, but the library refuses to open one name twice.
-  static std::atomic<unsigned> counter{0};
-  file_->id = H5Fcreate(fmt::format("mpm-memory-{}", counter++).c_str(), H5F_ACC_TRUNC, H5P_DEFAULT, access);
-  file_->require(file_->id >= 0, "create");
-}
-
-Writer::~Writer() {
-  const QuietErrors quiet;
-  file_.reset();
-}
-
-template <Element T>
-void Writer::dataset(const std::string& name, std::span<const T> values, const Shape& shape) {
-  const QuietErrors quiet;
-  std::vector<hsize_t> extents(shape.begin(), shape.end());
-  if (extents.empty()) extents.push_back(values.size());
-  hsize_t count = 1;
-  for (const hsize_t n : extents) count *= n;
-  if (count != values.size()) {
-    throw IoError(fmt::format("HDF5 file in memory: dataset '{}' of shape {} is given {} values", name, describe(shape), values.size()));
-  }
-  file_->bytes += values.size_bytes();
-  require_memory(2 * file_->bytes + library_memory);  // the file in memory grows by moving
-  const Handle space(H5Screate_simple(static_cast<int>(extents.size()), extents.data(), nullptr), H5Sclose);
-  const Handle creation(H5Pcreate(H5P_DATASET_CREATE), H5Pclose);
-  H5Pset_obj_track_times(creation, false);  // equal content, equal bytes
-  const Handle set(H5Dcreate2(file_->id, name.c_str(), element_type<T>().stored, space, H5P_DEFAULT, creation, H5P_DEFAULT), H5Dclose);
-  file_->require(set >= 0, fmt::format("dataset '{}'", name));
-  if (count > 0) {
-    file_->require(H5Dwrite(set, element_type<T>().native, H5S_ALL, H5S_ALL, H5P_DEFAULT, values.data()) >= 0,
-                   fmt::format("dataset '{}'", name));
-  }
-}
-
-void Writer::attribute(const std::string& name, const std::string& value) {
-  const Handle type = text_type();
-  const char* text = value.c_str();
-  file_->write_attribute(name, type, type, &text);
-}
-void Writer::attribute(const std::string& name, double value) { file_->write_attribute(name, H5T_IEEE_F64LE, H5T_NATIVE_DOUBLE, &value); }
-void Writer::attribute(const std::string& name, std::int64_t value) {
-  file_->write_attribute(name, H5T_STD_I64LE, H5T_NATIVE_INT64, &value);
-}
-
-void Writer::save(const std::filesystem::path& path, const std::filesystem::path& keep_as) {
-  const QuietErrors quiet;
-  AtomicFile file(path);  // first: a wrong path fails before the work
-  require_memory(file_->bytes + library_memory);
-  file_->require(H5Fflush(file_->id, H5F_SCOPE_GLOBAL) >= 0, "flush");
-  const ssize_t size = H5Fget_file_image(file_->id, nullptr, 0);
-  file_->require(size > 0, "size");
-  std::vector<std::byte> image(static_cast<std::size_t>(size));
-  file_->require(H5Fget_file_image(file_->id, image.data(), image.size()) == size, "image");
-  file.write(image);
-  file.write(seal(crc32_z(0, reinterpret_cast<const Bytef*>(image.data()), image.size())));
-  file.commit(keep_as);
-}
-
-template void Writer::dataset(const std::string&, std::span<const double>, const Shape&);
-template void Writer::dataset(const std::string&, std::span<const float>, const Shape&);
-template void Writer::dataset(const std::string&, std::span<const std::uint64_t>, const Shape&);
-template void Writer::dataset(const std::string&, std::span<const std::int64_t>, const Shape&);
-template void Writer::dataset(const std::string&, std::span<const std::int32_t>, const Shape&);
-template void Writer::dataset(const std::string&, std::span<const std::uint8_t>, const Shape&);
 
 struct Reader::File {
   std::filesystem::path path;
@@ -284,10 +85,10 @@ struct Reader::File {
 };
 
 Reader::Reader(std::filesystem::path path) : file_(std::make_unique<File>()) {
-  const QuietErrors quiet;
   file_->path = std::move(path);
   file_->check_seal();
-  require_memory(library_memory);
+  require_memory();  // before the first call of the library, which allocates its tables
+  const QuietErrors quiet;
   const Handle access(H5Pcreate(H5P_FILE_ACCESS), H5Pclose);
   H5Pset_file_locking(access, false, true);  // network file systems often refuse locks, and the files never change
   file_->id = H5Fopen(file_->path.c_str(), H5F_ACC_RDONLY, access);
@@ -321,7 +122,7 @@ Shape Reader::shape(const std::string& name) const {
 }
 
 template <Element T>
-std::vector<T> Reader::dataset(const std::string& name, const Shape& expected) const {
+std::vector<T> Reader::rows(const std::string& name, const Shape& expected, std::size_t first, std::size_t count) const {
   const QuietErrors quiet;
   const Handle set = file_->open_dataset(name);
   const Shape shape = file_->shape_of(set, name);
@@ -337,26 +138,39 @@ std::vector<T> Reader::dataset(const std::string& name, const Shape& expected) c
   if (kind != H5Tget_class(wanted) || width == 0 || width > sizeof(T) || !same_sign) {
     file_->fail(fmt::format("dataset '{}' holds numbers of another type than expected", name));
   }
-  std::uintmax_t count = 1;
+  std::uintmax_t all = 1;
   for (const std::size_t n : shape) {
-    if (n > 0 && count > file_->bytes / n)
+    if (n > 0 && all > file_->bytes / n)
       file_->fail(fmt::format("dataset '{}' of shape {} is larger than the file", name, describe(shape)));
-    count *= n;
+    all *= n;
   }
-  if (count > file_->bytes / width) file_->fail(fmt::format("dataset '{}' of shape {} is larger than the file", name, describe(shape)));
-  std::vector<T> values(count);
-  if (count > 0) {
-    file_->require(H5Dread(set, wanted, H5S_ALL, H5S_ALL, H5P_DEFAULT, values.data()) >= 0, fmt::format("dataset '{}'", name));
+  if (all > file_->bytes / width) file_->fail(fmt::format("dataset '{}' of shape {} is larger than the file", name, describe(shape)));
+  const std::size_t length = shape.empty() ? 1 : shape.front();
+  if (count == any_extent) count = length - std::min(first, length);
+  if (first > length || count > length - first)
+    file_->fail(fmt::format("dataset '{}' of shape {} has no {} rows from row {} on", name, describe(shape), count, first));
+  std::vector<T> values(length == 0 ? 0 : all / length * count);
+  if (values.empty()) return values;
+  const Handle place(H5Dget_space(set), H5Sclose);
+  if (count < length) {
+    std::vector<hsize_t> start(shape.size(), 0), extent(shape.begin(), shape.end());
+    start[0] = first;
+    extent[0] = count;
+    file_->require(H5Sselect_hyperslab(place, H5S_SELECT_SET, start.data(), nullptr, extent.data(), nullptr) >= 0,
+                   fmt::format("rows of dataset '{}'", name));
   }
+  const hsize_t size = values.size();
+  const Handle here(H5Screate_simple(1, &size, nullptr), H5Sclose);
+  file_->require(H5Dread(set, wanted, here, place, H5P_DEFAULT, values.data()) >= 0, fmt::format("dataset '{}'", name));
   return values;
 }
 
-template std::vector<double> Reader::dataset(const std::string&, const Shape&) const;
-template std::vector<float> Reader::dataset(const std::string&, const Shape&) const;
-template std::vector<std::uint64_t> Reader::dataset(const std::string&, const Shape&) const;
-template std::vector<std::int64_t> Reader::dataset(const std::string&, const Shape&) const;
-template std::vector<std::int32_t> Reader::dataset(const std::string&, const Shape&) const;
-template std::vector<std::uint8_t> Reader::dataset(const std::string&, const Shape&) const;
+template std::vector<double> Reader::rows(const std::string&, const Shape&, std::size_t, std::size_t) const;
+template std::vector<float> Reader::rows(const std::string&, const Shape&, std::size_t, std::size_t) const;
+template std::vector<std::uint64_t> Reader::rows(const std::string&, const Shape&, std::size_t, std::size_t) const;
+template std::vector<std::int64_t> Reader::rows(const std::string&, const Shape&, std::size_t, std::size_t) const;
+template std::vector<std::int32_t> Reader::rows(const std::string&, const Shape&, std::size_t, std::size_t) const;
+template std::vector<std::uint8_t> Reader::rows(const std::string&, const Shape&, std::size_t, std::size_t) const;
 
 bool Reader::has_attribute(const std::string& name) const {
   const QuietErrors quiet;

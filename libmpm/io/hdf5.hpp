@@ -1,13 +1,14 @@
 #pragma once
 /// HDF5 files (hdfgroup.org) of plain arrays and attributes in the root group: what h5py, h5dump and ParaView open.
 ///
-/// A file is built in memory and then written whole (atomic_file.hpp): the HDF5 library never meets a full disk, and equal
-/// content gives equal bytes (no time stamps). After the end of the HDF5 part, where other readers do not look, there are 16 bytes:
-/// `MPMCRC32` + the CRC-32 of all bytes before as eight hexadecimal digits. The Reader checks them before it hands the file to
-/// the HDF5 library, so that a truncated or altered file is a message and not a crash in a parser.
+/// The HDF5 library lays the file out and writes all but the content of the arrays, which goes straight to its place, piece by piece:
+/// memory need not hold an array. The file appears whole or not at all (atomic_file.hpp), the library never meets a full disk
+/// (hdf5_target.hpp), and equal content gives equal bytes (no time stamps). After the end of the HDF5 part, where other readers do not
+/// look, there are 16 bytes: `MPMCRC32` + the CRC-32 of all bytes before as eight hexadecimal digits. The Reader checks them before it
+/// hands the file to the HDF5 library, so that a truncated or altered file is a message and not a crash in a parser.
 ///
-/// Arrays are stored contiguous and uncompressed. Measured on synthetic frames of 376,000 particles (47 MB): written in 0.28 s, fsync
-/// included; shuffle and deflate take 0.4 to 0.5 s more on one core and save 46 % (noisy) to 64 % (clean).
+/// Arrays are stored contiguous and uncompressed. Measured on synthetic frames of 376,000 particles (47 MB) that were made in memory:
+/// written in 0.28 s, fsync included; shuffle and deflate take 0.4 to 0.5 s more on one core and save 46 % (noisy) to 64 % (clean).
 
 #include <concepts>
 #include <cstdint>
@@ -35,18 +36,25 @@ concept Element = std::same_as<T, double> || std::same_as<T, float> || std::same
 /// Whether several threads may use files at once: the HDF5 library is a build for threads, as Debian's is.
 [[nodiscard]] bool usable_by_threads();
 
-/// Builds a file in memory; save() writes it.
+/// Writes a file. Arrays are given whole, or declared and then given piece by piece.
 class Writer {
  public:
-  Writer();
-  /// What was not saved is lost.
+  /// Begins the file under a temporary name. @throws IoError
+  explicit Writer(const std::filesystem::path& path);
+  /// What was not committed is lost.
   ~Writer();
   Writer(const Writer&) = delete;
   Writer& operator=(const Writer&) = delete;
 
-  /// @param shape product = number of values; left out: one-dimensional
+  /// An array whose values are here. @param shape product = number of values; left out: one-dimensional. @throws IoError
   template <Element T>
   void dataset(const std::string& name, std::span<const T> values, const Shape& shape = {});
+  /// An array whose values follow by append(). @throws IoError
+  template <Element T>
+  void declare(const std::string& name, const Shape& shape);
+  /// The next values of a declared array, in its order. @throws IoError also if there are more than its shape has
+  template <Element T>
+  void append(const std::string& name, std::span<const T> values);
 
   /// Attributes of the root group.
   void attribute(const std::string& name, const std::string& value);
@@ -55,9 +63,9 @@ class Writer {
   /// A whole number, as int64.
   void attribute(const std::string& name, std::int64_t value);
 
-  /// Writes the file whole or not at all; needs about twice its size in memory. Call once, last.
+  /// Gives the file its name. Call once, last. @throws IoError also if an array lacks values: there is no file then
   /// @param keep_as  name that a file of before gets (AtomicFile::commit); empty: it is replaced
-  void save(const std::filesystem::path& path, const std::filesystem::path& keep_as = {});
+  void commit(const std::filesystem::path& keep_as = {});
 
  private:
   struct File;
@@ -81,7 +89,12 @@ class Reader {
   /// @param expected shape that the array must have, with any_extent where it may be anything. Narrower numbers of the same kind are
   ///        widened (float to double); no conversion loses anything.
   template <Element T>
-  [[nodiscard]] std::vector<T> dataset(const std::string& name, const Shape& expected) const;
+  [[nodiscard]] std::vector<T> dataset(const std::string& name, const Shape& expected) const {
+    return rows<T>(name, expected, 0, any_extent);
+  }
+  /// Some rows of an array, i.e. places along its first extent. @param count  any_extent: up to the last
+  template <Element T>
+  [[nodiscard]] std::vector<T> rows(const std::string& name, const Shape& expected, std::size_t first, std::size_t count) const;
 
   [[nodiscard]] bool has_attribute(const std::string& name) const;     ///< whether the root group has it
   [[nodiscard]] std::string text(const std::string& attribute) const;  ///< of an attribute; IoError if it is missing or no text

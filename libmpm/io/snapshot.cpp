@@ -6,8 +6,11 @@
 #include <charconv>
 #include <cmath>
 #include <numeric>
+#include <optional>
 #include <span>
+#include <utility>
 
+#include "libmpm/core/particle_order.hpp"
 #include "libmpm/core/step.hpp"
 #include "libmpm/core/stress_update.hpp"
 #include "libmpm/io/atomic_file.hpp"
@@ -19,8 +22,9 @@ namespace {
 constexpr std::string_view frame_kind = "frame";
 constexpr std::string_view final_kind = "final";
 
-/// Columns that both kinds share. The affine column is checked where it is written.
-void check_columns(const std::filesystem::path& path, const ParticleTable& p) {
+using Kind = SnapshotWriter::Kind;
+
+void check_columns(const std::filesystem::path& path, Kind kind, const ParticleTable& p) {
   const std::size_t n = p.size();
   const auto check = [&](const char* name, std::size_t size, std::size_t components) {
     if (size != components * n) {
@@ -34,14 +38,10 @@ void check_columns(const std::filesystem::path& path, const ParticleTable& p) {
   check("internal", p.internal.size(), 1);
   check("volume_ratio", p.volume_ratio.size(), 1);
   check("volume", p.volume.size(), 1);
+  if (kind == Kind::final) check("affine", p.affine.size(), 9);
 }
 
 std::vector<float> narrow(const std::vector<double>& values) { return {values.begin(), values.end()}; }
-
-template <class T>
-void put(hdf5::Writer& file, const std::string& name, const std::vector<T>& values, const hdf5::Shape& shape = {}) {
-  file.dataset(name, std::span<const T>(values), shape);
-}
 
 void put_info(hdf5::Writer& file, std::string_view kind, const SnapshotInfo& info) {
   file.attribute("format_version", std::int64_t{snapshot_format_version});
@@ -134,25 +134,9 @@ Snapshot read_snapshot(const std::filesystem::path& path, std::string_view kind)
   return s;
 }
 
-}  // namespace
-
-ParticleTable particle_table(const State& state, const Scene& scene, const std::function<bool(const Particle&)>& keep) {
-  struct Place {
-    std::uint64_t id;
-    const ParticleBin* bin;
-    int slot;
-  };
-  std::vector<Place> order;
-  order.reserve(state.grid.particle_count());
-  for (const auto b : state.grid.occupied_blocks()) {
-    const ParticleBin& bin = state.grid.block(b).particles;
-    for (int s = 0; s < bin.count(); ++s) {
-      const Particle p = bin[s];
-      if (!keep || keep(p)) order.push_back({p.id, &bin, s});
-    }
-  }
-  std::sort(order.begin(), order.end(), [](const Place& a, const Place& b) { return a.id < b.id; });
-  const std::size_t n = order.size();
+/// @param get  the i-th particle, by rising identity number
+template <class Get>
+ParticleTable table_of(std::size_t n, Get&& get, const Scene& scene) {
   ParticleTable t;
   t.id.resize(n);
   t.position.resize(3 * n);
@@ -164,7 +148,7 @@ ParticleTable particle_table(const State& state, const Scene& scene, const std::
   t.volume.resize(n);
 #pragma omp parallel for schedule(static)
   for (std::size_t i = 0; i < n; ++i) {
-    const Particle p = (*order[i].bin)[order[i].slot];
+    const Particle& p = get(i);
     t.id[i] = p.id;
     for (int axis = 0; axis < 3; ++axis) t.position[3 * i + static_cast<std::size_t>(axis)] = p.position[axis] - scene.offset[axis];
     std::copy_n(p.velocity, 3, &t.velocity[3 * i]);
@@ -177,61 +161,117 @@ ParticleTable particle_table(const State& state, const Scene& scene, const std::
   return t;
 }
 
+/// Calls f(name, extents of a row, what makes the values of some particles) for each column of a kind, in the order of the file.
+/// @param first  row of the first of these particles
+template <class F>
+void for_each_column(Kind kind, const SnapshotInfo& info, std::size_t first, F&& f) {
+  const auto whole = [](auto member) {
+    return [member](const ParticleTable& p) -> const auto& { return p.*member; };
+  };
+  const auto narrowed = [](auto member) { return [member](const ParticleTable& p) { return narrow(p.*member); }; };
+  const auto derived = [](auto of) {  // of the Kirchhoff stress and J
+    return [of](const ParticleTable& p) {
+      std::vector<float> values(p.size());
+      for (std::size_t i = 0; i < p.size(); ++i) values[i] = static_cast<float>(of(&p.stress[6 * i], p.volume_ratio[i]));
+      return values;
+    };
+  };
+  const bool final = kind == Kind::final;
+  f("id", {}, whole(&ParticleTable::id));
+  f("position_m", {3}, whole(&ParticleTable::position));
+  if (final) f("velocity_m_s", {3}, whole(&ParticleTable::velocity));
+  if (!final) f("velocity_m_s", {3}, narrowed(&ParticleTable::velocity));
+  if (final) f("velocity_gradient_1_s", {3, 3}, [](const ParticleTable& p) { return transposed(p.affine); });
+  f("kirchhoff_stress_pa", {6}, whole(&ParticleTable::stress));
+  f("volume_ratio", {}, whole(&ParticleTable::volume_ratio));
+  f("reference_volume_m3", {}, whole(&ParticleTable::volume));
+  if (final) return f("internal", {}, whole(&ParticleTable::internal));
+  f("internal", {}, narrowed(&ParticleTable::internal));
+  f("pressure_pa", {}, derived([](const double* tau, double j) { return -(tau[0] + tau[1] + tau[2]) / (3.0 * j); }));
+  f("stress_xx_pa", {}, derived([](const double* tau, double j) { return tau[0] / j; }));
+  f("density_kg_m3", {}, derived([&info](const double*, double j) { return info.reference_density / j; }));
+  f("vertex", {}, [first](const ParticleTable& p) {
+    std::vector<std::int32_t> vertex(p.size());
+    std::iota(vertex.begin(), vertex.end(), static_cast<std::int32_t>(first));
+    return vertex;
+  });
+}
+
+void write_whole(SnapshotWriter& file, const ParticleTable& particles) {
+  file.begin(particles.size());
+  file.append(particles);
+  file.commit();
+}
+
+}  // namespace
+
+ParticleTable particle_table(std::span<const Particle> particles, const Scene& scene) {
+  return table_of(
+      particles.size(), [&](std::size_t i) -> const Particle& { return particles[i]; }, scene);
+}
+
+ParticleTable particle_table(const State& state, const Scene& scene, const std::function<bool(const Particle&)>& keep) {
+  const ParticleOrder order(state.grid, keep);
+  return table_of(
+      order.size(), [&](std::size_t i) { return order[i]; }, scene);
+}
+
 std::filesystem::path frame_path(const std::filesystem::path& directory, int index) {
   return directory / "frames" / fmt::format("{:05d}.h5", index);
 }
 
+struct SnapshotWriter::File {
+  Kind kind;
+  std::filesystem::path path;
+  SnapshotInfo info;
+  std::size_t rows = 0;
+  std::optional<hdf5::Writer> out;
+};
+
+SnapshotWriter::SnapshotWriter(Kind kind, std::filesystem::path path, SnapshotInfo info)
+    : file_(new File{kind, std::move(path), std::move(info)}) {}
+SnapshotWriter::~SnapshotWriter() = default;
+
+void SnapshotWriter::begin(std::size_t particles) {
+  hdf5::Writer& out = file_->out.emplace(file_->path);
+  put_info(out, file_->kind == Kind::frame ? frame_kind : final_kind, file_->info);
+  for_each_column(file_->kind, file_->info, 0, [&](const char* name, std::initializer_list<std::size_t> row, auto&& values_of) {
+    hdf5::Shape shape = {particles};
+    shape.insert(shape.end(), row);
+    using Values = std::decay_t<decltype(values_of(ParticleTable{}))>;
+    out.declare<typename Values::value_type>(name, shape);
+  });
+}
+
+void SnapshotWriter::append(const ParticleTable& piece) {
+  check_columns(file_->path, file_->kind, piece);
+  for_each_column(file_->kind, file_->info, file_->rows, [&](const char* name, std::initializer_list<std::size_t>, auto&& values_of) {
+    const auto& values = values_of(piece);
+    using Values = std::decay_t<decltype(values)>;
+    file_->out->append(name, std::span<const typename Values::value_type>(values));
+  });
+  file_->rows += piece.size();
+}
+
+void SnapshotWriter::commit() { file_->out->commit(); }
+std::size_t SnapshotWriter::particles() const { return file_->rows; }
+
+void make_frame_directory(const std::filesystem::path& directory) {
+  const std::filesystem::path frames = directory / "frames";
+  std::error_code error;
+  std::filesystem::create_directory(frames, error);
+  if (error) throw file_error("cannot create directory", frames, error.value());
+}
+
 void write_frame(const std::filesystem::path& directory, int index, const ParticleTable& p, const SnapshotInfo& info) {
-  const std::filesystem::path path = frame_path(directory, index);
-  check_columns(path, p);
-  const std::size_t n = p.size();
-  std::vector<float> pressure(n), stress_xx(n), density(n);
-  for (std::size_t i = 0; i < n; ++i) {
-    const double* tau = &p.stress[6 * i];
-    const double j = p.volume_ratio[i];
-    pressure[i] = static_cast<float>(-(tau[0] + tau[1] + tau[2]) / (3.0 * j));
-    stress_xx[i] = static_cast<float>(tau[0] / j);
-    density[i] = static_cast<float>(info.reference_density / j);
-  }
-  hdf5::Writer file;
-  put_info(file, frame_kind, info);
-  put(file, "id", p.id);
-  put(file, "position_m", p.position, {n, 3});
-  put(file, "velocity_m_s", narrow(p.velocity), {n, 3});
-  put(file, "kirchhoff_stress_pa", p.stress, {n, 6});
-  put(file, "volume_ratio", p.volume_ratio);
-  put(file, "reference_volume_m3", p.volume);
-  put(file, "internal", narrow(p.internal));
-  put(file, "pressure_pa", pressure);
-  put(file, "stress_xx_pa", stress_xx);
-  put(file, "density_kg_m3", density);
-  std::vector<std::int32_t> vertex(n);
-  std::iota(vertex.begin(), vertex.end(), 0);
-  put(file, "vertex", vertex);
-  std::error_code error;  // not the directory itself: one that was moved away while a run goes on is not made again
-  std::filesystem::create_directory(path.parent_path(), error);
-  if (error) throw file_error("cannot create directory", path.parent_path(), error.value());
-  file.save(path);
+  make_frame_directory(directory);
+  SnapshotWriter file(Kind::frame, frame_path(directory, index), info);
+  write_whole(file, p);
 }
 
 void write_final(const std::filesystem::path& path, const ParticleTable& p, const SnapshotInfo& info) {
-  check_columns(path, p);
-  const std::size_t n = p.size();
-  if (p.affine.size() != 9 * n) {
-    throw IoError(fmt::format("cannot write '{}': column affine has {} numbers for {} particles, {} are needed", path.string(),
-                              p.affine.size(), n, 9 * n));
-  }
-  hdf5::Writer file;
-  put_info(file, final_kind, info);
-  put(file, "id", p.id);
-  put(file, "position_m", p.position, {n, 3});
-  put(file, "velocity_m_s", p.velocity, {n, 3});
-  put(file, "velocity_gradient_1_s", transposed(p.affine), {n, 3, 3});
-  put(file, "kirchhoff_stress_pa", p.stress, {n, 6});
-  put(file, "volume_ratio", p.volume_ratio);
-  put(file, "reference_volume_m3", p.volume);
-  put(file, "internal", p.internal);
-  file.save(path);
+  SnapshotWriter file(Kind::final, path, info);
+  write_whole(file, p);
 }
 
 Snapshot read_frame(const std::filesystem::path& path) { return read_snapshot(path, frame_kind); }

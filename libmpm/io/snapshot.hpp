@@ -26,6 +26,8 @@
 #include <cstdint>
 #include <filesystem>
 #include <functional>
+#include <memory>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -52,7 +54,9 @@ struct ParticleTable {
   [[nodiscard]] std::size_t size() const { return id.size(); }  ///< N
 };
 
-/// The particles of a state in the order of their identity numbers.
+/// Particles by columns. @param particles  by rising identity number
+ParticleTable particle_table(std::span<const Particle> particles, const Scene& scene);
+/// The particles of a state in the order of their identity numbers; with several ranks those of this one.
 /// @param keep  which of them; empty: all
 ParticleTable particle_table(const State& state, const Scene& scene, const std::function<bool(const Particle&)>& keep = {});
 
@@ -80,6 +84,33 @@ inline constexpr int snapshot_format_version = 1;
 /// DIR/frames/NNNNN.h5
 std::filesystem::path frame_path(const std::filesystem::path& directory, int index);
 
+/// Writes a frame or a final state piece by piece: memory holds one piece at a time.
+class SnapshotWriter {
+ public:
+  /// What is written: which columns, in which numbers.
+  enum class Kind : std::uint8_t { frame, final };
+  /// Nothing is written before begin().
+  SnapshotWriter(Kind kind, std::filesystem::path path, SnapshotInfo info);
+  /// What was not committed is lost.
+  ~SnapshotWriter();
+  SnapshotWriter(const SnapshotWriter&) = delete;
+  SnapshotWriter& operator=(const SnapshotWriter&) = delete;
+
+  /// Begins the file. @param particles  of all pieces. @throws IoError
+  void begin(std::size_t particles);
+  /// The next particles. @throws IoError also if columns differ in length
+  void append(const ParticleTable& piece);
+  /// All are there: the file gets its name. @throws IoError
+  void commit();
+  [[nodiscard]] std::size_t particles() const;  ///< appended so far
+
+ private:
+  struct File;
+  std::unique_ptr<File> file_;
+};
+
+/// Creates DIR/frames if needed. DIR must exist: one that was moved away while a run goes on is not made again. @throws IoError
+void make_frame_directory(const std::filesystem::path& directory);
 /// Writes frame `index` of the run directory, which must exist; creates DIR/frames if needed. @throws IoError; also if columns differ in
 /// length
 void write_frame(const std::filesystem::path& directory, int index, const ParticleTable& particles, const SnapshotInfo& info);

@@ -86,9 +86,12 @@ FrameSeries FrameSeries::resume(std::filesystem::path directory, int next, const
   return FrameSeries(std::move(directory), std::move(frames), next);
 }
 
-void FrameSeries::append(const ParticleTable& particles, const SnapshotInfo& info) {
-  write_frame(directory_, next_, particles, info);
-  frames_.push_back({next_, info.time, particles.size()});
+void FrameSeries::append(const SnapshotInfo& info, const std::function<void(SnapshotWriter&)>& fill) {
+  make_frame_directory(directory_);
+  SnapshotWriter file(SnapshotWriter::Kind::frame, frame_path(directory_, next_), info);
+  fill(file);
+  file.commit();
+  frames_.push_back({next_, info.time, file.particles()});
   ++next_;
   write_xdmf(directory_, frames_);
 }

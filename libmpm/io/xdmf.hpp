@@ -26,8 +26,8 @@ class FrameSeries {
   /// @param damaged called with the reason for each of these
   static FrameSeries resume(std::filesystem::path directory, int next, const std::function<void(const std::string&)>& damaged = {});
 
-  /// Writes the next frame, then frames.xdmf.
-  void append(const ParticleTable& particles, const SnapshotInfo& info);
+  /// Writes the next frame, then frames.xdmf. @param fill  begins the frame's file and gives it its particles
+  void append(const SnapshotInfo& info, const std::function<void(SnapshotWriter&)>& fill);
 
   [[nodiscard]] std::span<const FrameEntry> frames() const { return frames_; }  ///< in the order of time
 

@@ -70,8 +70,13 @@ void check_size(const Message& message, std::size_t expected) {
 
 // ---- What the first rank says -----------------------------------------------------------------------------------------------------------
 
-void BlockExchange::tell(Task task, const State& state, double dt) {
+void BlockExchange::begin(Task task) {
   busy_ = true;
+  counting_ = task != Task::particles && task != Task::blocks;
+}
+
+void BlockExchange::tell(Task task, const State& state, double dt) {
+  begin(task);
   if (!first()) return;
   Message message;
   put(message, task);
@@ -92,7 +97,7 @@ Ranks::Told BlockExchange::next(State& state) {
   state.step = reader.get<std::uint64_t>();
   state.next_id = reader.get<std::uint64_t>();
   state.source_count = reader.get<std::uint64_t>();
-  busy_ = true;
+  begin(told.task);
   return told;
 }
 
@@ -127,8 +132,8 @@ void BlockExchange::sum(std::span<std::uint64_t> numbers) {
 }
 
 std::vector<Message> BlockExchange::gather(Message mine) {
-  ++counts_.gathers;
-  if (!first()) counts_.gathered_bytes += mine.size();
+  if (counting_) ++counts_.gathers;
+  if (counting_ && !first()) counts_.gathered_bytes += mine.size();
   return transport_.gather(std::move(mine));
 }
 
@@ -251,6 +256,7 @@ void BlockExchange::send(Messages out, std::uint64_t& bytes) {
 }
 
 void BlockExchange::reduce(std::size_t bytes) {
+  if (!counting_) return;
   ++counts_.reductions;
   counts_.reduced_bytes += bytes;
 }

@@ -42,6 +42,7 @@ class BlockExchange : public Ranks {
   double agree(double largest, const std::optional<BlockFault>& fault) override;
   void sum(std::span<std::uint64_t> numbers) override;
   std::vector<Message> gather(Message mine) override;
+  void share(Message& message) override { transport_.broadcast(message); }
   [[nodiscard]] std::size_t particle_count(std::size_t own) const override { return now_ ? now_->particles : own; }
   void collect(const Grid& from, const std::function<bool(const Block&)>& wanted, Grid& into) override;
   std::vector<RankCounts> counts(std::size_t particles) override;
@@ -57,6 +58,7 @@ class BlockExchange : public Ranks {
   void add_parts_of(int fields, const NodesOf& nodes_of);
   void send(Messages out, std::uint64_t& bytes);
   void reduce(std::size_t bytes);
+  void begin(Task task);
 
   Transport& transport_;
   Ownership ownership_;
@@ -66,6 +68,7 @@ class BlockExchange : public Ranks {
   std::vector<std::int32_t> needed_;  ///< what it returned
   std::optional<Evenness> now_;       ///< as of then
   bool busy_ = false;
+  bool counting_ = true;    ///< what is exchanged now is not for a file
   bool fresh_ = true;       ///< owners have changed since
   bool unchanged_ = false;  ///< it found everything as it was before
   std::size_t own_particles_ = 0, border_blocks_ = 0;

@@ -4,6 +4,12 @@
 
 namespace mpm {
 
+namespace {
+
+constexpr std::size_t particles_of_a_round = std::size_t{1} << 16;  ///< that a rank sends at once when blocks move: 13 MB
+
+}  // namespace
+
 bool Ownership::at_border(const Index3& block) const {
   for (int n = 0; n < 27; ++n) {
     if (!owns(neighbour_of(block, n))) return true;
@@ -64,18 +70,27 @@ std::vector<std::uint64_t> Ownership::better_cuts(const Grid& grid, const Partit
   return MessageReader(cuts).values<std::uint64_t>();
 }
 
+/// In rounds, so that messages never hold all particles of a rank: at the start the first rank has those of all.
 void Ownership::move_blocks(Grid& grid, const Partition& to) {
-  Messages out;
+  std::vector<std::int32_t> leaving;
   for (const auto b : grid.occupied_blocks()) {
-    const int owner = to.owner(grid.block(b).coordinate);
-    if (owner == transport_.rank()) continue;
-    put_block(out[owner], grid.block(b));
-    grid.clear(b);
+    if (to.owner(grid.block(b).coordinate) != transport_.rank()) leaving.push_back(b);
   }
   partition_ = to;
-  const Messages in = transport_.exchange(std::move(out));
   grid.ask_owners();
-  for (const auto& [rank, message] : in) get_blocks(message, grid);
+  std::size_t next = 0;
+  for (double more[1] = {1.0}; more[0] > 0.0;) {
+    Messages out;
+    for (std::size_t count = 0; next < leaving.size() && count < particles_of_a_round; ++next) {
+      const Block& block = grid.block(leaving[next]);
+      count += static_cast<std::size_t>(block.particles.count());
+      put_block(out[to.owner(block.coordinate)], block);
+      grid.clear(leaving[next]);
+    }
+    for (const auto& [rank, message] : transport_.exchange(std::move(out))) get_blocks(message, grid);
+    more[0] = next < leaving.size() ? 1.0 : 0.0;
+    transport_.maximum(more);
+  }
 }
 
 }  // namespace mpm

@@ -252,11 +252,11 @@ TEST_F(Checkpoint, ThatIsMissingTruncatedOrAlteredIsRefused) {
 
 TEST_F(Checkpoint, OfAnotherKindOrVersionIsRefused) {
   const auto file_with = [&](const std::string& kind, std::int64_t version) {
-    hdf5::Writer file;
+    hdf5::Writer file(path);
     file.attribute("kind", kind);
     file.attribute("format_version", version);
     file.attribute("case_hash", case_hash_text(c));
-    file.save(path);
+    file.commit();
   };
   file_with("something else", checkpoint_format_version);
   EXPECT_THAT(refusal(), HasSubstr("not a checkpoint"));

@@ -22,7 +22,7 @@ void write_sample_run(const std::filesystem::path& directory) {
   FrameSeries series = FrameSeries::create(directory);
   unsigned n = 100;
   for (const double t : times) {
-    series.append(testing::random_particles(n, n), {t, 1, "0123456789abcdef", "0.1.0", 300.0, false, true});
+    testing::append_frame(series, testing::random_particles(n, n), {t, 1, "0123456789abcdef", "0.1.0", 300.0, false, true});
     n += 50;
   }
 }

@@ -1,9 +1,12 @@
 #include "libmpm/io/hdf5.hpp"
 
 #include <gtest/gtest.h>
+#include <malloc.h>
 #include <sys/resource.h>
 #include <unistd.h>
 
+#include <cmath>
+#include <csignal>
 #include <fstream>
 #include <new>
 #include <random>
@@ -26,45 +29,62 @@ void put(Writer& w, const std::string& name, const std::vector<T>& v, const Shap
 }
 
 void write_sample(const std::filesystem::path& path) {
-  Writer w;
+  Writer w(path);
   put<double>(w, "x", {1, 2, 3, 4, 5, 6}, {2, 3});
   put<std::uint64_t>(w, "id", {0, ~std::uint64_t{0}});
   w.attribute("time_s", 0.1);
   w.attribute("title", std::string("Lawine auf Mast, µ = 0"));
   w.attribute("count", std::int64_t{-7});
-  w.save(path);
+  w.commit();
 }
 
 #if !defined(__SANITIZE_ADDRESS__)  // which reserves terabytes of addresses
-TEST(Hdf5, ShortMemoryIsBadAllocBeforeTheLibraryMeetsIt) {
-  // The HDF5 library frees twice, and crashes, when one of its own allocations fails.
-  const TemporaryDirectory dir;
-  constexpr std::size_t megabyte = std::size_t{1} << 20;
-  const std::vector<double> values(8 * megabyte, 1.0);  // 64 MB
+/// With so many bytes to have, calls f. @returns whether it ran out of memory
+template <class F>
+bool out_of_memory_with(std::size_t bytes, F&& f) {
+  ::malloc_trim(0);  // what was freed would do otherwise
   std::size_t pages = 0;
   std::ifstream("/proc/self/statm") >> pages;
   rlimit before{};
-  ASSERT_EQ(::getrlimit(RLIMIT_AS, &before), 0);
+  ::getrlimit(RLIMIT_AS, &before);
   rlimit low = before;
-  low.rlim_cur =
-      pages * static_cast<std::size_t>(::sysconf(_SC_PAGESIZE)) + 80 * megabyte;  // for the array once, not for a file that moves
-  ASSERT_EQ(::setrlimit(RLIMIT_AS, &low), 0);
+  low.rlim_cur = pages * static_cast<std::size_t>(::sysconf(_SC_PAGESIZE)) + bytes;
+  ::setrlimit(RLIMIT_AS, &low);
   bool refused = false;
-  {
-    Writer w;
-    try {
-      put<double>(w, "x", values);
-      w.save(dir / "f.h5");
-    } catch (const std::bad_alloc&) {
-      refused = true;
-    } catch (const IoError&) {
-    }
+  try {
+    f();
+  } catch (const std::bad_alloc&) {
+    refused = true;
   }
   ::setrlimit(RLIMIT_AS, &before);
-  EXPECT_TRUE(refused);
-  Writer again;  // as good as ever
-  put<double>(again, "x", values);
-  again.save(dir / "f.h5");
+  return refused;
+}
+
+constexpr std::size_t megabyte = std::size_t{1} << 20;
+
+TEST(Hdf5, ShortMemoryIsBadAllocBeforeTheLibraryMeetsIt) {
+  // The HDF5 library frees twice, and crashes, when one of its own allocations fails.
+  const TemporaryDirectory dir;
+  write_sample(dir / "f.h5");
+  EXPECT_TRUE(out_of_memory_with(8 * megabyte, [&] { write_sample(dir / "f.h5"); }));
+  Writer begun(dir / "g.h5");
+  EXPECT_TRUE(out_of_memory_with(8 * megabyte, [&] { put<double>(begun, "x", {1}); }));
+  put<double>(begun, "x", {1});  // as good as ever
+  begun.commit();
+  EXPECT_EQ(Reader(dir / "g.h5").dataset<double>("x", {1}), std::vector<double>{1.0});
+  EXPECT_EQ(Reader(dir / "f.h5").real("time_s"), 0.1);
+}
+
+TEST(Hdf5, AFileNeedsNoMemoryForItsArrays) {
+  const TemporaryDirectory dir;
+  const std::vector<double> values(4 * megabyte, 1.0);  // 32 MB
+  EXPECT_FALSE(out_of_memory_with(24 * megabyte, [&] {
+    Writer w(dir / "f.h5");
+    put<double>(w, "x", values);
+    w.declare<double>("y", {2, values.size()});
+    for (int i = 0; i < 2; ++i) w.append<double>("y", values);
+    w.commit();
+  }));
   EXPECT_EQ(Reader(dir / "f.h5").dataset<double>("x", {any_extent}), values);
 }
 #endif
@@ -72,7 +92,7 @@ TEST(Hdf5, ShortMemoryIsBadAllocBeforeTheLibraryMeetsIt) {
 TEST(Hdf5, ReadsBackEveryTypeAndAttributeThatWasWritten) {
   const TemporaryDirectory dir;
   {
-    Writer w;
+    Writer w(dir / "f.h5");
     put<double>(w, "f64", {0.1, -1e300});
     put<float>(w, "f32", {0.1F, 2.0F});
     put<std::uint64_t>(w, "u64", {0, ~std::uint64_t{0}});
@@ -84,7 +104,7 @@ TEST(Hdf5, ReadsBackEveryTypeAndAttributeThatWasWritten) {
     w.attribute("s", std::string("µ"));
     w.attribute("empty", std::string());
     w.attribute("i", std::int64_t{-3});
-    w.save(dir / "f.h5");
+    w.commit();
   }
   const Reader r(dir / "f.h5");
   EXPECT_EQ(r.dataset<double>("f64", {2}), (std::vector<double>{0.1, -1e300}));
@@ -96,6 +116,10 @@ TEST(Hdf5, ReadsBackEveryTypeAndAttributeThatWasWritten) {
   EXPECT_EQ(r.dataset<std::uint8_t>("u8", {2, 1, 2}), (std::vector<std::uint8_t>{0, 255, 7, 1}));
   EXPECT_EQ(r.shape("u8"), (Shape{2, 1, 2}));
   EXPECT_TRUE(r.dataset<double>("none", {0, 3}).empty());
+  EXPECT_EQ(r.rows<std::uint8_t>("u8", {2, 1, 2}, 1, 1), (std::vector<std::uint8_t>{7, 1}));
+  EXPECT_EQ(r.rows<double>("f32", {any_extent}, 1, any_extent), (std::vector<double>{2.0}));
+  EXPECT_TRUE(r.rows<double>("f64", {2}, 2, 0).empty());
+  EXPECT_NE(io_error_of([&] { (void)r.rows<double>("f64", {2}, 1, 2); }).find("has no 2 rows from row 1 on"), std::string::npos);
   EXPECT_EQ(r.real("r"), 1.0 / 3.0);
   EXPECT_EQ(r.text("s"), "µ");
   EXPECT_EQ(r.text("empty"), "");
@@ -143,7 +167,7 @@ TEST(Hdf5, WrongRequestsAreErrorsThatNameTheFileAndTheItem) {
   EXPECT_NE(error([&] { (void)r.real("title"); }).find("'title'"), std::string::npos);
   EXPECT_NE(error([&] { (void)r.text("count"); }).find("'count'"), std::string::npos);
   EXPECT_NE(error([&] { (void)r.integer("none"); }).find("no attribute 'none'"), std::string::npos);
-  Writer w;
+  Writer w(dir / "g.h5");
   EXPECT_THROW(put<double>(w, "x", {1, 2, 3}, {2, 2}), IoError);
   put<double>(w, "x", {1});
   EXPECT_THROW(put<double>(w, "x", {1}), IoError);
@@ -151,11 +175,77 @@ TEST(Hdf5, WrongRequestsAreErrorsThatNameTheFileAndTheItem) {
 
 TEST(Hdf5, FailureToWriteLeavesTheOldFile) {
   const TemporaryDirectory dir;
-  Writer w;
-  put<double>(w, "x", {1});
-  EXPECT_NE(io_error_of([&] { w.save(dir / "none/f.h5"); }).find("No such file"), std::string::npos);
-  w.save(dir / "f.h5");  // the content is still there
-  EXPECT_EQ(Reader(dir / "f.h5").dataset<double>("x", {1}), std::vector<double>{1.0});
+  EXPECT_NE(io_error_of([&] { Writer w(dir / "none/f.h5"); }).find("No such file"), std::string::npos);
+  const auto write = [&] {
+    Writer w(dir / "f.h5");
+    for (const char* name : {"x", "y", "z"}) put<double>(w, name, std::vector<double>(8000, 1.0));
+    w.attribute("time_s", 0.1);
+    w.commit();
+  };
+  write();
+  const std::string old = read_file(dir / "f.h5");
+  rlimit before{};
+  ASSERT_EQ(::getrlimit(RLIMIT_FSIZE, &before), 0);
+  const auto handler = std::signal(SIGXFSZ, SIG_IGN);
+  // The limit stands for the full disk. It is met by the library itself, in the first array, in the third, by the last byte.
+  for (const std::size_t limit : {std::size_t{64}, std::size_t{1} << 16, std::size_t{20000 * 8}, old.size() - 1}) {
+    rlimit low = before;
+    low.rlim_cur = limit;
+    ASSERT_EQ(::setrlimit(RLIMIT_FSIZE, &low), 0);
+    const std::string message = io_error_of(write);
+    ::setrlimit(RLIMIT_FSIZE, &before);
+    EXPECT_NE(message.find("cannot write '" + (dir / "f.h5").string() + "': File too large; raise"), std::string::npos) << message;
+    EXPECT_EQ(read_file(dir / "f.h5"), old);
+    EXPECT_EQ(std::distance(std::filesystem::directory_iterator(dir.path()), {}), 1) << "no temporary is left";
+  }
+  std::signal(SIGXFSZ, handler);
+}
+
+TEST(Hdf5, PiecesGiveTheBytesOfTheWhole) {
+  const TemporaryDirectory dir;
+  std::mt19937_64 random(1);
+  std::vector<double> x(30000);
+  std::vector<std::int32_t> n(7000);
+  std::vector<std::uint8_t> few(5);
+  for (double& v : x) v = std::ldexp(static_cast<double>(random()), -64);
+  for (std::int32_t& v : n) v = static_cast<std::int32_t>(random());
+  {
+    Writer w(dir / "whole.h5");
+    w.attribute("time_s", 0.1);
+    put(w, "x", x, {10000, 3});
+    put<float>(w, "none", {}, {0, 2});
+    put(w, "few", few);
+    put(w, "n", n);
+    w.commit();
+  }
+  Writer w(dir / "pieces.h5");
+  w.attribute("time_s", 0.1);
+  w.declare<double>("x", {10000, 3});
+  w.declare<float>("none", {0, 2});
+  w.declare<std::uint8_t>("few", {5});
+  w.declare<std::int32_t>("n", {7000});
+  EXPECT_FALSE(std::filesystem::exists(dir / "pieces.h5"));
+  const auto all_x = std::span<const double>(x);
+  const auto all_n = std::span<const std::int32_t>(n);
+  w.append("n", all_n.first(1));
+  for (std::size_t i = 0; i < x.size(); i += 1000) w.append("x", all_x.subspan(i, 1000));
+  w.append("n", all_n.subspan(1));
+  for (const std::uint8_t v : few) w.append<std::uint8_t>("few", {&v, 1});
+  EXPECT_NE(io_error_of([&] { w.append("n", all_n.first(1)); }).find("'n' is given more values"), std::string::npos);
+  EXPECT_NE(io_error_of([&] { w.append("y", all_n.first(1)); }).find("'y' was not declared"), std::string::npos);
+  w.commit();
+  EXPECT_EQ(read_file(dir / "pieces.h5"), read_file(dir / "whole.h5"));
+  EXPECT_EQ(Reader(dir / "pieces.h5").dataset<double>("x", {10000, 3}), x);
+}
+
+TEST(Hdf5, AnArrayThatLacksValuesIsNoFile) {
+  const TemporaryDirectory dir;
+  Writer w(dir / "f.h5");
+  w.declare<double>("x", {2});
+  const double one = 1.0;
+  w.append<double>("x", {&one, 1});
+  EXPECT_NE(io_error_of([&] { w.commit(); }).find("'x' is given fewer values"), std::string::npos);
+  EXPECT_FALSE(std::filesystem::exists(dir / "f.h5"));
 }
 
 /// Without fsync, which takes most of the time of many small files.
@@ -200,7 +290,7 @@ TEST(Hdf5, NothingIsPrintedWhenARequestFails) {
   const Reader r(dir / "f.h5");
   EXPECT_THROW((void)r.dataset<double>("y", {1}), IoError);
   EXPECT_THROW((void)r.real("title"), IoError);
-  Writer w;
+  Writer w(dir / "g.h5");
   put<double>(w, "x", {1});
   EXPECT_THROW(put<double>(w, "x", {1}), IoError);  // the HDF5 library itself fails here, and would print its error stack
   EXPECT_EQ(::testing::internal::GetCapturedStderr(), "");

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <utility>
 
 #include "libmpm/io/atomic_file.hpp"
 #include "libmpm/io/hdf5.hpp"
@@ -84,6 +85,34 @@ TEST(Snapshot, DerivedFieldsAreCauchyMeasures) {
   }
 }
 
+/// Rows first .. first + count - 1.
+ParticleTable rows(const ParticleTable& p, std::size_t first, std::size_t count) {
+  const auto cut = [&](const auto& column, std::size_t components) {
+    const auto at = column.begin() + static_cast<std::ptrdiff_t>(first * components);
+    return std::decay_t<decltype(column)>(at, at + static_cast<std::ptrdiff_t>(count * components));
+  };
+  return {cut(p.id, 1),     cut(p.position, 3), cut(p.velocity, 3),     cut(p.affine, 9),
+          cut(p.stress, 6), cut(p.internal, 1), cut(p.volume_ratio, 1), cut(p.volume, 1)};
+}
+
+TEST(Snapshot, PiecesGiveTheBytesOfTheWhole) {
+  const TemporaryDirectory dir;
+  const ParticleTable p = testing::random_particles(1000, 4);
+  write_frame(dir.path(), 0, p, info_at(0.3));
+  write_final(dir / "final.h5", p, info_at(0.3));
+  const auto in_pieces = [&](SnapshotWriter::Kind kind) {
+    SnapshotWriter file(kind, dir / "pieces.h5", info_at(0.3));
+    file.begin(1000);
+    for (const auto& [first, end] : {std::pair{0U, 1U}, std::pair{1U, 601U}, std::pair{601U, 601U}, std::pair{601U, 1000U}})
+      file.append(rows(p, first, end - first));
+    EXPECT_EQ(file.particles(), 1000U);
+    file.commit();
+    return read_file(dir / "pieces.h5");
+  };
+  EXPECT_EQ(in_pieces(SnapshotWriter::Kind::frame), read_file(frame_path(dir.path(), 0)));
+  EXPECT_EQ(in_pieces(SnapshotWriter::Kind::final), read_file(dir / "final.h5"));
+}
+
 TEST(Snapshot, EmptyStateIsAState) {
   const TemporaryDirectory dir;
   write_frame(dir.path(), 0, ParticleTable{}, info_at(0.0));
@@ -118,7 +147,9 @@ TEST(Snapshot, ListsFramesInOrderAndPassesOverOtherFiles) {
 
 TEST(FrameSeries, ResumedSeriesEqualsOneThatWasNeverStopped) {
   const TemporaryDirectory whole, stopped;
-  const auto frame = [](FrameSeries& s, int i) { s.append(testing::random_particles(20, static_cast<unsigned>(i)), info_at(0.2 * i)); };
+  const auto frame = [](FrameSeries& s, int i) {
+    testing::append_frame(s, testing::random_particles(20, static_cast<unsigned>(i)), info_at(0.2 * i));
+  };
   {
     FrameSeries s = FrameSeries::create(whole.path());
     for (int i = 0; i < 6; ++i) frame(s, i);
@@ -144,7 +175,7 @@ TEST(FrameSeries, ResumedPastADamagedFrameNamesItAndLeavesItOut) {
   const TemporaryDirectory dir;
   {
     FrameSeries s = FrameSeries::create(dir.path());
-    for (int i = 0; i < 4; ++i) s.append(testing::random_particles(2, 1), info_at(i));
+    for (int i = 0; i < 4; ++i) testing::append_frame(s, testing::random_particles(2, 1), info_at(i));
   }
   std::filesystem::resize_file(frame_path(dir.path(), 1), 100);
   std::filesystem::remove(frame_path(dir.path(), 3));  // the user needed the space
@@ -152,7 +183,7 @@ TEST(FrameSeries, ResumedPastADamagedFrameNamesItAndLeavesItOut) {
   FrameSeries s = FrameSeries::resume(dir.path(), 4, [&](const std::string& why) { reasons.push_back(why); });
   ASSERT_EQ(reasons.size(), 1u);
   EXPECT_NE(reasons[0].find("00001.h5"), std::string::npos) << reasons[0];
-  s.append(testing::random_particles(2, 1), info_at(4));
+  testing::append_frame(s, testing::random_particles(2, 1), info_at(4));
   std::vector<int> listed;
   for (const FrameEntry& f : s.frames()) listed.push_back(f.index);
   EXPECT_EQ(listed, (std::vector<int>{0, 2, 4}));
@@ -164,7 +195,7 @@ TEST(FrameSeries, NewSeriesRemovesOldFramesAndNothingElse) {
   const TemporaryDirectory dir;
   {
     FrameSeries s = FrameSeries::create(dir.path());
-    for (int i = 0; i < 3; ++i) s.append(testing::random_particles(2, 1), info_at(i));
+    for (int i = 0; i < 3; ++i) testing::append_frame(s, testing::random_particles(2, 1), info_at(i));
   }
   write_file(dir / "frames/mine.txt", "x");
   FrameSeries s = FrameSeries::create(dir.path());

@@ -4,6 +4,7 @@
 #include "libmpm/base/error.hpp"
 #include "libmpm/core/diagnostics.hpp"
 #include "libmpm/core/health.hpp"
+#include "libmpm/driver/pieces.hpp"
 #include "libmpm/driver/worker.hpp"
 #include "libmpm/parallel/block_exchange.hpp"
 #include "support/rank_cases.hpp"
@@ -76,7 +77,12 @@ Outcome on_several(const Case& c, int steps, int ranks, int threads, const Balan
     State state = make_state(c, scene);
     state.grid.divide(&exchange);
     take_steps(state, scene, steps, outcome);
-    outcome.particles = testing::stored_particles(whole_state(state).grid);
+    pass_blocks(state, {.begin = [](std::span<const BlockHead>) {},
+                        .append =
+                            [&](const Grid& piece) {
+                              const auto more = testing::stored_particles(piece);
+                              outcome.particles.insert(outcome.particles.end(), more.begin(), more.end());
+                            }});
     outcome.moves = exchange.own_counts().moves;
     EXPECT_LT(testing::stored_particles(state.grid).size(), outcome.particles.size());  // the others have the rest
     exchange.tell(Task::end, state, 0.0);

@@ -1,10 +1,11 @@
 /// Preloaded into a program (LD_PRELOAD), lets one of its calls for files fail, or kills it there: every moment of writing, one by one.
 ///
 /// FAIL_AT=n         the n-th call, counted from 1; without it none
-/// FAIL_WITH=errno   a number; or `kill`: SIGKILL in place of the call, `half`: SIGKILL after half of a write
+/// FAIL_WITH=errno   a number; or `kill`: SIGKILL in place of the call, `half`: SIGKILL after half of a write, `memory`: the call succeeds,
+///                   and the next allocation by operator new fails
 /// COUNT_FILE=path   receives the number of calls at the end
 ///
-/// Counted are calls that change files: open for writing, write, fsync, rename, remove, mkdir.
+/// Counted are calls that change files: open for writing, write, pwrite, fsync, rename, remove, mkdir.
 
 #include <dlfcn.h>
 #include <fcntl.h>
@@ -18,10 +19,12 @@
 #include <cstdio>
 #include <cstdlib>
 #include <cstring>
+#include <new>
 
 namespace {
 
 std::atomic<long> calls{0};
+std::atomic<bool> out_of_memory{false};
 
 template <class Function>
 Function* next(const char* name) {
@@ -29,14 +32,23 @@ Function* next(const char* name) {
 }
 
 /// Whether this call is the one that fails; errno is set then, or the process is gone.
-bool fails_here(int descriptor = -1, const void* bytes = nullptr, std::size_t size = 0) {
+template <class WriteHalf>
+bool fails_here(WriteHalf&& write_half) {
   static const char* at = std::getenv("FAIL_AT");
   static const char* with = std::getenv("FAIL_WITH");
   if (++calls != (at != nullptr ? std::atol(at) : -1) || with == nullptr) return false;
-  if (std::strcmp(with, "half") == 0 && size > 1) (void)!next<ssize_t(int, const void*, std::size_t)>("write")(descriptor, bytes, size / 2);
+  if (std::strcmp(with, "memory") == 0) {
+    out_of_memory = true;
+    return false;
+  }
+  if (std::strcmp(with, "half") == 0) write_half();
   if (std::strcmp(with, "half") == 0 || std::strcmp(with, "kill") == 0) std::raise(SIGKILL);
   errno = std::atoi(with);
   return true;
+}
+
+bool fails_here() {
+  return fails_here([] {});
 }
 
 struct Report {
@@ -68,8 +80,15 @@ int open(const char* path, int flags, ...) {
 }
 
 ssize_t write(int descriptor, const void* bytes, std::size_t size) {
-  if (descriptor > STDERR_FILENO && fails_here(descriptor, bytes, size)) return -1;
-  return next<ssize_t(int, const void*, std::size_t)>("write")(descriptor, bytes, size);
+  const auto real = next<ssize_t(int, const void*, std::size_t)>("write");
+  if (descriptor > STDERR_FILENO && fails_here([&] { (void)!real(descriptor, bytes, size / 2); })) return -1;
+  return real(descriptor, bytes, size);
+}
+
+ssize_t pwrite(int descriptor, const void* bytes, std::size_t size, off_t offset) {
+  const auto real = next<ssize_t(int, const void*, std::size_t, off_t)>("pwrite");
+  if (fails_here([&] { (void)!real(descriptor, bytes, size / 2, offset); })) return -1;
+  return real(descriptor, bytes, size, offset);
 }
 
 int fsync(int descriptor) { return fails_here() ? -1 : next<int(int)>("fsync")(descriptor); }
@@ -81,4 +100,11 @@ int rename(const char* from, const char* to) noexcept {
 int remove(const char* path) noexcept { return fails_here() ? -1 : next<int(const char*)>("remove")(path); }
 
 int mkdir(const char* path, mode_t mode) noexcept { return fails_here() ? -1 : next<int(const char*, mode_t)>("mkdir")(path, mode); }
+}
+
+/// That of libstdc++, which operator new[] calls, too.
+void* operator new(std::size_t size) {
+  if (out_of_memory.exchange(false)) throw std::bad_alloc();
+  static const auto real = next<void*(std::size_t)>("_Znwm");
+  return real(size);
 }

@@ -7,6 +7,7 @@
 #include <random>
 
 #include "libmpm/io/snapshot.hpp"
+#include "libmpm/io/xdmf.hpp"
 
 namespace mpm::testing {
 
@@ -59,6 +60,14 @@ inline ParticleTable heap_particles(double t, double spacing) {
     }
   }
   return p;
+}
+
+/// The next frame of a series, with all its particles at once.
+inline void append_frame(FrameSeries& series, const ParticleTable& particles, const SnapshotInfo& info) {
+  series.append(info, [&](SnapshotWriter& file) {
+    file.begin(particles.size());
+    file.append(particles);
+  });
 }
 
 }  // namespace mpm::testing

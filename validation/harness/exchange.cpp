@@ -115,9 +115,9 @@ Columns start_columns(const State& state, const Scene& scene) {
 
 void write_particles(const std::filesystem::path& directory, const Columns& c) {
   write_table(directory / "particles.csv", c.names, c.values);
-  hdf5::Writer file;
+  hdf5::Writer file(directory / "particles.h5");
   for (std::size_t i = 0; i < c.names.size(); ++i) file.dataset<double>(c.names[i], c.values[i]);
-  file.save(directory / "particles.h5");
+  file.commit();
 }
 
 // ---- description -------------------------------------------------------------------------------------------------------------------

@@ -1,0 +1,35 @@
+#pragma once
+/// The particles of a grid in the order of their identity numbers.
+
+#include <cstdint>
+#include <functional>
+#include <vector>
+
+#include "libmpm/core/grid.hpp"
+
+namespace mpm {
+
+/// Where each particle is, by rising identity number: 16 bytes a particle. Refers to the grid, which must not change.
+class ParticleOrder {
+ public:
+  /// Of this rank's particles. @param keep  which of them; empty: all
+  explicit ParticleOrder(const Grid& grid, const std::function<bool(const Particle&)>& keep = {});
+
+  [[nodiscard]] std::size_t size() const { return order_.size(); }              ///< particles
+  [[nodiscard]] std::uint64_t id(std::size_t i) const { return order_[i].id; }  ///< of the i-th
+  [[nodiscard]] Particle operator[](std::size_t i) const {                      ///< the i-th
+    return grid_.block(order_[i].block).particles[order_[i].slot];
+  }
+  /// Place of the first particle whose number is not below this.
+  [[nodiscard]] std::size_t first_from(std::uint64_t id) const;
+
+ private:
+  struct Place {
+    std::uint64_t id;
+    std::int32_t block, slot;
+  };
+  const Grid& grid_;
+  std::vector<Place> order_;
+};
+
+}  // namespace mpm

@@ -1,0 +1,192 @@
+#include <fmt/format.h>
+#include <hdf5.h>
+#include <zlib.h>
+
+#include <algorithm>
+#include <bit>
+#include <functional>
+#include <numeric>
+#include <utility>
+
+#include "libmpm/io/atomic_file.hpp"
+#include "libmpm/io/hdf5.hpp"
+#include "libmpm/io/hdf5_library.hpp"
+#include "libmpm/io/hdf5_target.hpp"
+
+namespace mpm::hdf5 {
+
+namespace {
+
+uLong crc_of(uLong before, std::span<const std::byte> bytes) {
+  if (bytes.empty()) return before;  // crc32_z begins anew where there is no address
+  return crc32_z(before, reinterpret_cast<const Bytef*>(bytes.data()), bytes.size());
+}
+
+/// Content of an array in the file.
+struct Array {
+  std::string name;
+  std::uint64_t offset = 0;  ///< of the first byte
+  std::size_t bytes = 0, written = 0;
+  uLong crc = 0;  ///< of those written
+};
+
+}  // namespace
+
+struct Writer::File {
+  AtomicFile file;
+  Target target{file};
+  hid_t id = -1;
+  std::vector<Array> arrays;
+
+  explicit File(const std::filesystem::path& path) : file(path) {}
+  ~File() {
+    if (id >= 0) H5Fclose(id);
+  }
+  /// Disks do not fail here (Target): it is lack of memory or a wrong argument.
+  void require(bool ok, const std::string& what) const {
+    if (!ok) {
+      throw IoError(fmt::format("cannot write '{}': {}: {}; if memory is short, raise its limit or take a smaller case",
+                                file.path().string(), what, innermost_message()));
+    }
+  }
+  void write_attribute(const std::string& name, hid_t type, hid_t memory_type, const void* value) const {
+    const QuietErrors quiet;
+    const Handle space(H5Screate(H5S_SCALAR), H5Sclose);
+    const Handle attribute(H5Acreate2(id, name.c_str(), type, space, H5P_DEFAULT, H5P_DEFAULT), H5Aclose);
+    require(attribute >= 0, fmt::format("attribute '{}'", name));
+    require(H5Awrite(attribute, memory_type, value) >= 0, fmt::format("attribute '{}'", name));
+  }
+  [[noreturn]] void refuse(const std::string& name, const std::string& what) const {
+    throw IoError(fmt::format("cannot write '{}': dataset '{}' {}", file.path().string(), name, what));
+  }
+  void declare(const std::string& name, const Shape& shape, const ElementType& type, std::size_t size_of_element);
+  void append(Array& array, std::span<const std::byte> bytes);
+  [[nodiscard]] uLong crc_of_all();
+};
+
+/// The library gives an array its place when the first value is written, and so does not touch the others.
+void Writer::File::declare(const std::string& name, const Shape& shape, const ElementType& type, std::size_t size_of_element) {
+  const QuietErrors quiet;
+  require_memory();
+  const std::vector<hsize_t> extents(shape.begin(), shape.end());
+  const Handle space(H5Screate_simple(static_cast<int>(extents.size()), extents.data(), nullptr), H5Sclose);
+  const Handle creation(H5Pcreate(H5P_DATASET_CREATE), H5Pclose);
+  H5Pset_obj_track_times(creation, false);  // equal content, equal bytes
+  const Handle set(H5Dcreate2(id, name.c_str(), type.stored, space, H5P_DEFAULT, creation, H5P_DEFAULT), H5Dclose);
+  require(set >= 0, fmt::format("dataset '{}'", name));
+  Array array{.name = name};
+  array.bytes = std::accumulate(shape.begin(), shape.end(), size_of_element, std::multiplies<>());
+  if (array.bytes > 0) {
+    const std::vector<hsize_t> first(extents.size(), 0), one(extents.size(), 1);
+    const Handle value(H5Screate(H5S_SCALAR), H5Sclose);
+    const std::uint64_t nothing = 0;
+    require(H5Sselect_hyperslab(space, H5S_SELECT_SET, first.data(), nullptr, one.data(), nullptr) >= 0 &&
+                H5Dwrite(set, type.native, value, space, H5P_DEFAULT, &nothing) >= 0,
+            fmt::format("dataset '{}'", name));
+    array.offset = H5Dget_offset(set);
+    require(array.offset != HADDR_UNDEF, fmt::format("place of dataset '{}'", name));
+  }
+  target.rethrow();
+  arrays.push_back(std::move(array));
+}
+
+void Writer::File::append(Array& array, std::span<const std::byte> bytes) {
+  if (bytes.size() > array.bytes - array.written) refuse(array.name, "is given more values than its shape has");
+  file.write_at(array.offset + array.written, bytes);
+  array.written += bytes.size();
+  array.crc = crc_of(array.crc, bytes);
+}
+
+/// The arrays' are known; what lies between them, little, is read back.
+uLong Writer::File::crc_of_all() {
+  std::vector<const Array*> in_order;
+  for (const Array& array : arrays) {
+    if (array.written != array.bytes) refuse(array.name, "is given fewer values than its shape has");
+    if (array.bytes > 0) in_order.push_back(&array);
+  }
+  std::ranges::sort(in_order, {}, &Array::offset);
+  uLong crc = 0;
+  std::uint64_t at = 0;
+  std::vector<std::byte> between;
+  const auto read_up_to = [&](std::uint64_t end) {
+    between.resize(end - at);
+    file.read_at(at, between);
+    crc = crc_of(crc, between);
+  };
+  for (const Array* array : in_order) {
+    read_up_to(array->offset);
+    crc = crc32_combine(crc, array->crc, static_cast<z_off_t>(array->bytes));
+    at = array->offset + array->bytes;
+  }
+  read_up_to(target.size());
+  return crc;
+}
+
+Writer::Writer(const std::filesystem::path& path) : file_(std::make_unique<File>(path)) {
+  require_memory();  // before the first call of the library, which allocates its tables
+  const QuietErrors quiet;
+  file_->id = file_->target.create();
+  file_->require(file_->id >= 0, "create");
+  file_->target.rethrow();
+}
+
+Writer::~Writer() {
+  const QuietErrors quiet;
+  file_.reset();
+}
+
+template <Element T>
+void Writer::declare(const std::string& name, const Shape& shape) {
+  file_->declare(name, shape, element_type<T>(), sizeof(T));
+}
+
+template <Element T>
+void Writer::append(const std::string& name, std::span<const T> values) {
+  static_assert(std::endian::native == std::endian::little, "arrays are written as they are in memory; files are little-endian");
+  const auto array = std::ranges::find(file_->arrays, name, &Array::name);
+  if (array == file_->arrays.end()) file_->refuse(name, "was not declared");
+  file_->append(*array, std::as_bytes(values));
+}
+
+template <Element T>
+void Writer::dataset(const std::string& name, std::span<const T> values, const Shape& shape) {
+  const Shape extents = shape.empty() ? Shape{values.size()} : shape;
+  if (std::accumulate(extents.begin(), extents.end(), std::size_t{1}, std::multiplies<>()) != values.size())
+    file_->refuse(name, fmt::format("of shape {} is given {} values", describe(extents), values.size()));
+  declare<T>(name, extents);
+  file_->append(file_->arrays.back(), std::as_bytes(values));
+}
+
+void Writer::attribute(const std::string& name, const std::string& value) {
+  const Handle type = text_type();
+  const char* text = value.c_str();
+  file_->write_attribute(name, type, type, &text);
+}
+void Writer::attribute(const std::string& name, double value) { file_->write_attribute(name, H5T_IEEE_F64LE, H5T_NATIVE_DOUBLE, &value); }
+void Writer::attribute(const std::string& name, std::int64_t value) {
+  file_->write_attribute(name, H5T_STD_I64LE, H5T_NATIVE_INT64, &value);
+}
+
+void Writer::commit(const std::filesystem::path& keep_as) {
+  const QuietErrors quiet;
+  require_memory();
+  file_->require(H5Fclose(std::exchange(file_->id, -1)) >= 0, "close");
+  file_->target.rethrow();
+  const std::string end = seal(file_->crc_of_all());
+  file_->file.write_at(file_->target.size(), std::as_bytes(std::span(end)));
+  file_->file.commit(keep_as);
+}
+
+#define MPM_ELEMENT(T)                                                  \
+  template void Writer::declare<T>(const std::string&, const Shape&);   \
+  template void Writer::append(const std::string&, std::span<const T>); \
+  template void Writer::dataset(const std::string&, std::span<const T>, const Shape&)
+MPM_ELEMENT(double);
+MPM_ELEMENT(float);
+MPM_ELEMENT(std::uint64_t);
+MPM_ELEMENT(std::int64_t);
+MPM_ELEMENT(std::int32_t);
+MPM_ELEMENT(std::uint8_t);
+#undef MPM_ELEMENT
+
+}  // namespace mpm::hdf5
