@@ -11,8 +11,8 @@
 /// How it is computed (both transfers):
 /// - Per block, on the contiguous 6x6x6 halo of its nodes; blocks of one colour in parallel, colour after colour.
 /// - Per cell, two particles at a time: a Lanes holds {a_x, a_y, a_z, a_m | b_x, b_y, b_z, b_m} for particles a and b of one cell,
-///   so that one fused multiply-add updates a whole node for both, with no transposition of the 192-byte records. Single records go four
-///   at a time, with velocities, momenta and nodes relative to RecordFrame::velocity.
+///   so that one fused multiply-add updates a whole node for both, with no transposition of the 192-byte records; one particle where
+///   registers hold no more. Single records go four at a time, with velocities, momenta and nodes relative to RecordFrame::velocity.
 /// - The 27-node sums are factored axis by axis (z, then y, then x), because both the weights and the affine term are.
 
 #include <cstdint>
