@@ -231,7 +231,7 @@ void at_rest(const CaseContext& context, CaseResult& result) {
 
 void inviscid(const CaseContext& context, CaseResult& result) {
   Case c = context.read_case();
-  c.numerics.cell_size = context.choose(0.35, 0.35, 0.25);  // odd w/dx: with an even one the mast acts a cell wider
+  c.numerics.cell_size = context.choose(0.4375, 0.35, 0.25);
   if (context.level() == Level::quick) c.output.duration = 14.0;
   const ImpactRun run = run_impact(context, "inviscid", "Fr 0.3, M = 0, frictionless mast", c);
   result.notes.push_back(figures(run));
@@ -277,7 +277,7 @@ void frictional(const CaseContext& context, CaseResult& result, double froude, d
 void run(const CaseContext& context, CaseResult& result) {
   at_rest(context, result);
   inviscid(context, result);
-  frictional(context, result, 0.3, context.choose(0.4375, 0.4375, 0.25), 16.0);
+  frictional(context, result, 0.3, context.choose(width / 3.0, 0.4375, 0.25), context.choose(14.0, 16.0, 16.0));
   if (context.level() != Level::quick) frictional(context, result, 0.1, context.choose(0.4375, 0.4375, 0.25), 48.0);
 }
 
