@@ -18,7 +18,6 @@
 #include <concepts>
 #include <cstdint>
 #include <functional>
-#include <limits>
 #include <numbers>
 #include <optional>
 #include <string>
@@ -28,120 +27,11 @@
 #include <variant>
 #include <vector>
 
+#include "libmpm/base/parameter_info.hpp"
+#include "libmpm/base/parameter_report.hpp"
 #include "libmpm/base/types.hpp"
 
 namespace mpm {
-
-/// A value as a user writes it; the alternative follows from ParameterType (text and choice: string; axes: list of strings).
-using ParameterValue = std::variant<bool, std::int64_t, double, std::string, Vec3, Mat3, std::vector<std::string>>;
-
-/// What a value is, and so how a file writes it.
-enum class ParameterType {
-  text,     ///< a string
-  choice,   ///< one of a few strings
-  number,   ///< a float; an integer is accepted
-  integer,  ///< a whole number, one of `choices` where these are given
-  boolean,
-  vector,  ///< three numbers [x, y, z]
-  matrix,  ///< three rows of three numbers
-  axes,    ///< a list of distinct axis names out of `choices`
-};
-
-/// Interval of permitted values; every component of a vector or matrix has to lie in it.
-struct Range {
-  double low = -std::numeric_limits<double>::infinity();  ///< least value
-  double high = std::numeric_limits<double>::infinity();  ///< greatest value
-  bool low_open = false, high_open = false;               ///< the end itself is not permitted
-
-  /// Whether x is permitted.
-  [[nodiscard]] bool contains(double x) const { return (low_open ? x > low : x >= low) && (high_open ? x < high : x <= high); }
-  bool operator==(const Range&) const = default;
-};
-
-/// When a parameter is used, or required: every test has to hold. Without tests: always.
-struct Condition {
-  /// One thing that is looked at.
-  struct Test {
-    std::string key;                 ///< parameter of the same table that is looked at
-    std::vector<std::string> words;  ///< it is one of these
-    std::optional<double> below;     ///< or a number below this
-    std::string table;               ///< with an empty key: this table is looked at
-    bool present = true;             ///< whether it has to be given, or to be absent
-    bool operator==(const Test&) const = default;
-  };
-  std::vector<Test> tests;  ///< all have to hold
-
-  [[nodiscard]] bool always() const { return tests.empty(); }  ///< no test
-  /// As a user reads it: feed = "window", [conveyor] and [obstacle], always
-  [[nodiscard]] std::string text() const;
-  bool operator==(const Condition&) const = default;
-};
-
-/// A parameter as a user sees it.
-struct ParameterInfo {
-  std::string name;                            ///< with its unit, as in a file: cell_size_m
-  ParameterType type = ParameterType::number;  ///< what its value is
-  std::string unit;                            ///< empty: dimensionless
-  std::optional<Range> range;                  ///< of numbers; none: any finite number
-  std::vector<std::string> choices;            ///< permitted words or whole numbers; empty: any
-  std::string description;                     ///< one line for the reference of keys
-  std::optional<ParameterValue> preset;        ///< the default; none where it is left out
-  std::string left_out;                        ///< what happens when it is left out, where the default does not say it
-  Condition used;                              ///< where it is not used it is refused
-  std::optional<Condition> required;           ///< none: never; looked at where the parameter is used
-  std::vector<std::string> excludes;           ///< parameters of the same table that set the same quantity: only one of them may be given
-  bool hidden_preset = false;   ///< not written while it has its default, so that a new parameter leaves old cases as they were
-  bool affects_results = true;  ///< part of the case's hash
-};
-
-/// "a number in [0, 1) Pa", "one of "a", "b"": what a parameter accepts.
-[[nodiscard]] std::string expected_value(const ParameterInfo& parameter);
-
-/// "[0, 1)"
-[[nodiscard]] std::string range_text(const Range& range);
-
-/// A value in a message, numbers with at most nine digits.
-[[nodiscard]] std::string value_text(const ParameterValue& value);
-
-/// What is wrong with a value of the right type ("is out of range", "is not a finite number"); empty if nothing is.
-[[nodiscard]] std::string value_problem(const ParameterInfo& parameter, const ParameterValue& value);
-
-/// Where a component reports what is wrong with its parameters. Names are those of one table ("cfl"), or paths ("numerics.cfl", or a whole
-/// table "numerics") where a check spans several tables.
-class ParameterReport {
- public:
-  virtual ~ParameterReport() = default;
-  /// Whether a parameter was given, as opposed to left at its default.
-  [[nodiscard]] virtual bool given(const std::string& name) const = 0;
-  /// Whether nothing is known to be wrong with it: a check that combines parameters makes sense only where all of them are sound.
-  [[nodiscard]] virtual bool sound(const std::string& name) const = 0;
-  /// @param text  continues a sentence that begins with the name: "= 3 is above ..., give at most 2"; of a table: with its brackets, and of
-  ///              the whole file (an empty name): a sentence of its own
-  virtual void problem(const std::string& name, const std::string& text) = 0;
-
-  /// Whether nothing is known to be wrong with any of these parameters.
-  [[nodiscard]] bool all_sound(const std::vector<std::string>& names) const {
-    return std::all_of(names.begin(), names.end(), [&](const std::string& name) { return sound(name); });
-  }
-};
-
-/// The report of one table (or of one entry of a repeated table) as a part of a larger one.
-class TableReport final : public ParameterReport {
- public:
-  /// @param all    report of the whole file; must outlive this one @param table  path of the table or entry
-  /// ("body[0]"); empty: none
-  TableReport(ParameterReport& all, std::string table) : all_(all), table_(std::move(table)) {}
-  [[nodiscard]] bool given(const std::string& name) const override { return all_.given(path(name)); }
-  [[nodiscard]] bool sound(const std::string& name) const override { return all_.sound(path(name)); }
-  void problem(const std::string& name, const std::string& text) override { all_.problem(path(name), text); }
-
- private:
-  [[nodiscard]] std::string path(const std::string& name) const {
-    return table_.empty() ? name : name.empty() ? table_ : table_ + "." + name;
-  }
-  ParameterReport& all_;
-  std::string table_;
-};
 
 /// A parameter of an Owner, with the way to its value.
 template <class Owner>

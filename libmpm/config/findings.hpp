@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "libmpm/base/parameter.hpp"
+#include "libmpm/base/parameter_report.hpp"
 
 namespace mpm::config {
 

@@ -3,7 +3,7 @@
 
 #include <string>
 
-#include "libmpm/base/parameter.hpp"
+#include "libmpm/base/parameter_info.hpp"
 
 namespace mpm::config {
 

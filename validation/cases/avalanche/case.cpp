@@ -27,10 +27,10 @@ double stagnation_line_mean(double a, double l) { return a / l * std::atan(l / a
 /// Chosen by a rule, before any of them was run: see the README.
 std::vector<Point> points(const CaseContext& context) {
   const double creeping = context.choose(18.0, 18.0, 20.0);  // s: the pile takes some 12 s to form
-  const double slow = context.choose(0.35, 0.35, 0.25), fast = context.choose(0.35, 0.25, 0.25);
+  const double slow = context.choose(0.35, 0.35, 0.25), fast = context.choose(0.4375, 0.25, 0.25);
   const Point loose[] = {{0.3, 0.4, 0.0, creeping, slow}, {1.0, 0.4, 0.0, 7.0, fast}, {5.0, 0.4, 0.0, 7.0, fast}};
   const Point sticky[] = {{0.3, 0.8, 0.3, creeping, slow}, {1.0, 0.8, 0.3, 7.0, fast}, {5.0, 0.8, 0.3, 7.0, fast}};
-  if (context.level() == Level::quick) return {{1.0, 0.4, 0.0, 6.0, fast}};
+  if (context.level() == Level::quick) return {{1.0, 0.4, 0.0, 3.5, fast}};
   return {loose[0], sticky[0], loose[1], sticky[1], loose[2], sticky[2]};
 }
 

@@ -106,7 +106,7 @@ Setup dam_setup(const CaseContext& context, int cells) {
 }
 
 std::vector<int> grid_cells(const CaseContext& context) {
-  return context.choose<std::vector<int>>({6, 8, 12}, {8, 12, 16, 24}, {8, 12, 16, 24, 32});
+  return context.choose<std::vector<int>>({6, 8}, {8, 12, 16, 24}, {8, 12, 16, 24, 32});
 }
 
 std::vector<Setup> setups(const CaseContext& context) {
@@ -179,8 +179,9 @@ void check(CaseResult& result, const Grids& grids) {
   const Outcome& finest = grids.finest();
   Check& momentum =
       result.check_relative(Label::verification, "momentum at t = 5 h0/c0 over the thrust of the reservoir times t",
-                            finest.at(5.0).momentum, grids.thrust, "", grids.size.back() / 4.0,
-                            "the cell at the floor carries 1/8 too much stress, which is dx/(4 h0) of the thrust (see hydrostatic_column)");
+                            finest.at(5.0).momentum, grids.thrust, "", std::min(grids.size.back(), 1.0 / 12.0) / 4.0,
+                            "the cell at the floor carries 1/8 too much stress, which is dx/(4 h0) of the thrust (see hydrostatic_column); "
+                            "never more than at h0/12");
   momentum.observed_order = fitted_order(grids.size, grids.momentum_error);
   result.check_order(Label::verification, "order of the momentum in dx", *momentum.observed_order, 0.8, 4.0,
                      "at least first order at the floor; more where the floor is not held at nodes");
@@ -196,11 +197,9 @@ void check(CaseResult& result, const Grids& grids) {
       .check_relative(Label::verification, "depth at the gate, mean from t = 7.5 to 10 h0/c0", gate / weight, 4.0 / 9.0, "h0", 0.5 / 8.75,
                       "displacement by half a depth in the early stage, which is not hydrostatic: δh/h = δx/(c0 t)")
       .in_summary(Quantity::depth, 0.0, grids.h0);
-  const Convergence d = judge_convergence(grids.size, grids.discharge, 1.0), p = judge_convergence(grids.size, grids.profile_error, 1.0);
   Check& rate = result.check_relative(
       Label::verification, "discharge past the gate from t = 5 to 10 h0/c0", grids.discharge.back(), 8.0 / 27.0, "h0 c0", 0.014,
       "vertical acceleration raises the pressure at the gate by 0.33 (h0/(c0 t))², 0.7 % in the mean; doubled");
-  rate.observed_order = d.order;
   result.check_absolute(Label::verification, "profile at t = 10 h0/c0, L1 error over h0 c0 t", end.profile_error, 0.0, "", 0.5 * shift,
                         "displacement by half a depth δx: ∫|dh/dx| δx dx = h0 δx");
   result
@@ -208,8 +207,12 @@ void check(CaseResult& result, const Grids& grids) {
                       finest.rate(&Sample::front, 5.0, last_time), 2.0, "c0", shift,
                       "displacement by half a depth while the wave goes on by 5 h0")
       .in_summary(Quantity::speed, 0.0, grids.c0);
-  result.convergences.push_back({"discharge past the gate from t = 5 to 10 h0/c0", "h0 c0", d, "dx/h0 [-]"});
-  result.convergences.push_back({"profile at t = 10 h0/c0, L1 distance from Ritter over h0 c0 t", "", p, "dx/h0 [-]"});
+  if (grids.size.size() >= 3) {
+    const Convergence d = judge_convergence(grids.size, grids.discharge, 1.0), p = judge_convergence(grids.size, grids.profile_error, 1.0);
+    rate.observed_order = d.order;
+    result.convergences.push_back({"discharge past the gate from t = 5 to 10 h0/c0", "h0 c0", d, "dx/h0 [-]"});
+    result.convergences.push_back({"profile at t = 10 h0/c0, L1 distance from Ritter over h0 c0 t", "", p, "dx/h0 [-]"});
+  }
   std::vector<double> aspect_size, aspect_error;
   for (const double t : shown_times) {
     aspect_size.push_back(1.0 / t);

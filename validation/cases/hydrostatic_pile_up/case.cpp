@@ -149,9 +149,7 @@ double slope(const std::vector<double>& z, const std::vector<double>& p) {
 }
 
 void at_rest(const CaseContext& context, CaseResult& result) {
-  std::vector<double> sizes{0.4375, 0.35, 0.25};
-  if (context.level() != Level::quick) sizes.push_back(0.175);
-  if (context.level() == Level::full) sizes.push_back(0.125);
+  const auto sizes = context.choose<std::vector<double>>({0.4375, 0.35}, {0.4375, 0.35, 0.25, 0.175}, {0.4375, 0.35, 0.25, 0.175, 0.125});
   const double face = width * force_on_face(), exact = 2.0 * face, depth = over_depth([](double) { return 1.0; });
   std::vector<double> errors, profile_sizes, profile_errors;
   double particle_steps = 0.0;
@@ -169,7 +167,7 @@ void at_rest(const CaseContext& context, CaseResult& result) {
   }
   std::vector<Series> profiles{{"ρ0 g (H − z)", {density * gravity * height * 1e-3, 0.0}, {0.0, height}, Series::Style::reference}};
   for (const double dx : sizes) {
-    if (dx < context.choose(0.3, 0.2, 0.15)) continue;  // the pool all around is ten times the dam's
+    if (dx < context.choose(0.4, 0.2, 0.15)) continue;  // the pool all around is ten times the dam's
     const Rest around = settle(false, dx);
     particle_steps += around.particle_steps;
     const std::string grid = fmt::format("Fr 0, dx = {} m", dx);
@@ -204,24 +202,25 @@ void at_rest(const CaseContext& context, CaseResult& result) {
     profiles.push_back({grid, around.pressure, around.z, Series::Style::points});
     for (double& p : profiles.back().x) p *= 1e-3;
   }
-  result
-      .check_order(Label::verification, "Fr 0: order of the pressure before the mast", fitted_order(profile_sizes, profile_errors), 0.8,
-                   1.5, "first order at walls and surface; the grids lie differently on the mast's sides")
-      .known_miss(
-          -1.0,
-          "the first-order error of the walls is gone; what is left, 1 to 2 % on each grid, is the noise with which a staggered lattice "
-          "settles: a quarter of it more or less on one of two grids so near each other changes the order by one");
+  if (profile_sizes.size() > 1)
+    result
+        .check_order(Label::verification, "Fr 0: order of the pressure before the mast", fitted_order(profile_sizes, profile_errors), 0.8,
+                     1.5, "first order at walls and surface; the grids lie differently on the mast's sides")
+        .known_miss(
+            -1.0,
+            "the first-order error of the walls is gone; what is left, 1 to 2 % on each grid, is the noise with which a staggered lattice "
+            "settles: a quarter of it more or less on one of two grids so near each other changes the order by one");
   result.notes.push_back(fmt::format("Pools at rest: {:.3g} particle-steps in all.", particle_steps));
   result.plots.push_back({"rest-profile", "Pressure before the mast at rest", "pressure [kPa]", "z [m]", profiles,
                           "Means of cells in the strip before the face.", false, false});
-  const double at_finest = profile_errors.front() * profile_sizes.back() / profile_sizes.front();
+  const double at_finest = profile_errors.front() * sizes.back() / sizes.front();
   result.plots.push_back({"rest-errors",
                           "At rest: errors",
                           "dx [m]",
                           "relative error",
                           {{"force on the dam", sizes, errors, Series::Style::points},
                            {"pressure before the mast, mean of cells", profile_sizes, profile_errors, Series::Style::points},
-                           slope_line("slope 1", profile_sizes, at_finest, 1.0)},
+                           slope_line("slope 1", sizes, at_finest, 1.0)},
                           "",
                           true,
                           true});
@@ -231,7 +230,7 @@ void at_rest(const CaseContext& context, CaseResult& result) {
 
 void inviscid(const CaseContext& context, CaseResult& result) {
   Case c = context.read_case();
-  c.numerics.cell_size = context.choose(0.35, 0.35, 0.25);  // odd w/dx: with an even one the mast acts a cell wider
+  c.numerics.cell_size = context.choose(0.4375, 0.35, 0.25);
   if (context.level() == Level::quick) c.output.duration = 14.0;
   const ImpactRun run = run_impact(context, "inviscid", "Fr 0.3, M = 0, frictionless mast", c);
   result.notes.push_back(figures(run));
@@ -277,7 +276,7 @@ void frictional(const CaseContext& context, CaseResult& result, double froude, d
 void run(const CaseContext& context, CaseResult& result) {
   at_rest(context, result);
   inviscid(context, result);
-  frictional(context, result, 0.3, context.choose(0.4375, 0.4375, 0.25), 16.0);
+  frictional(context, result, 0.3, context.choose(width / 3.0, 0.4375, 0.25), context.choose(14.0, 16.0, 16.0));
   if (context.level() != Level::quick) frictional(context, result, 0.1, context.choose(0.4375, 0.4375, 0.25), 48.0);
 }
 

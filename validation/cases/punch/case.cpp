@@ -82,7 +82,7 @@ Load press(const CaseContext& context, const Settings& s) {
 }
 
 std::vector<int> grids_of(const CaseContext& context) {
-  return context.choose<std::vector<int>>({6, 8, 12}, {6, 8, 12, 16, 24}, {6, 8, 12, 16, 24, 32, 48});
+  return context.choose<std::vector<int>>({6, 8}, {6, 8, 12, 16, 24}, {6, 8, 12, 16, 24, 32, 48});
 }
 
 /// The runs that every solver makes: the smooth punch on all grids, then the rough one.

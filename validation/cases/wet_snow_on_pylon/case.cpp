@@ -110,7 +110,7 @@ Drag drag(const CaseContext& context, const Settings& s) {
 
 void run(const CaseContext& context, CaseResult& result) {
   const std::vector<Settings> all = context.choose<std::vector<Settings>>(
-      {{"1 m/s", 1.0, 3, 3.0, 3.2}, {"2 m/s", 2.0, 3, 3.0, 3.2}},
+      {{"1.5 m/s", 1.5, 3, 3.0, 3.2}, {"3 m/s", 3.0, 3, 3.0, 3.2}},
       {{"1.5 m/s", 1.5}, {"3 m/s", 3.0}, {"1.5 m/s, w/3", 1.5, 3}, {"1.5 m/s, w/3, H = 2 w", 1.5, 3, 2.0}},
       {{"0.75 m/s", 0.75},
        {"1.5 m/s", 1.5},
