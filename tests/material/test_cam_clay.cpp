@@ -47,13 +47,17 @@ double determinant_of_increment(const Matrix3<double>& dl) {
   return xx * (yy * zz - m[1][2] * m[2][1]) - m[0][1] * (m[1][0] * zz - m[1][2] * m[2][0]) + m[0][2] * (m[1][0] * m[2][1] - yy * m[2][0]);
 }
 
-MaterialState<double> lane_of(const MaterialState<Lanes>& s, int i) {
-  return {{s.stress.xx[i], s.stress.yy[i], s.stress.zz[i], s.stress.xy[i], s.stress.xz[i], s.stress.yz[i]}, s.internal[i]};
+template <class T>
+MaterialState<double> lane_of(const MaterialState<T>& s, int i) {
+  const Sym3<T>& t = s.stress;
+  return {{lane(t.xx, i), lane(t.yy, i), lane(t.zz, i), lane(t.xy, i), lane(t.xz, i), lane(t.yz, i)}, lane(s.internal, i)};
 }
-void set(MaterialState<Lanes>& s, int i, const MaterialState<double>& v) {
-  s.stress.xx[i] = v.stress.xx, s.stress.yy[i] = v.stress.yy, s.stress.zz[i] = v.stress.zz;
-  s.stress.xy[i] = v.stress.xy, s.stress.xz[i] = v.stress.xz, s.stress.yz[i] = v.stress.yz;
-  s.internal[i] = v.internal;
+template <class T>
+void set(MaterialState<T>& s, int i, const MaterialState<double>& v) {
+  Sym3<T>& t = s.stress;
+  set_lane(t.xx, i, v.stress.xx), set_lane(t.yy, i, v.stress.yy), set_lane(t.zz, i, v.stress.zz);
+  set_lane(t.xy, i, v.stress.xy), set_lane(t.xz, i, v.stress.xz), set_lane(t.yz, i, v.stress.yz);
+  set_lane(s.internal, i, v.internal);
 }
 
 /// Admissible states from expanded (X < 0) to strongly compacted, inside and on the surface and on the hydrostatic axis, and increments up
@@ -96,27 +100,33 @@ class Sampler {
   std::uniform_real_distribution<double> uniform_{-1.0, 1.0};
 };
 
-TEST(CamClayReturnMap, StaysOnOrInsideYieldSurfaceForAnyTrialState) {
+/// Numbers that the return map is computed with.
+template <class T>
+class CamClayLanes : public testing::Test {};
+using LaneNumbers = testing::Types<Lanes, HalfPair>;
+TYPED_TEST_SUITE(CamClayLanes, LaneNumbers);
+
+TYPED_TEST(CamClayLanes, StayOnOrInsideYieldSurfaceForAnyTrialState) {
   Sampler sample(7);
   const auto grid = paper_grid();
-  const int groups = 100000 / static_cast<int>(grid.size()) / lane_count + 1;
+  const int groups = 100000 / static_cast<int>(grid.size()) / lanes_of<TypeParam> + 1;
   for (const CamClay::Parameters& spec : grid) {
     const CamClay law(spec);
     const double bulk = law.moduli().bulk(), g = law.moduli().shear();
     for (int group = 0; group < groups; ++group) {
-      MaterialState<double> before[lane_count];
-      Matrix3<double> dl[lane_count];
-      MaterialState<Lanes> in_lanes{};
-      Matrix3<Lanes> dl_lanes{};
-      for (int i = 0; i < lane_count; ++i) {
+      MaterialState<double> before[lanes_of<TypeParam>];
+      Matrix3<double> dl[lanes_of<TypeParam>];
+      MaterialState<TypeParam> in_lanes{};
+      Matrix3<TypeParam> dl_lanes{};
+      for (int i = 0; i < lanes_of<TypeParam>; ++i) {
         before[i] = sample.state(law, spec);
         dl[i] = sample.increment();
         set(in_lanes, i, before[i]);
         for (int a = 0; a < 3; ++a)
-          for (int b = 0; b < 3; ++b) dl_lanes.m[a][b][i] = dl[i].m[a][b];
+          for (int b = 0; b < 3; ++b) set_lane(dl_lanes.m[a][b], i, dl[i].m[a][b]);
       }
       law.update_stress(in_lanes, dl_lanes, 1.0);
-      for (int i = 0; i < lane_count; ++i) {
+      for (int i = 0; i < lanes_of<TypeParam>; ++i) {
         const double det = determinant_of_increment(dl[i]);
         MaterialState<double> after = before[i];
         law.update_stress(after, dl[i], 1.0);

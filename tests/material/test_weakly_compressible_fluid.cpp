@@ -103,25 +103,31 @@ TEST(WeaklyCompressibleFluid, ViscousStressIsNewtons) {
   EXPECT_NEAR(std::sqrt(norm2(deviator(squeezed.stress))), 0.0, 1e-9);
 }
 
-TEST(WeaklyCompressibleFluid, GivesTheSameInLanePairsAsAlone) {
+/// All numbers that a law may be computed with in double precision.
+template <class T>
+class WeaklyCompressibleFluidLanes : public testing::Test {};
+using LaneNumbers = testing::Types<Lanes, LanePair, HalfPair>;
+TYPED_TEST_SUITE(WeaklyCompressibleFluidLanes, LaneNumbers);
+
+TYPED_TEST(WeaklyCompressibleFluidLanes, GiveTheSameAsAlone) {
   const WeaklyCompressibleFluid law(fluid(7, false, 2.0));
   std::mt19937_64 generator{3};
   std::uniform_real_distribution<double> uniform{-0.01, 0.01};
-  MaterialState<LanePair> pair{};
-  MaterialState<double> alone[lanes_of<LanePair>]{};
+  MaterialState<TypeParam> lanes{};
+  MaterialState<double> alone[lanes_of<TypeParam>]{};
   for (int step = 0; step < 100; ++step) {
-    Matrix3<LanePair> dl{};
-    for (int i = 0; i < lanes_of<LanePair>; ++i) {
+    Matrix3<TypeParam> dl{};
+    for (int i = 0; i < lanes_of<TypeParam>; ++i) {
       Matrix3<double> one{};
       for (int a = 0; a < 3; ++a)
         for (int b = 0; b < 3; ++b) set_lane(dl.m[a][b], i, one.m[a][b] = uniform(generator));
       law.update_stress(alone[i], one, 1e-4);
     }
-    law.update_stress(pair, dl, 1e-4);
-    for (int i = 0; i < lanes_of<LanePair>; ++i) {
-      ASSERT_NEAR(lane(pair.stress.xx, i), alone[i].stress.xx, 1e-9);  // of stresses up to 4e4 Pa
-      ASSERT_NEAR(lane(pair.stress.yz, i), alone[i].stress.yz, 1e-9);
-      ASSERT_NEAR(lane(pair.internal, i), alone[i].internal, 1e-14);
+    law.update_stress(lanes, dl, 1e-4);
+    for (int i = 0; i < lanes_of<TypeParam>; ++i) {
+      ASSERT_NEAR(lane(lanes.stress.xx, i), alone[i].stress.xx, 1e-9);  // of stresses up to 4e4 Pa
+      ASSERT_NEAR(lane(lanes.stress.yz, i), alone[i].stress.yz, 1e-9);
+      ASSERT_NEAR(lane(lanes.internal, i), alone[i].internal, 1e-14);
     }
   }
 }
