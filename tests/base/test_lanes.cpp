@@ -81,14 +81,17 @@ TYPED_TEST(Registers, LogAgreesWithLongDouble) {
   EXPECT_LE(worst, 4.0 * std::numeric_limits<double>::epsilon());
 }
 TYPED_TEST(Registers, Expm1KeepsRelativePrecision) {
-  EXPECT_LE(worst_ulp<TypeParam>([](const TypeParam& x) { return expm1(x); }, [](long double x) { return std::expm1(x); }, 100.0, -1e9), 4.0 * 4.8);
+  EXPECT_LE(worst_ulp<TypeParam>([](const TypeParam& x) { return expm1(x); }, [](long double x) { return std::expm1(x); }, 100.0, -1e9),
+            4.0 * 4.8);
 }
 TYPED_TEST(Registers, Log1pKeepsRelativePrecision) {
   // Beyond the series 1 + x is rounded: half an ulp over log(1 - 0.35) (1 - 0.35), a factor 3.6; and nearer to -1 its conditioning.
-  EXPECT_LE(worst_ulp<TypeParam>([](const TypeParam& x) { return log1p(x); }, [](long double x) { return std::log1p(x); }, 100.0, -0.7), 4.0 + 3.6);
+  EXPECT_LE(worst_ulp<TypeParam>([](const TypeParam& x) { return log1p(x); }, [](long double x) { return std::log1p(x); }, 100.0, -0.7),
+            4.0 + 3.6);
 }
 TYPED_TEST(Registers, SinhKeepsRelativePrecision) {
-  EXPECT_LE(worst_ulp<TypeParam>([](const TypeParam& x) { return sinh(x); }, [](long double x) { return std::sinh(x); }, 300.0, -1e9), 4.0 * 1.6);
+  EXPECT_LE(worst_ulp<TypeParam>([](const TypeParam& x) { return sinh(x); }, [](long double x) { return std::sinh(x); }, 300.0, -1e9),
+            4.0 * 1.6);
 }
 
 TEST(Lanes, ALaneDoesNotDisturbItsNeighbours) {
