@@ -15,16 +15,17 @@ inline const Node& of_all(const Node& node) { return node; }
 
 /// A loop over the planes of a kernel asks for nothing ahead of time; PrefetchGroup is the other choice.
 struct NoPrefetch {
-  void request_rest(int /*plane*/) const {}
+  void request_rest(int /*plane*/) const {}  ///< as PrefetchGroup's
 };
 
 /// Sum w v and its first moments sum w v (i, j, k), i, j, k in 0 .. 2 counted from the base node.
 template <class V>
 struct Gathered {
-  V v, x, y, z;
+  V v;        ///< sum w v
+  V x, y, z;  ///< sums w v i, w v j, w v k
 };
 
-/// @param node  base node of the particles' cell in a halo
+/// The sums of a group. @param node  base node of the particles' cell in a halo
 template <class V, class HaloNode, class Prefetch>
 inline __attribute__((always_inline)) Gathered<V> gather(const HaloNode* node, const BsplineWeights<V>& w, const Prefetch& prefetch) {
   const AxisWeights<V> wx = along<0>(w), wy = along<1>(w), wz = along<2>(w);
@@ -54,7 +55,8 @@ inline __attribute__((always_inline)) Gathered<V> gather(const HaloNode* node, c
 /// A linear field of which a particle gives node (i, j, k) of its cell wx_i wy_j wz_k (base + i ax + j ay + k az).
 template <class V>
 struct Linear {
-  V base, ax, ay, az;
+  V base;        ///< at node (0, 0, 0)
+  V ax, ay, az;  ///< its change from node to node along each axis
 };
 
 /// Adds what a group gives to the 27 sums of its cell, node (i, j, k) at i + 3 j + 9 k.
