@@ -1,8 +1,8 @@
 #pragma once
 /// Two registers side by side as one number: `LanePair` = two Lanes, `HalfPair` = two HalfLanes, `SinglePair` = two SingleLanes. The
-/// operators and functions of lanes.hpp, for them.
+/// operators and functions of lanes.hpp and lane_math.hpp, for them.
 
-#include "libmpm/base/lanes.hpp"
+#include "libmpm/base/lane_math.hpp"
 
 namespace mpm {
 
@@ -155,7 +155,7 @@ inline SingleLanes narrow(const LanePair& a) {
 }
 /// @}
 
-/// The functions of lanes.hpp.
+/// The functions of lanes.hpp and lane_math.hpp.
 /// @{
 template <OneRegister V>
 inline PairOf<V> select(const Mask<PairOf<V>>& m, const PairOf<V>& x, const PairOf<V>& y) {

@@ -11,9 +11,10 @@ namespace mpm {
 
 namespace {
 
-constexpr int column_nodes = 3;    ///< a master and two slaves
-constexpr double nearest = 0.5;    ///< cells from the plane to a master, at least
-constexpr double rounding = 1e-9;  ///< cells
+constexpr int column_nodes = 3;                                        ///< a master and two slaves
+constexpr double nearest = 0.5;                                        ///< cells from the plane to a master, at least
+constexpr double rounding = 1e-9;                                      ///< cells
+constexpr double unbounded = std::numeric_limits<double>::infinity();  ///< kg m/s
 
 /// The axis a wall is normal to; empty for an oblique one.
 std::optional<int> axis_of(const Wall& wall) {
@@ -64,7 +65,7 @@ struct ColumnNode {
 /// Velocities of a column after contact. @param strongest  bound of its normal impulse, kg m/s
 /// @returns the normal impulse that it took, positive where material pushes against the wall; empty if the column is free
 std::optional<double> fold_column(std::array<ColumnNode, column_nodes>& column, const ColumnPlan& plan, const Wall& wall,
-                                  double strongest = std::numeric_limits<double>::infinity()) {
+                                  double strongest = unbounded) {
   const double sign = -plan.inward;
   Vec3 momentum = Vec3::Zero();
   double mass = 0.0;
@@ -224,9 +225,8 @@ void apply_folded_top(Grid& grid, const SurfaceSolid& solid, const MirrorPlanes&
     std::array<ColumnNode, column_nodes> column;
     if (!collect_column(grid, plan, block, number, Vec3::Zero(), column)) continue;
     const int inner = columns[i].inner;
-    const std::optional<double> normal = inner < 0
-                                             ? fold_column(column, plan, top)
-                                             : fold_column(column, plan, top, columns[i].share * taken[static_cast<std::size_t>(inner)]);
+    const double strongest = inner < 0 ? unbounded : columns[i].share * taken[static_cast<std::size_t>(inner)];
+    const std::optional<double> normal = fold_column(column, plan, top, strongest);
     if (!normal) continue;
     taken[i] = *normal;
     for (int k = 0; k < column_nodes; ++k) {

@@ -59,8 +59,7 @@ void LumpedMassCorrection::add_of_block(const Grid& grid, const Block& block, st
   const ParticleBin& bin = block.particles;
   const Fields fields(grid, block);
   const bool keeps_moment = relaxed_ == 1.0;  // APIC
-  // of all particles: sum m w {-(a + r u) - (S + r C) (x_i - x_p) | 1}, a and u those at the particle; nodes times the mass follow at the
-  // end
+  // of all particles: sum m w {-(a + r u) - (S + r C) (x_i - x_p) | 1}, a and u at the particle; the nodes' own times the mass follow
   Node sum[halo_nodes] = {};
   bool any = false;
   for (int cell = 0; cell < block_nodes; ++cell) {
@@ -84,15 +83,14 @@ void LumpedMassCorrection::add_of_block(const Grid& grid, const Block& block, st
         c.ax += sx, c.ay += sy, c.az += sz;
       }
       c.base -= f.x() * c.ax + f.y() * c.ay + f.z() * c.az;
-      for (Node* part : {&c.base, &c.ax, &c.ay, &c.az}) {
-        *part *= -mass;
-        (*part)[3] = part == &c.base ? mass : 0.0;
-      }
+      const Node given_by = {-mass, -mass, -mass, 0.0};
+      c = {given_by * c.base, given_by * c.ax, given_by * c.ay, given_by * c.az};
+      c.base[3] = mass;
       mpm::add(c, w, given, NoPrefetch{});
     }
     if (!here) continue;
     any = true;
-    for (int n = 0; n < 27; ++n) sum[first + halo_index(n % 3, n / 3 % 3, n / 9)] += given[n];
+    add_sums(given, sum + first);
   }
   if (!any) return;
   for_each_halo_row(

@@ -84,4 +84,42 @@ inline __attribute__((always_inline)) void add(const Linear<V>& c, const Bspline
   }
 }
 
+/// Adds the sums of a cell, each over the particles of a group, to its 27 nodes. @param node  its base node in a halo
+/// @{
+inline __attribute__((always_inline)) void add_sums(const Node (&sum)[27], Node* node) {
+#pragma GCC unroll 27
+  for (int n = 0; n < 27; ++n) node[halo_index(n % 3, n / 3 % 3, n / 9)] += sum[n];
+}
+inline __attribute__((always_inline)) void add_sums(const Lanes (&sum)[27], Node* node) {
+#pragma GCC unroll 27
+  for (int n = 0; n < 27; ++n) node[halo_index(n % 3, n / 3 % 3, n / 9)] += lower_half(sum[n]) + upper_half(sum[n]);
+}
+/// A row of three nodes at a time, and nothing to the node behind them.
+inline __attribute__((always_inline)) void add_sums(const SingleLanes (&sum)[27], SingleQuad* node) {
+  if constexpr (!whole_registers) {
+    for (int n = 0; n < 27; ++n) {
+      const auto two = half(sum[n], 0) + half(sum[n], 1);
+      node[halo_index(n % 3, n / 3 % 3, n / 9)] +=
+          __builtin_shufflevector(two, two, 0, 1, 2, 3) + __builtin_shufflevector(two, two, 4, 5, 6, 7);
+    }
+    return;
+  }
+  using UnalignedRow = float __attribute__((vector_size(64), aligned(16), may_alias));
+  const auto low = [](SingleLanes a, SingleLanes b) {  // quarters 0 1 of each
+    return __builtin_shufflevector(a, b, 0, 1, 2, 3, 4, 5, 6, 7, 16, 17, 18, 19, 20, 21, 22, 23);
+  };
+  const auto high = [](SingleLanes a, SingleLanes b) {  // quarters 2 3 of each
+    return __builtin_shufflevector(a, b, 8, 9, 10, 11, 12, 13, 14, 15, 24, 25, 26, 27, 28, 29, 30, 31);
+  };
+#pragma GCC unroll 9
+  for (int r = 0; r < 9; ++r) {
+    const SingleLanes s0 = sum[3 * r], s1 = sum[3 * r + 1], s2 = sum[3 * r + 2], none{};
+    const SingleLanes a = low(s0, s1) + high(s0, s1), b = low(s2, none) + high(s2, none);
+    const SingleLanes even = __builtin_shufflevector(a, b, 0, 1, 2, 3, 8, 9, 10, 11, 16, 17, 18, 19, 24, 25, 26, 27);
+    const SingleLanes odd = __builtin_shufflevector(a, b, 4, 5, 6, 7, 12, 13, 14, 15, 20, 21, 22, 23, 28, 29, 30, 31);
+    *reinterpret_cast<UnalignedRow*>(node + halo_index(0, r % 3, r / 3)) += even + odd;
+  }
+}
+/// @}
+
 }  // namespace mpm

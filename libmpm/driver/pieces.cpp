@@ -1,34 +1,14 @@
 #include "libmpm/driver/pieces.hpp"
 
 #include <algorithm>
-#include <exception>
 #include <utility>
 
+#include "libmpm/base/first_error.hpp"
 #include "libmpm/core/particle_order.hpp"
 
 namespace mpm {
 
 namespace {
-
-/// Keeps the first exception, and does nothing more after it: the other ranks go on sending.
-class Guard {
- public:
-  template <class F>
-  void operator()(F&& f) {
-    if (error_) return;
-    try {
-      f();
-    } catch (...) {
-      error_ = std::current_exception();
-    }
-  }
-  void rethrow() const {
-    if (error_) std::rethrow_exception(error_);
-  }
-
- private:
-  std::exception_ptr error_;
-};
 
 /// What all ranks send, as values, on the first.
 template <class T>
@@ -101,19 +81,20 @@ void pass_particles(const State& state, const ParticleSink& sink, PieceSize size
   const bool first = ranks == nullptr || ranks->first();
   const ParticleOrder own(state.grid);
   const Cuts cuts = cuts_of(own, state.next_id, ranks, size.particles);
-  Guard guard;
-  if (first) guard([&] { sink.begin(cuts.particles); });
+  FirstError error;  // the other ranks go on sending
+  if (first) error.attempt([&] { sink.begin(cuts.particles); });
   std::size_t at = 0;
   for (std::size_t i = 1; i < cuts.first.size(); ++i) {
     std::vector<Particle> piece;
-    piece.reserve(own.first_from(cuts.first[i]) - at);
-    for (; at < own.size() && own.id(at) < cuts.first[i]; ++at) piece.push_back(own[at]);
+    const std::size_t end = own.first_from(cuts.first[i]);
+    piece.reserve(end - at);
+    for (; at < end; ++at) piece.push_back(own[at]);
     piece = gathered(std::move(piece), ranks);
     if (ranks != nullptr) std::ranges::sort(piece, {}, &Particle::id);
-    if (first) guard([&] { sink.append(piece); });
+    if (first) error.attempt([&] { sink.append(piece); });
   }
   if (ranks != nullptr) ranks->done();
-  guard.rethrow();
+  error.rethrow();
 }
 
 void pass_blocks(const State& state, const BlockSink& sink, PieceSize size) {
@@ -129,8 +110,8 @@ void pass_blocks(const State& state, const BlockSink& sink, PieceSize size) {
   put(shared, std::span<const Index3>(cuts_of(heads, size.particles)));
   ranks->share(shared);
   const auto cuts = MessageReader(shared).values<Index3>();
-  Guard guard;
-  if (ranks->first()) guard([&] { sink.begin(heads); });
+  FirstError error;  // the other ranks go on sending
+  if (ranks->first()) error.attempt([&] { sink.begin(heads); });
   for (std::size_t i = 0; i < cuts.size(); ++i) {
     Grid piece(state.grid.cell_size(), state.grid.precision());
     const auto wanted = [&](const Block& block) {
@@ -138,10 +119,10 @@ void pass_blocks(const State& state, const BlockSink& sink, PieceSize size) {
       return !comes_before(c, cuts[i]) && (i + 1 == cuts.size() || comes_before(c, cuts[i + 1]));
     };
     ranks->collect(state.grid, wanted, piece);
-    if (ranks->first()) guard([&] { sink.append(piece); });
+    if (ranks->first()) error.attempt([&] { sink.append(piece); });
   }
   ranks->done();
-  guard.rethrow();
+  error.rethrow();
 }
 
 }  // namespace mpm

@@ -68,23 +68,25 @@ void AtomicFile::discard() noexcept {
 
 void AtomicFile::write(std::string_view text) { write(std::as_bytes(std::span(text.data(), text.size()))); }
 
-void AtomicFile::write(std::span<const std::byte> bytes) {
+/// Calls put(rest), which returns as ::write does, until all bytes are written.
+template <class Put>
+void AtomicFile::write_all(std::span<const std::byte> bytes, Put&& put) {
   while (!bytes.empty()) {
-    const ssize_t n = ::write(descriptor_, bytes.data(), bytes.size());
+    const ssize_t n = put(bytes);
     if (n < 0 && errno == EINTR) continue;
     if (n < 0) fail(errno);
     bytes = bytes.subspan(static_cast<std::size_t>(n));
   }
 }
 
+void AtomicFile::write(std::span<const std::byte> bytes) {
+  write_all(bytes, [&](std::span<const std::byte> rest) { return ::write(descriptor_, rest.data(), rest.size()); });
+}
+
 void AtomicFile::write_at(std::uint64_t offset, std::span<const std::byte> bytes) {
-  while (!bytes.empty()) {
-    const ssize_t n = ::pwrite(descriptor_, bytes.data(), bytes.size(), static_cast<off_t>(offset));
-    if (n < 0 && errno == EINTR) continue;
-    if (n < 0) fail(errno);
-    bytes = bytes.subspan(static_cast<std::size_t>(n));
-    offset += static_cast<std::uint64_t>(n);
-  }
+  write_all(bytes, [&](std::span<const std::byte> rest) {
+    return ::pwrite(descriptor_, rest.data(), rest.size(), static_cast<off_t>(offset + (bytes.size() - rest.size())));
+  });
 }
 
 void AtomicFile::read_at(std::uint64_t offset, std::span<std::byte> bytes) const {

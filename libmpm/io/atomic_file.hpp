@@ -42,6 +42,8 @@ class AtomicFile {
   void commit(const std::filesystem::path& keep_as = {});
 
  private:
+  template <class Put>
+  void write_all(std::span<const std::byte> bytes, Put&& put);
   void discard() noexcept;
   [[noreturn]] void fail(int reason);
 

@@ -2,8 +2,8 @@
 /// Lets the HDF5 library write to a file that is whole or absent: a file driver of the library.
 
 #include <cstdint>
-#include <exception>
 
+#include "libmpm/base/first_error.hpp"
 #include "libmpm/io/atomic_file.hpp"
 
 namespace mpm::hdf5 {
@@ -21,15 +21,13 @@ class Target {
   std::int64_t create();
   [[nodiscard]] std::uint64_t size() const { return end_; }  ///< of the file as the library has laid it out, bytes
   /// @throws IoError if writing has failed
-  void rethrow() const {
-    if (failure_) std::rethrow_exception(failure_);
-  }
+  void rethrow() const { failure_.rethrow(); }
 
  private:
   friend struct Driver;
   AtomicFile& file_;
   std::uint64_t end_ = 0;
-  std::exception_ptr failure_;
+  FirstError failure_;
 };
 
 }  // namespace mpm::hdf5

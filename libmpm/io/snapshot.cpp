@@ -256,16 +256,16 @@ void SnapshotWriter::append(const ParticleTable& piece) {
 void SnapshotWriter::commit() { file_->out->commit(); }
 std::size_t SnapshotWriter::particles() const { return file_->rows; }
 
-void make_frame_directory(const std::filesystem::path& directory) {
-  const std::filesystem::path frames = directory / "frames";
+SnapshotWriter frame_writer(const std::filesystem::path& directory, int index, const SnapshotInfo& info) {
+  const std::filesystem::path path = frame_path(directory, index), frames = path.parent_path();
   std::error_code error;
   std::filesystem::create_directory(frames, error);
   if (error) throw file_error("cannot create directory", frames, error.value());
+  return SnapshotWriter(SnapshotWriter::Kind::frame, path, info);
 }
 
 void write_frame(const std::filesystem::path& directory, int index, const ParticleTable& p, const SnapshotInfo& info) {
-  make_frame_directory(directory);
-  SnapshotWriter file(Kind::frame, frame_path(directory, index), info);
+  SnapshotWriter file = frame_writer(directory, index, info);
   write_whole(file, p);
 }
 

@@ -109,10 +109,10 @@ class SnapshotWriter {
   std::unique_ptr<File> file_;
 };
 
-/// Creates DIR/frames if needed. DIR must exist: one that was moved away while a run goes on is not made again. @throws IoError
-void make_frame_directory(const std::filesystem::path& directory);
-/// Writes frame `index` of the run directory, which must exist; creates DIR/frames if needed. @throws IoError; also if columns differ in
-/// length
+/// Of frame `index` of the run directory. Creates DIR/frames if needed, but not DIR: one that was moved away while a run goes on is not
+/// made again. @throws IoError
+SnapshotWriter frame_writer(const std::filesystem::path& directory, int index, const SnapshotInfo& info);
+/// Writes frame `index` of the run directory at once, as frame_writer does. @throws IoError; also if columns differ in length
 void write_frame(const std::filesystem::path& directory, int index, const ParticleTable& particles, const SnapshotInfo& info);
 /// Writes a final state. @throws IoError as above
 void write_final(const std::filesystem::path& path, const ParticleTable& particles, const SnapshotInfo& info);

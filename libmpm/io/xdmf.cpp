@@ -87,8 +87,7 @@ FrameSeries FrameSeries::resume(std::filesystem::path directory, int next, const
 }
 
 void FrameSeries::append(const SnapshotInfo& info, const std::function<void(SnapshotWriter&)>& fill) {
-  make_frame_directory(directory_);
-  SnapshotWriter file(SnapshotWriter::Kind::frame, frame_path(directory_, next_), info);
+  SnapshotWriter file = frame_writer(directory_, next_, info);
   fill(file);
   file.commit();
   frames_.push_back({next_, info.time, file.particles()});

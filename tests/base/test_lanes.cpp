@@ -1,4 +1,4 @@
-#include "libmpm/base/lanes.hpp"
+#include "libmpm/base/lane_math.hpp"
 
 #include <gtest/gtest.h>
 
