@@ -14,28 +14,42 @@ namespace mpm {
 namespace detail {
 // glibc's vector mathematics (libmvec, at most 4 ulp), called by its published x86 vector-ABI names: no -ffast-math needed.
 // NOLINTBEGIN(bugprone-reserved-identifier): the ABI gives the names
+template <class Scalar>
+struct MvecPart;
 #if defined(__AVX2__)
-using MvecPart = __m256d;
+template <>
+struct MvecPart<double> {
+  using type = __m256d;
+};
+template <>
+struct MvecPart<float> {
+  using type = __m256;
+};
 extern "C" __m256d _ZGVdN4v_exp(__m256d);
 extern "C" __m256d _ZGVdN4v_log(__m256d);
-inline MvecPart part_exp(MvecPart x) { return _ZGVdN4v_exp(x); }
-inline MvecPart part_log(MvecPart x) { return _ZGVdN4v_log(x); }
-using SingleMvecPart = __m256;
+inline __m256d part_exp(__m256d x) { return _ZGVdN4v_exp(x); }
+inline __m256d part_log(__m256d x) { return _ZGVdN4v_log(x); }
 extern "C" __m256 _ZGVdN8v_expf(__m256);
 extern "C" __m256 _ZGVdN8v_logf(__m256);
-inline SingleMvecPart part_exp(SingleMvecPart x) { return _ZGVdN8v_expf(x); }
-inline SingleMvecPart part_log(SingleMvecPart x) { return _ZGVdN8v_logf(x); }
+inline __m256 part_exp(__m256 x) { return _ZGVdN8v_expf(x); }
+inline __m256 part_log(__m256 x) { return _ZGVdN8v_logf(x); }
 #else
-using MvecPart = __m128d;
+template <>
+struct MvecPart<double> {
+  using type = __m128d;
+};
+template <>
+struct MvecPart<float> {
+  using type = __m128;
+};
 extern "C" __m128d _ZGVbN2v_exp(__m128d);
 extern "C" __m128d _ZGVbN2v_log(__m128d);
-inline MvecPart part_exp(MvecPart x) { return _ZGVbN2v_exp(x); }
-inline MvecPart part_log(MvecPart x) { return _ZGVbN2v_log(x); }
-using SingleMvecPart = __m128;
+inline __m128d part_exp(__m128d x) { return _ZGVbN2v_exp(x); }
+inline __m128d part_log(__m128d x) { return _ZGVbN2v_log(x); }
 extern "C" __m128 _ZGVbN4v_expf(__m128);
 extern "C" __m128 _ZGVbN4v_logf(__m128);
-inline SingleMvecPart part_exp(SingleMvecPart x) { return _ZGVbN4v_expf(x); }
-inline SingleMvecPart part_log(SingleMvecPart x) { return _ZGVbN4v_logf(x); }
+inline __m128 part_exp(__m128 x) { return _ZGVbN4v_expf(x); }
+inline __m128 part_log(__m128 x) { return _ZGVbN4v_logf(x); }
 #endif
 #if defined(__AVX512F__)
 extern "C" __m512d _ZGVeN8v_exp(__m512d);
@@ -46,7 +60,7 @@ extern "C" __m512 _ZGVeN16v_logf(__m512);
 // NOLINTEND(bugprone-reserved-identifier)
 /// The parts of a register that one call takes.
 template <OneRegister V>
-using MvecPartOf = std::conditional_t<std::same_as<V, SingleLanes>, SingleMvecPart, MvecPart>;
+using MvecPartOf = typename MvecPart<ScalarOf<V>>::type;
 template <OneRegister V, class F>
 inline V in_parts(const V& x, F f) {
   MvecPartOf<V> part[sizeof(V) / sizeof(MvecPartOf<V>)];
