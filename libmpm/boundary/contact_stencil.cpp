@@ -28,7 +28,8 @@ struct SurfacePoint {
 
 /// @param circle  in cells
 std::vector<SurfacePoint> points_of_circle(const Circle& circle) {
-  const int count = std::max(4, 2 * static_cast<int>(std::lround(std::numbers::pi * circle.radius)));  // even: symmetric about both axes
+  const double half_way_round = ContactStencil::points_on_circle * std::numbers::pi * circle.radius;
+  const int count = std::max(4, 2 * static_cast<int>(std::lround(half_way_round)));  // even: symmetric about both axes
   std::vector<SurfacePoint> points;
   for (int i = 0; i < count; ++i) {
     const double angle = 2.0 * std::numbers::pi * (i + 0.5) / count;
