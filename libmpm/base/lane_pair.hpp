@@ -2,8 +2,6 @@
 /// Two registers side by side as one number: `LanePair` = two Lanes, `HalfPair` = two HalfLanes, `SinglePair` = two SingleLanes. The
 /// operators and functions of lanes.hpp and lane_math.hpp, for them.
 
-#include <utility>
-
 #include "libmpm/base/lane_math.hpp"
 
 namespace mpm {
@@ -142,22 +140,28 @@ inline MaskPairOf<M> operator|(const MaskPairOf<M>& x, const MaskPairOf<M>& y) {
 }
 /// @}
 
+/// A pair of registers of doubles: as many numbers as a register of floats holds.
+using WidePair = PairOf<DoubleLanes>;
 /// A register of floats in double precision, and back.
 /// @{
-using WidePair = PairOf<DoubleLanes>;
 inline WidePair widen(SingleLanes a) {
-  const auto half = [&]<int... i>(std::integer_sequence<int, i...>, auto first) {
-    return __builtin_convertvector(__builtin_shufflevector(a, a, (first + i)...), DoubleLanes);
-  };
-  constexpr int count = lanes_of<DoubleLanes>;
-  constexpr auto lanes = std::make_integer_sequence<int, count>{};
-  return {half(lanes, std::integral_constant<int, 0>{}), half(lanes, std::integral_constant<int, count>{})};
+#if defined(__AVX512F__)
+  using Eight = float __attribute__((vector_size(32)));
+  const Eight low = __builtin_shufflevector(a, a, 0, 1, 2, 3, 4, 5, 6, 7),
+              high = __builtin_shufflevector(a, a, 8, 9, 10, 11, 12, 13, 14, 15);
+  return {__builtin_convertvector(low, Lanes), __builtin_convertvector(high, Lanes)};
+#else
+  return {widen(__builtin_shufflevector(a, a, 0, 1, 2, 3)), widen(__builtin_shufflevector(a, a, 4, 5, 6, 7))};
+#endif
 }
 inline SingleLanes narrow(const WidePair& a) {
-  using HalfOfSingle = float __attribute__((vector_size(sizeof(SingleLanes) / 2)));
-  const HalfOfSingle low = __builtin_convertvector(a.a, HalfOfSingle), high = __builtin_convertvector(a.b, HalfOfSingle);
-  return [&]<int... i>(std::integer_sequence<int, i...>) { return __builtin_shufflevector(low, high, i...); }
-  (std::make_integer_sequence<int, lanes_of<SingleLanes>>{});
+#if defined(__AVX512F__)
+  using Eight = float __attribute__((vector_size(32)));
+  const Eight low = __builtin_convertvector(a.a, Eight), high = __builtin_convertvector(a.b, Eight);
+  return __builtin_shufflevector(low, high, 0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15);
+#else
+  return __builtin_shufflevector(narrow(a.a), narrow(a.b), 0, 1, 2, 3, 4, 5, 6, 7);
+#endif
 }
 /// @}
 

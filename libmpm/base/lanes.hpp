@@ -40,6 +40,24 @@ inline HalfLanes lower_half(const Lanes& v) { return half(v, 0); }
 inline HalfLanes upper_half(const Lanes& v) { return half(v, 1); }
 /// @}
 
+/// Four numbers in the other precision. Without the intrinsics GCC takes two at a time.
+/// @{
+inline HalfLanes widen(SingleQuad a) {
+#if defined(__AVX__)
+  return reinterpret_cast<HalfLanes>(_mm256_cvtps_pd(reinterpret_cast<__m128>(a)));
+#else
+  return __builtin_convertvector(a, HalfLanes);
+#endif
+}
+inline SingleQuad narrow(HalfLanes a) {
+#if defined(__AVX__)
+  return reinterpret_cast<SingleQuad>(_mm256_cvtpd_ps(reinterpret_cast<__m256d>(a)));
+#else
+  return __builtin_convertvector(a, SingleQuad);
+#endif
+}
+/// @}
+
 /// Whether a T computes in single precision.
 template <class T>
 inline constexpr bool is_single = std::same_as<T, SingleLanes>;

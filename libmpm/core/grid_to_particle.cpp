@@ -38,7 +38,7 @@ void fill(GroupHalo<SingleLanes>& halo, const Grid& grid, std::int32_t block, bo
   const Node velocity = {relative_to.x(), relative_to.y(), relative_to.z(), 0.0};
   for_each_row(grid, block, old, [&](const Node* from, int first, auto count) {
     for (int i = 0; i < count; ++i) {
-      const SingleQuad node = __builtin_convertvector(from[i] - velocity, SingleQuad);
+      const SingleQuad node = narrow(from[i] - velocity);
       if constexpr (whole_registers) {
         halo.node[first + i] = node;
       } else {
@@ -53,8 +53,7 @@ Vec3 mean_velocity(const Grid& grid, std::int32_t block) {
   Node sum{};
   for_each_row(grid, block, false, [&](const Node* from, int, auto count) {
     for (int i = 0; i < count; ++i) {
-      const double mass = from[i][3];
-      sum += mass * Node{from[i][0], from[i][1], from[i][2], 1.0};
+      sum += spread<3>(from[i]) * select(LoneParticle::mask_w, Node{} + 1.0, from[i]);
     }
   });
   return sum[3] > 0.0 ? Vec3(Vec3(sum[0], sum[1], sum[2]) / sum[3]) : Vec3(Vec3::Zero());
