@@ -14,7 +14,7 @@ struct PairOf {
 };
 using LanePair = PairOf<Lanes>;          ///< sixteen doubles
 using HalfPair = PairOf<HalfLanes>;      ///< eight doubles
-using SinglePair = PairOf<SingleLanes>;  ///< thirty-two floats
+using SinglePair = PairOf<SingleLanes>;  ///< thirty-two floats, or sixteen where registers are shorter
 
 /// A pair of registers of floats is computed in single precision, too.
 template <>
@@ -140,18 +140,28 @@ inline MaskPairOf<M> operator|(const MaskPairOf<M>& x, const MaskPairOf<M>& y) {
 }
 /// @}
 
-/// Lanes 0 to 7 and 8 to 15 in double precision, and back.
+/// A pair of registers of doubles: as many numbers as a register of floats holds.
+using WidePair = PairOf<DoubleLanes>;
+/// A register of floats in double precision, and back.
 /// @{
-inline LanePair widen(SingleLanes a) {
+inline WidePair widen(SingleLanes a) {
+#if defined(__AVX512F__)
   using Eight = float __attribute__((vector_size(32)));
   const Eight low = __builtin_shufflevector(a, a, 0, 1, 2, 3, 4, 5, 6, 7),
               high = __builtin_shufflevector(a, a, 8, 9, 10, 11, 12, 13, 14, 15);
   return {__builtin_convertvector(low, Lanes), __builtin_convertvector(high, Lanes)};
+#else
+  return {widen(__builtin_shufflevector(a, a, 0, 1, 2, 3)), widen(__builtin_shufflevector(a, a, 4, 5, 6, 7))};
+#endif
 }
-inline SingleLanes narrow(const LanePair& a) {
+inline SingleLanes narrow(const WidePair& a) {
+#if defined(__AVX512F__)
   using Eight = float __attribute__((vector_size(32)));
   const Eight low = __builtin_convertvector(a.a, Eight), high = __builtin_convertvector(a.b, Eight);
   return __builtin_shufflevector(low, high, 0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15);
+#else
+  return __builtin_shufflevector(narrow(a.a), narrow(a.b), 0, 1, 2, 3, 4, 5, 6, 7);
+#endif
 }
 /// @}
 

@@ -1,6 +1,6 @@
 #pragma once
-/// The number types of the kernels: `double`, `Lanes` = eight doubles computed at once, `SingleLanes` = sixteen floats, and `HalfLanes` =
-/// four doubles. Two of them side by side are in lane_pair.hpp.
+/// The number types of the kernels: `double`, `Lanes` = eight doubles computed at once, `HalfLanes` = four doubles, and `SingleLanes` = as
+/// many floats as a register holds. Two of them side by side are in lane_pair.hpp.
 ///
 /// `Lanes` is a GCC/Clang vector extension: + - * / and comparisons work on it as on a scalar, and the compiler maps it
 /// to one AVX-512, two AVX or four SSE2 registers. The functions below exist for all types, so that a template over the
@@ -40,6 +40,24 @@ inline HalfLanes lower_half(const Lanes& v) { return half(v, 0); }
 inline HalfLanes upper_half(const Lanes& v) { return half(v, 1); }
 /// @}
 
+/// Four numbers in the other precision. Without the intrinsics GCC takes two at a time.
+/// @{
+inline HalfLanes widen(SingleQuad a) {
+#if defined(__AVX__)
+  return reinterpret_cast<HalfLanes>(_mm256_cvtps_pd(reinterpret_cast<__m128>(a)));
+#else
+  return __builtin_convertvector(a, HalfLanes);
+#endif
+}
+inline SingleQuad narrow(HalfLanes a) {
+#if defined(__AVX__)
+  return reinterpret_cast<SingleQuad>(_mm256_cvtpd_ps(reinterpret_cast<__m256d>(a)));
+#else
+  return __builtin_convertvector(a, SingleQuad);
+#endif
+}
+/// @}
+
 /// Whether a T computes in single precision.
 template <class T>
 inline constexpr bool is_single = std::same_as<T, SingleLanes>;
@@ -77,7 +95,7 @@ inline T broadcast(double a) {
   return T{} + a;
 }
 
-/// How many material points a T holds: 1, 4, 8, 16 or 32.
+/// How many numbers a T holds: 1, 4, 8, 16 or 32.
 template <class T>
 inline constexpr int lanes_of = std::same_as<T, double> ? 1 : static_cast<int>(sizeof(T) / (is_single<T> ? sizeof(float) : sizeof(double)));
 
@@ -136,8 +154,7 @@ inline bool any(SingleLaneMask m) {
 #if defined(__AVX512F__)
   return _mm512_test_epi32_mask(reinterpret_cast<__m512i>(m), reinterpret_cast<__m512i>(m)) != 0;
 #else
-  const auto halves = std::bit_cast<LaneMask>(m);
-  return any(halves);
+  return any(std::bit_cast<HalfMask>(m));
 #endif
 }
 /// Whether m is true in every lane.
@@ -196,9 +213,12 @@ inline SingleLanes sqrt(SingleLanes a) {
 #if defined(__AVX512F__)
   return reinterpret_cast<SingleLanes>(_mm512_maskz_sqrt_ps(0xFFFF, reinterpret_cast<__m512>(a)));
 #else
-  SingleLanes r;
-  for (int i = 0; i < 2 * lane_count; ++i) r[i] = std::sqrt(a[i]);
-  return r;
+#if defined(__AVX__)
+  return reinterpret_cast<SingleLanes>(_mm256_sqrt_ps(reinterpret_cast<__m256>(a)));
+#else
+  for (int i = 0; i < lanes_of<SingleLanes>; ++i) a[i] = std::sqrt(a[i]);
+  return a;
+#endif
 #endif
 }
 /// @}
@@ -207,21 +227,13 @@ inline SingleLanes sqrt(SingleLanes a) {
 inline SingleLaneMask nearest_integers(SingleLanes a) {
 #if defined(__AVX512F__)
   return reinterpret_cast<SingleLaneMask>(_mm512_maskz_cvtps_epi32(0xFFFF, reinterpret_cast<__m512>(a)));
+#elif defined(__AVX__)
+  return reinterpret_cast<SingleLaneMask>(_mm256_cvtps_epi32(reinterpret_cast<__m256>(a)));
 #else
-#if defined(__AVX__)
-  const auto nearest = [](HalfOf<SingleLanes> v) {
-    return reinterpret_cast<HalfOf<SingleLaneMask>>(_mm256_cvtps_epi32(reinterpret_cast<__m256>(v)));
-  };
-  return from_halves<SingleLaneMask>(nearest(half(a, 0)), nearest(half(a, 1)));
-#else
-  __m128 from[4];
-  __m128i to[4];
-  std::memcpy(from, &a, sizeof a);
-  for (int i = 0; i < 4; ++i) to[i] = _mm_cvtps_epi32(from[i]);
-  SingleLaneMask r;
-  std::memcpy(&r, to, sizeof r);
-  return r;
-#endif
+  __m128 part[2];
+  std::memcpy(part, &a, sizeof a);
+  const __m128i nearest[2] = {_mm_cvtps_epi32(part[0]), _mm_cvtps_epi32(part[1])};
+  return std::bit_cast<SingleLaneMask>(nearest);
 #endif
 }
 
@@ -240,18 +252,17 @@ inline std::uint64_t saturated_bytes(LaneMask a) {
   return saturated_bytes(HalfMask(half(a, 0))) | std::uint64_t{saturated_bytes(HalfMask(half(a, 1)))} << 32;
 #endif
 }
-/// Sixteen integers as signed bytes: four in each word, lane 0 lowest; what does not fit becomes the nearest that does.
-inline std::array<std::uint32_t, 4> saturated_bytes(SingleLaneMask a) {
-  std::array<std::uint32_t, 4> words{};
+/// The integers of a register as signed bytes: four in each word, lane 0 lowest; what does not fit becomes the nearest that does.
+inline std::array<std::uint32_t, lanes_of<SingleLanes> / 4> saturated_bytes(SingleLaneMask a) {
+  std::array<std::uint32_t, lanes_of<SingleLanes> / 4> words{};
 #if defined(__AVX512F__)
   const __m128i bytes = _mm512_maskz_cvtsepi32_epi8(0xFFFF, reinterpret_cast<__m512i>(a));
-  std::memcpy(words.data(), &bytes, sizeof words);
 #else
-  __m128i part[4];
+  __m128i part[2];
   std::memcpy(part, &a, sizeof part);
-  const __m128i bytes = _mm_packs_epi16(_mm_packs_epi32(part[0], part[1]), _mm_packs_epi32(part[2], part[3]));
-  std::memcpy(words.data(), &bytes, sizeof words);
+  const __m128i shorts = _mm_packs_epi32(part[0], part[1]), bytes = _mm_packs_epi16(shorts, shorts);
 #endif
+  std::memcpy(words.data(), &bytes, sizeof words);
   return words;
 }
 

@@ -2,6 +2,7 @@
 /// The vector types of the kernels, and what GCC needs help with where a processor's registers are shorter than they are.
 
 #include <cstdint>
+#include <type_traits>
 
 #if defined(__AVX512F__) || defined(__AVX__) || defined(__SSE2__)
 #include <immintrin.h>
@@ -14,17 +15,23 @@ using LaneMask = std::int64_t __attribute__((vector_size(64)));  ///< all bits s
 using HalfLanes = double __attribute__((vector_size(32)));       ///< four lanes: a grid node {p_x, p_y, p_z, m}
 using HalfMask = std::int64_t __attribute__((vector_size(32)));  ///< all bits set where true
 
-using SingleLanes = float __attribute__((vector_size(64)));            ///< sixteen floats
-using SingleLaneMask = std::int32_t __attribute__((vector_size(64)));  ///< all bits set where true; or sixteen integers
-using SingleQuad = float __attribute__((vector_size(16)));             ///< four lanes: a node's {p_x, p_y, p_z, m} in single precision
-
-/// A processor without registers of 64 bytes does arithmetic on Lanes by halves, but GCC takes comparisons, selections and shuffles of
-/// them apart number by number. So these are written for one half, and by_halves() applies them to both.
+/// Whether the processor has registers of 64 bytes.
 #if defined(__AVX512F__)
 inline constexpr bool whole_registers = true;
 #else
 inline constexpr bool whole_registers = false;
 #endif
+
+/// As many floats as a register holds: sixteen, or eight where registers are shorter. GCC moves a vector that is longer than a register
+/// through memory.
+using SingleLanes = float __attribute__((vector_size(whole_registers ? 64 : 32)));
+using SingleLaneMask = std::int32_t __attribute__((vector_size(sizeof(SingleLanes))));  ///< all bits set where true; or as many integers
+using SingleQuad = float __attribute__((vector_size(16)));  ///< four lanes: a node's {p_x, p_y, p_z, m} in single precision
+/// Doubles in such a register.
+using DoubleLanes = std::conditional_t<whole_registers, Lanes, HalfLanes>;
+
+/// A processor without registers of 64 bytes does arithmetic on Lanes by halves, but GCC takes comparisons, selections and shuffles of
+/// them apart number by number. So these are written for one half, and by_halves() applies them to both.
 namespace detail {
 template <class V>
 struct HalfType;
@@ -35,14 +42,6 @@ struct HalfType<Lanes> {
 template <>
 struct HalfType<LaneMask> {
   using type = std::int64_t __attribute__((vector_size(32), may_alias));
-};
-template <>
-struct HalfType<SingleLanes> {
-  using type = float __attribute__((vector_size(32), may_alias));
-};
-template <>
-struct HalfType<SingleLaneMask> {
-  using type = std::int32_t __attribute__((vector_size(32), may_alias));
 };
 }  // namespace detail
 /// The type of half a register.
@@ -71,11 +70,14 @@ inline __attribute__((always_inline)) Result by_halves(F&& f, const V&... v) {
     return from_halves<Result>(f(half(v, 0)...), f(half(v, 1)...));
   }
 }
-/// Shuffles both halves alike. @tparam index  as of __builtin_shufflevector for one half: those of `a`, then those of `b`
+/// Shuffles both halves alike, or a register that is a half itself.
+/// @tparam index  as of __builtin_shufflevector for one half: those of `a`, then those of `b`
 template <int... index, class V>
 inline __attribute__((always_inline)) V shuffle_halves(const V& a, const V& b) {
   constexpr int n = sizeof...(index);
-  if constexpr (whole_registers) {
+  if constexpr (sizeof(V) == sizeof(HalfLanes)) {
+    return __builtin_shufflevector(a, b, index...);
+  } else if constexpr (whole_registers) {
     return __builtin_shufflevector(a, b, (index < n ? index : index + n)..., (index < n ? index + n : index + 2 * n)...);
   } else {
     return from_halves<V>(__builtin_shufflevector(half(a, 0), half(b, 0), index...),

@@ -10,15 +10,15 @@ namespace mpm {
 
 namespace {
 
-/// The nodes of a block's particles. In double precision each once for each particle of a group, {v | v}: one load serves all, without a
-/// shuffle. In single precision each once, which a load repeats.
+/// A node in a halo: once for each particle of a group, {v | v}, so that one load serves all without a shuffle. For four particles it is
+/// there once, and a load repeats it: a halo with four copies is too large for the first-level cache.
+template <class V>
+using HaloNode = std::conditional_t<whole_registers && std::same_as<V, SingleLanes>, SingleQuad, V>;
+
+/// The nodes of a block's particles.
 template <class V>
 struct alignas(64) GroupHalo {
-  V node[halo_nodes];
-};
-template <>
-struct alignas(64) GroupHalo<SingleLanes> {
-  SingleQuad node[halo_nodes];
+  HaloNode<V> node[halo_nodes];
 };
 
 /// Calls f(row of nodes, its first place in the halo, count) for every row of a block's halo.
@@ -37,7 +37,14 @@ void fill(GroupHalo<V>& halo, const Grid& grid, std::int32_t block, bool old, co
 void fill(GroupHalo<SingleLanes>& halo, const Grid& grid, std::int32_t block, bool old, const Vec3& relative_to) {
   const Node velocity = {relative_to.x(), relative_to.y(), relative_to.z(), 0.0};
   for_each_row(grid, block, old, [&](const Node* from, int first, auto count) {
-    for (int i = 0; i < count; ++i) halo.node[first + i] = __builtin_convertvector(from[i] - velocity, SingleQuad);
+    for (int i = 0; i < count; ++i) {
+      const SingleQuad node = narrow(from[i] - velocity);
+      if constexpr (whole_registers) {
+        halo.node[first + i] = node;
+      } else {
+        halo.node[first + i] = repeat_quad(node);
+      }
+    }
   });
 }
 
@@ -46,8 +53,7 @@ Vec3 mean_velocity(const Grid& grid, std::int32_t block) {
   Node sum{};
   for_each_row(grid, block, false, [&](const Node* from, int, auto count) {
     for (int i = 0; i < count; ++i) {
-      const double mass = from[i][3];
-      sum += mass * Node{from[i][0], from[i][1], from[i][2], 1.0};
+      sum += spread<3>(from[i]) * select(LoneParticle::mask_w, Node{} + 1.0, from[i]);
     }
   });
   return sum[3] > 0.0 ? Vec3(Vec3(sum[0], sum[1], sum[2]) / sum[3]) : Vec3(Vec3::Zero());
@@ -100,7 +106,7 @@ class Displacement<SingleRecord> {
     scale_ = Group<SingleRecord>::xyz * static_cast<float>(units);
     const Vec3& v = block.particles.frame.velocity;
     reach_ = dt > 0.0 ? block_edge * grid.cell_size() / dt : HUGE_VAL;
-    for (int i = 0; i < 16; ++i) {
+    for (int i = 0; i < lanes_of<SingleLanes>; ++i) {
       const double common = i % 4 < 3 ? v[i % 4] : 0.0;
       velocity_[i] = static_cast<float>(common);
       const double steps = std::nearbyint(common * units);

@@ -31,6 +31,23 @@ struct Fields {
   }
 };
 
+/// Prefetches the particle at order[n], if there is one: in the order of cells, which the hardware cannot guess.
+void request(const ParticleBin& bin, int n) {
+  if (n < bin.count()) __builtin_prefetch(bin.bytes(bin.order[static_cast<std::size_t>(n)]).data());
+}
+
+/// Where a particle is, and how large.
+struct Place {
+  Vec3 x;
+  double volume;
+};
+Place place_of(const Grid& grid, const ParticleBin& bin, int slot) {
+  return with_record_type(grid.precision(), [&](auto record) {
+    const auto& p = decode(bin.record<decltype(record)>(slot), bin.frame);  // not a copy of the whole
+    return Place{{p.position[0], p.position[1], p.position[2]}, p.volume};
+  });
+}
+
 /// Columns of the skew part of a gradient.
 /// @param x, y, z  columns of the gradient: derivatives along the axes
 std::array<Node, 3> skew_part(const Node& x, const Node& y, const Node& z) {
@@ -68,9 +85,9 @@ void LumpedMassCorrection::add_of_block(const Grid& grid, const Block& block, st
     Node given[27] = {};
     bool here = false;
     for (int n = bin.cell_start[cell]; n < bin.cell_start[cell + 1]; ++n) {
-      const Particle p = bin[bin.order[static_cast<std::size_t>(n)]];
-      const Vec3 x(p.position[0], p.position[1], p.position[2]);
-      const double mass = share(x) * density_ * p.volume;
+      request(bin, n + 16);
+      const auto [x, volume] = place_of(grid, bin, bin.order[static_cast<std::size_t>(n)]);
+      const double mass = share(x) * density_ * volume;
       if (mass == 0.0) continue;
       here = true;
       const Vec3 f = x / dx_ - base;

@@ -2,7 +2,7 @@
 /// What both transfers share: some particles of one cell side by side in one register, four lanes each, and the block's halo of nodes.
 /// A Group is made for each kind of record, and the transfers are templates over it:
 ///   Group<Particle>      two particles in a Lanes,        {a_0 .. a_3 | b_0 .. b_3}; or one in a Node, where registers are shorter
-///   Group<SingleRecord>  four particles in a SingleLanes, {a_0 .. a_3 | b_0 .. b_3 | c_0 .. c_3 | d_0 .. d_3}
+///   Group<SingleRecord>  four particles in a SingleLanes, {a_0 .. a_3 | b_0 .. b_3 | c_0 .. c_3 | d_0 .. d_3}; or two likewise
 /// For the sources of the transfers and of corrections that sum as they do.
 
 #include <array>
@@ -25,7 +25,6 @@ inline Node load_half(const double* p) { return *reinterpret_cast<const Unaligne
 inline void store_half(double* p, Node v) { *reinterpret_cast<UnalignedNode*>(p) = v; }
 
 /// The same quad for all particles.
-/// @{
 template <class V>
 inline V repeat(Node n) {
   if constexpr (std::same_as<V, Lanes>) {
@@ -34,15 +33,6 @@ inline V repeat(Node n) {
     return n;
   }
 }
-inline SingleLanes repeat(const SingleQuad& n) {  // from memory a load does it; of a shuffle GCC makes a load and a shuffle
-#if defined(__AVX512F__)
-  return reinterpret_cast<SingleLanes>(_mm512_broadcast_f32x4(n));
-#else
-  const auto twice = __builtin_shufflevector(n, n, 0, 1, 2, 3, 0, 1, 2, 3);
-  return from_halves<SingleLanes>(twice, twice);
-#endif
-}
-/// @}
 
 /// Component c of each particle in all four of its lanes.
 /// @{
@@ -69,6 +59,18 @@ struct TensorColumns {
 
 template <class Record>
 struct Group;
+
+/// {a, b, c, d} in every quad of a register.
+template <class V>
+constexpr V repeated(int a, int b, int c, int d) {
+  using Number = std::remove_cvref_t<decltype(V{}[0])>;
+  const auto w = Number(a), x = Number(b), y = Number(c), z = Number(d);
+  if constexpr (quad_count == 2) {
+    return V{w, x, y, z, w, x, y, z};
+  } else {
+    return V{w, x, y, z, w, x, y, z, w, x, y, z, w, x, y, z};
+  }
+}
 
 /// Two particles in double precision. A lone one is beside padding, or beside itself.
 struct ParticlePair {
@@ -167,24 +169,21 @@ struct LoneParticle {
 template <>
 struct Group<Particle> : std::conditional_t<whole_registers, ParticlePair, LoneParticle> {};
 
-/// Four particles in single precision.
+/// Particles in single precision: as many as a register holds.
 template <>
 struct Group<SingleRecord> {
-  using Vector = SingleLanes;     ///< of all particles
-  using Quad = SingleQuad;        ///< of one particle
-  static constexpr int size = 4;  ///< particles
-  /// 1 in the lanes of a vector, 0 in the fourth
-  static constexpr SingleLanes xyz = {1, 1, 1, 0, 1, 1, 1, 0, 1, 1, 1, 0, 1, 1, 1, 0};
-  /// the fourth lanes
-  static constexpr SingleLaneMask mask_w = {0, 0, 0, -1, 0, 0, 0, -1, 0, 0, 0, -1, 0, 0, 0, -1};
+  using Vector = SingleLanes;                                                      ///< of all particles
+  using Quad = SingleQuad;                                                         ///< of one particle
+  static constexpr int size = quad_count;                                          ///< particles
+  static constexpr SingleLanes xyz = repeated<SingleLanes>(1, 1, 1, 0);            ///< 1 in the lanes of a vector, 0 in the fourth
+  static constexpr SingleLaneMask mask_w = repeated<SingleLaneMask>(0, 0, 0, -1);  ///< the fourth lanes
 
   const SingleRecord* p[size];  ///< the particles
 
   /// Quad n of all particles. @param n  0 position, 1 velocity, 2 3 4 columns of C with the normal stresses, 5 shear stresses
   template <int n>
   [[nodiscard]] SingleLanes quad() const {
-    const auto at = [&](int i) { return reinterpret_cast<const AliasingQuad*>(p[i]) + n; };
-    return join_quads(at(0), at(1), at(2), at(3));
+    return join_quads([&](int i) { return reinterpret_cast<const AliasingQuad*>(p[i]) + n; });
   }
   [[nodiscard]] SingleLanes position() const { return quad<0>(); }  ///< x y z as integers, V as a number
   [[nodiscard]] SingleLanes velocity() const { return quad<1>(); }  ///< lane 3: of no meaning
@@ -209,7 +208,9 @@ struct Group<SingleRecord> {
   }
   /// The largest of the lanes that hold a speed.
   static double largest(SingleLanes speed_squared) {
-    return double{max(max(speed_squared[0], speed_squared[4]), max(speed_squared[8], speed_squared[12]))};
+    float most = speed_squared[0];
+    for (int i = 1; i < size; ++i) most = max(most, speed_squared[4 * i]);
+    return double{most};
   }
   /// Cells along x, y and z of each particle, a byte each; what does not fit becomes the nearest that does.
   static std::array<std::uint32_t, size> bytes_of(SingleLaneMask cells) { return saturated_bytes(cells); }
@@ -274,8 +275,8 @@ class PrefetchGroup {
       if (k < 2) __builtin_prefetch(at_[0] + 64 * (k + 1));
       if (size > 1 && k > 0) __builtin_prefetch(at_[size - 1] + 64 * k);
     } else if (k < 2) {  // one more: 96 bytes on a multiple of 32 lie in two lines
-      __builtin_prefetch(at_[2 * k] + 64);
-      __builtin_prefetch(at_[2 * k + 1] + 64);
+#pragma GCC unroll 2
+      for (int i = 0; i < size / 2; ++i) __builtin_prefetch(at_[size / 2 * k + i] + 64);
     }
   }
 

@@ -100,7 +100,7 @@ inline void add_row(Node* node, const Node* row, int count, Node /*velocity*/) {
 }
 inline void add_row(Node* node, const SingleQuad* row, int count, Node velocity) {
   for (int n = 0; n < count; ++n) {
-    const Node wide = __builtin_convertvector(row[n], Node);
+    const Node wide = widen(row[n]);
     node[n] += wide + velocity * wide[3];
   }
 }

@@ -8,9 +8,11 @@ namespace mpm {
 
 /// A node of a halo, for all particles of a group.
 /// @{
-inline const Lanes& of_all(const Lanes& node) { return node; }
-inline SingleLanes of_all(const SingleQuad& node) { return repeat(node); }
-inline const Node& of_all(const Node& node) { return node; }
+template <OneRegister V>
+inline const V& of_all(const V& node) {
+  return node;
+}
+inline SingleLanes of_all(const SingleQuad& node) { return repeat_quad(node); }
 /// @}
 
 /// A loop over the planes of a kernel asks for nothing ahead of time; PrefetchGroup is the other choice.
@@ -94,16 +96,9 @@ inline __attribute__((always_inline)) void add_sums(const Lanes (&sum)[27], Node
 #pragma GCC unroll 27
   for (int n = 0; n < 27; ++n) node[halo_index(n % 3, n / 3 % 3, n / 9)] += lower_half(sum[n]) + upper_half(sum[n]);
 }
+#if defined(__AVX512F__)
 /// A row of three nodes at a time, and nothing to the node behind them.
 inline __attribute__((always_inline)) void add_sums(const SingleLanes (&sum)[27], SingleQuad* node) {
-  if constexpr (!whole_registers) {
-    for (int n = 0; n < 27; ++n) {
-      const auto two = half(sum[n], 0) + half(sum[n], 1);
-      node[halo_index(n % 3, n / 3 % 3, n / 9)] +=
-          __builtin_shufflevector(two, two, 0, 1, 2, 3) + __builtin_shufflevector(two, two, 4, 5, 6, 7);
-    }
-    return;
-  }
   using UnalignedRow = float __attribute__((vector_size(64), aligned(16), may_alias));
   const auto low = [](SingleLanes a, SingleLanes b) {  // quarters 0 1 of each
     return __builtin_shufflevector(a, b, 0, 1, 2, 3, 4, 5, 6, 7, 16, 17, 18, 19, 20, 21, 22, 23);
@@ -120,6 +115,20 @@ inline __attribute__((always_inline)) void add_sums(const SingleLanes (&sum)[27]
     *reinterpret_cast<UnalignedRow*>(node + halo_index(0, r % 3, r / 3)) += even + odd;
   }
 }
+#else
+/// Of a row of three nodes the first two at a time.
+inline __attribute__((always_inline)) void add_sums(const SingleLanes (&sum)[27], SingleQuad* node) {
+  using UnalignedTwo = float __attribute__((vector_size(32), aligned(16), may_alias));
+#pragma GCC unroll 9
+  for (int r = 0; r < 9; ++r) {
+    const SingleLanes s0 = sum[3 * r], s1 = sum[3 * r + 1];
+    SingleQuad* const row = node + halo_index(0, r % 3, r / 3);
+    *reinterpret_cast<UnalignedTwo*>(row) +=
+        __builtin_shufflevector(s0, s1, 0, 1, 2, 3, 12, 13, 14, 15) + __builtin_shufflevector(s0, s1, 4, 5, 6, 7, 8, 9, 10, 11);
+    row[2] += quad_of<0>(sum[3 * r + 2]) + quad_of<1>(sum[3 * r + 2]);
+  }
+}
+#endif
 /// @}
 
 }  // namespace mpm

@@ -68,7 +68,7 @@ class LawGroup;
 template <>
 class LawGroup<Particle> {
  public:
-  using Number = std::conditional_t<whole_registers, LanePair, HalfPair>;
+  using Number = WidePair;
   LawGroup(Particle* p, int used, double initial_internal) : p_(p) {
     for (int n = 0; n < eights; ++n) gather(p + n * lane_count, used - n * lane_count, initial_internal, of_[n]);
   }
@@ -123,8 +123,8 @@ class LawGroup<Particle> {
   EightParticles of_[eights];
 };
 
-/// Transposes the four 4 x 4 matrices that stand side by side in four registers.
-inline __attribute__((always_inline)) void transpose_quarters(SingleLanes* r) {
+/// Transposes the 4 x 4 matrices that stand side by side in four registers.
+inline __attribute__((always_inline)) void transpose_quads(SingleLanes* r) {
   const SingleLanes a0 = shuffle_halves<0, 8, 2, 10, 4, 12, 6, 14>(r[0], r[1]), a1 = shuffle_halves<1, 9, 3, 11, 5, 13, 7, 15>(r[0], r[1]);
   const SingleLanes a2 = shuffle_halves<0, 8, 2, 10, 4, 12, 6, 14>(r[2], r[3]), a3 = shuffle_halves<1, 9, 3, 11, 5, 13, 7, 15>(r[2], r[3]);
   r[0] = shuffle_halves<0, 1, 8, 9, 4, 5, 12, 13>(a0, a2);
@@ -133,32 +133,33 @@ inline __attribute__((always_inline)) void transpose_quarters(SingleLanes* r) {
   r[3] = shuffle_halves<2, 3, 10, 11, 6, 7, 14, 15>(a1, a3);
 }
 
-/// Quad n of sixteen records by component. @param n 2 3 4: a column of C and a normal stress; 5: shear stresses and internal
+/// Quad n of a register's records by component. @param n 2 3 4: a column of C and a normal stress; 5: shear stresses and internal
 inline __attribute__((always_inline)) void load_quads(SingleRecord* p, int n, SingleLanes (&v)[4]) {
 #pragma GCC unroll 4
   for (int i = 0; i < 4; ++i) {
-    const auto at = [&](int k) { return reinterpret_cast<const AliasingQuad*>(p + i + 4 * k) + n; };
-    v[i] = join_quads(at(0), at(1), at(2), at(3));
+    v[i] = join_quads([&](int k) { return reinterpret_cast<const AliasingQuad*>(p + i + 4 * k) + n; });
   }
-  transpose_quarters(v);
+  transpose_quads(v);
 }
 inline __attribute__((always_inline)) void store_quads(SingleLanes (&v)[4], SingleRecord* p, int n) {
-  transpose_quarters(v);
+  transpose_quads(v);
 #pragma GCC unroll 4
   for (int i = 0; i < 4; ++i) {
     for_each_quad([&](auto k) { reinterpret_cast<AliasingQuad*>(p + i + 4 * k)[n] = quad_of<k>(v[i]); });
   }
 }
 
-/// Sixteen records by component: [column of C or shear][row, or the number in the fourth place].
-struct SixteenRecords {
+/// Records by component: [column of C or shear][row, or the number in the fourth place].
+struct Records {
+  static constexpr int count = lanes_of<SingleLanes>;
   SingleLanes q[4][4];
 };
-inline __attribute__((always_inline)) void gather(SingleRecord* p, int used, double initial_internal, SixteenRecords& g) {
+inline __attribute__((always_inline)) void gather(SingleRecord* p, int used, double initial_internal, Records& g) {
 #pragma GCC unroll 4
   for (int n = 0; n < 4; ++n) load_quads(p, 2 + n, g.q[n]);
-  if (used >= 16) return;
-  constexpr SingleLanes number = {0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15};
+  if (used >= Records::count) return;
+  constexpr auto number = []<int... i>(std::integer_sequence<int, i...>) { return SingleLanes{static_cast<float>(i)...}; }
+  (std::make_integer_sequence<int, Records::count>{});
   const SingleLaneMask live = number < static_cast<float>(used);
   for (auto& quad : g.q) {
     for (SingleLanes& v : quad) v = select(live, v, SingleLanes{});
@@ -172,7 +173,7 @@ class LawGroup<SingleRecord> {
   using Number = SinglePair;
   LawGroup(SingleRecord* p, int used, double initial_internal) : p_(p) {
     gather(p, used, initial_internal, a);
-    gather(p + 16, used - 16, initial_internal, b);
+    gather(p + Records::count, used - Records::count, initial_internal, b);
   }
   [[nodiscard]] Matrix3<SinglePair> increment(double dt) const {
     const auto step = static_cast<float>(dt);
@@ -193,7 +194,7 @@ class LawGroup<SingleRecord> {
 #pragma GCC unroll 4
     for (int n = 0; n < 4; ++n) {
       store_quads(a.q[n], p_, 2 + n);
-      store_quads(b.q[n], p_ + 16, 2 + n);
+      store_quads(b.q[n], p_ + Records::count, 2 + n);
     }
   }
   static void prefetch(const SingleRecord* p) {
@@ -203,11 +204,11 @@ class LawGroup<SingleRecord> {
 
  private:
   SingleRecord* p_;
-  SixteenRecords a, b;
+  Records a, b;
 };
 
 /// One half of a group of single records in double precision.
-inline MaterialState<LanePair> half_of(const MaterialState<SinglePair>& s, SingleLanes SinglePair::*half) {
+inline MaterialState<WidePair> half_of(const MaterialState<SinglePair>& s, SingleLanes SinglePair::*half) {
   const Sym3<SinglePair>& t = s.stress;
   return {{widen(t.xx.*half), widen(t.yy.*half), widen(t.zz.*half), widen(t.xy.*half), widen(t.xz.*half), widen(t.yz.*half)},
           widen(s.internal.*half)};
@@ -218,13 +219,13 @@ template <Material Law>
 __attribute__((noinline)) void update_in_double(const Law& law, MaterialState<SinglePair>& state, const Matrix3<SinglePair>& dl,
                                                 double dt) {
   for (SingleLanes SinglePair::*half : {&SinglePair::a, &SinglePair::b}) {
-    MaterialState<LanePair> wide = half_of(state, half);
-    Matrix3<LanePair> wide_dl;
+    MaterialState<WidePair> wide = half_of(state, half);
+    Matrix3<WidePair> wide_dl;
     for (int i = 0; i < 3; ++i) {
       for (int j = 0; j < 3; ++j) wide_dl.m[i][j] = widen(dl.m[i][j].*half);
     }
     law.update_stress(wide, wide_dl, dt);
-    const Sym3<LanePair>& from = wide.stress;
+    const Sym3<WidePair>& from = wide.stress;
     Sym3<SinglePair>& to = state.stress;
     to.xx.*half = narrow(from.xx), to.yy.*half = narrow(from.yy), to.zz.*half = narrow(from.zz);
     to.xy.*half = narrow(from.xy), to.xz.*half = narrow(from.xz), to.yz.*half = narrow(from.yz);

@@ -176,6 +176,57 @@ TYPED_TEST(CamClayLanes, StayOnOrInsideYieldSurfaceForAnyTrialState) {
   }
 }
 
+/// The nearest number that single precision holds.
+double rounded(double x) { return static_cast<double>(static_cast<float>(x)); }
+
+TEST(CamClaySingle, GivesTheStateOfDoublePrecisionOrLeavesItAlone) {
+  constexpr int lanes = lanes_of<SinglePair>;
+  Sampler sample(11);
+  int updated = 0, left_alone = 0;
+  for (const CamClay::Parameters& spec : paper_grid()) {
+    CamClay law(spec);
+    law.expect_single_states();
+    const double bulk = law.moduli().bulk();
+    for (int group = 0; group < 40; ++group) {
+      MaterialState<double> before[lanes];
+      Matrix3<double> dl[lanes];
+      MaterialState<SinglePair> state{};
+      Matrix3<SinglePair> dl_lanes{};
+      for (int i = 0; i < lanes; ++i) {
+        set(state, i, sample.state(law, spec));
+        before[i] = lane_of(state, i);
+        dl[i] = sample.increment();
+        for (int a = 0; a < 3; ++a) {
+          for (int b = 0; b < 3; ++b) {
+            dl[i].m[a][b] = rounded(1e-2 * dl[i].m[a][b]);  // of a step: a longer one goes near an apex more often
+            set_lane(dl_lanes.m[a][b], i, dl[i].m[a][b]);
+          }
+        }
+      }
+      const bool done = law.try_update_stress(state, dl_lanes, 1.0);
+      ++(done ? updated : left_alone);
+      for (int i = 0; i < lanes; ++i) {
+        const MaterialState<double> after = lane_of(state, i);
+        if (!done) {
+          ASSERT_EQ(after.internal, before[i].internal);
+          ASSERT_EQ(after.stress.xx, before[i].stress.xx);
+          continue;
+        }
+        MaterialState<double> expected = before[i];
+        law.update_stress(expected, dl[i], 1.0);
+        // Some round-offs of the trial stress, and of the 1e-6 of the surface by which a state may be outside it without yielding.
+        const double size = std::fabs(before[i].stress.xx) + std::fabs(before[i].stress.yy) + std::fabs(before[i].stress.zz) +
+                            law.preconsolidation_pressure(expected.internal) + 5e-3 * bulk;
+        ASSERT_NEAR(after.stress.xx, expected.stress.xx, 3e-6 * size) << "xi " << spec.hardening_xi << " beta " << spec.cohesion_beta;
+        ASSERT_NEAR(after.stress.yz, expected.stress.yz, 3e-6 * size);
+        ASSERT_NEAR(after.internal, expected.internal, 3e-6 * (std::fabs(expected.internal) + size / bulk));
+      }
+    }
+  }
+  EXPECT_GT(updated, 0);
+  EXPECT_GT(left_alone, 0);
+}
+
 TEST(CamClayReturnMap, LandsOnTheLargestRootBelowAtAnIsotropicTensionApex) {
   // q = 0, tension: X - beta sinh(xi max(X, 0)) = X_n + p_tr/K, the largest root below X_n (here by a scan), also across snap-back.
   for (const double slope : {0.0, 0.8})
