@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <concepts>
 #include <limits>
@@ -16,9 +17,9 @@ class Registers : public testing::Test {
  public:
   using Scalar = ScalarOf<V>;
   static constexpr int count = lanes_of<V>;
-  /// Magnitudes within every number's reach; the largest exponent of exp whose result is, too.
+  /// Magnitudes that the numbers hold; 1.7 times the largest exponent is one whose exp they hold.
   static constexpr double smallest = std::same_as<Scalar, float> ? 1e-35 : 1e-300, largest = 1.0 / smallest,
-                          largest_exponent = std::same_as<Scalar, float> ? 60.0 : 300.0;
+                          largest_exponent = std::same_as<Scalar, float> ? 48.0 : 300.0;
   static Mask<V> mask_of(int bits) {
     Mask<V> m{};
     for (int i = 0; i < count; ++i) m[i] = (bits >> i) & 1 ? -1 : 0;
@@ -61,7 +62,7 @@ double worst_ulp(F f, Exact exact, double largest, double most_negative) {
   for (double size = Registers<V>::smallest; size < largest; size *= size < 1e-20 ? 1e7 : 1.0037) {
     V x;
     for (int i = 0; i < lanes_of<V>; ++i) {
-      const double value = size * (1.0 + 0.1 * i) * (i % 2 ? -1.0 : 1.0);
+      const double value = size * (1.0 + 0.1 * (i % 8)) * (i % 2 ? -1.0 : 1.0);
       x[i] = static_cast<ScalarOf<V>>(value > most_negative ? value : -value);
     }
     const V y = f(x);
@@ -92,7 +93,8 @@ TYPED_TEST(Registers, LogAgreesWithLongDouble) {
   EXPECT_LE(worst, 4.0 * std::numeric_limits<ScalarOf<TypeParam>>::epsilon());
 }
 TYPED_TEST(Registers, Expm1KeepsRelativePrecision) {
-  EXPECT_LE(worst_ulp<TypeParam>([](const TypeParam& x) { return expm1(x); }, [](long double x) { return std::expm1(x); }, 100.0, -1e9),
+  EXPECT_LE(worst_ulp<TypeParam>([](const TypeParam& x) { return expm1(x); }, [](long double x) { return std::expm1(x); },
+                                 std::min(100.0, TestFixture::largest_exponent), -1e9),
             4.0 * 4.8);
 }
 TYPED_TEST(Registers, Log1pKeepsRelativePrecision) {
