@@ -6,9 +6,9 @@
 /// nodes k at s; contact demands u.n >= 0 there, and an impulse lambda <= 0 along the row sum_k g_k n of the nodes brings it about:
 /// v_k -= g_k n lambda / m_k. Points of a straight side stand one cell apart, so that there are as many conditions as nodes along it.
 /// On a curved surface n is the normal at the node's own place, n_k: a flow along a circle has v_k.n_k = 0 at every node. With the normal
-/// of the point at all nodes a flow that speeds up along the surface would count as an approach, dv/ds sigma^2/R, and be pushed off. Points of a circle stand half a cell apart: where a flow leaves is
-/// then not tied to the places of the points (one per cell: force on a cylinder in a jet by 8 % from one place of the grid to another; two:
-/// by 4 %; three and four change it by less than 1 %).
+/// of the point at all nodes a flow that speeds up along the surface would count as an approach, dv/ds sigma^2/R, and be pushed off. Points
+/// of a circle stand half a cell apart: where a flow leaves is then not tied to the places of the points (one per cell: force on a cylinder
+/// in a jet by 8 % from one place of the grid to another; two: by 4 %; three and four change it by less than 1 %).
 ///
 /// A plane of nodes that lies on the surface has three rows of nodes with weights 1/8, 3/4, 1/8; the contact condition
 /// constrains only their weighted sum. The extension condition removes the remaining freedom: the normal velocity is extrapolated linearly
@@ -63,7 +63,7 @@ struct ContactStencil {
     double share = 1.0;       ///< of its mass that belongs to the computed part: a half on a mirror plane
   };
   static constexpr double edge_share = 1.0 / (2.0 * std::numbers::sqrt2 - 1.0);  ///< impulse of an end point over that of the next one
-  static constexpr int points_on_circle = 2;  ///< of one cell's length
+  static constexpr int points_on_circle = 2;                                     ///< of one cell's length
   static constexpr double deep_from = 1.6;  ///< cells behind a surface: beyond the support of what acts on it
   /// A node so deep inside that no row reaches it.
   struct Deep {

@@ -37,8 +37,8 @@ constexpr std::array nodal_even_height{Studied{4, 0.10}, Studied{6, 0.06}, Studi
 constexpr std::array surface_force{Studied{3, 0.04}, Studied{4, 0.08}, Studied{5, 0.01}, Studied{9, 0.01}};
 constexpr std::array surface_runup{Studied{3, 0.24}, Studied{4, 0.15}, Studied{5, 0.13}, Studied{7, 0.07}, Studied{9, 0.05}};
 constexpr std::array surface_height{Studied{3, 0.11}, Studied{4, 0.06}, Studied{5, 0.04}, Studied{9, 0.03}};
-// Cylinder in a plane jet (cylinder_in_jet), over two places of the grid: the force is at most 1.06, 1.04, 1.04, 1.03 times the exact one at
-// 5, 6, 10, 12 cells.
+// Cylinder in a plane jet (cylinder_in_jet), over two places of the grid: the force is at most 1.06, 1.04, 1.04, 1.03 times the exact one
+// at 5, 6, 10, 12 cells.
 constexpr std::array cylinder_force{Studied{5, 0.06}, Studied{6, 0.045}, Studied{10, 0.04}, Studied{12, 0.03}};
 // Wedge of half angle 30 degrees, four cells to half the jet: 1.07 (surface) and 1.50 (nodal) times the exact force.
 constexpr std::array wedge_surface_force{Studied{8, 0.07}}, wedge_nodal_force{Studied{8, 0.33}};
