@@ -40,8 +40,7 @@ inline HalfLanes lower_half(const Lanes& v) { return half(v, 0); }
 inline HalfLanes upper_half(const Lanes& v) { return half(v, 1); }
 /// @}
 
-/// Four numbers in the other precision. Without the intrinsics GCC takes two at a time.
-/// @{
+/// Four floats as doubles. Without the intrinsic GCC takes two at a time.
 inline HalfLanes widen(SingleQuad a) {
 #if defined(__AVX__)
   return reinterpret_cast<HalfLanes>(_mm256_cvtps_pd(reinterpret_cast<__m128>(a)));
@@ -49,6 +48,7 @@ inline HalfLanes widen(SingleQuad a) {
   return __builtin_convertvector(a, HalfLanes);
 #endif
 }
+/// Four doubles as floats, likewise.
 inline SingleQuad narrow(HalfLanes a) {
 #if defined(__AVX__)
   return reinterpret_cast<SingleQuad>(_mm256_cvtpd_ps(reinterpret_cast<__m256d>(a)));
@@ -56,7 +56,6 @@ inline SingleQuad narrow(HalfLanes a) {
   return __builtin_convertvector(a, SingleQuad);
 #endif
 }
-/// @}
 
 /// Whether a T computes in single precision.
 template <class T>
