@@ -28,6 +28,16 @@ void for_each_row(const Grid& grid, std::int32_t block, bool old, F&& f) {
       grid.block(block).neighbour, [&](std::int32_t b) -> const NodeBlock& { return old ? grid.old_nodes(b) : grid.nodes(b); }, f);
 }
 
+/// A node as a halo holds it.
+template <class Held>
+Held halo_node(const SingleQuad& node) {
+  if constexpr (std::same_as<Held, SingleQuad>) {
+    return node;
+  } else {
+    return repeat_quad(node);
+  }
+}
+
 template <class V>
 void fill(GroupHalo<V>& halo, const Grid& grid, std::int32_t block, bool old, const Vec3& /*relative_to*/) {
   for_each_row(grid, block, old, [&](const Node* from, int first, auto count) {
@@ -37,14 +47,7 @@ void fill(GroupHalo<V>& halo, const Grid& grid, std::int32_t block, bool old, co
 void fill(GroupHalo<SingleLanes>& halo, const Grid& grid, std::int32_t block, bool old, const Vec3& relative_to) {
   const Node velocity = {relative_to.x(), relative_to.y(), relative_to.z(), 0.0};
   for_each_row(grid, block, old, [&](const Node* from, int first, auto count) {
-    for (int i = 0; i < count; ++i) {
-      const SingleQuad node = narrow(from[i] - velocity);
-      if constexpr (whole_registers) {
-        halo.node[first + i] = node;
-      } else {
-        halo.node[first + i] = repeat_quad(node);
-      }
-    }
+    for (int i = 0; i < count; ++i) halo.node[first + i] = halo_node<HaloNode<SingleLanes>>(narrow(from[i] - velocity));
   });
 }
 
