@@ -5,6 +5,7 @@
 #include <cmath>
 #include <limits>
 #include <nlohmann/json.hpp>
+#include <stdexcept>
 
 #include "libmpm/base/error.hpp"
 #include "validation/harness/results_json.hpp"
@@ -42,11 +43,18 @@ TEST(Comparison, TakesTheValueOfAUnitOfTheFlow) {
   EXPECT_DOUBLE_EQ(c.comparison->reference, 6.0);
 }
 
+TEST(Summary, RefusesAComparisonWithThisProgramItself) {
+  CaseResult r;
+  EXPECT_THROW(r.check_relative(Label::regression, "z", 1.1, 1.0, "N", 1.0, "because").in_summary(Quantity::force), std::logic_error);
+  EXPECT_THROW(r.check_relative(Label::regression, "z", 1.1, 1.0, "", 1.0, "because").in_summary(Quantity::force, 0.0, 2.0),
+               std::logic_error);
+  EXPECT_THROW(r.compare(Label::regression, "w", Quantity::force, 2.2, 2.0, "kN"), std::logic_error);
+}
+
 TEST(Summary, HasARowForEachQuantityAndKindOfReference) {
   CaseResult a = case_of("a"), b = case_of("b");
   a.check_relative(Label::verification, "x", 1.1, 1.0, "N", 1.0, "because").in_summary(Quantity::force);
   a.check_relative(Label::validation, "y", 1.1, 1.0, "N", 1.0, "because").in_summary(Quantity::force, 0.1);
-  a.check_relative(Label::regression, "z", 1.1, 1.0, "N", 1.0, "because").in_summary(Quantity::force);
   b.compare(Label::verification, "w", Quantity::force, 2.2, 2.0, "kN");
   const auto rows = summary_rows(summary_points({a, b}));
   ASSERT_EQ(rows.size(), 2u);

@@ -87,12 +87,24 @@ Check& Check::known_miss(double bound, std::string cause) {
   return *this;
 }
 
+namespace {
+
+/// The summary compares with references; what an earlier version of this program gave is none.
+void require_reference(const Check& check) {
+  if (check.label == Label::regression)
+    throw std::logic_error(fmt::format("'{}': a regression check cannot be in the summary", check.quantity));
+}
+
+}  // namespace
+
 Check& Check::in_summary(Quantity kind, double reference_uncertainty) {
+  require_reference(*this);
   comparison = make_comparison(kind, value, reference, unit, reference_uncertainty);
   return *this;
 }
 
 Check& Check::in_summary(Quantity kind, double reference_uncertainty, double unit_value) {
+  require_reference(*this);
   comparison = make_comparison(kind, unit_value * value, unit_value * reference, text_of(kind).unit, reference_uncertainty);
   return *this;
 }
@@ -129,6 +141,7 @@ Check& CaseResult::check_order(Label label, std::string quantity, double order, 
 
 void CaseResult::compare(Label label, std::string what, Quantity quantity, double predicted, double reference, const std::string& unit,
                          double reference_uncertainty) {
+  if (label == Label::regression) throw std::logic_error(fmt::format("'{}': a regression cannot be in the summary", what));
   comparisons.push_back({label, std::move(what), make_comparison(quantity, predicted, reference, unit, reference_uncertainty)});
 }
 

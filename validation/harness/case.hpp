@@ -75,7 +75,7 @@ struct Check {
   Check& known_miss(double bound, std::string cause);
   /// Shows value and reference in the summary of predicted against reference values. Both must be in the quantity's unit, with a prefix at
   /// most (kPa, mm).
-  /// @param reference_uncertainty  relative standard deviation of the reference; 0 for an exact solution
+  /// @param reference_uncertainty  standard deviation of the reference, relative. @throws std::logic_error for a regression check
   Check& in_summary(Quantity quantity, double reference_uncertainty = 0.0);
   /// The same for a check without a unit or in units of the flow ("h0", "c0").
   /// @param unit_value  what 1 of value and reference is, in the quantity's unit

@@ -56,9 +56,8 @@ std::vector<SummaryPoint> summary_points(const std::vector<CaseResult>& results)
   std::vector<SummaryPoint> points;
   for (const CaseResult& r : results) {
     for (const Check& c : r.checks)
-      if (c.comparison && c.label != Label::regression) points.push_back({r.name, c.quantity, c.label, *c.comparison});
-    for (const NamedComparison& c : r.comparisons)
-      if (c.label != Label::regression) points.push_back({r.name, c.name, c.label, c.comparison});
+      if (c.comparison) points.push_back({r.name, c.quantity, c.label, *c.comparison});
+    for (const NamedComparison& c : r.comparisons) points.push_back({r.name, c.name, c.label, c.comparison});
   }
   return points;
 }

@@ -55,12 +55,12 @@ void run(const CaseContext& context, CaseResult& result) {
   for (std::size_t i = 0; i < runs.size(); ++i) {
     const double exact = CylinderInJet(all[i].ratio).force();
     const std::string name = runs[i].name + ": force over the exact one";
-    result
-        .check_relative(Label::regression, name, over_exact(all[i]), 1.0, "", bound(runs[i].setting.cells),
-                        "a bound on what is known at this number of cells; the aim is a check of its own")
-        .in_summary(Quantity::force, 0.001, all[i].unit * exact);
-    Check& within_aim = result.check_relative(Label::verification, name + ", aim", over_exact(all[i]), 1.0, "", aim,
-                                              "what the plate reaches; standard errors are up to 0.01");
+    result.check_relative(Label::regression, name, over_exact(all[i]), 1.0, "", bound(runs[i].setting.cells),
+                          "a bound on what is known at this number of cells; the aim is a check of its own");
+    Check& within_aim = result
+                            .check_relative(Label::verification, name + ", aim", over_exact(all[i]), 1.0, "", aim,
+                                            "what the plate reaches; standard errors are up to 0.01")
+                            .in_summary(Quantity::force, 0.001, all[i].unit * exact);
     if (!within_aim.passed)
       within_aim.known_miss(1.0 + std::copysign(bound(runs[i].setting.cells), over_exact(all[i]) - 1.0),
                             "the layer at the wall loses speed, and the fluid is compressible: see the README");
