@@ -1,6 +1,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <map>
 
@@ -70,10 +71,12 @@ class EndPicture : public Observer {
   double end_, slice_;  // s, m
 };
 
-/// Runs the case of this folder and its variants, each once.
+/// Runs a case file of this folder and its variants, each once.
 class Runs {
  public:
-  Runs(const CaseContext& context, CaseResult& result) : context_(context), result_(result), base_(context.read_case()) {
+  /// @param file  of this folder. @param prefix  of the runs' names
+  Runs(const CaseContext& context, CaseResult& result, const std::string& file, std::string prefix = "")
+      : context_(context), result_(result), base_(context.read_case(file)), prefix_(std::move(prefix)) {
     base_.output.duration = context.choose(4.8, base_.output.duration, 8.0);
     base_.output.frames_per_second = 0.0;
   }
@@ -95,7 +98,7 @@ class Runs {
     const auto in_cells = std::make_shared<HeightInCells>(
         paper_geometry(c.conveyor->flow_height, c.obstacle->width(), c.numerics.cell_size, c.material.density(), c.conveyor->mirror_y));
     RunOptions options;
-    options.out = context_.directory() / name;
+    options.out = context_.directory() / (prefix_ + name);
     options.observers.push_back(in_cells);
     if (picture) {
       options.observers.push_back(std::make_shared<EndPicture>(context_, result_, name, c.output.duration, 0.5 * c.numerics.cell_size));
@@ -104,12 +107,12 @@ class Runs {
     if (!run.results.has("steady")) throw UnstableError("the run left no results of the impact");
     const bool steady = run.results.number("steady") != 0.0;
     particle_steps_ += run.particle_steps;
-    context_.log(fmt::format("{}: {} particles, {} steps, {:.1f} million particle-steps, {:.0f} s; {}", name, run.particles, run.steps,
-                             1e-6 * static_cast<double>(run.particle_steps), run.wall_time_s,
+    context_.log(fmt::format("{}: {} particles, {} steps, {:.1f} million particle-steps, {:.0f} s; {}", prefix_ + name, run.particles,
+                             run.steps, 1e-6 * static_cast<double>(run.particle_steps), run.wall_time_s,
                              steady ? fmt::format("run-up {:.3f} m, force {:.1f} kN", run.results.number("runup_mean_m"),
                                                   1e-3 * run.results.number("force_mean_n"))
                                     : "no steady span"));
-    if (!steady) unsteady_.push_back(name);
+    if (!steady) unsteady_.push_back(prefix_ + name);
     const auto mean = [&](const char* quantity, const char* unit) {
       return Metric{run.results.number(fmt::format("{}_mean_{}", quantity, unit)),
                     run.results.number(fmt::format("{}_standard_error_{}", quantity, unit))};
@@ -122,6 +125,7 @@ class Runs {
   const CaseContext& context_;
   CaseResult& result_;
   Case base_;
+  std::string prefix_;
   std::map<std::uint64_t, std::vector<Metric>> done_;
   std::uint64_t particle_steps_ = 0;
   std::vector<std::string> unsteady_;
@@ -177,115 +181,160 @@ void check_coarser_grids(CaseResult& result, const Runs& runs, const std::vector
   }
 }
 
-void run(const CaseContext& context, CaseResult& result) {
-  Runs runs(context, result);
-  // Whole numbers of cells. Even: a row of nodes on each side of the mast; odd: none.
-  using Family = std::vector<int>;
-  const bool quick = context.level() == Level::quick;
-  const Family even_grids = context.choose(Family{}, Family{4, 6, 8, 12}, Family{4, 6, 8, 12, 16});
-  const Family odd_grids = context.choose(Family{3, 4, 5}, Family{3, 5, 7, 9}, Family{3, 5, 7, 9, 11});
-  const int pictured = context.choose(5, 12, 16), n = context.choose(5, 6, 6);
-  const std::string odd_id = quick ? "three grids" : "odd w/dx";
-  const std::vector<MetricConvergence> odd = grid_family(result, runs, odd_id, odd_grids, pictured);
-  const std::vector<MetricConvergence> even = quick ? odd : grid_family(result, runs, "even w/dx", even_grids, pictured);
-  for (const auto* family : quick ? std::vector{&odd} : std::vector{&odd, &even}) {
-    check_coarser_grids(result, runs, *family, family == &odd ? odd_id : "even w/dx");
-    for (const FigureIndex i : asserted) {
-      if (quick) break;  // three coarse grids state a large uncertainty
-      const MetricConvergence& study = (*family)[i];
-      const double cap = i == force_x ? 0.03 : 0.04;
-      result.check_at_most(Label::verification, study.name + ": numerical uncertainty of the finest grid, relative",
-                           study.uncertainty / std::abs(study.metric.back().value), cap, "", 0.0,
-                           "aim: 3 % for the force, 4 % for heights");
-    }
-    for (const FigureIndex i : asserted) {
-      if ((*family)[i].convergence->size.size() > 3) check_prediction(result, (*family)[i], studied[i].unit);
-    }
+using Family = std::vector<int>;  ///< n of the grids w/n
+
+/// The uncertainties that the finest grids state.
+void check_uncertainty(CaseResult& result, const std::vector<MetricConvergence>& family) {
+  for (const FigureIndex i : asserted) {
+    const MetricConvergence& study = family[i];
+    const bool force = i == force_x;
+    Check& check = result.check_at_most(Label::verification, study.name + ": numerical uncertainty of the finest grid, relative",
+                                        study.uncertainty / std::abs(study.metric.back().value), force ? 0.03 : 0.04, "", 0.0,
+                                        "aim: 3 % for the force, 4 % for heights");
+    const std::string cause =
+        "the least-squares fit takes the scatter between grids, on the coarse ones most, for a low order, and states three times the range";
+    if (force) check.known_miss(0.06, cause);
+    if (i == runup) check.known_miss(0.26, cause);
+  }
+}
+
+/// The avalanche of case.toml on two families of grids. @param grids  those of the families: odd and even w/dx
+void study_grids(CaseResult& result, Runs& runs, const std::array<Family, 2>& grids, int pictured) {
+  const std::array<std::string, 2> id = {"odd w/dx", "even w/dx"};
+  std::vector<std::vector<MetricConvergence>> families;
+  for (const std::size_t f : {0, 1}) {
+    const std::vector<MetricConvergence>& family = families.emplace_back(grid_family(result, runs, id[f], grids[f], pictured));
+    check_coarser_grids(result, runs, family, id[f]);
+    check_uncertainty(result, family);
+    for (const FigureIndex i : asserted) check_prediction(result, family[i], studied[i].unit);
   }
   for (const FigureIndex i : asserted) {
-    if (quick) break;
-    const Metric &a = even[i].metric.back(), &b = odd[i].metric.back();
+    const MetricConvergence &odd = families[0][i], &even = families[1][i];
+    const Metric &a = even.metric.back(), &b = odd.metric.back();
     result.check_at_most(Label::verification, studied[i].quantity + ": finest even against finest odd grid", std::abs(a.value - b.value),
-                         even[i].uncertainty + odd[i].uncertainty, studied[i].unit, noise(a, b),
+                         even.uncertainty + odd.uncertainty, studied[i].unit, noise(a, b),
                          "both families go to the same limit, so their intervals of numerical uncertainty overlap; the slack is twice the "
                          "statistical error of the difference");
   }
-  result.check_absolute(Label::verification, "grids without a steady interval", static_cast<double>(runs.unsteady().size()), 0.0, "", 0.0,
-                        "a mean needs a steady interval, and the runs are long enough for one");
+}
 
-  // One grid, everything else varied.
+/// A run that differs from that at w/n in one thing.
+struct Variant {
+  std::string name;
+  std::vector<Metric> metrics;
+  bool asserted = true;
+};
+
+/// Draws what one number does to the results.
+void plot_variants(CaseResult& result, const std::string& id, const std::string& title, const std::string& label, double base,
+                   const std::vector<Metric>& at_base, const std::vector<std::pair<double, std::vector<Metric>>>& points) {
+  if (points.empty()) return;
+  Plot plot{id, title, label, "result over that with the default", {}, "", true, false};
+  for (const FigureIndex i : asserted) {
+    std::vector<std::pair<double, double>> of_quantity{{base, 1.0}};
+    for (const auto& [value, metrics] : points) of_quantity.emplace_back(value, metrics[i].value / at_base[i].value);
+    std::ranges::sort(of_quantity);
+    Series& series = plot.series.emplace_back(Series{studied[i].quantity, {}, {}, Series::Style::points});
+    for (const auto& [x, y] : of_quantity) {
+      series.x.push_back(x);
+      series.y.push_back(y);
+    }
+  }
+  result.plots.push_back(plot);
+}
+
+/// One grid, everything else varied: the place of the grid, the time step, the particles.
+void vary(const CaseContext& context, CaseResult& result, Runs& runs, int n) {
   const Case base = runs.at(n);
   const std::vector<Metric> at_base = runs(fmt::format("w{}", n), base);
-  const auto variant = [&](const std::string& name, const auto& change) {
+  const auto changed = [&](const std::string& name, const auto& change) {
     Case c = base;
     change(c);
     return runs(fmt::format("w{}_{}", n, name), c);
   };
-  const auto shifted = [&](const std::string& name, const Vec3& offset) {
-    return variant(name, [&](Case& c) {
-      c.numerics.grid_offset = offset;
-      if (offset.y() != 0.0) c.conveyor->mirror_y = false;  // the plane y = 0 is then off the grid
-    });
-  };
-  const std::vector<Metric> across = quick ? std::vector<Metric>{} : shifted("y_half", {0.0, 0.5, 0.0});
-  const std::vector<Metric> along_x = quick ? std::vector<Metric>{} : shifted("x_half", {0.5, 0.0, 0.0});
-  const std::vector<Metric> upwards = quick ? std::vector<Metric>{} : shifted("z_half", {0.0, 0.0, 0.5});
+  std::vector<Variant> variants;
+  if (context.level() != Level::quick) {
+    const auto shift = [&](const std::string& name, const std::string& direction, const Vec3& offset) {
+      const auto metrics = changed(name, [&](Case& c) {
+        c.numerics.grid_offset = offset;
+        if (offset.y() != 0.0) c.conveyor->mirror_y = false;  // the plane y = 0 is then off the grid
+      });
+      variants.push_back({fmt::format("shift by half a cell {}", direction), metrics});
+    };
+    shift("y_half", "across", {0.0, 0.5, 0.0});
+    shift("x_half", "along the flow", {0.5, 0.0, 0.0});
+    shift("z_half", "upwards", {0.0, 0.0, 0.5});
+  }
   std::vector<std::pair<double, std::vector<Metric>>> cfl, particles;
-  for (const double value : context.choose<std::vector<double>>({0.8}, {0.8, 0.2}, {0.8, 0.2, 0.1}))
-    cfl.emplace_back(value, variant(fmt::format("cfl{:g}", value), [&](Case& c) { c.numerics.cfl = value; }));
-  for (const int value : context.choose(std::vector<int>{}, {1}, {1, 27, 64}))
-    particles.emplace_back(value, variant(fmt::format("ppc{}", value), [&](Case& c) { c.numerics.particles_per_cell = value; }));
-
-  // What was varied, by name. One particle a cell leaves holes: shown, not asserted.
-  std::vector<std::pair<std::string, const std::vector<Metric>*>> varied;
-  if (!quick)
-    varied = {{"shift by half a cell across", &across},
-              {"shift by half a cell along the flow", &along_x},
-              {"shift by half a cell upwards", &upwards}};
-  for (const auto& [value, figures] : cfl) varied.emplace_back(fmt::format("CFL {:g} in place of 0.4", value), &figures);
-  for (const auto& [value, figures] : particles) varied.emplace_back(fmt::format("{:g} particles a cell in place of 8", value), &figures);
+  for (const double value : context.choose<std::vector<double>>({0.8}, {0.8, 0.2}, {0.8, 0.2, 0.1})) {
+    cfl.emplace_back(value, changed(fmt::format("cfl{:g}", value), [&](Case& c) { c.numerics.cfl = value; }));
+    variants.push_back({fmt::format("CFL {:g} in place of 0.4", value), cfl.back().second});
+  }
+  for (const int value : context.choose(std::vector<int>{}, {1}, {1, 27, 64})) {
+    particles.emplace_back(value, changed(fmt::format("ppc{}", value), [&](Case& c) { c.numerics.particles_per_cell = value; }));
+    // one particle a cell leaves holes: shown, not asserted
+    variants.push_back({fmt::format("{} particles a cell in place of 8", value), particles.back().second, value > 1});
+  }
+  const auto relative = [&](FigureIndex i, const Variant& v) { return v.metrics[i].value / at_base[i].value; };
   for (const FigureIndex i : asserted) {
-    for (const auto& [name, figures] : varied) {
-      if (name.starts_with("1 particles")) continue;
+    for (const Variant& v : variants) {
+      if (!v.asserted) continue;
       const double aim = i == force_x ? 0.03 : 0.04;
-      result.check_relative(Label::verification, fmt::format("{}: {}, dx = w/{}", studied[i].quantity, name, n),
-                            (*figures)[i].value / at_base[i].value, 1.0, "",
-                            aim + noise(at_base[i], (*figures)[i]) / std::abs(at_base[i].value),
+      result.check_relative(Label::verification, fmt::format("{}: {}, dx = w/{}", studied[i].quantity, v.name, n), relative(i, v), 1.0, "",
+                            aim + noise(at_base[i], v.metrics[i]) / std::abs(at_base[i].value),
                             "no result depends on this by more than 3 % (force) or 4 % (heights); and twice the statistical error");
     }
   }
-  // The figures over what was varied, relative to the base.
-  const auto relative = [&](FigureIndex i, const std::vector<Metric>& figures) { return figures[i].value / at_base[i].value; };
-  for (const auto& [id, title, label, points] :
-       {std::tuple{"cfl", "Time step", "CFL number", &cfl}, std::tuple{"ppc", "Particles per cell", "particles per cell", &particles}}) {
-    if (points->empty()) continue;
-    Plot plot{id, fmt::format("{} at dx = w/{}", title, n), label, "figure over the one at the default", {}, "", true, false};
-    for (const FigureIndex i : asserted) {
-      std::vector<std::pair<double, double>> points_of{{std::string(id) == "cfl" ? 0.4 : 8.0, 1.0}};
-      for (const auto& [value, figures] : *points) points_of.emplace_back(value, relative(i, figures));
-      std::ranges::sort(points_of);
-      Series series{studied[i].quantity, {}, {}, Series::Style::points};
-      for (const auto& [x, y] : points_of) {
-        series.x.push_back(x);
-        series.y.push_back(y);
-      }
-      plot.series.push_back(series);
-    }
-    result.plots.push_back(plot);
-  }
+  plot_variants(result, "cfl", fmt::format("Time step at dx = w/{}", n), "CFL number", base.numerics.cfl, at_base, cfl);
+  plot_variants(result, "ppc", fmt::format("Particles per cell at dx = w/{}", n), "particles per cell", base.numerics.particles_per_cell,
+                at_base, particles);
 
-  const auto told = [&](FigureIndex i, const std::vector<Metric>& figures) {
-    return std::isfinite(figures[i].value) ? fmt::format("{:.3f}", relative(i, figures)) : std::string("no steady interval");
-  };
   std::string text = fmt::format("Everything else varied at dx = w/{}, force, run-up, pressure height over those of the base:", n);
-  for (const auto& [name, figures] : varied)
-    text += fmt::format(" {} {}, {}, {};", name, told(force_x, *figures), told(runup, *figures), told(pressure_height, *figures));
+  const auto number = [&](FigureIndex i, const Variant& v) {
+    return std::isfinite(v.metrics[i].value) ? fmt::format("{:.3f}", relative(i, v)) : std::string("no steady interval");
+  };
+  for (const Variant& v : variants)
+    text += fmt::format(" {} {}, {}, {};", v.name, number(force_x, v), number(runup, v), number(pressure_height, v));
   text.back() = '.';
   result.notes.push_back(text);
+}
+
+/// What holds for the runs of a case file as a whole.
+void check_runs(CaseResult& result, const std::string& name, const Runs& runs, const std::string& grids) {
+  result.check_absolute(Label::verification, name + "grids without a steady interval", static_cast<double>(runs.unsteady().size()), 0.0, "",
+                        0.0, "a mean needs a steady interval, and the runs are long enough for one");
   if (!runs.unsteady().empty())
     result.notes.push_back(fmt::format("Runs without a steady interval: {}.", fmt::join(runs.unsteady(), ", ")));
-  result.notes.push_back(fmt::format("Grids {}{}{}; {:.0f} million particle-steps in all.", list(odd_grids), quick ? "" : " and ",
-                                     list(even_grids), 1e-6 * static_cast<double>(runs.particle_steps())));
+  result.notes.push_back(
+      fmt::format("{}grids {}; {:.0f} million particle-steps in all.", name, grids, 1e-6 * static_cast<double>(runs.particle_steps())));
+}
+
+void run(const CaseContext& context, CaseResult& result) {
+  Runs runs(context, result, "case.toml");
+  if (context.level() == Level::quick) {  // three coarse grids: their uncertainties are large, and nothing is asserted of them
+    const Family grids{3, 4, 5};
+    check_coarser_grids(result, runs, grid_family(result, runs, "three grids", grids, 5), "three grids");
+    vary(context, result, runs, 5);
+    check_runs(result, "", runs, list(grids));
+    return;
+  }
+  // Whole numbers of cells. Even: a row of nodes on each side of the mast; odd: none.
+  const bool full = context.level() == Level::full;
+  const Family odd = full ? Family{3, 5, 7, 9, 11} : Family{3, 5, 7, 9}, even = full ? Family{4, 6, 8, 12, 16} : Family{4, 6, 8, 12};
+  study_grids(result, runs, {odd, even}, even.back());
+  vary(context, result, runs, 6);
+  check_runs(result, "", runs, list(odd) + " and " + list(even));
+
+  struct SetUp {
+    std::string name, file;
+    Family grids;
+  };
+  for (const auto& [name, file, grids] : {SetUp{"round mast", "cylinder.toml", full ? Family{5, 8, 10, 12} : Family{5, 8, 10}},
+                                          SetUp{"cohesive snow", "cohesive.toml", full ? Family{5, 7, 9, 11} : Family{5, 7, 9}}}) {
+    Runs further(context, result, file, name + " ");
+    check_coarser_grids(result, further, grid_family(result, further, name, grids, 0), name);
+    check_runs(result, name + ": ", further, list(grids));
+  }
 }
 
 const Registration registered{{MPM_CASE_NAME, "Grid convergence of an avalanche on a mast", MPM_CASE_DIRECTORY, run}};

@@ -136,6 +136,7 @@ std::vector<NamedJet> named_runs(const CaseContext& context, bool with_variants)
   }
   for (const double ratio : {0.3, 0.5, 1.0, 2.0})
     runs.push_back({fmt::format("7 cells, l/d {}", ratio), {.cells = 7, .id = fmt::format("ratio-{}", ratio), .ratio = ratio}});
+  runs.push_back({"14 cells, l/d 2", {.cells = 14, .id = "ratio-2-fine", .ratio = 2.0}});
   for (const int cells : {24, 25}) runs.push_back({fmt::format("{} cells", cells), {.cells = cells}});
   return runs;
 }
@@ -143,10 +144,13 @@ std::vector<NamedJet> named_runs(const CaseContext& context, bool with_variants)
 std::vector<Setup> setups(const CaseContext& context) { return plane_jet_setups(context, named_runs(context, false)); }
 
 void check_force(CaseResult& result, const std::string& name, const Setting& s, const Measured& m) {
-  result
-      .check_relative(Label::verification, name + ": force over the exact one", m.force.mean, 1.0, "", tolerance(s.cells),
-                      "5 % at five cells, 3 % at six and seven, 2 % from twelve, 1 % from twenty-four on")
-      .in_summary(Quantity::force, 0.0, m.exact_force);
+  Check& check = result.check_relative(Label::verification, name + ": force over the exact one", m.force.mean, 1.0, "", tolerance(s.cells),
+                                       "5 % at five cells, 3 % at six and seven, 2 % from twelve, 1 % from twenty-four on");
+  check.in_summary(Quantity::force, 0.0, m.exact_force);
+  if (s.ratio >= 2.0) {
+    check.known_miss(s.cells < 12 ? 1.075 : 1.035,
+                     fmt::format("the jet is only {:.0f} cells thick; the error halves with the cells", s.cells / m.ratio));
+  }
 }
 
 void run(const CaseContext& context, CaseResult& result) {
