@@ -14,22 +14,24 @@ GridResolution nodal(double cells) { return {.cells = cells, .width_excess = nod
 GridResolution surface(double cells) { return {.contact = ContactRule::surface, .transfer = Transfer::aflip, .cells = cells}; }
 
 TEST(KnownGridUncertainty, CoversTheLimitOnTheGridsThatWereStudied) {
-  // validation/cases/avalanche_convergence: force in kN, limit 120; run-up over H, limit 4.9
+  // validation/cases/avalanche_convergence: force in kN, limit 122; run-up over H, limit 4.7
   for (const auto& [r, force, runup] : {std::tuple{nodal(3), 199.1, 3.18},
                                         {nodal(5), 160.5, 3.92},
                                         {nodal(7), 148.5, 4.18},
                                         {nodal(4), 208.4, 3.84},
                                         {nodal(12), 148.6, 4.40},
-                                        {surface(3), 115.9, 3.95},
-                                        {surface(4), 111.4, 4.27},
-                                        {surface(5), 120.5, 4.34},
-                                        {surface(6), 120.7, 4.38},
-                                        {surface(7), 119.5, 4.60},
-                                        {surface(9), 121.3, 4.68}}) {
+                                        {surface(3), 115.9, 3.98},
+                                        {surface(4), 111.5, 4.27},
+                                        {surface(5), 120.4, 4.35},
+                                        {surface(6), 120.7, 4.40},
+                                        {surface(7), 119.6, 4.61},
+                                        {surface(8), 122.2, 4.69},
+                                        {surface(9), 121.4, 4.70},
+                                        {surface(12), 123.6, 4.62}}) {
     const GridUncertainty u = grid_uncertainty(r);
-    EXPECT_GE(u.force * force, std::abs(force - 120.0)) << r.cells;
-    EXPECT_GE(u.runup * runup, std::abs(runup - 4.9)) << r.cells;
-    EXPECT_LE(u.force * force, std::abs(force - 120.0) + 0.07 * force)
+    EXPECT_GE(u.force * force, std::abs(force - 122.0)) << r.cells;
+    EXPECT_GE(u.runup * runup, std::abs(runup - 4.7)) << r.cells;
+    EXPECT_LE(u.force * force, std::abs(force - 122.0) + 0.07 * force)
         << "and not much more (3 % of the limit; the force scatters by up to 3 % about it), at " << r.cells;
   }
 }
@@ -47,10 +49,10 @@ TEST(KnownGridUncertainty, IsUnknownBelowThreeCells) {
   EXPECT_TRUE(std::isnan(grid_uncertainty(surface(0.0)).runup));
 }
 
-TEST(KnownGridUncertainty, IsLargerForARoundMastWhoseForceIsNotConverged) {
+TEST(KnownGridUncertainty, IsLargerForTheForceOnARoundMast) {
   GridResolution round = surface(8);
   round.plan = GridResolution::Plan::cylinder;
-  EXPECT_GT(grid_uncertainty(round).force, 1.5 * grid_uncertainty(surface(8)).force);
+  EXPECT_GT(grid_uncertainty(round).force, grid_uncertainty(surface(8)).force);
   EXPECT_EQ(grid_uncertainty(round).runup, grid_uncertainty(surface(8)).runup);
 }
 
