@@ -90,7 +90,7 @@ FluxTotals remove_outside(Grid& grid, std::int32_t index, const Scene& scene) {
   return left;
 }
 
-/// Share of what the grid cannot carry that particles keep in a step of length dt: transfer.hpp.
+/// Share of the velocity that the grid cannot represent which particles keep in a step of length dt: transfer.hpp.
 double kept_share(const State& state, const Scene& scene, double dt) {
   switch (scene.transfer) {
     case Transfer::flip: return scene.flip_ratio;

@@ -110,8 +110,8 @@ struct NumericsSpec {
         .text("Particles of a full cell, a cube number");
     table.add("transfer", &NumericsSpec::transfer, {"apic", "flip", "aflip"})
         .text(
-            "Velocities between grid and particles: affine (APIC); a blend of PIC and FLIP; affine, and particles keep for some time what "
-            "the grid cannot carry (AFLIP)");
+            "Velocities between grid and particles: affine (APIC); a blend of PIC and FLIP; affine, and particles keep for some time the "
+            "part of their velocity that the grid cannot represent (AFLIP)");
     table.add("flip_ratio", &NumericsSpec::flip_ratio)
         .range(0.0, 1.0)
         .only_with("transfer", {"flip"})
@@ -121,7 +121,8 @@ struct NumericsSpec {
         .range(1e-3, 1e6)
         .only_with("transfer", {"aflip"})
         .text(
-            "Time over which particles forget what the grid cannot carry, as the way of the fastest wave in it: dt takes cfl / this of it");
+            "Time in which particles lose the part of their velocity that the grid cannot represent, as the distance that the fastest wave "
+            "travels in it; a time step takes cfl / this of that part");
     table.add("contact", &NumericsSpec::contact, {"nodal", "surface"})
         .text(
             "Where walls and obstacle act: on every node on or behind them (first order), or at their surface (second order; walls normal "

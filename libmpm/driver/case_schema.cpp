@@ -26,7 +26,7 @@ const config::SchemaOf<Case>& case_schema() {
     s.table(
         "obstacle", "Rigid obstacle with separable Coulomb contact; left out: none", [](auto& c) -> auto& { return c.obstacle; });
     s.table("body", "A piece of material in a scene by hand (without [conveyor]), any number", [](auto& c) { return &c.bodies; });
-    s.table("wall", "A half-space in a scene by hand, any number; acts on grid nodes on or behind its plane",
+    s.table("wall", "A half-space in a scene by hand, any number; the material is on the side of its normal",
             [](auto& c) { return &c.walls; });
     s.table(
         "domain", "Where particles may be. Required in a scene by hand; with [conveyor] it may only cut the belt's own domain",
