@@ -2,6 +2,7 @@
 
 #include <fcntl.h>
 #include <fmt/format.h>
+#include <sys/file.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
@@ -40,6 +41,32 @@ std::filesystem::path directory_of(const std::filesystem::path& path) {
   return path.has_parent_path() ? path.parent_path() : std::filesystem::path(".");
 }
 
+/// Whether a temporary is still being written: its writer holds the lock that AtomicFile takes. The kernel releases it when the writer
+/// dies, also where the number of the dead process goes on to exist (not waited for yet, or given to another). Without locks on this file
+/// system the number decides.
+bool being_written(const std::filesystem::path& temporary, pid_t writer) {
+  const int descriptor = ::open(temporary.c_str(), O_RDWR | O_CLOEXEC);
+  const int reason = descriptor >= 0 && ::flock(descriptor, LOCK_EX | LOCK_NB) == 0 ? 0 : errno;
+  if (descriptor >= 0) ::close(descriptor);
+  if (reason == 0) return false;
+  if (reason == EWOULDBLOCK) return true;
+  return writer != ::getpid() && (::kill(writer, 0) == 0 || errno != ESRCH);
+}
+
+/// Keeps the lock of an open file when its descriptor is closed.
+class LockKept {
+ public:
+  explicit LockKept(int descriptor) : copy_(::fcntl(descriptor, F_DUPFD_CLOEXEC, 0)) {}
+  ~LockKept() {
+    if (copy_ >= 0) ::close(copy_);
+  }
+  LockKept(const LockKept&) = delete;
+  LockKept& operator=(const LockKept&) = delete;
+
+ private:
+  int copy_;
+};
+
 }  // namespace
 
 IoError file_error(std::string_view action, const std::filesystem::path& path, int error_number) {
@@ -55,6 +82,7 @@ AtomicFile::AtomicFile(std::filesystem::path target) : target_(std::move(target)
   // O_TRUNC, not O_EXCL: a leftover of a killed process that had the same number is of no use to anybody.
   descriptor_ = ::open(temporary_.c_str(), O_RDWR | O_CREAT | O_TRUNC | O_CLOEXEC, 0666);
   if (descriptor_ < 0) throw file_error("cannot write", target_, errno);
+  (void)::flock(descriptor_, LOCK_EX | LOCK_NB);  // remove_leftovers() of another process sees that it is in use; some file systems cannot
 }
 
 AtomicFile::~AtomicFile() { discard(); }
@@ -111,6 +139,7 @@ void AtomicFile::fail(int reason) {
 
 void AtomicFile::commit(const std::filesystem::path& keep_as) {
   if (::fsync(descriptor_) != 0) fail(errno);
+  const LockKept lock(descriptor_);  // until it has its name
   const int closed = ::close(std::exchange(descriptor_, -1));
   if (closed != 0) fail(errno);
   if (!keep_as.empty() && ::rename(target_.c_str(), keep_as.c_str()) != 0 && errno != ENOENT) fail(errno);
@@ -139,9 +168,7 @@ void remove_leftovers(const std::filesystem::path& directory) {
     std::smatch match;
     const std::string name = it->path().filename().string();
     if (!std::regex_match(name, match, pattern)) continue;
-    const auto process = static_cast<pid_t>(std::stol(match[1]));
-    const bool lives = process != ::getpid() && (::kill(process, 0) == 0 || errno != ESRCH);
-    if (!lives) leftovers.push_back(it->path());
+    if (!being_written(it->path(), static_cast<pid_t>(std::stol(match[1])))) leftovers.push_back(it->path());
   }
   if (error && error != std::errc::no_such_file_or_directory) throw file_error("cannot read directory", directory, error.value());
   for (const auto& path : leftovers) remove_file(path);

@@ -123,15 +123,22 @@ TEST(RemoveLeftovers, OfTheDeadOnly) {
     ::_exit(0);
   }
   ASSERT_GT(child, 0);
-  ::waitpid(child, nullptr, 0);
-  const std::string of_the_living = ".f.h5." + std::to_string(::getppid()) + ".0.tmp";
-  for (const std::string& name : {of_the_living, std::string(".f.tmp"), std::string("f.h5.1.0.tmp"), std::string(".mine.x.0.tmp")})
-    write_file(dir / name, "stays");
-  ASSERT_EQ(files_in(dir.path()), 5);
+  siginfo_t ended;
+  ASSERT_EQ(::waitid(P_PID, static_cast<id_t>(child), &ended, WEXITED | WNOWAIT), 0);  // ended, and its number is still taken
+  const std::string of_another =
+      ".f.h5." + std::to_string(::getppid()) + ".0.tmp";  // left by one whose number was given to another process
+  for (const std::string& name : {of_another, std::string(".f.tmp"), std::string("f.h5.1.0.tmp"), std::string(".mine.x.0.tmp")})
+    write_file(dir / name, "left or not ours");
+  AtomicFile being_written(dir / "g.h5");
+  ASSERT_EQ(files_in(dir.path()), 6);
   remove_leftovers(dir.path());
   EXPECT_EQ(files_in(dir.path()), 4);
-  EXPECT_TRUE(std::filesystem::exists(dir / of_the_living));
+  EXPECT_FALSE(std::filesystem::exists(dir / of_another));
+  being_written.write("whole");
+  being_written.commit();
+  EXPECT_EQ(read_file(dir / "g.h5"), "whole");
   remove_leftovers(dir / "none");
+  ::waitpid(child, nullptr, 0);
 }
 
 TEST(MakeDirectory, MakesParentsAndRefusesAFileOfThatName) {

@@ -51,12 +51,12 @@ ImpactRun judge(const CaseContext& context, const std::string& id, const std::st
                         "without one there are no means");
   result
       .check_relative(Label::validation, name + ": steady run-up", run.value("runup_mean_m"), run.value("predicted_runup_m"), "m", 0.20,
-                      "asked of this program; the paper's regression scatters by 13 % (RMSLE) and the mast's friction is not printed there")
+                      "aim of the project; the paper's regression scatters by 13 % (RMSLE) and the mast's friction is not printed there")
       .in_summary(Quantity::run_up, paper_runup_scatter);
   result
       .check_relative(Label::validation, name + ": steady pressure height", run.value("pressure_height_mean_m"),
                       run.value("predicted_pressure_height_m"), "m", 0.15,
-                      "asked of this program; of the paper's own points 85 % lie within 10 %, all within 25 %")
+                      "aim of the project; of the paper's own points 85 % lie within 10 %, all within 25 %")
       .in_summary(Quantity::pressure_height, paper_pressure_height_scatter);
   result.notes.push_back(figures(run));
   result.plots.push_back(runup_plot(run));
@@ -140,7 +140,7 @@ ImpactRun pressure_against_force(const CaseContext& context, CaseResult& result)
   const double share = stagnation_line_mean(0.5 * c.obstacle->width(), 2.5 * c.numerics.cell_size);
   result.check_relative(Label::verification, "frictionless mast: pressure before the face, made up for the box depth, against the force",
                         run.value("profile_force_n") / share, run.value("force_mean_n"), "N", 0.15,
-                        "the strip |y| <= 3w/7 stands for the whole face, and potential flow for the jet; 15 % as the project asks");
+                        "the strip |y| <= 3w/7 represents the whole face, and potential flow the jet; 15 %: aim of the project");
   return run;
 }
 
@@ -161,7 +161,7 @@ void run(const CaseContext& context, CaseResult& result) {
   if (runup.size() > 1) {
     const Scores of_runup = compute_scores(runup, predicted_runup), of_height = compute_scores(height, predicted_height);
     result.check_at_most(Label::validation, fmt::format("RMSLE of the {} run-ups", runup.size()), of_runup.rmsle, 0.15, "", 0.0,
-                         "asked of this program; the paper's own, of its fit to its own 371 simulations, is 0.13");
+                         "aim of the project; the paper's own, of its fit to its own 371 simulations, is 0.13");
     result.notes.push_back(
         fmt::format("Run-up: RMSLE {:.3f}, bias {:.3f} (paper, in sample: 0.130, 0.981). Pressure height: NRMSE {:.3f}, "
                     "RMSLE {:.3f}, bias {:.3f} (paper: NRMSE 0.066, bias 1.011).",

@@ -157,7 +157,7 @@ void judge(const Rise& rise, CaseResult& result) {
                     "fly higher than the head of the jet, which keeps its bound");
     result
         .check_relative(Label::validation, name + ": steady run-up", rise.mean_runup, rise.bound, "m", fine ? 0.08 : 0.15,
-                        fine ? "asked of this program on this grid"
+                        fine ? "aim of the project on this grid"
                              : "the paper's own scatter (RMSLE 13 %) about the equation, which for M' = 0 is H + v²/2g")
         .in_summary(Quantity::run_up, paper_runup_scatter);
   }

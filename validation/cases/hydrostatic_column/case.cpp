@@ -355,7 +355,7 @@ void study(const CaseContext& context, CaseResult& result, const Column& column,
   result
       .check_relative(Label::verification, word + ": settlement, finest grid", e.settled.back(), full, "mm",
                       1e3 * wall_shift * dx * sensitivity / full,
-                      "the floor stands up to 0.19 dx behind its plane: so much times the strain there (or its tangent, if that is larger)")
+                      "the floor acts up to 0.19 dx behind its plane: this distance times the strain there (or its tangent, if that is larger)")
       .in_summary(Quantity::displacement)
       .observed_order = settlement_order;
   result.check_order(Label::verification, word + ": order of the settlement", settlement_order, 0.9, 1.1,

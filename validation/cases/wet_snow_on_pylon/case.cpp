@@ -138,7 +138,7 @@ void run(const CaseContext& context, CaseResult& result) {
     history.series.push_back({name, d.time, d.ratio_in_time, Series::Style::simulation});
     work += d.particle_steps;
     result.notes.push_back(
-        fmt::format("{}: {:.2f} times hydrostatic below the surface at the pylon, which stands at {:.2f} H; {:.2f} times "
+        fmt::format("{}: {:.2f} times hydrostatic below the surface at the pylon, which is at {:.2f} H; {:.2f} times "
                     "below that of the flow; pressure ~ immersion^{:.2f}.",
                     name, d.ratio, d.surface, d.ratio_of_flow, d.exponent));
   }
