@@ -353,9 +353,9 @@ void study(const CaseContext& context, CaseResult& result, const Column& column,
   }
   const double settlement_order = fitted_order(e.size, e.settlement), displacement_order = fitted_order(e.size, e.displacement);
   result
-      .check_relative(Label::verification, word + ": settlement, finest grid", e.settled.back(), full, "mm",
-                      1e3 * wall_shift * dx * sensitivity / full,
-                      "the floor acts up to 0.19 dx behind its plane: this distance times the strain there (or its tangent, if that is larger)")
+      .check_relative(
+          Label::verification, word + ": settlement, finest grid", e.settled.back(), full, "mm", 1e3 * wall_shift * dx * sensitivity / full,
+          "the floor acts up to 0.19 dx behind its plane: this distance times the strain there (or its tangent, if that is larger)")
       .in_summary(Quantity::displacement)
       .observed_order = settlement_order;
   result.check_order(Label::verification, word + ": order of the settlement", settlement_order, 0.9, 1.1,
