@@ -80,7 +80,7 @@ struct Session::Group {
 
   /// On the first rank: the others wait for another run.
   void end_run() {
-    exchange->tell(Task::end, State(1.0), 0.0);
+    exchange->instruct(Task::end, State(1.0), 0.0);
     exchange.reset();
   }
 

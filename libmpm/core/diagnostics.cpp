@@ -23,7 +23,7 @@ double kinetic_and_elastic_energy(const Particle& p, const Scene& scene, double 
 }
 
 Totals totals(const State& state, const Scene& scene) {
-  if (state.grid.ranks() != nullptr) state.grid.ranks()->tell(Task::totals, state);
+  if (state.grid.ranks() != nullptr) state.grid.ranks()->instruct(Task::totals, state);
   const auto blocks = state.grid.occupied_blocks();
   std::vector<Totals> partial(blocks.size());
   const double density = density_of(scene.material);

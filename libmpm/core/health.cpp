@@ -42,7 +42,7 @@ Particle fastest_particle(const State& state) {
     if (speed > most || (speed == most && p.id < fastest.id)) most = speed, fastest = p;
   };
   Ranks* const ranks = state.grid.ranks();
-  if (ranks != nullptr) ranks->tell(Task::fastest, state);
+  if (ranks != nullptr) ranks->instruct(Task::fastest, state);
   state.grid.for_each_particle(compare);
   if (ranks == nullptr) return fastest;
   Message mine;

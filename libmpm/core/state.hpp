@@ -1,5 +1,5 @@
 #pragma once
-/// What changes during a run (State), what stays (Scene), and what brings particles in (ParticleSource). A step is a function of the three.
+/// State (what a step changes), Scene (constant during a run) and ParticleSource (inserts particles): the inputs of a step.
 
 #include <cstdint>
 #include <memory>
@@ -18,7 +18,7 @@ struct FluxTotals {
   double mass = 0.0;                ///< kg
   Vec3 momentum = Vec3::Zero();     ///< N s
   double energy = 0.0;              ///< kinetic and elastic (see diagnostics.hpp), J
-  /// Adds what entered or left besides.
+  /// Adds other particles that entered or left.
   FluxTotals& operator+=(const FluxTotals& other) {
     count += other.count;
     through_x_max += other.through_x_max;
@@ -29,7 +29,7 @@ struct FluxTotals {
   }
 };
 
-/// Everything that changes. Copying it is not offered (it may be gigabytes); checkpoints serialise it.
+/// Everything that a step changes. It cannot be copied (it may have gigabytes); checkpoints serialise it.
 struct State {
   /// Without particles. @param cell_size  dx, m; @param precision  of the particles
   explicit State(double cell_size, Precision precision = Precision::double_precision) : grid(cell_size, precision) {}
@@ -37,27 +37,27 @@ struct State {
   double time = 0.0;               ///< s
   std::uint64_t step = 0;          ///< steps done
   std::uint64_t next_id = 0;       ///< identity number of the next particle
-  std::uint64_t source_count = 0;  ///< what the particle source counts, in units of its own
+  std::uint64_t source_count = 0;  ///< counter of the particle source, which defines its unit
   double max_speed = 0.0;          ///< fastest particle, m/s
   FluxTotals entered, left;        ///< since t = 0, without the initial particles
 };
 
-/// Brings particles into a state: those of t = 0, and fresh ones at the start of every step. Sources are
-/// immutable; their progress is stored in State::source_count.
+/// Inserts particles into a state: at t = 0, and at the start of every step. A source is immutable; State::source_count stores its
+/// progress.
 class ParticleSource {
  public:
   virtual ~ParticleSource() = default;
-  /// Inserts the particles of t = 0. They do not count as entered.
+  /// Inserts the particles of t = 0. State::entered does not count them.
   virtual void fill(State& state) const = 0;
-  /// Inserts what is due at state.time. Returns what entered.
+  /// Inserts the particles that are due at state.time. @returns their sums
   virtual FluxTotals release(State& state) const = 0;
 };
 
-/// Everything that stays: law, boundaries, gravity, numerics.
+/// Everything that is constant during a run: law, boundaries, gravity, numerics.
 struct Scene {
   AnyMaterial material;                          ///< the law, of all particles
   std::vector<Boundary> boundaries;              ///< in the order in which they act
-  std::vector<std::size_t> layered;              ///< numbers of the boundaries whose impulses are booked by grid layer, too
+  std::vector<std::size_t> layered;              ///< indices of the boundaries whose impulses are also recorded by grid layer
   std::shared_ptr<const ParticleSource> source;  ///< may be empty
   Vec3 gravity = Vec3::Zero();                   ///< m/s^2
   Vec3 domain_min = Vec3::Constant(-1e3), domain_max = Vec3::Constant(1e3);  ///< m; particles that leave are removed and counted
@@ -65,7 +65,7 @@ struct Scene {
   Vec3 offset = Vec3::Zero();  ///< m: shift of the whole scene against the grid. What a user calls x is x + offset in State and Scene
   /// Velocities between grid and particles.
   Transfer transfer = Transfer::apic;
-  double flip_ratio = 0.0;        ///< Transfer::flip: share of FLIP
+  double flip_ratio = 0.0;        ///< Transfer::flip: fraction of FLIP
   double relaxation_cells = 5.0;  ///< Transfer::aflip: t_ref = relaxation_cells dx / (c_P + |v|max)
   double cfl = 0.4;               ///< dt <= cfl dx / (c_P + |v|max)
 };

@@ -20,7 +20,7 @@ namespace mpm {
 
 namespace {
 
-constexpr double collapse_ratio = 1e-4;  ///< a step below this share of the step at rest is a collapse: the run would never end
+constexpr double collapse_ratio = 1e-4;  ///< a step below this fraction of the step at rest is a collapse: the run would never end
 
 bool finite(const Particle& p) {
   double sum = 0.0;
@@ -31,11 +31,11 @@ bool finite(const Particle& p) {
   return sum + 0.0 * p.internal == 0.0;
 }
 
-/// det(I + dt C): by how much the last step stretched the particle's volume; not above 0 where it turned it inside out.
+/// det(I + dt C): ratio of the particle's volumes after and before the last step; at most 0 if the step turned it inside out.
 double volume_stretch(const Particle& p, double dt) { return (Mat3::Identity() + dt * Eigen::Map<const Mat3>(p.affine)).determinant(); }
 
-/// Which particle of a block ended the run: of those with a fault the one turned inside out, for the others may have it from there; else
-/// the fastest, if one went too far; else the first by number.
+/// The particle of a block to name in the error message. If values are not finite: one that was turned inside out, because it may have
+/// spread to the others; else the first with a bad value. If a particle moved too far: the fastest.
 Particle culprit_of(const ParticleBin& bin, double dt, const BlockMotion& motion) {
   const auto severity = [&](const Particle& p) {
     if (motion.finite) return Eigen::Map<const Vec3>(p.velocity).squaredNorm();
@@ -44,8 +44,8 @@ Particle culprit_of(const ParticleBin& bin, double dt, const BlockMotion& motion
   Particle worst = bin[0];
   for (int s = 1; s < bin.count(); ++s) {
     const Particle p = bin[s];
-    const double mine = severity(p), worse = severity(worst);
-    if (mine > worse || (mine == worse && p.id < worst.id)) worst = p;
+    const double own = severity(p), largest = severity(worst);
+    if (own > largest || (own == largest && p.id < worst.id)) worst = p;
   }
   return worst;
 }
@@ -56,7 +56,7 @@ std::string instability(const State& state, const Vec3& offset, double dt, std::
   const std::string what = motion.finite    ? "displacement of more than a block of four cells in one step"
                            : stretch <= 0.0 ? "inversion (the step turned it inside out, det(I + dt C) = " + number_text(stretch, 3) + ")"
                                             : "a value that is not finite (NaN or infinite)";
-  // a position that is lost itself is replaced by that of its block
+  // if the position itself is not finite, give the centre of the block
   const Index3& c = state.grid.block(block).coordinate;
   const Vec3 centre = state.grid.cell_size() * (block_edge * Vec3(c[0], c[1], c[2]) + Vec3::Constant(2.5));
   const Vec3 position(p.position[0], p.position[1], p.position[2]);
@@ -73,7 +73,8 @@ FluxTotals remove_outside(Grid& grid, std::int32_t index, const Scene& scene) {
   const Vec3 &min = scene.domain_min, &max = scene.domain_max;
   const double dx = grid.cell_size();
   const Index3& c = grid.block(index).coordinate;
-  const Vec3 low = node_position(c, 0, dx) + Vec3::Constant((0.5 - block_edge) * dx);  // positions a step can lead to from this block
+  const Vec3 low =
+      node_position(c, 0, dx) + Vec3::Constant((0.5 - block_edge) * dx);  // range that a particle of this block can reach in one step
   const Vec3 high = low + Vec3::Constant(3.0 * block_edge * dx);
   FluxTotals left;
   if ((low.array() >= min.array()).all() && (high.array() <= max.array()).all()) return left;
@@ -90,8 +91,8 @@ FluxTotals remove_outside(Grid& grid, std::int32_t index, const Scene& scene) {
   return left;
 }
 
-/// Share of the velocity that the grid cannot represent which particles keep in a step of length dt: transfer.hpp.
-double kept_share(const State& state, const Scene& scene, double dt) {
+/// Fraction of the velocity that the grid cannot represent which particles keep in a step of length dt (transfer.hpp).
+double kept_fraction(const State& state, const Scene& scene, double dt) {
   switch (scene.transfer) {
     case Transfer::flip: return scene.flip_ratio;
     case Transfer::aflip: {
@@ -103,7 +104,7 @@ double kept_share(const State& state, const Scene& scene, double dt) {
   return 0.0;
 }
 
-/// One thread for a step with so little work that waking the others costs more than it saves; the same bits either way.
+/// Uses one thread for a step with so little work that waking the others costs more than it saves. The results have the same bits.
 class ThreadsForWork {
  public:
   explicit ThreadsForWork(std::size_t particles) : threads_(omp_get_max_threads()) {
@@ -121,7 +122,7 @@ class ThreadsForWork {
 using Clock = std::chrono::steady_clock;
 double seconds(Clock::time_point from, Clock::time_point to) { return std::chrono::duration<double>(to - from).count(); }
 
-/// Adds the time since the last call to one of the phases; does nothing where nobody asked for times.
+/// Adds the time since the last call to one of the phases; does nothing if the caller passed no StepTimes.
 class PhaseTimer {
  public:
   explicit PhaseTimer(const StepTimes* times) : wanted_(times != nullptr) { restart(); }
@@ -151,7 +152,8 @@ FluxTotals sum_of(std::span<const FluxTotals> parts, Ranks* ranks) {
   return sums.part<FluxTotals, counts>(0);
 }
 
-/// Velocity, position and stress of all particles; those that left their block are in its outbox, those that left the domain are gone.
+/// Updates velocity, position and stress of all particles. Puts those that left their block into its outbox, and removes those that left
+/// the domain.
 FluxTotals move_particles(State& state, const Scene& scene, const TransferOptions& options, StepTimes* times) {
   Grid& grid = state.grid;
   const auto blocks = grid.occupied_blocks();
@@ -185,16 +187,16 @@ FluxTotals move_particles(State& state, const Scene& scene, const TransferOption
     times->sort += loop_time * sort_time / threads_time;
   }
   double max_speed_squared = 0.0;
-  std::optional<BlockFault> fault;
-  for (std::size_t i = 0; i < blocks.size() && !fault; ++i) {
+  std::optional<BlockError> error;
+  for (std::size_t i = 0; i < blocks.size() && !error; ++i) {
     if (!motion[i].finite || !motion[i].within_reach)
-      fault = BlockFault{grid.block(blocks[i]).coordinate, instability(state, scene.offset, options.dt, blocks[i], motion[i])};
+      error = BlockError{grid.block(blocks[i]).coordinate, instability(state, scene.offset, options.dt, blocks[i], motion[i])};
     max_speed_squared = std::max(max_speed_squared, motion[i].max_speed_squared);
   }
   if (grid.ranks() != nullptr) {
-    max_speed_squared = grid.ranks()->agree(max_speed_squared, fault);
-  } else if (fault) {
-    throw UnstableError(fault->text);
+    max_speed_squared = grid.ranks()->agree(max_speed_squared, error);
+  } else if (error) {
+    throw UnstableError(error->text);
   }
   state.max_speed = std::sqrt(max_speed_squared);
   return sum_of(left, grid.ranks());
@@ -221,12 +223,12 @@ double stable_time_step(const State& state, const Scene& scene) {
 
 StepReport step(State& state, const Scene& scene, double dt, StepTimes* times) {
   if (Ranks* const ranks = state.grid.ranks()) {
-    ranks->tell(Task::step, state, dt);
+    ranks->instruct(Task::step, state, dt);
     ranks->prepare(state.grid, JoinedBlocks(scene, state.grid.cell_size(), state.time));
   }
   StepReport report;
   report.dt = dt;
-  const TransferOptions options{dt, density_of(scene.material), scene.transfer != Transfer::flip, kept_share(state, scene, dt)};
+  const TransferOptions options{dt, density_of(scene.material), scene.transfer != Transfer::flip, kept_fraction(state, scene, dt)};
   Grid& grid = state.grid;
   const ThreadsForWork threads(grid.particle_count());
   StepTimes unused;
@@ -248,7 +250,7 @@ StepReport step(State& state, const Scene& scene, double dt, StepTimes* times) {
 
   report.left = move_particles(state, scene, options, times);  // v_p, C_p, x_p, then the law: tau_p
   timer.restart();
-  grid.migrate();  // blocks and cells again in order
+  grid.migrate();  // into their new blocks; sorts by cell
   timer.add_to(spent.sort);
 
   report.gravity_impulse = dt * update.mass * scene.gravity;

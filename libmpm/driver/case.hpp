@@ -24,7 +24,7 @@ namespace mpm {
 /// Version of the case format, the key format_version. A file may give it; another version is refused.
 inline constexpr int case_format_version = 1;
 
-/// [[wall]]: half-space; acts on grid nodes on or behind the plane.
+/// [[wall]]: half-space. NumericsSpec::contact decides whether it acts at its plane or on the nodes on and behind it.
 struct WallSpec {
   Vec3 point = Vec3::Zero();           ///< m, on the plane
   Vec3 normal = Vec3::UnitZ();         ///< unit, into the material
@@ -47,13 +47,13 @@ struct WallSpec {
     table.add("friction", &WallSpec::friction).range(0.0, 10.0).only_with("contact", {"slip", "separable"}).text("Coulomb coefficient mu");
     table.add("velocity_m_s", &WallSpec::velocity).unit("m/s").range(-fastest_speed, fastest_speed).text("Velocity of the wall");
   }
-  /// A normal that has unit length already keeps its bits.
+  /// Normalised; a vector that already has unit length keeps its bits.
   static Vec3 unit(const Vec3& n) {
     constexpr double rounding = 8 * std::numeric_limits<double>::epsilon();  // of normalising: a few ulp in the square
     const double length = n.stableNorm();
     return length == 0.0 || std::abs(n.squaredNorm() - 1.0) < rounding ? n : Vec3(n / length);
   }
-  /// What has to hold between these keys.
+  /// Conditions between these keys.
   void check(ParameterReport& report) const;
 };
 
@@ -91,10 +91,10 @@ struct NumericsSpec {
   int particles_per_cell = 8;  ///< a cube number: 1, 8, 27, 64
   /// Velocities between grid and particles (core/transfer.hpp).
   Transfer transfer = Transfer::aflip;
-  double flip_ratio = 0.95;                           ///< part of FLIP in the PIC/FLIP blend
+  double flip_ratio = 0.95;                           ///< fraction of FLIP in the PIC/FLIP blend
   double relaxation_cells = 5.0;                      ///< AFLIP: relaxation time of what the grid cannot represent, in dx/(c_P + |v|max)
   ContactRule contact = ContactRule::surface;         ///< where walls and obstacle act (boundary/contact.hpp)
-  Precision precision = Precision::double_precision;  ///< of particles and of what is done with them (base/precision.hpp)
+  Precision precision = Precision::double_precision;  ///< of particles and of computations on them (base/precision.hpp)
   double cfl = 0.4;                                   ///< dt <= cfl dx / (c_P + |v|max)
   double gravity = 9.81;                              ///< m/s^2
   double slope = 0.0;                                 ///< rad; gravity = g (sin, 0, -cos)
@@ -115,7 +115,7 @@ struct NumericsSpec {
     table.add("flip_ratio", &NumericsSpec::flip_ratio)
         .range(0.0, 1.0)
         .only_with("transfer", {"flip"})
-        .text("Share of FLIP in the blend; 0 is pure PIC");
+        .text("Fraction of FLIP in the blend; 0 is pure PIC");
     table.add("relaxation_cells", &NumericsSpec::relaxation_cells)
         .unit("cells")
         .range(1e-3, 1e6)
@@ -126,19 +126,18 @@ struct NumericsSpec {
     table.add("contact", &NumericsSpec::contact, {"nodal", "surface"})
         .text(
             "Where walls and obstacle act: on every node on or behind them (first order), or at their surface (second order; walls normal "
-            "to "
-            "an axis and upright obstacles)");
+            "to an axis and upright obstacles)");
     table.add("precision", &NumericsSpec::precision, {"double", "single"})
         .text(
-            "Numbers of the particles and of what is done with them: double is the reference; single takes half the memory and less time "
-            "(docs/precision.md says what it costs)");
+            "Precision of particles and of computations on them: double is the reference; single takes half the memory and less time "
+            "(docs/precision.md gives the errors)");
     table.add("cfl", &NumericsSpec::cfl).positive(1.0).text("Safety factor: dt = cfl dx / (c_P + largest speed)");
     table.add("gravity_m_s2", &NumericsSpec::gravity).unit("m/s^2").range(0.0, 1e3).text("Acceleration g of gravity");
     table.add("slope_deg", &NumericsSpec::slope).degrees().range(-90.0, 90.0).text("Inclination: gravity acts along g (sin, 0, -cos)");
     table.add("grid_offset_cells", &NumericsSpec::grid_offset)
         .unit("cells")
         .range(-1.0, 1.0)
-        .text("Shift of the whole scene against the grid; results do not move with it. 0 along an axis with a mirror plane");
+        .text("Shift of the whole scene against the grid; results keep the coordinates of the case. 0 along an axis with a mirror plane");
   }
 };
 
@@ -173,13 +172,13 @@ struct OutputSpec {
 /// The keys above the first table, of a case file and of a point path.
 template <class Table, class Base>
 void declare_heading(Table& table, std::string Base::*title) {
-  table.add("title", title).no_effect_on_results().text("What the case is; heading of results and pictures");
+  table.add("title", title).no_effect_on_results().text("Describes the case; heading of results and pictures");
   table.add_constant("format_version", case_format_version).text("Version of the format of this file");
 }
 
-/// One simulation. read_case (case_file.hpp) gives it checked and complete.
+/// One simulation. read_case (case_file.hpp) returns it checked and complete.
 struct Case {
-  std::string title;                     ///< heading of results and pictures; no part of the hash
+  std::string title;                     ///< heading of results and pictures; not part of the hash
   MaterialParameters material;           ///< [material]
   std::vector<BodySpec> bodies;          ///< [[body]]
   std::vector<WallSpec> walls;           ///< [[wall]]

@@ -77,7 +77,7 @@ std::vector<Index3> cuts_of(std::span<const BlockHead> heads, std::uint64_t most
 
 void pass_particles(const State& state, const ParticleSink& sink, PieceSize size) {
   Ranks* const ranks = state.grid.ranks();
-  if (ranks != nullptr) ranks->tell(Task::particles, state);
+  if (ranks != nullptr) ranks->instruct(Task::particles, state);
   const bool first = ranks == nullptr || ranks->first();
   const ParticleOrder own(state.grid);
   const Cuts cuts = cuts_of(own, state.next_id, ranks, size.particles);
@@ -103,7 +103,7 @@ void pass_blocks(const State& state, const BlockSink& sink, PieceSize size) {
     sink.begin(heads_of(state.grid));
     return sink.append(state.grid);
   }
-  ranks->tell(Task::blocks, state);
+  ranks->instruct(Task::blocks, state);
   auto heads = gathered(heads_of(state.grid), ranks);
   std::ranges::sort(heads, comes_before, &BlockHead::block);
   Message shared;

@@ -13,7 +13,7 @@ namespace mpm {
 
 namespace {
 
-constexpr double beyond = 1e4;  // m; taller than anything
+constexpr double beyond = 1e4;  // m; above every domain
 
 Wall make_wall(const WallSpec& spec, ContactRule rule) {
   return {spec.point, spec.normal.normalized(), spec.contact, spec.friction, spec.velocity, true, rule};
@@ -106,7 +106,7 @@ State make_state(const Case& c, const Scene& scene) {
 
 std::vector<std::string> particles_inside_boundaries(const State& state, const CaseScene& scene) {
   Ranks* const ranks = state.grid.ranks();
-  if (ranks != nullptr) ranks->tell(Task::inside, state);
+  if (ranks != nullptr) ranks->instruct(Task::inside, state);
   std::vector<std::string> warnings;
   for (std::size_t b = 0; b < scene.boundaries.size(); ++b) {
     if (scene.source && b != scene.obstacle) continue;

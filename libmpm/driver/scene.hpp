@@ -1,5 +1,5 @@
 #pragma once
-/// From a case to what the solver works on.
+/// Makes the Scene and the State of a case.
 
 #include <optional>
 #include <string>
@@ -15,7 +15,7 @@ double lattice_spacing(const NumericsSpec& numerics);
 
 /// The scene of a case, and which of its boundaries is the obstacle.
 struct CaseScene : Scene {
-  std::optional<std::size_t> obstacle;  ///< number of the boundary whose force is reported
+  std::optional<std::size_t> obstacle;  ///< index of the boundary whose force is reported
 };
 
 /// Law, walls, obstacle, particle source and domain of a case. @throws ConfigError
@@ -27,8 +27,7 @@ CaseScene make_scene(const Case& c);
 State make_state(const Case& c, const Scene& scene);
 
 /// One warning for every boundary that holds particles (particles_inside). With a conveyor, whose snow starts behind the inlet, only the
-/// obstacle is looked at.
-/// Of all ranks, on the first.
+/// obstacle is checked. Called on the first rank, for the particles of all ranks.
 std::vector<std::string> particles_inside_boundaries(const State& state, const CaseScene& scene);
 
 }  // namespace mpm

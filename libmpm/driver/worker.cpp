@@ -22,7 +22,7 @@ std::size_t own_particles(const State& state) {
 
 std::string report_of_ranks(const State& state) {
   Ranks& ranks = *state.grid.ranks();
-  ranks.tell(Task::report, state);
+  ranks.instruct(Task::report, state);
   auto all = nlohmann::ordered_json::array();
   for (const RankCounts& c : ranks.counts(own_particles(state))) {
     all.push_back({{"rank", all.size()},
@@ -52,10 +52,10 @@ void work_on(const Case& c, Ranks& ranks) {
   state.grid.divide(&ranks);
   Grid nothing(c.numerics.cell_size, c.numerics.precision);
   for (;;) {
-    const Ranks::Told told = ranks.next(state);
+    const Ranks::Instruction instruction = ranks.next_instruction(state);
     try {
-      switch (told.task) {
-        case Task::step: step(state, scene, told.dt); break;
+      switch (instruction.task) {
+        case Task::step: step(state, scene, instruction.dt); break;
         case Task::totals: totals(state, scene); break;
         case Task::fastest: fastest_particle(state); break;
         case Task::inside: particles_inside_boundaries(state, scene); break;
@@ -70,7 +70,7 @@ void work_on(const Case& c, Ranks& ranks) {
       }
       ranks.done();
     } catch (const UnstableError&) {
-      if (ranks.busy()) throw;  // else all ranks know, and the first reports it
+      if (ranks.busy()) throw;  // else every rank has this error, and the first reports it
     }
   }
 }

@@ -39,7 +39,7 @@ void visit_all(Observers observers, const State& state, const Scene& scene) {
   Ranks* const ranks = state.grid.ranks();
   if (ranks == nullptr) return visit_all(observers, state.grid, scene);
   Grid here(state.grid.cell_size(), state.grid.precision());
-  ranks->tell(Task::observe, state);
+  ranks->instruct(Task::observe, state);
   ranks->collect(
       state.grid, [&](const Block& block) { return visited(observers, ParticleBatch(block, scene, here.cell_size())); }, here);
   ranks->done();

@@ -38,7 +38,7 @@ const std::byte* get_nodes(const std::byte* bytes, NodeBlock& nodes, const Exten
 }
 
 int fields_of(const Grid& grid) { return grid.keeps_old_nodes() ? 2 : 1; }
-/// The nodes of a block, and where they are kept the old ones, as nodes_of(block, field) below.
+/// Accessor nodes_of(block, field): field 0 are the nodes of a block, field 1 the nodes before the update, if the grid keeps them.
 auto fields_of_nodes(Grid& grid) {
   return [&grid](std::int32_t block, int field) -> NodeBlock& { return field == 0 ? grid.nodes(block) : grid.old_nodes(block); };
 }
@@ -68,14 +68,14 @@ void check_size(const Message& message, std::size_t expected) {
 
 }  // namespace
 
-// ---- What the first rank says -----------------------------------------------------------------------------------------------------------
+// ---- Instructions of the first rank, errors and sums ------------------------------------------------------------------------------------
 
 void BlockExchange::begin(Task task) {
   busy_ = true;
   counting_ = task != Task::particles && task != Task::blocks;
 }
 
-void BlockExchange::tell(Task task, const State& state, double dt) {
+void BlockExchange::instruct(Task task, const State& state, double dt) {
   begin(task);
   if (!first()) return;
   Message message;
@@ -85,31 +85,31 @@ void BlockExchange::tell(Task task, const State& state, double dt) {
   transport_.broadcast(message);
 }
 
-Ranks::Told BlockExchange::next(State& state) {
+Ranks::Instruction BlockExchange::next_instruction(State& state) {
   Message message;
   transport_.broadcast(message);
   MessageReader reader(message);
-  Told told;
-  told.task = reader.get<Task>();
-  told.dt = reader.get<double>();
+  Instruction instruction;
+  instruction.task = reader.get<Task>();
+  instruction.dt = reader.get<double>();
   state.time = reader.get<double>();
   state.max_speed = reader.get<double>();
   state.step = reader.get<std::uint64_t>();
   state.next_id = reader.get<std::uint64_t>();
   state.source_count = reader.get<std::uint64_t>();
-  begin(told.task);
-  return told;
+  begin(instruction.task);
+  return instruction;
 }
 
-double BlockExchange::agree(double largest, const std::optional<BlockFault>& fault) {
-  double numbers[2] = {std::isfinite(largest) ? largest : 0.0, fault ? 1.0 : 0.0};
+double BlockExchange::agree(double largest, const std::optional<BlockError>& error) {
+  double numbers[2] = {std::isfinite(largest) ? largest : 0.0, error ? 1.0 : 0.0};
   reduce(sizeof numbers);
   transport_.maximum(numbers);
   if (numbers[1] == 0.0) return numbers[0];
   Message mine, text;
-  if (fault) {
-    put(mine, fault->block);
-    put(mine, std::span<const char>(fault->text));
+  if (error) {
+    put(mine, error->block);
+    put(mine, std::span<const char>(error->text));
   }
   std::optional<Index3> earliest;
   for (const Message& message : transport_.gather(std::move(mine))) {
@@ -160,7 +160,7 @@ std::vector<RankCounts> BlockExchange::counts(std::size_t particles) {
   return all;
 }
 
-// ---- Who owns what, and what is at the borders ------------------------------------------------------------------------------------------
+// ---- Owners and borders -----------------------------------------------------------------------------------------------------------------
 
 void BlockExchange::prepare(Grid& grid, const JoinedBlocks& joined) {
   if (ownership_.renew(grid, joined, now_)) {
@@ -187,7 +187,7 @@ Borders BlockExchange::borders_of(const Grid& grid) const {
   return borders;
 }
 
-/// Tells the ranks next to this one which of its blocks hold particles at the common border, and learns theirs.
+/// Exchanges the lists of blocks with particles at the common border with the neighbouring ranks.
 void BlockExchange::exchange_borders() {
   ++counts_.exchanges;
   Messages out;
@@ -196,8 +196,8 @@ void BlockExchange::exchange_borders() {
   for (const auto& [rank, message] : transport_.exchange(std::move(out))) theirs_[rank] = MessageReader(message).values<Index3>();
 }
 
-/// Ghosts, and own blocks whose nodes particles of other ranks touch.
-std::vector<std::int32_t> BlockExchange::blocks_that_must_be(Grid& grid) const {
+/// Ghosts, and own blocks whose nodes are touched by particles of other ranks.
+std::vector<std::int32_t> BlockExchange::required_blocks(Grid& grid) const {
   std::vector<std::int32_t> needed;
   for (const auto& [rank, blocks] : theirs_) {
     for (const Index3& block : blocks) {
@@ -221,7 +221,7 @@ std::vector<std::int32_t> BlockExchange::announce(Grid& grid) {
     border_blocks_ += block.at_border ? 1 : 0;
     occupied.push_back(block.coordinate);
   }
-  const bool as_before = !fresh_ && occupied == occupied_;  // then so are the borders
+  const bool as_before = !fresh_ && occupied == occupied_;  // and therefore the same borders
   Borders borders;
   if (!as_before) borders = borders_of(grid);
   double largest[2] = {as_before || (!fresh_ && borders == mine_) ? 0.0 : 1.0, static_cast<double>(own)};
@@ -233,13 +233,13 @@ std::vector<std::int32_t> BlockExchange::announce(Grid& grid) {
   own_particles_ = own;
   occupied_ = std::move(occupied);
   unchanged_ = as_before && largest[0] == 0.0;
-  if (unchanged_) return needed_;  // by their numbers: a block that was needed and is has kept it
+  if (unchanged_) return needed_;  // these numbers are still valid: a block that stays keeps its number
   if (largest[0] > 0.0) {
     if (!as_before) mine_ = std::move(borders);
     fresh_ = false;
     exchange_borders();
   }
-  needed_ = blocks_that_must_be(grid);
+  needed_ = required_blocks(grid);
   return needed_;
 }
 

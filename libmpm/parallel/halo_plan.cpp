@@ -11,7 +11,7 @@ constexpr Extent touched(int k) { return {(k & 1) != 0 ? 2 : 4, (k & 2) != 0 ? 2
 
 constexpr std::size_t forward(int k) { return static_cast<std::size_t>(forward_slots[static_cast<std::size_t>(k)]); }
 
-/// For each rank and block the nodes that are needed there: grows to what all of that rank's blocks touch.
+/// For each rank and block, the nodes that the rank needs: the smallest extent that covers what its blocks touch.
 using Needs = std::map<int, std::map<std::uint64_t, SentNodes>>;
 
 void add_need(Needs& needs, int rank, std::uint64_t key, std::int32_t block, const Extent& extent) {
@@ -42,7 +42,7 @@ void HaloPlan::renew(Grid& grid, const Ownership& ownership, const Borders& thei
   for (const auto& [block, targets] : targets_) grid.block(block).parts = &targets;
 }
 
-/// What own blocks give to blocks of other ranks, in the order of the blocks and of their neighbours.
+/// Contributions of own blocks to blocks of other ranks, in the order of the blocks and of their neighbours.
 void HaloPlan::plan_own_parts(Grid& grid, const Ownership& ownership) {
   Needs needs;
   for (const auto b : grid.occupied_blocks()) {

@@ -6,7 +6,7 @@ namespace mpm {
 
 namespace {
 
-constexpr std::size_t particles_of_a_round = std::size_t{1} << 16;  ///< that a rank sends at once when blocks move: 13 MB
+constexpr std::size_t particles_of_a_round = std::size_t{1} << 16;  ///< sent at once by a rank when blocks move: 13 MB
 
 }  // namespace
 
@@ -38,7 +38,7 @@ bool Ownership::uneven(const std::optional<Evenness>& now) const {
   return now->largest * transport_.size() > balancing_.threshold * static_cast<double>(now->particles);
 }
 
-/// Of the blocks of all ranks, on the first.
+/// Loads of the blocks of all ranks; empty except on the first rank.
 std::vector<Load> Ownership::loads(const Grid& grid, const Partition& partition) {
   Message mine;
   for (const auto b : grid.occupied_blocks())
@@ -51,17 +51,17 @@ std::vector<Load> Ownership::loads(const Grid& grid, const Partition& partition)
   return all;
 }
 
-/// Cuts that make the load even, or those of now if that gains little; the same on all ranks.
+/// Cuts that make the load even, or the present cuts if the gain is too small; the same on all ranks.
 std::vector<std::uint64_t> Ownership::better_cuts(const Grid& grid, const Partition& wanted) {
   const std::vector<Load> all = loads(grid, wanted);
   Message cuts;
   if (transport_.rank() == 0) {
-    std::vector<double> shares(static_cast<std::size_t>(transport_.size()), 1.0);
+    std::vector<double> weights(static_cast<std::size_t>(transport_.size()), 1.0);
     if (balancing_.forced > 0) {
       const auto turn = static_cast<std::size_t>(steps_ / static_cast<std::uint64_t>(balancing_.forced));
-      for (std::size_t r = 0; r < shares.size(); ++r) shares[r] += static_cast<double>((r + turn) % 3);
+      for (std::size_t r = 0; r < weights.size(); ++r) weights[r] += static_cast<double>((r + turn) % 3);
     }
-    const auto better = Partition::cut(all, shares);
+    const auto better = Partition::cut(all, weights);
     const bool take = balancing_.forced > 0 ||
                       Partition::largest_cost(all, better) <= (1.0 - balancing_.gain) * Partition::largest_cost(all, wanted.cuts());
     put(cuts, take ? std::span<const std::uint64_t>(better) : wanted.cuts());
@@ -70,7 +70,7 @@ std::vector<std::uint64_t> Ownership::better_cuts(const Grid& grid, const Partit
   return MessageReader(cuts).values<std::uint64_t>();
 }
 
-/// In rounds, so that messages never hold all particles of a rank: at the start the first rank has those of all.
+/// In rounds, to bound the size of the messages: at the start the first rank holds all particles.
 void Ownership::move_blocks(Grid& grid, const Partition& to) {
   std::vector<std::int32_t> leaving;
   for (const auto b : grid.occupied_blocks()) {

@@ -9,13 +9,13 @@ namespace mpm {
 
 /// When blocks move to other ranks.
 struct Balancing {
-  double threshold = 1.2;  ///< largest load over the mean load from which on new cuts are tried
-  double gain = 0.05;      ///< share by which new cuts must lower the largest load to be taken
-  int interval = 50;       ///< steps from one try to the next, at least
-  int forced = 0;          ///< above 0, for tests: new and uneven cuts every so many steps
+  double threshold = 1.2;  ///< new cuts are tried if largest load / mean load exceeds this
+  double gain = 0.05;      ///< new cuts are taken if they lower the largest load by this fraction
+  int interval = 50;       ///< fewest steps between two trials
+  int forced = 0;          ///< for tests: if above 0, new and uneven cuts every so many steps
 };
 
-/// How even the work is.
+/// How evenly the particles are distributed over the ranks.
 struct Evenness {
   std::size_t particles = 0;  ///< of all ranks
   double largest = 0.0;       ///< particles of the rank that has most
@@ -24,18 +24,18 @@ struct Evenness {
 /// One rank's view of the owners of all blocks; all ranks agree.
 class Ownership {
  public:
-  /// Everything belongs to rank 0 until the first renew(). @param transport  outlives this
+  /// Rank 0 owns all blocks until the first renew(). @param transport  must outlive this object
   Ownership(Transport& transport, const Balancing& balancing)
       : transport_(transport), balancing_(balancing), partition_(transport.size()) {}
 
   [[nodiscard]] const Partition& partition() const { return partition_; }                                      ///< as it is now
   [[nodiscard]] int owner(const Index3& block) const { return partition_.owner(block); }                       ///< rank
-  [[nodiscard]] bool owns(const Index3& block) const { return partition_.owner(block) == transport_.rank(); }  ///< this rank does
-  /// Whether a block or one of its neighbours is another rank's.
+  [[nodiscard]] bool owns(const Index3& block) const { return partition_.owner(block) == transport_.rank(); }  ///< whether this rank does
+  /// Whether another rank owns a block or one of its neighbours.
   [[nodiscard]] bool at_border(const Index3& block) const;
 
-  /// Before a step, on all ranks: moves blocks to other ranks where blocks were joined that were not before, or where the load is uneven.
-  /// @param now  empty before the first step: cuts are then made. @returns whether blocks may have moved
+  /// Before a step, on all ranks: moves blocks to other ranks if blocks were newly joined or the load is uneven.
+  /// @param now  empty before the first step, which makes the first cuts. @returns whether blocks may have moved
   bool renew(Grid& grid, const JoinedBlocks& joined, const std::optional<Evenness>& now);
 
  private:

@@ -35,15 +35,15 @@ std::uint64_t Partition::key(const Index3& block) const { return morton_key(join
 
 int Partition::owner(const Index3& block) const { return rank_of(cuts_, key(block)); }
 
-std::vector<std::uint64_t> Partition::cut(std::vector<Load> loads, std::span<const double> shares) {
+std::vector<std::uint64_t> Partition::cut(std::vector<Load> loads, std::span<const double> weights) {
   std::ranges::sort(loads, {}, &Load::key);
   const double all = std::accumulate(loads.begin(), loads.end(), 0.0, [](double sum, const Load& l) { return sum + l.cost; });
-  const double all_shares = std::accumulate(shares.begin(), shares.end(), 0.0);
+  const double all_weights = std::accumulate(weights.begin(), weights.end(), 0.0);
   std::vector<std::uint64_t> cuts;
   double wanted = 0.0, before = 0.0;
   std::size_t i = 0;
-  for (std::size_t r = 0; r + 1 < shares.size(); ++r) {
-    wanted += all * shares[r] / all_shares;
+  for (std::size_t r = 0; r + 1 < weights.size(); ++r) {
+    wanted += all * weights[r] / all_weights;
     while (i < loads.size()) {  // a piece goes to the rank that gets more than half of it
       std::size_t end = i;
       double piece = 0.0;
