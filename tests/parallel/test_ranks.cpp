@@ -85,7 +85,7 @@ Outcome on_several(const Case& c, int steps, int ranks, int threads, const Balan
                             }});
     outcome.moves = exchange.own_counts().moves;
     EXPECT_LT(testing::stored_particles(state.grid).size(), outcome.particles.size());  // the others have the rest
-    exchange.tell(Task::end, state, 0.0);
+    exchange.instruct(Task::end, state, 0.0);
   });
   omp_set_num_threads(1);
   return outcome;
@@ -148,7 +148,7 @@ TEST(Ranks, AFaultOfOneEndsAllWithItsMessage) {
     state.grid.divide(&exchange);
     EXPECT_EQ(message_of(state), expected);
     EXPECT_FALSE(exchange.busy());
-    exchange.tell(Task::end, state, 0.0);
+    exchange.instruct(Task::end, state, 0.0);
   });
 }
 
@@ -168,7 +168,7 @@ TEST(Ranks, ParticlesInsideABoundaryAreThoseOfAll) {
     state.grid.divide(&exchange);
     step(state, scene, 1e-4);
     EXPECT_EQ(particles_inside_boundaries(state, scene), expected);
-    exchange.tell(Task::end, state, 0.0);
+    exchange.instruct(Task::end, state, 0.0);
   });
 }
 
