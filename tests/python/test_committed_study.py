@@ -26,7 +26,7 @@ RESULTS, EVIDENCE = STUDY / "results", STUDY / "evidence"
 UNFITTED = ("compaction", "compaction_curve", "compaction_summary", "decomposition", "effective_friction", "guideline", "guideline_minima",
             "sensitivity", "sensitivity_summary", "spreads", "width_factors")
 EVIDENCE_TABLES = ("coefficient_intervals", "leave_one_out", "influence", "published_errors", "coefficients_without_jams", "jams",
-                   "friction_rules", "friction_calibration", "friction_interpolation")
+                   "friction_rules", "friction_calibration", "friction_interpolation", "side_by_side", "paired_rows", "paired_summary")
 FITTED = ("coefficients", "factor_curves", "height_curves", "points")
 # The C++ stopped its search when the sum of squares no longer fell, at up to 1.4e-8 of a coefficient from the minimum.
 COEFFICIENTS, SCORES, SUMS = 1e-6, 1e-9, 1e-12
@@ -40,7 +40,8 @@ INFLUENCE_KEYS = ["equation", "froude_number", "effective_friction", "hardening_
 class CommittedStudy(unittest.TestCase):
     name = "coarse"
     options = {"width_files": [EVIDENCE / "width" / "results.csv"], "section_files": [EVIDENCE / "sections" / "results.csv"],
-               "sensitivity_file": EVIDENCE / "sensitivity" / "results.csv", "friction_file": EVIDENCE / "friction_015" / "results.csv"}
+               "sensitivity_file": EVIDENCE / "sensitivity" / "results.csv", "friction_file": EVIDENCE / "friction_015" / "results.csv",
+               "prediction_file": EVIDENCE / "prediction_w5" / "results.csv"}
 
     @classmethod
     def setUpClass(cls):

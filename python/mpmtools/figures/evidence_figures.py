@@ -1,21 +1,171 @@
-"""How far the study's coefficients can be trusted: headline, intervals, what decides them, jams, and the friction of the mast.
+"""How far the study's coefficients can be trusted: summary, both campaigns side by side, intervals, what decides them, jams, and the friction of the mast.
 
 Every function takes a Study (study_page.py), and draws tables that study/tables.py calls evidence. Intervals are of 90 %.
 """
 
 import numpy as np
 
-from mpmtools.figures.axes import Drawn, froude_colour, new_axes, number, per_cent, picture
+from mpmtools.figures.axes import Drawn, decades, froude_colour, new_axes, number, per_cent, picture
 from mpmtools.figures.style import COLOURS, MARKERS
 
 SYMBOLS = {"k_r": "$k_r$", "kappa_r": r"$\kappa_r$", "k_p": "$k_p$", "Fr_sat": r"$Fr_{sat}$", "kappa_p": r"$\kappa_p$"}
 KINDS = (("standard_error", "its standard error"), ("profile", "profile of the sum of squares"), ("material", "bootstrap over materials"),
          ("froude", "bootstrap over Froude numbers"))
+NAMES = {"k_r": "k_r", "kappa_r": "κ_r", "k_p": "k_p", "Fr_sat": "Fr_sat", "kappa_p": "κ_p"}
 NONE = ["no tables of evidence: `python3 -m mpmtools study` makes them from a table of runs"]
 
 
 def interval(low, high):
     return f"{number(low, 2)} to {number(high, 2)}" if np.isfinite(high) else f"above {number(low, 2)}"
+
+
+SETS = ("narrow", "wide")
+
+
+def headline_columns(studies):
+    """[(heading, {coefficient: (value, from, to)}, {equation: scores of the published equation})]: both fitting sets of every study, and of
+    the prediction where a study was evaluated with it. Interval: bootstrap over materials."""
+    columns = []
+    for study in studies:
+        intervals = study.table("coefficient_intervals")
+        for name in SETS:
+            of_set = intervals[intervals.fitting_set == name] if len(intervals) else intervals
+            if len(of_set):
+                first = of_set.iloc[0]
+                columns.append((f"{study.name}, {name} ({first.runs:.0f} runs, {first.materials:.0f} M')", _with_interval(of_set),
+                                {e: r["scores_of_published"] for e in ("runup", "pressure_height")
+                                 if (r := study.regression(e, name)) and "scores_of_published" in r}))
+        prediction = predicted(study)
+        for name in SETS if len(prediction) else ():
+            of_set = prediction[prediction.fitting_set == name]
+            if np.isfinite(of_set.value).any():
+                first = of_set.iloc[0]
+                columns.append((f"prediction, {name} ({first.runs:.0f} runs, {first.materials:.0f} M')", _with_interval(of_set), {}))
+    return columns
+
+
+def predicted(study):
+    """Rows of side_by_side of the prediction as a whole; empty without them."""
+    table = study.table("side_by_side")
+    return table[table.campaign == "prediction"] if len(table) else table
+
+
+def _with_interval(rows):
+    return {c.parameter: (c.value, c.material_from, c.material_to) for c in rows.itertuples()}
+
+
+def matrix(studies):
+    """The table that heads the page: what was fitted, beside the paper's."""
+    columns = headline_columns(studies)
+    if not columns:
+        return None
+    published = {c.parameter: c.published for c in studies[0].table("coefficient_intervals").itertuples()}
+    rows = [[NAMES[p], number(value), *(f"{number(found[p][0])} ({interval(*found[p][1:])})" if np.isfinite(found[p][0]) else "–"
+                                        for _, found, _ in columns)] for p, value in published.items()]
+    paper = {e: studies[0].regression(e)["published_scores_on_its_own_data"] for e in ("runup", "pressure_height")}
+    for label, equation, score in (("run-up: RMSLE, within 25 %", "runup", "rmsle"),
+                                   ("pressure height: NRMSE, within 25 %", "pressure_height", "nrmse")):
+        cells = [paper[equation], *(scores.get(equation) for _, _, scores in columns)]
+        rows.append([label, *(f"{per_cent(s[score])}, {per_cent(s['fraction_25'])}" if s else "–" for s in cells)])
+    return {"head": ["", "paper", *(name for name, _, _ in columns)], "rows": rows}
+
+
+def in_short(studies):
+    """Three lists of sentences for somebody who has read the paper: what is confirmed, what differs, why. Every number is from the tables."""
+    columns = [c for c in headline_columns(studies) if c[2]]
+    if not columns:
+        return None
+    study = studies[0]
+    published = {c.parameter: c.published for c in study.table("coefficient_intervals").itertuples()}
+    scores = "; ".join(f"{name.split(' (')[0]}: RMSLE {per_cent(s['runup']['rmsle'])}, NRMSE {per_cent(s['pressure_height']['nrmse'])}"
+                       for name, _, s in columns)
+    confirmed = ["Both equations hold in form. Published coefficients on our runs: " + scores + " (the paper on its own data: 13.0 and 6.6 %).",
+                 "Slow snow piles up in proportion to its friction, fast snow loses head to it; the pressure height stops growing near Fr 1.5."]
+    differs = []
+    for name, found, _ in columns:
+        outside = [f"{NAMES[p]} {number(found[p][0])} ({number(value)})" for p, value in published.items()
+                   if not found[p][1] <= value <= found[p][2]]
+        short = name.split(" (")[0]
+        if outside:
+            differs.append(f"{short}: {', '.join(outside)} (paper in brackets) lie outside their 90 % intervals.")
+        else:
+            confirmed.append(f"{short}: the intervals hold all five coefficients, and are wide: {name.split('(')[1][:-1]}.")
+    return {"confirmed": confirmed, "differs": [*differs, *_accurate_solver(study)], "why": _why(study)}
+
+
+def _accurate_solver(study):
+    summary, prediction = study.table("paired_summary"), predicted(study)
+    if summary.empty or prediction.empty:
+        return ["No run of the prediction (accurate solver) was compared."]
+    of_all = summary[summary.group == "all"].set_index("quantity")
+    froude = [g for g in summary.group.unique() if g != "all"]
+    ratios = ", ".join(f"{q} {number(r.ratio, 2)} ({number(r.lowest, 2)} to {number(r.highest, 2)})" for q, r in of_all.iterrows())
+    text = (f"The accurate solver over the paper's numerics, {of_all.pairs.max():.0f} pairs of runs at {', '.join(froude)}: {ratios}.")
+    fitted = np.isfinite(prediction.value).any()
+    return [text if fitted else text + f" Its {prediction.rows.iloc[0]:.0f} rows are too few for coefficients."]
+
+
+def _why(study):
+    why = []
+    rules = study.table("friction_rules")
+    if len(rules):
+        k = rules[rules.points == "all"].set_index("rule")
+        why.append("k_r follows the friction of the mast, which the paper does not print: "
+                   + ", ".join(f"{number(k.k_r[rule], 2)} with {text}" for rule, text in
+                               (("0.15", "0.15"), ("half of tan phi'", "half of tan φ'"), ("the smaller of 0.15 and the half", "the smaller")))
+                   + f", on the same {k.runs.iloc[0]:.0f} rows.")
+    jams = study.table("coefficients_without_jams")
+    if len(jams):
+        both = [jams[(jams.fitting_set == name) & (jams.limit == limit)].iloc[0] for name in SETS for limit in (np.inf, 1.5)]
+        why.append("k_p and κ_p follow a few slow runs of the stiffest snow, which jams between mast and side walls. Without them κ_p goes from "
+                   f"{number(both[0].kappa_p, 2)} to {number(both[1].kappa_p, 2)} (narrow) and from {number(both[2].kappa_p, 2)} to "
+                   f"{number(both[3].kappa_p, 2)} (wide).")
+    compaction = study.table("compaction_summary")
+    if len(compaction):
+        loose, sticky = (compaction[compaction.cohesive == c].iloc[0] for c in (0, 1))
+        why.append("Compressible fast snow climbs less, because a compaction shock takes part of its head: without cohesion it keeps "
+                   f"{number(loose.mean_head, 2)}, and the shock leaves {number(loose.mean_behind_shock, 2)}. With cohesion: not explained "
+                   f"(rms difference {number(sticky.rms, 2)} against {number(loose.rms, 2)}).")
+    return why
+
+
+def figure_campaigns(study):
+    """Both campaigns on the same set-ups: heights with the numerical uncertainty as a band, and ratios."""
+    rows, summary, coefficients = (study.table(name) for name in ("paired_rows", "paired_summary", "side_by_side"))
+    if rows.empty:
+        return Drawn([], ["no table of the prediction (--prediction)"])
+    pictures = []
+    for xi, of_xi in sorted(rows.groupby("hardening_xi"), reverse=True):
+        for key, name, symbol in (("runup", "Run-up", "$h_r/H$"), ("pressure_height", "Pressure height", "$h_p/H$")):
+            axes = new_axes(height=4.6)
+            for froude, of in of_xi.sort_values("effective_friction").groupby("froude_number"):
+                colour, x, y, band = froude_colour(froude), of.effective_friction, of[f"{key}_prediction"], of[f"{key}_numerical_uncertainty"]
+                axes.fill_between(x, y - band, y + band, color=colour, alpha=0.2, linewidth=0)
+                axes.plot(x, y, "o-", color=colour, markersize=4, linewidth=1.0, label=f"Fr = {froude:g}")
+                axes.plot(x, of[f"{key}_reproduction"], "s", markerfacecolor="none", markeredgecolor=colour, markersize=5)
+            if key == "runup":
+                decades(axes, "y", of_xi[[f"{key}_prediction", f"{key}_reproduction"]].to_numpy().ravel())
+            caption = ("Discs: prediction, with the numerical uncertainty of grid and time step that its runs state as a band. Squares: "
+                       "reproduction of the same set-up on the same grid.")
+            drawn = picture(axes, f"{name}, both campaigns, $\\xi$ = {xi:g}", "effective internal friction $M'$", symbol, caption, ncols=2,
+                            fontsize=8)
+            pictures.append(drawn._replace(title=f"{name}, both campaigns, ξ = {xi:g}"))
+    ratios = [[r.group, r.quantity, f"{r.pairs:.0f}", number(r.ratio), per_cent(r.spread), number(r.lowest), number(r.highest)]
+              for r in summary.itertuples()]
+    sets = [[f"{name}, {fitting_set} ({of.rows.iloc[0]:.0f} rows)", *(_coefficient(of, p) for p in NAMES)]
+            for (name, fitting_set), of in coefficients.groupby(["campaign", "fitting_set"], sort=False)]
+    published = coefficients.groupby("parameter").published.first()
+    sets.insert(0, ["published", *(number(published[p]) for p in NAMES)])
+    return Drawn(pictures, [], [
+        {"title": "Coefficients side by side, with 90 % of a bootstrap over materials", "head": ["campaign and fitting set", *NAMES.values()],
+         "rows": sets},
+        {"title": f"Paired rows: prediction over reproduction, {len(rows)} set-ups", "rows": ratios,
+         "head": ["rows", "quantity", "pairs", "ratio (geometric mean)", "spread (standard deviation of the logarithm)", "lowest", "highest"]}])
+
+
+def _coefficient(rows, parameter):
+    row = rows[rows.parameter == parameter].iloc[0]
+    return f"{number(row.value)} ({interval(row.material_from, row.material_to)})" if np.isfinite(row.value) else "too few rows"
 
 
 def headline_rows(studies):

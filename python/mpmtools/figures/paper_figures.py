@@ -298,11 +298,17 @@ def heights_over_friction(study, key):
         for froude, of in rows.groupby("froude_number"):
             colour, line = froude_colour(froude), lines[froude]
             axes.plot(of.effective_friction, of[key], MARKERS[0], color=colour, markersize=4.5, label=f"Fr = {froude:g}", zorder=3)
+            if f"{key}_numerical_uncertainty" in of:
+                band = of.sort_values("effective_friction")
+                low, high = (band[key] + sign * band[f"{key}_numerical_uncertainty"] for sign in (-1, 1))
+                axes.fill_between(band.effective_friction, low, high, color=colour, alpha=0.15, linewidth=0)
             axes.plot(line.effective_friction, line[f"{key}_fitted"], "-", color=colour, linewidth=1.2)
             axes.plot(line.effective_friction, line[f"{key}_published"], "--", color=colour, linewidth=0.9)
         if key == "runup":
             decades(axes, "y", [0.9, 30])
         caption = "Symbols: simulations. Full lines: our fit. Dashed: the published equation."
+        if f"{key}_numerical_uncertainty" in rows:
+            caption += " Bands: numerical uncertainty of grid and time step."
         drawn = picture(axes, f"{HEIGHTS[key][0]}, {xi_label(xi)}", FRICTION_AXIS, HEIGHTS[key][1],
                         caption + (" Outside the range of the fits." if xi < 0.1 else ""), ncols=2, fontsize=8)
         pictures.append(drawn._replace(title=f"{HEIGHTS[key][0]}, ξ = {xi:g}"))

@@ -209,7 +209,7 @@ def draw_page(target, folders, extensions=None):
     environment.filters["inline"] = inline
     page = environment.get_template("study_page.html.j2").render(
         style=markupsafe.Markup(STYLE), study=study.fit, name=study.name, sections=sections, tables=tables, aims=aim_table(studies),
-        headline=evidence_figures.headline(studies),
+        headline=evidence_figures.headline(studies), matrix=evidence_figures.matrix(studies), short=evidence_figures.in_short(studies),
         others=studies[1:], cautions=cautions_of(study))
     os.makedirs(os.path.dirname(os.path.abspath(target)), exist_ok=True)
     write_page(target, page)

@@ -28,6 +28,7 @@ class StudyTable:
     flow_height_m, obstacle_width_m, velocity_m_s, gravity_m_s2, relative_width (w/H)
     runup, runup_standard_error, runup_peak             over the flow height H
     pressure_height, pressure_height_standard_error, pressure_height_peak
+    runup_numerical_uncertainty, pressure_height_numerical_uncertainty   of grid and time step, over H; NaN where a table has none
     compaction                                          density at the front face of the mast over the initial density
     force_n, density_kg_m3                              mean force along the flow on the mast; initial density, the paper's where not in the table
     at_reference_width                                  w = H, the set-up of Eqs. 7 to 10
@@ -164,6 +165,7 @@ def _runs_of(table):
         runs[name] = column(f"{name}_mean_m") / height
         runs[f"{name}_standard_error"] = column(f"{name}_standard_error_m") / height
         runs[f"{name}_peak"] = column(f"{name}_peak_m") / height
+        runs[f"{name}_numerical_uncertainty"] = column(f"{name}_numerical_uncertainty_m") / height
     runs["relative_width"] = runs.obstacle_width_m / height
     runs["at_reference_width"] = same_input(runs.relative_width, 1.0)
     return runs

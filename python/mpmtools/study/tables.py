@@ -8,7 +8,7 @@ import pandas as pd
 
 from mpmtools import equations
 from mpmtools.scores import levels
-from mpmtools.study import friction_choice, guideline, histories, jams, rheology, sensitivity, uncertainty, width
+from mpmtools.study import campaigns, friction_choice, guideline, histories, jams, rheology, sensitivity, uncertainty, width
 from mpmtools.study.fits import coefficients_csv, evaluated_by, fit_paper_sets, fits_json, own_coefficients, scores_csv
 from mpmtools.study.regression import EQUATIONS
 from mpmtools.study.runs import read_runs_or_refuse, read_study_table
@@ -16,12 +16,14 @@ from mpmtools.tables import csv_text, write_text
 
 POINT_COLUMNS = ["froude_number", "critical_state_slope", "cohesion_beta", "hardening_xi", "effective_friction", "relative_width", "runup",
                  "runup_standard_error", "runup_peak", "pressure_height", "pressure_height_standard_error", "pressure_height_peak"]
+NUMERICAL_COLUMNS = ["runup_numerical_uncertainty", "pressure_height_numerical_uncertainty"]  # where the runs carry them
 NO_COEFFICIENTS = equations.HeightCoefficients(np.nan, np.nan, np.nan)
 
 
 def points(runs, fitted):
     """A row a run: inputs, heights over H, and both equations (Figs. 6, 7, A2, A4)."""
-    return pd.concat([runs[POINT_COLUMNS], _both_equations(runs, fitted)], axis=1)
+    numerical = [name for name in NUMERICAL_COLUMNS if name in runs and runs[name].notna().any()]
+    return pd.concat([runs[[*POINT_COLUMNS, *numerical]], _both_equations(runs, fitted)], axis=1)
 
 
 def _both_equations(inputs, fitted):
@@ -62,7 +64,7 @@ def plan_title(table_path):
         return tomllib.load(file).get("title", "")
 
 
-def evidence_tables(runs, friction_file=None, sensitivity_file=None):
+def evidence_tables(runs, friction_file=None, sensitivity_file=None, prediction_file=None):
     """How far the coefficients can be trusted: intervals, influence, jams, and the friction of the mast."""
     tables = {"coefficient_intervals": uncertainty.coefficient_intervals(runs), "leave_one_out": uncertainty.leave_one_out(runs),
               "influence": uncertainty.influence(runs), "published_errors": uncertainty.published_errors(),
@@ -72,6 +74,8 @@ def evidence_tables(runs, friction_file=None, sensitivity_file=None):
         tables["jams"] = indices.sort_values("jam_index", ascending=False)
     if friction_file:
         tables.update(friction_choice.friction_tables(friction_file, runs, sensitivity_file))
+    if prediction_file:
+        tables.update(campaigns.campaign_tables(runs, read_runs_or_refuse([prediction_file]).runs, tables["coefficient_intervals"]))
     return tables
 
 
@@ -86,11 +90,11 @@ def write_evidence(tables, files, out):
 
 
 def write_study(files, out, filters=(), width_files=(), section_files=(), sensitivity_file=None, notes=(), last_link=rheology.LAST_LINK,
-                friction_file=None):
+                friction_file=None, prediction_file=None):
     """Evaluates tables of runs and writes the tables of the study into the folder `out`; returns lines for the terminal.
 
     The widths and the two runs of Fig. 5 are taken from the same tables unless others are named. `friction_file` is the table of a campaign
-    with one friction for all snow, to be compared with this one.
+    with one friction for all snow, `prediction_file` that of the same sets with the accurate solver, to be compared with this one.
     """
     table = read_runs_or_refuse(files, filters)
     plans = [f"plan: {title}" for path in files if (title := plan_title(path))]
@@ -117,7 +121,8 @@ def write_study(files, out, filters=(), width_files=(), section_files=(), sensit
         compared = sensitivity.sensitivities(sensitivity_file)
         tables["sensitivity"], tables["sensitivity_summary"] = compared.runs, compared.summaries
         not_compared = compared.notes
-    write_evidence(evidence_tables(runs, friction_file, sensitivity_file), [*files, *filter(None, (friction_file, sensitivity_file))], out)
+    others = (friction_file, sensitivity_file, prediction_file)
+    write_evidence(evidence_tables(runs, *others), [*files, *filter(None, others)], out)
     for name, content in tables.items():
         write_text(os.path.join(out, f"{name}.csv"), csv_text(content))
     write_text(os.path.join(out, "coefficients.csv"), coefficients_csv(fits))

@@ -49,9 +49,8 @@ def coefficient_intervals(runs):
                    "standard_error_from": estimate.value - half, "standard_error_to": estimate.value + half,
                    "profile_from": profiles[name][0], "profile_to": profiles[name][1]}
             for group, found in drawn.items():
-                known = found[~np.isnan(found[:, i]), i]
-                row[f"{group}_from"], row[f"{group}_to"] = np.quantile(known, TAILS, method="nearest") if len(known) else (np.nan, np.nan)
-                row[f"{group}_undetermined"] = len(found) - len(known)
+                row[f"{group}_from"], row[f"{group}_to"] = drawn_interval(found[:, i])
+                row[f"{group}_undetermined"] = int(np.isnan(found[:, i]).sum())
             values = without[:, i]
             row["jackknife_error"] = jackknife_error(values)
             for which, at in (("lowest", np.argmin(values)), ("highest", np.argmax(values))):
@@ -71,6 +70,12 @@ def bootstrap(equation, samples, column, resamples=RESAMPLES, seed=SEED):
     if not equation.logarithmic:
         found[~below_saturation(samples, weights, found[:, 1])] = np.nan
     return found
+
+
+def drawn_interval(values):
+    """Ends of the interval that holds 90 % of the draws that determine a coefficient."""
+    known = values[~np.isnan(values)]
+    return np.quantile(known, TAILS, method="nearest") if len(known) else (np.nan, np.nan)
 
 
 def below_saturation(samples, weights, saturation):
