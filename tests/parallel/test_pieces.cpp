@@ -55,7 +55,7 @@ Case body_with_gaps() {
 State stepped(const Case& c, const Scene& scene, Ranks* ranks) {
   State state = ranks == nullptr || ranks->first() ? make_state(c, scene) : State(c.numerics.cell_size, c.numerics.precision);
   state.grid.divide(ranks);
-  const double dt = ranks == nullptr || ranks->first() ? 1e-3 : ranks->next(state).dt;
+  const double dt = ranks == nullptr || ranks->first() ? 1e-3 : ranks->next_instruction(state).dt;
   step(state, scene, dt);
   return state;
 }
@@ -101,9 +101,9 @@ TEST_P(PiecesOfRanks, AreTheParticlesAndBlocksOfOneRank) {
     const std::uint64_t gathers = exchange.own_counts().gathers;
     Passed by_number, by_block;
     State scratch(c.numerics.cell_size, c.numerics.precision);
-    if (!exchange.first()) exchange.next(scratch);
+    if (!exchange.first()) exchange.next_instruction(scratch);
     pass_particles(state, by_number.particle_sink(), hundred);
-    if (!exchange.first()) exchange.next(scratch);
+    if (!exchange.first()) exchange.next_instruction(scratch);
     pass_blocks(state, by_block.block_sink(), hundred);
     EXPECT_FALSE(exchange.busy());
     EXPECT_EQ(exchange.own_counts().gathers, gathers) << "files are not counted";
@@ -129,7 +129,7 @@ int expect_failure_after_all_have_sent(BlockExchange& exchange, State& state, co
     throw failure;
   };
   for (int way = 0; way < 2; ++way) {
-    if (!exchange.first()) exchange.next(state);
+    if (!exchange.first()) exchange.next_instruction(state);
     const auto pass = [&] {
       if (way == 0) pass_particles(state, {.begin = [](std::size_t) {}, .append = fail}, hundred);
       if (way == 1) pass_blocks(state, {.begin = [](std::span<const BlockHead>) {}, .append = fail}, hundred);
