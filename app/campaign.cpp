@@ -52,7 +52,7 @@ void print_changes(const Preparation& p) {
   print(p.dropped, "are in the folder but not in the plan; they stay there, and leave the table");
 }
 
-/// The summary that ends `run` and is `status`.
+/// The summary at the end of `run`, and of `status`.
 void print_status(const Campaign& campaign, const std::vector<RunStatus>& status, const fs::path& out, int jobs, bool list) {
   const auto count = [&](RunState s) { return std::ranges::count(status, s, &RunStatus::state); };
   fmt::print("{}: {} runs in {}: {} done, {} running, {} failed, {} to do\n",
@@ -86,7 +86,7 @@ std::vector<std::size_t> all_of(const Campaign& campaign) {
   return runs;
 }
 
-/// Ends the command: tables, summary, exit code.
+/// End of the command: tables, summary, exit code.
 void conclude(const Campaign& campaign, const fs::path& out, int jobs) {
   const std::vector<RunStatus> status = status_of(out, campaign);
   write_campaign_tables(out, campaign, status);
@@ -96,7 +96,7 @@ void conclude(const Campaign& campaign, const fs::path& out, int jobs) {
     throw CLI::RuntimeError(static_cast<int>(ExitCode::failed));
 }
 
-/// Progress and time left, now and then, by what this call has computed so far.
+/// Progress and remaining time at intervals, estimated from the runs of this call.
 class CampaignReports {
  public:
   CampaignReports(const Campaign& campaign, const CampaignArguments& a)
@@ -151,7 +151,7 @@ void run_here(const Campaign& campaign, const CampaignArguments& a) {
   conclude(campaign, out, jobs);
 }
 
-/// Runs that Slurm is asked for: not done, and not failed in a way that would repeat itself.
+/// Runs to submit to Slurm: not complete, and without a failure that would recur.
 std::vector<std::string> names_to_submit(const Campaign& campaign, const fs::path& out, bool retry_failed) {
   std::vector<std::string> names;
   for (const CampaignRun& run : campaign.runs) {
@@ -197,13 +197,13 @@ void status(const CampaignArguments& a) {
   const std::vector<RunStatus> all = status_of(out, campaign);
   const Preparation changes = compare_with_folder(out, campaign);
   print_changes(changes);
-  // The tables in the folder may belong to another plan, or to a version of the program with other case hashes: then leave them alone.
+  // The tables in the folder may belong to another plan, or to a version of the program with other case hashes: do not change those.
   const bool same_plan = fs::exists(out / "plan.toml") && read_file(out / "plan.toml") == resolved_plan(campaign);
   if (same_plan && changes.replaced.empty()) write_campaign_tables(out, campaign, all);
   print_status(campaign, all, out, a.jobs > 0 ? a.jobs : default_jobs(campaign.plan), a.list);
 }
 
-/// One run, as a task of a Slurm array does it.
+/// One run, as a task of a Slurm array.
 void run_task(const CampaignArguments& a) {
   const Campaign campaign = make_campaign(read_plan(a.out / "plan.toml"));
   const auto found = std::ranges::find(campaign.runs, a.name, &CampaignRun::name);

@@ -1,5 +1,5 @@
 #pragma once
-/// What `mpm campaign run` and `mpm design` share: running a campaign here or through Slurm, with messages.
+/// Common part of `mpm campaign run` and `mpm design`: execution of a campaign here or through Slurm, with messages.
 
 #include <filesystem>
 #include <string>
@@ -13,9 +13,9 @@ struct CampaignArguments {
   std::filesystem::path plan;            ///< plan file, or the site file of a design
   std::filesystem::path out;             ///< folder; empty: out/<name of the plan>
   int jobs = 0;                          ///< runs at a time; 0: cores over threads of a run
-  int ranks = 0;                         ///< of each run; 0: as the plan says
-  std::string executor;                  ///< "slurm", or here
-  bool retry_failed = false;             ///< also runs whose failure would repeat itself
+  int ranks = 0;                         ///< of each run; 0: as in the plan
+  std::string executor;                  ///< "slurm", or this machine
+  bool retry_failed = false;             ///< repeat also failures that will recur
   bool list = false;                     ///< status: every run
   std::string name;                      ///< task: of one run
   double seconds_between_reports = 0.0;  ///< s: progress and time left to stderr that often; 0: never
@@ -24,8 +24,8 @@ struct CampaignArguments {
 /// The folder of the campaign.
 [[nodiscard]] std::filesystem::path folder_of(const CampaignArguments& a);
 
-/// Runs what is not done, writes the tables and prints the summary. Ends the process by the signal that asked for the end; the same command
-/// continues. @throws CLI::RuntimeError(1) if runs failed
+/// Executes the incomplete runs, writes the tables and prints the summary. If a signal stops it, it ends the process by that signal; the
+/// same command continues later. @throws CLI::RuntimeError(1) if runs failed
 void run_campaign(const Campaign& campaign, const CampaignArguments& a);
 
 }  // namespace mpm::app

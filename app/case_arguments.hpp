@@ -1,5 +1,5 @@
 #pragma once
-/// CASE.toml, --set and --threads, shared by the subcommands that read a case.
+/// CASE.toml, --set and --threads: arguments of the subcommands that read a case.
 
 #include <fmt/format.h>
 

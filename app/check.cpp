@@ -1,4 +1,4 @@
-/// `mpm check`: the resolved case and what it will cost.
+/// `mpm check`: the resolved case and its estimated cost.
 
 #include <fmt/format.h>
 
@@ -15,7 +15,7 @@ namespace mpm::app {
 
 namespace {
 
-/// The resolved case as TOML; the estimate as comments below it, so that the whole is a case file again.
+/// The resolved case as TOML; the estimate as comments below it, so that the output is a case file, too.
 void check(const CaseArguments& arguments) {
   const Case spec = read_case(arguments.file, arguments.overrides);
   const Estimate e = estimate(spec);

@@ -1,7 +1,7 @@
 #pragma once
 /// The subcommands of `mpm`, one a file. Each adds itself to the command line; its callback does the work, writes results to
 /// stdout and messages to stderr, and reports failure by throwing: mpm::Error with the exit code in it, or CLI::RuntimeError(1)
-/// after a comparison that was printed and did not hold. program.cpp turns these into messages and exit codes.
+/// after a comparison that was printed and failed. program.cpp turns these into messages and exit codes.
 
 #include <CLI/CLI.hpp>
 

@@ -72,7 +72,7 @@ ResultFile read_results(const std::filesystem::path& directory) {
   return results;
 }
 
-/// Whether a key is an outcome of the computation, and not a statement about the run or about uncertainty.
+/// Whether a key is an outcome of the computation, not information about the run or about uncertainty.
 bool is_quantity(const std::string& key) { return nature_of(key) == Nature::physics; }
 
 /// X_mean_UNIT has its standard error in X_standard_error_UNIT.
@@ -82,7 +82,7 @@ std::optional<double> standard_error(const ResultFile& results, std::string key)
   return results.number(key.replace(place, std::string_view("_mean").size(), "_standard_error"));
 }
 
-/// One quantity of two results; cells as they are printed, for people or, with --csv, for programs.
+/// One quantity of two results, as printed: a table or, with --csv, CSV.
 struct Row {
   std::string quantity, a, b, difference, relative, allowed, verdict;
 };
@@ -145,7 +145,7 @@ class Comparison {
     }
   }
 
-  /// One side has no such number, or they are different texts.
+  /// For a quantity that is missing on one side, or differs as text.
   void compare_others(const std::string& key, bool one_is_a_number) {
     const auto text = [](const Json& value) { return value.is_null() ? std::string("none") : value.dump(); };
     const bool judge = one_is_a_number || same_run_;
@@ -168,8 +168,8 @@ class Comparison {
   std::optional<double> tolerance_;
   bool csv_ = false;
   ResultFile a_, b_;
-  // One case, run for the same time by one program, has the same outcome to the bit, on any number of threads; but frames (mpm post) are
-  // fewer samples than the run's own.
+  // Two runs of one case and duration by one program agree to the bit, on any number of threads. Results of frames (mpm post) have
+  // fewer samples than those of the run.
   bool same_run_ = false;
   std::vector<std::string> keys_;
   int judged_ = 0, failed_ = 0;

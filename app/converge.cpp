@@ -43,7 +43,7 @@ Sweep sweep_of(const ConvergeArguments& a) {
   return {SweepKind::offset, a.offset, a.offset_axes};
 }
 
-/// Choices that spoil a study of convergence in the grid.
+/// Warnings of settings that invalidate a grid study.
 std::vector<std::string> cautions(const Case& c, const Sweep& sweep) {
   std::vector<std::string> notes;
   if (sweep.kind != SweepKind::cell_size || !c.conveyor || !c.obstacle) return notes;
@@ -110,7 +110,7 @@ void print_convergence(const MetricConvergence& s) {
   line("verdict", s.verdict);
 }
 
-/// Refuses what cannot be computed, and prints what each value of the sweep will cost.
+/// Refuses cases that cannot be computed, and prints the estimated cost of each value of the sweep.
 void check(const ConvergeArguments& arguments, const Case& spec, const Sweep& sweep) {
   if (!arguments.exact.empty() && arguments.exact.size() != arguments.metrics.size())
     throw ConfigError(
@@ -125,7 +125,7 @@ void check(const ConvergeArguments& arguments, const Case& spec, const Sweep& sw
   for (const std::string& note : cautions(spec, sweep)) fmt::print(stderr, "note: {}\n", note);
 }
 
-/// Runs the sweep, with progress; does not return if a signal asked for the end.
+/// Runs the sweep, with progress; does not return if a signal stopped it.
 std::vector<SweepPoint> compute(const ConvergeArguments& arguments, const Case& spec, const Sweep& sweep,
                                 const std::filesystem::path& out) {
   ProgressLine progress;

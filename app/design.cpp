@@ -1,4 +1,4 @@
-/// `mpm design`: from a site and a mast to a page for a report.
+/// `mpm design`: the loads on a mast at a site, as a page for a report.
 
 #include <fmt/format.h>
 
@@ -50,7 +50,7 @@ void make_page(const std::filesystem::path& out) {
     throw IoError(fmt::format("design_page.py was found neither in share/mpm/scripts beside this program nor in {}", MPM_SCRIPT_DIR));
   std::fflush(stdout);
   const int status = run_script(*script, {out.string()});
-  if (status == 2 || status == 4) throw CLI::RuntimeError(status);  // the script has said why
+  if (status == 2 || status == 4) throw CLI::RuntimeError(status);  // the script has printed the reason
   if (status != 0) {
     throw Error(ExitCode::internal,
                 fmt::format("no page: {} {} ended with {}; Debian's {} are needed. The runs are kept: the same command makes "

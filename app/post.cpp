@@ -20,7 +20,7 @@ struct PostArguments {
   bool no_pictures = false;
 };
 
-/// The numbers count: pictures that cannot be drawn are a message, not a failure.
+/// Draws the pictures. If that fails, a message reports it, and the command still succeeds.
 void draw_pictures(const std::filesystem::path& directory, const std::filesystem::path& out) {
   const auto script = find_script("plot_run.py");
   if (!script) {

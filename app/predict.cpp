@@ -1,4 +1,4 @@
-/// `mpm predict`: the semi-empirical equations for one case, or for every combination of the values given.
+/// `mpm predict`: the semi-empirical equations for one case, or for every combination of the given values.
 
 #include <fmt/format.h>
 
@@ -35,7 +35,7 @@ struct PredictCase {
 struct Quantity {
   std::string key, unit, meaning;
   double value;
-  std::string column;  ///< heading in the table of several cases; empty: not in it
+  std::string column;  ///< heading in the table of several cases; empty: no column
 };
 
 std::vector<Quantity> quantities(const PredictCase& c, const PredictArguments& a) {

@@ -1,4 +1,4 @@
-/// `mpm`: dispatch, and the one place where errors become messages and exit codes.
+/// `mpm`: calls the subcommands, and converts errors to messages and exit codes.
 
 #include "program.hpp"
 
@@ -31,11 +31,11 @@ std::string version_text() {
 }
 
 int fail(mpm::ExitCode code, const std::string& message) {
-  std::fputs((message + "\n").c_str(), stderr);  // if stderr cannot be written either, the exit code remains
+  std::fputs((message + "\n").c_str(), stderr);  // if this fails, too, only the exit code remains
   return static_cast<int>(code);
 }
 
-/// What to say about a word in the place of a command that is not one; empty if there is no such word.
+/// The message for an unknown command; empty if there is none.
 std::string unknown_command(const CLI::App& app, int argc, char** argv) {
   const CLI::App* level = &app;
   for (int i = 1; i < argc && argv[i][0] != '-'; ++i) {
@@ -61,7 +61,7 @@ int parse(CLI::App& app, int argc, char** argv) {
     return static_cast<int>(mpm::ExitCode::ok);
   } catch (const CLI::RuntimeError& result) {
     return result.get_exit_code();
-  } catch (const CLI::ParseError& error) {  // --help and --version come this way, too, with code 0
+  } catch (const CLI::ParseError& error) {  // also --help and --version, with code 0
     if (const std::string message = unknown_command(app, argc, argv); error.get_exit_code() != 0 && !message.empty())
       return fail(mpm::ExitCode::usage, message);
     return app.exit(error) == 0 ? static_cast<int>(mpm::ExitCode::ok) : static_cast<int>(mpm::ExitCode::usage);
@@ -76,7 +76,7 @@ int parse(CLI::App& app, int argc, char** argv) {
   }
 }
 
-/// Commands but `run` and `converge` work alone.
+/// Commands other than `run` and `converge` use one rank.
 void require_one_rank(const std::string& command) {
   if (mpm::app::session().size() == 1 || command == "run" || command == "converge" || command.starts_with("-")) return;
   const char* const remedy = command == "campaign" ? "; it starts the ranks of each run itself: give `ranks` in the plan, or --ranks" : "";

@@ -1,5 +1,5 @@
 #pragma once
-/// Scripts in Python that commands call for pictures and pages.
+/// Python scripts that commands call for pictures and pages.
 
 #include <filesystem>
 #include <optional>
@@ -8,7 +8,7 @@
 
 namespace mpm::app {
 
-inline constexpr const char* python = "/usr/bin/python3";  ///< Debian's, where its pandas, h5py and matplotlib are
+inline constexpr const char* python = "/usr/bin/python3";  ///< Debian's interpreter, which finds Debian's pandas, h5py and matplotlib
 /// The Debian packages that the scripts need, for messages.
 inline constexpr const char* python_packages = "python3-pandas, python3-matplotlib, python3-h5py, python3-scipy and python3-jinja2";
 

@@ -75,10 +75,10 @@ struct Session::Group {
   bool closed = false;
   Group(int& argc, char**& argv) : transport(argc, argv) {}
 
-  /// Starts the threads of this rank. @param wanted  0: nobody says how many
+  /// Starts the threads of this rank. @param wanted  their number; 0: the default
   void start(int wanted) const { start_threads(wanted == 0 && std::getenv("OMP_NUM_THREADS") == nullptr ? transport.threads() : wanted); }
 
-  /// On the first rank: the others wait for another run.
+  /// On the first rank: ends the others, which wait for another run.
   void end_run() {
     exchange->instruct(Task::end, State(1.0), 0.0);
     exchange.reset();

@@ -8,10 +8,10 @@
 
 namespace mpm::app {
 
-/// This process among the ranks. One object, made first in main().
+/// This process as one of the ranks. Create one object, at the start of main().
 class Session {
  public:
-  /// Starts MPI where there is more than one rank. @throws ConfigError if a launcher started several, and this program has no MPI
+  /// Starts MPI if there is more than one rank. @throws ConfigError if a launcher started several, and this program has no MPI
   Session(int& argc, char**& argv);
   ~Session();
   Session(const Session&) = delete;
@@ -19,13 +19,14 @@ class Session {
 
   /// Whether this program can be started as several ranks: it was built with MPI.
   [[nodiscard]] static bool can_be_several();
-  [[nodiscard]] bool first() const;  ///< the rank that reads the command line, and reports
+  [[nodiscard]] bool first() const;  ///< whether this is the rank that reads the command line and reports
   [[nodiscard]] int size() const;    ///< number of ranks
-  /// What the others do: they wait for runs of the first, and take part. @returns the exit code; ends all ranks if this one fails
+  /// Called on the other ranks: takes part in the runs of the first until it ends. @returns the exit code; ends all ranks if this one fails
   int serve();
   /// run_case(), with all ranks.
   RunResult run(const Case& c, RunOptions options);
-  /// The first rank ends: the others end, too, at once if they wait in a step for a rank that failed. @param exit_code  of this rank
+  /// Called when the first rank ends: ends the others, at once if they wait in a step for a rank that failed. @param exit_code  of this
+  /// rank
   void close(int exit_code);
 
  private:
@@ -33,13 +34,13 @@ class Session {
   std::unique_ptr<Group> group_;  ///< null: one rank
 };
 
-/// That of this program.
+/// The ranks of this program.
 Session& session();
 
 /// @throws ConfigError if this program cannot be started as so many ranks
 void require_mpi(int ranks);
 
-/// Starts this command again as several ranks, in place of this process, without its option --ranks.
+/// Replaces this process by the same command on several ranks, without its option --ranks.
 /// @throws ConfigError if that is not possible
 [[noreturn]] void become_ranks(int ranks);
 

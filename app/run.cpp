@@ -32,7 +32,7 @@ void run(const RunArguments& arguments) {
   const Case spec = read_case(arguments.input.file, arguments.input.overrides);
   require_feasible(estimate(spec), arguments.any_size ? std::numeric_limits<double>::infinity() : physical_memory_bytes());
 
-  listen_to_signals();  // before anything is printed: nobody may read it
+  listen_to_signals();  // before anything is printed, because stdout may be closed
   print_advice(spec);
   RunOptions options;
   options.out = arguments.out.empty() ? std::filesystem::path("out") / arguments.input.file.stem() : arguments.out;

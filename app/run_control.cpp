@@ -16,14 +16,14 @@ namespace mpm::app {
 
 namespace {
 
-/// SIGINT, SIGTERM, SIGUSR2 and SIGHUP ask for a checkpoint and an end at the next sample; SIGUSR1 asks for a checkpoint only.
+/// SIGINT, SIGTERM, SIGUSR2 and SIGHUP request a checkpoint and the end at the next sample; SIGUSR1 requests only a checkpoint.
 std::atomic<int> stop_signal{0};
 std::atomic<long long> stop_asked_at{0};  ///< ms on the monotonic clock
 std::atomic<bool> checkpoint_wanted{false};
 static_assert(std::atomic<int>::is_always_lock_free && std::atomic<long long>::is_always_lock_free, "set in a signal handler");
 
 /// A second request ends the process at once, but one that follows within a second is the same request: `timeout` and some batch
-/// systems signal the process and then its whole group, and the checkpoint must not be lost to that.
+/// systems signal the process and then its whole group, which must not prevent the checkpoint.
 void ask_to_stop(int number) {
   constexpr long long same_request = 1000;  // ms
   timespec t{};
@@ -85,11 +85,11 @@ void ProgressLine::finish() {
 void listen_to_signals() {
   std::signal(SIGINT, ask_to_stop);
   std::signal(SIGTERM, ask_to_stop);
-  std::signal(SIGUSR2, ask_to_stop);  // mpirun passes it on, and does not kill after it
+  std::signal(SIGUSR2, ask_to_stop);  // mpirun passes it on, and does not kill afterwards
   std::signal(SIGUSR1, ask_for_checkpoint);
-  if (std::signal(SIGHUP, ask_to_stop) == SIG_IGN) std::signal(SIGHUP, SIG_IGN);  // nohup asks to go on without the terminal
-  std::signal(SIGXFSZ, SIG_IGN);  // a file beyond the limit is then an error of write(), with its message
-  std::signal(SIGPIPE, SIG_IGN);  // a closed pipe of the progress is no reason to end
+  if (std::signal(SIGHUP, ask_to_stop) == SIG_IGN) std::signal(SIGHUP, SIG_IGN);  // under nohup the run continues without the terminal
+  std::signal(SIGXFSZ, SIG_IGN);                                                  // a file beyond the limit then gives an error of write()
+  std::signal(SIGPIPE, SIG_IGN);                                                  // a closed pipe must not end the run
 }
 
 Request pending_request() {

@@ -1,5 +1,5 @@
 #pragma once
-/// What the commands that compute share: the progress line, and signals that ask for a checkpoint or an end.
+/// Common parts of the commands that compute: the progress line, and signals that request a checkpoint or the end.
 
 #include <chrono>
 #include <string>
@@ -8,7 +8,7 @@
 
 namespace mpm::app {
 
-/// Progress on stderr: one line that is rewritten on a terminal, plain lines now and then elsewhere.
+/// Progress on stderr: one line that is rewritten on a terminal, otherwise plain lines at intervals.
 class ProgressLine {
  public:
   ProgressLine();
@@ -17,7 +17,7 @@ class ProgressLine {
   ~ProgressLine() { finish(); }
 
   void operator()(const Progress& p);
-  /// Ends the line that is shown.
+  /// Ends the current line.
   void finish();
 
  private:
@@ -30,20 +30,19 @@ class ProgressLine {
 /// A time as 12:34, as 1:23:45 from an hour on, in days from four days on, in years from two years on. @param seconds s
 std::string clock_text(double seconds);
 
-/// Prints a message to stderr. A message that cannot be written (the log's disk is full, the terminal is gone) must not end a run that can
-/// continue.
+/// Prints a message to stderr. If that fails (the disk of the log is full, the terminal is closed), the run continues.
 void say(const std::string& text);
 
 /// Prints the advice about a case (driver/advice.hpp) to stderr, one line each: "warning: what: why; remedy".
 void print_advice(const Case& spec);
 
-/// From now on SIGINT, SIGTERM, SIGUSR2 and the end of the terminal (SIGHUP, unless it is ignored) ask for a checkpoint and an end at the
-/// next sample; SIGUSR1 asks for a checkpoint only. A closed pipe and the limit on file sizes are errors of the write, and do not end the
+/// From now on SIGINT, SIGTERM, SIGUSR2 and the end of the terminal (SIGHUP, unless it is ignored) request a checkpoint and the end at the
+/// next sample; SIGUSR1 requests only a checkpoint. A closed pipe and the limit on file sizes give errors of the write, and do not end the
 /// process.
 void listen_to_signals();
 /// The request since the last call; for RunOptions::poll.
 Request pending_request();
-/// Ends the process by the signal that asked for the end, so that its parent sees that it was stopped.
+/// Ends the process by the signal that stopped it, so that its parent can detect that.
 [[noreturn]] void end_by_signal();
 
 }  // namespace mpm::app

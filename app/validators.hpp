@@ -1,5 +1,5 @@
 #pragma once
-/// Ranges of numbers on the command line. CLI11's own let NaN pass, and print the largest double in full.
+/// Ranges of numbers on the command line. Those of CLI11 accept NaN, and print the largest double with all digits.
 
 #include <fmt/format.h>
 

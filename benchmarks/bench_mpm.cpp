@@ -1,5 +1,5 @@
-/// The benchmarks: kernels alone and whole steps. Names: kernel/problem/particles/threads. Without --benchmark_filter a default set runs,
-/// in a few minutes; --benchmark_filter=. runs all, --benchmark_list_tests shows them. Every result that was timed is checked, outside the
+/// The benchmarks: single kernels and whole steps. Names: kernel/problem/particles/threads. Without --benchmark_filter a default set runs,
+/// in a few minutes; --benchmark_filter=. runs all, --benchmark_list_tests shows them. Every timed result is checked, outside the
 /// timed region.
 
 #include <benchmark/benchmark.h>
@@ -29,8 +29,9 @@ namespace {
 
 using Clock = std::chrono::steady_clock;
 
-constexpr int repetitions = 9;                ///< medians of at least nine
-constexpr std::size_t steady_work = 2 << 20;  ///< particles a repetition handles at least, so that it lasts long against the clock
+constexpr int repetitions = 9;  ///< medians of at least nine
+constexpr std::size_t steady_work =
+    2 << 20;  ///< fewest particles of a repetition, so that its time is long compared with the clock's resolution
 
 double seconds_of(const std::function<void()>& work) {
   const auto start = Clock::now();
@@ -42,7 +43,7 @@ std::string size_name(std::size_t particles) {
   return particles >= 1'000'000 ? fmt::format("{}M", (particles + 500'000) / 1'000'000) : fmt::format("{}k", (particles + 500) / 1000);
 }
 
-/// What is measured: bandwidth and arithmetic against the ceilings, and which of the two binds.
+/// Counters: bandwidth and arithmetic relative to the ceilings, and which of the two is the limit.
 void report(benchmark::State& bench, double seconds_per_pass, std::size_t particles, int threads, const Work& work) {
   const Ceilings& top = ceilings(threads);
   const double count = static_cast<double>(particles), ns = 1e9 * seconds_per_pass / count;
@@ -60,7 +61,7 @@ void report(benchmark::State& bench, double seconds_per_pass, std::size_t partic
   bench.SetLabel(memory_ns > arithmetic_ns ? "memory binds" : "arithmetic binds");
 }
 
-/// A kernel, ready to be run any number of times on the same data.
+/// A kernel that can be run any number of times on the same data.
 struct Bench {
   std::size_t particles = 0;
   Work work;
@@ -69,7 +70,7 @@ struct Bench {
   std::function<void()> check;  ///< after the last pass; throws if the result is wrong
 };
 
-/// Google Benchmark calls a benchmark once a repetition; the problem is built by the first.
+/// Google Benchmark calls a benchmark once for each repetition; the first call builds the problem.
 class Cache {
  public:
   template <class Make>
@@ -92,7 +93,7 @@ class Cache {
   std::shared_ptr<void> value_;
 };
 
-/// Runs at its first repetition only.
+/// Runs only at its first repetition.
 class Once {
  public:
   template <class F>
@@ -129,7 +130,7 @@ void run_kernel(benchmark::State& bench, const std::string& name, int threads, c
 
 constexpr double transfer_step = 2e-4;  ///< s
 
-/// A block and what the kernels did to it.
+/// A block and the result of the kernels.
 struct Kernel : Bench {
   explicit Kernel(Problem p) : problem(std::move(p)), options(transfer_options(problem.scene, transfer_step)) {
     particles = problem.state.grid.particle_count();
@@ -153,7 +154,7 @@ std::shared_ptr<Bench> scatter_bench(Problem problem, double per_cell) {
   return k;
 }
 
-/// With dt = 0: the particles get what the grid holds, and stay where they are, so that every pass is the same.
+/// With dt = 0 the particles get the grid's velocities and do not move, so that all passes are equal.
 std::shared_ptr<Bench> gather_bench(Problem problem, double per_cell) {
   auto k = kernel_on(std::move(problem));
   k->before = copy_particles(k->problem.state.grid);
@@ -179,7 +180,7 @@ std::shared_ptr<Bench> law_bench(std::size_t particles, LawRegime regime) {
   return k;
 }
 
-/// Puts the nodes' momenta back by a transfer before every pass.
+/// A transfer restores the nodes' momenta before every pass.
 std::shared_ptr<Bench> grid_bench(Problem problem, double per_cell) {
   auto k = kernel_on(std::move(problem));
   k->before = copy_particles(k->problem.state.grid);
@@ -217,16 +218,16 @@ std::shared_ptr<Bench> sort_bench(Problem problem) {
 
 // --- whole steps --------------------------------------------------------------------------------------------------------
 
-/// Steps are counted only if they keep the problem's shares. Every other step is done in parts: their nanoseconds (medians), and
-/// sum_over_step, the median of the sum of the parts over the median of the whole steps.
+/// Steps are counted only if the required fractions of particles yield and change cell. Every other step is done in parts: their
+/// nanoseconds (medians), and sum_over_step, the median of the sum of the parts over the median of the whole steps.
 void run_step(benchmark::State& bench, const std::string& name, int threads, const std::function<SteppedProblem()>& make) {
   omp_set_num_threads(threads);
   try {
     ceilings(threads);
     SteppedProblem& problem = *Cache::instance().get(name, [&] { return std::make_shared<SteppedProblem>(make()); });
-    Shares least{1.0, 1.0, 1.0}, sum;
+    Activity least{1.0, 1.0, 1.0}, sum;
     std::vector<double> whole, together, parts[5];
-    const auto note = [&](const Shares& s) {
+    const auto note = [&](const Activity& s) {
       least = {std::min(least.yielding, s.yielding), std::min(least.changing_cell, s.changing_cell),
                std::min(least.changing_block, s.changing_block)};
       sum.yielding += s.yielding;
@@ -271,7 +272,7 @@ void run_step(benchmark::State& bench, const std::string& name, int threads, con
   }
 }
 
-/// Processor time of this thread, which stops while another program has the core.
+/// Processor time of this thread, which excludes the time of other programs on the core.
 double thread_seconds() {
   timespec t{};
   clock_gettime(CLOCK_THREAD_CPUTIME_ID, &t);
@@ -318,9 +319,9 @@ void run_both_precisions(benchmark::State& bench, const std::string& name, const
       step_in_parts(first);
       step_in_parts(1 - first);
     }
-    const auto quantile = [](std::vector<double> v, double share) {
+    const auto quantile = [](std::vector<double> v, double fraction) {
       std::sort(v.begin(), v.end());
-      return v[static_cast<std::size_t>(share * static_cast<double>(v.size() - 1) + 0.5)];
+      return v[static_cast<std::size_t>(fraction * static_cast<double>(v.size() - 1) + 0.5)];
     };
     auto& counters = bench.counters;
     counters["particles"] = count;
@@ -347,7 +348,7 @@ void run_both_precisions(benchmark::State& bench, const std::string& name, const
 
 // --- whole runs ---------------------------------------------------------------------------------------------------------
 
-/// From start to end, with everything that is written; `run_over_step`: its speed over that of its steps alone.
+/// From start to end, including all files; `run_over_step`: its speed over that of its steps alone.
 void run_whole(benchmark::State& bench, std::size_t particles, int threads, Precision precision) {
   try {
     WholeRun run;
@@ -407,7 +408,7 @@ struct Registry {
 
 void run_ceiling(benchmark::State& bench, int threads) {
   const Ceilings& top = ceilings(threads);
-  for ([[maybe_unused]] auto _ : bench) bench.SetIterationTime(1.0);  // nothing to time here: the counters are the result
+  for ([[maybe_unused]] auto _ : bench) bench.SetIterationTime(1.0);  // not timed: the counters are the result
   bench.counters["stream_GB/s"] = 1e-9 * top.bytes_per_second;
   bench.counters["fma_GFLOP/s"] = 1e-9 * top.flops_per_second;
 }

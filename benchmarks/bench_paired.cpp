@@ -1,11 +1,11 @@
-/// One kernel on a small problem, run on demand: the regression tracker holds two of these, built from two source trees, and lets them
-/// run in turn, a few milliseconds each, so that both meet the same disturbances.
+/// One kernel on a small problem, run on demand: the regression tracker holds two of these, built from two source trees, and runs
+/// them in turn, a few milliseconds each, so that disturbances affect both equally.
 ///
 ///   bench_paired KERNEL PARTICLES          serves stdin: each line "N" runs N passes and answers "NANOSECONDS" of thread time, a particle
 ///   and pass bench_paired KERNEL PARTICLES --once   runs one pass inside measured_pass() and ends: for callgrind --toggle-collect
 ///   bench_paired --list                    the kernels
 ///
-/// One thread: its own processor time is then the clock, which does not run while another program has the core.
+/// It uses one thread and measures its processor time, which excludes the time of other programs on the core.
 
 #include <fmt/format.h>
 #include <omp.h>
@@ -82,7 +82,7 @@ Task step_task(std::size_t particles, Precision precision) {
   const double cell = 1.0 / std::round(1.0 / std::cbrt(8.0 * volume / static_cast<double>(particles)));
   auto p = std::make_shared<SteppedProblem>(reference_problem(cell, Regime::fully_yielding, precision));
   return {[=, steps = 0]() mutable {
-            constexpr int reseed_after = 150;  // the shares of the reference problem hold for twice as many
+            constexpr int reseed_after = 150;  // the reference problem keeps its fractions for twice as many
             if (++steps % reseed_after == 0) p->seed();
           },
           [=] {
@@ -117,7 +117,7 @@ double thread_seconds() {
 
 }  // namespace
 
-/// Its name is what callgrind toggles on.
+/// callgrind starts and stops counting at this function.
 __attribute__((noinline)) void measured_pass(const std::function<void()>& pass) { pass(); }
 
 namespace {

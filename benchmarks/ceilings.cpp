@@ -26,7 +26,7 @@ struct Free {
   void operator()(double* p) const { ::operator delete(p, huge_page); }
 };
 
-/// Three arrays of 128 MB: more than the share of a last-level cache that one virtual machine keeps to itself.
+/// Three arrays of 128 MB: more than the part of a last-level cache that one virtual machine has.
 double triad(int threads) {
   constexpr long count = 16L << 20;
   constexpr std::size_t bytes = count * sizeof(double);

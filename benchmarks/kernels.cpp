@@ -18,10 +18,10 @@ void gather(Grid& grid, const TransferOptions& options) {
 
 void apply_law(Grid& grid, const AnyMaterial& material, double dt) {
   const auto blocks = grid.occupied_blocks();
-  int faults = 0;
-#pragma omp parallel for schedule(dynamic, 2) reduction(+ : faults)
-  for (std::size_t i = 0; i < blocks.size(); ++i) faults += update_stress(grid, blocks[i], material, dt) ? 0 : 1;
-  if (faults > 0) throw std::runtime_error("the law gave a stress that is not finite");
+  int failures = 0;
+#pragma omp parallel for schedule(dynamic, 2) reduction(+ : failures)
+  for (std::size_t i = 0; i < blocks.size(); ++i) failures += update_stress(grid, blocks[i], material, dt) ? 0 : 1;
+  if (failures > 0) throw std::runtime_error("the law gave a stress that is not finite");
 }
 
 void sort(Grid& grid) {

@@ -1,5 +1,5 @@
 #pragma once
-/// The kernels of step() on all blocks, each to be timed alone. The step itself reports the time of its own phases (StepTimes).
+/// The kernels of step() on all blocks, to be timed separately. The step itself reports the time of its own phases (StepTimes).
 
 #include "problems.hpp"
 

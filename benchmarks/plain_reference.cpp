@@ -16,10 +16,10 @@ namespace {
 
 // A node sums some hundred terms in another order than the plain path: 1e-13 of the largest sum is a thousand roundings.
 constexpr double sum_tolerance = 1e-13;
-// v_p and dx C_p / 4 are weighted sums of node velocities, which are quotients of such sums; a light node's quotient is worse by the ratio
-// of masses, but its weight makes up for that.
+// v_p and dx C_p / 4 are weighted sums of node velocities, which are quotients of such sums; a light node's quotient has a larger error by
+// the ratio of masses, which its small weight compensates.
 constexpr double velocity_tolerance = 1e-12;
-// The accuracy asked of the law: 1e-12 max(|tau|, 2e-3 G).
+// The required accuracy of the law: 1e-12 max(|tau|, 2e-3 G).
 constexpr double law_tolerance = 1e-12, strain_floor = 2e-3;
 // A whole step: the velocity gradient's error dt 4/dx 1e-12 |v| is a strain error of about 1e-13 at 20 m/s, and K or G times that adds to
 // the law's own.
@@ -32,7 +32,7 @@ void expect_near(const char* what, std::uint64_t id, double value, double expect
     fail(fmt::format("{} of particle {} is {:.17g}, expected {:.17g}, allowed difference {:.3g}", what, id, value, expected, tolerance));
 }
 
-/// G, Pa; rho_0 c^2 for a fluid, which has none: the scale of a stress that counts as small.
+/// G, Pa; rho_0 c^2 for a fluid, which has no shear modulus: the scale below which a stress counts as small.
 double shear_modulus(const AnyMaterial& material) {
   return std::visit(
       [](const auto& law) {
@@ -273,7 +273,7 @@ void check_order(const Grid& grid, std::uint64_t particles) {
         for (int axis = 0; axis < 3; ++axis) {
           const double offset =
               p.position[axis] / grid.cell_size() - 4.0 * block.coordinate[static_cast<std::size_t>(axis)] - (cell >> 2 * axis & 3);
-          constexpr double tie = 1e-9;  // both neighbours of an exact tie are right
+          constexpr double tie = 1e-9;  // at an exact tie both neighbours are correct
           if (!(offset >= 0.5 - tie && offset <= 1.5 + tie))
             fail(fmt::format("particle {} is filed under a cell {:.3g} cells away", p.id, offset - 1.0));
         }

@@ -1,8 +1,8 @@
 #pragma once
-/// The method in its plainest form: one particle at a time, a dense grid, no lanes, no blocks, the law with double. What was timed is
-/// checked against it. It shares with the library the law's template and the boundaries' contact rule, which have tests of their own.
+/// The method in its plainest form: one particle at a time, a dense grid, no lanes, no blocks, the law with double. Timed results
+/// are checked against it. It uses the library's law templates and contact rule of boundaries, which have their own tests.
 ///
-/// Every check throws std::runtime_error with what differs and by how much.
+/// Every check throws std::runtime_error with the quantity that differs and the difference.
 
 #include <cstdint>
 #include <vector>
@@ -39,15 +39,15 @@ class PlainGrid {
 /// The scalar law on one particle.
 void apply_law_plainly(Particle& p, const AnyMaterial& material, double dt);
 
-/// The grid holds what particle_to_grid must make of the particles.
+/// Checks particle_to_grid: the grid against the particles.
 void check_scatter(const Grid& grid, const TransferOptions& options);
-/// The particles hold what update_nodes, gather (dt = 0: nothing moves) must make of `before`, the particles that particle_to_grid saw.
+/// Checks update_nodes and gather (dt = 0: no motion): the particles against `before`, the particles at particle_to_grid.
 void check_nodes_and_gather(const Problem& problem, const std::vector<Particle>& before, const TransferOptions& scattered);
-/// The particles hold what the law must make of `before` (same order).
+/// Checks the law: the particles against `before`, the particles before the update (same order).
 void check_law(const Problem& problem, const std::vector<Particle>& before, double dt);
-/// The particles hold what a whole step must make of `before` (any order).
+/// Checks a whole step: the particles against `before`, the particles before the step (any order).
 void check_step(const Problem& problem, const std::vector<Particle>& before, double dt, double time_before);
-/// Every particle is in the block and the cell of its base node, in the cell's run of the order, and none is lost or double.
+/// Checks the order: every particle is in the block and the cell of its base node, and none is lost or duplicate.
 void check_order(const Grid& grid, std::uint64_t particles);
 
 }  // namespace mpm::benchmarks

@@ -26,7 +26,7 @@ void for_each_cell(const Grid& grid, F&& f) {
 
 }  // namespace
 
-SteppedProblem::SteppedProblem(std::function<Problem()> make, const Shares& least, int most_steps)
+SteppedProblem::SteppedProblem(std::function<Problem()> make, const Activity& least, int most_steps)
     : make_(std::move(make)), least_(least), most_steps_(most_steps), problem_(make_()) {
   seed();
 }
@@ -39,9 +39,9 @@ void SteppedProblem::seed() {
   for (int n = 0; n < most_tries; ++n) {
     remember();
     step(problem_.state, problem_.scene, stable_time_step(problem_.state, problem_.scene));
-    if (reaches(shares())) return;
+    if (reaches(activity())) return;
   }
-  throw std::runtime_error("the problem does not reach the shares of yielding and moving particles that it is meant to have");
+  throw std::runtime_error("the problem does not reach the required fractions of yielding and moving particles");
 }
 
 void SteppedProblem::remember() {
@@ -49,7 +49,7 @@ void SteppedProblem::remember() {
   for_each_cell(problem_.state.grid, [&](const Particle& p, std::uint64_t cell) { before_[p.id] = {p.internal, cell}; });
 }
 
-Shares SteppedProblem::shares() const {
+Activity SteppedProblem::activity() const {
   std::uint64_t resting = 0, changing_cell = 0, changing_block = 0;
   for_each_cell(problem_.state.grid, [&](const Particle& p, std::uint64_t cell) {
     const Before& b = before_[p.id];
@@ -58,7 +58,7 @@ Shares SteppedProblem::shares() const {
 #pragma omp atomic
       ++sum;
     };
-    count(resting, p.internal == b.internal);  // not its opposite: few atomics where nearly all yield
+    count(resting, p.internal == b.internal);  // counts those at rest, because fewer atomics are needed if nearly all yield
     count(changing_cell, cell != b.cell);
     count(changing_block, cell >> 6 != b.cell >> 6);
   });
@@ -67,7 +67,7 @@ Shares SteppedProblem::shares() const {
           static_cast<double>(changing_block) / total};
 }
 
-bool SteppedProblem::reaches(const Shares& s) const { return s.yielding >= least_.yielding && s.changing_cell >= least_.changing_cell; }
+bool SteppedProblem::reaches(const Activity& s) const { return s.yielding >= least_.yielding && s.changing_cell >= least_.changing_cell; }
 
 Problem make_reference(double cell_size, Regime regime, Precision precision) {
   constexpr double middle = 2.0;  // m; above it nothing strains in the partly yielding problem
@@ -92,9 +92,9 @@ Problem make_reference(double cell_size, Regime regime, Precision precision) {
       gradient << 5.0, 0.0, 2.0, 0.0, 0.0, 0.0, 0.0, 0.0, -5.0;
     }
     if (regime == Regime::elastic) {
-      constexpr double share = 0.05;
-      v = share * v + Vec3(10.0, 0.0, 0.0);
-      gradient *= share;
+      constexpr double remaining = 0.05;
+      v = remaining * v + Vec3(10.0, 0.0, 0.0);
+      gradient *= remaining;
     }
     Eigen::Map<Vec3>(p.velocity) = v;
     Eigen::Map<Mat3>(p.affine) = gradient;
@@ -106,12 +106,12 @@ Problem make_reference(double cell_size, Regime regime, Precision precision) {
 
 SteppedProblem reference_problem(double cell_size, Regime regime, Precision precision) {
   const bool all = regime == Regime::fully_yielding;
-  const Shares least = all ? Shares{.yielding = least_yielding, .changing_cell = least_changing_cell} : Shares{};
+  const Activity least = all ? Activity{.yielding = least_yielding, .changing_cell = least_changing_cell} : Activity{};
   return {[=] { return make_reference(cell_size, regime, precision); }, least, 200};
 }
 
 SteppedProblem avalanche_problem(std::size_t particles, Precision precision) {
-  return {[=] { return make_avalanche(particles, precision); }, Shares{}, 100};
+  return {[=] { return make_avalanche(particles, precision); }, Activity{}, 100};
 }
 
 }  // namespace mpm::benchmarks

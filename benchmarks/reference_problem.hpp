@@ -1,6 +1,6 @@
 #pragma once
-/// Moving problems for whole steps, and the reference problem among them: a problem that is stepped, watched, and seeded again when it
-/// leaves the state that the figures are stated for.
+/// Moving problems for whole steps, and the reference problem among them: a problem that is stepped, monitored, and seeded again when
+/// it leaves the state for which the results are valid.
 
 #include <cstdint>
 #include <functional>
@@ -11,8 +11,8 @@
 
 namespace mpm::benchmarks {
 
-/// What the particles did in one step, as shares of all.
-struct Shares {
+/// Fractions of the particles that yielded or changed cell in one step.
+struct Activity {
   double yielding = 0.0;       ///< the law's internal variable changed
   double changing_cell = 0.0;  ///< the base node changed
   double changing_block = 0.0;
@@ -21,29 +21,29 @@ struct Shares {
 class SteppedProblem {
  public:
   /// @param make        the problem at t = 0
-  /// @param least       shares that every counted step must reach
+  /// @param least       fractions that every counted step must reach
   /// @param most_steps  steps after which the problem is seeded again in any case
-  SteppedProblem(std::function<Problem()> make, const Shares& least, int most_steps);
+  SteppedProblem(std::function<Problem()> make, const Activity& least, int most_steps);
 
   Problem& problem() { return problem_; }
-  /// The problem at t = 0, then untimed steps until one reaches the least shares. @throws std::runtime_error if none of 200 does
+  /// The problem at t = 0, then untimed steps until one reaches the least fractions. @throws std::runtime_error if none of 200 does
   void seed();
 
-  /// One step that reaches the least shares. `one_step(problem, dt)` does exactly one step and times it itself: it is called again, after
-  /// seeding, when the step before missed a share; the last call counts. The bookkeeping of the shares is outside it.
-  /// @throws std::runtime_error if the shares are missed again and again
+  /// One step that reaches the least fractions. `one_step(problem, dt)` does exactly one step and times it itself: it is called again,
+  /// after seeding, if the previous step missed a fraction; the last call counts. Counting the particles is not part of it.
+  /// @throws std::runtime_error if the fractions are missed repeatedly
   template <class OneStep>
-  Shares counted_step(OneStep&& one_step) {
+  Activity counted_step(OneStep&& one_step) {
     for (int attempt = 0; attempt < most_attempts; ++attempt) {
       if (steps_ >= most_steps_) seed();
       remember();
       one_step(problem_, stable_time_step(problem_.state, problem_.scene));
       ++steps_;
-      const Shares s = shares();
+      const Activity s = activity();
       if (reaches(s)) return s;
       steps_ = most_steps_;
     }
-    throw std::runtime_error("the problem does not keep the shares of yielding and moving particles that it is meant to have");
+    throw std::runtime_error("the problem does not keep the fractions of yielding and moving particles that it must have");
   }
 
   [[nodiscard]] int seedings() const { return seedings_; }
@@ -51,11 +51,11 @@ class SteppedProblem {
  private:
   static constexpr int most_attempts = 4;
   void remember();
-  [[nodiscard]] Shares shares() const;
-  [[nodiscard]] bool reaches(const Shares& s) const;
+  [[nodiscard]] Activity activity() const;
+  [[nodiscard]] bool reaches(const Activity& s) const;
 
   std::function<Problem()> make_;
-  Shares least_;
+  Activity least_;
   int most_steps_, steps_ = 0, seedings_ = 0;
   Problem problem_;
   struct Before {
@@ -65,7 +65,7 @@ class SteppedProblem {
   std::vector<Before> before_;  // by identity number
 };
 
-/// How much of the reference block deforms plastically.
+/// Part of the reference block that deforms plastically.
 enum class Regime : std::uint8_t {
   elastic,          ///< p_c0 beyond reach; moves at 10 m/s along x, with a twentieth of the velocity gradient: strains stay small
   partly_yielding,  ///< the upper half moves with the speed of z = 2 m, without straining

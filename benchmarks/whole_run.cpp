@@ -25,7 +25,7 @@ double memory_line(const std::string& name) {
   return 0.0;
 }
 
-/// Sets the peak back to what the process holds now.
+/// Resets the peak to the present memory of the process.
 void forget_peak() { std::ofstream("/proc/self/clear_refs") << '5'; }
 
 class Folder {

@@ -1,5 +1,5 @@
 #pragma once
-/// A run from start to end into a folder, as users do it: with frames, series and checkpoints.
+/// A run from start to end into a folder, with frames, series and checkpoints.
 
 #include <cstddef>
 
@@ -7,14 +7,14 @@
 
 namespace mpm::benchmarks {
 
-/// What a run took.
+/// Time and memory of a run.
 struct WholeRun {
-  double start_up = 0.0;      ///< s, from the call until the first step may begin
+  double start_up = 0.0;      ///< s, from the call to the first step
   double seconds = 0.0;       ///< from the call to the end
-  double step_seconds = 0.0;  ///< of these, in steps
+  double step_seconds = 0.0;  ///< part of `seconds` in steps
   double particle_steps = 0.0;
   double particles = 0.0;   ///< at the end
-  double peak_bytes = 0.0;  ///< memory that the run needed beyond what the process held before
+  double peak_bytes = 0.0;  ///< memory of the run, without that of the process before it
 };
 
 /// The avalanche of examples/avalanche_fr3.toml on a coarser or finer grid, 0.2 s of flow, 5 frames, a checkpoint at the end; the default

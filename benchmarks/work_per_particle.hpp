@@ -1,15 +1,15 @@
 #pragma once
-/// Bytes and floating-point operations of one particle in one step, counted by hand from the code, here and nowhere else.
+/// Bytes and floating-point operations of one particle in one step, counted by hand from the code.
 ///
-/// Bytes: the least traffic with memory, every cache line counted once a kernel in each direction it has to go, as if a block's nodes
+/// Bytes: the least traffic with memory, every cache line counted once for each kernel and direction, as if a block's nodes
 /// (7 kB) stayed in cache while its particles are worked on. A written line is read before. c is the number of particles a cell; every
 /// cell has one node.
 ///   Particle: 3 lines of 64 bytes: position, volume, velocity, id | 8 of the affine matrix | its ninth, stress, internal variable.
 ///   Beside it: cell 1 byte, order 2 bytes. Node: 32 bytes.
 ///
 /// Operations: + - * / sqrt and comparisons that feed a result count one, a fused multiply-add two; selects, shuffles, loads count none.
-/// The transfers work on four components (three of momentum or velocity, one of mass) and are counted with all four, also where a
-/// component is only carried along: this is the share of the multiply-add units that is busy.
+/// The transfers work on four components (three of momentum or velocity, one of mass) and are counted with all four, even if a
+/// component is only copied: this gives the fraction of busy multiply-add units.
 
 namespace mpm::benchmarks {
 
@@ -70,13 +70,13 @@ constexpr Work grid_update_work(double c) { return {2.0 * node_bytes / c, 10.0 /
 
 /// Cells are read twice (collecting, counting) and the order is written (read + write). A migrant is read and written to the outbox
 /// (200 bytes, read + write), read from there and written into its new page (read + write), and its slot filled by the last particle.
-/// @param migrating share of the particles that change block
+/// @param migrating fraction of the particles that change block
 constexpr Work sort_work(double migrating) {
   return {2.0 + 4.0 + migrating * (particle_bytes + 3.0 * 200.0 + 2.0 * particle_bytes + 3.0 * particle_bytes), 0.0};
 }
 
-/// The whole step. The law works on lines that grid_to_particle has just brought into cache, so its bytes count no more.
-/// @param yielding share of the particles that yield; @param migrating share that changes block
+/// The whole step. The law works on lines that grid_to_particle has just loaded into the cache, so its bytes do not count again.
+/// @param yielding fraction of the particles that yield; @param migrating fraction that changes block
 constexpr Work step_work(double c, double yielding, double migrating) {
   const Work law = yielding * yielding_law_work() + (1.0 - yielding) * unyielding_law_work();
   return particle_to_grid_work(c) + grid_update_work(c) + grid_to_particle_work(c) + Work{0.0, law.flops} + sort_work(migrating);

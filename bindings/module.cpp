@@ -108,7 +108,7 @@ class Simulation {
   }
 
  private:
-  /// What the boundaries took, step by step.
+  /// Impulses on the boundaries in each step.
   struct History {
     std::vector<double> time, dt, force;
 

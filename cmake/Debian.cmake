@@ -1,7 +1,7 @@
-# The Debian package, from the three build trees of ./run package. Included in the tree of level 2, which also makes what is not compiled.
+# The Debian package, from the three build trees of ./run package. Included in the tree of level 2, which also provides the files that are not compiled.
 #   cpack --config build/package-v2/CPackConfig.cmake -B build/package
 set(generated ${PROJECT_BINARY_DIR}/packaging)
-# The maintainer: who distributes the package says so as for Debian's own tools. The project itself has no address for mail.
+# The maintainer: distributors set the environment variables of Debian's own tools. The project itself has no mail address.
 if(DEFINED ENV{DEBEMAIL})
   set(CPACK_PACKAGE_CONTACT "$ENV{DEBFULLNAME} <$ENV{DEBEMAIL}>")
 else()
@@ -13,7 +13,7 @@ add_custom_target(mpm_package_files ALL
           "-DCONTACT=${CPACK_PACKAGE_CONTACT}" -P ${PROJECT_SOURCE_DIR}/packaging/compress.cmake
   DEPENDS mpm-app VERBATIM)
 
-# What belongs to the package of the program; headers and static libraries are for those who build from source.
+# The package contains the program; headers and static libraries are for those who build from source.
 install(TARGETS mpm-app RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR} COMPONENT package)
 install(DIRECTORY ${generated}/man/ DESTINATION ${CMAKE_INSTALL_MANDIR}/man1 COMPONENT package)
 install(FILES ${generated}/completion/mpm DESTINATION ${CMAKE_INSTALL_DATADIR}/bash-completion/completions COMPONENT package)
@@ -43,7 +43,7 @@ set(CPACK_DEBIAN_PACKAGE_SECTION science)
 set(CPACK_DEBIAN_PACKAGE_PRIORITY optional)
 set(CPACK_DEBIAN_PACKAGE_SHLIBDEPS ON)
 set(CPACK_DEBIAN_PACKAGE_SHLIBDEPS_PRIVATE_DIRS ${PROJECT_BINARY_DIR}/app)
-set(CPACK_DEBIAN_PACKAGE_DEPENDS "python3 (>= 3.11)") # for the scripts; what they import is recommended
+set(CPACK_DEBIAN_PACKAGE_DEPENDS "python3 (>= 3.11)") # for the scripts; the packages that they import are recommended
 # For pictures, pages and the Python package; runs work without.
 set(CPACK_DEBIAN_PACKAGE_RECOMMENDS "python3-numpy, python3-scipy, python3-pandas, python3-matplotlib, python3-h5py, python3-jinja2")
 set(CPACK_DEBIAN_PACKAGE_CONTROL_EXTRA "${PROJECT_SOURCE_DIR}/packaging/postinst;${PROJECT_SOURCE_DIR}/packaging/prerm")
@@ -52,7 +52,7 @@ set(CPACK_DEBIAN_PACKAGE_SUGGESTS "paraview, slurm-client, bash-completion")
 set(CPACK_PACKAGING_INSTALL_PREFIX /usr)
 set(CPACK_INSTALL_DEFAULT_DIRECTORY_PERMISSIONS OWNER_READ OWNER_WRITE OWNER_EXECUTE GROUP_READ GROUP_EXECUTE WORLD_READ WORLD_EXECUTE)
 set(CPACK_STRIP_FILES ON)
-# One package out of the component `package` of this tree and the component `level` of each of the three.
+# One package from the component `package` of this tree and the component `level` of each of the three.
 cmake_path(GET PROJECT_BINARY_DIR PARENT_PATH builds)
 set(CPACK_INSTALL_CMAKE_PROJECTS "${PROJECT_BINARY_DIR};mpm;package;/" "${builds}/package-v2;mpm;level;/" "${builds}/package-v3;mpm;level;/"
     "${builds}/package-v4;mpm;level;/")

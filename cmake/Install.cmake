@@ -1,20 +1,20 @@
 # cmake --install: library, headers and CMake package; the command mpm; scripts, Python package and examples under share/mpm.
-# cmake --install --component core: the layer mpm::core alone, which a build needs the target mpm_core for and no other.
+# cmake --install --component core: only the layer mpm::core, which needs only the target mpm_core to be built.
 include(GNUInstallDirs)
 include(CMakePackageConfigHelpers)
 
-# Each layer is a component: find_package(mpm COMPONENTS core) asks for Eigen and OpenMP alone.
+# Each layer is a component: find_package(mpm COMPONENTS core) requires only Eigen and OpenMP.
 get_property(layers GLOBAL PROPERTY MPM_LAYERS)
 foreach(layer IN LISTS layers)
   string(REPLACE mpm_ "" component ${layer})
   install(TARGETS ${layer} EXPORT mpm-${component}-targets ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR} COMPONENT ${component}
           INCLUDES DESTINATION ${CMAKE_INSTALL_INCLUDEDIR})
-  get_property(rooms GLOBAL PROPERTY MPM_ROOMS_${component})
-  foreach(room IN LISTS rooms)
-    install(DIRECTORY libmpm/${room} DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/libmpm COMPONENT ${component} FILES_MATCHING PATTERN "*.hpp")
+  get_property(folders GLOBAL PROPERTY MPM_FOLDERS_${component})
+  foreach(folder IN LISTS folders)
+    install(DIRECTORY libmpm/${folder} DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/libmpm COMPONENT ${component} FILES_MATCHING PATTERN "*.hpp")
   endforeach()
 endforeach()
-if(TARGET mpm-app) # mpm-validate stays here: its cases and references are part of the sources
+if(TARGET mpm-app) # mpm-validate is not installed: its cases and references are part of the sources
   install(TARGETS mpm-app RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR})
 endif()
 install(DIRECTORY scripts python examples DESTINATION ${CMAKE_INSTALL_DATADIR}/mpm USE_SOURCE_PERMISSIONS PATTERN "__pycache__" EXCLUDE)

@@ -1,4 +1,4 @@
-# Run at build time: writes OUTPUT with the commit of SOURCE_DIR; leaves the file alone while the commit stays the same.
+# Run at build time: writes OUTPUT with the commit of SOURCE_DIR; does not change the file if the commit is the same.
 set(commit "unknown")
 find_package(Git QUIET)
 if(GIT_FOUND AND EXISTS ${SOURCE_DIR}/.git)

@@ -1,1 +1,1 @@
-// Nothing: the target is there for the headers that the layers above the core share.
+// Empty: the target exists for the precompiled headers of the layers above the core.

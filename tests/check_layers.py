@@ -1,10 +1,10 @@
 #!/usr/bin/python3
-"""Checks the arrows between the rooms of the library: reads every #include below libmpm/ and fails
+"""Checks the dependencies between the folders of the library: reads every #include below libmpm/ and fails
 
-- where a room includes one above it (the order is LAYERS below, as in libmpm/CMakeLists.txt),
-- where a room includes a library that its layer must not know,
+- if a folder includes one above it (the order is LAYERS below, as in libmpm/CMakeLists.txt),
+- if a folder includes a library that its layer must not use,
 - where headers and sources form a circle: a circle between files, a file being a header with its source,
-- where a room or a layer of libmpm/CMakeLists.txt is not listed here.
+- if a folder or a layer of libmpm/CMakeLists.txt is not listed here.
 
 usage: check_layers.py [SOURCE_DIR]    prints every violation as file:line: text; exit code 1 if there is one
 """
@@ -13,7 +13,7 @@ import pathlib
 import re
 import sys
 
-# From the bottom up. A layer: its name, its rooms in their order, and the libraries that it may include.
+# From the bottom up. A layer: its name, its folders in their order, and the libraries that it may include.
 LAYERS = (
     ("core", ("base", "material", "boundary", "core", "source"), {"Eigen", "omp.h"}),
     ("parallel", ("parallel",), {"Eigen", "omp.h"}),
@@ -63,23 +63,23 @@ def circles(graph):
 def violations(source_dir):
     library = source_dir / "libmpm"
     order, allowed = {}, {}
-    for _, rooms, libraries in LAYERS:
-        for room in rooms:
-            order[room] = len(order)
-            allowed[room] = libraries
+    for _, folders, libraries in LAYERS:
+        for folder in folders:
+            order[folder] = len(order)
+            allowed[folder] = libraries
     for folder in sorted(p for p in library.iterdir() if p.is_dir()):
         if folder.name not in order:
-            yield f"libmpm/{folder.name}: a room that {pathlib.Path(__file__).name} does not know; add it to LAYERS"
+            yield f"libmpm/{folder.name}: a folder that {pathlib.Path(__file__).name} does not list; add it to LAYERS"
     cmake = (library / "CMakeLists.txt").read_text(encoding="utf-8")
-    declared = [(name, tuple(rooms.split())) for name, rooms in re.findall(r"mpm_layer\((\w+) ROOMS ([\w ]+?) LINKS", cmake)]
-    expected = [(name, rooms) for name, rooms, _ in LAYERS]
+    declared = [(name, tuple(folders.split())) for name, folders in re.findall(r"mpm_layer\((\w+) FOLDERS ([\w ]+?) LINKS", cmake)]
+    expected = [(name, folders) for name, folders, _ in LAYERS]
     if declared != expected:
         yield f"libmpm/CMakeLists.txt: declares the layers {declared}, expected are {expected}"
 
     graph = {}
     for file in sorted(library.glob("*/*.?pp")):
-        room, place = file.parent.name, file.relative_to(source_dir)
-        unit = f"{room}/{file.stem}"
+        folder, place = file.parent.name, file.relative_to(source_dir)
+        unit = f"{folder}/{file.stem}"
         graph.setdefault(unit, set())
         for line, quoted, name in includes(file):
             where = f"{place}:{line}"
@@ -88,16 +88,16 @@ def violations(source_dir):
                 other = target.split("/")[0]
                 if not (library / target).is_file():
                     yield f"{where}: '{name}' does not exist"
-                elif order.get(other, 0) > order.get(room, 0):
-                    yield f"{where}: {room} includes {other}, which is above it"
+                elif order.get(other, 0) > order.get(folder, 0):
+                    yield f"{where}: {folder} includes {other}, which is above it"
                 if target.removesuffix(".hpp") != unit:
                     graph[unit].add(target.removesuffix(".hpp"))
             elif quoted and not (name == "mpm_commit.hpp" and unit == "driver/build_info"):
                 yield f"{where}: \"{name}\" is not included by its path from the top of the sources"
             else:
                 root = name.split("/")[0]
-                if root in LIBRARIES and root not in allowed.get(room, LIBRARIES):
-                    yield f"{where}: {room} includes {name}, a library that its layer must not know"
+                if root in LIBRARIES and root not in allowed.get(folder, LIBRARIES):
+                    yield f"{where}: {folder} includes {name}, a library that its layer must not use"
     for circle in circles({unit: {o for o in others if o in graph} for unit, others in graph.items()}):
         yield "circle: " + " <-> ".join(circle)
 

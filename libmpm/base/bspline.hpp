@@ -24,7 +24,7 @@ inline BsplineWeights<T> bspline_weights(const T& f) {
   return {0.5 * a * a, 0.75 - b * b, 0.5 * c * c};
 }
 
-/// Node index of the first of the three nodes; at the exact tie both neighbours are right (N there joins smoothly).
+/// Node index of the first of the three nodes; at an exact tie either choice is correct, because N is smooth there.
 inline std::int32_t base_node(double grid_coordinate) { return static_cast<std::int32_t>(std::floor(grid_coordinate - 0.5)); }
 
 }  // namespace mpm

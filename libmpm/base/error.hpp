@@ -1,6 +1,6 @@
 #pragma once
-/// The library never prints and never exits; it throws one of these. The three kinds a user can
-/// act on are kept apart because the remedy differs: edit the case, make the run stable, free the disk.
+/// The library never prints and never exits; it throws one of these. A user can act on
+/// three kinds of error, each with its own remedy: edit the case, make the run stable, free the disk.
 /// No exception crosses an OpenMP region: parallel loops record the error and the caller throws.
 
 #include <stdexcept>
@@ -10,8 +10,8 @@ namespace mpm {
 
 /// Exit codes of every program of the project.
 enum class ExitCode : int {
-  ok = 0,        ///< the command did what was asked
-  failed = 1,    ///< a validation or a comparison did not hold
+  ok = 0,        ///< success
+  failed = 1,    ///< a validation or a comparison failed
   usage = 2,     ///< command line or case file
   unstable = 3,  ///< NaN, inverted element, collapsed time step
   io = 4,        ///< file system
@@ -34,7 +34,7 @@ struct ConfigError : Error {
   /// @param what  the message
   explicit ConfigError(const std::string& what) : Error(ExitCode::usage, what) {}
 };
-/// The computation left the range in which it means anything; names particle, position and time.
+/// The computation became unstable; the message names particle, position and time.
 struct UnstableError : Error {
   /// @param what  the message
   explicit UnstableError(const std::string& what) : Error(ExitCode::unstable, what) {}

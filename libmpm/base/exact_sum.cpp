@@ -10,7 +10,7 @@ namespace {
 
 constexpr int digit_bits = 32;
 constexpr int lowest = -256;                                         ///< exponent of the lowest bit
-constexpr int limit = lowest + digit_bits * (ExactSum::digits - 2);  ///< of addends: two digits are left for the sum to grow
+constexpr int limit = lowest + digit_bits * (ExactSum::digits - 2);  ///< of addends; two digits remain for the growth of the sum
 constexpr std::uint64_t low_digit = (std::uint64_t{1} << digit_bits) - 1;
 constexpr int exponent_bias = 1075, mantissa_bits = 52;  ///< of a double as an integer times a power of two
 
@@ -67,7 +67,7 @@ double ExactSum::value() const {
   std::size_t top = digits;
   while (top > 0 && d[top - 1] == 0) --top;
   if (top == 0) return 0.0;
-  // the first 64 bits, with a last one that says whether more follow: their conversion rounds as that of all would
+  // the first 64 bits, the last of which is set if any lower bit is set: they round to the same double as all bits
   const auto at = [&](std::size_t below_top) {
     return below_top > top ? std::uint64_t{0} : static_cast<std::uint64_t>(d[top - below_top]);
   };

@@ -1,12 +1,12 @@
 #pragma once
-/// Steps that must go on after an exception: for other processes that wait, or across a library written in C.
+/// Keeps an exception while work continues: because other processes wait, or a library written in C is on the call stack.
 
 #include <exception>
 #include <utility>
 
 namespace mpm {
 
-/// Keeps the first exception, and does nothing more after it.
+/// Keeps the first exception and skips all calls after it.
 class FirstError {
  public:
   /// Calls f unless an earlier call has thrown.
@@ -19,7 +19,7 @@ class FirstError {
       error_ = std::current_exception();
     }
   }
-  /// @throws the exception that was kept, if there is one
+  /// Rethrows the exception, if there is one.
   void rethrow() const {
     if (error_) std::rethrow_exception(error_);
   }

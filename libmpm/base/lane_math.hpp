@@ -1,5 +1,5 @@
 #pragma once
-/// exp, log and their kin for the number types of lanes.hpp.
+/// exp, log, expm1, log1p and sinh for the number types of lanes.hpp.
 
 #include <array>
 #include <cmath>
@@ -106,7 +106,7 @@ inline constexpr auto inverse_factorials = [] {
 constexpr double inverse_factorial(int n) { return inverse_factorials[static_cast<std::size_t>(n)]; }
 }  // namespace detail
 
-/// exp, log, and the three that keep relative precision however small the argument: expm1(x) = e^x - 1, log1p(x) = log(1 + x), sinh(x).
+/// exp, log, and three that keep relative precision for any small argument: expm1(x) = e^x - 1, log1p(x) = log(1 + x), sinh(x).
 /// In lanes a truncated power series (truncation below 1e-16 of the value inside the stated radius, 1e-8 in single precision) serves small
 /// arguments; libmvec is called only if some lane is outside the radius.
 /// @{

@@ -6,7 +6,7 @@
 
 namespace mpm {
 
-/// Two registers side by side. A law is one long chain of operations that wait for each other; two independent groups in one stream of
+/// Two registers side by side. A law is one long chain of dependent operations; two independent groups in one stream of
 /// instructions hide each other's latency (measured: the yielding law takes a quarter less time, benchmarks/README.md).
 template <OneRegister V>
 struct PairOf {
@@ -20,7 +20,7 @@ using SinglePair = PairOf<SingleLanes>;  ///< thirty-two floats, or sixteen wher
 template <>
 inline constexpr bool is_single<SinglePair> = true;
 
-/// What a comparison of pairs gives.
+/// Result of a comparison of pairs.
 template <class M>
 struct MaskPairOf {
   M a, b;  ///< of the lower lanes and of the upper ones

@@ -22,7 +22,7 @@ namespace mpm {
 /// One number in all lanes of one register.
 template <class V>
 concept OneRegister = std::same_as<V, Lanes> || std::same_as<V, HalfLanes> || std::same_as<V, SingleLanes>;
-/// double or float: what the lanes of a V are.
+/// Type of the lanes of a V: double or float.
 template <OneRegister V>
 using ScalarOf = std::conditional_t<std::same_as<V, SingleLanes>, float, double>;
 
@@ -60,7 +60,7 @@ inline SingleQuad narrow(HalfLanes a) {
 /// Whether a T computes in single precision.
 template <class T>
 inline constexpr bool is_single = std::same_as<T, SingleLanes>;
-/// A number that a T needs another value of in single precision: a tolerance, the order of a series.
+/// A constant that depends on the precision of T, such as a tolerance or the order of a series.
 template <class T, class Value>
 constexpr Value by_precision(Value in_double, Value in_single) {
   return is_single<T> ? in_single : in_double;
@@ -84,7 +84,7 @@ struct MaskOf<SingleLanes> {
   using type = SingleLaneMask;
 };
 }  // namespace detail
-/// What a comparison of two T gives.
+/// Result of a comparison of two T.
 template <class T>
 using Mask = typename detail::MaskOf<T>::type;
 
@@ -94,7 +94,7 @@ inline T broadcast(double a) {
   return T{} + a;
 }
 
-/// How many numbers a T holds: 1, 4, 8, 16 or 32.
+/// Number of lanes of a T: 1, 4, 8, 16 or 32.
 template <class T>
 inline constexpr int lanes_of = std::same_as<T, double> ? 1 : static_cast<int>(sizeof(T) / (is_single<T> ? sizeof(float) : sizeof(double)));
 
@@ -222,7 +222,7 @@ inline SingleLanes sqrt(SingleLanes a) {
 }
 /// @}
 
-/// The nearest integers, ties to even; the smallest integer where a number is out of range or none.
+/// The nearest integers, ties to even; the smallest integer for a number out of range or NaN.
 inline SingleLaneMask nearest_integers(SingleLanes a) {
 #if defined(__AVX512F__)
   return reinterpret_cast<SingleLaneMask>(_mm512_maskz_cvtps_epi32(0xFFFF, reinterpret_cast<__m512>(a)));
@@ -236,7 +236,7 @@ inline SingleLaneMask nearest_integers(SingleLanes a) {
 #endif
 }
 
-/// Four integers as signed bytes, lane 0 lowest; what does not fit becomes the nearest that does.
+/// Four integers as signed bytes, lane 0 lowest; limited to the range of a byte.
 inline std::uint32_t saturated_bytes(HalfMask a) {
   const HalfMask low = a < -128 ? HalfMask{} - 128 : a, fits = low > 127 ? HalfMask{} + 127 : low;
   std::uint32_t bytes = 0;
@@ -251,7 +251,7 @@ inline std::uint64_t saturated_bytes(LaneMask a) {
   return saturated_bytes(HalfMask(half(a, 0))) | std::uint64_t{saturated_bytes(HalfMask(half(a, 1)))} << 32;
 #endif
 }
-/// The integers of a register as signed bytes: four in each word, lane 0 lowest; what does not fit becomes the nearest that does.
+/// The integers of a register as signed bytes: four in each word, lane 0 lowest; limited to the range of a byte.
 inline std::array<std::uint32_t, lanes_of<SingleLanes> / 4> saturated_bytes(SingleLaneMask a) {
   std::array<std::uint32_t, lanes_of<SingleLanes> / 4> words{};
 #if defined(__AVX512F__)

@@ -1,6 +1,6 @@
 #pragma once
-/// Bounds of what a case may ask for: wide enough for any laboratory or mountain, narrow enough that volumes, counts and energies stay far
-/// from overflow.
+/// Bounds of the values in a case: wide enough for any laboratory or mountain, and narrow enough that volumes, counts and energies cannot
+/// overflow.
 
 namespace mpm {
 

@@ -1,5 +1,5 @@
 #pragma once
-/// Values into bytes and back, for messages between processes of one program.
+/// Conversion of values to bytes and back, for messages between processes of one program.
 
 #include <cstddef>
 #include <cstring>
@@ -12,7 +12,7 @@
 
 namespace mpm {
 
-/// Bytes on their way.
+/// The bytes of a message.
 using Message = std::vector<std::byte>;
 
 /// Appends values to a message.
@@ -32,9 +32,9 @@ void put(Message& message, const T& value) {
 /// Reads a message from its beginning.
 class MessageReader {
  public:
-  /// @param bytes  outlive the reader
+  /// @param bytes  must outlive the reader
   explicit MessageReader(std::span<const std::byte> bytes) : rest_(bytes) {}
-  [[nodiscard]] bool at_end() const { return rest_.empty(); }  ///< nothing is left
+  [[nodiscard]] bool at_end() const { return rest_.empty(); }  ///< all has been read
   /// The next values. @throws Error if the message is too short: the ranks disagree, which is an error of this program
   template <class T>
   void get(std::span<T> values) {
@@ -50,14 +50,14 @@ class MessageReader {
     get(std::span<T>(&value, 1));
     return value;
   }
-  /// All that is left, as values.
+  /// The rest, as values.
   template <class T>
   std::vector<T> values() {
     std::vector<T> all(rest_.size() / sizeof(T));
     get(std::span(all));
     return all;
   }
-  /// All that is left, as text.
+  /// The rest, as text.
   std::string text() {
     std::string all(rest_.size(), '\0');
     get(std::span(all));

@@ -7,7 +7,7 @@
 ///       static void declare(Table& table) {
 ///         table.add("friction_angle_deg", &Parameters::friction_angle).degrees().range(1e-9, 89.0).required().text("Friction angle phi");
 ///       }
-///       void check(ParameterReport& report) const;  // optional: what has to hold between parameters
+///       void check(ParameterReport& report) const;  // optional: conditions between parameters
 ///     };
 ///
 /// The default is the member's initialiser. Case files, range checks (of a file and of a struct filled in C++), error messages and the
@@ -33,10 +33,10 @@
 
 namespace mpm {
 
-/// A parameter of an Owner, with the way to its value.
+/// A parameter of an Owner, with access to its value.
 template <class Owner>
 struct Parameter {
-  ParameterInfo info;                                              ///< what the user sees of it
+  ParameterInfo info;                                              ///< description for users
   std::function<std::optional<ParameterValue>(const Owner&)> get;  ///< empty: left out
   std::function<void(Owner&, const ParameterValue&)> set;          ///< the value has the right type
 
@@ -48,13 +48,13 @@ struct Parameter {
   Parameter& range(double low, double high) { return info.range = Range{low, high}, *this; }
   /// [low, high)
   Parameter& below(double low, double high) { return info.range = Range{low, high, false, true}, *this; }
-  /// Above 0, by a least value far below anything sensible: without it counts and quotients overflow.
+  /// Above 0. The least value is far below any useful one; it prevents overflow of counts and quotients.
   Parameter& positive(double high) { return range(1e-9, high); }
   /// The permitted words or whole numbers.
   Parameter& one_of(std::vector<std::string> choices) { return info.choices = std::move(choices), *this; }
-  /// What happens where the parameter is left out.
+  /// Effect of omitting the parameter.
   Parameter& left_out(std::string what) { return info.left_out = "left out: " + std::move(what), *this; }
-  /// Wherever it is used.
+  /// Required wherever the parameter is used.
   Parameter& required() { return info.required = Condition{}, *this; }
   /// Required in a file that does not have this table.
   Parameter& required_without_table(std::string table) {
@@ -77,14 +77,14 @@ struct Parameter {
   /// Not part of the hash of a case.
   Parameter& no_effect_on_results() { return info.affects_results = false, *this; }
 
-  /// Degrees outside, radians inside. Of the neighbours in degrees the one is written that reads back to the same radians.
+  /// Degrees outside, radians inside. The value in degrees is written so that it reads back to the same radians.
   Parameter& degrees() {
     constexpr double rad = std::numbers::pi / 180.0;
     get = [inner = get](const Owner& owner) -> std::optional<ParameterValue> {
       const auto value = inner(owner);
       if (!value) return std::nullopt;
       const double exact = std::get<double>(*value), degrees = exact / rad;
-      const double round = std::round(degrees * 1e9) / 1e9;  // as a person would have written it
+      const double round = std::round(degrees * 1e9) / 1e9;  // few digits, if these suffice
       for (const double candidate : {round, degrees, std::nextafter(degrees, -1e9), std::nextafter(degrees, 1e9)}) {
         if (candidate * rad == exact) return candidate;
       }
@@ -201,7 +201,7 @@ class ParameterTable {
         .one_of({"x", "y"});
   }
 
-  /// One permitted number, which is stored nowhere.
+  /// A constant: the only permitted number; it is not stored.
   Parameter<Owner>& add_constant(std::string name, int only) {
     return add(
                std::move(name), ParameterType::integer, [only](const Owner&) { return std::int64_t{only}; },
@@ -209,7 +209,7 @@ class ParameterTable {
         .one_of({std::to_string(only)});
   }
 
-  /// A parameter with its own way to its value. @param get  nothing where it is left out
+  /// A parameter with its own access functions. @param get  returns nothing if the parameter is left out
   Parameter<Owner>& add(std::string name, ParameterType type, std::function<std::optional<ParameterValue>(const Owner&)> get,
                         std::function<void(Owner&, const ParameterValue&)> set) {
     ParameterInfo info;
@@ -223,7 +223,7 @@ class ParameterTable {
   }
 
   /// A std::variant of structs with parameters: the parameter `name` says which of them it is, by their `name`s; then follow the parameters
-  /// of all, those that several share once. A parameter that not every alternative has is used with its own alternatives only.
+  /// of all; common ones appear once. A parameter of some alternatives is used with these only.
   template <class... P>
   void alternatives(const std::string& name, std::variant<P...> Owner::*member, std::string description) {
     const std::size_t first = all_.size() + 1;
@@ -267,7 +267,7 @@ class ParameterTable {
         p.get = [](const Owner&) { return std::nullopt; };
         p.set = [](Owner&, const ParameterValue&) {};
       } else {
-        share(p.info, inner.info, own);
+        merge(p.info, inner.info, own);
       }
       p.get = [member, get = inner.get, others = p.get](const Owner& owner) {
         const Q* q = std::get_if<Q>(&(owner.*member));
@@ -282,8 +282,8 @@ class ParameterTable {
     }
   }
 
-  /// One more alternative has a parameter that an earlier one has.
-  static void share(ParameterInfo& p, const ParameterInfo& other, const Condition::Test& own) {
+  /// Extends a parameter that an earlier alternative already has.
+  static void merge(ParameterInfo& p, const ParameterInfo& other, const Condition::Test& own) {
     p.used.tests.front().words.push_back(own.words.front());
     if (other.required) {
       if (p.required)
@@ -323,7 +323,7 @@ class CollectedProblems final : public ParameterReport {
 
 }  // namespace detail
 
-/// Checks the ranges of the table and what the owner's own `check` asks. @returns owner
+/// Checks the ranges of the table, and calls the owner's own `check`. @returns owner
 /// @throws ConfigError with all problems, one a line: "cohesion_beta = 1.5 is out of range; give a number in [0, 1)"
 template <class Owner>
 const Owner& checked(const Owner& owner) {

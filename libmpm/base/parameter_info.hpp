@@ -16,7 +16,7 @@ namespace mpm {
 /// A value as a user writes it; the alternative follows from ParameterType (text and choice: string; axes: list of strings).
 using ParameterValue = std::variant<bool, std::int64_t, double, std::string, Vec3, Mat3, std::vector<std::string>>;
 
-/// What a value is, and so how a file writes it.
+/// Type of a value; determines how a file writes it.
 enum class ParameterType {
   text,     ///< a string
   choice,   ///< one of a few strings
@@ -39,18 +39,18 @@ struct Range {
   bool operator==(const Range&) const = default;
 };
 
-/// When a parameter is used, or required: every test has to hold. Without tests: always.
+/// When a parameter is used, or required: all tests must hold. Without tests: always.
 struct Condition {
-  /// One thing that is looked at.
+  /// One test.
   struct Test {
-    std::string key;                 ///< parameter of the same table that is looked at
-    std::vector<std::string> words;  ///< it is one of these
-    std::optional<double> below;     ///< or a number below this
-    std::string table;               ///< with an empty key: this table is looked at
-    bool present = true;             ///< whether it has to be given, or to be absent
+    std::string key;                 ///< parameter of the same table that is tested
+    std::vector<std::string> words;  ///< permitted values, or
+    std::optional<double> below;     ///< upper limit of a number
+    std::string table;               ///< with an empty key: this table is tested
+    bool present = true;             ///< whether the table must be given, or must be absent
     bool operator==(const Test&) const = default;
   };
-  std::vector<Test> tests;  ///< all have to hold
+  std::vector<Test> tests;  ///< all must hold
 
   [[nodiscard]] bool always() const { return tests.empty(); }  ///< no test
   /// As a user reads it: feed = "window", [conveyor] and [obstacle], always
@@ -61,18 +61,18 @@ struct Condition {
 /// A parameter as a user sees it.
 struct ParameterInfo {
   std::string name;                            ///< with its unit, as in a file: cell_size_m
-  ParameterType type = ParameterType::number;  ///< what its value is
+  ParameterType type = ParameterType::number;  ///< type of its value
   std::string unit;                            ///< empty: dimensionless
   std::optional<Range> range;                  ///< of numbers; none: any finite number
   std::vector<std::string> choices;            ///< permitted words or whole numbers; empty: any
   std::string description;                     ///< one line for the reference of keys
-  std::optional<ParameterValue> preset;        ///< the default; none where it is left out
-  std::string left_out;                        ///< what happens when it is left out, where the default does not say it
-  Condition used;                              ///< where it is not used it is refused
-  std::optional<Condition> required;           ///< none: never; looked at where the parameter is used
+  std::optional<ParameterValue> preset;        ///< the default; none if it may be omitted
+  std::string left_out;                        ///< effect of omitting it, if the default does not show it
+  Condition used;                              ///< elsewhere it is refused
+  std::optional<Condition> required;           ///< none: never; tested if the parameter is used
   std::vector<std::string> excludes;           ///< parameters of the same table that set the same quantity: only one of them may be given
-  bool hidden_preset = false;   ///< not written while it has its default, so that a new parameter leaves old cases as they were
-  bool affects_results = true;  ///< part of the case's hash
+  bool hidden_preset = false;                  ///< not written while it has its default, so that older cases keep their hash
+  bool affects_results = true;                 ///< part of the case's hash
 };
 
 /// "a number in [0, 1) Pa", "one of "a", "b"": what a parameter accepts.
@@ -84,7 +84,7 @@ struct ParameterInfo {
 /// A value in a message, numbers with at most nine digits.
 [[nodiscard]] std::string value_text(const ParameterValue& value);
 
-/// What is wrong with a value of the right type ("is out of range", "is not a finite number"); empty if nothing is.
+/// The error of a value of the right type ("is out of range", "is not a finite number"); empty if nothing is.
 [[nodiscard]] std::string value_problem(const ParameterInfo& parameter, const ParameterValue& value);
 
 }  // namespace mpm

@@ -1,5 +1,5 @@
 #pragma once
-/// Where components report what is wrong with their parameters.
+/// Interface with which components report errors of their parameters.
 
 #include <algorithm>
 #include <string>
@@ -8,20 +8,20 @@
 
 namespace mpm {
 
-/// Where a component reports what is wrong with its parameters. Names are those of one table ("cfl"), or paths ("numerics.cfl", or a whole
+/// Receives the errors that a component finds in its parameters. Names are those of one table ("cfl"), or paths ("numerics.cfl", or a whole
 /// table "numerics") where a check spans several tables.
 class ParameterReport {
  public:
   virtual ~ParameterReport() = default;
   /// Whether a parameter was given, as opposed to left at its default.
   [[nodiscard]] virtual bool given(const std::string& name) const = 0;
-  /// Whether nothing is known to be wrong with it: a check that combines parameters makes sense only where all of them are sound.
+  /// Whether no error is known of a parameter. A check that combines parameters needs all of them to be valid.
   [[nodiscard]] virtual bool sound(const std::string& name) const = 0;
   /// @param text  continues a sentence that begins with the name: "= 3 is above ..., give at most 2"; of a table: with its brackets, and of
   ///              the whole file (an empty name): a sentence of its own
   virtual void problem(const std::string& name, const std::string& text) = 0;
 
-  /// Whether nothing is known to be wrong with any of these parameters.
+  /// Whether no error is known of any of these parameters.
   [[nodiscard]] bool all_sound(const std::vector<std::string>& names) const {
     return std::all_of(names.begin(), names.end(), [&](const std::string& name) { return sound(name); });
   }

@@ -1,12 +1,12 @@
 #pragma once
-/// How wide the numbers of a run's particles are.
+/// Precision of a run's particles.
 
 #include <cstdint>
 #include <string_view>
 
 namespace mpm {
 
-/// Of particles as they are stored, and of the arithmetic on them. Nodes, boundaries and sums are in double precision with both.
+/// Of the stored particles and of arithmetic on them. Nodes, boundaries and sums always have double precision.
 enum class Precision : std::uint8_t {
   double_precision,  ///< 192 bytes a particle
   single_precision,  ///< 96 bytes a particle

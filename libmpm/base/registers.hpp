@@ -1,5 +1,5 @@
 #pragma once
-/// The vector types of the kernels, and what GCC needs help with where a processor's registers are shorter than they are.
+/// The vector types of the kernels, and workarounds for GCC on processors whose registers are shorter.
 
 #include <cstdint>
 #include <type_traits>

@@ -1,5 +1,6 @@
 #pragma once
-/// 3x3 tensors over the number types of lanes.hpp: only what the laws need, among it the trial step in logarithmic (Hencky) strain.
+/// 3x3 tensors over the number types of lanes.hpp: the operations that the laws need, including the trial step in logarithmic (Hencky)
+/// strain.
 
 #include <limits>
 
@@ -63,7 +64,7 @@ inline Sym3<T> square(const Sym3<T>& a) {
           a.xy * (a.xx + a.yy) + a.xz * a.yz,      a.xz * (a.xx + a.zz) + a.xy * a.yz,      a.yz * (a.yy + a.zz) + a.xy * a.xz};
 }
 
-/// Strain split into its trace and its deviator: what the laws work with, and what keeps the series below short.
+/// Strain split into its trace and its deviator: the laws use both, and the series below need fewer terms.
 template <LaneNumber T>
 struct HenckyStrain {
   T volumetric;      ///< tr eps, expansion positive
@@ -171,7 +172,7 @@ inline __attribute__((always_inline)) HenckyStrain<T> half_log_identity_plus(con
 }
 
 /// Trial elastic strain: eps_tr = 1/2 log(f b_e f^T) with f = I + dl and b_e = exp(2 eps).
-/// Coded with what differs from the identity only: B = b_e - I, P = dl + dl B, f b_e f^T - I = B + P + P^T + P dl^T.
+/// Coded with the differences from the identity only: B = b_e - I, P = dl + dl B, f b_e f^T - I = B + P + P^T + P dl^T.
 /// NaN in a lane where det f <= 0 (an inverted point; b_e alone would not show it).
 /// @param dl  dt * velocity gradient, dimensionless
 template <LaneNumber T>
@@ -196,10 +197,10 @@ inline __attribute__((always_inline)) HenckyStrain<T> hencky_trial(const HenckyS
     const T xx = 1.0 + l[0][0], yy = 1.0 + l[1][1], zz = 1.0 + l[2][2];
     const T det =
         xx * (yy * zz - l[1][2] * l[2][1]) - l[0][1] * (l[1][0] * zz - l[1][2] * l[2][0]) + l[0][2] * (l[1][0] * l[2][1] - yy * l[2][0]);
-    const T fault = select(det > 0.0, T{}, broadcast<T>(std::numeric_limits<double>::quiet_NaN()));
-    trial.volumetric += fault;
-    trial.deviator.xx += fault, trial.deviator.yy += fault, trial.deviator.zz += fault;
-    trial.deviator.xy += fault, trial.deviator.xz += fault, trial.deviator.yz += fault;
+    const T invalid = select(det > 0.0, T{}, broadcast<T>(std::numeric_limits<double>::quiet_NaN()));
+    trial.volumetric += invalid;
+    trial.deviator.xx += invalid, trial.deviator.yy += invalid, trial.deviator.zz += invalid;
+    trial.deviator.xy += invalid, trial.deviator.xz += invalid, trial.deviator.yz += invalid;
   }
   return trial;
 }

@@ -1,5 +1,5 @@
 #pragma once
-/// B-spline weights of the nodes at a fixed place, for stencils that are made once.
+/// B-spline weights of the nodes at a fixed position, for stencils.
 
 #include <array>
 

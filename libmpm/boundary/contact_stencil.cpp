@@ -15,10 +15,10 @@ namespace {
 
 constexpr double rounding = 1e-9;           // cells
 constexpr double extended_from = 0.5;       // cells behind the surface: nearer nodes are held by the points
-constexpr double extended_to = 2.6;         // cells behind the surface: the support of what is before it ends there
-constexpr double ambiguous_distance = 0.5;  // cells: where two sides are as near, there is no one direction to extend along
+constexpr double extended_to = 2.6;         // cells behind the surface: end of the support of points before it
+constexpr double ambiguous_distance = 0.5;  // cells: between two sides of equal distance the direction to extend along is ambiguous
 
-constexpr double no_direction = 0.5;  // cells: nearer to the centre of a circle a node has no direction of its own
+constexpr double no_direction = 0.5;  // cells: closer to the centre of a circle the direction of a node is undefined
 
 /// A point of the surface, in cells.
 struct SurfacePoint {
@@ -51,7 +51,7 @@ std::vector<SurfacePoint> points_of_polygon(const Outline& outline, double cell_
     sides.push_back({static_cast<int>(points.size()), count});
     for (int i = 0; i < count; ++i) points.push_back({from + (i + 0.5) / count * along, side.normal});
   }
-  constexpr int fewest = 3;  // a side of less has no inner point to compare its ends with
+  constexpr int fewest = 3;  // a side with fewer points has no inner point to compare its ends with
   for (std::size_t s = 0; s < sides.size(); ++s) {
     const Points &side = sides[s], &before = sides[(s + sides.size() - 1) % sides.size()], &after = sides[(s + 1) % sides.size()];
     if (side.count < fewest) continue;
@@ -65,14 +65,14 @@ std::vector<SurfacePoint> points_of_polygon(const Outline& outline, double cell_
   return points;
 }
 
-/// Makes rows of points and nodes; where there are mirror planes, replaces what lies behind them by its image.
+/// Makes rows of points and nodes; with mirror planes, replaces points and nodes behind them by their images.
 class StencilBuilder {
  public:
   /// @param circle  the outline, in cells; empty for a polygon
   StencilBuilder(std::optional<Circle> circle, bool mirror_x, bool mirror_y) : circle_(circle), mirror_{mirror_x, mirror_y} {}
 
   [[nodiscard]] bool computed(const Vec2& at) const { return (!mirror_[0] || at.x() > -rounding) && (!mirror_[1] || at.y() > -rounding); }
-  /// Where the computed part has what is at a place.
+  /// The image of a position in the computed part.
   [[nodiscard]] Vec2 image(const Vec2& at) const {
     return {mirror_[0] ? std::abs(at.x()) : at.x(), mirror_[1] ? std::abs(at.y()) : at.y()};
   }
@@ -92,7 +92,7 @@ class StencilBuilder {
     int at[2] = {x, y};
     for (int axis = 0; axis < 2; ++axis) {
       if (!mirror_[axis] || at[axis] > 0) continue;
-      n[axis] = at[axis] == 0 ? 0.0 : -n[axis];  // on the plane material moves along it alone
+      n[axis] = at[axis] == 0 ? 0.0 : -n[axis];  // on the plane material moves only along it
       t[axis] = at[axis] == 0 ? 0.0 : -t[axis];
       at[axis] = -at[axis];
     }
@@ -112,7 +112,7 @@ class StencilBuilder {
   ContactStencil stencil;
 
  private:
-  /// Direction of the present row at a node: that of the row, or for a point on a circle that of the node's own place.
+  /// Direction of the present row at a node: that of the row, or for a point on a circle that at the node's own position.
   [[nodiscard]] Vec2 direction_at(const Vec2& node) const {
     if (!circle_ || stencil.rows.back().kind != ContactRow::Kind::surface) return normal_;
     const Vec2 from_centre = node - circle_->centre;
@@ -154,9 +154,9 @@ void add_columns(StencilBuilder& builder, const OutlineDistance& distance, doubl
     const Vec2 inwards = builder.image(Vec2(p.at[0] - std::round(p.normal.x()), p.at[1] - std::round(p.normal.y())));
     const std::array<int, 2> at = {static_cast<int>(inwards.x()), static_cast<int>(inwards.y())};
     const auto inner = std::ranges::find(places, at, &Place::at);
-    if (inner == places.end() || inner->depth < p.depth + rounding) continue;  // too narrow to have an inside
+    if (inner == places.end() || inner->depth < p.depth + rounding) continue;  // too narrow for an inner column
     columns.back().inner = static_cast<int>(inner - places.begin());
-    columns.back().share = strip(p.depth) / strip(inner->depth);
+    columns.back().largest = strip(p.depth) / strip(inner->depth);
   }
 }
 

@@ -1,14 +1,15 @@
 #pragma once
-/// Contact of a vertical solid in the plane of one layer of grid nodes: where on its surface the contact acts, and on which nodes.
+/// Contact of a vertical solid in the plane of one layer of grid nodes: the points of its surface at which contact acts, and the nodes on
+/// which it acts.
 ///
 /// A nodal rule ("a node inside the solid obeys its nearest face") moves the surface to the nodes, and is of first order. Here the surface
-/// stays where it is. The velocity of the material at a point s of the surface is u = sum_k g_k v_k with the B-spline weights g_k of the
-/// nodes k at s; contact demands u.n >= 0 there, and an impulse lambda <= 0 along the row sum_k g_k n of the nodes brings it about:
-/// v_k -= g_k n lambda / m_k. Points of a straight side stand one cell apart, so that there are as many conditions as nodes along it.
-/// On a curved surface n is the normal at the node's own place, n_k: a flow along a circle has v_k.n_k = 0 at every node. With the normal
-/// of the point at all nodes a flow that speeds up along the surface would count as an approach, dv/ds sigma^2/R, and be pushed off. Points
-/// of a circle stand half a cell apart: where a flow leaves is then not tied to the places of the points (one per cell: force on a cylinder
-/// in a jet by 8 % from one place of the grid to another; two: by 4 %; three and four change it by less than 1 %).
+/// keeps its position. The velocity of the material at a point s of the surface is u = sum_k g_k v_k with the B-spline weights g_k of the
+/// nodes k at s; contact requires u.n >= 0 there, which an impulse lambda <= 0 along the row sum_k g_k n of the nodes achieves:
+/// v_k -= g_k n lambda / m_k. Points of a straight side are one cell apart, so that there are as many conditions as nodes along it.
+/// On a curved surface n is the normal at the node's own position, n_k: a flow along a circle has v_k.n_k = 0 at every node. With the
+/// normal of the point at all nodes a flow that speeds up along the surface would count as an approach, dv/ds sigma^2/R, and be pushed off.
+/// Points of a circle are half a cell apart: the place where a flow separates then does not depend on the points (one per cell: force on a
+/// cylinder in a jet by 8 % from one place of the grid to another; two: by 4 %; three and four change it by less than 1 %).
 ///
 /// A plane of nodes that lies on the surface has three rows of nodes with weights 1/8, 3/4, 1/8; the contact condition
 /// constrains only their weighted sum. The extension condition removes the remaining freedom: the normal velocity is extrapolated linearly
@@ -16,13 +17,13 @@
 /// exact mirror image, v_0.n = 0, v_-1.n = -v_1.n.
 ///
 /// The end points of a side also act on nodes beyond the edge. Where a flow leaves an edge, the pressure on the side falls to zero like the
-/// square root of the distance s from it (Kirchhoff's plate: p = rho U^2/2 (1 - tau^2), and s ~ (1 - tau)^2). Each point stands for a strip
-/// of the side as wide as the points are apart, so that the last one takes edge_share = int_0^1 sqrt(s) ds / int_1^2 sqrt(s) ds =
+/// square root of the distance s from it (Kirchhoff's plate: p = rho U^2/2 (1 - tau^2), and s ~ (1 - tau)^2). Each point represents a strip
+/// of the side, as wide as the distance of the points, so that the last one takes edge_ratio = int_0^1 sqrt(s) ds / int_1^2 sqrt(s) ds =
 /// 1/(2 sqrt(2) - 1) of the impulse of the next one, wherever the edge lies between the nodes.
 ///
-/// The sides are vertical, so that the conditions of one layer of nodes do not touch another: a stencil is made once and serves them all.
+/// The sides are vertical, so that the conditions of the layers of nodes are independent: one stencil serves all layers.
 ///
-/// The top acts on columns of nodes (core/folded_wall.hpp). A column stands for the strip of the top within half a cell of it. The last
+/// The top acts on columns of nodes (core/folded_wall.hpp). A column represents the strip of the top within half a cell of it. The last
 /// columns before an edge, those less than half a cell from it on either side, are bounded by the same law: a column at a distance d
 /// inside the edge takes at most the integral of sqrt(s) over its strip, d - 1/2 .. d + 1/2, over that of the next column inwards.
 
@@ -37,17 +38,17 @@ namespace mpm {
 
 /// One condition on the velocities of a layer's nodes.
 struct ContactRow {
-  /// surface: no approach at a point, an impulse of one sign; extension: the normal velocity goes on linearly, an impulse of either sign.
+  /// surface: no approach at a point, an impulse of one sign; extension: the normal velocity continues linearly, an impulse of either sign.
   enum class Kind { surface, extension } kind = Kind::surface;  ///< which of them
   std::size_t first = 0, count = 0;                             ///< its entries
   Vec2 point = Vec2::Zero();                                    ///< m: on the surface, or the node that is extended to
   int inner = -1;       ///< for the end point of a side with at least three points: number of the neighbouring row; otherwise -1
   int round = -1;       ///< likewise: row of the end point of the adjacent side
-  int surface = -1;     ///< of an extension: the row of the surface before it, without whose contact there is nothing to extend
+  int surface = -1;     ///< of an extension: the row of the surface before it; the extension acts only while that row is in contact
   double copies = 1.0;  ///< 2 for a point on a mirror plane: it is its own image, and its impulse here is half of the whole
 };
 
-/// What one node takes part in a row with. Where a mirror plane maps two nodes onto one, the sum of both.
+/// Coefficients of one node in a row; their sum if a mirror plane maps two nodes onto one.
 struct ContactEntry {
   int node = 0;                 ///< number in ContactStencil::nodes
   Vec2 normal = Vec2::Zero();   ///< g n
@@ -60,11 +61,12 @@ struct ContactStencil {
   /// A node of the layer, in the frame of the grid.
   struct PlaneNode {
     std::array<int, 2> at{};  ///< grid coordinates x, y
-    double share = 1.0;       ///< of its mass that belongs to the computed part: a half on a mirror plane
+    double computed = 1.0;    ///< fraction of its mass in the computed part: a half on a mirror plane
   };
-  static constexpr double edge_share = 1.0 / (2.0 * std::numbers::sqrt2 - 1.0);  ///< impulse of an end point over that of the next one
-  static constexpr int points_on_circle = 2;                                     ///< of one cell's length
-  static constexpr double deep_from = 1.6;  ///< cells behind a surface: beyond the support of what acts on it
+  static constexpr double edge_ratio =
+      1.0 / (2.0 * std::numbers::sqrt2 - 1.0);  ///< bound of an end point's impulse, relative to the next point
+  static constexpr int points_on_circle = 2;    ///< of one cell's length
+  static constexpr double deep_from = 1.6;      ///< cells behind a surface: beyond the support of the points on it
   /// A node so deep inside that no row reaches it.
   struct Deep {
     int node = 0;                ///< number in ContactStencil::nodes
@@ -72,15 +74,15 @@ struct ContactStencil {
   };
   /// A column of nodes on the top.
   struct Column {
-    int node = 0;        ///< number in ContactStencil::nodes
-    int inner = -1;      ///< number in ContactStencil::columns of the next one inwards; -1: not the last before an edge, no bound
-    double share = 1.0;  ///< of the impulse of `inner` that it takes at most
+    int node = 0;          ///< number in ContactStencil::nodes
+    int inner = -1;        ///< number in ContactStencil::columns of the next one inwards; -1: not the last before an edge, no bound
+    double largest = 1.0;  ///< bound of its impulse, relative to that of `inner`
   };
-  std::vector<PlaneNode> nodes;       ///< that rows, deep and columns name by their number
+  std::vector<PlaneNode> nodes;       ///< referred to by index in rows, deep and columns
   std::vector<ContactRow> rows;       ///< those of the surface first
-  std::size_t surface_rows = 0;       ///< how many
+  std::size_t surface_rows = 0;       ///< number of these
   std::vector<ContactEntry> entries;  ///< of all rows, row by row
-  std::vector<Deep> deep;             ///< nodes that are held each for itself
+  std::vector<Deep> deep;             ///< nodes that act alone
   std::vector<Column> columns;        ///< less than half a cell outside the outline, or inside; those further inside first
 };
 

@@ -1,5 +1,5 @@
 #pragma once
-/// What a boundary takes from the material in one step: exact sums over nodes, never samples.
+/// Impulse of the material on a boundary in one step: exact sums over nodes.
 
 #include <Eigen/Geometry>
 #include <cstdint>
@@ -14,7 +14,7 @@ struct Impulse {
   Vec3 linear = Vec3::Zero();   ///< N s
   Vec3 angular = Vec3::Zero();  ///< about the boundary's reference point
   double work = 0.0;            ///< J: of the moving surface on the material, -linear . u summed over the nodes
-  /// Adds what the material gave at one place. @param given  N s. @param arm  of the place from the reference point, m
+  /// Adds an impulse at one point. @param given  by the material, N s. @param arm  from the reference point, m
   /// @param surface_velocity  there, m/s
   void add(const Vec3& given, const Vec3& arm, const Vec3& surface_velocity) {
     linear += given;
@@ -32,8 +32,8 @@ struct Impulse {
 
 /// Impulses of one boundary by grid layer: nodes of one height. They add up to its Impulse::linear.
 struct LayerImpulses {
-  std::int32_t first = 0;   ///< number of the lowest layer: its nodes stand at z = first dx
-  std::vector<Vec3> layer;  ///< N s, from there upwards; empty: the boundary took nothing
+  std::int32_t first = 0;   ///< number of the lowest layer: its nodes are at z = first dx
+  std::vector<Vec3> layer;  ///< N s, from there upwards; empty: no impulse
 };
 
 }  // namespace mpm

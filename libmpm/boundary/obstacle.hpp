@@ -1,5 +1,5 @@
 #pragma once
-/// Cross-section of an obstacle in plan, and the surface that it turns against the flow.
+/// Cross-section of an obstacle in plan, and its upstream surface.
 ///
 /// Frame of every shape: the most upstream point at x = 0, the middle of its width at y = 0. The shapes: shapes/any_shape.hpp.
 
@@ -20,7 +20,7 @@ struct ObstaclePlan {
   bool symmetric = true;           ///< about y = 0
   bool flat_front = false;         ///< a rectangle with sides along the axes, as the paper's box: its front is the face x = 0
 
-  /// x of the surface that meets the flow at |y| <= width/2, m.
+  /// x of the upstream surface at |y| <= width/2, m.
   [[nodiscard]] double front(double y) const;
   /// Distance of a point from that surface, m, for |y| <= width/2: positive upstream of it, negative inside and behind.
   [[nodiscard]] double front_distance(double x, double y) const;

@@ -55,10 +55,10 @@ struct ObstacleSpec {
   static constexpr double most_friction = 10.0;  ///< bound of mu, given or from friction_ratio
 };
 
-/// Turns friction_ratio, where it was given, into friction. Names of parameters are paths: "obstacle.friction_ratio".
+/// Computes friction from friction_ratio, if that was given. Names of parameters are paths: "obstacle.friction_ratio".
 void resolve_friction(ObstacleSpec& obstacle, const MaterialParameters& material, ParameterReport& report);
 
-/// Whether all parameters that make the plan of an obstacle are sound; names are paths.
+/// Whether no error is known of the parameters of an obstacle's plan; names are paths.
 [[nodiscard]] bool plan_is_sound(const ParameterReport& report);
 
 }  // namespace mpm

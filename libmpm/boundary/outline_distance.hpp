@@ -18,7 +18,7 @@ class OutlineDistance {
     for (const OutlineSide& side : outline.sides()) sides_.push_back({side.normal, side.normal.dot(side.from), side.from, side.to});
   }
 
-  /// What is nearest of the outline.
+  /// The nearest point of the outline.
   struct Nearest {
     double distance;  ///< m
     Vec2 normal;      ///< outward, of the nearest side
@@ -34,12 +34,12 @@ class OutlineDistance {
     Nearest nearest{-std::numeric_limits<double>::infinity(), -Vec2::UnitX()};
     for (const Side& side : sides_) {
       const double d = side.normal.dot(x) - side.offset, nearer = d - nearest.distance;
-      // of sides as near the one further upstream: the same on both sides of an outline that is symmetric about y = 0
+      // of several nearest sides the one further upstream, so that symmetric outlines give symmetric results
       if (nearer > as_near || (nearer > -as_near && side.normal.x() < nearest.normal.x())) nearest = {d, side.normal};
     }
     return nearest;
   }
-  /// How far a place is from the solid, m; 0 inside. Near a corner the distance from the corner.
+  /// Distance of a point from the solid, m; 0 inside. Near a corner the distance from the corner.
   [[nodiscard]] double outside(const Vec2& x) const {
     if (circle_) return std::max(0.0, (x - circle_->centre).norm() - circle_->radius);
     double least = std::numeric_limits<double>::infinity();

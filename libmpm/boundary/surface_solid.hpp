@@ -7,7 +7,7 @@
 
 namespace mpm {
 
-/// A solid at rest: separable contact with Coulomb friction on its sides and on its top; there is no bottom, it stands on the floor.
+/// A solid at rest: separable contact with Coulomb friction on its sides and on its top; it has no bottom, because it is on the floor.
 class SurfaceSolid {
  public:
   /// Planes at which only half of the domain is computed.
@@ -24,7 +24,7 @@ class SurfaceSolid {
   [[nodiscard]] double top() const { return top_; }                         ///< m
   [[nodiscard]] double friction() const { return friction_; }               ///< mu
 
-  /// What every boundary offers (any_boundary.hpp); it acts on no node by itself. Places in m, velocities in m/s, time in s.
+  /// What every boundary offers (any_boundary.hpp); it acts on nodes together. Places in m, velocities in m/s, time in s.
   /// @{
   [[nodiscard]] Vec3 reference_point() const { return reference_; }
   [[nodiscard]] Vec3 surface_velocity(const Vec3&, double) const { return Vec3::Zero(); }

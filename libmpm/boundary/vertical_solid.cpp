@@ -9,7 +9,7 @@ namespace {
 
 bool below_top(const VerticalSolid& solid, double z) { return z <= solid.top + on_surface; }
 
-/// The velocity that the nearest face leaves, `distance` in front of the nearest side (negative inside) being that side's.
+/// The velocity after contact with the nearest face. @param distance  in front of the nearest side, negative inside
 Vec3 constrain_vertical(const VerticalSolid& solid, const Vec3& node, const Vec3& v, double distance, const Vec3& side_normal) {
   const bool top = node.z() - solid.top > distance + on_surface;
   return contact_velocity(v, top ? Vec3::UnitZ() : side_normal, Vec3::Zero(), solid.contact, solid.friction);
@@ -38,7 +38,7 @@ Vec3 RigidPrism::constrain(const Vec3& node, const Vec3& v, double) const {
   for (const Side& side : sides) {
     if (distance_to(side) >= nearest - on_surface) normal += Vec3(side.normal_x, side.normal_y, 0.0);
   }
-  // opposite sides of a thin plate cancel: then the first of them
+  // normals of opposite sides of a thin plate cancel: use the first
   if (normal.squaredNorm() < 1e-12) normal = Vec3(sides.front().normal_x, sides.front().normal_y, 0.0);
   return constrain_vertical(solid, node, v, nearest, normal.normalized());
 }
@@ -56,7 +56,7 @@ bool RigidCylinder::covers(const Vec3& node, double) const {
 Vec3 RigidCylinder::constrain(const Vec3& node, const Vec3& v, double) const {
   const Vec3 arm(node.x() - centre_x, node.y() - centre_y, 0.0);
   const double r = arm.norm();
-  // on the axis every direction is as near: upstream
+  // on the axis all directions are equally near: use upstream
   return constrain_vertical(solid, node, v, r - radius, r > on_surface ? Vec3(arm / r) : Vec3(-Vec3::UnitX()));
 }
 

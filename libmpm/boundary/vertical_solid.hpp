@@ -7,16 +7,16 @@
 
 namespace mpm {
 
-/// What vertical solids of any cross-section share.
+/// Common members of vertical solids of any cross-section.
 ///
 /// A node represents half a cell to each side, so a box whose faces are on grid planes acts half a cell wider. To treat inclined and
-/// curved surfaces alike, nodes up to half a cell outside the surface (`skin`) belong to the solid. A cross-section has to be some four
+/// curved surfaces alike, nodes up to half a cell outside the surface (`skin`) belong to the solid. A cross-section must be about four
 /// cells wide to be resolved.
 ///
 /// A node is treated by the nearest face: the one that it is least deep behind, or in the skin before. On the bisector of two sides
 /// (a front edge on a mirror plane) the normal is their mean; the top counts only where it is nearer than every side.
 struct VerticalSolid {
-  double top = 0.0;                      ///< m; there is no bottom: the solid stands on the floor
+  double top = 0.0;                      ///< m; there is no bottom, because the solid is on the floor
   double skin = 0.0;                     ///< m, not on the top
   Contact contact = Contact::separable;  ///< of sides and top
   double friction = 0.0;                 ///< mu

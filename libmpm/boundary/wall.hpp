@@ -19,7 +19,7 @@ struct Wall {
   double friction = 0.0;
   Vec3 velocity = Vec3::Zero();           ///< of the surface, m/s
   bool travels = false;                   ///< the plane itself moves with `velocity`; false: a belt, or an inlet at a fixed place
-  ContactRule rule = ContactRule::nodal;  ///< `surface`: where the wall is normal to an axis; an oblique one acts on nodes
+  ContactRule rule = ContactRule::nodal;  ///< `surface` applies to walls normal to an axis; oblique walls are nodal
 
   /// Distance of the plane from the origin along its normal at some time, m.
   [[nodiscard]] double offset(double time) const { return point.dot(normal) + (travels ? time * velocity.dot(normal) : 0.0); }
@@ -38,7 +38,7 @@ struct Wall {
 /// Half-space at a fixed place whose surface moves along x, at a speed that varies with height and time: an inlet with a sheared
 /// profile, a conveyor belt that speeds up.
 struct MovingWall {
-  Wall plane;                                               ///< its point stands on the floor; its velocity is not used
+  Wall plane;                                               ///< its point is on the floor; its velocity is not used
   std::function<double(double height, double time)> speed;  ///< m/s, of the height over the plane's point (m) and the time (s)
 
   /// What every boundary offers (any_boundary.hpp). Places in m, velocities in m/s, time in s.

@@ -42,7 +42,7 @@ std::string lower(std::string text) {
   return text;
 }
 
-/// Problems of many cases, each once however many runs share it.
+/// Errors of many cases; an error common to several runs is reported once.
 class SharedProblems {
  public:
   /// @param message one problem a line
@@ -73,7 +73,7 @@ class SharedProblems {
 
  private:
   struct Problem {
-    std::string text, first_run;  ///< first_run is empty for a problem that belongs to no single run
+    std::string text, first_run;  ///< first_run is empty for an error that is not of a single run
     std::size_t further_runs;
   };
   std::vector<Problem> problems_;
@@ -101,7 +101,7 @@ Campaign make_campaign(CampaignPlan plan) {
       ++campaign.duplicates;
       continue;
     }
-    // names that differ by capitals alone are one folder on some file systems
+    // names that differ only in case are one folder on some file systems
     if (const auto [at, fresh] = names.try_emplace(lower(run.name), campaign.runs.size()); !fresh) {
       problems.add(fmt::format("two runs are called {}, and differ in {}; give their [[grid]] or [[run]] a name each", run.name,
                                differences(campaign.runs[at->second], run)));

@@ -2,14 +2,13 @@
 /// A campaign: many runs of a plan in one folder, resumable, with one table of everything.
 ///
 ///   OUT/plan.toml       the plan as resolved: base and every run
-///   OUT/runs/NAME/      what `mpm run` leaves, and attempts.json: who ran it when, and how that ended
-///   OUT/results.csv     a row a run in the order of the plan: inputs that vary, derived quantities, metrics of results.json. The same
-///   bytes
-///                       whatever the order of completion, the executor or the interruptions
-///   OUT/runs.csv        what differs from one execution to the next: times, speed, memory, attempts
+///   OUT/runs/NAME/      files of `mpm run`, and attempts.json: machine, time and outcome of each attempt
+///   OUT/results.csv     a row a run in the order of the plan: inputs that vary, derived quantities, metrics of results.json. The bytes
+///                       do not depend on order of completion, executor or interruptions
+///   OUT/runs.csv        values that differ between executions: times, speed, memory, attempts
 ///
-/// The folders alone decide what is done, so that any process on any machine sees the same: done is a results.json of the same case hash
-/// and duration, running is a folder whose lock is held.
+/// The state follows from the folders alone, so that it is the same for any process on any machine: a run is complete if it has a
+/// results.json of the same case hash and duration, and running if the lock of its folder is held.
 
 #include <cstddef>
 #include <filesystem>
@@ -22,13 +21,13 @@
 
 namespace mpm {
 
-/// A run of the plan with what it computes and what it will cost.
+/// A run of the plan with its case and its estimated cost.
 struct CampaignRun {
   std::string name;               ///< of its folder
-  std::vector<Setting> settings;  ///< by which it differs from the base case
+  std::vector<Setting> settings;  ///< differences from the base case
   Case spec;                      ///< resolved
   std::string case_hash;          ///< case_hash_text of driver/case_file.hpp
-  Estimate cost;                  ///< before it is run
+  Estimate cost;                  ///< estimated
 };
 
 /// A plan whose runs are valid cases.
@@ -38,7 +37,7 @@ struct Campaign {
   std::size_t duplicates = 0;     ///< rows of the plan left out because an earlier one is the same case over the same time
 };
 
-/// The cases of a plan. @throws ConfigError with every problem of every case, and for names that two cases share
+/// The cases of a plan. @throws ConfigError with every error of every case, and if two cases have one name
 [[nodiscard]] Campaign make_campaign(CampaignPlan plan);
 
 /// Folder of a run.

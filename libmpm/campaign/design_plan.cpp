@@ -23,7 +23,7 @@ const std::vector<std::vector<int>>& grid_sets() {
   return sets;
 }
 
-/// The grids that [plan] asks for; empty: it leaves them to the budget.
+/// The grids given in [plan]; empty: the budget decides.
 std::vector<int> prescribed_grids(const SitePlan& plan) {
   if (plan.finest_cells == 0) return {};
   static constexpr std::array ladder{3, 5, 7, 11, 15, 21};
@@ -32,7 +32,7 @@ std::vector<int> prescribed_grids(const SitePlan& plan) {
   return {ladder.begin() + (finest + 1 - count), ladder.begin() + finest + 1};
 }
 
-/// An odd number of cells across the mast that has at least the cells asked for in the smaller of w and H.
+/// An odd number of cells across the mast that gives at least the requested cells in the smaller of w and H.
 double cell_size_of(const Site& site, int cells) {
   const double w = site.mast.width, across = cells * std::max(1.0, w / site.flow.depth);
   const double odd = 2.0 * std::ceil(0.5 * (across - 1.0) - 1e-9) + 1.0;
@@ -58,7 +58,7 @@ double belt_width(const Site& site, double xi) {
   return 2.0 * whole_widths(site, 0.5 * std::max(conveyor_width(xi, site.mast.width), 6.0 * reach_of(site)));
 }
 
-/// The case that all runs share, as TOML: everything but snow and grid.
+/// The common part of all cases as TOML: everything except snow and grid.
 std::string base_case(const Site& site) {
   const SiteFlow& flow = site.flow;
   const SiteMast& mast = site.mast;
@@ -122,8 +122,8 @@ DesignPlan ensemble(const Site& site, DesignLevel level, const std::vector<int>&
 std::string to_string(DesignLevel level) { return level == DesignLevel::quick ? "quick" : "standard"; }
 
 double design_budget(DesignLevel level) {
-  constexpr double quick = 600.0, standard = 3600.0, share = 5.0 / 6.0;  // s
-  return share * (level == DesignLevel::quick ? quick : standard) * assumed_particle_steps_per_s;
+  constexpr double quick = 600.0, standard = 3600.0, runs = 5.0 / 6.0;  // s; fraction of the time for the runs
+  return runs * (level == DesignLevel::quick ? quick : standard) * assumed_particle_steps_per_s;
 }
 
 DesignPlan make_design(const Site& site, DesignLevel level, const std::vector<std::string>& overrides) {
@@ -133,7 +133,7 @@ DesignPlan make_design(const Site& site, DesignLevel level, const std::vector<st
     if (site.plan.grids == 2 && cells.size() == 3) cells.erase(cells.begin());
     if (site.plan.grids == 3 && cells.size() == 2) continue;
     plan = ensemble(site, level, cells, overrides);
-    if (plan->particle_steps <= design_budget(level)) break;  // else the coarsest set stays
+    if (plan->particle_steps <= design_budget(level)) break;  // otherwise use the coarsest set
   }
   return *std::move(plan);
 }

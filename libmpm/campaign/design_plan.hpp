@@ -1,5 +1,5 @@
 #pragma once
-/// From a site to an ensemble of runs: every snow on two or three grids, as a campaign.
+/// Makes an ensemble of runs from a site: every snow on two or three grids, as a campaign.
 
 #include <string>
 #include <vector>
@@ -9,7 +9,7 @@
 
 namespace mpm {
 
-/// How much time an ensemble may take.
+/// Time limit of an ensemble.
 enum class DesignLevel : std::uint8_t {
   quick,     ///< at most ten minutes on two cores
   standard,  ///< at most an hour on two cores
@@ -17,20 +17,20 @@ enum class DesignLevel : std::uint8_t {
 /// As in design_plan.json: "quick".
 std::string to_string(DesignLevel);
 
-/// Particle-steps that fit into the time of a level at assumed_particle_steps_per_s, with a sixth of it left for the page.
+/// Particle-steps that fit into the time of a level at assumed_particle_steps_per_s, with a sixth of it reserved for the page.
 [[nodiscard]] double design_budget(DesignLevel level);
 
 /// A run of the ensemble.
 struct DesignRun {
   std::string name;  ///< of its folder
-  std::size_t snow;  ///< into DesignPlan::snows
-  std::size_t grid;  ///< into DesignPlan::cells
+  std::size_t snow;  ///< index into DesignPlan::snows
+  std::size_t grid;  ///< index into DesignPlan::cells
 };
 
-/// What is run for a site.
+/// The runs for a site.
 struct DesignPlan {
   Site site;                      ///< resolved
-  DesignLevel level;              ///< which time it was made for
+  DesignLevel level;              ///< time limit
   std::vector<SiteSnow> snows;    ///< each with its source
   std::vector<int> cells;         ///< in the smaller of w and H, coarse first
   std::vector<double> cell_size;  ///< m, likewise
@@ -41,12 +41,12 @@ struct DesignPlan {
 };
 
 /// Grids: of the sets {3, 5, 7}, {5, 7, 11}, {7, 11, 15}, {11, 15, 21} (ratios above 1.3, odd numbers) the finest that fits into the budget
-/// of the level; {3, 5} where none does. [plan] may prescribe them.
+/// of the level; {3, 5} if none does. [plan] may prescribe them.
 ///
 /// Each run: a window in whole mast widths, at least 4 r upstream, depth of the mast + r downstream and a belt of 6 r, r = max(w, sqrt(w
 /// H)) (with w = H: 3 % of run-up and force, validation/cases/avalanche_convergence; else assumed); half of it computed; measuring windows
 /// in metres, the same on all grids; 100 rows a second; numerics by the program's defaults; gravity g cos(slope) without a slope, so that
-/// the flow keeps its speed. Duration: 2 v/g for the first splash, then max(3 v/g, 3 s); at least a way of 20 max(w, H) (the paper's
+/// the flow keeps its speed. Duration: 2 v/g for the first splash, then max(3 v/g, 3 s); at least a distance of 20 max(w, H) (the paper's
 /// slowest runs: 14 H and more).
 /// @param overrides  "table.key=value" of a case file, for all runs
 /// @throws ConfigError

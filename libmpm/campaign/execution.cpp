@@ -49,11 +49,11 @@ std::string last_line(const fs::path& file) {
   return start == std::string::npos ? text : text.substr(start + 1);
 }
 
-/// Only what may be called between fork and exec. Never returns.
+/// Runs in the child between fork and exec, where few functions are allowed. Never returns.
 [[noreturn]] void become(char* const* arguments, const char* output, pid_t parent, int stop) {
   setpgid(0, 0);
   prctl(PR_SET_PDEATHSIG, stop);
-  if (getppid() != parent) _exit(1);  // died before the line above
+  if (getppid() != parent) _exit(1);  // the parent ended before the line above
   const int nothing = open("/dev/null", O_RDWR), log = open(output, O_WRONLY | O_CREAT | O_TRUNC, 0644);
   if (nothing < 0 || log < 0) _exit(static_cast<int>(ExitCode::io));
   dup2(nothing, STDIN_FILENO);
@@ -64,7 +64,7 @@ std::string last_line(const fs::path& file) {
   _exit(not_found);
 }
 
-/// A run under way.
+/// A running process.
 struct Child {
   std::size_t run;
   pid_t process;
@@ -132,7 +132,7 @@ class Pool {
       }
       const std::size_t run = children_[i].run;
       children_.erase(children_.begin() + static_cast<std::ptrdiff_t>(i));
-      book(run, status);
+      record(run, status);
       if (options_.on_change) options_.on_change();
     }
   }
@@ -142,7 +142,7 @@ class Pool {
     for (std::size_t k = 0; k < waiting_.size() && children_.size() < static_cast<std::size_t>(options_.jobs);) {
       const std::size_t i = waiting_[k];
       const CampaignRun& run = campaign_.runs[i];
-      if (is_locked(run_directory(options_.out, run))) {  // by what an earlier campaign left behind, or by another executor
+      if (is_locked(run_directory(options_.out, run))) {  // by a process of an earlier campaign or of another executor
         if (std::ranges::find(waited_for_, i) == waited_for_.end()) say(fmt::format("{}: another process works on it; waiting", run.name));
         waited_for_.push_back(i);
         look_again_ = Clock::now() + std::chrono::milliseconds(500);
@@ -151,7 +151,7 @@ class Pool {
       }
       waiting_.erase(waiting_.begin() + static_cast<std::ptrdiff_t>(k));
       if (finished_results(run_directory(options_.out, run), run.spec)) {
-        tidy_run(options_.out, campaign_.plan, run);  // done meanwhile, by that other process
+        tidy_run(options_.out, campaign_.plan, run);  // completed by that other process in the meantime
       } else {
         start(i);
       }
@@ -171,7 +171,7 @@ class Pool {
     std::vector<std::string> words = launcher_;
     words.insert(words.end(), {options_.program.string(), "run", (directory / "case.toml").string(), "--out", directory.string(),
                                "--threads", std::to_string(campaign_.plan.threads), "--resume"});
-    std::vector<char*> arguments;  // as execv wants them
+    std::vector<char*> arguments;  // in the form for execv
     arguments.reserve(words.size() + 1);
     for (std::string& word : words) arguments.push_back(word.data());
     arguments.push_back(nullptr);
@@ -183,8 +183,8 @@ class Pool {
     say(fmt::format("{}: {}", run.name, attempts.size() > 1 ? fmt::format("goes on (attempt {})", attempts.size()) : "started"));
   }
 
-  /// Keeps how a run ended, and decides whether it is tried again.
-  void book(std::size_t i, int status) {
+  /// Records the outcome of a run, and decides whether to repeat it.
+  void record(std::size_t i, int status) {
     const CampaignRun& run = campaign_.runs[i];
     const fs::path directory = run_directory(options_.out, run);
     std::vector<Attempt> attempts = read_attempts(directory, run);
@@ -224,12 +224,12 @@ class Pool {
 
   const Campaign& campaign_;
   const ExecutionOptions& options_;
-  std::vector<std::string> launcher_;  ///< words before those of a child
-  int stop_;                           ///< signal that asks a child for its checkpoint and its end
-  std::deque<std::size_t> waiting_;    ///< in the order in which they are started
+  std::vector<std::string> launcher_;  ///< command that precedes that of a child
+  int stop_;                           ///< signal that makes a child write its checkpoint and end
+  std::deque<std::size_t> waiting_;    ///< in the order of their start
   std::vector<Child> children_;
   std::vector<int> failures_;            ///< of each run, in this call
-  std::vector<std::size_t> waited_for_;  ///< runs of which it was output that another process works on them
+  std::vector<std::size_t> waited_for_;  ///< runs for which a message reported that another process works on them
   Clock::time_point look_again_ = Clock::now();
   bool stopping_ = false;
   ExecutionReport report_;

@@ -25,7 +25,7 @@ namespace {
 namespace fs = std::filesystem;
 using Json = nlohmann::ordered_json;
 
-/// Names of the folders that the plan does not name.
+/// Names of the folders that are not in the plan.
 std::vector<std::string> unnamed_folders(const fs::path& out, const Campaign& campaign) {
   std::vector<std::string> names;
   if (fs::is_directory(out / "runs")) {
@@ -44,7 +44,7 @@ void remove_tree(const fs::path& path) {
   if (error) throw file_error("cannot remove", path, error.value());
 }
 
-/// Pairs of run and folder: the folder, which the plan does not name, holds the finished run.
+/// Pairs of a run and a folder with another name, not in the plan, that holds the finished run.
 std::vector<std::pair<const CampaignRun*, std::string>> adoptable(const fs::path& out, const Campaign& campaign,
                                                                   const std::vector<std::string>& unnamed) {
   std::map<std::string, std::string> by_hash;  // a folder for each case hash
@@ -79,7 +79,7 @@ bool can_go_on(const fs::path& directory, const CampaignRun& run) {
   if (!fs::exists(directory / "case.toml")) return false;
   try {
     if (case_hash_text(read_case(directory / "case.toml")) != run.case_hash) return false;
-  } catch (const Error&) {  // of another version of this program, or torn
+  } catch (const Error&) {  // from another version of this program, or incomplete
     return false;
   }
   return last_time(directory / "series.csv") <= Sampling(run.spec).end() * (1.0 + 1e-9);

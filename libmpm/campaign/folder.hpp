@@ -1,5 +1,5 @@
 #pragma once
-/// The folder of a campaign: what a plan finds in it, and making it and the folders of its runs ready.
+/// The folder of a campaign: comparison with a plan, and preparation of it and of the folders of its runs.
 
 #include <filesystem>
 #include <string>
@@ -9,28 +9,28 @@
 
 namespace mpm {
 
-/// Content of plan.toml: the rows that are run, under the names they have.
+/// Content of plan.toml: the rows that are run, with their names.
 [[nodiscard]] std::string resolved_plan(const Campaign& campaign);
 
-/// What a plan has in common with a folder that another plan was run in.
+/// Comparison of a plan with a folder in which another plan was run.
 struct Preparation {
-  std::vector<std::string> adopted;   ///< runs whose finished folder had another name, which the plan no longer has
-  std::vector<std::string> replaced;  ///< runs that are in the folder as another case: to be run again
-  std::vector<std::string> dropped;   ///< folders that the plan does not name: left alone, not in the table
+  std::vector<std::string> adopted;   ///< runs whose finished folder has another name that is not in the plan
+  std::vector<std::string> replaced;  ///< runs whose folder holds another case: to be run again
+  std::vector<std::string> dropped;   ///< folders that are not in the plan: unchanged, not in the table
 };
 
-/// Compares, and changes nothing.
+/// Compares without changing anything.
 [[nodiscard]] Preparation compare_with_folder(const std::filesystem::path& out, const Campaign& campaign);
-/// Makes the folder ready: writes plan.toml, and renames what can be adopted.
+/// Prepares the folder: writes plan.toml, and renames the adopted folders.
 Preparation prepare(const std::filesystem::path& out, const Campaign& campaign);
 
-/// Makes the folder of one run ready to be run with --resume: empties it of what another case, or a longer run, left there, and writes
-/// case.toml. Call it while no process works there.
+/// Prepares the folder of one run for --resume: removes files of another case or of a longer run, and writes case.toml. Call it while no
+/// process works there.
 void prepare_run(const std::filesystem::path& out, const CampaignRun& run);
-/// Removes from the folder of a finished run what the plan does not keep.
+/// Removes the files that the plan does not keep from the folder of a finished run.
 void tidy_run(const std::filesystem::path& out, const CampaignPlan& plan, const CampaignRun& run);
 
-/// Time of the last whole row of a series, s; 0 without one.
+/// Time of the last complete row of a series, s; 0 without one.
 [[nodiscard]] double last_time(const std::filesystem::path& series);
 
 /// Whether the content of a folder, finished or not, belongs to this case and is not longer than it.

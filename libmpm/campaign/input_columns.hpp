@@ -14,12 +14,12 @@ namespace mpm {
 struct InputColumn {
   const char* column;                        ///< its heading
   const char* key;                           ///< of the case file, if the column shows one
-  std::function<double(const Case&)> value;  ///< NaN where the case has no such input
+  std::function<double(const Case&)> value;  ///< NaN if the case has no such input
 };
 /// The inputs in the order of the table.
 [[nodiscard]] const std::vector<InputColumn>& input_columns();
 
-/// Keys of the plan's settings that have no input column and are not the same in all runs.
+/// Keys of the plan's settings without an input column that vary between runs.
 [[nodiscard]] std::vector<std::string> other_varied_keys(const Campaign& campaign);
 
 }  // namespace mpm

@@ -1,5 +1,5 @@
 #pragma once
-/// The plan of a campaign: its runs, each with the settings that make it differ from the base case. plan_file.hpp reads it.
+/// The plan of a campaign: its runs, each with its differences from the base case. plan_file.hpp reads it.
 
 #include <string>
 #include <vector>
@@ -9,7 +9,7 @@ namespace mpm {
 /// Key format_version of a plan; another version is refused.
 inline constexpr int plan_format_version = 1;
 
-/// A key of a case with its value, as --set takes it.
+/// A key of a case with its value, as for --set.
 struct Setting {
   std::string key;    ///< "conveyor.froude_number"
   std::string value;  ///< TOML
@@ -23,10 +23,10 @@ struct PlannedRun {
   bool operator==(const PlannedRun&) const = default;
 };
 
-/// Resources of a Slurm task; the cluster decides on what is empty.
+/// Resources of a Slurm task; the cluster's defaults apply to empty values.
 struct SlurmSpec {
   std::string partition, account, qos;  ///< options of sbatch with these names
-  std::string time_limit;               ///< as sbatch takes it: "02:00:00"
+  std::string time_limit;               ///< in the format of sbatch: "02:00:00"
   std::string memory;                   ///< "2G"
   std::vector<std::string> options;     ///< further options of sbatch
   bool operator==(const SlurmSpec&) const = default;
@@ -39,10 +39,10 @@ struct CampaignPlan {
   std::string base_name;              ///< its place, for messages
   std::vector<PlannedRun> runs;       ///< in the order of the plan
   int ranks = 1;                      ///< of each run
-  std::vector<std::string> launcher;  ///< that starts them, with ranks_placeholder (driver/launcher.hpp); empty: the default
-  int threads = 1, retries = 1;       ///< of each rank; more attempts at a run that failed
+  std::vector<std::string> launcher;  ///< command that starts them, with ranks_placeholder (driver/launcher.hpp); empty: the default
+  int threads = 1, retries = 1;       ///< of each rank; further attempts after a failure
   bool longest_first = true;          ///< order in which runs are started: by their estimated cost, or as in the plan
-  bool keep_frames = false, keep_final = false, keep_checkpoint = false;  ///< files that stay when a run is done
+  bool keep_frames = false, keep_final = false, keep_checkpoint = false;  ///< files to keep of a finished run
   SlurmSpec slurm;                                                        ///< of tasks that Slurm runs
 };
 

@@ -1,5 +1,5 @@
 #pragma once
-/// Internal to campaign: a plan as its file states it, before the blocks are expanded to runs.
+/// Internal to campaign: the content of a plan file, before the blocks are expanded to runs.
 
 #include <toml++/toml.h>
 
@@ -14,7 +14,7 @@
 
 namespace mpm {
 
-/// Keys joined by commas, and the rows of values that they take together.
+/// Keys joined by commas, and the rows of their values.
 struct VariedKeys {
   std::vector<std::string> keys;               ///< "table.key"
   std::vector<std::vector<std::string>> rows;  ///< one value for each key
@@ -22,7 +22,7 @@ struct VariedKeys {
 
 /// [[when]]: the settings of runs that have one of certain values.
 struct Rule {
-  std::vector<std::pair<std::string, std::vector<std::string>>> match;  ///< key and values; all have to match
+  std::vector<std::pair<std::string, std::vector<std::string>>> match;  ///< key and values; all must match
   std::vector<Setting> set;                                             ///< for the runs that match
 };
 
@@ -40,10 +40,10 @@ struct Row {
   std::vector<Setting> set;  ///< of this run
 };
 
-/// Everything that a plan file states.
+/// The content of a plan file.
 struct PlanBlocks {
   CampaignPlan plan;                          ///< without its runs
-  toml::table base;                           ///< the base case, where the plan has it inside
+  toml::table base;                           ///< the base case, if the plan contains it
   std::map<std::string, std::string> labels;  ///< short names of keys
   std::vector<Setting> set;                   ///< for all runs
   std::vector<Rule> rules;                    ///< for all runs

@@ -13,7 +13,7 @@ namespace mpm {
 
 namespace {
 
-/// The same number however it is written, or the same text.
+/// Whether two values are the same number, in any notation, or the same text.
 bool same_value(const std::string& a, const std::string& b) {
   if (a == b) return true;
   const toml::table left = toml::parse("value = " + a), right = toml::parse("value = " + b);
@@ -21,14 +21,14 @@ bool same_value(const std::string& a, const std::string& b) {
   return x.is_number() && y.is_number() && x.value<double>() == y.value<double>();
 }
 
-/// The value that a run has so far: its own, or the base's.
+/// The present value of a run: its own, or that of the base.
 std::optional<std::string> value_of(const PlanBlocks& blocks, const std::vector<Setting>& settings, const std::string& key) {
   if (const auto s = std::ranges::find(settings, key, &Setting::key); s != settings.end()) return s->value;
   const auto node = blocks.base.at_path(key);
   return node && !node.is_table() ? std::optional(config::toml_text(*node.node())) : std::nullopt;
 }
 
-/// What the rules give to a run that will have these settings.
+/// Settings by the rules for a run with these settings.
 std::vector<Setting> matched(const PlanBlocks& blocks, const std::vector<Rule>& rules, const std::vector<Setting>& settings) {
   std::vector<Setting> given;
   for (const Rule& rule : rules) {
@@ -41,7 +41,7 @@ std::vector<Setting> matched(const PlanBlocks& blocks, const std::vector<Rule>& 
   return given;
 }
 
-/// Later settings win: the plan's, those of its rules, the block's, those of its rules, the run's own.
+/// Later settings override earlier ones: the plan's, those of its rules, the block's, those of its rules, the run's own.
 PlannedRun planned_run(const PlanBlocks& blocks, std::string name, const std::vector<Setting>& block_set,
                        const std::vector<Rule>& block_rules, const std::vector<Setting>& own) {
   std::vector<Setting> all = blocks.set;

@@ -1,12 +1,12 @@
 #pragma once
-/// Plan files of campaigns: TOML in, one row a run out. What a row means as a case is seen to by campaign.hpp.
+/// Plan files of campaigns: TOML in, one row a run out. campaign.hpp makes cases from the rows.
 ///
 ///   title = "Run-up on a mast"
 ///   base = "../examples/avalanche_fr3.toml"       # a case file, relative to the plan; or [base.material], [base.conveyor] ...
 ///   ranks = 1                                     # processes of each run, by MPI
-///   launcher = ["mpirun", "-np", "{ranks}"]       # what starts them; left out: Open MPI's mpirun with suitable options
+///   launcher = ["mpirun", "-np", "{ranks}"]       # command that starts them; by default Open MPI's mpirun with suitable options
 ///   threads = 1                                   # of each rank
-///   retries = 1                                   # of a run that ended in a way that need not repeat itself
+///   retries = 1                                   # of a run whose failure may not recur
 ///   keep = ["frames", "final", "checkpoint"]      # files that are kept of a finished run besides its results; none by default
 ///   order = "longest_first"                       # or "plan": in which order runs are started
 ///   table = "rows.csv"                            # explicit runs: a column for each key, and perhaps `name`
@@ -24,7 +24,7 @@
 ///   "conveyor.froude_number" = "fr"
 ///   [slurm]                                       # partition, account, qos, time_limit, memory, options = ["--constraint=..."]
 ///
-/// Later ones win: base, set, when, the block's set, its when, its parameters. Frames are off unless they are kept.
+/// Later ones override earlier ones: base, set, when, the block's set, its when, its parameters. Frames are written only if they are kept.
 
 #include <filesystem>
 #include <string>

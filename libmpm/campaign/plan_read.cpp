@@ -87,7 +87,7 @@ class BlockReader : private PlanValues {
     return keys;
   }
 
-  /// The values of the keys in one run; empty where they are not one for each.
+  /// The values of the keys in one run; empty unless there is one for each.
   std::vector<std::string> value_row(const Entry& e, const toml::node& value, std::size_t keys, const std::string& here) {
     if (keys == 1) return {toml_text(value)};
     const toml::array* together = value.as_array();

@@ -125,7 +125,7 @@ bool PlanValues::known_key(const std::string& key, const toml::source_region& so
     return names;
   }();
   static const std::regex index(R"(\[[0-9]+\])");
-  constexpr std::size_t longest = 200;  // characters; the regular expression descends once a character
+  constexpr std::size_t longest = 200;  // characters; the regular expression recurses for each character
   const std::string plain = key.size() > longest ? key : std::regex_replace(key, index, "");
   if (std::ranges::find(keys, plain) != keys.end()) return true;
   std::string meant = nearest_word(plain, keys);

@@ -1,5 +1,5 @@
 #pragma once
-/// Internal to campaign: values of a plan file. All problems of the file are collected and reported together.
+/// Internal to campaign: values of a plan file. All errors of the file are collected and reported together.
 
 #include <toml++/toml.h>
 
@@ -12,7 +12,7 @@
 
 namespace mpm {
 
-/// Reads values, and records what is wrong with them. A value with a problem is empty, or the preset.
+/// Reads values, and records their errors. A value with an error is empty, or the preset.
 class PlanValues {
  public:
   /// @param file  its name, for messages
@@ -25,13 +25,13 @@ class PlanValues {
     toml::source_region source;  ///< where it is in the file
   };
 
-  /// @param where the table as a user sees it, empty at the top
+  /// @param where name of the table in messages, empty at the top
   void problem(const toml::source_region& source, const std::string& where, const std::string& text);
-  [[nodiscard]] bool sound() const { return problems_.empty(); }  ///< no problem so far
-  /// @throws ConfigError with all problems in the order of the file
+  [[nodiscard]] bool sound() const { return problems_.empty(); }  ///< no error so far
+  /// @throws ConfigError with all errors in the order of the file
   void throw_problems();
 
-  /// Reports every key of a table that is none of the permitted ones.
+  /// Reports every key of a table that is not permitted.
   void only(const toml::table& table, const std::string& where, const std::vector<std::string>& permitted);
   /// A string; empty where it is left out.
   std::string text(const toml::table& table, const std::string& where, const char* name);

@@ -12,7 +12,7 @@ namespace mpm {
 /// Short names of the common keys: fr for conveyor.froude_number. An empty one leaves only the value.
 [[nodiscard]] const std::map<std::string, std::string>& common_labels();
 
-/// The text with letters, digits and . _ + - as they are; everything else becomes one '-'.
+/// The text with other characters than letters, digits and . _ + - replaced by one '-'.
 [[nodiscard]] std::string file_name_part(const std::string& text);
 
 /// Name of a run. @param block name that begins it, perhaps empty. @param varied the settings in which it differs from the others

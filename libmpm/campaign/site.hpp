@@ -1,5 +1,5 @@
 #pragma once
-/// A site file: the avalanche and the mast as an engineer knows them. `mpm design` makes runs from it (design_plan.hpp).
+/// A site file: the avalanche and the mast. `mpm design` makes runs from it (design_plan.hpp).
 ///
 ///   [flow]
 ///   depth_m = 2.0
@@ -32,7 +32,7 @@ std::string to_string(SnowClass);
 struct SiteFlow {
   double depth = 0.0;                   ///< H, m, normal to the ground
   double velocity = 0.0;                ///< v, m/s; 0: not given
-  std::optional<double> froude_number;  ///< v / sqrt(g cos(slope) H), given instead: read_site turns it into velocity
+  std::optional<double> froude_number;  ///< v / sqrt(g cos(slope) H), given instead of velocity, which read_site computes from it
   double density = 300.0;               ///< kg/m^3
   double slope = 0.0;                   ///< rad
   std::optional<SnowClass> snow_class;  ///< empty: [[snow]] gives the snow
@@ -83,7 +83,7 @@ struct SiteSnow {
   double critical_state_slope = 0.0;  ///< M
   double cohesion_beta = 0.0;         ///< beta
   double hardening_xi = 5.0;          ///< xi
-  std::string source;                 ///< where the numbers come from
+  std::string source;                 ///< origin of the numbers
   bool operator==(const SiteSnow&) const = default;
 
   /// The keys of [[snow]] (base/parameter.hpp).
@@ -142,7 +142,7 @@ struct SiteMode {
   }
 };
 
-/// [plan]: what is computed. Left out, it follows from the level of `mpm design`.
+/// [plan]: grids and duration. Omitted values follow from the level of `mpm design`.
 struct SitePlan {
   int finest_cells = 0;            ///< cells in the smaller of w and H, of the finest grid; 0: by the level
   int grids = 0;                   ///< 2 or 3; 0: by the level
@@ -191,7 +191,7 @@ struct Site {
   }
 };
 
-[[nodiscard]] const config::SchemaOf<Site>& site_schema();  ///< of site files; made once
+[[nodiscard]] const config::SchemaOf<Site>& site_schema();  ///< of site files
 
 /// Reads a site file. @throws ConfigError with all errors at once, as read_case; IoError
 [[nodiscard]] Site read_site(const std::filesystem::path& file);

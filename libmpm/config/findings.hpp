@@ -1,5 +1,5 @@
 #pragma once
-/// Everything that is wrong with a file, with the place of each: collected while it is read, reported together.
+/// The errors of a file with their positions: collected while it is read, reported together.
 
 #include <cstddef>
 #include <cstdint>
@@ -12,7 +12,7 @@
 
 namespace mpm::config {
 
-/// Where something is; overrides come after the file.
+/// A position in the file or among the overrides, which come after the file.
 struct Place {
   std::size_t override_number = 0;     ///< 1, 2, ... for --set
   std::uint32_t line = 1, column = 1;  ///< from 1
@@ -22,29 +22,29 @@ struct Place {
 /// Names are paths: "numerics.cfl", "body[0].min_m"; of an entry of a table "body[0]"; of the whole file "".
 class Findings final : public ParameterReport {
  public:
-  /// @param file  its name, as messages give it
+  /// @param file  its name in messages
   explicit Findings(std::string file);
 
   [[nodiscard]] bool given(const std::string& path) const override { return places_.contains(path); }
-  /// Neither it nor a table that it is in has a problem of its own.
+  /// Whether neither the name nor a table that contains it has an error.
   [[nodiscard]] bool sound(const std::string& path) const override;
-  /// At the place of the key; of its table, where the key is left out; at the top of the file, where the table is left out as well.
+  /// Reports an error at the key; if it is left out, at its table; if that is left out, at the top of the file.
   void problem(const std::string& path, const std::string& text) override;
 
-  /// A problem at a place that is known.
+  /// Reports an error at a known position.
   void add(const Place& place, const std::string& text);
-  /// There is such a table, or entry of a repeated one.
+  /// Records that the file has a table, or an entry of a repeated one.
   void enter_table(const std::string& path, const Place& place);
-  /// A key is given.
+  /// Records that a key is given.
   void give_key(const std::string& path, const Place& place) { places_[path] = place; }
-  /// Something is wrong with it that was reported under another name.
+  /// Records that a name has an error that was reported under another name.
   void mark_unsound(const std::string& path) { unsound_.insert(path); }
 
   /// Both from 1.
   [[nodiscard]] Place in_file(std::uint32_t line, std::uint32_t column) const;
-  /// After so many problems there is no use in reading on.
+  /// Whether there are so many errors that reading should stop.
   [[nodiscard]] bool given_up() const;
-  /// @throws ConfigError with all problems in the order of the file, one a line, if there is one.
+  /// @throws ConfigError with all errors in the order of the file, one on each line, if there are any
   void throw_if_any();
 
  private:

@@ -12,7 +12,7 @@ namespace mpm::config {
 
 namespace {
 
-/// Past a TOML string that begins at text[at]; past the end of the line where it is not closed there (the parser will say so).
+/// Past a TOML string that begins at text[at]; past the end of the line if it is not closed there (the parser reports that).
 std::size_t end_of_string(std::string_view text, std::size_t at) {
   const char quote = text[at];
   const std::string_view triple = quote == '"' ? R"(""")" : "'''";
@@ -28,12 +28,13 @@ std::size_t end_of_string(std::string_view text, std::size_t at) {
   return text.size();
 }
 
-/// Whether the header of a table that begins with the bracket at text[at] goes on with a name. The parser takes that for granted: where it
-/// is built with assertions the program would end.
+/// Whether a name follows the bracket at text[at] that begins the header of a table. The parser assumes that; if it was built with
+/// assertions, the program would end.
 bool names_a_table(std::string_view text, std::size_t at) {
   at += text.substr(at, 2) == "[[" ? 2 : 1;
   while (at < text.size() && (text[at] == ' ' || text[at] == '\t')) ++at;
-  constexpr std::string_view first = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789_-\"']";  // ]: the parser has a message
+  constexpr std::string_view first =
+      "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789_-\"']";  // ]: the parser reports that error
   return at >= text.size() || first.find(text[at]) != std::string_view::npos;
 }
 
@@ -65,7 +66,7 @@ void check_text(std::string_view text, std::string_view file_name) {
     }
     constexpr unsigned char last_ascii = 0x7f;
     if (static_cast<unsigned char>(c) > last_ascii && at >= byte_order_mark) {
-      throw ConfigError(fmt::format("{}:{}:{}: not valid TOML: a character that is not ASCII stands outside quotes and comments", file_name,
+      throw ConfigError(fmt::format("{}:{}:{}: not valid TOML: a character that is not ASCII is outside quotes and comments", file_name,
                                     line, at - line_start + 1));
     }
     if (c == '.' && ++parts > most_key_parts) {

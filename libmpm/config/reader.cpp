@@ -43,7 +43,7 @@ class Reader {
       if (child(table, name) == nullptr && schema_.find_key(table.name, name) == nullptr) {
         const std::string meant = report_unknown(table, path, name, node, at);
         if (meant.empty() || content.contains(meant)) continue;
-        name = meant;  // go on as if it had been written right: its value may be wrong as well
+        name = meant;  // continue with the correct name: the value may have an error as well
       }
       const std::string key_at = key_path(path, name);
       if (const Table* inner = child(table, name)) {
@@ -59,7 +59,7 @@ class Reader {
         findings_.problem(key_at, fmt::format("= {} {}; give {}", shown(node), problem, expected_value(key)));
       }
     }
-    std::ranges::sort(values, {}, [](const auto& v) { return v.first; });  // as declared: which law comes before what the law has
+    std::ranges::sort(values, {}, [](const auto& v) { return v.first; });  // as declared: the law comes before its parameters
     for (const auto& [key, value] : values) key->set(root_, i, value);
   }
 
@@ -97,7 +97,7 @@ class Reader {
     }
   }
 
-  /// @return the name that was probably meant, empty if none is near
+  /// @return the most similar name, empty if none is similar
   std::string report_unknown(const Table& table, const std::string& path, const std::string& name, const toml::node& node,
                              const Place& at) {
     const bool is_table = node.is_table() || node.is_array_of_tables();
@@ -134,7 +134,7 @@ class Reader {
     table.check(root_, i, report);
   }
 
-  /// Whether the condition holds, if what it looks at was read without an error.
+  /// Whether the condition holds, if its keys were read without error.
   [[nodiscard]] std::optional<bool> known(const Condition& condition, const Table& table, const std::string& path, std::size_t i) const {
     const auto sound = [&](const Condition::Test& test) {
       return findings_.sound(test.key.empty() ? test.table : key_path(path, test.key));
@@ -142,7 +142,7 @@ class Reader {
     return std::ranges::all_of(condition.tests, sound) ? std::optional(schema_.holds(condition, table, root_, i)) : std::nullopt;
   }
 
-  /// Keys that are missing, that are not used, or that exclude each other.
+  /// Reports keys that are missing, not used, or exclude each other.
   void check_key(const Table& table, const Key& key, const std::string& path, std::size_t i) {
     const std::string here = key_path(path, key.name);
     const bool is_given = findings_.given(here);

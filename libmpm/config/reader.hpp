@@ -12,11 +12,10 @@ namespace mpm::config {
 
 /// Fills `root`, whose values are the defaults, from a text.
 /// @param overrides  "table.key=value" as given by --set, "body[0].velocity_m_s=[1,0,0]" in a repeated table; the value is TOML, a bare
-/// word
-///                   is taken as a string. An override replaces the file's value, and what the file says of the same quantity by another
-///                   key.
-/// @param check      what has to hold beyond a table; may complete the root. Called after the tables are read and checked, also where
-///                   something is wrong with them: the report knows which keys are sound
+///                   word is taken as a string. An override replaces the file's value, and the value of another key that sets the same
+///                   quantity.
+/// @param check      checks conditions between tables; may complete the root. Called after the tables are read and checked, even if they
+///                   have errors; the report states which keys are valid
 /// @throws ConfigError with all errors at once, one a line, in the order of the file: `file:line:column: [table] what, value, remedy`
 ///         (`--set table.key=value` in place of the position where an override is wrong)
 void read(const Schema& schema, std::string_view text, std::string_view file, const std::vector<std::string>& overrides, void* root,

@@ -28,13 +28,13 @@ struct ModelInfo {
 
 namespace mpm::config {
 
-/// Everything that a file may say.
+/// The keys of a kind of file.
 struct Reference {
   int format_version;                ///< of case files
   std::vector<TableInfo> tables;     ///< in the order in which they are written
   std::vector<KeyInfo> keys;         ///< table by table
   std::vector<ModelInfo> models;     ///< in the order of AnyMaterial; empty: files that name no law
-  std::string files = "case files";  ///< what is described
+  std::string files = "case files";  ///< kind of file
 };
 
 /// Readable text: the tables with their keys, then the laws.

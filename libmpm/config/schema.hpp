@@ -1,6 +1,6 @@
 #pragma once
-/// What may be in a file: tables in order, each with the keys that its component declares (base/parameter.hpp). Nothing here knows a
-/// component; a Schema sees the object that a file fills as a `void*`, and SchemaOf<Root> is the way in and out that knows its type.
+/// The tables and keys of a kind of file; components declare the keys (base/parameter.hpp). Schema is independent of the components: it
+/// accesses the object that a file fills through a `void*`, and SchemaOf<Root> adds its type.
 
 #include <functional>
 #include <optional>
@@ -16,14 +16,14 @@ namespace mpm {
 /// One key as a user sees it.
 struct KeyInfo : ParameterInfo {
   std::string table;          ///< empty: above the first table
-  std::string default_text;   ///< as TOML, or what happens when the key is left out; empty for a required key
+  std::string default_text;   ///< as TOML, or the effect of omitting the key; empty for a required key
   std::string required_when;  ///< empty: never; "always", or the condition
-  std::string used_when;      ///< empty: always; where it is not used the key is refused
+  std::string used_when;      ///< empty: always; elsewhere the key is refused
 };
 
 using KeyType = ParameterType;  ///< of the value of a key
 
-/// The candidate that a misspelt word most likely meant; empty if none is near. Near is: at most two edits (a third of the
+/// The candidate most similar to a misspelt word; empty if none is similar. Similar means at most two edits (a third of the
 /// longer word's length, if that is more; edits are insertion, deletion, substitution, swap of neighbours), or one word
 /// beginning with the other (a forgotten unit).
 [[nodiscard]] std::string nearest_word(std::string_view word, const std::vector<std::string>& candidates);
@@ -34,21 +34,21 @@ namespace mpm::config {
 
 using Value = ParameterValue;  ///< of a key
 
-/// A key with the way to its value in entry i of its table.
+/// A key, with access to its value in entry i of its table.
 struct Key : KeyInfo {
   std::function<std::optional<Value>(const void* root, std::size_t i)> get;  ///< empty: left out
   std::function<void(void* root, std::size_t i, const Value&)> set;          ///< the value has the right type
 };
 
-/// A table of a file, with the way to the component that it fills.
+/// A table of a file, with access to the component that it fills.
 struct Table {
   std::string name;                                                              ///< empty: the keys above the first table
   bool repeated;                                                                 ///< [[name]], any number of times
   std::string description;                                                       ///< one line
   std::vector<Key> keys;                                                         ///< in the order in which they are written
-  std::function<std::size_t(const void* root)> entries;                          ///< how many there are
-  std::function<void(void* root)> add_entry;                                     ///< makes room for one that is given
-  std::function<void(const void* root, std::size_t i, ParameterReport&)> check;  ///< what has to hold within an entry
+  std::function<std::size_t(const void* root)> entries;                          ///< number of entries
+  std::function<void(void* root)> add_entry;                                     ///< adds an entry
+  std::function<void(const void* root, std::size_t i, ParameterReport&)> check;  ///< checks conditions within an entry
 
   /// "[[body]]"
   [[nodiscard]] std::string bracketed() const { return repeated ? "[[" + name + "]]" : "[" + name + "]"; }
@@ -59,7 +59,7 @@ struct Table {
 /// "numerics.cfl", "body[0].min_m", "title"
 [[nodiscard]] std::string key_path(const std::string& table_path, const std::string& name);
 
-/// Everything that may be in a file, for functions that do not know the type that it fills.
+/// The schema of a file, independent of the type that the file fills.
 class Schema {
  public:
   [[nodiscard]] const std::vector<Table>& tables() const { return tables_; }               ///< in the order in which they are written
@@ -74,7 +74,7 @@ class Schema {
   [[nodiscard]] bool used(const Key& key, const Table& table, const void* root, std::size_t i) const {
     return holds(key.used, table, root, i);
   }
-  /// What is written: empty for a key that is not used, left out, or hidden while it has its default.
+  /// The value to write; empty for a key that is not used, left out, or hidden while it has its default.
   [[nodiscard]] std::optional<Value> written(const Key& key, const Table& table, const void* root, std::size_t i) const;
 
  protected:
@@ -92,7 +92,7 @@ template <class Root>
 class SchemaOf : public Schema {
  public:
   /// @param access  [](auto& root) -> auto& of the component that the table fills: the component itself, a std::optional of it (the table
-  ///                may be left out), or, for a repeated table, a pointer to its std::vector (null: there is no room for entries)
+  ///                may be left out), or, for a repeated table, a pointer to its std::vector (null: entries are not possible)
   template <class Access>
   void table(std::string name, std::string description, Access access) {
     using Part = std::remove_cvref_t<decltype(access(std::declval<Root&>()))>;

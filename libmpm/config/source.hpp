@@ -1,5 +1,5 @@
 #pragma once
-/// The TOML text of a file with the overrides of --set put into it, and the place that everything in it came from.
+/// The TOML text of a file after the overrides of --set, with the origin of each entry.
 
 #include <toml++/toml.h>
 
@@ -12,28 +12,28 @@
 
 namespace mpm::config {
 
-/// A TOML file as it counts.
+/// A TOML file with its overrides.
 class Source {
  public:
-  /// @param overrides  "table.key=value"; one that is not understood goes to the findings
+  /// @param overrides  "table.key=value"; invalid ones are reported to the findings
   /// @throws ConfigError if the text is not TOML
   Source(const Schema& schema, std::string_view text, std::string_view file, const std::vector<std::string>& overrides, Findings& findings);
 
-  [[nodiscard]] const toml::table& root() const { return root_; }  ///< with the overrides in it
-  /// Of a key or table that is at `source` in the file, or that an override made.
+  [[nodiscard]] const toml::table& root() const { return root_; }  ///< with the overrides
+  /// Position of a key or table: at `source` in the file, or in an override.
   [[nodiscard]] Place place_of(const std::string& path, const toml::source_region& source) const;
 
  private:
   struct Override {
-    std::string path;  ///< "body[0].velocity_m_s"; empty where it is not understood
+    std::string path;  ///< "body[0].velocity_m_s"; empty if invalid
     std::string text;  ///< as given
     [[nodiscard]] Place place(std::size_t number) const;
   };
-  /// @returns what is wrong with it; empty if nothing is
+  /// @returns the error; empty if there is none
   std::string apply(Override& change);
-  /// The table that holds the key of a path, made where it is not there. @param problem  why there is none
+  /// The table that holds the key of a path; created if missing. @param problem  the reason if that fails
   toml::table* table_for(const std::string& path, std::string& problem);
-  /// Takes out what the file says of the same quantity; what another override says stays, so that the two are found to exclude each other.
+  /// Removes the file's value of the same quantity. A value from another override stays, so that the conflict of the two is reported.
   void remove_rivals(const std::string& path, toml::table& table);
 
   const Schema& schema_;

@@ -11,7 +11,7 @@ namespace mpm::config {
 /// "a table", "an integer"
 [[nodiscard]] std::string kind_of(const toml::node& node);
 
-/// With a space for every control character: messages of the parser quote them as they are.
+/// Replaces control characters by spaces; messages of the parser quote them unchanged.
 [[nodiscard]] std::string printable(std::string_view text);
 
 /// Without line breaks, cut to a length that fits a message.
@@ -20,7 +20,7 @@ namespace mpm::config {
 /// A value as TOML; numbers read back to the same bits.
 [[nodiscard]] std::string toml_text(const toml::node& node);
 
-/// The value in a message: one line, cut to a sensible length.
+/// The value in a message: one line, cut to a limited length.
 [[nodiscard]] std::string shown(const toml::node& node);
 
 }  // namespace mpm::config

@@ -11,7 +11,7 @@ namespace mpm::config {
 
 namespace {
 
-/// A word that means a number, but none that a key can hold: --set takes what is not TOML, such as NaN and 1e400, as a word.
+/// Whether a word is a number that no key can hold: --set takes text that is not TOML, such as NaN and 1e400, as a word.
 std::string number_word_problem(const std::string& word) {
   char* end = nullptr;
   const double x = std::strtod(word.c_str(), &end);

@@ -1,5 +1,5 @@
 #pragma once
-/// From a TOML value to the value of a key.
+/// Conversion of a TOML value to the value of a key.
 
 #include <toml++/toml.h>
 
@@ -11,7 +11,7 @@
 namespace mpm::config {
 
 /// The value, if it has the type of the key and is permitted.
-/// @param problem  otherwise what is wrong with it: "is a string", "is out of range"
+/// @param problem  otherwise the error: "is a string", "is out of range"
 [[nodiscard]] std::optional<Value> to_value(const KeyInfo& key, const toml::node& node, std::string& problem);
 
 }  // namespace mpm::config

@@ -7,7 +7,7 @@
 
 namespace mpm::config {
 
-/// A value as TOML; numbers with as many digits as it takes to read the same bits.
+/// A value as TOML; numbers with enough digits to read back to the same bits.
 [[nodiscard]] std::string to_toml(const ParameterValue& value);
 
 /// "text" in quotes, as TOML

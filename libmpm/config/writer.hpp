@@ -1,5 +1,5 @@
 #pragma once
-/// Writes what a schema describes back as TOML, and compares and hashes it in that form.
+/// Writes an object as TOML by its schema; compares and hashes objects in that form.
 
 #include <cstdint>
 #include <optional>
@@ -14,10 +14,10 @@ namespace mpm::config {
 /// Every key that applies, as a file that reads back to the same object. @param skip  keys that are left out ("table.name")
 [[nodiscard]] std::string write(const Schema& schema, const void* root, const std::vector<std::string>& skip = {});
 
-/// One key, "table.key" or "body[0].key", as text: a number as in `write`, a string without its quotes. Empty where it is not written.
+/// One key, "table.key" or "body[0].key", as text: a number as in `write`, a string without its quotes. Empty if it is not written.
 [[nodiscard]] std::optional<std::string> value_of(const Schema& schema, const void* root, const std::string& path);
 
-/// In which keys two objects differ: "numerics.cfl was 0.4, is 0.3", "body[1].shape was "box", is (none)".
+/// The keys in which two objects differ: "numerics.cfl was 0.4, is 0.3", "body[1].shape was "box", is (none)".
 [[nodiscard]] std::vector<std::string> differences(const Schema& schema, const void* before, const void* now,
                                                    const std::vector<std::string>& skip);
 

@@ -11,15 +11,16 @@
 
 namespace mpm {
 
-/// Several sums at once, exact (base/exact_sum.hpp): the same bits on any number of threads and ranks, with no order to keep.
+/// Several sums at once, exact (base/exact_sum.hpp): the order of the additions does not matter, so any number of threads and ranks gives
+/// the same bits.
 class BlockSums {
  public:
-  /// @param count  of the sums
+  /// @param count  number of sums
   explicit BlockSums(std::size_t count) : sums_(count) {}
 
   /// Adds to sum number `at`.
   void add(std::size_t at, double number) { sums_[at].add(number); }
-  /// Adds a part that consists of 64-bit integers and then of doubles, to as many sums as it has members. @tparam integers  how many
+  /// Adds a part, a struct of 64-bit integers followed by doubles, to one sum for each member. @tparam integers  number of integers
   template <std::size_t integers = 0, class T>
   void add_part(std::size_t at, const T& part) {
     static_assert(sizeof(T) % sizeof(double) == 0);

@@ -1,5 +1,5 @@
 #pragma once
-/// Parts of sums over blocks on their way to the first rank, where not only their sums over all blocks matter (for these: block_sums.hpp).
+/// Contributions of single blocks, collected on the first rank; for sums over all blocks see block_sums.hpp.
 
 #include <cstring>
 #include <span>
@@ -10,12 +10,12 @@
 
 namespace mpm {
 
-/// Rows of numbers, each of one block.
+/// Rows of numbers, one or more for a block.
 class BlockTable {
  public:
   /// @param width  numbers of a row
   explicit BlockTable(std::size_t width) : width_(width) {}
-  /// For parts that are structs of double and 64-bit integers. @tparam T  which
+  /// A table of structs. @tparam T  a struct of double and 64-bit integers
   template <class T>
   static BlockTable of() {
     static_assert(sizeof(T) % sizeof(double) == 0);
@@ -42,10 +42,10 @@ class BlockTable {
     std::memcpy(row, static_cast<const void*>(&part), sizeof(T));
     add(block, row);
   }
-  /// A new row; none if all its bits are zero: adding it would change no sum.
+  /// Adds a row unless all its bits are zero, which would change no sum.
   void add_unless_zero(const Index3& block, std::span<const double> row);
 
-  /// Brings the rows of all ranks together on the first, in the order of the blocks; elsewhere the table is empty afterwards.
+  /// Collects the rows of all ranks on the first, in the order of the blocks; the tables of the others become empty.
   void gather(Ranks& ranks);
 
  private:

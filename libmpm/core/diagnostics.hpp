@@ -5,13 +5,13 @@
 
 namespace mpm {
 
-/// Of the computed part; whole_of_mirrored() completes them for a mirrored domain.
+/// Sums over the computed part; whole_of_mirrored() adds the images of a mirrored domain.
 struct Totals {
   std::uint64_t particles = 0;           ///< number of particles
   double mass = 0.0;                     ///< kg
   Vec3 centre = Vec3::Zero();            ///< of mass, m; zero without particles
   Vec3 momentum = Vec3::Zero();          ///< kg m/s
-  double momentum_scale = 0.0;           ///< sum m |v|, kg m/s: what round-off of the momentum is measured against
+  double momentum_scale = 0.0;           ///< sum m |v|, kg m/s: scale for the round-off of the momentum
   Vec3 angular_momentum = Vec3::Zero();  ///< about the origin, kg m^2/s, with the affine part of APIC: x_p x m v_p + m dx^2/4 axial(C_p)
   double angular_momentum_scale = 0.0;   ///< sum m |x||v|, kg m^2/s
   double kinetic_energy = 0.0;           ///< of the particle velocities, J
@@ -23,12 +23,12 @@ struct Totals {
 /// Kinetic energy, with the affine part that APIC keeps, and elastic energy of one particle, J.
 double kinetic_and_elastic_energy(const Particle& p, const Scene& scene, double cell_size);
 
-/// Exact over the blocks (block_sums.hpp): the same bits on any number of threads and ranks.
+/// The sums over blocks are exact (block_sums.hpp), so any number of threads and ranks gives the same bits.
 Totals totals(const State& state, const Scene& scene);
 
-/// Sums of the whole of a symmetric domain of which the part beyond the mirror planes is not computed.
+/// Sums over the whole symmetric domain, from those over the part that is computed.
 Totals whole_of_mirrored(Totals part, const MirrorPlanes& mirror);
-/// The force on a symmetric body from that on its computed part: doubled along the mirror, zero across it.
+/// The force on a symmetric body, from the force on its computed part: doubled along the mirror plane, zero across it.
 Vec3 whole_force(const Vec3& part, const MirrorPlanes& mirror);
 /// The same for a moment (an axial vector).
 Vec3 whole_moment(const Vec3& part, const MirrorPlanes& mirror);

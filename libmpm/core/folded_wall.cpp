@@ -12,7 +12,7 @@ namespace mpm {
 namespace {
 
 constexpr int column_nodes = 3;                                        ///< a master and two slaves
-constexpr double nearest = 0.5;                                        ///< cells from the plane to a master, at least
+constexpr double nearest = 0.5;                                        ///< least distance of a master from the plane, cells
 constexpr double rounding = 1e-9;                                      ///< cells
 constexpr double unbounded = std::numeric_limits<double>::infinity();  ///< kg m/s
 
@@ -24,11 +24,11 @@ std::optional<int> axis_of(const Wall& wall) {
   return std::nullopt;
 }
 
-/// Where a wall's columns have their nodes.
+/// The nodes of a wall's columns.
 struct ColumnPlan {
   int axis, inward;        ///< inward: +1 or -1, the step from a node to the next one behind it
   std::int32_t master;     ///< number of the masters' plane along the axis
-  double c[column_nodes];  ///< velocity over that of the master
+  double c[column_nodes];  ///< velocity relative to that of the master
 };
 
 ColumnPlan plan_of(const Wall& wall, int axis, double cell_size, double time) {
@@ -39,7 +39,7 @@ ColumnPlan plan_of(const Wall& wall, int axis, double cell_size, double time) {
   return {axis, sign > 0.0 ? -1 : 1, static_cast<std::int32_t>(master), {1.0, (d - 1.0) / d, (d - 2.0) / d}};
 }
 
-/// Node `by` steps along an axis from a block's node; null where there is no block.
+/// Node `by` steps along an axis from a block's node; null if there is no block.
 struct NodeAt {
   Node* node = nullptr;
   std::int32_t block = no_block;
@@ -59,11 +59,11 @@ NodeAt node_at(Grid& grid, std::int32_t block, int number, int axis, int by) {
 struct ColumnNode {
   NodeAt at;
   double mass = 0.0;      ///< on the grid, kg
-  Vec3 before, velocity;  ///< relative to the surface: at first, and what becomes of it
+  Vec3 before, velocity;  ///< relative to the surface, before and after contact
 };
 
 /// Velocities of a column after contact. @param strongest  bound of its normal impulse, kg m/s
-/// @returns the normal impulse that it took, positive where material pushes against the wall; empty if the column is free
+/// @returns the normal impulse on the wall, positive for compression; empty if the column is free
 std::optional<double> fold_column(std::array<ColumnNode, column_nodes>& column, const ColumnPlan& plan, const Wall& wall,
                                   double strongest = unbounded) {
   const double sign = -plan.inward;
@@ -73,28 +73,28 @@ std::optional<double> fold_column(std::array<ColumnNode, column_nodes>& column, 
     momentum += plan.c[k] * column[static_cast<std::size_t>(k)].mass * column[static_cast<std::size_t>(k)].before;
     mass += plan.c[k] * plan.c[k] * column[static_cast<std::size_t>(k)].mass;
   }
-  const Vec3 held = momentum / mass;  // of the master, if all stick
-  Vec3 sticking = Vec3::Zero();       // the impulse that it would take
+  const Vec3 held = momentum / mass;  // velocity of the master if all stick
+  Vec3 sticking = Vec3::Zero();       // impulse needed for that
   for (int k = 0; k < column_nodes; ++k) {
     const ColumnNode& n = column[static_cast<std::size_t>(k)];
     sticking += n.mass * (n.before - plan.c[k] * held);
   }
-  const double pull = sign * sticking[plan.axis];  // negative where material pushes against the wall
+  const double pull = sign * sticking[plan.axis];  // negative: material pushes against the wall
   if (wall.contact == Contact::separable && pull >= 0.0) return std::nullopt;
-  double share = 0.0;  // of the tangential way to sticking
+  double fraction = 0.0;  // of the tangential change to sticking
   if (wall.contact == Contact::no_slip) {
-    share = 1.0;
+    fraction = 1.0;
   } else if (wall.friction > 0.0 && pull < 0.0) {
     Vec3 tangential = sticking;
     tangential[plan.axis] = 0.0;
     const double all = tangential.norm(), most = -wall.friction * pull;
-    share = all > most ? most / all : 1.0;
+    fraction = all > most ? most / all : 1.0;
   }
-  const double part = -pull > strongest ? strongest / -pull : 1.0;  // of all impulses
+  const double part = -pull > strongest ? strongest / -pull : 1.0;  // factor of all impulses
   for (int k = 0; k < column_nodes; ++k) {
     ColumnNode& n = column[static_cast<std::size_t>(k)];
     const Vec3 stuck = plan.c[k] * held;
-    n.velocity = n.before + share * (stuck - n.before);
+    n.velocity = n.before + fraction * (stuck - n.before);
     n.velocity[plan.axis] = stuck[plan.axis];
     if (part < 1.0) n.velocity = n.before + part * (n.velocity - n.before);
   }
@@ -118,13 +118,13 @@ bool collect_column(Grid& grid, const ColumnPlan& plan, std::int32_t block, int 
   return behind;
 }
 
-/// Sets a node's velocity, relative to a surface. @param impulse  gets the momentum that it gave, of the computed part
+/// Sets a node's velocity, relative to a surface. @param impulse  the momentum that the node lost, of the computed part, is added to it
 void set_velocity(const Grid& grid, const NodeAt& at, const MirrorPlanes& mirror, const Vec3& surface, const Vec3& velocity,
                   const Vec3& reference, Impulse& impulse) {
   const Index3& block = grid.block(at.block).coordinate;
   Node& node = *at.node;
   const Vec3 after = surface + velocity;
-  const Vec3 given = computed_share(mirror, block, at.number) * node[3] * (Vec3(node[0], node[1], node[2]) - after);
+  const Vec3 given = computed_fraction(mirror, block, at.number) * node[3] * (Vec3(node[0], node[1], node[2]) - after);
   impulse.add(given, node_position(block, at.number, grid.cell_size()) - reference, surface);
   node = Node{after.x(), after.y(), after.z(), node[3]};
 }
@@ -147,7 +147,7 @@ bool folds(const Wall& wall, std::span<const Boundary> boundaries, const MirrorP
   return std::ranges::none_of(boundaries, [&](const Boundary& other) {
     const Wall* const parallel = plane_of(other);
     if (parallel == nullptr || parallel->normal.dot(wall.normal) > -0.5) return false;
-    // its own master is the first node half a cell before it: another one only where there is a cell between
+    // a coupled wall's own master is the first node half a cell before it, so it is another node only if there is a cell between
     return parallel->normal.dot(master) - parallel->offset(time) < (nearest + 1.0 - rounding) * cell_size;
   });
 }
@@ -167,7 +167,7 @@ std::vector<Impulse> apply_folded_wall(Grid& grid, const Boundary& boundary, con
   for (std::size_t i = 0; i < all.size(); ++i) {
     const Index3& block = grid.block(all[i]).coordinate;
     const std::int32_t first = block_edge * block[static_cast<std::size_t>(axis)];
-    // steps from the masters' plane towards the inside: of the block's nodes, those nearest and furthest
+    // range of the block's nodes, in steps from the masters' plane into the wall
     const std::int32_t from = plan.inward * (first - plan.master), to = plan.inward * (first + block_edge - 1 - plan.master);
     if (std::max(from, to) < 0) continue;
     const auto write = [&](const NodeAt& at, const Vec3& surface, const Vec3& velocity) {
@@ -177,7 +177,7 @@ std::vector<Impulse> apply_folded_wall(Grid& grid, const Boundary& boundary, con
       const std::int32_t inward = plan.inward * (first + n / stride % block_edge - plan.master);
       if (inward < 0) continue;
       const Vec3 surface = surface_velocity(node_position(block, n, dx));
-      if (inward > 0) {  // a slave of a master that is there is that one's; any other node acts for itself
+      if (inward > 0) {  // skip slaves of a master in an existing block; any other node acts alone
         if (inward < column_nodes && node_at(grid, all[i], n, axis, -plan.inward * inward).node != nullptr) continue;
         const NodeAt self = node_at(grid, all[i], n, axis, 0);
         const Node& node = *self.node;
@@ -188,7 +188,7 @@ std::vector<Impulse> apply_folded_wall(Grid& grid, const Boundary& boundary, con
       }
       std::array<ColumnNode, column_nodes> column;
       if (!collect_column(grid, plan, all[i], n, surface, column)) continue;
-      if (column[0].mass <= 0.0) {  // nothing before the wall to fold: what is behind it is held as by nodes
+      if (column[0].mass <= 0.0) {  // no material before the wall: nodes behind it act alone
         for (ColumnNode& c : column) c.velocity = contact_velocity(c.before, wall.normal, Vec3::Zero(), wall.contact, wall.friction);
       } else if (!fold_column(column, plan, wall)) {
         continue;
@@ -225,7 +225,7 @@ void apply_folded_top(Grid& grid, const SurfaceSolid& solid, const MirrorPlanes&
     std::array<ColumnNode, column_nodes> column;
     if (!collect_column(grid, plan, block, number, Vec3::Zero(), column)) continue;
     const int inner = columns[i].inner;
-    const double strongest = inner < 0 ? unbounded : columns[i].share * taken[static_cast<std::size_t>(inner)];
+    const double strongest = inner < 0 ? unbounded : columns[i].largest * taken[static_cast<std::size_t>(inner)];
     const std::optional<double> normal = fold_column(column, plan, top, strongest);
     if (!normal) continue;
     taken[i] = *normal;

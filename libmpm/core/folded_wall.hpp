@@ -20,14 +20,14 @@ namespace mpm {
 /// (negative behind). v_m = sum c_k m_k v_k / sum c_k^2 m_k is the projection of the node velocities onto that form, orthogonal in the
 /// kinetic-energy norm. On a plane of nodes this is the exact mirror image. no_slip: all components;
 /// separable: only where the column as a whole is pushed against the wall. Coulomb friction takes from the tangential
-/// velocities v_t the same share s of the way to sticking (v_t = c_k w), s <= 1 and s |J_stick| <= mu |J_n|. Nodes further behind act
-/// each for itself, as all do in a column whose master has no mass.
+/// velocities v_t the same fraction s of the change to sticking (v_t = c_k w), s <= 1 and s |J_stick| <= mu |J_n|. Nodes further behind act
+/// alone, and so do all nodes of a column whose master has no mass.
 /// @param boundary  a wall, moving or not, that folds()
-/// @returns what the wall took in each block of Grid::all_blocks(), that of a column in the block of its master
+/// @returns the impulse on the wall for each block of Grid::all_blocks(); a column counts in the block of its master
 std::vector<Impulse> apply_folded_wall(Grid& grid, const Boundary& boundary, const MirrorPlanes& mirror, double time);
 
 /// Lets the top of a solid act, as a separable wall folds, on the columns of nodes that stand on it.
-/// @param impulse  what it took is added to this
+/// @param impulse  the impulse on the top is added to it
 void apply_folded_top(Grid& grid, const SurfaceSolid& solid, const MirrorPlanes& mirror, ContactImpulse& impulse);
 
 /// True if the wall has ContactRule::surface, is normal to an axis, and no parallel wall constrains, or is also coupled to, the master
@@ -39,7 +39,8 @@ struct JoinedLayers {
   int axis = 0;            ///< 0, 1, 2
   std::int32_t lower = 0;  ///< coordinate of its blocks
 };
-/// The layers of blocks that the columns of a wall that folds() reach into; empty if it is a single one. @param cell_size  m. @param time s
+/// The two layers of blocks that contain the columns of a wall that folds(); empty if one layer contains them. @param cell_size  m. @param
+/// time s
 std::optional<JoinedLayers> layers_of_columns(const Wall& wall, double cell_size, double time);
 /// The same for the columns of apply_folded_top.
 std::optional<JoinedLayers> layers_of_top(const SurfaceSolid& solid, double cell_size);

@@ -29,7 +29,7 @@ void ParticleBin::append(int cell_of_p, PagePool& pool) {
 }
 
 void ParticleBin::append(const Particle& p, int cell_of_p, PagePool& pool) {
-  if (count_ == 0) frame.velocity = Vec3(p.velocity[0], p.velocity[1], p.velocity[2]);  // until grid_to_particle knows a better one
+  if (count_ == 0) frame.velocity = Vec3(p.velocity[0], p.velocity[1], p.velocity[2]);  // until grid_to_particle sets the mean velocity
   append(cell_of_p, pool);
   set(count_ - 1, p);
 }
@@ -64,7 +64,7 @@ void ParticleBin::release(PagePool& pool) {
 
 void ParticleBin::sort_by_cell() {
   // Four runs of slots, each with counters of its own: neighbouring slots often share a cell, and one counter would make each
-  // increment wait for the one before. The order that comes out is that of one run.
+  // increment wait for the one before. The resulting order is that of one run.
   constexpr std::size_t runs = 4;
   const std::size_t n = cell.size(), length = n / runs;
   const std::uint8_t* const c = cell.data();
@@ -186,7 +186,7 @@ void Grid::insert(const Particle& p) {
     coordinate[static_cast<std::size_t>(axis)] = node >> 2;
     cell |= (node & 3) << (2 * axis);
   }
-  if (ranks_ != nullptr && !ranks_->owns(coordinate)) return;  // every rank is given all particles, and keeps its own
+  if (ranks_ != nullptr && !ranks_->owns(coordinate)) return;  // the caller passes all particles to every rank, which keeps its own
   block(block_at(coordinate)).particles.append(p, cell, *pool_);
 }
 
@@ -213,7 +213,7 @@ void Grid::migrate() {
   if (set_changed_) rebuild_lists();
   bool out_of_memory = false;
 #pragma omp parallel for schedule(dynamic, 4)
-  for (std::size_t i = 0; i < all_.size(); ++i) {  // each block pulls what is meant for it, neighbours in fixed order
+  for (std::size_t i = 0; i < all_.size(); ++i) {  // each block collects its particles from its neighbours, in a fixed order
     Block& self = block(all_[i]);
     try {
       for (int n = 0; n < 27; ++n) {

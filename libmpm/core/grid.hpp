@@ -6,8 +6,8 @@
 /// forward neighbours. A block exists while it, or one of its seven backward neighbours, holds particles, so memory follows the
 /// occupied volume and not the bounding box.
 ///
-/// Order is what makes results repeatable. Every list below is sorted by block coordinate, every sum over blocks runs in that
-/// order, and a block is only ever changed by the thread that works on it: the same bits on any number of threads.
+/// Results are repeatable because the order is fixed. Every list below is sorted by block coordinate, and only the thread that works on a
+/// block changes it. So any number of threads gives the same bits.
 
 #include <cstdint>
 #include <deque>
@@ -33,7 +33,7 @@ inline constexpr int block_nodes = 64;  ///< nodes a block owns
 constexpr int node_stride(int axis) { return axis == 0 ? 1 : axis == 1 ? block_edge : block_edge * block_edge; }
 inline constexpr int halo_edge = block_edge + 2;                      ///< nodes per axis that a block's particles touch
 inline constexpr int halo_nodes = halo_edge * halo_edge * halo_edge;  ///< nodes that a block's particles touch
-inline constexpr std::int32_t no_block = -1;                          ///< index where there is none
+inline constexpr std::int32_t no_block = -1;                          ///< index if there is no block
 
 /// Offset of a neighbour: dx, dy, dz in {-1, 0, 1}; 13 is the block itself, 26 - slot the opposite neighbour.
 constexpr int neighbour_slot(int dx, int dy, int dz) { return (dz + 1) * 9 + (dy + 1) * 3 + dx + 1; }
@@ -67,8 +67,8 @@ decltype(auto) with_record_type(Precision precision, F&& f) {
 
 /// Particles of one block: pages in slot order, and the slots sorted by cell.
 ///
-/// They are stored as Particle or as SingleRecord; one run has one of the two. Kernels work on the records. Everybody else sees the value
-/// Particle, which is read and written as a whole.
+/// They are stored as Particle or as SingleRecord; one run has one of the two. Kernels work on the records. All other code reads and writes
+/// the value Particle as a whole.
 class ParticleBin {
  public:
   ParticleBin() = default;
@@ -143,17 +143,18 @@ struct Migrant {
   int cell;           ///< there
 };
 
-/// 4x4x4 cells: their particles, and who is next to them.
+/// 4x4x4 cells, with their particles and the numbers of the neighbours.
 struct Block {
   Index3 coordinate{};                       ///< first node = 4 * coordinate
   std::array<std::int32_t, 27> neighbour{};  ///< by neighbour_slot: indices in Grid, or no_block
   ParticleBin particles;                     ///< whose base node is here
   std::vector<Migrant> outbox;               ///< particles that leave, until migrate()
-  std::vector<std::uint8_t> outbox_to;       ///< neighbour_slot where each of the outbox goes: every neighbour looks for its own
+  std::vector<std::uint8_t> outbox_to;       ///< destination of each particle in the outbox, as neighbour_slot
   std::uint32_t outbox_neighbours = 0;       ///< bit n: the outbox holds migrants to neighbour n
   bool owned = true;                         ///< false: a ghost, another rank's (ranks.hpp)
   bool at_border = false;                    ///< a block of another rank is among it and its neighbours
-  /// Where the particles' parts go in place of the nodes of the neighbours: set by Ranks::plan for those that share nodes with other ranks.
+  /// Where the particles' contributions go instead of the neighbours' nodes: set by Ranks::plan for blocks that share nodes with other
+  /// ranks.
   const std::array<std::int32_t, 27>* parts = nullptr;
 
   /// Puts a migrant into the outbox. @param to  neighbour_slot
@@ -162,7 +163,7 @@ struct Block {
     outbox_to.push_back(static_cast<std::uint8_t>(to));
     outbox_neighbours |= 1U << to;
   }
-  /// After all neighbours have taken theirs.
+  /// Empties the outbox, after all neighbours have collected their particles.
   void clear_outbox() {
     outbox.clear();
     outbox_to.clear();

@@ -51,7 +51,7 @@ void fill(GroupHalo<SingleLanes>& halo, const Grid& grid, std::int32_t block, bo
   });
 }
 
-/// The velocity of a block that its particles' are relative to: that of the mass on the nodes around. 0 where there is none.
+/// The velocity of a block to which its particles' velocities are relative: mean of the nodes around it, weighted by mass; 0 without mass.
 Vec3 mean_velocity(const Grid& grid, std::int32_t block) {
   Node sum{};
   for_each_row(grid, block, false, [&](const Node* from, int, auto count) {
@@ -74,7 +74,7 @@ struct MovingGroup {
 /// Nearest integer plus this constant puts the integer into the low bits of the sum (for |value| < 2^51).
 constexpr double to_integer_bits = 6755399441055744.0;  // 1.5 * 2^52
 
-/// Where a step takes the particles of a block. Lane 3 of a position is the volume and stays.
+/// Moves the particles of a block. Lane 3 of a position is the volume and stays.
 /// @{
 template <class Record>
 class Displacement;
@@ -100,7 +100,7 @@ class Displacement<Particle> {
   double inverse_dx_;
   Vector to_cell_;
 };
-/// The block's own displacement is rounded once for all, that relative to it for each particle.
+/// The block's displacement is rounded once, the displacement relative to it for each particle.
 template <>
 class Displacement<SingleRecord> {
  public:
@@ -113,7 +113,7 @@ class Displacement<SingleRecord> {
       const double common = i % 4 < 3 ? v[i % 4] : 0.0;
       velocity_[i] = static_cast<float>(common);
       const double steps = std::nearbyint(common * units);
-      common_[i] = std::abs(steps) < 0x1p31 ? static_cast<std::int32_t>(steps) : 0;  // beyond: holds() says so
+      common_[i] = std::abs(steps) < 0x1p31 ? static_cast<std::int32_t>(steps) : 0;  // larger values: holds() returns false
     }
   }
   [[nodiscard]] SingleLanes moved(SingleLanes position, SingleLanes velocity) const {
@@ -121,7 +121,7 @@ class Displacement<SingleRecord> {
   }
   [[nodiscard]] SingleLanes absolute(SingleLanes velocity) const { return velocity + velocity_; }
   [[nodiscard]] SingleLaneMask cell(SingleLanes position) const { return std::bit_cast<SingleLaneMask>(position) >> position_bits; }
-  /// Whether no particle went further than a block: positions beyond do not fit into their numbers.
+  /// Whether no particle moved further than a block; the integers cannot hold positions beyond.
   [[nodiscard]] bool holds(double max_speed_squared) const { return !(max_speed_squared > reach_ * reach_); }
 
  private:
@@ -150,7 +150,7 @@ BlockMotion move_block(Grid& grid, std::int32_t index, const TransferOptions& op
   const V affine_scale = V{} + static_cast<Scalar>(4.0 * grid.inverse_cell_size());
   const auto kept = static_cast<Scalar>(options.kept);
   V max_speed_squared = {};
-  Record discarded[size] = {};  // take what would be the particles beyond the last of a cell
+  Record discarded[size] = {};  // written in place of the padding behind a cell's last particle
   std::uint32_t reach = 0;
   MovingGroup<Record> groups[batch];
 
@@ -189,7 +189,7 @@ BlockMotion move_block(Grid& grid, std::int32_t index, const TransferOptions& op
 
         const V absolute = displacement.absolute(v);
         const V v2 = absolute * absolute;
-        const V speed_squared = v2 + spread<1>(v2) + spread<2>(v2);  // in the first lane of each
+        const V speed_squared = v2 + spread<1>(v2) + spread<2>(v2);  // in the first lane of each particle
         max_speed_squared = max(speed_squared, max_speed_squared);
 
         const auto bytes = Group<Record>::bytes_of(displacement.cell(x));

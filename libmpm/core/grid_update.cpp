@@ -16,7 +16,7 @@ namespace mpm {
 
 namespace {
 
-/// Velocities from momenta, with what gravity adds in dt. Returns the mass of the computed part, kg.
+/// Velocities from momenta, with the change by gravity in dt. Returns the mass of the computed part, kg.
 /// @param old  not null: holds the momentum that internal forces give, and gets the velocities before forces
 double velocities_of(NodeBlock& nodes, NodeBlock* old, const Index3& block, const MirrorPlanes& mirror, const Node& gained) {
   const bool cut = is_cut(mirror, block);
@@ -24,7 +24,7 @@ double velocities_of(NodeBlock& nodes, NodeBlock* old, const Index3& block, cons
   for (int i = 0; i < block_nodes; ++i) {
     Node& n = nodes.node[i];
     const double m = n[3];
-    mass += cut ? computed_share(mirror, block, i) * m : m;
+    mass += cut ? computed_fraction(mirror, block, i) * m : m;
     const double inverse = m > 0.0 ? 1.0 / m : 0.0;
     Node v = n * inverse;
     if (old != nullptr) {
@@ -39,7 +39,7 @@ double velocities_of(NodeBlock& nodes, NodeBlock* old, const Index3& block, cons
   return mass;
 }
 
-/// Lets one boundary act on a block's nodes. @param layers  the block's layers of nodes, or null. @returns what the boundary took
+/// Lets one boundary act on a block's nodes. @param layers  the block's layers of nodes, or null. @returns the impulse on the boundary
 template <class AnyOf>
 Impulse constrain_block(const AnyOf& boundary, NodeBlock& nodes, const Index3& block, const MirrorPlanes& mirror, double dx, double time,
                         Vec3* layers) {
@@ -52,7 +52,7 @@ Impulse constrain_block(const AnyOf& boundary, NodeBlock& nodes, const Index3& b
     if (!boundary.covers(position, time)) continue;
     const Vec3 before(node[0], node[1], node[2]);
     const Vec3 after = boundary.constrain(position, before, time);
-    const Vec3 taken = (cut ? computed_share(mirror, block, n) : 1.0) * node[3] * (before - after);
+    const Vec3 taken = (cut ? computed_fraction(mirror, block, n) : 1.0) * node[3] * (before - after);
     impulse.add(taken, position - boundary.reference_point(), boundary.surface_velocity(position, time));
     if (layers != nullptr) layers[n / node_stride(2)] += taken;
     node = Node{after.x(), after.y(), after.z(), node[3]};
@@ -60,8 +60,8 @@ Impulse constrain_block(const AnyOf& boundary, NodeBlock& nodes, const Index3& b
   return impulse;
 }
 
-/// Adds what each block booked in its four layers, in the order of the blocks.
-/// @param table  of blocks that took something: twelve numbers a row
+/// Adds the impulses on the four layers of each block, in the order of the blocks.
+/// @param table  rows of twelve numbers, of the blocks with impulses
 LayerImpulses sum_of_layers(const BlockTable& table) {
   constexpr std::int32_t edge = block_edge;
   LayerImpulses sum;
@@ -84,13 +84,13 @@ constexpr std::size_t impulse_numbers = 7;
 constexpr std::size_t layer_numbers = 3 * block_edge;  ///< of a block: an impulse for each layer of its nodes
 static_assert(sizeof(Impulse) == impulse_numbers * sizeof(double) && sizeof(Vec3) == 3 * sizeof(double));
 
-/// Whether a part would change a sum: most blocks touch no boundary.
+/// Whether an impulse would change a sum; most blocks touch no boundary.
 bool anything(const Impulse& part) {
   static const Impulse nothing;
   return std::memcmp(static_cast<const void*>(&part), static_cast<const void*>(&nothing), sizeof(Impulse)) != 0;
 }
 
-/// Applies a scene's boundaries, one after another, and books what each took.
+/// Applies a scene's boundaries, one after another, and records the impulse on each.
 class Boundaries {
  public:
   Boundaries(Grid& grid, const GridForces& forces, double time)
@@ -180,7 +180,7 @@ class Boundaries {
   }
 
  private:
-  /// What the blocks' layers took of the k-th layered boundary, of all ranks on the first.
+  /// Impulses on the layers of the k-th layered boundary, over all ranks; on the first rank.
   [[nodiscard]] BlockTable layers_taken(std::size_t k) const {
     BlockTable table(layer_numbers);
     const auto all = grid_.all_blocks();
@@ -199,7 +199,7 @@ class Boundaries {
     return !std::holds_alternative<SurfaceSolid>(boundary) &&
            (wall == nullptr || !folds(*wall, forces_.boundaries, forces_.mirror, grid_.cell_size(), time_));
   }
-  /// Place of a boundary among those whose impulses are booked by layer; behind the last for another.
+  /// Index of a boundary among those whose impulses are recorded by layer; past the end for the others.
   [[nodiscard]] std::size_t place_of(std::size_t b) const {
     return static_cast<std::size_t>(std::ranges::find(forces_.layered, b) - forces_.layered.begin());
   }
@@ -214,7 +214,7 @@ class Boundaries {
   GridUpdate update_;
 };
 
-/// Afterwards the first rank has what one rank would have, and the others have nothing.
+/// Afterwards the first rank has the impulses of a run on one rank, and the others have none.
 void Boundaries::gather_contacts(Ranks& ranks) {
   // rows in the order {boundary, kind, layer or turn}; the rows of a top all come from one rank
   enum Kind : std::int32_t { range, side, top };

@@ -13,18 +13,18 @@ namespace mpm {
 
 /// What acts on the grid during one step.
 struct GridForces {
-  std::span<const Boundary> boundaries;  ///< in the order in which they act, each on the velocity that the one before left
-  std::span<const std::size_t> layered;  ///< numbers of the boundaries whose impulses are booked by grid layer, too
+  std::span<const Boundary> boundaries;  ///< in the order in which they act; each changes the velocity after the previous one
+  std::span<const std::size_t> layered;  ///< indices of the boundaries whose impulses are also recorded by grid layer
   Vec3 gravity = Vec3::Zero();           ///< m/s^2
-  MirrorPlanes mirror;                   ///< whose images are made anew after the boundaries have acted
+  MirrorPlanes mirror;                   ///< their images are renewed after the boundaries have acted
   double density = 0.0;                  ///< of the material at rest, kg/m^3: with `relaxed`, for the correction around obstacles
-  double relaxed = 0.0;                  ///< share of the particles' own motion that relaxes to the grid's in this step
+  double relaxed = 0.0;                  ///< fraction of the particles' own motion that relaxes to the grid's in this step
 };
 
-/// What one update did; with mirror planes: to the computed part.
+/// Result of one update; with mirror planes, of the computed part.
 struct GridUpdate {
-  double mass = 0.0;                  ///< on the grid, kg: gravity gave it the momentum dt g m
-  std::vector<Impulse> impulses;      ///< that each boundary took. A node that several boundaries share is booked by each with its own part
+  double mass = 0.0;                  ///< on the grid, kg: its momentum grew by dt g m
+  std::vector<Impulse> impulses;      ///< on each boundary. At a node of several boundaries each has its own part
   std::vector<LayerImpulses> layers;  ///< of the boundaries in GridForces::layered, in that order
 };
 

@@ -60,7 +60,7 @@ EnergyWatch::EnergyWatch(const State& state, const Scene& scene) : gravity_(scen
   start_ = largest_ = energy_of(t);
 }
 
-void EnergyWatch::book(const StepReport& report) {
+void EnergyWatch::add(const StepReport& report) {
   momentum_ += report.entered.momentum + report.gravity_impulse;
   for (const Impulse& taken : report.impulses) {
     momentum_ -= taken.linear;
@@ -70,7 +70,7 @@ void EnergyWatch::book(const StepReport& report) {
   momentum_ -= report.left.momentum;
 }
 
-double EnergyWatch::excess_share(const Totals& now) {
+double EnergyWatch::excess_ratio(const Totals& now) {
   momentum_ = now.momentum;  // drops the round-off of the steps since
   const double energy = energy_of(now);
   largest_ = std::max(largest_, energy);
@@ -84,11 +84,11 @@ HealthWatch::HealthWatch(const State& state, const Scene& scene) : energy_(state
 
 std::vector<std::string> HealthWatch::check(const State& state, const Scene& scene, const Totals& now) {
   std::vector<std::string> warnings;
-  const double share = energy_.excess_share(now);
-  const bool unstable = share > EnergyWatch::beyond_doubt;
-  if (unstable || (share > EnergyWatch::suspicious && !warned_energy_)) {
+  const double excess = energy_.excess_ratio(now);
+  const bool unstable = excess > EnergyWatch::beyond_doubt;
+  if (unstable || (excess > EnergyWatch::suspicious && !warned_energy_)) {
     const std::string text = "at t = " + number_text(state.time) + " s, step " + std::to_string(state.step) + ": " +
-                             number_text(energy_.excess(), 3) + " J, " + std::to_string(std::lround(100.0 * share)) +
+                             number_text(energy_.excess(), 3) + " J, " + std::to_string(std::lround(100.0 * excess)) +
                              " % of the largest energy so far, came from nothing (neither gravity, nor walls, nor the inlet gave it); the "
                              "fastest is " +
                              place_of(fastest_particle(state), scene) + ", " + number_text(state.max_speed, 4) +

@@ -1,6 +1,6 @@
 #pragma once
 /// Watches over a run from outside the step: the energy balance, a time step that shrinks, particles that start inside a boundary.
-/// Faults of single particles (not finite, turned inside out, too far in one step) are found by step() itself.
+/// step() itself detects errors of single particles (not finite, turned inside out, too far in one step).
 
 #include <string>
 #include <vector>
@@ -17,27 +17,27 @@ namespace mpm {
 ///
 /// P is the momentum after the boundaries have acted, with which the particles move, so that dt g.P is the work of gravity; a surface that
 /// moves with u does the work -J.u (Impulse::work), one at rest none. The rest can only be lost: contact, friction, plastic and viscous
-/// work, and both transfers (APIC: Jiang et al. 2015; the PIC/FLIP blend likewise, as long as the share of FLIP is at most 1). So gain
+/// work, and both transfers (APIC: Jiang et al. 2015; the PIC/FLIP blend likewise, as long as the fraction of FLIP is at most 1). So gain
 /// can only fall, except for the oscillation of symplectic Euler, whose energy for a mode of frequency omega stays within the fraction
 /// omega dt/2 of a constant (Hairer, Lubich & Wanner, Geometric Numerical Integration, ch. IX). Its rise above its minimum is the excess, a
 /// sign of instability, compared with the largest E so far. In stable runs of this project's cases the ratio stayed below 0.02; the energy
 /// of an instability grows exponentially.
 class EnergyWatch {
  public:
-  /// 0.1: several times what sound runs show. 0.9: at cfl <= 1 not even a run whose whole energy swings in the grid's highest mode
+  /// 0.1: several times the values of stable runs. 0.9: at cfl <= 1 not even a run whose whole energy swings in the grid's highest mode
   /// (omega dt = sqrt(3/2) cfl for quadratic B-splines) shows more than 1 - (1 - 0.61)/(1 + 0.61) = 0.76.
   /// @{
   static constexpr double suspicious = 0.1, beyond_doubt = 0.9;
   /// @}
 
-  /// Starts at this state: what was before, before a resume for example, does not count.
+  /// Starts the balance at this state, for example after a resume.
   EnergyWatch(const State& state, const Scene& scene);
   /// To be called after every step.
-  void book(const StepReport& report);
+  void add(const StepReport& report);
   /// @param now  sums of the computed part, without the images of mirror planes
   /// @returns excess over the largest E so far, 0 where there is no energy
-  double excess_share(const Totals& now);
-  [[nodiscard]] double excess() const { return excess_; }  ///< J, at the last call of excess_share
+  double excess_ratio(const Totals& now);
+  [[nodiscard]] double excess() const { return excess_; }  ///< J, at the last call of excess_ratio
   [[nodiscard]] double gain() const { return gain_; }      ///< J, likewise
 
  private:
@@ -45,17 +45,18 @@ class EnergyWatch {
   double start_, largest_, given_ = 0.0, gain_ = 0.0, lowest_ = 0.0, excess_ = 0.0;
 };
 
-/// The fastest particle, of several as fast that with the lowest number; all zeros without particles. With several ranks: on the first.
+/// The fastest particle; if several are equally fast, the one with the lowest number; all zeros without particles. With several ranks: on
+/// the first.
 Particle fastest_particle(const State& state);
 
-/// What a run asks at every sample. Each warning is given once.
+/// The checks of a run at every sample. Each warning is given once.
 class HealthWatch {
  public:
   /// Starts at this state.
   HealthWatch(const State& state, const Scene& scene);
   /// To be called after every step.
-  void book(const StepReport& report) { energy_.book(report); }
-  /// Warnings for the log. @throws UnstableError if nine tenths of the energy came from nothing
+  void add(const StepReport& report) { energy_.add(report); }
+  /// Warnings for the log. @throws UnstableError if the excess reaches nine tenths of the energy
   std::vector<std::string> check(const State& state, const Scene& scene, const Totals& now);
 
  private:
@@ -66,12 +67,12 @@ class HealthWatch {
 
 /// Particles that a boundary holds.
 struct HeldParticles {
-  std::size_t count = 0;  ///< how many
+  std::size_t count = 0;  ///< number of particles
   std::string first;      ///< the one with the lowest number: "particle 7 at (1, 2, 3) m"
 };
 
-/// Particles for which the boundary prescribes the velocity of every node of their cell; the material law has no effect on them. Of
-/// all ranks, on the first; they call it together.
+/// Particles for which the boundary prescribes the velocity of every node of their cell; the material law has no effect on them.
+/// Collective: all ranks call it, and the first gets the result for all particles.
 HeldParticles particles_inside(const State& state, const Scene& scene, const Boundary& boundary);
 
 }  // namespace mpm

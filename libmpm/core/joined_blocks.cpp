@@ -34,7 +34,7 @@ JoinedBlocks::JoinedBlocks(const Scene& scene, double cell_size, double time) {
     if (below != above) layers[above] = lowest_of(layers, below);
   };
   for (std::size_t axis = 0; axis < 3; ++axis) {
-    for (const std::int32_t below : lower[axis]) add(layers_[axis], below, below + 1);  // rising, so that chains are found
+    for (const std::int32_t below : lower[axis]) add(layers_[axis], below, below + 1);  // ascending, so that chains are found
   }
   std::set<std::int32_t> in_columns = lower[2];
   for (const Boundary& boundary : scene.boundaries) {
@@ -54,8 +54,8 @@ void JoinedBlocks::join_columns(const SurfaceSolid& solid) {
   const Column all = *mine.begin();
   for (const Column& column : mine) {
     const Column before = lowest_of(columns_, column);
-    for (auto& [other, stands_for] : columns_) {
-      if (stands_for == before) stands_for = all;  // another solid's that shares a column
+    for (auto& [other, group] : columns_) {
+      if (group == before) group = all;  // of another solid with a common column
     }
     columns_[column] = all;
   }

@@ -9,11 +9,11 @@
 
 namespace mpm {
 
-/// Which blocks belong together in a scene at some time:
+/// The blocks that are joined in a scene at some time:
 /// - the two layers of blocks on both sides of a mirror plane,
 /// - the two layers that the columns of a folded wall or of a solid's top reach into, where these are two,
-/// - around a solid that acts at its surface: all columns of blocks that its stencil touches, two blocks at a time in height, which is what
-///   its contact solves at once.
+/// - around a solid that acts at its surface: all columns of blocks that its stencil touches, two blocks in height, because the
+///   contact is solved for two at once.
 class JoinedBlocks {
  public:
   /// None.
@@ -22,17 +22,17 @@ class JoinedBlocks {
   JoinedBlocks(const Scene& scene, double cell_size, double time);
   bool operator==(const JoinedBlocks&) const = default;
 
-  /// One block for all that belong together; a block that belongs to none stands for itself.
+  /// The representative of a group of joined blocks; the block itself if it is not joined.
   [[nodiscard]] Index3 representative(const Index3& block) const;
 
  private:
-  using Layers = std::map<std::int32_t, std::int32_t>;  ///< of those joined with one below: the lowest
+  using Layers = std::map<std::int32_t, std::int32_t>;  ///< lowest layer of the group, for each layer that is joined with one below
   using Column = std::array<std::int32_t, 2>;
   void join_columns(const SurfaceSolid& solid);
 
   std::array<Layers, 3> layers_;      ///< by axis
-  std::map<Column, Column> columns_;  ///< around solids, in terms of the lowest layers: one column for all that belong together
-  Layers pairs_;                      ///< there: pairs of blocks in height, z >> 1
+  std::map<Column, Column> columns_;  ///< around solids, after `layers_`: the representative of each joined column
+  Layers pairs_;                      ///< around solids: pairs of blocks in height, z >> 1
 };
 
 }  // namespace mpm

@@ -14,7 +14,7 @@ constexpr double outer_reach = LumpedMassCorrection::full_reach + LumpedMassCorr
 
 /// The fields on the nodes that a block's particles touch.
 struct Fields {
-  Node gained[halo_nodes];  ///< v - u: what forces and boundaries changed
+  Node gained[halo_nodes];  ///< v - u: change by forces and boundaries
   Node before[halo_nodes];  ///< u
 
   Fields(const Grid& grid, const Block& block) {
@@ -31,19 +31,19 @@ struct Fields {
   }
 };
 
-/// Prefetches the particle at order[n], if there is one: in the order of cells, which the hardware cannot guess.
+/// Prefetches the particle at order[n], if there is one; the hardware cannot predict the order by cell.
 void request(const ParticleBin& bin, int n) {
   if (n < bin.count()) __builtin_prefetch(bin.bytes(bin.order[static_cast<std::size_t>(n)]).data());
 }
 
-/// Where a particle is, and how large.
+/// Position and volume of a particle.
 struct Place {
   Vec3 x;
   double volume;
 };
 Place place_of(const Grid& grid, const ParticleBin& bin, int slot) {
   return with_record_type(grid.precision(), [&](auto record) {
-    const auto& p = decode(bin.record<decltype(record)>(slot), bin.frame);  // not a copy of the whole
+    const auto& p = decode(bin.record<decltype(record)>(slot), bin.frame);  // without a copy of the whole record
     return Place{{p.position[0], p.position[1], p.position[2]}, p.volume};
   });
 }
@@ -61,7 +61,7 @@ bool need_lumped_mass_correction(std::span<const Boundary> boundaries) {
   return std::ranges::any_of(boundaries, [](const Boundary& b) { return std::holds_alternative<SurfaceSolid>(b); });
 }
 
-double LumpedMassCorrection::share(const Vec3& x) const {
+double LumpedMassCorrection::weight(const Vec3& x) const {
   const double distance = std::max(distance_.outside(x.head<2>()), x.z() - top_) / dx_;
   return std::clamp((outer_reach - distance) / fade, 0.0, 1.0);
 }
@@ -87,7 +87,7 @@ void LumpedMassCorrection::add_of_block(const Grid& grid, const Block& block, st
     for (int n = bin.cell_start[cell]; n < bin.cell_start[cell + 1]; ++n) {
       request(bin, n + 16);
       const auto [x, volume] = place_of(grid, bin, bin.order[static_cast<std::size_t>(n)]);
-      const double mass = share(x) * density_ * volume;
+      const double mass = weight(x) * density_ * volume;
       if (mass == 0.0) continue;
       here = true;
       const Vec3 f = x / dx_ - base;

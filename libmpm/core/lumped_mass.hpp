@@ -1,5 +1,5 @@
 #pragma once
-/// Around an obstacle: what the lumped mass matrix does to accelerations, and its correction.
+/// Correction of accelerations around an obstacle for the error of the lumped mass matrix.
 ///
 /// A node's acceleration is its force over its own mass. So it is the mean of the field over the part of its kernel where there is
 /// material. A wall cuts kernels off, and the mean is then that of a place up to half a cell before the wall. Along an endless plane the
@@ -15,7 +15,7 @@
 /// before it and not those beside it, S_p takes a part of the correction away (force on a plate of six cells in a jet 1.02 of the exact one
 /// without it, 1.04 with it).
 /// The part of the motion that relaxes to the grid's velocity (transfer.hpp) is smoothed in the same way, beyond its linear part:
-///   v_i += (r/m_i) sum_p m_p w_ip (u_i - u_p - C_p (x_i - x_p)),       u before forces, r the relaxed share of the step
+///   v_i += (r/m_i) sum_p m_p w_ip (u_i - u_p - C_p (x_i - x_p)),       u before forces, r the fraction relaxed in the step
 /// Each particle's terms have no sum and with APIC no moment, so that momentum, and there angular momentum, are conserved exactly.
 /// Particles within full_reach of the wall take part fully, those beyond to a part that falls to zero over `fade`: an abrupt end would
 /// leave an error of its own (5 % of the acceleration there).
@@ -38,18 +38,18 @@ class LumpedMassCorrection {
   static constexpr double full_reach = 2.5;  ///< cells from the surface
   static constexpr double fade = 3.0;        ///< cells
 
-  /// @param density  of the material at rest, kg/m^3. @param relaxed  r, 0 .. 1; 1 stands for APIC
+  /// @param density  of the material at rest, kg/m^3. @param relaxed  r, 0 .. 1; 1 for APIC
   LumpedMassCorrection(const SurfaceSolid& solid, double cell_size, double density, double relaxed)
       : distance_(solid.outline()), top_(solid.top()), dx_(cell_size), density_(density), relaxed_(relaxed) {}
 
-  /// Share of a particle at x (m) that takes part.
-  [[nodiscard]] double share(const Vec3& x) const;
+  /// Weight of the correction for a particle at x (m), 0 .. 1.
+  [[nodiscard]] double weight(const Vec3& x) const;
   /// Whether particles of a column of blocks may take part. @param x,y  of its blocks' coordinates
   [[nodiscard]] bool reaches(std::int32_t x, std::int32_t y) const;
 
-  /// Adds m_i times the change of v_i to `change`, kg m/s, by number of block, as particle_to_grid adds to nodes: parts that other ranks
-  /// add go to lent nodes. Nodes must hold velocities, their old nodes those before forces, both with their images behind mirror planes and
-  /// on ghosts. Sums in the order of colours: the same bits on any number of threads.
+  /// Adds m_i times the change of v_i to `change`, kg m/s, by number of block, as particle_to_grid adds to nodes: parts of other ranks'
+  /// nodes go to temporary blocks. Nodes must hold velocities, their old nodes those before forces, both with their images behind mirror
+  /// planes and on ghosts. Sums in the order of colours: the same bits on any number of threads.
   void add(const Grid& grid, std::span<NodeBlock> change) const;
 
  private:

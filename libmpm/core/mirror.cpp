@@ -36,7 +36,7 @@ void fold(const Grid& grid, int axis, NodesOf&& nodes_of) {
   });
 }
 
-/// Sets the plane behind to the image of the plane at +1 again, whose velocities a boundary may have changed.
+/// Renews the plane behind as the image of the plane at +1, whose velocities a boundary may have changed.
 void reflect(Grid& grid, int axis) {
   const auto nodes_of = [&](std::int32_t b) -> NodeBlock& { return grid.nodes(b); };
   for_each_mirrored_block(grid, axis, nodes_of, [](const Node* nodes, Node* behind, int stride, Node flip) {

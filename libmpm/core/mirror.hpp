@@ -1,5 +1,5 @@
 #pragma once
-/// Mirror planes x = 0 and y = 0: half of a symmetric domain gives what the whole would.
+/// Mirror planes x = 0 and y = 0: the results of a symmetric domain from half of it.
 
 #include "libmpm/core/grid.hpp"
 
@@ -20,18 +20,18 @@ void fold_mirror_planes(Grid& grid, const MirrorPlanes& mirror);
 /// The same for another field of momenta. @param field  nodes by number of block, at least to the last in the grid's lists
 void fold_mirror_planes(const Grid& grid, const MirrorPlanes& mirror, std::span<NodeBlock> field);
 
-/// Makes the nodes behind the planes images again, after boundaries changed the velocities before them. Old nodes, which no boundary
-/// changes, are images already.
+/// Renews the images behind the planes after boundaries have changed the velocities before them. Old nodes need no renewal, because no
+/// boundary changes them.
 void reflect_velocities(Grid& grid, const MirrorPlanes& mirror);
 
-/// Share of a node that belongs to the computed part: none behind a mirror plane, half on it.
-inline double computed_share(const MirrorPlanes& mirror, const Index3& block, int node) {
-  double share = 1.0;
-  if (mirror.x) share *= block[0] < 0 ? 0.0 : block[0] == 0 && (node & 3) == 0 ? 0.5 : 1.0;
-  if (mirror.y) share *= block[1] < 0 ? 0.0 : block[1] == 0 && (node >> 2 & 3) == 0 ? 0.5 : 1.0;
-  return share;
+/// Fraction of a node that belongs to the computed part: 0 behind a mirror plane, a half on it.
+inline double computed_fraction(const MirrorPlanes& mirror, const Index3& block, int node) {
+  double fraction = 1.0;
+  if (mirror.x) fraction *= block[0] < 0 ? 0.0 : block[0] == 0 && (node & 3) == 0 ? 0.5 : 1.0;
+  if (mirror.y) fraction *= block[1] < 0 ? 0.0 : block[1] == 0 && (node >> 2 & 3) == 0 ? 0.5 : 1.0;
+  return fraction;
 }
-/// Whether a block has nodes that belong to the computed part in part only.
+/// Whether a block has nodes of which only a fraction belongs to the computed part.
 inline bool is_cut(const MirrorPlanes& mirror, const Index3& block) { return (mirror.x && block[0] <= 0) || (mirror.y && block[1] <= 0); }
 
 }  // namespace mpm

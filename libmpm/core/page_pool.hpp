@@ -1,5 +1,5 @@
 #pragma once
-/// Memory of the particles: pages of 32 records of one size, cut from huge-page aligned slabs, handed out and taken back.
+/// Memory of the particles: pages of 32 records of one size, cut from slabs that are aligned to huge pages.
 
 #include <cstddef>
 #include <memory>
@@ -18,7 +18,7 @@ class PagePool {
   PagePool(const PagePool&) = delete;
   PagePool& operator=(const PagePool&) = delete;
 
-  /// A page of zeros, aligned to 64 bytes; which of its records count, the bin knows. @throws std::bad_alloc
+  /// A page of zeros, aligned to 64 bytes. @throws std::bad_alloc
   std::byte* take();
   /// @param page  from take() of this pool
   void give_back(std::byte* page);

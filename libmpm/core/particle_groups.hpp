@@ -1,5 +1,5 @@
 #pragma once
-/// What both transfers share: some particles of one cell side by side in one register, four lanes each, and the block's halo of nodes.
+/// Common parts of both transfers: groups of particles of one cell in one register, four lanes each, and the block's halo of nodes.
 /// A Group is made for each kind of record, and the transfers are templates over it:
 ///   Group<Particle>      two particles in a Lanes,        {a_0 .. a_3 | b_0 .. b_3}; or one in a Node, where registers are shorter
 ///   Group<SingleRecord>  four particles in a SingleLanes, {a_0 .. a_3 | b_0 .. b_3 | c_0 .. c_3 | d_0 .. d_3}; or two likewise
@@ -17,7 +17,7 @@
 
 namespace mpm {
 
-/// Four doubles that lie anywhere.
+/// Four doubles without alignment.
 using UnalignedNode = double __attribute__((vector_size(32), aligned(8), may_alias));
 /// Four doubles from any address.
 inline Node load_half(const double* p) { return *reinterpret_cast<const UnalignedNode*>(p); }
@@ -96,7 +96,7 @@ struct ParticlePair {
             __builtin_shufflevector(sa, sb, 4, 2, 6, 0, 12, 10, 14, 8),
             __builtin_shufflevector(sa, sb, 5, 6, 3, 0, 13, 14, 11, 8)};
   }
-  /// @param to  where each goes; @param x lane 3: the volume; @param cx,cy,cz columns of the affine matrix. Reads what was there.
+  /// @param to  where each goes; @param x lane 3: the volume; @param cx,cy,cz columns of the affine matrix. Reads the previous values.
   static inline __attribute__((always_inline)) void store(Particle* const (&to)[size], const ParticlePair& from, Lanes x, Lanes v, Lanes cx,
                                                           Lanes cy, Lanes cz) {
     Particle &a = *to[0], &b = *to[1];
@@ -117,7 +117,7 @@ struct ParticlePair {
   }
   /// The largest of the lanes that hold a speed.
   static double largest(Lanes speed_squared) { return max(speed_squared[0], speed_squared[4]); }
-  /// Cells along x, y and z of each particle, a byte each; what does not fit becomes the nearest that does.
+  /// Cells along x, y and z of each particle, a byte each; limited to the range of a byte.
   static std::array<std::uint32_t, size> bytes_of(LaneMask cells) {
     const std::uint64_t bytes = saturated_bytes(cells);
     return {static_cast<std::uint32_t>(bytes), static_cast<std::uint32_t>(bytes >> 32)};
@@ -212,7 +212,7 @@ struct Group<SingleRecord> {
     for (int i = 1; i < size; ++i) most = max(most, speed_squared[4 * i]);
     return double{most};
   }
-  /// Cells along x, y and z of each particle, a byte each; what does not fit becomes the nearest that does.
+  /// Cells along x, y and z of each particle, a byte each; limited to the range of a byte.
   static std::array<std::uint32_t, size> bytes_of(SingleLaneMask cells) { return saturated_bytes(cells); }
 
  private:
@@ -221,7 +221,7 @@ struct Group<SingleRecord> {
   static inline __attribute__((always_inline)) void store_quads(SingleRecord* const (&to)[size], SingleLanes v) {
     for_each_quad([&](auto i) { reinterpret_cast<AliasingQuad*>(to[i])[n] = quad_of<i>(v); });
   }
-  /// Leaves what is in the fourth place of the quads.
+  /// Keeps the fourth number of each quad.
   template <int n>
   static inline __attribute__((always_inline)) void store_vectors(SingleRecord* const (&to)[size], SingleLanes v) {
     for_each_quad([&](auto i) {
@@ -247,8 +247,8 @@ inline AxisWeights<V> along(const BsplineWeights<V>& w) {
   return {{spread<axis>(w.n0), spread<axis>(w.n1), spread<axis>(w.n2)}};
 }
 
-/// Prefetches the group 16 places ahead in cell order (in the next bin if needed), an order that the hardware cannot guess: one or two
-/// cache lines at a time during the work on another group, because a core has some 16 outstanding loads.
+/// Prefetches the group 16 places ahead in cell order (in the next bin if needed), because the hardware cannot predict it: one or
+/// two cache lines at a time during the work on another group, because a core has some 16 outstanding loads.
 template <class Record>
 class PrefetchGroup {
  public:
@@ -264,12 +264,12 @@ class PrefetchGroup {
 #pragma GCC unroll 4
     for (int i = 0; i < size; ++i) at_[i] = place(n + 16 + i);
   }
-  /// The first line of each.
+  /// Requests the first line of each.
   void request_first() const {
 #pragma GCC unroll 4
     for (int i = 0; i < size; ++i) __builtin_prefetch(at_[i]);
   }
-  /// The others, in three portions. @param k 0, 1, 2
+  /// Requests the other lines, in three portions. @param k 0, 1, 2
   void request_rest(int k) const {
     if constexpr (std::same_as<Record, Particle>) {  // two more lines each
       if (k < 2) __builtin_prefetch(at_[0] + 64 * (k + 1));

@@ -9,10 +9,10 @@
 
 namespace mpm {
 
-/// Where each particle is, by rising identity number: 16 bytes a particle. Refers to the grid, which must not change.
+/// The places of all particles by ascending identity number, 16 bytes for each. The grid must not change while this object is used.
 class ParticleOrder {
  public:
-  /// Of this rank's particles. @param keep  which of them; empty: all
+  /// Of this rank's particles. @param keep  selects particles; empty: all
   explicit ParticleOrder(const Grid& grid, const std::function<bool(const Particle&)>& keep = {});
 
   [[nodiscard]] std::size_t size() const { return order_.size(); }              ///< particles

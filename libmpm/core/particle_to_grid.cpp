@@ -10,14 +10,14 @@ namespace mpm {
 
 namespace {
 
-/// One field, the momentum with that of the internal forces; or two, the momentum and what the forces add to it.
+/// One field: momentum including that of the internal forces. Or two: momentum, and momentum of the internal forces.
 template <class V, int fields>
 struct Contribution {
   Linear<V> field[fields];
   BsplineWeights<V> w;
 };
 
-/// Factors of a particle's numbers in what it gives to the grid.
+/// Factors of a particle's values in its contribution to the grid.
 template <class V>
 struct Scales {
   V mass, affine, stress;
@@ -58,7 +58,7 @@ struct alignas(64) SumHalo {
 
 /// Two passes over the groups of a cell, a batch at a time: a latency-bound pass (one long chain of dependent operations for each group),
 /// then a throughput-bound pass. Apart, each fills the processor's window with many groups.
-/// @param next particles whose turn comes next: requested ahead of time
+/// @param next particles to prefetch, those of the next block
 template <class Record, int fields>
 void scatter_block(const Grid& grid, const Block& block, const ParticleBin& next, const TransferOptions& options,
                    SumHalo<Record> (&halo)[fields]) {
@@ -93,7 +93,7 @@ void scatter_block(const Grid& grid, const Block& block, const ParticleBin& next
   }
 }
 
-/// Adds the sums of a block to the nodes. @param velocity  that the momenta of single records are relative to, {v_x, v_y, v_z, 0}
+/// Adds the sums of a block to the nodes. @param velocity  reference of the momenta of single records, {v_x, v_y, v_z, 0}
 /// @{
 inline void add_row(Node* node, const Node* row, int count, Node /*velocity*/) {
   for (int n = 0; n < count; ++n) node[n] += row[n];
@@ -106,7 +106,8 @@ inline void add_row(Node* node, const SingleQuad* row, int count, Node velocity)
 }
 /// @}
 
-/// @tparam fields 1: nodes hold the momentum with that of the internal forces; 2: nodes hold the momentum, old nodes what forces add
+/// @tparam fields 1: nodes hold the momentum with that of the internal forces; 2: nodes hold the momentum, old nodes that of the internal
+/// forces
 template <class Record, int fields>
 void scatter(Grid& grid, const TransferOptions& options) {
   const auto all = grid.all_blocks(), lent = grid.lent();
@@ -128,11 +129,12 @@ void scatter(Grid& grid, const TransferOptions& options) {
 #pragma omp for schedule(dynamic, 1)
       for (std::size_t i = 0; i < blocks.size(); ++i) {
         const Block& block = grid.block(blocks[i]);
-        const std::size_t next = std::min(i + threads, blocks.size() - 1);  // a guess: blocks are handed out one at a time
+        const std::size_t next = std::min(i + threads, blocks.size() - 1);  // an estimate: threads get one block at a time
         scatter_block(grid, block, grid.block(blocks[next]).particles, options, halo);
         const Vec3& v = block.particles.frame.velocity;
         for (int f = 0; f < fields; ++f) {
-          const Node velocity = f == 0 ? Node{v.x(), v.y(), v.z(), 0.0} : Node{};  // forces do not depend on who looks at them
+          const Node velocity =
+              f == 0 ? Node{v.x(), v.y(), v.z(), 0.0} : Node{};  // internal forces do not depend on the frame of reference
           for_each_halo_row(
               block.parts != nullptr ? *block.parts : block.neighbour, [&](std::int32_t b) -> NodeBlock& { return storage(f, b); },
               [&](Node* node, int first, auto count) { add_row(node, halo[f].node + first, count, velocity); });

@@ -32,7 +32,7 @@ void encode(const Particle& p, int cell, const RecordFrame& frame, SingleRecord&
     throw ConfigError("more than " + std::to_string(largest_single_id) +
                       " particles have entered: their numbers do not fit into a particle of single precision; use double precision");
   }
-  constexpr double cell_units = 1 << position_bits, farthest = 8.0 * cell_units;  // a step out of reach ends the run elsewhere
+  constexpr double cell_units = 1 << position_bits, farthest = 8.0 * cell_units;  // step() ends a run with larger displacements
   for (std::size_t i = 0; i < 3; ++i) {
     const double at = std::nearbyint((p.position[i] / frame.cell_size - 0.5 - 4.0 * frame.block[i]) * cell_units);
     const double first = (cell >> (2 * i) & 3) * cell_units;

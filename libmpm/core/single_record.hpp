@@ -1,12 +1,12 @@
 #pragma once
-/// A particle in 96 bytes: what a run in single precision stores.
+/// A particle in 96 bytes, as stored by a run in single precision.
 ///
 /// Position. 32-bit fixed point relative to the block, in units of 2^-27 cell: the cell is the upper five bits, the offset within it the
 /// lower 27. Both are exact, and a particle far from the origin is as precise as one near it.
 ///
 /// Velocity. Relative to one velocity of the whole block (RecordFrame), which is held in double precision and renewed in every step. So
-/// round-off is a share of how much velocities differ within four cells. In free flight the block's velocity alone changes: steady
-/// increments, like those of gravity, never meet the round-off of a large number.
+/// round-off is relative to the differences of velocity within four cells. In free flight only the block's velocity changes: small
+/// increments, such as those of gravity, are not rounded away by addition to a large number.
 
 #include <array>
 #include <cstdint>
@@ -16,11 +16,11 @@
 
 namespace mpm {
 
-/// What the records of one block are relative to.
+/// The frame of reference of one block's records.
 struct RecordFrame {
   Index3 block{};                ///< its coordinate
   double cell_size = 0.0;        ///< dx, m
-  Vec3 velocity = Vec3::Zero();  ///< m/s: velocities of single records are relative to it. Of no meaning for double records
+  Vec3 velocity = Vec3::Zero();  ///< m/s: velocities of single records are relative to it; not used by double records
 };
 
 inline constexpr int position_bits = 27;                             ///< of the offset within a cell
@@ -44,12 +44,12 @@ struct alignas(32) SingleRecord {
 };
 static_assert(sizeof(SingleRecord) == 96 && std::is_trivially_copyable_v<SingleRecord>);
 
-/// The particle that a record stands for, exactly but for the last bit of position and velocity. @{
+/// The particle of a record, exact except for the last bit of position and velocity. @{
 Particle decode(const SingleRecord& r, const RecordFrame& frame);
 inline const Particle& decode(const Particle& r, const RecordFrame& /*frame*/) { return r; }
 /// @}
 
-/// The record of a particle. A position is rounded within its cell, so that it never leaves the cell for a rounding.
+/// The record of a particle. A position is rounded within its cell, so that rounding never moves it to another cell.
 /// @param cell  local base node x + 4 y + 16 z, or ParticleBin::left_block: then it may be anywhere within reach of a step
 /// @throws ConfigError if the identity number is above largest_single_id
 void encode(const Particle& p, int cell, const RecordFrame& frame, SingleRecord& r);

@@ -15,7 +15,7 @@ inline const V& of_all(const V& node) {
 inline SingleLanes of_all(const SingleQuad& node) { return repeat_quad(node); }
 /// @}
 
-/// A loop over the planes of a kernel asks for nothing ahead of time; PrefetchGroup is the other choice.
+/// No prefetch during a loop over the planes of a kernel; the alternative is PrefetchGroup.
 struct NoPrefetch {
   void request_rest(int /*plane*/) const {}  ///< as PrefetchGroup's
 };
@@ -54,14 +54,14 @@ inline __attribute__((always_inline)) Gathered<V> gather(const HaloNode* node, c
           wz.w[0] * y[0] + wz.w[1] * y[1] + wz.w[2] * y[2], m + wz2 * v[2]};
 }
 
-/// A linear field of which a particle gives node (i, j, k) of its cell wx_i wy_j wz_k (base + i ax + j ay + k az).
+/// A linear field: a particle contributes wx_i wy_j wz_k (base + i ax + j ay + k az) to node (i, j, k) of its cell.
 template <class V>
 struct Linear {
   V base;        ///< at node (0, 0, 0)
   V ax, ay, az;  ///< its change from node to node along each axis
 };
 
-/// Adds what a group gives to the 27 sums of its cell, node (i, j, k) at i + 3 j + 9 k.
+/// Adds the contributions of a group to the 27 sums of its cell, node (i, j, k) at i + 3 j + 9 k.
 template <class V, class Prefetch>
 inline __attribute__((always_inline)) void add(const Linear<V>& c, const BsplineWeights<V>& w, V (&sum)[27], const Prefetch& prefetch) {
   const AxisWeights<V> wx = along<0>(w), wy = along<1>(w), wz = along<2>(w);
@@ -97,7 +97,7 @@ inline __attribute__((always_inline)) void add_sums(const Lanes (&sum)[27], Node
   for (int n = 0; n < 27; ++n) node[halo_index(n % 3, n / 3 % 3, n / 9)] += lower_half(sum[n]) + upper_half(sum[n]);
 }
 #if defined(__AVX512F__)
-/// A row of three nodes at a time, and nothing to the node behind them.
+/// A row of three nodes at a time; adds zero to the node behind them.
 inline __attribute__((always_inline)) void add_sums(const SingleLanes (&sum)[27], SingleQuad* node) {
   using UnalignedRow = float __attribute__((vector_size(64), aligned(16), may_alias));
   const auto low = [](SingleLanes a, SingleLanes b) {  // quarters 0 1 of each
@@ -116,7 +116,7 @@ inline __attribute__((always_inline)) void add_sums(const SingleLanes (&sum)[27]
   }
 }
 #else
-/// Of a row of three nodes the first two at a time.
+/// The first two nodes of a row of three at a time.
 inline __attribute__((always_inline)) void add_sums(const SingleLanes (&sum)[27], SingleQuad* node) {
   using UnalignedTwo = float __attribute__((vector_size(32), aligned(16), may_alias));
 #pragma GCC unroll 9

@@ -8,14 +8,14 @@
 
 namespace mpm {
 
-/// What one step did to the momentum: P(t+dt) - P(t) = entered + gravity - sum of impulses - left, to round-off
+/// Momentum balance of one step: P(t+dt) - P(t) = entered + gravity - sum of impulses - left, to round-off
 /// (with a mirror plane: in the directions along it).
 struct StepReport {
   double dt = 0.0;                      ///< s
   Vec3 gravity_impulse = Vec3::Zero();  ///< N s
-  std::vector<Impulse> impulses;        ///< taken by each boundary of the scene
-  std::vector<LayerImpulses> layers;    ///< of the boundaries in Scene::layered, by grid layer
-  FluxTotals entered, left;             ///< particles that the source brought, and that left the domain
+  std::vector<Impulse> impulses;        ///< on each boundary of the scene
+  std::vector<LayerImpulses> layers;    ///< on the boundaries in Scene::layered, by grid layer
+  FluxTotals entered, left;             ///< particles inserted by the source, and those that left the domain
 };
 
 /// Wall time of the phases of a step, s. Blocks are moved phase by phase within one parallel loop: its wall time is divided among its
@@ -32,7 +32,7 @@ struct StepTimes {
 /// cell; cells with few particles take less: in tests 0.6 rho dx^2/eta was unstable and 0.4 stable at cfl 0.4, where this formula gives
 /// 0.2.
 double stable_time_step(const AnyMaterial& material, double cfl, double cell_size, double max_speed);
-/// The same for a state. @throws UnstableError if it has collapsed
+/// The same for a state. @throws UnstableError if the step has collapsed
 double stable_time_step(const State& state, const Scene& scene);
 
 /// One explicit step of symplectic Euler, updated Lagrangian with the stress last (Stomakhin et al. 2013; Sect. 2.1.1 of the paper).
@@ -41,7 +41,7 @@ double stable_time_step(const State& state, const Scene& scene);
 /// @param times  not null: the time that each phase took is added to it
 StepReport step(State& state, const Scene& scene, double dt, StepTimes* times = nullptr);
 
-/// Steps until `time`, in steps of at most the stable size, the last two evened out so that `time` is met to the bit.
+/// Steps until `time`, in steps of at most the stable size. The last two have equal length, so that `time` is reached exactly.
 /// @param after called after every step
 void advance(State& state, const Scene& scene, double time, const std::function<void(const StepReport&)>& after = {});
 

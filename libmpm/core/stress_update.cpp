@@ -7,7 +7,7 @@ namespace mpm {
 
 namespace {
 
-/// Transposes the two 4 x 4 matrices that stand side by side in four registers.
+/// Transposes two 4 x 4 matrices, side by side in four registers.
 inline __attribute__((always_inline)) void transpose_halves(Lanes* r) {
   const Lanes a0 = shuffle_halves<0, 4, 2, 6>(r[0], r[1]), a1 = shuffle_halves<1, 5, 3, 7>(r[0], r[1]);
   const Lanes a2 = shuffle_halves<0, 4, 2, 6>(r[2], r[3]), a3 = shuffle_halves<1, 5, 3, 7>(r[2], r[3]);
@@ -19,8 +19,8 @@ inline __attribute__((always_inline)) void transpose_halves(Lanes* r) {
 
 inline HalfLanes* half_line(Particle& p, int n, int half) { return reinterpret_cast<HalfLanes*>(&p) + 2 * n + half; }
 
-/// Cache line n of eight particles by component: v[i] holds its i-th number of each. Half lines are put together as they are loaded, and
-/// parted as they are stored: that costs no shuffle.
+/// Cache line n of eight particles by component: v[i] holds its i-th number of each. Half lines are joined by the loads and
+/// separated by the stores, which needs no shuffle.
 inline __attribute__((always_inline)) void load_line(Particle* p, int n, Lanes (&v)[8]) {
 #pragma GCC unroll 2
   for (int half = 0; half < 2; ++half) {
@@ -46,8 +46,8 @@ struct EightParticles {
   Lanes c[8], s[8];
 };
 
-/// @param used how many of the eight are particles: the others count as at rest and free of stress. Slots behind the last particle are
-/// allocated.
+/// @param used number of particles among the eight; the others are treated as at rest and without stress. Slots behind the last particle
+/// are allocated.
 inline __attribute__((always_inline)) void gather(Particle* p, int used, double initial_internal, EightParticles& g) {
   load_line(p, 1, g.c);
   load_line(p, 2, g.s);
@@ -63,8 +63,7 @@ inline __attribute__((always_inline)) void gather(Particle* p, int used, double 
 template <class Record>
 class LawGroup;
 
-/// Sixteen particles in two whole registers, or eight where a register holds half of that: the law has more numbers than there are short
-/// registers for sixteen.
+/// Sixteen particles in two registers; eight if registers are shorter, because the variables of a law for sixteen would not fit into them.
 template <>
 class LawGroup<Particle> {
  public:
@@ -87,7 +86,7 @@ class LawGroup<Particle> {
     for (int i = 0; i < 7; ++i) put(*updated[i], i + 1);
     for (int n = 0; n < eights; ++n) store_line(of_[n].s, p_ + n * lane_count, 2);
   }
-  /// Asks for the lines before their turn.
+  /// Prefetches the lines.
   static void prefetch(const Particle* p) {
 #pragma GCC unroll 16
     for (int i = 0; i < lanes_of<Number>; ++i) {
@@ -123,7 +122,7 @@ class LawGroup<Particle> {
   EightParticles of_[eights];
 };
 
-/// Transposes the 4 x 4 matrices that stand side by side in four registers.
+/// Transposes several 4 x 4 matrices, side by side in four registers.
 inline __attribute__((always_inline)) void transpose_quads(SingleLanes* r) {
   const SingleLanes a0 = shuffle_halves<0, 8, 2, 10, 4, 12, 6, 14>(r[0], r[1]), a1 = shuffle_halves<1, 9, 3, 11, 5, 13, 7, 15>(r[0], r[1]);
   const SingleLanes a2 = shuffle_halves<0, 8, 2, 10, 4, 12, 6, 14>(r[2], r[3]), a3 = shuffle_halves<1, 9, 3, 11, 5, 13, 7, 15>(r[2], r[3]);
@@ -250,7 +249,7 @@ template <class Record, Material Law>
 bool update_stress_of(ParticleBin& bin, const Law& law, double dt) {
   using Number = typename LawGroup<Record>::Number;
   using V = decltype(Number::a);
-  constexpr int group = lanes_of<Number>;  // particles at once
+  constexpr int group = lanes_of<Number>;  // particles for each update
   static_assert(page_particles % group == 0, "a page holds whole groups");
   V sticky{};
   const int count = bin.count();
@@ -259,7 +258,8 @@ bool update_stress_of(ParticleBin& bin, const Law& law, double dt) {
     LawGroup<Record> points(&bin.record<Record>(first), count - first, law.initial_internal());
     MaterialState<Number> state = points.state();
     update_group(law, state, points.increment(dt), dt);
-    // Every law makes a fault in any of its numbers one of its pressure or of its internal variable: one normal component shows both.
+    // The concept Material requires that NaN in any variable reaches the pressure or the internal variable, so one normal component
+    // suffices.
     sticky += 0.0 * ((state.stress.xx.a + state.stress.xx.b) + (state.internal.a + state.internal.b));
     points.store(state);
   }

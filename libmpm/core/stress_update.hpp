@@ -6,7 +6,7 @@
 
 namespace mpm {
 
-/// tau and the internal variable at t_n+1 from the velocity gradient C_p that grid_to_particle left.
+/// tau and the internal variable at t_n+1 from the velocity gradient C_p that grid_to_particle has set.
 /// @returns false if a particle's C, stress or internal variable is NaN or infinite, or if it was turned inside out, det(I + dt C) <= 0
 bool update_stress(Grid& grid, std::int32_t block, const AnyMaterial& material, double dt);
 

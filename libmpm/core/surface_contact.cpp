@@ -12,8 +12,8 @@ namespace mpm {
 namespace {
 
 constexpr int sweeps = 8;
-constexpr int first_capped_sweep = 2;     ///< the caps compare impulses, which have to be about right by then
-constexpr double least_weight = 0.3;      ///< of a point's nodes with material, together; below it the point is bare
+constexpr int first_capped_sweep = 2;     ///< the caps compare impulses, which must be approximately right first
+constexpr double least_weight = 0.3;      ///< sum of the weights of a point's nodes with material; below it the point has no contact
 constexpr int group_layers = lane_count;  ///< solved at once
 constexpr int group_blocks = group_layers / block_edge;
 
@@ -30,7 +30,7 @@ struct LayerGroup {
   std::vector<RowLanes> row;
 };
 
-/// Where a stencil's nodes are stored: its block columns, and for each node its column and its place in a block's layer.
+/// Storage of a stencil's nodes: its block columns, and for each node its column and its index in a block's layer.
 struct NodePlaces {
   std::vector<std::array<std::int32_t, 2>> columns;
   std::vector<std::size_t> column;
@@ -47,7 +47,7 @@ struct NodePlaces {
   }
 };
 
-/// The blocks of a group of layers: [column][lower, upper], null where there is none.
+/// The blocks of a group of layers: [column][lower, upper], null if there is no block.
 using GroupBlocks = std::vector<std::array<NodeBlock*, group_blocks>>;
 
 /// @returns whether there is any material
@@ -66,7 +66,7 @@ bool gather(const ContactStencil& stencil, const NodePlaces& places, const Group
         any_mass = true;
         const int lane = block_edge * half + k;
         for (int i = 0; i < 3; ++i) lanes.v[i][lane] = node[i];
-        lanes.mass[lane] = stencil.nodes[n].share * node[3];
+        lanes.mass[lane] = stencil.nodes[n].computed * node[3];
         lanes.inverse_mass[lane] = 1.0 / lanes.mass[lane];
       }
     }
@@ -170,7 +170,7 @@ void solve_rows(const ContactStencil& stencil, double friction, LayerGroup& grou
         return -group.row[o].normal * (stencil.rows[o].copies / row.copies);
       };
       const bool capped = row.inner >= 0 && sweep >= first_capped_sweep;
-      const Lanes strongest = capped ? max(ContactStencil::edge_share * impulse_of(row.inner), impulse_of(row.round)) : unbounded;
+      const Lanes strongest = capped ? max(ContactStencil::edge_ratio * impulse_of(row.inner), impulse_of(row.round)) : unbounded;
       if (friction > 0.0) {
         solve_row<true>(stencil, row, friction, strongest, group, group.row[r]);
       } else {
@@ -180,7 +180,7 @@ void solve_rows(const ContactStencil& stencil, double friction, LayerGroup& grou
   }
 }
 
-/// Nodes beyond the reach of the rows obey the nearest side, each for itself. @param deep_layers  those that the top is not nearer to
+/// Nodes that no row touches obey the nearest side, independently. @param deep_layers  layers for which a side is nearer than the top
 void hold_deep_nodes(const ContactStencil& stencil, double friction, LaneMask deep_layers, LayerGroup& group) {
   for (const ContactStencil::Deep& deep : stencil.deep) {
     LayerGroup::NodeLanes& node = group.node[static_cast<std::size_t>(deep.node)];
@@ -197,7 +197,7 @@ void hold_deep_nodes(const ContactStencil& stencil, double friction, LaneMask de
   }
 }
 
-/// Writes the velocities back. @param taken  gets what each layer gave
+/// Writes the velocities back. @param taken  the impulses of the layers
 void scatter(const ContactStencil& stencil, const NodePlaces& places, const GroupBlocks& blocks, const LayerGroup& group, LaneMask acts,
              std::int32_t first_layer, double dx, const Vec3& reference, Impulse* taken) {
   for (std::size_t n = 0; n < stencil.nodes.size(); ++n) {
@@ -235,7 +235,7 @@ ContactImpulse apply_surface_contact(Grid& grid, const SurfaceSolid& solid) {
     highest = std::max(highest, c[2]);
   }
   if (highest < lowest) return {};
-  const std::int32_t first_group = lowest >> 1, groups = (highest >> 1) - first_group + 1;  // their layers are all that material touches
+  const std::int32_t first_group = lowest >> 1, groups = (highest >> 1) - first_group + 1;  // of layers that material may touch
   const std::int32_t first_layer = group_layers * first_group;
   std::vector<Impulse> taken(static_cast<std::size_t>(group_layers * groups));  // by layer
   LayerGroup group;

@@ -11,8 +11,8 @@
 /// How it is computed (both transfers):
 /// - Per block, on the contiguous 6x6x6 halo of its nodes; blocks of one colour in parallel, colour after colour.
 /// - Per cell, two particles at a time: a Lanes holds {a_x, a_y, a_z, a_m | b_x, b_y, b_z, b_m} for particles a and b of one cell,
-///   so that one fused multiply-add updates a whole node for both, with no transposition of the 192-byte records; one particle where
-///   registers hold no more. Single records go four at a time, with velocities, momenta and nodes relative to RecordFrame::velocity.
+///   so that one fused multiply-add updates a whole node for both, with no transposition of the 192-byte records; one particle if
+///   registers are shorter. Single records go four at a time, with velocities, momenta and nodes relative to RecordFrame::velocity.
 /// - The 27-node sums are factored axis by axis (z, then y, then x), because both the weights and the affine term are.
 
 #include <cstdint>
@@ -29,7 +29,7 @@ enum class Transfer : std::uint8_t {
           ///< part decays over a fixed time, not by a fixed fraction in each step
 };
 
-/// What a transfer needs to know besides the grid. With v^0 the grid's velocity before forces, and `kept` the fraction, retained by the
+/// Options of a transfer. With v^0 the grid's velocity before forces, and `kept` the fraction, retained by the
 /// particle, of the part of its velocity that is not representable on the grid:
 ///   v_p <- S v + kept (v_p - S v^0)
 /// APIC: kept = 0. FLIP: kept = flip_ratio. AFLIP: kept = 1 - min(1, dt/t_ref). The same for C_p was tried: it costs a
@@ -41,8 +41,8 @@ struct TransferOptions {
   double kept = 0.0;     ///< 0 .. 1; above 0 it needs Grid::keep_old_nodes
 };
 
-/// m_i and p_i on all nodes. Overwrites the nodes. Where Grid::keep_old_nodes is set, the momentum that internal forces give over dt goes
-/// to the old nodes instead of into p_i.
+/// m_i and p_i on all nodes. Overwrites the nodes. Where Grid::keep_old_nodes is set, the momentum of the internal forces over dt is
+/// added to the old nodes instead of p_i.
 void particle_to_grid(Grid& grid, const TransferOptions& options);
 
 /// Outcome of moving the particles of one block.
@@ -54,10 +54,10 @@ struct BlockMotion {
 
 /// New velocity, affine matrix and position of one block's particles, and their new cells (with single records, a new velocity of the
 /// block, too); a particle that left the block has ParticleBin::left_block as its cell.
-/// @param next block that the same thread moves next: the first of its particles are asked for ahead of time
+/// @param next block that the same thread moves next: its first particles are prefetched
 BlockMotion grid_to_particle(Grid& grid, std::int32_t block, const TransferOptions& options, std::int32_t next = no_block);
 
-inline constexpr std::size_t blocks_at_a_time = 4;  ///< that one thread moves: schedule(dynamic, blocks_at_a_time)
+inline constexpr std::size_t blocks_at_a_time = 4;  ///< blocks that a thread takes at once: schedule(dynamic, blocks_at_a_time)
 /// The block that the thread of blocks[i] moves next; no_block behind the last of its chunk.
 inline std::int32_t moved_next(std::span<const std::int32_t> blocks, std::size_t i) {
   return (i + 1) % blocks_at_a_time == 0 || i + 1 == blocks.size() ? no_block : blocks[i + 1];

@@ -18,7 +18,7 @@ namespace {
 
 using Finding = std::optional<Advice>;
 
-/// A case with a conveyor and an obstacle, which most rules are about.
+/// A case with a conveyor and an obstacle; most rules apply to these.
 struct Impact {
   const Case& c;
   const ConveyorSpec& belt;
@@ -33,7 +33,7 @@ struct Impact {
   [[nodiscard]] bool window() const { return belt.feed == ConveyorSpec::Feed::window; }
 };
 
-/// A number as a person writes it.
+/// A number as text, with few digits.
 std::string n(double x) { return fmt::format("{:.3g}", x); }
 
 // ---- Resolution -------------------------------------------------------------------------------------------------------------------------
@@ -96,14 +96,14 @@ Finding splash_and_duration(const Impact& i) {
       fmt::format("take output.duration_s = {} s or more; means get better with time", n(std::ceil(i.splash_time() * 2.0)))};
 }
 
-/// Slow flows pile up over a way, not a time: the paper's shortest run (Table 2, Fr 0.1: 27.9 m less the 3 m that L adds) is 14 flow
+/// Slow flows pile up over a distance, not a time: the paper's shortest run (Table 2, Fr 0.1: 27.9 m less the 3 m that L adds) is 14 flow
 /// heights.
 Finding flow_passage(const Impact& i) {
   constexpr double least_heights = 14.0;
   const double reach = std::max(i.width(), i.depth()), way = Inflow(i.belt).travelled(i.c.output.duration);
   const double filled = i.window() ? i.belt.upstream_length + i.belt.downstream_length : 0.0,
                needed = std::max(filled, least_heights * reach);
-  if (way >= needed || needed / i.belt.velocity < 1.5 * i.splash_time()) return {};  // the other rule asks for more
+  if (way >= needed || needed / i.belt.velocity < 1.5 * i.splash_time()) return {};  // the rule above requires a longer run
   return Advice{
       "flow_passage", fmt::format("the flow travels {} m in output.duration_s = {} s", n(way), n(i.c.output.duration)),
       fmt::format("the snow that was there at the start is still in front of the obstacle, and a pile needs about {:.0f} H (Table 2 of "
@@ -138,7 +138,7 @@ Finding mach_number(const Impact& i) {
                   n(std::ceil(mach * mach / 0.25)))};
 }
 
-/// A layer that its own weight compresses by rho g H / (K + 4G/3) = g H / c_P^2.
+/// Compression of a layer by its own weight: rho g H / (K + 4G/3) = g H / c_P^2.
 Finding wave_speed(const Impact& i) {
   constexpr double most_settlement = 0.05, stiffest = 1000.0;
   const double c = wave_speed_of(make_material(i.c.material)), settlement = i.c.numerics.gravity * i.depth() / (c * c);
@@ -156,7 +156,7 @@ Finding wave_speed(const Impact& i) {
   return {};
 }
 
-/// A plastic compaction wave is slower than the flow: a shock stands or runs upstream (c^2 = K xi / ((1 + xi) rho), physics of Sect. 6).
+/// A plastic compaction wave is slower than the flow: a shock forms before the obstacle (c^2 = K xi / ((1 + xi) rho), physics of Sect. 6).
 Finding compaction_shock(const Impact& i) {
   const auto* snow = i.c.material.get_if<CamClay>();
   if (snow == nullptr || !i.window()) return {};
@@ -171,7 +171,7 @@ Finding compaction_shock(const Impact& i) {
 
 // ---- Geometry ---------------------------------------------------------------------------------------------------------------------------
 
-/// An upper bound of what gravity adds between inlet and obstacle; side walls hold some of it back.
+/// An upper bound of the speed gained between inlet and obstacle; side walls reduce it.
 Finding slope(const Impact& i) {
   constexpr double most_gain = 0.01, steepest = 60.0;  // deg
   const double angle = i.c.numerics.slope, degrees = angle * 180.0 / std::numbers::pi;
@@ -216,7 +216,7 @@ Finding range_of_equations(const Impact& i) {
                 "take them as a rough comparison, not as a check of the run"};
 }
 
-/// Lower than the flow, or than the run-up that the paper's equation gives.
+/// The obstacle is lower than the flow, or than the run-up by the paper's equation.
 Finding mast_height(const Impact& i) {
   if (!i.mast.height) return {};
   const double height = *i.mast.height;
@@ -254,7 +254,7 @@ Finding size_of_the_window(const Impact& i) {
 
 // ---- Plausibility -----------------------------------------------------------------------------------------------------------------------
 
-/// Limits beyond which a value is more likely a slip of the unit than an avalanche. Assumed, except where a source is given.
+/// Limits beyond which a value is more likely an error of the unit than an avalanche. Assumed, except where a source is given.
 std::vector<Advice> plausible_values(const Impact& i) {
   struct Limit {
     const char* key;

@@ -1,5 +1,5 @@
 #pragma once
-/// Which program made a result: written into results.json and run.log, printed by `mpm --version`.
+/// Identifies the program that made a result: written into results.json and run.log, printed by `mpm --version`.
 
 #include <string_view>
 
@@ -8,7 +8,7 @@ namespace mpm {
 /// Version, commit and compiler of the library.
 struct BuildInfo {
   std::string_view version;          ///< of the library, e.g. "0.1.0"
-  std::string_view commit;           ///< short git commit, "-dirty" appended where files differed from it; "unknown" outside a repository
+  std::string_view commit;           ///< short git commit, with "-dirty" if files differed from it; "unknown" outside a repository
   std::string_view compiler;         ///< name and version
   std::string_view build_type;       ///< CMake's build type
   std::string_view instruction_set;  ///< widest vector instructions the library was compiled for

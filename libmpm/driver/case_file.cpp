@@ -43,8 +43,8 @@ std::optional<std::string> case_value(const Case& spec, const std::string& path)
 
 namespace {
 
-/// Keys without influence on the computed numbers. The duration of a window feed only says how long to run; of a strip feed it sets the
-/// length of the avalanche.
+/// Keys without influence on the computed numbers. The duration of a window source is only the length of the run; of a strip source it sets
+/// the length of the avalanche.
 std::vector<std::string> keys_outside_hash(const Case& spec) {
   std::vector<std::string> skip;
   for (const config::Table& table : case_schema().tables()) {
@@ -52,7 +52,8 @@ std::vector<std::string> keys_outside_hash(const Case& spec) {
       if (!key.affects_results) skip.push_back(config::key_path(table.name, key.name));
     }
   }
-  if (spec.numerics.precision == Precision::double_precision) skip.emplace_back("numerics.precision");  // as before there was a choice
+  if (spec.numerics.precision == Precision::double_precision)
+    skip.emplace_back("numerics.precision");  // the hash of cases from before this key stays the same
   const bool strip = spec.conveyor && spec.conveyor->feed == ConveyorSpec::Feed::strip;
   if (!strip) skip.emplace_back("output.duration_s");
   return skip;

@@ -28,19 +28,20 @@ namespace mpm {
 /// parse_case(write_case(c)) == c for every c that parse_case returned.
 [[nodiscard]] std::string write_case(const Case& spec);
 
-/// One key of the resolved case, "table.key" or "body[0].key", as text: a number as in write_case, a string without its quotes. Empty where
+/// One key of the resolved case, "table.key" or "body[0].key", as text: a number as in write_case, a string without its quotes. Empty if
 /// the key is left out, does not apply, is resolved into another (conveyor.froude_number, obstacle.friction_ratio), or does not exist.
 [[nodiscard]] std::optional<std::string> case_value(const Case& spec, const std::string& path);
 
 /// Hash of what influences the computed numbers: FNV-1a (64 bit) of write_case without title, output.duration_s and
-/// output.checkpoint_minutes, so that a longer run of the same case has the same hash and can resume. The strip feed is the
+/// output.checkpoint_minutes, so that a longer run of the same case has the same hash and can resume. The strip source is the
 /// exception: its duration sets the length of the avalanche, and is part of the hash.
 [[nodiscard]] std::uint64_t case_hash(const Case& spec);
 
 /// The same as 16 hexadecimal digits, as in results.json.
 [[nodiscard]] std::string case_hash_text(const Case& spec);
 
-/// In which keys two cases differ, of those that the hash covers: "numerics.cfl was 0.4, is 0.3", "body[1].shape was "box", is (none)".
+/// The keys in which two cases differ, among those that the hash covers: "numerics.cfl was 0.4, is 0.3", "body[1].shape was "box", is
+/// (none)".
 [[nodiscard]] std::vector<std::string> case_differences(const Case& before, const Case& now);
 
 /// Reads a strain path of one material point for `mpm point` ([material] and [path]). Errors as in read_case.

@@ -74,7 +74,7 @@ void DomainSpec::check(ParameterReport& report) const {
 
 namespace {
 
-/// A mirror plane stays on the grid.
+/// A mirror plane must lie on a plane of nodes.
 void check_grid_offset(const Case& c, ParameterReport& report) {
   const std::string name = "numerics.grid_offset_cells";
   if (!report.all_sound({name, "conveyor.mirror_y", "domain.mirror"})) return;
@@ -88,7 +88,7 @@ void check_grid_offset(const Case& c, ParameterReport& report) {
   }
 }
 
-/// A scene by hand, or a conveyor, which brings its own.
+/// Either bodies, walls and a domain, or a conveyor, which provides its own.
 void check_scene(const Case& c, ParameterReport& report) {
   if (c.conveyor) {
     for (const auto& [table, count] : {std::pair{"body", c.bodies.size()}, {"wall", c.walls.size()}}) {

@@ -7,7 +7,7 @@
 
 namespace mpm {
 
-/// A point path as a file gives it.
+/// The content of a file with a point path.
 struct PathFile {
   std::string title;                        ///< heading of pictures
   MaterialParameters material;              ///< [material]
@@ -21,11 +21,11 @@ struct PathFile {
   }
 };
 
-[[nodiscard]] const config::SchemaOf<Case>& case_schema();      ///< of case files; made once
-[[nodiscard]] const config::SchemaOf<PathFile>& path_schema();  ///< of point paths; made once
+[[nodiscard]] const config::SchemaOf<Case>& case_schema();      ///< of case files
+[[nodiscard]] const config::SchemaOf<PathFile>& path_schema();  ///< of point paths
 
-/// What has to hold between tables of a case; completes what one table leaves to another (speed and width of the belt, friction). Names are
-/// paths: "numerics.cell_size_m".
+/// Checks conditions between tables of a case, and fills in values that follow from another table (speed and width of the belt, friction).
+/// Names are paths: "numerics.cell_size_m".
 void resolve_case(Case& c, ParameterReport& report);
 
 }  // namespace mpm

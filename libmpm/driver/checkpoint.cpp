@@ -34,8 +34,8 @@ std::vector<double> packed(const State& s, const RunProgress& p) {
 
 using Refuse = std::function<void(const std::string& why)>;
 
-/// Whether a particle can stand where the file has it: what follows relies on cells that hold their particles. The slack is for rounding:
-/// a step computes the cell in another order of operations.
+/// Whether a particle of the file lies in the cell that the file gives for it; the kernels rely on that. The tolerance is for rounding: a
+/// step computes the cell in another order of operations.
 bool in_its_cell(const Particle& p, const Index3& block, std::uint8_t cell, double cell_size) {
   constexpr double slack = 1e-6;  // cells
   for (int axis = 0; axis < 3; ++axis) {
@@ -70,7 +70,7 @@ void check_particles(const StoredBlock& stored, Precision precision, double cell
   }
 }
 
-/// Blocks ascend as they are written, so that none comes twice, within the reach of the grid.
+/// Whether the blocks ascend, so that none occurs twice, and lie within the range of the grid.
 void check_block(const Index3& block, const std::optional<Index3>& before, const Refuse& refuse) {
   constexpr std::int32_t reach = (1 << 20) - 2;  // of the grid's coordinates, with a neighbour to each side
   const auto key = [](const Index3& c) { return std::tuple(c[2], c[1], c[0]); };
@@ -79,10 +79,10 @@ void check_block(const Index3& block, const std::optional<Index3>& before, const
     refuse(fmt::format("block ({}, {}, {}) is out of reach or out of order", block[0], block[1], block[2]));
 }
 
-/// What belongs to observers has a point in its name, the program's own datasets have none.
+/// Datasets of observers have a point in their names; the program's own have none.
 bool is_observed(const std::string& dataset) { return dataset.find('.') != std::string::npos; }
 
-/// The particles of a file, block by block. Memory holds a piece of them.
+/// Reads the particles of a file block by block, a piece at a time.
 class StoredBlocks {
  public:
   StoredBlocks(const hdf5::Reader& file, Precision precision)
@@ -155,7 +155,7 @@ void declare_blocks(hdf5::Writer& file, Precision precision, std::span<const Blo
   file.declare<std::uint8_t>("particle_records", {particles, record_bytes(precision)});
 }
 
-/// Blocks on their way into a file.
+/// Writes blocks into a file.
 class BlockColumns {
  public:
   explicit BlockColumns(hdf5::Writer& file) : file_(file) {}
@@ -200,7 +200,7 @@ class BlockColumns {
   std::vector<std::uint8_t> cells_, records_;
 };
 
-/// All but the blocks.
+/// Writes everything except the blocks.
 void write_rest(hdf5::Writer& file, const State& state, const RunProgress& progress, const Arrays& observed) {
   const std::vector<std::uint64_t> counters = {state.step,
                                                state.next_id,
@@ -220,7 +220,7 @@ void write_rest(hdf5::Writer& file, const State& state, const RunProgress& progr
   }
 }
 
-/// Kind, version and case. @throws IoError, ConfigError
+/// Checks kind, version and case. @throws IoError, ConfigError
 void check_header(const hdf5::Reader& file, const Case& c, const std::filesystem::path& path, const Refuse& refuse);
 
 }  // namespace
@@ -244,12 +244,12 @@ void write_checkpoint(const std::filesystem::path& path, const Case& c, const St
 
 namespace {
 
-/// In which keys the case of a checkpoint differs, for a message.
+/// The keys in which the case of a checkpoint differs, for a message.
 std::string differences(const std::string& case_text, const Case& c) {
   try {
     const auto keys = case_differences(parse_case(case_text, checkpoint_file), c);
     if (!keys.empty()) return fmt::format("{}", fmt::join(keys, "; "));
-  } catch (const ConfigError&) {  // written by another version: its hash must do
+  } catch (const ConfigError&) {  // written by another version: report the hashes
   }
   return "its hash differs";
 }
@@ -292,7 +292,7 @@ void read_checkpoint(const std::filesystem::path& path, const Case& c, State& st
     if (is_observed(name)) arrays[name] = file.dataset<double>(name, {hdf5::any_extent});
   }
 
-  // Everything is there: from here on nothing is refused.
+  // All checks have passed: nothing below throws.
   state.grid = std::move(grid);
   state.step = counters[0];
   state.next_id = counters[1];

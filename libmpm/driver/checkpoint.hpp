@@ -1,6 +1,6 @@
 #pragma once
 /// checkpoint.h5: everything from which a run continues to the same bits, on any number of threads; and checkpoint.previous.h5, the one
-/// before it, for the day on which the newest is damaged.
+/// before it, in case the newest is damaged.
 
 #include <cstdint>
 #include <filesystem>
@@ -13,20 +13,20 @@
 
 namespace mpm {
 
-/// Version 3: what observers keep is stored by name, as "observer.array". Other versions are refused.
+/// Version 3: the state of observers is stored by name, as "observer.array". Other versions are refused.
 inline constexpr int checkpoint_format_version = 3;
 
 /// Name of the newest checkpoint in the folder of a run.
 inline constexpr const char* checkpoint_file = "checkpoint.h5";
 /// Name of the checkpoint before it.
 inline constexpr const char* previous_checkpoint_file = "checkpoint.previous.h5";
-/// What a checkpoint is called after it was refused and an older one used in its place.
+/// Name that a refused checkpoint gets when an older one is used.
 inline constexpr const char* refused_checkpoint_file = "checkpoint.refused.h5";
 
 /// Written at the instant of a sample, so that no sum over steps is under way.
 /// Holds the blocks in the order of their coordinates with their particles in slot order: the order of every later sum follows from it.
-/// @param observed  what observers keep (ObserverList::save): arrays named "observer.array", stored as they are
-/// @param keep_as  name that a checkpoint of before gets; empty: it is replaced. @throws IoError
+/// @param observed  state of the observers (ObserverList::save): arrays named "observer.array"
+/// @param keep_as  new name of an existing checkpoint; empty: it is replaced. @throws IoError
 void write_checkpoint(const std::filesystem::path& path, const Case& c, const State& state, const RunProgress& progress,
                       const Arrays& observed, const std::filesystem::path& keep_as = {});
 
@@ -37,11 +37,11 @@ void read_checkpoint(const std::filesystem::path& path, const Case& c, State& st
 /// Whether a folder holds a checkpoint, good or bad.
 bool has_checkpoint(const std::filesystem::path& directory);
 
-/// Whether a checkpoint can be gone on from. Throws IoError if the rest of the folder, or the observers, do not go with it.
+/// Checks that a run can resume from a checkpoint. Throws IoError if the folder or the observers do not match it.
 using AcceptCheckpoint = std::function<void(const State&, const RunProgress&, const Arrays& observed)>;
 
-/// Reads the newest checkpoint of a folder that can be gone on from: checkpoint.h5, else checkpoint.previous.h5.
-/// @return empty if it was the newest; else a line that says why it was not: then checkpoint.h5 has become checkpoint.refused.h5
+/// Reads the newest checkpoint of a folder from which the run can resume: checkpoint.h5, else checkpoint.previous.h5.
+/// @return empty if it was the newest; else the reason why the newest was refused; checkpoint.h5 has then become checkpoint.refused.h5
 /// @throws ConfigError if the newest is of another case, IoError with every reason if it is not, and there is no other
 std::string resume_from_checkpoint(const std::filesystem::path& directory, const Case& c, State& state, RunProgress& progress,
                                    const AcceptCheckpoint& acceptable);

@@ -25,7 +25,7 @@ void require_falling(std::span<const double> size, std::size_t values, std::size
       throw ConfigError(fmt::format("{}: sizes must be positive and fall from coarse to fine, entry {} is {}", who, i, size[i]));
 }
 
-/// Sizes of the numbers behind which a difference is round-off.
+/// Magnitudes below which a difference is round-off.
 double round_off(std::span<const double> f) {
   double scale = 0.0;
   for (const double v : f) scale = std::max(scale, std::abs(v));
@@ -50,7 +50,7 @@ Fit fit_powers(std::span<const double> h, std::span<const double> f, std::span<c
   Eigen::VectorXd b(n), w(n);
   for (Eigen::Index i = 0; i < n; ++i) {
     const auto u = static_cast<std::size_t>(i);
-    // n w_i: one for every point without weights, mean one with them
+    // n w_i: 1 without weights; with weights their mean is 1
     w[i] = weighted ? static_cast<double>(n) / (h[u] * weight_sum) : 1.0;
     const double s = std::sqrt(w[i]);
     a(i, 0) = s;
@@ -91,7 +91,7 @@ Fit fit_free_order(std::span<const double> h, std::span<const double> f, bool we
 
 const Fit& better(const Fit& a, const Fit& b) { return b.deviation < a.deviation ? b : a; }
 
-/// Eca & Hoekstra (2014), Sect. 4: which fit is used, and the uncertainty from it.
+/// Eca & Hoekstra (2014), Sect. 4: choice of the fit, and the uncertainty from it.
 void least_squares(Convergence& c) {
   const std::span<const double> h(c.size), f(c.value);
   const Fit free_plain = fit_free_order(h, f, false), free_weighted = fit_free_order(h, f, true);
@@ -125,7 +125,7 @@ void least_squares(Convergence& c) {
   }
 }
 
-/// Sets `asymptotic` and `remark`: whether the observed order is the same wherever it can be checked. Values that agree to round-off have
+/// Sets `asymptotic` and `remark`: whether all observed orders agree. Values that agree to round-off have
 /// no uncertainty.
 void decide_whether_asymptotic(Convergence& c, bool credible, double formal_order) {
   constexpr double agreement = 0.3;
@@ -204,7 +204,7 @@ ThreeGrids observed_order(double h1, double f1, double h2, double f2, double h3,
   const double wanted = std::log(std::abs(e32)) - std::log(std::abs(e21));
   if (!(wanted > std::log(l32 / l21))) return {Behaviour::divergent, nan, nan};  // the limit p -> 0+
   constexpr double lowest = 1e-12, highest = 1024.0;
-  double p = highest;  // and for data of a higher order
+  double p = highest;  // also used for data of a higher order
   if (log_ratio(highest) > wanted) {
     const auto excess = [&](double order) { return log_ratio(order) - wanted; };
     std::uintmax_t iterations = 200;

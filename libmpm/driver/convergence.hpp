@@ -1,9 +1,9 @@
 #pragma once
 /// Grid and step convergence: observed orders, Richardson extrapolation and numerical uncertainty.
 ///
-/// Two situations are kept apart. With an exact solution there are errors, and the order is their slope (pairwise_orders,
-/// fitted_order). Without one there are only values on several grids: the order comes from three grids, and the distance to the
-/// limit has to be estimated and may not be estimable. Then the result is 'not asymptotic', with the reason.
+/// With an exact solution, errors are known and the order is their slope (pairwise_orders, fitted_order). Without one, the order is
+/// computed from the values on three grids, and the distance to the limit is estimated. If that is not possible, the result is 'not
+/// asymptotic', with the reason.
 
 #include <span>
 #include <string>
@@ -20,10 +20,10 @@ std::vector<double> pairwise_orders(std::span<const double> size, std::span<cons
 /// Slope of the least-squares line through (log h, log e); same arguments as pairwise_orders.
 double fitted_order(std::span<const double> size, std::span<const double> error);
 
-/// What the differences between three grids do.
+/// Behaviour of the differences between three grids.
 enum class Behaviour {
   monotone,     ///< f approaches its limit from one side
-  oscillating,  ///< f jumps from side to side: an order has no meaning
+  oscillating,  ///< f jumps from side to side: no order is defined
   divergent,    ///< the differences grow under refinement
   constant,     ///< the values agree to round-off
 };
@@ -32,8 +32,8 @@ std::string to_string(Behaviour);
 
 /// Result of three grids.
 struct ThreeGrids {
-  Behaviour behaviour;  ///< decides which of the numbers have a meaning
-  double order;         ///< p; NaN where it has no meaning
+  Behaviour behaviour;  ///< decides which of the numbers are defined
+  double order;         ///< p; NaN if undefined
   double extrapolated;  ///< f_ext = f1 + (f1 - f2)/(r21^p - 1); NaN likewise
 };
 
@@ -49,14 +49,14 @@ struct Convergence {
   std::vector<double> size, value;   ///< coarse first, as given
   std::vector<ThreeGrids> triples;   ///< of neighbouring grids, coarse first
   Behaviour behaviour;               ///< of the three finest grids
-  double order;                      ///< from the three finest grids; NaN where it has no meaning
+  double order;                      ///< from the three finest grids; NaN if undefined
   double extrapolated;               ///< Richardson; NaN likewise
   double safety_factor;              ///< Fs: 1.25 with a credible order, else 3 (Roache)
   double gci;                        ///< grid convergence index of the finest grid, relative to |f1|
   double least_squares_order;        ///< NaN with fewer than four grids, or where the fit prescribes the exponents
   double least_squares_limit;        ///< f at h -> 0 of the least-squares fit; NaN with fewer than four grids
   double least_squares_uncertainty;  ///< U of Eca & Hoekstra for the finest grid, in the unit of f; NaN likewise
-  bool asymptotic;                   ///< the observed order is the same wherever it can be checked
+  bool asymptotic;                   ///< all observed orders agree
   std::string remark;                ///< in words: 'asymptotic ...' or 'not asymptotic: ...'
 };
 

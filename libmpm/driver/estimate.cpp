@@ -18,8 +18,8 @@ namespace mpm {
 
 namespace {
 
-/// Share of [low, high] on the computed side of a mirror plane through 0.
-double kept_share(bool mirror, double low, double high) { return mirror ? std::clamp(high / (high - low), 0.0, 1.0) : 1.0; }
+/// Fraction of [low, high] on the computed side of a mirror plane through 0.
+double kept_fraction(bool mirror, double low, double high) { return mirror ? std::clamp(high / (high - low), 0.0, 1.0) : 1.0; }
 
 double particle_volume(const NumericsSpec& n) { return std::pow(n.cell_size, 3) / n.particles_per_cell; }
 
@@ -34,8 +34,8 @@ double snow_volume(const Case& spec) {
   }
   double sum = 0.0;
   for (const BodySpec& body : spec.bodies) {
-    sum += volume_of(body) * kept_share(spec.domain.mirror_x, body.min.x(), body.max.x()) *
-           kept_share(spec.domain.mirror_y, body.min.y(), body.max.y());
+    sum += volume_of(body) * kept_fraction(spec.domain.mirror_x, body.min.x(), body.max.x()) *
+           kept_fraction(spec.domain.mirror_y, body.min.y(), body.max.y());
   }
   return sum;
 }
@@ -57,7 +57,8 @@ double largest_speed(const Case& spec) {
   return std::sqrt(speed * speed + 2.0 * spec.numerics.gravity * fall);
 }
 
-/// Of one row of the series in memory: some twenty columns, and the pressure profile in its bins, twice where forces are booked by height.
+/// Memory of one row of the series, bytes: some twenty columns and the bins of the pressure profile, twice if forces are recorded by
+/// height.
 double series_row_bytes(const Case& spec) {
   if (!spec.conveyor || !spec.obstacle) return 0.0;
   constexpr double columns = 20.0, profile_heights = 5.0;  // the profile reaches up to five flow heights

@@ -1,5 +1,5 @@
 #pragma once
-/// What was computed, by which program and machine, and what it took.
+/// The case, program, machine and time of a run.
 
 #include <string>
 
@@ -7,8 +7,8 @@
 
 namespace mpm {
 
-/// Entries of results.json about the case, the program, the machine and the time it took; the comparison leaves them
-/// out.
+/// Entries of results.json about the case, the program, the machine and the time; comparisons of runs
+/// ignore them.
 class Execution : public Observer {
  public:
   /// @param case_hash  case_hash_text of driver/case_file.hpp
@@ -22,11 +22,11 @@ class Execution : public Observer {
   std::string title_, case_hash_;
 };
 
-/// What is known of a run from its frames alone: entries of results.json that a finished run has, too.
+/// Entries of results.json that follow from the frames alone.
 /// @param particles  in the last frame
 [[nodiscard]] std::vector<Result> execution_from_frames(const std::string& title, const SnapshotInfo& last, std::size_t particles);
 
-/// Where the entries of results.json come from, if `mpm post` measured them again.
+/// Entries of results.json that mark it as a replay of frames by `mpm post`.
 /// @param frames  number of frames
 [[nodiscard]] std::vector<Result> origin_in_frames(std::size_t frames);
 

@@ -13,7 +13,7 @@ namespace mpm {
 
 namespace {
 
-/// Where a command is. @throws ConfigError
+/// Path of a command. @throws ConfigError
 std::string found_in_path(const std::string& command) {
   if (command.find('/') != std::string::npos) return command;
   const char* const path = std::getenv("PATH");

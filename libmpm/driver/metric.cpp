@@ -49,7 +49,7 @@ Json at(const Json& results, const std::string& name) {
   return i < found->size() ? (*found)[i] : Json{};
 }
 
-/// @return the name with its index. @throws ConfigError if it is none of the known names
+/// @return the name with its index. @throws ConfigError if it is not a known name
 std::string require_name(const std::string& name, const std::vector<std::string>& known) {
   std::string key = with_index(name);
   if (std::ranges::find(known, key) != known.end()) return key;

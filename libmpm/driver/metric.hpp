@@ -13,12 +13,12 @@ namespace mpm {
 /// A metric with its statistical error.
 struct Metric {
   static constexpr double none = std::numeric_limits<double>::quiet_NaN();  ///< unknown
-  double value = none;           ///< NaN where the run has none (a run without a steady interval has no means)
-  double standard_error = none;  ///< NaN where it is not known
+  double value = none;           ///< NaN if the run has none (a run without a steady interval has no means)
+  double standard_error = none;  ///< NaN if unknown
 };
 
 /// The metric of a results.json.
-/// @throws ConfigError for a name that is not there (suggests the nearest), or that is not a number; IoError if the text is not JSON
+/// @throws ConfigError for an unknown name (suggests the nearest), or that is not a number; IoError if the text is not JSON
 [[nodiscard]] Metric metric_of(const std::string& results_json, const std::string& name);
 
 /// Names of all metrics that a run of this case reports, vectors by component: force_mean_n[0].

@@ -19,7 +19,7 @@ using Json = nlohmann::ordered_json;
 
 constexpr int converge_format_version = 2;
 
-/// Half the range of a parameter that has no limit to extrapolate to.
+/// Half the range of the values, for a parameter without a limit to extrapolate to.
 void judge_scatter(MetricConvergence& m, std::size_t values) {
   if (values > 1) m.uncertainty = 0.5 * (m.highest - m.lowest);
   const double middle = 0.5 * (m.highest + m.lowest);

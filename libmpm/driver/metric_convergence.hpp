@@ -1,6 +1,6 @@
 #pragma once
-/// What a sweep shows about one metric: order, limit and uncertainty where the parameter goes to zero, the scatter where it does not. The
-/// validation uses it for its own quantities.
+/// Convergence of one metric in a sweep: order, limit and uncertainty if the parameter goes to zero, otherwise the scatter. The validation
+/// uses it for its own quantities.
 
 #include <filesystem>
 #include <optional>
@@ -13,21 +13,21 @@
 
 namespace mpm {
 
-/// One metric over the values of a parameter. Entries of the vectors belong together; coarse first where the parameter is a size.
+/// One metric over the values of a parameter. The vectors have one entry for each value; coarse first if the parameter is a size.
 struct MetricConvergence {
   std::string name;                                      ///< as in metric.hpp
   SweepKind kind = SweepKind::cell_size;                 ///< what was varied
   std::vector<double> parameter;                         ///< its values, in the unit of Sweep::values
   std::vector<Metric> metric;                            ///< one for each value
-  std::optional<double> exact;                           ///< exact value, where the caller knows it
+  std::optional<double> exact;                           ///< exact value, if the caller knows it
   std::vector<double> error;                             ///< |value - exact|; empty without an exact value
   std::vector<double> error_order;                       ///< between neighbours: log(e_i / e_i+1) / log(h_i / h_i+1); sizes only
-  std::optional<Convergence> convergence;                ///< sizes only, where at least three of them have a value
-  double lowest = Metric::none, highest = Metric::none;  ///< of the values that exist
+  std::optional<Convergence> convergence;                ///< sizes only, if at least three of them have a value
+  double lowest = Metric::none, highest = Metric::none;  ///< over the existing values
   /// Numerical uncertainty of the last value, in its unit: least squares with four or more sizes, GCI with three; half the range for a
   /// parameter without a limit.
   double uncertainty = Metric::none;
-  bool asymptotic = false;  ///< sizes: an order is seen and confirmed, and it exceeds the statistical errors
+  bool asymptotic = false;  ///< sizes: an order is observed and confirmed, and the differences exceed the statistical errors
   std::string verdict;      ///< in words
 };
 

@@ -27,7 +27,7 @@ namespace mpm {
 
 namespace {
 
-/// What observers are made from.
+/// Arguments for making observers.
 struct Setting {
   const Case& c;
   const CaseScene& scene;
@@ -35,7 +35,7 @@ struct Setting {
   ImpactFlow flow;                         ///< of impacts
 };
 
-/// In which cases an observer is there.
+/// Which cases an observer applies to.
 struct Condition {
   const char* cases;
   bool (*holds)(const Setting&);
@@ -54,7 +54,7 @@ struct Entry {
   std::shared_ptr<Observer> (*make)(const Setting&);
 };
 
-/// The list: a new observer is its file and a line here. The order is that of columns and results.
+/// The list of all observers. A new one needs its file and a line here. The order is that of columns and results.
 constexpr Entry list[] = {
     {always, [](const Setting& s) { return make<Execution>(s.c.title, case_hash_text(s.c)); }},
     {always, [](const Setting& s) { return make<ParticleFlux>(s.c.conveyor.has_value(), s.scene.mirror); }},
@@ -121,7 +121,7 @@ Results expected_results(const Case& c) {
 }
 
 std::vector<ObserverDescription> describe_observers() {
-  Case c;  // one that has everything
+  Case c;  // with all tables, so that every observer applies
   c.conveyor.emplace().velocity = 1.0;
   c.obstacle.emplace();
   const CaseScene scene = make_scene(c);
@@ -214,7 +214,7 @@ std::string observers_markdown() {
   text += "\n## Columns of `profile.csv`\n\n| column | unit | meaning |\n|---|---|---|\n";
   for (const auto& d : all) {
     for (Column c : d.profiles) {
-      c.kind = Column::Kind::instant;  // there, rows are heights and values are means over the steady interval
+      c.kind = Column::Kind::instant;  // rows are heights; values are means over the steady interval
       text += column_rows("", {c});
     }
   }

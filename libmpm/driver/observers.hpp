@@ -1,5 +1,5 @@
 #pragma once
-/// The list of all observers, and what each of them gives: the columns of series.csv and profile.csv and the entries of results.json.
+/// The list of all observers, and their output: the columns of series.csv and profile.csv and the entries of results.json.
 
 #include <memory>
 #include <optional>
@@ -28,23 +28,23 @@ namespace mpm {
 /// The observers of a case, in the order of their columns.
 [[nodiscard]] std::vector<std::shared_ptr<Observer>> make_observers(const Case& c, const CaseScene& scene);
 
-/// The entries that results.json of a run of this case will have; their values mean nothing.
+/// The entries that results.json of a run of this case will have; their values are undefined.
 [[nodiscard]] Results expected_results(const Case& c);
 
-/// What one observer gives, without a run.
+/// Output of one observer, without a run.
 struct ObserverDescription {
   std::string name;              ///< Observer::name
-  std::string cases;             ///< in which cases there is one: "cases with an obstacle"
+  std::string cases;             ///< cases that it applies to: "cases with an obstacle"
   Source source;                 ///< what it needs
   std::vector<Column> columns;   ///< of series.csv
   std::vector<Column> profiles;  ///< columns of profile.csv
-  std::vector<Result> results;   ///< their values mean nothing
+  std::vector<Result> results;   ///< their values are undefined
 };
 
-/// Everything that a run can write, and `mpm post` after it.
+/// All output of a run and of `mpm post`.
 [[nodiscard]] std::vector<ObserverDescription> describe_observers();
 
-/// Nature of an entry of results.json; one that this program does not know counts as physics. @param name a key, with "[0]" for a component
+/// Nature of an entry of results.json; an unknown entry counts as physics. @param name a key, with "[0]" for a component
 [[nodiscard]] Nature nature_of(std::string_view name);
 
 /// Tables of everything that can be measured, as Markdown and as JSON {"columns": [...], "profiles": [...], "results": [...]}.

@@ -10,7 +10,7 @@ namespace mpm {
 
 namespace {
 
-/// What all ranks send, as values, on the first.
+/// The values that all ranks send; on the first rank.
 template <class T>
 std::vector<T> gathered(std::vector<T> own, Ranks* ranks) {
   if (ranks == nullptr) return own;
@@ -26,13 +26,13 @@ std::vector<T> gathered(std::vector<T> own, Ranks* ranks) {
   return all;
 }
 
-/// How the particles of all ranks are cut: piece i has the identity numbers from first[i] on, up to first[i + 1].
+/// Division of the particles of all ranks into pieces: piece i has the identity numbers first[i] .. first[i + 1] - 1.
 struct Cuts {
   std::vector<std::uint64_t> first = {0};
   std::uint64_t particles = 0;  ///< of all pieces
 };
 
-/// The same on all ranks, from counts in stretches of numbers. @param end  beyond all numbers
+/// Makes the division, equal on all ranks, from counts in intervals of numbers. @param end  above all numbers
 Cuts cuts_of(const ParticleOrder& own, std::uint64_t end, Ranks* ranks, std::uint64_t most) {
   const std::uint64_t stretch = std::max<std::uint64_t>(1, most / 8);
   std::vector<std::uint64_t> counts((end + stretch - 1) / stretch, 0);
@@ -81,7 +81,7 @@ void pass_particles(const State& state, const ParticleSink& sink, PieceSize size
   const bool first = ranks == nullptr || ranks->first();
   const ParticleOrder own(state.grid);
   const Cuts cuts = cuts_of(own, state.next_id, ranks, size.particles);
-  FirstError error;  // the other ranks go on sending
+  FirstError error;  // the other ranks continue to send
   if (first) error.attempt([&] { sink.begin(cuts.particles); });
   std::size_t at = 0;
   for (std::size_t i = 1; i < cuts.first.size(); ++i) {
@@ -110,7 +110,7 @@ void pass_blocks(const State& state, const BlockSink& sink, PieceSize size) {
   put(shared, std::span<const Index3>(cuts_of(heads, size.particles)));
   ranks->share(shared);
   const auto cuts = MessageReader(shared).values<Index3>();
-  FirstError error;  // the other ranks go on sending
+  FirstError error;  // the other ranks continue to send
   if (ranks->first()) error.attempt([&] { sink.begin(heads); });
   for (std::size_t i = 0; i < cuts.size(); ++i) {
     Grid piece(state.grid.cell_size(), state.grid.precision());

@@ -44,7 +44,7 @@ class Point {
       throw UnstableError("point path: the state is not finite; the increments are too large");
   }
 
-  /// Radial Kirchhoff stress after an axial and a radial Hencky increment, without taking the step.
+  /// Radial Kirchhoff stress after an axial and a radial Hencky increment, without changing the state.
   [[nodiscard]] double radial_stress(double axial, double radial) const {
     MaterialState<double> trial = state_;
     law_.update_stress(trial, to_matrix3(stretch_increment(radial, radial, axial)), 1.0);
@@ -76,7 +76,7 @@ class Point {
 /// to round-off.
 template <Material L>
 double hold_radial_stress(const Point<L>& point, double axial, double target, double guess) {
-  constexpr double widest = 0.5;  // Hencky strain in one step; beyond, the path asks for nonsense
+  constexpr double widest = 0.5;  // Hencky strain in one step; a path with larger steps has no meaning
   const auto excess = [&](double radial) { return point.radial_stress(axial, radial) + target; };
   double low = guess, high = guess, f_low = excess(guess), f_high = f_low;
   for (double grow = max(0.1 * std::fabs(axial), 1e-9); !(f_low <= 0.0 && f_high >= 0.0); grow *= 2.0) {

@@ -1,5 +1,5 @@
 #pragma once
-/// One material point led along a path of deformation: the law alone, without particles or grid (`mpm point`).
+/// One material point on a path of deformation: the law alone, without particles or grid (`mpm point`).
 
 #include <array>
 #include <optional>
@@ -57,7 +57,7 @@ struct SegmentParameters {
   /// The keys of [[path.segments]] (base/parameter.hpp).
   template <class Table>
   static void declare(Table& table) {
-    constexpr double largest_strain = 2.0;  // Hencky: 7.4 times the length; with more the bounds of a law are left, not its behaviour seen
+    constexpr double largest_strain = 2.0;  // Hencky: 7.4 times the length; larger strains are beyond the range of the laws
     const char* const other_kind = "the segment is given by other keys";
     table.add("d_eps_v", &SegmentParameters::d_eps_v)
         .range(-largest_strain, largest_strain)
@@ -87,7 +87,7 @@ struct SegmentParameters {
         .left_out(other_kind)
         .text("Increment of Hencky strain along z, extension positive");
   }
-  /// Exactly one of the three groups of keys is given, and whole.
+  /// Exactly one of the three groups of keys must be given, and completely.
   void check(ParameterReport& report) const;
   [[nodiscard]] PathSegment segment() const;  ///< after check()
 };
@@ -116,9 +116,9 @@ struct PathRow {
 inline constexpr std::array<std::string_view, 8> path_columns{
     "step", "eps_v", "eps_q", "p_pa", "q_pa", "eps_v_plastic", "preconsolidation_pressure_pa", "yield_pa2"};
 
-/// Leads the point along the path; row 0 is the initial state, then one row every `stride` steps, which must divide steps_per_segment.
+/// Computes the path; row 0 is the initial state, then one row every `stride` steps, which must divide steps_per_segment.
 /// Each step applies F_inc = exp(d_eps) or exp(L dt), that is dl = F_inc - I: the deformation at a segment's end does not depend on the
-/// number of steps. ConfigError for a senseless path or material; UnstableError where a radial stress cannot be held or the state is not
+/// number of steps. ConfigError for an invalid path or material; UnstableError if a radial stress cannot be held or the state is not
 /// finite.
 std::vector<PathRow> follow_path(const PathSpec& path, int stride = 1);
 

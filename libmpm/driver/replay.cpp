@@ -25,7 +25,7 @@ namespace {
 
 constexpr double unknown = std::numeric_limits<double>::quiet_NaN();
 
-/// The run's own series.csv, looked up at the times of frames.
+/// The run's own series.csv, evaluated at the times of frames.
 class RunSeries {
  public:
   explicit RunSeries(const std::filesystem::path& path) {
@@ -36,7 +36,7 @@ class RunSeries {
   }
 
   /// Value of a column for a frame at `time` whose predecessor is at `before` (NaN for the first); NaN if the run has none. Times of frames
-  /// are times of rows, to the bit.
+  /// equal times of rows exactly.
   [[nodiscard]] double at(const Column& column, double before, double time) const {
     const auto found = values_.find(column.name());
     if (found == values_.end()) return unknown;
@@ -87,7 +87,7 @@ LastFrame measure_frames(const std::filesystem::path& directory, const std::vect
   return last;
 }
 
-/// results.json: the run's own, where there is one, with what frames give in its place.
+/// results.json: the run's own, if there is one, with the entries that were measured from frames replaced.
 std::string updated_results(const std::filesystem::path& own, const Case& c, const LastFrame& last, std::size_t frames,
                             const Results& measured) {
   Results results;

@@ -1,8 +1,8 @@
 #pragma once
-/// Measurements of a run again, from the frames that it stored: after a kill, with a newer version, or to check the run's own.
+/// Repeats the measurements of a run from its stored frames: after a kill, with a newer version, or as a check.
 ///
-/// The observers are those of the run. A frame holds what those of Source::particles need, in double precision (but for velocities), so
-/// their values at the times of frames are those of the run up to the order of the sums. What only the run knows is carried over from its
+/// The observers are those of the run. A frame holds the data for those of Source::particles, in double precision except for velocities, so
+/// their values at the times of frames equal those of the run except for the order of the sums. Other columns are taken from the run's
 /// series.csv: at the times of frames, or, for columns that are means over intervals, averaged over the interval between two frames.
 
 #include <filesystem>
@@ -14,20 +14,20 @@
 
 namespace mpm {
 
-/// What the frames of a run gave.
+/// Result of a replay.
 struct PostResult {
-  std::size_t frames = 0;                      ///< that were read
-  Results results;                             ///< what was measured from the frames
+  std::size_t frames = 0;                      ///< number of frames read
+  Results results;                             ///< measured from the frames
   std::string results_json;                    ///< content of results.json
   std::vector<std::filesystem::path> written;  ///< files, in the order in which they were written
 };
 
-/// Measures the frames of a result folder again (case.toml, frames; series.csv where there is one) and writes results.json, series.csv
-/// and, for impacts, profile.csv and profiles.h5 to `out`. Those of them that the result folder itself lacks, because its run did not come
-/// to its end, are written there, too; what is there is never touched.
+/// Measures the frames of a result folder again (case.toml, frames; series.csv if there is one) and writes results.json, series.csv
+/// and, for impacts, profile.csv and profiles.h5 to `out`. If the result folder lacks some of these, because its run did not
+/// finish, they are written there, too; existing files are never changed.
 ///
-/// results.json is the run's own, where there is one, with what frames give replaced; `measured_from` is "frames" and `frames` their
-/// number.
+/// results.json is the run's own, if there is one, with the entries measured from frames replaced; `measured_from` is "frames" and `frames`
+/// their number.
 /// @param observers  observers of the caller's own, as in RunOptions
 /// @throws IoError without frames, for damaged ones, or if they belong to another case than case.toml; ConfigError if `out` is the folder
 /// itself

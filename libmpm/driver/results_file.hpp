@@ -1,5 +1,5 @@
 #pragma once
-/// Files of what was measured: results.json, profile.csv, profiles.h5.
+/// Files with the results of a run: results.json, profile.csv, profiles.h5.
 
 #include <filesystem>
 #include <string>
@@ -9,16 +9,16 @@
 
 namespace mpm {
 
-/// Content of results.json: one object; null where a number is unknown.
+/// Content of results.json: one object; unknown numbers are null.
 [[nodiscard]] std::string results_text(const Results& results);
-/// The same, over the content of another results.json: entries that both have are replaced.
+/// The same, added to the content of another results.json, whose entries of the same names are replaced.
 /// @throws IoError, naming `path`, if `base` is not a JSON object
 [[nodiscard]] std::string results_text(const Results& results, const std::string& base, const std::filesystem::path& path);
 
-/// profile.csv: the means over the steady interval by height; only the header without one.
+/// profile.csv: the means over the steady interval by height; without one only the header.
 void write_profile(const std::filesystem::path& path, const std::vector<HeightProfile>& profiles, bool steady);
 
-/// profiles.h5: time_s, z_m and, as arrays of a row for each sample and a column for each height, what is known over height and time.
+/// profiles.h5: time_s, z_m and, with a row for each sample and a column for each height, the quantities over height and time.
 /// @param profiles  the first holds the heights, as mean
 void write_profiles_over_time(const std::filesystem::path& path, std::span<const double> time, const std::vector<HeightProfile>& profiles);
 

@@ -41,7 +41,7 @@ class Run {
   RunResult go();
 
  private:
-  // the start, fresh or from a checkpoint
+  // start, new or from a checkpoint
   void start_or_resume();
   [[nodiscard]] bool may_start_over() const;
   void start();
@@ -79,7 +79,7 @@ class Run {
 
   double last_dt_ = 0.0;
   Clock::time_point started_ = Clock::now(), checkpointed_ = Clock::now();
-  RunProgress before_;  // what was there when this stretch began
+  RunProgress before_;  // at the start or resume of this process
 };
 
 const std::filesystem::path& made(const std::filesystem::path& directory) {
@@ -120,7 +120,7 @@ void Run::start_or_resume() {
   if (options_.resume) say("no checkpoint here: started from the beginning");
 }
 
-/// Without a checkpoint: a finished run is not computed again under --resume, unless it is this case up to another time.
+/// Without a checkpoint: --resume does not repeat a finished run, unless it is this case with another duration.
 bool Run::may_start_over() const {
   if (!std::filesystem::exists(options_.out / "results.json")) return true;
   if (finished_results(options_.out, case_)) return false;
@@ -134,7 +134,7 @@ void Run::start() {
   progress_.initial_particles = state_.grid.particle_count();
   state_.grid.divide(options_.ranks);
   log_.emplace(options_.out / "run.log", false);
-  // The newest checkpoint last: whatever a kill leaves of them belongs to the old run, and a resumed run can tell.
+  // The newest checkpoint last: after a kill the remaining files belong to the old run, and a resumed run detects that.
   remove_results(
       {"results.json", "profile.csv", "profiles.h5", "final.h5", refused_checkpoint_file, previous_checkpoint_file, checkpoint_file});
   write_case_files(options_.out, case_);
@@ -183,7 +183,7 @@ RunResult Run::go() {
   try {
     start_or_resume();
     return loop();
-  } catch (const UnstableError& error) {  // the core names quantities; here are their keys
+  } catch (const UnstableError& error) {  // the core names quantities; add their keys
     const std::string text = fmt::format("{}. Keys: [numerics] cfl, cell_size_m", error.what());
     if (log_) log_->write(text);
     throw UnstableError(text);
@@ -272,7 +272,7 @@ SnapshotInfo Run::snapshot_info() const {
 
 void Run::checkpoint(const char* why) {
   progress_.wall_time = before_.wall_time + seconds_since(started_);
-  table_->sync();  // first, so that the rows up to a checkpoint are there whenever the checkpoint is
+  table_->sync();  // first, so that a checkpoint never exists without the rows before it
   write_checkpoint(options_.out / checkpoint_file, case_, state_, progress_, observers_.save(), options_.out / previous_checkpoint_file);
   checkpointed_ = Clock::now();
   say(fmt::format("checkpoint at t = {:.6g} s, step {} ({})", state_.time, state_.step, why), false);
@@ -306,7 +306,7 @@ void Run::write_particles(SnapshotWriter& file) const {
                           .append = [&](std::span<const Particle> piece) { file.append(particle_table(piece, scene_)); }});
 }
 
-/// results.json last: where it is, the run is whole.
+/// results.json last: if it exists, the run is complete.
 void Run::write_results(RunResult& result) {
   const Summary end = observers_.summary(&state_, &progress_);
   result.results = observers_.results(end);

@@ -1,6 +1,5 @@
 #pragma once
-/// A case from start to end into a directory: the driver behind `mpm run`, for programs that want the whole product.
-/// Programs that want the solver alone use scene.hpp and core/step.hpp.
+/// Runs a case from start to end into a directory, as `mpm run` does. Programs that need only the solver use scene.hpp and core/step.hpp.
 
 #include <filesystem>
 #include <functional>
@@ -14,39 +13,39 @@
 
 namespace mpm {
 
-/// Where a run is, for a display.
+/// Progress of a run, for a display.
 struct Progress {
   double time = 0.0, duration = 0.0;          ///< s
   std::uint64_t step = 0;                     ///< steps done since t = 0
   double dt = 0.0;                            ///< s, of the last step
-  std::size_t particles = 0;                  ///< at this moment
-  double wall_s = 0.0, eta_s = 0.0;           ///< s: used by this stretch, and expected until the end
-  double million_particle_steps_per_s = 0.0;  ///< since the start of this stretch
-  std::string message;                        ///< not empty: a line for the log; the numbers above are then those of the moment
+  std::size_t particles = 0;                  ///< present number
+  double wall_s = 0.0, eta_s = 0.0;           ///< s: since the start or resume of this process, and expected until the end
+  double million_particle_steps_per_s = 0.0;  ///< since the start or resume of this process
+  std::string message;                        ///< if not empty: a line for the log
 };
 
-/// What the caller wants at the next sample.
+/// Request of the caller at the next sample.
 enum class Request { none, checkpoint, stop };
 
-/// How and where a case is run.
+/// Options of run_case().
 struct RunOptions {
-  std::filesystem::path out;  ///< folder of the run; made where it is missing
+  std::filesystem::path out;  ///< folder of the run; created if missing
   int threads = 0;            ///< 0: as many as OpenMP offers
-  bool resume = false;        ///< go on from the newest good checkpoint in `out`; a longer duration than before extends a finished run
+  bool resume = false;        ///< continue from the newest valid checkpoint in `out`; a longer duration than before extends a finished run
   std::function<void(const Progress&)> on_progress;  ///< after every sample, and for messages
-  /// Observers of the caller's own, after those of driver/observers.cpp: their columns and results are written like all others.
+  /// Additional observers, after those of driver/observers.cpp; their columns and results are written like all others.
   std::vector<std::shared_ptr<Observer>> observers;
-  Ranks* ranks = nullptr;         ///< not null: other ranks take part (driver/worker.hpp), and this is the first; outlives the run
-  std::function<Request()> poll;  ///< asked after every sample, e.g. whether a signal arrived
+  Ranks* ranks = nullptr;  ///< if not null: the run has several ranks (driver/worker.hpp), and this is the first; must outlive the run
+  std::function<Request()> poll;  ///< called after every sample, for example to report a signal
 };
 
-/// How far a run came, and what it measured.
+/// Outcome of a run.
 struct RunResult {
-  bool finished = false;                                         ///< false: stopped on request; out/checkpoint.h5 is there to go on from
+  bool finished = false;                                         ///< false: stopped on request; out/checkpoint.h5 serves to resume
   double time = 0.0;                                             ///< s
-  std::uint64_t steps = 0, particle_steps = 0;                   ///< since t = 0, of all stretches
+  std::uint64_t steps = 0, particle_steps = 0;                   ///< since t = 0, including the time before a resume
   std::size_t particles = 0;                                     ///< at the end
-  double wall_time_s = 0.0, million_particle_steps_per_s = 0.0;  ///< of all stretches
+  double wall_time_s = 0.0, million_particle_steps_per_s = 0.0;  ///< including the time before a resume
   Results results;                                               ///< the entries of results.json
   std::string results_json;                                      ///< its content
 };
@@ -55,12 +54,13 @@ struct RunResult {
 /// options.out.
 ///
 /// Samples are taken at whole multiples of 1/series_per_second, and the run ends at the first of them at or after duration_s; frames are
-/// taken every round(series_per_second / frames_per_second) samples. Steps are cut so that they meet these instants, which makes a resumed
-/// or extended run go through the same steps.
+/// taken every round(series_per_second / frames_per_second) samples. Steps are shortened to meet these instants, so that a resumed
+/// or extended run takes the same steps.
 ///
-/// Two checkpoints are kept, checkpoint.h5 and checkpoint.previous.h5. A resumed run takes the newest that is whole, of this case, and up
-/// to which series.csv has its rows; it says so if that is not the newest, and never starts from the beginning over one that it refuses.
-/// @throws ConfigError, IoError, UnstableError (what was written before stays)
+/// Two checkpoints are kept, checkpoint.h5 and checkpoint.previous.h5. A resumed run uses the newest that is undamaged, belongs to this
+/// case, and for which series.csv has all rows. A message reports if an older one is used. If every checkpoint is refused, the run does
+/// not start again from t = 0.
+/// @throws ConfigError, IoError, UnstableError (files written before remain)
 RunResult run_case(const Case& c, const RunOptions& options);
 
 }  // namespace mpm

@@ -52,7 +52,7 @@ void require_no_results(const std::filesystem::path& directory) {
   const auto holds = [&](const char* name) { return std::filesystem::exists(directory / name); };
   const bool finished = holds("results.json") || holds("final.h5"), interrupted = has_checkpoint(directory);
   if (!finished && !interrupted) return;
-  const DirectoryLock lock(directory);  // of a run that is under way the message is another one
+  const DirectoryLock lock(directory);  // a running process gives another message
   throw ConfigError(fmt::format("{} holds {}; choose another folder with --out, {} with --resume, or overwrite it with --force",
                                 directory.string(), finished ? "the results of a run" : "the checkpoint of an interrupted run",
                                 finished ? "extend it to a longer duration" : "continue it"));

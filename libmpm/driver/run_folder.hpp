@@ -1,6 +1,6 @@
 #pragma once
-/// The folder of a run: who works in it, and whether it holds the finished run of a case. Shared by the run itself, by sweeps and by
-/// campaigns, which keep one folder a run and leave finished runs alone.
+/// The folder of a run: whether a process works in it, and whether it holds the finished run of a case. Used by single runs, sweeps and
+/// campaigns; the latter two have one folder for each run and keep finished runs.
 
 #include <filesystem>
 #include <optional>
@@ -10,7 +10,7 @@
 
 namespace mpm {
 
-/// Keeps a second process out of a directory (`.lock` in it); the system releases it when the process ends, however it ends.
+/// Excludes a second process from a directory (`.lock` in it); the system releases it when the process ends, even after a kill.
 class DirectoryLock {
  public:
   /// Tries for half a second, because is_locked() of another process takes the lock for an instant.
@@ -24,19 +24,19 @@ class DirectoryLock {
   int descriptor_;
 };
 
-/// Whether a process works in a directory; false where there is no such directory.
+/// Whether a process works in a directory; false if the directory does not exist.
 [[nodiscard]] bool is_locked(const std::filesystem::path& directory);
 
-/// Makes sure that a new run into a folder destroys nothing; call it before run_case() without `resume`.
+/// Refuses a new run into a folder that would destroy results; call it before run_case() without `resume`.
 /// @throws ConfigError if the folder holds results (results.json, final.h5) or a checkpoint: the message names --resume, --out and --force
 /// @throws IoError if another process works there
 void require_no_results(const std::filesystem::path& directory);
 
-/// Writes case.toml, and with an obstacle obstacle.json: its outline in plan, so that whoever draws it needs to know no shape.
+/// Writes case.toml, and with an obstacle obstacle.json: its outline in plan, so that programs that draw it need not know the shapes.
 /// @throws IoError
 void write_case_files(const std::filesystem::path& directory, const Case& c);
 
-/// {"outline_m": [[x, y], ...], "top_m": z}: corners counter-clockwise from above, the most upstream at x = 0; top_m is null where the
+/// {"outline_m": [[x, y], ...], "top_m": z}: corners counter-clockwise from above, the most upstream at x = 0; top_m is null if the
 /// obstacle is taller than any jet.
 [[nodiscard]] std::string obstacle_text(const ObstacleSpec& obstacle);
 

@@ -6,10 +6,10 @@
 
 namespace mpm {
 
-/// The open run.log of one stretch.
+/// The run.log of a run, open until it ends or stops.
 class RunLog {
  public:
-  /// @param append  whether to keep what an earlier stretch wrote. @throws IoError
+  /// @param append  whether to keep the lines from before a resume. @throws IoError
   RunLog(const std::filesystem::path& path, bool append);
   /// Closes the file.
   ~RunLog();

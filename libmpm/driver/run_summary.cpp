@@ -8,7 +8,7 @@ namespace mpm {
 
 namespace {
 
-/// A number or that it is not known.
+/// A number, or "unknown".
 std::string shown(double value, double scale) { return std::isfinite(value) ? fmt::format("{:.3g}", value * scale) : "unknown"; }
 
 }  // namespace

@@ -1,5 +1,5 @@
 #pragma once
-/// The main quantities of a finished run in a few lines, for a person.
+/// The main quantities of a finished run in a few lines of text.
 
 #include <string>
 
@@ -8,7 +8,7 @@
 namespace mpm {
 
 /// One line for each of run-up, pressure height, force and overturning moment: mean, and what each +- contains; then the peaks of the
-/// force. Empty for a run that is no impact. Without a steady interval it says so. @param results  of results.json
+/// force. A run without a steady interval is flagged; it has no means. Empty for a run without an impact. @param results  of results.json
 [[nodiscard]] std::string summary_text(const Results& results);
 
 }  // namespace mpm

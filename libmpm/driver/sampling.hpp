@@ -1,5 +1,5 @@
 #pragma once
-/// When a run is sampled and stored: at whole multiples of 1/series_per_second, and every so many samples as a frame.
+/// The instants at which a run is sampled and stored: at whole multiples of 1/series_per_second, and every so many samples as a frame.
 
 #include <cstdint>
 
@@ -7,15 +7,15 @@
 
 namespace mpm {
 
-/// Number of the sample that a run ends with, counted from 0 at t = 0: the first at or after its duration.
+/// Index of the last sample, counted from 0 at t = 0: the first at or after the duration.
 std::uint64_t last_sample(const Case& c);
-/// Frames are taken at every that many samples; 0: none are taken.
+/// Samples from one frame to the next; 0: no frames.
 std::uint64_t samples_per_frame(const Case& c);
 
-/// The instants of one case.
+/// Samples and frames of one case.
 class Sampling {
  public:
-  /// @param c  its [output] counts
+  /// @param c  only its [output] is used
   explicit Sampling(const Case& c) : per_second_(c.output.series_per_second), last_(last_sample(c)), per_frame_(samples_per_frame(c)) {}
 
   [[nodiscard]] std::uint64_t last() const { return last_; }  ///< number of the last sample; the first is 0

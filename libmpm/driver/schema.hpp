@@ -1,5 +1,5 @@
 #pragma once
-/// What may be in a case file or in a point path, as a user sees it. The components declare their keys (base/parameter.hpp); reading, range
+/// Reference of the keys of case files and point paths. The components declare their keys (base/parameter.hpp); reading, range
 /// checks, suggestions, writing and this reference all follow from these declarations.
 
 #include <string>

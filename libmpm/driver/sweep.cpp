@@ -13,8 +13,8 @@ namespace mpm {
 
 namespace {
 
-/// What a sweep with `resume` may do with a folder: keep its finished run, or continue an interrupted one, but not replace the results of
-/// another case or duration.
+/// Checks a folder for a sweep with `resume`: it may hold a finished or interrupted run of this case, but no results of another case or
+/// duration.
 void require_same_run(const std::filesystem::path& directory, const Case& c) {
   if (!std::filesystem::exists(directory / "results.json") || finished_results(directory, c)) return;
   throw ConfigError(

@@ -1,6 +1,6 @@
 #pragma once
-/// A sweep: one case at several cell sizes, particle numbers, time steps or places on the grid, each in a folder of its own. The engine
-/// behind `mpm converge`; metric_convergence.hpp judges what comes out.
+/// A sweep: one case at several cell sizes, particle numbers, time steps or places on the grid, each in a folder of its own. Used by
+/// `mpm converge`; metric_convergence.hpp evaluates the results.
 
 #include <cstdint>
 #include <filesystem>
@@ -13,12 +13,12 @@
 
 namespace mpm {
 
-/// What is varied.
+/// The parameter that is varied.
 enum class SweepKind : std::uint8_t { cell_size, particles_per_cell, cfl, offset };
 /// The key of [numerics] that is varied: cell_size_m, particles_per_cell, cfl, grid_offset_cells.
 std::string to_string(SweepKind);
-/// Cell size and CFL number go to zero, so that an order can be determined; particles per cell and offset have no limit to extrapolate to,
-/// only a scatter.
+/// Cell size and CFL number go to zero, so that an order can be determined; particles per cell and offset have no limit to extrapolate to;
+/// only the scatter is evaluated.
 [[nodiscard]] bool goes_to_zero(SweepKind kind);
 
 /// The values of one parameter.
@@ -29,37 +29,37 @@ struct Sweep {
 };
 
 /// The sweep in the order in which it is run, the coarsest and cheapest first (offsets as given).
-/// @throws ConfigError without values, for values twice, or an axis that is none
+/// @throws ConfigError without values, for equal values, or an unknown axis
 [[nodiscard]] Sweep in_order(Sweep sweep);
 
 /// The case with one value of the sweep; passes every check of a case file. @throws ConfigError
 [[nodiscard]] Case swept_case(const Case& c, const Sweep& sweep, double value);
 
-/// Where one value is computed: dx_0.25, ppc_8, cfl_0.4, offset_0.5
+/// Folder of one value: dx_0.25, ppc_8, cfl_0.4, offset_0.5
 [[nodiscard]] std::string sweep_directory(SweepKind kind, double value);
 
 /// One run of a sweep.
 struct SweepPoint {
   double value = 0.0;               ///< of the parameter
   std::filesystem::path directory;  ///< its folder
-  bool reused = false;              ///< was there already, and was not run again
+  bool reused = false;              ///< the run was complete before, and was not repeated
   std::string results_json;         ///< content of its results.json
 };
 
-/// How a sweep is run.
+/// Options of a sweep.
 struct SweepOptions {
   std::filesystem::path out;  ///< each run gets a folder in it
   int threads = 0;            ///< of each run; 0: as many as OpenMP offers
-  bool resume = false;        ///< keep runs that are finished, continue one that was interrupted; false: run all anew
-  bool overwrite = false;     ///< replace results and checkpoints that are in the folders; false: refuse to
+  bool resume = false;        ///< keep runs that are finished, continue one that was interrupted; false: run all again
+  bool overwrite = false;     ///< replace results and checkpoints in the folders; false: refuse
   std::function<void(const Progress&)> on_progress;  ///< as RunOptions::on_progress
   std::function<Request()> poll;                     ///< as RunOptions::poll
   /// Computes one case; empty: run_case.
   std::function<RunResult(const Case&, const RunOptions&)> run;
-  std::function<void(const SweepPoint&)> on_start, on_point;  ///< before and after each run; what on_point throws ends the sweep
+  std::function<void(const SweepPoint&)> on_start, on_point;  ///< before and after each run; an exception of on_point ends the sweep
 };
 
-/// What a sweep leaves.
+/// Outcome of a sweep.
 struct SweepResult {
   bool finished = false;           ///< false: stopped on request
   std::vector<SweepPoint> points;  ///< those that are complete, in the order of the values

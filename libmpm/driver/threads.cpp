@@ -43,7 +43,7 @@ void use_short_spin(char** argv) {
   std::error_code error;
   const std::filesystem::path program = std::filesystem::read_symlink("/proc/self/exe", error);  // the link's own name would show in `ps`
   if (error || setenv(variable, short_spin.data(), 0) != 0) return;
-  execv(program.c_str(), argv);  // finds the variable set, and goes on
+  execv(program.c_str(), argv);  // the new process finds the variable set, and continues
 }
 
 int most_threads() {

@@ -15,9 +15,10 @@ namespace {
 
 constexpr double reservoir_cells = 2.0;  ///< snow kept behind the inlet: the support of a node on the inlet is 3/2 cells
 constexpr double outlet_cells = 2.0;
-constexpr int staggered_levels = 16;  ///< of a particle within its share of the flow height
+constexpr int staggered_levels = 16;  ///< of a particle within its part of the flow height
 
-/// Snow kept behind the inlet; rows of a sheared inflow may come late by the way of the fastest while the plug goes one spacing.
+/// Snow kept behind the inlet; rows of a sheared inflow may be late by the distance that the fastest covers while the plug moves one
+/// spacing.
 double reservoir_length(const Inflow& inflow, double cell_size, double spacing) {
   return reservoir_cells * cell_size + (inflow.sheared() ? inflow.shear(1.0) * spacing : 0.0);
 }
@@ -47,7 +48,7 @@ std::vector<ColumnPoint> settled_column(const AnyMaterial& material, double weig
       if (tight < -0.9)
         throw UnstableError(fmt::format("the material cannot carry its own weight over {:.3g} m: no confined equilibrium", height));
     }
-    // A plain bisection on purpose: its last bits are the initial stresses, and with them the bits of every result.
+    // Plain bisection on purpose: another method would change the last bits of the initial stresses, and so of every result.
     for (int i = 0; i < 80; ++i) {
       const double middle = 0.5 * (loose + tight);
       (excess(middle) > 0.0 ? loose : tight) = middle;
@@ -119,8 +120,8 @@ int ConveyorSource::level_of(std::uint64_t layer) const {
   return levels_ == 1 ? 0 : static_cast<int>(levels_ * r2_point(static_cast<double>(layer)).b);
 }
 
-/// Particles of layer `layer` at `distance` beyond where it was at t = 0.
-void ConveyorSource::insert(State& state, FluxTotals& passage, std::span<const Particle> particles, std::uint64_t layer,
+/// Inserts particles of layer `layer`, moved by `distance` from their positions at t = 0.
+void ConveyorSource::insert(State& state, FluxTotals& entered, std::span<const Particle> particles, std::uint64_t layer,
                             double distance) const {
   const auto n = static_cast<double>(layer);
   const double x = -(n + 0.5) * spacing_ + distance;
@@ -133,17 +134,17 @@ void ConveyorSource::insert(State& state, FluxTotals& passage, std::span<const P
     state.grid.insert(p);
     const double mass = density_ * p.volume;
     const Vec3 velocity(p.velocity[0], p.velocity[1], p.velocity[2]);
-    passage += FluxTotals{1, 0, mass, mass * velocity, 0.5 * mass * velocity.squaredNorm() + stored_energy(material_, p)};
+    entered += FluxTotals{1, 0, mass, mass * velocity, 0.5 * mass * velocity.squaredNorm() + stored_energy(material_, p)};
   }
 }
 
-void ConveyorSource::insert_layer(State& state, FluxTotals& passage) const {
+void ConveyorSource::insert_layer(State& state, FluxTotals& entered) const {
   const int level = level_of(state.source_count);
   const double distance = inflow_.travelled(state.time);
   if (inflow_.steady()) {
-    insert(state, passage, layers_[static_cast<std::size_t>(level)], state.source_count, distance);
+    insert(state, entered, layers_[static_cast<std::size_t>(level)], state.source_count, distance);
   } else {
-    insert(state, passage, make_layer(state.time, level), state.source_count, distance);
+    insert(state, entered, make_layer(state.time, level), state.source_count, distance);
   }
   ++state.source_count;
 }
@@ -152,8 +153,8 @@ std::uint64_t ConveyorSource::due(double rate, double distance) const {
   return static_cast<std::uint64_t>(std::floor((rate * distance - release_at_) / spacing_ + 0.5));
 }
 
-/// The rows of a sheared inflow that became due since the multiple of the spacing before.
-void ConveyorSource::insert_rows(State& state, FluxTotals& passage) const {
+/// Inserts the rows of a sheared inflow that became due since the previous multiple of the spacing.
+void ConveyorSource::insert_rows(State& state, FluxTotals& entered) const {
   const double before = static_cast<double>(state.source_count - initial_layers_) * spacing_, now = before + spacing_;
   const double gone = inflow_.travelled(state.time);
   const int count = rows(0.0);
@@ -162,7 +163,7 @@ void ConveyorSource::insert_rows(State& state, FluxTotals& passage) const {
     for (std::uint64_t layer = due(rate, before); layer < due(rate, now); ++layer) {
       const Layer& all = layers_[static_cast<std::size_t>(level_of(layer))];
       const std::size_t width = all.size() / static_cast<std::size_t>(count);
-      insert(state, passage, std::span(all).subspan(static_cast<std::size_t>(k) * width, width), layer, rate * gone);
+      insert(state, entered, std::span(all).subspan(static_cast<std::size_t>(k) * width, width), layer, rate * gone);
     }
   }
   ++state.source_count;
@@ -175,22 +176,22 @@ void ConveyorSource::fill(State& state) const {
 }
 
 FluxTotals ConveyorSource::release(State& state) const {
-  FluxTotals passage;
-  if (!endless_) return passage;
+  FluxTotals entered;
+  if (!endless_) return entered;
   const double gone = inflow_.travelled(state.time);
   if (inflow_.sheared()) {
-    while (static_cast<double>(state.source_count - initial_layers_ + 1) * spacing_ <= gone) insert_rows(state, passage);
+    while (static_cast<double>(state.source_count - initial_layers_ + 1) * spacing_ <= gone) insert_rows(state, entered);
   } else {
-    while (-(static_cast<double>(state.source_count) + 0.5) * spacing_ + gone >= release_at_) insert_layer(state, passage);
+    while (-(static_cast<double>(state.source_count) + 0.5) * spacing_ + gone >= release_at_) insert_layer(state, entered);
   }
-  if (passage.count > 0) state.grid.refresh();
-  return passage;
+  if (entered.count > 0) state.grid.refresh();
+  return entered;
 }
 
 std::vector<Boundary> conveyor_walls(const ConveyorSpec& conveyor, ContactRule rule) {
   const Inflow inflow(conveyor);
   const Vec3 belt(conveyor.velocity, 0.0, 0.0), outlet(inflow.fastest(), 0.0, 0.0);
-  /// A wall that moves as the snow enters, where that is not with one speed for all times and heights.
+  /// A wall that moves with the entering snow, if its speed varies with time or height.
   const auto moving = [&](const Wall& wall, bool by_height) -> Boundary {
     if (inflow.steady() && !(by_height && inflow.sheared())) return wall;
     return MovingWall{wall, [inflow, by_height](double height, double time) {
@@ -206,7 +207,7 @@ std::vector<Boundary> conveyor_walls(const ConveyorSpec& conveyor, ContactRule r
     walls.push_back(
         moving(Wall{Vec3(0, -half, 0), Vec3::UnitY(), conveyor.sidewall_contact, conveyor.sidewall_friction, belt, false, rule}, false));
   if (conveyor.feed == ConveyorSpec::Feed::window) {
-    // on nodes always: snow stands on both sides of the inlet, and a fold would mirror the window's on that behind it
+    // always nodal: there is snow on both sides of the inlet, and a folded wall would mirror the window's velocities behind it
     walls.push_back(moving(Wall{Vec3(-conveyor.upstream_length, 0, 0), Vec3::UnitX(), Contact::slip, 0.0, belt, false}, true));
     const Wall end{Vec3(conveyor.downstream_length, 0, 0), -Vec3::UnitX(), Contact::separable, 0.0, outlet, false};
     walls.push_back(inflow.sheared() ? moving(end, true) : Boundary(end));

@@ -8,20 +8,21 @@
 /// - strip: the published set-up. All L = v t_max + 3 m of snow (Table 2) are particles; the rear is a free surface.
 /// - window: the plug from the inlet x = -upstream to the outlet x = +downstream. Nodes at or behind the inlet move with v along x and are
 /// free
-///   along y and z; fresh layers are released two cells behind it, each where the plug would be by then, so that the lattice runs on
-///   unbroken. At and beyond the outlet v_x <= v is imposed, in place of the snow that the window omits: otherwise the flow would collapse
-///   over an edge. Particles two cells beyond the outlet have left.
+///   along y and z; new layers are released two cells behind it, each at the position of the plug at that time, so that the lattice
+///   continues without gaps. At and beyond the outlet v_x <= v is imposed, in place of the snow that the window omits: otherwise the flow
+///   would collapse over an edge. Particles two cells beyond the outlet have left.
 ///
-/// Inflow that varies (inflow.hpp; window only). In time: each layer enters with the speed, height and density of its moment, the nodes at
-/// the inlet and the side walls move at the speed of the moment, the outlet holds at the greatest of all times. Denser snow was compacted
-/// before: it has J = 1/ratio and is as hard as the law makes it. Over height: rows of particles enter at their own speeds, each row when
-/// it is due; the inlet's nodes hold the profile, the side walls are frictionless, the outlet holds at the profile.
+/// Inflow that varies (inflow.hpp; window only). In time: each layer enters with the speed, height and density of its time, the nodes at
+/// the inlet and the side walls move at the current speed, the outlet limits the speed to the greatest of all times. Denser snow was
+/// compacted before: it has J = 1/ratio and the hardness that the law gives for it. Over height: rows of particles enter at their own
+/// speeds, each row when it is due; the inlet's nodes impose the profile, the side walls are frictionless, the outlet limits the speed to
+/// the profile.
 ///
 /// The plug starts at rest under its own weight (see settled_column), so that neither the first nor a fresh column oscillates.
 ///
-/// Lattice. Particles that follow one another on the same lines keep to the same stream lines: where a mast spreads the flow, gaps open
-/// between the lines, at any resolution, and in the dead zone before it the particles' pressure and density drift away from the
-/// flow's (at Fr 2, M 0.8, beta 0.3 the density rose to 1.29 and the pressure fell by half, while the force stayed). So each layer is
+/// Lattice. Particles on the same lattice line follow the same stream line: where a mast spreads the flow, gaps open between the lines, at
+/// any resolution, and in the dead zone before it the particles' pressure and density deviate from those of the flow (at Fr 2, M 0.8,
+/// beta 0.3 the density rose to 1.29 and the pressure fell by half, while the force stayed the same). So each layer is
 /// shifted within the lattice across the flow and in height, layer n by the n-th point of source/r2_sequence.hpp:
 /// any few layers in a row sample the cross-section evenly. "aligned" is the plain lattice, for comparison.
 
@@ -44,7 +45,7 @@ struct ColumnPoint {
 /// weight
 std::vector<ColumnPoint> settled_column(const AnyMaterial& material, double weight, double height, int count, double density_ratio = 1.0);
 
-/// What the conveyor needs to know of the computation around it.
+/// Properties of the computation that the conveyor needs.
 struct ConveyorSetting {
   double cell_size = 0.0;         ///< dx, m
   double particle_spacing = 0.0;  ///< edge of the cube of one particle, m
@@ -57,13 +58,14 @@ struct ConveyorSetting {
 /// Releases the plug, layer by layer; State::source_count is the number of layers released so far.
 class ConveyorSource : public ParticleSource {
  public:
-  /// @throws ConfigError for an inflow that the feed cannot bring
+  /// @throws ConfigError for an inflow that the feed does not support
   ConveyorSource(const ConveyorSpec& conveyor, const AnyMaterial& material, const ConveyorSetting& setting);
 
   /// Layers due at state.time: layer j has its centre at x_j = -(j + 1/2) s + v t, with int v dt for v t if it varies. Sheared, row k of it
-  /// at -(j + 1/2) s + r_k v t with r_k the mean of r over the row; rows are fed at every multiple of s that the plug would have gone.
+  /// at -(j + 1/2) s + r_k v t with r_k the mean of r over the row; rows are inserted whenever the plug would have moved by a multiple of
+  /// s.
   FluxTotals release(State& state) const override;
-  /// The snow of t = 0. Not counted as entered.
+  /// The snow at t = 0, which does not count as entered.
   void fill(State& state) const override;
 
   [[nodiscard]] std::size_t particles_per_layer() const { return make_layer(0.0, 0).size(); }  ///< at t = 0
@@ -71,14 +73,14 @@ class ConveyorSource : public ParticleSource {
 
  private:
   using Layer = std::vector<Particle>;  ///< with x = 0, row by row from the floor
-  /// @param level of a particle within its share of the height
+  /// @param level of a particle within its part of the height
   [[nodiscard]] Layer make_layer(double time, int level) const;
   [[nodiscard]] int rows(double time) const;
-  /// Number of layers of a row that are due when the plug has gone `distance`.
+  /// Number of layers of a row that are due when the plug has moved by `distance`.
   [[nodiscard]] std::uint64_t due(double rate, double distance) const;
-  void insert_layer(State& state, FluxTotals& passage) const;
-  void insert_rows(State& state, FluxTotals& passage) const;
-  void insert(State& state, FluxTotals& passage, std::span<const Particle> particles, std::uint64_t layer, double distance) const;
+  void insert_layer(State& state, FluxTotals& entered) const;
+  void insert_rows(State& state, FluxTotals& entered) const;
+  void insert(State& state, FluxTotals& entered, std::span<const Particle> particles, std::uint64_t layer, double distance) const;
   [[nodiscard]] int level_of(std::uint64_t layer) const;
 
   AnyMaterial material_;
@@ -95,7 +97,7 @@ class ConveyorSource : public ParticleSource {
 /// Floor, side walls, inlet and outlet.
 std::vector<Boundary> conveyor_walls(const ConveyorSpec& conveyor, ContactRule rule);
 
-/// Bounds beyond which particles have left; follows from the spec, with room for jets of four velocity heads.
+/// Bounds beyond which particles have left; follows from the spec; high enough for jets of four velocity heads.
 void conveyor_domain(const ConveyorSpec& conveyor, const ConveyorSetting& setting, Vec3& min, Vec3& max);
 
 }  // namespace mpm

@@ -15,7 +15,7 @@ class ParameterReport;
 struct MaterialParameters;
 struct ObstacleSpec;
 
-/// [[conveyor.inflow]]: what enters at one instant; linear between instants, constant before the first and after the last.
+/// [[conveyor.inflow]]: the inflow at one instant; linear between instants, constant before the first and after the last.
 struct InflowPoint {
   double time = 0.0;                  ///< s
   std::optional<double> velocity;     ///< m/s, mean over the depth; empty: the conveyor's
@@ -47,11 +47,11 @@ struct InflowPoint {
 
 /// [conveyor]: the set-up of Sect. 2.2 of the paper.
 struct ConveyorSpec {
-  std::optional<double> froude_number;  ///< Fr = v / sqrt(g H), given instead of velocity: resolve_conveyor turns it into velocity
+  std::optional<double> froude_number;  ///< Fr = v / sqrt(g H), given instead of velocity, which resolve_conveyor computes from it
   double velocity = 0.0;                ///< v, m/s; 0: not given
   double flow_height = 1.75;            ///< H, m
   double width = 21.0;                  ///< W, m
-  /// How snow is brought: a plug that is fed through a window, or a strip of finite length.
+  /// How snow enters: a plug through a window, or a strip of finite length.
   enum class Feed : std::uint8_t { window, strip } feed = Feed::window;  ///< which of the two
   double upstream_length = 8.0;                                          ///< window: inlet at x = -upstream_length, m
   double downstream_length = 4.0;                                        ///< window: outlet at x = +downstream_length, m
@@ -63,8 +63,8 @@ struct ConveyorSpec {
   bool mirror_y = true;                  ///< compute y >= 0 only
   double slip_ratio = 1.0;               ///< s: sheared inflow u(z) = v (s + (1 - s)(1 + n)(z/H)^n), of depth mean v; 1 is the paper's plug
   double shear_exponent = 1.0;           ///< n
-  std::vector<InflowPoint> inflow;       ///< by rising time; empty: steady
-  std::optional<std::string> inflow_csv;  ///< file with these rows: read_inflow_csv turns it into them
+  std::vector<InflowPoint> inflow;       ///< by ascending time; empty: steady
+  std::optional<std::string> inflow_csv;  ///< file with these rows: read_inflow_csv converts it
   bool operator==(const ConveyorSpec&) const = default;
 
   /// The keys of [conveyor] (base/parameter.hpp).
@@ -134,15 +134,15 @@ struct ConveyorSpec {
   }
 };
 
-/// What the parameters of a conveyor depend on.
+/// Other parameters that those of a conveyor depend on.
 struct ConveyorSurroundings {
   double cell_size, gravity;           ///< m, m/s^2
   const MaterialParameters& material;  ///< gives xi
   const ObstacleSpec* obstacle;        ///< null: none
 };
 
-/// Fills in what follows from other parameters (velocity from froude_number, width from the law's xi and the obstacle), and checks what has
-/// to hold between parameters of the conveyor, the obstacle and the grid. Names are paths: "conveyor.width_m".
+/// Fills in what follows from other parameters (velocity from froude_number, width from the law's xi and the obstacle), and checks
+/// conditions between parameters of the conveyor, the obstacle and the grid. Names are paths: "conveyor.width_m".
 void resolve_conveyor(ConveyorSpec& conveyor, const ConveyorSurroundings& surroundings, ParameterReport& report);
 
 }  // namespace mpm

@@ -13,7 +13,7 @@ namespace {
 struct Studied {
   double cells, distance;
 };
-/// What a study says about one quantity.
+/// Result of a study for one quantity.
 struct Study {
   std::span<const Studied> grids;  ///< coarse first
   double limit;                    ///< relative uncertainty of the limit itself
@@ -52,21 +52,21 @@ double between(const Study& study, double cells) {
   if (grids.size() == 1 || h <= at(grids.size() - 1)) return grids.back().distance * h / at(grids.size() - 1) + study.limit;
   std::size_t i = 0;
   while (i + 2 < grids.size() && h <= at(i + 1)) ++i;  // coarser than the coarsest: the line through the first two
-  const double share = (h - at(i + 1)) / (at(i) - at(i + 1));
-  return grids[i + 1].distance + share * (grids[i].distance - grids[i + 1].distance) + study.limit;
+  const double fraction = (h - at(i + 1)) / (at(i) - at(i + 1));
+  return grids[i + 1].distance + fraction * (grids[i].distance - grids[i + 1].distance) + study.limit;
 }
 
 }  // namespace
 
 double nodal_width_ratio(double cells_across) {
-  constexpr double rounding = 1e-9;  // of w/dx, where the side is on a row
+  constexpr double rounding = 1e-9;  // of w/dx, if the side is on a row
   return (2.0 * std::floor(0.5 * cells_across + rounding) + 1.0) / cells_across;
 }
 
 GridUncertainty grid_uncertainty(const GridResolution& r) {
   constexpr double least_cells = 3.0 - 1e-9, unknown = std::numeric_limits<double>::quiet_NaN();
   if (!(r.cells >= least_cells)) return {unknown, unknown, unknown, unknown};
-  const bool even = r.width_excess > 0.05;  // at the most 1/w/dx, and 0 for odd numbers
+  const bool even = r.width_excess > 0.05;  // at most 1/(w/dx), and 0 for odd numbers
   const auto nodal = [&] {
     return even ? GridUncertainty{between({nodal_even_runup, runup_limit}, r.cells), between({nodal_even_height, height_limit}, r.cells),
                                   between({nodal_even_force, force_limit}, r.cells), unknown}
@@ -78,7 +78,7 @@ GridUncertainty grid_uncertainty(const GridResolution& r) {
       surface ? GridUncertainty{between({surface_runup, runup_limit}, r.cells), between({surface_height, height_limit}, r.cells),
                                 between({surface_force, force_limit}, r.cells), unknown}
               : nodal();
-  if (surface && r.transfer != Transfer::aflip) {  // not studied: the worse of the two
+  if (surface && r.transfer != Transfer::aflip) {  // not studied: use the worse of the two
     const GridUncertainty other = nodal();
     u = {std::fmax(u.runup, other.runup), std::fmax(u.pressure_height, other.pressure_height), std::fmax(u.force, other.force), unknown};
   }

@@ -1,6 +1,6 @@
 #pragma once
-/// Numerical uncertainty of an impact, from what grid studies have shown at the same resolution. A run computes on one grid and cannot know
-/// its own grid error; `mpm converge` estimates it for one case from several grids.
+/// Numerical uncertainty of an impact, from grid studies at the same resolution. A run on one grid cannot
+/// determine its own grid error; `mpm converge` estimates it for one case from several grids.
 
 #include <cstdint>
 
@@ -9,14 +9,14 @@
 
 namespace mpm {
 
-/// How a run resolves its obstacle.
+/// Resolution of the obstacle in a run.
 struct GridResolution {
   ContactRule contact = ContactRule::nodal;  ///< where the obstacle acts
   Transfer transfer = Transfer::apic;        ///< velocities between grid and particles
-  /// What is known depends on the plan of the obstacle.
+  /// Plan of the obstacle, on which the known errors depend.
   enum class Plan : std::uint8_t { box, cylinder, wedge } plan = Plan::box;  ///< which
   double cells = 0.0;                                                        ///< in the smaller of the obstacle's width and the flow height
-  double width_excess = 0.0;  ///< what nodal contact adds to the width: rows of nodes on the obstacle, times dx over w, minus 1
+  double width_excess = 0.0;  ///< relative increase of the width by nodal contact: rows of nodes on the obstacle, times dx over w, minus 1
 };
 
 /// Relative to the value of the run: the value of an infinitely fine grid is expected within this to either side. Contains the distance to
@@ -30,10 +30,10 @@ struct GridUncertainty {
 
 /// Linear in the cell size between the grids that were studied; beyond the finest, the distance to the limit is taken to fall with the cell
 /// size (first order). The uncertainty of the overturning moment is that of the force and that of the pressure height, on which its arm
-/// depends, in sum.
+/// depends, added.
 ///
 /// Sources: validation/cases/avalanche_convergence (Fr 3, M = 0.4, frictionless mast, w = H: both families of grids, both rules of contact)
-/// and docs/cases.md (cylinder, wedge). Other snow, speeds and widths may do worse or better.
+/// and docs/cases.md (cylinder, wedge). The errors for other snow, speeds and widths may be larger or smaller.
 [[nodiscard]] GridUncertainty grid_uncertainty(const GridResolution& resolution);
 
 /// Rows of nodes on an obstacle with a plane of symmetry on a row, times dx, over its width: 1 + 1/n for an even number n of cells across

@@ -26,17 +26,17 @@ Inflow::Between Inflow::between(double time) const {
 
 double Inflow::velocity(double time) const {
   const Between p = between(time);
-  return p.a->velocity + p.share * (p.b->velocity - p.a->velocity);
+  return p.a->velocity + p.fraction * (p.b->velocity - p.a->velocity);
 }
 
 double Inflow::flow_height(double time) const {
   const Between p = between(time);
-  return p.a->flow_height + p.share * (p.b->flow_height - p.a->flow_height);
+  return p.a->flow_height + p.fraction * (p.b->flow_height - p.a->flow_height);
 }
 
 double Inflow::density_ratio(double time) const {
   const Between p = between(time);
-  return p.a->density_ratio + p.share * (p.b->density_ratio - p.a->density_ratio);
+  return p.a->density_ratio + p.fraction * (p.b->density_ratio - p.a->density_ratio);
 }
 
 double Inflow::travelled_since_first(double time) const {

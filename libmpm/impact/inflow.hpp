@@ -1,12 +1,12 @@
 #pragma once
-/// What enters the conveyor's window: speed, height and density over time, and speed over height.
+/// Inflow of the conveyor's window: speed, height and density over time, and speed over height.
 ///
 /// Over time: linear between the rows of [[conveyor.inflow]], constant before the first and after the last. Over height, steady only:
 /// u(z) = v r(z/H), r(h) = s + (1 - s)(1 + n) h^n, whose mean over the depth is 1; s = u(0)/v is the slip ratio, n the exponent.
 ///
-/// The floor is frictionless, so that nothing keeps a sheared profile up but the inlet: downstream of it the snow's own friction evens it
-/// out, which decelerates the interior by tan(phi) g at the most. On the way L to the obstacle a difference of speed falls by up to
-/// tan(phi) g L / v. A short window keeps it.
+/// The floor is frictionless, so that only the inlet maintains a sheared profile. Downstream the snow's internal friction reduces the
+/// shear, with accelerations of at most tan(phi) g. Over the distance L to the obstacle a difference of speed falls by up to
+/// tan(phi) g L / v. A short window preserves the profile.
 
 #include <vector>
 
@@ -32,7 +32,7 @@ class Inflow {
 
   /// r at a relative height z/H; constant below 0 and above 1.
   [[nodiscard]] double shear(double relative_height) const;
-  /// Mean of r between two relative heights in [0, 1]: rows of particles with it carry v in the mean to the bit of rounding.
+  /// Mean of r between two relative heights in [0, 1]: with it the mean speed of the rows of particles is v, to round-off.
   [[nodiscard]] double mean_shear(double from, double to) const;
 
  private:
@@ -40,10 +40,10 @@ class Inflow {
     double time, velocity, flow_height, density_ratio;
     double travelled;  ///< since the first point
   };
-  /// The points on either side of `time`, and the share of the way from the first to the second.
+  /// The points on either side of `time`, and the fraction of the interval between them.
   struct Between {
     const Point *a, *b;
-    double share;
+    double fraction;
   };
   [[nodiscard]] Between between(double time) const;
   [[nodiscard]] double travelled_since_first(double time) const;

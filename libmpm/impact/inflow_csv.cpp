@@ -17,7 +17,7 @@ constexpr std::uintmax_t most_bytes = 8U << 20U;    // as of a case file
 constexpr double deepest = 100.0, fastest = 200.0;  // m, m/s: beyond, the unit is wrong
 constexpr double loosest = 1.0, densest = 2.0;      // of density_ratio
 
-/// What is wrong with one row; empty if nothing is.
+/// The error of one row; empty if there is none.
 std::string row_problem(double time, double before, double depth, double velocity, double ratio) {
   if (!std::isfinite(time) || time < 0.0) return fmt::format("time_s = {}; give times from 0 on", time);
   if (!(time > before)) return fmt::format("time_s = {} is not above that of the row before, {}; sort the rows", time, before);
@@ -67,7 +67,7 @@ void read_inflow_csv(ConveyorSpec& belt, const std::filesystem::path& folder, do
   belt.inflow_csv.reset();
   if (!belt.inflow.empty()) return report.problem(key, start + " is given beside [[conveyor.inflow]]; leave out one of the two");
   if (!report.sound("material.density_kg_m3")) return;
-  std::error_code error;  // an endless device is no table
+  std::error_code error;  // a device without end is not a table
   if (const auto size = std::filesystem::file_size(folder / name, error); !error && size > most_bytes)
     return report.problem(key, fmt::format("{} has {} bytes; at most {} are read, leave out rows", start, size, most_bytes));
   if (!std::filesystem::is_regular_file(folder / name, error))
@@ -75,8 +75,8 @@ void read_inflow_csv(ConveyorSpec& belt, const std::filesystem::path& folder, do
         key, fmt::format("{}: there is no such file; it is looked for beside the case, as '{}'", start, (folder / name).string()));
   try {
     read_rows(belt, Table::read(folder / name), density, start, report);
-  } catch (const IoError& fault) {
-    report.problem(key, fmt::format("{}: {}", start, fault.what()));
+  } catch (const IoError& unreadable) {
+    report.problem(key, fmt::format("{}: {}", start, unreadable.what()));
   }
 }
 

@@ -9,9 +9,9 @@ namespace mpm {
 
 class ParameterReport;
 
-/// Turns [conveyor] inflow_csv into rows of [[conveyor.inflow]], so that a case is complete without the file. Columns: time_s, depth_m,
-/// velocity_m_s, and perhaps density_kg_m3, which becomes the ratio to the material's density. Where the conveyor's own speed or height is
-/// not given, it is that of the row with the greatest momentum flux v^2 H, so that 2 v/g and the equations belong to the strongest flow.
+/// Converts [conveyor] inflow_csv to rows of [[conveyor.inflow]], so that the case does not depend on the file. Columns: time_s, depth_m,
+/// velocity_m_s, and optionally density_kg_m3, which becomes the ratio to the material's density. If the conveyor's own speed or height is
+/// not given, it is taken from the row with the greatest momentum flux v^2 H, so that 2 v/g and the equations refer to the strongest flow.
 /// Does nothing without inflow_csv. Problems name the file, the row and the remedy.
 /// @param folder   of the case file, to which the name is relative
 /// @param density  of the material, kg/m^3

@@ -1,5 +1,5 @@
 #pragma once
-/// The axis about which a mast overturns.
+/// The axis of a mast's overturning moment.
 
 #include "libmpm/boundary/obstacle_spec.hpp"
 

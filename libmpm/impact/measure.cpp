@@ -64,7 +64,7 @@ ImpactGeometry fixed_geometry(double flow_height, double obstacle_width, double 
 
 namespace {
 
-/// How far upstream of the front at y, along x, the points lie whose distance from the front is `distance`, m.
+/// Distance along x, upstream of the front at y, of the points whose distance from the front is `distance`, m.
 double reach_upstream(const ObstaclePlan& plan, double y, double distance) {
   const double surface = plan.front(y);
   const auto excess = [&](double x) { return plan.front_distance(x, y) - distance; };
@@ -84,7 +84,7 @@ void ImpactGeometry::set_obstacle(const ObstacleSpec& spec) {
   plan = std::move(front_of);
   obstacle_width = plan->width;
   strip_half_width = 3.0 * obstacle_width / 7.0;
-  // Area between the front and the line at box_upstream before it: in each of many strips along x, where that line is.
+  // Area between the front and the line at box_upstream before it: sum of many strips along x.
   constexpr int strips = 512;  // the area is exact to the strips' width squared
   double mean_reach = 0.0;
   for (int i = 0; i < strips; ++i) {

@@ -1,11 +1,11 @@
 #pragma once
-/// Where an avalanche that hits an obstacle is measured (paper, Sect. 2.3 and Appendix A2): strip, impact box, bins of the pressure
-/// profile; and the pressure height of a profile. What is measured there are the observers runup and pressure_profile (observe/).
+/// Geometry of the measurements at an obstacle (paper, Sect. 2.3 and Appendix A2): strip, impact box, bins of the pressure
+/// profile; and the pressure height of a profile. The observers runup and pressure_profile (observe/) use it.
 ///
 /// Frame: x downstream with the obstacle's front face at x = 0, y across with its axis at y = 0, z up from the floor z = 0.
 ///
-/// Before another front than that face (cylinder, wedge, turned box; obstacle.hpp) the same things are measured along the surface:
-/// upstream is upstream of the surface at the same y; the impact box reaches so far from the surface as it does from the face, at
+/// For a front other than that face (cylinder, wedge, turned box; obstacle.hpp) the measurements follow the surface:
+/// upstream is upstream of the surface at the same y; the impact box reaches as far from the surface as from the face, at
 /// |y| <= 3w/7 with w the width of the whole obstacle across the flow; pressure is the one normal to the surface, -n.sigma.n with the
 /// normal n of the nearest point. Its mean times w is the stream-wise force per height where it is uniform along the front, whatever the
 /// shape.
@@ -22,29 +22,29 @@
 
 namespace mpm {
 
-/// Where and how is measured. Lengths in m.
+/// Windows and filters of the measurements. Lengths in m.
 struct ImpactGeometry {
   double flow_height;         ///< H
   double obstacle_width;      ///< w, across the flow
   double density;             ///< rho_0, kg/m^3
   bool mirror_y;              ///< only y >= 0 is computed: masses count twice (ratios of sums do not change)
-  double strip_half_width;    ///< measured is |y| <= this
+  double strip_half_width;    ///< strip |y| <= this
   double box_upstream;        ///< the impact box reaches from x = -box_upstream ...
   double box_inside;          ///< ... to x = +box_inside: catches particles that penetrate the face slightly
   double bin_height;          ///< of the pressure profile
   double profile_height;      ///< of the pressure profile, from z = 0
   int filter_bins = 13;       ///< window of the Savitzky-Golay filter, odd
   int filter_order = 2;       ///< its degree
-  double threshold = 0.05;    ///< share of the impact pressure that ends the pressure height
+  double threshold = 0.05;    ///< fraction of the impact pressure at the pressure height
   double force_window = 0.1;  ///< s: of the moving mean behind the filtered peak of the force
-  double obstacle_height = std::numeric_limits<double>::infinity();  ///< m; infinite where no jet reaches the top
-  std::optional<ObstaclePlan> plan = std::nullopt;                   ///< of another front than the face x = 0
+  double obstacle_height = std::numeric_limits<double>::infinity();  ///< m; infinite if no jet reaches the top
+  std::optional<ObstaclePlan> plan = std::nullopt;                   ///< for fronts other than the face x = 0
   double box_area = 0.0;                                             ///< m^2: of the impact box in plan, upstream of the front
 
   /// Measures before this obstacle: its width, height and front.
   void set_obstacle(const ObstacleSpec& spec);
 
-  /// Up to where the impact pressure is taken: the flow height, or the top of a lower obstacle.
+  /// Upper limit of the impact pressure: the flow height, or the top of a lower obstacle.
   [[nodiscard]] double impact_height() const { return flow_height < obstacle_height ? flow_height : obstacle_height; }
   /// x of the front at y, m.
   [[nodiscard]] double front(double y) const { return plan ? plan->front(y) : 0.0; }
@@ -54,7 +54,7 @@ struct ImpactGeometry {
   [[nodiscard]] std::size_t profile_bins() const;  ///< of bin_height, from z = 0 to profile_height
   [[nodiscard]] double bin_centre(std::size_t bin) const { return (static_cast<double>(bin) + 0.5) * bin_height; }  ///< m above the floor
 
-  /// Whether particles of a box may lie in the strip upstream of the obstacle's back: others are never measured.
+  /// Whether particles of a box may lie in the strip upstream of the obstacle's back: other particles are not measured.
   [[nodiscard]] bool may_measure(const Vec3& low, const Vec3& high) const {
     const double furthest = box_inside + (plan ? plan->depth : 0.0);
     return low[1] <= strip_half_width && high[1] >= -strip_half_width && low[0] <= furthest;
@@ -70,14 +70,14 @@ struct ImpactGeometry {
 
 /// The paper's procedure: strip |y| <= 3w/7 (0.75 m for w = 1.75 m), box from 2.5 dx upstream to 0.5 dx inside the face, bins of dx/2 up to
 /// 5 H, filter of 13 bins and degree 2, threshold 5 %.
-/// @param cell_size dx, m. @param windows lengths in metres that replace the paper's multiples of dx, where given.
+/// @param cell_size dx, m. @param windows lengths in metres that replace the paper's multiples of dx, if given.
 /// @throws ConfigError for values that are not positive, a filter that is not an odd number of bins, or a cell too coarse for the filter
 /// (fewer bins in 5 H than the filter spans).
 [[nodiscard]] ImpactGeometry paper_geometry(double flow_height, double obstacle_width, double cell_size, double density, bool mirror_y,
                                             const MeasurementSpec& windows = {});
 
 /// The same lengths for every grid: those of the paper's dx = 0.25 m (bins 0.125 m, filter 1.625 m, box 0.625 m upstream and 0.125 m
-/// inside). For grid studies: the smoothing shifts the pressure height by an amount that follows the bin height, and would pass for a grid
+/// inside). For grid studies: the smoothing shifts the pressure height by an amount that follows the bin height, and would look like a grid
 /// error.
 [[nodiscard]] ImpactGeometry fixed_geometry(double flow_height, double obstacle_width, double density, bool mirror_y);
 

@@ -9,8 +9,8 @@ namespace mpm {
 
 class ParameterReport;
 
-/// [measurement]: windows of the pressure profile on the obstacle, m. What is empty follows the cell size, as in the paper (Sect. 2.3):
-/// a grid study fixes them, because the bias of a window that shrinks with the grid would pass for a grid error.
+/// [measurement]: windows of the pressure profile on the obstacle, m. Empty values follow the cell size, as in the paper (Sect. 2.3).
+/// A grid study should fix them, because the bias of a window that shrinks with the grid looks like a grid error.
 struct MeasurementSpec {
   std::optional<double> bin_height;     ///< of the profile's bins; empty: dx/2
   std::optional<double> filter_length;  ///< of the Savitzky-Golay window, an odd number of bins; empty: 13 bins
@@ -51,7 +51,8 @@ struct MeasurementSpec {
   }
 };
 
-/// The filter's window is an odd number of bins, as many as its parabola needs. Names are paths: "measurement.filter_length_m".
+/// The filter's window must be an odd number of bins, at least those that its parabola needs. Names are paths:
+/// "measurement.filter_length_m".
 void check_measurement(const MeasurementSpec& measurement, double cell_size, ParameterReport& report);
 
 }  // namespace mpm

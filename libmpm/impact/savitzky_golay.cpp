@@ -23,8 +23,8 @@ std::vector<std::vector<double>> orthonormal_polynomials(int window, int order) 
   for (int degree = 0; degree <= order; ++degree) {
     for (int pass = 0; pass < 2; ++pass) {
       for (const auto& b : basis) {
-        const double share = dot(b, next);
-        for (std::size_t i = 0; i < next.size(); ++i) next[i] -= share * b[i];
+        const double component = dot(b, next);
+        for (std::size_t i = 0; i < next.size(); ++i) next[i] -= component * b[i];
       }
     }
     const double norm = std::sqrt(dot(next, next));

@@ -1,6 +1,6 @@
 #pragma once
 /// The paper's semi-empirical equations for run-up and pressure height, the guideline that they extend, the formulas of its set-up, and
-/// the analytic limits that bound them. Plain functions of numbers in SI units. Every function throws ConfigError outside its stated range.
+/// analytic limits. Plain functions of numbers in SI units. Every function throws ConfigError outside its stated range.
 
 #include <limits>
 
@@ -79,8 +79,8 @@ inline constexpr double recommended_width_factor_floor = 0.7;  ///< Sect. 5, for
 [[nodiscard]] double width_factor(double relative_width);
 /// f(w/H) / f(1): the form compared with simulations in Sect. 4.3, whose reference is w = H.
 [[nodiscard]] double rescaled_width_factor(double relative_width);
-/// max(f(w/H), 0.7), the floor that Sect. 5 recommends for w/H < 1. Eq. 6 gives 0.680 at w/H = 1 and passes 0.7 at 1.056; the floor is kept
-/// up to there, so that the factor never falls as the obstacle gets wider.
+/// max(f(w/H), 0.7), the floor that Sect. 5 recommends for w/H < 1. Eq. 6 gives 0.680 at w/H = 1 and passes 0.7 at 1.056; the floor applies
+/// up to there, so that the factor never decreases with the width.
 [[nodiscard]] double limited_width_factor(double relative_width);
 /// h_r = v^2 / (2 g lambda) f, Eq. 5, m above the avalanche's surface: add H for the height above ground (text below Eq. 7).
 /// @param lambda energy dissipation factor >= 1. @param width_factor f in (0, 1].

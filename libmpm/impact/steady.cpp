@@ -71,7 +71,7 @@ Steady find_steady(std::span<const double> time, std::span<const double> value, 
     if (time[first] < criteria.earliest) continue;
     if (n - first < criteria.minimum_samples || time[n - 1] - time[first] < criteria.minimum_duration) break;
     const double end_value = running_mean(first, n), allowed = criteria.tolerance * std::abs(end_value);
-    const auto settled = static_cast<std::size_t>(std::ceil(criteria.settling_share * static_cast<double>(n - first)));
+    const auto settled = static_cast<std::size_t>(std::ceil(criteria.settling_fraction * static_cast<double>(n - first)));
     bool holds = true;
     for (std::size_t last = first + std::max<std::size_t>(settled, 1); last <= n && holds; ++last) {
       holds = std::abs(running_mean(first, last) - end_value) <= allowed;

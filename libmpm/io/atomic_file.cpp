@@ -42,8 +42,8 @@ std::filesystem::path directory_of(const std::filesystem::path& path) {
 }
 
 /// Whether a temporary is still being written: its writer holds the lock that AtomicFile takes. The kernel releases it when the writer
-/// dies, also where the number of the dead process goes on to exist (not waited for yet, or given to another). Without locks on this file
-/// system the number decides.
+/// dies, even if the process number still exists (as a zombie, or reused). On file systems without locks the
+/// process number decides.
 bool being_written(const std::filesystem::path& temporary, pid_t writer) {
   const int descriptor = ::open(temporary.c_str(), O_RDWR | O_CLOEXEC);
   const int reason = descriptor >= 0 && ::flock(descriptor, LOCK_EX | LOCK_NB) == 0 ? 0 : errno;
@@ -79,10 +79,11 @@ AtomicFile::AtomicFile(std::filesystem::path target) : target_(std::move(target)
   static std::atomic<unsigned> counter{0};
   const std::string name = fmt::format(".{}.{}.{}.tmp", target_.filename().string(), ::getpid(), counter++);
   temporary_ = directory_of(target_) / name;
-  // O_TRUNC, not O_EXCL: a leftover of a killed process that had the same number is of no use to anybody.
+  // O_TRUNC, not O_EXCL: a leftover of a killed process with the same number is useless.
   descriptor_ = ::open(temporary_.c_str(), O_RDWR | O_CREAT | O_TRUNC | O_CLOEXEC, 0666);
   if (descriptor_ < 0) throw file_error("cannot write", target_, errno);
-  (void)::flock(descriptor_, LOCK_EX | LOCK_NB);  // remove_leftovers() of another process sees that it is in use; some file systems cannot
+  (void)::flock(descriptor_,
+                LOCK_EX | LOCK_NB);  // tells remove_leftovers() of another process that the file is in use; some file systems have no locks
 }
 
 AtomicFile::~AtomicFile() { discard(); }
@@ -139,13 +140,13 @@ void AtomicFile::fail(int reason) {
 
 void AtomicFile::commit(const std::filesystem::path& keep_as) {
   if (::fsync(descriptor_) != 0) fail(errno);
-  const LockKept lock(descriptor_);  // until it has its name
+  const LockKept lock(descriptor_);  // until the file has its name
   const int closed = ::close(std::exchange(descriptor_, -1));
   if (closed != 0) fail(errno);
   if (!keep_as.empty() && ::rename(target_.c_str(), keep_as.c_str()) != 0 && errno != ENOENT) fail(errno);
   if (::rename(temporary_.c_str(), target_.c_str()) != 0) fail(errno);
   temporary_.clear();
-  // The new name itself reaches the disk with its directory. Some file systems cannot do this; the file is whole anyway.
+  // The new name itself reaches the disk with its directory. Some file systems cannot do this; the file is complete anyway.
   const int directory = ::open(directory_of(target_).c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
   if (directory >= 0) {
     ::fsync(directory);
@@ -184,7 +185,7 @@ void make_directory(const std::filesystem::path& directory) {
   std::error_code error;
   std::filesystem::create_directories(directory, error);
   if (error) throw file_error("cannot create directory", directory, error.value());
-  // create_directories is content with an existing file of that name on some paths.
+  // create_directories accepts an existing file of that name on some paths.
   if (!std::filesystem::is_directory(directory, error)) throw file_error("cannot create directory", directory, ENOTDIR);
 }
 

@@ -1,5 +1,5 @@
 #pragma once
-/// Files that are either whole or absent. A reader never sees half a file, whenever the writer is killed: the content
+/// Files that are either complete or absent. A reader never sees half a file, even if the writer is killed: the content
 /// goes to a temporary name in the same directory, is forced to the disk, and is then renamed over the target, which
 /// POSIX makes one indivisible step. The one exception in the project is series.csv, which grows row by row (csv.hpp).
 
@@ -14,7 +14,7 @@
 
 namespace mpm {
 
-/// A file under construction. Nothing is seen under the target's name until commit(); without it the temporary is removed.
+/// A file that is being written. The target does not exist before commit(); without commit() the temporary is removed.
 ///
 /// Every failure is an IoError that names the file, the system's reason and the remedy.
 class AtomicFile {
@@ -30,15 +30,15 @@ class AtomicFile {
   void write(std::string_view text);
   /// Appends to the temporary. @throws IoError
   void write(std::span<const std::byte> bytes);
-  /// Writes at a place of the temporary; what lies before it may be written later. @throws IoError
+  /// Writes at an offset of the temporary; bytes before it may be written later. @throws IoError
   void write_at(std::uint64_t offset, std::span<const std::byte> bytes);
-  /// Reads what was written; zeros where nothing was. @throws IoError
+  /// Reads back; zeros where nothing was written. @throws IoError
   void read_at(std::uint64_t offset, std::span<std::byte> bytes) const;
 
   [[nodiscard]] const std::filesystem::path& path() const { return target_; }  ///< the target
 
   /// Forces the content to the disk and renames it to the target, replacing what was there. Call once, last.
-  /// @param keep_as  the old file gets this name instead; at every instant one of the two is whole. Empty: it goes
+  /// @param keep_as  the old file gets this name instead; one of the two is complete at every instant. Empty: it is removed
   void commit(const std::filesystem::path& keep_as = {});
 
  private:
@@ -54,19 +54,20 @@ class AtomicFile {
 /// The common case: the whole content at once.
 void write_file(const std::filesystem::path& target, std::string_view content);
 
-/// Removes the temporaries that killed processes left in a directory. Those of processes that live stay. Nothing if there is no directory.
+/// Removes the temporaries that killed processes left in a directory. Those of running processes stay. Does nothing if the directory does
+/// not exist.
 void remove_leftovers(const std::filesystem::path& directory);
 
 /// Removes a file; no error if there is none.
 void remove_file(const std::filesystem::path& path);
 
-/// Creates a directory and its parents; no error if it is there already.
+/// Creates a directory and its parents; no error if it exists.
 void make_directory(const std::filesystem::path& directory);
 
 /// The whole content of a file. @throws IoError if it cannot be read
 std::string read_file(const std::filesystem::path& path);
 
-/// Message of every file error: what failed ("cannot write"), on which file, the system's reason (an errno value), the remedy.
+/// Message of every file error: the operation ("cannot write"), on which file, the system's reason (an errno value), the remedy.
 IoError file_error(std::string_view action, const std::filesystem::path& path, int error_number);
 
 }  // namespace mpm

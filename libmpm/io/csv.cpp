@@ -71,7 +71,7 @@ bool parse_number(std::string_view text, double& value) {
 Table Table::read(const std::filesystem::path& path, LastLine last_line) {
   const std::string content = read_file(path);
   std::string_view rest = content;
-  if (last_line == LastLine::may_be_torn) rest = rest.substr(0, rest.rfind('\n') + 1);  // npos + 1 = 0: nothing whole
+  if (last_line == LastLine::may_be_torn) rest = rest.substr(0, rest.rfind('\n') + 1);  // npos + 1 = 0: no complete line
 
   Table table;
   table.path_ = path;

@@ -18,7 +18,7 @@ class Table {
  public:
   /// Last line of a file without a newline at its end.
   enum class LastLine {
-    whole,        ///< a line like any other
+    whole,        ///< a complete line
     may_be_torn,  ///< dropped: the writer may have been killed inside it (series.csv)
   };
 
@@ -29,7 +29,7 @@ class Table {
   [[nodiscard]] std::size_t rows() const { return cells_.size(); }                    ///< without the header
   [[nodiscard]] bool has(std::string_view column) const;                              ///< whether there is a column of this name
 
-  /// Numbers of a column; an empty cell is NaN. @throws IoError for an unknown column or a cell that is no number
+  /// Numbers of a column; an empty cell is NaN. @throws IoError for an unknown column or a cell that is not a number
   [[nodiscard]] std::vector<double> numbers(std::string_view column) const;
   /// The cells of a column as text. @throws IoError for an unknown column
   [[nodiscard]] std::vector<std::string> text(std::string_view column) const;
@@ -51,26 +51,26 @@ std::string csv_line(std::span<const std::string> cells);
 /// One line of a table of numbers.
 std::string csv_line(std::span<const double> values);
 
-/// Writes a table of numbers whole (atomic_file.hpp). @param values column by column, all of one length
+/// Writes a table of numbers as an atomic file (atomic_file.hpp). @param values column by column, all of one length
 void write_table(const std::filesystem::path& path, std::span<const std::string> columns, std::span<const std::vector<double>> values);
 
-/// A table that grows while the run goes on. Each row is handed to the system in one write before append() returns: a kill loses at most
-/// the row under way, a power cut at most the rows since sync().
+/// A table that grows during a run. append() writes each row with one system call: a kill loses at most the row that is being written, a
+/// power cut at most the rows since sync().
 class SeriesWriter {
  public:
   /// Starts a new file that holds the header.
   SeriesWriter(std::filesystem::path path, std::vector<std::string> columns);
 
-  /// Continues a file after its first `rows` rows; what follows them is removed, whatever it is.
+  /// Continues a file after its first `rows` rows; everything after them is removed.
   /// @param time  the first number of the last row that stays, s
-  /// @throws IoError if the file is missing, its columns are others, or one of these rows is missing or damaged: rows that are gone are
-  ///         not made up
+  /// @throws IoError if the file is missing, its columns are others, or one of these rows is missing or damaged: missing rows
+  ///         are not replaced
   static SeriesWriter resume(std::filesystem::path path, std::vector<std::string> columns, std::size_t rows, double time);
 
-  /// What resume() would keep of the file; changes nothing. @throws IoError as resume()
+  /// The rows that resume() would keep; changes nothing. @throws IoError as resume()
   static std::string kept(const std::filesystem::path& path, const std::vector<std::string>& columns, std::size_t rows, double time);
 
-  /// Closes the file; rows since sync() may still be on their way to the disk.
+  /// Closes the file; rows since sync() may not be on the disk yet.
   ~SeriesWriter();
   /// Takes over the open file.
   SeriesWriter(SeriesWriter&& other) noexcept;

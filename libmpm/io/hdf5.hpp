@@ -1,13 +1,13 @@
 #pragma once
-/// HDF5 files (hdfgroup.org) of plain arrays and attributes in the root group: what h5py, h5dump and ParaView open.
+/// HDF5 files (hdfgroup.org) of plain arrays and attributes in the root group: readable with h5py, h5dump and ParaView.
 ///
-/// The HDF5 library lays the file out and writes all but the content of the arrays, which goes straight to its place, piece by piece:
-/// memory need not hold an array. The file appears whole or not at all (atomic_file.hpp), the library never meets a full disk
-/// (hdf5_target.hpp), and equal content gives equal bytes (no time stamps). After the end of the HDF5 part, where other readers do not
-/// look, there are 16 bytes: `MPMCRC32` + the CRC-32 of all bytes before as eight hexadecimal digits. The Reader checks them before it
-/// hands the file to the HDF5 library, so that a truncated or altered file is a message and not a crash in a parser.
+/// The HDF5 library writes the structure of the file. The content of the arrays is written directly to its place, piece by piece, so that
+/// memory need not hold an array. The file appears complete or not at all (atomic_file.hpp), the library never sees a write error
+/// (hdf5_target.hpp), and equal content gives equal bytes (no time stamps). After the end of the HDF5 part, which other readers
+/// ignore, there are 16 bytes: `MPMCRC32` + the CRC-32 of all bytes before as eight hexadecimal digits. The Reader checks them before it
+/// hands the file to the HDF5 library, so that a truncated or altered file gives a message instead of a crash.
 ///
-/// Arrays are stored contiguous and uncompressed. Measured on synthetic frames of 376,000 particles (47 MB) that were made in memory:
+/// Arrays are stored contiguous and uncompressed. Measured on synthetic frames of 376,000 particles (47 MB) in memory:
 /// written in 0.28 s, fsync included; shuffle and deflate take 0.4 to 0.5 s more on one core and save 46 % (noisy) to 64 % (clean).
 
 #include <concepts>
@@ -33,23 +33,23 @@ template <class T>
 concept Element = std::same_as<T, double> || std::same_as<T, float> || std::same_as<T, std::uint64_t> || std::same_as<T, std::int64_t> ||
     std::same_as<T, std::int32_t> || std::same_as<T, std::uint8_t>;
 
-/// Whether several threads may use files at once: the HDF5 library is a build for threads, as Debian's is.
+/// Whether several threads may use files at once: true if the HDF5 library is built thread-safe, as Debian's is.
 [[nodiscard]] bool usable_by_threads();
 
-/// Writes a file. Arrays are given whole, or declared and then given piece by piece.
+/// Writes a file. Arrays are written at once, or declared and then written piece by piece.
 class Writer {
  public:
   /// Begins the file under a temporary name. @throws IoError
   explicit Writer(const std::filesystem::path& path);
-  /// What was not committed is lost.
+  /// Removes the file if it was not committed.
   ~Writer();
   Writer(const Writer&) = delete;
   Writer& operator=(const Writer&) = delete;
 
-  /// An array whose values are here. @param shape product = number of values; left out: one-dimensional. @throws IoError
+  /// Writes an array. @param shape product = number of values; left out: one-dimensional. @throws IoError
   template <Element T>
   void dataset(const std::string& name, std::span<const T> values, const Shape& shape = {});
-  /// An array whose values follow by append(). @throws IoError
+  /// Declares an array whose values follow by append(). @throws IoError
   template <Element T>
   void declare(const std::string& name, const Shape& shape);
   /// The next values of a declared array, in its order. @throws IoError also if there are more than its shape has
@@ -63,8 +63,8 @@ class Writer {
   /// A whole number, as int64.
   void attribute(const std::string& name, std::int64_t value);
 
-  /// Gives the file its name. Call once, last. @throws IoError also if an array lacks values: there is no file then
-  /// @param keep_as  name that a file of before gets (AtomicFile::commit); empty: it is replaced
+  /// Gives the file its name. Call once, last. @throws IoError also if an array lacks values: the file is then removed
+  /// @param keep_as  new name of an existing file (AtomicFile::commit); empty: it is replaced
   void commit(const std::filesystem::path& keep_as = {});
 
  private:
@@ -72,7 +72,7 @@ class Writer {
   std::unique_ptr<File> file_;
 };
 
-/// Reads a file that Writer wrote. Existence, type and shape of what is asked for are checked, sizes before memory is taken.
+/// Reads a file that Writer wrote. Existence, type and shape of each array are checked before memory is allocated.
 class Reader {
  public:
   /// @throws IoError if the file is missing, truncated, altered or of another program
@@ -86,7 +86,7 @@ class Reader {
   [[nodiscard]] std::vector<std::string> datasets() const;
   [[nodiscard]] Shape shape(const std::string& name) const;  ///< of an array; IoError if there is none
 
-  /// @param expected shape that the array must have, with any_extent where it may be anything. Narrower numbers of the same kind are
+  /// @param expected shape that the array must have, with any_extent for any length. Narrower numbers of the same kind are
   ///        widened (float to double); no conversion loses anything.
   template <Element T>
   [[nodiscard]] std::vector<T> dataset(const std::string& name, const Shape& expected) const {
@@ -97,9 +97,11 @@ class Reader {
   [[nodiscard]] std::vector<T> rows(const std::string& name, const Shape& expected, std::size_t first, std::size_t count) const;
 
   [[nodiscard]] bool has_attribute(const std::string& name) const;     ///< whether the root group has it
-  [[nodiscard]] std::string text(const std::string& attribute) const;  ///< of an attribute; IoError if it is missing or no text
-  [[nodiscard]] double real(const std::string& attribute) const;  ///< of an attribute; IoError if it is missing or no floating-point number
-  [[nodiscard]] std::int64_t integer(const std::string& attribute) const;  ///< of an attribute; IoError if it is missing or no whole number
+  [[nodiscard]] std::string text(const std::string& attribute) const;  ///< of an attribute; IoError if it is missing or not text
+  [[nodiscard]] double real(
+      const std::string& attribute) const;  ///< of an attribute; IoError if it is missing or not a floating-point number
+  [[nodiscard]] std::int64_t integer(
+      const std::string& attribute) const;  ///< of an attribute; IoError if it is missing or not a whole number
 
  private:
   struct File;

@@ -1,5 +1,5 @@
 #pragma once
-/// What reader and writer of hdf5.hpp share in the use of the HDF5 library. Its own header appears in sources alone: hid_t is std::int64_t
+/// Common parts of reader and writer of hdf5.hpp for the HDF5 library. Only sources include the library's header: hid_t is std::int64_t
 /// and herr_t is int.
 
 #include <cstdint>
@@ -10,8 +10,8 @@
 
 namespace mpm::hdf5 {
 
-/// The HDF5 library prints its error stack to stderr by default; a library that never prints switches this off around its calls and
-/// restores it, since the caller may use HDF5 too.
+/// The HDF5 library prints its error stack to stderr by default; libmpm never prints, so it switches this off around its calls and
+/// restores it, because the caller may use HDF5, too.
 class QuietErrors {
  public:
   QuietErrors();   ///< off
@@ -33,7 +33,7 @@ class Handle {
   /// @param id  below 0: an error, nothing is closed
   Handle(std::int64_t id, int (*close)(std::int64_t)) : id_(id), close_(close) {}
   ~Handle();
-  Handle(Handle&& other) noexcept;  ///< takes the identifier over
+  Handle(Handle&& other) noexcept;  ///< takes ownership
   Handle(const Handle&) = delete;
   Handle& operator=(const Handle&) = delete;
   Handle& operator=(Handle&&) = delete;
@@ -59,17 +59,17 @@ Handle text_type();
 /// A shape for messages: "(2, any)".
 std::string describe(const Shape& shape);
 
-/// What the end of a file begins with.
+/// First bytes of the checksum at the end of a file.
 inline constexpr std::string_view seal_mark = "MPMCRC32";
-/// Bytes of the end of a file.
+/// Length of the checksum at the end of a file, bytes.
 inline constexpr std::size_t seal_size = 16;
-/// The end of a file. @param crc  CRC-32 of all bytes before
+/// The checksum at the end of a file. @param crc  CRC-32 of all bytes before
 std::string seal(unsigned long crc);
 
-/// What the library allocates: its own tables.
+/// Memory that the library allocates for its own tables, bytes.
 inline constexpr std::size_t library_memory = std::size_t{16} << 20;
-/// Throws std::bad_alloc unless so much memory can be had now. The HDF5 library itself does not survive a failed allocation: version 1.10
-/// then frees blocks twice when the file is closed. Nothing is touched, so that it costs microseconds.
+/// Throws std::bad_alloc unless this memory is available now. The HDF5 library itself does not survive a failed allocation: version 1.10
+/// then frees blocks twice when the file is closed. The memory is not written to, so that this takes microseconds.
 void require_memory(std::size_t bytes = library_memory);
 
 }  // namespace mpm::hdf5

@@ -23,12 +23,12 @@ struct Reader::File {
   }
 
   [[noreturn]] void fail(const std::string& what) const { throw IoError(fmt::format("cannot read '{}': {}", path.string(), what)); }
-  /// For failures inside the HDF5 library, which a file with a right seal should never cause.
+  /// For failures inside the HDF5 library, which a file with a correct checksum should never cause.
   void require(bool ok, const std::string& what) const {
     if (!ok) fail(fmt::format("{}: {}; the file is damaged or of another version", what, innermost_message()));
   }
 
-  /// Checks the seal. Reads the file once, in pieces.
+  /// Checks the checksum. Reads the file once, in pieces.
   void check_seal() {
     std::error_code error;
     const std::uintmax_t size = std::filesystem::file_size(path, error);

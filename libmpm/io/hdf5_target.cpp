@@ -11,7 +11,7 @@
 
 namespace mpm::hdf5 {
 
-/// The functions that the library calls.
+/// Functions called by the library.
 struct Driver {
   struct OpenFile : H5FD_t {
     Target* target;
@@ -28,7 +28,7 @@ struct Driver {
     delete static_cast<OpenFile*>(file);
     return 0;
   }
-  static herr_t query(const H5FD_t*, unsigned long* flags) {  // as in the library's own drivers: files are laid out by these
+  static herr_t query(const H5FD_t*, unsigned long* flags) {  // as in the library's own drivers; they determine the layout of files
     *flags = H5FD_FEAT_AGGREGATE_METADATA | H5FD_FEAT_ACCUMULATE_METADATA | H5FD_FEAT_AGGREGATE_SMALLDATA;
     return 0;
   }

@@ -1,5 +1,5 @@
 #pragma once
-/// Lets the HDF5 library write to a file that is whole or absent: a file driver of the library.
+/// File driver of the HDF5 library that writes through AtomicFile.
 
 #include <cstdint>
 
@@ -8,16 +8,16 @@
 
 namespace mpm::hdf5 {
 
-/// Where the HDF5 library writes. To the library nothing ever fails: it does not survive a full disk. The first failure is kept for
-/// rethrow(), and nothing is written after it.
+/// The target of the HDF5 library's writes. It reports success to the library, which does not survive a full disk. It keeps the first error
+/// for rethrow() and writes nothing after it.
 class Target {
  public:
-  /// @param file  outlives this
+  /// @param file  must outlive this object
   explicit Target(AtomicFile& file) : file_(file) {}
   Target(const Target&) = delete;
   Target& operator=(const Target&) = delete;
 
-  /// Creates the HDF5 file. @returns its identifier; below 0 where the library fails. Close it before this is destroyed
+  /// Creates the HDF5 file. @returns its identifier; below 0 if the library fails. Close it before this object is destroyed
   std::int64_t create();
   [[nodiscard]] std::uint64_t size() const { return end_; }  ///< of the file as the library has laid it out, bytes
   /// @throws IoError if writing has failed

@@ -18,7 +18,7 @@ namespace mpm::hdf5 {
 namespace {
 
 uLong crc_of(uLong before, std::span<const std::byte> bytes) {
-  if (bytes.empty()) return before;  // crc32_z begins anew where there is no address
+  if (bytes.empty()) return before;  // crc32_z starts again for a null address
   return crc32_z(before, reinterpret_cast<const Bytef*>(bytes.data()), bytes.size());
 }
 
@@ -42,7 +42,7 @@ struct Writer::File {
   ~File() {
     if (id >= 0) H5Fclose(id);
   }
-  /// Disks do not fail here (Target): it is lack of memory or a wrong argument.
+  /// Not a disk error (see Target): lack of memory or an invalid argument.
   void require(bool ok, const std::string& what) const {
     if (!ok) {
       throw IoError(fmt::format("cannot write '{}': {}: {}; if memory is short, raise its limit or take a smaller case",
@@ -64,7 +64,7 @@ struct Writer::File {
   [[nodiscard]] uLong crc_of_all();
 };
 
-/// The library gives an array its place when the first value is written, and so does not touch the others.
+/// The library allocates an array's place when its first value is written, and does not write the others.
 void Writer::File::declare(const std::string& name, const Shape& shape, const ElementType& type, std::size_t size_of_element) {
   const QuietErrors quiet;
   require_memory();
@@ -97,7 +97,7 @@ void Writer::File::append(Array& array, std::span<const std::byte> bytes) {
   array.crc = crc_of(array.crc, bytes);
 }
 
-/// The arrays' are known; what lies between them, little, is read back.
+/// The checksums of the arrays are known; the few bytes between them are read back.
 uLong Writer::File::crc_of_all() {
   std::vector<const Array*> in_order;
   for (const Array& array : arrays) {

@@ -81,8 +81,8 @@ SnapshotInfo get_info(const hdf5::Reader& file, const std::filesystem::path& pat
   return info;
 }
 
-/// What every state of a run is: each particle once, finite, with a volume. A file that says otherwise was made by something else, and
-/// measurements of it would be wrong without a word.
+/// Checks properties of every state of a run: each particle once, finite, with a volume. Measurements of other files would be wrong without
+/// notice.
 void check_content(const std::filesystem::path& path, const ParticleTable& p) {
   const auto refuse = [&](std::size_t row, const std::string& what) {
     throw IoError(fmt::format("cannot read '{}': row {}, particle {}: {}; write the file again", path.string(), row, p.id[row], what));
@@ -105,7 +105,7 @@ void check_content(const std::filesystem::path& path, const ParticleTable& p) {
   check("reference_volume_m3", p.volume, 1, true);
 }
 
-/// By columns (core/particle.hpp) to by rows (numpy) and back: the transpose of each 3x3.
+/// Converts between columns first (core/particle.hpp) and rows first (numpy): the transpose of each 3x3.
 std::vector<double> transposed(const std::vector<double>& m) {
   std::vector<double> t(m.size());
   for (std::size_t p = 0; p < m.size(); p += 9) {
@@ -161,7 +161,8 @@ ParticleTable table_of(std::size_t n, Get&& get, const Scene& scene) {
   return t;
 }
 
-/// Calls f(name, extents of a row, what makes the values of some particles) for each column of a kind, in the order of the file.
+/// Calls f(name, extents of a row, function that computes the values of some particles) for each column of a kind, in the order of the
+/// file.
 /// @param first  row of the first of these particles
 template <class F>
 void for_each_column(Kind kind, const SnapshotInfo& info, std::size_t first, F&& f) {
@@ -286,8 +287,8 @@ std::vector<int> frame_numbers(const std::filesystem::path& directory) {
        it.increment(error)) {
     const std::string name = it->path().filename().string();
     int index = 0;
-    const auto [end, fault] = std::from_chars(name.data(), name.data() + name.size(), index);
-    if (fault != std::errc() || std::string_view(end) != ".h5" || it->path() != frame_path(directory, index)) continue;
+    const auto [end, failure] = std::from_chars(name.data(), name.data() + name.size(), index);
+    if (failure != std::errc() || std::string_view(end) != ".h5" || it->path() != frame_path(directory, index)) continue;
     numbers.push_back(index);
   }
   if (error) throw file_error("cannot read directory", frames, error.value());

@@ -1,9 +1,9 @@
 #pragma once
-/// States on disk: frames/NNNNN.h5 for pictures and for recomputing measurements, final.h5 for whatever the user does next.
+/// States on disk: frames/NNNNN.h5 for pictures and for recomputing measurements, final.h5 for further use.
 ///
 /// Both hold one row a particle, ordered by identity number, so that they do not depend on the number of threads.
 ///
-/// | dataset | frame | final | what |
+/// | dataset | frame | final | meaning |
 /// |---|---|---|---|
 /// | id | uint64 | uint64 | identity number |
 /// | position_m (N,3) | float64 | float64 | x |
@@ -18,10 +18,10 @@
 /// | density_kg_m3 | float32 | | rho_0 / J |
 /// | vertex | int32 | | 0 ... N-1: the cells of frames.xdmf; without them ParaView's Xdmf3 reader finds points but no cell to draw |
 ///
-/// In frames everything from which `mpm post` computes is double, so that it gets the very numbers that the run got; what only pictures use
-/// is single. A frame takes 128 bytes a particle.
+/// In frames all data that `mpm post` needs have double precision, so that it computes the same numbers as the run; data for pictures have
+/// single precision. A frame takes 128 bytes a particle.
 /// Attributes of both: format_version, kind, time_s, step, case_hash, version, reference_density_kg_m3, mirror_x, mirror_y,
-/// precision ("double" or "single", that of the computation; a file without it is of a version that knew double alone).
+/// precision ("double" or "single", that of the computation; a file without it has double precision).
 
 #include <cstdint>
 #include <filesystem>
@@ -42,10 +42,10 @@ struct State;
 
 /// Particles by columns, one entry a particle in the order of the identity numbers. Units and measures as in core/particle.hpp.
 struct ParticleTable {
-  std::vector<std::uint64_t> id;     ///< N, identity numbers, rising
+  std::vector<std::uint64_t> id;     ///< N, identity numbers, ascending
   std::vector<double> position;      ///< 3 N, m
   std::vector<double> velocity;      ///< 3 N, m/s
-  std::vector<double> affine;        ///< 9 N, 1/s, by columns: [9 p + 3 j + i] = dv_i/dx_j; empty in a frame that was read
+  std::vector<double> affine;        ///< 9 N, 1/s, by columns: [9 p + 3 j + i] = dv_i/dx_j; empty after reading a frame
   std::vector<double> stress;        ///< 6 N, Pa, Kirchhoff tau, tension positive: xx yy zz xy xz yz
   std::vector<double> internal;      ///< N
   std::vector<double> volume_ratio;  ///< N, J
@@ -54,13 +54,13 @@ struct ParticleTable {
   [[nodiscard]] std::size_t size() const { return id.size(); }  ///< N
 };
 
-/// Particles by columns. @param particles  by rising identity number
+/// Particles by columns. @param particles  by ascending identity number
 ParticleTable particle_table(std::span<const Particle> particles, const Scene& scene);
 /// The particles of a state in the order of their identity numbers; with several ranks those of this one.
-/// @param keep  which of them; empty: all
+/// @param keep  selects particles; empty: all
 ParticleTable particle_table(const State& state, const Scene& scene, const std::function<bool(const Particle&)>& keep = {});
 
-/// What a state belongs to, and how it was computed.
+/// Origin of a state: case, time, program, precision.
 struct SnapshotInfo {
   double time = 0.0;                                  ///< s
   std::int64_t step = 0;                              ///< steps done since t = 0
@@ -87,11 +87,11 @@ std::filesystem::path frame_path(const std::filesystem::path& directory, int ind
 /// Writes a frame or a final state piece by piece: memory holds one piece at a time.
 class SnapshotWriter {
  public:
-  /// What is written: which columns, in which numbers.
+  /// Kind of file, which determines columns and precision.
   enum class Kind : std::uint8_t { frame, final };
-  /// Nothing is written before begin().
+  /// Writes nothing before begin().
   SnapshotWriter(Kind kind, std::filesystem::path path, SnapshotInfo info);
-  /// What was not committed is lost.
+  /// Removes the file if it was not finished.
   ~SnapshotWriter();
   SnapshotWriter(const SnapshotWriter&) = delete;
   SnapshotWriter& operator=(const SnapshotWriter&) = delete;
@@ -100,7 +100,7 @@ class SnapshotWriter {
   void begin(std::size_t particles);
   /// The next particles. @throws IoError also if columns differ in length
   void append(const ParticleTable& piece);
-  /// All are there: the file gets its name. @throws IoError
+  /// Finishes the file and gives it its name. @throws IoError
   void commit();
   [[nodiscard]] std::size_t particles() const;  ///< appended so far
 
@@ -109,8 +109,8 @@ class SnapshotWriter {
   std::unique_ptr<File> file_;
 };
 
-/// Of frame `index` of the run directory. Creates DIR/frames if needed, but not DIR: one that was moved away while a run goes on is not
-/// made again. @throws IoError
+/// Of frame `index` of the run directory. Creates DIR/frames if needed, but not DIR, so that a directory that was moved during a run
+/// is not created again. @throws IoError
 SnapshotWriter frame_writer(const std::filesystem::path& directory, int index, const SnapshotInfo& info);
 /// Writes frame `index` of the run directory at once, as frame_writer does. @throws IoError; also if columns differ in length
 void write_frame(const std::filesystem::path& directory, int index, const ParticleTable& particles, const SnapshotInfo& info);
@@ -122,14 +122,14 @@ Snapshot read_frame(const std::filesystem::path& path);
 /// @throws IoError as read_frame
 Snapshot read_final(const std::filesystem::path& path);
 
-/// Number of a frame file and what it holds, without its particles.
+/// Number, time and size of a frame.
 struct FrameEntry {
   int index = 0;              ///< NNNNN in the name of its file
   double time = 0.0;          ///< s
   std::size_t particles = 0;  ///< N
 };
 
-/// Numbers of the frames DIR/frames/NNNNN.h5 in ascending order; none if there is no DIR/frames. Other files there are passed over.
+/// Numbers of the frames DIR/frames/NNNNN.h5 in ascending order; none if there is no DIR/frames. Other files there are ignored.
 std::vector<int> frame_numbers(const std::filesystem::path& directory);
 
 /// Reads a frame's file once (its checksum). @throws IoError as read_frame

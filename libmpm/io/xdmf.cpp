@@ -58,7 +58,7 @@ FrameSeries::FrameSeries(std::filesystem::path directory, std::vector<FrameEntry
     : directory_(std::move(directory)), frames_(std::move(frames)), next_(next) {}
 
 FrameSeries FrameSeries::create(std::filesystem::path directory) {
-  remove_file(directory / "frames.xdmf");  // first the index, then what it points to
+  remove_file(directory / "frames.xdmf");  // the index before the files that it refers to
   for (const int index : frame_numbers(directory)) remove_file(frame_path(directory, index));
   make_directory(directory / "frames");
   remove_leftovers(directory / "frames");

@@ -1,5 +1,5 @@
 #pragma once
-/// frames.xdmf: the frames of a run as one time-dependent data set (XDMF 2, xdmf.org), opened by ParaView and VisIt. The file only points
+/// frames.xdmf: the frames of a run as one time-dependent data set (XDMF 2, xdmf.org), opened by ParaView and VisIt. The file only refers
 /// to the arrays in frames/NNNNN.h5, by relative paths: a run directory can be moved.
 
 #include <filesystem>
@@ -21,12 +21,12 @@ class FrameSeries {
  public:
   /// A new series: frames that an earlier run left in the directory are removed.
   static FrameSeries create(std::filesystem::path directory);
-  /// Continues with frame number `next`: that one and later ones are removed, whatever is in them. Of the earlier ones those that cannot
-  /// be read stay where they are, but frames.xdmf does not point to them.
+  /// Continues with frame number `next`: that one and later ones are removed. Earlier ones that
+  /// cannot be read stay, but frames.xdmf does not refer to them.
   /// @param damaged called with the reason for each of these
   static FrameSeries resume(std::filesystem::path directory, int next, const std::function<void(const std::string&)>& damaged = {});
 
-  /// Writes the next frame, then frames.xdmf. @param fill  begins the frame's file and gives it its particles
+  /// Writes the next frame, then frames.xdmf. @param fill  begins the frame's file and writes its particles
   void append(const SnapshotInfo& info, const std::function<void(SnapshotWriter&)>& fill);
 
   [[nodiscard]] std::span<const FrameEntry> frames() const { return frames_; }  ///< in the order of time

@@ -1,6 +1,6 @@
 #pragma once
 /// The list of laws. To add one: write its header against the concept `Material`, add it to this variant, add typical parameters to
-/// tests/support/typical_materials.hpp. Nothing else names the laws: keys, messages and the reference of `mpm schema` follow from the list.
+/// tests/support/typical_materials.hpp. Keys, messages and the reference of `mpm schema` follow from the list.
 
 #include <optional>
 #include <string>
@@ -60,11 +60,11 @@ struct MaterialParameters {
     return std::get_if<typename L::Parameters>(&law);
   }
 
-  // What only some laws have; empty for the others.
+  // Properties of some laws; empty for the others.
   [[nodiscard]] std::optional<double> internal_friction() const;     ///< tan(phi') of the material within itself
   [[nodiscard]] std::optional<double> critical_state_ratio() const;  ///< M' = q/p at the critical state
   [[nodiscard]] std::optional<double> hardening_xi() const;          ///< xi
-  [[nodiscard]] bool keeps_compaction() const;                       ///< whether what was compacted before stays denser
+  [[nodiscard]] bool keeps_compaction() const;                       ///< whether compacted material stays denser
 
   /// [material] model, then the parameters of every law.
   template <class Table>

@@ -30,10 +30,10 @@ double CamClay::Parameters::internal_friction() const {
 }
 
 // The scalar path for a trial state on which the fast path did not settle. In dilation it first isolates the root nearest to the trial
-// state by exclusion: on [D_1, D_2] there is none if the least q the flow rule allows exceeds the most the surface allows,
+// state by exclusion: on [D_1, D_2] there is none if the least q of the flow rule exceeds the largest q of the surface,
 //   Q |Y(D_2)| > m sqrt(max(v_1, v_2) e_1) (|Y_1| + c D_2)       (|Y|, e fall, v is convex).
-// Intervals are walked from D = 0, halved where the test is not conclusive, down to 2^-20 of the range: two roots closer than that count as
-// none.
+// Intervals are walked from D = 0, halved where the test is not conclusive, down to 2^-20 of the range: two roots closer than that are
+// ignored.
 CamClay::Return<double> CamClay::return_map_by_exclusion(double p_trial, double q2, double x_n) const {
   if (!std::isfinite(p_trial + q2 + x_n)) {
     constexpr double nan = std::numeric_limits<double>::quiet_NaN();
@@ -67,7 +67,7 @@ CamClay::Return<double> CamClay::return_map_by_exclusion(double p_trial, double 
         d1 = d2, at1 = at2;
       }
     }
-    if (!isolated) return {p_trial, 0.0};  // nothing left to carry stress: p = q = p_c = 0
+    if (!isolated) return {p_trial, 0.0};  // no strength left: p = q = p_c = 0
   }
 
   // Newton inside the bracket, with a bisection every third time so that it always closes (about 60 bisections span a double's precision,

@@ -13,12 +13,12 @@
 /// M'), Y = y_p / M^2 = 2 P - (1 - beta) S and c = 6 G / (K m^2), g K M^2 = d/Y, so that q = Q u with u = Y / (Y + c d), and the residual
 /// is
 ///   A(d) = Q^2 u^2 + m^2 (P + beta S)(P - S),   P = P_tr - d,   S = sinh(xi max(X_n + d, 0)).
-/// g >= 0 asks d and Y to have one sign, and Y(d) decreases, so the sign of Y at the trial state settles the side:
+/// g >= 0 asks d and Y to have one sign, and Y(d) decreases, so the sign of Y at the trial state determines the side:
 ///
 /// Compaction (Y >= 0, d in [0, d_crit], Y(d_crit) = 0, d_crit <= P_tr). u decreases with d and
 ///   d/dd [(P + beta S)(P - S)] = -Y - S' [(1 - beta) P + 2 beta S] < 0,
-/// so A falls monotonically from y_tr > 0 to -m^2 (1 + beta)^2/4 S^2 <= 0: one root. If X_n < 0 nothing resists until X = 0; there the
-/// search starts, and if already X_n + P_tr <= 0 the point is stress-free at X = X_n + P_tr.
+/// so A falls monotonically from y_tr > 0 to -m^2 (1 + beta)^2/4 S^2 <= 0: one root. If X_n < 0 there is no resistance until X = 0; the
+/// search starts there, and if already X_n + P_tr <= 0 the point is stress-free at X = X_n + P_tr.
 ///
 /// Dilation (Y < 0, D = -d in [0, D_crit]). The surface shrinks while the point is returned, and A can have several roots, or none
 /// (snap-back). Wanted is the nearest. With v = P + beta S, e = S - P, a root is where
@@ -54,7 +54,7 @@ class CamClay {
     /// One line for the reference of keys.
     static constexpr std::string_view description =
         "Cohesive Modified Cam-Clay: yield q^2 (1 + 2 beta) + M^2 (p + beta p_c)(p - p_c), p_c = K sinh(xi X)";
-    static constexpr bool keeps_compaction = true;  ///< snow that was compacted before stays denser, and is harder
+    static constexpr bool keeps_compaction = true;  ///< compacted snow stays denser and harder
 
     double critical_state_slope = 0.4;         ///< M
     double cohesion_beta = 0.0;                ///< beta = p_t / p_c
@@ -100,15 +100,15 @@ class CamClay {
   void update_stress(MaterialState<T>& state, const Matrix3<T>& dl, double /*dt*/) const {
     (void)update(state, dl);
   }
-  /// The same in single precision, where that is precise enough: unless some point yields near an apex of the surface, or its root is not
-  /// shown to be the nearest, or M = 0. Then it returns false and leaves the state as it was.
+  /// The same in single precision. Returns false and leaves the state unchanged if that does not suffice: if a point yields near an apex
+  /// of the surface, if its root is not shown to be the nearest, or if M = 0.
   bool try_update_stress(MaterialState<SinglePair>& state, const Matrix3<SinglePair>& dl, double /*dt*/) const {
     MaterialState<SinglePair> updated = state;
     if (!update(updated, dl)) return false;
     state = updated;
     return true;
   }
-  /// States come back rounded to single precision: what is outside the surface by that much only does not yield.
+  /// Declares that states are rounded to single precision between steps: a point outside the surface by round-off does not yield.
   void expect_single_states() { round_off_ = 1e-6; }
 
   /// J = det F = exp(tr eps_e + X_0 - X), relative to the initial state.
@@ -130,7 +130,7 @@ class CamClay {
   [[nodiscard]] double yield_function(const MaterialState<double>& state) const;
 
  private:
-  /// What the return map yields: d = X - X_n and u = q/q_tr.
+  /// Result of the return map: d = X - X_n and u = q/q_tr.
   template <class T>
   struct Return {
     T d, u;
@@ -146,13 +146,13 @@ class CamClay {
     struct Value {
       T y, w, v, e;              // Y, Y + c d, P + beta S, S - P
       T s_slope, y_slope;        // dS/dx, dY/dx
-      T surface, surface_slope;  // m^2 (P + beta S)(S - P), what Q^2 u^2 is at a root, and its slope
+      T surface, surface_slope;  // m^2 (P + beta S)(S - P), equal to Q^2 u^2 at a root, and its slope
     };
     struct Newton {
       T numerator, denominator;
       [[nodiscard]] T step() const { return -numerator / denominator; }
     };
-    /// As a search leaves it: x, Y there, and P + beta S and S - P before the last step.
+    /// Result of a search: x, Y there, and P + beta S and S - P before the last step.
     struct Root {
       T x, y, v, e;
     };
@@ -163,24 +163,24 @@ class CamClay {
     /// At the base itself, x = 0.
     [[nodiscard]] Value at_base() const { return evaluate(T{}, T{}, law_.xi_ * cosh); }
     [[nodiscard]] Value operator()(const T& x) const;
-    /// Positive between the base and the nearest root: sign of A; M = 0: what P exceeds its bound by.
+    /// Positive between the base and the nearest root: sign of A; M = 0: excess of P over its bound.
     [[nodiscard]] T excess(const Value& at) const;
     /// Where u is not near an apex of the surface: q above 35 % of the surface's height.
     [[nodiscard]] Mask<T> interior(const Value& at) const;
     /// From sqrt(surface) (Q Y - sqrt(surface) w), in which Y and w are nearly linear: good in the interior.
     [[nodiscard]] Newton interior_newton(const Value& at) const;
-    /// Everywhere: near an apex from A as it stands (times w^3).
+    /// Valid everywhere: near an apex from A itself (times w^3).
     [[nodiscard]] Newton newton(const Value& at, const T& x) const;
     /// A lane is settled when its step is so small that, the convergence being quadratic (the next step is about step^3 / previous^2), the
     /// next one would be below round-off; Y at the new x then follows from its slope. @param x  new offset; @param width  (1 + beta) S.
-    /// In double precision x is found to its own relative precision, in single precision to that of the surface: what X is rounded to.
+    /// In double precision x is found to its own relative precision, in single precision to that of the surface, to which X is rounded.
     [[nodiscard]] static Mask<T> is_settled(const T& size, const T& previous, const T& x, const T& width) {
       if constexpr (is_single<T>) return (size <= 3e-3 * width) & (size * size * size <= 1e-7 * width * previous * previous);
       const T scale = min(abs(x), width);
       return (size <= 1e-8 * scale) | ((size <= 1e-6 * scale) & (size * size * size <= 1e-16 * scale * previous * previous));
     }
-    /// Inside the surface Newton's method converges without safeguards, in three or four steps: all lanes together, and what they found is
-    /// looked at afterwards. @return false, and nothing found, unless all wanted lanes start inside and have a sound root
+    /// Inside the surface Newton's method converges without safeguards, in three or four steps: all lanes together; the results are
+    /// checked afterwards. @return false, and no root, unless all lanes start inside and have a valid root
     [[nodiscard]] bool search_inside(const Value& base, const T& reach, const Mask<T>& wanted, Root& root) const;
 
     const CamClay& law_;
@@ -197,8 +197,8 @@ class CamClay {
   [[nodiscard]] Return<T> return_map(const T& p_trial, const T& q2, const T& x_n, const T& s_n, const Mask<T>& yields) const;
   [[nodiscard]] Return<double> return_map_by_exclusion(double p_trial, double q2, double x_n) const;
 
-  /// A state returned to the surface lies on it to round-off only, and must not yield again for that, least of all at a tension apex that
-  /// would snap: the elastic domain is larger by this share of p_c^2 (p_c where M = 0).
+  /// A returned state is on the surface only to round-off, and must not yield again because of that, especially not at a tension apex,
+  /// where it would snap back. The elastic domain is therefore larger by this fraction of p_c^2 (p_c if M = 0).
   double round_off_ = 1e-13;
 
   HenckyModuli moduli_;
@@ -330,7 +330,7 @@ template <class T>
 inline CamClay::Return<T> CamClay::return_map(const T& p_trial, const T& q2, const T& x_n, const T& s_n, const Mask<T>& yields) const {
   constexpr int most_iterations = 15;
   const Mask<T> stress_free = x_n + p_trial <= 0.0;
-  Mask<T> lost = yields & stress_free & (x_n <= 0.0);  // stays expanded: nothing to search
+  Mask<T> lost = yields & stress_free & (x_n <= 0.0);  // stays expanded: no root to search
   Mask<T> active = yields & mask_not(lost);
   Return<T> result{select(lost, p_trial, T{}), select(yields, T{}, broadcast<T>(1.0))};
   if (!any(active)) return result;
@@ -344,7 +344,7 @@ inline CamClay::Return<T> CamClay::return_map(const T& p_trial, const T& q2, con
   Mask<T> found = active & mask_not(active);
   if (m2_ == 0.0) {
     const Mask<T> outside = residual.excess(value) > round_off_ * residual.s;
-    found = active & mask_not(outside);  // p is within its bounds: only q is lost
+    found = active & mask_not(outside);  // p is within its bounds: only q vanishes
     lost = lost | (active & outside & stress_free);
     active = active & outside & mask_not(stress_free);
     result.d = select(lost, p_trial, T{});
@@ -367,7 +367,7 @@ inline CamClay::Return<T> CamClay::return_map(const T& p_trial, const T& q2, con
     near = select(beyond, near, root.x);
     far = select(beyond, root.x, far);
     const T newton = root.x + residual.newton(value, root.x).step();
-    // A minute correction is trusted even if it leaves the bracket, whose ends have round-off too.
+    // A correction of the size of round-off is accepted even outside the bracket, whose ends have round-off, too.
     const Mask<T> minute = abs(newton - root.x) <= 1e-9 * abs(root.x);
     const Mask<T> within = same_side & (((newton - near) * (newton - far) <= 0.0) | minute);
     const T next = select(within, newton, 0.5 * (near + far));

@@ -1,19 +1,19 @@
 #pragma once
-/// What a constitutive law has to offer. A law knows its formula and nothing of particles, grids or lanes:
+/// The interface of a constitutive law. A law is independent of particles, grids and lanes:
 /// it is a template over the number type, run with `double` (the specification) and with `Lanes`
 /// or `LanePair` (eight or sixteen material points at once).
 ///
-/// What the core demands of `update_stress`:
-/// - It takes any finite increment dl and any state that it has left itself. It never throws and has no state of its own.
-/// - A deformation that it cannot follow (an inverted element, a number that is not finite) makes the stress or the internal variable of
-///   that lane NaN; the other lanes stay right. The step sees the NaN, stops, and names the particle. A law never hides it.
+/// Requirements of the core on `update_stress`:
+/// - It takes any finite increment dl and any state that it has returned. It never throws and has no state of its own.
+/// - An invalid deformation (an inverted element, a number that is not finite) makes the stress or the internal variable of that lane NaN
+///   and does not affect the other lanes. The step finds the NaN, stops, and names the particle.
 /// - Lanes do not influence each other: the result of a point is the same, to the bit, in every lane and beside every neighbour.
 ///
 /// History variables. A law has one, `internal`, the last of the 24 doubles of a particle's record (particle.hpp), which is full: three
 /// cache lines, each of them one vector load of the transfers. A law with n of them takes an array in its place:
 /// `std::array<T, history_count>` here and `double internal[history_count]` in Particle, history_count a compile-time constant of 1 or of
-/// 1 + 8 k, so that the record grows by whole cache lines behind those that the transfers read. With 1 nothing changes. The step, the
-/// snapshots and the checkpoints copy `internal` as a whole; no law needs more today, so the constant is not there.
+/// 1 + 8 k, so that the record grows by whole cache lines behind those that the transfers read. The step, the
+/// snapshots and the checkpoints copy `internal` as a whole. No law needs more than one today, so the constant does not exist yet.
 
 #include <concepts>
 #include <string_view>
@@ -42,9 +42,9 @@ concept UpdatesStress = requires(const L law, MaterialState<T>& state, const Mat
   { law.volume_ratio(state) } -> std::same_as<T>;  // J = det F relative to the reference state
 };
 
-/// Parameters of a law, in SI units; `declare` (base/parameter.hpp) says how a case gives them.
+/// Parameters of a law, in SI units; `declare` (base/parameter.hpp) defines their keys.
 /// May have: internal_friction(), tan(phi') of the material within itself; critical_state_ratio(), M' = q/p at the critical state;
-/// hardening_xi; keeps_compaction, true where a material that was compacted before stays denser; check(ParameterReport&).
+/// hardening_xi; keeps_compaction, true if compacted material stays denser; check(ParameterReport&).
 template <class P>
 concept MaterialParameterSet = std::default_initializable<P> && std::equality_comparable<P> && requires(const P p) {
   { P::name } -> std::convertible_to<std::string_view>;         // value of [material] model
@@ -52,18 +52,18 @@ concept MaterialParameterSet = std::default_initializable<P> && std::equality_co
   { p.density } -> std::convertible_to<double>;                 // rho_0, kg/m^3
 };
 
-/// A law may be computed in single precision, too: try_update_stress does what update_stress does, or leaves the state alone and returns
-/// false where single precision does not suffice for one of the points. The points then take update_stress, in double precision.
+/// A law may offer single precision: try_update_stress computes the same as update_stress, or returns false and leaves the state unchanged
+/// if single precision does not suffice for one of the points. The core then calls update_stress in double precision.
 template <class L>
 concept UpdatesStressInSingle = requires(const L law, MaterialState<SinglePair>& state, const Matrix3<SinglePair>& dl, double dt) {
   { law.try_update_stress(state, dl, dt) } -> std::same_as<bool>;
 };
 
 /// A law is made from its Parameters; the constructor throws ConfigError for parameters out of range (`checked`).
-/// May have: viscosity(), eta in Pa s, where the law has viscous stress, which limits the time step; yield_function(state), Pa^2, <= 0
-/// inside; expect_single_states(), told once where states are rounded to single precision between steps, for a law that compares a state
-/// with its own earlier result; preconsolidation_pressure(internal), Pa; plastic_volume_strain(state): the columns of `mpm point`, 0 for a
-/// law without.
+/// May have: viscosity(), eta in Pa s, if the law has viscous stress, which limits the time step; yield_function(state), Pa^2, <= 0
+/// inside; expect_single_states(), called once if states are rounded to single precision between steps, for a law that compares a state
+/// with its own earlier result; preconsolidation_pressure(internal), Pa; plastic_volume_strain(state): columns of `mpm point`, 0 if a law
+/// lacks them.
 template <class L>
 concept Material = MaterialParameterSet<typename L::Parameters> && std::constructible_from<L, const typename L::Parameters&> &&
     UpdatesStress<L, double> && UpdatesStress<L, Lanes> && UpdatesStress<L, LanePair> && requires(const L law) {

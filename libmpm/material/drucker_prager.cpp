@@ -57,7 +57,7 @@ DruckerPrager::DruckerPrager(const Parameters& p) : moduli_(checked(p)) {
   const Cone cone = match(p.cone_matching, p.friction_angle, p.cohesion, p.dilatancy_angle);
   slope_ = cone.slope, intercept_ = cone.intercept, dilatancy_slope_ = cone.dilatancy_slope;
   apex_strain_ = intercept_ / (slope_ * moduli_.bulk());
-  return_share_ = 1.0 / (1.0 + moduli_.bulk() * slope_ * dilatancy_slope_ / (3.0 * moduli_.shear()));
+  return_factor_ = 1.0 / (1.0 + moduli_.bulk() * slope_ * dilatancy_slope_ / (3.0 * moduli_.shear()));
   if (!p.limit_friction_angle) return;
   reference_inertial_number_ = *p.reference_inertial_number;
   slope_increase_ = match(p.cone_matching, *p.limit_friction_angle, 0.0, 0.0).slope - slope_;

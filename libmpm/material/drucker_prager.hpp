@@ -21,9 +21,9 @@
 /// expands further tears: X grows, at constant stress. A point whose mean stress is not compressive and that is compressed closes the gap
 /// X before it carries pressure again (the volume correction of Klar et al. 2016 and Tampubolon et al. 2017, without which sprayed and
 /// landed material swells). The gap closes free of pressure: the tension of a cohesive point relaxes elastically first, so that nothing
-/// is gained by tearing and closing. Where shear would dilate a point into pressure while its gap is open, p = 0 and q = C: there is room
-/// for the grains. For psi > 0 the dilated volume is part of X: it is permanent under pressure, and a point that has lost all pressure may
-/// be repacked to X = 0.
+/// is gained by tearing and closing. Where shear would dilate a point into pressure while its gap is open, p = 0 and q = C, because the
+/// grains have space. For psi > 0 the dilated volume is part of X: it is permanent under pressure, and a point that has lost all pressure
+/// may be repacked to X = 0.
 ///
 /// Rate dependence, mu(I) (Jop, Forterre & Pouliquen 2006): A grows from A to A_2 (that of limit_friction_angle) as
 ///   A(I) = A + (A_2 - A) / (I_0/I + 1),   I = gamma' d_g / sqrt(p/rho_s),   gamma' = sqrt(2 D^P:D^P) = sqrt(3) dg/dt,
@@ -110,7 +110,7 @@ class DruckerPrager {
   template <LaneNumber T>
   void update_stress(MaterialState<T>& state, const Matrix3<T>& dl, double dt) const;
 
-  /// States come back rounded to single precision: a trace of that size beside a deviator counts as none.
+  /// Declares that states are rounded to single precision between steps: a trace of that size beside a deviator counts as zero.
   void expect_single_states() { round_off_ = 1e-6; }
 
   /// J = exp(tr eps + X)
@@ -138,9 +138,9 @@ class DruckerPrager {
  private:
   HenckyModuli moduli_;
   double slope_, intercept_, dilatancy_slope_;
-  double apex_strain_;   // tr eps at the apex, C / (A K)
-  double return_share_;  // 1 / (1 + K A A_psi / (3 G))
-  // mu(I): A_2 - A, and h / (dt sqrt(p)) = I_0 3 G / (sqrt(3 rho_s) d_g); 0 and 0 where there is none
+  double apex_strain_;    // tr eps at the apex, C / (A K)
+  double return_factor_;  // 1 / (1 + K A A_psi / (3 G))
+  // mu(I): A_2 - A, and h / (dt sqrt(p)) = I_0 3 G / (sqrt(3 rho_s) d_g); both 0 without mu(I)
   double slope_increase_ = 0.0, hindrance_ = 0.0, reference_inertial_number_ = 0.0;
   double round_off_ = 1e-12;  // of a trace, over the deviator
 };
@@ -151,7 +151,7 @@ void DruckerPrager::update_stress(MaterialState<T>& state, const Matrix3<T>& dl,
   const HenckyStrain<T> before = moduli_.strain(state.stress);
   HenckyStrain<T> strain = hencky_trial(before, dl);
 
-  // A sheared point with p = 0 has it to round-off of its stress only.
+  // A sheared point with p = 0 has this p only to round-off of its stress.
   const T squeezed = min(before.volumetric, T{});
   const T gap = select(squeezed * squeezed <= (round_off_ * round_off_) * norm2(before.deviator), state.internal, T{});
   const T closed = max(min(gap, -strain.volumetric), T{});
@@ -164,7 +164,7 @@ void DruckerPrager::update_stress(MaterialState<T>& state, const Matrix3<T>& dl,
   const T excess = q - (slope_ * p + intercept_);
   const Mask<T> yields = excess > 0.0;
   if (any(yields)) {
-    T d = return_share_ * excess;
+    T d = return_factor_ * excess;
     if (hindrance_ > 0.0) {
       const T pressure = max(p, T{});
       const T h = (hindrance_ * dt) * sqrt(pressure), b = h + slope_increase_ * pressure - excess;
@@ -172,7 +172,7 @@ void DruckerPrager::update_stress(MaterialState<T>& state, const Matrix3<T>& dl,
       d = select(b > 0.0, 2.0 * excess * h / (b + root), 0.5 * (root - b));
     }
     T returned = strain.volumetric - (dilatancy_slope_ / (3.0 * shear)) * d;
-    const Mask<T> loose = (open > 0.0) & (returned < 0.0);  // would dilate into pressure although its gap is open
+    const Mask<T> loose = (open > 0.0) & (returned < 0.0);  // dilates to a pressure although its gap is open
     d = select(loose, q - intercept_, d);
     returned = select(loose, T{}, returned);
     const Mask<T> apex = yields & (q <= d);

@@ -11,7 +11,7 @@ namespace mpm {
 /// The stress is linear in the strain, so that the stress is the only state.
 class HenckyModuli {
  public:
-  /// What every law with this elastic part has among its parameters.
+  /// Elastic parameters of every law with this elastic part.
   struct Parameters {
     double density = 300.0;        ///< rho_0, kg/m^3
     double young_modulus = 1.0e6;  ///< E, Pa
@@ -27,7 +27,7 @@ class HenckyModuli {
     }
   };
 
-  /// The parameters are not checked: that is the task of the law that has them.
+  /// The parameters are not checked; the law that contains them does that.
   explicit HenckyModuli(const Parameters& parameters);
 
   [[nodiscard]] double bulk() const { return bulk_; }        ///< K = E / (3 (1 - 2 nu)), Pa

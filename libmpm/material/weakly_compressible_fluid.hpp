@@ -5,7 +5,7 @@
 ///   p = K/n ((rho/rho_0)^n - 1),   c = sqrt(K/rho_0) at rest,   rho/rho_0 = 1/J   (Murnaghan 1944; Cole 1948; n = 7 for water, 1: linear)
 ///   psi = K/n ((J^(1-n) - 1)/(n - 1) + J - 1), n = 1: K (J - 1 - ln J)   per reference volume; -d psi/dJ = p.
 /// With carries_tension = false, the default, the fluid carries no tension: where J > 1, p = 0 and psi = 0. A free surface separates,
-/// and what was torn has to return to its volume before it carries pressure again. The viscous stress has no such limit.
+/// and torn material must return to its volume before it carries pressure again. The viscous stress has no such limit.
 ///
 /// Form coded. The internal variable is j = J - 1, advanced by j + (1 + j)(det(I + dl) - 1) with det(I + dl) - 1 from the invariants of dl:
 /// no transcendental function, and full relative precision for small j. With r = rho/rho_0 - 1 = -j/(1 + j), (1 + r)^n - 1 comes from n - 1

@@ -24,7 +24,7 @@ void check(int result, const char* what) {
   throw Error(ExitCode::internal, std::string("MPI: ") + what + ": " + text);
 }
 
-/// Whether a launcher started this process: it says so in the environment (Open MPI, PMIx, PMI of Slurm and MPICH).
+/// Whether a launcher started this process. Launchers set environment variables (Open MPI, PMIx, PMI of Slurm and MPICH).
 bool launched() {
   return std::ranges::any_of(std::initializer_list<const char*>{"OMPI_COMM_WORLD_SIZE", "PMIX_RANK", "PMI_RANK"},
                              [](const char* name) { return std::getenv(name) != nullptr; });
@@ -126,7 +126,7 @@ Messages MpiTransport::exchange(Messages to) {
 }
 
 std::vector<Message> MpiTransport::gather(Message mine) {
-  // up a binomial tree, so that the first rank takes log2(size) messages and not size: each holds those of a stretch of ranks
+  // along a binomial tree, so that the first rank receives log2(size) messages instead of size - 1
   std::vector<Message> stretch;
   stretch.push_back(std::move(mine));
   for (int distance = 1; distance < size_; distance *= 2) {

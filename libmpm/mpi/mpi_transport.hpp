@@ -8,10 +8,10 @@
 
 namespace mpm {
 
-/// MPI from its start to its end, in one process; create one, first in main(). Ranks are those of MPI_COMM_WORLD.
+/// Starts and ends MPI in one process; create one at the start of main(). Ranks are those of MPI_COMM_WORLD.
 class MpiTransport : public Transport {
  public:
-  /// Starts MPI, unless the environment shows that nobody launched this program as one of several: it is then one rank without MPI.
+  /// Starts MPI if a launcher started this process; otherwise this is the only rank, without MPI.
   /// @throws Error if MPI cannot be started
   MpiTransport(int& argc, char**& argv);
   /// Ends MPI.
@@ -21,9 +21,9 @@ class MpiTransport : public Transport {
 
   [[nodiscard]] int rank() const override { return rank_; }
   [[nodiscard]] int size() const override { return size_; }
-  /// Threads for each rank where nobody says how many: the cores that it may use, divided among the ranks that share them.
+  /// Default number of threads of a rank: the cores that it may use, divided by the number of ranks on them.
   [[nodiscard]] int threads() const;
-  /// Ends all ranks at once, by an error of this one.
+  /// Ends all ranks at once, after an error of this one.
   [[noreturn]] void abort(int exit_code);
 
   Messages exchange(Messages to) override;
@@ -42,7 +42,7 @@ class MpiTransport : public Transport {
 
   bool running_ = false;
   int rank_ = 0, size_ = 1;
-  Messages sent_;  ///< kept until they are gone
+  Messages sent_;  ///< kept until they have been sent
   std::unique_ptr<Requests> requests_;
 };
 

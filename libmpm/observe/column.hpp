@@ -1,6 +1,6 @@
 #pragma once
-/// What is measured, described: columns of series.csv and entries of results.json, each with its unit and its meaning. Files, the
-/// comparison of results and the tables of the documentation follow from these descriptions.
+/// Descriptions of the measured quantities: columns of series.csv and entries of results.json, each with its unit and its meaning. Files,
+/// the comparison of results and the tables of the documentation follow from these descriptions.
 
 #include <array>
 #include <cstdint>
@@ -12,43 +12,43 @@
 
 namespace mpm {
 
-/// What a measurement needs.
+/// Data that a measurement needs.
 enum class Source : std::uint8_t {
-  particles,  ///< the particles of one instant: a stored frame gives it again
-  run,        ///< the run: sums over steps, the whole state, the machine
+  particles,  ///< the particles of one instant; a stored frame suffices
+  run,        ///< the running computation: sums over steps, the state, the machine
 };
 
 /// One column of series.csv, or of profile.csv.
 struct Column {
-  /// To which time a value belongs.
+  /// Time or interval of a value.
   enum class Kind : std::uint8_t {
     instant,        ///< at the time of the row
-    interval_mean,  ///< mean over the interval since the row before
+    interval_mean,  ///< mean over the interval since the previous row
   };
   std::string quantity;       ///< "force"
   char axis = '\0';           ///< 'x', 'y' or 'z': a component of a vector; 0: a scalar
   std::string unit;           ///< "N m", "kg m/s"; empty: a pure number
   std::string meaning;        ///< one line, for the documentation
-  Kind kind = Kind::instant;  ///< what the value of a row is
+  Kind kind = Kind::instant;  ///< time or interval of a value
   bool mean = false;          ///< whether results.json has its mean over the steady interval
 
   /// "force_x_n": quantity, axis, unit.
   [[nodiscard]] std::string name() const;
-  /// "force_mean_n", "force_effective_samples": a statistic of the quantity; the components of a vector share it.
+  /// "force_mean_n", "force_effective_samples": a statistic of the quantity, common to the components of a vector.
   [[nodiscard]] std::string statistic(std::string_view what, bool with_unit = true) const;
 };
 
 /// The three components of a vector quantity.
 std::vector<Column> vector_columns(const Column& common);
 
-/// How a unit is written at the end of a name: "N m" gives "_n_m", "kg m/s" gives "_kg_m_s", no unit gives nothing.
+/// A unit as the end of a name: "N m" gives "_n_m", "kg m/s" gives "_kg_m_s", "" without a unit.
 std::string unit_suffix(std::string_view unit);
 
-/// What an entry of results.json says, for the comparison of two results.
+/// Nature of an entry of results.json, for the comparison of two results.
 enum class Nature : std::uint8_t {
   physics,      ///< outcome of the computation: compared
-  uncertainty,  ///< standard error, effective samples: what the comparison allows
-  execution,    ///< which case, which program, which machine, how long: not compared
+  uncertainty,  ///< standard error, effective samples: the tolerance of the comparison
+  execution,    ///< case, program, machine, time: not compared
 };
 
 /// NaN: unknown; results.json has null then.
@@ -75,8 +75,8 @@ class Results {
   /// Null for an unknown name.
   [[nodiscard]] const Result* find(std::string_view name) const;
   [[nodiscard]] bool has(std::string_view name) const { return find(name) != nullptr; }  ///< whether there is an entry of this name
-  /// A number; a yes as 1, a no as 0; NaN where it is unknown. @param component of a vector
-  /// @throws Error for a name that the run does not have, or a text
+  /// A number; true as 1, false as 0; NaN if unknown. @param component of a vector
+  /// @throws Error for an unknown name, or a text
   [[nodiscard]] double number(std::string_view name, std::size_t component = 0) const;
 
  private:

@@ -5,7 +5,7 @@
 
 namespace mpm {
 
-/// Sums of the whole, also where mirror planes leave a part uncomputed (diagnostics.hpp).
+/// Sums over the whole domain, including the images beyond mirror planes (diagnostics.hpp).
 class Conservation : public Observer {
  public:
   [[nodiscard]] std::string name() const override { return "conservation"; }

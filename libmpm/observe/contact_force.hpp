@@ -1,14 +1,14 @@
 #pragma once
-/// Force and moment of the snow on the obstacle, from the impulses that its grid nodes took: exact sums over the steps.
+/// Force and moment of the snow on the obstacle, from the impulses at grid nodes: exact sums over the steps.
 
 #include "libmpm/observe/observer.hpp"
 
 namespace mpm {
 
-/// Means over the interval before each sample, of the whole obstacle, also where half is computed.
+/// Means over the interval before each sample, for the whole obstacle, even if half is computed.
 class ContactForce : public Observer {
  public:
-  /// @param boundary number of the obstacle in Scene::boundaries
+  /// @param boundary index of the obstacle in Scene::boundaries
   explicit ContactForce(std::size_t boundary) : boundary_(boundary) {}
 
   [[nodiscard]] std::string name() const override { return "contact_force"; }
@@ -35,7 +35,7 @@ class ContactForce : public Observer {
   }
 
   void sample(const Instant& now, std::span<double> row) override {
-    if (now.interval > 0.0) {  // at the first sample nothing is behind: the row stays unknown
+    if (now.interval > 0.0) {  // the first sample has no interval: its row stays unknown
       const MirrorPlanes& mirror = now.live->scene.mirror;
       const Vec3 force = whole_force(linear_ / now.interval, mirror), moment = whole_moment(angular_ / now.interval, mirror);
       std::copy_n(force.data(), 3, row.begin());
@@ -46,7 +46,7 @@ class ContactForce : public Observer {
 
  private:
   std::size_t boundary_;
-  Vec3 linear_ = Vec3::Zero(), angular_ = Vec3::Zero();  // N s and N m s since the sample before, of the computed part
+  Vec3 linear_ = Vec3::Zero(), angular_ = Vec3::Zero();  // N s and N m s since the previous sample, of the computed part
 };
 
 }  // namespace mpm

@@ -9,7 +9,7 @@ namespace {
 
 constexpr double unknown = MeanEstimate::none;
 
-/// Adds layers to the sum of those before, which grows to hold them.
+/// Adds layers to a sum, which grows to hold them.
 void add(LayerImpulses& sum, const LayerImpulses& more) {
   if (more.layer.empty()) return;
   if (sum.layer.empty()) sum.first = more.first;
@@ -37,7 +37,7 @@ double force_above(double height, std::span<const double> bins, double bin_heigh
 LayeredForce force_by_height(std::span<const double> force, double lowest, double cell_size, const ImpactGeometry& geometry) {
   const std::size_t above = geometry.profile_bins();
   LayeredForce result{std::vector<double>(above + 1, 0.0), 0.0};
-  // each bin gets of a stretch of heights the part that they have in common
+  // each bin gets the part of the interval of heights that lies in it
   const auto spread = [&](double from, double to, double per_metre) {
     for (double low = from; low < to;) {
       const auto bin = std::min(static_cast<std::size_t>(low / geometry.bin_height), above);
@@ -101,7 +101,7 @@ std::vector<HeightProfile> ForceByHeight::profiles(const Summary& end) const {
        .kind = Column::Kind::interval_mean},
       {},
       {}};
-  if (bins_.empty()) {  // measured from frames, which do not hold it
+  if (bins_.empty()) {  // measured from frames, which lack it
     profile.mean.assign(bins, unknown);
     return {profile};
   }

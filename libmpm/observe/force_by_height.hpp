@@ -1,5 +1,5 @@
 #pragma once
-/// Stream-wise force on the obstacle by height, from what each grid layer took: exact sums of impulses, not stresses.
+/// Stream-wise force on the obstacle by height, from the impulses of each grid layer: exact sums, not stresses.
 
 #include "libmpm/impact/measure.hpp"
 #include "libmpm/observe/observer.hpp"
@@ -12,14 +12,14 @@ struct LayeredForce {
   double first_moment = 0.0;  ///< N m: sum of the layers' forces times their heights
 };
 
-/// A layer of nodes represents half a cell to either side: its force is spread evenly over that, folded back at the floor.
+/// A layer of nodes represents half a cell to either side: its force is distributed evenly over that, and folded back at the floor.
 /// @param force N, of layers at lowest, lowest + dx, ... @param lowest m over the floor. @param cell_size dx, m
 [[nodiscard]] LayeredForce force_by_height(std::span<const double> force, double lowest, double cell_size, const ImpactGeometry& geometry);
 
 /// Mean force by height, for profile.csv and profiles.h5; the force above the pressure height, and the height of the resultant.
 class ForceByHeight : public Observer {
  public:
-  /// @param layered place of the obstacle in Scene::layered
+  /// @param layered index of the obstacle in Scene::layered
   ForceByHeight(ImpactGeometry geometry, std::size_t layered) : geometry_(std::move(geometry)), layered_(layered) {}
 
   [[nodiscard]] std::string name() const override { return "force_by_height"; }
@@ -37,9 +37,9 @@ class ForceByHeight : public Observer {
 
   ImpactGeometry geometry_;
   std::size_t layered_;
-  LayerImpulses layers_;              // since the sample before, of the computed part
+  LayerImpulses layers_;              // since the previous sample, of the computed part
   std::vector<double> bins_;          // N, width() for each sample; NaN at the first
-  std::vector<double> first_moment_;  // N m, one a sample
+  std::vector<double> first_moment_;  // N m, one for each sample
 };
 
 }  // namespace mpm

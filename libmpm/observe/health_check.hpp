@@ -8,14 +8,14 @@
 
 namespace mpm {
 
-/// Gives no column; warns, or ends the run with UnstableError.
+/// Has no columns; warns, or ends the run with UnstableError.
 class HealthCheck : public Observer {
  public:
   [[nodiscard]] std::string name() const override { return "health"; }
   [[nodiscard]] Source source() const override { return Source::run; }
 
   void begin(const State& state, const Scene& scene) override { watch_.emplace(state, scene); }
-  void after_step(const StepReport& report, const State&) override { watch_->book(report); }
+  void after_step(const StepReport& report, const State&) override { watch_->add(report); }
   std::vector<std::string> check(const Instant& now) override { return watch_->check(now.live->state, now.live->scene, now.live->totals); }
 
  private:

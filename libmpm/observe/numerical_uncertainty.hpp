@@ -1,5 +1,5 @@
 #pragma once
-/// The numerical uncertainty of the main means, from what is known at the run's resolution.
+/// The numerical uncertainty of the main means, from grid studies at the run's resolution.
 
 #include <cmath>
 #include <string>

@@ -1,6 +1,6 @@
 #pragma once
-/// Whatever is measured is an observer: one file with its columns, its entries of results.json, what it sums and what it has to keep. The
-/// list in driver/observers.cpp names them all; run, replay, checkpoint and files are loops over that list (observer_list.hpp).
+/// Each measured quantity is an observer: one file with its columns, its entries of results.json, its sums and its saved state. They are
+/// listed in driver/observers.cpp; run, replay, checkpoint and files are loops over that list (observer_list.hpp).
 
 #include <optional>
 #include <span>
@@ -16,13 +16,13 @@
 
 namespace mpm {
 
-/// How far a run has come, beside its state.
+/// Progress of a run.
 struct RunProgress {
   std::uint64_t samples = 0;            ///< rows of series.csv
   std::uint64_t particle_steps = 0;     ///< sum over steps of the particles moved
   std::uint64_t initial_particles = 0;  ///< at t = 0
-  double wall_time = 0.0;               ///< s, of all stretches
-  double step_time = 0.0;               ///< s, of it in the solver
+  double wall_time = 0.0;               ///< s, including the time before a resume
+  double step_time = 0.0;               ///< s, part of wall_time in the solver
 
   /// Million particle-steps per second of wall time; 0 at the start.
   [[nodiscard]] double speed() const { return wall_time > 0.0 ? 1e-6 * static_cast<double>(particle_steps) / wall_time : 0.0; }
@@ -38,24 +38,24 @@ struct LiveState {
 /// One sample.
 struct Instant {
   double time = 0.0;                ///< s
-  double interval = 0.0;            ///< s since the sample before; 0 at the first
-  const LiveState* live = nullptr;  ///< null in a stored frame, where observers of Source::run are not asked
+  double interval = 0.0;            ///< s since the previous sample; 0 at the first
+  const LiveState* live = nullptr;  ///< null for a stored frame, which observers of Source::run do not measure
 };
 
-/// What entries of results.json are made from, at the end of a run or of the frames.
+/// Input of the entries of results.json, at the end of a run or of the frames.
 struct Summary {
   const TimeSeries& series;               ///< all samples
   Steady span = {};                       ///< the steady interval; none: steady is false
-  const State* state = nullptr;           ///< at the end; null for frames, where observers of Source::run are not asked
+  const State* state = nullptr;           ///< at the end; null for frames, which observers of Source::run do not measure
   const RunProgress* progress = nullptr;  ///< likewise
 
-  /// Mean of a column over the steady interval; all its members are NaN where there is none.
+  /// Mean of a column over the steady interval; all members are NaN without one.
   [[nodiscard]] MeanEstimate mean(std::string_view column) const;
-  /// The same of a quantity that is no column. @param values  one for each sample
+  /// The same for a quantity without a column. @param values  one for each sample
   [[nodiscard]] MeanEstimate mean(std::span<const double> values) const;
   /// Largest finite value of a column; NaN without one.
   [[nodiscard]] double peak(std::string_view column) const;
-  /// Mean over the steady interval of `width` values a sample, given sample by sample; empty where there is none.
+  /// Mean over the steady interval of `width` values a sample, sample by sample; empty without a steady interval.
   [[nodiscard]] std::vector<double> mean_rows(std::span<const double> values, std::size_t width) const;
 };
 
@@ -66,43 +66,43 @@ struct HeightProfile {
   std::vector<double> over_time;  ///< one value a bin for each sample, sample by sample: a dataset of profiles.h5; empty: none
 };
 
-/// A component that measures. Its functions are called in the order in which they are declared here: begin once for each stretch of a run,
+/// A component that measures. Its functions are called in the order in which they are declared here: begin at the start and after a resume,
 /// after_step after every step, then at each sample visit for all particles, sample, check; at the end summary and profiles.
 class Observer {
  public:
   virtual ~Observer() = default;
 
-  /// Short, unique, "contact_force": heading of tables, and prefix of what a checkpoint holds.
+  /// Short, unique, "contact_force": heading of tables, and prefix of its arrays in a checkpoint.
   [[nodiscard]] virtual std::string name() const = 0;
-  /// Whether stored frames give its columns and results again. Otherwise they are carried over from the run.
+  /// Whether stored frames suffice to compute its columns and results. Otherwise a replay copies them from the run.
   [[nodiscard]] virtual Source source() const { return Source::particles; }
   /// Its columns of series.csv.
   [[nodiscard]] virtual std::vector<Column> columns() const { return {}; }
 
-  /// A run starts, or goes on after load().
+  /// A run starts, or continues after load().
   virtual void begin(const State& /*state*/, const Scene& /*scene*/) {}
-  /// A step is done: the place to sum up what must not be sampled.
+  /// Called after every step, for sums over all steps.
   virtual void after_step(const StepReport& /*report*/, const State& /*state*/) {}
-  /// Whether visit() has to see the particles of a box. Depends on nothing that changes; an observer that has a visit() says when.
+  /// Whether visit() has to see the particles of a box. The answer must not depend on the state; an observer with a visit() overrides this.
   /// The arguments are the lowest and the highest corner of the box, m.
   [[nodiscard]] virtual bool visits(const Vec3& /*low*/, const Vec3& /*high*/) const { return false; }
   /// All particles of the boxes that it visits, batch by batch.
   virtual void visit(const ParticleBatch& /*batch*/) {}
-  /// Fills its row, one number for each of columns(), NaN where a value is unknown, and starts its sums anew.
+  /// Fills its row, one number for each of columns(), NaN where a value is unknown, and resets its sums.
   virtual void sample(const Instant& /*now*/, std::span<double> /*row*/) {}
-  /// Asked after the row and the frame are written. @return warnings for the log. @throws UnstableError
+  /// Called after the row and the frame are written. @return warnings for the log. @throws UnstableError
   virtual std::vector<std::string> check(const Instant& /*now*/) { return {}; }
 
-  /// The steady interval, over which all means are taken; one observer of a list may give it.
+  /// The steady interval, over which all means are taken; one observer of a list may determine it.
   [[nodiscard]] virtual std::optional<Steady> steady_interval(const TimeSeries& /*series*/) const { return std::nullopt; }
   /// Its entries of results.json: always the same, unknown ones as NaN, so that they can be listed without a run.
   [[nodiscard]] virtual std::vector<Result> summary(const Summary& /*end*/) const { return {}; }
-  /// What it knows over height; the same columns always.
+  /// Its quantities over height; always the same columns.
   [[nodiscard]] virtual std::vector<HeightProfile> profiles(const Summary& /*end*/) const { return {}; }
 
-  /// What it keeps from sample to sample, beside its columns. Called at a sample, when no sums are under way.
+  /// Its state from sample to sample, besides its columns. Called at a sample, when all sums are reset.
   [[nodiscard]] virtual Arrays save() const { return {}; }
-  /// Takes back what save() gave after so many samples. @throws IoError for arrays that it cannot have given then
+  /// Restores the state that save() returned after that many samples. @throws IoError for arrays that cannot come from save()
   virtual void load(const Arrays& /*arrays*/, std::size_t /*samples*/) {}
 };
 

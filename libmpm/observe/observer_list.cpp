@@ -34,7 +34,7 @@ void visit_all(Observers observers, const Grid& grid, const Scene& scene) {
   }
 }
 
-/// The same for a state, whose particles several ranks may have.
+/// The same for a state that may be divided among ranks.
 void visit_all(Observers observers, const State& state, const Scene& scene) {
   Ranks* const ranks = state.grid.ranks();
   if (ranks == nullptr) return visit_all(observers, state.grid, scene);

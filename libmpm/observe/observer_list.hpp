@@ -11,13 +11,13 @@
 
 namespace mpm {
 
-/// Hands states and frames to its observers and keeps their rows.
+/// Passes states and frames to its observers and keeps their rows.
 class ObserverList {
  public:
   /// Columns in the order of the observers. @throws Error if two columns have one name
   explicit ObserverList(std::vector<std::shared_ptr<Observer>> observers);
 
-  /// Once for each stretch of a run, before its first step.
+  /// At the start and after a resume, before the first step.
   void begin(const State& state, const Scene& scene);
   /// After every step.
   void after_step(const StepReport& report, const State& state);
@@ -33,7 +33,7 @@ class ObserverList {
   std::vector<std::string> check(const Instant& now);
 
   [[nodiscard]] const TimeSeries& series() const { return series_; }  ///< all rows so far
-  /// What observers know at the end of a run. @param state and progress: null if frames were measured
+  /// Input of results and profiles at the end of a run. @param state and progress: null if frames were measured
   [[nodiscard]] Summary summary(const State* state, const RunProgress* progress) const;
   /// The entries of results.json; of observers of Source::particles only if frames were measured.
   [[nodiscard]] Results results(const Summary& end) const;
@@ -41,7 +41,7 @@ class ObserverList {
 
   /// Arrays by "observer.array"; the series as "series.column".
   [[nodiscard]] Arrays save() const;
-  /// @throws IoError if they are not those of a run of these observers with so many samples
+  /// @throws IoError if the arrays are not those of these observers after that many samples
   void load(const Arrays& arrays, std::size_t samples);
 
  private:
@@ -50,7 +50,7 @@ class ObserverList {
   TimeSeries series_;
 };
 
-/// One sample of one observer: measures the particles of a state by itself, outside of a run.
+/// One sample of a single observer, outside of a run.
 std::vector<double> measure(Observer& observer, const State& state, const Scene& scene);
 
 }  // namespace mpm

@@ -1,5 +1,5 @@
 #pragma once
-/// Particles as observers see them: those of a block of a running computation, or those of a stored frame.
+/// Particles as passed to observers: of one block of a running computation, or of a stored frame.
 
 #include <array>
 #include <limits>
@@ -20,7 +20,8 @@ struct ParticleView {
   const AnyMaterial* material;   ///< null in a frame
   double stored_volume_ratio;    ///< of a frame
 
-  /// J = det F: volume over reference volume. Asks the law where the particle is live, which costs more than the rest.
+  /// J = det F: volume over reference volume. For a particle of a running computation the law computes it, which takes more time than the
+  /// other values.
   [[nodiscard]] double volume_ratio() const {
     if (material == nullptr) return stored_volume_ratio;
     return mpm::volume_ratio(*material, {{stress[0], stress[1], stress[2], stress[3], stress[4], stress[5]}, internal});

@@ -1,15 +1,15 @@
 #pragma once
-/// How many particles, and how much mass, were there, came and went.
+/// Number and mass of particles: initial, entered, left, final.
 
 #include "libmpm/observe/observer.hpp"
 
 namespace mpm {
 
-/// Books the particles that entered and left: initial + entered = final + left.
+/// Counts the particles that entered and left: initial + entered = final + left.
 class ParticleFlux : public Observer {
  public:
-  /// @param outlet whether snow is meant to leave across the domain's end at x_max; what leaves elsewhere is lost
-  /// @param mirror planes beyond which nothing is computed: masses are those of the whole
+  /// @param outlet whether snow may leave across the domain's end at x_max; snow that leaves elsewhere is lost
+  /// @param mirror planes beyond which nothing is computed: masses are those of the whole domain
   ParticleFlux(bool outlet, const MirrorPlanes& mirror) : outlet_(outlet), mirror_(mirror) {}
 
   [[nodiscard]] std::string name() const override { return "particle_flux"; }

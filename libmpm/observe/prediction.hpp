@@ -1,5 +1,5 @@
 #pragma once
-/// The heights that the paper's semi-empirical equations give for the same case.
+/// The heights by the paper's semi-empirical equations for the same case.
 
 #include "libmpm/impact/impact_flow.hpp"
 #include "libmpm/impact/semi_empirical.hpp"

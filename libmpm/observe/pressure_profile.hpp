@@ -21,7 +21,7 @@ struct FrontPressure {
 /// Profile, impact pressure, pressure height and compaction, at each sample and over the steady interval.
 class PressureProfile : public Observer {
  public:
-  /// @param geometry  where to measure; its bins are those of the profile
+  /// @param geometry  of the measurement; its bins are those of the profile
   explicit PressureProfile(const ImpactGeometry& geometry);
 
   [[nodiscard]] std::string name() const override { return "pressure_profile"; }
@@ -38,7 +38,7 @@ class PressureProfile : public Observer {
   /// @param J = det F > 0, particle volume over reference volume. @param mass kg, as computed (not doubled for the mirror).
   /// Particles slightly below the floor count to the lowest bin, as those slightly inside the obstacle count to the box.
   void add(const Vec3& position, double tau_nn, double J, double mass);
-  /// Evaluates what was added, and starts anew.
+  /// Evaluates the added particles, and starts again.
   [[nodiscard]] FrontPressure finish();
 
  private:

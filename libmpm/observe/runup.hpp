@@ -1,5 +1,5 @@
 #pragma once
-/// Run-up on the obstacle (paper, Sect. 2.3): how high the snow climbs before its front.
+/// Run-up on the obstacle (paper, Sect. 2.3): the height of the snow before its front.
 
 #include "libmpm/impact/measure.hpp"
 #include "libmpm/observe/observer.hpp"
@@ -16,7 +16,7 @@ struct RunupHeights {
 /// Run-up at each sample, and its highest value.
 class Runup : public Observer {
  public:
-  /// @param geometry  where to measure
+  /// @param geometry  of the measurement
   explicit Runup(ImpactGeometry geometry) : geometry_(std::move(geometry)) {}
 
   [[nodiscard]] std::string name() const override { return "runup"; }
@@ -35,7 +35,7 @@ class Runup : public Observer {
 
   /// @param position m
   void add(const Vec3& position);
-  /// Evaluates what was added, and starts anew.
+  /// Evaluates the added particles, and starts again.
   [[nodiscard]] RunupHeights finish();
 
  private:

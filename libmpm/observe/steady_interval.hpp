@@ -6,8 +6,8 @@
 
 namespace mpm {
 
-/// Finds where the run-up is steady (impact/steady.hpp) and gives the mean, the standard error and the number of independent samples of
-/// every column that asks for a mean. All means are over this one interval, so that they belong to one state of the flow.
+/// Finds the interval in which the run-up is steady (impact/steady.hpp), and computes mean, standard error and number of independent
+/// samples of every column with `mean`. All means are over this interval, so that they describe one state of the flow.
 class SteadyInterval : public Observer {
  public:
   /// @param flow  sets how long the first splash takes

@@ -1,5 +1,5 @@
 #pragma once
-/// What a run measured at each sample, by named columns of one length; and how observers are stored in a checkpoint.
+/// The measured quantities of a run at each sample, as named columns; and the storage of observers in a checkpoint.
 
 #include <map>
 #include <span>
@@ -11,7 +11,7 @@
 
 namespace mpm {
 
-/// Named arrays of numbers: what an observer keeps from sample to sample, as a checkpoint stores it.
+/// Named arrays of numbers: the state of an observer in a checkpoint.
 using Arrays = std::map<std::string, std::vector<double>, std::less<>>;
 
 /// An array of a known size. @throws IoError if it is missing or has another size
@@ -30,14 +30,14 @@ class TimeSeries {
   /// @param row one number a column
   void append(std::span<const double> row);
 
-  /// The values of a column. @throws Error for a name that no column has
+  /// The values of a column. @throws Error for an unknown name
   [[nodiscard]] std::span<const double> operator[](std::string_view name) const;
   [[nodiscard]] std::span<const double> time() const { return values_.front(); }  ///< s
   /// All values, column by column.
   [[nodiscard]] const std::vector<std::vector<double>>& values() const { return values_; }
 
   [[nodiscard]] Arrays save() const;  ///< one array a column, by its name
-  /// @param rows number of rows that each column must have. @throws IoError if one has not; nothing is changed then
+  /// @param rows number of rows that each column must have. @throws IoError if one has not; the series is then unchanged
   void load(const Arrays& arrays, std::size_t rows);
 
  private:

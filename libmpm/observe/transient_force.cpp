@@ -9,7 +9,7 @@ namespace {
 
 constexpr double none = MeanEstimate::none;
 
-/// Highest finite value with its place; NaN without one.
+/// Highest finite value with its index; NaN without one.
 struct Peak {
   double value = none;
   std::size_t at = 0;
@@ -22,7 +22,7 @@ Peak peak_of(std::span<const double> values) {
   return result;
 }
 
-/// Mean over `width` (odd) neighbours; before the first there was nothing; NaN where the last is within half a window.
+/// Mean over `width` (odd) neighbours; values before the first are zero; NaN within half a window of the last.
 std::vector<double> moving_mean(std::span<const double> values, std::size_t width) {
   std::vector<double> result(values.size(), none);
   const std::size_t half = width / 2;
@@ -44,7 +44,8 @@ double first_passage(std::span<const double> time, std::span<const double> value
   return none;
 }
 
-/// Impulse between two times of a force given as means over the intervals before `time`. Intervals that an end cuts count in part.
+/// Impulse between two times of a force given as means over the intervals before `time`. Of intervals cut by an end only the part inside
+/// counts.
 double impulse_between(double begin, double end, std::span<const double> time, std::span<const double> force) {
   double impulse = 0.0;
   for (std::size_t i = 1; i < time.size(); ++i) {
@@ -71,7 +72,7 @@ ForcePeaks force_peaks(std::span<const double> time, std::span<const double> for
   const auto half = static_cast<std::size_t>(0.5 * window / result.interval + 1e-9);
   const std::size_t width = 2 * half + 1;
   result.window = static_cast<double>(width) * result.interval;
-  // at t = 0 nothing has touched yet, and no interval is behind
+  // at t = 0 there is no contact and no interval yet
   std::vector<double> middle(n), force(force_x.begin(), force_x.end()), moment(moment_y.begin(), moment_y.end());
   force.front() = moment.front() = 0.0;
   for (std::size_t i = 0; i < n; ++i) middle[i] = time[i] - 0.5 * result.interval;

@@ -13,8 +13,8 @@ struct ForcePeaks {
   double peak = MeanEstimate::none, peak_time = MeanEstimate::none;   ///< N and s (middle of the interval), of the stream-wise force F_x
   double filtered_peak = MeanEstimate::none, filtered_peak_time = MeanEstimate::none;  ///< N, s (middle of the window)
   double rise_time = MeanEstimate::none;  ///< s: of the filtered force from 10 to 90 % of its peak, first passages, linear between samples
-  double first_impact_until = MeanEstimate::none;    ///< s: arrival + 2 v/g, when the first splash is back, or the end of the series
-  double first_impact_impulse = MeanEstimate::none;  ///< N s: of F_x from the arrival until then
+  double first_impact_until = MeanEstimate::none;  ///< s: arrival + 2 v/g, when the first splash has fallen back, or the end of the series
+  double first_impact_impulse = MeanEstimate::none;                                ///< N s: of F_x from the arrival until then
   double moment_peak = MeanEstimate::none, moment_peak_time = MeanEstimate::none;  ///< N m, s
   double moment_filtered_peak = MeanEstimate::none;                                ///< N m
 };
@@ -23,12 +23,12 @@ struct ForcePeaks {
 /// @param x  m
 [[nodiscard]] std::vector<double> overturning_moment(std::span<const double> moment_y, std::span<const double> force_z, double x);
 
-/// @param time s, evenly spaced. @param force_x N, @param moment_y N m: means over the intervals before; the first is not read
-/// @param window s, of the moving mean; taken to the nearest odd number of samples below
+/// @param time s, evenly spaced. @param force_x N, @param moment_y N m: means over the intervals before each time; the first is not used
+/// @param window s, of the moving mean; rounded down to an odd number of samples
 [[nodiscard]] ForcePeaks force_peaks(std::span<const double> time, std::span<const double> force_x, std::span<const double> moment_y,
                                      const ImpactFlow& flow, double window);
 
-/// Gives no column: its entries of results.json follow from those of ContactForce.
+/// Has no columns: its entries of results.json follow from those of ContactForce.
 class TransientForce : public Observer {
  public:
   /// @param window s, of the moving mean. @param axis m, x of the mast's own axis: the overturning moment is about the line along y that

@@ -100,7 +100,7 @@ std::size_t fill_body(State& state, const BodySpec& body, const Scene& scene, do
   }
   struct Point {
     Vec3 x;
-    double share;  ///< of its volume in the computed part: a half on a mirror plane, to which its image adds the other
+    double fraction;  ///< of its volume in the computed part: a half on a mirror plane, where its image adds the other half
   };
   const double on_plane = 1e-9 * spacing;  // lattice points are sums of rounded numbers
   const Stagger stagger(body);
@@ -117,26 +117,26 @@ std::size_t fill_body(State& state, const BodySpec& body, const Scene& scene, do
         x += shift;
         if (!inside_shape(body, x)) continue;
         ++whole;
-        double share = 1.0;
+        double fraction = 1.0;
         for (const auto& [mirror, coordinate] : {std::pair{scene.mirror.x, &x.x()}, std::pair{scene.mirror.y, &x.y()}}) {
           if (!mirror || *coordinate > on_plane) continue;
-          share *= *coordinate < -on_plane ? 0.0 : 0.5;
+          fraction *= *coordinate < -on_plane ? 0.0 : 0.5;
           *coordinate = 0.0;
         }
-        if (share > 0.0) points.push_back({x, share});
+        if (fraction > 0.0) points.push_back({x, fraction});
       }
     }
   }
   if (whole == 0) return 0;
   const double volume = volume_of(body) / static_cast<double>(whole);
   const double internal = initial_internal_of(scene.material);
-  for (const auto& [x, share] : points) {
+  for (const auto& [x, fraction] : points) {
     Particle p{};
     for (int i = 0; i < 3; ++i) {
       p.position[i] = x[i] + scene.offset[i];
       p.velocity[i] = body.velocity[i];
     }
-    p.volume = share * volume;
+    p.volume = fraction * volume;
     p.internal = internal;
     p.id = state.next_id++;
     state.grid.insert(p);

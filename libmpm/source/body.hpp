@@ -51,7 +51,7 @@ void check_body(const BodySpec& body, const std::string& path, const BodySurroun
 /// Exact volume of the whole body, m^3.
 [[nodiscard]] double volume_of(const BodySpec& body);
 
-/// Whether the interiors of a body and of an obstacle share a point.
+/// Whether the interiors of a body and of an obstacle overlap.
 [[nodiscard]] bool meets_obstacle(const BodySpec& body, const ObstacleSpec& obstacle);
 
 /// Adds the particles of a body at rest in its reference state: a lattice that fills the shape with the body's exact volume. With mirror

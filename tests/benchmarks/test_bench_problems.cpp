@@ -33,7 +33,7 @@ TEST(ReferenceProblem, YieldsAndMovesInEveryCountedStep) {
   SteppedProblem problem = reference_problem(coarse);
   for (int n = 0; n < 20; ++n) {
     int steps = 0;
-    const Shares s = problem.counted_step([&](Problem& p, double step_size) {
+    const Activity s = problem.counted_step([&](Problem& p, double step_size) {
       step(p.state, p.scene, step_size);
       ++steps;
     });

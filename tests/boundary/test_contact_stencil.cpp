@@ -270,7 +270,7 @@ TEST_P(Stencil, KnowsTheNodesInsideAndThoseBeyondTheReachOfItsPoints) {
       }
     }
   }
-  for (const auto& node : whole.nodes) EXPECT_EQ(node.share, 1.0);
+  for (const auto& node : whole.nodes) EXPECT_EQ(node.computed, 1.0);
   std::set<Place> nodes;
   for (const auto& node : whole.nodes) EXPECT_TRUE(nodes.insert(node.at).second) << "each node once";
 }
@@ -303,7 +303,7 @@ TEST_P(Stencil, BoundsTheColumnsOfItsTopAtEdgesByTheRootLaw) {
                 &there = whole.nodes[static_cast<std::size_t>(inner.node)].at;
     EXPECT_LE(std::max(std::abs(here[0] - there[0]), std::abs(here[1] - there[1])), 1) << "neighbours";
     EXPECT_GT(depth_of(inner), depth);
-    EXPECT_NEAR(column.share, carried(depth) / carried(depth_of(inner)), 1e-9);
+    EXPECT_NEAR(column.largest, carried(depth) / carried(depth_of(inner)), 1e-9);
   }
   if (has_inside) {
     EXPECT_GT(bounded, 8);
@@ -407,14 +407,14 @@ TEST_P(Stencil, AtAMirrorPlaneIsTheFoldedStencilOfTheWhole) {
     const bool on_plane = std::abs(row.point.y()) < 1e-9;
     EXPECT_EQ(row.copies, on_plane ? 2.0 : 1.0);
     for_entries(half, row, [&](const ContactEntry& e, const auto& node) {
-      const double factor = impulse(row.point) / (row.copies * node.share);
+      const double factor = impulse(row.point) / (row.copies * node.computed);
       given_to_half.try_emplace(node.at, Vec2::Zero()).first->second += factor * e.normal;
       given_to_half_along.try_emplace(node.at, Vec2::Zero()).first->second += (on_plane ? 0.0 : factor) * e.tangent;
     });
   }
   for (const auto& node : half.nodes) {
     EXPECT_GE(node.at[1], 0);
-    EXPECT_EQ(node.share, node.at[1] == 0 ? 0.5 : 1.0);
+    EXPECT_EQ(node.computed, node.at[1] == 0 ? 0.5 : 1.0);
   }
   for (const auto& [at, p] : given) {
     if (at[1] < 0) continue;
@@ -434,7 +434,7 @@ TEST(Stencils, LeaveRowsBehindMirrorPlanesOutAlongBothAxes) {
   EXPECT_EQ(4U * rows_of(quarter, Kind::surface).size(), rows_of(whole, Kind::surface).size());  // no point on a plane: eight on a side
   for (const auto& node : quarter.nodes) {
     EXPECT_TRUE(node.at[0] >= 0 && node.at[1] >= 0);
-    EXPECT_EQ(node.share, (node.at[0] == 0 ? 0.5 : 1.0) * (node.at[1] == 0 ? 0.5 : 1.0));
+    EXPECT_EQ(node.computed, (node.at[0] == 0 ? 0.5 : 1.0) * (node.at[1] == 0 ? 0.5 : 1.0));
   }
 }
 

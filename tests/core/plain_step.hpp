@@ -508,7 +508,7 @@ inline void Solver::act_at_surface(const SurfaceSolid& solid) {
         const ContactRow& row = stencil.rows[r];
         double strongest = 1e300;
         if (row.inner >= 0 && sweep >= first_capped) {
-          strongest = ContactStencil::edge_share * -rows[static_cast<std::size_t>(row.inner)].normal;
+          strongest = ContactStencil::edge_ratio * -rows[static_cast<std::size_t>(row.inner)].normal;
           if (row.round >= 0) strongest = std::max(strongest, -rows[static_cast<std::size_t>(row.round)].normal);
         }
         solve(r, strongest);

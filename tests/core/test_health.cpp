@@ -36,9 +36,9 @@ Watched watch(const Case& c, double duration, double from = 0.0) {
   advance(seen.state, scene, from);
   EnergyWatch energy(seen.state, scene);
   for (int k = 1; k <= 20; ++k) {
-    advance(seen.state, scene, from + k * duration / 20, [&](const StepReport& report) { energy.book(report); });
+    advance(seen.state, scene, from + k * duration / 20, [&](const StepReport& report) { energy.add(report); });
     const Totals now = totals(seen.state, scene);
-    seen.largest_share = std::max(seen.largest_share, energy.excess_share(now));
+    seen.largest_share = std::max(seen.largest_share, energy.excess_ratio(now));
     seen.energy = energy_of(now);
   }
   seen.gain = energy.gain();
@@ -68,9 +68,9 @@ TEST(EnergyWatch, BooksTheWorkOfGravityExactly) {
     State state = make_state(c, scene);
     EnergyWatch energy(state, scene);
     const double mass = totals(state, scene).mass, dt = 1e-3;
-    for (int n = 0; n < 100; ++n) energy.book(step(state, scene, dt));
+    for (int n = 0; n < 100; ++n) energy.add(step(state, scene, dt));
     const Totals now = totals(state, scene);
-    EXPECT_EQ(energy.excess_share(now), 0.0);
+    EXPECT_EQ(energy.excess_ratio(now), 0.0);
     // round-off of a hundred steps of the kinetic energy
     EXPECT_NEAR(energy.gain(), -100.0 * 0.5 * mass * 9.81 * 9.81 * dt * dt, 1e-12 * energy_of(now));
   }
@@ -126,11 +126,11 @@ TEST(EnergyWatch, SeesStepsThatAreTooLong) {
     EnergyWatch energy(state, scene);
     for (int n = 0; n < 400; ++n) {
       const StepReport report = step(state, scene, dt);
-      energy.book(report);
-      health.book(report);
+      energy.add(report);
+      health.add(report);
       if (n % 2 == 1) continue;
       const Totals now = totals(state, scene);
-      share = std::max(share, energy.excess_share(now));
+      share = std::max(share, energy.excess_ratio(now));
       for (const std::string& warning : health.check(state, scene, now)) said.push_back(warning);
     }
   } catch (const UnstableError& error) {

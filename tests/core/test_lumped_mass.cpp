@@ -121,17 +121,17 @@ TEST(LumpedMass, UniformForcesAndLinearMotionNeedNoCorrection) {
 TEST(LumpedMass, ShareFallsToZeroAwayFromTheSide) {
   const LumpedMassCorrection c(cylinder(1.0, 3.0), dx, density, 0.0);
   const double full = LumpedMassCorrection::full_reach, fade = LumpedMassCorrection::fade;
-  const auto before_the_side = [&](double cells) { return c.share({0.0, 1.0 + cells * dx, 1.0}); };
+  const auto before_the_side = [&](double cells) { return c.weight({0.0, 1.0 + cells * dx, 1.0}); };
   EXPECT_EQ(before_the_side(0.0), 1.0);
   EXPECT_EQ(before_the_side(full - 1e-9), 1.0);
   EXPECT_NEAR(before_the_side(full + 0.5 * fade), 0.5, 1e-12);
   EXPECT_EQ(before_the_side(full + fade + 1e-9), 0.0);
-  EXPECT_NEAR(c.share({0.0, 1.0, 3.0 + (full + 0.5 * fade) * dx}), 0.5, 1e-12);  // above the top
-  for (double x = -20.0; x < 20.0; x += 0.31) {                                  // no column is missed
+  EXPECT_NEAR(c.weight({0.0, 1.0, 3.0 + (full + 0.5 * fade) * dx}), 0.5, 1e-12);  // above the top
+  for (double x = -20.0; x < 20.0; x += 0.31) {                                   // no column is missed
     for (double y = -20.0; y < 20.0; y += 0.31) {
       const Vec3 at(dx * x, dx * y, 0.0);
       const auto block = [](double cells) { return static_cast<std::int32_t>(std::floor((cells - 0.5) / block_edge)); };
-      EXPECT_TRUE(c.share(at) == 0.0 || c.reaches(block(x), block(y))) << x << " " << y;
+      EXPECT_TRUE(c.weight(at) == 0.0 || c.reaches(block(x), block(y))) << x << " " << y;
     }
   }
 }
@@ -142,10 +142,10 @@ TEST(LumpedMass, ShareOfAPolygonCountsFromItsNearestPoint) {
   Outline wedge;  // 20 degrees, its edge in the origin
   wedge.corners = {{0.0, 0.0}, {4.0, -4.0 * std::tan(0.1745)}, {4.0, 4.0 * std::tan(0.1745)}};
   const LumpedMassCorrection c(SurfaceSolid(wedge, tall, 0.0, Vec3::Zero(), dx, {}), dx, density, 0.0);
-  EXPECT_EQ(c.share({1.0, 0.0, 0.0}), 1.0);  // inside
-  EXPECT_NEAR(c.share({-(full + 0.5 * fade) * dx, 0.0, 0.0}), 0.5, 1e-12);
-  EXPECT_EQ(c.share({-(full + fade + 1e-9) * dx, 0.0, 0.0}), 0.0);
-  EXPECT_NEAR(c.share({2.0, 2.0 * std::tan(0.1745) + (full + 0.5 * fade) * dx / std::cos(0.1745), 0.0}), 0.5, 1e-12);
+  EXPECT_EQ(c.weight({1.0, 0.0, 0.0}), 1.0);  // inside
+  EXPECT_NEAR(c.weight({-(full + 0.5 * fade) * dx, 0.0, 0.0}), 0.5, 1e-12);
+  EXPECT_EQ(c.weight({-(full + fade + 1e-9) * dx, 0.0, 0.0}), 0.0);
+  EXPECT_NEAR(c.weight({2.0, 2.0 * std::tan(0.1745) + (full + 0.5 * fade) * dx / std::cos(0.1745), 0.0}), 0.5, 1e-12);
 }
 
 /// The image of the computed half stands for the other: the same corrections as for the whole.

@@ -326,7 +326,7 @@ TEST_P(SurfaceContact, FoldsTheColumnsOnItsTop) {
         if (column.inner < 0) continue;
         const auto& inner = solid.stencil().columns[static_cast<std::size_t>(column.inner)];
         EXPECT_LE(column_impulse(before, after, at),
-                  column.share * column_impulse(before, after, solid.stencil().nodes[static_cast<std::size_t>(inner.node)].at) +
+                  column.largest * column_impulse(before, after, solid.stencil().nodes[static_cast<std::size_t>(inner.node)].at) +
                       round_off * speed);
       }
       const testing::Taken taken = testing::taken_between(before, after, {}, solid.reference_point());

@@ -1,5 +1,5 @@
 #pragma once
-/// Runs a program as a user does, and keeps what it said.
+/// Runs a program as a user does, and keeps its output.
 
 #include <sys/wait.h>
 

@@ -1,4 +1,4 @@
-/// Preloaded into a program (LD_PRELOAD), lets one of its calls for files fail, or kills it there: every moment of writing, one by one.
+/// Preloaded into a program (LD_PRELOAD), it makes one of the program's file operations fail, or kills the program there.
 ///
 /// FAIL_AT=n         the n-th call, counted from 1; without it none
 /// FAIL_WITH=errno   a number; or `kill`: SIGKILL in place of the call, `half`: SIGKILL after half of a write, `memory`: the call succeeds,

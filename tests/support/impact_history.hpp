@@ -1,5 +1,5 @@
 #pragma once
-/// A made-up history of an impact, given to the observers as a checkpoint gives a real one: what their results must be is known.
+/// A made-up history of an impact, loaded into the observers like a checkpoint, so that their results are known.
 
 #include <algorithm>
 #include <cmath>
@@ -33,7 +33,7 @@ inline ObserverList impact_observers(const ImpactGeometry& geometry, const Impac
                        std::make_shared<Prediction>(flow, geometry.flow_height)});
 }
 
-/// What they keep after these samples.
+/// Their saved state after these samples.
 inline Arrays arrays_of(const std::vector<ImpactSample>& samples, const ImpactGeometry& geometry) {
   Arrays a = impact_observers(geometry, {}).save();
   for (const ImpactSample& s : samples) {
@@ -58,7 +58,7 @@ inline Arrays arrays_of(const std::vector<ImpactSample>& samples, const ImpactGe
   return a;
 }
 
-/// Observers that have seen these samples, and what they make of them.
+/// Observers after these samples, and their results.
 struct MeasuredImpact {
   MeasuredImpact(const std::vector<ImpactSample>& samples, const ImpactGeometry& geometry, const ImpactFlow& flow)
       : observers(impact_observers(geometry, flow)), state(0.25) {

@@ -1,5 +1,5 @@
 #pragma once
-/// What tests by real ranks share.
+/// Common parts of tests with real ranks.
 
 #include <fmt/format.h>
 #include <gtest/gtest.h>
@@ -22,7 +22,7 @@ class MpiTest : public ::testing::Test {
   }
 };
 
-/// Ranks wait for messages without working: tests share their cores.
+/// Ranks yield the processor while they wait for messages, because several tests run on the same cores.
 inline const char* const patient = "--mca mpi_yield_when_idle 1 --mca btl_vader_single_copy_mechanism none";
 inline std::string launcher(int ranks) {
   return fmt::format("mpirun --allow-run-as-root --oversubscribe --bind-to none {} -np {} ", patient, ranks);

@@ -1,5 +1,5 @@
 #pragma once
-/// Grids whose nodes a test fills by itself, for tests of contact.
+/// Grids with given node values, for tests of contact.
 
 #include <array>
 #include <random>
@@ -22,19 +22,19 @@ inline Grid grid_of_blocks(double dx, const Index3& low, const Index3& high) {
   return grid;
 }
 
-/// Null where there is no block.
+/// Null if there is no block.
 inline Node* find_node(Grid& grid, const Index3& n) {
   const auto b = grid.find({n[0] >> 2, n[1] >> 2, n[2] >> 2});
   return b == no_block ? nullptr : &grid.nodes(b).node[(n[0] & 3) | (n[1] & 3) << 2 | (n[2] & 3) << 4];
 }
 
-/// f(Node&, const Index3&, share of it that belongs to the computed part)
+/// f(Node&, const Index3&, fraction of it that belongs to the computed part)
 template <class F>
 void for_each_node(Grid& grid, const MirrorPlanes& mirror, F&& f) {
   for (const auto b : grid.all_blocks()) {
     const Index3& c = grid.block(b).coordinate;
     for (int n = 0; n < block_nodes; ++n)
-      f(grid.nodes(b).node[n], Index3{4 * c[0] + (n & 3), 4 * c[1] + (n >> 2 & 3), 4 * c[2] + (n >> 4)}, computed_share(mirror, c, n));
+      f(grid.nodes(b).node[n], Index3{4 * c[0] + (n & 3), 4 * c[1] + (n >> 2 & 3), 4 * c[2] + (n >> 4)}, computed_fraction(mirror, c, n));
   }
 }
 template <class F>
@@ -45,7 +45,7 @@ void for_each_node(Grid& grid, F&& f) {
 inline Vec3 velocity_of(const Node& n) { return {n[0], n[1], n[2]}; }
 inline Node node_of(const Vec3& v, double mass) { return Node{v.x(), v.y(), v.z(), mass}; }
 
-/// Velocities up to 5 m/s an axis and masses from 0.1 to 2 kg, made from a node's coordinates alone: the same on every grid.
+/// Velocities up to 5 m/s an axis and masses from 0.1 to 2 kg, functions of a node's coordinates, equal on every grid.
 inline Node random_node(const Index3& at, unsigned seed) {
   std::seed_seq sequence{static_cast<unsigned>(at[0] + 1000), static_cast<unsigned>(at[1] + 1000), static_cast<unsigned>(at[2] + 1000),
                          seed};
@@ -55,21 +55,21 @@ inline Node random_node(const Index3& at, unsigned seed) {
   return Node{10.0 * x - 5.0, 10.0 * y - 5.0, 10.0 * z - 5.0, 0.1 + 1.9 * m};
 }
 
-/// What a boundary took, from the velocities before and after.
+/// Impulse on a boundary, from the velocities before and after.
 struct Taken {
   Vec3 linear = Vec3::Zero(), angular = Vec3::Zero();
   double scale = 0.0, angular_scale = 0.0;  ///< of the terms
 };
 inline Taken taken_between(Grid& before, Grid& after, const MirrorPlanes& mirror, const Vec3& reference) {
   Taken sum;
-  for_each_node(before, mirror, [&](Node& n, const Index3& at, double share) {
+  for_each_node(before, mirror, [&](Node& n, const Index3& at, double fraction) {
     const Node& m = *find_node(after, at);
     EXPECT_EQ(n[3], m[3]);
-    const Vec3 x = before.cell_size() * Vec3(at[0], at[1], at[2]) - reference, p = share * n[3] * (velocity_of(n) - velocity_of(m));
+    const Vec3 x = before.cell_size() * Vec3(at[0], at[1], at[2]) - reference, p = fraction * n[3] * (velocity_of(n) - velocity_of(m));
     sum.linear += p;
     sum.angular += x.cross(p);
-    sum.scale += share * n[3] * velocity_of(n).norm();
-    sum.angular_scale += x.norm() * share * n[3] * velocity_of(n).norm();
+    sum.scale += fraction * n[3] * velocity_of(n).norm();
+    sum.angular_scale += x.norm() * fraction * n[3] * velocity_of(n).norm();
   });
   return sum;
 }

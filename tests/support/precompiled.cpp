@@ -1,1 +1,1 @@
-// Nothing: the target is there for the headers that the tests share.
+// Empty: the target exists for the precompiled headers of the tests.

@@ -1,5 +1,5 @@
 #pragma once
-/// Small cases with everything that acts across blocks, for tests that compare bits.
+/// Small cases with every feature that acts across blocks, for tests that compare bits.
 
 #include <ostream>
 #include <utility>
@@ -46,7 +46,7 @@ inline std::vector<NamedCase> repeatable_cases() {
   all.push_back({"avalanche_aflip_at_surfaces", small_avalanche(6.0)});
   all.push_back({"whole_avalanche_aflip_at_a_cylinder", small_avalanche(6.0)});
   all.back().c.conveyor->mirror_y = false;
-  all.back().c.conveyor->width = 14.0;  // more than a round mast joins
+  all.back().c.conveyor->width = 14.0;  // wider than the blocks that a round mast joins
   all.back().c.obstacle->shape = CylinderShape{.width = 0.8};
   all.back().c.obstacle->height = 0.6;  // of the flow's 1 m
   for (std::size_t n = all.size() - 2; n < all.size(); ++n) {
@@ -73,7 +73,7 @@ inline std::vector<NamedCase> repeatable_cases() {
   return all;
 }
 
-/// The same, and what only matters where blocks have owners.
+/// The same, and features that matter only for owners of blocks.
 inline std::vector<NamedCase> rank_cases() {
   std::vector<NamedCase> all = repeatable_cases();
   all.push_back({"strip_at_surfaces", all[5].c});

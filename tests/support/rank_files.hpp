@@ -1,5 +1,5 @@
 #pragma once
-/// Case files and result folders of tests by real ranks.
+/// Case files and result folders of tests with real ranks.
 
 #include <gtest/gtest.h>
 
@@ -22,11 +22,12 @@ inline Case with_frames(Case c) {
 }
 
 inline void write_rank_case(const std::filesystem::path& file, Case c) {
-  if (c.conveyor) c.conveyor->upstream_length = std::max(c.conveyor->upstream_length, 4.0 * c.numerics.cell_size);  // as a file needs
+  if (c.conveyor)
+    c.conveyor->upstream_length = std::max(c.conveyor->upstream_length, 4.0 * c.numerics.cell_size);  // required in a case file
   write_file(file, write_case(c));
 }
 
-/// The files of a result folder whose bytes must be those of one rank, relative to it.
+/// The files of a result folder, relative to it, that must have the same bytes for any number of ranks.
 inline std::set<std::string> files_of_any_rank(const std::filesystem::path& out) {
   std::set<std::string> names;
   for (const auto& entry : std::filesystem::recursive_directory_iterator(out)) {

@@ -11,7 +11,7 @@
 
 namespace mpm::testing {
 
-/// Random numbers in every column: what a file test needs.
+/// Random numbers in every column, for tests of files.
 inline ParticleTable random_particles(std::size_t n, unsigned seed) {
   std::mt19937_64 random(seed);
   std::normal_distribution<double> normal;

@@ -1,5 +1,5 @@
 #pragma once
-/// A Slurm cluster of this machine alone, which a test starts itself.
+/// A Slurm cluster on this machine, started by a test.
 
 #include <gtest/gtest.h>
 #include <unistd.h>
@@ -35,7 +35,7 @@ class SlurmTest : public ::testing::Test {
            "' </dev/null";
   }
   [[nodiscard]] Outcome shell(const std::string& command) const { return run_command(command, directory_.path(), directory_.path()); }
-  /// A command that sees the cluster.
+  /// A command with access to the cluster.
   [[nodiscard]] Outcome with_slurm(const std::string& command) const {
     return shell("SLURM_CONF='" + (directory_ / "slurm/slurm.conf").string() + "' " + command);
   }

@@ -22,8 +22,8 @@
 
 namespace mpm::testing {
 
-/// Tests run on one thread unless they say otherwise: their states are small, and where all cores are busy with other tests a barrier
-/// costs more than the whole step.
+/// Tests use one thread by default: their states are small, and while other tests use all cores, a barrier takes longer than the whole
+/// step.
 inline const bool on_one_thread = (omp_set_num_threads(1), true);
 
 inline Vec3 position_of(const Particle& p) { return {p.position[0], p.position[1], p.position[2]}; }
@@ -108,7 +108,7 @@ inline MaterialParameters cam_clay_snow(double slope, double beta, double xi = 5
   return m;
 }
 
-/// A scene by hand: elastic, dx = 0.25 m, nothing in it.
+/// An empty scene: elastic, dx = 0.25 m.
 inline Case empty_case() {
   Case c;
   c.material = elastic_snow();

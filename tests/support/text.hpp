@@ -7,7 +7,7 @@ namespace mpm::testing {
 
 inline bool contains(const std::string& text, const std::string& part) { return text.find(part) != std::string::npos; }
 
-/// A case: an elastic block of 1 m that falls for 0.02 s, without a cell size. Every quantity is there at once.
+/// A case: an elastic block of 1 m that falls for 0.02 s, without a cell size. Its results have every quantity from the start.
 inline constexpr const char* falling_block_case = R"([material]
 model = "hencky_elastic"
 [[body]]

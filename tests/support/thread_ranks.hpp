@@ -1,5 +1,5 @@
 #pragma once
-/// Ranks that are threads of one process: what MPI does between processes, for tests without MPI.
+/// Ranks as threads of one process, for tests without MPI.
 
 #include <condition_variable>
 #include <deque>
@@ -14,7 +14,7 @@
 
 namespace mpm::testing {
 
-/// What the ranks share. A rank that fails wakes the others, which then fail, too.
+/// Common data of the ranks. A rank that fails wakes the others, which then fail, too.
 class ThreadNetwork {
  public:
   explicit ThreadNetwork(int size) : size_(size) {}
@@ -47,7 +47,7 @@ class ThreadNetwork {
   std::map<std::pair<int, int>, std::deque<Message>> mail_;
 };
 
-/// One rank's end.
+/// Transport of one rank.
 class ThreadTransport : public Transport {
  public:
   ThreadTransport(ThreadNetwork& network, int rank) : network_(network), rank_(rank) {}
@@ -105,7 +105,7 @@ class ThreadTransport : public Transport {
   int rank_;
 };
 
-/// Runs f(transport) for each of several ranks, rank 0 in this thread. @throws what rank 0 threw, else what another did
+/// Runs f(transport) for each of several ranks, rank 0 in this thread. @throws the exception of rank 0, or else of another rank
 template <class F>
 void on_ranks(int size, F&& f) {
   ThreadNetwork network(size);

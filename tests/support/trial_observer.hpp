@@ -1,5 +1,5 @@
 #pragma once
-/// An observer that only tests know: it shows that a new quantity is one file.
+/// An observer only for tests; it shows that a new quantity needs one file.
 
 #include <algorithm>
 #include <limits>
@@ -8,7 +8,7 @@
 
 namespace mpm::testing {
 
-/// How far downstream the snow reaches, now and at most.
+/// The furthest position of snow downstream, now and since the start.
 class TrialObserver : public Observer {
  public:
   [[nodiscard]] std::string name() const override { return "trial"; }

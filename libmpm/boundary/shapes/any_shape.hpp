@@ -12,11 +12,11 @@
 
 namespace mpm {
 
-/// A shape is a struct of its parameters; `declare` (base/parameter.hpp) says how a case gives them.
+/// A shape is a struct of its parameters; `declare` (base/parameter.hpp) defines their keys.
 template <class S>
 concept ObstacleShape = std::default_initializable<S> && std::equality_comparable<S> && requires(const S shape) {
   { S::name } -> std::convertible_to<std::string_view>;  // value of [obstacle] shape
-  { shape.width } -> std::convertible_to<double>;        // w, m: what the paper's w is for this shape, as in W(xi) and w/H
+  { shape.width } -> std::convertible_to<double>;        // w, m: the width that corresponds to the paper's w, as in W(xi) and w/H
   { shape.outline() } -> std::same_as<Outline>;
 };
 
