@@ -69,7 +69,7 @@ def scaling_lines(found):
     for threads in (1, 2):
         pair = [found.get((f"step/reference/{size}", threads)) for size in ("512k", "8M")]
         if all(pair):
-            lines.append(f"Reference step, {threads} threads: 8 M particles take {pair[1]['ns'] / pair[0]['ns']:.2f} times the time a particle of 512 k.")
+            lines.append(f"Reference step, {threads} {'thread' if threads == 1 else 'threads'}: 8 M particles take {pair[1]['ns'] / pair[0]['ns']:.2f} times the time a particle of 512 k.")
     return lines
 
 

@@ -9,6 +9,7 @@ import numpy as np
 import pandas as pd
 
 from mpmtools.errors import InputError
+from mpmtools.wording import counted
 
 
 def read_table(path):
@@ -33,7 +34,7 @@ def read_table(path):
             raise InputError(f"{path}:{first}: column '{name}' is named twice; names must differ")
     for number, cells in rows:
         if len(cells) != len(header):
-            raise InputError(f"{path}:{number}: {len(cells)} cells where the header names {len(header)} columns; "
+            raise InputError(f"{path}:{number}: {counted(len(cells), 'cell')} where the header names {counted(len(header), 'column')}; "
                              "the line is damaged or the header is not its own")
     table = pd.DataFrame([cells for _, cells in rows], columns=header, index=[number for number, _ in rows], dtype=str)
     table.attrs.update(path=path, comments=comments)
@@ -100,8 +101,8 @@ def read_series(path, dtype=None):
 
 
 def number_text(value):
-    """Shortest decimal text that reads back to the same double: 5, 0.1, 1e-20, nan."""
-    value = float(value)
+    """Shortest decimal text that reads back to the same double: 5, 0.1, 1e-20, nan; a negative zero is 0."""
+    value = float(value) + 0.0  # + 0.0: a negative zero is 0
     return f"{value:.0f}" if value.is_integer() and abs(value) < 1e15 else repr(value)
 
 

@@ -5,6 +5,7 @@ import importlib.machinery
 import importlib.util
 import json
 import pathlib
+import re
 import subprocess
 import sys
 import tempfile
@@ -94,6 +95,34 @@ class History(unittest.TestCase):
         self.run_tool(*options)
         self.assertEqual(len(self.history()), rows)
         self.assertEqual(set(self.built), {0, 1})
+
+    def test_the_heading_of_a_comparison_names_baseline_and_current(self):
+        options = mock.Mock(no_instructions=True, kernel=None, core=None, launches=2, pairs=12, particles=1000)
+        baseline, current = (self.tree(self.commits[n], "") for n in (0, 3))
+        with mock.patch("builtins.print") as output:
+            self.tool.measure(options, baseline, current)
+        text = "\n".join(" ".join(map(str, call.args)) for call in output.call_args_list)
+        self.assertIn(f"baseline {self.commits[0][:12]}, current {self.commits[3][:12]};", text)
+        row = next(line.split() for line in text.splitlines() if line.startswith("particle_to_grid "))
+        self.assertLess(float(row[1]), float(row[2]), text)  # the current tree is the slower one
+        self.assertGreater(float(row[3]), 1.0, text)
+
+    def test_a_build_is_announced_before_it_starts(self):
+        trees = sys.modules["bench_trees"]
+        tree = trees.Tree.__new__(trees.Tree)
+        tree.name, tree.label, tree.source, tree.own_benchmarks = "baseline", "abc", self.folder / "source", None
+        order = []
+        with mock.patch.object(trees, "WORK", self.folder), mock.patch.object(trees, "say", order.append), \
+                mock.patch.object(trees, "run", lambda command, **_: order.append(command[0])):
+            tree.build("native")
+            (self.folder / "baseline" / "native").mkdir(parents=True)
+            (self.folder / "baseline" / "native" / "CMakeCache.txt").write_text(f"CMAKE_HOME_DIRECTORY:INTERNAL={tree.source}\n", encoding="utf-8")
+            tree.build("native")
+        self.assertEqual(order, ["build of abc (native); the first build takes some minutes", "cmake", "cmake", "build of abc (native)", "cmake", "cmake"])
+
+    def test_the_readme_states_no_number_of_benchmarks(self):
+        text = (ROOT / "benchmarks" / "README.md").read_text(encoding="utf-8")
+        self.assertEqual(re.findall(r"\b\d+ benchmarks\b", text), [])  # --benchmark_list_tests lists them; a number here would become wrong
 
     def test_reads_what_other_tools_wrote(self):
         def file(name, commit, times):

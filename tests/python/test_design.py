@@ -249,7 +249,7 @@ class ResultsOfADesign(DesignFolder):
 
     def test_name_runs_that_are_missing(self):
         (self.folder / "runs" / "firm_w5" / "results.json").unlink()
-        with self.assertRaisesRegex(InputError, "1 runs are not finished, first .*firm_w5"):
+        with self.assertRaisesRegex(InputError, "^1 run is not finished, first .*firm_w5"):
             Ensemble(self.folder)
 
     def test_name_a_folder_that_is_no_design(self):

@@ -67,7 +67,7 @@ class Sensitivities(InFolder):
     def test_say_what_could_not_be_compared(self):
         self.assertIn("b_none: no steady mean", self.study.notes[0])
         self.assertIn("alone: no run of the base", self.study.notes[1])
-        self.assertEqual(self.study.notes[2], "1 runs that are not done")
+        self.assertEqual(self.study.notes[2], "1 run that is not done")
         with self.assertRaises(InputError):
             sensitivities(self.write("short.csv", "name,status,froude_number\na,done,1\n"))
 

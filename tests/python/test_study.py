@@ -85,7 +85,7 @@ class Guideline(unittest.TestCase):
         runs.append(study_run(3.0, 5.0, 0.0, 5.0))  # a rheology without Fr 5 and 7
         g = guideline_correspondence(study_runs(*runs))
         self.assertEqual((len(g.minima), len(g.curves), len(g.notes)), (2, 26, 1))
-        self.assertIn("1 values of M' lack a run", g.notes[0])
+        self.assertIn("1 value of M' lacks a run", g.notes[0])
         loose, exact = g.minima.iloc[0], np.log(1.5 / f) / 1.2  # 0.659
         self.assertEqual(loose["lambda"], 1.5)
         self.assertTrue(loose.neighbour_below < exact < loose.neighbour_above)

@@ -78,7 +78,7 @@ class StudyTables(InFolder):
     def test_say_which_programs_computed_the_runs(self):
         table = self.read("version,commit,froude_number,effective_friction,hardening_xi,flow_height_m,runup_mean_m,pressure_height_mean_m\n"
                           "0.1.0,abc,1,0.5,5,2,4,3\n0.1.0,def,3,0.5,5,2,4,3\n0.1.0,abc,5,0.5,5,2,nan,nan\n,,7,0.5,5,2,nan,nan\n")
-        self.assertEqual(table.provenance, ["2 runs by version 0.1.0, commit abc", "1 runs by version 0.1.0, commit def"])
+        self.assertEqual(table.provenance, ["2 runs by version 0.1.0, commit abc", "1 run by version 0.1.0, commit def"])
 
     def test_say_how_a_campaign_was_computed(self):
         self.write("runs.csv", 'name,threads,wall_time_s,instruction_set,compiler\na,1,1800,AVX2,"gcc, 12"\nb,1,5400,AVX2,"gcc, 12"\nc,,,,\n')
@@ -117,7 +117,7 @@ class StudyTables(InFolder):
 class Tables(InFolder):
     def test_messages_name_file_and_line(self):
         for text, message in (("", "no header line"), ("a,a\n", ":1: column 'a' is named twice"), ("a,\n", ":1: column 2 has no name"),
-                              ("# c\na,b\n1,2\n3\n", ":4: 1 cells where the header names 2"), ('a,b\n1,"2\n', ":2: ")):
+                              ("# c\na,b\n1,2\n3\n", ":4: 1 cell where the header names 2"), ('a,b\n1,"2\n', ":2: ")):
             with self.assertRaisesRegex(InputError, message, msg=text):
                 read_table(self.write("t.csv", text))
         with self.assertRaisesRegex(InputError, "cannot read .*none.csv.*: No such file"):
@@ -129,7 +129,7 @@ class Tables(InFolder):
             read_study_table([self.write("t.csv", text)])
 
     def test_numbers_are_written_as_short_as_they_read_back(self):
-        self.assertEqual([number_text(x) for x in (5.0, 0.1, -0.0, 1e-20, 1 / 3, 1e22)], ["5", "0.1", "-0", "1e-20", "0.3333333333333333", "1e+22"])
+        self.assertEqual([number_text(x) for x in (5.0, 0.1, -0.0, 1e-20, 1 / 3, 1e22)], ["5", "0.1", "0", "1e-20", "0.3333333333333333", "1e+22"])
         table = read_series(self.write("t.csv", "a,b\n1,nan\n0.30000000000000004,2\n"))
         self.assertEqual(csv_text(table), "a,b\n1,nan\n0.30000000000000004,2\n")
 

@@ -5,6 +5,7 @@ import os
 
 from mpmtools.errors import InputError
 from mpmtools.run import Run
+from mpmtools.wording import counted, verb
 
 FORMAT_VERSION = 1
 
@@ -33,7 +34,8 @@ class Ensemble:
             else:
                 unfinished.append(folder)
         if unfinished:
-            raise InputError(f"{len(unfinished)} runs are not finished, first {unfinished[0]}; `mpm design` runs what is missing")
+            raise InputError(f"{counted(len(unfinished), 'run')} {verb(len(unfinished), 'is', 'are')} not finished, first {unfinished[0]}; "
+                             "`mpm design` runs what is missing")
 
     @property
     def sizes(self):

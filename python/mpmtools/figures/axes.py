@@ -34,11 +34,11 @@ def xi_marker(xi):
 
 
 def per_cent(value, digits=1):
-    return "–" if value is None or not np.isfinite(value) else f"{100 * value:.{digits}f} %"
+    return "–" if value is None or not np.isfinite(value) else f"{100 * value:z.{digits}f} %"
 
 
 def number(value, digits=3):
-    return "–" if value is None or not np.isfinite(value) else f"{value:.{digits}f}"
+    return "–" if value is None or not np.isfinite(value) else f"{value:z.{digits}f}"
 
 
 def new_axes(width=6.2, height=4.3):

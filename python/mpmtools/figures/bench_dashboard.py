@@ -14,6 +14,7 @@ from mpmtools.errors import InputError
 from mpmtools.figures import interactive
 from mpmtools.figures.style import COLOURS, MARKERS, STYLE, finish_axes, plt, use_style, write_page
 from mpmtools.paired_times import THRESHOLD
+from mpmtools.wording import counted
 
 SLOWER, FASTER, CALM = "#b3262e", "#1c7a43", "#5a6675"
 COLUMNS = {"commit": str, "baseline": str}  # 005551511e13 is a commit, not a number
@@ -56,7 +57,7 @@ def find_changes(rows):
 
 
 def per_cent(ratio):
-    return f"{100.0 * (ratio - 1.0):+.1f} %"
+    return f"{100.0 * (ratio - 1.0):+z.1f} %"
 
 
 def write_dashboard(target, machine, rows=None, titles=None, measured=None):
@@ -130,7 +131,7 @@ def _context(measured):
     caches = ", ".join(f"L{c['level']} {c['type'].lower()} {c['size'] // 1024} kB" for c in context.get("caches", []))
     rows = [("cores", context.get("num_cpus")), ("caches", caches), ("compiler", context.get("compiler")), ("instruction set", context.get("instruction_set")),
             ("commit of the measured program", context.get("commit")), ("measured at", context.get("date")), ("load at the start", (context.get("load_avg") or [None])[0])]
-    ceilings = [(f"STREAM triad, multiply-add; {re.search('threads:([0-9]+)', b['name'])[1]} threads", f"{b['stream_GB/s']:.1f} GB/s, {b['fma_GFLOP/s']:.0f} GFLOP/s")
+    ceilings = [(f"STREAM triad, multiply-add; {counted(int(re.search('threads:([0-9]+)', b['name'])[1]), 'thread')}", f"{b['stream_GB/s']:.1f} GB/s, {b['fma_GFLOP/s']:.0f} GFLOP/s")
                 for b in measured["benchmarks"] if b["name"].startswith("ceilings/")]
     return [(what, value) for what, value in rows if value not in (None, "")] + ceilings
 
@@ -179,7 +180,7 @@ def _series(row):
 
 
 def _label(row):
-    return f"{row['kernel']}/{row['problem']}/{row['size']:g}, {row['threads']} threads: {row['ns']:.1f} ns, {row['M/s']:.1f} million/s"
+    return f"{row['kernel']}/{row['problem']}/{row['size']:g}, {counted(row['threads'], 'thread')}: {row['ns']:.1f} ns, {row['M/s']:.1f} million/s"
 
 
 def _finish(figure, axes, texts, title, x, y):
@@ -203,7 +204,7 @@ def _roofline(rows, threads):
             gid = f"roofline-{threads}-{k}-{i}"
             axes.loglog([r["flops"] / r["bytes"]], [r["flops"] / r["ns"]], MARKERS[k % len(MARKERS)], color=COLOURS[k % len(COLOURS)], gid=gid, label=kernel if i == 0 else None)
             texts[gid] = _label(r) + f"\n{100 * r['of_stream']:.0f} % of memory, {100 * r['of_fma']:.0f} % of arithmetic"
-    return _finish(figure, axes, texts, f"{threads} thread{'s' if threads > 1 else ''}: {stream:.1f} GB/s, {peak:.0f} GFLOP/s", "operations a byte", "GFLOP/s")
+    return _finish(figure, axes, texts, f"{counted(threads, 'thread')}: {stream:.1f} GB/s, {peak:.0f} GFLOP/s", "operations a byte", "GFLOP/s")
 
 
 def _sizes(rows, kernel):
@@ -211,7 +212,7 @@ def _sizes(rows, kernel):
     texts = {}
     for s, series in enumerate(dict.fromkeys(_series(r) for r in rows if r["kernel"] == kernel)):
         mine = sorted((r for r in rows if _series(r) == series), key=lambda r: r["size"])
-        axes.semilogx([r["size"] for r in mine], [r["M/s"] for r in mine], "-", color=COLOURS[s % len(COLOURS)], linewidth=0.9, label=f"{series[1]}, {series[2]} threads")
+        axes.semilogx([r["size"] for r in mine], [r["M/s"] for r in mine], "-", color=COLOURS[s % len(COLOURS)], linewidth=0.9, label=f"{series[1]}, {counted(series[2], 'thread')}")
         for i, r in enumerate(mine):
             gid = f"size-{kernel}-{s}-{i}"
             axes.semilogx([r["size"]], [r["M/s"]], "o", color=COLOURS[s % len(COLOURS)], markersize=4, gid=gid)
@@ -228,7 +229,7 @@ def _per_cell(rows, kernel):
         mine.sort(key=lambda r: int(r["problem"].rsplit(":")[1]))
         for i, r in enumerate(mine):
             gid = f"cell-{kernel}-{s}-{i}"
-            axes.plot([int(r["problem"].rsplit(":")[1])], [r["M/s"]], "o", color=COLOURS[s % len(COLOURS)], markersize=4, gid=gid, label=f"{shape}, {threads} threads" if i == 0 else None)
+            axes.plot([int(r["problem"].rsplit(":")[1])], [r["M/s"]], "o", color=COLOURS[s % len(COLOURS)], markersize=4, gid=gid, label=f"{shape}, {counted(threads, 'thread')}" if i == 0 else None)
             texts[gid] = _label(r)
     axes.set_ylim(bottom=0.0)
     return _finish(figure, axes, texts, f"{kernel}, {largest:g} particles", "particles a cell", "million particles/s")

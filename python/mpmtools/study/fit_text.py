@@ -2,13 +2,15 @@
 
 import numpy as np
 
+from mpmtools.wording import counted
+
 SCORE_LINES = (("R2", "r2", False), ("R2_log", "r2_log", False), ("NRMSE", "nrmse", False), ("RMSLE", "rmsle", False), ("Bias_x", "bias", False),
                ("Frac_10", "fraction_10", True), ("Frac_25", "fraction_25", True))
 
 
 def table_lines(table):
     """How many rows were read, and why some are left out."""
-    return [f"{table.rows} rows, {len(table.runs)} runs with a steady run-up",
+    return [f"{counted(table.rows, 'row')}, {counted(len(table.runs), 'run')} with a steady run-up",
             *(f"  left out: {rows} ({reason})" for reason, rows in table.left_out.items())]
 
 
@@ -16,7 +18,7 @@ def fit_lines(s, breakdown=False):
     """One equation on one set: coefficients, scores and, with `breakdown`, the errors by every input."""
     left_out = ((f"; left out: {s.other_width} of another width than H" if s.other_width else "")
                 + (f"; left out: {s.without_height} without a steady pressure height" if s.without_height else ""))
-    return ["", f"{s.equation.title}, {s.equation.formula}", f"  set '{s.fitting_set.name}': {s.fitting_set.description}; {s.runs} runs{left_out}",
+    return ["", f"{s.equation.title}, {s.equation.formula}", f"  set '{s.fitting_set.name}': {s.fitting_set.description}; {counted(s.runs, 'run')}{left_out}",
             *(_coefficient_lines(s) if s.fit else [f"  not fitted: {s.why_not}"]), *_score_lines(s), *(_breakdown_lines(s) if breakdown else [])]
 
 

@@ -8,6 +8,7 @@ import pandas as pd
 from mpmtools import equations
 from mpmtools.scores import compute_scores, levels
 from mpmtools.tables import number_text
+from mpmtools.wording import counted, verb
 
 PUBLISHED = {equations.LAMBDA_LOOSE: (0.45, 0.65), equations.LAMBDA_DENSE: (1.0, 1.5)}  # lambda: M' of the paper's minima
 SLOWEST, FASTEST = 3.0, 7.0
@@ -38,9 +39,10 @@ def guideline_correspondence(runs):
         complete, incomplete = _with_every_froude_number(of_xi)
         if incomplete:
             count = levels(of_xi.froude_number).nunique()
-            notes.append(f"xi = {number_text(xi)}: {incomplete} values of M' lack a run at one of the {count} Froude numbers and are left out")
+            notes.append(f"xi = {number_text(xi)}: {counted(incomplete, 'value')} of M' {verb(incomplete, 'lacks', 'lack')} a run at one of the {count} Froude numbers and "
+                         f"{verb(incomplete, 'is', 'are')} left out")
         if len(complete) < 3:
-            notes.append(f"xi = {number_text(xi)}: {len(complete)} values of M' with all Froude numbers; a curve needs three")
+            notes.append(f"xi = {number_text(xi)}: {counted(len(complete), 'value')} of M' with all Froude numbers; a curve needs three")
             continue
         for dissipation, published in PUBLISHED.items():
             curve = _curve(complete, dissipation, xi)

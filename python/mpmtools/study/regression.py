@@ -12,6 +12,7 @@ from scipy import optimize, stats
 from mpmtools.equations import PUBLISHED_PRESSURE_HEIGHT, PUBLISHED_RUNUP, HeightCoefficients
 from mpmtools.errors import ConfigError, MpmError
 from mpmtools.tables import number_text
+from mpmtools.wording import counted, verb
 
 START_KAPPAS = (0.0, 1.0, 4.0)  # what the exponential can mean for M' of order 1: from no dissipation to no head left
 PROFILE_STEPS = 20  # of the profile over Fr_sat, between two Froude numbers of the table
@@ -188,7 +189,8 @@ def fit_heights(equation, samples, with_profile=True):
 def _require_samples(equation, samples):
     count = len(equation.parameters)
     if len(samples) <= count:
-        raise ConfigError(f"regression of {count} coefficients: {len(samples)} runs are left; it needs {count + 1} or more")
+        raise ConfigError(f"regression of {counted(count, 'coefficient')}: {counted(len(samples), 'run')} "
+                          f"{verb(len(samples), 'is', 'are')} left; it needs {count + 1} or more")
     right = ((samples["effective_friction"] >= 0.0) & (samples["froude_number"] >= 0.0) & (samples["relative_height"] > 0.0)
              & np.isfinite(samples).all(axis=1))
     if not right.all():

@@ -11,6 +11,7 @@ from mpmtools import equations
 from mpmtools.errors import ConfigError, InputError
 from mpmtools.scores import same_input
 from mpmtools.tables import find_column, no_column, number_text, numbers, read_table
+from mpmtools.wording import counted
 
 PAPER_DENSITY = 300.0  # kg/m^3, Table 1: campaigns that do not vary it do not list it
 # Inputs that Eqs. 7 to 10 do not know: one equation cannot describe a table that varies them.
@@ -230,7 +231,7 @@ def _provenance(table):
         program = table[table["version"] != ""].groupby(["version", "commit"] if "commit" in table else ["version"])
         for key, rows in program:
             version, commit = (*([key] if isinstance(key, str) else key), "")[:2]
-            lines.append(f"{len(rows)} runs by version {version}" + (f", commit {commit}" if commit else ""))
+            lines.append(f"{counted(len(rows), 'run')} by version {version}" + (f", commit {commit}" if commit else ""))
     return lines
 
 
@@ -238,7 +239,7 @@ def _executions(table):
     lines = []
     if {"instruction_set", "compiler", "threads"} <= set(table):
         machine = table.threads + " thread(s) a run, " + table.instruction_set + ", " + table.compiler
-        lines = [f"{count} runs with {name}" for name, count in machine[table.threads != ""].value_counts().sort_index().items()]
+        lines = [f"{counted(count, 'run')} with {name}" for name, count in machine[table.threads != ""].value_counts().sort_index().items()]
     if "wall_time_s" in table:
         lines.append(f"{numbers(table, 'wall_time_s').sum() / 3600.0:.1f} h of wall time, summed over the runs")
     return lines
@@ -249,7 +250,7 @@ def read_runs_or_refuse(files, filters=()):
     table = read_study_table(files, filters)
     if table.runs.empty:
         reasons = "; ".join(f"{rows} {reason}" for reason, rows in table.left_out.items())
-        raise ConfigError(f"no run with a steady run-up is left of {table.rows} rows" + (f" ({reasons})" if reasons else ""))
+        raise ConfigError(f"no run with a steady run-up is left of {counted(table.rows, 'row')}" + (f" ({reasons})" if reasons else ""))
     return table
 
 

@@ -12,6 +12,7 @@ from mpmtools.errors import InputError
 from mpmtools.statistics import ratio_of_means
 from mpmtools.study.runs import number_of
 from mpmtools.tables import no_column, numbers, read_table
+from mpmtools.wording import counted, verb
 
 POINT = ["froude_number", "critical_state_slope", "cohesion_beta", "hardening_xi", "obstacle_width_m"]
 FRICTION, FRICTION_RATIO = "obstacle_friction", "obstacle_friction_ratio"
@@ -57,7 +58,7 @@ def sensitivities(path):
     notes = [f"{row['name']}: {'no run of the base with a steady mean at this point' if steady[i] else 'no steady mean of the run-up'}"
              for i, row in table[done & ~used].iterrows()]
     if not done.all():
-        notes.append(f"{(~done).sum()} runs that are not done")
+        notes.append(f"{counted((~done).sum(), 'run')} that {verb((~done).sum(), 'is', 'are')} not done")
     runs = _over_base(values[used], values.loc[of_point[point[used]]].set_axis(values.index[used]))
     runs.insert(0, "choice", [", ".join(choices) for choices in differences[used]])
     runs.insert(1, "value", [", ".join(shown.loc[i, choices]) for i, choices in differences[used].items()])

@@ -13,6 +13,7 @@ from mpmtools.study.fits import coefficients_csv, evaluated_by, fit_paper_sets, 
 from mpmtools.study.regression import EQUATIONS
 from mpmtools.study.runs import read_runs_or_refuse, read_study_table
 from mpmtools.tables import csv_text, write_text
+from mpmtools.wording import counted
 
 POINT_COLUMNS = ["froude_number", "critical_state_slope", "cohesion_beta", "hardening_xi", "effective_friction", "relative_width", "runup",
                  "runup_standard_error", "runup_peak", "pressure_height", "pressure_height_standard_error", "pressure_height_peak"]
@@ -129,7 +130,7 @@ def write_study(files, out, filters=(), width_files=(), section_files=(), sensit
     write_text(os.path.join(out, "scores.csv"), scores_csv(fits))
     write_text(os.path.join(out, "fit.json"), fits_json(fits, table))  # last: a folder with fit.json is whole
     return table.cautions, [
-        f"{table.rows} rows, {len(runs)} runs with a steady run-up",
+        f"{counted(table.rows, 'row')}, {counted(len(runs), 'run')} with a steady run-up",
         *(f"  left out: {rows} ({reason})" for reason, rows in table.left_out.items()),
         *(f"{s.equation.name} not fitted to set '{s.fitting_set.name}': {s.why_not}" for s in fits if not s.fit),
         *guideline.guideline_lines(correspondence), *rheology.compaction_lines(summary),
