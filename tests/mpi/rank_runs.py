@@ -13,6 +13,7 @@ import sys
 import time
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
+# A checkpoint at every sample.
 CONVEYOR = """title = "{name}"
 [material]
 model = "cohesive_cam_clay"
@@ -39,7 +40,8 @@ checkpoint_minutes = 1e-6
 WINDOW = 'feed = "window"\nupstream_length_m = 3.0\ndownstream_length_m = 2.0'
 DEFAULTS = {"beta": 0.0, "width": 7.0, "feed": WINDOW, "mirror": "true", "shape": "", "numerics": "", "cell_size": 0.35, "duration": 0.2}
 NODAL, SURFACE = 'contact = "nodal"\n', 'contact = "surface"\n'
-# A checkpoint at every sample. The round mast joins the blocks around it, so that only a wider flow is divided.
+# The cases by name, each with its changes of DEFAULTS. All blocks around a round mast have one owner, so this case has a wider flow: the
+# blocks beside the mast can then be divided among ranks.
 CASES = {
     "apic_window": {"numerics": NODAL + 'transfer = "apic"'},
     "flip_cohesion_window": {"beta": 0.3, "numerics": NODAL + 'transfer = "flip"\nflip_ratio = 0.95'},
