@@ -7,10 +7,11 @@ namespace mpm {
 
 namespace {
 
-/// Transposes two 4 x 4 matrices, side by side in four registers.
-inline __attribute__((always_inline)) void transpose_halves(Lanes* r) {
-  const Lanes a0 = shuffle_halves<0, 4, 2, 6>(r[0], r[1]), a1 = shuffle_halves<1, 5, 3, 7>(r[0], r[1]);
-  const Lanes a2 = shuffle_halves<0, 4, 2, 6>(r[2], r[3]), a3 = shuffle_halves<1, 5, 3, 7>(r[2], r[3]);
+/// Transposes the 4 x 4 matrices that four registers of doubles hold: two side by side, or one in short registers.
+template <class V>
+inline __attribute__((always_inline)) void transpose_halves(V* r) {
+  const V a0 = shuffle_halves<0, 4, 2, 6>(r[0], r[1]), a1 = shuffle_halves<1, 5, 3, 7>(r[0], r[1]);
+  const V a2 = shuffle_halves<0, 4, 2, 6>(r[2], r[3]), a3 = shuffle_halves<1, 5, 3, 7>(r[2], r[3]);
   r[0] = shuffle_halves<0, 1, 4, 5>(a0, a2);
   r[1] = shuffle_halves<0, 1, 4, 5>(a1, a3);
   r[2] = shuffle_halves<2, 3, 6, 7>(a0, a2);
@@ -19,72 +20,98 @@ inline __attribute__((always_inline)) void transpose_halves(Lanes* r) {
 
 inline HalfLanes* half_line(Particle& p, int n, int half) { return reinterpret_cast<HalfLanes*>(&p) + 2 * n + half; }
 
-/// Cache line n of eight particles by component: v[i] holds its i-th number of each. Half lines are joined by the loads and
-/// separated by the stores, which needs no shuffle.
-inline __attribute__((always_inline)) void load_line(Particle* p, int n, Lanes (&v)[8]) {
+/// Half n of a cache line of the particles that share row i of a transposition: i, and i + 4 where a register holds eight. The halves are
+/// joined as they are loaded, and separated as they are stored, which needs no shuffle.
+/// @{
+template <class V>
+inline __attribute__((always_inline)) V load_half(Particle* p, int i, int line, int half) {
+  if constexpr (std::same_as<V, Lanes>) {
+    return join(*half_line(p[i], line, half), *half_line(p[i + 4], line, half));
+  } else {
+    return *half_line(p[i], line, half);
+  }
+}
+inline __attribute__((always_inline)) void store_half(const Lanes& v, Particle* p, int i, int line, int half) {
+  *half_line(p[i], line, half) = lower_half(v);
+  *half_line(p[i + 4], line, half) = upper_half(v);
+}
+inline __attribute__((always_inline)) void store_half(const HalfLanes& v, Particle* p, int i, int line, int half) {
+  *half_line(p[i], line, half) = v;
+}
+/// @}
+
+/// A cache line of as many particles as V has lanes, by component: v[i] holds the i-th number of each.
+template <class V>
+inline __attribute__((always_inline)) void load_line(Particle* p, int line, V (&v)[8]) {
 #pragma GCC unroll 2
   for (int half = 0; half < 2; ++half) {
 #pragma GCC unroll 4
-    for (int i = 0; i < 4; ++i) v[4 * half + i] = join(*half_line(p[i], n, half), *half_line(p[i + 4], n, half));
+    for (int i = 0; i < 4; ++i) v[4 * half + i] = load_half<V>(p, i, line, half);
     transpose_halves(v + 4 * half);
   }
 }
-inline __attribute__((always_inline)) void store_line(Lanes (&v)[8], Particle* p, int n) {
+template <class V>
+inline __attribute__((always_inline)) void store_line(V (&v)[8], Particle* p, int line) {
 #pragma GCC unroll 2
   for (int half = 0; half < 2; ++half) {
     transpose_halves(v + 4 * half);
 #pragma GCC unroll 4
-    for (int i = 0; i < 4; ++i) {
-      *half_line(p[i], n, half) = lower_half(v[4 * half + i]);
-      *half_line(p[i + 4], n, half) = upper_half(v[4 * half + i]);
-    }
+    for (int i = 0; i < 4; ++i) store_half(v[4 * half + i], p, i, line, half);
   }
 }
 
-/// Lines 1 and 2 of eight particles by component: c0..c7 and c8 xx yy zz xy xz yz internal.
-struct EightParticles {
-  Lanes c[8], s[8];
+/// Lines 1 and 2 of a register's particles by component: c0..c7 and c8 xx yy zz xy xz yz internal.
+struct Particles {
+  static constexpr int count = lanes_of<DoubleLanes>;
+  DoubleLanes c[8], s[8];
 };
 
-/// @param used number of particles among the eight; the others are treated as at rest and without stress. Slots behind the last particle
+/// @param used number of particles among them; the others are treated as at rest and without stress. Slots behind the last particle
 /// are allocated.
-inline __attribute__((always_inline)) void gather(Particle* p, int used, double initial_internal, EightParticles& g) {
+inline __attribute__((always_inline)) void gather(Particle* p, int used, double initial_internal, Particles& g) {
   load_line(p, 1, g.c);
   load_line(p, 2, g.s);
-  if (used >= lane_count) return;
-  constexpr Lanes number = {0, 1, 2, 3, 4, 5, 6, 7};
-  const LaneMask live = number < static_cast<double>(used);
-  for (Lanes& v : g.c) v = select(live, v, Lanes{});
-  for (int i = 0; i < 7; ++i) g.s[i] = select(live, g.s[i], Lanes{});
-  g.s[7] = select(live, g.s[7], Lanes{} + initial_internal);
+  if (used >= Particles::count) return;
+  constexpr auto number = []<int... i>(std::integer_sequence<int, i...>) { return DoubleLanes{static_cast<double>(i)...}; }
+  (std::make_integer_sequence<int, Particles::count>{});
+  const Mask<DoubleLanes> live = number < static_cast<double>(used);
+  for (DoubleLanes& v : g.c) v = select(live, v, DoubleLanes{});
+  for (int i = 0; i < 7; ++i) g.s[i] = select(live, g.s[i], DoubleLanes{});
+  g.s[7] = select(live, g.s[7], DoubleLanes{} + initial_internal);
 }
 
 /// The numbers of a group of particles that the law needs, by component. @tparam Record what the run stores
 template <class Record>
 class LawGroup;
 
-/// Sixteen particles in two registers; eight if registers are shorter, because the variables of a law for sixteen would not fit into them.
+/// Two registers of particles: sixteen, or eight if registers are shorter, because the variables of a law for sixteen would not fit into
+/// them.
 template <>
 class LawGroup<Particle> {
  public:
   using Number = WidePair;
   LawGroup(Particle* p, int used, double initial_internal) : p_(p) {
-    for (int n = 0; n < eights; ++n) gather(p + n * lane_count, used - n * lane_count, initial_internal, of_[n]);
+    gather(p, used, initial_internal, a_);
+    gather(p + Particles::count, used - Particles::count, initial_internal, b_);
   }
   [[nodiscard]] Matrix3<Number> increment(double dt) const {
-    const auto c = [&](int i) { return dt * number(&EightParticles::c, i); };
-    return {{{c(0), c(3), c(6)}, {c(1), c(4), c(7)}, {c(2), c(5), dt * number(&EightParticles::s, 0)}}};
+    const auto c = [&](int i) { return Number{dt * a_.c[i], dt * b_.c[i]}; };
+    return {{{c(0), c(3), c(6)}, {c(1), c(4), c(7)}, {c(2), c(5), Number{dt * a_.s[0], dt * b_.s[0]}}}};
   }
   [[nodiscard]] MaterialState<Number> state() const {
-    const auto s = [&](int i) { return number(&EightParticles::s, i); };
+    const auto s = [&](int i) { return Number{a_.s[i], b_.s[i]}; };
     return {{s(1), s(2), s(3), s(4), s(5), s(6)}, s(7)};
   }
   void store(const MaterialState<Number>& state) {
     const Sym3<Number>& t = state.stress;
     const Number* const updated[7] = {&t.xx, &t.yy, &t.zz, &t.xy, &t.xz, &t.yz, &state.internal};
 #pragma GCC unroll 7
-    for (int i = 0; i < 7; ++i) put(*updated[i], i + 1);
-    for (int n = 0; n < eights; ++n) store_line(of_[n].s, p_ + n * lane_count, 2);
+    for (int i = 0; i < 7; ++i) {
+      a_.s[i + 1] = updated[i]->a;
+      b_.s[i + 1] = updated[i]->b;
+    }
+    store_line(a_.s, p_, 2);
+    store_line(b_.s, p_ + Particles::count, 2);
   }
   /// Prefetches the lines.
   static void prefetch(const Particle* p) {
@@ -96,30 +123,8 @@ class LawGroup<Particle> {
   }
 
  private:
-  static constexpr int eights = lanes_of<Number> / lane_count;
-
-  template <class N = Number>
-  [[nodiscard]] N number(Lanes (EightParticles::*line)[8], int i) const {
-    const Lanes& first = (of_[0].*line)[i];
-    if constexpr (std::same_as<N, LanePair>) {
-      return {first, (of_[eights - 1].*line)[i]};
-    } else {
-      return {lower_half(first), upper_half(first)};
-    }
-  }
-  /// @param i  place in line s
-  template <class N>
-  void put(const N& v, int i) {
-    if constexpr (std::same_as<N, LanePair>) {
-      of_[0].s[i] = v.a;
-      of_[eights - 1].s[i] = v.b;
-    } else {
-      of_[0].s[i] = join(v.a, v.b);
-    }
-  }
-
   Particle* p_;
-  EightParticles of_[eights];
+  Particles a_, b_;
 };
 
 /// Transposes several 4 x 4 matrices, side by side in four registers.
