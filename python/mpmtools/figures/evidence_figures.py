@@ -303,6 +303,10 @@ def figure_friction(study):
 
 
 SECTIONS = [
+    ("campaigns", "Reproduction and prediction side by side", figure_campaigns,
+     "*Reproduction*: nodal contact and APIC, as the paper's algorithm. *Prediction*: contact at the surface and AFLIP, which converge. Snow, "
+     "flow, mast and grid are the same, so that the numerics are all that differs. A coefficient depends on which runs are fitted: the rows "
+     "marked *paired* hold the sets that both campaigns have. Coefficients are given from three Froude numbers and four materials on."),
     ("intervals", "How well the coefficients are known", figure_intervals,
      "The standard errors of a fit take its residuals to be independent. All runs of one material (one M') err together, and so do all runs "
      "of one Froude number: therefore whole materials and whole Froude numbers are drawn anew (bootstrap) and left out (jackknife). The last "
