@@ -1,7 +1,5 @@
 #include <fmt/format.h>
 
-#include <Eigen/Eigenvalues>
-#include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
 #include <numbers>
@@ -10,6 +8,7 @@
 #include "libmpm/driver/scene.hpp"
 #include "validation/harness/case.hpp"
 #include "validation/harness/in_parallel.hpp"
+#include "validation/harness/manufactured_motion.hpp"
 #include "validation/harness/particle_access.hpp"
 
 namespace mpm::validation {
@@ -21,10 +20,10 @@ constexpr double period = 1.0;                ///< s
 
 /// Points turn about the z axis by alpha(R, t) = A g(t) h(R): g = (1 - cos(2 pi t/T))/2, h = 1 - 32 (R - 1)^2 + 256 (R - 1)^4 in the ring,
 /// 0 beside it. Derived in the README.
-class Vortex {
+class Vortex : public ManufacturedMotion {
  public:
   Vortex(const HenckyElastic::Parameters& m, double angle)
-      : density_(m.density), shear_(m.young_modulus / (2.0 * (1.0 + m.poisson_ratio))), angle_(angle), spec_(m) {}
+      : density_(m.density), shear_(m.young_modulus / (2.0 * (1.0 + m.poisson_ratio))), angle_(angle) {}
 
   /// alpha and its derivatives at a radius and a time.
   struct Turn {
@@ -39,7 +38,7 @@ class Vortex {
     const double g = 0.5 * (1.0 - std::cos(w * t)), g1 = 0.5 * w * std::sin(w * t), g2 = 0.5 * w * w * std::cos(w * t);
     return {angle_ * g * h, angle_ * g1 * h, angle_ * g2 * h, angle_ * g * h1, angle_ * g * h2, angle_ * g1 * h1};
   }
-  [[nodiscard]] Vec3 position(const Vec3& reference, double t) const {
+  [[nodiscard]] Vec3 position(const Vec3& reference, double t) const override {
     const double a = at(std::hypot(reference.x(), reference.y()), t).angle, c = std::cos(a), s = std::sin(a);
     return {c * reference.x() - s * reference.y(), s * reference.x() + c * reference.y(), reference.z()};
   }
@@ -54,25 +53,25 @@ class Vortex {
     if (radius == 0.0) return {Vec3::UnitX(), Vec3::UnitY(), 0.0};
     return {Vec3(x.x(), x.y(), 0.0) / radius, Vec3(-x.y(), x.x(), 0.0) / radius, radius};
   }
-  [[nodiscard]] Vec3 velocity(const Vec3& reference, double t) const {
+  [[nodiscard]] Vec3 velocity(const Vec3& reference, double t) const override {
     const Polar e = polar(reference, t);
     return e.radius * at(e.radius, t).rate * e.theta;
   }
   /// L = d v/d x: v_theta = r w(r), with w the rate.
-  [[nodiscard]] Mat3 gradient(const Vec3& reference, double t) const {
+  [[nodiscard]] Mat3 gradient(const Vec3& reference, double t) const override {
     const Polar e = polar(reference, t);
     const Turn a = at(e.radius, t);
     return (a.rate + e.radius * a.rate_slope) * e.theta * e.r.transpose() - a.rate * e.r * e.theta.transpose();
   }
   /// Kirchhoff stress, Pa.
-  [[nodiscard]] Mat3 stress(const Vec3& reference, double t) const {
+  [[nodiscard]] Mat3 stress(const Vec3& reference, double t) const override {
     const Polar e = polar(reference, t);
     const Shear s = shear(e.radius * at(e.radius, t).slope);
     return s.along * (e.theta * e.theta.transpose() - e.r * e.r.transpose()) +
            s.across * (e.theta * e.r.transpose() + e.r * e.theta.transpose());
   }
   /// b, m/s^2.
-  [[nodiscard]] Vec3 body_force(const Vec3& reference, double t) const {
+  [[nodiscard]] Vec3 body_force(const Vec3& reference, double t) const override {
     const Polar e = polar(reference, t);
     const Turn a = at(e.radius, t);
     if (e.radius <= inner || e.radius >= outer) return Vec3::Zero();
@@ -81,34 +80,6 @@ class Vortex {
     const double radial = -e.radius * a.rate * a.rate + (s.along_slope * change + 2.0 * s.along / e.radius) / density_;
     const double tangential = e.radius * a.acceleration - (s.across_slope * change + 2.0 * s.across / e.radius) / density_;
     return radial * e.r + tangential * e.theta;
-  }
-
-  /// Largest residual of rho_0 x'' = Div P + rho_0 b over the largest rho_0 |b|, by central differences of the motion alone: F, Hencky's
-  /// stress from the eigenvalues of F F^T, P = tau F^-T, and Div P.
-  [[nodiscard]] double momentum_residual() const {
-    constexpr double h = 1e-4;
-    const double lame = spec_.young_modulus * spec_.poisson_ratio / ((1.0 + spec_.poisson_ratio) * (1.0 - 2.0 * spec_.poisson_ratio));
-    const auto piola = [&](const Vec3& x, double t) {
-      Mat3 f;
-      for (int j = 0; j < 3; ++j) f.col(j) = (position(x + h * Vec3::Unit(j), t) - position(x - h * Vec3::Unit(j), t)) / (2.0 * h);
-      const Eigen::SelfAdjointEigenSolver<Mat3> eigen(f * f.transpose());
-      const Vec3 strain = 0.5 * eigen.eigenvalues().array().log();
-      const Vec3 tau = Vec3::Constant(lame * strain.sum()) + 2.0 * shear_ * strain;
-      return Mat3(eigen.eigenvectors() * tau.asDiagonal() * eigen.eigenvectors().transpose() * f.inverse().transpose());
-    };
-    double worst = 0.0, scale = 0.0;
-    for (int n = 0; n < 200; ++n) {
-      const double radius = inner + 0.01 + (outer - inner - 0.02) * (0.3711 * n - std::floor(0.3711 * n)), angle = 2.399 * n;
-      const double t = period * (0.2719 * n - std::floor(0.2719 * n));
-      const Vec3 x(radius * std::cos(angle), radius * std::sin(angle), 0.0);
-      const Vec3 acceleration = (position(x, t + h) - 2.0 * position(x, t) + position(x, t - h)) / (h * h);
-      Vec3 divergence = Vec3::Zero();
-      for (int j = 0; j < 2; ++j) divergence += (piola(x + h * Vec3::Unit(j), t) - piola(x - h * Vec3::Unit(j), t)).col(j) / (2.0 * h);
-      const Vec3 b = body_force(x, t);
-      scale = std::max(scale, density_ * b.norm());
-      worst = std::max(worst, (density_ * (acceleration - b) - divergence).norm());
-    }
-    return worst / scale;
   }
 
  private:
@@ -121,7 +92,6 @@ class Vortex {
     return {shear_ * gamma * s, 2.0 * shear_ * s, shear_ * (s + gamma * slope), 2.0 * shear_ * slope};
   }
   double density_, shear_, angle_;
-  HenckyElastic::Parameters spec_;
 };
 
 struct Settings {
@@ -132,12 +102,9 @@ struct Settings {
 };
 
 struct Errors {
-  double cell = 0.0;                  ///< m
-  double displacement = 0.0;          ///< largest L2 error over the period, over A times 1 m
-  double stress = 0.0;                ///< L2 error of tau at T/2 over the largest |tau|
-  std::vector<double> time, history;  ///< T; L2 error over A
-  std::vector<double> radius, turn;   ///< of the ring's particles at T/2, m; angle turned over A
-  double particle_steps = 0.0;
+  double cell = 0.0;                 ///< m
+  MotionErrors motion;               ///< its displacements over A times 1 m
+  std::vector<double> radius, turn;  ///< of the ring's particles at T/2, m; angle turned over A
 };
 
 Errors turn(const CaseContext& context, const Settings& s) {
@@ -164,54 +131,23 @@ Errors turn(const CaseContext& context, const Settings& s) {
 
   const double fastest = outer * s.angle * pi / period, wanted = c.numerics.cfl * dx / (wave_speed_of(scene.material) + fastest);
   const auto steps = 2 * static_cast<int>(std::ceil(0.5 * period / wanted));
-  const double dt = period / steps;
-  state.grid.change_particles([&](Particle& p) {  // velocities live at half steps
-    const Vec3 v = exact.velocity(reference[p.id], -0.5 * dt);
-    const Mat3 l = exact.gradient(reference[p.id], -0.5 * dt);
-    for (int i = 0; i < 3; ++i) p.velocity[i] = v[i];
-    for (int j = 0; j < 3; ++j)
-      for (int i = 0; i < 3; ++i) p.affine[3 * j + i] = l(i, j);
-  });
+  const auto moving = static_cast<std::size_t>(std::ranges::count_if(reference, [](const Vec3& x) {
+    const double r = std::hypot(x.x(), x.y());
+    return r > inner && r < outer;
+  }));
   Errors e;
   e.cell = dx;
-  std::size_t moving = 0;
-  for (const Vec3& x : reference) {
+  const auto drawn = static_cast<std::uint64_t>(std::max(1.0, static_cast<double>(reference.size()) / 2000.0));
+  const auto draw = [&](const Particle& p, const Vec3& x) {
     const double r = std::hypot(x.x(), x.y());
-    moving += r > inner && r < outer ? 1 : 0;
-  }
-  for (int n = 0; n < steps; ++n) {
-    const double t = n * dt, next = (n + 1) * dt;
-    state.grid.change_particles([&](Particle& p) {
-      const Vec3 b = exact.body_force(reference[p.id], t);
-      for (int i = 0; i < 3; ++i) p.velocity[i] += dt * b[i];
-    });
-    step(state, scene, dt);
-    e.particle_steps += static_cast<double>(state.grid.particle_count());
-    const bool half = 2 * (n + 1) == steps;
-    if (!half && (n + 1) % std::max(1, steps / 40) != 0) continue;
-    double squares = 0.0, stress = 0.0, largest = 0.0;
-    state.grid.for_each_particle([&](const Particle& p) {
-      const Vec3& x = reference[p.id];
-      const Vec3 now(p.position[0], p.position[1], p.position[2]);
-      squares += (now - exact.position(x, next)).squaredNorm();
-      if (!half) return;
-      const double r = std::hypot(x.x(), x.y());
-      const Mat3 tau = exact.stress(x, next);
-      Mat3 ours;
-      ours << p.stress[0], p.stress[3], p.stress[4], p.stress[3], p.stress[1], p.stress[5], p.stress[4], p.stress[5], p.stress[2];
-      stress += (ours - tau).squaredNorm();
-      largest = std::max(largest, tau.norm());
-      if (r < inner - 2.0 * dx || p.id % static_cast<std::uint64_t>(std::max(1.0, static_cast<double>(reference.size()) / 2000.0)) != 0)
-        return;
-      const double turned = std::atan2(x.x() * now.y() - x.y() * now.x(), x.x() * now.x() + x.y() * now.y());
-      e.radius.push_back(r);
-      e.turn.push_back(turned / s.angle);
-    });
-    e.time.push_back(next / period);
-    e.history.push_back(std::sqrt(squares / static_cast<double>(moving)) / s.angle);
-    e.displacement = std::max(e.displacement, e.history.back());
-    if (half) e.stress = std::sqrt(stress / static_cast<double>(moving)) / largest;
-  }
+    if (r < inner - 2.0 * dx || p.id % drawn != 0) return;
+    e.radius.push_back(r);
+    const double across = x.x() * p.position[1] - x.y() * p.position[0], along = x.x() * p.position[0] + x.y() * p.position[1];
+    e.turn.push_back(std::atan2(across, along) / s.angle);
+  };
+  e.motion = follow(state, scene, exact, reference, {.period = period, .steps = steps, .judged = moving, .half = draw});
+  e.motion.displacement /= s.angle;
+  for (double& error : e.motion.history) error /= s.angle;
   return e;
 }
 
@@ -220,11 +156,21 @@ struct Variant {
   Settings settings;
 };
 
+/// Points of the ring at some times of the period.
+std::vector<MotionPoint> sampled_points() {
+  std::vector<MotionPoint> points;
+  for (int n = 0; n < 200; ++n) {
+    const double radius = inner + 0.01 + (outer - inner - 0.02) * (0.3711 * n - std::floor(0.3711 * n)), angle = 2.399 * n;
+    points.push_back({Vec3(radius * std::cos(angle), radius * std::sin(angle), 0.0), period * (0.2719 * n - std::floor(0.2719 * n))});
+  }
+  return points;
+}
+
 void run(const CaseContext& context, CaseResult& result) {
   const Case c = context.read_case();
   result.check_absolute(
       Label::verification, "body force: largest residual of the momentum equation over ρ0 |b|max",
-      Vortex(c.material.as<HenckyElastic>(), 0.3).momentum_residual(), 0.0, "", 1e-4,
+      momentum_residual(Vortex(c.material.as<HenckyElastic>(), 0.3), c.material.as<HenckyElastic>(), sampled_points()), 0.0, "", 1e-4,
       "nested central differences over 1e-4 m, whose fourth derivatives are up to 1e4 times the values; round-off 1e-16/1e-8");
   const auto grids = context.choose<std::vector<int>>({8, 12, 16}, {8, 12, 16, 24}, {8, 12, 16, 24, 32, 48});
   std::vector<Variant> variants = {
@@ -252,8 +198,8 @@ void run(const CaseContext& context, CaseResult& result) {
   for (std::size_t v = 0; v < variants.size(); ++v) {
     std::vector<double> cell, error, stress;
     for (const Errors& e : all[v]) {
-      cell.push_back(e.cell), error.push_back(e.displacement), stress.push_back(e.stress);
-      work += e.particle_steps;
+      cell.push_back(e.cell), error.push_back(e.motion.displacement), stress.push_back(e.motion.stress);
+      work += e.motion.particle_steps;
     }
     const double order = fitted_order(cell, error);
     const std::string& name = variants[v].name;
@@ -271,7 +217,7 @@ void run(const CaseContext& context, CaseResult& result) {
                                        name, error.front(), error.back(), orders, stress.front(), stress.back(),
                                        fitted_order(cell, stress)));
     errors.series.push_back({name, cell, error, Series::Style::points});
-    history.series.push_back({name, all[v].back().time, all[v].back().history, Series::Style::simulation});
+    history.series.push_back({name, all[v].back().motion.time, all[v].back().motion.history, Series::Style::simulation});
   }
   errors.series.push_back(slope_line("order 2", errors.series.front().x, errors.series.front().y.back(), 2.0));
   result.plots.push_back(std::move(errors));
