@@ -33,6 +33,13 @@ class ValidationHistory(unittest.TestCase):
     def test_a_check_that_fails_now_is_worse(self):
         self.assertEqual(self.worse(("a", "check", "x", (0.99, "ok"), (1.01, "FAILED"))), ["x"])
 
+    def test_a_verdict_between_ok_and_failed_is_worse_than_ok_and_better_than_failed(self):
+        self.assertEqual(self.worse(("a", "check", "now not met", (0.99, "ok"), (1.01, "not met")), ("a", "check", "now fails", (1.1, "not met"), (1.1, "FAILED")),
+                                    ("a", "check", "known now", (1.1, "FAILED"), (1.4, "not met")), ("a", "check", "as it was", (1.1, "not met"), (1.1, "not met"))),
+                         ["now not met", "now fails"])
+        table = read_history(self.file)
+        self.assertEqual(list(table[table.better].quantity), ["known now"])
+
     def test_an_error_that_grows_is_worse_only_where_it_matters(self):
         self.assertEqual(self.worse(("a", "check", "large", (0.3, "ok"), (0.4, "ok")), ("a", "check", "round-off", (1e-9, "ok"), (1e-3, "ok")),
                                     ("a", "check", "a little", (0.80, "ok"), (0.85, "ok"))), ["large"])
@@ -65,6 +72,14 @@ class ValidationHistory(unittest.TestCase):
         self.assertIn("1 change for the worse", text)
         self.assertIn("pressure &amp; force", text)
         self.assertNotIn("http://", text.replace("http://www.w3.org", ""))
+
+    def test_the_page_tells_not_met_from_failed(self):
+        page = pathlib.Path(self.folder.name) / "history.html"
+        draw_history_page(self.history(("a", "check", "x", (0.9, "ok"), (1.4, "not met")), ("a", "check", "y", (1.2, "not met"), (1.4, "FAILED"))), page)
+        text = page.read_text(encoding="utf-8")
+        self.assertIn("1.4 (not met)", text)
+        self.assertIn("1.2 (not met)", text)
+        self.assertIn("1.4 (FAILED)", text)
 
     def test_a_level_without_recordings_is_an_error(self):
         with self.assertRaises(ValueError):

@@ -360,6 +360,18 @@ TEST(Record, AppendsToTheHistory) {
   EXPECT_EQ(history.text("verdict")[3], "FAILED");
 }
 
+TEST(Record, TellsATargetThatIsKnownNotToBeMetFromAFailure) {
+  const Scratch scratch;
+  CaseResult r;
+  r.name = "known";
+  r.check_relative(Label::verification, "met", 1.0, 1.0, "m", 0.02, "");
+  r.check_relative(Label::verification, "not met", 1.05, 1.0, "m", 0.02, "").known_miss(1.06, "a cause");
+  r.check_relative(Label::verification, "beyond its bound", 1.07, 1.0, "m", 0.02, "").known_miss(1.06, "a cause");
+  record_results(scratch.path, {r}, {.machine = "a machine", .started = "2026-01-02T03:04:05Z"});
+  const std::vector<std::string> verdicts = Table::read(scratch.path / "history.csv").text("verdict");
+  EXPECT_EQ(std::vector(verdicts.begin() + 1, verdicts.begin() + 4), (std::vector<std::string>{"ok", "not met", "FAILED"}));
+}
+
 TEST(Record, OfAllCasesKeepsBiasAndSpread) {  // no case is registered in this program
   const Scratch scratch;
   CaseResult r = good_case();

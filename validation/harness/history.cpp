@@ -48,7 +48,7 @@ void append_history(const std::filesystem::path& directory, const std::vector<Ca
   for (const CaseResult& r : results) {
     add(r.name, "time", "wall time", r.wall_time_s, "", r.passed() ? "ok" : "FAILED");
     for (const Check& c : r.checks) {
-      add(r.name, "check", c.quantity, tolerance_used(c), digits(c.error), c.passed ? "ok" : "FAILED");
+      add(r.name, "check", c.quantity, tolerance_used(c), digits(c.error), to_string(c.verdict()));
       if (c.observed_order) add(r.name, "order", c.quantity, *c.observed_order, "", "");
     }
   }

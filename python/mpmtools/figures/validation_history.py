@@ -1,7 +1,7 @@
 """The history of the validation suite (reference_data/validation_orders/history.csv) as a page: what every recording found, and what became worse.
 
 Worse is, from one recording of a series to the next:
-- check: it fails and did not before, or its error grew by more than a tenth and by more than a fiftieth of the tolerance;
+- check: its verdict is worse (ok, not met as known, FAILED), or its error grew by more than a tenth and by more than a fiftieth of the tolerance;
 - order: it fell by more than 0.1;
 - bias: its distance from 1 grew by more than 0.01; spread: it grew by more than a tenth and by more than 0.005;
 - time: on the same machine and number of threads it grew by more than a quarter and by more than 2 s.
@@ -21,6 +21,7 @@ SERIES = ["level", "case", "kind", "quantity"]
 KINDS = {"check": "used share of the tolerance", "order": "observed order", "time": "wall time [s]", "bias": "bias", "spread": "standard deviation"}
 BAD = "#b3262e"
 SHOWN = 60  # recordings on an axis, the latest
+VERDICTS = ("ok", "not met", "FAILED")  # of checks, the best first
 
 TEMPLATE = r"""<!doctype html>
 <html lang="en"><head><meta charset="utf-8"><meta name="viewport" content="width=device-width, initial-scale=1">
@@ -35,11 +36,11 @@ commit {{ recordings[-1].commit }}.</p>
 <span>{{ earlier }} in earlier ones, {{ better }} for the better in the latest</span></div>
 {% if latest %}<table class="stack"><thead><tr><th>case</th><th>what</th><th>quantity</th><th class="number">before</th><th class="number">now</th><th>before: commit</th></tr></thead><tbody>
 {% for w in latest %}<tr class="bad"><td class="name" data-label="case">{{ (w.case or 'all cases')|breakable }}</td><td data-label="what">{{ kinds[w.kind] }}</td><td class="what" data-label="quantity">{{ w.quantity }}</td>
-<td class="number" data-label="before">{{ '%.3g'|format(w.before) }}{{ ' (failed)' if w.verdict_before == 'FAILED' }}</td><td class="number" data-label="now">{{ '%.3g'|format(w.value) }}{{ ' (fails)' if w.verdict == 'FAILED' }}</td>
+<td class="number" data-label="before">{{ '%.3g'|format(w.before) }}{{ w.verdict_before|bad_verdict }}</td><td class="number" data-label="now">{{ '%.3g'|format(w.value) }}{{ w.verdict|bad_verdict }}</td>
 <td data-label="commit before">{{ w.commit_before }}</td></tr>
 {% endfor %}</tbody></table>{% endif %}
-<p class="legend">A red mark is a change for the worse against the recording before. Of a check: it fails, or its error grew by more than a tenth and by more than a fiftieth of its
-tolerance. Of an order: it fell by more than 0.1. Of a bias: its distance from 1 grew by more than 0.01. Of a standard deviation: it grew by more than a tenth and by more than 0.005. Of a time:
+<p class="legend">A red mark is a change for the worse against the recording before. Of a check: its verdict is worse (ok; not met, as known; FAILED), or its error grew by more than
+a tenth and by more than a fiftieth of its tolerance. A check that is not met has a square mark, one that fails a cross. Of an order: it fell by more than 0.1. Of a bias: its distance from 1 grew by more than 0.01. Of a standard deviation: it grew by more than a tenth and by more than 0.005. Of a time:
 on the same machine it grew by more than a quarter and by more than 2 s. <span class="screen">Point at a mark for its value.</span></p>
 {% for name, svgs in figures %}<section id="{{ name|replace(' ', '-') }}"><h2>{{ name }}</h2><div class="figures">{% for svg in svgs %}<figure>{{ svg }}</figure>{% endfor %}</div></section>
 {% endfor %}</main></div><script>{{ script }}</script></body></html>
@@ -64,8 +65,8 @@ def _worse(row, old, new, turned=False):
     if pd.isna(row.before) or pd.isna(row.value):
         return False
     if row.kind == "check":
-        verdicts = (row.verdict_before, row.verdict)[::-1 if turned else 1]
-        return verdicts == ("ok", "FAILED") or (new > 1.1 * old and new > old + 0.02 and verdicts != ("FAILED", "ok"))
+        step = (VERDICTS.index(row.verdict) - VERDICTS.index(row.verdict_before)) * (-1 if turned else 1)
+        return step > 0 or (step == 0 and new > 1.1 * old and new > old + 0.02)
     if row.kind == "order":
         return new < old - 0.1
     if row.kind == "bias":
@@ -74,6 +75,11 @@ def _worse(row, old, new, turned=False):
         return new > 1.1 * old and new > old + 0.005
     same = row.machine == row.machine_before and row.threads == row.threads_before
     return bool(same and new > 1.25 * old and new > old + 2.0)
+
+
+def _bad_verdict(verdict):
+    """What follows the value of a check that does not hold; empty for another one, and where there is no verdict."""
+    return f" ({verdict})" if verdict in VERDICTS[1:] else ""
 
 
 def draw_history_page(path, target, level="standard"):
@@ -95,7 +101,7 @@ def draw_history_page(path, target, level="standard"):
         mine = shown[shown.case == case]
         figures.append((case, [_panel(mine[mine.kind == kind], labels, kind, title) for kind, title in (("check", "Checks"), ("order", "Orders")) if (mine.kind == kind).any()]))
     environment = jinja2.Environment(autoescape=True, trim_blocks=True)
-    environment.filters["breakable"] = breakable
+    environment.filters.update(breakable=breakable, bad_verdict=_bad_verdict)
     page = environment.from_string(TEMPLATE).render(
         style=markupsafe.Markup(STYLE + interactive.STYLE), script=markupsafe.Markup(interactive.SCRIPT), level=level, recordings=recordings, kinds=KINDS, figures=figures,
         latest=rows[last & rows.worse].to_dict("records"), earlier=int((rows.worse & ~last).sum()), better=int((rows.better & last).sum()))
@@ -116,9 +122,10 @@ def _panel(rows, labels, kind, title, by="quantity"):
             if not np.isfinite(y):
                 continue
             gid = f"history-{title}-{by}-{row.Index}".replace(" ", "-")
-            axes.plot([x], [y], "v" if row.worse else "o", color=BAD if row.worse else colour, markersize=7 if row.worse else 3.5, gid=gid, zorder=3 if row.worse else 2)
+            marker = "v" if row.worse else {"not met": "s", "FAILED": "X"}.get(row.verdict, "o")
+            axes.plot([x], [y], marker, color=BAD if row.worse else colour, markersize=7 if row.worse else 3.5, gid=gid, zorder=3 if row.worse else 2)
             before = "" if pd.isna(row.before) else f", before {row.before:.3g} ({row.commit_before[:8]})"
-            texts[gid] = f"{name}\n{KINDS[kind]}: {row.value:.3g}{before}{'; worse' if row.worse else ''}{'; FAILED' if row.verdict == 'FAILED' else ''}\n{row.commit}, {row.date[:10]}"
+            texts[gid] = f"{name}\n{KINDS[kind]}: {row.value:.3g}{before}{'; worse' if row.worse else ''}{_bad_verdict(row.verdict)}\n{row.commit}, {row.date[:10]}"
     if kind in ("check", "time"):
         axes.set_yscale("log")
     if kind in ("check", "bias"):
