@@ -1,7 +1,9 @@
 #include <fmt/format.h>
 
 #include <cmath>
+#include <map>
 #include <numbers>
+#include <string>
 
 #include "libmpm/driver/case_file.hpp"
 #include "validation/cases/cylinder_in_jet/smooth_separation.hpp"
@@ -12,8 +14,11 @@ namespace mpm::validation {
 namespace {
 
 constexpr double aim = 0.03;
-/// Bound on the error of the force, by cells across, where the aim is not met.
-double bound(int cells) { return cells < 12 ? 0.1 : 0.05; }
+
+/// Runs whose force is known to be too large, and the bound on force over exact force: what was measured (README.md) and two standard
+/// errors of 0.006.
+const std::map<std::string, double> known_excess = {
+    {"5 cells", 1.075}, {"8 cells, grid moved by 0.3 and 0.4 cells", 1.056}, {"8 cells, CFL 0.8", 1.042}};
 
 /// The runs that are judged. @param with_variants  also those of another place of the grid or time step
 std::vector<NamedJet> named_runs(const CaseContext& context, bool with_variants) {
@@ -55,15 +60,12 @@ void run(const CaseContext& context, CaseResult& result) {
   for (std::size_t i = 0; i < runs.size(); ++i) {
     const double exact = CylinderInJet(all[i].ratio).force();
     const std::string name = runs[i].name + ": force over the exact one";
-    result.check_relative(Label::regression, name, over_exact(all[i]), 1.0, "", bound(runs[i].setting.cells),
-                          "a bound on what is known at this number of cells; the aim is a check of its own");
-    Check& within_aim = result
-                            .check_relative(Label::verification, name + ", aim", over_exact(all[i]), 1.0, "", aim,
-                                            "what the plate reaches; standard errors are up to 0.01")
-                            .in_summary(Quantity::force, 0.001, all[i].unit * exact);
-    if (!within_aim.passed)
-      within_aim.known_miss(1.0 + std::copysign(bound(runs[i].setting.cells), over_exact(all[i]) - 1.0),
-                            "the layer at the wall loses speed, and the fluid is compressible: see the README");
+    Check& force = result
+                       .check_relative(Label::verification, name, over_exact(all[i]), 1.0, "", aim,
+                                       "what the plate reaches; standard errors are up to 0.01")
+                       .in_summary(Quantity::force, 0.001, all[i].unit * exact);
+    if (const auto known = known_excess.find(runs[i].name); known != known_excess.end())
+      force.known_miss(known->second, "the layer at the wall loses speed, and the fluid is compressible: see the README");
     result.notes.push_back(fmt::format("{}: diameter/d {:.4f}, force over ρU²d {:.4f} (standard error {:.4f}), exact {:.4f}.", runs[i].name,
                                        all[i].ratio, all[i].mean.mean, all[i].mean.standard_error, exact));
   }
