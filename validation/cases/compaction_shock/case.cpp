@@ -3,6 +3,9 @@
 #include <algorithm>
 #include <cmath>
 #include <iterator>
+#include <map>
+#include <optional>
+#include <string>
 
 #include "libmpm/base/error.hpp"
 #include "libmpm/core/diagnostics.hpp"
@@ -269,6 +272,66 @@ struct Method {
 
 constexpr double largest = 1.5;  ///< compression that the oedometric path reaches
 
+/// Bounds on the state behind the shock over the exact one where it is known to be missed: what was measured with 128 and 256 cells
+/// (README.md), and 1 % more. None: the tolerance is kept.
+struct KnownState {
+  std::optional<double> force, stress, density, speed;
+};
+
+KnownState known_state(const Snow& snow, const Method& method) {
+  using Table = std::map<std::string, KnownState>;
+  static const Table weakly_damped = {
+      {"m0-xi0.05", {0.918, 0.921, 1.102, 0.900}}, {"m0-xi0.5", {0.948, 0.949, {}, 0.942}}, {"m0.8-b0.3", {0.943, 0.945, {}, 0.937}}};
+  static const Table apic = {
+      {"m0-xi0.05", {0.947, 0.949, 1.049, 0.955}}, {"m0-xi0.5", {0.963, {}, {}, 0.962}}, {"m0.8-b0.3", {0.959, {}, {}, 0.957}}};
+  if (method.name == "PIC") return {};
+  return (method.name == "APIC" ? apic : weakly_damped).at(snow.id);
+}
+
+/// The state behind the shock, its speed and the energy of the column against the exact ones.
+void check_state(CaseResult& result, const std::string& name, const Snow& snow, const Method& method, const Waves& exact, double density,
+                 const Measured& m, bool own) {
+  const KnownState known = known_state(snow, method);
+  const bool shown = method.name == "AFLIP" || !own;  // in the summary: the default transfer
+  const double stress = exact.behind().stress;
+  const auto check = [&](const std::string& what, double value, double tolerance, const std::string& reason,
+                         const std::optional<double>& bound, Quantity quantity, double unit) {
+    Check& c = result.check_relative(Label::verification, name + ": " + what, value, 1.0, "", tolerance, reason);
+    if (shown) c.in_summary(quantity, 0.0, unit);
+    if (bound)
+      c.known_miss(*bound,
+                   "the transfer damps too little for a shock: snow that an overshoot has compacted too far stays compacted, and the jump "
+                   "conditions hold for another state");
+  };
+  const std::string reason = "2 %: what the diffusion of PIC, dx²/dt, leaves behind its wide front";
+  check("force on the wall over the exact one", m.force, 0.02, reason, known.force, Quantity::force, stress);
+  check("axial stress behind the shock over the exact one", m.stress, 0.03, "3 %: as the force, and particles at one instant", known.stress,
+        Quantity::pressure, stress);
+  check("density behind the shock over the exact one", m.density, 0.02, reason, known.density, Quantity::density,
+        density / exact.behind().volume_ratio());
+  check("speed of the shock over the exact one", m.speed, 0.02, "2 %: the front passes some 50 cells, its place is known to about one",
+        known.speed, Quantity::speed, exact.last().speed);
+  if (!own) return;
+  Check& energy = result.check_absolute(Label::verification, name + ": energy of the column at half time, over its first energy", m.energy,
+                                        m.energy_exact, "", 0.02, "2 % of the first energy: as the state behind the shock");
+  if (method.name == "PIC")
+    energy.known_miss(m.energy_exact - 0.05,
+                      "the diffusion of PIC takes energy out of its wide fronts; half as much on a grid twice as fine");
+}
+
+/// Jump conditions of the last wave, which hold for any state behind it, and the speed of the elastic precursor.
+void check_jumps(CaseResult& result, const std::string& name, const Snow& snow, const Method& method, const Measured& m) {
+  result.check_relative(Label::verification, name + ": mass through the shock, U (J₁ − J₂) over the jump of velocity", m.mass_jump, 1.0, "",
+                        0.02, "2 %: the front passes some 50 cells, its place is known to about one");
+  result.check_relative(Label::verification, name + ": momentum, jump of stress over ρ0 U times the jump of velocity", m.momentum_jump, 1.0,
+                        "", 0.03, "3 %: as the mass, and particles at one instant");
+  if (snow.slope != 0.0) return;
+  Check& first = result.check_relative(Label::verification, name + ": speed of the elastic precursor over the exact one", m.first_speed,
+                                       1.0, "", 0.02, "2 %: as the shock's place");
+  if (method.name == "AFLIP" && snow.xi == 0.5)
+    first.known_miss(0.975, "the front of AFLIP rings, so that its place is known to a few cells");
+}
+
 std::vector<int> grids_of(const CaseContext& context) {
   return context.choose<std::vector<int>>({32, 64, 128}, {32, 64, 128, 256}, {32, 64, 128, 256, 512});
 }
@@ -337,34 +400,15 @@ void run(const CaseContext& context, CaseResult& result) {
         cell.push_back(finest.cell), error.push_back(std::abs(finest.density - 1.0));
       }
       const std::string name = own ? snow.name + ", " + method.name : snow.name;
+      check_state(result, name, snow, method, exact, base.density, finest, own);
       if (method.name == "PIC" || !own) {
-        const std::string reason = "2 %: what the diffusion of PIC, dx²/dt, leaves behind its wide front";
-        result.check_relative(Label::verification, name + ": force on the wall over the exact one", finest.force, 1.0, "", 0.02, reason);
-        result.check_relative(Label::verification, name + ": axial stress behind the shock over the exact one", finest.stress, 1.0, "",
-                              0.03, "3 %: the diffusion of PIC, and particles at one instant");
-        result.check_relative(Label::verification, name + ": density behind the shock over the exact one", finest.density, 1.0, "", 0.02,
-                              reason);
         const double order = fitted_order(cell, error);
         result
             .check_order(Label::verification, name + ": order of the density behind the shock", order, 0.8, 3.0,
                          "the diffusion is of first order; behind the front the error falls faster than its width")
             .observed_order = order;
       }
-      if (method.name != "PIC") {  // its front is too wide for a place
-        result.check_relative(Label::verification, name + ": mass through the shock, U (J₁ − J₂) over the jump of velocity",
-                              finest.mass_jump, 1.0, "", 0.02, "2 %: the front passes some 50 cells, its place is known to about one");
-        result.check_relative(Label::verification, name + ": momentum, jump of stress over ρ0 U times the jump of velocity",
-                              finest.momentum_jump, 1.0, "", 0.03, "3 %: as the mass, and particles at one instant");
-        if (snow.slope == 0.0)
-          result
-              .check_relative(Label::verification, name + ": speed of the elastic precursor over the exact one", finest.first_speed, 1.0,
-                              "", 0.02, "2 %: as the shock's place")
-              .known_miss(0.97, "the front of AFLIP rings, so that its place is known to a few cells");
-        if (own)
-          result.notes.push_back(
-              fmt::format("Not met: {} behind the shock within 2 %: force {:.4f}, density {:.4f}, speed {:.4f} of the exact ones.", name,
-                          finest.force, finest.density, finest.speed));
-      }
+      if (method.name != "PIC") check_jumps(result, name, snow, method, finest);  // its front is too wide for a place
       result.notes.push_back(
           fmt::format("{}: force {:.4f}, stress {:.4f}, density {:.4f} (errors {:.1e} to {:.1e}), speed {:.4f}, precursor {:.4f}; energy "
                       "{:.4f}, exact {:.4f}.",
