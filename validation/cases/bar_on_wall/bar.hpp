@@ -39,6 +39,8 @@ struct Settings {
 /// What happened, in units of L/c (time), rho c V A (force), the bar's mass times V (momentum) and m V^2/2 (energy).
 struct Impact {
   double cell = 0.0;                ///< over L
+  double full = 0.0;                ///< rho c V A, N
+  double speed = 0.0;               ///< V, m/s
   std::vector<double> time, force;  ///< of each step
   std::vector<double> momentum;     ///< after each step, away from the wall
   std::vector<double> energy_time, energy;
@@ -113,6 +115,8 @@ inline Impact hit(const CaseContext& context, const Settings& s) {
   const State start = setup.start(c, scene);
   Impact r;
   r.cell = 1.0 / s.cells;
+  r.full = full;
+  r.speed = v;
   double elastic = 0.0, kinetic = -1.0, before = totals(start, scene).momentum.x();
   double centre = (0.5 * length + c.bodies[0].min.x()) / length;
   r.turning_point = centre;

@@ -166,9 +166,15 @@ void uniform_impact(const CaseContext& context, CaseResult& result, const std::v
     double sum = 0.0;
     for (std::size_t i = at(0.5); i < at(1.5); ++i) sum += finest.force[i];
     const double mean = sum / static_cast<double>(at(1.5) - at(0.5));
-    result.check_relative(Label::verification, name + ": mean force from 0.5 to 1.5 L/c, over ρcVA", mean, 1.0, "",
-                          (surface ? 0.25 : 0.5) * s.cell.back() + 0.01,
-                          "a quarter of a cell (contact on nodes: half a cell) over the length, and 1 % for the ringing behind the front");
+    Check& force = result.check_relative(
+        Label::verification, name + ": mean force from 0.5 to 1.5 L/c, over ρcVA", mean, 1.0, "",
+        (surface ? 0.25 : 0.5) * s.cell.back() + 0.01,
+        "a quarter of a cell (contact on nodes: half a cell) over the length, and 1 % for the ringing behind the front");
+    if (&variant == &variants.front()) {  // the defaults
+      force.in_summary(Quantity::force, 0.0, finest.full);
+      result.compare(Label::verification, name + ": speed of the rebound", Quantity::speed, finest.momentum.back() * finest.speed,
+                     finest.speed, "m/s");
+    }
     const double halfway = 0.5 * (finest.momentum[at(1.0) - 1] + finest.momentum[at(1.0)]);  // velocities live at half steps
     result.check_absolute(Label::verification, name + ": momentum at L/c, where the bar is at rest", halfway, 0.0, "mV",
                           (surface ? 0.25 : 0.5) * s.cell.back(), "a quarter of a cell (contact on nodes: half a cell) over the length");
@@ -255,16 +261,14 @@ void distance(const CaseContext& context, CaseResult& result) {
       line.y.push_back((r.turning_point - 0.5 * (1.0 - s.speed)) * s.cells);
     }
     const auto [low, high] = std::minmax_element(line.y.begin(), line.y.end());
-    // B-splines of the lowest particles, a quarter of a cell above the bar's end, reach 1.5 cells; the wall's first node is on its plane,
-    // with contact at the surface up to half a cell before it
-    if (rule == ContactRule::surface) {
-      result.check_at_most(
-          Label::verification, "flying bar, contact at the surface: largest distance before the plane where it turns", *high, 1.75, "dx",
-          0.0, "particles reach 1.5 cells, are a quarter of a cell above the end, and meet nodes up to half a cell before the plane");
-    }
-    result.notes.push_back(
-        fmt::format("Not met: a bar that comes flying turns within 0.1 dx of the plane; it is turned {:.2f} to {:.2f} dx before it ({}).",
-                    *low, *high, line.name));
+    const bool surface = rule == ContactRule::surface;
+    result
+        .check_at_most(Label::verification, "flying bar, " + line.name + ": largest distance before the plane where it turns", *high, 0.1,
+                       "dx", 0.0, "aim: a tenth of a cell")
+        .known_miss(surface ? 1.12 : 0.91,
+                    "contact acts on velocities of nodes: B-splines of the lowest particles reach 1.5 cells, so that nodes at the wall "
+                    "move before the material arrives; with contact at the surface also those half a cell before the plane");
+    result.notes.push_back(fmt::format("A bar that comes flying turns {:.2f} to {:.2f} dx before the plane ({}).", *low, *high, line.name));
     plot.series.push_back(std::move(line));
   }
   result.plots.push_back(std::move(plot));
