@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 #include <map>
+#include <optional>
 
 #include "libmpm/base/error.hpp"
 #include "libmpm/driver/case_file.hpp"
@@ -17,18 +18,22 @@ namespace mpm::validation {
 namespace {
 
 /// The figures of one run, in the order of `studied`.
-enum FigureIndex : std::size_t { force_x, runup, pressure_height, pressure_height_in_cells, impact_pressure };
+enum FigureIndex : std::size_t { force_x, runup, pressure_height, pressure_height_in_cells, impact_pressure, profile_force };
 /// Order 2 in the interior, 1 at walls: what lies between 0.5 and 2 counts as credible (the window of Eca & Hoekstra, too).
 constexpr double formal_order = 1.5;
-const std::vector<FollowedQuantity> studied{{"force on the mast", "N", formal_order},
-                                            {"run-up", "m", formal_order},
-                                            {"pressure height", "m", formal_order},
-                                            {"pressure height, the paper's windows in cells", "m", formal_order},
-                                            {"pressure before the face", "Pa", formal_order}};
+const std::vector<FollowedQuantity> studied{
+    {"force on the mast", "N", formal_order},         {"run-up", "m", formal_order},
+    {"pressure height", "m", formal_order},           {"pressure height, the paper's windows in cells", "m", formal_order},
+    {"pressure before the face", "Pa", formal_order}, {"force of the mean pressure profile", "N", formal_order}};
 const std::vector<FigureIndex> asserted{force_x, runup, pressure_height};
 
-/// Two standard errors of a difference.
-double noise(const Metric& a, const Metric& b) { return 2.0 * std::hypot(a.standard_error, b.standard_error); }
+/// Aim for the relative error of a quantity: 3 % for the force, 4 % for heights.
+double aim_of(FigureIndex i) { return i == force_x ? 0.03 : 0.04; }
+
+/// Two standard errors of the difference of two means of a quantity, but at most the aim: noise alone must not make a check hold.
+double noise(FigureIndex i, const Metric& a, const Metric& b) {
+  return std::min(2.0 * std::hypot(a.standard_error, b.standard_error), aim_of(i) * std::abs(b.value));
+}
 
 /// The pressure height in the paper's windows, which follow the cells, beside that in windows of fixed size.
 class HeightInCells : public Observer {
@@ -82,6 +87,8 @@ class Runs {
   }
 
   [[nodiscard]] double width() const { return base_.obstacle->width(); }
+  /// n of the grid w/n.
+  [[nodiscard]] int cells(double dx) const { return static_cast<int>(std::lround(width() / dx)); }
   [[nodiscard]] std::uint64_t particle_steps() const { return particle_steps_; }
   [[nodiscard]] const std::vector<std::string>& unsteady() const { return unsteady_; }
 
@@ -117,8 +124,12 @@ class Runs {
       return Metric{run.results.number(fmt::format("{}_mean_{}", quantity, unit)),
                     run.results.number(fmt::format("{}_standard_error_{}", quantity, unit))};
     };
-    return done_[case_hash(c)] = {mean("force", "n"), mean("runup", "m"), mean("pressure_height", "m"), mean("height_in_cells", "m"),
-                                  mean("impact_pressure", "pa")};
+    return done_[case_hash(c)] = {mean("force", "n"),
+                                  mean("runup", "m"),
+                                  mean("pressure_height", "m"),
+                                  mean("height_in_cells", "m"),
+                                  mean("impact_pressure", "pa"),
+                                  Metric{run.results.number("profile_force_n"), 0.0}};
   }
 
  private:
@@ -145,76 +156,126 @@ std::vector<MetricConvergence> grid_family(CaseResult& result, Runs& runs, const
   std::vector<FollowedQuantity> figures = studied;
   for (FollowedQuantity& f : figures) f.quantity += ", " + id;
   auto studies = record_convergence(result, id, SweepKind::cell_size, sizes, figures, [&](double dx) {
-    const int n = static_cast<int>(std::lround(runs.width() / dx));
+    const int n = runs.cells(dx);
     return runs(fmt::format("w{}", n), runs.at(n), n == pictured);
   });
   if (!studies[force_x].convergence) throw UnstableError(fmt::format("{}: fewer than three grids have a steady interval", id));
   return studies;
 }
 
-/// What all grids but the finest state about themselves has to cover what the finest then gives.
-void check_prediction(CaseResult& result, const MetricConvergence& s, const std::string& unit) {
+/// What all grids but the finest state about themselves has to cover what the finest then gives, and is at most the aim.
+void check_prediction(CaseResult& result, FigureIndex i, const MetricConvergence& s) {
   const MetricConvergence before =
       judge_metric(s.name, s.kind, {s.parameter.begin(), s.parameter.end() - 1}, {s.metric.begin(), s.metric.end() - 1}, {}, formal_order);
   const Metric &last = s.metric.back(), &next = before.metric.back();
   result.check_at_most(
       Label::verification, fmt::format("{}: change from dx = {:.3f} to {:.3f} m", s.name, before.parameter.back(), s.parameter.back()),
-      std::abs(last.value - next.value), before.uncertainty, unit, noise(last, next),
-      "numerical uncertainty that the coarser grids state for themselves (GCI); the slack is twice the statistical error of the "
-      "difference");
+      std::abs(last.value - next.value), std::min(before.uncertainty, aim_of(i) * std::abs(last.value)), studied[i].unit,
+      noise(i, next, last),
+      "numerical uncertainty that the coarser grids state for themselves (GCI), at most the aim of 3 % (force) or 4 % (heights); the slack "
+      "is twice the statistical error of the difference");
 }
 
 /// What coarser grids of a family give, over what its finest grid gives.
 void check_coarser_grids(CaseResult& result, const Runs& runs, const std::vector<MetricConvergence>& family, const std::string& id) {
-  const auto cells = [&](double dx) { return static_cast<int>(std::lround(runs.width() / dx)); };
   const std::vector<double>& sizes = family[force_x].parameter;
   for (std::size_t k = 0; k + 1 < sizes.size(); ++k) {
-    if (cells(sizes[k]) < 5) continue;
-    const auto check = [&](FigureIndex i, double tolerance, const std::string& reason) {
+    const int cells = runs.cells(sizes[k]);
+    if (cells < 5) continue;
+    const auto check = [&](FigureIndex i, const std::string& reason) {
       const Metric &metric = family[i].metric[k], &finest = family[i].metric.back();
       result.check_relative(Label::verification,
-                            fmt::format("{}, {}: w/{} over w/{}", id, studied[i].quantity, cells(sizes[k]), cells(sizes.back())),
-                            metric.value / finest.value, 1.0, "", tolerance + noise(metric, finest) / std::abs(finest.value), reason);
+                            fmt::format("{}, {}: w/{} over w/{}", id, studied[i].quantity, cells, runs.cells(sizes.back())),
+                            metric.value / finest.value, 1.0, "", aim_of(i) + noise(i, metric, finest) / std::abs(finest.value), reason);
     };
-    check(force_x, 0.03, "aim from w/5 on: 3 %; and twice the statistical error of the difference");
-    if (cells(sizes[k]) >= 7) check(runup, 0.04, "aim from w/7 on: 4 %; and twice the statistical error of the difference");
+    check(force_x, "aim from w/5 on: 3 %; and twice the statistical error of the difference");
+    if (cells >= 7) check(runup, "aim from w/7 on: 4 %; and twice the statistical error of the difference");
+  }
+}
+
+/// The pressure profile before a frictionless mast against the force, which is the momentum that the mast takes from the grid.
+void check_profile(CaseResult& result, const Runs& runs, const std::vector<MetricConvergence>& family, const std::string& id) {
+  const std::vector<double>& sizes = family[force_x].parameter;
+  for (std::size_t k = 0; k < sizes.size(); ++k) {
+    const int cells = runs.cells(sizes[k]);
+    if (cells < 5) continue;
+    result.check_relative(Label::verification, fmt::format("{}, force of the pressure profile over the force: w/{}", id, cells),
+                          family[profile_force].metric[k].value / family[force_x].metric[k].value, 1.0, "", 0.5 / cells,
+                          "first order: dx/(2w), the width of the face is known to half a cell");
   }
 }
 
 using Family = std::vector<int>;  ///< n of the grids w/n
 
+/// Bounds on known misses of a family at level standard, relative: what was measured (README.md) and about a tenth more. None: the aim is
+/// met.
+struct KnownMisses {
+  std::optional<double> force_uncertainty, runup_uncertainty, runup_range;
+};
+
 /// The uncertainties that the finest grids state.
-void check_uncertainty(CaseResult& result, const std::vector<MetricConvergence>& family) {
+void check_uncertainty(CaseResult& result, const std::vector<MetricConvergence>& family, const KnownMisses& known) {
   for (const FigureIndex i : asserted) {
     const MetricConvergence& study = family[i];
-    const bool force = i == force_x;
     Check& check = result.check_at_most(Label::verification, study.name + ": numerical uncertainty of the finest grid, relative",
-                                        study.uncertainty / std::abs(study.metric.back().value), force ? 0.03 : 0.04, "", 0.0,
+                                        study.uncertainty / std::abs(study.metric.back().value), aim_of(i), "", 0.0,
                                         "aim: 3 % for the force, 4 % for heights");
-    const std::string cause =
-        "the least-squares fit takes the scatter between grids, on the coarse ones most, for a low order, and states three times the range";
-    if (force) check.known_miss(0.06, cause);
-    if (i == runup) check.known_miss(0.26, cause);
+    const std::optional<double>& bound = i == force_x ? known.force_uncertainty : known.runup_uncertainty;
+    if (i != pressure_height && bound)
+      check.known_miss(*bound,
+                       "the least-squares fit takes the scatter between grids, on the coarse ones most, for a low order, and states three "
+                       "times the range");
   }
+}
+
+/// How far the three finest grids are from one another. In contrast to the uncertainty, no fit and no coarser grid takes part.
+void check_range(CaseResult& result, const std::vector<MetricConvergence>& family, const KnownMisses& known) {
+  for (const FigureIndex i : asserted) {
+    const std::vector<Metric>& all = family[i].metric;
+    const auto [low, high] =
+        std::minmax_element(all.end() - 3, all.end(), [](const Metric& a, const Metric& b) { return a.value < b.value; });
+    Check& check = result.check_at_most(Label::verification, family[i].name + ": range of the three finest grids over the finest",
+                                        (high->value - low->value) / std::abs(all.back().value), aim_of(i), "", 0.0,
+                                        "aim: 3 % for the force, 4 % for heights");
+    if (i == runup && known.runup_range)
+      check.known_miss(*known.runup_range, "the run-up is that of the highest particles, and grows up to w/8: the jet is thin");
+  }
+}
+
+/// The finest of three coarse grids against what w/9 gave at level standard (README.md).
+void check_against_fine_grid(CaseResult& result, const std::vector<MetricConvergence>& family) {
+  const auto check = [&](FigureIndex i, const char* what, double fine) {
+    const Metric& metric = family[i].metric.back();
+    const std::string& unit = studied[i].unit;
+    result.check_relative(Label::regression, fmt::format("three grids, {}: w/5 against w/9 of level standard", what), metric.value, fine,
+                          unit, aim_of(i) + noise(i, {fine, 0.0}, metric) / metric.value,
+                          "aim from w/5 on: 3 % for the force, 4 % for heights; and two standard errors");
+  };
+  check(force_x, "force on the mast", 121.4e3);
+  check(pressure_height, "pressure height", 3.08);
 }
 
 /// The avalanche of case.toml on two families of grids. @param grids  those of the families: odd and even w/dx
 void study_grids(CaseResult& result, Runs& runs, const std::array<Family, 2>& grids, int pictured) {
   const std::array<std::string, 2> id = {"odd w/dx", "even w/dx"};
+  const std::array<KnownMisses, 2> known = {KnownMisses{.force_uncertainty = {}, .runup_uncertainty = 0.25, .runup_range = 0.085},
+                                            KnownMisses{.force_uncertainty = 0.05, .runup_uncertainty = 0.20, .runup_range = 0.07}};
   std::vector<std::vector<MetricConvergence>> families;
   for (const std::size_t f : {0, 1}) {
     const std::vector<MetricConvergence>& family = families.emplace_back(grid_family(result, runs, id[f], grids[f], pictured));
     check_coarser_grids(result, runs, family, id[f]);
-    check_uncertainty(result, family);
-    for (const FigureIndex i : asserted) check_prediction(result, family[i], studied[i].unit);
+    check_profile(result, runs, family, id[f]);
+    check_uncertainty(result, family, known[f]);
+    check_range(result, family, known[f]);
+    for (const FigureIndex i : asserted) check_prediction(result, i, family[i]);
   }
   for (const FigureIndex i : asserted) {
     const MetricConvergence &odd = families[0][i], &even = families[1][i];
     const Metric &a = even.metric.back(), &b = odd.metric.back();
     result.check_at_most(Label::verification, studied[i].quantity + ": finest even against finest odd grid", std::abs(a.value - b.value),
-                         even.uncertainty + odd.uncertainty, studied[i].unit, noise(a, b),
-                         "both families go to the same limit, so their intervals of numerical uncertainty overlap; the slack is twice the "
-                         "statistical error of the difference");
+                         std::min(even.uncertainty + odd.uncertainty, aim_of(i) * std::abs(a.value)), studied[i].unit, noise(i, b, a),
+                         "both families go to the same limit, so their intervals of numerical uncertainty overlap; at most the aim of 3 % "
+                         "(force) or 4 % (heights); the slack is twice the statistical error of the difference");
   }
 }
 
@@ -279,9 +340,8 @@ void vary(const CaseContext& context, CaseResult& result, Runs& runs, int n) {
   for (const FigureIndex i : asserted) {
     for (const Variant& v : variants) {
       if (!v.asserted) continue;
-      const double aim = i == force_x ? 0.03 : 0.04;
       result.check_relative(Label::verification, fmt::format("{}: {}, dx = w/{}", studied[i].quantity, v.name, n), relative(i, v), 1.0, "",
-                            aim + noise(at_base[i], v.metrics[i]) / std::abs(at_base[i].value),
+                            aim_of(i) + noise(i, v.metrics[i], at_base[i]) / std::abs(at_base[i].value),
                             "no result depends on this by more than 3 % (force) or 4 % (heights); and twice the statistical error");
     }
   }
@@ -311,9 +371,11 @@ void check_runs(CaseResult& result, const std::string& name, const Runs& runs, c
 
 void run(const CaseContext& context, CaseResult& result) {
   Runs runs(context, result, "case.toml");
-  if (context.level() == Level::quick) {  // three coarse grids: their uncertainties are large, and nothing is asserted of them
+  if (context.level() == Level::quick) {  // three coarse grids, whose own uncertainties are large
     const Family grids{3, 4, 5};
-    check_coarser_grids(result, runs, grid_family(result, runs, "three grids", grids, 5), "three grids");
+    const std::vector<MetricConvergence> family = grid_family(result, runs, "three grids", grids, 5);
+    check_profile(result, runs, family, "three grids");
+    check_against_fine_grid(result, family);
     vary(context, result, runs, 5);
     check_runs(result, "", runs, list(grids));
     return;
