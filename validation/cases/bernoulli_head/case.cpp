@@ -2,7 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
 #include <optional>
+#include <unordered_set>
 
 #include "libmpm/core/stress_update.hpp"
 #include "libmpm/driver/case_file.hpp"
@@ -20,7 +22,7 @@ namespace {
 
 /// Times in units of v/g. Snow that leaves the foot of the face at v is back after 2; the first splash left faster and is back after 2.8.
 constexpr double jet_from = 1.0, jet_to = 2.0;      // the jet near the mast is steady, and nothing has fallen on the oncoming flow yet
-constexpr double runup_from = 2.6, runup_to = 3.8;  // its top: the same snow, later; the first splash is gone
+constexpr double runup_from = 2.6, runup_to = 3.8;  // its top: the same snow, later
 
 struct Setting {
   double froude, cell_size;
@@ -31,9 +33,12 @@ struct Setting {
 struct Rise {
   Setting setting;
   double flow_height = 0.0, velocity = 0.0, bound = 0.0;  ///< H, v, H + v^2/2g
-  std::vector<double> time, runup;                        ///< highest particle before the face, m
+  std::vector<double> time, runup, highest;               ///< highest particle before the face without the first splash, of all, m
+  std::vector<double> percentile;                         ///< 99th of the heights within H of the face, m
   std::vector<double> jet_time, head, highest_head;       ///< mean and largest z + |v|^2/2g of the free jet, m
   double mean_runup = MeanEstimate::none;                 ///< over setting.from .. to
+  double mean_highest = MeanEstimate::none;               ///< likewise, of all particles
+  double mean_percentile = MeanEstimate::none;            ///< likewise
   double mean_head = MeanEstimate::none;                  ///< over jet_from .. jet_to
   double largest_head = MeanEstimate::none;
   double particle_steps = 0.0;
@@ -51,13 +56,6 @@ double mean_between(const std::vector<double>& time, const std::vector<double>& 
     ++n;
   }
   return n > 0 ? sum / static_cast<double>(n) : MeanEstimate::none;
-}
-
-/// When the first splash has fallen below the bound, s: from its highest point on it flies freely. Finer grids throw it higher (at Fr 3 12
-/// H at w/4), and its particles would then be the highest ones of the interval of the mean.
-double splash_gone(const Rise& rise, double gravity) {
-  const auto top = std::ranges::max_element(rise.runup);
-  return rise.time[static_cast<std::size_t>(top - rise.runup.begin())] + std::sqrt(2.0 * std::max(0.0, *top - rise.bound) / gravity);
 }
 
 /// The head of the jet: particles that rise before the face (within H of it, in the strip that the run-up is measured in), above the
@@ -88,16 +86,20 @@ Rise simulate(const CaseContext& context, const Setting& setting, bool wide, boo
   State state = make_state(c, scene);
   const ImpactGeometry geometry = *impact_geometry(c);
   Runup heights(geometry);
+  std::unordered_set<std::uint64_t> splash;  // particles that rose above `jet.low` before the jet was steady
   const auto samples = static_cast<int>(std::ceil(setting.to * c.output.series_per_second - 1e-9));
   for (int k = 1; k <= samples; ++k) {
     advance(state, scene, k / c.output.series_per_second,
             [&](const StepReport&) { rise.particle_steps += static_cast<double>(state.grid.particle_count()); });
-    double sum = 0.0, most = 0.0;
+    double sum = 0.0, most = 0.0, runup = 0.0;
     int count = 0;
     state.grid.for_each_particle([&](const Particle& p) {
       const Vec3 x(p.position[0], p.position[1], p.position[2]), v(p.velocity[0], p.velocity[1], p.velocity[2]);
       heights.add(x);
-      if (x.x() > 0.0 || x.x() < -rise.flow_height || std::abs(x.y()) > geometry.strip_half_width) return;
+      if (state.time < jet_from * unit && x.z() > jet.low) splash.insert(p.id);
+      if (x.x() > 0.0 || std::abs(x.y()) > geometry.strip_half_width) return;
+      if (!splash.contains(p.id)) runup = std::max(runup, x.z());
+      if (x.x() < -rise.flow_height) return;
       if (v.z() <= 0.0 || x.z() < jet.low || x.z() > jet.high) return;
       const double head = x.z() + 0.5 * v.squaredNorm() / g;
       sum += head;
@@ -105,7 +107,10 @@ Rise simulate(const CaseContext& context, const Setting& setting, bool wide, boo
       ++count;
     });
     rise.time.push_back(state.time);
-    rise.runup.push_back(heights.finish().highest);
+    rise.runup.push_back(runup);
+    const RunupHeights all = heights.finish();
+    rise.highest.push_back(all.highest);
+    rise.percentile.push_back(all.p99);
     if (count >= 10 && state.time >= 0.5 * unit) {  // before that the splash, whose head is several times the bound
       rise.jet_time.push_back(state.time);
       rise.head.push_back(sum / count);
@@ -129,8 +134,9 @@ Rise simulate(const CaseContext& context, const Setting& setting, bool wide, boo
     }
   }
   if (setting.to > setting.from) {
-    rise.setting.from = std::max(setting.from, splash_gone(rise, g));
-    rise.mean_runup = mean_between(rise.time, rise.runup, rise.setting.from, setting.to);
+    rise.mean_runup = mean_between(rise.time, rise.runup, setting.from, setting.to);
+    rise.mean_highest = mean_between(rise.time, rise.highest, setting.from, setting.to);
+    rise.mean_percentile = mean_between(rise.time, rise.percentile, setting.from, setting.to);
   }
   rise.mean_head = mean_between(rise.jet_time, rise.head, jet_from * unit, jet_to * unit);
   for (std::size_t i = 0; i < rise.jet_time.size(); ++i) {
@@ -139,7 +145,10 @@ Rise simulate(const CaseContext& context, const Setting& setting, bool wide, boo
   }
   rise.summary = fmt::format("Fr {:g}, dx = {} m: {:.3g} particle-steps; H + v²/2g {:.3f} H", setting.froude, setting.cell_size,
                              rise.particle_steps, rise.bound / rise.flow_height);
-  if (std::isfinite(rise.mean_runup)) rise.summary += fmt::format("; run-up {:.3f} H", rise.mean_runup / rise.flow_height);
+  if (std::isfinite(rise.mean_runup))
+    rise.summary +=
+        fmt::format("; run-up {:.3f} H, with the first splash {:.3f} H, 99th percentile {:.3f} H", rise.mean_runup / rise.flow_height,
+                    rise.mean_highest / rise.flow_height, rise.mean_percentile / rise.flow_height);
   if (std::isfinite(rise.mean_head))
     rise.summary += fmt::format("; head of the jet {:.3f} H, largest of a particle {:.3f} H", rise.mean_head / rise.flow_height,
                                 rise.largest_head / rise.flow_height);
@@ -159,25 +168,26 @@ void judge(const Rise& rise, CaseResult& result) {
   const std::string name = fmt::format("Fr {:g}, dx = {} m", rise.setting.froude, rise.setting.cell_size);
   if (rise.setting.to > rise.setting.from) {
     const bool fine = rise.setting.froude == 3.0 && rise.setting.cell_size <= 0.25;
+    result.check_at_most(Label::verification, name + ": steady run-up without the first splash over H + v²/2g",
+                         rise.mean_runup / rise.bound, 1.0, "", 0.02,
+                         "drops fly higher than the snow that they left: one part in fifty of the height");
+    result.check_at_most(Label::verification, name + ": 99th percentile of the heights, first splash included, over H + v²/2g",
+                         rise.mean_percentile / rise.bound, 1.0, "", 0.0, "no steady streamline rises higher");
     result
-        .check_at_most(Label::verification, name + ": steady run-up over H + v²/2g", rise.mean_runup / rise.bound, 1.0, "", 0.02,
-                       "drops fly higher than the snow that they left: one part in fifty of the height")
-        .known_miss(1.1,
-                    "the run-up is the highest particle; with AFLIP particles keep velocities that the grid does not have, and the fastest "
-                    "fly higher than the head of the jet, which keeps its bound");
-    result
-        .check_relative(Label::validation, name + ": steady run-up", rise.mean_runup, rise.bound, "m", fine ? 0.08 : 0.15,
+        .check_relative(Label::validation, name + ": steady run-up without the first splash", rise.mean_runup, rise.bound, "m",
+                        fine ? 0.08 : 0.15,
                         fine ? "aim of the project on this grid"
                              : "the paper's own scatter (RMSLE 13 %) about the equation, which for M' = 0 is H + v²/2g")
         .in_summary(Quantity::run_up, paper_runup_scatter);
   }
   if (!std::isfinite(rise.mean_head)) return;
-  result
-      .check_at_most(Label::verification, name + ": mean head of the jet over H + v²/2g", rise.mean_head / rise.bound, 1.0, "", 0.01,
-                     "the inlet holds v where the mast already slows the flow: 0.1 % between 8.4 m and 12.6 m, 2.6 % at 4.2 m")
-      .known_miss(1.03,
-                  "with the correction of lumped masses around the mast the flow is damped less, and the particles' noise counts in the "
-                  "head; without it 1 % is kept");
+  Check& head =
+      result.check_at_most(Label::verification, name + ": mean head of the jet over H + v²/2g", rise.mean_head / rise.bound, 1.0, "", 0.01,
+                           "the inlet holds v where the mast already slows the flow: 0.1 % between 8.4 m and 12.6 m, 2.6 % at 4.2 m");
+  if (rise.setting.froude == 3.0 && rise.setting.cell_size == 0.4375)
+    head.known_miss(1.016,
+                    "with the correction of lumped masses around the mast the flow is damped less, and the particles' noise counts in the "
+                    "head; without it 1 % is kept");
   const double ratio = rise.setting.cell_size / rise.flow_height;
   result
       .check_relative(Label::verification, name + ": mean head of the jet", rise.mean_head, rise.bound, "m", 2.0 * ratio * ratio,
@@ -192,7 +202,8 @@ Plot time_plot(const Rise& rise) {
             "time [s]",
             "height [m]",
             {{"H + v²/2g", {0.0, end}, {rise.bound, rise.bound}, Series::Style::reference},
-             {"run-up: highest particle", rise.time, rise.runup, Series::Style::simulation},
+             {"run-up: highest particle without the first splash", rise.time, rise.runup, Series::Style::simulation},
+             {"highest of all particles", rise.time, rise.highest, Series::Style::simulation},
              {"head of the jet", rise.jet_time, rise.head, Series::Style::simulation}},
             "",
             false,
