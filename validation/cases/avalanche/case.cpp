@@ -137,9 +137,15 @@ ImpactRun pressure_against_force(const CaseContext& context, CaseResult& result)
   c.conveyor->width = narrow * c.obstacle->width();
   c.conveyor->downstream_length = 2.8;
   ImpactRun run = judge(context, "frictionless", "Fr 3, M' 0.4, frictionless mast", c, result);
+  const double force = run.value("force_mean_n");
+  result
+      .check_relative(Label::verification, "frictionless mast: pressure before the face against the force", run.value("profile_force_n"),
+                      force, "N", 0.15, "aim of the project")
+      .known_miss(context.choose(0.76, 0.79, 0.79) * force,
+                  "the box in which the pressure is measured reaches 2.5 cells upstream, where the pressure is lower than on the face");
   const double share = stagnation_line_mean(0.5 * c.obstacle->width(), 2.5 * c.numerics.cell_size);
   result.check_relative(Label::verification, "frictionless mast: pressure before the face, made up for the box depth, against the force",
-                        run.value("profile_force_n") / share, run.value("force_mean_n"), "N", 0.15,
+                        run.value("profile_force_n") / share, force, "N", 0.15,
                         "the strip |y| <= 3w/7 represents the whole face, and potential flow the jet; 15 %: aim of the project");
   return run;
 }

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <optional>
 
 #include "libmpm/driver/case_file.hpp"
 #include "libmpm/driver/scene.hpp"
@@ -154,6 +155,9 @@ Errors turn(const CaseContext& context, const Settings& s) {
 struct Variant {
   std::string name;
   Settings settings;
+  std::optional<double> lowest_order = {};  ///< bound where the order is known to be missed
+  const char* cause = "";
+  bool judged = true;  ///< false: not measured with the defaults, a note only
 };
 
 /// Points of the ring at some times of the period.
@@ -166,6 +170,17 @@ std::vector<MotionPoint> sampled_points() {
   return points;
 }
 
+/// Angle by which the ring has turned at T/2, over the exact one: the exact profile that fits the particles best.
+double share_of_turn(const Vortex& exact, const Settings& s, const Errors& e) {
+  double product = 0.0, square = 0.0;
+  for (std::size_t i = 0; i < e.radius.size(); ++i) {
+    const double profile = exact.at(e.radius[i], 0.5 * period).angle / s.angle;
+    product += profile * e.turn[i];
+    square += profile * profile;
+  }
+  return product / square;
+}
+
 void run(const CaseContext& context, CaseResult& result) {
   const Case c = context.read_case();
   result.check_absolute(
@@ -174,15 +189,19 @@ void run(const CaseContext& context, CaseResult& result) {
       "nested central differences over 1e-4 m, whose fourth derivatives are up to 1e4 times the values; round-off 1e-16/1e-8");
   const auto grids = context.choose<std::vector<int>>({8, 12, 16}, {8, 12, 16, 24}, {8, 12, 16, 24, 32, 48});
   std::vector<Variant> variants = {
-      {"AFLIP, 0.05 rad", {}}, {"APIC, 0.05 rad", {.transfer = Transfer::apic}}, {"FLIP, 0.05 rad", {.transfer = Transfer::flip}}};
+      {"AFLIP, 0.05 rad", {}},
+      {"APIC, 0.05 rad", {.transfer = Transfer::apic}, 1.7, "the grids are not asymptotic: the order is 1.0, 3.0, 1.5 from grid to grid"},
+      {"FLIP, 0.05 rad", {.transfer = Transfer::flip}}};
   if (context.level() != Level::quick) {
-    variants.push_back({"AFLIP, 0.3 rad", {.angle = 0.3}});
-    variants.push_back({"APIC, 0.3 rad", {.angle = 0.3, .transfer = Transfer::apic}});
-    variants.push_back({"FLIP, 0.3 rad", {.angle = 0.3, .transfer = Transfer::flip}});
+    const char* const distorted = "the shear distorts the lattice, and four particles in the plane of a cell do not sample it well";
+    variants.push_back({.name = "AFLIP, 0.3 rad", .settings = {.angle = 0.3}, .judged = false});
+    variants.push_back({"APIC, 0.3 rad", {.angle = 0.3, .transfer = Transfer::apic}, 0.94, distorted});
+    variants.push_back({"FLIP, 0.3 rad", {.angle = 0.3, .transfer = Transfer::flip}, 0.79, distorted});
     for (const auto& [name, transfer] :
          {std::pair{"AFLIP", Transfer::aflip}, std::pair{"APIC", Transfer::apic}, std::pair{"FLIP", Transfer::flip}})
-      variants.push_back(
-          {std::string(name) + ", 0.3 rad, 9 particles in the plane of a cell", {.angle = 0.3, .transfer = transfer, .per_axis = 3}});
+      variants.push_back({.name = std::string(name) + ", 0.3 rad, 9 particles in the plane of a cell",
+                          .settings = {.angle = 0.3, .transfer = transfer, .per_axis = 3},
+                          .judged = false});
   }
   std::vector<std::vector<Errors>> all(variants.size(), std::vector<Errors>(grids.size()));
   in_parallel(variants.size() * grids.size(), [&](std::size_t i) {
@@ -203,13 +222,20 @@ void run(const CaseContext& context, CaseResult& result) {
     }
     const double order = fitted_order(cell, error);
     const std::string& name = variants[v].name;
-    if (variants[v].settings.angle < 0.1 && variants[v].settings.transfer != Transfer::apic) {  // the others: README, 'Not met'
-      result
-          .check_order(Label::verification, name + ": order of the displacement", order, 1.8, 2.6,
-                       "1.8 is the target for a second-order scheme; up to 2.6 because the ring has 8 cells across on the coarsest grid")
-          .observed_order = order;
-    } else if (order < 1.8) {
-      result.notes.push_back(fmt::format("Not met: {}: order 1.8 of the displacement; it is {:.2f}.", name, order));
+    if (variants[v].judged) {
+      Check& check =
+          result.check_order(Label::verification, name + ": order of the displacement", order, 1.8, 2.6,
+                             "1.8 is the target for a second-order scheme; up to 2.6 because the ring has 8 cells across on the coarsest "
+                             "grid");
+      check.observed_order = order;
+      if (variants[v].lowest_order) check.known_miss(*variants[v].lowest_order, variants[v].cause);
+    }
+    if (v == 0) {  // the defaults
+      const Settings& s = variants[v].settings;
+      const double angle = s.angle * 180.0 / pi;
+      const Vortex exact(c.material.as<HenckyElastic>(), s.angle);
+      result.compare(Label::verification, name + ": angle at T/2", Quantity::angle, angle * share_of_turn(exact, s, all[v].back()), angle,
+                     "°");
     }
     std::string orders;
     for (const double p : pairwise_orders(cell, error)) orders += fmt::format("{}{:.2f}", orders.empty() ? "" : ", ", p);
