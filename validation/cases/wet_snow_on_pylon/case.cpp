@@ -11,8 +11,8 @@
 namespace mpm::validation {
 namespace {
 
-constexpr double observed = 8.0;         ///< pressure over the hydrostatic one, Sovilla et al. (2010)
-constexpr double fluctuation = 0.20;     ///< standard deviation of the measured pressure over its mean, the same source
+/// reference_data/wet_snow_on_pylon: pressure over the hydrostatic one; standard deviation of the measured pressure over its mean.
+constexpr double observed = 8.0, fluctuation = 0.20;
 constexpr double top = 0.2, foot = 0.2;  ///< share of the depth that is left out at the surface and at the floor
 constexpr double averaged = 0.4;         ///< last share of the time
 constexpr int samples = 40;              ///< of the time
@@ -144,8 +144,14 @@ void run(const CaseContext& context, CaseResult& result) {
   }
   for (std::size_t i = 0; i < 2; ++i) {
     result
-        .check_relative(Label::validation, all[i].name + ": pressure over the hydrostatic pressure", drags[i].ratio, observed, "",
-                        2.0 * fluctuation,
+        .check_relative(Label::validation, all[i].name + ": pressure over the hydrostatic pressure, depths from the undisturbed surface",
+                        drags[i].ratio_of_flow, observed, "", 2.0 * fluctuation,
+                        "two standard deviations of the measured pressure, 20 % each; depths as first chosen for this case")
+        .in_summary(Quantity::pressure, fluctuation, per_metre * 1e3)
+        .known_miss(13.3, "snow piles up at the pylon above the flow, by a quarter to a third of its depth, and presses on what is below");
+    result
+        .check_relative(Label::validation, all[i].name + ": pressure over the hydrostatic pressure, depths from the surface at the pylon",
+                        drags[i].ratio, observed, "", 2.0 * fluctuation,
                         "two standard deviations of the measured pressure, 20 % each; the snow's strength was not measured")
         .in_summary(Quantity::pressure, fluctuation, per_metre * 1e3);
     result.check_at_most(Label::validation, all[i].name + ": distance of the pressures from a line over the immersion, over their mean",
