@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "libmpm/driver/scene.hpp"
+#include "libmpm/io/csv.hpp"
 #include "validation/harness/case.hpp"
 #include "validation/harness/in_parallel.hpp"
 #include "validation/harness/shallow_flow.hpp"
@@ -11,8 +12,6 @@
 namespace mpm::validation {
 namespace {
 
-/// reference_data/wet_snow_on_pylon: pressure over the hydrostatic one; standard deviation of the measured pressure over its mean.
-constexpr double observed = 8.0, fluctuation = 0.20;
 constexpr double top = 0.2, foot = 0.2;  ///< share of the depth that is left out at the surface and at the floor
 constexpr double averaged = 0.4;         ///< last share of the time
 constexpr int samples = 40;              ///< of the time
@@ -109,6 +108,9 @@ Drag drag(const CaseContext& context, const Settings& s) {
 }
 
 void run(const CaseContext& context, CaseResult& result) {
+  const Table table = Table::read(context.case_directory() / "../../../reference_data/wet_snow_on_pylon/data.csv");
+  // pressure over the hydrostatic one; standard deviation of the measured pressure over its mean
+  const double observed = table.numbers("pressure_over_hydrostatic")[0], fluctuation = table.numbers("relative_standard_deviation")[0];
   const std::vector<Settings> all = context.choose<std::vector<Settings>>(
       {{"1.5 m/s", 1.5, 3, 3.0, 3.2}, {"3 m/s", 3.0, 3, 3.0, 3.2}},
       {{"1.5 m/s", 1.5}, {"3 m/s", 3.0}, {"1.5 m/s, w/3", 1.5, 3}, {"1.5 m/s, w/3, H = 2 w", 1.5, 3, 2.0}},
