@@ -168,11 +168,18 @@ void judge(const Rise& rise, CaseResult& result) {
   const std::string name = fmt::format("Fr {:g}, dx = {} m", rise.setting.froude, rise.setting.cell_size);
   if (rise.setting.to > rise.setting.from) {
     const bool fine = rise.setting.froude == 3.0 && rise.setting.cell_size <= 0.25;
-    result.check_at_most(Label::verification, name + ": steady run-up without the first splash over H + v²/2g",
-                         rise.mean_runup / rise.bound, 1.0, "", 0.02,
-                         "drops fly higher than the snow that they left: one part in fifty of the height");
-    result.check_at_most(Label::verification, name + ": 99th percentile of the heights, first splash included, over H + v²/2g",
-                         rise.mean_percentile / rise.bound, 1.0, "", 0.0, "no steady streamline rises higher");
+    Check& highest = result.check_at_most(Label::verification, name + ": steady run-up without the first splash over H + v²/2g",
+                                          rise.mean_runup / rise.bound, 1.0, "", 0.02,
+                                          "drops fly higher than the snow that they left: one part in fifty of the height");
+    Check& percentile =
+        result.check_at_most(Label::verification, name + ": 99th percentile of the heights, first splash included, over H + v²/2g",
+                             rise.mean_percentile / rise.bound, 1.0, "", 0.0, "no steady streamline rises higher");
+    if (rise.setting.froude == 1.0) {
+      const std::string cause =
+          "waves are as fast as the flow and reach the inlet, which holds v, so that the level upstream rises; and a few drops fly higher";
+      highest.known_miss(1.1, cause);
+      percentile.known_miss(1.02, cause);
+    }
     result
         .check_relative(Label::validation, name + ": steady run-up without the first splash", rise.mean_runup, rise.bound, "m",
                         fine ? 0.08 : 0.15,
