@@ -1,14 +1,13 @@
 #pragma once
-/// What a validation case is, and what it answers.
+/// A validation case and its result.
 ///
-/// A case is a folder validation/cases/<name>/ with README.md (the physics, where the reference comes from, what is asserted and why
-/// that tolerance) and case.cpp, which registers itself:
+/// A case is a folder validation/cases/<name>/ with README.md (the physics, the origin of the reference, the checks and the reasons of
+/// their tolerances) and case.cpp, which registers itself:
 ///
 ///   namespace { void run(CaseContext& context, CaseResult& result) { ... }
 ///   const Registration registered{{.name = MPM_CASE_NAME, .title = "...", .run = run}}; }
 ///
-/// The build finds the folder; nothing else names it. Every number and every verdict is computed here; scripts/validation_report.py only
-/// draws.
+/// The build finds the folder without a list. Every number and every verdict is computed in C++; scripts/validation_report.py only draws.
 
 #include <deque>
 #include <filesystem>
@@ -25,35 +24,35 @@
 
 namespace mpm::validation {
 
-/// What a passed check means. Never mixed in one word.
+/// Kind of a check. The three are kept apart.
 enum class Label {
   verification,  ///< against an exact solution or an exact property: error and order
   validation,    ///< against an experiment or the paper: a band from its scatter
-  regression,    ///< against our own past
+  regression,    ///< against our own earlier results
 };
 enum class Level { quick, standard, full };
 std::string to_string(Label);
 std::string to_string(Level);
 
-/// How `error` is measured, and so in which unit `tolerance` is.
+/// Measure of `error`, and so the unit of `tolerance`.
 enum class Measure {
   relative,  ///< |value - reference| / |reference|
   absolute,  ///< |value - reference|, in the check's unit
   at_most,   ///< value - reference, in the check's unit: a one-sided bound with slack `tolerance`
 };
 
-/// A target that this program is known to miss: why, and how far at most. The result may lie anywhere between target and bound.
+/// A target that this program is known to miss: the cause, and a bound. The result may lie between target and bound.
 struct KnownMiss {
   double bound = 0.0;  ///< in the check's unit; above the reference for a result that is too large, below for one too small
   std::string cause;
 };
 
-/// What came of a check: it holds; it does not, as known and explained (Check::known_miss); it does not.
+/// Outcome of a check: it holds; it fails as known and explained (Check::known_miss); it fails.
 enum class Verdict { ok, not_met, failed };
 /// "ok", "not met", "FAILED"
 std::string to_string(Verdict verdict);
 
-/// One assertion. `passed` is false wherever one of the numbers is NaN.
+/// One assertion. `passed` is false if one of the numbers is NaN.
 struct Check {
   std::string quantity;
   double value = 0.0, reference = 0.0;
@@ -65,11 +64,11 @@ struct Check {
   bool passed = false;
   Label label = Label::verification;
   std::optional<Comparison> comparison = {};  ///< its point in the summary
-  std::optional<KnownMiss> miss = {};         ///< empty: the target has to be met
+  std::optional<KnownMiss> miss = {};         ///< empty: the target must be met
 
-  [[nodiscard]] Verdict verdict() const;  ///< failed wherever a number is NaN
-  /// The target stays, and is known not to be met by this program at present: reported as "not met" with this cause, and no failure, as
-  /// long as the result lies between the target and `bound`. Choose the bound near what is measured, so that a change for the worse fails,
+  [[nodiscard]] Verdict verdict() const;  ///< failed if a number is NaN
+  /// Keeps the target, which this program is known not to meet at present: it is reported as "not met" with this cause, and is no failure
+  /// while the result lies between the target and `bound`. Choose the bound near the measured value, so that a change for the worse fails,
   /// and state the measured value in the README of the case. Another solver that misses the target fails (run_case_entry).
   /// @param bound  as KnownMiss::bound, of no use within the tolerance; std::invalid_argument if it is the reference or not finite
   Check& known_miss(double bound, std::string cause);
@@ -82,7 +81,7 @@ struct Check {
   Check& in_summary(Quantity quantity, double reference_uncertainty, double unit_value);
 };
 
-/// A point of the summary that no check of its own stands for: one of several values that a check judges together, as by a fit.
+/// A point of the summary without a check of its own: one of several values that one check tests together, for example by a fit.
 struct NamedComparison {
   Label label = Label::verification;
   std::string name;
@@ -124,10 +123,10 @@ struct Picture {
 struct NamedConvergence {
   std::string quantity, unit;
   Convergence convergence;
-  std::string size_label = "cell size [m]";  ///< what is refined
+  std::string size_label = "cell size [m]";  ///< refined parameter
 };
 
-/// The answer of a case.
+/// The result of a case.
 struct CaseResult {
   std::string name, title;
   std::string physics;       ///< first paragraph of the README
@@ -137,11 +136,11 @@ struct CaseResult {
   std::vector<FlowPicture> flows;
   std::vector<NamedConvergence> convergences;
   std::vector<NamedComparison> comparisons;  ///< points of the summary beside those of the checks
-  std::vector<std::string> notes;            ///< what a reader should know: settings, what was seen and is not asserted
+  std::vector<std::string> notes;            ///< information for the reader: settings, observations without a check
   std::string fault;                         ///< message of an exception; a case that throws has failed
   double wall_time_s = 0.0;
 
-  /// No check has failed, there is at least one, and nothing was thrown.
+  /// Whether no check has failed, there is at least one, and nothing was thrown.
   [[nodiscard]] bool passed() const;
 
   /// |value - reference| <= tolerance |reference|
@@ -162,7 +161,7 @@ struct CaseResult {
 class RunSource;  // harness/setup.hpp
 struct Setup;
 
-/// What a case is given.
+/// The context in which a case runs.
 class CaseContext {
  public:
   CaseContext(Level level, int threads, std::filesystem::path directory, std::filesystem::path case_directory,
@@ -182,7 +181,7 @@ class CaseContext {
     return level_ == Level::quick ? quick : level_ == Level::standard ? standard : full;
   }
   [[nodiscard]] int threads() const { return threads_; }
-  /// A directory of the case's own below the output directory; it exists.
+  /// The directory of the case below the output directory; it exists.
   [[nodiscard]] const std::filesystem::path& directory() const { return directory_; }
   /// validation/cases/<name>/ in the sources: data.csv, case.toml
   [[nodiscard]] const std::filesystem::path& case_directory() const { return case_directory_; }
@@ -190,7 +189,7 @@ class CaseContext {
   [[nodiscard]] Case read_case(const std::string& file = "case.toml") const;
   /// A line of progress, for standard error.
   void log(const std::string& line) const { log_(line); }
-  /// Where the runs of a case with set-ups come from (harness/setup.hpp); null: this program makes them.
+  /// Source of the runs of a case with set-ups (harness/setup.hpp); null: this program makes them.
   [[nodiscard]] const RunSource* source() const { return source_; }
 
  private:
@@ -206,8 +205,8 @@ struct CaseEntry {
   std::string name, title;
   std::filesystem::path directory;  ///< validation/cases/<name>/
   std::function<void(const CaseContext&, CaseResult&)> run;
-  /// The runs that the case needs. With them, `run` is the judge of what play() of harness/setup.hpp hands it, and other solvers can be
-  /// judged by it, too. Empty for a case that only this program can run.
+  /// The runs that the case needs. `run` then evaluates the results of play() (harness/setup.hpp), so that it can evaluate other solvers,
+  /// too. Empty for a case that only this program can run.
   std::function<std::vector<Setup>(const CaseContext&)> setups = {};
 };
 

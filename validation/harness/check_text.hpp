@@ -1,5 +1,5 @@
 #pragma once
-/// Checks as a reader sees them: numbers as text, how much of its tolerance a check uses, and counts.
+/// Checks as text: numbers, the used fraction of the tolerance, and counts.
 
 #include <cstddef>
 #include <optional>
@@ -22,7 +22,7 @@ std::string format_miss_bound(const Check& check);
 std::string format_order(const std::optional<double>& order);
 
 /// The fraction of its tolerance that a check uses: |error| / tolerance, and value / bound for a bound without slack. At most 1 for a check
-/// that holds, above for one that does not; infinite where nothing is permitted and something is there, or where a number is NaN.
+/// that holds, above for one that does not; infinite if the tolerance is zero and the error is not, or if a number is NaN.
 double tolerance_used(const Check& check);
 /// The check that uses most of its tolerance; null if the case has none.
 const Check* tightest_check(const CaseResult& result);

@@ -1,7 +1,7 @@
 #pragma once
 /// A predicted value beside its reference: the points of the summary that opens the report.
 ///
-/// A check takes part when it names the kind of its quantity and how well its reference is known:
+/// A check takes part if it gives the kind of its quantity and the uncertainty of its reference:
 ///
 ///   result.check_relative(Label::validation, "steady run-up", runup, equation, "m", 0.2, "...").in_summary(Quantity::run_up, 0.13);
 

@@ -32,8 +32,8 @@ const std::vector<std::string> stress_columns{"stress_xx_pa", "stress_yy_pa", "s
                                               "stress_xy_pa", "stress_xz_pa", "stress_yz_pa"};
 const std::vector<std::string> force_columns{"force_x_n", "force_y_n", "force_z_n"};
 
-/// Columns that the particles of a state must have. A solver with particles of its own gives mass_kg; otherwise id says which particle of
-/// t = 0 it is.
+/// Columns that the particles of a state must have. A solver with particles of its own gives mass_kg; otherwise id identifies the particle
+/// of t = 0 it is.
 std::vector<std::string> state_columns(const ParticleFields& fields, bool with_id) {
   std::vector<std::string> columns;
   const auto add = [&](const std::vector<std::string>& more) { columns.insert(columns.end(), more.begin(), more.end()); };
@@ -443,7 +443,7 @@ void export_case(const CaseEntry& entry, const CaseContext& context, const std::
                   {"level", to_string(context.level())},
                   {"description", first_paragraph(read_file(entry.directory / "README.md"))},
                   {"units", "SI; every name of a number ends in its unit, numbers without one have none"},
-                  {"axes", "right-handed; z points upwards unless gravity_m_s2 says otherwise"},
+                  {"axes", "right-handed; z points upwards unless gravity_m_s2 has another direction"},
                   {"made_by", fmt::format("libmpm {}, commit {}", build.version, build.commit)},
                   {"grade_with", fmt::format("mpm-validate grade {} --level {} --results DIR", entry.name, to_string(context.level()))},
                   {"columns", column_meanings()},

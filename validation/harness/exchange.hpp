@@ -1,5 +1,5 @@
 #pragma once
-/// Validation cases for other solvers: a case is written as plain data, and what a solver writes back is judged by the case's own checks.
+/// Validation cases for other solvers: a case is written as plain data, and the case's own checks evaluate the results of a solver.
 /// The format is described in docs/other-solvers.md.
 
 #include <filesystem>
@@ -24,12 +24,12 @@ bool can_be_exported(const CaseEntry& entry);
 /// @throws ConfigError if the case has no set-ups, IoError
 void export_case(const CaseEntry& entry, const CaseContext& context, const std::filesystem::path& directory);
 
-/// Makes the runs of a case with this program and writes their results as another solver would: an example of what grade reads, and the
-/// proof that nothing is lost on the way.
+/// Makes the runs of a case with this program and writes their results as another solver would: an example of the input of grade, and a
+/// test that the exchange loses nothing.
 /// @throws as export_case
 void export_results(const CaseEntry& entry, const CaseContext& context, const std::filesystem::path& directory);
 
-/// What another solver says of itself in solver.json, all of it optional.
+/// Description of another solver in solver.json; all entries are optional.
 struct ForeignSolver {
   std::string name = "another solver", version, remark;
 };
@@ -37,14 +37,14 @@ struct ForeignSolver {
 /// The results that another solver wrote.
 class ForeignResults : public RunSource {
  public:
-  /// Looks at what is there, before anything is judged.
+  /// Checks which files exist, before anything is evaluated.
   /// @throws IoError naming every file and column that is missing, one a line; ConfigError if they belong to another level or case
   ForeignResults(std::filesystem::path directory, const CaseEntry& entry, const CaseContext& context);
 
   RunCost play(const Setup& setup, const Visitor& visit) const override;
 
   [[nodiscard]] const ForeignSolver& solver() const { return solver_; }
-  /// What was missing or damaged while the results were read; empty if nothing was.
+  /// Missing or damaged parts of the results; empty if there were none.
   [[nodiscard]] const std::string& damage() const { return damage_; }
 
  private:

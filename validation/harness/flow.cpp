@@ -16,7 +16,7 @@
 namespace mpm::validation {
 namespace {
 
-constexpr double below = -1e4;  // m: solids stand on the floor
+constexpr double below = -1e4;  // m: solids reach down to the floor
 
 /// Box that a solid cuts out of the plane y = 0: x_min, z_min, x_max, z_max; empty where it does not meet that plane.
 using Section = std::optional<std::array<double, 4>>;

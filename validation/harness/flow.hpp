@@ -17,7 +17,7 @@
 
 namespace mpm::validation {
 
-/// What colours the particles.
+/// The field that colours the particles.
 enum class FlowField {
   speed,       ///< |v|, m/s
   velocity_x,  ///< m/s
@@ -33,8 +33,8 @@ struct FlowPicture {
   FlowField field = FlowField::speed;
   std::string title, caption;
   double slice_half_width = 0.0;                ///< m; particles with |y| <= this are drawn; 0: all
-  std::optional<std::array<double, 4>> window;  ///< x_min, x_max, z_min, z_max, m; empty: where the particles are
-  std::optional<std::array<double, 2>> range;   ///< of the colours, in the field's unit; empty: what the slice holds
+  std::optional<std::array<double, 4>> window;  ///< x_min, x_max, z_min, z_max, m; empty: around the particles
+  std::optional<std::array<double, 2>> range;   ///< of the colours, in the field's unit; empty: that of the slice
   // The rest is filled in by flow_picture.
   std::filesystem::path snapshot;            ///< frame file of io/snapshot.hpp
   double time = 0.0;                         ///< s

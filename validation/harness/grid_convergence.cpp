@@ -20,15 +20,15 @@ std::string label_of(SweepKind kind) {
 }
 
 /// Errors over the size, and the slope they should have.
-Plot error_plot(const std::string& id, const MetricConvergence& s, const FollowedQuantity& figure) {
+Plot error_plot(const std::string& id, const MetricConvergence& s, const FollowedQuantity& followed) {
   std::vector<double> slope;
-  for (const double h : s.parameter) slope.push_back(s.error.front() * std::pow(h / s.parameter.front(), figure.formal_order));
+  for (const double h : s.parameter) slope.push_back(s.error.front() * std::pow(h / s.parameter.front(), followed.formal_order));
   return {id,
-          "Error of " + figure.quantity,
+          "Error of " + followed.quantity,
           label_of(s.kind),
-          figure.unit.empty() ? "error" : fmt::format("error [{}]", figure.unit),
+          followed.unit.empty() ? "error" : fmt::format("error [{}]", followed.unit),
           {{"simulation", s.parameter, s.error, Series::Style::points},
-           {fmt::format("order {:g}", figure.formal_order), s.parameter, slope, Series::Style::bound}},
+           {fmt::format("order {:g}", followed.formal_order), s.parameter, slope, Series::Style::bound}},
           "",
           true,
           true};

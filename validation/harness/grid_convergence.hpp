@@ -1,6 +1,6 @@
 #pragma once
 /// Convergence in grid or time step, and scatter, for cases: pass the sizes and a function that computes some quantities at one size. The
-/// result is judged and written to the report.
+/// result is evaluated and written to the report.
 ///
 ///   const auto judged = record_convergence(result, "dam", SweepKind::cell_size, {0.2, 0.1, 0.05},
 ///                                          {{.quantity = "front at t = 1 s", .unit = "m", .exact = 4.43}},
@@ -16,7 +16,7 @@
 
 namespace mpm::validation {
 
-/// A quantity whose convergence is judged.
+/// A quantity whose convergence is evaluated.
 struct FollowedQuantity {
   std::string quantity, unit;
   double formal_order = 1.0;
@@ -27,7 +27,7 @@ struct FollowedQuantity {
 /// - a NamedConvergence, where at least three sizes have a value: the report draws it;
 /// - with an exact value, the log-log plot `id`-`number` of the errors over the size with a line of the formal order;
 /// - a note: the last value with its numerical and statistical uncertainty, and the verdict, which also names parameters without a value.
-/// @param compute the values at one parameter, in the order of `quantities`; NaN where there is none
+/// @param compute the values at one parameter, in the order of `quantities`; NaN if there is none
 std::vector<MetricConvergence> record_convergence(CaseResult& result, const std::string& id, SweepKind kind, std::vector<double> values,
                                                   const std::vector<FollowedQuantity>& quantities,
                                                   const std::function<std::vector<Metric>(double)>& compute);

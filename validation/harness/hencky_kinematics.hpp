@@ -1,6 +1,6 @@
 #pragma once
-/// What the rate forms of isotropic laws with Hencky's elasticity share: unknowns b_e - I (xx yy zz xy xz yz: the difference keeps small
-/// strains exact) and one internal variable.
+/// Common part of the rate forms of isotropic laws with Hencky's elasticity: unknowns b_e - I (xx yy zz xy xz yz: the difference keeps
+/// small strains exact) and one internal variable.
 
 #include <Eigen/Eigenvalues>
 #include <cmath>

@@ -1,5 +1,5 @@
 #pragma once
-/// What every recording of the suite found, one after the other: the rows that scripts/validation_history.py draws.
+/// Results of all recordings of the suite in their order: the rows that scripts/validation_history.py draws.
 
 #include <filesystem>
 #include <vector>
@@ -11,7 +11,7 @@ namespace mpm::validation {
 
 /// Appends the rows of one recording to DIR/history.csv: date, commit, version, machine, threads, level, case, kind, quantity, value,
 /// error, verdict. `kind` is
-/// - check: `value` is the used share of the tolerance (check_text.hpp), `error` the error in the check's own measure, `verdict` "ok",
+/// - check: `value` is the used fraction of the tolerance (check_text.hpp), `error` the error in the check's own measure, `verdict` "ok",
 ///   "not met" (a target that is known not to be met) or "FAILED";
 /// - order: `value` is the observed order of a check that has one;
 /// - time: `value` is the wall time of the case, s;

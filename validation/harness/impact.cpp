@@ -80,7 +80,7 @@ FlowPicture last_picture(const ImpactRun& run, FlowField field, const std::array
                               .boxes = {}});
 }
 
-std::string figures(const ImpactRun& run) {
+std::string run_note(const ImpactRun& run) {
   const double h = run.flow_height();
   return fmt::format(
       "{}: dx = {} m, {} particles at the end, {:.3g} particle-steps, {:.1f} s of flow; steady from {:.2f} to {:.2f} s; run-up {:.3f} H "

@@ -1,5 +1,5 @@
 #pragma once
-/// An impact on the mast, run and shown: what the conveyor's cases share. Every number comes from run_case and its files.
+/// Runs and plots of impacts on the mast, for the cases with a conveyor. Every number comes from run_case and its files.
 
 #include <filesystem>
 #include <string>
@@ -13,9 +13,9 @@ namespace mpm::validation {
 /// Relative standard deviation of the paper's equations about the paper's own simulations: run-up (RMSLE), pressure height (NRMSE).
 inline constexpr double paper_runup_scatter = 0.13, paper_pressure_height_scatter = 0.066;
 
-/// A finished run and what it left.
+/// A finished run and its results.
 struct ImpactRun {
-  std::string id, name;  ///< for files, for people: "fr3", "Fr 3, M' 0.4"
+  std::string id, name;  ///< for files, for readers: "fr3", "Fr 3, M' 0.4"
   Case spec;
   std::filesystem::path directory;
   RunResult result;
@@ -28,7 +28,7 @@ struct ImpactRun {
   [[nodiscard]] double flow_height() const { return spec.conveyor->flow_height; }
 };
 
-/// Runs a case with a conveyor and an obstacle in context.directory()/id, with one frame, of the end, and logs what it cost.
+/// Runs a case with a conveyor and an obstacle in context.directory()/id, with one frame, of the end, and logs its size and time.
 /// @throws UnstableError if the run left no summary of the impact
 ImpactRun run_impact(const CaseContext& context, const std::string& id, const std::string& name, Case spec);
 
@@ -43,6 +43,6 @@ Plot profile_plot(const ImpactRun& run, double column);
 FlowPicture last_picture(const ImpactRun& run, FlowField field, const std::array<double, 4>& window);
 
 /// Size, cost, steady interval and measured quantities in one sentence.
-std::string figures(const ImpactRun& run);
+std::string run_note(const ImpactRun& run);
 
 }  // namespace mpm::validation

@@ -32,12 +32,12 @@ std::string test_suite(const CaseResult& r, std::size_t id, const RunInfo& info)
   const Count c = count_checks(r);
   const std::string timestamp = info.started.substr(0, 19);  // without the zone, as the format has it
   std::string xml;
-  const std::size_t tests = c.all(), faults = r.fault.empty() ? 0 : 1;
-  const double share = r.wall_time_s / static_cast<double>(std::max<std::size_t>(tests, 1));
+  const std::size_t tests = c.all(), errors = r.fault.empty() ? 0 : 1;
+  const double seconds = r.wall_time_s / static_cast<double>(std::max<std::size_t>(tests, 1));
   xml += fmt::format(
       "  <testsuite name=\"{}\" package=\"mpm-validate\" id=\"{}\" timestamp=\"{}\" hostname=\"localhost\" tests=\"{}\" "
       "failures=\"{}\" errors=\"{}\" time=\"{:.3f}\">\n    <properties>\n",
-      escape(r.name), id, escape(timestamp), tests, c.failed - faults, faults, r.wall_time_s);
+      escape(r.name), id, escape(timestamp), tests, c.failed - errors, errors, r.wall_time_s);
   for (const auto& [name, value] : {std::pair<const char*, std::string>{"title", r.title},
                                     {"level", to_string(info.level)},
                                     {"version", std::string(build.version)},
@@ -49,7 +49,7 @@ std::string test_suite(const CaseResult& r, std::size_t id, const RunInfo& info)
   const auto test_case = [&](const std::string& name, const std::string& outcome) {
     const int copy = ++seen[name];
     xml += fmt::format("    <testcase classname=\"{}\" name=\"{}{}\" time=\"{:.3f}\"", escape(r.name), escape(name),
-                       copy > 1 ? fmt::format(" ({})", copy) : "", share);
+                       copy > 1 ? fmt::format(" ({})", copy) : "", seconds);
     xml += outcome.empty() ? "/>\n" : ">" + outcome + "</testcase>\n";
   };
   if (!r.fault.empty()) test_case("runs", fmt::format("<error type=\"fault\" message=\"{0}\">{0}</error>", escape(r.fault)));

@@ -9,7 +9,7 @@
 
 namespace mpm::validation {
 
-/// JUnit XML as Ant writes it and Jenkins, GitLab and GitHub read it: a test suite a case, a test case a check (its time: an equal share of
+/// JUnit XML as Ant writes it and Jenkins, GitLab and GitHub read it: a test suite a case, a test case a check (its time: an equal part of
 /// the case's). Names are unique within a suite.
 std::string junit_xml(const std::vector<CaseResult>& results, const RunInfo& info);
 

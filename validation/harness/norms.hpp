@@ -1,5 +1,5 @@
 #pragma once
-/// Discrete error norms. A NaN in the data is a NaN in the norm: it never hides behind a comparison.
+/// Discrete error norms. A NaN in the data is a NaN in the norm: no comparison hides it.
 
 #include <cmath>
 #include <limits>

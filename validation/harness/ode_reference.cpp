@@ -214,7 +214,7 @@ class GeneralForm final : public Form {
 
 enum class Phase { elastic, plastic, stress_free };
 
-/// Below these shares the integration stops before the singular point itself, where the rates are 0/0 or infinite.
+/// Below these fractions the integration stops before the singular point itself, where the rates are 0/0 or infinite.
 constexpr double exhausted_share = 1e-7;  // p_c / p_c0: the stress left is 1e-7 of the initial strength
 constexpr double snap_share = 1e-6;       // D / (K y_p^2 + 3 G y_q^2): D falls like a square root, so 1e-12 of the path is left
 
@@ -400,7 +400,7 @@ class PathIntegrator {
     if (coaxial) y_[3] -= rate * step;
     if (!recompacts) return;
     log(PathEvent::recompaction, 0.0, 0.0);
-    // leave the singular point along its ray, far enough that p_c / p_c0 is the share at which exhaustion is called
+    // leave the singular point along its ray, far enough that p_c / p_c0 is the fraction that counts as exhausted
     const Landing ray = recompaction_ray(m_, rate, std::abs(form_.deviatoric_rate()));
     const double pc = 4.0 * exhausted_share * m_.preconsolidation_pressure;
     const double internal = std::asinh(pc / m_.bulk_modulus) / m_.hardening_xi;

@@ -114,14 +114,14 @@ ReferencePath general_reference(const CamClay&, const std::vector<ReferenceSegme
 std::vector<ReferencePoint> dae_reference(const CamClay&, const ReferencePoint& start, double d_eps_v, double d_eps_q, std::size_t samples,
                                           double relative_tolerance = 1e-13);
 
-/// Backward Euler's own landing: the first X below `internal` at which the state that the flow rule reaches from the trial state lies on
+/// The result of backward Euler: the first X below `internal` at which the state that the flow rule reaches from the trial state lies on
 /// the yield surface again, p = p_trial - K (X - X_n), q = q_trial/(1 + 6 G (1 + 2 beta) (X - X_n)/y_p), found by a scan in equal
-/// ratios and a bracketed root; stress-free at X = X_n + p_trial/K if there is none. Shares nothing with the library's search.
+/// ratios and a bracketed root; stress-free at X = X_n + p_trial/K if there is none. Independent of the library's search.
 struct Landing {
   double p, q, internal;
 };
 /// @param p_trial, q_trial  Pa, on or outside the surface of `internal` (X_n > 0), on its dilative side
-/// @param skipped           the scan starts this share of X_n below X_n: above zero where the trial state itself is a root
+/// @param skipped           the scan starts this fraction of X_n below X_n: above zero where the trial state itself is a root
 Landing nearest_landing(const CamClay&, double p_trial, double q_trial, double internal, double skipped = 1e-12);
 
 /// Exact states where the path has a closed form.
@@ -129,7 +129,7 @@ namespace exact {
 /// Isotropic compression beyond p_c0: sinh(xi X) + X = e + X_0, p = p_c; e = -eps_v.
 /// @returns X
 double isotropic_compression(const CamClay&, double compression);
-/// Largest root X < start of X - beta sinh(xi max(X, 0)) = e + X_0: where a point at the tension apex (q = 0) lands.
+/// Largest root X < start of X - beta sinh(xi max(X, 0)) = e + X_0: the result for a point at the tension apex (q = 0).
 double tension_apex(const CamClay&, double compression, double start);
 /// Any isotropic history, taken in pieces of monotone volume change: X after the compression e where it was X_n before; then
 /// p = K (e + X_0 - X). Elastic (X_n) within the apexes, else one of the two roots above. Holds on every path where M = 0.

@@ -37,10 +37,10 @@ Written by `mpm-validate run --record`; nothing in this directory is edited by h
 
 - `data.csv`: a row a check. `level`, `case`, `quantity`, `label` (verification: exact solution or property;
   validation: experiment or the paper; regression: our own past), `reference`, `result`, `error`, `order` (observed;
-  empty where there is none), `tolerance`, `verdict`, `measure` (relative: error and tolerance are shares of the
+  empty where there is none), `tolerance`, `verdict`, `measure` (relative: error and tolerance are fractions of the
   reference; absolute: in `unit`; at_most: `error` is how far the result lies above the reference, in `unit`),
   `unit` of reference and result.
-- `history.csv`: what every recording found, one after the other: `kind` check (`value`: used share of the tolerance),
+- `history.csv`: the results of all recordings in their order: `kind` check (`value`: used fraction of the tolerance),
   order, time (s), and for recordings of all cases bias and spread of a quantity. `scripts/validation_history.py` draws it.
 - `runs.csv`: which program and machine made the rows of a case, and how long it took. Times belong to that machine.
 

@@ -1,5 +1,5 @@
 #pragma once
-/// The table of orders and errors: of one run, and as it is kept in reference_data.
+/// The table of orders and errors: of one run, and as stored in reference_data.
 
 #include <filesystem>
 #include <string>
@@ -14,13 +14,13 @@ namespace mpm::validation {
 /// check, cases by name.
 std::string orders_csv(const std::vector<CaseResult>& results);
 
-/// Keeps the table of orders and errors in a directory of reference_data: data.csv (orders_csv and the level in front), runs.csv (level,
+/// Stores the table of orders and errors in a directory of reference_data: data.csv (orders_csv and the level in front), runs.csv (level,
 /// case, checks, time, commit, machine of each) and SOURCE.md. Rows of the same level and case are replaced, others stay. history.csv gets
 /// the rows of this recording after those of earlier ones (harness/history.hpp).
 /// @throws IoError
 void record_results(const std::filesystem::path& directory, const std::vector<CaseResult>& results, const RunInfo& info);
 
-/// What record_results kept about a case: its labels and the time it took.
+/// Labels and time of a case, as stored by record_results.
 struct RecordedCase {
   std::string level, name, labels;
   double wall_time_s = 0.0;

@@ -11,8 +11,8 @@ namespace mpm::validation {
 /// One step towards rest: gravity on a smooth ramp from 0 at t = 0 to all of it at `ramp`, then every velocity falls as exp(-damping dt).
 inline StepReport settling_step(State& state, Scene& scene, const Vec3& full_gravity, double ramp, double damping) {
   const double dt = stable_time_step(state, scene);
-  const double share = state.time >= ramp ? 1.0 : 0.5 * (1.0 - std::cos(std::numbers::pi * state.time / ramp));
-  scene.gravity = share * full_gravity;
+  const double fraction = state.time >= ramp ? 1.0 : 0.5 * (1.0 - std::cos(std::numbers::pi * state.time / ramp));
+  scene.gravity = fraction * full_gravity;
   const StepReport report = step(state, scene, dt);
   const double keep = std::exp(-damping * dt);
   state.grid.change_particles([keep](Particle& p) {

@@ -32,9 +32,9 @@ struct ComparisonOptions {
 /// reference path.
 ///
 /// The finest step follows from the reference alone. Close to a fold of the solution (a snap-back), where D = m (K y_p^2 + 3 G y_q^2) with
-/// a small margin m, one step changes D by a share of m that must itself be small: its number grows like 1/m^2. So options.finest holds for
-/// m >= 0.1 and is raised by (0.1/m)^2, at most 64 times, below; not where the point snaps back at the onset of yield (m <= 0), which no
-/// step resolves.
+/// a small margin m, one step changes D by a fraction of m that must itself be small: its number grows like 1/m^2. So options.finest holds
+/// for m >= 0.1 and is raised by (0.1/m)^2, at most 64 times, below; not where the point snaps back at the onset of yield (m <= 0), which
+/// no step resolves.
 struct PathComparison {
   ReferencePath reference;
   std::vector<PathRow> finest;  ///< the library's rows with the most steps, at the reference's points

@@ -13,8 +13,8 @@ namespace {
 /// Cells: nodes within one and a half of the free particles get all they have from exact ones, and none of it from nodes next to the edge.
 constexpr double depth_of_driver = 3.5;
 
-/// Share of a square cell of the lattice, centred at (x, y), that lies within a radius.
-double share_within(double x, double y, double side, double radius) {
+/// Fraction of a square cell of the lattice, centred at (x, y), that lies within a radius.
+double fraction_within(double x, double y, double side, double radius) {
   const double distance = std::hypot(x, y);
   if (distance + side < radius) return 1.0;
   if (distance - side > radius) return 0.0;
@@ -78,11 +78,11 @@ RadialErrors run_radial(const Case& base, const RadialSetting& s, const RadialMo
     for (int i = 0; i < count; ++i) {
       const double x = (i + 0.5) * spacing, y = (j + 0.5) * spacing, radius = std::hypot(x, y);
       if (radius < innermost) continue;
-      const double share = s.free_surface ? share_within(x, y, spacing, s.outer) : radius <= outermost ? 1.0 : 0.0;
-      if (share < 0.05) continue;  // less mass than this would only be noise at the surface
+      const double fraction = s.free_surface ? fraction_within(x, y, spacing, s.outer) : radius <= outermost ? 1.0 : 0.0;
+      if (fraction < 0.05) continue;  // less mass than this would only be noise at the surface
       Particle p{};
       p.position[0] = x, p.position[1] = y, p.position[2] = 0.5 * side;
-      p.volume = share * spacing * spacing * side / s.initial_volume_ratio;
+      p.volume = fraction * spacing * spacing * side / s.initial_volume_ratio;
       p.id = state.next_id++;
       set_stress(p, start(radius), x / radius, y / radius);
       reference.emplace_back(x, y, 0.0);

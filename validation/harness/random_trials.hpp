@@ -1,10 +1,10 @@
 #pragma once
 /// Random trial states through the return map of cohesive Modified Cam-Clay, in all number types at once.
 ///
-/// Each group of 64 states shares a material drawn from M = 0 or 1e-3 to 3, beta = 0 or up to 0.9, xi from 0.02 to 50, p_c0 from 1 Pa to 1
-/// MPa, E from 0.1 to 100 MPa, nu from 0 to 0.45. A state is admissible: expanded (X < 0), or inside, on the surface or on the hydrostatic
-/// axis, with p_c over eight decades around p_c0 (elastic strains up to 1/2); its increment reaches from 1e-9 to 0.5, isotropic or general.
-/// Numbers are those of a counter-based generator: the same on every machine and any number of threads.
+/// The 64 states of a group have one material, drawn from M = 0 or 1e-3 to 3, beta = 0 or up to 0.9, xi from 0.02 to 50, p_c0 from 1 Pa to
+/// 1 MPa, E from 0.1 to 100 MPa, nu from 0 to 0.45. A state is admissible: expanded (X < 0), or inside, on the surface or on the
+/// hydrostatic axis, with p_c over eight decades around p_c0 (elastic strains up to 1/2); its increment reaches from 1e-9 to 0.5, isotropic
+/// or general. Numbers are those of a counter-based generator: the same on every machine and any number of threads.
 
 #include <cmath>
 #include <cstdint>

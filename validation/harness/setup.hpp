@@ -2,8 +2,8 @@
 /// A case as runs to make and a judge of their results, so that other solvers can be held against the same references.
 ///
 /// A case with set-ups names its runs in `setups` of its registration. Its `run` is the judge: it calls play() for every one of them and
-/// sees the results instant by instant. play() makes the run with this program, or reads what another solver wrote; the judge cannot tell,
-/// but for what is added by own_run().
+/// sees the results instant by instant. play() makes the run with this program, or reads the results of another solver; the evaluation does
+/// not depend on which, but for what is added by own_run().
 ///
 ///   std::vector<Setup> setups(const CaseContext& context);                    // physics, particles at t = 0, what to write back
 ///   void run(const CaseContext& context, CaseResult& result) {
@@ -92,7 +92,7 @@ class RunSource {
   virtual RunCost play(const Setup& setup, const Visitor& visit) const = 0;
 };
 
-/// The results of a set-up: made here, or read, as the context says.
+/// The results of a set-up: computed here or read, according to the context.
 RunCost play(const CaseContext& context, const Setup& setup, const Visitor& visit);
 
 /// This program makes the runs: pictures can be drawn, and checks of its own scheme apply.

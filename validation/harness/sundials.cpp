@@ -35,7 +35,7 @@ struct OdeIntegrator::Impl {
   Rhs rhs;
   Roots roots;
   std::string message;
-  std::exception_ptr fault;
+  std::exception_ptr error;
   Vector y;
   void* memory = nullptr;
   SUNNonlinearSolver solver = nullptr;
@@ -48,7 +48,7 @@ struct OdeIntegrator::Impl {
       me.rhs(t, N_VGetArrayPointer(y), N_VGetArrayPointer(dydt));
       return 0;
     } catch (...) {  // C lies between here and advance()
-      me.fault = std::current_exception();
+      me.error = std::current_exception();
       return -1;
     }
   }
@@ -58,12 +58,12 @@ struct OdeIntegrator::Impl {
       me.roots(t, N_VGetArrayPointer(y), g);
       return 0;
     } catch (...) {
-      me.fault = std::current_exception();
+      me.error = std::current_exception();
       return -1;
     }
   }
   void require(int flag) const {
-    if (fault) std::rethrow_exception(fault);
+    if (error) std::rethrow_exception(error);
     if (flag < 0) throw UnstableError(fmt::format("reference integration stopped: {}", message));
   }
   [[nodiscard]] long current_steps() const {
@@ -131,7 +131,7 @@ std::vector<std::vector<double>> integrate_dae(const Residual& residual, const J
   struct Problem {
     const Residual& residual;
     const Jacobian& jacobian;
-    std::exception_ptr fault;
+    std::exception_ptr error;
     std::string message;
     std::vector<double> rows;
   } problem{residual, jacobian, nullptr, {}, std::vector<double>(y.size() * y.size())};
@@ -146,7 +146,7 @@ std::vector<std::vector<double>> integrate_dae(const Residual& residual, const J
       p.residual(t, N_VGetArrayPointer(a), N_VGetArrayPointer(b), N_VGetArrayPointer(r));
       return 0;
     } catch (...) {
-      p.fault = std::current_exception();
+      p.error = std::current_exception();
       return -1;
     }
   };
@@ -156,7 +156,7 @@ std::vector<std::vector<double>> integrate_dae(const Residual& residual, const J
     try {
       p.jacobian(t, c, N_VGetArrayPointer(a), N_VGetArrayPointer(b), p.rows.data());
     } catch (...) {
-      p.fault = std::current_exception();
+      p.error = std::current_exception();
       return -1;
     }
     const auto size = static_cast<sunindextype>(N_VGetLength(a));
@@ -175,7 +175,7 @@ std::vector<std::vector<double>> integrate_dae(const Residual& residual, const J
     }
   } r{IDACreate(context)};
   const auto require = [&](int flag) {
-    if (problem.fault) std::rethrow_exception(problem.fault);
+    if (problem.error) std::rethrow_exception(problem.error);
     if (flag < 0) throw UnstableError(fmt::format("reference integration stopped: {}", problem.message));
   };
   require(IDASetErrHandlerFn(r.memory, keep_message, &problem.message));

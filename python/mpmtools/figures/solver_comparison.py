@@ -9,7 +9,7 @@ import markupsafe
 from mpmtools.figures import interactive
 from mpmtools.figures.style import COLOURS, MARKERS, STYLE, breakable, finish_axes, plt, use_style, verdict_class, write_page
 
-LEAST = 1e-3  # share of the tolerance below which differences are of no interest
+LEAST = 1e-3  # fraction of the tolerance below which differences are of no interest
 
 TEMPLATE = r"""<!doctype html>
 <html lang="en"><head><meta charset="utf-8"><meta name="viewport" content="width=device-width, initial-scale=1">
@@ -71,7 +71,7 @@ def _case(name, by_solver):
 
 
 def _used_shares(name, solvers, rows):
-    """The share of its tolerance that each solver uses, check by check; right of 1 a check fails."""
+    """The fraction of its tolerance that each solver uses, check by check; right of 1 a check fails."""
     figure, axes = plt.subplots(figsize=(6.2, 1.3 + 0.28 * len(rows)), layout="constrained")
     texts = {}
     for i, solver in enumerate(solvers):
@@ -87,9 +87,9 @@ def _used_shares(name, solvers, rows):
     axes.set_xscale("log")
     axes.set_ylim(len(rows) - 0.5, -0.5)
     axes.set_yticks(range(len(rows)), [row["quantity"][:44] + ("…" if len(row["quantity"]) > 44 else "") for row in rows], fontsize=7)
-    axes.set_xlabel("used share of the tolerance")
+    axes.set_xlabel("used fraction of the tolerance")
     finish_axes(axes)
     handles = [plt.Line2D([], [], linestyle="", marker=MARKERS[i % len(MARKERS)], color=COLOURS[i % len(COLOURS)], markerfacecolor="none" if i else COLOURS[0], label=s)
                for i, s in enumerate(solvers)]
     axes.legend(handles=handles, fontsize=8, frameon=False, loc="lower left", bbox_to_anchor=(0.0, 1.0), ncols=3)
-    return interactive.inline_svg(figure, texts, f"Used share of the tolerance, {name}")
+    return interactive.inline_svg(figure, texts, f"Used fraction of the tolerance, {name}")

@@ -1,4 +1,4 @@
-"""The history of the validation suite (reference_data/validation_orders/history.csv) as a page: what every recording found, and what became worse.
+"""The history of the validation suite (reference_data/validation_orders/history.csv) as a page: the results of all recordings, and what became worse.
 
 Worse is, from one recording of a series to the next:
 - check: its verdict is worse (ok, not met as known, FAILED), or its error grew by more than a tenth and by more than a fiftieth of the tolerance;
@@ -18,7 +18,7 @@ from mpmtools.figures import interactive
 from mpmtools.figures.style import COLOURS, STYLE, breakable, finish_axes, plt, use_style, write_page
 
 SERIES = ["level", "case", "kind", "quantity"]
-KINDS = {"check": "used share of the tolerance", "order": "observed order", "time": "wall time [s]", "bias": "bias", "spread": "standard deviation"}
+KINDS = {"check": "used fraction of the tolerance", "order": "observed order", "time": "wall time [s]", "bias": "bias", "spread": "standard deviation"}
 BAD = "#b3262e"
 SHOWN = 60  # recordings on an axis, the latest
 VERDICTS = ("ok", "not met", "FAILED")  # of checks, the best first
@@ -113,7 +113,7 @@ def _panel(rows, labels, kind, title, by="quantity"):
     """Values over the recordings, a line for each series; what became worse is red."""
     figure, axes = plt.subplots(figsize=(6.2, 3.9), layout="constrained")
     texts = {}
-    floor = 1e-3 if kind == "check" else None  # share of the tolerance below which differences are of no interest
+    floor = 1e-3 if kind == "check" else None  # fraction of the tolerance below which differences are of no interest
     for i, ((name, _), series) in enumerate(rows.groupby([by, "repeat"], sort=False)):
         colour = COLOURS[i % len(COLOURS)]
         value = series.value.replace([np.inf], np.nan).clip(lower=floor)

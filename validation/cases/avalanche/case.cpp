@@ -58,7 +58,7 @@ ImpactRun judge(const CaseContext& context, const std::string& id, const std::st
                       run.value("predicted_pressure_height_m"), "m", 0.15,
                       "aim of the project; of the paper's own points 85 % lie within 10 %, all within 25 %")
       .in_summary(Quantity::pressure_height, paper_pressure_height_scatter);
-  result.notes.push_back(figures(run));
+  result.notes.push_back(run_note(run));
   result.plots.push_back(runup_plot(run));
   result.plots.push_back(profile_plot(run, run.value("pressure_height_mean_m")));
   return run;
@@ -143,9 +143,9 @@ ImpactRun pressure_against_force(const CaseContext& context, CaseResult& result)
                       force, "N", 0.15, "aim of the project")
       .known_miss(context.choose(0.735, 0.805, 0.805) * force,
                   "the box in which the pressure is measured reaches 2.5 cells upstream, where the pressure is lower than on the face");
-  const double share = stagnation_line_mean(0.5 * c.obstacle->width(), 2.5 * c.numerics.cell_size);
+  const double fraction = stagnation_line_mean(0.5 * c.obstacle->width(), 2.5 * c.numerics.cell_size);
   result.check_relative(Label::verification, "frictionless mast: pressure before the face, made up for the box depth, against the force",
-                        run.value("profile_force_n") / share, force, "N", 0.15,
+                        run.value("profile_force_n") / fraction, force, "N", 0.15,
                         "the strip |y| <= 3w/7 represents the whole face, and potential flow the jet; 15 %: aim of the project");
   return run;
 }

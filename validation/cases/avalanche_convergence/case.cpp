@@ -17,7 +17,7 @@
 namespace mpm::validation {
 namespace {
 
-/// The figures of one run, in the order of `studied`.
+/// The quantities of one run, in the order of `studied`.
 enum FigureIndex : std::size_t { force_x, runup, pressure_height, pressure_height_in_cells, impact_pressure, profile_force };
 /// Order 2 in the interior, 1 at walls: what lies between 0.5 and 2 counts as credible (the window of Eca & Hoekstra, too).
 constexpr double formal_order = 1.5;
@@ -148,14 +148,14 @@ std::string list(const std::vector<int>& cells) {
   return text;
 }
 
-/// Studies of all figures on the grids w/n.
+/// Studies of all quantities on the grids w/n.
 std::vector<MetricConvergence> grid_family(CaseResult& result, Runs& runs, const std::string& id, const std::vector<int>& cells,
                                            int pictured) {
   std::vector<double> sizes;
   for (const int n : cells) sizes.push_back(runs.width() / n);
-  std::vector<FollowedQuantity> figures = studied;
-  for (FollowedQuantity& f : figures) f.quantity += ", " + id;
-  auto studies = record_convergence(result, id, SweepKind::cell_size, sizes, figures, [&](double dx) {
+  std::vector<FollowedQuantity> followed = studied;
+  for (FollowedQuantity& f : followed) f.quantity += ", " + id;
+  auto studies = record_convergence(result, id, SweepKind::cell_size, sizes, followed, [&](double dx) {
     const int n = runs.cells(dx);
     return runs(fmt::format("w{}", n), runs.at(n), n == pictured);
   });

@@ -190,7 +190,7 @@ void uniform_impact(const CaseContext& context, CaseResult& result, const std::v
     for (std::size_t i = at(2.5); i < finest.force.size(); ++i) after += finest.force[i] * (finest.time[1] - finest.time[0]);
     result.check_at_most(Label::verification, name + ": impulse after 2.5 L/c, when the bar has left", after, 0.0, "mV",
                          front_width(s.cell.back(), variant.settings.transfer),
-                         "what rings in the bar may touch once more: a front's share");
+                         "vibrations in the bar may touch once more: the impulse of one front");
     result.notes.push_back(fmt::format(
         "{}: mean |error| of the force {:.2e} to {:.2e}, order {:.2f}; mean force {:.4f}; momentum at L/c {:+.4f}; "
         "rebound at {:.4f} V; impulse after 2.5 L/c {:.1e}{}.",

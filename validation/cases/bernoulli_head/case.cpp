@@ -197,8 +197,9 @@ void judge(const Rise& rise, CaseResult& result) {
                     "head; without it 1 % is kept");
   const double ratio = rise.setting.cell_size / rise.flow_height;
   result
-      .check_relative(Label::verification, name + ": mean head of the jet", rise.mean_head, rise.bound, "m", 2.0 * ratio * ratio,
-                      "the flow turns over the mast's half width a; smoothing over a cell costs a share of order (dx/a)², here half of it")
+      .check_relative(
+          Label::verification, name + ": mean head of the jet", rise.mean_head, rise.bound, "m", 2.0 * ratio * ratio,
+          "the flow turns over the mast's half width a; smoothing over a cell reduces it by a fraction of order (dx/a)², here half of it")
       .in_summary(Quantity::run_up);
 }
 

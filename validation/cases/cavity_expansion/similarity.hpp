@@ -190,7 +190,7 @@ class CavityExpansion {
   }
   struct Flow {
     std::array<double, 3> normal{};  ///< N
-    double share = 0.0;              ///< g
+    double multiplier = 0.0;         ///< g
     double y_p = 0.0, slope = 0.0;   ///< of the yield function; m
   };
   [[nodiscard]] Flow flow(double strain, const double* y, bool yields) const {
@@ -214,8 +214,8 @@ class CavityExpansion {
       b -= driven[0] * driven[1] / resistance;
     }
     f.slope = (-(s.tau[0] - ratio * s.tau[1]) / (ratio - 1.0) - b) / (a - s.tau[0]);
-    if (yields) f.share = (driven[0] * f.slope + driven[1]) / resistance;
-    if (yields && !(f.share > 0.0 && resistance > 0.0))
+    if (yields) f.multiplier = (driven[0] * f.slope + driven[1]) / resistance;
+    if (yields && !(f.multiplier > 0.0 && resistance > 0.0))
       throw UnstableError("cavity_expansion: the snow unloads or softens too fast; the family of states ends");
     return f;
   }
@@ -224,8 +224,8 @@ class CavityExpansion {
     const Flow f = flow(strain, y, yields);
     const std::array<double, 3> total = {f.slope, 1.0, 0.0};
     dydt[0] = strain * f.slope;
-    for (std::size_t i = 0; i < 3; ++i) dydt[1 + i] = strain * (total[i] - f.share * f.normal[i]);
-    dydt[4] = strain * f.share * f.y_p;
+    for (std::size_t i = 0; i < 3; ++i) dydt[1 + i] = strain * (total[i] - f.multiplier * f.normal[i]);
+    dydt[4] = strain * f.multiplier * f.y_p;
     dydt[5] = strain / (std::exp(y[0] - strain) - 1.0);
   }
   void keep(double log_strain, const Unknowns& y, bool yields) {

@@ -206,7 +206,7 @@ void drop(const CaseContext& context, CaseResult& result) {
                        0.4, "", 1e-9, "Coulomb's bound holds at every node, so for the sum; 1e-9 for round-off");
 }
 
-/// A block thrown against a mast: force, moment and force by layer of the mast are one momentum, booked three times.
+/// A block thrown against a mast: force, moment and force by layer of the mast are the same momentum, recorded in three ways.
 void strike(const CaseContext& context, CaseResult& result, double friction) {
   Case c = balls(context);
   c.numerics.gravity = 9.81;
@@ -424,10 +424,10 @@ void rotate_patch(const CaseContext& context, CaseResult& result) {
   std::vector<double> size, stretch;
   Series spurious{"simulation", {}, {}, Series::Style::points}, exact{"π ω dt", {}, {}, Series::Style::reference};
   for (const int steps : {90, 180, 360, 720}) {
-    const double dt = 2.0 * pi / steps, share = 0.25;  // omega = 1/s; a quarter turn of the stressed block
+    const double dt = 2.0 * pi / steps, part = 0.25;  // omega = 1/s; a quarter turn of the stressed block
     Mat3 spin = Mat3::Zero();
     spin(0, 1) = -1.0, spin(1, 0) = 1.0;
-    const int n = static_cast<int>(share * steps);
+    const int n = static_cast<int>(part * steps);
     Patch stressed(m, start);
     const Patch::Deviation d = stressed.lead(spin, dt, n, start);
     const double angle = n * std::atan(dt), strain = 0.5 * n * std::log1p(dt * dt);

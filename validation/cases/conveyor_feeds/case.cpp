@@ -36,12 +36,12 @@ Case make_case(const CaseContext& context, const Setting& setting, ConveyorSpec:
   return c;
 }
 
-struct Figures {
+struct Measured {
   MeanEstimate runup, force;
   std::vector<double> time, runup_series, force_series, mass;
 };
 
-Figures simulate(const CaseContext& context, const Setting& setting, ConveyorSpec::Feed feed, const std::string& folder) {
+Measured simulate(const CaseContext& context, const Setting& setting, ConveyorSpec::Feed feed, const std::string& folder) {
   double time = 0.0;
   RunOptions options;
   options.out = context.directory() / folder;
@@ -49,7 +49,7 @@ Figures simulate(const CaseContext& context, const Setting& setting, ConveyorSpe
   options.poll = [&] { return time >= setting.to ? Request::stop : Request::none; };  // the strip is built for longer than it is run
   run_case(make_case(context, setting, feed), options);
   const Table series = Table::read(options.out / "series.csv");
-  Figures f;
+  Measured f;
   f.time = series.numbers("time_s");
   f.runup_series = series.numbers("runup_m");
   f.force_series = series.numbers("force_x_n");
@@ -67,7 +67,7 @@ Figures simulate(const CaseContext& context, const Setting& setting, ConveyorSpe
 
 /// Until the front reaches the outlet, the window's mass is what was there at first and what was fed: rho H W (L + v t). L reaches from the
 /// front to two cells behind the inlet, where layers are released (impact/conveyor.hpp).
-void check_mass(const CaseContext& context, CaseResult& result, const Setting& setting, const Figures& window) {
+void check_mass(const CaseContext& context, CaseResult& result, const Setting& setting, const Measured& window) {
   const Case c = make_case(context, setting, ConveyorSpec::Feed::window);
   const ConveyorSpec& belt = *c.conveyor;
   const double per_length = c.material.density() * belt.flow_height * setting.width, layer = 0.5 * c.numerics.cell_size;
@@ -88,8 +88,8 @@ void check_mass(const CaseContext& context, CaseResult& result, const Setting& s
 }
 
 void compare(const CaseContext& context, CaseResult& result, const Setting& setting, const std::string& id) {
-  const Figures window = simulate(context, setting, ConveyorSpec::Feed::window, id + "-window");
-  const Figures strip = simulate(context, setting, ConveyorSpec::Feed::strip, id + "-strip");
+  const Measured window = simulate(context, setting, ConveyorSpec::Feed::window, id + "-window");
+  const Measured strip = simulate(context, setting, ConveyorSpec::Feed::strip, id + "-strip");
   const std::string reason = "one physics, two feeds: 5 % as the project asks, of which 2 % is left to the scatter of the means";
   const auto judge = [&](const std::string& what, const MeanEstimate& w, const MeanEstimate& s, const std::string& unit,
                          Quantity quantity) {
@@ -104,7 +104,7 @@ void compare(const CaseContext& context, CaseResult& result, const Setting& sett
   check_mass(context, result, setting, window);
   judge("run-up", window.runup, strip.runup, "m", Quantity::run_up);
   judge("force", window.force, strip.force, "N", Quantity::force);
-  const auto plot = [&](const std::string& name, const std::string& label, double scale, const std::vector<double> Figures::*series) {
+  const auto plot = [&](const std::string& name, const std::string& label, double scale, const std::vector<double> Measured::*series) {
     const auto scaled = [&](std::vector<double> v) {
       for (double& x : v) x *= scale;
       return v;
@@ -119,8 +119,8 @@ void compare(const CaseContext& context, CaseResult& result, const Setting& sett
                             false,
                             false});
   };
-  plot("runup", "run-up [m]", 1.0, &Figures::runup_series);
-  plot("force", "force on the mast [kN]", 1e-3, &Figures::force_series);
+  plot("runup", "run-up [m]", 1.0, &Measured::runup_series);
+  plot("force", "force on the mast [kN]", 1e-3, &Measured::force_series);
 }
 
 void run(const CaseContext& context, CaseResult& result) {

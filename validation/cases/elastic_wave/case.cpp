@@ -283,10 +283,10 @@ void ends_without_walls(const CaseContext& context, CaseResult& result, const st
                        "second order; fourth-order terms at the coarsest grid are (k dx)^2 = 4 % of the second-order ones");
     if (!own_run(context)) continue;
     result.check_relative(Label::verification, what + "error of the frequency at the finest grid against the analysis", s.frequency.back(),
-                          line_f.y.back(), "", 0.02, "the analysis has no ends; the free end adds a share of order dx / L");
+                          line_f.y.back(), "", 0.02, "the analysis has no ends; the free end adds a contribution of order dx / L");
     const double order = m.transfer == Transfer::flip && m.flip_ratio < 1.0 ? 1.0 : 3.0;
     result.check_order(Label::verification, what + "order of the damping ratio", fitted_order(s.cell, s.damping), order - 0.2, order + 0.2,
-                       "order of the analysis; the free end adds a share of order dx / L, 20 % of the damping on these grids");
+                       "order of the analysis; the free end adds a contribution of order dx / L, 20 % of the damping on these grids");
     frequency.series.push_back(std::move(line_f));
     frequency.series.push_back({m.name, s.cell, s.frequency, Series::Style::points});
     damping.series.push_back(std::move(line_d));
@@ -362,7 +362,7 @@ void ends_at_walls(const CaseContext& context, CaseResult& result, std::size_t& 
        true,
        true});
 
-  // where the wall is, if it does not stand on a plane of nodes
+  // position of the wall, if it is not on a plane of nodes
   Series moved{"L = 16 dx", {}, {}, Series::Style::points};
   for (int i = 0; i <= 8; ++i) {
     const double offset = i / 8.0;
@@ -443,7 +443,7 @@ void sweeps(const CaseContext& context, CaseResult& result, std::size_t& work) {
     if (n > 1) worst = std::max(worst, std::abs(v.frequency - d.frequency) / std::abs(d.frequency - 1.0));
   }
   result.check_at_most(Label::verification, "2 to 6 particles per cell and axis: frequency error against the analysis, largest deviation",
-                       worst, 0.0, "", 0.05, "the free end adds a share of order dx / L = 1/16");
+                       worst, 0.0, "", 0.05, "the free end adds a contribution of order dx / L = 1/16");
   result.plots.push_back({"particles",
                           "Frequency against the number of particles, L = 16 dx, APIC",
                           "particles per cell and axis",

@@ -147,7 +147,7 @@ std::vector<Study> studies(const CaseContext& context) {
   return {low, middle, snow, high};
 }
 
-/// What the theory says of a study, and how long its strip has to be.
+/// Predictions of the theory for a study, and the required length of its strip.
 struct Plan {
   Bore bore;
   double duration, length;

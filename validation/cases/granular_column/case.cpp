@@ -20,7 +20,7 @@ namespace {
 
 enum class Geometry { plane, axisymmetric };
 
-/// Energy at which the collapse counts as over, as a share of its largest kinetic energy, and the longest wait, in units of sqrt(h0/g).
+/// Energy at which the collapse counts as over, as a fraction of its largest kinetic energy, and the longest wait, in units of sqrt(h0/g).
 constexpr double rest_share = 1e-3, longest_wait = 12.0;
 /// Vertical strain of the base under the column's weight: sets Young's modulus.
 constexpr double gravity_strain = 8e-3;
@@ -99,7 +99,7 @@ void prestress(State& state, const Case& c, double h0) {
   });
 }
 
-double percentile_radius(const std::vector<ParticleRecord>& particles, Geometry geometry, double share) {
+double percentile_radius(const std::vector<ParticleRecord>& particles, Geometry geometry, double fraction) {
   std::vector<std::pair<double, double>> by_radius;  // radius, mass
   double total = 0.0;
   for (const ParticleRecord& p : particles) {
@@ -109,7 +109,7 @@ double percentile_radius(const std::vector<ParticleRecord>& particles, Geometry 
   std::sort(by_radius.begin(), by_radius.end());
   double sum = 0.0;
   for (const auto& [r, mass] : by_radius)
-    if ((sum += mass) >= share * total) return r;
+    if ((sum += mass) >= fraction * total) return r;
   return by_radius.back().first;
 }
 
@@ -389,8 +389,8 @@ class Study {
   }
 
   /// Exponent and prefactor of a branch of the law. The edge of the deposit, which experiments report, gives the exponent; the 99.5th
-  /// percentile of the mass stops short of it by a share that falls with a, which its own exponent, in a note, shows. An exponent compares
-  /// aspect ratios, so all have the same cells across r0, and each run-out is extrapolated to dx = 0 before the exponent is taken.
+  /// percentile of the mass stops short of it by a fraction that falls with a, which its own exponent, in a note, shows. An exponent
+  /// compares aspect ratios, so all have the same cells across r0, and each run-out is extrapolated to dx = 0 before the exponent is taken.
   void check_branch(const Branch& branch, double exponent, double tolerance, const std::string& reason,
                     const std::optional<KnownMiss>& miss = {}) {
     const std::string what = fmt::format("{}, {}: ", word(branch.geometry), branch.range);

@@ -312,7 +312,7 @@ Errors converge(const CaseContext& context, CaseResult& result, const Column& co
   return e;
 }
 
-/// Distance that a wall stands behind its plane, in cells: 0.17 with two, 0.19 with many particles per cell and axis (case elastic_wave).
+/// Distance at which a wall acts behind its plane, in cells: 0.17 with two, 0.19 with many particles per cell and axis (case elastic_wave).
 constexpr double wall_shift = 0.19;
 /// Quadrature error of the stress with two particles per cell and axis, over the strain: case manufactured_solution has 1.2 % at strains of
 /// 31 %.
@@ -347,7 +347,7 @@ void study(const CaseContext& context, CaseResult& result, const Column& column,
     }
     result.check_absolute(Label::verification, word + ": lateral over vertical stress (K0) against the path at its height, interior cells",
                           e.ratio.back(), 0.0, "", slack,
-                          "K0 changes so much over the quadrature error of the stress, and the return map's share");
+                          "K0 changes so much over the quadrature error of the stress, and the error of the return map");
     result.notes.push_back(fmt::format("{}: K0 is {:.3f} at the floor and {:.3f} at half the height, {:.3f} where nothing yields.", word,
                                        column.lateral_ratio(weight), column.lateral_ratio(0.5 * weight), poisson / (1.0 - poisson)));
   }

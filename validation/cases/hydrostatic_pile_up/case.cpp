@@ -162,7 +162,7 @@ void at_rest(const CaseContext& context, CaseResult& result) {
     result
         .check_relative(Label::verification, fmt::format("Fr 0, dx = {} m: force on the dam, downstream empty", dx), dam.force, exact, "N",
                         0.003,
-                        "the virial theorem leaves nothing of first order in dx but a share of the settlement, 0.6 % (see README.md)")
+                        "the virial theorem leaves nothing of first order in dx except a part of the settlement, 0.6 % (see README.md)")
         .in_summary(Quantity::force);
   }
   std::vector<Series> profiles{{"ρ0 g (H − z)", {density * gravity * height * 1e-3, 0.0}, {0.0, height}, Series::Style::reference}};
@@ -231,7 +231,7 @@ void inviscid(const CaseContext& context, CaseResult& result) {
   c.numerics.cell_size = context.choose(0.4375, 0.35, 0.25);
   if (context.level() == Level::quick) c.output.duration = 14.0;
   const ImpactRun run = run_impact(context, "inviscid", "Fr 0.3, M = 0, frictionless mast", c);
-  result.notes.push_back(figures(run));
+  result.notes.push_back(run_note(run));
   result
       .check_relative(Label::verification, run.name + ": steady run-up, 99th percentile within H of the mast",
                       run.value("runup_p99_mean_m"), bernoulli_height(c.conveyor->velocity, height, gravity), "m", 0.10,
@@ -265,7 +265,7 @@ void frictional(const CaseContext& context, CaseResult& result, double froude, d
                       pressure_pile_up, "m", 0.15,
                       "scatter of the paper's regression, and the filter's bias: 8 % at w/4, 5 % at w/5 (see README.md)")
       .in_summary(Quantity::pressure_height, paper_pressure_height_scatter);
-  result.notes.push_back(figures(run));
+  result.notes.push_back(run_note(run));
   result.plots.push_back(runup_plot(run));
   result.plots.push_back(profile_plot(run, run.value("runup_mean_m")));
   result.flows.push_back(last_picture(run, FlowField::stress_xx, {-8.4, 4.2, -0.2, 2.5 * height}));

@@ -18,7 +18,7 @@ namespace {
 constexpr double from = 10.0, to = 26.0, nearest = 1.0;
 constexpr std::size_t batches = 8, before = 80, samples = 320;
 
-/// One obstacle, and what the momentum theorem says of the force on it, over rho0 v^2 A.
+/// One obstacle, and the force on it by the momentum theorem, over rho0 v^2 A.
 struct Target {
   std::string id, name;
   ObstacleSpec obstacle;

@@ -267,7 +267,7 @@ void cube(const CaseContext& context, CaseResult& result, std::size_t& work) {
   const double wall_order = fitted_order(walls.cell, walls.displacement);
   result
       .check_order(Label::verification, "cube between slip walls: order of the displacement", wall_order, 0.85, 1.25,
-                   "walls are of first order: they stand 0.17 dx behind their plane (case elastic_wave); 1.8 is not met with them")
+                   "walls are of first order: they act 0.17 dx behind their plane (case elastic_wave); 1.8 is not met with them")
       .observed_order = wall_order;
   plot.series.push_back({"slip walls, 8 per cell", walls.cell, walls.displacement, Series::Style::points});
   plot.series.push_back(slope_line("order 2", open.cell, open.displacement.back(), 2.0));

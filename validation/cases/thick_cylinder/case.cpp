@@ -21,9 +21,9 @@ class Lame {
   explicit Lame(const HenckyElastic::Parameters& m)
       : shear_(m.young_modulus / (2.0 * (1.0 + m.poisson_ratio))),
         lame_(m.young_modulus * m.poisson_ratio / ((1.0 + m.poisson_ratio) * (1.0 - 2.0 * m.poisson_ratio))) {
-    const double share = shear_ / ((lame_ + shear_) * outer * outer);  // A/B
-    b_ = 1.0 / (share * inner + 1.0 / inner);
-    a_ = share * b_;
+    const double ratio = shear_ / ((lame_ + shear_) * outer * outer);  // A/B
+    b_ = 1.0 / (ratio * inner + 1.0 / inner);
+    a_ = ratio * b_;
   }
   /// The wall moves by u in `duration`, smoothly: 10 x^3 - 15 x^4 + 6 x^5.
   [[nodiscard]] RadialMotion motion(double u, double duration) const {

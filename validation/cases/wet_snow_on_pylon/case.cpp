@@ -12,8 +12,8 @@
 namespace mpm::validation {
 namespace {
 
-constexpr double top = 0.2, foot = 0.2;  ///< share of the depth that is left out at the surface and at the floor
-constexpr double averaged = 0.4;         ///< last share of the time
+constexpr double top = 0.2, foot = 0.2;  ///< fraction of the depth that is left out at the surface and at the floor
+constexpr double averaged = 0.4;         ///< last fraction of the time
 constexpr int samples = 40;              ///< of the time
 
 struct Settings {
