@@ -1,6 +1,7 @@
 /// `mpm campaign`: many runs of a plan in one folder, here or through Slurm, resumable.
 
 #include "libmpm/campaign/campaign.hpp"
+#include "libmpm/base/text.hpp"
 
 #include <fmt/format.h>
 
@@ -45,20 +46,21 @@ std::string short_list(const std::vector<std::string>& names) {
 
 void print_changes(const Preparation& p) {
   const auto print = [](const std::vector<std::string>& names, const char* what) {
-    if (!names.empty()) fmt::print(stderr, "{} runs {}: {}\n", names.size(), what, short_list(names));
+    if (!names.empty()) fmt::print(stderr, "{} {}: {}\n", counted(names.size(), "run"), what, short_list(names));
   };
-  print(p.adopted, "were computed under another name, and are taken over");
-  print(p.replaced, "changed since they were computed, and are run again");
-  print(p.dropped, "are in the folder but not in the plan; they stay there, and leave the table");
+  print(p.adopted, "computed under another name; the results are used");
+  print(p.replaced, "changed since the last campaign; to be run again");
+  print(p.dropped, "in the folder but not in the plan; kept there, but not in the table");
 }
 
 /// The summary at the end of `run`, and of `status`.
 void print_status(const Campaign& campaign, const std::vector<RunStatus>& status, const fs::path& out, int jobs, bool list) {
   const auto count = [&](RunState s) { return std::ranges::count(status, s, &RunStatus::state); };
-  fmt::print("{}: {} runs in {}: {} done, {} running, {} failed, {} to do\n",
-             campaign.plan.title.empty() ? "campaign" : campaign.plan.title, campaign.runs.size(), out.string(), count(RunState::done),
-             count(RunState::running), count(RunState::failed), count(RunState::to_do));
-  if (campaign.duplicates > 0) fmt::print("{} rows of the plan repeat an earlier one\n", campaign.duplicates);
+  fmt::print("{}: {} in {}: {} done, {} running, {} failed, {} to do\n", campaign.plan.title.empty() ? "campaign" : campaign.plan.title,
+             counted(campaign.runs.size(), "run"), out.string(), count(RunState::done), count(RunState::running), count(RunState::failed),
+             count(RunState::to_do));
+  if (campaign.duplicates > 0)
+    fmt::print("{} of the plan left out because of an earlier one of the same case\n", counted(campaign.duplicates, "row"));
   const CampaignCost cost = cost_of(campaign, status);
   const auto at_once = std::max<double>(static_cast<double>(count(RunState::running)), jobs);
   fmt::print(
@@ -179,7 +181,7 @@ void submit(const Campaign& campaign, const CampaignArguments& a, bool wait) {
     return conclude(campaign, out, a.jobs);
   }
   const std::string id = submit_slurm_job(job, wait);
-  fmt::print(stderr, "Slurm job {}: {} tasks ({})\n", id, names.size(), job.script.string());
+  fmt::print(stderr, "Slurm job {}: {} ({})\n", id, counted(names.size(), "task"), job.script.string());
   if (wait) conclude(campaign, out, a.jobs);
 }
 

@@ -10,6 +10,7 @@
 #include "case_arguments.hpp"
 #include "commands.hpp"
 #include "libmpm/base/error.hpp"
+#include "libmpm/base/text.hpp"
 #include "libmpm/driver/case_file.hpp"
 #include "libmpm/driver/estimate.hpp"
 #include "libmpm/driver/metric_convergence.hpp"
@@ -113,8 +114,8 @@ void print_convergence(const MetricConvergence& s) {
 /// Refuses cases that cannot be computed, and prints the estimated cost of each value of the sweep.
 void check(const ConvergeArguments& arguments, const Case& spec, const Sweep& sweep) {
   if (!arguments.exact.empty() && arguments.exact.size() != arguments.metrics.size())
-    throw ConfigError(
-        fmt::format("--exact: {} values for {} metrics; give one for each", arguments.exact.size(), arguments.metrics.size()));
+    throw ConfigError(fmt::format("--exact: {} for {}; give one for each", counted(arguments.exact.size(), "value"),
+                                  counted(arguments.metrics.size(), "metric")));
   require_known_metrics(spec, arguments.metrics);
   for (const double value : sweep.values) {
     const Estimate need = estimate(swept_case(spec, sweep, value));

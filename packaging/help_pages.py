@@ -53,7 +53,7 @@ def entries(lines):
 
 
 def clean_argument(text):
-    """The name of an argument without what holds on one machine or is said in the text: "N:in [1, 8]" is N, "CASE.toml REQUIRED" CASE.toml."""
+    """The name of an argument without ranges of this machine and without text that repeats the description: "N:in [1, 8]" is N, "CASE.toml REQUIRED" CASE.toml."""
     text = re.sub(r"\b(REQUIRED|Excludes: .*|Needs: .*)", "", text)
     words = re.search(r"\{(.*?)\}", text)
     text = re.sub(r":.*|(?<=[A-Z])=.*", "", text).strip().removesuffix("...").strip()  # "table.key=value" is a name, "FLOAT=3" has a default

@@ -27,7 +27,7 @@ def say(text):
 
 
 def run(command, **options):
-    """Output of a command; Failure with the end of what it said if it fails."""
+    """Output of a command; Failure with the last lines of it if the command fails."""
     result = subprocess.run([str(c) for c in command], stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, check=False, **options)
     if result.returncode != 0:
         tail = "\n".join(result.stdout.splitlines()[-30:])

@@ -72,7 +72,7 @@ class Campaign:
         parent = arguments.scratch or (pathlib.Path("/dev/shm") if os.access("/dev/shm", os.W_OK) else None)  # memory: fsync costs nothing there
         self.folder = pathlib.Path(tempfile.mkdtemp(prefix="mpm-faults-", dir=parent))
         self.folder.chmod(0o755)
-        self.mpm = self.folder / "mpm"  # a copy: nobody rebuilds it meanwhile, and everybody may run it
+        self.mpm = self.folder / "mpm"  # a copy, which no build replaces meanwhile and every user may run
         shutil.copy2(arguments.mpm, self.mpm)
         self.mpm.chmod(0o755)
         self.case = self.folder / "case.toml"
@@ -112,7 +112,7 @@ class Campaign:
         return Outcome(process.returncode, err or "")
 
     def halted(self, rows, *more, prepare=None, **how):
-        """A run that has got so far and stands still (SIGSTOP), so that what is done to it now is done in its midst."""
+        """A run that has reached this point and is suspended (SIGSTOP), so that it can be disturbed there."""
         for _ in range(20):  # on a busy machine the whole run may go by between two looks at it
             out = self.place()
             if prepare:
@@ -242,7 +242,7 @@ class Campaign:
                  ("memory", "no memory (std::bad_alloc) after the n-th file operation")]
         for with_, text in modes:
             numbers = range(1, calls + 1) if not self.quick else sorted(self.random.sample(range(1, calls + 1), 3))
-            wrong, codes, said = [], {}, ""
+            wrong, codes, reported = [], {}, ""
             code, reason = (INTERNAL, "out of memory") if with_ == "memory" else (IO, os.strerror(int(with_)) if with_.isdigit() else "")
             for n in numbers:
                 out = self.place()
@@ -258,7 +258,7 @@ class Campaign:
                     elif outcome.code != code or not re.search(reason, outcome.err):
                         wrong.append(f"{n}: exit {outcome.code}: {outcome.message()}")
                     else:
-                        said = outcome.message()
+                        reported = outcome.message()
                 again = self.run(out, *short, "--resume", threads=2)
                 if again.code != OK and "no checkpoint to go on from" in again.err and (out / "results.json").exists():
                     again = Outcome(OK, "")
@@ -266,7 +266,7 @@ class Campaign:
                 wrong += [f"{n}: {path.name} is left over" for path in out.rglob(".*.tmp")]
                 shutil.rmtree(out)
             self.note(f"{text}, n = 1 ... {calls}" if not self.quick else text, not wrong, "killed, then the reference" if with_ in ("kill", "half") else
-                      f"exit {code} with the reason (exit 0 for a lost line of run.log), then the reference", self.shown("; ".join(wrong[:3]) or said or "-"),
+                      f"exit {code} with the reason (exit 0 for a lost line of run.log), then the reference", self.shown("; ".join(wrong[:3]) or reported or "-"),
                       " ".join(f"{code} ({times}x)" for code, times in sorted(codes.items())), "; ".join(wrong[:3]) or "none", tries=len(numbers))
         self.reference = full
 
@@ -458,9 +458,9 @@ class Campaign:
                 (out / "checkpoint.h5").write_bytes(content)
             outcome = self.run(out, "--resume", threads=2)
             differ = self.differences(out) if outcome.code == OK else [f"exit {outcome.code}"]
-            said = next((line for line in outcome.err.splitlines() if "going on from checkpoint.previous.h5" in line), "")
-            self.note(f"newest checkpoint {text}", not differ and re.search(reason, said) is not None, f"the previous one is used, with the reason ({reason})",
-                      self.shown(said), outcome.code, ", ".join(differ) or "none")
+            reported = next((line for line in outcome.err.splitlines() if "going on from checkpoint.previous.h5" in line), "")
+            self.note(f"newest checkpoint {text}", not differ and re.search(reason, reported) is not None, f"the previous one is used, with the reason ({reason})",
+                      self.shown(reported), outcome.code, ", ".join(differ) or "none")
             if content is None or (self.quick and text != "of another case"):
                 continue
             # Both are bad: refused, and nothing is touched.
@@ -510,7 +510,7 @@ class Campaign:
         os.close(read)
         outcome = self.end_of(process)
         differ = self.differences(out)
-        self.note("nobody reads the messages (closed pipe)", outcome.code == OK and not differ, "the run goes on to the reference", "-", outcome.code,
+        self.note("the pipe of the messages is closed", outcome.code == OK and not differ, "the run goes on to the reference", "-", outcome.code,
                   ", ".join(differ) or "none")
 
     def everything(self):

@@ -165,7 +165,7 @@ def mutated(mutation):
         text = file.read()
     count = text.count(mutation.old)
     if count != 1:
-        stop(f"{mutation.name}: '{mutation.old}' stands {count} times in {mutation.file}, not once; adapt the mutation in tests/mutants.py")
+        stop(f"{mutation.name}: '{mutation.old}' occurs {count} times in {mutation.file}, not once; adapt the mutation in tests/mutants.py")
     return text.replace(mutation.old, mutation.new).encode()
 
 

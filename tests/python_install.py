@@ -52,8 +52,8 @@ def main():
         if len(sys.argv) > 1:
             environment["MPM"] = os.path.abspath(sys.argv[1])
         run(python, "-c", USE, *(files if len(sys.argv) > 1 else []), env=environment, cwd=home)
-        said = run(home / "venv" / "bin" / "mpmtools", "--help", env=environment)
-        assert "json-schema" in said, said
+        reported = run(home / "venv" / "bin" / "mpmtools", "--help", env=environment)
+        assert "json-schema" in reported, reported
 
 
 if __name__ == "__main__":

@@ -72,8 +72,8 @@ def command(arguments, duration, *more):
 
 def watch(arguments, environment):
     """Runs for the hours asked for. Returns samples (s, bytes), and how the process ended."""
-    with open(arguments.out / "run.txt", "w") as said:
-        process = subprocess.Popen(command(arguments, 1e6, "--force"), stdout=said, stderr=subprocess.STDOUT, env=environment)
+    with open(arguments.out / "run.txt", "w") as output:
+        process = subprocess.Popen(command(arguments, 1e6, "--force"), stdout=output, stderr=subprocess.STDOUT, env=environment)
         begin, samples = time.monotonic(), []
         try:
             while process.poll() is None and time.monotonic() - begin < 3600.0 * arguments.hours:
@@ -138,10 +138,10 @@ def main():
 
     print(f"soak: {arguments.hours:g} h of wall time, {arguments.threads} thread(s), into {arguments.out}", flush=True)
     samples, code = watch(arguments, environment)
-    said = (arguments.out / "run.txt").read_text()
-    checks.add("ran until SIGTERM, then stopped with a checkpoint", code == -signal.SIGTERM and "--resume" in said, f"exit by {code}")
+    output = (arguments.out / "run.txt").read_text()
+    checks.add("ran until SIGTERM, then stopped with a checkpoint", code == -signal.SIGTERM and "--resume" in output, f"exit by {code}")
     if not checks.all_hold():
-        print(said[-2000:], file=sys.stderr)
+        print(output[-2000:], file=sys.stderr)
         return 1
 
     # The moment after: one more sample than there is, so that the run ends and writes its results.

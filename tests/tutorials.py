@@ -29,24 +29,24 @@ class Tutorials(unittest.TestCase):
         self.folder = pathlib.Path(folder.name)
 
     def test_a_first_mast(self):
-        said = run("a_first_mast.py", self.folder)
-        self.assertIn("3 cells across the obstacle", said)  # the advice that the text speaks of
-        self.assertRegex(said, r"runup_mean_m: [\d.]+ ± [\d.]+ \(statistics\) ± [\d.]+ \(grid\) m")
-        self.assertRegex(said, r"force_mean_n\[0\] .*(DIFFERS|agrees)")
+        reported = run("a_first_mast.py", self.folder)
+        self.assertIn("3 cells across the obstacle", reported)  # the advice that the text speaks of
+        self.assertRegex(reported, r"runup_mean_m: [\d.]+ ± [\d.]+ \(statistics\) ± [\d.]+ \(grid\) m")
+        self.assertRegex(reported, r"force_mean_n\[0\] .*(DIFFERS|agrees)")
         for name in ("first_mast.png", "side_view.png"):
             self.assertTrue((self.folder / name).read_bytes().startswith(b"\x89PNG"))
         self.assertIn(b"<VTKFile", (self.folder / "last.vtp").read_bytes()[:200])
 
     def test_verify_your_solver(self):
-        said = run("verify_your_solver.py", self.folder)  # it asserts that the right solver passes and the wrong one fails
-        self.assertRegex(said, r"7 passed, 0 failed")
-        self.assertRegex(said, r"\n[1-6] passed, [1-6] failed")
+        reported = run("verify_your_solver.py", self.folder)  # it asserts that the right solver passes and the wrong one fails
+        self.assertRegex(reported, r"7 passed, 0 failed")
+        self.assertRegex(reported, r"\n[1-6] passed, [1-6] failed")
         self.assertTrue((self.folder / "report" / "index.html").exists())
 
     def test_is_my_kernel_slower(self):
         bench = pathlib.Path(MPM).with_name("bench_paired")
-        said = run("is_my_kernel_slower.py", *([bench, bench, "particle_to_grid"] if bench.exists() else []))
-        verdicts = dict(re.findall(r"^(.+): [\d.]+ times .*: (slower|faster|no change)$", said, flags=re.MULTILINE))
+        reported = run("is_my_kernel_slower.py", *([bench, bench, "particle_to_grid"] if bench.exists() else []))
+        verdicts = dict(re.findall(r"^(.+): [\d.]+ times .*: (slower|faster|no change)$", reported, flags=re.MULTILINE))
         self.assertEqual(verdicts["add_at -> bincount"], "faster")  # by a factor of twenty or more
         self.assertIn("bincount -> bincount_and_more", verdicts)  # 6 % to 12 % slower: a busy machine may hide it
         self.assertIn("bincount -> bincount", verdicts)
@@ -54,8 +54,8 @@ class Tutorials(unittest.TestCase):
             self.assertIn("particle_to_grid", verdicts)
 
     def test_how_fine_must_my_grid_be(self):
-        said = run("how_fine_must_my_grid_be.py", self.folder)
-        self.assertRegex(said, r"force_mean_n.x: \d+ % with 5 cells across the mast; 5 % need about \d+ cells")
+        reported = run("how_fine_must_my_grid_be.py", self.folder)
+        self.assertRegex(reported, r"force_mean_n.x: \d+ % with 5 cells across the mast; 5 % need about \d+ cells")
         self.assertTrue((self.folder / "grids.png").read_bytes().startswith(b"\x89PNG"))
 
     def test_are_listed_and_open_as_notebooks(self):

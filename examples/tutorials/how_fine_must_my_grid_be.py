@@ -56,7 +56,7 @@ print(study.table.round(3).to_string(index=False))
 # ## What the study says
 #
 # For each metric: the observed order of convergence, the extrapolated limit, the uncertainty of the finest grid, and a verdict.
-# The verdict says whether order and limit can be trusted. On grids as coarse as these they cannot; the study says so, and its
+# The verdict says whether order and limit can be trusted. On grids as coarse as these they cannot; the study reports that, and its
 # uncertainty is the larger for it.
 
 # %%

@@ -1,8 +1,10 @@
 #pragma once
-/// Numbers as text for messages of the core, which links no formatting library.
+/// Numbers as text for messages. The core links no formatting library.
 
 #include <charconv>
+#include <concepts>
 #include <string>
+#include <string_view>
 
 namespace mpm {
 
@@ -11,6 +13,11 @@ inline std::string number_text(double x, int digits = 6) {
   char buffer[40];
   const auto end = std::to_chars(buffer, buffer + sizeof buffer, x, std::chars_format::general, digits).ptr;
   return {buffer, end};
+}
+
+/// A count with its noun in the right number: "1 run", "2 runs". @param noun  one whose plural takes an s
+inline std::string counted(std::integral auto count, std::string_view noun) {
+  return std::to_string(count) + " " + std::string(noun) + (count == 1 ? "" : "s");
 }
 
 /// "(x, y, z)" with at most `digits` significant digits each. @param v anything indexed 0, 1, 2

@@ -8,6 +8,7 @@
 #include <optional>
 
 #include "libmpm/base/error.hpp"
+#include "libmpm/base/text.hpp"
 #include "libmpm/driver/advice.hpp"
 #include "libmpm/driver/build_info.hpp"
 #include "libmpm/driver/case_file.hpp"
@@ -169,8 +170,8 @@ void Run::resume() {
 }
 
 std::string Run::workforce() const {
-  const std::string threads = fmt::format("{} threads", omp_get_max_threads());
-  return options_.ranks == nullptr ? threads : fmt::format("{} ranks, {} each", options_.ranks->size(), threads);
+  const std::string threads = counted(omp_get_max_threads(), "thread");
+  return options_.ranks == nullptr ? threads : fmt::format("{}, {} each", counted(options_.ranks->size(), "rank"), threads);
 }
 
 void Run::remove_results(std::initializer_list<const char*> names) const {

@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "libmpm/base/error.hpp"
+#include "libmpm/base/text.hpp"
 #include "libmpm/boundary/obstacle.hpp"
 #include "libmpm/core/health.hpp"
 #include "libmpm/impact/conveyor.hpp"
@@ -113,9 +114,9 @@ std::vector<std::string> particles_inside_boundaries(const State& state, const C
     const HeldParticles held = particles_inside(state, scene, scene.boundaries[b]);
     if (held.count == 0) continue;
     const std::string which = b == scene.obstacle ? "the [obstacle]" : fmt::format("[[wall]] number {}", b + 1);
-    warnings.push_back(
-        fmt::format("warning: {} particles are inside {}, which holds them, {} for one; move the [[body]] out of it, or the boundary",
-                    held.count, which, held.first));
+    warnings.push_back(fmt::format("warning: {} {} inside {}, which holds {}, {} for one; move the [[body]] out of it, or the boundary",
+                                   counted(held.count, "particle"), held.count == 1 ? "is" : "are", which, held.count == 1 ? "it" : "them",
+                                   held.first));
   }
   if (ranks != nullptr) ranks->done();
   return warnings;

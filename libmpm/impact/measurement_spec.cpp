@@ -21,8 +21,8 @@ void check_measurement(const MeasurementSpec& measurement, double cell_size, Par
   const double odd = std::max(3.0, 2.0 * std::round(0.5 * (bins - 1.0)) + 1.0);
   constexpr double rounding = 1e-6;  // of lengths given to six digits
   if (std::abs(bins - odd) > rounding * odd) {
-    report.problem(name, fmt::format("= {} is {:.6g} bins of {} m; give an odd number of bins, at least 3, such as {:.6g} m", length, bins,
-                                     bin, odd * bin));
+    report.problem(name, fmt::format("= {} is {:.6g} bin{} of {} m; give an odd number of bins, at least 3, such as {:.6g} m", length, bins,
+                                     std::abs(bins - 1.0) < rounding ? "" : "s", bin, odd * bin));
   }
 }
 

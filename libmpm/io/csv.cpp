@@ -13,6 +13,7 @@
 #include <limits>
 #include <utility>
 
+#include "libmpm/base/text.hpp"
 #include "libmpm/io/atomic_file.hpp"
 
 namespace mpm {
@@ -97,8 +98,8 @@ Table Table::read(const std::filesystem::path& path, LastLine last_line) {
       continue;
     }
     if (cells.size() != table.columns_.size()) {
-      throw IoError(fmt::format("{}:{}: {} cells where the header names {} columns; the line is damaged or the header is not its own",
-                                path.string(), number, cells.size(), table.columns_.size()));
+      throw IoError(fmt::format("{}:{}: {} where the header names {}; the line is damaged or the header is not its own", path.string(),
+                                number, counted(cells.size(), "cell"), counted(table.columns_.size(), "column")));
     }
     table.cells_.push_back(cells);
     table.lines_.push_back(number);
@@ -203,8 +204,8 @@ std::string SeriesWriter::kept(const std::filesystem::path& path, const std::vec
   for (std::size_t line = 0; line <= rows; ++line) {
     const std::size_t end = text.find('\n', at);
     if (end == std::string::npos)
-      throw IoError(
-          fmt::format("'{}' holds {} rows, {} are needed up to t = {:.6g} s", path.string(), line > 0 ? line - 1 : 0, rows, time));
+      throw IoError(fmt::format("'{}' holds {}, {} needed up to t = {:.6g} s", path.string(), counted(line > 0 ? line - 1 : 0, "row"),
+                                rows == 1 ? "1 is" : fmt::format("{} are", rows), time));
     const std::string_view content = std::string_view(text).substr(at, end - at);
     const bool whole = split_line(content, cells);
     if (line == 0 && (!whole || cells != columns)) {

@@ -175,7 +175,7 @@ class _CaseFile:
 
     def __exit__(self, _, error, __):
         self.folder.cleanup()
-        if isinstance(error, MpmError):  # nobody knows the file
+        if isinstance(error, MpmError):  # the file is a temporary one
             error.args = (re.sub(re.escape(str(self.path)) + r"(:\d+:\d+)?", "case", str(error)),)
 
 

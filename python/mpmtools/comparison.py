@@ -25,5 +25,5 @@ def compare(a, b, tolerance=None):
     options = ["--tolerance", tolerance] if tolerance is not None else []
     _, text, _ = run_program("compare", *folders, "--csv", *options, accepted=(0, 1))
     if not text:
-        raise InputError(f"mpm compare said nothing of {' and '.join(folders)}")
+        raise InputError(f"mpm compare printed nothing about {' and '.join(folders)}")
     return pd.read_csv(io.StringIO(text), index_col="quantity", na_values=["nan"], keep_default_na=False, float_precision="round_trip")

@@ -62,7 +62,7 @@ def write(rows, folder):
 
 
 def history_rows(data, baseline=None):
-    """The rows of history.csv that a file stands for.
+    """The rows of history.csv for the content of a file.
 
     Ratios come from its counters. Where they are missing they are those of the processor times to the same names in `baseline`, another
     file; their interval then follows from the scatter of the repetitions of both, and needs at least two of each.

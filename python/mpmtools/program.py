@@ -54,9 +54,9 @@ def run_program(*arguments, name="mpm", accepted=(0,)):
 
 
 def raise_for(code, messages, command):
-    """The exception that belongs to an exit code of `mpm`, with what the program said besides warnings and progress."""
-    said = [line for line in messages.splitlines() if line.strip() and not line.startswith("warning: ") and not PROGRESS.match(line)]
-    raise ERRORS.get(code, MpmError)("\n".join(said) or f"{command} ended with exit code {code}")
+    """The exception that belongs to an exit code of `mpm`, with its messages other than warnings and progress."""
+    errors = [line for line in messages.splitlines() if line.strip() and not line.startswith("warning: ") and not PROGRESS.match(line)]
+    raise ERRORS.get(code, MpmError)("\n".join(errors) or f"{command} ended with exit code {code}")
 
 
 def run_with_progress(*arguments, progress=None):

@@ -107,7 +107,7 @@ def number_text(value):
 
 
 def csv_text(table, nothing="nan"):
-    """A DataFrame as CSV with `number_text()` for its floats; `nothing` stands for NaN."""
+    """A DataFrame as CSV with `number_text()` for its floats; NaN is written as `nothing`."""
     text = table.copy()
     for column in text.select_dtypes("float"):
         text[column] = [nothing if np.isnan(value) else number_text(value) for value in text[column]]

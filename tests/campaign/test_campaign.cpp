@@ -90,9 +90,9 @@ TEST(Campaign, RefusesFaultyCasesAllAtOnceAndNamesThatTwoShare) {
     (void)campaign_of("[parameters]\n\"numerics.cfl\" = [7.0, 0.4, 8.0]\n\"material.poisson_ratio\" = [0.9, 0.1]\n");
     FAIL() << "accepted";
   } catch (const ConfigError& error) {
-    const std::string said = error.what();
+    const std::string reported = error.what();
     for (const char* part : {"cfl = 7", "cfl = 8", "poisson_ratio = 0.9", "(run cfl7_poisson_ratio0.9 and 2 more)"})
-      EXPECT_TRUE(contains(said, part)) << part << "\n in \n" << said;
+      EXPECT_TRUE(contains(reported, part)) << part << "\n in \n" << reported;
   }
   try {
     (void)campaign_of("[[run]]\nname = \"a\"\nset = { \"numerics.cfl\" = 0.2 }\n[[run]]\nname = \"A\"\n");
@@ -207,7 +207,7 @@ TEST_F(CampaignFolder, TheTableIsTheSameWhateverTheOrderAndTimes) {
 
 TEST_F(CampaignFolder, AFailureThatNeedNotRepeatItselfIsTriedAgain) {
   const Campaign c = campaign_of("[[run]]\nname = \"a\"\n");
-  // fails at first; then leaves what it was told to make
+  // fails at first; then writes the requested files
   const std::string script = "if [ -e \"$4/second\" ]; then echo 'disk full' >&2; exit 4; fi\ntouch \"$4/second\"\nkill -9 $$\n";
   const ExecutionReport report = run_with(c, script);
   EXPECT_TRUE(report.finished);

@@ -171,7 +171,7 @@ parameters = { "numerics.cfl" = [0.1, 0.30000000000000004], "material.model" = [
 }
 
 TEST(CampaignPlan, TellsAllFaultsAtOnceWithTheirPlaces) {
-  const std::string said = refusal(R"(retires = 2
+  const std::string reported = refusal(R"(retires = 2
 threads = 0
 keep = ["movies"]
 order = "random"
@@ -198,7 +198,7 @@ name = "../up"
         "did you mean \"conveyor.froude_number\"?", "[[when]] 1 has no match", "numerics.cfl = [] is empty; give a list of values",
         "numerics.cfl is given twice", "[0.3] does not give the 2 keys a value each", "9.81 is given twice",
         "name = \"../up\" names no folder", "[[run]] 2 is empty"}) {
-    EXPECT_TRUE(contains(said, part)) << part << "\n in \n" << said;
+    EXPECT_TRUE(contains(reported, part)) << part << "\n in \n" << reported;
   }
   EXPECT_TRUE(contains(refusal("", ""), "base is missing"));
   EXPECT_TRUE(contains(refusal(""), "the plan has no runs"));

@@ -202,7 +202,7 @@ std::vector<std::string> lines_of(const std::string& text) {
   return lines;
 }
 
-/// A line of a case that sets a key, and where it stands (counted from 1).
+/// A line of a case that sets a key, and its position (counted from 1).
 struct Setting {
   std::string text;
   const KeyInfo* key;
@@ -603,7 +603,7 @@ INSTANTIATE_TEST_SUITE_P(
                 {"measurement.filter_length_m=1.7", "measurement.bin_height_m=0.125"},
                 {"[measurement] filter_length_m = 1.7 is 13.6 bins of 0.125 m; give an odd number of bins", "such as 1.625 m"}},
         BadCase{"filter_of_even_bins", strip_case, {"measurement.filter_length_m=1.5"}, {"is 12 bins of 0.125 m"}},
-        BadCase{"filter_of_one_bin", strip_case, {"measurement.filter_length_m=0.125"}, {"is 1 bins", "at least 3", "such as 0.375 m"}},
+        BadCase{"filter_of_one_bin", strip_case, {"measurement.filter_length_m=0.125"}, {"is 1 bin of", "at least 3", "such as 0.375 m"}},
         BadCase{"measurement_without_an_impact",
                 hand_case,
                 {"measurement.box_upstream_m=0.5"},

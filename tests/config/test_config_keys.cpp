@@ -42,7 +42,7 @@ struct OneKey {
   }
   [[nodiscard]] std::string name_place() const { return fmt::format("file.toml:{}:{}: ", line(), before().size() + 1); }
   [[nodiscard]] std::string value_place() const { return fmt::format("file.toml:{}:{}: ", line(), before().size() + key.name.size() + 4); }
-  /// What stands in front of a key in a message.
+  /// The text before a key in a message.
   [[nodiscard]] std::string label() const {
     return key.table.empty() ? "" : fmt::format("[{}{}] ", key.table, table().repeated ? "[0]" : "");
   }

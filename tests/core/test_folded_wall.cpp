@@ -172,12 +172,12 @@ TEST(FoldedWall, BooksTheMomentumThatNodesLose) {
           const Wall wall = wall_at(axis, sign, 1.3, contact, contact == Contact::no_slip ? 0.0 : 0.3, surface);
           const auto random = [](const Index3& at) { return random_node(at, 6); };
           Grid before = filled(wall, random, 100.0), after = filled(wall, random, 100.0);
-          const Impulse booked = fold(after, wall, mirror);
+          const Impulse recorded = fold(after, wall, mirror);
           const testing::Taken taken = testing::taken_between(before, after, mirror, wall.point);
-          EXPECT_GT(booked.linear.norm(), 0.0);
-          EXPECT_LE((booked.linear - taken.linear).norm(), round_off * taken.scale);
-          EXPECT_LE((booked.angular - taken.angular).norm(), round_off * taken.angular_scale);
-          EXPECT_NEAR(booked.work, -taken.linear.dot(surface), round_off * taken.scale * surface.norm());
+          EXPECT_GT(recorded.linear.norm(), 0.0);
+          EXPECT_LE((recorded.linear - taken.linear).norm(), round_off * taken.scale);
+          EXPECT_LE((recorded.angular - taken.angular).norm(), round_off * taken.angular_scale);
+          EXPECT_NEAR(recorded.work, -taken.linear.dot(surface), round_off * taken.scale * surface.norm());
         }
       }
     }
@@ -266,7 +266,7 @@ TEST(FoldedWall, FrictionStaysInTheCoulombConeAndSticksWithinIt) {
   }
 }
 
-// --- where and how it stands --------------------------------------------------------------------------------------------
+// --- position and orientation ---------------------------------------------------------------------------------------------
 
 TEST(FoldedWall, ActsAtTheTravellingSurface) {
   const Vec3 u(0.4, -0.7, 1.2);

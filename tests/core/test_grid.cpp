@@ -150,7 +150,7 @@ class RandomWalk : public ::testing::Test {
 TEST_F(RandomWalk, KeepsEveryParticleExactlyOnceHoweverFastItMoves) {
   scatter(2000, 2.0);
   expect_sound(grid, oracle);
-  // a particle may cross one block at most: four cells from wherever it stands, here just below
+  // a particle may cross one block at most: four cells from its position, here just below
   const double reach[] = {0.01 * dx, 0.5 * dx, 3.99 * dx, 0.1 * dx};
   for (int n = 0; n < 24; ++n) {
     move_all(grid, oracle, [&](const Particle& p) { return jump(p.id % 5 == 0 ? 3.99 * dx : reach[n % 4]); });
@@ -233,7 +233,7 @@ TEST(Grid, MemoryFollowsTheOccupiedVolumeAndIsGivenBack) {
   Grid flat(dx), with_jet(dx);
   fill(flat, 1.0);
   fill(with_jet, 45.0);
-  // The jet crosses 45 m / 1 m = 45 block layers, stands in at most 2 x 2 blocks of each and touches at most 3 x 3: a box would take 20 x
+  // The jet crosses 45 m / 1 m = 45 block layers, is in at most 2 x 2 blocks of each and touches at most 3 x 3: a box would take 20 x
   // 10 x 45.
   EXPECT_LE(with_jet.all_blocks().size(), flat.all_blocks().size() + 9 * 46);
   EXPECT_GE(with_jet.all_blocks().size(), flat.all_blocks().size() + 44);

@@ -120,7 +120,7 @@ TEST(EnergyWatch, SeesStepsThatAreTooLong) {
   State state = make_state(c, scene);
   HealthWatch health(state, scene);
   const double dt = 4.0 * stable_time_step(state, scene);
-  std::vector<std::string> said;
+  std::vector<std::string> reported;
   std::string last;
   try {
     EnergyWatch energy(state, scene);
@@ -131,14 +131,14 @@ TEST(EnergyWatch, SeesStepsThatAreTooLong) {
       if (n % 2 == 1) continue;
       const Totals now = totals(state, scene);
       share = std::max(share, energy.excess_ratio(now));
-      for (const std::string& warning : health.check(state, scene, now)) said.push_back(warning);
+      for (const std::string& warning : health.check(state, scene, now)) reported.push_back(warning);
     }
   } catch (const UnstableError& error) {
     last = error.what();
   }
   EXPECT_GT(share, EnergyWatch::suspicious);
-  EXPECT_THAT(said, Contains(AllOf(HasSubstr("may be unstable at t = "), HasSubstr("step "), HasSubstr("came from nothing"),
-                                   HasSubstr("particle "), HasSubstr(" m, "), HasSubstr("a smaller CFL number or a finer grid"))));
+  EXPECT_THAT(reported, Contains(AllOf(HasSubstr("may be unstable at t = "), HasSubstr("step "), HasSubstr("came from nothing"),
+                                       HasSubstr("particle "), HasSubstr(" m, "), HasSubstr("a smaller CFL number or a finer grid"))));
   EXPECT_THAT(last, AllOf(HasSubstr("unstable at t = "), HasSubstr("came from nothing")));
 }
 
@@ -255,25 +255,25 @@ TEST(Step, NamesTheInvertedParticleAmongThoseItSpoils) {
 }
 
 /// All that a run says to its caller, and what it logs.
-struct Said {
+struct Reported {
   std::vector<std::string> messages;
   std::string log, error;
 };
 
-Said run_and_listen(const Case& c) {
+Reported run_and_listen(const Case& c) {
   const testing::TemporaryDirectory directory;
-  Said said;
+  Reported reported;
   RunOptions options{.out = directory / "run", .threads = 1};
   options.on_progress = [&](const Progress& p) {
-    if (!p.message.empty()) said.messages.push_back(p.message);
+    if (!p.message.empty()) reported.messages.push_back(p.message);
   };
   try {
     run_case(c, options);
   } catch (const UnstableError& error) {
-    said.error = error.what();
+    reported.error = error.what();
   }
-  said.log = testing::content(directory / "run/run.log");
-  return said;
+  reported.log = testing::content(directory / "run/run.log");
+  return reported;
 }
 
 TEST(RunCase, WarnsOfWhatIsInsideAWallAndGoesOn) {
@@ -281,10 +281,10 @@ TEST(RunCase, WarnsOfWhatIsInsideAWallAndGoesOn) {
   c.bodies = {box_body({0.0, 0.0, -0.5}, {0.5, 0.5, 0.5})};
   c.walls = {testing::wall(Vec3::Zero(), Vec3::UnitZ(), Contact::slip)};
   c.output.duration = 0.02;
-  const Said said = run_and_listen(c);
-  EXPECT_EQ(said.error, "");
-  EXPECT_THAT(said.messages, Contains(HasSubstr("inside [[wall]] number 1")));
-  EXPECT_THAT(said.log, HasSubstr("inside [[wall]] number 1"));
+  const Reported reported = run_and_listen(c);
+  EXPECT_EQ(reported.error, "");
+  EXPECT_THAT(reported.messages, Contains(HasSubstr("inside [[wall]] number 1")));
+  EXPECT_THAT(reported.log, HasSubstr("inside [[wall]] number 1"));
 }
 
 TEST(RunCase, EndsWhereEnergyComesFromNothing) {
@@ -295,9 +295,9 @@ TEST(RunCase, EndsWhereEnergyComesFromNothing) {
   c.output.series_per_second = 100.0;
   EXPECT_THAT(run_and_listen(c).messages, Not(Contains(HasSubstr("warning"))));
   c.numerics.cfl = 3.0;  // the reader admits at most 1
-  const Said said = run_and_listen(c);
-  EXPECT_THAT(said.error, AllOf(HasSubstr("unstable at t = "), HasSubstr("came from nothing"), HasSubstr("particle ")));
-  EXPECT_THAT(said.log, HasSubstr(said.error));
+  const Reported reported = run_and_listen(c);
+  EXPECT_THAT(reported.error, AllOf(HasSubstr("unstable at t = "), HasSubstr("came from nothing"), HasSubstr("particle ")));
+  EXPECT_THAT(reported.log, HasSubstr(reported.error));
 }
 
 }  // namespace

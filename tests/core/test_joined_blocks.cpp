@@ -34,7 +34,7 @@ TEST(JoinedBlocks, JoinNothingWithoutReason) {
 }
 
 TEST(JoinedBlocks, HoldTheColumnsOfAFoldedWallTogether) {
-  // wherever the wall stands: the master is the first node half a cell before it, two more follow behind
+  // for any position of the wall: the master is the first node half a cell before it, two more follow behind
   for (int step = -40; step < 40; ++step) {
     const double z = 0.1 * dx * step;
     const JoinedBlocks joined(scene_with({floor_at(z)}), dx, 0.0);

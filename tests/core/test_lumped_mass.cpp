@@ -148,7 +148,7 @@ TEST(LumpedMass, ShareOfAPolygonCountsFromItsNearestPoint) {
   EXPECT_NEAR(c.weight({2.0, 2.0 * std::tan(0.1745) + (full + 0.5 * fade) * dx / std::cos(0.1745), 0.0}), 0.5, 1e-12);
 }
 
-/// The image of the computed half stands for the other: the same corrections as for the whole.
+/// The computed half with its image has the same corrections as the whole.
 TEST(LumpedMass, HalfGivesWhatTheWholeGives) {
   const auto even = [](const Index3& at) -> Vec3 {
     const Index3 up = {at[0], std::abs(at[1]), at[2]};

@@ -135,26 +135,26 @@ TEST_P(SurfaceContact, BooksTheMomentumThatNodesLoseInAllAndByLayer) {
       const SurfaceSolid solid = solid_of(outline, friction, tall, mirrored);
       const MirrorPlanes mirror{mirrored.x, mirrored.y};
       Grid before = filled(outline, random, 100.0), after = filled(outline, random, 100.0);  // deep nodes, too
-      const ContactImpulse booked = apply_surface_contact(after, solid);
+      const ContactImpulse recorded = apply_surface_contact(after, solid);
       const testing::Taken taken = testing::taken_between(before, after, mirror, solid.reference_point());
-      EXPECT_GT(booked.total.linear.norm(), 1.0);
-      EXPECT_LE((booked.total.linear - taken.linear).norm(), round_off * taken.scale);
-      EXPECT_LE((booked.total.angular - taken.angular).norm(), round_off * taken.angular_scale);
-      EXPECT_EQ(booked.total.work, 0.0);  // it is at rest
+      EXPECT_GT(recorded.total.linear.norm(), 1.0);
+      EXPECT_LE((recorded.total.linear - taken.linear).norm(), round_off * taken.scale);
+      EXPECT_LE((recorded.total.angular - taken.angular).norm(), round_off * taken.angular_scale);
+      EXPECT_EQ(recorded.total.work, 0.0);  // it is at rest
       std::map<int, Vec3> by_layer;
       for_each_node(before, mirror, [&](Node& n, const Index3& at, double share) {
         by_layer.try_emplace(at[2], Vec3::Zero()).first->second += share * n[3] * (velocity_of(n) - velocity_of(*find_node(after, at)));
       });
       Vec3 sum = Vec3::Zero();
-      for (std::size_t k = 0; k < booked.layers.layer.size(); ++k) {
-        const auto found = by_layer.find(booked.layers.first + static_cast<int>(k));
+      for (std::size_t k = 0; k < recorded.layers.layer.size(); ++k) {
+        const auto found = by_layer.find(recorded.layers.first + static_cast<int>(k));
         const Vec3 expected = found == by_layer.end() ? Vec3::Zero() : found->second;
-        EXPECT_LE((booked.layers.layer[k] - expected).norm(), round_off * taken.scale);
-        sum += booked.layers.layer[k];
+        EXPECT_LE((recorded.layers.layer[k] - expected).norm(), round_off * taken.scale);
+        sum += recorded.layers.layer[k];
       }
-      EXPECT_EQ(sum, booked.total.linear);
-      EXPECT_LE(booked.layers.first, 4 * low[2]);
-      EXPECT_GT(booked.layers.first + static_cast<int>(booked.layers.layer.size()), 4 * (high[2] + 1) + 3);
+      EXPECT_EQ(sum, recorded.total.linear);
+      EXPECT_LE(recorded.layers.first, 4 * low[2]);
+      EXPECT_GT(recorded.layers.first + static_cast<int>(recorded.layers.layer.size()), 4 * (high[2] + 1) + 3);
     }
   }
 }
@@ -179,9 +179,9 @@ TEST_P(SurfaceContact, LeavesALinearFieldAloneThatMovesAway) {
       return node_of({3.0 * r.x(), 3.0 * r.y(), 1.0}, random_node(at, 28)[3]);
     };
     Grid before = filled(outline, away), after = filled(outline, away);
-    const ContactImpulse booked = apply_surface_contact(after, solid_of(outline, friction));
+    const ContactImpulse recorded = apply_surface_contact(after, solid_of(outline, friction));
     EXPECT_LE(largest_change(before, after), 10.0 * round_off);  // up to 10 m/s
-    EXPECT_LE(booked.total.linear.norm(), 1e-10);                // kg m/s: a thousand nodes of 1 kg
+    EXPECT_LE(recorded.total.linear.norm(), 1e-10);              // kg m/s: a thousand nodes of 1 kg
   }
 }
 
@@ -194,15 +194,15 @@ ContactImpulse let_go(const Outline& outline, double& change) {
     return node_of({(6.0 + n[0]) * r.x(), (6.0 + n[0]) * r.y(), n[2]}, n[3]);
   };
   Grid before = filled(outline, away), after = filled(outline, away);
-  const ContactImpulse booked = apply_surface_contact(after, solid_of(outline, 0.4));
+  const ContactImpulse recorded = apply_surface_contact(after, solid_of(outline, 0.4));
   change = largest_change(before, after);
-  return booked;
+  return recorded;
 }
 
 TEST_P(SurfaceContact, PullsAtNothingThatMovesAway) {
   double change = 0.0;
-  const ContactImpulse booked = let_go(outline, change);
-  EXPECT_LE(booked.total.linear.norm(), 1e-10);  // kg m/s: a thousand nodes of 1 kg and 10 m/s; what the extension gives has no sum
+  const ContactImpulse recorded = let_go(outline, change);
+  EXPECT_LE(recorded.total.linear.norm(), 1e-10);  // kg m/s: a thousand nodes of 1 kg and 10 m/s; what the extension gives has no sum
 }
 
 /// Not so yet: the extension acts whether the points press or not, and changes nodes by up to 8 m/s here, where a folded wall would let the
@@ -246,14 +246,14 @@ TEST_P(SurfaceContact, GivesTheSameBitsOnAnyNumberOfThreadsAndWhereverBlocksEnd)
 TEST_P(SurfaceContact, ActsOnTheLayersUpToItsTop) {
   const double top = 1.5 * dx;
   Grid before = filled(outline, random), after = filled(outline, random), tall_after = filled(outline, random);
-  const ContactImpulse booked = apply_surface_contact(after, solid_of(outline, 0.3, top));
+  const ContactImpulse recorded = apply_surface_contact(after, solid_of(outline, 0.3, top));
   apply_surface_contact(tall_after, solid_of(outline, 0.3));
   for_each_node(after, [&](Node& n, const Index3& at) {
     EXPECT_EQ(velocity_of(n), velocity_of(*find_node(at[2] <= 1 ? tall_after : before, at))) << at[2];
   });
-  for (std::size_t k = 0; k < booked.layers.layer.size(); ++k) {
-    const int layer = booked.layers.first + static_cast<int>(k);
-    EXPECT_EQ(booked.layers.layer[k].isZero(0.0), layer > 1 || layer < 4 * low[2]) << layer;
+  for (std::size_t k = 0; k < recorded.layers.layer.size(); ++k) {
+    const int layer = recorded.layers.first + static_cast<int>(k);
+    EXPECT_EQ(recorded.layers.layer[k].isZero(0.0), layer > 1 || layer < 4 * low[2]) << layer;
   }
 }
 
@@ -297,9 +297,9 @@ TEST_P(SurfaceContact, FoldsTheColumnsOnItsTop) {
       const Wall wall{Vec3(0.0, 0.0, top), Vec3::UnitZ(), Contact::separable, friction, Vec3::Zero(), false, ContactRule::surface};
       const auto field = [&](const Index3& at) { return dx * at[2] < top - 1.5 * dx ? Node{} : random_node(at, 34); };
       Grid before = filled(outline, field, 100.0), after = filled(outline, field, 100.0), folded = filled(outline, field, 100.0);
-      ContactImpulse booked;
-      booked.layers = {4 * low[2], std::vector<Vec3>(static_cast<std::size_t>(4 * (high[2] + 2 - low[2])), Vec3::Zero())};
-      apply_folded_top(after, solid, {}, booked);
+      ContactImpulse recorded;
+      recorded.layers = {4 * low[2], std::vector<Vec3>(static_cast<std::size_t>(4 * (high[2] + 2 - low[2])), Vec3::Zero())};
+      apply_folded_top(after, solid, {}, recorded);
       apply_folded_wall(folded, wall, {}, 0.0);
       std::map<std::array<int, 2>, ContactStencil::Column> columns;
       for (const auto& c : solid.stencil().columns) columns[solid.stencil().nodes[static_cast<std::size_t>(c.node)].at] = c;
@@ -330,11 +330,11 @@ TEST_P(SurfaceContact, FoldsTheColumnsOnItsTop) {
                       round_off * speed);
       }
       const testing::Taken taken = testing::taken_between(before, after, {}, solid.reference_point());
-      EXPECT_LE((booked.total.linear - taken.linear).norm(), round_off * taken.scale);
-      EXPECT_LE((booked.total.angular - taken.angular).norm(), round_off * taken.angular_scale);
+      EXPECT_LE((recorded.total.linear - taken.linear).norm(), round_off * taken.scale);
+      EXPECT_LE((recorded.total.angular - taken.angular).norm(), round_off * taken.angular_scale);
       Vec3 sum = Vec3::Zero();
-      for (const Vec3& layer : booked.layers.layer) sum += layer;
-      EXPECT_LE((sum - booked.total.linear).norm(), round_off * taken.scale);
+      for (const Vec3& layer : recorded.layers.layer) sum += layer;
+      EXPECT_LE((sum - recorded.total.linear).norm(), round_off * taken.scale);
     }
   }
 }
@@ -439,9 +439,9 @@ TEST(SurfaceContactOfAFace, FrictionStaysInTheCoulombConeAndTakesAllOfItFromWhat
       const auto sliding = [&](const Vec3&) -> Vec3 { return -3.0 * n + 80.0 * t + 60.0 * Vec3::UnitZ(); };
       for (const bool slides : {false, true}) {
         Grid grid = slides ? face.filled(sliding) : face.filled(any);
-        const ContactImpulse booked = apply_surface_contact(grid, solid_of(face.outline, mu));
+        const ContactImpulse recorded = apply_surface_contact(grid, solid_of(face.outline, mu));
         int layers = 0;
-        for (const Vec3& layer : booked.layers.layer) {
+        for (const Vec3& layer : recorded.layers.layer) {
           const double normal = -layer.dot(n), scale = layer.norm();
           const Vec3 tangential = layer + normal * n;
           EXPECT_GE(normal, 0.0);
@@ -488,9 +488,9 @@ TEST(SurfaceContactOfAFace, LeavesMaterialAloneThatHardlyTouchesIt) {
     return grid;
   };
   Grid before = run(-1), after = run(-1);
-  const ContactImpulse booked = apply_surface_contact(after, solid_of(face.outline));
+  const ContactImpulse recorded = apply_surface_contact(after, solid_of(face.outline));
   EXPECT_EQ(largest_change(before, after), 0.0);
-  EXPECT_TRUE(booked.total.linear.isZero(0.0));
+  EXPECT_TRUE(recorded.total.linear.isZero(0.0));
   Grid touching = run(0);
   EXPECT_GT(apply_surface_contact(touching, solid_of(face.outline)).total.linear.x(), 1.0);
 }
@@ -498,9 +498,9 @@ TEST(SurfaceContactOfAFace, LeavesMaterialAloneThatHardlyTouchesIt) {
 TEST(SurfaceContactOfAFace, TakesNothingWhereThereIsNoMaterial) {
   Grid nowhere(dx), elsewhere = grid_of_blocks(dx, {10, 10, 10}, {10, 10, 10}), empty = grid_of_blocks(dx, low, high);
   for (Grid* grid : {&nowhere, &elsewhere, &empty}) {
-    const ContactImpulse booked = apply_surface_contact(*grid, solid_of(Face(0.0).outline));
-    EXPECT_TRUE(booked.total.linear.isZero(0.0));
-    for (const Vec3& layer : booked.layers.layer) EXPECT_TRUE(layer.isZero(0.0));
+    const ContactImpulse recorded = apply_surface_contact(*grid, solid_of(Face(0.0).outline));
+    EXPECT_TRUE(recorded.total.linear.isZero(0.0));
+    for (const Vec3& layer : recorded.layers.layer) EXPECT_TRUE(layer.isZero(0.0));
   }
 }
 

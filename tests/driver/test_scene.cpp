@@ -68,7 +68,7 @@ TEST_P(Bodies, HaveTheExactVolumeMassAndCentreOfTheirShapeWhateverTheLattice) {
 }
 
 TEST_P(Bodies, OfWhichAMirrorComputesAPartHaveTheMassOfTheWhole) {
-  // even and odd numbers of particles across the plane: with an odd number a layer stands on it, half of which is the image's
+  // even and odd numbers of particles across the plane: with an odd number a layer lies on it, half of which is the image's
   for (const double half : {0.5, 0.5625, 0.4}) {
     for (const bool x : {false, true}) {
       for (const bool y : {false, true}) {
@@ -206,7 +206,7 @@ TEST(StaggeredBodies, ShiftLayersAcrossTheirMovement) {
 
 /// What is computed beyond the planes is the lattice of the whole; its image makes up the rest.
 TEST_P(Bodies, ThatAreStaggeredAreSymmetricAboutMirrorPlanes) {
-  // even and odd numbers of particles across the planes: with an odd number a layer stands on the plane, and stays there
+  // even and odd numbers of particles across the planes: with an odd number a layer lies on the plane, and stays there
   for (const double half : {0.5, 0.5625}) {
     for (const MirrorPlanes& mirror : {MirrorPlanes{true, false}, MirrorPlanes{false, true}, MirrorPlanes{true, true}}) {
       for (const Vec3& velocity : {Vec3(0.0, 0.0, -3.0), Vec3(3.0, 0.0, 0.0)}) {

@@ -168,7 +168,7 @@ TEST(ShearedInflow, RowsEnterAtTheirOwnSpeeds) {
   });
   // no gap at the inlet: from what its nodes touch behind it (3/2 cells) on there are eleven spacings, with a layer at either end in or out
   EXPECT_NEAR(mass, 11.0 * per_layer, per_layer);
-  // the node on the floor stands for half a cell of height, the mean speed over which is not that of the floor
+  // the node on the floor represents half a cell of height, whose mean speed differs from that at the floor
   EXPECT_LT(worst, 0.15);
 }
 

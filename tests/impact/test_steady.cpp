@@ -188,7 +188,7 @@ TEST(MeanEstimate, CoversTheTrueMeanOfCorrelatedSamples) {
     }
     EXPECT_GE(covered, 450) << c.samples << " samples, phi " << c.phi;
     EXPECT_LE(covered, 490) << c.samples << " samples, phi " << c.phi;
-    // The estimated error against the scatter of the means that it stands for: the known shortfall grows as the series gets shorter.
+    // The estimated error against the scatter of the means that it estimates: the known shortfall grows as the series gets shorter.
     const double ratio = std::sqrt(error_squared / mean_squared);
     EXPECT_GT(ratio, 0.8) << c.samples << " samples, phi " << c.phi;
     EXPECT_LT(ratio, 1.1) << c.samples << " samples, phi " << c.phi;

@@ -53,7 +53,7 @@ TEST_F(CampaignSlurm, LeavesTheTableOfALocalCampaignAndSubmitsOnlyWhatIsNotDone)
   fs::remove_all(directory_ / "waited/runs/dx0.5_poisson_ratio0.2");
   const Outcome submitted = campaign("submit plan.toml --out waited");
   EXPECT_EQ(submitted.code, 0) << submitted.err;
-  EXPECT_TRUE(contains(submitted.err, ": 1 tasks")) << submitted.err;
+  EXPECT_TRUE(contains(submitted.err, ": 1 task (")) << submitted.err;
   Outcome status{0, "", ""};
   for (int i = 0; i < 600 && !contains(status.out, "4 done, 0 running, 1 failed, 0 to do"); ++i) {
     usleep(100000);

@@ -261,9 +261,9 @@ TEST_F(Command, InterruptedRunCanBeResumed) {
                            "--set output.series_per_second=10 --set output.frames_per_second=0.001 --set 'domain.max_m=[1000,1000,1000]' "
                            "--set 'domain.min_m=[-1000,-1000,-1000]' --set numerics.gravity_m_s2=0 2>../err.txt; true)";
   ASSERT_EQ(std::system(line.c_str()), 0);
-  const std::string said = content(directory_.path() / "err.txt");
-  EXPECT_NE(said.find("--resume"), std::string::npos) << said;
-  EXPECT_EQ(said.find("stopped at t"), said.rfind("stopped at t")) << "reported once: " << said;
+  const std::string messages = content(directory_.path() / "err.txt");
+  EXPECT_NE(messages.find("--resume"), std::string::npos) << messages;
+  EXPECT_EQ(messages.find("stopped at t"), messages.rfind("stopped at t")) << "reported once: " << messages;
   EXPECT_TRUE(fs::exists(here / "result/checkpoint.h5"));
 }
 

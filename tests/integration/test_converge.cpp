@@ -114,7 +114,7 @@ TEST_F(Converge, RefusesWhatItCannotDoWithExitCode2) {
            {"--particles-per-cell 9 --metric steps", "particles_per_cell = 9"},
            {"--offset 2 --metric steps", "grid_offset_cells"},
            {"--offset 0.5 --offset-axes w --metric steps", "axes 'w'"},
-           {"--cell-size 0.5,0.25 --metric steps --exact 1,2", "2 values for 1 metrics"},
+           {"--cell-size 0.5,0.25 --metric steps --exact 1,2", "2 values for 1 metric;"},
            {"--cell-size 0.5 --metric stepps --threads 1", "did you mean steps?"},
            {"--cell-size 0.5 --metric runup_mean_m --threads 1", "runup_mean_m"}}) {
     SCOPED_TRACE(arguments);

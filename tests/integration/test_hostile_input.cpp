@@ -1,4 +1,4 @@
-/// Command lines and files that nobody should give: a clear message and exit code 2 or 4, at once, with little memory, and nothing written.
+/// Invalid command lines and files: a clear message and exit code 2 or 4, at once, with little memory, and nothing written.
 
 #include <gtest/gtest.h>
 

@@ -9,6 +9,7 @@
 #include <cstdio>
 #include <filesystem>
 #include <fstream>
+#include <regex>
 #include <string>
 
 #include "libmpm/io/csv.hpp"
@@ -161,6 +162,18 @@ TEST_F(Compare, NeverPassesWhereNothingCouldBeJudged) {
   const auto outcome = run("compare " + quoted(a) + " " + quoted(b));
   EXPECT_EQ(outcome.code, 2);
   EXPECT_NE(outcome.output.find("--tolerance"), std::string::npos) << outcome.output;
+}
+
+TEST_F(Compare, PrintsNoNegativeZero) {
+  const auto a = write("a", R"({"case_hash": "1", "runup_mean_m": -0.0, "force_mean_n": [1e5, -0.0, 0.0]})"),
+             b = write("b", R"({"case_hash": "2", "runup_mean_m": 0.0, "force_mean_n": [1e5, 0.0, -0.0]})");
+  const std::regex negative_zero("(^|[ ,])-0(\\.0*)?([ ,\n]|$)");
+  for (const char* option : {"", " --csv"}) {
+    const auto outcome = run("compare " + quoted(a) + " " + quoted(b) + " --tolerance 0.1" + option);
+    EXPECT_EQ(outcome.code, 0) << outcome.output;
+    EXPECT_NE(outcome.output.find("runup_mean_m"), std::string::npos) << outcome.output;
+    EXPECT_FALSE(std::regex_search(outcome.output, negative_zero)) << outcome.output;
+  }
 }
 
 TEST_F(Compare, ReportsUnreadableResultsWithExitCodeFour) {

@@ -79,7 +79,7 @@ TEST(AtomicFile, ReadOnlyDirectoryFails) {
 }
 
 TEST(AtomicFile, FullDiskLeavesTheOldFileAndNoTemporary) {
-  // A limit on the size of files stands for the full disk: write() fails in the same way, part of the content is out already.
+  // A limit on the size of files replaces the full disk: write() fails in the same way, part of the content is out already.
   const TemporaryDirectory dir;
   write_file(dir / "f", "old");
   rlimit before{};

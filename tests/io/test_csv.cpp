@@ -79,7 +79,7 @@ TEST(Table, FaultsNameFileLineValueAndColumn) {
   const std::filesystem::path path = dir / "t.csv";
   const std::string file = path.string();
   write_file(path, "# comment\na,b\n1,2\n3\n");
-  EXPECT_NE(error_of_reading(path).find(file + ":4: 1 cells"), std::string::npos) << error_of_reading(path);
+  EXPECT_NE(error_of_reading(path).find(file + ":4: 1 cell where"), std::string::npos) << error_of_reading(path);
   write_file(path, "a,b\n1,2\n3,4m\n");
   EXPECT_NE(error_of_reading(path, "b").find(file + ":3: column 'b' holds '4m'"), std::string::npos) << error_of_reading(path, "b");
   EXPECT_NE(error_of_reading(path, "c").find("no column 'c'; there are: a, b"), std::string::npos);
@@ -138,8 +138,8 @@ TEST(SeriesWriter, ResumeMakesUpNoRowsThatAreGone) {
   };
   EXPECT_THROW((void)SeriesWriter::resume(dir / "none.csv", columns, 1, 0.0), IoError);
   EXPECT_FALSE(std::filesystem::exists(dir / "none.csv"));
-  EXPECT_NE(refusal("time_s,x_m\n0,1\n", 2, 1.0).find("holds 1 rows, 2 are needed"), std::string::npos);
-  EXPECT_NE(refusal("time_s,x_m\n0,1\n1,2", 2, 1.0).find("holds 1 rows"), std::string::npos);  // torn inside the second
+  EXPECT_NE(refusal("time_s,x_m\n0,1\n", 2, 1.0).find("holds 1 row, 2 are needed"), std::string::npos);
+  EXPECT_NE(refusal("time_s,x_m\n0,1\n1,2", 2, 1.0).find("holds 1 row,"), std::string::npos);  // torn inside the second
   EXPECT_NE(refusal("", 1, 0.0).find("holds 0 rows"), std::string::npos);
   EXPECT_NE(refusal("time_s,y_m\n0,1\n", 1, 0.0).find("time_s,y_m"), std::string::npos);
   EXPECT_NE(refusal("time_s,x_m\n0,1\n3,2\n", 2, 1.0).find(":3: the row is of t = 3 s"), std::string::npos);

@@ -187,7 +187,7 @@ TEST(Hdf5, FailureToWriteLeavesTheOldFile) {
   rlimit before{};
   ASSERT_EQ(::getrlimit(RLIMIT_FSIZE, &before), 0);
   const auto handler = std::signal(SIGXFSZ, SIG_IGN);
-  // The limit stands for the full disk. It is met by the library itself, in the first array, in the third, by the last byte.
+  // The limit replaces the full disk. The library itself reaches it, in the first array, in the third, by the last byte.
   for (const std::size_t limit : {std::size_t{64}, std::size_t{1} << 16, std::size_t{20000 * 8}, old.size() - 1}) {
     rlimit low = before;
     low.rlim_cur = limit;

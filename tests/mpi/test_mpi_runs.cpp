@@ -123,7 +123,7 @@ TEST_F(MpiRun, AnUnstableRunEndsOnAllRanksWithOneMessage) {
   const std::string first_line = message.substr(0, message.find('\n'));
   const auto found = together.err.find(first_line);
   EXPECT_NE(found, std::string::npos) << together.err;
-  EXPECT_EQ(together.err.find(first_line, found + 1), std::string::npos) << "said twice";
+  EXPECT_EQ(together.err.find(first_line, found + 1), std::string::npos) << "reported twice";
 }
 
 TEST_F(MpiRun, AFrameThatCannotBeWrittenEndsAllRanks) {

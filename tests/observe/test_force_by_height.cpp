@@ -35,7 +35,7 @@ TEST(ForceByHeightOfLayers, KeepsTheForceAndItsFirstMoment) {
 
 TEST(ForceByHeightOfLayers, SpreadsALayerOverItsCell) {
   const auto g = geometry();
-  const auto inner = force_by_height(std::vector<double>{8.0}, 1.0, dx, g);  // stands for 0.875 .. 1.125
+  const auto inner = force_by_height(std::vector<double>{8.0}, 1.0, dx, g);  // represents 0.875 .. 1.125
   EXPECT_NEAR(inner.bins[7], 4.0, 1e-12);
   EXPECT_NEAR(inner.bins[8], 4.0, 1e-12);
   EXPECT_NEAR(sum(inner.bins), 8.0, 1e-12);

@@ -221,7 +221,7 @@ TEST(CaseTable, NamesFailingCasesFirstAndEndsWithTheCount) {
   const std::string table = case_table({good_case(), bad_case()}, {.threads = 2, .wall_time_s = 17.0});
   EXPECT_LT(table.find("bad "), table.find("good "));
   EXPECT_NE(table.find("1/2"), std::string::npos);
-  EXPECT_NE(table.find("pressure"), std::string::npos);  // what fails stands for its case, not what holds
+  EXPECT_NE(table.find("pressure"), std::string::npos);  // a failing check represents its case, not a passing one
   EXPECT_NE(table.find("time: 17 s with 2 threads; level quick may take 150 s"), std::string::npos);  // cases may run side by side
   EXPECT_NE(table.find("failing cases: bad\n"), std::string::npos);
   const std::string last = "2 passed, 1 failed\n";

@@ -145,5 +145,5 @@ SECTIONS = [
      "The inlet, 5.25 m upstream, holds the profile. dx = w/5."),
     ("surge", "Beyond the paper: a surge, whose height, speed and density vary", figure_surge,
      "A thin fast front, then a surge of twice its height, then a slow tail that was compacted on its way. There is no steady interval; "
-     "the table of such a run says so. dx = w/5."),
+     "the table marks such runs. dx = w/5."),
 ]

@@ -6,7 +6,7 @@
   side_view  particles near the axis coloured by stream-wise stress, with the mean pressure profile beside them
 
 What was measured is read from the run (series.csv, profile.csv, results.json), so that the pictures show its own windows.
-Pictures for which a run holds nothing (no obstacle, no frames, no steady interval) are left out, and a message says so.
+Pictures for which a run has no data (no obstacle, no frames, no steady interval) are omitted, and a message reports that.
 """
 
 import os

@@ -19,7 +19,7 @@ from matplotlib.ticker import FixedLocator, FuncFormatter, MaxNLocator, NullForm
 
 # Distinct in hue and in lightness, so that they survive colour blindness and a grey printer.
 COLOURS = ["#1f6fb4", "#d1601f", "#2e8b57", "#8b4fa8", "#b3262e", "#6b6b00", "#008b9a", "#9c5b3b"]
-REFERENCE_LINES = ("-", "-.", ":")  # several references in one plot are told apart
+REFERENCE_LINES = ("-", "-.", ":")  # to distinguish several references in one plot
 MARKERS = ["o", "s", "^", "D", "v", "P", "X", "*"]
 
 STYLE = r""":root { --ink: #1c2430; --soft: #5a6675; --line: #d9dee5; --tint: #f5f7fa; --good: #1c7a43; --bad: #b3262e; --accent: #1f6fb4; }

@@ -6,7 +6,7 @@
 #include "libmpm/driver/scene.hpp"
 
 int main() {
-  mpm::Case snow;  // cohesive Cam-Clay with the paper's parameters, unless told otherwise
+  mpm::Case snow;  // cohesive Cam-Clay with the paper's parameters, by default
   snow.material.as<mpm::CamClay>().cohesion_beta = 0.3;
   snow.numerics.cell_size = 0.125;
   snow.bodies.push_back({.min = {0.0, 0.0, 0.0}, .max = {1.0, 1.0, 0.5}, .velocity = {0.0, 0.0, -4.0}});
