@@ -18,20 +18,20 @@ namespace mpm::validation {
 namespace {
 
 /// The quantities of one run, in the order of `studied`.
-enum FigureIndex : std::size_t { force_x, runup, pressure_height, pressure_height_in_cells, impact_pressure, profile_force };
+enum QuantityIndex : std::size_t { force_x, runup, pressure_height, pressure_height_in_cells, impact_pressure, profile_force };
 /// Order 2 in the interior, 1 at walls: what lies between 0.5 and 2 counts as credible (the window of Eca & Hoekstra, too).
 constexpr double formal_order = 1.5;
 const std::vector<FollowedQuantity> studied{
     {"force on the mast", "N", formal_order},         {"run-up", "m", formal_order},
     {"pressure height", "m", formal_order},           {"pressure height, the paper's windows in cells", "m", formal_order},
     {"pressure before the face", "Pa", formal_order}, {"force of the mean pressure profile", "N", formal_order}};
-const std::vector<FigureIndex> asserted{force_x, runup, pressure_height};
+const std::vector<QuantityIndex> asserted{force_x, runup, pressure_height};
 
 /// Aim for the relative error of a quantity: 3 % for the force, 4 % for heights.
-double aim_of(FigureIndex i) { return i == force_x ? 0.03 : 0.04; }
+double aim_of(QuantityIndex i) { return i == force_x ? 0.03 : 0.04; }
 
 /// Two standard errors of the difference of two means of a quantity, but at most the aim: noise alone must not make a check hold.
-double noise(FigureIndex i, const Metric& a, const Metric& b) {
+double noise(QuantityIndex i, const Metric& a, const Metric& b) {
   return std::min(2.0 * std::hypot(a.standard_error, b.standard_error), aim_of(i) * std::abs(b.value));
 }
 
@@ -164,7 +164,7 @@ std::vector<MetricConvergence> grid_family(CaseResult& result, Runs& runs, const
 }
 
 /// What all grids but the finest state about themselves has to cover what the finest then gives, and is at most the aim.
-void check_prediction(CaseResult& result, FigureIndex i, const MetricConvergence& s) {
+void check_prediction(CaseResult& result, QuantityIndex i, const MetricConvergence& s) {
   const MetricConvergence before =
       judge_metric(s.name, s.kind, {s.parameter.begin(), s.parameter.end() - 1}, {s.metric.begin(), s.metric.end() - 1}, {}, formal_order);
   const Metric &last = s.metric.back(), &next = before.metric.back();
@@ -182,7 +182,7 @@ void check_coarser_grids(CaseResult& result, const Runs& runs, const std::vector
   for (std::size_t k = 0; k + 1 < sizes.size(); ++k) {
     const int cells = runs.cells(sizes[k]);
     if (cells < 5) continue;
-    const auto check = [&](FigureIndex i, const std::string& reason) {
+    const auto check = [&](QuantityIndex i, const std::string& reason) {
       const Metric &metric = family[i].metric[k], &finest = family[i].metric.back();
       result.check_relative(Label::verification,
                             fmt::format("{}, {}: w/{} over w/{}", id, studied[i].quantity, cells, runs.cells(sizes.back())),
@@ -215,7 +215,7 @@ struct KnownMisses {
 
 /// The uncertainties that the finest grids state.
 void check_uncertainty(CaseResult& result, const std::vector<MetricConvergence>& family, const KnownMisses& known) {
-  for (const FigureIndex i : asserted) {
+  for (const QuantityIndex i : asserted) {
     const MetricConvergence& study = family[i];
     Check& check = result.check_at_most(Label::verification, study.name + ": numerical uncertainty of the finest grid, relative",
                                         study.uncertainty / std::abs(study.metric.back().value), aim_of(i), "", 0.0,
@@ -230,7 +230,7 @@ void check_uncertainty(CaseResult& result, const std::vector<MetricConvergence>&
 
 /// How far the three finest grids are from one another. In contrast to the uncertainty, no fit and no coarser grid takes part.
 void check_range(CaseResult& result, const std::vector<MetricConvergence>& family, const KnownMisses& known) {
-  for (const FigureIndex i : asserted) {
+  for (const QuantityIndex i : asserted) {
     const std::vector<Metric>& all = family[i].metric;
     const auto [low, high] =
         std::minmax_element(all.end() - 3, all.end(), [](const Metric& a, const Metric& b) { return a.value < b.value; });
@@ -244,7 +244,7 @@ void check_range(CaseResult& result, const std::vector<MetricConvergence>& famil
 
 /// The finest of three coarse grids against what w/9 gave at level standard (README.md).
 void check_against_fine_grid(CaseResult& result, const std::vector<MetricConvergence>& family) {
-  const auto check = [&](FigureIndex i, const char* what, double fine) {
+  const auto check = [&](QuantityIndex i, const char* what, double fine) {
     const Metric& metric = family[i].metric.back();
     const std::string& unit = studied[i].unit;
     result.check_relative(Label::regression, fmt::format("three grids, {}: w/5 against w/9 of level standard", what), metric.value, fine,
@@ -267,9 +267,9 @@ void study_grids(CaseResult& result, Runs& runs, const std::array<Family, 2>& gr
     check_profile(result, runs, family, id[f]);
     check_uncertainty(result, family, known[f]);
     check_range(result, family, known[f]);
-    for (const FigureIndex i : asserted) check_prediction(result, i, family[i]);
+    for (const QuantityIndex i : asserted) check_prediction(result, i, family[i]);
   }
-  for (const FigureIndex i : asserted) {
+  for (const QuantityIndex i : asserted) {
     const MetricConvergence &odd = families[0][i], &even = families[1][i];
     const Metric &a = even.metric.back(), &b = odd.metric.back();
     result.check_at_most(Label::verification, studied[i].quantity + ": finest even against finest odd grid", std::abs(a.value - b.value),
@@ -291,7 +291,7 @@ void plot_variants(CaseResult& result, const std::string& id, const std::string&
                    const std::vector<Metric>& at_base, const std::vector<std::pair<double, std::vector<Metric>>>& points) {
   if (points.empty()) return;
   Plot plot{id, title, label, "result over that with the default", {}, "", true, false};
-  for (const FigureIndex i : asserted) {
+  for (const QuantityIndex i : asserted) {
     std::vector<std::pair<double, double>> of_quantity{{base, 1.0}};
     for (const auto& [value, metrics] : points) of_quantity.emplace_back(value, metrics[i].value / at_base[i].value);
     std::ranges::sort(of_quantity);
@@ -336,8 +336,8 @@ void vary(const CaseContext& context, CaseResult& result, Runs& runs, int n) {
     // one particle a cell leaves holes: shown, not asserted
     variants.push_back({fmt::format("{} particles a cell in place of 8", value), particles.back().second, value > 1});
   }
-  const auto relative = [&](FigureIndex i, const Variant& v) { return v.metrics[i].value / at_base[i].value; };
-  for (const FigureIndex i : asserted) {
+  const auto relative = [&](QuantityIndex i, const Variant& v) { return v.metrics[i].value / at_base[i].value; };
+  for (const QuantityIndex i : asserted) {
     for (const Variant& v : variants) {
       if (!v.asserted) continue;
       result.check_relative(Label::verification, fmt::format("{}: {}, dx = w/{}", studied[i].quantity, v.name, n), relative(i, v), 1.0, "",
@@ -350,7 +350,7 @@ void vary(const CaseContext& context, CaseResult& result, Runs& runs, int n) {
                 at_base, particles);
 
   std::string text = fmt::format("Everything else varied at dx = w/{}, force, run-up, pressure height over those of the base:", n);
-  const auto number = [&](FigureIndex i, const Variant& v) {
+  const auto number = [&](QuantityIndex i, const Variant& v) {
     return std::isfinite(v.metrics[i].value) ? fmt::format("{:.3f}", relative(i, v)) : std::string("no steady interval");
   };
   for (const Variant& v : variants)
