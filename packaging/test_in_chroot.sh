@@ -1,45 +1,15 @@
 #!/usr/bin/env bash
 # Installs the package in a bare Debian 12 as a user would, and uses it there: test_in_chroot.sh MPM.deb [MIRROR]
-# Needs root, debootstrap and a package mirror; where one of them is missing it says so and ends with code 77 (skipped).
+# Needs root, debootstrap and a package mirror; if one of them is missing, it ends with code 77 (skipped).
 set -euo pipefail
 deb=$(realpath "$1")
-mirror=${2:-$(grep -rhoE 'https?://[^ ]*/debian/?( |$)' /etc/apt/sources.list /etc/apt/sources.list.d 2>/dev/null | head -n 1 | tr -d ' ' || true)}
-mirror=${mirror:-http://deb.debian.org/debian}
-
-skip() {
-  echo "skipped: $*" >&2
-  exit 77
-}
-say() { printf '== %s\n' "$*" >&2; }
-
-[ "$(id -u)" -eq 0 ] || skip "the test of the package needs root, to make a chroot"
-command -v debootstrap >/dev/null || skip "debootstrap is not installed"
-root=$(mktemp -d "${TMPDIR:-/tmp}/mpm_chroot.XXXXXX")
-chmod 755 "$root"
-finish() {
-  ! mountpoint -q "$root/proc" || umount "$root/proc"
-  rm -rf --one-file-system "$root"
-}
-trap finish EXIT
-
-say "a bare Debian 12 from $mirror"
-debootstrap --variant=minbase bookworm "$root" "$mirror" >"$root.log" 2>&1 || {
-  tail -n 3 "$root.log" >&2
-  rm -f "$root.log"
-  skip "debootstrap failed; is $mirror within reach?"
-}
-rm -f "$root.log"
-mount -t proc proc "$root/proc" 2>/dev/null || skip "proc cannot be mounted here"
+# shellcheck source=packaging/chroot.sh
+. "$(dirname "$(realpath "${BASH_SOURCE[0]}")")/chroot.sh"
+make_chroot "${@:2}"
 cp "$deb" "$root/srv/mpm.deb"
-cp /etc/resolv.conf "$root/etc/" 2>/dev/null || true
-inside() { chroot "$root" /usr/bin/env -i PATH=/usr/sbin:/usr/bin:/sbin:/bin HOME=/root DEBIAN_FRONTEND=noninteractive LC_ALL=C.UTF-8 "$@"; }
 
 say "apt install ./mpm.deb"
-inside apt-get -qq update
-inside bash -c 'cd /srv && apt-get -qq -y install ./mpm.deb' >"$root/srv/install.log" 2>&1 || {
-  tail -n 20 "$root/srv/install.log" >&2
-  exit 1
-}
+logged env -C /srv apt-get -qq -y install ./mpm.deb
 
 say "mpm"
 inside mpm --version
