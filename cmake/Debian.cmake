@@ -9,6 +9,7 @@ else()
 endif()
 add_custom_target(mpm_package_files ALL
   COMMAND /usr/bin/python3 ${PROJECT_SOURCE_DIR}/packaging/generate.py $<TARGET_FILE:mpm-app> ${generated}
+  COMMAND /usr/bin/python3 ${PROJECT_SOURCE_DIR}/packaging/documents.py ${generated}/documents
   COMMAND ${CMAKE_COMMAND} -D SOURCE_DIR=${PROJECT_SOURCE_DIR} -D OUT=${generated} -D VERSION=${PROJECT_VERSION}
           "-DCONTACT=${CPACK_PACKAGE_CONTACT}" -P ${PROJECT_SOURCE_DIR}/packaging/compress.cmake
   DEPENDS mpm-app VERBATIM)
@@ -18,13 +19,13 @@ install(TARGETS mpm-app RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR} COMPONENT pa
 install(DIRECTORY ${generated}/man/ DESTINATION ${CMAKE_INSTALL_MANDIR}/man1 COMPONENT package)
 install(FILES ${generated}/completion/mpm DESTINATION ${CMAKE_INSTALL_DATADIR}/bash-completion/completions COMPONENT package)
 install(FILES ${generated}/case.schema.json DESTINATION ${CMAKE_INSTALL_DATADIR}/mpm COMPONENT package)
-install(DIRECTORY examples DESTINATION ${CMAKE_INSTALL_DATADIR}/mpm COMPONENT package PATTERN "__pycache__" EXCLUDE)
+install(DIRECTORY examples DESTINATION ${CMAKE_INSTALL_DATADIR}/mpm COMPONENT package PATTERN "__pycache__" EXCLUDE PATTERN "*.md" EXCLUDE)
+install(DIRECTORY ${generated}/documents/examples/ DESTINATION ${CMAKE_INSTALL_DATADIR}/mpm/examples COMPONENT package)
 install(PROGRAMS scripts/plot_run.py scripts/design_page.py scripts/render_paraview.py DESTINATION ${CMAKE_INSTALL_DATADIR}/mpm/scripts COMPONENT package)
 install(DIRECTORY python/mpmtools DESTINATION lib/python3/dist-packages COMPONENT package PATTERN "__pycache__" EXCLUDE)
-install(FILES README.md CHANGELOG.md ${generated}/changelog.gz DESTINATION ${CMAKE_INSTALL_DATADIR}/doc/mpm COMPONENT package)
+install(DIRECTORY ${generated}/documents/doc/ DESTINATION ${CMAKE_INSTALL_DATADIR}/doc/mpm COMPONENT package)
+install(FILES ${generated}/changelog.gz DESTINATION ${CMAKE_INSTALL_DATADIR}/doc/mpm COMPONENT package)
 install(FILES LICENSE RENAME copyright DESTINATION ${CMAKE_INSTALL_DATADIR}/doc/mpm COMPONENT package)
-install(DIRECTORY docs/ DESTINATION ${CMAKE_INSTALL_DATADIR}/doc/mpm/docs COMPONENT package FILES_MATCHING PATTERN "*.md" PATTERN "*.png" PATTERN "*.svg"
-        PATTERN "site" EXCLUDE)
 
 set(CPACK_GENERATOR DEB)
 set(CPACK_PACKAGE_NAME mpm)

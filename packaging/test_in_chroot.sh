@@ -41,6 +41,15 @@ done
 say "instruction sets: ${sets[*]}"
 [ "$best" != x86-64-v4 ] || [ "$(printf '%s\n' "${sets[@]}" | sort -u | wc -l)" -eq 3 ] || { say "these are not three levels"; exit 1; }
 
+say "links of the documentation; commands of its pages beside a copy of the examples"
+for folder in doc/mpm mpm; do
+  python3 "$(dirname "${BASH_SOURCE[0]}")/../tests/check_docs.py" --links "$root/usr/share/$folder" >&2
+done
+inside bash -c 'mkdir /srv/work && cd /srv/work && cp -r /usr/share/mpm/examples . && mpm design examples/design/mast.toml --quick --plan' >/dev/null 2>&1 || {
+  say "mpm design examples/design/mast.toml does not find its site"
+  exit 1
+}
+
 say "pictures and Python"
 inside mpm post /srv/best >/dev/null 2>&1
 inside test -s /srv/best/post/side_view.png

@@ -1,7 +1,7 @@
 #!/usr/bin/python3
 """Checks the Markdown pages of the repository: README.md is short, lines are wrapped, links resolve, no path belongs to one machine.
 
-usage: check_docs.py [ROOT]    (default: the repository this script is in)
+usage: check_docs.py [--links] [ROOT]    (default: the repository this script is in; --links: only the links)
 
 Prints one line for each problem, `file:line: what`, and exits with 1 if there is any.
 """
@@ -60,33 +60,40 @@ def link_problem(page, target, folder=None):
     return None
 
 
-def problems(root):
+def broken_links(root):
+    """Every link of the pages that leads nowhere."""
     for page in pages(root):
         name = page.relative_to(root)
         folder = root if str(name).startswith("docs/site/pages/") else None  # docs/site/assemble.py puts them there
         text = page.read_text(encoding="utf-8")
+        for number, line, is_prose in prose(text):
+            for target in LINK.findall(CODE_SPAN.sub("", line)) if is_prose else ():
+                problem = link_problem(page, target, folder)
+                if problem:
+                    yield f"{name}:{number}: {problem}"
+
+
+def problems(root):
+    yield from broken_links(root)
+    for page in pages(root):
+        name, text = page.relative_to(root), page.read_text(encoding="utf-8")
         lines = len(text.splitlines())
         if name == pathlib.Path("README.md") and lines > README_LINES:
             yield f"{name}:{lines}: {lines} lines, at most {README_LINES} are allowed: move details to docs/"
         for number, line, is_prose in prose(text):
             if MACHINE_PATH.search(line):
                 yield f"{name}:{number}: a path of one machine: {MACHINE_PATH.search(line).group()}..."
-            if not is_prose:
-                continue
-            if len(line) > LINE_LENGTH and not line.lstrip().startswith("|"):
+            if is_prose and len(line) > LINE_LENGTH and not line.lstrip().startswith("|"):
                 yield f"{name}:{number}: {len(line)} characters, at most {LINE_LENGTH} are allowed outside tables and code"
-            for target in LINK.findall(CODE_SPAN.sub("", line)):
-                problem = link_problem(page, target, folder)
-                if problem:
-                    yield f"{name}:{number}: {problem}"
 
 
 def main():
-    root = pathlib.Path(sys.argv[1] if len(sys.argv) > 1 else pathlib.Path(__file__).parent.parent).resolve()
+    arguments = [argument for argument in sys.argv[1:] if argument != "--links"]
+    root = pathlib.Path(arguments[0] if arguments else pathlib.Path(__file__).parent.parent).resolve()
     count = sum(1 for _ in pages(root))
     if count == 0:
         sys.exit(f"no Markdown page below {root}")
-    found = list(problems(root))
+    found = list(broken_links(root) if "--links" in sys.argv else problems(root))
     print("\n".join(found) if found else f"{count} pages, no problem")
     sys.exit(1 if found else 0)
 

@@ -3,14 +3,18 @@
 
 import json
 import pathlib
+import shutil
 import subprocess
 import sys
 import tempfile
 import unittest
+import unittest.mock
 
 SOURCE = pathlib.Path(__file__).resolve().parent.parent
-sys.path.insert(0, str(SOURCE / "packaging"))
-import help_pages  # noqa: E402  (after its path)
+sys.path[:0] = [str(SOURCE / "packaging"), str(SOURCE / "tests")]
+import check_docs  # noqa: E402  (after its path)
+import documents  # noqa: E402
+import help_pages  # noqa: E402
 
 MPM = ""
 
@@ -69,6 +73,31 @@ class Packaging(unittest.TestCase):
         jsonschema.Draft7Validator.check_schema(schema)
         self.assertEqual(schema["properties"]["obstacle"]["properties"]["friction"]["default"], 0.15)
         self.assertEqual(schema["properties"]["conveyor"]["properties"]["inflow"]["type"], "array")
+
+
+class Documents(unittest.TestCase):
+    def test_lead_to_files_of_the_package_and_to_examples(self):
+        with tempfile.TemporaryDirectory() as folder:
+            share = pathlib.Path(folder) / "share"  # as /usr/share
+            documents.Documents().write(pathlib.Path(folder) / "made")
+            shutil.copytree(SOURCE / "examples", share / "mpm" / "examples", ignore=shutil.ignore_patterns("*.md", "__pycache__"))
+            shutil.copytree(pathlib.Path(folder) / "made" / "examples", share / "mpm" / "examples", dirs_exist_ok=True)
+            shutil.copytree(pathlib.Path(folder) / "made" / "doc", share / "doc" / "mpm", symlinks=True)
+            for root in (share / "doc" / "mpm", share / "mpm"):
+                self.assertEqual(list(check_docs.broken_links(root)), [])
+            self.assertTrue((share / "doc" / "mpm" / "validation" / "study" / "base.toml").exists(), "which quick.toml names")
+            text = (share / "doc" / "mpm" / "docs" / "design.md").read_text(encoding="utf-8")
+            self.assertIn("](../examples/design/mast.toml)", text)
+            self.assertIn("](../../doc/mpm/docs/cases.md#examples)", (share / "mpm" / "examples" / "README.md").read_text(encoding="utf-8"))
+            self.assertIn("libmpm/driver/advice.cpp has one function", (share / "doc" / "mpm" / "docs" / "commands.md").read_text(encoding="utf-8"))
+
+    def test_name_a_link_that_leads_nowhere(self):
+        with tempfile.TemporaryDirectory() as folder:
+            root = pathlib.Path(folder).resolve()
+            (root / "README.md").write_text("[here](gone.md)", encoding="utf-8")
+            (root / "CHANGELOG.md").touch()
+            with unittest.mock.patch.multiple(documents, ROOT=root, EXAMPLES=root / "examples"), self.assertRaisesRegex(SystemExit, "README.md: link to 'gone.md'"):
+                documents.Documents()
 
 
 class HelpTexts(unittest.TestCase):
