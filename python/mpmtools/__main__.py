@@ -102,7 +102,7 @@ def parser():
     scale.add_argument("--bandwidth-gb-s", type=float, default=1.0, metavar="B",
                        help="of the network for each rank: that of a node over its ranks (default: %(default)s)")
 
-    imported = command("import-avaframe", "a case whose inflow is an avalanche of AvaFrame's com1DFA at one point", run_import)
+    imported = command("import-avaframe", "a case and a site from an avalanche of AvaFrame's com1DFA at one point", run_import)
     imported.add_argument("directory", metavar="DIR", help="folder of the avalanche (with Inputs and Outputs), or of the rasters at time steps")
     imported.add_argument("--at", required=True, metavar="X,Y", help="the mast, in the coordinates of the rasters, m")
     imported.add_argument("--mast-width", type=float, default=1.0, metavar="W", help="m (default: %(default)s)")
@@ -110,7 +110,7 @@ def parser():
                           help="kg/m^3 (default: %(default)s, that of com1DFA's standard set-up)")
     imported.add_argument("--simulation", metavar="NAME", help="where the folder holds several")
     imported.add_argument("--dem", metavar="FILE", help="elevation, where DIR/Inputs does not hold just one raster")
-    imported.add_argument("--out", default="out/avaframe", metavar="FOLDER", help="for case.toml and inflow.csv (default: %(default)s)")
+    imported.add_argument("--out", default="out/avaframe", metavar="FOLDER", help="for case.toml, inflow.csv and site.toml (default: %(default)s)")
 
     schema = command("json-schema", "the JSON schema of case files, for editors that complete and check while one types", run_schema)
     schema.add_argument("--out", metavar="FILE", help="file to write (default: standard output)")

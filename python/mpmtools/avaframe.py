@@ -44,6 +44,37 @@ class Raster:
         return float(np.sum(weights * corners, where=weights > 0.0))
 
 
+def check_projection(path):
+    """The file NAME.prj beside an ASCII grid, which itself names no unit. @return its text; empty: there is none"""
+    beside = os.path.splitext(path)[0] + ".prj"
+    try:
+        with open(beside, encoding="utf-8", errors="replace") as file:
+            text = " ".join(file.read().split())
+    except FileNotFoundError:
+        return ""
+    except OSError as error:
+        raise InputError(f"cannot read '{beside}': {error.strerror}") from None
+    if re.match(r"GEOG(CS|CRS)|GCS", text, re.IGNORECASE):
+        raise InputError(f"{beside}: the coordinates are degrees; reproject {path} to a system in metres")
+    units = re.findall(r'UNIT\["([^"]+)"', text)  # the last one is that of the coordinates, those before it are of angles
+    if units and not re.match(r"met(re|er)|m$", units[-1], re.IGNORECASE):
+        raise InputError(f"{beside}: the unit of the coordinates is {units[-1]}; reproject {path} to a system in metres")
+    return text
+
+
+def check_same_projection(paths):
+    """Elevation and results lie in one system. @return a line for the user where no file says which"""
+    named = {path: text for path in paths if path.lower().endswith(".asc") and (text := check_projection(path))}
+    first = next(iter(named), None)
+    for path, text in named.items():
+        if text != named[first]:
+            raise InputError(f"{path} and {first} have different projections (.prj); reproject one of them")
+    if first is None and all(path.lower().endswith(".asc") for path in paths):
+        return (f"no .prj beside {paths[0]} or the other grids: their coordinates are taken to be metres in one system; put a .prj with the "
+                "projection beside the DEM to have this checked")
+    return ""
+
+
 def check_cell(cell, path):
     if not cell >= FINEST:
         raise InputError(f"{path}: its cells are {cell:g} wide, which are degrees or kilometres, no metres; reproject it to a system in metres")
@@ -229,22 +260,45 @@ duration_s = {duration:g}
 """
 
 
+SITE = """\
+title = "{title}"
+
+[flow]                         # the moment of the largest v^2 H, {time:g} s after the arrival; the flow is taken to go on like this
+depth_m = {depth:.4g}
+velocity_m_s = {speed:.4g}
+density_kg_m3 = {density:g}
+slope_deg = {slope:.4g}
+snow_class = "loose"           # choose: loose, cold_dense, warm_cohesive (assumed), or entries [[snow]]
+
+[mast]
+shape = "box"                  # or cylinder
+width_m = {width:g}
+"""
+
+
 def import_avalanche(folder, x, y, width, out, simulation=None, dem=None, density=200.0):
-    """Writes inflow.csv and case.toml. @return lines for the user"""
+    """Writes inflow.csv, case.toml and site.toml. @return lines for the user"""
     name, steps = time_steps(folder, simulation)
-    ground = ground_at(read_raster(dem or find_dem(folder)), x, y)
+    dem = dem or find_dem(folder)
+    unchecked = check_same_projection([dem, *(path for files in steps.values() for path in files.values())])
+    ground = ground_at(read_raster(dem), x, y)
     times, depth, speed = flow_at(steps, x, y)
     cell = min(width, depth.max()) / 5.0 if depth.max() > 0.0 else width / 5.0
     times, depth, speed = passage(times, depth, speed, max(LEAST_DEPTH, cell))
+    strongest = int(np.argmax(depth * speed**2))
+    title = f"{name} at {x:g}, {y:g}".replace('"', "'")
     reach = width * math.ceil(max(width, math.sqrt(width * depth.max())) / width)
     try:
         os.makedirs(out, exist_ok=True)
         with open(os.path.join(out, "inflow.csv"), "w", encoding="utf-8") as file:
             file.write("time_s,depth_m,velocity_m_s\n" + "".join(f"{t:.6g},{d:.6g},{v:.6g}\n" for t, d, v in zip(times, depth, speed)))
         with open(os.path.join(out, "case.toml"), "w", encoding="utf-8") as file:
-            file.write(CASE.format(title=f"{name} at {x:g}, {y:g}".replace('"', "'"), density=density, width=width, cell=cell, upstream=4 * reach,
+            file.write(CASE.format(title=title, density=density, width=width, cell=cell, upstream=4 * reach,
                                    downstream=width + reach, gravity=STANDARD_GRAVITY * math.cos(ground.slope), slope=math.degrees(ground.slope),
                                    duration=math.ceil(times[-1])))
+        with open(os.path.join(out, "site.toml"), "w", encoding="utf-8") as file:
+            file.write(SITE.format(title=title, time=times[strongest], depth=depth[strongest], speed=speed[strongest], density=density,
+                                   slope=math.degrees(ground.slope), width=width))
     except OSError as error:
         raise InputError(f"cannot write to '{out}': {error.strerror}") from None
     lines = [f"{name}: {len(times)} time steps, {times[-1]:.3g} s; depth up to {depth.max():.3g} m, speed up to {speed.max():.3g} m/s",
@@ -252,7 +306,11 @@ def import_avalanche(folder, x, y, width, out, simulation=None, dem=None, densit
     if math.isfinite(ground.unevenness):
         size = "less than 0.01" if ground.unevenness < 0.01 else f"up to {ground.unevenness:.2g}"
         lines.append(f"the ground differs by {size} m from a plane over {PATCH:g} m before the point; the run takes a plane")
+    if unchecked:
+        lines.append(unchecked)
+    lines.append(f"largest v^2 H: {depth[strongest]:.3g} m at {speed[strongest]:.3g} m/s, {times[strongest]:.3g} s after the arrival")
     lines.append(f"wrote {os.path.join(out, 'inflow.csv')} and case.toml: mpm check {os.path.join(out, 'case.toml')}")
+    lines.append(f"wrote {os.path.join(out, 'site.toml')}: mpm design {os.path.join(out, 'site.toml')} --quick --plan")
     return lines
 
 

@@ -1,8 +1,11 @@
 """Rasters of AvaFrame's com1DFA as the inflow of a case, on a synthetic slope in its file format."""
 
 import importlib.util
+import json
 import math
 import os
+import subprocess
+import tomllib
 import unittest
 
 import numpy as np
@@ -137,6 +140,39 @@ class Avalanche(InFolder):
         with self.assertRaisesRegex(ConfigError, "no elevation at 1100,2050; give a point inside"):
             self.convert()
 
+    def test_writes_a_site_for_the_moment_of_the_largest_pressure(self):
+        lines = self.convert(density=220.0)
+        with open(self.folder / "case" / "site.toml", "rb") as file:
+            site = tomllib.load(file)
+        self.assertEqual((site["flow"]["depth_m"], site["flow"]["velocity_m_s"], site["flow"]["density_kg_m3"]), (2.0, 20.0, 220.0))
+        self.assertAlmostEqual(site["flow"]["slope_deg"], math.degrees(math.atan(0.25)), delta=0.005)  # four digits
+        self.assertEqual(site["mast"]["width_m"], 1.0)
+        self.assertIn("largest v^2 H: 2 m at 20 m/s, 1 s after the arrival", lines)
+
+    @needs_program
+    def test_writes_a_site_that_the_design_accepts(self):
+        self.convert()
+        done = subprocess.run([os.environ["MPM"], "design", self.folder / "case" / "site.toml", "--quick", "--plan"], capture_output=True, text=True,
+                              check=False)
+        self.assertEqual(done.returncode, 0, done.stderr)
+        self.assertEqual(json.loads(done.stdout)["flow"]["velocity_m_s"], 20.0)
+
+    def test_checks_the_projection_beside_ascii_grids(self):
+        self.assertTrue(any("no .prj beside" in line and "taken to be metres" in line for line in self.convert()))
+        metres = 'PROJCS["ETRS89 / UTM zone 32N",GEOGCS["ETRS89",UNIT["degree",0.0174532925199433]],UNIT["metre",1]]'
+        prj = self.folder / "Inputs" / "dem.prj"
+        prj.write_text(metres)
+        self.assertFalse(any(".prj" in line for line in self.convert()))
+        for wrong, message in (('GEOGCS["WGS 84",UNIT["degree",0.0174532925199433]]', "dem.prj: the coordinates are degrees; reproject"),
+                               (metres.replace('"metre",1]]', '"US survey foot",0.3048006]]'), "the unit of the coordinates is US survey foot")):
+            prj.write_text(wrong)
+            with self.assertRaisesRegex(InputError, message):
+                self.convert()
+        prj.write_text(metres)
+        next(self.steps.glob("*_FT_t7.00.asc")).with_suffix(".prj").write_text(metres.replace("32N", "33N"))
+        with self.assertRaisesRegex(InputError, "different projections"):
+            self.convert()
+
     @needs_rasterio
     def test_reads_geotiff_and_refuses_it_without_projection_and_in_degrees(self):
         import rasterio
@@ -162,9 +198,15 @@ class Avalanche(InFolder):
         case = Case.read(self.folder / "case" / "case.toml").changed(
             {"numerics.cell_size_m": 0.4, "conveyor.width_m": 3.2, "conveyor.sidewall_contact": "slip", "obstacle": None,
              "output.duration_s": 2.0, "output.frames_per_second": 10})
-        found = measured_inflow(case.run(self.folder / "run", threads=1, progress=False))
+        run = case.run(self.folder / "run", threads=1, progress=False)
+        found = measured_inflow(run)
         raster = np.genfromtxt(self.folder / "case" / "inflow.csv", delimiter=",", names=True)
         later = found[found.time_s >= 0.2]  # snow that entered after t = 0 fills the section
         np.testing.assert_allclose(later.velocity_m_s, 20.0, rtol=0.01)
         expected = np.interp(later.entered_s, raster["time_s"], raster["depth_m"])
         np.testing.assert_allclose(later.depth_m, expected, rtol=0.01)  # the surge is linear over a section, but at its crest
+        arrived = measured_inflow(run, at=0.0)  # where the mast would stand, 8 m behind the inlet
+        arrived = arrived[arrived.entered_s >= 0.1]
+        self.assertGreater(len(arrived), 10)
+        np.testing.assert_allclose(arrived.velocity_m_s, 20.0, rtol=0.02)  # its own weight spreads the surge: g dH/dx 0.4 s = 0.2 m/s
+        np.testing.assert_allclose(arrived.depth_m, np.interp(arrived.entered_s, raster["time_s"], raster["depth_m"]), rtol=0.05)
