@@ -5,9 +5,10 @@ import shutil
 import unittest
 
 import numpy as np
+from scipy.stats import norm
 
 from mpmtools import Case
-from mpmtools.figures.snow_surface import LEVEL, Camera, SnowDensity, draw, prism_hits
+from mpmtools.figures.snow_surface import LEVEL, SMOOTHING, Camera, SnowDensity, draw, prism_hits
 from study_samples import SOURCE, InFolder
 
 SPACING = 0.1
@@ -39,11 +40,28 @@ class Density(unittest.TestCase):
         snow = SnowDensity(positions, volumes, SPACING)
         eye, rays = np.array([[1.0, 1.0, 5.0], [-4.0, 1.0, 0.5]]), np.array([[0.0, 0.0, -1.0], [1.0, 0.0, 0.0]])
         way = snow.hits(eye, rays, 0.0, np.full(2, 20.0))
-        np.testing.assert_allclose(way, [4.0, 4.0], atol=0.5 * snow.cell)
+        # A step of the density, smoothed by the quadratic B-spline (variance 1/4 cell^2) and a Gaussian, falls to LEVEL outside the block
+        outside = -norm.ppf(LEVEL) * np.hypot(0.5, SMOOTHING) * snow.cell
+        np.testing.assert_allclose(way, 4.0 - outside, atol=0.1 * snow.cell)  # linear between nodes
         points = eye + way[:, None] * rays
         np.testing.assert_allclose(snow.at(points), LEVEL, atol=0.05)
         np.testing.assert_allclose(snow.normals(points), [[0, 0, 1], [-1, 0, 0]], atol=0.02)
         self.assertFalse(np.isfinite(snow.hits(eye, -rays, 0.0, np.full(2, 20.0))).any())
+
+
+    def test_leaves_out_lumps_of_a_few_particles(self):
+        snow, _ = block()
+        for side, remains in ((2, False), (4, True)):  # 8 and 64 particles, and LUMP is between
+            lump = block(side, side, side)[0] + [1.0, 1.0, 3.0]
+            both = SnowDensity(np.concatenate([snow, lump]), np.full(len(snow) + len(lump), SPACING**3), SPACING)
+            middle = lump.mean(axis=0)
+            self.assertEqual(bool(both.at(middle[None])[0] > LEVEL), remains, side)
+            self.assertGreater(both.at(np.array([[1.0, 1.0, 0.5]]))[0], LEVEL)
+
+    def test_keeps_a_thread_of_four_particles_across_whole(self):
+        thread = block(2, 2, 40)[0]
+        snow = SnowDensity(thread, np.full(len(thread), SPACING**3), SPACING)
+        self.assertGreater(snow.at(np.array([[SPACING, SPACING, z] for z in np.linspace(0.3, 3.7, 50)])).min(), LEVEL)
 
 
 class Solid(unittest.TestCase):

@@ -4,9 +4,11 @@ Plain numpy and scipy; no graphics library and no screen. Lengths in m; arrays o
 """
 
 import numpy as np
-from scipy.ndimage import gaussian_filter, map_coordinates, maximum_filter
+from scipy.ndimage import gaussian_filter, label, map_coordinates, maximum_filter
 
-LEVEL = 0.3  # of the density that the snow has at the start: the surface
+LEVEL = 0.2  # of the density that the snow has at the start, smoothed: the surface
+SMOOTHING = 0.8  # cells: the lattice of the particles does not show, and threads a few particles across stay whole
+LUMP = 20  # particles: smaller lumps that fly alone are left out
 FAR = 3  # cells
 LIGHT = np.array([-0.45, -0.55, 0.70]) / np.linalg.norm([-0.45, -0.55, 0.70])  # direction towards the sun
 SKY_TOP, SKY_LOW = np.array([0.62, 0.75, 0.90]), np.array([0.93, 0.96, 0.99])
@@ -15,7 +17,8 @@ SNOW = np.array([0.93, 0.95, 0.985])
 
 
 class SnowDensity:
-    """Density over that of the start, and a property of the particles, on a grid of cubes as large as the particles were apart."""
+    """Smoothed density over that of the start, and a property of the particles, on a grid of cubes 1.25 times as large as the particles were
+    apart."""
 
     def __init__(self, positions, volumes, spacing, values=None):
         """@param volumes  of the particles at the start, m^3. @param values  one a particle, or None"""
@@ -36,10 +39,14 @@ class SnowDensity:
                     total += np.bincount(at, share, total.size)
                     if values is not None:
                         weighted += np.bincount(at, share * values, total.size)
-        self.values = np.divide(weighted, total, out=np.zeros_like(total), where=total > 0.0).reshape(self.shape).astype(np.float32)
-        self.density = (total / self.cell**3).reshape(self.shape).astype(np.float32)
+        weighted, total = (gaussian_filter(sum_.reshape(self.shape), SMOOTHING) for sum_ in (weighted, total))
+        self.values = np.divide(weighted, total, out=np.zeros_like(total), where=total > 0.0).astype(np.float32)
+        lumps, _ = label(total > 0.5 * LEVEL * self.cell**3)
+        small = np.bincount(lumps.ravel(), total.ravel()) < LUMP * spacing**3
+        small[0] = False  # what is between the lumps
+        self.density = np.where(small[lumps], 0.0, total / self.cell**3).astype(np.float32)
         self.near = maximum_filter(self.density, 2 * FAR + 1) > LEVEL  # elsewhere there is no snow within FAR cells
-        self.smooth = gaussian_filter(self.density, 1.0)  # for normals: the lattice of the particles must not show
+        self.smooth = gaussian_filter(self.density, SMOOTHING)  # for normals
         self.blurred = gaussian_filter(np.minimum(self.density, 1.0), 2.0)  # for the light that reaches a point from the sky
 
     def _sample(self, field, points):
