@@ -1,6 +1,7 @@
 /// `mpm design`: the loads on a mast at a site, as a page for a report.
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <cstdio>
 #include <memory>
@@ -42,6 +43,9 @@ void print_plan(const DesignPlan& plan, const std::filesystem::path& out) {
   if (plan.particle_steps > design_budget(plan.level))
     fmt::print(stderr, "warning: this is more than the time of the level \"{}\"; --executor slurm, or more cores, make it shorter\n",
                to_string(plan.level));
+  const std::vector<DesignAdvice> advice = design_advice(plan);
+  for (const DesignAdvice& a : advice) fmt::print(stderr, "warning: snow {}: {}\n", fmt::join(a.snows, ", "), a.advice.text());
+  if (!advice.empty()) fmt::print(stderr, "(keys in these warnings are those of a case file: --set table.key=value, or the site file)\n");
 }
 
 void make_page(const std::filesystem::path& out) {

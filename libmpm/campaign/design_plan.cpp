@@ -138,6 +138,19 @@ DesignPlan make_design(const Site& site, DesignLevel level, const std::vector<st
   return *std::move(plan);
 }
 
+std::vector<DesignAdvice> design_advice(const DesignPlan& plan) {
+  std::vector<DesignAdvice> all;
+  for (std::size_t r = 0; r < plan.runs.size(); ++r) {
+    if (plan.runs[r].grid + 1 != plan.cells.size()) continue;
+    for (Advice& found : advise(plan.campaign.runs[r].spec)) {
+      const auto same = std::ranges::find_if(all, [&](const DesignAdvice& a) { return a.advice.text() == found.text(); });
+      DesignAdvice& entry = same == all.end() ? all.emplace_back(std::move(found), std::vector<std::string>{}) : *same;
+      entry.snows.push_back(plan.snows[plan.runs[r].snow].name);
+    }
+  }
+  return all;
+}
+
 std::string design_plan_json(const DesignPlan& plan) {
   using Json = nlohmann::ordered_json;
   const Site& site = plan.site;
@@ -183,6 +196,9 @@ std::string design_plan_json(const DesignPlan& plan) {
   root["particle_steps"] = plan.particle_steps;
   root["runs"] = Json::array();
   for (const DesignRun& run : plan.runs) root["runs"].push_back({{"name", run.name}, {"snow", run.snow}, {"grid", run.grid}});
+  root["advice"] = Json::array();
+  for (const DesignAdvice& a : design_advice(plan))
+    root["advice"].push_back({{"rule", a.advice.rule}, {"text", a.advice.text()}, {"snows", a.snows}});
   return root.dump(2) + "\n";
 }
 

@@ -6,6 +6,7 @@
 
 #include "libmpm/campaign/campaign.hpp"
 #include "libmpm/campaign/site.hpp"
+#include "libmpm/driver/advice.hpp"
 
 namespace mpm {
 
@@ -52,7 +53,16 @@ struct DesignPlan {
 /// @throws ConfigError
 [[nodiscard]] DesignPlan make_design(const Site& site, DesignLevel level, const std::vector<std::string>& overrides = {});
 
-/// Content of design_plan.json: site, snows, grids and runs, for the page.
+/// Advice about the runs of some snows.
+struct DesignAdvice {
+  Advice advice;                   ///< keys in it are those of a case file
+  std::vector<std::string> snows;  ///< names of the snows that it is about
+};
+
+/// Advice about the finest run of each snow, equal advice once. The coarser grids only serve to estimate the grid error.
+[[nodiscard]] std::vector<DesignAdvice> design_advice(const DesignPlan& plan);
+
+/// Content of design_plan.json: site, snows, grids, runs and the advice about them, for the page.
 [[nodiscard]] std::string design_plan_json(const DesignPlan& plan);
 
 }  // namespace mpm

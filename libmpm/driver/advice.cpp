@@ -216,7 +216,8 @@ Finding range_of_equations(const Impact& i) {
                 "take them as a rough comparison, not as a check of the run"};
 }
 
-/// The obstacle is lower than the flow, or than the run-up by the paper's equation.
+/// The obstacle is lower than the flow, than the run-up by the paper's equation, or than Bernoulli's bound of a steady run-up (Eq. 1 of the
+/// paper).
 Finding mast_height(const Impact& i) {
   if (!i.mast.height) return {};
   const double height = *i.mast.height;
@@ -225,14 +226,20 @@ Finding mast_height(const Impact& i) {
                   "the snow flows over the obstacle; run-up, pressure height and the equations for masts have no meaning",
                   "check the value; left out, the mast is taller than any jet"};
   }
+  if (i.c.numerics.gravity <= 0.0) return {};
+  const std::string remedy = "leave out obstacle.height_m for the run-up of a tall mast";
   const auto friction = i.c.material.critical_state_ratio();
-  if (!friction || i.c.numerics.gravity <= 0.0) return {};
-  const double runup = predicted_runup(*friction, i.belt.velocity, i.depth(), i.c.numerics.gravity);
-  if (height >= runup) return {};
-  return Advice{"mast_height",
-                fmt::format("obstacle.height_m = {} m is lower than the run-up by the paper's equation, {} m", n(height), n(runup)),
-                "snow passes over the top, and the run-up is that of a mast that ends there",
-                "leave out obstacle.height_m for the run-up of a tall mast"};
+  const double runup = friction ? predicted_runup(*friction, i.belt.velocity, i.depth(), i.c.numerics.gravity) : 0.0;
+  if (height < runup) {
+    return Advice{"mast_height",
+                  fmt::format("obstacle.height_m = {} m is lower than the run-up by the paper's equation, {} m", n(height), n(runup)),
+                  "snow passes over the top, and the run-up is that of a mast that ends there", remedy};
+  }
+  const double bound = i.depth() + 0.5 * i.speed * i.speed / i.c.numerics.gravity;
+  if (height >= bound) return {};
+  return Advice{
+      "mast_height", fmt::format("obstacle.height_m = {} m is lower than Bernoulli's bound H + v^2/2g = {} m", n(height), n(bound)),
+      "the first splash, and snow with little friction, may pass over the top; the run-up is then that of a mast that ends there", remedy};
 }
 
 /// validation/cases/avalanche_convergence: a window of 4 w + 2 w and a belt of 6 w against 5 w + 3 w and 12 w changes run-up and force by

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <cmath>
+#include <limits>
 
 namespace mpm {
 
@@ -25,6 +26,7 @@ std::string summary_text(const Results& results) {
     };
     constexpr Line lines[] = {
         {"run-up", "runup_mean_m", "runup_standard_error_m", "runup_numerical_uncertainty_m", "m", 1.0},
+        {"run-up, 99th perc.", "runup_p99_mean_m", "runup_p99_standard_error_m", nullptr, "m", 1.0},
         {"pressure height", "pressure_height_mean_m", "pressure_height_standard_error_m", "pressure_height_numerical_uncertainty_m", "m",
          1.0},
         {"force downstream", "force_mean_n", "force_standard_error_n", "force_x_numerical_uncertainty_n", "kN", 1e-3},
@@ -33,19 +35,27 @@ std::string summary_text(const Results& results) {
     };
     text += fmt::format("means from {:.3g} to {:.3g} s:\n", results.number("steady_from_s"), results.number("steady_to_s"));
     for (const Line& line : lines) {
-      text +=
-          fmt::format("  {:<20}{:>8} {:<5} +- {} (statistics) +- {} (grid)\n", line.name, shown(results.number(line.mean), line.scale),
-                      line.unit, shown(results.number(line.standard_error), line.scale), shown(results.number(line.numerical), line.scale));
+      const double numerical = line.numerical != nullptr ? results.number(line.numerical) : std::numeric_limits<double>::quiet_NaN();
+      text += fmt::format("  {:<20}{:>8} {:<5} +- {} (statistics) +- {} (grid)\n", line.name, shown(results.number(line.mean), line.scale),
+                          line.unit, shown(results.number(line.standard_error), line.scale), shown(numerical, line.scale));
     }
     text +=
         "  statistics: standard error of the mean in time; grid: estimated from published grid studies at this resolution, not from this "
         "run; neither contains snow and model\n";
+    text += "  run-up: highest particle before the mast; 99th percentile: of the particles' heights there, without single particles\n";
     text += fmt::format("  moment about the mast's own axis, x = {:.3g} m, at the ground\n", results.number("overturning_moment_axis_x_m"));
   }
-  text += fmt::format("highest force {} kN (mean over {:.2g} s, at {:.3g} s); over a row of {:.2g} s {} kN at {:.3g} s\n",
-                      shown(results.number("force_filtered_peak_n"), 1e-3), results.number("force_window_s"),
-                      results.number("force_filtered_peak_time_s"), results.number("force_interval_s"),
-                      shown(results.number("force_peak_n"), 1e-3), results.number("force_peak_time_s"));
+  text += "forces downstream, and which of them to design with:\n";
+  const bool first = results.number("force_filtered_peak_time_s") <= results.number("first_impact_until_s");
+  text += fmt::format(
+      "  filtered peak {} kN (mean over {:.2g} s, at {:.3g} s{}): for design, with its uncertainty and the response of the mast "
+      "(mpm design)\n",
+      shown(results.number("force_filtered_peak_n"), 1e-3), results.number("force_window_s"), results.number("force_filtered_peak_time_s"),
+      first ? ", first impact of an ideal vertical front" : "");
+  text += fmt::format("  steady mean {} kN: the load while the avalanche passes, for what responds slowly, such as a foundation\n",
+                      shown(results.number("force_mean_n"), 1e-3));
+  text += fmt::format("  raw peak {} kN (a row of {:.2g} s, at {:.3g} s): no design value, it grows with output.series_per_second\n",
+                      shown(results.number("force_peak_n"), 1e-3), results.number("force_interval_s"), results.number("force_peak_time_s"));
   return text;
 }
 

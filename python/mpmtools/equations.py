@@ -80,6 +80,26 @@ def relative_height(friction, froude, coefficients):
     return 1.0 + magnification_factor(friction, coefficients) + head / dissipation_factor(friction, coefficients)
 
 
+def outside_of_fit(relative_width, froude, shape="box", friction=None, hardening_xi=None):
+    """What a mast and its flow have that Eqs. 7 to 10 were not fitted to (Sect. 2.2 and 4.3), as a list of texts; empty: nothing. The rule
+    range_of_equations of libmpm/driver/advice.cpp is the same.
+
+    @param shape  of the obstacle, as in a case file. @param friction  M'; None: not known. @param hardening_xi  likewise"""
+    outside = []
+    if shape != "box":
+        outside.append("a mast that is no box with its face against the flow")
+    if abs(relative_width - 1.0) > 0.05:
+        simulated = "" if 0.5 - 1e-9 <= relative_width <= 3.0 + 1e-9 else ", outside the 0.5 to 3 that were simulated"
+        outside.append(f"w/H = {relative_width:.2f} (fitted: 1{simulated})")
+    if not 0.1 - 1e-9 <= froude <= 7.0 + 1e-9:
+        outside.append(f"Fr = {froude:.2g} (fitted: 0.1 to 7)")
+    if friction is not None and friction > 2.3:
+        outside.append(f"M' = {friction:.3g} (fitted: 0 to 2.3)")
+    if hardening_xi is not None and not 0.15 <= hardening_xi <= 15.0:
+        outside.append(f"xi = {hardening_xi:.3g} (fitted: 0.15 to 15)")
+    return outside
+
+
 def bernoulli_height(froude):
     """1 + Fr^2/2: flow height plus velocity head, Eq. 1, over H."""
     return 1.0 + 0.5 * froude**2

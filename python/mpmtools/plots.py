@@ -28,7 +28,7 @@ def runup(run, axes=None):
     _mean_line(axes, run, "runup", "steady mean of the run-up", BLUE)
     bound = run.flow_height + run.velocity**2 / (2 * run.gravity) if run.velocity else None
     _reference_line(axes, bound, "Bernoulli, $H + v^2/2g$", color=GREY, linestyle=":")
-    _reference_line(axes, run.number("predicted_runup_m"), "paper's equation", color=GREEN, linestyle="--")
+    _reference_line(axes, run.number("predicted_runup_m"), _equation_label(run), color=GREEN, linestyle="--")
     return _height_axis(axes, run, "run-up height $h_r$ (m)")
 
 
@@ -38,7 +38,7 @@ def pressure_height(run, axes=None):
     axes = _over_time(run, axes)
     axes.plot(series.time_s, series.pressure_height_m, color=BLUE, linewidth=1.2, label="pressure height")
     _mean_line(axes, run, "pressure_height", "steady mean", BLUE)
-    _reference_line(axes, run.number("predicted_pressure_height_m"), "paper's equation", color=GREEN, linestyle="--")
+    _reference_line(axes, run.number("predicted_pressure_height_m"), _equation_label(run), color=GREEN, linestyle="--")
     _reference_line(axes, run.flow_height, "flow height $H$", color=GREY, linestyle=":")
     return _height_axis(axes, run, "pressure height $h_p$ (m)")
 
@@ -260,6 +260,11 @@ def _components(run, axes, name, unit, symbol, label):
 def _reference_line(axes, value, label, **style):
     if value is not None:
         axes.axhline(value, label=f"{label}: {value:.3g} m", linewidth=1.3, **style)
+
+
+def _equation_label(run):
+    """Says so where the equation was not fitted to the case."""
+    return "paper's equation, extrapolated" if run.outside_of_equations else "paper's equation"
 
 
 def _mean_line(axes, run, key, label, colour):

@@ -7,7 +7,7 @@ from functools import cached_property
 
 import pandas as pd
 
-from mpmtools import quantities
+from mpmtools import equations, quantities
 from mpmtools.errors import InputError
 from mpmtools.frame import Frame
 from mpmtools.tables import read_series
@@ -155,6 +155,17 @@ class Run:
         if "velocity_m_s" in conveyor:
             return conveyor["velocity_m_s"]
         return conveyor["froude_number"] * (self.gravity * self.flow_height) ** 0.5
+
+    @property
+    def outside_of_equations(self):
+        """What this impact has that the paper's equations were not fitted to, as a list of texts; empty: nothing, or no impact."""
+        conveyor, obstacle, snow = self.case.get("conveyor"), self.obstacle, self.case.get("material", {})
+        if not conveyor or not obstacle:
+            return []
+        slope, beta = snow.get("critical_state_slope"), snow.get("cohesion_beta", 0.0)
+        friction = None if slope is None else float(equations.effective_friction(slope, beta))
+        return equations.outside_of_fit(obstacle["width_m"] / self.flow_height, self.velocity / (self.gravity * self.flow_height) ** 0.5,
+                                        obstacle.get("shape", "box"), friction, snow.get("hardening_xi"))
 
     @property
     def mirrored_y(self):

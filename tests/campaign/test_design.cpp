@@ -184,6 +184,36 @@ TEST(DesignPlans, DescribeThemselvesForThePage) {
   EXPECT_EQ(json["modes"][0]["frequency_hz"], 2.5);
 }
 
+TEST(DesignPlans, ComeWithAdviceAboutTheFinestRunOfEachSnowAndEqualAdviceOnce) {
+  const DesignPlan plan = make_design(site(), DesignLevel::quick);
+  const std::vector<DesignAdvice> advice = design_advice(plan);
+  const auto of = [&](const std::string& rule) {
+    return std::ranges::find(advice, rule, [](const DesignAdvice& a) { return a.advice.rule; });
+  };
+  ASSERT_NE(of("mast_height"), advice.end());
+  EXPECT_THAT(of("mast_height")->advice.what, HasSubstr("H + v^2/2g = 12.6 m"))
+      << "2 m + 14^2 / (2 9.81 cos 20 deg) m, and the mast has 12 m";
+  EXPECT_EQ(of("mast_height")->snows.size(), 3U);
+  EXPECT_THAT(of("range_of_equations")->advice.what, HasSubstr("w/H = 0.4"));
+  EXPECT_EQ(of("cells_across"), advice.end()) << "three cells of the coarsest grid are meant";
+  const auto json = nlohmann::json::parse(design_plan_json(plan));
+  EXPECT_EQ(json["advice"].size(), advice.size());
+  EXPECT_EQ(json["advice"][0]["snows"].size(), advice[0].snows.size());
+}
+
+TEST(DesignPlans, HaveNoAdviceAboutTheMachNumberAndShocksUnlessTheFlowIsFast) {
+  const auto rules = [](const std::string& text) {
+    std::set<std::string> names;
+    for (const DesignAdvice& a : design_advice(make_design(site(text), DesignLevel::quick))) names.insert(a.advice.rule);
+    return names;
+  };
+  EXPECT_FALSE(rules(mast_site).contains("mach_number"));
+  EXPECT_FALSE(rules(mast_site).contains("compaction_shock"));
+  const std::string fast = with("velocity_m_s = 14.0", "velocity_m_s = 45.0");  // c_P 64.5 m/s; plastic compaction at xi = 0.5: 24 m/s
+  EXPECT_TRUE(rules(fast).contains("mach_number"));
+  EXPECT_TRUE(rules(fast).contains("compaction_shock"));
+}
+
 TEST(SiteReference, ListsEveryKeyWithoutLaws) {
   EXPECT_THAT(site_schema_text(), HasSubstr("snow_class"));
   EXPECT_THAT(site_schema_text(), ::testing::Not(HasSubstr("Laws")));

@@ -117,10 +117,11 @@ TEST(AdviceAboutACase, NamesWhatThePapersEquationsWereNotFittedTo) {
   EXPECT_THAT(of("range_of_equations", {"conveyor.froude_number=8"}).what, HasSubstr("Fr = 8"));
 }
 
-TEST(AdviceAboutACase, WarnsOfAMastThatIsLowerThanTheFlowOrTheRunup) {
+TEST(AdviceAboutACase, WarnsOfAMastThatIsLowerThanTheFlowTheRunupOrBernoullisBound) {
   EXPECT_THAT(of("mast_height", {"obstacle.height_m=0.1"}).what, HasSubstr("lower than the flow"));
   EXPECT_THAT(of("mast_height", {"obstacle.height_m=3"}).what, HasSubstr("lower than the run-up"));
-  EXPECT_EQ(of("mast_height", {"obstacle.height_m=12"}).rule, "");
+  EXPECT_THAT(of("mast_height", {"obstacle.height_m=9.6"}).what, HasSubstr("H + v^2/2g = 9.62 m"));  // 1.75 m (1 + 3^2/2) = 9.625 m
+  EXPECT_EQ(of("mast_height", {"obstacle.height_m=9.7"}).rule, "");
 }
 
 TEST(AdviceAboutACase, WarnsOfAWindowSmallerThanThoseThatWereChecked) {

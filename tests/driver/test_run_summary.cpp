@@ -42,6 +42,25 @@ TEST(RunSummary, StatesWhatEveryPlusMinusContains) {
   EXPECT_THAT(text, HasSubstr("about the mast's own axis"));
 }
 
+TEST(RunSummary, StatesWhichForceIsForDesign) {
+  const std::string text = summary_text(results({{"steady", true},
+                                                 {"force_mean_n", std::array{6.17e4, 0.0, 0.0}},
+                                                 {"force_filtered_peak_n", 8.4e4},
+                                                 {"force_filtered_peak_time_s", 0.2},
+                                                 {"first_impact_until_s", 2.5},
+                                                 {"force_peak_n", 1.3e5}}));
+  EXPECT_THAT(text, HasSubstr("filtered peak 84 kN"));
+  EXPECT_THAT(text, HasSubstr("first impact of an ideal vertical front): for design"));
+  EXPECT_THAT(text, HasSubstr("steady mean 61.7 kN: the load while the avalanche passes"));
+  EXPECT_THAT(text, HasSubstr("raw peak 130 kN"));
+  EXPECT_THAT(text, HasSubstr("no design value"));
+}
+
+TEST(RunSummary, ShowsThe99thPercentileBesideTheHighestParticle) {
+  const std::string text = summary_text(results({{"steady", true}, {"runup_mean_m", 7.23}, {"runup_p99_mean_m", 5.5}}));
+  EXPECT_THAT(text, HasSubstr("run-up, 99th perc.       5.5 m"));
+}
+
 TEST(RunSummary, SaysThatThereIsNoMeanWithoutASteadyInterval) {
   EXPECT_THAT(summary_text(results({{"steady", false}})), HasSubstr("no steady interval"));
 }

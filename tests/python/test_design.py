@@ -1,9 +1,16 @@
 """The page of `mpm design`: uncertainty, oscillator, loads, tables and the page itself."""
 
+import base64
+import html
 import json
 import math
+import re
+import shutil
+import subprocess
 import unittest
 import unittest.mock
+import urllib.parse
+import zlib
 
 import h5py
 import numpy as np
@@ -18,6 +25,8 @@ from mpmtools.design.uncertainty import combined, grid_estimate, observed_order
 from mpmtools.errors import InputError
 from mpmtools.run import Run
 from study_samples import InFolder
+
+BROWSER = shutil.which("chromium")
 
 
 class GridUncertainties(unittest.TestCase):
@@ -137,7 +146,8 @@ class DesignFolder(InFolder):
             "snows": [{"name": name, "critical_state_slope": 0.5, "cohesion_beta": 0.0, "hardening_xi": 5.0, "effective_friction": m, "source": ""}
                       for name, m in (("soft", 0.5), ("firm", 1.0))],
             "grids": [{"cells": n, "cell_size_m": h} for n, h in zip((3, 5, 11), self.SIZES)],
-            "duration_s": 8.0, "particle_steps": 1e6, "runs": self.runs}
+            "duration_s": 8.0, "particle_steps": 1e6, "runs": self.runs,
+            "advice": [{"rule": "mach_number", "text": "Mach number v/c_P = 0.7: too high; stiffen", "snows": ["firm"]}]}
         self.write("design_plan.json", json.dumps(self.plan))
 
     def make_run(self, name, size, force, final):
@@ -158,7 +168,7 @@ class DesignFolder(InFolder):
             file["time_s"], file["z_m"] = time, z
             file["force_x_per_height_n_m"] = np.nan_to_num(pushed)[:, None] * shape
             file["pressure_pa"] = np.nan_to_num(pushed)[:, None] * shape * 0.9
-        results = {"steady": True, "steady_from_s": 3.0, "steady_to_s": 8.0, "runup_mean_m": 5.0 - size, "runup_standard_error_m": 0.02,
+        results = {"steady": True, "steady_from_s": 3.0, "steady_to_s": 8.0, "runup_mean_m": 5.0 - size, "runup_standard_error_m": 0.02, "runup_p99_mean_m": 4.0, "runup_p99_standard_error_m": 0.01,
                    "runup_numerical_uncertainty_m": 0.3, "pressure_height_mean_m": 3.0, "pressure_height_standard_error_m": 0.01,
                    "pressure_height_numerical_uncertainty_m": 0.1, "force_mean_n": [force, 0, 0], "force_standard_error_n": [500.0, 0, 0],
                    "force_x_numerical_uncertainty_n": 0.02 * force, "overturning_moment_axis_x_m": 0.5, "overturning_moment_mean_n_m": 1.55 * force,
@@ -268,7 +278,13 @@ class Comparisons(DesignFolder):
     def test_give_the_equations_for_each_snow_and_say_what_they_were_fitted_to(self):
         rows = comparison.equation_rows(self.plan)
         self.assertAlmostEqual(rows[0]["runup_m"], 2.0 * (1 + 0.9468 * 0.5) + 0.5 * 9.81 * math.exp(-1.5745 * 0.5), places=6)
-        self.assertIn("w/H = 0.50", comparison.equation_remarks(self.plan)[0])
+        self.assertEqual(comparison.equation_remarks(self.plan), ["w/H = 0.50 (fitted: 1)"])
+
+    def test_say_to_which_mast_the_known_uncertainties_belong(self):
+        self.assertIn("This mast (w/H = 0.50)", comparison.known_uncertainty_remark(self.plan))
+        square = {**self.plan, "mast": {**self.plan["mast"], "width_m": 2.0}}
+        self.assertEqual(comparison.known_uncertainty_remark(square), "")
+        self.assertIn("(round)", comparison.known_uncertainty_remark({**square, "mast": {**square["mast"], "shape": "cylinder"}}))
 
 
 class Pages(DesignFolder):
@@ -282,10 +298,27 @@ class Pages(DesignFolder):
         self.assertTrue(any(line.startswith("force downstream") for line in lines))
         design = json.loads((self.folder / "design.json").read_text())
         self.assertEqual(design["quantities"]["force_mean_n"]["snows"]["soft"]["by_grid"][0], 140000.0)
-        self.assertEqual(len(pd.read_csv(self.folder / "design.csv")), 2 * 13)
+        self.assertEqual(len(pd.read_csv(self.folder / "design.csv")), 2 * 14)
         self.assertEqual(len(pd.read_csv(self.folder / "loads_over_time.csv")), 2 * 800)
         self.assertIn("mean_highest_pa", pd.read_csv(self.folder / "pressure_over_height.csv"))
         self.assertIn("firm_n", pd.read_csv(self.folder / "shock_spectrum.csv"))
+
+    def test_hold_the_advice_about_the_runs_and_say_that_the_mast_is_overtopped(self):
+        plan = {**self.plan, "mast": {**self.plan["mast"], "height_m": 5.5}}
+        self.write("design_plan.json", json.dumps(plan))
+        with unittest.mock.patch("mpmtools.design.figures.view_3d", return_value=None):  # a few seconds
+            path, lines = page.make_page(self.folder)
+        text = open(path, encoding="utf-8").read()
+        self.assertIn("Snow firm: Mach number v/c_P = 0.7: too high; stiffen.", text)
+        self.assertIn("the first splash reaches 6.00 m, and the mast is 5.5 m high", text)
+        self.assertNotIn("the steady mean of the run-up reaches", text)  # 4.9 m
+        self.assertIn("warning: snow firm: Mach number v/c_P = 0.7: too high; stiffen", lines)
+        advice = json.loads((self.folder / "design.json").read_text())["advice"]
+        self.assertEqual([a["snows"] for a in advice], ["firm", ""])
+
+    def test_call_equations_outside_their_range_extrapolated(self):
+        ensemble = Ensemble(self.folder)
+        self.assertIn("extrapolated", page.comparison_table(ensemble, Results(ensemble))["head"][2])
 
     def test_say_that_a_run_has_no_steady_interval(self):
         path = self.folder / "runs" / "soft_w11" / "results.json"
@@ -297,6 +330,69 @@ class Pages(DesignFolder):
         with unittest.mock.patch("mpmtools.design.figures.view_3d", return_value=None):  # a few seconds
             text = open(page.make_page(self.folder)[0], encoding="utf-8").read()
         self.assertIn("No steady interval, so no means, in: soft_w11", text)
+
+
+# What a page says of itself in a frame of some width: its pictures that are broken, and the elements that are wider than it.
+PROBE = """<!doctype html><meta charset="utf-8"><body><iframe width="{width}" height="4000" style="border:0" srcdoc="{page}"></iframe><script>
+document.querySelector("iframe").addEventListener("load", (event) => {{
+  const page = event.target.contentDocument, root = page.documentElement;
+  const images = [...page.images];
+  const wide = [...page.querySelectorAll("body *")].filter((e) => e.getBoundingClientRect().right > root.clientWidth + 1);
+  const said = {{ width: root.clientWidth, content: root.scrollWidth, images: images.length,
+    broken: images.filter((i) => !i.complete || i.naturalWidth === 0).map((i) => i.alt), wide: wide.slice(0, 5).map((e) => e.outerHTML.slice(0, 120)) }};
+  document.body.dataset.said = encodeURIComponent(JSON.stringify(said));
+}});</script>"""
+
+
+@unittest.skipUnless(BROWSER, "needs Debian's chromium")
+class Browser(DesignFolder):
+    """The page as a reader sees it, on a screen, on a telephone and on paper."""
+
+    def setUp(self):
+        super().setUp()
+        self.page = page.make_page(self.folder)[0]
+        with open(self.page, encoding="utf-8") as file:
+            self.text = file.read()
+
+    def browse(self, *arguments):
+        done = subprocess.run([BROWSER, "--headless", "--no-sandbox", "--disable-gpu", "--no-first-run", "--disable-background-networking",
+                               f"--user-data-dir={self.folder / 'profile'}", *arguments], capture_output=True, text=True, timeout=600, check=False)
+        self.assertEqual(done.returncode, 0, done.stderr[-2000:])
+        return done.stdout
+
+    def test_shows_the_whole_page_at_any_width_with_every_picture(self):
+        for width in (1280, 420):
+            path = self.write(f"probe_{width}.html", PROBE.format(width=width, page=html.escape(self.text)))
+            shown = self.browse("--window-size=1400,4200", "--virtual-time-budget=60000", "--dump-dom", f"file://{path}")
+            said = re.search(r'data-said="([^"]+)"', shown)
+            self.assertIsNotNone(said, shown[-500:])
+            said = json.loads(urllib.parse.unquote(said[1]))
+            self.assertTrue(width - 20 <= said["width"] <= width, said["width"])  # a scroll bar takes its part
+            self.assertEqual((said["broken"], said["wide"]), ([], []))
+            self.assertLessEqual(said["content"], said["width"], "the page is scrolled sideways")
+            self.assertEqual(said["images"], self.text.count("<figure>"))
+
+    def test_prints_with_every_figure(self):
+        paper = self.folder / "design.pdf"
+        self.browse("--no-pdf-header-footer", f"--print-to-pdf={paper}", f"file://{self.page}")
+        rasters, lines = drawn(paper.read_bytes())
+        vector = [base64.b64decode(data).decode() for data in re.findall(r'<img [^>]*src="data:image/svg\+xml;base64,([^"]+)"', self.text)]
+        self.assertGreaterEqual(rasters, self.text.count('src="data:image/png'))
+        self.assertGreater(len(vector), 4)
+        expected = sum(len(re.findall(r"[LC] ", svg)) for svg in vector)  # straight lines and curves
+        self.assertGreater(lines, expected, "the glyphs of the text come in addition")
+
+
+def drawn(pdf):
+    """Pictures and path operators (lines, curves) of a PDF whose streams are compressed or plain."""
+    lines = 0
+    for stream in re.findall(rb"stream\r?\n(.*?)\r?\nendstream", pdf, flags=re.DOTALL):
+        try:
+            stream = zlib.decompress(stream)
+        except zlib.error:
+            pass
+        lines += len(re.findall(rb"[\d.] [lc]\b", stream))
+    return len(re.findall(rb"/Subtype\s*/Image", pdf)), lines
 
 
 class Numbers(unittest.TestCase):

@@ -15,7 +15,7 @@ from mpmtools import Frame, Run, plots, vtk_arrays, write_vtp
 from mpmtools.errors import InputError
 from mpmtools.quantities import known
 from study_samples import SOURCE
-from test_run import RunFolder
+from test_run import CASE, RunFolder
 
 matplotlib.use("Agg")
 import matplotlib.pyplot as plt  # noqa: E402
@@ -42,6 +42,16 @@ class Plots(RunFolder):
         np.testing.assert_allclose(force.get_ydata(), [0.0, 0.009, 0.009])  # kN
         pressure = plots.profile(run).lines[1]
         self.assertEqual(pressure.get_xdata().round(9).tolist(), [3.9, 2.1, 0.9])  # kPa
+
+    def test_call_an_equation_outside_its_range_extrapolated(self):
+        def labels():
+            return [line.get_label() for draw in (plots.runup, plots.pressure_height) for line in draw(Run(self.folder)).lines]
+
+        self.write("results.json", '{"predicted_runup_m": 5.0, "predicted_pressure_height_m": 2.5}')
+        self.assertEqual([label for label in labels() if "equation" in label], ["paper's equation: 5 m", "paper's equation: 2.5 m"])
+        self.write("case.toml", CASE.replace("width_m = 1.75", "width_m = 0.8"))
+        self.assertEqual([label for label in labels() if "equation" in label],
+                         ["paper's equation, extrapolated: 5 m", "paper's equation, extrapolated: 2.5 m"])
 
     def test_from_above_show_both_halves_of_a_mirrored_flow(self):
         with h5py.File(self.folder / "frames" / "00001.h5", "a") as file:

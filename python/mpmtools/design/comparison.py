@@ -35,14 +35,25 @@ def equation_rows(plan):
 
 
 def equation_remarks(plan):
-    """Why the equations do not quite fit this site."""
+    """What of this site the equations were not fitted to; each text once."""
     flow, mast = plan["flow"], plan["mast"]
-    ratio, remarks = mast["width_m"] / flow["depth_m"], []
+    remarks = []
+    for snow in plan["snows"]:
+        remarks += equations.outside_of_fit(mast["width_m"] / flow["depth_m"], flow["froude_number"], mast["shape"], snow["effective_friction"],
+                                            snow["hardening_xi"])
+    return list(dict.fromkeys(remarks))
+
+
+def known_uncertainty_remark(plan):
+    """To which mast the known uncertainties of the grid belong, where that is not this one; empty: to one like this."""
+    flow, mast = plan["flow"], plan["mast"]
+    ratio, different = mast["width_m"] / flow["depth_m"], []
     if mast["shape"] != "box":
-        remarks.append("they were fitted to a box with its face against the flow")
+        different.append("round")
     if abs(ratio - 1.0) > 0.05:
-        outside = "" if 0.5 <= ratio <= 3.0 else ", outside the 0.5 to 3 that were simulated"
-        remarks.append(f"they were fitted to w = H, and here w/H = {ratio:.2f}{outside}")
-    if not 0.1 <= flow["froude_number"] <= 7.0:
-        remarks.append(f"they were fitted to Fr from 0.1 to 7, and here Fr = {flow['froude_number']:.2g}")
-    return remarks
+        different.append(f"w/H = {ratio:.2f}")
+    if not different:
+        return ""
+    force = ", for the force the larger of this and that of a cylinder in a plane jet" if mast["shape"] != "box" else ""
+    return (f"This mast ({', '.join(different)}) has no grid study of its own: the known uncertainty is that of a square mast as wide as the flow "
+            f"is deep (w = H, Fr 3, frictionless) with as many cells{force}. It may be larger here.")

@@ -58,7 +58,7 @@ class Loads:
     def is_steady(self):
         return bool(self.steady.any())
 
-    def _mean(self, key, error, known):
+    def _mean(self, key, error, known=None):
         run = self.run
 
         def first(name):
@@ -66,7 +66,7 @@ class Loads:
             value = value[0] if isinstance(value, list) else value
             return math.nan if value is None else float(value)
 
-        return Value(first(key), first(error), first(known))
+        return Value(first(key), first(error), first(known) if known else math.nan)
 
     def _peak(self, values, where, known_of):
         """A peak has no standard error; its numerical uncertainty is taken to be that of the mean, relatively."""
@@ -81,6 +81,7 @@ class Loads:
         """Every number of the design by its name; the names are those of design.json."""
         means = {
             "runup_mean_m": self._mean("runup_mean_m", "runup_standard_error_m", "runup_numerical_uncertainty_m"),
+            "runup_p99_mean_m": self._mean("runup_p99_mean_m", "runup_p99_standard_error_m"),
             "pressure_height_mean_m": self._mean("pressure_height_mean_m", "pressure_height_standard_error_m",
                                                  "pressure_height_numerical_uncertainty_m"),
             "force_mean_n": self._mean("force_mean_n", "force_standard_error_n", "force_x_numerical_uncertainty_n"),

@@ -86,8 +86,27 @@ def design_rows(ensemble, results):
         ("height of the pressure (distribute the force below it, as in the profile)",
          value("pressure_height_mean_m", ranges["pressure_height_mean_m"].high), "upper value of the steady mean"),
         ("run-up (keep parts that must not be struck above it)", value("runup_mean_m", runup),
-         f"{why_runup}; the first splash reaches {value('runup_peak_m', ranges['runup_peak_m'].highest)}"),
+         f"{why_runup} of the highest particle; 99 % of the snow before the mast stays below "
+         f"{value('runup_p99_mean_m', ranges['runup_p99_mean_m'].highest)}; the first splash reaches "
+         f"{value('runup_peak_m', ranges['runup_peak_m'].highest)}"),
     ]
+
+
+def advice_rows(ensemble, results):
+    """What to know before the values are used: the advice of the program about the runs, and what the runs show. [(text, snows)]"""
+    plan = ensemble.plan
+    rows = [(advice["text"], "" if len(advice["snows"]) == len(plan["snows"]) else ", ".join(advice["snows"]).replace("_", " "))
+            for advice in plan.get("advice", [])]  # an older program wrote none
+    top = plan["mast"]["height_m"]
+    if top:
+        for key, what in (("runup_mean_m", "the steady mean of the run-up"), ("runup_peak_m", "the first splash")):
+            over = [i for i, row in enumerate(results.table) if math.isfinite(row[key].value) and row[key].value >= top]
+            if over:
+                highest = max(results.table[i][key].value for i in over)
+                rows.append((f"The mast is overtopped: {what} reaches {short(highest)} m, and the mast is {top} m high; heights are those of a mast "
+                             "that ends there; leave out mast.height_m for the run-up on a taller one",
+                             "" if len(over) == len(plan["snows"]) else ", ".join(ensemble.label(i) for i in over)))
+    return rows
 
 
 def load_table(ensemble, results):
@@ -140,7 +159,8 @@ def comparison_table(ensemble, results):
         entries = results.table[snow]
         rows.append([ensemble.label(snow), short(entries["runup_mean_m"].value), short(equation["runup_m"]),
                      short(entries["pressure_height_mean_m"].value), short(equation["pressure_height_m"])])
-    return {"head": ["snow", "run-up (m), computed", "by Eqs. 7 to 10", "pressure height (m), computed", "by Eqs. 7 to 10"], "rows": rows}
+    by = "by Eqs. 7 to 10, extrapolated" if comparison.equation_remarks(ensemble.plan) else "by Eqs. 7 to 10"
+    return {"head": ["snow", "run-up (m), computed", by, "pressure height (m), computed", by], "rows": rows}
 
 
 def accuracy(results):
@@ -172,7 +192,9 @@ def design_json(ensemble, results):
     return {"format_version": 1, "mpmtools": __version__, "plan": plan,
             "design_force_n": plain(force), "design_force_is": chosen, "quantities": quantities,
             "guideline": [{"what": what, "value_m": value, "source": source} for what, value, source in comparison.guideline_rows(plan)],
-            "equations": comparison.equation_rows(plan), "equation_remarks": comparison.equation_remarks(plan)}
+            "equations": comparison.equation_rows(plan), "equation_remarks": comparison.equation_remarks(plan),
+            "advice": [{"text": text, "snows": snows} for text, snows in advice_rows(ensemble, results)],
+            "known_uncertainty_is_of": comparison.known_uncertainty_remark(plan) or None}
 
 
 def write_tables(ensemble, results, spectrum):
@@ -204,7 +226,7 @@ def make_page(folder):
     plan, results = ensemble.plan, Results(ensemble)
     middle = results.finest[ensemble.middle]
     spectrum = figures.spectra(ensemble, results.finest)
-    design, uncertain = design_rows(ensemble, results), accuracy(results)
+    design, advice, uncertain = design_rows(ensemble, results), advice_rows(ensemble, results), accuracy(results)
     pictures = [figures.side_view(ensemble, middle), figures.view_3d(ensemble, middle), figures.pressure_over_height(ensemble, results.finest),
                 figures.over_time(ensemble, results.finest, "force"), figures.over_time(ensemble, results.finest, "moment"),
                 figures.shock_spectrum(ensemble, results.finest, spectrum), figures.runup_over_time(ensemble, results.finest),
@@ -215,7 +237,8 @@ def make_page(folder):
         environment = jinja2.Environment(loader=jinja2.FileSystemLoader(os.path.dirname(__file__)), autoescape=True, trim_blocks=True)
         environment.filters["inline"] = inline
         page = environment.get_template("design_page.html.j2").render(
-            style=markupsafe.Markup(STYLE), plan=plan, title=plan["title"] or "Avalanche on a mast", design=design,
+            style=markupsafe.Markup(STYLE), plan=plan, title=plan["title"] or "Avalanche on a mast", design=design, advice=advice,
+            known_is_of=comparison.known_uncertainty_remark(plan),
             loads=load_table(ensemble, results), grids=grid_table(ensemble, results), snows=snow_table(plan), shape=plan["mast"]["shape"],
             comparison=comparison_table(ensemble, results), remarks=comparison.equation_remarks(plan),
             guideline=[(what, short(value), source) for what, value, source in comparison.guideline_rows(plan)],
@@ -229,6 +252,7 @@ def make_page(folder):
     except OSError as problem:
         raise InputError(f"cannot write to '{folder}': {problem.strerror}") from None
     lines = [f"{what}: {value} ({why})" for what, value, why in design]
+    lines += [f"warning: snow {snows}: {text}" if snows else f"warning: {text}" for text, snows in advice]
     lines.append(f"largest grid uncertainties: {uncertain}")
     return path, lines
 

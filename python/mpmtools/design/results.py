@@ -19,7 +19,8 @@ class Quantity(NamedTuple):
 
 
 QUANTITIES = [
-    Quantity("runup_mean_m", "run-up above ground, steady mean", "m", 1.0),
+    Quantity("runup_mean_m", "run-up above ground (highest particle), steady mean", "m", 1.0),
+    Quantity("runup_p99_mean_m", "run-up, 99th percentile of the heights, steady mean", "m", 1.0),
     Quantity("runup_peak_m", "run-up, highest splash", "m", 1.0),
     Quantity("pressure_height_mean_m", "pressure height above ground, steady mean", "m", 1.0),
     Quantity("force_mean_n", "force downstream, steady mean", "kN", 1e-3),
