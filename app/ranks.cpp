@@ -117,6 +117,7 @@ RunResult Session::run(const Case& c, RunOptions options) {
 
 int Session::serve() {
   for (const int number : {SIGINT, SIGTERM, SIGHUP, SIGUSR1, SIGUSR2}) std::signal(number, SIG_IGN);  // the first rank decides
+  std::signal(SIGXFSZ, SIG_IGN);  // a file beyond the limit is then an error of write(), with its message
   try {
     for (;;) {
       Message message;

@@ -186,7 +186,7 @@ void Grid::insert(const Particle& p) {
     coordinate[static_cast<std::size_t>(axis)] = node >> 2;
     cell |= (node & 3) << (2 * axis);
   }
-  if (ranks_ != nullptr && !ranks_->owns(coordinate)) return;  // the caller passes all particles to every rank, which keeps its own
+  if (ranks_ != nullptr && !ranks_->takes(coordinate)) return;  // the caller passes all particles to every rank, which keeps its own
   block(block_at(coordinate)).particles.append(p, cell, *pool_);
 }
 

@@ -14,6 +14,7 @@
 
 #include <cstdint>
 #include <functional>
+#include <map>
 #include <optional>
 #include <span>
 #include <string>
@@ -40,7 +41,15 @@ enum class Task : std::uint32_t {
   particles,  ///< all particles by their numbers, for a file
   blocks,     ///< all blocks in their order, for a file
   report,     ///< what was exchanged
+  start,      ///< the particles of t = 0
+  restore,    ///< the particles of a checkpoint
   end,        ///< nothing follows
+};
+
+/// A block and how many particles it holds.
+struct BlockHead {
+  Index3 block{};          ///< its coordinate
+  std::int32_t count = 0;  ///< its particles
 };
 
 /// Why the step failed in one block.
@@ -74,7 +83,7 @@ class Ranks {
   virtual ~Ranks() = default;
 
   [[nodiscard]] virtual int size() const = 0;  ///< number of ranks
-  /// Whether this is the rank that decides, measures and writes; only there are sums over blocks complete.
+  /// Whether this is the rank that decides and measures; only there are sums over blocks complete.
   [[nodiscard]] virtual bool first() const = 0;
   /// Whether this rank owns a block.
   [[nodiscard]] virtual bool owns(const Index3& block) const = 0;
@@ -120,7 +129,7 @@ class Ranks {
   virtual std::vector<Message> gather(Message mine) = 0;
   /// Sends the message of the first rank to all.
   virtual void share(Message& message) = 0;
-  /// Number of particles of all ranks, as of the last announce(). @param own  of this rank, which holds all before the first step
+  /// Number of particles of all ranks, as of the last announce(). @param own  of this rank, which holds all before the first of these
   [[nodiscard]] virtual std::size_t particle_count(std::size_t own) const = 0;
 
   /// Copies blocks with their particles into a grid of the first rank. @param into  not divided among ranks
@@ -128,6 +137,20 @@ class Ranks {
   virtual void collect(const Grid& from, const std::function<bool(const Block&)>& wanted, Grid& into) = 0;
   /// Counts of all ranks, on the first; elsewhere nothing. @param particles  of this rank
   virtual std::vector<RankCounts> counts(std::size_t particles) = 0;
+
+  // What files and the start need.
+
+  [[nodiscard]] virtual int rank() const = 0;  ///< number of this one, from 0
+  /// Sends messages, by the rank that they go to. @returns those for this rank, by the rank that they come from
+  virtual std::map<int, Message> exchange(std::map<int, Message> to) = 0;
+  /// Whether a particle that is inserted into a block is for this rank: it owns the block. While blocks are counted it takes none.
+  virtual bool takes(const Index3& block) = 0;
+  /// From now on takes() counts the particles of each block. @see counted_blocks
+  virtual void count_blocks() = 0;
+  /// Ends that. @returns what was counted, in the order of the blocks
+  virtual std::vector<BlockHead> counted_blocks() = 0;
+  /// Before there are particles on any rank: cuts by the number of particles that each block will hold. @param heads  on the first rank
+  virtual void cut(const JoinedBlocks& joined, std::span<const BlockHead> heads) = 0;
 };
 
 }  // namespace mpm

@@ -7,16 +7,19 @@
 #include <cmath>
 #include <cstring>
 #include <functional>
+#include <memory>
 #include <optional>
 #include <span>
 #include <tuple>
 #include <utility>
 
 #include "libmpm/base/error.hpp"
+#include "libmpm/core/joined_blocks.hpp"
 #include "libmpm/driver/case_file.hpp"
 #include "libmpm/driver/pieces.hpp"
-#include "libmpm/io/atomic_file.hpp"
+#include "libmpm/driver/scene.hpp"
 #include "libmpm/io/hdf5.hpp"
+#include "libmpm/io/joint_file.hpp"
 
 namespace mpm {
 
@@ -94,20 +97,36 @@ class StoredBlocks {
                                                              : std::vector<double>(3 * counts_.size(), 0.0)),
         particles_(particles_in(file)) {}
 
-  /// Calls f(block) for each.
-  template <class F>
-  void for_each(const Refuse& refuse, F&& f) const {
+  /// All blocks, in order.
+  [[nodiscard]] std::vector<BlockHead> heads(const Refuse& refuse) const {
+    std::vector<BlockHead> heads;
+    std::size_t particles = 0;
+    for (std::size_t b = 0; b < counts_.size(); ++b) {
+      if (counts_[b] < 0 || counts_[b] > most_particles_of_a_block) refuse(contradiction);
+      particles += size_of(b);
+      heads.push_back({coordinate_of(b), counts_[b]});
+      check_block(heads.back().block, b == 0 ? std::nullopt : std::optional(heads[b - 1].block), refuse);
+    }
+    if (particles != particles_) refuse(contradiction);
+    return heads;
+  }
+
+  /// Calls f(block) for each that is wanted(its coordinate). heads() must have found them sound.
+  template <class Wanted, class F>
+  void for_each(const Wanted& wanted, F&& f) const {
     std::size_t first = 0;  // particle
     for (std::size_t b = 0; b < counts_.size();) {
+      if (!wanted(coordinate_of(b))) {
+        first += size_of(b++);
+        continue;
+      }
       std::size_t end = b, count = 0;
-      for (; end < counts_.size() && (count == 0 || count + size_of(end, refuse) <= PieceSize{}.particles); ++end)
-        count += size_of(end, refuse);
-      if (count > particles_ - first) refuse(contradiction);
+      for (; end < counts_.size() && wanted(coordinate_of(end)) && (count == 0 || count + size_of(end) <= PieceSize{}.particles); ++end)
+        count += size_of(end);
       read_piece(b, end, first, count, f);
       first += count;
       b = end;
     }
-    if (first != particles_) refuse(contradiction);
   }
 
  private:
@@ -117,9 +136,9 @@ class StoredBlocks {
     const hdf5::Shape shape = file.shape("cells");
     return shape.empty() ? 0 : shape.front();
   }
-  std::size_t size_of(std::size_t block, const Refuse& refuse) const {
-    if (counts_[block] < 0 || counts_[block] > most_particles_of_a_block) refuse(contradiction);
-    return static_cast<std::size_t>(counts_[block]);
+  [[nodiscard]] std::size_t size_of(std::size_t block) const { return static_cast<std::size_t>(counts_[block]); }
+  [[nodiscard]] Index3 coordinate_of(std::size_t b) const {
+    return {coordinates_[3 * b], coordinates_[3 * b + 1], coordinates_[3 * b + 2]};
   }
   /// Blocks b .. end - 1, with the particles from `first` on.
   template <class F>
@@ -128,11 +147,9 @@ class StoredBlocks {
     const auto cells = file_.rows<std::uint8_t>("cells", {particles_}, first, count);
     const auto records = file_.rows<std::uint8_t>("particle_records", {particles_, size}, first, count);
     for (std::size_t at = 0; b < end; ++b) {
-      const auto n = static_cast<std::size_t>(counts_[b]);
-      f(StoredBlock{{coordinates_[3 * b], coordinates_[3 * b + 1], coordinates_[3 * b + 2]},
-                    Vec3(velocities_[3 * b], velocities_[3 * b + 1], velocities_[3 * b + 2]),
-                    std::span(cells).subspan(at, n),
-                    std::as_bytes(std::span(records)).subspan(at * size, n * size)});
+      const std::size_t n = size_of(b);
+      f(StoredBlock{coordinate_of(b), Vec3(velocities_[3 * b], velocities_[3 * b + 1], velocities_[3 * b + 2]),
+                    std::span(cells).subspan(at, n), std::as_bytes(std::span(records)).subspan(at * size, n * size)});
       at += n;
     }
   }
@@ -155,20 +172,37 @@ void declare_blocks(hdf5::Writer& file, Precision precision, std::span<const Blo
   file.declare<std::uint8_t>("particle_records", {particles, record_bytes(precision)});
 }
 
-/// Writes blocks into a file.
+/// The occupied blocks of all ranks in their order, on all ranks.
+std::vector<BlockHead> heads_of(const Grid& grid) {
+  std::vector<BlockHead> heads;
+  for (const auto b : grid.occupied_blocks()) heads.push_back({grid.block(b).coordinate, grid.block(b).particles.count()});
+  Ranks* const ranks = grid.ranks();
+  if (ranks == nullptr) return heads;
+  Message message;
+  put(message, std::span<const BlockHead>(heads));
+  heads.clear();
+  for (const Message& some : ranks->gather(std::move(message))) {
+    const auto more = MessageReader(some).values<BlockHead>();
+    heads.insert(heads.end(), more.begin(), more.end());
+  }
+  std::ranges::sort(heads, comes_before, &BlockHead::block);
+  Message all;
+  put(all, std::span<const BlockHead>(heads));
+  ranks->share(all);
+  return MessageReader(all).values<BlockHead>();
+}
+
+/// Blocks of this rank on their way into a file: those that follow one another there are written together.
 class BlockColumns {
  public:
-  explicit BlockColumns(hdf5::Writer& file) : file_(file) {}
-  void append(const Grid& grid) {
-    for (const auto b : grid.occupied_blocks()) {
-      add(grid.block(b));
-      if (cells_.size() >= PieceSize{}.particles) flush(grid.precision());
+  BlockColumns(hdf5::ArrayWriter& file, Precision precision) : file_(file), precision_(precision) {}
+  /// @param row  of the block in the file, and of its first particle
+  void append(const Block& block, std::size_t row, std::size_t particle) {
+    if (row != row_ + counts_.size() || cells_.size() >= PieceSize{}.particles) {
+      flush();
+      row_ = row;
+      particle_ = particle;
     }
-    flush(grid.precision());
-  }
-
- private:
-  void add(const Block& block) {
     const ParticleBin& bin = block.particles;
     coordinates_.insert(coordinates_.end(), block.coordinate.begin(), block.coordinate.end());
     counts_.push_back(bin.count());
@@ -180,25 +214,50 @@ class BlockColumns {
       records_.insert(records_.end(), first, first + bytes.size());
     }
   }
-  void flush(Precision precision) {
-    append_and_clear("block_coordinates", coordinates_);
-    append_and_clear("block_counts", counts_);
-    append_and_clear("cells", cells_);
-    if (precision == Precision::single_precision) append_and_clear("block_velocities", velocities_);
-    append_and_clear("particle_records", records_);
+  void flush() {
+    write_and_clear("block_coordinates", 3 * row_, coordinates_);
+    write_and_clear("block_counts", row_, counts_);
+    write_and_clear("cells", particle_, cells_);
+    if (precision_ == Precision::single_precision) write_and_clear("block_velocities", 3 * row_, velocities_);
+    write_and_clear("particle_records", record_bytes(precision_) * particle_, records_);
     velocities_.clear();
   }
+
+ private:
   template <class T>
-  void append_and_clear(const char* name, std::vector<T>& values) {
-    file_.append(name, std::span<const T>(values));
+  void write_and_clear(const char* name, std::size_t first, std::vector<T>& values) {
+    file_.write(name, first, std::span<const T>(values));
     values.clear();
   }
 
-  hdf5::Writer& file_;
+  hdf5::ArrayWriter& file_;
+  Precision precision_;
+  std::size_t row_ = 0, particle_ = 0;  ///< in the file, of the first that is not written yet
   std::vector<std::int32_t> coordinates_, counts_;
   std::vector<double> velocities_;
   std::vector<std::uint8_t> cells_, records_;
 };
+
+/// All ranks: a file with the blocks of each. @param make  as in JointFile::begin, given all blocks
+void write_blocks(const State& state, const std::function<std::unique_ptr<hdf5::Writer>(std::span<const BlockHead>)>& make,
+                  const std::filesystem::path& keep_as) {
+  const Grid& grid = state.grid;
+  if (grid.ranks() != nullptr) grid.ranks()->instruct(Task::blocks, state);
+  const std::vector<BlockHead> heads = heads_of(grid);
+  JointFile file(grid.ranks());
+  Message nothing;
+  file.begin([&] { return make(heads); }, nothing);
+  file.attempt([&](hdf5::ArrayWriter& values) {
+    BlockColumns columns(values, grid.precision());
+    std::size_t particle = 0;
+    for (std::size_t row = 0; row < heads.size(); ++row) {
+      if (const auto b = grid.find(heads[row].block); b != no_block) columns.append(grid.block(b), row, particle);
+      particle += static_cast<std::size_t>(heads[row].count);
+    }
+    columns.flush();
+  });
+  file.commit(keep_as);
+}
 
 /// Writes everything except the blocks.
 void write_rest(hdf5::Writer& file, const State& state, const RunProgress& progress, const Arrays& observed) {
@@ -227,9 +286,8 @@ void check_header(const hdf5::Reader& file, const Case& c, const std::filesystem
 
 void write_checkpoint(const std::filesystem::path& path, const Case& c, const State& state, const RunProgress& progress,
                       const Arrays& observed, const std::filesystem::path& keep_as) {
-  std::optional<hdf5::Writer> file;
-  const auto begin = [&](std::span<const BlockHead> heads) {
-    file.emplace(path);
+  const auto make = [&](std::span<const BlockHead> heads) {
+    auto file = std::make_unique<hdf5::Writer>(path);
     file->attribute("kind", std::string(kind));
     file->attribute("format_version", std::int64_t{checkpoint_format_version});
     file->attribute("case_hash", case_hash_text(c));
@@ -237,10 +295,12 @@ void write_checkpoint(const std::filesystem::path& path, const Case& c, const St
     file->attribute("precision", std::string(name_of(state.grid.precision())));
     declare_blocks(*file, state.grid.precision(), heads);
     write_rest(*file, state, progress, observed);
+    return file;
   };
-  pass_blocks(state, {.begin = begin, .append = [&](const Grid& piece) { BlockColumns(*file).append(piece); }});
-  file->commit(keep_as);
+  write_blocks(state, make, keep_as);
 }
+
+void write_own_blocks(const State& state) { write_blocks(state, {}, {}); }
 
 namespace {
 
@@ -268,32 +328,12 @@ void check_header(const hdf5::Reader& file, const Case& c, const std::filesystem
   }
 }
 
-}  // namespace
-
-void read_checkpoint(const std::filesystem::path& path, const Case& c, State& state, RunProgress& progress, Arrays& observed) {
-  const hdf5::Reader file(path);
-  const Refuse refuse = [&](const std::string& why) { throw IoError(fmt::format("{}: {}", path.string(), why)); };
-  check_header(file, c, path, refuse);
-  Grid grid(c.numerics.cell_size, state.grid.precision());
-  std::optional<Index3> before;
-  StoredBlocks(file, grid.precision()).for_each(refuse, [&](const StoredBlock& block) {
-    check_block(block.coordinate, before, refuse);
-    before = block.coordinate;
-    check_particles(block, grid.precision(), c.numerics.cell_size, refuse);
-    grid.restore(block);
-  });
-  grid.refresh();
+/// All but the blocks.
+void read_rest(const hdf5::Reader& file, State& state, RunProgress& progress, const Refuse& refuse) {
   const auto counters = file.dataset<std::uint64_t>("counters", {10});
   const auto reals = file.dataset<double>("reals", {14});
   if (!std::ranges::all_of(reals, [](double x) { return std::isfinite(x); }) || reals[0] < 0.0 || reals[1] < 0.0)
     refuse(fmt::format("time {} s, speed {} m/s, or a sum that is not finite: no run wrote this", reals[0], reals[1]));
-  Arrays arrays;
-  for (const std::string& name : file.datasets()) {
-    if (is_observed(name)) arrays[name] = file.dataset<double>(name, {hdf5::any_extent});
-  }
-
-  // All checks have passed: nothing below throws.
-  state.grid = std::move(grid);
   state.step = counters[0];
   state.next_id = counters[1];
   state.source_count = counters[2];
@@ -306,7 +346,75 @@ void read_checkpoint(const std::filesystem::path& path, const Case& c, State& st
   state.max_speed = reals[1];
   progress.wall_time = reals[2];
   progress.step_time = reals[3];
+}
+
+/// Throws that a file cannot be used.
+Refuse refusing(const std::filesystem::path& path) {
+  return [path](const std::string& why) { throw IoError(fmt::format("{}: {}", path.string(), why)); };
+}
+
+/// Puts the blocks of a file that this rank owns into a grid.
+void restore_own(const StoredBlocks& blocks, Grid& grid, const Refuse& refuse) {
+  const auto own = [&](const Index3& block) { return grid.ranks() == nullptr || grid.ranks()->owns(block); };
+  blocks.for_each(own, [&](const StoredBlock& block) {
+    check_particles(block, grid.precision(), grid.cell_size(), refuse);
+    grid.restore(block);
+  });
+}
+
+}  // namespace
+
+void read_checkpoint(const std::filesystem::path& path, const Case& c, State& state, RunProgress& progress, Arrays& observed,
+                     Ranks* ranks) {
+  const hdf5::Reader file(path);
+  const Refuse refuse = refusing(path);
+  check_header(file, c, path, refuse);
+  State found(c.numerics.cell_size, state.grid.precision());
+  RunProgress at;
+  read_rest(file, found, at, refuse);
+  Arrays arrays;
+  for (const std::string& name : file.datasets()) {
+    if (is_observed(name)) arrays[name] = file.dataset<double>(name, {hdf5::any_extent});
+  }
+  const StoredBlocks blocks(file, found.grid.precision());
+  const std::vector<BlockHead> heads = blocks.heads(refuse);
+  if (ranks != nullptr) {
+    const JoinedBlocks joined(make_scene(c), c.numerics.cell_size, found.time);
+    ranks->instruct(Task::restore, found);
+    Message where;
+    put(where, std::span<const char>(std::filesystem::absolute(path).string()));
+    ranks->share(where);
+    ranks->cut(joined, heads);
+    found.grid.divide(ranks);
+  }
+  FirstError error;
+  error.attempt([&] { restore_own(blocks, found.grid, refuse); });
+  agree_on_errors(error, ranks);
+  found.grid.refresh();
+  if (ranks != nullptr) ranks->done();
+
+  // Everything is there: from here on nothing is refused.
+  state = std::move(found);
+  progress = at;
   observed = std::move(arrays);
+}
+
+void read_own_blocks(const Case& c, const Scene& scene, State& state) {
+  Ranks& ranks = *state.grid.ranks();
+  Message where;
+  ranks.share(where);
+  const std::filesystem::path path = MessageReader(where).text();
+  ranks.cut(JoinedBlocks(scene, c.numerics.cell_size, state.time), {});
+  Grid grid(c.numerics.cell_size, c.numerics.precision);
+  grid.divide(&ranks);
+  FirstError error;
+  error.attempt([&] {
+    const hdf5::Reader file(path, hdf5::Seal::known_good);
+    restore_own(StoredBlocks(file, grid.precision()), grid, refusing(path));
+  });
+  if (!agree_on_errors(error, &ranks)) return;
+  grid.refresh();
+  state.grid = std::move(grid);
 }
 
 bool has_checkpoint(const std::filesystem::path& directory) {
@@ -314,7 +422,7 @@ bool has_checkpoint(const std::filesystem::path& directory) {
 }
 
 std::string resume_from_checkpoint(const std::filesystem::path& directory, const Case& c, State& state, RunProgress& progress,
-                                   const AcceptCheckpoint& acceptable) {
+                                   const AcceptCheckpoint& acceptable, Ranks* ranks) {
   std::vector<std::string> reasons;
   bool other_case = false;
   for (const char* name : {checkpoint_file, previous_checkpoint_file}) {
@@ -322,7 +430,7 @@ std::string resume_from_checkpoint(const std::filesystem::path& directory, const
       State found(c.numerics.cell_size, c.numerics.precision);
       RunProgress at;
       Arrays observed;
-      read_checkpoint(directory / name, c, found, at, observed);
+      read_checkpoint(directory / name, c, found, at, observed, ranks);
       acceptable(found, at, observed);
       state = std::move(found);
       progress = at;

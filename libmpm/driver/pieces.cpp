@@ -3,38 +3,29 @@
 #include <algorithm>
 #include <utility>
 
-#include "libmpm/base/first_error.hpp"
 #include "libmpm/core/particle_order.hpp"
 
 namespace mpm {
 
 namespace {
 
-/// The values that all ranks send; on the first rank.
-template <class T>
-std::vector<T> gathered(std::vector<T> own, Ranks* ranks) {
-  if (ranks == nullptr) return own;
-  Message mine;
-  put(mine, std::span<const T>(own));
-  own = {};
-  std::vector<T> all;
-  for (const Message& message : ranks->gather(std::move(mine))) {
-    const std::size_t before = all.size();
-    all.resize(before + message.size() / sizeof(T));
-    MessageReader(message).get(std::span(all).subspan(before));
-  }
-  return all;
-}
-
 /// Division of the particles of all ranks into pieces: piece i has the identity numbers first[i] .. first[i + 1] - 1.
 struct Cuts {
   std::vector<std::uint64_t> first = {0};
-  std::uint64_t particles = 0;  ///< of all pieces
+  std::vector<std::size_t> before = {0};  ///< particles of the pieces before
+  std::size_t particles = 0;              ///< of all pieces
+
+  [[nodiscard]] std::size_t pieces() const { return before.size(); }
+  /// The first piece of a rank: each has a stretch of them.
+  [[nodiscard]] std::size_t first_of(int rank, int ranks) const {
+    return pieces() * static_cast<std::size_t>(rank) / static_cast<std::size_t>(ranks);
+  }
 };
 
 /// Makes the division, equal on all ranks, from counts in intervals of numbers. @param end  above all numbers
 Cuts cuts_of(const ParticleOrder& own, std::uint64_t end, Ranks* ranks, std::uint64_t most) {
-  const std::uint64_t stretch = std::max<std::uint64_t>(1, most / 8);
+  constexpr std::uint64_t most_stretches = std::uint64_t{1} << 20;
+  const std::uint64_t stretch = std::max({std::uint64_t{1}, most / 8, end / most_stretches});
   std::vector<std::uint64_t> counts((end + stretch - 1) / stretch, 0);
   for (std::size_t i = 0; i < own.size(); ++i) ++counts[own.id(i) / stretch];
   if (ranks != nullptr) ranks->sum(counts);
@@ -43,6 +34,7 @@ Cuts cuts_of(const ParticleOrder& own, std::uint64_t end, Ranks* ranks, std::uin
   for (std::size_t s = 0; s < counts.size(); ++s) {
     if (piece > 0 && piece + counts[s] > most) {
       cuts.first.push_back(s * stretch);
+      cuts.before.push_back(cuts.particles);
       piece = 0;
     }
     piece += counts[s];
@@ -52,25 +44,10 @@ Cuts cuts_of(const ParticleOrder& own, std::uint64_t end, Ranks* ranks, std::uin
   return cuts;
 }
 
-std::vector<BlockHead> heads_of(const Grid& grid) {
-  std::vector<BlockHead> heads;
-  for (const auto b : grid.occupied_blocks()) heads.push_back({grid.block(b).coordinate, grid.block(b).particles.count()});
-  return heads;
-}
-
-/// First blocks of the pieces.
-std::vector<Index3> cuts_of(std::span<const BlockHead> heads, std::uint64_t most) {
-  std::vector<Index3> cuts;
-  std::uint64_t piece = 0;
-  for (const BlockHead& head : heads) {
-    const auto count = static_cast<std::uint64_t>(head.count);
-    if (cuts.empty() || piece + count > most) {
-      cuts.push_back(head.block);
-      piece = 0;
-    }
-    piece += count;
-  }
-  return cuts;
+/// With many ranks pieces are smaller: what a rank sends at once is a piece for each of the others.
+std::uint64_t most_of(PieceSize size, int ranks) {
+  constexpr std::uint64_t at_once = std::uint64_t{1} << 16, least = 1 << 10;  // particles: 13 MB, 0.2 MB
+  return std::min(size.particles, std::max(least, at_once / static_cast<std::uint64_t>(ranks)));
 }
 
 }  // namespace
@@ -78,51 +55,43 @@ std::vector<Index3> cuts_of(std::span<const BlockHead> heads, std::uint64_t most
 void pass_particles(const State& state, const ParticleSink& sink, PieceSize size) {
   Ranks* const ranks = state.grid.ranks();
   if (ranks != nullptr) ranks->instruct(Task::particles, state);
-  const bool first = ranks == nullptr || ranks->first();
+  const int all = ranks == nullptr ? 1 : ranks->size(), me = ranks == nullptr ? 0 : ranks->rank();
   const ParticleOrder own(state.grid);
-  const Cuts cuts = cuts_of(own, state.next_id, ranks, size.particles);
-  FirstError error;  // the other ranks continue to send
-  if (first) error.attempt([&] { sink.begin(cuts.particles); });
-  std::size_t at = 0;
-  for (std::size_t i = 1; i < cuts.first.size(); ++i) {
+  const Cuts cuts = cuts_of(own, state.next_id, ranks, most_of(size, all));
+  const std::size_t mine = cuts.first_of(me, all);
+  sink.begin(cuts.particles, mine < cuts.pieces() ? cuts.before[mine] : cuts.particles);
+  const std::size_t rounds = (cuts.pieces() + static_cast<std::size_t>(all) - 1) / static_cast<std::size_t>(all);
+  for (std::size_t round = 0; round < rounds; ++round) {
     std::vector<Particle> piece;
-    const std::size_t end = own.first_from(cuts.first[i]);
-    piece.reserve(end - at);
-    for (; at < end; ++at) piece.push_back(own[at]);
-    piece = gathered(std::move(piece), ranks);
-    if (ranks != nullptr) std::ranges::sort(piece, {}, &Particle::id);
-    if (first) error.attempt([&] { sink.append(piece); });
+    std::map<int, Message> out;
+    for (int rank = 0; rank < all; ++rank) {
+      const std::size_t p = cuts.first_of(rank, all) + round;
+      if (p >= cuts.first_of(rank + 1, all)) continue;
+      const std::size_t first = own.first_from(cuts.first[p]), end = own.first_from(cuts.first[p + 1]);
+      std::vector<Particle> part;
+      part.reserve(end - first);
+      for (std::size_t i = first; i < end; ++i) part.push_back(own[i]);
+      if (rank == me) {
+        piece = std::move(part);
+      } else if (!part.empty()) {
+        put(out[rank], std::span<const Particle>(part));
+      }
+    }
+    if (ranks != nullptr) {
+      for (const auto& [rank, message] : ranks->exchange(std::move(out))) {
+        const auto others = MessageReader(message).values<Particle>();
+        piece.insert(piece.end(), others.begin(), others.end());
+      }
+      std::ranges::sort(piece, {}, &Particle::id);
+    }
+    if (!piece.empty()) sink.append(piece);
   }
-  if (ranks != nullptr) ranks->done();
-  error.rethrow();
 }
 
-void pass_blocks(const State& state, const BlockSink& sink, PieceSize size) {
-  Ranks* const ranks = state.grid.ranks();
-  if (ranks == nullptr) {
-    sink.begin(heads_of(state.grid));
-    return sink.append(state.grid);
-  }
-  ranks->instruct(Task::blocks, state);
-  auto heads = gathered(heads_of(state.grid), ranks);
-  std::ranges::sort(heads, comes_before, &BlockHead::block);
-  Message shared;
-  put(shared, std::span<const Index3>(cuts_of(heads, size.particles)));
-  ranks->share(shared);
-  const auto cuts = MessageReader(shared).values<Index3>();
-  FirstError error;  // the other ranks continue to send
-  if (ranks->first()) error.attempt([&] { sink.begin(heads); });
-  for (std::size_t i = 0; i < cuts.size(); ++i) {
-    Grid piece(state.grid.cell_size(), state.grid.precision());
-    const auto wanted = [&](const Block& block) {
-      const Index3& c = block.coordinate;
-      return !comes_before(c, cuts[i]) && (i + 1 == cuts.size() || comes_before(c, cuts[i + 1]));
-    };
-    ranks->collect(state.grid, wanted, piece);
-    if (ranks->first()) error.attempt([&] { sink.append(piece); });
-  }
-  ranks->done();
-  error.rethrow();
+void write_particles(SnapshotWriter& file, const State& state, const Scene& scene) {
+  pass_particles(state, {.begin = [&](std::size_t particles, std::size_t before) { file.begin(particles, before, state.grid.ranks()); },
+                         .append = [&](std::span<const Particle> piece) { file.append(piece, scene); }});
+  file.commit();
 }
 
 }  // namespace mpm

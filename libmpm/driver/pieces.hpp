@@ -1,39 +1,31 @@
 #pragma once
-/// All particles of a run, piece by piece, for files: memory holds one piece at a time, and the first rank never holds all particles of the
-/// others.
+/// All particles of a run by rising identity number, piece by piece, for files: each rank gets one stretch of the numbers and writes it.
+/// Memory holds one piece at a time, and no rank holds the particles of all.
 
 #include <cstdint>
 #include <functional>
 #include <span>
 
 #include "libmpm/core/state.hpp"
+#include "libmpm/io/snapshot.hpp"
 
 namespace mpm {
 
 /// Size of a piece.
 struct PieceSize {
-  std::uint64_t particles = std::uint64_t{1} << 13;  ///< at most, 1.6 MB of records; a block stays whole
+  std::uint64_t particles = std::uint64_t{1} << 13;  ///< at most, 1.6 MB of records
 };
 
-/// Receives the particles of all ranks by ascending identity number; on the first rank.
+/// Who gets the particles, on every rank. It does not throw: the other ranks go on.
 struct ParticleSink {
-  std::function<void(std::size_t particles)> begin;       ///< called first, with the number of particles
-  std::function<void(std::span<const Particle>)> append;  ///< receives the next ones
+  /// First: how many particles there are on all ranks, and how many of them have smaller numbers than those of this rank.
+  std::function<void(std::size_t particles, std::size_t before)> begin;
+  std::function<void(std::span<const Particle>)> append;  ///< the next ones of this rank, by rising number
 };
-/// Collective: the other ranks send their particles and need no sink. @throws the error of the sink, after all ranks have finished
+/// Called by all ranks; the first instructs the others (Task::particles). Ranks::done() is left to the caller.
 void pass_particles(const State& state, const ParticleSink& sink, PieceSize size = {});
 
-/// A block and the number of its particles.
-struct BlockHead {
-  Index3 block{};          ///< its coordinate
-  std::int32_t count = 0;  ///< its particles
-};
-/// Receives the occupied blocks of all ranks in their order; on the first rank.
-struct BlockSink {
-  std::function<void(std::span<const BlockHead>)> begin;  ///< called first, with all of them
-  std::function<void(const Grid&)> append;                ///< receives the next ones, in a grid
-};
-/// As pass_particles().
-void pass_blocks(const State& state, const BlockSink& sink, PieceSize size = {});
+/// Writes all particles, on all ranks. @param file  on the first rank it says what is written. @throws as SnapshotWriter::commit
+void write_particles(SnapshotWriter& file, const State& state, const Scene& scene);
 
 }  // namespace mpm

@@ -59,7 +59,6 @@ class Run {
   RunResult finish(bool complete);
   void write_results(RunResult& result);
 
-  void write_particles(SnapshotWriter& file) const;
   [[nodiscard]] std::string workforce() const;
   [[nodiscard]] Progress progress_now() const;
   [[nodiscard]] SnapshotInfo snapshot_info() const;
@@ -130,10 +129,9 @@ bool Run::may_start_over() const {
 }
 
 void Run::start() {
-  state_ = make_state(case_, scene_);
+  state_ = make_state(case_, scene_, options_.ranks);
   if (state_.grid.particle_count() == 0) throw ConfigError("the case holds no particles: add a [[body]] or a [conveyor]");
   progress_.initial_particles = state_.grid.particle_count();
-  state_.grid.divide(options_.ranks);
   log_.emplace(options_.out / "run.log", false);
   // The newest checkpoint last: after a kill the remaining files belong to the old run, and a resumed run detects that.
   remove_results(
@@ -154,8 +152,7 @@ void Run::resume() {
     observers_.load(observed, progress.samples);
     (void)SeriesWriter::kept(series_file, observers_.series().names(), progress.samples, state.time);
   };
-  const std::string older = resume_from_checkpoint(options_.out, case_, state_, progress_, acceptable);
-  state_.grid.divide(options_.ranks);
+  const std::string older = resume_from_checkpoint(options_.out, case_, state_, progress_, acceptable, options_.ranks);
   before_ = progress_;
   log_.emplace(options_.out / "run.log", true);
   remove_results({"results.json", "profile.csv", "profiles.h5", "final.h5"});  // of the shorter run that is extended
@@ -223,7 +220,8 @@ void Run::record_sample() {
   const double interval = progress_.samples == 0 ? 0.0 : state_.time - sampling_.time(progress_.samples - 1);
   const Instant now{state_.time, interval, &live};
   table_->append(observers_.sample(now));
-  if (sampling_.has_frame(progress_.samples)) frames_->append(snapshot_info(), [this](SnapshotWriter& file) { write_particles(file); });
+  if (sampling_.has_frame(progress_.samples))
+    frames_->append(snapshot_info(), [this](SnapshotWriter& file) { write_particles(file, state_, scene_); });
   ++progress_.samples;
   for (const std::string& warning : observers_.check(now)) say(warning);
 }
@@ -301,12 +299,6 @@ RunResult Run::finish(bool complete) {
   return result;
 }
 
-/// Those of all ranks.
-void Run::write_particles(SnapshotWriter& file) const {
-  pass_particles(state_, {.begin = [&](std::size_t particles) { file.begin(particles); },
-                          .append = [&](std::span<const Particle> piece) { file.append(particle_table(piece, scene_)); }});
-}
-
 /// results.json last: if it exists, the run is complete.
 void Run::write_results(RunResult& result) {
   const Summary end = observers_.summary(&state_, &progress_);
@@ -317,8 +309,7 @@ void Run::write_results(RunResult& result) {
     write_profiles_over_time(options_.out / "profiles.h5", end.series.time(), profiles);
   }
   SnapshotWriter final_state(SnapshotWriter::Kind::final, options_.out / "final.h5", snapshot_info());
-  write_particles(final_state);
-  final_state.commit();
+  write_particles(final_state, state_, scene_);
   write_file(options_.out / "results.json", result.results_json);
 }
 

@@ -8,6 +8,7 @@
 #include "libmpm/base/text.hpp"
 #include "libmpm/boundary/obstacle.hpp"
 #include "libmpm/core/health.hpp"
+#include "libmpm/core/joined_blocks.hpp"
 #include "libmpm/impact/conveyor.hpp"
 
 namespace mpm {
@@ -94,14 +95,39 @@ CaseScene make_scene(const Case& c) {
   return scene;
 }
 
-State make_state(const Case& c, const Scene& scene) {
-  State state(c.numerics.cell_size, c.numerics.precision);
+namespace {
+
+void fill(State& state, const Case& c, const Scene& scene) {
   if (scene.source) scene.source->fill(state);
   for (const BodySpec& body : c.bodies) {
     if (fill_body(state, body, scene, lattice_spacing(c.numerics)) == 0)
       throw ConfigError("[[body]] shape: not one particle fits into it; use a smaller [numerics] cell_size_m");
   }
+}
+
+/// How many particles each block will hold; on the first rank.
+std::vector<BlockHead> counted(const Case& c, const Scene& scene, Ranks& ranks) {
+  State state(c.numerics.cell_size, c.numerics.precision);
+  state.grid.divide(&ranks);
+  ranks.count_blocks();
+  fill(state, c, scene);
+  return ranks.counted_blocks();
+}
+
+}  // namespace
+
+State make_state(const Case& c, const Scene& scene, Ranks* ranks) {
+  State state(c.numerics.cell_size, c.numerics.precision);
+  if (ranks != nullptr) {
+    std::vector<BlockHead> heads;
+    if (ranks->first()) heads = counted(c, scene, *ranks);  // an error in the case ends the run here, where the others wait for no answer
+    ranks->instruct(Task::start, state);
+    ranks->cut(JoinedBlocks(scene, c.numerics.cell_size, state.time), heads);
+    state.grid.divide(ranks);
+  }
+  fill(state, c, scene);
   state.grid.refresh();
+  if (ranks != nullptr) ranks->done();
   return state;
 }
 

@@ -24,7 +24,9 @@ CaseScene make_scene(const Case& c);
 /// The particles of t = 0: bodies and the conveyor's plug.
 /// A body is a lattice that fills its shape with the body's exact volume; with mirror planes only the computed part is filled.
 /// Identity numbers run from 0 in the order of the bodies, x fastest.
-State make_state(const Case& c, const Scene& scene);
+/// @param ranks  not null: all ranks call this, the others when the first is in it (Task::start). The blocks are divided evenly by their
+///        particles, which are counted first, and no rank holds those of another. @throws ConfigError, on the first rank
+State make_state(const Case& c, const Scene& scene, Ranks* ranks = nullptr);
 
 /// One warning for every boundary that holds particles (particles_inside). With a conveyor, whose snow starts behind the inlet, only the
 /// obstacle is checked. Called on the first rank, for the particles of all ranks.

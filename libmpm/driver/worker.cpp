@@ -4,8 +4,10 @@
 
 #include "libmpm/base/error.hpp"
 #include "libmpm/core/health.hpp"
+#include "libmpm/driver/checkpoint.hpp"
 #include "libmpm/driver/observers.hpp"
 #include "libmpm/driver/pieces.hpp"
+#include "libmpm/driver/scene.hpp"
 #include "libmpm/observe/observer_list.hpp"
 
 namespace mpm {
@@ -55,6 +57,8 @@ void work_on(const Case& c, Ranks& ranks) {
     const Ranks::Instruction instruction = ranks.next_instruction(state);
     try {
       switch (instruction.task) {
+        case Task::start: state = make_state(c, scene, &ranks); break;
+        case Task::restore: read_own_blocks(c, scene, state); break;
         case Task::step: step(state, scene, instruction.dt); break;
         case Task::totals: totals(state, scene); break;
         case Task::fastest: fastest_particle(state); break;
@@ -63,8 +67,12 @@ void work_on(const Case& c, Ranks& ranks) {
           ranks.collect(
               state.grid, [&](const Block& b) { return observers.visits(b, scene, c.numerics.cell_size); }, nothing);
           break;
-        case Task::particles: pass_particles(state, {}); break;
-        case Task::blocks: pass_blocks(state, {}); break;
+        case Task::particles: {
+          SnapshotWriter file;
+          write_particles(file, state, scene);
+          break;
+        }
+        case Task::blocks: write_own_blocks(state); break;
         case Task::report: ranks.counts(own_particles(state)); break;
         case Task::end: return;
       }

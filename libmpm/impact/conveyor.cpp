@@ -94,24 +94,20 @@ ConveyorSource::Layer ConveyorSource::make_layer(double time, int level) const {
   const int count = rows(time);
   const double height = inflow_.flow_height(time), velocity = inflow_.velocity(time), ratio = inflow_.density_ratio(time);
   const auto column = settled_column(material_, weight_, height, count * levels_, ratio);
-  const int first = mirror_y_ ? 0 : -half_count_;
   Layer layer;
-  layer.reserve(static_cast<std::size_t>(count) * static_cast<std::size_t>(half_count_ - first));
+  layer.reserve(static_cast<std::size_t>(count));
   for (int k = 0; k < count; ++k) {
     const ColumnPoint& point = column[static_cast<std::size_t>(k * levels_ + level)];
     const double rate = inflow_.mean_shear(static_cast<double>(k) / count, static_cast<double>(k + 1) / count);
-    for (int j = first; j < half_count_; ++j) {
-      Particle p{};
-      p.position[1] = (j + 0.5) * spacing_y_;
-      p.position[2] = point.height;
-      p.volume = spacing_ * spacing_y_ * height / count * ratio;
-      p.velocity[0] = velocity * rate;
-      const Sym3<double>& s = point.state.stress;
-      const double stress[6] = {s.xx, s.yy, s.zz, s.xy, s.xz, s.yz};
-      std::copy(std::begin(stress), std::end(stress), p.stress);
-      p.internal = point.state.internal;
-      layer.push_back(p);
-    }
+    Particle p{};
+    p.position[2] = point.height;
+    p.volume = spacing_ * spacing_y_ * height / count * ratio;
+    p.velocity[0] = velocity * rate;
+    const Sym3<double>& s = point.state.stress;
+    const double stress[6] = {s.xx, s.yy, s.zz, s.xy, s.xz, s.yz};
+    std::copy(std::begin(stress), std::end(stress), p.stress);
+    p.internal = point.state.internal;
+    layer.push_back(p);
   }
   return layer;
 }
@@ -121,20 +117,24 @@ int ConveyorSource::level_of(std::uint64_t layer) const {
 }
 
 /// Inserts particles of layer `layer`, moved by `distance` from their positions at t = 0.
-void ConveyorSource::insert(State& state, FluxTotals& entered, std::span<const Particle> particles, std::uint64_t layer,
+void ConveyorSource::insert(State& state, FluxTotals& entered, std::span<const Particle> row_particles, std::uint64_t layer,
                             double distance) const {
   const auto n = static_cast<double>(layer);
   const double x = -(n + 0.5) * spacing_ + distance;
   const double shift_y = levels_ == 1 ? 0.0 : spacing_y_ * (r2_point(n).a - 0.5);
-  for (Particle p : particles) {
-    p.position[0] = x;
-    p.position[1] += p.position[1] > 0.0 ? shift_y : -shift_y;  // the halves stay mirror images of each other
-    for (int i = 0; i < 3; ++i) p.position[i] += offset_[i];
-    p.id = state.next_id++;
-    state.grid.insert(p);
-    const double mass = density_ * p.volume;
-    const Vec3 velocity(p.velocity[0], p.velocity[1], p.velocity[2]);
-    entered += FluxTotals{1, 0, mass, mass * velocity, 0.5 * mass * velocity.squaredNorm() + stored_energy(material_, p)};
+  for (const Particle& row : row_particles) {
+    for (int j = mirror_y_ ? 0 : -half_count_; j < half_count_; ++j) {
+      Particle p = row;
+      p.position[0] = x;
+      p.position[1] = (j + 0.5) * spacing_y_;
+      p.position[1] += p.position[1] > 0.0 ? shift_y : -shift_y;  // the halves stay mirror images of each other
+      for (int i = 0; i < 3; ++i) p.position[i] += offset_[i];
+      p.id = state.next_id++;
+      state.grid.insert(p);
+      const double mass = density_ * p.volume;
+      const Vec3 velocity(p.velocity[0], p.velocity[1], p.velocity[2]);
+      entered += FluxTotals{1, 0, mass, mass * velocity, 0.5 * mass * velocity.squaredNorm() + stored_energy(material_, p)};
+    }
   }
 }
 
@@ -162,8 +162,7 @@ void ConveyorSource::insert_rows(State& state, FluxTotals& entered) const {
     const double rate = inflow_.mean_shear(static_cast<double>(k) / count, static_cast<double>(k + 1) / count);
     for (std::uint64_t layer = due(rate, before); layer < due(rate, now); ++layer) {
       const Layer& all = layers_[static_cast<std::size_t>(level_of(layer))];
-      const std::size_t width = all.size() / static_cast<std::size_t>(count);
-      insert(state, entered, std::span(all).subspan(static_cast<std::size_t>(k) * width, width), layer, rate * gone);
+      insert(state, entered, std::span(all).subspan(static_cast<std::size_t>(k), 1), layer, rate * gone);
     }
   }
   ++state.source_count;

@@ -68,11 +68,14 @@ class ConveyorSource : public ParticleSource {
   /// The snow at t = 0, which does not count as entered.
   void fill(State& state) const override;
 
-  [[nodiscard]] std::size_t particles_per_layer() const { return make_layer(0.0, 0).size(); }  ///< at t = 0
-  [[nodiscard]] std::uint64_t initial_layers() const { return initial_layers_; }               ///< released by fill()
+  /// At t = 0.
+  [[nodiscard]] std::size_t particles_per_layer() const {
+    return static_cast<std::size_t>(rows(0.0)) * static_cast<std::size_t>(mirror_y_ ? half_count_ : 2 * half_count_);
+  }
+  [[nodiscard]] std::uint64_t initial_layers() const { return initial_layers_; }  ///< released by fill()
 
  private:
-  using Layer = std::vector<Particle>;  ///< with x = 0, row by row from the floor
+  using Layer = std::vector<Particle>;  ///< one particle for each row, from the floor up, with x = y = 0
   /// @param level of a particle within its part of the height
   [[nodiscard]] Layer make_layer(double time, int level) const;
   [[nodiscard]] int rows(double time) const;
@@ -80,7 +83,7 @@ class ConveyorSource : public ParticleSource {
   [[nodiscard]] std::uint64_t due(double rate, double distance) const;
   void insert_layer(State& state, FluxTotals& entered) const;
   void insert_rows(State& state, FluxTotals& entered) const;
-  void insert(State& state, FluxTotals& entered, std::span<const Particle> particles, std::uint64_t layer, double distance) const;
+  void insert(State& state, FluxTotals& entered, std::span<const Particle> row_particles, std::uint64_t layer, double distance) const;
   [[nodiscard]] int level_of(std::uint64_t layer) const;
 
   AnyMaterial material_;

@@ -53,6 +53,24 @@ bool being_written(const std::filesystem::path& temporary, pid_t writer) {
   return writer != ::getpid() && (::kill(writer, 0) == 0 || errno != ESRCH);
 }
 
+/// Calls put(rest), which returns as ::write does, until all bytes are written. @returns 0, or an errno value
+template <class Put>
+int write_all(std::span<const std::byte> bytes, Put&& put) {
+  while (!bytes.empty()) {
+    const ssize_t n = put(bytes);
+    if (n < 0 && errno == EINTR) continue;
+    if (n < 0) return errno;
+    bytes = bytes.subspan(static_cast<std::size_t>(n));
+  }
+  return 0;
+}
+
+int write_all_at(int descriptor, std::uint64_t offset, std::span<const std::byte> bytes) {
+  return write_all(bytes, [&](std::span<const std::byte> rest) {
+    return ::pwrite(descriptor, rest.data(), rest.size(), static_cast<off_t>(offset + (bytes.size() - rest.size())));
+  });
+}
+
 /// Keeps the lock of an open file when its descriptor is closed.
 class LockKept {
  public:
@@ -97,25 +115,14 @@ void AtomicFile::discard() noexcept {
 
 void AtomicFile::write(std::string_view text) { write(std::as_bytes(std::span(text.data(), text.size()))); }
 
-/// Calls put(rest), which returns as ::write does, until all bytes are written.
-template <class Put>
-void AtomicFile::write_all(std::span<const std::byte> bytes, Put&& put) {
-  while (!bytes.empty()) {
-    const ssize_t n = put(bytes);
-    if (n < 0 && errno == EINTR) continue;
-    if (n < 0) fail(errno);
-    bytes = bytes.subspan(static_cast<std::size_t>(n));
-  }
-}
-
 void AtomicFile::write(std::span<const std::byte> bytes) {
-  write_all(bytes, [&](std::span<const std::byte> rest) { return ::write(descriptor_, rest.data(), rest.size()); });
+  const int reason = write_all(bytes, [&](std::span<const std::byte> rest) { return ::write(descriptor_, rest.data(), rest.size()); });
+  if (reason != 0) fail(reason);
 }
 
 void AtomicFile::write_at(std::uint64_t offset, std::span<const std::byte> bytes) {
-  write_all(bytes, [&](std::span<const std::byte> rest) {
-    return ::pwrite(descriptor_, rest.data(), rest.size(), static_cast<off_t>(offset + (bytes.size() - rest.size())));
-  });
+  const int reason = write_all_at(descriptor_, offset, bytes);
+  if (reason != 0) fail(reason);
 }
 
 void AtomicFile::read_at(std::uint64_t offset, std::span<std::byte> bytes) const {
@@ -152,6 +159,29 @@ void AtomicFile::commit(const std::filesystem::path& keep_as) {
     ::fsync(directory);
     ::close(directory);
   }
+}
+
+FileShare::FileShare(std::filesystem::path target, const std::filesystem::path& temporary)
+    : target_(std::move(target)), descriptor_(::open(temporary.c_str(), O_WRONLY | O_CLOEXEC)) {
+  if (descriptor_ >= 0) return;
+  if (errno != ENOENT) throw file_error("cannot write", target_, errno);
+  throw IoError(
+      fmt::format("cannot write '{}': this process does not see the file that another one has begun there; all ranks need the "
+                  "output directory: put it on a file system that all machines share",
+                  target_.string()));
+}
+
+FileShare::~FileShare() {
+  if (descriptor_ >= 0) ::close(descriptor_);
+}
+
+void FileShare::write_at(std::uint64_t offset, std::span<const std::byte> bytes) {
+  const int reason = write_all_at(descriptor_, offset, bytes);
+  if (reason != 0) throw file_error("cannot write", target_, reason);
+}
+
+void FileShare::sync() {
+  if (::fsync(descriptor_) != 0) throw file_error("cannot write", target_, errno);
 }
 
 void write_file(const std::filesystem::path& target, std::string_view content) {

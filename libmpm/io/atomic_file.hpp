@@ -35,19 +35,37 @@ class AtomicFile {
   /// Reads back; zeros where nothing was written. @throws IoError
   void read_at(std::uint64_t offset, std::span<std::byte> bytes) const;
 
-  [[nodiscard]] const std::filesystem::path& path() const { return target_; }  ///< the target
+  [[nodiscard]] const std::filesystem::path& path() const { return target_; }          ///< the target
+  [[nodiscard]] const std::filesystem::path& temporary() const { return temporary_; }  ///< where the content is until commit()
 
   /// Forces the content to the disk and renames it to the target, replacing what was there. Call once, last.
   /// @param keep_as  the old file gets this name instead; one of the two is complete at every instant. Empty: it is removed
   void commit(const std::filesystem::path& keep_as = {});
 
  private:
-  template <class Put>
-  void write_all(std::span<const std::byte> bytes, Put&& put);
   void discard() noexcept;
   [[noreturn]] void fail(int reason);
 
   std::filesystem::path target_, temporary_;
+  int descriptor_ = -1;
+};
+
+/// Writes a share of the content of an AtomicFile, often one of another process: all of them see the same file system.
+class FileShare {
+ public:
+  /// @param target  for messages. @param temporary  of the AtomicFile. @throws IoError if there is no such file
+  FileShare(std::filesystem::path target, const std::filesystem::path& temporary);
+  ~FileShare();
+  FileShare(const FileShare&) = delete;
+  FileShare& operator=(const FileShare&) = delete;
+
+  /// @throws IoError
+  void write_at(std::uint64_t offset, std::span<const std::byte> bytes);
+  /// Forces what was written to the disk. @throws IoError
+  void sync();
+
+ private:
+  std::filesystem::path target_;
   int descriptor_ = -1;
 };
 

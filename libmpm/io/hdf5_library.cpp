@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 #include <hdf5.h>
+#include <zlib.h>
 
 #include <new>
 #include <utility>
@@ -70,6 +71,11 @@ std::string describe(const Shape& shape) {
   std::vector<std::string> extents;
   for (const std::size_t n : shape) extents.push_back(n == any_extent ? "any" : std::to_string(n));
   return fmt::format("({})", fmt::join(extents, ", "));
+}
+
+unsigned long crc_of(unsigned long before, std::span<const std::byte> bytes) {
+  if (bytes.empty()) return before;  // crc32_z begins anew where there is no address
+  return crc32_z(before, reinterpret_cast<const Bytef*>(bytes.data()), bytes.size());
 }
 
 std::string seal(unsigned long crc) { return fmt::format("{}{:08x}", seal_mark, static_cast<std::uint32_t>(crc)); }

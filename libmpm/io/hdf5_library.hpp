@@ -2,7 +2,9 @@
 /// Common parts of reader and writer of hdf5.hpp for the HDF5 library. Only sources include the library's header: hid_t is std::int64_t
 /// and herr_t is int.
 
+#include <cstddef>
 #include <cstdint>
+#include <span>
 #include <string>
 #include <string_view>
 
@@ -58,6 +60,9 @@ Handle text_type();
 
 /// A shape for messages: "(2, any)".
 std::string describe(const Shape& shape);
+
+/// CRC-32 of bytes that follow others. @param before  of these; 0: there are none
+unsigned long crc_of(unsigned long before, std::span<const std::byte> bytes);
 
 /// First bytes of the checksum at the end of a file.
 inline constexpr std::string_view seal_mark = "MPMCRC32";

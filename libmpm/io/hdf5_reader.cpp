@@ -28,16 +28,19 @@ struct Reader::File {
     if (!ok) fail(fmt::format("{}: {}; the file is damaged or of another version", what, innermost_message()));
   }
 
-  /// Checks the checksum. Reads the file once, in pieces.
-  void check_seal() {
+  static constexpr const char* damaged = "delete it and let the run write it again";
+
+  void find_size() {
     std::error_code error;
     const std::uintmax_t size = std::filesystem::file_size(path, error);
     if (error) throw file_error("cannot read", path, error.value());
-    std::ifstream stream(path, std::ios::binary);
-    if (!stream) throw file_error("cannot read", path, errno);
-    const std::string damaged = "delete it and let the run write it again";
     if (size <= seal_size) fail(fmt::format("it has only {} bytes, it was cut off; {}", size, damaged));
     bytes = size - seal_size;
+  }
+  /// Reads the file once, in pieces.
+  void check_seal() {
+    std::ifstream stream(path, std::ios::binary);
+    if (!stream) throw file_error("cannot read", path, errno);
     uLong crc = 0;
     std::vector<char> piece(std::size_t{1} << 20);
     for (std::uintmax_t rest = bytes; rest > 0;) {
@@ -49,7 +52,7 @@ struct Reader::File {
     std::string found(seal_size, '\0');
     if (!stream.read(found.data(), seal_size)) throw file_error("cannot read", path, errno != 0 ? errno : EIO);
     if (found.substr(0, seal_mark.size()) != seal_mark)
-      fail("it does not end as files of this program do: it was cut off or written by another program; " + damaged);
+      fail(fmt::format("it does not end as files of this program do: it was cut off or written by another program; {}", damaged));
     if (found != seal(crc))
       fail(fmt::format("its checksum is {}, it should be {}: it was altered or damaged; {}", seal(crc).substr(seal_mark.size()),
                        found.substr(seal_mark.size()), damaged));
@@ -84,9 +87,10 @@ struct Reader::File {
   }
 };
 
-Reader::Reader(std::filesystem::path path) : file_(std::make_unique<File>()) {
+Reader::Reader(std::filesystem::path path, Seal seal) : file_(std::make_unique<File>()) {
   file_->path = std::move(path);
-  file_->check_seal();
+  file_->find_size();
+  if (seal == Seal::check) file_->check_seal();
   require_memory();  // before the first call of the library, which allocates its tables
   const QuietErrors quiet;
   const Handle access(H5Pcreate(H5P_FILE_ACCESS), H5Pclose);

@@ -15,28 +15,43 @@
 
 namespace mpm::hdf5 {
 
-namespace {
+ArrayWriter::ArrayWriter(Layout layout)
+    : layout_(std::move(layout)), file_(layout_.target, layout_.temporary), written_(layout_.arrays.size()) {}
 
-uLong crc_of(uLong before, std::span<const std::byte> bytes) {
-  if (bytes.empty()) return before;  // crc32_z starts again for a null address
-  return crc32_z(before, reinterpret_cast<const Bytef*>(bytes.data()), bytes.size());
+void ArrayWriter::write_bytes(const std::string& name, std::uint64_t first, std::span<const std::byte> bytes) {
+  const auto array = std::ranges::find(layout_.arrays, name, &Layout::Array::name);
+  const auto refuse = [&](const char* what) {
+    throw IoError(fmt::format("cannot write '{}': dataset '{}' {}", layout_.target.string(), name, what));
+  };
+  if (array == layout_.arrays.end()) refuse("was not declared");
+  if (first > array->bytes || bytes.size() > array->bytes - first) refuse("is given more values than its shape has");
+  file_.write_at(array->offset + first, bytes);
+  std::vector<WrittenBytes>& written = written_[static_cast<std::size_t>(array - layout_.arrays.begin())];
+  const std::uint64_t offset = array->offset + first;
+  if (written.empty() || written.back().offset + written.back().count != offset) written.push_back({.offset = offset});
+  written.back().crc = crc_of(written.back().crc, bytes);
+  written.back().count += bytes.size();
 }
 
-/// Content of an array in the file.
-struct Array {
-  std::string name;
-  std::uint64_t offset = 0;  ///< of the first byte
-  std::size_t bytes = 0, written = 0;
-  uLong crc = 0;  ///< of those written
-};
+template <Element T>
+void ArrayWriter::write(const std::string& name, std::uint64_t first, std::span<const T> values) {
+  static_assert(std::endian::native == std::endian::little, "arrays are written as they are in memory; files are little-endian");
+  write_bytes(name, first * sizeof(T), std::as_bytes(values));
+}
 
-}  // namespace
+std::vector<WrittenBytes> ArrayWriter::finish() {
+  file_.sync();
+  std::vector<WrittenBytes> all;
+  for (const auto& of_array : written_) all.insert(all.end(), of_array.begin(), of_array.end());
+  return all;
+}
 
 struct Writer::File {
   AtomicFile file;
   Target target{file};
   hid_t id = -1;
-  std::vector<Array> arrays;
+  std::vector<Layout::Array> arrays;
+  std::vector<WrittenBytes> written;
 
   explicit File(const std::filesystem::path& path) : file(path) {}
   ~File() {
@@ -60,7 +75,6 @@ struct Writer::File {
     throw IoError(fmt::format("cannot write '{}': dataset '{}' {}", file.path().string(), name, what));
   }
   void declare(const std::string& name, const Shape& shape, const ElementType& type, std::size_t size_of_element);
-  void append(Array& array, std::span<const std::byte> bytes);
   [[nodiscard]] uLong crc_of_all();
 };
 
@@ -74,7 +88,7 @@ void Writer::File::declare(const std::string& name, const Shape& shape, const El
   H5Pset_obj_track_times(creation, false);  // equal content, equal bytes
   const Handle set(H5Dcreate2(id, name.c_str(), type.stored, space, H5P_DEFAULT, creation, H5P_DEFAULT), H5Dclose);
   require(set >= 0, fmt::format("dataset '{}'", name));
-  Array array{.name = name};
+  Layout::Array array{.name = name};
   array.bytes = std::accumulate(shape.begin(), shape.end(), size_of_element, std::multiplies<>());
   if (array.bytes > 0) {
     const std::vector<hsize_t> first(extents.size(), 0), one(extents.size(), 1);
@@ -90,21 +104,13 @@ void Writer::File::declare(const std::string& name, const Shape& shape, const El
   arrays.push_back(std::move(array));
 }
 
-void Writer::File::append(Array& array, std::span<const std::byte> bytes) {
-  if (bytes.size() > array.bytes - array.written) refuse(array.name, "is given more values than its shape has");
-  file.write_at(array.offset + array.written, bytes);
-  array.written += bytes.size();
-  array.crc = crc_of(array.crc, bytes);
-}
-
 /// The checksums of the arrays are known; the few bytes between them are read back.
 uLong Writer::File::crc_of_all() {
-  std::vector<const Array*> in_order;
-  for (const Array& array : arrays) {
-    if (array.written != array.bytes) refuse(array.name, "is given fewer values than its shape has");
-    if (array.bytes > 0) in_order.push_back(&array);
-  }
-  std::ranges::sort(in_order, {}, &Array::offset);
+  std::erase_if(arrays, [](const Layout::Array& array) { return array.bytes == 0; });
+  std::ranges::sort(arrays, {}, &Layout::Array::offset);
+  std::erase_if(written, [](const WrittenBytes& part) { return part.count == 0; });
+  std::ranges::sort(written, {}, &WrittenBytes::offset);
+  auto part = written.begin();
   uLong crc = 0;
   std::uint64_t at = 0;
   std::vector<std::byte> between;
@@ -113,10 +119,14 @@ uLong Writer::File::crc_of_all() {
     file.read_at(at, between);
     crc = crc_of(crc, between);
   };
-  for (const Array* array : in_order) {
-    read_up_to(array->offset);
-    crc = crc32_combine(crc, array->crc, static_cast<z_off_t>(array->bytes));
-    at = array->offset + array->bytes;
+  for (const Layout::Array& array : arrays) {
+    read_up_to(array.offset);
+    for (at = array.offset; part != written.end() && part->offset == at && at < array.offset + array.bytes; ++part) {
+      crc = crc32_combine(crc, part->crc, static_cast<z_off_t>(part->count));
+      at += part->count;
+    }
+    if (at < array.offset + array.bytes) refuse(array.name, "is given fewer values than its shape has");
+    if (part != written.end() && part->offset < at) refuse(array.name, "is given values twice");
   }
   read_up_to(target.size());
   return crc;
@@ -140,13 +150,9 @@ void Writer::declare(const std::string& name, const Shape& shape) {
   file_->declare(name, shape, element_type<T>(), sizeof(T));
 }
 
-template <Element T>
-void Writer::append(const std::string& name, std::span<const T> values) {
-  static_assert(std::endian::native == std::endian::little, "arrays are written as they are in memory; files are little-endian");
-  const auto array = std::ranges::find(file_->arrays, name, &Array::name);
-  if (array == file_->arrays.end()) file_->refuse(name, "was not declared");
-  file_->append(*array, std::as_bytes(values));
-}
+Layout Writer::layout() const { return {file_->file.path(), std::filesystem::absolute(file_->file.temporary()), file_->arrays}; }
+
+void Writer::add(std::span<const WrittenBytes> written) { file_->written.insert(file_->written.end(), written.begin(), written.end()); }
 
 template <Element T>
 void Writer::dataset(const std::string& name, std::span<const T> values, const Shape& shape) {
@@ -154,7 +160,9 @@ void Writer::dataset(const std::string& name, std::span<const T> values, const S
   if (std::accumulate(extents.begin(), extents.end(), std::size_t{1}, std::multiplies<>()) != values.size())
     file_->refuse(name, fmt::format("of shape {} is given {} values", describe(extents), values.size()));
   declare<T>(name, extents);
-  file_->append(file_->arrays.back(), std::as_bytes(values));
+  const std::uint64_t offset = file_->arrays.back().offset;
+  file_->file.write_at(offset, std::as_bytes(values));
+  file_->written.push_back({offset, values.size_bytes(), crc_of(0, std::as_bytes(values))});
 }
 
 void Writer::attribute(const std::string& name, const std::string& value) {
@@ -177,9 +185,9 @@ void Writer::commit(const std::filesystem::path& keep_as) {
   file_->file.commit(keep_as);
 }
 
-#define MPM_ELEMENT(T)                                                  \
-  template void Writer::declare<T>(const std::string&, const Shape&);   \
-  template void Writer::append(const std::string&, std::span<const T>); \
+#define MPM_ELEMENT(T)                                                                     \
+  template void Writer::declare<T>(const std::string&, const Shape&);                      \
+  template void ArrayWriter::write(const std::string&, std::uint64_t, std::span<const T>); \
   template void Writer::dataset(const std::string&, std::span<const T>, const Shape&)
 MPM_ELEMENT(double);
 MPM_ELEMENT(float);

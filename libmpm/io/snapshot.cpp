@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <charconv>
 #include <cmath>
+#include <functional>
 #include <numeric>
 #include <optional>
 #include <span>
@@ -15,6 +16,7 @@
 #include "libmpm/core/stress_update.hpp"
 #include "libmpm/io/atomic_file.hpp"
 #include "libmpm/io/hdf5.hpp"
+#include "libmpm/io/joint_file.hpp"
 
 namespace mpm {
 namespace {
@@ -222,40 +224,66 @@ std::filesystem::path frame_path(const std::filesystem::path& directory, int ind
 }
 
 struct SnapshotWriter::File {
-  Kind kind;
+  Kind kind = Kind::frame;
   std::filesystem::path path;
   SnapshotInfo info;
-  std::size_t rows = 0;
-  std::optional<hdf5::Writer> out;
+  std::size_t particles = 0;  ///< of all ranks
+  std::size_t next = 0;       ///< row of the next particle of this one
+  std::optional<JointFile> out;
+
+  [[nodiscard]] std::unique_ptr<hdf5::Writer> made() const {
+    auto file = std::make_unique<hdf5::Writer>(path);
+    put_info(*file, kind == Kind::frame ? frame_kind : final_kind, info);
+    for_each_column(kind, info, 0, [&](const char* name, std::initializer_list<std::size_t> row, auto&& values_of) {
+      hdf5::Shape shape = {particles};
+      shape.insert(shape.end(), row);
+      using Values = std::decay_t<decltype(values_of(ParticleTable{}))>;
+      file->declare<typename Values::value_type>(name, shape);
+    });
+    return file;
+  }
+  void write(hdf5::ArrayWriter& values_writer, const ParticleTable& piece) {
+    check_columns(path, kind, piece);
+    for_each_column(kind, info, next, [&](const char* name, std::initializer_list<std::size_t> row, auto&& values_of) {
+      const auto& values = values_of(piece);
+      using Values = std::decay_t<decltype(values)>;
+      const std::size_t numbers_of_a_row = std::accumulate(row.begin(), row.end(), std::size_t{1}, std::multiplies<>());
+      values_writer.write(name, numbers_of_a_row * next, std::span<const typename Values::value_type>(values));
+    });
+    next += piece.size();
+  }
 };
 
-SnapshotWriter::SnapshotWriter(Kind kind, std::filesystem::path path, SnapshotInfo info)
-    : file_(new File{kind, std::move(path), std::move(info)}) {}
+SnapshotWriter::SnapshotWriter() : file_(std::make_unique<File>()) {}
+SnapshotWriter::SnapshotWriter(Kind kind, std::filesystem::path path, SnapshotInfo info) : SnapshotWriter() {
+  file_->kind = kind;
+  file_->path = std::move(path);
+  file_->info = std::move(info);
+}
 SnapshotWriter::~SnapshotWriter() = default;
 
-void SnapshotWriter::begin(std::size_t particles) {
-  hdf5::Writer& out = file_->out.emplace(file_->path);
-  put_info(out, file_->kind == Kind::frame ? frame_kind : final_kind, file_->info);
-  for_each_column(file_->kind, file_->info, 0, [&](const char* name, std::initializer_list<std::size_t> row, auto&& values_of) {
-    hdf5::Shape shape = {particles};
-    shape.insert(shape.end(), row);
-    using Values = std::decay_t<decltype(values_of(ParticleTable{}))>;
-    out.declare<typename Values::value_type>(name, shape);
-  });
+void SnapshotWriter::begin(std::size_t particles, std::size_t first, Ranks* ranks) {
+  file_->particles = particles;
+  file_->next = first;
+  Message about;  // what the columns of another rank depend on
+  put(about, file_->kind);
+  put(about, file_->info.reference_density);
+  file_->out.emplace(ranks).begin([this] { return file_->made(); }, about);
+  MessageReader reader(about);
+  file_->kind = reader.get<Kind>();
+  file_->info.reference_density = reader.get<double>();
 }
 
 void SnapshotWriter::append(const ParticleTable& piece) {
-  check_columns(file_->path, file_->kind, piece);
-  for_each_column(file_->kind, file_->info, file_->rows, [&](const char* name, std::initializer_list<std::size_t>, auto&& values_of) {
-    const auto& values = values_of(piece);
-    using Values = std::decay_t<decltype(values)>;
-    file_->out->append(name, std::span<const typename Values::value_type>(values));
-  });
-  file_->rows += piece.size();
+  file_->out->attempt([&](hdf5::ArrayWriter& values) { file_->write(values, piece); });
+}
+
+void SnapshotWriter::append(std::span<const Particle> piece, const Scene& scene) {
+  file_->out->attempt([&](hdf5::ArrayWriter& values) { file_->write(values, particle_table(piece, scene)); });
 }
 
 void SnapshotWriter::commit() { file_->out->commit(); }
-std::size_t SnapshotWriter::particles() const { return file_->rows; }
+std::size_t SnapshotWriter::particles() const { return file_->particles; }
 
 SnapshotWriter frame_writer(const std::filesystem::path& directory, int index, const SnapshotInfo& info) {
   const std::filesystem::path path = frame_path(directory, index), frames = path.parent_path();

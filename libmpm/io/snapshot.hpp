@@ -36,6 +36,7 @@
 
 namespace mpm {
 
+class Ranks;
 struct Particle;
 struct Scene;
 struct State;
@@ -84,25 +85,31 @@ inline constexpr int snapshot_format_version = 1;
 /// DIR/frames/NNNNN.h5
 std::filesystem::path frame_path(const std::filesystem::path& directory, int index);
 
-/// Writes a frame or a final state piece by piece: memory holds one piece at a time.
+/// Writes a frame or a final state piece by piece: memory holds one piece at a time. With several ranks each writes some of the rows
+/// (joint_file.hpp). Errors of a disk or of the memory are kept until commit().
 class SnapshotWriter {
  public:
   /// Kind of file, which determines columns and precision.
   enum class Kind : std::uint8_t { frame, final };
   /// Writes nothing before begin().
   SnapshotWriter(Kind kind, std::filesystem::path path, SnapshotInfo info);
+  /// On a rank other than the first: what is written follows from what the first begins.
+  SnapshotWriter();
   /// Removes the file if it was not finished.
   ~SnapshotWriter();
   SnapshotWriter(const SnapshotWriter&) = delete;
   SnapshotWriter& operator=(const SnapshotWriter&) = delete;
 
-  /// Begins the file. @param particles  of all pieces. @throws IoError
-  void begin(std::size_t particles);
-  /// The next particles. @throws IoError also if columns differ in length
+  /// Begins the file. @param particles  of all pieces and ranks. @param first  row of the first of this rank. @param ranks  null: there is
+  /// one
+  void begin(std::size_t particles, std::size_t first = 0, Ranks* ranks = nullptr);
+  /// The next particles.
   void append(const ParticleTable& piece);
-  /// Finishes the file and gives it its name. @throws IoError
+  /// The next particles, by rising identity number.
+  void append(std::span<const Particle> piece, const Scene& scene);
+  /// All are there: the file gets its name. @throws what failed since begin(): IoError; also if columns differ in length
   void commit();
-  [[nodiscard]] std::size_t particles() const;  ///< appended so far
+  [[nodiscard]] std::size_t particles() const;  ///< in the file, of all ranks
 
  private:
   struct File;

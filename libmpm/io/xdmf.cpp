@@ -89,7 +89,6 @@ FrameSeries FrameSeries::resume(std::filesystem::path directory, int next, const
 void FrameSeries::append(const SnapshotInfo& info, const std::function<void(SnapshotWriter&)>& fill) {
   SnapshotWriter file = frame_writer(directory_, next_, info);
   fill(file);
-  file.commit();
   frames_.push_back({next_, info.time, file.particles()});
   ++next_;
   write_xdmf(directory_, frames_);

@@ -26,7 +26,7 @@ class FrameSeries {
   /// @param damaged called with the reason for each of these
   static FrameSeries resume(std::filesystem::path directory, int next, const std::function<void(const std::string&)>& damaged = {});
 
-  /// Writes the next frame, then frames.xdmf. @param fill  begins the frame's file and writes its particles
+  /// Writes the next frame, then frames.xdmf. @param fill  begins the frame's file, writes its particles and commits it
   void append(const SnapshotInfo& info, const std::function<void(SnapshotWriter&)>& fill);
 
   [[nodiscard]] std::span<const FrameEntry> frames() const { return frames_; }  ///< in the order of time

@@ -1,5 +1,6 @@
 #include "libmpm/parallel/block_exchange.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <set>
 #include <utility>
@@ -72,7 +73,8 @@ void check_size(const Message& message, std::size_t expected) {
 
 void BlockExchange::begin(Task task) {
   busy_ = true;
-  counting_ = task != Task::particles && task != Task::blocks;
+  constexpr Task of_files[] = {Task::start, Task::restore, Task::particles, Task::blocks};
+  counting_ = std::ranges::find(of_files, task) == std::end(of_files);
 }
 
 void BlockExchange::instruct(Task task, const State& state, double dt) {
@@ -138,10 +140,16 @@ std::vector<Message> BlockExchange::gather(Message mine) {
 }
 
 void BlockExchange::collect(const Grid& from, const std::function<bool(const Block&)>& wanted, Grid& into) {
-  Message mine;
+  std::vector<std::int32_t> blocks;
+  std::size_t particles = 0;
   for (const auto b : from.occupied_blocks()) {
-    if (wanted(from.block(b))) put_block(mine, from.block(b));
+    if (!wanted(from.block(b))) continue;
+    blocks.push_back(b);
+    particles += static_cast<std::size_t>(from.block(b).particles.count());
   }
+  Message mine;
+  mine.reserve(message_bytes(blocks.size(), particles, from.precision()));
+  for (const auto b : blocks) put_block(mine, from.block(b));
   auto all = transport_.gather(std::move(mine));
   for (Message& message : all) {
     get_blocks(message, into);
@@ -161,6 +169,26 @@ std::vector<RankCounts> BlockExchange::counts(std::size_t particles) {
 }
 
 // ---- Owners and borders -----------------------------------------------------------------------------------------------------------------
+
+bool BlockExchange::takes(const Index3& block) {
+  if (!counted_) return owns(block);
+  ++counted_->try_emplace(morton_key(block), BlockHead{block, 0}).first->second.count;
+  return false;
+}
+
+std::vector<BlockHead> BlockExchange::counted_blocks() {
+  std::vector<BlockHead> heads;
+  for (const auto& [key, head] : *counted_) heads.push_back(head);
+  std::ranges::sort(heads, comes_before, &BlockHead::block);
+  counted_.reset();
+  return heads;
+}
+
+void BlockExchange::cut(const JoinedBlocks& joined, std::span<const BlockHead> heads) {
+  ownership_.cut(joined, heads);
+  plan_ = HaloPlan();  // of blocks that there may have been before
+  fresh_ = true;
+}
 
 void BlockExchange::prepare(Grid& grid, const JoinedBlocks& joined) {
   if (ownership_.renew(grid, joined, now_)) {

@@ -11,6 +11,7 @@
 /// and the largest load. If the set changed, neighbours exchange the lists of their blocks with particles at the common border. Both sides
 /// derive the layouts of all messages (halo_plan.hpp) from these lists.
 
+#include <unordered_map>
 #include <vector>
 
 #include "libmpm/parallel/halo_plan.hpp"
@@ -25,6 +26,7 @@ class BlockExchange : public Ranks {
   explicit BlockExchange(Transport& transport, const Balancing& balancing = {}) : transport_(transport), ownership_(transport, balancing) {}
 
   [[nodiscard]] int size() const override { return transport_.size(); }
+  [[nodiscard]] int rank() const override { return transport_.rank(); }
   [[nodiscard]] bool first() const override { return transport_.rank() == 0; }
   [[nodiscard]] bool owns(const Index3& block) const override { return ownership_.owns(block); }
   [[nodiscard]] bool at_border(const Index3& block) const override { return ownership_.at_border(block); }
@@ -32,6 +34,7 @@ class BlockExchange : public Ranks {
   Instruction next_instruction(State& state) override;
   void done() override { busy_ = false; }
   [[nodiscard]] bool busy() const override { return busy_; }
+  void cut(const JoinedBlocks& joined, std::span<const BlockHead> heads) override;
   void prepare(Grid& grid, const JoinedBlocks& joined) override;
   std::vector<std::int32_t> announce(Grid& grid) override;
   void plan(Grid& grid) override;
@@ -43,9 +46,13 @@ class BlockExchange : public Ranks {
   void sum(std::span<std::uint64_t> numbers) override;
   std::vector<Message> gather(Message mine) override;
   void share(Message& message) override { transport_.broadcast(message); }
+  Messages exchange(Messages to) override { return transport_.exchange(std::move(to)); }
   [[nodiscard]] std::size_t particle_count(std::size_t own) const override { return now_ ? now_->particles : own; }
   void collect(const Grid& from, const std::function<bool(const Block&)>& wanted, Grid& into) override;
   std::vector<RankCounts> counts(std::size_t particles) override;
+  bool takes(const Index3& block) override;
+  void count_blocks() override { counted_.emplace(); }
+  std::vector<BlockHead> counted_blocks() override;
 
   [[nodiscard]] const RankCounts& own_counts() const { return counts_; }  ///< of this rank, without RankCounts::particles
 
@@ -68,9 +75,10 @@ class BlockExchange : public Ranks {
   std::vector<std::int32_t> needed_;  ///< blocks that must exist, as returned then
   std::optional<Evenness> now_;       ///< load, as of then
   bool busy_ = false;
-  bool counting_ = true;    ///< the current exchange is not for a file
-  bool fresh_ = true;       ///< owners have changed since
-  bool unchanged_ = false;  ///< the last announce() found the same blocks as the one before
+  bool counting_ = true;                                                 ///< the current exchange is not for a file
+  bool fresh_ = true;                                                    ///< owners have changed since
+  bool unchanged_ = false;                                               ///< the last announce() found the same blocks as the one before
+  std::optional<std::unordered_map<std::uint64_t, BlockHead>> counted_;  ///< while blocks are counted: by morton_key
   std::size_t own_particles_ = 0, border_blocks_ = 0;
   RankCounts counts_;
 };

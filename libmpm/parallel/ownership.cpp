@@ -17,6 +17,17 @@ bool Ownership::at_border(const Index3& block) const {
   return false;
 }
 
+void Ownership::cut(const JoinedBlocks& joined, std::span<const BlockHead> heads) {
+  partition_.join(joined);
+  std::vector<Load> all;
+  for (const BlockHead& head : heads) all.push_back({partition_.key(head.block), static_cast<double>(head.count)});
+  Message cuts;
+  const std::vector<double> shares(static_cast<std::size_t>(transport_.size()), 1.0);
+  if (transport_.rank() == 0) put(cuts, std::span<const std::uint64_t>(Partition::cut(std::move(all), shares)));
+  transport_.broadcast(cuts);
+  partition_.set_cuts(MessageReader(cuts).values<std::uint64_t>());
+}
+
 bool Ownership::renew(Grid& grid, const JoinedBlocks& joined, const std::optional<Evenness>& now) {
   Partition wanted = partition_;
   wanted.join(joined);

@@ -90,7 +90,12 @@ void check_body(const BodySpec& body, const std::string& path, const BodySurroun
   }
 }
 
-std::size_t fill_body(State& state, const BodySpec& body, const Scene& scene, double spacing) {
+namespace {
+
+/// Calls f(position, fraction of its volume in the computed part) for the points of a body's lattice: a half on a mirror plane, where its
+/// image adds the other half. @returns the number of points of the whole body
+template <class F>
+std::size_t for_each_point(const BodySpec& body, const MirrorPlanes& planes, double spacing, F&& f) {
   const Vec3 size = body.max - body.min;
   std::array<long, 3> count{};
   Vec3 step;
@@ -98,13 +103,8 @@ std::size_t fill_body(State& state, const BodySpec& body, const Scene& scene, do
     count[static_cast<std::size_t>(i)] = std::max(1L, std::lround(size[i] / spacing));
     step[i] = size[i] / static_cast<double>(count[static_cast<std::size_t>(i)]);
   }
-  struct Point {
-    Vec3 x;
-    double fraction;  ///< of its volume in the computed part: a half on a mirror plane, where its image adds the other half
-  };
   const double on_plane = 1e-9 * spacing;  // lattice points are sums of rounded numbers
   const Stagger stagger(body);
-  std::vector<Point> points;
   std::size_t whole = 0;
   for (long k = 0; k < count[2]; ++k) {
     for (long j = 0; j < count[1]; ++j) {
@@ -112,25 +112,32 @@ std::size_t fill_body(State& state, const BodySpec& body, const Scene& scene, do
         Vec3 x =
             body.min + step.cwiseProduct(Vec3(static_cast<double>(i) + 0.5, static_cast<double>(j) + 0.5, static_cast<double>(k) + 0.5));
         Vec3 shift = step.cwiseProduct(stagger.of({i, j, k}));
-        if (scene.mirror.x) shift.x() *= x.x() > on_plane ? 1.0 : x.x() < -on_plane ? -1.0 : 0.0;
-        if (scene.mirror.y) shift.y() *= x.y() > on_plane ? 1.0 : x.y() < -on_plane ? -1.0 : 0.0;
+        if (planes.x) shift.x() *= x.x() > on_plane ? 1.0 : x.x() < -on_plane ? -1.0 : 0.0;
+        if (planes.y) shift.y() *= x.y() > on_plane ? 1.0 : x.y() < -on_plane ? -1.0 : 0.0;
         x += shift;
         if (!inside_shape(body, x)) continue;
         ++whole;
         double fraction = 1.0;
-        for (const auto& [mirror, coordinate] : {std::pair{scene.mirror.x, &x.x()}, std::pair{scene.mirror.y, &x.y()}}) {
+        for (const auto& [mirror, coordinate] : {std::pair{planes.x, &x.x()}, std::pair{planes.y, &x.y()}}) {
           if (!mirror || *coordinate > on_plane) continue;
           fraction *= *coordinate < -on_plane ? 0.0 : 0.5;
           *coordinate = 0.0;
         }
-        if (fraction > 0.0) points.push_back({x, fraction});
+        if (fraction > 0.0) f(x, fraction);
       }
     }
   }
+  return whole;
+}
+
+}  // namespace
+
+std::size_t fill_body(State& state, const BodySpec& body, const Scene& scene, double spacing) {
+  const std::size_t whole = for_each_point(body, scene.mirror, spacing, [](const Vec3&, double) {});
   if (whole == 0) return 0;
   const double volume = volume_of(body) / static_cast<double>(whole);
   const double internal = initial_internal_of(scene.material);
-  for (const auto& [x, fraction] : points) {
+  for_each_point(body, scene.mirror, spacing, [&](const Vec3& x, double fraction) {
     Particle p{};
     for (int i = 0; i < 3; ++i) {
       p.position[i] = x[i] + scene.offset[i];
@@ -140,7 +147,7 @@ std::size_t fill_body(State& state, const BodySpec& body, const Scene& scene, do
     p.internal = internal;
     p.id = state.next_id++;
     state.grid.insert(p);
-  }
+  });
   state.max_speed = std::max(state.max_speed, body.velocity.norm());
   return whole;
 }

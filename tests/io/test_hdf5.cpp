@@ -82,7 +82,9 @@ TEST(Hdf5, AFileNeedsNoMemoryForItsArrays) {
     Writer w(dir / "f.h5");
     put<double>(w, "x", values);
     w.declare<double>("y", {2, values.size()});
-    for (int i = 0; i < 2; ++i) w.append<double>("y", values);
+    ArrayWriter y(w.layout());
+    for (const std::size_t i : {0, 1}) y.write<double>("y", i * values.size(), values);
+    w.add(y.finish());
     w.commit();
   }));
   EXPECT_EQ(Reader(dir / "f.h5").dataset<double>("x", {any_extent}), values);
@@ -227,12 +229,15 @@ TEST(Hdf5, PiecesGiveTheBytesOfTheWhole) {
   EXPECT_FALSE(std::filesystem::exists(dir / "pieces.h5"));
   const auto all_x = std::span<const double>(x);
   const auto all_n = std::span<const std::int32_t>(n);
-  w.append("n", all_n.first(1));
-  for (std::size_t i = 0; i < x.size(); i += 1000) w.append("x", all_x.subspan(i, 1000));
-  w.append("n", all_n.subspan(1));
-  for (const std::uint8_t v : few) w.append<std::uint8_t>("few", {&v, 1});
-  EXPECT_NE(io_error_of([&] { w.append("n", all_n.first(1)); }).find("'n' is given more values"), std::string::npos);
-  EXPECT_NE(io_error_of([&] { w.append("y", all_n.first(1)); }).find("'y' was not declared"), std::string::npos);
+  ArrayWriter one(w.layout()), other(w.layout());
+  one.write("n", 0, all_n.first(1));
+  for (std::size_t i = 0; i < x.size(); i += 1000) (i % 3000 == 0 ? one : other).write("x", i, all_x.subspan(i, 1000));
+  other.write("n", 1, all_n.subspan(1));
+  for (const std::size_t i : {4, 2, 3, 0, 1}) one.write<std::uint8_t>("few", i, {&few[i], 1});
+  EXPECT_NE(io_error_of([&] { one.write("n", 7000, all_n.first(1)); }).find("'n' is given more values"), std::string::npos);
+  EXPECT_NE(io_error_of([&] { one.write("y", 0, all_n.first(1)); }).find("'y' was not declared"), std::string::npos);
+  w.add(other.finish());
+  w.add(one.finish());
   w.commit();
   EXPECT_EQ(read_file(dir / "pieces.h5"), read_file(dir / "whole.h5"));
   EXPECT_EQ(Reader(dir / "pieces.h5").dataset<double>("x", {10000, 3}), x);
@@ -243,9 +248,37 @@ TEST(Hdf5, AnArrayThatLacksValuesIsNoFile) {
   Writer w(dir / "f.h5");
   w.declare<double>("x", {2});
   const double one = 1.0;
-  w.append<double>("x", {&one, 1});
+  ArrayWriter x(w.layout());
+  x.write<double>("x", 1, {&one, 1});
+  w.add(x.finish());
   EXPECT_NE(io_error_of([&] { w.commit(); }).find("'x' is given fewer values"), std::string::npos);
   EXPECT_FALSE(std::filesystem::exists(dir / "f.h5"));
+}
+
+TEST(Hdf5, AnArrayWhoseValuesTwoProcessesWriteIsNoFile) {
+  const TemporaryDirectory dir;
+  Writer w(dir / "f.h5");
+  w.declare<double>("x", {2});
+  const double values[] = {1.0, 2.0};
+  ArrayWriter one(w.layout()), other(w.layout());
+  one.write<double>("x", 0, values);
+  other.write<double>("x", 1, std::span(values).first(1));
+  w.add(one.finish());
+  w.add(other.finish());
+  EXPECT_NE(io_error_of([&] { w.commit(); }).find("'x' is given values twice"), std::string::npos);
+  EXPECT_FALSE(std::filesystem::exists(dir / "f.h5"));
+}
+
+TEST(Hdf5, AProcessThatDoesNotSeeTheFileSaysThatItMustBeShared) {
+  const TemporaryDirectory dir, elsewhere;
+  Writer w(dir / "f.h5");
+  w.declare<double>("x", {2});
+  Layout layout = w.layout();
+  layout.temporary = elsewhere / layout.temporary.filename();  // where another machine would look for it
+  const std::string message = io_error_of([&] { ArrayWriter writer(layout); });
+  EXPECT_NE(message.find("f.h5': this process does not see the file"), std::string::npos) << message;
+  EXPECT_NE(message.find("a file system that all machines share"), std::string::npos) << message;
+  EXPECT_TRUE(std::filesystem::is_empty(elsewhere.path())) << "nothing was left there";
 }
 
 /// Without fsync, which takes most of the time of many small files.

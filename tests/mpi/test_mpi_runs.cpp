@@ -142,6 +142,65 @@ TEST_F(MpiRun, AFrameThatCannotBeWrittenEndsAllRanks) {
   EXPECT_NE(found, std::string::npos) << outcome.err;
 }
 
+/// Starts a command in a name space of its own, where it may mount file systems without being root.
+constexpr const char* own_mounts = "unshare -r -m";
+bool may_mount() { return std::system("unshare -r -m mount -t tmpfs tmpfs /mnt 2>/dev/null") == 0; }
+
+/// How often a text is in another.
+int count(const std::string& text, const std::string& part) {
+  int n = 0;
+  for (auto at = text.find(part); at != std::string::npos; at = text.find(part, at + 1)) ++n;
+  return n;
+}
+
+TEST_F(MpiRun, AFullDiskEndsAllRanksWithOneMessageWhicheverRankMeetsIt) {
+  if (!may_mount()) GTEST_SKIP() << "no file system can be mounted here (unshare -r -m)";
+  Case c = testing::with_frames(testing::rank_cases()[5].c);
+  c.output.duration = 0.3;
+  c.output.checkpoint_minutes = 1e-9;  // at every sample
+  write(c);
+  ASSERT_EQ(one("whole").code, 0);
+  std::uintmax_t size = 0;
+  for (const auto& entry : fs::recursive_directory_iterator(folder / "whole")) size += entry.is_regular_file() ? entry.file_size() : 0;
+  bool by_another_rank = false;
+  for (int tenth = 3; tenth < 9 || (!by_another_rank && tenth < 30); ++tenth) {
+    // the last state of the small disk is copied, and the run goes on from there
+    fs::remove_all(folder / "small");
+    fs::create_directory(folder / "small");
+    const std::uintmax_t room = size * static_cast<unsigned>(tenth % 10 + 1) / 11 + 512 * static_cast<unsigned>(tenth);
+    const Outcome full = run_command(
+        fmt::format("{} bash -c 'mount -t tmpfs -o size={} tmpfs small; {}{} run case.toml --out small/run --threads 1; code=$?; "
+                    "find small -name \"*.tmp\" >&2; cp -a small/run saved_{}; exit $code'",
+                    own_mounts, room, launcher(3), MPM_APP, tenth),
+        folder / "", folder / "");
+    ASSERT_EQ(full.code, 4) << room << " bytes: " << full.err;
+    EXPECT_EQ(count(full.err, "No space left on device"), 1) << full.err;
+    EXPECT_EQ(count(full.err, ".tmp"), 0) << "temporaries are left: " << full.err;
+    by_another_rank = by_another_rank || count(full.err, "rank 1 on ") + count(full.err, "rank 2 on ") > 0;
+    const std::string out = fmt::format("saved_{}", tenth);
+    if (!fs::exists(folder / out / "checkpoint.h5")) continue;  // nothing to go on from
+    const Outcome resumed = several(2, 1, out, "--resume");
+    ASSERT_EQ(resumed.code, 0) << resumed.err;
+    expect_same_files("whole", out);
+  }
+  EXPECT_TRUE(by_another_rank) << "rank 0 alone met the full disk";
+}
+
+TEST_F(MpiRun, ARankThatDoesNotSeeTheOutputDirectorySaysSo) {
+  if (!may_mount()) GTEST_SKIP() << "no file system can be mounted here (unshare -r -m)";
+  write(testing::with_frames(testing::rank_cases()[5].c));
+  fs::create_directory(folder / "out");
+  const Outcome outcome = run_command(
+      fmt::format("{}bash -c 'if [ $OMPI_COMM_WORLD_RANK = 1 ]; then exec {} bash -c \"mount -t tmpfs tmpfs out; exec {} run case.toml "
+                  "--out out --threads 1\"; else exec {} run case.toml --out out --threads 1; fi'",
+                  launcher(3), own_mounts, MPM_APP, MPM_APP),
+      folder / "", folder / "");
+  EXPECT_EQ(outcome.code, 4) << outcome.err;
+  EXPECT_EQ(count(outcome.err, "this process does not see the file"), 1) << outcome.err;
+  EXPECT_EQ(count(outcome.err, "rank 1 on "), 1) << outcome.err;
+  EXPECT_EQ(count(outcome.err, "a file system that all machines share"), 1) << outcome.err;
+}
+
 TEST_F(MpiRun, OtherCommandsSayThatTheyWorkAlone) {
   const Outcome outcome = mpm(launcher(2), "predict --froude 3");
   EXPECT_EQ(outcome.code, 2);

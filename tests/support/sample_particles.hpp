@@ -67,6 +67,7 @@ inline void append_frame(FrameSeries& series, const ParticleTable& particles, co
   series.append(info, [&](SnapshotWriter& file) {
     file.begin(particles.size());
     file.append(particles);
+    file.commit();
   });
 }
 
