@@ -31,8 +31,8 @@ void check(const CaseArguments& arguments) {
   fmt::print("# frames          {:.0f}\n", e.frames);
   fmt::print("# memory          {:.3g} GB at its most, {:.0f} bytes a particle\n", e.memory_bytes / 1e9, assumed_bytes_per_particle);
   fmt::print("# disk            {:.3g} GB\n", e.disk_bytes / 1e9);
-  fmt::print("# time            {:.3g} s, assuming {:.3g} million particle-steps a second (two cores)\n", e.wall_time_s,
-             assumed_particle_steps_per_s / 1e6);
+  fmt::print("# time            {:.3g} s{}, assuming {:.3g} million particle-steps a second (two cores)\n", e.wall_time_s,
+             spec.output.stop_when_steady > 0.0 ? " at its most" : "", assumed_particle_steps_per_s / 1e6);
   print_advice(spec);
 }
 

@@ -11,6 +11,7 @@
 #include "libmpm/driver/observers.hpp"
 #include "libmpm/impact/inflow.hpp"
 #include "libmpm/impact/semi_empirical.hpp"
+#include "libmpm/impact/stop_rule.hpp"
 
 namespace mpm {
 
@@ -96,19 +97,17 @@ Finding splash_and_duration(const Impact& i) {
       fmt::format("take output.duration_s = {} s or more; means get better with time", n(std::ceil(i.splash_time() * 2.0)))};
 }
 
-/// Slow flows pile up over a distance, not a time: the paper's shortest run (Table 2, Fr 0.1: 27.9 m less the 3 m that L adds) is 14 flow
-/// heights.
+/// Slow flows pile up over a distance, not a time: least_passage_heights.
 Finding flow_passage(const Impact& i) {
-  constexpr double least_heights = 14.0;
   const double reach = std::max(i.width(), i.depth()), way = Inflow(i.belt).travelled(i.c.output.duration);
   const double filled = i.window() ? i.belt.upstream_length + i.belt.downstream_length : 0.0,
-               needed = std::max(filled, least_heights * reach);
+               needed = std::max(filled, least_passage_heights * reach);
   if (way >= needed || needed / i.belt.velocity < 1.5 * i.splash_time()) return {};  // the rule above requires a longer run
   return Advice{
       "flow_passage", fmt::format("the flow travels {} m in output.duration_s = {} s", n(way), n(i.c.output.duration)),
       fmt::format("the snow that was there at the start is still in front of the obstacle, and a pile needs about {:.0f} H (Table 2 of "
                   "the paper), here {} m, to become steady",
-                  least_heights, n(needed)),
+                  least_passage_heights, n(needed)),
       fmt::format("take output.duration_s = {} s", n(std::ceil(needed / i.belt.velocity)))};
 }
 

@@ -53,7 +53,8 @@ std::vector<std::string> keys_outside_hash(const Case& spec) {
     }
   }
   if (spec.numerics.precision == Precision::double_precision)
-    skip.emplace_back("numerics.precision");  // the hash of cases from before this key stays the same
+    skip.emplace_back("numerics.precision");     // the hash of cases from before this key stays the same
+  skip.emplace_back("output.stop_when_steady");  // it only sets how long a run lasts
   const bool strip = spec.conveyor && spec.conveyor->feed == ConveyorSpec::Feed::strip;
   if (!strip) skip.emplace_back("output.duration_s");
   return skip;

@@ -103,6 +103,18 @@ void check_scene(const Case& c, ParameterReport& report) {
   for (std::size_t i = 0; i < c.bodies.size(); ++i) check_body(c.bodies[i], fmt::format("body[{}]", i), around, report);
 }
 
+/// Means belong to one state of a flow that meets an obstacle.
+void check_stop(const Case& c, ParameterReport& report) {
+  const std::string name = "output.stop_when_steady";
+  if (!report.all_sound({name, "obstacle", "conveyor"}) || c.output.stop_when_steady == 0.0 || !c.conveyor) return;
+  if (!c.obstacle) {
+    report.problem(name, fmt::format("= {} has no obstacle to wait for; give [obstacle], or leave the key out", c.output.stop_when_steady));
+  } else if (!c.conveyor->inflow.empty()) {
+    report.problem(name, fmt::format("= {} needs a steady inflow, and [[conveyor.inflow]] varies it; leave out one of the two",
+                                     c.output.stop_when_steady));
+  }
+}
+
 }  // namespace
 
 void resolve_case(Case& c, ParameterReport& report) {
@@ -113,6 +125,7 @@ void resolve_case(Case& c, ParameterReport& report) {
   if (c.conveyor)
     resolve_conveyor(*c.conveyor, {c.numerics.cell_size, c.numerics.gravity, c.material, c.obstacle ? &*c.obstacle : nullptr}, report);
   check_scene(c, report);
+  check_stop(c, report);
 }
 
 // ---- reference ---------------------------------------------------------------------------------------------------------------------

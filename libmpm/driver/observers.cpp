@@ -21,6 +21,7 @@
 #include "libmpm/observe/pressure_profile.hpp"
 #include "libmpm/observe/runup.hpp"
 #include "libmpm/observe/steady_interval.hpp"
+#include "libmpm/observe/stop_when_steady.hpp"
 #include "libmpm/observe/transient_force.hpp"
 
 namespace mpm {
@@ -49,6 +50,14 @@ std::shared_ptr<Observer> make(Arguments&&... arguments) {
   return std::make_shared<T>(std::forward<Arguments>(arguments)...);
 }
 
+/// A pile has formed when the snow that was there at the start has passed, too.
+StopRule stop_rule(const Setting& s) {
+  const ConveyorSpec& belt = *s.c.conveyor;
+  const double filled = belt.feed == ConveyorSpec::Feed::window ? belt.upstream_length + belt.downstream_length : 0.0;
+  const double passage = std::max(filled, least_passage_heights * std::max(s.c.obstacle->width(), belt.flow_height));
+  return impact_stop_rule(s.c.output.stop_when_steady, s.flow, belt.flow_height, passage);
+}
+
 struct Entry {
   Condition condition;
   std::shared_ptr<Observer> (*make)(const Setting&);
@@ -59,6 +68,7 @@ constexpr Entry list[] = {
     {always, [](const Setting& s) { return make<Execution>(s.c.title, case_hash_text(s.c)); }},
     {always, [](const Setting& s) { return make<ParticleFlux>(s.c.conveyor.has_value(), s.scene.mirror); }},
     {impact, [](const Setting& s) { return make<SteadyInterval>(s.flow); }},
+    {impact, [](const Setting& s) { return make<StopWhenSteady>(stop_rule(s)); }},
     {impact, [](const Setting& s) { return make<Runup>(*s.geometry); }},
     {impact, [](const Setting& s) { return make<PressureProfile>(*s.geometry); }},
     {obstacle, [](const Setting& s) { return make<ContactForce>(*s.scene.obstacle); }},

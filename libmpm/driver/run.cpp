@@ -50,6 +50,7 @@ class Run {
   void remove_results(std::initializer_list<const char*> names) const;
   // from sample to sample
   RunResult loop();
+  [[nodiscard]] bool at_end() const;
   void advance_to_next_sample();
   void record_sample();
   void report_progress();
@@ -191,13 +192,16 @@ RunResult Run::go() {
   }
 }
 
+/// Follows from the series, so that a resumed run ends at the same sample.
+bool Run::at_end() const { return progress_.samples > sampling_.last() || observers_.may_end(); }
+
 RunResult Run::loop() {
-  while (progress_.samples <= sampling_.last()) {
+  while (!at_end()) {
     advance_to_next_sample();
     record_sample();
     report_progress();
     const Request request = options_.poll ? options_.poll() : Request::none;
-    if (request == Request::stop && progress_.samples <= sampling_.last()) return finish(false);
+    if (request == Request::stop && !at_end()) return finish(false);
     if (request == Request::checkpoint || seconds_since(checkpointed_) > 60.0 * case_.output.checkpoint_minutes) {
       checkpoint(request == Request::checkpoint ? "asked for" : "periodic");
     }
@@ -290,6 +294,10 @@ RunResult Run::finish(bool complete) {
   result.million_particle_steps_per_s = progress_.speed();
   if (complete) {
     write_results(result);
+    if (progress_.samples <= sampling_.last()) {
+      say(fmt::format("ended at t = {:.6g} s of {:.6g} s: the means are known to {:.3g} % (output.stop_when_steady)", state_.time,
+                      sampling_.end(), 100.0 * case_.output.stop_when_steady));
+    }
     say(fmt::format("done: {} steps, {:.4g} million particle-steps/s over {:.1f} s of wall time", state_.step, progress_.speed(),
                     progress_.wall_time),
         false);

@@ -58,13 +58,25 @@ void require_no_results(const std::filesystem::path& directory) {
                                 finished ? "extend it to a longer duration" : "continue it"));
 }
 
+namespace {
+
+/// Whether a run ended by a rule at least as strict as that of a case.
+bool stopped_when_steady(const nlohmann::json& results, double limit) {
+  const auto of = [&](const char* name) { return results.value(name, nlohmann::json()); };
+  return of("stopped_when_steady") == true && of("stop_when_steady").is_number() && of("stop_when_steady").get<double>() <= limit;
+}
+
+}  // namespace
+
 std::optional<std::string> finished_results(const std::filesystem::path& directory, const Case& c) {
   if (!std::filesystem::exists(directory / "results.json")) return {};
   std::string results = read_json_text(directory / "results.json");
   const auto json = nlohmann::json::parse(results, nullptr, false);
   if (!json.is_object() || json.value("case_hash", nlohmann::json()) != case_hash_text(c) || !json.contains("duration_s")) return {};
-  const double last = Sampling(c).end();
-  if (!json["duration_s"].is_number() || std::abs(json["duration_s"].get<double>() - last) > 1e-9 * last) return {};
+  if (!json["duration_s"].is_number()) return {};
+  const double last = Sampling(c).end(), missing = last - json["duration_s"].get<double>();
+  const bool whole = std::abs(missing) <= 1e-9 * last;
+  if (!whole && !(missing > 0.0 && stopped_when_steady(json, c.output.stop_when_steady))) return {};
   return results;
 }
 

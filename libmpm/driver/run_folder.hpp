@@ -40,7 +40,8 @@ void write_case_files(const std::filesystem::path& directory, const Case& c);
 /// obstacle is taller than any jet.
 [[nodiscard]] std::string obstacle_text(const ObstacleSpec& obstacle);
 
-/// Content of results.json, if the folder holds the finished run of this case: the same hash and the same duration.
+/// Content of results.json, if the folder holds the finished run of this case: the same hash, and the same duration or an end within it by
+/// output.stop_when_steady with no larger a limit.
 [[nodiscard]] std::optional<std::string> finished_results(const std::filesystem::path& directory, const Case& c);
 
 }  // namespace mpm

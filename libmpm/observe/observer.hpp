@@ -67,7 +67,7 @@ struct HeightProfile {
 };
 
 /// A component that measures. Its functions are called in the order in which they are declared here: begin at the start and after a resume,
-/// after_step after every step, then at each sample visit for all particles, sample, check; at the end summary and profiles.
+/// after_step after every step, then at each sample visit for all particles, sample, check, may_end; at the end summary and profiles.
 class Observer {
  public:
   virtual ~Observer() = default;
@@ -92,6 +92,8 @@ class Observer {
   virtual void sample(const Instant& /*now*/, std::span<double> /*row*/) {}
   /// Called after the row and the frame are written. @return warnings for the log. @throws UnstableError
   virtual std::vector<std::string> check(const Instant& /*now*/) { return {}; }
+  /// Whether the run may end after the last row of the series, before its duration. Depends on the series alone.
+  [[nodiscard]] virtual bool may_end(const TimeSeries& /*series*/) const { return false; }
 
   /// The steady interval, over which all means are taken; one observer of a list may determine it.
   [[nodiscard]] virtual std::optional<Steady> steady_interval(const TimeSeries& /*series*/) const { return std::nullopt; }

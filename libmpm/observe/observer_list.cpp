@@ -136,6 +136,10 @@ std::vector<std::string> ObserverList::check(const Instant& now) {
   return warnings;
 }
 
+bool ObserverList::may_end() const {
+  return std::ranges::any_of(observers_, [this](const auto& o) { return o->may_end(series_); });
+}
+
 Summary ObserverList::summary(const State* state, const RunProgress* progress) const {
   Summary end{.series = series_, .state = state, .progress = progress};
   for (const auto& o : observers_) {

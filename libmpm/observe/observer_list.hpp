@@ -31,6 +31,8 @@ class ObserverList {
   std::vector<double> sample(const Snapshot& frame, const std::function<double(const Column&)>& carried);
   /// Warnings. @throws UnstableError
   std::vector<std::string> check(const Instant& now);
+  /// Whether an observer lets the run end after the last row.
+  [[nodiscard]] bool may_end() const;
 
   [[nodiscard]] const TimeSeries& series() const { return series_; }  ///< all rows so far
   /// Input of results and profiles at the end of a run. @param state and progress: null if frames were measured

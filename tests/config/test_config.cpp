@@ -63,6 +63,7 @@ duration_s = 6.0
 series_per_second = 50
 frames_per_second = 5
 checkpoint_minutes = 2.5
+stop_when_steady = 0.02
 )";
 
 const std::string strip_case = R"([material]
@@ -708,7 +709,8 @@ TEST(Config, HashChangesWithPhysicsOnly) {
     return case_hash(parse_case(text, "case.toml", overrides));
   };
   const std::uint64_t window = hash(window_case, {});
-  EXPECT_EQ(hash(window_case, {"title=other", "output.duration_s=60", "output.checkpoint_minutes=1"}), window);
+  EXPECT_EQ(hash(window_case, {"title=other", "output.duration_s=60", "output.stop_when_steady=0.05", "output.checkpoint_minutes=1"}),
+            window);
   EXPECT_EQ(hash(write_case(parse_case(window_case, "case.toml")), {}), window);
   EXPECT_NE(hash(window_case, {"material.critical_state_slope=0.4000000001"}), window);
   EXPECT_NE(hash(window_case, {"numerics.cell_size_m=0.2"}), window);

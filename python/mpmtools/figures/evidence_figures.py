@@ -16,6 +16,8 @@ NONE = ["no tables of evidence: `python3 -m mpmtools study` makes them from a ta
 
 
 def interval(low, high):
+    if not np.isfinite(low):
+        return "not determined"
     return f"{number(low, 2)} to {number(high, 2)}" if np.isfinite(high) else f"above {number(low, 2)}"
 
 
@@ -152,7 +154,7 @@ def figure_campaigns(study):
             pictures.append(drawn._replace(title=f"{name}, both campaigns, ξ = {xi:g}"))
     ratios = [[r.group, r.quantity, f"{r.pairs:.0f}", number(r.ratio), per_cent(r.spread), number(r.lowest), number(r.highest)]
               for r in summary.itertuples()]
-    sets = [[f"{name}, {fitting_set} ({of.rows.iloc[0]:.0f} rows)", *(_coefficient(of, p) for p in NAMES)]
+    sets = [[f"{name}, {fitting_set} ({_fitted_rows(of)})", *(_coefficient(of, p) for p in NAMES)]
             for (name, fitting_set), of in coefficients.groupby(["campaign", "fitting_set"], sort=False)]
     published = coefficients.groupby("parameter").published.first()
     sets.insert(0, ["published", *(number(published[p]) for p in NAMES)])
@@ -161,6 +163,11 @@ def figure_campaigns(study):
          "rows": sets},
         {"title": f"Paired rows: prediction over reproduction, {len(rows)} set-ups", "rows": ratios,
          "head": ["rows", "quantity", "pairs", "ratio (geometric mean)", "spread (standard deviation of the logarithm)", "lowest", "highest"]}])
+
+
+def _fitted_rows(rows):
+    runs, of = rows.runs.max(), f"{rows.rows.iloc[0]:.0f} rows"
+    return f"{runs:.0f} of {of}" if np.isfinite(runs) else of
 
 
 def _coefficient(rows, parameter):
