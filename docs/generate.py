@@ -134,6 +134,23 @@ def verb_table():
     return table(("verb", "what it does"), [(f"`{verb}`", sentence(what)) for verb, what in entries(text)])
 
 
+# Where the pages explain a command of mpmtools.
+MPMTOOLS_PAGES = {"fit": "study.md", "study": "study.md", "plot": "results.md#pictures", "render": "results.md#pictures", "view": "results.md#pictures",
+                  "film": "results.md#pictures", "design": "design.md", "scale": "cluster.md#predicting-the-efficiency",
+                  "import-avaframe": "cases.md#inflow-from-a-path-model", "json-schema": "install.md#your-editor"}
+
+
+def mpmtools_table():
+    """Every command of python3 -m mpmtools, from its own parser."""
+    sys.path.insert(0, str(DOCS.parent / "python"))
+    from mpmtools.__main__ import parser
+
+    choices = next(action for action in parser()._actions if action.dest == "command")  # argparse offers no other way to its commands
+    texts = {action.dest: action.help for action in choices._choices_actions}
+    return table(("`python3 -m mpmtools`", "what it does"),
+                 [(f"[`{name}`]({MPMTOOLS_PAGES[name]})", sentence(texts[name])) for name in choices.choices])
+
+
 def filled(name, page, sections):
     """A page with its generated sections."""
     for marker, text in sections.items():
@@ -152,7 +169,7 @@ def main():
     sections = {"results.md": result_tables(program),
                 "cases.md": {"keys": key_tables(program)},
                 "design.md": {"keys": key_tables(program, "--site")},
-                "commands.md": {"commands": command_table(program, before["commands.md"])},
+                "commands.md": {"commands": command_table(program, before["commands.md"]), "mpmtools": mpmtools_table()},
                 "developing.md": {"verbs": verb_table()}}
     stale = []
     for name, page in before.items():

@@ -16,9 +16,11 @@ from in_folder import InFolder  # noqa: E402
 
 class Links(InFolder):
     def test_that_lead_somewhere_are_silent(self):
-        self.write("index.html", '<a href="sub/b.html#here">b</a><a href="https://example.org/">out</a><img src="p.png"><a href="#top">t</a><p id="top">')
+        self.write("index.html", '<a href="sub/b.html#here">b</a><a href="https://example.org/">out</a><img src="p.png"><video src="f.webm"></video><a href="#top">t</a><p id="top">')
         self.write("sub/b.html", '<h2 id="here">b</h2><a href="../index.html">back</a>')
         self.write("p.png", "")
+        self.assertEqual(list(check_site.problems(self.folder, set())), ["index.html: f.webm: there is no such file"])
+        self.write("f.webm", "")
         self.assertEqual(list(check_site.problems(self.folder, set())), [])
 
     def test_that_lead_nowhere_are_named(self):
@@ -40,7 +42,7 @@ class Pages(InFolder):
         self.assertEqual(done.returncode, 0, done.stderr)
         out = self.folder / "out"
         for name in ("README.md", "docs/cases.md", "validation/cases/plate_in_jet/README.md", "index.md", "docs/images/theory/step.svg",
-                     "examples/avalanche_fr3.toml", "libmpm/material/cam_clay.hpp"):
+                     "examples/avalanche_fr3.toml", "docs/images/avalanche_fr3.webm", "libmpm/material/cam_clay.hpp"):
             self.assertTrue((out / name).exists(), name)
         index = (out / "index.md").read_text(encoding="utf-8")
         for script in (SOURCE / "examples" / "tutorials").glob("*.py"):

@@ -13,7 +13,7 @@ import urllib.parse
 class Page(html.parser.HTMLParser):
     """The links, the loaded files and the anchors of a page."""
 
-    LOADED = {("img", "src"), ("script", "src"), ("source", "src"), ("iframe", "src")}
+    LOADED = {("img", "src"), ("script", "src"), ("source", "src"), ("video", "src"), ("iframe", "src")}
 
     def __init__(self, path):
         super().__init__()

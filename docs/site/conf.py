@@ -2,6 +2,7 @@
 
 import pathlib
 import re
+import shutil
 import sys
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
@@ -47,6 +48,15 @@ def use_local_files(app, exception):
             style.write_text(text.replace(name, "normalize.css"), encoding="utf-8")
 
 
+def copy_films(app, exception):
+    """Films, which Sphinx does not know: assemble.py has put them beside the pages, and pages name them as _static/films/NAME."""
+    if exception is None:
+        for path in pathlib.Path(app.srcdir, "docs", "images").glob("*.webm"):
+            target = pathlib.Path(app.outdir) / "_static" / "films" / path.name
+            target.parent.mkdir(parents=True, exist_ok=True)
+            shutil.copyfile(path, target)
+
+
 def as_restructured_text(app, what, name, obj, options, lines):
     """Docstrings are plain text: lists of "name    meaning" become definition lists, indented lines become code."""
     changed, in_list = [], False
@@ -68,4 +78,5 @@ def as_restructured_text(app, what, name, obj, options, lines):
 
 def setup(app):
     app.connect("build-finished", use_local_files)
+    app.connect("build-finished", copy_films)
     app.connect("autodoc-process-docstring", as_restructured_text)
