@@ -174,6 +174,7 @@ void Grid::destroy(std::int32_t index) {
   b.particles.release(*pool_);
   b.clear_outbox();
   b.parts = nullptr;
+  b.outer = false;
   free_.push_back(index);
   set_changed_ = true;
 }

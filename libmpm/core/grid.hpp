@@ -153,6 +153,7 @@ struct Block {
   std::uint32_t outbox_neighbours = 0;       ///< bit n: the outbox holds migrants to neighbour n
   bool owned = true;                         ///< false: a ghost, another rank's (ranks.hpp)
   bool at_border = false;                    ///< a block of another rank is among it and its neighbours
+  bool outer = false;                        ///< its particles touch nodes of blocks of other ranks: set by Ranks::plan
   /// Where the particles' contributions go instead of the neighbours' nodes: set by Ranks::plan for blocks that share nodes with other
   /// ranks.
   const std::array<std::int32_t, 27>* parts = nullptr;

@@ -272,10 +272,19 @@ void correct_lumped_mass(Grid& grid, const GridForces& forces, std::size_t first
   for (const auto b : lent) change[static_cast<std::size_t>(b)] = NodeBlock{};
   Boundaries(grid, forces, time).act_from(first);
   reflect_velocities(grid, forces.mirror);
-  if (grid.ranks() != nullptr) grid.ranks()->return_nodes(grid);
+  Ranks* const ranks = grid.ranks();
   const std::span changes(change.get(), count);
-  for (const LumpedMassCorrection& correction : corrections) correction.add(grid, changes);
-  if (grid.ranks() != nullptr) grid.ranks()->add_parts(changes);
+  const auto near = [&](const Index3& block) {
+    return std::ranges::any_of(corrections, [&](const LumpedMassCorrection& c) { return c.reaches(block[0], block[1]); });
+  };
+  if (ranks != nullptr) ranks->send_nodes(grid, near);
+  for (const LumpedMassCorrection& correction : corrections) correction.add_inner(grid, changes);
+  if (ranks != nullptr) {
+    ranks->receive_nodes(grid);
+    for (const LumpedMassCorrection& correction : corrections) correction.add_outer(grid, changes);
+    ranks->send_parts(changes, near);
+    ranks->add_parts(changes);
+  }
   fold_mirror_planes(grid, forces.mirror, changes);
 #pragma omp parallel for schedule(static, 8)
   for (std::size_t i = 0; i < all.size(); ++i) {

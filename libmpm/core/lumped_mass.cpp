@@ -122,14 +122,20 @@ void LumpedMassCorrection::add_of_block(const Grid& grid, const Block& block, st
       });
 }
 
-void LumpedMassCorrection::add(const Grid& grid, std::span<NodeBlock> change) const {
-  for (int colour = 0; colour < 8; ++colour) {
-    const auto blocks = grid.coloured_blocks(colour);
+void LumpedMassCorrection::add_inner(const Grid& grid, std::span<NodeBlock> change) const {
+  for (int colour = 0; colour < 8; ++colour) add_of_blocks(grid, grid.coloured_blocks(colour), false, change);
+}
+
+void LumpedMassCorrection::add_outer(const Grid& grid, std::span<NodeBlock> change) const {
+  add_of_blocks(grid, grid.occupied_blocks(), true, change);
+}
+
+void LumpedMassCorrection::add_of_blocks(const Grid& grid, std::span<const std::int32_t> blocks, bool outer,
+                                         std::span<NodeBlock> change) const {
 #pragma omp parallel for schedule(dynamic, 1)
-    for (std::size_t i = 0; i < blocks.size(); ++i) {
-      const Block& block = grid.block(blocks[i]);
-      if (reaches(block.coordinate[0], block.coordinate[1])) add_of_block(grid, block, change);
-    }
+  for (std::size_t i = 0; i < blocks.size(); ++i) {
+    const Block& block = grid.block(blocks[i]);
+    if (block.outer == outer && reaches(block.coordinate[0], block.coordinate[1])) add_of_block(grid, block, change);
   }
 }
 

@@ -47,12 +47,16 @@ class LumpedMassCorrection {
   /// Whether particles of a column of blocks may take part. @param x,y  of its blocks' coordinates
   [[nodiscard]] bool reaches(std::int32_t x, std::int32_t y) const;
 
-  /// Adds m_i times the change of v_i to `change`, kg m/s, by number of block, as particle_to_grid adds to nodes: parts of other ranks'
-  /// nodes go to temporary blocks. Nodes must hold velocities, their old nodes those before forces, both with their images behind mirror
-  /// planes and on ghosts. Sums in the order of colours: the same bits on any number of threads.
-  void add(const Grid& grid, std::span<NodeBlock> change) const;
+  /// Adds m_i times the change of v_i to `change`, kg m/s, by number of block, as particle_to_grid adds to nodes: first of inner blocks,
+  /// then of outer ones (ranks.hpp). Nodes must hold velocities, their old nodes those before forces, both with their images behind mirror
+  /// planes; for outer blocks on ghosts, too. Sums in the order of colours: the same bits on any number of threads.
+  /// @{
+  void add_inner(const Grid& grid, std::span<NodeBlock> change) const;
+  void add_outer(const Grid& grid, std::span<NodeBlock> change) const;
+  /// @}
 
  private:
+  void add_of_blocks(const Grid& grid, std::span<const std::int32_t> blocks, bool outer, std::span<NodeBlock> change) const;
   void add_of_block(const Grid& grid, const Block& block, std::span<NodeBlock> change) const;
 
   OutlineDistance distance_;

@@ -106,42 +106,75 @@ inline void add_row(Node* node, const SingleQuad* row, int count, Node velocity)
 }
 /// @}
 
+/// Field 0: the nodes; field 1: the old nodes.
+NodeBlock& storage(Grid& grid, int field, std::int32_t b) { return field == 0 ? grid.nodes(b) : grid.old_nodes(b); }
+
+/// Adds the particles of blocks that share no node. All threads of a parallel region call it and divide the blocks among themselves.
+/// @param outer  those with this value of Block::outer. @tparam fields as in scatter()
+template <class Record, int fields>
+void scatter_blocks(Grid& grid, std::span<const std::int32_t> blocks, bool outer, const TransferOptions& options,
+                    SumHalo<Record> (&halo)[fields]) {
+  const auto threads = static_cast<std::size_t>(omp_get_num_threads());
+#pragma omp for schedule(dynamic, 1)
+  for (std::size_t i = 0; i < blocks.size(); ++i) {
+    const Block& block = grid.block(blocks[i]);
+    if (block.outer != outer) continue;
+    const std::size_t next = std::min(i + threads, blocks.size() - 1);  // an estimate: threads get one block at a time
+    scatter_block(grid, block, grid.block(blocks[next]).particles, options, halo);
+    const Vec3& v = block.particles.frame.velocity;
+    for (int f = 0; f < fields; ++f) {
+      const Node velocity = f == 0 ? Node{v.x(), v.y(), v.z(), 0.0} : Node{};  // internal forces do not depend on the frame of reference
+      for_each_halo_row(
+          block.parts != nullptr ? *block.parts : block.neighbour, [&](std::int32_t b) -> NodeBlock& { return storage(grid, f, b); },
+          [&](Node* node, int first, auto count) { add_row(node, halo[f].node + first, count, velocity); });
+    }
+    if (grid.ranks() != nullptr && omp_get_thread_num() == 0) grid.ranks()->progress();
+  }
+}
+
+/// Outer blocks. The parts of such a block all have nodes of their own (Block::parts): outer blocks share none, whatever their colours.
+template <class Record, int fields>
+void scatter_outer(Grid& grid, const TransferOptions& options) {
+  const auto lent = grid.lent();
+#pragma omp parallel
+  {
+#pragma omp for schedule(static)
+    for (std::size_t i = 0; i < lent.size(); ++i) {
+      for (int f = 0; f < fields; ++f) storage(grid, f, lent[i]) = NodeBlock{};
+    }
+    SumHalo<Record> halo[fields];
+    scatter_blocks<Record, fields>(grid, grid.occupied_blocks(), true, options, halo);
+  }
+}
+
+/// The other blocks, colour by colour.
+template <class Record, int fields>
+void scatter_inner(Grid& grid, const TransferOptions& options) {
+  const auto all = grid.all_blocks();
+#pragma omp parallel
+  {
+#pragma omp for schedule(static)
+    for (std::size_t i = 0; i < all.size(); ++i) {
+      for (int f = 0; f < fields; ++f) storage(grid, f, all[i]) = NodeBlock{};
+    }
+    SumHalo<Record> halo[fields];
+    for (int colour = 0; colour < 8; ++colour) {
+      scatter_blocks<Record, fields>(grid, grid.coloured_blocks(colour), false, options, halo);
+    }
+  }
+}
+
 /// @tparam fields 1: nodes hold the momentum with that of the internal forces; 2: nodes hold the momentum, old nodes that of the internal
 /// forces
 template <class Record, int fields>
 void scatter(Grid& grid, const TransferOptions& options) {
-  const auto all = grid.all_blocks(), lent = grid.lent();
-  const auto storage = [&](int field, std::int32_t b) -> NodeBlock& { return field == 0 ? grid.nodes(b) : grid.old_nodes(b); };
-#pragma omp parallel
-  {
-#pragma omp for schedule(static) nowait
-    for (std::size_t i = 0; i < all.size(); ++i) {
-      for (int f = 0; f < fields; ++f) storage(f, all[i]) = NodeBlock{};
-    }
-#pragma omp for schedule(static)
-    for (std::size_t i = 0; i < lent.size(); ++i) {
-      for (int f = 0; f < fields; ++f) storage(f, lent[i]) = NodeBlock{};
-    }
-    SumHalo<Record> halo[fields];
-    const auto threads = static_cast<std::size_t>(omp_get_num_threads());
-    for (int colour = 0; colour < 8; ++colour) {
-      const auto blocks = grid.coloured_blocks(colour);
-#pragma omp for schedule(dynamic, 1)
-      for (std::size_t i = 0; i < blocks.size(); ++i) {
-        const Block& block = grid.block(blocks[i]);
-        const std::size_t next = std::min(i + threads, blocks.size() - 1);  // an estimate: threads get one block at a time
-        scatter_block(grid, block, grid.block(blocks[next]).particles, options, halo);
-        const Vec3& v = block.particles.frame.velocity;
-        for (int f = 0; f < fields; ++f) {
-          const Node velocity =
-              f == 0 ? Node{v.x(), v.y(), v.z(), 0.0} : Node{};  // internal forces do not depend on the frame of reference
-          for_each_halo_row(
-              block.parts != nullptr ? *block.parts : block.neighbour, [&](std::int32_t b) -> NodeBlock& { return storage(f, b); },
-              [&](Node* node, int first, auto count) { add_row(node, halo[f].node + first, count, velocity); });
-        }
-      }
-    }
+  Ranks* const ranks = grid.ranks();
+  if (ranks != nullptr) {
+    scatter_outer<Record, fields>(grid, options);
+    ranks->send_parts(grid);
   }
+  scatter_inner<Record, fields>(grid, options);
+  if (ranks != nullptr) ranks->add_parts(grid);
 }
 
 }  // namespace
@@ -155,7 +188,6 @@ void particle_to_grid(Grid& grid, const TransferOptions& options) {
       scatter<Record, 1>(grid, options);
     }
   });
-  if (grid.ranks() != nullptr) grid.ranks()->add_parts(grid);
 }
 
 }  // namespace mpm

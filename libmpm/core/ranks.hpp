@@ -5,10 +5,14 @@
 /// blocks, and ghosts: blocks of other ranks next to its own. The results equal those of one rank to the last bit, because:
 ///
 /// - Contributions of particles to nodes of another rank's block (parts) are sent unsummed; the owner adds them in the order of the colours
-///   (add_parts). The owner then sends back the nodes that particles of other ranks need (return_nodes).
+///   (add_parts). The owner then sends back the nodes that particles of other ranks need (send_nodes).
 /// - Blocks have one owner if a boundary acts on nodes of several of them together (joined_blocks.hpp).
 /// - A migrant to another rank's block arrives there in the outbox of a ghost; its new block collects it in the usual order.
 /// - Sums over blocks are exact (block_sums.hpp), or rank 0 adds the rows of all blocks in the order of the blocks (block_table.hpp).
+///
+/// Messages travel while a rank computes. A block is `outer` if its particles touch nodes of other ranks' blocks. Particles of outer blocks
+/// come first in particle_to_grid, so that their parts travel while the others are transferred; they come last in grid_to_particle, so that
+/// the nodes from other ranks have time to arrive.
 ///
 /// The core uses this interface; libmpm/parallel implements it. In a program of one process Grid::ranks() is null.
 
@@ -60,22 +64,30 @@ struct BlockError {
 
 /// What one rank has computed and exchanged since the start, without the exchange for files.
 struct RankCounts {
-  std::uint64_t particles = 0;       ///< of this rank now
-  std::uint64_t steps = 0;           ///< steps taken
-  std::uint64_t particle_steps = 0;  ///< particles of this rank, summed over the steps
-  std::uint64_t block_steps = 0;     ///< likewise: its blocks with particles
-  std::uint64_t border_steps = 0;    ///< likewise: those of them next to a block of another rank
-  std::uint64_t messages = 0;        ///< sent to neighbours: parts, nodes, migrants
-  std::uint64_t part_bytes = 0;      ///< sent with parts
-  std::uint64_t node_bytes = 0;      ///< sent with nodes
-  std::uint64_t migrant_bytes = 0;   ///< sent with migrants
-  std::uint64_t exchanges = 0;       ///< times that the ranks exchanged lists of their border blocks
-  std::uint64_t reductions = 0;      ///< sums and maxima over all ranks
-  std::uint64_t reduced_bytes = 0;   ///< contributed to them
-  std::uint64_t gathers = 0;         ///< collections of rows of all ranks on the first
-  std::uint64_t gathered_bytes = 0;  ///< contributed to them
-  std::uint64_t moves = 0;           ///< times that blocks changed their owners
+  std::uint64_t particles = 0;        ///< of this rank now
+  std::uint64_t steps = 0;            ///< steps taken
+  std::uint64_t particle_steps = 0;   ///< particles of this rank, summed over the steps
+  std::uint64_t block_steps = 0;      ///< likewise: its blocks with particles
+  std::uint64_t border_steps = 0;     ///< likewise: those of them next to a block of another rank
+  std::uint64_t neighbour_steps = 0;  ///< likewise: other ranks that it shares a border with
+  std::uint64_t messages = 0;         ///< sent to neighbours: parts, nodes, migrants
+  std::uint64_t part_bytes = 0;       ///< sent with parts
+  std::uint64_t node_bytes = 0;       ///< sent with nodes
+  std::uint64_t migrant_bytes = 0;    ///< sent with migrants
+  std::uint64_t exchanges = 0;        ///< times that the ranks exchanged lists of their border blocks
+  std::uint64_t reductions = 0;       ///< sums and maxima over all ranks
+  std::uint64_t reduced_bytes = 0;    ///< contributed to them
+  std::uint64_t gathers = 0;          ///< collections of rows of all ranks on the first
+  std::uint64_t gathered_bytes = 0;   ///< contributed to them
+  std::uint64_t moves = 0;            ///< times that blocks changed their owners
+  double part_wait = 0.0;             ///< s, waited for parts
+  double node_wait = 0.0;             ///< s, waited for nodes
+  double migrant_wait = 0.0;          ///< s, waited for migrants
+  double reduction_wait = 0.0;        ///< s, in sums and maxima over all ranks: where a rank with less work waits for the others
 };
+
+/// Chooses blocks by their coordinates.
+using BlockChoice = std::function<bool(const Index3&)>;
 
 /// One rank's view of the others. The functions that are not const are collective: all ranks call them, outside of parallel regions.
 class Ranks {
@@ -110,14 +122,31 @@ class Ranks {
   /// Exchanges the lists of blocks with particles at the borders, and creates ghosts for those of other ranks.
   /// @returns the blocks that must exist in the step
   virtual std::vector<std::int32_t> announce(Grid& grid) = 0;
-  /// Prepares add_parts() and return_nodes() for the current blocks.
+  /// Prepares the messages for the current blocks, and marks the outer ones (Block::outer).
   virtual void plan(Grid& grid) = 0;
-  /// After particle_to_grid of all blocks: adds the parts of nodes that get contributions from several ranks.
+  /// After particle_to_grid of the outer blocks: starts to send their parts. add_parts() follows.
+  virtual void send_parts(Grid& grid) = 0;
+  /// After particle_to_grid of all blocks: waits for the parts of other ranks, and sums the nodes that get contributions from outer blocks.
   virtual void add_parts(Grid& grid) = 0;
-  /// The same for another field of node values. @param field  by number of block, including the temporary blocks that hold parts
+  /// After the update: starts to send nodes to the ranks whose particles need them. receive_nodes() follows.
+  virtual void send_nodes(Grid& grid) = 0;
+  /// Before grid_to_particle of the outer blocks: waits for the nodes from other ranks.
+  virtual void receive_nodes(Grid& grid) = 0;
+  /// The same for a part of the blocks, and parts of another field. receive_nodes() and add_parts(field) follow.
+  /// @param givers  the blocks whose particles need nodes and give parts; the same choice on all ranks and in all steps
+  /// @param field  by number of block, including the temporary blocks that hold parts
+  /// @{
+  virtual void send_nodes(Grid& grid, const BlockChoice& givers) = 0;
+  virtual void send_parts(std::span<NodeBlock> field, const BlockChoice& givers) = 0;
   virtual void add_parts(std::span<NodeBlock> field) = 0;
-  /// After the update: sends nodes to the ranks whose particles need them.
-  virtual void return_nodes(Grid& grid) = 0;
+  /// @}
+  /// Helps messages on their way. In a parallel region only the thread that calls the other functions may call it.
+  virtual void progress() noexcept = 0;
+  /// Whether note_time() is wanted in this step.
+  [[nodiscard]] virtual bool measures() const = 0;
+  /// The computing time that the particles of a block took in grid_to_particle and the stress update, s: blocks are distributed by it. May
+  /// be called inside a parallel region by any thread, once for each block.
+  virtual void note_time(const Block& block, std::int32_t number, int particles, double time) noexcept = 0;
   /// Moves migrants to blocks of other ranks from this rank's outboxes into those of the ghosts there.
   virtual void exchange_migrants(Grid& grid) = 0;
 

@@ -1,6 +1,7 @@
 #include "libmpm/core/step.hpp"
 
 #include <omp.h>
+#include <time.h>
 
 #include <Eigen/LU>
 #include <algorithm>
@@ -141,6 +142,13 @@ class PhaseTimer {
   Clock::time_point last_;
 };
 
+/// Computing time of the calling thread, s: a busy machine does not add to it, as it does to wall time.
+double thread_seconds() {
+  timespec now{};
+  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);
+  return static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec);
+}
+
 /// Sum over the blocks of all ranks.
 FluxTotals sum_of(std::span<const FluxTotals> parts, Ranks* ranks) {
   constexpr std::size_t counts = 2;  // its first members
@@ -153,31 +161,46 @@ FluxTotals sum_of(std::span<const FluxTotals> parts, Ranks* ranks) {
 }
 
 /// Updates velocity, position and stress of all particles. Puts those that left their block into its outbox, and removes those that left
-/// the domain.
+/// the domain. Particles of outer blocks come last, when the nodes of other ranks have arrived.
 FluxTotals move_particles(State& state, const Scene& scene, const TransferOptions& options, StepTimes* times) {
   Grid& grid = state.grid;
+  Ranks* const ranks = grid.ranks();
+  const bool measured = ranks != nullptr && ranks->measures();
   const auto blocks = grid.occupied_blocks();
   std::vector<BlockMotion> motion(blocks.size());
   std::vector<FluxTotals> left(blocks.size());
   bool out_of_memory = false;
   double gather_time = 0.0, stress_time = 0.0, sort_time = 0.0, loop_time = 0.0;
   PhaseTimer loop_timer(times);
+  const auto move = [&](bool outer) {
 #pragma omp parallel for schedule(dynamic, blocks_at_a_time) reduction(+ : gather_time, stress_time, sort_time)
-  for (std::size_t i = 0; i < blocks.size(); ++i) {
-    try {
-      PhaseTimer timer(times);
-      motion[i] = grid_to_particle(grid, blocks[i], options, moved_next(blocks, i));
-      timer.add_to(gather_time);
-      motion[i].finite = update_stress(grid, blocks[i], scene.material, options.dt);
-      timer.add_to(stress_time);
-      if (!motion[i].finite || !motion[i].within_reach) continue;
-      left[i] = remove_outside(grid, blocks[i], scene);
-      collect_migrants(grid, blocks[i], motion[i]);
-      timer.add_to(sort_time);
-    } catch (const std::bad_alloc&) {  // no exception may leave a parallel region
+    for (std::size_t i = 0; i < blocks.size(); ++i) {
+      Block& block = grid.block(blocks[i]);
+      if (block.outer != outer) continue;
+      try {
+        PhaseTimer timer(times);
+        const double start = measured ? thread_seconds() : 0.0;
+        const int particles = block.particles.count();
+        motion[i] = grid_to_particle(grid, blocks[i], options, moved_next(blocks, i));
+        timer.add_to(gather_time);
+        motion[i].finite = update_stress(grid, blocks[i], scene.material, options.dt);
+        timer.add_to(stress_time);
+        if (!motion[i].finite || !motion[i].within_reach) continue;
+        left[i] = remove_outside(grid, blocks[i], scene);
+        collect_migrants(grid, blocks[i], motion[i]);
+        timer.add_to(sort_time);
+        if (measured) ranks->note_time(block, blocks[i], particles, thread_seconds() - start);
+      } catch (const std::bad_alloc&) {  // no exception may leave a parallel region
 #pragma omp atomic write
-      out_of_memory = true;
+        out_of_memory = true;
+      }
+      if (ranks != nullptr && omp_get_thread_num() == 0) ranks->progress();
     }
+  };
+  move(false);
+  if (ranks != nullptr) {
+    ranks->receive_nodes(grid);
+    move(true);
   }
   if (out_of_memory) throw std::bad_alloc();
   loop_timer.add_to(loop_time);
@@ -193,13 +216,13 @@ FluxTotals move_particles(State& state, const Scene& scene, const TransferOption
       error = BlockError{grid.block(blocks[i]).coordinate, instability(state, scene.offset, options.dt, blocks[i], motion[i])};
     max_speed_squared = std::max(max_speed_squared, motion[i].max_speed_squared);
   }
-  if (grid.ranks() != nullptr) {
-    max_speed_squared = grid.ranks()->agree(max_speed_squared, error);
+  if (ranks != nullptr) {
+    max_speed_squared = ranks->agree(max_speed_squared, error);
   } else if (error) {
     throw UnstableError(error->text);
   }
   state.max_speed = std::sqrt(max_speed_squared);
-  return sum_of(left, grid.ranks());
+  return sum_of(left, ranks);
 }
 
 }  // namespace
@@ -245,7 +268,7 @@ StepReport step(State& state, const Scene& scene, double dt, StepTimes* times) {
   fold_mirror_planes(grid, scene.mirror);
   const GridForces forces{scene.boundaries, scene.layered, scene.gravity, scene.mirror, options.density, 1.0 - options.kept};
   GridUpdate update = update_grid(grid, forces, dt, state.time);  // v_i, contact
-  if (grid.ranks() != nullptr) grid.ranks()->return_nodes(grid);
+  if (grid.ranks() != nullptr) grid.ranks()->send_nodes(grid);
   timer.add_to(spent.grid_update);
 
   report.left = move_particles(state, scene, options, times);  // v_p, C_p, x_p, then the law: tau_p

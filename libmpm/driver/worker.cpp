@@ -33,15 +33,21 @@ std::string report_of_ranks(const State& state) {
                    {"particle_steps", c.particle_steps},
                    {"block_steps", c.block_steps},
                    {"border_block_steps", c.border_steps},
+                   {"neighbour_steps", c.neighbour_steps},
                    {"messages", c.messages},
                    {"part_bytes", c.part_bytes},
                    {"node_bytes", c.node_bytes},
                    {"migrant_bytes", c.migrant_bytes},
+                   {"exchanges", c.exchanges},
                    {"reductions", c.reductions},
                    {"reduced_bytes", c.reduced_bytes},
                    {"gathers", c.gathers},
                    {"gathered_bytes", c.gathered_bytes},
-                   {"moves", c.moves}});
+                   {"moves", c.moves},
+                   {"part_wait_s", c.part_wait},
+                   {"node_wait_s", c.node_wait},
+                   {"migrant_wait_s", c.migrant_wait},
+                   {"reduction_wait_s", c.reduction_wait}});
   }
   ranks.done();
   return nlohmann::ordered_json{{"ranks", all}}.dump(1) + "\n";

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cstdlib>
 #include <string>
+#include <utility>
 
 #include "libmpm/base/error.hpp"
 
@@ -14,7 +15,7 @@ namespace mpm {
 namespace {
 
 constexpr std::size_t piece = std::size_t{1} << 30;  ///< bytes; MPI counts in int. A message ends with a piece that is shorter
-constexpr int tag = 1;
+constexpr int tag = 1;                               ///< of messages whose size the receiver does not know
 
 void check(int result, const char* what) {
   if (result == MPI_SUCCESS) return;
@@ -30,13 +31,88 @@ bool launched() {
                              [](const char* name) { return std::getenv(name) != nullptr; });
 }
 
-}  // namespace
+int tag_of(MessageKind kind) { return 2 + static_cast<int>(kind); }
 
-struct MpiTransport::Requests {
-  std::vector<MPI_Request> all;
+/// Messages on their way in one direction.
+class Stream {
+ public:
+  Stream() = default;
+  ~Stream() {  // MPI reads or writes the messages until then
+    if (!done_ && !requests_.empty()) MPI_Waitall(static_cast<int>(requests_.size()), requests_.data(), MPI_STATUSES_IGNORE);
+  }
+  Stream(const Stream&) = delete;
+  Stream& operator=(const Stream&) = delete;
+
+  /// After those that were sent before have left.
+  void send(Messages to, int with_tag) {
+    wait();
+    messages_ = std::move(to);
+    for (auto& [rank, message] : messages_) {
+      for_each_piece(message, [&, to_rank = rank](std::byte* bytes, int size, MPI_Request* request) {
+        check(MPI_Isend(bytes, size, MPI_BYTE, to_rank, with_tag, MPI_COMM_WORLD, request), "send");
+      });
+    }
+    statuses_.resize(requests_.size());
+  }
+  void receive(const std::map<int, std::size_t>& from, int with_tag) {
+    for (const auto& [rank, size] : from) {
+      messages_[rank].resize(size);
+      for_each_piece(messages_[rank], [&, from_rank = rank](std::byte* bytes, int count, MPI_Request* request) {
+        check(MPI_Irecv(bytes, count, MPI_BYTE, from_rank, with_tag, MPI_COMM_WORLD, request), "receive");
+        sizes_.push_back(count);
+      });
+    }
+    statuses_.resize(requests_.size());
+  }
+  /// Until all have left or arrived. @returns the messages
+  Messages wait() {
+    if (!done_) check(MPI_Waitall(static_cast<int>(requests_.size()), requests_.data(), statuses_.data()), "wait");
+    for (std::size_t i = 0; i < sizes_.size(); ++i) {
+      int got = 0;
+      MPI_Get_count(&statuses_[i], MPI_BYTE, &got);
+      if (got != sizes_[i]) throw Error(ExitCode::internal, "internal error: a message between ranks does not have the expected size");
+    }
+    requests_.clear();
+    sizes_.clear();
+    done_ = false;
+    return std::exchange(messages_, {});
+  }
+  void progress() noexcept {
+    int all = 0;
+    if (!done_ && !requests_.empty()) MPI_Testall(static_cast<int>(requests_.size()), requests_.data(), &all, statuses_.data());
+    done_ = done_ || all != 0;
+  }
+
+ private:
+  /// Calls f(first byte, bytes, request) for each piece of a message.
+  template <class F>
+  void for_each_piece(Message& message, F&& f) {
+    for (std::size_t first = 0;; first += piece) {
+      const std::size_t size = std::min(piece, message.size() - first);
+      requests_.push_back(MPI_REQUEST_NULL);
+      f(message.data() + first, static_cast<int>(size), &requests_.back());
+      if (size < piece) return;
+    }
+  }
+
+  Messages messages_;
+  std::vector<MPI_Request> requests_;  ///< of the pieces
+  std::vector<MPI_Status> statuses_;
+  std::vector<int> sizes_;  ///< of pieces to be received
+  bool done_ = false;       ///< progress() found that all have left or arrived
 };
 
-MpiTransport::MpiTransport(int& argc, char**& argv) : requests_(std::make_unique<Requests>()) {
+}  // namespace
+
+struct MpiTransport::Traffic {
+  Stream sent;  ///< to receivers that do not know the size
+  struct Expected {
+    Stream out, in;
+  };
+  std::map<MessageKind, Expected> expected;
+};
+
+MpiTransport::MpiTransport(int& argc, char**& argv) : traffic_(std::make_unique<Traffic>()) {
   if (!launched()) return;
   int provided = 0;
   check(MPI_Init_thread(&argc, &argv, MPI_THREAD_FUNNELED, &provided), "start");
@@ -46,6 +122,7 @@ MpiTransport::MpiTransport(int& argc, char**& argv) : requests_(std::make_unique
 }
 
 MpiTransport::~MpiTransport() {
+  traffic_.reset();
   if (running_) MPI_Finalize();
 }
 
@@ -71,15 +148,6 @@ void MpiTransport::abort(int exit_code) {
   std::_Exit(exit_code);
 }
 
-void MpiTransport::start_sending(int to, const Message& message) {
-  for (std::size_t first = 0;; first += piece) {
-    const std::size_t size = std::min(piece, message.size() - first);
-    requests_->all.emplace_back();
-    check(MPI_Isend(message.data() + first, static_cast<int>(size), MPI_BYTE, to, tag, MPI_COMM_WORLD, &requests_->all.back()), "send");
-    if (size < piece) return;
-  }
-}
-
 Message MpiTransport::receive_from(int from) {
   Message message;
   for (;;) {
@@ -95,22 +163,33 @@ Message MpiTransport::receive_from(int from) {
   }
 }
 
-void MpiTransport::finish_sending() {
-  check(MPI_Waitall(static_cast<int>(requests_->all.size()), requests_->all.data(), MPI_STATUSES_IGNORE), "wait");
-  requests_->all.clear();
-  sent_.clear();
-}
+void MpiTransport::finish_sending() { traffic_->sent.wait(); }
 
-void MpiTransport::send(Messages to) {
-  sent_ = std::move(to);
-  for (const auto& [rank, message] : sent_) start_sending(rank, message);
-}
+void MpiTransport::send(Messages to) { traffic_->sent.send(std::move(to), tag); }
 
 Messages MpiTransport::receive(std::span<const int> from) {
   Messages messages;
   for (const int rank : from) messages[rank] = receive_from(rank);
   finish_sending();
   return messages;
+}
+
+void MpiTransport::start(MessageKind kind, Messages to, const std::map<int, std::size_t>& from) {
+  auto& [out, in] = traffic_->expected[kind];
+  in.receive(from, tag_of(kind));  // first, so that what arrives early has a place
+  out.send(std::move(to), tag_of(kind));
+}
+
+Messages MpiTransport::finish(MessageKind kind) {
+  auto& [out, in] = traffic_->expected[kind];
+  return in.wait();  // not for `out`: what it sends may leave until start() is called again
+}
+
+void MpiTransport::progress() noexcept {
+  for (auto& [kind, messages] : traffic_->expected) {
+    messages.in.progress();
+    messages.out.progress();
+  }
 }
 
 Messages MpiTransport::exchange(Messages to) {

@@ -29,21 +29,22 @@ class MpiTransport : public Transport {
   Messages exchange(Messages to) override;
   void send(Messages to) override;
   Messages receive(std::span<const int> from) override;
+  void start(MessageKind kind, Messages to, const std::map<int, std::size_t>& from) override;
+  Messages finish(MessageKind kind) override;
+  void progress() noexcept override;
   std::vector<Message> gather(Message mine) override;
   void broadcast(Message& message) override;
   void maximum(std::span<double> numbers) override;
   void sum(std::span<std::uint64_t> numbers) override;
 
  private:
-  struct Requests;
-  void start_sending(int to, const Message& message);
+  struct Traffic;
   [[nodiscard]] Message receive_from(int from);
   void finish_sending();
 
   bool running_ = false;
   int rank_ = 0, size_ = 1;
-  Messages sent_;  ///< kept until they have been sent
-  std::unique_ptr<Requests> requests_;
+  std::unique_ptr<Traffic> traffic_;  ///< messages on their way
 };
 
 }  // namespace mpm

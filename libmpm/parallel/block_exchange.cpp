@@ -1,7 +1,9 @@
 #include "libmpm/parallel/block_exchange.hpp"
 
 #include <algorithm>
+#include <chrono>
 #include <cmath>
+#include <numeric>
 #include <set>
 #include <utility>
 
@@ -44,6 +46,11 @@ auto fields_of_nodes(Grid& grid) {
   return [&grid](std::int32_t block, int field) -> NodeBlock& { return field == 0 ? grid.nodes(block) : grid.old_nodes(block); };
 }
 
+/// The same for a field by number of block.
+auto nodes_of_field(std::span<NodeBlock> field) {
+  return [field](std::int32_t block, int) -> NodeBlock& { return field[static_cast<std::size_t>(block)]; };
+}
+
 template <class NodesOf>
 Messages packed(const NodesByRank& wanted, int fields, const NodesOf& nodes_of) {
   Messages out;
@@ -61,6 +68,27 @@ std::vector<int> ranks_in(const std::map<int, T>& map) {
   std::vector<int> ranks;
   for (const auto& [rank, value] : map) ranks.push_back(rank);
   return ranks;
+}
+
+using Clock = std::chrono::steady_clock;
+
+/// Adds the time until its end to a sum, s.
+class Waiting {
+ public:
+  explicit Waiting(double& sum) : sum_(sum) {}
+  ~Waiting() { sum_ += std::chrono::duration<double>(Clock::now() - start_).count(); }
+  Waiting(const Waiting&) = delete;
+  Waiting& operator=(const Waiting&) = delete;
+
+ private:
+  double& sum_;
+  Clock::time_point start_ = Clock::now();
+};
+
+std::size_t total_nodes(const std::vector<SentNodes>& all) {
+  std::size_t nodes = 0;
+  for (const SentNodes& sent : all) nodes += nodes_in(sent.extent);
+  return nodes;
 }
 
 void check_size(const Message& message, std::size_t expected) {
@@ -106,7 +134,10 @@ Ranks::Instruction BlockExchange::next_instruction(State& state) {
 double BlockExchange::agree(double largest, const std::optional<BlockError>& error) {
   double numbers[2] = {std::isfinite(largest) ? largest : 0.0, error ? 1.0 : 0.0};
   reduce(sizeof numbers);
-  transport_.maximum(numbers);
+  {
+    const Waiting waiting(counts_.reduction_wait);
+    transport_.maximum(numbers);
+  }
   if (numbers[1] == 0.0) return numbers[0];
   Message mine, text;
   if (error) {
@@ -130,6 +161,7 @@ double BlockExchange::agree(double largest, const std::optional<BlockError>& err
 
 void BlockExchange::sum(std::span<std::uint64_t> numbers) {
   reduce(numbers.size_bytes());
+  const Waiting waiting(counts_.reduction_wait);
   transport_.sum(numbers);
 }
 
@@ -191,7 +223,7 @@ void BlockExchange::cut(const JoinedBlocks& joined, std::span<const BlockHead> h
 }
 
 void BlockExchange::prepare(Grid& grid, const JoinedBlocks& joined) {
-  if (ownership_.renew(grid, joined, now_)) {
+  if (ownership_.renew(grid, joined, costs_, now_)) {
     fresh_ = true;
     ++counts_.moves;
     grid.refresh();
@@ -200,6 +232,7 @@ void BlockExchange::prepare(Grid& grid, const JoinedBlocks& joined) {
   counts_.particle_steps += own_particles_;
   counts_.block_steps += occupied_.size();
   counts_.border_steps += border_blocks_;
+  counts_.neighbour_steps += mine_.size();
 }
 
 Borders BlockExchange::borders_of(const Grid& grid) const {
@@ -252,12 +285,18 @@ std::vector<std::int32_t> BlockExchange::announce(Grid& grid) {
   const bool as_before = !fresh_ && occupied == occupied_;  // and therefore the same borders
   Borders borders;
   if (!as_before) borders = borders_of(grid);
-  double largest[2] = {as_before || (!fresh_ && borders == mine_) ? 0.0 : 1.0, static_cast<double>(own)};
-  std::uint64_t all = own;
+  const std::vector<double> costs = costs_.of_occupied_blocks(grid);
+  const double cost = std::accumulate(costs.begin(), costs.end(), 0.0);
+  double largest[2] = {as_before || (!fresh_ && borders == mine_) ? 0.0 : 1.0, cost};
+  constexpr double nanosecond = 1e-9;
+  std::uint64_t all[2] = {own, static_cast<std::uint64_t>(std::llround(cost / nanosecond))};
   reduce(sizeof largest);
-  transport_.maximum(largest);
-  sum({&all, 1});
-  now_ = {all, largest[1]};
+  {
+    const Waiting waiting(counts_.reduction_wait);
+    transport_.maximum(largest);
+  }
+  sum(all);
+  now_ = {all[0], nanosecond * static_cast<double>(all[1]), largest[1]};
   own_particles_ = own;
   occupied_ = std::move(occupied);
   unchanged_ = as_before && largest[0] == 0.0;
@@ -273,14 +312,14 @@ std::vector<std::int32_t> BlockExchange::announce(Grid& grid) {
 
 void BlockExchange::plan(Grid& grid) {
   if (!unchanged_) plan_.renew(grid, ownership_, theirs_);
+  costs_.reserve(grid.numbers());
 }
 
 // ---- In every step ----------------------------------------------------------------------------------------------------------------------
 
-void BlockExchange::send(Messages out, std::uint64_t& bytes) {
+void BlockExchange::count(const Messages& out, std::uint64_t& bytes) {
   counts_.messages += out.size();
   for (const auto& [rank, message] : out) bytes += message.size();
-  transport_.send(std::move(out));
 }
 
 void BlockExchange::reduce(std::size_t bytes) {
@@ -289,49 +328,78 @@ void BlockExchange::reduce(std::size_t bytes) {
   counts_.reduced_bytes += bytes;
 }
 
+void BlockExchange::send_parts(Grid& grid) { send_parts_of(plan_.all(), fields_of(grid), fields_of_nodes(grid)); }
 void BlockExchange::add_parts(Grid& grid) { add_parts_of(fields_of(grid), fields_of_nodes(grid)); }
+void BlockExchange::send_parts(std::span<NodeBlock> field, const BlockChoice& givers) {
+  send_parts_of(plan_.some(givers), 1, nodes_of_field(field));
+}
+void BlockExchange::add_parts(std::span<NodeBlock> field) { add_parts_of(1, nodes_of_field(field)); }
 
-void BlockExchange::add_parts(std::span<NodeBlock> field) {
-  add_parts_of(1, [&](std::int32_t block, int) -> NodeBlock& { return field[static_cast<std::size_t>(block)]; });
+template <class NodesOf>
+void BlockExchange::send_parts_of(const HaloLayout& layout, int fields, const NodesOf& nodes_of) {
+  parts_ = &layout;
+  Messages out = packed(layout.parts_to, fields, nodes_of);
+  count(out, counts_.part_bytes);
+  std::map<int, std::size_t> sizes;
+  for (const auto& [rank, nodes] : layout.parts_from) sizes[rank] = static_cast<std::size_t>(fields) * nodes * sizeof(Node);
+  transport_.start(MessageKind::parts, std::move(out), sizes);
 }
 
 template <class NodesOf>
 void BlockExchange::add_parts_of(int fields, const NodesOf& nodes_of) {
-  send(packed(plan_.parts_to, fields, nodes_of), counts_.part_bytes);
-  const Messages in = transport_.receive(ranks_in(plan_.parts_from));
-  for (const auto& [rank, nodes] : plan_.parts_from) check_size(in.at(rank), static_cast<std::size_t>(fields) * nodes * sizeof(Node));
+  Messages in;
+  const auto sum = [&](std::size_t begin, std::size_t end) {
 #pragma omp parallel for schedule(static)
-  for (std::size_t i = 0; i < plan_.shared.size(); ++i) {
-    for (int f = 0; f < fields; ++f) {
-      NodeBlock& sum = nodes_of(plan_.shared[i].block, f);
-      for (const Summand& part : plan_.shared[i].summands) {
-        NodeBlock received;
-        const NodeBlock* from = &received;
-        if (part.from == Summand::own) {
-          from = &nodes_of(part.nodes, f);
-        } else {
-          const std::size_t nodes = nodes_in(part.extent);
-          const std::size_t first = static_cast<std::size_t>(fields) * part.first + static_cast<std::size_t>(f) * nodes;
-          get_nodes(in.find(part.from)->second.data() + first * sizeof(Node), received, part.extent);
+    for (std::size_t i = begin; i < end; ++i) {
+      for (int f = 0; f < fields; ++f) {
+        NodeBlock& all = nodes_of(parts_->shared[i].block, f);
+        for (const Summand& part : parts_->shared[i].summands) {
+          NodeBlock received;
+          const NodeBlock* from = &received;
+          if (part.from == Summand::own) {
+            from = &nodes_of(part.nodes, f);
+          } else {
+            const std::size_t nodes = nodes_in(part.extent);
+            const std::size_t first = static_cast<std::size_t>(fields) * part.first + static_cast<std::size_t>(f) * nodes;
+            get_nodes(in.find(part.from)->second.data() + first * sizeof(Node), received, part.extent);
+          }
+          for_each_row(part.extent, [&](int first, int nodes) {
+            for (int n = first; n < first + nodes; ++n) all.node[n] += from->node[n];
+          });
         }
-        for_each_row(part.extent, [&](int first, int count) {
-          for (int n = first; n < first + count; ++n) sum.node[n] += from->node[n];
-        });
       }
     }
+  };
+  sum(0, parts_->complete);
+  {
+    const Waiting waiting(counts_.part_wait);
+    in = transport_.finish(MessageKind::parts);
   }
+  for (const auto& [rank, nodes] : parts_->parts_from) check_size(in.at(rank), static_cast<std::size_t>(fields) * nodes * sizeof(Node));
+  sum(parts_->complete, parts_->shared.size());
 }
 
-void BlockExchange::return_nodes(Grid& grid) {
+void BlockExchange::send_nodes(Grid& grid, const HaloLayout& layout) {
+  nodes_ = &layout;
+  const int fields = fields_of(grid);
+  Messages out = packed(layout.nodes_to, fields, fields_of_nodes(grid));
+  count(out, counts_.node_bytes);
+  std::map<int, std::size_t> sizes;
+  for (const auto& [rank, all] : layout.nodes_from) sizes[rank] = static_cast<std::size_t>(fields) * total_nodes(all) * sizeof(Node);
+  transport_.start(MessageKind::nodes, std::move(out), sizes);
+}
+
+void BlockExchange::receive_nodes(Grid& grid) {
   const int fields = fields_of(grid);
   const auto nodes_of = fields_of_nodes(grid);
-  send(packed(plan_.nodes_to, fields, nodes_of), counts_.node_bytes);
-  const Messages in = transport_.receive(ranks_in(plan_.nodes_from));
-  for (const auto& [rank, all] : plan_.nodes_from) {
-    std::size_t nodes = 0;
-    for (const SentNodes& sent : all) nodes += nodes_in(sent.extent);
+  Messages in;
+  {
+    const Waiting waiting(counts_.node_wait);
+    in = transport_.finish(MessageKind::nodes);
+  }
+  for (const auto& [rank, all] : nodes_->nodes_from) {
     const Message& message = in.at(rank);
-    check_size(message, static_cast<std::size_t>(fields) * nodes * sizeof(Node));
+    check_size(message, static_cast<std::size_t>(fields) * total_nodes(all) * sizeof(Node));
     const std::byte* bytes = message.data();
     for (const SentNodes& sent : all) {
       for (int f = 0; f < fields; ++f) bytes = get_nodes(bytes, nodes_of(sent.nodes, f), sent.extent);
@@ -353,8 +421,14 @@ void BlockExchange::exchange_migrants(Grid& grid) {
       }
     }
   }
-  send(std::move(out), counts_.migrant_bytes);
-  for (const auto& [rank, message] : transport_.receive(ranks_in(theirs_))) {
+  count(out, counts_.migrant_bytes);
+  transport_.send(std::move(out));
+  Messages in;
+  {
+    const Waiting waiting(counts_.migrant_wait);
+    in = transport_.receive(ranks_in(theirs_));
+  }
+  for (const auto& [rank, message] : in) {
     MessageReader reader(message);
     while (!reader.at_end()) {
       const auto block = reader.get<std::uint32_t>();

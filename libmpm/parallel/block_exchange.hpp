@@ -3,9 +3,14 @@
 ///
 /// In each step a rank sends one message of each kind to each of its few neighbours:
 ///
-///   parts     after particle_to_grid: contributions of its particles to nodes of the neighbour's blocks, block by block, unsummed
-///   nodes     after the grid update: values of own nodes that the neighbour's particles touch
+///   parts     contributions of its particles to nodes of the neighbour's blocks, block by block, unsummed. They are sent when the outer
+///             blocks are on the grid, and travel while the other blocks follow
+///   nodes     values of own nodes that the neighbour's particles touch. They are sent after the grid update, and travel while the
+///   particles
+///             of the blocks that are not outer move
 ///   migrants  after the particles have moved
+///
+/// Around obstacles the correction of lumped masses needs some nodes and parts once more.
 ///
 /// Three small reductions over all ranks follow: the largest speed (and whether a step failed), whether the set of border blocks changed,
 /// and the largest load. If the set changed, neighbours exchange the lists of their blocks with particles at the common border. Both sides
@@ -38,9 +43,18 @@ class BlockExchange : public Ranks {
   void prepare(Grid& grid, const JoinedBlocks& joined) override;
   std::vector<std::int32_t> announce(Grid& grid) override;
   void plan(Grid& grid) override;
+  void send_parts(Grid& grid) override;
+  void send_parts(std::span<NodeBlock> field, const BlockChoice& givers) override;
   void add_parts(Grid& grid) override;
   void add_parts(std::span<NodeBlock> field) override;
-  void return_nodes(Grid& grid) override;
+  void send_nodes(Grid& grid) override { send_nodes(grid, plan_.all()); }
+  void send_nodes(Grid& grid, const BlockChoice& givers) override { send_nodes(grid, plan_.some(givers)); }
+  void receive_nodes(Grid& grid) override;
+  void progress() noexcept override { transport_.progress(); }
+  [[nodiscard]] bool measures() const override { return ownership_.measures(); }
+  void note_time(const Block& block, std::int32_t number, int particles, double time) noexcept override {
+    costs_.note(block, number, particles, time);
+  }
   void exchange_migrants(Grid& grid) override;
   double agree(double largest, const std::optional<BlockError>& error) override;
   void sum(std::span<std::uint64_t> numbers) override;
@@ -61,15 +75,22 @@ class BlockExchange : public Ranks {
   void exchange_borders();
   [[nodiscard]] std::vector<std::int32_t> required_blocks(Grid& grid) const;
   /// @param nodes_of  the nodes of a block, given its number and that of the field
+  /// @{
+  template <class NodesOf>
+  void send_parts_of(const HaloLayout& layout, int fields, const NodesOf& nodes_of);
   template <class NodesOf>
   void add_parts_of(int fields, const NodesOf& nodes_of);
-  void send(Messages out, std::uint64_t& bytes);
+  /// @}
+  void send_nodes(Grid& grid, const HaloLayout& layout);
+  void count(const Messages& out, std::uint64_t& bytes);
   void reduce(std::size_t bytes);
   void begin(Task task);
 
   Transport& transport_;
   Ownership ownership_;
+  BlockCosts costs_;
   HaloPlan plan_;
+  const HaloLayout *parts_ = nullptr, *nodes_ = nullptr;  ///< of the messages on their way
   Borders mine_, theirs_;
   std::vector<Index3> occupied_;      ///< own blocks with particles, at the last announce()
   std::vector<std::int32_t> needed_;  ///< blocks that must exist, as returned then

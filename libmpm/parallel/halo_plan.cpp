@@ -1,6 +1,7 @@
 #include "libmpm/parallel/halo_plan.hpp"
 
 #include <algorithm>
+#include <set>
 
 namespace mpm {
 
@@ -31,65 +32,95 @@ NodesByRank in_order(const Needs& needs) {
 }  // namespace
 
 void HaloPlan::renew(Grid& grid, const Ownership& ownership, const Borders& theirs) {
-  for (const auto& [block, targets] : targets_) grid.block(block).parts = nullptr;
+  for (const auto& [block, targets] : targets_) {
+    grid.block(block).parts = nullptr;
+    grid.block(block).outer = false;
+  }
   targets_.clear();
   grid.return_lent();
-  parts_to.clear();
-  parts_from.clear();
-  shared.clear();
-  plan_own_parts(grid, ownership);
-  plan_shared(grid, ownership, theirs);
+  find_touches(grid, ownership, theirs);
   for (const auto& [block, targets] : targets_) grid.block(block).parts = &targets;
+  all_ = layout_of([](const Index3&) { return true; });
+  some_.reset();
 }
 
-/// Contributions of own blocks to blocks of other ranks, in the order of the blocks and of their neighbours.
-void HaloPlan::plan_own_parts(Grid& grid, const Ownership& ownership) {
-  Needs needs;
+const HaloLayout& HaloPlan::some(const BlockChoice& givers) {
+  if (!some_) some_ = layout_of(givers);
+  return *some_;
+}
+
+/// In an order that both sides know: of the blocks with particles, and of their neighbours.
+void HaloPlan::find_touches(Grid& grid, const Ownership& ownership, const Borders& theirs) {
+  out_.clear();
+  in_.clear();
+  own_.clear();
+  const auto lend = [&](std::int32_t from, int k) {
+    const std::int32_t lent = grid.lend_nodes();
+    return targets_.try_emplace(from, grid.block(from).neighbour).first->second[forward(k)] = lent;
+  };
+  std::set<std::int32_t> shared;
   for (const auto b : grid.occupied_blocks()) {
-    const Block& block = grid.block(b);
-    if (!block.at_border) continue;
+    if (!grid.block(b).at_border) continue;
     for (int k = 1; k < 8; ++k) {
-      const std::int32_t to = block.neighbour[forward(k)];
+      const std::int32_t to = grid.block(b).neighbour[forward(k)];
       if (grid.block(to).owned) continue;
-      const int rank = ownership.owner(grid.block(to).coordinate);
-      const std::int32_t lent = grid.lend_nodes();
-      targets_.try_emplace(b, grid.block(b).neighbour).first->second[forward(k)] = lent;
-      parts_to[rank].push_back({lent, touched(k)});
-      add_need(needs, rank, morton_key(grid.block(to).coordinate), to, touched(k));
+      grid.block(b).outer = true;
+      out_.push_back({grid.block(b).coordinate, k, to, ownership.owner(grid.block(to).coordinate), lend(b, k)});
+    }
+    for (int k = 0; k < 8 && grid.block(b).outer; ++k) {
+      const std::int32_t to = grid.block(b).neighbour[forward(k)];
+      if (grid.block(to).owned) shared.insert(to);
     }
   }
-  nodes_from = in_order(needs);
-}
-
-/// Own blocks whose nodes get parts from other ranks: all parts are summed afterwards, in the order of the colours.
-void HaloPlan::plan_shared(Grid& grid, const Ownership& ownership, const Borders& theirs) {
-  Needs needs;
-  std::map<std::int32_t, std::vector<Summand>> summands;
   for (const auto& [rank, blocks] : theirs) {
-    for (const Index3& block : blocks) {
+    for (const Index3& giver : blocks) {
       for (int k = 1; k < 8; ++k) {
-        const Index3 coordinate = neighbour_of(block, forward_slots[static_cast<std::size_t>(k)]);
+        const Index3 coordinate = neighbour_of(giver, forward_slots[static_cast<std::size_t>(k)]);
         if (!ownership.owns(coordinate)) continue;
-        const std::int32_t to = grid.find(coordinate);
-        std::size_t& before = parts_from[rank];
-        summands[to].push_back({colour_of(block), touched(k), rank, no_block, before});
-        before += nodes_in(touched(k));
-        add_need(needs, rank, morton_key(coordinate), to, touched(k));
+        in_.push_back({giver, k, grid.find(coordinate), rank, no_block});
+        shared.insert(in_.back().to);
       }
     }
   }
-  for (auto& [to, all] : summands) {
+  for (const auto to : shared) {
     for (int k = 0; k < 8; ++k) {
       const std::int32_t from = grid.block(to).neighbour[26 - forward(k)];
       if (from == no_block || !grid.block(from).owned || grid.block(from).particles.count() == 0) continue;
-      const std::int32_t lent = grid.lend_nodes();
-      targets_.try_emplace(from, grid.block(from).neighbour).first->second[forward(k)] = lent;
-      all.push_back({colour_of(grid.block(from).coordinate), touched(k), Summand::own, lent, 0});
+      own_.push_back({grid.block(from).coordinate, k, to, Summand::own, lend(from, k)});
     }
-    std::ranges::sort(all, {}, &Summand::colour);  // each colour comes once
-    shared.push_back({to, std::move(all)});
   }
-  nodes_to = in_order(needs);
+}
+
+HaloLayout HaloPlan::layout_of(const BlockChoice& givers) const {
+  HaloLayout layout;
+  Needs mine, theirs;
+  std::map<std::int32_t, std::vector<Summand>> summands;
+  for (const Touch& t : out_) {
+    if (!givers(t.giver)) continue;
+    layout.parts_to[t.rank].push_back({t.lent, touched(t.k)});
+    add_need(mine, t.rank, morton_key(neighbour_of(t.giver, forward_slots[static_cast<std::size_t>(t.k)])), t.to, touched(t.k));
+  }
+  for (const Touch& t : in_) {
+    if (!givers(t.giver)) continue;
+    std::size_t& before = layout.parts_from[t.rank];
+    summands[t.to].push_back({colour_of(t.giver), touched(t.k), t.rank, no_block, before});
+    before += nodes_in(touched(t.k));
+    add_need(theirs, t.rank, morton_key(neighbour_of(t.giver, forward_slots[static_cast<std::size_t>(t.k)])), t.to, touched(t.k));
+  }
+  for (const Touch& t : own_) {
+    if (givers(t.giver)) summands[t.to].push_back({colour_of(t.giver), touched(t.k), Summand::own, t.lent, 0});
+  }
+  layout.nodes_from = in_order(mine);
+  layout.nodes_to = in_order(theirs);
+  for (auto& [to, all] : summands) {
+    std::ranges::sort(all, {}, &Summand::colour);  // each colour comes once
+    layout.shared.push_back({to, std::move(all)});
+  }
+  const auto whole = [](const SharedBlock& s) {
+    return std::ranges::all_of(s.summands, [](const Summand& part) { return part.from == Summand::own; });
+  };
+  layout.complete = static_cast<std::size_t>(std::ranges::partition(layout.shared, whole).begin() - layout.shared.begin());
+  return layout;
 }
 
 }  // namespace mpm

@@ -3,6 +3,7 @@
 /// blocks with particles at their common border.
 
 #include <map>
+#include <optional>
 #include <vector>
 
 #include "libmpm/core/grid.hpp"
@@ -36,28 +37,47 @@ struct Summand {
   std::size_t first;              ///< received part: nodes before it in the message
 };
 
-/// An own block whose nodes get parts from other ranks.
+/// An own block whose nodes get parts from other ranks, or from outer blocks of this rank: their order in time is not that of the colours.
 struct SharedBlock {
   std::int32_t block;             ///< index in the grid
   std::vector<Summand> summands;  ///< in the order of the colours
 };
 
-/// The layout of the messages of a step.
+/// Nodes in messages with parts and with nodes, and where they go.
+struct HaloLayout {
+  NodesByRank parts_to;                   ///< parts that own blocks contribute to blocks of other ranks
+  std::map<int, std::size_t> parts_from;  ///< number of nodes in the message with parts
+  std::vector<SharedBlock> shared;        ///< own blocks that get parts; first those with no part from other ranks
+  std::size_t complete = 0;               ///< number of the latter
+  NodesByRank nodes_to, nodes_from;       ///< values that go back to the ranks whose particles need them
+};
+
+/// The layouts of the messages of a step.
 class HaloPlan {
  public:
   /// Recomputes the plan for the current blocks. @param theirs  blocks of other ranks at their borders with this one
   void renew(Grid& grid, const Ownership& ownership, const Borders& theirs);
 
-  NodesByRank parts_to;                   ///< parts that own blocks contribute to blocks of other ranks
-  std::map<int, std::size_t> parts_from;  ///< number of nodes in the message with parts
-  std::vector<SharedBlock> shared;        ///< own blocks that get parts
-  NodesByRank nodes_to, nodes_from;       ///< values that go back to the ranks whose particles need them
+  [[nodiscard]] const HaloLayout& all() const { return all_; }  ///< of all blocks
+  /// With parts that some blocks give, and nodes that these need. @param givers  these blocks; the same choice in all steps
+  [[nodiscard]] const HaloLayout& some(const BlockChoice& givers);
 
  private:
-  void plan_own_parts(Grid& grid, const Ownership& ownership);
-  void plan_shared(Grid& grid, const Ownership& ownership, const Borders& theirs);
+  /// One block's particles touch nodes of another block.
+  struct Touch {
+    Index3 giver;       ///< block with the particles
+    int k;              ///< the other one's place in forward_slots
+    std::int32_t to;    ///< its index in the grid
+    int rank;           ///< the other rank; Summand::own if both blocks are of this one
+    std::int32_t lent;  ///< temporary block for the parts; no_block if the giver is another rank's
+  };
+  void find_touches(Grid& grid, const Ownership& ownership, const Borders& theirs);
+  [[nodiscard]] HaloLayout layout_of(const BlockChoice& givers) const;
 
+  std::vector<Touch> out_, in_, own_;  ///< own blocks touch other ranks' blocks; the reverse; own blocks touch shared ones
   std::map<std::int32_t, std::array<std::int32_t, 27>> targets_;  ///< Block::parts points into it
+  HaloLayout all_;
+  std::optional<HaloLayout> some_;
 };
 
 }  // namespace mpm

@@ -1,5 +1,7 @@
 #include "libmpm/parallel/ownership.hpp"
 
+#include <algorithm>
+
 #include "libmpm/parallel/block_message.hpp"
 
 namespace mpm {
@@ -28,12 +30,12 @@ void Ownership::cut(const JoinedBlocks& joined, std::span<const BlockHead> heads
   partition_.set_cuts(MessageReader(cuts).values<std::uint64_t>());
 }
 
-bool Ownership::renew(Grid& grid, const JoinedBlocks& joined, const std::optional<Evenness>& now) {
+bool Ownership::renew(Grid& grid, const JoinedBlocks& joined, const BlockCosts& costs, const std::optional<Evenness>& now) {
   Partition wanted = partition_;
   wanted.join(joined);
-  if (uneven(now)) {
-    tried_at_ = steps_;
-    wanted.set_cuts(better_cuts(grid, wanted));
+  if (trials_.due(steps_, now)) {
+    wanted.set_cuts(better_cuts(grid, costs, wanted));
+    trials_.note(steps_, !std::ranges::equal(wanted.cuts(), partition_.cuts()));
   }
   ++steps_;
   if (now && wanted == partition_) return false;
@@ -41,19 +43,12 @@ bool Ownership::renew(Grid& grid, const JoinedBlocks& joined, const std::optiona
   return true;
 }
 
-/// Whether it is time to try new cuts.
-bool Ownership::uneven(const std::optional<Evenness>& now) const {
-  if (balancing_.forced > 0) return steps_ % static_cast<std::uint64_t>(balancing_.forced) == 0;
-  if (!now) return true;
-  if (steps_ - tried_at_ < static_cast<std::uint64_t>(balancing_.interval)) return false;
-  return now->largest * transport_.size() > balancing_.threshold * static_cast<double>(now->particles);
-}
-
 /// Loads of the blocks of all ranks; empty except on the first rank.
-std::vector<Load> Ownership::loads(const Grid& grid, const Partition& partition) {
+std::vector<Load> Ownership::loads(const Grid& grid, const BlockCosts& costs, const Partition& partition) {
   Message mine;
-  for (const auto b : grid.occupied_blocks())
-    put(mine, Load{partition.key(grid.block(b).coordinate), static_cast<double>(grid.block(b).particles.count())});
+  const auto blocks = grid.occupied_blocks();
+  const std::vector<double> cost = costs.of_occupied_blocks(grid);
+  for (std::size_t i = 0; i < blocks.size(); ++i) put(mine, Load{partition.key(grid.block(blocks[i]).coordinate), cost[i]});
   std::vector<Load> all;
   for (const Message& message : transport_.gather(std::move(mine))) {
     const auto some = MessageReader(message).values<Load>();
@@ -63,8 +58,9 @@ std::vector<Load> Ownership::loads(const Grid& grid, const Partition& partition)
 }
 
 /// Cuts that make the load even, or the present cuts if the gain is too small; the same on all ranks.
-std::vector<std::uint64_t> Ownership::better_cuts(const Grid& grid, const Partition& wanted) {
-  const std::vector<Load> all = loads(grid, wanted);
+std::vector<std::uint64_t> Ownership::better_cuts(const Grid& grid, const BlockCosts& costs, const Partition& wanted) {
+  const BlockCosts nothing_measured;  // costs are numbers of particles: tests repeat the same moves
+  const std::vector<Load> all = loads(grid, balancing_.forced > 0 ? nothing_measured : costs, wanted);
   Message cuts;
   if (transport_.rank() == 0) {
     std::vector<double> weights(static_cast<std::size_t>(transport_.size()), 1.0);
@@ -73,8 +69,7 @@ std::vector<std::uint64_t> Ownership::better_cuts(const Grid& grid, const Partit
       for (std::size_t r = 0; r < weights.size(); ++r) weights[r] += static_cast<double>((r + turn) % 3);
     }
     const auto better = Partition::cut(all, weights);
-    const bool take = balancing_.forced > 0 ||
-                      Partition::largest_cost(all, better) <= (1.0 - balancing_.gain) * Partition::largest_cost(all, wanted.cuts());
+    const bool take = trials_.worthwhile(Partition::largest_cost(all, wanted.cuts()), Partition::largest_cost(all, better));
     put(cuts, take ? std::span<const std::uint64_t>(better) : wanted.cuts());
   }
   transport_.broadcast(cuts);

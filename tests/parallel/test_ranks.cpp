@@ -6,7 +6,9 @@
 #include "libmpm/core/health.hpp"
 #include "libmpm/driver/checkpoint.hpp"
 #include "libmpm/driver/worker.hpp"
+#include "libmpm/io/atomic_file.hpp"
 #include "libmpm/parallel/block_exchange.hpp"
+#include "support/command.hpp"
 #include "support/rank_cases.hpp"
 #include "support/solver_states.hpp"
 #include "support/temporary_directory.hpp"
@@ -109,12 +111,13 @@ TEST_P(OnRanks, EveryBitIsThatOfOneRank) {
   constexpr int steps = 60;
   const Outcome one = on_one_rank(GetParam().c, steps);
   ASSERT_FALSE(one.particles.empty());
-  const Balancing seldom{}, often{.forced = 10};
+  const Balancing seldom{}, often{.forced = 10}, measured{.threshold = 1.0, .gain = 0.0, .interval = 2};
   struct Way {
     int ranks, threads;
     Balancing balancing;
   };
-  for (const Way& way : {Way{2, 1, seldom}, Way{3, 2, seldom}, Way{4, 1, seldom}, Way{2, 2, often}, Way{3, 1, often}, Way{7, 1, often}}) {
+  for (const Way& way : {Way{2, 1, seldom}, Way{3, 2, seldom}, Way{4, 1, seldom}, Way{2, 2, often}, Way{3, 1, often}, Way{7, 1, often},
+                         Way{3, 1, measured}}) {
     const Outcome many = on_several(GetParam().c, steps, way.ranks, way.threads, way.balancing);
     EXPECT_EQ(first_difference(one.numbers, many.numbers), -1) << way.ranks << " ranks, forced " << way.balancing.forced;
     EXPECT_TRUE(testing::same_bytes(one.particles, many.particles)) << way.ranks << " ranks, forced " << way.balancing.forced;
@@ -171,6 +174,98 @@ TEST(Ranks, ParticlesInsideABoundaryAreThoseOfAll) {
     EXPECT_EQ(particles_inside_boundaries(state, scene), expected);
     exchange.instruct(Task::end, state, 0.0);
   });
+}
+
+/// Messages of known size leave only when the rank that sends them waits for those of others.
+class Delayed : public Transport {
+ public:
+  Delayed(Transport& transport, std::function<void(MessageKind)> before_wait)
+      : transport_(transport), before_wait_(std::move(before_wait)) {}
+  [[nodiscard]] int rank() const override { return transport_.rank(); }
+  [[nodiscard]] int size() const override { return transport_.size(); }
+  Messages exchange(Messages to) override { return transport_.exchange(std::move(to)); }
+  void send(Messages to) override { transport_.send(std::move(to)); }
+  Messages receive(std::span<const int> from) override { return transport_.receive(from); }
+  void start(MessageKind kind, Messages to, const std::map<int, std::size_t>& from) override { held_[kind] = {std::move(to), from}; }
+  Messages finish(MessageKind kind) override {
+    before_wait_(kind);
+    transport_.start(kind, std::move(held_[kind].first), held_[kind].second);
+    return transport_.finish(kind);
+  }
+  void progress() noexcept override {}
+  std::vector<Message> gather(Message mine) override { return transport_.gather(std::move(mine)); }
+  void broadcast(Message& message) override { transport_.broadcast(message); }
+  void maximum(std::span<double> numbers) override { transport_.maximum(numbers); }
+  void sum(std::span<std::uint64_t> numbers) override { transport_.sum(numbers); }
+
+ private:
+  Transport& transport_;
+  std::function<void(MessageKind)> before_wait_;
+  std::map<MessageKind, std::pair<Messages, std::map<int, std::size_t>>> held_;
+};
+
+TEST(Ranks, WorkOnBlocksThatNeedNoMessagesBeforeTheyWaitForAny) {
+  Case c = testing::empty_case();
+  c.bodies = {testing::box_body({-2.0, -3.0, 0.0}, {2.0, 1.0, 2.0}, {1.0, 0.5, 0.5})};
+  const Scene scene = make_scene(c);
+  int inner = 0, outer = 0;
+  std::vector<MessageKind> waits;
+  testing::on_ranks(2, [&](Transport& transport) {
+    State* first = nullptr;
+    std::map<std::uint64_t, Vec3> before;
+    const auto position = [](const Particle& p) { return Vec3(p.position[0], p.position[1], p.position[2]); };
+    Delayed delayed(transport, [&](MessageKind kind) {
+      if (first == nullptr) return;
+      Grid& grid = first->grid;
+      waits.push_back(kind);
+      for (const auto b : grid.occupied_blocks()) {
+        const Block& block = grid.block(b);
+        if (kind == MessageKind::parts) {  // in the first step: nodes are zero until particles add to them
+          const auto& targets = block.parts != nullptr ? *block.parts : block.neighbour;
+          double mass = 0.0;
+          for (const Node& node : grid.nodes(targets[forward_slots[0]]).node) mass += node[3];
+          EXPECT_GT(mass, 0.0);
+          for (int s = 0; s < block.particles.count(); ++s) before[block.particles[s].id] = position(block.particles[s]);
+        } else {
+          (block.outer ? outer : inner) += 1;
+          for (int s = 0; s < block.particles.count(); ++s) {
+            const Particle p = block.particles[s];
+            EXPECT_EQ(position(p) == before.at(p.id), block.outer);
+          }
+        }
+      }
+    });
+    BlockExchange exchange(delayed);
+    if (!exchange.first()) return work_on(c, exchange);
+    State state = make_state(c, scene);
+    state.grid.divide(&exchange);
+    first = &state;
+    step(state, scene, 1e-3);
+    exchange.instruct(Task::end, state, 0.0);
+  });
+  EXPECT_EQ(waits, (std::vector{MessageKind::parts, MessageKind::nodes}));
+  EXPECT_GT(inner, 0);
+  EXPECT_GT(outer, 0);
+}
+
+TEST(Ranks, CountsOfARunAreWhatTheModelOfScalingReads) {
+  const testing::TemporaryDirectory folder;
+  const Case c = testing::rank_cases()[5].c;  // with a correction of lumped masses
+  testing::on_ranks(3, [&](Transport& transport) {
+    BlockExchange exchange(transport);
+    if (!exchange.first()) return work_on(c, exchange);
+    const Scene scene = make_scene(c);
+    State state = make_state(c, scene);
+    state.grid.divide(&exchange);
+    Outcome outcome;
+    take_steps(state, scene, 20, outcome);
+    write_file(folder / "ranks.json", report_of_ranks(state));
+    exchange.instruct(Task::end, state, 0.0);
+  });
+  const auto model = testing::run_command(
+      "PYTHONPATH=" MPM_SOURCE_DIR "/python /usr/bin/python3 -m mpmtools scale . --particles 1e8 --ranks 64", folder / "", folder / "");
+  EXPECT_EQ(model.code, 0) << model.err;
+  EXPECT_NE(model.out.find("counted on 3 ranks"), std::string::npos) << model.out;
 }
 
 }  // namespace

@@ -7,6 +7,7 @@
 #include <map>
 #include <mutex>
 #include <thread>
+#include <tuple>
 #include <utility>
 #include <vector>
 
@@ -19,20 +20,22 @@ class ThreadNetwork {
  public:
   explicit ThreadNetwork(int size) : size_(size) {}
   [[nodiscard]] int size() const { return size_; }
-  void put(int from, int to, Message message) {
+  /// @param kind  messages of one kind keep their order. @{
+  void put(int from, int to, Message message, int kind = 0) {
     const std::lock_guard lock(mutex_);
-    mail_[{from, to}].push_back(std::move(message));
+    mail_[{from, to, kind}].push_back(std::move(message));
     changed_.notify_all();
   }
-  Message take(int from, int to) {
+  Message take(int from, int to, int kind = 0) {
     std::unique_lock lock(mutex_);
-    auto& mail = mail_[{from, to}];
+    auto& mail = mail_[{from, to, kind}];
     changed_.wait(lock, [&] { return broken_ || !mail.empty(); });
     if (mail.empty()) throw std::runtime_error("another rank failed");
     Message message = std::move(mail.front());
     mail.pop_front();
     return message;
   }
+  /// @}
   void break_off() {
     const std::lock_guard lock(mutex_);
     broken_ = true;
@@ -44,7 +47,7 @@ class ThreadNetwork {
   bool broken_ = false;
   std::mutex mutex_;
   std::condition_variable changed_;
-  std::map<std::pair<int, int>, std::deque<Message>> mail_;
+  std::map<std::tuple<int, int, int>, std::deque<Message>> mail_;  ///< by sender, receiver and kind
 };
 
 /// Transport of one rank.
@@ -71,6 +74,16 @@ class ThreadTransport : public Transport {
     for (const int rank : from) got[rank] = network_.take(rank, rank_);
     return got;
   }
+  void start(MessageKind kind, Messages to, const std::map<int, std::size_t>& from) override {
+    for (auto& [rank, message] : to) network_.put(rank_, rank, std::move(message), 1 + static_cast<int>(kind));
+    expected_[kind] = from;
+  }
+  Messages finish(MessageKind kind) override {
+    Messages got;
+    for (const auto& [rank, size] : expected_[kind]) got[rank] = network_.take(rank, rank_, 1 + static_cast<int>(kind));
+    return got;
+  }
+  void progress() noexcept override {}
   std::vector<Message> gather(Message mine) override {
     std::vector<Message> all;
     network_.put(rank_, 0, std::move(mine));
@@ -103,6 +116,7 @@ class ThreadTransport : public Transport {
 
   ThreadNetwork& network_;
   int rank_;
+  std::map<MessageKind, std::map<int, std::size_t>> expected_;
 };
 
 /// Runs f(transport) for each of several ranks, rank 0 in this thread. @throws the exception of rank 0, or else of another rank
