@@ -8,11 +8,12 @@ from mpmtools.errors import MpmError
 from study_samples import InFolder
 
 STEPS = 100
-RANK = {"steps": STEPS, "particle_steps": STEPS * 27000, "block_steps": STEPS * 64, "border_block_steps": STEPS * 32, "messages": STEPS * 3,
+RANK = {"steps": STEPS, "particle_steps": STEPS * 27000, "block_steps": STEPS * 64, "border_block_steps": STEPS * 32,
+        "neighbour_steps": STEPS, "messages": STEPS * 5,
         "part_bytes": STEPS * 60000, "node_bytes": STEPS * 30000, "migrant_bytes": STEPS * 6000, "exchanges": 10, "reductions": STEPS * 5,
         "reduced_bytes": STEPS * 2000, "gathers": STEPS, "gathered_bytes": STEPS * 500}
-COUNTS = {"ranks": 2, "particles": 5e5, "particles_a_block": 1000.0, "surface": 2.0, "bytes_a_border_block": 3000.0, "reductions": 5.0,
-          "reduced_bytes": 2000.0, "gathers": 1.0, "gathered_bytes": 500.0}
+COUNTS = {"ranks": 2, "particles": 5e5, "particles_a_block": 1000.0, "surface": 2.0, "bytes_a_border_block": 3000.0,
+          "messages_a_neighbour": 5.0, "overlapping": 0.9, "reductions": 5.0, "reduced_bytes": 2000.0, "gathers": 1.0, "gathered_bytes": 500.0}
 
 
 class Scale(InFolder):
@@ -30,7 +31,8 @@ class Scale(InFolder):
         self.assertEqual(counts["bytes_a_border_block"], 3000)
         self.assertAlmostEqual(counts["surface"], 2)  # 32 / 64^(2/3)
         self.assertEqual(counts["border_share"], 0.5)
-        self.assertEqual((counts["messages"], counts["reductions"], counts["reduced_bytes"]), (3, 5, 2000))
+        self.assertEqual((counts["messages"], counts["reductions"], counts["reduced_bytes"]), (5, 5, 2000))
+        self.assertEqual((counts["neighbours"], counts["messages_a_neighbour"], counts["overlapping"]), (1, 5, 90 / 96))
         self.assertEqual((counts["gathers"], counts["gathered_bytes"]), (1, 500))
         self.assertEqual(counts["imbalance"], 1)
 
@@ -38,10 +40,17 @@ class Scale(InFolder):
         network = scale.Network(latency=1e-6, bandwidth=1e10)
         t = scale.step_times(COUNTS, 8e6, 8, 1e7, network)  # 1e6 particles and 1000 blocks a rank, 200 of them at a border
         self.assertAlmostEqual(t["compute"], 0.1)
-        self.assertAlmostEqual(t["neighbours"], 21e-6 + 200 * 3000 / 1e10)  # 3 messages to each of 7
+        self.assertAlmostEqual(t["neighbours"], 35e-6 + 200 * 3000 / 1e10)  # 5 messages to each of 7
         self.assertAlmostEqual(t["agreement"], 3 * (12e-6 + 4000 / 1e10) + 3 * (1e-6 + 16 / 1e10))
         self.assertAlmostEqual(t["gathers"], 3e-6 + 1000 / 1e10)  # eight times the particles: twice the rows
         self.assertAlmostEqual(scale.efficiency(t), 0.1 / (0.1 + t["neighbours"] + t["agreement"] + t["gathers"]))
+        self.assertAlmostEqual(t["hidden"], 0.9 * 200 * 3000 / 1e10)
+        self.assertGreater(scale.efficiency(t, overlapped=True), scale.efficiency(t))
+
+    def test_no_more_time_is_hidden_than_inner_blocks_take(self):
+        slow = scale.Network(latency=0.0, bandwidth=1e3)
+        t = scale.step_times(COUNTS, 8e6, 8, 1e7, slow)
+        self.assertAlmostEqual(t["hidden"], 0.8 * t["compute"])  # 200 of 1000 blocks are at a border
 
     def test_not_more_blocks_are_at_a_border_than_there_are(self):
         network = scale.Network(latency=0.0, bandwidth=1.0)
