@@ -40,8 +40,8 @@ checkpoint_minutes = 1e-6
 WINDOW = 'feed = "window"\nupstream_length_m = 3.0\ndownstream_length_m = 2.0'
 DEFAULTS = {"beta": 0.0, "width": 7.0, "feed": WINDOW, "mirror": "true", "shape": "", "numerics": "", "cell_size": 0.35, "duration": 0.2}
 NODAL, SURFACE = 'contact = "nodal"\n', 'contact = "surface"\n'
-# The cases by name, each with its changes of DEFAULTS. All blocks around a round mast have one owner, so this case has a wider flow: the
-# blocks beside the mast can then be divided among ranks.
+# The cases by name, each with its changes of DEFAULTS: every transfer, both rules of contact, both feeds, a round mast in a whole flow, both
+# precisions.
 CASES = {
     "apic_window": {"numerics": NODAL + 'transfer = "apic"'},
     "flip_cohesion_window": {"beta": 0.3, "numerics": NODAL + 'transfer = "flip"\nflip_ratio = 0.95'},
