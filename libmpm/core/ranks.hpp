@@ -161,7 +161,7 @@ class Ranks {
   /// Number of particles of all ranks, as of the last announce(). @param own  of this rank, which holds all before the first of these
   [[nodiscard]] virtual std::size_t particle_count(std::size_t own) const = 0;
 
-  /// Copies blocks with their particles into a grid of the first rank. @param into  not divided among ranks
+  /// Copies blocks of the others with their particles into a grid of the first rank. @param into  not divided among ranks
   /// @param wanted  which blocks; called on the rank that owns the block
   virtual void collect(const Grid& from, const std::function<bool(const Block&)>& wanted, Grid& into) = 0;
   /// Counts of all ranks, on the first; elsewhere nothing. @param particles  of this rank

@@ -106,7 +106,7 @@ void fill(State& state, const Case& c, const Scene& scene) {
 }
 
 /// How many particles each block will hold; on the first rank.
-std::vector<BlockHead> counted(const Case& c, const Scene& scene, Ranks& ranks) {
+std::vector<BlockHead> particles_of_blocks(const Case& c, const Scene& scene, Ranks& ranks) {
   State state(c.numerics.cell_size, c.numerics.precision);
   state.grid.divide(&ranks);
   ranks.count_blocks();
@@ -120,7 +120,8 @@ State make_state(const Case& c, const Scene& scene, Ranks* ranks) {
   State state(c.numerics.cell_size, c.numerics.precision);
   if (ranks != nullptr) {
     std::vector<BlockHead> heads;
-    if (ranks->first()) heads = counted(c, scene, *ranks);  // an error in the case ends the run here, where the others wait for no answer
+    if (ranks->first())
+      heads = particles_of_blocks(c, scene, *ranks);  // an error in the case ends the run here, where the others wait for no answer
     ranks->instruct(Task::start, state);
     ranks->cut(JoinedBlocks(scene, c.numerics.cell_size, state.time), heads);
     state.grid.divide(ranks);

@@ -24,26 +24,24 @@ bool visited(Observers observers, const ParticleBatch& batch) {
   return std::ranges::any_of(observers, [&](const auto& o) { return o->visits(batch.low, batch.high); });
 }
 
-/// One loop over all particles serves all observers.
-void visit_all(Observers observers, const Grid& grid, const Scene& scene) {
-  for (const auto b : grid.occupied_blocks()) {
-    const ParticleBatch batch(grid.block(b), scene, grid.cell_size());
+/// One loop over all particles serves all observers: block by block, those of other ranks in their places.
+void visit_all(Observers observers, const State& state, const Scene& scene) {
+  const Grid& own = state.grid;
+  Grid others(own.cell_size(), own.precision());
+  if (Ranks* const ranks = own.ranks()) {
+    ranks->instruct(Task::observe, state);
+    ranks->collect(
+        own, [&](const Block& block) { return visited(observers, ParticleBatch(block, scene, own.cell_size())); }, others);
+    ranks->done();
+  }
+  const auto a = own.occupied_blocks(), b = others.occupied_blocks();
+  for (std::size_t i = 0, j = 0; i < a.size() || j < b.size();) {
+    const bool from_own = j == b.size() || (i < a.size() && comes_before(own.block(a[i]).coordinate, others.block(b[j]).coordinate));
+    const ParticleBatch batch(from_own ? own.block(a[i++]) : others.block(b[j++]), scene, own.cell_size());
     for (const auto& o : observers) {
       if (o->visits(batch.low, batch.high)) o->visit(batch);
     }
   }
-}
-
-/// The same for a state that may be divided among ranks.
-void visit_all(Observers observers, const State& state, const Scene& scene) {
-  Ranks* const ranks = state.grid.ranks();
-  if (ranks == nullptr) return visit_all(observers, state.grid, scene);
-  Grid here(state.grid.cell_size(), state.grid.precision());
-  ranks->instruct(Task::observe, state);
-  ranks->collect(
-      state.grid, [&](const Block& block) { return visited(observers, ParticleBatch(block, scene, here.cell_size())); }, here);
-  ranks->done();
-  visit_all(observers, here, scene);
 }
 
 /// Arrays under "owner.name".

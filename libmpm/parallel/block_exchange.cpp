@@ -175,7 +175,7 @@ void BlockExchange::collect(const Grid& from, const std::function<bool(const Blo
   std::vector<std::int32_t> blocks;
   std::size_t particles = 0;
   for (const auto b : from.occupied_blocks()) {
-    if (!wanted(from.block(b))) continue;
+    if (first() || !wanted(from.block(b))) continue;
     blocks.push_back(b);
     particles += static_cast<std::size_t>(from.block(b).particles.count());
   }
