@@ -16,6 +16,18 @@ class Evidence(InFolder):
         self.assertEqual(rows[0], ["coarse, narrow (244 runs, 13 M')", "k_r", "0.774", "0.74 to 0.83", "0.73 to 0.82", "0.762", "0.947", "no"])
         self.assertEqual([row[0] for row in rows[5:6]], ["coarse, wide (268 runs, 13 M')"])
 
+    def test_sums_up_what_is_confirmed_what_differs_and_why_on_both_sets(self):
+        studies = [Study(RESULTS / "coarse"), Study(RESULTS / "fine")]
+        table = evidence_figures.matrix(studies)
+        self.assertEqual(table["head"][:3], ["", "paper", "coarse, narrow (244 runs, 13 M')"])
+        self.assertEqual(table["rows"][0][:3], ["k_r", "0.947", "0.774 (0.74 to 0.83)"])
+        self.assertEqual({len(row) for row in table["rows"]}, {len(table["head"])})
+        short = evidence_figures.in_short(studies)
+        self.assertTrue(any(text.startswith("coarse, wide: k_r 0.769 (0.947), ") for text in short["differs"]))
+        self.assertTrue(any(text.startswith("fine, narrow: the intervals hold all five") for text in short["confirmed"]))
+        self.assertIn("With cohesion: not explained", " ".join(short["why"]))
+        self.assertRegex(" ".join(short["differs"]), r"The accurate solver .* \d+ pairs of runs")
+
     def test_draws_every_section_from_the_kept_tables(self):
         study = Study(RESULTS / "coarse")
         for identity, _, draw, _ in evidence_figures.SECTIONS:
@@ -29,6 +41,8 @@ class Evidence(InFolder):
         self.write("old/fit.json", '{"fits": []}')
         study = Study(self.folder / "old")
         self.assertIsNone(evidence_figures.headline([study]))
+        self.assertIsNone(evidence_figures.matrix([study]))
+        self.assertIsNone(evidence_figures.in_short([study]))
         for identity, _, draw, _ in evidence_figures.SECTIONS:
             self.assertEqual(len(draw(study).missing), 1, identity)
 
