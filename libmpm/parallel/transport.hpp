@@ -15,7 +15,10 @@ namespace mpm {
 using Messages = std::map<int, Message>;
 
 /// Kinds of messages of known size. Those of several kinds may travel at the same time.
-enum class MessageKind : std::uint8_t { parts, nodes };
+enum class MessageKind : std::uint8_t {
+  parts,  ///< contributions of particles to nodes
+  nodes,  ///< values of nodes
+};
 
 /// One rank's access to the others. All ranks call the same functions in the same order, from one thread.
 class Transport {
