@@ -73,7 +73,7 @@ Field zero() {
 
 std::vector<NodeBlock> correction_of(const Grid& grid, const SurfaceSolid& solid, double relaxed) {
   std::vector<NodeBlock> change(static_cast<std::size_t>(*std::ranges::max_element(grid.all_blocks())) + 1);
-  LumpedMassCorrection(solid, dx, density, relaxed).add(grid, change);
+  LumpedMassCorrection(solid, dx, density, relaxed).add_inner(grid, change);
   return change;
 }
 struct Sums {
