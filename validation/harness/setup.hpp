@@ -39,12 +39,13 @@ struct Setup {
   std::string id;     ///< names its directory: "wedge-30-dx4"; unique in its case
   std::string title;  ///< what it is, in words
   Case spec;          ///< law, walls, obstacle, gravity, domain; cell size, CFL number and transfer are a suggestion to other solvers
-  std::function<State(const Case&, const Scene&)> start = make_state;  ///< the particles of t = 0
-  std::vector<double> times;                                           ///< s, increasing: when to write results
-  ParticleFields fields;                                               ///< of the particles at these times
-  bool particles = true;                                               ///< false: only forces are needed
-  bool forces = false;                                                 ///< of the material on every boundary
-  double time_step = 0.0;                                              ///< s, to be used as it is; 0: the solver's own choice
+  /// The particles of t = 0.
+  std::function<State(const Case&, const Scene&)> start = [](const Case& c, const Scene& scene) { return make_state(c, scene); };
+  std::vector<double> times;  ///< s, increasing: when to write results
+  ParticleFields fields;      ///< of the particles at these times
+  bool particles = true;      ///< false: only forces are needed
+  bool forces = false;        ///< of the material on every boundary
+  double time_step = 0.0;     ///< s, to be used as it is; 0: the solver's own choice
   /// What a solver has to do beyond moving the particles under gravity and the boundaries, in words; `solve` does it with this program.
   std::string procedure;
   /// Instead of advance(): brings the state to the next instant, and adds to the impulses of the boundaries since the last one.
