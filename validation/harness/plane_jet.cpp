@@ -23,6 +23,7 @@ Setup plane_jet_setup(const Case& base, const PlaneJetSetting& s) {
   c.numerics.cell_size = dx;
   c.numerics.cfl = s.cfl;
   c.numerics.transfer = s.transfer;
+  c.numerics.flip_ratio = s.flip_ratio;
   c.numerics.contact = s.contact;
   c.numerics.grid_offset = Vec3(s.shift_x, s.shift_y, 0.0);
   c.domain.mirror_y = s.shift_y == 0.0;  // a mirror plane stays on the grid

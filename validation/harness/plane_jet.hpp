@@ -21,6 +21,7 @@ struct PlaneJetSetting {
   double cfl = 0.4;                     ///< CFL number
   double shift_x = 0.0, shift_y = 0.0;  ///< of the scene against the grid, cells; half is computed if shift_y = 0
   Transfer transfer = Transfer::aflip;  ///< between particles and grid
+  double flip_ratio = 0.95;             ///< Transfer::flip: share of FLIP
   ContactRule contact = ContactRule::surface;                ///< of the obstacle
   BodySpec::Lattice lattice = BodySpec::Lattice::staggered;  ///< of the jet's particles
 };
