@@ -3,7 +3,9 @@
 ///
 /// A boundary is a struct with the functions that `Wall` has: `reaches` (may it act within a box of nodes), `covers` (does it act on
 /// this node), `constrain` (the velocity after contact), `surface_velocity` (for the work it does), `reference_point` (of its moment) and
-/// `translate` (moves it in space). grid_update.hpp records the impulses, not the boundary. To add one, name it in the variant.
+/// `translate` (moves it in space). A solid also has `section` (the part of a line y = const along x that lies in it) and `height` (its
+/// vertical extent), from which pictures draw it. grid_update.hpp records the impulses, not the boundary. To add one, name it in the
+/// variant.
 ///
 /// Two kinds act on several nodes together and have a file of their own in the core: walls whose rule is ContactRule::surface
 /// (core/folded_wall.hpp), and SurfaceSolid (core/surface_contact.hpp), which has neither `constrain` nor `reaches`.

@@ -13,7 +13,7 @@ Vec2 nearest_point(const Vec2& from, const Vec2& to, const Vec2& p) {
 
 ObstaclePlan obstacle_plan(const ObstacleSpec& spec) {
   ObstaclePlan plan;
-  const Outline outline = std::visit([](const auto& shape) { return shape.outline(); }, spec.shape);
+  const Outline outline = outline_of(spec.shape);
   const std::vector<Vec2>& corners = outline.corners;
   plan.sides = outline.sides();
   double left = 0.0;

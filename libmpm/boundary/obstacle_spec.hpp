@@ -24,6 +24,10 @@ struct ObstacleSpec {
   [[nodiscard]] double width() const {
     return std::visit([](const auto& s) { return s.width; }, shape);
   }
+  /// How the shape meets the flow.
+  [[nodiscard]] Front front() const {
+    return std::visit([](const auto& s) { return s.front; }, shape);
+  }
   /// The parameters of one shape; std::bad_variant_access if it is another one.
   template <ObstacleShape S>
   [[nodiscard]] S& as() {

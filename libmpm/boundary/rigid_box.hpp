@@ -2,6 +2,7 @@
 /// Rigid box with faces along the axes.
 
 #include "libmpm/boundary/contact.hpp"
+#include "libmpm/boundary/shapes/outline.hpp"
 
 namespace mpm {
 
@@ -20,6 +21,10 @@ struct RigidBox {
   [[nodiscard]] bool reaches(const Vec3& low, const Vec3& high, double time) const;
   [[nodiscard]] bool covers(const Vec3& node, double time) const;
   [[nodiscard]] Vec3 constrain(const Vec3& node, const Vec3& v, double time = 0.0) const;
+  [[nodiscard]] std::optional<Interval> section(double y) const {
+    return y < min.y() || y > max.y() ? std::nullopt : std::optional(Interval{min.x(), max.x()});
+  }
+  [[nodiscard]] Interval height() const { return {min.z(), max.z()}; }
   void translate(const Vec3& by) {
     min += by;
     max += by;

@@ -1,6 +1,8 @@
 #pragma once
 /// Rigid solid with vertical sides that acts at its surface, not at the nodes: contact_stencil.hpp.
 
+#include <limits>
+
 #include "libmpm/boundary/contact.hpp"
 #include "libmpm/boundary/contact_stencil.hpp"
 #include "libmpm/boundary/outline_distance.hpp"
@@ -29,6 +31,8 @@ class SurfaceSolid {
   [[nodiscard]] Vec3 reference_point() const { return reference_; }
   [[nodiscard]] Vec3 surface_velocity(const Vec3&, double) const { return Vec3::Zero(); }
   [[nodiscard]] bool covers(const Vec3& x, double time) const;
+  [[nodiscard]] std::optional<Interval> section(double y) const { return outline_.section(y); }
+  [[nodiscard]] Interval height() const { return {-std::numeric_limits<double>::infinity(), top_}; }
   void translate(const Vec3& by);
   /// @}
 

@@ -1,9 +1,11 @@
 #pragma once
 /// Rigid solids with vertical sides: prisms with a convex cross-section, circular cylinders.
 
+#include <limits>
 #include <vector>
 
 #include "libmpm/boundary/contact.hpp"
+#include "libmpm/boundary/shapes/outline.hpp"
 
 namespace mpm {
 
@@ -22,46 +24,43 @@ struct VerticalSolid {
   double friction = 0.0;                 ///< mu
   Vec3 reference = Vec3::Zero();         ///< point about which the moment is taken
 
-  /// Moves it by a vector, m.
+  /// What every boundary offers (any_boundary.hpp), as far as the cross-section does not matter. Places in m, velocities in m/s, time in s.
+  /// @{
+  [[nodiscard]] Vec3 reference_point() const { return reference; }
+  [[nodiscard]] Vec3 surface_velocity(const Vec3&, double) const { return Vec3::Zero(); }
+  [[nodiscard]] Interval height() const { return {-std::numeric_limits<double>::infinity(), top}; }
   void translate(const Vec3& by) {
     top += by.z();
     reference += by;
   }
+  /// @}
 };
 
 /// Convex prism at rest.
-struct RigidPrism {
-  /// One side: n.(x, y) = offset on it, n the outward unit normal.
-  struct Side {
-    double normal_x, normal_y, offset;  ///< n and the distance of the side from the origin along n, m
-  };
-  VerticalSolid solid;                                        ///< top, skin, contact
-  std::vector<Side> sides;                                    ///< three or more
+struct RigidPrism : VerticalSolid {
+  std::vector<HalfPlane> sides;                               ///< three or more
   double min_x = 0.0, max_x = 0.0, min_y = 0.0, max_y = 0.0;  ///< of the plan, m; bounds the skin before a sharp edge, too
 
   /// What every boundary offers (any_boundary.hpp). Places in m, velocities in m/s, time in s.
   /// @{
-  [[nodiscard]] Vec3 reference_point() const { return solid.reference; }
-  [[nodiscard]] Vec3 surface_velocity(const Vec3&, double) const { return Vec3::Zero(); }
   [[nodiscard]] bool reaches(const Vec3& low, const Vec3& high, double time) const;
   [[nodiscard]] bool covers(const Vec3& node, double time) const;
   [[nodiscard]] Vec3 constrain(const Vec3& node, const Vec3& v, double time = 0.0) const;
+  [[nodiscard]] std::optional<Interval> section(double y) const { return mpm::section(sides, y); }
   void translate(const Vec3& by);
   /// @}
 };
 
 /// Circular cylinder at rest; its axis is vertical.
-struct RigidCylinder {
-  VerticalSolid solid;                                  ///< top, skin, contact
-  double centre_x = 0.0, centre_y = 0.0, radius = 0.0;  ///< m
+struct RigidCylinder : VerticalSolid {
+  Circle circle;  ///< in plan
 
   /// What every boundary offers (any_boundary.hpp). Places in m, velocities in m/s, time in s.
   /// @{
-  [[nodiscard]] Vec3 reference_point() const { return solid.reference; }
-  [[nodiscard]] Vec3 surface_velocity(const Vec3&, double) const { return Vec3::Zero(); }
   [[nodiscard]] bool reaches(const Vec3& low, const Vec3& high, double time) const;
   [[nodiscard]] bool covers(const Vec3& node, double time) const;
   [[nodiscard]] Vec3 constrain(const Vec3& node, const Vec3& v, double time = 0.0) const;
+  [[nodiscard]] std::optional<Interval> section(double y) const { return mpm::section(circle, y); }
   void translate(const Vec3& by);
   /// @}
 };

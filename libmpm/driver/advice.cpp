@@ -58,9 +58,7 @@ Finding cells_across(const Impact& i) {
 /// The force is proportional to the number of rows of nodes on the obstacle: validation/cases/avalanche_convergence, "Rows that stop the
 /// flow". With contact at the surface the obstacle has its own width.
 Finding nodal_width(const Impact& i) {
-  const auto* box = std::get_if<BoxShape>(&i.mast.shape);
-  if (i.c.numerics.contact != ContactRule::nodal || box == nullptr || box->rotation != 0.0 || i.c.numerics.grid_offset.y() != 0.0)
-    return {};
+  if (i.c.numerics.contact != ContactRule::nodal || !outline_of(i.mast.shape).box || i.c.numerics.grid_offset.y() != 0.0) return {};
   constexpr double tolerance = 0.05;
   const double cells = i.width() / i.dx(), ratio = nodal_width_ratio(cells);
   if (std::abs(ratio - 1.0) <= tolerance) return {};

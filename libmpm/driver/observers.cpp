@@ -105,9 +105,7 @@ ImpactFlow impact_flow(const Case& c) {
 }
 
 GridResolution grid_resolution(const Case& c) {
-  GridResolution r{.contact = c.numerics.contact, .transfer = c.numerics.transfer};
-  if (std::holds_alternative<CylinderShape>(c.obstacle->shape)) r.plan = GridResolution::Plan::cylinder;
-  if (std::holds_alternative<WedgeShape>(c.obstacle->shape)) r.plan = GridResolution::Plan::wedge;
+  GridResolution r{.contact = c.numerics.contact, .transfer = c.numerics.transfer, .front = c.obstacle->front()};
   const double width = c.obstacle->width(), dx = c.numerics.cell_size;
   r.cells = std::min(width, c.conveyor->flow_height) / dx;
   r.width_excess = nodal_width_ratio(width / dx) - 1.0;

@@ -24,8 +24,7 @@ Wall make_wall(const WallSpec& spec, ContactRule rule) {
 Boundary make_obstacle(const ObstacleSpec& spec, const NumericsSpec& numerics, const MirrorPlanes& mirror) {
   const double top = spec.height.value_or(beyond), cell_size = numerics.cell_size;
   if (numerics.contact == ContactRule::surface) {
-    return SurfaceSolid(std::visit([](const auto& shape) { return shape.outline(); }, spec.shape), top, spec.friction, Vec3::Zero(),
-                        cell_size, {mirror.x, mirror.y});
+    return SurfaceSolid(outline_of(spec.shape), top, spec.friction, Vec3::Zero(), cell_size, {mirror.x, mirror.y});
   }
   const ObstaclePlan plan = obstacle_plan(spec);
   if (plan.flat_front) {
@@ -33,10 +32,9 @@ Boundary make_obstacle(const ObstacleSpec& spec, const NumericsSpec& numerics, c
                     Vec3::Zero()};
   }
   const VerticalSolid solid{top, 0.5 * cell_size, Contact::separable, spec.friction, Vec3::Zero()};
-  if (plan.radius) return RigidCylinder{solid, *plan.radius, 0.0, *plan.radius};
-  RigidPrism prism{solid, {}, 0.0, plan.depth, -0.5 * plan.width, 0.5 * plan.width};
-  for (const auto& side : plan.sides) prism.sides.push_back({side.normal.x(), side.normal.y(), side.normal.dot(side.from)});
-  return prism;
+  const Outline outline = outline_of(spec.shape);
+  if (outline.circle) return RigidCylinder{solid, *outline.circle};
+  return RigidPrism{solid, outline.half_planes(), 0.0, plan.depth, -0.5 * plan.width, 0.5 * plan.width};
 }
 
 ConveyorSetting conveyor_setting(const Case& c) {

@@ -65,7 +65,7 @@ double nodal_width_ratio(double cells_across) {
 
 GridUncertainty grid_uncertainty(const GridResolution& r) {
   constexpr double least_cells = 3.0 - 1e-9, unknown = std::numeric_limits<double>::quiet_NaN();
-  if (!(r.cells >= least_cells)) return {unknown, unknown, unknown, unknown};
+  if (!(r.cells >= least_cells) || r.front == Front::other) return {unknown, unknown, unknown, unknown};
   const bool even = r.width_excess > 0.05;  // at most 1/(w/dx), and 0 for odd numbers
   const auto nodal = [&] {
     return even ? GridUncertainty{between({nodal_even_runup, runup_limit}, r.cells), between({nodal_even_height, height_limit}, r.cells),
@@ -82,8 +82,8 @@ GridUncertainty grid_uncertainty(const GridResolution& r) {
     const GridUncertainty other = nodal();
     u = {std::fmax(u.runup, other.runup), std::fmax(u.pressure_height, other.pressure_height), std::fmax(u.force, other.force), unknown};
   }
-  if (r.plan == GridResolution::Plan::cylinder) u.force = std::fmax(u.force, between({cylinder_force, force_limit}, r.cells));
-  if (r.plan == GridResolution::Plan::wedge)
+  if (r.front == Front::round) u.force = std::fmax(u.force, between({cylinder_force, force_limit}, r.cells));
+  if (r.front == Front::edge)
     u.force = std::fmax(u.force, between({surface ? wedge_surface_force : wedge_nodal_force, force_limit}, r.cells));
   u.moment = u.force + u.pressure_height;
   return u;

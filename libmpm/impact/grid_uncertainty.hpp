@@ -2,9 +2,8 @@
 /// Numerical uncertainty of an impact, from grid studies at the same resolution. A run on one grid cannot
 /// determine its own grid error; `mpm converge` estimates it for one case from several grids.
 
-#include <cstdint>
-
 #include "libmpm/boundary/contact.hpp"
+#include "libmpm/boundary/shapes/outline.hpp"
 #include "libmpm/core/transfer.hpp"
 
 namespace mpm {
@@ -13,14 +12,13 @@ namespace mpm {
 struct GridResolution {
   ContactRule contact = ContactRule::nodal;  ///< where the obstacle acts
   Transfer transfer = Transfer::apic;        ///< velocities between grid and particles
-  /// Plan of the obstacle, on which the known errors depend.
-  enum class Plan : std::uint8_t { box, cylinder, wedge } plan = Plan::box;  ///< which
-  double cells = 0.0;                                                        ///< in the smaller of the obstacle's width and the flow height
+  Front front = Front::plane;                ///< how the obstacle meets the flow
+  double cells = 0.0;                        ///< in the smaller of the obstacle's width and the flow height
   double width_excess = 0.0;  ///< relative increase of the width by nodal contact: rows of nodes on the obstacle, times dx over w, minus 1
 };
 
 /// Relative to the value of the run: the value of an infinitely fine grid is expected within this to either side. Contains the distance to
-/// the limit and the uncertainty of the limit. NaN: not known (less than three cells).
+/// the limit and the uncertainty of the limit. NaN: not known (less than three cells; a shape that resembles none that was studied).
 struct GridUncertainty {
   double runup;            ///< of the run-up
   double pressure_height;  ///< of the pressure height

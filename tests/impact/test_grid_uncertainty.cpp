@@ -51,9 +51,22 @@ TEST(KnownGridUncertainty, IsUnknownBelowThreeCells) {
 
 TEST(KnownGridUncertainty, IsLargerForTheForceOnARoundMast) {
   GridResolution round = surface(8);
-  round.plan = GridResolution::Plan::cylinder;
+  round.front = Front::round;
   EXPECT_GT(grid_uncertainty(round).force, grid_uncertainty(surface(8)).force);
   EXPECT_EQ(grid_uncertainty(round).runup, grid_uncertainty(surface(8)).runup);
+}
+
+TEST(KnownGridUncertainty, IsUnknownForAShapeLikeNoneThatWasStudied) {
+  GridResolution other = surface(8);
+  other.front = Front::other;
+  const GridUncertainty u = grid_uncertainty(other);
+  EXPECT_TRUE(std::isnan(u.force) && std::isnan(u.runup) && std::isnan(u.pressure_height) && std::isnan(u.moment));
+}
+
+TEST(KnownGridUncertainty, IsLookedUpByTheFrontThatEachShapeDeclares) {
+  EXPECT_EQ(ObstacleSpec{.shape = BoxShape{}}.front(), Front::plane);
+  EXPECT_EQ(ObstacleSpec{.shape = CylinderShape{}}.front(), Front::round);
+  EXPECT_EQ(ObstacleSpec{.shape = WedgeShape{}}.front(), Front::edge);
 }
 
 TEST(RowsOfNodesOnAnObstacle, MakeItOneCellWiderWhereTheirNumberIsEven) {

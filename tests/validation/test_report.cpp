@@ -424,7 +424,11 @@ FlowPicture block_picture(const std::filesystem::path& directory, FlowPicture pi
   return flow_picture(directory, make_state(c, scene), scene, std::move(picture));
 }
 
-TEST(FlowPicture, DrawsTheSectionOfAnObstacleOfAnyShape) {
+class FlowPictureOfAnObstacle : public testing::TestWithParam<ContactRule> {};
+INSTANTIATE_TEST_SUITE_P(Rules, FlowPictureOfAnObstacle, testing::Values(ContactRule::nodal, ContactRule::surface),
+                         [](const auto& rule) { return rule.param == ContactRule::nodal ? "nodal" : "surface"; });
+
+TEST_P(FlowPictureOfAnObstacle, DrawsItsSectionWhateverItsShape) {
   const Scratch scratch;
   struct Mast {
     AnyShape shape;
@@ -438,6 +442,7 @@ TEST(FlowPicture, DrawsTheSectionOfAnObstacleOfAnyShape) {
     SCOPED_TRACE(mast.shape.index());
     Case c;
     c.material = HenckyElastic::Parameters{};
+    c.numerics.contact = GetParam();
     c.bodies.push_back({BodySpec::Shape::box, Vec3(-2.0, -0.5, 0.0), Vec3(-1.0, 0.5, 0.5), Vec3::Zero()});
     c.obstacle = ObstacleSpec{.shape = mast.shape, .height = 1.5};
     const Scene scene = make_scene(c);

@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <optional>
 #include <variant>
 
 #include "libmpm/driver/build_info.hpp"
@@ -18,46 +17,6 @@ namespace {
 
 constexpr double below = -1e4;  // m: solids reach down to the floor
 
-/// Box that a solid cuts out of the plane y = 0: x_min, z_min, x_max, z_max; empty where it does not meet that plane.
-using Section = std::optional<std::array<double, 4>>;
-Section section(const RigidBox& box) {
-  if (box.min.y() > 0.0 || box.max.y() < 0.0) return {};
-  return std::array{box.min.x(), box.min.z(), box.max.x(), box.max.z()};
-}
-Section section(const RigidCylinder& c) {
-  if (std::abs(c.centre_y) >= c.radius) return {};
-  const double half = std::sqrt(c.radius * c.radius - c.centre_y * c.centre_y);
-  return std::array{c.centre_x - half, below, c.centre_x + half, c.solid.top};
-}
-Section section(const RigidPrism& prism) {
-  double low = prism.min_x, high = prism.max_x;
-  for (const RigidPrism::Side& side : prism.sides) {  // n_x x <= offset
-    if (side.normal_x < 0.0) low = std::max(low, side.offset / side.normal_x);
-    if (side.normal_x > 0.0) high = std::min(high, side.offset / side.normal_x);
-    if (side.normal_x == 0.0 && side.offset < 0.0) return {};
-  }
-  if (!(low < high)) return {};
-  return std::array{low, below, high, prism.solid.top};
-}
-
-Section section(const SurfaceSolid& solid) {
-  const Outline& outline = solid.outline();
-  if (const auto& c = outline.circle) {
-    if (std::abs(c->centre.y()) >= c->radius) return {};
-    const double half = std::sqrt(c->radius * c->radius - c->centre.y() * c->centre.y());
-    return std::array{c->centre.x() - half, below, c->centre.x() + half, solid.top()};
-  }
-  double low = below, high = -below;
-  for (const OutlineSide& side : outline.sides()) {  // n_x x <= offset
-    const double offset = side.normal.dot(side.from), n_x = side.normal.x();
-    if (n_x < -on_surface) low = std::max(low, offset / n_x);
-    if (n_x > on_surface) high = std::min(high, offset / n_x);
-    if (std::abs(n_x) <= on_surface && offset < 0.0) return {};
-  }
-  if (!(low < high)) return {};
-  return std::array{low, below, high, solid.top()};
-}
-
 /// Section of the boundaries with the plane y = 0. Walls that run along it are not seen.
 void add_boundaries(FlowPicture& picture, const Scene& scene) {
   for (const Boundary& boundary : scene.boundaries) {
@@ -66,13 +25,16 @@ void add_boundaries(FlowPicture& picture, const Scene& scene) {
       const Vec3& n = wall->normal;
       if (std::hypot(n.x(), n.z()) > 1e-6) picture.walls.push_back({point.x(), point.z(), n.x(), n.z()});
     }
-    const Section solid = std::visit(
-        [](const auto& b) -> Section {
-          if constexpr (requires { section(b); }) return section(b);
-          return {};
+    std::visit(
+        [&](const auto& solid) {
+          if constexpr (requires { solid.section(0.0); }) {
+            if (const auto along = solid.section(0.0)) {
+              const Interval height = solid.height();
+              picture.boxes.push_back({along->low, std::max(below, height.low), along->high, height.high});
+            }
+          }
         },
         boundary);
-    if (solid) picture.boxes.push_back(*solid);
   }
 }
 

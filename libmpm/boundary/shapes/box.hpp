@@ -13,6 +13,7 @@ namespace mpm {
 /// Parameters of a box.
 struct BoxShape {
   static constexpr std::string_view name = "box";  ///< value of [obstacle] shape
+  static constexpr Front front = Front::plane;     ///< how it meets the flow
 
   double width = 1.75;    ///< w, m: across the flow
   double depth = 1.75;    ///< m: along the flow
@@ -38,9 +39,9 @@ struct BoxShape {
     Outline plan{.box = rotation == 0.0};
     for (const auto& [i, j] : {std::pair{-1.0, -1.0}, {1.0, -1.0}, {1.0, 1.0}, {-1.0, 1.0}})
       plan.corners.emplace_back(i * along + j * across);
-    double front = 0.0;
-    for (const Vec2& corner : plan.corners) front = std::min(front, corner.x());
-    for (Vec2& corner : plan.corners) corner.x() -= front;
+    double upstream = 0.0;
+    for (const Vec2& corner : plan.corners) upstream = std::min(upstream, corner.x());
+    for (Vec2& corner : plan.corners) corner.x() -= upstream;
     return plan;
   }
 };

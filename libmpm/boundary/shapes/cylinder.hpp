@@ -12,6 +12,7 @@ namespace mpm {
 /// Parameters of a cylinder.
 struct CylinderShape {
   static constexpr std::string_view name = "cylinder";  ///< value of [obstacle] shape
+  static constexpr Front front = Front::round;          ///< how it meets the flow
 
   double width = 1.75;  ///< w, m: the diameter
   bool operator==(const CylinderShape&) const = default;
