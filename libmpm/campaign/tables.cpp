@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <map>
 #include <nlohmann/json.hpp>
@@ -11,6 +10,7 @@
 
 #include "libmpm/campaign/input_columns.hpp"
 #include "libmpm/driver/case_file.hpp"
+#include "libmpm/driver/observers.hpp"
 #include "libmpm/io/atomic_file.hpp"
 #include "libmpm/io/csv.hpp"
 
@@ -20,16 +20,15 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-/// Numbers of results.json that describe the computation, not the physics: columns of runs.csv.
-constexpr std::array execution_keys{
-    "ranks", "threads", "wall_time_s", "solver_time_s", "million_particle_steps_per_s", "peak_memory_bytes", "instruction_set", "compiler"};
-
-bool belongs_to_execution(const std::string& key) { return std::ranges::find(execution_keys, key) != execution_keys.end(); }
-
-/// Has a column of its own, or needs none.
-bool has_own_column(const std::string& key) {
-  static const std::set<std::string> keys{"format_version", "title", "case_hash", "version", "commit"};
-  return keys.contains(key);
+/// Entries of results.json that describe the computation, not the physics: columns of runs.csv, except for those that results.csv has in
+/// columns of its own (the program and the case) and those that need none.
+std::vector<std::string> execution_columns() {
+  std::vector<std::string> names = run_entries(Nature::execution);
+  std::erase_if(names, [](const std::string& name) {
+    static const std::set<std::string> elsewhere{"format_version", "title", "case_hash", "version", "commit"};
+    return elsewhere.contains(name);
+  });
+  return names;
 }
 
 std::string cell_of(const Json& value) {
@@ -44,7 +43,7 @@ std::string cell_of(const Json& value) {
 std::vector<std::pair<std::string, std::string>> cells_of(const Json& results) {
   std::vector<std::pair<std::string, std::string>> cells;
   for (const auto& [key, value] : results.items()) {
-    if (belongs_to_execution(key) || has_own_column(key)) continue;
+    if (nature_of(key) == Nature::execution) continue;
     if (!value.is_array()) {
       cells.emplace_back(key, cell_of(value));
       continue;
@@ -109,7 +108,8 @@ std::string results_table(const Campaign& campaign, const std::vector<RunStatus>
 std::string executions_table(const Campaign& campaign, const std::vector<RunStatus>& status, const std::vector<Json>& results) {
   std::vector<std::string> head{"name", "status",       "attempts",  "first_started", "last_ended",
                                 "host", "last_outcome", "exit_code", "signal",        "cause"};
-  head.insert(head.end(), execution_keys.begin(), execution_keys.end());
+  const std::vector<std::string> entries = execution_columns();
+  head.insert(head.end(), entries.begin(), entries.end());
   std::string text = csv_line(head);
   for (std::size_t i = 0; i < campaign.runs.size(); ++i) {
     const auto& attempts = status[i].attempts;
@@ -125,7 +125,7 @@ std::string executions_table(const Campaign& campaign, const std::vector<RunStat
                                  number(last.exit_code),
                                  number(last.signal),
                                  last.cause};
-    for (const char* key : execution_keys) row.push_back(results[i].contains(key) ? cell_of(results[i][key]) : "");
+    for (const std::string& key : entries) row.push_back(results[i].contains(key) ? cell_of(results[i][key]) : "");
     text += csv_line(row);
   }
   return text;

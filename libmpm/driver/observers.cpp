@@ -41,6 +41,7 @@ struct Condition {
   const char* cases;
   bool (*holds)(const Setting&);
 };
+constexpr const char* after_post = "folders that mpm post wrote";
 constexpr Condition always{"every case", [](const Setting&) { return true; }};
 constexpr Condition obstacle{"cases with an obstacle", [](const Setting& s) { return s.scene.obstacle.has_value(); }};
 constexpr Condition impact{"cases with a conveyor and an obstacle", [](const Setting& s) { return s.geometry.has_value(); }};
@@ -145,18 +146,37 @@ std::vector<ObserverDescription> describe_observers() {
     for (const HeightProfile& profile : o->profiles(end)) d.profiles.push_back(profile.column);
     descriptions.push_back(std::move(d));
   }
-  descriptions.push_back({"post", "folders that mpm post wrote", Source::particles, {}, {}, origin_in_frames(0)});
+  descriptions.push_back({"post", after_post, Source::particles, {}, {}, origin_in_frames(0)});
   return descriptions;
 }
 
-Nature nature_of(std::string_view name) {
+namespace {
+
+const std::vector<ObserverDescription>& descriptions() {
   static const std::vector<ObserverDescription> all = describe_observers();
+  return all;
+}
+
+}  // namespace
+
+Nature nature_of(std::string_view name) {
   const std::string_view key = name.substr(0, name.find('['));
-  for (const ObserverDescription& d : all) {
+  for (const ObserverDescription& d : descriptions()) {
     const auto found = std::ranges::find(d.results, key, &Result::name);
     if (found != d.results.end()) return found->nature;
   }
   return Nature::physics;
+}
+
+std::vector<std::string> run_entries(Nature nature) {
+  std::vector<std::string> names;
+  for (const ObserverDescription& d : descriptions()) {
+    if (d.cases == after_post) continue;
+    for (const Result& r : d.results) {
+      if (r.nature == nature) names.push_back(r.name);
+    }
+  }
+  return names;
 }
 
 namespace {

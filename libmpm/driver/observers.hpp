@@ -46,6 +46,8 @@ struct ObserverDescription {
 
 /// Nature of an entry of results.json; an unknown entry counts as physics. @param name a key, with "[0]" for a component
 [[nodiscard]] Nature nature_of(std::string_view name);
+/// Names of the entries of one nature that a run writes into results.json (not `mpm post`), in their order.
+[[nodiscard]] std::vector<std::string> run_entries(Nature nature);
 
 /// Tables of everything that can be measured, as Markdown and as JSON {"columns": [...], "profiles": [...], "results": [...]}.
 [[nodiscard]] std::string observers_markdown();

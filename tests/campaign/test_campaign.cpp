@@ -5,6 +5,7 @@
 
 #include <csignal>
 #include <fstream>
+#include <set>
 
 #include "libmpm/base/error.hpp"
 #include "libmpm/campaign/execution.hpp"
@@ -14,6 +15,7 @@
 #include "libmpm/campaign/status.hpp"
 #include "libmpm/campaign/tables.hpp"
 #include "libmpm/driver/case_file.hpp"
+#include "libmpm/driver/observers.hpp"
 #include "libmpm/driver/run.hpp"
 #include "libmpm/driver/run_folder.hpp"
 #include "libmpm/io/atomic_file.hpp"
@@ -199,10 +201,14 @@ TEST_F(CampaignFolder, TheTableIsTheSameWhateverTheOrderAndTimes) {
   EXPECT_EQ(t.numbers("cell_size_m"), (std::vector{0.5, 0.5, 0.25, 0.25}));
   EXPECT_EQ(t.numbers("material.poisson_ratio"), (std::vector{0.1, 0.2, 0.1, 0.2}));
   EXPECT_EQ(t.numbers("particles_final"), (std::vector{64.0, 64.0, 512.0, 512.0}));
-  for (const char* column : {"wall_time_s", "ranks", "threads", "peak_memory_bytes"}) {
-    EXPECT_FALSE(t.has(column)) << column;
-    EXPECT_TRUE(Table::read(out() / "0/runs.csv").has(column)) << column;
+  const Table executions = Table::read(out() / "0/runs.csv");
+  EXPECT_EQ(executions.text("precision"), std::vector<std::string>(4, "double"));
+  const std::set<std::string> about_the_run{"case_hash", "version", "commit"};
+  for (const std::string& entry : run_entries(Nature::execution)) {
+    EXPECT_EQ(t.has(entry), about_the_run.contains(entry)) << entry << " is no result of the simulation";
+    EXPECT_EQ(executions.has(entry), !about_the_run.contains(entry) && entry != "title" && entry != "format_version") << entry;
   }
+  for (const std::string& entry : run_entries(Nature::physics)) EXPECT_FALSE(executions.has(entry)) << entry;
 }
 
 TEST_F(CampaignFolder, AFailureThatNeedNotRepeatItselfIsTriedAgain) {
