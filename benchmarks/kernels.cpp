@@ -7,7 +7,8 @@
 namespace mpm::benchmarks {
 
 TransferOptions transfer_options(const Scene& scene, double dt) {
-  return {dt, density(scene), scene.transfer != Transfer::flip, scene.transfer == Transfer::flip ? scene.flip_ratio : 0.0};
+  return {dt, density(scene), scene.numerics.transfer != Transfer::flip,
+          scene.numerics.transfer == Transfer::flip ? scene.numerics.flip_ratio : 0.0};
 }
 
 void gather(Grid& grid, const TransferOptions& options) {

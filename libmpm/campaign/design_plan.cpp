@@ -189,7 +189,7 @@ std::string design_plan_json(const DesignPlan& plan) {
   for (std::size_t g = 0; g < plan.cells.size(); ++g)
     root["grids"].push_back({{"cells", plan.cells[g]}, {"cell_size_m", plan.cell_size[g]}});
   static constexpr std::array transfers{"apic", "flip", "aflip"};
-  const NumericsSpec& numerics = plan.campaign.runs.front().spec.numerics;
+  const Numerics& numerics = plan.campaign.runs.front().spec.numerics;
   root["numerics"] = Json{{"contact", numerics.contact == ContactRule::surface ? "surface" : "nodal"},
                           {"transfer", transfers.at(static_cast<std::size_t>(numerics.transfer))}};
   root["duration_s"] = plan.duration;

@@ -11,7 +11,7 @@ namespace {
 
 /// D of APIC, sum w (x_i - x_p)^2 = dx^2/4 for quadratic B-splines: moment of inertia per mass of the affine velocities. 0 with FLIP.
 double affine_inertia_of(const Scene& scene, double cell_size) {
-  return scene.transfer == Transfer::apic ? 0.25 * cell_size * cell_size : 0.0;
+  return scene.numerics.transfer == Transfer::apic ? 0.25 * cell_size * cell_size : 0.0;
 }
 
 }  // namespace

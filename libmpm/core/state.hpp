@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "libmpm/core/grid_update.hpp"
-#include "libmpm/core/transfer.hpp"
+#include "libmpm/core/numerics.hpp"
 #include "libmpm/material/any_material.hpp"
 
 namespace mpm {
@@ -63,11 +63,9 @@ struct Scene {
   Vec3 domain_min = Vec3::Constant(-1e3), domain_max = Vec3::Constant(1e3);  ///< m; particles that leave are removed and counted
   MirrorPlanes mirror;                                                       ///< only one side is computed
   Vec3 offset = Vec3::Zero();  ///< m: shift of the whole scene against the grid. What a user calls x is x + offset in State and Scene
-  /// Velocities between grid and particles.
-  Transfer transfer = Transfer::apic;
-  double flip_ratio = 0.0;        ///< Transfer::flip: fraction of FLIP
-  double relaxation_cells = 5.0;  ///< Transfer::aflip: t_ref = relaxation_cells dx / (c_P + |v|max)
-  double cfl = 0.4;               ///< dt <= cfl dx / (c_P + |v|max)
+  /// A step reads of them how velocities pass between grid and particles, and the CFL number. The others have an effect when boundaries,
+  /// gravity, offset and the particles of the state are made: State::grid has its own cell size and precision.
+  Numerics numerics = {};
 };
 
 }  // namespace mpm

@@ -94,11 +94,11 @@ FluxTotals remove_outside(Grid& grid, std::int32_t index, const Scene& scene) {
 
 /// Fraction of the velocity that the grid cannot represent which particles keep in a step of length dt (transfer.hpp).
 double kept_fraction(const State& state, const Scene& scene, double dt) {
-  switch (scene.transfer) {
-    case Transfer::flip: return scene.flip_ratio;
+  switch (scene.numerics.transfer) {
+    case Transfer::flip: return scene.numerics.flip_ratio;
     case Transfer::aflip: {
       const double speed = wave_speed_of(scene.material) + state.max_speed;
-      return 1.0 - std::min(1.0, dt * speed / (scene.relaxation_cells * state.grid.cell_size()));
+      return 1.0 - std::min(1.0, dt * speed / (scene.numerics.relaxation_cells * state.grid.cell_size()));
     }
     case Transfer::apic: break;
   }
@@ -234,8 +234,8 @@ double stable_time_step(const AnyMaterial& material, double cfl, double cell_siz
 
 double stable_time_step(const State& state, const Scene& scene) {
   const double dx = state.grid.cell_size();
-  const double dt = stable_time_step(scene.material, scene.cfl, dx, state.max_speed);
-  const double at_rest = stable_time_step(scene.material, scene.cfl, dx, 0.0);
+  const double dt = stable_time_step(scene.material, scene.numerics.cfl, dx, state.max_speed);
+  const double at_rest = stable_time_step(scene.material, scene.numerics.cfl, dx, 0.0);
   if (!(dt >= collapse_ratio * at_rest)) {
     throw UnstableError("the time step collapsed at t = " + number_text(state.time) + " s, step " + std::to_string(state.step) + ": " +
                         number_text(dt, 3) + " s, at rest it is " + number_text(at_rest, 3) + " s, because the fastest particle moves at " +
@@ -251,7 +251,7 @@ StepReport step(State& state, const Scene& scene, double dt, StepTimes* times) {
   }
   StepReport report;
   report.dt = dt;
-  const TransferOptions options{dt, density_of(scene.material), scene.transfer != Transfer::flip, kept_fraction(state, scene, dt)};
+  const TransferOptions options{dt, density_of(scene.material), scene.numerics.transfer != Transfer::flip, kept_fraction(state, scene, dt)};
   Grid& grid = state.grid;
   const ThreadsForWork threads(grid.particle_count());
   StepTimes unused;

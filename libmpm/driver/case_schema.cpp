@@ -2,8 +2,6 @@
 
 #include <fmt/format.h>
 
-#include <cmath>
-
 #include "libmpm/driver/scene.hpp"
 #include "libmpm/driver/schema.hpp"
 
@@ -60,32 +58,13 @@ const config::SchemaOf<PathFile>& path_schema() {
   return schema;
 }
 
-void WallSpec::check(ParameterReport& report) const {
-  if (report.sound("normal") && normal.isZero(0.0))
-    report.problem("normal", "= [0, 0, 0] has no direction; give a vector that points into the material");
-}
-
-void DomainSpec::check(ParameterReport& report) const {
-  for (int axis = 0; axis < 3 && report.all_sound({"min_m", "max_m"}); ++axis) {
-    if (!(min[axis] < max[axis]))
-      report.problem("max_m", fmt::format("is not above min_m in {}: {} <= {}; exchange them", "xyz"[axis], max[axis], min[axis]));
-  }
-}
-
 namespace {
 
 /// A mirror plane must lie on a plane of nodes.
 void check_grid_offset(const Case& c, ParameterReport& report) {
-  const std::string name = "numerics.grid_offset_cells";
-  if (!report.all_sound({name, "conveyor.mirror_y", "domain.mirror"})) return;
-  const bool mirrored[] = {c.domain.mirror_x, c.domain.mirror_y || (c.conveyor && c.conveyor->mirror_y)};
-  for (int axis = 0; axis < 2; ++axis) {
-    const double shift = c.numerics.grid_offset[axis];
-    if (!mirrored[axis] || shift == 0.0) continue;
-    report.problem(name, fmt::format("shifts the mirror plane {0} = 0 off the grid by {1} cells in {0}; give 0 there, or compute the whole "
-                                     "without the mirror",
-                                     "xy"[axis], shift));
-  }
+  if (!report.all_sound({"numerics.grid_offset_cells", "conveyor.mirror_y", "domain.mirror"})) return;
+  TableReport own(report, "numerics");
+  c.numerics.check_offset(mirror_planes(c), own);
 }
 
 /// Either bodies, walls and a domain, or a conveyor, which provides its own.
@@ -98,7 +77,7 @@ void check_scene(const Case& c, ParameterReport& report) {
   } else if (c.bodies.empty() && report.sound("body")) {
     report.problem("", "the scene is empty; give [conveyor], or at least one [[body]]");
   }
-  const BodySurroundings around{c.numerics.cell_size, lattice_spacing(c.numerics), c.domain.min, c.domain.max,
+  const BodySurroundings around{c.numerics.cell_size, c.numerics.particle_spacing(), c.domain.min, c.domain.max,
                                 c.obstacle ? &*c.obstacle : nullptr};
   for (std::size_t i = 0; i < c.bodies.size(); ++i) check_body(c.bodies[i], fmt::format("body[{}]", i), around, report);
 }

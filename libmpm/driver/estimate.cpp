@@ -21,7 +21,7 @@ namespace {
 /// Fraction of [low, high] on the computed side of a mirror plane through 0.
 double kept_fraction(bool mirror, double low, double high) { return mirror ? std::clamp(high / (high - low), 0.0, 1.0) : 1.0; }
 
-double particle_volume(const NumericsSpec& n) { return std::pow(n.cell_size, 3) / n.particles_per_cell; }
+double particle_volume(const Numerics& n) { return std::pow(n.cell_size, 3) / n.particles_per_cell; }
 
 double greatest_flow_height(const ConveyorSpec& belt) { return std::max(belt.flow_height, Inflow(belt).highest()); }
 

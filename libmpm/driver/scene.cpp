@@ -2,9 +2,8 @@
 
 #include <fmt/format.h>
 
-#include <cmath>
-
 #include "libmpm/base/error.hpp"
+#include "libmpm/base/parameter.hpp"
 #include "libmpm/base/text.hpp"
 #include "libmpm/boundary/obstacle.hpp"
 #include "libmpm/core/health.hpp"
@@ -21,7 +20,7 @@ Wall make_wall(const WallSpec& spec, ContactRule rule) {
   return {spec.point, spec.normal.normalized(), spec.contact, spec.friction, spec.velocity, true, rule};
 }
 
-Boundary make_obstacle(const ObstacleSpec& spec, const NumericsSpec& numerics, const MirrorPlanes& mirror) {
+Boundary make_obstacle(const ObstacleSpec& spec, const Numerics& numerics, const MirrorPlanes& mirror) {
   const double top = spec.height.value_or(beyond), cell_size = numerics.cell_size;
   if (numerics.contact == ContactRule::surface) {
     return SurfaceSolid(outline_of(spec.shape), top, spec.friction, Vec3::Zero(), cell_size, {mirror.x, mirror.y});
@@ -39,30 +38,24 @@ Boundary make_obstacle(const ObstacleSpec& spec, const NumericsSpec& numerics, c
 
 ConveyorSetting conveyor_setting(const Case& c) {
   return {.cell_size = c.numerics.cell_size,
-          .particle_spacing = lattice_spacing(c.numerics),
+          .particle_spacing = c.numerics.particle_spacing(),
           .gravity = c.numerics.gravity,
           .slope = c.numerics.slope,
           .duration = c.output.duration,
-          .offset = c.numerics.cell_size * c.numerics.grid_offset};
+          .offset = c.numerics.offset()};
 }
 
 }  // namespace
 
-double lattice_spacing(const NumericsSpec& numerics) {
-  return numerics.cell_size / std::cbrt(static_cast<double>(numerics.particles_per_cell));
-}
+MirrorPlanes mirror_planes(const Case& c) { return {c.domain.mirror_x, c.domain.mirror_y || (c.conveyor && c.conveyor->mirror_y)}; }
 
 CaseScene make_scene(const Case& c) {
   CaseScene scene{{.material = make_material(c.material, c.numerics.precision)}, {}};
   scene.domain_min = c.domain.min;
   scene.domain_max = c.domain.max;
-  scene.mirror.x = c.domain.mirror_x;
-  scene.mirror.y = c.domain.mirror_y;
-  scene.transfer = c.numerics.transfer;
-  scene.flip_ratio = c.numerics.flip_ratio;
-  scene.relaxation_cells = c.numerics.relaxation_cells;
-  scene.cfl = c.numerics.cfl;
-  scene.gravity = c.numerics.gravity * Vec3(std::sin(c.numerics.slope), 0.0, -std::cos(c.numerics.slope));
+  scene.mirror = mirror_planes(c);
+  scene.numerics = c.numerics;
+  scene.gravity = c.numerics.gravity_vector();
   for (const WallSpec& wall : c.walls) scene.boundaries.emplace_back(make_wall(wall, c.numerics.contact));
   if (c.conveyor) {
     Vec3 min, max;
@@ -71,7 +64,6 @@ CaseScene make_scene(const Case& c) {
     scene.domain_min = scene.domain_min.cwiseMax(min);
     scene.domain_max = scene.domain_max.cwiseMin(max);
     if (c.domain.mirror_x || c.domain.mirror_y) throw ConfigError("[domain] mirror: with a [conveyor], use [conveyor] mirror_y");
-    scene.mirror.y = c.conveyor->mirror_y;
     for (auto& wall : conveyor_walls(*c.conveyor, c.numerics.contact)) scene.boundaries.push_back(std::move(wall));
     scene.source = std::make_shared<ConveyorSource>(*c.conveyor, scene.material, setting);
   }
@@ -84,9 +76,10 @@ CaseScene make_scene(const Case& c) {
     }
     scene.boundaries.push_back(make_obstacle(*c.obstacle, c.numerics, scene.mirror));
   }
-  scene.offset = c.numerics.cell_size * c.numerics.grid_offset;
-  if ((scene.mirror.x && scene.offset.x() != 0.0) || (scene.mirror.y && scene.offset.y() != 0.0))
-    throw ConfigError("[numerics] grid_offset_cells: a mirror plane has to stay on the grid; give 0 along its axis");
+  scene.offset = c.numerics.offset();
+  detail::CollectedProblems problems;
+  c.numerics.check_offset(scene.mirror, problems);
+  problems.throw_if_any();
   scene.domain_min += scene.offset;
   scene.domain_max += scene.offset;
   for (Boundary& boundary : scene.boundaries) std::visit([&](auto& b) { b.translate(scene.offset); }, boundary);
@@ -98,7 +91,7 @@ namespace {
 void fill(State& state, const Case& c, const Scene& scene) {
   if (scene.source) scene.source->fill(state);
   for (const BodySpec& body : c.bodies) {
-    if (fill_body(state, body, scene, lattice_spacing(c.numerics)) == 0)
+    if (fill_body(state, body, scene, c.numerics.particle_spacing()) == 0)
       throw ConfigError("[[body]] shape: not one particle fits into it; use a smaller [numerics] cell_size_m");
   }
 }

@@ -10,8 +10,8 @@
 
 namespace mpm {
 
-/// Edge of the cube of one particle, m: dx over the cube root of the particles per cell.
-double lattice_spacing(const NumericsSpec& numerics);
+/// The mirror planes of a case, of its domain or of its conveyor.
+[[nodiscard]] MirrorPlanes mirror_planes(const Case& c);
 
 /// The scene of a case, and which of its boundaries is the obstacle.
 struct CaseScene : Scene {

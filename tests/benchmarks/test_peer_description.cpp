@@ -57,8 +57,8 @@ TEST_F(PeerDescription, HasTheSceneOfTheProblem) {
   EXPECT_EQ(m["hardening_xi"], snow.hardening_xi);
   EXPECT_EQ(m["preconsolidation_pressure_pa"], snow.preconsolidation_pressure);
   EXPECT_EQ(vector(file["gravity_m_s2"]), problem.scene.gravity);
-  EXPECT_EQ(file["numerics"]["cfl"], problem.scene.cfl);
-  EXPECT_EQ(problem.scene.transfer, Transfer::apic);
+  EXPECT_EQ(file["numerics"]["cfl"], problem.scene.numerics.cfl);
+  EXPECT_EQ(problem.scene.numerics.transfer, Transfer::apic);
   ASSERT_EQ(problem.scene.boundaries.size(), 1U);
   const auto& floor = std::get<Wall>(problem.scene.boundaries[0]);
   EXPECT_EQ(floor.point, vector(file["floor"]["point_m"]));

@@ -151,8 +151,8 @@ TEST(DesignPlans, HaveRunsOfTheSiteOnWholeCells) {
 
 TEST(DesignPlans, KeepTheProgramsNumericsAndTakeOverrides) {
   const DesignPlan plan = make_design(site(), DesignLevel::quick);
-  EXPECT_EQ(plan.campaign.runs[0].spec.numerics.contact, NumericsSpec{}.contact);
-  EXPECT_EQ(plan.campaign.runs[0].spec.numerics.transfer, NumericsSpec{}.transfer);
+  EXPECT_EQ(plan.campaign.runs[0].spec.numerics.contact, Numerics{}.contact);
+  EXPECT_EQ(plan.campaign.runs[0].spec.numerics.transfer, Numerics{}.transfer);
   const DesignPlan other = make_design(site(), DesignLevel::quick, {"numerics.cfl=0.3"});
   for (const CampaignRun& run : other.campaign.runs) EXPECT_EQ(run.spec.numerics.cfl, 0.3);
 }

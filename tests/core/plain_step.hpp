@@ -190,13 +190,13 @@ class Solver {
   double max_speed = 0.0;  ///< of the particles at the end of the step, also of those that then left the domain
 
   /// cfl dx/(c_P + |v|max)
-  [[nodiscard]] double stable_step() const { return scene_.cfl * dx_ / (law_.wave_speed() + max_speed); }
+  [[nodiscard]] double stable_step() const { return scene_.numerics.cfl * dx_ / (law_.wave_speed() + max_speed); }
 
   void step(double dt) {
     const double speed = law_.wave_speed() + max_speed;
-    kept_ = scene_.transfer == Transfer::flip    ? scene_.flip_ratio
-            : scene_.transfer == Transfer::aflip ? 1.0 - std::min(1.0, dt * speed / (scene_.relaxation_cells * dx_))
-                                                 : 0.0;
+    kept_ = scene_.numerics.transfer == Transfer::flip    ? scene_.numerics.flip_ratio
+            : scene_.numerics.transfer == Transfer::aflip ? 1.0 - std::min(1.0, dt * speed / (scene_.numerics.relaxation_cells * dx_))
+                                                          : 0.0;
     particles_to_grid(dt);
     for (auto& [at, n] : nodes_) {
       n.before_forces = n.momentum / n.mass;
@@ -240,7 +240,7 @@ class Solver {
       if (w == 0.0) return;
       Node& n = nodes_[at];
       n.mass += w * mass;
-      n.momentum += w * mass * (scene_.transfer == Transfer::flip ? p.v : Vec3(p.v + p.c * apart));
+      n.momentum += w * mass * (scene_.numerics.transfer == Transfer::flip ? p.v : Vec3(p.v + p.c * apart));
       n.force_impulse -= dt * p.volume * 4.0 / (dx_ * dx_) * w * (p.tau * apart);
     });
   }

@@ -297,7 +297,7 @@ struct Symmetric {
     Scene s = make_scene(snow(material, half_width, mirror_x, mirror_y));
     s.boundaries.emplace_back(RigidBox{Vec3(-0.375, -0.3, -10.0), Vec3(0.375, 0.3, 0.5), Contact::separable, 0.2, Vec3::Zero()});
     s.mirror = {mirror_x, mirror_y};
-    s.transfer = transfer;
+    s.numerics.transfer = transfer;
     return s;
   }
   Scene scene;

@@ -142,7 +142,7 @@ TEST(Advance, MeetsEveryTimeToTheBitInStepsThatAreStable) {
     advance(state, scene, time, [&](const StepReport& report) {
       ++calls;
       EXPECT_GT(report.dt, 0.0);
-      EXPECT_LE(report.dt, scene.cfl * 0.25 / (58.38 + 1.0));  // stable step at 1 m/s
+      EXPECT_LE(report.dt, scene.numerics.cfl * 0.25 / (58.38 + 1.0));  // stable step at 1 m/s
       EXPECT_EQ(calls, state.step);
     });
     EXPECT_EQ(state.time, time);

@@ -22,10 +22,10 @@ using testing::position_of;
 
 TEST(LatticeSpacing, IsTheCellOverTheParticlesAnAxis) {
   for (const auto& [per_cell, per_axis] : {std::pair{1, 1.0}, std::pair{8, 2.0}, std::pair{27, 3.0}, std::pair{64, 4.0}}) {
-    NumericsSpec n;
+    Numerics n;
     n.cell_size = 0.3;
     n.particles_per_cell = per_cell;
-    EXPECT_NEAR(lattice_spacing(n), 0.3 / per_axis, 1e-15);
+    EXPECT_NEAR(n.particle_spacing(), 0.3 / per_axis, 1e-15);
   }
 }
 

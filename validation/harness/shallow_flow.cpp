@@ -64,7 +64,7 @@ Bore reflected_bore(const HydrostaticColumn& column, double mass_per_area, doubl
 State staggered_state(const Case& c, const Scene& scene, int along, int across) {
   if (c.bodies.size() != 1) throw ConfigError("staggered_state: one body");
   const BodySpec& body = c.bodies[0];
-  const double spacing = lattice_spacing(c.numerics), length = body.max[along] - body.min[along];
+  const double spacing = c.numerics.particle_spacing(), length = body.max[along] - body.min[along];
   const State lattice = make_state(c, scene);
   State state(c.numerics.cell_size, c.numerics.precision);
   state.next_id = lattice.next_id;

@@ -163,7 +163,7 @@ void collide(const CaseContext& context, CaseResult& result, const Balls& kind) 
   result.check_at_most(Label::verification, word + ": kinetic + elastic energy + plastic work after the collision over that before",
                        (kinetic_energy(now) + now.elastic_energy + plastic.sum) / energy, 1.0, "", 0.0, "nothing creates energy");
   result.check_at_most(Label::verification, word + ": the same on the way, largest", highest / energy, 1.0, "",
-                       0.5 * scene.cfl * most_elastic / energy,
+                       0.5 * scene.numerics.cfl * most_elastic / energy,
                        "symplectic Euler exchanges up to CFL/2 of the elastic energy with its shadow energy");
   result.notes.push_back(fmt::format("{}: {} particles, {} steps, {:.2f} % of the energy lost to the transfers after {} s.", word,
                                      start.particles, state.step,
@@ -336,7 +336,8 @@ struct Patch {
   Scene scene;
   State state{dx};
 
-  Patch(const MaterialParameters& material, const MaterialState<double>& initial) : scene{.material = make_material(material)} {
+  Patch(const MaterialParameters& material, const MaterialState<double>& initial)
+      : scene{.material = make_material(material), .numerics = {.transfer = Transfer::apic}} {
     std::mt19937_64 random(20);
     std::uniform_real_distribution<double> half(-0.5, 0.5);
     const double spacing = 0.5 * dx;
