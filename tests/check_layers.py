@@ -4,6 +4,7 @@
 - if a folder includes one above it (the order is LAYERS below, as in libmpm/CMakeLists.txt),
 - if a folder includes a library that its layer must not use,
 - where headers and sources form a circle: a circle between files, a file being a header with its source,
+- if a text in the core names a table of a case file ("[domain]", "numerics.cfl"),
 - if a folder or a layer of libmpm/CMakeLists.txt is not listed here.
 
 usage: check_layers.py [SOURCE_DIR]    prints every violation as file:line: text; exit code 1 if there is one
@@ -24,6 +25,10 @@ LAYERS = (
     ("campaign", ("campaign",), {"Eigen", "omp.h", "fmt", "nlohmann", "toml++"}),
 )
 LIBRARIES = {"mpi.h", "Eigen", "omp.h", "fmt", "nlohmann", "hdf5.h", "zlib.h", "toml++", "boost", "CLI", "gtest", "gmock", "benchmark", "sundials"}
+# A string in the core that names a table of a case: components of the core know their own keys only.
+TABLES = "material|conveyor|obstacle|body|wall|domain|numerics|measurement|output"
+STRING = re.compile(r'"((?:[^"\\]|\\.)*)"')
+NAMES_A_TABLE = re.compile(rf"\[(?:{TABLES})\]|\b(?:{TABLES})(?:\[\d*\])?\.\w")
 INCLUDE = re.compile(r'^\s*#\s*include\s*([<"])([^>"]+)[>"]')
 
 
@@ -81,6 +86,10 @@ def violations(source_dir):
         folder, place = file.parent.name, file.relative_to(source_dir)
         unit = f"{folder}/{file.stem}"
         graph.setdefault(unit, set())
+        if folder in LAYERS[0][1]:
+            for line, text in enumerate(file.read_text(encoding="utf-8").splitlines(), 1):
+                if not INCLUDE.match(text) and any(NAMES_A_TABLE.search(string) for string in STRING.findall(text.split("//")[0])):
+                    yield f"{place}:{line}: names a table of a case; let the layer above add it: {text.strip()}"
         for line, quoted, name in includes(file):
             where = f"{place}:{line}"
             if name.startswith("libmpm/"):

@@ -6,24 +6,21 @@
 
 namespace mpm {
 
-void resolve_friction(ObstacleSpec& obstacle, const MaterialParameters& material, ParameterReport& report) {
-  if (!obstacle.friction_ratio) return;
-  const double ratio = *obstacle.friction_ratio;
-  obstacle.friction_ratio.reset();
-  const std::string name = "obstacle.friction_ratio";
-  for (const auto& p : parameters_of<MaterialParameters>().all()) {
-    if (!report.sound("material." + p.info.name)) return;
-  }
+void ObstacleSpec::resolve_friction(const MaterialParameters& material, ParameterReport& report) {
+  if (!friction_ratio) return;
+  const double ratio = *friction_ratio;
+  friction_ratio.reset();
+  const char* const name = "friction_ratio";
   if (!report.sound(name)) return;
   const std::optional<double> own = material.internal_friction();
   if (!own) {
     return report.problem(name,
                           "is a part of the material's own friction, and \"" + std::string(material.name()) + "\" has none; give friction");
   }
-  obstacle.friction = ratio == 0.0 ? 0.0 : ratio * *own;
-  if (obstacle.friction > ObstacleSpec::most_friction) {
-    report.problem(name, "= " + number_text(ratio) + " makes a friction of " + number_text(obstacle.friction) + "; it has to be at most " +
-                             number_text(ObstacleSpec::most_friction) + ": give a smaller ratio, or friction itself");
+  friction = ratio == 0.0 ? 0.0 : ratio * *own;
+  if (friction > most_friction) {
+    report.problem(name, "= " + number_text(ratio) + " makes a friction of " + number_text(friction) + "; it has to be at most " +
+                             number_text(most_friction) + ": give a smaller ratio, or friction itself");
   }
 }
 
@@ -31,14 +28,14 @@ namespace {
 
 template <ObstacleShape... S>
 bool shapes_are_sound(std::type_identity<std::variant<S...>>, const ParameterReport& report) {
-  const auto sound = [&](const auto& parameter) { return report.sound("obstacle." + parameter.info.name); };
+  const auto sound = [&](const auto& parameter) { return report.sound(parameter.info.name); };
   return (std::ranges::all_of(parameters_of<S>().all(), sound) && ...);
 }
 
 }  // namespace
 
-bool plan_is_sound(const ParameterReport& report) {
-  return report.all_sound({"obstacle", "obstacle.shape"}) && shapes_are_sound(std::type_identity<AnyShape>{}, report);
+bool ObstacleSpec::plan_is_sound(const ParameterReport& report) {
+  return report.all_sound({"", "shape"}) && shapes_are_sound(std::type_identity<AnyShape>{}, report);
 }
 
 }  // namespace mpm

@@ -56,13 +56,12 @@ struct ObstacleSpec {
             "its own, M = 0, then slides freely");
   }
 
+  /// Turns friction_ratio, where it was given, into friction. @param report  of this component: names are those of its keys
+  void resolve_friction(const MaterialParameters& material, ParameterReport& report);
+  /// Whether all parameters that make the plan of an obstacle are sound. @param report  of this component
+  [[nodiscard]] static bool plan_is_sound(const ParameterReport& report);
+
   static constexpr double most_friction = 10.0;  ///< bound of mu, given or from friction_ratio
 };
-
-/// Computes friction from friction_ratio, if that was given. Names of parameters are paths: "obstacle.friction_ratio".
-void resolve_friction(ObstacleSpec& obstacle, const MaterialParameters& material, ParameterReport& report);
-
-/// Whether no error is known of the parameters of an obstacle's plan; names are paths.
-[[nodiscard]] bool plan_is_sound(const ParameterReport& report);
 
 }  // namespace mpm

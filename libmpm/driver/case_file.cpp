@@ -5,6 +5,7 @@
 #include "libmpm/config/guard.hpp"
 #include "libmpm/config/reader.hpp"
 #include "libmpm/config/writer.hpp"
+#include "libmpm/driver/case_checks.hpp"
 #include "libmpm/driver/case_schema.hpp"
 #include "libmpm/impact/inflow_csv.hpp"
 

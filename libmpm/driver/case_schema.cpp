@@ -1,8 +1,5 @@
 #include "libmpm/driver/case_schema.hpp"
 
-#include <fmt/format.h>
-
-#include "libmpm/driver/scene.hpp"
 #include "libmpm/driver/schema.hpp"
 
 namespace mpm {
@@ -56,55 +53,6 @@ const config::SchemaOf<PathFile>& path_schema() {
     return s;
   }();
   return schema;
-}
-
-namespace {
-
-/// A mirror plane must lie on a plane of nodes.
-void check_grid_offset(const Case& c, ParameterReport& report) {
-  if (!report.all_sound({"numerics.grid_offset_cells", "conveyor.mirror_y", "domain.mirror"})) return;
-  TableReport own(report, "numerics");
-  c.numerics.check_offset(mirror_planes(c), own);
-}
-
-/// Either bodies, walls and a domain, or a conveyor, which provides its own.
-void check_scene(const Case& c, ParameterReport& report) {
-  if (c.conveyor) {
-    for (const auto& [table, count] : {std::pair{"body", c.bodies.size()}, {"wall", c.walls.size()}}) {
-      for (std::size_t i = 0; i < count; ++i)
-        report.problem(fmt::format("{}[{}]", table, i), "is given beside [conveyor], which brings its own; leave out one of the two");
-    }
-  } else if (c.bodies.empty() && report.sound("body")) {
-    report.problem("", "the scene is empty; give [conveyor], or at least one [[body]]");
-  }
-  const BodySurroundings around{c.numerics.cell_size, c.numerics.particle_spacing(), c.domain.min, c.domain.max,
-                                c.obstacle ? &*c.obstacle : nullptr};
-  for (std::size_t i = 0; i < c.bodies.size(); ++i) check_body(c.bodies[i], fmt::format("body[{}]", i), around, report);
-}
-
-/// Means belong to one state of a flow that meets an obstacle.
-void check_stop(const Case& c, ParameterReport& report) {
-  const std::string name = "output.stop_when_steady";
-  if (!report.all_sound({name, "obstacle", "conveyor"}) || c.output.stop_when_steady == 0.0 || !c.conveyor) return;
-  if (!c.obstacle) {
-    report.problem(name, fmt::format("= {} has no obstacle to wait for; give [obstacle], or leave the key out", c.output.stop_when_steady));
-  } else if (!c.conveyor->inflow.empty()) {
-    report.problem(name, fmt::format("= {} needs a steady inflow, and [[conveyor.inflow]] varies it; leave out one of the two",
-                                     c.output.stop_when_steady));
-  }
-}
-
-}  // namespace
-
-void resolve_case(Case& c, ParameterReport& report) {
-  check_grid_offset(c, report);
-  check_measurement(c.measurement, c.numerics.cell_size, report);
-  if (c.obstacle) resolve_friction(*c.obstacle, c.material, report);
-  if (!report.sound("conveyor")) return;
-  if (c.conveyor)
-    resolve_conveyor(*c.conveyor, {c.numerics.cell_size, c.numerics.gravity, c.material, c.obstacle ? &*c.obstacle : nullptr}, report);
-  check_scene(c, report);
-  check_stop(c, report);
 }
 
 // ---- reference ---------------------------------------------------------------------------------------------------------------------

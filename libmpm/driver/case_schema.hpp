@@ -24,8 +24,4 @@ struct PathFile {
 [[nodiscard]] const config::SchemaOf<Case>& case_schema();      ///< of case files
 [[nodiscard]] const config::SchemaOf<PathFile>& path_schema();  ///< of point paths
 
-/// Checks conditions between tables of a case, and fills in values that follow from another table (speed and width of the belt, friction).
-/// Names are paths: "numerics.cell_size_m".
-void resolve_case(Case& c, ParameterReport& report);
-
 }  // namespace mpm

@@ -44,7 +44,7 @@ void resolve_width(ConveyorSpec& belt, const ConveyorSurroundings& around, Param
 }
 
 void check_obstacle(const ConveyorSpec& belt, const ObstacleSpec& obstacle, ParameterReport& report) {
-  if (!plan_is_sound(report)) return;
+  if (!ObstacleSpec::plan_is_sound(TableReport(report, "obstacle"))) return;
   const ObstaclePlan plan = obstacle_plan(obstacle);
   if (report.all_sound({"conveyor.width_m", "material.hardening_xi"}) && belt.width < plan.width) {
     const std::string turned = plan.width == obstacle.width() ? "" : fmt::format(" ({:.6g} across the flow)", plan.width);

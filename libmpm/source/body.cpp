@@ -6,7 +6,7 @@
 #include <limits>
 #include <numbers>
 
-#include "libmpm/base/parameter.hpp"
+#include "libmpm/base/parameter_report.hpp"
 #include "libmpm/base/text.hpp"
 #include "libmpm/source/r2_sequence.hpp"
 
@@ -57,36 +57,13 @@ double volume_of(const BodySpec& body) {
   return size.prod();
 }
 
-void check_body(const BodySpec& body, const std::string& path, const BodySurroundings& around, ParameterReport& report) {
-  const std::string low = path + ".min_m", high = path + ".max_m";
-  if (!report.all_sound({low, high})) return;
+void BodySpec::check(ParameterReport& report) const {
+  if (!report.all_sound({"min_m", "max_m"})) return;
   constexpr int digits = 9;
   for (int axis = 0; axis < 3; ++axis) {
-    if (body.min[axis] < body.max[axis]) continue;
-    return report.problem(high, std::string("is not above min_m in ") + "xyz"[axis] + ": " + number_text(body.max[axis], digits) +
-                                    " <= " + number_text(body.min[axis], digits) + "; exchange them");
-  }
-  const bool cell_size_sound = report.sound("numerics.cell_size_m");
-  const double thinnest = (body.max - body.min).minCoeff();
-  constexpr double slack = 1.0 - 1e-9;  // rounding of the corners
-  if (cell_size_sound && report.sound("numerics.particles_per_cell") && thinnest < around.spacing * slack) {
-    report.problem(high, "- min_m is " + number_text(thinnest, digits) + " m at the thinnest, less than the distance of particles, " +
-                             number_text(around.spacing, digits) + " m; give a larger body or finer cells");
-  }
-  constexpr double reach = 4.0e6;  // cells from the origin: 2^20 blocks of four, with some room
-  const double farthest = std::max(body.max.cwiseAbs().maxCoeff(), body.min.cwiseAbs().maxCoeff());
-  if (cell_size_sound && farthest > reach * around.cell_size) {
-    report.problem(high, "or min_m is " + number_text(farthest, digits) + " m from the origin, beyond the " + number_text(reach) +
-                             " cells of " + number_text(around.cell_size, digits) +
-                             " m that the grid reaches; move the scene to the origin, or take larger cells");
-  }
-  bool domain_known = true;
-  for (const std::string corner : {"domain.min_m", "domain.max_m"}) domain_known &= report.given(corner) && report.sound(corner);
-  if (domain_known && ((body.min.array() < around.min.array()).any() || (body.max.array() > around.max.array()).any()))
-    report.problem(high, "or min_m lies outside [domain]; enlarge the domain or move the body");
-  if (around.obstacle != nullptr && plan_is_sound(report) && report.all_sound({"obstacle.height_m", path + ".shape"}) &&
-      meets_obstacle(body, *around.obstacle)) {
-    report.problem(high, "and min_m reach into the obstacle; move the body, it may touch the obstacle");
+    if (min[axis] < max[axis]) continue;
+    return report.problem("max_m", std::string("is not above min_m in ") + "xyz"[axis] + ": " + number_text(max[axis], digits) +
+                                       " <= " + number_text(min[axis], digits) + "; exchange them");
   }
 }
 

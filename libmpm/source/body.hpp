@@ -36,17 +36,9 @@ struct BodySpec {
             "aligned: a plain lattice; staggered: its layers across the velocity (across z for a body at rest) are shifted against each "
             "other, so that no gaps open where the flow spreads");
   }
+  /// min is below max along every axis.
+  void check(ParameterReport& report) const;
 };
-
-/// What a body has to fit into.
-struct BodySurroundings {
-  double cell_size, spacing;     ///< m: of the grid and of the particles
-  Vec3 min, max;                 ///< of the domain, m
-  const ObstacleSpec* obstacle;  ///< null: none
-};
-
-/// Checks the extents of a body. @param path  of its entry, "body[0]"; names are paths
-void check_body(const BodySpec& body, const std::string& path, const BodySurroundings& surroundings, ParameterReport& report);
 
 /// Exact volume of the whole body, m^3.
 [[nodiscard]] double volume_of(const BodySpec& body);

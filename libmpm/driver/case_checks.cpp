@@ -1,0 +1,97 @@
+#include "libmpm/driver/case_checks.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "libmpm/base/parameter.hpp"
+#include "libmpm/driver/scene.hpp"
+
+namespace mpm {
+
+namespace {
+
+/// Shift of the scene against the grid beside mirror planes.
+void check_grid_offset(const Case& c, ParameterReport& report) {
+  if (!report.all_sound({"numerics.grid_offset_cells", "conveyor.mirror_y", "domain.mirror"})) return;
+  TableReport own(report, "numerics");
+  c.numerics.check_offset(mirror_planes(c), own);
+}
+
+/// Friction of the obstacle as a part of the material's.
+void resolve_obstacle_friction(ObstacleSpec& obstacle, const MaterialParameters& material, ParameterReport& report) {
+  for (const auto& p : parameters_of<MaterialParameters>().all()) {
+    if (!report.sound("material." + p.info.name)) return;
+  }
+  TableReport own(report, "obstacle");
+  obstacle.resolve_friction(material, own);
+}
+
+/// A body against grid, domain and obstacle. @param path  of its entry, "body[0]"
+void check_body(const Case& c, const BodySpec& body, const std::string& path, ParameterReport& report) {
+  const std::string low = path + ".min_m", high = path + ".max_m";
+  if (!report.all_sound({low, high})) return;
+  const bool cell_size_sound = report.sound("numerics.cell_size_m");
+  const double thinnest = (body.max - body.min).minCoeff(), cell_size = c.numerics.cell_size, spacing = c.numerics.particle_spacing();
+  constexpr double slack = 1.0 - 1e-9;  // rounding of the corners
+  if (cell_size_sound && report.sound("numerics.particles_per_cell") && thinnest < spacing * slack) {
+    report.problem(high, fmt::format("- min_m is {:.9g} m at the thinnest, less than the distance of particles, {:.9g} m; give a larger "
+                                     "body or finer cells",
+                                     thinnest, spacing));
+  }
+  constexpr double reach = 4.0e6;  // cells from the origin: 2^20 blocks of four, with some room
+  const double farthest = std::max(body.max.cwiseAbs().maxCoeff(), body.min.cwiseAbs().maxCoeff());
+  if (cell_size_sound && farthest > reach * cell_size) {
+    report.problem(high, fmt::format("or min_m is {:.9g} m from the origin, beyond the {:g} cells of {:.9g} m that the grid reaches; move "
+                                     "the scene to the origin, or take larger cells",
+                                     farthest, reach, cell_size));
+  }
+  bool domain_known = true;
+  for (const std::string corner : {"domain.min_m", "domain.max_m"}) domain_known &= report.given(corner) && report.sound(corner);
+  if (domain_known && ((body.min.array() < c.domain.min.array()).any() || (body.max.array() > c.domain.max.array()).any()))
+    report.problem(high, "or min_m lies outside [domain]; enlarge the domain or move the body");
+  if (c.obstacle && ObstacleSpec::plan_is_sound(TableReport(report, "obstacle")) &&
+      report.all_sound({"obstacle.height_m", path + ".shape"}) && meets_obstacle(body, *c.obstacle)) {
+    report.problem(high, "and min_m reach into the obstacle; move the body, it may touch the obstacle");
+  }
+}
+
+/// A scene by hand, or a conveyor, which brings its own.
+void check_scene(const Case& c, ParameterReport& report) {
+  if (c.conveyor) {
+    for (const auto& [table, count] : {std::pair{"body", c.bodies.size()}, {"wall", c.walls.size()}}) {
+      for (std::size_t i = 0; i < count; ++i)
+        report.problem(fmt::format("{}[{}]", table, i), "is given beside [conveyor], which brings its own; leave out one of the two");
+    }
+  } else if (c.bodies.empty() && report.sound("body")) {
+    report.problem("", "the scene is empty; give [conveyor], or at least one [[body]]");
+  }
+  for (std::size_t i = 0; i < c.bodies.size(); ++i) check_body(c, c.bodies[i], fmt::format("body[{}]", i), report);
+}
+
+/// Means belong to one state of a flow that meets an obstacle.
+void check_stop(const Case& c, ParameterReport& report) {
+  const std::string name = "output.stop_when_steady";
+  if (!report.all_sound({name, "obstacle", "conveyor"}) || c.output.stop_when_steady == 0.0 || !c.conveyor) return;
+  if (!c.obstacle) {
+    report.problem(name, fmt::format("= {} has no obstacle to wait for; give [obstacle], or leave the key out", c.output.stop_when_steady));
+  } else if (!c.conveyor->inflow.empty()) {
+    report.problem(name, fmt::format("= {} needs a steady inflow, and [[conveyor.inflow]] varies it; leave out one of the two",
+                                     c.output.stop_when_steady));
+  }
+}
+
+}  // namespace
+
+void resolve_case(Case& c, ParameterReport& report) {
+  check_grid_offset(c, report);
+  check_measurement(c.measurement, c.numerics.cell_size, report);
+  const ObstacleSpec* const obstacle = c.obstacle ? &*c.obstacle : nullptr;
+  if (c.obstacle) resolve_obstacle_friction(*c.obstacle, c.material, report);
+  if (!report.sound("conveyor")) return;
+  if (c.conveyor) resolve_conveyor(*c.conveyor, {c.numerics.cell_size, c.numerics.gravity, c.material, obstacle}, report);
+  check_scene(c, report);
+  check_stop(c, report);
+}
+
+}  // namespace mpm
