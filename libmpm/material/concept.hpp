@@ -9,11 +9,20 @@
 ///   and does not affect the other lanes. The step finds the NaN, stops, and names the particle.
 /// - Lanes do not influence each other: the result of a point is the same, to the bit, in every lane and beside every neighbour.
 ///
-/// History variables. A law has one, `internal`, the last of the 24 doubles of a particle's record (particle.hpp), which is full: three
-/// cache lines, each of them one vector load of the transfers. A law with n of them takes an array in its place:
-/// `std::array<T, history_count>` here and `double internal[history_count]` in Particle, history_count a compile-time constant of 1 or of
-/// 1 + 8 k, so that the record grows by whole cache lines behind those that the transfers read. The step, the
-/// snapshots and the checkpoints copy `internal` as a whole. No law needs more than one today, so the constant does not exist yet.
+/// History variables. A law has one, `internal`, the last of the 24 doubles of a particle's record (particle.hpp). The record is full:
+/// three cache lines, each of them one vector load of the transfers; a single record is six quads. More variables in the record would
+/// cost every law: a run chooses its law among AnyMaterial, so that the record would have room for the law with the most, and one law with
+/// two variables would make every particle of every run 256 bytes in place of 192 (33 % more to move in each step), or double all
+/// instances of the transfers, as the choice of precision does now. No law needs more today, and so there is no constant for it.
+///
+/// What a law with n > 1 variables takes, at no cost for the others: the variables beyond the first lie beside the records, not in them.
+/// 1. `history_count` of the law, 1 where it is absent, and MaterialState<T, n> with an array beside `internal`; LawGroup in
+///    stress_update.cpp gathers and stores n - 1 more lines from the bin. The transfers read none of them.
+/// 2. ParticleBin (core/grid.hpp) holds n - 1 further numbers a slot in pages of their own, moved by append, remove and restore.
+///    Migrant and StoredBlock carry them from block to block. They are empty for laws with one variable.
+/// 3. What copies records as bytes copies them, too: parallel/block_exchange.cpp (messages), driver/pieces.cpp and driver/checkpoint.cpp
+///    (blocks of a checkpoint: a further dataset), io/snapshot.cpp (a dataset a variable; frames and final.h5).
+/// 4. initial_internal becomes an array; volume_ratio and stored_energy take the whole state already.
 
 #include <concepts>
 #include <string_view>
