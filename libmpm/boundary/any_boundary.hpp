@@ -29,6 +29,11 @@ concept ActsOnNodes = requires(const B boundary, const Vec3 v) {
 /// One boundary of the list.
 using Boundary = std::variant<Wall, RigidBox, RigidPrism, RigidCylinder, MovingWall, SurfaceSolid>;
 
+/// Whether it acts on each node by itself; a wall may be folded nevertheless (core/folded_wall.hpp).
+inline bool acts_on_nodes(const Boundary& boundary) {
+  return std::visit([]<class B>(const B&) { return ActsOnNodes<B>; }, boundary);
+}
+
 /// The plane of a wall, moving or not; null for another boundary.
 inline const Wall* plane_of(const Boundary& boundary) {
   if (const auto* moving = std::get_if<MovingWall>(&boundary)) return &moving->plane;

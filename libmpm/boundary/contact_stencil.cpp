@@ -160,15 +160,8 @@ void add_columns(StencilBuilder& builder, const OutlineDistance& distance, doubl
   }
 }
 
-}  // namespace
-
-ContactStencil contact_stencil(const Outline& outline, double cell_size, bool mirror_x, bool mirror_y) {
-  std::optional<Circle> circle = outline.circle;
-  if (circle) circle = Circle{.centre = circle->centre / cell_size, .radius = circle->radius / cell_size};
-  StencilBuilder builder(circle, mirror_x, mirror_y);
-  const OutlineDistance distance(outline);
-
-  const std::vector<SurfacePoint> points = circle ? points_of_circle(*circle) : points_of_polygon(outline, cell_size);
+/// Rows of the points on the surface. @returns the row of each; -1 where it is not in the computed part
+std::vector<int> add_surface_rows(StencilBuilder& builder, const std::vector<SurfacePoint>& points, double cell_size) {
   std::vector<int> row_of(points.size(), -1);
   for (std::size_t p = 0; p < points.size(); ++p) {
     const SurfacePoint& point = points[p];
@@ -182,6 +175,12 @@ ContactStencil contact_stencil(const Outline& outline, double cell_size, bool mi
       }
     }
   }
+  builder.stencil.surface_rows = builder.stencil.rows.size();
+  return row_of;
+}
+
+/// Which rows the last one before an edge refers to.
+void link_rows(StencilBuilder& builder, const std::vector<SurfacePoint>& points, const std::vector<int>& row_of) {
   // of a point behind a mirror plane the row of its image: where an edge is on the plane, that of the point before the edge itself
   const auto row_or_image = [&](int point) {
     if (const int row = row_of[static_cast<std::size_t>(point)]; row >= 0) return row;
@@ -197,9 +196,26 @@ ContactStencil contact_stencil(const Outline& outline, double cell_size, bool mi
     row.inner = row_or_image(points[p].inner);
     row.round = row_or_image(points[p].round);
   }
+}
 
-  builder.stencil.surface_rows = builder.stencil.rows.size();
+/// Grid nodes from first to last along x and y that hold the outline.
+struct NodeRange {
+  std::array<int, 2> first{}, last{};
+};
+NodeRange nodes_around(const Outline& outline, double cell_size) {
+  Vec2 low = outline.corners.front(), high = low;
+  for (const Vec2& corner : outline.corners) low = low.cwiseMin(corner), high = high.cwiseMax(corner);
+  NodeRange nodes;
+  for (int axis = 0; axis < 2; ++axis) {
+    nodes.first[static_cast<std::size_t>(axis)] = static_cast<int>(std::floor(low[axis] / cell_size)) - 1;
+    nodes.last[static_cast<std::size_t>(axis)] = static_cast<int>(std::ceil(high[axis] / cell_size)) + 1;
+  }
+  return nodes;
+}
 
+/// Rows that extend velocities to nodes behind the surface, and the nodes deep inside.
+void add_extensions(StencilBuilder& builder, const OutlineDistance& distance, const std::vector<SurfacePoint>& points,
+                    const std::vector<int>& row_of, double cell_size, const NodeRange& nodes) {
   // of the rows before a place the nearest whose normal is that of the place
   const auto surface_before = [&](const Vec2& at, const Vec2& normal) {
     int best = -1;
@@ -210,15 +226,8 @@ ContactStencil contact_stencil(const Outline& outline, double cell_size, bool mi
     }
     return best;
   };
-  Vec2 low = outline.corners.front(), high = low;
-  for (const Vec2& corner : outline.corners) low = low.cwiseMin(corner), high = high.cwiseMax(corner);
-  std::array<int, 2> first{}, last{};
-  for (int axis = 0; axis < 2; ++axis) {
-    first[static_cast<std::size_t>(axis)] = static_cast<int>(std::floor(low[axis] / cell_size)) - 1;
-    last[static_cast<std::size_t>(axis)] = static_cast<int>(std::ceil(high[axis] / cell_size)) + 1;
-  }
-  for (int y = first[1]; y <= last[1]; ++y) {
-    for (int x = first[0]; x <= last[0]; ++x) {
+  for (int y = nodes.first[1]; y <= nodes.last[1]; ++y) {
+    for (int x = nodes.first[0]; x <= nodes.last[0]; ++x) {
       const Vec2 at(x, y);
       if (!builder.computed(at)) continue;
       const auto near = distance.at(cell_size * at);
@@ -234,7 +243,21 @@ ContactStencil contact_stencil(const Outline& outline, double cell_size, bool mi
       for (int k = 0; k < 3; ++k) builder.add(x + (axis == 0 ? k * outward : 0), y + (axis == 1 ? k * outward : 0), k == 1 ? -2.0 : 1.0);
     }
   }
-  add_columns(builder, distance, cell_size, first, last);
+}
+
+}  // namespace
+
+ContactStencil contact_stencil(const Outline& outline, double cell_size, bool mirror_x, bool mirror_y) {
+  std::optional<Circle> circle = outline.circle;
+  if (circle) circle = Circle{.centre = circle->centre / cell_size, .radius = circle->radius / cell_size};
+  StencilBuilder builder(circle, mirror_x, mirror_y);
+  const OutlineDistance distance(outline);
+  const std::vector<SurfacePoint> points = circle ? points_of_circle(*circle) : points_of_polygon(outline, cell_size);
+  const NodeRange nodes = nodes_around(outline, cell_size);
+  const std::vector<int> row_of = add_surface_rows(builder, points, cell_size);
+  link_rows(builder, points, row_of);
+  add_extensions(builder, distance, points, row_of, cell_size, nodes);
+  add_columns(builder, distance, cell_size, nodes.first, nodes.last);
   return std::move(builder.stencil);
 }
 

@@ -27,7 +27,6 @@ namespace mpm {
 
 using Node = HalfLanes;  ///< {p_x, p_y, p_z, m} after particle_to_grid, {v_x, v_y, v_z, m} after update_grid
 
-inline constexpr int block_edge = 4;    ///< cells and nodes per axis
 inline constexpr int block_nodes = 64;  ///< nodes a block owns
 /// From a node of a block to the next one along an axis, in the numbers of nodes.
 constexpr int node_stride(int axis) { return axis == 0 ? 1 : axis == 1 ? block_edge : block_edge * block_edge; }

@@ -131,6 +131,8 @@ class Displacement<SingleRecord> {
 };
 /// @}
 
+// In one piece: the two passes over the groups of a cell (weights, then sums and stores) share the groups and a dozen constants of the
+// block that stay in registers.
 template <class Record>
 BlockMotion move_block(Grid& grid, std::int32_t index, const TransferOptions& options, std::int32_t next_index) {
   using V = typename Group<Record>::Vector;

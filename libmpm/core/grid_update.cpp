@@ -196,8 +196,7 @@ class Boundaries {
   [[nodiscard]] bool nodal(std::size_t b) const {
     const Boundary& boundary = forces_.boundaries[b];
     const Wall* wall = plane_of(boundary);
-    return !std::holds_alternative<SurfaceSolid>(boundary) &&
-           (wall == nullptr || !folds(*wall, forces_.boundaries, forces_.mirror, grid_.cell_size(), time_));
+    return acts_on_nodes(boundary) && (wall == nullptr || !folds(*wall, forces_.boundaries, forces_.mirror, grid_.cell_size(), time_));
   }
   /// Index of a boundary among those whose impulses are recorded by layer; past the end for the others.
   [[nodiscard]] std::size_t place_of(std::size_t b) const {
@@ -253,11 +252,7 @@ void Boundaries::gather_contacts(Ranks& ranks) {
 /// The correction of lumped_mass.hpp for all solids that act at their surface. The accelerations are those with all boundaries: these act
 /// once for them, and the velocities are set back. @param first  boundaries from this one on have not acted yet
 void correct_lumped_mass(Grid& grid, const GridForces& forces, std::size_t first, double time) {
-  std::vector<LumpedMassCorrection> corrections;
-  for (const Boundary& boundary : forces.boundaries) {
-    if (const auto* const solid = std::get_if<SurfaceSolid>(&boundary))
-      corrections.emplace_back(*solid, grid.cell_size(), forces.density, forces.relaxed);
-  }
+  const auto corrections = lumped_mass_corrections(forces.boundaries, grid.cell_size(), forces.density, forces.relaxed);
   if (corrections.empty() || !grid.keeps_old_nodes()) return;
 
   const auto all = grid.all_blocks(), lent = grid.lent();

@@ -61,6 +61,15 @@ bool need_lumped_mass_correction(std::span<const Boundary> boundaries) {
   return std::ranges::any_of(boundaries, [](const Boundary& b) { return std::holds_alternative<SurfaceSolid>(b); });
 }
 
+std::vector<LumpedMassCorrection> lumped_mass_corrections(std::span<const Boundary> boundaries, double cell_size, double density,
+                                                          double relaxed) {
+  std::vector<LumpedMassCorrection> corrections;
+  for (const Boundary& boundary : boundaries) {
+    if (const auto* const solid = std::get_if<SurfaceSolid>(&boundary)) corrections.emplace_back(*solid, cell_size, density, relaxed);
+  }
+  return corrections;
+}
+
 double LumpedMassCorrection::weight(const Vec3& x) const {
   const double distance = std::max(distance_.outside(x.head<2>()), x.z() - top_) / dx_;
   return std::clamp((outer_reach - distance) / fade, 0.0, 1.0);

@@ -22,6 +22,7 @@
 
 #include <cstdint>
 #include <span>
+#include <vector>
 
 #include "libmpm/boundary/any_boundary.hpp"
 #include "libmpm/core/grid.hpp"
@@ -62,5 +63,9 @@ class LumpedMassCorrection {
   OutlineDistance distance_;
   double top_, dx_, density_, relaxed_;
 };
+
+/// One for each of the boundaries that needs it. The other arguments are those of LumpedMassCorrection.
+[[nodiscard]] std::vector<LumpedMassCorrection> lumped_mass_corrections(std::span<const Boundary> boundaries, double cell_size,
+                                                                        double density, double relaxed);
 
 }  // namespace mpm

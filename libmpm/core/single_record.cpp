@@ -11,7 +11,7 @@ namespace mpm {
 Particle decode(const SingleRecord& r, const RecordFrame& frame) {
   Particle p;
   for (std::size_t i = 0; i < 3; ++i) {
-    p.position[i] = (4.0 * frame.block[i] + 0.5 + position_unit * r.position[i]) * frame.cell_size;
+    p.position[i] = (double{block_edge} * frame.block[i] + 0.5 + position_unit * r.position[i]) * frame.cell_size;
     p.velocity[i] = frame.velocity[static_cast<Eigen::Index>(i)] + double{r.velocity[i]};
     p.affine[i] = r.affine_x[i];
     p.affine[3 + i] = r.affine_y[i];
@@ -32,9 +32,9 @@ void encode(const Particle& p, int cell, const RecordFrame& frame, SingleRecord&
     throw ConfigError("more than " + std::to_string(largest_single_id) +
                       " particles have entered: their numbers do not fit into a particle of single precision; use double precision");
   }
-  constexpr double cell_units = 1 << position_bits, farthest = 8.0 * cell_units;  // step() ends a run with larger displacements
+  constexpr double cell_units = 1 << position_bits, farthest = 2 * block_edge * cell_units;  // step() ends a run with larger displacements
   for (std::size_t i = 0; i < 3; ++i) {
-    const double at = std::nearbyint((p.position[i] / frame.cell_size - 0.5 - 4.0 * frame.block[i]) * cell_units);
+    const double at = std::nearbyint((p.position[i] / frame.cell_size - 0.5 - double{block_edge} * frame.block[i]) * cell_units);
     const double first = (cell >> (2 * i) & 3) * cell_units;
     const bool stays = cell < 64;
     const double low = stays ? first : -farthest, high = stays ? first + (cell_units - 1.0) : farthest;

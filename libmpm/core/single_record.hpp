@@ -23,6 +23,7 @@ struct RecordFrame {
   Vec3 velocity = Vec3::Zero();  ///< m/s: velocities of single records are relative to it; not used by double records
 };
 
+inline constexpr int block_edge = 4;                                 ///< cells and nodes per axis
 inline constexpr int position_bits = 27;                             ///< of the offset within a cell
 inline constexpr double position_unit = 1.0 / (1 << position_bits);  ///< cells
 inline constexpr std::uint64_t largest_single_id = 0xFFFFFFFF;       ///< identity numbers are 32 bits wide in a single record

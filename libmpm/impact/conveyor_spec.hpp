@@ -67,7 +67,7 @@ struct ConveyorSpec {
   std::optional<std::string> inflow_csv;  ///< file with these rows: read_inflow_csv converts it
   bool operator==(const ConveyorSpec&) const = default;
 
-  /// The keys of [conveyor] (base/parameter.hpp).
+  /// The keys of [conveyor] (base/parameter.hpp), one statement each, in the order in which files and references list them.
   template <class Table>
   static void declare(Table& table) {
     table.add("froude_number", &ConveyorSpec::froude_number)

@@ -326,6 +326,8 @@ inline __attribute__((always_inline)) bool CamClay::Residual<T>::search_inside(c
   }
 }
 
+// In one piece: the base, the search inside the surface and Newton's iteration share five masks and the bracket of every lane, which parts
+// would hand to each other as one large struct.
 template <class T>
 inline CamClay::Return<T> CamClay::return_map(const T& p_trial, const T& q2, const T& x_n, const T& s_n, const Mask<T>& yields) const {
   constexpr int most_iterations = 15;
