@@ -10,8 +10,7 @@
 
 #include "libmpm/base/error.hpp"
 #include "libmpm/io/csv.hpp"
-#include "support/command.hpp"
-#include "support/temporary_directory.hpp"
+#include "support/command_test.hpp"
 
 namespace mpm {
 namespace {
@@ -44,14 +43,11 @@ duration_s = 1.5
 "obstacle.friction" = [0.0, 0.3]
 )";
 
-class CampaignCommand : public ::testing::Test {
+class CampaignCommand : public testing::CommandTest {
  protected:
   void SetUp() override { std::ofstream(directory_ / "plan.toml") << avalanches; }
 
-  [[nodiscard]] Outcome shell(const std::string& command) const {
-    return testing::run_command("{ " + command + "\n}", directory_.path(), directory_.path());
-  }
-  [[nodiscard]] Outcome campaign(const std::string& arguments) const { return shell("'" MPM_APP "' campaign " + arguments); }
+  [[nodiscard]] Outcome campaign(const std::string& arguments) const { return mpm("campaign " + arguments); }
 
   /// Starts a campaign, waits until a run has come some way, sends it a signal, and waits for its end.
   [[nodiscard]] Outcome interrupted(const std::string& folder, const std::string& signal) const {
@@ -77,8 +73,6 @@ class CampaignCommand : public ::testing::Test {
       EXPECT_EQ(ends, 1u) << log;
     }
   }
-
-  testing::TemporaryDirectory directory_;
 };
 
 TEST_F(CampaignCommand, KilledOrStoppedAndResumedLeavesTheSameTableAndNothingIsDoneTwice) {

@@ -9,8 +9,7 @@
 
 #include "libmpm/base/error.hpp"
 #include "libmpm/io/csv.hpp"
-#include "support/command.hpp"
-#include "support/temporary_directory.hpp"
+#include "support/command_test.hpp"
 #include "support/text.hpp"
 
 namespace mpm {
@@ -40,13 +39,12 @@ depth_m = 0.5
 duration_s = 0.02
 )";
 
-class Converge : public ::testing::Test {
+class Converge : public testing::CommandTest {
  protected:
   Outcome mpm(const std::string& case_text, const std::string& arguments) const {
     std::ofstream(directory_ / "block.toml") << case_text;
-    return testing::run_command("'" MPM_APP "' converge block.toml " + arguments, directory_.path(), directory_.path());
+    return CommandTest::mpm("converge block.toml " + arguments);
   }
-  testing::TemporaryDirectory directory_;
 };
 
 TEST_F(Converge, StudiesSeveralMetricsAndWritesItsFiles) {

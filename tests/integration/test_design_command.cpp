@@ -9,8 +9,7 @@
 
 #include "libmpm/base/error.hpp"
 #include "libmpm/campaign/site.hpp"
-#include "support/command.hpp"
-#include "support/temporary_directory.hpp"
+#include "support/command_test.hpp"
 
 namespace mpm {
 namespace {
@@ -41,13 +40,10 @@ grids = 2
 duration_s = 1.2
 )";
 
-class DesignCommand : public ::testing::Test {
+class DesignCommand : public testing::CommandTest {
  protected:
   void write(const std::string& text) const { std::ofstream(directory_ / "site.toml") << text; }
-  [[nodiscard]] Outcome design(const std::string& arguments) const {
-    return testing::run_command("'" MPM_APP "' design site.toml " + arguments, directory_.path(), directory_.path());
-  }
-  testing::TemporaryDirectory directory_;
+  [[nodiscard]] Outcome design(const std::string& arguments) const { return mpm("design site.toml " + arguments); }
 };
 
 TEST_F(DesignCommand, RunsTheEnsembleAndWritesThePageWithItsTables) {

@@ -2,38 +2,25 @@
 
 #include <fmt/format.h>
 #include <gtest/gtest.h>
-#include <sys/wait.h>
 
-#include <array>
 #include <cmath>
-#include <cstdio>
 #include <filesystem>
 #include <fstream>
 #include <regex>
 #include <string>
 
 #include "libmpm/io/csv.hpp"
+#include "support/command.hpp"
 #include "support/reference_csv.hpp"
 #include "support/temporary_directory.hpp"
 
 namespace mpm {
 namespace {
 
-struct Outcome {
-  int code;
-  std::string output;  ///< standard output and messages
-};
-
-Outcome run(const std::string& arguments) {
-  const std::string command = fmt::format("'{}/bin/mpm' {} 2>&1", MPM_BINARY_DIR, arguments);
-  FILE* pipe = ::popen(command.c_str(), "r");
-  if (pipe == nullptr) return {-1, "cannot start " + command};
-  Outcome outcome{0, {}};
-  std::array<char, 4096> buffer;
-  while (const std::size_t n = std::fread(buffer.data(), 1, buffer.size(), pipe)) outcome.output.append(buffer.data(), n);
-  const int status = ::pclose(pipe);
-  outcome.code = WIFEXITED(status) ? WEXITSTATUS(status) : -1;
-  return outcome;
+/// @returns with standard output and messages together
+testing::Outcome run(const std::string& arguments) {
+  const testing::TemporaryDirectory here;
+  return testing::run_command("'" MPM_APP "' 2>&1 " + arguments, here.path(), here.path());
 }
 
 std::string quoted(const std::filesystem::path& path) { return fmt::format("'{}'", path.string()); }
@@ -42,7 +29,7 @@ TEST(Predict, WritesEveryCombinationAsCsvThatMatchesTheReference) {
   const testing::TemporaryDirectory directory;
   const auto outcome =
       run("predict --froude 0.1,0.3,1,2,3,5,7 --critical-state-slope 0,0.4,0.8 --csv > " + quoted(directory / "table.csv"));
-  ASSERT_EQ(outcome.code, 0) << outcome.output;
+  ASSERT_EQ(outcome.code, 0) << outcome.out;
   const Table table = Table::read(directory / "table.csv");
   ASSERT_EQ(table.rows(), 21u);
   const auto froude = table.numbers("froude_number"), friction = table.numbers("effective_friction");
@@ -63,15 +50,15 @@ TEST(Predict, WritesEveryCombinationAsCsvThatMatchesTheReference) {
 TEST(Predict, PrintsOneCaseAsAListWithUnits) {
   const auto outcome = run("predict --froude 3 --critical-state-slope 0.4");
   EXPECT_EQ(outcome.code, 0);
-  EXPECT_NE(outcome.output.find("6.6078 m    run-up"), std::string::npos) << outcome.output;
+  EXPECT_NE(outcome.out.find("6.6078 m    run-up"), std::string::npos) << outcome.out;
 }
 
 TEST(Predict, RefusesBadInputWithExitCodeTwo) {
   for (const char* arguments : {"--cohesion-beta 1", "--froude -1", "--froude abc", "--froude nan", "--velocity 3 --froude 1",
                                 "--flow-height 0", "--hardening-xi 0", "--poisson-ratio 0.5", "--no-such-option 1"}) {
     const auto outcome = run(std::string("predict ") + arguments);
-    EXPECT_EQ(outcome.code, 2) << arguments << ": " << outcome.output;
-    EXPECT_FALSE(outcome.output.empty());
+    EXPECT_EQ(outcome.code, 2) << arguments << ": " << outcome.out;
+    EXPECT_FALSE(outcome.out.empty());
   }
 }
 
@@ -101,7 +88,7 @@ TEST_F(Compare, JudgesMeansByTheirCombinedStandardError) {
   EXPECT_EQ(run("compare " + a + " " + folder("near", "2", "4.28")).code, 0);
   const auto far = run("compare " + a + " " + folder("far", "2", "4.29"));
   EXPECT_EQ(far.code, 1);
-  EXPECT_NE(far.output.find("DIFFERS"), std::string::npos);
+  EXPECT_NE(far.out.find("DIFFERS"), std::string::npos);
   EXPECT_EQ(run("compare " + a + " " + folder("unsteady", "2", "null")).code, 1) << "a mean on one side only";
 }
 
@@ -133,12 +120,12 @@ duration_s = 0.02
 )";
   for (const char* folder : {"a", "b"}) {
     const auto outcome = run("run " + quoted(here / "case.toml") + " --threads 1 --out " + quoted(here / folder));
-    ASSERT_EQ(outcome.code, 0) << outcome.output;
+    ASSERT_EQ(outcome.code, 0) << outcome.out;
   }
   const auto same = run("compare " + quoted(here / "a") + " " + quoted(here / "b"));
-  EXPECT_EQ(same.code, 0) << same.output;
-  EXPECT_NE(same.output.find("steps"), std::string::npos) << same.output;
-  EXPECT_EQ(same.output.find("solver_time_s"), std::string::npos) << same.output;
+  EXPECT_EQ(same.code, 0) << same.out;
+  EXPECT_NE(same.out.find("steps"), std::string::npos) << same.out;
+  EXPECT_EQ(same.out.find("solver_time_s"), std::string::npos) << same.out;
   // frames are other samples than the run's own: nothing has to be identical
   ASSERT_EQ(run("post " + quoted(here / "a") + " --no-pictures").code, 0);
   ASSERT_EQ(run("post " + quoted(here / "b") + " --no-pictures").code, 0);
@@ -146,7 +133,7 @@ duration_s = 0.02
   EXPECT_EQ(run("compare " + quoted(here / "a") + " " + quoted(here / "a/post") + " --tolerance 1e-3").code, 0);
   EXPECT_EQ(run("compare " + quoted(here / "a/post") + " " + quoted(here / "b/post")).code, 0);
   const auto shorter = run("run " + quoted(here / "case.toml") + " --set numerics.cfl=0.2 --out " + quoted(here / "c"));
-  ASSERT_EQ(shorter.code, 0) << shorter.output;
+  ASSERT_EQ(shorter.code, 0) << shorter.out;
   EXPECT_EQ(run("compare " + quoted(here / "a") + " " + quoted(here / "c") + " --tolerance 1e-3").code, 1) << "other steps";
 }
 
@@ -161,7 +148,7 @@ TEST_F(Compare, NeverPassesWhereNothingCouldBeJudged) {
   const auto a = write("a", R"({"case_hash": "1", "steps": 1})"), b = write("b", R"({"case_hash": "2", "steps": 2})");
   const auto outcome = run("compare " + quoted(a) + " " + quoted(b));
   EXPECT_EQ(outcome.code, 2);
-  EXPECT_NE(outcome.output.find("--tolerance"), std::string::npos) << outcome.output;
+  EXPECT_NE(outcome.out.find("--tolerance"), std::string::npos) << outcome.out;
 }
 
 TEST_F(Compare, PrintsNoNegativeZero) {
@@ -182,7 +169,7 @@ TEST_F(Compare, ReportsUnreadableResultsWithExitCodeFour) {
   EXPECT_EQ(run("compare " + a + " " + quoted(write("list", "[1, 2]"))).code, 4);
   const auto missing = run("compare " + a + " " + a + "-missing");
   EXPECT_EQ(missing.code, 4);
-  EXPECT_NE(missing.output.find("results.json"), std::string::npos) << missing.output;
+  EXPECT_NE(missing.out.find("results.json"), std::string::npos) << missing.out;
 }
 
 }  // namespace

@@ -26,11 +26,11 @@ struct Outcome {
   std::string out, err;
 };
 
-/// @param command  a line for the shell, run in `folder`
+/// @param command  for the shell, run in `folder`; it may redirect its own output
 /// @param outputs  where out.txt and err.txt are kept
 inline Outcome run_command(const std::string& command, const std::filesystem::path& folder, const std::filesystem::path& outputs) {
   const std::string out = (outputs / "out.txt").string(), err = (outputs / "err.txt").string();
-  const int status = std::system(("cd '" + folder.string() + "' && " + command + " >'" + out + "' 2>'" + err + "'").c_str());
+  const int status = std::system(("cd '" + folder.string() + "' && { " + command + "\n} >'" + out + "' 2>'" + err + "'").c_str());
   return {WIFEXITED(status) ? WEXITSTATUS(status) : -1, content(out), content(err)};
 }
 
