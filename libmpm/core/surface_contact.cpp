@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <map>
 #include <utility>
 #include <vector>
 
@@ -37,11 +38,12 @@ struct NodePlaces {
   std::vector<int> place;  ///< x + 4 y
 
   explicit NodePlaces(const ContactStencil& stencil) {
+    std::map<std::array<std::int32_t, 2>, std::size_t> numbers;
     for (const auto& node : stencil.nodes) {
       const std::array<std::int32_t, 2> at = {node.at[0] >> 2, node.at[1] >> 2};
-      auto found = std::ranges::find(columns, at);
-      if (found == columns.end()) found = columns.insert(columns.end(), at);
-      column.push_back(static_cast<std::size_t>(found - columns.begin()));
+      const auto [number, is_new] = numbers.try_emplace(at, columns.size());
+      if (is_new) columns.push_back(at);
+      column.push_back(number->second);
       place.push_back((node.at[0] & 3) + block_edge * (node.at[1] & 3));
     }
   }
