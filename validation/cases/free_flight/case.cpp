@@ -86,7 +86,7 @@ double flight_time(const Case& c) { return 2.0 * c.bodies[0].velocity.z() / c.nu
 /// The block of snow with three time steps, coarse first.
 std::vector<Setup> rises(const CaseContext& context) {
   const Case c = context.read_case();
-  const int coarse = steps_for(c, make_state, flight_time(c), rise_samples);
+  const int coarse = steps_for(c, Setup{}.start, flight_time(c), rise_samples);
   std::vector<Setup> all;
   for (const int times : {1, 2, context.choose(4, 4, 8)})
     all.push_back(flight(c, fmt::format("snow-steps{}", times), fmt::format("block of snow thrown upwards, {} steps", times * coarse),
