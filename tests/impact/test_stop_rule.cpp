@@ -162,7 +162,8 @@ std::vector<std::vector<std::string>> evidence(const std::string& name) {
   std::ifstream file(std::string(MPM_SOURCE_DIR) + "/validation/study/evidence/stop_when_steady/" + name);
   std::vector<std::vector<std::string>> rows;
   for (std::string line; std::getline(file, line);) {
-    std::istringstream cells(line + ",");
+    line += ',';
+    std::istringstream cells(line);
     rows.emplace_back();
     for (std::string cell; std::getline(cells, cell, ',');) rows.back().push_back(cell);
   }

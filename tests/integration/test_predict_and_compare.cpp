@@ -157,9 +157,9 @@ TEST_F(Compare, PrintsNoNegativeZero) {
   const std::regex negative_zero("(^|[ ,])-0(\\.0*)?([ ,\n]|$)");
   for (const char* option : {"", " --csv"}) {
     const auto outcome = run("compare " + quoted(a) + " " + quoted(b) + " --tolerance 0.1" + option);
-    EXPECT_EQ(outcome.code, 0) << outcome.output;
-    EXPECT_NE(outcome.output.find("runup_mean_m"), std::string::npos) << outcome.output;
-    EXPECT_FALSE(std::regex_search(outcome.output, negative_zero)) << outcome.output;
+    EXPECT_EQ(outcome.code, 0) << outcome.out;
+    EXPECT_NE(outcome.out.find("runup_mean_m"), std::string::npos) << outcome.out;
+    EXPECT_FALSE(std::regex_search(outcome.out, negative_zero)) << outcome.out;
   }
 }
 
