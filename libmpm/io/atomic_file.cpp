@@ -166,8 +166,8 @@ FileShare::FileShare(std::filesystem::path target, const std::filesystem::path& 
   if (descriptor_ >= 0) return;
   if (errno != ENOENT) throw file_error("cannot write", target_, errno);
   throw IoError(
-      fmt::format("cannot write '{}': this process does not see the file that another one has begun there; all ranks need the "
-                  "output directory: put it on a file system that all machines share",
+      fmt::format("cannot write '{}': this process does not see the file that was begun there: the output directory was deleted, "
+                  "moved or replaced; or it is not the same for all ranks: put it on a file system that all machines share",
                   target_.string()));
 }
 

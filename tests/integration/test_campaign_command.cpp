@@ -158,7 +158,8 @@ TEST_F(CampaignCommand, StatusBringsTheTablesUpToDateButNotThoseOfAnotherPlan) {
     std::ofstream(directory_ / "b.toml") << base << changed;
     const Outcome o = campaign("status b.toml --out o");
     EXPECT_EQ(o.code, 0) << o.err;
-    EXPECT_TRUE(contains(o.err, "are in the folder but not in the plan") || contains(o.err, "changed since they were computed")) << o.err;
+    EXPECT_TRUE(contains(o.err, "1 run in the folder but not in the plan") || contains(o.err, "2 runs changed since the last campaign"))
+        << o.err;
     EXPECT_EQ(content(directory_ / "o/results.csv"), table);
   }
 }
