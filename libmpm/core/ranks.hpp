@@ -132,14 +132,15 @@ class Ranks {
   virtual void send_nodes(Grid& grid) = 0;
   /// Before grid_to_particle of the outer blocks: waits for the nodes from other ranks.
   virtual void receive_nodes(Grid& grid) = 0;
-  /// The same for a part of the blocks, and parts of another field. receive_nodes() and add_parts(field) follow.
-  /// @param givers  the blocks whose particles need nodes and give parts; the same choice on all ranks and in all steps
-  /// @param field  by number of block, including the temporary blocks that hold parts
-  /// @{
+  /// send_nodes() for a part of the blocks; receive_nodes() follows.
+  /// @param givers  the blocks whose particles need nodes; the same choice on all ranks and in all steps
   virtual void send_nodes(Grid& grid, const BlockChoice& givers) = 0;
+  /// send_parts() for a part of the blocks and another field; add_parts(field) follows.
+  /// @param field  by number of block, including the temporary blocks that hold parts
+  /// @param givers  the blocks whose particles give parts; the same choice on all ranks and in all steps
   virtual void send_parts(std::span<NodeBlock> field, const BlockChoice& givers) = 0;
+  /// add_parts() for another field. @param field  by number of block, including the temporary blocks that hold parts
   virtual void add_parts(std::span<NodeBlock> field) = 0;
-  /// @}
   /// Helps messages on their way. In a parallel region only the thread that calls the other functions may call it.
   virtual void progress() noexcept = 0;
   /// Whether note_time() is wanted in this step.

@@ -6,8 +6,7 @@
 ///   parts     contributions of its particles to nodes of the neighbour's blocks, block by block, unsummed. They are sent when the outer
 ///             blocks are on the grid, and travel while the other blocks follow
 ///   nodes     values of own nodes that the neighbour's particles touch. They are sent after the grid update, and travel while the
-///   particles
-///             of the blocks that are not outer move
+///             particles of the other blocks move
 ///   migrants  after the particles have moved
 ///
 /// Around obstacles the correction of lumped masses needs some nodes and parts once more.
@@ -16,6 +15,7 @@
 /// and the largest load. If the set changed, neighbours exchange the lists of their blocks with particles at the common border. Both sides
 /// derive the layouts of all messages (halo_plan.hpp) from these lists.
 
+#include <map>
 #include <unordered_map>
 #include <vector>
 
@@ -60,7 +60,7 @@ class BlockExchange : public Ranks {
   void sum(std::span<std::uint64_t> numbers) override;
   std::vector<Message> gather(Message mine) override;
   void share(Message& message) override { transport_.broadcast(message); }
-  Messages exchange(Messages to) override { return transport_.exchange(std::move(to)); }
+  std::map<int, Message> exchange(std::map<int, Message> to) override { return transport_.exchange(std::move(to)); }
   [[nodiscard]] std::size_t particle_count(std::size_t own) const override { return now_ ? now_->particles : own; }
   void collect(const Grid& from, const std::function<bool(const Block&)>& wanted, Grid& into) override;
   std::vector<RankCounts> counts(std::size_t particles) override;
