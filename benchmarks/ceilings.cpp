@@ -51,7 +51,8 @@ double triad(int threads) {
   return best;
 }
 
-/// Twelve chains of eight lanes: more than latency times width of the multiply-add units needs.
+/// Twelve chains of one register each: more than latency times width of the multiply-add units needs. Vectors longer than a register would
+/// go through memory.
 double multiply_add(int threads) {
   constexpr int chains = 12;
   constexpr long rounds = 4'000'000;
@@ -61,19 +62,19 @@ double multiply_add(int threads) {
     const auto start = Clock::now();
 #pragma omp parallel num_threads(threads) reduction(+ : sink)
     {
-      Lanes sum[chains];
-      for (int i = 0; i < chains; ++i) sum[i] = broadcast<Lanes>(0.01 * i);
-      const Lanes factor = broadcast<Lanes>(0.999999 + 1e-9 * trial), addend = broadcast<Lanes>(1e-6);
+      DoubleLanes sum[chains];
+      for (int i = 0; i < chains; ++i) sum[i] = broadcast<DoubleLanes>(0.01 * i);
+      const DoubleLanes factor = broadcast<DoubleLanes>(0.999999 + 1e-9 * trial), addend = broadcast<DoubleLanes>(1e-6);
       for (long n = 0; n < rounds; ++n) {
 #pragma GCC unroll 12
         for (int i = 0; i < chains; ++i) sum[i] = sum[i] * factor + addend;
       }
-      for (const Lanes& s : sum) {
-        for (int i = 0; i < lane_count; ++i) sink += s[i];
+      for (const DoubleLanes& s : sum) {
+        for (int i = 0; i < lanes_of<DoubleLanes>; ++i) sink += s[i];
       }
     }
     const double elapsed = seconds_since(start);
-    if (sink != 0.0) best = std::max(best, 2.0 * lane_count * chains * rounds * threads / elapsed);
+    if (sink != 0.0) best = std::max(best, 2.0 * lanes_of<DoubleLanes> * chains * rounds * threads / elapsed);
   }
   return best;
 }
