@@ -5,18 +5,15 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstring>
 #include <functional>
 #include <memory>
-#include <optional>
 #include <span>
-#include <tuple>
 #include <utility>
 
 #include "libmpm/base/error.hpp"
 #include "libmpm/core/joined_blocks.hpp"
 #include "libmpm/driver/case_file.hpp"
-#include "libmpm/driver/pieces.hpp"
+#include "libmpm/driver/checkpoint_blocks.hpp"
 #include "libmpm/driver/scene.hpp"
 #include "libmpm/io/hdf5.hpp"
 #include "libmpm/io/joint_file.hpp"
@@ -26,7 +23,6 @@ namespace mpm {
 namespace {
 
 constexpr const char* kind = "libmpm checkpoint";
-constexpr std::int32_t most_particles_of_a_block = 65000;  // slots are 16 bits wide
 
 std::vector<double> packed(const State& s, const RunProgress& p) {
   std::vector<double> v = {s.time, s.max_speed, p.wall_time, p.step_time};
@@ -35,229 +31,8 @@ std::vector<double> packed(const State& s, const RunProgress& p) {
   return v;
 }
 
-using Refuse = std::function<void(const std::string& why)>;
-
-/// Whether a particle of the file lies in the cell that the file gives for it; the kernels rely on that. The tolerance is for rounding: a
-/// step computes the cell in another order of operations.
-bool in_its_cell(const Particle& p, const Index3& block, std::uint8_t cell, double cell_size) {
-  constexpr double slack = 1e-6;  // cells
-  for (int axis = 0; axis < 3; ++axis) {
-    const double node = 4.0 * block[static_cast<std::size_t>(axis)] + (cell >> (2 * axis) & 3);
-    if (!(std::abs(p.position[axis] / cell_size - node - 1.0) <= 0.5 + slack)) return false;
-  }
-  return true;
-}
-
-bool all_finite(const Particle& p) {
-  const auto finite = [](const auto& numbers) { return std::ranges::all_of(numbers, [](double x) { return std::isfinite(x); }); };
-  return finite(p.position) && finite(p.velocity) && finite(p.affine) && finite(p.stress) && std::isfinite(p.internal);
-}
-
-/// Particles of one block.
-void check_particles(const StoredBlock& stored, Precision precision, double cell_size, const Refuse& refuse) {
-  const Index3& block = stored.coordinate;
-  const RecordFrame frame{block, cell_size, stored.velocity};
-  const std::size_t size = record_bytes(precision);
-  for (std::size_t i = 0; i < stored.cells.size(); ++i) {
-    const Particle p = with_record_type(precision, [&](auto record) {
-      std::memcpy(&record, stored.records.data() + i * size, size);
-      return Particle(decode(record, frame));
-    });
-    const int cell = stored.cells[i];
-    if (cell >= block_nodes || !in_its_cell(p, block, stored.cells[i], cell_size)) {
-      refuse(fmt::format("particle {} at ({}, {}, {}) m is not in cell {} of block ({}, {}, {})", p.id, p.position[0], p.position[1],
-                         p.position[2], cell, block[0], block[1], block[2]));
-    }
-    if (!all_finite(p) || !(p.volume > 0.0) || !std::isfinite(p.volume))
-      refuse(fmt::format("particle {} has a volume of {} m^3 or numbers that are not finite", p.id, p.volume));
-  }
-}
-
-/// Whether the blocks ascend, so that none occurs twice, and lie within the range of the grid.
-void check_block(const Index3& block, const std::optional<Index3>& before, const Refuse& refuse) {
-  constexpr std::int32_t reach = (1 << 20) - 2;  // of the grid's coordinates, with a neighbour to each side
-  const auto key = [](const Index3& c) { return std::tuple(c[2], c[1], c[0]); };
-  const bool far = std::ranges::any_of(block, [](std::int32_t c) { return c > reach || c < -reach; });
-  if (far || (before && key(block) <= key(*before)))
-    refuse(fmt::format("block ({}, {}, {}) is out of reach or out of order", block[0], block[1], block[2]));
-}
-
 /// Datasets of observers have a point in their names; the program's own have none.
 bool is_observed(const std::string& dataset) { return dataset.find('.') != std::string::npos; }
-
-/// Reads the particles of a file block by block, a piece at a time.
-class StoredBlocks {
- public:
-  StoredBlocks(const hdf5::Reader& file, Precision precision)
-      : file_(file),
-        precision_(precision),
-        counts_(file.dataset<std::int32_t>("block_counts", {hdf5::any_extent})),
-        coordinates_(file.dataset<std::int32_t>("block_coordinates", {counts_.size(), 3})),
-        velocities_(precision == Precision::single_precision ? file.dataset<double>("block_velocities", {counts_.size(), 3})
-                                                             : std::vector<double>(3 * counts_.size(), 0.0)),
-        particles_(particles_in(file)) {}
-
-  /// All blocks, in order.
-  [[nodiscard]] std::vector<BlockHead> heads(const Refuse& refuse) const {
-    std::vector<BlockHead> heads;
-    std::size_t particles = 0;
-    for (std::size_t b = 0; b < counts_.size(); ++b) {
-      if (counts_[b] < 0 || counts_[b] > most_particles_of_a_block) refuse(contradiction);
-      particles += size_of(b);
-      heads.push_back({coordinate_of(b), counts_[b]});
-      check_block(heads.back().block, b == 0 ? std::nullopt : std::optional(heads[b - 1].block), refuse);
-    }
-    if (particles != particles_) refuse(contradiction);
-    return heads;
-  }
-
-  /// Calls f(block) for each that is wanted(its coordinate). heads() must have found them sound.
-  template <class Wanted, class F>
-  void for_each(const Wanted& wanted, F&& f) const {
-    std::size_t first = 0;  // particle
-    for (std::size_t b = 0; b < counts_.size();) {
-      if (!wanted(coordinate_of(b))) {
-        first += size_of(b++);
-        continue;
-      }
-      std::size_t end = b, count = 0;
-      for (; end < counts_.size() && wanted(coordinate_of(end)) && (count == 0 || count + size_of(end) <= PieceSize{}.particles); ++end)
-        count += size_of(end);
-      read_piece(b, end, first, count, f);
-      first += count;
-      b = end;
-    }
-  }
-
- private:
-  static constexpr const char* contradiction = "its block counts contradict its particles";
-
-  static std::size_t particles_in(const hdf5::Reader& file) {
-    const hdf5::Shape shape = file.shape("cells");
-    return shape.empty() ? 0 : shape.front();
-  }
-  [[nodiscard]] std::size_t size_of(std::size_t block) const { return static_cast<std::size_t>(counts_[block]); }
-  [[nodiscard]] Index3 coordinate_of(std::size_t b) const {
-    return {coordinates_[3 * b], coordinates_[3 * b + 1], coordinates_[3 * b + 2]};
-  }
-  /// Blocks b .. end - 1, with the particles from `first` on.
-  template <class F>
-  void read_piece(std::size_t b, std::size_t end, std::size_t first, std::size_t count, F&& f) const {
-    const std::size_t size = record_bytes(precision_);
-    const auto cells = file_.rows<std::uint8_t>("cells", {particles_}, first, count);
-    const auto records = file_.rows<std::uint8_t>("particle_records", {particles_, size}, first, count);
-    for (std::size_t at = 0; b < end; ++b) {
-      const std::size_t n = size_of(b);
-      f(StoredBlock{coordinate_of(b), Vec3(velocities_[3 * b], velocities_[3 * b + 1], velocities_[3 * b + 2]),
-                    std::span(cells).subspan(at, n), std::as_bytes(std::span(records)).subspan(at * size, n * size)});
-      at += n;
-    }
-  }
-
-  const hdf5::Reader& file_;
-  Precision precision_;
-  std::vector<std::int32_t> counts_, coordinates_;
-  std::vector<double> velocities_;
-  std::size_t particles_;
-};
-
-void declare_blocks(hdf5::Writer& file, Precision precision, std::span<const BlockHead> heads) {
-  const std::size_t blocks = heads.size();
-  std::size_t particles = 0;
-  for (const BlockHead& head : heads) particles += static_cast<std::size_t>(head.count);
-  file.declare<std::int32_t>("block_coordinates", {blocks, 3});
-  file.declare<std::int32_t>("block_counts", {blocks});
-  file.declare<std::uint8_t>("cells", {particles});
-  if (precision == Precision::single_precision) file.declare<double>("block_velocities", {blocks, 3});
-  file.declare<std::uint8_t>("particle_records", {particles, record_bytes(precision)});
-}
-
-/// The occupied blocks of all ranks in their order, on all ranks.
-std::vector<BlockHead> heads_of(const Grid& grid) {
-  std::vector<BlockHead> heads;
-  for (const auto b : grid.occupied_blocks()) heads.push_back({grid.block(b).coordinate, grid.block(b).particles.count()});
-  Ranks* const ranks = grid.ranks();
-  if (ranks == nullptr) return heads;
-  Message message;
-  put(message, std::span<const BlockHead>(heads));
-  heads.clear();
-  for (const Message& some : ranks->gather(std::move(message))) {
-    const auto more = MessageReader(some).values<BlockHead>();
-    heads.insert(heads.end(), more.begin(), more.end());
-  }
-  std::ranges::sort(heads, comes_before, &BlockHead::block);
-  Message all;
-  put(all, std::span<const BlockHead>(heads));
-  ranks->share(all);
-  return MessageReader(all).values<BlockHead>();
-}
-
-/// Blocks of this rank on their way into a file: those that follow one another there are written together.
-class BlockColumns {
- public:
-  BlockColumns(hdf5::ArrayWriter& file, Precision precision) : file_(file), precision_(precision) {}
-  /// @param row  of the block in the file, and of its first particle
-  void append(const Block& block, std::size_t row, std::size_t particle) {
-    if (row != row_ + counts_.size() || cells_.size() >= PieceSize{}.particles) {
-      flush();
-      row_ = row;
-      particle_ = particle;
-    }
-    const ParticleBin& bin = block.particles;
-    coordinates_.insert(coordinates_.end(), block.coordinate.begin(), block.coordinate.end());
-    counts_.push_back(bin.count());
-    for (const double v : bin.frame.velocity) velocities_.push_back(v);
-    cells_.insert(cells_.end(), bin.cell.begin(), bin.cell.end());
-    for (int s = 0; s < bin.count(); ++s) {
-      const std::span<const std::byte> bytes = bin.bytes(s);
-      const auto* first = reinterpret_cast<const std::uint8_t*>(bytes.data());
-      records_.insert(records_.end(), first, first + bytes.size());
-    }
-  }
-  void flush() {
-    write_and_clear("block_coordinates", 3 * row_, coordinates_);
-    write_and_clear("block_counts", row_, counts_);
-    write_and_clear("cells", particle_, cells_);
-    if (precision_ == Precision::single_precision) write_and_clear("block_velocities", 3 * row_, velocities_);
-    write_and_clear("particle_records", record_bytes(precision_) * particle_, records_);
-    velocities_.clear();
-  }
-
- private:
-  template <class T>
-  void write_and_clear(const char* name, std::size_t first, std::vector<T>& values) {
-    file_.write(name, first, std::span<const T>(values));
-    values.clear();
-  }
-
-  hdf5::ArrayWriter& file_;
-  Precision precision_;
-  std::size_t row_ = 0, particle_ = 0;  ///< in the file, of the first that is not written yet
-  std::vector<std::int32_t> coordinates_, counts_;
-  std::vector<double> velocities_;
-  std::vector<std::uint8_t> cells_, records_;
-};
-
-/// All ranks: a file with the blocks of each. @param make  as in JointFile::begin, given all blocks
-void write_blocks(const State& state, const std::function<std::unique_ptr<hdf5::Writer>(std::span<const BlockHead>)>& make,
-                  const std::filesystem::path& keep_as) {
-  const Grid& grid = state.grid;
-  if (grid.ranks() != nullptr) grid.ranks()->instruct(Task::blocks, state);
-  const std::vector<BlockHead> heads = heads_of(grid);
-  JointFile file(grid.ranks());
-  Message nothing;
-  file.begin([&] { return make(heads); }, nothing);
-  file.attempt([&](hdf5::ArrayWriter& values) {
-    BlockColumns columns(values, grid.precision());
-    std::size_t particle = 0;
-    for (std::size_t row = 0; row < heads.size(); ++row) {
-      if (const auto b = grid.find(heads[row].block); b != no_block) columns.append(grid.block(b), row, particle);
-      particle += static_cast<std::size_t>(heads[row].count);
-    }
-    columns.flush();
-  });
-  file.commit(keep_as);
-}
 
 /// Writes everything except the blocks.
 void write_rest(hdf5::Writer& file, const State& state, const RunProgress& progress, const Arrays& observed) {
@@ -278,9 +53,6 @@ void write_rest(hdf5::Writer& file, const State& state, const RunProgress& progr
     file.dataset<double>(name, values);
   }
 }
-
-/// Checks kind, version and case. @throws IoError, ConfigError
-void check_header(const hdf5::Reader& file, const Case& c, const std::filesystem::path& path, const Refuse& refuse);
 
 }  // namespace
 
@@ -314,6 +86,7 @@ std::string differences(const std::string& case_text, const Case& c) {
   return "its hash differs";
 }
 
+/// Checks kind, version and case. @throws IoError, ConfigError
 void check_header(const hdf5::Reader& file, const Case& c, const std::filesystem::path& path, const Refuse& refuse) {
   if (file.text("kind") != kind) refuse("this is not a checkpoint");
   if (file.integer("format_version") != checkpoint_format_version) {
@@ -353,15 +126,6 @@ Refuse refusing(const std::filesystem::path& path) {
   return [path](const std::string& why) { throw IoError(fmt::format("{}: {}", path.string(), why)); };
 }
 
-/// Puts the blocks of a file that this rank owns into a grid.
-void restore_own(const StoredBlocks& blocks, Grid& grid, const Refuse& refuse) {
-  const auto own = [&](const Index3& block) { return grid.ranks() == nullptr || grid.ranks()->owns(block); };
-  blocks.for_each(own, [&](const StoredBlock& block) {
-    check_particles(block, grid.precision(), grid.cell_size(), refuse);
-    grid.restore(block);
-  });
-}
-
 }  // namespace
 
 void read_checkpoint(const std::filesystem::path& path, const Case& c, State& state, RunProgress& progress, Arrays& observed,
@@ -388,7 +152,7 @@ void read_checkpoint(const std::filesystem::path& path, const Case& c, State& st
     found.grid.divide(ranks);
   }
   FirstError error;
-  error.attempt([&] { restore_own(blocks, found.grid, refuse); });
+  error.attempt([&] { blocks.restore_own(found.grid, refuse); });
   agree_on_errors(error, ranks);
   found.grid.refresh();
   if (ranks != nullptr) ranks->done();
@@ -410,7 +174,7 @@ void read_own_blocks(const Case& c, const Scene& scene, State& state) {
   FirstError error;
   error.attempt([&] {
     const hdf5::Reader file(path, hdf5::Seal::known_good);
-    restore_own(StoredBlocks(file, grid.precision()), grid, refusing(path));
+    StoredBlocks(file, grid.precision()).restore_own(grid, refusing(path));
   });
   if (!agree_on_errors(error, &ranks)) return;
   grid.refresh();
