@@ -125,8 +125,8 @@ class Comparison {
 
  private:
   void compare_numbers(const std::string& key, double x, double y) {
-    // + 0.0, here and below: -0 becomes 0
-    const double difference = y - x + 0.0, scale = std::max(std::abs(x), std::abs(y));
+    x += 0.0, y += 0.0;  // -0 becomes 0, and so in their difference
+    const double difference = y - x, scale = std::max(std::abs(x), std::abs(y));
     const auto error_a = standard_error(a_, key), error_b = standard_error(b_, key);
     const bool uncertain = error_a && error_b;
     const bool judge = uncertain || tolerance_ || same_run_;
@@ -136,11 +136,10 @@ class Comparison {
     failed_ += judge && !holds ? 1 : 0;
     const std::string verdict = !judge ? "not judged" : holds ? (difference == 0.0 ? "identical" : "agrees") : "DIFFERS";
     if (csv_) {
-      const auto number = [](double value) { return format_number(value + 0.0); };
-      print({key, number(x), number(y), number(difference), scale > 0.0 ? number(difference / scale) : "nan",
-             judge ? number(allowed) : "nan", verdict});
+      print({key, format_number(x), format_number(y), format_number(difference), scale > 0.0 ? format_number(difference / scale) : "nan",
+             judge ? format_number(allowed) : "nan", verdict});
     } else {
-      print({key, fmt::format("{:.7g}", x + 0.0), fmt::format("{:.7g}", y + 0.0), fmt::format("{:.4g}", difference),
+      print({key, fmt::format("{:.7g}", x), fmt::format("{:.7g}", y), fmt::format("{:.4g}", difference),
              scale > 0.0 ? fmt::format("{:+.3f} %", 100.0 * difference / scale) : "", judge ? fmt::format("{:.4g}", allowed) : "",
              verdict});
     }
