@@ -7,6 +7,15 @@
 
 namespace mpm::validation {
 
+std::vector<MotionPoint> points_of_ring(double inner, double outer, double period) {
+  std::vector<MotionPoint> points;
+  for (int n = 0; n < 200; ++n) {
+    const double radius = inner + 0.01 + (outer - inner - 0.02) * (0.3711 * n - std::floor(0.3711 * n)), angle = 2.399 * n;
+    points.push_back({Vec3(radius * std::cos(angle), radius * std::sin(angle), 0.0), period * (0.2719 * n - std::floor(0.2719 * n))});
+  }
+  return points;
+}
+
 double momentum_residual(const ManufacturedMotion& motion, const HenckyElastic::Parameters& law, const std::vector<MotionPoint>& points,
                          double h) {
   const double shear = law.young_modulus / (2.0 * (1.0 + law.poisson_ratio));

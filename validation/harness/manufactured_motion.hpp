@@ -1,11 +1,13 @@
 #pragma once
 /// A prescribed motion that a body force enforces on an elastic material: the computed motion is compared with it, particle by particle.
 
+#include <cstddef>
 #include <functional>
 #include <vector>
 
 #include "libmpm/core/step.hpp"
 #include "libmpm/material/hencky_elastic.hpp"
+#include "validation/harness/in_parallel.hpp"
 
 namespace mpm::validation {
 
@@ -28,6 +30,9 @@ struct MotionPoint {
   Vec3 reference = Vec3::Zero();  ///< X, m
   double time = 0.0;              ///< s
 };
+
+/// Points of the ring between two radii, m, spread over the ring and over the period, s.
+std::vector<MotionPoint> points_of_ring(double inner, double outer, double period);
 
 /// Largest residual of rho_0 x'' = Div P + rho_0 b in the plane z = constant over the largest rho_0 |b| of the points, by central
 /// differences of position() alone: F, Hencky's stress from the eigenvalues of F F^T, P = tau F^-T, and Div P.
@@ -55,5 +60,17 @@ struct MotionErrors {
 /// @param reference  X by identity number (reference_positions)
 MotionErrors follow(State& state, const Scene& scene, const ManufacturedMotion& motion, const std::vector<Vec3>& reference,
                     const FollowSetting& setting);
+
+/// Computes some variants on some grids, several at a time and the finest grids first, because they take longest.
+/// @param errors  (number of the variant, cells): an Errors. @returns them by variant and grid
+template <class Errors, class F>
+std::vector<std::vector<Errors>> on_grids(std::size_t variants, const std::vector<int>& grids, F&& errors) {
+  std::vector<std::vector<Errors>> all(variants, std::vector<Errors>(grids.size()));
+  in_parallel(variants * grids.size(), [&](std::size_t i) {
+    const std::size_t v = i % variants, g = grids.size() - 1 - i / variants;
+    all[v][g] = errors(v, grids[g]);
+  });
+  return all;
+}
 
 }  // namespace mpm::validation

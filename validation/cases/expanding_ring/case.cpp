@@ -7,7 +7,6 @@
 #include "libmpm/driver/case_file.hpp"
 #include "libmpm/driver/scene.hpp"
 #include "validation/harness/case.hpp"
-#include "validation/harness/in_parallel.hpp"
 #include "validation/harness/manufactured_motion.hpp"
 
 namespace mpm::validation {
@@ -194,16 +193,6 @@ Variant variant(Transfer transfer, Edges edges, double amplitude, int per_axis =
           {.edges = edges, .amplitude = amplitude, .transfer = transfer, .per_axis = per_axis}};
 }
 
-/// Points of the ring at some times of the period.
-std::vector<MotionPoint> sampled_points() {
-  std::vector<MotionPoint> points;
-  for (int n = 0; n < 200; ++n) {
-    const double radius = inner + 0.01 + (outer - inner - 0.02) * (0.3711 * n - std::floor(0.3711 * n)), angle = 2.399 * n;
-    points.push_back({Vec3(radius * std::cos(angle), radius * std::sin(angle), 0.0), period * (0.2719 * n - std::floor(0.2719 * n))});
-  }
-  return points;
-}
-
 /// Exact stresses at T/2, and those of a run.
 Plot stress_plot(const Ring& exact, const Errors& run, const HenckyElastic::Parameters& law) {
   Series hoop{"hoop, exact", {}, {}, Series::Style::reference}, radial{"radial, exact", {}, {}, Series::Style::reference};
@@ -231,7 +220,7 @@ void run(const CaseContext& context, CaseResult& result) {
         Label::verification,
         fmt::format("{} edges, body force: largest residual of the momentum equation over ρ0 |b|max",
                     edges == Edges::held ? "held" : "free"),
-        momentum_residual(Ring(law, edges, amplitude), law, sampled_points()), 0.0, "", 1e-4,
+        momentum_residual(Ring(law, edges, amplitude), law, points_of_ring(inner, outer, period)), 0.0, "", 1e-4,
         "nested central differences over 1e-4 m, whose fourth derivatives are up to 1e4 times the values; round-off 1e-16/1e-8");
   }
   const auto grids = context.choose<std::vector<int>>({8, 12, 16}, {8, 12, 16, 24}, {8, 12, 16, 24, 32});
@@ -244,12 +233,10 @@ void run(const CaseContext& context, CaseResult& result) {
     variants.push_back(variant(Transfer::aflip, Edges::held, held_large));
     variants.push_back(variant(Transfer::flip, Edges::held, held_large));
   }
-  std::vector<std::vector<Errors>> all(variants.size(), std::vector<Errors>(grids.size()));
-  in_parallel(variants.size() * grids.size(), [&](std::size_t i) {
-    const std::size_t v = i % variants.size(), g = grids.size() - 1 - i / variants.size();
+  const auto all = on_grids<Errors>(variants.size(), grids, [&](std::size_t v, int cells) {
     Settings s = variants[v].settings;
-    s.cells = grids[g];
-    all[v][g] = expand(context, s);
+    s.cells = cells;
+    return expand(context, s);
   });
 
   double work = 0.0;

@@ -8,7 +8,6 @@
 #include "libmpm/driver/case_file.hpp"
 #include "libmpm/driver/scene.hpp"
 #include "validation/harness/case.hpp"
-#include "validation/harness/in_parallel.hpp"
 #include "validation/harness/manufactured_motion.hpp"
 #include "validation/harness/particle_access.hpp"
 
@@ -160,16 +159,6 @@ struct Variant {
   bool judged = true;  ///< false: not measured with the defaults, a note only
 };
 
-/// Points of the ring at some times of the period.
-std::vector<MotionPoint> sampled_points() {
-  std::vector<MotionPoint> points;
-  for (int n = 0; n < 200; ++n) {
-    const double radius = inner + 0.01 + (outer - inner - 0.02) * (0.3711 * n - std::floor(0.3711 * n)), angle = 2.399 * n;
-    points.push_back({Vec3(radius * std::cos(angle), radius * std::sin(angle), 0.0), period * (0.2719 * n - std::floor(0.2719 * n))});
-  }
-  return points;
-}
-
 /// Angle by which the ring has turned at T/2, over the exact one: the exact profile that fits the particles best.
 double share_of_turn(const Vortex& exact, const Settings& s, const Errors& e) {
   double product = 0.0, square = 0.0;
@@ -185,7 +174,8 @@ void run(const CaseContext& context, CaseResult& result) {
   const Case c = context.read_case();
   result.check_absolute(
       Label::verification, "body force: largest residual of the momentum equation over ρ0 |b|max",
-      momentum_residual(Vortex(c.material.as<HenckyElastic>(), 0.3), c.material.as<HenckyElastic>(), sampled_points()), 0.0, "", 1e-4,
+      momentum_residual(Vortex(c.material.as<HenckyElastic>(), 0.3), c.material.as<HenckyElastic>(), points_of_ring(inner, outer, period)),
+      0.0, "", 1e-4,
       "nested central differences over 1e-4 m, whose fourth derivatives are up to 1e4 times the values; round-off 1e-16/1e-8");
   const auto grids = context.choose<std::vector<int>>({8, 12, 16}, {8, 12, 16, 24}, {8, 12, 16, 24, 32, 48});
   std::vector<Variant> variants = {
@@ -203,12 +193,10 @@ void run(const CaseContext& context, CaseResult& result) {
                           .settings = {.angle = 0.3, .transfer = transfer, .per_axis = 3},
                           .judged = false});
   }
-  std::vector<std::vector<Errors>> all(variants.size(), std::vector<Errors>(grids.size()));
-  in_parallel(variants.size() * grids.size(), [&](std::size_t i) {
-    const std::size_t v = i % variants.size(), g = grids.size() - 1 - i / variants.size();
+  const auto all = on_grids<Errors>(variants.size(), grids, [&](std::size_t v, int cells) {
     Settings s = variants[v].settings;
-    s.cells = grids[g];
-    all[v][g] = turn(context, s);
+    s.cells = cells;
+    return turn(context, s);
   });
 
   double work = 0.0;
