@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <filesystem>
 #include <fstream>
 #include <functional>
 #include <map>
@@ -159,7 +160,7 @@ TEST(StopRule, LooksAtChecksOnlyAndAtNothingThatComesLater) {
 
 /// Rows of a table of validation/study/evidence/stop_when_steady, cell by cell, without the heading.
 std::vector<std::vector<std::string>> evidence(const std::string& name) {
-  std::ifstream file(std::string(MPM_SOURCE_DIR) + "/validation/study/evidence/stop_when_steady/" + name);
+  std::ifstream file(std::filesystem::path(MPM_SOURCE_DIR) / "validation/study/evidence/stop_when_steady" / name);
   std::vector<std::vector<std::string>> rows;
   for (std::string line; std::getline(file, line);) {
     line += ',';
