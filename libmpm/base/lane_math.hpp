@@ -20,10 +20,12 @@ struct MvecPart;
 template <>
 struct MvecPart<double> {
   using type = __m256d;
+  static constexpr int lanes = 4;
 };
 template <>
 struct MvecPart<float> {
   using type = __m256;
+  static constexpr int lanes = 8;
 };
 extern "C" __m256d _ZGVdN4v_exp(__m256d);
 extern "C" __m256d _ZGVdN4v_log(__m256d);
@@ -37,10 +39,12 @@ inline __m256 part_log(__m256 x) { return _ZGVdN8v_logf(x); }
 template <>
 struct MvecPart<double> {
   using type = __m128d;
+  static constexpr int lanes = 2;
 };
 template <>
 struct MvecPart<float> {
   using type = __m128;
+  static constexpr int lanes = 4;
 };
 extern "C" __m128d _ZGVbN2v_exp(__m128d);
 extern "C" __m128d _ZGVbN2v_log(__m128d);
@@ -63,7 +67,7 @@ template <OneRegister V>
 using MvecPartOf = typename MvecPart<ScalarOf<V>>::type;
 template <OneRegister V, class F>
 inline V in_parts(const V& x, F f) {
-  MvecPartOf<V> part[sizeof(V) / sizeof(MvecPartOf<V>)];
+  MvecPartOf<V> part[lanes_of<V> / MvecPart<ScalarOf<V>>::lanes];
   std::memcpy(part, &x, sizeof x);
   for (auto& p : part) p = f(p);
   V r;
