@@ -39,6 +39,12 @@ ColumnPlan plan_of(const Wall& wall, int axis, double cell_size, double time) {
   return {axis, sign > 0.0 ? -1 : 1, static_cast<std::int32_t>(master), {1.0, (d - 1.0) / d, (d - 2.0) / d}};
 }
 
+/// Place of a block's node along an axis, 0 .. 3.
+int place_along(int axis, int node) {
+  static_assert(block_edge == 4);
+  return node >> 2 * axis & 3;
+}
+
 /// Node `by` steps along an axis from a block's node; null if there is no block.
 struct NodeAt {
   Node* node = nullptr;
@@ -46,13 +52,12 @@ struct NodeAt {
   int number = 0;
 };
 NodeAt node_at(Grid& grid, std::int32_t block, int number, int axis, int by) {
-  const int stride = node_stride(axis);
-  const int local = number / stride % block_edge, moved = local + by;
+  const int moved = place_along(axis, number) + by;
   int offset[3] = {0, 0, 0};
   offset[axis] = moved < 0 ? -1 : moved >= block_edge ? 1 : 0;
   const std::int32_t to = grid.block(block).neighbour[static_cast<std::size_t>(neighbour_slot(offset[0], offset[1], offset[2]))];
   if (to == no_block) return {};
-  const int there = number + (by - block_edge * offset[axis]) * stride;
+  const int there = number + (by - block_edge * offset[axis]) * node_stride(axis);
   return {&grid.nodes(to).node[there], to, there};
 }
 
@@ -157,7 +162,6 @@ std::vector<Impulse> apply_folded_wall(Grid& grid, const Boundary& boundary, con
   const double dx = grid.cell_size();
   const int axis = axis_of(wall).value();
   const ColumnPlan plan = plan_of(wall, axis, dx, time);
-  const int stride = node_stride(axis);
   const auto all = grid.all_blocks();
   const auto surface_velocity = [&](const Vec3& x) {
     return std::visit([&](const auto& b) -> Vec3 { return b.surface_velocity(x, time); }, boundary);
@@ -170,22 +174,22 @@ std::vector<Impulse> apply_folded_wall(Grid& grid, const Boundary& boundary, con
     // range of the block's nodes, in steps from the masters' plane into the wall
     const std::int32_t from = plan.inward * (first - plan.master), to = plan.inward * (first + block_edge - 1 - plan.master);
     if (std::max(from, to) < 0) continue;
+    NodeBlock& nodes = grid.nodes(all[i]);
     const auto write = [&](const NodeAt& at, const Vec3& surface, const Vec3& velocity) {
       set_velocity(grid, at, mirror, surface, velocity, wall.point, taken[i]);
     };
     for (int n = 0; n < block_nodes; ++n) {
-      const std::int32_t inward = plan.inward * (first + n / stride % block_edge - plan.master);
+      const std::int32_t inward = plan.inward * (first + place_along(axis, n) - plan.master);
       if (inward < 0) continue;
-      const Vec3 surface = surface_velocity(node_position(block, n, dx));
+      Node& node = nodes.node[n];
       if (inward > 0) {  // skip slaves of a master in an existing block; any other node acts alone
         if (inward < column_nodes && node_at(grid, all[i], n, axis, -plan.inward * inward).node != nullptr) continue;
-        const NodeAt self = node_at(grid, all[i], n, axis, 0);
-        const Node& node = *self.node;
         if (node[3] <= 0.0) continue;
-        const Vec3 before(node[0], node[1], node[2]);
-        write(self, surface, contact_velocity(before, wall.normal, surface, wall.contact, wall.friction) - surface);
+        const Vec3 surface = surface_velocity(node_position(block, n, dx)), before(node[0], node[1], node[2]);
+        write({&node, all[i], n}, surface, contact_velocity(before, wall.normal, surface, wall.contact, wall.friction) - surface);
         continue;
       }
+      const Vec3 surface = surface_velocity(node_position(block, n, dx));
       std::array<ColumnNode, column_nodes> column;
       if (!collect_column(grid, plan, all[i], n, surface, column)) continue;
       if (column[0].mass <= 0.0) {  // no material before the wall: nodes behind it act alone
