@@ -140,7 +140,7 @@ def medians(measured):
     """The median repetitions of bench_mpm, with the parts of their names: kernel, problem, particles, threads."""
     rows = []
     for b in measured["benchmarks"]:
-        name = re.fullmatch(r"(?:(?P<kernel>[^/]+)/)(?P<problem>.+)/(?P<size>[0-9]+)(?P<unit>[kM])/threads:(?P<threads>\d+)", b.get("run_name", b["name"]))
+        name = re.fullmatch(r"(?:(?P<kernel>[^/]+)/)(?P<problem>.+)/(?P<size>[0-9]+)(?P<unit>[kM])/threads:(?P<threads>\d+)(?:/(?:iterations|repeats|manual_time).*)?", b.get("run_name", b["name"]))
         if name and (b.get("aggregate_name") == "median" or b.get("run_type") == "iteration") and not b.get("error_occurred"):
             rows.append({**b, **name.groupdict(), "threads": int(name["threads"]), "size": float(name["size"]) * SIZES[name["unit"]]})
     return rows
@@ -162,8 +162,9 @@ def _measured_blocks(measured):
                            [_per_cell(by_cell, kernel) for kernel in dict.fromkeys(r["kernel"] for r in by_cell)], None))
     runs = [r for r in rows if "run_over_step" in r]
     if runs:
-        table = [["run", "particles", "threads", "million particle-steps/s", "of the step's speed", "start-up s", "peak bytes a particle"]]
-        table += [[f"{r['kernel']}/{r['problem']}", f"{r['particles']:.0f}", r["threads"], f"{r['M/s']:.2f}", f"{100 * r['run_over_step']:.0f} %", f"{r['start_up_s']:.3f}", f"{r['peak_bytes']:.0f}"] for r in runs]
+        table = [["run", "particles", "threads", "million particle-steps/s", "of the step's speed", "of that of 512 k particles", "start-up s", "peak bytes a particle"]]
+        table += [[f"{r['kernel']}/{r['problem']}", f"{r['particles']:.0f}", r["threads"], f"{r['M/s']:.2f}", f"{100 * r['run_over_step']:.0f} %",
+               f"{100 * r['run_over_512k']:.0f} %" if "run_over_512k" in r else "–", f"{r['start_up_s']:.3f}", f"{r['peak_bytes']:.0f}"] for r in runs]
         blocks.append(("runs", "Whole runs", "From start to end, with frames and checkpoints.", [], table))
     held = [r for r in rows if "memory_bytes" in r]
     both = [r for r in rows if "single_memory_bytes" in r]
