@@ -123,9 +123,12 @@ void JointFile::begin(const std::function<std::unique_ptr<hdf5::Writer>()>& make
   error_.attempt([&] { values_.emplace(std::move(layout)); });
 }
 
-void JointFile::commit(const std::filesystem::path& keep_as) {
+std::unique_ptr<AtomicFile> JointFile::close() {
   std::vector<hdf5::WrittenBytes> written;
-  attempt([&](hdf5::ArrayWriter& values) { written = values.finish(); });
+  attempt([&](hdf5::ArrayWriter& values) {
+    if (ranks_ != nullptr) values.sync();
+    written = values.written();
+  });
   values_.reset();
   std::vector<Message> all(1);
   put(all.front(), std::span<const hdf5::WrittenBytes>(written));
@@ -137,7 +140,7 @@ void JointFile::commit(const std::filesystem::path& keep_as) {
   }
   agree_on_errors(error_, ranks_);
   if (ranks_ != nullptr) ranks_->done();
-  if (file_) file_->commit(keep_as);
+  return file_ ? file_->close() : nullptr;
 }
 
 }  // namespace mpm

@@ -32,9 +32,8 @@ std::string data_item(const Field& field, const FrameEntry& frame, const std::st
                      field.precision, dimensions, file, field.dataset);
 }
 
-}  // namespace
-
-void write_xdmf(const std::filesystem::path& directory, std::span<const FrameEntry> frames) {
+/// frames.xdmf, to be committed.
+std::unique_ptr<AtomicFile> xdmf_file(const std::filesystem::path& directory, std::span<const FrameEntry> frames) {
   std::string xml =
       "<?xml version=\"1.0\"?>\n<Xdmf Version=\"2.0\">\n<Domain>\n<Grid Name=\"particles\" GridType=\"Collection\" "
       "CollectionType=\"Temporal\">\n";
@@ -51,8 +50,14 @@ void write_xdmf(const std::filesystem::path& directory, std::span<const FrameEnt
     xml += "</Grid>\n";
   }
   xml += "</Grid>\n</Domain>\n</Xdmf>\n";
-  write_file(directory / "frames.xdmf", xml);
+  auto file = std::make_unique<AtomicFile>(directory / "frames.xdmf");
+  file->write(xml);
+  return file;
 }
+
+}  // namespace
+
+void write_xdmf(const std::filesystem::path& directory, std::span<const FrameEntry> frames) { xdmf_file(directory, frames)->commit(); }
 
 FrameSeries::FrameSeries(std::filesystem::path directory, std::vector<FrameEntry> frames, int next)
     : directory_(std::move(directory)), frames_(std::move(frames)), next_(next) {}
@@ -86,12 +91,12 @@ FrameSeries FrameSeries::resume(std::filesystem::path directory, int next, const
   return FrameSeries(std::move(directory), std::move(frames), next);
 }
 
-void FrameSeries::append(const SnapshotInfo& info, const std::function<void(SnapshotWriter&)>& fill) {
+void FrameSeries::append(const SnapshotInfo& info, const Fill& fill, CommitQueue& commits) {
   SnapshotWriter file = frame_writer(directory_, next_, info);
-  fill(file);
+  commits.add(fill(file));
   frames_.push_back({next_, info.time, file.particles()});
   ++next_;
-  write_xdmf(directory_, frames_);
+  commits.add(xdmf_file(directory_, frames_));
 }
 
 }  // namespace mpm
