@@ -348,18 +348,38 @@ void run_both_precisions(benchmark::State& bench, const std::string& name, const
 
 // --- whole runs ---------------------------------------------------------------------------------------------------------
 
-/// From start to end, including all files; `run_over_step`: its speed over that of its steps alone.
-void run_whole(benchmark::State& bench, std::size_t particles, int threads, Precision precision) {
+/// A run from start to end, and what it is compared with.
+struct RunSize {
+  std::size_t particles;
+  double duration;        ///< of the flow, s
+  bool compares_to_512k;  ///< also with the steps of a run of 512 k particles
+  int repetitions;
+};
+
+/// A whole run and its steps alone in turns. `run_over_step`: the speed of the run over that of its steps; `run_over_512k`: over that of
+/// the steps of 512 k particles.
+void run_whole(benchmark::State& bench, const RunSize& size, int threads, Precision precision) {
+  static unsigned turn = 0;
   try {
+    constexpr std::size_t large = 512'000;
+    constexpr double large_duration = 0.06;  // s
+    const Case c = avalanche_case(size.particles, precision, size.duration);
     WholeRun run;
+    Pace steps, of_large;
     for ([[maybe_unused]] auto _ : bench) {
-      run = run_avalanche(particles, threads, precision);
-      bench.SetIterationTime(run.seconds);
+      const bool steps_first = turn++ % 2 == 0;
+      if (steps_first) steps = steps_alone(c, threads);
+      run = whole_run(c, threads);
+      if (!steps_first) steps = steps_alone(c, threads);
+      if (size.compares_to_512k) of_large = steps_alone(avalanche_case(large, precision, large_duration), threads);
+      bench.SetIterationTime(run.pace.seconds);
     }
+    if (run.pace.particle_steps != steps.particle_steps) throw std::runtime_error("the run and its steps alone differ");
     auto& counters = bench.counters;
     counters["particles"] = run.particles;
-    counters["M/s"] = 1e-6 * run.particle_steps / run.seconds;
-    counters["run_over_step"] = run.step_seconds / run.seconds;
+    counters["M/s"] = 1e-6 * run.pace.speed();
+    counters["run_over_step"] = run.pace.speed() / steps.speed();
+    if (size.compares_to_512k) counters["run_over_512k"] = run.pace.speed() / of_large.speed();
     counters["start_up_s"] = run.start_up;
     counters["peak_bytes"] = run.peak_bytes / run.particles;
   } catch (const std::exception& error) {
@@ -454,16 +474,17 @@ void register_all(const Registry& registry) {
                           [=] { return sort_bench(make_block(particles, per_cell, true)); });
     }
   }
-  for (const std::size_t particles : {std::size_t{25'000}, k512}) {
+  // the default set holds the shortest only: the others take minutes
+  for (const RunSize& size : {RunSize{25'000, 2.0, true, 5}, RunSize{113'000, 1.0, false, 5}, RunSize{k512, 0.1, false, 3}}) {
     for (const Precision precision : {Precision::double_precision, Precision::single_precision}) {
       for (const int threads : {1, 2}) {
-        const std::string name = fmt::format("whole_run/avalanche_{}/{}/threads:{}", name_of(precision), size_name(particles), threads);
-        if (!registry.all && particles == k512) continue;
-        benchmark::RegisterBenchmark(name.c_str(), [=](benchmark::State& bench) { run_whole(bench, particles, threads, precision); })
+        const std::string name =
+            fmt::format("whole_run/avalanche_{}/{}/threads:{}", name_of(precision), size_name(size.particles), threads);
+        benchmark::RegisterBenchmark(name.c_str(), [=](benchmark::State& bench) { run_whole(bench, size, threads, precision); })
             ->UseManualTime()
             ->Iterations(1)
-            ->Repetitions(particles == k512 ? 1 : repetitions)
-            ->ReportAggregatesOnly(particles != k512)
+            ->Repetitions(size.repetitions)
+            ->ReportAggregatesOnly(true)
             ->Unit(benchmark::kMillisecond);
       }
     }

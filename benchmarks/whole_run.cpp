@@ -1,16 +1,25 @@
 #include "whole_run.hpp"
 
 #include <fmt/format.h>
+#include <malloc.h>
+#include <omp.h>
 #include <unistd.h>
 
 #include <chrono>
 #include <cmath>
 #include <filesystem>
 #include <fstream>
+#include <functional>
+#include <memory>
 #include <string>
+#include <utility>
 
+#include "libmpm/core/step.hpp"
 #include "libmpm/driver/case_file.hpp"
 #include "libmpm/driver/run.hpp"
+#include "libmpm/driver/sampling.hpp"
+#include "libmpm/driver/scene.hpp"
+#include "libmpm/observe/observer.hpp"
 
 namespace mpm::benchmarks {
 
@@ -43,7 +52,25 @@ class Folder {
   std::filesystem::path path_;
 };
 
-Case avalanche(std::size_t particles, Precision precision) {
+/// Notes when the first step has ended.
+class FirstStep : public Observer {
+ public:
+  explicit FirstStep(std::function<double()> seconds) : seconds_(std::move(seconds)) {}
+  [[nodiscard]] std::string name() const override { return "first_step"; }
+  [[nodiscard]] Source source() const override { return Source::run; }
+  void after_step(const StepReport& /*report*/, const State& /*state*/) override {
+    if (end_ == 0.0) end_ = seconds_();
+  }
+  [[nodiscard]] double end() const { return end_; }
+
+ private:
+  std::function<double()> seconds_;
+  double end_ = 0.0;
+};
+
+}  // namespace
+
+Case avalanche_case(std::size_t particles, Precision precision, double duration) {
   constexpr double volume = 12.0 * 10.5 * 1.75;  // m^3, of the half that is computed
   const double cell = std::cbrt(8.0 * volume / static_cast<double>(particles));
   return parse_case(fmt::format(R"([material]
@@ -64,37 +91,48 @@ friction = 0.0
 cell_size_m = {}
 precision = "{}"
 [output]
-duration_s = 0.2
-frames_per_second = 25
+duration_s = {}
 )",
-                                cell, name_of(precision)),
+                                cell, name_of(precision), duration),
                     "whole_run");
 }
 
-}  // namespace
-
-WholeRun run_avalanche(std::size_t particles, int threads, Precision precision) {
+WholeRun whole_run(const Case& c, int threads) {
   using Clock = std::chrono::steady_clock;
   const Folder folder;
-  const Case c = avalanche(particles, precision);
-  WholeRun whole;
-  RunOptions options;
-  options.out = folder.path();
-  options.threads = threads;
+  malloc_trim(0);  // memory that earlier runs gave back would hide a part of the peak
   forget_peak();
   const double before = memory_line("VmRSS");
   const auto start = Clock::now();
   const auto seconds = [&] { return std::chrono::duration<double>(Clock::now() - start).count(); };
-  options.on_progress = [&](const Progress&) {
-    if (whole.start_up == 0.0) whole.start_up = seconds();
-  };
+  const auto first_step = std::make_shared<FirstStep>(seconds);
+  RunOptions options;
+  options.out = folder.path();
+  options.threads = threads;
+  options.observers = {first_step};
   const RunResult result = run_case(c, options);
-  whole.seconds = seconds();
-  whole.particle_steps = static_cast<double>(result.particle_steps);
-  whole.step_seconds = result.results.number("solver_time_s");
+  WholeRun whole;
+  whole.pace = {seconds(), static_cast<double>(result.particle_steps)};
+  whole.start_up = first_step->end();
   whole.particles = static_cast<double>(result.particles);
   whole.peak_bytes = memory_line("VmHWM") - before;
   return whole;
+}
+
+Pace steps_alone(const Case& c, int threads) {
+  using Clock = std::chrono::steady_clock;
+  omp_set_num_threads(threads);
+  const CaseScene scene = make_scene(c);
+  State state = make_state(c, scene);
+  const Sampling sampling(c);
+  Pace pace;
+  const auto start = Clock::now();
+  for (std::uint64_t k = 1; k <= sampling.last(); ++k) {  // a step ends at each sample
+    advance(state, scene, sampling.time(k),
+            [&](const StepReport&) { pace.particle_steps += static_cast<double>(state.grid.particle_count()); });
+  }
+  pace.seconds = std::chrono::duration<double>(Clock::now() - start).count();
+  return pace;
 }
 
 }  // namespace mpm::benchmarks

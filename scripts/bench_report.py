@@ -59,6 +59,18 @@ def step_lines(found):
     return lines
 
 
+def whole_run_lines(data):
+    """Whole runs, medians of their repetitions; no lines if there are none."""
+    rows = []
+    for b in data["benchmarks"]:
+        if b.get("aggregate_name") == "median" and "run_over_step" in b:
+            path, threads = re.match(r"whole_run/(.*)/threads:(\d+)", b["run_name"]).groups()
+            of_512k = f"{b['run_over_512k']:.2f}" if "run_over_512k" in b else "–"
+            rows.append(row(path, threads, f"{b['particles']:.0f}", f"{b['M/s']:.2f}", f"{b['run_over_step']:.3f}", of_512k, f"{b['start_up_s']:.3f}",
+                            f"{b['peak_bytes']:.0f}"))
+    return [*header("whole run", "threads", "particles at the end", "million/s", "run/steps", "run/steps of 512 k", "start-up s", "peak bytes"), *rows] if rows else []
+
+
 def scaling_lines(found):
     """Efficiency of two threads, and the largest reference problem against the 512 k one."""
     lines = []
@@ -76,7 +88,7 @@ def scaling_lines(found):
 def tables(data, machine):
     found = medians(data)
     steps = {key: b for key, b in found.items() if "sum_over_step" in b}
-    return "\n".join([*machine_lines(data, machine), "", *kernel_lines(found), "", *step_lines(steps), "", *scaling_lines(found)]).rstrip() + "\n"
+    return "\n".join([*machine_lines(data, machine), "", *kernel_lines(found), "", *step_lines(steps), "", *scaling_lines(found), "", *whole_run_lines(data)]).rstrip() + "\n"
 
 
 def replace_between_marks(readme, text):
