@@ -37,14 +37,14 @@ struct Setting {
 };
 
 /// Which cases an observer applies to.
-struct Condition {
+struct Applicability {
   const char* cases;
   bool (*holds)(const Setting&);
 };
 constexpr const char* after_post = "folders that mpm post wrote";
-constexpr Condition always{"every case", [](const Setting&) { return true; }};
-constexpr Condition obstacle{"cases with an obstacle", [](const Setting& s) { return s.scene.obstacle.has_value(); }};
-constexpr Condition impact{"cases with a conveyor and an obstacle", [](const Setting& s) { return s.geometry.has_value(); }};
+constexpr Applicability always{"every case", [](const Setting&) { return true; }};
+constexpr Applicability obstacle{"cases with an obstacle", [](const Setting& s) { return s.scene.obstacle.has_value(); }};
+constexpr Applicability impact{"cases with a conveyor and an obstacle", [](const Setting& s) { return s.geometry.has_value(); }};
 
 template <class T, class... Arguments>
 std::shared_ptr<Observer> make(Arguments&&... arguments) {
@@ -60,7 +60,7 @@ StopRule stop_rule(const Setting& s) {
 }
 
 struct Entry {
-  Condition condition;
+  Applicability applies;
   std::shared_ptr<Observer> (*make)(const Setting&);
 };
 
@@ -117,7 +117,7 @@ std::vector<std::shared_ptr<Observer>> make_observers(const Case& c, const CaseS
   const Setting setting = setting_of(c, scene);
   std::vector<std::shared_ptr<Observer>> observers;
   for (const Entry& entry : list) {
-    if (entry.condition.holds(setting)) observers.push_back(entry.make(setting));
+    if (entry.applies.holds(setting)) observers.push_back(entry.make(setting));
   }
   return observers;
 }
@@ -142,7 +142,7 @@ std::vector<ObserverDescription> describe_observers() {
   std::vector<ObserverDescription> descriptions;
   for (const Entry& entry : list) {
     const auto o = entry.make(setting);
-    ObserverDescription d{o->name(), entry.condition.cases, o->source(), o->columns(), {}, o->summary(end)};
+    ObserverDescription d{o->name(), entry.applies.cases, o->source(), o->columns(), {}, o->summary(end)};
     for (const HeightProfile& profile : o->profiles(end)) d.profiles.push_back(profile.column);
     descriptions.push_back(std::move(d));
   }

@@ -7,7 +7,7 @@ namespace mpm {
 
 namespace {
 
-constexpr double unknown = MeanEstimate::none;
+constexpr double no_mean = MeanEstimate::none;
 
 /// Adds layers to a sum, which grows to hold them.
 void add(LayerImpulses& sum, const LayerImpulses& more) {
@@ -64,7 +64,7 @@ LayeredForce force_by_height(std::span<const double> force, double lowest, doubl
 void ForceByHeight::after_step(const StepReport& report, const State&) { add(layers_, report.layers[layered_]); }
 
 void ForceByHeight::sample(const Instant& now, std::span<double>) {
-  LayeredForce mean{std::vector<double>(width(), unknown), unknown};
+  LayeredForce mean{std::vector<double>(width(), no_mean), no_mean};
   if (now.interval > 0.0) {
     const double dx = now.live->state.grid.cell_size(), whole = now.live->scene.mirror.y ? 2.0 : 1.0;
     std::vector<double> force;
@@ -82,7 +82,7 @@ void ForceByHeight::load(const Arrays& arrays, std::size_t samples) {
 }
 
 std::vector<Result> ForceByHeight::summary(const Summary& end) const {
-  double above = unknown, resultant = unknown;
+  double above = no_mean, resultant = no_mean;
   if (end.span.steady) {
     const double pressure_height = end.mean("pressure_height_m").mean;
     if (std::isfinite(pressure_height)) above = force_above(pressure_height, end.mean_rows(bins_, width()), geometry_.bin_height);
@@ -102,7 +102,7 @@ std::vector<HeightProfile> ForceByHeight::profiles(const Summary& end) const {
       {},
       {}};
   if (bins_.empty()) {  // measured from frames, which lack it
-    profile.mean.assign(bins, unknown);
+    profile.mean.assign(bins, no_mean);
     return {profile};
   }
   for (std::size_t i = 0; i < bins_.size(); ++i) {

@@ -12,7 +12,7 @@ namespace mpm::validation {
 
 namespace {
 
-constexpr std::size_t batches = 8, before = 60, samples = 64;
+constexpr std::size_t batches = 8, before = 60, mean_samples = 64;
 
 }  // namespace
 
@@ -36,7 +36,7 @@ Setup plane_jet_setup(const Case& base, const PlaneJetSetting& s) {
   c.domain.max = Vec3(6.0 * b, 12.0 * b, 4.0 * dx);
   const double unit = b / u;
   std::vector<double> times = even_times(0.0, jet_means_from * unit, before);
-  std::ranges::copy(even_times(jet_means_from * unit, jet_means_to * unit, samples), std::back_inserter(times));
+  std::ranges::copy(even_times(jet_means_from * unit, jet_means_to * unit, mean_samples), std::back_inserter(times));
   return {
       .id = s.id.empty() ? fmt::format("cells{}", s.cells) : s.id,
       .title = fmt::format("{} cells across the obstacle, width/d = {:.4f}{}", s.cells, 0.5 * width / b, s.id.empty() ? "" : ", " + s.id),
