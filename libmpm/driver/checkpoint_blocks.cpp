@@ -220,7 +220,7 @@ void write_blocks(const State& state, const std::function<std::unique_ptr<hdf5::
     }
     columns.flush();
   });
-  if (const auto closed = file.close()) closed->commit(keep_as);
+  file.commit(keep_as);
 }
 
 }  // namespace mpm

@@ -88,10 +88,10 @@ void pass_particles(const State& state, const ParticleSink& sink, PieceSize size
   }
 }
 
-std::unique_ptr<AtomicFile> write_particles(SnapshotWriter& file, const State& state, const Scene& scene) {
+void write_particles(SnapshotWriter& file, const State& state, const Scene& scene) {
   pass_particles(state, {.begin = [&](std::size_t particles, std::size_t before) { file.begin(particles, before, state.grid.ranks()); },
                          .append = [&](std::span<const Particle> piece) { file.append(piece, scene); }});
-  return file.close();
+  file.commit();
 }
 
 }  // namespace mpm

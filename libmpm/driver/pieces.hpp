@@ -4,7 +4,6 @@
 
 #include <cstdint>
 #include <functional>
-#include <memory>
 #include <span>
 
 #include "libmpm/core/state.hpp"
@@ -26,7 +25,7 @@ struct ParticleSink {
 /// Called by all ranks; the first instructs the others (Task::particles). Ranks::done() is left to the caller.
 void pass_particles(const State& state, const ParticleSink& sink, PieceSize size = {});
 
-/// Writes all particles, on all ranks. @param file  on the first rank it says what is written. @returns and throws as SnapshotWriter::close
-std::unique_ptr<AtomicFile> write_particles(SnapshotWriter& file, const State& state, const Scene& scene);
+/// Writes all particles, on all ranks. @param file  on the first rank it says what is written. @throws as SnapshotWriter::commit
+void write_particles(SnapshotWriter& file, const State& state, const Scene& scene);
 
 }  // namespace mpm

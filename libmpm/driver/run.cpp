@@ -22,7 +22,6 @@
 #include "libmpm/driver/threads.hpp"
 #include "libmpm/driver/worker.hpp"
 #include "libmpm/io/atomic_file.hpp"
-#include "libmpm/io/commit_queue.hpp"
 #include "libmpm/io/csv.hpp"
 #include "libmpm/io/snapshot.hpp"
 #include "libmpm/io/xdmf.hpp"
@@ -75,7 +74,6 @@ class Run {
   ObserverList observers_;
 
   DirectoryLock lock_;
-  CommitQueue commits_;  ///< of files that nobody waits for
   std::optional<RunLog> log_;
   std::optional<SeriesWriter> table_;
   std::optional<FrameSeries> frames_;
@@ -139,7 +137,7 @@ void Run::start() {
   // The newest checkpoint last: after a kill the remaining files belong to the old run, and a resumed run detects that.
   remove_results(
       {"results.json", "profile.csv", "profiles.h5", "final.h5", refused_checkpoint_file, previous_checkpoint_file, checkpoint_file});
-  write_case_files(options_.out, case_, commits_);
+  write_case_files(options_.out, case_);
   table_.emplace(options_.out / "series.csv", observers_.series().names());
   frames_.emplace(FrameSeries::create(options_.out));
   say(fmt::format("start: {} particles, {}, {} precision", progress_.initial_particles, workforce(), name_of(state_.grid.precision())));
@@ -159,7 +157,7 @@ void Run::resume() {
   before_ = progress_;
   log_.emplace(options_.out / "run.log", true);
   remove_results({"results.json", "profile.csv", "profiles.h5", "final.h5"});  // of the shorter run that is extended
-  write_case_files(options_.out, case_, commits_);
+  write_case_files(options_.out, case_);
   table_.emplace(SeriesWriter::resume(series_file, observers_.series().names(), progress_.samples, state_.time));
   if (!older.empty()) say(older);
   frames_.emplace(FrameSeries::resume(options_.out, static_cast<int>(sampling_.frames(progress_.samples)),
@@ -227,8 +225,7 @@ void Run::record_sample() {
   const Instant now{state_.time, interval, &live};
   table_->append(observers_.sample(now));
   if (sampling_.has_frame(progress_.samples))
-    frames_->append(
-        snapshot_info(), [this](SnapshotWriter& file) { return write_particles(file, state_, scene_); }, commits_);
+    frames_->append(snapshot_info(), [this](SnapshotWriter& file) { write_particles(file, state_, scene_); });
   ++progress_.samples;
   for (const std::string& warning : observers_.check(now)) say(warning);
 }
@@ -278,8 +275,7 @@ SnapshotInfo Run::snapshot_info() const {
 
 void Run::checkpoint(const char* why) {
   progress_.wall_time = before_.wall_time + seconds_since(started_);
-  table_->sync();   // first, so that a checkpoint never exists without the rows before it
-  commits_.wait();  // nor without the frames
+  table_->sync();  // first, so that a checkpoint never exists without the rows before it
   write_checkpoint(options_.out / checkpoint_file, case_, state_, progress_, observers_.save(), options_.out / previous_checkpoint_file);
   checkpointed_ = Clock::now();
   say(fmt::format("checkpoint at t = {:.6g} s, step {} ({})", state_.time, state_.step, why), false);
@@ -321,7 +317,7 @@ void Run::write_results(RunResult& result) {
     write_profiles_over_time(options_.out / "profiles.h5", end.series.time(), profiles);
   }
   SnapshotWriter final_state(SnapshotWriter::Kind::final, options_.out / "final.h5", snapshot_info());
-  write_particles(final_state, state_, scene_)->commit();
+  write_particles(final_state, state_, scene_);
   write_file(options_.out / "results.json", result.results_json);
 }
 

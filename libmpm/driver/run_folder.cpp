@@ -87,14 +87,9 @@ std::string obstacle_text(const ObstacleSpec& obstacle) {
   return json.dump() + "\n";
 }
 
-void write_case_files(const std::filesystem::path& directory, const Case& c, CommitQueue& commits) {
-  const auto write = [&](const char* name, const std::string& text) {
-    auto file = std::make_unique<AtomicFile>(directory / name);
-    file->write(text);
-    commits.add(std::move(file));
-  };
-  write("case.toml", write_case(c));
-  if (c.obstacle) write("obstacle.json", obstacle_text(*c.obstacle));
+void write_case_files(const std::filesystem::path& directory, const Case& c) {
+  write_file(directory / "case.toml", write_case(c));
+  if (c.obstacle) write_file(directory / "obstacle.json", obstacle_text(*c.obstacle));
 }
 
 }  // namespace mpm

@@ -7,7 +7,6 @@
 #include <string>
 
 #include "libmpm/driver/case.hpp"
-#include "libmpm/io/commit_queue.hpp"
 
 namespace mpm {
 
@@ -34,8 +33,8 @@ class DirectoryLock {
 void require_no_results(const std::filesystem::path& directory);
 
 /// Writes case.toml, and with an obstacle obstacle.json: its outline in plan, so that programs that draw it need not know the shapes.
-/// @param commits  gives the files their names. @throws IoError
-void write_case_files(const std::filesystem::path& directory, const Case& c, CommitQueue& commits);
+/// @throws IoError
+void write_case_files(const std::filesystem::path& directory, const Case& c);
 
 /// {"outline_m": [[x, y], ...], "top_m": z}: corners counter-clockwise from above, the most upstream at x = 0; top_m is null if the
 /// obstacle is taller than any jet.

@@ -65,10 +65,8 @@ class ArrayWriter {
   /// @param first  place of the first of these values in the array. @throws IoError also if they reach beyond the array
   template <Element T>
   void write(const std::string& name, std::uint64_t first, std::span<const T> values);
-  /// Forces all to the disk: needed where another process commits the file. @throws IoError
-  void sync();
-  /// What was written, for Writer::add.
-  [[nodiscard]] std::vector<WrittenBytes> written() const;
+  /// Forces all to the disk. Call once, last. @returns what was written, for Writer::add. @throws IoError
+  std::vector<WrittenBytes> finish();
 
  private:
   void write_bytes(const std::string& name, std::uint64_t first, std::span<const std::byte> bytes);
@@ -105,11 +103,10 @@ class Writer {
   /// A whole number, as int64.
   void attribute(const std::string& name, std::int64_t value);
 
-  /// The complete file, which AtomicFile::commit gives its name. Call once, last. @throws IoError also if a value of an array was not
-  /// written, or twice: the file is then removed
-  [[nodiscard]] std::unique_ptr<AtomicFile> close();
-  /// Gives the file its name. Call once, last. @param keep_as  as in AtomicFile::commit. @throws IoError as close()
-  void commit(const std::filesystem::path& keep_as = {}) { close()->commit(keep_as); }
+  /// Gives the file its name. Call once, last. @throws IoError also if a value of an array was not written, or twice: the file is then
+  /// removed
+  /// @param keep_as  new name of an existing file (AtomicFile::commit); empty: it is replaced
+  void commit(const std::filesystem::path& keep_as = {});
 
  private:
   struct File;

@@ -39,23 +39,21 @@ void ArrayWriter::write(const std::string& name, std::uint64_t first, std::span<
   write_bytes(name, first * sizeof(T), std::as_bytes(values));
 }
 
-void ArrayWriter::sync() { file_.sync(); }
-
-std::vector<WrittenBytes> ArrayWriter::written() const {
+std::vector<WrittenBytes> ArrayWriter::finish() {
+  file_.sync();
   std::vector<WrittenBytes> all;
   for (const auto& of_array : written_) all.insert(all.end(), of_array.begin(), of_array.end());
   return all;
 }
 
 struct Writer::File {
-  std::unique_ptr<AtomicFile> made;
-  AtomicFile& file = *made;
+  AtomicFile file;
   Target target{file};
   hid_t id = -1;
   std::vector<Layout::Array> arrays;
   std::vector<WrittenBytes> written;
 
-  explicit File(const std::filesystem::path& path) : made(std::make_unique<AtomicFile>(path)) {}
+  explicit File(const std::filesystem::path& path) : file(path) {}
   ~File() {
     if (id >= 0) H5Fclose(id);
   }
@@ -177,14 +175,14 @@ void Writer::attribute(const std::string& name, std::int64_t value) {
   file_->write_attribute(name, H5T_STD_I64LE, H5T_NATIVE_INT64, &value);
 }
 
-std::unique_ptr<AtomicFile> Writer::close() {
+void Writer::commit(const std::filesystem::path& keep_as) {
   const QuietErrors quiet;
   require_memory();
   file_->require(H5Fclose(std::exchange(file_->id, -1)) >= 0, "close");
   file_->target.rethrow();
   const std::string end = seal(file_->crc_of_all());
   file_->file.write_at(file_->target.size(), std::as_bytes(std::span(end)));
-  return std::move(file_->made);
+  file_->file.commit(keep_as);
 }
 
 #define MPM_ELEMENT(T)                                                                     \

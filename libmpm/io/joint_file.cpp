@@ -123,12 +123,9 @@ void JointFile::begin(const std::function<std::unique_ptr<hdf5::Writer>()>& make
   error_.attempt([&] { values_.emplace(std::move(layout)); });
 }
 
-std::unique_ptr<AtomicFile> JointFile::close() {
+void JointFile::commit(const std::filesystem::path& keep_as) {
   std::vector<hdf5::WrittenBytes> written;
-  attempt([&](hdf5::ArrayWriter& values) {
-    if (ranks_ != nullptr) values.sync();
-    written = values.written();
-  });
+  attempt([&](hdf5::ArrayWriter& values) { written = values.finish(); });
   values_.reset();
   std::vector<Message> all(1);
   put(all.front(), std::span<const hdf5::WrittenBytes>(written));
@@ -140,7 +137,7 @@ std::unique_ptr<AtomicFile> JointFile::close() {
   }
   agree_on_errors(error_, ranks_);
   if (ranks_ != nullptr) ranks_->done();
-  return file_ ? file_->close() : nullptr;
+  if (file_) file_->commit(keep_as);
 }
 
 }  // namespace mpm

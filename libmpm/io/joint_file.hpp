@@ -17,7 +17,7 @@ namespace mpm {
 /// rank's number and machine; the task of all ranks has ended then
 bool agree_on_errors(const FirstError& own, Ranks* ranks);
 
-/// One file. All ranks call the same functions, in the order in which they are here. Nothing is thrown before close(): the others wait.
+/// One file. All ranks call the same functions, in the order in which they are here. Nothing is thrown before commit(): the others wait.
 class JointFile {
  public:
   /// @param ranks  null: there is one
@@ -26,16 +26,16 @@ class JointFile {
   /// @param make  called on the first rank: the file, with its arrays declared
   /// @param about  given by the first rank, to all: what the others need to know besides
   void begin(const std::function<std::unique_ptr<hdf5::Writer>()>& make, Message& about);
-  /// Calls f(file), which writes values of this rank, unless something has failed; close() throws what it throws.
+  /// Calls f(file), which writes values of this rank, unless something has failed; commit() throws what it throws.
   template <class F>
   void attempt(F&& f) {
     error_.attempt([&] {
       if (values_) f(*values_);
     });
   }
-  /// The file is complete, and on the first rank returned: AtomicFile::commit gives it its name. Null on the others. Ends the task that the
-  /// first rank started. @throws on the first rank as agree_on_errors; IoError. There is no new file then
-  [[nodiscard]] std::unique_ptr<AtomicFile> close();
+  /// The file is complete and has its name. Ends the task that the first rank started. @param keep_as  as in AtomicFile::commit
+  /// @throws on the first rank as agree_on_errors; IoError. There is no new file then
+  void commit(const std::filesystem::path& keep_as = {});
 
  private:
   Ranks* ranks_;

@@ -282,7 +282,7 @@ void SnapshotWriter::append(std::span<const Particle> piece, const Scene& scene)
   file_->out->attempt([&](hdf5::ArrayWriter& values) { file_->write(values, particle_table(piece, scene)); });
 }
 
-std::unique_ptr<AtomicFile> SnapshotWriter::close() { return file_->out->close(); }
+void SnapshotWriter::commit() { file_->out->commit(); }
 std::size_t SnapshotWriter::particles() const { return file_->particles; }
 
 SnapshotWriter frame_writer(const std::filesystem::path& directory, int index, const SnapshotInfo& info) {

@@ -33,7 +33,6 @@
 
 #include "libmpm/base/error.hpp"
 #include "libmpm/base/precision.hpp"
-#include "libmpm/io/atomic_file.hpp"
 
 namespace mpm {
 
@@ -87,7 +86,7 @@ inline constexpr int snapshot_format_version = 1;
 std::filesystem::path frame_path(const std::filesystem::path& directory, int index);
 
 /// Writes a frame or a final state piece by piece: memory holds one piece at a time. With several ranks each writes some of the rows
-/// (joint_file.hpp). Errors of a disk or of the memory are kept until close().
+/// (joint_file.hpp). Errors of a disk or of the memory are kept until commit().
 class SnapshotWriter {
  public:
   /// Kind of file, which determines columns and precision.
@@ -108,11 +107,8 @@ class SnapshotWriter {
   void append(const ParticleTable& piece);
   /// The next particles, by rising identity number.
   void append(std::span<const Particle> piece, const Scene& scene);
-  /// All are there. @returns the file, which AtomicFile::commit gives its name; null on a rank other than the first
-  /// @throws what failed since begin(): IoError; also if columns differ in length
-  [[nodiscard]] std::unique_ptr<AtomicFile> close();
-  /// close(), and the file gets its name. With one rank. @throws IoError as close()
-  void commit() { close()->commit(); }
+  /// All are there: the file gets its name. @throws what failed since begin(): IoError; also if columns differ in length
+  void commit();
   [[nodiscard]] std::size_t particles() const;  ///< in the file, of all ranks
 
  private:

@@ -32,8 +32,9 @@ std::string data_item(const Field& field, const FrameEntry& frame, const std::st
                      field.precision, dimensions, file, field.dataset);
 }
 
-/// frames.xdmf, to be committed.
-std::unique_ptr<AtomicFile> xdmf_file(const std::filesystem::path& directory, std::span<const FrameEntry> frames) {
+}  // namespace
+
+void write_xdmf(const std::filesystem::path& directory, std::span<const FrameEntry> frames) {
   std::string xml =
       "<?xml version=\"1.0\"?>\n<Xdmf Version=\"2.0\">\n<Domain>\n<Grid Name=\"particles\" GridType=\"Collection\" "
       "CollectionType=\"Temporal\">\n";
@@ -50,14 +51,8 @@ std::unique_ptr<AtomicFile> xdmf_file(const std::filesystem::path& directory, st
     xml += "</Grid>\n";
   }
   xml += "</Grid>\n</Domain>\n</Xdmf>\n";
-  auto file = std::make_unique<AtomicFile>(directory / "frames.xdmf");
-  file->write(xml);
-  return file;
+  write_file(directory / "frames.xdmf", xml);
 }
-
-}  // namespace
-
-void write_xdmf(const std::filesystem::path& directory, std::span<const FrameEntry> frames) { xdmf_file(directory, frames)->commit(); }
 
 FrameSeries::FrameSeries(std::filesystem::path directory, std::vector<FrameEntry> frames, int next)
     : directory_(std::move(directory)), frames_(std::move(frames)), next_(next) {}
@@ -91,12 +86,12 @@ FrameSeries FrameSeries::resume(std::filesystem::path directory, int next, const
   return FrameSeries(std::move(directory), std::move(frames), next);
 }
 
-void FrameSeries::append(const SnapshotInfo& info, const Fill& fill, CommitQueue& commits) {
+void FrameSeries::append(const SnapshotInfo& info, const std::function<void(SnapshotWriter&)>& fill) {
   SnapshotWriter file = frame_writer(directory_, next_, info);
-  commits.add(fill(file));
+  fill(file);
   frames_.push_back({next_, info.time, file.particles()});
   ++next_;
-  commits.add(xdmf_file(directory_, frames_));
+  write_xdmf(directory_, frames_);
 }
 
 }  // namespace mpm

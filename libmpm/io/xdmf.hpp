@@ -4,12 +4,10 @@
 
 #include <filesystem>
 #include <functional>
-#include <memory>
 #include <span>
 #include <string>
 #include <vector>
 
-#include "libmpm/io/commit_queue.hpp"
 #include "libmpm/io/snapshot.hpp"
 
 namespace mpm {
@@ -21,8 +19,6 @@ void write_xdmf(const std::filesystem::path& directory, std::span<const FrameEnt
 /// Writes the frames of a run one after the other and keeps frames.xdmf up to date, so that both can be read at any time.
 class FrameSeries {
  public:
-  /// Writes the particles of a frame. @returns the closed file
-  using Fill = std::function<std::unique_ptr<AtomicFile>(SnapshotWriter&)>;
   /// A new series: frames that an earlier run left in the directory are removed.
   static FrameSeries create(std::filesystem::path directory);
   /// Continues with frame number `next`: that one and later ones are removed. Earlier ones that
@@ -30,9 +26,8 @@ class FrameSeries {
   /// @param damaged called with the reason for each of these
   static FrameSeries resume(std::filesystem::path directory, int next, const std::function<void(const std::string&)>& damaged = {});
 
-  /// Writes the next frame, then frames.xdmf. @param commits  gives both files their names, in this order. @throws IoError also of an
-  /// earlier file in the queue
-  void append(const SnapshotInfo& info, const Fill& fill, CommitQueue& commits);
+  /// Writes the next frame, then frames.xdmf. @param fill  begins the frame's file, writes its particles and commits it
+  void append(const SnapshotInfo& info, const std::function<void(SnapshotWriter&)>& fill);
 
   [[nodiscard]] std::span<const FrameEntry> frames() const { return frames_; }  ///< in the order of time
 

@@ -84,7 +84,7 @@ TEST(Hdf5, AFileNeedsNoMemoryForItsArrays) {
     w.declare<double>("y", {2, values.size()});
     ArrayWriter y(w.layout());
     for (const std::size_t i : {0, 1}) y.write<double>("y", i * values.size(), values);
-    w.add(y.written());
+    w.add(y.finish());
     w.commit();
   }));
   EXPECT_EQ(Reader(dir / "f.h5").dataset<double>("x", {any_extent}), values);
@@ -236,8 +236,8 @@ TEST(Hdf5, PiecesGiveTheBytesOfTheWhole) {
   for (const std::size_t i : {4, 2, 3, 0, 1}) one.write<std::uint8_t>("few", i, {&few[i], 1});
   EXPECT_NE(io_error_of([&] { one.write("n", 7000, all_n.first(1)); }).find("'n' is given more values"), std::string::npos);
   EXPECT_NE(io_error_of([&] { one.write("y", 0, all_n.first(1)); }).find("'y' was not declared"), std::string::npos);
-  w.add(other.written());
-  w.add(one.written());
+  w.add(other.finish());
+  w.add(one.finish());
   w.commit();
   EXPECT_EQ(read_file(dir / "pieces.h5"), read_file(dir / "whole.h5"));
   EXPECT_EQ(Reader(dir / "pieces.h5").dataset<double>("x", {10000, 3}), x);
@@ -250,7 +250,7 @@ TEST(Hdf5, AnArrayThatLacksValuesIsNoFile) {
   const double one = 1.0;
   ArrayWriter x(w.layout());
   x.write<double>("x", 1, {&one, 1});
-  w.add(x.written());
+  w.add(x.finish());
   EXPECT_NE(io_error_of([&] { w.commit(); }).find("'x' is given fewer values"), std::string::npos);
   EXPECT_FALSE(std::filesystem::exists(dir / "f.h5"));
 }
@@ -263,8 +263,8 @@ TEST(Hdf5, AnArrayWhoseValuesTwoProcessesWriteIsNoFile) {
   ArrayWriter one(w.layout()), other(w.layout());
   one.write<double>("x", 0, values);
   other.write<double>("x", 1, std::span(values).first(1));
-  w.add(one.written());
-  w.add(other.written());
+  w.add(one.finish());
+  w.add(other.finish());
   EXPECT_NE(io_error_of([&] { w.commit(); }).find("'x' is given values twice"), std::string::npos);
   EXPECT_FALSE(std::filesystem::exists(dir / "f.h5"));
 }

@@ -47,7 +47,7 @@ void write_together(const fs::path& path, Ranks* ranks, const std::function<void
       out.write<double>("x", first, values);
     }
   });
-  if (const auto closed = file.close()) closed->commit();
+  file.commit();
 }
 
 /// On three ranks. @returns the message with which the first ends; the others must not throw

@@ -64,16 +64,11 @@ inline ParticleTable heap_particles(double t, double spacing) {
 
 /// The next frame of a series, with all its particles at once.
 inline void append_frame(FrameSeries& series, const ParticleTable& particles, const SnapshotInfo& info) {
-  CommitQueue commits;
-  series.append(
-      info,
-      [&](SnapshotWriter& file) {
-        file.begin(particles.size());
-        file.append(particles);
-        return file.close();
-      },
-      commits);
-  commits.wait();
+  series.append(info, [&](SnapshotWriter& file) {
+    file.begin(particles.size());
+    file.append(particles);
+    file.commit();
+  });
 }
 
 }  // namespace mpm::testing
