@@ -10,11 +10,11 @@ def faults(data):
     return [f"{b['name']}: {b['error_message']}" for b in data["benchmarks"] if b.get("error_occurred")]
 
 
-def medians(data):
-    """(kernel or problem path, threads) -> counters of the median repetition."""
+def medians(data, counter="ns"):
+    """(kernel or problem path, threads) -> counters of the median repetition, of the benchmarks that have one of this name."""
     found = {}
     for b in data["benchmarks"]:
-        if b.get("aggregate_name") == "median" and "ns" in b:
+        if b.get("aggregate_name") == "median" and counter in b:
             path, threads = re.match(r"(.*)/threads:(\d+)", b["run_name"]).groups()
             found[path, int(threads)] = b
     return found
@@ -62,12 +62,10 @@ def step_lines(found):
 def whole_run_lines(data):
     """Whole runs, medians of their repetitions; no lines if there are none."""
     rows = []
-    for b in data["benchmarks"]:
-        if b.get("aggregate_name") == "median" and "run_over_step" in b:
-            path, threads = re.match(r"whole_run/(.*)/threads:(\d+)", b["run_name"]).groups()
-            of_512k = f"{b['run_over_512k']:.2f}" if "run_over_512k" in b else "–"
-            rows.append(row(path, threads, f"{b['particles']:.0f}", f"{b['M/s']:.2f}", f"{b['run_over_step']:.3f}", of_512k, f"{b['start_up_s']:.3f}",
-                            f"{b['peak_bytes']:.0f}"))
+    for (path, threads), b in medians(data, "run_over_step").items():
+        of_512k = f"{b['run_over_512k']:.2f}" if "run_over_512k" in b else "–"
+        rows.append(row(path.removeprefix("whole_run/"), threads, f"{b['particles']:.0f}", f"{b['M/s']:.2f}", f"{b['run_over_step']:.3f}", of_512k,
+                        f"{b['start_up_s']:.3f}", f"{b['peak_bytes']:.0f}"))
     return [*header("whole run", "threads", "particles at the end", "million/s", "run/steps", "run/steps of 512 k", "start-up s", "peak bytes"), *rows] if rows else []
 
 

@@ -78,7 +78,7 @@ MUTATIONS = [
     Mutation("moment_arm", "the moment on a boundary has an arm 1 % too long", "libmpm/boundary/impulse.hpp",
              "angular += arm.cross(given);", "angular += 1.01 * arm.cross(given);", ("conservation",)),
     Mutation("layers", "layers of the obstacle report 0.1 % less momentum than they took", "libmpm/core/grid_update.cpp",
-             "layers[n / node_stride(2)] += taken;", "layers[n / node_stride(2)] += 0.999 * taken;", ("conservation",)),
+             "layers[place_along(2, n)] += taken;", "layers[place_along(2, n)] += 0.999 * taken;", ("conservation",)),
     Mutation("obstacle_friction", "Coulomb friction of a box 1 % too small", "libmpm/driver/scene.cpp",
              "Vec3(plan.depth, 0.5 * plan.width, top), Contact::separable, spec.friction,",
              "Vec3(plan.depth, 0.5 * plan.width, top), Contact::separable, 0.99 * spec.friction,", ("conservation",)),

@@ -39,12 +39,6 @@ ColumnPlan plan_of(const Wall& wall, int axis, double cell_size, double time) {
   return {axis, sign > 0.0 ? -1 : 1, static_cast<std::int32_t>(master), {1.0, (d - 1.0) / d, (d - 2.0) / d}};
 }
 
-/// Place of a block's node along an axis, 0 .. 3.
-int place_along(int axis, int node) {
-  static_assert(block_edge == 4);
-  return node >> 2 * axis & 3;
-}
-
 /// Node `by` steps along an axis from a block's node; null if there is no block.
 struct NodeAt {
   Node* node = nullptr;

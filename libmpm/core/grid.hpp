@@ -30,6 +30,11 @@ using Node = HalfLanes;  ///< {p_x, p_y, p_z, m} after particle_to_grid, {v_x, v
 inline constexpr int block_nodes = 64;  ///< nodes a block owns
 /// From a node of a block to the next one along an axis, in the numbers of nodes.
 constexpr int node_stride(int axis) { return axis == 0 ? 1 : axis == 1 ? block_edge : block_edge * block_edge; }
+/// Place of a block's node along an axis, 0 .. 3. @param node  its number in the block
+constexpr int place_along(int axis, int node) {
+  static_assert(block_edge == 4);
+  return node >> 2 * axis & 3;
+}
 inline constexpr int halo_edge = block_edge + 2;                      ///< nodes per axis that a block's particles touch
 inline constexpr int halo_nodes = halo_edge * halo_edge * halo_edge;  ///< nodes that a block's particles touch
 inline constexpr std::int32_t no_block = -1;                          ///< index if there is no block

@@ -54,7 +54,7 @@ Impulse constrain_block(const AnyOf& boundary, NodeBlock& nodes, const Index3& b
     const Vec3 after = boundary.constrain(position, before, time);
     const Vec3 taken = (cut ? computed_fraction(mirror, block, n) : 1.0) * node[3] * (before - after);
     impulse.add(taken, position - boundary.reference_point(), boundary.surface_velocity(position, time));
-    if (layers != nullptr) layers[n / node_stride(2)] += taken;
+    if (layers != nullptr) layers[place_along(2, n)] += taken;
     node = Node{after.x(), after.y(), after.z(), node[3]};
   }
   return impulse;

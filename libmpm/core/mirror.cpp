@@ -24,9 +24,9 @@ void for_each_mirrored_block(const Grid& grid, int axis, NodesOf&& nodes_of, F&&
 /// Adds the image of the plane behind (axis index -1) to the plane at +1, doubles the mirror plane, and sets the plane behind to the image.
 template <class NodesOf>
 void fold(const Grid& grid, int axis, NodesOf&& nodes_of) {
-  for_each_mirrored_block(grid, axis, nodes_of, [](Node* nodes, Node* behind, int stride, Node flip) {
+  for_each_mirrored_block(grid, axis, nodes_of, [axis](Node* nodes, Node* behind, int stride, Node flip) {
     for (int n = 0; n < block_nodes; ++n) {
-      if ((n / stride) % 4 != 0) continue;
+      if (place_along(axis, n) != 0) continue;
       nodes[n] += flip * nodes[n];
       if (behind == nullptr) continue;
       Node& image = behind[n + 3 * stride];
@@ -39,9 +39,9 @@ void fold(const Grid& grid, int axis, NodesOf&& nodes_of) {
 /// Renews the plane behind as the image of the plane at +1, whose velocities a boundary may have changed.
 void reflect(Grid& grid, int axis) {
   const auto nodes_of = [&](std::int32_t b) -> NodeBlock& { return grid.nodes(b); };
-  for_each_mirrored_block(grid, axis, nodes_of, [](const Node* nodes, Node* behind, int stride, Node flip) {
+  for_each_mirrored_block(grid, axis, nodes_of, [axis](const Node* nodes, Node* behind, int stride, Node flip) {
     for (int n = 0; behind != nullptr && n < block_nodes; ++n) {
-      if ((n / stride) % 4 == 0) behind[n + 3 * stride] = flip * nodes[n + stride];
+      if (place_along(axis, n) == 0) behind[n + 3 * stride] = flip * nodes[n + stride];
     }
   });
 }

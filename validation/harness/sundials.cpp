@@ -21,14 +21,17 @@ void keep_message(int, const char* module, const char* function, char* message, 
   *static_cast<std::string*>(to) = fmt::format("{} {}: {}", module, function, message);
 }
 
-struct VectorDeleter {
+}  // namespace
+
+// Outside the unnamed namespace, because a class that the header declares has such a member.
+struct SundialsVectorDeleter {
   void operator()(N_Vector v) const { N_VDestroy(v); }
 };
-using Vector = std::unique_ptr<std::remove_pointer_t<N_Vector>, VectorDeleter>;
+using SundialsVector = std::unique_ptr<std::remove_pointer_t<N_Vector>, SundialsVectorDeleter>;
 
-Vector make_vector(std::size_t n, SUNContext context) { return Vector(N_VNew_Serial(static_cast<sunindextype>(n), context)); }
-
-}  // namespace
+static SundialsVector make_vector(std::size_t n, SUNContext context) {
+  return SundialsVector(N_VNew_Serial(static_cast<sunindextype>(n), context));
+}
 
 struct OdeIntegrator::Impl {
   sundials::Context context;
@@ -36,7 +39,7 @@ struct OdeIntegrator::Impl {
   Roots roots;
   std::string message;
   std::exception_ptr error;
-  Vector y;
+  SundialsVector y;
   void* memory = nullptr;
   SUNNonlinearSolver solver = nullptr;
   std::size_t unknowns;
@@ -137,7 +140,7 @@ std::vector<std::vector<double>> integrate_dae(const Residual& residual, const J
   } problem{residual, jacobian, nullptr, {}, std::vector<double>(y.size() * y.size())};
   sundials::Context context;
   const std::size_t n = y.size();
-  const Vector state = make_vector(n, context), slope = make_vector(n, context);
+  const SundialsVector state = make_vector(n, context), slope = make_vector(n, context);
   std::copy(y.begin(), y.end(), N_VGetArrayPointer(state.get()));
   std::copy(dydt.begin(), dydt.end(), N_VGetArrayPointer(slope.get()));
   const auto call = [](sunrealtype t, N_Vector a, N_Vector b, N_Vector r, void* self) -> int {
