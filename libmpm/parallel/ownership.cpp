@@ -12,29 +12,35 @@ constexpr std::size_t particles_of_a_round = std::size_t{1} << 16;  ///< sent at
 
 }  // namespace
 
-bool Ownership::at_border(const Index3& block) const {
-  for (int n = 0; n < 27; ++n) {
-    if (!owns(neighbour_of(block, n))) return true;
+bool Ownership::at_border(const Index3& block) const { return !owns(block) || partition_.at_border(block); }
+
+/// Gives all ranks the partition of the first rank.
+void Ownership::share(Partition& partition) const {
+  Message message;
+  if (transport_.rank() == 0) {
+    put(message, partition.curve());
+    put(message, partition.cuts());
   }
-  return false;
+  transport_.broadcast(message);
+  MessageReader reader(message);
+  const auto curve = reader.get<Curve>();
+  partition.set(curve, reader.values<std::uint64_t>());
 }
 
 void Ownership::cut(const JoinedBlocks& joined, std::span<const BlockHead> heads) {
   partition_.join(joined);
   std::vector<Load> all;
-  for (const BlockHead& head : heads) all.push_back({partition_.key(head.block), static_cast<double>(head.count)});
-  Message cuts;
-  const std::vector<double> shares(static_cast<std::size_t>(transport_.size()), 1.0);
-  if (transport_.rank() == 0) put(cuts, std::span<const std::uint64_t>(Partition::cut(std::move(all), shares)));
-  transport_.broadcast(cuts);
-  partition_.set_cuts(MessageReader(cuts).values<std::uint64_t>());
+  for (const BlockHead& head : heads) all.push_back({head.block, static_cast<double>(head.count)});
+  const std::vector<double> equal(static_cast<std::size_t>(transport_.size()), 1.0);
+  if (transport_.rank() == 0) partition_.choose_curve(all, equal);
+  share(partition_);
 }
 
 bool Ownership::renew(Grid& grid, const JoinedBlocks& joined, const BlockCosts& costs, const std::optional<Evenness>& now) {
   Partition wanted = partition_;
   wanted.join(joined);
   if (trials_.due(steps_, now)) {
-    wanted.set_cuts(better_cuts(grid, costs, wanted));
+    improve_cuts(grid, costs, wanted);
     trials_.note(steps_, !std::ranges::equal(wanted.cuts(), partition_.cuts()));
   }
   ++steps_;
@@ -44,11 +50,11 @@ bool Ownership::renew(Grid& grid, const JoinedBlocks& joined, const BlockCosts& 
 }
 
 /// Loads of the blocks of all ranks; empty except on the first rank.
-std::vector<Load> Ownership::loads(const Grid& grid, const BlockCosts& costs, const Partition& partition) {
+std::vector<Load> Ownership::loads(const Grid& grid, const BlockCosts& costs) {
   Message mine;
   const auto blocks = grid.occupied_blocks();
   const std::vector<double> cost = costs.of_occupied_blocks(grid);
-  for (std::size_t i = 0; i < blocks.size(); ++i) put(mine, Load{partition.key(grid.block(blocks[i]).coordinate), cost[i]});
+  for (std::size_t i = 0; i < blocks.size(); ++i) put(mine, Load{grid.block(blocks[i]).coordinate, cost[i]});
   std::vector<Load> all;
   for (const Message& message : transport_.gather(std::move(mine))) {
     const auto some = MessageReader(message).values<Load>();
@@ -57,23 +63,21 @@ std::vector<Load> Ownership::loads(const Grid& grid, const BlockCosts& costs, co
   return all;
 }
 
-/// Cuts that make the load even, or the present cuts if the gain is too small; the same on all ranks.
-std::vector<std::uint64_t> Ownership::better_cuts(const Grid& grid, const BlockCosts& costs, const Partition& wanted) {
+/// Moves the cuts so that the load becomes even, unless the gain is too small. Alike on all ranks.
+void Ownership::improve_cuts(const Grid& grid, const BlockCosts& costs, Partition& partition) {
   const BlockCosts nothing_measured;  // costs are numbers of particles: tests repeat the same moves
-  const std::vector<Load> all = loads(grid, balancing_.forced > 0 ? nothing_measured : costs, wanted);
-  Message cuts;
+  const std::vector<Load> all = loads(grid, balancing_.forced > 0 ? nothing_measured : costs);
   if (transport_.rank() == 0) {
     std::vector<double> weights(static_cast<std::size_t>(transport_.size()), 1.0);
     if (balancing_.forced > 0) {
       const auto turn = static_cast<std::size_t>(steps_ / static_cast<std::uint64_t>(balancing_.forced));
       for (std::size_t r = 0; r < weights.size(); ++r) weights[r] += static_cast<double>((r + turn) % 3);
     }
-    const auto better = Partition::cut(all, weights);
-    const bool take = trials_.worthwhile(Partition::largest_cost(all, wanted.cuts()), Partition::largest_cost(all, better));
-    put(cuts, take ? std::span<const std::uint64_t>(better) : wanted.cuts());
+    Partition better = partition;
+    better.cut(all, weights);
+    if (trials_.worthwhile(partition.largest_cost(all), better.largest_cost(all))) partition = better;
   }
-  transport_.broadcast(cuts);
-  return MessageReader(cuts).values<std::uint64_t>();
+  share(partition);
 }
 
 /// In rounds, to bound the size of the messages: at the start the first rank holds all particles.

@@ -1,6 +1,7 @@
 #pragma once
-/// Which rank owns which block: intervals of a Morton curve through the blocks.
+/// Which rank owns which block: intervals of a curve through the blocks.
 
+#include <array>
 #include <cstdint>
 #include <span>
 #include <vector>
@@ -9,13 +10,28 @@
 
 namespace mpm {
 
-/// Position of a block on the Morton curve: the bits of its coordinates, interleaved. Neighbours on the curve are close in space.
-[[nodiscard]] std::uint64_t morton_key(const Index3& block);
+/// A curve through all blocks. The key of a block is its position on the curve: the bits of its coordinates in a fixed order.
+struct Curve {
+  std::array<int, 3> spacing;  ///< by axis: places between two bits of a coordinate, 1 to 3
+  std::array<int, 3> shift;    ///< by axis: place of the lowest bit
+  bool operator==(const Curve&) const = default;
 
-/// Cost of a block, or of several joined ones.
+  [[nodiscard]] std::uint64_t key(const Index3& block) const;
+
+  /// All bits interleaved: neighbours on the curve are close in space.
+  static constexpr Curve morton() { return {{3, 3, 3}, {0, 1, 2}}; }
+  /// The Morton curve; for each axis the Morton curve through columns along this axis; the six orders layer by layer. Few ranks have the
+  /// shortest borders with layers, many ranks with a Morton curve; columns suit a flow that is shallow in one direction.
+  static std::vector<Curve> all();
+};
+
+/// Position of a block on the Morton curve.
+[[nodiscard]] inline std::uint64_t morton_key(const Index3& block) { return Curve::morton().key(block); }
+
+/// Cost of a block.
 struct Load {
-  std::uint64_t key = 0;  ///< morton_key of the representative
-  double cost = 0.0;      ///< positive, in any unit
+  Index3 block{};     ///< its coordinate
+  double cost = 0.0;  ///< positive, in any unit
 };
 
 /// The owner of every possible block. It follows from the block's coordinate, so no rank needs a list of blocks.
@@ -26,20 +42,26 @@ class Partition {
   bool operator==(const Partition&) const = default;
 
   [[nodiscard]] int owner(const Index3& block) const;                          ///< rank
+  [[nodiscard]] bool at_border(const Index3& block) const;                     ///< whether a neighbour of the block has another owner
   [[nodiscard]] std::uint64_t key(const Index3& block) const;                  ///< of its representative
   [[nodiscard]] const JoinedBlocks& joined() const { return joined_; }         ///< blocks that have one owner together
   void join(const JoinedBlocks& joined) { joined_ = joined; }                  ///< from now on
+  [[nodiscard]] const Curve& curve() const { return curve_; }                  ///< through the blocks
   [[nodiscard]] std::span<const std::uint64_t> cuts() const { return cuts_; }  ///< rank r owns keys from cuts[r - 1] to below cuts[r]
-  void set_cuts(std::vector<std::uint64_t> cuts) { cuts_ = std::move(cuts); }  ///< ascending, one fewer than ranks
+  /// Takes other cuts, ascending, one fewer than ranks.
+  void set(const Curve& curve, std::vector<std::uint64_t> cuts) { curve_ = curve, cuts_ = std::move(cuts); }
 
-  /// Cuts the curve so that every rank gets its part of the cost, to within half a block.
-  /// @param loads  in any order; loads with equal keys stay together. @param weights  relative cost for each rank; positive sum
-  [[nodiscard]] static std::vector<std::uint64_t> cut(std::vector<Load> loads, std::span<const double> weights);
-  /// The largest cost of a rank.
-  [[nodiscard]] static double largest_cost(std::span<const Load> loads, std::span<const std::uint64_t> cuts);
+  /// Cuts the curve so that every rank gets its part of the cost, to within half a block or half of the blocks joined with it.
+  /// @param loads  in any order. @param weights  relative cost for each rank; positive sum
+  void cut(std::span<const Load> loads, std::span<const double> weights);
+  /// Chooses the curve for which the rank with most work has least, and cuts it. Work is the cost, and a fifth more for blocks at a border.
+  void choose_curve(std::span<const Load> loads, std::span<const double> weights);
+  /// The largest cost of a rank. @param at_border  added to the cost of a block at a border, as a fraction of it
+  [[nodiscard]] double largest_cost(std::span<const Load> loads, double at_border = 0.0) const;
 
  private:
   JoinedBlocks joined_;
+  Curve curve_ = Curve::morton();
   std::vector<std::uint64_t> cuts_;
 };
 
