@@ -151,24 +151,24 @@ bool folds(const Wall& wall, std::span<const Boundary> boundaries, const MirrorP
   });
 }
 
-std::vector<Impulse> apply_folded_wall(Grid& grid, const Boundary& boundary, const MirrorPlanes& mirror, double time) {
+std::vector<Impulse> apply_folded_wall(Grid& grid, const Boundary& boundary, const MirrorPlanes& mirror, double time,
+                                       std::span<const std::int32_t> blocks) {
   const Wall& wall = *plane_of(boundary);
   const double dx = grid.cell_size();
   const int axis = axis_of(wall).value();
   const ColumnPlan plan = plan_of(wall, axis, dx, time);
-  const auto all = grid.all_blocks();
   const auto surface_velocity = [&](const Vec3& x) {
     return std::visit([&](const auto& b) -> Vec3 { return b.surface_velocity(x, time); }, boundary);
   };
-  std::vector<Impulse> taken(all.size());  // by block of the master
+  std::vector<Impulse> taken(blocks.size());  // by block of the master
 #pragma omp parallel for schedule(static, 8)
-  for (std::size_t i = 0; i < all.size(); ++i) {
-    const Index3& block = grid.block(all[i]).coordinate;
+  for (std::size_t i = 0; i < blocks.size(); ++i) {
+    const Index3& block = grid.block(blocks[i]).coordinate;
     const std::int32_t first = block_edge * block[static_cast<std::size_t>(axis)];
     // range of the block's nodes, in steps from the masters' plane into the wall
     const std::int32_t from = plan.inward * (first - plan.master), to = plan.inward * (first + block_edge - 1 - plan.master);
     if (std::max(from, to) < 0) continue;
-    NodeBlock& nodes = grid.nodes(all[i]);
+    NodeBlock& nodes = grid.nodes(blocks[i]);
     const auto write = [&](const NodeAt& at, const Vec3& surface, const Vec3& velocity) {
       set_velocity(grid, at, mirror, surface, velocity, wall.point, taken[i]);
     };
@@ -177,15 +177,15 @@ std::vector<Impulse> apply_folded_wall(Grid& grid, const Boundary& boundary, con
       if (inward < 0) continue;
       Node& node = nodes.node[n];
       if (inward > 0) {  // skip slaves of a master in an existing block; any other node acts alone
-        if (inward < column_nodes && node_at(grid, all[i], n, axis, -plan.inward * inward).node != nullptr) continue;
+        if (inward < column_nodes && node_at(grid, blocks[i], n, axis, -plan.inward * inward).node != nullptr) continue;
         if (node[3] <= 0.0) continue;
         const Vec3 surface = surface_velocity(node_position(block, n, dx)), before(node[0], node[1], node[2]);
-        write({&node, all[i], n}, surface, contact_velocity(before, wall.normal, surface, wall.contact, wall.friction) - surface);
+        write({&node, blocks[i], n}, surface, contact_velocity(before, wall.normal, surface, wall.contact, wall.friction) - surface);
         continue;
       }
       const Vec3 surface = surface_velocity(node_position(block, n, dx));
       std::array<ColumnNode, column_nodes> column;
-      if (!collect_column(grid, plan, all[i], n, surface, column)) continue;
+      if (!collect_column(grid, plan, blocks[i], n, surface, column)) continue;
       if (column[0].mass <= 0.0) {  // no material before the wall: nodes behind it act alone
         for (ColumnNode& c : column) c.velocity = contact_velocity(c.before, wall.normal, Vec3::Zero(), wall.contact, wall.friction);
       } else if (!fold_column(column, plan, wall)) {

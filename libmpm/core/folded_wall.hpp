@@ -23,8 +23,10 @@ namespace mpm {
 /// velocities v_t the same fraction s of the change to sticking (v_t = c_k w), s <= 1 and s |J_stick| <= mu |J_n|. Nodes further behind act
 /// alone, and so do all nodes of a column whose master has no mass.
 /// @param boundary  a wall, moving or not, that folds()
-/// @returns the impulse on the wall for each block of Grid::all_blocks(); a column counts in the block of its master
-std::vector<Impulse> apply_folded_wall(Grid& grid, const Boundary& boundary, const MirrorPlanes& mirror, double time);
+/// @param blocks  of Grid::all_blocks(), all or some: the wall acts on the columns whose masters are in them
+/// @returns the impulse on the wall for each of them; a column counts in the block of its master
+std::vector<Impulse> apply_folded_wall(Grid& grid, const Boundary& boundary, const MirrorPlanes& mirror, double time,
+                                       std::span<const std::int32_t> blocks);
 
 /// Lets the top of a solid act, as a separable wall folds, on the columns of nodes that stand on it.
 /// @param impulse  the impulse on the top is added to it

@@ -1,6 +1,7 @@
 #include "libmpm/core/grid_update.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cstring>
 #include <map>
 #include <memory>
@@ -93,12 +94,14 @@ bool anything(const Impulse& part) {
 /// Applies a scene's boundaries, one after another, and records the impulse on each.
 class Boundaries {
  public:
-  Boundaries(Grid& grid, const GridForces& forces, double time)
+  /// @param blocks  of Grid::all_blocks(), all or some, on which the boundaries act; solids with contact at their surface act on all
+  Boundaries(Grid& grid, const GridForces& forces, double time, std::span<const std::int32_t> blocks)
       : grid_(grid),
         forces_(forces),
         time_(time),
-        layers_(block_edge * grid.all_blocks().size()),
-        taken_(grid.all_blocks().size() * forces.boundaries.size()),
+        blocks_(blocks),
+        layers_(block_edge * blocks.size()),
+        taken_(blocks.size() * forces.boundaries.size()),
         by_layer_(forces.layered.size() * layers_, Vec3::Zero()) {
     update_.impulses.resize(forces.boundaries.size());
     update_.layers.resize(forces.layered.size());
@@ -111,9 +114,9 @@ class Boundaries {
     return b;
   }
 
-  /// Lets boundaries first .. last - 1 act on the nodes of block number i.
+  /// Lets boundaries first .. last - 1 act on the nodes of the i-th block.
   void act_on_block(std::size_t i, std::size_t first, std::size_t last) {
-    const std::int32_t index = grid_.all_blocks()[i];
+    const std::int32_t index = blocks_[i];
     NodeBlock& nodes = grid_.nodes(index);
     const Index3& block = grid_.block(index).coordinate;
     const double dx = grid_.cell_size();
@@ -132,28 +135,27 @@ class Boundaries {
     }
   }
 
-  /// Lets boundary b, which acts on several nodes together, act on the whole grid.
+  /// Lets boundary b act, which acts on several nodes together.
   void act(std::size_t b) {
     const Boundary& boundary = forces_.boundaries[b];
     if (const auto* solid = std::get_if<SurfaceSolid>(&boundary)) {
       ContactImpulse& impulse = contacts_[b] = apply_surface_contact(grid_, *solid);
       apply_folded_top(grid_, *solid, forces_.mirror, impulse);
     } else {
-      const auto by_block = apply_folded_wall(grid_, boundary, forces_.mirror, time_);
+      const auto by_block = apply_folded_wall(grid_, boundary, forces_.mirror, time_, blocks_);
       for (std::size_t i = 0; i < by_block.size(); ++i) taken_[i * forces_.boundaries.size() + b] = by_block[i];
     }
   }
 
   /// Lets boundaries first, first + 1, ... to the last act, in turn.
   void act_from(std::size_t first) {
-    const auto all = grid_.all_blocks();
     while (first < forces_.boundaries.size()) {
       act(first);
       const std::size_t next = first + 1;
       first = end_of_nodal(next);
       if (first == next) continue;
 #pragma omp parallel for schedule(static, 8)
-      for (std::size_t i = 0; i < all.size(); ++i) act_on_block(i, next, first);
+      for (std::size_t i = 0; i < blocks_.size(); ++i) act_on_block(i, next, first);
     }
   }
 
@@ -183,10 +185,9 @@ class Boundaries {
   /// Impulses on the layers of the k-th layered boundary, over all ranks; on the first rank.
   [[nodiscard]] BlockTable layers_taken(std::size_t k) const {
     BlockTable table(layer_numbers);
-    const auto all = grid_.all_blocks();
-    for (std::size_t i = 0; i < all.size(); ++i) {
+    for (std::size_t i = 0; i < blocks_.size(); ++i) {
       const double* const numbers = by_layer_[k * layers_ + block_edge * i].data();
-      table.add_unless_zero(grid_.block(all[i]).coordinate, {numbers, layer_numbers});
+      table.add_unless_zero(grid_.block(blocks_[i]).coordinate, {numbers, layer_numbers});
     }
     if (grid_.ranks() != nullptr) table.gather(*grid_.ranks());
     return table;
@@ -206,7 +207,8 @@ class Boundaries {
   Grid& grid_;
   const GridForces& forces_;
   double time_;
-  std::size_t layers_;                              ///< of nodes, in all blocks
+  std::span<const std::int32_t> blocks_;
+  std::size_t layers_;                              ///< of nodes, in these blocks
   std::vector<Impulse> taken_;                      ///< by block and boundary, of all but solids that act at their surface
   std::vector<Vec3> by_layer_;                      ///< by boundary, block and layer, of the nodal ones
   std::map<std::size_t, ContactImpulse> contacts_;  ///< by boundary, of solids that act at their surface
@@ -249,29 +251,63 @@ void Boundaries::gather_contacts(Ranks& ranks) {
   }
 }
 
-/// The correction of lumped_mass.hpp for all solids that act at their surface. The accelerations are those with all boundaries: these act
-/// once for them, and the velocities are set back. @param first  boundaries from this one on have not acted yet
+/// Which columns of blocks are near solids: those whose particles may take part in the correction of lumped masses, and columns around them.
+class ColumnsNear {
+ public:
+  ColumnsNear(const Grid& grid, std::span<const LumpedMassCorrection> corrections) : grid_(grid), corrections_(corrections) {}
+
+  /// Whether particles of a column of blocks may take part.
+  [[nodiscard]] bool takes_part(std::int32_t x, std::int32_t y) {
+    const auto [found, fresh] = takes_part_.try_emplace({x, y}, false);
+    if (fresh) found->second = std::ranges::any_of(corrections_, [&](const LumpedMassCorrection& c) { return c.reaches(x, y); });
+    return found->second;
+  }
+  /// The blocks of these columns and of those at most `before` columns before them or `after` columns behind them, along x and along y.
+  [[nodiscard]] std::vector<std::int32_t> blocks(int before, int after) {
+    std::map<Column, bool> wanted;
+    std::vector<std::int32_t> blocks;
+    for (const auto b : grid_.all_blocks()) {
+      const Index3& block = grid_.block(b).coordinate;
+      const auto [found, fresh] = wanted.try_emplace({block[0], block[1]}, false);
+      for (int x = -after; fresh && x <= before; ++x) {
+        for (int y = -after; y <= before; ++y) found->second |= takes_part(block[0] + x, block[1] + y);
+      }
+      if (found->second) blocks.push_back(b);
+    }
+    return blocks;
+  }
+
+ private:
+  using Column = std::array<std::int32_t, 2>;
+  const Grid& grid_;
+  std::span<const LumpedMassCorrection> corrections_;
+  std::map<Column, bool> takes_part_;
+};
+
+/// The correction of lumped_mass.hpp for all solids that act at their surface. The accelerations are those with all boundaries: near the
+/// solids these act once for them, and the velocities are set back. @param first  boundaries from this one on have not acted yet
 void correct_lumped_mass(Grid& grid, const GridForces& forces, std::size_t first, double time) {
   const auto corrections = lumped_mass_corrections(forces.boundaries, grid.cell_size(), forces.density, forces.relaxed);
   if (corrections.empty() || !grid.keeps_old_nodes()) return;
 
-  const auto all = grid.all_blocks(), lent = grid.lent();
+  ColumnsNear columns(grid, corrections);
+  // Particles touch their own column and the next. Columns of nodes along x or y reach into one more on both sides; those that begin in
+  // blocks where the boundaries act end at most one further.
+  const auto acted = columns.blocks(1, 2), changed = columns.blocks(2, 3);
   const std::size_t count = grid.numbers();
   const auto free = std::make_unique_for_overwrite<NodeBlock[]>(count);  // both by number of block
   const auto change = std::make_unique_for_overwrite<NodeBlock[]>(count);
 #pragma omp parallel for schedule(static, 8)
-  for (std::size_t i = 0; i < all.size(); ++i) {
-    free[static_cast<std::size_t>(all[i])] = grid.nodes(all[i]);
-    change[static_cast<std::size_t>(all[i])] = NodeBlock{};
+  for (std::size_t i = 0; i < changed.size(); ++i) {
+    free[static_cast<std::size_t>(changed[i])] = grid.nodes(changed[i]);
+    change[static_cast<std::size_t>(changed[i])] = NodeBlock{};
   }
-  for (const auto b : lent) change[static_cast<std::size_t>(b)] = NodeBlock{};
-  Boundaries(grid, forces, time).act_from(first);
-  reflect_velocities(grid, forces.mirror);
+  for (const auto b : grid.lent()) change[static_cast<std::size_t>(b)] = NodeBlock{};
+  Boundaries(grid, forces, time, acted).act_from(first);
+  reflect_velocities(grid, forces.mirror, acted);
   Ranks* const ranks = grid.ranks();
   const std::span changes(change.get(), count);
-  const auto near = [&](const Index3& block) {
-    return std::ranges::any_of(corrections, [&](const LumpedMassCorrection& c) { return c.reaches(block[0], block[1]); });
-  };
+  const auto near = [&](const Index3& block) { return columns.takes_part(block[0], block[1]); };
   if (ranks != nullptr) ranks->send_nodes(grid, near);
   for (const LumpedMassCorrection& correction : corrections) correction.add_inner(grid, changes);
   if (ranks != nullptr) {
@@ -280,13 +316,13 @@ void correct_lumped_mass(Grid& grid, const GridForces& forces, std::size_t first
     ranks->send_parts(changes, near);
     ranks->add_parts(changes);
   }
-  fold_mirror_planes(grid, forces.mirror, changes);
+  fold_mirror_planes(grid, forces.mirror, changes, acted);
 #pragma omp parallel for schedule(static, 8)
-  for (std::size_t i = 0; i < all.size(); ++i) {
-    const NodeBlock &before = free[static_cast<std::size_t>(all[i])], &gained = change[static_cast<std::size_t>(all[i])];
+  for (std::size_t i = 0; i < changed.size(); ++i) {
+    const NodeBlock &before = free[static_cast<std::size_t>(changed[i])], &gained = change[static_cast<std::size_t>(changed[i])];
     for (int n = 0; n < block_nodes; ++n) {
       const double mass = before.node[n][3];
-      grid.nodes(all[i]).node[n] = mass > 0.0 ? before.node[n] + gained.node[n] / mass : before.node[n];
+      grid.nodes(changed[i]).node[n] = mass > 0.0 ? before.node[n] + gained.node[n] / mass : before.node[n];
     }
   }
 }
@@ -297,7 +333,7 @@ GridUpdate update_grid(Grid& grid, const GridForces& forces, double dt, double t
   const auto all = grid.all_blocks();
   const Node gained = {dt * forces.gravity.x(), dt * forces.gravity.y(), dt * forces.gravity.z(), 0.0};
   std::vector<double> mass(all.size());
-  Boundaries boundaries(grid, forces, time);
+  Boundaries boundaries(grid, forces, time, all);
   const std::size_t next = boundaries.end_of_nodal(0);
 #pragma omp parallel for schedule(static, 8)
   for (std::size_t i = 0; i < all.size(); ++i) {
@@ -307,7 +343,7 @@ GridUpdate update_grid(Grid& grid, const GridForces& forces, double dt, double t
   }
   correct_lumped_mass(grid, forces, next, time);
   boundaries.act_from(next);
-  reflect_velocities(grid, forces.mirror);
+  reflect_velocities(grid, forces.mirror, all);
 
   return std::move(boundaries).result(mass);
 }

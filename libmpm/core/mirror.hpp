@@ -18,11 +18,12 @@ struct MirrorPlanes {
 void fold_mirror_planes(Grid& grid, const MirrorPlanes& mirror);
 
 /// The same for another field of momenta. @param field  nodes by number of block, at least to the last in the grid's lists
-void fold_mirror_planes(const Grid& grid, const MirrorPlanes& mirror, std::span<NodeBlock> field);
+/// @param blocks  of Grid::all_blocks(), all or some: those before the planes decide
+void fold_mirror_planes(const Grid& grid, const MirrorPlanes& mirror, std::span<NodeBlock> field, std::span<const std::int32_t> blocks);
 
 /// Renews the images behind the planes after boundaries have changed the velocities before them. Old nodes need no renewal, because no
-/// boundary changes them.
-void reflect_velocities(Grid& grid, const MirrorPlanes& mirror);
+/// boundary changes them. @param blocks  as above
+void reflect_velocities(Grid& grid, const MirrorPlanes& mirror, std::span<const std::int32_t> blocks);
 
 /// Fraction of a node that belongs to the computed part: 0 behind a mirror plane, a half on it.
 inline double computed_fraction(const MirrorPlanes& mirror, const Index3& block, int node) {

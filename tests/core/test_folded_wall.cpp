@@ -48,7 +48,7 @@ Grid random_grid(const Wall& wall, unsigned seed = 1) {
 
 Impulse fold(Grid& grid, const Wall& wall, const MirrorPlanes& mirror = {}, double time = 0.0) {
   Impulse total;
-  for (const Impulse& taken : apply_folded_wall(grid, wall, mirror, time)) total += taken;
+  for (const Impulse& taken : apply_folded_wall(grid, wall, mirror, time, grid.all_blocks())) total += taken;
   return total;
 }
 
@@ -291,7 +291,7 @@ TEST(FoldedWall, ActsAtTheTravellingSurface) {
 TEST(FoldedWall, TakesTheSurfaceVelocityOfItsColumn) {
   MovingWall inlet{wall_at(0, 1.0, 0.3, Contact::no_slip), [](double height, double time) { return height + 10.0 * time; }};
   Grid grid = random_grid(inlet.plane, 11);
-  apply_folded_wall(grid, inlet, {}, 0.2);
+  apply_folded_wall(grid, inlet, {}, 0.2, grid.all_blocks());
   for (int y = -8; y < 12; ++y) {
     for (int z = -8; z < 12; ++z) {
       const Vec3 surface(dx * z - inlet.plane.point.z() + 2.0, 0.0, 0.0);
