@@ -251,7 +251,8 @@ void Boundaries::gather_contacts(Ranks& ranks) {
   }
 }
 
-/// Which columns of blocks are near solids: those whose particles may take part in the correction of lumped masses, and columns around them.
+/// Which columns of blocks are near solids: those whose particles may take part in the correction of lumped masses, and columns around
+/// them.
 class ColumnsNear {
  public:
   ColumnsNear(const Grid& grid, std::span<const LumpedMassCorrection> corrections) : grid_(grid), corrections_(corrections) {}

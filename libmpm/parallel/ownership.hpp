@@ -24,7 +24,8 @@ class Ownership {
   /// Whether another rank owns a block or one of its neighbours.
   [[nodiscard]] bool at_border(const Index3& block) const;
 
-  /// Before there are particles, on all ranks: chooses the curve and makes the cuts. @param heads  of all blocks that there will be, on rank 0
+  /// Before there are particles, on all ranks: chooses the curve and makes the cuts. @param heads  of all blocks that there will be, on
+  /// rank 0
   void cut(const JoinedBlocks& joined, std::span<const BlockHead> heads);
   /// Before a step, on all ranks: moves blocks to other ranks if blocks were newly joined or the load is uneven.
   /// @param costs  of the occupied blocks, s. @param now  empty before the first step, which then makes the first cuts

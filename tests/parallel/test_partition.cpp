@@ -82,7 +82,8 @@ TEST(Partition, GivesEveryRankItsShareToWithinOnePiece) {
       EXPECT_TRUE(std::ranges::is_sorted(partition.cuts()));
       std::vector<double> got(shares.size(), 0.0);
       for (const Load& l : loads) got[static_cast<std::size_t>(partition.owner(l.block))] += l.cost;
-      for (std::size_t r = 0; r < shares.size(); ++r) EXPECT_NEAR(got[r], all * shares[r] / 7.5, largest_piece);  // half a piece at each cut
+      for (std::size_t r = 0; r < shares.size(); ++r)
+        EXPECT_NEAR(got[r], all * shares[r] / 7.5, largest_piece);  // half a piece at each cut
       EXPECT_EQ(partition.largest_cost(loads), *std::ranges::max_element(got));
     }
   }
