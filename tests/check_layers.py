@@ -26,7 +26,7 @@ LAYERS = (
 )
 LIBRARIES = {"mpi.h", "Eigen", "omp.h", "fmt", "nlohmann", "hdf5.h", "zlib.h", "toml++", "boost", "CLI", "gtest", "gmock", "benchmark", "sundials"}
 # A string in the core that names a table of a case: components of the core know their own keys only.
-TABLES = "material|conveyor|obstacle|body|wall|domain|numerics|measurement|output"
+TABLES = "material|conveyor|obstacle|body|wall|terrain|domain|numerics|measurement|output"
 STRING = re.compile(r'"((?:[^"\\]|\\.)*)"')
 NAMES_A_TABLE = re.compile(rf"\[(?:{TABLES})\]|\b(?:{TABLES})(?:\[\d*\])?\.\w")
 INCLUDE = re.compile(r'^\s*#\s*include\s*([<"])([^>"]+)[>"]')

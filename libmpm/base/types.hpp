@@ -10,6 +10,7 @@
 /// Everything of libmpm.
 namespace mpm {
 
+using Vec2 = Eigen::Vector2d;                ///< x, y in plan, m
 using Vec3 = Eigen::Vector3d;                ///< position, velocity, force: x, y, z
 using Mat3 = Eigen::Matrix3d;                ///< general 3x3 matrix (row, column)
 using Index3 = std::array<std::int32_t, 3>;  ///< coordinates of a cell, node or block along x, y, z; may be negative

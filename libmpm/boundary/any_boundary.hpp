@@ -7,14 +7,16 @@
 /// vertical extent), from which pictures draw it. grid_update.hpp records the impulses, not the boundary. To add one, name it in the
 /// variant.
 ///
-/// Two kinds act on several nodes together and have a file of their own in the core: walls whose rule is ContactRule::surface
-/// (core/folded_wall.hpp), and SurfaceSolid (core/surface_contact.hpp), which has neither `constrain` nor `reaches`.
+/// Three kinds act on several nodes together and have a file of their own in the core: walls whose rule is ContactRule::surface
+/// (core/folded_wall.hpp), Terrain of that rule (core/folded_terrain.hpp), and SurfaceSolid (core/surface_contact.hpp), which has neither
+/// `constrain` nor `reaches`.
 
 #include <concepts>
 #include <variant>
 
 #include "libmpm/boundary/rigid_box.hpp"
 #include "libmpm/boundary/surface_solid.hpp"
+#include "libmpm/boundary/terrain.hpp"
 #include "libmpm/boundary/vertical_solid.hpp"
 #include "libmpm/boundary/wall.hpp"
 
@@ -27,9 +29,9 @@ concept ActsOnNodes = requires(const B boundary, const Vec3 v) {
 };
 
 /// One boundary of the list.
-using Boundary = std::variant<Wall, RigidBox, RigidPrism, RigidCylinder, MovingWall, SurfaceSolid>;
+using Boundary = std::variant<Wall, RigidBox, RigidPrism, RigidCylinder, MovingWall, SurfaceSolid, Terrain>;
 
-/// Whether it acts on each node by itself; a wall may be folded nevertheless (core/folded_wall.hpp).
+/// Whether it can act on each node by itself; a wall or the ground may be folded nevertheless.
 inline bool acts_on_nodes(const Boundary& boundary) {
   return std::visit([]<class B>(const B&) { return ActsOnNodes<B>; }, boundary);
 }

@@ -15,6 +15,13 @@ bool skips(const std::vector<std::string>& skip, const Table& table, const Key& 
   return std::ranges::find(skip, key_path(table.name, key.name)) != skip.end();
 }
 
+/// A long text, such as a raster, by its beginning and its hash.
+std::string shortened(const std::string& text) {
+  constexpr std::size_t longest = 200, beginning = 60;
+  if (text.size() <= longest) return text;
+  return fmt::format("{}... ({} characters, hash {:016x})", text.substr(0, beginning), text.size(), hash(text));
+}
+
 }  // namespace
 
 std::string write(const Schema& schema, const void* root, const std::vector<std::string>& skip) {
@@ -62,7 +69,9 @@ std::vector<std::string> differences(const Schema& schema, const void* before, c
           return value ? to_toml(*value) : "(none)";
         };
         const std::string was = text(before), is = text(now);
-        if (was != is) found.push_back(fmt::format("{} was {}, is {}", key_path(table.entry_path(i), key.name), was, is));
+        if (was != is) {
+          found.push_back(fmt::format("{} was {}, is {}", key_path(table.entry_path(i), key.name), shortened(was), shortened(is)));
+        }
       }
     }
   }

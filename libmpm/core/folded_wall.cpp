@@ -7,12 +7,13 @@
 #include <optional>
 #include <vector>
 
+#include "libmpm/core/node_column.hpp"
+
 namespace mpm {
 
 namespace {
 
 constexpr int column_nodes = 3;                                        ///< a master and two slaves
-constexpr double nearest = 0.5;                                        ///< least distance of a master from the plane, cells
 constexpr double rounding = 1e-9;                                      ///< cells
 constexpr double unbounded = std::numeric_limits<double>::infinity();  ///< kg m/s
 
@@ -26,106 +27,23 @@ std::optional<int> axis_of(const Wall& wall) {
 
 /// The nodes of a wall's columns.
 struct ColumnPlan {
-  int axis, inward;        ///< inward: +1 or -1, the step from a node to the next one behind it
-  std::int32_t master;     ///< number of the masters' plane along the axis
-  double c[column_nodes];  ///< velocity relative to that of the master
+  int axis, inward;                    ///< inward: +1 or -1, the step from a node to the next one behind it
+  std::int32_t master;                 ///< number of the masters' plane along the axis
+  std::array<double, column_nodes> c;  ///< velocity relative to that of the master
 };
 
 ColumnPlan plan_of(const Wall& wall, int axis, double cell_size, double time) {
   const double sign = wall.normal[axis] > 0.0 ? 1.0 : -1.0;
   const double plane = sign * wall.offset(time) / cell_size;  // coordinate, in cells
-  const double master = sign > 0.0 ? std::ceil(plane + nearest - rounding) : std::floor(plane - nearest + rounding);
+  const double master = sign > 0.0 ? std::ceil(plane + nearest_master - rounding) : std::floor(plane - nearest_master + rounding);
   const double d = sign * (master - plane);
   return {axis, sign > 0.0 ? -1 : 1, static_cast<std::int32_t>(master), {1.0, (d - 1.0) / d, (d - 2.0) / d}};
 }
 
-/// Node `by` steps along an axis from a block's node; null if there is no block.
-struct NodeAt {
-  Node* node = nullptr;
-  std::int32_t block = no_block;
-  int number = 0;
-};
-NodeAt node_at(Grid& grid, std::int32_t block, int number, int axis, int by) {
-  const int moved = place_along(axis, number) + by;
-  int offset[3] = {0, 0, 0};
-  offset[axis] = moved < 0 ? -1 : moved >= block_edge ? 1 : 0;
-  const std::int32_t to = grid.block(block).neighbour[static_cast<std::size_t>(neighbour_slot(offset[0], offset[1], offset[2]))];
-  if (to == no_block) return {};
-  const int there = number + (by - block_edge * offset[axis]) * node_stride(axis);
-  return {&grid.nodes(to).node[there], to, there};
-}
+using Column = NodeColumn<column_nodes>;
 
-struct ColumnNode {
-  NodeAt at;
-  double mass = 0.0;      ///< on the grid, kg
-  Vec3 before, velocity;  ///< relative to the surface, before and after contact
-};
-
-/// Velocities of a column after contact. @param strongest  bound of its normal impulse, kg m/s
-/// @returns the normal impulse on the wall, positive for compression; empty if the column is free
-std::optional<double> fold_column(std::array<ColumnNode, column_nodes>& column, const ColumnPlan& plan, const Wall& wall,
-                                  double strongest = unbounded) {
-  const double sign = -plan.inward;
-  Vec3 momentum = Vec3::Zero();
-  double mass = 0.0;
-  for (int k = 0; k < column_nodes; ++k) {
-    momentum += plan.c[k] * column[static_cast<std::size_t>(k)].mass * column[static_cast<std::size_t>(k)].before;
-    mass += plan.c[k] * plan.c[k] * column[static_cast<std::size_t>(k)].mass;
-  }
-  const Vec3 held = momentum / mass;  // velocity of the master if all stick
-  Vec3 sticking = Vec3::Zero();       // impulse needed for that
-  for (int k = 0; k < column_nodes; ++k) {
-    const ColumnNode& n = column[static_cast<std::size_t>(k)];
-    sticking += n.mass * (n.before - plan.c[k] * held);
-  }
-  const double pull = sign * sticking[plan.axis];  // negative: material pushes against the wall
-  if (wall.contact == Contact::separable && pull >= 0.0) return std::nullopt;
-  double fraction = 0.0;  // of the tangential change to sticking
-  if (wall.contact == Contact::no_slip) {
-    fraction = 1.0;
-  } else if (wall.friction > 0.0 && pull < 0.0) {
-    Vec3 tangential = sticking;
-    tangential[plan.axis] = 0.0;
-    const double all = tangential.norm(), most = -wall.friction * pull;
-    fraction = all > most ? most / all : 1.0;
-  }
-  const double part = -pull > strongest ? strongest / -pull : 1.0;  // factor of all impulses
-  for (int k = 0; k < column_nodes; ++k) {
-    ColumnNode& n = column[static_cast<std::size_t>(k)];
-    const Vec3 stuck = plan.c[k] * held;
-    n.velocity = n.before + fraction * (stuck - n.before);
-    n.velocity[plan.axis] = stuck[plan.axis];
-    if (part < 1.0) n.velocity = n.before + part * (n.velocity - n.before);
-  }
-  return -part * pull;
-}
-
-/// The column behind a master, its velocities relative to a surface. @returns whether any material is behind the master
-bool collect_column(Grid& grid, const ColumnPlan& plan, std::int32_t block, int number, const Vec3& surface,
-                    std::array<ColumnNode, column_nodes>& column) {
-  bool behind = false;
-  for (int k = 0; k < column_nodes; ++k) {
-    ColumnNode& c = column[static_cast<std::size_t>(k)];
-    c.at = node_at(grid, block, number, plan.axis, plan.inward * k);
-    c.mass = 0.0;
-    c.before = c.velocity = Vec3::Zero();
-    if (c.at.node == nullptr || (*c.at.node)[3] <= 0.0) continue;
-    c.mass = (*c.at.node)[3];
-    c.before = Vec3((*c.at.node)[0], (*c.at.node)[1], (*c.at.node)[2]) - surface;
-    behind |= k > 0;
-  }
-  return behind;
-}
-
-/// Sets a node's velocity, relative to a surface. @param impulse  the momentum that the node lost, of the computed part, is added to it
-void set_velocity(const Grid& grid, const NodeAt& at, const MirrorPlanes& mirror, const Vec3& surface, const Vec3& velocity,
-                  const Vec3& reference, Impulse& impulse) {
-  const Index3& block = grid.block(at.block).coordinate;
-  Node& node = *at.node;
-  const Vec3 after = surface + velocity;
-  const Vec3 given = computed_fraction(mirror, block, at.number) * node[3] * (Vec3(node[0], node[1], node[2]) - after);
-  impulse.add(given, node_position(block, at.number, grid.cell_size()) - reference, surface);
-  node = Node{after.x(), after.y(), after.z(), node[3]};
+ColumnSurface surface_of(const Wall& wall, const ColumnPlan& plan) {
+  return {-plan.inward * Vec3::Unit(plan.axis), wall.contact, wall.friction};
 }
 
 /// The top of a solid as a wall.
@@ -147,7 +65,7 @@ bool folds(const Wall& wall, std::span<const Boundary> boundaries, const MirrorP
     const Wall* const parallel = plane_of(other);
     if (parallel == nullptr || parallel->normal.dot(wall.normal) > -0.5) return false;
     // a coupled wall's own master is the first node half a cell before it, so it is another node only if there is a cell between
-    return parallel->normal.dot(master) - parallel->offset(time) < (nearest + 1.0 - rounding) * cell_size;
+    return parallel->normal.dot(master) - parallel->offset(time) < (nearest_master + 1.0 - rounding) * cell_size;
   });
 }
 
@@ -184,14 +102,14 @@ std::vector<Impulse> apply_folded_wall(Grid& grid, const Boundary& boundary, con
         continue;
       }
       const Vec3 surface = surface_velocity(node_position(block, n, dx));
-      std::array<ColumnNode, column_nodes> column;
-      if (!collect_column(grid, plan, blocks[i], n, surface, column)) continue;
-      if (column[0].mass <= 0.0) {  // no material before the wall: nodes behind it act alone
-        for (ColumnNode& c : column) c.velocity = contact_velocity(c.before, wall.normal, Vec3::Zero(), wall.contact, wall.friction);
-      } else if (!fold_column(column, plan, wall)) {
+      Column column{{}, plan.c};
+      if (!collect_column(grid, blocks[i], n, axis, plan.inward, surface, column)) continue;
+      if (column.node[0].mass <= 0.0) {  // no material before the wall: nodes behind it act alone
+        for (ColumnNode& c : column.node) c.velocity = contact_velocity(c.before, wall.normal, Vec3::Zero(), wall.contact, wall.friction);
+      } else if (!fold_column(column, surface_of(wall, plan))) {
         continue;
       }
-      for (const ColumnNode& c : column) {
+      for (const ColumnNode& c : column.node) {
         if (c.mass > 0.0) write(c.at, surface, c.velocity);
       }
     }
@@ -220,15 +138,15 @@ void apply_folded_top(Grid& grid, const SurfaceSolid& solid, const MirrorPlanes&
     const std::int32_t block = grid.find({at[0] >> 2, at[1] >> 2, plan.master >> 2});
     if (block == no_block) continue;
     const int number = (at[0] & 3) + block_edge * ((at[1] & 3) + block_edge * (plan.master & 3));
-    std::array<ColumnNode, column_nodes> column;
-    if (!collect_column(grid, plan, block, number, Vec3::Zero(), column)) continue;
+    Column column{{}, plan.c};
+    if (!collect_column(grid, block, number, plan.axis, plan.inward, Vec3::Zero(), column)) continue;
     const int inner = columns[i].inner;
     const double strongest = inner < 0 ? unbounded : columns[i].largest * taken[static_cast<std::size_t>(inner)];
-    const std::optional<double> normal = fold_column(column, plan, top, strongest);
+    const std::optional<double> normal = fold_column(column, surface_of(top, plan), strongest);
     if (!normal) continue;
     taken[i] = *normal;
     for (int k = 0; k < column_nodes; ++k) {
-      const ColumnNode& c = column[static_cast<std::size_t>(k)];
+      const ColumnNode& c = column.node[static_cast<std::size_t>(k)];
       if (c.mass <= 0.0) continue;
       Impulse given;
       set_velocity(grid, c.at, mirror, Vec3::Zero(), c.velocity, solid.reference_point(), given);

@@ -15,13 +15,9 @@ namespace mpm {
 
 /// Lets a wall normal to an axis act on the columns of nodes along that axis.
 ///
-/// Of each column the first node at least half a cell before the plane is the master, the next two are its slaves: the normal velocity
-/// relative to the surface goes linearly through zero on the plane, v_k.n = c_k v_m.n with c_k = d_k/d_m, d the distance before the plane
-/// (negative behind). v_m = sum c_k m_k v_k / sum c_k^2 m_k is the projection of the node velocities onto that form, orthogonal in the
-/// kinetic-energy norm. On a plane of nodes this is the exact mirror image. no_slip: all components;
-/// separable: only where the column as a whole is pushed against the wall. Coulomb friction takes from the tangential
-/// velocities v_t the same fraction s of the change to sticking (v_t = c_k w), s <= 1 and s |J_stick| <= mu |J_n|. Nodes further behind act
-/// alone, and so do all nodes of a column whose master has no mass.
+/// Of each column the first node at least half a cell before the plane is the master, the next two are its slaves; node_column.hpp gives
+/// the rule. On a plane of nodes this is the exact mirror image. Nodes further behind act alone, and so do all nodes of a column whose
+/// master has no mass.
 /// @param boundary  a wall, moving or not, that folds()
 /// @param blocks  of Grid::all_blocks(), all or some: the wall acts on the columns whose masters are in them
 /// @returns the impulse on the wall for each of them; a column counts in the block of its master

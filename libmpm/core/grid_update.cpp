@@ -9,6 +9,7 @@
 
 #include "libmpm/core/block_sums.hpp"
 #include "libmpm/core/block_table.hpp"
+#include "libmpm/core/folded_terrain.hpp"
 #include "libmpm/core/folded_wall.hpp"
 #include "libmpm/core/lumped_mass.hpp"
 #include "libmpm/core/surface_contact.hpp"
@@ -142,7 +143,9 @@ class Boundaries {
       ContactImpulse& impulse = contacts_[b] = apply_surface_contact(grid_, *solid);
       apply_folded_top(grid_, *solid, forces_.mirror, impulse);
     } else {
-      const auto by_block = apply_folded_wall(grid_, boundary, forces_.mirror, time_, blocks_);
+      const auto* const terrain = std::get_if<Terrain>(&boundary);
+      const auto by_block = terrain != nullptr ? apply_folded_terrain(grid_, *terrain, forces_.mirror, blocks_)
+                                               : apply_folded_wall(grid_, boundary, forces_.mirror, time_, blocks_);
       for (std::size_t i = 0; i < by_block.size(); ++i) taken_[i * forces_.boundaries.size() + b] = by_block[i];
     }
   }
@@ -196,6 +199,7 @@ class Boundaries {
 
   [[nodiscard]] bool nodal(std::size_t b) const {
     const Boundary& boundary = forces_.boundaries[b];
+    if (const auto* const terrain = std::get_if<Terrain>(&boundary)) return terrain->rule == ContactRule::nodal;
     const Wall* wall = plane_of(boundary);
     return acts_on_nodes(boundary) && (wall == nullptr || !folds(*wall, forces_.boundaries, forces_.mirror, grid_.cell_size(), time_));
   }

@@ -5,6 +5,7 @@
 #include <set>
 #include <vector>
 
+#include "libmpm/core/folded_terrain.hpp"
 #include "libmpm/core/folded_wall.hpp"
 
 namespace mpm {
@@ -29,6 +30,10 @@ JoinedBlocks::JoinedBlocks(const Scene& scene, double cell_size, double time) {
   for (const Boundary& boundary : scene.boundaries) {
     const Wall* const wall = plane_of(boundary);
     if (wall != nullptr && folds(*wall, scene.boundaries, scene.mirror, cell_size, time)) join(layers_of_columns(*wall, cell_size, time));
+    const auto* const terrain = std::get_if<Terrain>(&boundary);
+    if (terrain == nullptr || terrain->rule == ContactRule::nodal) continue;
+    const TerrainLayers layers = layers_of_columns(*terrain, cell_size);
+    for (std::int32_t below = layers.first; below < layers.last; ++below) lower[2].insert(below);
   }
   const auto add = [](Layers& layers, std::int32_t below, std::int32_t above) {
     if (below != above) layers[above] = lowest_of(layers, below);

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "libmpm/boundary/obstacle_spec.hpp"
+#include "libmpm/boundary/terrain_spec.hpp"
 #include "libmpm/boundary/wall_spec.hpp"
 #include "libmpm/core/numerics.hpp"
 #include "libmpm/driver/domain_spec.hpp"
@@ -34,6 +35,7 @@ struct Case {
   MaterialParameters material;           ///< [material]
   std::vector<BodySpec> bodies;          ///< [[body]]
   std::vector<WallSpec> walls;           ///< [[wall]]
+  std::optional<TerrainSpec> terrain;    ///< [terrain]
   std::optional<ConveyorSpec> conveyor;  ///< [conveyor], with its [[inflow]]
   std::optional<ObstacleSpec> obstacle;  ///< [obstacle]
   DomainSpec domain;                     ///< [domain]

@@ -6,6 +6,7 @@
 
 #include "libmpm/base/parameter.hpp"
 #include "libmpm/driver/scene.hpp"
+#include "libmpm/driver/terrain_raster.hpp"
 
 namespace mpm {
 
@@ -69,6 +70,38 @@ void check_scene(const Case& c, ParameterReport& report) {
   for (std::size_t i = 0; i < c.bodies.size(); ++i) check_body(c, c.bodies[i], fmt::format("body[{}]", i), report);
 }
 
+/// Whether a case is sound in all that its domain follows from.
+bool domain_is_sound(const Case& c, const ParameterReport& report) {
+  if (!report.all_sound({"domain", "domain.min_m", "domain.max_m", "domain.mirror", "numerics.cell_size_m", "numerics.gravity_m_s2",
+                         "output.duration_s", "obstacle.width_m", "material.hardening_xi"}))
+    return false;
+  if (!c.conveyor) return true;
+  const auto sound = [&](const auto& p) { return report.sound("conveyor." + p.info.name); };
+  return report.all_sound({"conveyor", "conveyor.inflow"}) && std::ranges::all_of(parameters_of<ConveyorSpec>().all(), sound);
+}
+
+/// Uneven ground against domain, mirror planes and conveyor.
+void check_terrain(const Case& c, ParameterReport& report) {
+  if (!c.terrain || !c.terrain->raster || !report.all_sound({"terrain", "terrain.file", "terrain.raster"})) return;
+  if (c.conveyor && c.conveyor->sidewall_contact != Contact::slip && report.sound("conveyor.sidewall_contact")) {
+    report.problem("terrain",
+                   "is given beside side walls that drag the snow along x, and so into a slope; give "
+                   "conveyor.sidewall_contact = \"slip\"");
+  }
+  if (c.conveyor && c.conveyor->slip_ratio < 1.0 && report.sound("conveyor.inflow_slip_ratio"))
+    report.problem("terrain", "is given beside conveyor.inflow_slip_ratio, which refers to a level floor; leave out one of the two");
+  if (!domain_is_sound(c, report)) return;
+  const std::string key = report.given("terrain.file") ? "terrain.file" : "terrain.raster";
+  const std::shared_ptr<const HeightField> ground = height_field(*c.terrain);
+  const MirrorPlanes mirror = mirror_planes(c);
+  const CaseDomain domain = case_domain(c, ground);
+  Vec2 low = domain.min.head<2>(), high = domain.max.head<2>();
+  for (const auto& [axis, mirrored] : {std::pair{0, mirror.x}, {1, mirror.y}}) {
+    if (mirrored) low[axis] = std::min(low[axis], -high[axis]);
+  }
+  for (const std::string& problem : terrain_problems(*ground, low, high, mirror)) report.problem(key, problem);
+}
+
 /// Means belong to one state of a flow that meets an obstacle.
 void check_stop(const Case& c, ParameterReport& report) {
   const std::string name = "output.stop_when_steady";
@@ -91,6 +124,7 @@ void resolve_case(Case& c, ParameterReport& report) {
   if (!report.sound("conveyor")) return;
   if (c.conveyor) resolve_conveyor(*c.conveyor, {c.numerics.cell_size, c.numerics.gravity, c.material, obstacle}, report);
   check_scene(c, report);
+  check_terrain(c, report);
   check_stop(c, report);
 }
 

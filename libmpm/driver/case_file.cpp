@@ -7,6 +7,7 @@
 #include "libmpm/config/writer.hpp"
 #include "libmpm/driver/case_checks.hpp"
 #include "libmpm/driver/case_schema.hpp"
+#include "libmpm/driver/terrain_raster.hpp"
 #include "libmpm/impact/inflow_csv.hpp"
 
 namespace mpm {
@@ -14,6 +15,7 @@ namespace mpm {
 Case parse_case(std::string_view text, std::string_view file_name, const std::vector<std::string>& overrides) {
   const auto resolve = [folder = std::filesystem::path(file_name).parent_path()](Case& c, ParameterReport& report) {
     if (c.conveyor) read_inflow_csv(*c.conveyor, folder, c.material.density(), report);
+    if (c.terrain) read_terrain(*c.terrain, folder, report);
     resolve_case(c, report);
   };
   return config::read(case_schema(), text, file_name, overrides, resolve);

@@ -24,6 +24,11 @@ const config::SchemaOf<Case>& case_schema() {
     s.table("wall", "A half-space in a scene by hand, any number; the material is on the side of its normal",
             [](auto& c) { return &c.walls; });
     s.table(
+        "terrain",
+        "Uneven ground: a raster of heights; with [conveyor] in place of its level floor, in a scene by hand beside [[wall]]. Left out: "
+        "none",
+        [](auto& c) -> auto& { return c.terrain; });
+    s.table(
         "domain", "Where particles may be. Required in a scene by hand; with [conveyor] it may only cut the belt's own domain",
         [](auto& c) -> auto& { return c.domain; });
     s.table(

@@ -54,6 +54,7 @@ double largest_speed(const Case& spec) {
     fall = std::max(fall, body.max.z() - floor);
   }
   for (const WallSpec& wall : spec.walls) speed = std::max(speed, wall.velocity.norm());
+  if (spec.terrain) speed = std::max(speed, std::abs(spec.terrain->speed));
   return std::sqrt(speed * speed + 2.0 * spec.numerics.gravity * fall);
 }
 

@@ -8,6 +8,7 @@
 #include "libmpm/boundary/obstacle.hpp"
 #include "libmpm/core/health.hpp"
 #include "libmpm/core/joined_blocks.hpp"
+#include "libmpm/driver/terrain_raster.hpp"
 #include "libmpm/impact/conveyor.hpp"
 
 namespace mpm {
@@ -36,36 +37,46 @@ Boundary make_obstacle(const ObstacleSpec& spec, const Numerics& numerics, const
   return RigidPrism{solid, outline.half_planes(), 0.0, plan.depth, -0.5 * plan.width, 0.5 * plan.width};
 }
 
-ConveyorSetting conveyor_setting(const Case& c) {
+ConveyorSetting conveyor_setting(const Case& c, const std::shared_ptr<const HeightField>& ground) {
   return {.cell_size = c.numerics.cell_size,
           .particle_spacing = c.numerics.particle_spacing(),
           .gravity = c.numerics.gravity,
           .slope = c.numerics.slope,
           .duration = c.output.duration,
-          .offset = c.numerics.offset()};
+          .offset = c.numerics.offset(),
+          .ground = ground};
 }
 
 }  // namespace
 
 MirrorPlanes mirror_planes(const Case& c) { return {c.domain.mirror_x, c.domain.mirror_y || (c.conveyor && c.conveyor->mirror_y)}; }
 
+CaseDomain case_domain(const Case& c, const std::shared_ptr<const HeightField>& ground) {
+  CaseDomain domain{c.domain.min, c.domain.max};
+  if (!c.conveyor) return domain;
+  Vec3 min, max;
+  conveyor_domain(*c.conveyor, conveyor_setting(c, ground), min, max);
+  return {domain.min.cwiseMax(min), domain.max.cwiseMin(max)};
+}
+
 CaseScene make_scene(const Case& c) {
-  CaseScene scene{{.material = make_material(c.material, c.numerics.precision)}, {}};
-  scene.domain_min = c.domain.min;
-  scene.domain_max = c.domain.max;
+  CaseScene scene{{.material = make_material(c.material, c.numerics.precision)}, {}, {}};
+  const std::shared_ptr<const HeightField> ground = c.terrain ? height_field(*c.terrain) : nullptr;
+  const CaseDomain domain = case_domain(c, ground);
+  scene.domain_min = domain.min;
+  scene.domain_max = domain.max;
   scene.mirror = mirror_planes(c);
   scene.numerics = c.numerics;
   scene.gravity = c.numerics.gravity_vector();
   for (const WallSpec& wall : c.walls) scene.boundaries.emplace_back(make_wall(wall, c.numerics.contact));
+  if (c.terrain) {
+    scene.terrain = scene.boundaries.size();
+    scene.boundaries.emplace_back(Terrain{ground, c.terrain->contact, c.terrain->friction, c.terrain->speed, c.numerics.contact});
+  }
   if (c.conveyor) {
-    Vec3 min, max;
-    const ConveyorSetting setting = conveyor_setting(c);
-    conveyor_domain(*c.conveyor, setting, min, max);
-    scene.domain_min = scene.domain_min.cwiseMax(min);
-    scene.domain_max = scene.domain_max.cwiseMin(max);
     if (c.domain.mirror_x || c.domain.mirror_y) throw ConfigError("[domain] mirror: with a [conveyor], use [conveyor] mirror_y");
-    for (auto& wall : conveyor_walls(*c.conveyor, c.numerics.contact)) scene.boundaries.push_back(std::move(wall));
-    scene.source = std::make_shared<ConveyorSource>(*c.conveyor, scene.material, setting);
+    for (auto& wall : conveyor_walls(*c.conveyor, c.numerics.contact, !c.terrain)) scene.boundaries.push_back(std::move(wall));
+    scene.source = std::make_shared<ConveyorSource>(*c.conveyor, scene.material, conveyor_setting(c, ground));
   }
   if (c.obstacle) {
     scene.obstacle = scene.boundaries.size();
@@ -92,7 +103,8 @@ void fill(State& state, const Case& c, const Scene& scene) {
   if (scene.source) scene.source->fill(state);
   for (const BodySpec& body : c.bodies) {
     if (fill_body(state, body, scene, c.numerics.particle_spacing()) == 0)
-      throw ConfigError("[[body]] shape: not one particle fits into it; use a smaller [numerics] cell_size_m");
+      throw ConfigError(
+          "[[body]] shape: not one particle fits into it, or above the ground; use a smaller [numerics] cell_size_m, or move it");
   }
 }
 
@@ -131,7 +143,9 @@ std::vector<std::string> particles_inside_boundaries(const State& state, const C
     if (scene.source && b != scene.obstacle) continue;
     const HeldParticles held = particles_inside(state, scene, scene.boundaries[b]);
     if (held.count == 0) continue;
-    const std::string which = b == scene.obstacle ? "the [obstacle]" : fmt::format("[[wall]] number {}", b + 1);
+    const std::string which = b == scene.obstacle  ? "the [obstacle]"
+                              : b == scene.terrain ? "the [terrain]"
+                                                   : fmt::format("[[wall]] number {}", b + 1);
     warnings.push_back(fmt::format("warning: {} {} inside {}, which holds {}, {} for one; move the [[body]] out of it, or the boundary",
                                    counted(held.count, "particle"), held.count == 1 ? "is" : "are", which, held.count == 1 ? "it" : "them",
                                    held.first));

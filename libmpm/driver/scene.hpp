@@ -13,8 +13,16 @@ namespace mpm {
 /// The mirror planes of a case, of its domain or of its conveyor.
 [[nodiscard]] MirrorPlanes mirror_planes(const Case& c);
 
-/// The scene of a case, and which of its boundaries is the obstacle.
+/// Where particles may be in a case, m: its domain, cut by that of a conveyor.
+struct CaseDomain {
+  Vec3 min, max;  ///< corners
+};
+/// @param ground  of the case; empty: none
+[[nodiscard]] CaseDomain case_domain(const Case& c, const std::shared_ptr<const HeightField>& ground);
+
+/// The scene of a case, and which of its boundaries are the ground and the obstacle.
 struct CaseScene : Scene {
+  std::optional<std::size_t> terrain;   ///< index of the uneven ground
   std::optional<std::size_t> obstacle;  ///< index of the boundary whose force is reported
 };
 
@@ -22,8 +30,8 @@ struct CaseScene : Scene {
 CaseScene make_scene(const Case& c);
 
 /// The particles of t = 0: bodies and the conveyor's plug.
-/// A body is a lattice that fills its shape with the body's exact volume; with mirror planes only the computed part is filled.
-/// Identity numbers run from 0 in the order of the bodies, x fastest.
+/// A body is a lattice that fills its shape with the body's exact volume; with mirror planes only the computed part is filled, and on
+/// uneven ground only what lies above it. Identity numbers run from 0 in the order of the bodies, x fastest.
 /// @param ranks  not null: all ranks call this, the others when the first is in it (Task::start). The blocks are divided evenly by their
 ///        particles, which are counted first, and no rank holds those of another. @throws ConfigError, on the first rank
 State make_state(const Case& c, const Scene& scene, Ranks* ranks = nullptr);

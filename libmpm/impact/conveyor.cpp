@@ -71,6 +71,7 @@ ConveyorSource::ConveyorSource(const ConveyorSpec& conveyor, const AnyMaterial& 
   density_ = density_of(material);
   weight_ = density_ * setting.gravity * std::cos(setting.slope);
   offset_ = setting.offset;
+  ground_ = setting.ground;
   endless_ = conveyor.feed == ConveyorSpec::Feed::window;
   mirror_y_ = conveyor.mirror_y;
   if (!endless_ && (inflow_.sheared() || !inflow_.steady()))
@@ -128,6 +129,11 @@ void ConveyorSource::insert(State& state, FluxTotals& entered, std::span<const P
       p.position[0] = x;
       p.position[1] = (j + 0.5) * spacing_y_;
       p.position[1] += p.position[1] > 0.0 ? shift_y : -shift_y;  // the halves stay mirror images of each other
+      if (ground_ != nullptr) {
+        const HeightField::Surface below = ground_->at({p.position[0], p.position[1]});
+        p.position[2] += below.height;
+        p.velocity[2] = p.velocity[0] * below.slope.x();
+      }
       for (int i = 0; i < 3; ++i) p.position[i] += offset_[i];
       p.id = state.next_id++;
       state.grid.insert(p);
@@ -187,7 +193,7 @@ FluxTotals ConveyorSource::release(State& state) const {
   return entered;
 }
 
-std::vector<Boundary> conveyor_walls(const ConveyorSpec& conveyor, ContactRule rule) {
+std::vector<Boundary> conveyor_walls(const ConveyorSpec& conveyor, ContactRule rule, bool floor) {
   const Inflow inflow(conveyor);
   const Vec3 belt(conveyor.velocity, 0.0, 0.0), outlet(inflow.fastest(), 0.0, 0.0);
   /// A wall that moves with the entering snow, if its speed varies with time or height.
@@ -198,7 +204,7 @@ std::vector<Boundary> conveyor_walls(const ConveyorSpec& conveyor, ContactRule r
                       }};
   };
   std::vector<Boundary> walls;
-  walls.emplace_back(Wall{Vec3::Zero(), Vec3::UnitZ(), Contact::separable, 0.0, Vec3::Zero(), false, rule});
+  if (floor) walls.emplace_back(Wall{Vec3::Zero(), Vec3::UnitZ(), Contact::separable, 0.0, Vec3::Zero(), false, rule});
   const double half = 0.5 * conveyor.width;
   walls.push_back(
       moving(Wall{Vec3(0, half, 0), -Vec3::UnitY(), conveyor.sidewall_contact, conveyor.sidewall_friction, belt, false, rule}, false));
@@ -228,6 +234,9 @@ void conveyor_domain(const ConveyorSpec& conveyor, const ConveyorSetting& settin
              -0.5 * conveyor.width - 2.0 * dx, -2.0 * dx);
   max = Vec3(window ? conveyor.downstream_length + outlet_cells * dx : travel + 20.0 * height, 0.5 * conveyor.width + 2.0 * dx,
              5.0 * height + 4.0 * head + 5.0);
+  if (setting.ground == nullptr) return;
+  min.z() += setting.ground->lowest();
+  max.z() += setting.ground->highest();
 }
 
 }  // namespace mpm

@@ -18,6 +18,10 @@
 /// speeds, each row when it is due; the inlet's nodes impose the profile, the side walls are frictionless, the outlet limits the speed to
 /// the profile.
 ///
+/// Uneven ground (ConveyorSetting::ground) takes the place of the floor: the snow enters at its height above the ground, and moves at v
+/// along x and v dh/dx along z. Side walls are then frictionless (a wall that moves along x would push the snow into a slope), and no
+/// inflow is sheared.
+///
 /// The plug starts at rest under its own weight (see settled_column), so that neither the first nor a fresh column oscillates.
 ///
 /// Lattice. Particles on the same lattice line follow the same stream line: where a mast spreads the flow, gaps open between the lines, at
@@ -26,6 +30,7 @@
 /// shifted within the lattice across the flow and in height, layer n by the n-th point of source/r2_sequence.hpp:
 /// any few layers in a row sample the cross-section evenly. "aligned" is the plain lattice, for comparison.
 
+#include "libmpm/boundary/height_field.hpp"
 #include "libmpm/core/step.hpp"
 #include "libmpm/impact/inflow.hpp"
 
@@ -47,12 +52,13 @@ std::vector<ColumnPoint> settled_column(const AnyMaterial& material, double weig
 
 /// Properties of the computation that the conveyor needs.
 struct ConveyorSetting {
-  double cell_size = 0.0;         ///< dx, m
-  double particle_spacing = 0.0;  ///< edge of the cube of one particle, m
-  double gravity = 0.0;           ///< g, m/s^2
-  double slope = 0.0;             ///< of the floor, rad
-  double duration = 0.0;          ///< of the run, s: sets the length of a strip
-  Vec3 offset = Vec3::Zero();     ///< of the scene against the grid, m
+  double cell_size = 0.0;                               ///< dx, m
+  double particle_spacing = 0.0;                        ///< edge of the cube of one particle, m
+  double gravity = 0.0;                                 ///< g, m/s^2
+  double slope = 0.0;                                   ///< of the floor, rad
+  double duration = 0.0;                                ///< of the run, s: sets the length of a strip
+  Vec3 offset = Vec3::Zero();                           ///< of the scene against the grid, m
+  std::shared_ptr<const HeightField> ground = nullptr;  ///< in place of the level floor; empty: that floor
 };
 
 /// Releases the plug, layer by layer; State::source_count is the number of layers released so far.
@@ -91,14 +97,15 @@ class ConveyorSource : public ParticleSource {
   double spacing_, spacing_y_, release_at_, density_, weight_;
   int half_count_, levels_;
   bool mirror_y_;
-  Vec3 offset_;  ///< of the scene against the grid, m
+  Vec3 offset_;                                ///< of the scene against the grid, m
+  std::shared_ptr<const HeightField> ground_;  ///< empty: level
   bool endless_;
   std::uint64_t initial_layers_;
   std::vector<Layer> layers_;  ///< of a steady inflow, one for each level
 };
 
-/// Floor, side walls, inlet and outlet.
-std::vector<Boundary> conveyor_walls(const ConveyorSpec& conveyor, ContactRule rule);
+/// Floor, side walls, inlet and outlet. @param floor  false: without the floor, which uneven ground replaces
+std::vector<Boundary> conveyor_walls(const ConveyorSpec& conveyor, ContactRule rule, bool floor = true);
 
 /// Bounds beyond which particles have left; follows from the spec; high enough for jets of four velocity heads.
 void conveyor_domain(const ConveyorSpec& conveyor, const ConveyorSetting& setting, Vec3& min, Vec3& max);

@@ -112,12 +112,23 @@ std::size_t for_each_point(const BodySpec& body, const MirrorPlanes& planes, dou
 std::size_t fill_body(State& state, const BodySpec& body, const Scene& scene, double spacing) {
   const std::size_t whole = for_each_point(body, scene.mirror, spacing, [](const Vec3&, double) {});
   if (whole == 0) return 0;
+  std::vector<const Terrain*> grounds;
+  for (const Boundary& boundary : scene.boundaries) {
+    if (const auto* const terrain = std::get_if<Terrain>(&boundary)) grounds.push_back(terrain);
+  }
+  std::size_t buried = 0, filled = 0;  // points below the ground, and the others
   const double volume = volume_of(body) / static_cast<double>(whole);
   const double internal = initial_internal_of(scene.material);
   for_each_point(body, scene.mirror, spacing, [&](const Vec3& x, double fraction) {
     Particle p{};
+    const Vec3 place = x + scene.offset;
+    if (std::ranges::any_of(grounds, [&](const Terrain* ground) { return place.z() < ground->surface(place).height; })) {
+      ++buried;
+      return;
+    }
+    ++filled;
     for (int i = 0; i < 3; ++i) {
-      p.position[i] = x[i] + scene.offset[i];
+      p.position[i] = place[i];
       p.velocity[i] = body.velocity[i];
     }
     p.volume = fraction * volume;
@@ -126,7 +137,7 @@ std::size_t fill_body(State& state, const BodySpec& body, const Scene& scene, do
     state.grid.insert(p);
   });
   state.max_speed = std::max(state.max_speed, body.velocity.norm());
-  return whole;
+  return buried > 0 && filled == 0 ? 0 : whole;
 }
 
 bool meets_obstacle(const BodySpec& body, const ObstacleSpec& obstacle) {

@@ -47,7 +47,8 @@ struct BodySpec {
 [[nodiscard]] bool meets_obstacle(const BodySpec& body, const ObstacleSpec& obstacle);
 
 /// Adds the particles of a body at rest in its reference state: a lattice that fills the shape with the body's exact volume. With mirror
-/// planes only the computed part is filled; a particle on a plane keeps half its volume. Identity numbers rise with x fastest, then y, z.
+/// planes only the computed part is filled; a particle on a plane keeps half its volume. On uneven ground particles whose centre is below
+/// it are left out. Identity numbers rise with x fastest, then y, z.
 ///
 /// A staggered lattice: layer n along the largest component of the velocity (z for a body at rest) is shifted within the lattice's cells
 /// along the other two axes by the n-th point of r2_sequence.hpp, less a half. Particles that follow one another on the same lines keep to

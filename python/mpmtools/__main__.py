@@ -110,7 +110,10 @@ def parser():
                           help="kg/m^3 (default: %(default)s, that of com1DFA's standard set-up)")
     imported.add_argument("--simulation", metavar="NAME", help="where the folder holds several")
     imported.add_argument("--dem", metavar="FILE", help="elevation, where DIR/Inputs does not hold just one raster")
-    imported.add_argument("--out", default="out/avaframe", metavar="FOLDER", help="for case.toml, inflow.csv and site.toml (default: %(default)s)")
+    imported.add_argument("--terrain", action=argparse.BooleanOptionalAction, default=None,
+                          help="take the terrain as the floor of the case, or a plane (default: the terrain, where over 50 m before the mast it "
+                          "differs from a plane by more than a tenth of the flow depth)")
+    imported.add_argument("--out", default="out/avaframe", metavar="FOLDER", help="for case.toml, inflow.csv, site.toml and terrain.asc (default: %(default)s)")
 
     schema = command("json-schema", "the JSON schema of case files, for editors that complete and check while one types", run_schema)
     schema.add_argument("--out", metavar="FILE", help="file to write (default: standard output)")

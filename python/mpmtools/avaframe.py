@@ -21,6 +21,8 @@ LEAST_DEPTH = 0.1  # m: below, the flow is not an avalanche that a grid can reso
 MOST_DEPTH, MOST_SPEED = 100.0, 200.0  # m, m/s: beyond, the unit is wrong
 STEEPEST, FINEST = 60.0, 0.02  # degrees; m, of the cells of a raster: beyond, the unit is wrong
 PATCH = 50.0  # m: way before the point over which the ground is compared with a plane
+UNEVEN = 0.1  # flow depths: a case gets the terrain where the ground differs by more from a plane (assumed)
+BELT = 9.0  # mast widths: belt of the case below, 6 + 3 log10(hardening_xi / 0.05)
 
 
 class Raster:
@@ -146,6 +148,8 @@ class Ground(NamedTuple):
     slope: float  # rad
     direction: float  # of the steepest descent, rad from east, counter-clockwise
     unevenness: float  # m: largest distance from the best plane over PATCH before the point; NaN: not inside the DEM
+    mean_slope: float = math.nan  # of that plane, likewise
+    mean_direction: float = math.nan
 
 
 def ground_at(dem, x, y):
@@ -163,11 +167,44 @@ def ground_at(dem, x, y):
     try:
         z = np.array([dem.at(x - a * c - b * s, y - a * s + b * c) for a, b in zip(along.ravel(), across.ravel())])
         plane = np.column_stack([np.ones(z.size), along.ravel(), across.ravel()])
-        rest = z - plane @ np.linalg.lstsq(plane, z, rcond=None)[0]
-        unevenness = float(np.max(np.abs(rest)))
+        best = np.linalg.lstsq(plane, z, rcond=None)[0]
+        unevenness = float(np.max(np.abs(z - plane @ best)))
+        upwards, left = best[1:]  # how much it rises against the direction, and across
+        mean = math.atan(math.hypot(upwards, left)), direction + math.atan2(-left, upwards)
     except (ConfigError, np.linalg.LinAlgError):
-        unevenness = math.nan
-    return Ground(math.atan(math.hypot(gx, gy)), direction, unevenness)
+        unevenness, mean = math.nan, (math.nan, math.nan)
+    return Ground(math.atan(math.hypot(gx, gy)), direction, unevenness, *mean)
+
+
+def terrain_of(dem, x, y, slope, direction, low, high, spacing):
+    """Heights over the plane of this slope and direction through the point, normal to it, at regular points along the plane.
+
+    low, high  corners in the frame of the plane, m: x along the direction, y to the left of it. @return heights, a row for each y
+    """
+    counts = [math.ceil((b - a) / spacing) + 1 for a, b in zip(low, high)]
+    along, across = np.meshgrid(low[0] + spacing * np.arange(counts[0]), low[1] + spacing * np.arange(counts[1]))
+    c, s = math.cos(direction), math.sin(direction)
+    here = dem.at(x, y)
+
+    def residual(a, b):  # vertical distance of the ground from the plane at a horizontal way a
+        return dem.at(x + a * c - b * s, y + a * s + b * c) - here + a * math.tan(slope)
+
+    heights = np.empty(along.shape)
+    for place, (a, b) in enumerate(zip(along.ravel(), across.ravel())):
+        way, rest = a * math.cos(slope), 0.0
+        for _ in range(8):  # the point whose foot on the plane is (a, b); each time its error falls by slope times relief
+            rest = residual(way, b)
+            way = (a + rest * math.sin(slope)) * math.cos(slope)
+        heights.ravel()[place] = rest * math.cos(slope)
+    return heights
+
+
+def write_terrain(path, heights, low, spacing):
+    """An ESRI ASCII grid in the coordinates of the case."""
+    rows = "\n".join(" ".join(f"{h:.4f}" for h in row) for row in heights[::-1])
+    head = f"ncols {heights.shape[1]}\nnrows {heights.shape[0]}\nxllcenter {low[0]:.6g}\nyllcenter {low[1]:.6g}\ncellsize {spacing:.6g}\n"
+    with open(path, "w", encoding="utf-8") as file:
+        file.write(head + rows + "\n")
 
 
 def time_steps(folder, simulation=None):
@@ -246,7 +283,7 @@ density_kg_m3 = {density:g}
 inflow_csv = "inflow.csv"      # time, depth normal to the ground, speed
 upstream_length_m = {upstream:g}
 downstream_length_m = {downstream:g}
-
+{ground}
 [obstacle]
 width_m = {width:g}
 depth_m = {width:g}
@@ -257,6 +294,15 @@ gravity_m_s2 = {gravity:.6g}   # g cos(slope), slope {slope:.1f} degrees: the gr
 
 [output]
 duration_s = {duration:g}
+"""
+
+
+TERRAIN = """\
+sidewall_contact = "slip"      # side walls that drag the snow would push it into slopes
+mirror_y = false
+
+[terrain]
+file = "terrain.asc"           # heights over the mean plane of {patch:g} m; it allows upstream_length_m up to {upstream:g}
 """
 
 
@@ -276,26 +322,64 @@ width_m = {width:g}
 """
 
 
-def import_avalanche(folder, x, y, width, out, simulation=None, dem=None, density=200.0):
-    """Writes inflow.csv, case.toml and site.toml. @return lines for the user"""
+class CaseTerrain(NamedTuple):
+    """Uneven ground of a case, in its frame."""
+
+    heights: np.ndarray  # m
+    low: tuple  # south-western point, m
+    spacing: float  # m
+    text: str  # of the case file
+
+
+def case_terrain(dem, x, y, ground, width, cell, upstream, downstream):
+    """The terrain from PATCH before the mast, or from the inlet where the DEM ends before, to the outlet."""
+    if not math.isfinite(ground.mean_slope):
+        raise ConfigError(f"{dem.path} does not cover the {PATCH:g} m before {x:g},{y:g}, so that it gives no mean plane; leave --terrain out, or "
+                          "give a larger DEM")
+    margin, spacing = 5.0 * cell, max(dem.cell_size, cell)
+    half = 0.5 * BELT * width + margin
+    for before in (max(PATCH, upstream), upstream):
+        low = (-before - margin, -half)
+        try:
+            heights = terrain_of(dem, x, y, ground.mean_slope, ground.mean_direction, low, (downstream + margin, half), spacing)
+        except ConfigError:  # it ends before
+            continue
+        if np.isfinite(heights).all():
+            return CaseTerrain(heights, low, spacing, TERRAIN.format(patch=PATCH, upstream=math.floor(before)))
+    raise ConfigError(f"{dem.path} does not cover the window of the case, {upstream:g} m before and {half:.3g} m beside {x:g},{y:g}; give a larger "
+                      "DEM, or leave the ground plane with --no-terrain")
+
+
+def import_avalanche(folder, x, y, width, out, simulation=None, dem=None, density=200.0, terrain=None):
+    """Writes inflow.csv, case.toml, site.toml and, on uneven ground, terrain.asc. @return lines for the user
+
+    terrain  whether the case gets the terrain; None: where the ground differs from a plane by more than UNEVEN
+    """
     name, steps = time_steps(folder, simulation)
     dem = dem or find_dem(folder)
     unchecked = check_same_projection([dem, *(path for files in steps.values() for path in files.values())])
-    ground = ground_at(read_raster(dem), x, y)
+    elevation = read_raster(dem)
+    ground = ground_at(elevation, x, y)
     times, depth, speed = flow_at(steps, x, y)
     cell = min(width, depth.max()) / 5.0 if depth.max() > 0.0 else width / 5.0
     times, depth, speed = passage(times, depth, speed, max(LEAST_DEPTH, cell))
     strongest = int(np.argmax(depth * speed**2))
     title = f"{name} at {x:g}, {y:g}".replace('"', "'")
     reach = width * math.ceil(max(width, math.sqrt(width * depth.max())) / width)
+    upstream, downstream = 4 * reach, width + reach
+    uneven = ground.unevenness > UNEVEN * depth.max() if terrain is None else terrain
+    relief = case_terrain(elevation, x, y, ground, width, cell, upstream, downstream) if uneven else None
+    slope = ground.mean_slope if relief else ground.slope
     try:
         os.makedirs(out, exist_ok=True)
         with open(os.path.join(out, "inflow.csv"), "w", encoding="utf-8") as file:
             file.write("time_s,depth_m,velocity_m_s\n" + "".join(f"{t:.6g},{d:.6g},{v:.6g}\n" for t, d, v in zip(times, depth, speed)))
         with open(os.path.join(out, "case.toml"), "w", encoding="utf-8") as file:
-            file.write(CASE.format(title=title, density=density, width=width, cell=cell, upstream=4 * reach,
-                                   downstream=width + reach, gravity=STANDARD_GRAVITY * math.cos(ground.slope), slope=math.degrees(ground.slope),
-                                   duration=math.ceil(times[-1])))
+            file.write(CASE.format(title=title, density=density, width=width, cell=cell, upstream=upstream,
+                                   downstream=downstream, gravity=STANDARD_GRAVITY * math.cos(slope), slope=math.degrees(slope),
+                                   duration=math.ceil(times[-1]), ground=relief.text if relief else ""))
+        if relief:
+            write_terrain(os.path.join(out, "terrain.asc"), relief.heights, relief.low, relief.spacing)
         with open(os.path.join(out, "site.toml"), "w", encoding="utf-8") as file:
             file.write(SITE.format(title=title, time=times[strongest], depth=depth[strongest], speed=speed[strongest], density=density,
                                    slope=math.degrees(ground.slope), width=width))
@@ -305,7 +389,9 @@ def import_avalanche(folder, x, y, width, out, simulation=None, dem=None, densit
              f"slope {math.degrees(ground.slope):.1f} degrees, falling towards {math.degrees(ground.direction) % 360:.0f} degrees from east"]
     if math.isfinite(ground.unevenness):
         size = "less than 0.01" if ground.unevenness < 0.01 else f"up to {ground.unevenness:.2g}"
-        lines.append(f"the ground differs by {size} m from a plane over {PATCH:g} m before the point; the run takes a plane")
+        takes = (f"terrain.asc, over the mean plane with {math.degrees(slope):.1f} degrees, falling towards "
+                 f"{math.degrees(ground.mean_direction) % 360:.0f} degrees from east" if relief else "a plane")
+        lines.append(f"the ground differs by {size} m from a plane over {PATCH:g} m before the point; the run takes {takes}")
     if unchecked:
         lines.append(unchecked)
     lines.append(f"largest v^2 H: {depth[strongest]:.3g} m at {speed[strongest]:.3g} m/s, {times[strongest]:.3g} s after the arrival")
@@ -321,4 +407,5 @@ def run_command(options):
         raise ConfigError(f"--at {options.at}: give two coordinates, X,Y") from None
     if not 0.05 <= options.mast_width <= 100.0:
         raise ConfigError(f"--mast-width {options.mast_width:g}: give metres from 0.05 to 100")
-    print("\n".join(import_avalanche(options.directory, x, y, options.mast_width, options.out, options.simulation, options.dem, options.density)))
+    print("\n".join(import_avalanche(options.directory, x, y, options.mast_width, options.out, options.simulation, options.dem, options.density,
+                                     options.terrain)))

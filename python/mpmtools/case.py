@@ -49,7 +49,7 @@ class Case:
     The program judges them, in `check` and in `run`; a wrong one raises ConfigError with its name, the reason and a remedy.
 
     tables  the case as dicts, lists and values
-    folder  where the files are that the case names (inflow_csv); the folder of the case file
+    folder  where the files are that the case names (inflow_csv, terrain.file); the folder of the case file
     """
 
     def __init__(self, tables, folder="."):
@@ -154,8 +154,8 @@ class Case:
 
     def _files(self):
         """Files that the case names, by key, as absolute paths."""
-        key = "conveyor.inflow_csv"
-        return {key: (self.folder / self[key]).resolve()} if key in self else {}
+        keys = ("conveyor.inflow_csv", "terrain.file")
+        return {key: (self.folder / self[key]).resolve() for key in keys if key in self}
 
     def as_file(self):
         """The case as a file that exists inside `with case.as_file() as path`, for a command of your own."""

@@ -15,6 +15,7 @@ from matplotlib.patches import Polygon, Rectangle
 from mpmtools.errors import InputError
 from mpmtools.figures.colours import BLUE, GREEN, GREY, ORANGE, STRESS_COLOURS
 from mpmtools.inflow import measured_inflow
+from mpmtools.terrain import terrain_of
 
 STRIP = 3.0 / 7.0  # half width of the paper's measuring strip over the width of the mast (Appendix A2)
 
@@ -127,9 +128,14 @@ def draw_section(axes, run, section, norm, points_per_m, top):
     """The particles of a Section, the ground and the obstacle. @return the scatter, for a colour bar"""
     dot = max(1.0, (0.9 * run.particle_spacing * points_per_m) ** 2)
     points = axes.scatter(section.x, section.z, c=section.stress, s=dot, cmap=STRESS_COLOURS, norm=norm, linewidths=0, rasterized=True)
-    axes.axhline(0.0, color="0.2", linewidth=1.5)
+    terrain = terrain_of(run)
+    if terrain:
+        axes.fill_between(terrain.x, terrain.section(), terrain.height.min() - 1.0, facecolor="0.9", edgecolor="0.2", linewidth=1.5, zorder=0.5)
+    else:
+        axes.axhline(0.0, color="0.2", linewidth=1.5)
     if run.obstacle:
-        axes.add_patch(Rectangle((0.0, 0.0), run.obstacle_depth, run.obstacle.get("height_m", 2.0 * top), facecolor="0.8",
+        foot = terrain.height.min() if terrain else 0.0
+        axes.add_patch(Rectangle((0.0, foot), run.obstacle_depth, run.obstacle.get("height_m", 2.0 * top) - foot, facecolor="0.8",
                                  edgecolor="0.2", hatch="///", linewidth=1.2, zorder=0))
     axes.set(title=f"t = {section.time:.2f} s", ylabel="height $z$ (m)",
              xlabel="$x$ (m), 0 at the front of the obstacle" if run.obstacle else "$x$ (m)")
@@ -145,7 +151,8 @@ def side_view(run, frame=None, axes=None):
     left, right = shown_range(run, [section])
     top = shown_top([section], left, right)
     axes = _axes(axes, (9.0, 1.5 + 7.0 * min(1.2, top / (right - left))))
-    axes.set(xlim=(left, right), ylim=(-0.02 * top, top))
+    terrain = terrain_of(run)
+    axes.set(xlim=(left, right), ylim=(min(-0.02 * top, terrain.section().min() if terrain else 0.0), top))
     axes.set_aspect("equal")
     width = axes.get_window_extent().width / axes.figure.dpi
     points = draw_section(axes, run, section, stress_norm([section]), 72.0 * width / (right - left), top)

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include "libmpm/core/diagnostics.hpp"
+#include "support/ground.hpp"
 #include "support/solver_states.hpp"
 
 namespace mpm {
@@ -112,6 +113,22 @@ TEST_P(Momentum, ClosesAtObstaclesOfEveryShapeAndOverTheirTop) {
       const auto impulses = expect_balance(c, 200);            // 0.3 s: past the obstacle
       EXPECT_GT(impulses.back().x(), 100.0) << shape.index();  // N s
     }
+  }
+}
+
+TEST_P(Momentum, ClosesOnUnevenGroundRoundAMast) {
+  for (const double friction : {0.0, 0.3}) {
+    Case c = testing::small_avalanche(6.0);
+    use_scheme(c);
+    c.conveyor->mirror_y = false;
+    c.conveyor->sidewall_contact = Contact::slip;
+    c.conveyor->upstream_length = 1.0;
+    c.obstacle->friction = 0.3;
+    c.terrain = testing::ground_spec([](double x, double y) { return 0.2 * std::sin(2.0 * x) * std::cos(1.5 * y); }, 6.0, 0.25);
+    c.terrain->friction = friction;
+    const auto impulses = expect_balance(c, 200);
+    EXPECT_GT(impulses.front().norm(), 100.0) << "the ground";  // N s
+    EXPECT_GT(impulses.back().x(), 100.0) << "the mast";
   }
 }
 

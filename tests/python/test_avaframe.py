@@ -62,6 +62,72 @@ class Avalanche(InFolder):
         step = self.convert()[2]
         self.assertIn("up to 0.9", step)  # a ridge of 1 m on one of eleven rows: the plane takes 1/11 of it
 
+    def uneven(self, relief):
+        """A slope that falls 1 in 4 to the north-west, and a wave along and across it."""
+        east, north = self.x - 1100.0, self.y - 2050.0
+        wave = relief * np.sin(east / 9.0) * np.cos(north / 7.0)
+        self.raster(self.folder / "Inputs" / "dem.asc", 500.0 + 0.25 * (east - north) / math.sqrt(2.0) + wave)
+
+    def terrain(self):
+        return avaframe.read_raster(str(self.folder / "case" / "terrain.asc"))
+
+    def test_gives_the_case_the_terrain_where_it_is_uneven(self):
+        self.uneven(0.1)
+        self.assertIn("the run takes a plane", self.convert()[2])  # a wave of 0.1 m under a flow of 2 m
+        self.assertFalse((self.folder / "case" / "terrain.asc").exists())
+        self.uneven(1.0)
+        self.assertIn("the run takes terrain.asc", self.convert()[2])
+        case = Case.read(self.folder / "case" / "case.toml")
+        self.assertEqual((case["terrain.file"], case["conveyor.sidewall_contact"], case["conveyor.mirror_y"]), ("terrain.asc", "slip", False))
+        self.assertLess(self.terrain().x0, -50.0)
+        self.assertNotIn("terrain", Case.read(self.converted_without()).tables)
+
+    def converted_without(self):
+        self.convert(out=str(self.folder / "plane"), terrain=False)
+        return self.folder / "plane" / "case.toml"
+
+    def test_turns_the_terrain_into_the_frame_of_the_flow(self):
+        self.uneven(1.0)
+        self.convert()
+        ground = avaframe.ground_at(avaframe.read_raster(str(self.folder / "Inputs" / "dem.asc")), 1100.0, 2050.0)
+        slope, direction = ground.mean_slope, ground.mean_direction
+        self.assertAlmostEqual(math.degrees(direction) % 360.0, 135.0, delta=10.0)  # north-west; the wave turns the plane a little
+        dem, raster = avaframe.read_raster(str(self.folder / "Inputs" / "dem.asc")), self.terrain()
+        self.assertAlmostEqual(raster.at(0.0, 0.0), 0.0, delta=0.15)  # the mast's foot, between points of the raster 5 m apart
+        c, s = math.cos(direction), math.sin(direction)
+        rows, columns = raster.data.shape
+        for row in range(rows):
+            for column in range(0, columns, 3):
+                along, across = raster.x0 + column * raster.cell_size, raster.y0 + (rows - 1 - row) * raster.cell_size
+                height = raster.data[row, column]
+                way = along * math.cos(slope) + height * math.sin(slope)  # back to the map: horizontal, and vertical
+                rise = height * math.cos(slope) - along * math.sin(slope)
+                there = dem.at(1100.0 + way * c - across * s, 2050.0 + way * s + across * c)
+                self.assertAlmostEqual(there - dem.at(1100.0, 2050.0), rise, delta=2e-4)  # four decimals, and what the iteration leaves
+
+    def test_takes_a_plane_as_terrain_if_asked(self):
+        self.convert(terrain=True)
+        self.assertLess(np.max(np.abs(self.terrain().data)), 2e-4)
+
+    def test_refuses_terrain_that_the_dem_does_not_hold(self):
+        self.uneven(1.0)
+        with self.assertRaisesRegex(ConfigError, "does not cover the 50 m before"):
+            self.convert(x=1180.0, terrain=True)
+        self.x, self.y = self.x[5:16], self.y[5:16]
+        head = f"ncols {COLUMNS}\nnrows 11\nxllcenter {X0}\nyllcenter {Y0 + 25.0}\ncellsize {CELL}\nnodata_value -9999.00\n"
+        dem = 500.0 - 0.25 * (self.x - X0) + np.sin(self.x / 9.0)
+        (self.folder / "Inputs" / "dem.asc").write_text(head + "\n".join(" ".join(f"{v:.5f}" for v in row) for row in dem) + "\n")
+        with self.assertRaisesRegex(ConfigError, "does not cover the window of the case.*--no-terrain"):
+            self.convert(width=6.0, terrain=True)
+
+    @needs_program
+    def test_writes_terrain_that_the_program_accepts(self):
+        self.uneven(1.0)
+        self.convert()
+        done = subprocess.run([os.environ["MPM"], "check", self.folder / "case" / "case.toml"], capture_output=True, text=True, check=False)
+        self.assertEqual(done.returncode, 0, done.stderr)
+        self.assertIn('raster = "ncols', done.stdout)
+
     def test_interpolates_between_cell_centres_with_north_up(self):
         self.raster(self.folder / "plane.asc", self.x + 2 * self.y)
         raster = avaframe.read_raster(str(self.folder / "plane.asc"))

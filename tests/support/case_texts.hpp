@@ -143,6 +143,23 @@ contact = "nodal"
 duration_s = 1.0
 )";
 
+inline const std::string ground_case = R"([material]
+model = "hencky_elastic"
+[[body]]
+min_m = [-1.0, -1.0, 0.0]
+max_m = [1.0, 1.0, 1.0]
+[terrain]
+raster = "ncols 3 nrows 2 xllcenter -5 yllcenter -5 cellsize 10 0.5 0 0 0 0 0.25"
+contact = "slip"
+friction = 0.2
+surface_speed_m_s = 1.5
+[domain]
+min_m = [-5.0, -5.0, -1.0]
+max_m = [5.0, 5.0, 6.0]
+[output]
+duration_s = 1.0
+)";
+
 inline const std::string small_scene = R"([[body]]
 min_m = [0, 0, 0]
 max_m = [1, 1, 1]

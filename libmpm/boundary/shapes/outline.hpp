@@ -10,9 +10,9 @@
 #include <span>
 #include <vector>
 
-namespace mpm {
+#include "libmpm/base/types.hpp"
 
-using Vec2 = Eigen::Vector2d;  ///< x, y in plan, m
+namespace mpm {
 
 /// How a shape meets the flow. How well a grid resolves the force depends on it: the numerical uncertainty of a run is looked up by it.
 enum class Front : std::uint8_t {

@@ -89,7 +89,7 @@ def page_data(run, largest=LARGEST):
             "every": every, "mirror_x": bool(attributes.get("mirror_x")), "mirror_y": bool(attributes.get("mirror_y")), "frames": stored,
             "fields": [{"name": name, "label": FIELDS[name][0], "unit": FIELDS[name][1], "low": ranges[name][0], "high": ranges[name][1],
                         "colours": colours["stress_xx" if FIELDS[name][3] else "speed"]} for name in FIELDS],
-            "obstacle": obstacle, "floor": run.flow_height is not None or bool(run.case.get("wall"))}
+            "obstacle": obstacle, "floor": "terrain" not in run.case and (run.flow_height is not None or bool(run.case.get("wall")))}
 
 
 def write_view(folder, out=None, largest=LARGEST):

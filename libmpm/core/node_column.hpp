@@ -1,0 +1,126 @@
+#pragma once
+/// Contact of a column of nodes with a plane: the rule that second-order walls, tops of solids and uneven ground share.
+///
+/// The first node of a column is the master, the others behind it are its slaves: the normal velocity relative to the surface goes linearly
+/// through zero on the plane, v_k.n = c_k v_m.n with c_k = d_k/d_m, d the distance before the plane along the column (negative behind).
+/// v_m = sum c_k m_k v_k / sum c_k^2 m_k is the projection of the node velocities onto that form, orthogonal in the kinetic-energy norm.
+
+#include <algorithm>
+#include <array>
+#include <limits>
+#include <optional>
+
+#include "libmpm/boundary/contact.hpp"
+#include "libmpm/boundary/impulse.hpp"
+#include "libmpm/core/grid.hpp"
+#include "libmpm/core/mirror.hpp"
+
+namespace mpm {
+
+inline constexpr double nearest_master = 0.5;  ///< least distance of a master from the plane, cells
+
+/// A node of the grid.
+struct NodeAt {
+  Node* node = nullptr;           ///< null if there is no block
+  std::int32_t block = no_block;  ///< index of its block
+  int number = 0;                 ///< in the block
+};
+
+/// Node `by` steps along an axis from a block's node, at most a block's edge; null if there is no block.
+inline NodeAt node_at(Grid& grid, std::int32_t block, int number, int axis, int by) {
+  const int moved = place_along(axis, number) + by;
+  int offset[3] = {0, 0, 0};
+  offset[axis] = moved < 0 ? -1 : moved >= block_edge ? 1 : 0;
+  const std::int32_t to = grid.block(block).neighbour[static_cast<std::size_t>(neighbour_slot(offset[0], offset[1], offset[2]))];
+  if (to == no_block) return {};
+  const int there = number + (by - block_edge * offset[axis]) * node_stride(axis);
+  return {&grid.nodes(to).node[there], to, there};
+}
+
+/// A node of a column.
+struct ColumnNode {
+  NodeAt at;                                            ///< its storage
+  double mass = 0.0;                                    ///< on the grid, kg; 0 if there is no block
+  Vec3 before = Vec3::Zero(), velocity = Vec3::Zero();  ///< relative to the surface, before and after contact, m/s
+};
+
+/// What a column meets.
+struct ColumnSurface {
+  Vec3 normal;      ///< unit, into the material
+  Contact contact;  ///< of the surface
+  double friction;  ///< mu
+};
+
+/// A column, with the velocity of each node relative to that of the master.
+template <std::size_t count>
+struct NodeColumn {
+  std::array<ColumnNode, count> node;  ///< the master first
+  std::array<double, count> c;         ///< d_k/d_m
+};
+
+/// Collects the first `used` nodes of a fresh column; the others keep no mass. @param inward  +1 or -1, the step along the axis from a node
+/// to the next one behind it. @param surface  its velocity, m/s. @returns whether any material is behind the master
+template <std::size_t count>
+bool collect_column(Grid& grid, std::int32_t block, int number, int axis, int inward, const Vec3& surface, NodeColumn<count>& column,
+                    std::size_t used = count) {
+  bool behind = false;
+  for (std::size_t k = 0; k < used; ++k) {
+    ColumnNode& c = column.node[k];
+    c.at = node_at(grid, block, number, axis, inward * static_cast<int>(k));
+    if (c.at.node == nullptr || (*c.at.node)[3] <= 0.0) continue;
+    c.mass = (*c.at.node)[3];
+    c.before = Vec3((*c.at.node)[0], (*c.at.node)[1], (*c.at.node)[2]) - surface;
+    behind |= k > 0;
+  }
+  return behind;
+}
+
+/// Velocities of a column after contact. no_slip: all components go through zero; separable: only where the column as a whole is pushed
+/// against the surface. Coulomb friction takes from the tangential velocities v_t the same fraction s of the change to sticking
+/// (v_t = c_k w), s <= 1 and s |J_stick| <= mu |J_n|. @param strongest  bound of the normal impulse, kg m/s
+/// @returns the normal impulse on the surface, positive for compression; empty if the column is free
+template <std::size_t count>
+std::optional<double> fold_column(NodeColumn<count>& column, const ColumnSurface& surface,
+                                  double strongest = std::numeric_limits<double>::infinity()) {
+  const Vec3& normal = surface.normal;
+  Vec3 momentum = Vec3::Zero();
+  double mass = 0.0;
+  for (std::size_t k = 0; k < count; ++k) {
+    momentum += column.c[k] * column.node[k].mass * column.node[k].before;
+    mass += column.c[k] * column.c[k] * column.node[k].mass;
+  }
+  const Vec3 held = momentum / mass;  // velocity of the master if all stick
+  Vec3 sticking = Vec3::Zero();       // impulse needed for that
+  for (std::size_t k = 0; k < count; ++k) sticking += column.node[k].mass * (column.node[k].before - column.c[k] * held);
+  const double pull = normal.dot(sticking);  // negative: material pushes against the surface
+  if (surface.contact == Contact::separable && pull >= 0.0) return std::nullopt;
+  double fraction = 0.0;  // of the tangential change to sticking
+  if (surface.contact == Contact::no_slip) {
+    fraction = 1.0;
+  } else if (surface.friction > 0.0 && pull < 0.0) {
+    const double all = (sticking - pull * normal).norm(), most = -surface.friction * pull;
+    fraction = all > most ? most / all : 1.0;
+  }
+  const double part = -pull > strongest ? strongest / -pull : 1.0;  // factor of all impulses
+  for (std::size_t k = 0; k < count; ++k) {
+    ColumnNode& n = column.node[k];
+    const Vec3 stuck = column.c[k] * held;
+    n.velocity = n.before + fraction * (stuck - n.before);
+    n.velocity = n.velocity - normal.dot(n.velocity) * normal + normal.dot(stuck) * normal;  // exact for a normal along an axis
+    if (part < 1.0) n.velocity = n.before + part * (n.velocity - n.before);
+  }
+  return -part * pull;
+}
+
+/// Sets a node's velocity, relative to a surface. @param impulse  the momentum that the node lost, of the computed part, is added to it
+inline void set_velocity(const Grid& grid, const NodeAt& at, const MirrorPlanes& mirror, const Vec3& surface, const Vec3& velocity,
+                         const Vec3& reference, Impulse& impulse) {
+  const Index3& block = grid.block(at.block).coordinate;
+  Node& node = *at.node;
+  const Vec3 after = surface + velocity;
+  const Vec3 given = computed_fraction(mirror, block, at.number) * node[3] * (Vec3(node[0], node[1], node[2]) - after);
+  impulse.add(given, node_position(block, at.number, grid.cell_size()) - reference, surface);
+  node = Node{after.x(), after.y(), after.z(), node[3]};
+}
+
+}  // namespace mpm
