@@ -11,7 +11,7 @@ namespace mpm {
 
 /// z = h(x, y), between regular points by Catmull-Rom's cubic along both axes (Keys 1981, IEEE Trans. Acoust. 29, with a = -1/2): h passes
 /// through the points, its slope is continuous, planes are exact and so are quadratic surfaces away from the edge. Beyond the outermost
-/// points the surface goes on with the slope that it has there. Equal heights at all points give this height to the last bit.
+/// points it goes on with the slope of the nearest place that they span. Equal heights at all points give this height to the last bit.
 class HeightField {
  public:
   /// The points.

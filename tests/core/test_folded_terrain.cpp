@@ -46,7 +46,7 @@ Grid filled(const Terrain& ground, F&& f) {
     n = f(at);
     const Vec3 x = dx * Vec3(at[0], at[1], at[2]);
     const HeightField::Surface surface = ground.surface(x);
-    if (x.z() - surface.height < -1.5 * dx * (1.0 + surface.slope.cwiseAbs().sum()) - 1e-9) n = Node{};
+    if (x.z() - surface.height < -1.5 * dx * (1.0 + surface.slope.cwiseAbs().sum()) + 1e-9) n = Node{};
   });
   return grid;
 }
@@ -80,8 +80,9 @@ TEST(FoldedTerrain, ThatIsLevelIsTheWallToTheLastBit) {
         for_each_node(on_ground, [&](Node& n, const Index3& at) {
           EXPECT_EQ(velocity_of(n), velocity_of(*find_node(on_wall, at))) << height << ' ' << at[2];
         });
-        EXPECT_EQ(ground_impulse.linear, wall_impulse.linear);
-        EXPECT_EQ(ground_impulse.work, wall_impulse.work);
+        // summed in another order: some thousand nodes of 5 N s
+        EXPECT_LE((ground_impulse.linear - wall_impulse.linear).norm(), round_off * 4e4);
+        EXPECT_NEAR(ground_impulse.work, wall_impulse.work, round_off * 4e4);
       }
     }
   }
@@ -107,6 +108,7 @@ TEST(FoldedTerrain, LetsAFieldThroughThatIsLinearFromThePlaneOn) {
         fold(after, ground);
         // 10 m/s; heights are rounded, 1e-16 of 4 m/s a cell
         for_each_node(before, [&](Node& n, const Index3& at) {
+          if (std::abs(ground.surface(dx * Vec3(at[0], at[1], 0.0)).height) > 1.2) return;  // its master may be outside the grid
           EXPECT_LE((velocity_of(n) - velocity_of(*find_node(after, at))).norm(), 20.0 * round_off) << along_x << ' ' << height;
         });
       }

@@ -1,5 +1,6 @@
 /// [terrain]: rasters of uneven ground in a case.
 
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
