@@ -232,7 +232,7 @@ std::string raster_text(const HeightField::Points& p) {
   for (const double h : p.height) hole_like |= h == -9999.0;
   if (hole_like) text += " nodata_value nan";
   for (std::size_t j = p.rows; j-- > 0;) {
-    for (std::size_t i = 0; i < p.columns; ++i) text += " " + format_number(p.height[j * p.columns + i]);
+    for (std::size_t i = 0; i < p.columns; ++i) text.append(" ").append(format_number(p.height[j * p.columns + i]));
   }
   return text;
 }
