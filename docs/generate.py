@@ -1,10 +1,12 @@
 #!/usr/bin/python3
 """Fills the generated tables of the pages in docs/: quantities and columns (results.md), keys (cases.md, design.md) and commands (commands.md)
-from the program itself, the verbs of ./run (developing.md) from `./run help`; and what python/mpmtools knows of quantities (quantities.json).
+from the program itself, the verbs of ./run (developing.md) from `./run help`, solvers side by side (other-solvers.md) from
+reference_data/other_solvers; and what python/mpmtools knows of quantities (quantities.json).
 
 usage: generate.py MPM [--check]    MPM: the program. --check changes nothing and fails where a table is out of date
 """
 
+import csv
 import json
 import pathlib
 import re
@@ -13,6 +15,7 @@ import sys
 import textwrap
 
 DOCS = pathlib.Path(__file__).resolve().parent
+SOLVERS = DOCS.parent / "reference_data" / "other_solvers" / "data.csv"
 QUANTITIES = DOCS.parent / "python" / "mpmtools" / "quantities.json"
 RESULTS = {"quantities": "Quantities of `results.json`", "columns": "Columns of `series.csv`", "profile": "Columns of `profile.csv`"}
 
@@ -151,6 +154,29 @@ def mpmtools_table():
                  [(f"[`{name}`]({MPMTOOLS_PAGES[name]})", sentence(texts[name])) for name in choices.choices])
 
 
+def solver_tables():
+    """How many checks of each case the solvers pass; and for each check that one of them fails, error over tolerance."""
+    with open(SOLVERS, encoding="utf-8") as file:
+        rows = list(csv.DictReader(line for line in file if not line.startswith("#")))
+    solvers = list(dict.fromkeys(row["solver"] for row in rows))
+    cases, checks = {}, {}
+    for entry in rows:
+        cases.setdefault(entry["case"], {}).setdefault(entry["solver"], []).append(entry["verdict"] == "ok")
+        checks.setdefault((entry["case"], entry["quantity"]), {})[entry["solver"]] = entry
+
+    def used(check):
+        if check is None:
+            return ""
+        share = f"{float(check['tolerance_used']):.2g}" if check["tolerance_used"] else "∞"
+        return share if check["verdict"] == "ok" else f"**{share}**"
+
+    passed = [(f"`{case}`", *(f"{sum(of[s])} of {len(of[s])}" if s in of else "" for s in solvers)) for case, of in cases.items()]
+    failed = [(f"`{case}`", quantity, *(used(of.get(s)) for s in solvers)) for (case, quantity), of in checks.items()
+              if any(check["verdict"] != "ok" for check in of.values())]
+    return (f"{table(('checks passed', *solvers), passed)}\n\nChecks that a solver fails (bold), error over tolerance:\n\n"
+            f"{table(('case', 'check', *solvers), failed)}")
+
+
 def filled(name, page, sections):
     """A page with its generated sections."""
     for marker, text in sections.items():
@@ -165,12 +191,13 @@ def main():
     if len(sys.argv) < 2:
         sys.exit(__doc__)
     program = sys.argv[1]
-    before = {name: (DOCS / name).read_text(encoding="utf-8") for name in ("results.md", "cases.md", "design.md", "commands.md", "developing.md")}
+    before = {name: (DOCS / name).read_text(encoding="utf-8") for name in ("results.md", "cases.md", "design.md", "commands.md", "developing.md", "other-solvers.md")}
     sections = {"results.md": result_tables(program),
                 "cases.md": {"keys": key_tables(program)},
                 "design.md": {"keys": key_tables(program, "--site")},
                 "commands.md": {"commands": command_table(program, before["commands.md"]), "mpmtools": mpmtools_table()},
-                "developing.md": {"verbs": verb_table()}}
+                "developing.md": {"verbs": verb_table()},
+                "other-solvers.md": {"solvers": solver_tables()}}
     stale = []
     for name, page in before.items():
         after = filled(name, page, sections[name])

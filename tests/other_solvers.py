@@ -1,7 +1,7 @@
 #!/usr/bin/python3
-"""A case goes to another solver and back: export, the solver in numpy, grade; then with an error planted in it, and with files missing.
+"""A case goes to other solvers and back: export, the solver in numpy and the plain one, grade; then with errors planted, and with files missing.
 
-usage: other_solvers.py MPM_VALIDATE
+usage: other_solvers.py MPM_VALIDATE PLAIN_MPM
 """
 
 import csv
@@ -18,7 +18,7 @@ import numpy as np
 
 SOLVER = pathlib.Path(__file__).resolve().parent.parent / "validation" / "foreign" / "numpy_mpm.py"
 CASE = "sliding_block"  # three runs of 1024 particles
-VALIDATE = ""
+VALIDATE, PLAIN = "", ""
 
 
 def validate(*arguments):
@@ -26,7 +26,8 @@ def validate(*arguments):
 
 
 def solving(solver, exported, results, *runs):
-    return subprocess.Popen([sys.executable, str(solver), str(exported), str(results), *runs], stderr=subprocess.PIPE, text=True)
+    program = [sys.executable, str(solver)] if str(solver).endswith(".py") else [str(solver)]
+    return subprocess.Popen([*program, str(exported), str(results), *runs], stderr=subprocess.PIPE, text=True)
 
 
 class OtherSolvers(unittest.TestCase):
@@ -34,11 +35,12 @@ class OtherSolvers(unittest.TestCase):
     def setUpClass(cls):
         cls.folder = tempfile.TemporaryDirectory()
         root = pathlib.Path(cls.folder.name)
-        cls.exported, cls.solved, cls.report = root / "exported", root / "solved", root / "report"
+        cls.exported, cls.solved, cls.plain, cls.report = root / "exported", root / "solved", root / "plain", root / "report"
         done = validate("export", CASE, "--out", cls.exported)
         assert done.returncode == 0, done.stderr
         cls.case = json.loads((cls.exported / "case.json").read_text(encoding="utf-8"))
-        for process in [solving(SOLVER, cls.exported, cls.solved, "thrown"), solving(SOLVER, cls.exported, cls.solved, "slope-30", "slope-10")]:
+        for process in [solving(SOLVER, cls.exported, cls.solved, "thrown"), solving(SOLVER, cls.exported, cls.solved, "slope-30", "slope-10"),
+                        solving(PLAIN, cls.exported, cls.plain)]:
             message = process.communicate()[1]
             assert process.returncode == 0, message
 
@@ -109,6 +111,40 @@ class OtherSolvers(unittest.TestCase):
         failed = [line for line in done.stdout.splitlines() if "FAILED" in line]
         self.assertTrue(any("thrown down a slope of 30°: distance" in line for line in failed), done.stdout)
 
+    def test_the_plain_solver_passes(self):
+        done = self.grade(self.plain)
+        self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
+        results = json.loads((self.report / "results.json").read_text(encoding="utf-8"))
+        self.assertEqual((results["solver"], results["passed"], results["failed"]), ("plain_mpm", 5, 0))
+
+    def failures_of_plain_solver(self, right, wrong):
+        """Checks that fail if the plain solver is given another case.toml for the slope of 30 degrees."""
+        exported = pathlib.Path(tempfile.mkdtemp(dir=self.folder.name)) / "exported"
+        shutil.copytree(self.exported, exported)
+        results = exported.parent / "results"
+        shutil.copytree(self.plain, results)
+        text = (exported / "slope-30" / "case.toml").read_text(encoding="utf-8")
+        self.assertEqual(text.count(right), 1)
+        (exported / "slope-30" / "case.toml").write_text(text.replace(right, wrong), encoding="utf-8")
+        process = solving(PLAIN, exported, results, "slope-30")
+        message = process.communicate()[1]
+        self.assertEqual(process.returncode, 0, message)
+        done = self.grade(results)
+        self.assertEqual(done.returncode, 1, done.stdout + done.stderr)
+        return [line for line in done.stdout.splitlines() if "FAILED" in line]
+
+    def test_one_per_cent_of_gravity_fails_a_check(self):
+        failed = self.failures_of_plain_solver("gravity_m_s2 = 9.81", "gravity_m_s2 = 9.9081")
+        self.assertTrue(any("thrown down a slope of 30°: distance" in line for line in failed), failed)
+
+    def test_one_per_cent_of_friction_fails_a_check_of_the_plain_solver(self):
+        failed = self.failures_of_plain_solver("friction = 0.4\n", "friction = 0.396\n")
+        self.assertTrue(any("thrown down a slope of 30°: distance" in line for line in failed), failed)
+
+    def test_at_least_ten_cases_can_be_exported(self):
+        listed = validate("list").stdout.splitlines()
+        self.assertGreaterEqual(sum("[export]" in line for line in listed), 10, "\n".join(listed))
+
     def test_own_results_come_back_unchanged(self):
         root = pathlib.Path(tempfile.mkdtemp(dir=self.folder.name))
         self.assertEqual(validate("export", "free_flight", "--out", root / "solved", "--solve", "--threads", "1").returncode, 0)
@@ -159,5 +195,5 @@ class OtherSolvers(unittest.TestCase):
 
 
 if __name__ == "__main__":
-    VALIDATE = sys.argv.pop(1)
+    VALIDATE, PLAIN = sys.argv.pop(1), sys.argv.pop(1)
     unittest.main(verbosity=2)

@@ -27,11 +27,14 @@ struct Particle {
   Mat3 c = Mat3::Zero();        ///< C_p, 1/s
   Mat3 b_e = Mat3::Identity();  ///< elastic left Cauchy-Green tensor
   Mat3 tau = Mat3::Zero();      ///< Kirchhoff stress, Pa
-  double internal = 0.0;        ///< X
+  double internal = 0.0;        ///< X; of a fluid J - 1
+  double ratio = 1.0;           ///< J
   double volume = 0.0;          ///< of the reference, m^3
+  std::size_t id = 0;           ///< for results by particle; the step does not use it
 };
 
 /// Hencky's elasticity, tau = K tr(eps) I + 2 G dev(eps), eps = 1/2 log b_e, and a plastic correction of (p, q): principal directions stay.
+/// A fluid has a pressure instead.
 struct Law {
   double density = 0.0, bulk = 0.0, shear = 0.0;
   double initial_internal = 0.0;
@@ -40,11 +43,19 @@ struct Law {
   };
   /// Returns a trial state (p, q, X) to the yield surface; empty: elastic. @param pressure_before  of the state before the step
   std::function<Invariants(const Invariants& trial, double pressure_before)> correct;
+  /// Of a fluid: Cauchy's pressure at J, Pa. Empty: a solid
+  std::function<double(double ratio)> pressure;
 
   [[nodiscard]] double wave_speed() const { return std::sqrt((bulk + 4.0 / 3.0 * shear) / density); }
 
   void update(Particle& p, double dt) const {
     const Mat3 f = Mat3::Identity() + dt * p.c;
+    p.ratio *= f.determinant();
+    if (pressure) {
+      p.internal = p.ratio - 1.0;
+      p.tau = -p.ratio * pressure(p.ratio) * Mat3::Identity();
+      return;
+    }
     const Eigen::SelfAdjointEigenSolver<Mat3> eigen(f * p.b_e * f.transpose());
     Vec3 strain = 0.5 * eigen.eigenvalues().array().log().matrix();
     double volumetric = strain.sum();
@@ -62,10 +73,28 @@ struct Law {
     p.b_e = n * (2.0 * strain).array().exp().matrix().asDiagonal() * n.transpose();
     p.tau = n * stress.asDiagonal() * n.transpose();
   }
+
+  /// b_e at a Kirchhoff stress: Hencky's law the other way round.
+  [[nodiscard]] Mat3 elastic_state(const Mat3& tau) const {
+    const Mat3 mean = tau.trace() / 3.0 * Mat3::Identity();
+    const Eigen::SelfAdjointEigenSolver<Mat3> strain(mean / (3.0 * bulk) + (tau - mean) / (2.0 * shear));
+    const Mat3& n = strain.eigenvectors();
+    return n * (2.0 * strain.eigenvalues()).array().exp().matrix().asDiagonal() * n.transpose();
+  }
 };
 
 inline Law elastic(double density, double young, double poisson) {
-  return {density, young / (3.0 * (1.0 - 2.0 * poisson)), young / (2.0 * (1.0 + poisson)), 0.0, {}};
+  return {density, young / (3.0 * (1.0 - 2.0 * poisson)), young / (2.0 * (1.0 + poisson)), 0.0, {}, {}};
+}
+
+/// Tait's fluid without viscosity, p = K/n (J^-n - 1).
+inline Law fluid(double density, double bulk, int exponent, bool carries_tension) {
+  Law law{density, bulk, 0.0, 0.0, {}, {}};
+  law.pressure = [=](double ratio) {
+    const double p = bulk / exponent * (std::pow(ratio, -exponent) - 1.0);
+    return carries_tension ? p : std::max(p, 0.0);
+  };
+  return law;
 }
 
 /// Root of f, which changes its sign between a and b, by bisection to the last bit.
@@ -126,6 +155,22 @@ inline Law cam_clay(double density, double young, double poisson, double slope, 
       before = d;
     }
     return stress_free;
+  };
+  return law;
+}
+
+/// The same with M = 0: no shear stress, -beta p_c <= p <= p_c. What exceeds a bound becomes plastic volume strain until p is on the bound.
+inline Law slippery_snow(double density, double young, double poisson, double beta, double xi, double pc0) {
+  Law law = elastic(density, young, poisson);
+  const double bulk = law.bulk;
+  law.initial_internal = std::asinh(pc0 / bulk) / xi;
+  law.correct = [=](const Law::Invariants& t, double) -> Law::Invariants {
+    const auto hardness = [&](double x) { return bulk * std::sinh(xi * std::max(x, 0.0)); };
+    const auto over = [&](double d) { return t.p - bulk * d - hardness(t.internal + d); };          // above the upper bound
+    const auto under = [&](double d) { return t.p - bulk * d + beta * hardness(t.internal + d); };  // above the lower bound
+    // with d = p/K the pressure is 0, which lies between the bounds
+    const double d = over(0.0) > 0.0 ? bisect(over, 0.0, t.p / bulk) : under(0.0) < 0.0 ? bisect(under, t.p / bulk, 0.0) : 0.0;
+    return {t.p - bulk * d, 0.0, t.internal + d};
   };
   return law;
 }
@@ -209,8 +254,9 @@ class Solver {
       act(b);
       auto was = before.begin();
       for (const auto& [at, n] : nodes_) {
-        const double halves = scene_.mirror.y ? (at[1] > 0 ? 2.0 : at[1] == 0 ? 1.0 : 0.0) : 1.0;  // an image is what it is the image of
-        impulses[b] += halves * n.mass * (*was++ - n.v);
+        // an image is what it is the image of
+        const auto parts = [&](bool mirror, std::size_t axis) { return !mirror ? 1.0 : at[axis] > 0 ? 2.0 : at[axis] == 0 ? 1.0 : 0.0; };
+        impulses[b] += parts(scene_.mirror.x, 0) * parts(scene_.mirror.y, 1) * n.mass * (*was++ - n.v);
       }
     }
     max_speed = 0.0;
@@ -231,7 +277,7 @@ class Solver {
   Nodes nodes_;
 
  public:
-  std::vector<Vec3> impulses;  ///< that each boundary took since the start, N s; with a mirror plane: of both halves
+  std::vector<Vec3> impulses;  ///< that each boundary took since the start, N s; with mirror planes: of all parts
 
  private:
   void scatter(const Particle& p, double dt) {
@@ -247,15 +293,18 @@ class Solver {
   void particles_to_grid(double dt) {
     nodes_.clear();
     for (const Particle& p : particles) {
-      scatter(p, dt);
-      if (!scene_.mirror.y) continue;
-      Particle image = p;  // the other half of the domain, as material
-      const Vec3 flip(1.0, -1.0, 1.0);
-      image.x = flip.cwiseProduct(p.x);
-      image.v = flip.cwiseProduct(p.v);
-      image.c = flip.asDiagonal() * p.c * flip.asDiagonal();
-      image.tau = flip.asDiagonal() * p.tau * flip.asDiagonal();
-      scatter(image, dt);
+      for (const double x : {1.0, -1.0}) {
+        for (const double y : {1.0, -1.0}) {
+          if ((x < 0.0 && !scene_.mirror.x) || (y < 0.0 && !scene_.mirror.y)) continue;
+          Particle image = p;  // the other parts of the domain, as material
+          const Vec3 flip(x, y, 1.0);
+          image.x = flip.cwiseProduct(p.x);
+          image.v = flip.cwiseProduct(p.v);
+          image.c = flip.asDiagonal() * p.c * flip.asDiagonal();
+          image.tau = flip.asDiagonal() * p.tau * flip.asDiagonal();
+          scatter(image, dt);
+        }
+      }
     }
   }
   void grid_to_particle(Particle& p, double dt) {
@@ -321,7 +370,7 @@ class Solver {
 
   void act(std::size_t b) {
     if (const auto* wall = std::get_if<Wall>(&scene_.boundaries[b])) {
-      if (wall->rule == ContactRule::surface) {
+      if (folds(*wall)) {
         act_folded(*wall);
       } else {
         const double moved = wall->travels ? time * wall->velocity.dot(wall->normal) : 0.0;
@@ -349,6 +398,7 @@ class Solver {
     return std::max(0.0, 1.0 - friction * approach / along.norm()) * along;
   }
   [[nodiscard]] Vec3 place_of(const Index& at) const { return dx_ * Vec3(at[0], at[1], at[2]); }
+  [[nodiscard]] bool folds(const Wall& wall) const;
   void act_as_box(const RigidBox& box);
   void act_folded(const Wall& wall);
   void act_at_surface(const SurfaceSolid& solid);
@@ -370,6 +420,25 @@ inline void Solver::act_as_box(const RigidBox& box) {
     nearer(high.z(), Vec3::UnitZ());
     n.v = contact(n.v, normal, box.contact, box.friction);
   }
+}
+
+/// Whether a wall acts on columns of nodes: one that asks for it, normal to an axis, not on a mirror plane, with room for its master. The
+/// master is up to 1.5 cells before it, and a wall opposite needs one and a half cells more.
+inline bool Solver::folds(const Wall& wall) const {
+  Eigen::Index axis = 0;
+  if (wall.rule != ContactRule::surface || wall.normal.cwiseAbs().maxCoeff(&axis) < 1.0 - 1e-12) return false;
+  const double side = wall.normal[axis];
+  const auto moved = [&](const Wall& w) -> Vec3 { return w.point + (w.travels ? time : 0.0) * w.velocity; };
+  const double plane = moved(wall)[axis] / dx_;
+  const double master = side > 0.0 ? std::ceil(plane + 0.5 - 1e-9) : std::floor(plane - 0.5 + 1e-9);
+  if (((axis == 0 && scene_.mirror.x) || (axis == 1 && scene_.mirror.y)) && master <= 0.0) return false;
+  Vec3 at = wall.point;
+  at[axis] = dx_ * master;
+  return std::ranges::none_of(scene_.boundaries, [&](const Boundary& other) {
+    const auto* opposite = std::get_if<Wall>(&other);
+    return opposite != nullptr && opposite->normal.dot(wall.normal) <= -0.5 &&
+           (at - moved(*opposite)).dot(opposite->normal) < (1.5 - 1e-9) * dx_;
+  });
 }
 
 /// A wall normal to an axis on the columns of nodes through it. The first node half a cell or more before the wall is the master; it and

@@ -136,7 +136,7 @@ class Body:
     def stable_step(self):
         return 0.4 * self.dx / (self.wave_speed + np.sqrt((self.velocity ** 2).sum(axis=1).max()))
 
-    def step(self, dt, impulses):
+    def step(self, time, dt, impulses):
         """Symplectic Euler: the velocities first, positions and stresses with the new ones. Adds to the impulse of each boundary."""
         place = (self.position - self.origin) / self.dx  # in cells
         base = np.floor(place - 0.5).astype(int)
@@ -170,7 +170,8 @@ class Body:
             own *= np.where(index[:, axis] < 0, 0.0, np.where(index[:, axis] == 0, 0.5, 1.0))
         for number, boundary in enumerate(self.boundaries):
             normal = np.array(boundary["normal"])
-            reached = full & ((place_of_nodes - boundary["point_m"]) @ normal < 1e-9)
+            point = boundary["point_m"] + time * np.array(boundary["velocity_m_s"])  # a surface travels with its velocity
+            reached = full & ((place_of_nodes - point) @ normal < 1e-9)
             changed = contact(velocity[reached], normal, boundary)
             impulses[number] += ((mass * own)[reached, None] * (velocity[reached] - changed)).sum(axis=0)
             velocity[reached] = changed
@@ -224,7 +225,7 @@ def solve(run, exported, results):
             while end - time > 1e-12 * end:
                 limit = run["time_step_s"] or body.stable_step()
                 dt = (end - time) / max(1, round((end - time) / limit) if run["time_step_s"] else np.ceil((end - time) / limit))
-                body.step(dt, impulses)
+                body.step(time, dt, impulses)
                 time += dt
             time = end
             for name, impulse in zip(names, impulses):
