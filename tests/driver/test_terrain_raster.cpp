@@ -268,7 +268,7 @@ TEST(UnevenGround, ThatHoldsParticlesIsNamed) {
   c.terrain = testing::ground_spec([](double, double) { return 0.0; }, 20.0, 10.0);
   const CaseScene scene = make_scene(c);
   State state = make_state(c, scene);
-  EXPECT_THAT(particles_inside_boundaries(state, scene), ::testing::IsEmpty());
+  EXPECT_TRUE(particles_inside_boundaries(state, scene).empty());
   state.grid.insert(testing::particle_at({0.1, 0.1, -1.0}, state.next_id++));
   state.grid.refresh();
   EXPECT_THAT(particles_inside_boundaries(state, scene), ::testing::ElementsAre(HasSubstr("inside the [terrain]")));
