@@ -41,7 +41,8 @@ Written by `mpm-validate run --record`; nothing in this directory is edited by h
   reference; absolute: in `unit`; at_most: `error` is how far the result lies above the reference, in `unit`),
   `unit` of reference and result.
 - `history.csv`: the results of all recordings in their order: `kind` check (`value`: used fraction of the tolerance),
-  order, time (s), and for recordings of all cases bias and spread of a quantity. `scripts/validation_history.py` draws it.
+  order, time (s), and for recordings of all cases bias and spread of a quantity. `scripts/validation_history.py`
+  draws it.
 - `runs.csv`: which program and machine made the rows of a case, and how long it took. Times belong to that machine.
 
 Where each reference comes from, and the reason for each tolerance: validation/cases/<case>/README.md.
