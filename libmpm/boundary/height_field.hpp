@@ -22,6 +22,7 @@ class HeightField {
     std::vector<double> height = {};    ///< m, x fastest, from the south: columns * rows
     bool operator==(const Points&) const = default;
   };
+  /// @param points  two or more along both axes; heights finite
   explicit HeightField(Points points);
 
   /// The surface above a place in plan.
@@ -33,8 +34,8 @@ class HeightField {
   };
   [[nodiscard]] Surface at(const Vec2& place) const;  ///< @param place  m
 
-  [[nodiscard]] const Points& points() const { return points_; }
-  [[nodiscard]] Vec2 last() const;  ///< m, the north-eastern point
+  [[nodiscard]] const Points& points() const { return points_; }  ///< as given
+  [[nodiscard]] Vec2 last() const;                                ///< m, the north-eastern point
 
   /// Bounds of h within the raster, m: the cubic leaves the range of its 16 points by at most 0.29 of it.
   /// @{

@@ -16,8 +16,8 @@ struct Curve {
   std::array<int, 3> shift;    ///< by axis: place of the lowest bit
   bool operator==(const Curve&) const = default;
 
+  /// Position of a block on this curve, below 2^63.
   [[nodiscard]] std::uint64_t key(const Index3& block) const;
-
   /// All bits interleaved: neighbours on the curve are close in space.
   static constexpr Curve morton() { return {{3, 3, 3}, {0, 1, 2}}; }
   /// The Morton curve; for each axis the Morton curve through columns along this axis; the six orders layer by layer. Few ranks have the
