@@ -65,12 +65,7 @@ std::vector<Impulse> apply_folded_terrain(Grid& grid, const Terrain& terrain, co
         }
         Column column{{}, ground.c};
         if (!collect_column(grid, blocks[i], number, 2, -1, moving, column, ground.used)) continue;
-        if (column.node[0].mass <= 0.0) {  // no material before the ground: nodes behind it act alone
-          for (ColumnNode& c : column.node)
-            c.velocity = contact_velocity(c.before, normal, Vec3::Zero(), terrain.contact, terrain.friction);
-        } else if (!fold_column(column, {normal, terrain.contact, terrain.friction})) {
-          continue;
-        }
+        if (!act_on_column(column, {normal, terrain.contact, terrain.friction})) continue;
         for (const ColumnNode& c : column.node) {
           if (c.mass > 0.0) write(c.at, c.velocity);
         }

@@ -103,12 +103,8 @@ std::vector<Impulse> apply_folded_wall(Grid& grid, const Boundary& boundary, con
       }
       const Vec3 surface = surface_velocity(node_position(block, n, dx));
       Column column{{}, plan.c};
-      if (!collect_column(grid, blocks[i], n, axis, plan.inward, surface, column)) continue;
-      if (column.node[0].mass <= 0.0) {  // no material before the wall: nodes behind it act alone
-        for (ColumnNode& c : column.node) c.velocity = contact_velocity(c.before, wall.normal, Vec3::Zero(), wall.contact, wall.friction);
-      } else if (!fold_column(column, surface_of(wall, plan))) {
+      if (!collect_column(grid, blocks[i], n, axis, plan.inward, surface, column) || !act_on_column(column, surface_of(wall, plan)))
         continue;
-      }
       for (const ColumnNode& c : column.node) {
         if (c.mass > 0.0) write(c.at, surface, c.velocity);
       }

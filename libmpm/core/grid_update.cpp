@@ -1,7 +1,7 @@
 #include "libmpm/core/grid_update.hpp"
 
+#include <Eigen/Geometry>
 #include <algorithm>
-#include <array>
 #include <cstring>
 #include <map>
 #include <memory>
@@ -255,39 +255,22 @@ void Boundaries::gather_contacts(Ranks& ranks) {
   }
 }
 
-/// Which columns of blocks are near solids: those whose particles may take part in the correction of lumped masses, and columns around
-/// them.
-class ColumnsNear {
- public:
-  ColumnsNear(const Grid& grid, std::span<const LumpedMassCorrection> corrections) : grid_(grid), corrections_(corrections) {}
+/// A rectangle of columns of blocks: their coordinates x, y.
+using Columns = Eigen::AlignedBox2i;
 
-  /// Whether particles of a column of blocks may take part.
-  [[nodiscard]] bool takes_part(std::int32_t x, std::int32_t y) {
-    const auto [found, fresh] = takes_part_.try_emplace({x, y}, false);
-    if (fresh) found->second = std::ranges::any_of(corrections_, [&](const LumpedMassCorrection& c) { return c.reaches(x, y); });
-    return found->second;
-  }
-  /// The blocks of these columns and of those at most `before` columns before them or `after` columns behind them, along x and along y.
-  [[nodiscard]] std::vector<std::int32_t> blocks(int before, int after) {
-    std::map<Column, bool> wanted;
-    std::vector<std::int32_t> blocks;
-    for (const auto b : grid_.all_blocks()) {
-      const Index3& block = grid_.block(b).coordinate;
-      const auto [found, fresh] = wanted.try_emplace({block[0], block[1]}, false);
-      for (int x = -after; fresh && x <= before; ++x) {
-        for (int y = -after; y <= before; ++y) found->second |= takes_part(block[0] + x, block[1] + y);
-      }
-      if (found->second) blocks.push_back(b);
-    }
-    return blocks;
-  }
+/// The same with columns before and behind it, along x and along y.
+Columns extended(const Columns& columns, int before, int behind) {
+  return {columns.min() - Eigen::Vector2i::Constant(before), columns.max() + Eigen::Vector2i::Constant(behind)};
+}
 
- private:
-  using Column = std::array<std::int32_t, 2>;
-  const Grid& grid_;
-  std::span<const LumpedMassCorrection> corrections_;
-  std::map<Column, bool> takes_part_;
-};
+std::vector<std::int32_t> blocks_in(const Grid& grid, const Columns& columns) {
+  std::vector<std::int32_t> blocks;
+  for (const auto b : grid.all_blocks()) {
+    const Index3& block = grid.block(b).coordinate;
+    if (columns.contains(Eigen::Vector2i(block[0], block[1]))) blocks.push_back(b);
+  }
+  return blocks;
+}
 
 /// The correction of lumped_mass.hpp for all solids that act at their surface. The accelerations are those with all boundaries: near the
 /// solids these act once for them, and the velocities are set back. @param first  boundaries from this one on have not acted yet
@@ -295,10 +278,11 @@ void correct_lumped_mass(Grid& grid, const GridForces& forces, std::size_t first
   const auto corrections = lumped_mass_corrections(forces.boundaries, grid.cell_size(), forces.density, forces.relaxed);
   if (corrections.empty() || !grid.keeps_old_nodes()) return;
 
-  ColumnsNear columns(grid, corrections);
+  Columns columns;  // with particles that may take part
+  for (const LumpedMassCorrection& correction : corrections) columns.extend(correction.columns());
   // Particles touch their own column and the next. Columns of nodes along x or y reach into one more on both sides; those that begin in
   // blocks where the boundaries act end at most one further.
-  const auto acted = columns.blocks(1, 2), changed = columns.blocks(2, 3);
+  const auto acted = blocks_in(grid, extended(columns, 1, 2)), changed = blocks_in(grid, extended(columns, 2, 3));
   const std::size_t count = grid.numbers();
   const auto free = std::make_unique_for_overwrite<NodeBlock[]>(count);  // both by number of block
   const auto change = std::make_unique_for_overwrite<NodeBlock[]>(count);
@@ -312,7 +296,9 @@ void correct_lumped_mass(Grid& grid, const GridForces& forces, std::size_t first
   reflect_velocities(grid, forces.mirror, acted);
   Ranks* const ranks = grid.ranks();
   const std::span changes(change.get(), count);
-  const auto near = [&](const Index3& block) { return columns.takes_part(block[0], block[1]); };
+  const auto near = [&](const Index3& block) {
+    return std::ranges::any_of(corrections, [&](const LumpedMassCorrection& c) { return c.reaches(block[0], block[1]); });
+  };
   if (ranks != nullptr) ranks->send_nodes(grid, near);
   for (const LumpedMassCorrection& correction : corrections) correction.add_inner(grid, changes);
   if (ranks != nullptr) {

@@ -11,6 +11,8 @@ namespace mpm {
 namespace {
 
 constexpr double outer_reach = LumpedMassCorrection::full_reach + LumpedMassCorrection::fade;
+constexpr double reach_of_column = outer_reach + 0.5 * block_edge * 1.4143;  ///< cells from the centre of a column of blocks: its diagonal
+constexpr double to_centre = 0.5 * block_edge + 0.5;  ///< cells from a block's first node: cells hold x/dx from base + 1/2 on
 
 /// The fields on the nodes that a block's particles touch.
 struct Fields {
@@ -76,9 +78,26 @@ double LumpedMassCorrection::weight(const Vec3& x) const {
 }
 
 bool LumpedMassCorrection::reaches(std::int32_t x, std::int32_t y) const {
-  constexpr double half_diagonal = 0.5 * block_edge * 1.4143, to_centre = 0.5 * block_edge + 0.5;  // cells hold x/dx from base + 1/2 on
   const Vec2 centre = dx_ * (double{block_edge} * Vec2(x, y) + Vec2::Constant(to_centre));
-  return distance_.outside(centre) <= (outer_reach + half_diagonal) * dx_;
+  return distance_.outside(centre) <= reach_of_column * dx_;
+}
+
+Eigen::AlignedBox2d LumpedMassCorrection::bounds_of(const Outline& outline) {
+  Eigen::AlignedBox2d bounds;
+  for (const Vec2& corner : outline.corners) bounds.extend(corner);
+  if (const auto& circle = outline.circle) {
+    bounds.extend(Vec2(circle->centre.array() - circle->radius));
+    bounds.extend(Vec2(circle->centre.array() + circle->radius));
+  }
+  return bounds;
+}
+
+Eigen::AlignedBox2i LumpedMassCorrection::columns() const {
+  const auto first_nodes = [&](const Vec2& corner, double cells) -> Eigen::Array2d {
+    return ((corner / dx_).array() + (cells - to_centre)) / block_edge;
+  };
+  return {first_nodes(bounds_.min(), -reach_of_column).floor().cast<int>().matrix(),
+          first_nodes(bounds_.max(), reach_of_column).ceil().cast<int>().matrix()};
 }
 
 void LumpedMassCorrection::add_of_block(const Grid& grid, const Block& block, std::span<NodeBlock> change) const {

@@ -20,6 +20,7 @@
 /// Particles within full_reach of the wall take part fully, those beyond to a part that falls to zero over `fade`: an abrupt end would
 /// leave an error of its own (5 % of the acceleration there).
 
+#include <Eigen/Geometry>
 #include <cstdint>
 #include <span>
 #include <vector>
@@ -41,12 +42,19 @@ class LumpedMassCorrection {
 
   /// @param density  of the material at rest, kg/m^3. @param relaxed  r, 0 .. 1; 1 for APIC
   LumpedMassCorrection(const SurfaceSolid& solid, double cell_size, double density, double relaxed)
-      : distance_(solid.outline()), top_(solid.top()), dx_(cell_size), density_(density), relaxed_(relaxed) {}
+      : distance_(solid.outline()),
+        bounds_(bounds_of(solid.outline())),
+        top_(solid.top()),
+        dx_(cell_size),
+        density_(density),
+        relaxed_(relaxed) {}
 
   /// Weight of the correction for a particle at x (m), 0 .. 1.
   [[nodiscard]] double weight(const Vec3& x) const;
   /// Whether particles of a column of blocks may take part. @param x,y  of its blocks' coordinates
   [[nodiscard]] bool reaches(std::int32_t x, std::int32_t y) const;
+  /// A rectangle that holds all these columns: coordinates x, y of their blocks. It is the same on all ranks.
+  [[nodiscard]] Eigen::AlignedBox2i columns() const;
 
   /// Adds m_i times the change of v_i to `change`, kg m/s, by number of block, as particle_to_grid adds to nodes: first of inner blocks,
   /// then of outer ones (ranks.hpp). Nodes must hold velocities, their old nodes those before forces, both with their images behind mirror
@@ -60,7 +68,10 @@ class LumpedMassCorrection {
   void add_of_blocks(const Grid& grid, std::span<const std::int32_t> blocks, bool outer, std::span<NodeBlock> change) const;
   void add_of_block(const Grid& grid, const Block& block, std::span<NodeBlock> change) const;
 
+  static Eigen::AlignedBox2d bounds_of(const Outline& outline);
+
   OutlineDistance distance_;
+  Eigen::AlignedBox2d bounds_;  ///< of the outline, m
   double top_, dx_, density_, relaxed_;
 };
 

@@ -112,6 +112,15 @@ std::optional<double> fold_column(NodeColumn<count>& column, const ColumnSurface
   return -part * pull;
 }
 
+/// The same; without material at the master each node behind it meets the surface alone. @returns whether velocities may have changed
+template <std::size_t count>
+bool act_on_column(NodeColumn<count>& column, const ColumnSurface& surface) {
+  if (column.node[0].mass > 0.0) return fold_column(column, surface).has_value();
+  for (ColumnNode& n : column.node)
+    n.velocity = contact_velocity(n.before, surface.normal, Vec3::Zero(), surface.contact, surface.friction);
+  return true;
+}
+
 /// Sets a node's velocity, relative to a surface. @param impulse  the momentum that the node lost, of the computed part, is added to it
 inline void set_velocity(const Grid& grid, const NodeAt& at, const MirrorPlanes& mirror, const Vec3& surface, const Vec3& velocity,
                          const Vec3& reference, Impulse& impulse) {

@@ -13,22 +13,15 @@ namespace {
 
 constexpr int bits_of_coordinate = 21;
 
-/// One zero bit between the bits of a number of 32 bits.
-std::uint64_t spread_by_two(std::uint64_t v) {
-  v = (v | v << 16) & 0x0000FFFF0000FFFFULL;
-  v = (v | v << 8) & 0x00FF00FF00FF00FFULL;
-  v = (v | v << 4) & 0x0F0F0F0F0F0F0F0FULL;
-  v = (v | v << 2) & 0x3333333333333333ULL;
-  return (v | v << 1) & 0x5555555555555555ULL;
-}
-
-/// Two zero bits between the bits of a number of 21 bits.
-std::uint64_t spread_by_three(std::uint64_t v) {
-  v = (v | v << 32) & 0x1F00000000FFFFULL;
-  v = (v | v << 16) & 0x1F0000FF0000FFULL;
-  v = (v | v << 8) & 0x100F00F00F00F00FULL;
-  v = (v | v << 4) & 0x10C30C30C30C30C3ULL;
-  return (v | v << 2) & 0x1249249249249249ULL;
+/// Zero bits between the 21 bits of a number. @param zeros  0 to 2: how many
+std::uint64_t spread_bits(std::uint64_t bits, int zeros) {
+  // groups of 16, 8, 4, 2 and 1 bits, the gaps between which are wide enough
+  static constexpr std::uint64_t groups[2][5] = {
+      {0x0000FFFF0000FFFF, 0x00FF00FF00FF00FF, 0x0F0F0F0F0F0F0F0F, 0x3333333333333333, 0x5555555555555555},
+      {0x001F00000000FFFF, 0x001F0000FF0000FF, 0x100F00F00F00F00F, 0x10C30C30C30C30C3, 0x1249249249249249}};
+  if (zeros == 0) return bits;
+  for (int n = 0; n < 5; ++n) bits = (bits | bits << (zeros * (16 >> n))) & groups[zeros - 1][n];
+  return bits;
 }
 
 /// The key above `low` and at most `high` that ends with most zero bits. With layers the cut is then a plane, also where there are no
@@ -49,7 +42,7 @@ std::uint64_t Curve::key(const Index3& block) const {
   std::uint64_t key = 0;
   for (std::size_t axis = 0; axis < 3; ++axis) {
     const auto bits = static_cast<std::uint64_t>(block[axis] + middle) & ((std::uint64_t{1} << bits_of_coordinate) - 1);
-    key |= (spacing[axis] == 1 ? bits : spacing[axis] == 2 ? spread_by_two(bits) : spread_by_three(bits)) << shift[axis];
+    key |= spread_bits(bits, spacing[axis] - 1) << shift[axis];
   }
   return key;
 }

@@ -187,34 +187,30 @@ void expect_same(const Case& c, const plain::Law& law, bool flows = true) {
   }
 }
 
-TEST(PlainStep, AgreesOnSnowWithTheDefaultNumerics) {
-  Case c = small_avalanche();
+/// The same on snow with these parameters. @param slope  M. @param beta  cohesion. @param xi  hardening
+void expect_same_on_snow(Case c, double slope, double beta, double xi) {
   auto& snow = c.material.as<CamClay>();
-  snow.critical_state_slope = 0.8;
-  snow.cohesion_beta = 0.3;
-  snow.hardening_xi = 0.5;
-  EXPECT_EQ(c.numerics.transfer, Transfer::aflip);
-  EXPECT_EQ(c.numerics.contact, ContactRule::surface);
-  expect_same(c, plain::cam_clay(snow.density, snow.young_modulus, snow.poisson_ratio, 0.8, 0.3, 0.5, snow.preconsolidation_pressure));
+  snow.critical_state_slope = slope;
+  snow.cohesion_beta = beta;
+  snow.hardening_xi = xi;
+  const double e = snow.young_modulus, nu = snow.poisson_ratio, pc0 = snow.preconsolidation_pressure;
+  expect_same(c, slope > 0.0 ? plain::cam_clay(snow.density, e, nu, slope, beta, xi, pc0)
+                             : plain::slippery_snow(snow.density, e, nu, beta, xi, pc0));
 }
 
-TEST(PlainStep, AgreesOnHardSnowWithoutCohesion) {
-  Case c = small_avalanche();
-  auto& snow = c.material.as<CamClay>();
-  snow.critical_state_slope = 0.4;
-  snow.cohesion_beta = 0.0;
-  snow.hardening_xi = 5.0;
-  expect_same(c, plain::cam_clay(snow.density, snow.young_modulus, snow.poisson_ratio, 0.4, 0.0, 5.0, snow.preconsolidation_pressure));
+TEST(PlainStep, AgreesOnSnowWithTheDefaultNumerics) {
+  const Case c = small_avalanche();
+  EXPECT_EQ(c.numerics.transfer, Transfer::aflip);
+  EXPECT_EQ(c.numerics.contact, ContactRule::surface);
+  expect_same_on_snow(c, 0.8, 0.3, 0.5);
 }
+
+TEST(PlainStep, AgreesOnHardSnowWithoutCohesion) { expect_same_on_snow(small_avalanche(), 0.4, 0.0, 5.0); }
 
 TEST(PlainStep, AgreesOnSnowAgainstARoundMast) {
   Case c = small_avalanche();
   c.obstacle->shape = CylinderShape{.width = 1.25};
-  auto& snow = c.material.as<CamClay>();
-  snow.critical_state_slope = 0.8;
-  snow.cohesion_beta = 0.3;
-  snow.hardening_xi = 0.5;
-  expect_same(c, plain::cam_clay(snow.density, snow.young_modulus, snow.poisson_ratio, 0.8, 0.3, 0.5, snow.preconsolidation_pressure));
+  expect_same_on_snow(c, 0.8, 0.3, 0.5);
 }
 
 TEST(PlainStep, AgreesOnSandWithNodalContactApicAndAMirrorPlane) {
@@ -239,14 +235,7 @@ TEST(PlainStep, AgreesOnAnElasticBodyWithFlip) {
   expect_same(c, plain::elastic(rubber.density, rubber.young_modulus, rubber.poisson_ratio), false);
 }
 
-TEST(PlainStep, AgreesOnSnowWithoutFriction) {
-  Case c = small_avalanche();
-  auto& snow = c.material.as<CamClay>();
-  snow.critical_state_slope = 0.0;
-  snow.cohesion_beta = 0.15;
-  snow.hardening_xi = 0.5;
-  expect_same(c, plain::slippery_snow(snow.density, snow.young_modulus, snow.poisson_ratio, 0.15, 0.5, snow.preconsolidation_pressure));
-}
+TEST(PlainStep, AgreesOnSnowWithoutFriction) { expect_same_on_snow(small_avalanche(), 0.0, 0.15, 0.5); }
 
 plain::Law law_of(const WeaklyCompressibleFluid::Parameters& fluid) {
   return plain::fluid(fluid.density, fluid.bulk_modulus, fluid.tait_exponent, fluid.carries_tension);
