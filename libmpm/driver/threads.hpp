@@ -16,7 +16,7 @@ namespace mpm {
 void start_threads(int threads);
 
 /// Iterations of the runtime's waiting loop before a thread sleeps (GOMP_SPINCOUNT).
-inline constexpr std::string_view short_spin = "100";
+inline constexpr std::string_view short_spin = "3000";
 
 /// Starts the program again with GOMP_SPINCOUNT = short_spin, unless the user has set GOMP_SPINCOUNT or OMP_WAIT_POLICY. Call it first in
 /// main(). Returns if there is nothing to do, or if the program cannot be started again; it then runs with the long spin.

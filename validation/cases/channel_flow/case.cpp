@@ -278,10 +278,6 @@ void run(const CaseContext& context, CaseResult& result) {
         result
             .check_order(Label::verification, name + ": order of the velocity", order, 1.8, 2.6,
                          "second order is the aim; up to 2.6 because the coarsest grid has 8 cells across the layer")
-            .known_miss(
-                1.5,
-                "AFLIP keeps for five cells' way of a wave what the grid cannot carry, and the error of the coarse grids is small: 1.7 to "
-                "1.8 in the film (1.9 with relaxation_cells = 1.2)")
             .observed_order = order;
       } else if (surface) {
         result
