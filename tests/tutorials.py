@@ -1,7 +1,8 @@
 #!/usr/bin/python3
 """The tutorials run as a user runs them, and do what they say.
 
-usage: tutorials.py MPM [TEST...]    beside MPM: mpm-validate, bench_paired; in ../python: the module libmpm (./run python)
+usage: tutorials.py MPM [TEST...]
+beside MPM: mpm-validate, bench_paired; in ../python: the module libmpm (./run python)
 
 A tutorial whose program or module was not built is skipped.
 """
@@ -67,9 +68,10 @@ class Tutorials(unittest.TestCase):
         modules = pathlib.Path(MPM).parent.parent / "python"
         if not list(modules.glob("libmpm.*.so")):
             self.skipTest(f"needs the module libmpm in {modules}: ./run python builds it and runs this test")
-        reported = run("the_library_in_python.py", self.folder, modules=modules)  # it asserts the critical state and a balance
+        # It asserts the critical state and the balance of momentum.
+        reported = run("the_library_in_python.py", self.folder, modules=modules)
         self.assertEqual(re.findall(r"q/p = ([\d.]+) at the end", reported), ["0.800"] * 3)
-        self.assertRegex(reported, r"6481 particles[^\n]*\n\d+ steps, force on the floor between [\d.]+ and [\d.]+ kN, weight 4.6 kN")
+        self.assertRegex(reported, r"6481 particles[^\n]*\n\d+ steps, force on the floor between .* kN, weight 4.6 kN")
         for name in ("point_path.png", "predictions.png", "column.png"):
             self.assertTrue((self.folder / name).read_bytes().startswith(b"\x89PNG"))
 

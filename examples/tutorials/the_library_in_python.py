@@ -2,8 +2,9 @@
 # %% [markdown]
 # # The library in Python
 #
-# How does the snow of the model fail? What do the paper's equations predict? What happens in a scene from step to step? For
-# such questions no files are needed: the module `libmpm` calls the library in the Python process, and returns arrays.
+# How does the snow of the model fail? What do the paper's equations predict? What happens in a scene from step to
+# step? For such questions no files are needed: the module `libmpm` calls the library in the Python process, and
+# returns arrays.
 #
 # `./run python` builds the module into `build/python/python`. Start this script with that folder in `PYTHONPATH`.
 
@@ -30,11 +31,12 @@ examples = pathlib.Path(__file__).resolve().parent.parent
 # %% [markdown]
 # ## A material point
 #
-# `point_path` leads one point of material along a path of strain. It takes the text of a file in TOML, as `mpm point` takes the
-# file, and changes of single keys. Here snow is compressed, then sheared at constant volume, for three resistances to
-# compaction.
+# `point_path` leads one point of material along a path of strain. It takes the text of a file in TOML, as `mpm point`
+# takes the file, and changes of single keys. Here snow is compressed, then sheared at constant volume, for three
+# resistances to compaction.
 #
-# Shear ends at the critical state: pressure p and shear stress q no longer change. Without cohesion this is on the line q = M p.
+# Shear ends at the critical state: pressure p and shear stress q no longer change. Without cohesion this is on the
+# line q = M p.
 
 # %%
 text = (examples / "paths" / "compression_then_shear.toml").read_text(encoding="utf-8")
@@ -56,16 +58,17 @@ figure.savefig(out / "point_path.png", dpi=100)
 # %% [markdown]
 # ## The equations of the paper
 #
-# The predictions take numbers or arrays. How high does a flow 1.75 m deep climb a mast as wide? M' combines friction and
-# cohesion (Eq. 2 of the paper). A fast flow stays below Bernoulli's bound, the more the larger M' is; a slow one piles up
-# before the mast, and the pile is the higher the larger M' is.
+# The predictions take numbers or arrays. How high does a flow 1.75 m deep climb a mast as wide? M' combines friction
+# and cohesion (Eq. 2 of the paper). A fast flow stays below Bernoulli's bound, and a larger M' lowers its run-up. A
+# slow flow piles up before the mast, and a larger M' raises the pile.
 
 # %%
 speed = np.linspace(1.0, 20.0, 100)
 figure, axes = plt.subplots(figsize=(6.5, 4.5), layout="constrained")
 for slope, cohesion in ((0.1, 0.0), (0.4, 0.0), (0.4, 0.3), (1.2, 0.0)):
     friction = effective_friction(slope, cohesion)
-    axes.plot(speed, predicted_runup(friction, speed, 1.75), label=f"M = {slope:g}, β = {cohesion:g}: M' = {friction:.2f}")
+    label = f"M = {slope:g}, β = {cohesion:g}: M' = {friction:.2f}"
+    axes.plot(speed, predicted_runup(friction, speed, 1.75), label=label)
 axes.plot(speed, bernoulli_height(speed, 1.75), color="0.6", linestyle="--", label="Bernoulli's bound")
 axes.set(xlabel="speed of the flow (m/s)", ylabel="run-up (m)", ylim=(0.0, 16.0))
 axes.legend()
@@ -74,8 +77,9 @@ figure.savefig(out / "predictions.png", dpi=100)
 # %% [markdown]
 # ## A scene, from step to step
 #
-# A `Simulation` is a case in memory. `advance` steps it up to a time, and returns the force on every wall in every step.
-# `particles` returns copies of positions, velocities and stresses. Here a round column collapses; a quarter of it is computed.
+# A `Simulation` is a case in memory. `advance` steps it up to a time, and returns the force on every wall in every
+# step. `particles` returns copies of positions, velocities and stresses. Here a round column collapses; a quarter of
+# it is computed.
 
 # %%
 column = Simulation((examples / "column_collapse.toml").read_text(encoding="utf-8"), ["numerics.cell_size_m=0.125"])
@@ -101,7 +105,8 @@ left.set(xlabel="distance from the axis (m)", ylabel="height (m)", aspect="equal
 left.legend()
 
 # %% [markdown]
-# The force is that of the snow on the floor, so it points down. Its impulse, weight and momentum balance to round-off.
+# The force is that of the snow on the floor, so it points down. Its impulse, weight and momentum balance to
+# round-off.
 
 # %%
 t, dt, force = (np.concatenate([history[name] for history in histories]) for name in ("time_s", "dt_s", "force_n"))
