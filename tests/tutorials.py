@@ -1,5 +1,11 @@
 #!/usr/bin/python3
-"""The tutorials run as a user runs them, and do what they say: tutorials.py MPM  (beside it: mpm-validate, bench_paired)."""
+"""The tutorials run as a user runs them, and do what they say.
+
+usage: tutorials.py MPM [TEST...]
+beside MPM: mpm-validate, bench_paired; in ../python: the module libmpm (./run python)
+
+A tutorial whose program or module was not built is skipped.
+"""
 
 import os
 import pathlib
@@ -14,9 +20,9 @@ TUTORIALS = SOURCE / "examples" / "tutorials"
 MPM = ""
 
 
-def run(name, *arguments):
-    """(standard output, standard error); every failure of a tutorial is one of its test."""
-    environment = {**os.environ, "MPM": MPM, "PYTHONPATH": str(SOURCE / "python")}
+def run(name, *arguments, modules=SOURCE / "python"):
+    """Standard output; every failure of a tutorial is one of its test. @param modules  folder of the Python modules"""
+    environment = {**os.environ, "MPM": MPM, "PYTHONPATH": str(modules)}
     done = subprocess.run([sys.executable, str(TUTORIALS / name), *map(str, arguments)], capture_output=True, text=True, env=environment, check=False)
     assert done.returncode == 0, f"{name}: exit code {done.returncode}\n{done.stdout}\n{done.stderr}"
     return done.stdout
@@ -57,6 +63,24 @@ class Tutorials(unittest.TestCase):
         reported = run("how_fine_must_my_grid_be.py", self.folder)
         self.assertRegex(reported, r"force_mean_n.x: \d+ % with 5 cells across the mast; 5 % need about \d+ cells")
         self.assertTrue((self.folder / "grids.png").read_bytes().startswith(b"\x89PNG"))
+
+    def test_the_library_in_python(self):
+        modules = pathlib.Path(MPM).parent.parent / "python"
+        if not list(modules.glob("libmpm.*.so")):
+            self.skipTest(f"needs the module libmpm in {modules}: ./run python builds it and runs this test")
+        # It asserts the critical state and the balance of momentum.
+        reported = run("the_library_in_python.py", self.folder, modules=modules)
+        self.assertEqual(re.findall(r"q/p = ([\d.]+) at the end", reported), ["0.800"] * 3)
+        self.assertRegex(reported, r"6481 particles[^\n]*\n\d+ steps, force on the floor between .* kN, weight 4.6 kN")
+        for name in ("point_path.png", "predictions.png", "column.png"):
+            self.assertTrue((self.folder / name).read_bytes().startswith(b"\x89PNG"))
+
+    def test_the_library_in_python_says_where_the_module_is_missing(self):
+        environment = {name: value for name, value in os.environ.items() if name != "PYTHONPATH"}
+        script = [sys.executable, str(TUTORIALS / "the_library_in_python.py"), str(self.folder)]
+        done = subprocess.run(script, capture_output=True, text=True, env=environment, check=False)
+        self.assertEqual(done.returncode, 1)
+        self.assertIn("build it with ./run python, and set PYTHONPATH=build/python/python", done.stderr)
 
     def test_are_listed_and_open_as_notebooks(self):
         page = (TUTORIALS / "README.md").read_text(encoding="utf-8")

@@ -4,8 +4,11 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cmath>
+#include <numbers>
 
 #include "libmpm/driver/case_file.hpp"
+#include "support/ground.hpp"
 
 namespace mpm {
 namespace {
@@ -135,6 +138,53 @@ TEST(AdviceAboutACase, WarnsOfValuesThatNoAvalancheHas) {
 
 TEST(AdviceAboutACase, WarnsOfRowsTooFarApartForTheForceWindow) {
   EXPECT_THAT(of("rows_in_force_window", {"output.series_per_second=10"}).remedy, HasSubstr("series_per_second = 50"));
+}
+
+constexpr double pi = std::numbers::pi;
+
+/// Advice about a block of 1 m on ground h(x, y), whose raster is four times finer than the grid of 0.25 m.
+template <class F>
+std::vector<Advice> advice_on_ground(F&& h, double dx = 0.25) {
+  Case c = parse_case(
+      "[material]\nmodel = \"hencky_elastic\"\n[[body]]\nmin_m = [0, 0, 0]\nmax_m = [1, 1, 1]\n"
+      "[domain]\nmin_m = [-3, -3, -1]\nmax_m = [3, 3, 2]\n[output]\nduration_s = 1\n",
+      "box.toml");
+  c.numerics.cell_size = dx;
+  c.terrain = testing::ground_spec(h, 4.0, 0.0625);
+  return advise(c);
+}
+
+/// A wave along x with this greatest slope. @param length  cells of 0.25 m
+auto wave(double length, double slope) {
+  return [=](double x, double) { return slope / (2.0 * pi / (0.25 * length)) * std::cos(2.0 * pi * x / (0.25 * length)); };
+}
+
+TEST(AdviceAboutACase, WarnsOfGroundWithWavesOfAFewCells) {
+  const auto found = advice_on_ground(wave(1.0, 0.5));  // all nodes see the same ground
+  ASSERT_EQ(found.size(), 1U);
+  EXPECT_EQ(found[0].rule, "short_waves_of_the_ground");
+  EXPECT_THAT(found[0].what, HasSubstr("differs by up to 0.398 from its mean over two cells"))
+      << "four points a wave: 1.25/(pi/2) of its slope";
+  EXPECT_THAT(found[0].remedy, HasSubstr("means over 1 m, or take numerics.cell_size_m = 0.0156"));
+  EXPECT_TRUE(advice_on_ground(wave(1.0, 0.5), 0.0625 / 4.0).empty()) << "the remedy";
+  EXPECT_EQ(advice_on_ground(wave(3.0, 0.168)).size(), 1U) << "8 % of the speed of a slab";
+  const auto checkers = [](double x, double y) { return std::lround((x + y) / 0.0625) % 2 == 0 ? 0.003 : -0.003; };
+  EXPECT_EQ(advice_on_ground(checkers).size(), 1U) << "level at the points of the raster";
+}
+
+TEST(AdviceAboutACase, NamesThePlaceOfTheShortestWavesInTheDomain) {
+  const auto step = [](double x, double y) { return 0.05 * std::tanh((x - 1.03125) / 0.1) * std::exp(-2.0 * std::pow(y + 2.0, 2)); };
+  const auto found = advice_on_ground(step);
+  ASSERT_EQ(found.size(), 1U);
+  EXPECT_THAT(found[0].what, HasSubstr("most at x = 1.03, y = -2"));
+  const auto outside = [&](double x, double y) { return step(x - 2.75, y); };  // at x = 3.78
+  EXPECT_TRUE(advice_on_ground(outside).empty()) << "beyond the domain";
+}
+
+TEST(AdviceAboutACase, IsSilentAboutSmoothGroundHoweverFineItsRaster) {
+  EXPECT_TRUE(advice_on_ground([](double x, double y) { return 0.5 * x - 0.3 * y; }).empty());
+  EXPECT_TRUE(advice_on_ground(wave(8.0, std::tan(pi / 6.0))).empty()) << "the steepest of a case";
+  EXPECT_TRUE(advice_on_ground(wave(2.0, 0.05)).empty()) << "hardly a slope";
 }
 
 TEST(AdviceAboutACase, SaysWhatWhyAndTheRemedyInOneLine) {

@@ -12,7 +12,9 @@ import h5py
 import numpy as np
 
 from mpmtools.figures import view_page
-from test_run import RunFolder
+from mpmtools.terrain import Terrain
+from test_film import raster
+from test_run import CASE, RunFolder
 
 BROWSER = shutil.which("chromium")
 
@@ -42,6 +44,12 @@ class ViewFolder(RunFolder):
                 file["stress_xx_pa"] = -1e3 * place[:, 2]
                 file["density_kg_m3"] = np.full(self.COUNT, 300.0)
 
+    def put_on(self, height):
+        """Gives the run uneven ground. @return its raster"""
+        text = raster(height, half_width=9.0)
+        self.write("case.toml", CASE + f'[terrain]\nraster = "{text}"\n')
+        return text
+
     def data(self, name="view.html"):
         text = (self.folder / name).read_text(encoding="utf-8")
         return json.loads(re.search(r'<script id="data" type="application/json">(.*?)</script>', text, flags=re.DOTALL)[1])
@@ -64,6 +72,24 @@ class Pages(ViewFolder):
                     np.testing.assert_allclose(about["low"] + values / 255 * (about["high"] - about["low"]), clipped, atol=0.51 / 255 * 2.0)
         self.assertEqual(([f["time"] for f in data["frames"]], data["mirror_y"], data["mirror_x"]), ([0.0, 1.5], True, False))
         self.assertEqual(data["obstacle"]["outline"][1], [1.75, -0.875])
+
+    def test_hold_uneven_ground_as_a_mesh_and_the_mast_on_it(self):
+        terrain = Terrain(self.put_on(lambda x, y: 0.2 * x + 0.05 * y**2))
+        view_page.write_view(self.folder, self.folder / "view.html")
+        data = self.data()
+        x, y, height = (np.array(data["ground"][name]) for name in ("x", "y", "height"))
+        low, high = data["low"], data["high"]
+        # The mirrored half too; three decimals.
+        np.testing.assert_allclose([x[0], x[-1], y[0], y[-1]], [low[0], high[0], -high[1], high[1]], atol=6e-4)
+        np.testing.assert_allclose(height, terrain.heights(x, y), atol=1e-3)  # three numbers in mm, slopes below 0.5
+        self.assertEqual(height.shape, (len(y), len(x)))
+        self.assertAlmostEqual(data["obstacle"]["foot"], 0.0, delta=1e-9)  # at (0, 0)
+        self.assertFalse(data["floor"])
+
+    def test_on_level_ground_have_a_floor(self):
+        view_page.write_view(self.folder, self.folder / "view.html")
+        data = self.data()
+        self.assertEqual((data["ground"], data["floor"], data["obstacle"]["foot"]), (None, True, 0.0))
 
     def test_need_no_other_file_and_end_no_script_early(self):
         self.write("case.toml", (self.folder / "case.toml").read_text(encoding="utf-8").replace('"Small"', '"</script><b>x"'))
@@ -107,6 +133,15 @@ class Browser(ViewFolder):
         self.assertEqual((state["state"], state["frame"], state["particles"], shown), ("ready", "1", "400", "1.50 s"), page[-500:])
         self.assertGreater(float(state["coloured"]), 0.02)  # of the picture
         self.assertIn("pressure (kPa)", page)
+
+    def test_draws_uneven_ground_at_its_height(self):
+        shares = []
+        for height in (-1.0, 2.0):  # below the particles, and as a roof over them
+            self.put_on(lambda x, y: height)
+            state, _, _ = self.opened(f"file://{view_page.write_view(self.folder, self.folder / 'view.html')}")
+            self.assertEqual((state["state"], state["particles"]), ("ready", "400"))
+            shares.append(float(state["coloured"]))
+        self.assertLess(shares[1], 0.8 * shares[0])  # of three sides that the camera sees, the roof hides one
 
     def test_shows_nothing_coloured_where_nothing_is(self):
         for i in (0, 1):

@@ -8,7 +8,7 @@ import tempfile
 import numpy as np
 
 from mpmtools.errors import ConfigError, InputError
-from mpmtools.figures.snow_surface import SnowDensity, draw, standpoint
+from mpmtools.figures.snow_surface import SnowDensity, draw, ground_of, standpoint
 from mpmtools.figures.view_3d import picture_size
 from mpmtools.run import Run
 
@@ -28,12 +28,14 @@ def field_of(frame, name):
 
 
 class Studio:
-    """What all pictures of a run share: camera, mast, range of the colours."""
+    """What all pictures of a run share: ground, camera, mast, range of the colours."""
 
     def __init__(self, run, field, size):
         self.run, self.field, self.size = run, field, size
-        top = max(float(np.percentile(f["position_m"][:, 2], 99.9)) for f in run.frames[:: max(1, len(run.frames) // 8)])
-        self.camera, self.solid = standpoint(run, run.frames[-1].whole("position_m"), top)
+        self.ground = ground_of(run)
+        some = [f["position_m"] for f in run.frames[:: max(1, len(run.frames) // 8)]]
+        top = max(float(np.percentile(x[:, 2] - self.ground.height(x[:, :2]), 99.9)) for x in some)
+        self.camera, self.solid = standpoint(run, run.frames[-1].whole("position_m"), top, self.ground)
         self.most = 1.0
         if label := FIELDS[field]:
             self.label = label
@@ -49,7 +51,7 @@ class Studio:
         snow = SnowDensity(frame.whole("position_m"), frame.whole("reference_volume_m3"), run.particle_spacing, values)
         colours = None if values is None else lambda v: colormaps["viridis"](np.clip(v / self.most, 0.0, 1.0))[:, :3]
         width, height = self.size
-        image = draw(snow, self.camera, self.size, self.solid, colours)
+        image = draw(snow, self.camera, self.size, self.solid, colours, self.ground)
         figure = plt.figure(figsize=(width / 100.0, height / 100.0), dpi=100)
         figure.figimage(image, resize=False, zorder=-1)
         unit = height / 600.0

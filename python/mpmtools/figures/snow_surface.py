@@ -6,6 +6,8 @@ Plain numpy and scipy; no graphics library and no screen. Lengths in m; arrays o
 import numpy as np
 from scipy.ndimage import gaussian_filter, label, map_coordinates, maximum_filter
 
+from mpmtools.terrain import FINER, terrain_of
+
 LEVEL = 0.2  # of the density that the snow has at the start, smoothed: the surface
 SMOOTHING = 0.8  # cells: the lattice of the particles does not show, and threads a few particles across stay whole
 LUMP = 20  # particles: smaller lumps that fly alone are left out
@@ -14,6 +16,96 @@ LIGHT = np.array([-0.45, -0.55, 0.70]) / np.linalg.norm([-0.45, -0.55, 0.70])  #
 SKY_TOP, SKY_LOW = np.array([0.62, 0.75, 0.90]), np.array([0.93, 0.96, 0.99])
 GROUND, MAST = np.array([0.74, 0.76, 0.77]), np.array([0.42, 0.36, 0.33])
 SNOW = np.array([0.93, 0.95, 0.985])
+FINEST = 1024  # intervals of the ground along an axis
+SEEN = 6.0 * 1.3  # half boxes of the snow: farther away the ground has faded into the sky (draw)
+
+
+class LevelGround:
+    """The ground z = 0."""
+
+    def height(self, places):
+        """m. @param places  (count, 2)"""
+        return np.zeros(len(places))
+
+    def hits(self, eye, rays, _most):
+        """Way along each ray to the ground; infinite where it passes by."""
+        with np.errstate(divide="ignore"):
+            return np.where(rays[:, 2] < 0.0, -eye[:, 2] / rays[:, 2], np.inf)
+
+    def normals(self, points):
+        return np.broadcast_to([0.0, 0.0, 1.0], points.shape)
+
+
+class UnevenGround:
+    """The ground of a Terrain: the solver's cubic at the points of a finer grid, linear between them.
+
+    Beyond the raster the heights of its edge go on: a picture needs ground up to the horizon, and no snow is there.
+    """
+
+    def __init__(self, terrain):
+        finer = int(np.clip(FINEST // (max(terrain.height.shape) - 1), 1, FINER))
+        x, y = (np.linspace(a[0], a[-1], finer * (len(a) - 1) + 1) for a in (terrain.x, terrain.y))
+        self.low, self.high, self.spacing = np.array([x[0], y[0]]), np.array([x[-1], y[-1]]), terrain.spacing / finer
+        self.heights = terrain.heights(x, y)
+        self.slopes = np.gradient(self.heights, self.spacing)[::-1]  # along x, along y
+        steps = [np.max(np.abs(np.diff(self.heights, axis=axis))) for axis in (0, 1)]
+        self.steepest = float(np.hypot(*steps)) / self.spacing
+
+    def _sample(self, field, places):
+        at = ((places - self.low) / self.spacing).T[::-1]
+        return map_coordinates(field, at, order=1, mode="nearest", prefilter=False)
+
+    def height(self, places):
+        """m. @param places  (count, 2)"""
+        return self._sample(self.heights, places)
+
+    def hits(self, eye, rays, most):
+        """Way along each ray to the ground; infinite where it passes by, or meets the ground farther away than `most`.
+
+        A point that is d above the ground moves on by d over the greatest rate at which ground and ray can approach:
+        no hill is jumped over. Near the ground this becomes slow; there a quarter of an interval, or 0.2 % of the way
+        (two pixels of a picture 500 pixels high), is the least step, and bisection finds the place in the step that
+        ends below the ground.
+        """
+        closing = self.steepest * np.hypot(rays[:, 0], rays[:, 1]) - rays[:, 2]
+        way, last, found = np.zeros(len(rays)), np.zeros(len(rays)), np.full(len(rays), np.inf)
+
+        def gap(which, ways):
+            points = eye[which] + ways[:, None] * rays[which]
+            return points[:, 2] - self.height(points[:, :2])
+
+        open_rays = np.flatnonzero(closing > 0.0)
+        while open_rays.size:
+            above = gap(open_rays, way[open_rays])
+            met = open_rays[above <= 0.0]
+            found[met] = way[met]
+            above, open_rays = above[above > 0.0], open_rays[above > 0.0]
+            last[open_rays] = way[open_rays]
+            least = np.maximum(0.25 * self.spacing, 0.002 * way[open_rays])
+            way[open_rays] += np.maximum(above / closing[open_rays], least)
+            open_rays = open_rays[last[open_rays] < most]
+        met = np.flatnonzero(np.isfinite(found))
+        before, behind = last[met], found[met]
+        for _ in range(20):  # to a millionth of the last step
+            middle = 0.5 * (before + behind)
+            below = gap(met, middle) <= 0.0
+            before, behind = np.where(below, before, middle), np.where(below, middle, behind)
+        found[met] = behind
+        return found
+
+    def normals(self, points):
+        """Unit, upwards."""
+        places = points[:, :2]
+        on_raster = np.all((places >= self.low) & (places <= self.high), axis=1)
+        x, y = (np.where(on_raster, -self._sample(slope, places), 0.0) for slope in self.slopes)
+        normals = np.column_stack([x, y, np.ones(len(points))])
+        return normals / np.linalg.norm(normals, axis=1, keepdims=True)
+
+
+def ground_of(run):
+    """The ground of the pictures of a Run."""
+    terrain = terrain_of(run)
+    return UnevenGround(terrain) if terrain else LevelGround()
 
 
 class SnowDensity:
@@ -95,7 +187,7 @@ class SnowDensity:
 
 
 def prism_hits(corners, top, eye, rays):
-    """Way to a convex upright solid from the ground to its top, and the normals there; infinite where a ray passes by.
+    """Way to a convex upright solid that ends at its top, and the normals there; infinite where a ray passes by.
 
     @param corners  (x, y), counter-clockwise from above
     """
@@ -135,20 +227,34 @@ class Camera:
         return (rays / np.linalg.norm(rays, axis=2, keepdims=True)).reshape(-1, 3)
 
 
-def standpoint(run, positions, top):
-    """Camera, and the mast as (corners, top) or None, for a run: from upstream, beside and above. @param top  of the snow in all pictures, m"""
-    solid = (run.obstacle_outline, run.obstacle.get("height_m", 1.25 * top)) if run.obstacle else None
+def standpoint(run, positions, top, ground=LevelGround()):
+    """Camera, and the mast as (corners, top) or None, for a run: from upstream, beside and above.
+
+    @param top  of the snow in all pictures above the ground below it, m
+    """
     low, high = positions.min(axis=0), positions.max(axis=0)
-    if solid is None:
-        centre, reach = np.append(0.5 * (low + high)[:2], 0.35 * top), max(1.2 * top, 0.55 * float(np.hypot(*(high - low)[:2])))
-    else:
+    if run.obstacle:
         centre = np.array([0.5 * run.obstacle_depth, 0.0, 0.45 * top])
         reach = max(1.45 * top, 0.5 * min(high[0] - low[0], 12.0 * (run.flow_height or top)), 3.0 * run.obstacle_width)
-    return Camera(centre + reach * np.array([-1.55, -1.45, 0.95]), centre), solid
+    else:
+        centre = np.append(0.5 * (low + high)[:2], 0.35 * top)
+        reach = max(1.2 * top, 0.55 * float(np.hypot(*(high - low)[:2])))
+    base = ground.height(centre[None, :2])[0]
+    centre[2] += base
+    eye = centre + reach * np.array([-1.55, -1.45, 0.95])
+    share = np.linspace(0.1, 1.0, 50)  # of the way from the centre to the eye: no hill may hide the snow
+    below = ground.height(centre[:2] + share[:, None] * (eye - centre)[:2])
+    eye[2] = max(eye[2], np.max(centre[2] + (below - centre[2]) / share + 0.15 * reach))
+    solid = (run.obstacle_outline, run.obstacle.get("height_m", base + 1.25 * top)) if run.obstacle else None
+    return Camera(eye, centre), solid
 
 
 def shadow(snow, solid, points, reach):
-    """Share of the sun's light that reaches points: through the mast none, through the snow little."""
+    """Share of the sun's light that reaches points: through the mast none, through the snow little.
+
+    Uneven ground throws no shadow: the sun is 44 degrees high, and a case has no steeper ground (30 degrees against
+    both axes are 39).
+    """
     towards = np.broadcast_to(LIGHT, points.shape)
     lit = np.ones(len(points))
     if solid is not None:
@@ -160,7 +266,7 @@ def shadow(snow, solid, points, reach):
     return lit
 
 
-def draw(snow, camera, size, solid=None, colours=None):
+def draw(snow, camera, size, solid=None, colours=None, ground=LevelGround()):
     """The image, (height, width, 3) in 0 to 1.
 
     @param solid  (corners, top) of the mast, or None
@@ -169,21 +275,20 @@ def draw(snow, camera, size, solid=None, colours=None):
     width, height = size
     rays = camera.rays(width, height)
     eye = np.broadcast_to(camera.eye, rays.shape)
-    with np.errstate(divide="ignore"):
-        to_ground = np.where(rays[:, 2] < 0.0, -camera.eye[2] / rays[:, 2], np.inf)
+    reach = 0.5 * float(np.max(np.array(snow.shape) * snow.cell))
+    to_ground = ground.hits(eye, rays, SEEN * reach)
     to_solid, solid_normals = prism_hits(*solid, eye, rays) if solid is not None else (np.full(len(rays), np.inf), None)
     to_solid = np.where(to_solid < to_ground, to_solid, np.inf)
     to_snow = snow.hits(eye, rays, 0.0, np.minimum(to_ground, to_solid))
     share = np.clip(rays[:, 2:] * 2.5, 0.0, 1.0)
     image = SKY_LOW * (1.0 - share) + SKY_TOP * share
-    reach = 0.5 * float(np.max(np.array(snow.shape) * snow.cell))
     for way, kind in ((to_ground, "ground"), (to_solid, "solid"), (to_snow, "snow")):
         seen = np.isfinite(way) & (way <= np.minimum(np.minimum(to_ground, to_solid), to_snow))
         if not seen.any():
             continue
         points = eye[seen] + way[seen, None] * rays[seen]
         if kind == "ground":
-            normals, base = np.broadcast_to([0.0, 0.0, 1.0], points.shape), np.broadcast_to(GROUND, points.shape)
+            normals, base = ground.normals(points), np.broadcast_to(GROUND, points.shape)
         elif kind == "solid":
             normals, base = solid_normals[seen], np.broadcast_to(MAST, points.shape)
         else:

@@ -1,7 +1,7 @@
 """3D picture of one frame of a run, rendered by ParaView without a screen.
 
-Particles are drawn as spheres, the mast by its own shape, the bottom as a plane. Half a computed domain (mirror plane y = 0) is
-drawn whole. Needs Debian's paraview and python3-paraview.
+Particles are drawn as spheres, the mast by its own shape, the ground as a plane or by its heights. Half a computed
+domain (mirror plane y = 0) is drawn whole. Needs Debian's paraview and python3-paraview.
 """
 import os
 import shutil
@@ -10,6 +10,7 @@ import sys
 
 from mpmtools.errors import ConfigError, InputError
 from mpmtools.run import Run
+from mpmtools.terrain import terrain_of
 
 LABELS = {
     "stress_xx": ("stream-wise Cauchy stress (kPa)", 1e-3),
@@ -19,27 +20,39 @@ LABELS = {
 }
 
 
-def prism(paraview, plan, top):
-    """A solid of this plan from the floor to its top, m."""
+def polygons(paraview, corners, faces):
+    """A surface. @param corners  (x, y, z), m. @param faces  each the numbers of its corners"""
     from vtkmodules.vtkCommonCore import vtkPoints
     from vtkmodules.vtkCommonDataModel import vtkCellArray, vtkPolyData
 
-    points, faces = vtkPoints(), vtkCellArray()
-    for z in (0.0, top):
-        for x, y in plan:
-            points.InsertNextPoint(x, y, z)
+    points, cells, surface = vtkPoints(), vtkCellArray(), vtkPolyData()
+    for corner in corners:
+        points.InsertNextPoint(*corner)
+    for face in faces:
+        cells.InsertNextCell(len(face))
+        for point in face:
+            cells.InsertCellPoint(point)
+    surface.SetPoints(points)
+    surface.SetPolys(cells)
+    source = paraview.TrivialProducer()
+    source.GetClientSideObject().SetOutput(surface)
+    return source
+
+
+def prism(paraview, plan, foot, top):
+    """A solid of this plan between two heights, m."""
     count = len(plan)
     sides = [(i, (i + 1) % count, count + (i + 1) % count, count + i) for i in range(count)]
-    for face in [tuple(range(count, 2 * count)), *sides]:
-        faces.InsertNextCell(len(face))
-        for point in face:
-            faces.InsertCellPoint(point)
-    solid = vtkPolyData()
-    solid.SetPoints(points)
-    solid.SetPolys(faces)
-    source = paraview.TrivialProducer()
-    source.GetClientSideObject().SetOutput(solid)
-    return source
+    corners = [(x, y, z) for z in (foot, top) for x, y in plan]
+    return polygons(paraview, corners, [tuple(range(count, 2 * count)), *sides])
+
+
+def ground(paraview, terrain, low, high):
+    """The uneven ground over a box in plan. @param low, high  corners (x, y), m"""
+    x, y, height = terrain.mesh(low, high)
+    first = [j * len(x) + i for j in range(len(y) - 1) for i in range(len(x) - 1)]
+    return polygons(paraview, [(x[i], y[j], height[j, i]) for j in range(len(y)) for i in range(len(x))],
+                    [(n, n + 1, n + 1 + len(x), n + len(x)) for n in first])
 
 
 def picture_size(text):
@@ -102,7 +115,11 @@ def render(options, paraview):
     south, north = (-bounds[3], bounds[3]) if mirrored else bounds[2:4]
     margin = 0.06 * (bounds[1] - bounds[0])
     west, east, south, north = bounds[0] - margin, bounds[1] + margin, south - margin, north + margin
-    floor = paraview.Plane(Origin=[west, south, -0.01], Point1=[east, south, -0.01], Point2=[west, north, -0.01])
+    terrain = terrain_of(run)
+    if terrain:
+        floor = ground(paraview, terrain, (west, south), (east, north))
+    else:
+        floor = paraview.Plane(Origin=[west, south, -0.01], Point1=[east, south, -0.01], Point2=[west, north, -0.01])
     display = paraview.Show(floor, view)
     display.DiffuseColor = [0.86, 0.86, 0.84]
     display.AmbientColor = [0.86, 0.86, 0.84]
@@ -110,7 +127,7 @@ def render(options, paraview):
     if run.obstacle:
         mast_top = run.obstacle.get("height_m", 1.15 * bounds[5])
         top = max(top, mast_top)
-        mast = prism(paraview, run.obstacle_outline, mast_top)
+        mast = prism(paraview, run.obstacle_outline, terrain.foot(run.obstacle_outline) if terrain else 0.0, mast_top)
         display = paraview.Show(mast, view)
         display.DiffuseColor = [0.35, 0.37, 0.42]
         display.AmbientColor = [0.35, 0.37, 0.42]
@@ -131,12 +148,13 @@ def render(options, paraview):
     display.WindowLocation = "Upper Center"
 
     # From upstream, above and beside the flow, so that the wetted front face is seen.
-    centre = [0.5 * (west + east), 0.5 * (south + north), 0.4 * top]
+    bottom = min(0.0, bounds[4])
+    centre = [0.5 * (west + east), 0.5 * (south + north), bottom + 0.4 * (top - bottom)]
     view.CameraFocalPoint = centre
     view.CameraPosition = [centre[0] - 1.5, centre[1] - 1.2, centre[2] + 0.9]
     view.CameraViewUp = [0.0, 0.0, 1.0]
     view.CameraViewAngle = 30
-    view.ResetCamera([west, east, south, north, 0.0, top])  # keeps the direction, fits a sphere round the box
+    view.ResetCamera([west, east, south, north, bottom, top])  # keeps the direction, fits a sphere round the box
     paraview.GetActiveCamera().Zoom(1.1)
     output = options.out or os.path.join(options.directory, "post", "view_3d.png")
     os.makedirs(os.path.dirname(os.path.abspath(output)), exist_ok=True)

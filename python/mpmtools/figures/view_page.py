@@ -16,6 +16,7 @@ import numpy as np
 from mpmtools.errors import ConfigError, InputError
 from mpmtools.figures.colours import STRESS_COLOURS
 from mpmtools.run import Run
+from mpmtools.terrain import terrain_of
 
 LARGEST = 6_000_000  # particles in all frames together: about 60 MB before compression
 # Name, unit, factor, whether small values are the strong ones (compression).
@@ -61,6 +62,16 @@ def quantized(values, low, high, top):
     return np.clip(np.rint((values - low) / (high - low) * top), 0, top)
 
 
+def ground_mesh(terrain, low, high, mirror_x, mirror_y):
+    """The ground below the particles for the page: x, y, and height[j][i] at x[i], y[j], to the mm, m.
+
+    @param low, high  of the particles
+    """
+    west, south = -high[0] if mirror_x else low[0], -high[1] if mirror_y else low[1]
+    x, y, height = terrain.mesh((west, south), high[:2])
+    return {"x": x.round(3).tolist(), "y": y.round(3).tolist(), "height": height.round(3).tolist()}
+
+
 def page_data(run, largest=LARGEST):
     """What the page holds, as a dict: see view_page.html.j2."""
     frames = run.frames
@@ -79,17 +90,20 @@ def page_data(run, largest=LARGEST):
         values = np.stack([quantized(field_values(frame, name)[chosen], *ranges[name], 255) for name in FIELDS]).astype(np.uint8)
         stored.append({"time": frame.time, "count": int(chosen.sum()), "position": packed(position), "fields": packed(values)})
     attributes = frames[-1].attributes
-    obstacle = None
+    mirror_x, mirror_y = (bool(attributes.get(name)) for name in ("mirror_x", "mirror_y"))
+    terrain, obstacle = terrain_of(run), None
     if run.obstacle:
+        outline = [list(corner) for corner in run.obstacle_outline]
         top = run.obstacle.get("height_m", 1.15 * float(high[2]))
-        obstacle = {"outline": [list(corner) for corner in run.obstacle_outline], "top": top}
+        obstacle = {"outline": outline, "foot": terrain.foot(outline) if terrain else 0.0, "top": top}
     colours = {name: [[round(255 * c) for c in STRESS_COLOURS(1.0 - i / 255 if not FIELDS[name][3] else i / 255)[:3]] for i in range(256)]
                for name in ("speed", "stress_xx")}
     return {"title": run.title, "low": low.tolist(), "high": high.tolist(), "spacing": run.particle_spacing * every ** (1.0 / 3.0),
-            "every": every, "mirror_x": bool(attributes.get("mirror_x")), "mirror_y": bool(attributes.get("mirror_y")), "frames": stored,
+            "every": every, "mirror_x": mirror_x, "mirror_y": mirror_y, "frames": stored,
             "fields": [{"name": name, "label": FIELDS[name][0], "unit": FIELDS[name][1], "low": ranges[name][0], "high": ranges[name][1],
                         "colours": colours["stress_xx" if FIELDS[name][3] else "speed"]} for name in FIELDS],
-            "obstacle": obstacle, "floor": "terrain" not in run.case and (run.flow_height is not None or bool(run.case.get("wall")))}
+            "obstacle": obstacle, "ground": ground_mesh(terrain, low, high, mirror_x, mirror_y) if terrain else None,
+            "floor": terrain is None and (run.flow_height is not None or bool(run.case.get("wall")))}
 
 
 def write_view(folder, out=None, largest=LARGEST):
