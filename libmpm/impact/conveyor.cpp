@@ -86,15 +86,19 @@ ConveyorSource::ConveyorSource(const ConveyorSpec& conveyor, const AnyMaterial& 
   spacing_y_ = 0.5 * conveyor.width / half_count_;
   levels_ = conveyor.lattice == ConveyorSpec::Lattice::staggered ? staggered_levels : 1;
   if (!inflow_.steady()) return;
-  for (int level = 0; level < levels_; ++level) layers_.push_back(make_layer(0.0, level));
+  const std::vector<ColumnPoint> column = column_at(0.0);
+  for (int level = 0; level < levels_; ++level) layers_.push_back(make_layer(column, 0.0, level));
 }
 
 int ConveyorSource::rows(double time) const { return std::max(1, static_cast<int>(std::lround(inflow_.flow_height(time) / spacing_))); }
 
-ConveyorSource::Layer ConveyorSource::make_layer(double time, int level) const {
+std::vector<ColumnPoint> ConveyorSource::column_at(double time) const {
+  return settled_column(material_, weight_, inflow_.flow_height(time), rows(time) * levels_, inflow_.density_ratio(time));
+}
+
+ConveyorSource::Layer ConveyorSource::make_layer(std::span<const ColumnPoint> column, double time, int level) const {
   const int count = rows(time);
   const double height = inflow_.flow_height(time), velocity = inflow_.velocity(time), ratio = inflow_.density_ratio(time);
-  const auto column = settled_column(material_, weight_, height, count * levels_, ratio);
   Layer layer;
   layer.reserve(static_cast<std::size_t>(count));
   for (int k = 0; k < count; ++k) {
@@ -150,7 +154,7 @@ void ConveyorSource::insert_layer(State& state, FluxTotals& entered) const {
   if (inflow_.steady()) {
     insert(state, entered, layers_[static_cast<std::size_t>(level)], state.source_count, distance);
   } else {
-    insert(state, entered, make_layer(state.time, level), state.source_count, distance);
+    insert(state, entered, make_layer(column_at(state.time), state.time, level), state.source_count, distance);
   }
   ++state.source_count;
 }

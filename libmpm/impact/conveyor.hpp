@@ -82,8 +82,10 @@ class ConveyorSource : public ParticleSource {
 
  private:
   using Layer = std::vector<Particle>;  ///< one particle for each row, from the floor up, with x = y = 0
-  /// @param level of a particle within its part of the height
-  [[nodiscard]] Layer make_layer(double time, int level) const;
+  /// The snow at rest in the inflow at `time`, s: a point for each row and level, from the floor up.
+  [[nodiscard]] std::vector<ColumnPoint> column_at(double time) const;
+  /// @param column  column_at(time). @param level  of a particle within its part of the height
+  [[nodiscard]] Layer make_layer(std::span<const ColumnPoint> column, double time, int level) const;
   [[nodiscard]] int rows(double time) const;
   /// Number of layers of a row that are due when the plug has moved by `distance`.
   [[nodiscard]] std::uint64_t due(double rate, double distance) const;
