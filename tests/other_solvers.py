@@ -98,7 +98,7 @@ class OtherSolvers(unittest.TestCase):
 
     def test_an_error_in_the_solver_fails_a_check(self):
         text = SOLVER.read_text(encoding="utf-8")
-        right = 'boundary["friction"] * np.maximum(-taken, 0.0)'
+        right = 'boundary["friction"] * np.maximum(push, 0.0)'
         self.assertEqual(text.count(right), 1)
         results = self.copy_of_results()
         wrong = results.parent / "wrong.py"

@@ -7,8 +7,9 @@ Weights are quadratic B-splines. Each particle also keeps the gradient C of the 
 the grid (APIC: Jiang et al. 2015); the same gradient deforms it, and the divergence of the stress needs no derivative of the weights (MLS-MPM:
 Hu et al. 2018).
 
-Laws: hencky_elastic, weakly_compressible_fluid without viscosity, cohesive_cam_clay with M = 0 and no cohesion. Boundaries: half-spaces.
-Particles that leave the domain are kept.
+Laws: hencky_elastic, weakly_compressible_fluid without viscosity, cohesive_cam_clay with M = 0 and no cohesion. Boundaries: half-spaces; one
+normal to an axis acts at its plane (second order in dx), any other on the nodes behind it (first order). Particles that leave the domain are
+kept.
 
 usage: numpy_mpm.py EXPORTED RESULTS [RUN...]      then: mpm-validate grade CASE --results RESULTS
 """
@@ -125,7 +126,8 @@ class Body:
         if model not in LAWS:
             sys.exit(f"numpy_mpm: no law '{model}'")
         self.law = LAWS[model](run["material"], stress, data["volume_ratio"], data["internal"])
-        self.boundaries, self.gravity = run["boundaries"], np.array(run["gravity_m_s2"])
+        self.boundaries = [{**boundary, "normal": np.array(boundary["normal"])} for boundary in run["boundaries"]]
+        self.gravity = np.array(run["gravity_m_s2"])
         for boundary in self.boundaries:
             if boundary["shape"] != "half-space":
                 sys.exit(f"numpy_mpm: no boundary of the shape '{boundary['shape']}'")
@@ -140,7 +142,7 @@ class Body:
         """Symplectic Euler: the velocities first, positions and stresses with the new ones. Adds to the impulse of each boundary."""
         place = (self.position - self.origin) / self.dx  # in cells
         base = np.floor(place - 0.5).astype(int)
-        corner, top = base.min(axis=0), base.max(axis=0) + 3
+        corner, top = base.min(axis=0) - 2, base.max(axis=0) + 5  # with two empty nodes on all sides, for the columns across a wall
         for axis in self.mirrors:  # the nodes beyond a mirror plane and their images are all in the box
             corner[axis], top[axis] = min(corner[axis], -2), max(top[axis], 3)
         shape = top - corner
@@ -169,12 +171,10 @@ class Body:
         for axis in self.mirrors:
             own *= np.where(index[:, axis] < 0, 0.0, np.where(index[:, axis] == 0, 0.5, 1.0))
         for number, boundary in enumerate(self.boundaries):
-            normal = np.array(boundary["normal"])
-            point = boundary["point_m"] + time * np.array(boundary["velocity_m_s"])  # a surface travels with its velocity
-            reached = full & ((place_of_nodes - point) @ normal < 1e-9)
-            changed = contact(velocity[reached], normal, boundary)
-            impulses[number] += ((mass * own)[reached, None] * (velocity[reached] - changed)).sum(axis=0)
-            velocity[reached] = changed
+            for nodes, share in self.reached(boundary, place_of_nodes, shape, time):
+                changed = contact(mass[nodes], velocity[nodes], share, boundary)
+                impulses[number] += ((mass * own)[nodes, None] * (velocity[nodes] - changed)).sum(axis=(0, 1))
+                velocity[nodes] = changed
 
         # Grid to particles.
         part = weight[:, :, None] * velocity[node]
@@ -182,6 +182,31 @@ class Body:
         self.gradient = 4 / self.dx ** 2 * (part.transpose(0, 2, 1) @ arm)
         self.position = self.position + dt * self.velocity
         self.law.update(IDENTITY + dt * self.gradient)
+
+    def reached(self, boundary, places, shape, time):
+        """The nodes on which a half-space acts, as an array (row, column), and for each row the share of contact(). A wall normal to an axis
+        acts on three rows of nodes: the first that is half a cell or more before it, and the two behind. Their normal velocities are held
+        proportional to the distance from the plane, so that they vanish on it; if the plane is on nodes, this is the mirror image. Nodes
+        further behind, and all nodes behind another wall, are stopped one by one."""
+        depth, normal = depth_of(places, boundary, time) / self.dx, boundary["normal"]
+        axis = np.argmax(np.abs(normal))
+        rows = np.moveaxis(np.arange(len(places)).reshape(shape), axis, 0).reshape(shape[axis], -1)[::1 if normal[axis] > 0 else -1]
+        distance = depth[rows[:, 0]]  # of each row from a wall normal to the axis, rising
+        first = np.searchsorted(distance, 0.5 - 1e-9)
+        if np.abs(normal[axis]) < 1 or not 2 <= first < len(rows) or not self.has_room(places[rows[first, 0]], axis, normal, time):
+            return [(np.flatnonzero(depth < 1e-9)[None, :], [0.0])]
+        return [(rows[:first - 2].reshape(1, -1), [0.0]), (rows[first - 2:first + 1], distance[first - 2:first + 1] / distance[first])]
+
+    def has_room(self, place, axis, normal, time):
+        """Whether no mirror plane and no wall opposite acts on a row of nodes too, which is at `place` along the axis."""
+        opposite = [wall for wall in self.boundaries if wall["normal"] @ normal <= -0.5]
+        return (axis not in self.mirrors or place[axis] > 1.5 * self.dx) and all(
+            depth_of(place, wall, time) > (1.5 - 1e-9) * self.dx for wall in opposite)
+
+
+def depth_of(places, boundary, time):
+    """Distance of places from a half-space; inside it is negative."""
+    return (places - boundary["point_m"] - time * np.array(boundary["velocity_m_s"])) @ boundary["normal"]  # a surface travels with its velocity
 
 
 def fold(mass, momentum, axis, middle):
@@ -195,19 +220,22 @@ def fold(mass, momentum, axis, middle):
         mass[right], mass[left], momentum[right], momentum[left] = total, total, flow, sign * flow
 
 
-def contact(velocity, normal, boundary):
-    """What a half-space leaves of the velocity of the nodes on or behind its plane."""
-    relative = velocity - boundary["velocity_m_s"]
-    if boundary["contact"] == "no_slip":
-        return velocity - relative
-    along = relative @ normal
-    taken = np.minimum(along, 0.0) if boundary["contact"] == "separable" else along
-    relative = relative - taken[:, None] * normal
-    tangential = relative - (relative @ normal)[:, None] * normal
-    speed = np.sqrt((tangential ** 2).sum(axis=1))
-    loss = np.minimum(boundary["friction"] * np.maximum(-taken, 0.0), speed)
-    relative = relative - tangential * (loss / np.maximum(speed, 1e-300))[:, None]
-    return relative + boundary["velocity_m_s"]
+def contact(mass, velocity, share, boundary):
+    """What a half-space leaves of the velocity (row, column, axis) of nodes of the mass (row, column). If it holds them, the nodes of a column
+    move towards it with their share of one velocity, the one that keeps their momentum weighted by the share: 0 is rest."""
+    normal, share = boundary["normal"], np.reshape(share, (-1, 1, 1))
+    velocity, mass = velocity - boundary["velocity_m_s"], mass[:, :, None]
+    held = share * (share * mass * velocity).sum(axis=0) / np.maximum((share ** 2 * mass).sum(axis=0), 1e-300)
+    impulse = (mass * (velocity - held)).sum(axis=0)  # of the column on the wall, if the wall held it in all directions
+    push = -impulse @ normal
+    sliding = np.sqrt(((impulse + push[:, None] * normal) ** 2).sum(axis=1))
+    friction = boundary["friction"] * np.maximum(push, 0.0)
+    grip = np.ones_like(push) if boundary["contact"] == "no_slip" else np.minimum(friction / np.maximum(sliding, 1e-300), 1.0)
+    across = ((held - velocity) @ normal)[:, :, None] * normal
+    change = across + grip[:, None] * (held - velocity - across)
+    if boundary["contact"] == "separable":
+        change = change * (push > 0.0)[:, None]
+    return velocity + change + boundary["velocity_m_s"]
 
 
 def solve(run, exported, results):

@@ -1,14 +1,17 @@
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
+#include <functional>
+#include <iterator>
 
 #include "libmpm/driver/case_file.hpp"
 #include "libmpm/driver/run.hpp"
+#include "libmpm/driver/scene.hpp"
 #include "libmpm/impact/semi_empirical.hpp"
 #include "libmpm/impact/steady.hpp"
 #include "libmpm/io/csv.hpp"
 #include "validation/harness/case.hpp"
-#include "validation/harness/shallow_flow.hpp"
 
 namespace mpm::validation {
 namespace {
@@ -37,7 +40,7 @@ Case make_case(const CaseContext& context, const Setting& setting, ConveyorSpec:
 }
 
 struct Measured {
-  MeanEstimate runup, force;
+  std::vector<double> runup, force;  ///< in the span that is compared
   std::vector<double> time, runup_series, force_series, mass;
 };
 
@@ -54,52 +57,57 @@ Measured simulate(const CaseContext& context, const Setting& setting, ConveyorSp
   f.runup_series = series.numbers("runup_m");
   f.force_series = series.numbers("force_x_n");
   f.mass = series.numbers("mass_kg");
-  std::vector<double> runup, force;
   for (std::size_t i = 0; i < f.time.size(); ++i) {
     if (f.time[i] < setting.from || f.time[i] > setting.to) continue;
-    runup.push_back(f.runup_series[i]);
-    force.push_back(f.force_series[i]);
+    f.runup.push_back(f.runup_series[i]);
+    f.force.push_back(f.force_series[i]);
   }
-  f.runup = estimate_mean(runup);
-  f.force = estimate_mean(force);
   return f;
 }
 
-/// Until the front reaches the outlet, the window's mass is what was there at first and what was fed: rho H W (L + v t). L reaches from the
-/// front to two cells behind the inlet, where layers are released (impact/conveyor.hpp).
+/// Until the front reaches the outlet, the window's mass is what was there at first and what was fed: rho H W (L + v t) but for whole
+/// layers of particles. L reaches from the front to two cells behind the inlet, where layers are released (impact/conveyor.hpp).
 void check_mass(const CaseContext& context, CaseResult& result, const Setting& setting, const Measured& window) {
   const Case c = make_case(context, setting, ConveyorSpec::Feed::window);
   const ConveyorSpec& belt = *c.conveyor;
-  const double per_length = c.material.density() * belt.flow_height * setting.width, layer = 0.5 * c.numerics.cell_size;
+  const double spacing = c.numerics.particle_spacing(), layer = c.material.density() * belt.flow_height * setting.width * spacing;
   const double length = belt.upstream_length + 2.0 * c.numerics.cell_size, last = 0.9 * belt.downstream_length / belt.velocity;
-  std::size_t n = 0;
-  while (n + 1 < window.time.size() && window.time[n + 1] <= last) ++n;
-  const double way = belt.velocity * (window.time[n] - window.time[0]), layers = way / layer;
-  const auto end = static_cast<std::ptrdiff_t>(n + 1);
-  const double rate = fitted_slope({window.time.begin(), window.time.begin() + end}, {window.mass.begin(), window.mass.begin() + end});
-  result.check_relative(Label::verification, fmt::format("{}: mass in the window at first", setting.name), window.mass[0],
-                        per_length * length, "kg", layer / length, "ρ0 H W L; whole layers of particles, dx/2");
-  result.check_relative(Label::verification, fmt::format("{}: mass fed until the front is close to the outlet", setting.name),
-                        window.mass[n] - window.mass[0], per_length * way, "kg", layer / way,
-                        "ρ0 H W v t; whole layers of particles, dx/2");
-  result.check_relative(Label::verification, fmt::format("{}: mass fed per time, line through all samples", setting.name), rate,
-                        per_length * belt.velocity, "kg/s", 0.4 / layers,
-                        "ρ0 H W v; n whole layers are a staircase, whose samples shift the slope of a line by up to 0.33/n");
+  const double longest_step = stable_time_step(make_scene(c).material, c.numerics.cfl, c.numerics.cell_size, belt.velocity);
+  double farthest = 0.0;
+  for (std::size_t i = 0; i < window.time.size() && window.time[i] <= last; ++i)
+    farthest = std::max(farthest, std::abs(window.mass[i] / layer - (length + belt.velocity * window.time[i]) / spacing));
+  result.check_relative(Label::verification, fmt::format("{}: mass in the window at first", setting.name), window.mass[0] / layer,
+                        length / spacing, "layers", 0.5 * spacing / length, "ρ0 H W L, rounded to whole layers of particles");
+  result.check_at_most(Label::verification,
+                       fmt::format("{}: mass in the window until the front is close to the outlet, distance from ρ0 H W (L + v t), "
+                                   "largest of all samples",
+                                   setting.name),
+                       farthest, 0.5, "layers", belt.velocity * longest_step / spacing,
+                       "whole layers: half a layer; a layer is released at the start of a step, so up to a step late: v dt");
 }
 
 void compare(const CaseContext& context, CaseResult& result, const Setting& setting, const std::string& id) {
   const Measured window = simulate(context, setting, ConveyorSpec::Feed::window, id + "-window");
   const Measured strip = simulate(context, setting, ConveyorSpec::Feed::strip, id + "-strip");
   const std::string reason = "one physics, two feeds: 5 % as the project asks, of which 2 % is left to the scatter of the means";
-  const auto judge = [&](const std::string& what, const MeanEstimate& w, const MeanEstimate& s, const std::string& unit,
-                         Quantity quantity) {
+  const auto judge = [&](const std::string& what, const std::vector<double>& of_window, const std::vector<double>& of_strip,
+                         const std::string& unit, Quantity quantity) {
+    const MeanEstimate w = estimate_mean(of_window), s = estimate_mean(of_strip);
+    std::vector<double> difference;
+    std::ranges::transform(of_window, of_strip, std::back_inserter(difference), std::minus<>());
     result
         .check_relative(Label::verification, fmt::format("{}: mean {}, window against strip", setting.name, what), w.mean, s.mean, unit,
                         0.05, reason)
         .in_summary(quantity, s.standard_error / std::abs(s.mean));
-    result.check_at_most(Label::verification, fmt::format("{}: combined standard error of the mean {}, relative", setting.name, what),
-                         std::hypot(w.standard_error, s.standard_error) / std::abs(s.mean), 0.02, "", 0.0,
-                         "else an agreement within 5 % would mean little");
+    result.check_at_most(Label::verification, fmt::format("{}: standard error of the mean difference in {}, relative", setting.name, what),
+                         estimate_mean(difference).standard_error / std::abs(s.mean), 0.02, "", 0.0,
+                         "else an agreement within 5 % would mean little; both flows start from the same particles and fluctuate together, "
+                         "so that the scatter of their difference counts");
+    result.notes.push_back(
+        fmt::format("{}, {}: standard error of the mean {:.2g} % in the window, {:.2g} % with the strip, {:.2g} % of "
+                    "the difference.",
+                    setting.name, what, 100.0 * w.standard_error / w.mean, 100.0 * s.standard_error / s.mean,
+                    100.0 * estimate_mean(difference).standard_error / std::abs(s.mean)));
   };
   check_mass(context, result, setting, window);
   judge("run-up", window.runup, strip.runup, "m", Quantity::run_up);
@@ -125,10 +133,10 @@ void compare(const CaseContext& context, CaseResult& result, const Setting& sett
 
 void run(const CaseContext& context, CaseResult& result) {
   if (context.level() == Level::quick) {
-    compare(context, result, {"Fr 2, dx = 0.4375 m, 4 w wide", 2.0, 0.15, 4.0 * height, 0.4375, 4.4, 1.7, 3.4}, "fr2");
+    compare(context, result, {"Fr 2, dx = 0.4375 m, 4 w wide", 2.0, 0.15, 4.0 * height, 0.4375, 5.4, 1.7, 3.4}, "fr2");
     return;
   }
-  compare(context, result, {"Fr 2", 2.0, 0.15, 12.0 * height, 0.35, 7.0, 1.7, 4.0}, "fr2");
+  compare(context, result, {"Fr 2", 2.0, 0.15, 12.0 * height, 0.35, 9.5, 1.7, 4.0}, "fr2");
   if (context.level() == Level::standard) return;  // a strip of 71 m for 17 s is a third of the time of all cases together
   compare(context, result, {"Fr 0.3", 0.3, 0.15, 12.0 * height, 0.35, 55.0, 12.0, 17.0}, "fr03");
 }

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 
 #include "libmpm/driver/scene.hpp"
 #include "libmpm/io/csv.hpp"
@@ -18,10 +19,10 @@ constexpr int samples = 40;              ///< of the time
 
 struct Settings {
   std::string name;
-  double velocity = 0.75;  ///< m/s
-  int cells = 4;           ///< in the width of the pylon
-  double depth = 4.0;      ///< of the flow, over the width
-  double travelled = 6.4;  ///< widths of the pylon that the flow has passed at the end
+  double velocity = 0.75;   ///< m/s
+  int cells = 4;            ///< in the width of the pylon
+  double depth = 4.0;       ///< of the flow, over the width
+  double travelled = 12.8;  ///< widths of the pylon that the flow has passed at the end
 };
 
 struct Drag {
@@ -32,6 +33,8 @@ struct Drag {
   double ratio = 0.0;                       ///< of pressure to hydrostatic pressure below the surface at the pylon, all layers
   double ratio_of_flow = 0.0;               ///< likewise below the surface of the undisturbed flow
   double exponent = 0.0;                    ///< n of pressure ~ immersion^n
+  double exponent_of_flow = 0.0;            ///< n of pressure ~ depth^n below the surface of the undisturbed flow
+  double growth = 0.0;                      ///< of the force over its mean, for each width that the flow passes while the means are taken
   double off_line = 0.0;                    ///< root mean square distance from the line pressure ~ a + b immersion, over the mean
   double froude = 0.0;
   double particle_steps = 0.0;
@@ -85,7 +88,7 @@ Drag drag(const CaseContext& context, const Settings& s) {
   const double surface = surface_sum / surfaces;
   r.surface = surface / height;
   double sum = 0.0, hydrostatic = 0.0, hydrostatic_of_flow = 0.0;
-  std::vector<double> log_depth, log_pressure;
+  std::vector<double> log_depth, log_depth_of_flow, log_pressure;
   for (std::size_t k = 0; k < layers.size(); ++k) {
     const double z = dx * static_cast<double>(k), immersion = surface - z;
     const double pressure = 2.0 * layers[k] / (span * width * dx);  // of both halves
@@ -93,11 +96,16 @@ Drag drag(const CaseContext& context, const Settings& s) {
     r.immersion.push_back(immersion);
     r.pressure.push_back(1e-3 * pressure);
     sum += pressure, hydrostatic += weight * immersion, hydrostatic_of_flow += weight * (height - z);
-    log_depth.push_back(std::log(immersion)), log_pressure.push_back(std::log(std::max(pressure, 1.0)));
+    log_depth.push_back(std::log(immersion)), log_depth_of_flow.push_back(std::log(height - z));
+    log_pressure.push_back(std::log(std::max(pressure, 1.0)));
   }
   r.ratio = sum / hydrostatic;
   r.ratio_of_flow = sum / hydrostatic_of_flow;
   r.exponent = fitted_slope(log_depth, log_pressure);
+  r.exponent_of_flow = fitted_slope(log_depth_of_flow, log_pressure);
+  constexpr auto first = static_cast<std::ptrdiff_t>((1.0 - averaged) * samples);
+  const std::vector<double> late(r.time.begin() + first, r.time.end()), force(r.ratio_in_time.begin() + first, r.ratio_in_time.end());
+  r.growth = fitted_slope(late, force) * static_cast<double>(force.size()) / std::reduce(force.begin(), force.end());
   const double slope = fitted_slope(r.immersion, r.pressure), n = static_cast<double>(r.pressure.size());
   double mean_depth = 0.0, mean_pressure = 0.0, squares = 0.0;
   for (std::size_t k = 0; k < r.pressure.size(); ++k) mean_depth += r.immersion[k] / n, mean_pressure += r.pressure[k] / n;
@@ -111,16 +119,15 @@ void run(const CaseContext& context, CaseResult& result) {
   const Table table = Table::read(context.case_directory() / "../../../reference_data/wet_snow_on_pylon/data.csv");
   // pressure over the hydrostatic one; standard deviation of the measured pressure over its mean
   const double observed = table.numbers("pressure_over_hydrostatic")[0], fluctuation = table.numbers("relative_standard_deviation")[0];
-  const std::vector<Settings> all = context.choose<std::vector<Settings>>(
-      {{"1.5 m/s", 1.5, 3, 3.0, 3.2}, {"3 m/s", 3.0, 3, 3.0, 3.2}},
-      {{"1.5 m/s", 1.5}, {"3 m/s", 3.0}, {"1.5 m/s, w/3", 1.5, 3}, {"1.5 m/s, w/3, H = 2 w", 1.5, 3, 2.0}},
-      {{"0.75 m/s", 0.75},
-       {"1.5 m/s", 1.5},
-       {"3 m/s", 3.0},
-       {"1.5 m/s, w/3", 1.5, 3},
-       {"1.5 m/s, w/5", 1.5, 5},
-       {"1.5 m/s, w/3, H = 2 w", 1.5, 3, 2.0},
-       {"1.5 m/s, w/3, H = 8 w", 1.5, 3, 8.0}});
+  const std::vector<Settings> all = context.choose<std::vector<Settings>>({{"1.5 m/s", 1.5, 3, 3.0, 3.2}, {"3 m/s", 3.0, 3, 3.0, 3.2}},
+                                                                          {{"1.5 m/s", 1.5}, {"3 m/s", 3.0}},
+                                                                          {{"1.5 m/s", 1.5},
+                                                                           {"3 m/s", 3.0},
+                                                                           {"0.75 m/s", 0.75},
+                                                                           {"1.5 m/s, w/3", 1.5, 3},
+                                                                           {"1.5 m/s, w/5", 1.5, 5},
+                                                                           {"1.5 m/s, w/3, H = 2 w", 1.5, 3, 2.0},
+                                                                           {"1.5 m/s, w/3, H = 8 w", 1.5, 3, 8.0}});
   std::vector<Drag> drags;
   for (const Settings& s : all) {
     drags.push_back(drag(context, s));
@@ -141,8 +148,9 @@ void run(const CaseContext& context, CaseResult& result) {
     work += d.particle_steps;
     result.notes.push_back(
         fmt::format("{}: {:.2f} times hydrostatic below the surface at the pylon, which is at {:.2f} H; {:.2f} times "
-                    "below that of the flow; pressure ~ immersion^{:.2f}.",
-                    name, d.ratio, d.surface, d.ratio_of_flow, d.exponent));
+                    "below that of the flow; pressure ~ immersion^{:.2f}, ~ depth below the flow's surface^{:.2f}; the force "
+                    "grows by {:.1f} % for each width passed.",
+                    name, d.ratio, d.surface, d.ratio_of_flow, d.exponent, d.exponent_of_flow, 100.0 * d.growth));
   }
   for (std::size_t i = 0; i < 2; ++i) {
     result
@@ -150,7 +158,8 @@ void run(const CaseContext& context, CaseResult& result) {
                         drags[i].ratio_of_flow, observed, "", 2.0 * fluctuation,
                         "two standard deviations of the measured pressure, 20 % each; depths as first chosen for this case")
         .in_summary(Quantity::pressure, fluctuation, per_metre * 1e3)
-        .known_miss(13.3, "snow piles up at the pylon above the flow, by a quarter to a third of its depth, and presses on what is below");
+        .known_miss(context.choose(13.3, 16.4, 16.4),
+                    "snow piles up at the pylon above the flow, by a quarter to a half of its depth, and presses on what is below");
     result
         .check_relative(Label::validation, all[i].name + ": pressure over the hydrostatic pressure, depths from the surface at the pylon",
                         drags[i].ratio, observed, "", 2.0 * fluctuation,
@@ -158,10 +167,19 @@ void run(const CaseContext& context, CaseResult& result) {
         .in_summary(Quantity::pressure, fluctuation, per_metre * 1e3);
     result.check_at_most(Label::validation, all[i].name + ": distance of the pressures from a line over the immersion, over their mean",
                          drags[i].off_line, fluctuation, "", 0.0, "observed: linear, with fluctuations of 20 %");
+    const std::string linear =
+        "observed: linear and 8 times hydrostatic, so through zero at the surface; a fifth of the depth may bear nothing";
+    result.check_absolute(Label::validation, all[i].name + ": exponent of the pressure in the depth below the undisturbed surface",
+                          drags[i].exponent_of_flow, 1.0, "", 0.4, linear);
     result
         .check_absolute(Label::validation, all[i].name + ": exponent of the pressure in the immersion", drags[i].exponent, 1.0, "", 0.4,
-                        "observed: linear and 8 times hydrostatic, so through zero at the surface; a fifth of the depth may bear nothing")
-        .known_miss(2.2, "the snow that piles up at the pylon above the flow bears little; below it the pressure is linear");
+                        linear)
+        .known_miss(context.choose(2.2, 2.5, 2.5),
+                    "the snow that piles up at the pylon above the flow bears little; below it the pressure is linear");
+    if (context.level() != Level::quick)
+      result.check_at_most(Label::validation, all[i].name + ": growth of the force while the means are taken, for each width passed",
+                           std::abs(drags[i].growth), 0.01, "", 0.0,
+                           "means over five widths are then within 2.5 % of the end; at level quick the pile still grows");
   }
   result.check_relative(Label::validation, "pressure at twice the speed over the pressure", drags[1].ratio / drags[0].ratio, 1.0, "",
                         fluctuation, "no dependence on the speed was apparent in fluctuations of 20 %");
