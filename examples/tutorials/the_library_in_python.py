@@ -50,8 +50,8 @@ for xi, path in paths.items():
     assert abs(end - 0.8) < 0.01  # M
 most = 1e-3 * max(path["p_pa"].max() for path in paths.values())
 left.plot([0.0, most], [0.0, 0.8 * most], color="0.6", linestyle="--", label="critical state, q = M p")
-left.set(xlabel="pressure $p$ (kPa)", ylabel="shear stress $q$ (kPa)")
-right.set(xlabel="shear strain", ylabel="pressure $p$ (kPa)")
+left.set(xlabel="pressure $p$ (kPa)", ylabel="shear stress $q$ (kPa)", title="Sheared snow ends on q = M p")
+right.set(xlabel="shear strain", ylabel="pressure $p$ (kPa)", title="The pressure falls until the critical state")
 left.legend()
 figure.savefig(out / "point_path.png", dpi=100)
 
@@ -70,7 +70,8 @@ for slope, cohesion in ((0.1, 0.0), (0.4, 0.0), (0.4, 0.3), (1.2, 0.0)):
     label = f"M = {slope:g}, β = {cohesion:g}: M' = {friction:.2f}"
     axes.plot(speed, predicted_runup(friction, speed, 1.75), label=label)
 axes.plot(speed, bernoulli_height(speed, 1.75), color="0.6", linestyle="--", label="Bernoulli's bound")
-axes.set(xlabel="speed of the flow (m/s)", ylabel="run-up (m)", ylim=(0.0, 16.0))
+axes.set(xlabel="speed of the flow (m/s)", ylabel="run-up (m)", ylim=(0.0, 16.0),
+         title="Run-up of the paper's equation, flow and mast 1.75 m")
 axes.legend()
 figure.savefig(out / "predictions.png", dpi=100)
 
@@ -101,7 +102,7 @@ for time in (0.0, 0.3, 1.0):
     x, y, z = column.particles()["position_m"].T
     section = y < 0.125
     left.scatter(x[section], z[section], s=6, label=f"t = {time:g} s")
-left.set(xlabel="distance from the axis (m)", ylabel="height (m)", aspect="equal")
+left.set(xlabel="distance from the axis (m)", ylabel="height (m)", aspect="equal", title="Section of the column")
 left.legend()
 
 # %% [markdown]
@@ -119,7 +120,7 @@ print(f"momentum that is lost: {lost:.1e} of {weight * column.time:.0f} N s")
 assert abs(lost) < 1e-9 * weight * column.time
 right.plot(t, -1e-3 * force[:, floor, 2], linewidth=0.8, label="force on the floor")
 right.axhline(1e-3 * weight, color="0.6", linestyle="--", label="weight")
-right.set(xlabel="time (s)", ylabel="force (kN)")
+right.set(xlabel="time (s)", ylabel="force (kN)", title="Force on the floor, a quarter of the column")
 right.legend()
 figure.savefig(out / "column.png", dpi=100)
 
