@@ -5,6 +5,7 @@
 #include <complex>
 #include <iterator>
 #include <map>
+#include <variant>
 
 #include "libmpm/core/stress_update.hpp"
 #include "libmpm/driver/case_file.hpp"
@@ -18,15 +19,20 @@
 namespace mpm::validation {
 namespace {
 
-/// The jet of case.toml: half thickness b, speed v. Times are multiples of b/v: the flow starts with a blow, is measured from `from` on
-/// and ends at `to`; ten batches give the standard errors.
+/// The jet of case.toml: half thickness b, speed v. Times are multiples of b/v.
 struct Jet {
   double half_width, speed, density;
   [[nodiscard]] double time_unit() const { return half_width / speed; }
   [[nodiscard]] double dynamic_pressure() const { return 0.5 * density * speed * speed; }
 };
-constexpr double from = 8.0, to = 28.0;
-constexpr std::size_t batches = 10, before = 80, samples = 400;
+/// The flow starts with a blow, is measured from `from` on and ends at `to`, b/v; ten batches give the standard errors.
+struct Span {
+  double from, to;
+  [[nodiscard]] std::size_t before() const { return static_cast<std::size_t>(10.0 * from); }  ///< samples before `from`
+};
+/// The blow opens snow, which then bears pressure in its larger volume until the jet has washed it out: snow is measured later; see README.
+constexpr Span fluid_span{8.0, 28.0}, snow_span{20.0, 40.0};
+constexpr std::size_t batches = 10, samples = 400;
 
 double bulk_modulus(const mpm::CamClay::Parameters& m) { return m.young_modulus / (3.0 * (1.0 - 2.0 * m.poisson_ratio)); }
 
@@ -61,13 +67,13 @@ double free_streamline_pressure(double x_over_d, double y_over_d) {
   return 1.0 - std::norm(zeta);
 }
 
-Case jet_case(const CaseContext& context, int cells) {
+Case jet_case(const CaseContext& context, int cells, const Span& span) {
   Case c = context.read_case();
   const double b = c.bodies[0].max.z(), dx = b / cells;
   c.numerics.cell_size = dx;
   c.bodies[0].min.y() = c.walls[0].point.y() = dx;
   c.bodies[0].max.y() = c.walls[1].point.y() = 2.0 * dx;
-  c.bodies[0].max.x() = (to + 4.0) * b;  // long enough that its end is not felt before `to`
+  c.bodies[0].max.x() = (span.to + 4.0) * b;  // long enough that its end is not felt before the run ends
   c.domain.max.x() = c.bodies[0].max.x() + b;
   return c;
 }
@@ -105,15 +111,28 @@ double extrapolate_to_wall(const Field& field, double dx, double half_width) {
   return mean / n - fitted_slope(square, pressure) * mean_square / n;
 }
 
-Setup jet_setup(const CaseContext& context, const MaterialParameters& material, const std::string& id, const std::string& name, int cells,
-                bool staggered) {
-  Case c = jet_case(context, cells);
-  c.material = material;
+/// A material on several grids.
+struct Variant {
+  std::string id, name;
+  MaterialParameters material;
+  std::vector<int> cells;  ///< b/dx; none: not at this level
+  double exact = 0.0;      ///< stagnation pressure, Pa
+  Span span = snow_span;
+  int particles_per_cell = 8;
+  std::vector<double> size, stagnation, field_error;  ///< m, kPa, 1
+  Steady finest;
+};
+
+Setup jet_setup(const CaseContext& context, const Variant& variant, int cells, bool staggered) {
+  const Span& span = variant.span;
+  Case c = jet_case(context, cells, span);
+  c.material = variant.material;
+  c.numerics.particles_per_cell = variant.particles_per_cell;
   const double unit = c.bodies[0].max.z() / -c.bodies[0].velocity.x();
-  std::vector<double> times = even_times(0.0, from * unit, before);
-  std::ranges::copy(even_times(from * unit, to * unit, samples), std::back_inserter(times));
-  Setup setup{.id = fmt::format("{}-dx{}", id, cells),
-              .title = fmt::format("{}, dx = b/{}", name, cells),
+  std::vector<double> times = even_times(0.0, span.from * unit, span.before());
+  std::ranges::copy(even_times(span.from * unit, span.to * unit, samples), std::back_inserter(times));
+  Setup setup{.id = fmt::format("{}-dx{}", variant.id, cells),
+              .title = fmt::format("{}, dx = b/{}", variant.name, cells),
               .spec = std::move(c),
               .times = std::move(times),
               .fields = {.stress = true, .volume_ratio = true},
@@ -123,6 +142,7 @@ Setup jet_setup(const CaseContext& context, const MaterialParameters& material, 
 }
 
 Steady run_jet(const CaseContext& context, const Setup& setup, const Jet& jet, const FlowPicture* picture, CaseResult& result) {
+  const std::size_t before = setup.times.size() - samples;
   const double dx = setup.spec.numerics.cell_size, unit = jet.time_unit(), b = jet.half_width;
   const double full_force = jet.density * jet.speed * jet.speed * 2.0 * b * dx;
   Steady s;
@@ -190,18 +210,8 @@ Steady run_jet(const CaseContext& context, const Setup& setup, const Jet& jet, c
   return s;
 }
 
-/// A material on several grids.
-struct Variant {
-  std::string id, name;
-  MaterialParameters material;
-  std::vector<int> cells;                             ///< b/dx; none: not at this level
-  double exact = 0.0;                                 ///< stagnation pressure, Pa
-  std::vector<double> size, stagnation, field_error;  ///< m, kPa, 1
-  Steady finest;
-};
-
 struct Variants {
-  Variant elastic, plastic, tait;
+  Variant elastic, plastic, tait, dense;
 };
 
 Variants variants(const CaseContext& context, const Case& base, const Jet& jet) {
@@ -213,6 +223,7 @@ Variants variants(const CaseContext& context, const Case& base, const Jet& jet) 
   fluid.density = jet.density;
   fluid.bulk_modulus = 5e6;  // Mach 0.16: compressibility changes the flow by M^2/4 = 0.6 %
   fluid.tait_exponent = 7;
+  const double fluid_pressure = tait_stagnation(jet, fluid.bulk_modulus, fluid.tait_exponent);
   return {{.id = "elastic",
            .name = "elastic snow, M = 0",
            .material = base.material,
@@ -227,7 +238,15 @@ Variants variants(const CaseContext& context, const Case& base, const Jet& jet) 
            .name = "fluid",
            .material = fluid,
            .cells = context.choose<std::vector<int>>({4, 6}, {4, 6, 8, 12}, {4, 6, 8, 12, 16}),
-           .exact = tait_stagnation(jet, fluid.bulk_modulus, fluid.tait_exponent)}};
+           .exact = fluid_pressure,
+           .span = fluid_span},
+          {.id = "fluid27",
+           .name = "fluid, 27 particles a cell",
+           .material = fluid,
+           .cells = context.choose<std::vector<int>>({}, {4, 6, 8}, {4, 6, 8, 12}),
+           .exact = fluid_pressure,
+           .span = fluid_span,
+           .particles_per_cell = 27}};
 }
 
 Jet jet_of(const Case& base) { return {base.bodies[0].max.z(), -base.bodies[0].velocity.x(), base.material.density()}; }
@@ -237,7 +256,7 @@ std::vector<Setup> setups(const CaseContext& context) {
   const Variants all = variants(context, base, jet_of(base));
   std::vector<Setup> list;
   for (const Variant* v : {&all.elastic, &all.plastic, &all.tait})
-    for (const int cells : v->cells) list.push_back(jet_setup(context, v->material, v->id, v->name, cells, true));
+    for (const int cells : v->cells) list.push_back(jet_setup(context, *v, cells, true));
   return list;
 }
 
@@ -260,7 +279,7 @@ void run(const CaseContext& context, CaseResult& result) {
 
   double particle_steps = 0.0;
   Plot force{"force", "Force on the wall", "time [b/v]", "force / (ρ0 v² A) [-]", {}, "", false, false};
-  force.series.push_back({"momentum theorem", {0.0, to}, {1.0, 1.0}, Series::Style::reference});
+  force.series.push_back({"momentum theorem", {0.0, snow_span.to}, {1.0, 1.0}, Series::Style::reference});
   const auto jet_run = [&](const std::string& name, const Setup& setup, int cells, const FlowPicture* picture) {
     Steady s = run_jet(context, setup, jet, picture, result);
     particle_steps += s.particle_steps;
@@ -274,9 +293,10 @@ void run(const CaseContext& context, CaseResult& result) {
     result.notes.push_back(line + ".");
     return s;
   };
+  auto [elastic, plastic, tait, dense] = variants(context, base, jet);
   const auto study = [&](Variant& v, const FlowPicture* picture) {
     for (const int cells : v.cells) {
-      const Setup setup = jet_setup(context, v.material, v.id, v.name, cells, true);
+      const Setup setup = jet_setup(context, v, cells, true);
       v.finest = jet_run(v.name, setup, cells, cells == v.cells.back() ? picture : nullptr);
       v.size.push_back(b / cells);
       v.stagnation.push_back(1e-3 * v.finest.stagnation.mean);
@@ -285,11 +305,15 @@ void run(const CaseContext& context, CaseResult& result) {
     const Steady& s = v.finest;
     force.series.push_back({v.name, s.time, s.force_history, Series::Style::simulation});
     const double floor = v.size.back() / (5.6 * b);
-    result
-        .check_relative(Label::verification, v.name + ": force on the wall over ρ0v²A", s.force.mean, 1.0, "",
-                        5e-4 + 3.0 * s.force.standard_error,
-                        "three standard errors of the time mean; 0.0005 for what the sheets have not yet turned at 6 b")
-        .in_summary(Quantity::force, 0.0, 2.0 * jet.dynamic_pressure() * 2.0 * b);
+    Check& pushed = result
+                        .check_relative(Label::verification, v.name + ": force on the wall over ρ0v²A", s.force.mean, 1.0, "",
+                                        5e-4 + 3.0 * s.force.standard_error,
+                                        "three standard errors of the time mean; 0.0005 for what the sheets have not yet turned at 6 b")
+                        .in_summary(Quantity::force, 0.0, 2.0 * jet.dynamic_pressure() * 2.0 * b);
+    if (std::holds_alternative<mpm::CamClay::Parameters>(v.material.law))
+      pushed.known_miss(1.01,
+                        "the sheets of snow leave the domain with 0.7 % of the speed of the jet away from the wall, and the wall takes "
+                        "this momentum too");
     Check& p = result
                    .check_relative(Label::verification, v.name + ": stagnation pressure", 1e-3 * s.stagnation.mean, 1e-3 * v.exact, "kPa",
                                    floor + 3.0 * s.stagnation.standard_error / v.exact,
@@ -318,23 +342,34 @@ void run(const CaseContext& context, CaseResult& result) {
       picture("staggered", "Pressure in the jet of fluid", "The jet comes from the right and leaves along the wall in two sheets.");
   const FlowPicture torn = picture("aligned", "The same jet filled with a plain lattice (elastic snow, M = 0)",
                                    "Its columns part where the flow spreads: the body tears, and material gathers at the wall.");
-  auto [elastic, plastic, tait] = variants(context, base, jet);
   if (!elastic.cells.empty()) study(elastic, nullptr);
   study(plastic, nullptr);
   study(tait, &good);
+  if (own_run(context))
+    for (const int cells : dense.cells) {
+      dense.size.push_back(b / cells);
+      dense.field_error.push_back(jet_run(dense.name, jet_setup(context, dense, cells, true), cells, nullptr).field_error);
+    }
   result
       .check_absolute(Label::verification, "fluid: pressure in all cells against free streamlines, L1 over ρ0v²/2", tait.field_error.back(),
                       0.0, "", tait.size.back() / (5.6 * b) + 0.006, "as for the stagnation pressure; and M²/4 for compressibility")
       .observed_order = fitted_order(tait.size, tait.field_error);
   if (tait.size.size() >= 3)
-    result.check_order(Label::verification, "fluid: order of the pressure field", fitted_order(tait.size, tait.field_error), 0.8, 2.2,
-                       "first order at the wall, second inside");
+    result
+        .check_order(Label::verification, "fluid: order of the pressure field", fitted_order(tait.size, tait.field_error), 0.8, 2.2,
+                     "first order at the wall, second inside")
+        .known_miss(-0.5, "eight particles a cell are too few where the flow stretches them along the wall, on every grid");
+  if (dense.size.size() >= 3)
+    result.check_order(Label::verification, "fluid, 27 particles a cell: order of the pressure field",
+                       fitted_order(dense.size, dense.field_error), 0.8, 2.2, "first order at the wall, second inside");
   Steady aligned;
   const bool with_aligned = own_run(context) && context.level() != Level::quick;
   if (with_aligned) {
     constexpr int cells = 8;
-    const std::string name = "elastic snow, plain lattice (not asserted: it tears)";
-    aligned = jet_run(name, jet_setup(context, base.material, "aligned", name, cells, false), cells, &torn);
+    Variant plain = elastic;
+    plain.id = "aligned";
+    plain.name = "elastic snow, plain lattice (not asserted: it tears)";
+    aligned = jet_run(plain.name, jet_setup(context, plain, cells, false), cells, &torn);
   }
 
   Plot axis{"axis", "Pressure on the axis of the jet", "distance from the wall [b]", "pressure [kPa]", {}, "", false, false};
