@@ -301,8 +301,7 @@ Finding short_waves_of_the_ground(const Case& c) {
                 fmt::format("the slope of [terrain] differs by up to {} from its mean over two cells, most at x = {}, y = {}",
                             n(found.difference), n(found.place.x()), n(found.place.y())),
                 "the grid takes height and slope of the ground at its nodes only; waves of a few cells brake or push the flow by chance, "
-                "by 5 % of its "
-                "speed and more over some metres",
+                "by 5 % of its speed and more over some metres",
                 fmt::format("smooth the raster, such as by means over {} m, or take numerics.cell_size_m = {}", n(4.0 * dx),
                             n(std::min(0.25 * spacing, 0.5 * dx)))};
 }

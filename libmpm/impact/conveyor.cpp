@@ -97,7 +97,7 @@ std::vector<ColumnPoint> ConveyorSource::column_at(double time) const {
 }
 
 ConveyorSource::Layer ConveyorSource::make_layer(std::span<const ColumnPoint> column, double time, int level) const {
-  const int count = rows(time);
+  const int count = static_cast<int>(column.size()) / levels_;
   const double height = inflow_.flow_height(time), velocity = inflow_.velocity(time), ratio = inflow_.density_ratio(time);
   Layer layer;
   layer.reserve(static_cast<std::size_t>(count));

@@ -30,6 +30,11 @@
 /// shifted within the lattice across the flow and in height, layer n by the n-th point of source/r2_sequence.hpp:
 /// any few layers in a row sample the cross-section evenly. "aligned" is the plain lattice, for comparison.
 
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <vector>
+
 #include "libmpm/boundary/height_field.hpp"
 #include "libmpm/core/step.hpp"
 #include "libmpm/impact/inflow.hpp"

@@ -75,9 +75,8 @@ Jet free_jet(double flow_height, double bound) {
 /// pressure p = K x, x = -ln J, and rho = rho_0 e^x the integral of the Cauchy pressure is K (x + x^2/2) / (rho_0 g).
 double bernoulli_sum(const Particle& p, const mpm::CamClay::Parameters& m, double gravity) {
   const Vec3 v(p.velocity[0], p.velocity[1], p.velocity[2]);
-  const double x = -(p.stress[0] + p.stress[1] + p.stress[2]) / (3.0 * bulk_modulus(m.young_modulus, m.poisson_ratio));
-  return p.position[2] + 0.5 * v.squaredNorm() / gravity +
-         bulk_modulus(m.young_modulus, m.poisson_ratio) * (x + 0.5 * x * x) / (m.density * gravity);
+  const double k = bulk_modulus(m.young_modulus, m.poisson_ratio), x = -(p.stress[0] + p.stress[1] + p.stress[2]) / (3.0 * k);
+  return p.position[2] + 0.5 * v.squaredNorm() / gravity + k * (x + 0.5 * x * x) / (m.density * gravity);
 }
 
 Rise simulate(const CaseContext& context, const Setting& setting, bool wide, bool with_picture) {

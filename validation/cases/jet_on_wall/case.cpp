@@ -34,8 +34,6 @@ struct Span {
 constexpr Span fluid_span{8.0, 28.0}, snow_span{20.0, 40.0};
 constexpr std::size_t batches = 10, samples = 400;
 
-double bulk_modulus(const mpm::CamClay::Parameters& m) { return m.young_modulus / (3.0 * (1.0 - 2.0 * m.poisson_ratio)); }
-
 /// Stagnation pressure, Cauchy, of M = 0 snow that compacts from p_c0 on (Kirchhoff pressure p = p_c = K sinh(xi X)): with rho = rho0 e^x
 /// and the Cauchy pressure p e^x, int dP/rho = v^2/2 is p + int_0^p p dx = rho0 v^2/2, where dx = dp/K + dp/(xi sqrt(K^2 + p^2)), the last
 /// from p_c0 on.
@@ -216,7 +214,7 @@ struct Variants {
 
 Variants variants(const CaseContext& context, const Case& base, const Jet& jet) {
   const auto& snow = base.material.as<mpm::CamClay>();
-  const double k = bulk_modulus(snow), xi = snow.hardening_xi;
+  const double k = bulk_modulus(snow.young_modulus, snow.poisson_ratio), xi = snow.hardening_xi;
   mpm::CamClay::Parameters plastic_snow = snow;
   plastic_snow.preconsolidation_pressure = 1e4;
   WeaklyCompressibleFluid::Parameters fluid;
@@ -263,7 +261,7 @@ std::vector<Setup> setups(const CaseContext& context) {
 void run(const CaseContext& context, CaseResult& result) {
   const Case base = context.read_case();
   const auto& snow = base.material.as<mpm::CamClay>();
-  const double k = bulk_modulus(snow);
+  const double k = bulk_modulus(snow.young_modulus, snow.poisson_ratio);
   const Jet jet = jet_of(base);
   const double b = jet.half_width;
 
