@@ -121,12 +121,18 @@ int ConveyorSource::level_of(std::uint64_t layer) const {
   return levels_ == 1 ? 0 : static_cast<int>(levels_ * r2_point(static_cast<double>(layer)).b);
 }
 
+double ConveyorSource::shift_across(std::uint64_t layer) const {
+  if (levels_ == 1) return 0.0;
+  const double shift = r2_point(static_cast<double>(layer / 2)).a - 0.5;
+  return spacing_y_ * (layer % 2 == 0 ? shift : -shift);
+}
+
 /// Inserts particles of layer `layer`, moved by `distance` from their positions at t = 0.
 void ConveyorSource::insert(State& state, FluxTotals& entered, std::span<const Particle> row_particles, std::uint64_t layer,
                             double distance) const {
   const auto n = static_cast<double>(layer);
   const double x = -(n + 0.5) * spacing_ + distance;
-  const double shift_y = levels_ == 1 ? 0.0 : spacing_y_ * (r2_point(n).a - 0.5);
+  const double shift_y = shift_across(layer);
   for (const Particle& row : row_particles) {
     for (int j = mirror_y_ ? 0 : -half_count_; j < half_count_; ++j) {
       Particle p = row;

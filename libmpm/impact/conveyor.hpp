@@ -27,8 +27,9 @@
 /// Lattice. Particles on the same lattice line follow the same stream line: where a mast spreads the flow, gaps open between the lines, at
 /// any resolution, and in the dead zone before it the particles' pressure and density deviate from those of the flow (at Fr 2, M 0.8,
 /// beta 0.3 the density rose to 1.29 and the pressure fell by half, while the force stayed the same). So each layer is
-/// shifted within the lattice across the flow and in height, layer n by the n-th point of source/r2_sequence.hpp:
-/// any few layers in a row sample the cross-section evenly. "aligned" is the plain lattice, for comparison.
+/// shifted within the lattice across the flow and in height by the points of source/r2_sequence.hpp: any few layers in a row sample the
+/// cross-section evenly. Across the flow two layers in a row have opposite shifts. Otherwise the density beside the mirror plane
+/// oscillates with a period of 51 layers (validation/cases/bernoulli_head). "aligned" is the plain lattice, for comparison.
 
 #include <cstdint>
 #include <memory>
@@ -98,6 +99,8 @@ class ConveyorSource : public ParticleSource {
   void insert_rows(State& state, FluxTotals& entered) const;
   void insert(State& state, FluxTotals& entered, std::span<const Particle> row_particles, std::uint64_t layer, double distance) const;
   [[nodiscard]] int level_of(std::uint64_t layer) const;
+  /// Shift of layer `layer` across the flow, m; applied to y > 0, reversed on the other side.
+  [[nodiscard]] double shift_across(std::uint64_t layer) const;
 
   AnyMaterial material_;
   Inflow inflow_;
