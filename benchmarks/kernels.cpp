@@ -38,7 +38,8 @@ void sort(Grid& grid) {
 void update_nodes(Problem& problem, double dt) {
   const Scene& scene = problem.scene;
   fold_mirror_planes(problem.state.grid, scene.mirror);
-  update_grid(problem.state.grid, {scene.boundaries, scene.layered, scene.gravity, scene.mirror}, dt, problem.state.time);
+  (void)update_grid(problem.state.grid, {scene.boundaries, scene.layered, scene.gravity, scene.mirror}, dt, problem.state.time)
+      .sum(nullptr);
 }
 
 }  // namespace mpm::benchmarks

@@ -3,16 +3,12 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cstring>
-#include <map>
 #include <memory>
 #include <type_traits>
 
-#include "libmpm/core/block_sums.hpp"
-#include "libmpm/core/block_table.hpp"
 #include "libmpm/core/folded_terrain.hpp"
 #include "libmpm/core/folded_wall.hpp"
 #include "libmpm/core/lumped_mass.hpp"
-#include "libmpm/core/surface_contact.hpp"
 
 namespace mpm {
 
@@ -103,10 +99,7 @@ class Boundaries {
         blocks_(blocks),
         layers_(block_edge * blocks.size()),
         taken_(blocks.size() * forces.boundaries.size()),
-        by_layer_(forces.layered.size() * layers_, Vec3::Zero()) {
-    update_.impulses.resize(forces.boundaries.size());
-    update_.layers.resize(forces.layered.size());
-  }
+        by_layer_(forces.layered.size() * layers_, Vec3::Zero()) {}
 
   /// The end of the run of boundaries from `first` on that act on each node by itself.
   [[nodiscard]] std::size_t end_of_nodal(std::size_t first) const {
@@ -162,41 +155,23 @@ class Boundaries {
     }
   }
 
-  /// The sums over all blocks; with several ranks layers are whole on the first. @param mass  of each block
-  GridUpdate result(std::span<const double> mass) && {
+  /// What was recorded. @param mass  of each block
+  GridUpdatePart result(std::span<const double> mass) && {
     const std::size_t count = forces_.boundaries.size();
-    BlockSums sums(1 + impulse_numbers * count);
-    for (const double m : mass) sums.add(0, m);
-    for (std::size_t n = 0; n < taken_.size(); ++n) {
-      if (anything(taken_[n])) sums.add_part(1 + impulse_numbers * (n % count), taken_[n]);
-    }
-    sums.add_ranks(grid_.ranks());
-    update_.mass = sums.value(0);
-    for (std::size_t b = 0; b < count; ++b) update_.impulses[b] = sums.part<Impulse>(1 + impulse_numbers * b);
+    GridUpdatePart part(count, forces_.layered);
+    for (const double m : mass) part.add_mass(m);
+    for (std::size_t n = 0; n < taken_.size(); ++n) part.add_impulse(n % count, taken_[n]);
     for (std::size_t k = 0; k < forces_.layered.size(); ++k) {
-      if (nodal(forces_.layered[k])) update_.layers[k] = sum_of_layers(layers_taken(k));
+      for (std::size_t i = 0; nodal(forces_.layered[k]) && i < blocks_.size(); ++i) {
+        const double* const numbers = by_layer_[k * layers_ + block_edge * i].data();
+        part.add_layers(k, grid_.block(blocks_[i]).coordinate, {numbers, layer_numbers});
+      }
     }
-    if (grid_.ranks() != nullptr && !contacts_.empty()) gather_contacts(*grid_.ranks());
-    for (auto& [b, impulse] : contacts_) {
-      update_.impulses[b] = impulse.total;
-      if (const std::size_t place = place_of(b); place < forces_.layered.size()) update_.layers[place] = std::move(impulse.layers);
-    }
-    return std::move(update_);
+    for (auto& [b, impulse] : contacts_) part.add_contact(b, std::move(impulse));
+    return part;
   }
 
  private:
-  /// Impulses on the layers of the k-th layered boundary, over all ranks; on the first rank.
-  [[nodiscard]] BlockTable layers_taken(std::size_t k) const {
-    BlockTable table(layer_numbers);
-    for (std::size_t i = 0; i < blocks_.size(); ++i) {
-      const double* const numbers = by_layer_[k * layers_ + block_edge * i].data();
-      table.add_unless_zero(grid_.block(blocks_[i]).coordinate, {numbers, layer_numbers});
-    }
-    if (grid_.ranks() != nullptr) table.gather(*grid_.ranks());
-    return table;
-  }
-  void gather_contacts(Ranks& ranks);
-
   [[nodiscard]] bool nodal(std::size_t b) const {
     const Boundary& boundary = forces_.boundaries[b];
     if (const auto* const terrain = std::get_if<Terrain>(&boundary)) return terrain->rule == ContactRule::nodal;
@@ -216,44 +191,7 @@ class Boundaries {
   std::vector<Impulse> taken_;                      ///< by block and boundary, of all but solids that act at their surface
   std::vector<Vec3> by_layer_;                      ///< by boundary, block and layer, of the nodal ones
   std::map<std::size_t, ContactImpulse> contacts_;  ///< by boundary, of solids that act at their surface
-  GridUpdate update_;
 };
-
-/// Afterwards the first rank has the impulses of a run on one rank, and the others have none.
-void Boundaries::gather_contacts(Ranks& ranks) {
-  // rows in the order {boundary, kind, layer or turn}; the rows of a top all come from one rank
-  enum Kind : std::int32_t { range, side, top };
-  struct Row {
-    double layer = 0.0;
-    Impulse impulse;
-  };
-  auto table = BlockTable::of<Row>();
-  for (const auto& [b, impulse] : contacts_) {
-    const auto boundary = static_cast<std::int32_t>(b), first = impulse.layers.first;
-    const auto count = static_cast<std::int32_t>(impulse.sides.size());
-    const auto add = [&](std::int32_t place, Kind kind, double layer, const Impulse& taken) {
-      table.add_part({place, kind, boundary}, Row{layer, taken});
-    };
-    if (count == 0) continue;
-    add(first, range, first + count, {});
-    for (std::int32_t k = 0; k < count; ++k) add(first + k, side, first + k, impulse.sides[static_cast<std::size_t>(k)]);
-    for (std::size_t n = 0; n < impulse.top.size(); ++n)
-      add(static_cast<std::int32_t>(n), top, impulse.top[n].layer, impulse.top[n].impulse);
-  }
-  table.gather(ranks);
-  contacts_.clear();
-  for (std::size_t i = 0; i < table.size();) {
-    const std::int32_t boundary = table.block(i)[2], first = table.block(i)[0];  // the lowest of all ranges
-    const auto is = [&](Kind kind) { return i < table.size() && table.block(i)[2] == boundary && table.block(i)[1] == kind; };
-    std::int32_t end = first;
-    for (; is(range); ++i) end = std::max(end, static_cast<std::int32_t>(table.get<Row>(i).layer));
-    std::vector<Impulse> sides(static_cast<std::size_t>(end - first));
-    for (; is(side); ++i) sides[static_cast<std::size_t>(table.block(i)[0] - first)] += table.get<Row>(i).impulse;
-    ContactImpulse sum(first, std::move(sides));
-    for (; is(top); ++i) sum.add_top(static_cast<std::int32_t>(table.get<Row>(i).layer), table.get<Row>(i).impulse);
-    contacts_[static_cast<std::size_t>(boundary)] = std::move(sum);
-  }
-}
 
 /// A rectangle of columns of blocks: their coordinates x, y.
 using Columns = Eigen::AlignedBox2i;
@@ -320,7 +258,71 @@ void correct_lumped_mass(Grid& grid, const GridForces& forces, std::size_t first
 
 }  // namespace
 
-GridUpdate update_grid(Grid& grid, const GridForces& forces, double dt, double time) {
+GridUpdatePart::GridUpdatePart(std::size_t boundaries, std::span<const std::size_t> layered)
+    : layered_(layered),
+      boundaries_(boundaries),
+      sums_(1 + impulse_numbers * boundaries),
+      layers_(layered.size(), BlockTable(layer_numbers)) {}
+
+void GridUpdatePart::add_impulse(std::size_t b, const Impulse& taken) {
+  if (anything(taken)) sums_.add_part(1 + impulse_numbers * b, taken);
+}
+
+/// Afterwards the first rank has the impulses of a run on one rank, and the others have none.
+void GridUpdatePart::gather_contacts(Ranks& ranks) {
+  // rows in the order {boundary, kind, layer or turn}; the rows of a top all come from one rank
+  enum Kind : std::int32_t { range, side, top };
+  struct Row {
+    double layer = 0.0;
+    Impulse impulse;
+  };
+  auto table = BlockTable::of<Row>();
+  for (const auto& [b, impulse] : contacts_) {
+    const auto boundary = static_cast<std::int32_t>(b), first = impulse.layers.first;
+    const auto count = static_cast<std::int32_t>(impulse.sides.size());
+    const auto add = [&](std::int32_t place, Kind kind, double layer, const Impulse& taken) {
+      table.add_part({place, kind, boundary}, Row{layer, taken});
+    };
+    if (count == 0) continue;
+    add(first, range, first + count, {});
+    for (std::int32_t k = 0; k < count; ++k) add(first + k, side, first + k, impulse.sides[static_cast<std::size_t>(k)]);
+    for (std::size_t n = 0; n < impulse.top.size(); ++n)
+      add(static_cast<std::int32_t>(n), top, impulse.top[n].layer, impulse.top[n].impulse);
+  }
+  table.gather(ranks);
+  contacts_.clear();
+  for (std::size_t i = 0; i < table.size();) {
+    const std::int32_t boundary = table.block(i)[2], first = table.block(i)[0];  // the lowest of all ranges
+    const auto is = [&](Kind kind) { return i < table.size() && table.block(i)[2] == boundary && table.block(i)[1] == kind; };
+    std::int32_t end = first;
+    for (; is(range); ++i) end = std::max(end, static_cast<std::int32_t>(table.get<Row>(i).layer));
+    std::vector<Impulse> sides(static_cast<std::size_t>(end - first));
+    for (; is(side); ++i) sides[static_cast<std::size_t>(table.block(i)[0] - first)] += table.get<Row>(i).impulse;
+    ContactImpulse sum(first, std::move(sides));
+    for (; is(top); ++i) sum.add_top(static_cast<std::int32_t>(table.get<Row>(i).layer), table.get<Row>(i).impulse);
+    contacts_[static_cast<std::size_t>(boundary)] = std::move(sum);
+  }
+}
+
+GridUpdate GridUpdatePart::sum(Ranks* ranks) && {
+  sums_.add_ranks(ranks);
+  GridUpdate whole;
+  whole.mass = sums_.value(0);
+  for (std::size_t b = 0; b < boundaries_; ++b) whole.impulses.push_back(sums_.part<Impulse>(1 + impulse_numbers * b));
+  for (std::size_t k = 0; k < layers_.size(); ++k) {
+    if (ranks != nullptr && !contacts_.contains(layered_[k])) layers_[k].gather(*ranks);
+    whole.layers.push_back(sum_of_layers(layers_[k]));
+  }
+  if (ranks != nullptr && !contacts_.empty()) gather_contacts(*ranks);
+  for (auto& [b, impulse] : contacts_) {
+    whole.impulses[b] = impulse.total;
+    const auto place = std::ranges::find(layered_, b);
+    if (place != layered_.end()) whole.layers[static_cast<std::size_t>(place - layered_.begin())] = std::move(impulse.layers);
+  }
+  return whole;
+}
+
+GridUpdatePart update_grid(Grid& grid, const GridForces& forces, double dt, double time) {
   const auto all = grid.all_blocks();
   const Node gained = {dt * forces.gravity.x(), dt * forces.gravity.y(), dt * forces.gravity.z(), 0.0};
   std::vector<double> mass(all.size());

@@ -1,7 +1,6 @@
 #include "libmpm/core/step.hpp"
 
 #include <omp.h>
-#include <time.h>
 
 #include <Eigen/LU>
 #include <algorithm>
@@ -11,6 +10,7 @@
 
 #include "libmpm/base/error.hpp"
 #include "libmpm/base/text.hpp"
+#include "libmpm/base/thread_time.hpp"
 #include "libmpm/core/block_sums.hpp"
 #include "libmpm/core/diagnostics.hpp"
 #include "libmpm/core/joined_blocks.hpp"
@@ -142,13 +142,6 @@ class PhaseTimer {
   Clock::time_point last_;
 };
 
-/// Computing time of the calling thread, s: a busy machine does not add to it, as it does to wall time.
-double thread_seconds() {
-  timespec now{};
-  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);
-  return static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec);
-}
-
 /// Sum over the blocks of all ranks.
 FluxTotals sum_of(std::span<const FluxTotals> parts, Ranks* ranks) {
   constexpr std::size_t counts = 2;  // its first members
@@ -267,12 +260,14 @@ StepReport step(State& state, const Scene& scene, double dt, StepTimes* times) {
 
   fold_mirror_planes(grid, scene.mirror);
   const GridForces forces{scene.boundaries, scene.layered, scene.gravity, scene.mirror, options.density, 1.0 - options.kept};
-  GridUpdate update = update_grid(grid, forces, dt, state.time);  // v_i, contact
+  GridUpdatePart part = update_grid(grid, forces, dt, state.time);  // v_i, contact
   if (grid.ranks() != nullptr) grid.ranks()->send_nodes(grid);
   timer.add_to(spent.grid_update);
 
   report.left = move_particles(state, scene, options, times);  // v_p, C_p, x_p, then the law: tau_p
   timer.restart();
+  GridUpdate update = std::move(part).sum(grid.ranks());
+  timer.add_to(spent.grid_update);
   grid.migrate();  // into their new blocks; sorts by cell
   timer.add_to(spent.sort);
 

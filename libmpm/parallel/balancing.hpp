@@ -9,17 +9,17 @@ namespace mpm {
 
 /// When new cuts of the curve through the blocks are tried, and when they are taken.
 struct Balancing {
-  double threshold = 1.2;  ///< new cuts are tried if largest cost / mean cost of a rank exceeds this
-  double gain = 0.05;      ///< new cuts are taken if they lower the largest cost by this fraction
-  int interval = 50;       ///< fewest steps between two trials
-  int longest = 1600;      ///< after a trial without gain the interval doubles, up to this number of steps
-  int forced = 0;          ///< for tests: if above 0, new and uneven cuts every so many steps
+  double threshold = 1.05;  ///< new cuts are tried if largest cost / mean cost of a rank exceeds this
+  double gain = 0.02;       ///< new cuts are taken if they lower the largest cost by this fraction
+  int interval = 50;        ///< fewest steps between two trials
+  int longest = 1600;       ///< after a trial without gain the interval doubles, up to this number of steps
+  int forced = 0;           ///< for tests: if above 0, new and uneven cuts every so many steps
 };
 
 /// How evenly the work is distributed over the ranks.
 struct Evenness {
   std::size_t particles = 0;  ///< of all ranks
-  double cost = 0.0;          ///< computing time of all ranks for the particles of a step, s
+  double cost = 0.0;          ///< computing time of all ranks for a step, s
   double largest = 0.0;       ///< that of the rank with most, s
 };
 

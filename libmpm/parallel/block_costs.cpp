@@ -4,13 +4,22 @@
 
 namespace mpm {
 
+namespace {
+
+constexpr double renewed = 0.5;  ///< by each measurement: a block's state changes within some tens of steps
+
+}  // namespace
+
 void BlockCosts::reserve(std::size_t numbers) { measured_.resize(std::max(numbers, measured_.size())); }
 
 void BlockCosts::note(const Block& block, std::int32_t number, int particles, double time) noexcept {
-  constexpr double renewed = 0.5;  // by each measurement: a block's state changes within some tens of steps
   Measured& m = measured_[static_cast<std::size_t>(number)];
   const double cost = time / particles;
   m = {block.coordinate, m.block == block.coordinate && m.cost > 0.0 ? (1.0 - renewed) * m.cost + renewed * cost : cost};
+}
+
+void BlockCosts::note_step(double time, double expected) {
+  if (expected > 0.0 && time > 0.0) whole_ *= (1.0 - renewed) + renewed * time / expected;
 }
 
 std::vector<double> BlockCosts::of_occupied_blocks(const Grid& grid) const {
@@ -30,7 +39,7 @@ std::vector<double> BlockCosts::of_occupied_blocks(const Grid& grid) const {
   std::vector<double> costs;
   for (const auto b : grid.occupied_blocks()) {
     const double cost = cost_of(b);
-    costs.push_back(grid.block(b).particles.count() * (cost > 0.0 ? cost : mean));
+    costs.push_back(whole_ * grid.block(b).particles.count() * (cost > 0.0 ? cost : mean));
   }
   return costs;
 }

@@ -1,5 +1,10 @@
 #pragma once
-/// What the particles of each block cost: measured computing time.
+/// What each block costs: measured computing time.
+///
+/// The time for the motion and the stresses of a block's particles is measured block by block. What else a rank computes (particles to the
+/// grid, walls, contact with an obstacle, sorting) is measured for all its blocks together, and shared among them in proportion. Contact
+/// concerns a few blocks only, which this does not know; but when blocks have left a rank that takes too long, its other blocks are found
+/// to cost more, until all ranks take equally long.
 
 #include <vector>
 
@@ -14,8 +19,11 @@ class BlockCosts {
   void reserve(std::size_t numbers);
   /// Notes what a block's particles took. Threads may note different blocks at the same time. @param time  s
   void note(const Block& block, std::int32_t number, int particles, double time) noexcept;
-  /// Computing time for the particles of each occupied block, s. A block that has not been measured takes as long as the measured ones do
-  /// for as many particles.
+  /// Notes what a whole step took on this rank. @param time  computing time of all threads, without waiting, s
+  /// @param expected  sum of of_occupied_blocks(), s
+  void note_step(double time, double expected);
+  /// Computing time for each occupied block, s. A block that has not been measured takes as long as the measured ones do for as many
+  /// particles.
   [[nodiscard]] std::vector<double> of_occupied_blocks(const Grid& grid) const;
 
  private:
@@ -24,6 +32,7 @@ class BlockCosts {
     double cost = 0.0;  ///< s for each particle; 0: not measured
   };
   std::vector<Measured> measured_;  ///< by number of block
+  double whole_ = 1.0;              ///< time of a step over the sum of the measured times
 };
 
 }  // namespace mpm

@@ -1,5 +1,7 @@
 #include "libmpm/parallel/block_exchange.hpp"
 
+#include <omp.h>
+
 #include <algorithm>
 #include <chrono>
 #include <cmath>
@@ -8,6 +10,7 @@
 #include <utility>
 
 #include "libmpm/base/error.hpp"
+#include "libmpm/base/thread_time.hpp"
 #include "libmpm/core/state.hpp"
 #include "libmpm/parallel/block_message.hpp"
 
@@ -72,19 +75,6 @@ std::vector<int> ranks_in(const std::map<int, T>& map) {
 
 using Clock = std::chrono::steady_clock;
 
-/// Adds the time until its end to a sum, s.
-class Waiting {
- public:
-  explicit Waiting(double& sum) : sum_(sum) {}
-  ~Waiting() { sum_ += std::chrono::duration<double>(Clock::now() - start_).count(); }
-  Waiting(const Waiting&) = delete;
-  Waiting& operator=(const Waiting&) = delete;
-
- private:
-  double& sum_;
-  Clock::time_point start_ = Clock::now();
-};
-
 std::size_t total_nodes(const std::vector<SentNodes>& all) {
   std::size_t nodes = 0;
   for (const SentNodes& sent : all) nodes += nodes_in(sent.extent);
@@ -96,6 +86,25 @@ void check_size(const Message& message, std::size_t expected) {
 }
 
 }  // namespace
+
+/// From its creation to its end a rank waits for others. It keeps its core busy meanwhile.
+class BlockExchange::Waiting {
+ public:
+  /// @param sum  to which the time is added, s
+  Waiting(BlockExchange& exchange, double& sum) : exchange_(exchange), sum_(sum) {}
+  ~Waiting() {
+    sum_ += std::chrono::duration<double>(Clock::now() - start_).count();
+    exchange_.step_waited_ += thread_seconds() - thread_start_;
+  }
+  Waiting(const Waiting&) = delete;
+  Waiting& operator=(const Waiting&) = delete;
+
+ private:
+  BlockExchange& exchange_;
+  double& sum_;
+  Clock::time_point start_ = Clock::now();
+  double thread_start_ = thread_seconds();
+};
 
 // ---- Instructions of the first rank, errors and sums ------------------------------------------------------------------------------------
 
@@ -131,11 +140,17 @@ Ranks::Instruction BlockExchange::next_instruction(State& state) {
   return instruction;
 }
 
+void BlockExchange::done() {
+  busy_ = false;
+  if (step_start_) costs_.note_step(omp_get_max_threads() * (thread_seconds() - *step_start_ - step_waited_), own_cost_);
+  step_start_.reset();
+}
+
 double BlockExchange::agree(double largest, const std::optional<BlockError>& error) {
   double numbers[2] = {std::isfinite(largest) ? largest : 0.0, error ? 1.0 : 0.0};
   reduce(sizeof numbers);
   {
-    const Waiting waiting(counts_.reduction_wait);
+    const Waiting waiting(*this, counts_.reduction_wait);
     transport_.maximum(numbers);
   }
   if (numbers[1] == 0.0) return numbers[0];
@@ -161,7 +176,7 @@ double BlockExchange::agree(double largest, const std::optional<BlockError>& err
 
 void BlockExchange::sum(std::span<std::uint64_t> numbers) {
   reduce(numbers.size_bytes());
-  const Waiting waiting(counts_.reduction_wait);
+  const Waiting waiting(*this, counts_.reduction_wait);
   transport_.sum(numbers);
 }
 
@@ -228,6 +243,8 @@ void BlockExchange::prepare(Grid& grid, const JoinedBlocks& joined) {
     ++counts_.moves;
     grid.refresh();
   }
+  if (measures()) step_start_ = thread_seconds();
+  step_waited_ = 0.0;
   ++counts_.steps;
   counts_.particle_steps += own_particles_;
   counts_.block_steps += occupied_.size();
@@ -286,13 +303,13 @@ std::vector<std::int32_t> BlockExchange::announce(Grid& grid) {
   Borders borders;
   if (!as_before) borders = borders_of(grid);
   const std::vector<double> costs = costs_.of_occupied_blocks(grid);
-  const double cost = std::accumulate(costs.begin(), costs.end(), 0.0);
-  double largest[2] = {as_before || (!fresh_ && borders == mine_) ? 0.0 : 1.0, cost};
+  own_cost_ = std::accumulate(costs.begin(), costs.end(), 0.0);
+  double largest[2] = {as_before || (!fresh_ && borders == mine_) ? 0.0 : 1.0, own_cost_};
   constexpr double nanosecond = 1e-9;
-  std::uint64_t all[2] = {own, static_cast<std::uint64_t>(std::llround(cost / nanosecond))};
+  std::uint64_t all[2] = {own, static_cast<std::uint64_t>(std::llround(own_cost_ / nanosecond))};
   reduce(sizeof largest);
   {
-    const Waiting waiting(counts_.reduction_wait);
+    const Waiting waiting(*this, counts_.reduction_wait);
     transport_.maximum(largest);
   }
   sum(all);
@@ -372,7 +389,7 @@ void BlockExchange::add_parts_of(int fields, const NodesOf& nodes_of) {
   };
   sum(0, parts_->complete);
   {
-    const Waiting waiting(counts_.part_wait);
+    const Waiting waiting(*this, counts_.part_wait);
     in = transport_.finish(MessageKind::parts);
   }
   for (const auto& [rank, nodes] : parts_->parts_from) check_size(in.at(rank), static_cast<std::size_t>(fields) * nodes * sizeof(Node));
@@ -394,7 +411,7 @@ void BlockExchange::receive_nodes(Grid& grid) {
   const auto nodes_of = fields_of_nodes(grid);
   Messages in;
   {
-    const Waiting waiting(counts_.node_wait);
+    const Waiting waiting(*this, counts_.node_wait);
     in = transport_.finish(MessageKind::nodes);
   }
   for (const auto& [rank, all] : nodes_->nodes_from) {
@@ -425,7 +442,7 @@ void BlockExchange::exchange_migrants(Grid& grid) {
   transport_.send(std::move(out));
   Messages in;
   {
-    const Waiting waiting(counts_.migrant_wait);
+    const Waiting waiting(*this, counts_.migrant_wait);
     in = transport_.receive(ranks_in(theirs_));
   }
   for (const auto& [rank, message] : in) {

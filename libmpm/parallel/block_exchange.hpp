@@ -11,7 +11,8 @@
 ///
 /// Around obstacles the correction of lumped masses needs some nodes and parts once more.
 ///
-/// Three small reductions over all ranks follow: the largest speed (and whether a step failed), whether the set of border blocks changed,
+/// All small reductions over all ranks come when the particles have moved, so that a rank waits for the others only once in a step: the
+/// largest speed (and whether a step failed), the sums over blocks (of impulses, for example), whether the set of border blocks changed,
 /// and the largest load. If the set changed, neighbours exchange the lists of their blocks with particles at the common border. Both sides
 /// derive the layouts of all messages (halo_plan.hpp) from these lists.
 
@@ -37,7 +38,7 @@ class BlockExchange : public Ranks {
   [[nodiscard]] bool at_border(const Index3& block) const override { return ownership_.at_border(block); }
   void instruct(Task task, const State& state, double dt) override;
   Instruction next_instruction(State& state) override;
-  void done() override { busy_ = false; }
+  void done() override;
   [[nodiscard]] bool busy() const override { return busy_; }
   void cut(const JoinedBlocks& joined, std::span<const BlockHead> heads) override;
   void prepare(Grid& grid, const JoinedBlocks& joined) override;
@@ -71,6 +72,7 @@ class BlockExchange : public Ranks {
   [[nodiscard]] const RankCounts& own_counts() const { return counts_; }  ///< of this rank, without RankCounts::particles
 
  private:
+  class Waiting;
   [[nodiscard]] Borders borders_of(const Grid& grid) const;
   void exchange_borders();
   [[nodiscard]] std::vector<std::int32_t> required_blocks(Grid& grid) const;
@@ -101,6 +103,9 @@ class BlockExchange : public Ranks {
   bool unchanged_ = false;                                               ///< the last announce() found the same blocks as the one before
   std::optional<std::unordered_map<std::uint64_t, BlockHead>> counted_;  ///< while blocks are counted: by morton_key
   std::size_t own_particles_ = 0, border_blocks_ = 0;
+  double own_cost_ = 0.0;             ///< of the own blocks for a step, as of then, s
+  std::optional<double> step_start_;  ///< processor time at the start of a step that is measured, s
+  double step_waited_ = 0.0;          ///< processor time spent in waiting since then, s
   RankCounts counts_;
 };
 

@@ -2,6 +2,9 @@
 
 #include <gtest/gtest.h>
 
+#include <numeric>
+#include <vector>
+
 #include "libmpm/core/step.hpp"
 #include "libmpm/parallel/block_exchange.hpp"
 #include "support/rank_cases.hpp"
@@ -82,12 +85,35 @@ TEST(BlockCosts, AreMeasuredOrThoseOfAsManyOtherParticles) {
   for (std::size_t i = 0; i < after.size(); ++i) EXPECT_DOUBLE_EQ(after[i], 3e-7 * particles(i));
 }
 
+TEST(BlockCosts, IncludeWhatARankComputesBesidesTheMotionOfParticles) {
+  const Case c = wide_body();
+  const Scene scene = make_scene(c);
+  const State state = make_state(c, scene);
+  const auto sum = [&](const BlockCosts& costs) {
+    const std::vector<double> all = costs.of_occupied_blocks(state.grid);
+    return std::accumulate(all.begin(), all.end(), 0.0);
+  };
+  BlockCosts costs;
+  costs.reserve(state.grid.numbers());
+  for (const auto b : state.grid.occupied_blocks()) costs.note(state.grid.block(b), b, 1, 1e-6);
+  const double particles_alone = sum(costs);
+  for (int n = 0; n < 30; ++n) costs.note_step(2.5 * particles_alone, sum(costs));
+  EXPECT_NEAR(sum(costs), 2.5 * particles_alone, 1e-6 * particles_alone);
+}
+
+/// A rank that knows only the times it is given.
+class NothingMeasured : public BlockExchange {
+ public:
+  using BlockExchange::BlockExchange;
+  [[nodiscard]] bool measures() const override { return false; }
+};
+
 TEST(Balancing, MovesBlocksAwayFromARankWhoseParticlesTakeLonger) {
   constexpr double slowness = 9.0;
   const Case c = wide_body();
   double before[2] = {}, after[2] = {};  // cost of the particles of each rank
   testing::on_ranks(2, [&](Transport& transport) {
-    BlockExchange exchange(transport, {.threshold = 1.05, .gain = 0.0, .interval = 1});
+    NothingMeasured exchange(transport, {.threshold = 1.05, .gain = 0.0, .interval = 1});
     const Scene scene = make_scene(c);
     State state = exchange.first() ? make_state(c, scene) : State(c.numerics.cell_size, c.numerics.precision);
     state.grid.divide(&exchange);
