@@ -135,12 +135,14 @@ using Lattice = ConveyorSpec::Lattice;
 
 TEST(Conveyor, StaggeredLayersSampleTheCrossSectionEvenly) {
   Case c = plug(elastic_snow(), 4.0);
+  c.conveyor->upstream_length = 4.5;
   c.numerics.gravity = 0.0;  // so that heights are not settled
   const Scene scene = make_scene(c);
   const auto per_layer = dynamic_cast<const ConveyorSource&>(*scene.source).particles_per_layer();
   const State state = make_state(c, scene);
   const double spacing = 0.125;
-  std::set<std::pair<int, int>> met;  // places of a layer within the share of a particle, in a raster of 3 x 3
+  std::set<std::pair<int, int>> met;       // places of a layer within the share of a particle, in a raster of 3 x 3
+  std::map<std::uint64_t, double> across;  // y of the first particle of each layer
   for (const Particle& p : testing::stored_particles(state.grid)) {
     ASSERT_GT(p.position[1], 0.0);
     ASSERT_LT(p.position[1], 0.5 * c.conveyor->width);
@@ -148,9 +150,12 @@ TEST(Conveyor, StaggeredLayersSampleTheCrossSectionEvenly) {
     ASSERT_LT(p.position[2], c.conveyor->flow_height);
     if (p.id % per_layer != 0) continue;
     met.emplace(static_cast<int>(3.0 * p.position[1] / spacing), static_cast<int>(3.0 * p.position[2] / spacing));
+    across[p.id / per_layer] = p.position[1];
   }
-  EXPECT_EQ(state.grid.particle_count() / per_layer, 20U);  // 2.5 m
-  EXPECT_EQ(met.size(), 9U);                                // 20 layers leave none of the nine empty
+  EXPECT_EQ(state.grid.particle_count() / per_layer, 40U);  // 5 m
+  EXPECT_EQ(met.size(), 9U);                                // 40 layers leave none of the nine empty; any 33 do
+  for (std::uint64_t layer = 0; layer < across.size(); layer += 2)
+    EXPECT_NEAR(across[layer] + across[layer + 1], spacing, 1e-14) << "opposite shifts of layers " << layer << " and the next";
 }
 
 /// Two windows' passage after the start, the plug is what it was: nothing but the belt moved it.
