@@ -3,68 +3,18 @@
 #include <omp.h>
 
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 #include <numeric>
 #include <set>
 #include <utility>
 
 #include "libmpm/base/error.hpp"
-#include "libmpm/base/thread_time.hpp"
 #include "libmpm/core/state.hpp"
 #include "libmpm/parallel/block_message.hpp"
 
 namespace mpm {
 
 namespace {
-
-/// Calls f(first node, number) for the rows of some nodes of a block.
-template <class F>
-void for_each_row(const Extent& extent, F&& f) {
-  for (int z = 0; z < extent[2]; ++z) {
-    for (int y = 0; y < extent[1]; ++y) f(block_edge * y + block_edge * block_edge * z, extent[0]);
-  }
-}
-
-void put_nodes(Message& message, const NodeBlock& nodes, const Extent& extent) {
-  for_each_row(extent, [&](int first, int count) {
-    const auto* bytes = reinterpret_cast<const std::byte*>(nodes.node + first);
-    put(message, std::span(bytes, static_cast<std::size_t>(count) * sizeof(Node)));
-  });
-}
-
-/// Replaces nodes by those of a message. @returns what follows them in the message
-const std::byte* get_nodes(const std::byte* bytes, NodeBlock& nodes, const Extent& extent) {
-  for_each_row(extent, [&](int first, int count) {
-    const std::size_t size = static_cast<std::size_t>(count) * sizeof(Node);
-    std::memcpy(static_cast<void*>(nodes.node + first), bytes, size);
-    bytes += size;
-  });
-  return bytes;
-}
-
-int fields_of(const Grid& grid) { return grid.keeps_old_nodes() ? 2 : 1; }
-/// Accessor nodes_of(block, field): field 0 are the nodes of a block, field 1 the nodes before the update, if the grid keeps them.
-auto fields_of_nodes(Grid& grid) {
-  return [&grid](std::int32_t block, int field) -> NodeBlock& { return field == 0 ? grid.nodes(block) : grid.old_nodes(block); };
-}
-
-/// The same for a field by number of block.
-auto nodes_of_field(std::span<NodeBlock> field) {
-  return [field](std::int32_t block, int) -> NodeBlock& { return field[static_cast<std::size_t>(block)]; };
-}
-
-template <class NodesOf>
-Messages packed(const NodesByRank& wanted, int fields, const NodesOf& nodes_of) {
-  Messages out;
-  for (const auto& [rank, all] : wanted) {
-    Message& message = out[rank];
-    for (const SentNodes& sent : all) {
-      for (int f = 0; f < fields; ++f) put_nodes(message, nodes_of(sent.nodes, f), sent.extent);
-    }
-  }
-  return out;
-}
 
 template <class T>
 std::vector<int> ranks_in(const std::map<int, T>& map) {
@@ -73,38 +23,7 @@ std::vector<int> ranks_in(const std::map<int, T>& map) {
   return ranks;
 }
 
-using Clock = std::chrono::steady_clock;
-
-std::size_t total_nodes(const std::vector<SentNodes>& all) {
-  std::size_t nodes = 0;
-  for (const SentNodes& sent : all) nodes += nodes_in(sent.extent);
-  return nodes;
-}
-
-void check_size(const Message& message, std::size_t expected) {
-  if (message.size() != expected) throw Error(ExitCode::internal, "internal error: ranks disagree about the blocks at their border");
-}
-
 }  // namespace
-
-/// From its creation to its end a rank waits for others. It keeps its core busy meanwhile.
-class BlockExchange::Waiting {
- public:
-  /// @param sum  to which the time is added, s
-  Waiting(BlockExchange& exchange, double& sum) : exchange_(exchange), sum_(sum) {}
-  ~Waiting() {
-    sum_ += std::chrono::duration<double>(Clock::now() - start_).count();
-    exchange_.step_waited_ += thread_seconds() - thread_start_;
-  }
-  Waiting(const Waiting&) = delete;
-  Waiting& operator=(const Waiting&) = delete;
-
- private:
-  BlockExchange& exchange_;
-  double& sum_;
-  Clock::time_point start_ = Clock::now();
-  double thread_start_ = thread_seconds();
-};
 
 // ---- Instructions of the first rank, errors and sums ------------------------------------------------------------------------------------
 
@@ -142,15 +61,14 @@ Ranks::Instruction BlockExchange::next_instruction(State& state) {
 
 void BlockExchange::done() {
   busy_ = false;
-  if (step_start_) costs_.note_step(omp_get_max_threads() * (thread_seconds() - *step_start_ - step_waited_), own_cost_);
-  step_start_.reset();
+  if (const auto computed = clock_.stop()) costs_.note_step(omp_get_max_threads() * *computed, own_cost_);
 }
 
 double BlockExchange::agree(double largest, const std::optional<BlockError>& error) {
   double numbers[2] = {std::isfinite(largest) ? largest : 0.0, error ? 1.0 : 0.0};
   reduce(sizeof numbers);
   {
-    const Waiting waiting(*this, counts_.reduction_wait);
+    const StepClock::Waiting waiting(clock_, counts_.reduction_wait);
     transport_.maximum(numbers);
   }
   if (numbers[1] == 0.0) return numbers[0];
@@ -176,7 +94,7 @@ double BlockExchange::agree(double largest, const std::optional<BlockError>& err
 
 void BlockExchange::sum(std::span<std::uint64_t> numbers) {
   reduce(numbers.size_bytes());
-  const Waiting waiting(*this, counts_.reduction_wait);
+  const StepClock::Waiting waiting(clock_, counts_.reduction_wait);
   transport_.sum(numbers);
 }
 
@@ -243,8 +161,7 @@ void BlockExchange::prepare(Grid& grid, const JoinedBlocks& joined) {
     ++counts_.moves;
     grid.refresh();
   }
-  if (measures()) step_start_ = thread_seconds();
-  step_waited_ = 0.0;
+  if (measures()) clock_.start();
   ++counts_.steps;
   counts_.particle_steps += own_particles_;
   counts_.block_steps += occupied_.size();
@@ -309,7 +226,7 @@ std::vector<std::int32_t> BlockExchange::announce(Grid& grid) {
   std::uint64_t all[2] = {own, static_cast<std::uint64_t>(std::llround(own_cost_ / nanosecond))};
   reduce(sizeof largest);
   {
-    const Waiting waiting(*this, counts_.reduction_wait);
+    const StepClock::Waiting waiting(clock_, counts_.reduction_wait);
     transport_.maximum(largest);
   }
   sum(all);
@@ -334,94 +251,10 @@ void BlockExchange::plan(Grid& grid) {
 
 // ---- In every step ----------------------------------------------------------------------------------------------------------------------
 
-void BlockExchange::count(const Messages& out, std::uint64_t& bytes) {
-  counts_.messages += out.size();
-  for (const auto& [rank, message] : out) bytes += message.size();
-}
-
 void BlockExchange::reduce(std::size_t bytes) {
   if (!counting_) return;
   ++counts_.reductions;
   counts_.reduced_bytes += bytes;
-}
-
-void BlockExchange::send_parts(Grid& grid) { send_parts_of(plan_.all(), fields_of(grid), fields_of_nodes(grid)); }
-void BlockExchange::add_parts(Grid& grid) { add_parts_of(fields_of(grid), fields_of_nodes(grid)); }
-void BlockExchange::send_parts(std::span<NodeBlock> field, const BlockChoice& givers) {
-  send_parts_of(plan_.some(givers), 1, nodes_of_field(field));
-}
-void BlockExchange::add_parts(std::span<NodeBlock> field) { add_parts_of(1, nodes_of_field(field)); }
-
-template <class NodesOf>
-void BlockExchange::send_parts_of(const HaloLayout& layout, int fields, const NodesOf& nodes_of) {
-  parts_ = &layout;
-  Messages out = packed(layout.parts_to, fields, nodes_of);
-  count(out, counts_.part_bytes);
-  std::map<int, std::size_t> sizes;
-  for (const auto& [rank, nodes] : layout.parts_from) sizes[rank] = static_cast<std::size_t>(fields) * nodes * sizeof(Node);
-  transport_.start(MessageKind::parts, std::move(out), sizes);
-}
-
-template <class NodesOf>
-void BlockExchange::add_parts_of(int fields, const NodesOf& nodes_of) {
-  Messages in;
-  const auto sum = [&](std::size_t begin, std::size_t end) {
-#pragma omp parallel for schedule(static)
-    for (std::size_t i = begin; i < end; ++i) {
-      for (int f = 0; f < fields; ++f) {
-        NodeBlock& all = nodes_of(parts_->shared[i].block, f);
-        for (const Summand& part : parts_->shared[i].summands) {
-          NodeBlock received;
-          const NodeBlock* from = &received;
-          if (part.from == Summand::own) {
-            from = &nodes_of(part.nodes, f);
-          } else {
-            const std::size_t nodes = nodes_in(part.extent);
-            const std::size_t first = static_cast<std::size_t>(fields) * part.first + static_cast<std::size_t>(f) * nodes;
-            get_nodes(in.find(part.from)->second.data() + first * sizeof(Node), received, part.extent);
-          }
-          for_each_row(part.extent, [&](int first, int nodes) {
-            for (int n = first; n < first + nodes; ++n) all.node[n] += from->node[n];
-          });
-        }
-      }
-    }
-  };
-  sum(0, parts_->complete);
-  {
-    const Waiting waiting(*this, counts_.part_wait);
-    in = transport_.finish(MessageKind::parts);
-  }
-  for (const auto& [rank, nodes] : parts_->parts_from) check_size(in.at(rank), static_cast<std::size_t>(fields) * nodes * sizeof(Node));
-  sum(parts_->complete, parts_->shared.size());
-}
-
-void BlockExchange::send_nodes(Grid& grid, const HaloLayout& layout) {
-  nodes_ = &layout;
-  const int fields = fields_of(grid);
-  Messages out = packed(layout.nodes_to, fields, fields_of_nodes(grid));
-  count(out, counts_.node_bytes);
-  std::map<int, std::size_t> sizes;
-  for (const auto& [rank, all] : layout.nodes_from) sizes[rank] = static_cast<std::size_t>(fields) * total_nodes(all) * sizeof(Node);
-  transport_.start(MessageKind::nodes, std::move(out), sizes);
-}
-
-void BlockExchange::receive_nodes(Grid& grid) {
-  const int fields = fields_of(grid);
-  const auto nodes_of = fields_of_nodes(grid);
-  Messages in;
-  {
-    const Waiting waiting(*this, counts_.node_wait);
-    in = transport_.finish(MessageKind::nodes);
-  }
-  for (const auto& [rank, all] : nodes_->nodes_from) {
-    const Message& message = in.at(rank);
-    check_size(message, static_cast<std::size_t>(fields) * total_nodes(all) * sizeof(Node));
-    const std::byte* bytes = message.data();
-    for (const SentNodes& sent : all) {
-      for (int f = 0; f < fields; ++f) bytes = get_nodes(bytes, nodes_of(sent.nodes, f), sent.extent);
-    }
-  }
 }
 
 void BlockExchange::exchange_migrants(Grid& grid) {
@@ -438,11 +271,11 @@ void BlockExchange::exchange_migrants(Grid& grid) {
       }
     }
   }
-  count(out, counts_.migrant_bytes);
+  halo_.count(out, counts_.migrant_bytes);
   transport_.send(std::move(out));
   Messages in;
   {
-    const Waiting waiting(*this, counts_.migrant_wait);
+    const StepClock::Waiting waiting(clock_, counts_.migrant_wait);
     in = transport_.receive(ranks_in(theirs_));
   }
   for (const auto& [rank, message] : in) {

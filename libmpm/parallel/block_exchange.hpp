@@ -20,7 +20,7 @@
 #include <unordered_map>
 #include <vector>
 
-#include "libmpm/parallel/halo_plan.hpp"
+#include "libmpm/parallel/halo_exchange.hpp"
 #include "libmpm/parallel/ownership.hpp"
 
 namespace mpm {
@@ -44,13 +44,15 @@ class BlockExchange : public Ranks {
   void prepare(Grid& grid, const JoinedBlocks& joined) override;
   std::vector<std::int32_t> announce(Grid& grid) override;
   void plan(Grid& grid) override;
-  void send_parts(Grid& grid) override;
-  void send_parts(std::span<NodeBlock> field, const BlockChoice& givers) override;
-  void add_parts(Grid& grid) override;
-  void add_parts(std::span<NodeBlock> field) override;
-  void send_nodes(Grid& grid) override { send_nodes(grid, plan_.all()); }
-  void send_nodes(Grid& grid, const BlockChoice& givers) override { send_nodes(grid, plan_.some(givers)); }
-  void receive_nodes(Grid& grid) override;
+  void send_parts(Grid& grid) override { halo_.send_parts(NodeFields(grid), plan_.all()); }
+  void send_parts(std::span<NodeBlock> field, const BlockChoice& givers) override {
+    halo_.send_parts(NodeFields(field), plan_.some(givers));
+  }
+  void add_parts(Grid& grid) override { halo_.add_parts(NodeFields(grid)); }
+  void add_parts(std::span<NodeBlock> field) override { halo_.add_parts(NodeFields(field)); }
+  void send_nodes(Grid& grid) override { halo_.send_nodes(NodeFields(grid), plan_.all()); }
+  void send_nodes(Grid& grid, const BlockChoice& givers) override { halo_.send_nodes(NodeFields(grid), plan_.some(givers)); }
+  void receive_nodes(Grid& grid) override { halo_.receive_nodes(NodeFields(grid)); }
   void progress() noexcept override { transport_.progress(); }
   [[nodiscard]] bool measures() const override { return ownership_.measures(); }
   void note_time(const Block& block, std::int32_t number, int particles, double time) noexcept override {
@@ -72,19 +74,9 @@ class BlockExchange : public Ranks {
   [[nodiscard]] const RankCounts& own_counts() const { return counts_; }  ///< of this rank, without RankCounts::particles
 
  private:
-  class Waiting;
   [[nodiscard]] Borders borders_of(const Grid& grid) const;
   void exchange_borders();
   [[nodiscard]] std::vector<std::int32_t> required_blocks(Grid& grid) const;
-  /// @param nodes_of  the nodes of a block, given its number and that of the field
-  /// @{
-  template <class NodesOf>
-  void send_parts_of(const HaloLayout& layout, int fields, const NodesOf& nodes_of);
-  template <class NodesOf>
-  void add_parts_of(int fields, const NodesOf& nodes_of);
-  /// @}
-  void send_nodes(Grid& grid, const HaloLayout& layout);
-  void count(const Messages& out, std::uint64_t& bytes);
   void reduce(std::size_t bytes);
   void begin(Task task);
 
@@ -92,7 +84,6 @@ class BlockExchange : public Ranks {
   Ownership ownership_;
   BlockCosts costs_;
   HaloPlan plan_;
-  const HaloLayout *parts_ = nullptr, *nodes_ = nullptr;  ///< of the messages on their way
   Borders mine_, theirs_;
   std::vector<Index3> occupied_;      ///< own blocks with particles, at the last announce()
   std::vector<std::int32_t> needed_;  ///< blocks that must exist, as returned then
@@ -103,10 +94,10 @@ class BlockExchange : public Ranks {
   bool unchanged_ = false;                                               ///< the last announce() found the same blocks as the one before
   std::optional<std::unordered_map<std::uint64_t, BlockHead>> counted_;  ///< while blocks are counted: by morton_key
   std::size_t own_particles_ = 0, border_blocks_ = 0;
-  double own_cost_ = 0.0;             ///< of the own blocks for a step, as of then, s
-  std::optional<double> step_start_;  ///< processor time at the start of a step that is measured, s
-  double step_waited_ = 0.0;          ///< processor time spent in waiting since then, s
+  double own_cost_ = 0.0;  ///< of the own blocks for a step, as of then, s
   RankCounts counts_;
+  StepClock clock_;  ///< of the steps that are measured
+  HaloExchange halo_{transport_, clock_, counts_};
 };
 
 }  // namespace mpm
