@@ -96,6 +96,18 @@ class History(unittest.TestCase):
         self.assertEqual(len(self.history()), rows)
         self.assertEqual(set(self.built), {0, 1})
 
+    def test_a_gate_judges_by_instructions_alone(self):
+        def gate(current, *arguments):
+            return self.run_tool("--baseline", self.commits[0], "--current", self.commits[current], "--gate", *arguments, "--no-history", "--launches", "2",
+                                 "--pairs", "4", "--particles", "1000")
+        for current, limit, code, message in ((3, [], 3, "particle_to_grid: +5.0 % instructions; 2 % are allowed"), (3, ["6"], 0, "no kernel takes more than 6 %"),
+                                              (2, [], 0, "no kernel takes more than 2 %")):
+            with self.subTest(current=current, limit=limit):
+                found, text = gate(current, *limit)
+                self.assertEqual(found, code, text)
+                self.assertIn(message, text)
+        self.assertEqual(gate(3, "2", "--no-instructions")[0], 2)
+
     def test_the_heading_of_a_comparison_names_baseline_and_current(self):
         options = mock.Mock(no_instructions=True, kernel=None, core=None, launches=2, pairs=12, particles=1000)
         baseline, current = (self.tree(self.commits[n], "") for n in (0, 3))
