@@ -109,6 +109,23 @@ inline void add_row(Node* node, const SingleQuad* row, int count, Node velocity)
 /// Field 0: the nodes; field 1: the old nodes.
 NodeBlock& storage(Grid& grid, int field, std::int32_t b) { return field == 0 ? grid.nodes(b) : grid.old_nodes(b); }
 
+/// Sets nodes to zero that a block's particles touch, in the buffers that it has in place of its neighbours' nodes (Block::parts).
+template <int fields>
+void clear_parts(Grid& grid, const Block& block) {
+  for (std::size_t k = 0; k < forward_slots.size(); ++k) {
+    const auto slot = static_cast<std::size_t>(forward_slots[k]);
+    const std::int32_t part = (*block.parts)[slot];
+    if (part == block.neighbour[slot]) continue;
+    for (int f = 0; f < fields; ++f) {
+      Node* const nodes = storage(grid, f, part).node;
+      for (int z = 0; z < ((k & 4U) != 0 ? 2 : block_edge); ++z) {
+        for (int y = 0; y < ((k & 2U) != 0 ? 2 : block_edge); ++y)
+          std::fill_n(nodes + block_edge * (y + block_edge * z), block_edge, Node{});
+      }
+    }
+  }
+}
+
 /// Adds the particles of blocks that share no node. All threads of a parallel region call it and divide the blocks among themselves.
 /// @param outer  those with this value of Block::outer. @tparam fields as in scatter()
 template <class Record, int fields>
@@ -122,6 +139,7 @@ void scatter_blocks(Grid& grid, std::span<const std::int32_t> blocks, bool outer
     const std::size_t next = std::min(i + threads, blocks.size() - 1);  // an estimate: threads get one block at a time
     scatter_block(grid, block, grid.block(blocks[next]).particles, options, halo);
     const Vec3& v = block.particles.frame.velocity;
+    if (block.parts != nullptr) clear_parts<fields>(grid, block);
     for (int f = 0; f < fields; ++f) {
       const Node velocity = f == 0 ? Node{v.x(), v.y(), v.z(), 0.0} : Node{};  // internal forces do not depend on the frame of reference
       for_each_halo_row(
@@ -135,13 +153,8 @@ void scatter_blocks(Grid& grid, std::span<const std::int32_t> blocks, bool outer
 /// Outer blocks. The parts of such a block all have nodes of their own (Block::parts): outer blocks share none, whatever their colours.
 template <class Record, int fields>
 void scatter_outer(Grid& grid, const TransferOptions& options) {
-  const auto lent = grid.lent();
 #pragma omp parallel
   {
-#pragma omp for schedule(static)
-    for (std::size_t i = 0; i < lent.size(); ++i) {
-      for (int f = 0; f < fields; ++f) storage(grid, f, lent[i]) = NodeBlock{};
-    }
     SumHalo<Record> halo[fields];
     scatter_blocks<Record, fields>(grid, grid.occupied_blocks(), true, options, halo);
   }
