@@ -161,15 +161,20 @@ struct Block {
   /// Where the particles' contributions go instead of the neighbours' nodes: set by Ranks::plan for blocks that share nodes with other
   /// ranks.
   const std::array<std::int32_t, 27>* parts = nullptr;
+  static constexpr std::size_t kept_migrants = 8;  ///< that an outbox has room for at all times
 
   /// Puts a migrant into the outbox. @param to  neighbour_slot
   void send(const Migrant& m, int to) {
+    constexpr std::size_t layer = 64;  // of particles at a face, at eight a cell: in uniform flow they leave in one step
+    if (outbox.size() == kept_migrants) outbox.reserve(layer);
     outbox.push_back(m);
     outbox_to.push_back(static_cast<std::uint8_t>(to));
     outbox_neighbours |= 1U << to;
   }
-  /// Empties the outbox, after all neighbours have collected their particles.
+  /// Empties the outbox, after all neighbours have collected their particles. The memory of many is returned: few blocks have many at a
+  /// time.
   void clear_outbox() {
+    if (outbox.capacity() > kept_migrants) outbox = std::vector<Migrant>();
     outbox.clear();
     outbox_to.clear();
     outbox_neighbours = 0;

@@ -20,9 +20,9 @@ struct Estimate {
   double wall_time_s;     ///< at assumed_particle_steps_per_s
 };
 
-/// Memory of a particle at the run's peak, while a file is written, rounded up. Measured: 314 in an avalanche of 484,000 on a mast, 247 in
-/// a column at rest of 512,000. Of the 314, pages of records take 200, outboxes with room for 64 and more in each block 35, the order of
-/// the particles for a file 16, nodes 16; the rest are lists, the piece that is written, and free memory.
+/// Memory of a particle at the run's peak, while a file is written, rounded up. Measured: 276 in an avalanche of 510,000 on a mast, 247 in
+/// a column at rest of 512,000. Of the 276, pages of records take 200, the order of the particles for a file 16, nodes 16; the rest are
+/// lists, outboxes, the piece that is written, and free memory.
 inline constexpr double assumed_bytes_per_particle = 400.0;
 /// Required speed on two cores (not measured on this machine).
 inline constexpr double assumed_particle_steps_per_s = 10e6;
