@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 #include <omp.h>
+#include <sched.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -15,6 +16,29 @@
 #include "libmpm/base/error.hpp"
 
 namespace mpm {
+
+namespace {
+
+/// Lets this thread run on the processors of all places. With OMP_PROC_BIND or GOMP_CPU_AFFINITY the OpenMP runtime has bound it to one of
+/// them, and a program that it starts would have only that one.
+void unbind() {
+  std::vector<int> processors;
+  for (int place = 0; place < omp_get_num_places(); ++place) {
+    std::vector<int> some(static_cast<std::size_t>(omp_get_place_num_procs(place)));
+    omp_get_place_proc_ids(place, some.data());
+    processors.insert(processors.end(), some.begin(), some.end());
+  }
+  if (processors.empty()) return;
+  const auto count = static_cast<std::size_t>(*std::ranges::max_element(processors)) + 1, size = CPU_ALLOC_SIZE(count);
+  cpu_set_t* const set = CPU_ALLOC(count);
+  if (set == nullptr) return;
+  CPU_ZERO_S(size, set);
+  for (const int processor : processors) CPU_SET_S(static_cast<std::size_t>(processor), size, set);
+  sched_setaffinity(0, size, set);
+  CPU_FREE(set);
+}
+
+}  // namespace
 
 void start_threads(int threads) {
   if (threads > 0) omp_set_num_threads(threads);
@@ -43,6 +67,7 @@ void use_short_spin(char** argv) {
   std::error_code error;
   const std::filesystem::path program = std::filesystem::read_symlink("/proc/self/exe", error);  // the link's own name would show in `ps`
   if (error || setenv(variable, short_spin.data(), 0) != 0) return;
+  unbind();
   execv(program.c_str(), argv);  // the new process finds the variable set, and continues
 }
 
