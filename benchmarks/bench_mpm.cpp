@@ -10,7 +10,6 @@
 #include <array>
 #include <chrono>
 #include <cmath>
-#include <ctime>
 #include <functional>
 #include <memory>
 #include <set>
@@ -18,6 +17,7 @@
 
 #include "ceilings.hpp"
 #include "kernels.hpp"
+#include "libmpm/base/thread_time.hpp"
 #include "libmpm/driver/build_info.hpp"
 #include "plain_reference.hpp"
 #include "reference_problem.hpp"
@@ -270,13 +270,6 @@ void run_step(benchmark::State& bench, const std::string& name, int threads, con
   } catch (const std::exception& error) {
     bench.SkipWithError(error.what());
   }
-}
-
-/// Processor time of this thread, which excludes the time of other programs on the core.
-double thread_seconds() {
-  timespec t{};
-  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &t);
-  return static_cast<double>(t.tv_sec) + 1e-9 * static_cast<double>(t.tv_nsec);
 }
 
 /// Whole steps in double and in single precision in turns, on one thread: median nanoseconds of both, and the median of the ratios of the

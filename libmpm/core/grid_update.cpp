@@ -162,7 +162,8 @@ class Boundaries {
     for (const double m : mass) part.add_mass(m);
     for (std::size_t n = 0; n < taken_.size(); ++n) part.add_impulse(n % count, taken_[n]);
     for (std::size_t k = 0; k < forces_.layered.size(); ++k) {
-      for (std::size_t i = 0; nodal(forces_.layered[k]) && i < blocks_.size(); ++i) {
+      if (!nodal(forces_.layered[k])) continue;
+      for (std::size_t i = 0; i < blocks_.size(); ++i) {
         const double* const numbers = by_layer_[k * layers_ + block_edge * i].data();
         part.add_layers(k, grid_.block(blocks_[i]).coordinate, {numbers, layer_numbers});
       }

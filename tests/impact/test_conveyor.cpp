@@ -153,7 +153,7 @@ TEST(Conveyor, StaggeredLayersSampleTheCrossSectionEvenly) {
     across[p.id / per_layer] = p.position[1];
   }
   EXPECT_EQ(state.grid.particle_count() / per_layer, 40U);  // 5 m
-  EXPECT_EQ(met.size(), 9U);                                // 40 layers leave none of the nine empty; any 33 do
+  EXPECT_EQ(met.size(), 9U);                                // 40 layers leave none of the nine empty
   for (std::uint64_t layer = 0; layer < across.size(); layer += 2)
     EXPECT_NEAR(across[layer] + across[layer + 1], spacing, 1e-14) << "opposite shifts of layers " << layer << " and the next";
 }
