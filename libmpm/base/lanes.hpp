@@ -34,10 +34,16 @@ inline Lanes join(HalfLanes a, HalfLanes b) {
     return from_halves<Lanes>(a, b);
   }
 }
-/// Lanes 0 to 3, and 4 to 7.
+/// Lanes 0 to 3, and 4 to 7. A whole register is shuffled: half() would take it, and the array that it is in, through memory.
 /// @{
-inline HalfLanes lower_half(const Lanes& v) { return half(v, 0); }
-inline HalfLanes upper_half(const Lanes& v) { return half(v, 1); }
+inline HalfLanes lower_half(const Lanes& v) {
+  if constexpr (whole_registers) return __builtin_shufflevector(v, v, 0, 1, 2, 3);
+  return half(v, 0);
+}
+inline HalfLanes upper_half(const Lanes& v) {
+  if constexpr (whole_registers) return __builtin_shufflevector(v, v, 4, 5, 6, 7);
+  return half(v, 1);
+}
 /// @}
 
 /// Four floats as doubles. Without the intrinsic GCC takes two at a time.

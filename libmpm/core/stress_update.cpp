@@ -250,8 +250,9 @@ inline __attribute__((always_inline)) void update_group(const Law& law, Material
   }
 }
 
+// Flattened: the functions of a law have several callers here, so GCC would call them, and pass the states of a group through memory.
 template <class Record, Material Law>
-bool update_stress_of(ParticleBin& bin, const Law& law, double dt) {
+__attribute__((flatten)) bool update_stress_of(ParticleBin& bin, const Law& law, double dt) {
   using Number = typename LawGroup<Record>::Number;
   using V = decltype(Number::a);
   constexpr int group = lanes_of<Number>;  // particles for each update

@@ -327,9 +327,10 @@ inline __attribute__((always_inline)) bool CamClay::Residual<T>::search_inside(c
 }
 
 // In one piece: the base, the search inside the surface and Newton's iteration share five masks and the bracket of every lane, which parts
-// would hand to each other as one large struct.
+// would hand to each other as one large struct. Not inlined: beside it the elastic path would have no registers left.
 template <class T>
-inline CamClay::Return<T> CamClay::return_map(const T& p_trial, const T& q2, const T& x_n, const T& s_n, const Mask<T>& yields) const {
+__attribute__((noinline)) CamClay::Return<T> CamClay::return_map(const T& p_trial, const T& q2, const T& x_n, const T& s_n,
+                                                                 const Mask<T>& yields) const {
   constexpr int most_iterations = 15;
   const Mask<T> stress_free = x_n + p_trial <= 0.0;
   Mask<T> lost = yields & stress_free & (x_n <= 0.0);  // stays expanded: no root to search
