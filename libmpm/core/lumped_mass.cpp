@@ -131,7 +131,7 @@ void LumpedMassCorrection::add_of_block(const Grid& grid, const Block& block, st
       const Node given_by = {-mass, -mass, -mass, 0.0};
       c = {given_by * c.base, given_by * c.ax, given_by * c.ay, given_by * c.az};
       c.base[3] = mass;
-      mpm::add(c, w, given, NoPrefetch{});
+      mpm::add(c, w, given);
     }
     if (!here) continue;
     any = true;

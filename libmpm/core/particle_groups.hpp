@@ -252,6 +252,7 @@ inline AxisWeights<V> along(const BsplineWeights<V>& w) {
 template <class Record>
 class PrefetchGroup {
  public:
+  PrefetchGroup() = default;
   /// Looks up the addresses; reads no particle.
   PrefetchGroup(const ParticleBin& bin, const ParticleBin& next, int n) {
     const int count = bin.count(), next_last = next.count() - 1;
@@ -265,12 +266,12 @@ class PrefetchGroup {
     for (int i = 0; i < size; ++i) at_[i] = place(n + 16 + i);
   }
   /// Requests the first line of each.
-  void request_first() const {
+  __attribute__((always_inline)) void request_first() const {
 #pragma GCC unroll 4
     for (int i = 0; i < size; ++i) __builtin_prefetch(at_[i]);
   }
   /// Requests the other lines, in three portions. @param k 0, 1, 2
-  void request_rest(int k) const {
+  __attribute__((always_inline)) void request_rest(int k) const {
     if constexpr (std::same_as<Record, Particle>) {  // two more lines each
       if (k < 2) __builtin_prefetch(at_[0] + 64 * (k + 1));
       if (size > 1 && k > 0) __builtin_prefetch(at_[size - 1] + 64 * k);

@@ -1,6 +1,7 @@
 #include <omp.h>
 
 #include <algorithm>
+#include <span>
 
 #include "libmpm/core/particle_groups.hpp"
 #include "libmpm/core/spline_sums.hpp"
@@ -56,6 +57,38 @@ struct alignas(64) SumHalo {
   typename Group<Record>::Quad node[halo_nodes + 4];
 };
 
+/// A group between the two passes of scatter_block.
+template <class Record, int fields>
+struct ScatteredGroup {
+  using Vector = typename Group<Record>::Vector;
+  Contribution<Vector, fields> given;
+  PrefetchGroup<Record> ahead;
+};
+
+/// Adds the groups of a cell to a plane of its nodes. The nine sums of a field stay in registers; those of three planes would not fit.
+/// @param first_node  the first of the plane's nodes
+template <int k, class Record, int fields>
+inline __attribute__((always_inline)) void add_to_plane(std::span<const ScatteredGroup<Record, fields>> groups,
+                                                        SumHalo<Record> (&halo)[fields], int first_node) {
+  using V = typename Group<Record>::Vector;
+  V sum[fields][9] = {};
+  for (const ScatteredGroup<Record, fields>& group : groups) {
+    group.ahead.request_rest(k);
+    const BsplineWeights<V>& w = group.given.w;
+    const AxisWeights<V> wx = along<0>(w), wy = along<1>(w), wz = along<2>(w);
+#pragma GCC unroll 2
+    for (int f = 0; f < fields; ++f) {
+      const Linear<V>& c = group.given.field[f];
+      V value = c.base;
+#pragma GCC unroll 2
+      for (int step = 0; step < k; ++step) value += c.az;
+      add_plane(c, value, wx, wy, wz.w[k], sum[f]);
+    }
+  }
+#pragma GCC unroll 2
+  for (int f = 0; f < fields; ++f) add_plane_sums(sum[f], halo[f].node + first_node);
+}
+
 /// Two passes over the groups of a cell, a batch at a time: a latency-bound pass (one long chain of dependent operations for each group),
 /// then a throughput-bound pass. Apart, each fills the processor's window with many groups.
 /// @param next particles to prefetch, those of the next block
@@ -71,24 +104,34 @@ void scatter_block(const Grid& grid, const Block& block, const ParticleBin& next
                         Group<Record>::xyz * static_cast<Scalar>(-options.dt * 4.0 * inverse_dx)};
   const ParticleBin& bin = block.particles;
   for (auto& h : halo) h = SumHalo<Record>{};
-  Contribution<V, fields> groups[batch];
+  ScatteredGroup<Record, fields> groups[batch];
   for (int cell = 0; cell < block_nodes; ++cell) {
     const int begin = bin.cell_start[cell], end = bin.cell_start[cell + 1];
     if (begin == end) continue;
     const CellOffset<Record> offset(grid, block.coordinate, cell);
-    V sum[fields][27] = {};
-    for (int first = begin; first < end; first += size * batch) {
+    const auto prepare = [&](int first) {
       int count = 0;
       for (int n = first; n < end && count < batch; n += size, ++count) {
-        PrefetchGroup<Record>(bin, next, n).request_first();
-        groups[count] = contribution<fields>(group_at<Record>(bin, n, end), offset, scale);
+        groups[count].ahead = PrefetchGroup<Record>(bin, next, n);
+        groups[count].ahead.request_first();
+        groups[count].given = contribution<fields>(group_at<Record>(bin, n, end), offset, scale);
       }
-      for (int p = 0; p < count; ++p) {
-#pragma GCC unroll 2
-        for (int f = 0; f < fields; ++f) add(groups[p].field[f], groups[p].w, sum[f], PrefetchGroup<Record>(bin, next, first + size * p));
+      return std::span<const ScatteredGroup<Record, fields>>(groups, static_cast<std::size_t>(count));
+    };
+    if (end - begin <= size * batch) {
+      const auto cell_groups = prepare(begin);
+      const int node = first_halo_node(cell);
+      add_to_plane<0>(cell_groups, halo, node);
+      add_to_plane<1>(cell_groups, halo, node + halo_index(0, 0, 1));
+      add_to_plane<2>(cell_groups, halo, node + halo_index(0, 0, 2));
+      continue;
+    }
+    V sum[fields][27] = {};  // of a crowded cell
+    for (int first = begin; first < end; first += size * batch) {
+      for (const auto& group : prepare(first)) {
+        for (int f = 0; f < fields; ++f) add(group.given.field[f], group.given.w, sum[f]);
       }
     }
-#pragma GCC unroll 2
     for (int f = 0; f < fields; ++f) add_sums(sum[f], halo[f].node + first_halo_node(cell));
   }
 }

@@ -160,11 +160,11 @@ Sums particle_sums(const std::vector<Particle>& particles, bool affine) {
 class TransferMode : public ::testing::TestWithParam<bool> {};
 INSTANTIATE_TEST_SUITE_P(All, TransferMode, ::testing::Values(true, false), [](const auto& mode) { return mode.param ? "Apic" : "Flip"; });
 
-TEST_P(TransferMode, ParticleToGridIsTheSumOfTheDocstring) {
-  const auto particles = cloud(11);
+/// Compares all nodes after particle_to_grid with the sums of its docstring.
+void expect_sums_of_the_docstring(const std::vector<Particle>& particles, bool affine) {
   Grid grid(dx);
   fill(grid, particles);
-  const TransferOptions options{2e-3, density, GetParam()};
+  const TransferOptions options{2e-3, density, affine};
   for (int repeated = 0; repeated < 2; ++repeated) particle_to_grid(grid, options);  // overwrites, does not add
   const MockGrid mock = mock_particle_to_grid(particles, options.dt, options.affine);
   std::size_t touched = 0;
@@ -176,6 +176,21 @@ TEST_P(TransferMode, ParticleToGridIsTheSumOfTheDocstring) {
     for (int c = 0; c < 3; ++c) EXPECT_NEAR(n[c], expected.momentum[c], round_off * expected.momentum_scale);
   });
   EXPECT_EQ(touched, mock.size());
+}
+
+TEST_P(TransferMode, ParticleToGridIsTheSumOfTheDocstring) { expect_sums_of_the_docstring(cloud(11), GetParam()); }
+
+// More particles in a cell than the transfer takes through its passes at once (32), and exactly as many.
+TEST_P(TransferMode, ParticleToGridSumsCrowdedCells) {
+  for (const std::size_t count : {32U, 33U, 75U}) {
+    auto particles = cloud(13);
+    ASSERT_GE(particles.size(), count);
+    particles.resize(count);
+    for (Particle& p : particles) {
+      for (double& x : p.position) x = dx * (7.6 + 0.8 * (x / dx - std::floor(x / dx)));  // into one cell: base node 7
+    }
+    expect_sums_of_the_docstring(particles, GetParam());
+  }
 }
 
 TEST_P(TransferMode, GridToParticleIsTheSumOfTheDocstring) {
