@@ -70,6 +70,13 @@ struct MovingGroup {
   BsplineWeights<typename Group<Record>::Vector> w;
 };
 
+/// The same number, of which the compiler knows nothing. It would otherwise load all nodes of a cell before the loop over its groups,
+/// and, as they do not fit into the registers, store most of them again.
+inline int unknown(int number) {
+  asm("" : "+r"(number));
+  return number;
+}
+
 /// Nearest integer plus this constant puts the integer into the low bits of the sum (for |value| < 2^51).
 constexpr double to_integer_bits = 6755399441055744.0;  // 1.5 * 2^52
 
@@ -158,7 +165,6 @@ BlockMotion move_block(Grid& grid, std::int32_t index, const TransferOptions& op
     const int begin = bin.cell_start[cell], end = bin.cell_start[cell + 1];
     if (begin == end) continue;
     const CellOffset<Record> offset(grid, block.coordinate, cell);
-    const int first_node = first_halo_node(cell);
     for (int first = begin; first < end; first += size * batch) {
       int count = 0;
       for (int n = first; n < end && count < batch; n += size, ++count) {
@@ -176,10 +182,11 @@ BlockMotion move_block(Grid& grid, std::int32_t index, const TransferOptions& op
 #pragma GCC unroll 4
         for (int i = 0; i < size; ++i) to[i] = i < m.used ? const_cast<Record*>(m.from.p[i]) : &discarded[i];
         const PrefetchGroup<Record> prefetch(bin, next, first + size * n);
-        const Gathered<V> g = gather(halo.node + first_node, m.w, prefetch);
+        const int base = unknown(first_halo_node(cell));
+        const Gathered<V> g = gather(halo.node + base, m.w, prefetch);
         const V f = m.f, xv = m.from.position();
         V v = g.v;
-        if (keeps) v += kept * (m.from.velocity() - gather(old_halo.node + first_node, m.w, prefetch).v);
+        if (keeps) v += kept * (m.from.velocity() - gather(old_halo.node + base, m.w, prefetch).v);
         const V cx = affine_scale * (g.x - spread<0>(f) * g.v);
         const V cy = affine_scale * (g.y - spread<1>(f) * g.v);
         const V cz = affine_scale * (g.z - spread<2>(f) * g.v);
