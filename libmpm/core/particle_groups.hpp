@@ -252,7 +252,7 @@ inline AxisWeights<V> along(const BsplineWeights<V>& w) {
 template <class Record>
 class PrefetchGroup {
  public:
-  PrefetchGroup() = default;
+  PrefetchGroup() = default;  ///< no addresses: to be assigned before it is used
   /// Looks up the addresses; reads no particle.
   PrefetchGroup(const ParticleBin& bin, const ParticleBin& next, int n) {
     const int count = bin.count(), next_last = next.count() - 1;
