@@ -1,5 +1,7 @@
 #include "libmpm/core/grid.hpp"
 
+#include <omp.h>
+
 #include <algorithm>
 #include <bit>
 #include <cstring>
@@ -172,7 +174,7 @@ void Grid::destroy(std::int32_t index) {
   }
   index_.erase(key_of(b.coordinate));
   b.particles.release(*pool_);
-  b.clear_outbox();
+  b.outbox = {};
   b.parts = nullptr;
   b.outer = false;
   free_.push_back(index);
@@ -201,11 +203,29 @@ void Grid::restore(const StoredBlock& stored) {
   }
 }
 
+std::vector<Migrant>& Grid::migrants_of_this_thread() {
+  const std::lock_guard lock(*migrants_mutex_);
+  const auto thread = static_cast<std::size_t>(omp_get_thread_num());
+  if (migrants_.size() <= thread) migrants_.resize(thread + 1);
+  return migrants_[thread];
+}
+
+void Grid::send(std::int32_t block_index, const Migrant& m) {
+  Outbox& outbox = block(block_index).outbox;
+  if (outbox.list == nullptr) {
+    outbox.list = &migrants_of_this_thread();
+    outbox.first = outbox.list->size();
+  }
+  outbox.list->push_back(m);
+  ++outbox.count;
+  outbox.neighbours |= 1U << m.to;
+}
+
 void Grid::migrate() {
   if (ranks_ != nullptr) ranks_->exchange_migrants(*this);
   for (const auto* list : {&occupied_, &ghosts_}) {
     for (const auto b : *list) {
-      for (std::uint32_t left = block(b).outbox_neighbours; left != 0; left &= left - 1) {
+      for (std::uint32_t left = block(b).outbox.neighbours; left != 0; left &= left - 1) {
         const int slot = std::countr_zero(left);
         if (block(b).neighbour[static_cast<std::size_t>(slot)] == no_block) create(neighbour_of(block(b).coordinate, slot));
       }
@@ -219,10 +239,9 @@ void Grid::migrate() {
     try {
       for (int n = 0; n < 27; ++n) {
         const std::int32_t other = self.neighbour[static_cast<std::size_t>(n)];
-        if (other == no_block || (block(other).outbox_neighbours >> (26 - n) & 1U) == 0) continue;
-        const Block& sender = block(other);
-        for (std::size_t m = 0; m < sender.outbox.size(); ++m) {
-          if (sender.outbox_to[m] == 26 - n) self.particles.append(sender.outbox[m].particle, sender.outbox[m].cell, *pool_);
+        if (other == no_block || (block(other).outbox.neighbours >> (26 - n) & 1U) == 0) continue;
+        for (const Migrant& m : block(other).outbox.migrants()) {
+          if (m.to == 26 - n) self.particles.append(m.particle, m.cell, *pool_);
         }
       }
       if (self.particles.count() > 0) self.particles.sort_by_cell();
@@ -232,8 +251,10 @@ void Grid::migrate() {
     }
   }
   if (out_of_memory) throw std::bad_alloc();
-  for (const auto b : all_) block(b).clear_outbox();  // not occupied_: a block that lost its last particle has an outbox too
-  for (const auto b : ghosts_) block(b).clear_outbox();
+  for (const auto* list : {&all_, &ghosts_}) {  // not occupied_: a block that lost its last particle has an outbox too
+    for (const auto b : *list) block(b).outbox = {};
+  }
+  for (auto& list : migrants_) list.clear();
   refresh();
   for (const auto b : occupied_) {
     if (block(b).particles.count() > max_particles_per_block) {
@@ -300,8 +321,8 @@ std::size_t Grid::particle_count() const {
 
 std::size_t Grid::bytes() const {
   std::size_t n = pool_->bytes() + (nodes_.size() + old_nodes_.size()) * sizeof(NodeBlock) + blocks_.size() * sizeof(Block);
-  for (const auto& b : blocks_)
-    n += b.particles.cell.capacity() + 2 * b.particles.order.capacity() + b.outbox.capacity() * (sizeof(Migrant) + 1);
+  for (const auto& b : blocks_) n += b.particles.cell.capacity() + 2 * b.particles.order.capacity();
+  for (const auto& list : migrants_) n += list.capacity() * sizeof(Migrant);
   return n;
 }
 

@@ -11,6 +11,8 @@
 
 #include <cstdint>
 #include <deque>
+#include <memory>
+#include <mutex>
 #include <span>
 #include <unordered_map>
 #include <vector>
@@ -144,7 +146,21 @@ class ParticleBin {
 /// A particle on its way to another block.
 struct Migrant {
   Particle particle;  ///< with its new position
-  int cell;           ///< there
+  std::uint8_t cell;  ///< there
+  std::uint8_t to;    ///< neighbour_slot of that block
+};
+
+/// The particles that leave a block in a step, until migrate(): a part of the list of the thread that moved them. So the memory of all
+/// outboxes is that of the migrants of a step, and serves again in the next one.
+struct Outbox {
+  std::vector<Migrant>* list = nullptr;  ///< null: empty
+  std::size_t first = 0, count = 0;      ///< place in the list
+  std::uint32_t neighbours = 0;          ///< bit n: there are migrants to neighbour n
+
+  /// Valid until the next migrant of the same thread.
+  [[nodiscard]] std::span<const Migrant> migrants() const {
+    return list == nullptr ? std::span<const Migrant>() : std::span(*list).subspan(first, count);
+  }
 };
 
 /// 4x4x4 cells, with their particles and the numbers of the neighbours.
@@ -152,33 +168,13 @@ struct Block {
   Index3 coordinate{};                       ///< first node = 4 * coordinate
   std::array<std::int32_t, 27> neighbour{};  ///< by neighbour_slot: indices in Grid, or no_block
   ParticleBin particles;                     ///< whose base node is here
-  std::vector<Migrant> outbox;               ///< particles that leave, until migrate()
-  std::vector<std::uint8_t> outbox_to;       ///< destination of each particle in the outbox, as neighbour_slot
-  std::uint32_t outbox_neighbours = 0;       ///< bit n: the outbox holds migrants to neighbour n
+  Outbox outbox;                             ///< particles that leave
   bool owned = true;                         ///< false: a ghost, another rank's (ranks.hpp)
   bool at_border = false;                    ///< a block of another rank is among it and its neighbours
   bool outer = false;                        ///< its particles touch nodes of blocks of other ranks: set by Ranks::plan
   /// Where the particles' contributions go instead of the neighbours' nodes: set by Ranks::plan for blocks that share nodes with other
   /// ranks.
   const std::array<std::int32_t, 27>* parts = nullptr;
-  static constexpr std::size_t kept_migrants = 8;  ///< that an outbox has room for at all times
-
-  /// Puts a migrant into the outbox. @param to  neighbour_slot
-  void send(const Migrant& m, int to) {
-    constexpr std::size_t layer = 64;  // of particles at a face, at eight a cell: in uniform flow they leave in one step
-    if (outbox.size() == kept_migrants) outbox.reserve(layer);
-    outbox.push_back(m);
-    outbox_to.push_back(static_cast<std::uint8_t>(to));
-    outbox_neighbours |= 1U << to;
-  }
-  /// Empties the outbox, after all neighbours have collected their particles. The memory of many is returned: few blocks have many at a
-  /// time.
-  void clear_outbox() {
-    if (outbox.capacity() > kept_migrants) outbox = std::vector<Migrant>();
-    outbox.clear();
-    outbox_to.clear();
-    outbox_neighbours = 0;
-  }
 };
 
 /// Position of one of a block's own nodes, m. @param node  x + 4 y + 16 z
@@ -219,6 +215,8 @@ class Grid {
   /// Takes a particle out of its block; the block's last particle gets its slot. Blocks may be worked on in parallel.
   void remove(std::int32_t block_index, int slot) { block(block_index).particles.remove(slot, *pool_); }
 
+  /// Puts a migrant into a block's outbox. Blocks may be worked on in parallel, but those of one block are put one after the other.
+  void send(std::int32_t block_index, const Migrant& m);
   /// Moves the migrants of all blocks to where they belong, sorts every block by cell and refreshes the lists.
   /// Call after grid_to_particle. @throws std::bad_alloc
   void migrate();
@@ -305,6 +303,7 @@ class Grid {
   void ask_owner(Block& b) const;
   std::int32_t new_storage();
   void destroy(std::int32_t index);
+  std::vector<Migrant>& migrants_of_this_thread();
   void rebuild_lists();
 
   double cell_size_, inverse_cell_size_;
@@ -313,6 +312,8 @@ class Grid {
   std::unique_ptr<PagePool> pool_ = std::make_unique<PagePool>(record_bytes(precision_));
   std::deque<Block> blocks_;
   std::deque<NodeBlock> nodes_, old_nodes_;
+  std::deque<std::vector<Migrant>> migrants_;  ///< a list for each thread
+  std::unique_ptr<std::mutex> migrants_mutex_ = std::make_unique<std::mutex>();
   std::vector<std::int32_t> free_;
   std::unordered_map<std::uint64_t, std::int32_t> index_;
   std::vector<std::int32_t> all_, occupied_, ghosts_, lent_;

@@ -240,17 +240,18 @@ void collect_migrants(Grid& grid, std::int32_t index, BlockMotion& motion) {
   Block& block = grid.block(index);
   ParticleBin& bin = block.particles;
   for (int s = bin.last_leaver(bin.count()); s >= 0; s = bin.last_leaver(s)) {
-    Migrant m{bin[s], 0};
+    Migrant m{bin[s], 0, 0};
     int offset[3];
     for (int axis = 0; axis < 3; ++axis) {
       const int local = with_record_type(
           grid.precision(), [&](auto record) { return local_cell(bin.record<decltype(record)>(s), axis, grid, block.coordinate); });
       offset[axis] = local >> 2;
-      m.cell |= (local & 3) << (2 * axis);
+      m.cell = static_cast<std::uint8_t>(m.cell | (local & 3) << (2 * axis));
       if (offset[axis] < -1 || offset[axis] > 1) motion.within_reach = false;
     }
     if (!motion.within_reach) return;
-    block.send(m, neighbour_slot(offset[0], offset[1], offset[2]));
+    m.to = static_cast<std::uint8_t>(neighbour_slot(offset[0], offset[1], offset[2]));
+    grid.send(index, m);
     grid.remove(index, s);
   }
 }

@@ -263,11 +263,10 @@ void BlockExchange::exchange_migrants(Grid& grid) {
     Message& message = out[rank];
     for (std::size_t i = 0; i < blocks.size(); ++i) {
       const Block& block = grid.block(grid.find(blocks[i]));
-      for (std::size_t m = 0; block.outbox_neighbours != 0 && m < block.outbox.size(); ++m) {
-        if (ownership_.owner(neighbour_of(block.coordinate, block.outbox_to[m])) != rank) continue;
+      for (const Migrant& m : block.outbox.migrants()) {
+        if (ownership_.owner(neighbour_of(block.coordinate, m.to)) != rank) continue;
         put(message, static_cast<std::uint32_t>(i));
-        put(message, block.outbox_to[m]);
-        put(message, block.outbox[m]);
+        put(message, m);
       }
     }
   }
@@ -282,8 +281,7 @@ void BlockExchange::exchange_migrants(Grid& grid) {
     MessageReader reader(message);
     while (!reader.at_end()) {
       const auto block = reader.get<std::uint32_t>();
-      const auto to = reader.get<std::uint8_t>();
-      grid.block(grid.find_any(theirs_[rank].at(block))).send(reader.get<Migrant>(), to);
+      grid.send(grid.find_any(theirs_[rank].at(block)), reader.get<Migrant>());
     }
   }
 }
