@@ -203,7 +203,7 @@ void Grid::restore(const StoredBlock& stored) {
   }
 }
 
-std::vector<Migrant>& Grid::migrants_of_this_thread() {
+MigrantList& Grid::migrants_of_this_thread() {
   const std::lock_guard lock(*migrants_mutex_);
   const auto thread = static_cast<std::size_t>(omp_get_thread_num());
   if (migrants_.size() <= thread) migrants_.resize(thread + 1);
@@ -240,9 +240,9 @@ void Grid::migrate() {
       for (int n = 0; n < 27; ++n) {
         const std::int32_t other = self.neighbour[static_cast<std::size_t>(n)];
         if (other == no_block || (block(other).outbox.neighbours >> (26 - n) & 1U) == 0) continue;
-        for (const Migrant& m : block(other).outbox.migrants()) {
+        block(other).outbox.for_each([&](const Migrant& m) {
           if (m.to == 26 - n) self.particles.append(m.particle, m.cell, *pool_);
-        }
+        });
       }
       if (self.particles.count() > 0) self.particles.sort_by_cell();
     } catch (const std::bad_alloc&) {

@@ -150,16 +150,43 @@ struct Migrant {
   std::uint8_t to;    ///< neighbour_slot of that block
 };
 
-/// The particles that leave a block in a step, until migrate(): a part of the list of the thread that moved them. So the memory of all
-/// outboxes is that of the migrants of a step, and serves again in the next one.
-struct Outbox {
-  std::vector<Migrant>* list = nullptr;  ///< null: empty
-  std::size_t first = 0, count = 0;      ///< place in the list
-  std::uint32_t neighbours = 0;          ///< bit n: there are migrants to neighbour n
+/// The migrants of the blocks that one thread moves, in pieces: the list grows without a copy, and its memory serves again in the next
+/// step.
+class MigrantList {
+ public:
+  [[nodiscard]] std::size_t size() const { return size_; }                       ///< migrants
+  [[nodiscard]] std::size_t capacity() const { return pieces_.size() * piece; }  ///< migrants that have memory
+  /// @param i  below size()
+  [[nodiscard]] const Migrant& operator[](std::size_t i) const { return pieces_[i / piece][i % piece]; }
+  /// Appends a migrant. @throws std::bad_alloc
+  void push_back(const Migrant& m) {
+    if (size_ == capacity()) pieces_.push_back(std::make_unique_for_overwrite<Migrant[]>(piece));
+    pieces_[size_ / piece][size_ % piece] = m;
+    ++size_;
+  }
+  /// Removes all. As much memory as they took is kept: the next step has about as many, but a layer of particles that crosses the faces of
+  /// all blocks has many more.
+  void clear() {
+    pieces_.resize((size_ + piece - 1) / piece);
+    size_ = 0;
+  }
 
-  /// Valid until the next migrant of the same thread.
-  [[nodiscard]] std::span<const Migrant> migrants() const {
-    return list == nullptr ? std::span<const Migrant>() : std::span(*list).subspan(first, count);
+ private:
+  static constexpr std::size_t piece = 64;
+  std::vector<std::unique_ptr<Migrant[]>> pieces_;
+  std::size_t size_ = 0;
+};
+
+/// The particles that leave a block in a step, until migrate(): a part of a thread's list.
+struct Outbox {
+  MigrantList* list = nullptr;       ///< null: empty
+  std::size_t first = 0, count = 0;  ///< place in the list
+  std::uint32_t neighbours = 0;      ///< bit n: there are migrants to neighbour n
+
+  /// Calls f(const Migrant&) on each, in their order.
+  template <class F>
+  void for_each(F&& f) const {
+    for (std::size_t i = first; i < first + count; ++i) f((*list)[i]);
   }
 };
 
@@ -303,7 +330,7 @@ class Grid {
   void ask_owner(Block& b) const;
   std::int32_t new_storage();
   void destroy(std::int32_t index);
-  std::vector<Migrant>& migrants_of_this_thread();
+  MigrantList& migrants_of_this_thread();
   void rebuild_lists();
 
   double cell_size_, inverse_cell_size_;
@@ -312,7 +339,7 @@ class Grid {
   std::unique_ptr<PagePool> pool_ = std::make_unique<PagePool>(record_bytes(precision_));
   std::deque<Block> blocks_;
   std::deque<NodeBlock> nodes_, old_nodes_;
-  std::deque<std::vector<Migrant>> migrants_;  ///< a list for each thread
+  std::deque<MigrantList> migrants_;  ///< a list for each thread
   std::unique_ptr<std::mutex> migrants_mutex_ = std::make_unique<std::mutex>();
   std::vector<std::int32_t> free_;
   std::unordered_map<std::uint64_t, std::int32_t> index_;

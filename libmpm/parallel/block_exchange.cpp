@@ -263,11 +263,11 @@ void BlockExchange::exchange_migrants(Grid& grid) {
     Message& message = out[rank];
     for (std::size_t i = 0; i < blocks.size(); ++i) {
       const Block& block = grid.block(grid.find(blocks[i]));
-      for (const Migrant& m : block.outbox.migrants()) {
-        if (ownership_.owner(neighbour_of(block.coordinate, m.to)) != rank) continue;
+      block.outbox.for_each([&, to = rank](const Migrant& m) {
+        if (ownership_.owner(neighbour_of(block.coordinate, m.to)) != to) return;
         put(message, static_cast<std::uint32_t>(i));
         put(message, m);
-      }
+      });
     }
   }
   halo_.count(out, counts_.migrant_bytes);

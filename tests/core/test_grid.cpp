@@ -78,7 +78,7 @@ void expect_sound(const Grid& grid, const Oracle& oracle) {
         }
       }
     }
-    ASSERT_TRUE(block.outbox.migrants().empty());
+    ASSERT_EQ(block.outbox.count, 0U);
   }
   ASSERT_EQ(seen.size(), oracle.size());
   ASSERT_EQ(grid.particle_count(), oracle.size());
