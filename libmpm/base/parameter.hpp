@@ -7,11 +7,15 @@
 ///       static void declare(Table& table) {
 ///         table.add("friction_angle_deg", &Parameters::friction_angle).degrees().range(1e-9, 89.0).required().text("Friction angle phi");
 ///       }
-///       void check(ParameterReport& report) const;  // optional: conditions between parameters
+///       template <class Report>
+///       void check(Report& report) const {  // optional: conditions between parameters, through a ParameterReport
+///         if (report.all_sound({"a_m", "b_m"}) && a > b) report.problem("a_m", "is above b_m; exchange them");
+///       }
 ///     };
 ///
 /// The default is the member's initialiser. Case files, range checks (of a file and of a struct filled in C++), error messages and the
-/// reference of `mpm schema` all follow from this declaration. `declare` is a template so that a header with parameters includes nothing.
+/// reference of `mpm schema` all follow from this declaration. `declare` and `check` are templates so that a header with parameters
+/// includes nothing; a long `check` may take a ParameterReport& and be defined in a source file.
 
 #include <algorithm>
 #include <cmath>
@@ -74,7 +78,8 @@ struct Parameter {
   Parameter& excludes(std::string other) { return info.excludes.push_back(std::move(other)), *this; }
   /// Not written while it has its default, so that the hash of older cases stays.
   Parameter& hide_default() { return info.hidden_preset = true, *this; }
-  /// Not part of the hash of a case.
+  /// Not part of the hash of a case: the parameter sets how long a run lasts, or what it writes at which time of the clock, but no number
+  /// that it computes.
   Parameter& no_effect_on_results() { return info.affects_results = false, *this; }
 
   /// Degrees outside, radians inside. The value in degrees is written so that it reads back to the same radians.

@@ -10,8 +10,6 @@
 
 namespace mpm {
 
-class ParameterReport;
-
 /// [[wall]]: half-space. Numerics::contact decides whether it acts at its plane or on the nodes on and behind it.
 struct WallSpec {
   Vec3 point = Vec3::Zero();           ///< m, on the plane
@@ -42,7 +40,11 @@ struct WallSpec {
     return length == 0.0 || std::abs(n.squaredNorm() - 1.0) < rounding ? n : Vec3(n / length);
   }
   /// Conditions between these keys.
-  void check(ParameterReport& report) const;
+  template <class Report>
+  void check(Report& report) const {
+    if (report.sound("normal") && normal.isZero(0.0))
+      report.problem("normal", "= [0, 0, 0] has no direction; give a vector that points into the material");
+  }
 };
 
 }  // namespace mpm

@@ -46,8 +46,8 @@ std::optional<std::string> case_value(const Case& spec, const std::string& path)
 
 namespace {
 
-/// Keys without influence on the computed numbers. The duration of a window source is only the length of the run; of a strip source it sets
-/// the length of the avalanche.
+/// Keys without influence on the computed numbers: those that declare it (no_effect_on_results), and two that depend on the case. The
+/// duration of a window source is only the length of the run; of a strip source it sets the length of the avalanche.
 std::vector<std::string> keys_outside_hash(const Case& spec) {
   std::vector<std::string> skip;
   for (const config::Table& table : case_schema().tables()) {
@@ -56,8 +56,7 @@ std::vector<std::string> keys_outside_hash(const Case& spec) {
     }
   }
   if (spec.numerics.precision == Precision::double_precision)
-    skip.emplace_back("numerics.precision");     // the hash of cases from before this key stays the same
-  skip.emplace_back("output.stop_when_steady");  // it only sets how long a run lasts
+    skip.emplace_back("numerics.precision");  // the hash of cases from before this key stays the same
   const bool strip = spec.conveyor && spec.conveyor->feed == ConveyorSpec::Feed::strip;
   if (!strip) skip.emplace_back("output.duration_s");
   return skip;

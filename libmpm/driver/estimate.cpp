@@ -78,11 +78,11 @@ Estimate estimate(const Case& spec) {
   const AnyMaterial material = make_material(spec.material);
   e.wave_speed = wave_speed_of(material);
   e.time_step = stable_time_step(material, spec.numerics.cfl, spec.numerics.cell_size, largest_speed(spec));
-  const double intervals = static_cast<double>(last_sample(spec));
+  const Sampling sampling(spec);
+  const auto intervals = static_cast<double>(sampling.last());
   e.steps = intervals * std::ceil(1.0 / (spec.output.series_per_second * e.time_step));  // steps are cut to meet the samples
   e.samples = intervals + 1.0;
-  const auto samples_of_a_frame = static_cast<double>(samples_per_frame(spec));
-  e.frames = samples_of_a_frame > 0.0 ? std::floor(intervals / samples_of_a_frame) + 1.0 : 0.0;
+  e.frames = static_cast<double>(sampling.frames(sampling.last() + 1));
   e.particle_steps = e.particles * e.steps;
   e.memory_bytes = e.particles * assumed_bytes_per_particle + e.samples * series_row_bytes(spec);
   constexpr double frame_bytes = 128.0, final_bytes = 200.0, row_bytes = 200.0;

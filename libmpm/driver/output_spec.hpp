@@ -19,6 +19,7 @@ struct OutputSpec {
     table.add("stop_when_steady", &OutputSpec::stop_when_steady)
         .range(0.0, 0.2)
         .only_with_table("conveyor")
+        .no_effect_on_results()
         .text(
             "The run ends before duration_s once the means of run-up, pressure height and force on the obstacle are known to this relative "
             "standard error and no longer drift (docs/cases.md); 0: it does not");

@@ -53,9 +53,8 @@ struct RunResult {
 /// Runs a case and writes case.toml, series.csv, frames, profile.csv, profiles.h5, results.json, final.h5, checkpoint.h5 and run.log to
 /// options.out.
 ///
-/// Samples are taken at whole multiples of 1/series_per_second, and the run ends at the first of them at or after duration_s; frames are
-/// taken every round(series_per_second / frames_per_second) samples. Steps are shortened to meet these instants, so that a resumed
-/// or extended run takes the same steps.
+/// Sampling (sampling.hpp) says when samples and frames are taken and when the run ends. Steps are shortened to meet these instants, so
+/// that a resumed or extended run takes the same steps.
 ///
 /// Two checkpoints are kept, checkpoint.h5 and checkpoint.previous.h5. A resumed run uses the newest that is undamaged, belongs to this
 /// case, and for which series.csv has all rows. A message reports if an older one is used. If every checkpoint is refused, the run does

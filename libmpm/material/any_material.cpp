@@ -18,6 +18,9 @@ constexpr auto every_law = std::make_index_sequence<std::variant_size_v<AnyMater
 std::string_view MaterialParameters::name() const {
   return std::visit([](const auto& p) { return std::string_view(p.name); }, law);
 }
+std::string_view MaterialParameters::equations() const {
+  return std::visit([](const auto& p) { return std::string_view(p.equations); }, law);
+}
 double MaterialParameters::density() const {
   return std::visit([](const auto& p) { return p.density; }, law);
 }

@@ -40,9 +40,10 @@ struct MaterialParameters {
       : law(parameters) {}  // NOLINT(google-explicit-constructor): the parameters of a law are a material
   bool operator==(const MaterialParameters&) const = default;
 
-  [[nodiscard]] std::string_view name() const;  ///< as in a case: "cohesive_cam_clay"
-  [[nodiscard]] double density() const;         ///< rho_0, kg/m^3
-  void set_density(double density);             ///< rho_0, kg/m^3
+  [[nodiscard]] std::string_view name() const;       ///< as in a case: "cohesive_cam_clay"
+  [[nodiscard]] std::string_view equations() const;  ///< the law in formulas
+  [[nodiscard]] double density() const;              ///< rho_0, kg/m^3
+  void set_density(double density);                  ///< rho_0, kg/m^3
 
   /// The parameters of one law; std::bad_variant_access if it is another one.
   template <Material L>

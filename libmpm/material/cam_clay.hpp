@@ -54,6 +54,12 @@ class CamClay {
     /// One line for the reference of keys.
     static constexpr std::string_view description =
         "Cohesive Modified Cam-Clay: yield q^2 (1 + 2 beta) + M^2 (p + beta p_c)(p - p_c), p_c = K sinh(xi X)";
+    /// The law in formulas, for exported cases.
+    static constexpr std::string_view equations =
+        "Hencky elasticity (tau = K tr(eps) I + 2 G dev(eps), eps = 1/2 ln b_e) with the yield surface q^2 (1 + 2 beta) + M^2 "
+        "(p + beta p_c)(p - p_c) <= 0 in the Kirchhoff stress, p = -tr(tau)/3, q = sqrt(3/2 s:s), associative flow, p_c = K "
+        "sinh(xi max(X, 0)), X = -(plastic volume strain), X_0 = asinh(p_c0/K)/xi; sigma = tau/J. M = 0: no shear stress, p in "
+        "[-beta p_c, p_c]. internal: X.";
     static constexpr bool keeps_compaction = true;  ///< compacted snow stays denser and harder
 
     double critical_state_slope = 0.4;         ///< M

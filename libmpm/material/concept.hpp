@@ -58,7 +58,10 @@ template <class P>
 concept MaterialParameterSet = std::default_initializable<P> && std::equality_comparable<P> && requires(const P p) {
   { P::name } -> std::convertible_to<std::string_view>;         // value of [material] model
   { P::description } -> std::convertible_to<std::string_view>;  // one line
-  { p.density } -> std::convertible_to<double>;                 // rho_0, kg/m^3
+  // The law in formulas for users of other solvers, to whom cases are exported: the stress, and what `internal` holds. Symbols are those of
+  // the keys.
+  { P::equations } -> std::convertible_to<std::string_view>;
+  { p.density } -> std::convertible_to<double>;  // rho_0, kg/m^3
 };
 
 /// A law may offer single precision: try_update_stress computes the same as update_stress, or returns false and leaves the state unchanged
@@ -68,7 +71,8 @@ concept UpdatesStressInSingle = requires(const L law, MaterialState<SinglePair>&
   { law.try_update_stress(state, dl, dt) } -> std::same_as<bool>;
 };
 
-/// A law is made from its Parameters; the constructor throws ConfigError for parameters out of range (`checked`).
+/// A law is made from its Parameters; the constructor throws ConfigError for parameters out of range: it reads them through `checked`
+/// (base/parameter.hpp, included by the header of the law, or by a source file beside it).
 /// May have: viscosity(), eta in Pa s, if the law has viscous stress, which limits the time step; yield_function(state), Pa^2, <= 0
 /// inside; expect_single_states(), called once if states are rounded to single precision between steps, for a law that compares a state
 /// with its own earlier result; preconsolidation_pressure(internal), Pa; plastic_volume_strain(state): columns of `mpm point`, 0 if a law

@@ -51,6 +51,12 @@ class DruckerPrager {
     /// One line for the reference of keys.
     static constexpr std::string_view description =
         "Drucker-Prager cone q = A p + C, dilatancy of its own, tears and recompacts; mu(I) rate dependence if its four keys are given";
+    /// The law in formulas, for exported cases.
+    static constexpr std::string_view equations =
+        "Hencky elasticity with the yield surface q - A p - C <= 0 in the Kirchhoff stress and a plastic potential of slope "
+        "A_psi; plane_strain: A = sin(phi)/D, C = c cos(phi)/D, D = sqrt((1 - A_psi^2/9)/3) + A_psi sin(phi)/9, A_psi = 3 "
+        "sin(psi)/sqrt(3 + sin(psi)^2). A point at the apex that expands tears, and closes again before it carries pressure. "
+        "internal: plastic volume strain.";
 
     ConeMatching cone_matching = ConeMatching::plane_strain;  ///< which A, C and A_psi follow from the angles
     double friction_angle = 0.5;                              ///< phi, rad

@@ -65,6 +65,10 @@ class HenckyElastic {
     static constexpr std::string_view name = "hencky_elastic";  ///< value of [material] model
     static constexpr std::string_view description =
         "Saint-Venant-Kirchhoff elasticity in Hencky strain";  ///< one line for the reference of keys
+    /// The law in formulas, for exported cases.
+    static constexpr std::string_view equations =
+        "Kirchhoff stress tau = K tr(eps) I + 2 G dev(eps) with the Hencky strain eps = 1/2 ln(F F^T); K = E/(3 (1 - 2 nu)), G "
+        "= E/(2 (1 + nu)); Cauchy stress sigma = tau/J, J = det F. internal: not used.";
     bool operator==(const Parameters&) const = default;
   };
 

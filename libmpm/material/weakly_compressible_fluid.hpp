@@ -28,6 +28,10 @@ class WeaklyCompressibleFluid {
     /// One line for the reference of keys.
     static constexpr std::string_view description =
         "Tait fluid p = K/n ((rho/rho_0)^n - 1) with Newtonian viscosity; tears where it would be pulled";
+    /// The law in formulas, for exported cases.
+    static constexpr std::string_view equations =
+        "Cauchy stress sigma = -p I + 2 eta dev D, D the symmetric part of the velocity gradient, p = K/n (J^-n - 1). Without "
+        "carries_tension p = 0 where J > 1. internal: J - 1.";
 
     double density = 300.0;        ///< rho_0, kg/m^3
     double bulk_modulus = 1.0e6;   ///< K = rho_0 c^2, Pa

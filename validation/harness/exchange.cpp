@@ -183,30 +183,6 @@ json boundaries_json(const Setup& setup) {
   return all;
 }
 
-/// The law in words; symbols are those of the parameters beside it.
-const char* law_of(std::string_view model) {
-  if (model == "hencky_elastic")
-    return "Kirchhoff stress tau = K tr(eps) I + 2 G dev(eps) with the Hencky strain eps = 1/2 ln(F F^T); K = E/(3 (1 - 2 nu)), "
-           "G = E/(2 (1 + nu)); Cauchy stress sigma = tau/J, J = det F. internal: not used.";
-  if (model == "weakly_compressible_fluid")
-    return "Cauchy stress sigma = -p I + 2 eta dev D, D the symmetric part of the velocity gradient, p = K/n (J^-n - 1). Without "
-           "carries_tension "
-           "p = 0 where J > 1. internal: J - 1.";
-  if (model == "cohesive_cam_clay")
-    return "Hencky elasticity (tau = K tr(eps) I + 2 G dev(eps), eps = 1/2 ln b_e) with the yield surface q^2 (1 + 2 beta) + M^2 (p + beta "
-           "p_c)(p - p_c) <= 0 "
-           "in the Kirchhoff stress, p = -tr(tau)/3, q = sqrt(3/2 s:s), associative flow, p_c = K sinh(xi max(X, 0)), X = -(plastic volume "
-           "strain), "
-           "X_0 = asinh(p_c0/K)/xi; sigma = tau/J. M = 0: no shear stress, p in [-beta p_c, p_c]. internal: X.";
-  if (model == "drucker_prager")
-    return "Hencky elasticity with the yield surface q - A p - C <= 0 in the Kirchhoff stress and a plastic potential of slope A_psi; "
-           "plane_strain: "
-           "A = sin(phi)/D, C = c cos(phi)/D, D = sqrt((1 - A_psi^2/9)/3) + A_psi sin(phi)/9, A_psi = 3 sin(psi)/sqrt(3 + sin(psi)^2). A "
-           "point at the apex "
-           "that expands tears, and closes again before it carries pressure. internal: plastic volume strain.";
-  return "see libmpm/material in the sources";
-}
-
 /// The resolved case file as JSON: every key with its unit in its name.
 json keys_json(const Case& spec) {
   std::ostringstream text;
@@ -263,7 +239,7 @@ json run_json(const Setup& setup, const State& state, const Scene& scene) {
            {"time_step_s", setup.time_step > 0.0 ? json(setup.time_step) : json(nullptr)},
            {"results", results_json(setup)},
            {"libmpm_keys", keys}};
-  run["material"]["law"] = law_of(c.material.name());
+  run["material"]["law"] = c.material.equations();
   if (scene.mirror.x) run["symmetry_planes"].push_back("x = 0: only x >= 0 is given and written back; forces are those of this part");
   if (scene.mirror.y) run["symmetry_planes"].push_back("y = 0: only y >= 0 is given and written back; forces are those of this part");
   return run;
