@@ -20,7 +20,7 @@ struct ObstacleSpec {
   std::optional<double> friction_ratio;  ///< mu / tan(phi'), given instead of friction: resolve_friction turns it into friction
   bool operator==(const ObstacleSpec&) const = default;
 
-  /// w, m: across the flow; diameter of a cylinder, base of a wedge
+  /// w, m: the width that corresponds to the paper's
   [[nodiscard]] double width() const {
     return std::visit([](const auto& s) { return s.width; }, shape);
   }
@@ -43,8 +43,7 @@ struct ObstacleSpec {
   template <class Table>
   static void declare(Table& table) {
     table.alternatives("shape", &ObstacleSpec::shape,
-                       "Rigid, upright, on the floor, its most upstream point at x = 0, its middle at y = 0. cylinder: vertical; wedge: "
-                       "isosceles triangle in plan, its edge against the flow");
+                       "Rigid, upright, on the floor, its most upstream point at x = 0, its middle at y = 0. " + shape_descriptions());
     table.add("height_m", &ObstacleSpec::height).unit("m").positive(1e5).left_out("taller than any jet").text("Height");
     table.add("friction", &ObstacleSpec::friction).range(0.0, most_friction).text("Coulomb coefficient mu of snow on the obstacle");
     table.add("friction_ratio", &ObstacleSpec::friction_ratio)

@@ -8,6 +8,7 @@
 #include "libmpm/core/diagnostics.hpp"
 #include "libmpm/core/grid_update.hpp"
 #include "support/solver_states.hpp"
+#include "support/typical_shapes.hpp"
 
 namespace mpm {
 namespace {
@@ -157,7 +158,9 @@ TEST(VerticalSolids, MoveWithTheSceneAgainstTheGrid) {
   const Vec3 offset(0.3 * dx, -0.4 * dx, 0.2 * dx);
   std::mt19937_64 random{8};
   std::uniform_real_distribution<double> unit(-1.0, 1.0);
-  for (const auto& spec : {obstacle(CylinderShape{}), obstacle(WedgeShape{}), obstacle(BoxShape{.rotation = 0.3})}) {
+  for (const auto& typical : testing::typical_shapes()) {
+    SCOPED_TRACE(typical.name);
+    const ObstacleSpec spec = obstacle(typical.shape);
     const auto here = boundary_of(spec), there = boundary_of(spec, offset);
     for (int n = 0; n < 2000; ++n) {
       const Vec3 x(1.0 + 1.5 * unit(random), 1.3 * unit(random), 2.0 * unit(random)), v(unit(random), unit(random), unit(random));
@@ -172,8 +175,9 @@ TEST(VerticalSolids, MoveWithTheSceneAgainstTheGrid) {
 TEST(VerticalSolids, WhatTheyCoverInABoxTheyReach) {
   std::mt19937_64 random{9};
   std::uniform_real_distribution<double> unit(0.0, 1.0);
-  for (const auto& spec : {obstacle(CylinderShape{}), obstacle(WedgeShape{}), obstacle(BoxShape{.rotation = 0.3})}) {
-    const auto solid = boundary_of(spec);
+  for (const auto& typical : testing::typical_shapes()) {
+    SCOPED_TRACE(typical.name);
+    const auto solid = boundary_of(obstacle(typical.shape));
     int covered = 0;
     for (int n = 0; n < 3000; ++n) {
       const Vec3 low(4.0 * unit(random) - 1.5, 3.0 * unit(random) - 1.5, 3.0 * unit(random)), high = low + 0.75 * Vec3::Ones();
@@ -208,16 +212,10 @@ Case thrown_at(const ObstacleSpec& spec) {
   return c;
 }
 
-std::vector<ObstacleSpec> mirrored_shapes() {
-  return {obstacle(CylinderShape{}), obstacle(WedgeShape{}), obstacle(BoxShape{.rotation = 0.25 * std::numbers::pi})};
-}
-
 TEST(VerticalSolids, MomentumClosesInEveryStepAndLayersAddUpToTheImpulse) {
-  auto specs = mirrored_shapes();
-  specs.push_back(obstacle(BoxShape{}));
-  specs.push_back(obstacle(BoxShape{.rotation = 0.4}));
-  for (const auto& spec : specs) {
-    const Case c = thrown_at(spec);
+  for (const auto& typical : testing::typical_shapes()) {
+    SCOPED_TRACE(typical.name);
+    const Case c = thrown_at(obstacle(typical.shape));
     const CaseScene scene = make_scene(c);
     State state = make_state(c, scene);
     Vec3 taken = Vec3::Zero(), by_layer = Vec3::Zero();
@@ -270,8 +268,9 @@ TEST(VerticalSolids, LowOnesCarryWhatRestsOnTheirTop) {
 }
 
 TEST(VerticalSolids, HalfOfASymmetricDomainGivesTheForceOnTheWhole) {
-  for (const auto& spec : mirrored_shapes()) {
-    Case whole = thrown_at(spec), half = whole;
+  for (const auto& typical : testing::symmetric_shapes()) {
+    SCOPED_TRACE(typical.name);
+    Case whole = thrown_at(obstacle(typical.shape)), half = whole;
     half.domain.mirror_y = true;
     Vec3 force[2] = {Vec3::Zero(), Vec3::Zero()};
     for (const bool mirrored : {false, true}) {
@@ -288,8 +287,9 @@ TEST(VerticalSolids, HalfOfASymmetricDomainGivesTheForceOnTheWhole) {
 }
 
 TEST(VerticalSolids, GiveTheSameBitsOnAnyNumberOfThreads) {
-  for (const auto& spec : mirrored_shapes()) {
-    const Case c = thrown_at(spec);
+  for (const auto& typical : testing::typical_shapes()) {
+    SCOPED_TRACE(typical.name);
+    const Case c = thrown_at(obstacle(typical.shape));
     std::vector<std::vector<Particle>> last;
     std::vector<std::vector<Vec3>> layers;
     for (const int threads : {1, 3}) {

@@ -13,6 +13,7 @@
 
 #include "libmpm/boundary/outline_distance.hpp"
 #include "libmpm/boundary/shapes/any_shape.hpp"
+#include "support/typical_shapes.hpp"
 
 namespace mpm {
 namespace {
@@ -32,16 +33,12 @@ Outline moved(Outline outline, const Vec2& by) {
   return outline;
 }
 std::vector<Named> outlines() {
-  const double turn = std::numbers::pi / 6.0;
   std::vector<Named> all = {{"BoxOnNodes", BoxShape{.width = 2.0, .depth = 1.0}.outline(), true},
                             {"BoxBetweenNodes", BoxShape{.width = 1.75, .depth = 1.1}.outline(), true},
                             {"ThinBox", BoxShape{.width = 0.3, .depth = 0.1}.outline(), true},
-                            {"TurnedBox", BoxShape{.width = 1.75, .depth = 1.5, .rotation = turn}.outline(), false},
-                            {"BoxOnItsCorner", BoxShape{.width = 1.5, .depth = 1.5, .rotation = std::numbers::pi / 4.0}.outline(), true},
-                            {"Wedge", WedgeShape{.width = 1.75, .depth = 1.75}.outline(), true},
                             {"SharpWedge", WedgeShape{.width = 1.0, .depth = 2.0}.outline(), true},
-                            {"Cylinder", CylinderShape{.width = 1.75}.outline(), true},
                             {"ThinCylinder", CylinderShape{.width = 0.3}.outline(), true}};
+  for (const testing::TypicalShape& t : testing::typical_shapes()) all.push_back({t.name, outline_of(t.shape), t.plan().symmetric});
   for (std::size_t i = 0, count = all.size(); i < count; ++i)
     all.push_back({all[i].name + "Moved", moved(all[i].outline, dx * Vec2(0.3, -0.7)), false});
   return all;

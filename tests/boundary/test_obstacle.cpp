@@ -6,6 +6,9 @@
 #include <cmath>
 #include <numbers>
 #include <random>
+#include <type_traits>
+
+#include "support/typical_shapes.hpp"
 
 namespace mpm {
 namespace {
@@ -17,13 +20,26 @@ ObstacleSpec cylinder_mast(double width = 2.0) { return {.shape = CylinderShape{
 ObstacleSpec wedge_mast(double width = 2.0, double depth = 1.5) { return {.shape = WedgeShape{.width = width, .depth = depth}}; }
 
 std::vector<ObstacleSpec> all_shapes() {
-  return {box_mast(),
-          box_mast(2.0, 1.5, 0.5),
-          box_mast(1.75, 1.75, 0.25 * std::numbers::pi),
-          cylinder_mast(),
-          wedge_mast(),
-          box_mast(2.0, 1.5, -0.3),
-          wedge_mast(1.0, 4.0)};
+  std::vector<ObstacleSpec> all = {box_mast(2.0, 1.5, -0.3), wedge_mast(1.0, 4.0)};
+  for (const testing::TypicalShape& typical : testing::typical_shapes()) all.push_back(typical.obstacle());
+  return all;
+}
+
+template <ObstacleShape S>
+void expect_typical() {
+  EXPECT_TRUE(std::ranges::any_of(testing::typical_shapes(), [](const auto& t) { return std::holds_alternative<S>(t.shape); }))
+      << S::name << " is missing in tests/support/typical_shapes.hpp";
+}
+
+TEST(EveryShape, HasATypicalShape) {
+  [&]<class... S>(std::type_identity<std::variant<S...>>) { (expect_typical<S>(), ...); }(std::type_identity<AnyShape>{});
+}
+
+TEST(EveryShape, IsTypicalWithinTheSizeThatTestsLeaveItRoomFor) {
+  for (const testing::TypicalShape& typical : testing::typical_shapes(1.25)) {
+    EXPECT_LE(typical.plan().width, 1.4 * 1.25) << typical.name;
+    EXPECT_LE(typical.plan().depth, 1.4 * 1.25) << typical.name;
+  }
 }
 
 TEST(ObstaclePlans, TouchXZeroWithTheirMostUpstreamPointAndAreCentred) {

@@ -6,6 +6,7 @@
 
 #include "libmpm/base/error.hpp"
 #include "libmpm/driver/case_file.hpp"
+#include "support/typical_shapes.hpp"
 
 namespace mpm {
 namespace {
@@ -35,13 +36,15 @@ std::string message_of(const std::vector<std::string>& overrides) {
 }
 
 TEST(ObstacleKeys, ReadEachShapeAndWriteItBack) {
-  for (const std::vector<std::string>& keys :
-       {std::vector<std::string>{"obstacle.shape=cylinder", "obstacle.width_m=2"},
-        {"obstacle.shape=wedge", "obstacle.width_m=2", "obstacle.depth_m=1.5", "obstacle.height_m=3"},
-        {"obstacle.shape=box", "obstacle.rotation_deg=30"}}) {
-    const Case c = with(keys);
-    EXPECT_EQ(parse_case(write_case(c), "again.toml"), c);
+  for (const testing::TypicalShape& typical : testing::typical_shapes()) {
+    const std::string name(std::visit([](const auto& shape) { return shape.name; }, typical.shape));
+    Case c = with({"obstacle.shape=" + name});
+    EXPECT_EQ(c.obstacle->shape.index(), typical.shape.index());
+    c.obstacle->shape = typical.shape;
+    EXPECT_EQ(parse_case(write_case(c), "again.toml"), c) << typical.name;
   }
+  EXPECT_EQ(with({"obstacle.shape=wedge", "obstacle.width_m=2", "obstacle.depth_m=1.5"}).obstacle->shape,
+            AnyShape(WedgeShape{.width = 2.0, .depth = 1.5}));
   EXPECT_EQ(with({"obstacle.shape=cylinder"}).obstacle->shape, AnyShape(CylinderShape{}));
   EXPECT_EQ(with({"obstacle.shape=wedge"}).obstacle->shape, AnyShape(WedgeShape{}));
   EXPECT_NEAR(with({"obstacle.rotation_deg=30"}).obstacle->as<BoxShape>().rotation, std::numbers::pi / 6.0, 1e-15);

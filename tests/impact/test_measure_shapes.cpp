@@ -7,6 +7,7 @@
 #include "libmpm/impact/measure.hpp"
 #include "libmpm/observe/pressure_profile.hpp"
 #include "libmpm/observe/runup.hpp"
+#include "support/typical_shapes.hpp"
 
 namespace mpm {
 namespace {
@@ -37,7 +38,9 @@ TEST(ImpactGeometryOfShapes, MeasuresOverTheWidthThatTheFlowMeets) {
 TEST(ImpactGeometryOfShapes, AreaOfTheBoxIsThatOfItsPoints) {
   std::mt19937_64 random{11};
   std::uniform_real_distribution<double> unit(0.0, 1.0);
-  for (const auto& geometry : {before(CylinderShape{}), before(WedgeShape{}), before(BoxShape{.rotation = 0.3})}) {
+  for (const auto& typical : testing::typical_shapes()) {
+    SCOPED_TRACE(typical.name);
+    const ImpactGeometry geometry = before(typical.shape);
     constexpr int n = 200000;
     const double long_side = 4.0, across = 2.0 * geometry.strip_half_width;
     int inside = 0;
@@ -57,13 +60,16 @@ TEST(ImpactGeometryOfShapes, TakesTheStressNormalToTheSurface) {
   EXPECT_NEAR(wedge.normal_component({0.1, 0.3, 1.0}, stress), 0.5 * (-5.0 - 3.0) - 1.5, 1e-14);
   EXPECT_NEAR(wedge.normal_component({0.1, -0.3, 1.0}, stress), 0.5 * (-5.0 - 3.0) + 1.5, 1e-14);
   const double pressure[6] = {-4.0, -4.0, -4.0, 0.0, 0.0, 0.0};
-  for (const auto& geometry : {before(CylinderShape{}), before(WedgeShape{}), before(BoxShape{.rotation = 0.4})}) {
-    EXPECT_NEAR(geometry.normal_component({0.05, 0.4, 1.0}, pressure), -4.0, 1e-14) << "a pressure has no direction";
+  for (const auto& typical : testing::typical_shapes()) {
+    EXPECT_NEAR(before(typical.shape).normal_component({0.05, 0.4, 1.0}, pressure), -4.0, 1e-14)
+        << typical.name << ": a pressure has no direction";
   }
 }
 
 TEST(ImpactMeasurementsOfShapes, HydrostaticSnowBeforeAnyFrontMeasuresTheSame) {
-  for (const auto& geometry : {before(BoxShape{}), before(CylinderShape{}), before(WedgeShape{}), before(BoxShape{.rotation = 0.5})}) {
+  for (const auto& typical : testing::typical_shapes()) {
+    SCOPED_TRACE(typical.name);
+    const ImpactGeometry geometry = before(typical.shape);
     PressureProfile profile(geometry);
     Runup runup(geometry);
     constexpr double s = 0.0625;
@@ -92,11 +98,13 @@ TEST(ImpactMeasurementsOfShapes, BeforeALowMastThePressureIsThatUpToItsTop) {
 }
 
 TEST(ImpactMeasurementsOfShapes, SnowBehindTheObstacleIsNotMeasured) {
-  for (const auto& geometry : {before(CylinderShape{}), before(WedgeShape{}), before(BoxShape{.rotation = 0.5})}) {
+  for (const auto& typical : testing::typical_shapes()) {
+    SCOPED_TRACE(typical.name);
+    const ImpactGeometry geometry = before(typical.shape);
     PressureProfile profile(geometry);
     Runup runup(geometry);
-    profile.add({geometry.plan->depth + 0.05, 0.1, 1.0}, -1e4, 1.0, 5.0);
-    runup.add({geometry.plan->depth + 0.05, 0.1, 1.0});
+    profile.add({typical.plan().depth + 0.05, 0.1, 1.0}, -1e4, 1.0, 5.0);
+    runup.add({typical.plan().depth + 0.05, 0.1, 1.0});
     EXPECT_EQ(runup.finish().highest, 0.0);
     EXPECT_EQ(profile.finish().impact_pressure, 0.0);
   }

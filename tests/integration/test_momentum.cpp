@@ -5,6 +5,7 @@
 #include "libmpm/core/diagnostics.hpp"
 #include "support/ground.hpp"
 #include "support/solver_states.hpp"
+#include "support/typical_shapes.hpp"
 
 namespace mpm {
 namespace {
@@ -97,21 +98,19 @@ TEST_P(Momentum, ClosesOnTheConveyorInWhichSnowEntersHitsTheMastAndLeaves) {
 }
 
 TEST_P(Momentum, ClosesAtObstaclesOfEveryShapeAndOverTheirTop) {
-  for (const AnyShape& shape :
-       {AnyShape(BoxShape{.width = 0.5, .depth = 0.4}), AnyShape(BoxShape{.width = 0.6, .depth = 0.4, .rotation = 0.4}),
-        AnyShape(CylinderShape{.width = 0.8}), AnyShape(WedgeShape{.width = 0.8, .depth = 0.6})}) {
+  for (const auto& typical : testing::typical_shapes(0.8)) {
     for (const bool mirror : {true, false}) {
       Case c = testing::small_avalanche(6.0);
       use_scheme(c);
       c.conveyor->mirror_y = mirror;
       c.conveyor->upstream_length = 1.0;
       c.conveyor->width = 2.0;
-      c.obstacle->shape = shape;
+      c.obstacle->shape = typical.shape;
       c.obstacle->height = 0.6;  // of the flow's 1 m
       c.obstacle->friction = 0.3;
       if (mirror && !obstacle_plan(*c.obstacle).symmetric) continue;
-      const auto impulses = expect_balance(c, 200);            // 0.3 s: past the obstacle
-      EXPECT_GT(impulses.back().x(), 100.0) << shape.index();  // N s
+      const auto impulses = expect_balance(c, 200);           // 0.3 s: past the obstacle
+      EXPECT_GT(impulses.back().x(), 100.0) << typical.name;  // N s
     }
   }
 }

@@ -14,6 +14,7 @@
 #include "libmpm/io/atomic_file.hpp"
 #include "libmpm/io/csv.hpp"
 #include "libmpm/io/snapshot.hpp"
+#include "support/typical_shapes.hpp"
 #include "validation/harness/check_text.hpp"
 #include "validation/harness/junit.hpp"
 #include "validation/harness/orders.hpp"
@@ -424,8 +425,8 @@ FlowPicture block_picture(const std::filesystem::path& directory, FlowPicture pi
   return flow_picture(directory, make_state(c, scene), scene, std::move(picture));
 }
 
-class FlowPictureOfAnObstacle : public testing::TestWithParam<ContactRule> {};
-INSTANTIATE_TEST_SUITE_P(Rules, FlowPictureOfAnObstacle, testing::Values(ContactRule::nodal, ContactRule::surface),
+class FlowPictureOfAnObstacle : public ::testing::TestWithParam<ContactRule> {};
+INSTANTIATE_TEST_SUITE_P(Rules, FlowPictureOfAnObstacle, ::testing::Values(ContactRule::nodal, ContactRule::surface),
                          [](const auto& rule) { return rule.param == ContactRule::nodal ? "nodal" : "surface"; });
 
 TEST_P(FlowPictureOfAnObstacle, DrawsItsSectionWhateverItsShape) {
@@ -434,11 +435,17 @@ TEST_P(FlowPictureOfAnObstacle, DrawsItsSectionWhateverItsShape) {
     AnyShape shape;
     double from, to;  ///< along x, at y = 0
   };
+  std::vector<Mast> masts;
+  for (const auto& typical : mpm::testing::typical_shapes()) {
+    const auto section = outline_of(typical.shape).section(0.0).value();
+    masts.push_back({typical.shape, section.low, section.high});
+  }
   const double turned = std::numbers::pi / 6.0, depth = 2.0 / std::cos(turned);  // of a wide plate, turned by 30 degrees
   const ObstaclePlan plate = obstacle_plan({.shape = BoxShape{.width = 20.0, .depth = 2.0, .rotation = turned}});
-  for (const Mast& mast : {Mast{BoxShape{.width = 1.0, .depth = 2.0}, 0.0, 2.0}, Mast{CylinderShape{.width = 3.0}, 0.0, 3.0},
-                           Mast{WedgeShape{.width = 1.0, .depth = 4.0}, 0.0, 4.0},
-                           Mast{BoxShape{.width = 20.0, .depth = 2.0, .rotation = turned}, plate.front(0.0), plate.front(0.0) + depth}}) {
+  masts.insert(masts.end(), {Mast{BoxShape{.width = 1.0, .depth = 2.0}, 0.0, 2.0}, Mast{CylinderShape{.width = 3.0}, 0.0, 3.0},
+                             Mast{WedgeShape{.width = 1.0, .depth = 4.0}, 0.0, 4.0},
+                             Mast{BoxShape{.width = 20.0, .depth = 2.0, .rotation = turned}, plate.front(0.0), plate.front(0.0) + depth}});
+  for (const Mast& mast : masts) {
     SCOPED_TRACE(mast.shape.index());
     Case c;
     c.material = HenckyElastic::Parameters{};

@@ -12,8 +12,9 @@ namespace mpm {
 
 /// Parameters of a box.
 struct BoxShape {
-  static constexpr std::string_view name = "box";  ///< value of [obstacle] shape
-  static constexpr Front front = Front::plane;     ///< how it meets the flow
+  static constexpr std::string_view name = "box";                       ///< value of [obstacle] shape
+  static constexpr std::string_view description = "rectangle in plan";  ///< some words for the reference of keys
+  static constexpr Front front = Front::plane;                          ///< how it meets the flow
 
   double width = 1.75;    ///< w, m: across the flow
   double depth = 1.75;    ///< m: along the flow

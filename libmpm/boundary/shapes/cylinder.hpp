@@ -11,8 +11,9 @@ namespace mpm {
 
 /// Parameters of a cylinder.
 struct CylinderShape {
-  static constexpr std::string_view name = "cylinder";  ///< value of [obstacle] shape
-  static constexpr Front front = Front::round;          ///< how it meets the flow
+  static constexpr std::string_view name = "cylinder";                           ///< value of [obstacle] shape
+  static constexpr std::string_view description = "vertical, a circle in plan";  ///< some words for the reference of keys
+  static constexpr Front front = Front::round;                                   ///< how it meets the flow
 
   double width = 1.75;  ///< w, m: the diameter
   bool operator==(const CylinderShape&) const = default;

@@ -10,7 +10,9 @@ namespace mpm {
 /// Parameters of a wedge.
 struct WedgeShape {
   static constexpr std::string_view name = "wedge";  ///< value of [obstacle] shape
-  static constexpr Front front = Front::edge;        ///< how it meets the flow
+  /// Some words for the reference of keys.
+  static constexpr std::string_view description = "isosceles triangle in plan, its edge against the flow";
+  static constexpr Front front = Front::edge;  ///< how it meets the flow
 
   double width = 1.75;  ///< w, m: of the base, across the flow
   double depth = 1.75;  ///< m: from edge to base
