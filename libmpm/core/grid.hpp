@@ -150,8 +150,7 @@ struct Migrant {
   std::uint8_t to;    ///< neighbour_slot of that block
 };
 
-/// The migrants of the blocks that one thread moves, in pieces: the list grows without a copy, and its memory serves again in the next
-/// step.
+/// The migrants of the blocks that one thread moves. The list is in pieces, so that it grows without a copy.
 class MigrantList {
  public:
   [[nodiscard]] std::size_t size() const { return size_; }                       ///< migrants
@@ -164,8 +163,8 @@ class MigrantList {
     pieces_[size_ / piece][size_ % piece] = m;
     ++size_;
   }
-  /// Removes all. As much memory as they took is kept: the next step has about as many, but a layer of particles that crosses the faces of
-  /// all blocks has many more.
+  /// Removes all and keeps as much memory as they took. More is returned: after a step in which a layer of particles crossed the faces of
+  /// all blocks, most of it is not needed for some steps.
   void clear() {
     pieces_.resize((size_ + piece - 1) / piece);
     size_ = 0;

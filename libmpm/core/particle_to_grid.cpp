@@ -62,7 +62,7 @@ template <class Record, int fields>
 struct ScatteredGroup {
   using Vector = typename Group<Record>::Vector;
   Contribution<Vector, fields> given;
-  PrefetchGroup<Record> ahead;
+  PrefetchGroup<Record> ahead;  ///< to be requested during the work on this group
 };
 
 /// Adds the groups of a cell to a plane of its nodes. The nine sums of a field stay in registers; those of three planes would not fit.

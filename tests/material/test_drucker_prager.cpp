@@ -251,6 +251,39 @@ TEST(DruckerPragerRandom, EndsOnOrInsideTheConeAndDissipatesForEveryTrialState) 
       }
 }
 
+/// All numbers that a law may be computed with in double precision.
+template <class T>
+class DruckerPragerLanes : public testing::Test {};
+using LaneNumbers = testing::Types<Lanes, LanePair, HalfPair>;
+TYPED_TEST_SUITE(DruckerPragerLanes, LaneNumbers);
+
+// Longer than EveryLawInLanes, and with compaction in every fourth step, which closes points that have torn.
+TYPED_TEST(DruckerPragerLanes, GiveTheSameAsAlone) {
+  for (const DruckerPrager::Parameters& spec : {sand(ConeMatching::plane_strain, 30.0, 100.0, 5.0), rate_dependent()}) {
+    const DruckerPrager law(spec);
+    Random random;
+    MaterialState<TypeParam> lanes{};
+    MaterialState<double> alone[lanes_of<TypeParam>]{};
+    for (int step = 0; step < 200; ++step) {
+      Matrix3<TypeParam> dl{};
+      for (int i = 0; i < lanes_of<TypeParam>; ++i) {
+        Matrix3<double> one = random.matrix(0.01);
+        if (step % 4 == 0)
+          for (int k = 0; k < 3; ++k) one.m[k][k] -= 0.01;
+        for (int a = 0; a < 3; ++a)
+          for (int b = 0; b < 3; ++b) set_lane(dl.m[a][b], i, one.m[a][b]);
+        law.update_stress(alone[i], one, 1e-4);
+      }
+      law.update_stress(lanes, dl, 1e-4);
+      for (int i = 0; i < lanes_of<TypeParam>; ++i) {
+        ASSERT_NEAR(lane(lanes.stress.xx, i), alone[i].stress.xx, 1e-11 * spec.young_modulus);
+        ASSERT_NEAR(lane(lanes.stress.xz, i), alone[i].stress.xz, 1e-11 * spec.young_modulus);
+        ASSERT_NEAR(lane(lanes.internal, i), alone[i].internal, 1e-11);
+      }
+    }
+  }
+}
+
 TEST(DruckerPragerRate, SteadyShearFollowsTheLawOfInertialNumbers) {
   const DruckerPrager::Parameters spec = rate_dependent();
   const DruckerPrager law(spec);
