@@ -106,6 +106,8 @@ void print_convergence(const MetricConvergence& s) {
            fmt::format("limit {}, {}, uncertainty {} ({:.2g} %)", short_number(g.least_squares_limit),
                        std::isfinite(g.least_squares_order) ? fmt::format("order {:.2f}", g.least_squares_order) : "prescribed orders",
                        short_number(g.least_squares_uncertainty), 100.0 * g.least_squares_uncertainty / std::abs(g.value.back())));
+    } else {
+      line("numerical uncertainty", fmt::format("{} ({:.2g} %)", short_number(g.uncertainty), 100.0 * g.uncertainty / std::abs(g.value.back())));
     }
   }
   line("verdict", s.verdict);

@@ -127,13 +127,13 @@ without unit are relative, those with the quantity's unit absolute. '≤' is a b
 <div class="figures">{% for s in c.studies %}<figure>{{ s.svg }}</figure>
 {% endfor %}</div>
 <table class="stack"><thead><tr><th>quantity</th><th>value at each size</th><th class="number">order</th><th class="number">extrapolated</th>
-<th class="number">GCI of the finest</th><th class="number">least-squares uncertainty</th><th>remark</th></tr></thead><tbody>
+<th class="number">GCI of the finest</th><th class="number">numerical uncertainty</th><th>remark</th></tr></thead><tbody>
 {% for s in c.studies %}<tr><td class="what" data-label="quantity">{{ s.quantity }}{% if s.unit %} [{{ s.unit }}]{% endif %}</td>
 <td data-label="values">{% for h in s.size %}{{ '%.4g'|format(h) }}:&nbsp;{{ s.value[loop.index0]|short }}{{ ', ' if not loop.last }}{% endfor %}</td>
 <td class="number" data-label="order">{{ s.order|short }}</td>
 <td class="number" data-label="extrapolated">{{ s.extrapolated|short }}</td>
 <td class="number" data-label="GCI">{% if s.gci is not none %}{{ '%.2g'|format(100 * s.gci) }} % (Fs {{ s.safety_factor|short }}){% endif %}</td>
-<td class="number" data-label="uncertainty">{{ s.least_squares_uncertainty|short }}</td><td data-label="remark">{{ s.remark }}</td></tr>{% endfor %}
+<td class="number" data-label="uncertainty">{{ s.uncertainty|short }}</td><td data-label="remark">{{ s.remark }}</td></tr>{% endfor %}
 </tbody></table>{% endif %}
 {% if c.checks %}<h3>Checks</h3>
 <div>{% if c.rest %}<input type="checkbox" class="unfold" id="unfold-{{ c.name }}">{% endif %}
@@ -273,12 +273,12 @@ def flow_caption(flow):
 
 
 def draw_study(study):
-    """Values over the size, with the extrapolated limit and the grid convergence index as an error bar."""
+    """Values over the size, with the extrapolated limit and the numerical uncertainty of the finest as an error bar."""
     figure, axes = plt.subplots(figsize=(6.2, 3.6), layout="constrained")
     size, value = np.array(clean(study["size"])), np.array(clean(study["value"]))
     axes.plot(size, value, "o-", color=COLOURS[0], markersize=5, linewidth=1.2, label="simulation")
-    if study["gci"] is not None:
-        axes.errorbar(size[-1], value[-1], yerr=study["gci"] * abs(value[-1]), color=COLOURS[0], capsize=4, linewidth=1.2, label="grid convergence index")
+    if study["uncertainty"] is not None:
+        axes.errorbar(size[-1], value[-1], yerr=study["uncertainty"], color=COLOURS[0], capsize=4, linewidth=1.2, label="numerical uncertainty")
     if study["extrapolated"] is not None:
         axes.plot([0.0], [study["extrapolated"]], "*", color=COLOURS[1], markersize=10, clip_on=False, label="extrapolated" + ("" if study["asymptotic"] else " (not asymptotic)"))
     axes.set_xlim(0.0, 1.05 * size.max())

@@ -125,6 +125,18 @@ void least_squares(Convergence& c) {
   }
 }
 
+/// Eca & Hoekstra (2009), for the three finest grids: GCI with a credible order. A higher order than the formal one is not trusted: formal
+/// order and at least 1.25 times the range of the values; three times the range where there is no order, or too low a one.
+double three_grid_uncertainty(const Convergence& c, bool credible, double formal_order) {
+  const std::span<const double> f = std::span(c.value).last(3), h = std::span(c.size).last(3);
+  const auto [low, high] = std::minmax_element(f.begin(), f.end());
+  const double range = *high - *low, change = std::abs(f[2] - f[1]);
+  if (c.behaviour == Behaviour::constant) return range;
+  if (credible) return c.gci * std::abs(f[2]);
+  if (c.order > formal_order) return 1.25 * std::max(change / std::expm1(formal_order * std::log(h[1] / h[2])), range);
+  return 3.0 * range;
+}
+
 /// Sets `asymptotic` and `remark`: whether all observed orders agree. Values that agree to round-off have
 /// no uncertainty.
 void decide_whether_asymptotic(Convergence& c, bool credible, double formal_order) {
@@ -235,9 +247,13 @@ Convergence judge_convergence(std::span<const double> size, std::span<const doub
   c.safety_factor = credible ? 1.25 : 3.0;
   const double f1 = value[n - 1], f2 = value[n - 2], r21 = size[n - 2] / size[n - 1];
   c.gci = c.safety_factor * std::abs(f1 - f2) / (std::abs(f1) * std::expm1(p * std::log(r21)));
+  c.uncertainty = three_grid_uncertainty(c, credible, formal_order);
   decide_whether_asymptotic(c, credible, formal_order);
   c.least_squares_order = c.least_squares_limit = c.least_squares_uncertainty = nan;
-  if (n >= 4) least_squares(c);
+  if (n >= 4) {
+    least_squares(c);
+    c.uncertainty = c.least_squares_uncertainty;
+  }
   return c;
 }
 

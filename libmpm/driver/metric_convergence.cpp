@@ -34,7 +34,7 @@ void judge_sizes(MetricConvergence& m, const std::vector<double>& size, const st
   std::vector<double> value;
   for (const Metric& x : metric) value.push_back(x.value);
   m.convergence = judge_convergence(size, value, formal_order);
-  m.uncertainty = size.size() >= 4 ? m.convergence->least_squares_uncertainty : m.convergence->gci * std::abs(value.back());
+  m.uncertainty = m.convergence->uncertainty;
   m.asymptotic = m.convergence->asymptotic;
   m.verdict = m.convergence->remark;
   const Metric &finest = metric.back(), &next = metric[metric.size() - 2];

@@ -24,8 +24,8 @@ struct MetricConvergence {
   std::vector<double> error_order;                       ///< between neighbours: log(e_i / e_i+1) / log(h_i / h_i+1); sizes only
   std::optional<Convergence> convergence;                ///< sizes only, if at least three of them have a value
   double lowest = Metric::none, highest = Metric::none;  ///< over the existing values
-  /// Numerical uncertainty of the last value, in its unit: least squares with four or more sizes, GCI with three; half the range for a
-  /// parameter without a limit.
+  /// Numerical uncertainty of the last value, in its unit: that of judge_convergence for a size; half the range for a parameter without a
+  /// limit.
   double uncertainty = Metric::none;
   bool asymptotic = false;  ///< sizes: an order is observed and confirmed, and the differences exceed the statistical errors
   std::string verdict;      ///< in words

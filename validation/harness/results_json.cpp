@@ -104,6 +104,7 @@ json to_json(const NamedConvergence& n) {
           {"extrapolated", s.extrapolated},
           {"safety_factor", s.safety_factor},
           {"gci", s.gci},
+          {"uncertainty", s.uncertainty},
           {"least_squares_order", s.least_squares_order},
           {"least_squares_limit", s.least_squares_limit},
           {"least_squares_uncertainty", s.least_squares_uncertainty},
