@@ -248,7 +248,8 @@ void add_campaign(CLI::App& app) {
   campaign->require_subcommand(1);
   const auto a = std::make_shared<CampaignArguments>();
 
-  CLI::App* run_command = campaign->add_subcommand("run", "Run what is not done; exit code 0 if all is done, 1 if runs failed");
+  CLI::App* run_command =
+      campaign->add_subcommand("run", "Compute the runs that are not complete; exit code 0 if all are complete, 1 if runs failed");
   add_plan_arguments(*run_command, *a);
   run_command->add_option("--executor", a->executor, "local, or slurm (submits, and waits for the end)")
       ->check(CLI::IsMember({"local", "slurm"}))
@@ -257,19 +258,20 @@ void add_campaign(CLI::App& app) {
   run_command->callback([a] { run(*a); });
 
   CLI::App* status_command = campaign->add_subcommand(
-      "status", "What is done, running, failed and to do, with time left and causes; brings the tables up to date");
+      "status", "List complete, running, failed and waiting runs, with the remaining time and the causes of failures; update the tables");
   add_plan_arguments(*status_command, *a);
   status_command->add_flag("--list", a->list, "Every run");
   status_command->callback([a] { status(*a); });
 
-  CLI::App* submit_command =
-      campaign->add_subcommand("submit", "Hand what is not done to Slurm as an array job, one task a run, and return");
+  CLI::App* submit_command = campaign->add_subcommand(
+      "submit", "Submit the runs that are not complete to Slurm as an array job, one task for each run, and return");
   add_plan_arguments(*submit_command, *a);
   submit_command->add_option("--executor", a->executor, "slurm")->check(CLI::IsMember({"slurm"}))->default_str("slurm");
   submit_command->add_flag("--retry-failed", a->retry_failed, "Also runs whose failure would repeat itself");
   submit_command->callback([a] { submit(planned(*a), *a, false); });
 
-  CLI::App* task = campaign->add_subcommand("task", "One run of a campaign's folder, as a task of a Slurm array runs it");
+  CLI::App* task =
+      campaign->add_subcommand("task", "Compute one run of a campaign's folder; the tasks of a Slurm array job call this command");
   task->add_option("folder", a->out, "Folder of the campaign")->required()->type_name("DIR");
   task->add_option("name", a->name, "Name of the run")->required();
   task->callback([a] { run_task(*a); });

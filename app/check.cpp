@@ -40,7 +40,8 @@ void check(const CaseArguments& arguments) {
 
 void add_check(CLI::App& app) {
   CLI::App* command = app.add_subcommand(
-      "check", "Validate a case; print every key as resolved and what the run will cost; warn of what may spoil the result");
+      "check",
+      "Validate a case; print every key with its value, and the cost of the run; warn of properties that may make the result inaccurate");
   const auto arguments = std::make_shared<CaseArguments>();
   add_case_arguments(*command, *arguments);
   command->callback([arguments] { check(*arguments); });

@@ -28,7 +28,7 @@ void point(const CaseArguments& arguments) {
 
 void add_point(CLI::App& app) {
   CLI::App* command =
-      app.add_subcommand("point", "Lead one material point along a path of strain or stress; CSV to stdout (Kirchhoff stresses)");
+      app.add_subcommand("point", "Compute one material point along a path of strain or stress; CSV to stdout (Kirchhoff stresses)");
   const auto arguments = std::make_shared<CaseArguments>();
   add_case_arguments(*command, *arguments);
   command->callback([arguments] { point(*arguments); });

@@ -39,7 +39,8 @@ print(case["obstacle.width_m"], "m wide")
 # %% [markdown]
 # ## Check before you run
 #
-# `check` computes nothing. It says what the run will cost, and what may spoil the result. Here it warns of the coarse grid.
+# `check` does not run the case. It estimates the cost and warns of settings that may make the result inaccurate. Here it warns of
+# the coarse grid.
 
 # %%
 check = case.check()
@@ -55,12 +56,12 @@ for name in ("runup_mean_m", "pressure_height_mean_m", "force_mean_n"):
     print(f"{name}: {run.quantity(name)}")
 
 # %% [markdown]
-# The first error is statistical: the flow fluctuates, and the mean is over a few seconds. The second is an estimate of what the
-# grid may have changed. At three cells it is large.
+# The first error is statistical: the flow fluctuates, and the mean is taken over a few seconds. The second is an estimate of the
+# grid error. With three cells across the mast it is large.
 #
-# ## Look
+# ## Draw figures
 #
-# Every figure returns matplotlib axes. The first splash stays in the air for 2v/g = 2.5 s; then the flow is steady.
+# Every function of `plots` returns matplotlib axes. The first splash stays in the air for 2v/g = 2.5 s; then the flow is steady.
 
 # %%
 figure, (left, right) = plt.subplots(1, 2, figsize=(13, 4.5), layout="constrained")
@@ -73,7 +74,7 @@ axes = plots.side_view(run)
 axes.figure.savefig(out / "side_view.png", dpi=100)
 
 # %% [markdown]
-# The series are a pandas DataFrame, and the particles are arrays. `write_vtp` writes them for ParaView.
+# The time series are a pandas DataFrame; the particles are numpy arrays. `write_vtp` writes them for ParaView.
 
 # %%
 print(run.series[["time_s", "runup_m", "force_x_n"]].describe().loc[["mean", "max"]])
@@ -84,7 +85,8 @@ write_vtp(last, out / "last.vtp")
 # %% [markdown]
 # ## Change one thing
 #
-# How much does a rough mast change? `compare` judges each quantity by twice the combined standard error.
+# How much does friction of the mast change the results? `compare` checks whether the difference of each quantity exceeds twice the
+# combined standard error.
 
 # %%
 rough = case.changed({"obstacle.friction": 0.5}).run(out / "rough", threads=1, force=True)
@@ -95,4 +97,4 @@ print(table.loc[["runup_mean_m", "pressure_height_mean_m", "force_mean_n[0]"], [
 # ## Where to go on
 #
 # - How fine must the grid be? `how_fine_must_my_grid_be.py`
-# - Loads for a report: `mpm design`, in the page on design.
+# - Loads for a report: `mpm design`, described in docs/design.md.

@@ -25,8 +25,8 @@ out = pathlib.Path(sys.argv[1] if len(sys.argv) > 1 and not sys.argv[1].startswi
 # %% [markdown]
 # ## The case
 #
-# Slow snow (Froude number 1), so that a steady state comes soon. Windows of the pressure profile are fixed in metres: by default
-# they follow the cell size, and would add a bias that is no grid error.
+# The snow is slow (Froude number 1), so the flow is soon steady. The lengths of the pressure profile (bins, filter, measuring box)
+# are fixed in metres. By default they are proportional to the cell size, and would add a bias that is not a grid error.
 
 # %%
 example = pathlib.Path(__file__).resolve().parent.parent / "avalanche_fr1.toml"
@@ -43,8 +43,8 @@ case = Case.read(example).changed({
 # %% [markdown]
 # ## Three grids
 #
-# Cell sizes that divide the mast evenly: 2, 3 and 5 cells. Each is at least 1.3 times finer than the one before. A fine study
-# would take 5, 7, 11 and 15.
+# The mast is 2, 3 and 5 cells wide. Each grid is at least 1.3 times finer than the one before. A real study would use 5, 7, 11
+# and 15 cells.
 
 # %%
 cells = [2, 3, 5]
@@ -53,11 +53,11 @@ study = study_grids(case, [width / n for n in cells], metrics, out, threads=1)
 print(study.table.round(3).to_string(index=False))
 
 # %% [markdown]
-# ## What the study says
+# ## What the study reports
 #
 # For each metric: the observed order of convergence, the extrapolated limit, the uncertainty of the finest grid, and a verdict.
-# The verdict says whether order and limit can be trusted. On grids as coarse as these they cannot; the study reports that, and its
-# uncertainty is the larger for it.
+# The verdict states whether order and limit are reliable. On grids as coarse as these they are not. The study reports this and
+# increases the uncertainty.
 
 # %%
 for name in metrics:
@@ -74,8 +74,8 @@ figure.savefig(out / "grids.png", dpi=100)
 # %% [markdown]
 # ## Which grid for 5 %?
 #
-# If an error falls like the cell size (order 1, that of obstacles), it halves with the cell size, and the run takes 16 times as
-# long. So the cells that an accuracy needs follow from the uncertainty of the finest grid.
+# At order 1, the order at obstacles, half the cell size halves the error, and the run takes 16 times as long. The number of cells
+# for a given accuracy then follows from the uncertainty of the finest grid.
 
 # %%
 goal = 0.05
@@ -92,7 +92,8 @@ for name in metrics:
 # %% [markdown]
 # ## Without a study
 #
-# Every run carries an estimate from published grid studies at its resolution. It is a first idea, not a replacement:
+# The results of every run contain an estimate of the grid error. It comes from grid studies of the validation suite at the same
+# resolution. It does not replace a study of your own case:
 
 # %%
 finest = study.runs[-1]

@@ -2,11 +2,11 @@
 # %% [markdown]
 # # Is my kernel slower?
 #
-# You changed a kernel, and want to know whether it became slower. Timing one version after the other does not tell: other
-# programs, the clock of the processor and the place of the data in memory change the time by tens of per cent.
+# You changed a kernel and want to know whether it became slower. Timing one version after the other is not reliable: other programs,
+# the clock of the processor and the position of the data in memory change the time by tens of per cent.
 #
-# `mpmtools.paired_times` runs two programs in turn, a few milliseconds each, so that both meet the same disturbances. Each pair
-# gives a ratio. The programs are started several times, because the place of the data differs from start to start.
+# `mpmtools.paired_times` runs two programs in turn, a few milliseconds each, so that the same disturbances act on both. Each pair
+# of runs gives a ratio. The programs are started several times, because the position of the data in memory differs between starts.
 
 # %%
 import sys
@@ -18,12 +18,13 @@ from mpmtools import paired_times
 PARTICLES, NODES = 4096, 512
 
 # %% [markdown]
-# ## A kernel, twice
+# ## A kernel in three versions
 #
 # The kernel adds the masses of particles to grid nodes. The first version calls `np.add.at`, the second `np.bincount`. The third
-# is the second one again, done with an eighth of the work more: a regression to be found.
+# is the second with an eighth more work: a slowdown that the comparison should find.
 #
-# A program to be timed reads a number of passes and answers with the nanoseconds of one pass; `serve` makes one of a function.
+# A program that can be timed reads a number of passes and writes the time of one pass in nanoseconds. `serve` turns a function into
+# such a program.
 
 # %%
 random = np.random.default_rng(1)
@@ -52,7 +53,7 @@ if sys.argv[1:2] == ["--serve"]:
     sys.exit()
 
 # %% [markdown]
-# Both must compute the same, or the comparison is pointless.
+# The first two must compute the same result; otherwise the comparison is meaningless.
 
 # %%
 assert np.allclose(with_add_at(), with_bincount())
@@ -61,8 +62,8 @@ assert np.allclose(with_add_at(), with_bincount())
 # %% [markdown]
 # ## Compare
 #
-# The verdict is "slower" or "faster" only if the 99 % interval of the ratio excludes 1 and the ratio is off by more than 2 %:
-# the place of data in memory alone can do that.
+# The verdict is "slower" or "faster" only if the 99 % interval of the ratio excludes 1 and the ratio differs from 1 by more than 2 %.
+# The position of the data in memory alone can change the ratio by 2 %.
 
 
 # %%
@@ -81,7 +82,7 @@ compare("bincount", "bincount_and_more")
 # ## The kernels of libmpm
 #
 # `bench_paired KERNEL PARTICLES` is such a program for the kernels of libmpm. `./run bench` builds this source tree and a
-# baseline, compares all kernels in this way, and counts instructions as a second signal without noise:
+# baseline, compares all kernels in this way, and also counts instructions, which have no noise:
 #
 #     ./run bench --baseline HEAD~1 --kernel particle_to_grid
 #

@@ -3,7 +3,7 @@
 # # The library in Python
 #
 # How does the snow of the model fail? What do the paper's equations predict? What happens in a scene from step to
-# step? For such questions no files are needed: the module `libmpm` calls the library in the Python process, and
+# step? You can answer such questions without files: the module `libmpm` calls the library in the Python process and
 # returns arrays.
 #
 # `./run python` builds the module into `build/python/python`. Start this script with that folder in `PYTHONPATH`.
@@ -31,12 +31,12 @@ examples = pathlib.Path(__file__).resolve().parent.parent
 # %% [markdown]
 # ## A material point
 #
-# `point_path` leads one point of material along a path of strain. It takes the text of a file in TOML, as `mpm point`
-# takes the file, and changes of single keys. Here snow is compressed, then sheared at constant volume, for three
-# resistances to compaction.
+# `point_path` takes one material point along a strain path. Its arguments are the text of a path file (TOML, as for
+# `mpm point`) and changes of single keys. Here snow is compressed, then sheared at constant volume, for three values of
+# the hardening ξ.
 #
-# Shear ends at the critical state: pressure p and shear stress q no longer change. Without cohesion this is on the
-# line q = M p.
+# The path ends at the critical state, in which pressure p and shear stress q no longer change. Without cohesion this
+# state is on the line q = M p.
 
 # %%
 text = (examples / "paths" / "compression_then_shear.toml").read_text(encoding="utf-8")
@@ -58,9 +58,9 @@ figure.savefig(out / "point_path.png", dpi=100)
 # %% [markdown]
 # ## The equations of the paper
 #
-# The predictions take numbers or arrays. How high does a flow 1.75 m deep climb a mast as wide? M' combines friction
+# The functions take numbers or arrays. How high does a flow 1.75 m deep climb up a mast of the same width? M' combines friction
 # and cohesion (Eq. 2 of the paper). A fast flow stays below Bernoulli's bound, and a larger M' lowers its run-up. A
-# slow flow piles up before the mast, and a larger M' raises the pile.
+# slow flow piles up in front of the mast, and a larger M' raises the pile.
 
 # %%
 speed = np.linspace(1.0, 20.0, 100)
@@ -106,8 +106,8 @@ left.set(xlabel="distance from the axis (m)", ylabel="height (m)", aspect="equal
 left.legend()
 
 # %% [markdown]
-# The force is that of the snow on the floor, so it points down. Its impulse, weight and momentum balance to
-# round-off.
+# The force is that of the snow on the floor, so it points down. The impulse of the floor, the impulse of the weight and
+# the momentum balance to round-off.
 
 # %%
 t, dt, force = (np.concatenate([history[name] for history in histories]) for name in ("time_s", "dt_s", "force_n"))
@@ -127,6 +127,5 @@ figure.savefig(out / "column.png", dpi=100)
 # %% [markdown]
 # ## Where to go on
 #
-# - Forces, run-up and pressures over time, with their errors: the module measures nothing; `Case.run` of mpmtools does,
-#   `a_first_mast.py`.
-# - What the laws are: the page on the theory of the law.
+# - The module does not measure run-up, pressures or standard errors. `Case.run` of mpmtools does: `a_first_mast.py`.
+# - The material laws are explained in docs/theory/law.md.

@@ -3,7 +3,7 @@
 # # Verify your own solver
 #
 # The validation cases of libmpm can be solved by any program. `mpm-validate export` writes a case as plain data, your program
-# solves it, and `mpm-validate grade` judges the results with the checks that libmpm itself has to pass.
+# solves it, and `mpm-validate grade` applies the checks of libmpm to the results.
 #
 # The solver of this tutorial is as small as possible: rigid bodies in free flight. The case is `free_flight`: a stiff cube that
 # is thrown and spins, and a block of snow that is thrown up.
@@ -36,12 +36,12 @@ for run in case["runs"]:
 # %% [markdown]
 # ## Solve it
 #
-# The particles of a run are arrays: position, velocity, mass, and the identity number. A rigid body needs its centre, its
+# The particles of a run are arrays: position, velocity, mass and identity number. A rigid body is described by its centre, its
 # velocity and its angular velocity. The centre moves by symplectic Euler: first the velocity, then the position. After n steps
 # it is at x0 + v0 t + g t (t + dt)/2.
 #
-# The angular velocity follows from the angular momentum. That of a cube is the same about every axis, so the cube turns
-# steadily about a fixed direction.
+# The angular velocity follows from the angular momentum. The moment of inertia of a cube is the same about every axis, so the cube
+# rotates steadily about a fixed axis.
 
 
 # %%
@@ -95,9 +95,9 @@ for run in case["runs"]:
 
 
 # %% [markdown]
-# ## Let it be judged
+# ## Grade the results
 #
-# The exit code is 0 if every check passes, 1 if one fails. The page with all figures is `report/index.html`.
+# The exit code is 0 if every check passes, 1 if one fails. `report/index.html` shows the results and the plots.
 
 
 # %%
@@ -112,7 +112,7 @@ assert grade(out / "solved", out / "report") == 0
 # %% [markdown]
 # ## Would it notice an error?
 #
-# A judge that cannot fail is worth nothing. With gravity 0.1 % too large, checks fail:
+# A check that cannot fail is of no use. With gravity 0.1 % too large, checks fail:
 
 # %%
 for run in case["runs"]:
@@ -122,5 +122,5 @@ assert grade(out / "wrong", out / "report_wrong") == 1
 # %% [markdown]
 # ## Where to go on
 #
-# `validation/foreign/numpy_mpm.py` is a material point method in numpy that solves harder cases; the page on other solvers
-# describes every file and lists the cases.
+# `validation/foreign/numpy_mpm.py` is a material point method in numpy that solves harder cases.
+# docs/other-solvers.md describes every file and lists the cases.

@@ -51,8 +51,8 @@ struct ObstacleSpec {
         .left_out("friction is used")
         .excludes("friction")
         .text(
-            "Instead of friction: mu / tan(phi'), phi' the snow's own angle of friction (of Drucker-Prager, phi). What has no friction of "
-            "its own, M = 0, then slides freely");
+            "Instead of friction: mu / tan(phi'), phi' the snow's own angle of friction (of Drucker-Prager, phi). Snow without "
+            "friction (M = 0) then slides freely");
   }
 
   /// Turns friction_ratio, where it was given, into friction. @param report  of this component: names are those of its keys

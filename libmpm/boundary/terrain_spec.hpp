@@ -30,7 +30,9 @@ struct TerrainSpec {
             "y_m, z_m; in the coordinates of the case. Its content becomes raster, so that the case does not depend on the file");
     table.add("raster", &TerrainSpec::raster)
         .left_out("file is given instead (one of the two is required)")
-        .text("The same as a text in the case: an ESRI ASCII grid, line breaks are blanks; heights between its points by cubics");
+        .text(
+            "The same as text in the case: an ESRI ASCII grid with blanks instead of line breaks. Heights between its points are "
+            "interpolated by cubics");
     table.add("contact", &TerrainSpec::contact, {"no_slip", "slip", "separable"})
         .text("no_slip: sticks; slip: stays on the ground and slides; separable: slides and may lift off");
     table.add("friction", &TerrainSpec::friction)

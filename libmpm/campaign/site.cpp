@@ -30,13 +30,13 @@ const config::SchemaOf<Site>& site_schema() {
         "", "Keys above the first table", [](auto& site) -> auto& { return site; });
     s.table(
         "flow", "The avalanche before it meets the mast", [](auto& site) -> auto& { return site.flow; });
-    s.table("snow", "Parameters of the snow, instead of flow.snow_class; several entries are the spread that the page shows",
+    s.table("snow", "Parameters of the snow, instead of flow.snow_class; the page shows the range over all entries",
             [](auto& site) { return &site.snows; });
     s.table(
         "mast", "The mast: rigid, upright, with separable Coulomb contact", [](auto& site) -> auto& { return site.mast; });
     s.table("mode", "Modes of vibration of the mast in the direction of the flow, any number", [](auto& site) { return &site.modes; });
     s.table(
-        "plan", "What is computed; left out, it follows from the level (--quick or standard)",
+        "plan", "Grids and duration; if left out, they follow from the level (--quick or standard)",
         [](auto& site) -> auto& { return site.plan; });
     return s;
   }();

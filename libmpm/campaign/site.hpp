@@ -55,11 +55,13 @@ struct SiteFlow {
     table.add("density_kg_m3", &SiteFlow::density)
         .unit("kg/m^3")
         .range(10.0, 1000.0)
-        .text("Density of the flowing snow; the default is the common estimate of the paper (Sect. 2.2)");
+        .text("Density of the flowing snow; the default is a common estimate, quoted in the paper (Sect. 2.2)");
     table.add("slope_deg", &SiteFlow::slope)
         .degrees()
         .range(0.0, 60.0)
-        .text("Slope of the ground at the mast. The bed is taken to hold the flow at its speed, so that only g cos(slope) acts");
+        .text(
+            "Slope of the ground at the mast. It is assumed that ground friction keeps the flow at its speed, so that only g cos(slope) "
+            "acts");
     table.add("snow_class", ParameterType::choice, get_class, set_class)
         .one_of({"loose", "cold_dense", "warm_cohesive"})
         .left_out("[[snow]] gives the snow")

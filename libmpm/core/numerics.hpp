@@ -35,7 +35,7 @@ struct Numerics {
     table.add("cell_size_m", &Numerics::cell_size).unit("m").range(1e-4, 1e2).text("Grid spacing dx");
     table.add("particles_per_cell", &Numerics::particles_per_cell)
         .one_of({"1", "8", "27", "64"})
-        .text("Particles of a full cell, a cube number");
+        .text("Particles in a full cell; a cube number");
     table.add("transfer", &Numerics::transfer, {"apic", "flip", "aflip"})
         .text(
             "Velocities between grid and particles: affine (APIC); a blend of PIC and FLIP; affine, and particles keep for some time the "
@@ -49,8 +49,9 @@ struct Numerics {
         .range(1e-3, 1e6)
         .only_with("transfer", {"aflip"})
         .text(
-            "Time in which particles lose the part of their velocity that the grid cannot represent, as the distance that the fastest wave "
-            "travels in it; a time step takes cfl / this of that part");
+            "Time scale in which particles lose the part of their velocity that the grid cannot represent: the time in which the fastest "
+            "wave "
+            "travels this number of cells. A time step removes the fraction cfl / relaxation_cells of that part");
     table.add("contact", &Numerics::contact, {"nodal", "surface"})
         .text(
             "Where walls and obstacle act: on every node on or behind them (first order), or at their surface (second order; walls normal "
@@ -65,7 +66,8 @@ struct Numerics {
     table.add("grid_offset_cells", &Numerics::grid_offset)
         .unit("cells")
         .range(-1.0, 1.0)
-        .text("Shift of the whole scene against the grid; results keep the coordinates of the case. 0 along an axis with a mirror plane");
+        .text(
+            "Shift of the whole scene relative to the grid; results keep the coordinates of the case. 0 along an axis with a mirror plane");
   }
 
   /// Edge of the cube of one particle, m: dx over the cube root of the particles per cell.

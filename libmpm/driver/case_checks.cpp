@@ -57,7 +57,7 @@ void check_body(const Case& c, const BodySpec& body, const std::string& path, Pa
   }
 }
 
-/// A scene by hand, or a conveyor, which brings its own.
+/// A custom scene, or a conveyor, which brings its own.
 void check_scene(const Case& c, ParameterReport& report) {
   if (c.conveyor) {
     for (const auto& [table, count] : {std::pair{"body", c.bodies.size()}, {"wall", c.walls.size()}}) {

@@ -20,25 +20,27 @@ const config::SchemaOf<Case>& case_schema() {
             [](auto& c) { return c.conveyor ? &c.conveyor->inflow : nullptr; });
     s.table(
         "obstacle", "Rigid obstacle with separable Coulomb contact; left out: none", [](auto& c) -> auto& { return c.obstacle; });
-    s.table("body", "A piece of material in a scene by hand (without [conveyor]), any number", [](auto& c) { return &c.bodies; });
-    s.table("wall", "A half-space in a scene by hand, any number; the material is on the side of its normal",
+    s.table("body", "A piece of material in a custom scene (without [conveyor]), any number", [](auto& c) { return &c.bodies; });
+    s.table("wall", "A half-space in a custom scene, any number; the material is on the side of its normal",
             [](auto& c) { return &c.walls; });
     s.table(
         "terrain",
-        "Uneven ground: a raster of heights; with [conveyor] in place of its level floor, in a scene by hand beside [[wall]]. Left out: "
+        "Uneven ground: a raster of heights; with [conveyor] in place of its level floor, in a custom scene in addition to [[wall]]. Left "
+        "out: "
         "none",
         [](auto& c) -> auto& { return c.terrain; });
     s.table(
-        "domain", "Where particles may be. Required in a scene by hand; with [conveyor] it may only cut the belt's own domain",
+        "domain", "Where particles may be. Required in a custom scene; with [conveyor] it may only reduce the domain of the belt",
         [](auto& c) -> auto& { return c.domain; });
     s.table(
         "numerics", "Grid, particles and time step", [](auto& c) -> auto& { return c.numerics; });
     s.table(
         "measurement",
-        "Windows of the pressure profile on the obstacle. Left out, they follow the cell size as in the paper; a grid study fixes them",
+        "Bins, filter and box of the pressure profile on the obstacle. If left out, they are multiples of the cell size as in the paper; "
+        "set them for a grid study",
         [](auto& c) -> auto& { return c.measurement; });
     s.table(
-        "output", "How long, and what is written", [](auto& c) -> auto& { return c.output; });
+        "output", "Duration and output files", [](auto& c) -> auto& { return c.output; });
     return s;
   }();
   return schema;

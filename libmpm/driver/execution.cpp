@@ -39,12 +39,12 @@ std::vector<Result> Execution::summary(const Summary& end) const {
       about_execution("ranks", std::uint64_t(ranks == nullptr ? 1 : ranks->size()), "", "processes that computed together"),
       about_execution("threads", std::uint64_t(omp_get_max_threads()), "", "threads, of each rank"),
       {"duration_s", end.state->time, "s", "simulated time"},
-      about_execution("wall_time_s", p.wall_time, "s", "wall time, of all stretches of a resumed run"),
+      about_execution("wall_time_s", p.wall_time, "s", "wall time; for a resumed run, the sum over all its parts"),
       about_execution("solver_time_s", p.step_time, "s", "part of the wall time that was spent in steps"),
       {"steps", end.state->step, "", "time steps"},
       {"particle_steps", p.particle_steps, "", "sum over the steps of the particles moved"},
       about_execution("million_particle_steps_per_s", p.speed(), "", "speed: million particle-steps per second of wall time"),
-      about_execution("peak_memory_bytes", peak_memory_bytes(), "byte", "largest memory of the process, with several ranks of the first")};
+      about_execution("peak_memory_bytes", peak_memory_bytes(), "byte", "largest memory of the process; with several ranks, of rank 0")};
 }
 
 std::vector<Result> execution_from_frames(const std::string& title, const SnapshotInfo& last, std::size_t particles) {

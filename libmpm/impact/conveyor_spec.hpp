@@ -129,8 +129,9 @@ struct ConveyorSpec {
         .only_with("feed", {"window"})
         .left_out("[[conveyor.inflow]] or a steady inflow")
         .text(
-            "Inflow over time from a table, relative to the case file: columns time_s, depth_m, velocity_m_s, and perhaps density_kg_m3. "
-            "It becomes [[conveyor.inflow]]; speed and height of the conveyor, where they are left out, are those of its strongest row");
+            "Inflow over time from a table, relative to the case file: columns time_s, depth_m, velocity_m_s and, optionally, "
+            "density_kg_m3. "
+            "It becomes [[conveyor.inflow]]. Speed and height of the conveyor, if left out, are those of the row with the largest v^2 H");
   }
 };
 

@@ -47,7 +47,7 @@ struct MeasurementSpec {
         .unit("s")
         .positive(1e3)
         .hide_default()
-        .text("Window of the moving mean over the force whose highest value is the filtered peak");
+        .text("Window of the moving mean of the force; the highest value of this mean is the filtered peak");
   }
 };
 

@@ -88,8 +88,9 @@ std::vector<Result> ForceByHeight::summary(const Summary& end) const {
     if (std::isfinite(pressure_height)) above = force_above(pressure_height, end.mean_rows(bins_, width()), geometry_.bin_height);
     resultant = end.mean_rows(first_moment_, 1)[0] / end.mean("force_x_n").mean;
   }
-  return {{"force_above_pressure_height_n", above, "N", "mean stream-wise force on what is above the mean pressure height"},
-          {"force_resultant_height_m", resultant, "m", "height at which the mean stream-wise force acts"}};
+  return {
+      {"force_above_pressure_height_n", above, "N", "mean stream-wise force on the part of the obstacle above the mean pressure height"},
+      {"force_resultant_height_m", resultant, "m", "height at which the mean stream-wise force acts"}};
 }
 
 std::vector<HeightProfile> ForceByHeight::profiles(const Summary& end) const {

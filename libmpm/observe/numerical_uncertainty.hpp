@@ -23,8 +23,8 @@ class NumericalUncertainty : public Observer {
     const auto of = [](double relative, double mean) { return relative * std::abs(mean); };
     const auto meaning = [](const char* what) {
       return std::string("numerical uncertainty of the mean ") + what +
-             ": grid and time step, estimated from published grid studies at this resolution, not from this run; without statistics, snow "
-             "and model";
+             ": grid and time step, estimated from published grid studies at this resolution, not from this run; statistical error, snow "
+             "parameters and model are not included";
     };
     const double moment = end.mean(overturning_moment(end.series["moment_y_n_m"], end.series["force_z_n"], axis_)).mean;
     return {{"runup_numerical_uncertainty_m", of(relative_.runup, end.mean("runup_m").mean), "m", meaning("run-up"), Nature::uncertainty},

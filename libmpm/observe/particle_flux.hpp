@@ -24,8 +24,8 @@ class ParticleFlux : public Observer {
             {"particles_left", out.count, "", "particles that left the domain"},
             {"particles_left_downstream", downstream, "", "particles that left through the outlet downstream"},
             {"particles_lost", out.count - downstream, "", "particles that left anywhere else"},
-            {"mass_entered_kg", mirror_.parts() * in.mass, "kg", "mass that entered, of the whole also where half is computed"},
-            {"mass_left_kg", mirror_.parts() * out.mass, "kg", "mass that left, of the whole"}};
+            {"mass_entered_kg", mirror_.parts() * in.mass, "kg", "mass that entered, of the whole flow even if only half is computed"},
+            {"mass_left_kg", mirror_.parts() * out.mass, "kg", "mass that left, of the whole flow"}};
   }
 
  private:

@@ -105,15 +105,15 @@ std::vector<Result> TransientForce::summary(const Summary& end) const {
       {"force_interval_s", p.interval, "s", "sampling interval, over which raw peaks are means"},
       {"force_window_s", p.window, "s", "window of the moving mean behind filtered peaks: [measurement] force_window_s, to whole samples"},
       {"force_peak_n", p.peak, "N",
-       "highest stream-wise force, mean over a sampling interval (an exact impulse); where it is the first contact, it belongs to the "
-       "vertical front with which every run starts and grows with series_per_second: no design value"},
+       "highest stream-wise force, mean over a sampling interval (an exact impulse); a peak at the first contact is caused by the "
+       "vertical front with which every run starts and grows with series_per_second: not for design"},
       {"force_peak_time_s", p.peak_time, "s", "middle of the interval of that peak"},
       {"force_peak_to_mean", p.peak / mean, "", "that peak over the mean force"},
       {"force_filtered_peak_n", p.filtered_peak, "N", "highest stream-wise force, moving mean over the window"},
       {"force_filtered_peak_time_s", p.filtered_peak_time, "s", "middle of the window of that peak"},
       {"force_filtered_peak_to_mean", p.filtered_peak / mean, "", "that peak over the mean force"},
       {"force_rise_time_s", p.rise_time, "s", "time in which the filtered force rises from 10 to 90 % of its peak, first passages"},
-      {"first_impact_until_s", p.first_impact_until, "s", "arrival + 2 v/g, when the first splash is back, or the end of the run"},
+      {"first_impact_until_s", p.first_impact_until, "s", "arrival + 2 v/g, when the first splash has fallen back, or the end of the run"},
       {"first_impact_impulse_n_s", p.first_impact_impulse, "N s", "stream-wise impulse from the arrival until then"},
       {"overturning_moment_axis_x_m", axis_, "m",
        "x of the mast's own axis; overturning moments are about the line along y that crosses it at the ground"},

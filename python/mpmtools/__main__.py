@@ -74,7 +74,7 @@ def parser():
     render.add_argument("--out", metavar="FILE.png", help="picture to write (default: DIR/post/view_3d.png)")
     render.add_argument("--size", default="1600x1000", metavar="WIDTHxHEIGHT", help="pixels (default: %(default)s)")
 
-    view = command("view", "an interactive page of a run: turn its particles, play through time, pick what colours show", run_view)
+    view = command("view", "an interactive page of a run: rotate the view, play through time, choose the quantity that the colours show", run_view)
     view.add_argument("directory", metavar="DIR", help="result folder of `mpm run`, with frames")
     view.add_argument("--out", metavar="FILE.html", help="page to write (default: DIR/post/view.html)")
     view.add_argument("--particles", type=int, default=6_000_000, metavar="N",
@@ -92,7 +92,7 @@ def parser():
     design = command("design", "the page, the JSON and the tables of a design, from the finished runs of `mpm design`", run_design)
     design.add_argument("directory", metavar="DIR", help="folder of `mpm design`")
 
-    scale = command("scale", "predicted efficiency on many ranks, from what a run by several ranks counted", run_scale)
+    scale = command("scale", "predicted efficiency on many ranks, from the counts of a run on several ranks", run_scale)
     scale.add_argument("directory", metavar="DIR", help="result folder of such a run (it holds ranks.json)")
     scale.add_argument("--particles", default="1e8,1e9", metavar="N,N,...", help="default: %(default)s")
     scale.add_argument("--ranks", default="64,256,1024,4096", metavar="P,P,...", help="default: %(default)s")
@@ -115,7 +115,7 @@ def parser():
                           "differs from a plane by more than a tenth of the flow depth)")
     imported.add_argument("--out", default="out/avaframe", metavar="FOLDER", help="for case.toml, inflow.csv, site.toml and terrain.asc (default: %(default)s)")
 
-    schema = command("json-schema", "the JSON schema of case files, for editors that complete and check while one types", run_schema)
+    schema = command("json-schema", "the JSON schema of case files, for editors that complete and check keys as you type", run_schema)
     schema.add_argument("--out", metavar="FILE", help="file to write (default: standard output)")
     return top
 
