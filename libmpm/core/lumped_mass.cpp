@@ -77,6 +77,14 @@ double LumpedMassCorrection::weight(const Vec3& x) const {
   return std::clamp((outer_reach - distance) / fade, 0.0, 1.0);
 }
 
+LumpedMassCorrection::Part LumpedMassCorrection::part_of(const Index3& block, int cell) const {
+  constexpr double across = 0.7072, up = 0.5001;  // from the centre of a cell to its corner in plan and to its top, rounded up
+  const Vec3 centre = node_position(block, cell, dx_) + Vec3::Constant(dx_);  // cells hold x/dx from base + 1/2 to base + 3/2
+  const double plan = distance_.outside(centre.head<2>()) / dx_, above = (centre.z() - top_) / dx_;
+  if (std::max(plan - across, above - up) >= outer_reach) return Part::none;
+  return std::max(plan + across, above + up) <= full_reach ? Part::full : Part::fading;
+}
+
 bool LumpedMassCorrection::reaches(std::int32_t x, std::int32_t y) const {
   const Vec2 centre = dx_ * (double{block_edge} * Vec2(x, y) + Vec2::Constant(to_centre));
   return distance_.outside(centre) <= reach_of_column * dx_;
@@ -102,12 +110,20 @@ Eigen::AlignedBox2i LumpedMassCorrection::columns() const {
 
 void LumpedMassCorrection::add_of_block(const Grid& grid, const Block& block, std::span<NodeBlock> change) const {
   const ParticleBin& bin = block.particles;
+  std::array<Part, block_nodes> parts;
+  for (int cell = 0; cell < block_nodes; ++cell) {
+    const bool empty = bin.cell_start[cell] == bin.cell_start[cell + 1];
+    parts[static_cast<std::size_t>(cell)] = empty ? Part::none : part_of(block.coordinate, cell);
+  }
+  if (std::ranges::all_of(parts, [](Part p) { return p == Part::none; })) return;
   const Fields fields(grid, block);
   const bool keeps_moment = relaxed_ == 1.0;  // APIC
   // of all particles: sum m w {-(a + r u) - (S + r C) (x_i - x_p) | 1}, a and u at the particle; the nodes' own times the mass follow
   Node sum[halo_nodes] = {};
   bool any = false;
   for (int cell = 0; cell < block_nodes; ++cell) {
+    const Part part = parts[static_cast<std::size_t>(cell)];
+    if (part == Part::none) continue;
     const Vec3 base = node_position(block.coordinate, cell, dx_) / dx_;
     const int first = first_halo_node(cell);
     Node given[27] = {};
@@ -115,7 +131,7 @@ void LumpedMassCorrection::add_of_block(const Grid& grid, const Block& block, st
     for (int n = bin.cell_start[cell]; n < bin.cell_start[cell + 1]; ++n) {
       request(bin, n + 16);
       const auto [x, volume] = place_of(grid, bin, bin.order[static_cast<std::size_t>(n)]);
-      const double mass = weight(x) * density_ * volume;
+      const double mass = (part == Part::full ? 1.0 : weight(x)) * density_ * volume;
       if (mass == 0.0) continue;
       here = true;
       const Vec3 f = x / dx_ - base;

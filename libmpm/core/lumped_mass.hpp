@@ -65,6 +65,9 @@ class LumpedMassCorrection {
   /// @}
 
  private:
+  /// How the particles of a cell take part: weight 0, 0 to 1, or 1. It saves the distances of most particles.
+  enum class Part : std::uint8_t { none, fading, full };
+  [[nodiscard]] Part part_of(const Index3& block, int cell) const;
   void add_of_blocks(const Grid& grid, std::span<const std::int32_t> blocks, bool outer, std::span<NodeBlock> change) const;
   void add_of_block(const Grid& grid, const Block& block, std::span<NodeBlock> change) const;
 
