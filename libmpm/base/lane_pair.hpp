@@ -6,11 +6,77 @@
 
 namespace mpm {
 
+/// Result of a comparison of pairs. Its functions are those of lanes.hpp.
+template <class M>
+struct MaskPairOf {
+  M a, b;  ///< of the lower lanes and of the upper ones
+
+  /// Lane by lane.
+  /// @{
+  friend MaskPairOf operator&(const MaskPairOf& x, const MaskPairOf& y) { return {x.a & y.a, x.b & y.b}; }
+  friend MaskPairOf operator|(const MaskPairOf& x, const MaskPairOf& y) { return {x.a | y.a, x.b | y.b}; }
+  friend MaskPairOf mask_not(const MaskPairOf& m) { return {~m.a, ~m.b}; }
+  friend bool any(const MaskPairOf& m) { return any(m.a | m.b); }
+  friend bool all(const MaskPairOf& m) { return all(m.a & m.b); }
+  /// @}
+};
+
 /// Two registers side by side. A law is one long chain of dependent operations; two independent groups in one stream of
 /// instructions hide each other's latency (measured: the yielding law takes a quarter less time, benchmarks/README.md).
 template <OneRegister V>
 struct PairOf {
-  V a, b;  ///< the lower lanes and the upper ones
+  using S = ScalarOf<V>;          ///< a lane
+  using M = MaskPairOf<Mask<V>>;  ///< result of a comparison
+  V a, b;                         ///< the lower lanes and the upper ones
+
+  /// Lane by lane; a scalar operand counts for every lane, rounded to the precision of the lanes.
+  /// @{
+  friend PairOf operator+(const PairOf& x, const PairOf& y) { return {x.a + y.a, x.b + y.b}; }
+  friend PairOf operator-(const PairOf& x, const PairOf& y) { return {x.a - y.a, x.b - y.b}; }
+  friend PairOf operator*(const PairOf& x, const PairOf& y) { return {x.a * y.a, x.b * y.b}; }
+  friend PairOf operator/(const PairOf& x, const PairOf& y) { return {x.a / y.a, x.b / y.b}; }
+  friend PairOf operator+(const PairOf& x, double y) { return {x.a + static_cast<S>(y), x.b + static_cast<S>(y)}; }
+  friend PairOf operator-(const PairOf& x, double y) { return {x.a - static_cast<S>(y), x.b - static_cast<S>(y)}; }
+  friend PairOf operator*(const PairOf& x, double y) { return {x.a * static_cast<S>(y), x.b * static_cast<S>(y)}; }
+  friend PairOf operator+(double x, const PairOf& y) { return {static_cast<S>(x) + y.a, static_cast<S>(x) + y.b}; }
+  friend PairOf operator-(double x, const PairOf& y) { return {static_cast<S>(x) - y.a, static_cast<S>(x) - y.b}; }
+  friend PairOf operator*(double x, const PairOf& y) { return {static_cast<S>(x) * y.a, static_cast<S>(x) * y.b}; }
+  friend PairOf operator/(double x, const PairOf& y) { return {static_cast<S>(x) / y.a, static_cast<S>(x) / y.b}; }
+  friend PairOf operator-(const PairOf& x) { return {-x.a, -x.b}; }
+  friend PairOf& operator+=(PairOf& x, const PairOf& y) { return x = x + y; }
+  friend PairOf& operator*=(PairOf& x, const PairOf& y) { return x = x * y; }
+  friend M operator<(const PairOf& x, const PairOf& y) { return {is_less(x.a, y.a), is_less(x.b, y.b)}; }
+  friend M operator<=(const PairOf& x, const PairOf& y) { return {is_at_most(x.a, y.a), is_at_most(x.b, y.b)}; }
+  friend M operator>(const PairOf& x, const PairOf& y) { return {is_less(y.a, x.a), is_less(y.b, x.b)}; }
+  friend M operator<(const PairOf& x, double y) { return x < PairOf{} + y; }
+  friend M operator<=(const PairOf& x, double y) { return x <= PairOf{} + y; }
+  friend M operator>(const PairOf& x, double y) { return x > PairOf{} + y; }
+  friend M operator>=(const PairOf& x, double y) { return PairOf{} + y <= x; }
+  /// @}
+
+  /// The functions of lanes.hpp and lane_math.hpp.
+  /// @{
+  friend PairOf select(const M& m, const PairOf& x, const PairOf& y) { return {select(m.a, x.a, y.a), select(m.b, x.b, y.b)}; }
+  friend PairOf max(const PairOf& x, const PairOf& y) { return {max(x.a, y.a), max(x.b, y.b)}; }
+  friend PairOf min(const PairOf& x, const PairOf& y) { return {min(x.a, y.a), min(x.b, y.b)}; }
+  friend PairOf abs(const PairOf& x) { return {abs(x.a), abs(x.b)}; }
+  friend PairOf sqrt(const PairOf& x) { return {sqrt(x.a), sqrt(x.b)}; }
+  friend PairOf exp(const PairOf& x) { return {exp(x.a), exp(x.b)}; }
+  friend PairOf log(const PairOf& x) { return {log(x.a), log(x.b)}; }
+  friend PairOf expm1(const PairOf& x) { return {expm1(x.a), expm1(x.b)}; }
+  friend PairOf log1p(const PairOf& x) { return {log1p(x.a), log1p(x.b)}; }
+  friend PairOf sinh(const PairOf& x) { return {sinh(x.a), sinh(x.b)}; }
+  friend double lane(const PairOf& x, int i) { return double{i < half_lanes ? x.a[i] : x.b[i - half_lanes]}; }
+  friend void set_lane(PairOf& x, int i, double v) {
+    if (i < half_lanes) {
+      x.a[i] = static_cast<S>(v);
+    } else {
+      x.b[i - half_lanes] = static_cast<S>(v);
+    }
+  }
+  /// @}
+
+  static constexpr int half_lanes = sizeof(V) / sizeof(S);  ///< lanes of one of the two registers
 };
 using LanePair = PairOf<Lanes>;          ///< sixteen doubles
 using HalfPair = PairOf<HalfLanes>;      ///< eight doubles
@@ -20,11 +86,6 @@ using SinglePair = PairOf<SingleLanes>;  ///< thirty-two floats, or sixteen wher
 template <>
 inline constexpr bool is_single<SinglePair> = true;
 
-/// Result of a comparison of pairs.
-template <class M>
-struct MaskPairOf {
-  M a, b;  ///< of the lower lanes and of the upper ones
-};
 namespace detail {
 template <class V>
 struct MaskOf<PairOf<V>> {
@@ -36,109 +97,6 @@ struct MaskOf<PairOf<V>> {
 template <class T>
 concept LaneNumber = std::same_as<T, double> || std::same_as<T, Lanes> || std::same_as<T, LanePair> || std::same_as<T, HalfPair> ||
     std::same_as<T, SinglePair>;
-
-/// Lane by lane; a scalar operand counts for every lane, rounded to the precision of the lanes.
-/// @{
-template <OneRegister V>
-inline PairOf<V> operator+(const PairOf<V>& x, const PairOf<V>& y) {
-  return {x.a + y.a, x.b + y.b};
-}
-template <OneRegister V>
-inline PairOf<V> operator-(const PairOf<V>& x, const PairOf<V>& y) {
-  return {x.a - y.a, x.b - y.b};
-}
-template <OneRegister V>
-inline PairOf<V> operator*(const PairOf<V>& x, const PairOf<V>& y) {
-  return {x.a * y.a, x.b * y.b};
-}
-template <OneRegister V>
-inline PairOf<V> operator/(const PairOf<V>& x, const PairOf<V>& y) {
-  return {x.a / y.a, x.b / y.b};
-}
-template <OneRegister V>
-inline PairOf<V> operator+(const PairOf<V>& x, double y) {
-  const auto s = static_cast<ScalarOf<V>>(y);
-  return {x.a + s, x.b + s};
-}
-template <OneRegister V>
-inline PairOf<V> operator-(const PairOf<V>& x, double y) {
-  const auto s = static_cast<ScalarOf<V>>(y);
-  return {x.a - s, x.b - s};
-}
-template <OneRegister V>
-inline PairOf<V> operator*(const PairOf<V>& x, double y) {
-  const auto s = static_cast<ScalarOf<V>>(y);
-  return {x.a * s, x.b * s};
-}
-template <OneRegister V>
-inline PairOf<V> operator+(double x, const PairOf<V>& y) {
-  const auto s = static_cast<ScalarOf<V>>(x);
-  return {s + y.a, s + y.b};
-}
-template <OneRegister V>
-inline PairOf<V> operator-(double x, const PairOf<V>& y) {
-  const auto s = static_cast<ScalarOf<V>>(x);
-  return {s - y.a, s - y.b};
-}
-template <OneRegister V>
-inline PairOf<V> operator*(double x, const PairOf<V>& y) {
-  const auto s = static_cast<ScalarOf<V>>(x);
-  return {s * y.a, s * y.b};
-}
-template <OneRegister V>
-inline PairOf<V> operator/(double x, const PairOf<V>& y) {
-  const auto s = static_cast<ScalarOf<V>>(x);
-  return {s / y.a, s / y.b};
-}
-template <OneRegister V>
-inline PairOf<V> operator-(const PairOf<V>& x) {
-  return {-x.a, -x.b};
-}
-template <OneRegister V>
-inline PairOf<V>& operator+=(PairOf<V>& x, const PairOf<V>& y) {
-  return x = x + y;
-}
-template <OneRegister V>
-inline PairOf<V>& operator*=(PairOf<V>& x, const PairOf<V>& y) {
-  return x = x * y;
-}
-template <OneRegister V>
-inline Mask<PairOf<V>> operator<(const PairOf<V>& x, const PairOf<V>& y) {
-  return {is_less(x.a, y.a), is_less(x.b, y.b)};
-}
-template <OneRegister V>
-inline Mask<PairOf<V>> operator<=(const PairOf<V>& x, const PairOf<V>& y) {
-  return {is_at_most(x.a, y.a), is_at_most(x.b, y.b)};
-}
-template <OneRegister V>
-inline Mask<PairOf<V>> operator>(const PairOf<V>& x, const PairOf<V>& y) {
-  return {is_less(y.a, x.a), is_less(y.b, x.b)};
-}
-template <OneRegister V>
-inline Mask<PairOf<V>> operator<(const PairOf<V>& x, double y) {
-  return x < PairOf<V>{} + y;
-}
-template <OneRegister V>
-inline Mask<PairOf<V>> operator<=(const PairOf<V>& x, double y) {
-  return x <= PairOf<V>{} + y;
-}
-template <OneRegister V>
-inline Mask<PairOf<V>> operator>(const PairOf<V>& x, double y) {
-  return x > PairOf<V>{} + y;
-}
-template <OneRegister V>
-inline Mask<PairOf<V>> operator>=(const PairOf<V>& x, double y) {
-  return PairOf<V>{} + y <= x;
-}
-template <class M>
-inline MaskPairOf<M> operator&(const MaskPairOf<M>& x, const MaskPairOf<M>& y) {
-  return {x.a & y.a, x.b & y.b};
-}
-template <class M>
-inline MaskPairOf<M> operator|(const MaskPairOf<M>& x, const MaskPairOf<M>& y) {
-  return {x.a | y.a, x.b | y.b};
-}
-/// @}
 
 /// A pair of registers of doubles: as many numbers as a register of floats holds.
 using WidePair = PairOf<DoubleLanes>;
@@ -162,76 +120,6 @@ inline SingleLanes narrow(const WidePair& a) {
 #else
   return __builtin_shufflevector(narrow(a.a), narrow(a.b), 0, 1, 2, 3, 4, 5, 6, 7);
 #endif
-}
-/// @}
-
-/// The functions of lanes.hpp and lane_math.hpp.
-/// @{
-template <OneRegister V>
-inline PairOf<V> select(const Mask<PairOf<V>>& m, const PairOf<V>& x, const PairOf<V>& y) {
-  return {select(m.a, x.a, y.a), select(m.b, x.b, y.b)};
-}
-template <class M>
-inline bool any(const MaskPairOf<M>& m) {
-  return any(m.a | m.b);
-}
-template <class M>
-inline bool all(const MaskPairOf<M>& m) {
-  return all(m.a & m.b);
-}
-template <class M>
-inline MaskPairOf<M> mask_not(const MaskPairOf<M>& m) {
-  return {~m.a, ~m.b};
-}
-template <OneRegister V>
-inline PairOf<V> max(const PairOf<V>& x, const PairOf<V>& y) {
-  return {max(x.a, y.a), max(x.b, y.b)};
-}
-template <OneRegister V>
-inline PairOf<V> min(const PairOf<V>& x, const PairOf<V>& y) {
-  return {min(x.a, y.a), min(x.b, y.b)};
-}
-template <OneRegister V>
-inline PairOf<V> abs(const PairOf<V>& x) {
-  return {abs(x.a), abs(x.b)};
-}
-template <OneRegister V>
-inline PairOf<V> sqrt(const PairOf<V>& x) {
-  return {sqrt(x.a), sqrt(x.b)};
-}
-template <OneRegister V>
-inline PairOf<V> exp(const PairOf<V>& x) {
-  return {exp(x.a), exp(x.b)};
-}
-template <OneRegister V>
-inline PairOf<V> log(const PairOf<V>& x) {
-  return {log(x.a), log(x.b)};
-}
-template <OneRegister V>
-inline PairOf<V> expm1(const PairOf<V>& x) {
-  return {expm1(x.a), expm1(x.b)};
-}
-template <OneRegister V>
-inline PairOf<V> log1p(const PairOf<V>& x) {
-  return {log1p(x.a), log1p(x.b)};
-}
-template <OneRegister V>
-inline PairOf<V> sinh(const PairOf<V>& x) {
-  return {sinh(x.a), sinh(x.b)};
-}
-template <OneRegister V>
-inline double lane(const PairOf<V>& x, int i) {
-  constexpr int half = sizeof(V) / sizeof(ScalarOf<V>);
-  return double{i < half ? x.a[i] : x.b[i - half]};
-}
-template <OneRegister V>
-inline void set_lane(PairOf<V>& x, int i, double v) {
-  constexpr int half = sizeof(V) / sizeof(ScalarOf<V>);
-  if (i < half) {
-    x.a[i] = static_cast<ScalarOf<V>>(v);
-  } else {
-    x.b[i - half] = static_cast<ScalarOf<V>>(v);
-  }
 }
 /// @}
 

@@ -18,51 +18,36 @@ struct Matrix3 {
 template <LaneNumber T>
 struct Sym3 {
   T xx, yy, zz, xy, xz, yz;  ///< the six independent components, in this order everywhere
+
+  /// Component by component.
+  /// @{
+  friend Sym3 operator+(const Sym3& a, const Sym3& b) {
+    return {a.xx + b.xx, a.yy + b.yy, a.zz + b.zz, a.xy + b.xy, a.xz + b.xz, a.yz + b.yz};
+  }
+  friend Sym3 operator-(const Sym3& a, const Sym3& b) {
+    return {a.xx - b.xx, a.yy - b.yy, a.zz - b.zz, a.xy - b.xy, a.xz - b.xz, a.yz - b.yz};
+  }
+  friend Sym3 operator*(T s, const Sym3& a) { return {s * a.xx, s * a.yy, s * a.zz, s * a.xy, s * a.xz, s * a.yz}; }
+  /// @}
+  /// tr a
+  friend T trace(const Sym3& a) { return a.xx + a.yy + a.zz; }
+  /// a : a
+  friend T norm2(const Sym3& a) { return a.xx * a.xx + a.yy * a.yy + a.zz * a.zz + 2.0 * (a.xy * a.xy + a.xz * a.xz + a.yz * a.yz); }
+  /// a - 1/3 tr(a) I
+  friend Sym3 deviator(const Sym3& a) {
+    const T mean = trace(a) * (1.0 / 3.0);
+    return {a.xx - mean, a.yy - mean, a.zz - mean, a.xy, a.xz, a.yz};
+  }
+  /// det a
+  friend T determinant(const Sym3& a) {
+    return a.xx * (a.yy * a.zz - a.yz * a.yz) - a.xy * (a.xy * a.zz - a.xz * a.yz) + a.xz * (a.xy * a.yz - a.xz * a.yy);
+  }
+  /// A A, symmetric because a tensor commutes with itself.
+  friend Sym3 square(const Sym3& a) {
+    return {a.xx * a.xx + a.xy * a.xy + a.xz * a.xz, a.xy * a.xy + a.yy * a.yy + a.yz * a.yz, a.xz * a.xz + a.yz * a.yz + a.zz * a.zz,
+            a.xy * (a.xx + a.yy) + a.xz * a.yz,      a.xz * (a.xx + a.zz) + a.xy * a.yz,      a.yz * (a.yy + a.zz) + a.xy * a.xz};
+  }
 };
-
-/// a + b, component by component.
-template <LaneNumber T>
-inline Sym3<T> operator+(const Sym3<T>& a, const Sym3<T>& b) {
-  return {a.xx + b.xx, a.yy + b.yy, a.zz + b.zz, a.xy + b.xy, a.xz + b.xz, a.yz + b.yz};
-}
-/// a - b, component by component.
-template <LaneNumber T>
-inline Sym3<T> operator-(const Sym3<T>& a, const Sym3<T>& b) {
-  return {a.xx - b.xx, a.yy - b.yy, a.zz - b.zz, a.xy - b.xy, a.xz - b.xz, a.yz - b.yz};
-}
-/// s a
-template <LaneNumber T>
-inline Sym3<T> operator*(T s, const Sym3<T>& a) {
-  return {s * a.xx, s * a.yy, s * a.zz, s * a.xy, s * a.xz, s * a.yz};
-}
-/// tr a
-template <LaneNumber T>
-inline T trace(const Sym3<T>& a) {
-  return a.xx + a.yy + a.zz;
-}
-/// a : a
-template <LaneNumber T>
-inline T norm2(const Sym3<T>& a) {
-  return a.xx * a.xx + a.yy * a.yy + a.zz * a.zz + 2.0 * (a.xy * a.xy + a.xz * a.xz + a.yz * a.yz);
-}
-/// a - 1/3 tr(a) I
-template <LaneNumber T>
-inline Sym3<T> deviator(const Sym3<T>& a) {
-  const T mean = trace(a) * (1.0 / 3.0);
-  return {a.xx - mean, a.yy - mean, a.zz - mean, a.xy, a.xz, a.yz};
-}
-/// det a
-template <LaneNumber T>
-inline T determinant(const Sym3<T>& a) {
-  return a.xx * (a.yy * a.zz - a.yz * a.yz) - a.xy * (a.xy * a.zz - a.xz * a.yz) + a.xz * (a.xy * a.yz - a.xz * a.yy);
-}
-
-/// A A, symmetric because a tensor commutes with itself.
-template <LaneNumber T>
-inline Sym3<T> square(const Sym3<T>& a) {
-  return {a.xx * a.xx + a.xy * a.xy + a.xz * a.xz, a.xy * a.xy + a.yy * a.yy + a.yz * a.yz, a.xz * a.xz + a.yz * a.yz + a.zz * a.zz,
-          a.xy * (a.xx + a.yy) + a.xz * a.yz,      a.xz * (a.xx + a.zz) + a.xy * a.yz,      a.yz * (a.yy + a.zz) + a.xy * a.xz};
-}
 
 /// Strain split into its trace and its deviator: the laws use both, and the series below need fewer terms.
 template <LaneNumber T>

@@ -6,7 +6,7 @@
 #include <map>
 #include <numbers>
 
-#include "libmpm/boundary/axis_weights.hpp"
+#include "libmpm/base/bspline.hpp"
 #include "libmpm/boundary/outline_distance.hpp"
 
 namespace mpm {
@@ -19,6 +19,17 @@ constexpr double extended_to = 2.6;         // cells behind the surface: end of 
 constexpr double ambiguous_distance = 0.5;  // cells: between two sides of equal distance the direction to extend along is ambiguous
 
 constexpr double no_direction = 0.5;  // cells: closer to the centre of a circle the direction of a node is undefined
+
+/// B-spline weights of nodes first .. first + 2 along one axis, at a fixed position.
+struct FixedWeights {
+  /// @param x  position, in cells
+  explicit FixedWeights(double x) : first(base_node(x)) {
+    const BsplineWeights<double> n = bspline_weights(x - first);
+    w = {n.n0, n.n1, n.n2};
+  }
+  int first;
+  std::array<double, 3> w{};
+};
 
 /// A point of the surface, in cells.
 struct SurfacePoint {
@@ -168,7 +179,7 @@ std::vector<int> add_surface_rows(StencilBuilder& builder, const std::vector<Sur
     if (!builder.computed(point.at)) continue;
     row_of[p] = static_cast<int>(builder.stencil.rows.size());
     builder.begin(ContactRow::Kind::surface, point.at, point.normal, cell_size);
-    const AxisWeights wx(point.at.x()), wy(point.at.y());
+    const FixedWeights wx(point.at.x()), wy(point.at.y());
     for (std::size_t j = 0; j < 3; ++j) {
       for (std::size_t i = 0; i < 3; ++i) {
         if (const double w = wx.w[i] * wy.w[j]; w > 1e-12) builder.add(wx.first + static_cast<int>(i), wy.first + static_cast<int>(j), w);

@@ -35,7 +35,7 @@ Totals totals(const State& state, const Scene& scene) {
     for (int s = 0; s < bin.count(); ++s) {
       const Particle p = bin[s];
       const double m = density * p.volume;
-      const Vec3 x = Vec3(p.position[0], p.position[1], p.position[2]) - scene.offset, v(p.velocity[0], p.velocity[1], p.velocity[2]);
+      const Vec3 x = position_of(p) - scene.offset, v = velocity_of(p);
       const Vec3 spin(p.affine[5] - p.affine[7], p.affine[6] - p.affine[2],
                       p.affine[1] - p.affine[3]);  // C_zy - C_yz, C_xz - C_zx, C_yx - C_xy
       ++sum.particles;

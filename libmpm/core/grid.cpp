@@ -31,7 +31,7 @@ void ParticleBin::append(int cell_of_p, PagePool& pool) {
 }
 
 void ParticleBin::append(const Particle& p, int cell_of_p, PagePool& pool) {
-  if (count_ == 0) frame.velocity = Vec3(p.velocity[0], p.velocity[1], p.velocity[2]);  // until grid_to_particle sets the mean velocity
+  if (count_ == 0) frame.velocity = velocity_of(p);  // until grid_to_particle sets the mean velocity
   append(cell_of_p, pool);
   set(count_ - 1, p);
 }

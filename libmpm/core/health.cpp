@@ -15,8 +15,6 @@ constexpr double short_step = 0.1;  ///< of the first: the fastest particle move
 
 double energy_of(const Totals& t) { return t.kinetic_energy + t.affine_energy + t.elastic_energy; }
 
-Vec3 position_of(const Particle& p) { return {p.position[0], p.position[1], p.position[2]}; }
-
 /// "particle 7 at (1, 2, 3) m", in the coordinates of the case
 std::string place_of(const Particle& p, const Scene& scene) {
   return "particle " + std::to_string(p.id) + " at " + vector_text(position_of(p) - scene.offset) + " m";

@@ -60,7 +60,7 @@ std::string instability(const State& state, const Vec3& offset, double dt, std::
   // if the position itself is not finite, give the centre of the block
   const Index3& c = state.grid.block(block).coordinate;
   const Vec3 centre = state.grid.cell_size() * (block_edge * Vec3(c[0], c[1], c[2]) + Vec3::Constant(2.5));
-  const Vec3 position(p.position[0], p.position[1], p.position[2]);
+  const Vec3 position = position_of(p);
   const bool known = position.allFinite();
   return "unstable at t = " + number_text(state.time) + " s, step " + std::to_string(state.step) + " (dt = " + number_text(dt, 3) +
          " s): " + what + " of particle " + std::to_string(p.id) + (known ? " at " : " near ") +
@@ -82,11 +82,10 @@ FluxTotals remove_outside(Grid& grid, std::int32_t index, const Scene& scene) {
   ParticleBin& bin = grid.block(index).particles;
   for (int s = bin.count() - 1; s >= 0; --s) {
     const Particle p = bin[s];
-    const Vec3 x(p.position[0], p.position[1], p.position[2]);
+    const Vec3 x = position_of(p);
     if ((x.array() >= min.array()).all() && (x.array() <= max.array()).all()) continue;
     const double mass = density_of(scene.material) * p.volume;
-    left += FluxTotals{1, x.x() > max.x() ? 1U : 0U, mass, mass * Vec3(p.velocity[0], p.velocity[1], p.velocity[2]),
-                       kinetic_and_elastic_energy(p, scene, dx)};
+    left += FluxTotals{1, x.x() > max.x() ? 1U : 0U, mass, mass * velocity_of(p), kinetic_and_elastic_energy(p, scene, dx)};
     grid.remove(index, s);
   }
   return left;

@@ -148,7 +148,7 @@ void ConveyorSource::insert(State& state, FluxTotals& entered, std::span<const P
       p.id = state.next_id++;
       state.grid.insert(p);
       const double mass = density_ * p.volume;
-      const Vec3 velocity(p.velocity[0], p.velocity[1], p.velocity[2]);
+      const Vec3 velocity = velocity_of(p);
       entered += FluxTotals{1, 0, mass, mass * velocity, 0.5 * mass * velocity.squaredNorm() + stored_energy(material_, p)};
     }
   }

@@ -24,19 +24,9 @@ Inflow::Between Inflow::between(double time) const {
   return {&a, &b, (time - a.time) / (b.time - a.time)};
 }
 
-double Inflow::velocity(double time) const {
+double Inflow::interpolated(double time, double Point::*what) const {
   const Between p = between(time);
-  return p.a->velocity + p.fraction * (p.b->velocity - p.a->velocity);
-}
-
-double Inflow::flow_height(double time) const {
-  const Between p = between(time);
-  return p.a->flow_height + p.fraction * (p.b->flow_height - p.a->flow_height);
-}
-
-double Inflow::density_ratio(double time) const {
-  const Between p = between(time);
-  return p.a->density_ratio + p.fraction * (p.b->density_ratio - p.a->density_ratio);
+  return p.a->*what + p.fraction * (p.b->*what - p.a->*what);
 }
 
 double Inflow::travelled_since_first(double time) const {

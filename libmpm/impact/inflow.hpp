@@ -23,12 +23,12 @@ class Inflow {
   [[nodiscard]] bool steady() const { return points_.size() == 1; }  ///< nothing varies in time
   [[nodiscard]] bool sheared() const { return slip_ratio_ < 1.0; }   ///< speed varies over height
 
-  [[nodiscard]] double velocity(double time) const;       ///< v, mean over the depth, m/s
-  [[nodiscard]] double flow_height(double time) const;    ///< H, m
-  [[nodiscard]] double density_ratio(double time) const;  ///< over rho_0
-  [[nodiscard]] double travelled(double time) const;      ///< int v dt since t = 0, exactly, m
-  [[nodiscard]] double fastest() const;                   ///< v at its greatest, m/s
-  [[nodiscard]] double highest() const;                   ///< H at its greatest, m
+  [[nodiscard]] double velocity(double time) const { return interpolated(time, &Point::velocity); }        ///< v, mean over the depth, m/s
+  [[nodiscard]] double flow_height(double time) const { return interpolated(time, &Point::flow_height); }  ///< H, m
+  [[nodiscard]] double density_ratio(double time) const { return interpolated(time, &Point::density_ratio); }  ///< over rho_0
+  [[nodiscard]] double travelled(double time) const;  ///< int v dt since t = 0, exactly, m
+  [[nodiscard]] double fastest() const;               ///< v at its greatest, m/s
+  [[nodiscard]] double highest() const;               ///< H at its greatest, m
 
   /// r at a relative height z/H; constant below 0 and above 1.
   [[nodiscard]] double shear(double relative_height) const;
@@ -46,6 +46,8 @@ class Inflow {
     double fraction;
   };
   [[nodiscard]] Between between(double time) const;
+  /// A quantity of the points, linear between them.
+  [[nodiscard]] double interpolated(double time, double Point::*what) const;
   [[nodiscard]] double travelled_since_first(double time) const;
   std::vector<Point> points_;
   double slip_ratio_, exponent_;

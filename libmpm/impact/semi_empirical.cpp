@@ -139,27 +139,4 @@ double hencky_stagnation_pressure(double velocity, double density, double bulk_m
   return bulk_modulus * x * std::exp(x);
 }
 
-double reflected_bore_ratio(double froude) {
-  require_non_negative("Froude number", froude);
-  if (froude == 0.0) return 1.0;
-  // Largest root of f(r) = r^3 - r^2 - (1 + 2 Fr^2) r + 1. f is convex for r > 1/3 and f >= 0 at the start, because
-  // (r - 1)^2 (r + 1) / (2 r) > (r - 1)^2 / 2 = Fr^2 there: Newton's method falls to the root without passing it.
-  const double b = 1.0 + 2.0 * froude * froude;
-  double r = 1.0 + std::sqrt(2.0) * froude;
-  for (;;) {
-    const double next = r - (((r - 1.0) * r - b) * r + 1.0) / ((3.0 * r - 2.0) * r - b);
-    if (!(next < r)) return r;
-    r = next;
-  }
-}
-
-double ritter_height(double initial_height, double x, double time, double gravity) {
-  require_positive("initial height", initial_height);
-  require_positive("time", time);
-  require_positive("gravity", gravity);
-  const double wave_speed = std::sqrt(gravity * initial_height);
-  const double similarity = std::clamp(x / time, -wave_speed, 2.0 * wave_speed);
-  return (2.0 * wave_speed - similarity) * (2.0 * wave_speed - similarity) / (9.0 * gravity);
-}
-
 }  // namespace mpm

@@ -96,12 +96,5 @@ inline constexpr double recommended_width_factor_floor = 0.7;  ///< Sect. 5, for
 /// equation reads K (x + x^2/2) / rho_0 = v^2/2, so that x = -1 + sqrt(1 + rho_0 v^2 / K) and p = K x exp(x). Above rho_0 v^2 / 2, and
 /// tending to it for K -> infinity.
 [[nodiscard]] double hencky_stagnation_pressure(double velocity, double density, double bulk_modulus);
-/// Depth ratio r > 1 behind the bore that a full-width wall sends upstream: Fr^2 = (r - 1)^2 (r + 1) / (2 r) (shallow water, wall at rest;
-/// Stoker 1957, Sect. 10.7). 1 for Fr = 0.
-[[nodiscard]] double reflected_bore_ratio(double froude);
-/// Dam break on a dry bed (Ritter 1892): h = (2 c_0 - x/t)^2 / (9 g) for -c_0 <= x/t <= 2 c_0, c_0 = sqrt(g h_0); h_0 upstream, 0
-/// downstream of it, m.
-/// @param initial_height h_0 > 0, m. @param x from the dam, downstream, m. @param time > 0, s.
-[[nodiscard]] double ritter_height(double initial_height, double x, double time, double gravity = standard_gravity);
 
 }  // namespace mpm

@@ -1,5 +1,6 @@
 #include "libmpm/material/any_material.hpp"
 
+#include <type_traits>
 #include <utility>
 
 namespace mpm {
@@ -12,6 +13,17 @@ void for_each_law(F f, std::index_sequence<I...>) {
   (f.template operator()<std::variant_alternative_t<I, AnyMaterial>>(), ...);
 }
 constexpr auto every_law = std::make_index_sequence<std::variant_size_v<AnyMaterial>>{};
+
+/// f(alternative), or `otherwise` where f does not accept that alternative: where the return type of f does not exist for it.
+template <class R, class F>
+R where_it_exists(const auto& variant, const R& otherwise, F f) {
+  return std::visit(
+      [&](const auto& alternative) -> R {
+        if constexpr (std::is_invocable_v<F, decltype(alternative)>) return f(alternative);
+        return otherwise;
+      },
+      variant);
+}
 
 }  // namespace
 
@@ -28,36 +40,18 @@ void MaterialParameters::set_density(double density) {
   std::visit([&](auto& p) { p.density = density; }, law);
 }
 std::optional<double> MaterialParameters::internal_friction() const {
-  return std::visit(
-      [](const auto& p) -> std::optional<double> {
-        if constexpr (requires { p.internal_friction(); }) return p.internal_friction();
-        return std::nullopt;
-      },
-      law);
+  return where_it_exists(law, std::optional<double>(),
+                         [](const auto& p) -> decltype(p.internal_friction()) { return p.internal_friction(); });
 }
 std::optional<double> MaterialParameters::critical_state_ratio() const {
-  return std::visit(
-      [](const auto& p) -> std::optional<double> {
-        if constexpr (requires { p.critical_state_ratio(); }) return p.critical_state_ratio();
-        return std::nullopt;
-      },
-      law);
+  return where_it_exists(law, std::optional<double>(),
+                         [](const auto& p) -> decltype(p.critical_state_ratio()) { return p.critical_state_ratio(); });
 }
 std::optional<double> MaterialParameters::hardening_xi() const {
-  return std::visit(
-      [](const auto& p) -> std::optional<double> {
-        if constexpr (requires { p.hardening_xi; }) return p.hardening_xi;
-        return std::nullopt;
-      },
-      law);
+  return where_it_exists(law, std::optional<double>(), [](const auto& p) -> decltype(p.hardening_xi) { return p.hardening_xi; });
 }
 bool MaterialParameters::keeps_compaction() const {
-  return std::visit(
-      [](const auto& p) {
-        if constexpr (requires { p.keeps_compaction; }) return p.keeps_compaction;
-        return false;
-      },
-      law);
+  return where_it_exists(law, false, [](const auto& p) -> decltype(p.keeps_compaction) { return p.keeps_compaction; });
 }
 
 void MaterialParameters::check(ParameterReport& report) const {
@@ -89,12 +83,7 @@ double density_of(const AnyMaterial& material) {
   return std::visit([](const auto& law) { return law.density(); }, material);
 }
 double viscosity_of(const AnyMaterial& material) {
-  return std::visit(
-      [](const auto& law) {
-        if constexpr (requires { law.viscosity(); }) return law.viscosity();
-        return 0.0;
-      },
-      material);
+  return where_it_exists(material, 0.0, [](const auto& law) -> decltype(law.viscosity()) { return law.viscosity(); });
 }
 double wave_speed_of(const AnyMaterial& material) {
   return std::visit([](const auto& law) { return law.wave_speed(); }, material);

@@ -1,7 +1,6 @@
 #include "libmpm/observe/observer_list.hpp"
 
 #include <algorithm>
-#include <cmath>
 #include <iterator>
 #include <limits>
 
@@ -65,13 +64,7 @@ MeanEstimate Summary::mean(std::span<const double> values) const {
   return estimate_mean(values.subspan(span.first, span.last - span.first));
 }
 
-double Summary::peak(std::string_view column) const {
-  double highest = unknown;
-  for (const double v : series[column]) {
-    if (std::isfinite(v) && !(highest >= v)) highest = v;
-  }
-  return highest;
-}
+double Summary::peak(std::string_view column) const { return peak_of(series[column]).value; }
 
 std::vector<double> Summary::mean_rows(std::span<const double> values, std::size_t width) const {
   if (!span.steady) return {};

@@ -58,12 +58,7 @@ class ParticleBatch {
   [[nodiscard]] ParticleView operator[](std::size_t i) const {
     if (bin_ != nullptr) {
       const Particle p = (*bin_)[static_cast<int>(i)];
-      return {Vec3(p.position[0], p.position[1], p.position[2]) - scene_->offset,
-              std::to_array(p.stress),
-              p.internal,
-              density_ * p.volume,
-              &scene_->material,
-              1.0};
+      return {position_of(p) - scene_->offset, std::to_array(p.stress), p.internal, density_ * p.volume, &scene_->material, 1.0};
     }
     const ParticleTable& t = *frame_;
     ParticleView v{Vec3(t.position[3 * i], t.position[3 * i + 1], t.position[3 * i + 2]),

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 
 #include "libmpm/base/error.hpp"
 
@@ -15,6 +16,14 @@ const std::vector<double>& stored_array(const Arrays& arrays, std::string_view n
   if (found->second.size() != size)
     throw IoError(fmt::format("the array '{}' has {} numbers, {} were expected", name, found->second.size(), size));
   return found->second;
+}
+
+Peak peak_of(std::span<const double> values) {
+  Peak result;
+  for (std::size_t i = 0; i < values.size(); ++i) {
+    if (std::isfinite(values[i]) && !(result.value >= values[i])) result = {values[i], i};
+  }
+  return result;
 }
 
 TimeSeries::TimeSeries(const std::vector<Column>& columns) {

@@ -1,6 +1,8 @@
 #pragma once
 /// The measured quantities of a run at each sample, as named columns; and the storage of observers in a checkpoint.
 
+#include <cstddef>
+#include <limits>
 #include <map>
 #include <span>
 #include <string>
@@ -16,6 +18,14 @@ using Arrays = std::map<std::string, std::vector<double>, std::less<>>;
 
 /// An array of a known size. @throws IoError if it is missing or has another size
 const std::vector<double>& stored_array(const Arrays& arrays, std::string_view name, std::size_t size);
+
+/// Largest finite value of a series.
+struct Peak {
+  double value = std::numeric_limits<double>::quiet_NaN();  ///< NaN: no value is finite
+  std::size_t at = 0;                                       ///< its index; of equal values the first
+};
+/// The largest finite value, with its index.
+Peak peak_of(std::span<const double> values);
 
 /// Rows of series.csv in memory. The first column is the time in s; rows are evenly spaced in time. NaN: unknown.
 class TimeSeries {

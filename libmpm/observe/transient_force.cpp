@@ -9,19 +9,6 @@ namespace {
 
 constexpr double none = MeanEstimate::none;
 
-/// Highest finite value with its index; NaN without one.
-struct Peak {
-  double value = none;
-  std::size_t at = 0;
-};
-Peak peak_of(std::span<const double> values) {
-  Peak result;
-  for (std::size_t i = 0; i < values.size(); ++i) {
-    if (std::isfinite(values[i]) && !(result.value >= values[i])) result = {values[i], i};
-  }
-  return result;
-}
-
 /// Mean over `width` (odd) neighbours; values before the first are zero; NaN within half a window of the last.
 std::vector<double> moving_mean(std::span<const double> values, std::size_t width) {
   std::vector<double> result(values.size(), none);

@@ -26,8 +26,8 @@ namespace mpm::testing {
 /// step.
 inline const bool on_one_thread = (omp_set_num_threads(1), true);
 
-inline Vec3 position_of(const Particle& p) { return {p.position[0], p.position[1], p.position[2]}; }
-inline Vec3 velocity_of(const Particle& p) { return {p.velocity[0], p.velocity[1], p.velocity[2]}; }
+using mpm::position_of;
+using mpm::velocity_of;
 /// C, [i][j] = dv_i/dx_j
 inline Mat3 affine_of(const Particle& p) { return Eigen::Map<const Mat3>(p.affine); }
 inline Mat3 stress_of(const Particle& p) {
