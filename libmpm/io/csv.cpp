@@ -232,22 +232,15 @@ SeriesWriter SeriesWriter::resume(std::filesystem::path path, std::vector<std::s
   return SeriesWriter(Continue{}, std::move(path), std::move(columns));
 }
 
-SeriesWriter::SeriesWriter(SeriesWriter&& other) noexcept
-    : path_(std::move(other.path_)), columns_(std::move(other.columns_)), descriptor_(std::exchange(other.descriptor_, -1)) {}
-
-SeriesWriter::~SeriesWriter() {
-  if (descriptor_ >= 0) ::close(descriptor_);
-}
-
 void SeriesWriter::open() {
-  descriptor_ = ::open(path_.c_str(), O_WRONLY | O_APPEND | O_CLOEXEC);
-  if (descriptor_ < 0) throw file_error("cannot append to", path_, errno);
+  file_ = Descriptor(::open(path_.c_str(), O_WRONLY | O_APPEND | O_CLOEXEC));
+  if (!file_) throw file_error("cannot append to", path_, errno);
 }
 
 void SeriesWriter::require_in_place() const {
   struct stat here {
   }, there{};
-  if (::fstat(descriptor_, &here) != 0) throw file_error("cannot append to", path_, errno);
+  if (::fstat(file_.get(), &here) != 0) throw file_error("cannot append to", path_, errno);
   if (::stat(path_.c_str(), &there) != 0 || here.st_dev != there.st_dev || here.st_ino != there.st_ino) {
     throw IoError(
         fmt::format("'{}' was deleted, moved or replaced while the run went on: its rows are lost; put the directory back and go "
@@ -258,20 +251,14 @@ void SeriesWriter::require_in_place() const {
 
 void SeriesWriter::sync() {
   require_in_place();
-  if (::fsync(descriptor_) != 0) throw file_error("cannot append to", path_, errno);
+  if (::fsync(file_.get()) != 0) throw file_error("cannot append to", path_, errno);
 }
 
 void SeriesWriter::append(std::span<const double> values) {
   if (values.size() != columns_.size()) {
     throw IoError(fmt::format("{}: a row of {} numbers for {} columns", path_.string(), values.size(), columns_.size()));
   }
-  const std::string line = csv_line(values);
-  for (std::string_view rest = line; !rest.empty();) {
-    const ssize_t n = ::write(descriptor_, rest.data(), rest.size());
-    if (n < 0 && errno == EINTR) continue;
-    if (n < 0) throw file_error("cannot append to", path_, errno);
-    rest.remove_prefix(static_cast<std::size_t>(n));
-  }
+  if (const int reason = file_.write(csv_line(values)); reason != 0) throw file_error("cannot append to", path_, reason);
   require_in_place();
 }
 
