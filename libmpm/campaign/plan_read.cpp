@@ -5,6 +5,7 @@
 #include <sstream>
 
 #include "libmpm/base/error.hpp"
+#include "libmpm/base/text.hpp"
 #include "libmpm/campaign/plan_blocks.hpp"
 #include "libmpm/campaign/plan_values.hpp"
 #include "libmpm/campaign/run_name.hpp"
@@ -77,8 +78,7 @@ class BlockReader : private PlanValues {
     std::vector<std::string> keys;
     std::istringstream names(e.key);
     for (std::string key; std::getline(names, key, ',');) {
-      const auto first = key.find_first_not_of(' ');
-      key = first == std::string::npos ? "" : key.substr(first, key.find_last_not_of(' ') - first + 1);
+      key = trimmed(std::string(key), " ");
       known = known_key(key, e.source, here) && known;
       if (std::ranges::find(seen, key) != seen.end()) problem(e.source, here, fmt::format("{} is given twice; give it once", key));
       seen.push_back(key);

@@ -9,6 +9,7 @@
 
 #include "libmpm/base/error.hpp"
 #include "libmpm/campaign/plan_blocks.hpp"
+#include "libmpm/config/nearest_word.hpp"
 #include "libmpm/config/schema.hpp"
 #include "libmpm/config/toml_text.hpp"
 #include "libmpm/driver/schema.hpp"

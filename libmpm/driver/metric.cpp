@@ -9,8 +9,8 @@
 #include <variant>
 
 #include "libmpm/base/error.hpp"
+#include "libmpm/config/nearest_word.hpp"
 #include "libmpm/driver/observers.hpp"
-#include "libmpm/driver/schema.hpp"
 
 namespace mpm {
 
