@@ -45,8 +45,7 @@ Source::Source(const Schema& schema, std::string_view text, std::string_view fil
   try {
     root_ = toml::parse(text, file);
   } catch (const toml::parse_error& error) {
-    const auto& at = error.source().begin;
-    throw ConfigError(fmt::format("{}: not valid TOML: {}", findings.in_file(at.line, at.column).text, printable(error.description())));
+    throw ConfigError(syntax_error(error, file));
   }
   for (const std::string& override_text : overrides) {
     Override change{"", override_text};
