@@ -1,9 +1,7 @@
 /// `mpm campaign`: many runs of a plan in one folder, here or through Slurm, resumable.
 
-#include "libmpm/campaign/campaign.hpp"
-#include "libmpm/base/text.hpp"
-
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <chrono>
@@ -12,11 +10,15 @@
 #include <memory>
 #include <numeric>
 #include <optional>
+#include <ranges>
 
 #include "campaign_control.hpp"
 #include "case_arguments.hpp"
 #include "commands.hpp"
 #include "libmpm/base/error.hpp"
+#include "libmpm/base/text.hpp"
+#include "libmpm/base/thread_time.hpp"
+#include "libmpm/campaign/campaign.hpp"
 #include "libmpm/campaign/execution.hpp"
 #include "libmpm/campaign/folder.hpp"
 #include "libmpm/campaign/plan_file.hpp"
@@ -37,10 +39,11 @@ namespace fs = std::filesystem;
 
 fs::path this_program() { return fs::read_symlink("/proc/self/exe"); }
 
+void print_line(const std::string& line) { fmt::print(stderr, "{}\n", line); }
+
 std::string short_list(const std::vector<std::string>& names) {
   constexpr std::size_t most = 6;
-  std::string text;
-  for (std::size_t i = 0; i < std::min(names.size(), most); ++i) text += fmt::format("{}{}", i > 0 ? ", " : "", names[i]);
+  const std::string text = fmt::format("{}", fmt::join(names | std::views::take(most), ", "));
   return names.size() > most ? fmt::format("{} and {} more", text, names.size() - most) : text;
 }
 
@@ -105,13 +108,12 @@ class CampaignReports {
       : campaign_(campaign), out_(folder_of(a)), every_(a.seconds_between_reports) {}
 
   void operator()() {
-    const auto now = Clock::now();
-    if (every_ <= 0.0 || std::chrono::duration<double>(now - shown_).count() < every_) return;
+    if (every_ <= 0.0 || seconds_since(shown_) < every_) return;
     const std::vector<RunStatus> status = status_of(out_, campaign_);
     const CampaignCost cost = cost_of(campaign_, status);
-    const double elapsed = std::chrono::duration<double>(now - started_).count();
+    const double elapsed = seconds_since(started_);
     if (first_) first_ = false, left_at_start_ = cost.left;
-    shown_ = now;
+    shown_ = Clock::now();
     const double rate = (left_at_start_ - cost.left) / elapsed;
     fmt::print(stderr, "{:.0f} %: {} of {} runs done, {} passed, {}\n", 100.0 * (1.0 - cost.left / cost.particle_steps),
                std::ranges::count(status, RunState::done, &RunStatus::state), status.size(), clock_text(elapsed),
@@ -141,8 +143,7 @@ void run_here(const Campaign& campaign, const CampaignArguments& a) {
     report_progress();
     return pending_request();
   };
-  ExecutionOptions options{out, this_program(), jobs, a.retry_failed, poll, {}, {}};
-  options.say = [](const std::string& line) { fmt::print(stderr, "{}\n", line); };
+  ExecutionOptions options{out, this_program(), jobs, a.retry_failed, poll, print_line, {}};
   options.on_change = [&] { write_campaign_tables(out, campaign, status_of(out, campaign)); };
   const ExecutionReport report = execute(campaign, all_of(campaign), options);
   if (!report.finished) {
@@ -214,8 +215,7 @@ void run_task(const CampaignArguments& a) {
     return;
   }
   listen_to_signals();
-  ExecutionOptions options{a.out, this_program(), 1, false, pending_request, {}, {}};
-  options.say = [](const std::string& line) { fmt::print(stderr, "{}\n", line); };
+  ExecutionOptions options{a.out, this_program(), 1, false, pending_request, print_line, {}};
   const ExecutionReport report = execute(campaign, {static_cast<std::size_t>(found - campaign.runs.begin())}, options);
   if (!report.finished) end_by_signal();
   if (report.failed > 0) throw CLI::RuntimeError(static_cast<int>(ExitCode::failed));
@@ -224,14 +224,23 @@ void run_task(const CampaignArguments& a) {
 void add_plan_arguments(CLI::App& command, CampaignArguments& a) {
   command.add_option("plan", a.plan, "Plan of the campaign (see the README)")->required()->type_name("PLAN.toml");
   command.add_option("--out", a.out, "Folder of the campaign (default: out/<name of the plan>)")->type_name("DIR");
-  constexpr int most_jobs = 100000;
-  command.add_option("--jobs", a.jobs, "Runs at a time (default: cores over threads a run; Slurm: as many as it grants)")
-      ->check(in_range(1, most_jobs))
-      ->type_name("N");
+  add_jobs_argument(command, a, "Runs at a time (default: cores over threads a run; Slurm: as many as it grants)");
   add_ranks_argument(command, a.ranks, "Processes of each run (default: `ranks` of the plan, 1)");
 }
 
 }  // namespace
+
+void add_jobs_argument(CLI::App& command, CampaignArguments& a, const std::string& text) {
+  constexpr int most_jobs = 100000;
+  command.add_option("--jobs", a.jobs, text)->check(in_range(1, most_jobs))->type_name("N");
+}
+
+void add_execution_arguments(CLI::App& command, CampaignArguments& a) {
+  command.add_option("--executor", a.executor, "local, or slurm (submits, and waits for the end)")
+      ->check(CLI::IsMember({"local", "slurm"}))
+      ->default_str("local");
+  command.add_flag("--retry-failed", a.retry_failed, "Also runs whose failure would repeat itself (after a change of the program)");
+}
 
 fs::path folder_of(const CampaignArguments& a) { return a.out.empty() ? fs::path("out") / a.plan.stem() : a.out; }
 
@@ -251,10 +260,7 @@ void add_campaign(CLI::App& app) {
   CLI::App* run_command =
       campaign->add_subcommand("run", "Compute the runs that are not complete; exit code 0 if all are complete, 1 if runs failed");
   add_plan_arguments(*run_command, *a);
-  run_command->add_option("--executor", a->executor, "local, or slurm (submits, and waits for the end)")
-      ->check(CLI::IsMember({"local", "slurm"}))
-      ->default_str("local");
-  run_command->add_flag("--retry-failed", a->retry_failed, "Also runs whose failure would repeat itself (after a change of the program)");
+  add_execution_arguments(*run_command, *a);
   run_command->callback([a] { run(*a); });
 
   CLI::App* status_command = campaign->add_subcommand(

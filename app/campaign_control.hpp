@@ -1,6 +1,7 @@
 #pragma once
 /// Common part of `mpm campaign run` and `mpm design`: execution of a campaign here or through Slurm, with messages.
 
+#include <CLI/CLI.hpp>
 #include <filesystem>
 #include <string>
 
@@ -20,6 +21,11 @@ struct CampaignArguments {
   std::string name;                      ///< task: of one run
   double seconds_between_reports = 0.0;  ///< s: progress and time left to stderr that often; 0: never
 };
+
+/// Adds --jobs to a command. @param text  its description
+void add_jobs_argument(CLI::App& command, CampaignArguments& a, const std::string& text);
+/// Adds --executor and --retry-failed to a command that executes a campaign.
+void add_execution_arguments(CLI::App& command, CampaignArguments& a);
 
 /// The folder of the campaign.
 [[nodiscard]] std::filesystem::path folder_of(const CampaignArguments& a);

@@ -18,12 +18,14 @@ struct CaseArguments {
   std::vector<std::string> overrides;
 };
 
+/// --set table.key=value, any number of times.
+inline void add_overrides_argument(CLI::App& command, std::vector<std::string>& overrides, const std::string& text) {
+  command.add_option("--set", overrides, text)->type_name("table.key=value")->type_size(1)->allow_extra_args(false);
+}
+
 inline void add_case_arguments(CLI::App& command, CaseArguments& arguments) {
   command.add_option("case", arguments.file, "Case file (keys: `mpm schema`)")->required()->type_name("CASE.toml");
-  command.add_option("--set", arguments.overrides, "Replace a key of the case: numerics.cell_size_m=0.5, body[0].velocity_m_s=[1,0,0]")
-      ->type_name("table.key=value")
-      ->type_size(1)
-      ->allow_extra_args(false);
+  add_overrides_argument(command, arguments.overrides, "Replace a key of the case: numerics.cell_size_m=0.5, body[0].velocity_m_s=[1,0,0]");
 }
 
 /// --threads N, of a command that computes.

@@ -12,11 +12,11 @@
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <string>
-#include <string_view>
 #include <vector>
 
 #include "commands.hpp"
 #include "libmpm/base/error.hpp"
+#include "libmpm/driver/metric.hpp"
 #include "libmpm/driver/observers.hpp"
 #include "libmpm/io/csv.hpp"
 #include "libmpm/io/json_text.hpp"
@@ -64,7 +64,7 @@ struct ResultFile {
 
 ResultFile read_results(const std::filesystem::path& directory) {
   const auto path = directory / "results.json";
-  const Json json = Json::parse(read_json_text(path), nullptr, false);
+  const Json json = read_json_object(path);
   if (!json.is_object())
     throw IoError(fmt::format("{}: not a JSON object; recompute it with `mpm post {}`", path.string(), directory.string()));
   ResultFile results;
@@ -74,13 +74,6 @@ ResultFile read_results(const std::filesystem::path& directory) {
 
 /// Whether a key is an outcome of the computation, not information about the run or about uncertainty.
 bool is_quantity(const std::string& key) { return nature_of(key) == Nature::physics; }
-
-/// X_mean_UNIT has its standard error in X_standard_error_UNIT.
-std::optional<double> standard_error(const ResultFile& results, std::string key) {
-  const auto place = key.find("_mean");
-  if (place == std::string::npos) return std::nullopt;
-  return results.number(key.replace(place, std::string_view("_mean").size(), "_standard_error"));
-}
 
 /// One quantity of two results, as printed: a table or, with --csv, CSV.
 struct Row {
@@ -127,7 +120,7 @@ class Comparison {
   void compare_numbers(const std::string& key, double x, double y) {
     x += 0.0, y += 0.0;  // -0 becomes 0, and so in their difference
     const double difference = y - x, scale = std::max(std::abs(x), std::abs(y));
-    const auto error_a = standard_error(a_, key), error_b = standard_error(b_, key);
+    const auto error_a = a_.number(standard_error_name(key)), error_b = b_.number(standard_error_name(key));
     const bool uncertain = error_a && error_b;
     const bool judge = uncertain || tolerance_ || same_run_;
     const double allowed = std::max(uncertain ? 2.0 * std::hypot(*error_a, *error_b) : 0.0, tolerance_.value_or(0.0) * scale);

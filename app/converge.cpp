@@ -1,11 +1,13 @@
 /// `mpm converge`: one case at several grids (or particle numbers, time steps, places on the grid), and the uncertainty of its metrics.
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
 #include <memory>
+#include <ranges>
 
 #include "case_arguments.hpp"
 #include "commands.hpp"
@@ -84,12 +86,9 @@ void print_convergence(const MetricConvergence& s) {
   fmt::print("\n{}\n", s.name);
   const auto line = [](std::string_view what, const std::string& text) { fmt::print("  {:<28}{}\n", what, text); };
   if (s.exact) {
-    std::string text;
-    for (std::size_t i = 0; i < s.error.size(); ++i) text += fmt::format("{}{}", i > 0 ? ", " : "", short_number(s.error[i]));
-    line(fmt::format("errors against {}", format_number(*s.exact)), text);
-    text.clear();
-    for (const double p : s.error_order) text += fmt::format("{}{:.2f}", text.empty() ? "" : ", ", p);
-    if (!text.empty()) line("orders of the errors", text);
+    const auto errors = s.error | std::views::transform(short_number);
+    line(fmt::format("errors against {}", format_number(*s.exact)), fmt::format("{}", fmt::join(errors, ", ")));
+    if (!s.error_order.empty()) line("orders of the errors", fmt::format("{:.2f}", fmt::join(s.error_order, ", ")));
   }
   if (s.convergence) {
     const Convergence& g = *s.convergence;
@@ -107,7 +106,8 @@ void print_convergence(const MetricConvergence& s) {
                        std::isfinite(g.least_squares_order) ? fmt::format("order {:.2f}", g.least_squares_order) : "prescribed orders",
                        short_number(g.least_squares_uncertainty), 100.0 * g.least_squares_uncertainty / std::abs(g.value.back())));
     } else {
-      line("numerical uncertainty", fmt::format("{} ({:.2g} %)", short_number(g.uncertainty), 100.0 * g.uncertainty / std::abs(g.value.back())));
+      line("numerical uncertainty",
+           fmt::format("{} ({:.2g} %)", short_number(g.uncertainty), 100.0 * g.uncertainty / std::abs(g.value.back())));
     }
   }
   line("verdict", s.verdict);
@@ -134,12 +134,12 @@ std::vector<SweepPoint> compute(const ConvergeArguments& arguments, const Case& 
   ProgressLine progress;
   SweepOptions options;
   options.out = out;
-  options.threads = arguments.threads;
-  options.resume = arguments.resume;
+  options.run.threads = arguments.threads;
+  options.run.resume = arguments.resume;
+  options.run.on_progress = [&](const Progress& p) { progress(p); };
+  options.run.poll = pending_request;
   options.overwrite = arguments.force;
-  options.on_progress = [&](const Progress& p) { progress(p); };
-  options.poll = pending_request;
-  options.run = [](const Case& c, const RunOptions& run) { return session().run(c, run); };
+  options.compute = [](const Case& c, const RunOptions& run) { return session().run(c, run); };
   options.on_start = [&](const SweepPoint& p) {
     fmt::print(stderr, "{} = {} in {}\n", to_string(sweep.kind), format_number(p.value), p.directory.string());
   };

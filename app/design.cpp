@@ -7,13 +7,13 @@
 #include <memory>
 
 #include "campaign_control.hpp"
+#include "case_arguments.hpp"
 #include "commands.hpp"
 #include "libmpm/base/error.hpp"
 #include "libmpm/campaign/design_plan.hpp"
 #include "libmpm/io/atomic_file.hpp"
 #include "python_script.hpp"
 #include "run_control.hpp"
-#include "validators.hpp"
 
 namespace mpm::app {
 
@@ -95,20 +95,9 @@ void add_design(CLI::App& app) {
   command->add_option("site", a->campaign.plan, "Site file: flow, snow, mast")->required()->type_name("SITE.toml");
   command->add_option("--out", a->campaign.out, "Folder of the design (default: out/<name of the site file>)")->type_name("DIR");
   command->add_flag("--quick", a->quick, "Coarser grids: at most ten minutes on two cores instead of an hour");
-  constexpr int most_jobs = 100000;
-  command
-      ->add_option("--jobs", a->campaign.jobs, "Runs at a time, of two threads each (default: half the cores; Slurm: as many as it grants)")
-      ->check(in_range(1, most_jobs))
-      ->type_name("N");
-  command->add_option("--executor", a->campaign.executor, "local, or slurm (submits, and waits for the end)")
-      ->check(CLI::IsMember({"local", "slurm"}))
-      ->default_str("local");
-  command->add_flag("--retry-failed", a->campaign.retry_failed,
-                    "Also runs whose failure would repeat itself (after a change of the program)");
-  command->add_option("--set", a->overrides, "Replace a key of the cases of all runs: conveyor.lattice=aligned")
-      ->type_name("table.key=value")
-      ->type_size(1)
-      ->allow_extra_args(false);
+  add_jobs_argument(*command, a->campaign, "Runs at a time, of two threads each (default: half the cores; Slurm: as many as it grants)");
+  add_execution_arguments(*command, a->campaign);
+  add_overrides_argument(*command, a->overrides, "Replace a key of the cases of all runs: conveyor.lattice=aligned");
   CLI::Option* plan = command->add_flag("--plan", a->plan_only, "Only print what would be run, and its cost");
   command->add_flag("--page", a->page_only, "Only make the page again, from finished runs")->excludes(plan);
   command->callback([a] { design(*a); });

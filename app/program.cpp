@@ -17,6 +17,7 @@
 
 #include "commands.hpp"
 #include "libmpm/base/error.hpp"
+#include "libmpm/config/nearest_word.hpp"
 #include "libmpm/driver/build_info.hpp"
 #include "libmpm/driver/schema.hpp"
 #include "libmpm/driver/threads.hpp"

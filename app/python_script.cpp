@@ -5,6 +5,8 @@
 
 #include <cerrno>
 
+#include "libmpm/base/process.hpp"
+
 namespace mpm::app {
 
 std::optional<std::filesystem::path> find_script(const std::string& name) {
@@ -20,10 +22,7 @@ std::optional<std::filesystem::path> find_script(const std::string& name) {
 int run_script(const std::filesystem::path& script, const std::vector<std::string>& arguments) {
   std::vector<std::string> words{python, script.string()};
   words.insert(words.end(), arguments.begin(), arguments.end());
-  std::vector<char*> argv;
-  argv.reserve(words.size() + 1);
-  for (std::string& word : words) argv.push_back(word.data());
-  argv.push_back(nullptr);
+  const std::vector<char*> argv = exec_arguments(words);
   const pid_t child = fork();
   if (child < 0) return 127;
   if (child == 0) {

@@ -16,6 +16,7 @@
 #include <optional>
 
 #include "libmpm/base/error.hpp"
+#include "libmpm/base/process.hpp"
 #include "libmpm/driver/case_file.hpp"
 #include "libmpm/driver/launcher.hpp"
 #include "libmpm/driver/threads.hpp"
@@ -54,10 +55,7 @@ void become_ranks(int ranks) {
     else if (!word.starts_with("--ranks="))
       words.push_back(word);
   }
-  std::vector<char*> arguments;
-  for (std::string& w : words) arguments.push_back(w.data());
-  arguments.push_back(nullptr);
-  execv(arguments[0], arguments.data());
+  execv(words[0].c_str(), exec_arguments(words).data());
   throw IoError(fmt::format("cannot start {}: {}", words[0], std::strerror(errno)));
 }
 

@@ -2,9 +2,11 @@
 /// Conversion of values to bytes and back, for messages between processes of one program.
 
 #include <cstddef>
+#include <cstdint>
 #include <cstring>
 #include <span>
 #include <string>
+#include <string_view>
 #include <type_traits>
 #include <vector>
 
@@ -29,6 +31,12 @@ void put(Message& message, const T& value) {
   put(message, std::span<const T>(&value, 1));
 }
 
+/// Appends a text with its length, for MessageReader::get_text.
+inline void put_text(Message& message, std::string_view text) {
+  put(message, static_cast<std::uint64_t>(text.size()));
+  put(message, std::span<const char>(text));
+}
+
 /// Reads a message from its beginning.
 class MessageReader {
  public:
@@ -49,6 +57,12 @@ class MessageReader {
     T value;
     get(std::span<T>(&value, 1));
     return value;
+  }
+  /// The next text, appended by put_text.
+  std::string get_text() {
+    std::string all(get<std::uint64_t>(), '\0');
+    get(std::span(all));
+    return all;
   }
   /// The rest, as values.
   template <class T>

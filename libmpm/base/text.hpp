@@ -1,8 +1,11 @@
 #pragma once
-/// Numbers as text for messages. The core links no formatting library.
+/// Numbers as text for messages, and small operations on text. The core links no formatting library.
 
+#include <algorithm>
+#include <cctype>
 #include <charconv>
 #include <concepts>
+#include <optional>
 #include <string>
 #include <string_view>
 
@@ -24,6 +27,27 @@ inline std::string counted(std::integral auto count, std::string_view noun) {
 template <class Vector>
 std::string vector_text(const Vector& v, int digits = 4) {
   return "(" + number_text(v[0], digits) + ", " + number_text(v[1], digits) + ", " + number_text(v[2], digits) + ")";
+}
+
+/// The number that a text is, with or without a leading '+'; empty if it is not exactly one.
+inline std::optional<double> parse_number(std::string_view text) {
+  if (text.starts_with('+')) text.remove_prefix(1);
+  double value = 0.0;
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+  return error == std::errc() && end == text.data() + text.size() ? std::optional(value) : std::nullopt;
+}
+
+/// A text without the blanks at both ends. @param blanks  the characters that are blanks
+inline std::string_view trimmed(std::string_view text, std::string_view blanks) {
+  const auto first = text.find_first_not_of(blanks);
+  if (first == std::string_view::npos) return {};
+  return text.substr(first, text.find_last_not_of(blanks) - first + 1);
+}
+
+/// A text with ASCII letters in lower case.
+inline std::string lower(std::string text) {
+  std::ranges::transform(text, text.begin(), [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  return text;
 }
 
 }  // namespace mpm

@@ -1,7 +1,9 @@
 #pragma once
-/// The computing time of a thread.
+/// Measured times: the computing time of a thread, and wall time.
 
 #include <time.h>
+
+#include <chrono>
 
 namespace mpm {
 
@@ -10,6 +12,11 @@ inline double thread_seconds() noexcept {
   timespec now{};
   clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);
   return static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec);
+}
+
+/// Wall time since an instant, s.
+inline double seconds_since(std::chrono::steady_clock::time_point start) {
+  return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
 }
 
 }  // namespace mpm

@@ -19,7 +19,7 @@ constexpr int attempts_format_version = 1;
 
 std::vector<Attempt> read_attempts(const fs::path& directory, const CampaignRun& run) {
   if (!fs::exists(directory / "attempts.json")) return {};
-  const Json json = Json::parse(read_json_text(directory / "attempts.json"), nullptr, false);
+  const Json json = read_json_object(directory / "attempts.json");
   if (!json.is_object() || json.value("case_hash", "") != run.case_hash || json.value("end_s", -1.0) != Sampling(run.spec).end() ||
       !json.contains("attempts"))
     return {};

@@ -4,13 +4,13 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
-#include <cctype>
 #include <map>
 #include <set>
 #include <sstream>
 #include <utility>
 
 #include "libmpm/base/error.hpp"
+#include "libmpm/base/text.hpp"
 #include "libmpm/driver/case_file.hpp"
 #include "libmpm/driver/sampling.hpp"
 
@@ -35,11 +35,6 @@ std::string differences(const CampaignRun& a, const CampaignRun& b) {
     }
   }
   return fmt::format("{}", fmt::join(keys, ", "));
-}
-
-std::string lower(std::string text) {
-  std::ranges::transform(text, text.begin(), [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
-  return text;
 }
 
 /// Errors of many cases; an error common to several runs is reported once.

@@ -191,10 +191,9 @@ std::string design_plan_json(const DesignPlan& plan) {
   root["grids"] = Json::array();
   for (std::size_t g = 0; g < plan.cells.size(); ++g)
     root["grids"].push_back({{"cells", plan.cells[g]}, {"cell_size_m", plan.cell_size[g]}});
-  static constexpr std::array transfers{"apic", "flip", "aflip"};
-  const Numerics& numerics = plan.campaign.runs.front().spec.numerics;
-  root["numerics"] = Json{{"contact", numerics.contact == ContactRule::surface ? "surface" : "nodal"},
-                          {"transfer", transfers.at(static_cast<std::size_t>(numerics.transfer))}};
+  const Case& first = plan.campaign.runs.front().spec;
+  root["numerics"] =
+      Json{{"contact", case_value(first, "numerics.contact").value()}, {"transfer", case_value(first, "numerics.transfer").value()}};
   root["duration_s"] = plan.duration;
   root["particle_steps"] = plan.particle_steps;
   root["runs"] = Json::array();

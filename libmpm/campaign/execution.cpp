@@ -18,6 +18,7 @@
 #include <thread>
 
 #include "libmpm/base/error.hpp"
+#include "libmpm/base/process.hpp"
 #include "libmpm/campaign/attempts.hpp"
 #include "libmpm/campaign/folder.hpp"
 #include "libmpm/campaign/status.hpp"
@@ -33,12 +34,6 @@ namespace fs = std::filesystem;
 using Clock = std::chrono::steady_clock;
 
 std::string utc_now() { return fmt::format("{:%Y-%m-%dT%H:%M:%SZ}", fmt::gmtime(std::time(nullptr))); }
-
-std::string host_name() {
-  char name[256] = {};
-  gethostname(name, sizeof(name) - 1);
-  return name;
-}
 
 /// Last line that is not empty.
 std::string last_line(const fs::path& file) {
@@ -171,10 +166,7 @@ class Pool {
     std::vector<std::string> words = launcher_;
     words.insert(words.end(), {options_.program.string(), "run", (directory / "case.toml").string(), "--out", directory.string(),
                                "--threads", std::to_string(campaign_.plan.threads), "--resume"});
-    std::vector<char*> arguments;  // in the form for execv
-    arguments.reserve(words.size() + 1);
-    for (std::string& word : words) arguments.push_back(word.data());
-    arguments.push_back(nullptr);
+    const std::vector<char*> arguments = exec_arguments(words);
     const std::string output = (directory / "stderr.log").string();
     const pid_t parent = getpid(), child = fork();
     if (child < 0) throw IoError(fmt::format("cannot start a process for {}: {}; use fewer --jobs", run.name, std::strerror(errno)));

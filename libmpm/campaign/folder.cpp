@@ -51,7 +51,7 @@ std::vector<std::pair<const CampaignRun*, std::string>> adoptable(const fs::path
   for (const std::string& name : unnamed) {
     const fs::path results = out / "runs" / name / "results.json";
     if (!fs::exists(results) || is_locked(out / "runs" / name)) continue;
-    const auto json = Json::parse(read_json_text(results), nullptr, false);
+    const auto json = read_json_object(results);
     if (json.is_object()) by_hash.emplace(json.value("case_hash", ""), name);
   }
   std::vector<std::pair<const CampaignRun*, std::string>> pairs;

@@ -4,8 +4,6 @@
 #include <fmt/ranges.h>
 #include <toml++/toml.h>
 
-#include <sstream>
-
 #include "libmpm/campaign/plan_blocks.hpp"
 #include "libmpm/config/guard.hpp"
 #include "libmpm/config/toml_text.hpp"
@@ -51,9 +49,7 @@ std::string write_plan(const CampaignPlan& plan) {
   }
   toml::table base;
   base.insert("base", toml::parse(plan.base_text));
-  std::ostringstream tables;
-  tables << toml::toml_formatter(base, toml::toml_formatter::default_flags & ~toml::format_flags::allow_literal_strings);
-  out += fmt::format("\n{}\n", tables.str());
+  out += fmt::format("\n{}\n", config::toml_text(base));
   for (const PlannedRun& run : plan.runs) {
     out += fmt::format("\n[[run]]\nname = {}\n", toml_string(run.name));
     std::vector<std::string> set;

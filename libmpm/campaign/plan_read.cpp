@@ -5,6 +5,7 @@
 #include <sstream>
 
 #include "libmpm/base/error.hpp"
+#include "libmpm/base/text.hpp"
 #include "libmpm/campaign/plan_blocks.hpp"
 #include "libmpm/campaign/plan_values.hpp"
 #include "libmpm/campaign/run_name.hpp"
@@ -35,9 +36,7 @@ class BlockReader : private PlanValues {
     try {
       root = toml::parse(text, file_.string());
     } catch (const toml::parse_error& error) {
-      const auto& at = error.source().begin;
-      throw ConfigError(
-          fmt::format("{}:{}:{}: not valid TOML: {}", file_.string(), at.line, at.column, config::printable(error.description())));
+      throw ConfigError(config::syntax_error(error, file_.string()));
     }
     read_root(root);
     throw_problems();
@@ -77,8 +76,7 @@ class BlockReader : private PlanValues {
     std::vector<std::string> keys;
     std::istringstream names(e.key);
     for (std::string key; std::getline(names, key, ',');) {
-      const auto first = key.find_first_not_of(' ');
-      key = first == std::string::npos ? "" : key.substr(first, key.find_last_not_of(' ') - first + 1);
+      key = trimmed(std::string(key), " ");
       known = known_key(key, e.source, here) && known;
       if (std::ranges::find(seen, key) != seen.end()) problem(e.source, here, fmt::format("{} is given twice; give it once", key));
       seen.push_back(key);
@@ -176,9 +174,7 @@ class BlockReader : private PlanValues {
   void read_base_tables(const toml::table& tables) {
     blocks_.base = tables;
     blocks_.base.is_inline(false);  // base = { ... } in the plan is the root of a case
-    std::ostringstream out;
-    out << toml::toml_formatter(blocks_.base, toml::toml_formatter::default_flags & ~toml::format_flags::allow_literal_strings);
-    blocks_.plan.base_text = out.str();
+    blocks_.plan.base_text = toml_text(blocks_.base);
     blocks_.plan.base_name = file_.string() + ", [base]";
   }
 
@@ -190,9 +186,7 @@ class BlockReader : private PlanValues {
       config::check_text(blocks_.plan.base_text, path.string());
       blocks_.base = toml::parse(blocks_.plan.base_text, path.string());
     } catch (const toml::parse_error& error) {
-      const auto& at = error.source().begin;
-      problem(source, "",
-              fmt::format("base {}:{}:{}: not valid TOML: {}", path.string(), at.line, at.column, config::printable(error.description())));
+      problem(source, "", "base " + config::syntax_error(error, path.string()));
     } catch (const Error& error) {
       problem(source, "", fmt::format("base: {}", error.what()));
     }

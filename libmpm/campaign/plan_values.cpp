@@ -9,9 +9,9 @@
 
 #include "libmpm/base/error.hpp"
 #include "libmpm/campaign/plan_blocks.hpp"
-#include "libmpm/config/schema.hpp"
+#include "libmpm/config/nearest_word.hpp"
 #include "libmpm/config/toml_text.hpp"
-#include "libmpm/driver/schema.hpp"
+#include "libmpm/driver/case_schema.hpp"
 
 namespace mpm {
 
@@ -36,18 +36,7 @@ void flatten(const toml::table& table, const std::string& prefix, std::vector<Pl
 }  // namespace
 
 void PlanValues::problem(const toml::source_region& source, const std::string& where, const std::string& text) {
-  const auto& at = source.begin;
-  problems_.push_back({std::max<std::uint32_t>(1, at.line), std::max<std::uint32_t>(1, at.column),
-                       where.empty() ? text : fmt::format("{} {}", where, text)});
-}
-
-void PlanValues::throw_problems() {
-  if (problems_.empty()) return;
-  std::ranges::stable_sort(problems_, {}, [](const Problem& f) { return std::tie(f.line, f.column); });
-  std::string message;
-  for (const Problem& f : problems_)
-    message += fmt::format("{}{}:{}:{}: {}", message.empty() ? "" : "\n", file_.string(), f.line, f.column, f.text);
-  throw ConfigError(message);
+  findings_.add(findings_.in_file(source.begin.line, source.begin.column), where.empty() ? text : fmt::format("{} {}", where, text));
 }
 
 void PlanValues::only(const toml::table& table, const std::string& where, const std::vector<std::string>& permitted) {
@@ -118,9 +107,8 @@ std::vector<const toml::table*> PlanValues::tables_at(const toml::table& table, 
 bool PlanValues::known_key(const std::string& key, const toml::source_region& source, const std::string& where) {
   static const std::vector<std::string> keys = [] {
     std::vector<std::string> names;
-    for (const KeyInfo& k : schema_keys()) {
-      const auto table = std::ranges::find(schema_tables(), k.table, &TableInfo::name);
-      if (table->in_case) names.push_back(config::key_path(k.table, k.name));
+    for (const config::Table& table : case_schema().tables()) {
+      for (const config::Key& key : table.keys) names.push_back(config::key_path(table.name, key.name));
     }
     return names;
   }();

@@ -3,12 +3,12 @@
 
 #include <toml++/toml.h>
 
-#include <cstdint>
 #include <filesystem>
 #include <string>
 #include <vector>
 
 #include "libmpm/campaign/plan.hpp"
+#include "libmpm/config/findings.hpp"
 
 namespace mpm {
 
@@ -16,7 +16,7 @@ namespace mpm {
 class PlanValues {
  public:
   /// @param file  its name, for messages
-  explicit PlanValues(std::filesystem::path file) : file_(std::move(file)) {}
+  explicit PlanValues(const std::filesystem::path& file) : findings_(file.string()) {}
 
   /// An entry of a table. Keys may be given as "table.key" in quotes or as dotted keys, which TOML makes tables of.
   struct Entry {
@@ -27,9 +27,9 @@ class PlanValues {
 
   /// @param where name of the table in messages, empty at the top
   void problem(const toml::source_region& source, const std::string& where, const std::string& text);
-  [[nodiscard]] bool sound() const { return problems_.empty(); }  ///< no error so far
+  [[nodiscard]] bool sound() const { return !findings_.any(); }  ///< no error so far
   /// @throws ConfigError with all errors in the order of the file
-  void throw_problems();
+  void throw_problems() { findings_.throw_if_any(); }
 
   /// Reports every key of a table that is not permitted.
   void only(const toml::table& table, const std::string& where, const std::vector<std::string>& permitted);
@@ -52,13 +52,7 @@ class PlanValues {
   [[nodiscard]] static std::vector<Entry> in_order(const toml::table& table);
 
  private:
-  struct Problem {
-    std::uint32_t line, column;
-    std::string text;
-  };
-
-  std::filesystem::path file_;
-  std::vector<Problem> problems_;
+  config::Findings findings_;
 };
 
 }  // namespace mpm

@@ -42,6 +42,8 @@ class Findings final : public ParameterReport {
 
   /// Both from 1.
   [[nodiscard]] Place in_file(std::uint32_t line, std::uint32_t column) const;
+  /// Whether there are errors.
+  [[nodiscard]] bool any() const { return !findings_.empty(); }
   /// Whether there are so many errors that reading should stop.
   [[nodiscard]] bool given_up() const;
   /// @throws ConfigError with all errors in the order of the file, one on each line, if there are any

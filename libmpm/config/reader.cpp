@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "libmpm/config/findings.hpp"
+#include "libmpm/config/nearest_word.hpp"
 #include "libmpm/config/source.hpp"
 #include "libmpm/config/toml_text.hpp"
 #include "libmpm/config/value.hpp"

@@ -6,6 +6,7 @@
 #include <optional>
 
 #include "libmpm/base/error.hpp"
+#include "libmpm/base/text.hpp"
 #include "libmpm/config/guard.hpp"
 #include "libmpm/config/toml_text.hpp"
 
@@ -13,12 +14,7 @@ namespace mpm::config {
 
 namespace {
 
-std::string trimmed(std::string_view text) {
-  constexpr std::string_view blank = " \t\r\n\f\v";
-  const std::size_t first = text.find_first_not_of(blank);
-  if (first == std::string_view::npos) return {};
-  return std::string(text.substr(first, text.find_last_not_of(blank) - first + 1));
-}
+constexpr std::string_view blanks = " \t\r\n\f\v";
 
 /// One to three bare keys with dots between them, each with an index of at most six digits or without: body[0].min_m
 bool is_override_path(std::string_view path) {
@@ -49,8 +45,7 @@ Source::Source(const Schema& schema, std::string_view text, std::string_view fil
   try {
     root_ = toml::parse(text, file);
   } catch (const toml::parse_error& error) {
-    const auto& at = error.source().begin;
-    throw ConfigError(fmt::format("{}: not valid TOML: {}", findings.in_file(at.line, at.column).text, printable(error.description())));
+    throw ConfigError(syntax_error(error, file));
   }
   for (const std::string& override_text : overrides) {
     Override change{"", override_text};
@@ -73,7 +68,7 @@ Place Source::place_of(const std::string& path, const toml::source_region& sourc
 
 std::string Source::apply(Override& change) {
   const std::size_t equals = change.text.find('=');
-  const std::string path = equals == std::string::npos ? "" : trimmed(change.text.substr(0, equals));
+  const std::string path(equals == std::string::npos ? "" : trimmed(std::string_view(change.text).substr(0, equals), blanks));
   if (!is_override_path(path)) return "not understood; write table.key=value, or body[0].key=value";
   change.path = path;
   std::string problem;
@@ -82,7 +77,7 @@ std::string Source::apply(Override& change) {
   const std::string name = path.substr(path.rfind('.') == std::string::npos ? 0 : path.rfind('.') + 1);
   if (name.ends_with(']')) return "only a whole key can be replaced; write table.key=value";
 
-  const std::string value = trimmed(change.text.substr(equals + 1));
+  const std::string value(trimmed(std::string_view(change.text).substr(equals + 1), blanks));
   try {
     const std::string line = "value = " + value;
     check_text(line, change.text);

@@ -1,5 +1,7 @@
 #include "libmpm/config/toml_text.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <sstream>
 
@@ -35,6 +37,11 @@ std::string one_line(std::string text) {
     text = text.substr(0, cut) + "...";
   }
   return text;
+}
+
+std::string syntax_error(const toml::parse_error& error, std::string_view file) {
+  const auto& at = error.source().begin;
+  return fmt::format("{}:{}:{}: not valid TOML: {}", file, at.line, at.column, printable(error.description()));
 }
 
 std::string toml_text(const toml::node& node) {

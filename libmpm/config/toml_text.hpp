@@ -17,6 +17,9 @@ namespace mpm::config {
 /// Without line breaks, cut to a length that fits a message.
 [[nodiscard]] std::string one_line(std::string text);
 
+/// What the parser refuses: "case.toml:3:1: not valid TOML: ...". @param file  name in the message
+[[nodiscard]] std::string syntax_error(const toml::parse_error& error, std::string_view file);
+
 /// A value as TOML; numbers read back to the same bits.
 [[nodiscard]] std::string toml_text(const toml::node& node);
 

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <cstdlib>
 
+#include "libmpm/config/nearest_word.hpp"
 #include "libmpm/config/toml_text.hpp"
 
 namespace mpm::config {

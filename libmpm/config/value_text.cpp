@@ -1,6 +1,9 @@
 #include "libmpm/config/value_text.hpp"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <ranges>
 
 namespace mpm::config {
 
@@ -34,9 +37,7 @@ struct TomlWriter {
     return fmt::format("[{}, {}, {}]", (*this)(Vec3(x.row(0))), (*this)(Vec3(x.row(1))), (*this)(Vec3(x.row(2))));
   }
   std::string operator()(const std::vector<std::string>& x) const {
-    std::string out;
-    for (const std::string& word : x) out += (out.empty() ? "" : ", ") + quoted(word);
-    return "[" + out + "]";
+    return fmt::format("[{}]", fmt::join(x | std::views::transform(quoted), ", "));
   }
 };
 

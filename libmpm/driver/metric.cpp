@@ -9,8 +9,8 @@
 #include <variant>
 
 #include "libmpm/base/error.hpp"
+#include "libmpm/config/nearest_word.hpp"
 #include "libmpm/driver/observers.hpp"
-#include "libmpm/driver/schema.hpp"
 
 namespace mpm {
 
@@ -63,6 +63,12 @@ std::string require_name(const std::string& name, const std::vector<std::string>
 
 }  // namespace
 
+std::string standard_error_name(std::string name) {
+  constexpr std::string_view mean = "_mean";
+  const auto place = name.find(mean);
+  return place == std::string::npos ? "" : name.replace(place, mean.size(), "_standard_error");
+}
+
 Metric metric_of(const std::string& results_json, const std::string& name) {
   const Json results = Json::parse(results_json, nullptr, false);
   if (!results.is_object()) throw IoError("results.json is not a JSON object; run the case again");
@@ -71,12 +77,7 @@ Metric metric_of(const std::string& results_json, const std::string& name) {
   if (value.is_string() || value.is_boolean()) throw ConfigError(fmt::format("metric {}: {} is not a number", name, value.dump()));
   Metric metric;
   if (value.is_number()) metric.value = value.get<double>();
-  // X_mean_UNIT has its standard error in X_standard_error_UNIT.
-  if (const auto place = key.find("_mean"); place != std::string::npos) {
-    std::string error_key = key;
-    const Json error = at(results, error_key.replace(place, std::string_view("_mean").size(), "_standard_error"));
-    if (error.is_number()) metric.standard_error = error.get<double>();
-  }
+  if (const Json error = at(results, standard_error_name(key)); error.is_number()) metric.standard_error = error.get<double>();
   return metric;
 }
 

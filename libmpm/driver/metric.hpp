@@ -17,6 +17,9 @@ struct Metric {
   double standard_error = none;  ///< NaN if unknown
 };
 
+/// The entry that holds the standard error of another one: X_standard_error_UNIT of X_mean_UNIT; empty for other names.
+[[nodiscard]] std::string standard_error_name(std::string name);
+
 /// The metric of a results.json.
 /// @throws ConfigError for an unknown name (suggests the nearest), or that is not a number; IoError if the text is not JSON
 [[nodiscard]] Metric metric_of(const std::string& results_json, const std::string& name);

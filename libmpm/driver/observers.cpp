@@ -113,12 +113,14 @@ GridResolution grid_resolution(const Case& c) {
   return r;
 }
 
-std::vector<std::shared_ptr<Observer>> make_observers(const Case& c, const CaseScene& scene) {
+std::vector<std::shared_ptr<Observer>> make_observers(const Case& c, const CaseScene& scene,
+                                                      const std::vector<std::shared_ptr<Observer>>& more) {
   const Setting setting = setting_of(c, scene);
   std::vector<std::shared_ptr<Observer>> observers;
   for (const Entry& entry : list) {
     if (entry.applies.holds(setting)) observers.push_back(entry.make(setting));
   }
+  observers.insert(observers.end(), more.begin(), more.end());
   return observers;
 }
 

@@ -25,8 +25,9 @@ namespace mpm {
 /// How a case with a conveyor and an obstacle resolves the obstacle.
 [[nodiscard]] GridResolution grid_resolution(const Case& c);
 
-/// The observers of a case, in the order of their columns.
-[[nodiscard]] std::vector<std::shared_ptr<Observer>> make_observers(const Case& c, const CaseScene& scene);
+/// The observers of a case, in the order of their columns. @param more  those of the caller, which come last
+[[nodiscard]] std::vector<std::shared_ptr<Observer>> make_observers(const Case& c, const CaseScene& scene,
+                                                                    const std::vector<std::shared_ptr<Observer>>& more = {});
 
 /// The entries that results.json of a run of this case will have; their values are undefined.
 [[nodiscard]] Results expected_results(const Case& c);

@@ -113,9 +113,7 @@ PostResult post_process(const std::filesystem::path& directory, const std::files
   if (numbers.empty()) {
     throw IoError(fmt::format("{}: there are no frames to measure; run the case with output.frames_per_second > 0", directory.string()));
   }
-  auto all = make_observers(c, make_scene(c));
-  all.insert(all.end(), observers.begin(), observers.end());
-  ObserverList list(std::move(all));
+  ObserverList list(make_observers(c, make_scene(c), observers));
   const LastFrame last = measure_frames(directory, numbers, case_hash_text(c), list);
 
   PostResult result;

@@ -9,6 +9,7 @@
 
 #include "libmpm/base/error.hpp"
 #include "libmpm/base/text.hpp"
+#include "libmpm/base/thread_time.hpp"
 #include "libmpm/driver/advice.hpp"
 #include "libmpm/driver/build_info.hpp"
 #include "libmpm/driver/case_file.hpp"
@@ -23,6 +24,7 @@
 #include "libmpm/driver/worker.hpp"
 #include "libmpm/io/atomic_file.hpp"
 #include "libmpm/io/csv.hpp"
+#include "libmpm/io/json_text.hpp"
 #include "libmpm/io/snapshot.hpp"
 #include "libmpm/io/xdmf.hpp"
 #include "libmpm/observe/observer_list.hpp"
@@ -32,8 +34,6 @@ namespace mpm {
 namespace {
 
 using Clock = std::chrono::steady_clock;
-
-double seconds_since(Clock::time_point start) { return std::chrono::duration<double>(Clock::now() - start).count(); }
 
 /// One run in its directory.
 class Run {
@@ -88,12 +88,6 @@ const std::filesystem::path& made(const std::filesystem::path& directory) {
   return directory;
 }
 
-ObserverList observers_of(const Case& c, const CaseScene& scene, const std::vector<std::shared_ptr<Observer>>& more) {
-  auto all = make_observers(c, scene);
-  all.insert(all.end(), more.begin(), more.end());
-  return ObserverList(std::move(all));
-}
-
 Run::Run(const Case& c, const RunOptions& options)
     : case_(c),
       options_(options),
@@ -101,7 +95,7 @@ Run::Run(const Case& c, const RunOptions& options)
       sampling_(c),
       scene_(make_scene(c)),
       state_(c.numerics.cell_size),
-      observers_(observers_of(c, scene_, options.observers)),
+      observers_(make_observers(c, scene_, options.observers)),
       lock_(made(options.out)) {
   start_threads(options_.threads);
 }
@@ -125,7 +119,7 @@ void Run::start_or_resume() {
 bool Run::may_start_over() const {
   if (!std::filesystem::exists(options_.out / "results.json")) return true;
   if (finished_results(options_.out, case_)) return false;
-  const auto json = nlohmann::json::parse(read_file(options_.out / "results.json"), nullptr, false);
+  const auto json = read_json_object(options_.out / "results.json");
   return json.is_object() && json.value("case_hash", "") == hash_;
 }
 

@@ -3,7 +3,6 @@
 #include <fcntl.h>
 #include <fmt/format.h>
 #include <sys/file.h>
-#include <unistd.h>
 
 #include <cerrno>
 #include <chrono>
@@ -23,29 +22,23 @@ namespace mpm {
 
 DirectoryLock::DirectoryLock(const std::filesystem::path& directory) {
   const auto path = directory / ".lock";
-  descriptor_ = open(path.c_str(), O_CREAT | O_RDWR | O_CLOEXEC, 0644);
-  if (descriptor_ < 0) throw file_error("cannot create", path, errno);
+  file_ = Descriptor(open(path.c_str(), O_CREAT | O_RDWR | O_CLOEXEC, 0644));
+  if (!file_) throw file_error("cannot create", path, errno);
   constexpr int tries = 50;
   constexpr std::chrono::milliseconds pause(10);
-  for (int i = 0; flock(descriptor_, LOCK_EX | LOCK_NB) != 0; ++i) {
+  for (int i = 0; flock(file_.get(), LOCK_EX | LOCK_NB) != 0; ++i) {
     if (i < tries) {
       std::this_thread::sleep_for(pause);
       continue;
     }
-    close(descriptor_);
     throw IoError(fmt::format("{}: another process is running in this directory; wait for it or choose another --out", directory.string()));
   }
 }
 
-DirectoryLock::~DirectoryLock() { close(descriptor_); }
-
 bool is_locked(const std::filesystem::path& directory) {
   const auto path = directory / ".lock";
-  const int descriptor = open(path.c_str(), O_RDWR | O_CLOEXEC);
-  if (descriptor < 0) return false;
-  const bool locked = flock(descriptor, LOCK_EX | LOCK_NB) != 0 && errno == EWOULDBLOCK;
-  close(descriptor);
-  return locked;
+  const Descriptor file(open(path.c_str(), O_RDWR | O_CLOEXEC));
+  return file && flock(file.get(), LOCK_EX | LOCK_NB) != 0 && errno == EWOULDBLOCK;
 }
 
 void require_no_results(const std::filesystem::path& directory) {

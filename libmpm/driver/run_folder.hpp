@@ -7,6 +7,7 @@
 #include <string>
 
 #include "libmpm/driver/case.hpp"
+#include "libmpm/io/descriptor.hpp"
 
 namespace mpm {
 
@@ -16,12 +17,9 @@ class DirectoryLock {
   /// Tries for half a second, because is_locked() of another process takes the lock for an instant.
   /// @throws IoError if another process holds it, or the file cannot be made
   explicit DirectoryLock(const std::filesystem::path& directory);
-  ~DirectoryLock();
-  DirectoryLock(const DirectoryLock&) = delete;
-  DirectoryLock& operator=(const DirectoryLock&) = delete;
 
  private:
-  int descriptor_;
+  Descriptor file_;
 };
 
 /// Whether a process works in a directory; false if the directory does not exist.

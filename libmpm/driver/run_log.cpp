@@ -3,7 +3,6 @@
 #include <fcntl.h>
 #include <fmt/chrono.h>
 #include <fmt/format.h>
-#include <unistd.h>
 
 #include <cerrno>
 #include <ctime>
@@ -13,16 +12,13 @@
 namespace mpm {
 
 RunLog::RunLog(const std::filesystem::path& path, bool append)
-    : descriptor_(open(path.c_str(), O_CREAT | O_WRONLY | O_CLOEXEC | (append ? O_APPEND : O_TRUNC), 0644)) {
-  if (descriptor_ < 0) throw file_error("cannot write", path, errno);
+    : file_(open(path.c_str(), O_CREAT | O_WRONLY | O_CLOEXEC | (append ? O_APPEND : O_TRUNC), 0644)) {
+  if (!file_) throw file_error("cannot write", path, errno);
 }
 
-RunLog::~RunLog() { close(descriptor_); }
-
 void RunLog::write(const std::string& text) const {
-  const std::string line = fmt::format("{:%Y-%m-%d %H:%M:%S} {}\n", fmt::localtime(std::time(nullptr)), text);
   // a log that cannot be written must not end a run that can; the loss shows in the series, which is checked
-  [[maybe_unused]] const auto written = ::write(descriptor_, line.data(), line.size());
+  (void)file_.write(fmt::format("{:%Y-%m-%d %H:%M:%S} {}\n", fmt::localtime(std::time(nullptr)), text));
 }
 
 }  // namespace mpm

@@ -4,6 +4,8 @@
 #include <filesystem>
 #include <string>
 
+#include "libmpm/io/descriptor.hpp"
+
 namespace mpm {
 
 /// The run.log of a run, open until it ends or stops.
@@ -11,16 +13,12 @@ class RunLog {
  public:
   /// @param append  whether to keep the lines from before a resume. @throws IoError
   RunLog(const std::filesystem::path& path, bool append);
-  /// Closes the file.
-  ~RunLog();
-  RunLog(const RunLog&) = delete;
-  RunLog& operator=(const RunLog&) = delete;
 
   /// Adds one line with the time. A log that cannot be written does not end a run.
   void write(const std::string& text) const;
 
  private:
-  int descriptor_;
+  Descriptor file_;
 };
 
 }  // namespace mpm

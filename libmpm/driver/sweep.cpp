@@ -81,7 +81,7 @@ SweepResult run_sweep(const Case& c, const Sweep& sweep, const SweepOptions& opt
   for (const double value : ordered.values) cases.push_back(swept_case(c, ordered, value));
   const auto directory = [&](std::size_t i) { return options.out / sweep_directory(ordered.kind, ordered.values[i]); };
   for (std::size_t i = 0; i < cases.size() && !options.overwrite; ++i) {
-    if (options.resume)
+    if (options.run.resume)
       require_same_run(directory(i), cases[i]);
     else
       require_no_results(directory(i));
@@ -90,17 +90,13 @@ SweepResult run_sweep(const Case& c, const Sweep& sweep, const SweepOptions& opt
   for (std::size_t i = 0; i < cases.size(); ++i) {
     SweepPoint point{ordered.values[i], directory(i), false, {}};
     if (options.on_start) options.on_start(point);
-    if (const auto finished = options.resume ? finished_results(point.directory, cases[i]) : std::nullopt) {
+    if (const auto finished = options.run.resume ? finished_results(point.directory, cases[i]) : std::nullopt) {
       point.reused = true;
       point.results_json = *finished;
     } else {
-      RunOptions run;
+      RunOptions run = options.run;
       run.out = point.directory;
-      run.threads = options.threads;
-      run.resume = options.resume;
-      run.on_progress = options.on_progress;
-      run.poll = options.poll;
-      const RunResult done = options.run ? options.run(cases[i], run) : run_case(cases[i], run);
+      const RunResult done = options.compute ? options.compute(cases[i], run) : run_case(cases[i], run);
       if (!done.finished) return result;
       point.results_json = done.results_json;
     }

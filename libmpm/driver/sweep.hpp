@@ -49,13 +49,10 @@ struct SweepPoint {
 /// Options of a sweep.
 struct SweepOptions {
   std::filesystem::path out;  ///< each run gets a folder in it
-  int threads = 0;            ///< of each run; 0: as many as OpenMP offers
-  bool resume = false;        ///< keep runs that are finished, continue one that was interrupted; false: run all again
+  RunOptions run;             ///< of each run, but for its folder; with `resume`, finished runs are kept
   bool overwrite = false;     ///< replace results and checkpoints in the folders; false: refuse
-  std::function<void(const Progress&)> on_progress;  ///< as RunOptions::on_progress
-  std::function<Request()> poll;                     ///< as RunOptions::poll
   /// Computes one case; empty: run_case.
-  std::function<RunResult(const Case&, const RunOptions&)> run;
+  std::function<RunResult(const Case&, const RunOptions&)> compute;
   std::function<void(const SweepPoint&)> on_start, on_point;  ///< before and after each run; an exception of on_point ends the sweep
 };
 
@@ -67,7 +64,8 @@ struct SweepResult {
 
 /// Runs the case at every value, each into a folder of its own below options.out. A run counts as finished if its results.json belongs to
 /// the same case (hash) and the same duration.
-/// @throws ConfigError before anything is run or removed, if one of the cases is invalid or a run would replace results: without `resume`
+/// @throws ConfigError before anything is run or removed, if one of the cases is invalid or a run would replace results: without
+/// `run.resume`
 ///         any results or checkpoint, with it those of another case or duration; IoError, UnstableError
 SweepResult run_sweep(const Case& c, const Sweep& sweep, const SweepOptions& options);
 

@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <charconv>
 #include <cmath>
 #include <cstdint>
 #include <limits>
@@ -14,6 +13,7 @@
 #include "libmpm/base/error.hpp"
 #include "libmpm/base/limits.hpp"
 #include "libmpm/base/parameter_report.hpp"
+#include "libmpm/base/text.hpp"
 #include "libmpm/boundary/terrain.hpp"
 #include "libmpm/io/atomic_file.hpp"
 #include "libmpm/io/csv.hpp"
@@ -45,14 +45,6 @@ class Words {
   std::string_view rest_;
 };
 
-std::optional<double> number_of(std::string_view word) {
-  if (word.starts_with('+')) word.remove_prefix(1);
-  double value = 0.0;
-  const auto [end, error] = std::from_chars(word.data(), word.data() + word.size(), value);
-  if (error != std::errc() || end != word.data() + word.size() || word.empty()) return std::nullopt;
-  return value;
-}
-
 /// The numbers of the header, by name. @param word  the first word behind it
 struct Header {
   std::map<std::string, double, std::less<>> numbers;
@@ -62,11 +54,10 @@ struct Header {
     static constexpr const char* known[] = {"ncols",     "nrows",     "xllcenter", "xllcorner",
                                             "yllcenter", "yllcorner", "cellsize",  "nodata_value"};
     for (word = words.next(); !word.empty(); word = words.next()) {
-      std::string name(word.substr(0, 40));
-      std::ranges::transform(name, name.begin(), [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+      const std::string name = lower(std::string(word.substr(0, 40)));
       if (std::ranges::find(known, name) == std::end(known)) return;
       const std::string_view value = words.next();
-      const auto number = number_of(value);
+      const auto number = parse_number(value);
       if (!number) {
         problem =
             fmt::format("'{} {}' is no entry of the header of an ESRI ASCII grid; export the raster again", name, value.substr(0, 40));
@@ -210,7 +201,7 @@ HeightField::Points parse_raster(std::string_view text, std::string& problem) {
   const double hole = header.has("nodata_value") ? header.get("nodata_value") : -9999.0;
   std::size_t count = 0;
   for (std::string_view word = header.word; !word.empty(); word = words.next(), ++count) {
-    const auto value = number_of(word);
+    const auto value = parse_number(word);
     if (!value) {
       problem = fmt::format("has '{}' among its heights; export the raster again", word.substr(0, 40));
       return points;
@@ -254,8 +245,7 @@ void read_terrain(TerrainSpec& terrain, const std::filesystem::path& folder, Par
   std::error_code error;  // a device without end is no raster
   if (!std::filesystem::is_regular_file(path, error))
     return refuse(fmt::format("names no file; it is looked for beside the case, as '{}'", path.string()));
-  std::string ending = path.extension().string();
-  std::ranges::transform(ending, ending.begin(), [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  const std::string ending = lower(path.extension().string());
   if (ending == ".tif" || ending == ".tiff") return refuse("is a GeoTIFF; convert it to an ESRI ASCII grid: gdal_translate -of AAIGrid");
   if (const auto size = std::filesystem::file_size(path, error); error || size > most_raster_bytes)
     return refuse(fmt::format("has more than {} bytes; cut it to the surroundings of the obstacle, or resample it", most_raster_bytes));

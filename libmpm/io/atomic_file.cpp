@@ -45,45 +45,12 @@ std::filesystem::path directory_of(const std::filesystem::path& path) {
 /// dies, even if the process number still exists (as a zombie, or reused). On file systems without locks the
 /// process number decides.
 bool being_written(const std::filesystem::path& temporary, pid_t writer) {
-  const int descriptor = ::open(temporary.c_str(), O_RDWR | O_CLOEXEC);
-  const int reason = descriptor >= 0 && ::flock(descriptor, LOCK_EX | LOCK_NB) == 0 ? 0 : errno;
-  if (descriptor >= 0) ::close(descriptor);
+  const Descriptor file(::open(temporary.c_str(), O_RDWR | O_CLOEXEC));
+  const int reason = file && ::flock(file.get(), LOCK_EX | LOCK_NB) == 0 ? 0 : errno;
   if (reason == 0) return false;
   if (reason == EWOULDBLOCK) return true;
   return writer != ::getpid() && (::kill(writer, 0) == 0 || errno != ESRCH);
 }
-
-/// Calls put(rest), which returns as ::write does, until all bytes are written. @returns 0, or an errno value
-template <class Put>
-int write_all(std::span<const std::byte> bytes, Put&& put) {
-  while (!bytes.empty()) {
-    const ssize_t n = put(bytes);
-    if (n < 0 && errno == EINTR) continue;
-    if (n < 0) return errno;
-    bytes = bytes.subspan(static_cast<std::size_t>(n));
-  }
-  return 0;
-}
-
-int write_all_at(int descriptor, std::uint64_t offset, std::span<const std::byte> bytes) {
-  return write_all(bytes, [&](std::span<const std::byte> rest) {
-    return ::pwrite(descriptor, rest.data(), rest.size(), static_cast<off_t>(offset + (bytes.size() - rest.size())));
-  });
-}
-
-/// Keeps the lock of an open file when its descriptor is closed.
-class LockKept {
- public:
-  explicit LockKept(int descriptor) : copy_(::fcntl(descriptor, F_DUPFD_CLOEXEC, 0)) {}
-  ~LockKept() {
-    if (copy_ >= 0) ::close(copy_);
-  }
-  LockKept(const LockKept&) = delete;
-  LockKept& operator=(const LockKept&) = delete;
-
- private:
-  int copy_;
-};
 
 }  // namespace
 
@@ -98,17 +65,16 @@ AtomicFile::AtomicFile(std::filesystem::path target) : target_(std::move(target)
   const std::string name = fmt::format(".{}.{}.{}.tmp", target_.filename().string(), ::getpid(), counter++);
   temporary_ = directory_of(target_) / name;
   // O_TRUNC, not O_EXCL: a leftover of a killed process with the same number is useless.
-  descriptor_ = ::open(temporary_.c_str(), O_RDWR | O_CREAT | O_TRUNC | O_CLOEXEC, 0666);
-  if (descriptor_ < 0) throw file_error("cannot write", target_, errno);
-  (void)::flock(descriptor_,
-                LOCK_EX | LOCK_NB);  // tells remove_leftovers() of another process that the file is in use; some file systems have no locks
+  file_ = Descriptor(::open(temporary_.c_str(), O_RDWR | O_CREAT | O_TRUNC | O_CLOEXEC, 0666));
+  if (!file_) throw file_error("cannot write", target_, errno);
+  // Tells remove_leftovers() of another process that the file is in use; some file systems have no locks.
+  (void)::flock(file_.get(), LOCK_EX | LOCK_NB);
 }
 
 AtomicFile::~AtomicFile() { discard(); }
 
 void AtomicFile::discard() noexcept {
-  if (descriptor_ >= 0) ::close(descriptor_);
-  descriptor_ = -1;
+  file_ = Descriptor();
   if (!temporary_.empty()) ::unlink(temporary_.c_str());
   temporary_.clear();
 }
@@ -116,18 +82,16 @@ void AtomicFile::discard() noexcept {
 void AtomicFile::write(std::string_view text) { write(std::as_bytes(std::span(text.data(), text.size()))); }
 
 void AtomicFile::write(std::span<const std::byte> bytes) {
-  const int reason = write_all(bytes, [&](std::span<const std::byte> rest) { return ::write(descriptor_, rest.data(), rest.size()); });
-  if (reason != 0) fail(reason);
+  if (const int reason = file_.write(bytes); reason != 0) fail(reason);
 }
 
 void AtomicFile::write_at(std::uint64_t offset, std::span<const std::byte> bytes) {
-  const int reason = write_all_at(descriptor_, offset, bytes);
-  if (reason != 0) fail(reason);
+  if (const int reason = file_.write_at(offset, bytes); reason != 0) fail(reason);
 }
 
 void AtomicFile::read_at(std::uint64_t offset, std::span<std::byte> bytes) const {
   while (!bytes.empty()) {
-    const ssize_t n = ::pread(descriptor_, bytes.data(), bytes.size(), static_cast<off_t>(offset));
+    const ssize_t n = ::pread(file_.get(), bytes.data(), bytes.size(), static_cast<off_t>(offset));
     if (n < 0 && errno == EINTR) continue;
     if (n < 0) throw file_error("cannot read back", target_, errno);
     if (n == 0) {  // the end
@@ -146,24 +110,20 @@ void AtomicFile::fail(int reason) {
 }
 
 void AtomicFile::commit(const std::filesystem::path& keep_as) {
-  if (::fsync(descriptor_) != 0) fail(errno);
-  const LockKept lock(descriptor_);  // until the file has its name
-  const int closed = ::close(std::exchange(descriptor_, -1));
-  if (closed != 0) fail(errno);
+  if (::fsync(file_.get()) != 0) fail(errno);
+  const Descriptor lock(::fcntl(file_.get(), F_DUPFD_CLOEXEC, 0));  // held until the file has its name
+  if (::close(file_.release()) != 0) fail(errno);
   if (!keep_as.empty() && ::rename(target_.c_str(), keep_as.c_str()) != 0 && errno != ENOENT) fail(errno);
   if (::rename(temporary_.c_str(), target_.c_str()) != 0) fail(errno);
   temporary_.clear();
   // The new name itself reaches the disk with its directory. Some file systems cannot do this; the file is complete anyway.
-  const int directory = ::open(directory_of(target_).c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
-  if (directory >= 0) {
-    ::fsync(directory);
-    ::close(directory);
-  }
+  if (const Descriptor directory(::open(directory_of(target_).c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC)); directory)
+    ::fsync(directory.get());
 }
 
 FileShare::FileShare(std::filesystem::path target, const std::filesystem::path& temporary)
-    : target_(std::move(target)), descriptor_(::open(temporary.c_str(), O_WRONLY | O_CLOEXEC)) {
-  if (descriptor_ >= 0) return;
+    : target_(std::move(target)), file_(::open(temporary.c_str(), O_WRONLY | O_CLOEXEC)) {
+  if (file_) return;
   if (errno != ENOENT) throw file_error("cannot write", target_, errno);
   throw IoError(
       fmt::format("cannot write '{}': this process does not see the file that was begun there: the output directory was deleted, "
@@ -171,17 +131,12 @@ FileShare::FileShare(std::filesystem::path target, const std::filesystem::path& 
                   target_.string()));
 }
 
-FileShare::~FileShare() {
-  if (descriptor_ >= 0) ::close(descriptor_);
-}
-
 void FileShare::write_at(std::uint64_t offset, std::span<const std::byte> bytes) {
-  const int reason = write_all_at(descriptor_, offset, bytes);
-  if (reason != 0) throw file_error("cannot write", target_, reason);
+  if (const int reason = file_.write_at(offset, bytes); reason != 0) throw file_error("cannot write", target_, reason);
 }
 
 void FileShare::sync() {
-  if (::fsync(descriptor_) != 0) throw file_error("cannot write", target_, errno);
+  if (::fsync(file_.get()) != 0) throw file_error("cannot write", target_, errno);
 }
 
 void write_file(const std::filesystem::path& target, std::string_view content) {
@@ -220,25 +175,19 @@ void make_directory(const std::filesystem::path& directory) {
 }
 
 std::string read_file(const std::filesystem::path& path) {
-  const int descriptor = ::open(path.c_str(), O_RDONLY | O_CLOEXEC);
-  if (descriptor < 0) throw file_error("cannot read", path, errno);
+  const Descriptor file(::open(path.c_str(), O_RDONLY | O_CLOEXEC));
+  if (!file) throw file_error("cannot read", path, errno);
   std::string content;
   struct stat info {};
-  if (::fstat(descriptor, &info) == 0 && S_ISREG(info.st_mode)) content.reserve(static_cast<std::size_t>(info.st_size));
+  if (::fstat(file.get(), &info) == 0 && S_ISREG(info.st_mode)) content.reserve(static_cast<std::size_t>(info.st_size));
   char buffer[1 << 16];
   for (;;) {
-    const ssize_t n = ::read(descriptor, buffer, sizeof buffer);
+    const ssize_t n = ::read(file.get(), buffer, sizeof buffer);
     if (n < 0 && errno == EINTR) continue;
-    if (n < 0) {
-      const int reason = errno;
-      ::close(descriptor);
-      throw file_error("cannot read", path, reason);
-    }
-    if (n == 0) break;
+    if (n < 0) throw file_error("cannot read", path, errno);
+    if (n == 0) return content;
     content.append(buffer, static_cast<std::size_t>(n));
   }
-  ::close(descriptor);
-  return content;
 }
 
 }  // namespace mpm

@@ -11,6 +11,7 @@
 #include <string_view>
 
 #include "libmpm/base/error.hpp"
+#include "libmpm/io/descriptor.hpp"
 
 namespace mpm {
 
@@ -23,8 +24,6 @@ class AtomicFile {
   explicit AtomicFile(std::filesystem::path target);
   /// Removes the temporary, unless it was committed.
   ~AtomicFile();
-  AtomicFile(const AtomicFile&) = delete;
-  AtomicFile& operator=(const AtomicFile&) = delete;
 
   /// Appends to the temporary. @throws IoError
   void write(std::string_view text);
@@ -47,7 +46,7 @@ class AtomicFile {
   [[noreturn]] void fail(int reason);
 
   std::filesystem::path target_, temporary_;
-  int descriptor_ = -1;
+  Descriptor file_;
 };
 
 /// Writes a share of the content of an AtomicFile, often one of another process: all of them see the same file system.
@@ -55,9 +54,6 @@ class FileShare {
  public:
   /// @param target  for messages. @param temporary  of the AtomicFile. @throws IoError if there is no such file
   FileShare(std::filesystem::path target, const std::filesystem::path& temporary);
-  ~FileShare();
-  FileShare(const FileShare&) = delete;
-  FileShare& operator=(const FileShare&) = delete;
 
   /// @throws IoError
   void write_at(std::uint64_t offset, std::span<const std::byte> bytes);
@@ -66,7 +62,7 @@ class FileShare {
 
  private:
   std::filesystem::path target_;
-  int descriptor_ = -1;
+  Descriptor file_;
 };
 
 /// The common case: the whole content at once.

@@ -8,9 +8,9 @@
 
 #include <algorithm>
 #include <cerrno>
-#include <charconv>
 #include <cmath>
 #include <limits>
+#include <optional>
 #include <utility>
 
 #include "libmpm/base/text.hpp"
@@ -19,11 +19,7 @@
 namespace mpm {
 namespace {
 
-std::string_view trim(std::string_view text) {
-  const auto first = text.find_first_not_of(" \t\r");
-  if (first == std::string_view::npos) return {};
-  return text.substr(first, text.find_last_not_of(" \t\r") - first + 1);
-}
+constexpr std::string_view blanks = " \t\r";
 
 /// Cells of one line; a cell in double quotes may hold commas, and "" for a quote. False if a quote stays open.
 bool split_line(std::string_view line, std::vector<std::string>& cells) {
@@ -47,7 +43,7 @@ bool split_line(std::string_view line, std::vector<std::string>& cells) {
       at = line.find(',', at);
     } else {
       const std::size_t comma = line.find(',', at);
-      cell = trim(line.substr(at, comma == std::string_view::npos ? comma : comma - at));
+      cell = trimmed(line.substr(at, comma == std::string_view::npos ? comma : comma - at), blanks);
       at = comma;
     }
     cells.push_back(std::move(cell));
@@ -56,15 +52,9 @@ bool split_line(std::string_view line, std::vector<std::string>& cells) {
   }
 }
 
-/// False if the text is not one number. Empty cells are NaN, a leading '+' is allowed.
-bool parse_number(std::string_view text, double& value) {
-  if (text.empty()) {
-    value = std::numeric_limits<double>::quiet_NaN();
-    return true;
-  }
-  if (text.front() == '+') text.remove_prefix(1);
-  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
-  return error == std::errc() && end == text.data() + text.size();
+/// The number in a cell, NaN if it is empty; nothing if it is not one number.
+std::optional<double> cell_number(std::string_view cell) {
+  return cell.empty() ? std::numeric_limits<double>::quiet_NaN() : parse_number(cell);
 }
 
 }  // namespace
@@ -79,7 +69,7 @@ Table Table::read(const std::filesystem::path& path, LastLine last_line) {
   std::vector<std::string> cells;
   for (std::size_t number = 1; !rest.empty(); ++number) {
     const std::size_t newline = rest.find('\n');
-    const std::string_view line = trim(rest.substr(0, newline));
+    const std::string_view line = trimmed(rest.substr(0, newline), blanks);
     rest = newline == std::string_view::npos ? std::string_view() : rest.substr(newline + 1);
     if (line.empty() || line.front() == '#') continue;
     if (!split_line(line, cells))
@@ -121,9 +111,10 @@ std::vector<double> Table::numbers(std::string_view column) const {
   const std::size_t c = index(column);
   std::vector<double> result(rows());
   for (std::size_t r = 0; r < rows(); ++r) {
-    if (!parse_number(cells_[r][c], result[r])) {
+    const auto number = cell_number(cells_[r][c]);
+    if (!number)
       throw IoError(fmt::format("{}:{}: column '{}' holds '{}'; a number is needed", path_.string(), lines_[r], column, cells_[r][c]));
-    }
+    result[r] = *number;
   }
   return result;
 }
@@ -214,13 +205,10 @@ std::string SeriesWriter::kept(const std::filesystem::path& path, const std::vec
                       "start in a new directory",
                       path.string(), content, fmt::join(columns, ",")));
     }
-    double first = 0.0;
-    const bool right = whole && cells.size() == columns.size() && (line == 0 || std::ranges::all_of(cells, [](const std::string& cell) {
-                                                                     double number = 0.0;
-                                                                     return parse_number(cell, number);
-                                                                   }));
+    const auto is_number = [](const std::string& cell) { return cell_number(cell).has_value(); };
+    const bool right = whole && cells.size() == columns.size() && (line == 0 || std::ranges::all_of(cells, is_number));
     if (!right) throw IoError(fmt::format("{}:{}: the row is damaged: '{}'", path.string(), line + 1, content));
-    if (line == rows && rows > 0 && !(parse_number(cells[0], first) && first == time))
+    if (line == rows && rows > 0 && cell_number(cells[0]) != time)
       throw IoError(fmt::format("{}:{}: the row is of t = {} s, t = {} s is expected", path.string(), line + 1, cells[0], time));
     at = end + 1;
   }
@@ -232,22 +220,15 @@ SeriesWriter SeriesWriter::resume(std::filesystem::path path, std::vector<std::s
   return SeriesWriter(Continue{}, std::move(path), std::move(columns));
 }
 
-SeriesWriter::SeriesWriter(SeriesWriter&& other) noexcept
-    : path_(std::move(other.path_)), columns_(std::move(other.columns_)), descriptor_(std::exchange(other.descriptor_, -1)) {}
-
-SeriesWriter::~SeriesWriter() {
-  if (descriptor_ >= 0) ::close(descriptor_);
-}
-
 void SeriesWriter::open() {
-  descriptor_ = ::open(path_.c_str(), O_WRONLY | O_APPEND | O_CLOEXEC);
-  if (descriptor_ < 0) throw file_error("cannot append to", path_, errno);
+  file_ = Descriptor(::open(path_.c_str(), O_WRONLY | O_APPEND | O_CLOEXEC));
+  if (!file_) throw file_error("cannot append to", path_, errno);
 }
 
 void SeriesWriter::require_in_place() const {
   struct stat here {
   }, there{};
-  if (::fstat(descriptor_, &here) != 0) throw file_error("cannot append to", path_, errno);
+  if (::fstat(file_.get(), &here) != 0) throw file_error("cannot append to", path_, errno);
   if (::stat(path_.c_str(), &there) != 0 || here.st_dev != there.st_dev || here.st_ino != there.st_ino) {
     throw IoError(
         fmt::format("'{}' was deleted, moved or replaced while the run went on: its rows are lost; put the directory back and go "
@@ -258,20 +239,14 @@ void SeriesWriter::require_in_place() const {
 
 void SeriesWriter::sync() {
   require_in_place();
-  if (::fsync(descriptor_) != 0) throw file_error("cannot append to", path_, errno);
+  if (::fsync(file_.get()) != 0) throw file_error("cannot append to", path_, errno);
 }
 
 void SeriesWriter::append(std::span<const double> values) {
   if (values.size() != columns_.size()) {
     throw IoError(fmt::format("{}: a row of {} numbers for {} columns", path_.string(), values.size(), columns_.size()));
   }
-  const std::string line = csv_line(values);
-  for (std::string_view rest = line; !rest.empty();) {
-    const ssize_t n = ::write(descriptor_, rest.data(), rest.size());
-    if (n < 0 && errno == EINTR) continue;
-    if (n < 0) throw file_error("cannot append to", path_, errno);
-    rest.remove_prefix(static_cast<std::size_t>(n));
-  }
+  if (const int reason = file_.write(csv_line(values)); reason != 0) throw file_error("cannot append to", path_, reason);
   require_in_place();
 }
 

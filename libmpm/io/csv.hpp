@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "libmpm/base/error.hpp"
+#include "libmpm/io/descriptor.hpp"
 
 namespace mpm {
 
@@ -55,7 +56,7 @@ std::string csv_line(std::span<const double> values);
 void write_table(const std::filesystem::path& path, std::span<const std::string> columns, std::span<const std::vector<double>> values);
 
 /// A table that grows during a run. append() writes each row with one system call: a kill loses at most the row that is being written, a
-/// power cut at most the rows since sync().
+/// power cut at most the rows since sync(). The destructor closes the file without sync().
 class SeriesWriter {
  public:
   /// Starts a new file that holds the header.
@@ -69,14 +70,6 @@ class SeriesWriter {
 
   /// The rows that resume() would keep; changes nothing. @throws IoError as resume()
   static std::string kept(const std::filesystem::path& path, const std::vector<std::string>& columns, std::size_t rows, double time);
-
-  /// Closes the file; rows since sync() may not be on the disk yet.
-  ~SeriesWriter();
-  /// Takes over the open file.
-  SeriesWriter(SeriesWriter&& other) noexcept;
-  SeriesWriter(const SeriesWriter&) = delete;
-  SeriesWriter& operator=(const SeriesWriter&) = delete;
-  SeriesWriter& operator=(SeriesWriter&&) = delete;
 
   /// @param values one number a column
   /// @throws IoError also if the file is not the one under its name any more: deleted, moved or replaced meanwhile
@@ -93,7 +86,7 @@ class SeriesWriter {
 
   std::filesystem::path path_;
   std::vector<std::string> columns_;
-  int descriptor_ = -1;
+  Descriptor file_;
 };
 
 }  // namespace mpm

@@ -126,7 +126,6 @@ class Reader {
   Reader(const Reader&) = delete;
   Reader& operator=(const Reader&) = delete;
 
-  [[nodiscard]] bool has_dataset(const std::string& name) const;  ///< whether there is an array of this name
   /// Names of all datasets, in the order of the alphabet.
   [[nodiscard]] std::vector<std::string> datasets() const;
   [[nodiscard]] Shape shape(const std::string& name) const;  ///< of an array; IoError if there is none

@@ -104,11 +104,6 @@ Reader::~Reader() {
   file_.reset();
 }
 
-bool Reader::has_dataset(const std::string& name) const {
-  const QuietErrors quiet;
-  return H5Lexists(file_->id, name.c_str(), H5P_DEFAULT) > 0;
-}
-
 std::vector<std::string> Reader::datasets() const {
   const QuietErrors quiet;
   std::vector<std::string> names;

@@ -1,25 +1,15 @@
 #include "libmpm/io/joint_file.hpp"
 
 #include <fmt/format.h>
-#include <unistd.h>
 
-#include <array>
 #include <new>
 #include <utility>
+
+#include "libmpm/base/process.hpp"
 
 namespace mpm {
 
 namespace {
-
-void put_text(Message& message, const std::string& text) {
-  put(message, static_cast<std::uint64_t>(text.size()));
-  put(message, std::span<const char>(text));
-}
-std::string get_text(MessageReader& reader) {
-  std::string text(reader.get<std::uint64_t>(), '\0');
-  reader.get(std::span(text));
-  return text;
-}
 
 void put_layout(Message& message, const hdf5::Layout& layout) {
   put_text(message, layout.target.string());
@@ -33,11 +23,11 @@ void put_layout(Message& message, const hdf5::Layout& layout) {
 }
 hdf5::Layout get_layout(MessageReader& reader) {
   hdf5::Layout layout;
-  layout.target = get_text(reader);
-  layout.temporary = get_text(reader);
+  layout.target = reader.get_text();
+  layout.temporary = reader.get_text();
   layout.arrays.resize(reader.get<std::uint64_t>());
   for (auto& array : layout.arrays) {
-    array.name = get_text(reader);
+    array.name = reader.get_text();
     array.offset = reader.get<std::uint64_t>();
     array.bytes = reader.get<std::uint64_t>();
   }
@@ -45,11 +35,7 @@ hdf5::Layout get_layout(MessageReader& reader) {
 }
 
 /// "rank 2 on node17: cannot write ..."
-std::string with_place(int rank, const std::string& what) {
-  std::array<char, 256> machine{};
-  if (::gethostname(machine.data(), machine.size() - 1) != 0) machine[0] = '?';
-  return fmt::format("rank {} on {}: {}", rank, machine.data(), what);
-}
+std::string with_place(int rank, const std::string& what) { return fmt::format("rank {} on {}: {}", rank, host_name(), what); }
 
 /// Exit code and text of an error; nothing where there is none.
 Message report_of(const FirstError& error, int rank) {
@@ -73,7 +59,7 @@ Message report_of(const FirstError& error, int rank) {
 [[noreturn]] void rethrow(const Message& report) {
   MessageReader reader(report);
   const auto code = reader.get<ExitCode>();
-  const std::string what = get_text(reader);
+  const std::string what = reader.get_text();
   if (code == ExitCode::io) throw IoError(what);
   throw Error(code, what);
 }

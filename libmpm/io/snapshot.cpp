@@ -333,10 +333,4 @@ FrameEntry read_frame_entry(const std::filesystem::path& directory, int index) {
   return {index, info.time, rows.front()};
 }
 
-std::vector<FrameEntry> list_frames(const std::filesystem::path& directory) {
-  std::vector<FrameEntry> entries;
-  for (const int index : frame_numbers(directory)) entries.push_back(read_frame_entry(directory, index));
-  return entries;
-}
-
 }  // namespace mpm

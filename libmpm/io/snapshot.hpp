@@ -142,7 +142,4 @@ std::vector<int> frame_numbers(const std::filesystem::path& directory);
 /// Reads a frame's file once (its checksum). @throws IoError as read_frame
 FrameEntry read_frame_entry(const std::filesystem::path& directory, int index);
 
-/// The frames of a run directory in the order of their numbers. Reads every file once (its checksum).
-std::vector<FrameEntry> list_frames(const std::filesystem::path& directory);
-
 }  // namespace mpm

@@ -29,8 +29,6 @@ class FrameSeries {
   /// Writes the next frame, then frames.xdmf. @param fill  begins the frame's file, writes its particles and commits it
   void append(const SnapshotInfo& info, const std::function<void(SnapshotWriter&)>& fill);
 
-  [[nodiscard]] std::span<const FrameEntry> frames() const { return frames_; }  ///< in the order of time
-
  private:
   FrameSeries(std::filesystem::path directory, std::vector<FrameEntry> frames, int next);
 

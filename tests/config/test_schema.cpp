@@ -6,6 +6,7 @@
 #include <nlohmann/json.hpp>
 #include <set>
 
+#include "libmpm/config/nearest_word.hpp"
 #include "libmpm/material/any_material.hpp"
 
 namespace mpm {

@@ -60,7 +60,7 @@ TEST(RunSweep, RunsEachValueOnceAndTakesUpWhatIsFinished) {
   const testing::TemporaryDirectory directory;
   SweepOptions options;
   options.out = directory.path();
-  options.threads = 1;
+  options.run.threads = 1;
   const Sweep sweep{SweepKind::cell_size, {0.25, 0.5}, {}};
   const SweepResult first = run_sweep(falling_block(), sweep, options);
   ASSERT_TRUE(first.finished);
@@ -70,7 +70,7 @@ TEST(RunSweep, RunsEachValueOnceAndTakesUpWhatIsFinished) {
   EXPECT_EQ(metric_of(first.points[0].results_json, "particles_final").value, 64.0);
   EXPECT_EQ(metric_of(first.points[1].results_json, "particles_final").value, 512.0);
 
-  options.resume = true;
+  options.run.resume = true;
   const SweepResult again = run_sweep(falling_block(), {SweepKind::cell_size, {0.5, 0.25, 0.2}, {}}, options);
   ASSERT_EQ(again.points.size(), 3u);
   EXPECT_TRUE(again.points[0].reused);
@@ -82,7 +82,7 @@ TEST(RunSweep, RunsEachValueOnceAndTakesUpWhatIsFinished) {
   longer.output.duration = 0.03;
   // over another duration: nothing is replaced unasked, nor removed before that is certain
   EXPECT_THROW((void)run_sweep(longer, sweep, options), ConfigError);
-  options.resume = false;
+  options.run.resume = false;
   EXPECT_THROW((void)run_sweep(longer, sweep, options), ConfigError);
   EXPECT_THROW((void)run_sweep(falling_block(), sweep, options), ConfigError);
   EXPECT_EQ(read_file(directory / "dx_0.5/results.json"), first.points[0].results_json);
@@ -95,15 +95,15 @@ TEST(RunSweep, StopsOnRequestAndGoesOn) {
   const testing::TemporaryDirectory directory;
   SweepOptions options;
   options.out = directory.path();
-  options.threads = 1;
+  options.run.threads = 1;
   int samples = 0;
-  options.poll = [&] { return ++samples == 3 ? Request::stop : Request::none; };  // inside the second run
+  options.run.poll = [&] { return ++samples == 3 ? Request::stop : Request::none; };  // inside the second run
   const Sweep sweep{SweepKind::cfl, {0.4, 0.2}, {}};
   const SweepResult stopped = run_sweep(falling_block(), sweep, options);
   EXPECT_FALSE(stopped.finished);
   EXPECT_EQ(stopped.points.size(), 1u);
-  options.poll = {};
-  options.resume = true;
+  options.run.poll = {};
+  options.run.resume = true;
   const SweepResult done = run_sweep(falling_block(), sweep, options);
   EXPECT_TRUE(done.finished);
   EXPECT_TRUE(done.points[0].reused);

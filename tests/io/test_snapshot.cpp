@@ -134,15 +134,13 @@ TEST(Snapshot, FrameIsNoFinalStateAndColumnsMustMatch) {
 
 TEST(Snapshot, ListsFramesInOrderAndPassesOverOtherFiles) {
   const TemporaryDirectory dir;
-  EXPECT_TRUE(list_frames(dir.path()).empty());
+  EXPECT_TRUE(frame_numbers(dir.path()).empty());
   for (const int i : {12, 3, 0}) write_frame(dir.path(), i, testing::random_particles(static_cast<std::size_t>(i), 1), info_at(0.5 * i));
   for (const char* name : {"notes.txt", "3.h5", "00004.h5.bak", "x0001.h5"}) write_file(dir.path() / "frames" / name, "x");
-  const std::vector<FrameEntry> frames = list_frames(dir.path());
-  ASSERT_EQ(frames.size(), 3u);
-  EXPECT_EQ(frames[0].index, 0);
-  EXPECT_EQ(frames[2].index, 12);
-  EXPECT_EQ(frames[1].time, 1.5);
-  EXPECT_EQ(frames[2].particles, 12u);
+  EXPECT_EQ(frame_numbers(dir.path()), (std::vector<int>{0, 3, 12}));
+  EXPECT_EQ(read_frame_entry(dir.path(), 3).time, 1.5);
+  EXPECT_EQ(read_frame_entry(dir.path(), 12).index, 12);
+  EXPECT_EQ(read_frame_entry(dir.path(), 12).particles, 12u);
 }
 
 TEST(FrameSeries, ResumedSeriesEqualsOneThatWasNeverStopped) {
@@ -184,11 +182,10 @@ TEST(FrameSeries, ResumedPastADamagedFrameNamesItAndLeavesItOut) {
   ASSERT_EQ(reasons.size(), 1u);
   EXPECT_NE(reasons[0].find("00001.h5"), std::string::npos) << reasons[0];
   testing::append_frame(s, testing::random_particles(2, 1), info_at(4));
-  std::vector<int> listed;
-  for (const FrameEntry& f : s.frames()) listed.push_back(f.index);
-  EXPECT_EQ(listed, (std::vector<int>{0, 2, 4}));
   EXPECT_EQ(frame_numbers(dir.path()), (std::vector<int>{0, 1, 2, 4}));
-  EXPECT_EQ(read_file(dir / "frames.xdmf").find("00001.h5"), std::string::npos);
+  const std::string xdmf = read_file(dir / "frames.xdmf");
+  EXPECT_EQ(xdmf.find("00001.h5"), std::string::npos);
+  for (const char* listed : {"00000.h5", "00002.h5", "00004.h5"}) EXPECT_NE(xdmf.find(listed), std::string::npos) << listed;
 }
 
 TEST(FrameSeries, NewSeriesRemovesOldFramesAndNothingElse) {

@@ -1,0 +1,15 @@
+#pragma once
+/// What a misspelt word may have meant.
+
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace mpm {
+
+/// The candidate most similar to a misspelt word; empty if none is similar. Similar means at most two edits (a third of the
+/// longer word's length, if that is more; edits are insertion, deletion, substitution, swap of neighbours), or one word
+/// beginning with the other (a forgotten unit).
+[[nodiscard]] std::string nearest_word(std::string_view word, const std::vector<std::string>& candidates);
+
+}  // namespace mpm
