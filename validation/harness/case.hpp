@@ -108,8 +108,8 @@ Series slope_line(std::string name, const std::vector<double>& size, double at_f
 struct Plot {
   std::string id;                       ///< file name, unique in its case
   std::string title, x_label, y_label;  ///< labels carry the unit
-  std::vector<Series> series;
-  std::string caption;
+  std::vector<Series> series = {};
+  std::string caption = {};
   bool log_x = false, log_y = false;
 };
 

@@ -207,18 +207,12 @@ void run(const CaseContext& context, CaseResult& result) {
                           "R / a [-]",
                           "-τ [kPa]",
                           {line("radial, exact", &RadialPoint::radial, -1e-3), line("hoop, exact", &RadialPoint::hoop, -1e-3),
-                           points("radial, " + grid, ours.radial_values, -1e-3), points("hoop, " + grid, ours.hoop_values, -1e-3)},
-                          "",
-                          false,
-                          false});
+                           points("radial, " + grid, ours.radial_values, -1e-3), points("hoop, " + grid, ours.hoop_values, -1e-3)}});
   result.plots.push_back({"internal",
                           "Plastic volume strain, widened by 2 %",
                           "R / a [-]",
                           "X [-]",
-                          {line("exact", &RadialPoint::internal, 1.0), points(grid, ours.internal_values, 1.0)},
-                          "",
-                          false,
-                          false});
+                          {line("exact", &RadialPoint::internal, 1.0), points(grid, ours.internal_values, 1.0)}});
   for (const double expansion : {0.005, 0.02, 0.1}) {
     const double s = std::log1p(expansion), from = family.place_of(s);
     result.notes.push_back(

@@ -242,14 +242,7 @@ void run(const CaseContext& context, CaseResult& result) {
   for (const auto& [flow, id, title] : {std::tuple{Flow::channel, "channel", "Viscous fluid between two walls"},
                                         std::tuple{Flow::film, "film", "Viscous film on a slope of 60°"},
                                         std::tuple{Flow::grains, "grains", "Grains with μ(I) on a slope of 26°"}}) {
-    Plot profile{fmt::format("{}-profile", id),
-                 std::string(title) + ": velocity on the coarsest grid",
-                 "v / v_max [-]",
-                 "Z / H [-]",
-                 {},
-                 "",
-                 false,
-                 false};
+    Plot profile{fmt::format("{}-profile", id), std::string(title) + ": velocity on the coarsest grid", "v / v_max [-]", "Z / H [-]"};
     Plot errors{fmt::format("{}-error", id),
                 std::string(title) + ": error of the velocity",
                 "dx / H [-]",

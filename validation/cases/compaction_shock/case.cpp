@@ -370,15 +370,8 @@ void run(const CaseContext& context, CaseResult& result) {
     const OedometricPath path(with_plasticity(base, snow.slope, snow.beta, snow.xi), largest);
     const Waves exact(path, base.density, snow.velocity, largest);
     const double length = c.bodies[0].max.x(), end = 0.8 * 2.0 * length / (exact.first().speed + exact.last().speed);
-    Plot stress{fmt::format("stress-{}", k),
-                snow.name + ": axial stress on the finest grid",
-                "X / L [-]",
-                "axial stress [kPa]",
-                {},
-                "",
-                false,
-                false};
-    Plot density{fmt::format("density-{}", k), snow.name + ": density on the finest grid", "X / L [-]", "ρ / ρ0 [-]", {}, "", false, false};
+    Plot stress{fmt::format("stress-{}", k), snow.name + ": axial stress on the finest grid", "X / L [-]", "axial stress [kPa]"};
+    Plot density{fmt::format("density-{}", k), snow.name + ": density on the finest grid", "X / L [-]", "ρ / ρ0 [-]"};
     Series stress_line{"exact", {}, {}, Series::Style::reference}, density_line = stress_line;
     const auto corner = [&](double x, const Compressed& state) {
       stress_line.x.push_back(x), stress_line.y.push_back(1e-3 * state.stress);

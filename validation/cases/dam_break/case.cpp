@@ -237,7 +237,7 @@ void add_notes(CaseResult& result, const Grids& grids) {
 }
 
 Plot profile_plot(const Grids& grids) {
-  Plot profile{"profile", "Depth, in Ritter's similarity variable", "x/(c0 t) [-]", "h/h0 [-]", {}, "", false, false};
+  Plot profile{"profile", "Depth, in Ritter's similarity variable", "x/(c0 t) [-]", "h/h0 [-]"};
   Series ritter{"Ritter", {}, {}, Series::Style::reference};
   for (int i = 0; i <= 74; ++i) {
     ritter.x.push_back(-1.5 + 0.05 * i);
@@ -272,7 +272,7 @@ Plot aspect_plot(const Grids& grids) {
 }
 
 Plot front_plot(const Grids& grids) {
-  Plot plot{"front", "Front", "t c0/h0 [-]", "x/h0 [-]", {}, "", false, false};
+  Plot plot{"front", "Front", "t c0/h0 [-]", "x/h0 [-]"};
   plot.caption = "Front: where the line through √h, h from 0.1 to 0.4 h0, comes to 0.";
   plot.series.push_back({"Ritter, 2 c0 t", {0.0, last_time}, {0.0, 2.0 * last_time}, Series::Style::reference});
   for (std::size_t i = 0; i < grids.cells.size(); ++i) {

@@ -206,10 +206,7 @@ Plot stress_plot(const Ring& exact, const Errors& run, const HenckyElastic::Para
           "Stresses at T/2 on the coarsest grid, free edges, A = 0.4 m, AFLIP",
           "R [m]",
           "Kirchhoff stress / E [-]",
-          {hoop, radial, {"hoop", run.radius, run.hoop, Series::Style::points}, {"radial", run.radius, run.radial, Series::Style::points}},
-          "",
-          false,
-          false};
+          {hoop, radial, {"hoop", run.radius, run.hoop, Series::Style::points}, {"radial", run.radius, run.radial, Series::Style::points}}};
 }
 
 void run(const CaseContext& context, CaseResult& result) {

@@ -191,10 +191,7 @@ void ballistic_rise(const CaseContext& context, CaseResult& result) {
                           "Rise of a block of snow thrown straight up",
                           "time [s]",
                           "rise [m]",
-                          {exact, {"v²/2g", {0.0, flight_time}, {rise, rise}, Series::Style::bound}, flight},
-                          "",
-                          false,
-                          false});
+                          {exact, {"v²/2g", {0.0, flight_time}, {rise, rise}, Series::Style::bound}, flight}});
 }
 
 void run(const CaseContext& context, CaseResult& result) {
@@ -269,16 +266,14 @@ void run(const CaseContext& context, CaseResult& result) {
     exact_path.x.push_back(x.x());
     exact_path.y.push_back(x.z());
   }
-  result.plots.push_back({"trajectory", "Trajectory of the centre of mass", "x [m]", "z [m]", {exact_path, path_x}, "", false, false});
+  result.plots.push_back({"trajectory", "Trajectory of the centre of mass", "x [m]", "z [m]", {exact_path, path_x}});
   const double band = 2.0 * strain * spin;
   result.plots.push_back({"rotation",
                           "Angle turned minus ω t",
                           "time [s]",
                           "angle [rad]",
                           {{"tolerance", {0.0, duration}, {0.0, -band * duration}, Series::Style::bound}, angle_series},
-                          "The spin slows by the centrifugal stretching of the cube, and rings about it.",
-                          false,
-                          false});
+                          "The spin slows by the centrifugal stretching of the cube, and rings about it."});
   Series slope{"order 1", {steps.front(), steps.back()}, {}, Series::Style::bound};
   for (const double dt : slope.x) slope.y.push_back(0.5 * gravity * duration * dt);
   result.plots.push_back({"order",

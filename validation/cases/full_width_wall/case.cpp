@@ -206,16 +206,8 @@ void run(const CaseContext& context, CaseResult& result) {
     const double duration = plan.duration;
     std::vector<double> size, height;
     std::vector<Grid> grids;
-    Plot front{s.id + "-front",
-               "Length of the bore, " + s.name,
-               "time [s]",
-               "twice the distance of the excess mass from the wall [m]",
-               {},
-               "",
-               false,
-               false};
-    Plot shape{
-        s.id + "-depth", "Depth at the end, " + s.name, "distance from the wall [m]", "mass per area / (ρ0 H) [-]", {}, "", false, false};
+    Plot front{s.id + "-front", "Length of the bore, " + s.name, "time [s]", "twice the distance of the excess mass from the wall [m]"};
+    Plot shape{s.id + "-depth", "Depth at the end, " + s.name, "distance from the wall [m]", "mass per area / (ρ0 H) [-]"};
     front.series.push_back({"theory", {0.0, duration}, {0.0, bore.speed * duration}, Series::Style::reference});
     const double x_end = bore.speed * duration, r = bore.mass / (rho * depth);
     shape.series.push_back({"theory", {0.0, x_end, x_end, 1.3 * x_end}, {r, r, 1.0, 1.0}, Series::Style::reference});

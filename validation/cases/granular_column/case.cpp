@@ -495,10 +495,8 @@ class Study {
                  "r/r0 [-]",
                  "h/r0 [-]",
                  {},
-                 "Mass of a ring or strip over its area and the initial density.",
-                 false,
-                 false};
-    Plot front{"front-" + word(g), "Front (99.5 % of the mass), " + word(g), "t / √(h0/g) [-]", "(r - r0)/r0 [-]", {}, "", false, false};
+                 "Mass of a ring or strip over its area and the initial density."};
+    Plot front{"front-" + word(g), "Front (99.5 % of the mass), " + word(g), "t / √(h0/g) [-]", "(r - r0)/r0 [-]"};
     for (const Deposit& d : deposits) {
       const std::string name = fmt::format("a = {}", d.column.aspect);
       profile.series.push_back({name, d.r, d.h, Series::Style::simulation});

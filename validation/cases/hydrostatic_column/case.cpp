@@ -256,18 +256,11 @@ Errors converge(const CaseContext& context, CaseResult& result, const Column& co
                "-σ_zz [kPa]",
                "reference height Z [m]",
                {{"ρ0 g (H - Z)", {weight * 1e-3, 0.0}, {0.0, height}, Series::Style::reference}},
-               "Means over one cell.",
-               false,
-               false};
-  Plot shape{column.id + "-settlement", "Displacement at rest, " + column.word, "-u [mm]", "reference height Z [m]", {}, "", false, false};
-  Plot lateral{column.id + "-lateral",
-               "Lateral over vertical stress at rest, " + column.word,
-               "τ_xx / τ_zz [-]",
-               "reference height Z [m]",
-               {},
-               "Means over one cell.",
-               false,
-               false};
+               "Means over one cell."};
+  Plot shape{column.id + "-settlement", "Displacement at rest, " + column.word, "-u [mm]", "reference height Z [m]"};
+  Plot lateral{
+      column.id + "-lateral", "Lateral over vertical stress at rest, " + column.word, "τ_xx / τ_zz [-]", "reference height Z [m]", {},
+      "Means over one cell."};
   Series curve{column.elastic ? "exact (Lambert W)" : "oedometric path (CVODE)", {}, {}, Series::Style::reference}, ratio_curve = curve;
   for (int i = 0; i <= 200; ++i) {
     const double z = height * i / 200.0;
@@ -417,9 +410,7 @@ void study(const CaseContext& context, CaseResult& result, const Column& column,
                             "-σ_zz / ρ0 g (H - Z) [-]",
                             {{"exact", {0.0, 8.0}, {1.0, 1.0}, Series::Style::bound}, line, marks},
                             "The nodes held by the floor take 0.92 of the force of a uniform stress; the material next to it carries the "
-                            "more. The error changes sign from particle to particle and dies out within four cells.",
-                            false,
-                            false});
+                            "more. The error changes sign from particle to particle and dies out within four cells."});
   }
   context.log(fmt::format("{}: {} grids", word, grids.size()));
 }

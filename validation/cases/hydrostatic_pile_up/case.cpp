@@ -210,7 +210,7 @@ void at_rest(const CaseContext& context, CaseResult& result) {
                        1.5, "first order at the surface; the grids lie differently on the mast's sides");
   result.notes.push_back(fmt::format("Pools at rest: {:.3g} particle-steps in all.", particle_steps));
   result.plots.push_back({"rest-profile", "Pressure before the mast at rest", "pressure [kPa]", "z [m]", profiles,
-                          "Means of cells in the strip before the face.", false, false});
+                          "Means of cells in the strip before the face."});
   const double at_finest = profile_errors.front() * sizes.back() / sizes.front();
   result.plots.push_back({"rest-errors",
                           "At rest: errors",

@@ -209,14 +209,8 @@ void hencky_simple_shear(CaseResult& result, const mpm::CamClay::Parameters& bas
     return std::vector{Segment::general(l)};
   };
   double map = 0.0, reference = 0.0;
-  Plot curves{"simple-shear",
-              "Hencky simple shear",
-              "γ [-]",
-              "stress [kPa]",
-              {},
-              "Black: closed form. Markers: return map below yield, 40 steps.",
-              false,
-              false};
+  Plot curves{
+      "simple-shear", "Hencky simple shear", "γ [-]", "stress [kPa]", {}, "Black: closed form. Markers: return map below yield, 40 steps."};
   for (const double gamma : {1e-3, 0.01, 0.1, 0.5, 1.0, 2.0, 4.0}) {
     const Mat3 tau = exact::hencky_simple_shear(model.shear_modulus, gamma);
     const double scale = tau.norm();

@@ -276,7 +276,7 @@ void run(const CaseContext& context, CaseResult& result) {
                         1e-9, "ten digits of the table");
 
   double particle_steps = 0.0;
-  Plot force{"force", "Force on the wall", "time [b/v]", "force / (ρ0 v² A) [-]", {}, "", false, false};
+  Plot force{"force", "Force on the wall", "time [b/v]", "force / (ρ0 v² A) [-]"};
   force.series.push_back({"momentum theorem", {0.0, snow_span.to}, {1.0, 1.0}, Series::Style::reference});
   const auto jet_run = [&](const std::string& name, const Setup& setup, int cells, const FlowPicture* picture) {
     Steady s = run_jet(context, setup, jet, picture, result);
@@ -370,8 +370,8 @@ void run(const CaseContext& context, CaseResult& result) {
     aligned = jet_run(plain.name, jet_setup(context, plain, cells, false), cells, &torn);
   }
 
-  Plot axis{"axis", "Pressure on the axis of the jet", "distance from the wall [b]", "pressure [kPa]", {}, "", false, false};
-  Plot wall{"wall", "Pressure along the wall, first cell", "distance from the axis [b]", "pressure [kPa]", {}, "", false, false};
+  Plot axis{"axis", "Pressure on the axis of the jet", "distance from the wall [b]", "pressure [kPa]"};
+  Plot wall{"wall", "Pressure along the wall, first cell", "distance from the axis [b]", "pressure [kPa]"};
   Series on_axis{"free streamlines", {}, {}, Series::Style::reference}, on_wall = on_axis;
   for (int i = 0; i <= 60; ++i) {
     const double s = 0.05 * i;

@@ -397,18 +397,12 @@ void profile(const CaseContext& context, CaseResult& result) {
                           fmt::format("Displacement at t = {:.2f} periods, dx = 1/16 m", t / exact.period()),
                           "X [m]",
                           "u [mm]",
-                          {line, points("periodic surroundings", r, false), points("slip walls", w, false)},
-                          "",
-                          false,
-                          false});
+                          {line, points("periodic surroundings", r, false), points("slip walls", w, false)}});
   result.plots.push_back({"profile-stress",
                           fmt::format("Stress at t = {:.2f} periods, dx = 1/16 m", t / exact.period()),
                           "X [m]",
                           "τ_xx [kPa]",
-                          {stress_line, points("periodic surroundings", r, true), points("slip walls", w, true)},
-                          "",
-                          false,
-                          false});
+                          {stress_line, points("periodic surroundings", r, true), points("slip walls", w, true)}});
 }
 
 /// Time step and start, and the place of the cube in the grid, one component.
@@ -462,9 +456,7 @@ void time_and_place(const CaseContext& context, CaseResult& result, std::size_t&
                           "shift against the grid [dx]",
                           "L2 error of u over A [-]",
                           {two, four},
-                          "Periodic surroundings.",
-                          false,
-                          false});
+                          "Periodic surroundings."});
   context.log("one component: time step, place in the grid");
 }
 

@@ -272,9 +272,7 @@ Plot wake_plot(const PlateInJet& exact, const std::string& scheme, const Measure
            line("outer edge, exact", 1e-3),
            {scheme + ", cavity", m.x, m.cavity, Series::Style::points},
            {scheme + ", outer edge", m.x, m.outer, Series::Style::points}},
-          "Where the mean density is half that of the fluid.",
-          false,
-          false};
+          "Where the mean density is half that of the fluid."};
 }
 
 void run(const CaseContext& context, CaseResult& result) {
@@ -357,10 +355,7 @@ void run(const CaseContext& context, CaseResult& result) {
                           "time [b/U]",
                           "force / exact force [-]",
                           {{"exact", {0.0, jet_means_to}, {1.0, 1.0}, Series::Style::reference},
-                           {scheme, seven.time, seven.history, Series::Style::simulation}},
-                          "",
-                          false,
-                          false});
+                           {scheme, seven.time, seven.history, Series::Style::simulation}}});
   const PlateInJet exact(seven.ratio);
   Series line{"exact", {}, {}, Series::Style::reference};
   for (int k = 0; k <= 100; ++k) {
@@ -373,9 +368,7 @@ void run(const CaseContext& context, CaseResult& result) {
                           "y / (l/2) [-]",
                           "pressure / (ρU²/2) [-]",
                           {line, {scheme, seven.y, seven.p, Series::Style::points}},
-                          "Means over time of the row of cells before the plate.",
-                          false,
-                          false});
+                          "Means over time of the row of cells before the plate."});
   result.plots.push_back(wake_plot(exact, scheme, seven));
   if (!own_run(context)) return;
   result.plots[result.plots.size() - 3].series.push_back({before_it, old.time, old.history, Series::Style::simulation});

@@ -129,7 +129,7 @@ void run(const CaseContext& context, CaseResult& result) {
   result.plots.push_back(std::move(errors));
 
   const RadialErrors& shown = all[0].front();
-  Plot stress{"stress", "Stresses, coarsest grid, AFLIP", "R / a [-]", "stress over the pressure inside [-]", {}, "", false, false};
+  Plot stress{"stress", "Stresses, coarsest grid, AFLIP", "R / a [-]", "stress over the pressure inside [-]"};
   Series radial{"radial, exact", {}, {}, Series::Style::reference}, hoop{"hoop, exact", {}, {}, Series::Style::reference};
   for (int i = 0; i <= 150; ++i) {
     const double x = 1.0 + 0.01 * i;

@@ -243,10 +243,7 @@ void run(const CaseContext& context, CaseResult& result) {
                           "Angle at T/2 on the coarsest grid, A = 0.05 rad",
                           "R [m]",
                           "angle turned / A [-]",
-                          {line, {"AFLIP", all[0].front().radius, all[0].front().turn, Series::Style::points}},
-                          "",
-                          false,
-                          false});
+                          {line, {"AFLIP", all[0].front().radius, all[0].front().turn, Series::Style::points}}});
   result.notes.push_back(fmt::format("{:.1f} million particle-steps.", 1e-6 * work));
 }
 

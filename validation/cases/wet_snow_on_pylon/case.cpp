@@ -133,12 +133,12 @@ void run(const CaseContext& context, CaseResult& result) {
     drags.push_back(drag(context, s));
     context.log(fmt::format("{}: {:.2f} times hydrostatic", s.name, drags.back().ratio));
   }
-  Plot profile{"profile", "Pressure over the depth below the surface", "pressure [kPa]", "immersion [m]", {}, "", false, false};
+  Plot profile{"profile", "Pressure over the depth below the surface", "pressure [kPa]", "immersion [m]"};
   const double deepest = drags.front().immersion.front(), per_metre = 1e-3 * 300.0 * 9.81;
   profile.series.push_back(
       {"8 times hydrostatic (observed)", {0.0, observed * per_metre * deepest}, {0.0, deepest}, Series::Style::reference});
   profile.series.push_back({"hydrostatic", {0.0, per_metre * deepest}, {0.0, deepest}, Series::Style::bound});
-  Plot history{"history", "Force over the hydrostatic force on the width", "displacement / width [-]", "ratio [-]", {}, "", false, false};
+  Plot history{"history", "Force over the hydrostatic force on the width", "displacement / width [-]", "ratio [-]"};
   double work = 0.0;
   for (std::size_t i = 0; i < all.size(); ++i) {
     const Drag& d = drags[i];
