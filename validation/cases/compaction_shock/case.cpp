@@ -11,6 +11,7 @@
 #include "libmpm/core/diagnostics.hpp"
 #include "libmpm/driver/scene.hpp"
 #include "validation/harness/case.hpp"
+#include "validation/harness/fitted_line.hpp"
 #include "validation/harness/particle_access.hpp"
 #include "validation/harness/point_comparison.hpp"
 #include "validation/harness/root.hpp"
@@ -250,8 +251,8 @@ Measured hit(const CaseContext& context, const Settings& s, const Waves& exact) 
     }
     return true;
   });
-  const double speed = fitted_slope(last_time, last_grown);
-  m.first_speed = fitted_slope(first_time, first_grown) / exact.first().speed;
+  const double speed = fitted_line(last_time, last_grown).slope;
+  m.first_speed = fitted_line(first_time, first_grown).slope / exact.first().speed;
   m.energy_exact = exact.energy(length, when.middle);
   m.speed = speed / exact.last().speed;
   m.force = -impulse / ((when.end - when.middle) * area * exact.behind().stress);

@@ -6,6 +6,7 @@
 
 #include "libmpm/driver/case_file.hpp"
 #include "validation/harness/case.hpp"
+#include "validation/harness/fitted_line.hpp"
 #include "validation/harness/shallow_flow.hpp"
 
 namespace mpm::validation {
@@ -57,17 +58,15 @@ struct Outcome {
 /// x where the line through sqrt(h), for h from h0/10 to 4 h0/10, comes to 0; in h0. 0 with fewer than three points.
 double front_of(const DepthProfile& p, double h0, double rho) {
   std::vector<double> x_line, root;
-  double x_mean = 0.0, root_mean = 0.0;
   for (std::size_t k = 0; k < p.mass.size(); ++k) {
     const double h = p.mass[k] / (rho * h0);
     if (h < 0.1 || h > 0.4) continue;
     x_line.push_back(p.x(k) / h0);
     root.push_back(std::sqrt(h));
-    x_mean += x_line.back();
-    root_mean += root.back();
   }
   if (x_line.size() < 3) return 0.0;
-  return (x_mean - root_mean / fitted_slope(x_line, root)) / static_cast<double>(x_line.size());
+  const Line line = fitted_line(x_line, root);
+  return -line.at_zero / line.slope;
 }
 
 /// @param t time in h0/c0

@@ -8,6 +8,7 @@
 #include "libmpm/driver/case_file.hpp"
 #include "libmpm/io/csv.hpp"
 #include "validation/harness/case.hpp"
+#include "validation/harness/fitted_line.hpp"
 #include "validation/harness/shallow_flow.hpp"
 
 namespace mpm::validation {
@@ -88,7 +89,8 @@ Outcome run_strip(const CaseContext& context, const Setup& setup, const Hydrosta
   o.mass = batch_mean(mass, 5);
   o.thrust = batch_mean(thrust, 5);
   o.motion = flux / static_cast<double>(mass.size());
-  o.speed = fitted_slope({o.time.begin() + samples / 2, o.time.end()}, {o.front.begin() + samples / 2, o.front.end()}) / bore.speed;
+  constexpr std::ptrdiff_t half = samples / 2;
+  o.speed = fitted_line({o.time.begin() + half, o.time.end()}, {o.front.begin() + half, o.front.end()}).slope / bore.speed;
   return o;
 }
 

@@ -13,6 +13,7 @@
 #include "libmpm/impact/semi_empirical.hpp"
 #include "libmpm/io/csv.hpp"
 #include "validation/harness/case.hpp"
+#include "validation/harness/fitted_line.hpp"
 #include "validation/harness/root.hpp"
 #include "validation/harness/shallow_flow.hpp"
 
@@ -97,16 +98,12 @@ using Field = std::map<std::pair<long, long>, Cell>;  ///< by cell: distance fro
 double extrapolate_to_wall(const Field& field, double dx, double half_width) {
   const long top = std::max(3L, std::lround(std::floor(0.7 * half_width / dx)));
   std::vector<double> square, pressure;
-  double mean_square = 0.0, mean = 0.0;
   for (const auto& [key, cell] : field) {
     if (key.first != 0 || key.second < 1 || key.second >= top) continue;
     square.push_back(std::pow((static_cast<double>(key.second) + 0.5) * dx, 2));
     pressure.push_back(cell.tau / cell.volume);
-    mean_square += square.back();
-    mean += pressure.back();
   }
-  const auto n = static_cast<double>(square.size());
-  return mean / n - fitted_slope(square, pressure) * mean_square / n;
+  return fitted_line(square, pressure).at_zero;
 }
 
 /// A material on several grids.
