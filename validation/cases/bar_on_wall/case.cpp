@@ -89,9 +89,7 @@ void smooth_impact(const CaseContext& context, CaseResult& result, const std::ve
   Plot errors{
       "smooth-error", "Smooth impact: error of the force", "dx / L [-]", "root mean square error over ρcVA [-]", {}, "", true, true};
   Plot history{"smooth", "Smooth impact on the coarsest grid", "time [L/c]", "force / ρcVA [-]"};
-  Series exact{"exact", {}, {}, Series::Style::reference};
-  for (int i = 0; i <= 300; ++i) exact.x.push_back(0.01 * i), exact.y.push_back(exact_force(Start::smooth, 0.01 * i));
-  history.series.push_back(exact);
+  history.series.push_back(reference_curve("exact", 0.0, 3.0, 300, [](double time) { return exact_force(Start::smooth, time); }));
   const std::vector<Variant> variants = variants_of(context);
   for (const Variant& variant : variants) {
     const bool surface = variant.settings.contact == ContactRule::surface;

@@ -189,12 +189,7 @@ void run(const CaseContext& context, CaseResult& result) {
   const RadialErrors& ours = all[1].front();
   const RadialState end = motion_of(shown)(shown.duration(speed));
   const auto line = [&](const std::string& name, double RadialPoint::*what, double scale) {
-    Series s{name, {}, {}, Series::Style::reference};
-    for (int i = 0; i <= 150; ++i) {
-      const double x = 1.0 + (shown.outer / inner - 1.0) * i / 150;
-      s.x.push_back(x), s.y.push_back(scale * (end(x * inner).*what));
-    }
-    return s;
+    return reference_curve(name, 1.0, shown.outer / inner, 150, [&](double x) { return scale * (end(x * inner).*what); });
   };
   const auto points = [&](const std::string& name, const std::vector<double>& values, double scale) {
     Series s{name, ours.place, {}, Series::Style::points};

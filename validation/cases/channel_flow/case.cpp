@@ -252,10 +252,10 @@ void run(const CaseContext& context, CaseResult& result) {
                 true,
                 true};
     const Exact exact(case_of(context, flow), flow);
-    Series line{"exact", {}, {}, Series::Style::reference};
-    for (int i = 0; i <= 100; ++i)
-      line.x.push_back(exact.speed(0.01 * i * exact.height()) / exact.largest_speed()), line.y.push_back(0.01 * i);
-    profile.series.push_back(line);
+    Series line =
+        reference_curve("exact", 0.0, 1.0, 100, [&](double level) { return exact.speed(level * exact.height()) / exact.largest_speed(); });
+    std::swap(line.x, line.y);  // the level upwards
+    profile.series.push_back(std::move(line));
     for (std::size_t v = 0; v < variants.size(); ++v) {
       if (variants[v].settings.flow != flow) continue;
       const bool surface = variants[v].settings.contact == ContactRule::surface;

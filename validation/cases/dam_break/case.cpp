@@ -237,12 +237,7 @@ void add_notes(CaseResult& result, const Grids& grids) {
 
 Plot profile_plot(const Grids& grids) {
   Plot profile{"profile", "Depth, in Ritter's similarity variable", "x/(c0 t) [-]", "h/h0 [-]"};
-  Series ritter{"Ritter", {}, {}, Series::Style::reference};
-  for (int i = 0; i <= 74; ++i) {
-    ritter.x.push_back(-1.5 + 0.05 * i);
-    ritter.y.push_back(ritter_depth(ritter.x.back()));
-  }
-  profile.series.push_back(std::move(ritter));
+  profile.series.push_back(reference_curve("Ritter", -1.5, 2.2, 74, ritter_depth));
   for (const double t : shown_times) {
     const Sample& s = grids.finest().at(t);
     profile.series.push_back({fmt::format("t = {} h0/c0", t), s.xi, s.height, Series::Style::simulation});

@@ -182,11 +182,8 @@ void ballistic_rise(const CaseContext& context, CaseResult& result) {
   }
   result.check_order(Label::verification, "order in dt of the rise against v²/2g", fitted_order(steps, errors), 0.95, 1.05,
                      "symplectic Euler errs by v dt/2, and by g dt²/8 at most for where the step that meets the top falls");
-  Series exact{"v t - g t²/2", {}, {}, Series::Style::reference};
-  for (int i = 0; i <= 50; ++i) {
-    exact.x.push_back(flight_time * i / 50.0);
-    exact.y.push_back((speed - 0.5 * c.numerics.gravity * exact.x.back()) * exact.x.back());
-  }
+  const Series exact =
+      reference_curve("v t - g t²/2", 0.0, flight_time, 50, [&](double t) { return (speed - 0.5 * c.numerics.gravity * t) * t; });
   result.plots.push_back({"rise",
                           "Rise of a block of snow thrown straight up",
                           "time [s]",

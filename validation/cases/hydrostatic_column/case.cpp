@@ -215,11 +215,7 @@ Profile cell_means(const Rest& rest) {
   return p;
 }
 
-std::string listed(const std::vector<double>& values, const char* pattern = "{:.2f}") {
-  std::string s;
-  for (const double v : values) s += (s.empty() ? "" : ", ") + fmt::format(fmt::runtime(pattern), v);
-  return s;
-}
+std::string listed(const std::vector<double>& values) { return fmt::format("{:.2f}", fmt::join(values, ", ")); }
 
 /// Interior: between 0.4 and 0.9 of the height, cells away from floor and surface on every grid.
 bool interior(double z) { return z > 0.4 * height && z < 0.9 * height; }
@@ -261,14 +257,13 @@ Errors converge(const CaseContext& context, CaseResult& result, const Column& co
   Plot lateral{
       column.id + "-lateral", "Lateral over vertical stress at rest, " + column.word, "τ_xx / τ_zz [-]", "reference height Z [m]", {},
       "Means over one cell."};
-  Series curve{column.elastic ? "exact (Lambert W)" : "oedometric path (CVODE)", {}, {}, Series::Style::reference}, ratio_curve = curve;
-  for (int i = 0; i <= 200; ++i) {
-    const double z = height * i / 200.0;
-    ratio_curve.y.push_back(z), ratio_curve.x.push_back(column.lateral_ratio(Column::load(z)));
-    if (i % 5 == 0) curve.y.push_back(z), curve.x.push_back(-1e3 * column.displacement(z));
-  }
-  shape.series.push_back(std::move(curve));
-  lateral.series.push_back(std::move(ratio_curve));
+  const auto over_height = [&](int parts, const std::function<double(double)>& of_z) {
+    Series curve = reference_curve(column.elastic ? "exact (Lambert W)" : "oedometric path (CVODE)", 0.0, height, parts, of_z);
+    std::swap(curve.x, curve.y);
+    return curve;
+  };
+  shape.series.push_back(over_height(40, [&](double z) { return -1e3 * column.displacement(z); }));
+  lateral.series.push_back(over_height(200, [&](double z) { return column.lateral_ratio(Column::load(z)); }));
   for (const int cells : grids) {
     const Rest rest = settle(context, column_setup(context, column, cells));
     const Profile means = cell_means(rest);
@@ -469,8 +464,9 @@ void floor_at_its_surface(const CaseContext& context, CaseResult& result, const 
   result.check_absolute(Label::verification, word + ": settlement, finest grid, relative error", settlement.back(), 0.0, "", 1e-3, "0.1 %")
       .observed_order = order;
   result.check_absolute(Label::verification, word + ": stress of the cell at the floor, relative error", wall.back(), 0.0, "", 0.01, "1 %");
-  result.notes.push_back(fmt::format("{}: relative error of the settlement {}, of the stress in the cell at the floor {} ({} cells).", word,
-                                     listed(settlement, "{:.1e}"), listed(wall, "{:.1e}"), fmt::join(grids, ", ")));
+  result.notes.push_back(
+      fmt::format("{}: relative error of the settlement {:.1e}, of the stress in the cell at the floor {:.1e} ({} cells).", word,
+                  fmt::join(settlement, ", "), fmt::join(wall, ", "), fmt::join(grids, ", ")));
 }
 
 /// A column and its grids.

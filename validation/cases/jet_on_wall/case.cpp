@@ -369,16 +369,11 @@ void run(const CaseContext& context, CaseResult& result) {
 
   Plot axis{"axis", "Pressure on the axis of the jet", "distance from the wall [b]", "pressure [kPa]"};
   Plot wall{"wall", "Pressure along the wall, first cell", "distance from the axis [b]", "pressure [kPa]"};
-  Series on_axis{"free streamlines", {}, {}, Series::Style::reference}, on_wall = on_axis;
-  for (int i = 0; i <= 60; ++i) {
-    const double s = 0.05 * i;
-    on_axis.x.push_back(s);
-    on_axis.y.push_back(1e-3 * jet.dynamic_pressure() * free_streamline_pressure(0.0, 0.5 * s));
-    on_wall.x.push_back(s);
-    on_wall.y.push_back(1e-3 * jet.dynamic_pressure() * free_streamline_pressure(0.5 * s, 0.0));
-  }
-  axis.series.push_back(std::move(on_axis));
-  wall.series.push_back(std::move(on_wall));
+  const double kilopascal = 1e-3 * jet.dynamic_pressure();
+  axis.series.push_back(
+      reference_curve("free streamlines", 0.0, 3.0, 60, [&](double x) { return kilopascal * free_streamline_pressure(0.0, 0.5 * x); }));
+  wall.series.push_back(
+      reference_curve("free streamlines", 0.0, 3.0, 60, [&](double z) { return kilopascal * free_streamline_pressure(0.5 * z, 0.0); }));
   const auto add = [&](const std::string& name, const Steady& s) {
     axis.series.push_back({name, s.axis_x, s.axis_pressure, Series::Style::points});
     wall.series.push_back({name, s.wall_z, s.wall_pressure, Series::Style::points});
