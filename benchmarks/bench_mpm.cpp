@@ -128,8 +128,6 @@ void run_kernel(benchmark::State& bench, const std::string& name, int threads, c
 
 // --- kernels ------------------------------------------------------------------------------------------------------------
 
-constexpr double transfer_step = 2e-4;  ///< s
-
 /// A block and the result of the kernels.
 struct Kernel : Bench {
   explicit Kernel(Problem p) : problem(std::move(p)), options(transfer_options(problem.scene, transfer_step)) {
@@ -203,9 +201,7 @@ std::shared_ptr<Bench> sort_bench(Problem problem) {
   k->work = sort_work(changing_block);
   k->prepare = [k = k.get(), forward = true]() mutable {
     Grid& grid = k->problem.state.grid;
-    for (const auto b : grid.all_blocks()) {
-      for (Node& n : grid.nodes(b).node) n = Node{1.0, 1.0, 1.0, 1.0};
-    }
+    set_uniform_velocity(grid);
     TransferOptions options = k->options;
     options.dt = (forward ? 1.0 : -1.0) * shift * grid.cell_size();
     forward = !forward;
@@ -218,6 +214,17 @@ std::shared_ptr<Bench> sort_bench(Problem problem) {
 
 // --- whole steps --------------------------------------------------------------------------------------------------------
 
+constexpr std::array part_names{"p2g_ns", "grid_ns", "g2p_ns", "law_ns", "sort_ns"};
+
+/// The times of the parts of a step, s, in the order of part_names.
+std::array<double, 5> parts_of(const StepTimes& t) { return {t.particle_to_grid, t.grid_update, t.grid_to_particle, t.stress, t.sort}; }
+
+double quantile(std::vector<double> v, double fraction) {
+  std::sort(v.begin(), v.end());
+  return v[static_cast<std::size_t>(fraction * static_cast<double>(v.size() - 1) + 0.5)];
+}
+double median(std::vector<double> v) { return quantile(std::move(v), 0.5); }
+
 /// Steps are counted only if the required fractions of particles yield and change cell. Every other step is done in parts: their
 /// nanoseconds (medians), and sum_over_step, the median of the sum of the parts over the median of the whole steps.
 void run_step(benchmark::State& bench, const std::string& name, int threads, const std::function<SteppedProblem()>& make) {
@@ -226,7 +233,8 @@ void run_step(benchmark::State& bench, const std::string& name, int threads, con
     ceilings(threads);
     SteppedProblem& problem = *Cache::instance().get(name, [&] { return std::make_shared<SteppedProblem>(make()); });
     Activity least{1.0, 1.0, 1.0}, sum;
-    std::vector<double> whole, together, parts[5];
+    std::vector<double> whole, together;
+    std::array<std::vector<double>, part_names.size()> parts;
     const auto note = [&](const Activity& s) {
       least = {std::min(least.yielding, s.yielding), std::min(least.changing_cell, s.changing_cell),
                std::min(least.changing_block, s.changing_block)};
@@ -242,19 +250,13 @@ void run_step(benchmark::State& bench, const std::string& name, int threads, con
       total += seconds;
       StepTimes t;
       problem.counted_step([&](Problem& p, double dt) { step(p.state, p.scene, dt, &t); });
-      const double values[5] = {t.particle_to_grid, t.grid_update, t.grid_to_particle, t.stress, t.sort};
-      for (int i = 0; i < 5; ++i) parts[i].push_back(values[i]);
+      for (std::size_t i = 0; i < parts.size(); ++i) parts[i].push_back(parts_of(t)[i]);
       together.push_back(t.total());
     }
     const std::size_t particles = problem.problem().state.grid.particle_count();
     const auto count = static_cast<double>(whole.size());
     report(bench, total / count, particles, threads, step_work(8.0, sum.yielding / count, sum.changing_block / count));
-    const auto median = [](std::vector<double> v) {
-      std::nth_element(v.begin(), v.begin() + static_cast<long>(v.size() / 2), v.end());
-      return v[v.size() / 2];
-    };
-    constexpr const char* names[5] = {"p2g_ns", "grid_ns", "g2p_ns", "law_ns", "sort_ns"};
-    for (int i = 0; i < 5; ++i) bench.counters[names[i]] = 1e9 * median(parts[i]) / static_cast<double>(particles);
+    for (std::size_t i = 0; i < parts.size(); ++i) bench.counters[part_names[i]] = 1e9 * median(parts[i]) / static_cast<double>(particles);
     bench.counters["sum_over_step"] = median(together) / median(whole);
     bench.counters["memory_bytes"] = static_cast<double>(problem.problem().state.grid.bytes()) / static_cast<double>(particles);
     bench.counters["yielding"] = least.yielding;
@@ -285,7 +287,7 @@ void run_both_precisions(benchmark::State& bench, const std::string& name, const
       return std::make_shared<Problems>(std::move(both));
     });
     std::array<std::vector<double>, 2> ns;
-    std::array<std::array<std::vector<double>, 5>, 2> parts;
+    std::array<std::array<std::vector<double>, part_names.size()>, 2> parts;
     std::vector<double> ratios;
     const auto count = static_cast<double>(problems[0].problem().state.grid.particle_count());
     const auto timed_step = [&](std::size_t which) {
@@ -300,8 +302,7 @@ void run_both_precisions(benchmark::State& bench, const std::string& name, const
     const auto step_in_parts = [&](std::size_t which) {
       StepTimes t;
       problems[which].counted_step([&](Problem& p, double dt) { step(p.state, p.scene, dt, &t); });
-      const std::array values{t.particle_to_grid, t.grid_update, t.grid_to_particle, t.stress, t.sort};
-      for (std::size_t i = 0; i < values.size(); ++i) parts[which][i].push_back(1e9 * values[i] / count);
+      for (std::size_t i = 0; i < part_names.size(); ++i) parts[which][i].push_back(1e9 * parts_of(t)[i] / count);
     };
     for ([[maybe_unused]] auto _ : bench) {
       const std::size_t first = ratios.size() % 2;
@@ -312,20 +313,15 @@ void run_both_precisions(benchmark::State& bench, const std::string& name, const
       step_in_parts(first);
       step_in_parts(1 - first);
     }
-    const auto quantile = [](std::vector<double> v, double fraction) {
-      std::sort(v.begin(), v.end());
-      return v[static_cast<std::size_t>(fraction * static_cast<double>(v.size() - 1) + 0.5)];
-    };
     auto& counters = bench.counters;
     counters["particles"] = count;
-    counters["ratio"] = quantile(ratios, 0.5);
+    counters["ratio"] = median(ratios);
     counters["ratio_quartile_1"] = quantile(ratios, 0.25);
     counters["ratio_quartile_3"] = quantile(ratios, 0.75);
-    constexpr std::array part_names{"p2g_ns", "grid_ns", "g2p_ns", "law_ns", "sort_ns"};
     for (std::size_t which = 0; which < 2; ++which) {
       const std::string prefix = fmt::format("{}_", name_of(precisions[which]));
-      counters[prefix + "ns"] = quantile(ns[which], 0.5);
-      for (std::size_t i = 0; i < part_names.size(); ++i) counters[prefix + part_names[i]] = quantile(parts[which][i], 0.5);
+      counters[prefix + "ns"] = median(ns[which]);
+      for (std::size_t i = 0; i < part_names.size(); ++i) counters[prefix + part_names[i]] = median(parts[which][i]);
       counters[prefix + "memory_bytes"] = static_cast<double>(problems[which].problem().state.grid.bytes()) / count;
     }
     check_once(name, [&] {

@@ -31,7 +31,6 @@ struct Task {
   std::function<void()> pass;
 };
 
-constexpr double transfer_step = 2e-4;  ///< s
 constexpr Precision wide = Precision::double_precision, narrow = Precision::single_precision;
 
 Task scatter_task(std::size_t particles, Precision precision) {
@@ -66,11 +65,8 @@ Task sort_task(std::size_t particles) {
   auto p = std::make_shared<Problem>(make_block(particles, 8, true));
   TransferOptions options = transfer_options(p->scene, 0.04 * p->state.grid.cell_size());
   return {[=]() mutable {
-            Grid& grid = p->state.grid;
-            for (const auto b : grid.all_blocks()) {
-              for (Node& n : grid.nodes(b).node) n = Node{1.0, 1.0, 1.0, 1.0};
-            }
-            gather(grid, options);
+            set_uniform_velocity(p->state.grid);
+            gather(p->state.grid, options);
             options.dt = -options.dt;
           },
           [=] { sort(p->state.grid); }};

@@ -42,4 +42,10 @@ void update_nodes(Problem& problem, double dt) {
       .sum(nullptr);
 }
 
+void set_uniform_velocity(Grid& grid) {
+  for (const auto b : grid.all_blocks()) {
+    for (Node& n : grid.nodes(b).node) n = Node{1.0, 1.0, 1.0, 1.0};
+  }
+}
+
 }  // namespace mpm::benchmarks

@@ -5,6 +5,8 @@
 
 namespace mpm::benchmarks {
 
+inline constexpr double transfer_step = 2e-4;  ///< s, of transfers that are timed alone
+
 TransferOptions transfer_options(const Scene& scene, double dt);
 
 /// grid_to_particle on all blocks.
@@ -15,5 +17,7 @@ void apply_law(Grid& grid, const AnyMaterial& material, double dt);
 void sort(Grid& grid);
 /// Folding, v_i = p_i / m_i + dt g, boundaries.
 void update_nodes(Problem& problem, double dt);
+/// Gives all nodes the velocity (1, 1, 1) m/s.
+void set_uniform_velocity(Grid& grid);
 
 }  // namespace mpm::benchmarks

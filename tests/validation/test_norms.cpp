@@ -31,7 +31,6 @@ TEST(ErrorNorms, ANanAnywhereIsANanInEveryNorm) {
     a[where] = nan;
     const Norms n = error_norms(a, b);
     EXPECT_TRUE(std::isnan(n.l1) && std::isnan(n.l2) && std::isnan(n.max)) << where;
-    EXPECT_TRUE(std::isnan(max_abs(a))) << where;
   }
 }
 

@@ -63,6 +63,13 @@ struct Elsewhere : RunSource {
   RunCost play(const validation::Setup&, const Visitor&) const override { return {}; }
 };
 
+TEST(ReferenceCurve, GoesFromEndToEndInEvenSteps) {
+  const Series s = reference_curve("square", 1.0, 3.0, 4, [](double x) { return x * x; });
+  EXPECT_EQ(s.style, Series::Style::reference);
+  EXPECT_EQ(s.x, (std::vector{1.0, 1.5, 2.0, 2.5, 3.0}));
+  EXPECT_EQ(s.y, (std::vector{1.0, 2.25, 4.0, 6.25, 9.0}));
+}
+
 TEST(Check, StaysWhereItIsWhileOthersFollow) {
   CaseResult r;
   Check& first = r.check_relative(Label::verification, "q", 1.0, 1.0, "m", 0.1, "");

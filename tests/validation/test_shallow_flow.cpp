@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "libmpm/base/error.hpp"
+#include "validation/harness/fitted_line.hpp"
 
 namespace mpm::validation {
 namespace {
@@ -128,7 +129,11 @@ TEST(BatchMean, StandardErrorIsThatOfTheBatches) {
   EXPECT_THROW(batch_mean({1.0}, 2), ConfigError);
 }
 
-TEST(FittedSlope, OfALineIsItsSlope) { EXPECT_NEAR(fitted_slope({0.0, 1.0, 3.0}, {1.0, 3.0, 7.0}), 2.0, 1e-14); }
+TEST(FittedLine, OfPointsOnALineIsThisLine) {
+  const Line line = fitted_line({0.0, 1.0, 3.0}, {1.0, 3.0, 7.0});
+  EXPECT_NEAR(line.slope, 2.0, 1e-14);
+  EXPECT_NEAR(line.at_zero, 1.0, 1e-14);
+}
 
 }  // namespace
 }  // namespace mpm::validation

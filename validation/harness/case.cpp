@@ -72,6 +72,15 @@ Series slope_line(std::string name, const std::vector<double>& size, double at_f
           Series::Style::bound};
 }
 
+Series reference_curve(std::string name, double from, double to, int parts, const std::function<double(double)>& y) {
+  Series curve{std::move(name), {}, {}, Series::Style::reference};
+  for (int i = 0; i <= parts; ++i) {
+    curve.x.push_back(from + (to - from) * i / parts);
+    curve.y.push_back(y(curve.x.back()));
+  }
+  return curve;
+}
+
 Verdict Check::verdict() const {
   if (passed) return Verdict::ok;
   if (!miss || !finite(*this)) return Verdict::failed;

@@ -104,12 +104,14 @@ struct Series {
 /// The line error ~ size^order through (the finest size, at_finest): two points, straight where both axes are logarithmic.
 /// @param size  coarse first
 Series slope_line(std::string name, const std::vector<double>& size, double at_finest, double order);
+/// The exact curve y(x), a reference, at parts + 1 places spread evenly from one x to the other.
+Series reference_curve(std::string name, double from, double to, int parts, const std::function<double(double)>& y);
 
 struct Plot {
   std::string id;                       ///< file name, unique in its case
   std::string title, x_label, y_label;  ///< labels carry the unit
-  std::vector<Series> series;
-  std::string caption;
+  std::vector<Series> series = {};
+  std::string caption = {};
   bool log_x = false, log_y = false;
 };
 

@@ -31,15 +31,15 @@ std::string to_string(FlowField);
 struct FlowPicture {
   std::string id;  ///< file name, unique in its case
   FlowField field = FlowField::speed;
-  std::string title, caption;
-  double slice_half_width = 0.0;                ///< m; particles with |y| <= this are drawn; 0: all
-  std::optional<std::array<double, 4>> window;  ///< x_min, x_max, z_min, z_max, m; empty: around the particles
-  std::optional<std::array<double, 2>> range;   ///< of the colours, in the field's unit; empty: that of the slice
+  std::string title, caption = {};
+  double slice_half_width = 0.0;                     ///< m; particles with |y| <= this are drawn; 0: all
+  std::optional<std::array<double, 4>> window = {};  ///< x_min, x_max, z_min, z_max, m; empty: around the particles
+  std::optional<std::array<double, 2>> range = {};   ///< of the colours, in the field's unit; empty: that of the slice
   // The rest is filled in by flow_picture.
-  std::filesystem::path snapshot;            ///< frame file of io/snapshot.hpp
-  double time = 0.0;                         ///< s
-  std::vector<std::array<double, 4>> walls;  ///< a point of the plane and its normal into the material: x, z, n_x, n_z
-  std::vector<std::array<double, 4>> boxes;  ///< x_min, z_min, x_max, z_max, m
+  std::filesystem::path snapshot = {};            ///< frame file of io/snapshot.hpp
+  double time = 0.0;                              ///< s
+  std::vector<std::array<double, 4>> walls = {};  ///< a point of the plane and its normal into the material: x, z, n_x, n_z
+  std::vector<std::array<double, 4>> boxes = {};  ///< x_min, z_min, x_max, z_max, m
 };
 
 /// Stores the particles of `state` that the picture shows below `directory` and completes the picture with them and the scene's boundaries.

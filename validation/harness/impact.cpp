@@ -26,7 +26,7 @@ ImpactRun run_impact(const CaseContext& context, const std::string& id, const st
 Plot runup_plot(const ImpactRun& run) {
   const auto time = run.series.numbers("time_s");
   const std::vector<double> ends{0.0, run.result.time};
-  Plot plot{run.id + "-runup", "Run-up, " + run.name, "time [s]", "height [m]", {}, "", false, false};
+  Plot plot{run.id + "-runup", "Run-up, " + run.name, "time [s]", "height [m]"};
   if (const double predicted = run.value("predicted_runup_m"); std::isfinite(predicted))
     plot.series.push_back({"paper's equation", ends, {predicted, predicted}, Series::Style::reference});
   const double bound = bernoulli_height(run.spec.conveyor->velocity, run.flow_height(), run.spec.numerics.gravity);
@@ -48,7 +48,7 @@ Plot profile_plot(const ImpactRun& run, double column) {
     for (double& p : *values) p *= 1e-3;
   }
   const double base = run.spec.material.density() * run.spec.numerics.gravity * column * 1e-3;
-  Plot plot{run.id + "-profile", "Mean pressure on the face, " + run.name, "pressure [kPa]", "z [m]", {}, "", false, false};
+  Plot plot{run.id + "-profile", "Mean pressure on the face, " + run.name, "pressure [kPa]", "z [m]"};
   plot.series.push_back(
       {fmt::format("hydrostatic, {:.2f} H", column / run.flow_height()), {base, 0.0}, {0.0, column}, Series::Style::reference});
   plot.series.push_back({"raw", raw, z, Series::Style::points});
@@ -72,12 +72,7 @@ FlowPicture last_picture(const ImpactRun& run, FlowField field, const std::array
                               .title = fmt::format("{}, t = {:.1f} s", run.name, run.result.time),
                               .caption = "The end of the run.",
                               .slice_half_width = 0.2 * run.spec.obstacle->width(),
-                              .window = window,
-                              .range = {},
-                              .snapshot = {},
-                              .time = 0.0,
-                              .walls = {},
-                              .boxes = {}});
+                              .window = window});
 }
 
 std::string run_note(const ImpactRun& run) {

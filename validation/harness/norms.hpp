@@ -38,14 +38,6 @@ inline Norms error_norms(std::span<const double> value, std::span<const double> 
   return n;
 }
 
-/// Largest absolute value; the scale of a relative maximum norm.
-inline double max_abs(std::span<const double> a) {
-  double m = 0.0;
-  for (const double v : a)
-    if (!(std::abs(v) <= m)) m = std::isnan(m) ? m : std::abs(v);
-  return m;
-}
-
 /// |value - reference| / |reference|; for a zero reference infinity, or 0 where both are zero.
 inline double relative_error(double value, double reference) {
   if (reference == 0.0) return value == 0.0 ? 0.0 : std::abs(value) * std::numeric_limits<double>::infinity();

@@ -183,16 +183,4 @@ BatchMean batch_mean(const std::vector<double>& values, std::size_t batches) {
   return {total, std::sqrt(square / static_cast<double>(batches * (batches - 1)))};
 }
 
-double fitted_slope(const std::vector<double>& x, const std::vector<double>& y) {
-  double sx = 0.0, sy = 0.0, sxx = 0.0, sxy = 0.0;
-  const auto n = static_cast<double>(x.size());
-  for (std::size_t i = 0; i < x.size(); ++i) {
-    sx += x[i];
-    sy += y[i];
-    sxx += x[i] * x[i];
-    sxy += x[i] * y[i];
-  }
-  return (n * sxy - sx * sy) / (n * sxx - sx * sx);
-}
-
 }  // namespace mpm::validation

@@ -86,7 +86,4 @@ struct BatchMean {
 };
 BatchMean batch_mean(const std::vector<double>& values, std::size_t batches);
 
-/// Slope of the least-squares line.
-double fitted_slope(const std::vector<double>& x, const std::vector<double>& y);
-
 }  // namespace mpm::validation

@@ -1,4 +1,5 @@
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <array>
@@ -142,11 +143,7 @@ class Runs {
   std::vector<std::string> unsteady_;
 };
 
-std::string list(const std::vector<int>& cells) {
-  std::string text;
-  for (const int n : cells) text += fmt::format("{}w/{}", text.empty() ? "" : ", ", n);
-  return text;
-}
+std::string list(const std::vector<int>& cells) { return fmt::format("w/{}", fmt::join(cells, ", w/")); }
 
 /// Studies of all quantities on the grids w/n.
 std::vector<MetricConvergence> grid_family(CaseResult& result, Runs& runs, const std::string& id, const std::vector<int>& cells,

@@ -88,10 +88,8 @@ void check_exact_properties(const CaseContext& context, CaseResult& result, cons
 void smooth_impact(const CaseContext& context, CaseResult& result, const std::vector<int>& grids, std::vector<Impact>& kept) {
   Plot errors{
       "smooth-error", "Smooth impact: error of the force", "dx / L [-]", "root mean square error over ρcVA [-]", {}, "", true, true};
-  Plot history{"smooth", "Smooth impact on the coarsest grid", "time [L/c]", "force / ρcVA [-]", {}, "", false, false};
-  Series exact{"exact", {}, {}, Series::Style::reference};
-  for (int i = 0; i <= 300; ++i) exact.x.push_back(0.01 * i), exact.y.push_back(exact_force(Start::smooth, 0.01 * i));
-  history.series.push_back(exact);
+  Plot history{"smooth", "Smooth impact on the coarsest grid", "time [L/c]", "force / ρcVA [-]"};
+  history.series.push_back(reference_curve("exact", 0.0, 3.0, 300, [](double time) { return exact_force(Start::smooth, time); }));
   const std::vector<Variant> variants = variants_of(context);
   for (const Variant& variant : variants) {
     const bool surface = variant.settings.contact == ContactRule::surface;
@@ -140,17 +138,12 @@ void uniform_impact(const CaseContext& context, CaseResult& result, const std::v
                "time [L/c]",
                "force / ρcVA [-]",
                {{"exact", {0.0, 0.0, 2.0, 2.0, 3.0}, {0.0, 1.0, 1.0, 0.0, 0.0}, Series::Style::reference}},
-               "A jump cannot be resolved: fronts are dx^(2/3) wide, and waves shorter than they should be follow or run ahead.",
-               false,
-               false};
+               "A jump cannot be resolved: fronts are dx^(2/3) wide, and waves shorter than they should be follow or run ahead."};
   Plot momentum{"uniform-momentum",
                 "Bar at one speed: momentum and energy of the finest grid",
                 "time [L/c]",
                 "P / mV, E / (mV²/2) [-]",
-                {{"exact momentum", {0.0, 2.0, 3.0}, {-1.0, 1.0, 1.0}, Series::Style::reference}},
-                "",
-                false,
-                false};
+                {{"exact momentum", {0.0, 2.0, 3.0}, {-1.0, 1.0, 1.0}, Series::Style::reference}}};
   const std::vector<Variant> variants = variants_of(context);
   for (const Variant& variant : variants) {
     const bool surface = variant.settings.contact == ContactRule::surface;
@@ -243,14 +236,7 @@ Settings flying_bar(ContactRule rule, double offset) {
 
 /// How far before its plane a wall turns a bar that comes flying.
 void distance(const CaseContext& context, CaseResult& result) {
-  Plot plot{"distance",
-            "Where the wall turns a bar that comes flying",
-            "wall off the nodes [dx]",
-            "distance before the plane [dx]",
-            {},
-            "",
-            false,
-            false};
+  Plot plot{"distance", "Where the wall turns a bar that comes flying", "wall off the nodes [dx]", "distance before the plane [dx]"};
   for (const ContactRule rule : {ContactRule::surface, ContactRule::nodal}) {
     if (rule == ContactRule::nodal && !own_run(context)) continue;
     Series line{rule == ContactRule::surface ? "contact at the surface, AFLIP" : "contact on nodes, APIC", {}, {}, Series::Style::points};

@@ -143,12 +143,7 @@ Rise simulate(const CaseContext& context, const Setting& setting, bool wide, boo
            .title = fmt::format("Inviscid flow, Fr {:.3g}, t = {:.2f} s", setting.froude, state.time),
            .caption = fmt::format("The jet before anything has fallen back onto the oncoming flow. H + v²/2g is {:.1f} m.", rise.bound),
            .slice_half_width = 0.5 * c.obstacle->width(),
-           .window = std::array<double, 4>{-conveyor.upstream_length, conveyor.downstream_length, -0.2, top},
-           .range = {},
-           .snapshot = {},
-           .time = 0.0,
-           .walls = {},
-           .boxes = {}});
+           .window = std::array<double, 4>{-conveyor.upstream_length, conveyor.downstream_length, -0.2, top}});
     }
   }
   if (setting.to > setting.from) {
@@ -237,10 +232,7 @@ Plot time_plot(const Rise& rise) {
             {{"H + v²/2g", {0.0, end}, {rise.bound, rise.bound}, Series::Style::reference},
              {"run-up: highest particle without the first splash", rise.time, rise.runup, Series::Style::simulation},
              {"highest of all particles", rise.time, rise.highest, Series::Style::simulation},
-             {"head of the jet", rise.jet_time, rise.head, Series::Style::simulation}},
-            "",
-            false,
-            false};
+             {"head of the jet", rise.jet_time, rise.head, Series::Style::simulation}}};
   if (rise.setting.to > rise.setting.from)
     plot.series.push_back(
         {"mean run-up over its span", {rise.setting.from, rise.setting.to}, {rise.mean_runup, rise.mean_runup}, Series::Style::points});

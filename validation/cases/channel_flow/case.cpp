@@ -242,14 +242,7 @@ void run(const CaseContext& context, CaseResult& result) {
   for (const auto& [flow, id, title] : {std::tuple{Flow::channel, "channel", "Viscous fluid between two walls"},
                                         std::tuple{Flow::film, "film", "Viscous film on a slope of 60°"},
                                         std::tuple{Flow::grains, "grains", "Grains with μ(I) on a slope of 26°"}}) {
-    Plot profile{fmt::format("{}-profile", id),
-                 std::string(title) + ": velocity on the coarsest grid",
-                 "v / v_max [-]",
-                 "Z / H [-]",
-                 {},
-                 "",
-                 false,
-                 false};
+    Plot profile{fmt::format("{}-profile", id), std::string(title) + ": velocity on the coarsest grid", "v / v_max [-]", "Z / H [-]"};
     Plot errors{fmt::format("{}-error", id),
                 std::string(title) + ": error of the velocity",
                 "dx / H [-]",
@@ -259,10 +252,10 @@ void run(const CaseContext& context, CaseResult& result) {
                 true,
                 true};
     const Exact exact(case_of(context, flow), flow);
-    Series line{"exact", {}, {}, Series::Style::reference};
-    for (int i = 0; i <= 100; ++i)
-      line.x.push_back(exact.speed(0.01 * i * exact.height()) / exact.largest_speed()), line.y.push_back(0.01 * i);
-    profile.series.push_back(line);
+    Series line =
+        reference_curve("exact", 0.0, 1.0, 100, [&](double level) { return exact.speed(level * exact.height()) / exact.largest_speed(); });
+    std::swap(line.x, line.y);  // the level upwards
+    profile.series.push_back(std::move(line));
     for (std::size_t v = 0; v < variants.size(); ++v) {
       if (variants[v].settings.flow != flow) continue;
       const bool surface = variants[v].settings.contact == ContactRule::surface;

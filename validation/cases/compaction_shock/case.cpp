@@ -11,6 +11,7 @@
 #include "libmpm/core/diagnostics.hpp"
 #include "libmpm/driver/scene.hpp"
 #include "validation/harness/case.hpp"
+#include "validation/harness/fitted_line.hpp"
 #include "validation/harness/particle_access.hpp"
 #include "validation/harness/point_comparison.hpp"
 #include "validation/harness/root.hpp"
@@ -250,8 +251,8 @@ Measured hit(const CaseContext& context, const Settings& s, const Waves& exact) 
     }
     return true;
   });
-  const double speed = fitted_slope(last_time, last_grown);
-  m.first_speed = fitted_slope(first_time, first_grown) / exact.first().speed;
+  const double speed = fitted_line(last_time, last_grown).slope;
+  m.first_speed = fitted_line(first_time, first_grown).slope / exact.first().speed;
   m.energy_exact = exact.energy(length, when.middle);
   m.speed = speed / exact.last().speed;
   m.force = -impulse / ((when.end - when.middle) * area * exact.behind().stress);
@@ -370,15 +371,8 @@ void run(const CaseContext& context, CaseResult& result) {
     const OedometricPath path(with_plasticity(base, snow.slope, snow.beta, snow.xi), largest);
     const Waves exact(path, base.density, snow.velocity, largest);
     const double length = c.bodies[0].max.x(), end = 0.8 * 2.0 * length / (exact.first().speed + exact.last().speed);
-    Plot stress{fmt::format("stress-{}", k),
-                snow.name + ": axial stress on the finest grid",
-                "X / L [-]",
-                "axial stress [kPa]",
-                {},
-                "",
-                false,
-                false};
-    Plot density{fmt::format("density-{}", k), snow.name + ": density on the finest grid", "X / L [-]", "ρ / ρ0 [-]", {}, "", false, false};
+    Plot stress{fmt::format("stress-{}", k), snow.name + ": axial stress on the finest grid", "X / L [-]", "axial stress [kPa]"};
+    Plot density{fmt::format("density-{}", k), snow.name + ": density on the finest grid", "X / L [-]", "ρ / ρ0 [-]"};
     Series stress_line{"exact", {}, {}, Series::Style::reference}, density_line = stress_line;
     const auto corner = [&](double x, const Compressed& state) {
       stress_line.x.push_back(x), stress_line.y.push_back(1e-3 * state.stress);

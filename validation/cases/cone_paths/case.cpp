@@ -107,9 +107,7 @@ void draw(CaseResult& result, const std::vector<Outcome>& outcomes) {
                 "p [kPa]",
                 "q [kPa]",
                 {},
-                "Black: CVODE; markers: return map, every tenth sample.",
-                false,
-                false};
+                "Black: CVODE; markers: return map, every tenth sample."};
     Plot error{by_rate ? "error-rate" : "error",
                by_rate ? "Error of the return map, μ(I), d = 1 m" : "Error of the return map, φ 40°, ψ 10°",
                "step, 1/steps per segment [-]",

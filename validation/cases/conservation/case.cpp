@@ -171,8 +171,8 @@ void collide(const CaseContext& context, CaseResult& result, const Balls& kind) 
   std::vector<Series> curves{{"at the start", {0.0, 1e3 * duration}, {energy, energy}, Series::Style::bound}, kinetic, elastic};
   if (yields) curves.push_back(dissipated);
   curves.push_back(total);
-  result.plots.push_back({fmt::format("energy-{}", result.plots.size()), "Energy in the collision, " + word, "time [ms]", "energy [J]",
-                          curves, "", false, false});
+  result.plots.push_back(
+      {fmt::format("energy-{}", result.plots.size()), "Energy in the collision, " + word, "time [ms]", "energy [J]", curves});
   context.log(word + " done");
 }
 

@@ -123,9 +123,7 @@ void compare(const CaseContext& context, CaseResult& result, const Setting& sett
                             label,
                             {{"strip", strip.time, scaled(strip.*series), Series::Style::reference},
                              {"window", window.time, scaled(window.*series), Series::Style::simulation}},
-                            fmt::format("Means are compared from {} to {} s.", setting.from, setting.to),
-                            false,
-                            false});
+                            fmt::format("Means are compared from {} to {} s.", setting.from, setting.to)});
   };
   plot("runup", "run-up [m]", 1.0, &Measured::runup_series);
   plot("force", "force on the mast [kN]", 1e-3, &Measured::force_series);

@@ -81,10 +81,7 @@ void run(const CaseContext& context, CaseResult& result) {
                           "force / exact force [-]",
                           {{"exact", {0.0, jet_means_to}, {1.0, 1.0}, Series::Style::reference},
                            {"5 cells", all[0].time, relative(all[0]), Series::Style::simulation},
-                           {"8 cells", all[1].time, relative(all[1]), Series::Style::simulation}},
-                          "",
-                          false,
-                          false});
+                           {"8 cells", all[1].time, relative(all[1]), Series::Style::simulation}}});
   if (!own_run(context)) return;
   const PlaneJetForce& old = all.back();
   result.notes.push_back(fmt::format(

@@ -6,6 +6,7 @@
 
 #include "libmpm/driver/case_file.hpp"
 #include "validation/harness/case.hpp"
+#include "validation/harness/fitted_line.hpp"
 #include "validation/harness/shallow_flow.hpp"
 
 namespace mpm::validation {
@@ -57,17 +58,15 @@ struct Outcome {
 /// x where the line through sqrt(h), for h from h0/10 to 4 h0/10, comes to 0; in h0. 0 with fewer than three points.
 double front_of(const DepthProfile& p, double h0, double rho) {
   std::vector<double> x_line, root;
-  double x_mean = 0.0, root_mean = 0.0;
   for (std::size_t k = 0; k < p.mass.size(); ++k) {
     const double h = p.mass[k] / (rho * h0);
     if (h < 0.1 || h > 0.4) continue;
     x_line.push_back(p.x(k) / h0);
     root.push_back(std::sqrt(h));
-    x_mean += x_line.back();
-    root_mean += root.back();
   }
   if (x_line.size() < 3) return 0.0;
-  return (x_mean - root_mean / fitted_slope(x_line, root)) / static_cast<double>(x_line.size());
+  const Line line = fitted_line(x_line, root);
+  return -line.at_zero / line.slope;
 }
 
 /// @param t time in h0/c0
@@ -237,13 +236,8 @@ void add_notes(CaseResult& result, const Grids& grids) {
 }
 
 Plot profile_plot(const Grids& grids) {
-  Plot profile{"profile", "Depth, in Ritter's similarity variable", "x/(c0 t) [-]", "h/h0 [-]", {}, "", false, false};
-  Series ritter{"Ritter", {}, {}, Series::Style::reference};
-  for (int i = 0; i <= 74; ++i) {
-    ritter.x.push_back(-1.5 + 0.05 * i);
-    ritter.y.push_back(ritter_depth(ritter.x.back()));
-  }
-  profile.series.push_back(std::move(ritter));
+  Plot profile{"profile", "Depth, in Ritter's similarity variable", "x/(c0 t) [-]", "h/h0 [-]"};
+  profile.series.push_back(reference_curve("Ritter", -1.5, 2.2, 74, ritter_depth));
   for (const double t : shown_times) {
     const Sample& s = grids.finest().at(t);
     profile.series.push_back({fmt::format("t = {} h0/c0", t), s.xi, s.height, Series::Style::simulation});
@@ -272,7 +266,7 @@ Plot aspect_plot(const Grids& grids) {
 }
 
 Plot front_plot(const Grids& grids) {
-  Plot plot{"front", "Front", "t c0/h0 [-]", "x/h0 [-]", {}, "", false, false};
+  Plot plot{"front", "Front", "t c0/h0 [-]", "x/h0 [-]"};
   plot.caption = "Front: where the line through √h, h from 0.1 to 0.4 h0, comes to 0.";
   plot.series.push_back({"Ritter, 2 c0 t", {0.0, last_time}, {0.0, 2.0 * last_time}, Series::Style::reference});
   for (std::size_t i = 0; i < grids.cells.size(); ++i) {

@@ -171,11 +171,8 @@ void run(const CaseContext& context, CaseResult& result) {
                "Force on the disc, over the exact one",
                "time [b/U]",
                "force / exact force [-]",
-               {{"exact", {0.0, to}, {1.0, 1.0}, Series::Style::reference}},
-               "",
-               false,
-               false};
-  Plot force{"ratio", "Force over that of the jet's momentum", "d/D [-]", "force / (ρU²A) [-]", {exact.force_line()}, "", false, false};
+               {{"exact", {0.0, to}, {1.0, 1.0}, Series::Style::reference}}};
+  Plot force{"ratio", "Force over that of the jet's momentum", "d/D [-]", "force / (ρU²A) [-]", {exact.force_line()}};
   Series found{"simulation", {}, {}, Series::Style::points};
   for (std::size_t i = 0; i < runs.size(); ++i) {
     check_run(result, runs[i], all[i], exact);

@@ -307,9 +307,7 @@ void ends_without_walls(const CaseContext& context, CaseResult& result, const st
                               "time [periods]",
                               "modal velocity over its start [-]",
                               {exact, {"APIC", v.time, v.v, Series::Style::simulation}},
-                              "Mirror plane and free end, the coarsest grid: late by 4 % of a period after ten.",
-                              false,
-                              false});
+                              "Mirror plane and free end, the coarsest grid: late by 4 % of a period after ten."});
     }
     context.log(fmt::format("mirror and free end, {}: {} grids", m.name, grids.size()));
   }
@@ -378,9 +376,7 @@ void ends_at_walls(const CaseContext& context, CaseResult& result, std::size_t& 
        "apparent length minus L [dx]",
        {moved, {"no error", {0.0, 1.0}, {0.0, 0.0}, Series::Style::bound}},
        "Both walls move with the bar. A wall acts from the first node on or behind its plane, so the apparent length depends on "
-       "where the planes lie between nodes.",
-       false,
-       false});
+       "where the planes lie between nodes."});
   const auto [low, high] = std::minmax_element(moved.y.begin(), moved.y.end());
   result.notes.push_back(
       fmt::format("Walls shifted against the grid (L = 16 dx): the apparent length exceeds L by {:.2f} to {:.2f} dx.", *low, *high));
@@ -449,9 +445,7 @@ void sweeps(const CaseContext& context, CaseResult& result, std::size_t& work) {
                           "particles per cell and axis",
                           "f / f_exact - 1 [-]",
                           {count_line, by_count},
-                          "On a regular lattice quadrature is not what limits: the error hardly depends on the number.",
-                          false,
-                          false});
+                          "On a regular lattice quadrature is not what limits: the error hardly depends on the number."});
   context.log("sweeps of time step and particles per cell");
 }
 

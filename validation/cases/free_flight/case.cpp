@@ -182,19 +182,13 @@ void ballistic_rise(const CaseContext& context, CaseResult& result) {
   }
   result.check_order(Label::verification, "order in dt of the rise against v²/2g", fitted_order(steps, errors), 0.95, 1.05,
                      "symplectic Euler errs by v dt/2, and by g dt²/8 at most for where the step that meets the top falls");
-  Series exact{"v t - g t²/2", {}, {}, Series::Style::reference};
-  for (int i = 0; i <= 50; ++i) {
-    exact.x.push_back(flight_time * i / 50.0);
-    exact.y.push_back((speed - 0.5 * c.numerics.gravity * exact.x.back()) * exact.x.back());
-  }
+  const Series exact =
+      reference_curve("v t - g t²/2", 0.0, flight_time, 50, [&](double t) { return (speed - 0.5 * c.numerics.gravity * t) * t; });
   result.plots.push_back({"rise",
                           "Rise of a block of snow thrown straight up",
                           "time [s]",
                           "rise [m]",
-                          {exact, {"v²/2g", {0.0, flight_time}, {rise, rise}, Series::Style::bound}, flight},
-                          "",
-                          false,
-                          false});
+                          {exact, {"v²/2g", {0.0, flight_time}, {rise, rise}, Series::Style::bound}, flight}});
 }
 
 void run(const CaseContext& context, CaseResult& result) {
@@ -269,16 +263,14 @@ void run(const CaseContext& context, CaseResult& result) {
     exact_path.x.push_back(x.x());
     exact_path.y.push_back(x.z());
   }
-  result.plots.push_back({"trajectory", "Trajectory of the centre of mass", "x [m]", "z [m]", {exact_path, path_x}, "", false, false});
+  result.plots.push_back({"trajectory", "Trajectory of the centre of mass", "x [m]", "z [m]", {exact_path, path_x}});
   const double band = 2.0 * strain * spin;
   result.plots.push_back({"rotation",
                           "Angle turned minus ω t",
                           "time [s]",
                           "angle [rad]",
                           {{"tolerance", {0.0, duration}, {0.0, -band * duration}, Series::Style::bound}, angle_series},
-                          "The spin slows by the centrifugal stretching of the cube, and rings about it.",
-                          false,
-                          false});
+                          "The spin slows by the centrifugal stretching of the cube, and rings about it."});
   Series slope{"order 1", {steps.front(), steps.back()}, {}, Series::Style::bound};
   for (const double dt : slope.x) slope.y.push_back(0.5 * gravity * duration * dt);
   result.plots.push_back({"order",

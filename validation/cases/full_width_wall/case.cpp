@@ -2,12 +2,12 @@
 
 #include <algorithm>
 #include <cmath>
-#include <map>
 #include <optional>
 
 #include "libmpm/driver/case_file.hpp"
 #include "libmpm/io/csv.hpp"
 #include "validation/harness/case.hpp"
+#include "validation/harness/fitted_line.hpp"
 #include "validation/harness/shallow_flow.hpp"
 
 namespace mpm::validation {
@@ -88,14 +88,10 @@ Outcome run_strip(const CaseContext& context, const Setup& setup, const Hydrosta
   o.mass = batch_mean(mass, 5);
   o.thrust = batch_mean(thrust, 5);
   o.motion = flux / static_cast<double>(mass.size());
-  o.speed = fitted_slope({o.time.begin() + samples / 2, o.time.end()}, {o.front.begin() + samples / 2, o.front.end()}) / bore.speed;
+  constexpr std::ptrdiff_t half = samples / 2;
+  o.speed = fitted_line({o.time.begin() + half, o.time.end()}, {o.front.begin() + half, o.front.end()}).slope / bore.speed;
   return o;
 }
-
-struct Grid {
-  int cells;  ///< H/dx
-  Outcome outcome;
-};
 
 /// One Froude number on several grids.
 struct Study {
@@ -175,139 +171,156 @@ std::vector<Setup> setups(const CaseContext& context) {
   return all;
 }
 
-void run(const CaseContext& context, CaseResult& result) {
-  const Case base = context.read_case();
+/// h2/h1 of the reflected bore in the incompressible limit, from the table.
+double incompressible_ratio(const Table& table, double froude) {
+  const std::vector<double> froudes = table.numbers("Fr"), ratios = table.numbers("reflected_bore");
+  for (std::size_t i = 0; i < froudes.size(); ++i)
+    if (std::abs(froudes[i] - froude) < 1e-9) return ratios[i];
+  throw ConfigError("full_width_wall: a Froude number that the table lacks");
+}
+
+/// The jump conditions that are solved here against the table.
+void check_jump_conditions(CaseResult& result, const Case& base, const Table& table) {
   const double depth = base.bodies[0].max.z(), g = base.numerics.gravity, rho = base.material.density();
-  const Fluids fluids = fluids_of(base);
-
-  const Table table = Table::read(context.case_directory() / "../../../reference_data/shallow_water_limits/data.csv");
-  const std::vector<double> table_froude = table.numbers("Fr"), table_ratio = table.numbers("reflected_bore");
-  const auto incompressible_ratio = [&](double froude) {
-    for (std::size_t i = 0; i < table_froude.size(); ++i)
-      if (std::abs(table_froude[i] - froude) < 1e-9) return table_ratio[i];
-    throw ConfigError("full_width_wall: a Froude number that the table lacks");
-  };
-
   const HydrostaticColumn stiff(rho, g, hencky_curve(1e13));
-  double apart = 0.0;  // of the table from the jump conditions solved here
+  double apart = 0.0;
   for (const double froude : {0.3, 1.0, 3.0}) {
     const double r = reflected_bore(stiff, rho * depth, froude * std::sqrt(g * depth)).height / depth;
-    apart = std::max(apart, std::abs(r / incompressible_ratio(froude) - 1.0));
+    apart = std::max(apart, std::abs(r / incompressible_ratio(table, froude) - 1.0));
   }
   result.check_absolute(Label::verification, "jump conditions in the incompressible limit against the table, largest relative difference",
                         apart, 0.0, "", 1e-8, "ten digits of the table; compression ρgh/K of the limit taken is 1e-9");
+}
 
+/// A study on its grids, coarse first.
+struct Grids {
+  std::vector<double> size, height;  ///< m; depth behind the bore over H
+  Outcome finest;
   double particle_steps = 0.0;
-  const auto study = [&](const Study& s) {
-    const HydrostaticColumn& column = s.with_snow ? fluids.snow_column : fluids.fluid;
-    const double ratio = incompressible_ratio(s.froude);
+};
+
+/// What was measured on one grid. @param height  depth behind the bore over H  @param ratio  of the incompressible limit
+void note_grid(const CaseContext& context, CaseResult& result, const Study& s, int cells, const Outcome& o, const Bore& bore, double depth,
+               double height, double ratio) {
+  context.log(fmt::format(
+      "{}, H/dx = {}: depth {:.4f} of theory ({:.4f}), thrust {:.4f} ({:.4f}), speed {:.4f}, motion {:.4f}; {:.3g} "
+      "particle-steps",
+      s.name, cells, o.mass.mean, o.mass.standard_error, o.thrust.mean, o.thrust.standard_error, o.speed, o.motion, o.particle_steps));
+  result.notes.push_back(fmt::format(
+      "{}, dx = H/{}: h2/H {:.4f} (hydrostatic theory {:.4f}, incompressible {:.4f}), bore speed {:.3f} m/s ({:.3f}), thrust on the "
+      "wall {:.2f} kN/m ({:.2f}); standard errors of mass and thrust {:.2f} and {:.2f} %; left of the motion: ∫ρu²dz behind the bore is "
+      "{:.1f} % of the thrust.",
+      s.name, cells, height, bore.height / depth, ratio, o.speed * bore.speed, bore.speed, 1e-3 * o.thrust.mean * bore.thrust,
+      1e-3 * bore.thrust, 100.0 * o.mass.standard_error, 100.0 * o.thrust.standard_error, 100.0 * o.motion));
+}
+
+/// Runs all grids of a study and draws the length of the bore and the depth at the end.
+/// @param ratio  h2/H of the incompressible limit
+Grids run_grids(const CaseContext& context, CaseResult& result, const Case& base, const Fluids& fluids, const Study& s, const Plan& plan,
+                double ratio) {
+  const HydrostaticColumn& column = s.with_snow ? fluids.snow_column : fluids.fluid;
+  const Bore& bore = plan.bore;
+  const double depth = base.bodies[0].max.z(), unit = base.material.density() * depth;
+  const double x_end = bore.speed * plan.duration, r = bore.mass / unit;
+  Plot front{s.id + "-front", "Length of the bore, " + s.name, "time [s]", "twice the distance of the excess mass from the wall [m]"};
+  Plot shape{s.id + "-depth", "Depth at the end, " + s.name, "distance from the wall [m]", "mass per area / (ρ0 H) [-]"};
+  front.series.push_back({"theory", {0.0, plan.duration}, {0.0, x_end}, Series::Style::reference});
+  shape.series.push_back({"theory", {0.0, x_end, x_end, 1.3 * x_end}, {r, r, 1.0, 1.0}, Series::Style::reference});
+  const FlowPicture picture{.id = s.id,
+                            .field = FlowField::speed,
+                            .title = s.name + fmt::format(", t = {:.1f} s", plan.duration),
+                            .caption = "The wall is on the left, the flow comes from the right.",
+                            .window = std::array{-depth, 1.3 * x_end, -depth, 2.5 * bore.height}};
+  Grids grids;
+  for (const int cells : s.cells) {
+    const Setup setup = setup_of(context, s, fluids, plan, cells);
+    Outcome o = run_strip(context, setup, column, bore, cells == s.cells.back() ? &picture : nullptr, result);
+    grids.particle_steps += o.particle_steps;
+    grids.size.push_back(setup.spec.numerics.cell_size);
+    grids.height.push_back(column.height(o.mass.mean * bore.mass) / depth);
+    note_grid(context, result, s, cells, o, bore, depth, grids.height.back(), ratio);
+    const std::string label = fmt::format("dx = H/{}", cells);
+    front.series.push_back({label, o.time, o.front, Series::Style::simulation});
+    Series profile{label, {}, {}, Series::Style::simulation};
+    for (std::size_t i = 0; i < o.last.mass.size() && o.last.x(i) <= 1.3 * x_end; ++i) {
+      profile.x.push_back(o.last.x(i));
+      profile.y.push_back(o.last.mass[i] / unit);
+    }
+    shape.series.push_back(std::move(profile));
+    grids.finest = std::move(o);
+  }
+  result.plots.push_back(std::move(front));
+  result.plots.push_back(std::move(shape));
+  return grids;
+}
+
+/// Depth, thrust and speed of the bore on the finest grid.
+void check_study(CaseResult& result, const Case& base, const Study& s, const Bore& bore, const Grids& grids) {
+  const Outcome& finest = grids.finest;
+  const double depth = base.bodies[0].max.z(), dx = grids.size.back(), r = bore.mass / (base.material.density() * depth);
+  const std::string reason = fmt::format("{}; and the floor's cell, which carries 1/8 too much stress: dx/(4 {{}})", s.reason);
+  Check& h = result
+                 .check_relative(Label::verification, s.name + ": depth behind the bore, h2/H", grids.height.back(), bore.height / depth,
+                                 "", dx / (4.0 * bore.height) + s.unsteadiness, fmt::format(fmt::runtime(reason), "h2"))
+                 .in_summary(Quantity::depth, 0.0, depth);
+  if (s.depth_bound)
+    h.known_miss(*s.depth_bound * bore.height / depth,
+                 "no steady bore forms: the first fluid shoots up the wall, falls back and keeps moving");
+  result
+      .check_relative(Label::verification, s.name + ": mean thrust on the wall", 1e-3 * finest.thrust.mean * bore.thrust,
+                      1e-3 * bore.thrust, "kN/m", dx / (4.0 * depth) + s.unsteadiness, fmt::format(fmt::runtime(reason), "H"))
+      .in_summary(Quantity::force, 0.0, 1e3);
+  Check& speed = result
+                     .check_relative(Label::verification, s.name + ": speed of the bore", finest.speed * bore.speed, bore.speed, "m/s",
+                                     (dx / (4.0 * bore.height) + s.unsteadiness) * r / (r - 1.0),
+                                     "what is allowed for the depth, times r/(r - 1): the speed is v/(r - 1)")
+                     .in_summary(Quantity::speed);
+  if (s.speed_bound)
+    speed.known_miss(*s.speed_bound * bore.speed,
+                     "the front of the bore broadens while it runs, so that the excess mass reaches further than a jump");
+  if (grids.size.size() >= 3) {
+    const Convergence c = judge_convergence(grids.size, grids.height, 1.0);
+    h.observed_order = c.order;
+    result.convergences.push_back({s.name + ": depth behind the bore", "H", c});
+  }
+}
+
+/// Error of the depth behind the bore over the cell size. @param exact  h2/H
+Plot order_plot(const Study& s, double exact, const Grids& grids) {
+  Series errors{"simulation", grids.size, {}, Series::Style::points};
+  for (const double h : grids.height) errors.y.push_back(std::abs(h / exact - 1.0));
+  const double at_finest = errors.y.front() * grids.size.back() / grids.size.front();
+  return {s.id + "-order",
+          "Error of the depth behind the bore, " + s.name,
+          "dx [m]",
+          "|h2/h2,theory - 1| [-]",
+          {slope_line("order 1", grids.size, at_finest, 1.0), errors},
+          "",
+          true,
+          true};
+}
+
+void run(const CaseContext& context, CaseResult& result) {
+  const Case base = context.read_case();
+  const Fluids fluids = fluids_of(base);
+  const Table table = Table::read(context.case_directory() / "../../../reference_data/shallow_water_limits/data.csv");
+  check_jump_conditions(result, base, table);
+
+  const std::vector<Study> all = studies(context);
+  std::vector<Grids> grids;
+  double particle_steps = 0.0;
+  for (const Study& s : all) {
     const Plan plan = plan_of(s, fluids, base);
-    const Bore& bore = plan.bore;
-    const double duration = plan.duration;
-    std::vector<double> size, height;
-    std::vector<Grid> grids;
-    Plot front{s.id + "-front",
-               "Length of the bore, " + s.name,
-               "time [s]",
-               "twice the distance of the excess mass from the wall [m]",
-               {},
-               "",
-               false,
-               false};
-    Plot shape{
-        s.id + "-depth", "Depth at the end, " + s.name, "distance from the wall [m]", "mass per area / (ρ0 H) [-]", {}, "", false, false};
-    front.series.push_back({"theory", {0.0, duration}, {0.0, bore.speed * duration}, Series::Style::reference});
-    const double x_end = bore.speed * duration, r = bore.mass / (rho * depth);
-    shape.series.push_back({"theory", {0.0, x_end, x_end, 1.3 * x_end}, {r, r, 1.0, 1.0}, Series::Style::reference});
-    for (const int cells : s.cells) {
-      const Setup setup = setup_of(context, s, fluids, plan, cells);
-      const bool last = cells == s.cells.back();
-      const FlowPicture picture{.id = s.id,
-                                .field = FlowField::speed,
-                                .title = s.name + fmt::format(", t = {:.1f} s", duration),
-                                .caption = "The wall is on the left, the flow comes from the right.",
-                                .window = std::array{-depth, 1.3 * x_end, -depth, 2.5 * bore.height}};
-      Outcome o = run_strip(context, setup, column, bore, last ? &picture : nullptr, result);
-      particle_steps += o.particle_steps;
-      size.push_back(setup.spec.numerics.cell_size);
-      height.push_back(column.height(o.mass.mean * bore.mass) / depth);
-      const std::string label = fmt::format("dx = H/{}", cells);
-      front.series.push_back({label, o.time, o.front, Series::Style::simulation});
-      Series profile{label, {}, {}, Series::Style::simulation};
-      for (std::size_t i = 0; i < o.last.mass.size() && o.last.x(i) <= 1.3 * x_end; ++i) {
-        profile.x.push_back(o.last.x(i));
-        profile.y.push_back(o.last.mass[i] / (rho * depth));
-      }
-      shape.series.push_back(std::move(profile));
-      context.log(fmt::format(
-          "{}, H/dx = {}: depth {:.4f} of theory ({:.4f}), thrust {:.4f} ({:.4f}), speed {:.4f}, motion {:.4f}; {:.3g} "
-          "particle-steps",
-          s.name, cells, o.mass.mean, o.mass.standard_error, o.thrust.mean, o.thrust.standard_error, o.speed, o.motion, o.particle_steps));
-      result.notes.push_back(fmt::format(
-          "{}, dx = H/{}: h2/H {:.4f} (hydrostatic theory {:.4f}, incompressible {:.4f}), bore speed {:.3f} m/s ({:.3f}), thrust on the "
-          "wall "
-          "{:.2f} kN/m ({:.2f}); standard errors of mass and thrust {:.2f} and {:.2f} %; left of the motion: ∫ρu²dz behind the bore is "
-          "{:.1f} % of the thrust.",
-          s.name, cells, height.back(), bore.height / depth, ratio, o.speed * bore.speed, bore.speed, 1e-3 * o.thrust.mean * bore.thrust,
-          1e-3 * bore.thrust, 100.0 * o.mass.standard_error, 100.0 * o.thrust.standard_error, 100.0 * o.motion));
-      grids.push_back({cells, std::move(o)});
-    }
-    result.plots.push_back(std::move(front));
-    result.plots.push_back(std::move(shape));
-    const Outcome& finest = grids.back().outcome;
-    const double dx = size.back();
-    const std::string reason = fmt::format("{}; and the floor's cell, which carries 1/8 too much stress: dx/(4 {{}})", s.reason);
-    Check& h = result
-                   .check_relative(Label::verification, s.name + ": depth behind the bore, h2/H", height.back(), bore.height / depth, "",
-                                   dx / (4.0 * bore.height) + s.unsteadiness, fmt::format(fmt::runtime(reason), "h2"))
-                   .in_summary(Quantity::depth, 0.0, depth);
-    if (s.depth_bound)
-      h.known_miss(*s.depth_bound * bore.height / depth,
-                   "no steady bore forms: the first fluid shoots up the wall, falls back and keeps moving");
-    result
-        .check_relative(Label::verification, s.name + ": mean thrust on the wall", 1e-3 * finest.thrust.mean * bore.thrust,
-                        1e-3 * bore.thrust, "kN/m", dx / (4.0 * depth) + s.unsteadiness, fmt::format(fmt::runtime(reason), "H"))
-        .in_summary(Quantity::force, 0.0, 1e3);
-    Check& speed = result
-                       .check_relative(Label::verification, s.name + ": speed of the bore", finest.speed * bore.speed, bore.speed, "m/s",
-                                       (dx / (4.0 * bore.height) + s.unsteadiness) * r / (r - 1.0),
-                                       "what is allowed for the depth, times r/(r - 1): the speed is v/(r - 1)")
-                       .in_summary(Quantity::speed);
-    if (s.speed_bound)
-      speed.known_miss(*s.speed_bound * bore.speed,
-                       "the front of the bore broadens while it runs, so that the excess mass reaches further than a jump");
-    if (grids.size() >= 3) {
-      const Convergence g3 = judge_convergence(size, height, 1.0);
-      h.observed_order = g3.order;
-      result.convergences.push_back({s.name + ": depth behind the bore", "H", g3});
-    }
-    return std::pair{size, height};
-  };
-
-  std::map<std::string, std::pair<std::vector<double>, std::vector<double>>> found;  // sizes and depths
-  for (const Study& s : studies(context)) found[s.id] = study(s);
-
-  const auto convergence = [&](const char* id, const char* name, double froude, const auto& data) {
-    const double exact = reflected_bore(fluids.fluid, rho * depth, froude * std::sqrt(g * depth)).height / depth;
-    Series errors{"simulation", data.first, {}, Series::Style::points};
-    for (const double h : data.second) errors.y.push_back(std::abs(h / exact - 1.0));
-    const double at_finest = errors.y.front() * data.first.back() / data.first.front();
-    result.plots.push_back({id,
-                            std::string("Error of the depth behind the bore, ") + name,
-                            "dx [m]",
-                            "|h2/h2,theory - 1| [-]",
-                            {slope_line("order 1", data.first, at_finest, 1.0), errors},
-                            "",
-                            true,
-                            true});
-    return fitted_order(data.first, errors.y);
-  };
-  if (context.level() != Level::quick) {
-    convergence("fr03-order", "Fr 0.3", 0.3, found["fr03"]);
-    const auto [lowest, highest] = std::ranges::minmax_element(found["fr03"].second);
+    grids.push_back(run_grids(context, result, base, fluids, s, plan, incompressible_ratio(table, s.froude)));
+    check_study(result, base, s, plan.bore, grids.back());
+    particle_steps += grids.back().particle_steps;
+  }
+  if (context.level() != Level::quick) {  // the first two are the fluid at Fr 0.3 and at Fr 1
+    const auto [lowest, highest] = std::ranges::minmax_element(grids[0].height);
     result.check_at_most(Label::verification, "Fr 0.3: spread of the depth behind the bore over the grids, h2/H", *highest - *lowest, 0.0,
                          "", 0.005, "it does not depend on the grid: half a percent for the waves behind the front, which do");
-    convergence("fr1-order", "Fr 1", 1.0, found["fr1"]);
+    for (const std::size_t i : {0, 1})
+      result.plots.push_back(order_plot(all[i], plan_of(all[i], fluids, base).bore.height / base.bodies[0].max.z(), grids[i]));
   }
   result.notes.push_back(fmt::format("{:.2g} particle-steps in all.", particle_steps));
 }

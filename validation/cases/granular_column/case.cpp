@@ -2,17 +2,17 @@
 
 #include <algorithm>
 #include <cmath>
-#include <fstream>
 #include <iterator>
 #include <limits>
 #include <map>
 #include <numbers>
-#include <sstream>
 
 #include "libmpm/base/error.hpp"
 #include "libmpm/driver/case_file.hpp"
 #include "libmpm/driver/convergence.hpp"
 #include "libmpm/driver/scene.hpp"
+#include "libmpm/io/csv.hpp"
+#include "validation/harness/fitted_line.hpp"
 #include "validation/harness/setup.hpp"
 
 namespace mpm::validation {
@@ -197,17 +197,13 @@ struct Law {
 };
 
 std::map<std::string, Law> published(const std::filesystem::path& file) {
-  std::ifstream in(file);
-  if (!in) throw IoError(fmt::format("{}: cannot be read", file.string()));
+  const Table table = Table::read(file);
+  const std::vector<std::string> name = table.text("law");
+  const std::vector<double> a = table.numbers("a"), runout = table.numbers("runout"), height = table.numbers("h_inf_over_r0");
   std::map<std::string, Law> laws;
-  for (std::string line; std::getline(in, line);) {
-    std::istringstream fields(line);
-    std::string name, a, runout, height;
-    if (line.starts_with('#') || line.starts_with("law,")) continue;
-    std::getline(fields, name, ','), std::getline(fields, a, ','), std::getline(fields, runout, ','), std::getline(fields, height, ',');
-    laws[name].a.push_back(std::stod(a));
-    laws[name].runout.push_back(std::stod(runout));
-    laws[name].height.push_back(std::stod(height));
+  for (std::size_t i = 0; i < name.size(); ++i) {
+    Law& law = laws[name[i]];
+    law.a.push_back(a[i]), law.runout.push_back(runout[i]), law.height.push_back(height[i]);
   }
   return laws;
 }
@@ -225,21 +221,9 @@ const std::string height_reason = "the two experiments lie up to 20 % to either 
 
 /// Slope of the least-squares line through (ln a, ln y).
 double exponent_of(const std::vector<double>& a, const std::vector<double>& y) {
-  const double n = static_cast<double>(a.size());
-  double sx = 0.0, sy = 0.0, sxx = 0.0, sxy = 0.0;
-  for (std::size_t i = 0; i < a.size(); ++i) {
-    const double u = std::log(a[i]), v = std::log(y[i]);
-    sx += u, sy += v, sxx += u * u, sxy += u * v;
-  }
-  return (n * sxy - sx * sy) / (n * sxx - sx * sx);
-}
-
-/// Value at x = 0 of the least-squares line through (x, y).
-double limit_of_line(const std::vector<double>& x, const std::vector<double>& y) {
-  const double n = static_cast<double>(x.size());
-  double sx = 0.0, sy = 0.0, sxx = 0.0, sxy = 0.0;
-  for (std::size_t i = 0; i < x.size(); ++i) sx += x[i], sy += y[i], sxx += x[i] * x[i], sxy += x[i] * y[i];
-  return (sy * sxx - sx * sxy) / (n * sxx - sx * sx);
+  std::vector<double> log_a, log_y;
+  for (std::size_t i = 0; i < a.size(); ++i) log_a.push_back(std::log(a[i])), log_y.push_back(std::log(y[i]));
+  return fitted_line(log_a, log_y).slope;
 }
 
 std::string word(Geometry g) { return g == Geometry::plane ? "plane" : "axisymmetric"; }
@@ -403,7 +387,7 @@ class Study {
         const Deposit& d = run({branch.geometry, a, cells});
         size.push_back(1.0 / cells), edge.push_back(d.edge), front.push_back(d.runout);
       }
-      edge_limit.push_back(limit_of_line(size, edge)), front_limit.push_back(limit_of_line(size, front));
+      edge_limit.push_back(fitted_line(size, edge).at_zero), front_limit.push_back(fitted_line(size, front).at_zero);
       ratio *= front.back() / at(l, l.runout, a);
       result_.compare(Label::validation, fmt::format("{}, a = {}: run-out", word(branch.geometry), a), Quantity::run_out,
                       radius_ * front.back(), radius_ * at(l, l.runout, a), "m", 0.5 * scatter);
@@ -495,10 +479,8 @@ class Study {
                  "r/r0 [-]",
                  "h/r0 [-]",
                  {},
-                 "Mass of a ring or strip over its area and the initial density.",
-                 false,
-                 false};
-    Plot front{"front-" + word(g), "Front (99.5 % of the mass), " + word(g), "t / √(h0/g) [-]", "(r - r0)/r0 [-]", {}, "", false, false};
+                 "Mass of a ring or strip over its area and the initial density."};
+    Plot front{"front-" + word(g), "Front (99.5 % of the mass), " + word(g), "t / √(h0/g) [-]", "(r - r0)/r0 [-]"};
     for (const Deposit& d : deposits) {
       const std::string name = fmt::format("a = {}", d.column.aspect);
       profile.series.push_back({name, d.r, d.h, Series::Style::simulation});

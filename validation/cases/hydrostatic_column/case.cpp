@@ -215,11 +215,7 @@ Profile cell_means(const Rest& rest) {
   return p;
 }
 
-std::string listed(const std::vector<double>& values, const char* pattern = "{:.2f}") {
-  std::string s;
-  for (const double v : values) s += (s.empty() ? "" : ", ") + fmt::format(fmt::runtime(pattern), v);
-  return s;
-}
+std::string listed(const std::vector<double>& values) { return fmt::format("{:.2f}", fmt::join(values, ", ")); }
 
 /// Interior: between 0.4 and 0.9 of the height, cells away from floor and surface on every grid.
 bool interior(double z) { return z > 0.4 * height && z < 0.9 * height; }
@@ -256,26 +252,18 @@ Errors converge(const CaseContext& context, CaseResult& result, const Column& co
                "-σ_zz [kPa]",
                "reference height Z [m]",
                {{"ρ0 g (H - Z)", {weight * 1e-3, 0.0}, {0.0, height}, Series::Style::reference}},
-               "Means over one cell.",
-               false,
-               false};
-  Plot shape{column.id + "-settlement", "Displacement at rest, " + column.word, "-u [mm]", "reference height Z [m]", {}, "", false, false};
-  Plot lateral{column.id + "-lateral",
-               "Lateral over vertical stress at rest, " + column.word,
-               "τ_xx / τ_zz [-]",
-               "reference height Z [m]",
-               {},
-               "Means over one cell.",
-               false,
-               false};
-  Series curve{column.elastic ? "exact (Lambert W)" : "oedometric path (CVODE)", {}, {}, Series::Style::reference}, ratio_curve = curve;
-  for (int i = 0; i <= 200; ++i) {
-    const double z = height * i / 200.0;
-    ratio_curve.y.push_back(z), ratio_curve.x.push_back(column.lateral_ratio(Column::load(z)));
-    if (i % 5 == 0) curve.y.push_back(z), curve.x.push_back(-1e3 * column.displacement(z));
-  }
-  shape.series.push_back(std::move(curve));
-  lateral.series.push_back(std::move(ratio_curve));
+               "Means over one cell."};
+  Plot shape{column.id + "-settlement", "Displacement at rest, " + column.word, "-u [mm]", "reference height Z [m]"};
+  Plot lateral{
+      column.id + "-lateral", "Lateral over vertical stress at rest, " + column.word, "τ_xx / τ_zz [-]", "reference height Z [m]", {},
+      "Means over one cell."};
+  const auto over_height = [&](int parts, const std::function<double(double)>& of_z) {
+    Series curve = reference_curve(column.elastic ? "exact (Lambert W)" : "oedometric path (CVODE)", 0.0, height, parts, of_z);
+    std::swap(curve.x, curve.y);
+    return curve;
+  };
+  shape.series.push_back(over_height(40, [&](double z) { return -1e3 * column.displacement(z); }));
+  lateral.series.push_back(over_height(200, [&](double z) { return column.lateral_ratio(Column::load(z)); }));
   for (const int cells : grids) {
     const Rest rest = settle(context, column_setup(context, column, cells));
     const Profile means = cell_means(rest);
@@ -318,39 +306,41 @@ constexpr double wall_shift = 0.19;
 /// 31 %.
 constexpr double quadrature_share = 0.05;
 
-void study(const CaseContext& context, CaseResult& result, const Column& column, const std::vector<int>& grids, std::size_t& work) {
-  const std::string& word = column.word;
-  const Errors e = converge(context, result, column, grids, work);
-  const double full = -1e3 * column.displacement(height), strain = column.compression(weight);
-  const double dx = e.size.back();
-  // the floor's error is in part too much stress, to which yielding snow answers with its tangent: over the last 20 % of the load
-  const double sensitivity = std::max(strain, 5.0 * (strain - column.compression(0.8 * weight)));
-  result.check_relative(Label::verification, word + ": force on the floor over weight", e.finest.force_over_weight, 1.0, "", 1e-5,
-                        "what is left of the motion");
+/// Lateral over vertical stress of the particles, and of cells in snow that yields.
+void check_lateral_stress(CaseResult& result, const Column& column, const Errors& e) {
   double own = 0.0;  // each particle's ratio at its own stress: the law, whatever the grid did to the stress
   for (std::size_t i = 0; i < e.finest.z.size(); ++i)
     own = std::max(own, std::abs(e.finest.ratio[i] - column.lateral_ratio(-e.finest.stress[i])));
   if (column.elastic) {
-    result.check_absolute(Label::verification, word + ": lateral over vertical stress, largest deviation", own, 0.0, "", 1e-10,
+    result.check_absolute(Label::verification, column.word + ": lateral over vertical stress, largest deviation", own, 0.0, "", 1e-10,
                           "lateral strain is exactly zero, the ratio is the law's; roundings of thousands of steps");
   } else {
     result.check_absolute(Label::verification,
-                          word + ": lateral over vertical stress of each particle, against the oedometric path at its stress", own, 0.0, "",
-                          5e-4, "the return map is of first order in the strain of a step; the ramp takes some thousand steps");
+                          column.word + ": lateral over vertical stress of each particle, against the oedometric path at its stress", own,
+                          0.0, "", 5e-4, "the return map is of first order in the strain of a step; the ramp takes some thousand steps");
     // the change of K0 over the error of the stress: of a cell, three times that in L2
     double slack = 5e-4;
     for (const double z : e.means.z) {
-      const double load = Column::load(z), off = 3.0 * quadrature_share * strain * weight;
+      const double load = Column::load(z), off = 3.0 * quadrature_share * column.compression(weight) * weight;
       if (!interior(z)) continue;
       for (const double l : {load - off, load + off})
         slack = std::max(slack, 5e-4 + std::abs(column.lateral_ratio(l) - column.lateral_ratio(load)));
     }
-    result.check_absolute(Label::verification, word + ": lateral over vertical stress (K0) against the path at its height, interior cells",
-                          e.ratio.back(), 0.0, "", slack,
-                          "K0 changes so much over the quadrature error of the stress, and the error of the return map");
-    result.notes.push_back(fmt::format("{}: K0 is {:.3f} at the floor and {:.3f} at half the height, {:.3f} where nothing yields.", word,
-                                       column.lateral_ratio(weight), column.lateral_ratio(0.5 * weight), poisson / (1.0 - poisson)));
+    result.check_absolute(
+        Label::verification, column.word + ": lateral over vertical stress (K0) against the path at its height, interior cells",
+        e.ratio.back(), 0.0, "", slack, "K0 changes so much over the quadrature error of the stress, and the error of the return map");
+    result.notes.push_back(fmt::format("{}: K0 is {:.3f} at the floor and {:.3f} at half the height, {:.3f} where nothing yields.",
+                                       column.word, column.lateral_ratio(weight), column.lateral_ratio(0.5 * weight),
+                                       poisson / (1.0 - poisson)));
   }
+}
+
+/// Settlement of the top and displacement: size and order.
+void check_settlement(CaseResult& result, const Column& column, const Errors& e) {
+  const std::string& word = column.word;
+  const double full = -1e3 * column.displacement(height), strain = column.compression(weight), dx = e.size.back();
+  // the floor's error is in part too much stress, to which yielding snow answers with its tangent: over the last 20 % of the load
+  const double sensitivity = std::max(strain, 5.0 * (strain - column.compression(0.8 * weight)));
   const double settlement_order = fitted_order(e.size, e.settlement), displacement_order = fitted_order(e.size, e.displacement);
   result
       .check_relative(
@@ -366,6 +356,13 @@ void study(const CaseContext& context, CaseResult& result, const Column& column,
       .check_relative(Label::verification, word + ": settlement extrapolated to dx = 0", limit.extrapolated, full, "mm", 5e-3,
                       "second-order remainder: square of the 5 % of the coarsest grid, doubled")
       .observed_order = limit.order;
+  result.convergences.push_back({word + ": settlement of the top", "mm", limit});
+}
+
+/// Vertical stress of cells: size and order.
+void check_stress(CaseResult& result, const Column& column, const Errors& e) {
+  const std::string& word = column.word;
+  const double strain = column.compression(weight), dx = e.size.back();
   result
       .check_absolute(Label::verification, word + ": σ_zz of cells, L1 error over ρ0 g H", e.stress.back(), 0.0, "",
                       0.14 * dx / height + quadrature_share * strain,
@@ -376,7 +373,54 @@ void study(const CaseContext& context, CaseResult& result, const Column& column,
                       quadrature_share * strain,
                       "quadrature with two particles per cell and axis: 4 % of the strain in the manufactured solution")
       .observed_order = fitted_order(e.size, e.inner);
-  result.convergences.push_back({word + ": settlement of the top", "mm", limit});
+}
+
+Plot order_plot(const Column& column, const Errors& e) {
+  return {column.id + "-order",
+          "Errors against cell size, " + column.word,
+          "dx [m]",
+          "error [-]",
+          {slope_line("order 1", e.size, e.settlement.back(), 1.0),
+           {"settlement", e.size, e.settlement, Series::Style::points},
+           {"displacement (L2) / settlement", e.size, e.displacement, Series::Style::points},
+           {"σ_zz of cells (L1) / ρ0 g H", e.size, e.stress, Series::Style::points},
+           {"σ_zz of interior cells (L2) / ρ0 g H", e.size, e.inner, Series::Style::points}},
+          "The interior error stays where the quadrature of two particles per cell and axis takes over.",
+          true,
+          true};
+}
+
+/// Why the cell at the floor carries more: the discrete equilibrium does. @param cells  H/dx of the finest grid
+void check_discrete_equilibrium(CaseResult& result, const Column& column, const Errors& e, int cells) {
+  const std::vector<double> discrete = discrete_equilibrium(cells);
+  double worst = 0.0;
+  for (std::size_t i = 0; i < discrete.size(); ++i) worst = std::max(worst, std::abs(e.finest.stress[i] / weight - discrete[i]));
+  result.check_absolute(
+      Label::verification, column.word + ": stress of each particle against the discrete equilibrium over ρ0 g H, largest deviation", worst,
+      0.0, "", column.compression(weight), "the discrete equilibrium is that of the undeformed column: exact to the strain at the floor");
+  Series line{"discrete equilibrium", {}, {}, Series::Style::reference}, marks{"particles", {}, {}, Series::Style::points};
+  for (std::size_t i = 0; i < 16; ++i) {
+    const double z = (static_cast<double>(i) + 0.5) / 2.0;
+    line.x.push_back(z), line.y.push_back(-discrete[i] * weight / Column::load(z * e.size.back()));
+    marks.x.push_back(z), marks.y.push_back(-e.finest.stress[i] / Column::load(z * e.size.back()));
+  }
+  result.plots.push_back({"floor",
+                          "Stress near the floor, finest grid, " + column.word,
+                          "Z / dx [-]",
+                          "-σ_zz / ρ0 g (H - Z) [-]",
+                          {{"exact", {0.0, 8.0}, {1.0, 1.0}, Series::Style::bound}, line, marks},
+                          "The nodes held by the floor take 0.92 of the force of a uniform stress; the material next to it carries the "
+                          "more. The error changes sign from particle to particle and dies out within four cells."});
+}
+
+void study(const CaseContext& context, CaseResult& result, const Column& column, const std::vector<int>& grids, std::size_t& work) {
+  const std::string& word = column.word;
+  const Errors e = converge(context, result, column, grids, work);
+  result.check_relative(Label::verification, word + ": force on the floor over weight", e.finest.force_over_weight, 1.0, "", 1e-5,
+                        "what is left of the motion");
+  check_lateral_stress(result, column, e);
+  check_settlement(result, column, e);
+  check_stress(result, column, e);
   result.notes.push_back(
       fmt::format("{}, H/dx = {} to {}: orders from grid to grid: settlement {}, displacement {}, stress (L1) {}, interior stress (L2) {}. "
                   "Interior error {:.1e} to {:.1e}; too much "
@@ -384,43 +428,9 @@ void study(const CaseContext& context, CaseResult& result, const Column& column,
                   word, grids.front(), grids.back(), listed(pairwise_orders(e.size, e.settlement)),
                   listed(pairwise_orders(e.size, e.displacement)), listed(pairwise_orders(e.size, e.stress)),
                   listed(pairwise_orders(e.size, e.inner)), e.inner.front(), e.inner.back(), listed(scaled(e.wall, 100.0))));
-  Series first{"order 1", {e.size.front(), dx}, {e.settlement.back() * e.size.front() / dx, e.settlement.back()}, Series::Style::bound};
-  result.plots.push_back({column.id + "-order",
-                          "Errors against cell size, " + word,
-                          "dx [m]",
-                          "error [-]",
-                          {first,
-                           {"settlement", e.size, e.settlement, Series::Style::points},
-                           {"displacement (L2) / settlement", e.size, e.displacement, Series::Style::points},
-                           {"σ_zz of cells (L1) / ρ0 g H", e.size, e.stress, Series::Style::points},
-                           {"σ_zz of interior cells (L2) / ρ0 g H", e.size, e.inner, Series::Style::points}},
-                          "The interior error stays where the quadrature of two particles per cell and axis takes over.",
-                          true,
-                          true});
-  if (column.id == "elastic" && own_run(context)) {  // of this program's scheme
-    // why the floor's cell carries more: the discrete equilibrium does
-    const std::vector<double> discrete = discrete_equilibrium(grids.back());
-    double worst = 0.0;
-    for (std::size_t i = 0; i < discrete.size(); ++i) worst = std::max(worst, std::abs(e.finest.stress[i] / weight - discrete[i]));
-    result.check_absolute(Label::verification,
-                          word + ": stress of each particle against the discrete equilibrium over ρ0 g H, largest deviation", worst, 0.0,
-                          "", strain, "the discrete equilibrium is that of the undeformed column: exact to the strain at the floor");
-    Series line{"discrete equilibrium", {}, {}, Series::Style::reference}, marks{"particles", {}, {}, Series::Style::points};
-    for (std::size_t i = 0; i < 16; ++i) {
-      const double z = (static_cast<double>(i) + 0.5) / 2.0;
-      line.x.push_back(z), line.y.push_back(-discrete[i] * weight / Column::load(z * dx));
-      marks.x.push_back(z), marks.y.push_back(-e.finest.stress[i] / Column::load(z * dx));
-    }
-    result.plots.push_back({"floor",
-                            "Stress near the floor, finest grid, " + word,
-                            "Z / dx [-]",
-                            "-σ_zz / ρ0 g (H - Z) [-]",
-                            {{"exact", {0.0, 8.0}, {1.0, 1.0}, Series::Style::bound}, line, marks},
-                            "The nodes held by the floor take 0.92 of the force of a uniform stress; the material next to it carries the "
-                            "more. The error changes sign from particle to particle and dies out within four cells.",
-                            false,
-                            false});
-  }
+  result.plots.push_back(order_plot(column, e));
+  if (column.id == "elastic" && own_run(context))  // the equilibrium of this program's scheme
+    check_discrete_equilibrium(result, column, e, grids.back());
   context.log(fmt::format("{}: {} grids", word, grids.size()));
 }
 
@@ -478,8 +488,9 @@ void floor_at_its_surface(const CaseContext& context, CaseResult& result, const 
   result.check_absolute(Label::verification, word + ": settlement, finest grid, relative error", settlement.back(), 0.0, "", 1e-3, "0.1 %")
       .observed_order = order;
   result.check_absolute(Label::verification, word + ": stress of the cell at the floor, relative error", wall.back(), 0.0, "", 0.01, "1 %");
-  result.notes.push_back(fmt::format("{}: relative error of the settlement {}, of the stress in the cell at the floor {} ({} cells).", word,
-                                     listed(settlement, "{:.1e}"), listed(wall, "{:.1e}"), fmt::join(grids, ", ")));
+  result.notes.push_back(
+      fmt::format("{}: relative error of the settlement {:.1e}, of the stress in the cell at the floor {:.1e} ({} cells).", word,
+                  fmt::join(settlement, ", "), fmt::join(wall, ", "), fmt::join(grids, ", ")));
 }
 
 /// A column and its grids.

@@ -104,19 +104,15 @@ void isotropic_compression(CaseResult& result, const std::vector<Material>& mate
   for (const double xi : {0.05, 0.5, 5.0, 15.0}) {
     const mpm::CamClay::Parameters spec = with_plasticity(file.material.as<mpm::CamClay>(), 0.8, 0.3, xi);
     const CamClay model = reference_model(spec);
-    Series line{xi == 0.05 ? "closed form" : "", {}, {}, Series::Style::reference},
-        marks{fmt::format("ξ = {}", xi), {}, {}, Series::Style::points};
-    for (int i = 1; i <= 200; ++i) {
-      const double e = compression * i / 200.0;
-      line.x.push_back(e);
-      line.y.push_back(1e-3 * model.bulk_modulus * (e + model.initial_internal() - exact::isotropic(model, e, model.initial_internal())));
-    }
+    curves.series.push_back(reference_curve(xi == 0.05 ? "closed form" : "", compression / 200.0, compression, 199, [&model](double e) {
+      return 1e-3 * model.bulk_modulus * (e + model.initial_internal() - exact::isotropic(model, e, model.initial_internal()));
+    }));
+    Series marks{fmt::format("ξ = {}", xi), {}, {}, Series::Style::points};
     for (const PathRow& r : follow_path(library_path(spec, path, file.steps_per_segment))) {
       if (r.step == 0) continue;  // stress-free: no place on a logarithmic axis
       marks.x.push_back(-r.eps_v);
       marks.y.push_back(r.p * 1e-3);
     }
-    curves.series.push_back(std::move(line));
     curves.series.push_back(std::move(marks));
   }
   result.plots.push_back(std::move(curves));
@@ -209,14 +205,8 @@ void hencky_simple_shear(CaseResult& result, const mpm::CamClay::Parameters& bas
     return std::vector{Segment::general(l)};
   };
   double map = 0.0, reference = 0.0;
-  Plot curves{"simple-shear",
-              "Hencky simple shear",
-              "γ [-]",
-              "stress [kPa]",
-              {},
-              "Black: closed form. Markers: return map below yield, 40 steps.",
-              false,
-              false};
+  Plot curves{
+      "simple-shear", "Hencky simple shear", "γ [-]", "stress [kPa]", {}, "Black: closed form. Markers: return map below yield, 40 steps."};
   for (const double gamma : {1e-3, 0.01, 0.1, 0.5, 1.0, 2.0, 4.0}) {
     const Mat3 tau = exact::hencky_simple_shear(model.shear_modulus, gamma);
     const double scale = tau.norm();
@@ -240,19 +230,16 @@ void hencky_simple_shear(CaseResult& result, const mpm::CamClay::Parameters& bas
   result.check_at_most(Label::verification, "Hencky simple shear against the printed table", printed, 0.0, "", 1e-10,
                        "twelve digits are printed");
 
-  Series t12_line{"closed form", {}, {}, Series::Style::reference}, t11_line{"", {}, {}, Series::Style::reference};
-  for (int i = 0; i <= 100; ++i) {
-    const double g = 4.0 * i / 100.0;
-    const Mat3 tau = exact::hencky_simple_shear(model.shear_modulus, g) * 1e-3;
-    t12_line.x.push_back(g), t11_line.x.push_back(g);
-    t12_line.y.push_back(tau(0, 1)), t11_line.y.push_back(tau(0, 0));
-  }
+  const auto exact_stress = [&](const char* name, int row, int column) {
+    return reference_curve(name, 0.0, 4.0, 100,
+                           [&](double g) { return 1e-3 * exact::hencky_simple_shear(model.shear_modulus, g)(row, column); });
+  };
   Series t12_marks{"τ_12", {}, {}, Series::Style::points}, t11_marks{"τ_11 = -τ_22", {}, {}, Series::Style::points};
   for (const PathRow& row : follow_path(library_path(elastic, path(4.0), 40))) {
     t12_marks.x.push_back(0.1 * row.step), t11_marks.x.push_back(0.1 * row.step);
     t12_marks.y.push_back(row.stress.xy * 1e-3), t11_marks.y.push_back(row.stress.xx * 1e-3);
   }
-  curves.series = {t12_line, t11_line, t12_marks, t11_marks};
+  curves.series = {exact_stress("closed form", 0, 1), exact_stress("", 0, 0), t12_marks, t11_marks};
   result.plots.push_back(std::move(curves));
 }
 

@@ -122,7 +122,7 @@ void run(const CaseContext& context, CaseResult& result) {
   const Case base = context.read_case();
   const double b = base.bodies[0].max.y();
   const auto grids = grid_cells(context);
-  Plot plot{"force", "Force on the obstacle along the jet", "time [b/v]", "force / (ρ0 v² A) [-]", {}, "", false, false};
+  Plot plot{"force", "Force on the obstacle along the jet", "time [b/v]", "force / (ρ0 v² A) [-]"};
   for (const Target& target : targets(b)) {
     std::vector<double> size, force, error;
     Measured m;

@@ -5,6 +5,7 @@
 #include <complex>
 #include <iterator>
 #include <map>
+#include <optional>
 #include <variant>
 
 #include "libmpm/core/stress_update.hpp"
@@ -13,6 +14,7 @@
 #include "libmpm/impact/semi_empirical.hpp"
 #include "libmpm/io/csv.hpp"
 #include "validation/harness/case.hpp"
+#include "validation/harness/fitted_line.hpp"
 #include "validation/harness/root.hpp"
 #include "validation/harness/shallow_flow.hpp"
 
@@ -97,16 +99,12 @@ using Field = std::map<std::pair<long, long>, Cell>;  ///< by cell: distance fro
 double extrapolate_to_wall(const Field& field, double dx, double half_width) {
   const long top = std::max(3L, std::lround(std::floor(0.7 * half_width / dx)));
   std::vector<double> square, pressure;
-  double mean_square = 0.0, mean = 0.0;
   for (const auto& [key, cell] : field) {
     if (key.first != 0 || key.second < 1 || key.second >= top) continue;
     square.push_back(std::pow((static_cast<double>(key.second) + 0.5) * dx, 2));
     pressure.push_back(cell.tau / cell.volume);
-    mean_square += square.back();
-    mean += pressure.back();
   }
-  const auto n = static_cast<double>(square.size());
-  return mean / n - fitted_slope(square, pressure) * mean_square / n;
+  return fitted_line(square, pressure).at_zero;
 }
 
 /// A material on several grids.
@@ -119,6 +117,7 @@ struct Variant {
   int particles_per_cell = 8;
   std::vector<double> size, stagnation, field_error;  ///< m, kPa, 1
   Steady finest;
+  double particle_steps = 0.0;
 };
 
 Setup jet_setup(const CaseContext& context, const Variant& variant, int cells, bool staggered) {
@@ -258,14 +257,10 @@ std::vector<Setup> setups(const CaseContext& context) {
   return list;
 }
 
-void run(const CaseContext& context, CaseResult& result) {
-  const Case base = context.read_case();
+/// The closed form of the elastic stagnation pressure against the table.
+void check_closed_form(const CaseContext& context, CaseResult& result, const Case& base, const Jet& jet) {
   const auto& snow = base.material.as<mpm::CamClay>();
   const double k = bulk_modulus(snow.young_modulus, snow.poisson_ratio);
-  const Jet jet = jet_of(base);
-  const double b = jet.half_width;
-
-  // the closed form against the table
   const Table table = Table::read(context.case_directory() / "../../../reference_data/hencky_fluid_stagnation/data.csv");
   const std::vector<double> speeds = table.numbers("v"), pressures = table.numbers("p_stag_hencky");
   double apart = 0.0;
@@ -274,83 +269,69 @@ void run(const CaseContext& context, CaseResult& result) {
   result.check_absolute(Label::verification,
                         "closed form of the elastic stagnation pressure against the table, largest relative difference", apart, 0.0, "",
                         1e-9, "ten digits of the table");
+}
 
-  double particle_steps = 0.0;
-  Plot force{"force", "Force on the wall", "time [b/v]", "force / (ρ0 v² A) [-]", {}, "", false, false};
-  force.series.push_back({"momentum theorem", {0.0, snow_span.to}, {1.0, 1.0}, Series::Style::reference});
-  const auto jet_run = [&](const std::string& name, const Setup& setup, int cells, const FlowPicture* picture) {
-    Steady s = run_jet(context, setup, jet, picture, result);
-    particle_steps += s.particle_steps;
-    const std::string line = fmt::format(
-        "{}, dx = b/{}: force {:.4f} ρ0v²A (standard error {:.4f}), stagnation pressure {:.2f} kPa ({:.2f}), v² in the sheets {:.3f} of "
-        "the "
-        "jet's ({:.3f}), volume of the particles in the first cell at the wall up to {:.2f} of the cell's",
-        name, cells, s.force.mean, s.force.standard_error, 1e-3 * s.stagnation.mean, 1e-3 * s.stagnation.standard_error, s.head.mean,
-        s.head.standard_error, s.crowding);
-    context.log(fmt::format("{}; field {:.4f}; {:.2g} particle-steps", line, s.field_error, s.particle_steps));
-    result.notes.push_back(line + ".");
-    return s;
-  };
-  auto [elastic, plastic, tait, dense] = variants(context, base, jet);
-  const auto study = [&](Variant& v, const FlowPicture* picture) {
-    for (const int cells : v.cells) {
-      const Setup setup = jet_setup(context, v, cells, true);
-      v.finest = jet_run(v.name, setup, cells, cells == v.cells.back() ? picture : nullptr);
-      v.size.push_back(b / cells);
-      v.stagnation.push_back(1e-3 * v.finest.stagnation.mean);
-      v.field_error.push_back(v.finest.field_error);
-    }
-    const Steady& s = v.finest;
-    force.series.push_back({v.name, s.time, s.force_history, Series::Style::simulation});
-    const double floor = v.size.back() / (5.6 * b);
-    Check& pushed = result
-                        .check_relative(Label::verification, v.name + ": force on the wall over ρ0v²A", s.force.mean, 1.0, "",
-                                        5e-4 + 3.0 * s.force.standard_error,
-                                        "three standard errors of the time mean; 0.0005 for what the sheets have not yet turned at 6 b")
-                        .in_summary(Quantity::force, 0.0, 2.0 * jet.dynamic_pressure() * 2.0 * b);
-    if (std::holds_alternative<mpm::CamClay::Parameters>(v.material.law))
-      pushed.known_miss(1.01,
-                        "the sheets of snow leave the domain with 0.7 % of the speed of the jet away from the wall, and the wall takes "
-                        "this momentum too");
-    Check& p = result
-                   .check_relative(Label::verification, v.name + ": stagnation pressure", 1e-3 * s.stagnation.mean, 1e-3 * v.exact, "kPa",
-                                   floor + 3.0 * s.stagnation.standard_error / v.exact,
-                                   "1/8 too much or too little in the cell at the wall, over the 0.7 b of the fit: dx/(5.6 b); and three "
-                                   "standard errors of the time mean")
-                   .in_summary(Quantity::pressure);
-    result
-        .check_absolute(Label::verification, v.name + ": volume of the particles (by J) over that of a cell at the wall, excess",
-                        s.crowding - 1.0, 0.0, "", 0.125, "the material fills its space; 1/8: error of the cell at the wall")
-        .known_miss(0.18, "the divergence next to the wall is not resolved: particles within a quarter of a cell swell");
-    if (v.size.size() >= 3) {
-      const Convergence g = judge_convergence(v.size, v.stagnation, 1.0);
-      p.observed_order = g.order;
-      result.convergences.push_back({v.name + ": stagnation pressure", "kPa", g});
-    }
-  };
-  const auto picture = [&](const char* id, const char* title, const char* caption) {
-    return FlowPicture{.id = id,
-                       .field = FlowField::pressure,
-                       .title = title,
-                       .caption = caption,
-                       .window = std::array{-0.5 * b, 5.0 * b, -4.0 * b, 4.0 * b},
-                       .range = std::array{0.0, 70.0}};
-  };
-  const FlowPicture good =
-      picture("staggered", "Pressure in the jet of fluid", "The jet comes from the right and leaves along the wall in two sheets.");
-  const FlowPicture torn = picture("aligned", "The same jet filled with a plain lattice (elastic snow, M = 0)",
-                                   "Its columns part where the flow spreads: the body tears, and material gathers at the wall.");
-  if (!elastic.cells.empty()) study(elastic, nullptr);
-  study(plastic, nullptr);
-  study(tait, &good);
-  if (own_run(context))
-    for (const int cells : dense.cells) {
-      dense.size.push_back(b / cells);
-      dense.field_error.push_back(jet_run(dense.name, jet_setup(context, dense, cells, true), cells, nullptr).field_error);
-    }
+/// Runs a variant on one grid; logs and notes what is measured.
+Steady run_noted(const CaseContext& context, CaseResult& result, const Jet& jet, const Variant& v, int cells, const FlowPicture* picture,
+                 bool staggered = true) {
+  Steady s = run_jet(context, jet_setup(context, v, cells, staggered), jet, picture, result);
+  const std::string line = fmt::format(
+      "{}, dx = b/{}: force {:.4f} ρ0v²A (standard error {:.4f}), stagnation pressure {:.2f} kPa ({:.2f}), v² in the sheets {:.3f} of "
+      "the jet's ({:.3f}), volume of the particles in the first cell at the wall up to {:.2f} of the cell's",
+      v.name, cells, s.force.mean, s.force.standard_error, 1e-3 * s.stagnation.mean, 1e-3 * s.stagnation.standard_error, s.head.mean,
+      s.head.standard_error, s.crowding);
+  context.log(fmt::format("{}; field {:.4f}; {:.2g} particle-steps", line, s.field_error, s.particle_steps));
+  result.notes.push_back(line + ".");
+  return s;
+}
+
+/// Runs a variant on all its grids. @param picture  of the finest; null: none
+void run_grids(const CaseContext& context, CaseResult& result, const Jet& jet, Variant& v, const FlowPicture* picture) {
+  for (const int cells : v.cells) {
+    v.finest = run_noted(context, result, jet, v, cells, cells == v.cells.back() ? picture : nullptr);
+    v.size.push_back(jet.half_width / cells);
+    v.stagnation.push_back(1e-3 * v.finest.stagnation.mean);
+    v.field_error.push_back(v.finest.field_error);
+    v.particle_steps += v.finest.particle_steps;
+  }
+}
+
+/// Force, stagnation pressure and volume at the wall.
+void check_variant(CaseResult& result, const Jet& jet, const Variant& v) {
+  const Steady& s = v.finest;
+  const double b = jet.half_width, floor = v.size.back() / (5.6 * b);
+  Check& pushed = result
+                      .check_relative(Label::verification, v.name + ": force on the wall over ρ0v²A", s.force.mean, 1.0, "",
+                                      5e-4 + 3.0 * s.force.standard_error,
+                                      "three standard errors of the time mean; 0.0005 for what the sheets have not yet turned at 6 b")
+                      .in_summary(Quantity::force, 0.0, 2.0 * jet.dynamic_pressure() * 2.0 * b);
+  if (std::holds_alternative<mpm::CamClay::Parameters>(v.material.law))
+    pushed.known_miss(1.01,
+                      "the sheets of snow leave the domain with 0.7 % of the speed of the jet away from the wall, and the wall takes "
+                      "this momentum too");
+  Check& p = result
+                 .check_relative(Label::verification, v.name + ": stagnation pressure", 1e-3 * s.stagnation.mean, 1e-3 * v.exact, "kPa",
+                                 floor + 3.0 * s.stagnation.standard_error / v.exact,
+                                 "1/8 too much or too little in the cell at the wall, over the 0.7 b of the fit: dx/(5.6 b); and three "
+                                 "standard errors of the time mean")
+                 .in_summary(Quantity::pressure);
+  result
+      .check_absolute(Label::verification, v.name + ": volume of the particles (by J) over that of a cell at the wall, excess",
+                      s.crowding - 1.0, 0.0, "", 0.125, "the material fills its space; 1/8: error of the cell at the wall")
+      .known_miss(0.18, "the divergence next to the wall is not resolved: particles within a quarter of a cell swell");
+  if (v.size.size() >= 3) {
+    const Convergence g = judge_convergence(v.size, v.stagnation, 1.0);
+    p.observed_order = g.order;
+    result.convergences.push_back({v.name + ": stagnation pressure", "kPa", g});
+  }
+}
+
+/// The pressure of the fluid in all cells, and its order.
+void check_field(CaseResult& result, const Jet& jet, const Variant& tait, const Variant& dense) {
   result
       .check_absolute(Label::verification, "fluid: pressure in all cells against free streamlines, L1 over ρ0v²/2", tait.field_error.back(),
-                      0.0, "", tait.size.back() / (5.6 * b) + 0.006, "as for the stagnation pressure; and M²/4 for compressibility")
+                      0.0, "", tait.size.back() / (5.6 * jet.half_width) + 0.006,
+                      "as for the stagnation pressure; and M²/4 for compressibility")
       .observed_order = fitted_order(tait.size, tait.field_error);
   if (tait.size.size() >= 3)
     result
@@ -360,50 +341,92 @@ void run(const CaseContext& context, CaseResult& result) {
   if (dense.size.size() >= 3)
     result.check_order(Label::verification, "fluid, 27 particles a cell: order of the pressure field",
                        fitted_order(dense.size, dense.field_error), 0.8, 2.2, "first order at the wall, second inside");
-  Steady aligned;
-  const bool with_aligned = own_run(context) && context.level() != Level::quick;
-  if (with_aligned) {
-    constexpr int cells = 8;
-    Variant plain = elastic;
-    plain.id = "aligned";
-    plain.name = "elastic snow, plain lattice (not asserted: it tears)";
-    aligned = jet_run(plain.name, jet_setup(context, plain, cells, false), cells, &torn);
-  }
+}
 
-  Plot axis{"axis", "Pressure on the axis of the jet", "distance from the wall [b]", "pressure [kPa]", {}, "", false, false};
-  Plot wall{"wall", "Pressure along the wall, first cell", "distance from the axis [b]", "pressure [kPa]", {}, "", false, false};
-  Series on_axis{"free streamlines", {}, {}, Series::Style::reference}, on_wall = on_axis;
-  for (int i = 0; i <= 60; ++i) {
-    const double s = 0.05 * i;
-    on_axis.x.push_back(s);
-    on_axis.y.push_back(1e-3 * jet.dynamic_pressure() * free_streamline_pressure(0.0, 0.5 * s));
-    on_wall.x.push_back(s);
-    on_wall.y.push_back(1e-3 * jet.dynamic_pressure() * free_streamline_pressure(0.5 * s, 0.0));
-  }
-  axis.series.push_back(std::move(on_axis));
-  wall.series.push_back(std::move(on_wall));
+FlowPicture picture_of(const Jet& jet, const char* id, const char* title, const char* caption) {
+  const double b = jet.half_width;
+  return {.id = id,
+          .field = FlowField::pressure,
+          .title = title,
+          .caption = caption,
+          .window = std::array{-0.5 * b, 5.0 * b, -4.0 * b, 4.0 * b},
+          .range = std::array{0.0, 70.0}};
+}
+
+Plot force_plot(const std::vector<const Variant*>& judged) {
+  Plot plot{"force", "Force on the wall", "time [b/v]", "force / (ρ0 v² A) [-]"};
+  plot.series.push_back({"momentum theorem", {0.0, snow_span.to}, {1.0, 1.0}, Series::Style::reference});
+  for (const Variant* v : judged) plot.series.push_back({v->name, v->finest.time, v->finest.force_history, Series::Style::simulation});
+  return plot;
+}
+
+/// Pressure along the axis and along the wall. @param aligned  the jet with a plain lattice, if it was run
+void add_pressure_plots(CaseResult& result, const Jet& jet, const std::vector<const Variant*>& judged,
+                        const std::optional<Steady>& aligned) {
+  Plot axis{"axis", "Pressure on the axis of the jet", "distance from the wall [b]", "pressure [kPa]"};
+  Plot wall{"wall", "Pressure along the wall, first cell", "distance from the axis [b]", "pressure [kPa]"};
+  const double scale = 1e-3 * jet.dynamic_pressure();
+  axis.series.push_back(
+      reference_curve("free streamlines", 0.0, 3.0, 60, [&](double x) { return scale * free_streamline_pressure(0.0, 0.5 * x); }));
+  wall.series.push_back(
+      reference_curve("free streamlines", 0.0, 3.0, 60, [&](double z) { return scale * free_streamline_pressure(0.5 * z, 0.0); }));
   const auto add = [&](const std::string& name, const Steady& s) {
     axis.series.push_back({name, s.axis_x, s.axis_pressure, Series::Style::points});
     wall.series.push_back({name, s.wall_z, s.wall_pressure, Series::Style::points});
   };
-  for (const Variant* v : {&elastic, &plastic, &tait})
-    if (!v->cells.empty()) add(v->name, v->finest);
-  if (with_aligned) add("elastic snow, plain lattice", aligned);
+  for (const Variant* v : judged) add(v->name, v->finest);
+  if (aligned) add("elastic snow, plain lattice", *aligned);
   axis.caption = "Free streamlines: incompressible. The jets of snow are compressible (Mach 0.56) and have their own stagnation pressures.";
   wall.caption = axis.caption;
-  result.plots.push_back(std::move(force));
   result.plots.push_back(std::move(axis));
   result.plots.push_back(std::move(wall));
+}
+
+Plot order_plot(const Variant& tait) {
   const double at_finest = tait.field_error.front() * tait.size.back() / tait.size.front();
-  result.plots.push_back(
-      {"order",
-       "Pressure field of the fluid against free streamlines",
-       "dx [m]",
-       "L1 error / (ρ0 v²/2) [-]",
-       {slope_line("order 1", tait.size, at_finest, 1.0), {"simulation", tait.size, tait.field_error, Series::Style::points}},
-       "",
-       true,
-       true});
+  return {"order",
+          "Pressure field of the fluid against free streamlines",
+          "dx [m]",
+          "L1 error / (ρ0 v²/2) [-]",
+          {slope_line("order 1", tait.size, at_finest, 1.0), {"simulation", tait.size, tait.field_error, Series::Style::points}},
+          "",
+          true,
+          true};
+}
+
+/// A jet whose particles start on a plain lattice, not asserted: it tears.
+Steady run_aligned(const CaseContext& context, CaseResult& result, const Jet& jet, Variant plain) {
+  plain.id = "aligned";
+  plain.name = "elastic snow, plain lattice (not asserted: it tears)";
+  const FlowPicture torn = picture_of(jet, "aligned", "The same jet filled with a plain lattice (elastic snow, M = 0)",
+                                      "Its columns part where the flow spreads: the body tears, and material gathers at the wall.");
+  return run_noted(context, result, jet, plain, 8, &torn, false);
+}
+
+void run(const CaseContext& context, CaseResult& result) {
+  const Case base = context.read_case();
+  const Jet jet = jet_of(base);
+  check_closed_form(context, result, base, jet);
+
+  Variants all = variants(context, base, jet);
+  const FlowPicture good =
+      picture_of(jet, "staggered", "Pressure in the jet of fluid", "The jet comes from the right and leaves along the wall in two sheets.");
+  run_grids(context, result, jet, all.elastic, nullptr);
+  run_grids(context, result, jet, all.plastic, nullptr);
+  run_grids(context, result, jet, all.tait, &good);
+  if (own_run(context)) run_grids(context, result, jet, all.dense, nullptr);
+  std::optional<Steady> aligned;
+  if (own_run(context) && context.level() != Level::quick) aligned = run_aligned(context, result, jet, all.elastic);
+
+  std::vector<const Variant*> judged{&all.plastic, &all.tait};
+  if (!all.elastic.cells.empty()) judged.insert(judged.begin(), &all.elastic);
+  for (const Variant* v : judged) check_variant(result, jet, *v);
+  check_field(result, jet, all.tait, all.dense);
+  result.plots.push_back(force_plot(judged));
+  add_pressure_plots(result, jet, judged, aligned);
+  result.plots.push_back(order_plot(all.tait));
+  double particle_steps = aligned ? aligned->particle_steps : 0.0;
+  for (const Variant* v : {&all.elastic, &all.plastic, &all.tait, &all.dense}) particle_steps += v->particle_steps;
   result.notes.push_back(fmt::format("{:.2g} particle-steps in all.", particle_steps));
 }
 

@@ -1,4 +1,5 @@
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <cmath>
@@ -225,11 +226,7 @@ Sweep sweep(const CaseContext& context, Settings s, const std::vector<int>& grid
   return r;
 }
 
-std::string listed(const std::vector<double>& values) {
-  std::string s;
-  for (const double v : values) s += fmt::format("{}{:.2f}", s.empty() ? "" : ", ", v);
-  return s;
-}
+std::string listed(const std::vector<double>& values) { return fmt::format("{:.2f}", fmt::join(values, ", ")); }
 
 constexpr double target = 1.8;
 
@@ -379,12 +376,11 @@ void profile(const CaseContext& context, CaseResult& result) {
                w = simulate(context, {.cells = 16, .per_axis = 4, .periodic = false, .quasi_1d = true});
   const Solution exact(context.read_case().material, Vec3(0.05, 0.0, 0.0));
   const double t = r.profile_time;
-  Series line{"exact", {}, {}, Series::Style::reference}, stress_line = line;
-  for (int i = 0; i <= 200; ++i) {
-    const Vec3 x(i / 200.0, 0.0, 0.0);
-    line.x.push_back(x.x()), line.y.push_back(1e3 * exact.displacement(Place(x), exact.at(t)).x());
-    stress_line.x.push_back(x.x()), stress_line.y.push_back(1e-3 * exact.stress(Place(x), exact.at(t)).x());
-  }
+  const auto place = [](double x) { return Place(Vec3(x, 0.0, 0.0)); };
+  const Series line =
+      reference_curve("exact", 0.0, 1.0, 200, [&](double x) { return 1e3 * exact.displacement(place(x), exact.at(t)).x(); });
+  const Series stress_line =
+      reference_curve("exact", 0.0, 1.0, 200, [&](double x) { return 1e-3 * exact.stress(place(x), exact.at(t)).x(); });
   const auto points = [](const std::string& name, const Errors& e, bool stress) {
     std::vector<std::pair<double, double>> sorted;
     for (std::size_t i = 0; i < e.x.size(); ++i) sorted.emplace_back(e.x[i], stress ? 1e-3 * e.txx[i] : 1e3 * e.ux[i]);
@@ -397,18 +393,12 @@ void profile(const CaseContext& context, CaseResult& result) {
                           fmt::format("Displacement at t = {:.2f} periods, dx = 1/16 m", t / exact.period()),
                           "X [m]",
                           "u [mm]",
-                          {line, points("periodic surroundings", r, false), points("slip walls", w, false)},
-                          "",
-                          false,
-                          false});
+                          {line, points("periodic surroundings", r, false), points("slip walls", w, false)}});
   result.plots.push_back({"profile-stress",
                           fmt::format("Stress at t = {:.2f} periods, dx = 1/16 m", t / exact.period()),
                           "X [m]",
                           "τ_xx [kPa]",
-                          {stress_line, points("periodic surroundings", r, true), points("slip walls", w, true)},
-                          "",
-                          false,
-                          false});
+                          {stress_line, points("periodic surroundings", r, true), points("slip walls", w, true)}});
 }
 
 /// Time step and start, and the place of the cube in the grid, one component.
@@ -462,9 +452,7 @@ void time_and_place(const CaseContext& context, CaseResult& result, std::size_t&
                           "shift against the grid [dx]",
                           "L2 error of u over A [-]",
                           {two, four},
-                          "Periodic surroundings.",
-                          false,
-                          false});
+                          "Periodic surroundings."});
   context.log("one component: time step, place in the grid");
 }
 

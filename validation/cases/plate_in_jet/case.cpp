@@ -272,58 +272,43 @@ Plot wake_plot(const PlateInJet& exact, const std::string& scheme, const Measure
            line("outer edge, exact", 1e-3),
            {scheme + ", cavity", m.x, m.cavity, Series::Style::points},
            {scheme + ", outer edge", m.x, m.outer, Series::Style::points}},
-          "Where the mean density is half that of the fluid.",
-          false,
-          false};
+          "Where the mean density is half that of the fluid."};
 }
 
-void run(const CaseContext& context, CaseResult& result) {
-  const Case base = context.read_case();
-  {  // the reference itself: its pressure carries its force
-    const PlateInJet exact(0.75);
-    double sum = 0.0;
-    constexpr int parts = 20000;  // midpoints of tau: the integrand is smooth in it
-    for (int k = 0; k < parts; ++k) {
-      const double low = static_cast<double>(k) / parts, high = static_cast<double>(k + 1) / parts, tau = 0.5 * (low + high);
-      sum += (1.0 - tau * tau) * (exact.place(high) - exact.place(low));
-    }
-    result.check_relative(Label::verification, "exact pressure summed over the plate against the momentum theorem, l/d = 0.75", sum,
-                          exact.force(), "ρU²d", 1e-8, "midpoint rule with 20000 parts");
-    // the free streamlines: dz = exp(i sigma) dphi, from the edge of the plate; far away half the jet lies between them
-    double worst = 0.0;
-    for (int k = 1; k < 100; ++k) {
-      const double sigma = 0.5 * std::numbers::pi * k / 100.0, h = 1e-5;
-      if (std::abs(sigma - exact.exit_angle()) < 0.01) continue;
-      const PlateInJet::Point low = exact.free_streamline(sigma - h), high = exact.free_streamline(sigma + h);
-      const double along = exact.potential(sigma + h) - exact.potential(sigma - h);
-      worst = std::max(worst, std::hypot((high.x - low.x) / along - std::cos(sigma), (high.y - low.y) / along - std::sin(sigma)));
-    }
-    result.check_absolute(Label::verification, "free streamlines: largest difference of dz/dφ from the direction of the flow", worst, 0.0,
-                          "", 1e-5, "central differences over 1e-5 rad, 0.01 rad and more from a singularity: (1e-3)²");
-    const PlateInJet::Point edge = exact.free_streamline(0.5 * std::numbers::pi);
-    result.check_absolute(Label::verification, "free streamlines: distance of the start from the edge of the plate",
-                          std::hypot(edge.x, edge.y - exact.place(1.0)), 0.0, "d", 1e-12, "round-off");
-    const double beta = exact.exit_angle();
-    const PlateInJet::Point near = exact.free_streamline(beta + 1e-9), far = exact.free_streamline(beta - 1e-9);
-    result.check_relative(Label::verification, "free streamlines: thickness of the deflected jet far away",
-                          (far.y - near.y) * std::cos(beta) - (far.x - near.x) * std::sin(beta), 0.5, "d", 1e-6,
-                          "half the jet; 1e-9 rad from the end of the lines");
+/// The reference itself: its pressure carries its force, and its free streamlines have the direction of the flow.
+void check_reference(CaseResult& result) {
+  const PlateInJet exact(0.75);
+  double sum = 0.0;
+  constexpr int parts = 20000;  // midpoints of tau: the integrand is smooth in it
+  for (int k = 0; k < parts; ++k) {
+    const double low = static_cast<double>(k) / parts, high = static_cast<double>(k + 1) / parts, tau = 0.5 * (low + high);
+    sum += (1.0 - tau * tau) * (exact.place(high) - exact.place(low));
   }
-
-  const std::vector<NamedJet> runs = named_runs(context, own_run(context));
-  std::vector<Setting> settings;
-  for (const NamedJet& n : runs) settings.push_back(n.setting);
-  if (own_run(context))
-    settings.push_back(
-        {.cells = 7, .id = "nodal", .transfer = Transfer::apic, .contact = ContactRule::nodal, .lattice = BodySpec::Lattice::aligned});
-  const std::vector<Measured> all = run_all(context, base, settings);
-
-  for (std::size_t i = 0; i < runs.size(); ++i) {
-    check_force(result, runs[i].name, runs[i].setting, all[i]);
-    const Setting& s = runs[i].setting;
-    if (s.id.empty() && (s.cells == 6 || s.cells == 7)) check_edges(result, runs[i].name, all[i]);  // of the others: a note
+  result.check_relative(Label::verification, "exact pressure summed over the plate against the momentum theorem, l/d = 0.75", sum,
+                        exact.force(), "ρU²d", 1e-8, "midpoint rule with 20000 parts");
+  // the free streamlines: dz = exp(i sigma) dphi, from the edge of the plate; far away half the jet lies between them
+  double worst = 0.0;
+  for (int k = 1; k < 100; ++k) {
+    const double sigma = 0.5 * std::numbers::pi * k / 100.0, h = 1e-5;
+    if (std::abs(sigma - exact.exit_angle()) < 0.01) continue;
+    const PlateInJet::Point low = exact.free_streamline(sigma - h), high = exact.free_streamline(sigma + h);
+    const double along = exact.potential(sigma + h) - exact.potential(sigma - h);
+    worst = std::max(worst, std::hypot((high.x - low.x) / along - std::cos(sigma), (high.y - low.y) / along - std::sin(sigma)));
   }
-  const Measured &seven = all[0], &old = all.back();  // old: of this program alone
+  result.check_absolute(Label::verification, "free streamlines: largest difference of dz/dφ from the direction of the flow", worst, 0.0, "",
+                        1e-5, "central differences over 1e-5 rad, 0.01 rad and more from a singularity: (1e-3)²");
+  const PlateInJet::Point edge = exact.free_streamline(0.5 * std::numbers::pi);
+  result.check_absolute(Label::verification, "free streamlines: distance of the start from the edge of the plate",
+                        std::hypot(edge.x, edge.y - exact.place(1.0)), 0.0, "d", 1e-12, "round-off");
+  const double beta = exact.exit_angle();
+  const PlateInJet::Point near = exact.free_streamline(beta + 1e-9), far = exact.free_streamline(beta - 1e-9);
+  result.check_relative(Label::verification, "free streamlines: thickness of the deflected jet far away",
+                        (far.y - near.y) * std::cos(beta) - (far.x - near.x) * std::sin(beta), 0.5, "d", 1e-6,
+                        "half the jet; 1e-9 rad from the end of the lines");
+}
+
+/// Pressure along the plate, and angle and speed of the turned jet. @param speed  of the jet, m/s
+void check_flow(CaseResult& result, const Measured& seven, double speed) {
   double worst = 0.0;
   for (std::size_t row = 0; row + 1 < seven.p.size(); ++row) worst = std::max(worst, std::abs(seven.p[row] - seven.p_exact[row]));
   result.check_absolute(Label::verification, "7 cells: largest error of the pressure along the plate over ρU²/2, but for the edge row",
@@ -335,13 +320,17 @@ void run(const CaseContext& context, CaseResult& result) {
   result
       .check_relative(Label::verification, "7 cells: speed of the turned jet over U", seven.speed, 1.0, "", 0.02,
                       "no head is lost along a stream line; 2 % for the sheet's slowest cells beside the plate")
-      .in_summary(Quantity::speed, 0.0, base.bodies[0].velocity.x());
-  if (own_run(context))
+      .in_summary(Quantity::speed, 0.0, speed);
+}
+
+/// @param old  with nodal contact, APIC and an aligned lattice, of this program alone; null: not run
+void add_notes(CaseResult& result, const std::vector<NamedJet>& runs, const std::vector<Measured>& all, const Measured* old) {
+  if (old != nullptr)
     result.notes.push_back(
         fmt::format("With nodal contact, APIC and an aligned lattice the force at seven cells is {:.3f} ({:.3f}) times the exact one, the "
                     "jet leaves at "
                     "{:.1f}° and {:.3f} U (exact {:.1f}°).",
-                    old.force.mean, old.force.standard_error, old.angle, old.speed, old.angle_exact));
+                    old->force.mean, old->force.standard_error, old->angle, old->speed, old->angle_exact));
   for (std::size_t i = 0; i < runs.size(); ++i) {
     result.notes.push_back(
         fmt::format("{}: l/d {:.4f}, force over ρU²d {:.4f}, exact {:.4f}: {:.4f} (standard error {:.4f}); edges of the cavity "
@@ -349,37 +338,63 @@ void run(const CaseContext& context, CaseResult& result) {
                     runs[i].name, all[i].ratio, all[i].force.mean * all[i].exact, all[i].exact, all[i].force.mean,
                     all[i].force.standard_error, all[i].cavity_error, all[i].outer_error));
   }
+}
 
-  const std::string scheme = own_run(context) ? "contact at the surface, AFLIP, staggered" : "simulation",
-                    before_it = "contact on nodes, APIC, aligned";
-  result.plots.push_back({"force",
-                          "Force on the plate at seven cells, over the exact one",
-                          "time [b/U]",
-                          "force / exact force [-]",
-                          {{"exact", {0.0, jet_means_to}, {1.0, 1.0}, Series::Style::reference},
-                           {scheme, seven.time, seven.history, Series::Style::simulation}},
-                          "",
-                          false,
-                          false});
-  const PlateInJet exact(seven.ratio);
+Plot force_plot(const std::string& scheme, const Measured& m) {
+  return {"force",
+          "Force on the plate at seven cells, over the exact one",
+          "time [b/U]",
+          "force / exact force [-]",
+          {{"exact", {0.0, jet_means_to}, {1.0, 1.0}, Series::Style::reference}, {scheme, m.time, m.history, Series::Style::simulation}}};
+}
+
+Plot pressure_plot(const PlateInJet& exact, const std::string& scheme, const Measured& m) {
   Series line{"exact", {}, {}, Series::Style::reference};
   for (int k = 0; k <= 100; ++k) {
     const double tau = k / 100.0;
     line.x.push_back(exact.place(tau) / exact.place(1.0));
     line.y.push_back(1.0 - tau * tau);
   }
-  result.plots.push_back({"pressure",
-                          "Pressure along the plate at seven cells",
-                          "y / (l/2) [-]",
-                          "pressure / (ρU²/2) [-]",
-                          {line, {scheme, seven.y, seven.p, Series::Style::points}},
-                          "Means over time of the row of cells before the plate.",
-                          false,
-                          false});
-  result.plots.push_back(wake_plot(exact, scheme, seven));
-  if (!own_run(context)) return;
-  result.plots[result.plots.size() - 3].series.push_back({before_it, old.time, old.history, Series::Style::simulation});
-  result.plots[result.plots.size() - 2].series.push_back({before_it, old.y, old.p, Series::Style::points});
+  return {"pressure",
+          "Pressure along the plate at seven cells",
+          "y / (l/2) [-]",
+          "pressure / (ρU²/2) [-]",
+          {line, {scheme, m.y, m.p, Series::Style::points}},
+          "Means over time of the row of cells before the plate."};
+}
+
+void run(const CaseContext& context, CaseResult& result) {
+  const Case base = context.read_case();
+  check_reference(result);
+
+  const bool own = own_run(context);
+  const std::vector<NamedJet> runs = named_runs(context, own);
+  std::vector<Setting> settings;
+  for (const NamedJet& n : runs) settings.push_back(n.setting);
+  if (own)
+    settings.push_back(
+        {.cells = 7, .id = "nodal", .transfer = Transfer::apic, .contact = ContactRule::nodal, .lattice = BodySpec::Lattice::aligned});
+  const std::vector<Measured> all = run_all(context, base, settings);
+  const Measured& seven = all[0];
+  const Measured* old = own ? &all.back() : nullptr;
+
+  for (std::size_t i = 0; i < runs.size(); ++i) {
+    const Setting& s = runs[i].setting;
+    check_force(result, runs[i].name, s, all[i]);
+    if (s.id.empty() && (s.cells == 6 || s.cells == 7)) check_edges(result, runs[i].name, all[i]);  // of the others: a note
+  }
+  check_flow(result, seven, base.bodies[0].velocity.x());
+  add_notes(result, runs, all, old);
+
+  const std::string scheme = own ? "contact at the surface, AFLIP, staggered" : "simulation";
+  const PlateInJet exact(seven.ratio);
+  Plot force = force_plot(scheme, seven), pressure = pressure_plot(exact, scheme, seven);
+  if (old != nullptr) {
+    const std::string before_it = "contact on nodes, APIC, aligned";
+    force.series.push_back({before_it, old->time, old->history, Series::Style::simulation});
+    pressure.series.push_back({before_it, old->y, old->p, Series::Style::points});
+  }
+  result.plots = {std::move(force), std::move(pressure), wake_plot(exact, scheme, seven)};
 }
 
 const Registration registered{{MPM_CASE_NAME, "A plate in a plane jet: free streamlines", MPM_CASE_DIRECTORY, run, setups}};

@@ -117,7 +117,7 @@ void run(const CaseContext& context, CaseResult& result) {
   });
 
   std::vector<double> cell, limit;
-  Plot curves{"load", "Load on the punch", "penetration / width [-]", "force / (c · width) [-]", {}, "", false, false};
+  Plot curves{"load", "Load on the punch", "penetration / width [-]", "force / (c · width) [-]"};
   curves.series.push_back({"2 + π", {0.0, deepest}, {exact, exact}, Series::Style::reference});
   double work = 0.0;
   for (std::size_t i = 0; i < all.size(); ++i) {
@@ -158,10 +158,7 @@ void run(const CaseContext& context, CaseResult& result) {
                           "limit load / c [-]",
                           {{"2 + π", {0.0, cell.front()}, {exact, exact}, Series::Style::reference},
                            {"smooth punch", cell, limit, Series::Style::points},
-                           {"rough punch", {loads[smooth].cell}, {loads[smooth].limit}, Series::Style::points}},
-                          "",
-                          false,
-                          false});
+                           {"rough punch", {loads[smooth].cell}, {loads[smooth].limit}, Series::Style::points}}});
   result.notes.push_back(fmt::format("{:.1f} million particle-steps.", 1e-6 * work));
 }
 

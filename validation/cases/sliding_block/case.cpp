@@ -230,21 +230,15 @@ void run(const CaseContext& context, CaseResult& result) {
   result.check_absolute(Label::verification, "thrown: speed at the end", thrown.speed, 0.0, "m/s", mu * g * height / shear_speed,
                         "the shear that friction had built up is released, and nothing damps it: Δτ = ρ c_S Δv");
 
-  Series exact{"v₀t - μgt²/2", {}, {}, Series::Style::reference}, ours{"simulation", {}, {}, Series::Style::simulation};
-  for (int i = 0; i <= 70; ++i) {
-    const double t = std::min(0.01 * i, stop_time);
-    exact.x.push_back(0.01 * i);
-    exact.y.push_back(v0 * t - 0.5 * mu * g * t * t);
-  }
-  for (std::size_t i = 0; i < thrown.time.size(); ++i) {
-    ours.x.push_back(thrown.time[i]);
-    ours.y.push_back(thrown.distance[i]);
-  }
+  const Series exact = reference_curve("v₀t - μgt²/2", 0.0, 0.7, 70, [&](double time) {
+    const double t = std::min(time, stop_time);
+    return v0 * t - 0.5 * mu * g * t * t;
+  });
   result.plots.push_back({.id = "distance",
                           .title = "Block thrown along a floor",
                           .x_label = "time [s]",
                           .y_label = "distance [m]",
-                          .series = {exact, ours},
+                          .series = {exact, {"simulation", thrown.time, thrown.distance, Series::Style::simulation}},
                           .caption = fmt::format("μ = {}, v₀ = {} m/s.", mu, v0)});
 
   if (own_run(context)) {

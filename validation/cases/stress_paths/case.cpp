@@ -331,22 +331,14 @@ std::string family_name(Family f) {
 void draw_paths(CaseResult& result, const std::vector<Outcome>& outcomes) {
   const std::string caption = fmt::format("{}. Black: CVODE; markers: return map at the finest step, every tenth sample.", drawn.name());
   for (const Family family : {Family::isotropic, Family::triaxial, Family::shear, Family::turning}) {
-    Plot stress{fmt::format("stress-{}", static_cast<int>(family)),
-                "Stress paths: " + family_name(family),
-                "p [kPa]",
-                "q [kPa]",
-                {},
-                caption,
-                false,
-                false};
+    Plot stress{
+        fmt::format("stress-{}", static_cast<int>(family)), "Stress paths: " + family_name(family), "p [kPa]", "q [kPa]", {}, caption};
     Plot strength{fmt::format("strength-{}", static_cast<int>(family)),
                   "Pre-consolidation pressure: " + family_name(family),
                   "segments passed [-]",
                   "p_c [kPa]",
                   {},
-                  caption,
-                  false,
-                  false};
+                  caption};
     for (const Outcome& o : outcomes) {
       if (o.path->family != family || o.comparison.finest.empty()) continue;
       const auto& points = o.comparison.reference.points;
@@ -389,14 +381,8 @@ void draw_errors(CaseResult& result, const std::vector<Outcome>& outcomes, const
                      drawn.name() + ". Maximum norm along the path.",
                      true,
                      true};
-    Plot order{id("order"),
-               "Order in the tail: " + family_name(family),
-               "number of the material [-]",
-               "order [-]",
-               {},
-               numbered + " Pairs that snap back are left out.",
-               false,
-               false};
+    Plot order{id("order"), "Order in the tail: " + family_name(family), "number of the material [-]", "order [-]"};
+    order.caption = numbered + " Pairs that snap back are left out.";
     Plot error{id("error"),
                "Error at the finest step: " + family_name(family),
                "number of the material [-]",

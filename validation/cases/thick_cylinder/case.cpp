@@ -129,17 +129,15 @@ void run(const CaseContext& context, CaseResult& result) {
   result.plots.push_back(std::move(errors));
 
   const RadialErrors& shown = all[0].front();
-  Plot stress{"stress", "Stresses, coarsest grid, AFLIP", "R / a [-]", "stress over the pressure inside [-]", {}, "", false, false};
-  Series radial{"radial, exact", {}, {}, Series::Style::reference}, hoop{"hoop, exact", {}, {}, Series::Style::reference};
-  for (int i = 0; i <= 150; ++i) {
-    const double x = 1.0 + 0.01 * i;
-    radial.x.push_back(x), radial.y.push_back(end(x * inner).radial / pressure);
-    hoop.x.push_back(x), hoop.y.push_back(end(x * inner).hoop / pressure);
-  }
+  Plot stress{"stress", "Stresses, coarsest grid, AFLIP", "R / a [-]", "stress over the pressure inside [-]"};
+  const auto exact_line = [&](const char* name, double RadialPoint::*what) {
+    return reference_curve(name, 1.0, 2.5, 150, [&](double x) { return end(x * inner).*what / pressure; });
+  };
   Series ours_radial{"radial", shown.place, {}, Series::Style::points}, ours_hoop{"hoop", shown.place, {}, Series::Style::points};
   for (const double v : shown.radial_values) ours_radial.y.push_back(v / pressure);
   for (const double v : shown.hoop_values) ours_hoop.y.push_back(v / pressure);
-  stress.series = {radial, hoop, ours_radial, ours_hoop};
+  stress.series = {exact_line("radial, exact", &RadialPoint::radial), exact_line("hoop, exact", &RadialPoint::hoop), ours_radial,
+                   ours_hoop};
   result.plots.push_back(std::move(stress));
 }
 

@@ -1,4 +1,5 @@
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <cmath>
@@ -225,28 +226,22 @@ void run(const CaseContext& context, CaseResult& result) {
       result.compare(Label::verification, name + ": angle at T/2", Quantity::angle, angle * share_of_turn(exact, s, all[v].back()), angle,
                      "°");
     }
-    std::string orders;
-    for (const double p : pairwise_orders(cell, error)) orders += fmt::format("{}{:.2f}", orders.empty() ? "" : ", ", p);
-    result.notes.push_back(fmt::format("{}: displacement error {:.2e} to {:.2e}, orders {}; stress at T/2 {:.2e} to {:.2e}, order {:.2f}.",
-                                       name, error.front(), error.back(), orders, stress.front(), stress.back(),
-                                       fitted_order(cell, stress)));
+    result.notes.push_back(fmt::format(
+        "{}: displacement error {:.2e} to {:.2e}, orders {:.2f}; stress at T/2 {:.2e} to {:.2e}, order {:.2f}.", name, error.front(),
+        error.back(), fmt::join(pairwise_orders(cell, error), ", "), stress.front(), stress.back(), fitted_order(cell, stress)));
     errors.series.push_back({name, cell, error, Series::Style::points});
     history.series.push_back({name, all[v].back().motion.time, all[v].back().motion.history, Series::Style::simulation});
   }
   errors.series.push_back(slope_line("order 2", errors.series.front().x, errors.series.front().y.back(), 2.0));
   result.plots.push_back(std::move(errors));
   result.plots.push_back(std::move(history));
-  Series line{"exact", {}, {}, Series::Style::reference};
   const Vortex unit(c.material.as<HenckyElastic>(), 1.0);
-  for (int i = 0; i <= 120; ++i) line.x.push_back(0.7 + 0.005 * i), line.y.push_back(unit.at(line.x.back(), 0.5 * period).angle);
   result.plots.push_back({"turn",
                           "Angle at T/2 on the coarsest grid, A = 0.05 rad",
                           "R [m]",
                           "angle turned / A [-]",
-                          {line, {"AFLIP", all[0].front().radius, all[0].front().turn, Series::Style::points}},
-                          "",
-                          false,
-                          false});
+                          {reference_curve("exact", 0.7, 1.3, 120, [&](double r) { return unit.at(r, 0.5 * period).angle; }),
+                           {"AFLIP", all[0].front().radius, all[0].front().turn, Series::Style::points}}});
   result.notes.push_back(fmt::format("{:.1f} million particle-steps.", 1e-6 * work));
 }
 

@@ -7,6 +7,7 @@
 #include "libmpm/driver/scene.hpp"
 #include "libmpm/io/csv.hpp"
 #include "validation/harness/case.hpp"
+#include "validation/harness/fitted_line.hpp"
 #include "validation/harness/in_parallel.hpp"
 #include "validation/harness/shallow_flow.hpp"
 
@@ -101,16 +102,18 @@ Drag drag(const CaseContext& context, const Settings& s) {
   }
   r.ratio = sum / hydrostatic;
   r.ratio_of_flow = sum / hydrostatic_of_flow;
-  r.exponent = fitted_slope(log_depth, log_pressure);
-  r.exponent_of_flow = fitted_slope(log_depth_of_flow, log_pressure);
+  r.exponent = fitted_line(log_depth, log_pressure).slope;
+  r.exponent_of_flow = fitted_line(log_depth_of_flow, log_pressure).slope;
   constexpr auto first = static_cast<std::ptrdiff_t>((1.0 - averaged) * samples);
   const std::vector<double> late(r.time.begin() + first, r.time.end()), force(r.ratio_in_time.begin() + first, r.ratio_in_time.end());
-  r.growth = fitted_slope(late, force) * static_cast<double>(force.size()) / std::reduce(force.begin(), force.end());
-  const double slope = fitted_slope(r.immersion, r.pressure), n = static_cast<double>(r.pressure.size());
-  double mean_depth = 0.0, mean_pressure = 0.0, squares = 0.0;
-  for (std::size_t k = 0; k < r.pressure.size(); ++k) mean_depth += r.immersion[k] / n, mean_pressure += r.pressure[k] / n;
-  for (std::size_t k = 0; k < r.pressure.size(); ++k)
-    squares += std::pow(r.pressure[k] - mean_pressure - slope * (r.immersion[k] - mean_depth), 2);
+  r.growth = fitted_line(late, force).slope * static_cast<double>(force.size()) / std::reduce(force.begin(), force.end());
+  const Line line = fitted_line(r.immersion, r.pressure);
+  const double n = static_cast<double>(r.pressure.size());
+  double mean_pressure = 0.0, squares = 0.0;
+  for (std::size_t k = 0; k < r.pressure.size(); ++k) {
+    mean_pressure += r.pressure[k] / n;
+    squares += std::pow(r.pressure[k] - line.at_zero - line.slope * r.immersion[k], 2);
+  }
   r.off_line = std::sqrt(squares / n) / mean_pressure;
   return r;
 }
@@ -133,12 +136,12 @@ void run(const CaseContext& context, CaseResult& result) {
     drags.push_back(drag(context, s));
     context.log(fmt::format("{}: {:.2f} times hydrostatic", s.name, drags.back().ratio));
   }
-  Plot profile{"profile", "Pressure over the depth below the surface", "pressure [kPa]", "immersion [m]", {}, "", false, false};
+  Plot profile{"profile", "Pressure over the depth below the surface", "pressure [kPa]", "immersion [m]"};
   const double deepest = drags.front().immersion.front(), per_metre = 1e-3 * 300.0 * 9.81;
   profile.series.push_back(
       {"8 times hydrostatic (observed)", {0.0, observed * per_metre * deepest}, {0.0, deepest}, Series::Style::reference});
   profile.series.push_back({"hydrostatic", {0.0, per_metre * deepest}, {0.0, deepest}, Series::Style::bound});
-  Plot history{"history", "Force over the hydrostatic force on the width", "displacement / width [-]", "ratio [-]", {}, "", false, false};
+  Plot history{"history", "Force over the hydrostatic force on the width", "displacement / width [-]", "ratio [-]"};
   double work = 0.0;
   for (std::size_t i = 0; i < all.size(); ++i) {
     const Drag& d = drags[i];

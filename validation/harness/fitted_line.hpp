@@ -1,0 +1,27 @@
+#pragma once
+/// Least-squares lines.
+
+#include <vector>
+
+namespace mpm::validation {
+
+/// The line y = at_zero + slope x.
+struct Line {
+  double slope, at_zero;
+};
+
+/// The least-squares line through the points (x, y), at least two of them with different x.
+inline Line fitted_line(const std::vector<double>& x, const std::vector<double>& y) {
+  double sx = 0.0, sy = 0.0, sxx = 0.0, sxy = 0.0;
+  const auto n = static_cast<double>(x.size());
+  for (std::size_t i = 0; i < x.size(); ++i) {
+    sx += x[i];
+    sy += y[i];
+    sxx += x[i] * x[i];
+    sxy += x[i] * y[i];
+  }
+  const double slope = (n * sxy - sx * sy) / (n * sxx - sx * sx);
+  return {slope, sy / n - slope * sx / n};
+}
+
+}  // namespace mpm::validation
