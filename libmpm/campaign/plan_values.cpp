@@ -108,7 +108,7 @@ bool PlanValues::known_key(const std::string& key, const toml::source_region& so
   static const std::vector<std::string> keys = [] {
     std::vector<std::string> names;
     for (const config::Table& table : case_schema().tables()) {
-      for (const config::Key& key : table.keys) names.push_back(config::key_path(table.name, key.name));
+      for (const config::Key& k : table.keys) names.push_back(config::key_path(table.name, k.name));
     }
     return names;
   }();
