@@ -56,22 +56,6 @@ double between(const Study& study, double cells) {
   return grids[i + 1].distance + fraction * (grids[i].distance - grids[i + 1].distance) + study.limit;
 }
 
-/// The studies of a contact rule.
-struct RuleStudies {
-  std::span<const Studied> runup, height, force;
-};
-constexpr RuleStudies surface_studies{surface_runup, surface_height, surface_force};
-constexpr RuleStudies nodal_odd_studies{nodal_odd_runup, nodal_odd_height, nodal_odd_force};
-constexpr RuleStudies nodal_even_studies{nodal_even_runup, nodal_even_height, nodal_even_force};
-
-constexpr double unknown = std::numeric_limits<double>::quiet_NaN();
-
-/// All but the moment.
-GridUncertainty uncertainty_of(const RuleStudies& rule, double cells) {
-  return {between({rule.runup, runup_limit}, cells), between({rule.height, height_limit}, cells), between({rule.force, force_limit}, cells),
-          unknown};
-}
-
 }  // namespace
 
 double nodal_width_ratio(double cells_across) {
@@ -80,14 +64,22 @@ double nodal_width_ratio(double cells_across) {
 }
 
 GridUncertainty grid_uncertainty(const GridResolution& r) {
-  constexpr double least_cells = 3.0 - 1e-9;
+  constexpr double least_cells = 3.0 - 1e-9, unknown = std::numeric_limits<double>::quiet_NaN();
   if (!(r.cells >= least_cells) || r.front == Front::other) return {unknown, unknown, unknown, unknown};
   const bool even = r.width_excess > 0.05;  // at most 1/(w/dx), and 0 for odd numbers
-  const RuleStudies& nodal = even ? nodal_even_studies : nodal_odd_studies;
+  const auto nodal = [&] {
+    return even ? GridUncertainty{between({nodal_even_runup, runup_limit}, r.cells), between({nodal_even_height, height_limit}, r.cells),
+                                  between({nodal_even_force, force_limit}, r.cells), unknown}
+                : GridUncertainty{between({nodal_odd_runup, runup_limit}, r.cells), between({nodal_odd_height, height_limit}, r.cells),
+                                  between({nodal_odd_force, force_limit}, r.cells), unknown};
+  };
   const bool surface = r.contact == ContactRule::surface;
-  GridUncertainty u = uncertainty_of(surface ? surface_studies : nodal, r.cells);
+  GridUncertainty u =
+      surface ? GridUncertainty{between({surface_runup, runup_limit}, r.cells), between({surface_height, height_limit}, r.cells),
+                                between({surface_force, force_limit}, r.cells), unknown}
+              : nodal();
   if (surface && r.transfer != Transfer::aflip) {  // not studied: use the worse of the two
-    const GridUncertainty other = uncertainty_of(nodal, r.cells);
+    const GridUncertainty other = nodal();
     u = {std::fmax(u.runup, other.runup), std::fmax(u.pressure_height, other.pressure_height), std::fmax(u.force, other.force), unknown};
   }
   if (r.front == Front::round) u.force = std::fmax(u.force, between({cylinder_force, force_limit}, r.cells));
