@@ -19,7 +19,7 @@
 #include "libmpm/driver/metric.hpp"
 #include "libmpm/driver/observers.hpp"
 #include "libmpm/io/csv.hpp"
-#include "libmpm/io/json_text.hpp"
+#include "libmpm/io/json_object.hpp"
 #include "validators.hpp"
 
 namespace mpm::app {

@@ -4,7 +4,7 @@
 
 #include "libmpm/driver/sampling.hpp"
 #include "libmpm/io/atomic_file.hpp"
-#include "libmpm/io/json_text.hpp"
+#include "libmpm/io/json_object.hpp"
 
 namespace mpm {
 

@@ -24,7 +24,7 @@
 #include "libmpm/driver/worker.hpp"
 #include "libmpm/io/atomic_file.hpp"
 #include "libmpm/io/csv.hpp"
-#include "libmpm/io/json_text.hpp"
+#include "libmpm/io/json_object.hpp"
 #include "libmpm/io/snapshot.hpp"
 #include "libmpm/io/xdmf.hpp"
 #include "libmpm/observe/observer_list.hpp"

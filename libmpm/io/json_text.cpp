@@ -2,8 +2,6 @@
 
 #include <fmt/format.h>
 
-#include <nlohmann/json.hpp>
-
 #include "libmpm/base/error.hpp"
 #include "libmpm/io/atomic_file.hpp"
 
@@ -34,12 +32,6 @@ std::string read_json_text(const std::filesystem::path& path) {
     }
   }
   return text;
-}
-
-nlohmann::ordered_json read_json_object(const std::filesystem::path& path) {
-  auto json = nlohmann::ordered_json::parse(read_json_text(path), nullptr, false);
-  if (!json.is_object()) json = nullptr;
-  return json;
 }
 
 }  // namespace mpm
