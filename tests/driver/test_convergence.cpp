@@ -124,8 +124,8 @@ TEST(Convergence, AnOrderAboveTheSchemeIsNotCredible) {
 
 TEST(Convergence, ThreeGridsWithoutACredibleOrderHaveTheRangeOfTheirValues) {
   const std::vector<double> h{0.4, 0.2, 0.1};
-  EXPECT_NEAR(judge_convergence(h, std::vector{1.0, 1.2, 1.1}, 1.5).uncertainty, 3.0 * 0.2, 1e-14);    // zigzag
-  EXPECT_NEAR(judge_convergence(h, std::vector{1.0, 1.1, 1.3}, 1.5).uncertainty, 3.0 * 0.3, 1e-14);    // growing differences
+  EXPECT_NEAR(judge_convergence(h, std::vector{1.0, 1.2, 1.1}, 1.5).uncertainty, 3.0 * 0.2, 1e-14);     // zigzag
+  EXPECT_NEAR(judge_convergence(h, std::vector{1.0, 1.1, 1.3}, 1.5).uncertainty, 3.0 * 0.3, 1e-14);     // growing differences
   EXPECT_NEAR(judge_convergence(h, std::vector{1.0, 1.9, 1.91}, 1.5).uncertainty, 1.25 * 0.91, 1e-14);  // the finest agree by chance
   const Convergence credible = judge_convergence(h, std::vector{1.8, 1.4, 1.2}, 1.5);
   EXPECT_NEAR(credible.uncertainty, 1.25 * 0.2, 1e-14);
