@@ -22,6 +22,7 @@
 #include <optional>
 
 #include "libmpm/base/error.hpp"
+#include "libmpm/base/thread_time.hpp"
 #include "libmpm/driver/threads.hpp"
 #include "libmpm/io/atomic_file.hpp"
 #include "libmpm/io/hdf5.hpp"
@@ -103,10 +104,6 @@ void draw_report(const std::filesystem::path& out, const std::filesystem::path& 
                (out / "results.json").string());
   else
     fmt::print(stderr, "report: {}\n", (out / "index.html").string());
-}
-
-double seconds_since(std::chrono::steady_clock::time_point start) {
-  return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
 }
 
 /// A case without a result yet; the report keeps it if the program stops before there is one.

@@ -76,7 +76,7 @@ class BlockReader : private PlanValues {
     std::vector<std::string> keys;
     std::istringstream names(e.key);
     for (std::string key; std::getline(names, key, ',');) {
-      key = trimmed(std::string(key), " ");
+      key = std::string(trimmed(key, " "));
       known = known_key(key, e.source, here) && known;
       if (std::ranges::find(seen, key) != seen.end()) problem(e.source, here, fmt::format("{} is given twice; give it once", key));
       seen.push_back(key);

@@ -50,8 +50,7 @@ struct Numerics {
         .only_with("transfer", {"aflip"})
         .text(
             "Time scale in which particles lose the part of their velocity that the grid cannot represent: the time in which the fastest "
-            "wave "
-            "travels this number of cells. A time step removes the fraction cfl / relaxation_cells of that part");
+            "wave travels this number of cells. A time step removes the fraction cfl / relaxation_cells of that part");
     table.add("contact", &Numerics::contact, {"nodal", "surface"})
         .text(
             "Where walls and obstacle act: on every node on or behind them (first order), or at their surface (second order; walls normal "

@@ -26,8 +26,7 @@ const config::SchemaOf<Case>& case_schema() {
     s.table(
         "terrain",
         "Uneven ground: a raster of heights; with [conveyor] in place of its level floor, in a custom scene in addition to [[wall]]. Left "
-        "out: "
-        "none",
+        "out: none",
         [](auto& c) -> auto& { return c.terrain; });
     s.table(
         "domain", "Where particles may be. Required in a custom scene; with [conveyor] it may only reduce the domain of the belt",

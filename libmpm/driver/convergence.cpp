@@ -11,6 +11,7 @@
 #include <limits>
 
 #include "libmpm/base/error.hpp"
+#include "libmpm/base/fitted_line.hpp"
 
 namespace mpm {
 namespace {
@@ -125,10 +126,10 @@ void least_squares(Convergence& c) {
   }
 }
 
-/// Eca & Hoekstra (2009), for the three finest grids: GCI with a credible order. A higher order than the formal one is not trusted: formal
+/// Eca & Hoekstra (2009), for three grids: GCI with a credible order. A higher order than the formal one is not trusted: formal
 /// order and at least 1.25 times the range of the values; three times the range where there is no order, or too low a one.
 double three_grid_uncertainty(const Convergence& c, bool credible, double formal_order) {
-  const std::span<const double> f = std::span(c.value).last(3), h = std::span(c.size).last(3);
+  const std::vector<double>&f = c.value, &h = c.size;
   const auto [low, high] = std::minmax_element(f.begin(), f.end());
   const double range = *high - *low, change = std::abs(f[2] - f[1]);
   if (c.behaviour == Behaviour::constant) return range;
@@ -191,16 +192,12 @@ std::vector<double> pairwise_orders(std::span<const double> size, std::span<cons
 
 double fitted_order(std::span<const double> size, std::span<const double> error) {
   require_falling(size, error.size(), 2, "fitted_order");
-  double x = 0.0, y = 0.0, xx = 0.0, xy = 0.0;
-  const auto n = static_cast<double>(size.size());
-  for (std::size_t i = 0; i < size.size(); ++i) {
-    const double a = std::log(size[i]), b = std::log(error[i]);
-    x += a;
-    y += b;
-    xx += a * a;
-    xy += a * b;
-  }
-  return (n * xy - x * y) / (n * xx - x * x);
+  const auto logarithms = [](std::span<const double> values) {
+    std::vector<double> result;
+    for (const double v : values) result.push_back(std::log(v));
+    return result;
+  };
+  return fitted_line(logarithms(size), logarithms(error)).slope;
 }
 
 ThreeGrids observed_order(double h1, double f1, double h2, double f2, double h3, double f3) {
@@ -247,13 +244,10 @@ Convergence judge_convergence(std::span<const double> size, std::span<const doub
   c.safety_factor = credible ? 1.25 : 3.0;
   const double f1 = value[n - 1], f2 = value[n - 2], r21 = size[n - 2] / size[n - 1];
   c.gci = c.safety_factor * std::abs(f1 - f2) / (std::abs(f1) * std::expm1(p * std::log(r21)));
-  c.uncertainty = three_grid_uncertainty(c, credible, formal_order);
   decide_whether_asymptotic(c, credible, formal_order);
   c.least_squares_order = c.least_squares_limit = c.least_squares_uncertainty = nan;
-  if (n >= 4) {
-    least_squares(c);
-    c.uncertainty = c.least_squares_uncertainty;
-  }
+  if (n >= 4) least_squares(c);
+  c.uncertainty = n >= 4 ? c.least_squares_uncertainty : three_grid_uncertainty(c, credible, formal_order);
   return c;
 }
 

@@ -130,8 +130,8 @@ struct ConveyorSpec {
         .left_out("[[conveyor.inflow]] or a steady inflow")
         .text(
             "Inflow over time from a table, relative to the case file: columns time_s, depth_m, velocity_m_s and, optionally, "
-            "density_kg_m3. "
-            "It becomes [[conveyor.inflow]]. Speed and height of the conveyor, if left out, are those of the row with the largest v^2 H");
+            "density_kg_m3. It becomes [[conveyor.inflow]]. Speed and height of the conveyor, if left out, are those of the row with the "
+            "largest v^2 H");
   }
 };
 

@@ -5,7 +5,7 @@
 #include <cmath>
 
 #include "libmpm/base/error.hpp"
-#include "validation/harness/fitted_line.hpp"
+#include "libmpm/base/fitted_line.hpp"
 
 namespace mpm::validation {
 namespace {

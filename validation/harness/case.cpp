@@ -9,6 +9,7 @@
 #include <sstream>
 #include <stdexcept>
 
+#include "libmpm/base/thread_time.hpp"
 #include "libmpm/driver/case_file.hpp"
 #include "libmpm/io/atomic_file.hpp"
 #include "validation/harness/norms.hpp"
@@ -184,7 +185,7 @@ CaseResult run_case_entry(const CaseEntry& entry, const CaseContext& context) {
   } catch (const std::exception& e) {
     result.fault = e.what();
   }
-  result.wall_time_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+  result.wall_time_s = seconds_since(start);
   return result;
 }
 

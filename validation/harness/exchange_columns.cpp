@@ -15,6 +15,6 @@ std::vector<std::string> state_columns(const ParticleFields& fields, bool with_i
   return columns;
 }
 
-std::string number_of(std::size_t index) { return fmt::format("{:04}", index + 1); }
+std::string state_number(std::size_t index) { return fmt::format("{:04}", index + 1); }
 
 }  // namespace mpm::validation

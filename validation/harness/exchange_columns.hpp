@@ -19,6 +19,6 @@ inline const std::vector<std::string> force_columns{"time_s", "boundary", "force
 std::vector<std::string> state_columns(const ParticleFields& fields, bool with_id);
 
 /// The number of a state in the names of files and groups: "0001" for the first.
-std::string number_of(std::size_t index);
+std::string state_number(std::size_t index);
 
 }  // namespace mpm::validation

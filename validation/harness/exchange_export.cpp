@@ -306,7 +306,7 @@ void export_results(const CaseEntry& entry, const CaseContext& context, const st
         setup.particles ? H5Fcreate((folder / "states.h5").c_str(), H5F_ACC_TRUNC, H5P_DEFAULT, H5P_DEFAULT) : H5I_INVALID_HID;
     if (setup.particles && file < 0) throw IoError(fmt::format("cannot create '{}'", (folder / "states.h5").string()));
     play(context, setup, [&](const Instant& now) {
-      if (setup.particles) write_group(file, number_of(now.index), columns, column_values(columns, now.particles));
+      if (setup.particles) write_group(file, state_number(now.index), columns, column_values(columns, now.particles));
       for (std::size_t b = 0; b < boundaries.size(); ++b) {
         const Vec3& f = now.forces.at(b);
         forces += csv_line(std::vector<std::string>{format_number(setup.times[now.index]), boundaries[b], format_number(f.x()),

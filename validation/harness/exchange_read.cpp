@@ -72,10 +72,10 @@ class Hdf5Columns : public ColumnSource {
 
 /// The state of one time; null if there is none.
 std::unique_ptr<ColumnSource> open_state(const std::filesystem::path& run, std::size_t index) {
-  const std::filesystem::path csv = run / "states" / (number_of(index) + ".csv"), h5 = run / "states.h5";
+  const std::filesystem::path csv = run / "states" / (state_number(index) + ".csv"), h5 = run / "states.h5";
   if (std::filesystem::exists(csv)) return std::make_unique<CsvColumns>(csv);
   if (std::filesystem::exists(h5)) {
-    auto columns = std::make_unique<Hdf5Columns>(h5, number_of(index));
+    auto columns = std::make_unique<Hdf5Columns>(h5, state_number(index));
     if (columns->open()) return columns;
   }
   return nullptr;
@@ -235,7 +235,7 @@ RunCost ForeignResults::play(const Setup& setup, const Visitor& visit) const {
         const std::unique_ptr<ColumnSource> state = open_state(run, i);
         if (state == nullptr) {
           throw IoError(fmt::format("{}: neither states/{}.csv nor group {} of states.h5, the state at t = {} s", run.string(),
-                                    number_of(i), number_of(i), setup.times[i]));
+                                    state_number(i), state_number(i), setup.times[i]));
         }
         now.particles = read_state(*state, setup, masses);
       }

@@ -8,10 +8,10 @@
 #include <string>
 
 #include "libmpm/base/error.hpp"
+#include "libmpm/base/fitted_line.hpp"
 #include "libmpm/core/diagnostics.hpp"
 #include "libmpm/driver/scene.hpp"
 #include "validation/harness/case.hpp"
-#include "validation/harness/fitted_line.hpp"
 #include "validation/harness/particle_access.hpp"
 #include "validation/harness/point_comparison.hpp"
 #include "validation/harness/root.hpp"

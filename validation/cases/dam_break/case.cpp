@@ -4,9 +4,9 @@
 #include <array>
 #include <cmath>
 
+#include "libmpm/base/fitted_line.hpp"
 #include "libmpm/driver/case_file.hpp"
 #include "validation/harness/case.hpp"
-#include "validation/harness/fitted_line.hpp"
 #include "validation/harness/shallow_flow.hpp"
 
 namespace mpm::validation {

@@ -8,11 +8,11 @@
 #include <numbers>
 
 #include "libmpm/base/error.hpp"
+#include "libmpm/base/fitted_line.hpp"
 #include "libmpm/driver/case_file.hpp"
 #include "libmpm/driver/convergence.hpp"
 #include "libmpm/driver/scene.hpp"
 #include "libmpm/io/csv.hpp"
-#include "validation/harness/fitted_line.hpp"
 #include "validation/harness/setup.hpp"
 
 namespace mpm::validation {

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "libmpm/base/fitted_line.hpp"
 #include "libmpm/core/diagnostics.hpp"
 #include "libmpm/core/stress_update.hpp"
 #include "libmpm/driver/case_file.hpp"
@@ -12,7 +13,6 @@
 #include "libmpm/impact/semi_empirical.hpp"
 #include "libmpm/observe/pressure_profile.hpp"
 #include "libmpm/observe/runup.hpp"
-#include "validation/harness/fitted_line.hpp"
 #include "validation/harness/impact.hpp"
 #include "validation/harness/particle_access.hpp"
 

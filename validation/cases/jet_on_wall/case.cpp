@@ -8,13 +8,13 @@
 #include <optional>
 #include <variant>
 
+#include "libmpm/base/fitted_line.hpp"
 #include "libmpm/core/stress_update.hpp"
 #include "libmpm/driver/case_file.hpp"
 #include "libmpm/driver/scene.hpp"
 #include "libmpm/impact/semi_empirical.hpp"
 #include "libmpm/io/csv.hpp"
 #include "validation/harness/case.hpp"
-#include "validation/harness/fitted_line.hpp"
 #include "validation/harness/root.hpp"
 #include "validation/harness/shallow_flow.hpp"
 

@@ -4,10 +4,10 @@
 #include <cmath>
 #include <numeric>
 
+#include "libmpm/base/fitted_line.hpp"
 #include "libmpm/driver/scene.hpp"
 #include "libmpm/io/csv.hpp"
 #include "validation/harness/case.hpp"
-#include "validation/harness/fitted_line.hpp"
 #include "validation/harness/in_parallel.hpp"
 #include "validation/harness/shallow_flow.hpp"
 

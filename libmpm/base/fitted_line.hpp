@@ -3,14 +3,15 @@
 
 #include <vector>
 
-namespace mpm::validation {
+namespace mpm {
 
 /// The line y = at_zero + slope x.
 struct Line {
-  double slope, at_zero;
+  double slope;    ///< dy/dx
+  double at_zero;  ///< y at x = 0
 };
 
-/// The least-squares line through the points (x, y), at least two of them with different x.
+/// The least-squares line through the points (x, y). @param x  as many as y, at least two of them different
 inline Line fitted_line(const std::vector<double>& x, const std::vector<double>& y) {
   double sx = 0.0, sy = 0.0, sxx = 0.0, sxy = 0.0;
   const auto n = static_cast<double>(x.size());
@@ -24,4 +25,4 @@ inline Line fitted_line(const std::vector<double>& x, const std::vector<double>&
   return {slope, sy / n - slope * sx / n};
 }
 
-}  // namespace mpm::validation
+}  // namespace mpm
