@@ -207,9 +207,10 @@ void drop(const CaseContext& context, CaseResult& result) {
 }
 
 /// A block thrown against a mast: force, moment and force by layer of the mast are the same momentum, recorded in three ways.
-void strike(const CaseContext& context, CaseResult& result, double friction) {
+void strike(const CaseContext& context, CaseResult& result, ContactRule contact, double friction) {
   Case c = balls(context);
   c.numerics.gravity = 9.81;
+  c.numerics.contact = contact;
   c.numerics.transfer = Transfer::apic;  // keeps angular momentum
   c.bodies = {{BodySpec::Shape::box, Vec3(-0.9, -0.25, 0.1), Vec3(-0.2, 0.25, 0.6), Vec3(3.0, 1.0, -0.5)}};
   c.obstacle = ObstacleSpec{.shape = BoxShape{.width = 1.5, .depth = 0.5}};  // no side near the block
@@ -242,7 +243,8 @@ void strike(const CaseContext& context, CaseResult& result, double friction) {
     taken += impulse.linear;
     before = after;
   }
-  const std::string name = fmt::format("block on a mast, μ = {:g}: ", friction);
+  const std::string name =
+      fmt::format("block on a mast, {}μ = {:g}: ", contact == ContactRule::nodal ? "contact on nodes, " : "", friction);
   const std::string round_off = "sums over thousands of nodes and particles in another order";
   result.check_absolute(Label::verification, name + "largest gap in the momentum balance of a step over sum m|v|",
                         linear_gap / linear_scale, 0.0, "", 1e-12, round_off);
@@ -634,8 +636,10 @@ void run(const CaseContext& context, CaseResult& result) {
   collide(context, result, {"snow balls", true, Transfer::apic, 0.0});
   collide(context, result, {"elastic balls, FLIP 0.95", false, Transfer::flip, 0.95});
   drop(context, result);
-  strike(context, result, 0.0);
-  strike(context, result, 0.3);
+  for (const ContactRule contact : {ContactRule::surface, ContactRule::nodal}) {
+    strike(context, result, contact, 0.0);
+    strike(context, result, contact, 0.3);
+  }
   touch(context, result, false);
   touch(context, result, true);
   affine_patch(context, result);
