@@ -223,7 +223,7 @@ class Claims(unittest.TestCase):
 
 class CommittedFineStudy(CommittedStudy):
     name = "fine"
-    options = {}
+    options = {"sensitivity_file": EVIDENCE / "transfer" / "results.csv"}
 
 
 if __name__ == "__main__":
