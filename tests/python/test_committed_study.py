@@ -41,7 +41,7 @@ class CommittedStudy(unittest.TestCase):
     name = "coarse"
     options = {"width_files": [EVIDENCE / "width" / "results.csv"], "section_files": [EVIDENCE / "sections" / "results.csv"],
                "sensitivity_file": EVIDENCE / "sensitivity" / "results.csv", "friction_file": EVIDENCE / "friction_015" / "results.csv",
-               "prediction_file": EVIDENCE / "prediction_w5" / "results.csv"}
+               "prediction_file": RESULTS / "prediction_w5" / "results.csv"}
 
     @classmethod
     def setUpClass(cls):
