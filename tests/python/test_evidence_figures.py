@@ -21,6 +21,8 @@ class Evidence(InFolder):
         table = evidence_figures.matrix(studies)
         self.assertEqual(table["head"][:3], ["", "paper", "coarse, narrow (244 runs, 13 M')"])
         self.assertEqual(table["rows"][0][:3], ["k_r", "0.947", "0.774 (0.74 to 0.83)"])
+        self.assertEqual(table["head"][-1], "fine, both sets (60 runs, 5 M')")  # its two sets hold the same runs
+        self.assertEqual([head.split(" (")[0] for head in table["head"][2:4]], ["coarse, narrow", "coarse, wide"])
         self.assertEqual({len(row) for row in table["rows"]}, {len(table["head"])})
         short = evidence_figures.in_short(studies)
         self.assertTrue(any(text.startswith("coarse, wide: k_r 0.769 (0.947), ") for text in short["differs"]))

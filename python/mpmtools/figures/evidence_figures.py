@@ -56,9 +56,20 @@ def _with_interval(rows):
     return {c.parameter: (c.value, c.material_from, c.material_to) for c in rows.itertuples()}
 
 
+def _without_repeats(columns):
+    """One column in place of two where both fitting sets of a campaign hold the same runs."""
+    kept = []
+    for name, *content in columns:
+        if kept and kept[-1][1:] == content and kept[-1][0] == name.replace(f", {SETS[1]} (", f", {SETS[0]} ("):
+            kept[-1][0] = name.replace(f", {SETS[1]} (", ", both sets (")
+        else:
+            kept.append([name, *content])
+    return kept
+
+
 def matrix(studies):
     """The table that heads the page: what was fitted, beside the paper's."""
-    columns = headline_columns(studies)
+    columns = _without_repeats(headline_columns(studies))
     if not columns:
         return None
     published = {c.parameter: c.published for c in studies[0].table("coefficient_intervals").itertuples()}

@@ -343,6 +343,7 @@ def error_breakdown(study, key):
 CHOICES = {"obstacle_friction": "mast friction μ", "obstacle_friction_ratio": "μ / tan φ'", "cell_size_m": "cell size [m]",
            "numerics.slope_deg": "slope [°]", "conveyor.sidewall_contact": "side walls",
            "conveyor.sidewall_contact, conveyor.sidewall_friction": "side walls", "numerics.transfer": "transfer",
+           "numerics.transfer, numerics.flip_ratio": "transfer", "numerics.precision": "precision",
            "numerics.particles_per_cell": "particles a cell", "conveyor.lattice": "feed's lattice",
            "conveyor.upstream_length_m, conveyor.downstream_length_m": "window up-, downstream [m]", "numerics.cfl": "CFL number"}
 
