@@ -20,4 +20,3 @@ for campaign in coarse fine; do
     if head -1 "$table" | grep -q '^# computed by'; then cp "$table" "$study/results/$campaign/"; fi
   done
 done
-cp "$made"/fine/sensitivity*.csv "$study/results/fine/"

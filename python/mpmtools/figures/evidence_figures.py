@@ -3,6 +3,8 @@
 Every function takes a Study (study_page.py), and draws tables that study/tables.py calls evidence. Intervals are of 90 %.
 """
 
+from typing import NamedTuple
+
 import numpy as np
 
 from mpmtools.figures.axes import Drawn, decades, froude_colour, new_axes, number, per_cent, picture
@@ -24,26 +26,41 @@ def interval(low, high):
 SETS = ("narrow", "wide")
 
 
+class Column(NamedTuple):
+    """What was fitted to one fitting set of a campaign."""
+
+    campaign: str
+    fitting_set: str  # one of SETS, or "both sets"
+    size: str  # of the set: runs and materials
+    found: dict  # {coefficient: (value, from, to)}; interval: bootstrap over materials
+    scores: dict  # {equation: scores of the published equation}; empty for the prediction
+
+    @property
+    def name(self):
+        return f"{self.campaign}, {self.fitting_set}"
+
+
 def headline_columns(studies):
-    """[(heading, {coefficient: (value, from, to)}, {equation: scores of the published equation})]: both fitting sets of every study, and of
-    the prediction where a study was evaluated with it. Interval: bootstrap over materials."""
+    """[Column]: both fitting sets of every study, and of the prediction where a study was evaluated with it."""
     columns = []
     for study in studies:
         intervals = study.table("coefficient_intervals")
         for name in SETS:
             of_set = intervals[intervals.fitting_set == name] if len(intervals) else intervals
             if len(of_set):
-                first = of_set.iloc[0]
-                columns.append((f"{study.name}, {name} ({first.runs:.0f} runs, {first.materials:.0f} M')", _with_interval(of_set),
-                                {e: r["scores_of_published"] for e in ("runup", "pressure_height")
-                                 if (r := study.regression(e, name)) and "scores_of_published" in r}))
+                scores = {e: r["scores_of_published"] for e in ("runup", "pressure_height")
+                          if (r := study.regression(e, name)) and "scores_of_published" in r}
+                columns.append(Column(study.name, name, _size(of_set), _with_interval(of_set), scores))
         prediction = predicted(study)
         for name in SETS if len(prediction) else ():
             of_set = prediction[prediction.fitting_set == name]
             if np.isfinite(of_set.value).any():
-                first = of_set.iloc[0]
-                columns.append((f"prediction, {name} ({first.runs:.0f} runs, {first.materials:.0f} M')", _with_interval(of_set), {}))
+                columns.append(Column("prediction", name, _size(of_set), _with_interval(of_set), {}))
     return columns
+
+
+def _size(rows):
+    return f"{rows.iloc[0].runs:.0f} runs, {rows.iloc[0].materials:.0f} M'"
 
 
 def predicted(study):
@@ -59,11 +76,11 @@ def _with_interval(rows):
 def _without_repeats(columns):
     """One column in place of two where both fitting sets of a campaign hold the same runs."""
     kept = []
-    for name, *content in columns:
-        if kept and kept[-1][1:] == content and kept[-1][0] == name.replace(f", {SETS[1]} (", f", {SETS[0]} ("):
-            kept[-1][0] = name.replace(f", {SETS[1]} (", ", both sets (")
+    for column in columns:
+        if kept and kept[-1]._replace(fitting_set=column.fitting_set) == column:
+            kept[-1] = column._replace(fitting_set="both sets")
         else:
-            kept.append([name, *content])
+            kept.append(column)
     return kept
 
 
@@ -73,36 +90,35 @@ def matrix(studies):
     if not columns:
         return None
     published = {c.parameter: c.published for c in studies[0].table("coefficient_intervals").itertuples()}
-    rows = [[NAMES[p], number(value), *(f"{number(found[p][0])} ({interval(*found[p][1:])})" if np.isfinite(found[p][0]) else "–"
-                                        for _, found, _ in columns)] for p, value in published.items()]
+    rows = [[NAMES[p], number(value), *(f"{number(c.found[p][0])} ({interval(*c.found[p][1:])})" if np.isfinite(c.found[p][0]) else "–"
+                                        for c in columns)] for p, value in published.items()]
     paper = {e: studies[0].regression(e)["published_scores_on_its_own_data"] for e in ("runup", "pressure_height")}
     for label, equation, score in (("run-up: RMSLE, within 25 %", "runup", "rmsle"),
                                    ("pressure height: NRMSE, within 25 %", "pressure_height", "nrmse")):
-        cells = [paper[equation], *(scores.get(equation) for _, _, scores in columns)]
+        cells = [paper[equation], *(c.scores.get(equation) for c in columns)]
         rows.append([label, *(f"{per_cent(s[score])}, {per_cent(s['fraction_25'])}" if s else "–" for s in cells)])
-    return {"head": ["", "paper", *(name for name, _, _ in columns)], "rows": rows}
+    return {"head": ["", "paper", *(f"{c.name} ({c.size})" for c in columns)], "rows": rows}
 
 
 def in_short(studies):
     """Three lists of sentences for somebody who has read the paper: what is confirmed, what differs, why. Every number is from the tables."""
-    columns = [c for c in headline_columns(studies) if c[2]]
+    columns = [c for c in headline_columns(studies) if c.scores]
     if not columns:
         return None
     study = studies[0]
     published = {c.parameter: c.published for c in study.table("coefficient_intervals").itertuples()}
-    scores = "; ".join(f"{name.split(' (')[0]}: RMSLE {per_cent(s['runup']['rmsle'])}, NRMSE {per_cent(s['pressure_height']['nrmse'])}"
-                       for name, _, s in columns)
+    scores = "; ".join(f"{c.name}: RMSLE {per_cent(c.scores['runup']['rmsle'])}, NRMSE {per_cent(c.scores['pressure_height']['nrmse'])}"
+                       for c in columns)
     confirmed = ["Both equations hold in form. Published coefficients on our runs: " + scores + " (the paper on its own data: 13.0 and 6.6 %).",
                  "Slow snow piles up in proportion to its friction, fast snow loses head to it; the pressure height stops growing near Fr 1.5."]
     differs = []
-    for name, found, _ in columns:
-        outside = [f"{NAMES[p]} {number(found[p][0])} ({number(value)})" for p, value in published.items()
-                   if not found[p][1] <= value <= found[p][2]]
-        short = name.split(" (")[0]
+    for c in columns:
+        outside = [f"{NAMES[p]} {number(c.found[p][0])} ({number(value)})" for p, value in published.items()
+                   if not c.found[p][1] <= value <= c.found[p][2]]
         if outside:
-            differs.append(f"{short}: {', '.join(outside)} (paper in brackets) lie outside their 90 % intervals.")
+            differs.append(f"{c.name}: {', '.join(outside)} (paper in brackets) lie outside their 90 % intervals.")
         else:
-            confirmed.append(f"{short}: the intervals hold all five coefficients, and are wide: {name.split('(')[1][:-1]}.")
+            confirmed.append(f"{c.name}: the intervals hold all five coefficients, and are wide: {c.size}.")
     return {"confirmed": confirmed, "differs": [*differs, *_accurate_solver(study)], "why": _why(study)}
 
 

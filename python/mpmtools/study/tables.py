@@ -117,13 +117,13 @@ def write_study(files, out, filters=(), width_files=(), section_files=(), sensit
         "height_choices": histories.height_choice_table(runs),
         "compaction": losses, "compaction_curve": rheology.compaction_curve(losses), "compaction_summary": summary, **section_tables,
     }
-    not_compared = []
+    others = (friction_file, sensitivity_file, prediction_file)
+    evidence, not_compared = evidence_tables(runs, *others), []
     if sensitivity_file:
         compared = sensitivity.sensitivities(sensitivity_file)
-        tables["sensitivity"], tables["sensitivity_summary"] = compared.runs, compared.summaries
+        evidence.update(sensitivity=compared.runs, sensitivity_summary=compared.summaries)
         not_compared = compared.notes
-    others = (friction_file, sensitivity_file, prediction_file)
-    write_evidence(evidence_tables(runs, *others), [*files, *filter(None, others)], out)
+    write_evidence(evidence, [*files, *filter(None, others)], out)
     for name, content in tables.items():
         write_text(os.path.join(out, f"{name}.csv"), csv_text(content))
     write_text(os.path.join(out, "coefficients.csv"), coefficients_csv(fits))
