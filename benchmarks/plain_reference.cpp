@@ -202,7 +202,7 @@ void check_scatter(const Grid& grid, const TransferOptions& options) {
   for (const auto b : grid.all_blocks()) {
     for (int n = 0; n < block_nodes; ++n) {
       const Index3& c = grid.block(b).coordinate;
-      const Index3 index{4 * c[0] + (n & 3), 4 * c[1] + (n >> 2 & 3), 4 * c[2] + (n >> 4)};
+      const Index3 index = node_index(c, n);
       const Node expected = plain.contains(index) ? plain.node(index) : Node{}, found = grid.nodes(b).node[n];
       for (int i = 0; i < 4; ++i) {
         const double tolerance = sum_tolerance * (i < 3 ? momentum_scale : scale[3]);
@@ -271,8 +271,7 @@ void check_order(const Grid& grid, std::uint64_t particles) {
         ++count;
         id_sum += p.id;
         for (int axis = 0; axis < 3; ++axis) {
-          const double offset =
-              p.position[axis] / grid.cell_size() - 4.0 * block.coordinate[static_cast<std::size_t>(axis)] - (cell >> 2 * axis & 3);
+          const double offset = p.position[axis] / grid.cell_size() - node_index(block.coordinate, cell)[static_cast<std::size_t>(axis)];
           constexpr double tie = 1e-9;  // at an exact tie both neighbours are correct
           if (!(offset >= 0.5 - tie && offset <= 1.5 + tie))
             fail(fmt::format("particle {} is filed under a cell {:.3g} cells away", p.id, offset - 1.0));

@@ -88,7 +88,7 @@ MUTATIONS = [
              "Vec3(plan.depth, 0.5 * plan.width, top), Contact::separable, spec.friction,",
              "Vec3(plan.depth, 0.5 * plan.width, top), Contact::separable, 0.99 * spec.friction,", ("conservation",)),
     Mutation("mirror_plane", "a mirror plane returns 10 % less than its image to the nodes next to it", "libmpm/core/mirror.cpp",
-             "nodes[n + stride] += flip * image;", "nodes[n + stride] += 0.9 * flip * image;", ("elastic_wave",)),
+             "before += flip * behind;", "before += 0.9 * flip * behind;", ("elastic_wave",)),
     Mutation("flip_ratio", "the share of FLIP 1 % too small", "libmpm/core/step.cpp",
              "case Transfer::flip: return scene.numerics.flip_ratio;", "case Transfer::flip: return 0.99 * scene.numerics.flip_ratio;", ("elastic_wave",)),
     Mutation("sinh_hardening", "xi 1 % too large in the increment of p_c", LAWS + "cam_clay.hpp",

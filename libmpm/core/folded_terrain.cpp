@@ -53,7 +53,7 @@ std::vector<Impulse> apply_folded_terrain(Grid& grid, const Terrain& terrain, co
       };
       for (int z = 0; z < block_edge; ++z) {
         const int number = n + z * node_stride(2);
-        const std::int32_t inward = ground.master - (block_edge * block[2] + z);
+        const std::int32_t inward = ground.master - (first_node(block[2]) + z);
         Node& node = nodes.node[number];
         if (inward < 0) break;
         if (inward > 0) {  // skip slaves of a master in an existing block; any other node acts alone
@@ -77,7 +77,7 @@ std::vector<Impulse> apply_folded_terrain(Grid& grid, const Terrain& terrain, co
 
 TerrainLayers layers_of_columns(const Terrain& terrain, double cell_size) {
   const auto layer = [&](double height, double cells) {
-    return static_cast<std::int32_t>(std::floor((height + terrain.shift.z()) / cell_size + cells)) >> 2;
+    return block_of_node(static_cast<std::int32_t>(std::floor((height + terrain.shift.z()) / cell_size + cells)));
   };
   return {layer(terrain.field->lowest(), -below), layer(terrain.field->highest(), above)};
 }

@@ -82,7 +82,7 @@ std::vector<Impulse> apply_folded_wall(Grid& grid, const Boundary& boundary, con
 #pragma omp parallel for schedule(static, 8)
   for (std::size_t i = 0; i < blocks.size(); ++i) {
     const Index3& block = grid.block(blocks[i]).coordinate;
-    const std::int32_t first = block_edge * block[static_cast<std::size_t>(axis)];
+    const std::int32_t first = first_node(block[static_cast<std::size_t>(axis)]);
     // range of the block's nodes, in steps from the masters' plane into the wall
     const std::int32_t from = plan.inward * (first - plan.master), to = plan.inward * (first + block_edge - 1 - plan.master);
     if (std::max(from, to) < 0) continue;
@@ -115,7 +115,7 @@ std::vector<Impulse> apply_folded_wall(Grid& grid, const Boundary& boundary, con
 
 std::optional<JoinedLayers> layers_of_columns(const Wall& wall, double cell_size, double time) {
   const ColumnPlan plan = plan_of(wall, axis_of(wall).value(), cell_size, time);
-  const std::int32_t master = plan.master >> 2, last = (plan.master + (column_nodes - 1) * plan.inward) >> 2;
+  const std::int32_t master = block_of_node(plan.master), last = block_of_node(plan.master + (column_nodes - 1) * plan.inward);
   if (master == last) return std::nullopt;
   return JoinedLayers{plan.axis, std::min(master, last)};
 }
@@ -130,10 +130,11 @@ void apply_folded_top(Grid& grid, const SurfaceSolid& solid, const MirrorPlanes&
   const auto& columns = solid.stencil().columns;
   std::vector<double> taken(columns.size());
   for (std::size_t i = 0; i < columns.size(); ++i) {
-    const std::array<int, 2> at = solid.stencil().nodes[static_cast<std::size_t>(columns[i].node)].at;
-    const std::int32_t block = grid.find({at[0] >> 2, at[1] >> 2, plan.master >> 2});
+    const std::array<int, 2> plan_at = solid.stencil().nodes[static_cast<std::size_t>(columns[i].node)].at;
+    const Index3 at = {plan_at[0], plan_at[1], plan.master};
+    const std::int32_t block = grid.find(block_of_node(at));
     if (block == no_block) continue;
-    const int number = (at[0] & 3) + block_edge * ((at[1] & 3) + block_edge * (plan.master & 3));
+    const int number = number_of_node(at);
     Column column{{}, plan.c};
     if (!collect_column(grid, block, number, plan.axis, plan.inward, Vec3::Zero(), column)) continue;
     const int inner = columns[i].inner;

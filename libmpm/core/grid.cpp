@@ -186,8 +186,8 @@ void Grid::insert(const Particle& p) {
   int cell = 0;
   for (int axis = 0; axis < 3; ++axis) {
     const std::int32_t node = base_node(p.position[axis] * inverse_cell_size_);
-    coordinate[static_cast<std::size_t>(axis)] = node >> 2;
-    cell |= (node & 3) << (2 * axis);
+    coordinate[static_cast<std::size_t>(axis)] = block_of_node(node);
+    cell |= place_of_node(node) << (2 * axis);
   }
   if (ranks_ != nullptr && !ranks_->takes(coordinate)) return;  // the caller passes all particles to every rank, which keeps its own
   block(block_at(coordinate)).particles.append(p, cell, *pool_);

@@ -37,6 +37,8 @@ constexpr int place_along(int axis, int node) {
   static_assert(block_edge == 4);
   return node >> 2 * axis & 3;
 }
+/// Number of a block's node at these places along the axes.
+constexpr int node_number(int x, int y, int z) { return x * node_stride(0) + y * node_stride(1) + z * node_stride(2); }
 inline constexpr int halo_edge = block_edge + 2;                      ///< nodes per axis that a block's particles touch
 inline constexpr int halo_nodes = halo_edge * halo_edge * halo_edge;  ///< nodes that a block's particles touch
 inline constexpr std::int32_t no_block = -1;                          ///< index if there is no block
@@ -191,7 +193,7 @@ struct Outbox {
 
 /// 4x4x4 cells, with their particles and the numbers of the neighbours.
 struct Block {
-  Index3 coordinate{};                       ///< first node = 4 * coordinate
+  Index3 coordinate{};                       ///< along each axis: first_node()
   std::array<std::int32_t, 27> neighbour{};  ///< by neighbour_slot: indices in Grid, or no_block
   ParticleBin particles;                     ///< whose base node is here
   Outbox outbox;                             ///< particles that leave
@@ -203,11 +205,19 @@ struct Block {
   const std::array<std::int32_t, 27>* parts = nullptr;
 };
 
+/// Numbers along the axes of one of a block's own nodes. @param node  x + 4 y + 16 z
+constexpr Index3 node_index(const Index3& block, int node) {
+  return {first_node(block[0]) + place_along(0, node), first_node(block[1]) + place_along(1, node),
+          first_node(block[2]) + place_along(2, node)};
+}
+/// The block that owns a node, and the node's number in it: the inverse of node_index(). @{
+constexpr Index3 block_of_node(const Index3& at) { return {block_of_node(at[0]), block_of_node(at[1]), block_of_node(at[2])}; }
+constexpr int number_of_node(const Index3& at) { return node_number(place_of_node(at[0]), place_of_node(at[1]), place_of_node(at[2])); }
+/// @}
 /// Position of one of a block's own nodes, m. @param node  x + 4 y + 16 z
 inline Vec3 node_position(const Index3& block, int node, double cell_size) {
-  constexpr int edge = block_edge;
-  const int x = edge * block[0] + node % edge, y = edge * block[1] + node / edge % edge, z = edge * block[2] + node / (edge * edge);
-  return cell_size * Vec3(x, y, z);
+  const Index3 at = node_index(block, node);
+  return cell_size * Vec3(at[0], at[1], at[2]);
 }
 
 /// The nodes that a block owns.

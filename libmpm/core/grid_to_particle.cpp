@@ -222,7 +222,7 @@ BlockMotion move_block(Grid& grid, std::int32_t index, const TransferOptions& op
 /// @{
 int local_cell(const Particle& p, int axis, const Grid& grid, const Index3& block) {
   const double rounded =
-      p.position[axis] * grid.inverse_cell_size() + ((to_integer_bits - 1.0) - double{block_edge} * block[static_cast<std::size_t>(axis)]);
+      p.position[axis] * grid.inverse_cell_size() + ((to_integer_bits - 1.0) - first_node(block[static_cast<std::size_t>(axis)]));
   return static_cast<int>(std::bit_cast<std::int64_t>(rounded) - std::bit_cast<std::int64_t>(to_integer_bits));
 }
 int local_cell(const SingleRecord& p, int axis, const Grid& /*grid*/, const Index3& /*block*/) {

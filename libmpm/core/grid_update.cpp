@@ -69,7 +69,7 @@ LayerImpulses sum_of_layers(const BlockTable& table) {
     lowest = std::min(lowest, table.block(i)[2]);
     highest = std::max(highest, table.block(i)[2]);
   }
-  sum.first = edge * lowest;
+  sum.first = first_node(lowest);
   sum.layer.assign(static_cast<std::size_t>(edge * (highest - lowest + 1)), Vec3::Zero());
   for (std::size_t i = 0; i < table.size(); ++i) {
     Vec3* const layers = &sum.layer[static_cast<std::size_t>(edge * (table.block(i)[2] - lowest))];

@@ -25,8 +25,6 @@ JoinedBlocks::JoinedBlocks(const Scene& scene, double cell_size, double time) {
   const auto join = [&](const std::optional<JoinedLayers>& layers) {
     if (layers) lower[static_cast<std::size_t>(layers->axis)].insert(layers->lower);
   };
-  if (scene.mirror.x) lower[0].insert(-1);
-  if (scene.mirror.y) lower[1].insert(-1);
   for (const Boundary& boundary : scene.boundaries) {
     const Wall* const wall = plane_of(boundary);
     if (wall != nullptr && folds(*wall, scene.boundaries, scene.mirror, cell_size, time)) join(layers_of_columns(*wall, cell_size, time));
@@ -54,7 +52,7 @@ JoinedBlocks::JoinedBlocks(const Scene& scene, double cell_size, double time) {
 void JoinedBlocks::join_columns(const SurfaceSolid& solid) {
   std::set<Column> mine;
   const auto add = [&](std::int32_t x, std::int32_t y) { mine.insert({lowest_of(layers_[0], x), lowest_of(layers_[1], y)}); };
-  for (const auto& node : solid.stencil().nodes) add(node.at[0] >> 2, node.at[1] >> 2);
+  for (const auto& node : solid.stencil().nodes) add(block_of_node(node.at[0]), block_of_node(node.at[1]));
   if (mine.empty()) return;
   const Column all = *mine.begin();
   for (const Column& column : mine) {

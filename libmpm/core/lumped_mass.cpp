@@ -45,8 +45,8 @@ struct Place {
 };
 Place place_of(const Grid& grid, const ParticleBin& bin, int slot) {
   return with_record_type(grid.precision(), [&](auto record) {
-    const auto& p = decode(bin.record<decltype(record)>(slot), bin.frame);  // without a copy of the whole record
-    return Place{{p.position[0], p.position[1], p.position[2]}, p.volume};
+    const auto& r = bin.record<decltype(record)>(slot);
+    return Place{position_of(r, bin.frame), r.volume};
   });
 }
 
@@ -86,7 +86,7 @@ LumpedMassCorrection::Part LumpedMassCorrection::part_of(const Index3& block, in
 }
 
 bool LumpedMassCorrection::reaches(std::int32_t x, std::int32_t y) const {
-  const Vec2 centre = dx_ * (double{block_edge} * Vec2(x, y) + Vec2::Constant(to_centre));
+  const Vec2 centre = dx_ * (Vec2(first_node(x), first_node(y)) + Vec2::Constant(to_centre));
   return distance_.outside(centre) <= reach_of_column * dx_;
 }
 
@@ -102,7 +102,7 @@ Eigen::AlignedBox2d LumpedMassCorrection::bounds_of(const Outline& outline) {
 
 Eigen::AlignedBox2i LumpedMassCorrection::columns() const {
   const auto first_nodes = [&](const Vec2& corner, double cells) -> Eigen::Array2d {
-    return ((corner / dx_).array() + (cells - to_centre)) / block_edge;
+    return ((corner / dx_).array() + (cells - to_centre - first_node(0))) / block_edge;
   };
   return {first_nodes(bounds_.min(), -reach_of_column).floor().cast<int>().matrix(),
           first_nodes(bounds_.max(), reach_of_column).ceil().cast<int>().matrix()};

@@ -4,46 +4,39 @@ namespace mpm {
 
 namespace {
 
-/// Calls f(nodes, nodes behind or null, stride, flip) for every block at the mirror plane of `axis`: `stride` from a node to the next along
-/// the axis, `flip` turns a node into its image.
+/// Calls f(plane, before, behind, flip) for the nodes next to the mirror plane of `axis`, which all are in the same block: the one on the
+/// plane, those one node before and behind it, and what turns a node into its image.
 /// @param blocks  numbers of those to look at. @param nodes_of  NodeBlock& of a block's number: which field
 template <class NodesOf, class F>
-void for_each_mirrored_block(const Grid& grid, std::span<const std::int32_t> blocks, int axis, NodesOf&& nodes_of, F&& f) {
+void for_each_mirrored_node(const Grid& grid, std::span<const std::int32_t> blocks, int axis, NodesOf&& nodes_of, F&& f) {
+  static_assert(block_of_node(-1) == block_of_node(1));
   const int stride = node_stride(axis);
-  const auto slot = static_cast<std::size_t>(axis == 0 ? neighbour_slot(-1, 0, 0) : neighbour_slot(0, -1, 0));
   Node flip = {1, 1, 1, 1};
   flip[axis] = -1.0;
   for (const auto index : blocks) {
-    const Block& block = grid.block(index);
-    if (block.coordinate[static_cast<std::size_t>(axis)] != 0) continue;
-    const std::int32_t behind = block.neighbour[slot];
-    f(nodes_of(index).node, behind == no_block ? nullptr : nodes_of(behind).node, stride, flip);
+    if (grid.block(index).coordinate[static_cast<std::size_t>(axis)] != block_of_node(0)) continue;
+    Node* const nodes = nodes_of(index).node;
+    for (int n = 0; n < block_nodes; ++n) {
+      if (place_along(axis, n) == place_of_node(0)) f(nodes[n], nodes[n + stride], nodes[n - stride], flip);
+    }
   }
 }
 
-/// Adds the image of the plane behind (axis index -1) to the plane at +1, doubles the mirror plane, and sets the plane behind to the image.
+/// Adds the image of each node behind the plane to that before it, doubles the nodes on it, and sets those behind to the images.
 template <class NodesOf>
 void fold(const Grid& grid, std::span<const std::int32_t> blocks, int axis, NodesOf&& nodes_of) {
-  for_each_mirrored_block(grid, blocks, axis, nodes_of, [axis](Node* nodes, Node* behind, int stride, Node flip) {
-    for (int n = 0; n < block_nodes; ++n) {
-      if (place_along(axis, n) != 0) continue;
-      nodes[n] += flip * nodes[n];
-      if (behind == nullptr) continue;
-      Node& image = behind[n + 3 * stride];
-      nodes[n + stride] += flip * image;
-      image = flip * nodes[n + stride];
-    }
+  for_each_mirrored_node(grid, blocks, axis, nodes_of, [](Node& plane, Node& before, Node& behind, Node flip) {
+    plane += flip * plane;
+    before += flip * behind;
+    behind = flip * before;
   });
 }
 
-/// Renews the plane behind as the image of the plane at +1, whose velocities a boundary may have changed.
+/// Renews the nodes behind the plane as images of those before it, whose velocities a boundary may have changed.
 void reflect(Grid& grid, std::span<const std::int32_t> blocks, int axis) {
   const auto nodes_of = [&](std::int32_t b) -> NodeBlock& { return grid.nodes(b); };
-  for_each_mirrored_block(grid, blocks, axis, nodes_of, [axis](const Node* nodes, Node* behind, int stride, Node flip) {
-    for (int n = 0; behind != nullptr && n < block_nodes; ++n) {
-      if (place_along(axis, n) == 0) behind[n + 3 * stride] = flip * nodes[n + stride];
-    }
-  });
+  for_each_mirrored_node(grid, blocks, axis, nodes_of,
+                         [](const Node&, const Node& before, Node& behind, Node flip) { behind = flip * before; });
 }
 
 }  // namespace

@@ -18,7 +18,7 @@ struct MirrorPlanes {
 void fold_mirror_planes(Grid& grid, const MirrorPlanes& mirror);
 
 /// The same for another field of momenta. @param field  nodes by number of block, at least to the last in the grid's lists
-/// @param blocks  of Grid::all_blocks(), all or some: those before the planes decide
+/// @param blocks  of Grid::all_blocks(), all or some
 void fold_mirror_planes(const Grid& grid, const MirrorPlanes& mirror, std::span<NodeBlock> field, std::span<const std::int32_t> blocks);
 
 /// Renews the images behind the planes after boundaries have changed the velocities before them. Old nodes need no renewal, because no
@@ -27,10 +27,9 @@ void reflect_velocities(Grid& grid, const MirrorPlanes& mirror, std::span<const 
 
 /// Fraction of a node that belongs to the computed part: 0 behind a mirror plane, a half on it.
 inline double computed_fraction(const MirrorPlanes& mirror, const Index3& block, int node) {
-  double fraction = 1.0;
-  if (mirror.x) fraction *= block[0] < 0 ? 0.0 : block[0] == 0 && (node & 3) == 0 ? 0.5 : 1.0;
-  if (mirror.y) fraction *= block[1] < 0 ? 0.0 : block[1] == 0 && (node >> 2 & 3) == 0 ? 0.5 : 1.0;
-  return fraction;
+  const Index3 at = node_index(block, node);
+  const auto part = [](std::int32_t place) { return place < 0 ? 0.0 : place == 0 ? 0.5 : 1.0; };
+  return (mirror.x ? part(at[0]) : 1.0) * (mirror.y ? part(at[1]) : 1.0);
 }
 /// Whether a block has nodes of which only a fraction belongs to the computed part.
 inline bool is_cut(const MirrorPlanes& mirror, const Index3& block) { return (mirror.x && block[0] <= 0) || (mirror.y && block[1] <= 0); }

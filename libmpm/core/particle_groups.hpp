@@ -311,8 +311,8 @@ constexpr int halo_index(int x, int y, int z) { return x + halo_edge * (y + halo
 /// Corner of a cell in grid coordinates, for each particle of a group; lane 3 is zero.
 template <class V>
 inline V cell_corner(const Index3& block, int cell) {
-  constexpr double edge = block_edge;
-  return repeat<V>(Node{edge * block[0] + (cell & 3), edge * block[1] + (cell >> 2 & 3), edge * block[2] + (cell >> 4), 0.0});
+  const auto [x, y, z] = node_index(block, cell);
+  return repeat<V>(Node{1.0 * x, 1.0 * y, 1.0 * z, 0.0});
 }
 
 /// Offsets of particles from the base node of their cell, in cells.

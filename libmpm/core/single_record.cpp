@@ -10,8 +10,8 @@ namespace mpm {
 
 Particle decode(const SingleRecord& r, const RecordFrame& frame) {
   Particle p;
+  Eigen::Map<Vec3>(p.position) = position_of(r, frame);
   for (std::size_t i = 0; i < 3; ++i) {
-    p.position[i] = (double{block_edge} * frame.block[i] + 0.5 + position_unit * r.position[i]) * frame.cell_size;
     p.velocity[i] = frame.velocity[static_cast<Eigen::Index>(i)] + double{r.velocity[i]};
     p.affine[i] = r.affine_x[i];
     p.affine[3 + i] = r.affine_y[i];
@@ -34,7 +34,7 @@ void encode(const Particle& p, int cell, const RecordFrame& frame, SingleRecord&
   }
   constexpr double cell_units = 1 << position_bits, farthest = 2 * block_edge * cell_units;  // step() ends a run with larger displacements
   for (std::size_t i = 0; i < 3; ++i) {
-    const double at = std::nearbyint((p.position[i] / frame.cell_size - 0.5 - double{block_edge} * frame.block[i]) * cell_units);
+    const double at = std::nearbyint((p.position[i] / frame.cell_size - 0.5 - first_node(frame.block[i])) * cell_units);
     const double first = (cell >> (2 * i) & 3) * cell_units;
     const bool stays = cell < 64;
     const double low = stays ? first : -farthest, high = stays ? first + (cell_units - 1.0) : farthest;

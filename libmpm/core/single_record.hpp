@@ -23,14 +23,21 @@ struct RecordFrame {
   Vec3 velocity = Vec3::Zero();  ///< m/s: velocities of single records are relative to it; not used by double records
 };
 
-inline constexpr int block_edge = 4;                                 ///< cells and nodes per axis
+inline constexpr int block_edge = 4;  ///< cells and nodes per axis
+/// Numbers along an axis of a block's first node, of the block that owns a node, and of the node in that block. Block 0 begins with node
+/// -1: the first half cell before a wall or a mirror plane at the origin belongs to base node -1, and gets no layer of blocks of its own.
+/// @{
+constexpr std::int32_t first_node(std::int32_t block) { return block_edge * block - 1; }
+constexpr std::int32_t block_of_node(std::int32_t node) { return (node + 1) >> 2; }
+constexpr int place_of_node(std::int32_t node) { return (node + 1) & 3; }
+/// @}
 inline constexpr int position_bits = 27;                             ///< of the offset within a cell
 inline constexpr double position_unit = 1.0 / (1 << position_bits);  ///< cells
 inline constexpr std::uint64_t largest_single_id = 0xFFFFFFFF;       ///< identity numbers are 32 bits wide in a single record
 
 /// Six quads of 32-bit numbers; the kernels load and store quads. Units as in Particle.
 struct alignas(32) SingleRecord {
-  std::array<std::int32_t, 3> position;  ///< (x/dx - 1/2 - 4 block) 2^27: 0 where the first cell of the block begins
+  std::array<std::int32_t, 3> position;  ///< (x/dx - 1/2 - first_node(block)) 2^27: 0 where the first cell of the block begins
   float volume;                          ///< V_0
   std::array<float, 3> velocity;         ///< relative to RecordFrame::velocity
   std::uint32_t id;                      ///< identity number
@@ -44,6 +51,16 @@ struct alignas(32) SingleRecord {
   float internal;                        ///< the law's internal variable
 };
 static_assert(sizeof(SingleRecord) == 96 && std::is_trivially_copyable_v<SingleRecord>);
+
+/// Position of a record, m; exact except for its last bit. @{
+inline Vec3 position_of(const SingleRecord& r, const RecordFrame& frame) {
+  const auto along = [&](std::size_t axis) {
+    return (first_node(frame.block[axis]) + 0.5 + position_unit * r.position[axis]) * frame.cell_size;
+  };
+  return {along(0), along(1), along(2)};
+}
+inline Vec3 position_of(const Particle& r, const RecordFrame& /*frame*/) { return position_of(r); }
+/// @}
 
 /// The particle of a record, exact except for the last bit of position and velocity. @{
 Particle decode(const SingleRecord& r, const RecordFrame& frame);

@@ -59,7 +59,7 @@ std::string instability(const State& state, const Vec3& offset, double dt, std::
                                             : "a value that is not finite (NaN or infinite)";
   // if the position itself is not finite, give the centre of the block
   const Index3& c = state.grid.block(block).coordinate;
-  const Vec3 centre = state.grid.cell_size() * (block_edge * Vec3(c[0], c[1], c[2]) + Vec3::Constant(2.5));
+  const Vec3 centre = node_position(c, 0, state.grid.cell_size()) + Vec3::Constant(2.5 * state.grid.cell_size());
   const Vec3 position = position_of(p);
   const bool known = position.allFinite();
   return "unstable at t = " + number_text(state.time) + " s, step " + std::to_string(state.step) + " (dt = " + number_text(dt, 3) +

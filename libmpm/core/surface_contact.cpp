@@ -40,11 +40,11 @@ struct NodePlaces {
   explicit NodePlaces(const ContactStencil& stencil) {
     std::map<std::array<std::int32_t, 2>, std::size_t> numbers;
     for (const auto& node : stencil.nodes) {
-      const std::array<std::int32_t, 2> at = {node.at[0] >> 2, node.at[1] >> 2};
+      const std::array<std::int32_t, 2> at = {block_of_node(node.at[0]), block_of_node(node.at[1])};
       const auto [number, is_new] = numbers.try_emplace(at, columns.size());
       if (is_new) columns.push_back(at);
       column.push_back(number->second);
-      place.push_back((node.at[0] & 3) + block_edge * (node.at[1] & 3));
+      place.push_back(node_number(place_of_node(node.at[0]), place_of_node(node.at[1]), 0));
     }
   }
 };
@@ -238,7 +238,7 @@ ContactImpulse apply_surface_contact(Grid& grid, const SurfaceSolid& solid) {
   }
   if (highest < lowest) return {};
   const std::int32_t first_group = lowest >> 1, groups = (highest >> 1) - first_group + 1;  // of layers that material may touch
-  const std::int32_t first_layer = group_layers * first_group;
+  const std::int32_t first_layer = first_node(group_blocks * first_group);
   std::vector<Impulse> taken(static_cast<std::size_t>(group_layers * groups));  // by layer
   LayerGroup group;
   GroupBlocks blocks;

@@ -14,7 +14,7 @@
 namespace mpm {
 
 /// Version 3: the state of observers is stored by name, as "observer.array". Other versions are refused.
-inline constexpr int checkpoint_format_version = 3;
+inline constexpr int checkpoint_format_version = 4;
 
 /// Name of the newest checkpoint in the folder of a run.
 inline constexpr const char* checkpoint_file = "checkpoint.h5";

@@ -37,7 +37,7 @@ class ParticleBatch {
       : density_(density_of(scene.material)), bin_(&block.particles), scene_(&scene) {
     constexpr double slack = 1e-6;  // cells: a position on the edge of its cell, up to rounding
     for (int axis = 0; axis < 3; ++axis) {
-      const double first = static_cast<double>(block_edge * block.coordinate[static_cast<std::size_t>(axis)]) + 0.5;
+      const double first = first_node(block.coordinate[static_cast<std::size_t>(axis)]) + 0.5;
       low[axis] = (first - slack) * cell_size - scene.offset[axis];
       high[axis] = (first + block_edge + slack) * cell_size - scene.offset[axis];
     }

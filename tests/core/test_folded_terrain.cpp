@@ -255,8 +255,8 @@ TEST(FoldedTerrain, ReachesWithItsColumnsNoFurtherThanItsLayers) {
     fold(after, ground);
     for_each_node(before, [&](Node& n, const Index3& at) {
       if (velocity_of(n) == velocity_of(*find_node(after, at))) return;
-      EXPECT_GE(at[2] >> 2, layers.first);
-      EXPECT_LE(at[2] >> 2, layers.last);
+      EXPECT_GE(block_of_node(at[2]), layers.first);
+      EXPECT_LE(block_of_node(at[2]), layers.last);
     });
   }
 }

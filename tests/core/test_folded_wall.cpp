@@ -145,8 +145,8 @@ TEST(FoldedWall, LeavesAVelocityThatVanishesLinearlyOnThePlane) {
       // through the first two nodes whose column reaches behind the wall: zero on the plane, and the third on the same line
       const int master = static_cast<int>(std::floor(place - 0.5 + 1e-9));
       const double d = place - master;
-      for (int x = -8; x < 12; ++x) {
-        for (int z = -8; z < 12; ++z) {
+      for (int x = first_node(low[0]); x < first_node(high[0] + 2); ++x) {
+        for (int z = first_node(low[0]); z < first_node(high[0] + 2); ++z) {
           Vec3 r[3];
           for (int k = 0; k < 3; ++k) r[k] = velocity_of(*find_node(grid, {x, master + k, z})) - surface;
           for (int i = 0; i < 3; ++i) {
@@ -292,8 +292,8 @@ TEST(FoldedWall, TakesTheSurfaceVelocityOfItsColumn) {
   MovingWall inlet{wall_at(0, 1.0, 0.3, Contact::no_slip), [](double height, double time) { return height + 10.0 * time; }};
   Grid grid = random_grid(inlet.plane, 11);
   apply_folded_wall(grid, inlet, {}, 0.2, grid.all_blocks());
-  for (int y = -8; y < 12; ++y) {
-    for (int z = -8; z < 12; ++z) {
+  for (int y = first_node(low[0]); y < first_node(high[0] + 2); ++y) {
+    for (int z = first_node(low[0]); z < first_node(high[0] + 2); ++z) {
       const Vec3 surface(dx * z - inlet.plane.point.z() + 2.0, 0.0, 0.0);
       const Vec3 a = velocity_of(*find_node(grid, {1, y, z})) - surface, b = velocity_of(*find_node(grid, {0, y, z})) - surface;
       EXPECT_LE((0.7 * b + 0.3 * a).norm(), 10.0 * round_off);  // zero at 0.3 cells

@@ -22,7 +22,6 @@ constexpr double dx = 0.25;
 using Oracle = std::map<std::uint64_t, Particle>;
 
 Index3 base_of(const Vec3& x) { return {base_node(x[0] / dx), base_node(x[1] / dx), base_node(x[2] / dx)}; }
-Index3 block_of(const Index3& node) { return {node[0] >> 2, node[1] >> 2, node[2] >> 2}; }
 bool storage_order(const Index3& a, const Index3& b) { return std::array{a[2], a[1], a[0]} < std::array{b[2], b[1], b[0]}; }
 
 /// Moves every particle by its own displacement, in the way grid_to_particle does: position, then the mark of the new cell.
@@ -35,9 +34,8 @@ void move_all(Grid& grid, Oracle& oracle, F&& displacement) {
       const Vec3 x = position_of(p) + displacement(p);
       std::copy_n(x.data(), 3, p.position);
       const Index3 node = base_of(x);
-      const bool stays = block_of(node) == grid.block(b).coordinate;
-      bin.cell[static_cast<std::size_t>(s)] =
-          stays ? static_cast<std::uint8_t>((node[0] & 3) | (node[1] & 3) << 2 | (node[2] & 3) << 4) : ParticleBin::left_block;
+      const bool stays = block_of_node(node) == grid.block(b).coordinate;
+      bin.cell[static_cast<std::size_t>(s)] = stays ? static_cast<std::uint8_t>(number_of_node(node)) : ParticleBin::left_block;
       bin.set(s, p);
       oracle[p.id] = bin[s];
     }
@@ -63,8 +61,8 @@ void expect_sound(const Grid& grid, const Oracle& oracle) {
       ASSERT_NE(known, oracle.end());
       ASSERT_TRUE(same_bytes(known->second, bin[s]));
       const Index3 node = base_of(position_of(bin[s]));
-      ASSERT_EQ(block_of(node), block.coordinate);
-      ASSERT_EQ(bin.cell[static_cast<std::size_t>(s)], (node[0] & 3) | (node[1] & 3) << 2 | (node[2] & 3) << 4);
+      ASSERT_EQ(block_of_node(node), block.coordinate);
+      ASSERT_EQ(bin.cell[static_cast<std::size_t>(s)], number_of_node(node));
     }
     // the order by cell holds every slot once, slots of a cell ascending
     ASSERT_EQ(bin.order.size(), bin.cell.size());
@@ -87,7 +85,7 @@ void expect_sound(const Grid& grid, const Oracle& oracle) {
   const auto less = [](const Index3& a, const Index3& b) { return storage_order(a, b); };
   std::set<Index3, decltype(less)> needed(less);
   for (const auto& [id, p] : oracle) {
-    const Index3 c = block_of(base_of(position_of(p)));
+    const Index3 c = block_of_node(base_of(position_of(p)));
     for (int n = 0; n < 8; ++n) needed.insert({c[0] + (n & 1), c[1] + (n >> 1 & 1), c[2] + (n >> 2)});
   }
   std::vector<Index3> there;
@@ -203,6 +201,16 @@ TEST_F(RandomWalk, ParticlesOnNodesAndTiesStayInReach) {
   for (int i = -12; i <= 12; ++i) insert(Vec3(0.5 * dx * i, -0.5 * dx * i, 0.5 * dx * (i % 3)));
   grid.refresh();
   expect_sound(grid, oracle);
+}
+
+TEST(Grid, BlocksDivideTheNodesFromMinusOneOn) {
+  EXPECT_EQ(node_index({0, 0, 0}, 0), (Index3{-1, -1, -1}));
+  EXPECT_EQ(node_index({0, -1, 2}, node_number(1, 3, 2)), (Index3{0, -2, 9}));
+  for (std::int32_t n = -9; n < 9; ++n) {
+    const Index3 at = {n, 2 * n, -n};
+    EXPECT_EQ(node_index(block_of_node(at), number_of_node(at)), at);
+    EXPECT_EQ(node_position(block_of_node(at), number_of_node(at), dx), dx * Vec3(n, 2 * n, -n));
+  }
 }
 
 TEST(Grid, IsEmptyWithoutParticles) {

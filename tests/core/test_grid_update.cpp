@@ -185,8 +185,7 @@ class GridUpdate : public ::testing::Test {
       const Index3& c = grid.block(b).coordinate;
       for (int n = 0; n < block_nodes; ++n) {
         const Node& v = grid.nodes(b).node[n];
-        all.push_back({dx * Vec3(4 * c[0] + (n & 3), 4 * c[1] + (n >> 2 & 3), 4 * c[2] + (n >> 4)),
-                       (velocities ? v[3] : 1.0) * Vec3(v[0], v[1], v[2]), v[3]});
+        all.push_back({node_position(c, n, dx), (velocities ? v[3] : 1.0) * Vec3(v[0], v[1], v[2]), v[3]});
       }
     }
     return all;

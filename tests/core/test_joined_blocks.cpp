@@ -12,9 +12,7 @@ namespace {
 
 constexpr double dx = 0.25;
 
-Index3 representative_of_node(const JoinedBlocks& joined, const Index3& node) {
-  return joined.representative({node[0] >> 2, node[1] >> 2, node[2] >> 2});
-}
+Index3 representative_of_node(const JoinedBlocks& joined, const Index3& node) { return joined.representative(block_of_node(node)); }
 
 Scene scene_with(std::vector<Boundary> boundaries, const MirrorPlanes& mirror = {}) {
   Scene scene{.material = HenckyElastic(HenckyElastic::Parameters{})};
@@ -52,15 +50,13 @@ TEST(JoinedBlocks, FollowATravellingWall) {
   piston.velocity = Vec3(0.0, 0.0, 1.0);
   const Scene scene = scene_with({piston});
   EXPECT_EQ(JoinedBlocks(scene, dx, 0.0), JoinedBlocks(scene_with({floor_at(0.0)}), dx, 0.0));
-  EXPECT_EQ(JoinedBlocks(scene, dx, 1.0), JoinedBlocks(scene_with({floor_at(1.0)}), dx, 0.0));
-  EXPECT_NE(JoinedBlocks(scene, dx, 0.0), JoinedBlocks(scene, dx, 1.0));
+  EXPECT_EQ(JoinedBlocks(scene, dx, 0.5), JoinedBlocks(scene_with({floor_at(0.5)}), dx, 0.0));
+  EXPECT_NE(JoinedBlocks(scene, dx, 0.0), JoinedBlocks(scene, dx, 0.5));
 }
 
-TEST(JoinedBlocks, HoldBothSidesOfAMirrorTogether) {
-  const JoinedBlocks joined(scene_with({}, {true, true}), dx, 0.0);
-  const Index3 corner = joined.representative({0, 0, 2});
-  for (const Index3& other : {Index3{-1, 0, 2}, Index3{0, -1, 2}, Index3{-1, -1, 2}}) EXPECT_EQ(joined.representative(other), corner);
-  EXPECT_NE(joined.representative({1, 0, 2}), corner);
+TEST(JoinedBlocks, WallsAndMirrorPlanesAtTheOriginJoinNothing) {
+  EXPECT_EQ(JoinedBlocks(scene_with({floor_at(0.0)}, {true, true}), dx, 0.0), JoinedBlocks());
+  for (const std::int32_t node : {-1, 0, 1}) EXPECT_EQ(block_of_node(node), 0);  // all that a particle at the plane touches
 }
 
 TEST(JoinedBlocks, HoldEachStencilOfASolidTogetherInPairsOfLayers) {
@@ -74,7 +70,7 @@ TEST(JoinedBlocks, HoldEachStencilOfASolidTogetherInPairsOfLayers) {
     for (int pair = -1; pair < 6; ++pair) {
       std::set<Index3> together;
       for (const auto& node : solid.stencil().nodes) {
-        for (int layer = 8 * pair; layer < 8 * pair + 8; ++layer)
+        for (int layer = first_node(2 * pair); layer < first_node(2 * pair + 2); ++layer)
           together.insert(representative_of_node(joined, {node.at[0], node.at[1], layer}));
       }
       EXPECT_EQ(together.size(), 1U) << name;

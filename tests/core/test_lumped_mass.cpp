@@ -57,7 +57,7 @@ void set_fields(Grid& grid, const Field& before, const Field& gained) {
   for (const auto b : grid.all_blocks()) {
     const Index3& c = grid.block(b).coordinate;
     for (int n = 0; n < block_nodes; ++n) {
-      const Index3 at = {4 * c[0] + (n & 3), 4 * c[1] + (n >> 2 & 3), 4 * c[2] + (n >> 4)};
+      const Index3 at = node_index(c, n);
       const Vec3 u = before(at), v = u + gained(at);
       grid.old_nodes(b).node[n] = Node{u.x(), u.y(), u.z(), 1.0};
       grid.nodes(b).node[n] = Node{v.x(), v.y(), v.z(), grid.nodes(b).node[n][3]};
@@ -130,7 +130,7 @@ TEST(LumpedMass, ShareFallsToZeroAwayFromTheSide) {
   for (double x = -20.0; x < 20.0; x += 0.31) {                                   // no column is missed
     for (double y = -20.0; y < 20.0; y += 0.31) {
       const Vec3 at(dx * x, dx * y, 0.0);
-      const auto block = [](double cells) { return static_cast<std::int32_t>(std::floor((cells - 0.5) / block_edge)); };
+      const auto block = [](double cells) { return static_cast<std::int32_t>(std::floor((cells - 0.5 - first_node(0)) / block_edge)); };
       EXPECT_TRUE(c.weight(at) == 0.0 || c.reaches(block(x), block(y))) << x << " " << y;
     }
   }

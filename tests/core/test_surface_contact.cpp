@@ -154,8 +154,8 @@ TEST_P(SurfaceContact, BooksTheMomentumThatNodesLoseInAllAndByLayer) {
         sum += recorded.layers.layer[k];
       }
       EXPECT_EQ(sum, recorded.total.linear);
-      EXPECT_LE(recorded.layers.first, 4 * low[2]);
-      EXPECT_GT(recorded.layers.first + static_cast<int>(recorded.layers.layer.size()), 4 * (high[2] + 1) + 3);
+      EXPECT_LE(recorded.layers.first, first_node(low[2]));
+      EXPECT_GT(recorded.layers.first + static_cast<int>(recorded.layers.layer.size()), first_node(high[2] + 1) + 3);
     }
   }
 }
@@ -254,7 +254,7 @@ TEST_P(SurfaceContact, ActsOnTheLayersUpToItsTop) {
   });
   for (std::size_t k = 0; k < recorded.layers.layer.size(); ++k) {
     const int layer = recorded.layers.first + static_cast<int>(k);
-    EXPECT_EQ(recorded.layers.layer[k].isZero(0.0), layer > 1 || layer < 4 * low[2]) << layer;
+    EXPECT_EQ(recorded.layers.layer[k].isZero(0.0), layer > 1 || layer < first_node(low[2])) << layer;
   }
 }
 
@@ -268,7 +268,7 @@ TEST_P(SurfaceContact, HoldsNodesBeyondTheReachOfItsRowsEachForItself) {
     for (const auto& deep : stencil.deep) {
       if (std::ranges::any_of(stencil.entries, [&](const ContactEntry& e) { return e.node == deep.node; })) continue;
       const auto& at = stencil.nodes[static_cast<std::size_t>(deep.node)].at;
-      for (int z = 4 * low[2]; z < 4 * high[2] + 8; ++z) {
+      for (int z = first_node(low[2]); z < first_node(high[2] + 2); ++z) {
         const Vec3 v = velocity_of(*find_node(before, {at[0], at[1], z}));
         const Vec3 held = contact_velocity(v, Vec3(deep.normal.x(), deep.normal.y(), 0.0), Vec3::Zero(), Contact::separable, friction);
         EXPECT_LE((velocity_of(*find_node(after, {at[0], at[1], z})) - held).norm(), round_off);  // of 9 m/s
@@ -299,7 +299,7 @@ TEST_P(SurfaceContact, FoldsTheColumnsOnItsTop) {
       const auto field = [&](const Index3& at) { return dx * at[2] < top - 1.5 * dx ? Node{} : random_node(at, 34); };
       Grid before = filled(outline, field, 100.0), after = filled(outline, field, 100.0), folded = filled(outline, field, 100.0);
       ContactImpulse recorded;
-      recorded.layers = {4 * low[2], std::vector<Vec3>(static_cast<std::size_t>(4 * (high[2] + 2 - low[2])), Vec3::Zero())};
+      recorded.layers = {first_node(low[2]), std::vector<Vec3>(static_cast<std::size_t>(4 * (high[2] + 2 - low[2])), Vec3::Zero())};
       apply_folded_top(after, solid, {}, recorded);
       apply_folded_wall(folded, wall, {}, 0.0, folded.all_blocks());
       std::map<std::array<int, 2>, ContactStencil::Column> columns;

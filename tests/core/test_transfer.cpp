@@ -69,9 +69,9 @@ MockGrid mock_particle_to_grid(const std::vector<Particle>& particles, double dt
 }
 
 Node& node_at(Grid& grid, const std::array<int, 3>& n) {
-  const auto b = grid.find({n[0] >> 2, n[1] >> 2, n[2] >> 2});
+  const auto b = grid.find(block_of_node(n));
   EXPECT_NE(b, no_block);
-  return grid.nodes(b).node[(n[0] & 3) | (n[1] & 3) << 2 | (n[2] & 3) << 4];
+  return grid.nodes(b).node[number_of_node(n)];
 }
 
 template <class F>
@@ -79,7 +79,7 @@ void for_each_node(Grid& grid, F&& f) {
   for (const auto b : grid.all_blocks()) {
     const Index3& c = grid.block(b).coordinate;
     for (int n = 0; n < block_nodes; ++n) {
-      f(grid.nodes(b).node[n], std::array<int, 3>{4 * c[0] + (n & 3), 4 * c[1] + (n >> 2 & 3), 4 * c[2] + (n >> 4)});
+      f(grid.nodes(b).node[n], node_index(c, n));
     }
   }
 }
@@ -218,7 +218,7 @@ TEST_P(TransferMode, GridToParticleIsTheSumOfTheDocstring) {
       v += w * vi;
       c += w * vi * r.transpose() * (4.0 / (dx * dx));
       if (apic) return;
-      const Node& o = grid.old_nodes(grid.find({n[0] >> 2, n[1] >> 2, n[2] >> 2})).node[(n[0] & 3) | (n[1] & 3) << 2 | (n[2] & 3) << 4];
+      const Node& o = grid.old_nodes(grid.find(block_of_node(n))).node[number_of_node(n)];
       old += w * Vec3(o[0], o[1], o[2]);
     });
     for (int i = 0; i < 3; ++i) {
@@ -341,7 +341,7 @@ TEST(Transfer, ParticlesEndInTheBlockAndCellOfTheirNewPosition) {
       const Particle& p = block.particles[s];
       const int cell = block.particles.cell[static_cast<std::size_t>(s)];
       for (int axis = 0; axis < 3; ++axis) {
-        const double f = p.position[axis] / dx - (4 * block.coordinate[static_cast<std::size_t>(axis)] + (cell >> (2 * axis) & 3));
+        const double f = p.position[axis] / dx - node_index(block.coordinate, cell)[static_cast<std::size_t>(axis)];
         EXPECT_GE(f, 0.5 - 1e-13);  // ties may fall to either side, by a round-off of 30 cells
         EXPECT_LE(f, 1.5 + 1e-13);
       }
@@ -385,9 +385,9 @@ TEST(Transfer, HandsAVelocityThatIsNotFiniteOnToTheStress) {
 // --- two fields, and what particles keep ----------------------------------------------------------------------------------
 
 Node& old_node_at(Grid& grid, const std::array<int, 3>& n) {
-  const auto b = grid.find({n[0] >> 2, n[1] >> 2, n[2] >> 2});
+  const auto b = grid.find(block_of_node(n));
   EXPECT_NE(b, no_block);
-  return grid.old_nodes(b).node[(n[0] & 3) | (n[1] & 3) << 2 | (n[2] & 3) << 4];
+  return grid.old_nodes(b).node[number_of_node(n)];
 }
 
 TEST_P(TransferMode, TwoFieldsAreTheMomentumWithoutForcesAndWhatTheForcesAdd) {

@@ -261,9 +261,9 @@ TEST_F(Checkpoint, OfAnotherKindOrVersionIsRefused) {
   file_with("something else", checkpoint_format_version);
   EXPECT_THAT(refusal(), HasSubstr("not a checkpoint"));
   file_with("libmpm checkpoint", checkpoint_format_version + 1);
-  EXPECT_THAT(refusal(), HasSubstr("checkpoint format 4, this program reads 3"));
+  EXPECT_THAT(refusal(), HasSubstr("checkpoint format 5, this program reads 4"));
   file_with("libmpm checkpoint", 2);
-  EXPECT_THAT(refusal(), HasSubstr("checkpoint format 2, this program reads 3; go on with the version of the program that wrote it"));
+  EXPECT_THAT(refusal(), HasSubstr("checkpoint format 2, this program reads 4; go on with the version of the program that wrote it"));
   file_with("libmpm checkpoint", checkpoint_format_version);  // its datasets are missing
   EXPECT_THAT(refusal(), HasSubstr(path.string()));
 }

@@ -10,7 +10,7 @@
 
 namespace mpm::testing {
 
-/// A grid with the nodes 4 low .. 4 (high + 1) + 3 along each axis.
+/// A grid with the nodes first_node(low) .. first_node(high + 2) - 1 along each axis.
 inline Grid grid_of_blocks(double dx, const Index3& low, const Index3& high) {
   Grid grid(dx);
   for (int z = low[2]; z <= high[2]; ++z) {
@@ -24,8 +24,8 @@ inline Grid grid_of_blocks(double dx, const Index3& low, const Index3& high) {
 
 /// Null if there is no block.
 inline Node* find_node(Grid& grid, const Index3& n) {
-  const auto b = grid.find({n[0] >> 2, n[1] >> 2, n[2] >> 2});
-  return b == no_block ? nullptr : &grid.nodes(b).node[(n[0] & 3) | (n[1] & 3) << 2 | (n[2] & 3) << 4];
+  const auto b = grid.find(block_of_node(n));
+  return b == no_block ? nullptr : &grid.nodes(b).node[number_of_node(n)];
 }
 
 /// f(Node&, const Index3&, fraction of it that belongs to the computed part)
@@ -33,8 +33,7 @@ template <class F>
 void for_each_node(Grid& grid, const MirrorPlanes& mirror, F&& f) {
   for (const auto b : grid.all_blocks()) {
     const Index3& c = grid.block(b).coordinate;
-    for (int n = 0; n < block_nodes; ++n)
-      f(grid.nodes(b).node[n], Index3{4 * c[0] + (n & 3), 4 * c[1] + (n >> 2 & 3), 4 * c[2] + (n >> 4)}, computed_fraction(mirror, c, n));
+    for (int n = 0; n < block_nodes; ++n) f(grid.nodes(b).node[n], node_index(c, n), computed_fraction(mirror, c, n));
   }
 }
 template <class F>
