@@ -153,7 +153,7 @@ def _why(study):
     if len(compaction):
         loose, sticky = (compaction[compaction.cohesive == c].iloc[0] for c in (0, 1))
         why.append("Compressible fast snow climbs less, because a compaction shock takes part of its head: without cohesion it keeps "
-                   f"{number(loose.mean_head, 2)}, and the shock leaves {number(loose.mean_behind_shock, 2)}. With cohesion: not explained "
+                   f"{number(loose.mean_head, 2)}, and the shock leaves {number(loose.mean_behind_shock, 2)}. With cohesion: explained only in part "
                    f"(rms difference {number(sticky.rms, 2)} against {number(loose.rms, 2)}).")
     return why
 
