@@ -48,6 +48,12 @@ def runs_of(path):
             yield run
 
 
+def varied_by(path):
+    """The keys that distinguish the runs of a plan."""
+    plan = read(path)
+    return {name.strip() for grid in plan.get("grid", [plan]) for column in grid["parameters"] for name in column.split(",")}
+
+
 def inputs_of(path):
     return [tuple(run[key] for key in INPUTS) for run in runs_of(path)]
 
@@ -59,9 +65,9 @@ class Numerics(unittest.TestCase):
             wanted = PREDICTION if path.parent.name == "prediction" else REPRODUCTION
             for run in runs_of(path):
                 found = {key: run.get(f"numerics.{key}") for key in wanted}
-                if run.get("numerics.transfer") == "flip":  # a choice that the plan varies
+                if run.get("numerics.transfer") == "flip":
                     self.assertIn("numerics.flip_ratio", run, path)
-                    found["transfer"] = wanted["transfer"]
+                found.update({key: wanted[key] for key in wanted if f"numerics.{key}" in varied_by(path)})
                 self.assertEqual(found, wanted, path)
 
     def test_of_the_two_campaigns_are_all_that_differs_between_their_bases(self):
