@@ -182,15 +182,10 @@ void Grid::destroy(std::int32_t index) {
 }
 
 void Grid::insert(const Particle& p) {
-  Index3 coordinate{};
-  int cell = 0;
-  for (int axis = 0; axis < 3; ++axis) {
-    const std::int32_t node = base_node(p.position[axis] * inverse_cell_size_);
-    coordinate[static_cast<std::size_t>(axis)] = block_of_node(node);
-    cell |= place_of_node(node) << (2 * axis);
-  }
+  const auto base = [&](int axis) { return base_node(p.position[axis] * inverse_cell_size_); };
+  const Index3 node = {base(0), base(1), base(2)}, coordinate = block_of_node(node);
   if (ranks_ != nullptr && !ranks_->takes(coordinate)) return;  // the caller passes all particles to every rank, which keeps its own
-  block(block_at(coordinate)).particles.append(p, cell, *pool_);
+  block(block_at(coordinate)).particles.append(p, number_of_node(node), *pool_);
 }
 
 void Grid::restore(const StoredBlock& stored) {

@@ -24,7 +24,7 @@ constexpr const char* contradiction = "its block counts contradict its particles
 bool in_its_cell(const Particle& p, const Index3& block, std::uint8_t cell, double cell_size) {
   constexpr double slack = 1e-6;  // cells
   for (int axis = 0; axis < 3; ++axis) {
-    const double node = first_node(block[static_cast<std::size_t>(axis)]) + place_along(axis, cell);
+    const double node = node_index(block, cell)[static_cast<std::size_t>(axis)];
     if (!(std::abs(p.position[axis] / cell_size - node - 1.0) <= 0.5 + slack)) return false;
   }
   return true;
