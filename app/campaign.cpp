@@ -62,6 +62,12 @@ void print_status(const Campaign& campaign, const std::vector<RunStatus>& status
   fmt::print("{}: {} in {}: {} done, {} running, {} failed, {} to do\n", campaign.plan.title.empty() ? "campaign" : campaign.plan.title,
              counted(campaign.runs.size(), "run"), out.string(), count(RunState::done), count(RunState::running), count(RunState::failed),
              count(RunState::to_do));
+  if (const auto stored = std::ranges::count(status, true, &RunStatus::stored); stored > 0)
+    fmt::print("{} of the done ones are rows of stored results, not of this folder\n", stored);
+  if (campaign.unused_rows > 0) {
+    fmt::print("{} of the stored results left out: no run of the plan has their case and duration, or another row is of the same\n",
+               counted(campaign.unused_rows, "row"));
+  }
   if (campaign.duplicates > 0)
     fmt::print("{} of the plan left out because of an earlier one of the same case\n", counted(campaign.duplicates, "row"));
   const CampaignCost cost = cost_of(campaign, status);

@@ -11,6 +11,7 @@
 
 #include "libmpm/base/error.hpp"
 #include "libmpm/base/text.hpp"
+#include "libmpm/campaign/stored_results.hpp"
 #include "libmpm/driver/case_file.hpp"
 #include "libmpm/driver/sampling.hpp"
 
@@ -82,7 +83,7 @@ Campaign make_campaign(CampaignPlan plan) {
   std::map<std::pair<std::string, double>, std::size_t> known;  // case and end -> index
   std::map<std::string, std::size_t> names;
   for (const PlannedRun& planned : plan.runs) {
-    CampaignRun run{planned.name, planned.settings, {}, {}, {}};
+    CampaignRun run{planned.name, planned.settings, {}, {}, {}, {}};
     try {
       run.spec = parse_case(plan.base_text, plan.base_name, overrides_of(plan, planned));
     } catch (const ConfigError& error) {
@@ -104,6 +105,12 @@ Campaign make_campaign(CampaignPlan plan) {
     campaign.runs.push_back(std::move(run));
   }
   problems.throw_any();
+  const StoredResults stored(plan.stored_results);
+  campaign.unused_rows = stored.rows();
+  for (CampaignRun& run : campaign.runs) {
+    run.stored_results = stored.of(run.spec, run.case_hash);
+    if (run.stored_results) --campaign.unused_rows;
+  }
   campaign.plan = std::move(plan);
   return campaign;
 }

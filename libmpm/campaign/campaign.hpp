@@ -7,11 +7,13 @@
 ///                       do not depend on order of completion, executor or interruptions
 ///   OUT/runs.csv        values that differ between executions: times, speed, memory, attempts
 ///
-/// The state follows from the folders alone, so that it is the same for any process on any machine: a run is complete if it has a
-/// results.json of the same case hash and duration, and running if the lock of its folder is held.
+/// The state follows from the folders and the plan alone, so that it is the same for any process on any machine: a run is complete if it
+/// has a results.json of the same case hash and duration, or a row in a table of the plan's stored results; it is running if the lock of
+/// its folder is held.
 
 #include <cstddef>
 #include <filesystem>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -23,11 +25,12 @@ namespace mpm {
 
 /// A run of the plan with its case and its estimated cost.
 struct CampaignRun {
-  std::string name;               ///< of its folder
-  std::vector<Setting> settings;  ///< differences from the base case
-  Case spec;                      ///< resolved
-  std::string case_hash;          ///< case_hash_text of driver/case_file.hpp
-  Estimate cost;                  ///< estimated
+  std::string name;                           ///< of its folder
+  std::vector<Setting> settings;              ///< differences from the base case
+  Case spec;                                  ///< resolved
+  std::string case_hash;                      ///< case_hash_text of driver/case_file.hpp
+  Estimate cost;                              ///< estimated
+  std::optional<std::string> stored_results;  ///< text of a results.json, from a table of an earlier campaign
 };
 
 /// A plan whose runs are valid cases.
@@ -35,9 +38,11 @@ struct Campaign {
   CampaignPlan plan;              ///< as it was read
   std::vector<CampaignRun> runs;  ///< in the order of the plan, each case once
   std::size_t duplicates = 0;     ///< rows of the plan left out because an earlier one is the same case over the same time
+  std::size_t unused_rows = 0;    ///< finished runs in the tables of stored results that are of no run of the plan
 };
 
-/// The cases of a plan. @throws ConfigError with every error of every case, and if two cases have one name
+/// The cases of a plan. @throws ConfigError with every error of every case, and if two cases have one name; IoError for a faulty table of
+/// stored results
 [[nodiscard]] Campaign make_campaign(CampaignPlan plan);
 
 /// Folder of a run.

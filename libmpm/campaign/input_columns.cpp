@@ -1,9 +1,7 @@
 #include "libmpm/campaign/input_columns.hpp"
 
-#include <algorithm>
 #include <limits>
 
-#include "libmpm/driver/case_file.hpp"
 #include "libmpm/impact/semi_empirical.hpp"
 
 namespace mpm {
@@ -44,24 +42,6 @@ const std::vector<InputColumn>& input_columns() {
       {"cell_size_m", "numerics.cell_size_m", [](const Case& c) { return c.numerics.cell_size; }},
   };
   return inputs;
-}
-
-std::vector<std::string> other_varied_keys(const Campaign& campaign) {
-  std::vector<std::string> keys;
-  for (const CampaignRun& run : campaign.runs) {
-    for (const Setting& s : run.settings) {
-      if (std::ranges::find(keys, s.key) == keys.end()) keys.push_back(s.key);
-    }
-  }
-  std::erase_if(keys, [&](const std::string& key) {
-    if (std::ranges::any_of(input_columns(), [&](const InputColumn& i) { return key == i.key; })) return true;
-    const auto same = [&](const CampaignRun& r) {
-      const auto& first = campaign.runs.front();
-      return case_value(r.spec, key) == case_value(first.spec, key);
-    };
-    return std::ranges::all_of(campaign.runs, same);
-  });
-  return keys;
 }
 
 }  // namespace mpm

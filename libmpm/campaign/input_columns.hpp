@@ -1,11 +1,9 @@
 #pragma once
-/// Columns of results.csv that describe the cases of a campaign: the inputs of an impact, and every other key that varies.
+/// Columns of results.csv that describe the cases of a campaign: the inputs of an impact.
 
 #include <functional>
-#include <string>
 #include <vector>
 
-#include "libmpm/campaign/campaign.hpp"
 #include "libmpm/driver/case.hpp"
 
 namespace mpm {
@@ -18,8 +16,5 @@ struct InputColumn {
 };
 /// The inputs in the order of the table.
 [[nodiscard]] const std::vector<InputColumn>& input_columns();
-
-/// Keys of the plan's settings without an input column that vary between runs.
-[[nodiscard]] std::vector<std::string> other_varied_keys(const Campaign& campaign);
 
 }  // namespace mpm

@@ -1,6 +1,7 @@
 #pragma once
 /// The plan of a campaign: its runs, each with its differences from the base case. plan_file.hpp reads it.
 
+#include <filesystem>
 #include <string>
 #include <vector>
 
@@ -43,7 +44,8 @@ struct CampaignPlan {
   int threads = 1, retries = 1;       ///< of each rank; further attempts after a failure
   bool longest_first = true;          ///< order in which runs are started: by their estimated cost, or as in the plan
   bool keep_frames = false, keep_final = false, keep_checkpoint = false;  ///< files to keep of a finished run
-  SlurmSpec slurm;                                                        ///< of tasks that Slurm runs
+  std::vector<std::filesystem::path> stored_results;  ///< results.csv of earlier campaigns, whose rows need not be computed again
+  SlurmSpec slurm;                                    ///< of tasks that Slurm runs
 };
 
 }  // namespace mpm

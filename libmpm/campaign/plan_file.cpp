@@ -41,6 +41,11 @@ std::string write_plan(const CampaignPlan& plan) {
   if (plan.keep_final) keep.emplace_back(toml_string("final"));
   if (plan.keep_checkpoint) keep.emplace_back(toml_string("checkpoint"));
   out += fmt::format("keep = [{}]\n", fmt::join(keep, ", "));
+  if (!plan.stored_results.empty()) {
+    std::vector<std::string> paths;
+    for (const std::filesystem::path& path : plan.stored_results) paths.push_back(path.string());
+    out += fmt::format("stored_results = {}\n", toml_list(paths));
+  }
   const SlurmSpec& s = plan.slurm;
   if (s != SlurmSpec{}) {
     out += fmt::format("\n[slurm]\npartition = {}\naccount = {}\nqos = {}\ntime_limit = {}\nmemory = {}\noptions = {}\n",

@@ -10,6 +10,7 @@
 ///   keep = ["frames", "final", "checkpoint"]      # files that are kept of a finished run besides its results; none by default
 ///   order = "longest_first"                       # or "plan": in which order runs are started
 ///   table = "rows.csv"                            # explicit runs: a column for each key, and perhaps `name`
+///   stored_results = ["earlier/results.csv"]      # tables of earlier campaigns: runs that they hold are not computed again
 ///   [set]                                         # keys as of --set, for all runs
 ///   "numerics.cell_size_m" = 0.35
 ///   [[when]]                                      # keys for the runs that have certain values

@@ -250,6 +250,16 @@ class BlockReader : private PlanValues {
                           word("time_limit"), word("memory"),  words(*slurm, "[slurm]", "options")};
   }
 
+  void read_stored_results(const toml::table& root) {
+    for (const std::string& name : words(root, "", "stored_results")) {
+      blocks_.plan.stored_results.push_back(std::filesystem::absolute(file_.parent_path() / name).lexically_normal());
+      if (!std::filesystem::is_regular_file(blocks_.plan.stored_results.back())) {
+        problem(root.get("stored_results")->source(), "",
+                fmt::format("stored_results: there is no file \"{}\"; give a results.csv, relative to the plan", one_line(name)));
+      }
+    }
+  }
+
   void read_crossings(const toml::table& root) {
     if (root.contains("parameters")) blocks_.crossings.push_back({"", parameters(root, ""), {}, {}});
     int number = 0;
@@ -283,7 +293,7 @@ class BlockReader : private PlanValues {
   void read_root(const toml::table& root) {
     only(root, "",
          {"format_version", "title", "base", "ranks", "launcher", "threads", "retries", "order", "keep", "table", "set", "when",
-          "parameters", "grid", "run", "labels", "slurm"});
+          "parameters", "grid", "run", "labels", "slurm", "stored_results"});
     if (integer(root, "format_version", 1, plan_format_version, plan_format_version) != plan_format_version) return;
     CampaignPlan& plan = blocks_.plan;
     plan.title = text(root, "", "title");
@@ -301,6 +311,7 @@ class BlockReader : private PlanValues {
     read_keep(root);
     read_labels(root);
     read_slurm(root);
+    read_stored_results(root);
     blocks_.set = settings(root, "", "set");
     blocks_.rules = rules(root, "");
     read_crossings(root);

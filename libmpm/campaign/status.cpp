@@ -29,9 +29,11 @@ RunStatus status_of(const fs::path& out, const CampaignRun& run) {
   const fs::path directory = run_directory(out, run);
   RunStatus s;
   s.attempts = read_attempts(directory, run);
-  if (const auto results = finished_results(directory, run.spec)) {
+  const auto computed = finished_results(directory, run.spec);
+  if (computed || run.stored_results) {
     s.state = RunState::done;
-    s.results = *results;
+    s.stored = !computed;
+    s.results = computed ? *computed : *run.stored_results;
     s.progress = 1.0;
     return s;
   }
@@ -61,7 +63,7 @@ CampaignCost cost_of(const Campaign& campaign, const std::vector<RunStatus>& sta
     const double steps = campaign.runs[i].cost.particle_steps;
     cost.particle_steps += steps;
     cost.left += (1.0 - status[i].progress) * (status[i].state == RunState::failed ? 0.0 : steps);
-    if (status[i].state != RunState::done) continue;
+    if (status[i].state != RunState::done || status[i].stored) continue;
     const Json results = Json::parse(status[i].results, nullptr, false);
     work += steps;
     time += results.value("wall_time_s", 0.0);

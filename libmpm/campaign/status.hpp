@@ -15,10 +15,11 @@ enum class RunState { to_do, running, done, failed };
 /// "to do", "running", "done", "failed"
 std::string to_string(RunState);
 
-/// The state of a run, from its folder.
+/// The state of a run, from its folder and the tables of stored results.
 struct RunStatus {
   RunState state = RunState::to_do;  ///< by its folder
   double progress = 0.0;             ///< fraction of the duration that is computed and kept: 1 where done
+  bool stored = false;               ///< whether it is done by a table of stored results and has no results of its own in the folder
   std::string results;               ///< content of results.json where done
   std::vector<Attempt> attempts;     ///< oldest first
 

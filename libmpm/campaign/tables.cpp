@@ -3,10 +3,11 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <map>
 #include <nlohmann/json.hpp>
-#include <set>
+#include <string_view>
 
 #include "libmpm/campaign/input_columns.hpp"
 #include "libmpm/driver/case_file.hpp"
@@ -20,13 +21,17 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-/// Entries of results.json that describe the computation, not the physics: columns of runs.csv, except for those that results.csv has in
-/// columns of its own (the program and the case) and those that need none.
+/// Entries of results.json that results.csv has, although they describe the computation: what a row needs to be judged by itself.
+constexpr std::array<std::string_view, 3> row_entries{"version", "commit", "precision"};
+constexpr std::array<std::string_view, 2> stop_entries{"stop_when_steady", "stopped_when_steady"};  // if the plan has that rule
+
+/// Entries of results.json that describe the computation, not the physics: columns of runs.csv, except for those that results.csv has and
+/// those that need none.
 std::vector<std::string> execution_columns() {
   std::vector<std::string> names = run_entries(Nature::execution);
   std::erase_if(names, [](const std::string& name) {
-    static const std::set<std::string> elsewhere{"format_version", "title", "case_hash", "version", "commit"};
-    return elsewhere.contains(name);
+    const auto among = [&](const auto& entries) { return std::ranges::find(entries, name) != entries.end(); };
+    return among(row_entries) || among(stop_entries) || name == "format_version" || name == "title" || name == "case_hash";
   });
   return names;
 }
@@ -73,6 +78,25 @@ Metrics metrics_of(const std::vector<Json>& results) {
   return m;
 }
 
+/// Keys of the plan's settings without an input column that vary between runs.
+std::vector<std::string> other_varied_keys(const Campaign& campaign) {
+  std::vector<std::string> keys;
+  for (const CampaignRun& run : campaign.runs) {
+    for (const Setting& s : run.settings) {
+      if (std::ranges::find(keys, s.key) == keys.end()) keys.push_back(s.key);
+    }
+  }
+  std::erase_if(keys, [&](const std::string& key) {
+    if (std::ranges::any_of(input_columns(), [&](const InputColumn& i) { return key == i.key; })) return true;
+    const auto same = [&](const CampaignRun& r) {
+      const auto& first = campaign.runs.front();
+      return case_value(r.spec, key) == case_value(first.spec, key);
+    };
+    return std::ranges::all_of(campaign.runs, same);
+  });
+  return keys;
+}
+
 std::string results_table(const Campaign& campaign, const std::vector<RunStatus>& status, const std::vector<Json>& results) {
   std::vector<InputColumn> inputs;
   for (const InputColumn& input : input_columns()) {
@@ -81,7 +105,11 @@ std::string results_table(const Campaign& campaign, const std::vector<RunStatus>
   }
   const std::vector<std::string> others = other_varied_keys(campaign);
   const Metrics metrics = metrics_of(results);
-  std::vector<std::string> head{"name", "run", "status", "case_hash", "version", "commit"};
+  std::vector<std::string> entries(row_entries.begin(), row_entries.end());
+  if (std::ranges::any_of(campaign.runs, [](const CampaignRun& r) { return r.spec.output.stop_when_steady > 0.0; }))
+    entries.insert(entries.end(), stop_entries.begin(), stop_entries.end());
+  std::vector<std::string> head{"name", "run", "status", "case_hash"};
+  head.insert(head.end(), entries.begin(), entries.end());
   for (const InputColumn& input : inputs) head.emplace_back(input.column);
   head.insert(head.end(), others.begin(), others.end());
   head.insert(head.end(), metrics.names.begin(), metrics.names.end());
@@ -92,7 +120,7 @@ std::string results_table(const Campaign& campaign, const std::vector<RunStatus>
     // what is under way now is no property of the run: the table does not depend on when it is written
     const RunState state = status[i].state == RunState::running ? RunState::to_do : status[i].state;
     std::vector<std::string> row{run.name, "runs/" + run.name, to_string(state), run.case_hash};
-    for (const char* key : {"version", "commit"}) row.push_back(results[i].value(key, ""));
+    for (const std::string& key : entries) row.push_back(results[i].contains(key) ? cell_of(results[i][key]) : "");
     for (const InputColumn& input : inputs) row.push_back(format_number(input.value(run.spec)));
     for (const std::string& key : others) row.push_back(case_value(run.spec, key).value_or(""));
     for (const std::string& name : metrics.names) {

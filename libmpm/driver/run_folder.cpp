@@ -56,21 +56,25 @@ namespace {
 /// Whether a run ended by a rule at least as strict as that of a case.
 bool stopped_when_steady(const nlohmann::json& results, double limit) {
   const auto of = [&](const char* name) { return results.value(name, nlohmann::json()); };
-  return of("stopped_when_steady") == true && of("stop_when_steady").is_number() && of("stop_when_steady").get<double>() <= limit;
+  const bool stopped = of("stopped_when_steady") == true || of("stopped_when_steady") == 1;  // the latter in a table
+  return stopped && of("stop_when_steady").is_number() && of("stop_when_steady").get<double>() <= limit;
 }
 
 }  // namespace
 
+bool is_whole_run(const std::string& results, const Case& c) {
+  const auto json = nlohmann::json::parse(results, nullptr, false);
+  if (!json.is_object() || json.value("case_hash", nlohmann::json()) != case_hash_text(c) || !json.contains("duration_s")) return false;
+  if (!json["duration_s"].is_number()) return false;
+  const double last = Sampling(c).end(), missing = last - json["duration_s"].get<double>();
+  const bool whole = std::abs(missing) <= 1e-9 * last;
+  return whole || (missing > 0.0 && stopped_when_steady(json, c.output.stop_when_steady));
+}
+
 std::optional<std::string> finished_results(const std::filesystem::path& directory, const Case& c) {
   if (!std::filesystem::exists(directory / "results.json")) return {};
   std::string results = read_json_text(directory / "results.json");
-  const auto json = nlohmann::json::parse(results, nullptr, false);
-  if (!json.is_object() || json.value("case_hash", nlohmann::json()) != case_hash_text(c) || !json.contains("duration_s")) return {};
-  if (!json["duration_s"].is_number()) return {};
-  const double last = Sampling(c).end(), missing = last - json["duration_s"].get<double>();
-  const bool whole = std::abs(missing) <= 1e-9 * last;
-  if (!whole && !(missing > 0.0 && stopped_when_steady(json, c.output.stop_when_steady))) return {};
-  return results;
+  return is_whole_run(results, c) ? std::optional(std::move(results)) : std::nullopt;
 }
 
 std::string obstacle_text(const ObstacleSpec& obstacle) {

@@ -38,8 +38,11 @@ void write_case_files(const std::filesystem::path& directory, const Case& c);
 /// obstacle is taller than any jet.
 [[nodiscard]] std::string obstacle_text(const ObstacleSpec& obstacle);
 
-/// Content of results.json, if the folder holds the finished run of this case: the same hash, and the same duration or an end within it by
-/// output.stop_when_steady with no larger a limit.
+/// Whether results are those of the finished run of a case: the same hash, and the same duration or an end within it by
+/// output.stop_when_steady with no larger a limit. @param results  text of a results.json
+[[nodiscard]] bool is_whole_run(const std::string& results, const Case& c);
+
+/// Content of results.json, if the folder holds the finished run of this case (is_whole_run).
 [[nodiscard]] std::optional<std::string> finished_results(const std::filesystem::path& directory, const Case& c);
 
 }  // namespace mpm

@@ -1,5 +1,6 @@
 #include "libmpm/campaign/campaign.hpp"
 
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 #include <sys/stat.h>
 
@@ -201,14 +202,132 @@ TEST_F(CampaignFolder, TheTableIsTheSameWhateverTheOrderAndTimes) {
   EXPECT_EQ(t.numbers("cell_size_m"), (std::vector{0.5, 0.5, 0.25, 0.25}));
   EXPECT_EQ(t.numbers("material.poisson_ratio"), (std::vector{0.1, 0.2, 0.1, 0.2}));
   EXPECT_EQ(t.numbers("particles_final"), (std::vector{64.0, 64.0, 512.0, 512.0}));
+  EXPECT_EQ(t.text("precision"), std::vector<std::string>(4, "double"));
   const Table executions = Table::read(out() / "0/runs.csv");
-  EXPECT_EQ(executions.text("precision"), std::vector<std::string>(4, "double"));
-  const std::set<std::string> about_the_run{"case_hash", "version", "commit"};
+  const std::set<std::string> about_the_run{"case_hash", "version", "commit", "precision"};
+  const std::set<std::string> of_the_stop_rule{"stop_when_steady", "stopped_when_steady"};  // no run of this plan has it
   for (const std::string& entry : run_entries(Nature::execution)) {
     EXPECT_EQ(t.has(entry), about_the_run.contains(entry)) << entry << " is no result of the simulation";
+    if (of_the_stop_rule.contains(entry)) continue;
     EXPECT_EQ(executions.has(entry), !about_the_run.contains(entry) && entry != "title" && entry != "format_version") << entry;
   }
   for (const std::string& entry : run_entries(Nature::physics)) EXPECT_FALSE(executions.has(entry)) << entry;
+}
+
+class StoredResultsOfACampaign : public CampaignFolder {
+ protected:
+  void SetUp() override {
+    const Campaign first = campaign_of(two_sizes);
+    prepare(out(), first);
+    for (const CampaignRun& run : first.runs) compute(out(), run);
+    write_campaign_tables(out(), first, status_of(out(), first));
+    fs::copy_file(out() / "results.csv", directory_ / "earlier.csv");
+    table_ = read_file(directory_ / "earlier.csv");
+  }
+
+  [[nodiscard]] Campaign with_earlier(const std::string& more) const {
+    return make_campaign(parse_plan("stored_results = [\"earlier.csv\"]\n" + blocks + more, directory_ / "plan.toml"));
+  }
+
+  /// How many runs are done by the stored rows alone, in a folder that is empty.
+  [[nodiscard]] std::size_t done_by_rows(const Campaign& campaign) const {
+    const std::vector<RunStatus> status = status_of(directory_ / "empty", campaign);
+    for (const RunStatus& s : status) EXPECT_EQ(s.state, s.stored ? RunState::done : RunState::to_do);
+    return static_cast<std::size_t>(std::ranges::count(status, true, &RunStatus::stored));
+  }
+
+  std::string table_;
+};
+
+TEST_F(StoredResultsOfACampaign, TakeThePlaceOfItsRunsByteForByte) {
+  const Campaign again = with_earlier(two_sizes);
+  EXPECT_EQ(done_by_rows(again), 2u);
+  EXPECT_EQ(again.unused_rows, 0u);
+  const fs::path elsewhere = directory_ / "elsewhere";
+  prepare(elsewhere, again);
+  EXPECT_EQ(execute(again, {0, 1}, {elsewhere, program("exit 1\n"), 1, false, {}, {}, {}}).failed, 0u);  // starts nothing
+  write_campaign_tables(elsewhere, again, status_of(elsewhere, again));
+  EXPECT_EQ(read_file(elsewhere / "results.csv"), table_);
+  EXPECT_FALSE(cost_of(again, status_of(elsewhere, again)).measured);  // no run here has shown a speed
+
+  const Campaign resolved = make_campaign(read_plan(elsewhere / "plan.toml"));  // as a task of a Slurm array reads it
+  EXPECT_EQ(done_by_rows(resolved), 2u);
+}
+
+TEST_F(StoredResultsOfACampaign, StandBesideRunsOfTheFolder) {
+  const Campaign wider = with_earlier("[parameters]\n\"numerics.cell_size_m\" = [0.5, 0.4, 0.25]\n");
+  EXPECT_EQ(done_by_rows(wider), 2u);
+  const fs::path elsewhere = directory_ / "elsewhere";
+  prepare(elsewhere, wider);
+  compute(elsewhere, wider.runs[1]);
+  write_campaign_tables(elsewhere, wider, status_of(elsewhere, wider));
+  const Table all = Table::read(elsewhere / "results.csv"), earlier = Table::read(directory_ / "earlier.csv");
+  EXPECT_EQ(all.columns(), earlier.columns());
+  EXPECT_EQ(all.text("status"), std::vector<std::string>(3, "done"));
+  EXPECT_EQ(all.numbers("particles_final")[0], earlier.numbers("particles_final")[0]);
+  // a run of the folder counts before a row of the same case
+  compute(elsewhere, wider.runs[0]);
+  EXPECT_FALSE(status_of(elsewhere, wider.runs[0]).stored);
+}
+
+TEST_F(StoredResultsOfACampaign, AreNotThoseOfAnotherCaseOrDuration) {
+  const Campaign other = with_earlier("[set]\n\"numerics.cfl\" = 0.2\n" + std::string(two_sizes));
+  EXPECT_EQ(done_by_rows(other), 0u);
+  EXPECT_EQ(other.unused_rows, 2u);
+  EXPECT_EQ(done_by_rows(with_earlier("[set]\n\"output.duration_s\" = 0.03\n" + std::string(two_sizes))), 0u);
+
+  std::string failed = table_;
+  for (std::size_t at = failed.find(",done,"); at != std::string::npos; at = failed.find(",done,")) failed.replace(at, 6, ",to do,");
+  write_file(directory_ / "earlier.csv", failed);
+  EXPECT_EQ(done_by_rows(with_earlier(two_sizes)), 0u);
+}
+
+TEST_F(StoredResultsOfACampaign, MustBeATableOfResults) {
+  write_file(directory_ / "earlier.csv", "name,status\na,done\n");
+  EXPECT_THROW((void)with_earlier(two_sizes), IoError);
+  fs::remove(directory_ / "earlier.csv");
+  try {
+    (void)with_earlier(two_sizes);
+    FAIL() << "accepted";
+  } catch (const ConfigError& error) {
+    EXPECT_TRUE(contains(error.what(), "stored_results: there is no file \"earlier.csv\"")) << error.what();
+  }
+}
+
+/// A case that may end by output.stop_when_steady; it is not computed.
+constexpr const char* avalanche = R"([base.material]
+critical_state_slope = 0.4
+cohesion_beta = 0.0
+hardening_xi = 5.0
+[base.conveyor]
+velocity_m_s = 4.0
+flow_height_m = 1.0
+width_m = 3.0
+[base.obstacle]
+width_m = 0.5
+depth_m = 0.5
+[base.output]
+duration_s = 1.5
+)";
+
+TEST(StoredResults, OfARunThatEndedWhenItsMeansWereKnownCountForAPlanOfTheSameOrALargerLimit) {
+  const testing::TemporaryDirectory directory;
+  const auto run_of_plan = [&](double limit) {
+    const std::string plan = fmt::format("{}[set]\n\"output.stop_when_steady\" = {}\n[[run]]\nname = \"a\"\n", avalanche, limit);
+    return make_campaign(parse_plan("stored_results = [\"rows.csv\"]\n" + plan, directory / "plan.toml")).runs[0];
+  };
+  std::ofstream(directory / "rows.csv") << "case_hash,status\n";
+  const std::string hash = run_of_plan(0.02).case_hash;
+  const auto stored = [&](const std::string& row, double limit) {
+    std::ofstream(directory / "rows.csv") << "case_hash,status,duration_s,stop_when_steady,stopped_when_steady\n"
+                                          << hash << "," << row << "\n";
+    return run_of_plan(limit).stored_results.has_value();
+  };
+  EXPECT_TRUE(stored("done,0.3,0.02,1", 0.02));
+  EXPECT_TRUE(stored("done,0.3,0.02,1", 0.05));
+  EXPECT_FALSE(stored("done,0.3,0.02,1", 0.01));
+  EXPECT_FALSE(stored("done,0.3,0.02,0", 0.02));  // cut off before its end
+  EXPECT_FALSE(stored("done,0.3,,", 0.02));
 }
 
 TEST_F(CampaignFolder, AFailureThatNeedNotRepeatItselfIsTriedAgain) {

@@ -105,7 +105,7 @@ class FullCampaigns(unittest.TestCase):
                 self.assertGreaterEqual(run["output.duration_s"], longest[run["conveyor.froude_number"]], path)
 
     def test_begin_with_what_the_fits_rest_on(self):
-        """The first third fits both equations: all thirteen M', both xi, five Froude numbers; what only repeats comes last."""
+        """The first third fits both equations: all thirteen M', both xi, five Froude numbers; the fluids with beta > 0 come last."""
         for path in self.paths:
             inputs = inputs_of(path)
             first, last = inputs[:130], inputs[-63:]
