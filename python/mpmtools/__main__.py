@@ -55,6 +55,8 @@ def parser():
                        help="table of a campaign with one friction of the mast for all snow, to be compared with this one")
     study.add_argument("--prediction", metavar="RESULTS.csv",
                        help="table of the same sets computed with the accurate solver, to be compared with this one")
+    study.add_argument("--grids", metavar="RESULTS.csv",
+                       help="table of runs of the accurate solver, each point on three grids: how far a run is from its limit")
     study.add_argument("--extensions", metavar="DIR", help="folder with the tables of the runs beyond the paper")
     study.add_argument("--note", action="append", default=[], metavar="TEXT", help="a line on where the data come from, for the page")
     study.add_argument("--decomposition", metavar="M,BETA,XI", default="0.8,0.3,0.5", help="end of the chain of Fig. 4 (default: %(default)s)")

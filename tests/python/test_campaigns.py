@@ -6,7 +6,7 @@ import numpy as np
 import pandas as pd
 
 from mpmtools import equations
-from mpmtools.study.campaigns import paired_rows, paired_summary, side_by_side
+from mpmtools.study.campaigns import campaign_scores, paired_rows, paired_summary, side_by_side
 from mpmtools.study.regression import EQUATIONS
 from study_samples import grid_of_runs, study_run, study_runs
 
@@ -74,6 +74,18 @@ class SideBySide(unittest.TestCase):
                 self.assertAlmostEqual(found.value, k, delta=1e-6)  # heights obey the equation exactly
                 self.assertEqual(found.rows, rows)
                 self.assertAlmostEqual(found.published, 0.9468, delta=1e-12)
+
+    def test_scores_the_published_equations_on_each_campaign(self):
+        theirs = reproduction()
+        ours = theirs[theirs.hardening_xi == 5.0].copy()
+        ours["runup"] *= 1.1
+        scores = campaign_scores(theirs, ours).set_index(["campaign", "fitting_set", "equation"])
+        self.assertEqual(len(scores), 16)  # four parts, two sets, two equations
+        for campaign, runs, rmsle in (("reproduction", 224, 0.0), ("reproduction, paired", 112, 0.0), ("prediction, paired", 112, np.log(1.1)),
+                                      ("prediction", 112, np.log(1.1))):
+            found = scores.loc[(campaign, "narrow", "runup")]
+            self.assertEqual(found.runs, runs)
+            self.assertAlmostEqual(found.rmsle, rmsle, delta=1e-12)
 
     def test_gives_no_coefficients_of_one_froude_number(self):
         theirs = reproduction()

@@ -33,7 +33,7 @@ class Column(NamedTuple):
     fitting_set: str  # one of SETS, or "both sets"
     size: str  # of the set: runs and materials
     found: dict  # {coefficient: (value, from, to)}; interval: bootstrap over materials
-    scores: dict  # {equation: scores of the published equation}; empty for the prediction
+    scores: dict  # {equation: scores of the published equation}
 
     @property
     def name(self):
@@ -51,11 +51,12 @@ def headline_columns(studies):
                 scores = {e: r["scores_of_published"] for e in ("runup", "pressure_height")
                           if (r := study.regression(e, name)) and "scores_of_published" in r}
                 columns.append(Column(study.name, name, _size(of_set), _with_interval(of_set), scores))
-        prediction = predicted(study)
+        prediction, scores = predicted(study), predicted(study, "campaign_scores")
         for name in SETS if len(prediction) else ():
             of_set = prediction[prediction.fitting_set == name]
             if np.isfinite(of_set.value).any():
-                columns.append(Column("prediction", name, _size(of_set), _with_interval(of_set), {}))
+                of_scores = {r["equation"]: r for r in scores[scores.fitting_set == name].to_dict("records")} if len(scores) else {}
+                columns.append(Column("prediction", name, _size(of_set), _with_interval(of_set), of_scores))
     return columns
 
 
@@ -63,9 +64,9 @@ def _size(rows):
     return f"{rows.iloc[0].runs:.0f} runs, {rows.iloc[0].materials:.0f} M'"
 
 
-def predicted(study):
-    """Rows of side_by_side of the prediction as a whole; empty without them."""
-    table = study.table("side_by_side")
+def predicted(study, name="side_by_side"):
+    """Rows of a table of both campaigns that are of the prediction as a whole; empty without them."""
+    table = study.table(name)
     return table[table.campaign == "prediction"] if len(table) else table
 
 
@@ -102,7 +103,7 @@ def matrix(studies):
 
 def in_short(studies):
     """Three lists of sentences for somebody who has read the paper: what is confirmed, what differs, why. Every number is from the tables."""
-    columns = [c for c in headline_columns(studies) if c.scores]
+    columns = [c for c in _without_repeats(headline_columns(studies)) if c.scores]
     if not columns:
         return None
     study = studies[0]
@@ -190,6 +191,31 @@ def figure_campaigns(study):
          "rows": sets},
         {"title": f"Paired rows: prediction over reproduction, {len(rows)} set-ups", "rows": ratios,
          "head": ["rows", "quantity", "pairs", "ratio (geometric mean)", "spread (standard deviation of the logarithm)", "lowest", "highest"]}])
+
+
+def figure_grids(study):
+    """The same runs on three grids, over their values on the finest."""
+    table, summary = study.table("grids"), study.table("grids_summary")
+    if table.empty:
+        return Drawn([], ["no table of runs on three grids (--grids)"])
+    pictures = []
+    for quantity, rows in table.groupby("quantity", sort=False):
+        axes = new_axes()
+        for r in rows.itertuples():
+            label = f"Fr {r.froude_number:g}, $M$ {r.critical_state_slope:g}, $\\beta$ {r.cohesion_beta:g}, $\\xi$ {r.hardening_xi:g}"
+            axes.errorbar([r.cell_size_m_coarse, r.cell_size_m_middle, r.cell_size_m_fine], [r.coarse_over_fine, r.middle_over_fine, 1.0],
+                          yerr=[r.ratio_standard_error, 0.0, 0.0], color=froude_colour(r.froude_number), capsize=2.5, linewidth=1.1,
+                          marker=MARKERS[len(axes.containers) % len(MARKERS)], markersize=4.5, label=label)
+        axes.axhline(1.0, color="black", linewidth=0.9)
+        axes.set_xlim(left=0.0)
+        pictures.append(picture(axes, f"{quantity} on three grids", "cell size [m]", f"{quantity} over that of the finest grid",
+                                "Bars: one standard error of the ratio of the coarsest to the finest.", fontsize=6.5, ncols=2))
+    rows = [[r.quantity, f"{r.points:.0f}", f"{number(r.coarse_mean)} ({number(r.coarse_lowest, 2)} to {number(r.coarse_highest, 2)})",
+             f"{number(r.middle_mean)} ({number(r.middle_lowest, 2)} to {number(r.middle_highest, 2)})", f"{r.with_order:.0f}", f"{r.covered:.0f}"]
+            for r in summary.itertuples()]
+    head = ["quantity", "points", "coarsest over finest grid (lowest to highest)", "middle over finest", "with an order of 0.5 to 1.5",
+            "finest value within the uncertainty that the coarsest run states"]
+    return Drawn(pictures, [], [{"title": "Over all points", "head": head, "rows": rows}])
 
 
 def _fitted_rows(rows):
@@ -341,6 +367,10 @@ SECTIONS = [
      "*Reproduction*: nodal contact and APIC, as the paper's algorithm. *Prediction*: contact at the surface and AFLIP, which converge. Snow, "
      "flow, mast and grid are the same, so that the numerics are all that differs. A coefficient depends on which runs are fitted: the rows "
      "marked *paired* hold the sets that both campaigns have. Coefficients are given from three Froude numbers and four materials on."),
+    ("grids", "Prediction on three grids", figure_grids,
+     "A dozen points over the regimes, computed with the accurate solver on three grids. A run on one grid states an uncertainty that comes "
+     "from grid studies of one other case; the last column counts the points where the value on the finest grid lies within it (and two "
+     "standard errors of the difference)."),
     ("intervals", "How well the coefficients are known", figure_intervals,
      "The standard errors of a fit take its residuals to be independent. All runs of one material (one M') err together, and so do all runs "
      "of one Froude number: therefore whole materials and whole Froude numbers are drawn anew (bootstrap) and left out (jackknife). The last "

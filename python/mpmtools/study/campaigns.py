@@ -8,7 +8,7 @@ import numpy as np
 import pandas as pd
 
 from mpmtools.scores import levels
-from mpmtools.study.fits import NARROW, WIDE, height_samples
+from mpmtools.study.fits import NARROW, WIDE, height_samples, score_against_published
 from mpmtools.study.regression import EQUATIONS, fit_heights
 from mpmtools.study.uncertainty import GROUPS, bootstrap, drawn_interval
 
@@ -75,15 +75,19 @@ def _intervals(fitting_set, runs):
     return pd.DataFrame(table, columns=["parameter", "runs", "materials", "froude_numbers", "value"] if not table else None)
 
 
+def _parts(reproduction, prediction):
+    """{name: runs} of both campaigns, and of each on the set-ups that both have."""
+    rows = paired_rows(reproduction, prediction)
+    return {"reproduction": reproduction, "reproduction, paired": _at(reproduction, rows), "prediction, paired": _at(prediction, rows),
+            "prediction": prediction}
+
+
 def side_by_side(reproduction, prediction, intervals):
     """Coefficients of the reproduction as a whole (`intervals`: its coefficient_intervals), of both campaigns on the sets that both have, and of the prediction as a whole, with
     the intervals of 90 % of the bootstrap; and the columns campaign and rows (runs with a steady run-up and w = H, whatever fitting set they
     belong to). Coefficients are NaN where the runs of a set hold too few Froude numbers or materials."""
-    rows = paired_rows(reproduction, prediction)
-    parts = {"reproduction": reproduction, "reproduction, paired": _at(reproduction, rows), "prediction, paired": _at(prediction, rows),
-             "prediction": prediction}
     table = []
-    for name, runs in parts.items():
+    for name, runs in _parts(reproduction, prediction).items():
         for fitting_set in (NARROW, WIDE):
             found = intervals[intervals.fitting_set == fitting_set.name] if runs is reproduction else _intervals(fitting_set, runs)
             for equation in EQUATIONS:
@@ -96,7 +100,20 @@ def side_by_side(reproduction, prediction, intervals):
     return pd.DataFrame(table).reindex(columns=columns)
 
 
+def campaign_scores(reproduction, prediction):
+    """Scores of the published equations on each campaign, and on the set-ups that both have: a row for each fitting set and equation."""
+    rows = []
+    for name, runs in _parts(reproduction, prediction).items():
+        for fitting_set in (NARROW, WIDE):
+            for equation in EQUATIONS:
+                samples = height_samples(equation, runs[fitting_set.holds(runs)])
+                rows.append({"campaign": name, "fitting_set": fitting_set.name, "equation": equation.name, "runs": len(samples),
+                             **score_against_published(equation, samples)})
+    return pd.DataFrame(rows)
+
+
 def campaign_tables(reproduction, prediction, intervals):
     """{name: table} of this module."""
     rows = paired_rows(reproduction, prediction)
-    return {"side_by_side": side_by_side(reproduction, prediction, intervals), "paired_rows": rows, "paired_summary": paired_summary(rows)}
+    return {"side_by_side": side_by_side(reproduction, prediction, intervals), "campaign_scores": campaign_scores(reproduction, prediction),
+            "paired_rows": rows, "paired_summary": paired_summary(rows)}

@@ -57,12 +57,12 @@ def height_choices(runs):
     steady = runs.loc[list(found)]
     late, peak = steady.copy(), steady.copy()
     for name in ("runup", "pressure_height"):
-        late[[name, f"{name}_standard_error"]] = [estimate_mean(_last_third(series)[name]) for series in found.values()]
+        late[[name, f"{name}_standard_error"]] = [estimate_mean(last_third(series)[name]) for series in found.values()]
         peak[[name, f"{name}_standard_error"]] = steady[[f"{name}_peak"]].assign(error=np.nan).to_numpy()
     return {"steady span": steady, "last third": late, "peak": peak}
 
 
-def _last_third(series):
+def last_third(series):
     first, last = series.index[0], series.index[-1]
     return series[series.index >= last - (last - first) / 3.0]
 

@@ -14,7 +14,8 @@ def run(options):
         raise ConfigError(f"--decomposition {options.decomposition}: three numbers M,BETA,XI are needed, such as 0.8,0.3,0.5")
     evaluation = {"filters": [RowFilter(text) for text in options.filter], "notes": options.note, "last_link": last_link}
     others = {"width_files": options.width, "section_files": options.sections, "sensitivity_file": options.sensitivity,
-              "friction_file": options.friction, "prediction_file": options.prediction}
+              "friction_file": options.friction, "prediction_file": options.prediction,
+              "grids_file": options.grids}
     folders = []
     for name, tables in studies_of(options.inputs, options.join):
         if not tables:

@@ -8,7 +8,7 @@ import pandas as pd
 
 from mpmtools import equations
 from mpmtools.scores import levels
-from mpmtools.study import campaigns, friction_choice, guideline, histories, jams, rheology, sensitivity, uncertainty, width
+from mpmtools.study import campaigns, friction_choice, grids, guideline, histories, jams, rheology, sensitivity, uncertainty, width
 from mpmtools.study.fits import coefficients_csv, evaluated_by, fit_paper_sets, fits_json, own_coefficients, scores_csv
 from mpmtools.study.regression import EQUATIONS
 from mpmtools.study.runs import read_runs_or_refuse, read_study_table
@@ -65,8 +65,8 @@ def plan_title(table_path):
         return tomllib.load(file).get("title", "")
 
 
-def evidence_tables(runs, friction_file=None, sensitivity_file=None, prediction_file=None):
-    """How far the coefficients can be trusted: intervals, influence, jams, and the friction of the mast."""
+def evidence_tables(runs, friction_file=None, sensitivity_file=None, prediction_file=None, grids_file=None):
+    """How far the coefficients can be trusted: intervals, influence, jams, the friction of the mast, and the grid."""
     tables = {"coefficient_intervals": uncertainty.coefficient_intervals(runs), "leave_one_out": uncertainty.leave_one_out(runs),
               "influence": uncertainty.influence(runs), "published_errors": uncertainty.published_errors(),
               "coefficients_without_jams": jams.jam_coefficients(runs)}
@@ -77,6 +77,8 @@ def evidence_tables(runs, friction_file=None, sensitivity_file=None, prediction_
         tables.update(friction_choice.friction_tables(friction_file, runs, sensitivity_file))
     if prediction_file:
         tables.update(campaigns.campaign_tables(runs, read_runs_or_refuse([prediction_file]).runs, tables["coefficient_intervals"]))
+    if grids_file:
+        tables.update(grids.grid_tables(grids_file))
     return tables
 
 
@@ -91,11 +93,12 @@ def write_evidence(tables, files, out):
 
 
 def write_study(files, out, filters=(), width_files=(), section_files=(), sensitivity_file=None, notes=(), last_link=rheology.LAST_LINK,
-                friction_file=None, prediction_file=None):
+                friction_file=None, prediction_file=None, grids_file=None):
     """Evaluates tables of runs and writes the tables of the study into the folder `out`; returns lines for the terminal.
 
     The widths and the two runs of Fig. 5 are taken from the same tables unless others are named. `friction_file` is the table of a campaign
-    with one friction for all snow, `prediction_file` that of the same sets with the accurate solver, to be compared with this one.
+    with one friction for all snow, `prediction_file` that of the same sets with the accurate solver, to be compared with this one; `grids_file`
+    holds runs of that solver on three grids.
     """
     table = read_runs_or_refuse(files, filters)
     plans = [f"plan: {title}" for path in files if (title := plan_title(path))]
@@ -117,7 +120,7 @@ def write_study(files, out, filters=(), width_files=(), section_files=(), sensit
         "height_choices": histories.height_choice_table(runs),
         "compaction": losses, "compaction_curve": rheology.compaction_curve(losses), "compaction_summary": summary, **section_tables,
     }
-    others = (friction_file, sensitivity_file, prediction_file)
+    others = (friction_file, sensitivity_file, prediction_file, grids_file)
     evidence, not_compared = evidence_tables(runs, *others), []
     if sensitivity_file:
         compared = sensitivity.sensitivities(sensitivity_file)
