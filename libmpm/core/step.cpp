@@ -69,25 +69,31 @@ std::string instability(const State& state, const Vec3& offset, double dt, std::
          " Pa. Try a smaller CFL number or a finer grid, or look for a body that starts inside a boundary or another body";
 }
 
-/// Removes the particles of a block that are outside the domain.
+/// Removes the particles of a block that are outside the domain. Call it while those that leave the block are still in it.
 FluxTotals remove_outside(Grid& grid, std::int32_t index, const Scene& scene) {
   const Vec3 &min = scene.domain_min, &max = scene.domain_max;
   const double dx = grid.cell_size();
-  const Index3& c = grid.block(index).coordinate;
-  const Vec3 low =
-      node_position(c, 0, dx) + Vec3::Constant((0.5 - block_edge) * dx);  // range that a particle of this block can reach in one step
-  const Vec3 high = low + Vec3::Constant(3.0 * block_edge * dx);
+  const Vec3 first = node_position(grid.block(index).coordinate, 0, dx) + Vec3::Constant(0.5 * dx);  // corner of the block
+  const auto holds = [&](double cells) {  // the block and so many cells around it
+    const Vec3 low = first - Vec3::Constant(cells * dx), high = first + Vec3::Constant((block_edge + cells) * dx);
+    return (low.array() >= min.array()).all() && (high.array() <= max.array()).all();
+  };
+  constexpr double slack = 1e-6;  // cells: a position on the edge of its cell, up to rounding
   FluxTotals left;
-  if ((low.array() >= min.array()).all() && (high.array() <= max.array()).all()) return left;
+  if (holds(block_edge)) return left;  // as far as a particle moves in a step
   ParticleBin& bin = grid.block(index).particles;
-  for (int s = bin.count() - 1; s >= 0; --s) {
-    const Particle p = bin[s];
-    const Vec3 x = position_of(p);
-    if ((x.array() >= min.array()).all() && (x.array() <= max.array()).all()) continue;
-    const double mass = density_of(scene.material) * p.volume;
-    left += FluxTotals{1, x.x() > max.x() ? 1U : 0U, mass, mass * velocity_of(p), kinetic_and_elastic_energy(p, scene, dx)};
-    grid.remove(index, s);
-  }
+  const bool only_leavers = holds(slack);
+  const auto before = [&](int s) { return only_leavers ? bin.last_leaver(s) : s - 1; };
+  with_record_type(grid.precision(), [&](auto record) {
+    for (int s = before(bin.count()); s >= 0; s = before(s)) {
+      const Vec3 x = position_of(bin.record<decltype(record)>(s), bin.frame);
+      if ((x.array() >= min.array()).all() && (x.array() <= max.array()).all()) continue;
+      const Particle p = bin[s];
+      const double mass = density_of(scene.material) * p.volume;
+      left += FluxTotals{1, x.x() > max.x() ? 1U : 0U, mass, mass * velocity_of(p), kinetic_and_elastic_energy(p, scene, dx)};
+      grid.remove(index, s);
+    }
+  });
   return left;
 }
 
