@@ -26,7 +26,7 @@ class Evidence(InFolder):
         self.assertEqual({len(row) for row in table["rows"]}, {len(table["head"])})
         short = evidence_figures.in_short(studies)
         self.assertTrue(any(text.startswith("coarse, wide: k_r 0.769 (0.947), ") for text in short["differs"]))
-        self.assertTrue(any(text.startswith("fine, narrow: the intervals hold all five") for text in short["confirmed"]))
+        self.assertTrue(any(text.startswith("fine, both sets: the intervals hold all five") for text in short["confirmed"]))
         self.assertIn("With cohesion: explained only in part", " ".join(short["why"]))
         self.assertRegex(" ".join(short["differs"]), r"The accurate solver .* \d+ pairs of runs")
 

@@ -131,6 +131,25 @@ class OpenQuestions(unittest.TestCase):
         self.assertEqual(len(points["apic"]), 12)
         self.assertEqual({run.get("numerics.flip_ratio") for run in runs}, {None, 0.95})
 
+    def test_a_dozen_points_on_three_grids_have_one_window_of_whole_cells(self):
+        runs = list(runs_of(STUDY / "prediction" / "grids.toml"))
+        points = {size: {tuple(run[key] for key in INPUTS) for run in runs if run["numerics.cell_size_m"] == size} for size in (0.35, 0.25, 0.175)}
+        self.assertEqual(len(points[0.35]), 12)
+        self.assertTrue(all(of_size == points[0.35] for of_size in points.values()))
+        self.assertGreaterEqual(len({froude for froude, *_ in points[0.35]}), 5)
+        for run in runs:
+            width = run.get("conveyor.width_m", 12 * 1.75)  # xi = 5: 12 mast widths; a mirror plane halves it
+            for length in (run["conveyor.upstream_length_m"], run["conveyor.downstream_length_m"], width / 2):
+                cells = length / run["numerics.cell_size_m"]
+                self.assertAlmostEqual(cells, round(cells), 9, run)
+
+    def test_durations_are_the_papers_where_the_coarse_campaign_took_less(self):
+        runs = list(runs_of(STUDY / "reproduction" / "durations.toml"))
+        coarse = {tuple(run[key] for key in INPUTS): run["output.duration_s"] for run in runs_of(STUDY / "coarse.toml")}
+        for run in runs:
+            self.assertEqual(run["output.duration_s"], {0.3: 110, 1: 36.7}[run["conveyor.froude_number"]])
+            self.assertLess(coarse[tuple(run[key] for key in INPUTS)], run["output.duration_s"])
+
     def test_windows_grow_twice_and_the_strip_holds_the_same_snow(self):
         windows = list(runs_of(STUDY / "reproduction" / "windows.toml"))
         self.assertEqual({run["conveyor.upstream_length_m"] for run in windows}, {8.4, 16.8, 33.6})
