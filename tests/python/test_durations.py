@@ -5,10 +5,11 @@ import unittest
 import numpy as np
 import pandas as pd
 
-from mpmtools.equations import relative_height
-from mpmtools.equations import PUBLISHED_RUNUP
+from mpmtools.equations import PUBLISHED_RUNUP, relative_height
 from mpmtools.study.durations import coefficients_by_duration, cut_heights
-from study_samples import InFolder, grid_of_runs
+from mpmtools.study.runs import read_study_table
+from mpmtools.tables import read_series
+from study_samples import SOURCE, InFolder, grid_of_runs
 
 HEIGHT = 1.75
 
@@ -45,6 +46,19 @@ class CutHeights(InFolder):
         self.assertAlmostEqual(found["whole", "narrow", "k_r"], PUBLISHED_RUNUP.k, 6)
         self.assertLess(found["shorter", "narrow", "k_r"], 0.9)
         self.assertAlmostEqual(found["shorter", "narrow", "k_p"], found["whole", "narrow", "k_p"], 9)
+
+
+class KeptTables(unittest.TestCase):
+    def test_coefficients_are_found_again_from_the_heights_and_the_rows(self):
+        study = SOURCE / "validation" / "study"
+        heights = read_series(study / "evidence" / "durations" / "heights.csv")
+        runs = read_study_table([str(study / "results" / "prediction_w5" / "results.csv")]).runs
+        found = coefficients_by_duration(runs, heights[heights.campaign == "prediction"])
+        kept = read_series(study / "evidence" / "durations" / "coefficients.csv")
+        self.assertEqual(found[["duration", "fitting_set", "parameter", "runs"]].values.tolist(),
+                         kept[["duration", "fitting_set", "parameter", "runs"]].values.tolist())
+        for column in ("value", "standard_error"):
+            np.testing.assert_allclose(found[column], kept[column], rtol=1e-5)
 
 
 if __name__ == "__main__":

@@ -41,7 +41,8 @@ class Column(NamedTuple):
 
 
 def headline_columns(studies):
-    """[Column]: both fitting sets of every study, and of the prediction where a study was evaluated with it."""
+    """[Column]: both fitting sets of every study, and of the prediction where a study was evaluated with it and the prediction is no study of
+    its own."""
     columns = []
     for study in studies:
         intervals = study.table("coefficient_intervals")
@@ -57,7 +58,13 @@ def headline_columns(studies):
             if np.isfinite(of_set.value).any():
                 of_scores = {r["equation"]: r for r in scores[scores.fitting_set == name].to_dict("records")} if len(scores) else {}
                 columns.append(Column("prediction", name, _size(of_set), _with_interval(of_set), of_scores))
-    return columns
+    fitted = [c.found for c in columns if c.campaign != "prediction"]
+    return [c for c in columns if c.campaign != "prediction" or not any(_same_values(c.found, found) for found in fitted)]
+
+
+def _same_values(a, b):
+    """Whether two columns hold the same coefficients: the prediction may be a study of its own on the page."""
+    return set(a) == set(b) and all(np.isclose(a[p][0], b[p][0], rtol=1e-9) for p in a)
 
 
 def _size(rows):
