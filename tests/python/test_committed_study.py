@@ -26,7 +26,8 @@ RESULTS, EVIDENCE = STUDY / "results", STUDY / "evidence"
 UNFITTED = ("compaction", "compaction_curve", "compaction_summary", "decomposition", "effective_friction", "guideline", "guideline_minima",
             "sensitivity", "sensitivity_summary", "spreads", "width_factors")
 EVIDENCE_TABLES = ("coefficient_intervals", "leave_one_out", "influence", "published_errors", "coefficients_without_jams", "jams",
-                   "friction_rules", "friction_calibration", "friction_interpolation", "side_by_side", "paired_rows", "paired_summary")
+                   "friction_rules", "friction_calibration", "friction_interpolation", "side_by_side", "campaign_scores", "paired_rows", "paired_summary",
+                   "grids", "grids_summary")
 FITTED = ("coefficients", "factor_curves", "height_curves", "points")
 # The C++ stopped its search when the sum of squares no longer fell, at up to 1.4e-8 of a coefficient from the minimum.
 COEFFICIENTS, SCORES, SUMS = 1e-6, 1e-9, 1e-12
@@ -41,7 +42,7 @@ class CommittedStudy(unittest.TestCase):
     name = "coarse"
     options = {"width_files": [EVIDENCE / "width" / "results.csv"], "section_files": [EVIDENCE / "sections" / "results.csv"],
                "sensitivity_file": EVIDENCE / "sensitivity" / "results.csv", "friction_file": EVIDENCE / "friction_015" / "results.csv",
-               "prediction_file": RESULTS / "prediction_w5" / "results.csv"}
+               "prediction_file": RESULTS / "prediction_w5" / "results.csv", "grids_file": EVIDENCE / "grids" / "results.csv"}
 
     @classmethod
     def setUpClass(cls):
@@ -224,6 +225,11 @@ class Claims(unittest.TestCase):
 class CommittedFineStudy(CommittedStudy):
     name = "fine"
     options = {"sensitivity_file": EVIDENCE / "transfer" / "results.csv"}
+
+
+class CommittedPrediction(CommittedStudy):
+    name = "prediction_w5"
+    options = {}
 
 
 if __name__ == "__main__":

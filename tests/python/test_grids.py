@@ -8,7 +8,7 @@ import numpy as np
 import pandas as pd
 
 from mpmtools.errors import InputError
-from mpmtools.study.grids import QUANTITIES, grid_summary, grid_table, limit_of
+from mpmtools.study.grids import QUANTITIES, grid_summary, grid_table, late_means, limit_of
 
 SIZES = (0.35, 0.25, 0.175)
 
@@ -87,6 +87,20 @@ class Grids(unittest.TestCase):
         found = self.table(frame)
         self.assertEqual(found.groupby("froude_number").quantity.count().to_dict(), {1.0: 2, 5.0: 3})
         self.assertTrue(self.table(frame.iloc[:2]).empty)
+
+    def test_late_means_are_those_of_the_last_third_of_every_run_with_a_folder(self):
+        folder = tempfile.TemporaryDirectory()
+        self.addCleanup(folder.cleanup)
+        path = pathlib.Path(folder.name) / "results.csv"
+        runs([(3, 0.2)]).assign(flow_height_m=2.0).to_csv(path, index=False)
+        run = path.parent / "runs" / "fr3_dx0.25"
+        run.mkdir(parents=True)
+        time = np.arange(0.0, 9.05, 0.1)
+        pd.DataFrame({"time_s": time, "runup_m": time, "pressure_height_m": 4.0, "force_x_n": 7.0}).to_csv(run / "series.csv", index=False)
+        found = late_means(path)
+        self.assertEqual(found.cell_size_m.tolist(), [0.25])
+        self.assertAlmostEqual(found.runup[0], 7.5 / 2.0, 9)  # mean of 6 to 9, over H
+        self.assertEqual((found.pressure_height[0], found.force_n[0]), (2.0, 7.0))
 
     def test_need_their_columns(self):
         with self.assertRaisesRegex(InputError, "runup_standard_error_m"):

@@ -13,8 +13,10 @@ trap 'rm -r "$made"' EXIT
 evaluate() { PYTHONPATH=python /usr/bin/python3 -m mpmtools study "$@" --out "$made" --no-page; }
 evaluate "$study/results/coarse/results.csv" --width "$study/evidence/width/results.csv" --sections "$study/evidence/sections/results.csv" \
   --sensitivity "$study/evidence/sensitivity/results.csv" --friction "$study/evidence/friction_015/results.csv" \
-  --prediction "$study/results/prediction_w5/results.csv"
+  --prediction "$study/results/prediction_w5/results.csv" --grids "$study/evidence/grids/results.csv"
 evaluate "$study/results/fine/results.csv" --sensitivity "$study/evidence/transfer/results.csv"
+evaluate "$study/results/prediction_w5/results.csv"
+cp "$made"/prediction_w5/* "$study/results/prediction_w5/"
 for campaign in coarse fine; do
   for table in "$made/$campaign"/*.csv; do
     if head -1 "$table" | grep -q '^# computed by'; then cp "$table" "$study/results/$campaign/"; fi

@@ -3,6 +3,7 @@
 `mpm converge` judges one case in the same way; here are many, from the table of one campaign.
 """
 
+import os
 from typing import NamedTuple
 
 import numpy as np
@@ -10,7 +11,9 @@ import pandas as pd
 from scipy.optimize import brentq
 
 from mpmtools.errors import InputError
-from mpmtools.tables import no_column, numbers, read_table
+from mpmtools.statistics import estimate_mean
+from mpmtools.study.histories import last_third
+from mpmtools.tables import no_column, numbers, read_series, read_table
 
 POINT = ["froude_number", "critical_state_slope", "cohesion_beta", "hardening_xi"]
 QUANTITIES = {  # mean, its standard error, its numerical uncertainty as the run states it
@@ -94,6 +97,28 @@ def grid_summary(table):
             ratio = of[f"{grid}_over_fine"]
             row.update({f"{grid}_mean": np.exp(np.log(ratio).mean()), f"{grid}_lowest": ratio.min(), f"{grid}_highest": ratio.max()})
         rows.append({**row, "covered": of.covered.sum(), "with_order": int(of.order.between(LOWEST_ORDER, 1.0 + ORDER_TOLERANCE).sum())})
+    return pd.DataFrame(rows)
+
+
+def late_means(path):
+    """A row for each run of a campaign whose folder is there, steady or not: inputs, cell size, and over the last third of its series the mean
+    and standard error of both heights (over H) and of the force along the flow (N).
+
+    @param path  results.csv of a campaign, beside its folders runs/NAME"""
+    table = read_table(path)
+    inputs = pd.DataFrame({name: numbers(table, name) for name in [*POINT, "cell_size_m", "flow_height_m"]})
+    rows = []
+    for index, name in table["name"][table.status == "done"].items():
+        file = os.path.join(os.path.dirname(path), "runs", name, "series.csv")
+        if not os.path.exists(file):
+            continue
+        late = last_third(read_series(file).set_index("time_s"))
+        row = inputs.loc[index].to_dict()
+        height = row.pop("flow_height_m")
+        for column, scale, as_name in (("runup_m", height, "runup"), ("pressure_height_m", height, "pressure_height"), ("force_x_n", 1.0, "force_n")):
+            mean = estimate_mean(late[column] / scale)
+            row.update({as_name: mean[0], f"{as_name}_standard_error": mean[1]})
+        rows.append(row)
     return pd.DataFrame(rows)
 
 
