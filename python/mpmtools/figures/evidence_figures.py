@@ -371,13 +371,15 @@ def figure_friction(study):
 
 SECTIONS = [
     ("campaigns", "Reproduction and prediction side by side", figure_campaigns,
-     "*Reproduction*: nodal contact and APIC, as the paper's algorithm. *Prediction*: contact at the surface and AFLIP, which converge. Snow, "
-     "flow, mast and grid are the same, so that the numerics are all that differs. A coefficient depends on which runs are fitted: the rows "
-     "marked *paired* hold the sets that both campaigns have. Coefficients are given from three Froude numbers and four materials on."),
+     "*Reproduction*: contact on nodes, as in the algorithm that the paper follows, and APIC; the paper does not name its transfer. "
+     "*Prediction*: contact at the surface and AFLIP, which converge. Snow, flow, mast and grid are the same, so that the numerics differ, and "
+     "at low Fr the durations of the runs. A coefficient depends on which runs are fitted: the rows marked *paired* hold the sets that both "
+     "campaigns have. Coefficients are given from three Froude numbers and four materials on."),
     ("grids", "Prediction on three grids", figure_grids,
-     "A dozen points over the regimes, computed with the accurate solver on three grids. A run on one grid states an uncertainty that comes "
-     "from grid studies of one other case; the last column counts the points where the value on the finest grid lies within it (and two "
-     "standard errors of the difference)."),
+     "Points over the regimes, computed with the accurate solver on three grids. Points without a steady mean on one of them are left out: "
+     "the run-up of compressible cohesive snow, for example, is not converged on the coarsest grid. A run on one grid states an uncertainty "
+     "that comes from grid studies of one other case; the last column counts the points where the value on the finest grid lies within it "
+     "(and two standard errors of the difference)."),
     ("intervals", "How well the coefficients are known", figure_intervals,
      "The standard errors of a fit take its residuals to be independent. All runs of one material (one M') err together, and so do all runs "
      "of one Froude number: therefore whole materials and whole Froude numbers are drawn anew (bootstrap) and left out (jackknife). The last "
