@@ -294,26 +294,11 @@ TEST_F(StoredResultsOfACampaign, MustBeATableOfResults) {
   }
 }
 
-/// A case that may end by output.stop_when_steady; it is not computed.
-constexpr const char* avalanche = R"([base.material]
-critical_state_slope = 0.4
-cohesion_beta = 0.0
-hardening_xi = 5.0
-[base.conveyor]
-velocity_m_s = 4.0
-flow_height_m = 1.0
-width_m = 3.0
-[base.obstacle]
-width_m = 0.5
-depth_m = 0.5
-[base.output]
-duration_s = 1.5
-)";
-
 TEST(StoredResults, OfARunThatEndedWhenItsMeansWereKnownCountForAPlanOfTheSameOrALargerLimit) {
   const testing::TemporaryDirectory directory;
   const auto run_of_plan = [&](double limit) {
-    const std::string plan = fmt::format("{}[set]\n\"output.stop_when_steady\" = {}\n[[run]]\nname = \"a\"\n", avalanche, limit);
+    const std::string plan =
+        fmt::format("{}[set]\n\"output.stop_when_steady\" = {}\n[[run]]\nname = \"a\"\n", testing::avalanche_plan, limit);
     return make_campaign(parse_plan("stored_results = [\"rows.csv\"]\n" + plan, directory / "plan.toml")).runs[0];
   };
   std::ofstream(directory / "rows.csv") << "case_hash,status\n";

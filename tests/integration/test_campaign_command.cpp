@@ -21,27 +21,9 @@ using testing::contains;
 using testing::content;
 using testing::Outcome;
 
-/// Small avalanches on a mast: some seconds of work in all, so that they can be killed half-way.
-constexpr const char* avalanches = R"(title = "Small avalanches"
-[base.material]
-critical_state_slope = 0.4
-cohesion_beta = 0.0
-hardening_xi = 5.0
-[base.conveyor]
-velocity_m_s = 4.0
-flow_height_m = 1.0
-width_m = 3.0
-upstream_length_m = 2.0
-downstream_length_m = 1.5
-[base.obstacle]
-width_m = 0.5
-depth_m = 0.5
-[base.output]
-duration_s = 1.5
-[parameters]
-"numerics.cell_size_m" = [0.25, 0.2]
-"obstacle.friction" = [0.0, 0.3]
-)";
+/// Four small avalanches.
+const std::string avalanches = std::string("title = \"Small avalanches\"\n") + testing::avalanche_plan +
+                               "[parameters]\n\"numerics.cell_size_m\" = [0.25, 0.2]\n\"obstacle.friction\" = [0.0, 0.3]\n";
 
 class CampaignCommand : public testing::CommandTest {
  protected:

@@ -35,4 +35,22 @@ duration_s = 0.02
 series_per_second = 100
 )";
 
+/// A small avalanche on a mast as the base of a plan: some seconds of work, so that it can be killed half-way.
+inline constexpr const char* avalanche_plan = R"([base.material]
+critical_state_slope = 0.4
+cohesion_beta = 0.0
+hardening_xi = 5.0
+[base.conveyor]
+velocity_m_s = 4.0
+flow_height_m = 1.0
+width_m = 3.0
+upstream_length_m = 2.0
+downstream_length_m = 1.5
+[base.obstacle]
+width_m = 0.5
+depth_m = 0.5
+[base.output]
+duration_s = 1.5
+)";
+
 }  // namespace mpm::testing

@@ -16,7 +16,10 @@ evaluate "$study/results/coarse/results.csv" --width "$study/evidence/width/resu
   --prediction "$study/results/prediction_w5/results.csv" --grids "$study/evidence/grids/results.csv"
 evaluate "$study/results/fine/results.csv" --sensitivity "$study/evidence/transfer/results.csv"
 evaluate "$study/results/prediction_w5/results.csv"
-cp "$made"/prediction_w5/* "$study/results/prediction_w5/"
+cp "$made/prediction_w5/fit.json" "$study/results/prediction_w5/"
+for table in "$made"/prediction_w5/*.csv; do
+  if [ "$(wc -l < "$table")" -gt 1 ]; then cp "$table" "$study/results/prediction_w5/"; fi
+done
 for campaign in coarse fine; do
   for table in "$made/$campaign"/*.csv; do
     if head -1 "$table" | grep -q '^# computed by'; then cp "$table" "$study/results/$campaign/"; fi

@@ -208,11 +208,11 @@ def figure_grids(study):
     pictures = []
     for quantity, rows in table.groupby("quantity", sort=False):
         axes = new_axes()
-        for r in rows.itertuples():
+        for i, r in enumerate(rows.itertuples()):
             label = f"Fr {r.froude_number:g}, $M$ {r.critical_state_slope:g}, $\\beta$ {r.cohesion_beta:g}, $\\xi$ {r.hardening_xi:g}"
             axes.errorbar([r.cell_size_m_coarse, r.cell_size_m_middle, r.cell_size_m_fine], [r.coarse_over_fine, r.middle_over_fine, 1.0],
                           yerr=[r.ratio_standard_error, 0.0, 0.0], color=froude_colour(r.froude_number), capsize=2.5, linewidth=1.1,
-                          marker=MARKERS[len(axes.containers) % len(MARKERS)], markersize=4.5, label=label)
+                          marker=MARKERS[i % len(MARKERS)], markersize=4.5, label=label)
         axes.axhline(1.0, color="black", linewidth=0.9)
         axes.set_xlim(left=0.0)
         pictures.append(picture(axes, f"{quantity} on three grids", "cell size [m]", f"{quantity} over that of the finest grid",

@@ -8,13 +8,14 @@ import pandas as pd
 
 from mpmtools.scores import same_input
 from mpmtools.statistics import estimate_mean
+from mpmtools.study.campaigns import POINT
 from mpmtools.study.fits import NARROW, WIDE, fit_set
 from mpmtools.study.histories import last_third, series_of
 from mpmtools.study.regression import EQUATIONS
 from mpmtools.study.runs import read_runs_or_refuse
 
 SHORTER_S = {0.1: 60.0, 0.3: 30.0, 1.0: 14.0}  # Froude number: duration of most runs of results/coarse, s
-INPUTS = ["froude_number", "critical_state_slope", "cohesion_beta", "hardening_xi", "effective_friction"]
+INPUTS = [*POINT, "effective_friction"]
 
 
 def cut_heights(table):
@@ -42,10 +43,9 @@ def coefficients_by_duration(runs, cut):
     """Coefficients of all runs, with the heights of the runs in `cut` (cut_heights) taken from the shorter and from the whole series: a row for
     each fitting set, coefficient and duration."""
     rows = []
-    keys = INPUTS[:4]
     for name in ("shorter", "whole"):
-        heights = cut[[*keys, f"runup_{name}", f"pressure_height_{name}"]].round({key: 9 for key in keys})
-        changed = runs.assign(**{key: runs[key].round(9) for key in keys}).merge(heights, on=keys, how="left")
+        heights = cut[[*POINT, f"runup_{name}", f"pressure_height_{name}"]].round({key: 9 for key in POINT})
+        changed = runs.assign(**{key: runs[key].round(9) for key in POINT}).merge(heights, on=POINT, how="left")
         for height in ("runup", "pressure_height"):
             changed[height] = np.where(changed[f"{height}_{name}"].notna(), changed[f"{height}_{name}"], changed[height])
         for fitting_set in (NARROW, WIDE):

@@ -12,10 +12,10 @@ from scipy.optimize import brentq
 
 from mpmtools.errors import InputError
 from mpmtools.statistics import estimate_mean
+from mpmtools.study.campaigns import POINT
 from mpmtools.study.histories import last_third
 from mpmtools.tables import no_column, numbers, read_series, read_table
 
-POINT = ["froude_number", "critical_state_slope", "cohesion_beta", "hardening_xi"]
 QUANTITIES = {  # mean, its standard error, its numerical uncertainty as the run states it
     "run-up": ("runup_mean_m", "runup_standard_error_m", "runup_numerical_uncertainty_m"),
     "pressure height": ("pressure_height_mean_m", "pressure_height_standard_error_m", "pressure_height_numerical_uncertainty_m"),
