@@ -9,6 +9,7 @@
 /// Results are repeatable because the order is fixed. Every list below is sorted by block coordinate, and only the thread that works on a
 /// block changes it. So any number of threads gives the same bits.
 
+#include <Eigen/Geometry>
 #include <cstdint>
 #include <deque>
 #include <memory>
@@ -218,6 +219,14 @@ constexpr int number_of_node(const Index3& at) { return node_number(place_of_nod
 inline Vec3 node_position(const Index3& block, int node, double cell_size) {
   const Index3 at = node_index(block, node);
   return cell_size * Vec3(at[0], at[1], at[2]);
+}
+
+/// The box in which a block's particles lie, m, up to rounding of a position on the edge of its cell.
+/// @param around  cells added on every side
+inline Eigen::AlignedBox3d block_box(const Index3& block, double cell_size, double around = 1e-6) {
+  const Vec3 first(first_node(block[0]), first_node(block[1]), first_node(block[2]));
+  const Vec3 low = first + Vec3::Constant(0.5 - around), high = first + Vec3::Constant(0.5 + block_edge + around);
+  return {cell_size * low, cell_size * high};
 }
 
 /// The nodes that a block owns.

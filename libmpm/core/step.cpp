@@ -59,7 +59,7 @@ std::string instability(const State& state, const Vec3& offset, double dt, std::
                                             : "a value that is not finite (NaN or infinite)";
   // if the position itself is not finite, give the centre of the block
   const Index3& c = state.grid.block(block).coordinate;
-  const Vec3 centre = node_position(c, 0, state.grid.cell_size()) + Vec3::Constant(2.5 * state.grid.cell_size());
+  const Vec3 centre = block_box(c, state.grid.cell_size()).center();
   const Vec3 position = position_of(p);
   const bool known = position.allFinite();
   return "unstable at t = " + number_text(state.time) + " s, step " + std::to_string(state.step) + " (dt = " + number_text(dt, 3) +
@@ -71,26 +71,21 @@ std::string instability(const State& state, const Vec3& offset, double dt, std::
 
 /// Removes the particles of a block that are outside the domain. Call it while those that leave the block are still in it.
 FluxTotals remove_outside(Grid& grid, std::int32_t index, const Scene& scene) {
-  const Vec3 &min = scene.domain_min, &max = scene.domain_max;
+  const Eigen::AlignedBox3d domain(scene.domain_min, scene.domain_max);
   const double dx = grid.cell_size();
-  const Vec3 first = node_position(grid.block(index).coordinate, 0, dx) + Vec3::Constant(0.5 * dx);  // corner of the block
-  const auto holds = [&](double cells) {  // the block and so many cells around it
-    const Vec3 low = first - Vec3::Constant(cells * dx), high = first + Vec3::Constant((block_edge + cells) * dx);
-    return (low.array() >= min.array()).all() && (high.array() <= max.array()).all();
-  };
-  constexpr double slack = 1e-6;  // cells: a position on the edge of its cell, up to rounding
+  const Index3& block = grid.block(index).coordinate;
   FluxTotals left;
-  if (holds(block_edge)) return left;  // as far as a particle moves in a step
+  if (domain.contains(block_box(block, dx, block_edge))) return left;  // as far as a particle moves in a step
   ParticleBin& bin = grid.block(index).particles;
-  const bool only_leavers = holds(slack);
+  const bool only_leavers = domain.contains(block_box(block, dx));
   const auto before = [&](int s) { return only_leavers ? bin.last_leaver(s) : s - 1; };
   with_record_type(grid.precision(), [&](auto record) {
     for (int s = before(bin.count()); s >= 0; s = before(s)) {
       const Vec3 x = position_of(bin.record<decltype(record)>(s), bin.frame);
-      if ((x.array() >= min.array()).all() && (x.array() <= max.array()).all()) continue;
+      if (domain.contains(x)) continue;
       const Particle p = bin[s];
       const double mass = density_of(scene.material) * p.volume;
-      left += FluxTotals{1, x.x() > max.x() ? 1U : 0U, mass, mass * velocity_of(p), kinetic_and_elastic_energy(p, scene, dx)};
+      left += FluxTotals{1, x.x() > domain.max().x() ? 1U : 0U, mass, mass * velocity_of(p), kinetic_and_elastic_energy(p, scene, dx)};
       grid.remove(index, s);
     }
   });

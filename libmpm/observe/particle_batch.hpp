@@ -35,12 +35,9 @@ class ParticleBatch {
   /// The particles of one block of a state. @param cell_size dx, m
   ParticleBatch(const Block& block, const Scene& scene, double cell_size)
       : density_(density_of(scene.material)), bin_(&block.particles), scene_(&scene) {
-    constexpr double slack = 1e-6;  // cells: a position on the edge of its cell, up to rounding
-    for (int axis = 0; axis < 3; ++axis) {
-      const double first = first_node(block.coordinate[static_cast<std::size_t>(axis)]) + 0.5;
-      low[axis] = (first - slack) * cell_size - scene.offset[axis];
-      high[axis] = (first + block_edge + slack) * cell_size - scene.offset[axis];
-    }
+    const Eigen::AlignedBox3d box = block_box(block.coordinate, cell_size);
+    low = box.min() - scene.offset;
+    high = box.max() - scene.offset;
   }
   /// All particles of a frame, in the order of their identity numbers.
   explicit ParticleBatch(const Snapshot& frame) : density_(frame.info.reference_density), frame_(&frame.particles) {}

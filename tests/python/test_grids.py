@@ -8,7 +8,8 @@ import numpy as np
 import pandas as pd
 
 from mpmtools.errors import InputError
-from mpmtools.study.grids import QUANTITIES, grid_summary, grid_table, late_means, limit_of
+from mpmtools.study.grids import QUANTITIES, coefficients_without_unconverged, grid_summary, grid_table, late_means, limit_of
+from study_samples import grid_of_runs
 
 SIZES = (0.35, 0.25, 0.175)
 
@@ -101,6 +102,19 @@ class Grids(unittest.TestCase):
         self.assertEqual(found.cell_size_m.tolist(), [0.25])
         self.assertAlmostEqual(found.runup[0], 7.5 / 2.0, 9)  # mean of 6 to 9, over H
         self.assertEqual((found.pressure_height[0], found.force_n[0]), (2.0, 7.0))
+
+    def test_coefficients_return_to_the_equation_without_the_snow_that_is_not_converged(self):
+        runs = grid_of_runs()
+        fluid = runs.critical_state_slope == 0.0
+        sticky = (runs.hardening_xi == 0.5) & (runs.cohesion_beta > 0.0) & ~fluid
+        runs.loc[sticky | fluid, ["runup", "pressure_height"]] *= 0.8
+        table = coefficients_without_unconverged(runs)
+        narrow = table[table.fitting_set == "narrow"]
+        self.assertEqual(narrow.without.tolist(), ["", "cohesive snow of xi <= 0.5", "fluid", "cohesive snow of xi <= 0.5 and fluid"])
+        self.assertEqual(narrow.left_out.tolist(), [0, sticky.sum(), fluid.sum(), sticky.sum() + fluid.sum()])
+        self.assertAlmostEqual(narrow.k_p.iloc[3], 0.5277, delta=1e-4)
+        self.assertAlmostEqual(narrow.runup_rmsle.iloc[3], 0.0, delta=1e-9)
+        self.assertTrue((narrow.runup_rmsle.iloc[:3] > 0.05).all())
 
     def test_need_their_columns(self):
         with self.assertRaisesRegex(InputError, "runup_standard_error_m"):

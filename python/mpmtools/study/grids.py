@@ -13,6 +13,7 @@ from scipy.optimize import brentq
 from mpmtools.errors import InputError
 from mpmtools.statistics import estimate_mean
 from mpmtools.study.campaigns import POINT
+from mpmtools.study.fits import NARROW, WIDE, coefficients_and_scores
 from mpmtools.study.histories import last_third
 from mpmtools.tables import no_column, numbers, read_series, read_table
 
@@ -23,6 +24,11 @@ QUANTITIES = {  # mean, its standard error, its numerical uncertainty as the run
 }
 SAFETY, SAFETY_WITHOUT_ORDER = 1.25, 3.0  # of the grid convergence index (Roache), of the range (Eca & Hoekstra 2009)
 LOWEST_ORDER, ORDER_TOLERANCE, HIGHEST_ORDER = 0.5, 0.5, 50.0
+# Snow whose run-up at w/5 is far from that of finer grids (evidence/grids), by its inputs: {kind: its rows of a table of runs}.
+UNCONVERGED = {
+    "cohesive snow of xi <= 0.5": lambda runs: (runs.hardening_xi < 0.5 + 1e-6) & (runs.cohesion_beta > 1e-6) & (runs.critical_state_slope > 1e-6),
+    "fluid": lambda runs: runs.critical_state_slope < 1e-6,
+}
 
 
 class Limit(NamedTuple):
@@ -97,6 +103,20 @@ def grid_summary(table):
             ratio = of[f"{grid}_over_fine"]
             row.update({f"{grid}_mean": np.exp(np.log(ratio).mean()), f"{grid}_lowest": ratio.min(), f"{grid}_highest": ratio.max()})
         rows.append({**row, "covered": of.covered.sum(), "with_order": int(of.order.between(LOWEST_ORDER, 1.0 + ORDER_TOLERANCE).sum())})
+    return pd.DataFrame(rows)
+
+
+def coefficients_without_unconverged(runs):
+    """Coefficients and scores against the published equations without each kind of snow that is not converged at w/5, and without all of
+    them: without (the kinds, empty: all runs are kept), fitting_set, left_out (runs), and one column a coefficient and score."""
+    rows = []
+    for kinds in ((), *((kind,) for kind in UNCONVERGED), tuple(UNCONVERGED)):
+        kept = runs
+        for kind in kinds:
+            kept = kept[~UNCONVERGED[kind](kept)]
+        for fitting_set in (NARROW, WIDE):
+            rows.append({"without": " and ".join(kinds), "fitting_set": fitting_set.name, "left_out": len(runs) - len(kept),
+                         **coefficients_and_scores(kept, fitting_set)})
     return pd.DataFrame(rows)
 
 

@@ -16,10 +16,8 @@ static force is small.
 import numpy as np
 import pandas as pd
 
-from mpmtools.errors import ConfigError
 from mpmtools.scores import levels
-from mpmtools.study.fits import NARROW, WIDE, height_samples, score_against_published
-from mpmtools.study.regression import EQUATIONS, fit_heights
+from mpmtools.study.fits import NARROW, WIDE, coefficients_and_scores
 
 FAST, LEAST_STATIC, LIMIT = 5.0, 25.0, 1.5
 LIMITS = (1.2, 1.3, 1.4, 1.5, 1.75, 2.0, np.inf)  # of the scan; infinite: all runs are kept
@@ -60,14 +58,6 @@ def jam_coefficients(runs):
     for limit in LIMITS:
         kept = without_jams(runs, limit)
         for fitting_set in (NARROW, WIDE):
-            row = {"limit": limit, "fitting_set": fitting_set.name, "left_out": len(runs) - len(kept)}
-            for equation in EQUATIONS:
-                samples = height_samples(equation, kept[fitting_set.holds(kept)])
-                try:
-                    row.update({name: e.value for name, e in fit_heights(equation, samples, with_profile=False).estimates.items()})
-                except ConfigError:  # too few runs, or too much alike
-                    row.update(dict.fromkeys(equation.parameters, np.nan))
-                scores = score_against_published(equation, samples)
-                row.update({f"{equation.name}_{score}": scores[score] for score in (equation.score, "fraction_25")})
-            rows.append(row)
+            rows.append({"limit": limit, "fitting_set": fitting_set.name, "left_out": len(runs) - len(kept),
+                         **coefficients_and_scores(kept, fitting_set)})
     return pd.DataFrame(rows)

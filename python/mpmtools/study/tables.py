@@ -69,7 +69,8 @@ def evidence_tables(runs, friction_file=None, sensitivity_file=None, prediction_
     """How far the coefficients can be trusted: intervals, influence, jams, the friction of the mast, and the grid."""
     tables = {"coefficient_intervals": uncertainty.coefficient_intervals(runs), "leave_one_out": uncertainty.leave_one_out(runs),
               "influence": uncertainty.influence(runs), "published_errors": uncertainty.published_errors(),
-              "coefficients_without_jams": jams.jam_coefficients(runs)}
+              "coefficients_without_jams": jams.jam_coefficients(runs),
+              "coefficients_without_unconverged": grids.coefficients_without_unconverged(runs)}
     indices = jams.jam_indices(runs)
     if len(indices):
         tables["jams"] = indices.sort_values("jam_index", ascending=False)
