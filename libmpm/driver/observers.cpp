@@ -1,6 +1,7 @@
 #include "libmpm/driver/observers.hpp"
 
 #include <fmt/format.h>
+#include <limits>
 
 #include <algorithm>
 #include <nlohmann/json.hpp>
@@ -105,8 +106,16 @@ ImpactFlow impact_flow(const Case& c) {
   return flow;
 }
 
+SnowKind snow_kind(const MaterialParameters& snow) {
+  if (snow.internal_friction().value_or(0.0) == 0.0) return SnowKind::fluid;
+  constexpr double compressible = 0.5, infinity = std::numeric_limits<double>::infinity();  // xi of the snow that was studied
+  const bool sticky = snow.cohesion_beta().value_or(0.0) > 0.0;
+  return sticky && snow.hardening_xi().value_or(infinity) <= compressible ? SnowKind::compressible_cohesive : SnowKind::frictional;
+}
+
 GridResolution grid_resolution(const Case& c) {
-  GridResolution r{.contact = c.numerics.contact, .transfer = c.numerics.transfer, .front = c.obstacle->front()};
+  GridResolution r{
+      .contact = c.numerics.contact, .transfer = c.numerics.transfer, .front = c.obstacle->front(), .snow = snow_kind(c.material)};
   const double width = c.obstacle->width(), dx = c.numerics.cell_size;
   r.cells = std::min(width, c.conveyor->flow_height) / dx;
   r.width_excess = nodal_width_ratio(width / dx) - 1.0;

@@ -2,18 +2,28 @@
 /// Numerical uncertainty of an impact, from grid studies at the same resolution. A run on one grid cannot
 /// determine its own grid error; `mpm converge` estimates it for one case from several grids.
 
+#include <cstdint>
+
 #include "libmpm/boundary/contact.hpp"
 #include "libmpm/boundary/shapes/outline.hpp"
 #include "libmpm/core/transfer.hpp"
 
 namespace mpm {
 
+/// Snow by how its heights converge with the grid.
+enum class SnowKind : std::uint8_t {
+  frictional,            ///< internal friction, and no or hardly any of what the next two have
+  fluid,                 ///< without friction: it climbs as a fountain
+  compressible_cohesive  ///< cohesion, and xi of 0.5 or less
+};
+
 /// Resolution of the obstacle in a run.
 struct GridResolution {
   ContactRule contact = ContactRule::nodal;  ///< where the obstacle acts
   Transfer transfer = Transfer::apic;        ///< velocities between grid and particles
   Front front = Front::plane;                ///< how the obstacle meets the flow
-  double cells = 0.0;                        ///< in the smaller of the obstacle's width and the flow height
+  SnowKind snow = SnowKind::frictional;
+  double cells = 0.0;         ///< in the smaller of the obstacle's width and the flow height
   double width_excess = 0.0;  ///< relative increase of the width by nodal contact: rows of nodes on the obstacle, times dx over w, minus 1
 };
 
@@ -31,7 +41,9 @@ struct GridUncertainty {
 /// depends, added.
 ///
 /// Sources: validation/cases/avalanche_convergence (Fr 3, M = 0.4, frictionless mast, w = H: both families of grids, both rules of contact)
-/// and docs/cases.md (cylinder, wedge). The errors for other snow, speeds and widths may be larger or smaller.
+/// and docs/cases.md (cylinder, wedge); for a mast with friction, fluids and compressible cohesive snow validation/study/evidence/grids
+/// (contact at the surface; for contact on nodes the larger of this and its own is taken). The errors for other snow, speeds and widths may
+/// be larger or smaller.
 [[nodiscard]] GridUncertainty grid_uncertainty(const GridResolution& resolution);
 
 /// Rows of nodes on an obstacle with a plane of symmetry on a row, times dx, over its width: 1 + 1/n for an even number n of cells across

@@ -50,6 +50,9 @@ std::optional<double> MaterialParameters::critical_state_ratio() const {
 std::optional<double> MaterialParameters::hardening_xi() const {
   return where_it_exists(law, std::optional<double>(), [](const auto& p) -> decltype(p.hardening_xi) { return p.hardening_xi; });
 }
+std::optional<double> MaterialParameters::cohesion_beta() const {
+  return where_it_exists(law, std::optional<double>(), [](const auto& p) -> decltype(p.cohesion_beta) { return p.cohesion_beta; });
+}
 bool MaterialParameters::keeps_compaction() const {
   return where_it_exists(law, false, [](const auto& p) -> decltype(p.keeps_compaction) { return p.keeps_compaction; });
 }

@@ -65,6 +65,7 @@ struct MaterialParameters {
   [[nodiscard]] std::optional<double> internal_friction() const;     ///< tan(phi') of the material within itself
   [[nodiscard]] std::optional<double> critical_state_ratio() const;  ///< M' = q/p at the critical state
   [[nodiscard]] std::optional<double> hardening_xi() const;          ///< xi
+  [[nodiscard]] std::optional<double> cohesion_beta() const;         ///< beta = p_t / p_c
   [[nodiscard]] bool keeps_compaction() const;                       ///< whether compacted material stays denser
 
   /// [material] model, then the parameters of every law.

@@ -53,7 +53,7 @@ concept UpdatesStress = requires(const L law, MaterialState<T>& state, const Mat
 
 /// Parameters of a law, in SI units; `declare` (base/parameter.hpp) defines their keys.
 /// May have: internal_friction(), tan(phi') of the material within itself; critical_state_ratio(), M' = q/p at the critical state;
-/// hardening_xi; keeps_compaction, true if compacted material stays denser; check(ParameterReport&).
+/// hardening_xi; cohesion_beta; keeps_compaction, true if compacted material stays denser; check(ParameterReport&).
 template <class P>
 concept MaterialParameterSet = std::default_initializable<P> && std::equality_comparable<P> && requires(const P p) {
   { P::name } -> std::convertible_to<std::string_view>;         // value of [material] model

@@ -46,6 +46,8 @@ def parser():
                             "drawn from the first, the others are beside it in the tables")
     study.add_argument("--out", required=True, metavar="DIR", help="folder for the page, index.html, and for a folder of tables an input")
     study.add_argument("--join", action="store_true", help="evaluate all tables together, as one study")
+    study.add_argument("--finest", action="store_true", help="of the runs of one set-up only that on the finest grid counts")
+    study.add_argument("--name", metavar="NAME", help="folder of the joined tables (default: that of the first)")
     study.add_argument("--filter", action="append", default=[], metavar="'COLUMN OP VALUE'", help=FILTER_HELP)
     study.add_argument("--width", action="append", default=[], metavar="RESULTS.csv", help="table of the width study (Fig. 10), where it is another one")
     study.add_argument("--sections", action="append", default=[], metavar="RESULTS.csv",
@@ -55,7 +57,7 @@ def parser():
                        help="table of a campaign with one friction of the mast for all snow, to be compared with this one")
     study.add_argument("--prediction", metavar="RESULTS.csv",
                        help="table of the same sets computed with the accurate solver, to be compared with this one")
-    study.add_argument("--grids", metavar="RESULTS.csv",
+    study.add_argument("--grids", action="append", default=[], metavar="RESULTS.csv",
                        help="table of runs of the accurate solver, each point on three grids: how far a run is from its limit")
     study.add_argument("--extensions", metavar="DIR", help="folder with the tables of the runs beyond the paper")
     study.add_argument("--note", action="append", default=[], metavar="TEXT", help="a line on where the data come from, for the page")

@@ -83,5 +83,21 @@ TEST(GridResolutionOfACase, CountsCellsInTheSmallerOfWidthAndDepth) {
   EXPECT_NEAR(grid_resolution(c).cells, 7.0, 1e-12) << "H/dx";
 }
 
+TEST(GridResolutionOfACase, KnowsTheSnowThatConvergesSlowly) {
+  Case c = mast();
+  const auto kind = [&](double slope, double beta, double xi) {
+    CamClay::Parameters snow;
+    snow.critical_state_slope = slope, snow.cohesion_beta = beta, snow.hardening_xi = xi;
+    c.material = snow;
+    return grid_resolution(c).snow;
+  };
+  EXPECT_EQ(kind(0.8, 0.3, 5.0), SnowKind::frictional);
+  EXPECT_EQ(kind(0.8, 0.0, 0.5), SnowKind::frictional);
+  EXPECT_EQ(kind(0.8, 0.3, 0.5), SnowKind::compressible_cohesive);
+  EXPECT_EQ(kind(0.0, 0.3, 0.5), SnowKind::fluid);
+  EXPECT_EQ(snow_kind(WeaklyCompressibleFluid::Parameters()), SnowKind::fluid);
+  EXPECT_EQ(snow_kind(DruckerPrager::Parameters()), SnowKind::frictional);
+}
+
 }  // namespace
 }  // namespace mpm

@@ -148,10 +148,13 @@ class Study(InFolder):
         self.assertEqual(sorted(os.listdir(self.folder / "two")), ["camp", "camp_2"])
         self.assertEqual(self.command("study", one, two, "--join", "--out", self.folder / "one", "--no-page")[0], 0)
         self.assertEqual(len(read_series(self.folder / "one" / "camp" / "points.csv")), 660)
+        self.assertEqual(self.command("study", one, two, "--join", "--name", "both", "--out", self.folder / "one", "--no-page")[0], 0)
+        self.assertEqual(len(read_series(self.folder / "one" / "both" / "points.csv")), 660)
 
     def test_says_what_is_wrong(self):
         table = self.write("results.csv", synthetic_table(0.08))
         for arguments, code, message in (([self.folder / "none"], 4, "no table"), ([table, "--decomposition", "1,2"], 2, "three numbers"),
+                                         ([table, "--name", "both"], 2, "--join"),
                                          ([table, "--width", self.folder / "none.csv"], 4, "cannot read"),
                                          ([table, "--sensitivity", table], 4, "no column 'effective_friction'")):
             found, _, err = self.command("study", *arguments, "--out", self.folder / "out", "--no-page")

@@ -27,7 +27,7 @@ UNFITTED = ("compaction", "compaction_curve", "compaction_summary", "decompositi
             "sensitivity", "sensitivity_summary", "spreads", "width_factors")
 EVIDENCE_TABLES = ("coefficient_intervals", "leave_one_out", "influence", "published_errors", "coefficients_without_jams", "jams",
                    "friction_rules", "friction_calibration", "friction_interpolation", "side_by_side", "campaign_scores", "paired_rows", "paired_summary",
-                   "grids", "grids_summary")
+                   "grids", "grids_summary", "coefficients_without_unconverged", "refined_rows", "refined_summary")
 FITTED = ("coefficients", "factor_curves", "height_curves", "points")
 # The C++ stopped its search when the sum of squares no longer fell, at up to 1.4e-8 of a coefficient from the minimum.
 COEFFICIENTS, SCORES, SUMS = 1e-6, 1e-9, 1e-12
@@ -40,16 +40,21 @@ INFLUENCE_KEYS = ["equation", "froude_number", "effective_friction", "hardening_
 
 class CommittedStudy(unittest.TestCase):
     name = "coarse"
+    rows = ("results.csv",)
     options = {"width_files": [EVIDENCE / "width" / "results.csv"], "section_files": [EVIDENCE / "sections" / "results.csv"],
                "sensitivity_file": EVIDENCE / "sensitivity" / "results.csv", "friction_file": EVIDENCE / "friction_015" / "results.csv",
-               "prediction_file": RESULTS / "prediction_w5" / "results.csv", "grids_file": EVIDENCE / "grids" / "results.csv"}
+               "prediction_file": RESULTS / "prediction" / "w5.csv", "grids_files": [EVIDENCE / "grids" / name for name in ("results.csv", "settled.csv")]}
 
     @classmethod
     def setUpClass(cls):
         folder = tempfile.TemporaryDirectory()
         cls.addClassCleanup(folder.cleanup)
         cls.folder = pathlib.Path(folder.name)
-        write_study([str(RESULTS / cls.name / "results.csv")], folder.name, **cls.options)
+        write_study(cls.tables(), folder.name, **cls.options)
+
+    @classmethod
+    def tables(cls):
+        return [str(RESULTS / cls.name / rows) for rows in cls.rows]
 
     def both(self, table):
         return read_series(self.folder / f"{table}.csv"), read_series(RESULTS / self.name / f"{table}.csv")
@@ -95,7 +100,7 @@ class CommittedStudy(unittest.TestCase):
         self.assert_equal(found, committed, SCORES, "scores")
 
     def test_scores_against_the_committed_coefficients_are_equal(self):
-        runs = read_study_table([str(RESULTS / self.name / "results.csv")]).runs
+        runs = read_study_table(self.tables(), finest=self.options.get("finest", False)).runs
         coefficients, committed = read_series(RESULTS / self.name / "coefficients.csv"), read_series(RESULTS / self.name / "scores.csv")
         for equation in EQUATIONS:
             for fitting_set in (NARROW, WIDE):
@@ -189,7 +194,7 @@ class Claims(unittest.TestCase):
 
     def test_jams_are_those_of_the_page_and_hold_the_forces_of_the_readme(self):
         for campaign, points in (("coarse", {(1.0, 5.0), (2.0, 5.0), (1.0, 1.5)}), ("fine", {(1.0, 5.0), (2.0, 5.0), (3.0, 5.0)}),
-                                 ("prediction_w5", {(0.3, 5.0), (2.0, 5.0), (0.3, 1.5), (1.0, 1.5), (2.0, 0.5)})):
+                                 ("prediction", {(0.3, 5.0), (2.0, 5.0), (0.3, 1.5), (1.0, 1.5), (2.0, 0.5)})):
             jams = committed(campaign, "jams")
             jammed = jams[jams.jammed == 1]
             self.assertEqual(set(zip(jammed.froude_number, jammed.hardening_xi)), points)
@@ -201,8 +206,8 @@ class Claims(unittest.TestCase):
     def test_readme_holds_the_headline_numbers(self):
         """Every value and interval of its first table, and in jams.md the coefficients without jams, as the tables have them."""
         readme, jams = ((STUDY / name).read_text(encoding="utf-8") for name in ("README.md", "jams.md"))
-        for campaign, fitting_set in (("coarse", "narrow"), ("coarse", "wide"), ("fine", "narrow"), ("prediction_w5", "narrow"),
-                                      ("prediction_w5", "wide")):
+        for campaign, fitting_set in (("coarse", "narrow"), ("coarse", "wide"), ("fine", "narrow"), ("prediction", "narrow"),
+                                      ("prediction", "wide")):
             table = committed(campaign, "coefficient_intervals")
             for c in table[table.fitting_set == fitting_set].itertuples():
                 self.assertIn(f"{c.value:.3f} ({c.material_from:.3f} to {c.material_to:.3f})", readme)
@@ -230,8 +235,9 @@ class CommittedFineStudy(CommittedStudy):
 
 
 class CommittedPrediction(CommittedStudy):
-    name = "prediction_w5"
-    options = {}
+    name = "prediction"
+    rows = ("w5.csv", "w7.csv")
+    options = {"finest": True}
 
 
 if __name__ == "__main__":

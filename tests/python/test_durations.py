@@ -52,7 +52,7 @@ class KeptTables(unittest.TestCase):
     def test_coefficients_are_found_again_from_the_heights_and_the_rows(self):
         study = SOURCE / "validation" / "study"
         heights = read_series(study / "evidence" / "durations" / "heights.csv")
-        runs = read_study_table([str(study / "results" / "prediction_w5" / "results.csv")]).runs
+        runs = read_study_table([str(study / "results" / "prediction" / "w5.csv")]).runs
         found = coefficients_by_duration(runs, heights[heights.campaign == "prediction"])
         kept = read_series(study / "evidence" / "durations" / "coefficients.csv")
         self.assertEqual(found[["duration", "fitting_set", "parameter", "runs"]].values.tolist(),

@@ -8,7 +8,7 @@ import numpy as np
 import pandas as pd
 
 from mpmtools.errors import InputError
-from mpmtools.study.grids import QUANTITIES, coefficients_without_unconverged, grid_summary, grid_table, late_means, limit_of
+from mpmtools.study.grids import QUANTITIES, coefficients_without_unconverged, grid_summary, grid_table, late_means, limit_of, refined_rows, refinement_tables
 from study_samples import grid_of_runs
 
 SIZES = (0.35, 0.25, 0.175)
@@ -115,6 +115,16 @@ class Grids(unittest.TestCase):
         self.assertAlmostEqual(narrow.k_p.iloc[3], 0.5277, delta=1e-4)
         self.assertAlmostEqual(narrow.runup_rmsle.iloc[3], 0.0, delta=1e-9)
         self.assertTrue((narrow.runup_rmsle.iloc[:3] > 0.05).all())
+
+    def test_refined_rows_are_the_set_ups_on_two_grids(self):
+        runs = grid_of_runs((5.0,)).assign(cell_size_m=0.35, force_n=100.0)
+        fast = runs[runs.froude_number > 2.5]
+        table = refined_rows(pd.concat([fast.assign(cell_size_m=0.25, force_n=110.0, runup=1.2 * fast.runup), runs], ignore_index=True))
+        self.assertEqual(len(table), len(fast))
+        np.testing.assert_allclose(table[["runup_ratio", "pressure_height_ratio", "force_n_ratio"]].to_numpy(), [[1.2, 1.0, 1.1]] * len(fast))
+        self.assertEqual((table.cell_size_m_fine.unique().tolist(), table.cell_size_m_coarse.unique().tolist()), ([0.25], [0.35]))
+        summary = refinement_tables(pd.concat([fast.assign(cell_size_m=0.25), runs]))["refined_summary"]
+        self.assertEqual(summary[summary.group == "all"].pairs.tolist(), [len(fast)] * 3)
 
     def test_need_their_columns(self):
         with self.assertRaisesRegex(InputError, "runup_standard_error_m"):

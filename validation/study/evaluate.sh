@@ -13,12 +13,13 @@ trap 'rm -r "$made"' EXIT
 evaluate() { PYTHONPATH=python /usr/bin/python3 -m mpmtools study "$@" --out "$made" --no-page; }
 evaluate "$study/results/coarse/results.csv" --width "$study/evidence/width/results.csv" --sections "$study/evidence/sections/results.csv" \
   --sensitivity "$study/evidence/sensitivity/results.csv" --friction "$study/evidence/friction_015/results.csv" \
-  --prediction "$study/results/prediction_w5/results.csv" --grids "$study/evidence/grids/results.csv"
+  --prediction "$study/results/prediction/w5.csv" --grids "$study/evidence/grids/results.csv" \
+  --grids "$study/evidence/grids/settled.csv"
 evaluate "$study/results/fine/results.csv" --sensitivity "$study/evidence/transfer/results.csv"
-evaluate "$study/results/prediction_w5/results.csv"
-cp "$made/prediction_w5/fit.json" "$study/results/prediction_w5/"
-for table in "$made"/prediction_w5/*.csv; do
-  if [ "$(wc -l < "$table")" -gt 1 ]; then cp "$table" "$study/results/prediction_w5/"; fi
+evaluate "$study/results/prediction/w5.csv" "$study/results/prediction/w7.csv" --join --finest --name prediction
+cp "$made/prediction/fit.json" "$study/results/prediction/"
+for table in "$made"/prediction/*.csv; do
+  if [ "$(wc -l < "$table")" -gt 1 ]; then cp "$table" "$study/results/prediction/"; fi
 done
 for campaign in coarse fine; do
   for table in "$made/$campaign"/*.csv; do

@@ -11,8 +11,10 @@ import pandas as pd
 from scipy.optimize import brentq
 
 from mpmtools.errors import InputError
+from mpmtools.scores import levels
 from mpmtools.statistics import estimate_mean
-from mpmtools.study.campaigns import POINT
+from mpmtools.study.campaigns import POINT, paired_summary
+from mpmtools.study.campaigns import QUANTITIES as COMPARED
 from mpmtools.study.fits import NARROW, WIDE, coefficients_and_scores
 from mpmtools.study.histories import last_third
 from mpmtools.tables import no_column, numbers, read_series, read_table
@@ -120,6 +122,24 @@ def coefficients_without_unconverged(runs):
     return pd.DataFrame(rows)
 
 
+def refined_rows(runs):
+    """A row for each set-up that is there on two grids: inputs, M', both cell sizes, each quantity (heights over H, force in N) on both, and
+    that on the finest grid over that on the coarsest."""
+    keyed = runs[runs.at_reference_width].assign(**{name: levels(runs[name]).round(9) for name in [*POINT, "cell_size_m"]})
+    columns = ["cell_size_m", *COMPARED]
+    ordered = keyed.sort_values("cell_size_m", kind="stable")[[*POINT, "effective_friction", *columns]]
+    fine, coarse = (ordered.drop_duplicates(POINT, keep=keep) for keep in ("first", "last"))
+    both = fine.merge(coarse[[*POINT, *columns]], on=POINT, suffixes=("_fine", "_coarse"))
+    both = both[both.cell_size_m_fine < both.cell_size_m_coarse].reset_index(drop=True)
+    return both.assign(**{f"{name}_ratio": both[f"{name}_fine"] / both[f"{name}_coarse"] for name in COMPARED})
+
+
+def refinement_tables(runs):
+    """{name: table}: refined_rows(), and their ratios by Froude number."""
+    rows = refined_rows(runs)
+    return {"refined_rows": rows, "refined_summary": paired_summary(rows)}
+
+
 def late_means(path):
     """A row for each run of a campaign whose folder is there, steady or not: inputs, cell size, and over the last third of its series the mean
     and standard error of both heights (over H) and of the force along the flow (N).
@@ -142,7 +162,7 @@ def late_means(path):
     return pd.DataFrame(rows)
 
 
-def grid_tables(path):
-    """{name: table} of this module."""
-    table = grid_table(path)
+def grid_tables(paths):
+    """{name: table} of campaigns that have points on three grids, each campaign for itself."""
+    table = pd.concat([grid_table(path) for path in paths], ignore_index=True)
     return {"grids": table, "grids_summary": grid_summary(table)}

@@ -9,7 +9,7 @@ import pandas as pd
 
 from mpmtools import equations
 from mpmtools.errors import ConfigError, InputError
-from mpmtools.scores import same_input
+from mpmtools.scores import levels, same_input
 from mpmtools.tables import find_column, no_column, number_text, numbers, read_table
 from mpmtools.wording import counted
 
@@ -18,6 +18,8 @@ PAPER_DENSITY = 300.0  # kg/m^3, Table 1: campaigns that do not vary it do not l
 OTHER_INPUTS = ("cell_size_m", "density_kg_m3", "feed", "flip_ratio", "obstacle.friction", "obstacle.shape", "obstacle_friction",
                 "particles_per_cell", "preconsolidation_pressure_pa", "sidewall_contact", "sidewall_friction", "slope_deg",
                 "transfer", "upstream_length_m", "young_modulus_pa")
+# What makes two runs one set-up, whatever their grid.
+SET_UP = ["froude_number", "critical_state_slope", "cohesion_beta", "hardening_xi", "flow_height_m", "obstacle_width_m"]
 
 
 @dataclass
@@ -31,6 +33,7 @@ class StudyTable:
     pressure_height, pressure_height_standard_error, pressure_height_peak
     runup_numerical_uncertainty, pressure_height_numerical_uncertainty   of grid and time step, over H; NaN where a table has none
     compaction                                          density at the front face of the mast over the initial density
+    cell_size_m                                         NaN where not in the table
     force_n, density_kg_m3                              mean force along the flow on the mast; initial density, the paper's where not in the table
     at_reference_width                                  w = H, the set-up of Eqs. 7 to 10
     """
@@ -85,8 +88,8 @@ def _equal(cell, value):
     return cell == value if a is None or b is None else bool(same_input(a, b))
 
 
-def read_study_table(files, filters=()):
-    """Reads tables and puts their rows together.
+def read_study_table(files, filters=(), finest=False):
+    """Reads tables and puts their rows together. `finest`: of the rows of one set-up only that on the finest grid counts.
 
     A column is found by its name (`hardening_xi`), else by the one that ends in it (`material.hardening_xi`). Needed are
     froude_number or velocity_m_s; effective_friction, or critical_state_slope and cohesion_beta; hardening_xi; flow_height_m;
@@ -96,6 +99,8 @@ def read_study_table(files, filters=()):
     tables = read_tables_once(files)
     parts, reasons = [], []
     for table, given_before in tables:
+        if finest and not find_column(table, "cell_size_m"):
+            raise ConfigError(f"--finest: {no_column(table, 'cell_size_m')}")
         runs = _runs_of(table)
         reason = _why_left_out(table, runs)
         for condition in filters:
@@ -103,11 +108,13 @@ def read_study_table(files, filters=()):
         parts.append(runs.join(_other_inputs(table)))
         reasons.append(reason.mask(given_before, "the same row as in another table"))
     runs, reason = pd.concat(parts, ignore_index=True), pd.concat(reasons, ignore_index=True)
+    if finest:
+        reason = reason.mask((reason == "") & _has_a_finer_one(runs, reason), "the same set-up is there on a finer grid")
     kept = runs[reason == ""].reset_index(drop=True)
     return StudyTable(runs=kept.drop(columns=[column for column in kept if column.startswith("other ")]),
                       rows=len(runs),
                       left_out=reason[reason != ""].value_counts(sort=False).to_dict(),
-                      cautions=_cautions(kept),
+                      cautions=_cautions(kept.drop(columns="other cell_size_m", errors="ignore") if finest else kept),
                       files=[str(path) for path in files],
                       provenance=[line for table, _ in tables for line in _provenance(table)])
 
@@ -154,7 +161,7 @@ def _runs_of(table):
         "obstacle_width_m": column("obstacle.width_m", "obstacle_width_m").fillna(height), "froude_number": column("froude_number"),
         "velocity_m_s": column("velocity_m_s"), "critical_state_slope": column("critical_state_slope"),
         "cohesion_beta": column("cohesion_beta"), "effective_friction": column("effective_friction"), "compaction": column("compaction_mean"),
-        "force_n": column("force_mean_n.x"), "density_kg_m3": column("density_kg_m3").fillna(PAPER_DENSITY),
+        "cell_size_m": column("cell_size_m"), "force_n": column("force_mean_n.x"), "density_kg_m3": column("density_kg_m3").fillna(PAPER_DENSITY),
     }, index=table.index)
     if find_column(table, "froude_number"):
         runs["velocity_m_s"] = equations.flow_velocity(runs.froude_number, height, gravity)
@@ -195,6 +202,14 @@ def _why_left_out(table, runs):
     reason[stopped] = "status: " + status[stopped]
     reason[~np.isfinite(inputs).all(axis=1)] = "an input is missing"
     return reason
+
+
+def _has_a_finer_one(runs, reason):
+    """Which rows have a row of the same set-up on a finer grid that was computed to its end, whether with a steady mean or not."""
+    computed = reason.isin(["", "no steady mean of the run-up", "no steady span"])
+    size = levels(runs.cell_size_m)
+    inputs = [levels(runs[name]) for name in SET_UP]
+    return size > size.where(computed).groupby(inputs, dropna=False).transform("min")
 
 
 def _kept(table, condition):
@@ -245,9 +260,9 @@ def _executions(table):
     return lines
 
 
-def read_runs_or_refuse(files, filters=()):
+def read_runs_or_refuse(files, filters=(), finest=False):
     """As read_study_table(); refuses tables of which no run is left."""
-    table = read_study_table(files, filters)
+    table = read_study_table(files, filters, finest)
     if table.runs.empty:
         reasons = "; ".join(f"{rows} {reason}" for reason, rows in table.left_out.items())
         raise ConfigError(f"no run with a steady run-up is left of {counted(table.rows, 'row')}" + (f" ({reasons})" if reasons else ""))

@@ -12,12 +12,13 @@ def run(options):
     last_link = tuple(number_of(cell) for cell in options.decomposition.split(","))
     if len(last_link) != 3 or None in last_link:
         raise ConfigError(f"--decomposition {options.decomposition}: three numbers M,BETA,XI are needed, such as 0.8,0.3,0.5")
-    evaluation = {"filters": [RowFilter(text) for text in options.filter], "notes": options.note, "last_link": last_link}
+    evaluation = {"filters": [RowFilter(text) for text in options.filter], "notes": options.note, "last_link": last_link, "finest": options.finest}
+    if options.name and not options.join:
+        raise ConfigError("--name names the study of joined tables; give --join, too")
     others = {"width_files": options.width, "section_files": options.sections, "sensitivity_file": options.sensitivity,
-              "friction_file": options.friction, "prediction_file": options.prediction,
-              "grids_file": options.grids}
+              "friction_file": options.friction, "prediction_file": options.prediction, "grids_files": options.grids}
     folders = []
-    for name, tables in studies_of(options.inputs, options.join):
+    for name, tables in studies_of(options.inputs, options.join, options.name):
         if not tables:
             folders.append(name)  # evaluated before
             continue
@@ -38,11 +39,11 @@ def run(options):
     print(f"wrote {page}", file=sys.stderr)
 
 
-def studies_of(inputs, join):
+def studies_of(inputs, join, name=None):
     """[(name, its tables)]; for a folder that was evaluated before, (folder, [])."""
     if join:
         tables = [table_of(path) for path in inputs]
-        return [(name_of(tables[0]), tables)]
+        return [(name or name_of(tables[0]), tables)]
     studies, names = [], set()
     for path in inputs:
         if os.path.isfile(os.path.join(path, "fit.json")):

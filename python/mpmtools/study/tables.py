@@ -65,7 +65,7 @@ def plan_title(table_path):
         return tomllib.load(file).get("title", "")
 
 
-def evidence_tables(runs, friction_file=None, sensitivity_file=None, prediction_file=None, grids_file=None):
+def evidence_tables(runs, friction_file=None, sensitivity_file=None, prediction_file=None, grids_files=()):
     """How far the coefficients can be trusted: intervals, influence, jams, the friction of the mast, and the grid."""
     tables = {"coefficient_intervals": uncertainty.coefficient_intervals(runs), "leave_one_out": uncertainty.leave_one_out(runs),
               "influence": uncertainty.influence(runs), "published_errors": uncertainty.published_errors(),
@@ -78,8 +78,8 @@ def evidence_tables(runs, friction_file=None, sensitivity_file=None, prediction_
         tables.update(friction_choice.friction_tables(friction_file, runs, sensitivity_file))
     if prediction_file:
         tables.update(campaigns.campaign_tables(runs, read_runs_or_refuse([prediction_file]).runs, tables["coefficient_intervals"]))
-    if grids_file:
-        tables.update(grids.grid_tables(grids_file))
+    if grids_files:
+        tables.update(grids.grid_tables(grids_files))
     return tables
 
 
@@ -94,14 +94,14 @@ def write_evidence(tables, files, out):
 
 
 def write_study(files, out, filters=(), width_files=(), section_files=(), sensitivity_file=None, notes=(), last_link=rheology.LAST_LINK,
-                friction_file=None, prediction_file=None, grids_file=None):
+                friction_file=None, prediction_file=None, grids_files=(), finest=False):
     """Evaluates tables of runs and writes the tables of the study into the folder `out`; returns lines for the terminal.
 
     The widths and the two runs of Fig. 5 are taken from the same tables unless others are named. `friction_file` is the table of a campaign
-    with one friction for all snow, `prediction_file` that of the same sets with the accurate solver, to be compared with this one; `grids_file`
-    holds runs of that solver on three grids.
+    with one friction for all snow, `prediction_file` that of the same sets with the accurate solver, to be compared with this one; `grids_files`
+    hold runs of that solver on three grids. `finest`: of the runs of one set-up only that on the finest grid counts.
     """
-    table = read_runs_or_refuse(files, filters)
+    table = read_runs_or_refuse(files, filters, finest)
     plans = [f"plan: {title}" for path in files if (title := plan_title(path))]
     table.provenance = [*notes, *plans, *table.provenance]
     runs = table.runs
@@ -121,13 +121,14 @@ def write_study(files, out, filters=(), width_files=(), section_files=(), sensit
         "height_choices": histories.height_choice_table(runs),
         "compaction": losses, "compaction_curve": rheology.compaction_curve(losses), "compaction_summary": summary, **section_tables,
     }
-    others = (friction_file, sensitivity_file, prediction_file, grids_file)
-    evidence, not_compared = evidence_tables(runs, *others), []
+    evidence, not_compared = evidence_tables(runs, friction_file, sensitivity_file, prediction_file, grids_files), []
+    if finest:
+        evidence.update(grids.refinement_tables(read_study_table(files, filters).runs))
     if sensitivity_file:
         compared = sensitivity.sensitivities(sensitivity_file)
         evidence.update(sensitivity=compared.runs, sensitivity_summary=compared.summaries)
         not_compared = compared.notes
-    write_evidence(evidence, [*files, *filter(None, others)], out)
+    write_evidence(evidence, [*files, *filter(None, (friction_file, sensitivity_file, prediction_file, *grids_files))], out)
     for name, content in tables.items():
         write_text(os.path.join(out, f"{name}.csv"), csv_text(content))
     write_text(os.path.join(out, "coefficients.csv"), coefficients_csv(fits))
