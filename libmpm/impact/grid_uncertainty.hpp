@@ -22,8 +22,8 @@ struct GridResolution {
   ContactRule contact = ContactRule::nodal;  ///< where the obstacle acts
   Transfer transfer = Transfer::apic;        ///< velocities between grid and particles
   Front front = Front::plane;                ///< how the obstacle meets the flow
-  SnowKind snow = SnowKind::frictional;
-  double cells = 0.0;         ///< in the smaller of the obstacle's width and the flow height
+  SnowKind snow = SnowKind::frictional;      ///< what meets it
+  double cells = 0.0;                        ///< in the smaller of the obstacle's width and the flow height
   double width_excess = 0.0;  ///< relative increase of the width by nodal contact: rows of nodes on the obstacle, times dx over w, minus 1
 };
 
