@@ -1,9 +1,9 @@
 #include "libmpm/driver/observers.hpp"
 
 #include <fmt/format.h>
-#include <limits>
 
 #include <algorithm>
+#include <limits>
 #include <nlohmann/json.hpp>
 
 #include "libmpm/driver/case_file.hpp"
@@ -108,9 +108,10 @@ ImpactFlow impact_flow(const Case& c) {
 
 SnowKind snow_kind(const MaterialParameters& snow) {
   if (snow.internal_friction().value_or(0.0) == 0.0) return SnowKind::fluid;
-  constexpr double compressible = 0.5, infinity = std::numeric_limits<double>::infinity();  // xi of the snow that was studied
-  const bool sticky = snow.cohesion_beta().value_or(0.0) > 0.0;
-  return sticky && snow.hardening_xi().value_or(infinity) <= compressible ? SnowKind::compressible_cohesive : SnowKind::frictional;
+  constexpr double studied_xi = 0.5;  // at 1.5 the run-up converges as that of hardly compressible snow
+  const bool compressible = snow.hardening_xi().value_or(std::numeric_limits<double>::infinity()) <= studied_xi;
+  const bool cohesive = snow.cohesion_beta().value_or(0.0) > 0.0;
+  return compressible && cohesive ? SnowKind::compressible_cohesive : SnowKind::frictional;
 }
 
 GridResolution grid_resolution(const Case& c) {

@@ -18,7 +18,7 @@ UNCERTAINTIES = ["runup_numerical_uncertainty", "pressure_height_numerical_uncer
 QUANTITIES = {"runup": "run-up", "pressure_height": "pressure height", "force_n": "force"}
 
 
-def _keyed(runs):
+def keyed(runs):
     """Runs at the reference width by their set-up; the first of several runs of one set-up."""
     at_width = runs[runs.at_reference_width].reset_index(drop=True)
     keys = pd.DataFrame({name: levels(at_width[name]).round(9) for name in POINT})
@@ -28,8 +28,8 @@ def _keyed(runs):
 def paired_rows(reproduction, prediction):
     """A row for each set-up that both campaigns have, in the order of the prediction: inputs, M', numerical uncertainties of the prediction's
     heights, each quantity (heights over H, force in N) of both, and prediction over reproduction."""
-    ours = _keyed(prediction)[[*POINT, "effective_friction", *UNCERTAINTIES, *QUANTITIES]]
-    both = ours.merge(_keyed(reproduction)[[*POINT, *QUANTITIES]], on=POINT, suffixes=("_prediction", "_reproduction"))
+    ours = keyed(prediction)[[*POINT, "effective_friction", *UNCERTAINTIES, *QUANTITIES]]
+    both = ours.merge(keyed(reproduction)[[*POINT, *QUANTITIES]], on=POINT, suffixes=("_prediction", "_reproduction"))
     ratios = {f"{name}_ratio": both[f"{name}_prediction"] / both[f"{name}_reproduction"] for name in QUANTITIES}
     return both.assign(**ratios)
 
@@ -52,7 +52,7 @@ def paired_summary(rows):
 
 def _at(runs, rows):
     """The runs whose set-up is among the pairs."""
-    return _keyed(runs).merge(rows[POINT], on=POINT)
+    return keyed(runs).merge(rows[POINT], on=POINT)
 
 
 def _intervals(fitting_set, runs):

@@ -13,7 +13,7 @@ from scipy.optimize import brentq
 from mpmtools.errors import InputError
 from mpmtools.scores import levels
 from mpmtools.statistics import estimate_mean
-from mpmtools.study.campaigns import POINT, paired_summary
+from mpmtools.study.campaigns import POINT, keyed, paired_summary
 from mpmtools.study.campaigns import QUANTITIES as COMPARED
 from mpmtools.study.fits import NARROW, WIDE, coefficients_and_scores
 from mpmtools.study.histories import last_third
@@ -125,11 +125,10 @@ def coefficients_without_unconverged(runs):
 def refined_rows(runs):
     """A row for each set-up that is there on two grids: inputs, M', both cell sizes, each quantity (heights over H, force in N) on both, and
     that on the finest grid over that on the coarsest."""
-    keyed = runs[runs.at_reference_width].assign(**{name: levels(runs[name]).round(9) for name in [*POINT, "cell_size_m"]})
+    ordered = runs.assign(cell_size_m=levels(runs.cell_size_m)).sort_values("cell_size_m", kind="stable")
     columns = ["cell_size_m", *COMPARED]
-    ordered = keyed.sort_values("cell_size_m", kind="stable")[[*POINT, "effective_friction", *columns]]
-    fine, coarse = (ordered.drop_duplicates(POINT, keep=keep) for keep in ("first", "last"))
-    both = fine.merge(coarse[[*POINT, *columns]], on=POINT, suffixes=("_fine", "_coarse"))
+    fine, coarse = keyed(ordered)[[*POINT, "effective_friction", *columns]], keyed(ordered[::-1])[[*POINT, *columns]]
+    both = fine.merge(coarse, on=POINT, suffixes=("_fine", "_coarse"))
     both = both[both.cell_size_m_fine < both.cell_size_m_coarse].reset_index(drop=True)
     return both.assign(**{f"{name}_ratio": both[f"{name}_fine"] / both[f"{name}_coarse"] for name in COMPARED})
 

@@ -18,6 +18,7 @@ PAPER_DENSITY = 300.0  # kg/m^3, Table 1: campaigns that do not vary it do not l
 OTHER_INPUTS = ("cell_size_m", "density_kg_m3", "feed", "flip_ratio", "obstacle.friction", "obstacle.shape", "obstacle_friction",
                 "particles_per_cell", "preconsolidation_pressure_pa", "sidewall_contact", "sidewall_friction", "slope_deg",
                 "transfer", "upstream_length_m", "young_modulus_pa")
+COARSER = "the same set-up is there on a finer grid"
 # What makes two runs one set-up, whatever their grid.
 SET_UP = ["froude_number", "critical_state_slope", "cohesion_beta", "hardening_xi", "flow_height_m", "obstacle_width_m"]
 
@@ -44,6 +45,7 @@ class StudyTable:
     cautions: list = field(default_factory=list)  # inputs that vary although the equations do not know them
     files: list = field(default_factory=list)
     provenance: list = field(default_factory=list)  # who computed the runs, and how
+    coarser: pd.DataFrame = field(default_factory=pd.DataFrame)  # as `runs`: left out, because the same set-up is there on a finer grid
 
 
 class RowFilter:
@@ -109,9 +111,11 @@ def read_study_table(files, filters=(), finest=False):
         reasons.append(reason.mask(given_before, "the same row as in another table"))
     runs, reason = pd.concat(parts, ignore_index=True), pd.concat(reasons, ignore_index=True)
     if finest:
-        reason = reason.mask((reason == "") & _has_a_finer_one(runs, reason), "the same set-up is there on a finer grid")
+        reason = reason.mask((reason == "") & _has_a_finer_one(runs, reason), COARSER)
     kept = runs[reason == ""].reset_index(drop=True)
-    return StudyTable(runs=kept.drop(columns=[column for column in kept if column.startswith("other ")]),
+    shown = [column for column in runs if not column.startswith("other ")]
+    return StudyTable(runs=kept[shown],
+                      coarser=runs[reason == COARSER][shown].reset_index(drop=True),
                       rows=len(runs),
                       left_out=reason[reason != ""].value_counts(sort=False).to_dict(),
                       cautions=_cautions(kept.drop(columns="other cell_size_m", errors="ignore") if finest else kept),

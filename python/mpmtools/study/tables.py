@@ -123,7 +123,7 @@ def write_study(files, out, filters=(), width_files=(), section_files=(), sensit
     }
     evidence, not_compared = evidence_tables(runs, friction_file, sensitivity_file, prediction_file, grids_files), []
     if finest:
-        evidence.update(grids.refinement_tables(read_study_table(files, filters).runs))
+        evidence.update(grids.refinement_tables(pd.concat([runs, table.coarser], ignore_index=True)))
     if sensitivity_file:
         compared = sensitivity.sensitivities(sensitivity_file)
         evidence.update(sensitivity=compared.runs, sensitivity_summary=compared.summaries)
