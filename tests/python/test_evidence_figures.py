@@ -30,6 +30,13 @@ class Evidence(InFolder):
         self.assertIn("With cohesion: explained only in part", " ".join(short["why"]))
         self.assertRegex(" ".join(short["differs"]), r"The accurate solver .* \d+ pairs of runs")
 
+    def test_shows_the_prediction_once_also_where_another_study_was_compared_with_a_part_of_it(self):
+        names = ("coarse", "fine", "prediction")
+        columns = evidence_figures.headline_columns([Study(RESULTS / name) for name in names])
+        self.assertEqual([c.name for c in columns], [f"{name}, {fitting_set}" for name in names for fitting_set in ("narrow", "wide")])
+        compared = evidence_figures.headline_columns([Study(RESULTS / "coarse")])
+        self.assertEqual([c.name for c in compared], ["coarse, narrow", "coarse, wide", "prediction, narrow", "prediction, wide"])
+
     def test_draws_every_section_from_the_kept_tables(self):
         study = Study(RESULTS / "coarse")
         for identity, _, draw, _ in evidence_figures.SECTIONS:

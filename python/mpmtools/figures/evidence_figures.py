@@ -42,8 +42,9 @@ class Column(NamedTuple):
 
 def headline_columns(studies):
     """[Column]: both fitting sets of every study, and of the prediction where a study was evaluated with it and the prediction is no study of
-    its own."""
+    its own: none of this name, and none with the same values."""
     columns = []
+    of_its_own = any(study.name == "prediction" for study in studies)
     for study in studies:
         intervals = study.table("coefficient_intervals")
         for name in SETS:
@@ -53,7 +54,7 @@ def headline_columns(studies):
                           if (r := study.regression(e, name)) and "scores_of_published" in r}
                 columns.append(Column(study.name, name, _size(of_set), _with_interval(of_set), scores))
         prediction, scores = predicted(study), predicted(study, "campaign_scores")
-        for name in SETS if len(prediction) else ():
+        for name in SETS if len(prediction) and not of_its_own else ():
             of_set = prediction[prediction.fitting_set == name]
             if np.isfinite(of_set.value).any():
                 of_scores = {r["equation"]: r for r in scores[scores.fitting_set == name].to_dict("records")} if len(scores) else {}
