@@ -194,7 +194,7 @@ class Claims(unittest.TestCase):
 
     def test_jams_are_those_of_the_page_and_hold_the_forces_of_the_readme(self):
         for campaign, points in (("coarse", {(1.0, 5.0), (2.0, 5.0), (1.0, 1.5)}), ("fine", {(1.0, 5.0), (2.0, 5.0), (3.0, 5.0)}),
-                                 ("prediction", {(0.3, 5.0), (2.0, 5.0), (0.3, 1.5), (1.0, 1.5), (2.0, 0.5)})):
+                                 ("prediction", {(0.3, 5.0), (2.0, 5.0), (0.3, 1.5), (1.0, 1.5), (1.0, 0.5), (2.0, 0.5)})):
             jams = committed(campaign, "jams")
             jammed = jams[jams.jammed == 1]
             self.assertEqual(set(zip(jammed.froude_number, jammed.hardening_xi)), points)
