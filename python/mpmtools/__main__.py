@@ -55,6 +55,8 @@ def parser():
     study.add_argument("--sensitivity", metavar="RESULTS.csv", help="table of runs that change one choice at a time, compared with their base")
     study.add_argument("--friction", metavar="RESULTS.csv",
                        help="table of a campaign with one friction of the mast for all snow, to be compared with this one")
+    study.add_argument("--friction-scan", metavar="RESULTS.csv",
+                       help="table of runs that vary the friction of the mast at every point: what each rule for it does to the coefficients")
     study.add_argument("--prediction", metavar="RESULTS.csv",
                        help="table of the same sets computed with the accurate solver, to be compared with this one")
     study.add_argument("--grids", action="append", default=[], metavar="RESULTS.csv",

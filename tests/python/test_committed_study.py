@@ -175,7 +175,7 @@ class Claims(unittest.TestCase):
 
     def test_halves_do_not_agree_on_the_friction(self):
         table = committed("coarse", "friction_calibration")
-        self.assertEqual(table.ceiling.round(2).tolist(), [0.5, 0.23, 0.21, 0.5])
+        self.assertEqual(table.c.round(2).tolist(), [0.5, 0.23, 0.21, 0.5])
         np.testing.assert_allclose(table.rmsle_calibrating, [0.104, 0.046, 0.075, 0.099], atol=6e-4)
         np.testing.assert_allclose(table.rmsle_judging, [0.068, 0.118, 0.123, 0.086], atol=6e-4)
 

@@ -7,8 +7,8 @@ import pandas as pd
 
 from mpmtools import equations
 from mpmtools.errors import InputError
-from mpmtools.study.friction_choice import (friction_calibration, friction_rules, half_friction, interpolation_errors, paired, splits,
-                                            with_constant, with_rule)
+from mpmtools.study.friction_choice import (computed_heights, friction_calibration, friction_rules, half_friction, interpolation_errors,
+                                            on_common_points, rules_of, scan_tables, splits, with_friction)
 from mpmtools.study.jams import LIMITS, jam_coefficients, jam_indices, without_jams
 from mpmtools.study.regression import RUNUP
 from study_samples import InFolder, grid_of_runs, study_run, study_runs
@@ -67,38 +67,48 @@ class Friction(InFolder):
     def setUp(self):
         """Run-ups that meet the published equation with a friction of min(0.3, half), and fall by exp(-2 mu)."""
         super().setUp()
-        runs = grid_of_runs((5.0,))
-        half = half_friction(runs.effective_friction)
-        right = np.minimum(0.3, half)
-        self.constant = runs.assign(runup=runs.runup * np.exp(-2.0 * (0.15 - right)))
-        self.ratio = runs.assign(runup=runs.runup * np.exp(-2.0 * (half - right)))
-        self.points = paired(self.constant, self.ratio)
+        self.right = grid_of_runs((5.0,))
+        self.half = half_friction(self.right.effective_friction)
+        self.computed = computed_heights(self.campaign(0.15), self.campaign(self.half))
+        self.points = with_friction(self.computed, lambda half: half)
+
+    def campaign(self, friction):
+        return self.right.assign(obstacle_friction=friction,
+                                 runup=self.right.runup * np.exp(-2.0 * (friction - np.minimum(0.3, self.half))))
 
     def test_half_is_that_of_the_program(self):
         """M = 1.2, beta = 0.3: obstacle_friction of the committed sensitivities."""
         self.assertAlmostEqual(float(half_friction(equations.effective_friction(1.2, 0.3))), 0.464936, delta=1e-6)
 
+    def test_points_with_one_friction_are_left_out(self):
+        computed = computed_heights(self.campaign(0.15), self.campaign(self.half).iloc[5:])
+        self.assertEqual(len(computed), 2 * (len(self.right) - 5))
+
     def test_rules_are_the_campaigns_at_their_ends(self):
-        np.testing.assert_allclose(with_rule(self.points, np.inf).runup, self.ratio.runup, rtol=1e-12)
-        np.testing.assert_allclose(with_constant(self.points).runup, self.constant.runup, rtol=1e-12)
-        smaller, weak = with_rule(self.points, 0.15).runup, self.points.half <= 0.15
-        np.testing.assert_allclose(smaller[weak], self.points.runup_half[weak], rtol=1e-12)
-        np.testing.assert_allclose(smaller[~weak], self.points.runup_constant[~weak], rtol=1e-12)
+        smaller, constant, ratio = (on_common_points(self.computed, rules_of(0.15))[name].runup
+                                    for name in ("the smaller of 0.15 and the half", "0.15", "half of tan phi'"))
+        weak = half_friction(self.points.effective_friction) <= 0.15
+        np.testing.assert_allclose(constant, self.campaign(0.15).runup, rtol=1e-12)
+        np.testing.assert_allclose(ratio, self.campaign(self.half).runup, rtol=1e-12)
+        np.testing.assert_allclose(smaller, np.where(weak, ratio, constant), rtol=1e-12)
 
     def test_heights_between_are_interpolated_in_the_logarithm(self):
         # The heights obey exp(-2 mu), so that the interpolation is exact.
-        found, half = with_rule(self.points, 0.3), self.points.half
-        expected = self.points.runup_half * np.exp(-2.0 * (np.minimum(0.3, half) - half))
-        np.testing.assert_allclose(found.runup, expected, rtol=1e-12)
+        found = with_friction(self.computed, lambda half: min(0.3, half))
+        np.testing.assert_allclose(found.runup, self.right.runup, rtol=1e-12)
 
-    def test_a_ceiling_that_would_extrapolate_is_refused(self):
-        with self.assertRaisesRegex(InputError, "below 0.15"):
-            with_rule(self.points, 0.1)
+    def test_nothing_is_extrapolated(self):
+        found = with_friction(self.computed, lambda half: 0.1).runup
+        beyond = np.minimum(0.15, self.half) > 0.1
+        self.assertTrue(0 < beyond.sum() < len(found))
+        self.assertEqual(np.isnan(found).tolist(), beyond.tolist())
+        with self.assertRaisesRegex(InputError, "no flow and snow was computed with every friction of these rules: 0.9"):
+            on_common_points(self.computed, rules_of(0.9))
 
     def test_calibration_finds_the_rule_behind_the_data_on_either_half(self):
-        table = friction_calibration(self.points)
+        table = friction_calibration(self.computed)
         self.assertEqual(len(table), 4)
-        np.testing.assert_allclose(table.ceiling, 0.3)
+        np.testing.assert_allclose(table.c, 0.3)
         np.testing.assert_allclose(table.rmsle_judging, 0.0, atol=1e-12)
         self.assertTrue((table.rmsle_judging_half > 0.01).all())
         self.assertTrue((table.runs_calibrating + table.runs_judging == len(self.points)).all())
@@ -109,21 +119,54 @@ class Friction(InFolder):
             self.assertFalse(set(points[column][first]) & set(points[column][~first]), name)
 
     def test_rules_are_fitted_on_the_same_rows(self):
-        table = friction_rules(self.points)
+        table = friction_rules(self.computed, rules_of(0.15))
         self.assertEqual(table.runs.tolist(), [112, 105] * 3)
         k = table[table.points == "all"].set_index("rule").k_r
         self.assertGreater(k["0.15"], RUNUP.published.k)  # too little friction for stiff snow
         self.assertLess(k["half of tan phi'"], RUNUP.published.k)
 
     def test_interpolation_is_compared_with_runs_of_friction_alone(self):
-        point = self.points[(self.points.half > 0.4) & (self.points.froude_number == 3.0)].iloc[0]
-        computed = 1.75 * float(point.runup_half * np.exp(-2.0 * (0.2 - point.half))) / 1.1
+        point = self.points[(half_friction(self.points.effective_friction) > 0.4) & (self.points.froude_number == 3.0)].iloc[0]
+        computed = 1.75 * float(point.runup * np.exp(-2.0 * (0.2 - half_friction(point.effective_friction)))) / 1.1
         header = "name,froude_number,critical_state_slope,cohesion_beta,hardening_xi,obstacle_friction,flow_height_m,runup_mean_m,cell_size_m\n"
         row = f"3,{point.critical_state_slope},{point.cohesion_beta},5,0.2,1.75,{computed},0.35\n"
         path = self.write("results.csv", header + "fr3_mu0.2," + row + "fr3_cfl0.2," + row)
-        table = interpolation_errors(self.points, path)
+        table = interpolation_errors(self.computed, path)
         self.assertEqual(len(table), 1)
         self.assertAlmostEqual(table.ratio[0], 1.1, delta=1e-9)
+
+
+class Scan(InFolder):
+    def test_of_frictions_finds_the_one_coefficient_behind_the_data(self):
+        """Heights that meet the published equations with 0.15 for all snow, and fall by exp(-2 mu) from there."""
+        runs = grid_of_runs((5.0,))
+        runs = runs[runs.effective_friction < 1.5]
+        rows = []
+        for friction in (0.0, 0.15, 0.3, half_friction(runs.effective_friction)):
+            fall = np.exp(-2.0 * (friction - 0.15))
+            rows += [f"x,done,{r.froude_number},{r.critical_state_slope},{r.cohesion_beta},5,{r.effective_friction},1.75,{mu},{1.75 * r.runup * f},"
+                     f"{1.75 * r.pressure_height}" for r, mu, f in zip(runs.itertuples(), friction + 0.0 * runs.runup, fall + 0.0 * runs.runup)]
+        path = self.write("results.csv", "name,status,froude_number,critical_state_slope,cohesion_beta,hardening_xi,effective_friction,flow_height_m,"
+                          "obstacle_friction,runup_mean_m,pressure_height_mean_m\n" + "\n".join(rows) + "\n")
+        tables = scan_tables(path)
+        rules = tables["friction_scan_rules"].set_index("rule")
+        self.assertEqual(list(rules.index), ["0", "0.15", "0.3", "half of tan phi'", "the smaller of 0.15 and the half",
+                                             "the smaller of 0.3 and the half"])
+        self.assertAlmostEqual(rules.k_r["0.15"], RUNUP.published.k, delta=1e-6)
+        self.assertTrue((rules.runs == len(runs)).all())
+        calibrated = tables["friction_scan_calibration"].groupby("rule").c
+        np.testing.assert_allclose(calibrated.get_group("c for all snow"), 0.15)
+        self.assertEqual(len(calibrated.get_group("the smaller of c and the half")), 4)
+        scan = tables["friction_scan"]
+        weak = scan[np.isclose(scan.obstacle_friction, 0.3)]
+        np.testing.assert_allclose(weak.runup_over_half, np.exp(-2.0 * (0.3 - weak.half)), rtol=1e-9)
+        np.testing.assert_allclose(scan.pressure_height_over_half, 1.0, rtol=1e-9)
+
+    def test_of_one_friction_is_refused(self):
+        path = self.write("results.csv", "name,status,froude_number,critical_state_slope,cohesion_beta,hardening_xi,flow_height_m,obstacle_friction,"
+                          "runup_mean_m,pressure_height_mean_m\na,done,3,0.4,0,5,1.75,0.15,7,3\nb,done,5,0.4,0,5,1.75,0.15,14,3\n")
+        with self.assertRaisesRegex(InputError, "no flow and snow was computed with two frictions of the mast"):
+            scan_tables(path)
 
 
 if __name__ == "__main__":

@@ -1,9 +1,14 @@
 """What the friction of the mast does to the coefficients, and what its calibration is worth.
 
-The paper does not print the friction of the mast. Two campaigns of the same flows and snows are compared, one with a coefficient for
-all snow and one with half of tan phi', and rules that lie between them. A rule is calibrated on one half of the runs, by its run-ups'
-RMSLE from the published equation, and judged on the other half.
+The paper does not print the friction of the mast. The same flows and snows are computed with several coefficients, and rules are
+compared that give the mast a coefficient for each kind of snow. A rule with a free number is calibrated on one half of the points, by
+its run-ups' RMSLE from the published equation, and judged on the other half.
+
+Two tables can be given: a campaign with one coefficient for all snow, to be compared with the campaign with half of tan(phi'); and a
+campaign that varies the coefficient at every point (`scan_tables`). `computed_heights` brings both into one form.
 """
+
+from collections import namedtuple
 
 import numpy as np
 import pandas as pd
@@ -14,12 +19,19 @@ from mpmtools.scores import levels
 from mpmtools.study.fits import height_samples, score_against_published
 from mpmtools.study.regression import EQUATIONS, RUNUP, fit_heights
 from mpmtools.study.runs import read_runs_or_refuse
-from mpmtools.tables import numbers, read_table
+from mpmtools.tables import number_text, numbers, read_table
 
 CONSTANT, RATIO = 0.15, 0.5  # the two campaigns
-CEILINGS = np.round(np.arange(0.15, 0.501, 0.01), 2)  # of the rule min(ceiling, tan(phi')/2); above 0.47 it is the half for all but M' 2.3
 POINT = ["froude_number", "critical_state_slope", "cohesion_beta", "hardening_xi"]
+INPUTS = [*POINT, "effective_friction"]
 STIFFEST = 2.2  # M': one row above it is in both campaigns
+HALF, SMALLER = "half of tan phi'", "the smaller of {} and the half"
+
+# A rule with a free number c: `coefficient(c, half)` of the mast, where half is tan(phi')/2 of the snow; `candidates` of c.
+Family = namedtuple("Family", ["name", "coefficient", "candidates"])
+CEILINGS = np.round(np.arange(0.0, 0.501, 0.01), 2)  # above 0.47 the smaller of both is the half for all but M' 2.3
+SMALLER_OF_BOTH = Family("the smaller of c and the half", np.minimum, CEILINGS)
+ONE_FOR_ALL = Family("c for all snow", lambda c, half: c + 0.0 * half, CEILINGS)
 
 
 def half_friction(friction):
@@ -27,42 +39,60 @@ def half_friction(friction):
     return RATIO * np.tan(equations.friction_angle(friction))
 
 
-def paired(constant_runs, ratio_runs):
-    """The points that both campaigns have: inputs, friction of the half, and each height with both frictions."""
-    tables = []
-    for runs in (constant_runs, ratio_runs):
+def computed_heights(*campaigns):
+    """Points with two or more frictions of the mast: a row for each run with its inputs, obstacle_friction, and both heights over H."""
+    parts = []
+    for runs in campaigns:
         keys = pd.DataFrame({name: levels(runs[name]).round(9) for name in POINT})
-        tables.append(keys.join(runs[["effective_friction", *(e.name for e in EQUATIONS)]]))
-    both = tables[0].merge(tables[1].drop(columns="effective_friction"), on=POINT, suffixes=("_constant", "_half"))
-    return both.assign(half=half_friction(both.effective_friction))
+        parts.append(keys.join(runs[["effective_friction", "obstacle_friction", *(e.name for e in EQUATIONS)]]))
+    rows = pd.concat(parts, ignore_index=True)
+    return rows[rows.groupby(POINT).obstacle_friction.transform("nunique") > 1].reset_index(drop=True)
 
 
-def with_rule(points, ceiling):
-    """Heights with the friction min(ceiling, tan(phi')/2), ceiling >= 0.15: where it lies between the two that were computed, the
-    logarithm of the height is interpolated linearly. A ceiling of 0.15 needs no interpolation, an infinite one neither."""
-    if ceiling < CONSTANT:
-        raise InputError(f"a ceiling of {ceiling:g} lies below {CONSTANT:g}, the lowest friction that was computed for stiff snow")
-    share = np.clip((np.minimum(ceiling, points.half) - CONSTANT) / (points.half - CONSTANT), 0.0, 1.0).where(points.half > CONSTANT, 1.0)
-    heights = {e.name: points[f"{e.name}_constant"] ** (1.0 - share) * points[f"{e.name}_half"] ** share for e in EQUATIONS}
-    return points[[*POINT, "effective_friction"]].assign(**heights, at_reference_width=True)
+def with_friction(computed, coefficient):
+    """A row for each point of `computed` with its heights for another coefficient of the mast.
+
+    Between two coefficients that were computed the logarithm of the height is interpolated linearly; beyond them it is NaN.
+    @param coefficient  of the mast, a function of tan(phi')/2 of the snow"""
+    rows = []
+    for point, of in computed.groupby(POINT, sort=False):
+        of = of.sort_values("obstacle_friction")
+        friction, known = coefficient(half_friction(of.effective_friction.iloc[0])), of.obstacle_friction.to_numpy()
+        if np.isclose(friction, known[[0, -1]], rtol=1e-6, atol=1e-9).any():  # the same coefficient in other digits
+            friction = np.clip(friction, known[0], known[-1])
+        heights = {e.name: np.exp(np.interp(friction, known, np.log(of[e.name]), np.nan, np.nan)) for e in EQUATIONS}
+        rows.append({**dict(zip(POINT, point)), "effective_friction": of.effective_friction.iloc[0], **heights})
+    return pd.DataFrame(rows).assign(at_reference_width=True)
 
 
-def with_constant(points):
-    heights = {e.name: points[f"{e.name}_constant"] for e in EQUATIONS}
-    return points[[*POINT, "effective_friction"]].assign(**heights, at_reference_width=True)
+def rules_of(*constants):
+    """{name: coefficient of the mast as a function of the half}: one for all snow, the half, and the smaller of both."""
+    def constant(c):
+        return lambda half: c
+
+    def smaller(c):
+        return lambda half: min(c, half)
+
+    return {**{number_text(c): constant(c) for c in constants}, HALF: lambda half: half,
+            **{SMALLER.format(number_text(c)): smaller(c) for c in constants if c > 0.0}}
 
 
-def rules_of(points):
-    """{name: the points with its heights}"""
-    return {"0.15": with_constant(points), "half of tan phi'": with_rule(points, np.inf),
-            "the smaller of 0.15 and the half": with_rule(points, CONSTANT)}
+def on_common_points(computed, rules):
+    """{name: points with the rule's heights}, for the points that every rule can be computed at."""
+    heights = {name: with_friction(computed, rule) for name, rule in rules.items()}
+    common = np.logical_and.reduce([np.isfinite(of.runup) for of in heights.values()])
+    if not common.any():
+        raise InputError(f"no flow and snow was computed with every friction of these rules: {', '.join(rules)}")
+    return {name: of[common].reset_index(drop=True) for name, of in heights.items()}
 
 
-def friction_rules(points):
+def friction_rules(computed, rules):
     """Coefficients and scores against the published equations on the same points: rule, points (all, or without M' > 2.2), runs."""
     rows = []
-    for name, runs in rules_of(points).items():
+    for name, runs in on_common_points(computed, rules).items():
         for which, chosen in (("all", runs), ("without the stiffest", runs[runs.effective_friction < STIFFEST])):
+            if which != "all" and len(chosen) == len(runs):
+                continue  # no snow that stiff
             row = {"rule": name, "points": which, "runs": len(chosen)}
             for equation in EQUATIONS:
                 samples = height_samples(equation, chosen)
@@ -75,29 +105,39 @@ def friction_rules(points):
 
 
 def splits(points):
-    """{name: first half of the points}: every other material by rising M', and Froude numbers 1 and 3 against 2 and 5."""
-    materials = np.sort(levels(points.effective_friction).unique())
+    """{name: first half of the points}: every other material by rising M', and every other Froude number."""
+    materials, froude = (np.sort(levels(points[name]).unique()) for name in ("effective_friction", "froude_number"))
+    halves = [" and ".join(f"{number:g}" for number in part) for part in (froude[::2], froude[1::2])]
     return {"every other M'": levels(points.effective_friction).isin(materials[::2]),
-            "Fr 1 and 3, Fr 2 and 5": np.isclose(points.froude_number, 1.0) | np.isclose(points.froude_number, 3.0)}
+            f"Fr {halves[0]}, Fr {halves[1]}": levels(points.froude_number).isin(froude[::2])}
 
 
-def friction_calibration(points):
-    """The rule min(ceiling, tan(phi')/2) with its ceiling calibrated on one half and judged on the other: split, calibrated_on (half),
-    ceiling, runs and RMSLE of the run-up on both halves. `chosen` is the best of the three rules that need no interpolation; the last
+def friction_calibration(computed, constant=CONSTANT, families=(SMALLER_OF_BOTH,)):
+    """Rules with a free number c, calibrated on one half of the points and judged on the other: rule, split, calibrated_on (half), c, runs
+    and RMSLE of the run-up on both halves. Only c whose coefficients lie between computed ones at every point are tried.
+
+    `chosen` is the best on the first half of three rules without a free number: `constant`, the half, and the smaller of both; the last
     columns are what each of them scores on the half that judges."""
+    plain = on_common_points(computed, rules_of(constant))
+    points = next(iter(plain.values()))
+    kept = computed.merge(points[POINT], on=POINT)
     rows = []
-    for name, first in splits(points).items():
-        for half, chosen in (("first", first), ("second", ~first)):
-            errors = [_rmsle(with_rule(points[chosen], ceiling)) for ceiling in CEILINGS]
-            ceiling = CEILINGS[int(np.argmin(errors))]
-            judged = points[~chosen]
-            plain = {rule: (_rmsle(on_chosen), _rmsle(rules_of(judged)[rule])) for rule, on_chosen in rules_of(points[chosen]).items()}
-            best = min(plain, key=lambda rule: plain[rule][0])
-            rows.append({"split": name, "calibrated_on": half, "ceiling": ceiling, "runs_calibrating": int(chosen.sum()),
-                         "runs_judging": len(judged), "rmsle_calibrating": min(errors), "rmsle_judging": _rmsle(with_rule(judged, ceiling)),
-                         "fraction_25_judging": score_against_published(RUNUP, height_samples(RUNUP, with_rule(judged, ceiling))).fraction_25,
-                         "chosen": best, "chosen_rmsle_calibrating": plain[best][0], "chosen_rmsle_judging": plain[best][1],
-                         **{f"rmsle_judging_{short}": plain[rule][1] for short, rule in zip(("constant", "half", "smaller"), plain)}})
+    for family in families:
+        tried = {c: with_friction(kept, lambda half, c=c, family=family: family.coefficient(c, half)) for c in family.candidates}
+        tried = {c: of for c, of in tried.items() if np.isfinite(of.runup).all()}
+        for name, first in splits(points).items():
+            for half, chosen in (("first", first.to_numpy()), ("second", ~first.to_numpy())):
+                errors = {c: _rmsle(of[chosen]) for c, of in tried.items()}
+                best = min(errors, key=errors.get)
+                judged = tried[best][~chosen]
+                scores = {rule: (_rmsle(of[chosen]), _rmsle(of[~chosen])) for rule, of in plain.items()}
+                first_choice = min(scores, key=lambda rule: scores[rule][0])
+                rows.append({"rule": family.name, "split": name, "calibrated_on": half, "c": best, "runs_calibrating": int(chosen.sum()),
+                             "runs_judging": len(judged), "rmsle_calibrating": errors[best], "rmsle_judging": _rmsle(judged),
+                             "fraction_25_judging": score_against_published(RUNUP, height_samples(RUNUP, judged)).fraction_25,
+                             "chosen": first_choice, "chosen_rmsle_calibrating": scores[first_choice][0],
+                             "chosen_rmsle_judging": scores[first_choice][1],
+                             **{f"rmsle_judging_{short}": scores[rule][1] for short, rule in zip(("constant", "half", "smaller"), plain)}})
     return pd.DataFrame(rows)
 
 
@@ -105,8 +145,8 @@ def _rmsle(runs):
     return float(score_against_published(RUNUP, height_samples(RUNUP, runs)).rmsle)
 
 
-def interpolation_errors(points, sensitivity_file):
-    """Interpolated run-up over the computed one, at the points of the sensitivities with a friction between the two campaigns': inputs,
+def interpolation_errors(computed, sensitivity_file):
+    """Interpolated run-up over the computed one, at the points of the sensitivities with a friction between two of `computed`: inputs,
     friction, interpolated, computed (both over H), ratio."""
     table = read_table(sensitivity_file)
     names = [*POINT, "obstacle_friction", "flow_height_m", "runup_mean_m", "cell_size_m"]
@@ -114,21 +154,42 @@ def interpolation_errors(points, sensitivity_file):
     plain = table["name"].str.contains("_mu0")  # friction alone was changed
     rows = []
     for run in runs[plain & np.isfinite(runs.runup_mean_m)].itertuples():
-        same = points[np.logical_and.reduce([np.isclose(points[name], getattr(run, name)) for name in POINT])]
-        for point in same[(same.half > run.obstacle_friction) & (run.obstacle_friction > CONSTANT + 1e-9)].index:
-            computed = run.runup_mean_m / run.flow_height_m
-            interpolated = float(with_rule(points.loc[[point]], run.obstacle_friction).runup.iloc[0])
+        same = computed[np.logical_and.reduce([np.isclose(computed[name], getattr(run, name)) for name in POINT])]
+        if same.empty or np.isclose(same.obstacle_friction, run.obstacle_friction).any():
+            continue  # nothing to interpolate
+        interpolated = float(with_friction(same, lambda half, friction=run.obstacle_friction: friction).runup.iloc[0])
+        if np.isfinite(interpolated):
+            there = run.runup_mean_m / run.flow_height_m
             rows.append({**{name: getattr(run, name) for name in POINT}, "obstacle_friction": run.obstacle_friction,
-                         "interpolated": interpolated, "computed": computed, "ratio": interpolated / computed})
+                         "interpolated": interpolated, "computed": there, "ratio": interpolated / there})
     return pd.DataFrame(rows, columns=[*POINT, "obstacle_friction", "interpolated", "computed", "ratio"])
 
 
 def friction_tables(constant_file, ratio_runs, sensitivity_file=None):
-    """{table name: table} of all of the above."""
-    points = paired(read_runs_or_refuse([constant_file]).runs, ratio_runs)
-    if points.empty:
+    """{table name: table} of a campaign with CONSTANT for all snow against `ratio_runs`, those with half of tan(phi')."""
+    computed = computed_heights(read_runs_or_refuse([constant_file]).runs, ratio_runs)
+    if computed.empty:
         raise InputError(f"{constant_file}: no run has the inputs of a run of the campaign; the two must share flows and snows")
-    tables = {"friction_rules": friction_rules(points), "friction_calibration": friction_calibration(points)}
+    tables = {"friction_rules": friction_rules(computed, rules_of(CONSTANT)), "friction_calibration": friction_calibration(computed)}
     if sensitivity_file:
-        tables["friction_interpolation"] = interpolation_errors(points, sensitivity_file)
+        tables["friction_interpolation"] = interpolation_errors(computed, sensitivity_file)
     return tables
+
+
+def scan_tables(scan_file):
+    """{table name: table} of a campaign that varies the friction of the mast at every point: heights, rules, calibration."""
+    computed = computed_heights(read_runs_or_refuse([scan_file]).runs)
+    if computed.empty:
+        raise InputError(f"{scan_file}: no flow and snow was computed with two frictions of the mast")
+    constants = [c for c in (0.0, 0.05, 0.1, 0.15, 0.2, 0.3) if np.isclose(computed.obstacle_friction, c).any()]
+    half = half_friction(computed.effective_friction)
+    relative = computed.groupby(POINT, group_keys=False).apply(lambda of: _over_the_half(of, half[of.index]))
+    heights = computed.assign(half=half, **relative[[f"{e.name}_over_half" for e in EQUATIONS]]).sort_values([*POINT, "obstacle_friction"])
+    return {"friction_scan": heights, "friction_scan_rules": friction_rules(computed, rules_of(*constants)),
+            "friction_scan_calibration": friction_calibration(computed, families=(SMALLER_OF_BOTH, ONE_FOR_ALL))}
+
+
+def _over_the_half(of, half):
+    """Heights of one point over those with the half; NaN where the half was not computed."""
+    there = of[np.isclose(of.obstacle_friction, half)]
+    return of.assign(**{f"{e.name}_over_half": of[e.name] / there[e.name].iloc[0] if len(there) else np.nan for e in EQUATIONS})

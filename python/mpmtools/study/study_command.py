@@ -16,7 +16,8 @@ def run(options):
     if options.name and not options.join:
         raise ConfigError("--name names the study of joined tables; give --join, too")
     others = {"width_files": options.width, "section_files": options.sections, "sensitivity_file": options.sensitivity,
-              "friction_file": options.friction, "prediction_file": options.prediction, "grids_files": options.grids}
+              "friction_file": options.friction, "friction_scan_file": options.friction_scan, "prediction_file": options.prediction,
+              "grids_files": options.grids}
     folders = []
     for name, tables in studies_of(options.inputs, options.join, options.name):
         if not tables:
