@@ -16,6 +16,7 @@ from mpmtools.figures import evidence_figures, extension_figures, paper_figures
 from mpmtools.figures.axes import number, per_cent
 from mpmtools.figures.style import STYLE, inline, use_style, write_page
 from mpmtools.scores import levels
+from mpmtools.study.runs import COARSER
 from mpmtools.tables import read_series
 
 INPUTS = ("froude_number", "critical_state_slope", "cohesion_beta", "hardening_xi", "effective_friction", "relative_width")
@@ -105,7 +106,8 @@ def aim_table(studies):
     columns = [(study, name) for study in studies for name in ("narrow", "wide")]
     for i, (study, fitting_set) in enumerate(columns):
         aims = [aim for aim in study.fit["aims"] if aim["fitting_set"] == fitting_set]
-        heads.append({"name": f"{study.name}, {fitting_set}", "runs": study.fit["runs"], "rows": study.fit["rows"],
+        coarser = sum(of["rows"] for of in study.fit["left_out"] if of["reason"] == COARSER)
+        heads.append({"name": f"{study.name}, {fitting_set}", "runs": study.fit["runs"], "rows": study.fit["rows"] - coarser, "refined": coarser,
                       "met": sum(aim["met"] for aim in aims), "of": len(aims)})
         for aim in aims:
             wanted = aim["aim"].replace("<=", "≤").replace(">=", "≥")

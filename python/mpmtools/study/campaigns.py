@@ -10,9 +10,9 @@ import pandas as pd
 from mpmtools.scores import levels
 from mpmtools.study.fits import NARROW, WIDE, height_samples, score_against_published
 from mpmtools.study.regression import EQUATIONS, fit_heights
+from mpmtools.study.runs import POINT
 from mpmtools.study.uncertainty import GROUPS, bootstrap, drawn_interval
 
-POINT = ["froude_number", "critical_state_slope", "cohesion_beta", "hardening_xi"]
 FEWEST_FROUDE_NUMBERS, FEWEST_MATERIALS = 3, 4  # of snow with friction: fewer do not fix k, kappa and Fr_sat together, let alone their intervals
 UNCERTAINTIES = ["runup_numerical_uncertainty", "pressure_height_numerical_uncertainty"]
 QUANTITIES = {"runup": "run-up", "pressure_height": "pressure height", "force_n": "force"}

@@ -8,11 +8,10 @@ import pandas as pd
 
 from mpmtools.scores import same_input
 from mpmtools.statistics import estimate_mean
-from mpmtools.study.campaigns import POINT
 from mpmtools.study.fits import NARROW, WIDE, fit_set
 from mpmtools.study.histories import last_third, series_of
 from mpmtools.study.regression import EQUATIONS
-from mpmtools.study.runs import read_runs_or_refuse
+from mpmtools.study.runs import POINT, read_runs_or_refuse
 
 SHORTER_S = {0.1: 60.0, 0.3: 30.0, 1.0: 14.0}  # Froude number: duration of most runs of results/coarse, s
 INPUTS = [*POINT, "effective_friction"]

@@ -18,12 +18,10 @@ from mpmtools.errors import InputError
 from mpmtools.scores import levels
 from mpmtools.study.fits import height_samples, score_against_published
 from mpmtools.study.regression import EQUATIONS, RUNUP, fit_heights
-from mpmtools.study.runs import read_runs_or_refuse
+from mpmtools.study.runs import POINT, read_runs_or_refuse
 from mpmtools.tables import number_text, numbers, read_table
 
 CONSTANT, RATIO = 0.15, 0.5  # the two campaigns
-POINT = ["froude_number", "critical_state_slope", "cohesion_beta", "hardening_xi"]
-INPUTS = [*POINT, "effective_friction"]
 STIFFEST = 2.2  # M': one row above it is in both campaigns
 HALF, SMALLER = "half of tan phi'", "the smaller of {} and the half"
 

@@ -13,10 +13,11 @@ from scipy.optimize import brentq
 from mpmtools.errors import InputError
 from mpmtools.scores import levels
 from mpmtools.statistics import estimate_mean
-from mpmtools.study.campaigns import POINT, keyed, paired_summary
+from mpmtools.study.campaigns import keyed, paired_summary
 from mpmtools.study.campaigns import QUANTITIES as COMPARED
 from mpmtools.study.fits import NARROW, WIDE, coefficients_and_scores
 from mpmtools.study.histories import last_third
+from mpmtools.study.runs import POINT
 from mpmtools.tables import no_column, numbers, read_series, read_table
 
 QUANTITIES = {  # mean, its standard error, its numerical uncertainty as the run states it

@@ -18,14 +18,14 @@ import pandas as pd
 
 from mpmtools.scores import levels
 from mpmtools.study.fits import NARROW, WIDE, coefficients_and_scores
+from mpmtools.study.runs import POINT
 
 FAST, LEAST_STATIC, LIMIT = 5.0, 25.0, 1.5
 LIMITS = (1.2, 1.3, 1.4, 1.5, 1.75, 2.0, np.inf)  # of the scan; infinite: all runs are kept
 # The force of the one stiff point whose window was varied (M' 1.76, Fr 1, S = 54) falls by 10 % from 8.4 to 12.6 m of snow upstream, its
 # heights by 2 and 1 %; at the other two points (S <= 14) nothing changes by 0.5 %. Nothing in between was tried.
 WINDOW_STATIC = 50.0
-COLUMNS = ["froude_number", "critical_state_slope", "cohesion_beta", "hardening_xi", "effective_friction", "force_over_hydrostatic",
-           "static_force", "fast_static_force", "jam_index", "jammed", "force_depends_on_window"]
+COLUMNS = [*POINT, "effective_friction", "force_over_hydrostatic", "static_force", "fast_static_force", "jam_index", "jammed", "force_depends_on_window"]
 
 
 def jam_indices(runs):
@@ -35,7 +35,7 @@ def jam_indices(runs):
     area = known.flow_height_m * known.obstacle_width_m
     hydrostatic = 0.5 * known.density_kg_m3 * known.gravity_m_s2 * known.flow_height_m * area
     static = (known.force_n - known.density_kg_m3 * known.velocity_m_s**2 * area) / hydrostatic
-    table = known[["froude_number", "critical_state_slope", "cohesion_beta", "hardening_xi", "effective_friction"]].assign(
+    table = known[[*POINT, "effective_friction"]].assign(
         force_over_hydrostatic=known.force_n / hydrostatic, static_force=static)
     snow = [levels(known[name]) for name in ("critical_state_slope", "cohesion_beta", "hardening_xi", "obstacle_width_m")]
     table["fast_static_force"] = static.where(known.froude_number > FAST - 1e-6).groupby(snow).transform("min")

@@ -19,8 +19,8 @@ OTHER_INPUTS = ("cell_size_m", "density_kg_m3", "feed", "flip_ratio", "obstacle.
                 "particles_per_cell", "preconsolidation_pressure_pa", "sidewall_contact", "sidewall_friction", "slope_deg",
                 "transfer", "upstream_length_m", "young_modulus_pa")
 COARSER = "the same set-up is there on a finer grid"
-# What makes two runs one set-up, whatever their grid.
-SET_UP = ["froude_number", "critical_state_slope", "cohesion_beta", "hardening_xi", "flow_height_m", "obstacle_width_m"]
+POINT = ["froude_number", "critical_state_slope", "cohesion_beta", "hardening_xi"]  # flow and snow: what the study varies
+SET_UP = [*POINT, "flow_height_m", "obstacle_width_m"]  # what makes two runs one set-up, whatever their grid
 
 
 @dataclass
@@ -45,7 +45,7 @@ class StudyTable:
     cautions: list = field(default_factory=list)  # inputs that vary although the equations do not know them
     files: list = field(default_factory=list)
     provenance: list = field(default_factory=list)  # who computed the runs, and how
-    coarser: pd.DataFrame = field(default_factory=pd.DataFrame)  # as `runs`: left out, because the same set-up is there on a finer grid
+    coarser: pd.DataFrame = field(default_factory=pd.DataFrame)  # as `runs`: steady, and left out because the same set-up is there on a finer grid
 
 
 class RowFilter:
@@ -111,11 +111,11 @@ def read_study_table(files, filters=(), finest=False):
         reasons.append(reason.mask(given_before, "the same row as in another table"))
     runs, reason = pd.concat(parts, ignore_index=True), pd.concat(reasons, ignore_index=True)
     if finest:
-        reason = reason.mask((reason == "") & _has_a_finer_one(runs, reason), COARSER)
-    kept = runs[reason == ""].reset_index(drop=True)
+        reason = reason.mask(_has_a_finer_one(runs, reason), COARSER)
+    kept, coarser = (runs[reason == of].reset_index(drop=True) for of in ("", COARSER))
     shown = [column for column in runs if not column.startswith("other ")]
     return StudyTable(runs=kept[shown],
-                      coarser=runs[reason == COARSER][shown].reset_index(drop=True),
+                      coarser=coarser[np.isfinite(coarser.runup)][shown].reset_index(drop=True),
                       rows=len(runs),
                       left_out=reason[reason != ""].value_counts(sort=False).to_dict(),
                       cautions=_cautions(kept.drop(columns="other cell_size_m", errors="ignore") if finest else kept),
@@ -210,11 +210,11 @@ def _why_left_out(table, runs):
 
 
 def _has_a_finer_one(runs, reason):
-    """Which rows have a row of the same set-up on a finer grid that was computed to its end, whether with a steady mean or not."""
+    """Which rows that were computed to their end have one of the same set-up on a finer grid, both whether with a steady mean or not."""
     computed = reason.isin(["", "no steady mean of the run-up", "no steady span"])
     size = levels(runs.cell_size_m)
     inputs = [levels(runs[name]) for name in SET_UP]
-    return size > size.where(computed).groupby(inputs, dropna=False).transform("min")
+    return computed & (size > size.where(computed).groupby(inputs, dropna=False).transform("min"))
 
 
 def _kept(table, condition):

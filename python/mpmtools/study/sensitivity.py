@@ -10,16 +10,16 @@ import pandas as pd
 
 from mpmtools.errors import InputError
 from mpmtools.statistics import ratio_of_means
-from mpmtools.study.runs import number_of
+from mpmtools.study.runs import POINT, number_of
 from mpmtools.tables import no_column, numbers, read_table
 from mpmtools.wording import counted, verb
 
-POINT = ["froude_number", "critical_state_slope", "cohesion_beta", "hardening_xi", "obstacle_width_m"]
+AT_MAST = [*POINT, "obstacle_width_m"]
 FRICTION, FRICTION_RATIO = "obstacle_friction", "obstacle_friction_ratio"
 OUTPUTS = {"runup": ("runup_mean_m", "runup_standard_error_m"),
            "pressure_height": ("pressure_height_mean_m", "pressure_height_standard_error_m"),
            "force": ("force_mean_n.x", "force_standard_error_n.x")}
-NEEDED = ["name", "status", *POINT, "effective_friction", *(c for pair in OUTPUTS.values() for c in pair), "predicted_runup_m",
+NEEDED = ["name", "status", *AT_MAST, "effective_friction", *(c for pair in OUTPUTS.values() for c in pair), "predicted_runup_m",
           "predicted_pressure_height_m"]
 
 
@@ -47,11 +47,11 @@ def sensitivities(path):
     if missing := [column for column in NEEDED if column not in table]:
         raise InputError(no_column(table, *missing))
     choices = choices_of(table)
-    shown = table[[*choices, *POINT]].applymap(_shown)
+    shown = table[[*choices, *AT_MAST]].applymap(_shown)
     differences = _differences(shown, choices)
     values = pd.DataFrame({column: numbers(table, column) for column in NEEDED[2:]})
     steady, done = np.isfinite(values.runup_mean_m), table.status == "done"
-    point = shown[POINT].agg(" ".join, axis=1)
+    point = shown[AT_MAST].agg(" ".join, axis=1)
     base = point[steady & (differences.map(len) == 0)].drop_duplicates()  # the first row of each point
     of_point = pd.Series(base.index, index=base.to_numpy())
     used = done & steady & point.isin(of_point.index)
@@ -101,7 +101,7 @@ def _most_common(cells):
 
 
 def _over_base(runs, base):
-    compared = runs[POINT[:4] + ["effective_friction"]].copy()
+    compared = runs[[*POINT, "effective_friction"]].copy()
     for name, (value, error) in OUTPUTS.items():
         compared[f"{name}_to_base"], compared[f"{name}_standard_error"] = ratio_of_means(runs[value], runs[error], base[value], base[error])
     for name in ("runup", "pressure_height"):

@@ -6,6 +6,7 @@ import pandas as pd
 from mpmtools.equations import rescaled_width_factor
 from mpmtools.scores import levels
 from mpmtools.statistics import ratio_of_means
+from mpmtools.study.runs import POINT
 
 INPUTS = ["critical_state_slope", "cohesion_beta", "effective_friction", "hardening_xi", "froude_number", "relative_width"]
 COLUMNS = [*INPUTS, "runup_factor", "runup_standard_error", "pressure_height_factor", "pressure_height_standard_error", "guideline"]
@@ -14,7 +15,7 @@ COLUMNS = [*INPUTS, "runup_factor", "runup_standard_error", "pressure_height_fac
 def width_factors(runs):
     """Eq. 11: heights over those of the run with w = H and all else equal, standard errors by propagation of both runs'; beside it the
     guideline's Eq. 6, rescaled to 1 at w = H. Empty unless the table varies the width."""
-    keys = [levels(runs[name]) for name in ("froude_number", "critical_state_slope", "cohesion_beta", "hardening_xi")]
+    keys = [levels(runs[name]) for name in POINT]
     factors = [_factors(group) for _, group in runs.groupby(keys, sort=False)
                if group.at_reference_width.any() and not group.at_reference_width.all()]
     return pd.concat(factors).sort_index() if factors else pd.DataFrame(columns=COLUMNS, dtype=float)
