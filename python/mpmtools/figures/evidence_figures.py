@@ -14,7 +14,14 @@ SYMBOLS = {"k_r": "$k_r$", "kappa_r": r"$\kappa_r$", "k_p": "$k_p$", "Fr_sat": r
 KINDS = (("standard_error", "its standard error"), ("profile", "profile of the sum of squares"), ("material", "bootstrap over materials"),
          ("froude", "bootstrap over Froude numbers"))
 NAMES = {"k_r": "k_r", "kappa_r": "κ_r", "k_p": "k_p", "Fr_sat": "Fr_sat", "kappa_p": "κ_p"}
+FITTED_AND_SCORED = [*SYMBOLS, "RMSLE of h_r", "within 25 %", "NRMSE of h_p"]  # head of the cells of _fitted_and_scored
 NONE = ["no tables of evidence: `python3 -m mpmtools study` makes them from a table of runs"]
+
+
+def _fitted_and_scored(row):
+    """Cells of what coefficients_and_scores() gives: the five coefficients, and scores of the published equations."""
+    return [*(number(row[name]) for name in SYMBOLS), per_cent(row["runup_rmsle"]), per_cent(row["runup_fraction_25"]),
+            per_cent(row["pressure_height_nrmse"])]
 
 
 def interval(low, high):
@@ -227,10 +234,9 @@ def figure_grids(study):
 
 
 def _without_unconverged(study):
-    rows = [[r["without"] or "–", r["fitting_set"], f"{r['left_out']:.0f}", *(number(r[name]) for name in SYMBOLS), per_cent(r["runup_rmsle"]),
-             per_cent(r["runup_fraction_25"]), per_cent(r["pressure_height_nrmse"])]
+    rows = [[r["without"] or "–", r["fitting_set"], f"{r['left_out']:.0f}", *_fitted_and_scored(r)]
             for r in study.table("coefficients_without_unconverged").fillna({"without": ""}).to_dict("records")]
-    head = ["left out", "set", "runs left out", *SYMBOLS, "RMSLE of h_r", "within 25 %", "NRMSE of h_p"]
+    head = ["left out", "set", "runs left out", *FITTED_AND_SCORED]
     return [{"title": "Coefficients without snow that is not converged at w/5, scores against the published equations", "head": head,
              "rows": rows}] if rows else []
 
@@ -347,10 +353,9 @@ def figure_jams(study):
              number(r.static_force, 0), number(r.fast_static_force, 0), number(r.jam_index, 2), "left out" if r.jammed else "kept"]
             for r in judged.itertuples()]
     head = ["run", "force, hydrostatic", "static part", "of the same snow at Fr ≥ 5", "jam index", "by the rule"]
-    scanned = [["none" if np.isinf(r["limit"]) else f"{r['limit']:g}", r["fitting_set"], f"{r['left_out']:.0f}",
-                *(number(r[name]) for name in SYMBOLS), per_cent(r["runup_rmsle"]), per_cent(r["pressure_height_nrmse"])]
+    scanned = [["none" if np.isinf(r["limit"]) else f"{r['limit']:g}", r["fitting_set"], f"{r['left_out']:.0f}", *_fitted_and_scored(r)]
                for r in scan.to_dict("records")]
-    scan_head = ["limit of the jam index", "set", "runs left out", *SYMBOLS, "RMSLE of h_r", "NRMSE of h_p"]
+    scan_head = ["limit of the jam index", "set", "runs left out", *FITTED_AND_SCORED]
     return Drawn(drawn, [], [{"title": "The eight highest jam indices", "head": head, "rows": rows},
                              {"title": "Coefficients with other limits, scores against the published equations", "head": scan_head,
                               "rows": scanned}])
@@ -375,10 +380,9 @@ def figure_friction(study):
 
 
 def _rules_table(rules, name):
-    rows = [[r["rule"], f"{r['points']} ({r['runs']:.0f})", *(number(r[symbol]) for symbol in SYMBOLS), per_cent(r["runup_rmsle"]),
-             per_cent(r["runup_fraction_25"]), per_cent(r["pressure_height_nrmse"])] for r in rules.to_dict("records")]
+    rows = [[r["rule"], f"{r['points']} ({r['runs']:.0f})", *_fitted_and_scored(r)] for r in rules.to_dict("records")]
     return {"title": f"{name}: rules on the same rows, against the published equations", "rows": rows,
-            "head": ["friction of the mast", "rows", *SYMBOLS, "RMSLE of h_r", "within 25 %", "NRMSE of h_p"]}
+            "head": ["friction of the mast", "rows", *FITTED_AND_SCORED]}
 
 
 def _calibration_table(calibration, name):
