@@ -13,6 +13,7 @@ trap 'rm -r "$made"' EXIT
 evaluate() { PYTHONPATH=python /usr/bin/python3 -m mpmtools study "$@" --out "$made" --no-page; }
 evaluate "$study/results/coarse/results.csv" --width "$study/evidence/width/results.csv" --sections "$study/evidence/sections/results.csv" \
   --sensitivity "$study/evidence/sensitivity/results.csv" --friction "$study/evidence/friction_015/results.csv" \
+  --friction-scan "$study/evidence/friction_w5/results.csv" \
   --prediction "$study/results/prediction/w5.csv" --grids "$study/evidence/grids/results.csv" \
   --grids "$study/evidence/grids/settled.csv"
 evaluate "$study/results/fine/results.csv" --sensitivity "$study/evidence/transfer/results.csv"

@@ -386,11 +386,11 @@ def _rules_table(rules, name):
 
 
 def _calibration_table(calibration, name):
-    rows = [[r["rule"], f"{r['split']}: {r['calibrated_on']} half", number(r["c"], 2), per_cent(r["rmsle_calibrating"]), per_cent(r["rmsle_judging"]),
+    rows = [[r["rule"], f"{r['points']}, {r['split']}: {r['calibrated_on']} half", number(r["c"], 2), per_cent(r["rmsle_calibrating"]), per_cent(r["rmsle_judging"]),
              r["chosen"], per_cent(r["chosen_rmsle_calibrating"]), per_cent(r["chosen_rmsle_judging"]),
              *(per_cent(r[f"rmsle_judging_{rule}"]) for rule in ("constant", "half", "smaller"))] for r in calibration.to_dict("records")]
     return {"title": f"{name}: calibrated on one half, judged on the other", "rows": rows,
-            "head": ["rule", "split, calibrated on", "c", "RMSLE there", "on the other half", "best of three rules", "RMSLE there",
+            "head": ["rule", "points, split, calibrated on", "c", "RMSLE there", "on the other half", "best of three rules", "RMSLE there",
                      "on the other half", "0.15 on the other half", "half of tan φ' on it", "the smaller on it"]}
 
 

@@ -84,13 +84,17 @@ def on_common_points(computed, rules):
     return {name: of[common].reset_index(drop=True) for name, of in heights.items()}
 
 
+def with_and_without_the_stiffest(table):
+    """[(which, rows)]: all rows, and, where there is snow that stiff, those without M' > 2.2."""
+    kept = table[table.effective_friction < STIFFEST]
+    return [("all", table)] + ([("without the stiffest", kept)] if len(kept) < len(table) else [])
+
+
 def friction_rules(computed, rules):
     """Coefficients and scores against the published equations on the same points: rule, points (all, or without M' > 2.2), runs."""
     rows = []
     for name, runs in on_common_points(computed, rules).items():
-        for which, chosen in (("all", runs), ("without the stiffest", runs[runs.effective_friction < STIFFEST])):
-            if which != "all" and len(chosen) == len(runs):
-                continue  # no snow that stiff
+        for which, chosen in with_and_without_the_stiffest(runs):
             row = {"rule": name, "points": which, "runs": len(chosen)}
             for equation in EQUATIONS:
                 samples = height_samples(equation, chosen)
@@ -111,11 +115,16 @@ def splits(points):
 
 
 def friction_calibration(computed, constant=CONSTANT, families=(SMALLER_OF_BOTH,)):
-    """Rules with a free number c, calibrated on one half of the points and judged on the other: rule, split, calibrated_on (half), c, runs
-    and RMSLE of the run-up on both halves. Only c whose coefficients lie between computed ones at every point are tried.
+    """Rules with a free number c, calibrated on one half of the points and judged on the other: rule, points (all, or without M' > 2.2), split,
+    calibrated_on (half), c, runs and RMSLE of the run-up on both halves. Only c whose coefficients lie between computed ones at every point are tried.
 
     `chosen` is the best on the first half of three rules without a free number: `constant`, the half, and the smaller of both; the last
     columns are what each of them scores on the half that judges."""
+    return pd.concat([_calibrated(of, constant, families).assign(points=which) for which, of in with_and_without_the_stiffest(computed)],
+                     ignore_index=True)
+
+
+def _calibrated(computed, constant, families):
     plain = on_common_points(computed, rules_of(constant))
     points = next(iter(plain.values()))
     kept = computed.merge(points[POINT], on=POINT)
