@@ -14,7 +14,7 @@ SYMBOLS = {"k_r": "$k_r$", "kappa_r": r"$\kappa_r$", "k_p": "$k_p$", "Fr_sat": r
 KINDS = (("standard_error", "its standard error"), ("profile", "profile of the sum of squares"), ("material", "bootstrap over materials"),
          ("froude", "bootstrap over Froude numbers"))
 NAMES = {"k_r": "k_r", "kappa_r": "κ_r", "k_p": "k_p", "Fr_sat": "Fr_sat", "kappa_p": "κ_p"}
-FITTED_AND_SCORED = [*SYMBOLS, "RMSLE of h_r", "within 25 %", "NRMSE of h_p"]  # head of the cells of _fitted_and_scored
+FITTED_AND_SCORED = [*NAMES.values(), "RMSLE of h_r", "within 25 %", "NRMSE of h_p"]  # head of the cells of _fitted_and_scored
 NONE = ["no tables of evidence: `python3 -m mpmtools study` makes them from a table of runs"]
 
 
@@ -421,7 +421,7 @@ SECTIONS = [
      "Points over the regimes, computed with the accurate solver on three grids. Points without a steady mean on one of them are left out. "
      "The run-up of cohesive snow with ξ = 0.5 is about a fifth lower on the coarsest grid than on the finest. A run on one grid states an "
      "uncertainty that comes from grid studies; the last column counts the points where the value on the finest grid lies within it (and two "
-     "standard errors of the difference). These runs were computed before the stated uncertainty knew the kind of snow."),
+     "standard errors of the difference). These uncertainties are from a version that did not yet depend on the kind of snow."),
     ("intervals", "How well the coefficients are known", figure_intervals,
      "The standard errors of a fit take its residuals to be independent. All runs of one material (one M') err together, and so do all runs "
      "of one Froude number: therefore whole materials and whole Froude numbers are drawn anew (bootstrap) and left out (jackknife). The last "
