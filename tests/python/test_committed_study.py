@@ -244,6 +244,12 @@ class CommittedFineStudy(CommittedStudy):
     options = {"sensitivity_file": EVIDENCE / "transfer" / "results.csv"}
 
 
+class CommittedReproduction(CommittedStudy):
+    name = "reproduction"
+    rows = ("w5.csv",)
+    options = {}
+
+
 class CommittedPrediction(CommittedStudy):
     name = "prediction"
     rows = ("w5.csv", "w7.csv")

@@ -18,9 +18,12 @@ evaluate "$study/results/coarse/results.csv" --width "$study/evidence/width/resu
   --grids "$study/evidence/grids/settled.csv"
 evaluate "$study/results/fine/results.csv" --sensitivity "$study/evidence/transfer/results.csv"
 evaluate "$study/results/prediction/w5.csv" "$study/results/prediction/w7.csv" --join --finest --name prediction
-cp "$made/prediction/fit.json" "$study/results/prediction/"
-for table in "$made"/prediction/*.csv; do
-  if [ "$(wc -l < "$table")" -gt 1 ]; then cp "$table" "$study/results/prediction/"; fi
+evaluate "$study/results/reproduction/w5.csv" --join --name reproduction
+for campaign in prediction reproduction; do
+  cp "$made/$campaign/fit.json" "$study/results/$campaign/"
+  for table in "$made/$campaign"/*.csv; do
+    if [ "$(wc -l < "$table")" -gt 1 ]; then cp "$table" "$study/results/$campaign/"; fi
+  done
 done
 for campaign in coarse fine; do
   for table in "$made/$campaign"/*.csv; do
