@@ -26,7 +26,8 @@ RESULTS, EVIDENCE = STUDY / "results", STUDY / "evidence"
 UNFITTED = ("compaction", "compaction_curve", "compaction_summary", "decomposition", "effective_friction", "guideline", "guideline_minima",
             "sensitivity", "sensitivity_summary", "spreads", "width_factors")
 EVIDENCE_TABLES = ("coefficient_intervals", "leave_one_out", "influence", "published_errors", "coefficients_without_jams", "jams",
-                   "friction_rules", "friction_calibration", "friction_interpolation", "friction_scan", "friction_scan_rules", "friction_scan_calibration", "side_by_side", "campaign_scores", "paired_rows", "paired_summary",
+                   "friction_rules", "friction_calibration", "friction_interpolation", "friction_scan", "friction_scan_rules", "friction_scan_calibration",
+                   "side_by_side", "campaign_scores", "paired_rows", "paired_summary",
                    "grids", "grids_summary", "coefficients_without_unconverged", "refined_rows", "refined_summary")
 FITTED = ("coefficients", "factor_curves", "height_curves", "points")
 # The C++ stopped its search when the sum of squares no longer fell, at up to 1.4e-8 of a coefficient from the minimum.
@@ -44,7 +45,8 @@ class CommittedStudy(unittest.TestCase):
     options = {"width_files": [EVIDENCE / "width" / "results.csv"], "section_files": [EVIDENCE / "sections" / "results.csv"],
                "sensitivity_file": EVIDENCE / "sensitivity" / "results.csv", "friction_file": EVIDENCE / "friction_015" / "results.csv",
                "friction_scan_file": EVIDENCE / "friction_w5" / "results.csv",
-               "prediction_file": RESULTS / "prediction" / "w5.csv", "grids_files": [EVIDENCE / "grids" / name for name in ("results.csv", "settled.csv")]}
+               "prediction_file": RESULTS / "prediction" / "w5.csv",
+               "grids_files": [EVIDENCE / "grids" / name for name in ("results.csv", "settled.csv")]}
 
     @classmethod
     def setUpClass(cls):
@@ -202,8 +204,21 @@ class Claims(unittest.TestCase):
             first = table[table.equation == "pressure_height"].iloc[0]
             self.assertEqual((first.froude_number, round(first.effective_friction, 2), first.hardening_xi), (1.0, 2.3, 5.0))
 
+    def test_reproduction_is_within_a_tenth_of_the_paper_with_and_without_jams(self):
+        for fitting_set in ("narrow", "wide"):
+            intervals = committed("reproduction", "coefficient_intervals")
+            of_set = intervals[intervals.fitting_set == fitting_set]
+            self.assertLess(abs(of_set.value / of_set.published - 1.0).max(), 0.09)
+            self.assertTrue(((of_set.material_from <= of_set.published) & (of_set.published <= of_set.material_to)).all())
+            scan = committed("reproduction", "coefficients_without_jams")
+            kept = scan[(scan.fitting_set == fitting_set) & np.isclose(scan.limit, 1.5)].iloc[0]
+            self.assertEqual(kept.left_out, 3)
+            for c in of_set.itertuples():
+                self.assertLess(abs(kept[c.parameter] / c.published - 1.0), 0.1)
+
     def test_jams_are_those_of_the_page_and_hold_the_forces_of_the_readme(self):
-        for campaign, points in (("coarse", {(1.0, 5.0), (2.0, 5.0), (1.0, 1.5)}), ("fine", {(1.0, 5.0), (2.0, 5.0), (3.0, 5.0)}),
+        for campaign, points in (("reproduction", {(0.3, 5.0), (1.0, 5.0), (2.0, 1.5)}), ("coarse", {(1.0, 5.0), (2.0, 5.0), (1.0, 1.5)}),
+                                 ("fine", {(1.0, 5.0), (2.0, 5.0), (3.0, 5.0)}),
                                  ("prediction", {(0.3, 5.0), (2.0, 5.0), (0.3, 1.5), (1.0, 1.5), (1.0, 0.5), (2.0, 0.5)})):
             jams = committed(campaign, "jams")
             jammed = jams[jams.jammed == 1]
@@ -214,10 +229,10 @@ class Claims(unittest.TestCase):
         np.testing.assert_allclose(stiffest.force_over_hydrostatic[[1.0, 3.0, 5.0]], [309.0, 184.0, 179.0], atol=0.5)
 
     def test_readme_holds_the_headline_numbers(self):
-        """Every value and interval of its first table, and in jams.md the coefficients without jams, as the tables have them."""
+        """Every value and interval of its tables of coefficients, and in jams.md the coefficients without jams, as the tables have them."""
         readme, jams = ((STUDY / name).read_text(encoding="utf-8") for name in ("README.md", "jams.md"))
-        for campaign, fitting_set in (("coarse", "narrow"), ("coarse", "wide"), ("fine", "narrow"), ("prediction", "narrow"),
-                                      ("prediction", "wide")):
+        for campaign, fitting_set in (("reproduction", "narrow"), ("reproduction", "wide"), ("coarse", "narrow"), ("coarse", "wide"),
+                                      ("fine", "narrow"), ("prediction", "narrow"), ("prediction", "wide")):
             table = committed(campaign, "coefficient_intervals")
             for c in table[table.fitting_set == fitting_set].itertuples():
                 self.assertIn(f"{c.value:.3f} ({c.material_from:.3f} to {c.material_to:.3f})", readme)
