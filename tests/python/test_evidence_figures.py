@@ -28,6 +28,8 @@ class Evidence(InFolder):
         self.assertTrue(any(text.startswith("coarse, wide: k_r 0.769 (0.947), ") for text in short["differs"]))
         self.assertTrue(any(text.startswith("fine, both sets: the intervals hold all five") for text in short["confirmed"]))
         self.assertIn("With cohesion: explained only in part", " ".join(short["why"]))
+        self.assertIn("Calibrated on one half of 30 points, the smaller of c and half of tan φ' has c = 0.20 to 0.21 in 4 halves",
+                      " ".join(short["why"]))
         self.assertRegex(" ".join(short["differs"]), r"The accurate solver .* \d+ pairs of runs")
 
     def test_shows_the_prediction_once_also_where_another_study_was_compared_with_a_part_of_it(self):

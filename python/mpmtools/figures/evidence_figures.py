@@ -134,7 +134,7 @@ def in_short(studies):
         if outside:
             differs.append(f"{c.name}: {', '.join(outside)} (paper in brackets) lie outside their 90 % intervals.")
         else:
-            confirmed.append(f"{c.name}: the intervals hold all five coefficients, and are wide: {c.size}.")
+            confirmed.append(f"{c.name}: the intervals hold all five coefficients ({c.size}).")
     return {"confirmed": confirmed, "differs": [*differs, *_accurate_solver(study)], "why": _why(study)}
 
 
@@ -159,6 +159,14 @@ def _why(study):
                    + ", ".join(f"{number(k.k_r[rule], 2)} with {text}" for rule, text in
                                (("0.15", "0.15"), ("half of tan phi'", "half of tan φ'"), ("the smaller of 0.15 and the half", "the smaller")))
                    + f", on the same {k.runs.iloc[0]:.0f} rows.")
+    calibration = study.table("friction_scan_calibration")
+    if len(calibration):
+        of = calibration[(calibration.rule == "the smaller of c and the half") & (calibration.points == "all")]
+        points = of.runs_calibrating.iloc[0] + of.runs_judging.iloc[0]
+        why.append(f"Calibrated on one half of {points:.0f} points, the smaller of c and half of tan φ' has c = "
+                   f"{number(of.c.min(), 2)} to {number(of.c.max(), 2)} in {len(of)} halves, and on the other half an RMSLE of "
+                   f"{per_cent(of.rmsle_judging.min())} to {per_cent(of.rmsle_judging.max())} (half of tan φ': "
+                   f"{per_cent(of.rmsle_judging_half.min())} to {per_cent(of.rmsle_judging_half.max())}).")
     jams = study.table("coefficients_without_jams")
     if len(jams):
         both = [jams[(jams.fitting_set == name) & (jams.limit == limit)].iloc[0] for name in SETS for limit in (np.inf, 1.5)]
@@ -386,8 +394,8 @@ def _rules_table(rules, name):
 
 
 def _calibration_table(calibration, name):
-    rows = [[r["rule"], f"{r['points']}, {r['split']}: {r['calibrated_on']} half", number(r["c"], 2), per_cent(r["rmsle_calibrating"]), per_cent(r["rmsle_judging"]),
-             r["chosen"], per_cent(r["chosen_rmsle_calibrating"]), per_cent(r["chosen_rmsle_judging"]),
+    rows = [[r["rule"], f"{r['points']}, {r['split']}: {r['calibrated_on']} half", number(r["c"], 2),
+             per_cent(r["rmsle_calibrating"]), per_cent(r["rmsle_judging"]), r["chosen"], per_cent(r["chosen_rmsle_calibrating"]), per_cent(r["chosen_rmsle_judging"]),
              *(per_cent(r[f"rmsle_judging_{rule}"]) for rule in ("constant", "half", "smaller"))] for r in calibration.to_dict("records")]
     return {"title": f"{name}: calibrated on one half, judged on the other", "rows": rows,
             "head": ["rule", "points, split, calibrated on", "c", "RMSLE there", "on the other half", "best of three rules", "RMSLE there",

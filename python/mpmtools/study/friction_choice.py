@@ -116,7 +116,8 @@ def splits(points):
 
 def friction_calibration(computed, constant=CONSTANT, families=(SMALLER_OF_BOTH,)):
     """Rules with a free number c, calibrated on one half of the points and judged on the other: rule, points (all, or without M' > 2.2), split,
-    calibrated_on (half), c, runs and RMSLE of the run-up on both halves. Only c whose coefficients lie between computed ones at every point are tried.
+    calibrated_on (half), c, runs and RMSLE of the run-up on both halves. Only c whose coefficients lie between computed ones at every point are
+    tried.
 
     `chosen` is the best on the first half of three rules without a free number: `constant`, the half, and the smaller of both; the last
     columns are what each of them scores on the half that judges."""
