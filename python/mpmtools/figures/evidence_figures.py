@@ -9,6 +9,7 @@ import numpy as np
 
 from mpmtools.figures.axes import Drawn, decades, froude_colour, new_axes, number, per_cent, picture
 from mpmtools.figures.style import COLOURS, MARKERS
+from mpmtools.study.friction_choice import SMALLER_OF_BOTH
 
 SYMBOLS = {"k_r": "$k_r$", "kappa_r": r"$\kappa_r$", "k_p": "$k_p$", "Fr_sat": r"$Fr_{sat}$", "kappa_p": r"$\kappa_p$"}
 KINDS = (("standard_error", "its standard error"), ("profile", "profile of the sum of squares"), ("material", "bootstrap over materials"),
@@ -161,7 +162,7 @@ def _why(study):
                    + f", on the same {k.runs.iloc[0]:.0f} rows.")
     calibration = study.table("friction_scan_calibration")
     if len(calibration):
-        of = calibration[(calibration.rule == "the smaller of c and the half") & (calibration.points == "all")]
+        of = calibration[(calibration.rule == SMALLER_OF_BOTH.name) & (calibration.points == "all")]
         points = of.runs_calibrating.iloc[0] + of.runs_judging.iloc[0]
         why.append(f"Calibrated on one half of {points:.0f} points, the smaller of c and half of tan φ' has c = "
                    f"{number(of.c.min(), 2)} to {number(of.c.max(), 2)} in {len(of)} halves, and on the other half an RMSLE of "
@@ -370,20 +371,20 @@ def figure_jams(study):
 
 
 def figure_friction(study):
-    rules, scan = study.table("friction_rules"), study.table("friction_scan")
-    if rules.empty and scan.empty:
-        return Drawn([], ["no table of a campaign with one friction for all snow (--friction), nor of one that varies it (--friction-scan)"])
     tables = []
     for which, name in (("", "Two campaigns"), ("_scan", "Several frictions at every point")):
-        rules, calibration = study.table(f"friction{which}_rules"), study.table(f"friction{which}_calibration")
+        rules = study.table(f"friction{which}_rules")
         if len(rules):
-            tables += [_rules_table(rules, name), _calibration_table(calibration, name)]
+            tables += [_rules_table(rules, name), _calibration_table(study.table(f"friction{which}_calibration"), name)]
+    if not tables:
+        return Drawn([], ["no table of a campaign with one friction for all snow (--friction), nor of one that varies it (--friction-scan)"])
     errors = study.table("friction_interpolation")
     if len(errors):
         tables.append({"title": "Run-up interpolated between the two campaigns, over the computed one",
                        "head": ["run", "friction", "interpolated h_r/H", "computed", "ratio"],
                        "rows": [[f"Fr {r.froude_number:g}, M {r.critical_state_slope:g}, β {r.cohesion_beta:g}", number(r.obstacle_friction, 2),
                                  number(r.interpolated, 2), number(r.computed, 2), number(r.ratio)] for r in errors.itertuples()]})
+    scan = study.table("friction_scan")
     return Drawn(_scan_pictures(scan) if len(scan) else [], [], tables)
 
 
@@ -395,8 +396,9 @@ def _rules_table(rules, name):
 
 def _calibration_table(calibration, name):
     rows = [[r["rule"], f"{r['points']}, {r['split']}: {r['calibrated_on']} half", number(r["c"], 2),
-             per_cent(r["rmsle_calibrating"]), per_cent(r["rmsle_judging"]), r["chosen"], per_cent(r["chosen_rmsle_calibrating"]), per_cent(r["chosen_rmsle_judging"]),
-             *(per_cent(r[f"rmsle_judging_{rule}"]) for rule in ("constant", "half", "smaller"))] for r in calibration.to_dict("records")]
+             per_cent(r["rmsle_calibrating"]), per_cent(r["rmsle_judging"]), r["chosen"],
+             *(per_cent(r[name]) for name in ("chosen_rmsle_calibrating", "chosen_rmsle_judging", "rmsle_judging_constant",
+                                              "rmsle_judging_half", "rmsle_judging_smaller"))] for r in calibration.to_dict("records")]
     return {"title": f"{name}: calibrated on one half, judged on the other", "rows": rows,
             "head": ["rule", "points, split, calibrated on", "c", "RMSLE there", "on the other half", "best of three rules", "RMSLE there",
                      "on the other half", "0.15 on the other half", "half of tan φ' on it", "the smaller on it"]}

@@ -10,7 +10,7 @@ import pandas as pd
 from mpmtools.scores import levels
 from mpmtools.study.fits import NARROW, WIDE, height_samples, score_against_published
 from mpmtools.study.regression import EQUATIONS, fit_heights
-from mpmtools.study.runs import POINT
+from mpmtools.study.runs import POINT, point_keys
 from mpmtools.study.uncertainty import GROUPS, bootstrap, drawn_interval
 
 FEWEST_FROUDE_NUMBERS, FEWEST_MATERIALS = 3, 4  # of snow with friction: fewer do not fix k, kappa and Fr_sat together, let alone their intervals
@@ -21,8 +21,7 @@ QUANTITIES = {"runup": "run-up", "pressure_height": "pressure height", "force_n"
 def keyed(runs):
     """Runs at the reference width by their set-up; the first of several runs of one set-up."""
     at_width = runs[runs.at_reference_width].reset_index(drop=True)
-    keys = pd.DataFrame({name: levels(at_width[name]).round(9) for name in POINT})
-    return at_width.assign(**keys).drop_duplicates(POINT)
+    return at_width.assign(**point_keys(at_width)).drop_duplicates(POINT)
 
 
 def paired_rows(reproduction, prediction):

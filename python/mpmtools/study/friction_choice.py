@@ -9,6 +9,7 @@ campaign that varies the coefficient at every point (`scan_tables`). `computed_h
 """
 
 from collections import namedtuple
+from functools import partial
 
 import numpy as np
 import pandas as pd
@@ -18,7 +19,7 @@ from mpmtools.errors import InputError
 from mpmtools.scores import levels
 from mpmtools.study.fits import height_samples, score_against_published
 from mpmtools.study.regression import EQUATIONS, RUNUP, fit_heights
-from mpmtools.study.runs import POINT, read_runs_or_refuse
+from mpmtools.study.runs import POINT, point_keys, read_runs_or_refuse
 from mpmtools.tables import number_text, numbers, read_table
 
 CONSTANT, RATIO = 0.15, 0.5  # the two campaigns
@@ -29,7 +30,7 @@ HALF, SMALLER = "half of tan phi'", "the smaller of {} and the half"
 Family = namedtuple("Family", ["name", "coefficient", "candidates"])
 CEILINGS = np.round(np.arange(0.0, 0.501, 0.01), 2)  # above 0.47 the smaller of both is the half for all but M' 2.3
 SMALLER_OF_BOTH = Family("the smaller of c and the half", np.minimum, CEILINGS)
-ONE_FOR_ALL = Family("c for all snow", lambda c, half: c + 0.0 * half, CEILINGS)
+ONE_FOR_ALL = Family("c for all snow", lambda c, half: c, CEILINGS)
 
 
 def half_friction(friction):
@@ -39,11 +40,8 @@ def half_friction(friction):
 
 def computed_heights(*campaigns):
     """Points with two or more frictions of the mast: a row for each run with its inputs, obstacle_friction, and both heights over H."""
-    parts = []
-    for runs in campaigns:
-        keys = pd.DataFrame({name: levels(runs[name]).round(9) for name in POINT})
-        parts.append(keys.join(runs[["effective_friction", "obstacle_friction", *(e.name for e in EQUATIONS)]]))
-    rows = pd.concat(parts, ignore_index=True)
+    columns = ["effective_friction", "obstacle_friction", *(e.name for e in EQUATIONS)]
+    rows = pd.concat([point_keys(runs).join(runs[columns]) for runs in campaigns], ignore_index=True)
     return rows[rows.groupby(POINT).obstacle_friction.transform("nunique") > 1].reset_index(drop=True)
 
 
@@ -65,14 +63,8 @@ def with_friction(computed, coefficient):
 
 def rules_of(*constants):
     """{name: coefficient of the mast as a function of the half}: one for all snow, the half, and the smaller of both."""
-    def constant(c):
-        return lambda half: c
-
-    def smaller(c):
-        return lambda half: min(c, half)
-
-    return {**{number_text(c): constant(c) for c in constants}, HALF: lambda half: half,
-            **{SMALLER.format(number_text(c)): smaller(c) for c in constants if c > 0.0}}
+    return {**{number_text(c): partial(ONE_FOR_ALL.coefficient, c) for c in constants}, HALF: lambda half: half,
+            **{SMALLER.format(number_text(c)): partial(SMALLER_OF_BOTH.coefficient, c) for c in constants if c > 0.0}}
 
 
 def on_common_points(computed, rules):
@@ -121,32 +113,38 @@ def friction_calibration(computed, constant=CONSTANT, families=(SMALLER_OF_BOTH,
 
     `chosen` is the best on the first half of three rules without a free number: `constant`, the half, and the smaller of both; the last
     columns are what each of them scores on the half that judges."""
-    return pd.concat([_calibrated(of, constant, families).assign(points=which) for which, of in with_and_without_the_stiffest(computed)],
-                     ignore_index=True)
-
-
-def _calibrated(computed, constant, families):
     plain = on_common_points(computed, rules_of(constant))
-    points = next(iter(plain.values()))
+    points = plain[HALF]
     kept = computed.merge(points[POINT], on=POINT)
     rows = []
     for family in families:
-        tried = {c: with_friction(kept, lambda half, c=c, family=family: family.coefficient(c, half)) for c in family.candidates}
-        tried = {c: of for c, of in tried.items() if np.isfinite(of.runup).all()}
-        for name, first in splits(points).items():
-            for half, chosen in (("first", first.to_numpy()), ("second", ~first.to_numpy())):
-                errors = {c: _rmsle(of[chosen]) for c, of in tried.items()}
-                best = min(errors, key=errors.get)
-                judged = tried[best][~chosen]
-                scores = {rule: (_rmsle(of[chosen]), _rmsle(of[~chosen])) for rule, of in plain.items()}
-                first_choice = min(scores, key=lambda rule: scores[rule][0])
-                rows.append({"rule": family.name, "split": name, "calibrated_on": half, "c": best, "runs_calibrating": int(chosen.sum()),
-                             "runs_judging": len(judged), "rmsle_calibrating": errors[best], "rmsle_judging": _rmsle(judged),
-                             "fraction_25_judging": score_against_published(RUNUP, height_samples(RUNUP, judged)).fraction_25,
-                             "chosen": first_choice, "chosen_rmsle_calibrating": scores[first_choice][0],
-                             "chosen_rmsle_judging": scores[first_choice][1],
-                             **{f"rmsle_judging_{short}": scores[rule][1] for short, rule in zip(("constant", "half", "smaller"), plain)}})
+        tried = {c: with_friction(kept, partial(family.coefficient, c)) for c in family.candidates}
+        for which, chosen in with_and_without_the_stiffest(points):
+            rows += [{"rule": family.name, **row, "points": which}
+                     for row in _judged_on_halves(_rows_of(tried, chosen), _rows_of(plain, chosen), splits(chosen))]
     return pd.DataFrame(rows)
+
+
+def _rows_of(heights, points):
+    """{name or c: its rows of these points}, where it has a height at each of them."""
+    chosen = {key: of.loc[points.index] for key, of in heights.items()}
+    return {key: of for key, of in chosen.items() if np.isfinite(of.runup).all()}
+
+
+def _judged_on_halves(tried, plain, halves):
+    """Rows of friction_calibration(). @param tried, plain  {c: heights}, {rule: heights} at the same points"""
+    for name, first in halves.items():
+        for half, chosen in (("first", first), ("second", ~first)):
+            errors = {c: _rmsle(of[chosen]) for c, of in tried.items()}
+            best = min(errors, key=errors.get)
+            judged = tried[best][~chosen]
+            scores = {rule: (_rmsle(of[chosen]), _rmsle(of[~chosen])) for rule, of in plain.items()}
+            first_choice = min(scores, key=lambda rule: scores[rule][0])
+            yield {"split": name, "calibrated_on": half, "c": best, "runs_calibrating": int(chosen.sum()), "runs_judging": len(judged),
+                   "rmsle_calibrating": errors[best], "rmsle_judging": _rmsle(judged),
+                   "fraction_25_judging": score_against_published(RUNUP, height_samples(RUNUP, judged)).fraction_25,
+                   "chosen": first_choice, "chosen_rmsle_calibrating": scores[first_choice][0], "chosen_rmsle_judging": scores[first_choice][1],
+                   **{f"rmsle_judging_{short}": scores[rule][1] for short, rule in zip(("constant", "half", "smaller"), plain)}}
 
 
 def _rmsle(runs):
@@ -189,15 +187,17 @@ def scan_tables(scan_file):
     computed = computed_heights(read_runs_or_refuse([scan_file]).runs)
     if computed.empty:
         raise InputError(f"{scan_file}: no flow and snow was computed with two frictions of the mast")
-    constants = [c for c in (0.0, 0.05, 0.1, 0.15, 0.2, 0.3) if np.isclose(computed.obstacle_friction, c).any()]
     half = half_friction(computed.effective_friction)
-    relative = computed.groupby(POINT, group_keys=False).apply(lambda of: _over_the_half(of, half[of.index]))
-    heights = computed.assign(half=half, **relative[[f"{e.name}_over_half" for e in EQUATIONS]]).sort_values([*POINT, "obstacle_friction"])
-    return {"friction_scan": heights, "friction_scan_rules": friction_rules(computed, rules_of(*constants)),
+    at_half = computed[np.isclose(computed.obstacle_friction, half)].drop_duplicates(POINT)[[*POINT, *(e.name for e in EQUATIONS)]]
+    heights = computed.assign(half=half).merge(at_half, on=POINT, how="left", suffixes=("", "_at_half"))
+    for name in (e.name for e in EQUATIONS):
+        heights[f"{name}_over_half"] = heights[name] / heights.pop(f"{name}_at_half")  # NaN where the half was not computed
+    return {"friction_scan": heights.sort_values([*POINT, "obstacle_friction"], ignore_index=True),
+            "friction_scan_rules": friction_rules(computed, rules_of(*for_all_snow(computed))),
             "friction_scan_calibration": friction_calibration(computed, families=(SMALLER_OF_BOTH, ONE_FOR_ALL))}
 
 
-def _over_the_half(of, half):
-    """Heights of one point over those with the half; NaN where the half was not computed."""
-    there = of[np.isclose(of.obstacle_friction, half)]
-    return of.assign(**{f"{e.name}_over_half": of[e.name] / there[e.name].iloc[0] if len(there) else np.nan for e in EQUATIONS})
+def for_all_snow(computed):
+    """The coefficients, rising, that were computed for more than one kind of snow."""
+    kinds = computed.groupby(levels(computed.obstacle_friction).round(9)).effective_friction.nunique()
+    return kinds.index[kinds > 1]

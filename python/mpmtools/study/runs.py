@@ -274,5 +274,10 @@ def read_runs_or_refuse(files, filters=(), finest=False):
     return table
 
 
+def point_keys(runs):
+    """Flow and snow of each run, equal inputs equal to the bit."""
+    return pd.DataFrame({name: levels(runs[name]).round(9) for name in POINT})
+
+
 def inputs_text(froude, slope, beta, xi):
     return f"Fr = {number_text(froude)}, M = {number_text(slope)}, beta = {number_text(beta)}, xi = {number_text(xi)}"
