@@ -258,6 +258,19 @@ Finding size_of_the_window(const Impact& i) {
                 "take at least the values in brackets, or compare with a larger window"};
 }
 
+/// validation/study/jams.md: below Fr 5 snow of M' = 2.3 jams between the inlet and a mast 4.8 widths away, and presses with more than
+/// twice the force that it has with 9.6 or 19 widths. Up to M' = 1.76 twice the distance changes heights by at most 3 %.
+Finding jam_at_the_inlet(const Impact& i) {
+  constexpr double stiffest_without = 1.8, slowest_without = 5.0, checked = 9.6;
+  const auto friction = i.c.material.critical_state_ratio();
+  const double far = checked * i.width();
+  if (!i.window() || !friction || *friction <= stiffest_without) return {};
+  if (i.froude() >= slowest_without || i.belt.upstream_length >= far - 1e-6) return {};
+  return Advice{"jam_at_the_inlet", fmt::format("M' = {} with conveyor.upstream_length_m = {}", n(*friction), n(i.belt.upstream_length)),
+                "such stiff snow may jam between the inlet and the obstacle; force and heights then depend on the window",
+                fmt::format("take at least 9.6 w = {} m, and downstream_length_m = {}", n(far), n(0.5 * far))};
+}
+
 // ---- Ground -----------------------------------------------------------------------------------------------------------------------------
 
 /// Where the slope of the ground differs most from its mean over two cells, and by how much.
@@ -342,9 +355,9 @@ std::vector<Advice> advise(const Case& c) {
   if (Finding found = short_waves_of_the_ground(c)) all.push_back(std::move(*found));
   if (!c.conveyor || !c.obstacle) return all;
   const Impact impact{c, *c.conveyor, *c.obstacle, std::max(c.conveyor->velocity, Inflow(*c.conveyor).fastest())};
-  constexpr Finding (*rules[])(const Impact&) = {cells_across,         nodal_width, aligned_lattice,   splash_and_duration, flow_passage,
-                                                 rows_in_force_window, mach_number, wave_speed,        compaction_shock,    slope,
-                                                 range_of_equations,   mast_height, size_of_the_window};
+  constexpr Finding (*rules[])(const Impact&) = {cells_across,         nodal_width, aligned_lattice,    splash_and_duration, flow_passage,
+                                                 rows_in_force_window, mach_number, wave_speed,         compaction_shock,    slope,
+                                                 range_of_equations,   mast_height, size_of_the_window, jam_at_the_inlet};
   for (const auto& rule : rules) {
     if (Finding found = rule(impact)) all.push_back(std::move(*found));
   }

@@ -9,8 +9,8 @@ from mpmtools.errors import MpmError
 
 EPILOG = """\
 examples:
-  python3 -m mpmtools fit out/campaign/coarse/results.csv --breakdown
-  python3 -m mpmtools study out/campaign/coarse out/campaign/fine --out out/study
+  python3 -m mpmtools fit out/campaign/first_w5/results.csv --breakdown
+  python3 -m mpmtools study out/campaign/first_w5 out/campaign/first_w7 --out out/study
   python3 -m mpmtools plot out/run --times 0.2,3,6
   python3 -m mpmtools render out/run --field velocity
 
@@ -47,18 +47,22 @@ def parser():
     study.add_argument("--out", required=True, metavar="DIR", help="folder for the page, index.html, and for a folder of tables an input")
     study.add_argument("--join", action="store_true", help="evaluate all tables together, as one study")
     study.add_argument("--finest", action="store_true", help="of the runs of one set-up only that on the finest grid counts")
+    study.add_argument("--replace", action="store_true",
+                       help="with --join: a row takes the place of those of the same set-up in the tables named before")
     study.add_argument("--name", metavar="NAME", help="folder of the joined tables (default: that of the first)")
     study.add_argument("--filter", action="append", default=[], metavar="'COLUMN OP VALUE'", help=FILTER_HELP)
     study.add_argument("--width", action="append", default=[], metavar="RESULTS.csv", help="table of the width study (Fig. 10), where it is another one")
     study.add_argument("--sections", action="append", default=[], metavar="RESULTS.csv",
                        help="table with the two runs of Fig. 5 that kept final.h5, where it is another one")
-    study.add_argument("--sensitivity", metavar="RESULTS.csv", help="table of runs that change one choice at a time, compared with their base")
+    study.add_argument("--sensitivity", action="append", default=[], metavar="RESULTS.csv",
+                       help="table of runs that change one choice at a time, compared with the base in the same table")
     study.add_argument("--friction", metavar="RESULTS.csv",
                        help="table of a campaign with one friction of the mast for all snow, to be compared with this one")
     study.add_argument("--friction-scan", metavar="RESULTS.csv",
                        help="table of runs that vary the friction of the mast at every point: what each rule for it does to the coefficients")
-    study.add_argument("--prediction", metavar="RESULTS.csv",
-                       help="table of the same sets computed with the accurate solver, to be compared with this one")
+    study.add_argument("--prediction", action="append", default=[], metavar="RESULTS.csv",
+                       help="table of the same sets computed with the accurate solver, to be compared with this one; of several, rows of later "
+                            "ones take the place of earlier ones")
     study.add_argument("--grids", action="append", default=[], metavar="RESULTS.csv",
                        help="table of runs of the accurate solver, each point on three grids: how far a run is from its limit")
     study.add_argument("--extensions", metavar="DIR", help="folder with the tables of the runs beyond the paper")

@@ -131,6 +131,20 @@ TEST(AdviceAboutACase, WarnsOfAWindowSmallerThanThoseThatWereChecked) {
   EXPECT_THAT(of("size_of_the_window", {"conveyor.upstream_length_m=5"}).what, HasSubstr("upstream_length_m = 5 (4 w = 7)"));
 }
 
+TEST(AdviceAboutACase, WarnsOfStiffSlowSnowNearTheInlet) {
+  const std::vector<std::string> stiff{"material.critical_state_slope=1.2", "material.cohesion_beta=0.45"};  // M' = 2.3
+  const auto with = [&](std::initializer_list<std::string> more) {
+    std::vector<std::string> all = stiff;
+    all.insert(all.end(), more);
+    return of("jam_at_the_inlet", all);
+  };
+  EXPECT_THAT(with({}).what, HasSubstr("M' = 2.3 with conveyor.upstream_length_m = 8"));
+  EXPECT_THAT(with({}).remedy, HasSubstr("9.6 w = 16.8 m, and downstream_length_m = 8.4"));
+  EXPECT_EQ(with({"conveyor.upstream_length_m=16.8"}).rule, "");
+  EXPECT_EQ(with({"conveyor.froude_number=5"}).rule, "");
+  EXPECT_EQ(of("jam_at_the_inlet", {"material.critical_state_slope=1.2", "material.cohesion_beta=0.3"}).rule, "") << "M' = 1.76";
+}
+
 TEST(AdviceAboutACase, WarnsOfValuesThatNoAvalancheHas) {
   EXPECT_THAT(of("plausible_values", {"material.density_kg_m3=0.3e4"}).what, HasSubstr("density_kg_m3 = 3e+03"));
   EXPECT_THAT(of("plausible_values", {"obstacle.friction=5"}).what, HasSubstr("obstacle.friction = 5"));

@@ -12,7 +12,7 @@ from study_samples import grid_of_runs, study_run, study_runs
 
 
 def with_measurements(runs):
-    return runs.assign(force_n=1e5, runup_numerical_uncertainty=0.1, pressure_height_numerical_uncertainty=0.05)
+    return runs.assign(force_n=1e5, obstacle_friction=0.2, runup_numerical_uncertainty=0.1, pressure_height_numerical_uncertainty=0.05)
 
 
 def intervals():
@@ -41,6 +41,15 @@ class PairedRows(unittest.TestCase):
     def test_leave_out_masts_of_another_width(self):
         wide = with_measurements(study_runs(study_run(3.0, 0.4, 0.0, 5.0, obstacle_width_m=3.5)))
         self.assertEqual(len(paired_rows(reproduction(), wide)), 0)
+
+    def test_leave_out_runs_whose_masts_differ_in_friction(self):
+        theirs = reproduction()
+        ours = theirs.assign(obstacle_friction=np.where(theirs.hardening_xi == 5.0, 0.2 + 1e-9, 0.3))
+        rows = paired_rows(theirs, ours)
+        self.assertEqual(len(rows), (theirs.hardening_xi == 5.0).sum())
+        self.assertEqual(set(rows.hardening_xi), {5.0})
+        self.assertNotIn("obstacle_friction", rows)
+        self.assertEqual(len(paired_rows(theirs, ours.assign(obstacle_friction=np.nan))), len(theirs))  # a table that does not name it
 
     def test_are_summed_up_by_geometric_mean_and_spread(self):
         theirs = reproduction()

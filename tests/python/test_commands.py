@@ -131,11 +131,11 @@ class Study(InFolder):
 
     def test_draws_what_was_evaluated_before_and_the_runs_beyond_the_paper(self):
         results = SOURCE / "validation" / "study"
-        code, _, err = self.command("study", results / "results" / "coarse", results / "results" / "fine", "--out", self.folder, "--extensions",
+        code, _, err = self.command("study", results / "results" / "reproduction", results / "results" / "prediction", "--out", self.folder, "--extensions",
                                     results / "extensions")
         self.assertEqual(code, 0, err)
         page = (self.folder / "index.html").read_text(encoding="utf-8")
-        self.assertIn("fine: 60 runs", page)
+        self.assertIn("prediction: 347 runs", page)
         self.assertNotIn("Missing here", page.split('id="figA2"')[0])  # the committed tables hold every figure
         for part in ("mast-height", "shapes", "shear", "surge"):
             self.assertIn(f'id="{part}"', page)
@@ -154,7 +154,7 @@ class Study(InFolder):
     def test_says_what_is_wrong(self):
         table = self.write("results.csv", synthetic_table(0.08))
         for arguments, code, message in (([self.folder / "none"], 4, "no table"), ([table, "--decomposition", "1,2"], 2, "three numbers"),
-                                         ([table, "--name", "both"], 2, "--join"),
+                                         ([table, "--name", "both"], 2, "--join"), ([table, "--replace"], 2, "--join"),
                                          ([table, "--width", self.folder / "none.csv"], 4, "cannot read"),
                                          ([table, "--sensitivity", table], 4, "no column 'effective_friction'")):
             found, _, err = self.command("study", *arguments, "--out", self.folder / "out", "--no-page")

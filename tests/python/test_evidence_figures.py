@@ -11,36 +11,36 @@ RESULTS = SOURCE / "validation" / "study" / "results"
 
 class Evidence(InFolder):
     def test_heads_the_page_with_both_sets_of_every_campaign(self):
-        rows = evidence_figures.headline([Study(RESULTS / "coarse"), Study(RESULTS / "fine")])["rows"]
+        rows = evidence_figures.headline([Study(RESULTS / "first_w5"), Study(RESULTS / "first_w7")])["rows"]
         self.assertEqual(len(rows), 20)  # two campaigns, two sets, five coefficients
-        self.assertEqual(rows[0], ["coarse, narrow (244 runs, 13 M')", "k_r", "0.774", "0.74 to 0.83", "0.73 to 0.82", "0.762", "0.947", "no"])
-        self.assertEqual([row[0] for row in rows[5:6]], ["coarse, wide (268 runs, 13 M')"])
+        self.assertEqual(rows[0], ["first w5, narrow (244 runs, 13 M')", "k_r", "0.774", "0.74 to 0.83", "0.73 to 0.82", "0.762", "0.947", "no"])
+        self.assertEqual([row[0] for row in rows[5:6]], ["first w5, wide (268 runs, 13 M')"])
 
     def test_sums_up_what_is_confirmed_what_differs_and_why_on_both_sets(self):
-        studies = [Study(RESULTS / "coarse"), Study(RESULTS / "fine")]
+        studies = [Study(RESULTS / "reproduction"), Study(RESULTS / "first_w7")]
         table = evidence_figures.matrix(studies)
-        self.assertEqual(table["head"][:3], ["", "paper", "coarse, narrow (244 runs, 13 M')"])
-        self.assertEqual(table["rows"][0][:3], ["k_r", "0.947", "0.774 (0.74 to 0.83)"])
-        self.assertEqual(table["head"][-1], "fine, both sets (60 runs, 5 M')")  # its two sets hold the same runs
-        self.assertEqual([head.split(" (")[0] for head in table["head"][2:4]], ["coarse, narrow", "coarse, wide"])
+        self.assertEqual(table["head"][:3], ["", "paper", "reproduction, narrow (192 runs, 13 M')"])
+        self.assertEqual(table["rows"][0][:3], ["k_r", "0.947", "0.861 (0.79 to 0.96)"])
+        self.assertEqual(table["head"][-1], "first w7, both sets (60 runs, 5 M')")  # its two sets hold the same runs
+        self.assertEqual([head.split(" (")[0] for head in table["head"][2:4]], ["reproduction, narrow", "reproduction, wide"])
         self.assertEqual({len(row) for row in table["rows"]}, {len(table["head"])})
         short = evidence_figures.in_short(studies)
-        self.assertTrue(any(text.startswith("coarse, wide: k_r 0.769 (0.947), ") for text in short["differs"]))
-        self.assertTrue(any(text.startswith("fine, both sets: the intervals hold all five") for text in short["confirmed"]))
+        self.assertTrue(any(text.startswith("reproduction, wide: Fr_sat 1.455 (1.538)") for text in short["differs"]))
+        self.assertTrue(any(text.startswith("first w7, both sets: the intervals hold all five") for text in short["confirmed"]))
         self.assertIn("With cohesion: explained only in part", " ".join(short["why"]))
         self.assertIn("Calibrated on one half of 30 points, the smaller of c and half of tan φ' has c = 0.20 to 0.21 in 4 halves",
                       " ".join(short["why"]))
         self.assertRegex(" ".join(short["differs"]), r"The accurate solver .* \d+ pairs of runs")
 
     def test_shows_the_prediction_once_also_where_another_study_was_compared_with_a_part_of_it(self):
-        names = ("coarse", "fine", "prediction")
+        names = ("reproduction", "calibrated_prediction", "prediction")
         columns = evidence_figures.headline_columns([Study(RESULTS / name) for name in names])
-        self.assertEqual([c.name for c in columns], [f"{name}, {fitting_set}" for name in names for fitting_set in ("narrow", "wide")])
-        compared = evidence_figures.headline_columns([Study(RESULTS / "coarse")])
-        self.assertEqual([c.name for c in compared], ["coarse, narrow", "coarse, wide", "prediction, narrow", "prediction, wide"])
+        self.assertEqual([c.name for c in columns], [f"{name.replace('_', ' ')}, {fitting_set}" for name in names for fitting_set in ("narrow", "wide")])
+        compared = evidence_figures.headline_columns([Study(RESULTS / "reproduction")])
+        self.assertEqual([c.name for c in compared], ["reproduction, narrow", "reproduction, wide", "prediction, narrow", "prediction, wide"])
 
     def test_draws_every_section_from_the_kept_tables(self):
-        study = Study(RESULTS / "coarse")
+        study = Study(RESULTS / "reproduction")
         for identity, _, draw, _ in evidence_figures.SECTIONS:
             drawn = draw(study)
             self.assertEqual(drawn.missing, [], identity)
@@ -58,8 +58,8 @@ class Evidence(InFolder):
             self.assertEqual(len(draw(study).missing), 1, identity)
 
     def test_aims_are_those_of_both_sets(self):
-        aims = aim_table([Study(RESULTS / "coarse")])
-        self.assertEqual([s["name"] for s in aims["studies"]], ["coarse, narrow", "coarse, wide"])
+        aims = aim_table([Study(RESULTS / "first_w5")])
+        self.assertEqual([s["name"] for s in aims["studies"]], ["first w5, narrow", "first w5, wide"])
         run_up = next(row for row in aims["rows"] if row["what"].startswith("run-up: RMSLE"))
         self.assertEqual([found["met"] for found in run_up["found"]], [True, False])
 

@@ -110,8 +110,11 @@ class Grids(unittest.TestCase):
         runs.loc[sticky | fluid, ["runup", "pressure_height"]] *= 0.8
         table = coefficients_without_unconverged(runs)
         narrow = table[table.fitting_set == "narrow"]
-        self.assertEqual(narrow.without.tolist(), ["", "cohesive snow of xi <= 0.5", "fluid", "cohesive snow of xi <= 0.5 and fluid"])
-        self.assertEqual(narrow.left_out.tolist(), [0, sticky.sum(), fluid.sum(), sticky.sum() + fluid.sum()])
+        self.assertEqual(narrow.without.tolist(), ["", "cohesive snow of xi <= 0.5", "fluid", "cohesive snow of xi <= 0.5 and fluid",
+                                                   "snow of M' > 2.2 below Fr 1"])
+        slow_stiff = (runs.effective_friction > 2.2) & (runs.froude_number < 0.99)
+        self.assertGreater(slow_stiff.sum(), 0)
+        self.assertEqual(narrow.left_out.tolist(), [0, sticky.sum(), fluid.sum(), sticky.sum() + fluid.sum(), slow_stiff.sum()])
         self.assertAlmostEqual(narrow.k_p.iloc[3], 0.5277, delta=1e-4)
         self.assertAlmostEqual(narrow.runup_rmsle.iloc[3], 0.0, delta=1e-9)
         self.assertTrue((narrow.runup_rmsle.iloc[:3] > 0.05).all())

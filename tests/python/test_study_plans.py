@@ -160,7 +160,7 @@ class OpenQuestions(unittest.TestCase):
 
     def test_durations_are_the_papers_where_the_coarse_campaign_took_less(self):
         runs = list(runs_of(STUDY / "reproduction" / "durations.toml"))
-        coarse = {tuple(run[key] for key in INPUTS): run["output.duration_s"] for run in runs_of(STUDY / "coarse.toml")}
+        coarse = {tuple(run[key] for key in INPUTS): run["output.duration_s"] for run in runs_of(STUDY / "first_w5.toml")}
         for run in runs:
             self.assertEqual(run["output.duration_s"], {0.3: 110, 1: 36.7}[run["conveyor.froude_number"]])
             self.assertLess(coarse[tuple(run[key] for key in INPUTS)], run["output.duration_s"])

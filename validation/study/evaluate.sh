@@ -11,22 +11,21 @@ study=validation/study
 made=$(mktemp -d)
 trap 'rm -r "$made"' EXIT
 evaluate() { PYTHONPATH=python /usr/bin/python3 -m mpmtools study "$@" --out "$made" --no-page; }
-evaluate "$study/results/coarse/results.csv" --width "$study/evidence/width/results.csv" --sections "$study/evidence/sections/results.csv" \
-  --sensitivity "$study/evidence/sensitivity/results.csv" --friction "$study/evidence/friction_015/results.csv" \
-  --friction-scan "$study/evidence/friction_w5/results.csv" \
-  --prediction "$study/results/prediction/w5.csv" --grids "$study/evidence/grids/results.csv" \
-  --grids "$study/evidence/grids/settled.csv"
-evaluate "$study/results/fine/results.csv" --sensitivity "$study/evidence/transfer/results.csv"
-evaluate "$study/results/prediction/w5.csv" "$study/results/prediction/w7.csv" --join --finest --name prediction
-evaluate "$study/results/reproduction/w5.csv" --join --name reproduction
-for campaign in prediction reproduction; do
-  cp "$made/$campaign/fit.json" "$study/results/$campaign/"
-  for table in "$made/$campaign"/*.csv; do
-    if [ "$(wc -l < "$table")" -gt 1 ]; then cp "$table" "$study/results/$campaign/"; fi
-  done
-done
-for campaign in coarse fine; do
-  for table in "$made/$campaign"/*.csv; do
-    if head -1 "$table" | grep -q '^# computed by'; then cp "$table" "$study/results/$campaign/"; fi
+rows=$study/results evidence=$study/evidence
+evaluate "$rows/reproduction/w5.csv" --join --name reproduction --width "$evidence/width/results.csv" --sections "$evidence/sections/results.csv" \
+  --sensitivity "$evidence/sensitivity/results.csv" --sensitivity "$evidence/windows/results.csv" \
+  --friction-scan "$evidence/friction_w5/results.csv" \
+  --prediction "$rows/prediction/w5.csv" --prediction "$rows/calibrated_prediction/w5.csv" \
+  --grids "$evidence/grids/results.csv" --grids "$evidence/grids/settled.csv"
+evaluate "$rows/prediction/w5.csv" "$rows/prediction/w7.csv" --join --finest --name prediction
+evaluate "$rows/prediction/w5.csv" "$rows/prediction/w7.csv" "$rows/calibrated_prediction/w5.csv" --join --replace \
+  --filter 'hardening_xi!=0.05' --name calibrated_prediction
+evaluate "$rows/first_w5/results.csv" --friction "$evidence/friction_015/results.csv" --sensitivity "$evidence/sensitivity/results.csv"
+evaluate "$rows/first_w7/results.csv" --sensitivity "$evidence/transfer/results.csv"
+for campaign in "$made"/*; do
+  for file in "$campaign"/*; do
+    kept=$rows/$(basename "$campaign")/$(basename "$file")
+    case $kept in */first_*) [ -f "$kept" ] || continue ;; esac        # of the first reproduction only the tables that the texts use
+    if [ "$(wc -l <"$file")" -gt 1 ]; then cp "$file" "$kept"; fi # what needs the folders of the runs is empty here
   done
 done

@@ -153,12 +153,11 @@ def _accurate_solver(study):
 
 def _why(study):
     why = []
-    rules = study.table("friction_rules")
+    rules = next((table for name in ("friction_scan_rules", "friction_rules") if len(table := study.table(name))), ())
     if len(rules):
         k = rules[rules.points == "all"].set_index("rule")
         why.append("k_r follows the friction of the mast, which the paper does not print: "
-                   + ", ".join(f"{number(k.k_r[rule], 2)} with {text}" for rule, text in
-                               (("0.15", "0.15"), ("half of tan phi'", "half of tan φ'"), ("the smaller of 0.15 and the half", "the smaller")))
+                   + ", ".join(f"{number(r.k_r, 2)} with {rule.replace('phi', 'φ')}" for rule, r in k.iterrows())
                    + f", on the same {k.runs.iloc[0]:.0f} rows.")
     calibration = study.table("friction_scan_calibration")
     if len(calibration):
@@ -171,9 +170,12 @@ def _why(study):
     jams = study.table("coefficients_without_jams")
     if len(jams):
         both = [jams[(jams.fitting_set == name) & (jams.limit == limit)].iloc[0] for name in SETS for limit in (np.inf, 1.5)]
-        why.append("k_p and κ_p follow a few slow runs of the stiffest snow, which jams between mast and side walls. Without them κ_p goes from "
-                   f"{number(both[0].kappa_p, 2)} to {number(both[1].kappa_p, 2)} (narrow) and from {number(both[2].kappa_p, 2)} to "
-                   f"{number(both[3].kappa_p, 2)} (wide).")
+        if both[1].left_out > 0:
+            why.append("k_p and κ_p follow a few slow runs of the stiffest snow, which jams between inlet and mast. Without them κ_p goes from "
+                       f"{number(both[0].kappa_p, 2)} to {number(both[1].kappa_p, 2)} (narrow) and from {number(both[2].kappa_p, 2)} to "
+                       f"{number(both[3].kappa_p, 2)} (wide).")
+        else:
+            why.append(_without_one_material(study.table("coefficient_intervals")))
     compaction = study.table("compaction_summary")
     if len(compaction):
         loose, sticky = (compaction[compaction.cohesive == c].iloc[0] for c in (0, 1))
@@ -181,6 +183,15 @@ def _why(study):
                    f"{number(loose.mean_head, 2)}, and the shock leaves {number(loose.mean_behind_shock, 2)}. With cohesion: explained only in part "
                    f"(rms difference {number(sticky.rms, 2)} against {number(loose.rms, 2)}).")
     return why
+
+
+def _without_one_material(intervals):
+    """How far k_p and κ_p depend on one kind of snow."""
+    rows = intervals[intervals.fitting_set == SETS[0]].set_index("parameter")
+    ranges = [f"{NAMES[p]} is {number(c.lowest_without_one, 2)} (without M' {number(c.lowest_without_material, 2)}) to "
+              f"{number(c.highest_without_one, 2)} (without M' {number(c.highest_without_material, 2)})"
+              for p, c in rows.loc[["k_p", "kappa_p"]].iterrows()]
+    return "No run jams by the rule of this page. With one material left out " + ", ".join(ranges) + " on the narrow set."
 
 
 def figure_campaigns(study):
@@ -246,7 +257,7 @@ def _without_unconverged(study):
     rows = [[r["without"] or "–", r["fitting_set"], f"{r['left_out']:.0f}", *_fitted_and_scored(r)]
             for r in study.table("coefficients_without_unconverged").fillna({"without": ""}).to_dict("records")]
     head = ["left out", "set", "runs left out", *FITTED_AND_SCORED]
-    return [{"title": "Coefficients without snow that is not converged at w/5, scores against the published equations", "head": head,
+    return [{"title": "Coefficients without snow that is not converged at w/5, or depends on the window; scores against the published equations", "head": head,
              "rows": rows}] if rows else []
 
 
@@ -424,9 +435,9 @@ def _scan_pictures(scan):
 SECTIONS = [
     ("campaigns", "Reproduction and prediction side by side", figure_campaigns,
      "*Reproduction*: contact on nodes, as in the algorithm that the paper follows, and APIC; the paper does not name its transfer. "
-     "*Prediction*: contact at the surface and AFLIP, which converge. Snow, flow, mast and grid are the same, so that the numerics differ, and "
-     "at low Fr the durations of the runs. A coefficient depends on which runs are fitted: the rows marked *paired* hold the sets that both "
-     "campaigns have. Coefficients are given from three Froude numbers and four materials on."),
+     "*Prediction*: contact at the surface and AFLIP, which converge. Snow, flow, mast and grid are the same, so that only the numerics differ. "
+     "A coefficient depends on which runs are fitted: the rows marked *paired* hold the sets that both campaigns have with the same friction "
+     "of the mast. Coefficients are given from three Froude numbers and four materials on."),
     ("grids", "Prediction on three grids", figure_grids,
      "Points over the regimes, computed with the accurate solver on three grids. Points without a steady mean on one of them are left out. "
      "The run-up of cohesive snow with ξ = 0.5 is about a fifth lower on the coarsest grid than on the finest. A run on one grid states an "
@@ -441,8 +452,9 @@ SECTIONS = [
      "Each run and each material is left out in turn. k_p and κ_p compensate each other, and the slow runs of the stiffest snow decide both."),
     ("jams", "Runs that jam, and what they do to the coefficients", figure_jams,
      "A run below Fr 5 counts as jammed if its static force is more than 1.5 times the least of the same snow at Fr ≥ 5, and more than 1.5 × 25 "
-     "hydrostatic forces: the snow then leans on the side walls of the strip, and the result depends on the strip. The rule and its limit "
-     "were chosen on these data, after the heights had been seen. Headlines show the coefficients with and without these runs."),
+     "hydrostatic forces: layers that enter at the inlet then push the snow against the mast, and the result depends on the length of the "
+     "window. The rule and its limit were chosen on the first reproduction, after its heights had been seen. Headlines show the coefficients "
+     "with and without such runs. The stiffest snow, M' = 2.3, has a window of twice the length, because it jams in the usual one."),
     ("mast-friction", "Friction of the mast: what it moves, and what its calibration is worth", figure_friction,
      "The paper does not print the friction of the mast; this study's is calibrated against the published equations. Two campaigns at w/5 "
      "(ξ = 5, Fr 1 to 5) are compared on the same rows: 0.15 for all snow, and half of tan φ'. Then a rule between them is calibrated on half "

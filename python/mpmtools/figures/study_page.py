@@ -16,7 +16,7 @@ from mpmtools.figures import evidence_figures, extension_figures, paper_figures
 from mpmtools.figures.axes import number, per_cent
 from mpmtools.figures.style import STYLE, inline, use_style, write_page
 from mpmtools.scores import levels
-from mpmtools.study.runs import COARSER
+from mpmtools.study.runs import COARSER, REPLACED
 from mpmtools.tables import read_series
 
 INPUTS = ("froude_number", "critical_state_slope", "cohesion_beta", "hardening_xi", "effective_friction", "relative_width")
@@ -27,7 +27,7 @@ class Study:
 
     def __init__(self, folder):
         self.folder = str(folder)
-        self.name = os.path.basename(os.path.normpath(self.folder))
+        self.name = os.path.basename(os.path.normpath(self.folder)).replace("_", " ")
         path = os.path.join(self.folder, "fit.json")
         try:
             with open(path, encoding="utf-8") as file:
@@ -106,14 +106,20 @@ def aim_table(studies):
     columns = [(study, name) for study in studies for name in ("narrow", "wide")]
     for i, (study, fitting_set) in enumerate(columns):
         aims = [aim for aim in study.fit["aims"] if aim["fitting_set"] == fitting_set]
-        coarser = sum(of["rows"] for of in study.fit["left_out"] if of["reason"] == COARSER)
-        heads.append({"name": f"{study.name}, {fitting_set}", "runs": study.fit["runs"], "rows": study.fit["rows"] - coarser, "refined": coarser,
+        coarser = _left_out(study, lambda reason: reason == COARSER)
+        not_its_own = coarser + _left_out(study, lambda reason: reason == REPLACED or reason.startswith("filter "))
+        heads.append({"name": f"{study.name}, {fitting_set}", "runs": study.fit["runs"], "rows": study.fit["rows"] - not_its_own, "refined": coarser,
                       "met": sum(aim["met"] for aim in aims), "of": len(aims)})
         for aim in aims:
             wanted = aim["aim"].replace("<=", "≤").replace(">=", "≥")
             row = rows.setdefault(aim["what"], {"what": aim["what"], "aim": wanted, "found": [None] * len(columns)})
             row["found"][i] = {"value": per_cent(aim["value"]), "met": aim["met"]}
     return {"studies": heads, "rows": list(rows.values())}
+
+
+def _left_out(study, of_reason):
+    """Rows of a study that were left out for such a reason."""
+    return sum(of["rows"] for of in study.fit["left_out"] if of_reason(of["reason"]))
 
 
 def cautions_of(study):

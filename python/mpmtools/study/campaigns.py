@@ -15,6 +15,7 @@ from mpmtools.study.uncertainty import GROUPS, bootstrap, drawn_interval
 
 FEWEST_FROUDE_NUMBERS, FEWEST_MATERIALS = 3, 4  # of snow with friction: fewer do not fix k, kappa and Fr_sat together, let alone their intervals
 UNCERTAINTIES = ["runup_numerical_uncertainty", "pressure_height_numerical_uncertainty"]
+FRICTION = "obstacle_friction"
 QUANTITIES = {"runup": "run-up", "pressure_height": "pressure height", "force_n": "force"}
 
 
@@ -25,10 +26,13 @@ def keyed(runs):
 
 
 def paired_rows(reproduction, prediction):
-    """A row for each set-up that both campaigns have, in the order of the prediction: inputs, M', numerical uncertainties of the prediction's
-    heights, each quantity (heights over H, force in N) of both, and prediction over reproduction."""
-    ours = keyed(prediction)[[*POINT, "effective_friction", *UNCERTAINTIES, *QUANTITIES]]
-    both = ours.merge(keyed(reproduction)[[*POINT, *QUANTITIES]], on=POINT, suffixes=("_prediction", "_reproduction"))
+    """A row for each set-up that both campaigns have, with the same friction of the mast where both tables name it, in the order of the
+    prediction: inputs, M', numerical uncertainties of the prediction's heights, each quantity (heights over H, force in N) of both, and
+    prediction over reproduction."""
+    ours = keyed(prediction)[[*POINT, "effective_friction", FRICTION, *UNCERTAINTIES, *QUANTITIES]]
+    both = ours.merge(keyed(reproduction)[[*POINT, FRICTION, *QUANTITIES]], on=POINT, suffixes=("_prediction", "_reproduction"))
+    differ = abs(both.pop(f"{FRICTION}_prediction") - both.pop(f"{FRICTION}_reproduction")) > 1e-6  # not if one is NaN
+    both = both[~differ].reset_index(drop=True)
     ratios = {f"{name}_ratio": both[f"{name}_prediction"] / both[f"{name}_reproduction"] for name in QUANTITIES}
     return both.assign(**ratios)
 

@@ -13,7 +13,7 @@ from mpmtools.study.histories import last_third, series_of
 from mpmtools.study.regression import EQUATIONS
 from mpmtools.study.runs import POINT, read_runs_or_refuse
 
-SHORTER_S = {0.1: 60.0, 0.3: 30.0, 1.0: 14.0}  # Froude number: duration of most runs of results/coarse, s
+SHORTER_S = {0.1: 60.0, 0.3: 30.0, 1.0: 14.0}  # Froude number: duration of most runs of results/first_w5, s
 INPUTS = [*POINT, "effective_friction"]
 
 

@@ -171,14 +171,14 @@ def interpolation_errors(computed, sensitivity_file):
     return pd.DataFrame(rows, columns=[*POINT, "obstacle_friction", "interpolated", "computed", "ratio"])
 
 
-def friction_tables(constant_file, ratio_runs, sensitivity_file=None):
+def friction_tables(constant_file, ratio_runs, sensitivity_files=()):
     """{table name: table} of a campaign with CONSTANT for all snow against `ratio_runs`, those with half of tan(phi')."""
     computed = computed_heights(read_runs_or_refuse([constant_file]).runs, ratio_runs)
     if computed.empty:
         raise InputError(f"{constant_file}: no run has the inputs of a run of the campaign; the two must share flows and snows")
     tables = {"friction_rules": friction_rules(computed, rules_of(CONSTANT)), "friction_calibration": friction_calibration(computed)}
-    if sensitivity_file:
-        tables["friction_interpolation"] = interpolation_errors(computed, sensitivity_file)
+    if sensitivity_files:
+        tables["friction_interpolation"] = pd.concat([interpolation_errors(computed, path) for path in sensitivity_files], ignore_index=True)
     return tables
 
 

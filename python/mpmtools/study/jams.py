@@ -1,15 +1,15 @@
-"""Runs whose snow jams between the mast and the side walls, by a stated rule.
+"""Runs whose snow jams between the inlet and the mast, by a stated rule.
 
 The force on the mast has a part that grows with the speed, about the flux of momentum through the mast's width, and a static part,
 S = (F - rho v^2 H w) / (rho g H^2 w / 2), in hydrostatic forces of the flow height. In one snow S hardly depends on the Froude number:
-it is the weight and strength of the pile. Where slow snow presses far more than the same snow in fast flow, which cannot arch over
-the belt for long, more than a pile leans on the mast: the strip's walls do, so that what is measured depends on the strip.
+it is the weight and strength of the pile. Where slow snow presses far more than the same snow in fast flow, more than a pile leans on
+the mast: the layers that enter with the speed of the belt push the snow against it, so that what is measured depends on the window.
 
     jam index = S / max(S_fast, 25) of a run below Fr 5,   S_fast: least S of the same snow (M, beta, xi) at Fr >= 5
     jammed    = jam index > 1.5
 
-Both numbers were chosen on the campaigns kept in validation/study, after their heights had been seen: the rule describes them, and a
-new campaign has to test it. `jam_coefficients` shows what other limits would do. 25 keeps the quotient from judging weak snow, whose
+Both numbers were chosen on the first reproduction kept in validation/study, after its heights had been seen. In a window of twice the
+length none of its jams is left (validation/study/jams.md). `jam_coefficients` shows what other limits would do. 25 keeps the quotient from judging weak snow, whose
 static force is small.
 """
 

@@ -19,6 +19,7 @@ OTHER_INPUTS = ("cell_size_m", "density_kg_m3", "feed", "flip_ratio", "obstacle.
                 "particles_per_cell", "preconsolidation_pressure_pa", "sidewall_contact", "sidewall_friction", "slope_deg",
                 "transfer", "upstream_length_m", "young_modulus_pa")
 COARSER = "the same set-up is there on a finer grid"
+REPLACED = "a later table has the same set-up"
 POINT = ["froude_number", "critical_state_slope", "cohesion_beta", "hardening_xi"]  # flow and snow: what the study varies
 SET_UP = [*POINT, "flow_height_m", "obstacle_width_m"]  # what makes two runs one set-up, whatever their grid
 
@@ -90,8 +91,9 @@ def _equal(cell, value):
     return cell == value if a is None or b is None else bool(same_input(a, b))
 
 
-def read_study_table(files, filters=(), finest=False):
-    """Reads tables and puts their rows together. `finest`: of the rows of one set-up only that on the finest grid counts.
+def read_study_table(files, filters=(), finest=False, replace=False):
+    """Reads tables and puts their rows together. `replace`: a row takes the place of those of the same set-up in earlier tables; `finest`: of the
+    rows of one set-up only that on the finest grid counts.
 
     A column is found by its name (`hardening_xi`), else by the one that ends in it (`material.hardening_xi`). Needed are
     froude_number or velocity_m_s; effective_friction, or critical_state_slope and cohesion_beta; hardening_xi; flow_height_m;
@@ -110,8 +112,11 @@ def read_study_table(files, filters=(), finest=False):
         parts.append(runs.join(_other_inputs(table)))
         reasons.append(reason.mask(given_before, "the same row as in another table"))
     runs, reason = pd.concat(parts, ignore_index=True), pd.concat(reasons, ignore_index=True)
+    if replace:
+        latest_first = -pd.concat([pd.Series(i, index=part.index) for i, part in enumerate(parts)], ignore_index=True)
+        reason = reason.mask(_comes_after_another(runs, reason, latest_first), REPLACED)
     if finest:
-        reason = reason.mask(_has_a_finer_one(runs, reason), COARSER)
+        reason = reason.mask(_comes_after_another(runs, reason, levels(runs.cell_size_m)), COARSER)
     kept, coarser = (runs[reason == of].reset_index(drop=True) for of in ("", COARSER))
     shown = [column for column in runs if not column.startswith("other ")]
     return StudyTable(runs=kept[shown],
@@ -209,12 +214,11 @@ def _why_left_out(table, runs):
     return reason
 
 
-def _has_a_finer_one(runs, reason):
-    """Which rows that were computed to their end have one of the same set-up on a finer grid, both whether with a steady mean or not."""
+def _comes_after_another(runs, reason, order):
+    """Which rows that were computed to their end, with a steady mean or not, have such a row of the same set-up that is lower in `order`."""
     computed = reason.isin(["", "no steady mean of the run-up", "no steady span"])
-    size = levels(runs.cell_size_m)
     inputs = [levels(runs[name]) for name in SET_UP]
-    return computed & (size > size.where(computed).groupby(inputs, dropna=False).transform("min"))
+    return computed & (order > order.where(computed).groupby(inputs, dropna=False).transform("min"))
 
 
 def _kept(table, condition):
@@ -265,9 +269,9 @@ def _executions(table):
     return lines
 
 
-def read_runs_or_refuse(files, filters=(), finest=False):
+def read_runs_or_refuse(files, filters=(), finest=False, replace=False):
     """As read_study_table(); refuses tables of which no run is left."""
-    table = read_study_table(files, filters, finest)
+    table = read_study_table(files, filters, finest, replace)
     if table.runs.empty:
         reasons = "; ".join(f"{rows} {reason}" for reason, rows in table.left_out.items())
         raise ConfigError(f"no run with a steady run-up is left of {counted(table.rows, 'row')}" + (f" ({reasons})" if reasons else ""))

@@ -35,15 +35,20 @@ class SensitivityStudy:
     notes: list
 
 
-def sensitivities(path):
-    """Compares the runs of a campaign's results.csv with its base.
+def sensitivities(*paths):
+    """Compares the runs of each campaign's results.csv with the base of this campaign.
 
     Choices are the columns obstacle_friction, obstacle_friction_ratio, cell_size_m and those named after a key (`numerics.slope_deg`),
     durations and rates of output excepted. The base has in each of them the value that most rows have; the friction of the mast
     follows from its ratio where the ratio is the base's. A run with another friction is described by the one of the two columns whose
     value more points share.
     """
-    table = read_table(path)
+    studies = [_sensitivities_of(read_table(path)) for path in paths]
+    return SensitivityStudy(pd.concat([of.runs for of in studies], ignore_index=True),
+                            pd.concat([of.summaries for of in studies], ignore_index=True), [note for of in studies for note in of.notes])
+
+
+def _sensitivities_of(table):
     if missing := [column for column in NEEDED if column not in table]:
         raise InputError(no_column(table, *missing))
     choices = choices_of(table)

@@ -12,11 +12,13 @@ def run(options):
     last_link = tuple(number_of(cell) for cell in options.decomposition.split(","))
     if len(last_link) != 3 or None in last_link:
         raise ConfigError(f"--decomposition {options.decomposition}: three numbers M,BETA,XI are needed, such as 0.8,0.3,0.5")
-    evaluation = {"filters": [RowFilter(text) for text in options.filter], "notes": options.note, "last_link": last_link, "finest": options.finest}
+    evaluation = {"filters": [RowFilter(text) for text in options.filter], "notes": options.note, "last_link": last_link, "finest": options.finest, "replace": options.replace}
     if options.name and not options.join:
         raise ConfigError("--name names the study of joined tables; give --join, too")
-    others = {"width_files": options.width, "section_files": options.sections, "sensitivity_file": options.sensitivity,
-              "friction_file": options.friction, "friction_scan_file": options.friction_scan, "prediction_file": options.prediction,
+    if options.replace and not options.join:
+        raise ConfigError("--replace is about rows of joined tables; give --join, too")
+    others = {"width_files": options.width, "section_files": options.sections, "sensitivity_files": options.sensitivity,
+              "friction_file": options.friction, "friction_scan_file": options.friction_scan, "prediction_files": options.prediction,
               "grids_files": options.grids}
     folders = []
     for name, tables in studies_of(options.inputs, options.join, options.name):

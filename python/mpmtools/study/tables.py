@@ -65,7 +65,7 @@ def plan_title(table_path):
         return tomllib.load(file).get("title", "")
 
 
-def evidence_tables(runs, friction_file=None, sensitivity_file=None, prediction_file=None, grids_files=(), friction_scan_file=None):
+def evidence_tables(runs, friction_file=None, sensitivity_files=(), prediction_files=(), grids_files=(), friction_scan_file=None):
     """How far the coefficients can be trusted: intervals, influence, jams, the friction of the mast, and the grid."""
     tables = {"coefficient_intervals": uncertainty.coefficient_intervals(runs), "leave_one_out": uncertainty.leave_one_out(runs),
               "influence": uncertainty.influence(runs), "published_errors": uncertainty.published_errors(),
@@ -75,11 +75,12 @@ def evidence_tables(runs, friction_file=None, sensitivity_file=None, prediction_
     if len(indices):
         tables["jams"] = indices.sort_values("jam_index", ascending=False)
     if friction_file:
-        tables.update(friction_choice.friction_tables(friction_file, runs, sensitivity_file))
+        tables.update(friction_choice.friction_tables(friction_file, runs, sensitivity_files))
     if friction_scan_file:
         tables.update(friction_choice.scan_tables(friction_scan_file))
-    if prediction_file:
-        tables.update(campaigns.campaign_tables(runs, read_runs_or_refuse([prediction_file]).runs, tables["coefficient_intervals"]))
+    if prediction_files:
+        prediction = read_runs_or_refuse(prediction_files, replace=True).runs
+        tables.update(campaigns.campaign_tables(runs, prediction, tables["coefficient_intervals"]))
     if grids_files:
         tables.update(grids.grid_tables(grids_files))
     return tables
@@ -95,16 +96,16 @@ def write_evidence(tables, files, out):
         write_text(os.path.join(out, f"{name}.csv"), "".join(f"# {line}\n" for line in head) + csv_text(content))
 
 
-def write_study(files, out, filters=(), width_files=(), section_files=(), sensitivity_file=None, notes=(), last_link=rheology.LAST_LINK,
-                friction_file=None, friction_scan_file=None, prediction_file=None, grids_files=(), finest=False):
+def write_study(files, out, filters=(), width_files=(), section_files=(), sensitivity_files=(), notes=(), last_link=rheology.LAST_LINK,
+                friction_file=None, friction_scan_file=None, prediction_files=(), grids_files=(), finest=False, replace=False):
     """Evaluates tables of runs and writes the tables of the study into the folder `out`; returns lines for the terminal.
 
     The widths and the two runs of Fig. 5 are taken from the same tables unless others are named. `friction_file` is the table of a campaign
-    with one friction for all snow, `friction_scan_file` one that varies the friction at every point, `prediction_file` that of the same sets with
-    the accurate solver, to be compared with this one; `grids_files` hold runs of that solver on three grids. `finest`: of the runs of one set-up
-    only that on the finest grid counts.
+    with one friction for all snow, `friction_scan_file` one that varies the friction at every point; `prediction_files` hold the same sets
+    with the accurate solver, to be compared with this campaign, later tables before earlier ones; `grids_files` hold runs of that solver on
+    three grids. `replace` and `finest` choose among the runs of one set-up, as in read_study_table().
     """
-    table = read_runs_or_refuse(files, filters, finest)
+    table = read_runs_or_refuse(files, filters, finest, replace)
     plans = [f"plan: {title}" for path in files if (title := plan_title(path))]
     table.provenance = [*notes, *plans, *table.provenance]
     runs = table.runs
@@ -124,14 +125,14 @@ def write_study(files, out, filters=(), width_files=(), section_files=(), sensit
         "height_choices": histories.height_choice_table(runs),
         "compaction": losses, "compaction_curve": rheology.compaction_curve(losses), "compaction_summary": summary, **section_tables,
     }
-    evidence, not_compared = evidence_tables(runs, friction_file, sensitivity_file, prediction_file, grids_files, friction_scan_file), []
+    evidence, not_compared = evidence_tables(runs, friction_file, sensitivity_files, prediction_files, grids_files, friction_scan_file), []
     if finest:
         evidence.update(grids.refinement_tables(pd.concat([runs, table.coarser], ignore_index=True)))
-    if sensitivity_file:
-        compared = sensitivity.sensitivities(sensitivity_file)
+    if sensitivity_files:
+        compared = sensitivity.sensitivities(*sensitivity_files)
         evidence.update(sensitivity=compared.runs, sensitivity_summary=compared.summaries)
         not_compared = compared.notes
-    write_evidence(evidence, [*files, *filter(None, (friction_file, friction_scan_file, sensitivity_file, prediction_file, *grids_files))], out)
+    write_evidence(evidence, [*files, *filter(None, (friction_file, friction_scan_file, *sensitivity_files, *prediction_files, *grids_files))], out)
     for name, content in tables.items():
         write_text(os.path.join(out, f"{name}.csv"), csv_text(content))
     write_text(os.path.join(out, "coefficients.csv"), coefficients_csv(fits))
