@@ -210,12 +210,12 @@ class Claims(unittest.TestCase):
 
     def test_jams_are_those_of_the_texts_and_the_long_window_leaves_one(self):
         for campaign, points in (("first_w5", {(1.0, 5.0), (2.0, 5.0), (1.0, 1.5)}), ("first_w7", {(1.0, 5.0), (2.0, 5.0), (3.0, 5.0)}),
-                                 ("reproduction", set()), ("calibrated_prediction", {(1.0, 0.5)}), ("prediction", {(1.0, 0.5)})):
+                                 ("reproduction", set()), ("calibrated_prediction", {(1.0, 0.5), (2.0, 5.0)}), ("prediction", {(1.0, 0.5)})):
             jams = committed(campaign, "jams")
             self.assertTrue((jams.effective_friction > 2.2).any())
             jammed = jams[jams.jammed == 1]
             self.assertEqual(set(zip(jammed.froude_number, jammed.hardening_xi)), points, campaign)
-            self.assertLessEqual(set(jammed.effective_friction.round(2)), {2.3})
+            self.assertLessEqual(set(jammed.effective_friction.round(2)), {2.3, 1.76})
 
     def test_readme_holds_the_headline_numbers(self):
         """Every value and interval of the tables of coefficients, and in jams.md the coefficients without jams, as the tables have them."""
