@@ -9,8 +9,8 @@ from mpmtools.errors import MpmError
 
 EPILOG = """\
 examples:
-  python3 -m mpmtools fit out/campaign/first_w5/results.csv --breakdown
-  python3 -m mpmtools study out/campaign/first_w5 out/campaign/first_w7 --out out/study
+  python3 -m mpmtools fit out/campaign/w5/results.csv --breakdown
+  python3 -m mpmtools study out/campaign/w5 out/campaign/w7 --out out/study
   python3 -m mpmtools plot out/run --times 0.2,3,6
   python3 -m mpmtools render out/run --field velocity
 

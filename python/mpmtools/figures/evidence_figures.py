@@ -257,8 +257,8 @@ def _without_unconverged(study):
     rows = [[r["without"] or "–", r["fitting_set"], f"{r['left_out']:.0f}", *_fitted_and_scored(r)]
             for r in study.table("coefficients_without_unconverged").fillna({"without": ""}).to_dict("records")]
     head = ["left out", "set", "runs left out", *FITTED_AND_SCORED]
-    return [{"title": "Coefficients without snow that is not converged at w/5, or depends on the window; scores against the published equations", "head": head,
-             "rows": rows}] if rows else []
+    title = "Coefficients without snow that is not converged at w/5, or depends on the window; scores against the published equations"
+    return [{"title": title, "head": head, "rows": rows}] if rows else []
 
 
 def _fitted_rows(rows):

@@ -12,7 +12,8 @@ def run(options):
     last_link = tuple(number_of(cell) for cell in options.decomposition.split(","))
     if len(last_link) != 3 or None in last_link:
         raise ConfigError(f"--decomposition {options.decomposition}: three numbers M,BETA,XI are needed, such as 0.8,0.3,0.5")
-    evaluation = {"filters": [RowFilter(text) for text in options.filter], "notes": options.note, "last_link": last_link, "finest": options.finest, "replace": options.replace}
+    evaluation = {"filters": [RowFilter(text) for text in options.filter], "notes": options.note, "last_link": last_link,
+                  "finest": options.finest, "replace": options.replace}
     if options.name and not options.join:
         raise ConfigError("--name names the study of joined tables; give --join, too")
     if options.replace and not options.join:
