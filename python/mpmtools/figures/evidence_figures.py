@@ -449,7 +449,7 @@ SECTIONS = [
      "table asks what the paper's printed standard errors should be, for residuals of its printed size at its design: those of k_r are twice "
      "as large as a logarithmic fit gives."),
     ("influence", "Which runs decide", figure_influence,
-     "Each run and each material is left out in turn. k_p and κ_p compensate each other, and the slow runs of the stiffest snow decide both."),
+     "Each run and each material is left out in turn. k_p and κ_p compensate each other; the table tells which runs move κ most."),
     ("jams", "Runs that jam, and what they do to the coefficients", figure_jams,
      "A run below Fr 5 counts as jammed if its static force is more than 1.5 times the least of the same snow at Fr ≥ 5, and more than 1.5 × 25 "
      "hydrostatic forces: layers that enter at the inlet then push the snow against the mast, and the result depends on the length of the "
