@@ -183,7 +183,7 @@ def filled(name, page, sections):
         pattern = rf"(<!-- generated: {marker} -->\n).*?(<!-- /generated -->)"
         page, count = re.subn(pattern, lambda m, text=text: f"{m[1]}\n{text}\n\n{m[2]}", page, flags=re.DOTALL)
         if count != 1:
-            sys.exit(f"generate.py: docs/{name} has {count} sections '{marker}', one is needed")
+            sys.exit(f"{name} has {count} sections '{marker}', one is needed")
     return page
 
 
@@ -200,7 +200,7 @@ def main():
                 "other-solvers.md": {"solvers": solver_tables()}}
     stale = []
     for name, page in before.items():
-        after = filled(name, page, sections[name])
+        after = filled(f"docs/{name}", page, sections[name])
         if after != page:
             stale.append(f"docs/{name}")
             if "--check" not in sys.argv:

@@ -129,6 +129,17 @@ class Grids(unittest.TestCase):
         summary = refinement_tables(pd.concat([fast.assign(cell_size_m=0.25), runs]))["refined_summary"]
         self.assertEqual(summary[summary.group == "all"].pairs.tolist(), [len(fast)] * 3)
 
+    def test_coefficients_of_both_grids_rest_on_the_set_ups_that_both_have(self):
+        runs = grid_of_runs((5.0,)).assign(cell_size_m=0.25, force_n=1.0)
+        coarse = runs.assign(cell_size_m=0.35, runup=0.8 * runs.runup)
+        alone = runs[runs.froude_number < 0.99].assign(cell_size_m=0.35, froude_number=0.5, runup=9.0)  # on one grid: must not count
+        table = refinement_tables(pd.concat([coarse, runs, alone], ignore_index=True))["refined_coefficients"].set_index(["fitting_set", "grid"])
+        self.assertEqual(table.runs.tolist(), [len(runs)] * 4)
+        self.assertAlmostEqual(table.k_r["narrow", "fine"], 0.9473, delta=1e-3)
+        self.assertAlmostEqual(table.runup_rmsle["narrow", "fine"], 0.0, delta=1e-9)
+        self.assertAlmostEqual(table.runup_rmsle["narrow", "coarse"], -np.log(0.8), delta=1e-9)
+        self.assertAlmostEqual(table.k_p["narrow", "coarse"], table.k_p["narrow", "fine"], 9)
+
     def test_need_their_columns(self):
         with self.assertRaisesRegex(InputError, "runup_standard_error_m"):
             self.table(runs([(3, 0.2)]).drop(columns="runup_standard_error_m"))

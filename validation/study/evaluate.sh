@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # Makes the tables of evidence in results/ again from the rows that are kept here; their first line names the commit. Needs a tree without
-# changes, so commit new rows first. `./run study` then draws the page.
+# changes, so commit new rows first. Fills the tables of the texts from them, too. `./run study` then draws the page.
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/../.."
 git diff --quiet HEAD || {
@@ -17,6 +17,7 @@ evaluate "$rows/reproduction/w5.csv" --join --name reproduction --width "$eviden
   --friction-scan "$evidence/friction_w5/results.csv" \
   --prediction "$rows/prediction/w5.csv" --prediction "$rows/calibrated_prediction/w5.csv" \
   --grids "$evidence/grids/results.csv" --grids "$evidence/grids/settled.csv"
+evaluate "$rows/reproduction/w5.csv" "$rows/reproduction_w7/w7.csv" --join --finest --name reproduction_w7
 evaluate "$rows/prediction/w5.csv" "$rows/prediction/w7.csv" --join --finest --name prediction
 evaluate "$rows/prediction/w5.csv" "$rows/prediction/w7.csv" "$rows/calibrated_prediction/w5.csv" --join --replace \
   --filter 'hardening_xi!=0.05' --name calibrated_prediction
@@ -29,3 +30,4 @@ for campaign in "$made"/*; do
     if [ "$(wc -l <"$file")" -gt 1 ]; then cp "$file" "$kept"; fi # what needs the folders of the runs is empty here
   done
 done
+"$study/fill_tables.py"

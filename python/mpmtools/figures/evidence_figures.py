@@ -10,6 +10,7 @@ import numpy as np
 from mpmtools.figures.axes import Drawn, decades, froude_colour, new_axes, number, per_cent, picture
 from mpmtools.figures.style import COLOURS, MARKERS
 from mpmtools.study.friction_choice import SMALLER_OF_BOTH
+from mpmtools.study.jams import LEAST_STATIC, LIMIT
 
 SYMBOLS = {"k_r": "$k_r$", "kappa_r": r"$\kappa_r$", "k_p": "$k_p$", "Fr_sat": r"$Fr_{sat}$", "kappa_p": r"$\kappa_p$"}
 KINDS = (("standard_error", "its standard error"), ("profile", "profile of the sum of squares"), ("material", "bootstrap over materials"),
@@ -169,7 +170,7 @@ def _why(study):
                    f"{per_cent(of.rmsle_judging_half.min())} to {per_cent(of.rmsle_judging_half.max())}).")
     jams = study.table("coefficients_without_jams")
     if len(jams):
-        both = [jams[(jams.fitting_set == name) & (jams.limit == limit)].iloc[0] for name in SETS for limit in (np.inf, 1.5)]
+        both = [jams[(jams.fitting_set == name) & (jams.limit == limit)].iloc[0] for name in SETS for limit in (np.inf, LIMIT)]
         if both[1].left_out > 0:
             why.append("k_p and κ_p follow a few slow runs of the stiffest snow, which jams between inlet and mast. Without them κ_p goes from "
                        f"{number(both[0].kappa_p, 2)} to {number(both[1].kappa_p, 2)} (narrow) and from {number(both[2].kappa_p, 2)} to "
@@ -277,7 +278,7 @@ def headline_rows(studies):
     rows = []
     for name, intervals, jams in studies:
         for fitting_set, of_set in intervals.groupby("fitting_set", sort=False):
-            kept = jams[(jams.fitting_set == fitting_set) & np.isclose(jams.limit, 1.5)].iloc[0]
+            kept = jams[(jams.fitting_set == fitting_set) & np.isclose(jams.limit, LIMIT)].iloc[0]
             for c in of_set.itertuples():
                 holds = c.material_from <= c.published <= c.material_to
                 rows.append([f"{name}, {fitting_set} ({c.runs} runs, {c.materials} M')", c.parameter, number(c.value),
@@ -367,7 +368,7 @@ def figure_jams(study):
     axes.scatter(jammed.effective_friction, jammed.static_force, s=90, facecolors="none", edgecolors="#b3262e", linewidths=1.4, label="jammed",
                  zorder=4)
     drawn = [picture(axes, "Static force on the mast", "effective internal friction $M'$", "hydrostatic forces of the flow height",
-                     "Force less ρv²Hw. Rings: more than 1.5 times the least of the same snow at Fr ≥ 5.", ncols=2, fontsize=8, loc="upper left")]
+                     f"Force less ρv²Hw. Rings: more than {LIMIT:g} times the least of the same snow at Fr ≥ 5.", ncols=2, fontsize=8, loc="upper left")]
     judged = table[np.isfinite(table.jam_index)].head(8)
     rows = [[f"Fr {r.froude_number:g}, M' {number(r.effective_friction, 2)}, ξ {r.hardening_xi:g}", number(r.force_over_hydrostatic, 0),
              number(r.static_force, 0), number(r.fast_static_force, 0), number(r.jam_index, 2), "left out" if r.jammed else "kept"]
@@ -451,8 +452,8 @@ SECTIONS = [
     ("influence", "Which runs decide", figure_influence,
      "Each run and each material is left out in turn. k_p and κ_p compensate each other; the table tells which runs move κ most."),
     ("jams", "Runs that jam, and what they do to the coefficients", figure_jams,
-     "A run below Fr 5 counts as jammed if its static force is more than 1.5 times the least of the same snow at Fr ≥ 5, and more than 1.5 × 25 "
-     "hydrostatic forces: layers that enter at the inlet then push the snow against the mast, and the result depends on the length of the "
+     f"A run below Fr 5 counts as jammed if its static force is more than {LIMIT:g} times the least of the same snow at Fr ≥ 5, and more than "
+     f"{LIMIT:g} × {LEAST_STATIC:g} hydrostatic forces: layers that enter at the inlet then push the snow against the mast, and the result depends on the length of the "
      "window. The rule and its limit were chosen on the first reproduction, after its heights had been seen. Headlines show the coefficients "
      "with and without such runs. The stiffest snow, M' = 2.3, has a window of twice the length, because it jams in the usual one."),
     ("mast-friction", "Friction of the mast: what it moves, and what its calibration is worth", figure_friction,

@@ -126,21 +126,40 @@ def coefficients_without_unconverged(runs):
     return pd.DataFrame(rows)
 
 
+def _finest_and_coarsest(runs):
+    """Of each set-up at the reference width the run on its finest grid, and that on its coarsest."""
+    ordered = runs.assign(cell_size_m=levels(runs.cell_size_m)).sort_values("cell_size_m", kind="stable")
+    return keyed(ordered), keyed(ordered[::-1])
+
+
 def refined_rows(runs):
     """A row for each set-up that is there on two grids: inputs, M', both cell sizes, each quantity (heights over H, force in N) on both, and
     that on the finest grid over that on the coarsest."""
-    ordered = runs.assign(cell_size_m=levels(runs.cell_size_m)).sort_values("cell_size_m", kind="stable")
+    fine, coarse = _finest_and_coarsest(runs)
     columns = ["cell_size_m", *COMPARED]
-    fine, coarse = keyed(ordered)[[*POINT, "effective_friction", *columns]], keyed(ordered[::-1])[[*POINT, *columns]]
-    both = fine.merge(coarse, on=POINT, suffixes=("_fine", "_coarse"))
+    both = fine[[*POINT, "effective_friction", *columns]].merge(coarse[[*POINT, *columns]], on=POINT, suffixes=("_fine", "_coarse"))
     both = both[both.cell_size_m_fine < both.cell_size_m_coarse].reset_index(drop=True)
     return both.assign(**{f"{name}_ratio": both[f"{name}_fine"] / both[f"{name}_coarse"] for name in COMPARED})
 
 
+def refined_coefficients(runs, rows):
+    """Coefficients and scores against the published equations on both grids of the same set-ups, those of `rows` (of refined_rows()) that have
+    both heights on both grids: grid (coarse, fine), fitting_set, runs (of the set), and one column a coefficient and score."""
+    fine, coarse = _finest_and_coarsest(runs)
+    rows = rows.dropna(subset=["runup_ratio", "pressure_height_ratio"])
+    table = []
+    for fitting_set in (NARROW, WIDE):
+        for grid, of in (("coarse", coarse), ("fine", fine)):
+            both = of.merge(rows[POINT], on=POINT)
+            table.append({"grid": grid, "fitting_set": fitting_set.name, "runs": int(fitting_set.holds(both).sum()),
+                          **coefficients_and_scores(both, fitting_set)})
+    return pd.DataFrame(table)
+
+
 def refinement_tables(runs):
-    """{name: table}: refined_rows(), and their ratios by Froude number."""
+    """{name: table}: refined_rows(), their ratios by Froude number, and the coefficients on both grids."""
     rows = refined_rows(runs)
-    return {"refined_rows": rows, "refined_summary": paired_summary(rows)}
+    return {"refined_rows": rows, "refined_summary": paired_summary(rows), "refined_coefficients": refined_coefficients(runs, rows)}
 
 
 def late_means(path):

@@ -1,0 +1,140 @@
+#!/usr/bin/python3
+"""Fills the generated tables of the study's texts (README.md, first_reproduction.md, jams.md) from the tables in results/.
+
+usage: fill_tables.py [--check]    --check changes nothing and fails where a text is out of date
+"""
+
+import pathlib
+import sys
+
+import numpy as np
+
+STUDY = pathlib.Path(__file__).resolve().parent
+SOURCE = STUDY.parent.parent
+sys.path[:0] = [str(SOURCE / "python"), str(SOURCE / "docs")]
+
+from generate import filled, table  # noqa: E402
+from mpmtools.study.jams import LIMIT  # noqa: E402
+from mpmtools.study.regression import EQUATIONS  # noqa: E402
+from mpmtools.tables import read_series  # noqa: E402
+
+SYMBOLS = {"k_r": "k_r", "kappa_r": "κ_r", "k_p": "k_p", "Fr_sat": "Fr_sat", "kappa_p": "κ_p"}
+SCORES = {"runup": ("run-up: RMSLE, within 25 %", "rmsle", "13.0 %, 92.9 %"),  # the paper's own, on its data
+          "pressure_height": ("pressure height: NRMSE, within 25 %", "nrmse", "6.6 %, 100 %")}
+CAMPAIGNS = {"reproduction": "reproduction", "reproduction_w7": "reproduction, 0.25 m from Fr 2 on", "calibrated_prediction": "calibrated prediction",
+             "prediction": "prediction"}
+FIRST = {"first_w5": "first reproduction, w/5", "first_w7": "first reproduction, 0.25 m"}
+QUANTITIES = ("run-up", "pressure height", "force")
+
+
+def results(campaign, name):
+    return read_series(STUDY / "results" / campaign / f"{name}.csv")
+
+
+def percent(fraction):
+    return f"{100 * fraction:.1f} %"
+
+
+def published():
+    estimates = {name: value for equation in EQUATIONS for name, (value, *_) in equation.published_estimates.items()}
+    return [f"{estimates[name]:.3f}" for name in SYMBOLS]
+
+
+def published_scores(campaign, fitting_set):
+    """Cells of the scores of the published equations on one set of a campaign."""
+    scores = results(campaign, "scores")
+    whole = scores[(scores.fitting_set == fitting_set) & (scores.coefficients == "published") & scores.hardening_xi.isna() & scores.group.isna()]
+    whole = whole.set_index("equation")
+    return [f"{percent(whole.loc[equation, score])}, {percent(whole.loc[equation, 'fraction_25'])}" for equation, (_, score, _) in SCORES.items()]
+
+
+def with_interval(row):
+    return f"{row.value:.3f} ({row.material_from:.3f} to {row.material_to:.3f})"
+
+
+def headline(campaigns):
+    """A row for each campaign and fitting set: coefficients with intervals, scores of the published equations."""
+    rows = [("**paper**", "narrow", *published(), *(printed for *_, printed in SCORES.values()))]
+    for campaign, label in campaigns.items():
+        intervals = results(campaign, "coefficient_intervals")
+        sets = intervals.groupby("fitting_set", sort=False).runs.first()
+        for fitting_set in sets.index[:1] if sets.nunique() == 1 else sets.index:  # equal numbers: no run is in the wide set alone
+            of = intervals[intervals.fitting_set == fitting_set].set_index("parameter")
+            rows.append((label if fitting_set == "narrow" else "", f"{fitting_set}, {int(of.runs.iloc[0])} runs",
+                         *(with_interval(of.loc[name]) for name in SYMBOLS), *published_scores(campaign, fitting_set)))
+    return table(("", "set", *SYMBOLS.values(), *(label for label, *_ in SCORES.values())), rows)
+
+
+def ratios(campaign, name):
+    """Geometric mean of the pairs, lowest and highest, by Froude number and over all."""
+    summary = results(campaign, name)
+    rows = []
+    for group in [*(g for g in summary.group.unique() if g != "all"), "all"]:
+        of = summary[summary.group == group].set_index("quantity")
+        rows.append((group, str(int(of.pairs.max())), *(f"{r.ratio:.2f} ({r.lowest:.2f} to {r.highest:.2f})" for r in (of.loc[q] for q in QUANTITIES))))
+    return table(("", "pairs", *QUANTITIES), rows)
+
+
+def numerics_alone():
+    """Coefficients of the reproduction and of the accurate solver on the set-ups that both have."""
+    both = results("reproduction", "side_by_side")
+    both = both[both.fitting_set == "narrow"].set_index(["campaign", "parameter"])
+    rows = [("paper", "", *published())]
+    for campaign, label in (("reproduction, paired", "reproduction"), ("prediction, paired", "accurate solver")):
+        of = both.loc[campaign]
+        rows.append((label, str(int(of.runs.iloc[0])), *(with_interval(of.loc[name]) for name in SYMBOLS)))
+    return table(("", "runs", *SYMBOLS.values()), rows)
+
+
+def on_both_grids(campaign):
+    """Coefficients and scores of the set-ups that were computed on two grids, narrow set."""
+    of = results(campaign, "refined_coefficients")
+    of = of[of.fitting_set == "narrow"].set_index("grid")
+    sizes = results(campaign, "refined_rows")
+    rows = [("paper", "", *published(), "", "")]
+    for grid in ("coarse", "fine"):
+        row = of.loc[grid]
+        rows.append((f"{sizes[f'cell_size_m_{grid}'].iloc[0]:.2f} m", str(int(row.runs)), *(f"{row[name]:.3f}" for name in SYMBOLS),
+                     *(percent(row[f"{equation}_{score}"]) for equation, (_, score, _) in SCORES.items())))
+    return table(("cell size", "runs", *SYMBOLS.values(), "RMSLE", "NRMSE"), rows)
+
+
+def without_jams(campaigns):
+    """Coefficients and scores of the campaigns that have jammed runs, without these."""
+    rows = []
+    for campaign, label in campaigns.items():
+        scan = results(campaign, "coefficients_without_jams")
+        kept = scan[np.isclose(scan.limit, LIMIT) & (scan.left_out > 0)]
+        for row in kept.drop_duplicates(list(SYMBOLS)).itertuples():  # twice the same: no run is in the wide set alone
+            rows.append((f"{label}, {row.fitting_set}", *(f"{getattr(row, name):.3f}" for name in SYMBOLS), percent(row.runup_rmsle),
+                         percent(row.pressure_height_nrmse)))
+    return table(("", *SYMBOLS.values(), "RMSLE", "NRMSE"), rows)
+
+
+TEXTS = {
+    "README.md": {"coefficients": lambda: headline(CAMPAIGNS), "numerics": lambda: ratios("reproduction", "paired_summary"),
+                  "numerics alone": numerics_alone, "grids": lambda: ratios("reproduction_w7", "refined_summary"),
+                  "grids alone": lambda: on_both_grids("reproduction_w7")},
+    "first_reproduction.md": {"coefficients": lambda: headline(FIRST)},
+    "jams.md": {"without jams": lambda: without_jams({**FIRST, **CAMPAIGNS})},
+}
+
+
+def main():
+    if sys.argv[1:] not in ([], ["--check"]):
+        sys.exit(__doc__)
+    stale = []
+    for name, sections in TEXTS.items():
+        path = STUDY / name
+        before = path.read_text(encoding="utf-8")
+        after = filled(path.relative_to(SOURCE), before, {marker: make() for marker, make in sections.items()})
+        if after != before:
+            stale.append(str(path.relative_to(SOURCE)))
+            if not sys.argv[1:]:
+                path.write_text(after, encoding="utf-8")
+    if sys.argv[1:] and stale:
+        sys.exit(f"{', '.join(stale)}: out of date; run validation/study/fill_tables.py")
+
+
+if __name__ == "__main__":
+    main()
