@@ -257,12 +257,6 @@ class CommittedFirstReproductionAt025(CommittedStudy):
     options = {"sensitivity_files": [EVIDENCE / "transfer" / "results.csv"]}
 
 
-class CommittedReproductionAt025(CommittedStudy):
-    name = "reproduction_w7"
-    rows = ("reproduction/w5.csv", "reproduction_w7/w7.csv")
-    options = {"finest": True}
-
-
 class CommittedPrediction(CommittedStudy):
     name = "prediction"
     rows = ("prediction/w5.csv", "prediction/w7.csv")

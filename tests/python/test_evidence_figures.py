@@ -19,8 +19,8 @@ class Evidence(InFolder):
     def test_sums_up_what_is_confirmed_what_differs_and_why_on_both_sets(self):
         studies = [Study(RESULTS / "reproduction"), Study(RESULTS / "first_w7")]
         table = evidence_figures.matrix(studies)
-        self.assertEqual(table["head"][:3], ["", "paper", "reproduction, narrow (192 runs, 13 M')"])
-        self.assertEqual(table["rows"][0][:3], ["k_r", "0.947", "0.861 (0.79 to 0.96)"])
+        self.assertEqual(table["head"][:3], ["", "paper", "reproduction, narrow (237 runs, 13 M')"])
+        self.assertEqual(table["rows"][0][:3], ["k_r", "0.947", "0.846 (0.77 to 0.95)"])
         self.assertEqual(table["head"][-1], "first w7, both sets (60 runs, 5 M')")  # its two sets hold the same runs
         self.assertEqual([head.split(" (")[0] for head in table["head"][2:4]], ["reproduction, narrow", "reproduction, wide"])
         self.assertEqual({len(row) for row in table["rows"]}, {len(table["head"])})

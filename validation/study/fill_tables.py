@@ -21,7 +21,7 @@ from mpmtools.tables import read_series  # noqa: E402
 SYMBOLS = {"k_r": "k_r", "kappa_r": "κ_r", "k_p": "k_p", "Fr_sat": "Fr_sat", "kappa_p": "κ_p"}
 SCORES = {"runup": ("run-up: RMSLE, within 25 %", "rmsle", "13.0 %, 92.9 %"),  # the paper's own, on its data
           "pressure_height": ("pressure height: NRMSE, within 25 %", "nrmse", "6.6 %, 100 %")}
-CAMPAIGNS = {"reproduction": "reproduction", "reproduction_w7": "reproduction, 0.25 m from Fr 2 on", "calibrated_prediction": "calibrated prediction",
+CAMPAIGNS = {"reproduction": "reproduction", "calibrated_prediction": "calibrated prediction",
              "prediction": "prediction"}
 FIRST = {"first_w5": "first reproduction, w/5", "first_w7": "first reproduction, 0.25 m"}
 QUANTITIES = ("run-up", "pressure height", "force")
@@ -113,8 +113,7 @@ def without_jams(campaigns):
 
 TEXTS = {
     "README.md": {"coefficients": lambda: headline(CAMPAIGNS), "numerics": lambda: ratios("reproduction", "paired_summary"),
-                  "numerics alone": numerics_alone, "grids": lambda: ratios("reproduction_w7", "refined_summary"),
-                  "grids alone": lambda: on_both_grids("reproduction_w7")},
+                  "numerics alone": numerics_alone},
     "first_reproduction.md": {"coefficients": lambda: headline(FIRST)},
     "jams.md": {"without jams": lambda: without_jams({**FIRST, **CAMPAIGNS})},
 }
