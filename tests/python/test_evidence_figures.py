@@ -25,7 +25,7 @@ class Evidence(InFolder):
         self.assertEqual([head.split(" (")[0] for head in table["head"][2:4]], ["reproduction, narrow", "reproduction, wide"])
         self.assertEqual({len(row) for row in table["rows"]}, {len(table["head"])})
         short = evidence_figures.in_short(studies)
-        self.assertTrue(any(text.startswith("reproduction, wide: Fr_sat 1.455 (1.538)") for text in short["differs"]))
+        self.assertTrue(any(text.startswith("reproduction, wide: Fr_sat 1.469 (1.538)") for text in short["differs"]))
         self.assertTrue(any(text.startswith("first w7, both sets: the intervals hold all five") for text in short["confirmed"]))
         self.assertIn("With cohesion: explained only in part", " ".join(short["why"]))
         self.assertIn("Calibrated on one half of 30 points, the smaller of c and half of tan φ' has c = 0.20 to 0.21 in 4 halves",
