@@ -245,6 +245,28 @@ class CommittedWindows(unittest.TestCase):
         self.assertLess(heights[stiffest].max().max(), 0.75)
 
 
+class CommittedStiffestSnow(unittest.TestCase):
+    """What friction.md says of the stiffest snow in fast flow, from the series of 40 s in evidence/stiffest_fast."""
+
+    def setUp(self):
+        self.means = read_series(EVIDENCE / "stiffest_fast" / "means.csv").set_index("run")
+
+    def test_means_are_found_again_from_the_series(self):
+        series = read_series(EVIDENCE / "stiffest_fast" / "series.csv")
+        late = series[series.time_s >= 10.0].groupby("run")
+        self.assertEqual(len(late), 6)
+        np.testing.assert_allclose(self.means.runup, late.runup_m.mean()[self.means.index] / 1.75, rtol=1e-4)
+        np.testing.assert_allclose(self.means.force_n, late.force_x_n.mean()[self.means.index], rtol=1e-4)
+
+    def test_the_campaign_has_a_part_of_a_cycle(self):
+        ratio = self.means.runup / self.means.runup_published
+        fast = self.means.froude_number > 6.0
+        self.assertEqual((ratio[fast].min().round(1), ratio[fast].max().round(1)), (1.2, 1.6))
+        self.assertEqual((ratio[~fast].min().round(1), ratio[~fast].max().round(1)), (1.2, 1.4))
+        off = abs(self.means.runup - self.means.runup_campaign) / self.means.runup_standard_error
+        self.assertGreater((off > 2.0).sum(), 4)
+
+
 class CommittedFirstReproduction(CommittedStudy):
     name = "first_w5"
     rows = ("first_w5/results.csv",)
@@ -255,6 +277,12 @@ class CommittedFirstReproductionAt025(CommittedStudy):
     name = "first_w7"
     rows = ("first_w7/results.csv",)
     options = {"sensitivity_files": [EVIDENCE / "transfer" / "results.csv"]}
+
+
+class CommittedReproductionAt025(CommittedStudy):
+    name = "reproduction_w7"
+    rows = ("reproduction/w5.csv", "reproduction_w7/w7.csv")
+    options = {"finest": True}
 
 
 class CommittedPrediction(CommittedStudy):

@@ -139,6 +139,10 @@ class Grids(unittest.TestCase):
         self.assertAlmostEqual(table.runup_rmsle["narrow", "fine"], 0.0, delta=1e-9)
         self.assertAlmostEqual(table.runup_rmsle["narrow", "coarse"], -np.log(0.8), delta=1e-9)
         self.assertAlmostEqual(table.k_p["narrow", "coarse"], table.k_p["narrow", "fine"], 9)
+        fast = pd.concat([coarse, runs[runs.froude_number > 1.9]], ignore_index=True)  # beyond the saturation of the pressure height
+        table = refinement_tables(fast)["refined_coefficients"]
+        self.assertTrue(table[["k_p", "Fr_sat", "kappa_p"]].isna().all().all())
+        self.assertTrue(table[["k_r", "kappa_r", "pressure_height_nrmse"]].notna().all().all())
 
     def test_need_their_columns(self):
         with self.assertRaisesRegex(InputError, "runup_standard_error_m"):

@@ -4,6 +4,7 @@
 usage: fill_tables.py [--check]    --check changes nothing and fails where a text is out of date
 """
 
+import json
 import pathlib
 import sys
 
@@ -16,19 +17,27 @@ sys.path[:0] = [str(SOURCE / "python"), str(SOURCE / "docs")]
 from generate import filled, table  # noqa: E402
 from mpmtools.study.jams import LIMIT  # noqa: E402
 from mpmtools.study.regression import EQUATIONS  # noqa: E402
+from mpmtools.study.runs import COARSER  # noqa: E402
 from mpmtools.tables import read_series  # noqa: E402
 
 SYMBOLS = {"k_r": "k_r", "kappa_r": "κ_r", "k_p": "k_p", "Fr_sat": "Fr_sat", "kappa_p": "κ_p"}
 SCORES = {"runup": ("run-up: RMSLE, within 25 %", "rmsle", "13.0 %, 92.9 %"),  # the paper's own, on its data
           "pressure_height": ("pressure height: NRMSE, within 25 %", "nrmse", "6.6 %, 100 %")}
-CAMPAIGNS = {"reproduction": "reproduction", "calibrated_prediction": "calibrated prediction",
-             "prediction": "prediction"}
+CAMPAIGNS = {"reproduction": "reproduction", "reproduction_w7": "reproduction, {refined} sets at 0.25 m",
+             "calibrated_prediction": "calibrated prediction", "prediction": "prediction, {refined} sets at 0.25 m"}
 FIRST = {"first_w5": "first reproduction, w/5", "first_w7": "first reproduction, 0.25 m"}
 QUANTITIES = ("run-up", "pressure height", "force")
 
 
 def results(campaign, name):
     return read_series(STUDY / "results" / campaign / f"{name}.csv")
+
+
+def label(campaign, template):
+    """With the number of set-ups that have a row on a finer grid."""
+    with open(STUDY / "results" / campaign / "fit.json", encoding="utf-8") as file:
+        left_out = json.load(file)["left_out"]
+    return template.format(refined=sum(of["rows"] for of in left_out if of["reason"] == COARSER))
 
 
 def percent(fraction):
@@ -55,14 +64,14 @@ def with_interval(row):
 def headline(campaigns):
     """A row for each campaign and fitting set: coefficients with intervals, scores of the published equations."""
     rows = [("**paper**", "narrow", *published(), *(printed for *_, printed in SCORES.values()))]
-    for campaign, label in campaigns.items():
+    for campaign, name in campaigns.items():
         intervals = results(campaign, "coefficient_intervals")
         sets = intervals.groupby("fitting_set", sort=False).runs.first()
         for fitting_set in sets.index[:1] if sets.nunique() == 1 else sets.index:  # equal numbers: no run is in the wide set alone
             of = intervals[intervals.fitting_set == fitting_set].set_index("parameter")
-            rows.append((label if fitting_set == "narrow" else "", f"{fitting_set}, {int(of.runs.iloc[0])} runs",
-                         *(with_interval(of.loc[name]) for name in SYMBOLS), *published_scores(campaign, fitting_set)))
-    return table(("", "set", *SYMBOLS.values(), *(label for label, *_ in SCORES.values())), rows)
+            rows.append((label(campaign, name) if fitting_set == "narrow" else "", f"{fitting_set}, {int(of.runs.iloc[0])} runs",
+                         *(with_interval(of.loc[symbol]) for symbol in SYMBOLS), *published_scores(campaign, fitting_set)))
+    return table(("", "set", *SYMBOLS.values(), *(heading for heading, *_ in SCORES.values())), rows)
 
 
 def ratios(campaign, name):
@@ -80,9 +89,9 @@ def numerics_alone():
     both = results("reproduction", "side_by_side")
     both = both[both.fitting_set == "narrow"].set_index(["campaign", "parameter"])
     rows = [("paper", "", *published())]
-    for campaign, label in (("reproduction, paired", "reproduction"), ("prediction, paired", "accurate solver")):
+    for campaign, name in (("reproduction, paired", "reproduction"), ("prediction, paired", "accurate solver")):
         of = both.loc[campaign]
-        rows.append((label, str(int(of.runs.iloc[0])), *(with_interval(of.loc[name]) for name in SYMBOLS)))
+        rows.append((name, str(int(of.runs.iloc[0])), *(with_interval(of.loc[symbol]) for symbol in SYMBOLS)))
     return table(("", "runs", *SYMBOLS.values()), rows)
 
 
@@ -94,7 +103,7 @@ def on_both_grids(campaign):
     rows = [("paper", "", *published(), "", "")]
     for grid in ("coarse", "fine"):
         row = of.loc[grid]
-        rows.append((f"{sizes[f'cell_size_m_{grid}'].iloc[0]:.2f} m", str(int(row.runs)), *(f"{row[name]:.3f}" for name in SYMBOLS),
+        rows.append((f"{sizes[f'cell_size_m_{grid}'].iloc[0]:.2f} m", str(int(row.runs)), *("–" if np.isnan(row[name]) else f"{row[name]:.3f}" for name in SYMBOLS),
                      *(percent(row[f"{equation}_{score}"]) for equation, (_, score, _) in SCORES.items())))
     return table(("cell size", "runs", *SYMBOLS.values(), "RMSLE", "NRMSE"), rows)
 
@@ -102,18 +111,19 @@ def on_both_grids(campaign):
 def without_jams(campaigns):
     """Coefficients and scores of the campaigns that have jammed runs, without these."""
     rows = []
-    for campaign, label in campaigns.items():
+    for campaign, name in campaigns.items():
         scan = results(campaign, "coefficients_without_jams")
         kept = scan[np.isclose(scan.limit, LIMIT) & (scan.left_out > 0)]
         for row in kept.drop_duplicates(list(SYMBOLS)).itertuples():  # twice the same: no run is in the wide set alone
-            rows.append((f"{label}, {row.fitting_set}", *(f"{getattr(row, name):.3f}" for name in SYMBOLS), percent(row.runup_rmsle),
+            rows.append((f"{label(campaign, name)}, {row.fitting_set}", *(f"{getattr(row, symbol):.3f}" for symbol in SYMBOLS), percent(row.runup_rmsle),
                          percent(row.pressure_height_nrmse)))
     return table(("", *SYMBOLS.values(), "RMSLE", "NRMSE"), rows)
 
 
 TEXTS = {
     "README.md": {"coefficients": lambda: headline(CAMPAIGNS), "numerics": lambda: ratios("reproduction", "paired_summary"),
-                  "numerics alone": numerics_alone},
+                  "numerics alone": numerics_alone, "grids": lambda: ratios("reproduction_w7", "refined_summary"),
+                  "grids alone": lambda: on_both_grids("reproduction_w7")},
     "first_reproduction.md": {"coefficients": lambda: headline(FIRST)},
     "jams.md": {"without jams": lambda: without_jams({**FIRST, **CAMPAIGNS})},
 }

@@ -17,6 +17,7 @@ from mpmtools.study.campaigns import keyed, paired_summary
 from mpmtools.study.campaigns import QUANTITIES as COMPARED
 from mpmtools.study.fits import NARROW, WIDE, coefficients_and_scores
 from mpmtools.study.histories import last_third
+from mpmtools.study.regression import PRESSURE_HEIGHT
 from mpmtools.study.runs import POINT
 from mpmtools.tables import no_column, numbers, read_series, read_table
 
@@ -144,15 +145,18 @@ def refined_rows(runs):
 
 def refined_coefficients(runs, rows):
     """Coefficients and scores against the published equations on both grids of the same set-ups, those of `rows` (of refined_rows()) that have
-    both heights on both grids: grid (coarse, fine), fitting_set, runs (of the set), and one column a coefficient and score."""
+    both heights on both grids: grid (coarse, fine), fitting_set, runs (of the set), and one column a coefficient and score. Without
+    runs below the saturation of the pressure height its coefficients are NaN: fast runs alone do not tell k_p from kappa_p and Fr_sat."""
     fine, coarse = _finest_and_coarsest(runs)
     rows = rows.dropna(subset=["runup_ratio", "pressure_height_ratio"])
+    saturated = rows.froude_number.min() > PRESSURE_HEIGHT.published_estimates["Fr_sat"][0]
+    undetermined = dict.fromkeys(PRESSURE_HEIGHT.parameters, np.nan) if saturated else {}
     table = []
     for fitting_set in (NARROW, WIDE):
         for grid, of in (("coarse", coarse), ("fine", fine)):
             both = of.merge(rows[POINT], on=POINT)
             table.append({"grid": grid, "fitting_set": fitting_set.name, "runs": int(fitting_set.holds(both).sum()),
-                          **coefficients_and_scores(both, fitting_set)})
+                          **coefficients_and_scores(both, fitting_set), **undetermined})
     return pd.DataFrame(table)
 
 
