@@ -108,14 +108,18 @@ def matrix(studies):
     if not columns:
         return None
     published = {c.parameter: c.published for c in studies[0].table("coefficient_intervals").itertuples()}
-    rows = [[NAMES[p], number(value), *(f"{number(c.found[p][0])} ({interval(*c.found[p][1:])})" if np.isfinite(c.found[p][0]) else "–"
-                                        for c in columns)] for p, value in published.items()]
-    paper = {e: studies[0].regression(e)["published_scores_on_its_own_data"] for e in ("runup", "pressure_height")}
-    for label, equation, score in (("run-up: RMSLE, within 25 %", "runup", "rmsle"),
-                                   ("pressure height: NRMSE, within 25 %", "pressure_height", "nrmse")):
-        cells = [paper[equation], *(c.scores.get(equation) for c in columns)]
-        rows.append([label, *(f"{per_cent(s[score])}, {per_cent(s['fraction_25'])}" if s else "–" for s in cells)])
-    return {"head": ["", "paper", *(f"{c.name} ({c.size})" for c in columns)], "rows": rows}
+    scores = {"runup": "rmsle", "pressure_height": "nrmse"}
+    paper = {e: studies[0].regression(e)["published_scores_on_its_own_data"] for e in scores}
+
+    def row(name, coefficients, scored):
+        return [name, *coefficients,
+                *(f"{per_cent(s[score])}, {per_cent(s['fraction_25'])}" if (s := scored.get(e)) else "–" for e, score in scores.items())]
+
+    rows = [row("paper", [number(value) for value in published.values()], paper)]
+    for c in columns:
+        found = [c.found[p] for p in published]
+        rows.append(row(f"{c.name} ({c.size})", [f"{number(f[0])} ({interval(*f[1:])})" if np.isfinite(f[0]) else "–" for f in found], c.scores))
+    return {"head": ["", *(NAMES[p] for p in published), "run-up: RMSLE, within 25 %", "pressure height: NRMSE, within 25 %"], "rows": rows}
 
 
 def in_short(studies):
