@@ -177,13 +177,13 @@ def solver_tables():
             f"{table(('case', 'check', *solvers), failed)}")
 
 
-def filled(name, page, sections):
+def filled(path, page, sections):
     """A page with its generated sections."""
     for marker, text in sections.items():
         pattern = rf"(<!-- generated: {marker} -->\n).*?(<!-- /generated -->)"
         page, count = re.subn(pattern, lambda m, text=text: f"{m[1]}\n{text}\n\n{m[2]}", page, flags=re.DOTALL)
         if count != 1:
-            sys.exit(f"{name} has {count} sections '{marker}', one is needed")
+            sys.exit(f"{path} has {count} sections '{marker}', one is needed")
     return page
 
 

@@ -257,7 +257,12 @@ class CommittedStiffestSnow(unittest.TestCase):
         late = series[series.time_s >= 10.0].groupby("run")
         self.assertEqual(len(late), 6)
         np.testing.assert_allclose(self.means.runup, late.runup_m.mean()[self.means.index] / 1.75, rtol=1e-4)
+        np.testing.assert_allclose(self.means.pressure_height, late.pressure_height_m.mean()[self.means.index] / 1.75, rtol=1e-4)
         np.testing.assert_allclose(self.means.force_n, late.force_x_n.mean()[self.means.index], rtol=1e-4)
+        whole = series[(series.time_s >= 10.0) & (series.time_s < 40.0)]
+        seconds = (whole.groupby(["run", whole.time_s.astype(int)]).runup_m.mean() / 1.75).groupby("run")
+        np.testing.assert_allclose(self.means.runup_lowest, seconds.min()[self.means.index], rtol=1e-4)
+        np.testing.assert_allclose(self.means.runup_highest, seconds.max()[self.means.index], rtol=1e-4)
 
     def test_the_campaign_has_a_part_of_a_cycle(self):
         ratio = self.means.runup / self.means.runup_published
@@ -265,7 +270,7 @@ class CommittedStiffestSnow(unittest.TestCase):
         self.assertEqual((ratio[fast].min().round(1), ratio[fast].max().round(1)), (1.2, 1.6))
         self.assertEqual((ratio[~fast].min().round(1), ratio[~fast].max().round(1)), (1.2, 1.4))
         off = abs(self.means.runup - self.means.runup_campaign) / self.means.runup_standard_error
-        self.assertGreater((off > 2.0).sum(), 4)
+        self.assertEqual(self.means.index[off <= 2.0].tolist(), ["fr7_xi1.5"], "runs whose mean the campaign has within two standard errors")
 
 
 class CommittedFirstReproduction(CommittedStudy):
