@@ -1,5 +1,6 @@
 #!/usr/bin/python3
-"""Checks the Markdown pages of the repository: README.md is short, lines are wrapped, links resolve, no path belongs to one machine.
+"""Checks the Markdown pages of the repository: README.md is short, lines are wrapped and none is lost on the site, links resolve, no path
+belongs to one machine.
 
 usage: check_docs.py [--links] [ROOT]    (default: the repository this script is in; --links: only the links)
 
@@ -85,6 +86,8 @@ def problems(root):
                 yield f"{name}:{number}: a path of one machine: {MACHINE_PATH.search(line).group()}..."
             if is_prose and len(line) > LINE_LENGTH and not line.lstrip().startswith("|"):
                 yield f"{name}:{number}: {len(line)} characters, at most {LINE_LENGTH} are allowed outside tables and code"
+            if is_prose and line.lstrip().startswith("%"):
+                yield f"{name}:{number}: begins with %: the documentation site takes the line for a comment and leaves it out"
 
 
 def main():
