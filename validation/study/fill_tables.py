@@ -15,13 +15,12 @@ SOURCE = STUDY.parent.parent
 sys.path[:0] = [str(SOURCE / "python"), str(SOURCE / "docs")]
 
 from generate import filled, table  # noqa: E402
+from mpmtools.figures.evidence_figures import NAMES as SYMBOLS  # noqa: E402
 from mpmtools.study.jams import LIMIT  # noqa: E402
 from mpmtools.study.regression import EQUATIONS  # noqa: E402
 from mpmtools.study.runs import COARSER  # noqa: E402
 from mpmtools.tables import read_series  # noqa: E402
 
-SYMBOLS = {"k_r": "k_r", "kappa_r": "κ_r", "k_p": "k_p", "Fr_sat": "Fr_sat", "kappa_p": "κ_p"}
-SCORES = {"runup": ("run-up: RMSLE, within 25 %", "rmsle"), "pressure_height": ("pressure height: NRMSE, within 25 %", "nrmse")}
 CAMPAIGNS = {"reproduction": "reproduction", "reproduction_w7": "reproduction, {refined} sets at 0.25 m",
              "calibrated_prediction": "calibrated prediction", "prediction": "prediction, {refined} sets at 0.25 m"}
 FIRST = {"first_w5": "first reproduction, w/5", "first_w7": "first reproduction, 0.25 m"}
@@ -50,8 +49,7 @@ def published():
 
 def paper_scores():
     """Those that the paper prints, on its own data."""
-    own = {equation.name: equation.published_scores for equation in EQUATIONS}
-    return [f"{percent(own[name][score])}, {percent(own[name]['fraction_25'])}" for name, (_, score) in SCORES.items()]
+    return [f"{percent(e.published_scores[e.score])}, {percent(e.published_scores['fraction_25'])}" for e in EQUATIONS]
 
 
 def published_scores(campaign, fitting_set):
@@ -59,7 +57,7 @@ def published_scores(campaign, fitting_set):
     scores = results(campaign, "scores")
     whole = scores[(scores.fitting_set == fitting_set) & (scores.coefficients == "published") & scores.hardening_xi.isna() & scores.group.isna()]
     whole = whole.set_index("equation")
-    return [f"{percent(whole.loc[equation, score])}, {percent(whole.loc[equation, 'fraction_25'])}" for equation, (_, score) in SCORES.items()]
+    return [f"{percent(whole.loc[e.name, e.score])}, {percent(whole.loc[e.name, 'fraction_25'])}" for e in EQUATIONS]
 
 
 def with_interval(row):
@@ -76,7 +74,7 @@ def headline(campaigns):
             of = intervals[intervals.fitting_set == fitting_set].set_index("parameter")
             rows.append((label(campaign, name) if fitting_set == "narrow" else "", f"{fitting_set}, {int(of.runs.iloc[0])} runs",
                          *(with_interval(of.loc[symbol]) for symbol in SYMBOLS), *published_scores(campaign, fitting_set)))
-    return table(("", "set", *SYMBOLS.values(), *(heading for heading, _ in SCORES.values())), rows)
+    return table(("", "set", *SYMBOLS.values(), "run-up: RMSLE, within 25 %", "pressure height: NRMSE, within 25 %"), rows)
 
 
 def ratios(campaign, name):
@@ -110,7 +108,7 @@ def on_both_grids(campaign):
         row = of.loc[grid]
         (size,) = sizes[f"cell_size_m_{grid}"].unique()
         rows.append((f"{size:.2f} m", str(int(row.runs)), *("–" if np.isnan(row[name]) else f"{row[name]:.3f}" for name in SYMBOLS),
-                     *(percent(row[f"{equation}_{score}"]) for equation, (_, score) in SCORES.items())))
+                     *(percent(row[f"{e.name}_{e.score}"]) for e in EQUATIONS)))
     return table(("cell size", "runs", *SYMBOLS.values(), "RMSLE", "NRMSE"), rows)
 
 

@@ -457,8 +457,8 @@ SECTIONS = [
      "Each run and each material is left out in turn. k_p and κ_p compensate each other; the table tells which runs move κ most."),
     ("jams", "Runs that jam, and what they do to the coefficients", figure_jams,
      f"A run below Fr 5 counts as jammed if its static force is more than {LIMIT:g} times the least of the same snow at Fr ≥ 5, and more than "
-     f"{LIMIT:g} × {LEAST_STATIC:g} hydrostatic forces: layers that enter at the inlet then push the snow against the mast, and the result depends on the length of the "
-     "window. The rule and its limit were chosen on the first reproduction, after its heights had been seen. Headlines show the coefficients "
+     f"{LIMIT:g} × {LEAST_STATIC:g} hydrostatic forces: layers that enter at the inlet then push the snow against the mast, and the result "
+     "depends on the length of the window. The rule and its limit were chosen on the first reproduction, after its heights had been seen. Headlines show the coefficients "
      "with and without such runs. The stiffest snow, M' = 2.3, has a window of twice the length, because it jams in the usual one."),
     ("mast-friction", "Friction of the mast: what it moves, and what its calibration is worth", figure_friction,
      "The paper does not print the friction of the mast; this study's is calibrated against the published equations. Two campaigns at w/5 "

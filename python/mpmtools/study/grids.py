@@ -147,13 +147,13 @@ def refined_coefficients(runs, rows):
     """Coefficients and scores against the published equations on both grids of the same set-ups, those of `rows` (of refined_rows()) that have
     both heights on both grids: grid (coarse, fine), fitting_set, runs (of the set), and one column a coefficient and score. Without
     runs below the saturation of the pressure height its coefficients are NaN: fast runs alone do not tell k_p from kappa_p and Fr_sat."""
-    fine, coarse = _finest_and_coarsest(runs)
     rows = rows.dropna(subset=["runup_ratio", "pressure_height_ratio"])
+    if rows.empty:
+        return pd.DataFrame()
+    fine, coarse = _finest_and_coarsest(runs)
     all_saturated = rows.froude_number.min() > PRESSURE_HEIGHT.published_estimates["Fr_sat"][0]
     undetermined = dict.fromkeys(PRESSURE_HEIGHT.parameters, np.nan) if all_saturated else {}
     table = []
-    if rows.empty:
-        return pd.DataFrame(table)
     for fitting_set in (NARROW, WIDE):
         for grid, of in (("coarse", coarse), ("fine", fine)):
             both = of.merge(rows[POINT], on=POINT)
