@@ -218,6 +218,26 @@ class Claims(unittest.TestCase):
             self.assertEqual(set(zip(jammed.froude_number, jammed.hardening_xi)), points, campaign)
             self.assertLessEqual(set(jammed.effective_friction.round(2)), {2.3, 1.76})
 
+    def test_readme_holds_the_headline_numbers(self):
+        """Every value and interval of the tables of coefficients, and in jams.md the coefficients without jams, as the tables have them."""
+        readme, first, jams = ((STUDY / name).read_text(encoding="utf-8") for name in ("README.md", "first_reproduction.md", "jams.md"))
+        for campaign, fitting_set, text in (*((name, of, readme) for name in ("reproduction", "reproduction_w7", "calibrated_prediction", "prediction")
+                                              for of in ("narrow", "wide")),
+                                            ("first_w5", "narrow", first), ("first_w5", "wide", first), ("first_w7", "narrow", first)):
+            table = committed(campaign, "coefficient_intervals")
+            for c in table[table.fitting_set == fitting_set].itertuples():
+                self.assertTrue(f"{c.value:.3f} ({c.material_from:.3f} to {c.material_to:.3f})" in text, f"{campaign}, {fitting_set}: {c.parameter}")
+            scan = committed(campaign, "coefficients_without_jams")
+            kept = scan[(scan.fitting_set == fitting_set) & np.isclose(scan.limit, 1.5)].iloc[0]
+            if kept.left_out > 0:
+                cells = [f"{kept[name]:.3f}" for name in ("k_r", "kappa_r", "k_p", "Fr_sat", "kappa_p")]
+                self.assertIn("| " + " | ".join(cells) + f" | {100 * kept.runup_rmsle:.1f} % | {100 * kept.pressure_height_nrmse:.1f} % |", jams)
+            scores = committed(campaign, "scores")
+            whole = scores[(scores.fitting_set == fitting_set) & (scores.coefficients == "published") & scores.hardening_xi.isna()
+                           & scores.group.isna()]
+            for row, score in zip(whole.itertuples(), ("rmsle", "nrmse")):
+                self.assertIn(f"| {100 * getattr(row, score):.1f} %, {100 * row.fraction_25:.1f} % |", text)
+
     def test_wide_set_misses_both_aims_of_the_run_up_by_a_little(self):
         with open(RESULTS / "first_w5" / "fit.json", encoding="utf-8") as file:
             aims = [aim for aim in json.load(file)["aims"] if aim["fitting_set"] == "wide" and aim["what"].startswith("run-up: R")
