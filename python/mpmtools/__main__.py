@@ -58,7 +58,7 @@ def parser():
                        help="table of runs that change one choice at a time, compared with the base in the same table")
     study.add_argument("--friction", metavar="RESULTS.csv",
                        help="table of a campaign with one friction of the mast for all snow, to be compared with this one")
-    study.add_argument("--friction-scan", metavar="RESULTS.csv",
+    study.add_argument("--friction-scan", metavar="RESULTS.csv", action="append", default=[],
                        help="table of runs that vary the friction of the mast at every point: what each rule for it does to the coefficients")
     study.add_argument("--prediction", action="append", default=[], metavar="RESULTS.csv",
                        help="table of the same sets computed with the accurate solver, to be compared with this one; of several, rows of later "

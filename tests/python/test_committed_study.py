@@ -45,7 +45,7 @@ class CommittedStudy(unittest.TestCase):
     rows = ("reproduction/w5.csv",)
     options = {"width_files": [EVIDENCE / "width" / "results.csv"], "section_files": [EVIDENCE / "sections" / "results.csv"],
                "sensitivity_files": [EVIDENCE / name / "results.csv" for name in ("sensitivity", "windows")],
-               "friction_scan_file": EVIDENCE / "friction_w5" / "results.csv",
+               "friction_scan_files": [EVIDENCE / "friction_w5" / "results.csv"],
                "prediction_files": [RESULTS / name / "w5.csv" for name in ("prediction", "calibrated_prediction")],
                "grids_files": [EVIDENCE / "grids" / name for name in ("results.csv", "settled.csv")]}
 
@@ -308,7 +308,7 @@ class CommittedFirstReproductionAt025(CommittedStudy):
 class CommittedReproductionAt025(CommittedStudy):
     name = "reproduction_w7"
     rows = ("reproduction/w5.csv", "reproduction_w7/w7.csv")
-    options = {"finest": True, "friction_scan_file": EVIDENCE / "friction_w7" / "results.csv"}
+    options = {"finest": True, "friction_scan_files": [EVIDENCE / "friction_w7" / name for name in ("results.csv", "stiff.csv")]}
 
 
 class CommittedPrediction(CommittedStudy):

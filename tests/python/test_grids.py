@@ -120,7 +120,7 @@ class Grids(unittest.TestCase):
         self.assertTrue((narrow.runup_rmsle.iloc[:3] > 0.05).all())
 
     def test_refined_rows_are_the_set_ups_on_two_grids(self):
-        runs = grid_of_runs((5.0,)).assign(cell_size_m=0.35, force_n=100.0)
+        runs = grid_of_runs((5.0,)).assign(cell_size_m=0.35, force_n=100.0, obstacle_friction=0.2)
         fast = runs[runs.froude_number > 2.5]
         table = refined_rows(pd.concat([fast.assign(cell_size_m=0.25, force_n=110.0, runup=1.2 * fast.runup), runs], ignore_index=True))
         self.assertEqual(len(table), len(fast))
@@ -128,9 +128,12 @@ class Grids(unittest.TestCase):
         self.assertEqual((table.cell_size_m_fine.unique().tolist(), table.cell_size_m_coarse.unique().tolist()), ([0.25], [0.35]))
         summary = refinement_tables(pd.concat([fast.assign(cell_size_m=0.25), runs]))["refined_summary"]
         self.assertEqual(summary[summary.group == "all"].pairs.tolist(), [len(fast)] * 3)
+        other_friction = fast.assign(cell_size_m=0.25, force_n=110.0, obstacle_friction=np.where(fast.froude_number > 6.0, 0.3, 0.2))
+        table = refined_rows(pd.concat([other_friction, runs], ignore_index=True))
+        self.assertEqual(sorted(table.froude_number.unique()), [3.0, 5.0])  # Fr 7 has another friction on each grid
 
     def test_coefficients_of_both_grids_rest_on_the_set_ups_that_both_have(self):
-        runs = grid_of_runs((5.0,)).assign(cell_size_m=0.25, force_n=1.0)
+        runs = grid_of_runs((5.0,)).assign(cell_size_m=0.25, force_n=1.0, obstacle_friction=0.2)
         coarse = runs.assign(cell_size_m=0.35, runup=0.8 * runs.runup)
         alone = runs[runs.froude_number < 0.99].assign(cell_size_m=0.35, froude_number=0.5, runup=9.0)  # on one grid: must not count
         table = refinement_tables(pd.concat([coarse, runs, alone], ignore_index=True))["refined_coefficients"].set_index(["fitting_set", "grid"])

@@ -139,23 +139,28 @@ class Friction(InFolder):
 
 
 class Scan(InFolder):
-    def test_of_frictions_finds_the_one_coefficient_behind_the_data(self):
-        """Heights that meet the published equations with 0.15 for all snow, and fall by exp(-2 mu) from there."""
+    HEADER = ("name,status,froude_number,critical_state_slope,cohesion_beta,hardening_xi,effective_friction,flow_height_m,obstacle_friction,"
+              "runup_mean_m,pressure_height_mean_m\n")
+
+    def scan(self, name, right, frictions, xi=5):
+        """The path of a table of runs whose run-ups meet the published equation with the friction `right(half)`, and fall by exp(-2 mu) from there."""
         runs = grid_of_runs((5.0,))
-        runs = runs[runs.effective_friction < 1.5]
+        self.runs = runs = runs[runs.effective_friction < 1.5]
+        half = half_friction(runs.effective_friction)
         rows = []
-        for friction in (0.0, 0.15, 0.3, half_friction(runs.effective_friction)):
-            fall = np.exp(-2.0 * (friction - 0.15))
-            rows += [f"x,done,{r.froude_number},{r.critical_state_slope},{r.cohesion_beta},5,{r.effective_friction},1.75,{mu},{1.75 * r.runup * f},"
+        for friction in (*frictions, half):
+            fall = np.exp(-2.0 * (friction - right(half)))
+            rows += [f"x,done,{r.froude_number},{r.critical_state_slope},{r.cohesion_beta},{xi},{r.effective_friction},1.75,{mu},{1.75 * r.runup * f},"
                      f"{1.75 * r.pressure_height}" for r, mu, f in zip(runs.itertuples(), friction + 0.0 * runs.runup, fall + 0.0 * runs.runup)]
-        path = self.write("results.csv", "name,status,froude_number,critical_state_slope,cohesion_beta,hardening_xi,effective_friction,flow_height_m,"
-                          "obstacle_friction,runup_mean_m,pressure_height_mean_m\n" + "\n".join(rows) + "\n")
-        tables = scan_tables(path)
+        return self.write(name, self.HEADER + "\n".join(rows) + "\n")
+
+    def test_of_frictions_finds_the_one_coefficient_behind_the_data(self):
+        tables = scan_tables([self.scan("results.csv", lambda half: 0.15, (0.0, 0.15, 0.3))])
         rules = tables["friction_scan_rules"].set_index("rule")
         self.assertEqual(list(rules.index), ["0", "0.15", "0.3", "half of tan phi'", "the smaller of 0.15 and the half",
                                              "the smaller of 0.3 and the half"])
         self.assertAlmostEqual(rules.k_r["0.15"], RUNUP.published.k, delta=1e-6)
-        self.assertTrue((rules.runs == len(runs)).all())
+        self.assertTrue((rules.runs == len(self.runs)).all())
         calibrated = tables["friction_scan_calibration"].groupby("rule").c
         np.testing.assert_allclose(calibrated.get_group("c for all snow"), 0.15)
         self.assertEqual(len(calibrated.get_group("the smaller of c and the half")), 4)
@@ -164,11 +169,32 @@ class Scan(InFolder):
         np.testing.assert_allclose(weak.runup_over_half, np.exp(-2.0 * (0.3 - weak.half)), rtol=1e-9)
         np.testing.assert_allclose(scan.pressure_height_over_half, 1.0, rtol=1e-9)
 
+    def test_of_two_tables_finds_the_share_behind_the_data_and_splits_by_xi(self):
+        share = lambda half: 0.35 / 0.5 * half
+        files = [self.scan(f"xi{xi}.csv", share, frictions, xi) for xi, frictions in ((5, (0.0, 0.15, 0.3)), (0.5, (0.0, 0.2, 0.3)))]
+        table = scan_tables(files)["friction_scan_calibration"]
+        found = table[table.rule == "c times tan phi'"]
+        self.assertEqual(list(found.split.unique()), ["every other M'", "Fr 0.1 and 1 and 3 and 7, Fr 0.3 and 2 and 5", "xi 0.5, xi 5"])
+        np.testing.assert_allclose(found.c, 0.35)
+        np.testing.assert_allclose(found.rmsle_judging, 0.0, atol=1e-9)
+        np.testing.assert_allclose(table.constant, 0.3)  # the one above 0 that both tables have
+        self.assertTrue((table.runs_calibrating + table.runs_judging == 2 * len(self.runs)).all())
+
+    def test_of_two_runs_with_one_friction_the_first_counts(self):
+        first = self.scan("first.csv", lambda half: 0.15, (0.0, 0.15, 0.3))
+        again = self.scan("again.csv", lambda half: 0.3, (0.15,))
+        for name, table in scan_tables([first]).items():
+            self.assertTrue(table.equals(scan_tables([first, again])[name]), name)
+
+    def test_without_a_friction_at_most_points_is_refused(self):
+        with self.assertRaisesRegex(InputError, "no friction above 0 was computed at nine in ten of the points"):
+            scan_tables([self.scan("results.csv", lambda half: 0.15, (0.0,))])
+
     def test_of_one_friction_is_refused(self):
         path = self.write("results.csv", "name,status,froude_number,critical_state_slope,cohesion_beta,hardening_xi,flow_height_m,obstacle_friction,"
                           "runup_mean_m,pressure_height_mean_m\na,done,3,0.4,0,5,1.75,0.15,7,3\nb,done,5,0.4,0,5,1.75,0.15,14,3\n")
         with self.assertRaisesRegex(InputError, "no flow and snow was computed with two frictions of the mast"):
-            scan_tables(path)
+            scan_tables([path])
 
 
 if __name__ == "__main__":

@@ -11,6 +11,7 @@ from mpmtools.figures.axes import Drawn, decades, froude_colour, new_axes, numbe
 from mpmtools.figures.style import COLOURS, MARKERS
 from mpmtools.study.friction_choice import SMALLER_OF_BOTH
 from mpmtools.study.jams import LEAST_STATIC, LIMIT
+from mpmtools.tables import number_text
 
 SYMBOLS = {"k_r": "$k_r$", "kappa_r": r"$\kappa_r$", "k_p": "$k_p$", "Fr_sat": r"$Fr_{sat}$", "kappa_p": r"$\kappa_p$"}
 KINDS = (("standard_error", "its standard error"), ("profile", "profile of the sum of squares"), ("material", "bootstrap over materials"),
@@ -417,7 +418,7 @@ def _calibration_table(calibration, name):
                                               "rmsle_judging_half", "rmsle_judging_smaller"))] for r in calibration.to_dict("records")]
     return {"title": f"{name}: calibrated on one half, judged on the other", "rows": rows,
             "head": ["rule", "points, split, calibrated on", "c", "RMSLE there", "on the other half", "best of three rules", "RMSLE there",
-                     "on the other half", "0.15 on the other half", "half of tan φ' on it", "the smaller on it"]}
+                     "on the other half", f"{number_text(calibration.constant.iloc[0])} on the other half", "half of tan φ' on it", "the smaller on it"]}
 
 
 def _scan_pictures(scan):

@@ -25,14 +25,19 @@ def keyed(runs):
     return at_width.assign(**point_keys(at_width)).drop_duplicates(POINT)
 
 
+def pairs_with_one_friction(first, second, suffixes):
+    """Both tables of keyed runs merged by set-up, in the order of the first, without the pairs whose masts have different frictions."""
+    both = first.merge(second, on=POINT, suffixes=suffixes)
+    differ = abs(both.pop(FRICTION + suffixes[0]) - both.pop(FRICTION + suffixes[1])) > 1e-6  # not if one is NaN
+    return both[~differ].reset_index(drop=True)
+
+
 def paired_rows(reproduction, prediction):
     """A row for each set-up that both campaigns have, with the same friction of the mast where both tables name it, in the order of the
     prediction: inputs, M', numerical uncertainties of the prediction's heights, each quantity (heights over H, force in N) of both, and
     prediction over reproduction."""
     ours = keyed(prediction)[[*POINT, "effective_friction", FRICTION, *UNCERTAINTIES, *QUANTITIES]]
-    both = ours.merge(keyed(reproduction)[[*POINT, FRICTION, *QUANTITIES]], on=POINT, suffixes=("_prediction", "_reproduction"))
-    differ = abs(both.pop(f"{FRICTION}_prediction") - both.pop(f"{FRICTION}_reproduction")) > 1e-6  # not if one is NaN
-    both = both[~differ].reset_index(drop=True)
+    both = pairs_with_one_friction(ours, keyed(reproduction)[[*POINT, FRICTION, *QUANTITIES]], ("_prediction", "_reproduction"))
     ratios = {f"{name}_ratio": both[f"{name}_prediction"] / both[f"{name}_reproduction"] for name in QUANTITIES}
     return both.assign(**ratios)
 

@@ -4,8 +4,8 @@ The paper does not print the friction of the mast. The same flows and snows are 
 compared that give the mast a coefficient for each kind of snow. A rule with a free number is calibrated on one half of the points, by
 its run-ups' RMSLE from the published equation, and judged on the other half.
 
-Two tables can be given: a campaign with one coefficient for all snow, to be compared with the campaign with half of tan(phi'); and a
-campaign that varies the coefficient at every point (`scan_tables`). `computed_heights` brings both into one form.
+Two kinds of tables can be given: a campaign with one coefficient for all snow, to be compared with the campaign with half of tan(phi'); and
+tables of runs that vary the coefficient at every point (`scan_tables`). `computed_heights` brings both into one form.
 """
 
 from collections import namedtuple
@@ -23,6 +23,7 @@ from mpmtools.study.runs import POINT, point_keys, read_runs_or_refuse
 from mpmtools.tables import number_text, numbers, read_table
 
 CONSTANT, RATIO = 0.15, 0.5  # the two campaigns
+MOST_POINTS = 0.9
 STIFFEST = 2.2  # M': one row above it is in both campaigns
 HALF, SMALLER = "half of tan phi'", "the smaller of {} and the half"
 
@@ -31,6 +32,7 @@ Family = namedtuple("Family", ["name", "coefficient", "candidates"])
 CEILINGS = np.round(np.arange(0.0, 0.501, 0.01), 2)  # above 0.47 the smaller of both is the half for all but M' 2.3
 SMALLER_OF_BOTH = Family("the smaller of c and the half", np.minimum, CEILINGS)
 ONE_FOR_ALL = Family("c for all snow", lambda c, half: c, CEILINGS)
+SHARE = Family("c times tan phi'", lambda c, half: c / RATIO * half, CEILINGS)
 
 
 def half_friction(friction):
@@ -39,9 +41,11 @@ def half_friction(friction):
 
 
 def computed_heights(*campaigns):
-    """Points with two or more frictions of the mast: a row for each run with its inputs, obstacle_friction, and both heights over H."""
+    """Points with two or more frictions of the mast: a row for each friction with its inputs, obstacle_friction, and both heights over H. Of
+    several runs with one friction the first counts."""
     columns = ["effective_friction", "obstacle_friction", *(e.name for e in EQUATIONS)]
     rows = pd.concat([point_keys(runs).join(runs[columns]) for runs in campaigns], ignore_index=True)
+    rows = rows[~rows.assign(friction=levels(rows.obstacle_friction).round(9)).duplicated([*POINT, "friction"])]
     return rows[rows.groupby(POINT).obstacle_friction.transform("nunique") > 1].reset_index(drop=True)
 
 
@@ -99,17 +103,21 @@ def friction_rules(computed, rules):
 
 
 def splits(points):
-    """{name: first half of the points}: every other material by rising M', and every other Froude number."""
-    materials, froude = (np.sort(levels(points[name]).unique()) for name in ("effective_friction", "froude_number"))
-    halves = [" and ".join(f"{number:g}" for number in part) for part in (froude[::2], froude[1::2])]
-    return {"every other M'": levels(points.effective_friction).isin(materials[::2]),
-            f"Fr {halves[0]}, Fr {halves[1]}": levels(points.froude_number).isin(froude[::2])}
+    """{name: first half of the points}: every other material by rising M', every other Froude number, and, where several were computed, every
+    other xi."""
+    def every_other(name):
+        found = np.sort(levels(points[name]).unique())
+        return levels(points[name]).isin(found[::2]), [" and ".join(f"{number:g}" for number in part) for part in (found[::2], found[1::2])]
+
+    (materials, _), (froude, numbers), (compressible, xi) = (every_other(name) for name in ("effective_friction", "froude_number", "hardening_xi"))
+    halves = {"every other M'": materials, f"Fr {numbers[0]}, Fr {numbers[1]}": froude}
+    return halves | ({} if compressible.all() else {f"xi {xi[0]}, xi {xi[1]}": compressible})
 
 
 def friction_calibration(computed, constant=CONSTANT, families=(SMALLER_OF_BOTH,)):
     """Rules with a free number c, calibrated on one half of the points and judged on the other: rule, points (all, or without M' > 2.2), split,
-    calibrated_on (half), c, runs and RMSLE of the run-up on both halves. Only c whose coefficients lie between computed ones at every point are
-    tried.
+    calibrated_on (half), c, runs and RMSLE of the run-up on both halves, `constant`. Only c whose coefficients lie between computed ones at every
+    point are tried.
 
     `chosen` is the best on the first half of three rules without a free number: `constant`, the half, and the smaller of both; the last
     columns are what each of them scores on the half that judges."""
@@ -120,7 +128,7 @@ def friction_calibration(computed, constant=CONSTANT, families=(SMALLER_OF_BOTH,
     for family in families:
         tried = {c: with_friction(kept, partial(family.coefficient, c)) for c in family.candidates}
         for which, chosen in with_and_without_the_stiffest(points):
-            rows += [{"rule": family.name, **row, "points": which}
+            rows += [{"rule": family.name, **row, "constant": constant, "points": which}
                      for row in _judged_on_halves(_rows_of(tried, chosen), _rows_of(plain, chosen), splits(chosen))]
     return pd.DataFrame(rows)
 
@@ -182,22 +190,25 @@ def friction_tables(constant_file, ratio_runs, sensitivity_files=()):
     return tables
 
 
-def scan_tables(scan_file):
-    """{table name: table} of a campaign that varies the friction of the mast at every point: heights, rules, calibration."""
-    computed = computed_heights(read_runs_or_refuse([scan_file]).runs)
+def scan_tables(scan_files):
+    """{table name: table} of runs that vary the friction of the mast at every point: heights, rules, calibration."""
+    computed = computed_heights(read_runs_or_refuse(scan_files).runs)
     if computed.empty:
-        raise InputError(f"{scan_file}: no flow and snow was computed with two frictions of the mast")
+        raise InputError(f"{', '.join(map(str, scan_files))}: no flow and snow was computed with two frictions of the mast")
     half = half_friction(computed.effective_friction)
     at_half = computed[np.isclose(computed.obstacle_friction, half)].drop_duplicates(POINT)[[*POINT, *(e.name for e in EQUATIONS)]]
     heights = computed.assign(half=half).merge(at_half, on=POINT, how="left", suffixes=("", "_at_half"))
     for name in (e.name for e in EQUATIONS):
         heights[f"{name}_over_half"] = heights[name] / heights.pop(f"{name}_at_half")  # NaN where the half was not computed
+    constants = for_all_snow(computed)
+    if not (constants > 0.0).any():
+        raise InputError(f"{', '.join(map(str, scan_files))}: no friction above 0 was computed at nine in ten of the points, to compare rules with")
     return {"friction_scan": heights.sort_values([*POINT, "obstacle_friction"], ignore_index=True),
-            "friction_scan_rules": friction_rules(computed, rules_of(*for_all_snow(computed))),
-            "friction_scan_calibration": friction_calibration(computed, families=(SMALLER_OF_BOTH, ONE_FOR_ALL))}
+            "friction_scan_rules": friction_rules(computed, rules_of(*constants)),
+            "friction_scan_calibration": friction_calibration(computed, min(constants[constants > 0.0]), (SMALLER_OF_BOTH, ONE_FOR_ALL, SHARE))}
 
 
 def for_all_snow(computed):
-    """The coefficients, rising, that were computed for more than one kind of snow."""
-    kinds = computed.groupby(levels(computed.obstacle_friction).round(9)).effective_friction.nunique()
-    return kinds.index[kinds > 1]
+    """The coefficients, rising, that were computed at most points; nine in ten, because some runs have no steady mean."""
+    share = computed.groupby(levels(computed.obstacle_friction).round(9)).size() / computed.groupby(POINT).ngroups
+    return share.index[share >= MOST_POINTS]

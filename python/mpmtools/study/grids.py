@@ -13,7 +13,7 @@ from scipy.optimize import brentq
 from mpmtools.errors import InputError
 from mpmtools.scores import levels
 from mpmtools.statistics import estimate_mean
-from mpmtools.study.campaigns import keyed, paired_summary
+from mpmtools.study.campaigns import FRICTION, keyed, paired_summary, pairs_with_one_friction
 from mpmtools.study.campaigns import QUANTITIES as COMPARED
 from mpmtools.study.fits import NARROW, WIDE, coefficients_and_scores
 from mpmtools.study.histories import last_third
@@ -134,11 +134,11 @@ def _finest_and_coarsest(runs):
 
 
 def refined_rows(runs):
-    """A row for each set-up that is there on two grids: inputs, M', both cell sizes, each quantity (heights over H, force in N) on both, and
-    that on the finest grid over that on the coarsest."""
+    """A row for each set-up that is there on two grids, with the same friction of the mast where both tables name it: inputs, M', both cell
+    sizes, each quantity (heights over H, force in N) on both, and that on the finest grid over that on the coarsest."""
     fine, coarse = _finest_and_coarsest(runs)
-    columns = ["cell_size_m", *COMPARED]
-    both = fine[[*POINT, "effective_friction", *columns]].merge(coarse[[*POINT, *columns]], on=POINT, suffixes=("_fine", "_coarse"))
+    columns = ["cell_size_m", FRICTION, *COMPARED]
+    both = pairs_with_one_friction(fine[[*POINT, "effective_friction", *columns]], coarse[[*POINT, *columns]], ("_fine", "_coarse"))
     both = both[both.cell_size_m_fine < both.cell_size_m_coarse].reset_index(drop=True)
     return both.assign(**{f"{name}_ratio": both[f"{name}_fine"] / both[f"{name}_coarse"] for name in COMPARED})
 

@@ -19,7 +19,7 @@ def run(options):
     if options.replace and not options.join:
         raise ConfigError("--replace is about rows of joined tables; give --join, too")
     others = {"width_files": options.width, "section_files": options.sections, "sensitivity_files": options.sensitivity,
-              "friction_file": options.friction, "friction_scan_file": options.friction_scan, "prediction_files": options.prediction,
+              "friction_file": options.friction, "friction_scan_files": options.friction_scan, "prediction_files": options.prediction,
               "grids_files": options.grids}
     folders = []
     for name, tables in studies_of(options.inputs, options.join, options.name):

@@ -65,7 +65,7 @@ def plan_title(table_path):
         return tomllib.load(file).get("title", "")
 
 
-def evidence_tables(runs, friction_file=None, sensitivity_files=(), prediction_files=(), grids_files=(), friction_scan_file=None):
+def evidence_tables(runs, friction_file=None, sensitivity_files=(), prediction_files=(), grids_files=(), friction_scan_files=()):
     """How far the coefficients can be trusted: intervals, influence, jams, the friction of the mast, and the grid."""
     tables = {"coefficient_intervals": uncertainty.coefficient_intervals(runs), "leave_one_out": uncertainty.leave_one_out(runs),
               "influence": uncertainty.influence(runs), "published_errors": uncertainty.published_errors(),
@@ -76,8 +76,8 @@ def evidence_tables(runs, friction_file=None, sensitivity_files=(), prediction_f
         tables["jams"] = indices.sort_values("jam_index", ascending=False)
     if friction_file:
         tables.update(friction_choice.friction_tables(friction_file, runs, sensitivity_files))
-    if friction_scan_file:
-        tables.update(friction_choice.scan_tables(friction_scan_file))
+    if friction_scan_files:
+        tables.update(friction_choice.scan_tables(friction_scan_files))
     if prediction_files:
         prediction = read_runs_or_refuse(prediction_files, replace=True).runs
         tables.update(campaigns.campaign_tables(runs, prediction, tables["coefficient_intervals"]))
@@ -97,11 +97,11 @@ def write_evidence(tables, files, out):
 
 
 def write_study(files, out, filters=(), width_files=(), section_files=(), sensitivity_files=(), notes=(), last_link=rheology.LAST_LINK,
-                friction_file=None, friction_scan_file=None, prediction_files=(), grids_files=(), finest=False, replace=False):
+                friction_file=None, friction_scan_files=(), prediction_files=(), grids_files=(), finest=False, replace=False):
     """Evaluates tables of runs and writes the tables of the study into the folder `out`; returns lines for the terminal.
 
     The widths and the two runs of Fig. 5 are taken from the same tables unless others are named. `friction_file` is the table of a campaign
-    with one friction for all snow, `friction_scan_file` one that varies the friction at every point; `prediction_files` hold the same sets
+    with one friction for all snow, `friction_scan_files` runs that vary the friction at every point; `prediction_files` hold the same sets
     with the accurate solver, to be compared with this campaign, later tables before earlier ones; `grids_files` hold runs of that solver on
     three grids. `replace` and `finest` choose among the runs of one set-up, as in read_study_table().
     """
@@ -125,14 +125,14 @@ def write_study(files, out, filters=(), width_files=(), section_files=(), sensit
         "height_choices": histories.height_choice_table(runs),
         "compaction": losses, "compaction_curve": rheology.compaction_curve(losses), "compaction_summary": summary, **section_tables,
     }
-    evidence, not_compared = evidence_tables(runs, friction_file, sensitivity_files, prediction_files, grids_files, friction_scan_file), []
+    evidence, not_compared = evidence_tables(runs, friction_file, sensitivity_files, prediction_files, grids_files, friction_scan_files), []
     if finest:
         evidence.update(grids.refinement_tables(pd.concat([runs, table.coarser], ignore_index=True)))
     if sensitivity_files:
         compared = sensitivity.sensitivities(*sensitivity_files)
         evidence.update(sensitivity=compared.runs, sensitivity_summary=compared.summaries)
         not_compared = compared.notes
-    write_evidence(evidence, [*files, *filter(None, (friction_file, friction_scan_file, *sensitivity_files, *prediction_files, *grids_files))], out)
+    write_evidence(evidence, [*files, *filter(None, (friction_file, *friction_scan_files, *sensitivity_files, *prediction_files, *grids_files))], out)
     for name, content in tables.items():
         write_text(os.path.join(out, f"{name}.csv"), csv_text(content))
     write_text(os.path.join(out, "coefficients.csv"), coefficients_csv(fits))
