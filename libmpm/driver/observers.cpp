@@ -52,11 +52,11 @@ std::shared_ptr<Observer> make(Arguments&&... arguments) {
   return std::make_shared<T>(std::forward<Arguments>(arguments)...);
 }
 
-/// A pile has formed when the snow that was there at the start has passed, too.
+/// A pile is settled when the snow that was there at the start has passed, too.
 StopRule stop_rule(const Setting& s) {
   const ConveyorSpec& belt = *s.c.conveyor;
   const double filled = belt.feed == ConveyorSpec::Feed::window ? belt.upstream_length + belt.downstream_length : 0.0;
-  const double passage = std::max(filled, least_passage_heights * std::max(s.c.obstacle->width(), belt.flow_height));
+  const double passage = std::max(filled, settled_passage_heights * std::max(s.c.obstacle->width(), belt.flow_height));
   return impact_stop_rule(s.c.output.stop_when_steady, s.flow, belt.flow_height, passage);
 }
 

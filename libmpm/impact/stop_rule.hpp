@@ -11,6 +11,10 @@ namespace mpm {
 /// is this many flow heights.
 inline constexpr double least_passage_heights = 14.0;
 
+/// What the rule waits for: three times that. With once, fluids at Fr 1, whose run-up falls before it rises, ended up to 20 % too low
+/// (validation/study/evidence/stop_when_steady).
+inline constexpr double settled_passage_heights = 3.0 * least_passage_heights;
+
 /// The rule looks at the series at certain times only, the checks, and ends the run when it holds at `checks` of them in succession. At a
 /// check, with everything up to it, it holds if
 ///   - the run-up has a steady interval (impact_steady_criteria, find_steady);

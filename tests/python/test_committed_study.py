@@ -185,7 +185,7 @@ class Claims(unittest.TestCase):
         scan = committed("reproduction", "friction_scan_calibration")
         scan = scan[scan.rule == "the smaller of c and the half"]
         self.assertEqual(scan.c.round(2).tolist(), [0.21, 0.2, 0.21, 0.2])
-        self.assertLess(abs(scan.rmsle_judging - scan.rmsle_calibrating).max(), 0.008)
+        self.assertLess(abs(scan.rmsle_judging - scan.rmsle_calibrating).max(), 0.009)
         calibrations = committed("first_w5", "friction_calibration")
         kept = calibrations[calibrations.points == "without the stiffest"]
         self.assertEqual(kept.c.round(2).tolist(), [0.22, 0.23, 0.21, 0.23])
@@ -308,7 +308,8 @@ class CommittedFirstReproductionAt025(CommittedStudy):
 class CommittedReproductionAt025(CommittedStudy):
     name = "reproduction_w7"
     rows = ("reproduction/w5.csv", "reproduction_w7/w7.csv")
-    options = {"finest": True, "friction_scan_files": [EVIDENCE / "friction_w7" / name for name in ("results.csv", "stiff.csv")]}
+    options = {"finest": True, "filters": [RowFilter("obstacle_friction!=0.2")],
+               "friction_scan_files": [EVIDENCE / "friction_w7" / name for name in ("results.csv", "stiff.csv")]}
 
 
 class CommittedPrediction(CommittedStudy):

@@ -17,8 +17,9 @@ evaluate "$rows/reproduction/w5.csv" --join --name reproduction --width "$eviden
   --friction-scan "$evidence/friction_w5/results.csv" \
   --prediction "$rows/prediction/w5.csv" --prediction "$rows/calibrated_prediction/w5.csv" \
   --grids "$evidence/grids/results.csv" --grids "$evidence/grids/settled.csv"
-evaluate "$rows/reproduction/w5.csv" "$rows/reproduction_w7/w7.csv" --join --finest --name reproduction_w7 \
-  --friction-scan "$evidence/friction_w7/results.csv"
+# Only runs with half of tan(phi') as friction of the mast: at w/5 the snow for which that is more than 0.2 has 0.2.
+evaluate "$rows/reproduction/w5.csv" "$rows/reproduction_w7/w7.csv" --join --finest --name reproduction_w7 --filter 'obstacle_friction!=0.2' \
+  --friction-scan "$evidence/friction_w7/results.csv" --friction-scan "$evidence/friction_w7/stiff.csv"
 evaluate "$rows/prediction/w5.csv" "$rows/prediction/w7.csv" --join --finest --name prediction
 evaluate "$rows/prediction/w5.csv" "$rows/prediction/w7.csv" "$rows/calibrated_prediction/w5.csv" --join --replace \
   --filter 'hardening_xi!=0.05' --name calibrated_prediction
