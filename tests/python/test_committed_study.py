@@ -210,7 +210,7 @@ class Claims(unittest.TestCase):
 
     def test_jams_are_those_of_the_texts_and_the_long_window_leaves_one(self):
         for campaign, points in (("first_w5", {(1.0, 5.0), (2.0, 5.0), (1.0, 1.5)}), ("first_w7", {(1.0, 5.0), (2.0, 5.0), (3.0, 5.0)}),
-                                 ("reproduction", set()), ("reproduction_w7", {(2.0, 5.0)}),
+                                 ("reproduction", set()), ("reproduction_w7", {(1.0, 1.5), (1.0, 0.5), (1.0, 5.0), (0.3, 0.5), (2.0, 5.0)}),
                                  ("calibrated_prediction", {(1.0, 0.5), (2.0, 5.0)}), ("prediction", {(1.0, 0.5)})):
             jams = committed(campaign, "jams")
             self.assertTrue((jams.effective_friction > 2.2).any())

@@ -20,7 +20,7 @@ class Evidence(InFolder):
         studies = [Study(RESULTS / "reproduction"), Study(RESULTS / "first_w7")]
         table = evidence_figures.matrix(studies)
         self.assertEqual(table["head"][:2], ["", "k_r"])
-        self.assertEqual([row[:2] for row in table["rows"][:2]], [["paper", "0.947"], ["reproduction, narrow (237 runs, 13 M')", "0.846 (0.77 to 0.95)"]])
+        self.assertEqual([row[:2] for row in table["rows"][:2]], [["paper", "0.947"], ["reproduction, narrow (237 runs, 13 M')", "0.847 (0.77 to 0.96)"]])
         self.assertEqual(table["rows"][-1][0], "first w7, both sets (60 runs, 5 M')")  # its two sets hold the same runs
         self.assertEqual([row[0].split(" (")[0] for row in table["rows"][1:3]], ["reproduction, narrow", "reproduction, wide"])
         self.assertEqual({len(row) for row in table["rows"]}, {len(table["head"])})
