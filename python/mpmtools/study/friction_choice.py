@@ -109,9 +109,11 @@ def splits(points):
         found = np.sort(levels(points[name]).unique())
         return levels(points[name]).isin(found[::2]), [" and ".join(f"{number:g}" for number in part) for part in (found[::2], found[1::2])]
 
-    (materials, _), (froude, numbers), (compressible, xi) = (every_other(name) for name in ("effective_friction", "froude_number", "hardening_xi"))
+    (materials, _), (froude, numbers), (by_xi, xi) = (every_other(name) for name in ("effective_friction", "froude_number", "hardening_xi"))
     halves = {"every other M'": materials, f"Fr {numbers[0]}, Fr {numbers[1]}": froude}
-    return halves | ({} if compressible.all() else {f"xi {xi[0]}, xi {xi[1]}": compressible})
+    if not by_xi.all():
+        halves[f"xi {xi[0]}, xi {xi[1]}"] = by_xi
+    return halves
 
 
 def friction_calibration(computed, constant=CONSTANT, families=(SMALLER_OF_BOTH,)):
@@ -192,9 +194,9 @@ def friction_tables(constant_file, ratio_runs, sensitivity_files=()):
 
 def scan_tables(scan_files):
     """{table name: table} of runs that vary the friction of the mast at every point: heights, rules, calibration."""
-    computed = computed_heights(read_runs_or_refuse(scan_files).runs)
+    names, computed = ", ".join(map(str, scan_files)), computed_heights(read_runs_or_refuse(scan_files).runs)
     if computed.empty:
-        raise InputError(f"{', '.join(map(str, scan_files))}: no flow and snow was computed with two frictions of the mast")
+        raise InputError(f"{names}: no flow and snow was computed with two frictions of the mast")
     half = half_friction(computed.effective_friction)
     at_half = computed[np.isclose(computed.obstacle_friction, half)].drop_duplicates(POINT)[[*POINT, *(e.name for e in EQUATIONS)]]
     heights = computed.assign(half=half).merge(at_half, on=POINT, how="left", suffixes=("", "_at_half"))
@@ -202,7 +204,7 @@ def scan_tables(scan_files):
         heights[f"{name}_over_half"] = heights[name] / heights.pop(f"{name}_at_half")  # NaN where the half was not computed
     constants = for_all_snow(computed)
     if not (constants > 0.0).any():
-        raise InputError(f"{', '.join(map(str, scan_files))}: no friction above 0 was computed at nine in ten of the points, to compare rules with")
+        raise InputError(f"{names}: no friction above 0 was computed at nine in ten of the points, to compare rules with")
     return {"friction_scan": heights.sort_values([*POINT, "obstacle_friction"], ignore_index=True),
             "friction_scan_rules": friction_rules(computed, rules_of(*constants)),
             "friction_scan_calibration": friction_calibration(computed, min(constants[constants > 0.0]), (SMALLER_OF_BOTH, ONE_FOR_ALL, SHARE))}
