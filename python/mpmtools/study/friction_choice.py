@@ -23,7 +23,7 @@ from mpmtools.study.runs import POINT, point_keys, read_runs_or_refuse
 from mpmtools.tables import number_text, numbers, read_table
 
 CONSTANT, RATIO = 0.15, 0.5  # the two campaigns
-MOST_POINTS = 0.9
+MOST_POINTS = 0.9  # of all, as a run without a steady mean leaves a gap
 STIFFEST = 2.2  # M': one row above it is in both campaigns
 HALF, SMALLER = "half of tan phi'", "the smaller of {} and the half"
 
@@ -202,7 +202,7 @@ def scan_tables(scan_files):
     heights = computed.assign(half=half).merge(at_half, on=POINT, how="left", suffixes=("", "_at_half"))
     for name in (e.name for e in EQUATIONS):
         heights[f"{name}_over_half"] = heights[name] / heights.pop(f"{name}_at_half")  # NaN where the half was not computed
-    constants = for_all_snow(computed)
+    constants = computed_nearly_everywhere(computed)
     if not (constants > 0.0).any():
         raise InputError(f"{names}: no friction above 0 was computed at nine in ten of the points, to compare rules with")
     return {"friction_scan": heights.sort_values([*POINT, "obstacle_friction"], ignore_index=True),
@@ -210,7 +210,7 @@ def scan_tables(scan_files):
             "friction_scan_calibration": friction_calibration(computed, min(constants[constants > 0.0]), (SMALLER_OF_BOTH, ONE_FOR_ALL, SHARE))}
 
 
-def for_all_snow(computed):
-    """The coefficients, rising, that were computed at most points; nine in ten, because some runs have no steady mean."""
+def computed_nearly_everywhere(computed):
+    """The coefficients, rising, that were computed at MOST_POINTS of the points or more."""
     share = computed.groupby(levels(computed.obstacle_friction).round(9)).size() / computed.groupby(POINT).ngroups
     return share.index[share >= MOST_POINTS]
