@@ -181,7 +181,7 @@ def _why(study):
                        f"{number(both[0].kappa_p, 2)} to {number(both[1].kappa_p, 2)} (narrow) and from {number(both[2].kappa_p, 2)} to "
                        f"{number(both[3].kappa_p, 2)} (wide).")
         else:
-            why.append(_without_one_material(study.table("coefficient_intervals")))
+            why.append(f"No run of the {study.name} jams by the rule of this page. " + _without_one_material(study.table("coefficient_intervals")))
     compaction = study.table("compaction_summary")
     if len(compaction):
         loose, sticky = (compaction[compaction.cohesive == c].iloc[0] for c in (0, 1))
@@ -197,7 +197,7 @@ def _without_one_material(intervals):
     ranges = [f"{NAMES[p]} is {number(c.lowest_without_one, 2)} (without M' {number(c.lowest_without_material, 2)}) to "
               f"{number(c.highest_without_one, 2)} (without M' {number(c.highest_without_material, 2)})"
               for p, c in rows.loc[["k_p", "kappa_p"]].iterrows()]
-    return "No run jams by the rule of this page. With one material left out " + ", ".join(ranges) + " on the narrow set."
+    return "With one material left out " + ", ".join(ranges) + " on the narrow set."
 
 
 def figure_campaigns(study):
@@ -462,7 +462,8 @@ SECTIONS = [
      "depends on the length of the window. The rule and its limit were chosen on the first reproduction, after its heights had been seen. Headlines show the coefficients "
      "with and without such runs. The stiffest snow, M' = 2.3, has a window of twice the length, because it jams in the usual one."),
     ("mast-friction", "Friction of the mast: what it moves, and what its calibration is worth", figure_friction,
-     "The paper does not print the friction of the mast; this study's is calibrated against the published equations. Two campaigns at w/5 "
+     "The paper does not print the friction of the mast; this study's is calibrated against the published equations at w/5, "
+     "and half of tan φ' at 0.25 m (validation/study/friction.md). Two campaigns at w/5 "
      "(ξ = 5, Fr 1 to 5) are compared on the same rows: 0.15 for all snow, and half of tan φ'. Then a rule between them is calibrated on half "
      "of the rows and judged on the other half. Heights between the two frictions are interpolated, which errs by up to a tenth. A third "
      "campaign varies the friction from Fr 0.1 on: pictures, and the same tables with rules between more frictions."),
