@@ -42,11 +42,13 @@ def parser():
 
     study = command("study", "the tables and the page of the paper's figures, from tables of runs", run_study)
     study.add_argument("inputs", nargs="+", metavar="TABLE.csv|DIR",
-                       help="result table or folder of a campaign, or a folder that was evaluated before (it holds fit.json); all figures are "
-                            "drawn from the first, the others are beside it in the tables")
+                       help="result table or folder of a campaign, or a folder that was evaluated before (it holds fit.json); figures are "
+                            "drawn from the first that has their tables, the others are beside it in the tables")
     study.add_argument("--out", required=True, metavar="DIR", help="folder for the page, index.html, and for a folder of tables an input")
     study.add_argument("--join", action="store_true", help="evaluate all tables together, as one study")
     study.add_argument("--finest", action="store_true", help="of the runs of one set-up only that on the finest grid counts")
+    study.add_argument("--coarser", action="append", default=[], metavar="RESULTS.csv",
+                       help="table of the same sets on a coarser grid, to be compared with this one; may be given several times")
     study.add_argument("--replace", action="store_true",
                        help="with --join: a row takes the place of those of the same set-up in the tables named before")
     study.add_argument("--name", metavar="NAME", help="folder of the joined tables (default: that of the first)")

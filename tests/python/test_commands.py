@@ -17,7 +17,7 @@ HEAD = ("name,run,status,froude_number,critical_state_slope,cohesion_beta,harden
         "runup_mean_m,runup_standard_error_m,runup_peak_m,pressure_height_mean_m\n")
 
 
-def synthetic_table(scatter):
+def synthetic_table(scatter, cell_size=0.25):
     """A campaign's table on the paper's grid: heights by Eqs. 7 to 10 with known coefficients and a reproducible scatter."""
     lines, i = ["# plan: synthetic\n", HEAD], 0
     for xi in (0.05, 0.5, 5.0):
@@ -26,7 +26,7 @@ def synthetic_table(scatter):
                 for beta in BETAS:
                     i += 1
                     friction, noise = effective_friction(slope, beta), np.exp(scatter * np.sin(7.0 * i))
-                    inputs = f"r{i},runs/r{i},done,{froude},{slope},{beta},{xi},1.75,1.75,0.25"
+                    inputs = f"r{i},runs/r{i},done,{froude},{slope},{beta},{xi},1.75,1.75,{cell_size}"
                     heights = [1.75 * relative_height(friction, froude, TRUTH[name]) * noise for name in ("runup", "pressure_height")]
                     if i % 50 == 0:  # one in fifty has no steady interval
                         lines.append(f"{inputs},0,nan,nan,9,nan\n")
@@ -131,7 +131,7 @@ class Study(InFolder):
 
     def test_draws_what_was_evaluated_before_and_the_runs_beyond_the_paper(self):
         results = SOURCE / "validation" / "study"
-        code, _, err = self.command("study", results / "results" / "reproduction", results / "results" / "prediction", "--out", self.folder, "--extensions",
+        code, _, err = self.command("study", results / "results" / "reproduction_w5", results / "results" / "prediction", "--out", self.folder, "--extensions",
                                     results / "extensions")
         self.assertEqual(code, 0, err)
         page = (self.folder / "index.html").read_text(encoding="utf-8")
@@ -150,6 +150,16 @@ class Study(InFolder):
         self.assertEqual(len(read_series(self.folder / "one" / "camp" / "points.csv")), 660)
         self.assertEqual(self.command("study", one, two, "--join", "--name", "both", "--out", self.folder / "one", "--no-page")[0], 0)
         self.assertEqual(len(read_series(self.folder / "one" / "both" / "points.csv")), 660)
+
+    def test_compares_the_first_study_with_the_same_sets_on_a_coarser_grid(self):
+        fine, coarse = self.write("fine/results.csv", synthetic_table(0.08)), self.write("coarse/results.csv", synthetic_table(0.05, cell_size=0.35))
+        self.assertEqual(self.command("study", fine, "--coarser", coarse, "--out", self.folder, "--no-page")[0], 0)
+        rows = read_series(self.folder / "fine" / "refined_rows.csv")
+        self.assertEqual((len(rows), set(rows.cell_size_m_fine), set(rows.cell_size_m_coarse)), (330, {0.25}, {0.35}))
+        self.assertEqual(len(read_series(self.folder / "fine" / "points.csv")), 330)  # the coarse rows do not count
+        code, _, err = self.command("study", coarse, "--coarser", fine, "--out", self.folder, "--no-page")
+        self.assertEqual(code, 2)
+        self.assertIn("no set-up of the study is there on a coarser grid", err)
 
     def test_says_what_is_wrong(self):
         table = self.write("results.csv", synthetic_table(0.08))

@@ -41,8 +41,8 @@ INFLUENCE_KEYS = ["equation", "froude_number", "effective_friction", "hardening_
 
 
 class CommittedStudy(unittest.TestCase):
-    name = "reproduction"
-    rows = ("reproduction/w5.csv",)
+    name = "reproduction_w5"
+    rows = ("reproduction_w5/w5.csv",)
     options = {"width_files": [EVIDENCE / "width" / "results.csv"], "section_files": [EVIDENCE / "sections" / "results.csv"],
                "sensitivity_files": [EVIDENCE / name / "results.csv" for name in ("sensitivity", "windows")],
                "friction_scan_files": [EVIDENCE / "friction_w5" / "results.csv"],
@@ -182,7 +182,7 @@ class Claims(unittest.TestCase):
 
     def test_halves_agree_on_the_friction_but_for_the_stiffest_snow(self):
         """One row of M' = 2.3 spoils two halves of the older rows; without it, and on the scan from Fr 0.1 on, all halves find about 0.2."""
-        scan = committed("reproduction", "friction_scan_calibration")
+        scan = committed("reproduction_w5", "friction_scan_calibration")
         scan = scan[scan.rule == "the smaller of c and the half"]
         self.assertEqual(scan.c.round(2).tolist(), [0.21, 0.2, 0.21, 0.2])
         self.assertLess(abs(scan.rmsle_judging - scan.rmsle_calibrating).max(), 0.009)
@@ -210,7 +210,7 @@ class Claims(unittest.TestCase):
 
     def test_jams_are_those_of_the_texts_and_the_long_window_leaves_one(self):
         for campaign, points in (("first_w5", {(1.0, 5.0), (2.0, 5.0), (1.0, 1.5)}), ("first_w7", {(1.0, 5.0), (2.0, 5.0), (3.0, 5.0)}),
-                                 ("reproduction", set()), ("reproduction_w7", {(1.0, 1.5), (1.0, 0.5), (1.0, 5.0), (0.3, 0.5), (2.0, 5.0)}),
+                                 ("reproduction_w5", set()), ("reproduction_w7", {(1.0, 1.5), (1.0, 0.5), (1.0, 5.0), (0.3, 0.5), (2.0, 5.0)}),
                                  ("calibrated_prediction", {(1.0, 0.5), (2.0, 5.0)}), ("prediction", {(1.0, 0.5)})):
             jams = committed(campaign, "jams")
             self.assertTrue((jams.effective_friction > 2.2).any())
@@ -221,7 +221,7 @@ class Claims(unittest.TestCase):
     def test_readme_holds_the_headline_numbers(self):
         """Every value and interval of the tables of coefficients, and in jams.md the coefficients without jams, as the tables have them."""
         readme, first, jams = ((STUDY / name).read_text(encoding="utf-8") for name in ("README.md", "first_reproduction.md", "jams.md"))
-        for campaign, fitting_set, text in (*((name, of, readme) for name in ("reproduction", "reproduction_w7", "calibrated_prediction", "prediction")
+        for campaign, fitting_set, text in (*((name, of, readme) for name in ("reproduction_w5", "reproduction_w7", "calibrated_prediction", "prediction")
                                               for of in ("narrow", "wide")),
                                             ("first_w5", "narrow", first), ("first_w5", "wide", first), ("first_w7", "narrow", first)):
             table = committed(campaign, "coefficient_intervals")
@@ -307,7 +307,7 @@ class CommittedFirstReproductionAt025(CommittedStudy):
 
 class CommittedReproductionAt025(CommittedStudy):
     name = "reproduction_w7"
-    rows = ("reproduction/w5.csv", "reproduction_w7/w7.csv")
+    rows = ("reproduction_w5/w5.csv", "reproduction_w7/w7.csv")
     options = {"finest": True, "filters": [RowFilter("obstacle_friction!=0.2")],
                "friction_scan_files": [EVIDENCE / "friction_w7" / name for name in ("results.csv", "stiff.csv")]}
 

@@ -9,7 +9,7 @@ import numpy as np
 
 from mpmtools.figures.axes import Drawn, decades, froude_colour, new_axes, number, per_cent, picture
 from mpmtools.figures.style import COLOURS, MARKERS
-from mpmtools.study.friction_choice import SMALLER_OF_BOTH
+from mpmtools.study.friction_choice import SHARE, SMALLER_OF_BOTH
 from mpmtools.study.jams import LEAST_STATIC, LIMIT
 from mpmtools.tables import number_text
 
@@ -142,7 +142,8 @@ def in_short(studies):
             differs.append(f"{c.name}: {', '.join(outside)} (paper in brackets) lie outside their 90 % intervals.")
         else:
             confirmed.append(f"{c.name}: the intervals hold all five coefficients ({c.size}).")
-    return {"confirmed": confirmed, "differs": [*differs, *_accurate_solver(study)], "why": _why(study)}
+    compared = next((s for s in studies if len(s.table("paired_summary"))), study)
+    return {"confirmed": confirmed, "differs": [*differs, *_accurate_solver(compared)], "why": _why(study)}
 
 
 def _accurate_solver(study):
@@ -152,7 +153,7 @@ def _accurate_solver(study):
     of_all = summary[summary.group == "all"].set_index("quantity")
     froude = [g for g in summary.group.unique() if g != "all"]
     ratios = ", ".join(f"{q} {number(r.ratio, 2)} ({number(r.lowest, 2)} to {number(r.highest, 2)})" for q, r in of_all.iterrows())
-    text = (f"The accurate solver over the paper's numerics, {of_all.pairs.max():.0f} pairs of runs at {', '.join(froude)}: {ratios}.")
+    text = (f"The accurate solver over the paper's numerics ({study.name}), {of_all.pairs.max():.0f} pairs of runs at {', '.join(froude)}: {ratios}.")
     fitted = np.isfinite(prediction.value).any()
     return [text if fitted else text + f" Its {prediction.rows.iloc[0]:.0f} rows are too few for coefficients."]
 
@@ -167,12 +168,7 @@ def _why(study):
                    + f", on the same {k.runs.iloc[0]:.0f} rows.")
     calibration = study.table("friction_scan_calibration")
     if len(calibration):
-        of = calibration[(calibration.rule == SMALLER_OF_BOTH.name) & (calibration.points == "all")]
-        points = of.runs_calibrating.iloc[0] + of.runs_judging.iloc[0]
-        why.append(f"Calibrated on one half of {points:.0f} points, the smaller of c and half of tan φ' has c = "
-                   f"{number(of.c.min(), 2)} to {number(of.c.max(), 2)} in {len(of)} halves, and on the other half an RMSLE of "
-                   f"{per_cent(of.rmsle_judging.min())} to {per_cent(of.rmsle_judging.max())} (half of tan φ': "
-                   f"{per_cent(of.rmsle_judging_half.min())} to {per_cent(of.rmsle_judging_half.max())}).")
+        why.append(_calibrations(calibration[calibration.points == "all"]))
     jams = study.table("coefficients_without_jams")
     if len(jams):
         both = [jams[(jams.fitting_set == name) & (jams.limit == limit)].iloc[0] for name in SETS for limit in (np.inf, LIMIT)]
@@ -189,6 +185,22 @@ def _why(study):
                    f"{number(loose.mean_head, 2)}, and the shock leaves {number(loose.mean_behind_shock, 2)}. With cohesion: explained only in part "
                    f"(rms difference {number(sticky.rms, 2)} against {number(loose.rms, 2)}).")
     return why
+
+
+def _calibrations(calibration):
+    """What each family of rules with one number c finds on one half of the points, and its score on the other."""
+    families = {family.name: calibration[calibration.rule == family.name] for family in (SMALLER_OF_BOTH, SHARE)}
+    families = {name: of for name, of in families.items() if len(of)}
+    first = next(iter(families.values()))
+    points = first.runs_calibrating.iloc[0] + first.runs_judging.iloc[0]
+
+    def rmsle(column):
+        return f"{per_cent(column.min())} to {per_cent(column.max())}"
+
+    found = [f"{name.replace('phi', 'φ')}: c = {number(of.c.min(), 2)} to {number(of.c.max(), 2)}, RMSLE {rmsle(of.rmsle_judging)}"
+             for name, of in families.items()]
+    return (f"Friction of the mast, calibrated on one half of {points:.0f} points and judged on the other, {len(first)} halves: "
+            + "; ".join(found) + f"; half of tan φ' without calibration: RMSLE {rmsle(first.rmsle_judging_half)}.")
 
 
 def _without_one_material(intervals):

@@ -200,16 +200,15 @@ FIT_TABLES = [
 
 
 def draw_page(target, folders, extensions=None):
-    """Writes the page of one or more studies: all figures are drawn from the first, the others are beside it in the tables.
+    """Writes the page of one or more studies: figures are drawn from the first that has their tables, the others are beside it in the tables.
 
     `extensions` is a folder with the tables of the runs beyond the paper (extension_figures.py); without it they are left out.
     """
     use_style()
     studies = [Study(folder) for folder in folders]
     study = studies[0]
-    sections = [_section(identity, title, text, draw(study)) for identity, title, draw, text in SECTIONS]
-    evidence = [_section(identity, title, text, draw(study)) for identity, title, draw, text in evidence_figures.SECTIONS]
-    sections = evidence + sections
+    sections = [_section(identity, title, text, *_first_drawn(studies, draw))
+                for identity, title, draw, text in [*evidence_figures.SECTIONS, *SECTIONS]]
     sections += [_section(identity, title, text, draw(study, key)) for identity, title, key, draw, text in APPENDIX]
     if extensions:
         sections += [_section(identity, title, text, draw(extensions)) for identity, title, draw, text in extension_figures.SECTIONS]
@@ -225,5 +224,18 @@ def draw_page(target, folders, extensions=None):
     write_page(target, page)
 
 
-def _section(identity, title, text, drawn):
-    return {"id": identity, "title": title, "text": text, "missing": drawn.missing, "tables": drawn.tables, "images": drawn.pictures}
+def _first_drawn(studies, draw):
+    """(what the first study draws that has the tables, the name of that study where it is not the page's first)."""
+    drawn = [draw(studies[0])]
+    for study in studies[1:]:
+        if drawn[-1].pictures or drawn[-1].tables:
+            break
+        drawn.append(draw(study))
+    if not drawn[-1].pictures and not drawn[-1].tables:
+        return drawn[0], ""
+    return drawn[-1], studies[len(drawn) - 1].name if len(drawn) > 1 else ""
+
+
+def _section(identity, title, text, drawn, source=""):
+    return {"id": identity, "title": title, "text": text, "missing": drawn.missing, "tables": drawn.tables, "images": drawn.pictures,
+            "source": source}

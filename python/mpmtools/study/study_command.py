@@ -20,7 +20,7 @@ def run(options):
         raise ConfigError("--replace is about rows of joined tables; give --join, too")
     others = {"width_files": options.width, "section_files": options.sections, "sensitivity_files": options.sensitivity,
               "friction_file": options.friction, "friction_scan_files": options.friction_scan, "prediction_files": options.prediction,
-              "grids_files": options.grids}
+              "grids_files": options.grids, "coarser_files": options.coarser}
     folders = []
     for name, tables in studies_of(options.inputs, options.join, options.name):
         if not tables:

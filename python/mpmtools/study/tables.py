@@ -7,6 +7,7 @@ import numpy as np
 import pandas as pd
 
 from mpmtools import equations
+from mpmtools.errors import ConfigError
 from mpmtools.scores import levels
 from mpmtools.study import campaigns, friction_choice, grids, guideline, histories, jams, rheology, sensitivity, uncertainty, width
 from mpmtools.study.fits import coefficients_csv, evaluated_by, fit_paper_sets, fits_json, own_coefficients, scores_csv
@@ -96,14 +97,28 @@ def write_evidence(tables, files, out):
         write_text(os.path.join(out, f"{name}.csv"), "".join(f"# {line}\n" for line in head) + csv_text(content))
 
 
+def _refinement(runs, left_out_as_coarser, coarser_files):
+    """Tables that compare the set-ups that are there on two grids."""
+    coarse = [left_out_as_coarser]
+    if coarser_files:
+        given = read_runs_or_refuse(coarser_files).runs
+        coarse.append(given[levels(given.cell_size_m) > runs.cell_size_m.min() * (1.0 + 1e-9)])
+    tables = grids.refinement_tables(pd.concat([runs, *coarse], ignore_index=True))
+    if coarser_files and tables["refined_rows"].empty:
+        raise ConfigError(f"--coarser {', '.join(coarser_files)}: no set-up of the study is there on a coarser grid with the same friction of the mast")
+    return tables
+
+
 def write_study(files, out, filters=(), width_files=(), section_files=(), sensitivity_files=(), notes=(), last_link=rheology.LAST_LINK,
-                friction_file=None, friction_scan_files=(), prediction_files=(), grids_files=(), finest=False, replace=False):
+                friction_file=None, friction_scan_files=(), prediction_files=(), grids_files=(), coarser_files=(), finest=False,
+                replace=False):
     """Evaluates tables of runs and writes the tables of the study into the folder `out`; returns lines for the terminal.
 
     The widths and the two runs of Fig. 5 are taken from the same tables unless others are named. `friction_file` is the table of a campaign
     with one friction for all snow, `friction_scan_files` runs that vary the friction at every point; `prediction_files` hold the same sets
     with the accurate solver, to be compared with this campaign, later tables before earlier ones; `grids_files` hold runs of that solver on
-    three grids. `replace` and `finest` choose among the runs of one set-up, as in read_study_table().
+    three grids, `coarser_files` the same sets on a coarser grid. `replace` and `finest` choose among the runs of one set-up, as in
+    read_study_table().
     """
     table = read_runs_or_refuse(files, filters, finest, replace)
     plans = [f"plan: {title}" for path in files if (title := plan_title(path))]
@@ -125,14 +140,14 @@ def write_study(files, out, filters=(), width_files=(), section_files=(), sensit
         "height_choices": histories.height_choice_table(runs),
         "compaction": losses, "compaction_curve": rheology.compaction_curve(losses), "compaction_summary": summary, **section_tables,
     }
-    evidence, not_compared = evidence_tables(runs, friction_file, sensitivity_files, prediction_files, grids_files, friction_scan_files), []
-    if finest:
-        evidence.update(grids.refinement_tables(pd.concat([runs, table.coarser], ignore_index=True)))
+    evidence, not_compared = _refinement(runs, table.coarser, coarser_files) if finest or coarser_files else {}, []
+    evidence.update(evidence_tables(runs, friction_file, sensitivity_files, prediction_files, grids_files, friction_scan_files))
     if sensitivity_files:
         compared = sensitivity.sensitivities(*sensitivity_files)
         evidence.update(sensitivity=compared.runs, sensitivity_summary=compared.summaries)
         not_compared = compared.notes
-    write_evidence(evidence, [*files, *filter(None, (friction_file, *friction_scan_files, *sensitivity_files, *prediction_files, *grids_files))], out)
+    write_evidence(evidence, [*files, *filter(None, (friction_file, *friction_scan_files, *sensitivity_files, *prediction_files, *grids_files,
+                                                  *coarser_files))], out)
     for name, content in tables.items():
         write_text(os.path.join(out, f"{name}.csv"), csv_text(content))
     write_text(os.path.join(out, "coefficients.csv"), coefficients_csv(fits))
