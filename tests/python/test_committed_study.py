@@ -43,9 +43,7 @@ INFLUENCE_KEYS = ["equation", "froude_number", "effective_friction", "hardening_
 class CommittedStudy(unittest.TestCase):
     name = "reproduction_w5"
     rows = ("reproduction_w5/w5.csv",)
-    options = {"width_files": [EVIDENCE / "width" / "results.csv"], "section_files": [EVIDENCE / "sections" / "results.csv"],
-               "sensitivity_files": [EVIDENCE / name / "results.csv" for name in ("sensitivity", "windows")],
-               "friction_scan_files": [EVIDENCE / "friction_w5" / "results.csv"],
+    options = {"friction_scan_files": [EVIDENCE / "friction_w5" / "results.csv"],
                "prediction_files": [RESULTS / name / "w5.csv" for name in ("prediction", "calibrated_prediction")],
                "grids_files": [EVIDENCE / "grids" / name for name in ("results.csv", "settled.csv")]}
 
@@ -307,8 +305,10 @@ class CommittedFirstReproductionAt025(CommittedStudy):
 
 class CommittedReproductionAt025(CommittedStudy):
     name = "reproduction_w7"
-    rows = ("reproduction_w5/w5.csv", "reproduction_w7/w7.csv")
-    options = {"finest": True, "filters": [RowFilter("obstacle_friction!=0.2")],
+    rows = ("reproduction_w7/w7.csv",)
+    options = {"coarser_files": [RESULTS / "reproduction_w5" / "w5.csv"],
+               "width_files": [EVIDENCE / "width" / "results.csv"], "section_files": [EVIDENCE / "sections" / "results.csv"],
+               "sensitivity_files": [EVIDENCE / name / "results.csv" for name in ("sensitivity", "windows")],
                "friction_scan_files": [EVIDENCE / "friction_w7" / name for name in ("results.csv", "stiff.csv")]}
 
 

@@ -12,14 +12,13 @@ made=$(mktemp -d)
 trap 'rm -r "$made"' EXIT
 evaluate() { PYTHONPATH=python /usr/bin/python3 -m mpmtools study "$@" --out "$made" --no-page; }
 rows=$study/results evidence=$study/evidence
-evaluate "$rows/reproduction_w5/w5.csv" --join --name reproduction_w5 --width "$evidence/width/results.csv" --sections "$evidence/sections/results.csv" \
+evaluate "$rows/reproduction_w7/w7.csv" --coarser "$rows/reproduction_w5/w5.csv" \
+  --width "$evidence/width/results.csv" --sections "$evidence/sections/results.csv" \
   --sensitivity "$evidence/sensitivity/results.csv" --sensitivity "$evidence/windows/results.csv" \
-  --friction-scan "$evidence/friction_w5/results.csv" \
+  --friction-scan "$evidence/friction_w7/results.csv" --friction-scan "$evidence/friction_w7/stiff.csv"
+evaluate "$rows/reproduction_w5/w5.csv" --friction-scan "$evidence/friction_w5/results.csv" \
   --prediction "$rows/prediction/w5.csv" --prediction "$rows/calibrated_prediction/w5.csv" \
   --grids "$evidence/grids/results.csv" --grids "$evidence/grids/settled.csv"
-# Only runs with half of tan(phi') as friction of the mast: at w/5 the snow for which that is more than 0.2 has 0.2.
-evaluate "$rows/reproduction_w5/w5.csv" "$rows/reproduction_w7/w7.csv" --join --finest --name reproduction_w7 --filter 'obstacle_friction!=0.2' \
-  --friction-scan "$evidence/friction_w7/results.csv" --friction-scan "$evidence/friction_w7/stiff.csv"
 evaluate "$rows/prediction/w5.csv" "$rows/prediction/w7.csv" --join --finest --name prediction
 evaluate "$rows/prediction/w5.csv" "$rows/prediction/w7.csv" "$rows/calibrated_prediction/w5.csv" --join --replace \
   --filter 'hardening_xi!=0.05' --name calibrated_prediction
