@@ -16,6 +16,7 @@ ENVELOPE_COLOURS = {0.1: COLOURS[0], 1.0: COLOURS[2], 5.0: COLOURS[1]}
 PUBLISHED_RANGES = ((0.45, 0.65, "dry, loose"), (1.0, 1.5, "dense"))
 HEIGHTS = {"runup": ("Run-up height", "$h_r/H$"), "pressure_height": ("Pressure height", "$h_p/H$")}
 FRICTION_AXIS = "effective internal friction $M'$"
+SLOW = 0.1  # Froude number up to which a height is all pile-up
 
 
 def xi_label(xi):
@@ -218,22 +219,29 @@ def _not_fitted(study):
 
 
 def figure_8(study):
-    table = study.table("factor_curves")
+    table, points = study.table("factor_curves"), study.table("points")
+    slow = points[(points.froude_number <= SLOW) & (points.hardening_xi > 0.1)] if len(points) else points
+    grey = "Grey: the ranges of M' that the paper assigns to the guideline's avalanche types."
+    shown = f" Symbols: height over H, less 1, of the runs at Fr ≤ {SLOW:g} with ξ > 0.1, whose velocity head is at most {SLOW**2 / 2:g} H."
     pictures = []
     for quantity, title, label in (("zeta", "(a) magnification factor", r"$\zeta = k\,M'$"),
                                    ("lambda", "(b) dissipation factor", r"$\lambda = \exp(\kappa\,M')$")):
-        axes = new_axes()
+        axes, caption = new_axes(), grey
         shade_guideline(axes)
         for k, (letter, name) in enumerate((("r", "run-up"), ("p", "pressure height"))):
             for source, style, whose in (("fitted", "-", "our fit"), ("published", "--", "published")):
                 values = table[f"{quantity}_{letter}_{source}"]
                 if np.isfinite(values).any():
                     axes.plot(table.effective_friction, values, style, color=COLOURS[k], linewidth=1.6, label=f"{name}, {whose}")
+        if quantity == "zeta" and len(slow):
+            for k, (key, name) in enumerate((("runup", "run-up"), ("pressure_height", "pressure height"))):
+                axes.plot(slow.effective_friction, slow[key] - 1.0, MARKERS[k], color=COLOURS[k], markersize=4, markerfacecolor="none",
+                          label=f"{name}, Fr ≤ {SLOW:g}")
+            caption += shown
         axes.set_xlim(0, 2.4)
         if quantity == "lambda":
             decades(axes, "y", [1, 40])
-        pictures.append(picture(axes, title, FRICTION_AXIS, label,
-                                "Grey: the ranges of M' that the paper assigns to the guideline's avalanche types.", loc="lower right"))
+        pictures.append(picture(axes, title, FRICTION_AXIS, label, caption, loc="lower right"))
     return Drawn(pictures, _not_fitted(study))
 
 
