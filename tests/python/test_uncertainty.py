@@ -8,7 +8,7 @@ import pandas as pd
 from mpmtools.study.regression import PRESSURE_HEIGHT, RUNUP, fit_heights
 from mpmtools.study.resampling import refit
 from mpmtools.study.uncertainty import (bootstrap, coefficient_intervals, influence, jackknife_error, leave_one_out, leave_out,
-                                        profile_intervals, published_errors)
+                                        profile_intervals, published_errors, runup_parts)
 from study_samples import exact_samples, grid_of_runs, scattered_samples
 
 EQUATIONS = (RUNUP, PRESSURE_HEIGHT)
@@ -96,6 +96,25 @@ class LeavingOut(unittest.TestCase):
         self.assertEqual(len(left), 2 * (13 + 7) * 2)  # materials and Froude numbers; two equations; two sets
         without = left[(left.equation == "runup") & (left.left_out == "material") & (left["at"] > 2.2) & (left.fitting_set == "narrow")].iloc[0]
         self.assertAlmostEqual(without.k, RUNUP.published.k, delta=1e-6)
+
+
+class Parts(unittest.TestCase):
+    def test_find_that_stiff_snow_piles_up_less(self):
+        runs = grid_of_runs((5.0,))
+        heights = runs.runup - (0.947 - 0.7) * runs.effective_friction * (runs.effective_friction > 0.9)
+        table = runup_parts(runs.assign(runup=heights))
+        narrow = table[table.fitting_set == "narrow"].set_index("part")
+        self.assertEqual(narrow.runs.to_dict(), {"all": 112, "M' < 0.9": 63, "M' > 0.9": 49, "Fr < 0.5": 32, "Fr > 0.5": 80})
+        self.assertAlmostEqual(narrow.k_r["M' < 0.9"], RUNUP.published.k, delta=1e-6)
+        self.assertAlmostEqual(narrow.k_r["M' > 0.9"], RUNUP.published.k - 0.247, delta=1e-6)
+        self.assertLess(narrow.k_r["M' > 0.9"], narrow.k_r["all"])
+        self.assertGreater(narrow.kappa_r_standard_error["Fr < 0.5"], 20 * narrow.kappa_r_standard_error["Fr > 0.5"])  # slow runs do not fix it
+        self.assertTrue(runup_parts(runs[runs.effective_friction < 0.45]).empty)  # two values of M': nothing to fit
+
+    def test_leave_out_what_has_too_few_materials(self):
+        runs = grid_of_runs((5.0,))
+        few = runs[(runs.effective_friction < 0.9) | (runs.effective_friction > 2.2)]
+        self.assertNotIn("M' > 0.9", set(runup_parts(few).part))
 
 
 class Intervals(unittest.TestCase):

@@ -109,6 +109,18 @@ def on_both_grids(campaign):
     return table(("cell size", "runs", *SYMBOLS.values(), "RMSLE", "NRMSE"), rows)
 
 
+def pile_up(campaigns, froude=0.1, xi=5.0):
+    """(h_r/H - 1)/M' of the slowest runs, which Eq. 8 takes to be one number k_r: a row for each kind of snow with friction."""
+    found = {}
+    for campaign, name in campaigns.items():
+        points = results(campaign, "points")
+        slow = points[np.isclose(points.froude_number, froude) & np.isclose(points.hardening_xi, xi) & (points.effective_friction > 0.0)]
+        found[label(campaign, name)] = {round(p.effective_friction, 2): (p.runup - 1.0) / p.effective_friction for p in slow.itertuples()}
+    frictions = sorted(set().union(*found.values()))
+    cells = [[f"{of[friction]:.2f}" if friction in of else "–" for friction in frictions] for of in found.values()]
+    return table(("M'", *(f"{friction:.2f}" for friction in frictions)), [(name, *row) for name, row in zip(found, cells)])
+
+
 def without_jams(campaigns):
     """Coefficients and scores of the campaigns that have jammed runs, without these."""
     rows = []
@@ -124,7 +136,9 @@ def without_jams(campaigns):
 TEXTS = {
     "README.md": {"coefficients": lambda: headline(CAMPAIGNS), "numerics": lambda: ratios("reproduction_w5", "paired_summary"),
                   "numerics alone": numerics_alone, "grids": lambda: ratios("reproduction_w7", "refined_summary"),
-                  "grids alone": lambda: on_both_grids("reproduction_w7")},
+                  "grids alone": lambda: on_both_grids("reproduction_w7"),
+                  "pile-up": lambda: pile_up({"reproduction_w7": "reproduction, 0.25 m", "reproduction_w5": "reproduction, w/5",
+                                              "prediction": "prediction, w/5"})},
     "first_reproduction.md": {"coefficients": lambda: headline(FIRST)},
     "jams.md": {"without jams": lambda: without_jams({**FIRST, **CAMPAIGNS})},
 }

@@ -371,7 +371,12 @@ def figure_influence(study):
              number(r.kappa_change, 2)]
             for name, of in table.groupby("equation", sort=False) for r in of.head(6).itertuples()]
     head = ["equation", "run left out", "height over H", "residual", "k", "in standard errors", "κ", "in standard errors"]
-    return Drawn(pictures, [], [{"title": "The six runs that move κ most, narrow set", "head": head, "rows": rows}])
+    parts = [[r.part, r.fitting_set, f"{r.runs:.0f}", f"{number(r.k_r)} ± {number(r.k_r_standard_error)}",
+              f"{number(r.kappa_r)} ± {number(r.kappa_r_standard_error)}"] for r in study.table("runup_parts").itertuples()]
+    tables = [{"title": "The six runs that move κ most, narrow set", "head": head, "rows": rows},
+              {"title": "The run-up equation fitted to parts of the runs, with standard errors", "rows": parts,
+               "head": ["part", "set", "runs", NAMES["k_r"], NAMES["kappa_r"]]}]
+    return Drawn(pictures, [], [table for table in tables if table["rows"]])
 
 
 def figure_jams(study):
@@ -467,7 +472,8 @@ SECTIONS = [
      "table asks what the paper's printed standard errors should be, for residuals of its printed size at its design: those of k_r are twice "
      "as large as a logarithmic fit gives."),
     ("influence", "Which runs decide", figure_influence,
-     "Each run and each material is left out in turn. k_p and κ_p compensate each other; the table tells which runs move κ most."),
+     "Each run and each material is left out in turn. k_p and κ_p compensate each other; the first table tells which runs move κ most. "
+     "The second asks whether one k_r holds for loose and stiff, for slow and fast snow."),
     ("jams", "Runs that jam, and what they do to the coefficients", figure_jams,
      f"A run below Fr 5 counts as jammed if its static force is more than {LIMIT:g} times the least of the same snow at Fr ≥ 5, and more than "
      f"{LIMIT:g} × {LEAST_STATIC:g} hydrostatic forces: layers that enter at the inlet then push the snow against the mast, and the result "

@@ -69,8 +69,8 @@ def plan_title(table_path):
 def evidence_tables(runs, friction_file=None, sensitivity_files=(), prediction_files=(), grids_files=(), friction_scan_files=()):
     """How far the coefficients can be trusted: intervals, influence, jams, the friction of the mast, and the grid."""
     tables = {"coefficient_intervals": uncertainty.coefficient_intervals(runs), "leave_one_out": uncertainty.leave_one_out(runs),
-              "influence": uncertainty.influence(runs), "published_errors": uncertainty.published_errors(),
-              "coefficients_without_jams": jams.jam_coefficients(runs),
+              "influence": uncertainty.influence(runs), "runup_parts": uncertainty.runup_parts(runs),
+              "published_errors": uncertainty.published_errors(), "coefficients_without_jams": jams.jam_coefficients(runs),
               "coefficients_without_unconverged": grids.coefficients_without_unconverged(runs)}
     indices = jams.jam_indices(runs)
     if len(indices):
@@ -105,7 +105,8 @@ def _refinement(runs, left_out_as_coarser, coarser_files):
         coarse.append(given[levels(given.cell_size_m) > runs.cell_size_m.min() * (1.0 + 1e-9)])
     tables = grids.refinement_tables(pd.concat([runs, *coarse], ignore_index=True))
     if coarser_files and tables["refined_rows"].empty:
-        raise ConfigError(f"--coarser {', '.join(coarser_files)}: no set-up of the study is there on a coarser grid with the same friction of the mast")
+        raise ConfigError(f"--coarser {', '.join(coarser_files)}: no set-up of the study is there on a coarser grid with the same friction of "
+                          "the mast")
     return tables
 
 

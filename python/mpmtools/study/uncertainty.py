@@ -12,13 +12,16 @@ from scipy import optimize
 from mpmtools import equations
 from mpmtools.scores import levels
 from mpmtools.study.fits import NARROW, WIDE, height_samples
-from mpmtools.study.regression import EQUATIONS, fit_heights, two_sided_quantile, _Problem
+from mpmtools.study.regression import EQUATIONS, RUNUP, fit_heights, two_sided_quantile, _Problem
 from mpmtools.study.resampling import Cells, best_for_kappa, fit_pressure_height, refit
 
 SEED, RESAMPLES = 19, 2000  # of each bootstrap
 TAILS = (0.05, 0.95)  # all intervals here are of 90 %
 GROUPS = {"material": "effective_friction", "froude": "froude_number"}
 SETS = (NARROW, WIDE)
+PARTS = {"all": lambda runs: runs.froude_number > 0.0, "M' < 0.9": lambda runs: runs.effective_friction < 0.9,
+         "M' > 0.9": lambda runs: runs.effective_friction > 0.9, "Fr < 0.5": lambda runs: runs.froude_number < 0.5,
+         "Fr > 0.5": lambda runs: runs.froude_number > 0.5}
 
 
 def each_fit(runs):
@@ -110,6 +113,23 @@ def leave_one_out(runs):
             tables.append(table.join(pd.DataFrame(found, columns=[p.split("_")[0] if p != "Fr_sat" else p for p in equation.parameters])))
     columns = ["equation", "fitting_set", "left_out", "at", "runs", "k", "Fr_sat", "kappa"]
     return pd.concat(tables, ignore_index=True).reindex(columns=columns) if tables else pd.DataFrame(columns=columns)
+
+
+def runup_parts(runs):
+    """The run-up equation fitted to parts of each set, because one k_r need not hold for all: part, fitting_set, runs, k_r, kappa_r and their
+    standard errors. Slow runs alone do not fix kappa_r, as its standard error shows."""
+    rows = []
+    for fitting_set in SETS:
+        samples = height_samples(RUNUP, runs[fitting_set.holds(runs)]).reset_index(drop=True)
+        for part, holds in PARTS.items():
+            of = samples[holds(samples)].reset_index(drop=True)
+            if of.effective_friction.nunique() <= len(RUNUP.parameters):
+                continue
+            row = {"part": part, "fitting_set": fitting_set.name, "runs": len(of)}
+            for name, estimate in fit_heights(RUNUP, of).estimates.items():
+                row.update({name: estimate.value, f"{name}_standard_error": estimate.standard_error})
+            rows.append(row)
+    return pd.DataFrame(rows)
 
 
 def influence(runs):
