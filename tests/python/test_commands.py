@@ -131,12 +131,13 @@ class Study(InFolder):
 
     def test_draws_what_was_evaluated_before_and_the_runs_beyond_the_paper(self):
         results = SOURCE / "validation" / "study"
-        code, _, err = self.command("study", results / "results" / "reproduction_w5", results / "results" / "prediction", "--out", self.folder, "--extensions",
-                                    results / "extensions")
+        code, _, err = self.command("study", *(results / "results" / name for name in ("reproduction_w7", "reproduction_w5", "prediction")),
+                                    "--out", self.folder, "--extensions", results / "extensions")
         self.assertEqual(code, 0, err)
         page = (self.folder / "index.html").read_text(encoding="utf-8")
         self.assertIn("prediction: 356 runs", page)
         self.assertNotIn("Missing here", page.split('id="figA2"')[0])  # the committed tables hold every figure
+        self.assertEqual(page.count("Drawn from the reproduction w5."), 2)  # both campaigns side by side, and the grids
         for part in ("mast-height", "shapes", "shear", "surge"):
             self.assertIn(f'id="{part}"', page)
         self.assertEqual(os.listdir(self.folder), ["index.html"])

@@ -193,6 +193,12 @@ class Claims(unittest.TestCase):
         np.testing.assert_allclose(table.rmsle_calibrating, [0.104, 0.046, 0.075, 0.099], atol=6e-4)
         np.testing.assert_allclose(table.rmsle_judging, [0.068, 0.118, 0.123, 0.086], atol=6e-4)
 
+    def test_slow_snow_does_not_pile_up_in_proportion_to_its_friction(self):
+        for campaign, loose, stiff, slow in (("reproduction_w7", 0.990, 0.813, 0.791), ("prediction", 0.954, 0.821, 0.782)):
+            parts = committed(campaign, "runup_parts")
+            found = parts[parts.fitting_set == "narrow"].set_index("part").k_r
+            np.testing.assert_allclose(found[["M' < 0.9", "M' > 0.9", "Fr < 0.5"]], [loose, stiff, slow], atol=6e-4, err_msg=campaign)
+
     def test_four_frictional_materials_decide_the_fine_fit(self):
         fine = committed("first_w7", "leave_one_out")
         material = fine[(fine.equation == "pressure_height") & (fine.fitting_set == "narrow") & (fine.left_out == "material")]

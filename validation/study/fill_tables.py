@@ -19,7 +19,7 @@ from mpmtools.study.jams import LIMIT  # noqa: E402
 from mpmtools.study.regression import EQUATIONS  # noqa: E402
 from mpmtools.tables import read_series, read_table  # noqa: E402
 
-CAMPAIGNS = {"reproduction_w7": "reproduction, {refined} sets at 0.25 m", "reproduction_w5": "reproduction at w/5",
+CAMPAIGNS = {"reproduction_w7": "reproduction at 0.25 m", "reproduction_w5": "reproduction at w/5",
              "calibrated_prediction": "calibrated prediction", "prediction": "prediction, {refined} sets at 0.25 m"}
 FIRST = {"first_w5": "first reproduction, w/5", "first_w7": "first reproduction, 0.25 m"}
 QUANTITIES = ("run-up", "pressure height", "force")
