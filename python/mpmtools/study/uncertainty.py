@@ -10,6 +10,7 @@ import pandas as pd
 from scipy import optimize
 
 from mpmtools import equations
+from mpmtools.errors import ConfigError
 from mpmtools.scores import levels
 from mpmtools.study.fits import NARROW, WIDE, height_samples
 from mpmtools.study.regression import EQUATIONS, RUNUP, fit_heights, two_sided_quantile, _Problem
@@ -117,7 +118,8 @@ def leave_one_out(runs):
 
 def runup_parts(runs):
     """The run-up equation fitted to parts of each set, because one k_r need not hold for all: part, fitting_set, runs, k_r, kappa_r and their
-    standard errors. Slow runs alone do not fix kappa_r, as its standard error shows."""
+    standard errors. Slow runs alone do not fix kappa_r, as its standard error shows. Left out are parts with one or two kinds of snow, and
+    those that do not determine both coefficients."""
     rows = []
     for fitting_set in SETS:
         samples = height_samples(RUNUP, runs[fitting_set.holds(runs)]).reset_index(drop=True)
@@ -126,7 +128,11 @@ def runup_parts(runs):
             if of.effective_friction.nunique() <= len(RUNUP.parameters):
                 continue
             row = {"part": part, "fitting_set": fitting_set.name, "runs": len(of)}
-            for name, estimate in fit_heights(RUNUP, of).estimates.items():
+            try:
+                fit = fit_heights(RUNUP, of)
+            except ConfigError:  # the part does not determine the coefficients
+                continue
+            for name, estimate in fit.estimates.items():
                 row.update({name: estimate.value, f"{name}_standard_error": estimate.standard_error})
             rows.append(row)
     return pd.DataFrame(rows)
