@@ -51,6 +51,7 @@ class Evidence(InFolder):
     def test_compares_with_the_prediction_what_was_compared_although_another_campaign_is_the_first(self):
         short = evidence_figures.in_short([Study(RESULTS / "reproduction_w7"), Study(RESULTS / "reproduction_w5")])
         self.assertRegex(" ".join(short["differs"]), r"numerics \(reproduction w5\), 307 pairs of runs")
+        self.assertIn("with the runs of M' < 0.9 alone k_r is 0.99, with those above 0.81", " ".join(short["why"]))
 
     def test_says_what_is_missing_without_them(self):
         self.write("old/fit.json", '{"fits": []}')

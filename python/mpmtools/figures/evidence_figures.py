@@ -133,7 +133,7 @@ def in_short(studies):
     scores = "; ".join(f"{c.name}: RMSLE {per_cent(c.scores['runup']['rmsle'])}, NRMSE {per_cent(c.scores['pressure_height']['nrmse'])}"
                        for c in columns)
     confirmed = ["Both equations hold in form. Published coefficients on our runs: " + scores + " (the paper on its own data: 13.0 and 6.6 %).",
-                 "Slow snow piles up in proportion to its friction, fast snow loses head to it; the pressure height stops growing near Fr 1.5."]
+                 "Slow snow piles up because of its friction, fast snow loses head to it; the pressure height stops growing near Fr 1.5."]
     differs = []
     for c in columns:
         outside = [f"{NAMES[p]} {number(c.found[p][0])} ({number(value)})" for p, value in published.items()
@@ -160,6 +160,12 @@ def _accurate_solver(study):
 
 def _why(study):
     why = []
+    parts = study.table("runup_parts")
+    parts = parts[parts.fitting_set == SETS[0]].set_index("part").k_r if len(parts) else parts
+    if len(parts) and {"M' < 0.9", "M' > 0.9"} <= set(parts.index):
+        loose, stiff = parts["M' < 0.9"], parts["M' > 0.9"]
+        why.append(f"The pile-up is not proportional to M': with the runs of M' < 0.9 alone k_r is {number(loose, 2)}, with those above "
+                   f"{number(stiff, 2)} (narrow).")
     rules = next((table for name in ("friction_scan_rules", "friction_rules") if len(table := study.table(name))), ())
     if len(rules):
         k = rules[rules.points == "all"].set_index("rule")
@@ -173,7 +179,7 @@ def _why(study):
     if len(jams):
         both = [jams[(jams.fitting_set == name) & (jams.limit == limit)].iloc[0] for name in SETS for limit in (np.inf, LIMIT)]
         if both[1].left_out > 0:
-            why.append("k_p and κ_p follow a few slow runs of the stiffest snow, which jams between inlet and mast. Without them κ_p goes from "
+            why.append("k_p and κ_p follow a few slow runs of stiff snow, which jam between inlet and mast. Without them κ_p goes from "
                        f"{number(both[0].kappa_p, 2)} to {number(both[1].kappa_p, 2)} (narrow) and from {number(both[2].kappa_p, 2)} to "
                        f"{number(both[3].kappa_p, 2)} (wide).")
         else:
