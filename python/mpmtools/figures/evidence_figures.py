@@ -254,9 +254,9 @@ def figure_campaigns(study):
 
 def figure_grids(study):
     """The same runs on three grids, over their values on the finest."""
-    table, summary, without = study.table("grids"), study.table("grids_summary"), _without_unconverged(study)
+    table, summary = study.table("grids"), study.table("grids_summary")
     if table.empty:
-        return Drawn([], [] if without else ["no table of runs on three grids (--grids)"], without)
+        return Drawn([], ["no table of runs on three grids (--grids)"])
     pictures = []
     for quantity, rows in table.groupby("quantity", sort=False):
         axes = new_axes()
@@ -274,7 +274,7 @@ def figure_grids(study):
             for r in summary.itertuples()]
     head = ["quantity", "points", "coarsest over finest grid (lowest to highest)", "middle over finest", "with an order of 0.5 to 1.5",
             "finest value within the uncertainty that the coarsest run states"]
-    return Drawn(pictures, [], [{"title": "Over all points", "head": head, "rows": rows}, *without])
+    return Drawn(pictures, [], [{"title": "Over all points", "head": head, "rows": rows}])
 
 
 def _without_unconverged(study):
@@ -382,7 +382,7 @@ def figure_influence(study):
     tables = [{"title": "The six runs that move κ most, narrow set", "head": head, "rows": rows},
               {"title": "The run-up equation fitted to parts of the runs, with standard errors", "rows": parts,
                "head": ["part", "set", "runs", NAMES["k_r"], NAMES["kappa_r"]]}]
-    return Drawn(pictures, [], [table for table in tables if table["rows"]])
+    return Drawn(pictures, [], [table for table in [*tables, *_without_unconverged(study)] if table["rows"]])
 
 
 def figure_jams(study):
@@ -479,7 +479,7 @@ SECTIONS = [
      "as large as a logarithmic fit gives."),
     ("influence", "Which runs decide", figure_influence,
      "Each run and each material is left out in turn. k_p and κ_p compensate each other; the first table tells which runs move κ most. "
-     "The second asks whether one k_r holds for loose and stiff, for slow and fast snow."),
+     "The second asks whether one k_r holds for loose and stiff, for slow and fast snow. The third leaves out whole kinds of snow."),
     ("jams", "Runs that jam, and what they do to the coefficients", figure_jams,
      f"A run below Fr 5 counts as jammed if its static force is more than {LIMIT:g} times the least of the same snow at Fr ≥ 5, and more than "
      f"{LIMIT:g} × {LEAST_STATIC:g} hydrostatic forces: layers that enter at the inlet then push the snow against the mast, and the result "
