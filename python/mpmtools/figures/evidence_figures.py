@@ -451,8 +451,13 @@ def _scan_pictures(scan):
     for friction in dict.fromkeys((materials[0], materials[len(materials) // 2], materials[-1])):
         axes = new_axes()
         of_snow = scan[np.isclose(scan.effective_friction, friction, atol=1e-6)]
-        for froude, of in of_snow.groupby("froude_number"):
-            axes.plot(of.obstacle_friction, of.runup_over_half, marker="o", ms=4, color=froude_colour(froude), label=f"Fr = {froude:g}")
+        xis = sorted(of_snow.hardening_xi.round(6).unique(), reverse=True)
+        for froude, of_froude in of_snow.groupby("froude_number"):
+            for xi, style in zip(xis, ("-", "--", ":", "-.")):
+                of = of_froude[np.isclose(of_froude.hardening_xi, xi)].sort_values("obstacle_friction")
+                if len(of):
+                    axes.plot(of.obstacle_friction, of.runup_over_half, style, marker="o", ms=4, color=froude_colour(froude),
+                              label=f"Fr = {froude:g}" + (f", $\\xi$ = {xi:g}" if len(xis) > 1 else ""))
         half = of_snow.half.iloc[0]
         axes.axvline(half, color="0.6", lw=0.8, ls="--", label="half of tan φ'")
         axes.axhline(1.0, color="0.6", lw=0.8)
@@ -487,8 +492,7 @@ SECTIONS = [
      "with and without such runs. The stiffest snow, M' = 2.3, has a window of twice the length, because it jams in the usual one."),
     ("mast-friction", "Friction of the mast: what it moves, and what its calibration is worth", figure_friction,
      "The paper does not print the friction of the mast; this study's is calibrated against the published equations at w/5, "
-     "and half of tan φ' at 0.25 m (validation/study/friction.md). Two campaigns at w/5 "
-     "(ξ = 5, Fr 1 to 5) are compared on the same rows: 0.15 for all snow, and half of tan φ'. Then a rule between them is calibrated on half "
-     "of the rows and judged on the other half. Heights between the two frictions are interpolated, which errs by up to a tenth. A third "
-     "campaign varies the friction from Fr 0.1 on: pictures, and the same tables with rules between more frictions."),
+     "and half of tan φ' at 0.25 m (validation/study/friction.md). The pictures show what the friction does to the run-up, the tables what each "
+     "rule for it does to the coefficients on the same points. Then a rule is calibrated on half of the points and judged on the other half. "
+     "Heights between two frictions are interpolated; between the two campaigns that have one friction each, this errs by up to a tenth."),
 ]
