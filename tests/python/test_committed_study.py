@@ -12,7 +12,7 @@ import unittest
 import numpy as np
 import pandas as pd
 
-from mpmtools.equations import HeightCoefficients
+from mpmtools.equations import PUBLISHED_RUNUP, HeightCoefficients, relative_height
 from mpmtools.study.fits import INPUTS, NARROW, WIDE, height_samples, score_samples
 from mpmtools.study.regression import EQUATIONS
 from mpmtools.study.runs import RowFilter, read_study_table
@@ -198,6 +198,13 @@ class Claims(unittest.TestCase):
             parts = committed(campaign, "runup_parts")
             found = parts[parts.fitting_set == "narrow"].set_index("part").k_r
             np.testing.assert_allclose(found[["M' < 0.9", "M' > 0.9", "Fr < 0.5"]], [loose, stiff, slow], atol=6e-4, err_msg=campaign)
+
+    def test_in_slow_flow_less_friction_than_the_half_fits_the_cohesive_stiff_snow(self):
+        runs = read_study_table([EVIDENCE / "friction_w7" / "slow.csv"]).runs
+        runs = runs[np.isclose(runs.froude_number, 0.3)].sort_values(["effective_friction", "obstacle_friction"])
+        ratio = runs.runup / relative_height(runs.effective_friction, runs.froude_number, PUBLISHED_RUNUP)
+        found = {round(friction, 2): of.round(2).tolist() for friction, of in ratio.groupby(runs.effective_friction)}
+        self.assertEqual(found, {1.42: [0.86, 0.86, 0.86], 1.53: [1.27, 0.99, 0.89], 1.76: [1.03, 0.97, 0.88]})  # 0.2, 0.3, half of tan phi'
 
     def test_four_frictional_materials_decide_the_fine_fit(self):
         fine = committed("first_w7", "leave_one_out")
