@@ -226,14 +226,11 @@ def draw_page(target, folders, extensions=None):
 
 def _first_drawn(studies, draw):
     """(what the first study draws that has the tables, the name of that study where it is not the page's first)."""
-    drawn = [draw(studies[0])]
-    for study in studies[1:]:
-        if drawn[-1].pictures or drawn[-1].tables:
-            break
-        drawn.append(draw(study))
-    if not drawn[-1].pictures and not drawn[-1].tables:
-        return drawn[0], ""
-    return drawn[-1], studies[len(drawn) - 1].name if len(drawn) > 1 else ""
+    for study in studies:
+        drawn = draw(study)
+        if drawn.pictures or drawn.tables:
+            return drawn, "" if study is studies[0] else study.name
+    return draw(studies[0]), ""  # what is missing
 
 
 def _section(identity, title, text, drawn, source=""):
