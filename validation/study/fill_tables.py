@@ -115,7 +115,7 @@ def pile_up(campaigns, froude=0.1, xi=5.0):
     for campaign, name in campaigns.items():
         points = results(campaign, "points")
         slow = points[np.isclose(points.froude_number, froude) & np.isclose(points.hardening_xi, xi) & (points.effective_friction > 0.0)]
-        found[label(campaign, name)] = {round(p.effective_friction, 2): (p.runup - 1.0) / p.effective_friction for p in slow.itertuples()}
+        found[name] = {round(p.effective_friction, 2): (p.runup - 1.0) / p.effective_friction for p in slow.itertuples()}
     frictions = sorted(set().union(*found.values()))
     cells = [[f"{of[friction]:.2f}" if friction in of else "–" for friction in frictions] for of in found.values()]
     return table(("M'", *(f"{friction:.2f}" for friction in frictions)), [(name, *row) for name, row in zip(found, cells)])

@@ -11,6 +11,7 @@ from mpmtools.figures.axes import Drawn, decades, froude_colour, new_axes, numbe
 from mpmtools.figures.style import COLOURS, MARKERS
 from mpmtools.study.friction_choice import SHARE, SMALLER_OF_BOTH
 from mpmtools.study.jams import LEAST_STATIC, LIMIT
+from mpmtools.study.uncertainty import LOOSE, STIFF
 from mpmtools.tables import number_text
 
 SYMBOLS = {"k_r": "$k_r$", "kappa_r": r"$\kappa_r$", "k_p": "$k_p$", "Fr_sat": r"$Fr_{sat}$", "kappa_p": r"$\kappa_p$"}
@@ -160,12 +161,10 @@ def _accurate_solver(study):
 
 def _why(study):
     why = []
-    parts = study.table("runup_parts")
-    parts = parts[parts.fitting_set == SETS[0]].set_index("part").k_r if len(parts) else parts
-    if len(parts) and {"M' < 0.9", "M' > 0.9"} <= set(parts.index):
-        loose, stiff = parts["M' < 0.9"], parts["M' > 0.9"]
-        why.append(f"The pile-up is not proportional to M': with the runs of M' < 0.9 alone k_r is {number(loose, 2)}, with those above "
-                   f"{number(stiff, 2)} (narrow).")
+    k_of = {r.part: r.k_r for r in study.table("runup_parts").itertuples() if r.fitting_set == SETS[0]}
+    if {LOOSE, STIFF} <= k_of.keys():
+        why.append(f"The pile-up is not proportional to M': with the runs of {LOOSE} alone k_r is {number(k_of[LOOSE], 2)}, with those above "
+                   f"{number(k_of[STIFF], 2)} (narrow).")
     rules = next((table for name in ("friction_scan_rules", "friction_rules") if len(table := study.table(name))), ())
     if len(rules):
         k = rules[rules.points == "all"].set_index("rule")
@@ -195,8 +194,7 @@ def _why(study):
 
 def _calibrations(calibration):
     """What each family of rules with one number c finds on one half of the points, and its score on the other."""
-    families = {family.name: calibration[calibration.rule == family.name] for family in (SMALLER_OF_BOTH, SHARE)}
-    families = {name: of for name, of in families.items() if len(of)}
+    families = {family.name: of for family in (SMALLER_OF_BOTH, SHARE) if len(of := calibration[calibration.rule == family.name])}
     first = next(iter(families.values()))
     points = first.runs_calibrating.iloc[0] + first.runs_judging.iloc[0]
 
@@ -282,7 +280,7 @@ def _without_unconverged(study):
             for r in study.table("coefficients_without_unconverged").fillna({"without": ""}).to_dict("records")]
     head = ["left out", "set", "runs left out", *FITTED_AND_SCORED]
     title = "Coefficients without snow that is not converged at w/5, or depends on the window; scores against the published equations"
-    return [{"title": title, "head": head, "rows": rows}] if rows else []
+    return {"title": title, "head": head, "rows": rows}
 
 
 def _fitted_rows(rows):
@@ -381,8 +379,8 @@ def figure_influence(study):
               f"{number(r.kappa_r)} ± {number(r.kappa_r_standard_error)}"] for r in study.table("runup_parts").itertuples()]
     tables = [{"title": "The six runs that move κ most, narrow set", "head": head, "rows": rows},
               {"title": "The run-up equation fitted to parts of the runs, with standard errors", "rows": parts,
-               "head": ["part", "set", "runs", NAMES["k_r"], NAMES["kappa_r"]]}]
-    return Drawn(pictures, [], [table for table in [*tables, *_without_unconverged(study)] if table["rows"]])
+               "head": ["part", "set", "runs", NAMES["k_r"], NAMES["kappa_r"]]}, _without_unconverged(study)]
+    return Drawn(pictures, [], [table for table in tables if table["rows"]])
 
 
 def figure_jams(study):
@@ -451,18 +449,15 @@ def _scan_pictures(scan):
     for friction in dict.fromkeys((materials[0], materials[len(materials) // 2], materials[-1])):
         axes = new_axes()
         of_snow = scan[np.isclose(scan.effective_friction, friction, atol=1e-6)]
-        xis = sorted(of_snow.hardening_xi.round(6).unique(), reverse=True)
-        for froude, of_froude in of_snow.groupby("froude_number"):
-            for xi, style in zip(xis, ("-", "--", ":", "-.")):
-                of = of_froude[np.isclose(of_froude.hardening_xi, xi)].sort_values("obstacle_friction")
-                if len(of):
-                    axes.plot(of.obstacle_friction, of.runup_over_half, style, marker="o", ms=4, color=froude_colour(froude),
-                              label=f"Fr = {froude:g}" + (f", $\\xi$ = {xi:g}" if len(xis) > 1 else ""))
+        styles = dict(zip(sorted(of_snow.hardening_xi.unique(), reverse=True), ("-", "--", ":", "-.")))
+        for (froude, xi), of in of_snow.sort_values("obstacle_friction").groupby(["froude_number", "hardening_xi"]):
+            axes.plot(of.obstacle_friction, of.runup_over_half, styles[xi], marker="o", ms=4, color=froude_colour(froude),
+                      label=f"Fr = {froude:g}" + (f", $\\xi$ = {xi:g}" if len(styles) > 1 else ""))
         half = of_snow.half.iloc[0]
         axes.axvline(half, color="0.6", lw=0.8, ls="--", label="half of tan φ'")
         axes.axhline(1.0, color="0.6", lw=0.8)
         pictures.append(picture(axes, f"Run-up and friction of the mast, M' = {friction:.2f}", "friction of the mast",
-                                "run-up over that with half of tan φ'", "Runs without a steady mean are left out.", ncols=2, fontsize=8))
+                                "run-up over that with half of tan φ'", "Runs without a steady mean are left out.", ncols=2, fontsize=8, handlelength=3.5))
     return pictures
 
 

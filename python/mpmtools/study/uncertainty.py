@@ -20,8 +20,9 @@ SEED, RESAMPLES = 19, 2000  # of each bootstrap
 TAILS = (0.05, 0.95)  # all intervals here are of 90 %
 GROUPS = {"material": "effective_friction", "froude": "froude_number"}
 SETS = (NARROW, WIDE)
-PARTS = {"all": lambda runs: runs.froude_number > 0.0, "M' < 0.9": lambda runs: runs.effective_friction < 0.9,
-         "M' > 0.9": lambda runs: runs.effective_friction > 0.9, "Fr < 0.5": lambda runs: runs.froude_number < 0.5,
+LOOSE, STIFF = "M' < 0.9", "M' > 0.9"
+PARTS = {"all": lambda runs: runs.froude_number > 0.0, LOOSE: lambda runs: runs.effective_friction < 0.9,
+         STIFF: lambda runs: runs.effective_friction > 0.9, "Fr < 0.5": lambda runs: runs.froude_number < 0.5,
          "Fr > 0.5": lambda runs: runs.froude_number > 0.5}
 
 
@@ -129,7 +130,7 @@ def runup_parts(runs):
                 continue
             row = {"part": part, "fitting_set": fitting_set.name, "runs": len(of)}
             try:
-                fit = fit_heights(RUNUP, of)
+                fit = fit_heights(RUNUP, of, with_profile=False)
             except ConfigError:  # the part does not determine the coefficients
                 continue
             for name, estimate in fit.estimates.items():
