@@ -161,6 +161,11 @@ class Study(InFolder):
         code, _, err = self.command("study", coarse, "--coarser", fine, "--out", self.folder, "--no-page")
         self.assertEqual(code, 2)
         self.assertIn("no set-up of the study is there on a coarser grid", err)
+        bare = self.write("bare/results.csv", synthetic_table(0.05, cell_size=0.35).replace("cell_size_m", "notes"))
+        for study, other, which in ((fine, bare, "given with it"), (bare, coarse, "of the study")):
+            code, _, err = self.command("study", study, "--coarser", other, "--out", self.folder, "--no-page")
+            self.assertEqual(code, 2)
+            self.assertIn(f"in the table {which} not every run has its cell size", err)
 
     def test_says_what_is_wrong(self):
         table = self.write("results.csv", synthetic_table(0.08))

@@ -178,13 +178,29 @@ class Scan(InFolder):
         np.testing.assert_allclose(found.c, 0.35)
         np.testing.assert_allclose(found.rmsle_judging, 0.0, atol=1e-9)
         np.testing.assert_allclose(table.constant, 0.3)  # the one above 0 that both tables have
+        self.assertEqual(list(table.points.unique()), ["all"])  # each point lacks one friction of the other table, as if it were not steady
         self.assertTrue((table.runs_calibrating + table.runs_judging == 2 * len(self.runs)).all())
+
+    def test_points_with_every_friction_are_judged_for_themselves_too(self):
+        right = lambda half: np.minimum(0.15, half)
+        whole, some = self.scan("xi5.csv", right, (0.0, 0.1, 0.15, 0.2, 0.3)), self.scan("xi0.5.csv", right, (0.2, 0.3), 0.5)
+        tables = scan_tables([whole, some])
+        rules = tables["friction_scan_rules"]
+        self.assertEqual(rules.points.tolist(), ["every friction"] * 10 + ["all"] * 5)
+        self.assertEqual(rules.runs.tolist(), [len(self.runs)] * 10 + [2 * len(self.runs)] * 5)
+        self.assertEqual(rules.rule[:6].tolist(), ["0", "0.1", "0.15", "0.2", "0.3", "half of tan phi'"])
+        self.assertEqual(rules.rule[10:12].tolist(), ["0.2", "0.3"])
+        calibrated = tables["friction_scan_calibration"]
+        found = calibrated[(calibrated.points == "every friction") & (calibrated.rule == "the smaller of c and the half")]
+        np.testing.assert_allclose(found.c, 0.15)
+        self.assertTrue((calibrated.constant[calibrated.points == "all"] == 0.2).all())
 
     def test_of_two_runs_with_one_friction_the_first_counts(self):
         first = self.scan("first.csv", lambda half: 0.15, (0.0, 0.15, 0.3))
         again = self.scan("again.csv", lambda half: 0.3, (0.15,))
-        for name, table in scan_tables([first]).items():
-            self.assertTrue(table.equals(scan_tables([first, again])[name]), name)
+        of_first, of_both = scan_tables([first]), scan_tables([first, again])
+        for name, table in of_first.items():
+            self.assertTrue(table.equals(of_both[name]), name)
 
     def test_without_a_friction_at_most_points_is_refused(self):
         with self.assertRaisesRegex(InputError, "no friction above 0 was computed at nine in ten of the points"):

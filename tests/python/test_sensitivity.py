@@ -64,6 +64,16 @@ class Sensitivities(InFolder):
         self.assertEqual(ratio.pressure_height, 1.0)  # of the one that has a pressure height
         self.assertEqual(self.summary("", "").points, 3)  # among them the fluid, which has no friction to take a part of
 
+    def test_take_the_width_of_the_belt_for_a_choice_where_it_is_not_that_of_the_hardening(self):
+        def row(name, xi, width, runup):
+            return f"{name},done,3,0.4,0,{xi},0.4,1.75,0.095,0.5,0.35,9,0,{runup},0.3,3,0.06,100,2,6,3,{width}\n"
+
+        rows = row("wide", 5, 42, 6.6) + row("a", 5, 21, 6) + row("a_again", 5, 21, 6) + row("b", 0.5, 15.75, 5)
+        study = sensitivities(self.write("widths.csv", HEAD.rstrip() + ",conveyor_width_m\n" + rows))
+        self.assertEqual(study.runs.choice.tolist(), ["conveyor_width_m", "", "", ""])
+        self.assertEqual(study.runs.value[0], "42")
+        self.assertAlmostEqual(study.runs.runup_to_base[0], 1.1, delta=1e-15)
+
     def test_say_what_could_not_be_compared(self):
         self.assertIn("b_none: no steady mean", self.study.notes[0])
         self.assertIn("alone: no run of the base", self.study.notes[1])

@@ -167,13 +167,13 @@ def _why(study):
                    f"{number(k_of[STIFF], 2)} (narrow).")
     rules = next((table for name in ("friction_scan_rules", "friction_rules") if len(table := study.table(name))), ())
     if len(rules):
-        k = rules[rules.points == "all"].set_index("rule")
+        k = _first_points(rules).set_index("rule")
         why.append("k_r follows the friction of the mast, which the paper does not print: "
                    + ", ".join(f"{number(r.k_r, 2)} with {rule.replace('phi', 'φ')}" for rule, r in k.iterrows())
                    + f", on the same {k.runs.iloc[0]:.0f} rows.")
     calibration = study.table("friction_scan_calibration")
     if len(calibration):
-        why.append(_calibrations(calibration[calibration.points == "all"]))
+        why.append(_calibrations(_first_points(calibration)))
     jams = study.table("coefficients_without_jams")
     if len(jams):
         both = [jams[(jams.fitting_set == name) & (jams.limit == limit)].iloc[0] for name in SETS for limit in (np.inf, LIMIT)]
@@ -190,6 +190,11 @@ def _why(study):
                    f"{number(loose.mean_head, 2)}, and the shock leaves {number(loose.mean_behind_shock, 2)}. With cohesion: explained only in part "
                    f"(rms difference {number(sticky.rms, 2)} against {number(loose.rms, 2)}).")
     return why
+
+
+def _first_points(table):
+    """The rows of the points that the table has first: those with most frictions of the mast."""
+    return table[table.points == table.points.iloc[0]]
 
 
 def _calibrations(calibration):

@@ -353,7 +353,8 @@ CHOICES = {"obstacle_friction": "mast friction μ", "obstacle_friction_ratio": "
            "conveyor.sidewall_contact, conveyor.sidewall_friction": "side walls", "numerics.transfer": "transfer",
            "numerics.transfer, numerics.flip_ratio": "transfer", "numerics.precision": "precision",
            "numerics.particles_per_cell": "particles a cell", "conveyor.lattice": "feed's lattice",
-           "conveyor.upstream_length_m, conveyor.downstream_length_m": "window up-, downstream [m]", "numerics.cfl": "CFL number"}
+           "conveyor.upstream_length_m, conveyor.downstream_length_m": "window up-, downstream [m]", "numerics.cfl": "CFL number",
+           "conveyor_width_m": "width of the belt [m]"}
 
 
 def choice_labels(table):

@@ -26,6 +26,7 @@ CONSTANT, RATIO = 0.15, 0.5  # the two campaigns
 MOST_POINTS = 0.9  # of all, as a run without a steady mean leaves a gap
 STIFFEST = 2.2  # M': one row above it is in both campaigns
 HALF, SMALLER = "half of tan phi'", "the smaller of {} and the half"
+EVERY_FRICTION, ALL = "every friction", "all"  # points of a scan
 
 # A rule with a free number c: `coefficient(c, half)` of the mast, where half is tan(phi')/2 of the snow; `candidates` of c.
 Family = namedtuple("Family", ["name", "coefficient", "candidates"])
@@ -54,15 +55,23 @@ def with_friction(computed, coefficient):
 
     Between two coefficients that were computed the logarithm of the height is interpolated linearly; beyond them it is NaN.
     @param coefficient  of the mast, a function of tan(phi')/2 of the snow"""
-    rows = []
+    return with_frictions(computed, {"": coefficient})[""]
+
+
+def with_frictions(computed, rules):
+    """{name: with_friction() of this rule}. @param rules  {name: coefficient of the mast as a function of tan(phi')/2}"""
+    points, heights = [], []
     for point, of in computed.groupby(POINT, sort=False):
         of = of.sort_values("obstacle_friction")
-        friction, known = coefficient(half_friction(of.effective_friction.iloc[0])), of.obstacle_friction.to_numpy()
-        if np.isclose(friction, known[[0, -1]], rtol=1e-6, atol=1e-9).any():  # the same coefficient in other digits
-            friction = np.clip(friction, known[0], known[-1])
-        heights = {e.name: np.exp(np.interp(friction, known, np.log(of[e.name]), np.nan, np.nan)) for e in EQUATIONS}
-        rows.append({**dict(zip(POINT, point)), "effective_friction": of.effective_friction.iloc[0], **heights})
-    return pd.DataFrame(rows).assign(at_reference_width=True)
+        half, known = half_friction(of.effective_friction.iloc[0]), of.obstacle_friction.to_numpy()
+        friction = np.array([coefficient(half) for coefficient in rules.values()], float)
+        at_end = np.isclose(friction[:, None], known[[0, -1]], rtol=1e-6, atol=1e-9).any(axis=1)  # the same coefficient in other digits
+        friction = np.where(at_end, np.clip(friction, known[0], known[-1]), friction)
+        points.append({**dict(zip(POINT, point)), "effective_friction": of.effective_friction.iloc[0]})
+        heights.append([np.exp(np.interp(friction, known, np.log(of[e.name]), np.nan, np.nan)) for e in EQUATIONS])
+    points, heights = pd.DataFrame(points), np.array(heights)  # heights: point, equation, rule
+    return {name: points.assign(**{e.name: heights[:, i, k] for i, e in enumerate(EQUATIONS)}, at_reference_width=True)
+            for k, name in enumerate(rules)}
 
 
 def rules_of(*constants):
@@ -73,7 +82,7 @@ def rules_of(*constants):
 
 def on_common_points(computed, rules):
     """{name: points with the rule's heights}, for the points that every rule can be computed at."""
-    heights = {name: with_friction(computed, rule) for name, rule in rules.items()}
+    heights = with_frictions(computed, rules)
     common = np.logical_and.reduce([np.isfinite(of.runup) for of in heights.values()])
     if not common.any():
         raise InputError(f"no flow and snow was computed with every friction of these rules: {', '.join(rules)}")
@@ -83,7 +92,7 @@ def on_common_points(computed, rules):
 def with_and_without_the_stiffest(table):
     """[(which, rows)]: all rows, and, where there is snow that stiff, those without M' > 2.2."""
     kept = table[table.effective_friction < STIFFEST]
-    return [("all", table)] + ([("without the stiffest", kept)] if len(kept) < len(table) else [])
+    return [(ALL, table)] + ([("without the stiffest", kept)] if len(kept) < len(table) else [])
 
 
 def friction_rules(computed, rules):
@@ -128,7 +137,7 @@ def friction_calibration(computed, constant=CONSTANT, families=(SMALLER_OF_BOTH,
     kept = computed.merge(points[POINT], on=POINT)
     rows = []
     for family in families:
-        tried = {c: with_friction(kept, partial(family.coefficient, c)) for c in family.candidates}
+        tried = with_frictions(kept, {c: partial(family.coefficient, c) for c in family.candidates})
         for which, chosen in with_and_without_the_stiffest(points):
             rows += [{"rule": family.name, **row, "constant": constant, "points": which}
                      for row in _judged_on_halves(_rows_of(tried, chosen), _rows_of(plain, chosen), splits(chosen))]
@@ -193,21 +202,40 @@ def friction_tables(constant_file, ratio_runs, sensitivity_files=()):
 
 
 def scan_tables(scan_files):
-    """{table name: table} of runs that vary the friction of the mast at every point: heights, rules, calibration."""
+    """{table name: table} of runs that vary the friction of the mast at every point: heights, rules, calibration.
+
+    If only some points were computed with every friction, rules and calibrations are given for these first and then for all, where fewer
+    coefficients can be compared; the column `points` tells them apart."""
     names, computed = ", ".join(map(str, scan_files)), computed_heights(read_runs_or_refuse(scan_files).runs)
     if computed.empty:
         raise InputError(f"{names}: no flow and snow was computed with two frictions of the mast")
     half = half_friction(computed.effective_friction)
-    at_half = computed[np.isclose(computed.obstacle_friction, half)].drop_duplicates(POINT)[[*POINT, *(e.name for e in EQUATIONS)]]
+    computed["is_half"] = np.isclose(computed.obstacle_friction, half)
+    at_half = computed[computed.is_half].drop_duplicates(POINT)[[*POINT, *(e.name for e in EQUATIONS)]]
     heights = computed.assign(half=half).merge(at_half, on=POINT, how="left", suffixes=("", "_at_half"))
     for name in (e.name for e in EQUATIONS):
         heights[f"{name}_over_half"] = heights[name] / heights.pop(f"{name}_at_half")  # NaN where the half was not computed
-    constants = computed_nearly_everywhere(computed)
-    if not (constants > 0.0).any():
-        raise InputError(f"{names}: no friction above 0 was computed at nine in ten of the points, to compare rules with")
-    return {"friction_scan": heights.sort_values([*POINT, "obstacle_friction"], ignore_index=True),
-            "friction_scan_rules": friction_rules(computed, rules_of(*constants)),
-            "friction_scan_calibration": friction_calibration(computed, min(constants[constants > 0.0]), (SMALLER_OF_BOTH, ONE_FOR_ALL, SHARE))}
+    rules, calibrations = [], []
+    for points, of in _parts_of(computed).items():
+        constants = computed_nearly_everywhere(of)
+        if not (constants > 0.0).any():
+            raise InputError(f"{names}: no friction above 0 was computed at nine in ten of the points, to compare rules with")
+        rules.append(friction_rules(of, rules_of(*constants)).replace({"points": {ALL: points}}))
+        calibrations.append(friction_calibration(of, min(constants[constants > 0.0]), (SMALLER_OF_BOTH, ONE_FOR_ALL, SHARE))
+                            .replace({"points": {ALL: points}}))
+    return {"friction_scan": heights.drop(columns="is_half").sort_values([*POINT, "obstacle_friction"], ignore_index=True),
+            "friction_scan_rules": pd.concat(rules, ignore_index=True),
+            "friction_scan_calibration": pd.concat(calibrations, ignore_index=True)}
+
+
+def _parts_of(computed):
+    """{points: their rows}: where that is a part, first the points with every coefficient of the table but at most one (a run without a steady
+    mean leaves a gap), then all."""
+    coefficient = levels(computed.obstacle_friction).round(9)
+    constants = coefficient[~computed.is_half].unique()
+    found = coefficient.isin(constants).groupby([computed[name] for name in POINT]).transform("sum")
+    full = computed[found >= len(constants) - 1]
+    return ({EVERY_FRICTION: full} if 0 < len(full) < len(computed) else {}) | {ALL: computed}
 
 
 def computed_nearly_everywhere(computed):

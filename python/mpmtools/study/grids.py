@@ -3,7 +3,6 @@
 `mpm converge` judges one case in the same way; here are many, from the table of one campaign.
 """
 
-import os
 from typing import NamedTuple
 
 import numpy as np
@@ -12,14 +11,13 @@ from scipy.optimize import brentq
 
 from mpmtools.errors import InputError
 from mpmtools.scores import levels
-from mpmtools.statistics import estimate_mean
 from mpmtools.study.campaigns import FRICTION, keyed, paired_summary, pairs_with_one_friction
 from mpmtools.study.campaigns import QUANTITIES as COMPARED
 from mpmtools.study.fits import NARROW, WIDE, coefficients_and_scores
-from mpmtools.study.histories import last_third
+from mpmtools.study.histories import last_third, run_means
 from mpmtools.study.regression import PRESSURE_HEIGHT
 from mpmtools.study.runs import POINT
-from mpmtools.tables import no_column, numbers, read_series, read_table
+from mpmtools.tables import no_column, numbers, read_table
 
 QUANTITIES = {  # mean, its standard error, its numerical uncertainty as the run states it
     "run-up": ("runup_mean_m", "runup_standard_error_m", "runup_numerical_uncertainty_m"),
@@ -174,20 +172,9 @@ def late_means(path):
 
     @param path  results.csv of a campaign, beside its folders runs/NAME"""
     table = read_table(path)
-    inputs = pd.DataFrame({name: numbers(table, name) for name in [*POINT, "cell_size_m", "flow_height_m"]})
-    rows = []
-    for index, name in table["name"][table.status == "done"].items():
-        file = os.path.join(os.path.dirname(path), "runs", name, "series.csv")
-        if not os.path.exists(file):
-            continue
-        late = last_third(read_series(file).set_index("time_s"))
-        row = inputs.loc[index].to_dict()
-        height = row.pop("flow_height_m")
-        for column, scale, as_name in (("runup_m", height, "runup"), ("pressure_height_m", height, "pressure_height"), ("force_x_n", 1.0, "force_n")):
-            mean = estimate_mean(late[column] / scale)
-            row.update({as_name: mean[0], f"{as_name}_standard_error": mean[1]})
-        rows.append(row)
-    return pd.DataFrame(rows)
+    inputs = pd.DataFrame({name: numbers(table, name) for name in [*POINT, "cell_size_m"]})
+    means = run_means(path, lambda series, run: last_third(series)).drop(columns=["from_s", "to_s"])
+    return inputs.join(means, how="inner").reset_index(drop=True)
 
 
 def grid_tables(paths):

@@ -11,7 +11,7 @@ from mpmtools.statistics import estimate_mean
 from mpmtools.study.fits import NARROW, fit_set
 from mpmtools.study.regression import PRESSURE_HEIGHT, RUNUP
 from mpmtools.study.runs import inputs_text
-from mpmtools.tables import read_series
+from mpmtools.tables import numbers, read_series, read_table
 
 ENVELOPE_FROUDE = (0.1, 1.0, 5.0)
 ENVELOPE_COLUMNS = ["froude_number", "time_s", "runs", "all_runs", "runup_low", "runup_high", "pressure_height_low", "pressure_height_high"]
@@ -65,6 +65,31 @@ def height_choices(runs):
 def last_third(series):
     first, last = series.index[0], series.index[-1]
     return series[series.index >= last - (last - first) / 3.0]
+
+
+def run_means(path, part):
+    """A row for each run of a campaign that is done and whose folder is there: from_s, to_s, and the mean and standard error over a part of its
+    series of both heights (over H) and of the force along the flow (N). The index is that of the table as read_table() has it.
+
+    @param path  results.csv of a campaign, beside its folders runs/NAME
+    @param part  the part, a function of the series (index time_s) and the run's row of the table, all text; an empty part leaves the run out"""
+    table = read_table(path)
+    heights = numbers(table, "flow_height_m")
+    rows = {}
+    for index, run in table[table.status == "done"].iterrows():
+        file = os.path.join(os.path.dirname(path), "runs", run["name"], "series.csv")
+        if not os.path.exists(file):
+            continue
+        chosen = part(read_series(file).set_index("time_s"), run)
+        if chosen.empty:
+            continue
+        row = {"from_s": chosen.index[0], "to_s": chosen.index[-1]}
+        for column, scale, name in (("runup_m", heights[index], "runup"), ("pressure_height_m", heights[index], "pressure_height"),
+                                    ("force_x_n", 1.0, "force_n")):
+            mean = estimate_mean(chosen[column] / scale)
+            row.update({name: mean[0], f"{name}_standard_error": mean[1]})
+        rows[index] = row
+    return pd.DataFrame.from_dict(rows, orient="index")
 
 
 def height_choice_table(runs):

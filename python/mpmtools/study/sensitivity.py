@@ -15,7 +15,7 @@ from mpmtools.tables import no_column, numbers, read_table
 from mpmtools.wording import counted, verb
 
 AT_MAST = [*POINT, "obstacle_width_m"]
-FRICTION, FRICTION_RATIO = "obstacle_friction", "obstacle_friction_ratio"
+FRICTION, FRICTION_RATIO, BELT_WIDTH = "obstacle_friction", "obstacle_friction_ratio", "conveyor_width_m"
 OUTPUTS = {"runup": ("runup_mean_m", "runup_standard_error_m"),
            "pressure_height": ("pressure_height_mean_m", "pressure_height_standard_error_m"),
            "force": ("force_mean_n.x", "force_standard_error_n.x")}
@@ -38,9 +38,10 @@ class SensitivityStudy:
 def sensitivities(*paths):
     """Compares the runs of each campaign's results.csv with the base of this campaign.
 
-    Choices are the columns obstacle_friction, obstacle_friction_ratio, cell_size_m and those named after a key (`numerics.slope_deg`),
-    durations and rates of output excepted. The base has in each of them the value that most rows have; the friction of the mast
-    follows from its ratio where the ratio is the base's. A run with another friction is described by the one of the two columns whose
+    Choices are the columns obstacle_friction, obstacle_friction_ratio, cell_size_m, conveyor_width_m and those named after a key
+    (`numerics.slope_deg`), durations and rates of output excepted. The base has in each of them the value that most rows have, of the width
+    of the belt, which follows the hardening xi, most rows of the same xi; the friction of the mast follows from its ratio where the ratio is
+    the base's. A run with another friction is described by the one of the two columns whose
     value more points share.
     """
     studies = [_sensitivities_of(read_table(path)) for path in paths]
@@ -53,6 +54,9 @@ def _sensitivities_of(table):
         raise InputError(no_column(table, *missing))
     choices = choices_of(table)
     shown = table[[*choices, *AT_MAST]].applymap(_shown)
+    if BELT_WIDTH in choices:
+        usual = shown.groupby("hardening_xi")[BELT_WIDTH].transform(_most_common)
+        shown[BELT_WIDTH] = shown[BELT_WIDTH].mask(shown[BELT_WIDTH] == usual, "that of xi")
     differences = _differences(shown, choices)
     values = pd.DataFrame({column: numbers(table, column) for column in NEEDED[2:]})
     steady, done = np.isfinite(values.runup_mean_m), table.status == "done"
@@ -73,7 +77,7 @@ def _sensitivities_of(table):
 def choices_of(table):
     """Columns that hold a choice: keys (`table.key`, not `vector.x`), but not how long and how often a run writes."""
     keys = [c for c in table if "." in c and c.split(".")[-1] not in ("x", "y", "z") and not c.startswith("output.")]
-    return [c for c in table if c in keys or c in (FRICTION, FRICTION_RATIO, "cell_size_m")]
+    return [c for c in table if c in keys or c in (FRICTION, FRICTION_RATIO, BELT_WIDTH, "cell_size_m")]
 
 
 def _shown(cell):

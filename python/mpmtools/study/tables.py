@@ -102,6 +102,9 @@ def _refinement(runs, left_out_as_coarser, coarser_files):
     coarse = [left_out_as_coarser]
     if coarser_files:
         given = read_runs_or_refuse(coarser_files).runs
+        for which, of in (("given with it", given), ("of the study", runs)):
+            if not np.isfinite(of.cell_size_m).all():
+                raise ConfigError(f"--coarser: in the table {which} not every run has its cell size (column cell_size_m)")
         coarse.append(given[levels(given.cell_size_m) > runs.cell_size_m.min() * (1.0 + 1e-9)])
     tables = grids.refinement_tables(pd.concat([runs, *coarse], ignore_index=True))
     if coarser_files and tables["refined_rows"].empty:
