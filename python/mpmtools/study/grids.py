@@ -31,7 +31,7 @@ UNCONVERGED = {
     "cohesive snow of xi <= 0.5": lambda runs: (runs.hardening_xi < 0.5 + 1e-6) & (runs.cohesion_beta > 1e-6) & (runs.critical_state_slope > 1e-6),
     "fluid": lambda runs: runs.critical_state_slope < 1e-6,
 }
-# Snow whose run-up is higher in a window than in the paper's strip, even in the long window (jams.md).
+# Snow whose heights still depend on the length of the window, even in the long one (jams.md).
 PUSHED = {"snow of M' > 2.2 below Fr 1": lambda runs: (runs.effective_friction > 2.2) & (runs.froude_number < 1.0 - 1e-6)}
 
 
