@@ -363,7 +363,7 @@ class CommittedReproductionAt025(CommittedStudy):
     options = {"coarser_files": [RESULTS / "reproduction_w5" / "w5.csv"],
                "width_files": [EVIDENCE / "width" / "results.csv"], "section_files": [EVIDENCE / "sections" / "results.csv"],
                "sensitivity_files": [EVIDENCE / name / "results.csv" for name in ("sensitivity", "windows")],
-               "friction_scan_files": [EVIDENCE / "friction_w7" / name for name in ("results.csv", "stiff.csv")]}
+               "friction_scan_files": [EVIDENCE / "friction_w7" / name for name in ("results.csv", "slow.csv", "stiff.csv")]}
 
 
 class CommittedPrediction(CommittedStudy):

@@ -15,7 +15,8 @@ rows=$study/results evidence=$study/evidence
 evaluate "$rows/reproduction_w7/w7.csv" --coarser "$rows/reproduction_w5/w5.csv" \
   --width "$evidence/width/results.csv" --sections "$evidence/sections/results.csv" \
   --sensitivity "$evidence/sensitivity/results.csv" --sensitivity "$evidence/windows/results.csv" \
-  --friction-scan "$evidence/friction_w7/results.csv" --friction-scan "$evidence/friction_w7/stiff.csv"
+  --friction-scan "$evidence/friction_w7/results.csv" --friction-scan "$evidence/friction_w7/slow.csv" \
+  --friction-scan "$evidence/friction_w7/stiff.csv"
 evaluate "$rows/reproduction_w5/w5.csv" --friction-scan "$evidence/friction_w5/results.csv" \
   --prediction "$rows/prediction/w5.csv" --prediction "$rows/calibrated_prediction/w5.csv" \
   --grids "$evidence/grids/results.csv" --grids "$evidence/grids/settled.csv"
