@@ -199,6 +199,25 @@ class Claims(unittest.TestCase):
             found = parts[parts.fitting_set == "narrow"].set_index("part").k_r
             np.testing.assert_allclose(found[["M' < 0.9", "M' > 0.9", "Fr < 0.5"]], [loose, stiff, slow], atol=6e-4, err_msg=campaign)
 
+    def test_at_025_m_the_half_fits_all_kinds_of_snow_from_fr_1_on(self):
+        """What friction.md says of the 18 points with every friction, and of all 35."""
+        rules = committed("reproduction_w7", "friction_scan_rules")
+        whole = rules[rules.points == "every friction"].set_index("rule")
+        self.assertEqual(set(whole.runs), {18})
+        self.assertEqual(whole.runup_fraction_25["half of tan phi'"], 1.0)
+        np.testing.assert_allclose(whole.runup_rmsle[["0.05", "0.2", "half of tan phi'", "the smaller of 0.3 and the half"]],
+                                   [0.216, 0.101, 0.056, 0.047], atol=6e-4)
+        np.testing.assert_allclose(whole.k_r[["0.2", "half of tan phi'", "the smaller of 0.2 and the half", "the smaller of 0.3 and the half"]],
+                                   [1.006, 0.841, 0.979, 0.898], atol=6e-4)
+        calibration = committed("reproduction_w7", "friction_scan_calibration")
+        share = calibration[calibration.rule == "c times tan phi'"]
+        for points, c, between_halves in (("every friction", [0.39, 0.40, 0.41, 0.34], [0.004, 0.021]),
+                                          ("all", [0.45, 0.37, 0.47, 0.42, 0.47, 0.35], [0.016, 0.005, 0.010])):
+            of = share[share.points == points]
+            np.testing.assert_allclose(of.c, c)
+            found = of.groupby("split", sort=False).rmsle_judging_half.agg(lambda of_halves: abs(of_halves.diff().iloc[1]))
+            np.testing.assert_allclose(found, between_halves, atol=6e-4)
+
     def test_in_slow_flow_less_friction_than_the_half_fits_the_cohesive_stiff_snow(self):
         runs = read_study_table([EVIDENCE / "friction_w7" / "slow.csv"]).runs
         runs = runs.sort_values(["effective_friction", "obstacle_friction"])  # 0.2, 0.3, half of tan phi'

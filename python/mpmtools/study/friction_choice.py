@@ -229,13 +229,14 @@ def scan_tables(scan_files):
 
 
 def _parts_of(computed):
-    """{points: their rows}: where that is a part, first the points with every coefficient of the table but at most one (a run without a steady
-    mean leaves a gap), then all."""
+    """{points: their rows}: all, and first, unless nearly all are such, the points with every coefficient of the table but at most one (a run
+    without a steady mean leaves a gap)."""
     coefficient = levels(computed.obstacle_friction).round(9)
     constants = coefficient[~computed.is_half].unique()
     found = coefficient.isin(constants).groupby([computed[name] for name in POINT]).transform("sum")
     full = computed[found >= len(constants) - 1]
-    return ({EVERY_FRICTION: full} if 0 < len(full) < len(computed) else {}) | {ALL: computed}
+    share = full.groupby(POINT).ngroups / computed.groupby(POINT).ngroups
+    return ({EVERY_FRICTION: full} if 0.0 < share < MOST_POINTS else {}) | {ALL: computed}
 
 
 def computed_nearly_everywhere(computed):
