@@ -168,9 +168,10 @@ def _why(study):
     rules = next((table for name in ("friction_scan_rules", "friction_rules") if len(table := study.table(name))), ())
     if len(rules):
         k = _first_points(rules).set_index("rule")
-        why.append("k_r follows the friction of the mast, which the paper does not print: "
-                   + ", ".join(f"{number(r.k_r, 2)} with {rule.replace('phi', 'φ')}" for rule, r in k.iterrows())
-                   + f", on the same {k.runs.iloc[0]:.0f} rows.")
+        best = k.nsmallest(4, "runup_rmsle")
+        why.append("k_r follows the friction of the mast, which the paper does not print. The four of our rules that fit the run-ups best: "
+                   + ", ".join(f"{number(r.k_r, 2)} with {rule.replace('phi', 'φ')}" for rule, r in best.iterrows())
+                   + (f"; {number(k.k_r['0'], 2)} without friction" if "0" in k.index else "") + f", on the same {k.runs.iloc[0]:.0f} rows.")
     calibration = study.table("friction_scan_calibration")
     if len(calibration):
         why.append(_calibrations(_first_points(calibration)))
@@ -418,7 +419,8 @@ def figure_friction(study):
     for which, name in (("", "Two campaigns"), ("_scan", "Several frictions at every point")):
         rules = study.table(f"friction{which}_rules")
         if len(rules):
-            tables += [_rules_table(rules, name), _calibration_table(study.table(f"friction{which}_calibration"), name)]
+            calibration = study.table(f"friction{which}_calibration")
+            tables += [_rules_table(rules, name), *(_calibration_table(of, name) for _, of in calibration.groupby("constant", sort=False))]
     if not tables:
         return Drawn([], ["no table of a campaign with one friction for all snow (--friction), nor of one that varies it (--friction-scan)"])
     errors = study.table("friction_interpolation")
@@ -461,6 +463,8 @@ def _scan_pictures(scan):
         half = of_snow.half.iloc[0]
         axes.axvline(half, color="0.6", lw=0.8, ls="--", label="half of tan φ'")
         axes.axhline(1.0, color="0.6", lw=0.8)
+        low, high = axes.get_ylim()
+        axes.set_ylim(low, high + 0.3 * (high - low))  # room for the legend
         pictures.append(picture(axes, f"Run-up and friction of the mast, M' = {friction:.2f}", "friction of the mast",
                                 "run-up over that with half of tan φ'", "Runs without a steady mean are left out.", ncols=2, fontsize=8, handlelength=3.5))
     return pictures

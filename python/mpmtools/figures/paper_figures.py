@@ -368,7 +368,7 @@ def figure_s1(study):
     if table.empty:
         return Drawn([], ["no table of runs that change one choice at a time"])
     table, summary = table.assign(label=choice_labels(table)), summary.assign(label=choice_labels(summary))
-    shown = [label for label in summary.label if label != "base"]
+    shown = list(dict.fromkeys(label for label in summary.label if label != "base"))  # two campaigns may vary the same choice
     pictures = []
     for key, title in (("runup", "(a) run-up height, one choice changed"), ("pressure_height", "(b) pressure height, one choice changed"),
                        ("force", "(c) mean force on the mast, one choice changed")):

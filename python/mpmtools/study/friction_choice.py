@@ -220,9 +220,9 @@ def scan_tables(scan_files):
         constants = computed_nearly_everywhere(of)
         if not (constants > 0.0).any():
             raise InputError(f"{names}: no friction above 0 was computed at nine in ten of the points, to compare rules with")
+        constant = CONSTANT if np.isclose(constants, CONSTANT).any() else min(constants[constants > 0.0])
         rules.append(friction_rules(of, rules_of(*constants)).replace({"points": {ALL: points}}))
-        calibrations.append(friction_calibration(of, min(constants[constants > 0.0]), (SMALLER_OF_BOTH, ONE_FOR_ALL, SHARE))
-                            .replace({"points": {ALL: points}}))
+        calibrations.append(friction_calibration(of, constant, (SMALLER_OF_BOTH, ONE_FOR_ALL, SHARE)).replace({"points": {ALL: points}}))
     return {"friction_scan": heights.drop(columns="is_half").sort_values([*POINT, "obstacle_friction"], ignore_index=True),
             "friction_scan_rules": pd.concat(rules, ignore_index=True),
             "friction_scan_calibration": pd.concat(calibrations, ignore_index=True)}
