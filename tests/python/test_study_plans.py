@@ -135,15 +135,18 @@ class FullCampaigns(unittest.TestCase):
 
 class OpenQuestions(unittest.TestCase):
     def test_friction_covers_what_the_calibration_needs(self):
-        runs = list(runs_of(STUDY / "reproduction" / "friction.toml"))
+        runs = [run for name in ("friction.toml", "friction_slow.toml") for run in runs_of(STUDY / "reproduction" / name)]
         self.assertEqual({run.get("obstacle.friction") for run in runs}, {None, 0, 0.05, 0.1, 0.15, 0.2, 0.3})
         self.assertEqual({run["conveyor.froude_number"] for run in runs}, {0.1, 0.3, 1, 3, 5})
         self.assertGreaterEqual(len({(run["material.critical_state_slope"], run["material.cohesion_beta"]) for run in runs}), 6)
         self.assertEqual({run["numerics.cell_size_m"] for run in runs}, {0.25})
         twin = list(runs_of(STUDY / "reproduction" / "friction_w5.toml"))
-        inputs = [*INPUTS, "obstacle.friction", "output.duration_s"]
-        self.assertEqual({tuple(run.get(key) for key in inputs) for run in twin}, {tuple(run.get(key) for key in inputs) for run in runs})
         self.assertEqual({run["numerics.cell_size_m"] for run in twin}, {0.35})
+        duration, coarse = ({tuple(run.get(key) for key in (*INPUTS, "obstacle.friction")): run["output.duration_s"] for run in of}
+                            for of in (runs, twin))
+        self.assertLessEqual(coarse.keys(), duration.keys())  # friction_slow.toml also has M' 1.53
+        for inputs, seconds in coarse.items():
+            self.assertGreaterEqual(duration[inputs], seconds, inputs)
 
     def test_transfers_are_compared_at_a_dozen_points(self):
         runs = list(runs_of(STUDY / "reproduction" / "transfer.toml"))
@@ -175,8 +178,9 @@ class OpenQuestions(unittest.TestCase):
     def test_windows_grow_twice_and_the_strip_holds_the_same_snow(self):
         windows = list(runs_of(STUDY / "reproduction" / "windows.toml"))
         self.assertEqual({run["conveyor.upstream_length_m"] for run in windows}, {8.4, 16.8, 33.6})
-        self.assertEqual({tuple(run[key] for key in INPUTS) for run in windows},
-                         {tuple(run[key] for key in INPUTS) for run in runs_of(STUDY / "reproduction" / "strip.toml")})
+        strips = {tuple(run[key] for key in INPUTS) for run in runs_of(STUDY / "reproduction" / "strip.toml")}
+        self.assertLessEqual({tuple(run[key] for key in INPUTS) for run in windows}, strips)
+        self.assertEqual({slope for _, slope, *_ in strips}, {0, 0.4, 1.2})  # and a fluid and loose snow
         self.assertEqual({run["conveyor.sidewall_contact"] for run in windows if "conveyor.sidewall_contact" in run}, {"slip", "coulomb"})
 
 
