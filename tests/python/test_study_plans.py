@@ -36,18 +36,20 @@ def base_of(path):
 
 
 def runs_of(path):
-    """The keys of every run in the order of the plan, as the program expands it: base, [set], the combinations, [[when]]."""
+    """The keys of every run in the order of the plan, as the program expands it. Later ones override earlier ones: base, [set], [[when]], the set
+    of the block, its parameters; a [[when]] matches what the run has in the end."""
     plan, base = read(path), base_of(path)
     for grid in plan.get("grid", [plan]):
         names = [[name.strip() for name in column.split(",")] for column in grid["parameters"]]
         for values in itertools.product(*grid["parameters"].values()):
-            run = {**base, **plan.get("set", {}), **grid.get("set", {})}
+            own = dict(grid.get("set", {}))
             for keys, value in zip(names, values):
-                run.update(zip(keys, value if len(keys) > 1 else [value]))
+                own.update(zip(keys, value if len(keys) > 1 else [value]))
+            run = {**base, **plan.get("set", {}), **own}
             for when in plan.get("when", []):
                 if all(run.get(key) in (allowed if isinstance(allowed, list) else [allowed]) for key, allowed in when["match"].items()):
                     run.update(when["set"])
-            yield run
+            yield {**run, **own}
 
 
 def varied_by(path):
@@ -178,7 +180,9 @@ class OpenQuestions(unittest.TestCase):
     def test_windows_grow_twice_and_the_strip_holds_the_same_snow(self):
         windows = list(runs_of(STUDY / "reproduction" / "windows.toml"))
         self.assertEqual({run["conveyor.upstream_length_m"] for run in windows}, {8.4, 16.8, 33.6})
-        strips = {tuple(run[key] for key in INPUTS) for run in runs_of(STUDY / "reproduction" / "strip.toml")}
+        runs = list(runs_of(STUDY / "reproduction" / "strip.toml"))
+        self.assertEqual({(run["conveyor.froude_number"], run["output.duration_s"]) for run in runs}, {(1, 36.7), (0.3, 55), (0.3, 110), (0.1, 60), (0.1, 120)})
+        strips = {tuple(run[key] for key in INPUTS) for run in runs}
         self.assertLessEqual({tuple(run[key] for key in INPUTS) for run in windows}, strips)
         self.assertEqual({slope for _, slope, *_ in strips}, {0, 0.4, 1.2})  # and a fluid and loose snow
         self.assertEqual({run["conveyor.sidewall_contact"] for run in windows if "conveyor.sidewall_contact" in run}, {"slip", "coulomb"})

@@ -50,6 +50,7 @@ class WindowMeans(unittest.TestCase):
         pd.DataFrame({"time_s": time, "runup_m": hill, "pressure_height_m": 4.0, "force_x_n": time}).to_csv(series, index=False)
         found = highest_means(self.path).iloc[0]
         self.assertEqual((found.from_s, found.to_s, found.runup, found.force_n), (20.0, 30.0, 3.0, 25.0))
+        self.assertTrue(highest_means(self.path, 100.0).empty)  # the run is shorter
 
     def test_runs_without_a_folder_and_runs_that_are_not_done_are_left_out(self):
         self.campaign([0.1, 0.3, 1.0], status=["done", "failed", "done"])

@@ -41,12 +41,22 @@ def half_friction(friction):
     return RATIO * np.tan(equations.friction_angle(friction))
 
 
+def has_half(computed):
+    """For each row, whether its mast has half of tan(phi')."""
+    return np.isclose(computed.obstacle_friction, half_friction(computed.effective_friction))
+
+
+def coefficients_of(computed):
+    """The coefficient of the mast of each row; those that are meant to be equal have equal digits."""
+    return levels(computed.obstacle_friction).round(9)
+
+
 def computed_heights(*campaigns):
     """Points with two or more frictions of the mast: a row for each friction with its inputs, obstacle_friction, and both heights over H. Of
     several runs with one friction the first counts."""
     columns = ["effective_friction", "obstacle_friction", *(e.name for e in EQUATIONS)]
     rows = pd.concat([point_keys(runs).join(runs[columns]) for runs in campaigns], ignore_index=True)
-    rows = rows[~rows.assign(friction=levels(rows.obstacle_friction).round(9)).duplicated([*POINT, "friction"])]
+    rows = rows[~rows.assign(friction=coefficients_of(rows)).duplicated([*POINT, "friction"])]
     return rows[rows.groupby(POINT).obstacle_friction.transform("nunique") > 1].reset_index(drop=True)
 
 
@@ -209,10 +219,8 @@ def scan_tables(scan_files):
     names, computed = ", ".join(map(str, scan_files)), computed_heights(read_runs_or_refuse(scan_files).runs)
     if computed.empty:
         raise InputError(f"{names}: no flow and snow was computed with two frictions of the mast")
-    half = half_friction(computed.effective_friction)
-    computed["is_half"] = np.isclose(computed.obstacle_friction, half)
-    at_half = computed[computed.is_half].drop_duplicates(POINT)[[*POINT, *(e.name for e in EQUATIONS)]]
-    heights = computed.assign(half=half).merge(at_half, on=POINT, how="left", suffixes=("", "_at_half"))
+    at_half = computed[has_half(computed)].drop_duplicates(POINT)[[*POINT, *(e.name for e in EQUATIONS)]]
+    heights = computed.assign(half=half_friction(computed.effective_friction)).merge(at_half, on=POINT, how="left", suffixes=("", "_at_half"))
     for name in (e.name for e in EQUATIONS):
         heights[f"{name}_over_half"] = heights[name] / heights.pop(f"{name}_at_half")  # NaN where the half was not computed
     rules, calibrations = [], []
@@ -223,7 +231,7 @@ def scan_tables(scan_files):
         constant = CONSTANT if np.isclose(constants, CONSTANT).any() else min(constants[constants > 0.0])
         rules.append(friction_rules(of, rules_of(*constants)).replace({"points": {ALL: points}}))
         calibrations.append(friction_calibration(of, constant, (SMALLER_OF_BOTH, ONE_FOR_ALL, SHARE)).replace({"points": {ALL: points}}))
-    return {"friction_scan": heights.drop(columns="is_half").sort_values([*POINT, "obstacle_friction"], ignore_index=True),
+    return {"friction_scan": heights.sort_values([*POINT, "obstacle_friction"], ignore_index=True),
             "friction_scan_rules": pd.concat(rules, ignore_index=True),
             "friction_scan_calibration": pd.concat(calibrations, ignore_index=True)}
 
@@ -231,8 +239,8 @@ def scan_tables(scan_files):
 def _parts_of(computed):
     """{points: their rows}: all, and first, unless nearly all are such, the points with every coefficient of the table but at most one (a run
     without a steady mean leaves a gap)."""
-    coefficient = levels(computed.obstacle_friction).round(9)
-    constants = coefficient[~computed.is_half].unique()
+    coefficient = coefficients_of(computed)
+    constants = coefficient[~has_half(computed)].unique()
     found = coefficient.isin(constants).groupby([computed[name] for name in POINT]).transform("sum")
     full = computed[found >= len(constants) - 1]
     share = full.groupby(POINT).ngroups / computed.groupby(POINT).ngroups
@@ -241,5 +249,5 @@ def _parts_of(computed):
 
 def computed_nearly_everywhere(computed):
     """The coefficients, rising, that were computed at MOST_POINTS of the points or more."""
-    share = computed.groupby(levels(computed.obstacle_friction).round(9)).size() / computed.groupby(POINT).ngroups
+    share = computed.groupby(coefficients_of(computed)).size() / computed.groupby(POINT).ngroups
     return share.index[share >= MOST_POINTS]

@@ -173,7 +173,7 @@ def late_means(path):
     @param path  results.csv of a campaign, beside its folders runs/NAME"""
     table = read_table(path)
     inputs = pd.DataFrame({name: numbers(table, name) for name in [*POINT, "cell_size_m"]})
-    means = run_means(path, lambda series, run: last_third(series)).drop(columns=["from_s", "to_s"])
+    means = run_means(table, lambda series, run: last_third(series)).drop(columns=["from_s", "to_s"])
     return inputs.join(means, how="inner").reset_index(drop=True)
 
 

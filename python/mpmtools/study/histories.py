@@ -11,7 +11,7 @@ from mpmtools.statistics import estimate_mean
 from mpmtools.study.fits import NARROW, fit_set
 from mpmtools.study.regression import PRESSURE_HEIGHT, RUNUP
 from mpmtools.study.runs import inputs_text
-from mpmtools.tables import numbers, read_series, read_table
+from mpmtools.tables import numbers, read_series
 
 ENVELOPE_FROUDE = (0.1, 1.0, 5.0)
 ENVELOPE_COLUMNS = ["froude_number", "time_s", "runs", "all_runs", "runup_low", "runup_high", "pressure_height_low", "pressure_height_high"]
@@ -67,17 +67,21 @@ def last_third(series):
     return series[series.index >= last - (last - first) / 3.0]
 
 
-def run_means(path, part):
-    """A row for each run of a campaign that is done and whose folder is there: from_s, to_s, and the mean and standard error over a part of its
-    series of both heights (over H) and of the force along the flow (N). The index is that of the table as read_table() has it.
+def run_folder(table, name):
+    """That of a run of a campaign. @param table  its results.csv, from read_table()"""
+    return os.path.join(os.path.dirname(table.attrs["path"]), "runs", name)
 
-    @param path  results.csv of a campaign, beside its folders runs/NAME
+
+def run_means(table, part):
+    """A row for each run of a campaign that is done and whose folder is there: from_s, to_s, and the mean and standard error over a part of its
+    series of both heights (over H) and of the force along the flow (N). The index is that of the table.
+
+    @param table  results.csv of a campaign, from read_table(), beside its folders runs/NAME
     @param part  the part, a function of the series (index time_s) and the run's row of the table, all text; an empty part leaves the run out"""
-    table = read_table(path)
     heights = numbers(table, "flow_height_m")
     rows = {}
     for index, run in table[table.status == "done"].iterrows():
-        file = os.path.join(os.path.dirname(path), "runs", run["name"], "series.csv")
+        file = os.path.join(run_folder(table, run["name"]), "series.csv")
         if not os.path.exists(file):
             continue
         chosen = part(read_series(file).set_index("time_s"), run)

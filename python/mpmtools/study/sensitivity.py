@@ -41,8 +41,7 @@ def sensitivities(*paths):
     Choices are the columns obstacle_friction, obstacle_friction_ratio, cell_size_m, conveyor_width_m and those named after a key
     (`numerics.slope_deg`), durations and rates of output excepted. The base has in each of them the value that most rows have, of the width
     of the belt, which follows the hardening xi, most rows of the same xi; the friction of the mast follows from its ratio where the ratio is
-    the base's. A run with another friction is described by the one of the two columns whose
-    value more points share.
+    the base's. A run with another friction is described by the one of the two columns whose value more points share.
     """
     studies = [_sensitivities_of(read_table(path)) for path in paths]
     return SensitivityStudy(pd.concat([of.runs for of in studies], ignore_index=True),

@@ -3,13 +3,11 @@
 The strip is an avalanche of particles from its front to its rear, which are both free; a window has an inlet and an outlet.
 """
 
-import os
-import tomllib
-
 import numpy as np
 import pandas as pd
 
-from mpmtools.study.histories import last_third, run_means
+from mpmtools.run import Run
+from mpmtools.study.histories import last_third, run_folder, run_means
 from mpmtools.tables import numbers, read_table
 
 STRIP_LASTS = {1.0: (10.0, 22.0), 0.3: (16.0, 32.0)}  # s, by Froude number
@@ -36,6 +34,8 @@ def highest_means(path, seconds=10.0):
     takes the support away."""
     def part(series, run):
         count = round(seconds / np.median(np.diff(series.index)))
+        if count >= len(series):
+            return series.iloc[:0]  # the run is shorter
         last = series.runup_m.rolling(count + 1).mean().argmax()
         return series.iloc[last - count:last + 1]
 
@@ -43,19 +43,15 @@ def highest_means(path, seconds=10.0):
 
 
 def _means(path, part):
-    means = run_means(path, part)
-    table = read_table(path).loc[means.index]
-    cases = [_case(path, name) for name in table["name"]]
+    table = read_table(path)
+    means = run_means(table, part)
+    table = table.loc[means.index]
+    cases = [Run(run_folder(table, name)).case for name in table["name"]]
     of_run = pd.DataFrame({"feed": [_feed(case) for case in cases], "conveyor_width_m": numbers(table, "conveyor_width_m"),
                            "sidewall_contact": [case["conveyor"]["sidewall_contact"] for case in cases],
                            "froude_number": numbers(table, "froude_number"), "effective_friction": numbers(table, "effective_friction"),
                            "steady": table.steady}, index=table.index)
     return of_run.join(means).reset_index(drop=True)
-
-
-def _case(path, name):
-    with open(os.path.join(os.path.dirname(path), "runs", name, "case.toml"), "rb") as file:
-        return tomllib.load(file)
 
 
 def _feed(case):
