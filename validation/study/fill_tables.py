@@ -14,7 +14,7 @@ SOURCE = STUDY.parent.parent
 sys.path[:0] = [str(SOURCE / "python"), str(SOURCE / "docs")]
 
 from generate import filled, table  # noqa: E402
-from mpmtools.figures.evidence_figures import NAMES as SYMBOLS  # noqa: E402
+from mpmtools.figures.study_summary import NAMES as SYMBOLS  # noqa: E402
 from mpmtools.study.jams import LIMIT  # noqa: E402
 from mpmtools.study.regression import EQUATIONS  # noqa: E402
 from mpmtools.tables import read_series, read_table  # noqa: E402

@@ -1,23 +1,19 @@
-"""How far the study's coefficients can be trusted: summary, both campaigns side by side, intervals, what decides them, jams, and the friction of the mast.
+"""How far the study's coefficients can be trusted: both campaigns side by side, intervals, what decides them, jams, and the friction of the mast.
 
 Every function takes a Study (study_page.py), and draws tables that study/tables.py calls evidence. Intervals are of 90 %.
 """
-
-from typing import NamedTuple
 
 import numpy as np
 
 from mpmtools.figures.axes import Drawn, decades, froude_colour, new_axes, number, per_cent, picture
 from mpmtools.figures.style import COLOURS, MARKERS
-from mpmtools.study.friction_choice import SHARE, SMALLER_OF_BOTH
+from mpmtools.figures.study_summary import NAMES, interval
 from mpmtools.study.jams import LEAST_STATIC, LIMIT
-from mpmtools.study.uncertainty import LOOSE, STIFF
 from mpmtools.tables import number_text
 
 SYMBOLS = {"k_r": "$k_r$", "kappa_r": r"$\kappa_r$", "k_p": "$k_p$", "Fr_sat": r"$Fr_{sat}$", "kappa_p": r"$\kappa_p$"}
 KINDS = (("standard_error", "its standard error"), ("profile", "profile of the sum of squares"), ("material", "bootstrap over materials"),
          ("froude", "bootstrap over Froude numbers"))
-NAMES = {"k_r": "k_r", "kappa_r": "κ_r", "k_p": "k_p", "Fr_sat": "Fr_sat", "kappa_p": "κ_p"}
 FITTED_AND_SCORED = [*NAMES.values(), "RMSLE of h_r", "within 25 %", "NRMSE of h_p"]  # head of the cells of _fitted_and_scored
 NONE = ["no tables of evidence: `python3 -m mpmtools study` makes them from a table of runs"]
 
@@ -26,200 +22,6 @@ def _fitted_and_scored(row):
     """Cells of what coefficients_and_scores() gives: the five coefficients, and scores of the published equations."""
     return [*(number(row[name]) for name in SYMBOLS), per_cent(row["runup_rmsle"]), per_cent(row["runup_fraction_25"]),
             per_cent(row["pressure_height_nrmse"])]
-
-
-def interval(low, high):
-    if not np.isfinite(low):
-        return "not determined"
-    return f"{number(low, 2)} to {number(high, 2)}" if np.isfinite(high) else f"above {number(low, 2)}"
-
-
-SETS = ("narrow", "wide")
-
-
-class Column(NamedTuple):
-    """What was fitted to one fitting set of a campaign."""
-
-    campaign: str
-    fitting_set: str  # one of SETS, or "both sets"
-    size: str  # of the set: runs and materials
-    found: dict  # {coefficient: (value, from, to)}; interval: bootstrap over materials
-    scores: dict  # {equation: scores of the published equation}
-
-    @property
-    def name(self):
-        return f"{self.campaign}, {self.fitting_set}"
-
-
-def headline_columns(studies):
-    """[Column]: both fitting sets of every study, and of the prediction where a study was evaluated with it and the prediction is no study of
-    its own: none of this name, and none with the same values."""
-    columns = []
-    of_its_own = any(study.name == "prediction" for study in studies)
-    for study in studies:
-        intervals = study.table("coefficient_intervals")
-        for name in SETS:
-            of_set = intervals[intervals.fitting_set == name] if len(intervals) else intervals
-            if len(of_set):
-                scores = {e: r["scores_of_published"] for e in ("runup", "pressure_height")
-                          if (r := study.regression(e, name)) and "scores_of_published" in r}
-                columns.append(Column(study.name, name, _size(of_set), _with_interval(of_set), scores))
-        prediction, scores = predicted(study), predicted(study, "campaign_scores")
-        for name in SETS if len(prediction) and not of_its_own else ():
-            of_set = prediction[prediction.fitting_set == name]
-            if np.isfinite(of_set.value).any():
-                of_scores = {r["equation"]: r for r in scores[scores.fitting_set == name].to_dict("records")} if len(scores) else {}
-                columns.append(Column("prediction", name, _size(of_set), _with_interval(of_set), of_scores))
-    fitted = [c.found for c in columns if c.campaign != "prediction"]
-    return [c for c in columns if c.campaign != "prediction" or not any(_same_values(c.found, found) for found in fitted)]
-
-
-def _same_values(a, b):
-    """Whether two columns hold the same coefficients: the prediction may be a study of its own on the page."""
-    return set(a) == set(b) and all(np.isclose(a[p][0], b[p][0], rtol=1e-9) for p in a)
-
-
-def _size(rows):
-    return f"{rows.iloc[0].runs:.0f} runs, {rows.iloc[0].materials:.0f} M'"
-
-
-def predicted(study, name="side_by_side"):
-    """Rows of a table of both campaigns that are of the prediction as a whole; empty without them."""
-    table = study.table(name)
-    return table[table.campaign == "prediction"] if len(table) else table
-
-
-def _with_interval(rows):
-    return {c.parameter: (c.value, c.material_from, c.material_to) for c in rows.itertuples()}
-
-
-def _without_repeats(columns):
-    """One column in place of two where both fitting sets of a campaign hold the same runs."""
-    kept = []
-    for column in columns:
-        if kept and kept[-1]._replace(fitting_set=column.fitting_set) == column:
-            kept[-1] = column._replace(fitting_set="both sets")
-        else:
-            kept.append(column)
-    return kept
-
-
-def matrix(studies):
-    """The table that heads the page: what was fitted, beside the paper's."""
-    columns = _without_repeats(headline_columns(studies))
-    if not columns:
-        return None
-    published = {c.parameter: c.published for c in studies[0].table("coefficient_intervals").itertuples()}
-    scores = {"runup": "rmsle", "pressure_height": "nrmse"}
-    paper = {e: studies[0].regression(e)["published_scores_on_its_own_data"] for e in scores}
-
-    def row(name, coefficients, scored):
-        return [name, *coefficients,
-                *(f"{per_cent(s[score])}, {per_cent(s['fraction_25'])}" if (s := scored.get(e)) else "–" for e, score in scores.items())]
-
-    rows = [row("paper", [number(value) for value in published.values()], paper)]
-    for c in columns:
-        found = [c.found[p] for p in published]
-        rows.append(row(f"{c.name} ({c.size})", [f"{number(f[0])} ({interval(*f[1:])})" if np.isfinite(f[0]) else "–" for f in found], c.scores))
-    return {"head": ["", *(NAMES[p] for p in published), "run-up: RMSLE, within 25 %", "pressure height: NRMSE, within 25 %"], "rows": rows}
-
-
-def in_short(studies):
-    """Three lists of sentences for somebody who has read the paper: what is confirmed, what differs, why. Every number is from the tables."""
-    columns = [c for c in _without_repeats(headline_columns(studies)) if c.scores]
-    if not columns:
-        return None
-    study = studies[0]
-    published = {c.parameter: c.published for c in study.table("coefficient_intervals").itertuples()}
-    scores = "; ".join(f"{c.name}: RMSLE {per_cent(c.scores['runup']['rmsle'])}, NRMSE {per_cent(c.scores['pressure_height']['nrmse'])}"
-                       for c in columns)
-    confirmed = ["Both equations hold in form. Published coefficients on our runs: " + scores + " (the paper on its own data: 13.0 and 6.6 %).",
-                 "Slow snow piles up because of its friction, fast snow loses head to it; the pressure height stops growing near Fr 1.5."]
-    differs = []
-    for c in columns:
-        outside = [f"{NAMES[p]} {number(c.found[p][0])} ({number(value)})" for p, value in published.items()
-                   if not c.found[p][1] <= value <= c.found[p][2]]
-        if outside:
-            differs.append(f"{c.name}: {', '.join(outside)} (paper in brackets) lie outside their 90 % intervals.")
-        else:
-            confirmed.append(f"{c.name}: the intervals hold all five coefficients ({c.size}).")
-    compared = next((s for s in studies if len(s.table("paired_summary"))), study)
-    return {"confirmed": confirmed, "differs": [*differs, *_accurate_solver(compared)], "why": _why(study)}
-
-
-def _accurate_solver(study):
-    summary, prediction = study.table("paired_summary"), predicted(study)
-    if summary.empty or prediction.empty:
-        return ["No run of the prediction (accurate solver) was compared."]
-    of_all = summary[summary.group == "all"].set_index("quantity")
-    froude = [g for g in summary.group.unique() if g != "all"]
-    ratios = ", ".join(f"{q} {number(r.ratio, 2)} ({number(r.lowest, 2)} to {number(r.highest, 2)})" for q, r in of_all.iterrows())
-    text = (f"The accurate solver over the paper's numerics ({study.name}), {of_all.pairs.max():.0f} pairs of runs at {', '.join(froude)}: {ratios}.")
-    fitted = np.isfinite(prediction.value).any()
-    return [text if fitted else text + f" Its {prediction.rows.iloc[0]:.0f} rows are too few for coefficients."]
-
-
-def _why(study):
-    why = []
-    k_of = {r.part: r.k_r for r in study.table("runup_parts").itertuples() if r.fitting_set == SETS[0]}
-    if {LOOSE, STIFF} <= k_of.keys():
-        why.append(f"The pile-up is not proportional to M': with the runs of {LOOSE} alone k_r is {number(k_of[LOOSE], 2)}, with those above "
-                   f"{number(k_of[STIFF], 2)} (narrow).")
-    rules = next((table for name in ("friction_scan_rules", "friction_rules") if len(table := study.table(name))), ())
-    if len(rules):
-        k = _first_points(rules).set_index("rule")
-        best = k.nsmallest(4, "runup_rmsle")
-        why.append("k_r follows the friction of the mast, which the paper does not print. The four of our rules that fit the run-ups best: "
-                   + ", ".join(f"{number(r.k_r, 2)} with {rule.replace('phi', 'φ')}" for rule, r in best.iterrows())
-                   + (f"; {number(k.k_r['0'], 2)} without friction" if "0" in k.index else "") + f", on the same {k.runs.iloc[0]:.0f} rows.")
-    calibration = study.table("friction_scan_calibration")
-    if len(calibration):
-        why.append(_calibrations(_first_points(calibration)))
-    jams = study.table("coefficients_without_jams")
-    if len(jams):
-        both = [jams[(jams.fitting_set == name) & (jams.limit == limit)].iloc[0] for name in SETS for limit in (np.inf, LIMIT)]
-        if both[1].left_out > 0:
-            why.append("k_p and κ_p follow a few slow runs of stiff snow, which jam between inlet and mast. Without them κ_p goes from "
-                       f"{number(both[0].kappa_p, 2)} to {number(both[1].kappa_p, 2)} (narrow) and from {number(both[2].kappa_p, 2)} to "
-                       f"{number(both[3].kappa_p, 2)} (wide).")
-        else:
-            why.append(f"No run of the {study.name} jams by the rule of this page. " + _without_one_material(study.table("coefficient_intervals")))
-    compaction = study.table("compaction_summary")
-    if len(compaction):
-        loose, sticky = (compaction[compaction.cohesive == c].iloc[0] for c in (0, 1))
-        why.append("Compressible fast snow climbs less, because a compaction shock takes part of its head: without cohesion it keeps "
-                   f"{number(loose.mean_head, 2)}, and the shock leaves {number(loose.mean_behind_shock, 2)}. With cohesion: explained only in part "
-                   f"(rms difference {number(sticky.rms, 2)} against {number(loose.rms, 2)}).")
-    return why
-
-
-def _first_points(table):
-    """The rows of the points that the table has first: those with most frictions of the mast."""
-    return table[table.points == table.points.iloc[0]]
-
-
-def _calibrations(calibration):
-    """What each family of rules with one number c finds on one half of the points, and its score on the other."""
-    families = {family.name: of for family in (SMALLER_OF_BOTH, SHARE) if len(of := calibration[calibration.rule == family.name])}
-    first = next(iter(families.values()))
-    points = first.runs_calibrating.iloc[0] + first.runs_judging.iloc[0]
-
-    def rmsle(column):
-        return f"{per_cent(column.min())} to {per_cent(column.max())}"
-
-    found = [f"{name.replace('phi', 'φ')}: c = {number(of.c.min(), 2)} to {number(of.c.max(), 2)}, RMSLE {rmsle(of.rmsle_judging)}"
-             for name, of in families.items()]
-    return (f"Friction of the mast, calibrated on one half of {points:.0f} points and judged on the other, {len(first)} halves: "
-            + "; ".join(found) + f"; half of tan φ' without calibration: RMSLE {rmsle(first.rmsle_judging_half)}.")
-
-
-def _without_one_material(intervals):
-    """How far k_p and κ_p depend on one kind of snow."""
-    rows = intervals[intervals.fitting_set == SETS[0]].set_index("parameter")
-    ranges = [f"{NAMES[p]} is {number(c.lowest_without_one, 2)} (without M' {number(c.lowest_without_material, 2)}) to "
-              f"{number(c.highest_without_one, 2)} (without M' {number(c.highest_without_material, 2)})"
-              for p, c in rows.loc[["k_p", "kappa_p"]].iterrows()]
-    return "With one material left out " + ", ".join(ranges) + " on the narrow set."
 
 
 def figure_campaigns(study):
@@ -297,32 +99,6 @@ def _fitted_rows(rows):
 def _coefficient(rows, parameter):
     row = rows[rows.parameter == parameter].iloc[0]
     return f"{number(row.value)} ({interval(row.material_from, row.material_to)})" if np.isfinite(row.value) else "too few rows"
-
-
-def headline_rows(studies):
-    """Both fitting sets of every study: coefficient, with the interval of the bootstrap over materials, and the paper's. `studies`: (name,
-    table coefficient_intervals, table coefficients_without_jams)."""
-    rows = []
-    for name, intervals, jams in studies:
-        for fitting_set, of_set in intervals.groupby("fitting_set", sort=False):
-            kept = jams[(jams.fitting_set == fitting_set) & np.isclose(jams.limit, LIMIT)].iloc[0]
-            for c in of_set.itertuples():
-                holds = c.material_from <= c.published <= c.material_to
-                rows.append([f"{name}, {fitting_set} ({c.runs} runs, {c.materials} M')", c.parameter, number(c.value),
-                             interval(c.material_from, c.material_to), interval(c.froude_from, c.froude_to), number(kept[c.parameter]),
-                             number(c.published), "yes" if holds else "no"])
-    return rows
-
-
-HEADLINE = ["campaign and fitting set", "coefficient", "value", "90 %, materials drawn anew", "90 %, Froude numbers drawn anew", "without jams",
-            "paper", "paper inside (materials)"]
-
-
-def headline(studies):
-    """The table at the head of the page."""
-    tables = [(s.name, s.table("coefficient_intervals"), s.table("coefficients_without_jams")) for s in studies]
-    tables = [t for t in tables if len(t[1]) and len(t[2])]
-    return {"head": HEADLINE, "rows": headline_rows(tables)} if tables else None
 
 
 def figure_intervals(study):

@@ -6,13 +6,14 @@ file.
 
 import json
 import os
+import re
 
 import jinja2
 import markupsafe
 import pandas as pd
 
 from mpmtools.errors import InputError
-from mpmtools.figures import evidence_figures, extension_figures, paper_figures
+from mpmtools.figures import evidence_figures, extension_figures, paper_figures, study_summary
 from mpmtools.figures.axes import number, per_cent
 from mpmtools.figures.style import STYLE, inline, use_style, write_page
 from mpmtools.scores import levels
@@ -27,7 +28,7 @@ class Study:
 
     def __init__(self, folder):
         self.folder = str(folder)
-        self.name = os.path.basename(os.path.normpath(self.folder)).replace("_", " ")
+        self.name = re.sub(r"_w(\d+)$", r" at w/\1", os.path.basename(os.path.normpath(self.folder))).replace("_", " ")
         path = os.path.join(self.folder, "fit.json")
         try:
             with open(path, encoding="utf-8") as file:
@@ -218,7 +219,7 @@ def draw_page(target, folders, extensions=None):
     environment.filters["inline"] = inline
     page = environment.get_template("study_page.html.j2").render(
         style=markupsafe.Markup(STYLE), study=study.fit, name=study.name, sections=sections, tables=tables, aims=aim_table(studies),
-        headline=evidence_figures.headline(studies), matrix=evidence_figures.matrix(studies), short=evidence_figures.in_short(studies),
+        headline=study_summary.headline(studies), matrix=study_summary.matrix(studies), short=study_summary.in_short(studies),
         others=studies[1:], cautions=cautions_of(study))
     os.makedirs(os.path.dirname(os.path.abspath(target)), exist_ok=True)
     write_page(target, page)
