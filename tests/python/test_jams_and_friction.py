@@ -157,8 +157,13 @@ class Scan(InFolder):
     def test_of_frictions_finds_the_one_coefficient_behind_the_data(self):
         tables = scan_tables([self.scan("results.csv", lambda half: 0.15, (0.0, 0.15, 0.3))])
         rules = tables["friction_scan_rules"].set_index("rule")
-        self.assertEqual(list(rules.index), ["0", "0.15", "0.3", "half of tan phi'", "the smaller of 0.15 and the half",
-                                             "the smaller of 0.3 and the half"])
+        self.assertEqual(list(rules.index[:6]), ["0", "0.15", "0.3", "half of tan phi'", "the smaller of 0.15 and the half",
+                                                 "the smaller of 0.3 and the half"])
+        limit, one_for_all, share = rules.index[6:]
+        self.assertEqual(one_for_all, "best: 0.15 for all snow")
+        self.assertAlmostEqual(rules.runup_rmsle[one_for_all], 0.0, delta=1e-9)
+        self.assertRegex(limit, r"^best: the smaller of 0\.\d+ and the half$")
+        self.assertRegex(share, r"^best: 0\.\d+ times tan phi'$")
         self.assertAlmostEqual(rules.k_r["0.15"], RUNUP.published.k, delta=1e-6)
         self.assertTrue((rules.runs == len(self.runs)).all())
         calibrated = tables["friction_scan_calibration"].groupby("rule").c
@@ -186,10 +191,10 @@ class Scan(InFolder):
         whole, some = self.scan("xi5.csv", right, (0.0, 0.1, 0.15, 0.2, 0.3)), self.scan("xi0.5.csv", right, (0.2, 0.3), 0.5)
         tables = scan_tables([whole, some])
         rules = tables["friction_scan_rules"]
-        self.assertEqual(rules.points.tolist(), ["every friction"] * 10 + ["all"] * 5)
-        self.assertEqual(rules.runs.tolist(), [len(self.runs)] * 10 + [2 * len(self.runs)] * 5)
+        self.assertEqual(rules.points.tolist(), ["every friction"] * 13 + ["all"] * 8)
+        self.assertEqual(rules.runs.tolist(), [len(self.runs)] * 13 + [2 * len(self.runs)] * 8)
         self.assertEqual(rules.rule[:6].tolist(), ["0", "0.1", "0.15", "0.2", "0.3", "half of tan phi'"])
-        self.assertEqual(rules.rule[10:12].tolist(), ["0.2", "0.3"])
+        self.assertEqual(rules.rule[[10, 13, 14]].tolist(), ["best: the smaller of 0.15 and the half", "0.2", "0.3"])
         calibrated = tables["friction_scan_calibration"]
         found = calibrated[(calibrated.points == "every friction") & (calibrated.rule == "the smaller of c and the half")]
         np.testing.assert_allclose(found.c, 0.15)

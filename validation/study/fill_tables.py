@@ -110,12 +110,15 @@ def on_both_grids(campaign):
 
 
 def pile_up(campaigns, froude=0.1, xi=5.0):
-    """(h_r/H - 1)/M' of the slowest runs, which Eq. 8 takes to be one number k_r: a row for each kind of snow with friction."""
+    """(h/H - 1)/M' of the slowest runs, which the equations take to be one number k: for both heights a row a campaign, a column for each kind of
+    snow with friction."""
     found = {}
-    for campaign, name in campaigns.items():
-        points = results(campaign, "points")
-        slow = points[np.isclose(points.froude_number, froude) & np.isclose(points.hardening_xi, xi) & (points.effective_friction > 0.0)]
-        found[name] = {round(p.effective_friction, 2): (p.runup - 1.0) / p.effective_friction for p in slow.itertuples()}
+    for equation, height in zip(EQUATIONS, ("run-up", "pressure height")):
+        for campaign, name in campaigns.items():
+            points = results(campaign, "points")
+            slow = points[np.isclose(points.froude_number, froude) & np.isclose(points.hardening_xi, xi) & (points.effective_friction > 0.0)]
+            ratios_to_friction = (slow[equation.name] - 1.0) / slow.effective_friction
+            found[f"{height}, {name}"] = dict(zip(slow.effective_friction.round(2), ratios_to_friction))
     frictions = sorted(set().union(*found.values()))
     cells = [[f"{of[friction]:.2f}" if friction in of else "–" for friction in frictions] for of in found.values()]
     return table(("M'", *(f"{friction:.2f}" for friction in frictions)), [(name, *row) for name, row in zip(found, cells)])
@@ -137,8 +140,8 @@ TEXTS = {
     "README.md": {"coefficients": lambda: headline(CAMPAIGNS), "numerics": lambda: ratios("reproduction_w5", "paired_summary"),
                   "numerics alone": numerics_alone, "grids": lambda: ratios("reproduction_w7", "refined_summary"),
                   "grids alone": lambda: on_both_grids("reproduction_w7"),
-                  "pile-up": lambda: pile_up({"reproduction_w7": "reproduction, 0.25 m", "reproduction_w5": "reproduction, w/5",
-                                              "prediction": "prediction, w/5"})},
+                  "pile-up": lambda: pile_up({"reproduction_w7": "reproduction at 0.25 m", "reproduction_w5": "reproduction at w/5",
+                                              "prediction": "prediction"})},
     "first_reproduction.md": {"coefficients": lambda: headline(FIRST)},
     "jams.md": {"without jams": lambda: without_jams({**FIRST, **CAMPAIGNS})},
 }

@@ -87,7 +87,7 @@ def _without_unconverged(study):
     rows = [[r["without"] or "–", r["fitting_set"], f"{r['left_out']:.0f}", *_fitted_and_scored(r)]
             for r in study.table("coefficients_without_unconverged").fillna({"without": ""}).to_dict("records")]
     head = ["left out", "set", "runs left out", *FITTED_AND_SCORED]
-    title = "Coefficients without snow that is not converged at w/5, or depends on the window; scores against the published equations"
+    title = "Coefficients without some of the runs, and scores against the published equations"
     return {"title": title, "head": head, "rows": rows}
 
 

@@ -8,6 +8,7 @@ Two kinds of tables can be given: a campaign with one coefficient for all snow, 
 tables of runs that vary the coefficient at every point (`scan_tables`). `computed_heights` brings both into one form.
 """
 
+import re
 from collections import namedtuple
 from functools import partial
 
@@ -34,6 +35,7 @@ CEILINGS = np.round(np.arange(0.0, 0.501, 0.01), 2)  # above 0.47 the smaller of
 SMALLER_OF_BOTH = Family("the smaller of c and the half", np.minimum, CEILINGS)
 ONE_FOR_ALL = Family("c for all snow", lambda c, half: c, CEILINGS)
 SHARE = Family("c times tan phi'", lambda c, half: c / RATIO * half, CEILINGS)
+FAMILIES = (SMALLER_OF_BOTH, ONE_FOR_ALL, SHARE)
 
 
 def half_friction(friction):
@@ -90,6 +92,24 @@ def rules_of(*constants):
             **{SMALLER.format(number_text(c)): partial(SMALLER_OF_BOTH.coefficient, c) for c in constants if c > 0.0}}
 
 
+def best_rules(computed, rules, families):
+    """{name: coefficient of the mast as a function of the half}: of each family the one whose run-ups have the least RMSLE from the published
+    equation at the points that all `rules` can be computed at."""
+    points = on_common_points(computed, rules)[HALF]
+    best = {}
+    for family in families:
+        errors = {c: _rmsle(of) for c, of in _rows_of(_tried(computed, points, family), points).items()}
+        c = min(errors, key=errors.get)
+        best["best: " + re.sub(r"\bc\b", number_text(c), family.name)] = partial(family.coefficient, c)
+    return best
+
+
+def _tried(computed, points, family):
+    """{c: heights of these points} for every candidate of a family."""
+    kept = computed.merge(points[POINT], on=POINT)
+    return with_frictions(kept, {c: partial(family.coefficient, c) for c in family.candidates})
+
+
 def on_common_points(computed, rules):
     """{name: points with the rule's heights}, for the points that every rule can be computed at."""
     heights = with_frictions(computed, rules)
@@ -144,10 +164,9 @@ def friction_calibration(computed, constant=CONSTANT, families=(SMALLER_OF_BOTH,
     columns are what each of them scores on the half that judges."""
     plain = on_common_points(computed, rules_of(constant))
     points = plain[HALF]
-    kept = computed.merge(points[POINT], on=POINT)
     rows = []
     for family in families:
-        tried = with_frictions(kept, {c: partial(family.coefficient, c) for c in family.candidates})
+        tried = _tried(computed, points, family)
         for which, chosen in with_and_without_the_stiffest(points):
             rows += [{"rule": family.name, **row, "constant": constant, "points": which}
                      for row in _judged_on_halves(_rows_of(tried, chosen), _rows_of(plain, chosen), splits(chosen))]
@@ -212,7 +231,8 @@ def friction_tables(constant_file, ratio_runs, sensitivity_files=()):
 
 
 def scan_tables(scan_files):
-    """{table name: table} of runs that vary the friction of the mast at every point: heights, rules, calibration.
+    """{table name: table} of runs that vary the friction of the mast at every point: heights, rules (those whose friction was computed, and the
+    best of each family), calibration.
 
     If only some points were computed with every friction, rules and calibrations are given for these first and then for all, where fewer
     coefficients can be compared; the column `points` tells them apart."""
@@ -229,8 +249,9 @@ def scan_tables(scan_files):
         if not (constants > 0.0).any():
             raise InputError(f"{names}: no friction above 0 was computed at nine in ten of the points, to compare rules with")
         constant = CONSTANT if np.isclose(constants, CONSTANT).any() else min(constants[constants > 0.0])
-        rules.append(friction_rules(of, rules_of(*constants)).replace({"points": {ALL: points}}))
-        calibrations.append(friction_calibration(of, constant, (SMALLER_OF_BOTH, ONE_FOR_ALL, SHARE)).replace({"points": {ALL: points}}))
+        fixed = rules_of(*constants)
+        rules.append(friction_rules(of, fixed | best_rules(of, fixed, FAMILIES)).replace({"points": {ALL: points}}))
+        calibrations.append(friction_calibration(of, constant, FAMILIES).replace({"points": {ALL: points}}))
     return {"friction_scan": heights.sort_values([*POINT, "obstacle_friction"], ignore_index=True),
             "friction_scan_rules": pd.concat(rules, ignore_index=True),
             "friction_scan_calibration": pd.concat(calibrations, ignore_index=True)}
