@@ -1,5 +1,5 @@
 #!/usr/bin/python3
-"""Fills the generated tables of the study's texts (README.md, first_reproduction.md, jams.md) from the tables in results/.
+"""Fills the generated tables of the study's texts (README.md, first_reproduction.md, friction.md, jams.md) from the tables in results/.
 
 usage: fill_tables.py [--check]    --check changes nothing and fails where a text is out of date
 """
@@ -14,10 +14,12 @@ SOURCE = STUDY.parent.parent
 sys.path[:0] = [str(SOURCE / "python"), str(SOURCE / "docs")]
 
 from generate import filled, table  # noqa: E402
+from mpmtools.equations import PUBLISHED_RUNUP, relative_height  # noqa: E402
 from mpmtools.figures.study_summary import NAMES as SYMBOLS  # noqa: E402
+from mpmtools.study.friction_choice import ALL, EVERY_FRICTION, FAMILIES, HALF, coefficients_of, has_half  # noqa: E402
 from mpmtools.study.jams import LIMIT  # noqa: E402
 from mpmtools.study.regression import EQUATIONS  # noqa: E402
-from mpmtools.tables import read_series, read_table  # noqa: E402
+from mpmtools.tables import number_text, read_series, read_table  # noqa: E402
 
 CAMPAIGNS = {"reproduction_w7": "reproduction at 0.25 m", "reproduction_w5": "reproduction at w/5",
              "calibrated_prediction": "calibrated prediction", "prediction": "prediction, {refined} sets at 0.25 m"}
@@ -136,6 +138,44 @@ def without_jams(campaigns):
     return table(("", *SYMBOLS.values(), "RMSLE", "NRMSE"), rows)
 
 
+def friction_design(campaign):
+    """Run-up over the published equation at the points that have more than half of the frictions: a row for each Froude number and M'."""
+    scan = results(campaign, "friction_scan")
+    scan["ratio"] = scan.runup / relative_height(scan.effective_friction, scan.froude_number, PUBLISHED_RUNUP)
+    scan["column"] = np.where(has_half(scan), HALF, coefficients_of(scan).map(number_text))
+    frictions = sorted(set(scan.column) - {HALF}, key=float)
+    for fluid in scan[(scan.column == HALF) & np.isclose(scan.half, 0.0)].index:  # half of nothing is no friction, too
+        scan.loc[len(scan)] = {**scan.loc[fluid], "column": "0"}
+    rows = []
+    for (froude, friction, _), of in scan.groupby(["froude_number", "effective_friction", "hardening_xi"]):
+        found = dict(zip(of.column, of.ratio))
+        if 2 * len(found) > len(frictions) + 1:  # not those of three frictions
+            rows.append((f"{froude:g}", f"{friction:.2f}", *(f"{found[c]:.2f}" if c in found else "–" for c in (*frictions, HALF))))
+    return table(("Fr", "M'", *frictions, f"half ({HALF.removeprefix('half of ')}/2)".replace("phi", "φ")), rows)
+
+
+def friction_rules(campaign, points):
+    """Coefficients and scores with each rule for the friction of the mast, on the same points."""
+    rules = results(campaign, "friction_scan_rules")
+    rules = rules[rules.points == points]
+    rows = [(r.rule.replace("phi", "φ"), *(f"{getattr(r, symbol):.3f}" for symbol in SYMBOLS), f"{percent(r.runup_rmsle)}, {percent(r.runup_fraction_25)}",
+             percent(r.pressure_height_nrmse)) for r in rules.itertuples()]
+    return table((f"friction of the mast ({rules.runs.iloc[0]:.0f} points)", *SYMBOLS.values(), "run-up: RMSLE, within 25 %", "NRMSE"), rows)
+
+
+def friction_halves(campaign, points):
+    """What is calibrated on one half of the points, and its RMSLE there and on the other half, beside that of the half of tan phi'."""
+    calibration = results(campaign, "friction_scan_calibration")
+    of = calibration[calibration.points == points].set_index(["split", "calibrated_on", "rule"])
+    rows = []
+    for split, half in dict.fromkeys((split, half) for split, half, _ in of.index):
+        of_rules = [of.loc[split, half, family.name] for family in FAMILIES]
+        there, other = of.loc[split, "second" if half == "first" else "first", FAMILIES[0].name].rmsle_judging_half, of_rules[0].rmsle_judging_half
+        rows.append((f"{split}: {half} half ({of_rules[0].runs_calibrating:.0f} points)", *(f"{r.c:.2f}: {percent(r.rmsle_calibrating)}, "
+                     f"{percent(r.rmsle_judging)}" for r in of_rules), f"{percent(there)}, {percent(other)}"))
+    return table(("calibrated on", *(family.name.replace("phi", "φ") for family in FAMILIES), "half of tan φ'"), rows)
+
+
 TEXTS = {
     "README.md": {"coefficients": lambda: headline(CAMPAIGNS), "numerics": lambda: ratios("reproduction_w5", "paired_summary"),
                   "numerics alone": numerics_alone, "grids": lambda: ratios("reproduction_w7", "refined_summary"),
@@ -143,6 +183,11 @@ TEXTS = {
                   "pile-up": lambda: pile_up({"reproduction_w7": "reproduction at 0.25 m", "reproduction_w5": "reproduction at w/5",
                                               "prediction": "prediction"})},
     "first_reproduction.md": {"coefficients": lambda: headline(FIRST)},
+    "friction.md": {"design": lambda: friction_design("reproduction_w7"), "rules": lambda: friction_rules("reproduction_w7", EVERY_FRICTION),
+                    "halves": lambda: friction_halves("reproduction_w7", EVERY_FRICTION), "rules of all": lambda: friction_rules("reproduction_w7", ALL),
+                    "halves of all": lambda: friction_halves("reproduction_w7", ALL), "design at w/5": lambda: friction_design("reproduction_w5"),
+                    "rules at w/5": lambda: friction_rules("reproduction_w5", ALL),
+                    "halves at w/5": lambda: friction_halves("reproduction_w5", ALL)},
     "jams.md": {"without jams": lambda: without_jams({**FIRST, **CAMPAIGNS})},
 }
 
