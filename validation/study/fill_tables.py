@@ -25,6 +25,9 @@ CAMPAIGNS = {"reproduction_w7": "reproduction at 0.25 m", "reproduction_w5": "re
              "calibrated_prediction": "calibrated prediction", "prediction": "prediction, {refined} sets at 0.25 m"}
 FIRST = {"first_w5": "first reproduction, w/5", "first_w7": "first reproduction, 0.25 m"}
 QUANTITIES = ("run-up", "pressure height", "force")
+COEFFICIENT_AIMS = (0.10, 0.15)  # narrow, wide
+SCORE_AIMS, WITHIN_25_AIM = {"rmsle": 0.10, "nrmse": 0.066}, 0.95
+HOLDS = {(True, True): "in both", (True, False): "kinds of snow", (False, True): "Froude numbers", (False, False): "–"}
 
 
 def results(campaign, name):
@@ -65,7 +68,7 @@ def with_interval(row):
 
 def headline(campaigns):
     """A row for each campaign and fitting set: coefficients with intervals, scores of the published equations."""
-    rows = [("**paper**", "narrow", *published(), *paper_scores())]
+    rows = [("**paper**", "one fit", *published(), *paper_scores())]
     for campaign, name in campaigns.items():
         intervals = results(campaign, "coefficient_intervals")
         sets = intervals.groupby("fitting_set", sort=False).runs.first()
@@ -74,6 +77,41 @@ def headline(campaigns):
             rows.append((label(campaign, name) if fitting_set == "narrow" else "", f"{fitting_set}, {int(of.runs.iloc[0])} runs",
                          *(with_interval(of.loc[symbol]) for symbol in SYMBOLS), *published_scores(campaign, fitting_set)))
     return table(("", "set", *SYMBOLS.values(), "run-up: RMSLE, within 25 %", "pressure height: NRMSE, within 25 %"), rows)
+
+
+def stricter_aims(campaign):
+    """The stricter aims of the reproduction on both sets: value, and whether it is met."""
+    intervals, sets = results(campaign, "coefficient_intervals").set_index(["fitting_set", "parameter"]), ("narrow", "wide")
+    scores = results(campaign, "scores")
+    scores = scores[(scores.coefficients == "published") & scores.hardening_xi.isna() & scores.group.isna()].set_index(["fitting_set", "equation"])
+
+    def cell(value, met, signed=False):
+        return f"{100 * value:{'+' if signed else ''}.1f} %".replace("-", "−") + (", met" if met else ", **missed**")
+
+    rows = []
+    for symbol, name in SYMBOLS.items():
+        found = [(f.value / f.published - 1.0, limit) for f, limit in zip((intervals.loc[which, symbol] for which in sets), COEFFICIENT_AIMS)]
+        rows.append((f"{name}, from the paper's: at most {' and '.join(f'{100 * limit:.0f}' for limit in COEFFICIENT_AIMS)} %",
+                     *(cell(difference, abs(difference) <= limit, True) for difference, limit in found)))
+    for equation, height in zip(EQUATIONS, ("run-up", "pressure height")):
+        error, limit = equation.score, SCORE_AIMS[equation.score]
+        rows.append((f"{error.upper()} of the {height}: at most {percent(limit)}",
+                     *(cell(scores[error][which, equation.name], scores[error][which, equation.name] <= limit) for which in sets)))
+        rows.append((f"{height}s within 25 %: at least {percent(WITHIN_25_AIM)}",
+                     *(cell(scores.fraction_25[which, equation.name], scores.fraction_25[which, equation.name] >= WITHIN_25_AIM) for which in sets)))
+    return table(("aim (narrow and wide set)", *sets), rows)
+
+
+def intervals_hold(campaigns):
+    """Which of the two kinds of intervals hold the published coefficients, for each campaign and set."""
+    rows = []
+    for campaign, name in campaigns.items():
+        for fitting_set, of in results(campaign, "coefficient_intervals").groupby("fitting_set", sort=False):
+            of = of.set_index("parameter")
+            inside = {symbol: (of.material_from[symbol] <= of.published[symbol] <= of.material_to[symbol],
+                               of.froude_from[symbol] <= of.published[symbol] <= of.froude_to[symbol]) for symbol in SYMBOLS}
+            rows.append((label(campaign, name), fitting_set, *(HOLDS[inside[symbol]] for symbol in SYMBOLS)))
+    return table(("", "set", *SYMBOLS.values()), rows)
 
 
 def ratios(campaign, name):
@@ -177,7 +215,8 @@ def friction_halves(campaign, points):
 
 
 TEXTS = {
-    "README.md": {"coefficients": lambda: headline(CAMPAIGNS), "numerics": lambda: ratios("reproduction_w5", "paired_summary"),
+    "README.md": {"coefficients": lambda: headline(CAMPAIGNS), "stricter aims": lambda: stricter_aims("reproduction_w7"),
+                  "intervals": lambda: intervals_hold(CAMPAIGNS), "numerics": lambda: ratios("reproduction_w5", "paired_summary"),
                   "numerics alone": numerics_alone, "grids": lambda: ratios("reproduction_w7", "refined_summary"),
                   "grids alone": lambda: on_both_grids("reproduction_w7"),
                   "pile-up": lambda: pile_up({"reproduction_w7": "reproduction at 0.25 m", "reproduction_w5": "reproduction at w/5",
