@@ -69,6 +69,7 @@ class Grids(unittest.TestCase):
         first = found.iloc[0]
         self.assertAlmostEqual(first.coarse_over_fine, (1 + 0.2 * 0.35) / (1 + 0.2 * 0.175), 12)
         self.assertAlmostEqual(first.middle_over_fine, (1 + 0.2 * 0.25) / (1 + 0.2 * 0.175), 12)
+        self.assertAlmostEqual(first.ratio_standard_error, first.coarse_over_fine * 0.01 * np.sqrt(2.0), 12)  # both means are known to 1 %
         self.assertAlmostEqual(first.order, 1.0, 6)
         self.assertAlmostEqual(first.fine_uncertainty, 1.25 * 0.2 * 0.175 / (1 + 0.2 * 0.175), 9)
         summary = grid_summary(found).set_index("quantity").loc["run-up"]

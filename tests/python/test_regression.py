@@ -146,6 +146,10 @@ class Regression(unittest.TestCase):
         for equation, runs in ((RUNUP, 2), (PRESSURE_HEIGHT, 3)):
             with self.assertRaisesRegex(ConfigError, f"{runs} runs are left"):
                 fitted(equation, samples[:runs])
+        slow = samples_of([(m, 0.1, 1.0 + 0.7 * m**0.8) for m in (0.2, 0.4, 0.8, 1.2, 1.6)])  # piles alone: no head to lose
+        for equation in (RUNUP, PRESSURE_HEIGHT):
+            with self.assertRaisesRegex(ConfigError, "the runs do not determine the coefficients"):
+                fitted(equation, slow)
         for bad in ((0.5, 1.0, 0.0), (-0.1, 1.0, 2.0), (0.5, -1.0, 2.0), (0.5, 1.0, np.nan), (np.nan, 1.0, 2.0)):
             with self.assertRaises(ConfigError, msg=bad):
                 fitted(RUNUP, pd.concat([samples, samples_of([bad])]))

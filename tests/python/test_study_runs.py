@@ -127,7 +127,13 @@ class StudyTables(InFolder):
     def test_a_row_that_another_table_holds_too_counts_once(self):
         table = read_study_table([self.write("one.csv", TABLE), self.write("copy.csv", TABLE)])
         self.assertEqual(len(table.runs), 2)
-        self.assertEqual(table.left_out["the same row as in another table"], 4)
+        self.assertEqual(table.left_out["the same row as one before"], 4)
+
+    def test_a_row_that_stands_twice_in_one_table_counts_once(self):
+        first_two = "".join(TABLE.splitlines(keepends=True)[3:5])
+        table = self.read(TABLE + first_two)
+        self.assertEqual((table.rows, len(table.runs)), (6, 2))
+        self.assertEqual(table.left_out["the same row as one before"], 2)
 
     def test_refuse_what_they_cannot_read(self):
         with self.assertRaisesRegex(InputError, "no column 'hardening_xi', .*'critical_state_slope', 'cohesion_beta'; there are: run, "):

@@ -132,12 +132,16 @@ def figure_intervals(study):
 
 
 def _published_errors(study):
+    """For each design that the paper's fit may have, the residuals that its printed standard errors need: credible where they agree."""
     table = study.table("published_errors")
-    if table.empty:
+    if "needed_residual" not in table:
         return []
-    rows = [[f"{r.design} ({r.runs:.0f} runs)", r.parameter, per_cent(r.relative_standard_error, 2),
-             per_cent(r.published_relative_standard_error, 2)] for r in table.itertuples()]
-    head = ["design of the paper", "coefficient", "relative standard error that its scatter gives", "printed"]
+    rows = []
+    for (equation, residuals, design), of in table.groupby(["equation", "residuals", "design"], sort=False):
+        needed = of.needed_residual
+        rows.append([equation.replace("_", " "), residuals, f"{design} ({of.runs.iloc[0]:.0f} runs)",
+                     ", ".join(f"{NAMES[p]} {number(value)}" for p, value in zip(of.parameter, needed)), number(needed.max() / needed.min(), 2)])
+    head = ["equation", "residuals of", "design", "root mean square of the residuals that each printed error needs", "highest over lowest"]
     return [{"title": "The paper's own standard errors", "head": head, "rows": rows}]
 
 
@@ -260,8 +264,8 @@ SECTIONS = [
     ("intervals", "How well the coefficients are known", figure_intervals,
      "The standard errors of a fit take its residuals to be independent. All runs of one material (one M') err together, and so do all runs "
      "of one Froude number: therefore whole materials and whole Froude numbers are drawn anew (bootstrap) and left out (jackknife). The last "
-     "table asks what the paper's printed standard errors should be, for residuals of its printed size at its design: those of k_r are twice "
-     "as large as a logarithmic fit gives."),
+     "table asks which design and which kind of residual the paper's printed standard errors belong to: those for which every coefficient of an "
+     "equation needs the same residual. That is a fit without the fluid, and, for the run-up, to h/H and not to its logarithm, as the text says."),
     ("influence", "Which runs decide", figure_influence,
      "Each run and each material is left out in turn. k_p and κ_p compensate each other; the first table tells which runs move κ most. "
      "The second asks whether one k_r holds for loose and stiff, for slow and fast snow. The third leaves out whole kinds of snow."),

@@ -157,8 +157,8 @@ def splits(points):
 
 def friction_calibration(computed, constant=CONSTANT, families=(SMALLER_OF_BOTH,)):
     """Rules with a free number c, calibrated on one half of the points and judged on the other: rule, points (all, or without M' > 2.2), split,
-    calibrated_on (half), c, runs and RMSLE of the run-up on both halves, `constant`. Only c whose coefficients lie between computed ones at every
-    point are tried.
+    calibrated_on (half), c, at_edge (1: the lowest or highest c that was tried), runs and RMSLE of the run-up on both halves, `constant`. Only c
+    whose coefficients lie between computed ones at every point of both halves are tried.
 
     `chosen` is the best on the first half of three rules without a free number: `constant`, the half, and the smaller of both; the last
     columns are what each of them scores on the half that judges."""
@@ -188,8 +188,8 @@ def _judged_on_halves(tried, plain, halves):
             judged = tried[best][~chosen]
             scores = {rule: (_rmsle(of[chosen]), _rmsle(of[~chosen])) for rule, of in plain.items()}
             first_choice = min(scores, key=lambda rule: scores[rule][0])
-            yield {"split": name, "calibrated_on": half, "c": best, "runs_calibrating": int(chosen.sum()), "runs_judging": len(judged),
-                   "rmsle_calibrating": errors[best], "rmsle_judging": _rmsle(judged),
+            yield {"split": name, "calibrated_on": half, "c": best, "at_edge": int(best in (min(errors), max(errors))),
+                   "runs_calibrating": int(chosen.sum()), "runs_judging": len(judged), "rmsle_calibrating": errors[best], "rmsle_judging": _rmsle(judged),
                    "fraction_25_judging": score_against_published(RUNUP, height_samples(RUNUP, judged)).fraction_25,
                    "chosen": first_choice, "chosen_rmsle_calibrating": scores[first_choice][0], "chosen_rmsle_judging": scores[first_choice][1],
                    **{f"rmsle_judging_{short}": scores[rule][1] for short, rule in zip(("constant", "half", "smaller"), plain)}}

@@ -11,6 +11,7 @@ from scipy.optimize import brentq
 
 from mpmtools.errors import InputError
 from mpmtools.scores import levels
+from mpmtools.statistics import ratio_of_means
 from mpmtools.study.campaigns import FRICTION, keyed, paired_summary, pairs_with_one_friction
 from mpmtools.study.campaigns import QUANTITIES as COMPARED
 from mpmtools.study.fits import NARROW, WIDE, coefficients_and_scores
@@ -93,8 +94,8 @@ def _judged(sizes, values, errors, stated):
     row = {f"{what}_{grid}": x[i] for i, grid in enumerate(("coarse", "middle", "fine"))
            for what, x in (("cell_size_m", sizes), ("value", values), ("standard_error", errors))}
     covered = abs(values[0] - values[2]) <= stated[0] + 2.0 * np.hypot(errors[0], errors[2])
-    return {**row, "coarse_over_fine": values[0] / values[2], "middle_over_fine": values[1] / values[2],
-            "ratio_standard_error": np.hypot(errors[0] / values[0], errors[2] / values[2]), "order": limit.order,
+    ratio, ratio_error = ratio_of_means(values[0], errors[0], values[2], errors[2])
+    return {**row, "coarse_over_fine": ratio, "middle_over_fine": values[1] / values[2], "ratio_standard_error": ratio_error, "order": limit.order,
             "fine_uncertainty": limit.uncertainty / abs(values[2]), "coarse_stated_uncertainty": stated[0] / abs(values[0]),
             "covered": int(covered)}
 

@@ -4,7 +4,7 @@ Nonlinear least squares with the Levenberg-Marquardt method of MINPACK, which cu
 is fitted to log(h/H), the pressure height to h/H. All heights are over H, so that runs with different H weigh the same.
 """
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from scipy import optimize, stats
@@ -32,6 +32,14 @@ class Equation:
     published_estimates: dict  # parameter: (value, relative standard error, t)
     published_scores: dict
 
+    @property
+    def residuals(self):
+        return "log(h/H)" if self.logarithmic else "h/H"
+
+    @property
+    def saturates(self):
+        return "Fr_sat" in self.parameters
+
 
 RUNUP = Equation(
     "runup", "Run-up height", "h_r/H = 1 + k_r M' + Fr^2/2 exp(-kappa_r M'), residuals of log(h_r)", True, ("k_r", "kappa_r"), "rmsle",
@@ -44,6 +52,7 @@ PRESSURE_HEIGHT = Equation(
      "kappa_p": (PUBLISHED_PRESSURE_HEIGHT.kappa, 0.0924, 10.819)},
     {"r2": 0.752, "r2_log": np.nan, "nrmse": 0.066, "rmsle": np.nan, "bias": 1.011, "fraction_10": 0.852, "fraction_25": 1.0})
 EQUATIONS = (RUNUP, PRESSURE_HEIGHT)
+LINEAR_RUNUP = replace(RUNUP, logarithmic=False)  # not what the paper says of its fit, but what its standard errors look like (published.py)
 
 
 @dataclass
@@ -160,7 +169,7 @@ def fit_heights(equation, samples, with_profile=True):
     """
     _require_samples(equation, samples)
     knots = np.unique(samples["froude_number"])
-    if equation.logarithmic:
+    if not equation.saturates:
         total, x = _Problem(equation, samples).best_of_starts()
         saturation, split = np.inf, None
     else:
@@ -176,11 +185,11 @@ def fit_heights(equation, samples, with_profile=True):
     degrees = len(samples) - len(x)
     errors = np.sqrt(np.diag(_inverse_normal_matrix(problem.jacobian(x))) * total / degrees)
     estimates = [Estimate(value, error, degrees) for value, error in zip(x, errors)]
-    if not equation.logarithmic:
+    if equation.saturates:
         estimates = [estimates[0], estimates[2] if np.isfinite(saturation) else Estimate(np.inf), estimates[1]]
     fit = HeightFit(equation, HeightCoefficients(float(x[0]), float(x[1]), float(saturation)), dict(zip(equation.parameters, estimates)),
                     len(samples), degrees, total)
-    if not equation.logarithmic and with_profile:
+    if equation.saturates and with_profile:
         _profile_saturation(fit, samples, knots, x[:2])
         fit.cautions += _cautions_about_saturation(fit, knots)
     return fit
@@ -243,11 +252,11 @@ def _inverse_normal_matrix(jacobian):
     """(J^T J)^-1 with the columns of J at length 1, so that the units of the coefficients do not matter."""
     length = np.linalg.norm(jacobian, axis=0)
     scaled = jacobian / np.where(length > 0.0, length, 1.0)
-    singular = np.linalg.svd(scaled, compute_uv=False)
-    if singular[-1] <= 1e-9 * singular[0]:  # the errors of the coefficients would exceed their residuals a billion times
+    _, singular, directions = np.linalg.svd(scaled, full_matrices=False)
+    if not singular[-1] > 1e-7 * singular[0]:  # the errors of the coefficients would exceed their residuals ten million times
         raise ConfigError("regression: the runs do not determine the coefficients; k needs runs with M' > 0, kappa runs with M' > 0 at two "
                           "or more Froude numbers, one of them well above 0")
-    return np.linalg.inv(scaled.T @ scaled) / np.outer(length, length)
+    return (directions.T / singular**2) @ directions / np.outer(length, length)
 
 
 def _cautions_about_saturation(fit, knots):

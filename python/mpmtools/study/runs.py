@@ -110,7 +110,7 @@ def read_study_table(files, filters=(), finest=False, replace=False):
         for condition in filters:
             reason = reason.mask(~_kept(table, condition) & ~reason.str.startswith("filter "), f"filter {condition.text}")
         parts.append(runs.join(_other_inputs(table)))
-        reasons.append(reason.mask(given_before, "the same row as in another table"))
+        reasons.append(reason.mask(given_before, "the same row as one before"))
     runs, reason = pd.concat(parts, ignore_index=True), pd.concat(reasons, ignore_index=True)
     if replace:
         latest_first = -pd.concat([pd.Series(i, index=part.index) for i, part in enumerate(parts)], ignore_index=True)
@@ -129,16 +129,19 @@ def read_study_table(files, filters=(), finest=False, replace=False):
 
 
 def read_tables_once(files):
-    """[(table as text, which of its rows an earlier table holds, too)]; the same file named twice is refused."""
+    """[(table as text, which of its rows came before, in this table or an earlier one)]; the same file named twice is refused."""
     for i, path in enumerate(files):
         if os.path.realpath(path) in (os.path.realpath(other) for other in files[:i]):
             raise ConfigError(f"'{path}' is given twice, and its runs would count twice; name each table once")
     tables, seen = [], set()
     for path in files:
         table = read_table(path)
-        rows = [tuple(sorted(row.items())) for row in table.to_dict("records")]
-        tables.append((table, pd.Series([row in seen for row in rows], index=table.index, dtype=bool)))
-        seen.update(rows)
+        given_before = []
+        for row in table.to_dict("records"):
+            row = tuple(sorted(row.items()))
+            given_before.append(row in seen)
+            seen.add(row)
+        tables.append((table, pd.Series(given_before, index=table.index, dtype=bool)))
     return tables
 
 

@@ -9,7 +9,7 @@ import pandas as pd
 from mpmtools import equations
 from mpmtools.errors import ConfigError
 from mpmtools.scores import levels
-from mpmtools.study import campaigns, friction_choice, grids, guideline, histories, jams, rheology, sensitivity, uncertainty, width
+from mpmtools.study import campaigns, friction_choice, grids, guideline, histories, jams, published, rheology, sensitivity, uncertainty, width
 from mpmtools.study.fits import coefficients_csv, evaluated_by, fit_paper_sets, fits_json, own_coefficients, scores_csv
 from mpmtools.study.regression import EQUATIONS
 from mpmtools.study.runs import read_runs_or_refuse, read_study_table
@@ -70,7 +70,8 @@ def evidence_tables(runs, friction_file=None, sensitivity_files=(), prediction_f
     """How far the coefficients can be trusted: intervals, influence, jams, the friction of the mast, and the grid."""
     tables = {"coefficient_intervals": uncertainty.coefficient_intervals(runs), "leave_one_out": uncertainty.leave_one_out(runs),
               "influence": uncertainty.influence(runs), "runup_parts": uncertainty.runup_parts(runs),
-              "published_errors": uncertainty.published_errors(), "coefficients_without_jams": jams.jam_coefficients(runs),
+              "published_errors": published.published_errors(), "published_variances": published.published_variances(),
+              "coefficients_without_jams": jams.jam_coefficients(runs),
               "coefficients_without_unconverged": grids.coefficients_without_unconverged(runs)}
     indices = jams.jam_indices(runs)
     if len(indices):

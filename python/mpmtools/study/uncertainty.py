@@ -13,14 +13,14 @@ from mpmtools import equations
 from mpmtools.errors import ConfigError
 from mpmtools.scores import levels
 from mpmtools.study.fits import NARROW, WIDE, height_samples
-from mpmtools.study.regression import EQUATIONS, RUNUP, fit_heights, two_sided_quantile, _Problem
+from mpmtools.study.regression import EQUATIONS, LINEAR_RUNUP, RUNUP, fit_heights, two_sided_quantile, _Problem
 from mpmtools.study.resampling import Cells, best_for_kappa, fit_pressure_height, refit
 
 SEED, RESAMPLES = 19, 2000  # of each bootstrap
 TAILS = (0.05, 0.95)  # all intervals here are of 90 %
 GROUPS = {"material": "effective_friction", "froude": "froude_number"}
 SETS = (NARROW, WIDE)
-LOOSE, STIFF = "M' < 0.9", "M' > 0.9"
+LOOSE, STIFF, LINEAR = "M' < 0.9", "M' > 0.9", "all, residuals of h/H"
 PARTS = {"all": lambda runs: runs.froude_number > 0.0, LOOSE: lambda runs: runs.effective_friction < 0.9,
          STIFF: lambda runs: runs.effective_friction > 0.9, "Fr < 0.5": lambda runs: runs.froude_number < 0.5,
          "Fr > 0.5": lambda runs: runs.froude_number > 0.5}
@@ -32,8 +32,11 @@ def each_fit(runs):
         members = runs[fitting_set.holds(runs)]
         for equation in EQUATIONS:
             samples = height_samples(equation, members).reset_index(drop=True)
-            if len(samples) > len(equation.parameters) and (samples.effective_friction > 0.0).any():
-                yield equation, fitting_set, samples
+            try:
+                fit_heights(equation, samples, with_profile=False)
+            except ConfigError:  # too few runs, or runs that do not determine the coefficients
+                continue
+            yield equation, fitting_set, samples
 
 
 def coefficient_intervals(runs):
@@ -118,19 +121,19 @@ def leave_one_out(runs):
 
 
 def runup_parts(runs):
-    """The run-up equation fitted to parts of each set, because one k_r need not hold for all: part, fitting_set, runs, k_r, kappa_r and their
-    standard errors. Slow runs alone do not fix kappa_r, as its standard error shows. Left out are parts with one or two kinds of snow, and
-    those that do not determine both coefficients."""
+    """The run-up equation fitted to parts of each set, because one k_r need not hold for all, and to all with residuals of h/H instead of its
+    logarithm (LINEAR): part, fitting_set, runs, k_r, kappa_r and their standard errors. Slow runs alone do not fix kappa_r, as its standard
+    error shows. Left out are parts with one or two kinds of snow, and those that do not determine both coefficients."""
     rows = []
     for fitting_set in SETS:
         samples = height_samples(RUNUP, runs[fitting_set.holds(runs)]).reset_index(drop=True)
-        for part, holds in PARTS.items():
+        for part, holds in [*PARTS.items(), (LINEAR, PARTS["all"])]:
             of = samples[holds(samples)].reset_index(drop=True)
             if of.effective_friction.nunique() <= len(RUNUP.parameters):
                 continue
             row = {"part": part, "fitting_set": fitting_set.name, "runs": len(of)}
             try:
-                fit = fit_heights(RUNUP, of, with_profile=False)
+                fit = fit_heights(LINEAR_RUNUP if part == LINEAR else RUNUP, of, with_profile=False)
             except ConfigError:  # the part does not determine the coefficients
                 continue
             for name, estimate in fit.estimates.items():
@@ -173,7 +176,8 @@ def profile_intervals(fit, samples):
 
 
 def _crossing(profile, estimate, limit, side):
-    """Where the profile passes the limit on one side of its minimum; infinite where it does not within 64 standard errors."""
+    """Where the profile passes the limit on one side of its minimum; infinite where it does not within 127 standard errors.
+    Beyond it the profile is not searched for another valley."""
     if not np.isfinite(estimate.value) or not estimate.standard_error > 0.0:
         return np.nan
     inside, step = estimate.value, estimate.standard_error
@@ -209,41 +213,3 @@ def _pressure_height_profiles(fit, samples):
 
     return {"k_p": lambda k: float(fit_pressure_height(cells, k)[1][0]), "Fr_sat": at_saturation,
             "kappa_p": lambda kappa: float(best_for_kappa(cells, np.array([kappa]))[0][0])}
-
-
-# ---- What the paper's own standard errors say -----------------------------------------------------------------------------------------
-
-
-def published_errors():
-    """Relative standard errors that a fit has by its design: the published coefficients, the paper's sets of inputs, and residuals of
-    the published size (RMSLE 13.0 %, NRMSE 6.6 %), beside the printed ones. `residuals`: of log(h/H) or of h/H."""
-    rows = []
-    for design, samples in (("narrow", _paper_design((0.5, 5.0))), ("full", _paper_design((0.05, 0.5, 5.0)))):
-        for equation in EQUATIONS:
-            heights = equations.relative_height(samples.effective_friction, samples.froude_number, equation.published)
-            samples = samples.assign(relative_height=heights)
-            score = equation.published_scores[equation.score]
-            spread = score if equation.logarithmic else score * float(np.mean(heights))
-            found = _design_errors(equation, samples, spread)
-            for name, error in zip(equation.parameters, found):
-                rows.append({"equation": equation.name, "design": design, "runs": len(samples), "parameter": name,
-                             "residuals": "log(h/H)" if equation.logarithmic else "h/H", "published_score": score,
-                             "relative_standard_error": error, "published_relative_standard_error": equation.published_estimates[name][1]})
-    return pd.DataFrame(rows)
-
-
-def _paper_design(xis):
-    """16 pairs of M and beta at seven Froude numbers for each xi (Sect. 2.2, without the few further compressibilities)."""
-    slope, beta, froude, xi = (a.ravel() for a in np.meshgrid([0.0, 0.4, 0.8, 1.2], [0.0, 0.15, 0.3, 0.45], [0.1, 0.3, 1, 2, 3, 5, 7], xis))
-    return pd.DataFrame({"effective_friction": equations.effective_friction(slope, beta), "froude_number": froude, "hardening_xi": xi})
-
-
-def _design_errors(equation, samples, spread):
-    """Relative standard errors, in the order of the parameters, for residuals of root mean square `spread`."""
-    c, n = equation.published, len(samples)
-    p = len(equation.parameters)
-    x = [c.k, c.kappa] + ([] if equation.logarithmic else [c.saturation_froude])
-    problem = _Problem(equation, samples, split=None if equation.logarithmic else c.saturation_froude)
-    jacobian = problem.jacobian(x)
-    errors = spread * np.sqrt(n / (n - p)) * np.sqrt(np.diag(np.linalg.inv(jacobian.T @ jacobian))) / np.array(x)
-    return errors if equation.logarithmic else errors[[0, 2, 1]]

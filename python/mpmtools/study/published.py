@@ -1,0 +1,75 @@
+"""What the printed statistics of the paper say about the runs and the fit behind them.
+
+A fit's standard errors follow from its design (the inputs of the runs), its coefficients and the size of its residuals. The paper prints the
+errors, the coefficients and scores that give the size; so each design that it may have can be tried, and each kind of residual.
+"""
+
+import numpy as np
+import pandas as pd
+
+from mpmtools import equations
+from mpmtools.study.regression import EQUATIONS, LINEAR_RUNUP, RUNUP, _Problem
+
+XIS = {"narrow": (0.5, 5.0), "full": (0.05, 0.5, 5.0)}  # Sect. 2.2, without the few further compressibilities
+WITHOUT_FLUID = " without the fluid"
+
+
+def paper_designs():
+    """{name: inputs of the runs}: 16 pairs of M and beta at seven Froude numbers for each xi, with and without the four of M = 0."""
+    designs = {}
+    for name, xis in XIS.items():
+        slope, beta, froude, xi = (a.ravel() for a in np.meshgrid([0.0, 0.4, 0.8, 1.2], [0.0, 0.15, 0.3, 0.45], [0.1, 0.3, 1, 2, 3, 5, 7], xis))
+        friction = equations.effective_friction(slope, beta)
+        whole = pd.DataFrame({"effective_friction": friction, "froude_number": froude, "hardening_xi": xi})
+        designs |= {name: whole, name + WITHOUT_FLUID: whole[friction > 0.0].reset_index(drop=True)}
+    return designs
+
+
+def published_errors():
+    """Printed relative standard errors of the coefficients, beside those of a fit of each design: equation, design, runs, parameter, residuals
+    (log(h/H) or h/H), published_score (of these residuals, NaN: not printed), relative_standard_error (that follows from this score),
+    published_relative_standard_error, needed_residual (root mean square of the residuals that would give the printed error). A design and a
+    kind of residual are credible where all coefficients of an equation need the same residual."""
+    rows = []
+    for design, samples in paper_designs().items():
+        for equation in (*EQUATIONS, LINEAR_RUNUP):
+            heights = equations.relative_height(samples.effective_friction, samples.froude_number, equation.published)
+            errors = _design_errors(equation, samples.assign(relative_height=heights))
+            score = np.nan if equation is LINEAR_RUNUP else equation.published_scores[equation.score]
+            residual = score if equation.logarithmic else score * float(np.mean(heights))
+            for name, error in zip(equation.parameters, errors):
+                published = equation.published_estimates[name][1]
+                rows.append({"equation": equation.name, "design": design, "runs": len(samples), "parameter": name,
+                             "residuals": equation.residuals, "published_score": score, "relative_standard_error": error * residual,
+                             "published_relative_standard_error": published, "needed_residual": published / error})
+    return pd.DataFrame(rows)
+
+
+def _design_errors(equation, samples):
+    """Relative standard errors, in the order of the parameters, for residuals of root mean square 1."""
+    c, n, p = equation.published, len(samples), len(equation.parameters)
+    x = [c.k, c.kappa] + ([c.saturation_froude] if equation.saturates else [])
+    jacobian = _Problem(equation, samples, split=c.saturation_froude if equation.saturates else None).jacobian(x)
+    errors = np.sqrt(n / (n - p)) * np.sqrt(np.diag(np.linalg.inv(jacobian.T @ jacobian))) / np.array(x)
+    return errors[[0, 2, 1]] if equation.saturates else errors
+
+
+def published_variances():
+    """Variance of the heights that follows from two printed scores, R^2 and the size of the residuals, beside that of each design: equation,
+    design, runs, residuals, published_variance, design_variance (of the published equation, and of residuals of the printed size)."""
+    rows = []
+    for design, samples in paper_designs().items():
+        for equation, r2 in ((RUNUP, "r2_log"), (EQUATIONS[1], "r2")):
+            heights = equations.relative_height(samples.effective_friction, samples.froude_number, equation.published)
+            score = equation.published_scores[equation.score]
+            residual = score if equation.logarithmic else score * float(np.mean(heights))
+            rows.append({"equation": equation.name, "design": design, "runs": len(samples), "residuals": equation.residuals,
+                         "published_variance": residual**2 / (1.0 - equation.published_scores[r2]),
+                         "design_variance": np.var(np.log(heights) if equation.logarithmic else heights) + residual**2})
+    return pd.DataFrame(rows)
+
+
+def possible_runs(most, least=1):
+    """Numbers of runs of which whole numbers of runs are the printed fractions within 10 and 25 %, rounded to a tenth of a percent."""
+    fractions = [equation.published_scores[name] for equation in EQUATIONS for name in ("fraction_10", "fraction_25")]
+    return [n for n in range(least, most + 1) if all(any(round(k / n, 3) == fraction for k in range(n + 1)) for fraction in fractions)]
