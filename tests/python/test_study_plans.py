@@ -153,9 +153,12 @@ class OpenQuestions(unittest.TestCase):
     def test_transfers_are_compared_at_a_dozen_points(self):
         runs = list(runs_of(STUDY / "reproduction" / "transfer.toml"))
         points = {transfer: {tuple(run[key] for key in INPUTS) for run in runs if run["numerics.transfer"] == transfer}
-                  for transfer in ("apic", "flip")}
+                  for transfer in ("apic", "flip", "aflip")}
         self.assertEqual(points["apic"], points["flip"])
+        self.assertEqual(points["apic"], points["aflip"])
         self.assertEqual(len(points["apic"]), 12)
+        aligned = {tuple(run[key] for key in INPUTS) for run in runs if run["conveyor.lattice"] == "aligned"}
+        self.assertEqual(aligned, {point for point in points["apic"] if point[INPUTS.index("conveyor.froude_number")] <= 1})
         self.assertEqual({run.get("numerics.flip_ratio") for run in runs}, {None, 0.95})
 
     def test_a_dozen_points_on_three_grids_have_one_window_of_whole_cells(self):
