@@ -9,12 +9,14 @@ from mpmtools.figures.axes import Drawn, decades, froude_colour, new_axes, numbe
 from mpmtools.figures.style import COLOURS, MARKERS
 from mpmtools.figures.study_summary import NAMES, interval
 from mpmtools.study.jams import LEAST_STATIC, LIMIT
+from mpmtools.study.regression import EQUATIONS
 from mpmtools.tables import number_text
 
 SYMBOLS = {"k_r": "$k_r$", "kappa_r": r"$\kappa_r$", "k_p": "$k_p$", "Fr_sat": r"$Fr_{sat}$", "kappa_p": r"$\kappa_p$"}
 KINDS = (("standard_error", "its standard error"), ("profile", "profile of the sum of squares"), ("material", "bootstrap over materials"),
          ("froude", "bootstrap over Froude numbers"))
 FITTED_AND_SCORED = [*NAMES.values(), "RMSLE of h_r", "within 25 %", "NRMSE of h_p"]  # head of the cells of _fitted_and_scored
+TITLES = {equation.name: equation.title.lower() for equation in EQUATIONS}
 NONE = ["no tables of evidence: `python3 -m mpmtools study` makes them from a table of runs"]
 
 
@@ -137,9 +139,9 @@ def _published_errors(study):
     if "needed_residual" not in table:
         return []
     rows = []
-    for (equation, residuals, design), of in table.groupby(["equation", "residuals", "design"], sort=False):
+    for (equation, residuals, design), of in table.groupby(["equation", "residuals", "design"]):
         needed = of.needed_residual
-        rows.append([equation.replace("_", " "), residuals, f"{design} ({of.runs.iloc[0]:.0f} runs)",
+        rows.append([TITLES[equation], residuals, f"{design} ({of.runs.iloc[0]:.0f} runs)",
                      ", ".join(f"{NAMES[p]} {number(value)}" for p, value in zip(of.parameter, needed)), number(needed.max() / needed.min(), 2)])
     head = ["equation", "residuals of", "design", "root mean square of the residuals that each printed error needs", "highest over lowest"]
     return [{"title": "The paper's own standard errors", "head": head, "rows": rows}]
@@ -265,7 +267,7 @@ SECTIONS = [
      "The standard errors of a fit take its residuals to be independent. All runs of one material (one M') err together, and so do all runs "
      "of one Froude number: therefore whole materials and whole Froude numbers are drawn anew (bootstrap) and left out (jackknife). The last "
      "table asks which design and which kind of residual the paper's printed standard errors belong to: those for which every coefficient of an "
-     "equation needs the same residual. That is a fit without the fluid, and, for the run-up, to h/H and not to its logarithm, as the text says."),
+     "equation needs the same residual. That is a fit without the fluid, and, for the run-up, to h/H, though the paper says that it was to its logarithm."),
     ("influence", "Which runs decide", figure_influence,
      "Each run and each material is left out in turn. k_p and κ_p compensate each other; the first table tells which runs move κ most. "
      "The second asks whether one k_r holds for loose and stiff, for slow and fast snow. The third leaves out whole kinds of snow."),

@@ -164,7 +164,8 @@ def draw_section(title, particles, profile, run):
     finish_axes(axes)
     finish_axes(beside)
     axes.grid(False)
-    beside.legend(fontsize=8, frameon=True, framealpha=0.9, edgecolor="none", loc="upper right")
+    beside.legend(fontsize=7.5, frameon=False, loc="upper center", bbox_to_anchor=(0.5, -0.45 / (scale * top)), ncols=2, columnspacing=0.8,
+                  handlelength=1.4, handletextpad=0.4)  # below the axis: the dashed lines cross all of the panel
     bar = figure.colorbar(points, cax=place(before, 0.5, section_width, 0.13), orientation="horizontal", extend="both")
     bar.set_label(r"$\sigma_{xx}$ [kPa], compression negative", fontsize=9)
     bar.outline.set_visible(False)

@@ -102,20 +102,22 @@ def _score_cells(s):
 
 
 def aim_table(studies):
-    """The aims for both fitting sets, a column for each study and set."""
-    rows, heads = {}, []
+    """The aims for both fitting sets, a column for each study and set; and how many each study meets."""
+    rows, heads, of_studies = {}, [], {}
     columns = [(study, name) for study in studies for name in ("narrow", "wide")]
     for i, (study, fitting_set) in enumerate(columns):
         aims = [aim for aim in study.fit["aims"] if aim["fitting_set"] == fitting_set]
         coarser = _left_out(study, lambda reason: reason == COARSER)
         not_its_own = coarser + _left_out(study, lambda reason: reason == REPLACED or reason.startswith("filter "))
-        heads.append({"name": f"{study.name}, {fitting_set}", "runs": study.fit["runs"], "rows": study.fit["rows"] - not_its_own, "refined": coarser,
-                      "met": sum(aim["met"] for aim in aims), "of": len(aims)})
+        heads.append(f"{study.name}, {fitting_set}")
+        met = of_studies.setdefault(study.name, {"name": study.name, "runs": study.fit["runs"], "rows": study.fit["rows"] - not_its_own,
+                                                 "refined": coarser, "met": {}, "of": len(aims)})["met"]
+        met[fitting_set] = sum(aim["met"] for aim in aims)
         for aim in aims:
             wanted = aim["aim"].replace("<=", "≤").replace(">=", "≥")
             row = rows.setdefault(aim["what"], {"what": aim["what"], "aim": wanted, "found": [None] * len(columns)})
             row["found"][i] = {"value": per_cent(aim["value"]), "met": aim["met"]}
-    return {"studies": heads, "rows": list(rows.values())}
+    return {"columns": heads, "studies": list(of_studies.values()), "rows": list(rows.values())}
 
 
 def _left_out(study, of_reason):

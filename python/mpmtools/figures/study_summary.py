@@ -142,7 +142,7 @@ def _form(columns, paper):
         return " and ".join(f"{per_cent(score(c.scores))} ({c.fitting_set})" for c in first)
 
     runup, pressure = paper["runup"], paper["pressure_height"]
-    return (f"Both equations hold in form. The published ones on our runs ({first[0].campaign}): RMSLE of the run-up "
+    return (f"The published equations describe our heights ({first[0].campaign}): RMSLE of the run-up "
             f"{scored(lambda s: s['runup']['rmsle'])}, paper {per_cent(runup['rmsle'])} on its own; within 25 % "
             f"{scored(lambda s: s['runup']['fraction_25'])}, paper {per_cent(runup['fraction_25'])}; NRMSE of the pressure height "
             f"{scored(lambda s: s['pressure_height']['nrmse'])}, paper {per_cent(pressure['nrmse'])}.")
@@ -179,15 +179,26 @@ def _accurate_solver(study):
 
 def _why(study):
     """One sentence for each table that explains a difference."""
-    return [sentence for explain in (_pile_up, _friction, _calibration, _jams, _compaction) if (sentence := explain(study))]
+    return [sentence for explain in (_friction, _calibration, _pile_up, _fluid, _jams, _compaction) if (sentence := explain(study))]
 
 
 def _pile_up(study):
     k_of = {r.part: r.k_r for r in study.table("runup_parts").itertuples() if r.fitting_set == SETS[0]}
     if not {LOOSE, STIFF} <= k_of.keys():
         return None
-    return (f"The pile-up is not proportional to M': with the runs of {LOOSE} alone k_r is {number(k_of[LOOSE], 2)}, with those above "
-            f"{number(k_of[STIFF], 2)}.")
+    return (f"The pile-up is not proportional to M', so that k_r depends on the snow that is fitted: with the runs of {LOOSE} alone k_r is "
+            f"{number(k_of[LOOSE], 2)}, with those above {number(k_of[STIFF], 2)}.")
+
+
+def _fluid(study):
+    """What the paper's printed errors say of its runs, and what that does to ours."""
+    left_out = study.table("coefficients_without_unconverged")
+    of = left_out[(left_out.without == "fluid") & (left_out.fitting_set == SETS[0])] if len(left_out) else left_out
+    if of.empty or study.table("published_errors").empty:
+        return None
+    found = ", ".join(f"{NAMES[p]} {number(of.iloc[0][p])}" for p in ("k_p", "Fr_sat", "kappa_p"))
+    return (f"The paper's printed standard errors belong to a fit without the fluid (M = 0). Ours then has {found}, and an NRMSE of "
+            f"{per_cent(of.iloc[0].pressure_height_nrmse)}.")
 
 
 def _friction(study):
@@ -197,7 +208,7 @@ def _friction(study):
     k = _first_points(rules).set_index("rule")
     best = k.nsmallest(4, "runup_rmsle")
     return ("k_r follows the friction of the mast, which the paper does not print. The four of our rules that fit the run-ups best: "
-            + ", ".join(f"{number(r.k_r, 2)} with {rule.replace('phi', 'φ')}" for rule, r in best.iterrows())
+            + ", ".join(f"{number(r.k_r, 2)} with {rule.replace('phi', 'φ').removeprefix('best: ')}" for rule, r in best.iterrows())
             + (f"; {number(k.k_r['0'], 2)} without friction" if "0" in k.index else "") + f", on the same {k.runs.iloc[0]:.0f} rows.")
 
 
