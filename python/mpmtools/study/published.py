@@ -4,24 +4,30 @@ A fit's standard errors follow from its design (the inputs of the runs), its coe
 errors, the coefficients and scores that give the size; so each design that it may have can be tried, and each kind of residual.
 """
 
+from itertools import product
+
 import numpy as np
 import pandas as pd
 
 from mpmtools import equations
 from mpmtools.study.regression import EQUATIONS, LINEAR_RUNUP, RUNUP, _Problem
 
-XIS = {"narrow": (0.5, 5.0), "full": (0.05, 0.5, 5.0)}  # Sect. 2.2, without the few further compressibilities
+SLOPES, COHESIONS, FROUDE_NUMBERS = (0.0, 0.4, 0.8, 1.2), (0.0, 0.15, 0.3, 0.45), (0.1, 0.3, 1.0, 2.0, 3.0, 5.0, 7.0)
+# Pairs of M and beta for each xi, at every Froude number (Sect. 2.2). For 1.5 and 0.15 the paper does not print them: those of our plans.
+PAIRS = {5.0: [*product(SLOPES, COHESIONS)], 0.5: [*product(SLOPES, COHESIONS)], 1.5: [(0.4, 0.15), (0.8, 0.3), (1.2, 0.45)],
+         0.15: [(0.4, 0.15), (0.8, 0.3)]}
+XIS = {"narrow": (5.0, 0.5, 1.5), "wide": (5.0, 0.5, 1.5, 0.15)}  # note b of Table 1; Sect. 4.1
 WITHOUT_FLUID = " without the fluid"
 
 
 def paper_designs():
-    """{name: inputs of the runs}: 16 pairs of M and beta at seven Froude numbers for each xi, with and without the four of M = 0."""
+    """{name: inputs of the runs}: both sets that the paper may have fitted, with the fluid (M = 0, four values of beta) and without it."""
     designs = {}
     for name, xis in XIS.items():
-        slope, beta, froude, xi = (a.ravel() for a in np.meshgrid([0.0, 0.4, 0.8, 1.2], [0.0, 0.15, 0.3, 0.45], [0.1, 0.3, 1, 2, 3, 5, 7], xis))
-        friction = equations.effective_friction(slope, beta)
-        whole = pd.DataFrame({"effective_friction": friction, "froude_number": froude, "hardening_xi": xi})
-        designs |= {name: whole, name + WITHOUT_FLUID: whole[friction > 0.0].reset_index(drop=True)}
+        rows = [(*pair, froude, xi) for xi in xis for pair in PAIRS[xi] for froude in FROUDE_NUMBERS]
+        whole = pd.DataFrame(rows, columns=["critical_state_slope", "cohesion_beta", "froude_number", "hardening_xi"])
+        whole["effective_friction"] = equations.effective_friction(whole.critical_state_slope, whole.cohesion_beta)
+        designs |= {name: whole, name + WITHOUT_FLUID: whole[whole.effective_friction > 0.0].reset_index(drop=True)}
     return designs
 
 
