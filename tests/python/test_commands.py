@@ -137,7 +137,7 @@ class Study(InFolder):
         page = (self.folder / "index.html").read_text(encoding="utf-8")
         self.assertIn("prediction: 356 runs", page)
         self.assertNotIn("Missing here", page.split('id="figA2"')[0])  # the committed tables hold every figure
-        self.assertEqual(page.count("Drawn from the reproduction w5."), 2)  # both campaigns side by side, and the grids
+        self.assertEqual(page.count("Drawn from the reproduction at w/5."), 2)  # both campaigns side by side, and the grids
         for part in ("mast-height", "shapes", "shear", "surge"):
             self.assertIn(f'id="{part}"', page)
         self.assertEqual(os.listdir(self.folder), ["index.html"])
