@@ -50,6 +50,7 @@ class Summary(InFolder):
         self.assertIn("With cohesion: explained only in part", why)
         self.assertIn("calibrated on one half of 30 points and judged on the other, 4 halves: the smaller of c and the half: c = 0.20 to 0.21, RMSLE", why)
         why = " ".join(study_summary.in_short(studies("reproduction_w7"))["why"])
+        self.assertIn("; 0.80 with half of tan φ'; 1.08 without friction, on the same 30 rows.", why)
         self.assertIn("a fit without the fluid (M = 0). Ours then has k_p 0.597, Fr_sat 1.567, κ_p 1.626, and an NRMSE of 7.0 %.", why)
         self.assertIn("with the runs of M' < 0.9 alone k_r is 0.99, with those above 0.81", why)
 

@@ -267,7 +267,7 @@ SECTIONS = [
      "The standard errors of a fit take its residuals to be independent. All runs of one material (one M') err together, and so do all runs "
      "of one Froude number: therefore whole materials and whole Froude numbers are drawn anew (bootstrap) and left out (jackknife). The last "
      "table asks which design and which kind of residual the paper's printed standard errors belong to: those for which every coefficient of an "
-     "equation needs the same residual. That is a fit without the fluid, and, for the run-up, to h/H, though the paper says that it was to its logarithm."),
+     "equation needs the same residual. That is probably a fit without the fluid, and, for the run-up, to h/H, though the paper says that it was to its logarithm."),
     ("influence", "Which runs decide", figure_influence,
      "Each run and each material is left out in turn. k_p and κ_p compensate each other; the first table tells which runs move κ most. "
      "The second asks whether one k_r holds for loose and stiff, for slow and fast snow. The third leaves out whole kinds of snow."),

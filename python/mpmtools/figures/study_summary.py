@@ -9,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 
 from mpmtools.figures.axes import number, per_cent
-from mpmtools.study.friction_choice import SHARE, SMALLER_OF_BOTH
+from mpmtools.study.friction_choice import HALF, SHARE, SMALLER_OF_BOTH
 from mpmtools.study.jams import LIMIT
 from mpmtools.study.uncertainty import LOOSE, STIFF
 
@@ -197,7 +197,7 @@ def _fluid(study):
     if of.empty or study.table("published_errors").empty:
         return None
     found = ", ".join(f"{NAMES[p]} {number(of.iloc[0][p])}" for p in ("k_p", "Fr_sat", "kappa_p"))
-    return (f"The paper's printed standard errors belong to a fit without the fluid (M = 0). Ours then has {found}, and an NRMSE of "
+    return (f"The paper's printed standard errors point to a fit without the fluid (M = 0). Ours then has {found}, and an NRMSE of "
             f"{per_cent(of.iloc[0].pressure_height_nrmse)}.")
 
 
@@ -209,6 +209,7 @@ def _friction(study):
     best = k.nsmallest(4, "runup_rmsle")
     return ("k_r follows the friction of the mast, which the paper does not print. The four of our rules that fit the run-ups best: "
             + ", ".join(f"{number(r.k_r, 2)} with {rule.replace('phi', 'φ').removeprefix('best: ')}" for rule, r in best.iterrows())
+            + (f"; {number(k.k_r[HALF], 2)} with half of tan φ'" if HALF in k.index and HALF not in best.index else "")
             + (f"; {number(k.k_r['0'], 2)} without friction" if "0" in k.index else "") + f", on the same {k.runs.iloc[0]:.0f} rows.")
 
 
