@@ -28,8 +28,11 @@ class Evidence(InFolder):
     def test_aims_are_those_of_both_sets(self):
         aims = aim_table([Study(RESULTS / "first_w5")])
         self.assertEqual(aims["columns"], ["first at w/5, narrow", "first at w/5, wide"])
-        self.assertEqual([(s["name"], s["of"]) for s in aims["studies"]], [("first at w/5", 9)])
-        self.assertGreater(aims["studies"][0]["met"]["narrow"], aims["studies"][0]["met"]["wide"])
+        (study,) = aims["studies"]
+        (narrow, met_narrow, of_narrow), (wide, met_wide, of_wide) = study["sets"]
+        self.assertEqual((study["name"], narrow, of_narrow, wide, of_wide), ("first at w/5", "narrow", 9, "wide", 9))
+        self.assertGreater(met_narrow, met_wide)
+        self.assertFalse(study["all_met"])
         run_up = next(row for row in aims["rows"] if row["what"].startswith("run-up: RMSLE"))
         self.assertEqual([found["met"] for found in run_up["found"]], [True, False])
 

@@ -8,6 +8,7 @@ import pathlib
 import sys
 
 import numpy as np
+import pandas as pd
 
 STUDY = pathlib.Path(__file__).resolve().parent
 SOURCE = STUDY.parent.parent
@@ -25,6 +26,7 @@ CAMPAIGNS = {"reproduction_w7": "reproduction at 0.25 m", "reproduction_w5": "re
              "calibrated_prediction": "calibrated prediction", "prediction": "prediction, {refined} sets at 0.25 m"}
 FIRST = {"first_w5": "first reproduction, w/5", "first_w7": "first reproduction, 0.25 m"}
 QUANTITIES = ("run-up", "pressure height", "force")
+PUBLISHED = {name: value for equation in EQUATIONS for name, (value, *_) in equation.published_estimates.items()}
 COEFFICIENT_AIMS = {"narrow": 0.10, "wide": 0.15}
 SCORE_AIMS, WITHIN_25_AIM = {"rmsle": 0.10, "nrmse": 0.066}, 0.95
 HOLDS = {(True, True): "in both", (True, False): "kinds of snow", (False, True): "Froude numbers", (False, False): "–"}
@@ -45,8 +47,7 @@ def percent(fraction):
 
 
 def published():
-    estimates = {name: value for equation in EQUATIONS for name, (value, *_) in equation.published_estimates.items()}
-    return [f"{estimates[name]:.3f}" for name in SYMBOLS]
+    return [f"{PUBLISHED[name]:.3f}" for name in SYMBOLS]
 
 
 def paper_scores():
@@ -90,11 +91,10 @@ def stricter_aims(campaign):
 
     rows = []
     for symbol, name in SYMBOLS.items():
-        (paper,) = (equation.published_estimates[symbol][0] for equation in EQUATIONS if symbol in equation.parameters)
-        differences = [of[symbol] / paper - 1.0 for of in found]
+        differences = [of[symbol] / PUBLISHED[symbol] - 1.0 for of in found]
         rows.append((f"{name}, from the paper's: at most {' or '.join(f'{100 * limit:.0f}' for limit in COEFFICIENT_AIMS.values())} % (wide)",
                      *(cell(d, abs(d) <= COEFFICIENT_AIMS[of.fitting_set], True) for d, of in zip(differences, found))))
-    for equation, height in zip(EQUATIONS, ("run-up", "pressure height")):
+    for equation, height in zip(EQUATIONS, QUANTITIES):
         score, fraction = f"{equation.name}_{equation.score}", f"{equation.name}_fraction_25"
         limit = SCORE_AIMS[equation.score]
         rows.append((f"{equation.score.upper()} of the {height}: at most {percent(limit)}", *(cell(of[score], of[score] <= limit) for of in found)))
@@ -152,13 +152,11 @@ def on_both_grids(campaign):
 def pile_up(campaigns, froude=0.1, xi=5.0):
     """(h/H - 1)/M' of the slowest runs, which the equations take to be one number k: for both heights a row a campaign, a column for each kind of
     snow with friction."""
-    found = {}
-    for equation, height in zip(EQUATIONS, ("run-up", "pressure height")):
-        for campaign, name in campaigns.items():
-            points = results(campaign, "points")
-            slow = points[np.isclose(points.froude_number, froude) & np.isclose(points.hardening_xi, xi) & (points.effective_friction > 0.0)]
-            ratios_to_friction = (slow[equation.name] - 1.0) / slow.effective_friction
-            found[f"{height}, {name}"] = dict(zip(slow.effective_friction.round(2), ratios_to_friction))
+    tables = {name: results(campaign, "points") for campaign, name in campaigns.items()}
+    slow = {name: of[np.isclose(of.froude_number, froude) & np.isclose(of.hardening_xi, xi) & (of.effective_friction > 0.0)]
+            for name, of in tables.items()}
+    found = {f"{height}, {name}": dict(zip(of.effective_friction.round(2), (of[equation.name] - 1.0) / of.effective_friction))
+             for equation, height in zip(EQUATIONS, QUANTITIES) for name, of in slow.items()}
     frictions = sorted(set().union(*found.values()))
     cells = [[f"{of[friction]:.2f}" if friction in of else "–" for friction in frictions] for of in found.values()]
     return table(("M'", *(f"{friction:.2f}" for friction in frictions)), [(name, *row) for name, row in zip(found, cells)])
@@ -182,14 +180,14 @@ def friction_design(campaign):
     scan["ratio"] = scan.runup / relative_height(scan.effective_friction, scan.froude_number, PUBLISHED_RUNUP)
     scan["column"] = np.where(has_half(scan), HALF, coefficients_of(scan).map(number_text))
     frictions = sorted(set(scan.column) - {HALF}, key=float)
-    for fluid in scan[(scan.column == HALF) & np.isclose(scan.half, 0.0)].index:  # half of nothing is no friction, too
-        scan.loc[len(scan)] = {**scan.loc[fluid], "column": "0"}
+    fluid = scan[(scan.column == HALF) & np.isclose(scan.half, 0.0)]
+    scan = pd.concat([scan, fluid.assign(column="0")])  # half of nothing is no friction, too
     rows = []
     for (froude, friction, _), of in scan.groupby(["froude_number", "effective_friction", "hardening_xi"]):
         found = dict(zip(of.column, of.ratio))
         if 2 * len(found) > len(frictions) + 1:  # not those of three frictions
             rows.append((f"{froude:g}", f"{friction:.2f}", *(f"{found[c]:.2f}" if c in found else "–" for c in (*frictions, HALF))))
-    return table(("Fr", "M'", *frictions, f"half ({HALF.removeprefix('half of ')}/2)".replace("phi", "φ")), rows)
+    return table(("Fr", "M'", *frictions, "half (tan φ'/2)"), rows)
 
 
 def friction_rules(campaign, points):

@@ -16,6 +16,7 @@ from mpmtools.errors import InputError
 from mpmtools.figures import evidence_figures, extension_figures, paper_figures, study_summary
 from mpmtools.figures.axes import number, per_cent
 from mpmtools.figures.style import STYLE, inline, use_style, write_page
+from mpmtools.figures.study_summary import SETS
 from mpmtools.scores import levels
 from mpmtools.study.runs import COARSER, REPLACED
 from mpmtools.tables import read_series
@@ -92,7 +93,7 @@ def score_table(studies, equation):
 
 def _fits_of(studies, equation):
     """(label, part of fit.json) for every study and fitting set."""
-    return [(f"{study.name}, {name}" if len(studies) > 1 else name, fit) for study in studies for name in ("narrow", "wide")
+    return [(f"{study.name}, {name}" if len(studies) > 1 else name, fit) for study in studies for name in SETS
             if (fit := study.regression(equation, name))]
 
 
@@ -103,21 +104,21 @@ def _score_cells(s):
 
 def aim_table(studies):
     """The aims for both fitting sets, a column for each study and set; and how many each study meets."""
-    rows, heads, of_studies = {}, [], {}
-    columns = [(study, name) for study in studies for name in ("narrow", "wide")]
-    for i, (study, fitting_set) in enumerate(columns):
-        aims = [aim for aim in study.fit["aims"] if aim["fitting_set"] == fitting_set]
+    columns = [f"{study.name}, {fitting_set}" for study in studies for fitting_set in SETS]
+    rows, summaries = {}, []
+    for i, study in enumerate(studies):
         coarser = _left_out(study, lambda reason: reason == COARSER)
         not_its_own = coarser + _left_out(study, lambda reason: reason == REPLACED or reason.startswith("filter "))
-        heads.append(f"{study.name}, {fitting_set}")
-        met = of_studies.setdefault(study.name, {"name": study.name, "runs": study.fit["runs"], "rows": study.fit["rows"] - not_its_own,
-                                                 "refined": coarser, "met": {}, "of": len(aims)})["met"]
-        met[fitting_set] = sum(aim["met"] for aim in aims)
-        for aim in aims:
+        met, of = dict.fromkeys(SETS, 0), dict.fromkeys(SETS, 0)
+        for aim in study.fit["aims"]:
+            of[aim["fitting_set"]] += 1
+            met[aim["fitting_set"]] += aim["met"]
             wanted = aim["aim"].replace("<=", "≤").replace(">=", "≥")
             row = rows.setdefault(aim["what"], {"what": aim["what"], "aim": wanted, "found": [None] * len(columns)})
-            row["found"][i] = {"value": per_cent(aim["value"]), "met": aim["met"]}
-    return {"columns": heads, "studies": list(of_studies.values()), "rows": list(rows.values())}
+            row["found"][len(SETS) * i + SETS.index(aim["fitting_set"])] = {"value": per_cent(aim["value"]), "met": aim["met"]}
+        summaries.append({"name": study.name, "runs": study.fit["runs"], "rows": study.fit["rows"] - not_its_own, "refined": coarser,
+                          "sets": [(name, met[name], of[name]) for name in SETS], "all_met": met == of})
+    return {"columns": columns, "studies": summaries, "rows": list(rows.values())}
 
 
 def _left_out(study, of_reason):

@@ -10,7 +10,7 @@ import numpy as np
 import pandas as pd
 
 from mpmtools import equations
-from mpmtools.study.regression import EQUATIONS, LINEAR_RUNUP, RUNUP, _Problem
+from mpmtools.study.regression import EQUATIONS, LINEAR_RUNUP, Problem, inverse_normal_matrix
 
 SLOPES, COHESIONS, FROUDE_NUMBERS = (0.0, 0.4, 0.8, 1.2), (0.0, 0.15, 0.3, 0.45), (0.1, 0.3, 1.0, 2.0, 3.0, 5.0, 7.0)
 # Pairs of M and beta for each xi, at every Froude number (Sect. 2.2). For 1.5 and 0.15 the paper does not print them: those of our plans.
@@ -39,24 +39,29 @@ def published_errors():
     rows = []
     for design, samples in paper_designs().items():
         for equation in (*EQUATIONS, LINEAR_RUNUP):
-            heights = equations.relative_height(samples.effective_friction, samples.froude_number, equation.published)
+            heights, residual = _heights_and_residual(equation, samples)
             errors = _design_errors(equation, samples.assign(relative_height=heights))
-            score = np.nan if equation is LINEAR_RUNUP else equation.published_scores[equation.score]
-            residual = score if equation.logarithmic else score * float(np.mean(heights))
             for name, error in zip(equation.parameters, errors):
                 published = equation.published_estimates[name][1]
                 rows.append({"equation": equation.name, "design": design, "runs": len(samples), "parameter": name,
-                             "residuals": equation.residuals, "published_score": score, "relative_standard_error": error * residual,
-                             "published_relative_standard_error": published, "needed_residual": published / error})
+                             "residuals": equation.residuals, "published_score": equation.published_scores[equation.score],
+                             "relative_standard_error": error * residual, "published_relative_standard_error": published,
+                             "needed_residual": published / error})
     return pd.DataFrame(rows)
+
+
+def _heights_and_residual(equation, samples):
+    """Heights by the published equation, and the root mean square of the residuals that the printed score gives."""
+    heights = equations.relative_height(samples.effective_friction, samples.froude_number, equation.published)
+    return heights, equation.published_scores[equation.score] * (1.0 if equation.logarithmic else float(np.mean(heights)))
 
 
 def _design_errors(equation, samples):
     """Relative standard errors, in the order of the parameters, for residuals of root mean square 1."""
     c, n, p = equation.published, len(samples), len(equation.parameters)
     x = [c.k, c.kappa] + ([c.saturation_froude] if equation.saturates else [])
-    jacobian = _Problem(equation, samples, split=c.saturation_froude if equation.saturates else None).jacobian(x)
-    errors = np.sqrt(n / (n - p)) * np.sqrt(np.diag(np.linalg.inv(jacobian.T @ jacobian))) / np.array(x)
+    jacobian = Problem(equation, samples, split=c.saturation_froude if equation.saturates else None).jacobian(x)
+    errors = np.sqrt(n / (n - p) * np.diag(inverse_normal_matrix(jacobian))) / np.array(x)
     return errors[[0, 2, 1]] if equation.saturates else errors
 
 
@@ -65,12 +70,10 @@ def published_variances():
     design, runs, residuals, published_variance, design_variance (of the published equation, and of residuals of the printed size)."""
     rows = []
     for design, samples in paper_designs().items():
-        for equation, r2 in ((RUNUP, "r2_log"), (EQUATIONS[1], "r2")):
-            heights = equations.relative_height(samples.effective_friction, samples.froude_number, equation.published)
-            score = equation.published_scores[equation.score]
-            residual = score if equation.logarithmic else score * float(np.mean(heights))
+        for equation in EQUATIONS:
+            heights, residual = _heights_and_residual(equation, samples)
             rows.append({"equation": equation.name, "design": design, "runs": len(samples), "residuals": equation.residuals,
-                         "published_variance": residual**2 / (1.0 - equation.published_scores[r2]),
+                         "published_variance": residual**2 / (1.0 - equation.published_scores["r2_log" if equation.logarithmic else "r2"]),
                          "design_variance": np.var(np.log(heights) if equation.logarithmic else heights) + residual**2})
     return pd.DataFrame(rows)
 

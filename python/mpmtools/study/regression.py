@@ -52,7 +52,8 @@ PRESSURE_HEIGHT = Equation(
      "kappa_p": (PUBLISHED_PRESSURE_HEIGHT.kappa, 0.0924, 10.819)},
     {"r2": 0.752, "r2_log": np.nan, "nrmse": 0.066, "rmsle": np.nan, "bias": 1.011, "fraction_10": 0.852, "fraction_25": 1.0})
 EQUATIONS = (RUNUP, PRESSURE_HEIGHT)
-LINEAR_RUNUP = replace(RUNUP, logarithmic=False)  # not what the paper says of its fit, but what its standard errors look like (published.py)
+# Not what the paper says of its fit, but what its standard errors look like (published.py).
+LINEAR_RUNUP = replace(RUNUP, formula=RUNUP.formula.replace("log(h_r)", "h_r/H"), logarithmic=False, score="nrmse")
 
 
 @dataclass
@@ -116,7 +117,7 @@ def two_sided_quantile(p, degrees_of_freedom):
     return stats.t.isf(0.5 * p, degrees_of_freedom)
 
 
-class _Problem:
+class Problem:
     """Residuals, prediction - observation, and their Jacobian by (k, kappa[, Fr_sat]).
 
     min(Fr, Fr_sat)^2 has a kink in Fr_sat at every Froude number of the table. The problem is smooth while one knows which runs are
@@ -169,21 +170,21 @@ def fit_heights(equation, samples, with_profile=True):
     """
     _require_samples(equation, samples)
     knots = np.unique(samples["froude_number"])
-    if not equation.saturates:
-        total, x = _Problem(equation, samples).best_of_starts()
-        saturation, split = np.inf, None
-    else:
+    if equation.saturates:
         total, x, saturation, split = _search_saturation(equation, samples, knots)
+    else:
+        total, x = Problem(equation, samples).best_of_starts()
+        saturation, split = np.inf, None
     if not np.isfinite(total):
         raise MpmError("regression: no start led to a finite sum of squares")
     if np.isfinite(saturation):
         # On a Froude number of the table the derivative is that of the upper side, as forward differences would give it.
-        problem = _Problem(equation, samples, split=saturation if split is None else split)
+        problem = Problem(equation, samples, split=saturation if split is None else split)
         x = np.array([x[0], x[1], saturation])
     else:
-        problem = _Problem(equation, samples)
+        problem = Problem(equation, samples)
     degrees = len(samples) - len(x)
-    errors = np.sqrt(np.diag(_inverse_normal_matrix(problem.jacobian(x))) * total / degrees)
+    errors = np.sqrt(np.diag(inverse_normal_matrix(problem.jacobian(x))) * total / degrees)
     estimates = [Estimate(value, error, degrees) for value, error in zip(x, errors)]
     if equation.saturates:
         estimates = [estimates[0], estimates[2] if np.isfinite(saturation) else Estimate(np.inf), estimates[1]]
@@ -211,11 +212,11 @@ def _require_samples(equation, samples):
 def _search_saturation(equation, samples, knots):
     """Global minimum over Fr_sat: (sum of squares, x, Fr_sat, split of the interval that it lies in)."""
     # From the right, where there is no saturation: of equal minima the one with the fewest coefficients is kept.
-    best = (*_Problem(equation, samples).best_of_starts(), np.inf, None)
+    best = (*Problem(equation, samples).best_of_starts(), np.inf, None)
     intervals = zip(np.concatenate([[0.0], knots[:-1]]), knots)
     for low, high in reversed([(low, high) for low, high in intervals if low < high]):
-        candidates = [(*_Problem(equation, samples, held=low).best_of_starts(), low, None)]
-        total, x = _Problem(equation, samples, split=low).best_of_starts(0.5 * (low + high))
+        candidates = [(*Problem(equation, samples, held=low).best_of_starts(), low, None)]
+        total, x = Problem(equation, samples, split=low).best_of_starts(0.5 * (low + high))
         if low < abs(x[2]) < high:
             candidates.append((total, x, abs(x[2]), low))
         best = min([best, *candidates], key=lambda found: found[0])
@@ -226,7 +227,7 @@ def _profile_saturation(fit, samples, knots, start):
     """Profile of the sum of squares over Fr_sat, and the interval that it supports."""
 
     def held(froude):
-        return _Problem(fit.equation, samples, held=froude).minimise(start)[0]
+        return Problem(fit.equation, samples, held=froude).minimise(start)[0]
 
     edges = np.unique(np.concatenate([[0.0], knots]))
     froude = np.concatenate([np.linspace(low, high, PROFILE_STEPS + 1) for low, high in zip(edges, edges[1:])])
@@ -248,7 +249,7 @@ def _profile_saturation(fit, samples, knots, start):
                                crossing(last, last + 1) if last + 1 < len(froude) else np.inf)
 
 
-def _inverse_normal_matrix(jacobian):
+def inverse_normal_matrix(jacobian):
     """(J^T J)^-1 with the columns of J at length 1, so that the units of the coefficients do not matter."""
     length = np.linalg.norm(jacobian, axis=0)
     scaled = jacobian / np.where(length > 0.0, length, 1.0)

@@ -13,30 +13,30 @@ from mpmtools import equations
 from mpmtools.errors import ConfigError
 from mpmtools.scores import levels
 from mpmtools.study.fits import NARROW, WIDE, height_samples
-from mpmtools.study.regression import EQUATIONS, LINEAR_RUNUP, RUNUP, fit_heights, two_sided_quantile, _Problem
+from mpmtools.study.regression import EQUATIONS, LINEAR_RUNUP, RUNUP, Problem, fit_heights, two_sided_quantile
 from mpmtools.study.resampling import Cells, best_for_kappa, fit_pressure_height, refit
 
 SEED, RESAMPLES = 19, 2000  # of each bootstrap
 TAILS = (0.05, 0.95)  # all intervals here are of 90 %
 GROUPS = {"material": "effective_friction", "froude": "froude_number"}
 SETS = (NARROW, WIDE)
-LOOSE, STIFF, LINEAR = "M' < 0.9", "M' > 0.9", "all, residuals of h/H"
-PARTS = {"all": lambda runs: runs.froude_number > 0.0, LOOSE: lambda runs: runs.effective_friction < 0.9,
-         STIFF: lambda runs: runs.effective_friction > 0.9, "Fr < 0.5": lambda runs: runs.froude_number < 0.5,
-         "Fr > 0.5": lambda runs: runs.froude_number > 0.5}
+LOOSE, STIFF = "M' < 0.9", "M' > 0.9"
+PARTS = {"all": (RUNUP, lambda runs: runs.froude_number > 0.0), LOOSE: (RUNUP, lambda runs: runs.effective_friction < 0.9),
+         STIFF: (RUNUP, lambda runs: runs.effective_friction > 0.9), "Fr < 0.5": (RUNUP, lambda runs: runs.froude_number < 0.5),
+         "Fr > 0.5": (RUNUP, lambda runs: runs.froude_number > 0.5), "all, residuals of h/H": (LINEAR_RUNUP, lambda runs: runs.froude_number > 0.0)}
 
 
 def each_fit(runs):
-    """(equation, fitting set, samples) of all that can be fitted."""
+    """(fit, fitting set, samples) of all that can be fitted."""
     for fitting_set in SETS:
         members = runs[fitting_set.holds(runs)]
         for equation in EQUATIONS:
             samples = height_samples(equation, members).reset_index(drop=True)
             try:
-                fit_heights(equation, samples, with_profile=False)
+                fit = fit_heights(equation, samples, with_profile=False)
             except ConfigError:  # too few runs, or runs that do not determine the coefficients
                 continue
-            yield equation, fitting_set, samples
+            yield fit, fitting_set, samples
 
 
 def coefficient_intervals(runs):
@@ -44,8 +44,8 @@ def coefficient_intervals(runs):
     bootstrap over materials and over Froude numbers; standard error by the jackknife over materials; lowest and highest value if one
     material is left out, and which (M')."""
     rows = []
-    for equation, fitting_set, samples in each_fit(runs):
-        fit = fit_heights(equation, samples, with_profile=False)
+    for fit, fitting_set, samples in each_fit(runs):
+        equation = fit.equation
         drawn = {name: bootstrap(equation, samples, column) for name, column in GROUPS.items()}
         materials, without = leave_out(equation, samples, "effective_friction")
         profiles = profile_intervals(fit, samples)
@@ -75,7 +75,7 @@ def bootstrap(equation, samples, column, resamples=RESAMPLES, seed=SEED):
     count = code.max() + 1
     weights = np.random.default_rng(seed).multinomial(count, np.full(count, 1.0 / count), size=resamples)[:, code]
     found = refit(equation, samples, weights)
-    if not equation.logarithmic:
+    if equation.saturates:
         found[~below_saturation(samples, weights, found[:, 1])] = np.nan
     return found
 
@@ -109,7 +109,8 @@ def jackknife_error(values):
 def leave_one_out(runs):
     """Coefficients without each material and each Froude number: equation, fitting_set, left_out, at, runs (left), coefficients."""
     tables = []
-    for equation, fitting_set, samples in each_fit(runs):
+    for fit, fitting_set, samples in each_fit(runs):
+        equation = fit.equation
         for name, column in GROUPS.items():
             values, found = leave_out(equation, samples, column)
             groups = levels(samples[column])
@@ -122,18 +123,18 @@ def leave_one_out(runs):
 
 def runup_parts(runs):
     """The run-up equation fitted to parts of each set, because one k_r need not hold for all, and to all with residuals of h/H instead of its
-    logarithm (LINEAR): part, fitting_set, runs, k_r, kappa_r and their standard errors. Slow runs alone do not fix kappa_r, as its standard
+    logarithm: part, fitting_set, runs, k_r, kappa_r and their standard errors. Slow runs alone do not fix kappa_r, as its standard
     error shows. Left out are parts with one or two kinds of snow, and those that do not determine both coefficients."""
     rows = []
     for fitting_set in SETS:
         samples = height_samples(RUNUP, runs[fitting_set.holds(runs)]).reset_index(drop=True)
-        for part, holds in [*PARTS.items(), (LINEAR, PARTS["all"])]:
+        for part, (equation, holds) in PARTS.items():
             of = samples[holds(samples)].reset_index(drop=True)
             if of.effective_friction.nunique() <= len(RUNUP.parameters):
                 continue
             row = {"part": part, "fitting_set": fitting_set.name, "runs": len(of)}
             try:
-                fit = fit_heights(LINEAR_RUNUP if part == LINEAR else RUNUP, of, with_profile=False)
+                fit = fit_heights(equation, of, with_profile=False)
             except ConfigError:  # the part does not determine the coefficients
                 continue
             for name, estimate in fit.estimates.items():
@@ -146,10 +147,10 @@ def influence(runs):
     """What each run does to the coefficients of the narrow set: its inputs, the residual of the fit (log h/H or h/H, simulation less
     equation), and by how many standard errors each coefficient would change without it. Sorted by what it does to kappa."""
     tables = []
-    for equation, fitting_set, samples in each_fit(runs):
+    for fit, fitting_set, samples in each_fit(runs):
         if fitting_set is not NARROW:
             continue
-        fit = fit_heights(equation, samples, with_profile=False)
+        equation = fit.equation
         without = refit(equation, samples, 1.0 - np.eye(len(samples)))
         fitted = equations.relative_height(samples.effective_friction, samples.froude_number, fit.coefficients)
         residual = np.log(samples.relative_height / fitted) if equation.logarithmic else samples.relative_height - fitted
@@ -170,7 +171,7 @@ def influence(runs):
 def profile_intervals(fit, samples):
     """{coefficient: interval of 90 %}: where the sum of squares, least over the other coefficients, is at most S (1 + t^2 / (n - p))."""
     limit = fit.sum_of_squares * (1.0 + two_sided_quantile(1.0 - (TAILS[1] - TAILS[0]), fit.degrees_of_freedom)**2 / fit.degrees_of_freedom)
-    profiles = _runup_profiles(fit, samples) if fit.equation.logarithmic else _pressure_height_profiles(fit, samples)
+    profiles = _pressure_height_profiles(fit, samples) if fit.equation.saturates else _runup_profiles(fit, samples)
     return {name: (_crossing(profiles[name], estimate, limit, -1.0), _crossing(profiles[name], estimate, limit, 1.0))
             for name, estimate in fit.estimates.items()}
 
@@ -190,7 +191,7 @@ def _crossing(profile, estimate, limit, side):
 
 
 def _runup_profiles(fit, samples):
-    problem, best = _Problem(fit.equation, samples), np.array([fit.coefficients.k, fit.coefficients.kappa])
+    problem, best = Problem(fit.equation, samples), np.array([fit.coefficients.k, fit.coefficients.kappa])
 
     def held(index):
         def profile(value):
@@ -208,7 +209,7 @@ def _pressure_height_profiles(fit, samples):
     def at_saturation(froude):
         if froude <= 0.0:
             return np.inf
-        problem = _Problem(fit.equation, samples, held=froude)
+        problem = Problem(fit.equation, samples, held=froude)
         return problem.minimise([fit.coefficients.k, fit.coefficients.kappa])[0]
 
     return {"k_p": lambda k: float(fit_pressure_height(cells, k)[1][0]), "Fr_sat": at_saturation,
