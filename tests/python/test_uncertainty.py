@@ -5,6 +5,7 @@ import unittest
 import numpy as np
 import pandas as pd
 
+from mpmtools.equations import HeightCoefficients, relative_height
 from mpmtools.study.regression import PRESSURE_HEIGHT, RUNUP, fit_heights
 from mpmtools.study.resampling import refit
 from mpmtools.study.uncertainty import (bootstrap, coefficient_intervals, influence, jackknife_error, leave_one_out, leave_out,
@@ -137,6 +138,15 @@ class Intervals(unittest.TestCase):
             for name, (low, high) in profile_intervals(fit, samples).items():
                 half = 1.66 * fit.estimates[name].standard_error  # t of 90 % and about 110 degrees of freedom
                 self.assertAlmostEqual((high - low) / (2.0 * half), 1.0, delta=0.01, msg=name)
+
+    def test_by_the_profile_are_not_given_where_the_fit_is_beyond_the_bounds_of_the_search(self):
+        friction, froude = (of.ravel() for of in np.meshgrid([1.42, 1.53, 1.76], [0.1, 0.2, 0.3]))
+        gain = HeightCoefficients(0.37, -1.8, 0.14)  # slow runs alone: no velocity head is lost, but gained
+        height = relative_height(friction, froude, gain) + 1e-3 * np.sin(7.0 * np.arange(9))
+        samples = pd.DataFrame({"effective_friction": friction, "froude_number": froude, "relative_height": height})
+        fit = fit_heights(PRESSURE_HEIGHT, samples, with_profile=False)
+        self.assertAlmostEqual(fit.coefficients.kappa, -1.8, delta=0.2)
+        self.assertTrue(np.isnan(profile_intervals(fit, samples)["k_p"]).all())
 
     def test_hold_the_value_and_are_complete(self):
         table = coefficient_intervals(grid_of_runs().assign(runup=lambda r: r.runup * (1.0 + 0.1 * np.sin(r.index.to_numpy()))))

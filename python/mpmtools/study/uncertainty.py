@@ -178,8 +178,9 @@ def profile_intervals(fit, samples):
 
 def _crossing(profile, estimate, limit, side):
     """Where the profile passes the limit on one side of its minimum; infinite where it does not within 127 standard errors.
-    Beyond it the profile is not searched for another valley."""
-    if not np.isfinite(estimate.value) or not estimate.standard_error > 0.0:
+    Beyond it the profile is not searched for another valley. NaN where the minimum is not on the profile: the search of the other
+    coefficients has bounds (resampling.py), and runs that do not fix them may lie beyond."""
+    if not np.isfinite(estimate.value) or not estimate.standard_error > 0.0 or profile(estimate.value) > limit:
         return np.nan
     inside, step = estimate.value, estimate.standard_error
     for _ in range(7):
