@@ -131,11 +131,11 @@ TEST_F(MpiRun, AFrameThatCannotBeWrittenEndsAllRanks) {
   Case c = testing::with_frames(testing::rank_cases()[5].c);
   c.output.duration = 5.0;
   write(c);
-  // in the middle of the run a file takes the place of the folder of frames
+  // in the middle of the run a file takes the place of the folder of frames; renamed, because a frame may be written at this moment
   const Outcome outcome =
-      run_command(fmt::format("{{ (for i in $(seq 600); do [ -e out/frames/00002.h5 ] && break; sleep 0.05; done; rm -r "
-                              "out/frames; : > out/frames) & {} {} run case.toml --out out "
-                              "--threads 1; }}",
+      run_command(fmt::format("{{ (for i in $(seq 600); do [ -e out/frames/00002.h5 ] && break; sleep 0.05; done; "
+                              "until true > out/frames; do n=$((n + 1)); mv -T out/frames out/aside_$n; done) 2>/dev/null & "
+                              "{} {} run case.toml --out out --threads 1; }}",
                               launcher(3), MPM_APP),
                   folder / "", folder / "");
   EXPECT_EQ(outcome.code, 4) << outcome.err;
