@@ -106,17 +106,18 @@ ImpactFlow impact_flow(const Case& c) {
   return flow;
 }
 
-SnowKind snow_kind(const MaterialParameters& snow) {
-  if (snow.internal_friction().value_or(0.0) == 0.0) return SnowKind::fluid;
+SnowTraits snow_traits(const MaterialParameters& snow) {
+  if (snow.internal_friction().value_or(0.0) == 0.0) return {.fluid = true};
   constexpr double studied_xi = 0.5;  // at 1.5 the run-up converges as that of hardly compressible snow
+  constexpr double converging = 1.5;  // largest M' of it; 1.42 converges, 1.53 does not
   const bool compressible = snow.hardening_xi().value_or(std::numeric_limits<double>::infinity()) <= studied_xi;
   const bool cohesive = snow.cohesion_beta().value_or(0.0) > 0.0;
-  return compressible && cohesive ? SnowKind::compressible_cohesive : SnowKind::frictional;
+  return {.compressible_cohesive = compressible && cohesive, .stiff = snow.critical_state_ratio().value_or(0.0) > converging};
 }
 
 GridResolution grid_resolution(const Case& c) {
   GridResolution r{
-      .contact = c.numerics.contact, .transfer = c.numerics.transfer, .front = c.obstacle->front(), .snow = snow_kind(c.material)};
+      .contact = c.numerics.contact, .transfer = c.numerics.transfer, .front = c.obstacle->front(), .snow = snow_traits(c.material)};
   const double width = c.obstacle->width(), dx = c.numerics.cell_size;
   r.cells = std::min(width, c.conveyor->flow_height) / dx;
   r.width_excess = nodal_width_ratio(width / dx) - 1.0;

@@ -24,8 +24,8 @@ namespace mpm {
 
 /// How a case with a conveyor and an obstacle resolves the obstacle.
 [[nodiscard]] GridResolution grid_resolution(const Case& c);
-/// Which of the kinds that differ in their convergence a material is. A material without internal friction counts as a fluid.
-[[nodiscard]] SnowKind snow_kind(const MaterialParameters& snow);
+/// What of a material slows its convergence. A material without internal friction counts as a fluid.
+[[nodiscard]] SnowTraits snow_traits(const MaterialParameters& snow);
 
 /// The observers of a case, in the order of their columns. @param more  those of the caller, which come last
 [[nodiscard]] std::vector<std::shared_ptr<Observer>> make_observers(const Case& c, const CaseScene& scene,

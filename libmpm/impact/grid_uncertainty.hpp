@@ -2,19 +2,19 @@
 /// Numerical uncertainty of an impact, from grid studies at the same resolution. A run on one grid cannot
 /// determine its own grid error; `mpm converge` estimates it for one case from several grids.
 
-#include <cstdint>
-
 #include "libmpm/boundary/contact.hpp"
 #include "libmpm/boundary/shapes/outline.hpp"
 #include "libmpm/core/transfer.hpp"
 
 namespace mpm {
 
-/// Snow by how its heights converge with the grid.
-enum class SnowKind : std::uint8_t {
-  frictional,            ///< internal friction, and no or hardly any of what the next two have
-  fluid,                 ///< without friction: it climbs as a fountain
-  compressible_cohesive  ///< cohesion, and xi of 0.5 or less
+/// What makes the heights of snow converge more slowly with the grid than those of snow with moderate friction. Several may hold.
+struct SnowTraits {
+  bool fluid = false;                  ///< without friction: it climbs as a fountain
+  bool compressible_cohesive = false;  ///< cohesion, and xi of 0.5 or less
+  bool stiff = false;                  ///< M' above 1.5: steep heaps, which break off in pieces
+
+  friend bool operator==(const SnowTraits&, const SnowTraits&) = default;
 };
 
 /// Resolution of the obstacle in a run.
@@ -22,7 +22,7 @@ struct GridResolution {
   ContactRule contact = ContactRule::nodal;  ///< where the obstacle acts
   Transfer transfer = Transfer::apic;        ///< velocities between grid and particles
   Front front = Front::plane;                ///< how the obstacle meets the flow
-  SnowKind snow = SnowKind::frictional;      ///< what meets it
+  SnowTraits snow;                           ///< what meets it
   double cells = 0.0;                        ///< in the smaller of the obstacle's width and the flow height
   double width_excess = 0.0;  ///< relative increase of the width by nodal contact: rows of nodes on the obstacle, times dx over w, minus 1
 };

@@ -85,18 +85,22 @@ TEST(GridResolutionOfACase, CountsCellsInTheSmallerOfWidthAndDepth) {
 
 TEST(GridResolutionOfACase, KnowsTheSnowThatConvergesSlowly) {
   Case c = mast();
-  const auto kind = [&](double slope, double beta, double xi) {
+  const auto traits = [&](double slope, double beta, double xi) {
     CamClay::Parameters snow;
     snow.critical_state_slope = slope, snow.cohesion_beta = beta, snow.hardening_xi = xi;
     c.material = snow;
     return grid_resolution(c).snow;
   };
-  EXPECT_EQ(kind(0.8, 0.3, 5.0), SnowKind::frictional);
-  EXPECT_EQ(kind(0.8, 0.0, 0.5), SnowKind::frictional);
-  EXPECT_EQ(kind(0.8, 0.3, 0.5), SnowKind::compressible_cohesive);
-  EXPECT_EQ(kind(0.0, 0.3, 0.5), SnowKind::fluid);
-  EXPECT_EQ(snow_kind(WeaklyCompressibleFluid::Parameters()), SnowKind::fluid);
-  EXPECT_EQ(snow_kind(DruckerPrager::Parameters()), SnowKind::frictional);
+  const SnowTraits none{}, fluid{.fluid = true}, sticky{.compressible_cohesive = true}, stiff{.stiff = true};
+  EXPECT_EQ(traits(0.8, 0.3, 5.0), none);
+  EXPECT_EQ(traits(0.8, 0.0, 0.5), none);
+  EXPECT_EQ(traits(1.2, 0.15, 5.0), none) << "M' = 1.42";
+  EXPECT_EQ(traits(0.8, 0.3, 0.5), sticky);
+  EXPECT_EQ(traits(0.0, 0.3, 0.5), fluid);
+  EXPECT_EQ(traits(0.8, 0.45, 5.0), stiff) << "M' = 1.53";
+  EXPECT_EQ(traits(1.2, 0.3, 0.5), (SnowTraits{.compressible_cohesive = true, .stiff = true}));
+  EXPECT_EQ(snow_traits(WeaklyCompressibleFluid::Parameters()), fluid);
+  EXPECT_EQ(snow_traits(DruckerPrager::Parameters()), none);
 }
 
 }  // namespace

@@ -42,18 +42,25 @@ TEST(KnownGridUncertainty, CoversTheLimitOnTheGridsThatWereStudied) {
 TEST(KnownGridUncertainty, CoversTheFinestGridOfTheStudyOfOtherSnow) {
   // validation/study/evidence/grids: value at w/5, w/7, w/10
   struct Point {
-    SnowKind snow;
+    SnowTraits snow;
     double GridUncertainty::*of;
     std::array<double, 3> value;
   };
-  for (const Point& p : {Point{SnowKind::fluid, &GridUncertainty::runup, {9.44, 9.99, 10.50}},
-                         {SnowKind::fluid, &GridUncertainty::force, {93.98, 95.72, 99.44}},
-                         {SnowKind::compressible_cohesive, &GridUncertainty::runup, {2.52, 2.96, 3.2}},
-                         {SnowKind::compressible_cohesive, &GridUncertainty::runup, {3.80, 4.67, 4.66}},
-                         {SnowKind::compressible_cohesive, &GridUncertainty::pressure_height, {1.91, 1.98, 2.06}},
-                         {SnowKind::compressible_cohesive, &GridUncertainty::pressure_height, {1.80, 1.89, 1.99}},
-                         {SnowKind::frictional, &GridUncertainty::pressure_height, {3.084, 3.095, 3.287}},
-                         {SnowKind::frictional, &GridUncertainty::pressure_height, {3.076, 3.093, 3.206}}}) {
+  const SnowTraits moderate{}, fluid{.fluid = true}, sticky{.compressible_cohesive = true}, stiff{.stiff = true};
+  for (const Point& p : {Point{fluid, &GridUncertainty::runup, {9.44, 9.99, 10.50}},
+                         {fluid, &GridUncertainty::force, {93.98, 95.72, 99.44}},
+                         {sticky, &GridUncertainty::runup, {2.52, 2.96, 3.2}},
+                         {sticky, &GridUncertainty::runup, {3.80, 4.67, 4.66}},
+                         {sticky, &GridUncertainty::pressure_height, {1.91, 1.98, 2.06}},
+                         {sticky, &GridUncertainty::pressure_height, {1.80, 1.89, 1.99}},
+                         {moderate, &GridUncertainty::pressure_height, {3.084, 3.095, 3.287}},
+                         {moderate, &GridUncertainty::pressure_height, {3.076, 3.093, 3.206}},
+                         {stiff, &GridUncertainty::runup, {5.791, 7.298, 6.752}},
+                         {stiff, &GridUncertainty::runup, {4.370, 4.502, 4.634}},
+                         {stiff, &GridUncertainty::pressure_height, {3.443, 3.473, 3.785}},
+                         {stiff, &GridUncertainty::pressure_height, {3.760, 3.932, 4.056}},
+                         {stiff, &GridUncertainty::force, {456.1, 462.3, 528.6}},
+                         {stiff, &GridUncertainty::force, {537.9, 555.3, 580.8}}}) {
     for (const auto& [i, cells] : {std::pair{0, 5.0}, {1, 7.0}, {2, 10.0}}) {
       GridResolution r = surface(cells);
       r.snow = p.snow;
@@ -67,11 +74,22 @@ TEST(KnownGridUncertainty, CoversTheFinestGridOfTheStudyOfOtherSnow) {
 TEST(KnownGridUncertainty, IsAtLeastThatOfTheSnowAlsoOnNodes) {
   GridResolution r = nodal(7);
   const double before = grid_uncertainty(r).runup;
-  r.snow = SnowKind::fluid;
+  r.snow.fluid = true;
   EXPECT_GT(grid_uncertainty(r).runup, before);
   EXPECT_EQ(grid_uncertainty(r).moment, grid_uncertainty(r).force + grid_uncertainty(r).pressure_height);
   r.cells = 2.0;
   EXPECT_TRUE(std::isnan(grid_uncertainty(r).runup)) << "nothing is known";
+}
+
+TEST(KnownGridUncertainty, IsTheLargestOfAllThatSlowsTheConvergence) {
+  GridResolution r = surface(5), sticky = r, stiff = r;
+  r.snow = {.compressible_cohesive = true, .stiff = true};
+  sticky.snow.compressible_cohesive = true;
+  stiff.snow.stiff = true;
+  EXPECT_EQ(grid_uncertainty(r).runup, grid_uncertainty(sticky).runup);
+  EXPECT_EQ(grid_uncertainty(r).pressure_height, grid_uncertainty(stiff).pressure_height);
+  EXPECT_EQ(grid_uncertainty(r).force, grid_uncertainty(stiff).force);
+  EXPECT_GT(grid_uncertainty(sticky).runup, grid_uncertainty(stiff).runup);
 }
 
 TEST(KnownGridUncertainty, FallsWithRefinementToTheUncertaintyOfTheLimit) {
