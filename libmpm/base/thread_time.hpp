@@ -1,9 +1,8 @@
 #pragma once
 /// Measured times: the computing time of a thread, and wall time.
 
-#include <time.h>
-
 #include <chrono>
+#include <ctime>
 
 namespace mpm {
 

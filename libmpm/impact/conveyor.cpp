@@ -123,7 +123,8 @@ int ConveyorSource::level_of(std::uint64_t layer) const {
 
 double ConveyorSource::shift_across(std::uint64_t layer) const {
   if (levels_ == 1) return 0.0;
-  const double shift = r2_point(static_cast<double>(layer / 2)).a - 0.5;
+  const std::uint64_t pair = layer / 2;
+  const double shift = r2_point(static_cast<double>(pair)).a - 0.5;
   return spacing_y_ * (layer % 2 == 0 ? shift : -shift);
 }
 

@@ -2,7 +2,6 @@
 /// Ends a run whose means are known (impact/stop_rule.hpp).
 
 #include <array>
-#include <utility>
 
 #include "libmpm/impact/stop_rule.hpp"
 #include "libmpm/observe/observer.hpp"
@@ -14,7 +13,7 @@ namespace mpm {
 class StopWhenSteady : public Observer {
  public:
   /// @param rule  with standard_error 0 no run ends by it
-  explicit StopWhenSteady(StopRule rule) : rule_(std::move(rule)) {}
+  explicit StopWhenSteady(const StopRule& rule) : rule_(rule) {}
 
   [[nodiscard]] std::string name() const override { return "stop_when_steady"; }
   [[nodiscard]] Source source() const override { return Source::run; }
