@@ -29,7 +29,8 @@ UNFITTED = ("compaction", "compaction_curve", "compaction_summary", "decompositi
 EVIDENCE_TABLES = ("coefficient_intervals", "leave_one_out", "influence", "published_errors", "coefficients_without_jams", "jams",
                    "friction_rules", "friction_calibration", "friction_interpolation", "friction_scan", "friction_scan_rules", "friction_scan_calibration",
                    "side_by_side", "campaign_scores", "paired_rows", "paired_summary",
-                   "runup_parts", "grids", "grids_summary", "coefficients_without_unconverged", "refined_rows", "refined_summary", "refined_coefficients")
+                   "runup_parts", "grids", "grids_summary", "coefficients_without_unconverged", "refined_rows", "refined_summary", "refined_kinds",
+                   "refined_coefficients")
 FITTED = ("coefficients", "factor_curves", "height_curves", "points")
 # The C++ stopped its search when the sum of squares no longer fell, at up to 1.4e-8 of a coefficient from the minimum.
 COEFFICIENTS, SCORES, SUMS = 1e-6, 1e-9, 1e-12

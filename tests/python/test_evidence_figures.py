@@ -3,7 +3,7 @@
 import unittest
 
 from mpmtools.figures import evidence_figures
-from mpmtools.figures.study_page import Study, aim_table
+from mpmtools.figures.study_page import Study, aim_table, drawn_of_each
 from study_samples import SOURCE, InFolder
 
 RESULTS = SOURCE / "validation" / "study" / "results"
@@ -18,6 +18,17 @@ class Evidence(InFolder):
             self.assertTrue(drawn.tables, identity)
             for table in drawn.tables:
                 self.assertEqual({len(row) for row in table["rows"]}, {len(table["head"])}, table["title"])
+
+    def test_draws_what_a_finer_grid_changes_for_each_study_that_has_two_grids(self):
+        two, one = (Study(RESULTS / name) for name in ("prediction", "reproduction_w5"))
+        for _, _, draw, _ in evidence_figures.OF_EACH_STUDY:
+            drawn = drawn_of_each([one, two], draw)
+            self.assertEqual((len(drawn.pictures), len(drawn.tables), drawn.missing), (2, 1, []))
+            self.assertTrue(all(picture.title.startswith("prediction: ") for picture in drawn.pictures))
+            (table,) = drawn.tables
+            self.assertEqual({len(row) for row in table["rows"]}, {len(table["head"])})
+            self.assertEqual(table["rows"][0][3], "run-up")
+            self.assertEqual(len(drawn_of_each([one], draw).missing), 1)
 
     def test_says_what_is_missing_without_them(self):
         self.write("old/fit.json", '{"fits": []}')

@@ -8,7 +8,7 @@ import numpy as np
 import pandas as pd
 
 from mpmtools.errors import InputError
-from mpmtools.study.grids import QUANTITIES, coefficients_without_unconverged, grid_summary, grid_table, late_means, limit_of, refined_rows, refinement_tables
+from mpmtools.study.grids import QUANTITIES, coefficients_without_unconverged, grid_summary, grid_table, late_means, limit_of
 from study_samples import grid_of_runs
 
 SIZES = (0.35, 0.25, 0.175)
@@ -120,34 +120,6 @@ class Grids(unittest.TestCase):
         self.assertAlmostEqual(narrow.k_p.iloc[3], 0.5277, delta=1e-4)
         self.assertAlmostEqual(narrow.runup_rmsle.iloc[3], 0.0, delta=1e-9)
         self.assertTrue((narrow.runup_rmsle.iloc[:3] > 0.05).all())
-
-    def test_refined_rows_are_the_set_ups_on_two_grids(self):
-        runs = grid_of_runs((5.0,)).assign(cell_size_m=0.35, force_n=100.0, obstacle_friction=0.2)
-        fast = runs[runs.froude_number > 2.5]
-        table = refined_rows(pd.concat([fast.assign(cell_size_m=0.25, force_n=110.0, runup=1.2 * fast.runup), runs], ignore_index=True))
-        self.assertEqual(len(table), len(fast))
-        np.testing.assert_allclose(table[["runup_ratio", "pressure_height_ratio", "force_n_ratio"]].to_numpy(), [[1.2, 1.0, 1.1]] * len(fast))
-        self.assertEqual((table.cell_size_m_fine.unique().tolist(), table.cell_size_m_coarse.unique().tolist()), ([0.25], [0.35]))
-        summary = refinement_tables(pd.concat([fast.assign(cell_size_m=0.25), runs]))["refined_summary"]
-        self.assertEqual(summary[summary.group == "all"].pairs.tolist(), [len(fast)] * 3)
-        other_friction = fast.assign(cell_size_m=0.25, force_n=110.0, obstacle_friction=np.where(fast.froude_number > 6.0, 0.3, 0.2))
-        table = refined_rows(pd.concat([other_friction, runs], ignore_index=True))
-        self.assertEqual(sorted(table.froude_number.unique()), [3.0, 5.0])  # Fr 7 has another friction on each grid
-
-    def test_coefficients_of_both_grids_rest_on_the_set_ups_that_both_have(self):
-        runs = grid_of_runs((5.0,)).assign(cell_size_m=0.25, force_n=1.0, obstacle_friction=0.2)
-        coarse = runs.assign(cell_size_m=0.35, runup=0.8 * runs.runup)
-        alone = runs[runs.froude_number < 0.99].assign(cell_size_m=0.35, froude_number=0.5, runup=9.0)  # on one grid: must not count
-        table = refinement_tables(pd.concat([coarse, runs, alone], ignore_index=True))["refined_coefficients"].set_index(["fitting_set", "grid"])
-        self.assertEqual(table.runs.tolist(), [len(runs)] * 4)
-        self.assertAlmostEqual(table.k_r["narrow", "fine"], 0.9473, delta=1e-3)
-        self.assertAlmostEqual(table.runup_rmsle["narrow", "fine"], 0.0, delta=1e-9)
-        self.assertAlmostEqual(table.runup_rmsle["narrow", "coarse"], -np.log(0.8), delta=1e-9)
-        self.assertAlmostEqual(table.k_p["narrow", "coarse"], table.k_p["narrow", "fine"], 9)
-        fast = pd.concat([coarse, runs[runs.froude_number > 1.9]], ignore_index=True)  # beyond the saturation of the pressure height
-        table = refinement_tables(fast)["refined_coefficients"]
-        self.assertTrue(table[["k_p", "Fr_sat", "kappa_p"]].isna().all().all())
-        self.assertTrue(table[["k_r", "kappa_r", "pressure_height_nrmse"]].notna().all().all())
 
     def test_need_their_columns(self):
         with self.assertRaisesRegex(InputError, "runup_standard_error_m"):

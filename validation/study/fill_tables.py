@@ -114,14 +114,30 @@ def intervals_hold(campaigns):
     return table(("", "set", *SYMBOLS.values()), rows)
 
 
+def ratio_cells(of):
+    """Geometric mean, lowest and highest ratio of each quantity; `of` has a row for each."""
+    return [f"{r.ratio:.2f} ({r.lowest:.2f} to {r.highest:.2f})" for r in (of.loc[q] for q in QUANTITIES)]
+
+
 def ratios(campaign, name):
     """Geometric mean of the pairs, lowest and highest, by Froude number and over all."""
     summary = results(campaign, name)
     rows = []
     for group in [*(g for g in summary.group.unique() if g != "all"), "all"]:
         of = summary[summary.group == group].set_index("quantity")
-        rows.append((group, str(int(of.pairs.max())), *(f"{r.ratio:.2f} ({r.lowest:.2f} to {r.highest:.2f})" for r in (of.loc[q] for q in QUANTITIES))))
+        rows.append((group, str(int(of.pairs.max())), *ratio_cells(of)))
     return table(("", "pairs", *QUANTITIES), rows)
+
+
+def kinds(campaign):
+    """What the finer grid changes, by kind of snow: sets that have it, pairs, ratios, and the pairs of which the coarse runs said so."""
+    rows = []
+    for (kind, speeds), of in results(campaign, "refined_kinds").groupby(["kind", "speeds"], sort=False):
+        of = of.set_index("quantity")
+        one = of.loc[QUANTITIES[0]]
+        rows.append((f"{kind}, {speeds}".replace("xi", "ξ").replace("<=", "≤"), f"{one.fine:.0f} of {one.sets:.0f}", str(int(of.pairs.max())),
+                     *ratio_cells(of), ", ".join(f"{of.covered[q]:.0f}" for q in QUANTITIES[:2])))
+    return table(("kind of snow", "sets at 0.25 m", "pairs", *QUANTITIES, "said before"), rows)
 
 
 def numerics_alone():
@@ -216,7 +232,7 @@ TEXTS = {
     "README.md": {"coefficients": lambda: headline(CAMPAIGNS), "stricter aims": lambda: stricter_aims("reproduction_w7"),
                   "intervals": lambda: intervals_hold(CAMPAIGNS), "numerics": lambda: ratios("reproduction_w5", "paired_summary"),
                   "numerics alone": numerics_alone, "grids": lambda: ratios("reproduction_w7", "refined_summary"),
-                  "grids alone": lambda: on_both_grids("reproduction_w7"),
+                  "grids alone": lambda: on_both_grids("reproduction_w7"), "grids of the prediction": lambda: kinds("prediction"),
                   "pile-up": lambda: pile_up({"reproduction_w7": "reproduction at 0.25 m", "reproduction_w5": "reproduction at w/5",
                                               "prediction": "prediction"})},
     "first_reproduction.md": {"coefficients": lambda: headline(FIRST)},

@@ -5,7 +5,7 @@ Every function takes a Study (study_page.py), and draws tables that study/tables
 
 import numpy as np
 
-from mpmtools.figures.axes import Drawn, decades, froude_colour, new_axes, number, per_cent, picture
+from mpmtools.figures.axes import Drawn, decades, froude_colour, new_axes, number, per_cent, picture, scatter_runs
 from mpmtools.figures.style import COLOURS, MARKERS
 from mpmtools.figures.study_summary import NAMES, interval
 from mpmtools.study.jams import LEAST_STATIC, LIMIT
@@ -83,6 +83,29 @@ def figure_grids(study):
     head = ["quantity", "points", "coarsest over finest grid (lowest to highest)", "middle over finest", "with an order of 0.5 to 1.5",
             "finest value within the uncertainty that the coarsest run states"]
     return Drawn(pictures, [], [{"title": "Over all points", "head": head, "rows": rows}])
+
+
+def figure_refinement(study):
+    """The set-ups that are there on two grids: the finest over the coarsest, over M' and by kind of snow."""
+    rows, kinds = study.table("refined_rows"), study.table("refined_kinds")
+    if rows.empty or kinds.empty:
+        return Drawn([], ["no set-up on two grids (--finest, --coarser)"])
+    fine, coarse = rows.cell_size_m_fine.unique(), rows.cell_size_m_coarse.unique()
+    sizes = f"{fine[0]:g} m over {coarse[0]:g} m" if len(fine) == len(coarse) == 1 else "finest over coarsest grid"
+    pictures = []
+    for name, label in (("runup", "run-up"), ("pressure_height", "pressure height")):
+        axes = new_axes()
+        handles = scatter_runs(axes, rows.dropna(subset=[f"{name}_ratio"]), "effective_friction", f"{name}_ratio")
+        axes.axhline(1.0, color="black", linewidth=0.9)
+        pictures.append(picture(axes, f"{study.name}: {label} on a finer grid", "effective internal friction $M'$", f"{label}, {sizes}",
+                                "Set-ups that have a steady mean on both grids and the same friction of the mast.", handles=handles, ncols=2,
+                                fontsize=7.5))
+    table = [[r.kind, r.speeds, f"{r.fine:.0f} of {r.sets:.0f}", r.quantity, f"{r.pairs:.0f}",
+              f"{number(r.ratio, 2)} ({number(r.lowest, 2)} to {number(r.highest, 2)})", "–" if np.isnan(r.covered) else f"{r.covered:.0f}"]
+             for r in kinds.replace({"kind": {"xi <=": "ξ ≤"}}, regex=True).itertuples()]
+    head = ["kind of snow", "speeds", "set-ups on the finer grid", "quantity", "pairs", "ratio (lowest to highest)",
+            "pairs within the uncertainty that the coarser run states"]
+    return Drawn(pictures, [], [{"title": f"{study.name}: {sizes}, by kind of snow", "head": head, "rows": table}])
 
 
 def _without_unconverged(study):
@@ -252,6 +275,12 @@ def _scan_pictures(scan):
     return pictures
 
 
+OF_EACH_STUDY = [
+    ("refinement", "What a finer grid changes, by kind of snow", figure_refinement,
+     "The same set-ups on two grids. A set-up is of the first kind that holds it: fluids, stiff snow (M' > 1.5), cohesive snow with ξ ≤ 0.5, and "
+     "all other snow. The last column counts the pairs where the uncertainty that the run on the coarser grid states, and two standard errors "
+     "of the difference, cover the value on the finer grid."),
+]
 SECTIONS = [
     ("campaigns", "Reproduction and prediction side by side", figure_campaigns,
      "*Reproduction*: contact on nodes, as in the algorithm that the paper follows, and APIC; the paper does not name its transfer. "

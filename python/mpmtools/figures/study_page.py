@@ -14,7 +14,7 @@ import pandas as pd
 
 from mpmtools.errors import InputError
 from mpmtools.figures import evidence_figures, extension_figures, paper_figures, study_summary
-from mpmtools.figures.axes import number, per_cent
+from mpmtools.figures.axes import Drawn, number, per_cent
 from mpmtools.figures.style import STYLE, inline, use_style, write_page
 from mpmtools.figures.study_summary import SETS
 from mpmtools.scores import levels
@@ -211,8 +211,9 @@ def draw_page(target, folders, extensions=None):
     use_style()
     studies = [Study(folder) for folder in folders]
     study = studies[0]
-    sections = [_section(identity, title, text, *_first_drawn(studies, draw))
-                for identity, title, draw, text in [*evidence_figures.SECTIONS, *SECTIONS]]
+    sections = [_section(identity, title, text, *_first_drawn(studies, draw)) for identity, title, draw, text in evidence_figures.SECTIONS]
+    sections += [_section(identity, title, text, drawn_of_each(studies, draw)) for identity, title, draw, text in evidence_figures.OF_EACH_STUDY]
+    sections += [_section(identity, title, text, *_first_drawn(studies, draw)) for identity, title, draw, text in SECTIONS]
     sections += [_section(identity, title, text, draw(study, key)) for identity, title, key, draw, text in APPENDIX]
     if extensions:
         sections += [_section(identity, title, text, draw(extensions)) for identity, title, draw, text in extension_figures.SECTIONS]
@@ -235,6 +236,14 @@ def _first_drawn(studies, draw):
         if drawn.pictures or drawn.tables:
             return drawn, "" if study is studies[0] else study.name
     return draw(studies[0]), ""  # what is missing
+
+
+def drawn_of_each(studies, draw):
+    """What all studies draw that have the tables; what is missing where none has."""
+    drawn = [d for study in studies if (d := draw(study)).pictures]
+    if not drawn:
+        return draw(studies[0])
+    return Drawn([picture for d in drawn for picture in d.pictures], [], [table for d in drawn for table in d.tables])
 
 
 def _section(identity, title, text, drawn, source=""):

@@ -42,19 +42,24 @@ def paired_rows(reproduction, prediction):
     return both.assign(**ratios)
 
 
+def ratio_summary(ratio):
+    """Of ratios that may lack: pairs, geometric mean, spread (standard deviation of the logarithm), lowest and highest; empty without any."""
+    ratio = ratio.dropna()
+    if ratio.empty:
+        return {}
+    logarithm = np.log(ratio)
+    return {"pairs": len(ratio), "ratio": np.exp(logarithm.mean()), "spread": logarithm.std() if len(ratio) > 1 else np.nan,
+            "lowest": ratio.min(), "highest": ratio.max()}
+
+
 def paired_summary(rows):
-    """Ratios over all pairs and over those of one Froude number: pairs, geometric mean, spread (standard deviation of the logarithm), lowest
-    and highest. A row for each group and quantity."""
+    """ratio_summary() over all pairs and over those of one Froude number: a row for each group and quantity."""
     groups = [("all", rows), *((f"Fr {froude:g}", of) for froude, of in rows.groupby("froude_number"))]
     table = []
     for name, of in groups:
         for quantity, label in QUANTITIES.items():
-            ratio = of[f"{quantity}_ratio"].dropna()
-            if ratio.empty:
-                continue
-            logarithm = np.log(ratio)
-            table.append({"group": name, "quantity": label, "pairs": len(ratio), "ratio": np.exp(logarithm.mean()),
-                          "spread": logarithm.std() if len(ratio) > 1 else np.nan, "lowest": ratio.min(), "highest": ratio.max()})
+            if summary := ratio_summary(of[f"{quantity}_ratio"]):
+                table.append({"group": name, "quantity": label, **summary})
     return pd.DataFrame(table, columns=["group", "quantity", "pairs", "ratio", "spread", "lowest", "highest"])
 
 

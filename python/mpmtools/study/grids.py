@@ -10,13 +10,9 @@ import pandas as pd
 from scipy.optimize import brentq
 
 from mpmtools.errors import InputError
-from mpmtools.scores import levels
 from mpmtools.statistics import ratio_of_means
-from mpmtools.study.campaigns import FRICTION, keyed, paired_summary, pairs_with_one_friction
-from mpmtools.study.campaigns import QUANTITIES as COMPARED
 from mpmtools.study.fits import NARROW, WIDE, coefficients_and_scores
 from mpmtools.study.histories import last_third, run_means
-from mpmtools.study.regression import PRESSURE_HEIGHT
 from mpmtools.study.runs import POINT
 from mpmtools.tables import no_column, numbers, read_table
 
@@ -89,11 +85,17 @@ def grid_table(path):
     return pd.DataFrame(rows, columns=None if rows else [*POINT, "quantity"])
 
 
+def covers(stated, coarse, fine):
+    """Whether the numerical uncertainty that a coarse run states and two standard errors of the difference cover the value of a finer grid.
+    @param coarse, fine  value and its standard error"""
+    return abs(coarse[0] - fine[0]) <= stated + 2.0 * np.hypot(coarse[1], fine[1])
+
+
 def _judged(sizes, values, errors, stated):
     limit = limit_of(sizes, values)
     row = {f"{what}_{grid}": x[i] for i, grid in enumerate(("coarse", "middle", "fine"))
            for what, x in (("cell_size_m", sizes), ("value", values), ("standard_error", errors))}
-    covered = abs(values[0] - values[2]) <= stated[0] + 2.0 * np.hypot(errors[0], errors[2])
+    covered = covers(stated[0], (values[0], errors[0]), (values[2], errors[2]))
     ratio, ratio_error = ratio_of_means(values[0], errors[0], values[2], errors[2])
     return {**row, "coarse_over_fine": ratio, "middle_over_fine": values[1] / values[2], "ratio_standard_error": ratio_error, "order": limit.order,
             "fine_uncertainty": limit.uncertainty / abs(values[2]), "coarse_stated_uncertainty": stated[0] / abs(values[0]),
@@ -126,47 +128,6 @@ def coefficients_without_unconverged(runs):
             rows.append({"without": " and ".join(kinds), "fitting_set": fitting_set.name, "left_out": len(runs) - len(kept),
                          **coefficients_and_scores(kept, fitting_set)})
     return pd.DataFrame(rows)
-
-
-def _finest_and_coarsest(runs):
-    """Of each set-up at the reference width the run on its finest grid, and that on its coarsest."""
-    ordered = runs.assign(cell_size_m=levels(runs.cell_size_m)).sort_values("cell_size_m", kind="stable")
-    return keyed(ordered), keyed(ordered[::-1])
-
-
-def refined_rows(runs):
-    """A row for each set-up that is there on two grids, with the same friction of the mast where both tables name it: inputs, M', both cell
-    sizes, each quantity (heights over H, force in N) on both, and that on the finest grid over that on the coarsest."""
-    fine, coarse = _finest_and_coarsest(runs)
-    columns = ["cell_size_m", FRICTION, *COMPARED]
-    both = pairs_with_one_friction(fine[[*POINT, "effective_friction", *columns]], coarse[[*POINT, *columns]], ("_fine", "_coarse"))
-    both = both[both.cell_size_m_fine < both.cell_size_m_coarse].reset_index(drop=True)
-    return both.assign(**{f"{name}_ratio": both[f"{name}_fine"] / both[f"{name}_coarse"] for name in COMPARED})
-
-
-def refined_coefficients(runs, rows):
-    """Coefficients and scores against the published equations on both grids of the same set-ups, those of `rows` (of refined_rows()) that have
-    both heights on both grids: grid (coarse, fine), fitting_set, runs (of the set), and one column a coefficient and score. Without
-    runs below the saturation of the pressure height its coefficients are NaN: fast runs alone do not tell k_p from kappa_p and Fr_sat."""
-    rows = rows.dropna(subset=["runup_ratio", "pressure_height_ratio"])
-    if rows.empty:
-        return pd.DataFrame()
-    fine, coarse = _finest_and_coarsest(runs)
-    all_saturated = rows.froude_number.min() > PRESSURE_HEIGHT.published_estimates["Fr_sat"][0]
-    undetermined = dict.fromkeys(PRESSURE_HEIGHT.parameters, np.nan) if all_saturated else {}
-    table = []
-    for fitting_set in (NARROW, WIDE):
-        for grid, of in (("coarse", coarse), ("fine", fine)):
-            both = of.merge(rows[POINT], on=POINT)
-            table.append({"grid": grid, "fitting_set": fitting_set.name, "runs": int(fitting_set.holds(both).sum()),
-                          **coefficients_and_scores(both, fitting_set), **undetermined})
-    return pd.DataFrame(table)
-
-
-def refinement_tables(runs):
-    """{name: table}: refined_rows(), their ratios by Froude number, and the coefficients on both grids."""
-    rows = refined_rows(runs)
-    return {"refined_rows": rows, "refined_summary": paired_summary(rows), "refined_coefficients": refined_coefficients(runs, rows)}
 
 
 def late_means(path):

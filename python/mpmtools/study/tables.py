@@ -9,7 +9,7 @@ import pandas as pd
 from mpmtools import equations
 from mpmtools.errors import ConfigError
 from mpmtools.scores import levels
-from mpmtools.study import campaigns, friction_choice, grids, guideline, histories, jams, published, rheology, sensitivity, uncertainty, width
+from mpmtools.study import campaigns, friction_choice, grids, guideline, histories, jams, published, refinement, rheology, sensitivity, uncertainty, width
 from mpmtools.study.fits import coefficients_csv, evaluated_by, fit_paper_sets, fits_json, own_coefficients, scores_csv
 from mpmtools.study.regression import EQUATIONS
 from mpmtools.study.runs import read_runs_or_refuse, read_study_table
@@ -107,7 +107,7 @@ def _refinement(runs, left_out_as_coarser, coarser_files):
             if not np.isfinite(of.cell_size_m).all():
                 raise ConfigError(f"--coarser: in the table {which} not every run has its cell size (column cell_size_m)")
         coarse.append(given[levels(given.cell_size_m) > runs.cell_size_m.min() * (1.0 + 1e-9)])
-    tables = grids.refinement_tables(pd.concat([runs, *coarse], ignore_index=True))
+    tables = refinement.refinement_tables(pd.concat([runs, *coarse], ignore_index=True))
     if coarser_files and tables["refined_rows"].empty:
         raise ConfigError(f"--coarser {', '.join(coarser_files)}: no set-up of the study is there on a coarser grid with the same friction of "
                           "the mast")
