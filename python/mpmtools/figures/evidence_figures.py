@@ -291,7 +291,7 @@ SECTIONS = [
      "Points over the regimes, computed with the accurate solver on three grids. Points without a steady mean on one of them are left out. "
      "The run-up of cohesive snow with ξ = 0.5 is about a fifth lower on the coarsest grid than on the finest. A run on one grid states an "
      "uncertainty that comes from grid studies; the last column counts the points where the value on the finest grid lies within it (and two "
-     "standard errors of the difference). These uncertainties are from a version that did not yet depend on the kind of snow."),
+     "standard errors of the difference). These uncertainties are from versions that did not yet know stiff snow; most did not depend on the kind of snow."),
     ("intervals", "How well the coefficients are known", figure_intervals,
      "The standard errors of a fit take its residuals to be independent. All runs of one material (one M') err together, and so do all runs "
      "of one Froude number: therefore whole materials and whole Froude numbers are drawn anew (bootstrap) and left out (jackknife). The last "
