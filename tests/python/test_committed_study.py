@@ -195,7 +195,7 @@ class Claims(unittest.TestCase):
         np.testing.assert_allclose(table.rmsle_judging, [0.068, 0.118, 0.123, 0.086], atol=6e-4)
 
     def test_slow_snow_does_not_pile_up_in_proportion_to_its_friction(self):
-        for campaign, loose, stiff, slow in (("reproduction_w7", 0.990, 0.813, 0.791), ("prediction", 0.954, 0.844, 0.782)):
+        for campaign, loose, stiff, slow in (("reproduction_w7", 0.990, 0.813, 0.791), ("prediction", 0.954, 0.845, 0.784)):
             parts = committed(campaign, "runup_parts")
             found = parts[parts.fitting_set == "narrow"].set_index("part").k_r
             np.testing.assert_allclose(found[["M' < 0.9", "M' > 0.9", "Fr < 0.5"]], [loose, stiff, slow], atol=6e-4, err_msg=campaign)
@@ -253,7 +253,7 @@ class Claims(unittest.TestCase):
     def test_jams_are_those_of_the_texts_and_the_long_window_leaves_one(self):
         for campaign, points in (("first_w5", {(1.0, 5.0), (2.0, 5.0), (1.0, 1.5)}), ("first_w7", {(1.0, 5.0), (2.0, 5.0), (3.0, 5.0)}),
                                  ("reproduction_w5", set()), ("reproduction_w7", {(1.0, 1.5), (1.0, 0.5), (1.0, 5.0), (0.3, 0.5), (2.0, 5.0)}),
-                                 ("calibrated_prediction", {(1.0, 0.5), (2.0, 5.0)}), ("prediction", {(1.0, 0.5), (1.0, 5.0), (2.0, 5.0)})):
+                                 ("calibrated_prediction", {(1.0, 0.5), (2.0, 5.0)}), ("prediction", {(1.0, 0.5), (0.1, 5.0), (1.0, 5.0), (2.0, 5.0)})):
             jams = committed(campaign, "jams")
             self.assertTrue((jams.effective_friction > 2.2).any())
             jammed = jams[jams.jammed == 1]
