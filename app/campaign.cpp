@@ -43,7 +43,8 @@ void print_line(const std::string& line) { fmt::print(stderr, "{}\n", line); }
 
 std::string short_list(const std::vector<std::string>& names) {
   constexpr std::size_t most = 6;
-  const std::string text = fmt::format("{}", fmt::join(names | std::views::take(most), ", "));
+  const auto end = names.begin() + static_cast<std::ptrdiff_t>(std::min(most, names.size()));
+  const std::string text = fmt::format("{}", fmt::join(names.begin(), end, ", "));
   return names.size() > most ? fmt::format("{} and {} more", text, names.size() - most) : text;
 }
 

@@ -3,8 +3,6 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
-#include <ranges>
-
 namespace mpm::config {
 
 std::string quoted(const std::string& text) {
@@ -37,7 +35,10 @@ struct TomlWriter {
     return fmt::format("[{}, {}, {}]", (*this)(Vec3(x.row(0))), (*this)(Vec3(x.row(1))), (*this)(Vec3(x.row(2))));
   }
   std::string operator()(const std::vector<std::string>& x) const {
-    return fmt::format("[{}]", fmt::join(x | std::views::transform(quoted), ", "));
+    std::vector<std::string> items;
+    items.reserve(x.size());
+    for (const std::string& item : x) items.push_back(quoted(item));
+    return fmt::format("[{}]", fmt::join(items, ", "));
   }
 };
 
