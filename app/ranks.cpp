@@ -164,6 +164,7 @@ Session::Session(int&, char**&) {
 bool Session::can_be_several() { return false; }
 bool Session::first() const { return true; }
 int Session::size() const { return 1; }
+// NOLINTNEXTLINE(performance-unnecessary-value-param): with MPI the options are changed
 RunResult Session::run(const Case& c, RunOptions options) { return run_case(c, options); }
 int Session::serve() { return 0; }
 void Session::close(int) {}
