@@ -59,12 +59,12 @@ class Refinement(unittest.TestCase):
             self.assertTrue(np.isnan(table.loc[kind, "force"].covered))
 
     def test_two_standard_errors_count_as_covered_and_nothing_stated_is_not_judged(self):
-        runs = grid_of_runs((5.0,)).assign(cell_size_m=0.35, force_n=100.0, obstacle_friction=0.2, runup_standard_error=0.05)
-        fine = runs.assign(cell_size_m=0.25, runup=runs.runup + 0.2)
-        for stated, expected in ((0.05, 0.0), (0.06, 1.0), (np.nan, np.nan)):  # 2 sqrt(2) 0.05 = 0.141
-            rows = refined_rows(pd.concat([fine, runs.assign(runup_numerical_uncertainty=stated)], ignore_index=True))
-            np.testing.assert_array_equal(rows.runup_covered, expected)
-        self.assertEqual(HEIGHTS, ("runup", "pressure_height"))
+        for height in HEIGHTS:
+            runs = grid_of_runs((5.0,)).assign(**{"cell_size_m": 0.35, "force_n": 100.0, "obstacle_friction": 0.2, f"{height}_standard_error": 0.05})
+            fine = runs.assign(**{"cell_size_m": 0.25, height: runs[height] + 0.2})
+            for stated, expected in ((0.05, 0.0), (0.06, 1.0), (np.nan, np.nan)):  # 2 sqrt(2) 0.05 = 0.141
+                rows = refined_rows(pd.concat([fine, runs.assign(**{f"{height}_numerical_uncertainty": stated})], ignore_index=True))
+                np.testing.assert_array_equal(rows[f"{height}_covered"], expected)
 
 
 if __name__ == "__main__":
