@@ -11,12 +11,7 @@ from mpmtools.study.regression import PRESSURE_HEIGHT
 from mpmtools.study.runs import POINT
 
 # Kinds of snow by how their heights change with the grid; a set-up is of the first kind that holds it.
-KINDS = {
-    "fluid": UNCONVERGED["fluid"],
-    "stiff snow, M' > 1.5": lambda runs: runs.effective_friction > 1.5,
-    "cohesive snow of xi <= 0.5": UNCONVERGED["cohesive snow of xi <= 0.5"],
-    "other snow": lambda runs: runs.effective_friction > 0.0,
-}
+KINDS = UNCONVERGED | {"other snow": lambda runs: runs.effective_friction > 0.0}
 HEIGHTS = ("runup", "pressure_height")
 SPEEDS = {"from Fr 1 on": lambda runs: runs.froude_number > 1.0 - 1e-6, "below Fr 1": lambda runs: runs.froude_number < 1.0 - 1e-6}
 
