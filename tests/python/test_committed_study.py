@@ -30,7 +30,7 @@ EVIDENCE_TABLES = ("coefficient_intervals", "leave_one_out", "influence", "publi
                    "friction_rules", "friction_calibration", "friction_interpolation", "friction_scan", "friction_scan_rules", "friction_scan_calibration",
                    "side_by_side", "campaign_scores", "paired_rows", "paired_summary",
                    "runup_parts", "grids", "grids_summary", "coefficients_without_unconverged", "refined_rows", "refined_summary", "refined_kinds",
-                   "refined_coefficients")
+                   "refined_coefficients", "coefficients_with_coarser")
 FITTED = ("coefficients", "factor_curves", "height_curves", "points")
 # The C++ stopped its search when the sum of squares no longer fell, at up to 1.4e-8 of a coefficient from the minimum.
 COEFFICIENTS, SCORES, SUMS = 1e-6, 1e-9, 1e-12
@@ -390,7 +390,7 @@ class CommittedFirstReproductionAt025(CommittedStudy):
 class CommittedReproductionAt025(CommittedStudy):
     name = "reproduction_w7"
     rows = ("reproduction_w7/w7.csv",)
-    options = {"coarser_files": [RESULTS / "reproduction_w5" / "w5.csv"],
+    options = {"coarser_files": [RESULTS / "reproduction_w5" / "w5.csv"], "prediction_files": [RESULTS / "prediction" / "w7.csv"],
                "width_files": [EVIDENCE / "width" / "results.csv"], "section_files": [EVIDENCE / "sections" / "results.csv"],
                "sensitivity_files": [EVIDENCE / name / "results.csv" for name in ("sensitivity", "windows")],
                "friction_scan_files": [EVIDENCE / "friction_w7" / name for name in ("results.csv", "slow.csv", "stiff.csv")]}

@@ -40,12 +40,23 @@ class Evidence(InFolder):
         aims = aim_table([Study(RESULTS / "first_w5")])
         self.assertEqual(aims["columns"], ["first at w/5, narrow", "first at w/5, wide"])
         (study,) = aims["studies"]
-        (narrow, met_narrow, of_narrow), (wide, met_wide, of_wide) = study["sets"]
+        (narrow, met_narrow, of_narrow), (wide, met_wide, of_wide) = study["counts"]["goals"]
         self.assertEqual((study["name"], narrow, of_narrow, wide, of_wide), ("first at w/5", "narrow", 9, "wide", 9))
         self.assertGreater(met_narrow, met_wide)
         self.assertFalse(study["all_met"])
-        run_up = next(row for row in aims["rows"] if row["what"].startswith("run-up: RMSLE"))
+        run_up = next(row for row in aims["groups"][0]["rows"] if row["what"].startswith("run-up: RMSLE"))
         self.assertEqual([found["met"] for found in run_up["found"]], [True, False])
+
+    def test_stricter_aims_stand_beside_the_goals(self):
+        aims = aim_table([Study(RESULTS / "reproduction_w7")])
+        (study,) = aims["studies"]
+        self.assertEqual(study["counts"]["goals"], [("narrow", 9, 9), ("wide", 9, 9)])
+        self.assertFalse(study["all_met"])
+        (narrow, met, of), (wide, _, _) = study["counts"]["stricter aims"]
+        self.assertEqual((narrow, of, wide), ("narrow", 9, "wide"))
+        self.assertLess(met, of)
+        coefficient = next(row for row in aims["groups"][1]["rows"] if " k_r " in row["what"])
+        self.assertEqual((coefficient["aim"], [found["met"] for found in coefficient["found"]]), ("within 10 or 15 % (wide)", [False, True]))
 
 
 if __name__ == "__main__":

@@ -5,7 +5,7 @@ import unittest
 import numpy as np
 import pandas as pd
 
-from mpmtools.study.refinement import HEIGHTS, refined_kinds, refined_rows, refinement_tables
+from mpmtools.study.refinement import FINEST_ALONE, HEIGHTS, WITH_COARSER, coefficients_with_coarser, refined_kinds, refined_rows, refinement_tables
 from study_samples import grid_of_runs
 
 
@@ -37,6 +37,17 @@ class Refinement(unittest.TestCase):
         table = refinement_tables(fast)["refined_coefficients"]
         self.assertTrue(table[["k_p", "Fr_sat", "kappa_p"]].isna().all().all())
         self.assertTrue(table[["k_r", "kappa_r", "pressure_height_nrmse"]].notna().all().all())
+
+    def test_coarser_runs_stand_in_where_the_finest_grid_has_no_steady_mean(self):
+        runs = grid_of_runs((5.0,)).assign(cell_size_m=0.25)
+        lost = (runs.froude_number > 6.0) & (runs.effective_friction > 1.0)
+        coarser = runs.assign(cell_size_m=0.35, runup=0.5 * runs.runup)
+        table = coefficients_with_coarser(runs[~lost], coarser).set_index(["rows", "fitting_set"])
+        self.assertGreater(lost.sum(), 0)
+        self.assertEqual(table.runs[FINEST_ALONE].tolist(), [(~lost).sum()] * 2)
+        self.assertEqual(table.runs[WITH_COARSER].tolist(), [len(runs)] * 2)
+        self.assertAlmostEqual(table.runup_rmsle[FINEST_ALONE, "narrow"], 0.0, delta=1e-9)
+        self.assertAlmostEqual(table.runup_rmsle[WITH_COARSER, "narrow"], np.log(2.0) * np.sqrt(lost.mean()), delta=1e-9)
 
     def test_kinds_of_snow_count_their_sets_and_pairs_and_what_the_coarse_runs_said(self):
         runs = grid_of_runs((5.0, 0.5)).assign(cell_size_m=0.35, force_n=100.0, obstacle_friction=0.2, runup_standard_error=0.0)

@@ -8,7 +8,7 @@ import numpy as np
 import pandas as pd
 
 from mpmtools import equations
-from mpmtools.study.fits import NARROW, WIDE, coefficients_csv, fit_set, fits_json, paper_aims, scores_csv
+from mpmtools.study.fits import NARROW, STRICTER_AIMS, WIDE, coefficients_csv, fit_set, fits_json, paper_aims, scores_csv
 from mpmtools.study.guideline import guideline_correspondence
 from mpmtools.study.histories import envelopes, height_choices, sections
 from mpmtools.study.regression import PRESSURE_HEIGHT, RUNUP
@@ -66,6 +66,17 @@ class FittingSets(unittest.TestCase):
         self.assertIsNone(found["fits"][0]["published_scores_on_its_own_data"]["r2"])
         self.assertEqual(len(found["aims"]), 9)  # two scores each, and five coefficients
         self.assertTrue(all(aim["met"] for aim in found["aims"]))
+        self.assertEqual([aim["what"] for aim in found["stricter_aims"]], [aim["what"] for aim in found["aims"]])
+
+    def test_stricter_aims_have_smaller_limits_on_the_narrow_set(self):
+        runs = grid_of_runs()
+        runs = runs.assign(runup=1.12 * runs.runup)
+        for fitting_set in (NARROW, WIDE):
+            goals, stricter = (paper_aims([fit_set(RUNUP, fitting_set, runs)], *limits) for limits in ((), (STRICTER_AIMS,)))
+            self.assertTrue(goals[0]["met"])
+            self.assertFalse(stricter[0]["met"])  # log(1.12) = 11.3 %
+            self.assertEqual(stricter[1]["aim"], ">= 95 %")
+        self.assertEqual(stricter[2]["aim"], "within 10 or 15 % (wide)")
 
     def test_aims_are_missed_where_the_data_differ(self):
         runs = grid_of_runs()
@@ -169,7 +180,10 @@ class Rheology(unittest.TestCase):
         self.assertAlmostEqual(first.head_standard_error, first["head"] * np.hypot(0.02 / (first["head"] * high), 0.02 / high), delta=1e-14)
         self.assertAlmostEqual(losses["head"][2], 0.5, delta=1e-14)
         summary = compaction_summary(losses)
-        self.assertEqual((summary.cohesive.tolist(), summary.runs.tolist()), ([0, 1], [2, 1]))
+        self.assertEqual((summary.cohesive.tolist(), summary.runs.tolist()), ([0, 1, 0, 0, 1], [2, 1, 1, 1, 1]))  # whole, then each xi
+        self.assertEqual(summary.hardening_xi.fillna(0.0).tolist(), [0.0, 0.0, 0.05, 0.5, 0.5])
+        self.assertAlmostEqual(summary.rms_without_loss[3], 1.0 - head_behind_shock(1.4) / head_behind_shock(1.1), delta=1e-14)
+        self.assertAlmostEqual(summary.rms_without_loss[1], 0.5, delta=1e-14)
         self.assertAlmostEqual(summary.rms[0], 0.0, delta=1e-14)
         self.assertAlmostEqual(summary.mean_head[1], 0.5, delta=1e-14)
         self.assertAlmostEqual(summary.rms[1], abs(0.5 - head_behind_shock(2.0) / head_behind_shock(1.2)), delta=1e-14)

@@ -12,7 +12,7 @@ made=$(mktemp -d)
 trap 'rm -r "$made"' EXIT
 evaluate() { PYTHONPATH=python /usr/bin/python3 -m mpmtools study "$@" --out "$made" --no-page; }
 rows=$study/results evidence=$study/evidence
-evaluate "$rows/reproduction_w7/w7.csv" --coarser "$rows/reproduction_w5/w5.csv" \
+evaluate "$rows/reproduction_w7/w7.csv" --coarser "$rows/reproduction_w5/w5.csv" --prediction "$rows/prediction/w7.csv" \
   --width "$evidence/width/results.csv" --sections "$evidence/sections/results.csv" \
   --sensitivity "$evidence/sensitivity/results.csv" --sensitivity "$evidence/windows/results.csv" \
   --friction-scan "$evidence/friction_w7/results.csv" --friction-scan "$evidence/friction_w7/slow.csv" \

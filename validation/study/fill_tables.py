@@ -1,5 +1,5 @@
 #!/usr/bin/python3
-"""Fills the generated tables of the study's texts (README.md, first_reproduction.md, friction.md, jams.md) from the tables in results/.
+"""Fills the generated tables of the study's texts (README.md and others, see TEXTS) from the tables in results/.
 
 usage: fill_tables.py [--check]    --check changes nothing and fails where a text is out of date
 """
@@ -18,6 +18,7 @@ from generate import filled, table  # noqa: E402
 from mpmtools.equations import PUBLISHED_RUNUP, relative_height  # noqa: E402
 from mpmtools.figures.study_summary import NAMES as SYMBOLS  # noqa: E402
 from mpmtools.study.friction_choice import ALL, EVERY_FRICTION, FAMILIES, HALF, coefficients_of, has_half  # noqa: E402
+from mpmtools.study.fits import STRICTER_AIMS  # noqa: E402
 from mpmtools.study.jams import LIMIT  # noqa: E402
 from mpmtools.study.regression import EQUATIONS  # noqa: E402
 from mpmtools.tables import number_text, read_series, read_table  # noqa: E402
@@ -27,8 +28,6 @@ CAMPAIGNS = {"reproduction_w7": "reproduction at 0.25 m", "reproduction_w5": "re
 FIRST = {"first_w5": "first reproduction, w/5", "first_w7": "first reproduction, 0.25 m"}
 QUANTITIES = ("run-up", "pressure height", "force")
 PUBLISHED = {name: value for equation in EQUATIONS for name, (value, *_) in equation.published_estimates.items()}
-COEFFICIENT_AIMS = {"narrow": 0.10, "wide": 0.15}
-SCORE_AIMS, WITHIN_25_AIM = {"rmsle": 0.10, "nrmse": 0.066}, 0.95
 HOLDS = {(True, True): "in both", (True, False): "kinds of snow", (False, True): "Froude numbers", (False, False): "–"}
 
 
@@ -89,16 +88,16 @@ def stricter_aims(campaign):
     def cell(value, met, signed=False):
         return f"{100 * value:{'+' if signed else ''}.1f} %".replace("-", "−") + (", met" if met else ", **missed**")
 
-    rows = []
+    rows, limits = [], STRICTER_AIMS
     for symbol, name in SYMBOLS.items():
         differences = [of[symbol] / PUBLISHED[symbol] - 1.0 for of in found]
-        rows.append((f"{name}, from the paper's: at most {' or '.join(f'{100 * limit:.0f}' for limit in COEFFICIENT_AIMS.values())} % (wide)",
-                     *(cell(d, abs(d) <= COEFFICIENT_AIMS[of.fitting_set], True) for d, of in zip(differences, found))))
+        rows.append((f"{name}, from the paper's: at most {' or '.join(f'{100 * limit:.0f}' for limit in limits.coefficients.values())} % (wide)",
+                     *(cell(d, abs(d) <= limits.coefficients[of.fitting_set], True) for d, of in zip(differences, found))))
     for equation, height in zip(EQUATIONS, QUANTITIES):
         score, fraction = f"{equation.name}_{equation.score}", f"{equation.name}_fraction_25"
-        limit = SCORE_AIMS[equation.score]
+        limit = limits.scores[equation.score]
         rows.append((f"{equation.score.upper()} of the {height}: at most {percent(limit)}", *(cell(of[score], of[score] <= limit) for of in found)))
-        rows.append((f"{height}s within 25 %: at least {percent(WITHIN_25_AIM)}", *(cell(of[fraction], of[fraction] >= WITHIN_25_AIM) for of in found)))
+        rows.append((f"{height}s within 25 %: at least {percent(limits.fraction_25)}", *(cell(of[fraction], of[fraction] >= limits.fraction_25) for of in found)))
     return table(("aim", *sets), rows)
 
 
@@ -137,18 +136,26 @@ def kinds(campaign):
         one = of.loc[QUANTITIES[0]]
         rows.append((f"{kind}, {speeds}".replace("xi", "ξ").replace("<=", "≤"), f"{one.fine:.0f} of {one.sets:.0f}", str(int(of.pairs.max())),
                      *ratio_cells(of), ", ".join(f"{of.covered[q]:.0f}" for q in QUANTITIES[:2])))
-    return table(("kind of snow", "sets at 0.25 m", "pairs", *QUANTITIES, "said before"), rows)
+    return table(("kind of snow", "sets at 0.25 m", "pairs", *QUANTITIES, "within"), rows)
 
 
-def numerics_alone():
-    """Coefficients of the reproduction and of the accurate solver on the set-ups that both have."""
-    both = results("reproduction_w5", "side_by_side")
+def numerics_alone(campaign):
+    """Coefficients of a reproduction and of the accurate solver on the set-ups that both have."""
+    both = results(campaign, "side_by_side")
     both = both[both.fitting_set == "narrow"].set_index(["campaign", "parameter"])
     rows = [("paper", "", *published())]
-    for campaign, name in (("reproduction, paired", "reproduction at w/5"), ("prediction, paired", "accurate solver")):
+    for campaign, name in (("reproduction, paired", CAMPAIGNS[campaign]), ("prediction, paired", "accurate solver")):
         of = both.loc[campaign]
         rows.append((name, str(int(of.runs.iloc[0])), *(with_interval(of.loc[symbol]) for symbol in SYMBOLS)))
     return table(("", "runs", *SYMBOLS.values()), rows)
+
+
+def with_coarser(campaign):
+    """Coefficients and scores without and with the coarser rows of the set-ups that are not steady on the finest grid."""
+    rows = [(r["rows"] if r["fitting_set"] == "narrow" else "", f"{r['fitting_set']}, {r['runs']:.0f} runs", *(f"{r[symbol]:.3f}" for symbol in SYMBOLS),
+             f"{percent(r['runup_rmsle'])}, {percent(r['runup_fraction_25'])}", percent(r["pressure_height_nrmse"]))
+            for r in results(campaign, "coefficients_with_coarser").to_dict("records")]
+    return table(("rows", "set", *SYMBOLS.values(), "run-up: RMSLE, within 25 %", "NRMSE"), rows)
 
 
 def on_both_grids(campaign):
@@ -163,6 +170,16 @@ def on_both_grids(campaign):
         rows.append((f"{size:.2f} m", str(int(row.runs)), *("–" if np.isnan(row[name]) else f"{row[name]:.3f}" for name in SYMBOLS),
                      *(percent(row[f"{e.name}_{e.score}"]) for e in EQUATIONS)))
     return table(("cell size", "runs", *SYMBOLS.values(), "RMSLE", "NRMSE"), rows)
+
+
+def compaction(campaigns):
+    """What is left of the run-up of compressible snow, and what a compaction shock leaves: a row a campaign, with cohesion or not, and xi."""
+    rows = []
+    for campaign, name in campaigns.items():
+        for r in results(campaign, "compaction_summary").itertuples():
+            rows.append((name, "with" if r.cohesive else "without", "all" if np.isnan(r.hardening_xi) else number_text(r.hardening_xi), str(r.runs),
+                         *(f"{value:.2f}" for value in (r.mean_head, r.mean_behind_shock, r.rms, r.rms_without_loss))))
+    return table(("", "cohesion", "ξ", "runs", "kept", "left by the shock", "rms difference", "of kept from 1"), rows)
 
 
 def pile_up(campaigns, froude=0.1, xi=5.0):
@@ -231,7 +248,10 @@ def friction_halves(campaign, points):
 TEXTS = {
     "README.md": {"coefficients": lambda: headline(CAMPAIGNS), "stricter aims": lambda: stricter_aims("reproduction_w7"),
                   "intervals": lambda: intervals_hold(CAMPAIGNS), "numerics": lambda: ratios("reproduction_w5", "paired_summary"),
-                  "numerics alone": numerics_alone, "grids": lambda: ratios("reproduction_w7", "refined_summary"),
+                  "numerics alone": lambda: numerics_alone("reproduction_w5"),
+                  "numerics at 0.25 m": lambda: ratios("reproduction_w7", "paired_summary"),
+                  "numerics at 0.25 m alone": lambda: numerics_alone("reproduction_w7"), "with coarser rows": lambda: with_coarser("prediction"),
+                  "grids": lambda: ratios("reproduction_w7", "refined_summary"),
                   "grids alone": lambda: on_both_grids("reproduction_w7"), "grids of the prediction": lambda: kinds("prediction"),
                   "pile-up": lambda: pile_up({"reproduction_w7": "reproduction at 0.25 m", "reproduction_w5": "reproduction at w/5",
                                               "prediction": "prediction"})},
@@ -241,6 +261,8 @@ TEXTS = {
                     "halves of all": lambda: friction_halves("reproduction_w7", ALL), "design at w/5": lambda: friction_design("reproduction_w5"),
                     "rules at w/5": lambda: friction_rules("reproduction_w5", ALL),
                     "halves at w/5": lambda: friction_halves("reproduction_w5", ALL)},
+    "compressible_snow.md": {"compaction": lambda: compaction({"reproduction_w7": "reproduction at 0.25 m", "reproduction_w5": "reproduction at w/5",
+                                                               "prediction": "prediction"})},
     "jams.md": {"without jams": lambda: without_jams({**FIRST, **CAMPAIGNS})},
 }
 

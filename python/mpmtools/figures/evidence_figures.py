@@ -116,6 +116,12 @@ def _without_unconverged(study):
     return {"title": title, "head": head, "rows": rows}
 
 
+def _with_coarser(study):
+    rows = [[r["rows"], r["fitting_set"], f"{r['runs']:.0f}", *_fitted_and_scored(r)] for r in study.table("coefficients_with_coarser").to_dict("records")]
+    title = "Coefficients and scores with the coarser run of each set-up whose run on the finest grid has no steady mean"
+    return {"title": title, "head": ["rows", "set", "runs", *FITTED_AND_SCORED], "rows": rows}
+
+
 def _fitted_rows(rows):
     runs, of = rows.runs.max(), f"{rows.rows.iloc[0]:.0f} rows"
     return f"{runs:.0f} of {of}" if np.isfinite(runs) else of
@@ -190,7 +196,7 @@ def figure_influence(study):
               f"{number(r.kappa_r)} ± {number(r.kappa_r_standard_error)}"] for r in study.table("runup_parts").itertuples()]
     tables = [{"title": "The six runs that move κ most, narrow set", "head": head, "rows": rows},
               {"title": "The run-up equation fitted to parts of the runs, with standard errors", "rows": parts,
-               "head": ["part", "set", "runs", NAMES["k_r"], NAMES["kappa_r"]]}, _without_unconverged(study)]
+               "head": ["part", "set", "runs", NAMES["k_r"], NAMES["kappa_r"]]}, _without_unconverged(study), _with_coarser(study)]
     return Drawn(pictures, [], [table for table in tables if table["rows"]])
 
 

@@ -421,7 +421,9 @@ def figure_compaction(study):
         axes.set(xlim=(0.9, 1.08 * rows.compaction.max()), ylim=(0, None))
         pictures.append(picture(axes, title, r"density at the mast over the initial density, $\chi$", "part of the velocity head", caption,
                                 handles=handles, fontsize=8, ncols=2))
-    rows = [["with" if s.cohesive else "without", f"{s.runs:.0f}", number(s.mean_head, 2), number(s.mean_behind_shock, 2), number(s.rms, 2)]
+    rows = [["with" if s.cohesive else "without", "all" if np.isnan(s.hardening_xi) else number(s.hardening_xi, 2), f"{s.runs:.0f}",
+             number(s.mean_head, 2), number(s.mean_behind_shock, 2), number(s.rms, 2), number(s.rms_without_loss, 2)]
             for s in summary.itertuples()]
-    head = ["cohesion", "runs", "run-up above H over the least compressible snow's, mean", "behind the shock, mean", "rms difference"]
+    head = ["cohesion", "ξ", "runs", "run-up above H over the least compressible snow's, mean", "behind the shock, mean", "rms difference",
+            "rms difference from no loss"]
     return Drawn(pictures, [], [{"title": "Fr ≥ 3", "head": head, "rows": rows}])

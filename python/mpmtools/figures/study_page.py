@@ -102,23 +102,30 @@ def _score_cells(s):
             per_cent(s["fraction_25"])]
 
 
+AIMS = {"aims": "goals", "stricter_aims": "stricter aims"}  # lists of fit.json: their name on the page
+
+
 def aim_table(studies):
-    """The aims for both fitting sets, a column for each study and set; and how many each study meets."""
+    """The goals and the stricter aims for both fitting sets, a column for each study and set; and how many each study meets."""
     columns = [f"{study.name}, {fitting_set}" for study in studies for fitting_set in SETS]
-    rows, summaries = {}, []
+    groups, summaries = {kind: {} for kind in AIMS}, []
     for i, study in enumerate(studies):
         coarser = _left_out(study, lambda reason: reason == COARSER)
         not_its_own = coarser + _left_out(study, lambda reason: reason == REPLACED or reason.startswith("filter "))
-        met, of = dict.fromkeys(SETS, 0), dict.fromkeys(SETS, 0)
-        for aim in study.fit["aims"]:
-            of[aim["fitting_set"]] += 1
-            met[aim["fitting_set"]] += aim["met"]
-            wanted = aim["aim"].replace("<=", "≤").replace(">=", "≥")
-            row = rows.setdefault(aim["what"], {"what": aim["what"], "aim": wanted, "found": [None] * len(columns)})
-            row["found"][len(SETS) * i + SETS.index(aim["fitting_set"])] = {"value": per_cent(aim["value"]), "met": aim["met"]}
+        counts = {}
+        for kind, title in AIMS.items():
+            aims = study.fit.get(kind, ())
+            for aim in aims:
+                wanted = aim["aim"].replace("<=", "≤").replace(">=", "≥")
+                row = groups[kind].setdefault(aim["what"], {"what": aim["what"], "aim": wanted, "found": [None] * len(columns)})
+                row["found"][len(SETS) * i + SETS.index(aim["fitting_set"])] = {"value": per_cent(aim["value"]), "met": aim["met"]}
+            of_sets = {name: [aim["met"] for aim in aims if aim["fitting_set"] == name] for name in SETS}
+            if aims:
+                counts[title] = [(name, sum(met), len(met)) for name, met in of_sets.items()]
         summaries.append({"name": study.name, "runs": study.fit["runs"], "rows": study.fit["rows"] - not_its_own, "refined": coarser,
-                          "sets": [(name, met[name], of[name]) for name in SETS], "all_met": met == of})
-    return {"columns": columns, "studies": summaries, "rows": list(rows.values())}
+                          "counts": counts, "all_met": all(met == of for sets in counts.values() for _, met, of in sets)})
+    tables = [{"title": title, "rows": list(groups[kind].values())} for kind, title in AIMS.items() if groups[kind]]
+    return {"columns": columns, "studies": summaries, "groups": tables}
 
 
 def _left_out(study, of_reason):

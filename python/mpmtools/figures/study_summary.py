@@ -126,8 +126,8 @@ def in_short(studies):
     confirmed = [_form(columns, _scores_of_paper(studies)),
                  "Slow snow piles up because of its friction, fast snow loses head to it; the pressure height stops growing "
                  f"at Fr {number(np.nanmin(saturation), 1)} to {number(np.nanmax(saturation), 1)} (paper {number(published['Fr_sat'], 1)})."]
-    confirmed += [f"{NAMES[p]}: the published {number(value)} lies in the interval of every campaign." for p, value in published.items()
-                  if not spread[p][1]]
+    confirmed += [f"{NAMES[p]}: the published {number(value)} lies in the interval of every campaign, the widest {_widest(columns, p)}."
+                  for p, value in published.items() if not spread[p][1]]
     differs = [f"{NAMES[p]} (published {number(value)}) is outside the interval of the {_listed(spread[p][1])}"
                + (f"; inside that of the {_listed(spread[p][0])}" if spread[p][0] else "") + "." for p, value in published.items() if spread[p][1]]
     compared = next((s for s in studies if len(s.table("paired_summary"))), studies[0])
@@ -146,6 +146,11 @@ def _form(columns, paper):
             f"{scored(lambda s: s['runup']['rmsle'])}, paper {per_cent(runup['rmsle'])} on its own; within 25 % "
             f"{scored(lambda s: s['runup']['fraction_25'])}, paper {per_cent(runup['fraction_25'])}; NRMSE of the pressure height "
             f"{scored(lambda s: s['pressure_height']['nrmse'])}, paper {per_cent(pressure['nrmse'])}.")
+
+
+def _widest(columns, parameter):
+    found = [c.found[parameter][1:] for c in columns]
+    return interval(*max((ends for ends in found if np.isfinite(ends[0])), key=lambda ends: ends[1] - ends[0]))
 
 
 def _inside_and_outside(columns, parameter, published):
@@ -243,10 +248,11 @@ def _jams(study):
         return None
     both = [jams[(jams.fitting_set == name) & (jams.limit == limit)].iloc[0] for name in SETS for limit in (np.inf, LIMIT)]
     if both[1].left_out > 0:
-        return ("k_p and κ_p follow a few slow runs of stiff snow, which jam between inlet and mast. Without them κ_p goes from "
-                f"{number(both[0].kappa_p, 2)} to {number(both[1].kappa_p, 2)} (narrow) and from {number(both[2].kappa_p, 2)} to "
-                f"{number(both[3].kappa_p, 2)} (wide).")
-    return f"No run of the {study.name} jams by the rule of this page. " + _without_one_material(study.table("coefficient_intervals"))
+        found = (f"{both[1].left_out:.0f} runs of stiff snow jam between inlet and mast. Without them κ_p goes from {number(both[0].kappa_p, 2)} to "
+                 f"{number(both[1].kappa_p, 2)} (narrow) and from {number(both[2].kappa_p, 2)} to {number(both[3].kappa_p, 2)} (wide). ")
+    else:
+        found = f"No run of the {study.name} jams by the rule of this page. "
+    return found + _without_one_material(study.table("coefficient_intervals"))
 
 
 def _without_one_material(intervals):
@@ -262,10 +268,12 @@ def _compaction(study):
     compaction = study.table("compaction_summary")
     if compaction.empty:
         return None
-    loose, sticky = (compaction[compaction.cohesive == c].iloc[0] for c in (0, 1))
-    return ("Compressible fast snow climbs less, because a compaction shock takes part of its head: without cohesion it keeps "
-            f"{number(loose.mean_head, 2)}, and the shock leaves {number(loose.mean_behind_shock, 2)}. With cohesion: explained only in part "
-            f"(rms difference {number(sticky.rms, 2)} against {number(loose.rms, 2)}).")
+    loose, sticky = (compaction[(compaction.cohesive == c) & compaction.hardening_xi.isna()].iloc[0] for c in (0, 1))
+    helped = [number(s.hardening_xi, 2) for s in compaction[compaction.cohesive == 1].itertuples() if s.rms < s.rms_without_loss and s.hardening_xi > 0]
+    return ("Compressible fast snow climbs less. Without cohesion it keeps "
+            f"{number(loose.mean_head, 2)} of its head, and a compaction shock leaves {number(loose.mean_behind_shock, 2)} (rms difference "
+            f"{number(loose.rms, 2)}; from no loss {number(loose.rms_without_loss, 2)}). With cohesion the shock comes closer than no loss "
+            + (f"for ξ = {' and '.join(helped)} only" if helped else "for no ξ") + f" (rms difference {number(sticky.rms, 2)} over all).")
 
 
 HEADLINE = ["campaign and fitting set", "coefficient", "value", "90 %, materials drawn anew", "90 %, Froude numbers drawn anew", "without jams",

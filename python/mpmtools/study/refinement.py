@@ -13,6 +13,7 @@ from mpmtools.study.runs import POINT
 # Kinds of snow by how their heights change with the grid; a set-up is of the first kind that holds it.
 KINDS = UNCONVERGED | {"other snow": lambda runs: runs.effective_friction > 0.0}
 HEIGHTS = ("runup", "pressure_height")
+FINEST_ALONE, WITH_COARSER = "finest grid alone", "coarser grid where the finest has no steady mean"
 SPEEDS = {"from Fr 1 on": lambda runs: runs.froude_number > 1.0 - 1e-6, "below Fr 1": lambda runs: runs.froude_number < 1.0 - 1e-6}
 
 
@@ -77,6 +78,20 @@ def refined_kinds(runs, rows):
                 if summary := ratio_summary(pairs[f"{name}_ratio"]):
                     table.append({"kind": kind, "speeds": speeds, "sets": sets.sum(), "fine": (sets & on_finest).sum(), "quantity": label,
                                   **summary, "covered": pairs[f"{name}_covered"].sum(min_count=1) if name in HEIGHTS else np.nan})
+    return pd.DataFrame(table)
+
+
+def coefficients_with_coarser(runs, coarser):
+    """What it does that a set-up without a steady mean on its finest grid counts nowhere, although a coarser run of it is steady (`coarser`:
+    those left out, as in StudyTable): a row for each fitting set without these runs and with them. rows; fitting_set; runs (of the
+    set with a run-up); one column a coefficient and score against the published equations."""
+    finest = keyed(runs)
+    missing = keyed(coarser).merge(finest[POINT], on=POINT, how="left", indicator=True).query("_merge == 'left_only'").drop(columns="_merge")
+    table = []
+    for rows, of in ((FINEST_ALONE, finest), (WITH_COARSER, pd.concat([finest, missing], ignore_index=True))):
+        for fitting_set in (NARROW, WIDE):
+            members = fitting_set.holds(of) & of.runup.notna()
+            table.append({"rows": rows, "fitting_set": fitting_set.name, "runs": int(members.sum()), **coefficients_and_scores(of, fitting_set)})
     return pd.DataFrame(table)
 
 

@@ -80,16 +80,22 @@ def compaction_curve(losses, steps=100):
 
 
 def compaction_summary(losses):
-    """How well the shock explains the run-ups at Fr >= 3, without and with cohesion: arithmetic means, rms of the differences."""
+    """How well the shock explains the run-ups at Fr >= 3, without and with cohesion, for all xi (hardening_xi NaN) and for each: arithmetic
+    means, rms of head - behind_shock, and rms_without_loss, that of head - 1: the shock explains something where the first is smaller."""
     fast = losses[losses.froude_number >= INERTIAL_FROUDE * (1.0 - 1e-6)]
-    fast = fast.assign(cohesive=(fast.critical_state_slope * fast.cohesion_beta > 0.0).astype(int),
-                       square=(fast["head"] - fast.behind_shock) ** 2)
-    summary = fast.groupby("cohesive").agg(runs=("head", "size"), mean_head=("head", "mean"), mean_behind_shock=("behind_shock", "mean"),
-                                           rms=("square", "mean")).reset_index()
-    return summary.assign(rms=np.sqrt(summary.rms))
+    fast = fast.assign(cohesive=(fast.critical_state_slope * fast.cohesion_beta > 0.0).astype(int), hardening_xi=levels(fast.hardening_xi),
+                       square=(fast["head"] - fast.behind_shock) ** 2, square_without_loss=(fast["head"] - 1.0) ** 2)
+    parts = []
+    for keys in (["cohesive"], ["cohesive", "hardening_xi"]):
+        of = fast.groupby(keys).agg(runs=("head", "size"), mean_head=("head", "mean"), mean_behind_shock=("behind_shock", "mean"),
+                                    rms=("square", "mean"), rms_without_loss=("square_without_loss", "mean")).reset_index()
+        parts.append(of.assign(rms=np.sqrt(of.rms), rms_without_loss=np.sqrt(of.rms_without_loss)))
+    whole, by_hardening = parts
+    return pd.concat([whole.assign(hardening_xi=np.nan)[by_hardening.columns], by_hardening], ignore_index=True)
 
 
 def compaction_lines(summary):
     """What was found, for the terminal."""
     return [f"compaction, Fr >= 3, {'with' if s.cohesive else 'without'} cohesion: {s.runs} runs keep {s.mean_head:.2f} of the head of the "
-            f"least compressible snow; behind the shock {s.mean_behind_shock:.2f}, rms difference {s.rms:.2f}" for s in summary.itertuples()]
+            f"least compressible snow; behind the shock {s.mean_behind_shock:.2f}, rms difference {s.rms:.2f}, without any loss "
+            f"{s.rms_without_loss:.2f}" for s in summary[summary.hardening_xi.isna()].itertuples()]

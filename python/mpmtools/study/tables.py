@@ -108,6 +108,8 @@ def _refinement(runs, left_out_as_coarser, coarser_files):
                 raise ConfigError(f"--coarser: in the table {which} not every run has its cell size (column cell_size_m)")
         coarse.append(given[levels(given.cell_size_m) > runs.cell_size_m.min() * (1.0 + 1e-9)])
     tables = refinement.refinement_tables(pd.concat([runs, *coarse], ignore_index=True))
+    if len(left_out_as_coarser):
+        tables["coefficients_with_coarser"] = refinement.coefficients_with_coarser(runs, left_out_as_coarser)
     if coarser_files and tables["refined_rows"].empty:
         raise ConfigError(f"--coarser {', '.join(coarser_files)}: no set-up of the study is there on a coarser grid with the same friction of "
                           "the mast")
