@@ -32,7 +32,8 @@ class Summary(InFolder):
         short = study_summary.in_short(studies("reproduction_w5", "first_w7"))
         self.assertTrue(any(text.startswith("Fr_sat (published 1.538) is outside the interval of the reproduction at w/5 (1.470) and the prediction (")
                             and text.endswith("; inside that of the first at w/7 (1.459).") for text in short["differs"]), short["differs"])
-        self.assertIn("κ_p: the published 1.307 lies in the interval of every campaign, the widest["confirmed"])
+        self.assertTrue(any(text.startswith("κ_p: the published 1.307 lies in the interval of every campaign, the widest ")
+                            for text in short["confirmed"]), short["confirmed"])
 
     def test_names_the_set_where_the_two_disagree(self):
         differs = study_summary.in_short(studies("reproduction_w7", "reproduction_w5", "calibrated_prediction", "prediction"))["differs"]
@@ -47,15 +48,16 @@ class Summary(InFolder):
 
     def test_tells_why(self):
         why = " ".join(study_summary.in_short(studies("reproduction_w5", "first_w7"))["why"])
-        self.assertIn("With cohesion: explained only in part", why)
+        self.assertIn("With cohesion the shock comes closer than no loss for ξ = 0.05", why)
         self.assertIn("calibrated on one half of 30 points and judged on the other, 4 halves: the smaller of c and the half: c = 0.20 to 0.21, RMSLE", why)
         why = " ".join(study_summary.in_short(studies("reproduction_w7"))["why"])
+        self.assertIn("On all 43 points they are up to 12.8 percentage points worse on the half that they have not seen.", why)
         self.assertIn("; 0.80 with half of tan φ'; 1.08 without friction, on the same 30 rows.", why)
         self.assertIn("a fit without the fluid (M = 0). Ours then has k_p 0.597, Fr_sat 1.567, κ_p 1.626, and an NRMSE of 7.0 %.", why)
         self.assertIn("with the runs of M' < 0.9 alone k_r is 0.99, with those above 0.81", why)
 
     def test_compares_with_the_prediction_what_was_compared_although_another_campaign_is_the_first(self):
-        short = study_summary.in_short(studies("reproduction_w7", "reproduction_w5"))
+        short = study_summary.in_short(studies("first_w7", "reproduction_w5"))
         self.assertRegex(short["differs"][-1], r"The accurate solver .*\(reproduction at w/5\), 307 pairs of runs: run-up 1\.05 ")
 
     def test_shows_the_prediction_once_also_where_another_study_was_compared_with_a_part_of_it(self):

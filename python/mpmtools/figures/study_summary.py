@@ -223,7 +223,7 @@ def _calibration(study):
     calibration = study.table("friction_scan_calibration")
     if calibration.empty:
         return None
-    calibration = _first_points(calibration)
+    whole, calibration = calibration, _first_points(calibration)
     families = {family.name: of for family in (SMALLER_OF_BOTH, SHARE) if len(of := calibration[calibration.rule == family.name])}
     first = next(iter(families.values()))
     points = first.runs_calibrating.iloc[0] + first.runs_judging.iloc[0]
@@ -234,7 +234,17 @@ def _calibration(study):
     found = [f"{name.replace('phi', 'φ')}: c = {number(of.c.min(), 2)} to {number(of.c.max(), 2)}, RMSLE {rmsle(of.rmsle_judging)}"
              for name, of in families.items()]
     return (f"Friction of the mast, calibrated on one half of {points:.0f} points and judged on the other, {len(first)} halves: "
-            + "; ".join(found) + f"; half of tan φ' without calibration: RMSLE {rmsle(first.rmsle_judging_half)}.")
+            + "; ".join(found) + f"; half of tan φ' without calibration: RMSLE {rmsle(first.rmsle_judging_half)}." + _losses_on_the_other_half(whole))
+
+
+def _losses_on_the_other_half(calibration):
+    """How much worse the calibrated rules are on the points that they have not seen, where the table has more points than the first."""
+    more = calibration[(calibration.points != calibration.points.iloc[0]) & calibration.rule.isin([SMALLER_OF_BOTH.name, SHARE.name])]
+    if more.empty:
+        return ""
+    points = more.runs_calibrating.iloc[0] + more.runs_judging.iloc[0]
+    worse = 100.0 * (more.rmsle_judging - more.rmsle_calibrating).max()
+    return f" On all {points:.0f} points they are up to {number(worse, 1)} percentage points worse on the half that they have not seen."
 
 
 def _first_points(table):
