@@ -44,7 +44,7 @@ def study_run(froude, slope, beta, xi, **changes):
            "velocity_m_s": equations.flow_velocity(froude, 1.75), "runup": relative_height(friction, froude, equations.PUBLISHED_RUNUP),
            "pressure_height": relative_height(friction, froude, equations.PUBLISHED_PRESSURE_HEIGHT), "runup_standard_error": 0.02,
            "pressure_height_standard_error": 0.02, "runup_numerical_uncertainty": np.nan, "pressure_height_numerical_uncertainty": np.nan,
-           "runup_peak": np.nan, "pressure_height_peak": np.nan, "compaction": np.nan, **changes}
+           "runup_peak": np.nan, "pressure_height_peak": np.nan, "compaction": np.nan, "planned_duration_s": np.nan, **changes}
     run["relative_width"] = run["obstacle_width_m"] / run["flow_height_m"]
     run["at_reference_width"] = abs(run["relative_width"] - 1.0) < 1e-6
     return run

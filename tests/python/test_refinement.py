@@ -22,6 +22,9 @@ class Refinement(unittest.TestCase):
         other_friction = fast.assign(cell_size_m=0.25, force_n=110.0, obstacle_friction=np.where(fast.froude_number > 6.0, 0.3, 0.2))
         table = refined_rows(pd.concat([other_friction, runs], ignore_index=True))
         self.assertEqual(sorted(table.froude_number.unique()), [3.0, 5.0])  # Fr 7 has another friction on each grid
+        longer = fast.assign(cell_size_m=0.25, force_n=110.0, planned_duration_s=np.where(fast.froude_number > 6.0, 30.0, 10.0))
+        table = refined_rows(pd.concat([longer, runs.assign(planned_duration_s=10.0)], ignore_index=True))
+        self.assertEqual(sorted(table.froude_number.unique()), [3.0, 5.0])  # nor a run of another duration
 
     def test_coefficients_of_both_grids_rest_on_the_set_ups_that_both_have(self):
         runs = grid_of_runs((5.0,)).assign(cell_size_m=0.25, force_n=1.0, obstacle_friction=0.2)

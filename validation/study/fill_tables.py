@@ -181,7 +181,7 @@ def compaction(campaigns):
         for r in results(campaign, "compaction_summary").itertuples():
             rows.append((name, "with" if r.cohesive else "without", "all" if np.isnan(r.hardening_xi) else number_text(r.hardening_xi), str(r.runs),
                          *(f"{value:.2f}" for value in (r.mean_head, r.mean_behind_shock, r.rms, r.rms_without_loss))))
-    return table(("", "cohesion", "ξ", "runs", "kept", "left by the shock", "rms difference", "of kept from 1"), rows)
+    return table(("", "cohesion", "ξ", "runs", "kept", "left", "rms of kept − left", "rms of kept − 1"), rows)
 
 
 def pile_up(campaigns, froude=0.1, xi=5.0):

@@ -15,7 +15,7 @@ from mpmtools.study.uncertainty import GROUPS, bootstrap, drawn_interval
 
 FEWEST_FROUDE_NUMBERS, FEWEST_MATERIALS = 3, 4  # of snow with friction: fewer do not fix k, kappa and Fr_sat together, let alone their intervals
 UNCERTAINTIES = ["runup_numerical_uncertainty", "pressure_height_numerical_uncertainty"]
-FRICTION = "obstacle_friction"
+ALIKE = ["obstacle_friction", "planned_duration_s"]  # inputs that are no part of a set-up: two runs with different ones are not compared
 QUANTITIES = {"runup": "run-up", "pressure_height": "pressure height", "force_n": "force"}
 
 
@@ -25,19 +25,22 @@ def keyed(runs):
     return at_width.assign(**point_keys(at_width)).drop_duplicates(POINT)
 
 
-def pairs_with_one_friction(first, second, suffixes):
-    """Both tables of keyed runs merged by set-up, in the order of the first, without the pairs whose masts have different frictions."""
+def alike_pairs(first, second, suffixes):
+    """Both tables of keyed runs merged by set-up, in the order of the first, without the pairs that differ in an input of ALIKE which both
+    tables name."""
     both = first.merge(second, on=POINT, suffixes=suffixes)
-    differ = abs(both.pop(FRICTION + suffixes[0]) - both.pop(FRICTION + suffixes[1])) > 1e-6  # not if one is NaN
+    differ = pd.Series(False, index=both.index)
+    for name in ALIKE:
+        differ |= abs(both.pop(name + suffixes[0]) - both.pop(name + suffixes[1])) > 1e-6  # not if one is NaN
     return both[~differ].reset_index(drop=True)
 
 
 def paired_rows(reproduction, prediction):
-    """A row for each set-up that both campaigns have, with the same friction of the mast where both tables name it, in the order of the
-    prediction: inputs, M', numerical uncertainties of the prediction's heights, each quantity (heights over H, force in N) of both, and
+    """A row for each set-up that both campaigns have, with the same friction of the mast and the same duration where both tables name them, in
+    the order of the prediction: inputs, M', numerical uncertainties of the prediction's heights, each quantity (heights over H, force in N) of both, and
     prediction over reproduction."""
-    ours = keyed(prediction)[[*POINT, "effective_friction", FRICTION, *UNCERTAINTIES, *QUANTITIES]]
-    both = pairs_with_one_friction(ours, keyed(reproduction)[[*POINT, FRICTION, *QUANTITIES]], ("_prediction", "_reproduction"))
+    ours = keyed(prediction)[[*POINT, "effective_friction", *ALIKE, *UNCERTAINTIES, *QUANTITIES]]
+    both = alike_pairs(ours, keyed(reproduction)[[*POINT, *ALIKE, *QUANTITIES]], ("_prediction", "_reproduction"))
     ratios = {f"{name}_ratio": both[f"{name}_prediction"] / both[f"{name}_reproduction"] for name in QUANTITIES}
     return both.assign(**ratios)
 

@@ -4,7 +4,7 @@ import numpy as np
 import pandas as pd
 
 from mpmtools.scores import levels
-from mpmtools.study.campaigns import FRICTION, QUANTITIES, keyed, paired_summary, pairs_with_one_friction, ratio_summary
+from mpmtools.study.campaigns import ALIKE, QUANTITIES, alike_pairs, keyed, paired_summary, ratio_summary
 from mpmtools.study.fits import NARROW, WIDE, coefficients_and_scores
 from mpmtools.study.grids import UNCONVERGED, covers
 from mpmtools.study.regression import PRESSURE_HEIGHT
@@ -24,13 +24,13 @@ def _finest_and_coarsest(runs):
 
 
 def refined_rows(runs):
-    """A row for each set-up that is there on two grids, with the same friction of the mast where both tables name it: inputs, M', both cell
-    sizes, each quantity (heights over H, force in N) on both, that on the finest grid over that on the coarsest, and for each height whether
-    the coarsest run said so (1 or 0 by grids.covers(); NaN where it states no uncertainty)."""
+    """A row for each set-up that is there on two grids, with the same friction of the mast and the same duration where both tables name them:
+    inputs, M', both cell sizes, each quantity (heights over H, force in N) on both, that on the finest grid over that on the coarsest, and
+    for each height whether the coarsest run said so (1 or 0 by grids.covers(); NaN where it states no uncertainty)."""
     fine, coarse = _finest_and_coarsest(runs)
     errors, stated = [f"{name}_standard_error" for name in HEIGHTS], [f"{name}_numerical_uncertainty" for name in HEIGHTS]
-    columns = ["cell_size_m", FRICTION, *QUANTITIES, *errors, *stated]
-    both = pairs_with_one_friction(fine[[*POINT, "effective_friction", *columns]], coarse[[*POINT, *columns]], ("_fine", "_coarse"))
+    columns = ["cell_size_m", *ALIKE, *QUANTITIES, *errors, *stated]
+    both = alike_pairs(fine[[*POINT, "effective_friction", *columns]], coarse[[*POINT, *columns]], ("_fine", "_coarse"))
     both = both[both.cell_size_m_fine < both.cell_size_m_coarse].reset_index(drop=True)
     ratios = {f"{name}_ratio": both[f"{name}_fine"] / both[f"{name}_coarse"] for name in QUANTITIES}
     covered = {f"{name}_covered": _covered(both, name) for name in HEIGHTS}

@@ -35,7 +35,7 @@ class StudyTable:
     pressure_height, pressure_height_standard_error, pressure_height_peak
     runup_numerical_uncertainty, pressure_height_numerical_uncertainty   of grid and time step, over H; NaN where a table has none
     compaction                                          density at the front face of the mast over the initial density
-    cell_size_m, obstacle_friction                      NaN where not in the table
+    cell_size_m, obstacle_friction, planned_duration_s  NaN where not in the table
     force_n, density_kg_m3                              mean force along the flow on the mast; initial density, the paper's where not in the table
     at_reference_width                                  w = H, the set-up of Eqs. 7 to 10
     """
@@ -174,7 +174,7 @@ def _runs_of(table):
         "velocity_m_s": column("velocity_m_s"), "critical_state_slope": column("critical_state_slope"),
         "cohesion_beta": column("cohesion_beta"), "effective_friction": column("effective_friction"), "compaction": column("compaction_mean"),
         "cell_size_m": column("cell_size_m"), "force_n": column("force_mean_n.x"), "density_kg_m3": column("density_kg_m3").fillna(PAPER_DENSITY),
-        "obstacle_friction": column("obstacle_friction", "obstacle.friction"),
+        "obstacle_friction": column("obstacle_friction", "obstacle.friction"), "planned_duration_s": column("output.duration_s"),
     }, index=table.index)
     if find_column(table, "froude_number"):
         runs["velocity_m_s"] = equations.flow_velocity(runs.froude_number, height, gravity)
