@@ -195,7 +195,7 @@ class Claims(unittest.TestCase):
         np.testing.assert_allclose(table.rmsle_judging, [0.068, 0.118, 0.123, 0.086], atol=6e-4)
 
     def test_slow_snow_does_not_pile_up_in_proportion_to_its_friction(self):
-        for campaign, loose, stiff, slow in (("reproduction_w7", 0.990, 0.813, 0.791), ("prediction", 0.954, 0.845, 0.784)):
+        for campaign, loose, stiff, slow in (("reproduction_w7", 0.990, 0.813, 0.791), ("prediction", 0.963, 0.867, 0.804)):
             parts = committed(campaign, "runup_parts")
             found = parts[parts.fitting_set == "narrow"].set_index("part").k_r
             np.testing.assert_allclose(found[["M' < 0.9", "M' > 0.9", "Fr < 0.5"]], [loose, stiff, slow], atol=6e-4, err_msg=campaign)
