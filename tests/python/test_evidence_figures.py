@@ -56,7 +56,7 @@ class Evidence(InFolder):
         self.assertEqual((narrow, of, wide), ("narrow", 9, "wide"))
         self.assertLess(met, of)
         coefficient = next(row for row in aims["groups"][1]["rows"] if " k_r " in row["what"])
-        self.assertEqual((coefficient["aim"], [found["met"] for found in coefficient["found"]]), ("within 10 or 15 % (wide)", [False, True]))
+        self.assertEqual((coefficient["aim"], [found["met"] for found in coefficient["found"]]), ("within 10/15 %", [False, True]))
 
 
 if __name__ == "__main__":

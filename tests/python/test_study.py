@@ -76,7 +76,7 @@ class FittingSets(unittest.TestCase):
             self.assertTrue(goals[0]["met"])
             self.assertFalse(stricter[0]["met"])  # log(1.12) = 11.3 %
             self.assertEqual(stricter[1]["aim"], ">= 95 %")
-        self.assertEqual(stricter[2]["aim"], "within 10 or 15 % (wide)")
+        self.assertEqual(stricter[2]["aim"], "within 10/15 %")
 
     def test_aims_are_missed_where_the_data_differ(self):
         runs = grid_of_runs()

@@ -10,6 +10,7 @@ import numpy as np
 
 from mpmtools.figures.axes import number, per_cent
 from mpmtools.study.friction_choice import HALF, SHARE, SMALLER_OF_BOTH
+from mpmtools.study.grids import ALL_UNCONVERGED
 from mpmtools.study.jams import LIMIT
 from mpmtools.study.uncertainty import LOOSE, STIFF
 
@@ -184,7 +185,7 @@ def _accurate_solver(study):
 
 def _why(study):
     """One sentence for each table that explains a difference."""
-    return [sentence for explain in (_friction, _calibration, _pile_up, _fluid, _jams, _compaction) if (sentence := explain(study))]
+    return [sentence for explain in (_friction, _calibration, _pile_up, _fluid, _unconverged, _jams, _compaction) if (sentence := explain(study))]
 
 
 def _pile_up(study):
@@ -204,6 +205,17 @@ def _fluid(study):
     found = ", ".join(f"{NAMES[p]} {number(of.iloc[0][p])}" for p in ("k_p", "Fr_sat", "kappa_p"))
     return (f"The paper's printed standard errors point to a fit without the fluid (M = 0). Ours then has {found}, and an NRMSE of "
             f"{per_cent(of.iloc[0].pressure_height_nrmse)}.")
+
+
+def _unconverged(study):
+    left_out = study.table("coefficients_without_unconverged")
+    of = left_out[(left_out.without == ALL_UNCONVERGED) & (left_out.fitting_set == SETS[0])] if len(left_out) else left_out
+    if of.empty:
+        return None
+    row, published = of.iloc[0], _published([study])
+    found = ", ".join(f"{NAMES[p]} {number(row[p])} ({100.0 * (row[p] / value - 1.0):+.0f} %)" for p, value in published.items())
+    return (f"Without the snow whose heights are not converged at w/5 (fluids, M' above 1.5, cohesive snow of ξ up to 0.5) the {study.name} has "
+            f"{found}, an RMSLE of {per_cent(row.runup_rmsle)} and an NRMSE of {per_cent(row.pressure_height_nrmse)}.")
 
 
 def _friction(study):

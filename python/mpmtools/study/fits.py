@@ -174,8 +174,7 @@ STRICTER_AIMS = Limits({"rmsle": 0.10, "nrmse": 0.066}, 0.95, {NARROW.name: 0.10
 def paper_aims(fits, limits=GOALS):
     """[{what, aim (in words), value, met}] of `fits`, those of one fitting set, against the published equations and coefficients."""
     aims = []
-    in_words = " or ".join(f"{100 * limit:g}" for limit in dict.fromkeys(limits.coefficients.values()))
-    narrower = len(set(limits.coefficients.values())) > 1
+    in_words = "/".join(f"{100 * limit:g}" for limit in dict.fromkeys(limits.coefficients.values()))  # narrow/wide, where they differ
 
     def add(what, aim, value, met):
         aims.append({"what": what, "aim": aim, "value": float(value), "met": bool(met)})
@@ -189,7 +188,7 @@ def paper_aims(fits, limits=GOALS):
             add(f"{height}: runs within 25 % of the published equation", f">= {100 * limits.fraction_25:g} %", whole.fraction_25,
                 whole.fraction_25 >= limits.fraction_25)
         for row in coefficients_table([s]).itertuples():
-            add(f"{height}: {row.parameter} against the published value", f"within {in_words} %" + " (wide)" * narrower, row.relative_difference,
+            add(f"{height}: {row.parameter} against the published value", f"within {in_words} %", row.relative_difference,
                 abs(row.relative_difference) <= limits.coefficients[s.fitting_set.name])
     return aims
 
