@@ -98,7 +98,7 @@ def figure_refinement(study):
         handles = scatter_runs(axes, rows.dropna(subset=[f"{name}_ratio"]), "effective_friction", f"{name}_ratio")
         axes.axhline(1.0, color="black", linewidth=0.9)
         pictures.append(picture(axes, f"{study.name}: {label} on a finer grid", "effective internal friction $M'$", f"{label}, {sizes}",
-                                "Set-ups that have a steady mean on both grids and the same friction of the mast.", handles=handles, ncols=2,
+                                "Set-ups that have a steady mean, the same friction of the mast and the same duration on both grids.", handles=handles, ncols=2,
                                 fontsize=7.5))
     table = [[r.kind, r.speeds, f"{r.fine:.0f} of {r.sets:.0f}", r.quantity, f"{r.pairs:.0f}",
               f"{number(r.ratio, 2)} ({number(r.lowest, 2)} to {number(r.highest, 2)})", "–" if np.isnan(r.covered) else f"{r.covered:.0f}"]
@@ -290,9 +290,9 @@ OF_EACH_STUDY = [
 SECTIONS = [
     ("campaigns", "Reproduction and prediction side by side", figure_campaigns,
      "*Reproduction*: contact on nodes, as in the algorithm that the paper follows, and APIC; the paper does not name its transfer. "
-     "*Prediction*: contact at the surface and AFLIP, which converge. Snow, flow, mast and grid are the same, so that only the numerics differ. "
+     "*Prediction*: contact at the true position of the wall, and AFLIP. Snow, flow, mast and grid are the same, so that only the numerics differ. "
      "A coefficient depends on which runs are fitted: the rows marked *paired* hold the sets that both campaigns have with the same friction "
-     "of the mast. Coefficients are given from three Froude numbers and four materials on."),
+     "of the mast and the same duration. Coefficients are given from three Froude numbers and four materials on."),
     ("grids", "Prediction on three grids", figure_grids,
      "Points over the regimes, computed with the accurate solver on three grids. Points without a steady mean on one of them are left out. "
      "The run-up of cohesive snow with ξ = 0.5 is about a fifth lower on the coarsest grid than on the finest. A run on one grid states an "

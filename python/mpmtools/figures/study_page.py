@@ -185,8 +185,9 @@ SECTIONS = [
     ("compaction", "Compressible snow: what compaction takes", paper_figures.figure_compaction,
      "The equations know no compressibility, and fast compressible snow climbs less than they say. A plug of snow that is compacted from "
      "ρ₀ to χρ₀ in a standing shock before the mast keeps (2χ − 1)/χ² of its velocity head (mass and momentum); plastic work takes the "
-     "rest. χ is measured at the mast's front face. What lies below the line loses more than the shock takes. For cohesive snow this is "
-     "explained only in part: its run-up may fall from a high to a low plateau late in a run. The exact shock is the case compaction_shock of the validation; against it, APIC, the transfer of these runs, compacts snow "
+     "rest. χ is measured at the mast's front face. What lies below the line loses more than the shock takes. For cohesive snow the "
+     "shock helps only where ξ is small (table); the run-up of such snow may also fall from a high to a low plateau late in a run. The exact "
+     "shock is the case compaction_shock of the validation; against it, APIC, the transfer of these runs, compacts snow "
      "by 1.0 to 3.8 % too much, and AFLIP by 1.8 to 9.1 %."),
 ]
 APPENDIX = [
