@@ -138,7 +138,7 @@ class Study(InFolder):
         page = (self.folder / "index.html").read_text(encoding="utf-8")
         self.assertEqual(re.findall(r"prediction: (\d+) runs", page), ["364"])
         self.assertNotIn("Missing here", page.split('id="figA2"')[0])  # the committed tables hold every figure
-        self.assertEqual(page.count("Drawn from the reproduction at w/5."), 2)  # both campaigns side by side, and the grids
+        self.assertEqual(page.count("Drawn from the reproduction at w/5."), 1)  # the grids; all else is of the first study
         for part in ("mast-height", "shapes", "shear", "surge"):
             self.assertIn(f'id="{part}"', page)
         self.assertEqual(os.listdir(self.folder), ["index.html"])
