@@ -234,7 +234,7 @@ class Claims(unittest.TestCase):
         whole = [RESULTS / "reproduction_w7" / "w7.csv", EVIDENCE / "durations" / "unsteady.csv"]
         found = {(len(files), s.name): coefficients_and_scores(read_study_table(files, replace=True).runs, s)["runup_rmsle"]
                  for files in (whole[:1], whole) for s in (NARROW, WIDE)}
-        np.testing.assert_allclose([found[1, "narrow"], found[2, "narrow"], found[1, "wide"], found[2, "wide"]], [0.0854, 0.0867, 0.0969, 0.1081],
+        np.testing.assert_allclose([found[1, "narrow"], found[2, "narrow"], found[1, "wide"], found[2, "wide"]], [0.0854, 0.0875, 0.0969, 0.1085],
                                    atol=6e-4)
 
     def test_in_slow_flow_less_friction_than_the_half_fits_the_cohesive_stiff_snow(self):
