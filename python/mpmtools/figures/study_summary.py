@@ -128,7 +128,7 @@ def in_short(studies):
                  "Slow snow piles up because of its friction, fast snow loses head to it; the pressure height stops growing "
                  f"at Fr {number(np.nanmin(saturation), 1)} to {number(np.nanmax(saturation), 1)} (paper {number(published['Fr_sat'], 1)})."]
     confirmed += [f"{NAMES[p]}: the published {number(value)} lies in the interval of every campaign, the widest {_widest(columns, p)}."
-                  for p, value in published.items() if not spread[p][1]]
+                  for p, value in published.items() if spread[p][0] and not spread[p][1]]
     differs = [f"{NAMES[p]} (published {number(value)}) is outside the interval of the {_listed(spread[p][1])}"
                + (f"; inside that of the {_listed(spread[p][0])}" if spread[p][0] else "") + "." for p, value in published.items() if spread[p][1]]
     compared = next((s for s in studies if len(s.table("paired_summary"))), studies[0])
@@ -210,7 +210,7 @@ def _fluid(study):
 def _unconverged(study):
     left_out = study.table("coefficients_without_unconverged")
     of = left_out[(left_out.without == ALL_UNCONVERGED) & (left_out.fitting_set == SETS[0])] if len(left_out) else left_out
-    if of.empty:
+    if of.empty or of[list(NAMES)].isna().any(axis=None):
         return None
     row, published = of.iloc[0], _published([study])
     found = ", ".join(f"{NAMES[p]} {number(row[p])} ({100.0 * (row[p] / value - 1.0):+.0f} %)" for p, value in published.items())
@@ -288,9 +288,10 @@ def _without_one_material(intervals):
 
 def _compaction(study):
     compaction = study.table("compaction_summary")
-    if compaction.empty:
+    whole = compaction[compaction.hardening_xi.isna()] if len(compaction) else compaction
+    if len(whole) < 2:  # one of the two kinds of snow is missing
         return None
-    loose, sticky = (compaction[(compaction.cohesive == c) & compaction.hardening_xi.isna()].iloc[0] for c in (0, 1))
+    loose, sticky = (whole[whole.cohesive == c].iloc[0] for c in (0, 1))
     helped = [number(s.hardening_xi, 2) for s in compaction[compaction.cohesive == 1].itertuples() if s.rms < s.rms_without_loss and s.hardening_xi > 0]
     return ("Compressible fast snow climbs less. Without cohesion it keeps "
             f"{number(loose.mean_head, 2)} of its head, and a compaction shock leaves {number(loose.mean_behind_shock, 2)} (rms difference "
