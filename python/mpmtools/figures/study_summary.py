@@ -198,21 +198,25 @@ def _pile_up(study):
 
 def _fluid(study):
     """What the paper's printed errors say of its runs, and what that does to ours."""
-    left_out = study.table("coefficients_without_unconverged")
-    of = left_out[(left_out.without == "fluid") & (left_out.fitting_set == SETS[0])] if len(left_out) else left_out
-    if of.empty or study.table("published_errors").empty:
+    row = _fit_without(study, "fluid")
+    if row is None or study.table("published_errors").empty:
         return None
-    found = ", ".join(f"{NAMES[p]} {number(of.iloc[0][p])}" for p in ("k_p", "Fr_sat", "kappa_p"))
+    found = ", ".join(f"{NAMES[p]} {number(row[p])}" for p in ("k_p", "Fr_sat", "kappa_p"))
     return (f"The paper's printed standard errors point to a fit without the fluid (M = 0). Ours then has {found}, and an NRMSE of "
-            f"{per_cent(of.iloc[0].pressure_height_nrmse)}.")
+            f"{per_cent(row.pressure_height_nrmse)}.")
+
+
+def _fit_without(study, kind):
+    """Coefficients and scores of the narrow set without a kind of snow; None without this table."""
+    left_out = study.table("coefficients_without_unconverged")
+    of = left_out[(left_out.without == kind) & (left_out.fitting_set == SETS[0])] if len(left_out) else left_out
+    return None if of.empty else of.iloc[0]
 
 
 def _unconverged(study):
-    left_out = study.table("coefficients_without_unconverged")
-    of = left_out[(left_out.without == ALL_UNCONVERGED) & (left_out.fitting_set == SETS[0])] if len(left_out) else left_out
-    if of.empty or of[list(NAMES)].isna().any(axis=None):
+    row, published = _fit_without(study, ALL_UNCONVERGED), _published([study])
+    if row is None or row[list(NAMES)].isna().any():
         return None
-    row, published = of.iloc[0], _published([study])
     found = ", ".join(f"{NAMES[p]} {number(row[p])} ({100.0 * (row[p] / value - 1.0):+.0f} %)" for p, value in published.items())
     return (f"Without the snow whose heights are not converged at w/5 (fluids, M' above 1.5, cohesive snow of ξ up to 0.5) the {study.name} has "
             f"{found}, an RMSLE of {per_cent(row.runup_rmsle)} and an NRMSE of {per_cent(row.pressure_height_nrmse)}.")

@@ -85,13 +85,12 @@ def coefficients_with_coarser(runs, coarser):
     """What it does that a set-up without a steady mean on its finest grid counts nowhere, although a coarser run of it is steady (`coarser`:
     those left out, as in StudyTable): a row for each fitting set without these runs and with them. rows; fitting_set; runs (of the
     set with a run-up); one column a coefficient and score against the published equations."""
-    finest = keyed(runs)
-    missing = keyed(coarser).merge(finest[POINT], on=POINT, how="left", indicator=True).query("_merge == 'left_only'").drop(columns="_merge")
+    finest_steady, _ = _finest_and_coarsest(pd.concat([runs, coarser], ignore_index=True))
     table = []
-    for rows, of in ((FINEST_ALONE, finest), (WITH_COARSER, pd.concat([finest, missing], ignore_index=True))):
+    for rows, of in ((FINEST_ALONE, keyed(runs)), (WITH_COARSER, finest_steady)):
         for fitting_set in (NARROW, WIDE):
-            members = fitting_set.holds(of) & of.runup.notna()
-            table.append({"rows": rows, "fitting_set": fitting_set.name, "runs": int(members.sum()), **coefficients_and_scores(of, fitting_set)})
+            table.append({"rows": rows, "fitting_set": fitting_set.name, "runs": int(fitting_set.holds(of).sum()),
+                          **coefficients_and_scores(of, fitting_set)})
     return pd.DataFrame(table)
 
 
