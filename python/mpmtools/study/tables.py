@@ -112,7 +112,7 @@ def _refinement(runs, left_out_as_coarser, coarser_files):
         tables["coefficients_with_coarser"] = refinement.coefficients_with_coarser(runs, left_out_as_coarser)
     if coarser_files and tables["refined_rows"].empty:
         raise ConfigError(f"--coarser {', '.join(coarser_files)}: no set-up of the study is there on a coarser grid with the same friction of "
-                          "the mast")
+                          "the mast and the same duration")
     return tables
 
 
