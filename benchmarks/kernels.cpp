@@ -7,8 +7,11 @@
 namespace mpm::benchmarks {
 
 TransferOptions transfer_options(const Scene& scene, double dt) {
-  return {dt, density(scene), scene.numerics.transfer != Transfer::flip,
-          scene.numerics.transfer == Transfer::flip ? scene.numerics.flip_ratio : 0.0};
+  return {.dt = dt,
+          .density = density(scene),
+          .affine = scene.numerics.transfer != Transfer::flip,
+          .kept = scene.numerics.transfer == Transfer::flip ? scene.numerics.flip_ratio : 0.0,
+          .shock_viscosity = keeps_compaction(scene.material) ? scene.numerics.shock_viscosity : 0.0};
 }
 
 void gather(Grid& grid, const TransferOptions& options) {
@@ -38,7 +41,8 @@ void sort(Grid& grid) {
 void update_nodes(Problem& problem, double dt) {
   const Scene& scene = problem.scene;
   fold_mirror_planes(problem.state.grid, scene.mirror);
-  (void)update_grid(problem.state.grid, {scene.boundaries, scene.layered, scene.gravity, scene.mirror}, dt, problem.state.time)
+  (void)update_grid(problem.state.grid, {scene.boundaries, scene.layered, scene.gravity, scene.mirror, density(scene)}, dt,
+                    problem.state.time)
       .sum(nullptr);
 }
 

@@ -131,7 +131,11 @@ void PlainGrid::scatter(const std::vector<Particle>& particles, const TransferOp
     const double* s = p.stress;
     Mat3 stress;
     stress << s[0], s[3], s[4], s[3], s[1], s[5], s[4], s[5], s[2];
-    const Mat3 affine = mass * Eigen::Map<const Mat3>(p.affine) - force * stress;
+    const Eigen::Map<const Mat3> c(p.affine);
+    const double compression = std::max(-c.trace(), 0.0);
+    stress -= options.density * cell_size_ * cell_size_ * compression *
+              std::min(options.shock_viscosity * compression, shock_stability / options.dt) * Mat3::Identity();
+    const Mat3 affine = mass * c - force * stress;
     const Vec3 momentum = mass * Eigen::Map<const Vec3>(p.velocity);
     for_each_weight(p.position, [&](const Index3& index, double w, const Vec3& distance) {
       const Vec3 part = w * (momentum + affine * distance);

@@ -24,6 +24,7 @@ struct Numerics {
   ContactRule contact = ContactRule::surface;         ///< where walls and obstacle act (boundary/contact.hpp)
   Precision precision = Precision::double_precision;  ///< of particles and of computations on them (base/precision.hpp)
   double cfl = 0.4;                                   ///< dt <= cfl dx / (c_P + |v|max)
+  double shock_viscosity = 10.0;                      ///< c_2 of the viscosity of shocks (core/transfer.hpp)
   double gravity = 9.81;                              ///< m/s^2
   double slope = 0.0;                                 ///< rad; gravity = g (sin, 0, -cos)
   Vec3 grid_offset = Vec3::Zero();  ///< shift of the whole scene against the grid, in cells; for studies of where surfaces cut cells
@@ -60,6 +61,12 @@ struct Numerics {
             "Precision of particles and of computations on them: double is the reference; single takes half the memory and less time "
             "(docs/precision.md gives the errors)");
     table.add("cfl", &Numerics::cfl).positive(1.0).text("Safety factor: dt = cfl dx / (c_P + largest speed)");
+    table.add("shock_viscosity", &Numerics::shock_viscosity)
+        .range(0.0, 1e3)
+        .hide_default()
+        .text(
+            "Coefficient c_2 of the viscous pressure rho_0 c_2 dx^2 (div v)^2 where snow is compressed (von Neumann and Richtmyer 1950): "
+            "it gives compaction shocks their exact state. Only for a law that keeps compaction, cohesive_cam_clay; 0: none");
     table.add("gravity_m_s2", &Numerics::gravity).unit("m/s^2").range(0.0, 1e3).text("Acceleration g of gravity");
     table.add("slope_deg", &Numerics::slope).degrees().range(-90.0, 90.0).text("Inclination: gravity acts along g (sin, 0, -cos)");
     table.add("grid_offset_cells", &Numerics::grid_offset)

@@ -78,6 +78,9 @@ struct ParticlePair {
   using Quad = Node;                                              ///< of one particle
   static constexpr int size = 2;                                  ///< particles
   static constexpr Lanes xyz = {1, 1, 1, 0, 1, 1, 1, 0};          ///< 1 in the lanes of a vector, 0 in the fourth
+  static constexpr Lanes unit_x = {1, 0, 0, 0, 1, 0, 0, 0};       ///< 1 in the lanes of x
+  static constexpr Lanes unit_y = {0, 1, 0, 0, 0, 1, 0, 0};       ///< 1 in the lanes of y
+  static constexpr Lanes unit_z = {0, 0, 1, 0, 0, 0, 1, 0};       ///< 1 in the lanes of z
   static constexpr LaneMask mask_w = {0, 0, 0, -1, 0, 0, 0, -1};  ///< the fourth lanes
 
   const Particle* p[size];  ///< the particles
@@ -130,6 +133,9 @@ struct LoneParticle {
   using Quad = Node;                                 ///< of one particle
   static constexpr int size = 1;                     ///< particles
   static constexpr Node xyz = {1, 1, 1, 0};          ///< 1 in the lanes of a vector, 0 in the fourth
+  static constexpr Node unit_x = {1, 0, 0, 0};       ///< 1 in the lane of x
+  static constexpr Node unit_y = {0, 1, 0, 0};       ///< 1 in the lane of y
+  static constexpr Node unit_z = {0, 0, 1, 0};       ///< 1 in the lane of z
   static constexpr HalfMask mask_w = {0, 0, 0, -1};  ///< the fourth lane
 
   const Particle* p[size];  ///< the particle
@@ -176,6 +182,9 @@ struct Group<SingleRecord> {
   using Quad = SingleQuad;                                                         ///< of one particle
   static constexpr int size = quad_count;                                          ///< particles
   static constexpr SingleLanes xyz = repeated<SingleLanes>(1, 1, 1, 0);            ///< 1 in the lanes of a vector, 0 in the fourth
+  static constexpr SingleLanes unit_x = repeated<SingleLanes>(1, 0, 0, 0);         ///< 1 in the lanes of x
+  static constexpr SingleLanes unit_y = repeated<SingleLanes>(0, 1, 0, 0);         ///< 1 in the lanes of y
+  static constexpr SingleLanes unit_z = repeated<SingleLanes>(0, 0, 1, 0);         ///< 1 in the lanes of z
   static constexpr SingleLaneMask mask_w = repeated<SingleLaneMask>(0, 0, 0, -1);  ///< the fourth lanes
 
   const SingleRecord* p[size];  ///< the particles

@@ -22,7 +22,15 @@ struct Contribution {
 template <class V>
 struct Scales {
   V mass, affine, stress;
+  V shock, shock_limit;  ///< of q = |d| min(shock |d|, shock_limit), d the rate of compression (transfer.hpp)
 };
+
+/// Viscous pressure of shocks, in all components. @param x, y, z  columns of C
+template <class V>
+inline __attribute__((always_inline)) V shock_pressure(const V& x, const V& y, const V& z, const Scales<V>& scale) {
+  const V compression = max(V{} - (spread<0>(x) + spread<1>(y) + spread<2>(z)), V{});
+  return compression * min(scale.shock * compression, scale.shock_limit);
+}
 
 template <int fields, class Record, class V = typename Group<Record>::Vector>
 inline __attribute__((always_inline)) Contribution<V, fields> contribution(const Group<Record>& g, const CellOffset<Record>& offset,
@@ -33,7 +41,9 @@ inline __attribute__((always_inline)) Contribution<V, fields> contribution(const
   const V velocity = select(Group<Record>::mask_w, V{} + 1.0, g.velocity());
   const V ma = scale.affine * volume, ms = scale.stress * volume;
   const TensorColumns<V> columns = g.tensors();
-  const V tx = ms * columns.tx, ty = ms * columns.ty, tz = ms * columns.tz;
+  const V q = shock_pressure(columns.cx, columns.cy, columns.cz, scale);
+  const V tx = ms * (columns.tx - Group<Record>::unit_x * q), ty = ms * (columns.ty - Group<Record>::unit_y * q),
+          tz = ms * (columns.tz - Group<Record>::unit_z * q);
   Contribution<V, fields> c;
   Linear<V>& p = c.field[0];
   p.ax = ma * columns.cx;
@@ -101,7 +111,9 @@ void scatter_block(const Grid& grid, const Block& block, const ParticleBin& next
   const double dx = grid.cell_size(), inverse_dx = grid.inverse_cell_size();
   const Scales<V> scale{V{} + static_cast<Scalar>(options.density),
                         Group<Record>::xyz * static_cast<Scalar>(options.affine ? options.density * dx : 0.0),
-                        Group<Record>::xyz * static_cast<Scalar>(-options.dt * 4.0 * inverse_dx)};
+                        Group<Record>::xyz * static_cast<Scalar>(-options.dt * 4.0 * inverse_dx),
+                        V{} + static_cast<Scalar>(options.density * dx * dx * options.shock_viscosity),
+                        V{} + static_cast<Scalar>(options.density * dx * dx * shock_stability / options.dt)};
   const ParticleBin& bin = block.particles;
   for (auto& h : halo) h = SumHalo<Record>{};
   ScatteredGroup<Record, fields> groups[batch];

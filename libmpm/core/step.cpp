@@ -244,7 +244,11 @@ StepReport step(State& state, const Scene& scene, double dt, StepTimes* times) {
   }
   StepReport report;
   report.dt = dt;
-  const TransferOptions options{dt, density_of(scene.material), scene.numerics.transfer != Transfer::flip, kept_fraction(state, scene, dt)};
+  const TransferOptions options{.dt = dt,
+                                .density = density_of(scene.material),
+                                .affine = scene.numerics.transfer != Transfer::flip,
+                                .kept = kept_fraction(state, scene, dt),
+                                .shock_viscosity = keeps_compaction(scene.material) ? scene.numerics.shock_viscosity : 0.0};
   Grid& grid = state.grid;
   const ThreadsForWork threads(grid.particle_count());
   StepTimes unused;

@@ -88,6 +88,9 @@ double density_of(const AnyMaterial& material) {
 double viscosity_of(const AnyMaterial& material) {
   return where_it_exists(material, 0.0, [](const auto& law) -> decltype(law.viscosity()) { return law.viscosity(); });
 }
+bool keeps_compaction(const AnyMaterial& material) {
+  return std::visit([]<class Law>(const Law&) { return MaterialParameters(typename Law::Parameters{}).keeps_compaction(); }, material);
+}
 double wave_speed_of(const AnyMaterial& material) {
   return std::visit([](const auto& law) { return law.wave_speed(); }, material);
 }

@@ -83,6 +83,7 @@ double density_of(const AnyMaterial& material);           ///< rho_0, kg/m^3
 double wave_speed_of(const AnyMaterial& material);        ///< of the fastest elastic wave, m/s
 double initial_internal_of(const AnyMaterial& material);  ///< of a stress-free point
 double viscosity_of(const AnyMaterial& material);         ///< eta, Pa s; 0 for a law without viscous stress
+bool keeps_compaction(const AnyMaterial& material);       ///< whether compacted material stays denser
 /// J = det F
 double volume_ratio(const AnyMaterial& material, const MaterialState<double>& state);
 

@@ -281,7 +281,10 @@ class Solver {
 
  private:
   void scatter(const Particle& p, double dt) {
-    const double mass = law_.density * p.volume;
+    const double mass = law_.density * p.volume, compression = std::max(-p.c.trace(), 0.0);
+    const double c2 = keeps_compaction(scene_.material) ? scene_.numerics.shock_viscosity : 0.0;
+    const double viscous = law_.density * dx_ * dx_ * compression * std::min(c2 * compression, 0.25 / dt);
+    const Mat3 stress = p.tau - viscous * Mat3::Identity();
     for_each_node(p.x, dx_, [&](const Index& at, double w, const Vec3& apart) {
       if (w == 0.0) return;
       Node& n = nodes_[at];

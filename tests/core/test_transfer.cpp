@@ -417,6 +417,46 @@ TEST_P(TransferMode, TwoFieldsAreTheMomentumWithoutForcesAndWhatTheForcesAdd) {
   EXPECT_GT(largest_force, 0.1);  // N s: 10 kPa on a litre's gradient over 2 ms
 }
 
+/// The particles with the viscous pressure of transfer.hpp in their stress.
+std::vector<Particle> with_shock_pressure(std::vector<Particle> particles, const TransferOptions& options, int& free, int& bounded) {
+  for (Particle& p : particles) {
+    const double compression = std::max(-affine_of(p).trace(), 0.0), bound = 0.25 / options.dt;
+    free += compression > 0.0 && options.shock_viscosity * compression < bound;
+    bounded += options.shock_viscosity * compression > bound;
+    for (int i = 0; i < 3; ++i) p.stress[i] -= density * dx * dx * compression * std::min(options.shock_viscosity * compression, bound);
+  }
+  return particles;
+}
+
+TEST_P(TransferMode, ParticleToGridAddsTheViscousPressureOfShocksToBothFieldsInCompressionAlone) {
+  const auto particles = cloud(23);
+  TransferOptions options{2e-3, density, GetParam(), 0.5};
+  double largest = 0.0;
+  for (const Particle& p : particles) largest = std::max(largest, -affine_of(p).trace());
+  options.shock_viscosity = 2.0 * 0.25 / options.dt / largest;  // half of the range of compression is beyond the bound
+  int free = 0, bounded = 0;
+  const auto viscous = with_shock_pressure(particles, options, free, bounded);
+  EXPECT_GT(free, 10);
+  EXPECT_GT(bounded, 10);
+  Grid one(dx), two(dx);
+  two.keep_old_nodes(true);
+  fill(one, particles);
+  fill(two, particles);
+  particle_to_grid(one, options);
+  particle_to_grid(two, options);
+  const MockGrid expected = mock_particle_to_grid(viscous, options.dt, options.affine);
+  for_each_node(one, [&](Node& n, const std::array<int, 3>& i) {
+    const auto it = expected.find(i);
+    const Node sum = node_at(two, i) + Node{1.0, 1.0, 1.0, 0.0} * old_node_at(two, i);
+    for (int c = 0; c < 3; ++c) {
+      const double value = it == expected.end() ? 0.0 : it->second.momentum[c],
+                   scale = it == expected.end() ? 0.0 : it->second.momentum_scale;
+      EXPECT_NEAR(n[c], value, round_off * scale);
+      EXPECT_NEAR(sum[c], value, round_off * scale);
+    }
+  });
+}
+
 TEST_P(TransferMode, TwoFieldsTogetherAreTheOne) {
   const auto particles = cloud(19);
   const TransferOptions options{2e-3, density, GetParam(), 0.5};

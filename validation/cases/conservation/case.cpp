@@ -339,7 +339,8 @@ struct Patch {
   State state{dx};
 
   Patch(const MaterialParameters& material, const MaterialState<double>& initial)
-      : scene{.material = make_material(material), .numerics = {.transfer = Transfer::apic}} {
+      : scene{.material = make_material(material),
+              .numerics = {.transfer = Transfer::apic, .shock_viscosity = 0.0}} {  // the patch has the stress of the law alone
     std::mt19937_64 random(20);
     std::uniform_real_distribution<double> half(-0.5, 0.5);
     const double spacing = 0.5 * dx;
