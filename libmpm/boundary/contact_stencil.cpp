@@ -34,7 +34,8 @@ struct FixedWeights {
 /// A point of the surface, in cells.
 struct SurfacePoint {
   Vec2 at, normal;
-  int inner = -1, round = -1;
+  EdgeBound edge = {};  ///< with the number of a point in place of a row
+  int round = -1;       ///< likewise
 };
 
 /// @param circle  in cells
@@ -50,28 +51,42 @@ std::vector<SurfacePoint> points_of_circle(const Circle& circle) {
   return points;
 }
 
+/// Impulse on a strip of a side next to the edge, over that on the next strip, where the pressure grows like the square root of the
+/// distance.
+/// @param first, next  their widths
+double free_ratio(double first, double next) {
+  const double here = std::pow(first, 1.5);
+  return here / (std::pow(first + next, 1.5) - here);
+}
+
 std::vector<SurfacePoint> points_of_polygon(const Outline& outline, double cell_size) {
+  constexpr int fewest = 3;  // a side with fewer points has no inner point to compare its ends with
   struct Points {
     int first, count;
   };
   std::vector<SurfacePoint> points;
   std::vector<Points> sides;
   for (const OutlineSide& side : outline.sides()) {
-    const Vec2 from = side.from / cell_size, along = side.to / cell_size - from;
-    const int count = std::max(1, static_cast<int>(std::lround(along.norm())));
+    const Vec2 whole = (side.to - side.from) / cell_size;
+    const double length = whole.norm();
+    const auto count_of = [&](double margin) { return std::max(1, static_cast<int>(std::lround(length - 2.0 * margin))); };
+    const double margin = count_of(ContactStencil::edge_margin) < fewest ? 0.0 : ContactStencil::edge_margin;
+    const int count = count_of(margin);
+    const double apart = (length - 2.0 * margin) / count;
     sides.push_back({static_cast<int>(points.size()), count});
-    for (int i = 0; i < count; ++i) points.push_back({from + (i + 0.5) / count * along, side.normal});
+    for (int i = 0; i < count; ++i) points.push_back({side.from / cell_size + (margin + (i + 0.5) * apart) / length * whole, side.normal});
+    if (count < fewest) continue;
+    const double strip = margin + apart;
+    const EdgeBound edge{.strip = strip * cell_size, .at_rest = strip / apart, .free = free_ratio(strip, apart)};
+    SurfacePoint &start = points[points.size() - static_cast<std::size_t>(count)], &end = points.back();
+    start.edge = end.edge = edge;
+    start.edge.inner = sides.back().first + 1;
+    end.edge.inner = sides.back().first + count - 2;
   }
-  constexpr int fewest = 3;  // a side with fewer points has no inner point to compare its ends with
   for (std::size_t s = 0; s < sides.size(); ++s) {
     const Points &side = sides[s], &before = sides[(s + sides.size() - 1) % sides.size()], &after = sides[(s + 1) % sides.size()];
-    if (side.count < fewest) continue;
-    SurfacePoint &start = points[static_cast<std::size_t>(side.first)],
-                 &end = points[static_cast<std::size_t>(side.first + side.count - 1)];
-    start.inner = side.first + 1;
-    start.round = before.first + before.count - 1;
-    end.inner = side.first + side.count - 2;
-    end.round = after.first;
+    points[static_cast<std::size_t>(side.first)].round = before.first + before.count - 1;
+    points[static_cast<std::size_t>(side.first + side.count - 1)].round = after.first;
   }
   return points;
 }
@@ -138,7 +153,7 @@ class StencilBuilder {
 };
 
 /// Integral of sqrt(s) over the strip of a column, half a cell to both sides; s the distance from the edge. @param depth  cells
-double strip(double depth) { return std::pow(depth + 0.5, 1.5) - std::pow(std::max(0.0, depth - 0.5), 1.5); }
+double root_law(double depth) { return std::pow(depth + 0.5, 1.5) - std::pow(std::max(0.0, depth - 0.5), 1.5); }
 
 /// The columns of a top face. @param first, last  of the nodes looked at, by axis
 void add_columns(StencilBuilder& builder, const OutlineDistance& distance, double cell_size, const std::array<int, 2>& first,
@@ -166,8 +181,11 @@ void add_columns(StencilBuilder& builder, const OutlineDistance& distance, doubl
     const std::array<int, 2> at = {static_cast<int>(inwards.x()), static_cast<int>(inwards.y())};
     const auto inner = std::ranges::find(places, at, &Place::at);
     if (inner == places.end() || inner->depth < p.depth + rounding) continue;  // too narrow for an inner column
-    columns.back().inner = static_cast<int>(inner - places.begin());
-    columns.back().largest = strip(p.depth) / strip(inner->depth);
+    const double strip = p.depth + 0.5, next = std::min(inner->depth + 0.5, 1.0);
+    columns.back().edge = {.inner = static_cast<int>(inner - places.begin()),
+                           .strip = strip * cell_size,
+                           .at_rest = strip / next,
+                           .free = root_law(p.depth) / root_law(inner->depth)};
   }
 }
 
@@ -202,9 +220,10 @@ void link_rows(StencilBuilder& builder, const std::vector<SurfacePoint>& points,
     return -1;
   };
   for (std::size_t p = 0; p < points.size(); ++p) {
-    if (row_of[p] < 0 || points[p].inner < 0) continue;
+    if (row_of[p] < 0 || points[p].edge.inner < 0) continue;
     ContactRow& row = builder.stencil.rows[static_cast<std::size_t>(row_of[p])];
-    row.inner = row_or_image(points[p].inner);
+    row.edge = points[p].edge;
+    row.edge.inner = row_or_image(points[p].edge.inner);
     row.round = row_or_image(points[p].round);
   }
 }

@@ -18,6 +18,18 @@ bool SurfaceSolid::covers(const Vec3& x, double) const {
   return x.z() <= top_ + on_surface && distance_.at(x.head<2>()).distance <= on_surface;
 }
 
+std::optional<SurfaceSolid::Behind> SurfaceSolid::behind(const Vec3& x) const {
+  const double below = top_ - x.z();
+  const OutlineDistance::Nearest side = distance_.at(x.head<2>());
+  if (below <= 0.0 || side.distance >= 0.0) return std::nullopt;
+  if (below < -side.distance) return Behind{below, Vec3::UnitZ()};
+  return Behind{-side.distance, Vec3(side.normal.x(), side.normal.y(), 0.0)};
+}
+
+bool SurfaceSolid::reaches(const Vec3& low, const Vec3& high) const {
+  return low.z() < top_ && outline_.bounds().intersects(Eigen::AlignedBox2d(low.head<2>(), high.head<2>()));
+}
+
 void SurfaceSolid::translate(const Vec3& by) {
   outline_.translate(by.head<2>());
   distance_ = OutlineDistance(outline_);

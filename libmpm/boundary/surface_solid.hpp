@@ -1,7 +1,9 @@
 #pragma once
 /// Rigid solid with vertical sides that acts at its surface, not at the nodes: contact_stencil.hpp.
 
+#include <Eigen/Geometry>
 #include <limits>
+#include <optional>
 
 #include "libmpm/boundary/contact.hpp"
 #include "libmpm/boundary/contact_stencil.hpp"
@@ -25,6 +27,16 @@ class SurfaceSolid {
   [[nodiscard]] const Outline& outline() const { return outline_; }         ///< in plan, m
   [[nodiscard]] double top() const { return top_; }                         ///< m
   [[nodiscard]] double friction() const { return friction_; }               ///< mu
+
+  /// The nearest place of the surface, for a place in the solid.
+  struct Behind {
+    double depth;  ///< m
+    Vec3 normal;   ///< outward
+  };
+  /// How far a place is behind the surface; empty outside. @param x  m
+  [[nodiscard]] std::optional<Behind> behind(const Vec3& x) const;
+  /// Whether a part of a box may be in the solid. @param low, high  its corners, m
+  [[nodiscard]] bool reaches(const Vec3& low, const Vec3& high) const;
 
   /// What every boundary offers (any_boundary.hpp); it acts on nodes together. Places in m, velocities in m/s, time in s.
   /// @{

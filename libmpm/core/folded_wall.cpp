@@ -124,7 +124,8 @@ std::optional<JoinedLayers> layers_of_top(const SurfaceSolid& solid, double cell
   return layers_of_columns(top_of(solid), cell_size, 0.0);
 }
 
-void apply_folded_top(Grid& grid, const SurfaceSolid& solid, const MirrorPlanes& mirror, ContactImpulse& impulse) {
+void apply_folded_top(Grid& grid, const SurfaceSolid& solid, const MirrorPlanes& mirror, double density, double dt,
+                      ContactImpulse& impulse) {
   const Wall top = top_of(solid);
   const ColumnPlan plan = plan_of(top, 2, grid.cell_size(), 0.0);
   const auto& columns = solid.stencil().columns;
@@ -137,8 +138,14 @@ void apply_folded_top(Grid& grid, const SurfaceSolid& solid, const MirrorPlanes&
     const int number = number_of_node(at);
     Column column{{}, plan.c};
     if (!collect_column(grid, block, number, plan.axis, plan.inward, Vec3::Zero(), column)) continue;
-    const int inner = columns[i].inner;
-    const double strongest = inner < 0 ? unbounded : columns[i].largest * taken[static_cast<std::size_t>(inner)];
+    double strongest = unbounded;
+    if (const EdgeBound& edge = columns[i].edge; edge.inner >= 0) {
+      Vec3 momentum = Vec3::Zero();
+      double mass = 0.0;
+      for (const ColumnNode& c : column.node) momentum += c.mass * c.before, mass += c.mass;
+      const double along = (momentum / mass).head<2>().squaredNorm();
+      strongest = edge.largest(taken[static_cast<std::size_t>(edge.inner)], 0.5 * density * along * edge.strip * grid.cell_size() * dt);
+    }
     const std::optional<double> normal = fold_column(column, surface_of(top, plan), strongest);
     if (!normal) continue;
     taken[i] = *normal;
@@ -147,7 +154,7 @@ void apply_folded_top(Grid& grid, const SurfaceSolid& solid, const MirrorPlanes&
       if (c.mass <= 0.0) continue;
       Impulse given;
       set_velocity(grid, c.at, mirror, Vec3::Zero(), c.velocity, solid.reference_point(), given);
-      impulse.add_top(plan.master - k, given);  // the layers are those of all blocks in the columns of the stencil
+      impulse.top.push_back({plan.master - k, given});  // the layers are those of all blocks in the columns of the stencil
     }
   }
 }

@@ -236,6 +236,22 @@ BlockMotion grid_to_particle(Grid& grid, std::int32_t block, const TransferOptio
   return with_record_type(grid.precision(), [&](auto record) { return move_block<decltype(record)>(grid, block, options, next); });
 }
 
+void relocate(Grid& grid, std::int32_t index, int slot, const Particle& particle) {
+  Block& block = grid.block(index);
+  ParticleBin& bin = block.particles;
+  with_record_type(grid.precision(), [&](auto type) {
+    auto& record = bin.record<decltype(type)>(slot);
+    encode(particle, ParticleBin::left_block, bin.frame, record);
+    int cell = 0;
+    for (int axis = 0; axis < 3; ++axis) {
+      const int local = local_cell(record, axis, grid, block.coordinate);
+      cell = local < 0 || local >= block_edge ? int{ParticleBin::left_block} : cell | local << (2 * axis);
+      if (cell >= ParticleBin::left_block) break;
+    }
+    bin.cell[static_cast<std::size_t>(slot)] = static_cast<std::uint8_t>(cell);
+  });
+}
+
 void collect_migrants(Grid& grid, std::int32_t index, BlockMotion& motion) {
   Block& block = grid.block(index);
   ParticleBin& bin = block.particles;

@@ -92,9 +92,10 @@ bool anything(const Impulse& part) {
 class Boundaries {
  public:
   /// @param blocks  of Grid::all_blocks(), all or some, on which the boundaries act; solids with contact at their surface act on all
-  Boundaries(Grid& grid, const GridForces& forces, double time, std::span<const std::int32_t> blocks)
+  Boundaries(Grid& grid, const GridForces& forces, double dt, double time, std::span<const std::int32_t> blocks)
       : grid_(grid),
         forces_(forces),
+        dt_(dt),
         time_(time),
         blocks_(blocks),
         layers_(block_edge * blocks.size()),
@@ -133,8 +134,8 @@ class Boundaries {
   void act(std::size_t b) {
     const Boundary& boundary = forces_.boundaries[b];
     if (const auto* solid = std::get_if<SurfaceSolid>(&boundary)) {
-      ContactImpulse& impulse = contacts_[b] = apply_surface_contact(grid_, *solid);
-      apply_folded_top(grid_, *solid, forces_.mirror, impulse);
+      ContactImpulse& impulse = contacts_[b] = apply_surface_contact(grid_, *solid, forces_.density, dt_);
+      apply_folded_top(grid_, *solid, forces_.mirror, forces_.density, dt_, impulse);
     } else {
       const auto* const terrain = std::get_if<Terrain>(&boundary);
       const auto by_block = terrain != nullptr ? apply_folded_terrain(grid_, *terrain, forces_.mirror, blocks_)
@@ -186,7 +187,7 @@ class Boundaries {
 
   Grid& grid_;
   const GridForces& forces_;
-  double time_;
+  double dt_, time_;
   std::span<const std::int32_t> blocks_;
   std::size_t layers_;                              ///< of nodes, in these blocks
   std::vector<Impulse> taken_;                      ///< by block and boundary, of all but solids that act at their surface
@@ -213,7 +214,7 @@ std::vector<std::int32_t> blocks_in(const Grid& grid, const Columns& columns) {
 
 /// The correction of lumped_mass.hpp for all solids that act at their surface. The accelerations are those with all boundaries: near the
 /// solids these act once for them, and the velocities are set back. @param first  boundaries from this one on have not acted yet
-void correct_lumped_mass(Grid& grid, const GridForces& forces, std::size_t first, double time) {
+void correct_lumped_mass(Grid& grid, const GridForces& forces, std::size_t first, double dt, double time) {
   const auto corrections = lumped_mass_corrections(forces.boundaries, grid.cell_size(), forces.density, forces.relaxed);
   if (corrections.empty() || !grid.keeps_old_nodes()) return;
 
@@ -231,7 +232,7 @@ void correct_lumped_mass(Grid& grid, const GridForces& forces, std::size_t first
     change[static_cast<std::size_t>(changed[i])] = NodeBlock{};
   }
   for (const auto b : grid.lent()) change[static_cast<std::size_t>(b)] = NodeBlock{};
-  Boundaries(grid, forces, time, acted).act_from(first);
+  Boundaries(grid, forces, dt, time, acted).act_from(first);
   reflect_velocities(grid, forces.mirror, acted);
   Ranks* const ranks = grid.ranks();
   const std::span changes(change.get(), count);
@@ -269,6 +270,19 @@ void GridUpdatePart::add_impulse(std::size_t b, const Impulse& taken) {
   if (anything(taken)) sums_.add_part(1 + impulse_numbers * b, taken);
 }
 
+void GridUpdatePart::add_to_contact(std::size_t b, std::int32_t layer, const Impulse& taken) {
+  ContactImpulse& contact = contacts_[b];
+  std::vector<Impulse>& sides = contact.sides;
+  if (sides.empty()) contact.first = layer;
+  if (layer < contact.first) {  // beside the columns of the stencil there may be material in other layers
+    sides.insert(sides.begin(), static_cast<std::size_t>(contact.first - layer), Impulse{});
+    contact.first = layer;
+  }
+  const auto place = static_cast<std::size_t>(layer - contact.first);
+  if (place >= sides.size()) sides.resize(place + 1);
+  sides[place] += taken;
+}
+
 /// Afterwards the first rank has the impulses of a run on one rank, and the others have none.
 void GridUpdatePart::gather_contacts(Ranks& ranks) {
   // rows in the order {boundary, kind, layer or turn}; the rows of a top all come from one rank
@@ -279,7 +293,7 @@ void GridUpdatePart::gather_contacts(Ranks& ranks) {
   };
   auto table = BlockTable::of<Row>();
   for (const auto& [b, impulse] : contacts_) {
-    const auto boundary = static_cast<std::int32_t>(b), first = impulse.layers.first;
+    const auto boundary = static_cast<std::int32_t>(b), first = impulse.first;
     const auto count = static_cast<std::int32_t>(impulse.sides.size());
     const auto add = [&](std::int32_t place, Kind kind, double layer, const Impulse& taken) {
       table.add_part({place, kind, boundary}, Row{layer, taken});
@@ -297,10 +311,9 @@ void GridUpdatePart::gather_contacts(Ranks& ranks) {
     const auto is = [&](Kind kind) { return i < table.size() && table.block(i)[2] == boundary && table.block(i)[1] == kind; };
     std::int32_t end = first;
     for (; is(range); ++i) end = std::max(end, static_cast<std::int32_t>(table.get<Row>(i).layer));
-    std::vector<Impulse> sides(static_cast<std::size_t>(end - first));
-    for (; is(side); ++i) sides[static_cast<std::size_t>(table.block(i)[0] - first)] += table.get<Row>(i).impulse;
-    ContactImpulse sum(first, std::move(sides));
-    for (; is(top); ++i) sum.add_top(static_cast<std::int32_t>(table.get<Row>(i).layer), table.get<Row>(i).impulse);
+    ContactImpulse sum{.first = first, .sides = std::vector<Impulse>(static_cast<std::size_t>(end - first))};
+    for (; is(side); ++i) sum.sides[static_cast<std::size_t>(table.block(i)[0] - first)] += table.get<Row>(i).impulse;
+    for (; is(top); ++i) sum.top.push_back({static_cast<std::int32_t>(table.get<Row>(i).layer), table.get<Row>(i).impulse});
     contacts_[static_cast<std::size_t>(boundary)] = std::move(sum);
   }
 }
@@ -315,10 +328,10 @@ GridUpdate GridUpdatePart::sum(Ranks* ranks) && {
     whole.layers.push_back(sum_of_layers(layers_[k]));
   }
   if (ranks != nullptr && !contacts_.empty()) gather_contacts(*ranks);
-  for (auto& [b, impulse] : contacts_) {
-    whole.impulses[b] = impulse.total;
+  for (const auto& [b, impulse] : contacts_) {
+    whole.impulses[b] = impulse.total();
     const auto place = std::ranges::find(layered_, b);
-    if (place != layered_.end()) whole.layers[static_cast<std::size_t>(place - layered_.begin())] = std::move(impulse.layers);
+    if (place != layered_.end()) whole.layers[static_cast<std::size_t>(place - layered_.begin())] = impulse.layers();
   }
   return whole;
 }
@@ -327,7 +340,7 @@ GridUpdatePart update_grid(Grid& grid, const GridForces& forces, double dt, doub
   const auto all = grid.all_blocks();
   const Node gained = {dt * forces.gravity.x(), dt * forces.gravity.y(), dt * forces.gravity.z(), 0.0};
   std::vector<double> mass(all.size());
-  Boundaries boundaries(grid, forces, time, all);
+  Boundaries boundaries(grid, forces, dt, time, all);
   const std::size_t next = boundaries.end_of_nodal(0);
 #pragma omp parallel for schedule(static, 8)
   for (std::size_t i = 0; i < all.size(); ++i) {
@@ -335,7 +348,7 @@ GridUpdatePart update_grid(Grid& grid, const GridForces& forces, double dt, doub
     mass[i] = velocities_of(grid.nodes(all[i]), old, grid.block(all[i]).coordinate, forces.mirror, gained);
     boundaries.act_on_block(i, 0, next);
   }
-  correct_lumped_mass(grid, forces, next, time);
+  correct_lumped_mass(grid, forces, next, dt, time);
   boundaries.act_from(next);
   reflect_velocities(grid, forces.mirror, all);
 

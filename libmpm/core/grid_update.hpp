@@ -47,6 +47,8 @@ class GridUpdatePart {
   void add_layers(std::size_t k, const Index3& block, std::span<const double> layers) { layers_[k].add_unless_zero(block, layers); }
   /// The impulse on boundary b, which acts on the nodes of many blocks together.
   void add_contact(std::size_t b, ContactImpulse impulse) { contacts_[b] = std::move(impulse); }
+  /// Adds what a boundary like that took from particles besides. @param layer  number of the layer of nodes near them
+  void add_to_contact(std::size_t b, std::int32_t layer, const Impulse& taken);
 
   /// The whole, over all ranks; all ranks call it. @param ranks  null: there is only this one. @returns on ranks other than the first
   /// without layers and without the impulses of add_contact()

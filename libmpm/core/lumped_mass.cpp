@@ -90,16 +90,6 @@ bool LumpedMassCorrection::reaches(std::int32_t x, std::int32_t y) const {
   return distance_.outside(centre) <= reach_of_column * dx_;
 }
 
-Eigen::AlignedBox2d LumpedMassCorrection::bounds_of(const Outline& outline) {
-  Eigen::AlignedBox2d bounds;
-  for (const Vec2& corner : outline.corners) bounds.extend(corner);
-  if (const auto& circle = outline.circle) {
-    bounds.extend(Vec2(circle->centre.array() - circle->radius));
-    bounds.extend(Vec2(circle->centre.array() + circle->radius));
-  }
-  return bounds;
-}
-
 Eigen::AlignedBox2i LumpedMassCorrection::columns() const {
   const auto first_nodes = [&](const Vec2& corner, double cells) -> Eigen::Array2d {
     return ((corner / dx_).array() + (cells - to_centre - first_node(0))) / block_edge;

@@ -43,7 +43,7 @@ class LumpedMassCorrection {
   /// @param density  of the material at rest, kg/m^3. @param relaxed  r, 0 .. 1; 1 for APIC
   LumpedMassCorrection(const SurfaceSolid& solid, double cell_size, double density, double relaxed)
       : distance_(solid.outline()),
-        bounds_(bounds_of(solid.outline())),
+        bounds_(solid.outline().bounds()),
         top_(solid.top()),
         dx_(cell_size),
         density_(density),
@@ -70,8 +70,6 @@ class LumpedMassCorrection {
   [[nodiscard]] Part part_of(const Index3& block, int cell) const;
   void add_of_blocks(const Grid& grid, std::span<const std::int32_t> blocks, bool outer, std::span<NodeBlock> change) const;
   void add_of_block(const Grid& grid, const Block& block, std::span<NodeBlock> change) const;
-
-  static Eigen::AlignedBox2d bounds_of(const Outline& outline);
 
   OutlineDistance distance_;
   Eigen::AlignedBox2d bounds_;  ///< of the outline, m

@@ -15,6 +15,7 @@
 #include "libmpm/core/diagnostics.hpp"
 #include "libmpm/core/joined_blocks.hpp"
 #include "libmpm/core/lumped_mass.hpp"
+#include "libmpm/core/particle_contact.hpp"
 #include "libmpm/core/stress_update.hpp"
 
 namespace mpm {
@@ -153,15 +154,18 @@ FluxTotals sum_of(std::span<const FluxTotals> parts, Ranks* ranks) {
   return sums.part<FluxTotals, counts>(0);
 }
 
-/// Updates velocity, position and stress of all particles. Puts those that left their block into its outbox, and removes those that left
-/// the domain. Particles of outer blocks come last, when the nodes of other ranks have arrived.
-FluxTotals move_particles(State& state, const Scene& scene, const TransferOptions& options, StepTimes* times) {
+/// Updates velocity, position and stress of all particles, and holds them outside of solids. Puts those that left their block into its
+/// outbox, and removes those that left the domain. Particles of outer blocks come last, when the nodes of other ranks have arrived.
+/// @param part  the impulses on solids are added to it
+FluxTotals move_particles(State& state, const Scene& scene, const TransferOptions& options, GridUpdatePart& part, StepTimes* times) {
   Grid& grid = state.grid;
   Ranks* const ranks = grid.ranks();
   const bool measured = ranks != nullptr && ranks->measures();
   const auto blocks = grid.occupied_blocks();
   std::vector<BlockMotion> motion(blocks.size());
   std::vector<FluxTotals> left(blocks.size());
+  const ParticleContact contact(scene.boundaries);
+  std::vector<std::vector<ParticleContact::Taken>> taken(blocks.size());
   bool out_of_memory = false;
   double gather_time = 0.0, stress_time = 0.0, sort_time = 0.0, loop_time = 0.0;
   PhaseTimer loop_timer(times);
@@ -175,6 +179,7 @@ FluxTotals move_particles(State& state, const Scene& scene, const TransferOption
         const double start = measured ? thread_seconds() : 0.0;
         const int particles = block.particles.count();
         motion[i] = grid_to_particle(grid, blocks[i], options, moved_next(blocks, i));
+        taken[i] = contact.hold(grid, blocks[i], options.density);
         timer.add_to(gather_time);
         motion[i].finite = update_stress(grid, blocks[i], scene.material, options.dt);
         timer.add_to(stress_time);
@@ -215,6 +220,9 @@ FluxTotals move_particles(State& state, const Scene& scene, const TransferOption
     throw UnstableError(error->text);
   }
   state.max_speed = std::sqrt(max_speed_squared);
+  for (const auto& of_block : taken) {
+    for (const ParticleContact::Taken& t : of_block) part.add_to_contact(t.boundary, t.layer, t.impulse);
+  }
   return sum_of(left, ranks);
 }
 
@@ -268,7 +276,7 @@ StepReport step(State& state, const Scene& scene, double dt, StepTimes* times) {
   if (grid.ranks() != nullptr) grid.ranks()->send_nodes(grid);
   timer.add_to(spent.grid_update);
 
-  report.left = move_particles(state, scene, options, times);  // v_p, C_p, x_p, then the law: tau_p
+  report.left = move_particles(state, scene, options, part, times);  // v_p, C_p, x_p, then the law: tau_p
   timer.restart();
   GridUpdate update = std::move(part).sum(grid.ranks());
   timer.add_to(spent.grid_update);

@@ -153,8 +153,21 @@ void solve_row(const ContactStencil& stencil, const ContactRow& row, double fric
   }
 }
 
+/// Square of the velocity along the side at a point of it.
+Lanes squared_speed_along(const ContactStencil& stencil, const ContactRow& row, const LayerGroup& group) {
+  Lanes ut{}, uz{};
+  for (std::size_t e = row.first; e < row.first + row.count; ++e) {
+    const ContactEntry& entry = stencil.entries[e];
+    const LayerGroup::NodeLanes& node = group.node[static_cast<std::size_t>(entry.node)];
+    ut += entry.tangent.x() * node.v[0] + entry.tangent.y() * node.v[1];
+    uz += entry.vertical * node.v[2];
+  }
+  return ut * ut + uz * uz;
+}
+
 /// Each sweep solves the extensions, then the points, so that the points hold at its end; every other sweep backwards.
-void solve_rows(const ContactStencil& stencil, double friction, LayerGroup& group) {
+/// @param dynamic  impulse of the dynamic pressure over the square of the velocity, on a strip of a layer one metre wide: rho/2 dx dt
+void solve_rows(const ContactStencil& stencil, double friction, double dynamic, LayerGroup& group) {
   const std::size_t points = stencil.surface_rows, extensions = stencil.rows.size() - points;
   const Lanes unbounded = Lanes{} + 1e300;
   for (int sweep = 0; sweep < sweeps; ++sweep) {
@@ -166,13 +179,16 @@ void solve_rows(const ContactStencil& stencil, double friction, LayerGroup& grou
     for (std::size_t i = 0; i < points; ++i) {
       const std::size_t r = in_turn(i, points);
       const ContactRow& row = stencil.rows[r];
-      const auto impulse_of = [&](int other) {
-        if (other < 0) return Lanes{};
-        const auto o = static_cast<std::size_t>(other);
-        return -group.row[o].normal * (stencil.rows[o].copies / row.copies);
-      };
-      const bool capped = row.inner >= 0 && sweep >= first_capped_sweep;
-      const Lanes strongest = capped ? max(ContactStencil::edge_ratio * impulse_of(row.inner), impulse_of(row.round)) : unbounded;
+      Lanes strongest = unbounded;
+      if (const EdgeBound& edge = row.edge; edge.inner >= 0 && sweep >= first_capped_sweep) {
+        const auto impulse_of = [&](int other) {
+          if (other < 0) return Lanes{};
+          const auto o = static_cast<std::size_t>(other);
+          return -group.row[o].normal * (stencil.rows[o].copies / row.copies);
+        };
+        const Lanes fall = dynamic * edge.strip / row.copies * squared_speed_along(stencil, row, group);
+        strongest = max(edge.largest(impulse_of(edge.inner), fall), impulse_of(row.round));
+      }
       if (friction > 0.0) {
         solve_row<true>(stencil, row, friction, strongest, group, group.row[r]);
       } else {
@@ -223,7 +239,7 @@ void scatter(const ContactStencil& stencil, const NodePlaces& places, const Grou
 
 }  // namespace
 
-ContactImpulse apply_surface_contact(Grid& grid, const SurfaceSolid& solid) {
+ContactImpulse apply_surface_contact(Grid& grid, const SurfaceSolid& solid, double density, double dt) {
   const ContactStencil& stencil = solid.stencil();
   const NodePlaces places(stencil);
   const double dx = grid.cell_size();
@@ -261,26 +277,26 @@ ContactImpulse apply_surface_contact(Grid& grid, const SurfaceSolid& solid) {
     }
     if (!gather(stencil, places, blocks, group)) continue;
     prepare_rows(stencil, group);
-    solve_rows(stencil, solid.friction(), group);
+    solve_rows(stencil, solid.friction(), 0.5 * density * dx * dt, group);
     hold_deep_nodes(stencil, solid.friction(), deep_layers, group);
     scatter(stencil, places, blocks, group, acts, layer, dx, solid.reference_point(),
             &taken[static_cast<std::size_t>(layer - first_layer)]);
   }
-  return {first_layer, std::move(taken)};
+  return {.first = first_layer, .sides = std::move(taken)};
 }
 
-ContactImpulse::ContactImpulse(std::int32_t first, std::vector<Impulse> parts) : sides(std::move(parts)) {
-  layers.first = first;
-  for (const Impulse& layer : sides) {
-    total += layer;
-    layers.layer.push_back(layer.linear);
-  }
+Impulse ContactImpulse::total() const {
+  Impulse sum;
+  for (const Impulse& layer : sides) sum += layer;
+  for (const Part& part : top) sum += part.impulse;
+  return sum;
 }
 
-void ContactImpulse::add_top(std::int32_t layer, const Impulse& impulse) {
-  top.push_back({layer, impulse});
-  total += impulse;
-  layers.layer[static_cast<std::size_t>(layer - layers.first)] += impulse.linear;
+LayerImpulses ContactImpulse::layers() const {
+  LayerImpulses sum{.first = first};
+  for (const Impulse& layer : sides) sum.layer.push_back(layer.linear);
+  for (const Part& part : top) sum.layer[static_cast<std::size_t>(part.layer - first)] += part.impulse.linear;
+  return sum;
 }
 
 }  // namespace mpm

@@ -73,6 +73,9 @@ inline std::int32_t moved_next(std::span<const std::int32_t> blocks, std::size_t
   return (i + 1) % blocks_at_a_time == 0 || i + 1 == blocks.size() ? no_block : blocks[i + 1];
 }
 
+/// Replaces the particle in a slot, and its cell. Before collect_migrants it may be anywhere within reach of a step.
+void relocate(Grid& grid, std::int32_t block, int slot, const Particle& particle);
+
 /// Moves the particles marked left_block into the block's outbox.
 void collect_migrants(Grid& grid, std::int32_t block, BlockMotion& motion);
 

@@ -247,11 +247,11 @@ class Solver {
       n.before_forces = n.momentum / n.mass;
       n.v = n.before_forces + n.force_impulse / n.mass + dt * scene_.gravity;
     }
-    correct_around_solids();
+    correct_around_solids(dt);
     for (std::size_t b = 0; b < scene_.boundaries.size(); ++b) {
       std::vector<Vec3> before;
       for (const auto& [at, n] : nodes_) before.push_back(n.v);
-      act(b);
+      act(b, dt);
       auto was = before.begin();
       for (const auto& [at, n] : nodes_) {
         // an image is what it is the image of
@@ -263,6 +263,8 @@ class Solver {
     for (Particle& p : particles) {
       grid_to_particle(p, dt);
       max_speed = std::max(max_speed, p.v.norm());
+      hold_outside(p);
+      law_.update(p, dt);
     }
     std::erase_if(particles, [&](const Particle& p) {
       return (p.x.array() < scene_.domain_min.array()).any() || (p.x.array() > scene_.domain_max.array()).any();
@@ -290,7 +292,7 @@ class Solver {
       Node& n = nodes_[at];
       n.mass += w * mass;
       n.momentum += w * mass * (scene_.numerics.transfer == Transfer::flip ? p.v : Vec3(p.v + p.c * apart));
-      n.force_impulse -= dt * p.volume * 4.0 / (dx_ * dx_) * w * (p.tau * apart);
+      n.force_impulse -= dt * p.volume * 4.0 / (dx_ * dx_) * w * (stress * apart);
     });
   }
   void particles_to_grid(double dt) {
@@ -323,7 +325,18 @@ class Solver {
     p.v = now + kept_ * (p.v - old);
     p.c = c;
     p.x += dt * now;
-    law_.update(p, dt);
+  }
+  /// A particle behind the surface of a solid goes back to it, and hits it.
+  void hold_outside(Particle& p) {
+    for (std::size_t b = 0; b < scene_.boundaries.size(); ++b) {
+      const auto* const solid = std::get_if<SurfaceSolid>(&scene_.boundaries[b]);
+      const auto behind = solid != nullptr ? solid->behind(p.x) : std::nullopt;
+      if (!behind || behind->depth <= 0.05 * dx_) continue;
+      const Vec3 before = p.v;
+      p.v = contact(p.v, behind->normal, Contact::separable, solid->friction());
+      p.x += std::min(behind->depth - 0.05 * dx_, dx_) * behind->normal;
+      impulses[b] += law_.density * p.volume * (before - p.v);
+    }
   }
 
   /// How far a place is from the outline of a solid; 0 within it.
@@ -340,12 +353,12 @@ class Solver {
   }
 
   /// Around solids: one step from the lumped towards the consistent mass matrix (lumped_mass.hpp says why).
-  void correct_around_solids() {
+  void correct_around_solids(double dt) {
     for (const Boundary& boundary : scene_.boundaries) {
       const auto* const solid = std::get_if<SurfaceSolid>(&boundary);
       if (solid == nullptr) continue;
       Nodes corrected = nodes_;
-      for (std::size_t b = 0; b < scene_.boundaries.size(); ++b) act(b);
+      for (std::size_t b = 0; b < scene_.boundaries.size(); ++b) act(b, dt);
       for (const Particle& p : particles) {
         const double apart = std::max(distance_from(solid->outline(), p.x.head<2>()), p.x.z() - solid->top());
         const double share = std::clamp((5.5 - apart / dx_) / 3.0, 0.0, 1.0);  // whole up to 2.5 cells, none from 5.5 on
@@ -371,7 +384,7 @@ class Solver {
     }
   }
 
-  void act(std::size_t b) {
+  void act(std::size_t b, double dt) {
     if (const auto* wall = std::get_if<Wall>(&scene_.boundaries[b])) {
       if (folds(*wall)) {
         act_folded(*wall);
@@ -385,7 +398,7 @@ class Solver {
     } else if (const auto* box = std::get_if<RigidBox>(&scene_.boundaries[b])) {
       act_as_box(*box);
     } else if (const auto* solid = std::get_if<SurfaceSolid>(&scene_.boundaries[b])) {
-      act_at_surface(*solid);
+      act_at_surface(*solid, dt);
     } else {
       throw std::logic_error("the plain step does not know this boundary");
     }
@@ -404,7 +417,7 @@ class Solver {
   [[nodiscard]] bool folds(const Wall& wall) const;
   void act_as_box(const RigidBox& box);
   void act_folded(const Wall& wall);
-  void act_at_surface(const SurfaceSolid& solid);
+  void act_at_surface(const SurfaceSolid& solid, double dt);
 };
 
 /// Every node inside obeys the nearest face; of faces as near the first of: upstream, downstream, sides, top.
@@ -512,7 +525,7 @@ inline void Solver::act_folded(const Wall& wall) {
 
 /// A solid with vertical sides: at the points of its surface the interpolated velocity must not point inwards. Impulses of the points are
 /// found by eight sweeps of Gauss-Seidel over each layer of nodes, forwards and backwards in turn.
-inline void Solver::act_at_surface(const SurfaceSolid& solid) {
+inline void Solver::act_at_surface(const SurfaceSolid& solid, double dt) {
   const ContactStencil& stencil = solid.stencil();
   if (scene_.mirror.y || scene_.mirror.x) throw std::logic_error("the plain step has surface contact without mirror planes only");
   constexpr int sweeps = 8, first_capped = 2;
@@ -579,8 +592,15 @@ inline void Solver::act_at_surface(const SurfaceSolid& solid) {
         const std::size_t r = forward ? i : points - 1 - i;
         const ContactRow& row = stencil.rows[r];
         double strongest = 1e300;
-        if (row.inner >= 0 && sweep >= first_capped) {
-          strongest = ContactStencil::edge_ratio * -rows[static_cast<std::size_t>(row.inner)].normal;
+        if (const EdgeBound& edge = row.edge; edge.inner >= 0 && sweep >= first_capped) {
+          Vec2 along = Vec2::Zero();  // velocity along the side at the point
+          for (const ContactEntry& e : entries_of(row)) {
+            const Node* n = node[static_cast<std::size_t>(e.node)];
+            if (n != nullptr) along += Vec2(e.tangent.dot(n->v.head<2>()), e.vertical * n->v.z());
+          }
+          const double inner = -rows[static_cast<std::size_t>(edge.inner)].normal;
+          const double fall = 0.5 * law_.density * along.squaredNorm() * edge.strip * dx_ * dt;
+          strongest = edge.at_rest * inner - std::min((edge.at_rest - edge.free) * inner, fall);
           if (row.round >= 0) strongest = std::max(strongest, -rows[static_cast<std::size_t>(row.round)].normal);
         }
         solve(r, strongest);

@@ -1,7 +1,7 @@
 #pragma once
 /// Cross-section of an obstacle in plan, as its shape gives it.
 
-#include <Eigen/Core>
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
@@ -91,6 +91,13 @@ struct Outline {
   [[nodiscard]] std::vector<HalfPlane> half_planes() const {
     std::vector<HalfPlane> all;
     for (const OutlineSide& side : sides()) all.push_back({side.normal, side.normal.dot(side.from)});
+    return all;
+  }
+  /// The smallest box that contains it, m.
+  [[nodiscard]] Eigen::AlignedBox2d bounds() const {
+    Eigen::AlignedBox2d all;
+    for (const Vec2& corner : corners) all.extend(corner);
+    if (circle) all.extend(Vec2(circle->centre.array() - circle->radius)).extend(Vec2(circle->centre.array() + circle->radius));
     return all;
   }
   /// Part of the line y = const in it. @param y  m

@@ -1,0 +1,44 @@
+#include "libmpm/core/particle_contact.hpp"
+
+#include <algorithm>
+
+#include "libmpm/core/transfer.hpp"
+
+namespace mpm {
+
+ParticleContact::ParticleContact(std::span<const Boundary> boundaries) {
+  for (std::size_t b = 0; b < boundaries.size(); ++b) {
+    if (const auto* const solid = std::get_if<SurfaceSolid>(&boundaries[b])) solids_.push_back({b, solid});
+  }
+}
+
+std::vector<ParticleContact::Taken> ParticleContact::hold(Grid& grid, std::int32_t index, double density) const {
+  std::vector<Taken> taken;
+  const Block& block = grid.block(index);
+  const ParticleBin& bin = block.particles;
+  const double dx = grid.cell_size();
+  const auto box = block_box(block.coordinate, dx, 1.0);  // a particle moves less than a cell in a step
+  const std::int32_t first = first_node(block.coordinate[2]), last = first + block_edge - 1;
+  for (const Solid& solid : solids_) {
+    if (!solid.surface->reaches(box.min(), box.max())) continue;
+    with_record_type(grid.precision(), [&](auto type) {
+      for (int s = 0; s < bin.count(); ++s) {
+        const auto behind = solid.surface->behind(position_of(bin.record<decltype(type)>(s), bin.frame));
+        if (!behind || behind->depth <= depth * dx) continue;
+        Particle p = bin[s];
+        const Vec3 before = velocity_of(p), at = position_of(p);
+        const Vec3 after = contact_velocity(before, behind->normal, Vec3::Zero(), Contact::separable, solid.surface->friction());
+        Eigen::Map<Vec3>(p.position) += std::min(behind->depth - depth * dx, dx) * behind->normal;
+        Eigen::Map<Vec3>(p.velocity) = after;
+        relocate(grid, index, s, p);
+        const auto layer = std::clamp(static_cast<std::int32_t>(std::lround(at.z() / dx)), first, last);
+        if (taken.empty() || taken.back().boundary != solid.boundary || taken.back().layer != layer)
+          taken.push_back({solid.boundary, layer});
+        taken.back().impulse.add(density * p.volume * (before - velocity_of(bin[s])), at - solid.surface->reference_point(), Vec3::Zero());
+      }
+    });
+  }
+  return taken;
+}
+
+}  // namespace mpm

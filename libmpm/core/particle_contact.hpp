@@ -1,0 +1,48 @@
+#pragma once
+/// Contact of single particles with solids that act at their surface.
+///
+/// The conditions on the grid (boundary/contact_stencil.hpp) hold at points of the surface. Between the points, and beside the end points
+/// of a side, a flow can pass through it: at rest and in slow flow, where the pressure does not vanish at an edge, up to half of a mast
+/// would fill with snow. So a particle that is behind the surface goes back to it, and loses the velocity that points into the solid, as in
+/// a plastic impact with Coulomb friction. In the next step its nodes feel the loss: the pressure behind the particle then rises until the
+/// flow passes the edge outside.
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "libmpm/boundary/any_boundary.hpp"
+#include "libmpm/boundary/impulse.hpp"
+#include "libmpm/core/grid.hpp"
+
+namespace mpm {
+
+/// Holds the particles outside of all solids among the boundaries.
+class ParticleContact {
+ public:
+  /// Cells behind the surface up to which a particle may be: round-off moves a particle that slides along the surface to either side, and
+  /// the points let the flow through a circle between them by less.
+  static constexpr double depth = 0.05;
+
+  /// @param boundaries  must outlive this
+  explicit ParticleContact(std::span<const Boundary> boundaries);
+
+  /// What a boundary took from particles near one layer of nodes.
+  struct Taken {
+    std::size_t boundary = 0;  ///< index in the list
+    std::int32_t layer = 0;    ///< number of the layer, one of the block
+    Impulse impulse;           ///< of these particles
+  };
+  /// Moves the particles of one block that are too deep, by at most a cell. Call it between grid_to_particle and collect_migrants.
+  /// @param density  of the material at rest, kg/m^3. @returns nothing for most blocks
+  [[nodiscard]] std::vector<Taken> hold(Grid& grid, std::int32_t block, double density) const;
+
+ private:
+  struct Solid {
+    std::size_t boundary;
+    const SurfaceSolid* surface;
+  };
+  std::vector<Solid> solids_;
+};
+
+}  // namespace mpm

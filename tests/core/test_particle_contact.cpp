@@ -1,0 +1,135 @@
+#include "libmpm/core/particle_contact.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <map>
+#include <random>
+
+#include "libmpm/boundary/shapes/any_shape.hpp"
+#include "libmpm/core/transfer.hpp"
+#include "support/typical_shapes.hpp"
+
+namespace mpm {
+namespace {
+
+constexpr double dx = 0.25, top = 0.6, density = 300.0;
+
+/// A shape and a precision of the particles.
+class ParticleContactOf : public ::testing::TestWithParam<std::tuple<testing::TypicalShape, Precision>> {
+ protected:
+  const SurfaceSolid solid{outline_of(std::get<0>(GetParam()).shape), top, 0.3, Vec3(0.1, 0.2, 0.3), dx, {}};
+  const std::vector<Boundary> boundaries{Wall{}, solid};
+  const double single = std::get<1>(GetParam()) == Precision::single_precision ? 1.0 : 0.0;
+
+  /// Particles around and in the solid, sorted.
+  Grid filled() const {
+    Grid grid(dx, std::get<1>(GetParam()));
+    std::mt19937_64 random(7);
+    std::uniform_real_distribution<double> x(-0.5, 2.5), y(-1.5, 1.5), z(0.01, 1.0), v(-5.0, 5.0);
+    for (std::uint64_t id = 0; id < 4000; ++id) {
+      Particle p{};
+      p.position[0] = x(random), p.position[1] = y(random), p.position[2] = z(random);
+      for (double& component : p.velocity) component = v(random);
+      p.volume = 1e-3;
+      p.id = id;
+      grid.insert(p);
+    }
+    grid.migrate();
+    return grid;
+  }
+  static std::map<std::uint64_t, Particle> particles_of(const Grid& grid) {
+    std::map<std::uint64_t, Particle> all;
+    for (const auto b : grid.occupied_blocks()) {
+      const ParticleBin& bin = grid.block(b).particles;
+      for (int s = 0; s < bin.count(); ++s) all[bin[s].id] = bin[s];
+    }
+    return all;
+  }
+};
+INSTANTIATE_TEST_SUITE_P(Shapes, ParticleContactOf,
+                         ::testing::Combine(::testing::ValuesIn(testing::typical_shapes()),
+                                            ::testing::Values(Precision::double_precision, Precision::single_precision)),
+                         [](const auto& test) {
+                           return std::get<0>(test.param).name +
+                                  (std::get<1>(test.param) == Precision::single_precision ? "Single" : "Double");
+                         });
+
+TEST_P(ParticleContactOf, ReturnsParticlesToTheSurfaceStopsThemAndBooksTheirMomentum) {
+  Grid grid = filled();
+  const auto before = particles_of(grid);
+  const ParticleContact contact(boundaries);
+  Vec3 taken = Vec3::Zero(), moment = Vec3::Zero();
+  for (const auto b : grid.occupied_blocks()) {
+    for (const ParticleContact::Taken& t : contact.hold(grid, b, density)) {
+      EXPECT_EQ(t.boundary, 1U);
+      EXPECT_GE(t.layer, first_node(grid.block(b).coordinate[2]));
+      EXPECT_LT(t.layer, first_node(grid.block(b).coordinate[2]) + block_edge);
+      taken += t.impulse.linear, moment += t.impulse.angular;
+    }
+    BlockMotion motion;
+    collect_migrants(grid, b, motion);
+    EXPECT_TRUE(motion.within_reach);
+  }
+  grid.migrate();
+  const auto after = particles_of(grid);
+  ASSERT_EQ(after.size(), before.size());
+
+  Vec3 lost = Vec3::Zero(), turned = Vec3::Zero();
+  int held = 0, corrected = 0;
+  const double rounding = 1e-9 + single * 1e-6;  // of positions of some metres, velocities of some metres a second
+  for (const auto& [id, was] : before) {
+    const Particle& is = after.at(id);
+    const auto behind = solid.behind(position_of(was));
+    const Vec3 change = velocity_of(was) - velocity_of(is);
+    lost += density * was.volume * change;
+    turned += (position_of(was) - solid.reference_point()).cross(density * was.volume * change);
+    if (!behind || behind->depth <= ParticleContact::depth * dx) {
+      EXPECT_EQ(position_of(is), position_of(was));
+      EXPECT_LE(change.norm(), rounding);  // single: relative to the velocity of another block
+      continue;
+    }
+    ++held;
+    const double moved = std::min(behind->depth - ParticleContact::depth * dx, dx);
+    EXPECT_LE((position_of(is) - position_of(was) - moved * behind->normal).norm(), rounding);
+    const double into = -velocity_of(was).dot(behind->normal);
+    EXPECT_NEAR(change.dot(behind->normal), -std::max(into, 0.0), rounding);
+    EXPECT_LE((change - change.dot(behind->normal) * behind->normal).norm(), 0.3 * std::max(into, 0.0) + rounding) << "Coulomb";
+    corrected += into > 0.0;
+  }
+  EXPECT_GT(held, 100);
+  EXPECT_GT(corrected, 50);
+  EXPECT_LE((taken - lost).norm(), held * density * 1e-3 * rounding);
+  EXPECT_LE((moment - turned).norm(), 4.0 * held * density * 1e-3 * rounding);
+}
+
+TEST_P(ParticleContactOf, LeavesNothingBehindTheSurfaceAfterAFewSteps) {
+  Grid grid = filled();
+  const ParticleContact contact(boundaries);
+  for (int step = 0; step < 6; ++step) {  // a cell each: the shapes are at most five cells deep
+    for (const auto b : grid.occupied_blocks()) {
+      (void)contact.hold(grid, b, density);
+      BlockMotion motion;
+      collect_migrants(grid, b, motion);
+    }
+    grid.migrate();
+  }
+  double deepest = 0.0;
+  for (const auto& [id, p] : particles_of(grid)) {
+    if (const auto behind = solid.behind(position_of(p))) deepest = std::max(deepest, behind->depth / dx);
+  }
+  EXPECT_LE(deepest, ParticleContact::depth + 1e-6);
+}
+
+TEST(ParticleContact, HasNothingToDoWithoutSolids) {
+  Grid grid(dx);
+  Particle p{};
+  p.position[0] = p.position[1] = p.position[2] = 0.1;
+  p.volume = 1e-3;
+  grid.insert(p);
+  grid.migrate();
+  EXPECT_TRUE(ParticleContact(std::vector<Boundary>{Wall{}}).hold(grid, grid.occupied_blocks()[0], density).empty());
+}
+
+}  // namespace
+}  // namespace mpm
