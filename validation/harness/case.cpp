@@ -159,9 +159,8 @@ const std::vector<CaseEntry>& registered_cases() { return cases(); }
 
 Registration::Registration(CaseEntry entry) {
   auto& all = cases();
-  const auto place =
-      std::lower_bound(all.begin(), all.end(), entry, [](const CaseEntry& a, const CaseEntry& b) { return a.name < b.name; });
-  all.insert(place, std::move(entry));
+  const auto rank = [](const CaseEntry& e) { return std::pair<bool, const std::string&>(!e.experiment, e.name); };
+  all.insert(std::ranges::lower_bound(all, rank(entry), {}, rank), std::move(entry));
 }
 
 Case CaseContext::read_case(const std::string& file) const {

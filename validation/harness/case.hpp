@@ -210,9 +210,10 @@ struct CaseEntry {
   /// The runs that the case needs. `run` then evaluates the results of play() (harness/setup.hpp), so that it can evaluate other solvers,
   /// too. Empty for a case that only this program can run.
   std::function<std::vector<Setup>(const CaseContext&)> setups = {};
+  bool experiment = false;  ///< compares with measurements: before the other cases in the report
 };
 
-/// All registered cases by name; the order of the report.
+/// All registered cases, those that compare with measurements first, and by name; the order of the report.
 const std::vector<CaseEntry>& registered_cases();
 
 /// Registers a case while the program starts.

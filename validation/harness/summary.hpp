@@ -38,7 +38,7 @@ struct SummaryRow {
   std::string farthest_name;           ///< case and quantity of that one
 };
 
-/// All points: cases by name, checks in their order. Regression checks, against earlier results of this program, have none.
+/// All points: cases and checks in their order. Regression checks, against earlier results of this program, have none.
 std::vector<SummaryPoint> summary_points(const std::vector<CaseResult>& results);
 
 /// A row for each quantity and label that has points; quantities in the order of the enumeration, verification before validation.

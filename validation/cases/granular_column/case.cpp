@@ -575,7 +575,12 @@ void run(const CaseContext& context, CaseResult& result) {
   study.finish();
 }
 
-const Registration registered{{MPM_CASE_NAME, "Granular column collapse", MPM_CASE_DIRECTORY, run, setups}};
+const Registration registered{{.name = MPM_CASE_NAME,
+                               .title = "Granular column collapse",
+                               .directory = MPM_CASE_DIRECTORY,
+                               .run = run,
+                               .setups = setups,
+                               .experiment = true}};
 
 }  // namespace
 }  // namespace mpm::validation

@@ -191,7 +191,8 @@ void run(const CaseContext& context, CaseResult& result) {
   result.notes.push_back(fmt::format("{:.1f} million particle-steps.", 1e-6 * work));
 }
 
-const Registration registered{{MPM_CASE_NAME, "Slow wet snow on a pylon", MPM_CASE_DIRECTORY, run}};
+const Registration registered{
+    {.name = MPM_CASE_NAME, .title = "Slow wet snow on a pylon", .directory = MPM_CASE_DIRECTORY, .run = run, .experiment = true}};
 
 }  // namespace
 }  // namespace mpm::validation
