@@ -33,7 +33,7 @@ struct WindowComparison {
   std::vector<TimeWindow> windows;  ///< on the clock of the records
 };
 
-/// A convergence study and a note for each window; for the judged ones a check of the finest grid.
+/// A convergence study and a note for each window that the runs have reached; for the judged ones a check of the finest grid.
 /// @param sizes  cell sizes, m, coarse first. @param runs  as many records, on the clock of `measured`
 /// @returns the checks of the judged windows, in their order
 std::vector<Check*> compare_windows(CaseResult& result, const WindowComparison& comparison, const TimeRecord& measured,

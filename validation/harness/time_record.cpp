@@ -24,7 +24,7 @@ double TimeRecord::mean(double from, double to) const {
     y = there;
   };
   for (std::size_t i = 0; i < time.size(); ++i)
-    if (time[i] > from && time[i] < to) go_to(time[i], value[i]);
+    if (time[i] > from && time[i] <= to) go_to(time[i], value[i]);
   go_to(to, at(to));
   return sum / (to - from);
 }
