@@ -5,7 +5,11 @@
 ///   p = K/n ((rho/rho_0)^n - 1),   c = sqrt(K/rho_0) at rest,   rho/rho_0 = 1/J   (Murnaghan 1944; Cole 1948; n = 7 for water, 1: linear)
 ///   psi = K/n ((J^(1-n) - 1)/(n - 1) + J - 1), n = 1: K (J - 1 - ln J)   per reference volume; -d psi/dJ = p.
 /// With carries_tension = false, the default, the fluid carries no tension: where J > 1, p = 0 and psi = 0. A free surface separates,
-/// and torn material must return to its volume before it carries pressure again. The viscous stress has no such limit.
+/// and torn material must return to its volume before it carries pressure again. Its viscous stress is that of the fluid in it, 2 eta dev D
+/// per reference volume, without the void: the limit of the time step for viscosity holds for rho_0.
+///
+/// Spray. A particle alone in free flight keeps its velocity gradient, so J grows exponentially, without a force that could stop it: at
+/// tr D = 100/s beyond the largest float within a second. J of torn fluid therefore stays at most 1 + `emptiest`.
 ///
 /// Form coded. The internal variable is j = J - 1, advanced by j + (1 + j)(det(I + dl) - 1) with det(I + dl) - 1 from the invariants of dl:
 /// no transcendental function, and full relative precision for small j. With r = rho/rho_0 - 1 = -j/(1 + j), (1 + r)^n - 1 comes from n - 1
@@ -82,6 +86,7 @@ class WeaklyCompressibleFluid {
   /// psi, J/m^3 of reference volume.
   [[nodiscard]] double stored_energy(const MaterialState<double>& state) const;
 
+  static constexpr double emptiest = 1e6;  ///< largest J - 1 of torn fluid: some drops in all of a domain
   /// p, Pa (Cauchy), at j = J - 1.
   template <LaneNumber T>
   [[nodiscard]] T pressure(const T& j) const {
@@ -106,8 +111,9 @@ void WeaklyCompressibleFluid::update_stress(MaterialState<T>& state, const Matri
       l[0][0] * minor(1, 2) - l[0][1] * (l[1][0] * l[2][2] - l[1][2] * l[2][0]) + l[0][2] * (l[1][0] * l[2][1] - l[1][1] * l[2][0]);
   const T growth = (l[0][0] + l[1][1] + l[2][2]) + (minor(0, 1) + minor(0, 2) + minor(1, 2)) + determinant;  // det(I + dl) - 1
   const T ratio = 1.0 + state.internal;
-  const T inverted = select(growth > -1.0, T{}, broadcast<T>(std::numeric_limits<double>::quiet_NaN()));
-  state.internal += ratio * growth + inverted;
+  const Mask<T> valid = (growth > -1.0) & (growth < std::numeric_limits<double>::infinity());
+  state.internal += ratio * growth + select(valid, T{}, broadcast<T>(std::numeric_limits<double>::quiet_NaN()));
+  if (!carries_tension_) state.internal = min(broadcast<T>(emptiest), state.internal);  // the second where it is NaN
 
   const T now = 1.0 + state.internal;
   const T mean = -now * pressure(state.internal);
@@ -115,7 +121,8 @@ void WeaklyCompressibleFluid::update_stress(MaterialState<T>& state, const Matri
   if (viscosity_ == 0.0) return;
   const auto stretch = [&](int i, int j) { return l[i][j] + l[j][i] + l[i][0] * l[j][0] + l[i][1] * l[j][1] + l[i][2] * l[j][2]; };
   const Sym3<T> green{stretch(0, 0), stretch(1, 1), stretch(2, 2), stretch(0, 1), stretch(0, 2), stretch(1, 2)};
-  state.stress = state.stress + ((viscosity_ / dt) * now) * deviator(green);
+  const T filled = carries_tension_ ? now : min(broadcast<T>(1.0), now);
+  state.stress = state.stress + ((viscosity_ / dt) * filled) * deviator(green);
 }
 
 static_assert(Material<WeaklyCompressibleFluid>);

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <limits>
 #include <random>
 
 #include "libmpm/base/error.hpp"
@@ -83,6 +84,32 @@ TEST(WeaklyCompressibleFluid, TearsUnlessToldOtherwise) {
   EXPECT_NEAR(trace(a.stress), 0.0, 1e-9);
   tears.update_stress(a, stretch(-0.001), 1e-3);
   EXPECT_LT(trace(a.stress), 0.0);
+}
+
+/// A drop of spray may fly for any time.
+TEST(WeaklyCompressibleFluid, SprayThatExpandsForeverStaysFinite) {
+  const WeaklyCompressibleFluid law(fluid(7));
+  MaterialState<double> s{};
+  for (int i = 0; i < 2000; ++i) {  // J would be 2.2^2000
+    law.update_stress(s, stretch(0.3), 1e-3);
+    ASSERT_TRUE(std::isfinite(s.internal)) << i;
+    ASSERT_EQ(norm2(s.stress), 0.0) << i;
+  }
+  for (int i = 0; i < 200 && s.internal > 0.0; ++i) law.update_stress(s, stretch(-0.03), 1e-3);
+  EXPECT_LT(trace(s.stress), 0.0);  // compressed enough it carries pressure again
+  law.update_stress(s, stretch(std::numeric_limits<double>::infinity()), 1e-3);
+  EXPECT_TRUE(std::isnan(s.internal));  // a deformation that is not finite is still seen
+}
+
+/// The limit of the time step is that of the fluid without void.
+TEST(WeaklyCompressibleFluid, VoidsAddNoViscousStress) {
+  const double eta = 3.0, dt = 1e-3, gamma = 1e-6;
+  const Matrix3<double> shear{{{0.0, 0.0, gamma}, {0.0, 0.0, 0.0}, {0.0, 0.0, 0.0}}};
+  MaterialState<double> torn{{}, 999.0}, stretched{{}, 0.5};
+  WeaklyCompressibleFluid(fluid(7, false, eta)).update_stress(torn, shear, dt);
+  EXPECT_NEAR(torn.stress.xz, eta * gamma / dt, 1e-12);
+  WeaklyCompressibleFluid(fluid(7, true, eta)).update_stress(stretched, shear, dt);  // whole, so all of its volume is fluid
+  EXPECT_NEAR(stretched.stress.xz, 1.5 * eta * gamma / dt, 1e-12);
 }
 
 TEST(WeaklyCompressibleFluid, ViscousStressIsNewtons) {
