@@ -31,7 +31,7 @@ struct Outcome {
 std::vector<Setup> setups(const CaseContext& context) {
   const Case base = context.read_case();
   std::vector<Setup> all;
-  for (const int cells : context.choose<std::vector<int>>({3, 4}, {3, 4, 6}, {4, 6, 8, 11}))
+  for (const int cells : context.choose<std::vector<int>>({4}, {3, 4, 6}, {4, 6, 8, 11}))
     all.push_back(dam_on_obstacle_setup(base, cells, *base.obstacle->height, base.output.duration));
   return all;
 }
@@ -98,27 +98,40 @@ void run(const CaseContext& context, CaseResult& result) {
     const Gauge& gauge = gauges[k];
     const TimeRecord measured = read_record(data, gauge.column);
     const std::string pressure = fmt::format("pressure at {}", gauge.name);
-    compare_windows(result,
-                    {.id = gauge.name,
-                     .quantity = pressure,
-                     .clock = "after the release",
-                     .unit = "Pa",
-                     .kind = Quantity::pressure,
-                     .uncertainty = uncertainty,
-                     .reason = "two standard deviations of 7.5 %: digitising 0.2 kPa (P3: 0.1 kPa), fluctuations about a mean of two to "
-                               "five points 5 %",
-                     .windows = {{0.5, 0.7, true}, {0.7, 1.0, true}, {1.0, 1.5, true}}},
-                    measured, sizes, pressures[k]);
+    const std::vector<Check*> means = compare_windows(
+        result,
+        {.id = gauge.name,
+         .quantity = pressure,
+         .clock = "after the release",
+         .unit = "Pa",
+         .kind = Quantity::pressure,
+         .uncertainty = uncertainty,
+         .reason = "two standard deviations of 7.5 %: digitising 0.2 kPa (P3: 0.1 kPa), fluctuations about a mean of two to "
+                   "five points 5 %",
+         .windows = {{0.5, 0.7, true}, {0.7, 1.0, true}, {1.0, 1.5, true}}},
+        measured, sizes, pressures[k]);
     const double arrival = measured.first_above(arrival_pressure), computed = pressures[k].back().first_above(arrival_pressure);
     result
         .check_absolute(Label::validation, "arrival of the front at " + gauge.name, computed, arrival, "s", 0.04,
                         "two standard deviations: points of the record 0.012 s apart, opening of the gate")
         .in_summary(Quantity::time, 0.02 / arrival);
-    result
-        .check_relative(Label::validation, fmt::format("{}, mean over the first {} s after the arrival", pressure, impact_time),
-                        pressures[k].back().mean(computed, computed + impact_time), measured.mean(arrival, arrival + impact_time), "Pa",
-                        2.0 * impact_uncertainty, "two standard deviations of 12.5 %: one impact, not repeated, six points")
-        .in_summary(Quantity::pressure, impact_uncertainty);
+    Check& impact =
+        result
+            .check_relative(Label::validation, fmt::format("{}, mean over the first {} s after the arrival", pressure, impact_time),
+                            pressures[k].back().mean(computed, computed + impact_time), measured.mean(arrival, arrival + impact_time), "Pa",
+                            2.0 * impact_uncertainty, "two standard deviations of 12.5 %: one impact, not repeated, six points")
+            .in_summary(Quantity::pressure, impact_uncertainty);
+    if (k == 0) {
+      const char* const high =
+          "the measured pressures at P1 and P3 differ by a third of the weight of the water between them or less, the computed ones by "
+          "nine "
+          "tenths of it; which gauge is wrong is open";
+      for (std::size_t i = 0; i < means.size(); ++i) means[i]->known_miss(std::array{6330.0, 4390.0, 3570.0}[i], high);
+    } else {
+      const char* const coarse = "the gauge averages over a cell, at level quick a quarter of the height of the box";
+      means[0]->known_miss(3500.0, coarse);
+      impact.known_miss(3140.0, coarse);
+    }
     result.plots.push_back(record_plot({gauge.name + "-over-time", fmt::format("Pressure on the front, {} m above the floor", gauge.height),
                                         "time after the release [s]", "pressure [Pa]"},
                                        measured, k == 0 ? 400.0 : 200.0, names, pressures[k]));
