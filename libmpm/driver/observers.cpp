@@ -18,6 +18,7 @@
 #include "libmpm/observe/numerical_uncertainty.hpp"
 #include "libmpm/observe/observer_list.hpp"
 #include "libmpm/observe/particle_flux.hpp"
+#include "libmpm/observe/particles_inside_obstacle.hpp"
 #include "libmpm/observe/prediction.hpp"
 #include "libmpm/observe/pressure_profile.hpp"
 #include "libmpm/observe/runup.hpp"
@@ -60,6 +61,18 @@ StopRule stop_rule(const Setting& s) {
   return impact_stop_rule(s.c.output.stop_when_steady, s.flow, belt.flow_height, passage);
 }
 
+/// Depth of the flow, or of the bodies at the start; of bodies below the obstacle's foot its width.
+double snow_depth(const Case& c) {
+  if (c.conveyor) return c.conveyor->flow_height;
+  double top = 0.0;
+  for (const BodySpec& body : c.bodies) top = std::max(top, body.max.z());
+  return top > 0.0 ? top : c.obstacle->width();
+}
+
+ParticlesInsideObstacle::Setting inside_setting(const Setting& s) {
+  return {s.c.numerics.cell_size, s.c.material.density(), snow_depth(s.c), s.scene.mirror};
+}
+
 struct Entry {
   Applicability applies;
   std::shared_ptr<Observer> (*make)(const Setting&);
@@ -74,6 +87,7 @@ constexpr Entry list[] = {
     {impact, [](const Setting& s) { return make<Runup>(*s.geometry); }},
     {impact, [](const Setting& s) { return make<PressureProfile>(*s.geometry); }},
     {obstacle, [](const Setting& s) { return make<ContactForce>(*s.scene.obstacle); }},
+    {obstacle, [](const Setting& s) { return make<ParticlesInsideObstacle>(*s.c.obstacle, inside_setting(s)); }},
     {impact, [](const Setting& s) { return make<ForceByHeight>(*s.geometry, 0U); }},
     {impact, [](const Setting& s) { return make<TransientForce>(s.flow, s.geometry->force_window, mast_axis(*s.c.obstacle)); }},
     {impact, [](const Setting& s) { return make<NumericalUncertainty>(grid_uncertainty(grid_resolution(s.c)), mast_axis(*s.c.obstacle)); }},

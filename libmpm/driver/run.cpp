@@ -19,6 +19,7 @@
 #include "libmpm/driver/results_file.hpp"
 #include "libmpm/driver/run_folder.hpp"
 #include "libmpm/driver/run_log.hpp"
+#include "libmpm/driver/run_summary.hpp"
 #include "libmpm/driver/scene.hpp"
 #include "libmpm/driver/threads.hpp"
 #include "libmpm/driver/worker.hpp"
@@ -288,6 +289,7 @@ RunResult Run::finish(bool complete) {
   result.million_particle_steps_per_s = progress_.speed();
   if (complete) {
     write_results(result);
+    for (const std::string& finding : findings(result.results)) say("warning: " + finding);
     if (progress_.samples <= sampling_.last()) {
       say(fmt::format("ended at t = {:.6g} s of {:.6g} s: the means are known to {:.3g} % (output.stop_when_steady)", state_.time,
                       sampling_.end(), 100.0 * case_.output.stop_when_steady));

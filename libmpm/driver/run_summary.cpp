@@ -5,6 +5,8 @@
 #include <cmath>
 #include <limits>
 
+#include "libmpm/observe/particles_inside_obstacle.hpp"
+
 namespace mpm {
 
 namespace {
@@ -57,6 +59,18 @@ std::string summary_text(const Results& results) {
   text += fmt::format("  raw peak {} kN (a row of {:.2g} s, at {:.3g} s): no design value, it grows with output.series_per_second\n",
                       shown(results.number("force_peak_n"), 1e-3), results.number("force_interval_s"), results.number("force_peak_time_s"));
   return text;
+}
+
+std::vector<std::string> findings(const Results& results) {
+  constexpr double most = ParticlesInsideObstacle::tolerated_share;
+  if (!results.has("share_inside_obstacle") || !(results.number("share_inside_obstacle") > most)) return {};
+  return {fmt::format(
+      "{:.3g} m^3 of snow ({:.0f} particles) lie inside the obstacle, up to {:.2g} m behind its surface: that is {:.2g} % of the "
+      "obstacle's "
+      "volume up to the flow height (more than {:g} %). Force and heights are those of a mast that lets snow in; take smaller cells "
+      "(numerics.cell_size_m) and compare",
+      results.number("volume_inside_obstacle_m3"), results.number("particles_inside_obstacle"), results.number("depth_inside_obstacle_m"),
+      100.0 * results.number("share_inside_obstacle"), 100.0 * most)};
 }
 
 }  // namespace mpm

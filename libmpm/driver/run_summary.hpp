@@ -2,6 +2,7 @@
 /// The main quantities of a finished run in a few lines of text.
 
 #include <string>
+#include <vector>
 
 #include "libmpm/observe/column.hpp"
 
@@ -10,5 +11,8 @@ namespace mpm {
 /// One line for each of run-up, pressure height, force and overturning moment: mean, and what each +- contains; then the peaks of the
 /// force. A run without a steady interval is flagged; it has no means. Empty for a run without an impact. @param results  of results.json
 [[nodiscard]] std::string summary_text(const Results& results);
+
+/// What the results of a finished run warn of; each is one line. @param results  of results.json
+[[nodiscard]] std::vector<std::string> findings(const Results& results);
 
 }  // namespace mpm

@@ -13,7 +13,9 @@ namespace mpm {
 std::string unit_suffix(std::string_view unit) {
   if (unit.empty()) return {};
   std::string suffix = "_";
-  for (const char c : unit) suffix += c == ' ' || c == '/' ? '_' : static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+  for (const char c : unit) {
+    if (c != '^') suffix += c == ' ' || c == '/' ? '_' : static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+  }
   return suffix;
 }
 

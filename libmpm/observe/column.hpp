@@ -41,7 +41,7 @@ struct Column {
 /// The three components of a vector quantity.
 std::vector<Column> vector_columns(const Column& common);
 
-/// A unit as the end of a name: "N m" gives "_n_m", "kg m/s" gives "_kg_m_s", "" without a unit.
+/// A unit as the end of a name: "N m" gives "_n_m", "kg m/s" gives "_kg_m_s", "m^3" gives "_m3", "" without a unit.
 std::string unit_suffix(std::string_view unit);
 
 /// Nature of an entry of results.json, for the comparison of two results.

@@ -75,17 +75,24 @@ FlowPicture last_picture(const ImpactRun& run, FlowField field, const std::array
                               .window = window});
 }
 
+SnowInside snow_inside(const Results& results, double cell_size) {
+  return {results.number("particles_inside_obstacle"), results.number("volume_inside_obstacle_m3"),
+          results.number("depth_inside_obstacle_m") / cell_size};
+}
+
 std::string run_note(const ImpactRun& run) {
   const double h = run.flow_height();
+  const SnowInside inside = snow_inside(run.result.results, run.spec.numerics.cell_size);
   return fmt::format(
       "{}: dx = {} m, {} particles at the end, {:.3g} particle-steps, {:.1f} s of flow; steady from {:.2f} to {:.2f} s; run-up {:.3f} H "
       "(standard error {:.3f} H), equation {:.3f} H, Bernoulli {:.3f} H; pressure height {:.3f} H, equation {:.3f} H; mean force {:.1f} "
-      "kN, pressure profile over the face {:.1f} kN.",
+      "kN, pressure profile over the face {:.1f} kN; {:.0f} particles ({:.2g} m³) deeper than 0.1 dx inside the mast at the end, at most "
+      "{:.2f} dx.",
       run.name, run.spec.numerics.cell_size, run.result.particles, static_cast<double>(run.result.particle_steps), run.result.time,
       run.value("steady_from_s"), run.value("steady_to_s"), run.value("runup_mean_m") / h, run.value("runup_standard_error_m") / h,
       run.value("predicted_runup_m") / h, bernoulli_height(run.spec.conveyor->velocity, h, run.spec.numerics.gravity) / h,
       run.value("pressure_height_mean_m") / h, run.value("predicted_pressure_height_m") / h, run.value("force_mean_n") * 1e-3,
-      run.value("profile_force_n") * 1e-3);
+      run.value("profile_force_n") * 1e-3, inside.particles, inside.volume, inside.depth_cells);
 }
 
 }  // namespace mpm::validation

@@ -42,6 +42,14 @@ Plot profile_plot(const ImpactRun& run, double column);
 /// The last state around the mast from the side. @param window x_min, x_max, z_min, z_max, m
 FlowPicture last_picture(const ImpactRun& run, FlowField field, const std::array<double, 4>& window);
 
+/// Snow inside the obstacle at the end of a run (observe/particles_inside_obstacle.hpp).
+struct SnowInside {
+  double particles = 0.0, volume = 0.0;  ///< deeper than 0.1 dx behind its surface; m^3
+  double depth_cells = 0.0;              ///< largest depth behind the nearest surface, in cells
+};
+/// Of any run with an obstacle. @param results  of results.json. @param cell_size  m
+SnowInside snow_inside(const Results& results, double cell_size);
+
 /// Size, cost, steady interval and measured quantities in one sentence.
 std::string run_note(const ImpactRun& run);
 

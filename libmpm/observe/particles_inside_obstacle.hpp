@@ -1,0 +1,103 @@
+#pragma once
+/// Particles behind the surface of the obstacle, where no snow can be: an error of the contact.
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <limits>
+
+#include "libmpm/boundary/obstacle_spec.hpp"
+#include "libmpm/boundary/outline_distance.hpp"
+#include "libmpm/observe/observer.hpp"
+
+namespace mpm {
+
+/// Counts the particles deeper than 0.1 dx behind the nearest face, a side or the top, and adds up their volumes. Contact lets particles
+/// pass the surface slightly, at most by some hundredths of a cell where it works. The largest depth counts every particle.
+class ParticlesInsideObstacle : public Observer {
+ public:
+  static constexpr double counted_cells = 0.1;     ///< depth in cells from which a particle counts
+  static constexpr double tolerated_share = 0.01;  ///< of the obstacle's volume: above it the run ends with a warning
+
+  /// Numbers of the case.
+  struct Setting {
+    double cell_size;          ///< dx, m
+    double density;            ///< rho_0, kg/m^3
+    double snow_depth;         ///< m: of the flow, or of the bodies at the start
+    MirrorPlanes mirror = {};  ///< numbers and volumes are those of the whole flow
+  };
+  ParticlesInsideObstacle(const ObstacleSpec& spec, const Setting& setting)
+      : outline_(outline_of(spec.shape)),
+        distance_(outline_),
+        top_(spec.height.value_or(std::numeric_limits<double>::infinity())),
+        setting_(setting) {
+    for (const Vec2& corner : outline_.corners) plan_.extend(corner);
+  }
+
+  [[nodiscard]] std::string name() const override { return "particles_inside_obstacle"; }
+  [[nodiscard]] std::vector<Column> columns() const override {
+    return {{.quantity = "particles_inside_obstacle", .meaning = "particles deeper than 0.1 cells behind the obstacle's surface"},
+            {.quantity = "volume_inside_obstacle", .unit = "m^3", .meaning = "their present volume, that is, compacted or loosened"},
+            {.quantity = "depth_inside_obstacle",
+             .unit = "m",
+             .meaning = "largest distance of a particle behind the nearest surface of the obstacle; 0: none is behind it"}};
+  }
+
+  [[nodiscard]] bool visits(const Vec3& low, const Vec3& high) const override {
+    return low.z() < top_ && plan_.intersects(Eigen::AlignedBox2d(Vec2(low.head<2>()), Vec2(high.head<2>())));
+  }
+  void visit(const ParticleBatch& batch) override {
+    for (std::size_t i = 0; i < batch.size(); ++i) {
+      const ParticleView p = batch[i];
+      const double inside = depth(p.position);
+      depth_ = std::max(depth_, inside);
+      if (inside <= counted_cells * setting_.cell_size) continue;
+      count_ += 1.0;
+      volume_ += p.mass / setting_.density * p.volume_ratio();
+    }
+  }
+  void sample(const Instant&, std::span<double> row) override {
+    row[0] = setting_.mirror.parts() * count_;
+    row[1] = setting_.mirror.parts() * volume_;
+    row[2] = depth_;
+    count_ = volume_ = depth_ = 0.0;
+  }
+
+  [[nodiscard]] std::vector<Result> summary(const Summary& end) const override {
+    const auto last = [&](std::string_view column) {
+      const auto values = end.series[column];
+      return values.empty() ? MeanEstimate::none : values.back();
+    };
+    const double volume = last("volume_inside_obstacle_m3");
+    return {
+        {"particles_inside_obstacle", last("particles_inside_obstacle"), "",
+         "particles deeper than 0.1 cells behind the obstacle's surface at the end, where no snow can be"},
+        {"volume_inside_obstacle_m3", volume, "m^3", "their volume"},
+        {"share_inside_obstacle", volume / obstacle_volume(), "",
+         "that volume over the obstacle's own up to the flow height (without a conveyor: to the top of the bodies at the start), or to its "
+         "top if that is lower"},
+        {"depth_inside_obstacle_m", last("depth_inside_obstacle_m"), "m",
+         "largest distance of a particle behind the nearest surface of the obstacle at the end"}};
+  }
+
+  /// Distance behind the nearest surface, m; not positive outside. @param position  m
+  [[nodiscard]] double depth(const Vec3& position) const {
+    return std::min(-distance_.at(position.head<2>()).distance, top_ - position.z());
+  }
+
+ private:
+  /// Up to the snow's depth or its top, m^3.
+  [[nodiscard]] double obstacle_volume() const {
+    double twice = 0.0;  // the area in plan: of a cylinder that of its polygon of many sides
+    for (const OutlineSide& side : outline_.sides()) twice += side.from.x() * side.to.y() - side.to.x() * side.from.y();
+    return 0.5 * twice * std::min(top_, setting_.snow_depth);
+  }
+
+  Outline outline_;
+  OutlineDistance distance_;
+  double top_;  // m; infinite if no jet reaches it
+  Setting setting_;
+  Eigen::AlignedBox2d plan_;                         // m
+  double count_ = 0.0, volume_ = 0.0, depth_ = 0.0;  // of the computed part, since the previous sample; m^3, m
+};
+
+}  // namespace mpm
