@@ -126,7 +126,7 @@ MUTATIONS = [
     Mutation("steady_interval", "a flow counts as steady only within a hundredth of the tolerance", "libmpm/impact/steady.cpp",
              "allowed = criteria.tolerance * std::abs(end_value)", "allowed = 0.01 * criteria.tolerance * std::abs(end_value)", ("avalanche",)),
     Mutation("runup_percentile", "the median for the 99th percentile of the run-up", "libmpm/observe/runup.cpp",
-             "percentile(near_heights_, 0.99)", "percentile(near_heights_, 0.5)", ("hydrostatic_pile_up",)),
+             "height_of(0.99, near_)", "height_of(0.5, near_)", ("hydrostatic_pile_up",)),
 ]
 
 

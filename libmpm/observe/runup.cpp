@@ -7,34 +7,43 @@ namespace mpm {
 
 namespace {
 
-/// Percentile between order statistics (numpy's default, Hyndman and Fan's type 7); reorders the values.
-double percentile(std::vector<double>& values, double part) {
-  if (values.empty()) return 0.0;
-  const double place = part * static_cast<double>(values.size() - 1);
-  const auto below = values.begin() + static_cast<std::ptrdiff_t>(place);
-  std::nth_element(values.begin(), below, values.end());
-  const auto above = below + 1 == values.end() ? below : std::min_element(below + 1, values.end());
-  return *below + (place - std::floor(place)) * (*above - *below);
+/// Height below which a part of the mass lies; sorts the particles. Linear between particles, the k-th of which (from 0) is at
+/// (m_0 + ... + m_{k-1} + k/(n-1) m_k) of the whole mass: for equal masses the k-th of n - 1 steps (Hyndman & Fan 1996, type 7).
+double height_of(double part, std::vector<std::pair<double, double>>& particles) {
+  if (particles.empty()) return 0.0;
+  std::ranges::sort(particles);
+  const double last = static_cast<double>(particles.size() - 1);
+  double whole = 0.0;
+  for (const auto& [z, mass] : particles) whole += mass;
+  double below = 0.0, place = 0.0, height = particles.front().first;
+  for (std::size_t k = 1; k < particles.size(); ++k) {
+    below += particles[k - 1].second;
+    const double next = below + static_cast<double>(k) / last * particles[k].second, above = particles[k].first;
+    if (next >= part * whole) return height + (part * whole - place) / (next - place) * (above - height);
+    place = next;
+    height = above;
+  }
+  return height;
 }
 
 }  // namespace
 
 void Runup::visit(const ParticleBatch& batch) {
-  for (std::size_t i = 0; i < batch.size(); ++i) add(batch[i].position);
+  for (std::size_t i = 0; i < batch.size(); ++i) add(batch[i].position, batch[i].mass);
 }
 
-void Runup::add(const Vec3& position) {
+void Runup::add(const Vec3& position, double mass) {
   if (std::abs(position[1]) > geometry_.strip_half_width) return;
   const double x = position[0] - geometry_.front(position[1]), z = position[2];
   if (!(x < 0.0)) return;
   highest_ = std::max(highest_, z);
-  if (x >= -geometry_.flow_height) near_heights_.push_back(z);
+  if (x >= -geometry_.flow_height) near_.emplace_back(z, mass);
 }
 
 RunupHeights Runup::finish() {
-  const RunupHeights heights{highest_, percentile(near_heights_, 0.99)};
+  const RunupHeights heights{highest_, height_of(0.99, near_)};
   highest_ = 0.0;
-  near_heights_.clear();
+  near_.clear();
   return heights;
 }
 

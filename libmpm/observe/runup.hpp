@@ -1,5 +1,8 @@
 #pragma once
-/// Run-up on the obstacle (paper, Sect. 2.3): the height of the snow before its front.
+/// Run-up on the obstacle: the height of the snow before its front, without single particles, and the paper's highest particle (Sect. 2.3).
+
+#include <utility>
+#include <vector>
 
 #include "libmpm/impact/measure.hpp"
 #include "libmpm/observe/observer.hpp"
@@ -8,9 +11,9 @@ namespace mpm {
 
 /// Heights of one instant, m; 0 without particles.
 struct RunupHeights {
-  double highest = 0.0;  ///< h_r: highest particle in the strip upstream of the front
-  double p99 = 0.0;      ///< 99th percentile of the heights of the particles in the strip within H of the front, which does not depend on
-                         ///< how much avalanche is computed upstream (linear between order statistics)
+  double highest = 0.0;  ///< h_r of the paper: highest particle in the strip upstream of the front
+  double p99 = 0.0;      ///< height that holds 99 % of the mass in the strip within H of the front, which does not depend on how much
+                         ///< avalanche is computed upstream, and hardly on single particles
 };
 
 /// Run-up at each sample, and its highest value.
@@ -25,7 +28,7 @@ class Runup : public Observer {
         {.quantity = "runup", .unit = "m", .meaning = "run-up: highest particle upstream of the obstacle and near its axis", .mean = true},
         {.quantity = "runup_p99",
          .unit = "m",
-         .meaning = "run-up: 99th percentile of the particles' heights near the axis, within H upstream of the obstacle",
+         .meaning = "run-up: height that holds 99 % of the mass of the snow near the axis, within H upstream of the obstacle",
          .mean = true}};
   }
   [[nodiscard]] bool visits(const Vec3& low, const Vec3& high) const override { return geometry_.may_measure(low, high); }
@@ -33,15 +36,15 @@ class Runup : public Observer {
   void sample(const Instant& now, std::span<double> row) override;
   [[nodiscard]] std::vector<Result> summary(const Summary& end) const override;
 
-  /// @param position m
-  void add(const Vec3& position);
+  /// @param position m @param mass kg
+  void add(const Vec3& position, double mass);
   /// Evaluates the added particles, and starts again.
   [[nodiscard]] RunupHeights finish();
 
  private:
   ImpactGeometry geometry_;
   double highest_ = 0.0;
-  std::vector<double> near_heights_;  // z of the particles within H of the front
+  std::vector<std::pair<double, double>> near_;  // z and mass of the particles within H of the front
 };
 
 }  // namespace mpm

@@ -78,7 +78,7 @@ TEST(ImpactMeasurementsOfShapes, HydrostaticSnowBeforeAnyFrontMeasuresTheSame) {
         if (std::abs(y) > 0.5 * geometry.obstacle_width || x > geometry.front(y)) continue;
         for (double z = 0.5 * s; z < H; z += s) {
           profile.add({x, y, z}, -rho0 * 9.81 * (H - z), 1.0, rho0 * s * s * s);
-          runup.add({x, y, z});
+          runup.add({x, y, z}, rho0 * s * s * s);
         }
       }
     }
@@ -104,7 +104,7 @@ TEST(ImpactMeasurementsOfShapes, SnowBehindTheObstacleIsNotMeasured) {
     PressureProfile profile(geometry);
     Runup runup(geometry);
     profile.add({typical.plan().depth + 0.05, 0.1, 1.0}, -1e4, 1.0, 5.0);
-    runup.add({typical.plan().depth + 0.05, 0.1, 1.0});
+    runup.add({typical.plan().depth + 0.05, 0.1, 1.0}, 1.0);
     EXPECT_EQ(runup.finish().highest, 0.0);
     EXPECT_EQ(profile.finish().impact_pressure, 0.0);
   }

@@ -111,7 +111,7 @@ Rise simulate(const CaseContext& context, const Setting& setting, bool wide, boo
     int count = 0;
     state.grid.for_each_particle([&](const Particle& p) {
       const Vec3 x(p.position[0], p.position[1], p.position[2]), v(p.velocity[0], p.velocity[1], p.velocity[2]);
-      heights.add(x);
+      heights.add(x, c.material.density() * p.volume);
       if (state.time < jet_from * unit && x.z() > jet.low) splash.insert(p.id);
       if (x.x() > 0.0 || std::abs(x.y()) > geometry.strip_half_width) return;
       if (!splash.contains(p.id)) runup = std::max(runup, x.z());

@@ -123,7 +123,7 @@ Rest settle(bool dammed, double cell_size) {
   state.grid.for_each_particle([&](const Particle& p) {
     const Vec3 x(p.position[0], p.position[1], p.position[2]);
     profile.add(x, p.stress[0], volume_ratio(scene.material, p), density * p.volume);
-    runup.add(x);
+    runup.add(x, density * p.volume);
   });
   const FrontPressure frame = profile.finish();
   rest.top = runup.finish().p99;
