@@ -82,8 +82,8 @@ struct Entry {
 constexpr Entry list[] = {
     {always, [](const Setting& s) { return make<Execution>(s.c.title, case_hash_text(s.c)); }},
     {always, [](const Setting& s) { return make<ParticleFlux>(s.c.conveyor.has_value(), s.scene.mirror); }},
-    {impact, [](const Setting& s) { return make<SteadyInterval>(s.flow); }},
-    {impact, [](const Setting& s) { return make<StopWhenSteady>(stop_rule(s)); }},
+    {impact, [](const Setting& s) { return make<SteadyInterval>(s.flow, s.c.measurement.steady_column()); }},
+    {impact, [](const Setting& s) { return make<StopWhenSteady>(stop_rule(s), s.c.measurement.steady_column()); }},
     {impact, [](const Setting& s) { return make<Runup>(*s.geometry); }},
     {impact, [](const Setting& s) { return make<PressureProfile>(*s.geometry); }},
     {obstacle, [](const Setting& s) { return make<ContactForce>(*s.scene.obstacle); }},

@@ -1,7 +1,9 @@
 #pragma once
 /// Windows of the measurements at the obstacle, as a case gives them.
 
+#include <cstdint>
 #include <optional>
+#include <string>
 
 #include "libmpm/base/limits.hpp"
 
@@ -17,7 +19,12 @@ struct MeasurementSpec {
   std::optional<double> box_upstream;   ///< depth of the measuring box before the face; empty: 2.5 dx
   std::optional<double> box_inside;     ///< its depth behind the face; empty: 0.5 dx
   double force_window = 0.1;            ///< s: of the moving mean behind the filtered peak of the force
+  /// The run-up whose running mean decides where the steady interval begins and whether a run may end (impact/steady.hpp).
+  enum class SteadyBy : std::uint8_t { runup_p99, runup } steady_by = SteadyBy::runup_p99;  ///< which of the two
   bool operator==(const MeasurementSpec&) const = default;
+
+  /// The column of series.csv that is steady in the steady interval.
+  [[nodiscard]] std::string steady_column() const { return steady_by == SteadyBy::runup ? "runup_m" : "runup_p99_m"; }
 
   /// The keys of [measurement] (base/parameter.hpp).
   template <class Table>
@@ -48,6 +55,12 @@ struct MeasurementSpec {
         .positive(1e3)
         .hide_default()
         .text("Window of the moving mean of the force; the highest value of this mean is the filtered peak");
+    at_an_impact(table.add("steady_by", &MeasurementSpec::steady_by, {"runup_p99", "runup"}))
+        .no_effect_on_results()
+        .hide_default()
+        .text(
+            "Run-up that has to be steady in the steady interval, over which all means are taken, and for output.stop_when_steady: "
+            "runup_p99, the height that holds 99 % of the mass; runup, the highest particle, as the paper measures it");
   }
 };
 

@@ -55,8 +55,11 @@ void Runup::sample(const Instant&, std::span<double> row) {
 
 std::vector<Result> Runup::summary(const Summary& end) const {
   const double peak = end.peak("runup_m");
-  return {{"runup_peak_m", peak, "m", "highest run-up at any time, the first splash included"},
-          {"runup_peak_to_mean", peak / end.mean("runup_m").mean, "", "highest run-up over its mean"}};
+  return {
+      {"runup_peak_m", peak, "m", "highest particle at any time, the first splash included"},
+      {"runup_p99_peak_m", end.peak("runup_p99_m"), "m",
+       "largest height that holds 99 % of the mass near the axis at any time, the first splash included"},
+      {"runup_peak_to_mean", peak / end.mean("runup_m").mean, "", "highest particle at any time over the mean of the highest particle"}};
 }
 
 }  // namespace mpm

@@ -24,16 +24,18 @@ std::vector<Result> means(const Column& column, std::span<const MeanEstimate> of
 
 std::optional<Steady> SteadyInterval::steady_interval(const TimeSeries& series) const {
   if (series.size() == 0) return std::nullopt;
-  return find_steady(series.time(), series["runup_m"],
+  return find_steady(series.time(), series[column_],
                      impact_steady_criteria(flow_.arrival, flow_.velocity, flow_.gravity, series.time().back()));
 }
 
 std::vector<Result> SteadyInterval::summary(const Summary& end) const {
   const Steady& span = end.span;
-  std::vector<Result> results = {{"steady", span.steady, "", "whether the run-up becomes steady; if not, there are no means"},
-                                 {"steady_from_s", span.steady ? span.from : MeanEstimate::none, "s", "start of the steady interval"},
-                                 {"steady_to_s", span.steady ? span.to : MeanEstimate::none, "s", "end of the steady interval"},
-                                 {"steady_samples", std::uint64_t{span.last - span.first}, "", "rows of series.csv in it"}};
+  std::vector<Result> results = {
+      {"steady", span.steady, "", "whether the run-up becomes steady; if not, there are no means"},
+      {"steady_from_s", span.steady ? span.from : MeanEstimate::none, "s", "start of the steady interval"},
+      {"steady_to_s", span.steady ? span.to : MeanEstimate::none, "s", "end of the steady interval"},
+      {"steady_samples", std::uint64_t{span.last - span.first}, "", "rows of series.csv in it"},
+      {"steady_column", column_, "", "column of series.csv that is steady in it (measurement.steady_by)", Nature::execution}};
   std::vector<MeanEstimate> components;
   for (const Column& column : end.series.columns()) {
     if (!column.mean) continue;

@@ -1,17 +1,21 @@
 #pragma once
 /// The steady interval of an impact and the means over it.
 
+#include <string>
+#include <utility>
+
 #include "libmpm/impact/impact_flow.hpp"
 #include "libmpm/observe/observer.hpp"
 
 namespace mpm {
 
-/// Finds the interval in which the run-up is steady (impact/steady.hpp), and computes mean, standard error and number of independent
-/// samples of every column with `mean`. All means are over this interval, so that they describe one state of the flow.
+/// Finds the interval in which a column, by default the run-up without single particles, is steady (impact/steady.hpp), and computes mean,
+/// standard error and number of independent samples of every column with `mean`. All means are over this interval, so that they describe
+/// one state of the flow.
 class SteadyInterval : public Observer {
  public:
-  /// @param flow  sets how long the first splash takes
-  explicit SteadyInterval(const ImpactFlow& flow) : flow_(flow) {}
+  /// @param flow  sets how long the first splash takes. @param column  that has to be steady, as [measurement] steady_by has it
+  SteadyInterval(const ImpactFlow& flow, std::string column) : flow_(flow), column_(std::move(column)) {}
 
   [[nodiscard]] std::string name() const override { return "steady_interval"; }
   [[nodiscard]] std::optional<Steady> steady_interval(const TimeSeries& series) const override;
@@ -19,6 +23,7 @@ class SteadyInterval : public Observer {
 
  private:
   ImpactFlow flow_;
+  std::string column_;
 };
 
 }  // namespace mpm

@@ -2,6 +2,8 @@
 /// Ends a run whose means are known (impact/stop_rule.hpp).
 
 #include <array>
+#include <string>
+#include <utility>
 
 #include "libmpm/impact/stop_rule.hpp"
 #include "libmpm/observe/observer.hpp"
@@ -12,15 +14,15 @@ namespace mpm {
 /// of a run are too far apart to say again when it ended.
 class StopWhenSteady : public Observer {
  public:
-  /// @param rule  with standard_error 0 no run ends by it
-  explicit StopWhenSteady(const StopRule& rule) : rule_(rule) {}
+  /// @param rule  with standard_error 0 no run ends by it. @param runup  column of the run-up, as of SteadyInterval
+  StopWhenSteady(const StopRule& rule, std::string runup) : rule_(rule), runup_(std::move(runup)) {}
 
   [[nodiscard]] std::string name() const override { return "stop_when_steady"; }
   [[nodiscard]] Source source() const override { return Source::run; }
 
   [[nodiscard]] bool may_end(const TimeSeries& series) const override {
     const std::array others{series["pressure_height_m"], series["force_x_n"]};
-    return mpm::may_end(series.time(), series["runup_m"], others, rule_);
+    return mpm::may_end(series.time(), series[runup_], others, rule_);
   }
 
   [[nodiscard]] std::vector<Result> summary(const Summary& end) const override {
@@ -32,6 +34,7 @@ class StopWhenSteady : public Observer {
 
  private:
   StopRule rule_;
+  std::string runup_;
 };
 
 }  // namespace mpm

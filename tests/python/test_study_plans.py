@@ -85,6 +85,10 @@ class Numerics(unittest.TestCase):
                 found.update({key: wanted[key] for key in wanted if f"numerics.{key}" in varied_by(path)})
                 self.assertEqual(found, wanted, path)
 
+    def test_take_means_while_the_papers_runup_is_steady(self):
+        for path in plans():
+            self.assertEqual({run.get("measurement.steady_by") for run in runs_of(path)}, {"runup"}, path)
+
     def test_of_the_two_campaigns_are_all_that_differs_between_their_bases(self):
         reproduction, prediction = flat(read(STUDY / "base.toml")), flat(read(STUDY / "prediction" / "base.toml"))
         differing = {key for key in {*reproduction, *prediction} if reproduction.get(key) != prediction.get(key)}
@@ -93,7 +97,7 @@ class Numerics(unittest.TestCase):
     def test_of_the_strip_are_those_of_the_reproduction(self):
         base, strip = flat(read(STUDY / "base.toml")), base_of(STUDY / "reproduction" / "strip.toml")
         for key in ("obstacle.width_m", "obstacle.depth_m", "obstacle.friction_ratio", "conveyor.flow_height_m", "conveyor.lattice",
-                    "conveyor.mirror_y", "numerics.particles_per_cell", "numerics.contact", "numerics.transfer"):
+                    "conveyor.mirror_y", "measurement.steady_by", "numerics.particles_per_cell", "numerics.contact", "numerics.transfer"):
             self.assertEqual(strip[key], base[key], key)
 
 

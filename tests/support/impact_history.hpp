@@ -27,7 +27,7 @@ struct ImpactSample {
 
 /// The observers of an impact.
 inline ObserverList impact_observers(const ImpactGeometry& geometry, const ImpactFlow& flow) {
-  return ObserverList({std::make_shared<SteadyInterval>(flow), std::make_shared<Runup>(geometry),
+  return ObserverList({std::make_shared<SteadyInterval>(flow, "runup_p99_m"), std::make_shared<Runup>(geometry),
                        std::make_shared<PressureProfile>(geometry), std::make_shared<ContactForce>(0U),
                        std::make_shared<ForceByHeight>(geometry, 0U), std::make_shared<TransientForce>(flow, geometry.force_window),
                        std::make_shared<Prediction>(flow, geometry.flow_height)});

@@ -239,6 +239,7 @@ void frictional(const CaseContext& context, CaseResult& result, double froude, d
   c.conveyor->downstream_length = 4.2;
   c.material.as<mpm::CamClay>().critical_state_slope = 0.8;
   c.obstacle->friction = ObstacleSpec{}.friction;
+  c.measurement.steady_by = MeasurementSpec::SteadyBy::runup;  // the equations are for the highest particle
   c.numerics.cell_size = cell_size;
   c.output.duration = duration;
   const ImpactRun run = run_impact(context, fmt::format("frictional-fr{:g}", froude), fmt::format("Fr {:g}, M' 0.8", froude), c);
