@@ -210,7 +210,7 @@ void add_converge(CLI::App& app) {
   command->add_option("--offset-axes", a->offset_axes, "Axes of --offset, such as xz (default: all without a mirror plane)")->needs(offset);
   command
       ->add_option("--metric", a->metrics,
-                   "Numbers of results.json, one or more: runup_mean_m,force_mean_n.x (the same as force_mean_n[0])")
+                   "Numbers of results.json, one or more: runup_p99_mean_m,force_mean_n.x (the same as force_mean_n[0])")
       ->delimiter(',')
       ->required();
   command->add_option("--exact", a->exact, "Exact values, one for each metric: also print the errors and their orders")->delimiter(',');

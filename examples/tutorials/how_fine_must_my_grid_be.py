@@ -98,4 +98,4 @@ for name in metrics:
 # %%
 finest = study.runs[-1]
 print("force:", finest.quantity("force_mean_n"))
-print("run-up:", finest.quantity("runup_mean_m"))
+print("run-up:", finest.quantity("runup_p99_mean_m"))

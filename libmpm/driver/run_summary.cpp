@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include <cmath>
-#include <limits>
 
 #include "libmpm/observe/particles_inside_obstacle.hpp"
 
@@ -27,8 +26,8 @@ std::string summary_text(const Results& results) {
       double scale;
     };
     constexpr Line lines[] = {
-        {"run-up", "runup_mean_m", "runup_standard_error_m", "runup_numerical_uncertainty_m", "m", 1.0},
-        {"run-up, 99th perc.", "runup_p99_mean_m", "runup_p99_standard_error_m", nullptr, "m", 1.0},
+        {"run-up", "runup_p99_mean_m", "runup_p99_standard_error_m", "runup_p99_numerical_uncertainty_m", "m", 1.0},
+        {"highest particle", "runup_mean_m", "runup_standard_error_m", "runup_numerical_uncertainty_m", "m", 1.0},
         {"pressure height", "pressure_height_mean_m", "pressure_height_standard_error_m", "pressure_height_numerical_uncertainty_m", "m",
          1.0},
         {"force downstream", "force_mean_n", "force_standard_error_n", "force_x_numerical_uncertainty_n", "kN", 1e-3},
@@ -37,14 +36,14 @@ std::string summary_text(const Results& results) {
     };
     text += fmt::format("means from {:.3g} to {:.3g} s:\n", results.number("steady_from_s"), results.number("steady_to_s"));
     for (const Line& line : lines) {
-      const double numerical = line.numerical != nullptr ? results.number(line.numerical) : std::numeric_limits<double>::quiet_NaN();
-      text += fmt::format("  {:<20}{:>8} {:<5} +- {} (statistics) +- {} (grid)\n", line.name, shown(results.number(line.mean), line.scale),
-                          line.unit, shown(results.number(line.standard_error), line.scale), shown(numerical, line.scale));
+      text +=
+          fmt::format("  {:<20}{:>8} {:<5} +- {} (statistics) +- {} (grid)\n", line.name, shown(results.number(line.mean), line.scale),
+                      line.unit, shown(results.number(line.standard_error), line.scale), shown(results.number(line.numerical), line.scale));
     }
     text +=
         "  statistics: standard error of the mean in time; grid: estimated from published grid studies at this resolution, not from this "
         "run; neither contains snow and model\n";
-    text += "  run-up: highest particle before the mast; 99th percentile: of the particles' heights there, without single particles\n";
+    text += "  run-up: height that holds 99 % of the mass before the mast; highest particle: the paper's run-up\n";
     text += fmt::format("  moment about the mast's own axis, x = {:.3g} m, at the ground\n", results.number("overturning_moment_axis_x_m"));
   }
   text += "forces downstream, and which of them to design with:\n";

@@ -27,7 +27,10 @@ class NumericalUncertainty : public Observer {
              "parameters and model are not included";
     };
     const double moment = end.mean(overturning_moment(end.series["moment_y_n_m"], end.series["force_z_n"], axis_)).mean;
-    return {{"runup_numerical_uncertainty_m", of(relative_.runup, end.mean("runup_m").mean), "m", meaning("run-up"), Nature::uncertainty},
+    return {{"runup_p99_numerical_uncertainty_m", of(relative_.runup, end.mean("runup_p99_m").mean), "m",
+             meaning("run-up of 99 % of the mass, relatively that of the highest particle"), Nature::uncertainty},
+            {"runup_numerical_uncertainty_m", of(relative_.runup, end.mean("runup_m").mean), "m", meaning("run-up of the highest particle"),
+             Nature::uncertainty},
             {"pressure_height_numerical_uncertainty_m", of(relative_.pressure_height, end.mean("pressure_height_m").mean), "m",
              meaning("pressure height"), Nature::uncertainty},
             {"force_x_numerical_uncertainty_n", of(relative_.force, end.mean("force_x_n").mean), "N", meaning("stream-wise force"),

@@ -2,12 +2,12 @@
 
     from mpmtools import Case, plots
     case = Case.read("examples/avalanche_fr3.toml").changed({"numerics.cell_size_m": 0.35})
-    print(case.check())                   # cost, and warnings of what may spoil the result
-    run = case.run("out/fr3")             # a Run; Run("out/fr3") opens it again
-    print(run.quantity("runup_mean_m"))   # value, errors and unit; run.results is results.json as a dict
-    run.series.plot("time_s", "runup_m")  # series.csv as a pandas DataFrame
-    run.frames[-1]["position_m"]          # a frame's arrays, read when they are asked for
-    plots.runup(run)                      # figures return matplotlib axes
+    print(case.check())                       # cost, and warnings of what may spoil the result
+    run = case.run("out/fr3")                 # a Run; Run("out/fr3") opens it again
+    print(run.quantity("runup_p99_mean_m"))   # value, errors and unit; run.results is results.json as a dict
+    run.series.plot("time_s", "runup_p99_m")  # series.csv as a pandas DataFrame
+    run.frames[-1]["position_m"]              # a frame's arrays, read when they are asked for
+    plots.runup(run)                          # figures return matplotlib axes
 
 Cases are run by the program `mpm`: see `find_program`. `python3 -m mpmtools --help` lists the commands. The paper is Kohler, Gaume, Ancey
 and Sovilla, "Distinguishing run-up height from pressure distribution during avalanche impact on narrow obstacles"; equation numbers in this

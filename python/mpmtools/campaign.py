@@ -14,7 +14,7 @@ class Campaign:
 
         campaign = Campaign("validation/study/quick.toml", out="out/quick")
         campaign.run(jobs=2)
-        campaign.table[["name", "froude_number", "runup_mean_m"]]
+        campaign.table[["name", "froude_number", "runup_p99_mean_m"]]
         campaign.runs["fr3"].series
 
     plan  the plan file, or the folder of a campaign that was run before

@@ -21,12 +21,14 @@ STRIP = 3.0 / 7.0  # half width of the paper's measuring strip over the width of
 
 
 def runup(run, axes=None):
-    """Run-up over time (m, s) with the steady interval, its mean, Bernoulli's bound and the paper's equation."""
-    series = _series_with(run, "runup_m", "the run measured no run-up")
+    """Run-up over time (m, s), without and with single particles, with the steady interval, the means, Bernoulli's bound and the paper's
+    equation, which is for the highest particle."""
+    series = _series_with(run, "runup_p99_m", "the run measured no run-up")
     axes = _over_time(run, axes)
-    axes.plot(series.time_s, series.runup_m, color=BLUE, linewidth=1.2, label="run-up (highest particle)")
-    axes.plot(series.time_s, series.runup_p99_m, color=ORANGE, linewidth=1.0, label="99th percentile of heights at the obstacle")
-    _mean_line(axes, run, "runup", "steady mean of the run-up", BLUE)
+    axes.plot(series.time_s, series.runup_p99_m, color=BLUE, linewidth=1.2, label="run-up (99 % of the mass is below)")
+    axes.plot(series.time_s, series.runup_m, color=ORANGE, linewidth=0.8, label="highest particle")
+    _mean_line(axes, run, "runup_p99", "steady mean of the run-up", BLUE)
+    _mean_line(axes, run, "runup", "of the highest particle", ORANGE)
     bound = run.flow_height + run.velocity**2 / (2 * run.gravity) if run.velocity else None
     _reference_line(axes, bound, "Bernoulli, $H + v^2/2g$", color=GREY, linestyle=":")
     _reference_line(axes, run.number("predicted_runup_m"), _equation_label(run), color=GREEN, linestyle="--")

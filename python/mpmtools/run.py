@@ -18,7 +18,7 @@ class Run:
 
     case      the resolved case.toml as a dict
     results   results.json as a dict; empty where the run has not written it
-    series    series.csv as a DataFrame, a row a sample (columns with units: time_s, runup_m, ...); empty without it
+    series    series.csv as a DataFrame, a row a sample (columns with units: time_s, runup_p99_m, ...); empty without it
     profile   profile.csv, the mean pressure on the mast over its height (z_m, pressure_pa, ...); empty without a steady span
     frames    list of Frame, in order of time
     final     the last state (final.h5) as a Frame; None without it
@@ -74,7 +74,7 @@ class Run:
         return Frame(path) if os.path.exists(path) else None
 
     def quantity(self, name):
-        """An entry of results.json with unit, meaning and errors: print(run.quantity("runup_mean_m")). KeyError where there is none."""
+        """An entry of results.json with unit, meaning and errors: print(run.quantity("runup_p99_mean_m")). KeyError where there is none."""
         return quantities.quantity(self.results, name)
 
     @property

@@ -171,7 +171,7 @@ class DesignFolder(InFolder):
             file["time_s"], file["z_m"] = time, z
             file["force_x_per_height_n_m"] = np.nan_to_num(pushed)[:, None] * shape
             file["pressure_pa"] = np.nan_to_num(pushed)[:, None] * shape * 0.9
-        results = {"steady": True, "steady_from_s": 3.0, "steady_to_s": 8.0, "runup_mean_m": 5.0 - size, "runup_standard_error_m": 0.02, "runup_p99_mean_m": 4.0, "runup_p99_standard_error_m": 0.01,
+        results = {"steady": True, "steady_from_s": 3.0, "steady_to_s": 8.0, "runup_mean_m": 5.0 - size, "runup_standard_error_m": 0.02, "runup_p99_mean_m": 4.0, "runup_p99_standard_error_m": 0.01, "runup_p99_numerical_uncertainty_m": 0.2,
                    "runup_numerical_uncertainty_m": 0.3, "pressure_height_mean_m": 3.0, "pressure_height_standard_error_m": 0.01,
                    "pressure_height_numerical_uncertainty_m": 0.1, "force_mean_n": [force, 0, 0], "force_standard_error_n": [500.0, 0, 0],
                    "force_x_numerical_uncertainty_n": 0.02 * force, "overturning_moment_axis_x_m": 0.5, "overturning_moment_mean_n_m": 1.55 * force,
@@ -257,8 +257,19 @@ class ResultsOfADesign(DesignFolder):
     def test_end_the_run_up_at_bernoullis_bound(self):
         for run in self.runs:
             path = self.folder / "runs" / run["name"] / "results.json"
-            path.write_text(json.dumps({**json.loads(path.read_text()), "runup_numerical_uncertainty_m": 4.0}))
-        self.assertAlmostEqual(Results(Ensemble(self.folder)).ranges["runup_mean_m"].high, 2.0 + 9.81 / 2)
+            path.write_text(json.dumps({**json.loads(path.read_text()), "runup_numerical_uncertainty_m": 4.0,
+                                        "runup_p99_numerical_uncertainty_m": 4.0}))
+        for key in ("runup_mean_m", "runup_p99_mean_m"):
+            self.assertAlmostEqual(Results(Ensemble(self.folder)).ranges[key].high, 2.0 + 9.81 / 2)
+
+    def test_state_the_run_up_of_the_mass_and_its_highest_particle_beside_it(self):
+        ensemble = Ensemble(self.folder)
+        results = Results(ensemble)
+        what, value, why = page.design_rows(ensemble, results)[-1]
+        self.assertIn("run-up", what)
+        self.assertEqual(value, page.upward(results.ranges["runup_p99_mean_m"].high) + " m")
+        highest = max(row["runup_mean_m"].value for row in results.table)
+        self.assertIn(f"highest particle is at {page.upward(highest)} m in the mean, and in the first splash at 6.00 m", why)
 
     def test_name_runs_that_are_missing(self):
         (self.folder / "runs" / "firm_w5" / "results.json").unlink()

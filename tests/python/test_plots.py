@@ -37,7 +37,7 @@ class Plots(RunFolder):
     def test_show_what_the_run_holds(self):
         run = Run(self.folder)
         line = plots.runup(run).lines[0]
-        self.assertEqual((line.get_xdata().tolist(), line.get_ydata().tolist()), ([0, 1, 2], [1, 5, 6]))
+        self.assertEqual((line.get_xdata().tolist(), line.get_ydata().tolist()), ([0, 1, 2], [1, 4, 5]), "99 % of the mass")
         force = plots.force(run).lines[0]
         np.testing.assert_allclose(force.get_ydata(), [0.0, 0.009, 0.009])  # kN
         pressure = plots.profile(run).lines[1]

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <utility>
 
 #include "libmpm/base/error.hpp"
 #include "libmpm/impact/semi_empirical.hpp"
@@ -31,11 +32,12 @@ Plot runup_plot(const ImpactRun& run) {
     plot.series.push_back({"paper's equation", ends, {predicted, predicted}, Series::Style::reference});
   const double bound = bernoulli_height(run.spec.conveyor->velocity, run.flow_height(), run.spec.numerics.gravity);
   plot.series.push_back({"H + v²/2g", ends, {bound, bound}, Series::Style::bound});
+  plot.series.push_back({"99 % of the mass", time, run.series.numbers("runup_p99_m"), Series::Style::simulation});
   plot.series.push_back({"highest particle", time, run.series.numbers("runup_m"), Series::Style::simulation});
-  plot.series.push_back({"99th percentile", time, run.series.numbers("runup_p99_m"), Series::Style::simulation});
   if (run.steady()) {
-    const double from = run.value("steady_from_s"), to = run.value("steady_to_s"), mean = run.value("runup_mean_m");
-    plot.series.push_back({"mean over the steady interval", {from, to}, {mean, mean}, Series::Style::points});
+    const double from = run.value("steady_from_s"), to = run.value("steady_to_s");
+    for (const auto& [what, key] : {std::pair{"99 % of the mass", "runup_p99_mean_m"}, {"highest particle", "runup_mean_m"}})
+      plot.series.push_back({fmt::format("{}, mean", what), {from, to}, {run.value(key), run.value(key)}, Series::Style::points});
     plot.caption = fmt::format("Steady from {:.2f} to {:.2f} s.", from, to);
   }
   return plot;
@@ -85,14 +87,17 @@ std::string run_note(const ImpactRun& run) {
   const SnowInside inside = snow_inside(run.result.results, run.spec.numerics.cell_size);
   return fmt::format(
       "{}: dx = {} m, {} particles at the end, {:.3g} particle-steps, {:.1f} s of flow; steady from {:.2f} to {:.2f} s; run-up {:.3f} H "
-      "(standard error {:.3f} H), equation {:.3f} H, Bernoulli {:.3f} H; pressure height {:.3f} H, equation {:.3f} H; mean force {:.1f} "
+      "(standard error {:.3f} H), highest particle {:.3f} H ({:.3f} H), equation {:.3f} H, Bernoulli {:.3f} H; pressure height {:.3f} H, "
+      "equation {:.3f} H; mean force {:.1f} "
       "kN, pressure profile over the face {:.1f} kN; {:.0f} particles ({:.2g} m³) deeper than 0.1 dx inside the mast at the end, at most "
-      "{:.2f} dx.",
+      "{:.2f} "
+      "dx.",
       run.name, run.spec.numerics.cell_size, run.result.particles, static_cast<double>(run.result.particle_steps), run.result.time,
-      run.value("steady_from_s"), run.value("steady_to_s"), run.value("runup_mean_m") / h, run.value("runup_standard_error_m") / h,
-      run.value("predicted_runup_m") / h, bernoulli_height(run.spec.conveyor->velocity, h, run.spec.numerics.gravity) / h,
-      run.value("pressure_height_mean_m") / h, run.value("predicted_pressure_height_m") / h, run.value("force_mean_n") * 1e-3,
-      run.value("profile_force_n") * 1e-3, inside.particles, inside.volume, inside.depth_cells);
+      run.value("steady_from_s"), run.value("steady_to_s"), run.value("runup_p99_mean_m") / h, run.value("runup_p99_standard_error_m") / h,
+      run.value("runup_mean_m") / h, run.value("runup_standard_error_m") / h, run.value("predicted_runup_m") / h,
+      bernoulli_height(run.spec.conveyor->velocity, h, run.spec.numerics.gravity) / h, run.value("pressure_height_mean_m") / h,
+      run.value("predicted_pressure_height_m") / h, run.value("force_mean_n") * 1e-3, run.value("profile_force_n") * 1e-3, inside.particles,
+      inside.volume, inside.depth_cells);
 }
 
 }  // namespace mpm::validation

@@ -24,7 +24,7 @@ def colour(snow):
 def mark_heights(axes, plan, values):
     """Flow depth, and the middle snow's heights."""
     for value, label, style in ((plan["flow"]["depth_m"], "flow depth H", ":"), (values["pressure_height_mean_m"].value, "pressure height", "--"),
-                                (values["runup_mean_m"].value, "run-up, mean", "-.")):
+                                (values["runup_p99_mean_m"].value, "run-up, mean", "-.")):
         if np.isfinite(value):
             axes.axhline(value, color=GREY, linestyle=style, linewidth=1.2, label=f"{label}: {value:.3g} m")
 
@@ -129,13 +129,15 @@ def runup_over_time(ensemble, all_loads):
     axes = new_axes(6.6, 4.2)
     for snow, loads in enumerate(all_loads):
         axes.plot(loads.time, loads.runup, color=colour(snow), linewidth=1.2, label=f"run-up, {ensemble.label(snow)}")
+        axes.plot(loads.time, loads.highest, color=colour(snow), linewidth=0.6, alpha=0.5)
         axes.plot(loads.time, loads.pressure_height, color=colour(snow), linewidth=1.0, linestyle="--")
+    axes.plot([], [], color=GREY, linewidth=0.6, label="highest particle")
     axes.plot([], [], color=GREY, linestyle="--", label="pressure height")
     axes.axhline(ensemble.bound, color=GREY, linestyle=":", label=f"Bernoulli's bound: {ensemble.bound:.3g} m")
     axes.set_xlim(0.0, all_loads[0].time[-1])
     axes.set_ylim(0.0, None)
     return picture(axes, "Run-up and pressure height over time", "time since the front reached the mast (s)", "height (m)",
-                   "Run-up is the highest particle in a strip before the mast. The first splash can pass the bound, which holds for steady flow.",
+                   "Run-up: 99 % of the mass in a strip before the mast lies below it. The first splash can pass the bound, which holds for steady flow.",
                    fontsize=8)
 
 
@@ -174,7 +176,7 @@ def grid_convergence(ensemble, table):
     sizes = ensemble.sizes
     figure, panels = plt.subplots(3, 1, figsize=(6.6, 5.6), layout="constrained", sharex=True)
     figure.suptitle("Grids: value over that of the finest grid", fontsize=10.5, x=0.02, ha="left")
-    for axes, (key, label) in zip(panels, (("runup_mean_m", "run-up"), ("pressure_height_mean_m", "pressure height"), ("force_mean_n", "force"))):
+    for axes, (key, label) in zip(panels, (("runup_p99_mean_m", "run-up"), ("pressure_height_mean_m", "pressure height"), ("force_mean_n", "force"))):
         for snow, row in enumerate(table):
             entry = row[key]
             if not np.isfinite(entry.value):

@@ -46,7 +46,7 @@ class Loads:
         self.force = series.force_x_n.to_numpy()[1:]
         self.axis = run.number("overturning_moment_axis_x_m") or 0.0
         self.moment = (series.moment_y_n_m + self.axis * series.force_z_n).to_numpy()[1:]
-        self.runup = series.runup_m.to_numpy()[1:]
+        self.runup, self.highest = series.runup_p99_m.to_numpy()[1:], series.runup_m.to_numpy()[1:]
         self.pressure_height = series.pressure_height_m.to_numpy()[1:]
         self.rows = 2 * int(0.5 * WINDOW / self.interval + 1e-9) + 1
         self.smooth_force, self.smooth_moment = moving_mean(self.force, self.rows), moving_mean(self.moment, self.rows)
@@ -80,8 +80,8 @@ class Loads:
     def values(self):
         """Every number of the design by its name; the names are those of design.json."""
         means = {
+            "runup_p99_mean_m": self._mean("runup_p99_mean_m", "runup_p99_standard_error_m", "runup_p99_numerical_uncertainty_m"),
             "runup_mean_m": self._mean("runup_mean_m", "runup_standard_error_m", "runup_numerical_uncertainty_m"),
-            "runup_p99_mean_m": self._mean("runup_p99_mean_m", "runup_p99_standard_error_m"),
             "pressure_height_mean_m": self._mean("pressure_height_mean_m", "pressure_height_standard_error_m",
                                                  "pressure_height_numerical_uncertainty_m"),
             "force_mean_n": self._mean("force_mean_n", "force_standard_error_n", "force_x_numerical_uncertainty_n"),
@@ -93,7 +93,7 @@ class Loads:
         head = 0.5 * case["material"]["density_kg_m3"] * self.run.velocity**2 * case["obstacle"]["width_m"] * self.run.flow_height
         return {
             **means,
-            "runup_peak_m": Value(float(np.nanmax(self.runup))),
+            "runup_peak_m": Value(float(np.nanmax(self.highest))),
             "force_steady_peak_n": self._peak(self.smooth_force, self.steady, force),
             "force_first_impact_n": self._peak(self.smooth_force, self.impact, force),
             "moment_steady_peak_n_m": self._peak(self.smooth_moment, self.steady, moment),

@@ -76,7 +76,7 @@ def design_rows(ensemble, results):
         quasi_static = max(np.nan_to_num(ranges[k].high, nan=0.0) for k in ("force_steady_peak_n", "force_first_impact_n"))
         moment *= force / quasi_static
         why_moment += f", times {force / quasi_static:.2f}, the force above over that without vibration"
-    runup = ranges["runup_mean_m"].high
+    runup = ranges["runup_p99_mean_m"].high
     bounded = runup == ensemble.bound
     why_runup = "Bernoulli's bound H + v²/2g, which is below value plus uncertainty" if bounded else "upper value of the steady mean"
     return [
@@ -85,9 +85,9 @@ def design_rows(ensemble, results):
         ("overturning moment at the base", with_unit(upward(moment, 1e-3), "kN m"), why_moment),
         ("height of the pressure (distribute the force below it, as in the profile)",
          value("pressure_height_mean_m", ranges["pressure_height_mean_m"].high), "upper value of the steady mean"),
-        ("run-up (keep parts that must not be struck above it)", value("runup_mean_m", runup),
-         f"{why_runup} of the highest particle; 99 % of the snow before the mast stays below "
-         f"{value('runup_p99_mean_m', ranges['runup_p99_mean_m'].highest)}; the first splash reaches "
+        ("run-up (keep parts that must not be struck above it)", value("runup_p99_mean_m", runup),
+         f"{why_runup} of the height below which 99 % of the snow before the mast stays; its highest particle is at "
+         f"{value('runup_mean_m', ranges['runup_mean_m'].highest)} in the mean, and in the first splash at "
          f"{value('runup_peak_m', ranges['runup_peak_m'].highest)}"),
     ]
 
@@ -99,7 +99,8 @@ def advice_rows(ensemble, results):
             for advice in plan.get("advice", [])]  # an older program wrote none
     top = plan["mast"]["height_m"]
     if top:
-        for key, what in (("runup_mean_m", "the steady mean of the run-up"), ("runup_peak_m", "the first splash")):
+        for key, what in (("runup_p99_mean_m", "the steady mean of the run-up"), ("runup_mean_m", "the steady mean of the highest particle"),
+                          ("runup_peak_m", "the highest particle of the first splash")):
             over = [i for i, row in enumerate(results.table) if math.isfinite(row[key].value) and row[key].value >= top]
             if over:
                 highest = max(results.table[i][key].value for i in over)
@@ -160,13 +161,13 @@ def comparison_table(ensemble, results):
         rows.append([ensemble.label(snow), short(entries["runup_mean_m"].value), short(equation["runup_m"]),
                      short(entries["pressure_height_mean_m"].value), short(equation["pressure_height_m"])])
     by = "by Eqs. 7 to 10, extrapolated" if comparison.equation_remarks(ensemble.plan) else "by Eqs. 7 to 10"
-    return {"head": ["snow", "run-up (m), computed", by, "pressure height (m), computed", by], "rows": rows}
+    return {"head": ["snow", "highest particle (m), computed", by, "pressure height (m), computed", by], "rows": rows}
 
 
 def accuracy(results):
     """Grid uncertainty of the three main quantities, the largest of the snows, in words."""
     parts = []
-    for key, label in (("force_mean_n", "mean force"), ("runup_mean_m", "run-up"), ("pressure_height_mean_m", "pressure height")):
+    for key, label in (("force_mean_n", "mean force"), ("runup_p99_mean_m", "run-up"), ("pressure_height_mean_m", "pressure height")):
         shares = [row[key].grid / abs(row[key].value) for row in results.table if math.isfinite(row[key].value) and math.isfinite(row[key].grid)]
         parts.append(f"{label} {100.0 * max(shares):.0f} %" if shares else f"{label} not known")
     return ", ".join(parts)
@@ -208,7 +209,7 @@ def write_tables(ensemble, results, spectrum):
     for snow, loads in enumerate(results.finest):
         times.append(pd.DataFrame({"snow": plan["snows"][snow]["name"], "time_s": loads.time, "force_x_n": loads.force,
                                    "force_x_smooth_n": loads.smooth_force, "overturning_moment_n_m": loads.moment,
-                                   "overturning_moment_smooth_n_m": loads.smooth_moment, "runup_m": loads.runup,
+                                   "overturning_moment_smooth_n_m": loads.smooth_moment, "runup_p99_m": loads.runup, "runup_m": loads.highest,
                                    "pressure_height_m": loads.pressure_height}))
     tables["loads_over_time.csv"] = pd.concat(times)
     spectra = {"frequency_hz": figures.FREQUENCIES}

@@ -19,9 +19,9 @@ class Quantity(NamedTuple):
 
 
 QUANTITIES = [
-    Quantity("runup_mean_m", "run-up above ground (highest particle), steady mean", "m", 1.0),
-    Quantity("runup_p99_mean_m", "run-up, 99th percentile of the heights, steady mean", "m", 1.0),
-    Quantity("runup_peak_m", "run-up, highest splash", "m", 1.0),
+    Quantity("runup_p99_mean_m", "run-up above ground (99 % of the mass is below it), steady mean", "m", 1.0),
+    Quantity("runup_mean_m", "highest particle, steady mean", "m", 1.0),
+    Quantity("runup_peak_m", "highest particle, first splash included", "m", 1.0),
     Quantity("pressure_height_mean_m", "pressure height above ground, steady mean", "m", 1.0),
     Quantity("force_mean_n", "force downstream, steady mean", "kN", 1e-3),
     Quantity("force_steady_peak_n", "force, steady peak (0.1 s)", "kN", 1e-3),
@@ -98,8 +98,9 @@ class Results:
             values = [{**loads.values, **self._responses(loads, plan)} for loads in row]
             self.table.append({q.key: entry_of(ensemble.sizes, [v[q.key] for v in values]) for q in quantities_of(plan)})
         self.ranges = {q.key: self._range(q.key, ensemble.middle) for q in quantities_of(plan)}
-        runup = self.ranges["runup_mean_m"]
-        self.ranges["runup_mean_m"] = runup._replace(high=max(min(runup.high, ensemble.bound), runup.highest))
+        for key in ("runup_p99_mean_m", "runup_mean_m"):
+            runup = self.ranges[key]
+            self.ranges[key] = runup._replace(high=max(min(runup.high, ensemble.bound), runup.highest))
         self.not_steady = [run.folder for row, runs in zip(self.loads, ensemble.runs) for loads, run in zip(row, runs) if not loads.is_steady]
 
     @property
