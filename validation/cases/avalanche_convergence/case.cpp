@@ -19,13 +19,24 @@ namespace mpm::validation {
 namespace {
 
 /// The quantities of one run, in the order of `studied`.
-enum QuantityIndex : std::size_t { force_x, runup, pressure_height, pressure_height_in_cells, impact_pressure, profile_force };
+enum QuantityIndex : std::size_t {
+  force_x,
+  runup,
+  highest_particle,
+  pressure_height,
+  pressure_height_in_cells,
+  impact_pressure,
+  profile_force
+};
 /// Order 2 in the interior, 1 at walls: what lies between 0.5 and 2 counts as credible (the window of Eca & Hoekstra, too).
 constexpr double formal_order = 1.5;
-const std::vector<FollowedQuantity> studied{
-    {"force on the mast", "N", formal_order},         {"run-up", "m", formal_order},
-    {"pressure height", "m", formal_order},           {"pressure height, the paper's windows in cells", "m", formal_order},
-    {"pressure before the face", "Pa", formal_order}, {"force of the mean pressure profile", "N", formal_order}};
+const std::vector<FollowedQuantity> studied{{"force on the mast", "N", formal_order},
+                                            {"run-up", "m", formal_order},
+                                            {"highest particle", "m", formal_order},
+                                            {"pressure height", "m", formal_order},
+                                            {"pressure height, the paper's windows in cells", "m", formal_order},
+                                            {"pressure before the face", "Pa", formal_order},
+                                            {"force of the mean pressure profile", "N", formal_order}};
 const std::vector<QuantityIndex> asserted{force_x, runup, pressure_height};
 
 /// Aim for the relative error of a quantity: 3 % for the force, 4 % for heights.
@@ -117,7 +128,7 @@ class Runs {
     particle_steps_ += run.particle_steps;
     context_.log(fmt::format("{}: {} particles, {} steps, {:.1f} million particle-steps, {:.0f} s; {}", prefix_ + name, run.particles,
                              run.steps, 1e-6 * static_cast<double>(run.particle_steps), run.wall_time_s,
-                             steady ? fmt::format("run-up {:.3f} m, force {:.1f} kN", run.results.number("runup_mean_m"),
+                             steady ? fmt::format("run-up {:.3f} m, force {:.1f} kN", run.results.number("runup_p99_mean_m"),
                                                   1e-3 * run.results.number("force_mean_n"))
                                     : "no steady span"));
     if (!steady) unsteady_.push_back(prefix_ + name);
@@ -126,6 +137,7 @@ class Runs {
                     run.results.number(fmt::format("{}_standard_error_{}", quantity, unit))};
     };
     return done_[case_hash(c)] = {mean("force", "n"),
+                                  mean("runup_p99", "m"),
                                   mean("runup", "m"),
                                   mean("pressure_height", "m"),
                                   mean("height_in_cells", "m"),
@@ -235,7 +247,7 @@ void check_range(CaseResult& result, const std::vector<MetricConvergence>& famil
                                         (high->value - low->value) / std::abs(all.back().value), aim_of(i), "", 0.0,
                                         "aim: 3 % for the force, 4 % for heights");
     if (i == runup && known.runup_range)
-      check.known_miss(*known.runup_range, "the run-up is that of the highest particles, and grows up to w/8: the jet is thin");
+      check.known_miss(*known.runup_range, "the jet is thin and rises up to w/8; bound of the highest particle, which was checked before");
   }
 }
 
