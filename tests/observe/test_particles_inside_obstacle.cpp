@@ -9,6 +9,7 @@
 #include "libmpm/driver/observers.hpp"
 #include "libmpm/driver/run_summary.hpp"
 #include "libmpm/io/snapshot.hpp"
+#include "libmpm/observe/observer_list.hpp"
 #include "support/solver_states.hpp"
 #include "support/typical_shapes.hpp"
 
