@@ -29,6 +29,9 @@ def load(path):
         raise InputError(f"'{path}' is not JSON: {error}") from None
     if not isinstance(data, dict) or not isinstance(data.get("benchmarks"), list) or not isinstance(data.get("context"), dict):
         raise InputError(f"'{path}' is not what Google Benchmark writes: it needs 'context' and 'benchmarks'")
+    if not _times(data):
+        raise InputError(f"'{path}' holds no time of a repetition: every benchmark failed, or the file was written with "
+                         "--benchmark_report_aggregates_only, whose means cannot be compared; write it without that option")
     return data
 
 

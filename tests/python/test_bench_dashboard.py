@@ -164,6 +164,11 @@ class GoogleBenchmark(Folder):
                 google_benchmark.load(self.folder / "x.json")
         with self.assertRaisesRegex(InputError, "cannot read"):
             google_benchmark.load(self.folder / "none.json")
+        aggregate = {"name": "step_mean", "run_name": "step", "run_type": "aggregate", "aggregate_name": "mean", "cpu_time": 1.0}
+        for benchmarks in ([], [aggregate], [{"name": "step", "run_type": "iteration", "error_occurred": True}]):
+            (self.folder / "x.json").write_text(json.dumps({"context": {}, "benchmarks": benchmarks}), encoding="utf-8")
+            with self.assertRaisesRegex(InputError, "holds no time of a repetition.*--benchmark_report_aggregates_only"):
+                google_benchmark.load(self.folder / "x.json")
 
 
 if __name__ == "__main__":
