@@ -54,6 +54,7 @@ void print_changes(const Preparation& p) {
   };
   print(p.adopted, "computed under another name; the results are used");
   print(p.replaced, "changed since the last campaign; to be run again");
+  print(p.damaged, "with damaged results; to be run again");
   print(p.dropped, "in the folder but not in the plan; kept there, but not in the table");
 }
 

@@ -18,6 +18,7 @@
 #include "libmpm/base/error.hpp"
 #include "libmpm/driver/metric.hpp"
 #include "libmpm/driver/observers.hpp"
+#include "libmpm/driver/run_folder.hpp"
 #include "libmpm/io/csv.hpp"
 #include "libmpm/io/json_object.hpp"
 #include "validators.hpp"
@@ -67,6 +68,7 @@ ResultFile read_results(const std::filesystem::path& directory) {
   const Json json = read_json_object(path);
   if (!json.is_object())
     throw IoError(fmt::format("{}: not a JSON object; recompute it with `mpm post {}`", path.string(), directory.string()));
+  require_undamaged(directory);
   ResultFile results;
   results.add("", json);
   return results;

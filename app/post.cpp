@@ -49,8 +49,8 @@ void add_post(CLI::App& app) {
   CLI::App* command = app.add_subcommand(
       "post",
       "Measure a run again from its stored frames, and draw its pictures.\n"
-      "Writes results.json, series.csv, profile.csv, profiles.h5 and the pictures to DIR/post. Those of the four files that DIR itself "
-      "lacks, because the run was killed, are written there, too; the run's own files are never overwritten. Frames are fewer than the "
+      "Writes results.json, series.csv, profile.csv, profiles.h5 and the pictures to DIR/post, also for a run that was killed; nothing is "
+      "written to DIR itself, where a results.json means that the run finished. Frames are fewer than the "
       "rows of the run's series.csv, so means and peaks differ within their errors. Forces and moments are sums over steps that no frame "
       "holds: they are averaged from the run's series.csv. Momentum and energies are taken from it at the times of the frames.");
   const auto arguments = std::make_shared<PostArguments>();

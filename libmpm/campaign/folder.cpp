@@ -76,13 +76,7 @@ double last_time(const fs::path& series) {
 }
 
 bool can_go_on(const fs::path& directory, const CampaignRun& run) {
-  if (!fs::exists(directory / "case.toml")) return false;
-  try {
-    if (case_hash_text(read_case(directory / "case.toml")) != run.case_hash) return false;
-  } catch (const Error&) {  // from another version of this program, or incomplete
-    return false;
-  }
-  return last_time(directory / "series.csv") <= Sampling(run.spec).end() * (1.0 + 1e-9);
+  return holds_case(directory, run.case_hash) && last_time(directory / "series.csv") <= Sampling(run.spec).end() * (1.0 + 1e-9);
 }
 
 std::string resolved_plan(const Campaign& campaign) {
@@ -101,8 +95,13 @@ Preparation compare_with_folder(const fs::path& out, const Campaign& campaign) {
   }
   for (const CampaignRun& run : campaign.runs) {
     const fs::path directory = run_directory(out, run);
-    if (fs::exists(directory / "case.toml") && !finished_results(directory, run.spec) && !can_go_on(directory, run))
+    if (!fs::exists(directory / "case.toml") || finished_results(directory, run.spec)) continue;
+    const std::string damage = damage_of(directory);
+    if (!can_go_on(directory, run)) {
       p.replaced.push_back(run.name);
+    } else if (!damage.empty()) {
+      p.damaged.push_back(fmt::format("{} ({})", run.name, damage));
+    }
   }
   p.dropped = std::move(unnamed);
   return p;

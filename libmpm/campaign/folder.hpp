@@ -16,6 +16,7 @@ namespace mpm {
 struct Preparation {
   std::vector<std::string> adopted;   ///< runs whose finished folder has another name that is not in the plan
   std::vector<std::string> replaced;  ///< runs whose folder holds another case: to be run again
+  std::vector<std::string> damaged;   ///< finished runs whose results do not match their checksums: to be run again
   std::vector<std::string> dropped;   ///< folders that are not in the plan: unchanged, not in the table
 };
 

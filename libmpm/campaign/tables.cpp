@@ -31,7 +31,8 @@ std::vector<std::string> execution_columns() {
   std::vector<std::string> names = run_entries(Nature::execution);
   std::erase_if(names, [](const std::string& name) {
     const auto among = [&](const auto& entries) { return std::ranges::find(entries, name) != entries.end(); };
-    return among(row_entries) || among(stop_entries) || name == "format_version" || name == "title" || name == "case_hash";
+    return among(row_entries) || among(stop_entries) || name == "format_version" || name == "title" || name == "case_hash" ||
+           name.ends_with("crc32");
   });
   return names;
 }

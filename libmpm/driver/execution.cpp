@@ -3,7 +3,12 @@
 #include <omp.h>
 #include <sys/resource.h>
 
+#include <algorithm>
+#include <iterator>
+
 #include "libmpm/driver/build_info.hpp"
+#include "libmpm/io/checksum.hpp"
+#include "libmpm/io/csv.hpp"
 
 namespace mpm {
 
@@ -27,7 +32,7 @@ std::vector<Result> Execution::summary(const Summary& end) const {
   const BuildInfo build = build_info();
   const RunProgress& p = *end.progress;
   const Ranks* const ranks = end.state->grid.ranks();
-  return {
+  std::vector<Result> results{
       about_execution("format_version", results_format_version, "", "version of the format of results.json"),
       about_execution("title", title_, "", "title of the case"),
       about_execution("case_hash", case_hash_, "", "hash of the resolved case, without title and duration"),
@@ -45,6 +50,14 @@ std::vector<Result> Execution::summary(const Summary& end) const {
       {"particle_steps", p.particle_steps, "", "sum over the steps of the particles moved"},
       about_execution("million_particle_steps_per_s", p.speed(), "", "speed: million particle-steps per second of wall time"),
       about_execution("peak_memory_bytes", peak_memory_bytes(), "byte", "largest memory of the process; with several ranks, of rank 0")};
+  std::ranges::move(checksums(end.series), std::back_inserter(results));
+  return results;
+}
+
+std::vector<Result> checksums(const TimeSeries& series) {
+  return {about_execution("series_crc32", checksum(table_text(series.names(), series.values())), "", "CRC-32 of series.csv"),
+          about_execution(checksum_entry, std::string(no_checksum), "",
+                          "CRC-32 of results.json itself, with eight zeros in the place of this number")};
 }
 
 std::vector<Result> execution_from_frames(const std::string& title, const SnapshotInfo& last, std::size_t particles) {

@@ -16,7 +16,7 @@
 #include "libmpm/driver/scene.hpp"
 #include "libmpm/io/atomic_file.hpp"
 #include "libmpm/io/csv.hpp"
-#include "libmpm/io/json_text.hpp"
+#include "libmpm/io/json_object.hpp"
 #include "libmpm/io/snapshot.hpp"
 #include "libmpm/observe/observer_list.hpp"
 
@@ -87,13 +87,14 @@ LastFrame measure_frames(const std::filesystem::path& directory, const std::vect
   return last;
 }
 
-/// results.json: the run's own, if there is one, with the entries that were measured from frames replaced.
-std::string updated_results(const std::filesystem::path& own, const Case& c, const LastFrame& last, std::size_t frames,
+/// results.json: the run's own, if it finished, with the entries that were measured from frames replaced.
+std::string updated_results(const std::filesystem::path& own, const Case& c, const LastFrame& last, const ObserverList& list,
                             const Results& measured) {
   Results results;
-  const bool finished = std::filesystem::exists(own);
+  const bool finished = std::filesystem::exists(own) && !read_json_object(own).contains("measured_from");
   if (!finished) results.add(execution_from_frames(c.title, last.info, last.particles));
-  results.add(origin_in_frames(frames));
+  results.add(origin_in_frames(list.series().size()));
+  results.add(checksums(list.series()));
   results.add(measured.entries());
   return finished ? results_text(results, read_json_text(own), own) : results_text(results);
 }
@@ -103,6 +104,7 @@ std::string updated_results(const std::filesystem::path& own, const Case& c, con
 PostResult post_process(const std::filesystem::path& directory, const std::filesystem::path& out,
                         const std::vector<std::shared_ptr<Observer>>& observers) {
   const Case c = read_case(directory / "case.toml");
+  require_undamaged(directory);
   make_directory(out);
   if (std::filesystem::equivalent(directory, out)) {
     throw ConfigError(
@@ -121,7 +123,7 @@ PostResult post_process(const std::filesystem::path& directory, const std::files
   const Summary end = list.summary(nullptr, nullptr);
   const auto profiles = list.profiles(end);
   result.results = list.results(end);
-  result.results_json = updated_results(directory / "results.json", c, last, result.frames, result.results);
+  result.results_json = updated_results(directory / "results.json", c, last, list, result.results);
 
   using Write = std::function<void(const std::filesystem::path&)>;
   std::vector<std::pair<const char*, Write>> files = {
@@ -132,12 +134,9 @@ PostResult post_process(const std::filesystem::path& directory, const std::files
   }
   files.emplace_back("results.json", [&](const auto& path) { write_file(path, result.results_json); });
   if (c.obstacle) files.emplace_back("obstacle.json", [&](const auto& path) { write_file(path, obstacle_text(*c.obstacle)); });
-  for (const auto& folder : {out, directory}) {
-    for (const auto& [name, write] : files) {
-      if (folder != out && std::filesystem::exists(folder / name)) continue;
-      write(folder / name);
-      result.written.push_back(folder / name);
-    }
+  for (const auto& [name, write] : files) {
+    write(out / name);
+    result.written.push_back(out / name);
   }
   return result;
 }

@@ -23,14 +23,14 @@ struct PostResult {
 };
 
 /// Measures the frames of a result folder again (case.toml, frames; series.csv if there is one) and writes results.json, series.csv
-/// and, for impacts, profile.csv and profiles.h5 to `out`. If the result folder lacks some of these, because its run did not
-/// finish, they are written there, too; existing files are never changed.
+/// and, for impacts, profile.csv and profiles.h5 to `out`. Nothing is written to the result folder itself: a results.json there means that
+/// the run finished.
 ///
-/// results.json is the run's own, if there is one, with the entries measured from frames replaced; `measured_from` is "frames" and `frames`
+/// results.json is the run's own, if it finished, with the entries measured from frames replaced; `measured_from` is "frames" and `frames`
 /// their number.
 /// @param observers  observers of the caller's own, as in RunOptions
-/// @throws IoError without frames, for damaged ones, or if they belong to another case than case.toml; ConfigError if `out` is the folder
-/// itself
+/// @throws IoError without frames, for damaged ones, if they belong to another case than case.toml, or if results.json or series.csv of the
+/// run is damaged; ConfigError if `out` is the folder itself
 PostResult post_process(const std::filesystem::path& directory, const std::filesystem::path& out,
                         const std::vector<std::shared_ptr<Observer>>& observers = {});
 

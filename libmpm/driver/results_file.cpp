@@ -5,6 +5,7 @@
 #include <nlohmann/json.hpp>
 
 #include "libmpm/base/error.hpp"
+#include "libmpm/io/checksum.hpp"
 #include "libmpm/io/csv.hpp"
 #include "libmpm/io/hdf5.hpp"
 
@@ -16,7 +17,7 @@ using Json = nlohmann::ordered_json;
 
 std::string with_results(Json json, const Results& results) {
   for (const Result& r : results.entries()) std::visit([&](const auto& value) { json[r.name] = value; }, r.value);
-  return json.dump(2) + "\n";  // NaN is not JSON: the serialiser writes null
+  return with_checksum(json.dump(2) + "\n");  // NaN is not JSON: the serialiser writes null
 }
 
 }  // namespace

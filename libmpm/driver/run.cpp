@@ -116,12 +116,15 @@ void Run::start_or_resume() {
   if (options_.resume) say("no checkpoint here: started from the beginning");
 }
 
-/// Without a checkpoint: --resume does not repeat a finished run, unless it is this case with another duration.
+/// Without a checkpoint: --resume does not repeat a finished run, unless it is this case up to an earlier time, or its results are damaged.
 bool Run::may_start_over() const {
   if (!std::filesystem::exists(options_.out / "results.json")) return true;
-  if (finished_results(options_.out, case_)) return false;
   const auto json = read_json_object(options_.out / "results.json");
-  return json.is_object() && json.value("case_hash", "") == hash_;
+  if (!json.is_object()) return holds_case(options_.out, hash_);
+  if (json.value("case_hash", nlohmann::ordered_json()) != hash_) return false;
+  if (!damage_of(options_.out).empty() || json.contains("measured_from")) return true;
+  const auto reached = json.value("duration_s", nlohmann::ordered_json());
+  return !finished_results(options_.out, case_) && reached.is_number() && reached.get<double>() < sampling_.end();
 }
 
 void Run::start() {
@@ -133,7 +136,8 @@ void Run::start() {
   remove_results(
       {"results.json", "profile.csv", "profiles.h5", "final.h5", refused_checkpoint_file, previous_checkpoint_file, checkpoint_file});
   write_case_files(options_.out, case_);
-  table_.emplace(options_.out / "series.csv", observers_.series().names());
+  const std::vector<std::string>& columns = observers_.series().names();
+  table_.emplace(options_.out / "series.csv", columns.size(), csv_line(columns));
   frames_.emplace(FrameSeries::create(options_.out));
   say(fmt::format("start: {} particles, {}, {} precision", progress_.initial_particles, workforce(), name_of(state_.grid.precision())));
   for (const Advice& advice : advise(case_)) say("warning: " + advice.text(), false);
@@ -143,18 +147,26 @@ void Run::start() {
 }
 
 void Run::resume() {
-  const auto series_file = options_.out / "series.csv";
-  const auto acceptable = [&](const State& state, const RunProgress& progress, const Arrays& observed) {
+  const auto acceptable = [&](const State&, const RunProgress& progress, const Arrays& observed) {
     observers_.load(observed, progress.samples);
-    (void)SeriesWriter::kept(series_file, observers_.series().names(), progress.samples, state.time);
   };
   const std::string older = resume_from_checkpoint(options_.out, case_, state_, progress_, acceptable, options_.ranks);
+  if (progress_.samples > sampling_.last() + 1) {
+    throw ConfigError(
+        fmt::format("{}: the run there has reached t = {:.6g} s, beyond the output.duration_s = {:g} s of this case; give a duration of at "
+                    "least that, or compute the shorter run in another --out directory",
+                    options_.out.string(), state_.time, case_.output.duration));
+  }
   before_ = progress_;
+  const auto series_file = options_.out / "series.csv";
+  const std::string rows = table_text(observers_.series().names(), observers_.series().values());
+  const bool rows_are_there = std::filesystem::exists(series_file) && read_file(series_file).starts_with(rows);
   log_.emplace(options_.out / "run.log", true);
   remove_results({"results.json", "profile.csv", "profiles.h5", "final.h5"});  // of the shorter run that is extended
   write_case_files(options_.out, case_);
-  table_.emplace(SeriesWriter::resume(series_file, observers_.series().names(), progress_.samples, state_.time));
+  table_.emplace(series_file, observers_.series().names().size(), rows);
   if (!older.empty()) say(older);
+  if (!rows_are_there) say("series.csv was missing or damaged: its rows are written again from the checkpoint");
   frames_.emplace(FrameSeries::resume(options_.out, static_cast<int>(sampling_.frames(progress_.samples)),
                                       [this](const std::string& why) { say(why + "; left out of frames.xdmf"); }));
   say(fmt::format("resumed at t = {:.6g} s, step {}: {} particles, {}", state_.time, state_.step, state_.grid.particle_count(),

@@ -16,6 +16,7 @@
 #include "libmpm/driver/checkpoint.hpp"
 #include "libmpm/driver/sampling.hpp"
 #include "libmpm/io/atomic_file.hpp"
+#include "libmpm/io/checksum.hpp"
 #include "libmpm/io/json_text.hpp"
 
 namespace mpm {
@@ -65,16 +66,49 @@ bool stopped_when_steady(const nlohmann::json& results, double limit) {
 bool is_whole_run(const std::string& results, const Case& c) {
   const auto json = nlohmann::json::parse(results, nullptr, false);
   if (!json.is_object() || json.value("case_hash", nlohmann::json()) != case_hash_text(c) || !json.contains("duration_s")) return false;
-  if (!json["duration_s"].is_number()) return false;
+  if (!json["duration_s"].is_number() || json.contains("measured_from")) return false;
   const double last = Sampling(c).end(), missing = last - json["duration_s"].get<double>();
   const bool whole = std::abs(missing) <= 1e-9 * last;
   return whole || (missing > 0.0 && stopped_when_steady(json, c.output.stop_when_steady));
 }
 
+bool holds_case(const std::filesystem::path& directory, const std::string& case_hash) {
+  if (!std::filesystem::exists(directory / "case.toml")) return false;
+  try {
+    return case_hash_text(read_case(directory / "case.toml")) == case_hash;
+  } catch (const Error&) {  // from another version of this program, or incomplete
+    return false;
+  }
+}
+
+namespace {
+
+std::string damage_in(const std::filesystem::path& directory, const std::string& results) {
+  const auto json = nlohmann::json::parse(results, nullptr, false);
+  if (!json.is_object()) return "results.json is damaged";
+  if (!is_intact(results)) return "results.json does not match its checksum";
+  const auto series = json.value("series_crc32", nlohmann::json());
+  if (series.is_null()) return {};
+  if (!std::filesystem::exists(directory / "series.csv")) return "series.csv is missing";
+  return series == checksum(read_file(directory / "series.csv")) ? "" : "series.csv does not match its checksum in results.json";
+}
+
+}  // namespace
+
+std::string damage_of(const std::filesystem::path& directory) {
+  const auto path = directory / "results.json";
+  return std::filesystem::exists(path) ? damage_in(directory, read_json_text(path)) : "";
+}
+
+void require_undamaged(const std::filesystem::path& directory) {
+  if (const std::string damage = damage_of(directory); !damage.empty())
+    throw IoError(fmt::format("{}: {}; compute it again with `mpm run --resume`", directory.string(), damage));
+}
+
 std::optional<std::string> finished_results(const std::filesystem::path& directory, const Case& c) {
   if (!std::filesystem::exists(directory / "results.json")) return {};
   std::string results = read_json_text(directory / "results.json");
-  return is_whole_run(results, c) ? std::optional(std::move(results)) : std::nullopt;
+  return is_whole_run(results, c) && damage_in(directory, results).empty() ? std::optional(std::move(results)) : std::nullopt;
 }
 
 std::string obstacle_text(const ObstacleSpec& obstacle) {

@@ -38,11 +38,21 @@ void write_case_files(const std::filesystem::path& directory, const Case& c);
 /// obstacle is taller than any jet.
 [[nodiscard]] std::string obstacle_text(const ObstacleSpec& obstacle);
 
-/// Whether results are those of the finished run of a case: the same hash, and the same duration or an end within it by
-/// output.stop_when_steady with no larger a limit. @param results  text of a results.json
+/// Whether results are those of the finished run of a case: written by the run and not by `mpm post`, with the same hash, and with the same
+/// duration or an end within it by output.stop_when_steady with no larger a limit. @param results  text of a results.json
 [[nodiscard]] bool is_whole_run(const std::string& results, const Case& c);
 
-/// Content of results.json, if the folder holds the finished run of this case (is_whole_run).
+/// Whether case.toml of a folder is the case with this hash; false if it is missing or cannot be read.
+[[nodiscard]] bool holds_case(const std::filesystem::path& directory, const std::string& case_hash);
+
+/// Which of results.json and series.csv does not match its checksum, for a message. Empty: none, there are no results, or an earlier
+/// version wrote them without checksums.
+[[nodiscard]] std::string damage_of(const std::filesystem::path& directory);
+
+/// @throws IoError with damage_of(), if there is any
+void require_undamaged(const std::filesystem::path& directory);
+
+/// Content of results.json, if the folder holds the finished run of this case (is_whole_run) without damage.
 [[nodiscard]] std::optional<std::string> finished_results(const std::filesystem::path& directory, const Case& c);
 
 }  // namespace mpm

@@ -17,6 +17,7 @@ namespace {
 /// duration.
 void require_same_run(const std::filesystem::path& directory, const Case& c) {
   if (!std::filesystem::exists(directory / "results.json") || finished_results(directory, c)) return;
+  if (!damage_of(directory).empty()) return;  // computed again, if it is of this case
   throw ConfigError(
       fmt::format("{} holds the results of another case or of another duration; choose another folder with --out, or overwrite it with "
                   "--force instead of --resume",

@@ -159,68 +159,31 @@ std::string csv_line(std::span<const std::string> cells) {
   return fmt::format("{}\n", fmt::join(quoted, ","));
 }
 
+std::string table_text(std::span<const std::string> columns, std::span<const std::vector<double>> values) {
+  std::string content = csv_line(columns);
+  std::vector<double> row(values.size());
+  for (std::size_t r = 0; !values.empty() && r < values.front().size(); ++r) {
+    std::ranges::transform(values, row.begin(), [r](const std::vector<double>& column) { return column[r]; });
+    content += csv_line(row);
+  }
+  return content;
+}
+
 void write_table(const std::filesystem::path& path, std::span<const std::string> columns, std::span<const std::vector<double>> values) {
   if (columns.size() != values.size())
     throw IoError(fmt::format("{}: {} columns are named but {} given", path.string(), columns.size(), values.size()));
   const std::size_t rows = values.empty() ? 0 : values.front().size();
-  std::string content = csv_line(columns);
   for (std::size_t c = 0; c < values.size(); ++c) {
     if (values[c].size() != rows) {
       throw IoError(fmt::format("{}: column '{}' has {} rows, '{}' has {}", path.string(), columns[c], values[c].size(), columns[0], rows));
     }
   }
-  std::vector<double> row(values.size());
-  for (std::size_t r = 0; r < rows; ++r) {
-    std::ranges::transform(values, row.begin(), [r](const std::vector<double>& column) { return column[r]; });
-    content += csv_line(row);
-  }
-  write_file(path, content);
+  write_file(path, table_text(columns, values));
 }
 
-SeriesWriter::SeriesWriter(std::filesystem::path path, std::vector<std::string> columns)
-    : path_(std::move(path)), columns_(std::move(columns)) {
-  write_file(path_, csv_line(columns_));
-  open();
-}
-
-SeriesWriter::SeriesWriter(Continue, std::filesystem::path path, std::vector<std::string> columns)
-    : path_(std::move(path)), columns_(std::move(columns)) {
-  open();
-}
-
-std::string SeriesWriter::kept(const std::filesystem::path& path, const std::vector<std::string>& columns, std::size_t rows, double time) {
-  const std::string text = read_file(path);
-  std::vector<std::string> cells;
-  std::size_t at = 0;
-  for (std::size_t line = 0; line <= rows; ++line) {
-    const std::size_t end = text.find('\n', at);
-    if (end == std::string::npos)
-      throw IoError(fmt::format("'{}' holds {}, {} needed up to t = {:.6g} s", path.string(), counted(line > 0 ? line - 1 : 0, "row"),
-                                rows == 1 ? "1 is" : fmt::format("{} are", rows), time));
-    const std::string_view content = std::string_view(text).substr(at, end - at);
-    const bool whole = split_line(content, cells);
-    if (line == 0 && (!whole || cells != columns)) {
-      throw IoError(
-          fmt::format("cannot continue '{}': its columns are {}, this run writes {}; continue with the version that began it, or "
-                      "start in a new directory",
-                      path.string(), content, fmt::join(columns, ",")));
-    }
-    const auto is_number = [](const std::string& cell) { return cell_number(cell).has_value(); };
-    const bool right = whole && cells.size() == columns.size() && (line == 0 || std::ranges::all_of(cells, is_number));
-    if (!right) throw IoError(fmt::format("{}:{}: the row is damaged: '{}'", path.string(), line + 1, content));
-    if (line == rows && rows > 0 && cell_number(cells[0]) != time)
-      throw IoError(fmt::format("{}:{}: the row is of t = {} s, t = {} s is expected", path.string(), line + 1, cells[0], time));
-    at = end + 1;
-  }
-  return text.substr(0, at);
-}
-
-SeriesWriter SeriesWriter::resume(std::filesystem::path path, std::vector<std::string> columns, std::size_t rows, double time) {
-  write_file(path, kept(path, columns, rows, time));
-  return SeriesWriter(Continue{}, std::move(path), std::move(columns));
-}
-
-void SeriesWriter::open() {
+SeriesWriter::SeriesWriter(std::filesystem::path path, std::size_t columns, const std::string& content)
+    : path_(std::move(path)), columns_(columns) {
+  write_file(path_, content);
   file_ = Descriptor(::open(path_.c_str(), O_WRONLY | O_APPEND | O_CLOEXEC));
   if (!file_) throw file_error("cannot append to", path_, errno);
 }
@@ -243,8 +206,8 @@ void SeriesWriter::sync() {
 }
 
 void SeriesWriter::append(std::span<const double> values) {
-  if (values.size() != columns_.size()) {
-    throw IoError(fmt::format("{}: a row of {} numbers for {} columns", path_.string(), values.size(), columns_.size()));
+  if (values.size() != columns_) {
+    throw IoError(fmt::format("{}: a row of {} numbers for {} columns", path_.string(), values.size(), columns_));
   }
   if (const int reason = file_.write(csv_line(values)); reason != 0) throw file_error("cannot append to", path_, reason);
   require_in_place();

@@ -52,6 +52,8 @@ std::string csv_line(std::span<const std::string> cells);
 /// One line of a table of numbers.
 std::string csv_line(std::span<const double> values);
 
+/// A table of numbers. @param values column by column, all of one length
+[[nodiscard]] std::string table_text(std::span<const std::string> columns, std::span<const std::vector<double>> values);
 /// Writes a table of numbers as an atomic file (atomic_file.hpp). @param values column by column, all of one length
 void write_table(const std::filesystem::path& path, std::span<const std::string> columns, std::span<const std::vector<double>> values);
 
@@ -59,17 +61,8 @@ void write_table(const std::filesystem::path& path, std::span<const std::string>
 /// power cut at most the rows since sync(). The destructor closes the file without sync().
 class SeriesWriter {
  public:
-  /// Starts a new file that holds the header.
-  SeriesWriter(std::filesystem::path path, std::vector<std::string> columns);
-
-  /// Continues a file after its first `rows` rows; everything after them is removed.
-  /// @param time  the first number of the last row that stays, s
-  /// @throws IoError if the file is missing, its columns are others, or one of these rows is missing or damaged: missing rows
-  ///         are not replaced
-  static SeriesWriter resume(std::filesystem::path path, std::vector<std::string> columns, std::size_t rows, double time);
-
-  /// The rows that resume() would keep; changes nothing. @throws IoError as resume()
-  static std::string kept(const std::filesystem::path& path, const std::vector<std::string>& columns, std::size_t rows, double time);
+  /// Starts the file anew. @param content  table_text() of the rows before those that append() adds, of the same number of columns
+  SeriesWriter(std::filesystem::path path, std::size_t columns, const std::string& content);
 
   /// @param values one number a column
   /// @throws IoError also if the file is not the one under its name any more: deleted, moved or replaced meanwhile
@@ -79,13 +72,10 @@ class SeriesWriter {
   void sync();
 
  private:
-  struct Continue {};
-  SeriesWriter(Continue, std::filesystem::path path, std::vector<std::string> columns);
-  void open();
   void require_in_place() const;
 
   std::filesystem::path path_;
-  std::vector<std::string> columns_;
+  std::size_t columns_;
   Descriptor file_;
 };
 

@@ -11,6 +11,7 @@
 
 #include "libmpm/driver/case_file.hpp"
 #include "libmpm/driver/run.hpp"
+#include "libmpm/driver/run_folder.hpp"
 #include "libmpm/io/atomic_file.hpp"
 #include "libmpm/io/csv.hpp"
 #include "libmpm/io/hdf5.hpp"
@@ -128,7 +129,7 @@ TEST_F(PostOfARun, LeavesTheRunsOwnFilesAloneAndKeepsItsFacts) {
   EXPECT_THROW(post_process(run(), run()), ConfigError);
 }
 
-TEST_F(PostOfARun, CompletesTheFolderOfARunThatWasKilled) {
+TEST_F(PostOfARun, MeasuresARunThatWasKilledAndDoesNotMakeItCountAsFinished) {
   const std::filesystem::path killed = *directory_ / "killed";
   std::filesystem::copy(run(), killed, std::filesystem::copy_options::recursive);
   std::filesystem::remove(killed / "results.json");
@@ -137,14 +138,28 @@ TEST_F(PostOfARun, CompletesTheFolderOfARunThatWasKilled) {
   std::filesystem::remove(frame_path(killed, 10));
   const std::string series = read_file(killed / "series.csv");
   post_process(killed, killed / "post");
-  EXPECT_TRUE(std::filesystem::exists(killed / "profile.csv"));
+  EXPECT_FALSE(std::filesystem::exists(killed / "results.json"));
+  EXPECT_FALSE(std::filesystem::exists(killed / "profile.csv"));
   EXPECT_EQ(read_file(killed / "series.csv"), series);
-  const auto json = nlohmann::json::parse(read_file(killed / "results.json"));
+  EXPECT_TRUE(std::filesystem::exists(killed / "post/profile.csv"));
+  const auto json = nlohmann::json::parse(read_file(killed / "post/results.json"));
   EXPECT_EQ(json["title"], "small");
   EXPECT_EQ(json["frames"], 10);
   EXPECT_EQ(json["steady"], false);
   EXPECT_TRUE(json["runup_mean_m"].is_null());  // 0.36 s are no steady state: no means
   EXPECT_GT(json["runup_peak_m"].get<double>(), 1.75);
+  EXPECT_EQ(damage_of(killed / "post"), "");
+  EXPECT_FALSE(
+      is_whole_run(read_file(killed / "post/results.json"), parse_case(small_avalanche, "small.toml", {"output.duration_s=0.36"})));
+}
+
+TEST_F(PostOfARun, RefusesARunWhoseSeriesWasAltered) {
+  const std::filesystem::path altered = *directory_ / "altered";
+  std::filesystem::copy(run(), altered, std::filesystem::copy_options::recursive);
+  std::string series = read_file(altered / "series.csv");
+  series[series.size() - 2] ^= 1;
+  write_file(altered / "series.csv", series);
+  EXPECT_THROW(post_process(altered, altered / "post"), IoError);
 }
 
 TEST_F(PostOfARun, PicturesAreDrawnFromTheFolder) {

@@ -94,7 +94,7 @@ TEST(Table, FaultsNameFileLineValueAndColumn) {
 
 TEST(SeriesWriter, EveryRowIsInTheFileWhenAppendReturns) {
   const TemporaryDirectory dir;
-  SeriesWriter series(dir / "s.csv", {"time_s", "x_m"});
+  SeriesWriter series(dir / "s.csv", 2, "time_s,x_m\n");
   for (int i = 0; i < 3; ++i) {
     EXPECT_EQ(Table::read(dir / "s.csv").rows(), static_cast<std::size_t>(i));
     series.append(std::vector<double>{0.1 * i, 1.0 * i});
@@ -103,59 +103,23 @@ TEST(SeriesWriter, EveryRowIsInTheFileWhenAppendReturns) {
   EXPECT_THROW(series.append(std::vector<double>{1.0}), IoError);
 }
 
-TEST(SeriesWriter, ResumedSeriesEqualsOneThatWasNeverStopped) {
+TEST(SeriesWriter, GoesOnAfterTheRowsItIsGiven) {
   const TemporaryDirectory dir;
-  const auto row = [](int i) { return std::vector<double>{0.1 * i, std::sin(i)}; };
   const Columns columns = {"time_s", "x_m"};
-  {
-    SeriesWriter whole(dir / "whole.csv", columns);
-    for (int i = 0; i < 20; ++i) whole.append(row(i));
-  }
-  // Killed after row 12, in the middle of the next one; the checkpoint is of row 7.
-  std::string torn;
-  {
-    SeriesWriter s(dir / "s.csv", columns);
-    for (int i = 0; i < 13; ++i) s.append(row(i));
-    torn = read_file(dir / "s.csv") + "1.3,0.4";
-  }
-  write_file(dir / "s.csv", torn);
-  {
-    SeriesWriter s = SeriesWriter::resume(dir / "s.csv", columns, 8, row(7)[0]);
-    for (int i = 8; i < 20; ++i) s.append(row(i));
-  }
-  EXPECT_EQ(read_file(dir / "s.csv"), read_file(dir / "whole.csv"));
-}
-
-TEST(SeriesWriter, ResumeMakesUpNoRowsThatAreGone) {
-  const TemporaryDirectory dir;
-  const std::vector<std::string> columns{"time_s", "x_m"};
-  const auto refusal = [&](std::string_view content, std::size_t rows, double time) {
-    write_file(dir / "s.csv", content);
-    const std::string message = testing::io_error_of([&] { (void)SeriesWriter::resume(dir / "s.csv", columns, rows, time); });
-    EXPECT_EQ(read_file(dir / "s.csv"), content);  // left as it was
-    EXPECT_NE(message.find((dir / "s.csv").string()), std::string::npos) << message;
-    return message;
-  };
-  EXPECT_THROW((void)SeriesWriter::resume(dir / "none.csv", columns, 1, 0.0), IoError);
-  EXPECT_FALSE(std::filesystem::exists(dir / "none.csv"));
-  EXPECT_NE(refusal("time_s,x_m\n0,1\n", 2, 1.0).find("holds 1 row, 2 are needed"), std::string::npos);
-  EXPECT_NE(refusal("time_s,x_m\n0,1\n1,2", 2, 1.0).find("holds 1 row,"), std::string::npos);  // torn inside the second
-  EXPECT_NE(refusal("", 1, 0.0).find("holds 0 rows"), std::string::npos);
-  EXPECT_NE(refusal("time_s,y_m\n0,1\n", 1, 0.0).find("time_s,y_m"), std::string::npos);
-  EXPECT_NE(refusal("time_s,x_m\n0,1\n3,2\n", 2, 1.0).find(":3: the row is of t = 3 s"), std::string::npos);
-  EXPECT_NE(refusal("time_s,x_m\n0\n1,2\n", 2, 1.0).find(":2: the row is damaged"), std::string::npos);
-  EXPECT_NE(refusal(std::string_view("time_s,x_m\n0,\0\0\n1,2\n", 20), 2, 1.0).find(":2: the row is damaged"), std::string::npos);
-  // What comes after the rows that stay may be anything, such as the zeros of a power cut.
-  write_file(dir / "s.csv", std::string_view("time_s,x_m\n0,1\n1,2\n\0\0\0\0\n", 24));
-  { SeriesWriter s = SeriesWriter::resume(dir / "s.csv", columns, 2, 1.0); }
-  EXPECT_EQ(read_file(dir / "s.csv"), "time_s,x_m\n0,1\n1,2\n");
+  const std::vector<std::vector<double>> values{{0.0, 0.1}, {1.0, std::sin(1.0)}};
+  write_table(dir / "table.csv", columns, values);
+  write_file(dir / "s.csv", "what a killed run left");
+  SeriesWriter series(dir / "s.csv", 2, table_text(columns, values));
+  EXPECT_EQ(read_file(dir / "s.csv"), read_file(dir / "table.csv"));
+  series.append(std::vector<double>{0.2, 3.0});
+  EXPECT_EQ(read_file(dir / "s.csv"), read_file(dir / "table.csv") + "0.2,3\n");
 }
 
 TEST(SeriesWriter, TellsWhenItsFileIsNotThereAnyMore) {
   const TemporaryDirectory dir;
   const std::vector<double> row{1.0};
   make_directory(dir / "run");
-  SeriesWriter deleted(dir / "run/s.csv", {"time_s"});
+  SeriesWriter deleted(dir / "run/s.csv", 1, "time_s\n");
   deleted.append(row);
   std::filesystem::rename(dir / "run", dir / "moved");
   EXPECT_NE(testing::io_error_of([&] { deleted.append(row); }).find("deleted, moved or replaced"), std::string::npos);
