@@ -11,6 +11,7 @@
 #include "commands.hpp"
 #include "libmpm/base/error.hpp"
 #include "libmpm/campaign/design_plan.hpp"
+#include "libmpm/driver/run_folder.hpp"
 #include "libmpm/io/atomic_file.hpp"
 #include "python_script.hpp"
 #include "run_control.hpp"
@@ -48,7 +49,25 @@ void print_plan(const DesignPlan& plan, const std::filesystem::path& out) {
   if (!advice.empty()) fmt::print(stderr, "(keys in these warnings are those of a case file: --set table.key=value, or the site file)\n");
 }
 
-void make_page(const std::filesystem::path& out) {
+/// Refuses a page of runs that do not belong to the site: those that are missing, unfinished, or of another case or duration.
+void require_finished(const DesignPlan& plan, const std::filesystem::path& out) {
+  std::vector<std::string> missing;
+  for (const CampaignRun& run : plan.campaign.runs) {
+    if (!finished_results(run_directory(out, run), run.spec)) missing.push_back(run_directory(out, run).string());
+  }
+  if (missing.empty()) return;
+  throw IoError(fmt::format("{} not finished for this site, first {}; run the same command without --page",
+                            missing.size() == 1 ? "1 run is" : fmt::format("{} runs are", missing.size()), missing.front()));
+}
+
+/// The page and what it is made from. Site, plan and page are written together under the lock of the folder, so that they belong to one
+/// another whatever another process does before and after.
+void make_page(const Site& site, const DesignPlan& plan, const std::filesystem::path& out) {
+  make_directory(out);
+  const DirectoryLock lock(out);
+  require_finished(plan, out);
+  write_file(out / "site.toml", write_site(site));
+  write_file(out / "design_plan.json", design_plan_json(plan));
   const auto script = find_script("design_page.py");
   if (!script)
     throw IoError(fmt::format("design_page.py was found neither in share/mpm/scripts beside this program nor in {}", MPM_SCRIPT_DIR));
@@ -72,14 +91,11 @@ void design(DesignArguments a) {
     fmt::print("{}", design_plan_json(plan));
     return;
   }
-  make_directory(out);
-  write_file(out / "site.toml", write_site(site));
-  write_file(out / "design_plan.json", design_plan_json(plan));
   if (!a.page_only) {
     a.campaign.seconds_between_reports = 15.0;
     run_campaign(plan.campaign, a.campaign);
   }
-  make_page(out);
+  make_page(site, plan, out);
 }
 
 }  // namespace

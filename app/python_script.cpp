@@ -1,9 +1,11 @@
 #include "python_script.hpp"
 
+#include <sys/prctl.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
 #include <cerrno>
+#include <csignal>
 
 #include "libmpm/base/process.hpp"
 
@@ -26,6 +28,7 @@ int run_script(const std::filesystem::path& script, const std::vector<std::strin
   const pid_t child = fork();
   if (child < 0) return 127;
   if (child == 0) {
+    prctl(PR_SET_PDEATHSIG, SIGTERM);  // a killed program leaves no script behind that writes into a folder which is not locked any more
     execv(python, argv.data());
     _exit(127);
   }

@@ -12,6 +12,7 @@
 #include "libmpm/base/error.hpp"
 #include "libmpm/driver/build_info.hpp"
 #include "libmpm/driver/case_file.hpp"
+#include "libmpm/driver/sampling.hpp"
 #include "libmpm/impact/semi_empirical.hpp"
 
 namespace mpm {
@@ -197,7 +198,14 @@ std::string design_plan_json(const DesignPlan& plan) {
   root["duration_s"] = plan.duration;
   root["particle_steps"] = plan.particle_steps;
   root["runs"] = Json::array();
-  for (const DesignRun& run : plan.runs) root["runs"].push_back({{"name", run.name}, {"snow", run.snow}, {"grid", run.grid}});
+  for (std::size_t r = 0; r < plan.runs.size(); ++r) {
+    const CampaignRun& run = plan.campaign.runs[r];
+    root["runs"].push_back({{"name", run.name},
+                            {"snow", plan.runs[r].snow},
+                            {"grid", plan.runs[r].grid},
+                            {"case_hash", run.case_hash},
+                            {"end_s", Sampling(run.spec).end()}});
+  }
   root["advice"] = Json::array();
   for (const DesignAdvice& a : design_advice(plan))
     root["advice"].push_back({{"rule", a.advice.rule}, {"text", a.advice.text()}, {"snows", a.snows}});

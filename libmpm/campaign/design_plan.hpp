@@ -62,7 +62,8 @@ struct DesignAdvice {
 /// Advice about the finest run of each snow, equal advice once. The coarser grids only serve to estimate the grid error.
 [[nodiscard]] std::vector<DesignAdvice> design_advice(const DesignPlan& plan);
 
-/// Content of design_plan.json: site, snows, grids, runs and the advice about them, for the page.
+/// Content of design_plan.json: site, snows, grids, runs with the case hash and the end that their results must have, and the advice about
+/// them, for the page.
 [[nodiscard]] std::string design_plan_json(const DesignPlan& plan);
 
 }  // namespace mpm

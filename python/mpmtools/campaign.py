@@ -47,14 +47,20 @@ class Campaign:
     @property
     def table(self):
         """results.csv as a DataFrame, a row a run; empty cells are NaN. Raises InputError before the first run."""
-        return read_series(os.path.join(self.folder, "results.csv"))
+        return read_series(os.path.join(self.folder, "results.csv"), dtype={"case_hash": str})  # a hash may look like a number
 
     @property
     def runs(self):
-        """{name: Run} of what is complete, in the order of the plan."""
+        """{name: Run} of what is complete and in the folder, in the order of the plan. Raises InputError where a folder holds another case
+        than its row of the table."""
         table = self.table
         done = table[table.status == "done"]
-        return {name: Run(os.path.join(self.folder, folder)) for name, folder in zip(done["name"], done["run"])}
+        runs = {}
+        for name, folder, case_hash in zip(done["name"], done["run"], done["case_hash"]):
+            path = os.path.join(self.folder, folder)
+            if os.path.isdir(path):  # rows of stored results have no folder
+                runs[name] = Run(path).require(case_hash, "`mpm campaign status` brings the table up to date")
+        return runs
 
     def _command(self, verb, *options, read=False):
         command = [find_program(), "campaign", verb, self.plan, "--out", self.folder, *options]

@@ -2,10 +2,9 @@
 
 from functools import cached_property
 
-import h5py
 import numpy as np
 
-from mpmtools.errors import InputError
+from mpmtools.checksums import open_h5
 
 
 class Frame:
@@ -47,7 +46,4 @@ class Frame:
         return float(self.attributes["time_s"])
 
     def _open(self):
-        try:
-            return h5py.File(self.path, "r")
-        except OSError as error:
-            raise InputError(f"cannot read '{self.path}': {error}") from None
+        return open_h5(self.path)

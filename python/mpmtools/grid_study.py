@@ -30,8 +30,9 @@ class GridStudy:
 
     @property
     def runs(self):
-        """The Run of every grid, in the order of the table."""
-        return [Run(os.path.join(self.folder, point["directory"])) for point in self.results["points"]]
+        """The Run of every grid, in the order of the table. Raises InputError where a folder holds another case than the study had there."""
+        return [Run(os.path.join(self.folder, point["directory"])).require(point["case_hash"], "run `mpm converge` again")
+                for point in self.results["points"]]
 
     def metric(self, name):
         """What is known about one metric, as a dict. Raises KeyError where it was not studied."""

@@ -8,6 +8,7 @@ from functools import cached_property
 import pandas as pd
 
 from mpmtools import equations, quantities
+from mpmtools.checksums import read_results, read_series_of
 from mpmtools.errors import InputError
 from mpmtools.frame import Frame
 from mpmtools.tables import read_series
@@ -48,19 +49,17 @@ class Run:
         path = self._find("results.json")
         if not path:
             return {}
-        try:
-            with open(path, encoding="utf-8") as file:
-                return json.load(file)
-        except ValueError as error:
-            raise InputError(f"{path}: {error}") from None
+        return read_results(path)
 
     @cached_property
     def series(self):
-        return self._table("series.csv")
+        path = self._find("series.csv")
+        return read_series_of(os.path.dirname(path)) if path else pd.DataFrame()
 
     @cached_property
     def profile(self):
-        return self._table("profile.csv")
+        path = self._find("profile.csv")
+        return read_series(path) if path else pd.DataFrame()
 
     @cached_property
     def frames(self):
@@ -92,6 +91,21 @@ class Run:
         """A number of results.json; None where there is none."""
         value = self.results.get(key)
         return value if isinstance(value, (int, float)) and not isinstance(value, bool) else None
+
+    def is_finished(self, case_hash, end=None):
+        """Did the run itself finish, and is it of the case with this hash? end: s, that it must have reached unless output.stop_when_steady
+        ended it; None: any."""
+        results = self.results
+        if results.get("case_hash") != case_hash or "measured_from" in results:  # the latter: by mpm post, from frames
+            return False
+        missing = 0.0 if end is None else end - (self.number("duration_s") or 0.0)
+        return abs(missing) <= 1e-9 * (end or 0.0) or (missing > 0.0 and bool(results.get("stopped_when_steady")))
+
+    def require(self, case_hash, remedy):
+        """This run, if is_finished(case_hash); else InputError, which ends in the remedy."""
+        if not self.is_finished(case_hash):
+            raise InputError(f"{self.folder}: it does not hold the finished run of the case with hash {case_hash}; {remedy}")
+        return self
 
     # ---- the set-up ----
 
@@ -178,6 +192,8 @@ class Run:
         folders = [folder for folder in (self.folder, self.fallback) if folder]
         return next((path for folder in folders if os.path.exists(path := os.path.join(folder, name))), None)
 
-    def _table(self, name):
-        path = self._find(name)
-        return read_series(path) if path else pd.DataFrame()
+
+def finished_run(folder, case_hash, end=None):
+    """The Run in a folder, if it is finished and of this case (Run.is_finished); else None."""
+    run = Run(folder) if os.path.exists(os.path.join(folder, "results.json")) else None
+    return run if run and run.is_finished(case_hash, end) else None

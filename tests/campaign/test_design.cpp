@@ -177,11 +177,16 @@ TEST(DesignPlans, AreCampaignPlansThatReadBack) {
 }
 
 TEST(DesignPlans, DescribeThemselvesForThePage) {
-  const auto json = nlohmann::json::parse(design_plan_json(make_design(site(), DesignLevel::quick)));
+  const DesignPlan plan = make_design(site(), DesignLevel::quick);
+  const auto json = nlohmann::json::parse(design_plan_json(plan));
   EXPECT_EQ(json["level"], "quick");
   EXPECT_EQ(json["mast"]["shape"], "cylinder");
   EXPECT_EQ(json["snows"].size(), 3U);
   EXPECT_EQ(json["runs"].size(), json["snows"].size() * json["grids"].size());
+  for (std::size_t r = 0; r < plan.runs.size(); ++r) {
+    EXPECT_EQ(json["runs"][r]["case_hash"], plan.campaign.runs[r].case_hash);
+    EXPECT_EQ(json["runs"][r]["end_s"], plan.duration);
+  }
   EXPECT_EQ(json["modes"][0]["frequency_hz"], 2.5);
 }
 

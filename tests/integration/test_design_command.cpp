@@ -67,6 +67,28 @@ TEST_F(DesignCommand, RunsTheEnsembleAndWritesThePageWithItsTables) {
   fs::remove(out / "design.html");
   EXPECT_EQ(design("--out loads --page").code, 0);
   EXPECT_TRUE(fs::exists(out / "design.html"));
+
+  // Another site, a changed result, and another process in the folder: no page, and everything stays as it was.
+  const auto kept = [&] { return content(out / "design.html") + content(out / "design_plan.json") + content(out / "site.toml"); };
+  const std::string before = kept();
+  std::string faster = small_site;
+  write(faster.replace(faster.find("3.0"), 3, "3.5"));
+  const Outcome other = design("--out loads --page");
+  EXPECT_EQ(other.code, static_cast<int>(ExitCode::io));
+  EXPECT_TRUE(contains(other.err, "2 runs are not finished for this site")) << other.err;
+  EXPECT_EQ(kept(), before);
+  write(small_site);
+  const Outcome busy = shell("flock loads/.lock '" MPM_APP "' design site.toml --out loads");
+  EXPECT_EQ(busy.code, static_cast<int>(ExitCode::io));
+  EXPECT_TRUE(contains(busy.err, "another process is running")) << busy.err;
+  EXPECT_EQ(kept(), before);
+  std::string results = content(out / "runs/only_w5/results.json");
+  std::ofstream(out / "runs/only_w5/results.json") << results.insert(results.find("\"force_peak_n\": ") + 16, "9");
+  EXPECT_EQ(design("--out loads --page").code, static_cast<int>(ExitCode::io));
+  EXPECT_EQ(kept(), before);
+  const Outcome repaired = design("--out loads");
+  EXPECT_EQ(repaired.code, 0) << repaired.err;
+  EXPECT_TRUE(contains(repaired.err, "1 run with damaged results; to be run again: only_w5")) << repaired.err;
 }
 
 TEST_F(DesignCommand, PrintsThePlanAndWritesNothing) {

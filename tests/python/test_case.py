@@ -157,6 +157,12 @@ class CasesInTheProgram(InFolder):
         self.assertEqual([run.case["material"]["critical_state_slope"] for run in runs.values()], [0.4, 0.8])
         self.assertIsInstance(next(iter(runs.values())), Run)
         self.assertIn("2 done, 0 running, 0 failed, 0 to do", campaign.status())
+        first, second = (pathlib.Path(run.folder) for run in runs.values())
+        (first / "results.json").write_bytes((second / "results.json").read_bytes())
+        with self.assertRaisesRegex(InputError, "does not hold the finished run of the case with hash .*campaign status"):
+            campaign.runs
+        with self.assertRaisesRegex(InputError, "series.csv: it does not match its checksum"):
+            Run(first).series
         with self.assertRaisesRegex(InputError, "no such plan"):
             Campaign(self.folder / "none.toml")
 

@@ -12,7 +12,7 @@ import unittest.mock
 import urllib.parse
 import zlib
 
-import h5py
+from in_folder import sealed_h5
 import numpy as np
 import pandas as pd
 
@@ -53,6 +53,9 @@ class GridUncertainties(unittest.TestCase):
         steep = grid_estimate([0.4, 0.2, 0.1], [1.0, 1.9, 1.91])
         self.assertGreater(steep.order, 2.0)
         self.assertAlmostEqual(steep.uncertainty, 1.25 * 0.91)
+        close = grid_estimate([0.3, 0.24, 0.2], [1.0, 1.3, 1.4])
+        self.assertGreater(close.order, 2.0)
+        self.assertAlmostEqual(close.uncertainty, 3 * 0.1 / 0.2)  # what the two finest give; 1.25 times the range would be less
 
     def test_take_first_order_and_three_on_two_grids(self):
         self.assertAlmostEqual(grid_estimate([0.2, 0.1], [2.0, 2.1]).uncertainty, 0.3)
@@ -138,7 +141,7 @@ class DesignFolder(InFolder):
         for snow, factor in (("soft", 1.0), ("firm", 1.2)):
             for grid, size in enumerate(self.SIZES):
                 name = f"{snow}_w{(3, 5, 11)[grid]}"
-                self.runs.append({"name": name, "snow": int(snow == "firm"), "grid": grid})
+                self.runs.append({"name": name, "snow": int(snow == "firm"), "grid": grid, "case_hash": f"hash of {name}", "end_s": 8.0})
                 self.make_run(name, size, 1e5 * factor * (1 + size), final=grid == 2)
         self.plan = {
             "format_version": 1, "title": "Test <mast>", "version": "0", "commit": "abc", "level": "quick",
@@ -167,11 +170,12 @@ class DesignFolder(InFolder):
         series.to_csv(self.folder / folder / "series.csv", index=False)
         z = np.arange(0.1, 10, 0.2)
         shape = np.where(z < 3, 1.0, 0.0) / 3.0
-        with h5py.File(self.folder / folder / "profiles.h5", "w") as file:
+        with sealed_h5(self.folder / folder / "profiles.h5", "w") as file:
             file["time_s"], file["z_m"] = time, z
             file["force_x_per_height_n_m"] = np.nan_to_num(pushed)[:, None] * shape
             file["pressure_pa"] = np.nan_to_num(pushed)[:, None] * shape * 0.9
-        results = {"steady": True, "steady_from_s": 3.0, "steady_to_s": 8.0, "runup_mean_m": 5.0 - size, "runup_standard_error_m": 0.02, "runup_p99_mean_m": 4.0, "runup_p99_standard_error_m": 0.01, "runup_p99_numerical_uncertainty_m": 0.2,
+        results = {"case_hash": f"hash of {name}", "duration_s": 8.0, "steady": True, "steady_from_s": 3.0, "steady_to_s": 8.0, "runup_mean_m": 5.0 - size,
+                   "runup_standard_error_m": 0.02, "runup_p99_mean_m": 4.0, "runup_p99_standard_error_m": 0.01, "runup_p99_numerical_uncertainty_m": 0.2,
                    "runup_numerical_uncertainty_m": 0.3, "pressure_height_mean_m": 3.0, "pressure_height_standard_error_m": 0.01,
                    "pressure_height_numerical_uncertainty_m": 0.1, "force_mean_n": [force, 0, 0], "force_standard_error_n": [500.0, 0, 0],
                    "force_x_numerical_uncertainty_n": 0.02 * force, "overturning_moment_axis_x_m": 0.5, "overturning_moment_mean_n_m": 1.55 * force,
@@ -179,7 +183,7 @@ class DesignFolder(InFolder):
                    "wall_time_s": 60.0, "threads": 2}
         self.write(f"{folder}/results.json", json.dumps(results))
         if final:
-            with h5py.File(self.folder / folder / "final.h5", "w") as file:
+            with sealed_h5(self.folder / folder / "final.h5", "w") as file:
                 rng = np.random.default_rng(1)
                 file.attrs["time_s"] = 8.0
                 file["position_m"] = rng.uniform([-6, 0, 0], [3, 4, 2], (500, 3))
@@ -273,7 +277,22 @@ class ResultsOfADesign(DesignFolder):
 
     def test_name_runs_that_are_missing(self):
         (self.folder / "runs" / "firm_w5" / "results.json").unlink()
-        with self.assertRaisesRegex(InputError, "^1 run is not finished, first .*firm_w5"):
+        with self.assertRaisesRegex(InputError, "^1 run is not finished, or of another site, first .*firm_w5"):
+            Ensemble(self.folder)
+
+    def test_refuse_runs_of_another_site_or_duration_and_what_mpm_post_wrote(self):
+        path = self.folder / "runs" / "firm_w5" / "results.json"
+        results = json.loads(path.read_text())
+        for change in ({"case_hash": "another"}, {"duration_s": 7.0}, {"measured_from": "frames"}, {"duration_s": None}):
+            path.write_text(json.dumps({**results, **change}))
+            with self.assertRaisesRegex(InputError, "^1 run is not finished, or of another site, first .*firm_w5"):
+                Ensemble(self.folder)
+        path.write_text(json.dumps({**results, "duration_s": 7.0, "stopped_when_steady": True}))
+        self.assertEqual(len(Ensemble(self.folder).runs), 2)
+
+    def test_refuse_a_plan_that_does_not_name_its_cases(self):
+        self.write("design_plan.json", json.dumps({**self.plan, "runs": [{k: r[k] for k in ("name", "snow", "grid")} for r in self.runs]}))
+        with self.assertRaisesRegex(InputError, "mpm design SITE --page"):
             Ensemble(self.folder)
 
     def test_name_a_folder_that_is_no_design(self):

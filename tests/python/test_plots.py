@@ -7,8 +7,8 @@ import sys
 import unittest
 import xml.etree.ElementTree as xml
 
-import h5py
 import matplotlib
+from in_folder import sealed_h5
 import numpy as np
 
 from mpmtools import Frame, Run, plots, vtk_arrays, write_vtp
@@ -54,7 +54,7 @@ class Plots(RunFolder):
                          ["paper's equation, extrapolated: 5 m", "paper's equation, extrapolated: 2.5 m"])
 
     def test_from_above_show_both_halves_of_a_mirrored_flow(self):
-        with h5py.File(self.folder / "frames" / "00001.h5", "a") as file:
+        with sealed_h5(self.folder / "frames" / "00001.h5", "a") as file:
             file.attrs["mirror_y"] = 1
         shown = plots.plan_view(Run(self.folder)).collections[0].get_offsets()
         self.assertEqual(sorted(shown[:, 1].round(3)), [-1.6, -0.2, -0.1, 0.1, 0.2, 1.6])
@@ -99,7 +99,7 @@ class Quantities(RunFolder):
 class Particles(RunFolder):
     def frame(self, **mirrors):
         path = self.folder / "frame.h5"
-        with h5py.File(path, "w") as file:
+        with sealed_h5(path, "w") as file:
             file.attrs.update(time_s=1.0, **mirrors)
             file["position_m"] = [[1.0, 2.0, 3.0], [4.0, 5.0, 6.0]]
             file["velocity_m_s"] = np.array([[3.0, 4.0, 0.0], [0.0, 1.0, 0.0]], np.float32)

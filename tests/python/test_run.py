@@ -2,10 +2,11 @@
 
 import unittest
 
-import h5py
+from in_folder import sealed_h5
 import numpy as np
 
 from mpmtools import Run
+from mpmtools.checksums import checksum
 from mpmtools.errors import InputError
 from mpmtools.figures import run_pictures
 from mpmtools.figures.bench_history import draw_history, history_figure
@@ -43,7 +44,7 @@ class RunFolder(InFolder):
         self.write("profile.csv", "z_m,pressure_pa,smoothed_pressure_pa\n0.1,4000,3900\n0.3,2000,2100\n0.5,1000,900\n")
         (self.folder / "frames").mkdir()
         for i, time in enumerate((0.0, 1.5)):
-            with h5py.File(self.folder / "frames" / f"0000{i}.h5", "w") as file:
+            with sealed_h5(self.folder / "frames" / f"0000{i}.h5", "w") as file:
                 file.attrs["time_s"] = time
                 file["position_m"] = [[-0.3, 0.2, 0.4], [-1.0, 0.1, 2.0], [-1.0, 1.6, 9.0]]  # the last is beside the measuring strip
                 file["volume_ratio"] = [0.5, 1.0, 1.0]
@@ -81,6 +82,51 @@ class Runs(RunFolder):
         for conveyor, mirrored in (("true", True), ("false", False)):
             self.write("case.toml", f"[conveyor]\nmirror_y = {conveyor}\n")
             self.assertEqual(Run(self.folder).mirrored_y, mirrored, conveyor)
+
+
+class Checksums(RunFolder):
+    """What a run wrote is what is read: a digit that changed is an error that names the file."""
+
+    def setUp(self):
+        super().setUp()
+        series = SERIES + "0,1,1,nan,0,0,0,0,0,0\n1,5,4,2,9,0,1,0,2,0\n"
+        self.write("series.csv", series)
+        results = '{\n  "series_crc32": "' + checksum(series.encode()) + '",\n  "crc32": "00000000",\n  "runup_mean_m": 6.5\n}\n'
+        self.results = results.replace("00000000", checksum(results.encode()))
+        self.write("results.json", self.results)
+
+    def test_that_are_right_are_not_noticed(self):
+        run = Run(self.folder)
+        self.assertEqual((run.number("runup_mean_m"), len(run.series)), (6.5, 2))
+
+    def test_refuse_altered_results(self):
+        for altered in (self.results.replace("6.5", "9e9"), self.results[:-1], "[]"):
+            self.write("results.json", altered)
+            with self.assertRaisesRegex(InputError, "results.json"):
+                Run(self.folder).results
+
+    def test_refuse_an_altered_series(self):
+        for altered in (SERIES + "0,1,1,nan,0,0,0,0,0,0\n1,5,4,2,9e9,0,1,0,2,0\n", SERIES + "0,1,1,nan,0,0,0,0,0,0\n"):
+            self.write("series.csv", altered)
+            with self.assertRaisesRegex(InputError, "series.csv: it does not match its checksum"):
+                Run(self.folder).series
+
+    def test_refuse_an_altered_frame(self):
+        path = self.folder / "frames" / "00000.h5"
+        content = path.read_bytes()
+        self.assertEqual(Run(self.folder).frames[0].time, 0.0)
+        for altered in (content[:-30] + b"x" + content[-29:], content[:-1], content[:-16] + bytes(16), content[:5], b""):
+            path.write_bytes(altered)
+            with self.assertRaisesRegex(InputError, "00000.h5"):
+                Run(self.folder).frames[0]["position_m"]
+
+    def test_tell_whose_results_they_are(self):
+        self.write("results.json", '{"case_hash": "1234", "duration_s": 2.0}')
+        run = Run(self.folder)
+        self.assertTrue(run.is_finished("1234") and run.is_finished("1234", 2.0))
+        self.assertFalse(run.is_finished("1235") or run.is_finished("1234", 2.5) or run.is_finished("1234", 1.5))
+        with self.assertRaisesRegex(InputError, "run it again"):
+            run.require("1235", "run it again")
 
 
 class Pictures(RunFolder):

@@ -3,7 +3,7 @@
 import json
 import unittest
 
-import h5py
+from in_folder import sealed_h5
 import numpy as np
 import pandas as pd
 
@@ -234,7 +234,7 @@ class Histories(InFolder):
     def test_sections_hold_the_particles_of_the_measuring_strip(self):
         (self.folder / "fast").mkdir()
         self.write("fast/profile.csv", "z_m,pressure_pa,smoothed_pressure_pa,force_per_height_n_m\n0.1,5,4,3\n0.3,2,1,0\n")
-        with h5py.File(self.folder / "fast" / "final.h5", "w") as file:
+        with sealed_h5(self.folder / "fast" / "final.h5", "w") as file:
             # Near the axis; outside the strip of 3/7 w = 0.75 m; too far upstream (6 H = 10.5 m).
             file["position_m"] = [[-1.0, 0.7, 0.5], [-1.0, 0.8, 0.5], [-10.6, 0.0, 0.5]]
             file["kirchhoff_stress_pa"] = [[-200.0] + [0.0] * 5] * 3

@@ -8,7 +8,7 @@ import shutil
 import subprocess
 import unittest
 
-import h5py
+from in_folder import sealed_h5
 import numpy as np
 
 from mpmtools.figures import view_page
@@ -35,7 +35,7 @@ class ViewFolder(RunFolder):
         for i, time in enumerate((0.0, 1.5)):
             place = random.uniform([-4.0, 0.0, 0.0], [0.0, 3.0, 2.0], size=(self.COUNT, 3))
             self.places.append(place)
-            with h5py.File(self.folder / "frames" / f"0000{i}.h5", "w") as file:
+            with sealed_h5(self.folder / "frames" / f"0000{i}.h5", "w") as file:
                 file.attrs.update(time_s=time, mirror_x=0, mirror_y=1)
                 file["id"] = np.arange(self.COUNT, dtype=np.uint64)
                 file["position_m"] = place
@@ -145,7 +145,7 @@ class Browser(ViewFolder):
 
     def test_shows_nothing_coloured_where_nothing_is(self):
         for i in (0, 1):
-            with h5py.File(self.folder / "frames" / f"0000{i}.h5", "a") as file:
+            with sealed_h5(self.folder / "frames" / f"0000{i}.h5", "a") as file:
                 for name in list(file):
                     values = file[name][:1]
                     del file[name]

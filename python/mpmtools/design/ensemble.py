@@ -4,7 +4,7 @@ import json
 import os
 
 from mpmtools.errors import InputError
-from mpmtools.run import Run
+from mpmtools.run import finished_run
 from mpmtools.wording import counted, verb
 
 FORMAT_VERSION = 1
@@ -28,14 +28,15 @@ class Ensemble:
         self.runs = [[None] * len(self.plan["grids"]) for _ in self.plan["snows"]]
         unfinished = []
         for entry in self.plan["runs"]:
-            folder = os.path.join(self.folder, "runs", entry["name"])
-            if os.path.exists(os.path.join(folder, "results.json")):
-                self.runs[entry["snow"]][entry["grid"]] = Run(folder)
-            else:
-                unfinished.append(folder)
+            if "case_hash" not in entry:
+                raise InputError(f"{path}: it does not name the cases of its runs, as an older version wrote it; `mpm design SITE --page` writes it again")
+            run = finished_run(os.path.join(self.folder, "runs", entry["name"]), entry["case_hash"], entry["end_s"])
+            if run is None:
+                unfinished.append(entry["name"])
+            self.runs[entry["snow"]][entry["grid"]] = run
         if unfinished:
-            raise InputError(f"{counted(len(unfinished), 'run')} {verb(len(unfinished), 'is', 'are')} not finished, first {unfinished[0]}; "
-                             "`mpm design` runs what is missing")
+            raise InputError(f"{counted(len(unfinished), 'run')} {verb(len(unfinished), 'is', 'are')} not finished, or of another site, first "
+                             f"{os.path.join(self.folder, 'runs', unfinished[0])}; `mpm design` runs what is missing")
 
     @property
     def sizes(self):

@@ -5,9 +5,9 @@ import os
 from functools import cached_property
 from typing import NamedTuple
 
-import h5py
 import numpy as np
 
+from mpmtools.checksums import open_h5
 from mpmtools.design.oscillator import equivalent_static_force
 from mpmtools.errors import InputError
 
@@ -121,10 +121,10 @@ class Loads:
         the moving mean at each height, not at one time); 'stress': the paper's profile of stress before the mast, its steady mean."""
         path = os.path.join(self.run.folder, "profiles.h5")
         try:
-            with h5py.File(path, "r") as file:
+            with open_h5(path) as file:
                 z, pressure = file["z_m"][:], file["force_x_per_height_n_m"][1:] / self.run.case["obstacle"]["width_m"]
                 stress = file["pressure_pa"][1:]
-        except (OSError, KeyError) as error:
+        except KeyError as error:
             raise InputError(f"{path}: {error}; run `mpm design` again") from None
         smooth = moving_mean(pressure, self.rows)
         nothing = np.full(len(z), math.nan)

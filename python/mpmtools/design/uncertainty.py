@@ -1,9 +1,9 @@
 """Numerical uncertainty from two or three grids, and how it adds to the statistical error.
 
 Three grids: observed order by Celik et al. (2008, J. Fluids Eng. 130, 078001), grid convergence index (GCI) by Roache with a safety factor
-of 1.25 for a credible order, CREDIBLE. A faster order is not believed: second order is taken, and at least 1.25 times the range of the
-values. Without an order (oscillation, growing differences, slower than CREDIBLE) three times the range of the values (both after Eca and
-Hoekstra 2009, Computers & Fluids 38, 1580). Two grids: first order is taken, and a safety factor of 3 (Roache).
+of 1.25 for a credible order, CREDIBLE. A faster order is not believed: 1.25 times the range of the values. Without an order (oscillation,
+growing differences, slower than CREDIBLE) three times the range of the values (both after Eca and Hoekstra 2009, Computers & Fluids 38,
+1580). Both are at least what two grids give: first order is taken, and a safety factor of 3 (Roache).
 """
 
 import math
@@ -48,19 +48,20 @@ def grid_estimate(sizes, values):
     if len(known) < 2 or known[-1][0] != sizes[-1]:
         return GridEstimate(math.nan, math.nan, math.nan, "fewer than two grids have a value")
     sizes, values = zip(*known[-3:])
-    ratio, change = sizes[-2] / sizes[-1], abs(values[-1] - values[-2])
+    ratio = sizes[-2] / sizes[-1]
+    two_finest = 3.0 * abs(values[-1] - values[-2]) / (ratio**TWO_GRIDS_ORDER - 1.0)
     if len(known) == 2:
-        return GridEstimate(3.0 * change / (ratio**TWO_GRIDS_ORDER - 1.0), math.nan, math.nan, "two grids: first order taken, safety factor 3")
+        return GridEstimate(two_finest, math.nan, math.nan, "two grids: first order taken, safety factor 3")
     order = observed_order(sizes, values)
     spread = max(values) - min(values)
     if math.isfinite(order) and CREDIBLE[0] <= order <= CREDIBLE[1]:
         step = (values[-1] - values[-2]) / (ratio**order - 1.0)
         return GridEstimate(1.25 * abs(step), order, values[-1] + step, f"three grids, order {order:.2f}, safety factor 1.25")
-    if math.isfinite(order) and order > CREDIBLE[1]:
-        uncertainty = 1.25 * max(change / (ratio ** CREDIBLE[1] - 1.0), spread)
-        return GridEstimate(uncertainty, order, math.nan, f"three grids, order {order:.2f} is not believed: 1.25 times the range of the values")
-    text = f"order {order:.2f}" if math.isfinite(order) else "no order"
-    return GridEstimate(3.0 * spread, order, math.nan, f"three grids, {text}, not converging: 3 times the range of the values")
+    factor, text = 3.0, "no order is observed"
+    if math.isfinite(order):
+        factor, text = 1.25 if order > CREDIBLE[1] else 3.0, f"order {order:.2f} is not believed"
+    method = f"{factor:g} times the range of the values" if factor * spread >= two_finest else "first order taken, safety factor 3"
+    return GridEstimate(max(factor * spread, two_finest), order, math.nan, f"three grids, {text}: {method}")
 
 
 def combined(grid, standard_error):

@@ -2,10 +2,10 @@
 
 import os
 
-import h5py
 import numpy as np
 import pandas as pd
 
+from mpmtools.checksums import open_h5, read_series_of
 from mpmtools.scores import same_input
 from mpmtools.statistics import estimate_mean
 from mpmtools.study.fits import NARROW, fit_set
@@ -19,10 +19,9 @@ ENVELOPE_COLUMNS = ["froude_number", "time_s", "runs", "all_runs", "runup_low", 
 
 def series_of(run):
     """Heights over H in time: columns runup and pressure_height, index time_s. None where the folder of the run holds none."""
-    path = os.path.join(run.folder, "series.csv")
-    if not run.folder or not os.path.exists(path):
+    if not run.folder or not os.path.exists(os.path.join(run.folder, "series.csv")):
         return None
-    series = read_series(path).set_index("time_s")[["runup_m", "pressure_height_m"]] / run.flow_height_m
+    series = read_series_of(run.folder).set_index("time_s")[["runup_m", "pressure_height_m"]] / run.flow_height_m
     return series.set_axis(["runup", "pressure_height"], axis=1) if len(series) else None
 
 
@@ -81,10 +80,10 @@ def run_means(table, part):
     heights = numbers(table, "flow_height_m")
     rows = {}
     for index, run in table[table.status == "done"].iterrows():
-        file = os.path.join(run_folder(table, run["name"]), "series.csv")
-        if not os.path.exists(file):
+        folder = run_folder(table, run["name"])
+        if not os.path.exists(os.path.join(folder, "series.csv")):
             continue
-        chosen = part(read_series(file).set_index("time_s"), run)
+        chosen = part(read_series_of(folder).set_index("time_s"), run)
         if chosen.empty:
             continue
         row = {"from_s": chosen.index[0], "to_s": chosen.index[-1]}
@@ -139,7 +138,7 @@ def sections(runs, rheology):
 
 def _section(path, run):
     """Particles in the strip of the paper's measurements (Appendix A2), and their mean spacing, m."""
-    with h5py.File(path, "r") as file:
+    with open_h5(path) as file:
         position, ratio = file["position_m"][:], file["volume_ratio"][:]
         kirchhoff_xx, volume = file["kirchhoff_stress_pa"][:, 0], file["reference_volume_m3"][:]
     x, y, z = position.T

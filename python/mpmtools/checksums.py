@@ -1,0 +1,75 @@
+"""Files of a run, read only if they match their checksums: what a run wrote is what is evaluated."""
+
+import functools
+import json
+import os
+import re
+import zlib
+
+import h5py
+
+from mpmtools.errors import InputError
+from mpmtools.tables import read_series
+
+REMEDY = "`mpm run --resume` writes it again"
+SEAL = b"MPMCRC32"  # and eight digits: the end of every HDF5 file of libmpm
+ENTRY = re.compile(rb'(?<="crc32": ")[0-9a-f]{8}(?=")')  # of results.json: its own checksum, computed with zeros in its place
+
+
+def checksum(data):
+    """CRC-32 of bytes as eight hexadecimal digits."""
+    return f"{zlib.crc32(data):08x}"
+
+
+def open_h5(path):
+    """An HDF5 file of libmpm, opened for reading. InputError if it cannot be read, or does not match its checksum."""
+    try:
+        status = os.stat(path)
+        _check_seal(str(path), status.st_mtime_ns, status.st_size)
+        return h5py.File(path, "r")
+    except OSError as error:
+        raise InputError(f"cannot read '{path}': {error}") from None
+
+
+@functools.lru_cache(maxsize=1024)
+def _check_seal(path, _changed, size):
+    """Reads the file once, in pieces, for as long as it does not change."""
+    crc, rest = 0, size - len(SEAL) - 8
+    with open(path, "rb") as file:
+        while rest > 0 and (piece := file.read(min(rest, 1 << 20))):
+            crc, rest = zlib.crc32(piece, crc), rest - len(piece)
+        end = file.read()
+    if not end.startswith(SEAL):
+        raise InputError(f"cannot read '{path}': it does not end as files of libmpm do; it was cut off, or another program wrote it")
+    if end != SEAL + b"%08x" % crc:
+        raise InputError(f"cannot read '{path}': it does not match its checksum; it was altered or damaged")
+
+
+def read_results(path):
+    """results.json as a dict. InputError if it does not match its checksum; without one, an older version wrote it."""
+    try:
+        with open(path, "rb") as file:
+            content = file.read()
+        results = json.loads(content)
+    except OSError as error:
+        raise InputError(f"cannot read '{path}': {error.strerror}") from None
+    except (ValueError, RecursionError) as error:
+        raise InputError(f"{path}: {error}") from None
+    if not isinstance(results, dict):
+        raise InputError(f"{path}: it holds no JSON object; {REMEDY}")
+    found = ENTRY.search(content)
+    right = found and checksum(content[:found.start()] + b"0" * 8 + content[found.end():]) == found[0].decode()
+    if not right and b"crc32" in content:
+        raise InputError(f"{path}: it does not match its checksum; {REMEDY}")
+    return results
+
+
+def read_series_of(folder):
+    """series.csv in the folder of a run. InputError if it does not match its checksum in results.json."""
+    path, results = os.path.join(folder, "series.csv"), os.path.join(folder, "results.json")
+    expected = read_results(results).get("series_crc32") if os.path.exists(results) else None
+    if expected is not None:
+        with open(path, "rb") as file:
+            if checksum(file.read()) != expected:
+                raise InputError(f"{path}: it does not match its checksum in results.json; {REMEDY}")
+    return read_series(path)
