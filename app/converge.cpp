@@ -35,7 +35,7 @@ struct ConvergeArguments {
   double formal_order = 1.0;
   std::filesystem::path out;
   int threads = 0, ranks = 1;
-  bool resume = false, force = false;
+  bool resume = false, force = false, details = false;
 };
 
 Sweep sweep_of(const ConvergeArguments& a) {
@@ -43,25 +43,6 @@ Sweep sweep_of(const ConvergeArguments& a) {
   if (!a.particles_per_cell.empty()) return {SweepKind::particles_per_cell, a.particles_per_cell, {}};
   if (!a.cfl.empty()) return {SweepKind::cfl, a.cfl, {}};
   return {SweepKind::offset, a.offset, a.offset_axes};
-}
-
-/// Warnings of settings that invalidate a grid study.
-std::vector<std::string> cautions(const Case& c, const Sweep& sweep) {
-  std::vector<std::string> notes;
-  if (sweep.kind != SweepKind::cell_size || !c.conveyor || !c.obstacle) return notes;
-  const MeasurementSpec& m = c.measurement;
-  if (!m.bin_height || !m.filter_length || !m.box_upstream || !m.box_inside) {
-    notes.emplace_back(
-        "the windows of the pressure profile follow the cell size, and their bias with them: fix bin_height_m, filter_length_m, "
-        "box_upstream_m and box_inside_m in [measurement] for a study of pressures");
-  }
-  std::vector<std::string> odd;
-  for (const double dx : sweep.values) {
-    const double cells = c.obstacle->width() / dx;
-    if (std::abs(cells - std::round(cells)) > 1e-6) odd.push_back(fmt::format("{} ({:.3g} cells)", dx, cells));
-  }
-  if (!odd.empty()) notes.push_back(fmt::format("the obstacle's width is not a whole number of cells at {}", fmt::join(odd, ", ")));
-  return notes;
 }
 
 std::string short_number(double x) { return std::isfinite(x) ? fmt::format("{:.5g}", x + 0.0) : "none"; }  // + 0.0: no "-0"
@@ -81,7 +62,7 @@ void print_values(const Sweep& sweep, const std::vector<MetricConvergence>& metr
   }
 }
 
-void print_convergence(const MetricConvergence& s) {
+void print_convergence(const MetricConvergence& s, bool details) {
   fmt::print("\n{}\n", s.name);
   const auto line = [](std::string_view what, const std::string& text) { fmt::print("  {:<28}{}\n", what, text); };
   if (s.exact) {
@@ -91,7 +72,7 @@ void print_convergence(const MetricConvergence& s) {
     line(fmt::format("errors against {}", format_number(*s.exact)), fmt::format("{}", fmt::join(errors, ", ")));
     if (!s.error_order.empty()) line("orders of the errors", fmt::format("{:.2f}", fmt::join(s.error_order, ", ")));
   }
-  if (s.convergence) {
+  if (s.convergence && details) {
     const Convergence& g = *s.convergence;
     for (std::size_t i = 0; i < g.triples.size(); ++i) {
       const ThreeGrids& t = g.triples[i];
@@ -106,12 +87,18 @@ void print_convergence(const MetricConvergence& s) {
            fmt::format("limit {}, {}, uncertainty {} ({:.2g} %)", short_number(g.least_squares_limit),
                        std::isfinite(g.least_squares_order) ? fmt::format("order {:.2f}", g.least_squares_order) : "prescribed orders",
                        short_number(g.least_squares_uncertainty), 100.0 * g.least_squares_uncertainty / std::abs(g.value.back())));
-    } else {
-      line("numerical uncertainty",
-           fmt::format("{} ({:.2g} %)", short_number(g.uncertainty), 100.0 * g.uncertainty / std::abs(g.value.back())));
     }
+    line("numerical uncertainty",
+         fmt::format("{} ({:.2g} %), {}", short_number(g.uncertainty), 100.0 * g.uncertainty / std::abs(g.value.back()), g.basis));
   }
   line("verdict", s.verdict);
+}
+
+/// Prints the value and the uncertainty to quote for each metric, and what to know before they are used.
+void print_quotes(const Case& spec, const Sweep& sweep, const std::vector<MetricConvergence>& metrics) {
+  fmt::print("\n");
+  for (const MetricConvergence& m : metrics) fmt::print("{}\n", quote(m));
+  for (const std::string& note : study_notes(spec, sweep)) fmt::print("note: {}\n", note);
 }
 
 /// Refuses cases that cannot be computed, and prints the estimated cost of each value of the sweep.
@@ -126,7 +113,7 @@ void check(const ConvergeArguments& arguments, const Case& spec, const Sweep& sw
     fmt::print(stderr, "{} = {}: {:.3g} particles, {:.3g} steps, {:.3g} particle-steps\n", to_string(sweep.kind), format_number(value),
                need.particles, need.steps, need.particle_steps);
   }
-  for (const std::string& note : cautions(spec, sweep)) fmt::print(stderr, "note: {}\n", note);
+  for (const std::string& note : study_notes(spec, sweep)) fmt::print(stderr, "note: {}\n", note);
 }
 
 /// Runs the sweep, with progress; does not return if a signal stopped it.
@@ -185,7 +172,10 @@ void converge(const ConvergeArguments& arguments) {
   write_file(out / "converge.json", converge_json(spec, sweep, points, metrics));
   write_converge_table(out / "converge.csv", sweep, metrics);
   print_values(sweep, metrics);
-  for (const MetricConvergence& m : metrics) print_convergence(m);
+  for (const MetricConvergence& m : metrics) {
+    if (arguments.details || m.exact) print_convergence(m, arguments.details);
+  }
+  print_quotes(spec, sweep, metrics);
   fmt::print(stderr, "wrote {} and converge.csv\n", (out / "converge.json").string());
 }
 
@@ -195,8 +185,8 @@ void add_converge(CLI::App& app) {
   CLI::App* command = app.add_subcommand(
       "converge",
       "Compute a case at several cell sizes (or particles per cell, CFL numbers, offsets against the grid), and estimate the numerical "
-      "uncertainty of its metrics: observed orders, Richardson limit, grid convergence index, least-squares uncertainty, and whether the "
-      "grids are in the asymptotic range. Each run has a folder of its own (dx_0.25, ...); converge.json and converge.csv are beside them");
+      "uncertainty of its metrics: one line for each with the value and the uncertainty to quote; --details: how it was found. Each run "
+      "has a folder of its own (dx_0.25, ...); converge.json and converge.csv are beside them");
   const auto a = std::make_shared<ConvergeArguments>();
   add_case_arguments(*command, a->input);
   CLI::Option_group* sweeps = command->add_option_group("sweep", "What is varied: one of");
@@ -214,6 +204,7 @@ void add_converge(CLI::App& app) {
       ->delimiter(',')
       ->required();
   command->add_option("--exact", a->exact, "Exact values, one for each metric: also print the errors and their orders")->delimiter(',');
+  command->add_flag("--details", a->details, "Also print how the uncertainty was found: orders, Richardson limit, GCI, least squares");
   command->add_option("--formal-order", a->formal_order, "Order that the scheme should have: 1 at walls, 2 in smooth flow without walls")
       ->check(in_range(0.1, 10.0))
       ->capture_default_str();

@@ -126,16 +126,35 @@ void least_squares(Convergence& c) {
   }
 }
 
-/// Eca & Hoekstra (2009), for three grids: GCI with a credible order. A higher order than the formal one is not trusted: formal
-/// order and at least 1.25 times the range of the values; three times the range where there is no order, or too low a one.
-double three_grid_uncertainty(const Convergence& c, bool credible, double formal_order) {
-  const std::vector<double>&f = c.value, &h = c.size;
-  const auto [low, high] = std::minmax_element(f.begin(), f.end());
-  const double range = *high - *low, change = std::abs(f[2] - f[1]);
-  if (c.behaviour == Behaviour::constant) return range;
-  if (credible) return c.gci * std::abs(f[2]);
-  if (c.order > formal_order) return 1.25 * std::max(change / std::expm1(formal_order * std::log(h[1] / h[2])), range);
-  return 3.0 * range;
+/// Sets `uncertainty` and `basis`. For three grids Eca & Hoekstra (2009); a higher order than the formal one is not trusted.
+void decide_on_uncertainty(Convergence& c, bool credible, double formal_order) {
+  const std::string fit = fmt::format("least squares over {} grids", c.size.size());
+  const bool fitted = c.size.size() >= 4, constant = c.behaviour == Behaviour::constant;
+  const auto [low, high] = std::minmax_element(c.value.end() - 3, c.value.end());
+  const double range = *high - *low, gci = c.gci * std::abs(c.value.back());
+  if (fitted && (constant || credible || std::isfinite(c.order + c.least_squares_order))) {
+    c.uncertainty = c.least_squares_uncertainty;
+    c.basis = fit;
+  } else if (constant) {
+    c.uncertainty = range;
+    c.basis = "the values agree to round-off";
+  } else if (credible) {
+    c.uncertainty = gci;
+    c.basis = fmt::format("grid convergence index, order {:.2f}, safety factor {}", c.order, c.safety_factor);
+  } else {
+    const double factor = c.order > formal_order ? 1.25 : 3.0;
+    c.uncertainty = factor * range;
+    c.basis = fmt::format("{} times the range of the three finest grids", factor);
+    if (fitted && c.least_squares_uncertainty < c.uncertainty) {
+      c.uncertainty = c.least_squares_uncertainty;
+      c.basis = fit;
+    }
+    if (gci > c.uncertainty) {
+      c.uncertainty = gci;
+      c.basis = fmt::format("grid convergence index, safety factor {}", c.safety_factor);
+    }
+    c.basis += "; no order of convergence is observed";
+  }
 }
 
 /// Sets `asymptotic` and `remark`: whether all observed orders agree. Values that agree to round-off have
@@ -224,7 +243,7 @@ ThreeGrids observed_order(double h1, double f1, double h2, double f2, double h3,
   return {Behaviour::monotone, p, f1 - e21 / std::expm1(p * l21)};
 }
 
-Convergence judge_convergence(std::span<const double> size, std::span<const double> value, double formal_order) {
+Convergence judge_convergence(std::span<const double> size, std::span<const double> value, double formal_order, double noise) {
   require_falling(size, value.size(), 3, "judge_convergence");
   if (!(formal_order > 0.0)) throw ConfigError(fmt::format("judge_convergence: the formal order must be positive, got {}", formal_order));
   const std::size_t n = size.size();
@@ -238,16 +257,23 @@ Convergence judge_convergence(std::span<const double> size, std::span<const doub
   c.extrapolated = c.triples.back().extrapolated;
 
   constexpr double slack = 0.5;
+  const double f1 = value[n - 1], f2 = value[n - 2], r21 = size[n - 2] / size[n - 1];
+  if (std::abs(f1 - f2) <= noise) c.order = c.extrapolated = nan;
   const bool credible = c.behaviour == Behaviour::monotone && c.order >= slack && c.order <= formal_order + slack;
   const double p =
       credible ? c.order : std::clamp(std::isnan(c.order) ? formal_order : c.order, std::min(slack, formal_order), formal_order);
   c.safety_factor = credible ? 1.25 : 3.0;
-  const double f1 = value[n - 1], f2 = value[n - 2], r21 = size[n - 2] / size[n - 1];
   c.gci = c.safety_factor * std::abs(f1 - f2) / (std::abs(f1) * std::expm1(p * std::log(r21)));
   decide_whether_asymptotic(c, credible, formal_order);
+  if (c.behaviour != Behaviour::constant && std::abs(f1 - f2) <= noise) {
+    c.remark = fmt::format(
+        "not asymptotic: the two finest differ by {:.3g}, within twice the statistical error of their difference ({:.3g}), so the order "
+        "cannot be determined",
+        std::abs(f1 - f2), noise);
+  }
   c.least_squares_order = c.least_squares_limit = c.least_squares_uncertainty = nan;
   if (n >= 4) least_squares(c);
-  c.uncertainty = n >= 4 ? c.least_squares_uncertainty : three_grid_uncertainty(c, credible, formal_order);
+  decide_on_uncertainty(c, credible, formal_order);
   return c;
 }
 

@@ -49,11 +49,12 @@ struct Convergence {
   std::vector<double> size, value;   ///< coarse first, as given
   std::vector<ThreeGrids> triples;   ///< of neighbouring grids, coarse first
   Behaviour behaviour;               ///< of the three finest grids
-  double order;                      ///< from the three finest grids; NaN if undefined
+  double order;                      ///< from the three finest grids; NaN if undefined, or if the two finest differ by noise alone
   double extrapolated;               ///< Richardson; NaN likewise
   double safety_factor;              ///< Fs: 1.25 with a credible order, else 3 (Roache)
   double gci;                        ///< grid convergence index of the finest grid, relative to |f1|
   double uncertainty;                ///< of the value on the finest grid, in the unit of f: see judge_convergence
+  std::string basis;                 ///< how the uncertainty was found, in words
   double least_squares_order;        ///< NaN with fewer than four grids, or where the fit prescribes the exponents
   double least_squares_limit;        ///< f at h -> 0 of the least-squares fit; NaN with fewer than four grids
   double least_squares_uncertainty;  ///< U of Eca & Hoekstra for the finest grid, in the unit of f; NaN likewise
@@ -64,16 +65,19 @@ struct Convergence {
 /// Convergence of a quantity without exact solution.
 /// GCI = Fs |f1 - f2| / (|f1| (r21^p - 1)). An order is credible where the three finest grids are monotone and
 /// 0.5 <= p <= formal_order + 0.5; else Fs = 3 with the order limited to [0.5, formal_order].
-/// Uncertainty with three grids: GCI if the order is credible; if it is higher, the larger of 1.25 |f1 - f2| / (r21^formal_order - 1) and
-/// 1.25 times the range of the three values; 3 times the range otherwise (Eca & Hoekstra 2009, Computers & Fluids 38, 1580). The GCI alone
-/// is too small where two values agree by chance.
-/// With four or more grids the least-squares form of Eca & Hoekstra (2014, J. Comput. Phys. 262, 104-130): f = f0 + a h^p, weighted
-/// (1/h) and not, the better fit taken; prescribed exponents 1 and 2 where p falls outside [0.5, 2].
-/// Asymptotic: monotone, and the orders of all successive triples within 0.3 of each other (four or more grids), or within 0.3
-/// of the formal order (three grids: one order alone cannot confirm itself).
+/// Uncertainty with three grids: GCI if the order is credible; if it is higher, 1.25 times the range of the three values; 3 times the range
+/// otherwise (Eca & Hoekstra 2009, Computers & Fluids 38, 1580); without a credible order at least the GCI. The GCI alone is too small
+/// where two values agree by chance. With four or more grids the least-squares form of Eca & Hoekstra (2014, J. Comput. Phys. 262,
+/// 104-130): f = f0 + a h^p, weighted (1/h) and not, the better fit taken; prescribed exponents 1 and 2 where p falls outside [0.5, 2], and
+/// then at most the uncertainty of the three finest grids, so that a further grid never makes the result worse. Asymptotic: monotone, and
+/// the orders of all successive triples within 0.3 of each other (four or more grids), or within 0.3 of the formal order (three grids: one
+/// order alone cannot confirm itself).
 /// @param size          h, coarse first, strictly falling; at least three
 /// @param formal_order  of the scheme, > 0
+/// @param noise         twice the statistical error of the difference of the two finest values, in the unit of f; a smaller difference
+/// shows
+///                      no order
 /// @throws ConfigError  as above
-Convergence judge_convergence(std::span<const double> size, std::span<const double> value, double formal_order);
+Convergence judge_convergence(std::span<const double> size, std::span<const double> value, double formal_order, double noise = 0.0);
 
 }  // namespace mpm

@@ -28,23 +28,28 @@ void judge_scatter(MetricConvergence& m, std::size_t values) {
                                         middle != 0.0 ? 100.0 * m.uncertainty / std::abs(middle) : 0.0);
 }
 
-/// Order and limit from three or more sizes, unless the two finest agree within their statistical errors.
-/// @param size the sizes that have a value, coarse first; `metric` belongs to them
+/// Order and limit from three or more sizes.
+/// @param size the sizes that are judged, coarse first; `metric` belongs to them
 void judge_sizes(MetricConvergence& m, const std::vector<double>& size, const std::vector<Metric>& metric, double formal_order) {
   std::vector<double> value;
   for (const Metric& x : metric) value.push_back(x.value);
-  m.convergence = judge_convergence(size, value, formal_order);
+  const double noise = 2.0 * std::hypot(metric.back().standard_error, metric[metric.size() - 2].standard_error);
+  m.convergence = judge_convergence(size, value, formal_order, std::isfinite(noise) ? noise : 0.0);
   m.uncertainty = m.convergence->uncertainty;
   m.asymptotic = m.convergence->asymptotic;
   m.verdict = m.convergence->remark;
-  const Metric &finest = metric.back(), &next = metric[metric.size() - 2];
-  const double noise = 2.0 * std::hypot(finest.standard_error, next.standard_error), difference = std::abs(finest.value - next.value);
-  if (m.convergence->behaviour == Behaviour::constant || !(difference <= noise)) return;
-  m.asymptotic = false;
-  m.verdict = fmt::format(
-      "not asymptotic: the two finest differ by {:.3g}, within twice the statistical error of their difference ({:.3g}), so the order "
-      "cannot be determined",
-      difference, noise);
+}
+
+/// Removes sizes that are too close to the next finer one for their difference to show an order. @returns those, coarse first
+std::vector<double> thin_out(std::vector<double>& size, std::vector<Metric>& metric) {
+  std::vector<double> removed;
+  for (std::size_t i = size.size(); i-- > 1;) {
+    if (size[i - 1] >= least_size_ratio * size[i] * (1.0 - 1e-9)) continue;
+    removed.insert(removed.begin(), size[i - 1]);
+    size.erase(size.begin() + static_cast<std::ptrdiff_t>(i - 1));
+    metric.erase(metric.begin() + static_cast<std::ptrdiff_t>(i - 1));
+  }
+  return removed;
 }
 
 Json to_json(const Convergence& c) {
@@ -61,6 +66,7 @@ Json to_json(const Convergence& c) {
   json["extrapolated"] = c.extrapolated;
   json["safety_factor"] = c.safety_factor;
   json["gci"] = c.gci;
+  json["basis"] = c.basis;
   json["least_squares_order"] = c.least_squares_order;
   json["least_squares_limit"] = c.least_squares_limit;
   json["least_squares_uncertainty"] = c.least_squares_uncertainty;
@@ -78,7 +84,11 @@ Json to_json(const MetricConvergence& m) {
     json.update(to_json(*m.convergence));
     json["asymptotic"] = m.asymptotic;
   }
-  json.update({{"lowest", m.lowest}, {"highest", m.highest}, {"uncertainty", m.uncertainty}, {"verdict", m.verdict}});
+  json.update({{"lowest", m.lowest},
+               {"highest", m.highest},
+               {"uncertainty", m.uncertainty},
+               {"total_uncertainty", m.total_uncertainty},
+               {"verdict", m.verdict}});
   return json;
 }
 
@@ -111,6 +121,7 @@ MetricConvergence judge_metric(const std::string& name, SweepKind kind, std::vec
     m.highest = highest->value;
   }
   if (goes_to_zero(kind) && exact && missing.empty() && m.error.size() > 1) m.error_order = pairwise_orders(m.parameter, m.error);
+  const std::vector<double> close = goes_to_zero(kind) ? thin_out(size, there) : std::vector<double>();
   if (!goes_to_zero(kind)) {
     judge_scatter(m, there.size());
   } else if (there.size() < 3) {
@@ -119,9 +130,59 @@ MetricConvergence judge_metric(const std::string& name, SweepKind kind, std::vec
   } else {
     judge_sizes(m, size, there, formal_order);
   }
+  if (!there.empty() && std::isfinite(m.uncertainty)) {
+    const double standard_error = there.back().standard_error;
+    m.total_uncertainty = std::isfinite(standard_error) ? std::hypot(m.uncertainty, 2.0 * standard_error) : m.uncertainty;
+  }
+  if (!close.empty())
+    m.verdict += fmt::format("; not judged: {}, less than {} times the next finer size", fmt::join(close, ", "), least_size_ratio);
   if (!missing.empty())
     m.verdict += fmt::format("; no value at {}: the run has no steady interval or does not measure it", fmt::join(missing, ", "));
   return m;
+}
+
+std::string quote(const MetricConvergence& m) {
+  const auto last = std::find_if(m.metric.rbegin(), m.metric.rend(), [](const Metric& x) { return std::isfinite(x.value); });
+  if (last == m.metric.rend()) return fmt::format("{}: {}", m.name, m.verdict);
+  if (!std::isfinite(m.total_uncertainty)) return fmt::format("{} = {:.4g}, uncertainty not known: {}", m.name, last->value, m.verdict);
+  return fmt::format(
+      "{} = {:.4g} +- {:.2g} ({:.2g} %): {} +- {:.2g} ({}), statistics {}", m.name, last->value, m.total_uncertainty,
+      100.0 * m.total_uncertainty / std::abs(last->value), to_string(m.kind), m.uncertainty,
+      m.convergence ? m.convergence->basis : m.verdict,
+      std::isfinite(last->standard_error) ? fmt::format("+- {:.2g} (two standard errors)", 2.0 * last->standard_error) : "not known");
+}
+
+std::vector<std::string> study_notes(const Case& c, const Sweep& sweep) {
+  std::vector<std::string> notes;
+  constexpr double recommended_ratio = 1.3, slack = 1e-9;
+  for (std::size_t i = 1; goes_to_zero(sweep.kind) && i < sweep.values.size(); ++i) {
+    const double ratio = sweep.values[i - 1] / sweep.values[i];
+    if (ratio < recommended_ratio * (1.0 - slack))
+      notes.push_back(fmt::format("{} is only {:.3g} times {}; an order of convergence needs a ratio of at least {}", sweep.values[i - 1],
+                                  ratio, sweep.values[i], recommended_ratio));
+  }
+  if (sweep.kind != SweepKind::cell_size || !c.obstacle) return notes;
+  std::vector<std::string> odd, few;
+  for (const double dx : sweep.values) {
+    constexpr double least_cells = 3.0;
+    const double cells = c.obstacle->width() / dx;
+    const std::string text = fmt::format("{} ({:.3g} cells)", dx, cells);
+    if (std::abs(cells - std::round(cells)) > 1e-6) odd.push_back(text);
+    if (cells < least_cells - slack) few.push_back(text);
+  }
+  if (!few.empty())
+    notes.push_back(
+        fmt::format("fewer than three cells across the obstacle at {}: the flow around it is not resolved, and the error may be "
+                    "many times the difference of such grids",
+                    fmt::join(few, ", ")));
+  if (!odd.empty()) notes.push_back(fmt::format("the obstacle's width is not a whole number of cells at {}", fmt::join(odd, ", ")));
+  const MeasurementSpec& m = c.measurement;
+  if (c.conveyor && (!m.bin_height || !m.filter_length || !m.box_upstream || !m.box_inside)) {
+    notes.emplace_back(
+        "the windows of the pressure profile follow the cell size, and their bias with them: fix bin_height_m, filter_length_m, "
+        "box_upstream_m and box_inside_m in [measurement] for a study of pressures");
+  }
+  return notes;
 }
 
 std::string converge_json(const Case& c, const Sweep& sweep, const std::vector<SweepPoint>& points,
@@ -135,6 +196,7 @@ std::string converge_json(const Case& c, const Sweep& sweep, const std::vector<S
       entry[key] = results.contains(key) ? results[key] : Json();
     json["points"].push_back(entry);
   }
+  json["notes"] = study_notes(c, sweep);
   json["metrics"] = Json::array();
   for (const MetricConvergence& m : metrics) json["metrics"].push_back(to_json(m));
   return json.dump(2) + "\n";  // NaN is not JSON: the serialiser writes null

@@ -27,18 +27,30 @@ struct MetricConvergence {
   /// Numerical uncertainty of the last value, in its unit: that of judge_convergence for a size; half the range for a parameter without a
   /// limit.
   double uncertainty = Metric::none;
+  double total_uncertainty = Metric::none;  ///< the same and two standard errors of that value, root of the sum of squares: to quote
   bool asymptotic = false;  ///< sizes: an order is observed and confirmed, and the differences exceed the statistical errors
   std::string verdict;      ///< in words
 };
 
+/// Sizes are judged only if each is at least this many times the next finer one. Closer ones show noise instead of an order: 1.3 is
+/// recommended (Celik et al. 2008); whole numbers of cells across an obstacle (w/4, w/5: 1.25; w/9, w/11: 1.22) come close.
+inline constexpr double least_size_ratio = 1.2;
+
 /// Judges one metric. A difference of the two finest within twice its own statistical error, 2 sqrt(s_1^2 + s_2^2), shows no order; the
-/// verdict states it.
+/// verdict states it. Of sizes that are closer than least_size_ratio only the finest is judged.
 /// @param parameter in the order of in_order(). @param formal_order of the scheme
 /// @throws ConfigError if the lengths differ
 [[nodiscard]] MetricConvergence judge_metric(const std::string& name, SweepKind kind, std::vector<double> parameter,
                                              std::vector<Metric> metric, std::optional<double> exact = {}, double formal_order = 1.0);
 
-/// Text of converge.json: the points and the metrics; null where there is no value.
+/// One line: the last value, its total uncertainty and where that comes from, or why none is known.
+[[nodiscard]] std::string quote(const MetricConvergence& m);
+
+/// What makes a study of this case unreliable: sizes that are too close, an obstacle with fewer than three cells or no whole number of
+/// them, measuring windows that follow the grid.
+[[nodiscard]] std::vector<std::string> study_notes(const Case& c, const Sweep& sweep);
+
+/// Text of converge.json: the points, the notes and the metrics; null where there is no value.
 [[nodiscard]] std::string converge_json(const Case& c, const Sweep& sweep, const std::vector<SweepPoint>& points,
                                         const std::vector<MetricConvergence>& metrics);
 /// Writes converge.csv: one row a value of the parameter; for every metric its value, standard error and, with an exact value, its error.

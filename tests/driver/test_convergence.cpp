@@ -127,6 +127,10 @@ TEST(Convergence, ThreeGridsWithoutACredibleOrderHaveTheRangeOfTheirValues) {
   EXPECT_NEAR(judge_convergence(h, std::vector{1.0, 1.2, 1.1}, 1.5).uncertainty, 3.0 * 0.2, 1e-14);     // zigzag
   EXPECT_NEAR(judge_convergence(h, std::vector{1.0, 1.1, 1.3}, 1.5).uncertainty, 3.0 * 0.3, 1e-14);     // growing differences
   EXPECT_NEAR(judge_convergence(h, std::vector{1.0, 1.9, 1.91}, 1.5).uncertainty, 1.25 * 0.91, 1e-14);  // the finest agree by chance
+  const Convergence close = judge_convergence(std::vector{0.3, 0.24, 0.2}, std::vector{1.0, 1.3, 1.4}, 1.0);
+  EXPECT_GT(close.order, 1.5);
+  EXPECT_NEAR(close.uncertainty, close.gci * 1.4, 1e-14) << "1.25 times the range would be less";
+  EXPECT_NEAR(judge_convergence(h, std::vector{1.8, 1.4, 1.2}, 1.5, 0.3).uncertainty, 3.0 * 0.6, 1e-14) << "a difference that is noise";
   const Convergence credible = judge_convergence(h, std::vector{1.8, 1.4, 1.2}, 1.5);
   EXPECT_NEAR(credible.uncertainty, 1.25 * 0.2, 1e-14);
   EXPECT_NEAR(credible.uncertainty, credible.gci * 1.2, 1e-14);

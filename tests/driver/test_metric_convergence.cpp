@@ -2,10 +2,12 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <nlohmann/json.hpp>
 
 #include "libmpm/io/csv.hpp"
+#include "support/solver_states.hpp"
 #include "support/temporary_directory.hpp"
 
 namespace mpm {
@@ -41,6 +43,47 @@ TEST(MetricConvergence, SaysWhenTheDifferencesDrownInStatisticalErrors) {
   EXPECT_FALSE(noisy.asymptotic);
   EXPECT_NE(noisy.verdict.find("not asymptotic: the two finest differ by 0.05, within twice the statistical error"), std::string::npos)
       << noisy.verdict;
+}
+
+/// The run-up of a mast with two cells across it: the grids are so close that the values agree by chance; at w/7 it is 6 % higher.
+TEST(MetricConvergence, StatesNoUncertaintyForSizesThatAreTooClose) {
+  const MetricConvergence s = judge_metric("runup_mean_m", SweepKind::cell_size, {0.875, 0.8, 0.75}, metrics({7.747, 7.7585, 7.76}, 0.02));
+  EXPECT_FALSE(s.convergence);
+  EXPECT_TRUE(std::isnan(s.uncertainty));
+  EXPECT_NE(s.verdict.find("values only: 1 size"), std::string::npos) << s.verdict;
+  EXPECT_NE(s.verdict.find("not judged: 0.875, 0.8, less than 1.2 times the next finer size"), std::string::npos) << s.verdict;
+  EXPECT_NE(quote(s).find("runup_mean_m = 7.76, uncertainty not known: values only"), std::string::npos) << quote(s);
+  const MetricConvergence kept = judge_metric("f", SweepKind::cell_size, {0.8, 0.42, 0.4, 0.2}, metrics({2.8, 7.0, 2.4, 2.2}));
+  EXPECT_EQ(kept.convergence->size, (std::vector{0.8, 0.4, 0.2}));
+}
+
+/// w/3, w/4, w/5 and w/7 of a mast: no order, and one line that says what to quote.
+TEST(MetricConvergence, QuotesOneValueWithGridAndStatisticalErrorAndSaysWhy) {
+  const std::vector<double> h{1.75 / 3, 1.75 / 4, 0.35, 0.25}, f{6.02, 6.62, 6.27, 6.22};
+  const MetricConvergence four = judge_metric("runup_mean_m", SweepKind::cell_size, h, metrics(f, 0.05));
+  EXPECT_TRUE(std::isnan(four.convergence->order)) << "the two finest differ by noise";
+  EXPECT_NEAR(four.uncertainty, 3.0 * 0.40, 1e-12);
+  EXPECT_GE(four.uncertainty, four.convergence->gci * f.back());
+  EXPECT_NEAR(four.total_uncertainty, std::hypot(1.2, 0.1), 1e-12);
+  EXPECT_EQ(
+      quote(four),
+      "runup_mean_m = 6.22 +- 1.2 (19 %): cell_size_m +- 1.2 (3 times the range of the three finest grids; no order of convergence is "
+      "observed), statistics +- 0.1 (two standard errors)");
+  const MetricConvergence three =
+      judge_metric("runup_mean_m", SweepKind::cell_size, {h.begin(), h.end() - 1}, metrics({f.begin(), f.end() - 1}, 0.05));
+  EXPECT_LE(four.uncertainty, three.uncertainty) << "a further grid does not make the result worse";
+}
+
+TEST(MetricConvergence, NotesWhatMakesAStudyUnreliable) {
+  Case c = testing::small_avalanche();
+  c.obstacle->shape = BoxShape{.width = 1.75, .depth = 1.75};
+  const auto notes = study_notes(c, {SweepKind::cell_size, {0.875, 0.8, 0.75}, {}});
+  const auto holds = [&](const std::string& text) {
+    return std::ranges::any_of(notes, [&](const std::string& note) { return note.find(text) != std::string::npos; });
+  };
+  EXPECT_TRUE(holds("0.8 is only 1.07 times 0.75"));
+  EXPECT_TRUE(holds("fewer than three cells across the obstacle at 0.875 (2 cells), 0.8 (2.19 cells), 0.75 (2.33 cells)"));
+  EXPECT_TRUE(study_notes(Case{}, {SweepKind::cell_size, {0.4, 0.3}, {}}).empty());
 }
 
 TEST(MetricConvergence, ReportsMissingValues) {

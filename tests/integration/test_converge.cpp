@@ -48,11 +48,12 @@ class Converge : public testing::CommandTest {
 };
 
 TEST_F(Converge, StudiesSeveralMetricsAndWritesItsFiles) {
-  const Outcome o =
-      mpm(testing::falling_block_case, "--cell-size 0.25,0.5,0.125 --metric steps,particles_final --exact 20,0 --threads 1 --out study");
+  const Outcome o = mpm(testing::falling_block_case,
+                        "--cell-size 0.25,0.5,0.125 --metric steps,particles_final --exact 20,0 --threads 1 --out study "
+                        "--details");
   ASSERT_EQ(o.code, 0) << o.err;
-  for (const char* word :
-       {"cell_size_m", "0.125", "steps", "order, three finest", "GCI", "Richardson limit", "verdict", "errors against 20"})
+  for (const char* word : {"cell_size_m", "0.125", "steps", "order, three finest", "GCI", "Richardson limit", "verdict",
+                           "errors against 20", "particles_final = 4096 +- "})
     EXPECT_TRUE(contains(o.out, word)) << word << "\n" << o.out;
   for (const char* name : {"dx_0.5", "dx_0.25", "dx_0.125"}) EXPECT_TRUE(fs::exists(directory_ / "study" / name / "results.json")) << name;
   const auto json = nlohmann::json::parse(content(directory_ / "study/converge.json"));
@@ -65,6 +66,8 @@ TEST_F(Converge, StudiesSeveralMetricsAndWritesItsFiles) {
   const Outcome again = mpm(testing::falling_block_case, "--cell-size 0.5,0.25,0.125 --metric steps --threads 1 --out study --resume");
   EXPECT_EQ(again.code, 0) << again.err;
   EXPECT_TRUE(contains(again.err, "finished already, not run again"));
+  EXPECT_TRUE(contains(again.out, "steps = ")) << again.out;
+  EXPECT_FALSE(contains(again.out, "Richardson limit")) << again.out;
 
   const std::string before = content(directory_ / "study/dx_0.5/results.json");
   const Outcome refused = mpm(testing::falling_block_case, "--cell-size 0.5,0.25,0.2 --metric steps --threads 1 --out study");
@@ -97,6 +100,7 @@ TEST_F(Converge, TellsWhatHasNoSteadySpanAndWhatIsTooFew) {
   EXPECT_EQ(o.code, 0) << o.err;
   EXPECT_TRUE(contains(o.err, "cell_size_m = 0.25: no runup_mean_m: the run has no steady interval")) << o.err;
   EXPECT_TRUE(contains(o.err, "the windows of the pressure profile follow the cell size")) << o.err;
+  EXPECT_TRUE(contains(o.out, "note: fewer than three cells across the obstacle at 0.25 (2 cells)")) << o.out;
   EXPECT_TRUE(contains(o.out, "values only: 0 sizes with a value")) << o.out;
   EXPECT_TRUE(contains(o.out, "values only: 2 sizes with a value, an order needs three")) << o.out;
 }

@@ -45,7 +45,7 @@ class Limit(NamedTuple):
 
 
 def limit_of(sizes, values, formal_order=1.0):
-    """The rules of `mpm converge` for three grids (docs/grid-studies.md). @param sizes, values  coarse first"""
+    """Eca and Hoekstra (2009), as `mpm converge` for three grids, but without its lower bound. @param sizes, values  coarse first"""
     coarse, middle, fine = values
     r32, r21 = sizes[0] / sizes[1], sizes[1] / sizes[2]
     e32, e21 = coarse - middle, middle - fine
