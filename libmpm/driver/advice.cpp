@@ -9,6 +9,7 @@
 #include <optional>
 
 #include "libmpm/driver/observers.hpp"
+#include "libmpm/driver/sampling.hpp"
 #include "libmpm/driver/scene.hpp"
 #include "libmpm/driver/terrain_raster.hpp"
 #include "libmpm/impact/inflow.hpp"
@@ -319,6 +320,29 @@ Finding short_waves_of_the_ground(const Case& c) {
                             n(std::min(0.25 * spacing, 0.5 * dx)))};
 }
 
+// ---- Time -------------------------------------------------------------------------------------------------------------------------------
+
+Finding end_between_rows(const Case& c) {
+  const double asked = c.output.duration, end = Sampling(c).end();
+  if (std::abs(end - asked) <= 1e-9 * asked) return {};
+  return Advice{"end_between_rows", fmt::format("output.duration_s = {:.9g} is between two rows of series.csv", asked),
+                fmt::format("the run ends with the next row, at {:.9g} s", end),
+                fmt::format("take a whole multiple of 1/series_per_second = {:.9g} s", 1.0 / c.output.series_per_second)};
+}
+
+Finding inflow_after_the_end(const Case& c) {
+  if (!c.conveyor) return {};
+  const auto& rows = c.conveyor->inflow;
+  const auto after = std::ranges::count_if(rows, [&](const InflowPoint& row) { return row.time >= c.output.duration; });
+  if (after == 0 || rows.size() < 2) return {};
+  return Advice{"inflow_after_the_end",
+                fmt::format("{} of {} rows of [[conveyor.inflow]] are at or after the end of the run, output.duration_s = {:.9g}", after,
+                            rows.size(), c.output.duration),
+                static_cast<std::size_t>(after) == rows.size() ? "only the first is used, so that the inflow is steady"
+                                                               : "what they say enters late or not at all",
+                fmt::format("take output.duration_s = {:.9g} or more, or let the times of the rows begin at 0", rows.back().time)};
+}
+
 // ---- Plausibility -----------------------------------------------------------------------------------------------------------------------
 
 /// Limits beyond which a value is more likely an error of the unit than an avalanche. Assumed, except where a source is given.
@@ -352,7 +376,9 @@ std::vector<Advice> plausible_values(const Impact& i) {
 
 std::vector<Advice> advise(const Case& c) {
   std::vector<Advice> all;
-  if (Finding found = short_waves_of_the_ground(c)) all.push_back(std::move(*found));
+  for (const auto& rule : {short_waves_of_the_ground, end_between_rows, inflow_after_the_end}) {
+    if (Finding found = rule(c)) all.push_back(std::move(*found));
+  }
   if (!c.conveyor || !c.obstacle) return all;
   const Impact impact{c, *c.conveyor, *c.obstacle, std::max(c.conveyor->velocity, Inflow(*c.conveyor).fastest())};
   constexpr Finding (*rules[])(const Impact&) = {cells_across,         nodal_width, aligned_lattice,    splash_and_duration, flow_passage,

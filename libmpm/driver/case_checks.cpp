@@ -68,6 +68,19 @@ void check_scene(const Case& c, ParameterReport& report) {
     report.problem("", "the scene is empty; give [conveyor], or at least one [[body]]");
   }
   for (std::size_t i = 0; i < c.bodies.size(); ++i) check_body(c, c.bodies[i], fmt::format("body[{}]", i), report);
+  const auto sound = [&](std::size_t i) {
+    return report.all_sound({fmt::format("body[{}].min_m", i), fmt::format("body[{}].max_m", i), fmt::format("body[{}].shape", i)});
+  };
+  for (std::size_t i = 1; i < c.bodies.size(); ++i) {
+    const auto other = std::ranges::find_if(c.bodies.begin(), c.bodies.begin() + static_cast<std::ptrdiff_t>(i),
+                                            [&](const BodySpec& earlier) { return overlap(earlier, c.bodies[i]); });
+    const auto j = static_cast<std::size_t>(other - c.bodies.begin());
+    if (j < i && sound(i) && sound(j)) {
+      report.problem(
+          fmt::format("body[{}].max_m", i),
+          fmt::format("and min_m: the body overlaps body[{}], so that the snow there would count twice; move or cut one of them", j));
+    }
+  }
 }
 
 /// Whether a case is sound in all that its domain follows from.

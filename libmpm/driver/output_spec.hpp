@@ -15,7 +15,11 @@ struct OutputSpec {
   /// The keys of [output] (base/parameter.hpp).
   template <class Table>
   static void declare(Table& table) {
-    table.add("duration_s", &OutputSpec::duration).unit("s").positive(1e6).required().text("Simulated time");
+    table.add("duration_s", &OutputSpec::duration)
+        .unit("s")
+        .positive(1e6)
+        .required()
+        .text("Simulated time; the run ends with the first row of series.csv at or after it");
     table.add("stop_when_steady", &OutputSpec::stop_when_steady)
         .range(0.0, 0.2)
         .only_with_table("conveyor")

@@ -21,8 +21,8 @@ void resolve_velocity(ConveyorSpec& belt, double gravity, ParameterReport& repor
   if (!belt.froude_number) return;
   const double fr = *belt.froude_number;
   belt.froude_number.reset();
-  if (!report.all_sound({froude, velocity, "conveyor.flow_height_m", "numerics.gravity_m_s2"})) return;
-  if (gravity > 0.0) belt.velocity = flow_velocity(fr, belt.flow_height, gravity);
+  if (!(gravity > 0.0) || !report.all_sound({froude, velocity, "conveyor.flow_height_m", "numerics.gravity_m_s2"})) return;
+  belt.velocity = flow_velocity(fr, belt.flow_height, gravity);
   if (!(belt.velocity > 0.0 && belt.velocity <= fastest_speed)) {
     report.problem(froude, fmt::format("= {} makes a speed v = Fr sqrt(g H) of {} m/s; it has to be above 0 and at most {} m/s", fr,
                                        belt.velocity, fastest_speed));
@@ -109,6 +109,10 @@ void check_lengths(const ConveyorSpec& belt, double cell_size, ParameterReport& 
 }  // namespace
 
 void resolve_conveyor(ConveyorSpec& belt, const ConveyorSurroundings& around, ParameterReport& report) {
+  if (report.sound("numerics.gravity_m_s2") && !(around.gravity > 0.0)) {
+    report.problem("numerics.gravity_m_s2",
+                   "= 0 is given beside [conveyor], whose run-up and Froude number need gravity; give more than 0, or a scene of [[body]]");
+  }
   resolve_velocity(belt, around.gravity, report);
   resolve_width(belt, around, report);
   if (around.obstacle != nullptr) check_obstacle(belt, *around.obstacle, report);

@@ -171,4 +171,17 @@ bool meets_obstacle(const BodySpec& body, const ObstacleSpec& obstacle) {
   return gap * gap + rise * rise < 1.0;
 }
 
+bool overlap(const BodySpec& a, const BodySpec& b) {
+  const Vec3 low = a.min.cwiseMax(b.min), size = a.max.cwiseMin(b.max) - low;
+  const double rounding = 1e-9 * (a.max - a.min).cwiseMax(b.max - b.min).maxCoeff();  // of bodies that touch
+  if (size.minCoeff() <= rounding) return false;
+  constexpr int points = 24;
+  for (int i = 0; i < points * points * points; ++i) {
+    const Vec3 at(i % points + 0.5, i / points % points + 0.5, i / (points * points) + 0.5);
+    const Vec3 x = low + size.cwiseProduct(at / points);
+    if (inside_shape(a, x) && inside_shape(b, x)) return true;
+  }
+  return false;
+}
+
 }  // namespace mpm

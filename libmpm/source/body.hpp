@@ -46,6 +46,10 @@ struct BodySpec {
 /// Whether the interiors of a body and of an obstacle overlap.
 [[nodiscard]] bool meets_obstacle(const BodySpec& body, const ObstacleSpec& obstacle);
 
+/// Whether two bodies have common volume: tried at points over the common part of their bounding boxes, where it is a slice thinner than a
+/// 24th of that part it may be missed.
+[[nodiscard]] bool overlap(const BodySpec& a, const BodySpec& b);
+
 /// Adds the particles of a body at rest in its reference state: a lattice that fills the shape with the body's exact volume. With mirror
 /// planes only the computed part is filled; a particle on a plane keeps half its volume. On uneven ground particles whose centre is below
 /// it are left out. Identity numbers rise with x fastest, then y, z.

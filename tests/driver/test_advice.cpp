@@ -58,6 +58,28 @@ TEST(AdviceAboutACase, IsSilentWithoutAConveyorOrAnObstacle) {
                   .empty());
 }
 
+TEST(AdviceAboutACase, SaysWhereTheRunEndsIfNotWhereItWasAsked) {
+  EXPECT_THAT(of("end_between_rows", {"output.duration_s=8.01"}).why, HasSubstr("ends with the next row, at 8.02 s"));
+  EXPECT_THAT(of("end_between_rows", {"output.series_per_second=0.73"}).why, HasSubstr("at 8.21917808 s")) << "6 rows of 1/0.73 s";
+  EXPECT_EQ(rules({"output.duration_s=7.94"}), Names{}) << "397 rows of 1/50 s, to round-off";
+}
+
+TEST(AdviceAboutACase, SaysThatRowsOfTheInflowAreAfterTheEnd) {
+  const auto with_rows = [](const std::string& first, const std::string& second) {
+    const std::string text =
+        "[material]\ncritical_state_slope = 0.4\ncohesion_beta = 0.0\nhardening_xi = 5.0\n[conveyor]\nvelocity_m_s = 12.0\n"
+        "[[conveyor.inflow]]\ntime_s = " +
+        first + "\nvelocity_m_s = 8.0\n[[conveyor.inflow]]\ntime_s = " + second +
+        "\nvelocity_m_s = 12.0\n[obstacle]\n[output]\nduration_s = 8.0\n";
+    const auto all = advise(parse_case(text, "case.toml"));
+    const auto found = std::ranges::find(all, "inflow_after_the_end", &Advice::rule);
+    return found == all.end() ? std::string() : found->text();
+  };
+  EXPECT_EQ(with_rows("0.0", "7.0"), "");
+  EXPECT_THAT(with_rows("0.0", "9.0"), HasSubstr("1 of 2 rows"));
+  EXPECT_THAT(with_rows("1042.0", "1043.0"), HasSubstr("only the first is used"));
+}
+
 TEST(AdviceAboutACase, WarnsOfFewCellsAcrossTheObstacleAndGivesTheCellSize) {
   const Advice a = of("cells_across", {"numerics.cell_size_m=0.5833333333"});
   EXPECT_THAT(a.what, HasSubstr("3 cells across the obstacle"));
