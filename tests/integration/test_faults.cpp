@@ -18,7 +18,8 @@ constexpr const char* build = "";
 #endif
 
 TEST(Faults, AreSurvivedWithAMessageAndLoseNoData) {
-  if (std::system("/usr/bin/python3 -c 'import h5py' 2>/dev/null") != 0) GTEST_SKIP() << "h5py is not installed (Debian: python3-h5py)";
+  if (std::system("/usr/bin/python3 -c 'import h5py, pandas' 2>/dev/null") != 0)
+    GTEST_SKIP() << "h5py or pandas is not installed (Debian: python3-h5py, python3-pandas)";
   const testing::TemporaryDirectory dir;
   const testing::Outcome o = testing::run_command(
       "/usr/bin/python3 '" MPM_SOURCE_DIR "/tests/faults.py' --quick --mpm '" MPM_APP "' --out '" + (dir / "tables").string() + "'" + build,
