@@ -56,6 +56,11 @@ Arrays TimeSeries::save() const {
 }
 
 void TimeSeries::load(const Arrays& arrays, std::size_t rows) {
+  if (arrays.size() > names_.size()) {
+    throw IoError(
+        fmt::format("{} columns of series.csv are stored, this run writes {}; go on with the version and the observers that began it",
+                    arrays.size(), names_.size()));
+  }
   std::vector<std::vector<double>> values;
   for (const std::string& name : names_) values.push_back(stored_array(arrays, name, rows));
   values_ = std::move(values);

@@ -47,7 +47,8 @@ class TimeSeries {
   [[nodiscard]] const std::vector<std::vector<double>>& values() const { return values_; }
 
   [[nodiscard]] Arrays save() const;  ///< one array a column, by its name
-  /// @param rows number of rows that each column must have. @throws IoError if one has not; the series is then unchanged
+  /// @param rows number of rows that each column must have. @throws IoError if one has not, or for columns of other observers; the series
+  /// is then unchanged
   void load(const Arrays& arrays, std::size_t rows);
 
  private:
