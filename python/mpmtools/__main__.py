@@ -3,9 +3,10 @@
 import argparse
 import os
 import sys
+import traceback
 
 from mpmtools import __version__
-from mpmtools.errors import MpmError
+from mpmtools.errors import InputError, MpmError
 
 EPILOG = """\
 examples:
@@ -192,10 +193,21 @@ def run_design(options):
     page.run_command(options)
 
 
+def _unexpected(options, error):
+    """The message for an error that no reader of a file has foreseen, mostly a value of a wrong type or range in one."""
+    inputs = getattr(options, "directory", None) or " ".join(getattr(options, "tables", None) or getattr(options, "inputs", None) or [])
+    places = [f"{os.path.basename(at.filename)}:{at.lineno}" for at in traceback.extract_tb(error.__traceback__) if "mpmtools" in at.filename]
+    return (f"{inputs}: {type(error).__name__}: {error} (at {places[-1]}). A file there is damaged, or this is an error of mpmtools; "
+            "MPMTOOLS_TRACEBACK=1 shows where")
+
+
 def main(arguments=None):
     options = parser().parse_args(arguments)
     try:
-        return options.run(options) or 0
+        code = options.run(options) or 0
+        if sys.stdout is not None:  # None: it is closed
+            sys.stdout.flush()
+        return code
     except MpmError as error:
         print(f"mpmtools {options.command}: {error}", file=sys.stderr)
         return error.exit_code
@@ -203,9 +215,18 @@ def main(arguments=None):
         print(f"mpmtools: {error}; install Debian's python3-numpy, python3-scipy, python3-pandas, python3-matplotlib, python3-h5py and "
               "python3-jinja2", file=sys.stderr)
         return 5
-    except BrokenPipeError:  # the reader of a pipe, such as head, has seen enough
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
-        return 0
+    except OSError as error:
+        if sys.stdout is not None:
+            os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())  # what is not written yet fails no second time
+        if isinstance(error, BrokenPipeError):  # the reader of a pipe, such as head, has seen enough
+            return 0
+        print(f"mpmtools {options.command}: {error}", file=sys.stderr)
+        return InputError.exit_code
+    except (LookupError, TypeError, ValueError, ArithmeticError, AttributeError, MemoryError, RecursionError) as error:
+        if os.environ.get("MPMTOOLS_TRACEBACK"):
+            raise
+        print(f"mpmtools {options.command}: {_unexpected(options, error)}", file=sys.stderr)
+        return InputError.exit_code
 
 
 if __name__ == "__main__":

@@ -14,6 +14,7 @@ import numpy as np
 
 from mpmtools.errors import ConfigError, InputError
 from mpmtools.equations import STANDARD_GRAVITY
+from mpmtools.files import read_text, write_text
 
 NAME = re.compile(r"^(?P<simulation>.+)_(?P<quantity>FT|FD|FV)_t(?P<time>\d+(?:\.\d+)?)\.(?:asc|tif|tiff)$", re.IGNORECASE)
 EXPORT = "in com1DFACfg.ini, [GENERAL], set resType = ppr|pft|pfv|FT|FV and tSteps = 0:1 (every second), and run com1DFA again"
@@ -85,11 +86,7 @@ def check_cell(cell, path):
 def read_ascii(path):
     """An ESRI ASCII grid."""
     header, values = {}, []
-    try:
-        with open(path, encoding="ascii", errors="replace") as file:
-            lines = file.read().splitlines()
-    except OSError as error:
-        raise InputError(f"cannot read '{path}': {error.strerror}") from None
+    lines = read_text(path).splitlines()
     start = 0
     for start, line in enumerate(lines):
         words = line.split()
@@ -203,8 +200,7 @@ def write_terrain(path, heights, low, spacing):
     """An ESRI ASCII grid in the coordinates of the case."""
     rows = "\n".join(" ".join(f"{h:.4f}" for h in row) for row in heights[::-1])
     head = f"ncols {heights.shape[1]}\nnrows {heights.shape[0]}\nxllcenter {low[0]:.6g}\nyllcenter {low[1]:.6g}\ncellsize {spacing:.6g}\n"
-    with open(path, "w", encoding="utf-8") as file:
-        file.write(head + rows + "\n")
+    write_text(path, head + rows + "\n")
 
 
 def time_steps(folder, simulation=None):
@@ -370,21 +366,17 @@ def import_avalanche(folder, x, y, width, out, simulation=None, dem=None, densit
     uneven = ground.unevenness > UNEVEN * depth.max() if terrain is None else terrain
     relief = case_terrain(elevation, x, y, ground, width, cell, upstream, downstream) if uneven else None
     slope = ground.mean_slope if relief else ground.slope
-    try:
-        os.makedirs(out, exist_ok=True)
-        with open(os.path.join(out, "inflow.csv"), "w", encoding="utf-8") as file:
-            file.write("time_s,depth_m,velocity_m_s\n" + "".join(f"{t:.6g},{d:.6g},{v:.6g}\n" for t, d, v in zip(times, depth, speed)))
-        with open(os.path.join(out, "case.toml"), "w", encoding="utf-8") as file:
-            file.write(CASE.format(title=title, density=density, width=width, cell=cell, upstream=upstream,
-                                   downstream=downstream, gravity=STANDARD_GRAVITY * math.cos(slope), slope=math.degrees(slope),
-                                   duration=math.ceil(times[-1]), ground=relief.text if relief else ""))
-        if relief:
-            write_terrain(os.path.join(out, "terrain.asc"), relief.heights, relief.low, relief.spacing)
-        with open(os.path.join(out, "site.toml"), "w", encoding="utf-8") as file:
-            file.write(SITE.format(title=title, time=times[strongest], depth=depth[strongest], speed=speed[strongest], density=density,
-                                   slope=math.degrees(ground.slope), width=width))
-    except OSError as error:
-        raise InputError(f"cannot write to '{out}': {error.strerror}") from None
+    write_text(os.path.join(out, "inflow.csv"),
+               "time_s,depth_m,velocity_m_s\n" + "".join(f"{t:.6g},{d:.6g},{v:.6g}\n" for t, d, v in zip(times, depth, speed)))
+    write_text(os.path.join(out, "case.toml"),
+               CASE.format(title=title, density=density, width=width, cell=cell, upstream=upstream, downstream=downstream,
+                           gravity=STANDARD_GRAVITY * math.cos(slope), slope=math.degrees(slope), duration=math.ceil(times[-1]),
+                           ground=relief.text if relief else ""))
+    if relief:
+        write_terrain(os.path.join(out, "terrain.asc"), relief.heights, relief.low, relief.spacing)
+    write_text(os.path.join(out, "site.toml"),
+               SITE.format(title=title, time=times[strongest], depth=depth[strongest], speed=speed[strongest], density=density,
+                           slope=math.degrees(ground.slope), width=width))
     lines = [f"{name}: {len(times)} time steps, {times[-1]:.3g} s; depth up to {depth.max():.3g} m, speed up to {speed.max():.3g} m/s",
              f"slope {math.degrees(ground.slope):.1f} degrees, falling towards {math.degrees(ground.direction) % 360:.0f} degrees from east"]
     if math.isfinite(ground.unevenness):

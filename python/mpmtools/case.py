@@ -9,6 +9,7 @@ import tomllib
 from dataclasses import dataclass
 
 from mpmtools.errors import ConfigError, InputError, MpmError
+from mpmtools.files import read_toml
 from mpmtools.program import run_program, run_with_bar
 from mpmtools.run import Run
 from mpmtools.toml_text import toml_text
@@ -59,13 +60,7 @@ class Case:
     def read(cls, path):
         """Reads a case file. Raises InputError where it cannot be read or is no TOML."""
         path = pathlib.Path(path)
-        try:
-            tables = tomllib.loads(path.read_text(encoding="utf-8"))
-        except (OSError, UnicodeDecodeError) as error:
-            raise InputError(f"cannot read '{path}': {getattr(error, 'strerror', None) or 'it is no text'}") from None
-        except tomllib.TOMLDecodeError as error:
-            raise InputError(f"{path}: {error}") from None
-        return cls(tables, path.parent)
+        return cls(read_toml(path), path.parent)
 
     def __repr__(self):
         return f"Case({self.tables.get('title', '')!r})"

@@ -1,14 +1,12 @@
 """Files of a run, read only if they match their checksums: what a run wrote is what is evaluated."""
 
 import functools
-import json
 import os
 import re
 import zlib
 
-import h5py
-
 from mpmtools.errors import InputError
+from mpmtools.files import read_json, read_text
 from mpmtools.tables import read_series
 
 REMEDY = "`mpm run --resume` writes it again"
@@ -21,14 +19,10 @@ def checksum(data):
     return f"{zlib.crc32(data):08x}"
 
 
-def open_h5(path):
-    """An HDF5 file of libmpm, opened for reading. InputError if it cannot be read, or does not match its checksum."""
-    try:
-        status = os.stat(path)
-        _check_seal(str(path), status.st_mtime_ns, status.st_size)
-        return h5py.File(path, "r")
-    except OSError as error:
-        raise InputError(f"cannot read '{path}': {error}") from None
+def check_seal(path):
+    """InputError if an HDF5 file of libmpm does not match its checksum."""
+    status = os.stat(path)
+    _check_seal(str(path), status.st_mtime_ns, status.st_size)
 
 
 @functools.lru_cache(maxsize=1024)
@@ -47,16 +41,7 @@ def _check_seal(path, _changed, size):
 
 def read_results(path):
     """results.json as a dict. InputError if it does not match its checksum; without one, an older version wrote it."""
-    try:
-        with open(path, "rb") as file:
-            content = file.read()
-        results = json.loads(content)
-    except OSError as error:
-        raise InputError(f"cannot read '{path}': {error.strerror}") from None
-    except (ValueError, RecursionError) as error:
-        raise InputError(f"{path}: {error}") from None
-    if not isinstance(results, dict):
-        raise InputError(f"{path}: it holds no JSON object; {REMEDY}")
+    content, results = read_text(path).encode(), read_json(path, REMEDY)
     found = ENTRY.search(content)
     right = found and checksum(content[:found.start()] + b"0" * 8 + content[found.end():]) == found[0].decode()
     if not right and b"crc32" in content:

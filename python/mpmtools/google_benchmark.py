@@ -13,6 +13,7 @@ import numpy as np
 import pandas as pd
 
 from mpmtools.errors import InputError
+from mpmtools.files import read_json, write_text
 
 COUNTERS = ["ratio", "ratio_low", "ratio_high", "instructions_per_particle", "instruction_ratio"]  # columns of history.csv that become counters
 NANOSECONDS = {"ns": 1.0, "us": 1e3, "ms": 1e6, "s": 1e9}
@@ -20,14 +21,8 @@ NANOSECONDS = {"ns": 1.0, "us": 1e3, "ms": 1e6, "s": 1e9}
 
 def load(path):
     """The content of a file. InputError if it is not such a file."""
-    try:
-        with open(path, encoding="utf-8") as file:
-            data = json.load(file)
-    except OSError as error:
-        raise InputError(f"cannot read '{path}': {error.strerror}") from None
-    except ValueError as error:
-        raise InputError(f"'{path}' is not JSON: {error}") from None
-    if not isinstance(data, dict) or not isinstance(data.get("benchmarks"), list) or not isinstance(data.get("context"), dict):
+    data = read_json(path, "give a file of Google Benchmark")
+    if not isinstance(data.get("benchmarks"), list) or not isinstance(data.get("context"), dict):
         raise InputError(f"'{path}' is not what Google Benchmark writes: it needs 'context' and 'benchmarks'")
     if not _times(data):
         raise InputError(f"'{path}' holds no time of a repetition: every benchmark failed, or the file was written with "
@@ -58,9 +53,7 @@ def write(rows, folder):
     paths = []
     for commit, mine in rows.groupby("commit", sort=False):
         paths.append(os.path.join(folder, f"{commit}.json"))
-        with open(paths[-1] + ".tmp", "w", encoding="utf-8") as file:
-            json.dump(written(mine), file, indent=1)
-        os.replace(paths[-1] + ".tmp", paths[-1])
+        write_text(paths[-1], json.dumps(written(mine), indent=1))
     return paths
 
 

@@ -1,9 +1,9 @@
 """A grid study: one case at several cell sizes, by `mpm converge` (docs/grid-studies.md)."""
 
-import json
 import os
 
 from mpmtools.errors import InputError
+from mpmtools.files import read_json
 from mpmtools.program import run_with_bar
 from mpmtools.run import Run
 from mpmtools.tables import read_series
@@ -19,9 +19,8 @@ class GridStudy:
     def __init__(self, folder):
         self.folder = str(folder)
         try:
-            with open(os.path.join(self.folder, "converge.json"), encoding="utf-8") as file:
-                self.results = json.load(file)
-        except (OSError, ValueError) as error:
+            self.results = read_json(os.path.join(self.folder, "converge.json"))
+        except InputError as error:
             raise InputError(f"{self.folder}: no converge.json that can be read ({error}); give the folder of `mpm converge`") from None
         self.table = read_series(os.path.join(self.folder, "converge.csv"))
 

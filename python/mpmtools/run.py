@@ -1,8 +1,6 @@
 """One result folder of `mpm run`: results, tables and frames."""
 
-import json
 import os
-import tomllib
 from functools import cached_property
 
 import pandas as pd
@@ -10,6 +8,7 @@ import pandas as pd
 from mpmtools import equations, quantities
 from mpmtools.checksums import read_results, read_series_of
 from mpmtools.errors import InputError
+from mpmtools.files import read_json, read_toml
 from mpmtools.frame import Frame
 from mpmtools.tables import read_series
 
@@ -37,29 +36,20 @@ class Run:
 
     @cached_property
     def case(self):
-        path = os.path.join(self.folder, "case.toml")
-        try:
-            with open(path, "rb") as file:
-                return tomllib.load(file)
-        except tomllib.TOMLDecodeError as error:
-            raise InputError(f"{path}: {error}") from None
+        return read_toml(os.path.join(self.folder, "case.toml"))
 
     @cached_property
     def results(self):
         path = self._find("results.json")
-        if not path:
-            return {}
-        return read_results(path)
+        return read_results(path) if path else {}
 
     @cached_property
     def series(self):
-        path = self._find("series.csv")
-        return read_series_of(os.path.dirname(path)) if path else pd.DataFrame()
+        return self._table("series.csv", lambda path: read_series_of(os.path.dirname(path)))
 
     @cached_property
     def profile(self):
-        path = self._find("profile.csv")
-        return read_series(path) if path else pd.DataFrame()
+        return self._table("profile.csv", read_series)
 
     @cached_property
     def frames(self):
@@ -140,9 +130,8 @@ class Run:
         if not path:
             raise InputError(f"{self.folder}: there is no obstacle.json with the outline of the obstacle; `mpm post` writes it")
         try:
-            with open(path, encoding="utf-8") as file:
-                return [tuple(corner) for corner in json.load(file)["outline_m"]]
-        except (ValueError, KeyError, TypeError) as error:
+            return [(float(x), float(y)) for x, y in read_json(path)["outline_m"]]
+        except (ValueError, TypeError) as error:
             raise InputError(f"{path}: {error}") from None
 
     @property
@@ -191,6 +180,15 @@ class Run:
     def _find(self, name):
         folders = [folder for folder in (self.folder, self.fallback) if folder]
         return next((path for folder in folders if os.path.exists(path := os.path.join(folder, name))), None)
+
+    def _table(self, name, read):
+        path = self._find(name)
+        if not path:
+            return pd.DataFrame()
+        table = read(path)
+        for column in table.columns[table.dtypes == object]:
+            raise InputError(f"{path}: column '{column}' holds what is no number; compute the run again")
+        return table
 
 
 def finished_run(folder, case_hash, end=None):

@@ -21,11 +21,11 @@ the efficiency by the largest load over the mean. In a flat layer wider than hig
 2/3, fitted at the run's own m, is then high for larger parts and low for smaller ones.
 """
 
-import json
 import math
 import os
 
 from mpmtools.errors import ConfigError, InputError
+from mpmtools.files import read_json
 
 WORDS = 2  # broadcasts of the first rank
 MOST_NEIGHBOURS = 26
@@ -44,8 +44,7 @@ def read_counts(folder):
     """Figures a step and rank; see the model. @throws InputError"""
     path = os.path.join(folder, "ranks.json")
     try:
-        with open(path, encoding="utf-8") as file:
-            ranks = [{name: float(rank[name]) for name in NAMES} for rank in json.load(file)["ranks"]]
+        ranks = [{name: float(rank[name]) for name in NAMES} for rank in read_json(path)["ranks"]]
         if len(ranks) < 2 or ranks[0]["steps"] < 1:
             raise InputError(f"{path}: a run of several ranks and at least one step is needed")
         steps = ranks[0]["steps"]
@@ -64,7 +63,7 @@ def read_counts(folder):
                 "exchanges": ranks[0]["exchanges"] / steps,
                 "reductions": ranks[0]["reductions"] / steps, "reduced_bytes": ranks[0]["reduced_bytes"] / steps,
                 "gathers": ranks[0]["gathers"] / steps, "gathered_bytes": sum(r["gathered_bytes"] for r in ranks) / steps}
-    except (OSError, ValueError, KeyError, IndexError, TypeError, ZeroDivisionError) as error:
+    except (ValueError, IndexError, TypeError, ZeroDivisionError) as error:
         raise InputError(f"{path}: cannot be read as the counts of a run by several ranks ({error})") from error
 
 

@@ -3,12 +3,12 @@
 import csv
 import difflib
 import io
-import os
 
 import numpy as np
 import pandas as pd
 
 from mpmtools.errors import InputError
+from mpmtools.files import read_text, write_text  # noqa: F401  (write_text: for those who write tables)
 from mpmtools.wording import counted
 
 
@@ -19,7 +19,7 @@ def read_table(path):
     Numbers are made by `numbers()`, which can then name the line of a cell that is none.
     """
     comments, lines = [], []
-    for number, line in enumerate(_lines_of(path), 1):
+    for number, line in enumerate(read_text(path).splitlines(), 1):
         if line.lstrip().startswith("#"):
             comments.append(line.lstrip()[1:].strip())
         elif line.strip():
@@ -39,15 +39,6 @@ def read_table(path):
     table = pd.DataFrame([cells for _, cells in rows], columns=header, index=[number for number, _ in rows], dtype=str)
     table.attrs.update(path=path, comments=comments)
     return table
-
-
-def _lines_of(path):
-    try:
-        with open(path, newline="", encoding="utf-8") as file:
-            return file.read().splitlines()
-    except (OSError, UnicodeDecodeError) as error:
-        reason = error.strerror if isinstance(error, OSError) else "it is no text"
-        raise InputError(f"cannot read '{path}': {reason}") from None
 
 
 def _cells(path, number, line):
@@ -88,15 +79,12 @@ def no_column(table, *names):
 
 def read_series(path, dtype=None):
     """A table as pandas reads it; a last line without its end, left by a kill, is dropped."""
+    text = read_text(path)
+    whole = text[:text.rfind("\n") + 1]
     try:
-        with open(path, encoding="utf-8") as file:
-            text = file.read()
-        whole = text[:text.rfind("\n") + 1]
         return pd.read_csv(io.StringIO(whole), comment="#", skipinitialspace=True, float_precision="round_trip",
                            dtype=dtype)
-    except OSError as error:
-        raise InputError(f"cannot read '{path}': {error.strerror}") from None
-    except (pd.errors.ParserError, pd.errors.EmptyDataError, UnicodeDecodeError) as error:
+    except (ValueError, OverflowError) as error:  # also those of pandas
         raise InputError(f"{path}: {error}") from None
 
 
@@ -112,15 +100,3 @@ def csv_text(table, nothing="nan"):
     for column in text.select_dtypes("float"):
         text[column] = [nothing if np.isnan(value) else number_text(value) for value in text[column]]
     return text.to_csv(index=False, lineterminator="\n")
-
-
-def write_text(path, text):
-    """Writes a file whole: under a temporary name, then renamed."""
-    folder = os.path.dirname(os.path.abspath(path))
-    try:
-        os.makedirs(folder, exist_ok=True)
-        with open(f"{path}.tmp", "w", encoding="utf-8") as file:
-            file.write(text)
-        os.replace(f"{path}.tmp", path)
-    except OSError as error:
-        raise InputError(f"cannot write '{path}': {error.strerror}") from None

@@ -56,6 +56,13 @@ class ViewFolder(RunFolder):
 
 
 class Pages(ViewFolder):
+    def test_show_any_title_as_text(self):
+        title = "<!--<script>"  # in a script element it would hide the end of that element, and with it the page
+        self.write("case.toml", f"title = '{title}'\n" + CASE.split("\n", 1)[1])
+        code, _, err = self.command("view", self.folder, "--out", self.folder / "view.html")
+        self.assertEqual((code, self.data()["title"]), (0, title), err)
+        self.assertFalse(title in (self.folder / "view.html").read_text(encoding="utf-8"))
+
     def test_hold_the_particles_within_their_precision(self):
         code, out, err = self.command("view", self.folder, "--out", self.folder / "view.html")
         self.assertEqual((code, out.strip()), (0, str(self.folder / "view.html")), err)

@@ -1,9 +1,9 @@
 """The folder of a design: its plan, and a Run for each snow and grid."""
 
-import json
 import os
 
 from mpmtools.errors import InputError
+from mpmtools.files import read_json
 from mpmtools.run import finished_run
 from mpmtools.wording import counted, verb
 
@@ -16,13 +16,9 @@ class Ensemble:
     def __init__(self, folder):
         self.folder = str(folder)
         path = os.path.join(self.folder, "design_plan.json")
-        try:
-            with open(path, encoding="utf-8") as file:
-                self.plan = json.load(file)
-        except FileNotFoundError:
-            raise InputError(f"{path}: there is no such file; give the folder of `mpm design`") from None
-        except ValueError as error:
-            raise InputError(f"{path}: {error}; run `mpm design` again") from None
+        if not os.path.exists(path):
+            raise InputError(f"{path}: there is no such file; give the folder of `mpm design`")
+        self.plan = read_json(path, "run `mpm design` again")
         if self.plan.get("format_version") != FORMAT_VERSION:
             raise InputError(f"{path}: format version {self.plan.get('format_version')}, this program reads {FORMAT_VERSION}")
         self.runs = [[None] * len(self.plan["grids"]) for _ in self.plan["snows"]]

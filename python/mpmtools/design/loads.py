@@ -7,9 +7,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from mpmtools.checksums import open_h5
 from mpmtools.design.oscillator import equivalent_static_force
 from mpmtools.errors import InputError
+from mpmtools.frame import open_hdf5
 
 WINDOW = 0.1  # s, of the moving mean behind peaks, the default of [measurement] force_window_s
 
@@ -120,12 +120,11 @@ class Loads:
         """z (m) and pressures in Pa: force per height of the impulses over the width: 'mean', 'steady_peak' and 'first_impact' (largest of
         the moving mean at each height, not at one time); 'stress': the paper's profile of stress before the mast, its steady mean."""
         path = os.path.join(self.run.folder, "profiles.h5")
-        try:
-            with open_h5(path) as file:
-                z, pressure = file["z_m"][:], file["force_x_per_height_n_m"][1:] / self.run.case["obstacle"]["width_m"]
-                stress = file["pressure_pa"][1:]
-        except KeyError as error:
-            raise InputError(f"{path}: {error}; run `mpm design` again") from None
+        with open_hdf5(path) as file:
+            z, pressure = file["z_m"][:], file["force_x_per_height_n_m"][1:] / self.run.case["obstacle"]["width_m"]
+            stress = file["pressure_pa"][1:]
+        if not pressure.shape == stress.shape == (len(self.time), len(z)):
+            raise InputError(f"{path}: {pressure.shape} and {stress.shape} values, {(len(self.time), len(z))} are needed; run `mpm design` again")
         smooth = moving_mean(pressure, self.rows)
         nothing = np.full(len(z), math.nan)
         return {"z_m": z, "mean": pressure[self.steady].mean(axis=0) if self.is_steady else nothing,

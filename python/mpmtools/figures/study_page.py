@@ -17,6 +17,7 @@ from mpmtools.figures import evidence_figures, extension_figures, paper_figures,
 from mpmtools.figures.axes import Drawn, number, per_cent
 from mpmtools.figures.style import STYLE, inline, use_style, write_page
 from mpmtools.figures.study_summary import SETS
+from mpmtools.files import read_json
 from mpmtools.scores import levels
 from mpmtools.study.runs import COARSER, REPLACED
 from mpmtools.tables import read_series
@@ -31,13 +32,7 @@ class Study:
         self.folder = str(folder)
         self.name = re.sub(r"_w(\d+)$", r" at w/\1", os.path.basename(os.path.normpath(self.folder))).replace("_", " ")
         path = os.path.join(self.folder, "fit.json")
-        try:
-            with open(path, encoding="utf-8") as file:
-                self.fit = json.load(file)
-        except OSError as error:
-            raise InputError(f"cannot read '{path}': {error.strerror}") from None
-        except ValueError as error:
-            raise InputError(f"{path}: {error}") from None
+        self.fit = read_json(path)
 
     def table(self, name, text=()):
         """A table as a DataFrame whose equal inputs are equal to the bit; empty without the file. `text`: columns to leave as written."""

@@ -7,7 +7,6 @@ import base64
 import html
 import io
 import math
-import os
 import re
 
 import markupsafe
@@ -16,6 +15,8 @@ import matplotlib
 matplotlib.use("svg")
 import matplotlib.pyplot as plt  # noqa: E402  (after the backend is chosen)
 from matplotlib.ticker import FixedLocator, FuncFormatter, MaxNLocator, NullFormatter  # noqa: E402
+
+from mpmtools.files import write_text  # noqa: E402
 
 # Distinct in hue and in lightness, so that they survive colour blindness and a grey printer.
 COLOURS = ["#1f6fb4", "#d1601f", "#2e8b57", "#8b4fa8", "#b3262e", "#6b6b00", "#008b9a", "#9c5b3b"]
@@ -194,6 +195,4 @@ def use_style():
 
 def write_page(target, page):
     """Writes a page whole."""
-    with open(target + ".tmp", "w", encoding="utf-8") as file:
-        file.write(page)
-    os.replace(target + ".tmp", target)
+    write_text(target, page)

@@ -7,7 +7,6 @@ thinned: every n-th particle of the order of identity numbers, the same ones in 
 import base64
 import gzip
 import json
-import os
 import pathlib
 
 import jinja2
@@ -15,6 +14,7 @@ import numpy as np
 
 from mpmtools.errors import ConfigError, InputError
 from mpmtools.figures.colours import STRESS_COLOURS
+from mpmtools.files import write_text
 from mpmtools.run import Run
 from mpmtools.terrain import terrain_of
 
@@ -111,14 +111,9 @@ def write_view(folder, out=None, largest=LARGEST):
     run = Run(folder)
     out = pathlib.Path(out) if out else pathlib.Path(folder) / "post" / "view.html"
     template = jinja2.Environment(autoescape=True).from_string(pathlib.Path(__file__).with_name("view_page.html.j2").read_text(encoding="utf-8"))
-    data = json.dumps(page_data(run, largest)).replace("</", "<\\/")  # nothing in it ends the script
+    data = json.dumps(page_data(run, largest)).replace("<", "\\u003c")  # nothing in it is read as HTML
     text = template.render(title=run.title or "run", data=data)
-    try:
-        out.parent.mkdir(parents=True, exist_ok=True)
-        pathlib.Path(f"{out}.tmp").write_text(text, encoding="utf-8")
-        os.replace(f"{out}.tmp", out)
-    except OSError as error:
-        raise InputError(f"cannot write '{out}': {error.strerror}") from None
+    write_text(out, text)
     return out
 
 

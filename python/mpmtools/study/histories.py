@@ -5,7 +5,8 @@ import os
 import numpy as np
 import pandas as pd
 
-from mpmtools.checksums import open_h5, read_series_of
+from mpmtools.checksums import read_series_of
+from mpmtools.frame import open_hdf5
 from mpmtools.scores import same_input
 from mpmtools.statistics import estimate_mean
 from mpmtools.study.fits import NARROW, fit_set
@@ -138,7 +139,7 @@ def sections(runs, rheology):
 
 def _section(path, run):
     """Particles in the strip of the paper's measurements (Appendix A2), and their mean spacing, m."""
-    with open_h5(path) as file:
+    with open_hdf5(path) as file:
         position, ratio = file["position_m"][:], file["volume_ratio"][:]
         kirchhoff_xx, volume = file["kirchhoff_stress_pa"][:, 0], file["reference_volume_m3"][:]
     x, y, z = position.T

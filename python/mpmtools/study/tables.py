@@ -1,13 +1,13 @@
 """The numbers behind every figure of the study, as one folder of tables."""
 
 import os
-import tomllib
 
 import numpy as np
 import pandas as pd
 
 from mpmtools import equations
 from mpmtools.errors import ConfigError
+from mpmtools.files import read_toml
 from mpmtools.scores import levels
 from mpmtools.study import campaigns, friction_choice, grids, guideline, histories, jams, published, refinement, rheology, sensitivity, uncertainty, width
 from mpmtools.study.fits import coefficients_csv, evaluated_by, fit_paper_sets, fits_json, own_coefficients, scores_csv
@@ -62,8 +62,7 @@ def plan_title(table_path):
     plan = os.path.join(os.path.dirname(table_path), "plan.toml")
     if not os.path.exists(plan):
         return ""
-    with open(plan, "rb") as file:
-        return tomllib.load(file).get("title", "")
+    return read_toml(plan).get("title", "")
 
 
 def evidence_tables(runs, friction_file=None, sensitivity_files=(), prediction_files=(), grids_files=(), friction_scan_files=()):

@@ -1,0 +1,96 @@
+"""Files of runs and studies: read within bounds, with errors that name the file; written whole."""
+
+import contextlib
+import json
+import os
+import secrets
+import tomllib
+
+from mpmtools.errors import InputError
+
+MOST_BYTES = 1 << 28  # a table takes several times as much memory
+
+
+class MissingEntry(InputError, KeyError):
+    """An entry that a file lacks."""
+
+    __str__ = Exception.__str__
+
+
+class Entries(dict):
+    """A table of a file. An entry that it lacks is a MissingEntry, which names the file."""
+
+    path = "a file"
+
+    def __missing__(self, key):
+        raise MissingEntry(f"{self.path}: there is no entry '{key}'; the file is damaged, or of another program")
+
+
+def _entries(value, path):
+    if isinstance(value, list):
+        return [_entries(item, path) for item in value]
+    if not isinstance(value, dict):
+        return value
+    table = Entries({key: _entries(item, path) for key, item in value.items()})
+    table.path = path
+    return table
+
+
+def read_text(path):
+    """The content of a text file in UTF-8."""
+    try:
+        with open(path, "rb") as file:
+            blocks = []
+            while block := file.read(1 << 22):
+                blocks.append(block)
+                if len(blocks) << 22 > MOST_BYTES:
+                    raise InputError(f"cannot read '{path}': it has more than {MOST_BYTES} bytes; this is no file of this program")
+        return b"".join(blocks).decode("utf-8")
+    except OSError as error:
+        raise InputError(f"cannot read '{path}': {error.strerror}") from None
+    except UnicodeDecodeError:
+        raise InputError(f"cannot read '{path}': it is no text") from None
+
+
+def read_json(path, remedy="compute it again"):
+    """The object in a JSON file, as Entries."""
+    text = read_text(path)
+    try:
+        content = _entries(json.loads(text), path)
+    except (ValueError, RecursionError) as error:
+        raise InputError(f"{path}: it is not JSON: {error}; {remedy}") from None
+    if not isinstance(content, dict):
+        raise InputError(f"{path}: it holds no JSON object; {remedy}")
+    return content
+
+
+def read_toml(path):
+    """The tables of a TOML file, as Entries."""
+    text = read_text(path).replace("\r\n", "\n")
+    try:
+        return _entries(tomllib.loads(text), path)
+    except (tomllib.TOMLDecodeError, RecursionError) as error:
+        raise InputError(f"{path}: {error}") from None
+
+
+@contextlib.contextmanager
+def whole_file(path):
+    """The path of a temporary file, which becomes `path` if nothing fails. Nobody can have put a link at its name."""
+    folder, name = os.path.split(os.path.abspath(path))
+    temporary = os.path.join(folder, f".{secrets.token_hex(8)}.{name}")
+    try:
+        os.makedirs(folder, exist_ok=True)
+        os.close(os.open(temporary, os.O_CREAT | os.O_EXCL | os.O_WRONLY, 0o666))
+        yield temporary
+        os.replace(temporary, path)
+    except OSError as error:
+        raise InputError(f"cannot write '{path}': {error.strerror}") from None
+    finally:
+        with contextlib.suppress(OSError):
+            os.unlink(temporary)
+
+
+def write_text(path, text):
+    """Writes a file whole: under a temporary name, then renamed."""
+    with whole_file(path) as temporary, open(temporary, "w", encoding="utf-8") as file:
+        file.write(text)
