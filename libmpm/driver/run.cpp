@@ -139,6 +139,7 @@ void Run::start() {
   const std::vector<std::string>& columns = observers_.series().names();
   table_.emplace(options_.out / "series.csv", columns.size(), csv_line(columns));
   frames_.emplace(FrameSeries::create(options_.out));
+  if (const std::string note = lock_.note(); !note.empty()) say(note);
   say(fmt::format("start: {} particles, {}, {} precision", progress_.initial_particles, workforce(), name_of(state_.grid.precision())));
   for (const Advice& advice : advise(case_)) say("warning: " + advice.text(), false);
   observers_.begin(state_, scene_);
@@ -169,6 +170,7 @@ void Run::resume() {
   if (!rows_are_there) say("series.csv was missing or damaged: its rows are written again from the checkpoint");
   frames_.emplace(FrameSeries::resume(options_.out, static_cast<int>(sampling_.frames(progress_.samples)),
                                       [this](const std::string& why) { say(why + "; left out of frames.xdmf"); }));
+  if (const std::string note = lock_.note(); !note.empty()) say(note);
   say(fmt::format("resumed at t = {:.6g} s, step {}: {} particles, {}", state_.time, state_.step, state_.grid.particle_count(),
                   workforce()));
   observers_.begin(state_, scene_);

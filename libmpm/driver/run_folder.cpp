@@ -4,13 +4,18 @@
 #include <fmt/format.h>
 #include <sys/file.h>
 
+#include <algorithm>
 #include <cerrno>
 #include <chrono>
 #include <cmath>
+#include <csignal>
+#include <cstdint>
 #include <nlohmann/json.hpp>
 #include <thread>
 
 #include "libmpm/base/error.hpp"
+#include "libmpm/base/process.hpp"
+#include "libmpm/base/text.hpp"
 #include "libmpm/boundary/obstacle.hpp"
 #include "libmpm/driver/case_file.hpp"
 #include "libmpm/driver/checkpoint.hpp"
@@ -21,25 +26,80 @@
 
 namespace mpm {
 
+namespace {
+
+constexpr const char *lock_file = ".lock", *owner_file = ".lock.owner";
+
+/// Takes the lock. @return 0, or an errno value: EWOULDBLOCK if another process holds it, anything else if there are no locks
+int lock_error(const Descriptor& file) {
+  int reason = 0;
+  do reason = flock(file.get(), LOCK_EX | LOCK_NB) == 0 ? 0 : errno;
+  while (reason == EINTR);
+  return reason;
+}
+
+/// "host process"
+std::string own_name() { return fmt::format("{} {}", host_name(), getpid()); }
+
+/// The process that holds a directory by a file, as in own_name(); empty if there is none, or if it was one of this host and has ended.
+std::string owner_of(const std::filesystem::path& owner) {
+  std::error_code error;
+  if (!std::filesystem::exists(owner, error)) return {};
+  constexpr std::uintmax_t longest = 512;  // bytes
+  const std::string name(trimmed(read_file(owner, longest), " \n"));
+  const std::string here = host_name() + " ";
+  if (!name.starts_with(here)) return name.empty() ? "an unknown process" : name;
+  const auto process = parse_number(name.substr(here.size()));
+  return process && *process > 0.0 && kill(static_cast<pid_t>(*process), 0) != 0 && errno == ESRCH ? "" : name;
+}
+
+}  // namespace
+
 DirectoryLock::DirectoryLock(const std::filesystem::path& directory) {
-  const auto path = directory / ".lock";
-  file_ = Descriptor(open(path.c_str(), O_CREAT | O_RDWR | O_CLOEXEC, 0644));
+  const auto path = directory / lock_file;
+  file_ = Descriptor(open(path.c_str(), O_CREAT | O_RDWR | O_NOFOLLOW | O_CLOEXEC, 0666));
   if (!file_) throw file_error("cannot create", path, errno);
   constexpr int tries = 50;
   constexpr std::chrono::milliseconds pause(10);
-  for (int i = 0; flock(file_.get(), LOCK_EX | LOCK_NB) != 0; ++i) {
-    if (i < tries) {
-      std::this_thread::sleep_for(pause);
-      continue;
-    }
-    throw IoError(fmt::format("{}: another process is running in this directory; wait for it or choose another --out", directory.string()));
+  int reason = lock_error(file_);
+  for (int i = 0; reason == EWOULDBLOCK && i < tries; ++i) {
+    std::this_thread::sleep_for(pause);
+    reason = lock_error(file_);
   }
+  if (reason == EWOULDBLOCK)
+    throw IoError(fmt::format("{}: another process is running in this directory; wait for it or choose another --out", directory.string()));
+  if (reason == 0) return;
+  const auto owner = directory / owner_file;
+  if (const std::string other = owner_of(owner); !other.empty()) {
+    throw IoError(
+        fmt::format("{}: another process is running in this directory ({}, by '{}'); wait for it, or delete that file if it has ended",
+                    directory.string(), other, owner.string()));
+  }
+  remove_file(owner);  // of a process that has ended
+  const Descriptor file(open(owner.c_str(), O_CREAT | O_EXCL | O_WRONLY | O_CLOEXEC, 0666));
+  if (!file) throw file_error("cannot create", owner, errno);
+  if (const int failure = file.write(own_name()); failure != 0) throw file_error("cannot write", owner, failure);
+  owner_ = owner;
+}
+
+DirectoryLock::~DirectoryLock() {
+  std::error_code error;
+  if (!owner_.empty()) std::filesystem::remove(owner_, error);
+}
+
+std::string DirectoryLock::note() const {
+  if (owner_.empty()) return {};
+  return fmt::format("this file system has no locks: '{}' keeps other processes out; delete it if this one is killed on another machine",
+                     owner_.string());
 }
 
 bool is_locked(const std::filesystem::path& directory) {
-  const auto path = directory / ".lock";
-  const Descriptor file(open(path.c_str(), O_RDWR | O_CLOEXEC));
-  return file && flock(file.get(), LOCK_EX | LOCK_NB) != 0 && errno == EWOULDBLOCK;
+  const auto path = directory / lock_file;
+  Descriptor file(open(path.c_str(), O_RDWR | O_NOFOLLOW | O_CLOEXEC));
+  if (!file && errno == EACCES) file = Descriptor(open(path.c_str(), O_RDONLY | O_NOFOLLOW | O_CLOEXEC));  // of another user
+  if (!file) return false;
+  const int reason = lock_error(file);
+  return reason == EWOULDBLOCK || (reason != 0 && !owner_of(directory / owner_file).empty());
 }
 
 void require_no_results(const std::filesystem::path& directory) {
@@ -50,6 +110,15 @@ void require_no_results(const std::filesystem::path& directory) {
   throw ConfigError(fmt::format("{} holds {}; choose another folder with --out, {} with --resume, or overwrite it with --force",
                                 directory.string(), finished ? "the results of a run" : "the checkpoint of an interrupted run",
                                 finished ? "extend it to a longer duration" : "continue it"));
+}
+
+void require_no_other_files(const std::filesystem::path& directory, std::initializer_list<const char*> names,
+                            std::initializer_list<const char*> signs) {
+  const auto there = [&](const char* name) { return std::filesystem::exists(directory / name); };
+  const auto* const found = std::ranges::find_if(names, there);
+  if (found == names.end() || std::ranges::any_of(signs, there)) return;
+  throw ConfigError(fmt::format("'{}' is not of this program, and would be overwritten; choose another folder with --out",
+                                (directory / *found).string()));
 }
 
 namespace {

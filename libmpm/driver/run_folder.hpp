@@ -3,6 +3,7 @@
 /// campaigns; the latter two have one folder for each run and keep finished runs.
 
 #include <filesystem>
+#include <initializer_list>
 #include <optional>
 #include <string>
 
@@ -11,15 +12,23 @@
 
 namespace mpm {
 
-/// Excludes a second process from a directory (`.lock` in it); the system releases it when the process ends, even after a kill.
+/// Excludes a second process from a directory (`.lock` in it); the system releases it when the process ends, even after a kill. On a file
+/// system without such locks (some Lustre and NFS) the file `.lock.owner` with host and process number takes their place.
 class DirectoryLock {
  public:
   /// Tries for half a second, because is_locked() of another process takes the lock for an instant.
   /// @throws IoError if another process holds it, or the file cannot be made
   explicit DirectoryLock(const std::filesystem::path& directory);
+  DirectoryLock(const DirectoryLock&) = delete;
+  DirectoryLock& operator=(const DirectoryLock&) = delete;
+  ~DirectoryLock();
+
+  /// What the user should know about the lock; empty if the file system has locks.
+  [[nodiscard]] std::string note() const;
 
  private:
   Descriptor file_;
+  std::filesystem::path owner_;  ///< the file that takes the place of the lock; empty if there is a lock
 };
 
 /// Whether a process works in a directory; false if the directory does not exist.
@@ -29,6 +38,11 @@ class DirectoryLock {
 /// @throws ConfigError if the folder holds results (results.json, final.h5) or a checkpoint: the message names --resume, --out and --force
 /// @throws IoError if another process works there
 void require_no_results(const std::filesystem::path& directory);
+
+/// Refuses a folder of the user, as with --out .: one that holds a file of these names, which the program would overwrite, but none of the
+/// signs that it has worked there. @throws ConfigError
+void require_no_other_files(const std::filesystem::path& directory, std::initializer_list<const char*> names,
+                            std::initializer_list<const char*> signs);
 
 /// Writes case.toml, and with an obstacle obstacle.json: its outline in plan, so that programs that draw it need not know the shapes.
 /// @throws IoError

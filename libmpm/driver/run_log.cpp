@@ -12,7 +12,7 @@
 namespace mpm {
 
 RunLog::RunLog(const std::filesystem::path& path, bool append)
-    : file_(open(path.c_str(), O_CREAT | O_WRONLY | O_CLOEXEC | (append ? O_APPEND : O_TRUNC), 0644)) {
+    : file_(open(path.c_str(), O_CREAT | O_WRONLY | O_NOFOLLOW | O_CLOEXEC | (append ? O_APPEND : O_TRUNC), 0666)) {
   if (!file_) throw file_error("cannot write", path, errno);
 }
 

@@ -31,6 +31,7 @@ std::string_view remedy(int error_number) {
     case ENAMETOOLONG: return "choose a shorter name";
     case EMFILE:
     case ENFILE: return "too many files are open: close some or raise `ulimit -n`";
+    case ELOOP: return "the name is taken by a symbolic link: remove it or choose another output directory";
     case EFBIG: return "raise the file size limit (`ulimit -f`) or write less";
     default: return "check the disk and the path";
   }
@@ -45,7 +46,7 @@ std::filesystem::path directory_of(const std::filesystem::path& path) {
 /// dies, even if the process number still exists (as a zombie, or reused). On file systems without locks the
 /// process number decides.
 bool being_written(const std::filesystem::path& temporary, pid_t writer) {
-  const Descriptor file(::open(temporary.c_str(), O_RDWR | O_CLOEXEC));
+  const Descriptor file(::open(temporary.c_str(), O_RDWR | O_NOFOLLOW | O_CLOEXEC));
   const int reason = file && ::flock(file.get(), LOCK_EX | LOCK_NB) == 0 ? 0 : errno;
   if (reason == 0) return false;
   if (reason == EWOULDBLOCK) return true;
@@ -62,10 +63,10 @@ IoError file_error(std::string_view action, const std::filesystem::path& path, i
 
 AtomicFile::AtomicFile(std::filesystem::path target) : target_(std::move(target)) {
   static std::atomic<unsigned> counter{0};
-  const std::string name = fmt::format(".{}.{}.{}.tmp", target_.filename().string(), ::getpid(), counter++);
-  temporary_ = directory_of(target_) / name;
-  // O_TRUNC, not O_EXCL: a leftover of a killed process with the same number is useless.
-  file_ = Descriptor(::open(temporary_.c_str(), O_RDWR | O_CREAT | O_TRUNC | O_CLOEXEC, 0666));
+  do {  // O_EXCL: the name may be taken by a leftover of a killed process with the same number, or by a link to another file
+    temporary_ = directory_of(target_) / fmt::format(".{}.{}.{}.tmp", target_.filename().string(), ::getpid(), counter++);
+    file_ = Descriptor(::open(temporary_.c_str(), O_RDWR | O_CREAT | O_EXCL | O_CLOEXEC, 0666));
+  } while (!file_ && errno == EEXIST);
   if (!file_) throw file_error("cannot write", target_, errno);
   // Tells remove_leftovers() of another process that the file is in use; some file systems have no locks.
   (void)::flock(file_.get(), LOCK_EX | LOCK_NB);
@@ -122,7 +123,7 @@ void AtomicFile::commit(const std::filesystem::path& keep_as) {
 }
 
 FileShare::FileShare(std::filesystem::path target, const std::filesystem::path& temporary)
-    : target_(std::move(target)), file_(::open(temporary.c_str(), O_WRONLY | O_CLOEXEC)) {
+    : target_(std::move(target)), file_(::open(temporary.c_str(), O_WRONLY | O_NOFOLLOW | O_CLOEXEC)) {
   if (file_) return;
   if (errno != ENOENT) throw file_error("cannot write", target_, errno);
   throw IoError(
@@ -174,12 +175,19 @@ void make_directory(const std::filesystem::path& directory) {
   if (!std::filesystem::is_directory(directory, error)) throw file_error("cannot create directory", directory, ENOTDIR);
 }
 
-std::string read_file(const std::filesystem::path& path) {
+std::string read_file(const std::filesystem::path& path, std::uintmax_t most_bytes) {
+  const auto refuse = [&] {
+    throw IoError(fmt::format("cannot read '{}': it has more than {} bytes; this is no file of this program, check the path", path.string(),
+                              most_bytes));
+  };
   const Descriptor file(::open(path.c_str(), O_RDONLY | O_CLOEXEC));
   if (!file) throw file_error("cannot read", path, errno);
   std::string content;
   struct stat info {};
-  if (::fstat(file.get(), &info) == 0 && S_ISREG(info.st_mode)) content.reserve(static_cast<std::size_t>(info.st_size));
+  if (::fstat(file.get(), &info) == 0 && S_ISREG(info.st_mode)) {
+    if (static_cast<std::uintmax_t>(info.st_size) > most_bytes) refuse();
+    content.reserve(static_cast<std::size_t>(info.st_size));
+  }
   char buffer[1 << 16];
   for (;;) {
     const ssize_t n = ::read(file.get(), buffer, sizeof buffer);
@@ -187,6 +195,7 @@ std::string read_file(const std::filesystem::path& path) {
     if (n < 0) throw file_error("cannot read", path, errno);
     if (n == 0) return content;
     content.append(buffer, static_cast<std::size_t>(n));
+    if (content.size() > most_bytes) refuse();
   }
 }
 

@@ -78,8 +78,11 @@ void remove_file(const std::filesystem::path& path);
 /// Creates a directory and its parents; no error if it exists.
 void make_directory(const std::filesystem::path& directory);
 
-/// The whole content of a file. @throws IoError if it cannot be read
-std::string read_file(const std::filesystem::path& path);
+/// Largest file that is read as a whole. The series of a run of a week has some 100 MB.
+inline constexpr std::uintmax_t most_file_bytes = std::uintmax_t{1} << 30;
+
+/// The whole content of a file. @throws IoError if it cannot be read, or has more bytes (also a device without end)
+std::string read_file(const std::filesystem::path& path, std::uintmax_t most_bytes = most_file_bytes);
 
 /// Message of every file error: the operation ("cannot write"), on which file, the system's reason (an errno value), the remedy.
 IoError file_error(std::string_view action, const std::filesystem::path& path, int error_number);

@@ -60,7 +60,9 @@ std::optional<double> cell_number(std::string_view cell) {
 }  // namespace
 
 Table Table::read(const std::filesystem::path& path, LastLine last_line) {
-  const std::string content = read_file(path);
+  constexpr std::uintmax_t most_bytes = std::uintmax_t{256} << 20;  // in memory the cells take up to 16 times as much
+  constexpr std::size_t most_columns = 10'000;
+  const std::string content = read_file(path, most_bytes);
   std::string_view rest = content;
   if (last_line == LastLine::may_be_torn) rest = rest.substr(0, rest.rfind('\n') + 1);  // npos + 1 = 0: no complete line
 
@@ -75,6 +77,8 @@ Table Table::read(const std::filesystem::path& path, LastLine last_line) {
     if (!split_line(line, cells))
       throw IoError(fmt::format("{}:{}: a double quote is not closed; add the closing quote", path.string(), number));
     if (table.columns_.empty()) {
+      if (cells.size() > most_columns)
+        throw IoError(fmt::format("{}:{}: {} columns; at most {} are possible", path.string(), number, cells.size(), most_columns));
       for (std::size_t i = 0; i < cells.size(); ++i) {
         if (cells[i].empty()) {
           throw IoError(fmt::format("{}:{}: column {} has no name; the first line must name every column", path.string(), number, i + 1));
@@ -184,7 +188,7 @@ void write_table(const std::filesystem::path& path, std::span<const std::string>
 SeriesWriter::SeriesWriter(std::filesystem::path path, std::size_t columns, const std::string& content)
     : path_(std::move(path)), columns_(columns) {
   write_file(path_, content);
-  file_ = Descriptor(::open(path_.c_str(), O_WRONLY | O_APPEND | O_CLOEXEC));
+  file_ = Descriptor(::open(path_.c_str(), O_WRONLY | O_APPEND | O_NOFOLLOW | O_CLOEXEC));
   if (!file_) throw file_error("cannot append to", path_, errno);
 }
 

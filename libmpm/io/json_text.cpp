@@ -10,13 +10,7 @@ namespace mpm {
 std::string read_json_text(const std::filesystem::path& path) {
   constexpr std::uintmax_t most_bytes = std::uintmax_t{256} << 20;
   constexpr int deepest = 64;
-  std::error_code error;
-  const std::uintmax_t bytes = std::filesystem::file_size(path, error);
-  const auto refuse = [&](const std::string& what) {
-    throw IoError(fmt::format("cannot read '{}': {}; this is no file of this program, delete it", path.string(), what));
-  };
-  if (!error && bytes > most_bytes) refuse(fmt::format("it has {} bytes", bytes));
-  std::string text = read_file(path);
+  std::string text = read_file(path, most_bytes);
   int depth = 0;
   bool quoted = false;
   for (std::size_t at = 0; at < text.size(); ++at) {
@@ -26,7 +20,9 @@ std::string read_json_text(const std::filesystem::path& path) {
     } else if (c == '"') {
       quoted = !quoted;
     } else if (!quoted && (c == '[' || c == '{')) {
-      if (++depth > deepest) refuse(fmt::format("it is nested deeper than {}", deepest));
+      if (++depth > deepest)
+        throw IoError(fmt::format("cannot read '{}': it is nested deeper than {}; this is no file of this program, delete it",
+                                  path.string(), deepest));
     } else if (!quoted && (c == ']' || c == '}')) {
       --depth;
     }

@@ -55,6 +55,24 @@ TEST(AtomicFile, TwoWritersOfOneFileDoNotMix) {
   EXPECT_EQ(read_file(dir / "f"), "bb");
 }
 
+TEST(AtomicFile, FollowsNoLinkAtTheNameOfItsTemporary) {
+  const TemporaryDirectory dir;
+  write_file(dir / "victim", "precious");
+  for (int i = 0; i < 1000; ++i)  // the names are predictable
+    std::filesystem::create_symlink(dir / "victim", dir / (".f." + std::to_string(::getpid()) + "." + std::to_string(i) + ".tmp"));
+  write_file(dir / "f", "content");
+  EXPECT_EQ(read_file(dir / "victim"), "precious");
+  EXPECT_EQ(read_file(dir / "f"), "content");
+}
+
+TEST(ReadFile, IsBounded) {
+  const TemporaryDirectory dir;
+  write_file(dir / "f", "1234");
+  EXPECT_EQ(read_file(dir / "f", 4), "1234");
+  EXPECT_NE(io_error_of([&] { (void)read_file(dir / "f", 3); }).find("more than 3 bytes"), std::string::npos);
+  if (std::filesystem::exists("/dev/zero")) EXPECT_NE(io_error_of([] { (void)read_file("/dev/zero", 1 << 20); }), "");
+}
+
 TEST(AtomicFile, MissingDirectoryIsNamedWithReasonAndRemedy) {
   const TemporaryDirectory dir;
   const std::string message = io_error_of([&] { write_file(dir / "none/f", "x"); });
