@@ -17,11 +17,13 @@
 
 #include "commands.hpp"
 #include "libmpm/base/error.hpp"
+#include "libmpm/base/process.hpp"
 #include "libmpm/config/nearest_word.hpp"
 #include "libmpm/driver/build_info.hpp"
 #include "libmpm/driver/schema.hpp"
 #include "libmpm/driver/threads.hpp"
 #include "ranks.hpp"
+#include "run_control.hpp"
 
 namespace {
 
@@ -112,7 +114,9 @@ int run_command(int argc, char** argv) {
 namespace mpm::app {
 
 int run_program(int argc, char** argv) {
+  open_closed_streams();
   use_short_spin(argv);
+  if (const std::string warning = limit_threads(); !warning.empty()) say(warning + "\n");
   try {
     Session session(argc, argv);
     if (!session.first()) return session.serve();

@@ -22,6 +22,7 @@
 #include <optional>
 
 #include "libmpm/base/error.hpp"
+#include "libmpm/base/process.hpp"
 #include "libmpm/base/thread_time.hpp"
 #include "libmpm/driver/threads.hpp"
 #include "libmpm/io/atomic_file.hpp"
@@ -256,7 +257,9 @@ int guarded(const std::function<int()>& work) {
 }  // namespace
 
 int main(int argc, char** argv) {
+  mpm::open_closed_streams();
   mpm::use_short_spin(argv);
+  if (const std::string warning = mpm::limit_threads(); !warning.empty()) fmt::print(stderr, "{}\n", warning);
   Options options;
   CLI::App app("Checks libmpm against exact solutions, independent integrators and published results.", "mpm-validate");
   app.require_subcommand(1);

@@ -1,6 +1,7 @@
 #pragma once
 /// This machine, and the start of other programs.
 
+#include <fcntl.h>
 #include <unistd.h>
 
 #include <array>
@@ -13,6 +14,14 @@ namespace mpm {
 inline std::string host_name() {
   std::array<char, 256> name{};
   return ::gethostname(name.data(), name.size() - 1) == 0 ? name.data() : "?";
+}
+
+/// Opens the null device in place of each standard stream that is closed, so that no file of results gets the number of one, and with it
+/// the messages. Lost messages are no failure; results written to a closed standard output are one. Call it first in main().
+inline void open_closed_streams() {
+  for (const int stream : {STDIN_FILENO, STDOUT_FILENO, STDERR_FILENO}) {
+    if (::fcntl(stream, F_GETFD) < 0) (void)::open("/dev/null", stream == STDOUT_FILENO ? O_RDONLY : O_RDWR);
+  }
 }
 
 /// The words of a command as execv() takes them: their addresses, then a null. @param words  must outlive the result

@@ -71,6 +71,13 @@ void use_short_spin(char** argv) {
   execv(program.c_str(), argv);  // the new process finds the variable set, and continues
 }
 
+std::string limit_threads() {
+  const int wanted = omp_get_max_threads(), most = most_threads();
+  if (wanted <= most) return {};
+  omp_set_num_threads(most);
+  return fmt::format("warning: OMP_NUM_THREADS asks for {} threads; {}, the most on this machine, are used", wanted, most);
+}
+
 int most_threads() {
   constexpr int for_each = 4;
   return for_each * std::max(1, static_cast<int>(std::thread::hardware_concurrency()));

@@ -6,6 +6,7 @@
 /// that does not spin. With a spin of 100 iterations a run takes the same time as without, on a busy and on an idle machine. The
 /// OpenMP runtime reads its settings before main(), so a program has to start itself again to change them.
 
+#include <string>
 #include <string_view>
 
 namespace mpm {
@@ -24,6 +25,10 @@ inline constexpr std::string_view short_spin = "3000";
 /// main(). Returns if there is nothing to do, or if the program cannot be started again; it then runs with the long spin.
 /// @param argv the arguments of main()
 void use_short_spin(char** argv);
+
+/// Applies most_threads() to the default number of threads, which OMP_NUM_THREADS sets without a bound. Call it in main(), before any loop.
+/// @return a warning, if it was larger
+[[nodiscard]] std::string limit_threads();
 
 /// The largest accepted number of threads on this machine: four for each hardware thread. More would only wait for each other.
 [[nodiscard]] int most_threads();
