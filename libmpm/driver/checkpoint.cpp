@@ -107,6 +107,8 @@ void read_rest(const hdf5::Reader& file, State& state, RunProgress& progress, co
   const auto reals = file.dataset<double>("reals", {14});
   if (!std::ranges::all_of(reals, [](double x) { return std::isfinite(x); }) || reals[0] < 0.0 || reals[1] < 0.0)
     refuse(fmt::format("time {} s, speed {} m/s, or a sum that is not finite: no run wrote this", reals[0], reals[1]));
+  constexpr std::uint64_t most_ids = std::uint64_t{1} << 60;
+  if (counters[1] > most_ids) refuse(fmt::format("the next particle has number {}: no run wrote this", counters[1]));
   state.step = counters[0];
   state.next_id = counters[1];
   state.source_count = counters[2];
@@ -152,7 +154,7 @@ void read_checkpoint(const std::filesystem::path& path, const Case& c, State& st
     found.grid.divide(ranks);
   }
   FirstError error;
-  error.attempt([&] { blocks.restore_own(found.grid, refuse); });
+  error.attempt([&] { blocks.restore_own(found.grid, found.next_id, refuse); });
   agree_on_errors(error, ranks);
   found.grid.refresh();
   if (ranks != nullptr) ranks->done();
@@ -174,7 +176,7 @@ void read_own_blocks(const Case& c, const Scene& scene, State& state) {
   FirstError error;
   error.attempt([&] {
     const hdf5::Reader file(path, hdf5::Seal::known_good);
-    StoredBlocks(file, grid.precision()).restore_own(grid, refusing(path));
+    StoredBlocks(file, grid.precision()).restore_own(grid, state.next_id, refusing(path));
   });
   if (!agree_on_errors(error, &ranks)) return;
   grid.refresh();

@@ -27,14 +27,15 @@ class StoredBlocks {
   /// All blocks, in order. Refuses counts and coordinates that no run can have written.
   [[nodiscard]] std::vector<BlockHead> heads(const Refuse& refuse) const;
   /// Puts the blocks that this rank owns into a grid; all blocks if there is one rank. heads() must have accepted them. Refuses particles
-  /// that are not finite or not in their cell, because the kernels rely on that.
-  void restore_own(Grid& grid, const Refuse& refuse) const;
+  /// that are not finite, not in their cell, or whose identity number is not below `next_id`, because kernels and output rely on that.
+  void restore_own(Grid& grid, std::uint64_t next_id, const Refuse& refuse) const;
 
  private:
   [[nodiscard]] std::size_t size_of(std::size_t block) const { return static_cast<std::size_t>(counts_[block]); }
   [[nodiscard]] Index3 coordinate_of(std::size_t b) const;
   /// Blocks b .. end - 1, with `count` particles from `first` on.
-  void restore_piece(std::size_t b, std::size_t end, std::size_t first, std::size_t count, Grid& grid, const Refuse& refuse) const;
+  void restore_piece(std::size_t b, std::size_t end, std::size_t first, std::size_t count, Grid& grid, std::uint64_t next_id,
+                     const Refuse& refuse) const;
 
   const hdf5::Reader& file_;
   Precision precision_;

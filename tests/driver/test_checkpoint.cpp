@@ -3,6 +3,7 @@
 #include <gmock/gmock.h>
 
 #include <fstream>
+#include <limits>
 
 #include "libmpm/base/error.hpp"
 #include "libmpm/driver/case_file.hpp"
@@ -248,6 +249,14 @@ TEST_F(Checkpoint, ThatIsMissingTruncatedOrAlteredIsRefused) {
   bytes[size / 2] = static_cast<char>(bytes[size / 2] ^ 1);
   std::ofstream(path, std::ios::binary).write(bytes.data(), static_cast<std::streamsize>(size));
   EXPECT_THAT(refusal(), HasSubstr(path.string()));
+}
+
+TEST_F(Checkpoint, WhoseIdentityNumbersNoRunGaveIsRefused) {
+  for (const std::uint64_t next : {std::uint64_t{1}, std::numeric_limits<std::uint64_t>::max()}) {
+    state.next_id = next;  // its checksum is right
+    write();
+    EXPECT_THAT(refusal(), HasSubstr("number"));
+  }
 }
 
 TEST_F(Checkpoint, OfAnotherKindOrVersionIsRefused) {
