@@ -44,6 +44,26 @@ inline std::string_view trimmed(std::string_view text, std::string_view blanks) 
   return text.substr(first, text.find_last_not_of(blanks) - first + 1);
 }
 
+/// A text for tables and JSON: bytes that are not UTF-8 and control characters become '?' and blanks.
+inline std::string plain_text(std::string_view text) {
+  std::string plain;
+  for (std::size_t at = 0; at < text.size();) {
+    const auto c = static_cast<unsigned char>(text[at]);
+    const std::size_t length = c < 0x80 ? 1 : c >= 0xc2 && c < 0xe0 ? 2 : c >= 0xe0 && c < 0xf0 ? 3 : c >= 0xf0 && c < 0xf5 ? 4 : 0;
+    const std::string_view part = text.substr(at, std::max<std::size_t>(1, length));
+    const bool whole =
+        length > 0 && part.size() == length && std::ranges::all_of(part.substr(1), [](char x) { return (x & 0xc0) == 0x80; });
+    const bool control = c < 0x20 || c == 0x7f;
+    if (whole && !control) {
+      plain += part;
+    } else {
+      plain += control ? ' ' : '?';
+    }
+    at += whole ? length : 1;
+  }
+  return plain;
+}
+
 /// A text with ASCII letters in lower case.
 inline std::string lower(std::string text) {
   std::ranges::transform(text, text.begin(), [](unsigned char c) { return static_cast<char>(std::tolower(c)); });

@@ -6,12 +6,14 @@
 #include <algorithm>
 #include <map>
 #include <set>
+#include <span>
 #include <sstream>
 #include <utility>
 
 #include "libmpm/base/error.hpp"
 #include "libmpm/base/text.hpp"
 #include "libmpm/campaign/stored_results.hpp"
+#include "libmpm/config/guard.hpp"
 #include "libmpm/driver/case_file.hpp"
 #include "libmpm/driver/sampling.hpp"
 
@@ -47,6 +49,7 @@ class SharedProblems {
     for (std::string line; std::getline(lines, line);) {
       const auto found = std::ranges::find(problems_, line, &Problem::text);
       if (found == problems_.end()) {
+        if (full()) return;
         problems_.push_back({line, run, 0});
       } else {
         ++found->further_runs;
@@ -55,15 +58,19 @@ class SharedProblems {
   }
   void add(const std::string& text) { problems_.push_back({text, "", 0}); }
 
+  [[nodiscard]] bool full() const { return problems_.size() >= config::most_problems; }
+
   void throw_any() const {
     if (problems_.empty()) return;
     std::string message;
-    for (const Problem& f : problems_) {
+    for (const Problem& f : std::span(problems_).first(std::min(problems_.size(), config::problems_shown))) {
       message += (message.empty() ? "" : "\n") + f.text;
       if (f.first_run.empty()) continue;
       message +=
           f.further_runs == 0 ? fmt::format(" (run {})", f.first_run) : fmt::format(" (run {} and {} more)", f.first_run, f.further_runs);
     }
+    if (problems_.size() > config::problems_shown)
+      message += fmt::format("\n{}{} more errors", full() ? "at least " : "", problems_.size() - config::problems_shown);
     throw ConfigError(message);
   }
 
@@ -83,6 +90,7 @@ Campaign make_campaign(CampaignPlan plan) {
   std::map<std::pair<std::string, double>, std::size_t> known;  // case and end -> index
   std::map<std::string, std::size_t> names;
   for (const PlannedRun& planned : plan.runs) {
+    if (problems.full()) break;
     CampaignRun run{planned.name, planned.settings, {}, {}, {}, {}};
     try {
       run.spec = parse_case(plan.base_text, plan.base_name, overrides_of(plan, planned));

@@ -57,7 +57,6 @@ PlannedRun planned_run(const PlanBlocks& blocks, std::string name, const std::ve
 
 /// Settings of the runs of a crossing; the last parameter varies fastest.
 std::vector<std::vector<Setting>> crossed(const Crossing& crossing, const std::filesystem::path& file) {
-  constexpr std::size_t most_runs = 1'000'000;
   std::size_t count = 1;
   for (const VariedKeys& p : crossing.parameters) {
     count *= p.rows.size();
@@ -97,12 +96,21 @@ void put(std::vector<Setting>& settings, const std::vector<Setting>& more) {
 
 std::vector<PlannedRun> expand(const PlanBlocks& blocks, const std::filesystem::path& file) {
   std::vector<PlannedRun> runs;
+  const auto add = [&](PlannedRun run) {
+    if (runs.size() == most_runs)
+      throw ConfigError(fmt::format("{}: the plan makes more than {} runs; divide it into several plans", file.string(), most_runs));
+    if (const std::string why = name_problem(run.name); !why.empty()) {
+      throw ConfigError(fmt::format(
+          "{}: a run is named after its values, but {}; give its [[grid]] or [[run]] a name, or its keys [labels]", file.string(), why));
+    }
+    runs.push_back(std::move(run));
+  };
   for (const Crossing& crossing : blocks.crossings) {
     for (const std::vector<Setting>& own : crossed(crossing, file))
-      runs.push_back(planned_run(blocks, run_name(crossing.name, own, blocks.labels), crossing.set, crossing.rules, own));
+      add(planned_run(blocks, run_name(crossing.name, own, blocks.labels), crossing.set, crossing.rules, own));
   }
   for (const Row& row : blocks.rows)
-    runs.push_back(planned_run(blocks, row.name.empty() ? run_name("", row.set, blocks.labels) : row.name, {}, {}, row.set));
+    add(planned_run(blocks, row.name.empty() ? run_name("", row.set, blocks.labels) : row.name, {}, {}, row.set));
   return runs;
 }
 

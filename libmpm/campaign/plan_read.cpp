@@ -2,6 +2,7 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
+#include <set>
 #include <sstream>
 
 #include "libmpm/base/error.hpp"
@@ -24,6 +25,7 @@ using config::shown;
 using config::toml_text;
 
 constexpr int most_threads_of_a_run = 1024, most_ranks_of_a_run = 100000, most_retries = 100;
+constexpr std::size_t most_rules = 1000;  // [[when]] of a plan or a [[grid]]: each is compared with each run
 
 /// Reads the tables of a plan, one function a table.
 class BlockReader : private PlanValues {
@@ -47,7 +49,7 @@ class BlockReader : private PlanValues {
   std::vector<Rule> rules(const toml::table& table, const std::string& where) {
     std::vector<Rule> list;
     int number = 0;
-    for (const toml::table* entry : tables_at(table, where, "when")) {
+    for (const toml::table* entry : tables_at(table, where, "when", most_rules)) {
       const std::string here = fmt::format("{}[[when]] {}", where.empty() ? "" : where + " ", ++number);
       only(*entry, here, {"match", "set"});
       Rule rule;
@@ -60,6 +62,7 @@ class BlockReader : private PlanValues {
           } else {
             values.push_back(toml_text(*e.node));
           }
+          if (given_up()) break;
           rule.match.emplace_back(e.key, values);
         }
       }
@@ -106,6 +109,7 @@ class BlockReader : private PlanValues {
     const std::string here = fmt::format("{}{}parameters:", where, where.empty() ? "" : " ");
     std::vector<std::string> seen;
     for (const Entry& e : in_order(*crossed)) {
+      if (given_up()) break;
       bool known = true;
       VariedKeys p{keys_together(e, here, seen, known), {}};
       const toml::array* values = e.node->as_array();
@@ -114,10 +118,12 @@ class BlockReader : private PlanValues {
                 fmt::format("{} = {} is {}; give a list of values", e.key, shown(*e.node), values != nullptr ? "empty" : kind_of(*e.node)));
         continue;
       }
+      std::set<std::vector<std::string>> given;
       for (const toml::node& value : *values) {
+        if (given_up()) break;
         std::vector<std::string> row = value_row(e, value, p.keys.size(), here);
         if (row.empty()) continue;
-        if (std::ranges::find(p.rows, row) != p.rows.end())
+        if (!given.insert(row).second)
           problem(value.source(), here, fmt::format("{}: {} is given twice; give each value once", e.key, shown(value)));
         p.rows.push_back(std::move(row));
       }
@@ -128,26 +134,30 @@ class BlockReader : private PlanValues {
 
   std::string folder_name(const toml::table& table, const std::string& where) {
     std::string name = text(table, where, "name");
-    const bool usable = name == file_name_part(name) && !name.starts_with('.') && name.size() <= 200;
-    if (!name.empty() && !usable) {
-      problem(table.get("name")->source(), where,
-              fmt::format("name = \"{}\" names no folder; use letters, digits, '.', '_', '+' and '-', such as \"{}\"", one_line(name),
-                          file_name_part(name)));
-    }
+    if (const std::string why = name_problem(name); !name.empty() && !why.empty())
+      problem(table.get("name")->source(), where, "name = " + why);
     return name;
   }
 
   /// A cell as TOML: a bare word is a string.
   static std::string toml_value(const std::string& cell) {
+    const std::string text = "value = " + cell;
     try {
-      if (toml::parse("value = " + cell).size() == 1) return cell;
-    } catch (const toml::parse_error&) {  // not a value
+      config::check_text(text, "");
+      const toml::table parsed = toml::parse(text);
+      if (parsed.size() == 1) return cell.find('#') == std::string::npos ? cell : toml_text(*parsed.get("value"));  // without its comment
+    } catch (const toml::parse_error&) {                                                                            // not a value
+    } catch (const ConfigError&) {  // no text for the parser
     }
     return toml_text(toml::value<std::string>(cell));
   }
 
   void read_csv_rows(const std::filesystem::path& path, const toml::source_region& source) {
     const Table table = Table::read(path);
+    if (table.rows() > most_runs || table.columns().size() > most_settings)
+      return problem(source, "",
+                     fmt::format("table: {} rows of {} columns; at most {} of {} are possible", table.rows(), table.columns().size(),
+                                 most_runs, most_settings));
     const std::string where = fmt::format("table {}:", path.filename().string());
     std::vector<std::string> keys;
     for (const std::string& column : table.columns()) {
@@ -157,11 +167,10 @@ class BlockReader : private PlanValues {
     std::vector<std::vector<std::string>> cells;
     cells.reserve(keys.size());
     for (const std::string& key : keys) cells.push_back(table.text(key));
-    for (std::size_t i = 0; i < table.rows(); ++i) {
+    for (std::size_t i = 0; i < table.rows() && !given_up(); ++i) {
       Row row{names[i], {}};
-      if (names[i] != file_name_part(names[i]))
-        problem(source, where,
-                fmt::format("row {}: name \"{}\" names no folder; use letters, digits, '.', '_', '+' and '-'", i + 1, one_line(names[i])));
+      if (const std::string why = name_problem(names[i]); !names[i].empty() && !why.empty())
+        problem(source, where, fmt::format("row {}: name = {}", i + 1, why));
       for (std::size_t k = 0; k < keys.size(); ++k) {
         if (cells[k][i].empty()) continue;
         put(row.set, {keys[k], toml_value(cells[k][i])});
@@ -231,6 +240,7 @@ class BlockReader : private PlanValues {
     const toml::table* labels = table_at(root, "", "labels");
     if (labels == nullptr) return;
     for (const Entry& e : in_order(*labels)) {
+      if (given_up()) break;
       const auto word = e.node->value_exact<std::string>();
       if (!known_key(e.key, e.source, "[labels]")) continue;
       if (!word || *word != file_name_part(*word)) {

@@ -41,6 +41,7 @@ void PlanValues::problem(const toml::source_region& source, const std::string& w
 
 void PlanValues::only(const toml::table& table, const std::string& where, const std::vector<std::string>& permitted) {
   for (const auto& [key, node] : table) {
+    if (given_up()) return;
     const std::string name(key.str());
     if (std::ranges::find(permitted, name) != permitted.end()) continue;
     const std::string meant = nearest_word(name, permitted);
@@ -90,11 +91,16 @@ const toml::table* PlanValues::table_at(const toml::table& table, const std::str
   return nullptr;
 }
 
-std::vector<const toml::table*> PlanValues::tables_at(const toml::table& table, const std::string& where, const char* name) {
+std::vector<const toml::table*> PlanValues::tables_at(const toml::table& table, const std::string& where, const char* name,
+                                                      std::size_t most) {
   const toml::node* node = table.get(name);
   if (node == nullptr) return {};
   std::vector<const toml::table*> entries;
   if (const toml::array* list = node->as_array()) {
+    if (list->size() > most) {
+      problem(node->source(), where, fmt::format("[[{}]] is given {} times; at most {} are possible", name, list->size(), most));
+      return {};
+    }
     for (const toml::node& element : *list) {
       if (const toml::table* entry = element.as_table()) entries.push_back(entry);
     }
@@ -137,6 +143,11 @@ std::vector<Setting> PlanValues::settings(const toml::table& table, const std::s
   std::vector<Setting> list;
   if (const toml::table* set = table_at(table, where, name)) {
     for (const Entry& e : in_order(*set)) {
+      if (given_up()) break;
+      if (list.size() == most_settings) {
+        problem(e.source, where, fmt::format("{} has more than {} keys", name, most_settings));
+        break;
+      }
       if (known_key(e.key, e.source, fmt::format("{}{}{}:", where, where.empty() ? "" : " ", name))) put(list, {e.key, toml_text(*e.node)});
     }
   }

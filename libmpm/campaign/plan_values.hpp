@@ -27,7 +27,8 @@ class PlanValues {
 
   /// @param where name of the table in messages, empty at the top
   void problem(const toml::source_region& source, const std::string& where, const std::string& text);
-  [[nodiscard]] bool sound() const { return !findings_.any(); }  ///< no error so far
+  [[nodiscard]] bool sound() const { return !findings_.any(); }         ///< no error so far
+  [[nodiscard]] bool given_up() const { return findings_.given_up(); }  ///< so many errors that reading should stop
   /// @throws ConfigError with all errors in the order of the file
   void throw_problems() { findings_.throw_if_any(); }
 
@@ -41,8 +42,9 @@ class PlanValues {
   std::vector<std::string> words(const toml::table& table, const std::string& where, const char* name);
   /// [name]; null where it is left out.
   const toml::table* table_at(const toml::table& table, const std::string& where, const char* name);
-  /// The entries of [[name]].
-  std::vector<const toml::table*> tables_at(const toml::table& table, const std::string& where, const char* name);
+  /// The entries of [[name]], at most so many.
+  std::vector<const toml::table*> tables_at(const toml::table& table, const std::string& where, const char* name,
+                                            std::size_t most = most_runs);
   /// Whether a case has this key; reports one that it does not have.
   bool known_key(const std::string& key, const toml::source_region& source, const std::string& where);
   /// Settings of the table `name`, for keys of a case.

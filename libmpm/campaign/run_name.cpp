@@ -5,6 +5,7 @@
 
 #include <cctype>
 
+#include "libmpm/config/toml_text.hpp"
 #include "libmpm/io/csv.hpp"
 
 namespace mpm {
@@ -57,6 +58,14 @@ std::string file_name_part(const std::string& text) {
   }
   while (part.ends_with('-')) part.pop_back();
   return part;
+}
+
+std::string name_problem(const std::string& name) {
+  constexpr std::size_t longest = 200;
+  const bool usable = !name.empty() && name.size() <= longest && name == file_name_part(name) && name.front() != '.' && name.front() != '-';
+  if (usable) return {};
+  return fmt::format("\"{}\" names no folder; use 1 to {} letters, digits, '.', '_', '+' and '-', and do not begin with '.' or '-'",
+                     config::one_line(name), longest);
 }
 
 std::string run_name(const std::string& block, const std::vector<Setting>& varied, const std::map<std::string, std::string>& labels) {

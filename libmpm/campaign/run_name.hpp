@@ -15,6 +15,11 @@ namespace mpm {
 /// The text with other characters than letters, digits and . _ + - replaced by one '-'.
 [[nodiscard]] std::string file_name_part(const std::string& text);
 
+/// Every name of a run, given or made, is checked with this: names become folders, and words of a command line.
+/// @return why a text names no folder, with the text and the remedy; empty for a name of at most 200 letters, digits and . _ + - that does
+/// not begin with '.' or '-'
+[[nodiscard]] std::string name_problem(const std::string& name);
+
 /// Name of a run. @param block name that begins it, perhaps empty. @param varied the settings in which it differs from the others
 [[nodiscard]] std::string run_name(const std::string& block, const std::vector<Setting>& varied,
                                    const std::map<std::string, std::string>& labels);

@@ -67,8 +67,7 @@ void resolve_snows(Site& site, ParameterReport& report) {
     SiteSnow& snow = site.snows[i];
     if (snow.name.empty()) snow.name = fmt::format("snow_{}", i + 1);
     const std::string key = fmt::format("snow[{}].name", i);
-    if (snow.name != file_name_part(snow.name))
-      report.problem(key, fmt::format("= \"{}\" cannot be part of a folder's name; use letters, digits, '_' and '-'", snow.name));
+    if (const std::string why = name_problem(snow.name); !why.empty()) report.problem(key, "= " + why);
     if (!names.insert(snow.name).second)
       report.problem(key, fmt::format("= \"{}\" is given twice; give each snow a name of its own", snow.name));
   }

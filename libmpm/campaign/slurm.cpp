@@ -4,12 +4,15 @@
 #include <fmt/ranges.h>
 #include <sys/wait.h>
 
+#include <algorithm>
 #include <array>
+#include <cctype>
 #include <cerrno>
 #include <cstdio>
 #include <memory>
 
 #include "libmpm/base/error.hpp"
+#include "libmpm/base/text.hpp"
 #include "libmpm/io/atomic_file.hpp"
 
 namespace mpm {
@@ -28,7 +31,15 @@ std::string quoted(const std::string& text) {
 std::string slurm_script(const CampaignPlan& plan, const std::string& job_name, const SlurmJob& job, std::size_t tasks,
                          const std::filesystem::path& out, const std::filesystem::path& program, int at_once) {
   std::string text = "#!/bin/bash\n";
-  const auto option = [&](const std::string& o) { text += fmt::format("#SBATCH {}\n", o); };
+  const auto line = [&](const std::string& words) {  // what follows a line break in a name or a key would be a command of its own
+    if (std::ranges::any_of(words, [](unsigned char c) { return std::iscntrl(c) != 0; }))
+      throw ConfigError(
+          fmt::format("the job script cannot hold a line break or a control character, as in '{}'; change [slurm], the name of "
+                      "the plan or --out",
+                      plain_text(words)));
+    text += words + "\n";
+  };
+  const auto option = [&](const std::string& o) { line("#SBATCH " + o); };
   option(fmt::format("--job-name={}", quoted(job_name)));
   option(fmt::format("--array=1-{}{}", tasks, at_once > 0 ? fmt::format("%{}", at_once) : ""));
   option(fmt::format("--ntasks={}", plan.ranks));
@@ -44,9 +55,9 @@ std::string slurm_script(const CampaignPlan& plan, const std::string& job_name, 
   if (!s.time_limit.empty()) option(fmt::format("--time={}", quoted(s.time_limit)));
   if (!s.memory.empty()) option(fmt::format("--mem={}", quoted(s.memory)));
   for (const std::string& o : s.options) option(o);
-  text += "set -eu\n";
-  text += fmt::format("name=$(sed -n \"${{SLURM_ARRAY_TASK_ID}}p\" {})\n", quoted(job.tasks.string()));
-  text += fmt::format("exec {} campaign task {} \"$name\"\n", quoted(program.string()), quoted(out.string()));
+  line("set -eu");
+  line(fmt::format("name=$(sed -n \"${{SLURM_ARRAY_TASK_ID}}p\" {})", quoted(job.tasks.string())));
+  line(fmt::format("exec {} campaign task {} \"$name\"", quoted(program.string()), quoted(out.string())));
   return text;
 }
 

@@ -6,6 +6,7 @@
 #include <fstream>
 #include <map>
 
+#include "libmpm/campaign/run_name.hpp"
 #include "libmpm/io/atomic_file.hpp"
 #include "support/temporary_directory.hpp"
 #include "support/text.hpp"
@@ -204,6 +205,61 @@ name = "../up"
   EXPECT_TRUE(contains(refusal(""), "the plan has no runs"));
   EXPECT_TRUE(contains(refusal("format_version = 2"), "format_version = 2"));
   EXPECT_TRUE(contains(refusal("= 3"), "plan.toml:1:1: not valid TOML"));
+}
+
+TEST(CampaignPlan, EveryNameOfARunIsThatOfAFolderOfItsOwn) {
+  const testing::TemporaryDirectory directory;
+  for (const std::string& name : {std::string("."), std::string(".."), std::string(".x"), std::string("--help"), std::string("-1"),
+                                  std::string("a/b"), std::string("a b"), std::string(201, 'x'), std::string("\xff")}) {
+    SCOPED_TRACE(name);
+    EXPECT_TRUE(contains(name_problem(name), "names no folder"));
+    std::ofstream(directory / "rows.csv") << "name,numerics.cfl\n" << name << ",0.4\n";
+    try {
+      (void)parse_plan(std::string("table = \"rows.csv\"\n") + inline_base, directory / "plan.toml");
+      FAIL() << "accepted";
+    } catch (const ConfigError& error) {
+      EXPECT_TRUE(contains(error.what(), "row 1: name = ")) << error.what();
+    }
+    if (name == "\xff") continue;  // no TOML
+    for (const std::string block : {"[[run]]\n", "[[grid]]\nparameters = { \"numerics.cfl\" = [0.4] }\n"})
+      EXPECT_TRUE(contains(refusal(block + "name = \"" + name + "\"\n"), "names no folder")) << block;
+  }
+  // names that are made from values
+  const std::string negative = "[parameters]\n\"numerics.slope_deg\" = [-3]\n";
+  EXPECT_TRUE(contains(refusal(negative + "[labels]\n\"numerics.slope_deg\" = \"\"\n"), "\"-3\" names no folder"));
+  EXPECT_EQ(names_of(plan_of(negative)), (std::vector<std::string>{"slope-3"}));
+  EXPECT_TRUE(contains(refusal("[[run]]\nset = { \"title\" = \"" + std::string(300, 'x') + "\" }\n"), "names no folder"));
+  for (const std::string& name : {std::string("a"), std::string("dx0.25_xi+1"), std::string("_"), std::string(200, 'x')})
+    EXPECT_EQ(name_problem(name), "") << name;
+}
+
+TEST(CampaignPlan, ACellOfATableIsAValueWhateverItHolds) {
+  const testing::TemporaryDirectory directory;
+  std::string deep = "{ a";
+  for (int i = 0; i < 300'000; ++i) deep += ".a";
+  std::ofstream(directory / "rows.csv") << "name,title\na,\"" << deep << " = 1 }\"\nb,1 # one\nc,\"'x # y'\"\n";
+  const CampaignPlan plan = parse_plan(std::string("table = \"rows.csv\"\n") + inline_base, directory / "plan.toml");
+  EXPECT_EQ(plan.runs[0].settings[0].value.front(), '"');  // text
+  EXPECT_EQ(plan.runs[1].settings[0].value, "1");
+  EXPECT_EQ(plan.runs[2].settings[0].value, "\"x # y\"");
+  EXPECT_EQ(names_of(parse_plan(write_plan(plan), "plan.toml")), names_of(plan));
+}
+
+TEST(CampaignPlan, IsBoundedInRunsKeysAndRules) {
+  std::string values = "[0.1";
+  for (int i = 1; i < 1000; ++i) values += ", " + std::to_string(0.1 + 1e-6 * i);
+  EXPECT_TRUE(contains(refusal("[parameters]\n\"numerics.cfl\" = " + values + "]\n\"numerics.slope_deg\" = " + values + "]\n"),
+                       "more than 100000 runs"));
+  const auto repeated = [](int times, const auto& text_of) {
+    std::string text;
+    for (int i = 0; i < times; ++i) text += text_of(i);
+    return text;
+  };
+  EXPECT_TRUE(contains(refusal("[set]\n" + repeated(200'000, [](int i) { return "k" + std::to_string(i) + " = 1\n"; })),
+                       "at least 800 more errors"));
+  EXPECT_TRUE(
+      contains(refusal("[set]\n" + repeated(2000, [](int i) { return "\"body[" + std::to_string(i) + "].spin\" = 1\n"; })), "errors"));
+  EXPECT_TRUE(contains(refusal(repeated(1001, [](int) { return "[[when]]\n"; })), "[[when]] is given 1001 times; at most 1000"));
 }
 
 }  // namespace

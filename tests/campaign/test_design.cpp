@@ -92,7 +92,7 @@ TEST(SiteFile, RefusesTwoSnowsOfOneNameAndNamesThatAreNoFolder) {
   EXPECT_THAT(message_of(own + snow + snow), HasSubstr("given twice"));
   std::string path = snow;
   path.replace(path.find("\"a\""), 3, "\"a/b\"");
-  EXPECT_THAT(message_of(own + path), HasSubstr("cannot be part of a folder's name"));
+  EXPECT_THAT(message_of(own + path), HasSubstr("names no folder"));
 }
 
 TEST(SnowPresets, HaveTheEffectiveFrictionThatTheirSourceStates) {
