@@ -53,7 +53,7 @@ void print_changes(const Preparation& p) {
     if (!names.empty()) fmt::print(stderr, "{} {}: {}\n", counted(names.size(), "run"), what, short_list(names));
   };
   print(p.adopted, "computed under another name; the results are used");
-  print(p.replaced, "changed since the last campaign; to be run again");
+  print(p.replaced, "changed since the last campaign; to be run again, and what was computed is kept beside them, as NAME.1");
   print(p.damaged, "with damaged results; to be run again");
   print(p.dropped, "in the folder but not in the plan; kept there, but not in the table");
 }
@@ -87,8 +87,7 @@ void print_status(const Campaign& campaign, const std::vector<RunStatus>& status
     std::string line = fmt::format("  {:<8}{:<40} {:>5.1f} % of {:g} s  {:.2g} particle-steps", to_string(s.state), run.name,
                                    100.0 * s.progress, run.spec.output.duration, run.cost.particle_steps);
     if (s.state == RunState::running && !s.attempts.empty()) line += fmt::format("  since {}", s.attempts.back().started);
-    if (s.state == RunState::failed)
-      line += fmt::format("  {} attempt{}: {}", s.attempts.size(), s.attempts.size() == 1 ? "" : "s", s.cause());
+    if (s.state == RunState::failed) line += fmt::format("  {}: {}", counted(s.attempts.size(), "attempt"), s.cause());
     fmt::print("{}\n", line);
   }
 }
@@ -137,13 +136,18 @@ class CampaignReports {
   Clock::time_point started_ = Clock::now(), shown_ = Clock::now() - std::chrono::hours(1);
 };
 
+/// The folder of a campaign has runs/ first of all.
+void require_own_folder(const fs::path& out) { require_no_other_files(out, {"plan.toml", "results.csv", "runs.csv"}, {"runs"}); }
+
 void run_here(const Campaign& campaign, const CampaignArguments& a) {
   require_mpi(campaign.plan.ranks);
   const fs::path out = folder_of(a);
   const int jobs = a.jobs > 0 ? a.jobs : default_jobs(campaign.plan);
   require_memory(campaign, jobs, physical_memory_bytes());
+  require_own_folder(out);
   make_directory(out);
   const DirectoryLock lock(out);
+  if (const std::string note = lock.note(); !note.empty()) print_line(note);
   print_changes(prepare(out, campaign));
   listen_to_signals();
   CampaignReports report_progress(campaign, a);
@@ -167,7 +171,7 @@ std::vector<std::string> names_to_submit(const Campaign& campaign, const fs::pat
   std::vector<std::string> names;
   for (const CampaignRun& run : campaign.runs) {
     const RunStatus s = status_of(out, run);
-    const bool hopeless = s.state == RunState::failed && s.attempts.back().final && !retry_failed;
+    const bool hopeless = s.hopeless() && (!retry_failed || !s.damage.empty());
     if (s.state != RunState::done && !hopeless) names.push_back(run.name);
   }
   return names;
@@ -179,6 +183,7 @@ void submit(const Campaign& campaign, const CampaignArguments& a, bool wait) {
   std::vector<std::string> names;
   SlurmJob job;
   {
+    require_own_folder(out);
     make_directory(out);
     const DirectoryLock lock(out);
     print_changes(prepare(out, campaign));
@@ -196,6 +201,8 @@ void submit(const Campaign& campaign, const CampaignArguments& a, bool wait) {
 
 Campaign planned(const CampaignArguments& a) {
   CampaignPlan plan = read_plan(a.plan);
+  constexpr std::size_t many = 2000;  // seconds of work
+  if (plan.runs.size() > many) print_line(fmt::format("reading the cases of {} runs", plan.runs.size()));
   if (a.ranks > 0) plan.ranks = a.ranks;
   return make_campaign(std::move(plan));
 }

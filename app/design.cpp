@@ -91,6 +91,8 @@ void design(DesignArguments a) {
     fmt::print("{}", design_plan_json(plan));
     return;
   }
+  require_no_other_files(out, {"site.toml", "plan.toml", "results.csv", "runs.csv", "design.json", "design.html"},
+                         {"runs", "design_plan.json"});
   if (!a.page_only) {
     a.campaign.seconds_between_reports = 15.0;
     run_campaign(plan.campaign, a.campaign);

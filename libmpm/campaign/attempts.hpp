@@ -22,6 +22,7 @@ struct Attempt {
 };
 
 /// The attempts of this run (hash and duration) in attempts.json of a folder; empty if there are none.
+/// @throws IoError if the file cannot be read, or is not one of this program
 [[nodiscard]] std::vector<Attempt> read_attempts(const std::filesystem::path& directory, const CampaignRun& run);
 /// Writes attempts.json as an atomic file (io/atomic_file.hpp). @throws IoError
 void write_attempts(const std::filesystem::path& directory, const CampaignRun& run, const std::vector<Attempt>& attempts);

@@ -14,17 +14,21 @@
 #include <cstring>
 #include <ctime>
 #include <deque>
+#include <fstream>
+#include <iterator>
 #include <numeric>
+#include <string_view>
+#include <system_error>
 #include <thread>
 
 #include "libmpm/base/error.hpp"
 #include "libmpm/base/process.hpp"
+#include "libmpm/base/text.hpp"
 #include "libmpm/campaign/attempts.hpp"
 #include "libmpm/campaign/folder.hpp"
 #include "libmpm/campaign/status.hpp"
 #include "libmpm/driver/launcher.hpp"
 #include "libmpm/driver/run_folder.hpp"
-#include "libmpm/io/atomic_file.hpp"
 
 namespace mpm {
 
@@ -35,13 +39,14 @@ using Clock = std::chrono::steady_clock;
 
 std::string utc_now() { return fmt::format("{:%Y-%m-%dT%H:%M:%SZ}", fmt::gmtime(std::time(nullptr))); }
 
-/// Last line that is not empty.
+/// Last line that is not empty, or its end.
 std::string last_line(const fs::path& file) {
-  if (!fs::exists(file)) return {};
-  std::string text = read_file(file);
+  constexpr std::streamoff longest = 4096;  // bytes
+  std::ifstream in(file, std::ios::binary | std::ios::ate);
+  in.seekg(-std::min<std::streamoff>(longest, in.tellg()), std::ios::end);
+  std::string text{std::istreambuf_iterator<char>(in), {}};
   text.erase(text.find_last_not_of(" \n\r") + 1);
-  const auto start = text.rfind('\n');
-  return start == std::string::npos ? text : text.substr(start + 1);
+  return plain_text(std::string_view(text).substr(text.rfind('\n') + 1));  // npos + 1 = 0
 }
 
 /// Runs in the child between fork and exec, where few functions are allowed. Never returns.
@@ -49,7 +54,7 @@ std::string last_line(const fs::path& file) {
   setpgid(0, 0);
   prctl(PR_SET_PDEATHSIG, stop);
   if (getppid() != parent) _exit(1);  // the parent ended before the line above
-  const int nothing = open("/dev/null", O_RDWR), log = open(output, O_WRONLY | O_CREAT | O_TRUNC, 0644);
+  const int nothing = open("/dev/null", O_RDWR), log = open(output, O_WRONLY | O_CREAT | O_TRUNC | O_NOFOLLOW, 0666);
   if (nothing < 0 || log < 0) _exit(static_cast<int>(ExitCode::io));
   dup2(nothing, STDIN_FILENO);
   dup2(nothing, STDOUT_FILENO);
@@ -76,8 +81,10 @@ class Pool {
     for (const std::size_t i : runs) {
       const RunStatus status = status_of(options.out, campaign.runs[i]);
       if (status.state == RunState::done) {
-        tidy_run(options.out, campaign.plan, campaign.runs[i]);
-      } else if (status.state == RunState::failed && status.attempts.back().final && !options.retry_failed) {
+        attempt(i, [&] { tidy_run(options.out, campaign.plan, campaign.runs[i]); });
+      } else if (!status.damage.empty()) {
+        fail(i, status.damage);
+      } else if (status.hopeless() && !options.retry_failed) {
         say(fmt::format("{}: failed before, and would again: {}", campaign.runs[i].name, status.cause()));
       } else {
         waiting_.push_back(i);
@@ -105,6 +112,25 @@ class Pool {
     if (options_.say) options_.say(line);
   }
 
+  void fail(std::size_t i, const std::string& why) {
+    ++report_.failed;
+    say(fmt::format("{}: failed: {}", campaign_.runs[i].name, why));
+  }
+
+  /// Does something in the folder of one run. A file there that cannot be used is the failure of this run alone. @return whether it worked
+  template <class Action>
+  bool attempt(std::size_t i, Action&& action) {
+    try {
+      action();
+      return true;
+    } catch (const Error& error) {
+      fail(i, error.what());
+    } catch (const std::system_error& error) {  // of the file system
+      fail(i, error.what());
+    }
+    return false;
+  }
+
   void listen() {
     const Request request = options_.poll ? options_.poll() : Request::none;
     if (request == Request::checkpoint) {
@@ -127,7 +153,7 @@ class Pool {
       }
       const std::size_t run = children_[i].run;
       children_.erase(children_.begin() + static_cast<std::ptrdiff_t>(i));
-      record(run, status);
+      attempt(run, [&] { record(run, status); });
       if (options_.on_change) options_.on_change();
     }
   }
@@ -145,16 +171,21 @@ class Pool {
         continue;
       }
       waiting_.erase(waiting_.begin() + static_cast<std::ptrdiff_t>(k));
-      if (finished_results(run_directory(options_.out, run), run.spec)) {
-        tidy_run(options_.out, campaign_.plan, run);  // completed by that other process in the meantime
-      } else {
-        start(i);
-      }
+      bool done = false;
+      int attempts = 0;
+      const bool ready = attempt(i, [&] {
+        done = finished_results(run_directory(options_.out, run), run.spec).has_value();
+        if (done)
+          tidy_run(options_.out, campaign_.plan, run);  // completed by that other process in the meantime
+        else
+          attempts = begin_attempt(run);
+      });
+      if (ready && !done) start(i, attempts);
     }
   }
 
-  void start(std::size_t i) {
-    const CampaignRun& run = campaign_.runs[i];
+  /// Prepares the folder, and records that an attempt begins. @return its number, from 1
+  int begin_attempt(const CampaignRun& run) {
     const fs::path directory = run_directory(options_.out, run);
     prepare_run(options_.out, run);
     std::vector<Attempt> attempts = read_attempts(directory, run);
@@ -162,7 +193,12 @@ class Pool {
     attempts.back().started = utc_now();
     attempts.back().host = host_name();
     write_attempts(directory, run, attempts);
+    return static_cast<int>(attempts.size());
+  }
 
+  void start(std::size_t i, int attempts) {
+    const CampaignRun& run = campaign_.runs[i];
+    const fs::path directory = run_directory(options_.out, run);
     std::vector<std::string> words = launcher_;
     words.insert(words.end(), {options_.program.string(), "run", (directory / "case.toml").string(), "--out", directory.string(),
                                "--threads", std::to_string(campaign_.plan.threads), "--resume"});
@@ -172,7 +208,7 @@ class Pool {
     if (child < 0) throw IoError(fmt::format("cannot start a process for {}: {}; use fewer --jobs", run.name, std::strerror(errno)));
     if (child == 0) become(arguments.data(), output.c_str(), parent, stop_);
     children_.push_back({i, child});
-    say(fmt::format("{}: {}", run.name, attempts.size() > 1 ? fmt::format("goes on (attempt {})", attempts.size()) : "started"));
+    say(fmt::format("{}: {}", run.name, attempts > 1 ? fmt::format("goes on (attempt {})", attempts) : "started"));
   }
 
   /// Records the outcome of a run, and decides whether to repeat it.

@@ -44,21 +44,66 @@ void remove_tree(const fs::path& path) {
   if (error) throw file_error("cannot remove", path, error.value());
 }
 
+/// The answer to a question about a folder; false if a file of it is damaged, which status_of() reports.
+template <class Question>
+bool holds(Question&& question) {
+  try {
+    return question();
+  } catch (const IoError&) {
+    return false;
+  } catch (const fs::filesystem_error&) {
+    return false;
+  }
+}
+
+bool is_finished(const fs::path& directory, const Case& c) {
+  return holds([&] { return finished_results(directory, c).has_value(); });
+}
+
+/// Makes way for another run: results and checkpoints are kept under the name NAME.1, NAME.2, ..., where prepare() finds them if the plan
+/// is changed back.
+void move_aside(const fs::path& directory) {
+  if (!fs::exists(directory)) return;
+  if (!fs::exists(directory / "results.json") && !has_checkpoint(directory)) return remove_tree(directory);
+  int number = 1;
+  while (fs::exists(fs::symlink_status(fmt::format("{}.{}", directory.string(), number)))) ++number;
+  std::error_code error;
+  fs::rename(directory, fmt::format("{}.{}", directory.string(), number), error);
+  if (error) throw file_error("cannot rename", directory, error.value());
+}
+
+/// Whether a run that goes on in this folder would destroy results or a checkpoint.
+bool is_of_another_run(const fs::path& directory, const CampaignRun& run) {
+  return holds([&] {
+    if (finished_results(directory, run.spec)) return false;
+    if (fs::exists(directory / "results.json")) {
+      if (read_json_object(directory / "results.json").is_null()) return false;  // damaged
+      if (!has_checkpoint(directory)) return true;                               // of another duration, without a state to go on from
+    }
+    return fs::exists(directory / "case.toml") && !can_go_on(directory, run);
+  });
+}
+
 /// Pairs of a run and a folder with another name, not in the plan, that holds the finished run.
 std::vector<std::pair<const CampaignRun*, std::string>> adoptable(const fs::path& out, const Campaign& campaign,
                                                                   const std::vector<std::string>& unnamed) {
-  std::map<std::string, std::string> by_hash;  // a folder for each case hash
+  std::multimap<std::string, std::string> by_hash;  // folders of each case hash
   for (const std::string& name : unnamed) {
     const fs::path results = out / "runs" / name / "results.json";
-    if (!fs::exists(results) || is_locked(out / "runs" / name)) continue;
-    const auto json = read_json_object(results);
-    if (json.is_object()) by_hash.emplace(json.value("case_hash", ""), name);
+    (void)holds([&] {
+      if (!fs::exists(results) || is_locked(out / "runs" / name)) return false;
+      const auto json = read_json_object(results);
+      if (json.is_object() && json.contains("case_hash") && json["case_hash"].is_string())
+        by_hash.emplace(json["case_hash"].get<std::string>(), name);
+      return true;
+    });
   }
   std::vector<std::pair<const CampaignRun*, std::string>> pairs;
   for (const CampaignRun& run : campaign.runs) {
-    const auto found = by_hash.find(run.case_hash);
-    if (found == by_hash.end() || finished_results(run_directory(out, run), run.spec)) continue;
-    if (is_locked(run_directory(out, run)) || !finished_results(out / "runs" / found->second, run.spec)) continue;
+    if (is_finished(run_directory(out, run), run.spec) || is_locked(run_directory(out, run))) continue;
+    const auto [first, last] = by_hash.equal_range(run.case_hash);
+    const auto found = std::find_if(first, last, [&](const auto& f) { return is_finished(out / "runs" / f.second, run.spec); });
+    if (found == last) continue;
     pairs.emplace_back(&run, found->second);
     by_hash.erase(found);
   }
@@ -76,7 +121,9 @@ double last_time(const fs::path& series) {
 }
 
 bool can_go_on(const fs::path& directory, const CampaignRun& run) {
-  return holds_case(directory, run.case_hash) && last_time(directory / "series.csv") <= Sampling(run.spec).end() * (1.0 + 1e-9);
+  return holds([&] {
+    return holds_case(directory, run.case_hash) && last_time(directory / "series.csv") <= Sampling(run.spec).end() * (1.0 + 1e-9);
+  });
 }
 
 std::string resolved_plan(const Campaign& campaign) {
@@ -95,12 +142,10 @@ Preparation compare_with_folder(const fs::path& out, const Campaign& campaign) {
   }
   for (const CampaignRun& run : campaign.runs) {
     const fs::path directory = run_directory(out, run);
-    if (!fs::exists(directory / "case.toml") || finished_results(directory, run.spec)) continue;
-    const std::string damage = damage_of(directory);
-    if (!can_go_on(directory, run)) {
+    if (is_of_another_run(directory, run)) {
       p.replaced.push_back(run.name);
-    } else if (!damage.empty()) {
-      p.damaged.push_back(fmt::format("{} ({})", run.name, damage));
+    } else if (fs::exists(directory / "case.toml") && !is_finished(directory, run.spec)) {
+      if (const std::string damage = damage_of(directory); !damage.empty()) p.damaged.push_back(fmt::format("{} ({})", run.name, damage));
     }
   }
   p.dropped = std::move(unnamed);
@@ -108,13 +153,23 @@ Preparation compare_with_folder(const fs::path& out, const Campaign& campaign) {
 }
 
 Preparation prepare(const fs::path& out, const Campaign& campaign) {
+  for (const fs::path& table : campaign.plan.stored_results) {
+    std::error_code error;
+    if (fs::equivalent(table, out / "results.csv", error)) {
+      throw ConfigError(
+          fmt::format("stored_results: '{}' is the table of this campaign, and its rows would be overwritten; choose another "
+                      "folder with --out",
+                      table.string()));
+    }
+  }
   Preparation p = compare_with_folder(out, campaign);
   make_directory(out / "runs");
+  remove_leftovers(out);
   const std::vector<std::string> unnamed = unnamed_folders(out, campaign);
   for (const auto& [run, folder] : adoptable(out, campaign, unnamed)) {
     std::error_code error;
-    fs::remove_all(run_directory(out, *run), error);
-    if (!error) fs::rename(out / "runs" / folder, run_directory(out, *run), error);
+    move_aside(run_directory(out, *run));
+    fs::rename(out / "runs" / folder, run_directory(out, *run), error);
     if (error) throw file_error("cannot rename", out / "runs" / folder, error.value());
   }
   write_file(out / "plan.toml", resolved_plan(campaign));
@@ -124,17 +179,17 @@ Preparation prepare(const fs::path& out, const Campaign& campaign) {
 void prepare_run(const fs::path& out, const CampaignRun& run) {
   const fs::path directory = run_directory(out, run);
   make_directory(directory);
-  if (fs::exists(directory / "case.toml") && !can_go_on(directory, run)) {
-    for (const auto& entry : fs::directory_iterator(directory)) {
-      if (entry.path().filename() == ".lock") continue;
-      remove_tree(entry.path());
-    }
+  if (is_of_another_run(directory, run)) {
+    const DirectoryLock lock(directory);
+    if (is_of_another_run(directory, run)) move_aside(directory);  // still so, now that nobody else does the same
+    make_directory(directory);
   }
   write_file(directory / "case.toml", write_case(run.spec));
 }
 
 void tidy_run(const fs::path& out, const CampaignPlan& plan, const CampaignRun& run) {
   const fs::path directory = run_directory(out, run);
+  remove_leftovers(directory);
   std::vector<std::string> names{"stderr.log"};
   if (!plan.keep_checkpoint) names.insert(names.end(), {checkpoint_file, previous_checkpoint_file, refused_checkpoint_file});
   if (!plan.keep_final) names.emplace_back("final.h5");

@@ -15,18 +15,19 @@ namespace mpm {
 /// Comparison of a plan with a folder in which another plan was run.
 struct Preparation {
   std::vector<std::string> adopted;   ///< runs whose finished folder has another name that is not in the plan
-  std::vector<std::string> replaced;  ///< runs whose folder holds another case: to be run again
+  std::vector<std::string> replaced;  ///< runs whose folder holds another case or duration: to be run again
   std::vector<std::string> damaged;   ///< finished runs whose results do not match their checksums: to be run again
   std::vector<std::string> dropped;   ///< folders that are not in the plan: unchanged, not in the table
 };
 
 /// Compares without changing anything.
 [[nodiscard]] Preparation compare_with_folder(const std::filesystem::path& out, const Campaign& campaign);
-/// Prepares the folder: writes plan.toml, and renames the adopted folders.
+/// Prepares the folder: writes plan.toml, removes what killed processes left, and renames the adopted folders. Results and checkpoints that
+/// are in their way are kept as NAME.1.
 Preparation prepare(const std::filesystem::path& out, const Campaign& campaign);
 
-/// Prepares the folder of one run for --resume: removes files of another case or of a longer run, and writes case.toml. Call it while no
-/// process works there.
+/// Prepares the folder of one run for --resume, and writes case.toml. Results and checkpoints of another case or duration are kept in the
+/// folder NAME.1 (.2, ...); other files of it are removed. Call it while no process works there.
 void prepare_run(const std::filesystem::path& out, const CampaignRun& run);
 /// Removes the files that the plan does not keep from the folder of a finished run.
 void tidy_run(const std::filesystem::path& out, const CampaignPlan& plan, const CampaignRun& run);

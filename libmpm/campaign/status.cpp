@@ -1,12 +1,17 @@
 #include "libmpm/campaign/status.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <nlohmann/json.hpp>
+#include <system_error>
 
+#include "libmpm/base/error.hpp"
 #include "libmpm/campaign/folder.hpp"
 #include "libmpm/driver/checkpoint.hpp"
 #include "libmpm/driver/run_folder.hpp"
 #include "libmpm/driver/sampling.hpp"
+#include "libmpm/io/json_object.hpp"
 
 namespace mpm {
 
@@ -23,9 +28,14 @@ std::string to_string(RunState state) {
   return {};
 }
 
-std::string RunStatus::cause() const { return state == RunState::failed && !attempts.empty() ? attempts.back().cause : ""; }
+std::string RunStatus::cause() const {
+  if (state != RunState::failed) return {};
+  return damage.empty() ? attempts.back().cause : damage;
+}
 
-RunStatus status_of(const fs::path& out, const CampaignRun& run) {
+namespace {
+
+RunStatus status_by_files(const fs::path& out, const CampaignRun& run) {
   const fs::path directory = run_directory(out, run);
   RunStatus s;
   s.attempts = read_attempts(directory, run);
@@ -37,6 +47,8 @@ RunStatus status_of(const fs::path& out, const CampaignRun& run) {
     s.progress = 1.0;
     return s;
   }
+  if (const fs::path results = directory / "results.json"; fs::exists(results) && read_json_object(results).is_null())
+    throw IoError(fmt::format("'{}' is damaged: it holds no JSON object; delete it, and the run is computed again", results.string()));
   const bool running = is_locked(directory);
   if (running) {
     s.state = RunState::running;
@@ -46,6 +58,21 @@ RunStatus status_of(const fs::path& out, const CampaignRun& run) {
   // a run that was cut off goes on from its checkpoint, not from its last row
   if ((running || has_checkpoint(directory)) && can_go_on(directory, run))
     s.progress = std::min(1.0, last_time(directory / "series.csv") / Sampling(run.spec).end());
+  return s;
+}
+
+}  // namespace
+
+RunStatus status_of(const fs::path& out, const CampaignRun& run) {
+  RunStatus s;
+  s.state = RunState::failed;
+  try {
+    return status_by_files(out, run);
+  } catch (const Error& error) {
+    s.damage = error.what();
+  } catch (const std::system_error& error) {  // of the file system
+    s.damage = error.what();
+  }
   return s;
 }
 
@@ -65,8 +92,10 @@ CampaignCost cost_of(const Campaign& campaign, const std::vector<RunStatus>& sta
     cost.left += (1.0 - status[i].progress) * (status[i].state == RunState::failed ? 0.0 : steps);
     if (status[i].state != RunState::done || status[i].stored) continue;
     const Json results = Json::parse(status[i].results, nullptr, false);
+    const auto seconds = results.find("wall_time_s");
+    if (seconds == results.end() || !seconds->is_number()) continue;
     work += steps;
-    time += results.value("wall_time_s", 0.0);
+    time += seconds->get<double>();
   }
   cost.measured = time > 0.0;
   constexpr double assumed_cores = 2.0;  // of assumed_particle_steps_per_s

@@ -10,7 +10,7 @@
 
 namespace mpm {
 
-/// Running: the lock of the folder is held. Failed: the last attempt did.
+/// Running: the lock of the folder is held. Failed: the last attempt did, or a file is damaged.
 enum class RunState { to_do, running, done, failed };
 /// "to do", "running", "done", "failed"
 std::string to_string(RunState);
@@ -22,12 +22,15 @@ struct RunStatus {
   bool stored = false;               ///< whether it is done by a table of stored results and has no results of its own in the folder
   std::string results;               ///< content of results.json where done
   std::vector<Attempt> attempts;     ///< oldest first
+  std::string damage;                ///< a file of the folder that cannot be used, and why: the run is failed, whatever its attempts were
 
-  /// The message of the last attempt; empty unless the run failed.
+  /// The damage, or the message of the last attempt; empty unless the run failed.
   [[nodiscard]] std::string cause() const;
+  /// Whether the failure would repeat itself: the case is invalid or unstable, or a file is damaged.
+  [[nodiscard]] bool hopeless() const { return state == RunState::failed && (!damage.empty() || attempts.back().final); }
 };
 
-/// @param out  folder of the campaign
+/// Damaged files of a run are its failure, and throw nothing. @param out  folder of the campaign
 [[nodiscard]] RunStatus status_of(const std::filesystem::path& out, const CampaignRun& run);
 /// Of every run, in the order of the plan.
 [[nodiscard]] std::vector<RunStatus> status_of(const std::filesystem::path& out, const Campaign& campaign);

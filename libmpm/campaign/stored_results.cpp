@@ -9,6 +9,7 @@
 #include "libmpm/driver/case_schema.hpp"
 #include "libmpm/driver/run_folder.hpp"
 #include "libmpm/io/csv.hpp"
+#include "libmpm/io/json_object.hpp"
 
 namespace mpm {
 
@@ -51,7 +52,7 @@ StoredResults::StoredResults(const std::vector<std::filesystem::path>& tables) {
       }
     }
     for (std::size_t i = 0; i < table.rows(); ++i) {
-      if (status[i] == "done") rows_.emplace(hashes[i], results[i].dump());
+      if (status[i] == "done") rows_.emplace(hashes[i], json_text(results[i], -1));
     }
   }
 }

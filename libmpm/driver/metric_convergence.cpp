@@ -10,6 +10,7 @@
 #include "libmpm/base/error.hpp"
 #include "libmpm/io/atomic_file.hpp"
 #include "libmpm/io/csv.hpp"
+#include "libmpm/io/json_object.hpp"
 
 namespace mpm {
 
@@ -199,7 +200,7 @@ std::string converge_json(const Case& c, const Sweep& sweep, const std::vector<S
   json["notes"] = study_notes(c, sweep);
   json["metrics"] = Json::array();
   for (const MetricConvergence& m : metrics) json["metrics"].push_back(to_json(m));
-  return json.dump(2) + "\n";  // NaN is not JSON: the serialiser writes null
+  return json_text(json, 2);  // NaN is not JSON: the serialiser writes null
 }
 
 void write_converge_table(const std::filesystem::path& path, const Sweep& sweep, const std::vector<MetricConvergence>& metrics) {

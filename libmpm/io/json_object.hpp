@@ -3,6 +3,7 @@
 
 #include <filesystem>
 #include <nlohmann/json.hpp>
+#include <string>
 
 #include "libmpm/io/json_text.hpp"
 
@@ -13,6 +14,11 @@ inline nlohmann::ordered_json read_json_object(const std::filesystem::path& path
   auto json = nlohmann::ordered_json::parse(read_json_text(path), nullptr, false);
   if (!json.is_object()) json = nullptr;
   return json;
+}
+
+/// A JSON text with a line break at its end. Bytes that are not UTF-8, such as those of a path, are replaced: JSON has none.
+inline std::string json_text(const nlohmann::ordered_json& json, int indent) {
+  return json.dump(indent, ' ', false, nlohmann::ordered_json::error_handler_t::replace) + "\n";
 }
 
 }  // namespace mpm

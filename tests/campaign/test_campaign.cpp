@@ -148,7 +148,8 @@ TEST_F(CampaignFolder, RunsAgainOnlyWhatChangedAndTakesOverWhatWasRenamed) {
   EXPECT_EQ(status_of(out(), after.runs[0]).state, RunState::to_do);
   EXPECT_EQ(status_of(out(), after.runs[1]).state, RunState::done);
   EXPECT_EQ(status_of(out(), after.runs[2]).state, RunState::to_do);
-  prepare_run(out(), after.runs[0]);  // nothing of the old case is left to be taken for the new one
+  prepare_run(out(), after.runs[0]);  // nothing of the old case is left to be taken for the new one, and it is kept
+  EXPECT_TRUE(finished_results(out() / "runs/dx0.5.1", before.runs[0].spec));
   EXPECT_FALSE(fs::exists(out() / "runs/dx0.5/results.json"));
   EXPECT_FALSE(fs::exists(out() / "runs/dx0.5/checkpoint.h5"));
   EXPECT_EQ(case_hash_text(read_case(out() / "runs/dx0.5/case.toml")), after.runs[0].case_hash);
@@ -167,6 +168,94 @@ TEST_F(CampaignFolder, ALongerDurationGoesOnAndAShorterOneStartsAnew) {
   EXPECT_TRUE(fs::exists(out() / "runs/a/checkpoint.h5"));
   prepare_run(out(), lasting("0.02").runs[0]);
   EXPECT_FALSE(fs::exists(out() / "runs/a/checkpoint.h5"));
+}
+
+TEST_F(CampaignFolder, FinishedRunsOfAnEarlierPlanAreKeptAndFoundAgain) {
+  const Campaign before = campaign_of(two_sizes), after = campaign_of("[set]\n\"numerics.cfl\" = 0.2\n" + std::string(two_sizes));
+  for (const Campaign* campaign : {&before, &after}) {
+    prepare(out(), *campaign);
+    for (const CampaignRun& run : campaign->runs) {
+      compute(out(), run);
+      tidy_run(out(), campaign->plan, run);
+    }
+  }
+  for (const auto& [campaign, folder] : {std::pair(&before, 1), std::pair(&after, 2)}) {
+    const Preparation p = prepare(out(), *campaign);
+    EXPECT_EQ(p.adopted, (std::vector{fmt::format("dx0.5 (was dx0.5.{})", folder), fmt::format("dx0.25 (was dx0.25.{})", folder)}));
+    for (const RunStatus& s : status_of(out(), *campaign)) EXPECT_EQ(s.state, RunState::done);
+  }
+  // a longer one of them begins at the start, without its state, and must not destroy them before it has results of its own
+  const Campaign longer = campaign_of("[set]\n\"numerics.cfl\" = 0.2\n\"output.duration_s\" = 0.03\n" + std::string(two_sizes));
+  prepare(out(), longer);
+  prepare_run(out(), longer.runs[0]);
+  EXPECT_TRUE(finished_results(out() / "runs/dx0.5.2", after.runs[0].spec));
+}
+
+TEST_F(CampaignFolder, TheTableOfItsStoredResultsIsNotOverwritten) {
+  const Campaign first = campaign_of(two_sizes);
+  prepare(out(), first);
+  write_campaign_tables(out(), first, status_of(out(), first));
+  const Campaign again =
+      make_campaign(parse_plan("stored_results = [\"out/results.csv\"]\n" + blocks + two_sizes, directory_ / "plan.toml"));
+  EXPECT_THROW(prepare(out(), again), ConfigError);
+}
+
+TEST_F(CampaignFolder, ADamagedFileOfOneRunIsItsFailureAndIsNamed) {
+  const Campaign c = campaign_of(two_sizes);
+  prepare(out(), c);
+  for (const CampaignRun& run : c.runs) compute(out(), run);
+  write_attempts(run_directory(out(), c.runs[0]), c.runs[0], {});
+  const auto head = [&](const std::string& rest) {
+    return fmt::format("{{\"case_hash\": \"{}\", \"end_s\": 0.02{}}}", c.runs[0].case_hash, rest);
+  };
+  struct Damage {
+    std::string file, text;
+    bool harmless = false;
+  };
+  const std::vector<Damage> damages{{"attempts.json", "{\"case_hash\": 5}"},
+                                    {"attempts.json", head(", \"attempts\": 5")},
+                                    {"attempts.json", head(", \"attempts\": [1]")},
+                                    {"attempts.json", head(", \"attempts\": [{\"started\": 5}]")},
+                                    {"attempts.json", head(", \"attempts\": [{\"final\": \"no\"}]")},
+                                    {"attempts.json", head("")},
+                                    {"attempts.json", "[]"},
+                                    {"attempts.json", "{\"case_hash\": \"\xff\"}"},
+                                    {"attempts.json", std::string(1000, '[')},
+                                    {"results.json", "[]"},
+                                    {"results.json", ""},
+                                    {"results.json", "{\"title\": \"\xff\"}"},
+                                    {"results.json", std::string(1000, '[')}};
+  const fs::path folder = run_directory(out(), c.runs[0]);
+  for (const Damage& damage : damages) {
+    SCOPED_TRACE(damage.file + " " + damage.text.substr(0, 100));
+    const std::string whole = read_file(folder / damage.file);
+    write_file(folder / damage.file, damage.text);
+    said_.clear();
+    EXPECT_EQ(run_with(c, "exit 5\n").failed, 1u);
+    EXPECT_TRUE(contains(said_, (folder / damage.file).string())) << said_;
+    const std::vector<RunStatus> status = status_of(out(), c);
+    EXPECT_EQ(status[0].state, RunState::failed);
+    EXPECT_EQ(status[1].state, RunState::done);
+    write_campaign_tables(out(), c, status);
+    EXPECT_TRUE(contains(Table::read(out() / "results.csv").text("cause")[0], damage.file));
+    write_file(folder / damage.file, whole);
+    EXPECT_EQ(status_of(out(), c)[0].state, RunState::done);
+  }
+  // a value of another type that no decision needs
+  std::string results = read_file(folder / "results.json");
+  const std::size_t at = results.find("\"wall_time_s\": ") + 15;
+  write_file(folder / "results.json", results.replace(at, results.find(',', at) - at, "\"long\""));
+  EXPECT_TRUE(cost_of(c, status_of(out(), c)).measured);
+  EXPECT_EQ(run_with(c, "exit 5\n").failed, 0u);
+}
+
+TEST_F(CampaignFolder, ACauseWithBytesOfAnotherEncodingIsRecordedAndRead) {
+  const Campaign c = campaign_of("[[run]]\nname = \"a\"\n");
+  EXPECT_EQ(run_with(c, "printf 'cannot read Sch\\344tze.csv\\n' >&2; exit 2\n").failed, 1u);
+  EXPECT_EQ(status_of(out(), c.runs[0]).cause(), "exit code 2: cannot read Sch?tze.csv");
+  EXPECT_EQ(run_with(c, "exit 0\n").failed, 0u);  // a second call reads the record
+  write_campaign_tables(out(), c, status_of(out(), c));
+  EXPECT_EQ(Table::read(out() / "results.csv").text("cause")[0], "exit code 2: cannot read Sch?tze.csv");
 }
 
 TEST_F(CampaignFolder, TidiesWhatThePlanDoesNotKeep) {
@@ -442,6 +531,27 @@ TEST_F(CampaignFolder, TheSlurmScriptAsksForWhatThePlanSays) {
     EXPECT_TRUE(contains(script, line)) << line << "\n in \n" << script;
   EXPECT_NE(write_slurm_job(plan, "x", names, out(), "mpm", 0).script, job.script);
   EXPECT_FALSE(contains(read_file(out() / "slurm/job_2.sh"), "%2"));
+}
+
+TEST_F(CampaignFolder, NothingInTheSlurmScriptBecomesACommandOfItsOwn) {
+  const std::vector<std::string> names{"a"};
+  const CampaignPlan plan = parse_plan(blocks + two_sizes, "plan.toml");
+  const auto refused = [&](const CampaignPlan& p, const std::string& name, const fs::path& folder) {
+    EXPECT_THROW((void)write_slurm_job(p, name, names, folder, "mpm", 0), ConfigError);
+    EXPECT_FALSE(fs::exists(folder / "slurm/job_1.sh"));
+  };
+  const std::string evil = "x\ntouch hacked\n";
+  for (auto key : {&SlurmSpec::partition, &SlurmSpec::account, &SlurmSpec::qos, &SlurmSpec::time_limit, &SlurmSpec::memory}) {
+    CampaignPlan p = plan;
+    p.slurm.*key = evil;
+    refused(p, "job", out());
+  }
+  CampaignPlan p = plan;
+  p.slurm.options = {"--constraint=a\ntouch hacked"};
+  refused(p, "job", out());
+  refused(plan, evil, out());
+  refused(plan, "job", directory_ / "a\ntouch hacked");
+  EXPECT_NO_THROW((void)write_slurm_job(plan, "job", names, out(), "mpm", 0));
 }
 
 }  // namespace
