@@ -669,23 +669,31 @@ def main():
         campaign.everything()
     finally:
         campaign.close()
-    rows = campaign.rows
+    command = f"./run faults --seed {arguments.seed} --kills {arguments.kills}{' --quick' if arguments.quick else ''}"
+    return write_report(campaign.rows, command, arguments.mpm, arguments.out, time.monotonic() - begin)
+
+
+def write_report(rows, command, mpm, out, seconds):
+    """Writes faults.md and faults.csv, and prints the sum. Returns the exit code: 1 if any expectation failed.
+
+    rows: dicts with the entries that are columns; "tries", "data lost" and "verdict" ("holds") among them.
+    """
     failed = [row for row in rows if row["verdict"] != "holds"]
     lost = [row for row in rows if row["data lost"] not in ("none", "what was deleted")]
-    commit = re.search(r"commit ([\w-]+)", subprocess.run([arguments.mpm, "--version"], capture_output=True, text=True).stdout)
+    commit = re.search(r"commit ([\w-]+)", subprocess.run([mpm, "--version"], capture_output=True, text=True).stdout)
     faults = sum(row["tries"] for row in rows)
-    head = (f"`./run faults --seed {arguments.seed} --kills {arguments.kills}{' --quick' if arguments.quick else ''}`, commit {commit.group(1) if commit else 'unknown'}: "
-            f"{faults} faults tried, {faults - sum(row['tries'] for row in failed)} survived as expected, data lost in {len(lost)}; {time.monotonic() - begin:.0f} s.")
-    arguments.out.mkdir(parents=True, exist_ok=True)
+    head = (f"`{command}`, commit {commit.group(1) if commit else 'unknown'}: "
+            f"{faults} faults tried, {faults - sum(row['tries'] for row in failed)} survived as expected, data lost in {len(lost)}; {seconds:.0f} s.")
+    out.mkdir(parents=True, exist_ok=True)
     names = list(rows[0])
-    with open(arguments.out / "faults.csv", "w", newline="") as file:
+    with open(out / "faults.csv", "w", newline="") as file:
         writer = csv.DictWriter(file, names)
         writer.writeheader()
         writer.writerows(rows)
     cell = lambda value: str(value).replace("|", "\\|")  # noqa: E731
     lines = [head, "", "| " + " | ".join(names) + " |", "|" + "---|" * len(names)]
     lines += ["| " + " | ".join(cell(row[name]) for name in names) + " |" for row in rows]
-    (arguments.out / "faults.md").write_text("\n".join(lines) + "\n")
+    (out / "faults.md").write_text("\n".join(lines) + "\n")
     print(head)
     return 1 if failed else 0
 

@@ -17,6 +17,7 @@
 #include "libmpm/driver/threads.hpp"
 #include "support/command.hpp"
 #include "support/temporary_directory.hpp"
+#include "support/text.hpp"
 
 namespace mpm {
 namespace {
@@ -49,6 +50,20 @@ class Command : public ::testing::Test {
 };
 
 constexpr int code_of(ExitCode code) { return static_cast<int>(code); }
+
+/// A block that falls for a moment: the smallest run that goes through every part.
+const std::string small_case = R"(title = "a falling block"
+[material]
+model = "hencky_elastic"
+[[body]]
+min_m = [0.0, 0.0, 1.0]
+max_m = [0.5, 0.5, 1.5]
+[domain]
+min_m = [-1.0, -1.0, -1.0]
+max_m = [2.0, 2.0, 2.0]
+[output]
+duration_s = 0.1
+)";
 
 TEST_F(Command, TellsItsVersion) {
   const Outcome o = mpm("--version");
@@ -94,6 +109,83 @@ TEST_F(Command, MoreThreadsThanAMachineCanUseAreRefused) {
   const Outcome o = mpm("run ../case.toml --threads 100000");
   EXPECT_EQ(o.code, code_of(ExitCode::usage));
   EXPECT_NE(o.err.find(fmt::format("--threads: 100000 is not in [1, {}]", most_threads())), std::string::npos) << o.err;
+}
+
+TEST_F(Command, MoreThreadsThanAMachineCanUseAreNotTakenFromTheEnvironment) {
+  (void)write(small_case);
+  const Outcome o = testing::run_command("OMP_NUM_THREADS=5000 '" MPM_APP "' run ../case.toml --out result", directory_.path() / "here",
+                                         directory_.path());
+  ASSERT_EQ(o.code, 0) << o.err;
+  EXPECT_NE(o.err.find("OMP_NUM_THREADS asks for 5000 threads"), std::string::npos) << o.err;
+  EXPECT_EQ(nlohmann::json::parse(o.out).at("threads"), most_threads());
+}
+
+TEST_F(Command, WithClosedStreamsNoResultsFileGetsTheMessages) {
+  (void)write(small_case);
+  ASSERT_EQ(mpm("run ../case.toml --threads 1 --out open").code, 0);
+  for (const std::string closed : {"<&-", "2>&-", "<&- >&- 2>&-"}) {
+    SCOPED_TRACE(closed);
+    const bool no_output = closed.find(" >&-") != std::string::npos;
+    EXPECT_EQ(mpm("run ../case.toml --threads 1 --force --out closed " + closed).code, no_output ? code_of(ExitCode::io) : 0);
+    for (const char* file : {"series.csv", "case.toml", "final.h5"})
+      EXPECT_EQ(content(directory_.path() / "here/closed" / file), content(directory_.path() / "here/open" / file)) << file;
+  }
+}
+
+TEST_F(Command, FilesOfAGroupFolderAreAsTheUmaskSays) {
+  (void)write(small_case);
+  ASSERT_EQ(testing::run_command("umask 0002 && '" MPM_APP "' run ../case.toml --threads 1 --out result", directory_.path() / "here",
+                                 directory_.path())
+                .code,
+            0);
+  for (const auto& entry : fs::recursive_directory_iterator(directory_.path() / "here/result"))
+    EXPECT_NE(entry.status().permissions() & fs::perms::group_write, fs::perms::none) << entry.path();
+}
+
+TEST_F(Command, LinksInTheFolderOfARunAreNotFollowed) {
+  (void)write(small_case);
+  const fs::path result = directory_.path() / "here/result", victim = directory_.path() / "victim";
+  for (const char* name : {"run.log", ".lock"}) {
+    SCOPED_TRACE(name);
+    std::ofstream(victim) << "precious";
+    fs::create_directories(result);
+    fs::create_symlink(victim, result / name);
+    const Outcome o = mpm("run ../case.toml --threads 1 --out result");
+    EXPECT_EQ(o.code, code_of(ExitCode::io));
+    EXPECT_NE(o.err.find("symbolic link"), std::string::npos) << o.err;
+    EXPECT_EQ(content(victim), "precious");
+    fs::remove_all(result);
+  }
+}
+
+TEST_F(Command, FilesOfTheUserAreNotOverwritten) {
+  const fs::path here = directory_.path() / "here";
+  const std::string plan = testing::falling_block_plan + std::string("[[run]]\nname = \"a\"\nset = { \"numerics.cell_size_m\" = 0.5 }\n");
+  const std::string site = "[flow]\ndepth_m = 1.0\nvelocity_m_s = 3.0\nsnow_class = \"loose\"\n[mast]\nwidth_m = 1.0\n";
+  struct File {
+    std::string name, text, command;
+  };
+  for (const File& file : std::vector<File>{{"case.toml", small_case, "run case.toml --out ."},
+                                            {"case.toml", small_case, "run case.toml --out . --resume"},
+                                            {"series.csv", "time_s\n", "run ../case.toml --out ."},
+                                            {"plan.toml", plan, "campaign run plan.toml --out ."},
+                                            {"results.csv", "my results\n", "campaign run ../plan.toml --out ."},
+                                            {"site.toml", site, "design site.toml --quick --out ."}}) {
+    SCOPED_TRACE(file.command);
+    (void)write(small_case);
+    std::ofstream(directory_.path() / "plan.toml") << plan;
+    std::ofstream(here / file.name) << file.text;
+    const Outcome o = mpm(file.command);
+    EXPECT_EQ(o.code, code_of(ExitCode::usage));
+    EXPECT_NE(o.err.find("'./" + file.name + "' is not of this program"), std::string::npos) << o.err;
+    EXPECT_EQ(content(here / file.name), file.text);
+    fs::remove(here / file.name);
+    EXPECT_TRUE(nothing_written());
+  }
+  (void)write(small_case);
+  std::ofstream(here / "case.toml") << small_case;
+  EXPECT_EQ(mpm("run case.toml --out . --threads 1 --force").code, 0);                                // as asked
+  EXPECT_EQ(mpm("run case.toml --out . --threads 1 --resume --set output.duration_s=0.2").code, 0);  // its own folder now
 }
 
 TEST_F(Command, RangesAreReadable) {
@@ -183,20 +275,6 @@ TEST_F(Command, SchemaPrintsTextAndJson) {
   EXPECT_EQ(o.code, 0);
   EXPECT_TRUE(nlohmann::json::accept(o.out));
 }
-
-/// A block that falls for a moment: the smallest run that goes through every part.
-const std::string small_case = R"(title = "a falling block"
-[material]
-model = "hencky_elastic"
-[[body]]
-min_m = [0.0, 0.0, 1.0]
-max_m = [0.5, 0.5, 1.5]
-[domain]
-min_m = [-1.0, -1.0, -1.0]
-max_m = [2.0, 2.0, 2.0]
-[output]
-duration_s = 0.1
-)";
 
 TEST_F(Command, RunPrintsResultsToStdoutAndProgressToStderr) {
   (void)write(small_case);

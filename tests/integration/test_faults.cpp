@@ -30,5 +30,19 @@ TEST(Faults, AreSurvivedWithAMessageAndLoseNoData) {
   EXPECT_TRUE(std::filesystem::exists(dir / "tables/faults.md"));
 }
 
+TEST(CampaignFaults, AreTheFailureOfOneRunAndLoseNoData) {
+#if defined(__SANITIZE_ADDRESS__)
+  GTEST_SKIP() << "limits the address space";
+#endif
+  if (std::system("/usr/bin/python3 -c 'import h5py' 2>/dev/null") != 0) GTEST_SKIP() << "h5py is not installed (Debian: python3-h5py)";
+  const testing::TemporaryDirectory dir;
+  const testing::Outcome o =
+      testing::run_command("/usr/bin/python3 '" MPM_SOURCE_DIR "/tests/campaign_faults.py' --trials 20 --mpm '" MPM_APP "' --out '" +
+                               (dir / "tables").string() + "'",
+                           dir.path(), dir.path());
+  EXPECT_EQ(o.code, 0) << o.out << o.err;
+  EXPECT_NE(o.out.find("data lost in 0"), std::string::npos) << o.out << o.err;
+}
+
 }  // namespace
 }  // namespace mpm

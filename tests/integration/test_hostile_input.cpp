@@ -145,6 +145,30 @@ TEST_F(HostileInput, WhatIsNoFileOrTooLargeIsRefused) {
   expect_refused("post '" + folder.string() + "'", {"case.toml"});
 }
 
+TEST_F(HostileInput, PlansWithoutEndAreRefused) {
+  const std::string base =
+      "[base.material]\nmodel = \"hencky_elastic\"\n[[base.body]]\nmin_m = [0, 0, 0]\nmax_m = [1, 1, 1]\n"
+      "[base.domain]\nmin_m = [-5, -5, -5]\nmax_m = [5, 5, 5]\n[base.output]\nduration_s = 0.01\n";
+  const auto refuse = [&](const std::string& text, const std::string& word) {
+    const std::string plan = "'" + write("plan.toml", text + base).string() + "'";
+    for (const std::string verb : {"campaign status ", "campaign run "}) expect_refused(verb + plan, {word});
+  };
+  const fs::path large = write("large.csv", "");
+  fs::resize_file(large, std::uintmax_t{50} << 30);  // sparse
+  for (const std::string table : {std::string("/dev/zero"), large.string()}) {
+    if (fs::exists(table)) refuse("table = \"" + table + "\"\n", "bytes");
+  }
+  std::string rows = "name\n";
+  for (int i = 0; i < 100'001; ++i) rows += "r" + std::to_string(i) + "\n";
+  refuse("table = \"" + write("rows.csv", rows).string() + "\"\n", "at most 100000");
+  std::string values = "0.1", keys;
+  for (int i = 1; i < 999; ++i) values += ", " + std::to_string(0.1 + 1e-6 * i);
+  refuse("[parameters]\n\"numerics.cfl\" = [" + values + "]\n\"material.poisson_ratio\" = [" + values + "]\n", "100000 runs");
+  for (int i = 0; i < 200'000; ++i) keys += "k" + std::to_string(i) + " = 1\n";
+  refuse("[set]\n" + keys, "at least 800 more errors");
+  refuse(keys, "at least 800 more errors");
+}
+
 TEST_F(HostileInput, CommandLinesOutOfTheirMindAreRefused) {
   const std::string file = " '" + (directory_ / "valid.toml").string() + "' ";
   for (const std::string& arguments :

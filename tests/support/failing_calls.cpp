@@ -4,11 +4,13 @@
 /// FAIL_WITH=errno   a number; or `kill`: SIGKILL in place of the call, `half`: SIGKILL after half of a write, `memory`: the call succeeds,
 ///                   and the next allocation by operator new fails
 /// COUNT_FILE=path   receives the number of calls at the end
+/// FLOCK_FAILS=errno every flock() fails so, as on a file system without locks
 ///
 /// Counted are calls that change files: open for writing, write, pwrite, fsync, rename, remove, mkdir.
 
 #include <dlfcn.h>
 #include <fcntl.h>
+#include <sys/file.h>
 #include <sys/types.h>
 #include <unistd.h>
 
@@ -89,6 +91,14 @@ ssize_t pwrite(int descriptor, const void* bytes, std::size_t size, off_t offset
   const auto real = next<ssize_t(int, const void*, std::size_t, off_t)>("pwrite");
   if (fails_here([&] { (void)!real(descriptor, bytes, size / 2, offset); })) return -1;
   return real(descriptor, bytes, size, offset);
+}
+
+int flock(int descriptor, int operation) noexcept {
+  if (const char* reason = std::getenv("FLOCK_FAILS"); reason != nullptr) {
+    errno = std::atoi(reason);
+    return -1;
+  }
+  return next<int(int, int)>("flock")(descriptor, operation);
 }
 
 int fsync(int descriptor) { return fails_here() ? -1 : next<int(int)>("fsync")(descriptor); }

@@ -12,7 +12,7 @@ def run(options):
     table = read_runs_or_refuse(options.tables, [RowFilter(text) for text in options.filter])
     fits = fit_paper_sets(table.runs)
     if not any(s.fit for s in fits):
-        raise ConfigError(fits[0].why_not)
+        raise ConfigError(f"{', '.join(options.tables)}: {fits[0].why_not}")
     for caution in table.cautions:
         print(f"note: {caution}", file=sys.stderr)
     if options.json:

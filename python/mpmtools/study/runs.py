@@ -277,7 +277,7 @@ def read_runs_or_refuse(files, filters=(), finest=False, replace=False):
     table = read_study_table(files, filters, finest, replace)
     if table.runs.empty:
         reasons = "; ".join(f"{rows} {reason}" for reason, rows in table.left_out.items())
-        raise ConfigError(f"no run with a steady run-up is left of {counted(table.rows, 'row')}" + (f" ({reasons})" if reasons else ""))
+        raise ConfigError(f"{', '.join(map(str, files))}: no run with a steady run-up is left of {counted(table.rows, 'row')}" + (f" ({reasons})" if reasons else ""))
     return table
 
 
