@@ -63,6 +63,8 @@ MUTATIONS = [
              "solid.friction(), 0.5 * density * dx * dt, group)", "solid.friction(), 0.125 * density * dx * dt, group)", ("plate_in_jet",)),
     Mutation("edge_margin", "the points of an obstacle's sides reach to its edges", "libmpm/boundary/contact_stencil.hpp",
              "edge_margin = 0.2;", "edge_margin = 0.0;", ("punch", "plate_in_jet")),
+    Mutation("particle_contact", "particles may be a cell behind the surface of an obstacle", "libmpm/core/particle_contact.hpp",
+             "depth = 0.05;", "depth = 1.0;", ("hydrostatic_pile_up", "avalanche")),
     Mutation("shock_viscosity", "the viscosity of shocks is a tenth", "libmpm/core/numerics.hpp",
              "shock_viscosity = 10.0;", "shock_viscosity = 1.0;", ("compaction_shock",)),
     Mutation("shock_stability", "the viscosity of shocks is bounded at a hundredth", "libmpm/core/transfer.hpp",

@@ -184,7 +184,7 @@ TEST_F(Command, FilesOfTheUserAreNotOverwritten) {
   }
   (void)write(small_case);
   std::ofstream(here / "case.toml") << small_case;
-  EXPECT_EQ(mpm("run case.toml --out . --threads 1 --force").code, 0);                                // as asked
+  EXPECT_EQ(mpm("run case.toml --out . --threads 1 --force").code, 0);                               // as asked
   EXPECT_EQ(mpm("run case.toml --out . --threads 1 --resume --set output.duration_s=0.2").code, 0);  // its own folder now
 }
 

@@ -82,6 +82,12 @@ SnowInside snow_inside(const Results& results, double cell_size) {
           results.number("depth_inside_obstacle_m") / cell_size};
 }
 
+void check_nothing_inside(CaseResult& result, const ImpactRun& run) {
+  result.check_at_most(Label::verification, run.name + ": largest depth of a particle behind the surface of the mast, at the end",
+                       snow_inside(run.result.results, run.spec.numerics.cell_size).depth_cells, 0.1, "dx", 0.0,
+                       "aim: the mast is impermeable; a tenth of a cell for particles that slide along it");
+}
+
 std::string run_note(const ImpactRun& run) {
   const double h = run.flow_height();
   const SnowInside inside = snow_inside(run.result.results, run.spec.numerics.cell_size);

@@ -49,6 +49,8 @@ struct SnowInside {
 };
 /// Of any run with an obstacle. @param results  of results.json. @param cell_size  m
 SnowInside snow_inside(const Results& results, double cell_size);
+/// Checks that no particle is in the mast at the end.
+void check_nothing_inside(CaseResult& result, const ImpactRun& run);
 
 /// Size, cost, steady interval and measured quantities in one sentence.
 std::string run_note(const ImpactRun& run);

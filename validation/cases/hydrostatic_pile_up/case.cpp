@@ -66,7 +66,8 @@ Case pool(bool dammed, double cell_size) {
   c.obstacle = mast;
   const double upstream = dammed ? -width : -2.0 * width, side = dammed ? width : 2.0 * width, downstream = 2.5 * width;
   const auto box = [&](double x0, double x1, double y0, double y1) {
-    c.bodies.push_back({BodySpec::Shape::box, Vec3(x0, y0, 0.0), Vec3(x1, y1, height), Vec3::Zero()});
+    // in a pool at rest, a staggered lattice settles with a noise of 1.7 % in the pressure of single cells
+    c.bodies.push_back({BodySpec::Shape::box, Vec3(x0, y0, 0.0), Vec3(x1, y1, height), Vec3::Zero(), BodySpec::Lattice::aligned});
   };
   box(upstream, 0.0, 0.0, side);
   if (!dammed) {
@@ -219,6 +220,7 @@ void inviscid(const CaseContext& context, CaseResult& result) {
   c.numerics.cell_size = context.choose(0.4375, 0.35, 0.25);
   if (context.level() == Level::quick) c.output.duration = 14.0;
   const ImpactRun run = run_impact(context, "inviscid", "Fr 0.3, M = 0, frictionless mast", c);
+  check_nothing_inside(result, run);
   result.notes.push_back(run_note(run));
   result
       .check_relative(Label::verification, run.name + ": steady run-up, 99th percentile within H of the mast",
@@ -243,6 +245,7 @@ void frictional(const CaseContext& context, CaseResult& result, double froude, d
   c.numerics.cell_size = cell_size;
   c.output.duration = duration;
   const ImpactRun run = run_impact(context, fmt::format("frictional-fr{:g}", froude), fmt::format("Fr {:g}, M' 0.8", froude), c);
+  check_nothing_inside(result, run);
   const double pile_up = height * (1.0 + magnification_factor(0.8, runup_coefficients));
   const double pressure_pile_up = height * (1.0 + magnification_factor(0.8, pressure_height_coefficients));
   result
