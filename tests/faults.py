@@ -512,7 +512,7 @@ class Campaign:
             path.unlink()
             return kind
         if kind == "digit":
-            digits = [i for i, c in enumerate(content) if chr(c).isdigit()]
+            digits = [i for i, c in enumerate(content) if c in b"0123456789"]
             at = self.random.choice(digits)
             content[at] = ord(str((int(chr(content[at])) + self.random.randint(1, 9)) % 10))
         elif kind == "bit":
