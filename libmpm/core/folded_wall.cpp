@@ -140,10 +140,8 @@ void apply_folded_top(Grid& grid, const SurfaceSolid& solid, const MirrorPlanes&
     if (!collect_column(grid, block, number, plan.axis, plan.inward, Vec3::Zero(), column)) continue;
     double strongest = unbounded;
     if (const EdgeBound& edge = columns[i].edge; edge.inner >= 0) {
-      Vec3 momentum = Vec3::Zero();
-      double mass = 0.0;
-      for (const ColumnNode& c : column.node) momentum += c.mass * c.before, mass += c.mass;
-      const double along = (momentum / mass).head<2>().squaredNorm();
+      double along = 0.0;  // square of the largest velocity along the top: the flow is fastest at the surface, next to the edge
+      for (const ColumnNode& c : column.node) along = std::max(along, c.before.head<2>().squaredNorm());
       strongest = edge.largest(taken[static_cast<std::size_t>(edge.inner)], 0.5 * density * along * edge.strip * grid.cell_size() * dt);
     }
     const std::optional<double> normal = fold_column(column, surface_of(top, plan), strongest);
