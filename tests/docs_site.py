@@ -8,7 +8,7 @@ import unittest
 
 SOURCE = pathlib.Path(__file__).resolve().parent.parent
 SITE = SOURCE / "docs" / "site"
-sys.path[:0] = [str(SITE), str(SOURCE / "tests" / "python")]
+sys.path[:0] = [str(SITE), str(SOURCE / "tests" / "python"), str(SOURCE / "python")]
 import assemble  # noqa: E402  (after its path)
 import check_site  # noqa: E402
 from in_folder import InFolder  # noqa: E402

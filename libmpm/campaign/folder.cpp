@@ -72,10 +72,21 @@ void move_aside(const fs::path& directory) {
   if (error) throw file_error("cannot rename", directory, error.value());
 }
 
+/// What does not match its checksums in a finished run, which is then computed again in its place; empty: nothing, or what cannot be read
+/// at all, which status_of() reports.
+std::string damage_of_finished(const fs::path& directory, const Case& c) {
+  std::string damage;
+  (void)holds([&] {
+    if (fs::exists(directory / "case.toml") && !finished_results(directory, c)) damage = damage_of(directory);
+    return true;
+  });
+  return damage;
+}
+
 /// Whether a run that goes on in this folder would destroy results or a checkpoint.
 bool is_of_another_run(const fs::path& directory, const CampaignRun& run) {
   return holds([&] {
-    if (finished_results(directory, run.spec)) return false;
+    if (finished_results(directory, run.spec) || !damage_of_finished(directory, run.spec).empty()) return false;
     if (fs::exists(directory / "results.json")) {
       if (read_json_object(directory / "results.json").is_null()) return false;  // damaged
       if (!has_checkpoint(directory)) return true;                               // of another duration, without a state to go on from
@@ -142,10 +153,10 @@ Preparation compare_with_folder(const fs::path& out, const Campaign& campaign) {
   }
   for (const CampaignRun& run : campaign.runs) {
     const fs::path directory = run_directory(out, run);
-    if (is_of_another_run(directory, run)) {
+    if (const std::string damage = damage_of_finished(directory, run.spec); !damage.empty()) {
+      p.damaged.push_back(fmt::format("{} ({})", run.name, damage));
+    } else if (is_of_another_run(directory, run)) {
       p.replaced.push_back(run.name);
-    } else if (fs::exists(directory / "case.toml") && !is_finished(directory, run.spec)) {
-      if (const std::string damage = damage_of(directory); !damage.empty()) p.damaged.push_back(fmt::format("{} ({})", run.name, damage));
     }
   }
   p.dropped = std::move(unnamed);

@@ -186,7 +186,7 @@ class Run:
         if not path:
             return pd.DataFrame()
         table = read(path)
-        for column in table.columns[table.dtypes == object]:
+        for column in table.columns[table.dtypes == object] if len(table) else ():  # a table without rows has no types
             raise InputError(f"{path}: column '{column}' holds what is no number; compute the run again")
         return table
 
