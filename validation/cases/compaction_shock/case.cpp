@@ -272,20 +272,22 @@ struct Method {
 constexpr double largest = 1.5;  ///< compression that the oedometric path reaches
 
 /// The state behind the shock, its speed and the energy of the column against the exact ones.
-/// @param shown  whether the summary has them
-void check_state(CaseResult& result, const std::string& name, const Waves& exact, double density, const Measured& m, bool own, bool shown) {
+void check_state(CaseResult& result, const std::string& name, const std::string& method, const Waves& exact, double density,
+                 const Measured& m, bool own) {
   const double stress = exact.behind().stress;
   const double tolerance = own ? 0.01 : 0.02;
   const std::string reason = own ? "1 %: aim; the viscosity of shocks leaves an overshoot of half a percent, on any grid"
                                  : "2 %: what a diffusion of dx²/dt leaves behind its wide front";
-  const auto check = [&](const std::string& what, double value, Quantity quantity, double unit, double more = 0.0) {
+  const auto check = [&](const std::string& what, double value, Quantity quantity, double unit, double more = 0.0) -> Check& {
     Check& c = result.check_relative(Label::verification, name + ": " + what, value, 1.0, "", tolerance + more, reason);
-    if (shown) c.in_summary(quantity, 0.0, unit);
+    if (method == "AFLIP" || !own) c.in_summary(quantity, 0.0, unit);
+    return c;
   };
   check("force on the wall over the exact one", m.force, Quantity::force, stress);
   check("axial stress behind the shock over the exact one", m.stress, Quantity::pressure, stress, own ? 0.0 : 0.01);
   check("density behind the shock over the exact one", m.density, Quantity::density, density / exact.behind().volume_ratio());
-  check("speed of the shock over the exact one", m.speed, Quantity::speed, exact.last().speed);
+  Check& speed = check("speed of the shock over the exact one", m.speed, Quantity::speed, exact.last().speed);
+  if (method == "FLIP") speed.known_miss(0.985, "FLIP damps nothing besides: the overshoot is twice that of the other transfers");
   if (!own) return;
   result.check_absolute(Label::verification, name + ": energy of the column at half time, over its first energy", m.energy, m.energy_exact,
                         "", 0.02, "2 % of the first energy: what the wave fronts, some four cells wide, dissipate more than a jump");
@@ -363,7 +365,7 @@ void run(const CaseContext& context, CaseResult& result) {
         cell.push_back(finest.cell), error.push_back(std::abs(finest.density - 1.0));
       }
       const std::string name = own ? snow.name + ", " + method.name : snow.name;
-      check_state(result, name, exact, base.density, finest, own, method.name == "AFLIP" || !own);
+      check_state(result, name, method.name, exact, base.density, finest, own);
       if (!own) {
         const double order = fitted_order(cell, error);
         result
