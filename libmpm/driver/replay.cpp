@@ -88,13 +88,13 @@ LastFrame measure_frames(const std::filesystem::path& directory, const std::vect
 }
 
 /// results.json: the run's own, if it finished, with the entries that were measured from frames replaced.
-std::string updated_results(const std::filesystem::path& own, const Case& c, const LastFrame& last, const ObserverList& list,
+std::string updated_results(const std::filesystem::path& own, const Case& c, const LastFrame& last, const ObserverList& observers,
                             const Results& measured) {
   Results results;
   const bool finished = std::filesystem::exists(own) && !read_json_object(own).contains("measured_from");
   if (!finished) results.add(execution_from_frames(c.title, last.info, last.particles));
-  results.add(origin_in_frames(list.series().size()));
-  results.add(checksums(list.series()));
+  results.add(origin_in_frames(observers.series().size()));
+  results.add(checksums(observers.series()));
   results.add(measured.entries());
   return finished ? results_text(results, read_json_text(own), own) : results_text(results);
 }

@@ -151,11 +151,11 @@ TEST_F(HostileInput, PlansWithoutEndAreRefused) {
       "[base.domain]\nmin_m = [-5, -5, -5]\nmax_m = [5, 5, 5]\n[base.output]\nduration_s = 0.01\n";
   const auto refuse = [&](const std::string& text, const std::string& word) {
     const std::string plan = "'" + write("plan.toml", text + base).string() + "'";
-    for (const std::string verb : {"campaign status ", "campaign run "}) expect_refused(verb + plan, {word});
+    for (const char* const verb : {"campaign status ", "campaign run "}) expect_refused(verb + plan, {word});
   };
   const fs::path large = write("large.csv", "");
   fs::resize_file(large, std::uintmax_t{50} << 30);  // sparse
-  for (const std::string table : {std::string("/dev/zero"), large.string()}) {
+  for (const std::string& table : {std::string("/dev/zero"), large.string()}) {
     if (fs::exists(table)) refuse("table = \"" + table + "\"\n", "bytes");
   }
   std::string rows = "name\n";

@@ -70,7 +70,7 @@ TEST(ReadFile, IsBounded) {
   write_file(dir / "f", "1234");
   EXPECT_EQ(read_file(dir / "f", 4), "1234");
   EXPECT_NE(io_error_of([&] { (void)read_file(dir / "f", 3); }).find("more than 3 bytes"), std::string::npos);
-  if (std::filesystem::exists("/dev/zero")) EXPECT_NE(io_error_of([] { (void)read_file("/dev/zero", 1 << 20); }), "");
+  EXPECT_NE(io_error_of([] { (void)read_file("/dev/zero", 1 << 20); }), "");
 }
 
 TEST(AtomicFile, MissingDirectoryIsNamedWithReasonAndRemedy) {
