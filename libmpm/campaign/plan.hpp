@@ -10,8 +10,8 @@ namespace mpm {
 /// Key format_version of a plan; another version is refused.
 inline constexpr int plan_format_version = 1;
 
-/// Most runs of a plan, and most keys that a table of it or a run sets.
-inline constexpr std::size_t most_runs = 100'000, most_settings = 1000;
+inline constexpr std::size_t most_runs = 100'000;   ///< of a plan
+inline constexpr std::size_t most_settings = 1000;  ///< keys that a table of a plan, or one run, sets
 
 /// A key of a case with its value, as for --set.
 struct Setting {

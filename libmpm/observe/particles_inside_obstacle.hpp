@@ -25,13 +25,13 @@ class ParticlesInsideObstacle : public Observer {
     double snow_depth;         ///< m: of the flow, or of the bodies at the start
     MirrorPlanes mirror = {};  ///< numbers and volumes are those of the whole flow
   };
+  /// Of one obstacle. @param spec  its shape and height. @param setting  numbers of the case
   ParticlesInsideObstacle(const ObstacleSpec& spec, const Setting& setting)
       : outline_(outline_of(spec.shape)),
         distance_(outline_),
         top_(spec.height.value_or(std::numeric_limits<double>::infinity())),
-        setting_(setting) {
-    for (const Vec2& corner : outline_.corners) plan_.extend(corner);
-  }
+        setting_(setting),
+        plan_(outline_.bounds()) {}
 
   [[nodiscard]] std::string name() const override { return "particles_inside_obstacle"; }
   [[nodiscard]] std::vector<Column> columns() const override {
