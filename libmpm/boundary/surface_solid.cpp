@@ -7,6 +7,7 @@ namespace mpm {
 SurfaceSolid::SurfaceSolid(Outline outline, double top, double friction, const Vec3& reference, double cell_size, Mirrored mirrored)
     : outline_(std::move(outline)),
       distance_(outline_),
+      bounds_(outline_.bounds()),
       top_(top),
       friction_(friction),
       reference_(reference),
@@ -27,12 +28,13 @@ std::optional<SurfaceSolid::Behind> SurfaceSolid::behind(const Vec3& x) const {
 }
 
 bool SurfaceSolid::reaches(const Vec3& low, const Vec3& high) const {
-  return low.z() < top_ && outline_.bounds().intersects(Eigen::AlignedBox2d(low.head<2>(), high.head<2>()));
+  return low.z() < top_ && bounds_.intersects(Eigen::AlignedBox2d(low.head<2>(), high.head<2>()));
 }
 
 void SurfaceSolid::translate(const Vec3& by) {
   outline_.translate(by.head<2>());
   distance_ = OutlineDistance(outline_);
+  bounds_.translate(by.head<2>());
   top_ += by.z();
   reference_ += by;
   stencil_ = contact_stencil(outline_, cell_size_, mirrored_.x, mirrored_.y);

@@ -51,6 +51,7 @@ class SurfaceSolid {
  private:
   Outline outline_;
   OutlineDistance distance_;
+  Eigen::AlignedBox2d bounds_;  ///< of the outline
   double top_, friction_;
   Vec3 reference_;
   double cell_size_;

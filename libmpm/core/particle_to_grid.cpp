@@ -32,7 +32,7 @@ inline __attribute__((always_inline)) V shock_pressure(const V& x, const V& y, c
   return compression * min(scale.shock * compression, scale.shock_limit);
 }
 
-template <int fields, class Record, class V = typename Group<Record>::Vector>
+template <int fields, bool viscous, class Record, class V = typename Group<Record>::Vector>
 inline __attribute__((always_inline)) Contribution<V, fields> contribution(const Group<Record>& g, const CellOffset<Record>& offset,
                                                                            const Scales<V>& scale) {
   const V xv = g.position();  // x y z V
@@ -40,10 +40,14 @@ inline __attribute__((always_inline)) Contribution<V, fields> contribution(const
   const V volume = spread<3>(xv);
   const V velocity = select(Group<Record>::mask_w, V{} + 1.0, g.velocity());
   const V ma = scale.affine * volume, ms = scale.stress * volume;
-  const TensorColumns<V> columns = g.tensors();
-  const V q = shock_pressure(columns.cx, columns.cy, columns.cz, scale);
-  const V tx = ms * (columns.tx - Group<Record>::unit_x * q), ty = ms * (columns.ty - Group<Record>::unit_y * q),
-          tz = ms * (columns.tz - Group<Record>::unit_z * q);
+  TensorColumns<V> columns = g.tensors();
+  if constexpr (viscous) {
+    const V q = shock_pressure(columns.cx, columns.cy, columns.cz, scale);
+    columns.tx -= Group<Record>::unit_x * q;
+    columns.ty -= Group<Record>::unit_y * q;
+    columns.tz -= Group<Record>::unit_z * q;
+  }
+  const V tx = ms * columns.tx, ty = ms * columns.ty, tz = ms * columns.tz;
   Contribution<V, fields> c;
   Linear<V>& p = c.field[0];
   p.ax = ma * columns.cx;
@@ -101,8 +105,8 @@ inline __attribute__((always_inline)) void add_to_plane(std::span<const Scattere
 
 /// Two passes over the groups of a cell, a batch at a time: a latency-bound pass (one long chain of dependent operations for each group),
 /// then a throughput-bound pass. Apart, each fills the processor's window with many groups.
-/// @param next particles to prefetch, those of the next block
-template <class Record, int fields>
+/// @param next particles to prefetch, those of the next block. @tparam viscous  false: without the viscous pressure of shocks
+template <bool viscous, class Record, int fields>
 void scatter_block(const Grid& grid, const Block& block, const ParticleBin& next, const TransferOptions& options,
                    SumHalo<Record> (&halo)[fields]) {
   using V = typename Group<Record>::Vector;
@@ -126,7 +130,7 @@ void scatter_block(const Grid& grid, const Block& block, const ParticleBin& next
       for (int n = first; n < end && count < batch; n += size, ++count) {
         groups[count].ahead = PrefetchGroup<Record>(bin, next, n);
         groups[count].ahead.request_first();
-        groups[count].given = contribution<fields>(group_at<Record>(bin, n, end), offset, scale);
+        groups[count].given = contribution<fields, viscous>(group_at<Record>(bin, n, end), offset, scale);
       }
       return std::span<const ScatteredGroup<Record, fields>>(groups, static_cast<std::size_t>(count));
     };
@@ -187,12 +191,13 @@ template <class Record, int fields>
 void scatter_blocks(Grid& grid, std::span<const std::int32_t> blocks, bool outer, const TransferOptions& options,
                     SumHalo<Record> (&halo)[fields]) {
   const auto threads = static_cast<std::size_t>(omp_get_num_threads());
+  const auto scatter_one = options.shock_viscosity > 0.0 ? scatter_block<true, Record, fields> : scatter_block<false, Record, fields>;
 #pragma omp for schedule(dynamic, 1)
   for (std::size_t i = 0; i < blocks.size(); ++i) {
     const Block& block = grid.block(blocks[i]);
     if (block.outer != outer) continue;
     const std::size_t next = std::min(i + threads, blocks.size() - 1);  // an estimate: threads get one block at a time
-    scatter_block(grid, block, grid.block(blocks[next]).particles, options, halo);
+    scatter_one(grid, block, grid.block(blocks[next]).particles, options, halo);
     const Vec3& v = block.particles.frame.velocity;
     if (block.parts != nullptr) clear_parts<fields>(grid, block);
     for (int f = 0; f < fields; ++f) {
