@@ -23,30 +23,41 @@ namespace {
 struct DesignArguments {
   CampaignArguments campaign;
   std::vector<std::string> overrides;
-  bool quick = false, plan_only = false, page_only = false;
+  bool quick = false, plan_only = false, json = false, page_only = false;
 };
 
-void print_plan(const DesignPlan& plan, const std::filesystem::path& out) {
+/// The plan for people: what is assumed, what would be run, and what it costs.
+void print_plan(std::FILE* to, const DesignPlan& plan, const std::filesystem::path& out) {
   const SiteFlow& flow = plan.site.flow;
-  fmt::print(stderr, "flow: {:.3g} m deep, {:.3g} m/s, Fr {:.3g}, {:.3g} kg/m^3; g cos(slope) = {:.3g} m/s^2\n", flow.depth, flow.velocity,
+  const SiteMast& mast = plan.site.mast;
+  fmt::print(to, "flow   {:.3g} m deep, {:.3g} m/s, Fr {:.3g}, {:.3g} kg/m^3; g cos(slope) = {:.3g} m/s^2\n", flow.depth, flow.velocity,
              plan.site.froude_number(), flow.density, plan.site.gravity());
+  fmt::print(to, "mast   {} {:.3g} m wide, {}, friction {:.3g}\n", mast.shape == SiteMast::Shape::box ? "box" : "cylinder", mast.width,
+             mast.height ? fmt::format("{:.3g} m high", *mast.height) : "taller than any jet", mast.friction);
+  for (const SiteMode& mode : plan.site.modes)
+    fmt::print(to, "mode   {:.3g} Hz, damping {:.3g} %\n", mode.frequency, 100.0 * mode.damping_ratio);
+  std::string source;
   for (const SiteSnow& snow : plan.snows) {
-    fmt::print(stderr, "snow {}: M = {:.3g}, beta = {:.3g}, xi = {:.3g}; {}\n", snow.name, snow.critical_state_slope, snow.cohesion_beta,
-               snow.hardening_xi, snow.source.empty() ? "of the site file" : snow.source);
+    fmt::print(to, "snow   {}: M = {:.3g}, beta = {:.3g}, xi = {:.3g}\n", snow.name, snow.critical_state_slope, snow.cohesion_beta,
+               snow.hardening_xi);
+    const std::string of = snow.source.substr(snow.source.starts_with("M' = ") ? snow.source.find("; ") + 2 : 0);
+    if (!of.empty() && of != source) fmt::print(to, "       {}\n", of);
+    source = of;
   }
   std::string grids;
   for (std::size_t g = 0; g < plan.cells.size(); ++g)
     grids += fmt::format("{}{} cells ({:.3g} m)", g > 0 ? ", " : "", plan.cells[g], plan.cell_size[g]);
-  fmt::print(stderr, "grids: {} in the smaller of mast width and flow depth\n", grids);
-  fmt::print(stderr, "runs: {} of {:.3g} s each in {}; {:.3g} particle-steps, about {} at {:.0f} million a second (two cores)\n",
+  fmt::print(to, "grids  {} in the smaller of mast width and flow depth\n", grids);
+  fmt::print(to, "runs   {} of {:.3g} s each in {}; {:.3g} particle-steps, about {} at {:.0f} million a second (two cores)\n",
              plan.runs.size(), plan.duration, out.string(), plan.particle_steps,
              clock_text(plan.particle_steps / assumed_particle_steps_per_s), 1e-6 * assumed_particle_steps_per_s);
   if (plan.particle_steps > design_budget(plan.level))
-    fmt::print(stderr, "warning: this is more than the time of the level \"{}\"; --executor slurm, or more cores, make it shorter\n",
+    fmt::print(to, "warning: this is more than the time of the level \"{}\"; --executor slurm, or more cores, make it shorter\n",
                to_string(plan.level));
-  const std::vector<DesignAdvice> advice = design_advice(plan);
-  for (const DesignAdvice& a : advice) fmt::print(stderr, "warning: snow {}: {}\n", fmt::join(a.snows, ", "), a.advice.text());
-  if (!advice.empty()) fmt::print(stderr, "(keys in these warnings are those of a case file: --set table.key=value, or the site file)\n");
+  for (const DesignAdvice& a : design_advice(plan)) {
+    const std::string of = a.snows.size() == plan.snows.size() ? "" : fmt::format("snow {}: ", fmt::join(a.snows, ", "));
+    fmt::print(to, "warning: {}{}\n", of, a.text);
+  }
 }
 
 /// Refuses a page of runs that do not belong to the site: those that are missing, unfinished, or of another case or duration.
@@ -86,11 +97,9 @@ void design(DesignArguments a) {
   const Site site = read_site(a.campaign.plan);
   const DesignPlan plan = make_design(site, a.quick ? DesignLevel::quick : DesignLevel::standard, a.overrides);
   const std::filesystem::path out = folder_of(a.campaign);
-  print_plan(plan, out);
-  if (a.plan_only) {
-    fmt::print("{}", design_plan_json(plan));
-    return;
-  }
+  if (a.plan_only && a.json) return fmt::print("{}", design_plan_json(plan));
+  print_plan(a.plan_only ? stdout : stderr, plan, out);
+  if (a.plan_only) return;
   require_no_other_files(out, {"site.toml", "plan.toml", "results.csv", "runs.csv", "design.json", "design.html"},
                          {"runs", "design_plan.json"});
   if (!a.page_only) {
@@ -117,6 +126,7 @@ void add_design(CLI::App& app) {
   add_execution_arguments(*command, a->campaign);
   add_overrides_argument(*command, a->overrides, "Replace a key of the cases of all runs: conveyor.lattice=aligned");
   CLI::Option* plan = command->add_flag("--plan", a->plan_only, "Only print what would be run, and its cost");
+  command->add_flag("--json", a->json, "With --plan: as JSON")->needs(plan);
   command->add_flag("--page", a->page_only, "Only make the page again, from finished runs")->excludes(plan);
   command->callback([a] { design(*a); });
 }

@@ -91,6 +91,23 @@ std::string base_case(const Site& site) {
   return text;
 }
 
+/// A text in which keys of a case file are replaced by those of the site file that they come from.
+std::string in_words_of_the_site(std::string text) {
+  static constexpr std::array<std::array<const char*, 2>, 8> names{{{"obstacle.height_m", "mast.height_m"},
+                                                                    {"obstacle.width_m", "mast.width_m"},
+                                                                    {"obstacle.friction", "mast.friction"},
+                                                                    {"conveyor.velocity_m_s", "flow.velocity_m_s"},
+                                                                    {"conveyor.flow_height_m", "flow.depth_m"},
+                                                                    {"material.density_kg_m3", "flow.density_kg_m3"},
+                                                                    {"numerics.cell_size_m", "plan.finest_cells"},
+                                                                    {"output.duration_s", "plan.duration_s"}}};
+  for (const auto& [of_case, of_site] : names) {
+    const std::string from = of_case;
+    for (std::size_t at = text.find(from); at != std::string::npos; at = text.find(from, at)) text.replace(at, from.size(), of_site);
+  }
+  return text;
+}
+
 /// The ensemble on these grids.
 DesignPlan ensemble(const Site& site, DesignLevel level, const std::vector<int>& cells, const std::vector<std::string>& overrides) {
   DesignPlan plan{.site = site, .level = level, .snows = design_snows(site), .cells = cells};
@@ -146,9 +163,10 @@ std::vector<DesignAdvice> design_advice(const DesignPlan& plan) {
   std::vector<DesignAdvice> all;
   for (std::size_t r = 0; r < plan.runs.size(); ++r) {
     if (plan.runs[r].grid + 1 != plan.cells.size()) continue;
-    for (Advice& found : advise(plan.campaign.runs[r].spec)) {
-      const auto same = std::ranges::find_if(all, [&](const DesignAdvice& a) { return a.advice.text() == found.text(); });
-      DesignAdvice& entry = same == all.end() ? all.emplace_back(std::move(found), std::vector<std::string>{}) : *same;
+    for (const Advice& found : advise(plan.campaign.runs[r].spec)) {
+      const std::string text = in_words_of_the_site(found.text());
+      const auto same = std::ranges::find_if(all, [&](const DesignAdvice& a) { return a.text == text; });
+      DesignAdvice& entry = same == all.end() ? all.emplace_back(DesignAdvice{found.rule, text, {}}) : *same;
       entry.snows.push_back(plan.snows[plan.runs[r].snow].name);
     }
   }
@@ -162,6 +180,8 @@ std::string design_plan_json(const DesignPlan& plan) {
   Json root;
   root["format_version"] = site_format_version;
   root["title"] = site.title;
+  root["author"] = site.author;
+  root["project"] = site.project;
   root["version"] = build.version;
   root["commit"] = build.commit;
   root["level"] = to_string(plan.level);
@@ -176,10 +196,13 @@ std::string design_plan_json(const DesignPlan& plan) {
                       {"width_m", site.mast.width},
                       {"depth_m", site.mast.depth.value_or(site.mast.width)},
                       {"height_m", site.mast.height ? Json(*site.mast.height) : Json()},
-                      {"friction", site.mast.friction}};
+                      {"friction", site.mast.friction},
+                      {"drag_coefficient", site.mast.drag_coefficient ? Json(*site.mast.drag_coefficient) : Json()}};
   root["modes"] = Json::array();
   for (const SiteMode& mode : site.modes)
-    root["modes"].push_back({{"frequency_hz", mode.frequency}, {"damping_ratio", mode.damping_ratio}});
+    root["modes"].push_back({{"frequency_hz", mode.frequency},
+                             {"damping_ratio", mode.damping_ratio},
+                             {"shape_at_load", mode.shape_at_load ? Json(*mode.shape_at_load) : Json()}});
   root["snows"] = Json::array();
   for (const SiteSnow& snow : plan.snows) {
     root["snows"].push_back({{"name", snow.name},
@@ -207,8 +230,7 @@ std::string design_plan_json(const DesignPlan& plan) {
                             {"end_s", Sampling(run.spec).end()}});
   }
   root["advice"] = Json::array();
-  for (const DesignAdvice& a : design_advice(plan))
-    root["advice"].push_back({{"rule", a.advice.rule}, {"text", a.advice.text()}, {"snows", a.snows}});
+  for (const DesignAdvice& a : design_advice(plan)) root["advice"].push_back({{"rule", a.rule}, {"text", a.text}, {"snows", a.snows}});
   return root.dump(2) + "\n";
 }
 

@@ -55,7 +55,8 @@ struct DesignPlan {
 
 /// Advice about the runs of some snows.
 struct DesignAdvice {
-  Advice advice;                   ///< keys in it are those of a case file
+  std::string rule;                ///< its name
+  std::string text;                ///< one sentence; keys of a case file are replaced by those of the site file where it has them
   std::vector<std::string> snows;  ///< names of the snows that it is about
 };
 

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <set>
 
+#include "libmpm/base/error.hpp"
 #include "libmpm/campaign/run_name.hpp"
 #include "libmpm/config/guard.hpp"
 #include "libmpm/config/reader.hpp"
@@ -56,8 +57,7 @@ void resolve_speed(Site& site, ParameterReport& report) {
 
 void resolve_snows(Site& site, ParameterReport& report) {
   if (site.snows.empty() && !site.flow.snow_class && report.all_sound({"flow.snow_class", "snow"}))
-    return report.problem("flow",
-                          "says nothing about the snow; give snow_class = \"loose\", \"cold_dense\" or \"warm_cohesive\", or [[snow]]");
+    return report.problem("flow", "says nothing about the snow; give snow_class = \"loose\", \"cold_dense\" or \"wet_dense\", or [[snow]]");
   if (!site.snows.empty() && site.flow.snow_class) report.problem("flow.snow_class", "is given beside [[snow]]; leave out one of the two");
   constexpr std::size_t most_snows = 12;
   if (site.snows.size() > most_snows)
@@ -114,7 +114,11 @@ config::Reference reference() {
 
 }  // namespace
 
-Site parse_site(std::string_view text, std::string_view file_name) { return config::read(site_schema(), text, file_name, {}, resolve); }
+Site parse_site(std::string_view text, std::string_view file_name) try {
+  return config::read(site_schema(), text, file_name, {}, resolve);
+} catch (const ConfigError& error) {
+  throw ConfigError(fmt::format("{}\n(keys of a site file: mpm schema --site)", error.what()));
+}
 Site read_site(const std::filesystem::path& file) { return parse_site(config::bounded_file_text(file), file.string()); }
 std::string write_site(const Site& site) { return config::write(site_schema(), &site); }
 

@@ -63,9 +63,11 @@ struct SiteFlow {
             "Slope of the ground at the mast. It is assumed that ground friction keeps the flow at its speed, so that only g cos(slope) "
             "acts");
     table.add("snow_class", ParameterType::choice, get_class, set_class)
-        .one_of({"loose", "cold_dense", "warm_cohesive"})
+        .one_of({"loose", "cold_dense", "warm_cohesive", "wet_dense"})
         .left_out("[[snow]] gives the snow")
-        .text("Kind of snow: a range of three sets of parameters, with sources in the table of presets");
+        .text(
+            "Kind of snow, a range of three sets of parameters with sources in the table of presets: loose (dry), cold_dense (dry, dense), "
+            "warm_cohesive or wet_dense (moist or wet, dense: two names of one class)");
   }
 
  private:
@@ -73,9 +75,11 @@ struct SiteFlow {
     return flow.snow_class ? std::optional<ParameterValue>(to_string(*flow.snow_class)) : std::nullopt;
   }
   static void set_class(SiteFlow& flow, const ParameterValue& value) {
+    const std::string& name = std::get<std::string>(value);
     for (const SnowClass c : {SnowClass::loose, SnowClass::cold_dense, SnowClass::warm_cohesive}) {
-      if (to_string(c) == std::get<std::string>(value)) flow.snow_class = c;
+      if (to_string(c) == name) flow.snow_class = c;
     }
+    if (name == "wet_dense") flow.snow_class = SnowClass::warm_cohesive;
   }
 };
 
@@ -110,6 +114,7 @@ struct SiteMast {
   std::optional<double> depth;                                           ///< along the flow, of a box, m; read_site fills it in
   std::optional<double> height;                                          ///< m; empty: taller than any jet
   double friction = 0.15;                                                ///< mu
+  std::optional<double> drag_coefficient;                                ///< c_D of the guideline's force; empty: by the shape
   bool operator==(const SiteMast&) const = default;
 
   /// The keys of [mast] (base/parameter.hpp).
@@ -127,13 +132,18 @@ struct SiteMast {
     table.add("friction", &SiteMast::friction)
         .range(0.0, 2.0)
         .text("Coulomb coefficient of snow on the mast; the paper does not give its own, and more friction lowers the run-up");
+    table.add("drag_coefficient", &SiteMast::drag_coefficient)
+        .range(0.5, 10.0)
+        .left_out("1 for a cylinder, 2 for a box")
+        .text("c_D of the guideline's force c_D rho v^2/2 w H, which the page sets beside the computed one; it changes no run");
   }
 };
 
 /// [[mode]]: a mode of vibration of the mast in the direction of the flow.
 struct SiteMode {
-  double frequency = 0.0;       ///< Hz
-  double damping_ratio = 0.02;  ///< of critical damping
+  double frequency = 0.0;               ///< Hz
+  double damping_ratio = 0.02;          ///< of critical damping
+  std::optional<double> shape_at_load;  ///< mode shape at the load over that at the top; empty: a uniform cantilever
   bool operator==(const SiteMode&) const = default;
 
   /// The keys of [[mode]] (base/parameter.hpp).
@@ -141,6 +151,10 @@ struct SiteMode {
   static void declare(Table& table) {
     table.add("frequency_hz", &SiteMode::frequency).unit("Hz").range(0.05, 20.0).required().text("Eigenfrequency");
     table.add("damping_ratio", &SiteMode::damping_ratio).range(0.0, 0.5).text("Damping over critical damping; the default is assumed");
+    table.add("shape_at_load", &SiteMode::shape_at_load)
+        .range(-1.0, 1.0)
+        .left_out("uniform cantilever, weighted by the pressure over height at each time")
+        .text("Displacement of the mode at the load over that of the mast's top; the generalised force is this times the force");
   }
 };
 
@@ -175,6 +189,8 @@ struct SitePlan {
 /// A site file with every default filled in.
 struct Site {
   std::string title;            ///< heading of the page
+  std::string author;           ///< who answers for the page
+  std::string project;          ///< number or name of the project
   SiteFlow flow;                ///< [flow]
   std::vector<SiteSnow> snows;  ///< [[snow]]
   SiteMast mast;                ///< [mast]
@@ -189,13 +205,15 @@ struct Site {
   template <class Table>
   static void declare(Table& table) {
     table.add("title", &Site::title).text("Heading of the page");
+    table.add("author", &Site::author).text("Who answers for the page; printed on every sheet");
+    table.add("project", &Site::project).text("Number or name of the project; printed on every sheet");
     table.add_constant("format_version", site_format_version).text("Version of the format of this file");
   }
 };
 
 [[nodiscard]] const config::SchemaOf<Site>& site_schema();  ///< of site files
 
-/// Reads a site file. @throws ConfigError with all errors at once, as read_case; IoError
+/// Reads a site file. @throws ConfigError with all errors at once, as read_case, and where the keys are listed; IoError
 [[nodiscard]] Site read_site(const std::filesystem::path& file);
 /// The same from memory. @param file_name  for messages
 [[nodiscard]] Site parse_site(std::string_view text, std::string_view file_name);

@@ -4,6 +4,8 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <filesystem>
+#include <fstream>
 #include <nlohmann/json.hpp>
 #include <numbers>
 #include <set>
@@ -12,6 +14,7 @@
 #include "libmpm/campaign/design_plan.hpp"
 #include "libmpm/campaign/plan_file.hpp"
 #include "libmpm/campaign/site.hpp"
+#include "libmpm/driver/case_file.hpp"
 #include "libmpm/impact/semi_empirical.hpp"
 
 namespace mpm {
@@ -83,6 +86,33 @@ TEST(SiteFile, NamesWhatIsWrongWithPlaceValueAndRemedy) {
   EXPECT_THAT(message_of(with("width_m = 0.8", "depth_m = 1.0\nwidth_m = 0.8")), HasSubstr("depth_m")) << "a cylinder has none";
   EXPECT_THAT(message_of(mast_site + "[[snow]]\ncritical_state_slope = 0.5\ncohesion_beta = 0\nhardening_xi = 5\n"),
               HasSubstr("leave out one of the two"));
+}
+
+TEST(SiteFile, HasTwoNamesForWetDenseSnow) {
+  EXPECT_EQ(site(with("\"loose\"", "\"wet_dense\"")), site(with("\"loose\"", "\"warm_cohesive\"")));
+}
+
+TEST(SiteFile, HoldsTheShapeOfAModeAtTheLoadAndItsOwner) {
+  const Site s = site("author = \"A. Name\"\nproject = \"7\"\n" + mast_site + "shape_at_load = 0.02\n");
+  EXPECT_EQ(s.modes[0].shape_at_load, 0.02);
+  EXPECT_EQ(site(write_site(s)), s);
+  const auto plan = nlohmann::json::parse(design_plan_json(make_design(s, DesignLevel::quick)));
+  EXPECT_EQ(plan["modes"][0]["shape_at_load"], 0.02);
+  EXPECT_EQ(plan["author"], "A. Name");
+  EXPECT_TRUE(plan["mast"]["drag_coefficient"].is_null());
+  EXPECT_THAT(message_of(mast_site + "shape_at_load = 2\n"), HasSubstr("shape_at_load"));
+}
+
+TEST(SiteFile, IsNamedWhereACaseIsExpected) {
+  const auto file = std::filesystem::temp_directory_path() / "a_site_and_no_case.toml";
+  std::ofstream(file) << mast_site;
+  try {
+    (void)read_case(file);
+    ADD_FAILURE() << "a site was read as a case";
+  } catch (const ConfigError& error) {
+    EXPECT_THAT(error.what(), HasSubstr("this is a site file"));
+  }
+  std::filesystem::remove(file);
 }
 
 TEST(SiteFile, RefusesTwoSnowsOfOneNameAndNamesThatAreNoFolder) {
@@ -194,13 +224,13 @@ TEST(DesignPlans, ComeWithAdviceAboutTheFinestRunOfEachSnowAndEqualAdviceOnce) {
   const DesignPlan plan = make_design(site(), DesignLevel::quick);
   const std::vector<DesignAdvice> advice = design_advice(plan);
   const auto of = [&](const std::string& rule) {
-    return std::ranges::find(advice, rule, [](const DesignAdvice& a) { return a.advice.rule; });
+    return std::ranges::find(advice, rule, [](const DesignAdvice& a) { return a.rule; });
   };
   ASSERT_NE(of("mast_height"), advice.end());
-  EXPECT_THAT(of("mast_height")->advice.what, HasSubstr("H + v^2/2g = 12.6 m"))
+  EXPECT_THAT(of("mast_height")->text, HasSubstr("H + v^2/2g = 12.6 m"))
       << "2 m + 14^2 / (2 9.81 cos 20 deg) m, and the mast has 12 m";
   EXPECT_EQ(of("mast_height")->snows.size(), 3U);
-  EXPECT_THAT(of("range_of_equations")->advice.what, HasSubstr("w/H = 0.4"));
+  EXPECT_THAT(of("range_of_equations")->text, HasSubstr("w/H = 0.4"));
   EXPECT_EQ(of("cells_across"), advice.end()) << "three cells of the coarsest grid are meant";
   const auto json = nlohmann::json::parse(design_plan_json(plan));
   EXPECT_EQ(json["advice"].size(), advice.size());
@@ -210,7 +240,7 @@ TEST(DesignPlans, ComeWithAdviceAboutTheFinestRunOfEachSnowAndEqualAdviceOnce) {
 TEST(DesignPlans, HaveNoAdviceAboutTheMachNumberAndShocksUnlessTheFlowIsFast) {
   const auto rules = [](const std::string& text) {
     std::set<std::string> names;
-    for (const DesignAdvice& a : design_advice(make_design(site(text), DesignLevel::quick))) names.insert(a.advice.rule);
+    for (const DesignAdvice& a : design_advice(make_design(site(text), DesignLevel::quick))) names.insert(a.rule);
     return names;
   };
   EXPECT_FALSE(rules(mast_site).contains("mach_number"));

@@ -95,8 +95,11 @@ TEST_F(DesignCommand, PrintsThePlanAndWritesNothing) {
   write(small_site);
   const Outcome o = design("--quick --plan");
   EXPECT_EQ(o.code, 0) << o.err;
-  EXPECT_EQ(nlohmann::json::parse(o.out)["level"], "quick");
-  EXPECT_TRUE(contains(o.err, "warning: snow only: ")) << o.err;  // xi = 0.1 is below the 0.15 that the equations were fitted to
+  EXPECT_TRUE(contains(o.out, "runs   2 of ")) << o.out;
+  EXPECT_TRUE(contains(o.out, "warning: ")) << o.out;  // xi = 0.1 is below the 0.15 that the equations were fitted to
+  EXPECT_FALSE(contains(o.out, "{")) << "for people";
+  const Outcome json = design("--quick --plan --json");
+  EXPECT_EQ(nlohmann::json::parse(json.out)["level"], "quick");
   EXPECT_FALSE(fs::exists(directory_ / "out"));
 }
 
@@ -106,6 +109,7 @@ TEST_F(DesignCommand, RefusesAWrongSiteWithExitCode2AndLeavesNoTrace) {
   EXPECT_EQ(o.code, static_cast<int>(ExitCode::usage));
   EXPECT_TRUE(contains(o.err, "site.toml:3:1")) << o.err;
   EXPECT_TRUE(contains(o.err, "velocity_m_s")) << o.err;
+  EXPECT_TRUE(contains(o.err, "mpm schema --site")) << o.err;
   EXPECT_FALSE(fs::exists(directory_ / "out"));
 }
 

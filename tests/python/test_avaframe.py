@@ -218,7 +218,7 @@ class Avalanche(InFolder):
     @needs_program
     def test_writes_a_site_that_the_design_accepts(self):
         self.convert()
-        done = subprocess.run([os.environ["MPM"], "design", self.folder / "case" / "site.toml", "--quick", "--plan"], capture_output=True, text=True,
+        done = subprocess.run([os.environ["MPM"], "design", self.folder / "case" / "site.toml", "--quick", "--plan", "--json"], capture_output=True, text=True,
                               check=False)
         self.assertEqual(done.returncode, 0, done.stderr)
         self.assertEqual(json.loads(done.stdout)["flow"]["velocity_m_s"], 20.0)
