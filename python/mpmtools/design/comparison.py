@@ -1,5 +1,7 @@
 """What the guideline and the paper's equations give for the site."""
 
+from typing import NamedTuple
+
 from mpmtools import equations
 
 FLOOR = 0.7  # least width factor for w/H < 1 that the paper recommends (Sect. 5)
@@ -22,6 +24,63 @@ def guideline_rows(plan):
                          "Eq. 5, Sect. 5"))
     rows.append(("pressure height, conservative for all snows: 3 H", 3.0 * height, "Sect. 5"))
     return rows
+
+
+DRAG_COEFFICIENTS = {"cylinder": 1.0, "box": 2.0}  # round and rectangular, as the Swiss rules of Salm, Burkard and Gubler (1990) are quoted
+HYDROSTATIC = 8.0  # times the hydrostatic pressure, measured in slow wet avalanches on a narrow pylon (Sovilla et al. 2010)
+
+
+class GuidelineLoad(NamedTuple):
+    """One row of the guideline's load."""
+
+    what: str
+    extent: float  # m above ground, to which the load reaches
+    force: float  # N
+    moment: float  # N m, about the ground
+    source: str
+
+
+def guideline_drag(plan):
+    """(c_D, where it comes from)"""
+    given = plan["mast"].get("drag_coefficient")
+    if given is not None:
+        return given, "c_D of the site file"
+    shape = plan["mast"]["shape"]
+    return DRAG_COEFFICIENTS[shape], f"c_D = {DRAG_COEFFICIENTS[shape]:g} for a {shape}, as Salm, Burkard and Gubler (1990) are commonly quoted; check your edition"
+
+
+def guideline_loads(plan):
+    """F = c_D rho v^2/2 w H with three extents that are in use, and for dense snow the measured multiple of the hydrostatic pressure."""
+    flow, width = plan["flow"], plan["mast"]["width_m"]
+    depth, gravity = flow["depth_m"], flow["gravity_m_s2"]
+    drag, source = guideline_drag(plan)
+    line = drag * 0.5 * flow["density_kg_m3"] * flow["velocity_m_s"] ** 2 * width
+    dissipation = LAMBDAS.get(flow["snow_class"], (1.5,))[0]
+    rise = flow["velocity_m_s"] ** 2 / (2.0 * gravity) / dissipation * max(float(equations.width_factor(width / depth)), FLOOR)
+    rows = [GuidelineLoad("c_D ½ρv² w H, over the depth of the flow", depth, line * depth, 0.5 * line * depth**2, source),
+            GuidelineLoad(f"the same, falling linearly to 0 over the run-up, H + v²f/(2gλ), λ = {dissipation:g}", depth + rise, line * (depth + 0.5 * rise),
+                          line * (0.5 * depth**2 + 0.5 * rise * (depth + rise / 3.0)), "extent: Eqs. 5, 6; linear decrease: customary"),
+            GuidelineLoad("c_D ½ρv² w over 3 H", 3.0 * depth, 3.0 * line * depth, 4.5 * line * depth**2, "extent: Sect. 5, conservative")]
+    if flow["snow_class"] != "loose":
+        slow = HYDROSTATIC * flow["density_kg_m3"] * gravity * width
+        rows.append(GuidelineLoad(f"slow wet snow: {HYDROSTATIC:g} times the hydrostatic pressure, whatever the speed", depth, 0.5 * slow * depth**2,
+                                  slow * depth**3 / 6.0, "Sovilla et al. (2010), wet avalanches on a pylon"))
+    return rows
+
+
+def drag_remark(plan, lowest, highest):
+    """What to know where the computed drag coefficient leaves the quoted range; empty: within. @param lowest, highest  of the snows"""
+    drag, _ = guideline_drag(plan)
+    low, high = min(drag, *DRAG_COEFFICIENTS.values()), max(drag, *DRAG_COEFFICIENTS.values())
+    if not lowest < low and not highest > high:
+        return ""
+    which = f"above the {low:g} to {high:g}" if highest > high else f"below the {low:g} to {high:g}"
+    reason = ("Part of the force acts above the flow, on snow that is dammed up, while the coefficient is over w H; cohesive and firm snow presses more. "
+              "Wet avalanches have been measured to press considerably more than the guideline's formula gives (Sovilla et al., infoscience.epfl.ch "
+              "record 206442), and cohesion to raise the pressure on narrow obstacles (Kyburz et al. 2022). No measurement confirms the computed value "
+              "for this mast: take the larger load, or have the difference examined")
+    return (f"The computed drag coefficient is {lowest:.2g} to {highest:.2g} over the snows, {which} of the guideline (c_D = {drag:g} for this mast). "
+            f"{reason if highest > high else 'Do not design with less than the guideline without a reason'}")
 
 
 def equation_rows(plan):

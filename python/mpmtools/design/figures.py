@@ -55,7 +55,7 @@ def side_view(ensemble, loads):
     axes.set_title(f"Side view at t = {run.final.time:.1f} s, snow {ensemble.label(ensemble.middle)}", fontsize=10.5, loc="left")
     axes.set_aspect("equal")
     figure.colorbar(points, ax=axes, label="pressure (kPa)", extend="max", shrink=0.85)
-    axes.legend(fontsize=7.5, loc="upper right", framealpha=0.85, edgecolor="none")
+    axes.legend(fontsize=9, loc="upper right", framealpha=0.85, edgecolor="none")
     return Picture("Side view", f"Particles with |y| below {STRIP * width:.2g} m on the finest grid ({run.cell_size:.3g} m), at the end of the run.",
                    png_data(figure))
 
@@ -100,7 +100,24 @@ def pressure_over_height(ensemble, all_loads):
     return picture(axes, "Pressure over height", "pressure (kPa)", "height z (m)",
                    "Force per height that the mast took, over its width: impulses on all its sides, exact sums over the time steps. Bands: all "
                    "snows. 'Highest' is at each height the highest moving mean over 0.1 s, not at one time: an envelope. The dashed profile is "
-                   "the paper's definition, the stress of the snow in a box before the mast.", fontsize=8)
+                   "the paper's definition, the stress of the snow in a box before the mast.", fontsize=10)
+
+
+def line_load(results, plan):
+    low, high, loads = results.line_loads(plan)
+    if not loads:
+        return None
+    axes = new_axes(6.6, 4.2)
+    shown = (("mean", "steady mean", COLOURS[0]), ("steady_peak", "steady peak", COLOURS[2]), ("first_impact", "first impact", COLOURS[1]),
+             ("with_vibration", "design load, with the mast's masses", "0.2"))
+    for name, label, shade in shown:
+        if name in loads:
+            axes.stairs(1e-3 * loads[name], np.append(low, high[-1]), orientation="horizontal", color=shade, linewidth=1.6, baseline=None,
+                        linestyle="--" if name == "with_vibration" else "-", label=label)
+    axes.axvline(0.0, color=GREY, linewidth=0.8)
+    axes.set_ylim(0.0, plan["mast"]["height_m"] if "with_vibration" in loads and plan["mast"]["height_m"] else None)
+    return picture(axes, "Line load on the mast", "load (kN/m)", "height z (m)",
+                   "Static loads whose integral and moment about the ground are the upper values of the page (line_load.csv).", fontsize=10)
 
 
 def over_time(ensemble, all_loads, quantity):
@@ -120,9 +137,9 @@ def over_time(ensemble, all_loads, quantity):
     axes.set_ylim(min(0.0, 1.1e-3 * min(np.min(loads.smooth_force if quantity == "force" else loads.smooth_moment) for loads in all_loads)), None)
     if quantity == "force":
         return picture(axes, "Force downstream over time", "time since the front reached the mast (s)", f"force ({unit})",
-                       "Finest grid. Grey area: steady interval, over which means are taken.", fontsize=8)
+                       "Finest grid. Grey area: steady interval, over which means are taken.", fontsize=10)
     return picture(axes, "Overturning moment over time", "time since the front reached the mast (s)", f"moment ({unit})",
-                   f"About the mast's own axis (x = {middle.axis:.3g} m) at the ground, positive downstream.", fontsize=8)
+                   f"About the mast's own axis (x = {middle.axis:.3g} m) at the ground, positive downstream.", fontsize=10)
 
 
 def runup_over_time(ensemble, all_loads):
@@ -138,7 +155,7 @@ def runup_over_time(ensemble, all_loads):
     axes.set_ylim(0.0, None)
     return picture(axes, "Run-up and pressure height over time", "time since the front reached the mast (s)", "height (m)",
                    "Run-up: 99 % of the mass in a strip before the mast lies below it. The first splash can pass the bound, which holds for steady flow.",
-                   fontsize=8)
+                   fontsize=10)
 
 
 def damping_of_spectrum(plan):
@@ -166,9 +183,9 @@ def shock_spectrum(ensemble, all_loads, spectrum):
     axes.set_ylim(0.0, None)
     damping = damping_of_spectrum(ensemble.plan)
     return picture(axes, "Shock response spectrum", "eigenfrequency of the mast (Hz)", "equivalent static force (kN)",
-                   f"Largest response of an oscillator to the computed force, damping {100 * damping:.3g} % of critical. Dotted: steady mean force. "
+                   f"Largest response of an oscillator on which the whole force acts (not that of this mast, whose modes feel only their share), damping {100 * damping:.3g} % of critical. Dotted: steady mean force. "
                    "Dashed: the modes of the site file. The force is known in rows of "
-                   f"{1e3 * all_loads[0].interval:.3g} ms: above 10 Hz the first contact is not resolved.", fontsize=8)
+                   f"{1e3 * all_loads[0].interval:.3g} ms: above 10 Hz the first contact is not resolved.", fontsize=10)
 
 
 def grid_convergence(ensemble, table):
@@ -190,5 +207,5 @@ def grid_convergence(ensemble, table):
         axes.set_ylabel(label)
         finish_axes(axes)
     panels[-1].set_xlabel("cell size (m)")
-    panels[0].legend(fontsize=8)
+    panels[0].legend(fontsize=10)
     return Picture("Grids", "Mean run-up, pressure height and force. Bars: grid uncertainty of the value on the finest grid.", png_data(figure))

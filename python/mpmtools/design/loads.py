@@ -8,6 +8,7 @@ from typing import NamedTuple
 import numpy as np
 
 from mpmtools.design.oscillator import equivalent_static_force
+from mpmtools.design.vibration import cantilever_mode
 from mpmtools.errors import InputError
 from mpmtools.frame import open_hdf5
 
@@ -33,6 +34,26 @@ def moving_mean(values, rows):
     return (padded[high] - padded[low]) / (high - at + half).reshape(-1, *[1] * (values.ndim - 1))
 
 
+def rows_of(interval):
+    """Rows of the moving mean."""
+    return 2 * int(0.5 * WINDOW / interval + 1e-9) + 1
+
+
+HIGHEST_FREQUENCY = 20.0  # Hz, of the modes: rows of 10 ms resolve no more
+
+
+def all_modes(plan):
+    """The modes of the site file by frequency, and up to HIGHEST_FREQUENCY those of a uniform cantilever with this first mode that the file
+    does not list. Only the lowest ten: a mast of unknown height has no others."""
+    listed = sorted(plan["modes"], key=lambda m: m["frequency_hz"])
+    if not listed or plan["mast"]["height_m"] is None:
+        return listed[:10]
+    first = cantilever_mode(1).wave_number
+    higher = [{"frequency_hz": listed[0]["frequency_hz"] * (cantilever_mode(n).wave_number / first) ** 2,
+               "damping_ratio": listed[0]["damping_ratio"], "shape_at_load": None} for n in range(len(listed) + 1, 11)]
+    return listed[:10] + [m for m in higher if listed[-1]["frequency_hz"] < m["frequency_hz"] <= HIGHEST_FREQUENCY]
+
+
 class Loads:
     """Series of a run as arrays without the first row, whose interval is empty; forces in N, moments in N m, times in s."""
 
@@ -46,9 +67,10 @@ class Loads:
         self.force = series.force_x_n.to_numpy()[1:]
         self.axis = run.number("overturning_moment_axis_x_m") or 0.0
         self.moment = (series.moment_y_n_m + self.axis * series.force_z_n).to_numpy()[1:]
+        self.vertical = moving_mean(series.force_z_n.to_numpy()[1:], rows_of(self.interval))
         self.runup, self.highest = series.runup_p99_m.to_numpy()[1:], series.runup_m.to_numpy()[1:]
         self.pressure_height = series.pressure_height_m.to_numpy()[1:]
-        self.rows = 2 * int(0.5 * WINDOW / self.interval + 1e-9) + 1
+        self.rows = rows_of(self.interval)
         self.smooth_force, self.smooth_moment = moving_mean(self.force, self.rows), moving_mean(self.moment, self.rows)
         begin, end = run.number("steady_from_s"), run.number("steady_to_s")
         self.steady = (self.time >= begin) & (self.time <= end) if begin is not None and end is not None else np.zeros(len(self.time), bool)
@@ -93,7 +115,7 @@ class Loads:
         head = 0.5 * case["material"]["density_kg_m3"] * self.run.velocity**2 * case["obstacle"]["width_m"] * self.run.flow_height
         return {
             **means,
-            "runup_peak_m": Value(float(np.nanmax(self.highest))),
+            "runup_peak_m": self._peak(self.highest, np.ones(len(self.time), bool), means["runup_mean_m"]),
             "force_steady_peak_n": self._peak(self.smooth_force, self.steady, force),
             "force_first_impact_n": self._peak(self.smooth_force, self.impact, force),
             "moment_steady_peak_n_m": self._peak(self.smooth_moment, self.steady, moment),
@@ -102,18 +124,93 @@ class Loads:
             "drag_coefficient": Value(*(part / head for part in force)),
         }
 
-    def response(self, frequency, damping):
-        """Equivalent static force of a mode over time, N."""
-        return equivalent_static_force(self.interval, self.force, frequency, damping)
+    @cached_property
+    def line_load(self):
+        """(z, m; spacing of z, m; force per height in N/m, a row for each time), downstream."""
+        path = os.path.join(self.run.folder, "profiles.h5")
+        with open_hdf5(path) as file:
+            z, line = file["z_m"][:], file["force_x_per_height_n_m"][1:]
+        if line.shape != (len(self.time), len(z)) or len(z) < 2:
+            raise InputError(f"{path}: {line.shape} values, {(len(self.time), len(z))} are needed; run `mpm design` again")
+        return z, float(z[1] - z[0]), line
 
-    def mode_values(self, frequency, damping):
-        """Its largest value, as the other peaks: (of the whole series; of the steady interval, from rest under its mean force, so that
-        what the first impact left in the mast is not in it)."""
-        mean = self.values["force_mean_n"]
-        whole = self._peak(np.abs(self.response(frequency, damping)), np.ones(len(self.time), bool), mean)
-        steady, level = np.zeros(len(self.time)), np.mean(self.force[self.steady]) if self.is_steady else math.nan
-        steady[self.steady] = level + equivalent_static_force(self.interval, self.force[self.steady] - level, frequency, damping)
-        return whole, self._peak(np.abs(steady), self.steady, mean)
+    def generalised_force(self, mode, number, height):
+        """Q(t) of a mode, N: the force times the mode's shape, weighted by the pressure over height; or times shape_at_load, where given.
+
+        @param height  of the mast, m; None: not known, the force acts as if at the top
+        """
+        if height is None:
+            return self.force
+        if mode["shape_at_load"] is not None:
+            return mode["shape_at_load"] * self.force
+        z, step, line = self.line_load
+        whole = step * line.sum(axis=1)
+        acting = np.abs(whole) > 1e-3 * np.max(np.abs(whole))  # what the snow hardly touches has no centre
+        weighted = step * line @ cantilever_mode(number).shape(z / height)
+        return self.force * np.clip(np.divide(weighted, whole, out=np.zeros_like(whole), where=acting), -1.0, 1.0)
+
+    def with_vibration(self, plan, front=1):
+        """What the modes add to force and moment at the foundation. @param front  rows over which the front rises to full depth: the
+        responses to vertical fronts that arrive one after the other are averaged. @return {name: values}: 'force', 'moment' (0.1 s, with
+        the masses of the mast), 'force_steady', 'moment_steady' (from rest under the mean, NaN outside the steady interval), and for each
+        mode a tuple (shape at the load, amplification) under 'modes'"""
+        height = plan["mast"]["height_m"]
+
+        def inclined(values):
+            return np.convolve(values, np.full(front, 1.0 / front))[: len(values)] if front > 1 else values
+
+        force, moment = inclined(self.smooth_force), inclined(self.smooth_moment)
+        result = {"force": force.copy(), "moment": moment.copy(), "force_steady": np.where(self.steady, self.smooth_force, math.nan),
+                  "moment_steady": np.where(self.steady, self.smooth_moment, math.nan), "modes": {}}
+        in_order = all_modes(plan)
+        arm = float(np.max(moment) / np.max(force)) if np.max(force) > 0.0 else 0.0
+        for number, mode in enumerate(in_order, 1):
+            shares = (1.0, arm)
+            if height is not None:
+                beam = cantilever_mode(number)
+                shares = (beam.force_share, beam.moment_share * height)
+            load = inclined(self.generalised_force(mode, number, height))
+            smooth = moving_mean(load, self.rows)
+            response = equivalent_static_force(self.interval, load, mode["frequency_hz"], mode["damping_ratio"])
+            steady = np.full(len(load), math.nan)
+            if self.is_steady:
+                level = np.mean(load[self.steady])
+                steady[self.steady] = level + equivalent_static_force(self.interval, load[self.steady] - level, mode["frequency_hz"],
+                                                                      mode["damping_ratio"])
+            for name, share in zip(("force", "moment"), shares):
+                result[name] += share * (response - smooth)
+                result[f"{name}_steady"] += share * (steady - smooth)
+            if number > len(plan["modes"]):
+                continue
+            most = float(np.max(np.abs(smooth)))
+            shape = float(np.sum(smooth) / np.sum(force)) if np.sum(force) else math.nan
+            result["modes"][mode["frequency_hz"]] = (shape, float(np.max(np.abs(response))) / most if most > 0.0 else math.nan)
+        return result
+
+    def vibration_values(self, plan):
+        """The largest of them, by the names of design.json."""
+        if not plan["modes"]:
+            return {}
+        found, force, moment = self.with_vibration(plan), self.values["force_mean_n"], self.values["moment_mean_n_m"]
+        always = np.ones(len(self.time), bool)
+        values = {"force_with_vibration_n": self._peak(found["force"], always, force),
+                  "force_with_vibration_steady_n": self._peak(found["force_steady"], self.steady, force),
+                  "moment_with_vibration_n_m": self._peak(found["moment"], always, moment),
+                  "moment_with_vibration_steady_n_m": self._peak(found["moment_steady"], self.steady, moment)}
+        for frequency, (shape, amplification) in found["modes"].items():
+            values[f"mode_{frequency:g}_hz_shape_at_load"] = Value(shape)
+            values[f"mode_{frequency:g}_hz_amplification"] = Value(amplification)
+        return values
+
+    def line_at(self, which):
+        """(z, N/m): the steady mean, or the moving mean over 0.1 s when the force is greatest ('steady_peak', 'first_impact')."""
+        z, _, line = self.line_load
+        if which == "mean":
+            return z, line[self.steady].mean(axis=0) if self.is_steady else np.full(len(z), math.nan)
+        where = self.steady if which == "steady_peak" else self.impact
+        if not where.any():
+            return z, np.full(len(z), math.nan)
+        return z, moving_mean(line, self.rows)[np.flatnonzero(where)[np.argmax(self.smooth_force[where])]]
 
     @cached_property
     def profiles(self):

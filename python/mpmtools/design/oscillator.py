@@ -1,7 +1,7 @@
 """What a mast feels of a force over time: the linear oscillator of one mode, m u'' + c u' + k u = F(t).
 
-The result is the equivalent static force k u: the static force that bends the mast as far. The force acts here as if it acted where the
-mode has its unit of displacement; the share of a mode in a real mast (its shape at the loaded height) is for the structural engineer.
+The result is the equivalent static force k u: the static force that bends the mast as far. The force is the generalised force of the
+mode (vibration.py), or acts where the mode has its unit of displacement.
 """
 
 import numpy as np

@@ -1,8 +1,11 @@
 """design.html, design.json and the tables beside them."""
 
+import datetime
+import hashlib
 import json
 import math
 import os
+import re
 
 import jinja2
 import markupsafe
@@ -12,7 +15,8 @@ import pandas as pd
 from mpmtools import __version__
 from mpmtools.design import comparison, figures
 from mpmtools.design.ensemble import Ensemble
-from mpmtools.design.results import Results, mode_keys, quantities_of
+from mpmtools.design.loads import all_modes
+from mpmtools.design.results import STATIC_FORCES, STATIC_MOMENTS, Results, quantities_of
 from mpmtools.errors import InputError
 from mpmtools.figures.style import STYLE, inline, use_style, write_page
 from mpmtools.tables import write_text
@@ -50,8 +54,59 @@ def error(value, scale=1.0):
     return f"{value:.{min(digits, 5)}f}"
 
 
+def value_and_error(value, uncertainty, scale=1.0):
+    """Both with the digits that the uncertainty allows: two of its own. Without one: three digits of the value."""
+    if uncertainty is None or not math.isfinite(uncertainty) or not math.isfinite(value):
+        return short(value, scale)
+    digits = max(0, 1 - math.floor(math.log10(uncertainty * scale))) if uncertainty > 0.0 else 3
+    return f"{value * scale:.{min(digits, 3)}f} ± {uncertainty * scale:.{min(digits, 3)}f}"
+
+
 def with_unit(text, unit):
     return f"{text} {unit}" if unit and text != "–" else text
+
+
+NOT_DETERMINED = 1.0 / 3.0  # largest uncertainty over the value with which a height is stated
+FINER = (5, 7, 11, 15, 21)  # cells that [plan] finest_cells takes
+
+
+def finer_grid(plan):
+    """(finest_cells to plan, times the work); None: this is the finest."""
+    cells = plan["grids"][-1]["cells"]
+    return next(((n, (n / cells) ** 4) for n in FINER if n > cells), None)
+
+
+def pressure_heights(ensemble, results):
+    """[(m, where it comes from)]: simulation, equations, guideline."""
+    rows = comparison.equation_rows(ensemble.plan)
+    return [(results.ranges["pressure_height_mean_m"].high, "simulation, upper value of the steady mean"),
+            (max(row["pressure_height_m"] for row in rows), "the paper's equations, greatest of the snows"),
+            (3.0 * ensemble.plan["flow"]["depth_m"], "3 H, conservative for all snows (Sect. 5)")]
+
+
+def run_up_row(ensemble, results):
+    """(value, why) of the greater of the steady run-up and the first splash."""
+    splash, steady = results.ranges["runup_peak_m"], results.ranges["runup_p99_mean_m"]
+    key = "runup_peak_m" if not steady.high > splash.high else "runup_p99_mean_m"
+    entry = results.table[results.governing(key)][key]
+    what = "highest particle of the first splash" if key == "runup_peak_m" else "height of 99 % of the snow before the mast, steady mean"
+    parts = (f"steady mean: {with_unit(upward(steady.high), 'm')}{' (Bernoulli’s bound H + v²/2g)' if steady.high == ensemble.bound else ''}; "
+             f"first splash: {short(splash.highest)} m on the finest grid, upper value {upward(splash.high)} m")
+    if math.isfinite(entry.total) and entry.total <= NOT_DETERMINED * entry.value:
+        return upward(results.ranges[key].high) + " m", f"upper value of: {what}. {parts}"
+    finer = finer_grid(ensemble.plan)
+    plan = (f"plan a finer grid: [plan] finest_cells = {finer[0]}, about {finer[1]:.0f} times the work" if finer else "no finer grid can be planned")
+    return (f"not determined ({value_and_error(entry.value, entry.total)} m)",
+            f"The uncertainty of the grid is more than a third of the value ({what}): the grids are too coarse for a statement; {plan}. Until then keep "
+            f"parts above {upward(max(results.ranges[key].high, ensemble.bound))} m. {parts}")
+
+
+def why_amplified(plan, quasi_static, amplified):
+    if not plan["modes"] or not math.isfinite(amplified):
+        return ""
+    if plan["mast"]["height_m"] is None:
+        return " The height of the mast is not given: the load is taken to act where the mode has its unit of displacement, an upper bound; give mast.height_m."
+    return f" Without vibration {quasi_static}."
 
 
 def design_rows(ensemble, results):
@@ -62,34 +117,104 @@ def design_rows(ensemble, results):
     def value(key, number):
         return with_unit(upward(number, by_key[key].scale), by_key[key].unit)
 
-    ranges = results.ranges
-    chosen, force = results.design_force(plan)
-    steady, steady_force = results.design_force(plan, steady_only=True)
-    transient = ["force_first_impact_n"] + [mode_keys(mode)[0] for mode in plan["modes"]]
-    first = ""
-    if chosen in transient and steady is not None and steady_force < force:
-        first = ("It contains the first impact of a vertical front, the most severe there can be; a real front is inclined and loose at its top. "
-                 f"While the flow is steady: {value(steady, steady_force)} ({by_key[steady].label}).")
-    moment_key = max(("moment_steady_peak_n_m", "moment_first_impact_n_m"), key=lambda k: np.nan_to_num(ranges[k].high, nan=-1.0))
-    moment, why_moment = ranges[moment_key].high, f"upper value of: {by_key[moment_key].label}"
-    if chosen not in (None, "force_steady_peak_n", "force_first_impact_n"):
-        quasi_static = max(np.nan_to_num(ranges[k].high, nan=0.0) for k in ("force_steady_peak_n", "force_first_impact_n"))
-        moment *= force / quasi_static
-        why_moment += f", times {force / quasi_static:.2f}, the force above over that without vibration"
-    runup = ranges["runup_p99_mean_m"].high
-    bounded = runup == ensemble.bound
-    why_runup = "Bernoulli's bound H + v²/2g, which is below value plus uncertainty" if bounded else "upper value of the steady mean"
-    return [
-        ("force downstream, static load", with_unit(upward(force, 1e-3), "kN"),
-         f"upper value of: {by_key[chosen].label}. {first}".strip() if chosen else "no run gives one"),
-        ("overturning moment at the base", with_unit(upward(moment, 1e-3), "kN m"), why_moment),
-        ("height of the pressure (distribute the force below it, as in the profile)",
-         value("pressure_height_mean_m", ranges["pressure_height_mean_m"].high), "upper value of the steady mean"),
-        ("run-up (keep parts that must not be struck above it)", value("runup_p99_mean_m", runup),
-         f"{why_runup} of the height below which 99 % of the snow before the mast stays; its highest particle is at "
-         f"{value('runup_mean_m', ranges['runup_mean_m'].highest)} in the mean, and in the first splash at "
-         f"{value('runup_peak_m', ranges['runup_peak_m'].highest)}"),
-    ]
+    rows = []
+    for what, choose, statics in (("force downstream, at the foundation", results.design_force, STATIC_FORCES),
+                                  ("overturning moment at the ground", results.design_moment, STATIC_MOMENTS)):
+        chosen, number = choose()
+        if chosen is None:
+            rows.append((what, "–", "no run gives one"))
+            continue
+        why = f"upper value of: {by_key[chosen].label}."
+        if "vibration" in chosen:
+            static, without = results.upper(statics)
+            why += why_amplified(plan, value(static, without), number)
+        steady, steady_number = choose(steady_only=True)
+        if steady is not None and "steady" not in chosen and steady_number < number:
+            why += f" First impact of a vertical front (upper bound) included; while the flow is steady: {value(steady, steady_number)}."
+        rows.append((what, value(chosen, number), why))
+    heights = [h for h in pressure_heights(ensemble, results) if math.isfinite(h[0])]
+    top, source = max(heights)
+    others = "; ".join(f"{where}: {upward(h)} m" for h, where in heights if where != source)
+    rows.append(("height of the pressure, for a simplified load", f"{upward(top)} m",
+                 f"the greatest of three: {source}. {others}. They differ because 3 H covers every snow and width of the paper, the equations hold for a "
+                 "box as wide as the flow is deep, and the simulation is of this mast and these snows; the computed load over height is in the line load below"))
+    rows.append(("run-up (keep parts that must not be struck above it)", *run_up_row(ensemble, results)))
+    return rows
+
+
+def line_load_table(results, plan, blocks=10):
+    """Mean load in blocks of equal height, kN/m, and force and moment of the whole."""
+    low, high, loads = results.line_loads(plan)
+    if not loads:
+        return {"head": ["z (m)"], "rows": []}
+    step = high[0] - low[0]
+    centre = 0.5 * (low + high)
+    most = max(np.max(np.cumsum(np.abs(q))) for q in loads.values())
+    loaded = [np.flatnonzero(np.abs(q) > 1e-4 * most)[-1] for name, q in loads.items() if name != "with_vibration"]
+    static_top = high[max(loaded)]
+    edges = list(np.linspace(0.0, static_top, blocks + 1))
+    if "with_vibration" in loads and plan["mast"]["height_m"] and plan["mast"]["height_m"] > static_top:
+        edges += list(np.linspace(static_top, plan["mast"]["height_m"], 4))[1:]
+    names = {"mean": "steady mean", "steady_peak": "steady peak", "first_impact": "first impact", "with_vibration": "design load, with the mast's masses"}
+    rows = []
+    for bottom, top in zip(edges[:-1], edges[1:]):
+        cells = [f"{bottom:.2f} to {top:.2f}"]
+        for q in loads.values():
+            carried = np.interp([bottom, top], np.append(low, high[-1]), np.append(0.0, np.cumsum(q * step)))
+            cells.append(f"{1e-3 * (carried[1] - carried[0]) / (top - bottom):.1f}")
+        rows.append(cells)
+    rows.append(["force (kN)"] + [short(q.sum() * step, 1e-3) for q in loads.values()])
+    rows.append(["moment (kN m)"] + [short(q @ centre * step, 1e-3) for q in loads.values()])
+    return {"head": ["z (m), load in kN/m"] + [names[name] for name in loads], "rows": rows}
+
+
+def guideline_load_table(results, plan):
+    """Loads of the guideline beside the computed ones."""
+    mean, moment = results.ranges["force_mean_n"], results.ranges["moment_mean_n_m"]
+    rows = []
+    for row in comparison.guideline_loads(plan):
+        ratio = short(mean.high / row.force) if math.isfinite(mean.high) else "–"
+        rows.append([row.what, short(row.extent), short(row.force, 1e-3), short(row.moment, 1e-3), ratio, row.source])
+    drag = results.ranges["drag_coefficient"]
+    rows.append([f"computed, steady mean, upper value (c_D over w H: {drag.lowest:.2g} to {drag.highest:.2g}, upper {drag.high:.2g})",
+                 short(results.ranges["pressure_height_mean_m"].high), short(mean.high, 1e-3), short(moment.high, 1e-3), "1", "this page"])
+    return {"head": ["load", "reaches to (m)", "force (kN)", "moment (kN m)", "computed / this", "source"], "rows": rows}
+
+
+def front_table(ensemble, results):
+    """Force and moment at the foundation for fronts that rise to full depth over some depths; values of the governing snow."""
+    plan = ensemble.plan
+    if not plan["modes"]:
+        return None
+    loads = results.finest[results.governing("moment_with_vibration_n_m")]
+    rows = []
+    for depths in (0, 1, 2, 5):
+        time = depths * plan["flow"]["depth_m"] / plan["flow"]["velocity_m_s"]
+        found = loads.with_vibration(plan, front=max(1, round(time / loads.interval)))
+        factors = ", ".join(f"{amplification:.2f}" for _, amplification in found["modes"].values())
+        rows.append(["vertical, ideal: upper bound" if depths == 0 else f"rises over {depths} H ({depths * plan['flow']['depth_m']:.3g} m, {time:.2g} s)",
+                     factors, short(np.max(found["force"]), 1e-3), short(np.max(found["moment"]), 1e-3)])
+    return {"head": ["front", "amplification of the modes' own part", "force (kN)", "moment (kN m)"], "rows": rows}
+
+
+def reaction_table(ensemble, results):
+    """What the foundation feels, over all snows on the finest grid."""
+    def cells(force, moment):
+        return [with_unit(upward(results.ranges[k].high, 1e-3), u) if k in results.ranges else "–" for k, u in ((force, "kN"), (moment, "kN m"))]
+
+    def vertical(select):
+        parts = [loads.vertical[where] for loads in results.finest if (where := select(loads)).any()]
+        return f"{min(map(np.min, parts)) / 1e3:+.0f} to {max(map(np.max, parts)) / 1e3:+.0f} kN" if parts else "–"
+
+    rows = []
+    cases = [("steady mean", "force_mean_n", "moment_mean_n_m", lambda l: l.steady),
+             ("steady peak (0.1 s)", "force_steady_peak_n", "moment_steady_peak_n_m", lambda l: l.steady),
+             ("first impact (0.1 s)", "force_first_impact_n", "moment_first_impact_n_m", lambda l: l.impact)]
+    if ensemble.plan["modes"]:
+        cases.append(("with vibration", "force_with_vibration_n", "moment_with_vibration_n_m", lambda l: l.impact))
+    for name, force, moment, select in cases:
+        rows.append([name, *cells(force, moment), vertical(select), "0", "0"])
+    return {"head": ["case", "force downstream", "overturning moment", "vertical force, upward positive", "lateral force", "torsion"], "rows": rows}
 
 
 def advice_rows(ensemble, results):
@@ -97,6 +222,23 @@ def advice_rows(ensemble, results):
     plan = ensemble.plan
     rows = [(advice["text"], "" if len(advice["snows"]) == len(plan["snows"]) else ", ".join(advice["snows"]).replace("_", " "))
             for advice in plan.get("advice", [])]  # an older program wrote none
+    drag, guideline = results.ranges["drag_coefficient"], comparison.guideline_loads(plan)
+    if math.isfinite(drag.high) and (remark := comparison.drag_remark(plan, drag.lowest, drag.highest)):
+        rows.append((remark, ""))
+    coarse = [f"{label} {100.0 * share:.0f} %" for label, share in uncertainties(results) if share > NOT_DETERMINED]
+    if coarse:
+        finer = finer_grid(plan)
+        rows.append((f"The grids are too coarse: their uncertainty is more than a third of the value ({', '.join(coarse)}). "
+                     + (f"Plan a finer grid: [plan] finest_cells = {finer[0]}, about {finer[1]:.0f} times the work" if finer
+                        else "No finer grid can be planned"), ""))
+    for what, (_, number), unit, most in (("force", results.design_force(), "kN", max(guideline, key=lambda g: g.force)),
+                                          ("moment", results.design_moment(), "kN m", max(guideline, key=lambda g: g.moment))):
+        greatest = most.force if what == "force" else most.moment
+        if greatest > number:
+            rows.append((f"A load of the guideline gives a greater {what} than the computed one: {upward(greatest, 1e-3)} {unit} ({most.what}), against "
+                         f"{upward(number, 1e-3)} {unit}. It reaches higher ({short(most.extent)} m); which of the two applies is the designer's decision", ""))
+    if plan["modes"] and plan["mast"]["height_m"] is None:
+        rows.append(("The height of the mast is not given, so the vibration is an upper bound: give mast.height_m, and shape_at_load where you know it", ""))
     top = plan["mast"]["height_m"]
     if top:
         for key, what in (("runup_p99_mean_m", "the steady mean of the run-up"), ("runup_mean_m", "the steady mean of the highest particle"),
@@ -121,10 +263,8 @@ def load_table(ensemble, results):
             if not math.isfinite(e.value):
                 cells.append("–")
                 continue
-            parts = f" ± {error(e.grid, q.scale)} grid" if math.isfinite(e.grid) else ", grid unknown"
-            if math.isfinite(e.standard_error):
-                parts += f" ± {error(2.0 * e.standard_error, q.scale)} stat."
-            cells.append(short(e.value, q.scale) + parts)
+            unknown = "" if math.isfinite(e.grid) else " *"
+            cells.append(value_and_error(e.value, e.total, q.scale) + unknown)
         r = results.ranges[q.key]
         cells.append(f"{short(r.low, q.scale)} to {short(r.high, q.scale)}" if math.isfinite(r.high) else "–")
         rows.append(cells)
@@ -132,9 +272,10 @@ def load_table(ensemble, results):
 
 
 def grid_table(ensemble, results):
+    """Values on the grids; how the uncertainty was found is in notes under the table, each once."""
     plan = ensemble.plan
-    head = ["quantity and snow"] + [f"{g['cells']} cells, {g['cell_size_m']:.3g} m" for g in plan["grids"]] + ["GCI", "known", "taken", "how"]
-    rows = []
+    head = ["quantity and snow"] + [f"{g['cells']} cells, {g['cell_size_m']:.3g} m" for g in plan["grids"]] + ["GCI", "known", "taken", "note"]
+    rows, notes = [], []
     for q in quantities_of(plan):
         for snow, row in enumerate(results.table):
             e = row[q.key]
@@ -142,15 +283,21 @@ def grid_table(ensemble, results):
                 continue
             percent = [f"{100.0 * part / abs(e.value):.0f} %" if math.isfinite(part) else "–" for part in (e.gci, e.known, e.grid)]
             name = f"{q.label}, {ensemble.label(snow)}" + (f" ({q.unit})" if q.unit else "")
-            rows.append([name, *(short(v, q.scale) for v in e.by_grid), *percent, e.method])
-    return {"head": head, "rows": rows}
+            if e.method not in notes:
+                notes.append(e.method)
+            rows.append([name, *(short(v, q.scale) for v in e.by_grid), *percent, f"{notes.index(e.method) + 1}"])
+    return {"head": head, "rows": rows, "notes": notes}
 
 
 def snow_table(plan):
     head = ["snow", "M", "β", "ξ", "M'", "source"]
     keys = ("critical_state_slope", "cohesion_beta", "hardening_xi", "effective_friction")
-    return {"head": head, "rows": [[s["name"].replace("_", " "), *(f"{s[key]:.3g}" for key in keys), s["source"] or "given in the site file"]
-                                   for s in plan["snows"]]}
+    rows, known = [], None
+    for s in plan["snows"]:
+        source = re.sub(r"^M' = [^;]*; ", "", s["source"]) or "given in the site file"  # M' has a column of its own
+        rows.append([s["name"].replace("_", " "), *(f"{s[key]:.3g}" for key in keys), "as above" if source == known else source])
+        known = source
+    return {"head": head, "rows": rows}
 
 
 def comparison_table(ensemble, results):
@@ -164,13 +311,31 @@ def comparison_table(ensemble, results):
     return {"head": ["snow", "highest particle (m), computed", by, "pressure height (m), computed", by], "rows": rows}
 
 
-def accuracy(results):
-    """Grid uncertainty of the three main quantities, the largest of the snows, in words."""
-    parts = []
-    for key, label in (("force_mean_n", "mean force"), ("runup_p99_mean_m", "run-up"), ("pressure_height_mean_m", "pressure height")):
+def uncertainties(results):
+    """[(quantity, grid uncertainty over the value, the largest of the snows)] of the main quantities; NaN: not known."""
+    rows = []
+    for key, label in (("force_mean_n", "mean force"), ("moment_mean_n_m", "mean moment"), ("runup_p99_mean_m", "run-up"),
+                       ("pressure_height_mean_m", "pressure height")):
         shares = [row[key].grid / abs(row[key].value) for row in results.table if math.isfinite(row[key].value) and math.isfinite(row[key].grid)]
-        parts.append(f"{label} {100.0 * max(shares):.0f} %" if shares else f"{label} not known")
-    return ", ".join(parts)
+        rows.append((label, max(shares, default=math.nan)))
+    return rows
+
+
+def accuracy(results):
+    """The same in words."""
+    return ", ".join(f"{label} {100.0 * share:.0f} %" if math.isfinite(share) else f"{label} not known" for label, share in uncertainties(results))
+
+
+def stamp(ensemble):
+    """{name: text} for every printed sheet: date, author, project, hash of the input, version."""
+    plan = ensemble.plan
+    path = os.path.join(ensemble.folder, "site.toml")
+    if not os.path.exists(path):
+        path = os.path.join(ensemble.folder, "design_plan.json")
+    with open(path, "rb") as file:
+        digest = hashlib.sha256(file.read()).hexdigest()[:12]
+    return {"date": datetime.date.today().isoformat(), "author": plan.get("author") or "author not given",
+            "project": plan.get("project") or "project not given", "input": f"{os.path.basename(path)} {digest}", "version": f"mpm {plan['version']} ({plan['commit']})"}
 
 
 def design_json(ensemble, results):
@@ -179,7 +344,7 @@ def design_json(ensemble, results):
     def plain(value):
         return value if value is not None and math.isfinite(value) else None
 
-    chosen, force = results.design_force(plan)
+    (chosen, force), (of_moment, moment) = results.design_force(), results.design_moment()
     quantities = {}
     for q in quantities_of(plan):
         r = results.ranges[q.key]
@@ -191,7 +356,9 @@ def design_json(ensemble, results):
                 "known_uncertainty": plain(e.known), "standard_error": plain(e.standard_error), "uncertainty": plain(e.total), "note": e.note}
                       for i, e in enumerate(row[q.key] for row in results.table)}}
     return {"format_version": 1, "mpmtools": __version__, "plan": plan,
-            "design_force_n": plain(force), "design_force_is": chosen, "quantities": quantities,
+            "design_force_n": plain(force), "design_force_is": chosen, "design_moment_n_m": plain(moment), "design_moment_is": of_moment,
+            "pressure_heights": [{"value_m": plain(h), "source": source} for h, source in pressure_heights(ensemble, results)],
+            "quantities": quantities, "guideline_loads": [row._asdict() for row in comparison.guideline_loads(plan)],
             "guideline": [{"what": what, "value_m": value, "source": source} for what, value, source in comparison.guideline_rows(plan)],
             "equations": comparison.equation_rows(plan), "equation_remarks": comparison.equation_remarks(plan),
             "advice": [{"text": text, "snows": snows} for text, snows in advice_rows(ensemble, results)],
@@ -199,12 +366,14 @@ def design_json(ensemble, results):
 
 
 def write_tables(ensemble, results, spectrum):
-    """design.csv, pressure_over_height.csv, loads_over_time.csv, shock_spectrum.csv. @return their names"""
+    """design.csv, line_load.csv, pressure_over_height.csv, loads_over_time.csv, shock_spectrum.csv. @return their names"""
     folder, plan = ensemble.folder, ensemble.plan
     rows = [{"quantity": q.key, "snow": plan["snows"][i]["name"], "value": e.value, "grid_uncertainty": e.grid, "gci": e.gci,
              "known_uncertainty": e.known, "standard_error": e.standard_error, "uncertainty": e.total}
             for q in quantities_of(plan) for i, e in enumerate(row[q.key] for row in results.table)]
     tables = {"design.csv": pd.DataFrame(rows), "pressure_over_height.csv": pd.DataFrame(results.profile_table(ensemble))}
+    low, high, lines = results.line_loads(plan)
+    tables["line_load.csv"] = pd.DataFrame({"z_from_m": low, "z_to_m": high, **{f"{name}_kn_m": 1e-3 * q for name, q in lines.items()}})
     times = []
     for snow, loads in enumerate(results.finest):
         times.append(pd.DataFrame({"snow": plan["snows"][snow]["name"], "time_s": loads.time, "force_x_n": loads.force,
@@ -228,7 +397,7 @@ def make_page(folder):
     middle = results.finest[ensemble.middle]
     spectrum = figures.spectra(ensemble, results.finest)
     design, advice, uncertain = design_rows(ensemble, results), advice_rows(ensemble, results), accuracy(results)
-    pictures = [figures.side_view(ensemble, middle), figures.view_3d(ensemble, middle), figures.pressure_over_height(ensemble, results.finest),
+    pictures = [figures.side_view(ensemble, middle), figures.view_3d(ensemble, middle), figures.pressure_over_height(ensemble, results.finest), figures.line_load(results, plan),
                 figures.over_time(ensemble, results.finest, "force"), figures.over_time(ensemble, results.finest, "moment"),
                 figures.shock_spectrum(ensemble, results.finest, spectrum), figures.runup_over_time(ensemble, results.finest),
                 figures.grid_convergence(ensemble, results.table)]
@@ -237,8 +406,12 @@ def make_page(folder):
         write_text(os.path.join(folder, "design.json"), json.dumps(design_json(ensemble, results), indent=2))
         environment = jinja2.Environment(loader=jinja2.FileSystemLoader(os.path.dirname(__file__)), autoescape=True, trim_blocks=True)
         environment.filters["inline"] = inline
+        environment.filters["css"] = lambda text: markupsafe.Markup(json.dumps(re.sub(r"[\\<>\n]", " ", str(text)), ensure_ascii=False))
         page = environment.get_template("design_page.html.j2").render(
             style=markupsafe.Markup(STYLE), plan=plan, title=plan["title"] or "Avalanche on a mast", design=design, advice=advice,
+            stamp=stamp(ensemble), line_load=line_load_table(results, plan), guideline_loads=guideline_load_table(results, plan),
+            fronts=front_table(ensemble, results), reactions=reaction_table(ensemble, results),
+            moment_per_metre=upward(results.design_force()[1], 1e-3), higher_modes=[m["frequency_hz"] for m in all_modes(plan)[len(plan["modes"]):]],
             known_is_of=comparison.known_uncertainty_remark(plan),
             loads=load_table(ensemble, results), grids=grid_table(ensemble, results), snows=snow_table(plan), shape=plan["mast"]["shape"],
             comparison=comparison_table(ensemble, results), remarks=comparison.equation_remarks(plan),

@@ -7,6 +7,7 @@ import numpy as np
 
 from mpmtools.design.loads import Loads
 from mpmtools.design.uncertainty import combined, grid_estimate
+from mpmtools.design.vibration import cantilever_mode
 
 
 class Quantity(NamedTuple):
@@ -34,19 +35,24 @@ QUANTITIES = [
 ]
 
 
-def mode_keys(mode):
-    """Of the whole series, and of the steady interval."""
-    name = f"equivalent_static_force_{mode['frequency_hz']:g}_hz"
-    return f"{name}_n", f"{name}_steady_n"
+STATIC_FORCES = ("force_steady_peak_n", "force_first_impact_n")
+STATIC_MOMENTS = ("moment_steady_peak_n_m", "moment_first_impact_n_m")
 
 
 def quantities_of(plan):
-    """All quantities: the fixed ones, and one for each mode."""
-    modes = []
+    """All quantities: the fixed ones, and where there are modes, what they add."""
+    if not plan["modes"]:
+        return QUANTITIES
+    vibrating = [
+        Quantity("force_with_vibration_n", "force at the foundation with the vibration, first impact included", "kN", 1e-3),
+        Quantity("force_with_vibration_steady_n", "force at the foundation with the vibration, while steady", "kN", 1e-3),
+        Quantity("moment_with_vibration_n_m", "moment at the foundation with the vibration, first impact included", "kN m", 1e-3),
+        Quantity("moment_with_vibration_steady_n_m", "moment at the foundation with the vibration, while steady", "kN m", 1e-3)]
     for mode in plan["modes"]:
-        text = f"equivalent static force of the mode at {mode['frequency_hz']:g} Hz, damping {100 * mode['damping_ratio']:.3g} %"
-        modes += [Quantity(key, text + when, "kN", 1e-3) for key, when in zip(mode_keys(mode), ("", ", while steady"))]
-    return QUANTITIES + modes
+        name, text = f"mode_{mode['frequency_hz']:g}_hz", f"mode at {mode['frequency_hz']:g} Hz: "
+        vibrating += [Quantity(f"{name}_shape_at_load", text + "shape at the load, 1 at the top", "", 1.0),
+                      Quantity(f"{name}_amplification", text + "amplification of its own part, vertical front (upper bound)", "", 1.0)]
+    return QUANTITIES + vibrating
 
 
 class Entry(NamedTuple):
@@ -86,6 +92,20 @@ def entry_of(sizes, values):
     return Entry(numbers, finest.value, estimate.uncertainty, finest.known, grid, finest.standard_error, total, estimate.note, note)
 
 
+def fitted_line(z, profile, edges, force, moment):
+    """The profile at z, stretched over height and scaled, as values between the edges: its integral is the force (N), and about z = 0 it
+    has the moment (N m)."""
+    step = z[1] - z[0]
+    profile = np.maximum(profile, 0.0)
+    whole = step * profile.sum()
+    if not whole > 0.0:
+        return np.full(len(edges) - 1, math.nan)
+    stretch = (moment / force) / (step * profile @ z / whole)
+    below = np.concatenate([[0.0], np.cumsum(step * profile)]) * force / whole  # of the load, up to each edge
+    at = stretch * np.concatenate([[z[0] - 0.5 * step], z + 0.5 * step])
+    return np.diff(np.interp(edges, at, below)) / np.diff(edges)
+
+
 class Results:
     """loads[snow][grid]; table[snow][key]: Entry; ranges[key]: Range. The upper value of the steady run-up ends at the ensemble's bound
     (unless a snow is above it)."""
@@ -95,7 +115,7 @@ class Results:
         self.loads = [[Loads(run) for run in row] for row in ensemble.runs]
         self.table = []
         for row in self.loads:
-            values = [{**loads.values, **self._responses(loads, plan)} for loads in row]
+            values = [{**loads.values, **loads.vibration_values(plan)} for loads in row]
             self.table.append({q.key: entry_of(ensemble.sizes, [v[q.key] for v in values]) for q in quantities_of(plan)})
         self.ranges = {q.key: self._range(q.key, ensemble.middle) for q in quantities_of(plan)}
         for key in ("runup_p99_mean_m", "runup_mean_m"):
@@ -117,26 +137,55 @@ class Results:
         return Range(max(min(e.value - s for e, s in zip(known, spread)), 0.0), min(e.value for e in known), entries[middle].value,
                      max(e.value for e in known), max(e.value + s for e, s in zip(known, spread)))
 
-    @staticmethod
-    def _responses(loads, plan):
-        values = {}
-        for mode in plan["modes"]:
-            values.update(zip(mode_keys(mode), loads.mode_values(mode["frequency_hz"], mode["damping_ratio"])))
-        return values
+    def upper(self, keys):
+        """(key, its upper value): the greatest of these that is known; (None, NaN) without any."""
+        keys = [k for k in keys if k in self.ranges and math.isfinite(self.ranges[k].high)]
+        best = max(keys, key=lambda k: self.ranges[k].high, default=None)
+        return best, self.ranges[best].high if best else math.nan
 
-    def design_force(self, plan, steady_only=False):
-        """(key, N): the largest upper value among steady peak, first impact and the responses of the modes; (None, NaN) without any.
+    def design_force(self, steady_only=False):
+        """upper() of steady peak and first impact, with and without the vibration. @param steady_only  without the first impact"""
+        return self.upper(("force_steady_peak_n", "force_with_vibration_steady_n") if steady_only else
+                          STATIC_FORCES + ("force_with_vibration_steady_n", "force_with_vibration_n"))
 
-        @param steady_only  without the first impact
+    def design_moment(self, steady_only=False):
+        """The same of the overturning moment."""
+        return self.upper(("moment_steady_peak_n_m", "moment_with_vibration_steady_n_m") if steady_only else
+                          STATIC_MOMENTS + ("moment_with_vibration_steady_n_m", "moment_with_vibration_n_m"))
+
+    def governing(self, key):
+        """Number of the snow whose value plus uncertainty is greatest."""
+        return int(np.nanargmax([row[key].value + np.nan_to_num(row[key].total) for row in self.table]))
+
+    def line_loads(self, plan):
+        """(lower edges of z, upper edges, {name: N/m}): loads whose integral and moment about the ground are the upper values of the page.
+
+        'mean', 'steady_peak', 'first_impact': the profile of the snow that gives the greatest force, at that time, stretched over height
+        and scaled to both. 'with_vibration': the static load that overturns most, and the force of the mast's masses in the first mode.
         """
-        keys = ["force_steady_peak_n"] + [mode_keys(m)[1] for m in plan["modes"]]
-        if not steady_only:
-            keys += ["force_first_impact_n"] + [mode_keys(m)[0] for m in plan["modes"]]
-        keys = [k for k in keys if math.isfinite(self.ranges[k].high)]
-        if not keys:
-            return None, math.nan
-        best = max(keys, key=lambda k: self.ranges[k].high)
-        return best, self.ranges[best].high
+        height = plan["mast"]["height_m"]
+        z, step, _ = self.finest[0].line_load
+        top = max(z[-1] + 0.5 * step, height or 0.0) * 1.25
+        edges = step * np.arange(math.ceil(top / step - 1e-9) + 1)
+        loads = {}
+        for name in ("mean", "steady_peak", "first_impact"):
+            force, moment = self.ranges[f"force_{name}_n"].high, self.ranges[f"moment_{name}_n_m"].high
+            if math.isfinite(force) and math.isfinite(moment):
+                profile = self.finest[self.governing(f"force_{name}_n")].line_at(name)[1]
+                loads[name] = fitted_line(z, profile, edges, force, moment)
+        (_, force), (_, moment) = self.design_force(), self.design_moment()
+        statics = [name for name in ("steady_peak", "first_impact") if name in loads]
+        if plan["modes"] and statics:
+            centre = 0.5 * (edges[1:] + edges[:-1])
+            base = max((loads[name] for name in statics), key=lambda q: q @ centre)
+            loads["with_vibration"] = fitted_line(centre, base, edges, force, moment)
+            if height:
+                masses = cantilever_mode(1).shape(centre / height)
+                system = step * np.array([[base.sum(), masses.sum()], [base @ centre, masses @ centre]])
+                scale, inertia = np.linalg.solve(system, [force, moment])
+                if 0.8 <= scale <= 1.25:
+                    loads["with_vibration"] = scale * base + inertia * masses
+        return edges[:-1], edges[1:], loads
 
     def profile_table(self, ensemble):
         """Columns of pressure_over_height.csv: z_m, and low, middle and high of the snows for each envelope, Pa."""
