@@ -503,6 +503,13 @@ class Pages(DesignFolder):
         self.assertEqual([a["snows"] for a in advice], ["firm", "", ""])
         self.assertIn("computed drag coefficient is 3.8 to 4.6", advice[1]["text"])
 
+    def test_rank_what_decides_and_scale_speed_density_and_depth(self):
+        ensemble = Ensemble(self.folder)
+        rows = page.sensitivity_table(ensemble, Results(ensemble))["rows"]
+        self.assertEqual(rows[0][1:], ["-36 to +44 %", "-36 to +44 %"])  # speed, squared
+        self.assertIn(["depth ± 20 %, scaling", "-20 to +20 %", "-36 to +44 %"], rows)
+        self.assertIn(["snow: least to greatest of the site", "+0 to +20 %", "+0 to +20 %"], rows)  # the second is 1.2 times the first
+
     def test_call_equations_outside_their_range_extrapolated(self):
         ensemble = Ensemble(self.folder)
         self.assertIn("extrapolated", page.comparison_table(ensemble, Results(ensemble))["head"][2])

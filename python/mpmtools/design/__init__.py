@@ -2,7 +2,8 @@
 
   ensemble      the folder: plan and runs
   loads         what is taken from one run: heights, forces, moments, profiles
-  oscillator    what a mast feels: response of an oscillator, shock response spectrum
+  oscillator    response of an oscillator, shock response spectrum
+  vibration     modes of a cantilever, and the part of the load that they feel
   uncertainty   grid convergence index, and how uncertainties add
   comparison    the guideline and the paper's equations for the same site
   figures, page drawing and writing

@@ -75,10 +75,11 @@ def drag_remark(plan, lowest, highest):
     if not lowest < low and not highest > high:
         return ""
     which = f"above the {low:g} to {high:g}" if highest > high else f"below the {low:g} to {high:g}"
+    wet = "" if plan["flow"]["snow_class"] == "loose" else (
+        "Wet avalanches have been measured to press considerably more than the guideline's formula gives (Sovilla et al., infoscience.epfl.ch record "
+        "206442); in simulations cohesion raises the pressure on narrow obstacles (Kyburz et al. 2022). ")
     reason = ("Part of the force acts above the flow, on snow that is dammed up, while the coefficient is over w H; cohesive and firm snow presses more. "
-              "Wet avalanches have been measured to press considerably more than the guideline's formula gives (Sovilla et al., infoscience.epfl.ch "
-              "record 206442), and cohesion to raise the pressure on narrow obstacles (Kyburz et al. 2022). No measurement confirms the computed value "
-              "for this mast: take the larger load, or have the difference examined")
+              f"{wet}No measurement confirms the computed value for this mast: take the larger load, or have the difference examined")
     return (f"The computed drag coefficient is {lowest:.2g} to {highest:.2g} over the snows, {which} of the guideline (c_D = {drag:g} for this mast). "
             f"{reason if highest > high else 'Do not design with less than the guideline without a reason'}")
 

@@ -197,6 +197,33 @@ def front_table(ensemble, results):
     return {"head": ["front", "amplification of the modes' own part", "force (kN)", "moment (kN m)"], "rows": rows}
 
 
+def sensitivity_table(ensemble, results):
+    """What decides, greatest effect on the moment first: mean force and moment of the middle snow, in percent of their values.
+
+    Speed, density and depth by scaling, without runs: force ~ rho v^2 w H with the same drag coefficient, arm ~ H.
+    """
+    force, moment = results.ranges["force_mean_n"], results.ranges["moment_mean_n_m"]
+    middle = results.table[ensemble.middle]
+    if not (math.isfinite(force.middle) and math.isfinite(moment.middle)):
+        return None
+
+    def change(low, high):
+        return 100.0 * (low - 1.0), 100.0 * (high - 1.0)
+
+    def grid(key):
+        share = np.nan_to_num(middle[key].grid) / middle[key].value
+        return change(1.0 - share, 1.0 + share)
+
+    rows = [("speed ± 20 %, scaling", change(0.64, 1.44), change(0.64, 1.44)), ("depth ± 20 %, scaling", change(0.8, 1.2), change(0.64, 1.44)),
+            ("density ± 20 %, scaling", change(0.8, 1.2), change(0.8, 1.2)), ("grid, middle snow", grid("force_mean_n"), grid("moment_mean_n_m"))]
+    if len(ensemble.plan["snows"]) > 1:
+        rows.append(("snow: least to greatest of the site", change(force.lowest / force.middle, force.highest / force.middle),
+                     change(moment.lowest / moment.middle, moment.highest / moment.middle)))
+    rows.sort(key=lambda row: row[2][0] - row[2][1])
+    return {"head": ["what changes", "mean force", "mean moment"],
+            "rows": [[what, *(f"{low:+.0f} to {high:+.0f} %" for low, high in changes)] for what, *changes in rows]}
+
+
 def reaction_table(ensemble, results):
     """What the foundation feels, over all snows on the finest grid."""
     def cells(force, moment):
@@ -410,7 +437,7 @@ def make_page(folder):
         page = environment.get_template("design_page.html.j2").render(
             style=markupsafe.Markup(STYLE), plan=plan, title=plan["title"] or "Avalanche on a mast", design=design, advice=advice,
             stamp=stamp(ensemble), line_load=line_load_table(results, plan), guideline_loads=guideline_load_table(results, plan),
-            fronts=front_table(ensemble, results), reactions=reaction_table(ensemble, results),
+            fronts=front_table(ensemble, results), reactions=reaction_table(ensemble, results), sensitivity=sensitivity_table(ensemble, results),
             moment_per_metre=upward(results.design_force()[1], 1e-3), higher_modes=[m["frequency_hz"] for m in all_modes(plan)[len(plan["modes"]):]],
             known_is_of=comparison.known_uncertainty_remark(plan),
             loads=load_table(ensemble, results), grids=grid_table(ensemble, results), snows=snow_table(plan), shape=plan["mast"]["shape"],
