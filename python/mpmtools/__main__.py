@@ -116,7 +116,7 @@ def parser():
                        help="of the network for each rank: that of a node over its ranks (default: %(default)s)")
 
     imported = command("import-avaframe", "a case and a site from an avalanche of AvaFrame's com1DFA at one point", run_import)
-    imported.add_argument("directory", metavar="DIR", help="folder of the avalanche (with Inputs and Outputs), or of the rasters at time steps")
+    imported.add_argument("directory", metavar="DIR", help="folder of the avalanche (with Inputs and Outputs), or of its rasters")
     imported.add_argument("--at", required=True, metavar="X,Y", help="the mast, in the coordinates of the rasters, m")
     imported.add_argument("--mast-width", type=float, default=1.0, metavar="W", help="m (default: %(default)s)")
     imported.add_argument("--density", type=float, default=200.0, metavar="RHO",
@@ -124,8 +124,8 @@ def parser():
     imported.add_argument("--simulation", metavar="NAME", help="where the folder holds several")
     imported.add_argument("--dem", metavar="FILE", help="elevation, where DIR/Inputs does not hold just one raster")
     imported.add_argument("--terrain", action=argparse.BooleanOptionalAction, default=None,
-                          help="take the terrain as the floor of the case, or a plane (default: the terrain, where over 50 m before the mast it "
-                          "differs from a plane by more than a tenth of the flow depth)")
+                          help="take the terrain as the floor of the case, or a plane (default: the terrain, where it differs from a plane by more "
+                          "than a tenth of the flow depth)")
     imported.add_argument("--out", default="out/avaframe", metavar="FOLDER", help="for case.toml, inflow.csv, site.toml and terrain.asc (default: %(default)s)")
 
     schema = command("json-schema", "the JSON schema of case files, for editors that complete and check keys as you type", run_schema)

@@ -37,7 +37,7 @@ def _entries(value, path):
 
 
 def read_text(path):
-    """The content of a text file in UTF-8."""
+    """The content of a text file in UTF-8, behind a byte-order mark if there is one."""
     try:
         with open(path, "rb") as file:
             blocks = []
@@ -45,7 +45,7 @@ def read_text(path):
                 blocks.append(block)
                 if len(blocks) << 22 > MOST_BYTES:
                     raise InputError(f"cannot read '{path}': it has more than {MOST_BYTES} bytes; this is no file of this program")
-        return b"".join(blocks).decode("utf-8")
+        return b"".join(blocks).decode("utf-8-sig")
     except OSError as error:
         raise InputError(f"cannot read '{path}': {error.strerror}") from None
     except UnicodeDecodeError:

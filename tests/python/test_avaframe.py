@@ -11,6 +11,8 @@ import unittest
 import numpy as np
 
 from mpmtools import Case, avaframe
+from mpmtools.avaframe.projection import check_metres, same
+from mpmtools.avaframe.rasters import read_elevation, read_raster
 from mpmtools.errors import ConfigError, InputError
 from mpmtools.inflow import measured_inflow
 from study_samples import InFolder
@@ -55,12 +57,15 @@ class Avalanche(InFolder):
         lines = self.convert()
         self.assertIn("slope 14.0 degrees, falling towards 0 degrees", lines[1])  # atan(1/4)
         self.assertIn(f"gravity_m_s2 = {9.81 * math.cos(math.atan(0.25)):.6g}", (self.folder / "case" / "case.toml").read_text())
-        self.assertIn("less than 0.01 m from a plane", lines[2])
+        self.assertIn("differs by less than 0.01 m from this plane", "\n".join(lines))
 
-    def test_says_how_uneven_the_ground_is(self):
-        self.raster(self.folder / "Inputs" / "dem.asc", 500.0 - 0.25 * (self.x - X0) + 1.0 * (np.abs(self.x - 1080.0) < 3.0))
-        step = self.convert()[2]
-        self.assertIn("up to 0.9", step)  # a ridge of 1 m on one of eleven rows: the plane takes 1/11 of it
+    def test_falls_back_to_a_plane_where_the_relief_is_too_steep(self):
+        self.raster(self.folder / "Inputs" / "dem.asc", 500.0 - 0.25 * (self.x - X0) + 6.0 * (np.abs(self.x - 1095.0) < 3.0))
+        self.assertRegex("\n".join(self.convert()), "degrees steep against it, where a run can have 30: the run takes the plane; heights.*may move")
+        self.assertNotIn("terrain", Case.read(self.folder / "case" / "case.toml").tables)
+        with self.assertRaisesRegex(ConfigError, "degrees steep.*--no-terrain"):
+            self.convert(terrain=True, out=str(self.folder / "none"))
+        self.assertFalse((self.folder / "none").exists())
 
     def uneven(self, relief):
         """A slope that falls 1 in 4 to the north-west, and a wave along and across it."""
@@ -69,50 +74,28 @@ class Avalanche(InFolder):
         self.raster(self.folder / "Inputs" / "dem.asc", 500.0 + 0.25 * (east - north) / math.sqrt(2.0) + wave)
 
     def terrain(self):
-        return avaframe.read_raster(str(self.folder / "case" / "terrain.asc"))
+        return read_raster(str(self.folder / "case" / "terrain.asc"))
 
     def test_gives_the_case_the_terrain_where_it_is_uneven(self):
         self.uneven(0.1)
-        self.assertIn("the run takes a plane", self.convert()[2])  # a wave of 0.1 m under a flow of 2 m
+        self.assertIn("the run takes the plane", "\n".join(self.convert()))  # a wave of 0.1 m under a flow of 2 m
         self.assertFalse((self.folder / "case" / "terrain.asc").exists())
-        self.uneven(1.0)
-        self.assertIn("the run takes terrain.asc", self.convert()[2])
+        self.uneven(2.0)
+        self.assertIn("the run takes terrain.asc", "\n".join(self.convert()))
         case = Case.read(self.folder / "case" / "case.toml")
         self.assertEqual((case["terrain.file"], case["conveyor.sidewall_contact"], case["conveyor.mirror_y"]), ("terrain.asc", "slip", False))
-        self.assertLess(self.terrain().x0, -50.0)
         self.assertNotIn("terrain", Case.read(self.converted_without()).tables)
 
     def converted_without(self):
         self.convert(out=str(self.folder / "plane"), terrain=False)
         return self.folder / "plane" / "case.toml"
 
-    def test_turns_the_terrain_into_the_frame_of_the_flow(self):
-        self.uneven(1.0)
-        self.convert()
-        ground = avaframe.ground_at(avaframe.read_raster(str(self.folder / "Inputs" / "dem.asc")), 1100.0, 2050.0)
-        slope, direction = ground.mean_slope, ground.mean_direction
-        self.assertAlmostEqual(math.degrees(direction) % 360.0, 135.0, delta=10.0)  # north-west; the wave turns the plane a little
-        dem, raster = avaframe.read_raster(str(self.folder / "Inputs" / "dem.asc")), self.terrain()
-        self.assertAlmostEqual(raster.at(0.0, 0.0), 0.0, delta=0.15)  # the mast's foot, between points of the raster 5 m apart
-        c, s = math.cos(direction), math.sin(direction)
-        rows, columns = raster.data.shape
-        for row in range(rows):
-            for column in range(0, columns, 3):
-                along, across = raster.x0 + column * raster.cell_size, raster.y0 + (rows - 1 - row) * raster.cell_size
-                height = raster.data[row, column]
-                way = along * math.cos(slope) + height * math.sin(slope)  # back to the map: horizontal, and vertical
-                rise = height * math.cos(slope) - along * math.sin(slope)
-                there = dem.at(1100.0 + way * c - across * s, 2050.0 + way * s + across * c)
-                self.assertAlmostEqual(there - dem.at(1100.0, 2050.0), rise, delta=2e-4)  # four decimals, and what the iteration leaves
-
     def test_takes_a_plane_as_terrain_if_asked(self):
         self.convert(terrain=True)
         self.assertLess(np.max(np.abs(self.terrain().data)), 2e-4)
 
     def test_refuses_terrain_that_the_dem_does_not_hold(self):
-        self.uneven(1.0)
-        with self.assertRaisesRegex(ConfigError, "does not cover the 50 m before"):
-            self.convert(x=1180.0, terrain=True)
+        self.uneven(2.0)
         self.x, self.y = self.x[5:16], self.y[5:16]
         head = f"ncols {COLUMNS}\nnrows 11\nxllcenter {X0}\nyllcenter {Y0 + 25.0}\ncellsize {CELL}\nnodata_value -9999.00\n"
         dem = 500.0 - 0.25 * (self.x - X0) + np.sin(self.x / 9.0)
@@ -122,7 +105,7 @@ class Avalanche(InFolder):
 
     @needs_program
     def test_writes_terrain_that_the_program_accepts(self):
-        self.uneven(1.0)
+        self.uneven(2.0)
         self.convert()
         done = subprocess.run([os.environ["MPM"], "check", self.folder / "case" / "case.toml"], capture_output=True, text=True, check=False)
         self.assertEqual(done.returncode, 0, done.stderr)
@@ -130,22 +113,77 @@ class Avalanche(InFolder):
 
     def test_interpolates_between_cell_centres_with_north_up(self):
         self.raster(self.folder / "plane.asc", self.x + 2 * self.y)
-        raster = avaframe.read_raster(str(self.folder / "plane.asc"))
+        raster = read_raster(str(self.folder / "plane.asc"))
         for x, y in ((1000.0, 2000.0), (1103.2, 2041.7), (1200.0, 2100.0)):
             self.assertAlmostEqual(raster.at(x, y), x + 2 * y, delta=1e-4)  # five decimals
 
     def test_reads_headers_with_corners(self):
         (self.folder / "corner.asc").write_text("NCOLS 2\nNROWS 2\nXLLCORNER 0\nYLLCORNER 0\nCELLSIZE 2\nNODATA_VALUE -9999\n3 4\n1 -9999\n")
-        raster = avaframe.read_raster(str(self.folder / "corner.asc"))
+        raster = read_raster(str(self.folder / "corner.asc"))
         self.assertEqual(raster.at(1.0, 1.0), 1.0)
         self.assertTrue(math.isnan(raster.at(2.0, 2.0)))
 
-    def test_says_what_to_export_where_there_are_peaks_only(self):
+    def peaks(self):
         for path in self.steps.iterdir():
             path.unlink()
-        self.raster(self.steps.parent / "rel1_null_dfa_pft.asc", 0 * self.x)
-        with self.assertRaisesRegex(InputError, "peak values alone.*tSteps"):
+        self.raster(self.steps.parent / "rel1_null_dfa_pft.asc", 2.0 + 0 * self.x)
+        self.raster(self.steps.parent / "rel1_null_dfa_pfv.asc", 20.0 + 0 * self.x)
+
+    @needs_program
+    def test_writes_a_site_from_peak_values_only(self):
+        self.peaks()
+        lines = "\n".join(self.convert())
+        self.assertRegex(lines, "need not coincide(.|\n)*no case, since peak values do not say.*tSteps")
+        self.assertFalse((self.folder / "case" / "case.toml").exists())
+        done = subprocess.run([os.environ["MPM"], "design", self.folder / "case" / "site.toml", "--quick", "--plan"], capture_output=True, text=True,
+                              check=False)
+        self.assertEqual(done.returncode, 0, done.stderr)
+
+    def test_takes_the_speed_from_components_where_there_is_no_fv(self):
+        for path in list(self.steps.glob("*_FV_*")):
+            speed = read_raster(str(path)).data
+            path.unlink()
+            self.raster(self.steps / path.name.replace("_FV_", "_Vx_"), speed * math.cos(math.atan(0.25)))
+            self.raster(self.steps / path.name.replace("_FV_", "_Vy_"), 0.0 * speed)
+        lines = "\n".join(self.convert())
+        self.assertRegex(lines, "speed up to 20 m/s(.|\n)*towards 0 degrees.*from Vx and Vy")
+
+    def test_states_one_slope_in_both_files(self):
+        self.uneven(2.0)
+        self.convert()
+        with open(self.folder / "case" / "site.toml", "rb") as file:
+            slope = tomllib.load(file)["flow"]["slope_deg"]
+        self.assertAlmostEqual(Case.read(self.folder / "case" / "case.toml")["numerics.gravity_m_s2"], 9.81 * math.cos(math.radians(slope)),
+                               delta=6e-4)  # four digits of the angle
+
+    def header(self, old, new):
+        path = self.folder / "Inputs" / "dem.asc"
+        path.write_text(path.read_text().replace(old, new), encoding="utf-8")
+
+    def test_reads_headers_with_dx_and_dy_and_byte_order_marks(self):
+        whole = self.convert()
+        self.header(f"cellsize {CELL}", f"dx {CELL}\ndy {CELL}")
+        self.header("ncols", "\ufeffncols")
+        self.assertEqual(self.convert(), whole)
+        self.header(f"dy {CELL}", "dy 4.0")
+        with self.assertRaisesRegex(InputError, "cells are 5 x 4; resample"):
             self.convert()
+
+    def test_refuses_headers_without_a_corner(self):
+        self.header(f"yllcenter {Y0}\n", "")
+        with self.assertRaisesRegex(InputError, "the header has no yllcorner"):
+            self.convert()
+
+    def test_takes_zeros_amid_mountains_as_missing_data(self):
+        self.raster(self.folder / "Inputs" / "dem.asc", np.where(self.x < 1060.0, 0.0, 500.0 - 0.25 * (self.x - X0)))
+        self.assertRegex("\n".join(self.convert()), "slope 14.0(.|\n)*cells are exactly 0.*taken as missing data")
+        self.raster(self.folder / "sea.asc", np.maximum(0.0, 0.25 * (self.x - 1100.0)))  # a coast has zeros, too
+        dem, lines = read_elevation(str(self.folder / "sea.asc"))
+        self.assertEqual((lines, int(np.isnan(dem.data).sum())), ([], 0))
+
+    def test_prints_the_point_as_given(self):
+        self.convert(x=1100.123, y=2050.456)
+        self.assertIn("at 1100.123,2050.456", (self.folder / "case" / "site.toml").read_text())
 
     def test_refuses_points_outside_and_beside_the_flow(self):
         with self.assertRaisesRegex(ConfigError, "outside .*covers x from 1000 to 1200"):
@@ -179,12 +217,12 @@ class Avalanche(InFolder):
         self.assertIn("depth up to 2 m", self.convert()[0])
 
     def test_refuses_thickness_in_kilometres_and_terrain_in_millimetres(self):
+        self.raster(self.folder / "Inputs" / "dem.asc", 1000.0 * (500.0 - 0.25 * (self.x - X0)))
+        with self.assertRaisesRegex(InputError, "is 90 degrees steep.*same unit, metres"):
+            self.convert()
         for path in self.steps.glob("*_FT_*"):
             self.raster(path, 0.002 + 0 * self.x)
         with self.assertRaisesRegex(ConfigError, "nowhere deeper .*rasters of thickness are in metres"):
-            self.convert()
-        self.raster(self.folder / "Inputs" / "dem.asc", 1000.0 * (500.0 - 0.25 * (self.x - X0)))
-        with self.assertRaisesRegex(InputError, "is 90 degrees steep.*same unit, metres"):
             self.convert()
 
     def test_refuses_grids_in_degrees(self):
@@ -224,11 +262,11 @@ class Avalanche(InFolder):
         self.assertEqual(json.loads(done.stdout)["flow"]["velocity_m_s"], 20.0)
 
     def test_checks_the_projection_beside_ascii_grids(self):
-        self.assertTrue(any("no .prj beside" in line and "taken to be metres" in line for line in self.convert()))
+        self.assertTrue(any("no projection is stated" in line and "taken to be metres" in line for line in self.convert()))
         metres = 'PROJCS["ETRS89 / UTM zone 32N",GEOGCS["ETRS89",UNIT["degree",0.0174532925199433]],UNIT["metre",1]]'
         prj = self.folder / "Inputs" / "dem.prj"
         prj.write_text(metres)
-        self.assertFalse(any(".prj" in line for line in self.convert()))
+        self.assertTrue(any("lie on the same grid" in line for line in self.convert()))
         for wrong, message in (('GEOGCS["WGS 84",UNIT["degree",0.0174532925199433]]', "dem.prj: the coordinates are degrees; reproject"),
                                (metres.replace('"metre",1]]', '"US survey foot",0.3048006]]'), "the unit of the coordinates is US survey foot")):
             prj.write_text(wrong)
@@ -255,7 +293,7 @@ class Avalanche(InFolder):
         with self.assertRaisesRegex(InputError, "names no projection.*gdal_edit"):
             self.convert(dem=str(self.folder / "dem.tif"))
         write("EPSG:4326")
-        with self.assertRaisesRegex(InputError, "coordinates are degrees .*reproject"):
+        with self.assertRaisesRegex(InputError, "coordinates are degrees; reproject"):
             self.convert(dem=str(self.folder / "dem.tif"))
 
     @needs_program
@@ -276,3 +314,148 @@ class Avalanche(InFolder):
         self.assertGreater(len(arrived), 10)
         np.testing.assert_allclose(arrived.velocity_m_s, 20.0, rtol=0.02)  # its own weight spreads the surge: g dH/dx 0.4 s = 0.2 m/s
         np.testing.assert_allclose(arrived.depth_m, np.interp(arrived.entered_s, raster["time_s"], raster["depth_m"]), rtol=0.05)
+
+    def test_knows_units_and_projections_however_they_are_written(self):
+        metres = 'PROJCS["ETRS89 / UTM zone 32N",GEOGCS["ETRS89",UNIT["degree",0.0174532925199433]],UNIT["metre",1]]'
+        check_metres(metres, "dem.asc")
+        check_metres(f'COMPD_CS["both",{metres},VERT_CS["height",VERT_DATUM["d",2005],UNIT["metre",1]]]', "dem.asc")
+        for wrong, message in ((metres.replace('"metre",1', '"Foot_US",0.3048006'), "coordinates is Foot_US"),
+                               (f'COMPD_CS["both",{metres},VERT_CS["height",VERT_DATUM["d",2005],UNIT["US survey foot",0.3048]]]', "heights is US survey foot")):
+            with self.assertRaisesRegex(InputError, message):
+                check_metres(wrong, "dem.asc")
+        self.assertTrue(same(metres, metres.replace(",", ", ").upper()))
+
+    @needs_rasterio
+    def test_compares_projections_and_not_their_texts(self):
+        from rasterio.crs import CRS
+
+        system = CRS.from_epsg(25832)
+        self.assertTrue(same(system.to_wkt(), system.to_wkt(version="WKT2_2019")))
+        self.assertTrue(same(system.to_wkt(), system.to_wkt(version="WKT1_ESRI")))
+        self.assertFalse(same(system.to_wkt(), CRS.from_epsg(25833).to_wkt()))
+
+
+class Scene(InFolder):
+    """Synthetic avalanches in com1DFA's formats, 5 m cells, a step a second, that conserve volume exactly: a patch of snow that moves along a
+    straight line, or turns about a centre."""
+
+    SIZE, CELL = 60, 5.0
+
+    def setUp(self):
+        super().setUp()
+        axis = self.CELL * np.arange(self.SIZE)
+        self.x, self.y = np.meshgrid(axis, axis[::-1])
+        (self.folder / "Inputs").mkdir()
+        self.steps = self.folder / "Outputs" / "com1DFA" / "peakFiles" / "timeSteps"
+        self.steps.mkdir(parents=True)
+
+    def raster(self, path, data, geotiff):
+        if geotiff:
+            import rasterio
+
+            transform = rasterio.transform.from_origin(-0.5 * self.CELL, (self.SIZE - 0.5) * self.CELL, self.CELL, self.CELL)
+            with rasterio.open(f"{path}.tif", "w", driver="GTiff", width=self.SIZE, height=self.SIZE, count=1, dtype="float32", transform=transform,
+                               crs="EPSG:25832") as file:
+                file.write(data.astype("float32"), 1)
+            return
+        head = f"ncols {self.SIZE}\nnrows {self.SIZE}\nxllcenter 0\nyllcenter 0\ncellsize {self.CELL}\nnodata_value -9999\n"
+        with open(f"{path}.asc", "w", encoding="utf-8") as file:
+            file.write(head)
+            np.savetxt(file, data, fmt="%.4f")
+
+    def avalanche(self, name, components=True, geotiff=False):
+        """Writes it. @return (points, direction(x, y) of the velocity, rad)"""
+        x, y = self.x, self.y
+        if name == "steep valley":  # 25 degrees along, sides of 38 degrees, 30 degrees from east; the snow comes down obliquely to the axes of the map
+            angle = math.radians(30.0)
+            along, left = x * math.cos(angle) + y * math.sin(angle), -(x - 60.0) * math.sin(angle) + (y - 80.0) * math.cos(angle)
+            ground = 900.0 - math.tan(math.radians(25.0)) * along + 0.78 * (np.hypot(left, 8.0) - 8.0)
+            points = [(60.0 + a * math.cos(angle) - b * math.sin(angle), 80.0 + a * math.sin(angle) + b * math.cos(angle))
+                      for a in (50.0, 75.0, 100.0, 125.0) for b in (-9.3, 4.1)]
+        elif name == "counter-slope":  # a dam 6 m high across a slope of 15 degrees: its face rises against the flow
+            ground = 600.0 - math.tan(math.radians(15.0)) * x + 6.0 * np.exp(-((x - 150.0) / 12.0)**2)
+            angle = 0.0
+            along, left = x, y - 150.0
+            points = [(a, b) for a in (130.0, 140.0, 146.3, 158.0) for b in (140.0, 157.7)]
+        if name == "curved channel":  # an arc of 120 m about the corner of the map, with banks; it falls 20 degrees along the arc
+            radius, turn = np.hypot(x, y), np.arctan2(y, x)
+            ground = 700.0 - 120.0 * math.tan(math.radians(20.0)) * turn + 12.0 * ((radius - 120.0) / 30.0)**2
+            points = [(r * math.cos(t), r * math.sin(t)) for t in (0.5, 0.7, 0.9, 1.1) for r in (113.0, 126.0)]
+        speed = 16.0
+
+        def depth(time):
+            if name == "curved channel":
+                return 2.5 * np.exp(-(120.0 * turn - speed * time)**2 / 2.0 / 25.0**2 - (radius - 120.0)**2 / 2.0 / 14.0**2)
+            return 2.5 * np.exp(-(along - speed * time)**2 / 2.0 / 25.0**2 - left**2 / 2.0 / 14.0**2)
+
+        if name == "curved channel":
+            vx, vy = -speed * y / 120.0, speed * x / 120.0
+
+            def direction(px, py):
+                return math.atan2(px, -py)
+        else:
+            vx, vy = speed * math.cos(angle) + 0 * x, speed * math.sin(angle) + 0 * x
+
+            def direction(px, py):
+                return angle
+        self.raster(self.folder / "Inputs" / "dem", ground, geotiff)
+        for time in range(0, 18):
+            h = depth(time)
+            fields = {"FT": np.where(h > 0.02, h, 0.0), "FV": np.hypot(vx, vy) * (h > 0.02)}
+            if components:
+                fields |= {"Vx": vx * (h > 0.02), "Vy": vy * (h > 0.02)}
+            for quantity, values in fields.items():
+                self.raster(self.steps / f"rel_1_C_L_null_dfa_{quantity}_t{time:.2f}", values, geotiff)
+        return points, direction
+
+    def check_points(self, name, **how):
+        points, direction = self.avalanche(name, **how)
+        dem = read_raster(str(next((self.folder / "Inputs").iterdir())))
+        worst = 0.0
+        for px, py in points:
+            out = self.folder / "case"
+            lines = avaframe.import_avalanche(str(self.folder), px, py, 1.5, str(out))
+            found = float(next(line for line in lines if line.startswith("the flow goes")).split()[4])
+            worst = max(worst, abs(math.degrees(np.angle(np.exp(1j * (math.radians(found) - direction(px, py)))))))
+            done = subprocess.run([os.environ["MPM"], "check", out / "case.toml"], capture_output=True, text=True, check=False)
+            self.assertEqual(done.returncode, 0, done.stderr)
+            if "terrain" in Case.read(out / "case.toml").tables:
+                self.assertLess(self.off_the_dem(dem, px, py, out), 0.01)
+            else:
+                self.assertTrue(any("the run takes the plane" in line for line in lines))
+        self.assertLess(worst, 10.0)
+
+    def off_the_dem(self, dem, px, py, out):
+        """The largest vertical distance of the points of terrain.asc from the DEM; the plane is taken from site and DEM alone."""
+        from mpmtools.avaframe import flow, ground, results
+        from mpmtools.avaframe.case_files import setup
+
+        _, steps, _ = results.simulation_files(str(self.folder))
+        whole, _ = flow.flow_at(steps, px, py, dem)
+        angle = flow.direction_of(whole, flow.passage(whole, 0.3), px, py).angle
+        plane = ground.plane_at(dem, px, py, angle, setup(1.5, whole.depth.max()).window)
+        raster = read_raster(str(out / "terrain.asc"))
+        x, y, z = raster.points()
+        at = plane.to_map(x, y, z)
+        return float(np.max(np.abs(at[2] - dem.values(at[0], at[1]))))
+
+    @needs_program
+    def test_steep_valley(self):
+        self.check_points("steep valley")
+
+    @needs_program
+    def test_curved_channel(self):
+        self.check_points("curved channel")
+
+    @needs_program
+    def test_counter_slope(self):
+        self.check_points("counter-slope")
+
+    @needs_program
+    def test_direction_from_the_balance_of_volume(self):
+        self.check_points("curved channel", components=False)
+
+    @needs_program
+    @needs_rasterio
+    def test_geotiff(self):
+        self.check_points("steep valley", components=False, geotiff=True)

@@ -1,0 +1,185 @@
+"""Rasters with square cells and north up: ESRI ASCII grids, and GeoTIFF by rasterio."""
+
+import os
+from typing import NamedTuple
+
+import numpy as np
+
+from mpmtools.avaframe.projection import check_metres
+from mpmtools.errors import ConfigError, InputError
+from mpmtools.files import read_text
+
+FINEST = 0.02  # m, of the cells of a raster: below, the unit is wrong
+LARGEST = 1e30  # a value beyond is the missing one of a program that does not say so
+LOWEST_GROUND = -1000.0  # m: below, an elevation is missing data
+CLIFF = 1.8  # a step of more than 61 degrees from all cells around cells of zero: the zeros are missing data
+
+
+class Grid(NamedTuple):
+    """Where a raster lies."""
+
+    x0: float  # m: centre of the south-western cell
+    y0: float
+    cell_size: float  # m
+    path: str
+    projection: str = ""  # WKT; empty: not stated
+
+    def lies_on(self, other):
+        """Whether the south-western corners agree within a cell, as those of com1DFA's results and its DEM do."""
+        cell = max(self.cell_size, other.cell_size)
+        return abs(self.x0 - other.x0) <= cell and abs(self.y0 - other.y0) <= cell
+
+
+class Raster:
+    """Values on a grid. data[0] is the northern row; NaN: no data."""
+
+    def __init__(self, data, grid):
+        self.data, self.grid = data, grid
+
+    def values(self, x, y):
+        """Bilinear between cell centres; NaN outside, and beside cells without data. @param x, y  arrays of one shape, m"""
+        rows, columns = self.data.shape
+        i, j = (np.asarray(x, float) - self.grid.x0) / self.grid.cell_size, (np.asarray(y, float) - self.grid.y0) / self.grid.cell_size
+        inside = (i >= 0.0) & (i <= columns - 1) & (j >= 0.0) & (j <= rows - 1)
+        left, below = (np.clip(np.nan_to_num(k), 0, n - 2).astype(int) for k, n in ((i, columns), (j, rows)))
+        a, b = i - left, j - below
+        total = np.where(inside, 0.0, np.nan)
+        for row, column, weight in ((0, 0, (1 - a) * (1 - b)), (0, 1, a * (1 - b)), (1, 0, (1 - a) * b), (1, 1, a * b)):
+            total += np.where(inside & (weight != 0.0), weight * self.data[rows - 1 - below - row, left + column], 0.0)
+        return total
+
+    def at(self, x, y):
+        """values() at one point. @throws ConfigError for points outside"""
+        rows, columns = self.data.shape
+        east, north = self.grid.x0 + (columns - 1) * self.grid.cell_size, self.grid.y0 + (rows - 1) * self.grid.cell_size
+        if not (self.grid.x0 <= x <= east and self.grid.y0 <= y <= north):
+            raise ConfigError(f"--at {place(x, y)} is outside {self.grid.path}, which covers x from {self.grid.x0:.12g} to {east:.12g} and y from "
+                              f"{self.grid.y0:.12g} to {north:.12g}; give coordinates in the system of the raster")
+        return float(self.values(x, y))
+
+    def points(self):
+        """(x, y, value) of all cell centres, m."""
+        rows, columns = self.data.shape
+        x, y = np.meshgrid(self.grid.x0 + self.grid.cell_size * np.arange(columns), self.grid.y0 + self.grid.cell_size * np.arange(rows)[::-1])
+        return x, y, self.data
+
+    def around(self, x, y, reach):
+        """The part within `reach`, m, of a point along both axes, as a Raster."""
+        rows, columns = self.data.shape
+        low = [max(0, int((at - reach - first) / self.grid.cell_size)) for at, first in ((x, self.grid.x0), (y, self.grid.y0))]
+        high = [int((at + reach - first) / self.grid.cell_size) + 2 for at, first in ((x, self.grid.x0), (y, self.grid.y0))]
+        data = self.data[max(0, rows - high[1]):rows - low[1], low[0]:high[0]]
+        g = self.grid
+        return Raster(data.copy(), g._replace(x0=g.x0 + low[0] * g.cell_size, y0=g.y0 + low[1] * g.cell_size))
+
+
+def place(x, y):
+    """A point with the digits that a user gave."""
+    return f"{x:.12g},{y:.12g}"
+
+
+def check_raster(raster):
+    if not raster.grid.cell_size >= FINEST:
+        raise InputError(f"{raster.grid.path}: its cells are {raster.grid.cell_size:g} wide, which are degrees or kilometres, no metres; reproject it to a "
+                         "system in metres")
+    if min(raster.data.shape) < 2:
+        raise InputError(f"{raster.grid.path}: {raster.data.shape[0]} x {raster.data.shape[1]} cells; 2 x 2 are needed, export the raster again")
+    raster.data[~(np.abs(raster.data) < LARGEST)] = np.nan
+    return raster
+
+
+def header_of(lines, path):
+    """({entry: number}, first line behind it) of an ESRI ASCII grid."""
+    header = {}
+    for number, line in enumerate(lines):
+        words = line.split()
+        if len(words) != 2 or not words[0][0].isalpha() or words[0].lower() == "nan":
+            return header, number
+        try:
+            header[words[0].lower()] = float(words[1])
+        except ValueError:
+            raise InputError(f"{path}:{number + 1}: '{line.strip()}' is no entry of the header; export the raster again") from None
+    return header, len(lines)
+
+
+def cell_size_of(header, path):
+    """cellsize, or dx and dy, which GIS programs write in its place."""
+    if "cellsize" not in header and "dx" in header and "dy" in header:
+        if abs(header["dx"] - header["dy"]) > 1e-6 * abs(header["dx"]):
+            raise InputError(f"{path}: its cells are {header['dx']:g} x {header['dy']:g}; resample it to square ones")
+        return header["dx"]
+    return header.get("cellsize")
+
+
+def projection_beside(path):
+    """Text of the file NAME.prj beside an ASCII grid, which itself names no system; empty: there is none."""
+    beside = os.path.splitext(path)[0] + ".prj"
+    if not os.path.exists(beside):
+        return ""
+    text = " ".join(read_text(beside).split())
+    check_metres(text, beside)
+    return text
+
+
+def read_ascii(path):
+    lines = read_text(path).splitlines()
+    header, start = header_of(lines, path)
+    cell = cell_size_of(header, path)
+    missing = [key for key in ("ncols", "nrows") if key not in header] + ["cellsize"] * (cell is None)
+    missing += [f"{axis}llcorner" for axis in "xy" if f"{axis}llcenter" not in header and f"{axis}llcorner" not in header]
+    if missing:
+        raise InputError(f"{path}: the header has no {', '.join(missing)}; is it an ESRI ASCII grid?")
+    try:
+        values = np.array(" ".join(lines[start:]).split(), float)
+    except ValueError as error:
+        raise InputError(f"{path}: {error}; export the raster again") from None
+    rows, columns = int(header["nrows"]), int(header["ncols"])
+    if values.size != rows * columns:
+        raise InputError(f"{path}: {values.size} values, {rows} x {columns} are needed; the file is cut off, export it again")
+    values[values == header.get("nodata_value", -9999.0)] = np.nan
+    corner = [header[f"{axis}llcenter"] if f"{axis}llcenter" in header else header[f"{axis}llcorner"] + 0.5 * cell for axis in "xy"]
+    return check_raster(Raster(values.reshape(rows, columns), Grid(*corner, cell, path, projection_beside(path))))
+
+
+def read_geotiff(path):
+    try:
+        import rasterio
+    except ImportError:
+        raise InputError(f"{path}: Debian's python3-rasterio is needed for GeoTIFF; install it, or export ESRI ASCII grids") from None
+    try:
+        with rasterio.open(path) as file:
+            data = file.read(1, masked=True).astype(float).filled(np.nan)
+            transform, projection, unit = file.transform, file.crs, file.units[0]
+    except rasterio.errors.RasterioError as error:
+        raise InputError(f"cannot read '{path}': {error}") from None
+    if projection is None:
+        raise InputError(f"{path}: it names no projection, so that its unit is not known; set it (gdal_edit.py -a_srs EPSG:25832 {path}, with "
+                         "the number of your system)")
+    check_metres(projection.wkt, path)
+    if unit and ("ft" in unit.lower() or "foot" in unit.lower() or "feet" in unit.lower()):
+        raise InputError(f"{path}: the unit of the values is {unit}; convert them to metres (gdal_calc.py)")
+    if transform.b or transform.d or abs(transform.a + transform.e) > 1e-6 * transform.a:
+        raise InputError(f"{path}: its cells are turned or not square; resample it with north up")
+    return check_raster(Raster(data, Grid(transform.c + 0.5 * transform.a, transform.f + (data.shape[0] - 0.5) * transform.e, transform.a, path,
+                                          projection.wkt)))
+
+
+def read_raster(path):
+    return read_geotiff(path) if path.lower().endswith((".tif", ".tiff")) else read_ascii(path)
+
+
+def read_elevation(path):
+    """(Raster, lines for the user). Zeros that all cells around them are far above or below are missing data."""
+    dem = read_raster(path)
+    dem.data[dem.data < LOWEST_GROUND] = np.nan
+    zero = dem.data == 0.0
+    steps = []
+    for axis in (0, 1):
+        a, b = np.moveaxis(dem.data, axis, 0)[:-1], np.moveaxis(dem.data, axis, 0)[1:]
+        steps.append(np.abs(a - b)[(a == 0.0) != (b == 0.0)])
+    steps = np.concatenate(steps)
+    steps = steps[np.isfinite(steps)]
+    if not zero.any() or not steps.size or steps.min() < CLIFF * dem.grid.cell_size:
+        return dem, []
+    dem.data[zero] = np.nan
+    return dem, [f"{path}: {np.count_nonzero(zero)} cells are exactly 0, at least {steps.min():.3g} m from their neighbours: taken as missing data"]
