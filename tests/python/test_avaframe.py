@@ -334,6 +334,29 @@ class Avalanche(InFolder):
         self.assertTrue(same(system.to_wkt(), system.to_wkt(version="WKT1_ESRI")))
         self.assertFalse(same(system.to_wkt(), CRS.from_epsg(25833).to_wkt()))
 
+    @needs_rasterio
+    def test_compares_the_projections_of_a_geotiff_and_of_ascii_grids(self):
+        import rasterio
+        from rasterio.crs import CRS
+
+        transform = rasterio.transform.from_origin(X0 - 0.5 * CELL, Y0 + (ROWS - 0.5) * CELL, CELL, CELL)
+        with rasterio.open(self.folder / "dem.tif", "w", driver="GTiff", width=COLUMNS, height=ROWS, count=1, dtype="float32", transform=transform,
+                           crs="EPSG:25832") as file:
+            file.write((500.0 - 0.25 * (self.x - X0)).astype("float32"), 1)
+        for code in (25832, 25833):
+            for path in self.steps.glob("*.asc"):
+                path.with_suffix(".prj").write_text(CRS.from_epsg(code).to_wkt(version="WKT1_ESRI"))
+            if code == 25832:
+                self.convert(dem=str(self.folder / "dem.tif"))
+        with self.assertRaisesRegex(InputError, "different projections"):
+            self.convert(dem=str(self.folder / "dem.tif"))
+
+    def test_refuses_a_projection_beside_one_only_where_the_grids_differ(self):
+        (self.folder / "Inputs" / "dem.prj").write_text('PROJCS["x",GEOGCS["y",UNIT["degree",0.01745]],UNIT["metre",1]]')
+        self.header(f"xllcenter {X0}", "xllcenter 980.0")
+        with self.assertRaisesRegex(InputError, "its grid is another one.*put the .prj"):
+            self.convert()
+
 
 class Scene(InFolder):
     """Synthetic avalanches in com1DFA's formats, 5 m cells, a step a second, that conserve volume exactly: a patch of snow that moves along a

@@ -155,7 +155,7 @@ def import_avalanche(folder, x, y, width, out, simulation=None, dem=None, densit
              if not peaks_only else f"{name}: peak values only", *ground_lines(plane, direction), *lines]
     if peaks_only:
         lines.append(f"depth {flow.depth[row]:.3g} m and speed {flow.speed[row]:.3g} m/s are the largest of the whole avalanche at the point; the two "
-                     "need not coincide, so that a design from both is on the safe side")
+                     "need not coincide: no moment has a larger v^2 H, and perhaps none has one as large")
         lines.append(f"no case, since peak values do not say how the flow varies in time: {EXPORT}")
     else:
         lines += [relief_line, f"largest v^2 H: {flow.depth[row]:.3g} m at {flow.speed[row]:.3g} m/s, {times[row]:.3g} s after the arrival"]
