@@ -44,6 +44,12 @@ inline std::string_view trimmed(std::string_view text, std::string_view blanks) 
   return text.substr(first, text.find_last_not_of(blanks) - first + 1);
 }
 
+/// A text without the byte-order mark of UTF-8 that spreadsheets put before it.
+inline std::string_view without_byte_order_mark(std::string_view text) {
+  constexpr std::string_view mark = "\xEF\xBB\xBF";
+  return text.substr(text.starts_with(mark) ? mark.size() : 0);
+}
+
 /// A text for tables and JSON: bytes that are not UTF-8 and control characters become '?' and blanks.
 inline std::string plain_text(std::string_view text) {
   std::string plain;

@@ -51,8 +51,8 @@ struct Header {
   std::string_view word;
 
   Header(Words& words, std::string& problem) {
-    static constexpr const char* known[] = {"ncols",     "nrows",     "xllcenter", "xllcorner",
-                                            "yllcenter", "yllcorner", "cellsize",  "nodata_value"};
+    static constexpr const char* known[] = {"ncols",     "nrows",    "xllcenter", "xllcorner", "yllcenter",
+                                            "yllcorner", "cellsize", "dx",        "dy",        "nodata_value"};
     for (word = words.next(); !word.empty(); word = words.next()) {
       const std::string name = lower(std::string(word.substr(0, 40)));
       if (std::ranges::find(known, name) == std::end(known)) return;
@@ -65,6 +65,14 @@ struct Header {
       }
       numbers[name] = *number;
     }
+  }
+  /// Takes dx and dy, which GIS programs write in place of cellsize. @return what is wrong with them; empty: nothing
+  std::string take_dx_and_dy() {
+    if (has("cellsize") || !has("dx") || !has("dy")) return {};
+    if (std::abs(get("dx") - get("dy")) > 1e-6 * get("dx"))
+      return fmt::format("has cells of {:g} x {:g}; resample it to square ones", get("dx"), get("dy"));
+    numbers["cellsize"] = get("dx");
+    return {};
   }
   [[nodiscard]] bool has(std::string_view name) const { return numbers.contains(name); }
   [[nodiscard]] double get(std::string_view name) const { return numbers.find(name)->second; }
@@ -176,9 +184,10 @@ HeightField::Points points_of_table(const Table& table, std::string& problem) {
 HeightField::Points parse_raster(std::string_view text, std::string& problem) {
   problem.clear();
   HeightField::Points points;
-  Words words(text);
-  const Header header(words, problem);
+  Words words(without_byte_order_mark(text));
+  Header header(words, problem);
   if (!problem.empty()) return points;
+  if (problem = header.take_dx_and_dy(); !problem.empty()) return points;
   for (const char* name : {"ncols", "nrows", "cellsize"}) {
     if (!header.has(name)) {
       problem = fmt::format(

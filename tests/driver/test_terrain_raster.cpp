@@ -64,6 +64,11 @@ TEST(Rasters, AreReadFromTheNorthWithCornersOrCentresAndBlanksOfEveryKind) {
       parse_raster("ncols 3 nrows 2 xllcorner 9 yllcorner 19 cellsize 2 nodata_value -1 4 5 6 1 2 3", problem);
   EXPECT_EQ(problem, "");
   EXPECT_EQ(corners, centres);
+  const std::string marked = "\xEF\xBB\xBFncols 3 nrows 2 xllcenter 10 yllcenter 20 ";  // a byte-order mark
+  EXPECT_EQ(parse_raster(marked + "dx 2 dy 2 4 5 6 1 2 3", problem), centres);          // as GIS programs write it
+  EXPECT_EQ(problem, "");
+  (void)parse_raster(marked + "dx 2 dy 3 4 5 6 1 2 3", problem);
+  EXPECT_EQ(problem, "has cells of 2 x 3; resample it to square ones");
 }
 
 TEST(Rasters, AsTextReadBackToTheSameBits) {

@@ -74,6 +74,12 @@ TEST(Table, ReadsCommentsQuotesEmptyCellsAndForeignLineEnds) {
   EXPECT_TRUE(std::isnan(t.numbers("y_m")[1]));
 }
 
+TEST(Table, ReadsBehindAByteOrderMark) {
+  const TemporaryDirectory dir;
+  write_file(dir / "t.csv", "\xEF\xBB\xBFtime_s,x_m\n0,1.5\n");
+  EXPECT_EQ(Table::read(dir / "t.csv").columns(), (Columns{"time_s", "x_m"}));
+}
+
 TEST(Table, FaultsNameFileLineValueAndColumn) {
   const TemporaryDirectory dir;
   const std::filesystem::path path = dir / "t.csv";
