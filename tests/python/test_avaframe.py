@@ -324,6 +324,7 @@ class Avalanche(InFolder):
             with self.assertRaisesRegex(InputError, message):
                 check_metres(wrong, "dem.asc")
         self.assertTrue(same(metres, metres.replace(",", ", ").upper()))
+        self.assertTrue(same(metres, f'COMPD_CS["both",{metres},VERT_CS["height",UNIT["metre",1]]]'))  # a DEM that names its heights, too
 
     @needs_rasterio
     def test_compares_projections_and_not_their_texts(self):

@@ -26,8 +26,22 @@ def horizontal_unit(wkt):
     return next((name for kind, name, _ in reversed(UNIT.findall(wkt)) if kind.upper() not in ("ANGLE", "SCALE") and not ANGLE.match(name)), "m")
 
 
+def horizontal(wkt):
+    """The part of a compound system that is of the coordinates in plan; other systems as they are."""
+    found = re.match(r'\s*COMP(D_?CS|OUNDCRS)\["[^"]*",\s*', wkt, re.IGNORECASE)
+    if not found:
+        return wkt
+    depth = 0
+    for at in range(found.end(), len(wkt)):
+        depth += (wkt[at] == "[") - (wkt[at] == "]")
+        if depth == 0 and wkt[at] == "]":
+            return wkt[found.end():at + 1]
+    return wkt
+
+
 def same(one, other):
-    """Whether two texts name one coordinate system, by rasterio; where it is missing, by the texts without blanks and cases."""
+    """Whether two texts name one system in plan, by rasterio; where it is missing, by the texts without blanks and cases."""
+    one, other = horizontal(one), horizontal(other)
     plain = [re.sub(r"\s", "", wkt).lower() for wkt in (one, other)]
     if plain[0] == plain[1]:
         return True
