@@ -34,8 +34,6 @@ struct Setting {
   int line;
 };
 
-std::ostream& operator<<(std::ostream& out, const Setting& setting) { return out << setting.key->table << "." << setting.key->name; }
-
 /// The lines of an entry of a table: behind its heading to the next one. @returns first and last, counted from 1; {0, -1} without such a
 /// table
 std::pair<int, int> lines_of_table(const std::vector<std::string>& lines, const std::string& table) {
@@ -170,91 +168,97 @@ std::string with_line(const Setting& setting, const std::string& line) {
 std::string value_place(const Setting& setting) { return fmt::format("case.toml:{}:{}: ", setting.line, setting.key->name.size() + 4); }
 std::string key_place(const Setting& setting) { return fmt::format("case.toml:{}:1: ", setting.line); }
 
-class EveryKey : public ::testing::TestWithParam<Setting> {};
-
-TEST_P(EveryKey, OfWrongTypeIsReportedWithPlaceAndRemedy) {
-  const Setting& s = GetParam();
-  const std::string wrong = s.key->type == KeyType::boolean ? "1" : "true";
-  const std::string message = message_of(with_line(s, s.key->name + " = " + wrong));
-  EXPECT_TRUE(reports(message, value_place(s), {s.key->name + " = " + wrong, "give "}));
-  EXPECT_TRUE(reports(message_of(with_line(s, s.key->name + " = 2020-02-02")), value_place(s), {"date"}));
+/// Tries every key that has a setting; a failure names its key.
+template <class Check>
+void for_keys(Check&& check) {
+  ASSERT_FALSE(every_case_key().empty());
+  for (const Setting& setting : every_case_key()) {
+    SCOPED_TRACE(config::key_path(setting.key->table, setting.key->name));
+    check(setting);
+  }
 }
 
-TEST_P(EveryKey, OutOfRangeIsReportedWithPlaceValueAndRange) {
-  const Setting& s = GetParam();
-  const auto refused = [&](const std::string& value, const std::vector<std::string>& words) {
-    const std::string message = message_of(with_line(s, s.key->name + " = " + value));
-    EXPECT_TRUE(reports(message, value_place(s), words)) << value;
-  };
-  switch (s.key->type) {
-    case KeyType::number:
-    case KeyType::vector:
-    case KeyType::matrix: {
-      ASSERT_TRUE(s.key->range);
-      const auto literal = [&](const std::string& x) { return s.key->type == KeyType::vector ? "[0.5, " + x + ", 0]" : x; };
-      const Range& range = *s.key->range;
-      const double low = range.low_open ? range.low : range.low - 1e-3 * std::max(1.0, std::abs(range.low));
-      const double high = range.high_open ? range.high : range.high + 1e-3 * std::max(1.0, std::abs(range.high));
-      refused(literal(fmt::format("{:.17e}", low)), {"out of range", fmt::format("{:g}", range.low)});
-      refused(literal(fmt::format("{:.17e}", high)), {"out of range", fmt::format("{:g}", range.high)});
-      for (const char* odd : {"nan", "inf", "-inf", "+nan"}) refused(literal(odd), {"finite"});
-      break;
-    }
-    case KeyType::integer:
-      if (s.key->range) {
-        refused(fmt::format("{}", s.key->range->low - 1), {"out of range", fmt::format("{:g}", s.key->range->low)});
-      } else {
-        refused("9", {"out of range", s.key->choices.front()});
+TEST(EveryKey, OfWrongTypeIsReportedWithPlaceAndRemedy) {
+  for_keys([](const Setting& s) {
+    const std::string wrong = s.key->type == KeyType::boolean ? "1" : "true";
+    const std::string message = message_of(with_line(s, s.key->name + " = " + wrong));
+    EXPECT_TRUE(reports(message, value_place(s), {s.key->name + " = " + wrong, "give "}));
+    EXPECT_TRUE(reports(message_of(with_line(s, s.key->name + " = 2020-02-02")), value_place(s), {"date"}));
+  });
+}
+
+TEST(EveryKey, OutOfRangeIsReportedWithPlaceValueAndRange) {
+  for_keys([](const Setting& s) {
+    const auto refused = [&](const std::string& value, const std::vector<std::string>& words) {
+      const std::string message = message_of(with_line(s, s.key->name + " = " + value));
+      EXPECT_TRUE(reports(message, value_place(s), words)) << value;
+    };
+    switch (s.key->type) {
+      case KeyType::number:
+      case KeyType::vector:
+      case KeyType::matrix: {
+        ASSERT_TRUE(s.key->range);
+        const auto literal = [&](const std::string& x) { return s.key->type == KeyType::vector ? "[0.5, " + x + ", 0]" : x; };
+        const Range& range = *s.key->range;
+        const double low = range.low_open ? range.low : range.low - 1e-3 * std::max(1.0, std::abs(range.low));
+        const double high = range.high_open ? range.high : range.high + 1e-3 * std::max(1.0, std::abs(range.high));
+        refused(literal(fmt::format("{:.17e}", low)), {"out of range", fmt::format("{:g}", range.low)});
+        refused(literal(fmt::format("{:.17e}", high)), {"out of range", fmt::format("{:g}", range.high)});
+        for (const char* odd : {"nan", "inf", "-inf", "+nan"}) refused(literal(odd), {"finite"});
+        break;
       }
-      break;
-    case KeyType::choice: refused("\"zzzzzzzz\"", {"not known", s.key->choices.front()}); break;
-    case KeyType::axes:
-      refused("[\"z\"]", {"holds \"z\""});
-      refused("[\"x\", \"x\"]", {"twice"});
-      refused("[1]", {"holds 1"});
-      break;
-    case KeyType::text:
-    case KeyType::boolean: break;  // no range
-  }
+      case KeyType::integer:
+        if (s.key->range) {
+          refused(fmt::format("{}", s.key->range->low - 1), {"out of range", fmt::format("{:g}", s.key->range->low)});
+        } else {
+          refused("9", {"out of range", s.key->choices.front()});
+        }
+        break;
+      case KeyType::choice: refused("\"zzzzzzzz\"", {"not known", s.key->choices.front()}); break;
+      case KeyType::axes:
+        refused("[\"z\"]", {"holds \"z\""});
+        refused("[\"x\", \"x\"]", {"twice"});
+        refused("[1]", {"holds 1"});
+        break;
+      case KeyType::text:
+      case KeyType::boolean: break;  // no range
+    }
+  });
 }
 
-TEST_P(EveryKey, MisspeltIsReportedWithTheRightSuggestion) {
-  const Setting& s = GetParam();
-  const std::string line = lines_of(s.text)[static_cast<std::size_t>(s.line) - 1];
-  const std::string& name = s.key->name;
-  std::string doubled = name, dropped = name, swapped = name;
-  doubled.insert(2, 1, name[2]);
-  dropped.erase(name.size() / 2, 1);
-  std::swap(swapped[1], swapped[2]);
-  for (const std::string& wrong : {doubled, dropped, swapped}) {
-    if (wrong == name) continue;
-    const std::string message = message_of(with_line(s, wrong + line.substr(name.size())));
-    EXPECT_TRUE(reports(message, key_place(s), {"unknown key " + wrong + "; did you mean " + name + "?"}));
-    EXPECT_EQ(lines_of(message).size(), 1u) << message;  // and not as missing, too
-  }
+TEST(EveryKey, MisspeltIsReportedWithTheRightSuggestion) {
+  for_keys([](const Setting& s) {
+    const std::string line = lines_of(s.text)[static_cast<std::size_t>(s.line) - 1];
+    const std::string& name = s.key->name;
+    std::string doubled = name, dropped = name, swapped = name;
+    doubled.insert(2, 1, name[2]);
+    dropped.erase(name.size() / 2, 1);
+    std::swap(swapped[1], swapped[2]);
+    for (const std::string& wrong : {doubled, dropped, swapped}) {
+      if (wrong == name) continue;
+      const std::string message = message_of(with_line(s, wrong + line.substr(name.size())));
+      EXPECT_TRUE(reports(message, key_place(s), {"unknown key " + wrong + "; did you mean " + name + "?"}));
+      EXPECT_EQ(lines_of(message).size(), 1u) << message;  // and not as missing, too
+    }
+  });
 }
 
-TEST_P(EveryKey, InAnotherTableIsSentToItsOwn) {
-  const Setting& s = GetParam();
-  const std::string foreign = s.key->table == "output" ? "numerics" : "output";
-  const std::string message = message_of(strip_case + (foreign == "output" ? "" : "[numerics]\n") + s.key->name + " = 1\n");
-  EXPECT_TRUE(reports(message, "case.toml:", {"unknown key " + s.key->name + "; it belongs in "}));
+TEST(EveryKey, InAnotherTableIsSentToItsOwn) {
+  for_keys([](const Setting& s) {
+    const std::string foreign = s.key->table == "output" ? "numerics" : "output";
+    const std::string message = message_of(strip_case + (foreign == "output" ? "" : "[numerics]\n") + s.key->name + " = 1\n");
+    EXPECT_TRUE(reports(message, "case.toml:", {"unknown key " + s.key->name + "; it belongs in "}));
+  });
 }
 
-TEST_P(EveryKey, SurvivesReadingAndWriting) {
-  const Setting& s = GetParam();
-  const Case c = parse_case(s.text, "case.toml");
-  const std::string written = write_case(c);
-  EXPECT_EQ(parse_case(written, "written.toml"), c);
-  EXPECT_EQ(write_case(parse_case(written, "written.toml")), written);
+TEST(EveryKey, SurvivesReadingAndWriting) {
+  for_keys([](const Setting& s) {
+    const Case c = parse_case(s.text, "case.toml");
+    const std::string written = write_case(c);
+    EXPECT_EQ(parse_case(written, "written.toml"), c);
+    EXPECT_EQ(write_case(parse_case(written, "written.toml")), written);
+  });
 }
-
-INSTANTIATE_TEST_SUITE_P(Config, EveryKey, ::testing::ValuesIn(every_case_key()), [](const auto& param) {
-  const KeyInfo& key = *param.param.key;
-  std::string name = (key.table.empty() ? "top" : key.table) + "_" + key.name;
-  std::replace(name.begin(), name.end(), '.', '_');
-  return name;
-});
 
 TEST(EveryKeyOfTheSchema, IsTriedInACase) {
   const auto& tried = every_case_key();

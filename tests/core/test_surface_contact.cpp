@@ -393,9 +393,15 @@ void expect_part_as_whole(const Outline& outline) {
   }
 }
 
-TEST_P(SurfaceContact, GivesThePartWhatTheWholeGives) {
-  if (!GetParam().symmetric || has_edge_on_mirror_plane(outline)) GTEST_SKIP() << "not symmetric, or below";
-  expect_part_as_whole(outline);
+TEST(SurfaceContactOfPart, GivesWhatTheWholeGives) {
+  int tried = 0;
+  for (const Named& n : outlines()) {
+    if (!n.symmetric || has_edge_on_mirror_plane(n.outline)) continue;  // the edge: below
+    SCOPED_TRACE(n.name);
+    expect_part_as_whole(n.outline);
+    ++tried;
+  }
+  EXPECT_GE(tried, 4);
 }
 
 /// Not so yet, and not with any number of sweeps: 32 % of the speed at nodes, 7 % of the force. At an edge on the mirror plane the ends of
