@@ -2,7 +2,9 @@
 
 import contextlib
 import io
+import os
 import pathlib
+import unittest.mock
 
 import in_folder
 import numpy as np
@@ -11,11 +13,18 @@ import pandas as pd
 from mpmtools import equations
 from mpmtools.__main__ import main
 from mpmtools.equations import relative_height
+from mpmtools.study import uncertainty
 
 SOURCE = pathlib.Path(__file__).resolve().parent.parent.parent
 FROUDE = (0.1, 0.3, 1.0, 2.0, 3.0, 5.0, 7.0)  # the paper's grid
 SLOPES = (0.0, 0.4, 0.8, 1.2)
 BETAS = (0.0, 0.15, 0.3, 0.45)
+ALL_DRAWS = os.environ.get("MPM_LONG_TESTS") == "1"  # of each bootstrap, which takes most of the time of a study
+
+
+def few_draws():
+    """Less draws of each bootstrap than the kept tables have, if MPM_LONG_TESTS is not 1."""
+    return unittest.mock.patch.object(uncertainty, "RESAMPLES", uncertainty.RESAMPLES if ALL_DRAWS else 40)
 
 
 def paper_grid(froude=FROUDE):
@@ -64,7 +73,7 @@ class InFolder(in_folder.InFolder):
     def command(self, *arguments):
         """(exit code, stdout, stderr) of `python3 -m mpmtools`."""
         out, err = io.StringIO(), io.StringIO()
-        with contextlib.redirect_stdout(out), contextlib.redirect_stderr(err):
+        with contextlib.redirect_stdout(out), contextlib.redirect_stderr(err), few_draws():
             try:
                 code = main([str(argument) for argument in arguments])
             except SystemExit as stop:  # argparse

@@ -67,13 +67,13 @@ def coefficient_intervals(runs):
     return pd.DataFrame(rows)
 
 
-def bootstrap(equation, samples, column, resamples=RESAMPLES, seed=SEED):
-    """Coefficients of as many draws with replacement of whole groups of runs, those with one value of `column`. NaN where a draw does not
+def bootstrap(equation, samples, column, resamples=None, seed=SEED):
+    """Coefficients of as many draws (RESAMPLES if not given) with replacement of whole groups of runs, those with one value of `column`. NaN where a draw does not
     determine them."""
     groups = levels(samples[column])
     code = groups.astype("category").cat.codes.to_numpy()
     count = code.max() + 1
-    weights = np.random.default_rng(seed).multinomial(count, np.full(count, 1.0 / count), size=resamples)[:, code]
+    weights = np.random.default_rng(seed).multinomial(count, np.full(count, 1.0 / count), size=resamples or RESAMPLES)[:, code]
     found = refit(equation, samples, weights)
     if equation.saturates:
         found[~below_saturation(samples, weights, found[:, 1])] = np.nan
