@@ -58,11 +58,11 @@ TEST_F(MpiCampaign, StopsWithACheckpoint) {
   write("plan.toml", "ranks = 2\n" + blocks +
                          "[[run]]\nname = \"long\"\nset = { \"numerics.gravity_m_s2\" = 0, \"output.duration_s\" = 100.0, "
                          "\"output.series_per_second\" = 50 }\n");
-  const Outcome stopped = testing::run_command(
-      "{ '" MPM_APP
-      "' campaign run plan.toml --out out & child=$!; for i in $(seq 600); do "
-      "[ $(cat out/runs/long/series.csv 2>/dev/null | wc -l) -gt 3 ] && break; sleep 0.05; done; kill -TERM $child; wait $child; }",
-      directory_.path(), directory_.path());
+  const Outcome stopped = testing::run_command("{ '" MPM_APP
+                                               "' campaign run plan.toml --out out & child=$!; "
+                                               "until [ $(cat out/runs/long/series.csv 2>/dev/null | wc -l) -gt 3 ] || ! kill -0 $child; "
+                                               "do sleep 0.05; done; kill -TERM $child; wait $child; }",
+                                               directory_.path(), directory_.path());
   EXPECT_TRUE(contains(stopped.err, "stopped; the same command continues")) << stopped.err;
   EXPECT_TRUE(fs::exists(directory_ / "out/runs/long/checkpoint.h5")) << stopped.err;
   EXPECT_TRUE(contains(content(directory_ / "out/runs/long/attempts.json"), "\"stopped\"")) << stopped.err;
@@ -125,7 +125,7 @@ TEST_F(MpiSlurm, SrunPassesTheSignalToStopOn) {
   const Outcome stopped =
       with_slurm("sh -c 'srun --mpi=pmix --ntasks=2 " MPM_APP
                  " run case.toml --threads 1 --out stopped & srun=$!; "
-                 "for i in $(seq 600); do [ $(cat stopped/series.csv 2>/dev/null | wc -l) -gt 3 ] && break; sleep 0.05; done; "
+                 "until [ $(cat stopped/series.csv 2>/dev/null | wc -l) -gt 3 ] || ! kill -0 $srun; do sleep 0.05; done; "
                  "kill -USR2 $srun; wait $srun'");
   EXPECT_EQ(stopped.code, 128 + SIGUSR2) << stopped.err;
   EXPECT_TRUE(contains(stopped.err, "stopped at t = ")) << stopped.err;
@@ -153,9 +153,10 @@ TEST_F(MpiSlurm, TheJobScriptOfTheDocumentationWritesACheckpointWhenSlurmSignals
   ASSERT_EQ(shell("'" MPM_APP "' run case.toml --threads 1 --out one").code, 0);
   const Outcome job = with_slurm(  // the signal is that of --signal=B:USR1
       "sh -c 'job=$(sbatch --parsable job.sh) || exit 1; "
-      "for i in $(seq 600); do [ $(cat out/fr3/series.csv 2>/dev/null | wc -l) -gt 3 ] && break; sleep 0.05; done; "
+      "queued() { [ -n \"$(squeue --noheader --job $job)\" ]; }; "
+      "until [ $(cat out/fr3/series.csv 2>/dev/null | wc -l) -gt 3 ] || ! queued; do sleep 0.05; done; "
       "scancel --batch --signal=USR1 $job; "
-      "for i in $(seq 600); do [ -z \"$(squeue --noheader --job $job)\" ] && break; sleep 0.1; done; cat slurm-$job.out'");
+      "while queued; do sleep 0.1; done; cat slurm-$job.out'");
   ASSERT_EQ(job.code, 0) << job.err;
   EXPECT_TRUE(contains(content(directory_ / "out/fr3/run.log"), "(asked for)")) << job.out;
   EXPECT_TRUE(contains(content(directory_ / "out/fr3/results.json"), "\"ranks\": 2")) << job.out;

@@ -1,7 +1,9 @@
 #pragma once
 /// A Slurm cluster on this machine, started by a test.
 
+#include <fcntl.h>
 #include <gtest/gtest.h>
+#include <sys/file.h>
 #include <unistd.h>
 
 #include <string>
@@ -20,6 +22,8 @@ class SlurmTest : public ::testing::Test {
       if (shell(std::string("PATH=$PATH:/usr/sbin command -v ") + program).code != 0)
         GTEST_SKIP() << program << " is not installed (Debian: slurm-wlm)";
     }
+    lock_ = open("/tmp/mpm-test-slurm.lock", O_CREAT | O_RDWR | O_CLOEXEC, 0600);
+    ASSERT_EQ(flock(lock_, LOCK_EX), 0);  // of two clusters at one time one cannot start the tasks of a job
     const Outcome up = shell(cluster("up"));
     ASSERT_EQ(up.code, 0) << up.err;
     started_ = true;
@@ -28,6 +32,7 @@ class SlurmTest : public ::testing::Test {
     if (started_) {
       EXPECT_EQ(shell(cluster("down")).code, 0);
     }
+    if (lock_ >= 0) close(lock_);
   }
 
   [[nodiscard]] std::string cluster(const std::string& verb) const {
@@ -43,6 +48,7 @@ class SlurmTest : public ::testing::Test {
 
   TemporaryDirectory directory_;
   bool started_ = false;
+  int lock_ = -1;
 };
 
 }  // namespace mpm::testing
