@@ -330,6 +330,51 @@ class Faults:
         self.design = (at / "out" / "design.json").read_bytes()
         self.trial("a design is killed (kill -9)", "the same command leaves the design.json of the reference", 8, one)
 
+    def studies(self):
+        words = ["converge", "case.toml", "--cell-size", "0.5,0.25", "--metric", "steps", "--threads", "1", "--out", "out"]
+
+        def place():
+            at = self.place()
+            (at / "case.toml").write_text(CASE)
+            return at
+
+        def resumed(at):
+            code, err = self.run(*words, *(["--resume"] if (at / "out").exists() else []), at=at)
+            problem = self.crash(code, err) or ("" if code == OK else f"exit {code}: {err[-300:]}")
+            return problem or ("" if (at / "out" / "converge.csv").read_bytes() == table else "converge.csv differs from the reference")
+
+        def killed():
+            at = place()
+            for _ in range(self.random.randrange(1, 4)):
+                process = subprocess.Popen([self.mpm, *words, *(["--resume"] if (at / "out").exists() else [])], cwd=at, env=self.environment,
+                                           stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, start_new_session=True)
+                time.sleep(self.random.uniform(0.0, 1.1 * seconds))
+                process.kill()
+                process.wait()
+            problem = resumed(at)
+            shutil.rmtree(at)
+            return problem
+
+        def damaged():
+            at = self.place() / "study"
+            shutil.copytree(whole, at)
+            path = at / "out" / self.random.choice(("dx_0.5", "dx_0.25")) / self.random.choice(("results.json", "series.csv", "case.toml", "checkpoint.h5", "final.h5"))
+            path = self.random.choice((path, path, path, at / "out" / "converge.csv"))
+            how = self.damage(path, ("cut off", "not UTF-8", "bytes", "missing"))
+            problem = resumed(at)
+            shutil.rmtree(at.parent)
+            return problem and f"{path.name}, {how}: {problem}"
+
+        whole, table = place(), None
+        begin = time.monotonic()
+        code, err = self.run(*words, at=whole)
+        seconds = time.monotonic() - begin
+        if code != OK:
+            raise SystemExit(f"faults: the undisturbed study failed ({code}): {err}")
+        table = (whole / "out" / "converge.csv").read_bytes()
+        self.trial("a grid study is killed (kill -9) up to three times", "--resume leaves the converge.csv of the reference", 20, killed)
+        self.trial("a file of a finished grid study is damaged", "--resume leaves the converge.csv of the reference", 30, damaged)
+
     # --- locks, streams, links ---
     def without_locks(self):
         library = self.folder / "failing_calls.so"
@@ -358,6 +403,25 @@ class Faults:
             return "" if code == OK and "has no locks" in err and not owner.exists() else f"{other}: exit {code}, {err[-300:]}"
 
         self.trial("a file system without flock; nobody, an ended or a live process has the folder", "runs and says so, or is refused with the owner's file", 16, one)
+
+        def race():
+            at = self.place()
+            (at / "case.toml").write_text(CASE)
+            ended = subprocess.Popen(["true"])
+            ended.wait()
+            (at / "out").mkdir()
+            (at / "out" / ".lock.owner").write_text(f"{os.uname().nodename} {ended.pid}")
+            environment = {**self.environment, "LD_PRELOAD": str(library), "FLOCK_FAILS": str(self.random.choice(reasons))}
+            command = [self.mpm, "run", "case.toml", "--threads", "1", "--set", "output.duration_s=0.2", "--out", "out", "--force"]
+            together = [subprocess.Popen(command, cwd=at, env=environment, stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+                        for _ in range(6)]
+            codes = sorted(process.wait(PATIENCE) for process in together)
+            starts = (at / "out" / "run.log").read_text().count("start: ")
+            left = [path.name for path in (at / "out").glob(".lock.*")]
+            # one after another may have it, never two together: each then begins run.log anew
+            return "" if set(codes) <= {OK, IO} and OK in codes and starts == 1 and not left else f"exits {codes}, {starts} starts, left {left}"
+
+        self.trial("six processes without flock find the lock file of a process that has ended", "one runs, the others are refused", 12, race)
 
         def campaign():
             at = self.place()
@@ -478,6 +542,7 @@ class Faults:
         self.damaged_plans()
         self.other_plans()
         self.designs()
+        self.studies()
         self.without_locks()
         self.streams_and_links()
         self.python_readers()

@@ -43,10 +43,14 @@ std::string differences(const CampaignRun& a, const CampaignRun& b) {
 /// Errors of many cases; an error common to several runs is reported once.
 class SharedProblems {
  public:
-  /// @param message one problem a line
+  explicit SharedProblems(std::string plan_file) : plan_file_(std::move(plan_file)) {}
+
+  /// @param message one problem a line; what the plan sets is a problem of the plan and not of --set
   void add(const std::string& message, const std::string& run) {
     std::istringstream lines(message);
+    constexpr std::string_view of_a_setting = "--set ";
     for (std::string line; std::getline(lines, line);) {
+      if (line.starts_with(of_a_setting) && !plan_file_.empty()) line.replace(0, of_a_setting.size(), plan_file_ + ": ");
       const auto found = std::ranges::find(problems_, line, &Problem::text);
       if (found == problems_.end()) {
         if (full()) return;
@@ -79,6 +83,7 @@ class SharedProblems {
     std::string text, first_run;  ///< first_run is empty for an error that is not of a single run
     std::size_t further_runs;
   };
+  std::string plan_file_;
   std::vector<Problem> problems_;
 };
 
@@ -86,7 +91,7 @@ class SharedProblems {
 
 Campaign make_campaign(CampaignPlan plan) {
   Campaign campaign;
-  SharedProblems problems;
+  SharedProblems problems(plan.file);
   std::map<std::pair<std::string, double>, std::size_t> known;  // case and end -> index
   std::map<std::string, std::size_t> names;
   for (const PlannedRun& planned : plan.runs) {

@@ -38,6 +38,7 @@ struct SlurmSpec {
 
 /// A plan with its runs.
 struct CampaignPlan {
+  std::string file;                   ///< of the plan, for messages
   std::string title;                  ///< heading of the campaign
   std::string base_text;              ///< the base case as TOML
   std::string base_name;              ///< its place, for messages

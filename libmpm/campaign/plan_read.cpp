@@ -30,7 +30,7 @@ constexpr std::size_t most_rules = 1000;  // [[when]] of a plan or a [[grid]]: e
 /// Reads the tables of a plan, one function a table.
 class BlockReader : private PlanValues {
  public:
-  explicit BlockReader(const std::filesystem::path& file) : PlanValues(file), file_(file) {}
+  explicit BlockReader(const std::filesystem::path& file) : PlanValues(file), file_(file) { blocks_.plan.file = file.string(); }
 
   PlanBlocks read(std::string_view text) {
     config::check_text(text, file_.string());

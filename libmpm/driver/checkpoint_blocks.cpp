@@ -35,8 +35,9 @@ bool all_finite(const Particle& p) {
   return finite(p.position) && finite(p.velocity) && finite(p.affine) && finite(p.stress) && std::isfinite(p.internal);
 }
 
-/// Particles of one block.
-void check_particles(const StoredBlock& stored, Precision precision, double cell_size, std::uint64_t next_id, const Refuse& refuse) {
+/// Particles of one block, whose identity numbers are appended to ids.
+void check_particles(const StoredBlock& stored, Precision precision, double cell_size, std::uint64_t next_id,
+                     std::vector<std::uint64_t>& ids, const Refuse& refuse) {
   const Index3& block = stored.coordinate;
   const RecordFrame frame{block, cell_size, stored.velocity};
   const std::size_t size = record_bytes(precision);
@@ -46,6 +47,7 @@ void check_particles(const StoredBlock& stored, Precision precision, double cell
       return Particle(decode(record, frame));
     });
     if (p.id >= next_id) refuse(fmt::format("particle {} has a number that is not given yet: the next one is {}", p.id, next_id));
+    ids.push_back(p.id);
     const int cell = stored.cells[i];
     if (cell >= block_nodes || !in_its_cell(p, block, stored.cells[i], cell_size)) {
       refuse(fmt::format("particle {} at ({}, {}, {}) m is not in cell {} of block ({}, {}, {})", p.id, p.position[0], p.position[1],
@@ -162,6 +164,7 @@ std::vector<BlockHead> StoredBlocks::heads(const Refuse& refuse) const {
 
 void StoredBlocks::restore_own(Grid& grid, std::uint64_t next_id, const Refuse& refuse) const {
   const auto own = [&](std::size_t b) { return grid.ranks() == nullptr || grid.ranks()->owns(coordinate_of(b)); };
+  std::vector<std::uint64_t> ids;
   std::size_t first = 0;  // particle
   for (std::size_t b = 0; b < counts_.size();) {
     if (!own(b)) {
@@ -170,16 +173,18 @@ void StoredBlocks::restore_own(Grid& grid, std::uint64_t next_id, const Refuse& 
     }
     std::size_t end = b, count = 0;
     for (; end < counts_.size() && own(end) && (count == 0 || count + size_of(end) <= PieceSize{}.particles); ++end) count += size_of(end);
-    restore_piece(b, end, first, count, grid, next_id, refuse);
+    restore_piece(b, end, first, count, grid, next_id, ids, refuse);
     first += count;
     b = end;
   }
+  std::ranges::sort(ids);
+  if (const auto twice = std::ranges::adjacent_find(ids); twice != ids.end()) refuse(fmt::format("particle {} is there twice", *twice));
 }
 
 Index3 StoredBlocks::coordinate_of(std::size_t b) const { return {coordinates_[3 * b], coordinates_[3 * b + 1], coordinates_[3 * b + 2]}; }
 
 void StoredBlocks::restore_piece(std::size_t b, std::size_t end, std::size_t first, std::size_t count, Grid& grid, std::uint64_t next_id,
-                                 const Refuse& refuse) const {
+                                 std::vector<std::uint64_t>& ids, const Refuse& refuse) const {
   const std::size_t size = record_bytes(precision_);
   const auto cells = file_.rows<std::uint8_t>("cells", {particles_}, first, count);
   const auto records = file_.rows<std::uint8_t>("particle_records", {particles_, size}, first, count);
@@ -187,7 +192,7 @@ void StoredBlocks::restore_piece(std::size_t b, std::size_t end, std::size_t fir
     const std::size_t n = size_of(b);
     const StoredBlock block{coordinate_of(b), Vec3(velocities_[3 * b], velocities_[3 * b + 1], velocities_[3 * b + 2]),
                             std::span(cells).subspan(at, n), std::as_bytes(std::span(records)).subspan(at * size, n * size)};
-    check_particles(block, grid.precision(), grid.cell_size(), next_id, refuse);
+    check_particles(block, grid.precision(), grid.cell_size(), next_id, ids, refuse);
     grid.restore(block);
     at += n;
   }

@@ -27,7 +27,8 @@ class StoredBlocks {
   /// All blocks, in order. Refuses counts and coordinates that no run can have written.
   [[nodiscard]] std::vector<BlockHead> heads(const Refuse& refuse) const;
   /// Puts the blocks that this rank owns into a grid; all blocks if there is one rank. heads() must have accepted them. Refuses particles
-  /// that are not finite, not in their cell, or whose identity number is not below `next_id`, because kernels and output rely on that.
+  /// that are not finite, not in their cell, or whose identity number is not below `next_id` or that of
+  /// another one (of this rank), because kernels and output rely on that.
   void restore_own(Grid& grid, std::uint64_t next_id, const Refuse& refuse) const;
 
  private:
@@ -35,7 +36,7 @@ class StoredBlocks {
   [[nodiscard]] Index3 coordinate_of(std::size_t b) const;
   /// Blocks b .. end - 1, with `count` particles from `first` on.
   void restore_piece(std::size_t b, std::size_t end, std::size_t first, std::size_t count, Grid& grid, std::uint64_t next_id,
-                     const Refuse& refuse) const;
+                     std::vector<std::uint64_t>& ids, const Refuse& refuse) const;
 
   const hdf5::Reader& file_;
   Precision precision_;

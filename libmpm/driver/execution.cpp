@@ -50,14 +50,17 @@ std::vector<Result> Execution::summary(const Summary& end) const {
       {"particle_steps", p.particle_steps, "", "sum over the steps of the particles moved"},
       about_execution("million_particle_steps_per_s", p.speed(), "", "speed: million particle-steps per second of wall time"),
       about_execution("peak_memory_bytes", peak_memory_bytes(), "byte", "largest memory of the process; with several ranks, of rank 0")};
-  std::ranges::move(checksums(end.series), std::back_inserter(results));
+  std::ranges::move(checksums(end), std::back_inserter(results));
   return results;
 }
 
-std::vector<Result> checksums(const TimeSeries& series) {
-  return {about_execution("series_crc32", checksum(table_text(series.names(), series.values())), "", "CRC-32 of series.csv"),
-          about_execution(checksum_entry, std::string(no_checksum), "",
-                          "CRC-32 of results.json itself, with eight zeros in the place of this number")};
+std::vector<Result> checksums(const Summary& end) {
+  std::vector<Result> sums{
+      about_execution("series_crc32", checksum(table_text(end.series.names(), end.series.values())), "", "CRC-32 of series.csv")};
+  if (!end.profile.empty()) sums.push_back(about_execution("profile_crc32", checksum(end.profile), "", "CRC-32 of profile.csv"));
+  sums.push_back(about_execution(checksum_entry, std::string(no_checksum), "",
+                                 "CRC-32 of results.json itself, with eight zeros in the place of this number"));
+  return sums;
 }
 
 std::vector<Result> execution_from_frames(const std::string& title, const SnapshotInfo& last, std::size_t particles) {

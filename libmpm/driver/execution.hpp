@@ -26,9 +26,8 @@ class Execution : public Observer {
 /// @param particles  in the last frame
 [[nodiscard]] std::vector<Result> execution_from_frames(const std::string& title, const SnapshotInfo& last, std::size_t particles);
 
-/// Entries of results.json with the checksums of series.csv and of itself; results_text fills in the latter.
-/// @param series  the rows of series.csv
-[[nodiscard]] std::vector<Result> checksums(const TimeSeries& series);
+/// Entries of results.json with the checksums of series.csv, profile.csv and of itself; results_text fills in the last one.
+[[nodiscard]] std::vector<Result> checksums(const Summary& end);
 
 /// Entries of results.json that mark it as a replay of frames by `mpm post`.
 /// @param frames  number of frames

@@ -88,13 +88,13 @@ LastFrame measure_frames(const std::filesystem::path& directory, const std::vect
 }
 
 /// results.json: the run's own, if it finished, with the entries that were measured from frames replaced.
-std::string updated_results(const std::filesystem::path& own, const Case& c, const LastFrame& last, const ObserverList& observers,
+std::string updated_results(const std::filesystem::path& own, const Case& c, const LastFrame& last, const Summary& end,
                             const Results& measured) {
   Results results;
   const bool finished = std::filesystem::exists(own) && !read_json_object(own).contains("measured_from");
   if (!finished) results.add(execution_from_frames(c.title, last.info, last.particles));
-  results.add(origin_in_frames(observers.series().size()));
-  results.add(checksums(observers.series()));
+  results.add(origin_in_frames(end.series.size()));
+  results.add(checksums(end));
   results.add(measured.entries());
   return finished ? results_text(results, read_json_text(own), own) : results_text(results);
 }
@@ -123,13 +123,13 @@ PostResult post_process(const std::filesystem::path& directory, const std::files
   const Summary end = list.summary(nullptr, nullptr);
   const auto profiles = list.profiles(end);
   result.results = list.results(end);
-  result.results_json = updated_results(directory / "results.json", c, last, list, result.results);
+  result.results_json = updated_results(directory / "results.json", c, last, end, result.results);
 
   using Write = std::function<void(const std::filesystem::path&)>;
   std::vector<std::pair<const char*, Write>> files = {
       {"series.csv", [&](const auto& path) { write_table(path, list.series().names(), list.series().values()); }}};
   if (!profiles.empty()) {
-    files.emplace_back("profile.csv", [&](const auto& path) { write_profile(path, profiles, end.span.steady); });
+    files.emplace_back("profile.csv", [&](const auto& path) { write_file(path, end.profile); });
     files.emplace_back("profiles.h5", [&](const auto& path) { write_profiles_over_time(path, end.series.time(), profiles); });
   }
   files.emplace_back("results.json", [&](const auto& path) { write_file(path, result.results_json); });

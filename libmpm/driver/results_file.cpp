@@ -30,16 +30,6 @@ std::string results_text(const Results& results, const std::string& base, const 
   return with_results(std::move(json), results);
 }
 
-void write_profile(const std::filesystem::path& path, const std::vector<HeightProfile>& profiles, bool steady) {
-  std::vector<std::string> names;
-  std::vector<std::vector<double>> columns;
-  for (const HeightProfile& profile : profiles) {
-    names.push_back(profile.column.name());
-    columns.push_back(steady ? profile.mean : std::vector<double>());
-  }
-  write_table(path, names, columns);
-}
-
 void write_profiles_over_time(const std::filesystem::path& path, std::span<const double> time, const std::vector<HeightProfile>& profiles) {
   hdf5::Writer file(path);
   file.dataset<double>("time_s", time);

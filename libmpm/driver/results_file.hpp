@@ -1,5 +1,5 @@
 #pragma once
-/// Files with the results of a run: results.json, profile.csv, profiles.h5.
+/// Files with the results of a run: results.json, profiles.h5.
 
 #include <filesystem>
 #include <string>
@@ -14,9 +14,6 @@ namespace mpm {
 /// The same, added to the content of another results.json, whose entries of the same names are replaced.
 /// @throws IoError, naming `path`, if `base` is not a JSON object
 [[nodiscard]] std::string results_text(const Results& results, const std::string& base, const std::filesystem::path& path);
-
-/// profile.csv: the means over the steady interval by height; without one only the header.
-void write_profile(const std::filesystem::path& path, const std::vector<HeightProfile>& profiles, bool steady);
 
 /// profiles.h5: time_s, z_m and, with a row for each sample and a column for each height, the quantities over height and time.
 /// @param profiles  the first holds the heights, as mean

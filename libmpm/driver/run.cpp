@@ -323,7 +323,7 @@ void Run::write_results(RunResult& result) {
   result.results = observers_.results(end);
   result.results_json = results_text(result.results);
   if (const auto profiles = observers_.profiles(end); !profiles.empty()) {
-    write_profile(options_.out / "profile.csv", profiles, end.span.steady);
+    write_file(options_.out / "profile.csv", end.profile);
     write_profiles_over_time(options_.out / "profiles.h5", end.series.time(), profiles);
   }
   SnapshotWriter final_state(SnapshotWriter::Kind::final, options_.out / "final.h5", snapshot_info());

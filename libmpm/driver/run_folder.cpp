@@ -28,7 +28,7 @@ namespace mpm {
 
 namespace {
 
-constexpr const char *lock_file = ".lock", *owner_file = ".lock.owner";
+constexpr const char *lock_file = ".lock", *owner_file = ".lock.owner", *successor_file = ".lock.successor";
 
 /// Takes the lock. @return 0, or an errno value: EWOULDBLOCK if another process holds it, anything else if there are no locks
 int lock_error(const Descriptor& file) {
@@ -53,6 +53,15 @@ std::string owner_of(const std::filesystem::path& owner) {
   return process && *process > 0.0 && kill(static_cast<pid_t>(*process), 0) != 0 && errno == ESRCH ? "" : name;
 }
 
+/// Makes a file with own_name(). @return false if it exists
+bool make_owner(const std::filesystem::path& path) {
+  const Descriptor file(open(path.c_str(), O_CREAT | O_EXCL | O_WRONLY | O_CLOEXEC, 0666));
+  if (!file && errno == EEXIST) return false;
+  if (!file) throw file_error("cannot create", path, errno);
+  if (const int failure = file.write(own_name()); failure != 0) throw file_error("cannot write", path, failure);
+  return true;
+}
+
 }  // namespace
 
 DirectoryLock::DirectoryLock(const std::filesystem::path& directory) {
@@ -69,16 +78,20 @@ DirectoryLock::DirectoryLock(const std::filesystem::path& directory) {
   if (reason == EWOULDBLOCK)
     throw IoError(fmt::format("{}: another process is running in this directory; wait for it or choose another --out", directory.string()));
   if (reason == 0) return;
-  const auto owner = directory / owner_file;
-  if (const std::string other = owner_of(owner); !other.empty()) {
-    throw IoError(
-        fmt::format("{}: another process is running in this directory ({}, by '{}'); wait for it, or delete that file if it has ended",
-                    directory.string(), other, owner.string()));
+  const auto owner = directory / owner_file, successor = directory / successor_file;
+  const auto refuse = [&](const std::filesystem::path& by) {
+    throw IoError(fmt::format(
+        "{}: another process is running in this directory ('{}' names it: {}); wait for it, or delete that file if it has ended",
+        directory.string(), by.string(), owner_of(by)));
+  };
+  if (!make_owner(owner)) {
+    if (!owner_of(owner).empty()) refuse(owner);
+    // Of a process that has ended. Only one process at a time removes such a file, so that none removes that of a process which came first.
+    if (!make_owner(successor)) refuse(successor);
+    const bool taken = owner_of(owner).empty() && (remove_file(owner), make_owner(owner));
+    remove_file(successor);
+    if (!taken) refuse(owner);
   }
-  remove_file(owner);  // of a process that has ended
-  const Descriptor file(open(owner.c_str(), O_CREAT | O_EXCL | O_WRONLY | O_CLOEXEC, 0666));
-  if (!file) throw file_error("cannot create", owner, errno);
-  if (const int failure = file.write(own_name()); failure != 0) throw file_error("cannot write", owner, failure);
   owner_ = owner;
 }
 
@@ -156,10 +169,13 @@ std::string damage_in(const std::filesystem::path& directory, const std::string&
   const auto json = nlohmann::json::parse(results, nullptr, false);
   if (!json.is_object()) return "results.json is damaged";
   if (!is_intact(results)) return "results.json does not match its checksum";
-  const auto series = json.value("series_crc32", nlohmann::json());
-  if (series.is_null()) return {};
-  if (!std::filesystem::exists(directory / "series.csv")) return "series.csv is missing";
-  return series == checksum(read_file(directory / "series.csv")) ? "" : "series.csv does not match its checksum in results.json";
+  for (const auto& [entry, file] : {std::pair("series_crc32", "series.csv"), std::pair("profile_crc32", "profile.csv")}) {
+    const auto expected = json.value(entry, nlohmann::json());
+    if (expected.is_null()) continue;
+    if (!std::filesystem::exists(directory / file)) return fmt::format("{} is missing", file);
+    if (expected != checksum(read_file(directory / file))) return fmt::format("{} does not match its checksum in results.json", file);
+  }
+  return {};
 }
 
 }  // namespace

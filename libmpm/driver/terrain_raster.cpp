@@ -260,7 +260,7 @@ void read_terrain(TerrainSpec& terrain, const std::filesystem::path& folder, Par
     return refuse(fmt::format("has more than {} bytes; cut it to the surroundings of the obstacle, or resample it", most_raster_bytes));
   try {
     const HeightField::Points points =
-        ending == ".csv" ? points_of_table(Table::read(path), problem) : parse_raster(read_file(path), problem);
+        ending == ".csv" ? points_of_table(Table::read(path), problem) : parse_raster(read_text_file(path), problem);
     if (!problem.empty()) return refuse(problem);
     terrain.raster = raster_text(points);
   } catch (const IoError& unreadable) {

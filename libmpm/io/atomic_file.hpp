@@ -84,6 +84,9 @@ inline constexpr std::uintmax_t most_file_bytes = std::uintmax_t{1} << 30;
 /// The whole content of a file. @throws IoError if it cannot be read, or has more bytes (also a device without end)
 std::string read_file(const std::filesystem::path& path, std::uintmax_t most_bytes = most_file_bytes);
 
+/// The content of a text that a user wrote: read_file(), if it is UTF-8. @throws IoError also if it is not, with the line
+std::string read_text_file(const std::filesystem::path& path, std::uintmax_t most_bytes = most_file_bytes);
+
 /// Message of every file error: the operation ("cannot write"), on which file, the system's reason (an errno value), the remedy.
 IoError file_error(std::string_view action, const std::filesystem::path& path, int error_number);
 

@@ -62,7 +62,7 @@ std::optional<double> cell_number(std::string_view cell) {
 Table Table::read(const std::filesystem::path& path, LastLine last_line) {
   constexpr std::uintmax_t most_bytes = std::uintmax_t{256} << 20;  // in memory the cells take up to 16 times as much
   constexpr std::size_t most_columns = 10'000;
-  const std::string content = read_file(path, most_bytes);
+  const std::string content = read_text_file(path, most_bytes);
   std::string_view rest = without_byte_order_mark(content);
   if (last_line == LastLine::may_be_torn) rest = rest.substr(0, rest.rfind('\n') + 1);  // npos + 1 = 0: no complete line
 

@@ -48,6 +48,7 @@ struct Summary {
   Steady span = {};                       ///< the steady interval; none: steady is false
   const State* state = nullptr;           ///< at the end; null for frames, which observers of Source::run do not measure
   const RunProgress* progress = nullptr;  ///< likewise
+  std::string profile = {};               ///< content of profile.csv; empty: there is none
 
   /// Mean of a column over the steady interval; all members are NaN without one.
   [[nodiscard]] MeanEstimate mean(std::string_view column) const;

@@ -4,6 +4,8 @@
 #include <iterator>
 #include <limits>
 
+#include "libmpm/io/csv.hpp"
+
 namespace mpm {
 
 namespace {
@@ -15,6 +17,17 @@ std::vector<Column> columns_of(const std::vector<std::shared_ptr<Observer>>& obs
   std::vector<Column> columns;
   for (const auto& o : observers) std::ranges::move(o->columns(), std::back_inserter(columns));
   return columns;
+}
+
+/// The means over the steady interval by height; without one only the header.
+std::string profile_table(const std::vector<HeightProfile>& profiles, bool steady) {
+  std::vector<std::string> names;
+  std::vector<std::vector<double>> means;
+  for (const HeightProfile& profile : profiles) {
+    names.push_back(profile.column.name());
+    means.push_back(steady ? profile.mean : std::vector<double>());
+  }
+  return names.empty() ? "" : table_text(names, means);
 }
 
 using Observers = std::span<const std::shared_ptr<Observer>>;
@@ -136,6 +149,7 @@ Summary ObserverList::summary(const State* state, const RunProgress* progress) c
   for (const auto& o : observers_) {
     if (const auto span = o->steady_interval(series_)) end.span = *span;
   }
+  end.profile = profile_table(profiles(end), end.span.steady);
   return end;
 }
 
