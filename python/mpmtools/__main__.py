@@ -127,6 +127,7 @@ def parser():
                           help="take the terrain as the floor of the case, or a plane (default: the terrain, where it differs from a plane by more "
                           "than a tenth of the flow depth)")
     imported.add_argument("--out", default="out/avaframe", metavar="FOLDER", help="for case.toml, inflow.csv, site.toml and terrain.asc (default: %(default)s)")
+    imported.add_argument("--force", action="store_true", help="overwrite such files in FOLDER")
 
     schema = command("json-schema", "the JSON schema of case files, for editors that complete and check keys as you type", run_schema)
     schema.add_argument("--out", metavar="FILE", help="file to write (default: standard output)")

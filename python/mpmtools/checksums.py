@@ -49,10 +49,11 @@ def read_results(path):
     return results
 
 
-def read_series_of(folder):
-    """series.csv in the folder of a run. InputError if it does not match its checksum in results.json."""
-    path, results = os.path.join(folder, "series.csv"), os.path.join(folder, "results.json")
-    expected = read_results(results).get("series_crc32") if os.path.exists(results) else None
+def read_table_of(path):
+    """series.csv or profile.csv of a run. InputError if it does not match its checksum in the results.json beside it."""
+    folder, name = os.path.split(path)
+    results = os.path.join(folder, "results.json")
+    expected = read_results(results).get(name.replace(".csv", "_crc32")) if os.path.exists(results) else None
     if expected is not None:
         with open(path, "rb") as file:
             if checksum(file.read()) != expected:

@@ -6,7 +6,7 @@ import os
 import secrets
 import tomllib
 
-from mpmtools.errors import InputError
+from mpmtools.errors import ConfigError, InputError
 
 MOST_BYTES = 1 << 28  # a table takes several times as much memory
 
@@ -45,11 +45,13 @@ def read_text(path):
                 blocks.append(block)
                 if len(blocks) << 22 > MOST_BYTES:
                     raise InputError(f"cannot read '{path}': it has more than {MOST_BYTES} bytes; this is no file of this program")
-        return b"".join(blocks).decode("utf-8-sig")
+        content = b"".join(blocks)
+        return content.decode("utf-8-sig")
     except OSError as error:
         raise InputError(f"cannot read '{path}': {error.strerror}") from None
-    except UnicodeDecodeError:
-        raise InputError(f"cannot read '{path}': it is no text") from None
+    except UnicodeDecodeError as error:
+        line = content.count(b"\n", 0, error.start) + 1
+        raise InputError(f"{path}:{line}: a character is not UTF-8; save the file with that encoding") from None
 
 
 def read_json(path, remedy="compute it again"):
@@ -71,6 +73,12 @@ def read_toml(path):
         return _entries(tomllib.loads(text), path)
     except (tomllib.TOMLDecodeError, RecursionError) as error:
         raise InputError(f"{path}: {error}") from None
+
+
+def require_no_files(folder, names):
+    """ConfigError if a folder holds files of these names, which would be overwritten."""
+    if found := [name for name in names if os.path.lexists(os.path.join(folder, name))]:
+        raise ConfigError(f"{folder} holds {', '.join(found)}; choose another folder with --out, or overwrite with --force")
 
 
 @contextlib.contextmanager

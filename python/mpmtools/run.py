@@ -6,11 +6,10 @@ from functools import cached_property
 import pandas as pd
 
 from mpmtools import equations, quantities
-from mpmtools.checksums import read_results, read_series_of
+from mpmtools.checksums import read_results, read_table_of
 from mpmtools.errors import InputError
 from mpmtools.files import read_json, read_toml
 from mpmtools.frame import Frame
-from mpmtools.tables import read_series
 
 
 class Run:
@@ -45,11 +44,11 @@ class Run:
 
     @cached_property
     def series(self):
-        return self._table("series.csv", lambda path: read_series_of(os.path.dirname(path)))
+        return self._table("series.csv")
 
     @cached_property
     def profile(self):
-        return self._table("profile.csv", read_series)
+        return self._table("profile.csv")
 
     @cached_property
     def frames(self):
@@ -181,11 +180,11 @@ class Run:
         folders = [folder for folder in (self.folder, self.fallback) if folder]
         return next((path for folder in folders if os.path.exists(path := os.path.join(folder, name))), None)
 
-    def _table(self, name, read):
+    def _table(self, name):
         path = self._find(name)
         if not path:
             return pd.DataFrame()
-        table = read(path)
+        table = read_table_of(path)
         for column in table.columns[table.dtypes == object] if len(table) else ():  # a table without rows has no types
             raise InputError(f"{path}: column '{column}' holds what is no number; compute the run again")
         return table

@@ -89,6 +89,8 @@ TEST(Table, FaultsNameFileLineValueAndColumn) {
   write_file(path, "a,b\n1,2\n3,4m\n");
   EXPECT_NE(error_of_reading(path, "b").find(file + ":3: column 'b' holds '4m'"), std::string::npos) << error_of_reading(path, "b");
   EXPECT_NE(error_of_reading(path, "c").find("no column 'c'; there are: a, b"), std::string::npos);
+  write_file(path, "a,b\n1,2\n3,Sch\xe4tze\n");  // Latin-1
+  EXPECT_NE(error_of_reading(path).find(file + ":3: a character is not UTF-8"), std::string::npos) << error_of_reading(path);
   write_file(path, "a,\"b\n");
   EXPECT_NE(error_of_reading(path).find(file + ":1: a double quote"), std::string::npos);
   write_file(path, "a,a\n");

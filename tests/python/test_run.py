@@ -111,6 +111,20 @@ class Checksums(RunFolder):
             with self.assertRaisesRegex(InputError, "series.csv: it does not match its checksum"):
                 Run(self.folder).series
 
+    def test_refuse_an_altered_profile(self):
+        self.write("profile.csv", profile := "z_m,pressure_pa\n0.1,7\n")
+        results = '{\n  "profile_crc32": "' + checksum(profile.encode()) + '",\n  "crc32": "00000000"\n}\n'
+        self.write("results.json", results.replace("00000000", checksum(results.encode())))
+        self.assertEqual(Run(self.folder).profile["pressure_pa"][0], 7)
+        self.write("profile.csv", profile.replace("7", "9e9"))
+        with self.assertRaisesRegex(InputError, "profile.csv: it does not match its checksum"):
+            Run(self.folder).profile
+
+    def test_refuse_what_is_not_utf_8_and_name_its_line(self):
+        (self.folder / "case.toml").write_bytes(b'title = "a"\n# Sch\xe4tze\n')
+        with self.assertRaisesRegex(InputError, "case.toml:2: a character is not UTF-8"):
+            Run(self.folder).case
+
     def test_refuse_an_altered_frame(self):
         path = self.folder / "frames" / "00000.h5"
         content = path.read_bytes()

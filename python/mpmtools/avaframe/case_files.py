@@ -11,7 +11,7 @@ from mpmtools.avaframe.rasters import place, read_elevation
 from mpmtools.avaframe.results import EXPORT, find_dem, simulation_files
 from mpmtools.equations import STANDARD_GRAVITY
 from mpmtools.errors import ConfigError
-from mpmtools.files import write_text
+from mpmtools.files import require_no_files, write_text
 
 UNEVEN = 0.1  # flow depths: a case gets the terrain where the ground differs by more from a plane (assumed)
 BELT = 9.0  # mast widths: belt of the case below, 6 + 3 log10(hardening_xi / 0.05)
@@ -179,5 +179,7 @@ def run_command(options):
         raise ConfigError(f"--at {options.at}: give two coordinates, X,Y") from None
     if not 0.05 <= options.mast_width <= 100.0:
         raise ConfigError(f"--mast-width {options.mast_width:g}: give metres from 0.05 to 100")
+    if not options.force:
+        require_no_files(options.out, ("inflow.csv", "case.toml", "site.toml", "terrain.asc"))
     print("\n".join(import_avalanche(options.directory, x, y, options.mast_width, options.out, options.simulation, options.dem, options.density,
                                      options.terrain)))

@@ -1,5 +1,6 @@
 """The speed of the program as one page that needs no other file: kernels by commit with what changed, and what bench_mpm measured last."""
 
+import io
 import math
 import pathlib
 import re
@@ -13,6 +14,7 @@ from mpmtools import change_points
 from mpmtools.errors import InputError
 from mpmtools.figures import interactive
 from mpmtools.figures.style import COLOURS, MARKERS, STYLE, finish_axes, plt, use_style, write_page
+from mpmtools.files import read_text
 from mpmtools.paired_times import THRESHOLD
 from mpmtools.wording import counted
 
@@ -25,7 +27,7 @@ def read_history(path, machine, baseline=None, commits=None):
     """The latest rows of each commit and kernel that one machine measured against one baseline (default: that of the latest row), the commits in the
     order of `commits` (default: of the measurements). InputError if there are none."""
     try:
-        rows = pd.read_csv(path, dtype=COLUMNS)
+        rows = pd.read_csv(io.StringIO(read_text(path)), dtype=COLUMNS)
     except (OSError, ValueError, KeyError) as error:
         raise InputError(f"cannot read the history '{path}': {error}") from None
     rows = rows[rows.machine == machine].sort_values("date", kind="stable")

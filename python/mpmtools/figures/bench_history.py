@@ -1,5 +1,6 @@
 """The record of the speed comparisons (benchmarks/history.csv): ratios of times with their intervals and verdicts."""
 
+import io
 import math
 import os
 
@@ -8,6 +9,7 @@ import pandas as pd
 from matplotlib.ticker import FuncFormatter, MaxNLocator
 
 from mpmtools.figures.style import finish_axes, plt
+from mpmtools.files import read_text
 
 VERDICT_COLOURS = {"faster": "#1c7a43", "slower": "#b3262e", "no change": "#5a6675"}
 SHOWN = 12  # comparisons, the latest
@@ -16,7 +18,7 @@ SMALLEST_RANGE = 6.0  # per cent, either side of the baseline on every axis: a c
 
 def draw_history(history, target, machine, threshold):
     """Draws the rows of `machine` in the table `history` into the file `target`; returns False if there are none."""
-    rows = pd.read_csv(history, dtype={"commit": str, "baseline": str})  # 005551511e13 is a commit, not a number
+    rows = pd.read_csv(io.StringIO(read_text(history)), dtype={"commit": str, "baseline": str})  # 005551511e13 is a commit, not a number
     rows = rows[rows.machine == machine]
     if rows.empty:
         return False

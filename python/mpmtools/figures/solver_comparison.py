@@ -1,6 +1,5 @@
 """Several solvers side by side: what each made of the same cases, from the results.json of mpm-validate run and grade."""
 
-import json
 import pathlib
 
 import jinja2
@@ -8,6 +7,7 @@ import markupsafe
 
 from mpmtools.figures import interactive
 from mpmtools.figures.style import COLOURS, MARKERS, STYLE, breakable, finish_axes, plt, use_style, verdict_class, write_page
+from mpmtools.files import read_json
 
 LEAST = 1e-3  # fraction of the tolerance below which differences are of no interest
 
@@ -36,7 +36,7 @@ def draw_comparison(directories, target):
     """Writes the page for the reports in `directories`: folders with a results.json. ValueError: two levels, or no case that two of them have."""
     reports = {}
     for directory in directories:
-        results = json.loads((pathlib.Path(directory) / "results.json").read_text(encoding="utf-8"))
+        results = read_json(pathlib.Path(directory) / "results.json")
         reports.setdefault(results["solver"] or "libmpm", []).append(results)
     levels = {r["level"] for parts in reports.values() for r in parts}
     if len(levels) > 1:

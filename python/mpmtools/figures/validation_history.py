@@ -7,6 +7,7 @@ Worse is, from one recording of a series to the next:
 - time: on the same machine and number of threads it grew by more than a quarter and by more than 2 s.
 """
 
+import io
 import math
 
 import jinja2
@@ -16,6 +17,7 @@ import pandas as pd
 
 from mpmtools.figures import interactive
 from mpmtools.figures.style import COLOURS, STYLE, breakable, finish_axes, plt, use_style, write_page
+from mpmtools.files import read_text
 
 SERIES = ["level", "case", "kind", "quantity"]
 KINDS = {"check": "used fraction of the tolerance", "order": "observed order", "time": "wall time [s]", "bias": "bias", "spread": "standard deviation"}
@@ -49,7 +51,7 @@ on the same machine it grew by more than a quarter and by more than 2 s. <span c
 
 def read_history(path, level="standard"):
     """The rows of one level, with the value, verdict and commit of the recording before in `before`, `verdict_before`, `commit_before`, and `worse`, `better`."""
-    rows = pd.read_csv(path, dtype={"commit": str, "case": str, "verdict": str, "error": float}, keep_default_na=True)
+    rows = pd.read_csv(io.StringIO(read_text(path)), dtype={"commit": str, "case": str, "verdict": str, "error": float}, keep_default_na=True)
     rows = rows[rows.level == level].fillna({"case": "", "verdict": ""}).sort_values("date", kind="stable").reset_index(drop=True)
     rows["repeat"] = rows.groupby(["date", *SERIES], sort=False).cumcount()  # a case may check one quantity on several grids under one name
     groups = rows.groupby([*SERIES, "repeat"], sort=False)

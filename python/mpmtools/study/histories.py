@@ -5,7 +5,7 @@ import os
 import numpy as np
 import pandas as pd
 
-from mpmtools.checksums import read_series_of
+from mpmtools.checksums import read_table_of
 from mpmtools.frame import open_hdf5
 from mpmtools.scores import same_input
 from mpmtools.statistics import estimate_mean
@@ -22,7 +22,7 @@ def series_of(run):
     """Heights over H in time: columns runup and pressure_height, index time_s. None where the folder of the run holds none."""
     if not run.folder or not os.path.exists(os.path.join(run.folder, "series.csv")):
         return None
-    series = read_series_of(run.folder).set_index("time_s")[["runup_m", "pressure_height_m"]] / run.flow_height_m
+    series = read_table_of(os.path.join(run.folder, "series.csv")).set_index("time_s")[["runup_m", "pressure_height_m"]] / run.flow_height_m
     return series.set_axis(["runup", "pressure_height"], axis=1) if len(series) else None
 
 
@@ -84,7 +84,7 @@ def run_means(table, part):
         folder = run_folder(table, run["name"])
         if not os.path.exists(os.path.join(folder, "series.csv")):
             continue
-        chosen = part(read_series_of(folder).set_index("time_s"), run)
+        chosen = part(read_table_of(os.path.join(folder, "series.csv")).set_index("time_s"), run)
         if chosen.empty:
             continue
         row = {"from_s": chosen.index[0], "to_s": chosen.index[-1]}
