@@ -80,9 +80,10 @@ DirectoryLock::DirectoryLock(const std::filesystem::path& directory) {
   if (reason == 0) return;
   const auto owner = directory / owner_file, successor = directory / successor_file;
   const auto refuse = [&](const std::filesystem::path& by) {
+    const std::string other = owner_of(by);
     throw IoError(fmt::format(
         "{}: another process is running in this directory ('{}' names it: {}); wait for it, or delete that file if it has ended",
-        directory.string(), by.string(), owner_of(by)));
+        directory.string(), by.string(), other.empty() ? "one that has ended" : other));
   };
   if (!make_owner(owner)) {
     if (!owner_of(owner).empty()) refuse(owner);

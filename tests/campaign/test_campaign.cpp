@@ -296,7 +296,7 @@ TEST_F(CampaignFolder, TheTableIsTheSameWhateverTheOrderAndTimes) {
   const Table executions = Table::read(out() / "0/runs.csv");
   const std::set<std::string> about_the_run{"case_hash", "version", "commit", "precision"};
   const std::set<std::string> of_the_stop_rule{"stop_when_steady", "stopped_when_steady"};  // no run of this plan has it
-  const std::set<std::string> of_the_files{"title", "format_version", "series_crc32", "crc32"};
+  const std::set<std::string> of_the_files{"title", "format_version", "series_crc32", "profile_crc32", "crc32"};
   for (const std::string& entry : run_entries(Nature::execution)) {
     EXPECT_EQ(t.has(entry), about_the_run.contains(entry)) << entry << " is no result of the simulation";
     if (of_the_stop_rule.contains(entry)) continue;

@@ -1,6 +1,8 @@
 """Rasters of AvaFrame's com1DFA as the inflow of a case, on a synthetic slope in its file format."""
 
+import contextlib
 import importlib.util
+import io
 import json
 import math
 import os
@@ -11,6 +13,7 @@ import unittest
 import numpy as np
 
 from mpmtools import Case, avaframe
+from mpmtools.__main__ import main
 from mpmtools.avaframe.projection import check_metres, same
 from mpmtools.avaframe.rasters import read_elevation, read_raster
 from mpmtools.errors import ConfigError, InputError
@@ -45,6 +48,18 @@ class Avalanche(InFolder):
     def convert(self, **changes):
         arguments = {"folder": str(self.folder), "x": 1100.0, "y": 2050.0, "width": 1.0, "out": str(self.folder / "case"), **changes}
         return avaframe.import_avalanche(**arguments)
+
+    def test_overwrites_nothing_without_force(self):
+        (self.folder / "case").mkdir()
+        own = self.folder / "case" / "case.toml"
+        own.write_text("of the user")
+        words = ["import-avaframe", str(self.folder), "--at", "1100,2050", "--out", str(self.folder / "case")]
+        with contextlib.redirect_stderr(io.StringIO()) as messages, contextlib.redirect_stdout(io.StringIO()):
+            self.assertEqual(main(words), 2)
+            self.assertEqual(os.listdir(self.folder / "case"), ["case.toml"])
+            self.assertEqual(own.read_text(), "of the user")
+            self.assertEqual(main([*words, "--force"]), 0)
+        self.assertIn("case.toml; choose another folder with --out, or overwrite with --force", messages.getvalue())
 
     def test_gives_depth_and_speed_over_time_at_the_point(self):
         self.convert()
