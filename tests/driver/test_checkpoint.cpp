@@ -239,12 +239,13 @@ TEST_F(Checkpoint, WithoutAGoodOneEveryReasonIsGivenAndNothingIsTouched) {
 TEST_F(Checkpoint, WithAParticleThatIsThereTwiceIsRefused) {
   State doubled(0.25);
   for (const std::uint64_t id : {0U, 1U, 1U}) {
-    Particle p;
+    Particle p{};
     p.id = id;
     p.position[0] = 0.3 * static_cast<double>(doubled.grid.particle_count());
     p.volume = 1e-3;
     doubled.grid.insert(p);
   }
+  doubled.grid.refresh();
   doubled.next_id = 2;
   write_checkpoint(path, c, doubled, progress, observed);
   EXPECT_THAT(refusal(), HasSubstr("particle 1 is there twice"));
