@@ -112,7 +112,7 @@ MUTATIONS = [
     Mutation("cohesion", "the cohesion of Drucker-Prager 1 % too small", LAWS + "drucker_prager.cpp",
              "intercept_ = cone.intercept,", "intercept_ = 0.99 * cone.intercept,", ("cone_paths",)),
     Mutation("shear_transfer", "the shear stress pushes the grid along x 5 % too little", "libmpm/core/particle_to_grid.cpp",
-             "ty = ms * (columns.ty - Group<Record>::unit_y * q),", "ty = [&] { V t = ms * columns.ty; t[0] *= 0.95; t[4] *= 0.95; return t; }(),",
+             "ty = ms * columns.ty,", "ty = [&] { V t = ms * columns.ty; t[0] *= 0.95; t[4] *= 0.95; return t; }(),",
              ("thick_cylinder", "cavity_expansion")),
     Mutation("mean_profile", "the rows of the mean pressure profile weigh 5 % too little", "libmpm/observe/observer_list.cpp",
              "mean[i] += values[sample * width + i];", "mean[i] += 0.95 * values[sample * width + i];", ("avalanche",)),
