@@ -218,7 +218,7 @@ TEST(CampaignPlan, EveryNameOfARunIsThatOfAFolderOfItsOwn) {
       (void)parse_plan(std::string("table = \"rows.csv\"\n") + inline_base, directory / "plan.toml");
       FAIL() << "accepted";
     } catch (const ConfigError& error) {
-      EXPECT_TRUE(contains(error.what(), "row 1: name = ")) << error.what();
+      EXPECT_TRUE(contains(error.what(), name == "\xff" ? "rows.csv:2: a character is not UTF-8" : "row 1: name = ")) << error.what();
     }
     if (name == "\xff") continue;  // no TOML
     for (const std::string block : {"[[run]]\n", "[[grid]]\nparameters = { \"numerics.cfl\" = [0.4] }\n"})
