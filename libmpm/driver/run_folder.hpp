@@ -59,8 +59,8 @@ void write_case_files(const std::filesystem::path& directory, const Case& c);
 /// Whether case.toml of a folder is the case with this hash; false if it is missing or cannot be read.
 [[nodiscard]] bool holds_case(const std::filesystem::path& directory, const std::string& case_hash);
 
-/// Which of results.json, series.csv and profile.csv does not match its checksum, for a message. Empty: none, there are no results, or an earlier
-/// version wrote them without checksums.
+/// Which of results.json, series.csv and profile.csv does not match its checksum, for a message. Empty: none, there are no results, or an
+/// earlier version wrote them without checksums.
 [[nodiscard]] std::string damage_of(const std::filesystem::path& directory);
 
 /// @throws IoError with damage_of(), if there is any

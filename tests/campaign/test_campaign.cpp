@@ -94,7 +94,8 @@ TEST(Campaign, RefusesFaultyCasesAllAtOnceAndNamesThatTwoShare) {
     FAIL() << "accepted";
   } catch (const ConfigError& error) {
     const std::string reported = error.what();
-    for (const char* part : {"cfl = 7", "cfl = 8", "poisson_ratio = 0.9", "plan.toml: numerics.cfl=7.0: ", "(run cfl7_poisson_ratio0.9 and 2 more)"})
+    for (const char* part :
+         {"cfl = 7", "cfl = 8", "poisson_ratio = 0.9", "plan.toml: numerics.cfl=7.0: ", "(run cfl7_poisson_ratio0.9 and 2 more)"})
       EXPECT_TRUE(contains(reported, part)) << part << "\n in \n" << reported;
   }
   try {
