@@ -7,6 +7,8 @@
 /// Sum N_i = 1, sum N_i (i - f) = 0, sum N_i (i - f)^2 = 1/4: the last makes the affine matrix of APIC the constant
 /// D_p = dx^2/4 I (Jiang et al. 2015), so that C_p = 4/dx^2 sum_i w_ip v_i (x_i - x_p)^T.
 
+#include <algorithm>
+
 #include "libmpm/base/lanes.hpp"
 
 namespace mpm {
@@ -22,6 +24,13 @@ template <class T>
 inline BsplineWeights<T> bspline_weights(const T& f) {
   const T a = 1.5 - f, b = f - 1.0, c = f - 0.5;
   return {0.5 * a * a, 0.75 - b * b, 0.5 * c * c};
+}
+
+/// Integral of the B-spline of a node from y to its end, y in cells from the node.
+inline double bspline_tail(double y) {
+  if (y < 0.0) return 1.0 - bspline_tail(-y);
+  const double end = std::max(0.0, 1.5 - y);
+  return y < 0.5 ? 0.5 - y * (0.75 - y * y / 3.0) : end * end * end / 6.0;
 }
 
 /// Node index of the first of the three nodes; at an exact tie either choice is correct, because N is smooth there.

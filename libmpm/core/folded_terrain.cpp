@@ -22,12 +22,14 @@ struct GroundColumn {
   std::int32_t master;               ///< number of its layer
   std::array<double, most_nodes> c;  ///< velocity relative to that of the master
   std::size_t used;                  ///< number of its nodes
+  double gap;                        ///< cells: what touches the ground within the support of its nodes may be this far above it here
 
   GroundColumn(const Terrain& terrain, const Vec3& place, double cell_size) : surface(terrain.surface(place)) {
     const double plane = surface.height / cell_size, steepness = surface.slope.cwiseAbs().sum();
     const double layer = std::ceil(plane + nearest_master - rounding), distance = layer - plane;
     master = static_cast<std::int32_t>(layer);
     for (std::size_t k = 0; k < most_nodes; ++k) c[k] = (distance - static_cast<double>(k)) / distance;
+    gap = closed_gap + support * steepness;
     const double lowest = support * (1.0 + steepness);  // below the ground: material touches no node further down
     used = static_cast<std::size_t>(std::clamp(std::ceil(distance + lowest - rounding), 3.0, double{most_nodes}));
   }
@@ -65,7 +67,7 @@ std::vector<Impulse> apply_folded_terrain(Grid& grid, const Terrain& terrain, co
         }
         Column column{{}, ground.c};
         if (!collect_column(grid, blocks[i], number, 2, -1, moving, column, ground.used)) continue;
-        if (!act_on_column(column, {normal, terrain.contact, terrain.friction})) continue;
+        if (!act_on_column(column, {normal, terrain.contact, terrain.friction, ground.gap})) continue;
         for (const ColumnNode& c : column.node) {
           if (c.mass > 0.0) write(c.at, c.velocity);
         }

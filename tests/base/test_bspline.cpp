@@ -46,6 +46,22 @@ TEST(Bspline, BothNeighboursOfATieGiveTheSameNodalWeights) {
   EXPECT_EQ(from_right.n2, 0.0);
 }
 
+TEST(Bspline, TailIsTheIntegralOfTheWeight) {
+  const auto weight = [](double y) {  // of a node at a distance y: all three branches
+    return y < -0.5 ? bspline_weights(-y).n0 : y < 0.5 ? bspline_weights(1.0 - y).n1 : bspline_weights(2.0 - y).n2;
+  };
+  EXPECT_EQ(bspline_tail(1.5), 0.0);
+  EXPECT_EQ(bspline_tail(2.0), 0.0);
+  EXPECT_EQ(bspline_tail(-2.0), 1.0);
+  const int steps = 3000;
+  double integral = 0.0;
+  for (int i = steps - 1; i >= 0; --i) {  // midpoint rule: h^2/24 of the change of slope
+    const double h = 3.0 / steps, y = -1.5 + h * i;
+    integral += h * weight(y + 0.5 * h);
+    EXPECT_NEAR(bspline_tail(y), integral, 2e-7) << y;
+  }
+}
+
 TEST(Bspline, BaseNodeLeavesAnOffsetBetweenHalfAndThreeHalvesOnBothSidesOfTheOrigin) {
   std::mt19937_64 random(2);
   std::uniform_real_distribution<double> coordinate(-50.0, 50.0);

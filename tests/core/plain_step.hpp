@@ -17,6 +17,7 @@
 #include <stdexcept>
 #include <vector>
 
+#include "libmpm/base/bspline.hpp"
 #include "libmpm/core/state.hpp"
 
 namespace mpm::plain {
@@ -508,7 +509,14 @@ inline void Solver::act_folded(const Wall& wall) {
     for (std::size_t k = 0; k < 3; ++k)
       if (column[k] != nullptr) impulse += column[k]->mass * (column[k]->v - wall.velocity - c[k] * held);
     const double push = -impulse.dot(wall.normal);
-    if (wall.contact == Contact::separable && push <= 0.0) continue;
+    if (wall.contact == Contact::separable) {
+      if (push <= 0.0) continue;
+      // masses of the column's nodes if the material began a tenth of a cell before the wall
+      double there[3] = {0.0, 0.0, 0.0};
+      for (std::size_t k = 0; k < 3; ++k) there[k] = bspline_tail(0.1 - (distance - static_cast<double>(k)));
+      const double behind = (column[1] == nullptr ? 0.0 : column[1]->mass) + (column[2] == nullptr ? 0.0 : column[2]->mass);
+      if (behind / column[0]->mass < (there[1] + there[2]) / there[0]) continue;
+    }
     const double tangential = (impulse + push * wall.normal).norm();
     double share = wall.contact == Contact::no_slip ? 1.0 : 0.0;
     if (wall.contact != Contact::no_slip && wall.friction > 0.0 && push > 0.0)

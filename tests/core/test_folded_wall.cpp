@@ -205,7 +205,8 @@ TEST(FoldedWall, LetsAColumnGoThatPullsAndHoldsOneThatPushes) {
     const Wall slip = wall_at(2, 1.0, place, Contact::slip);
     Wall separable = slip;
     separable.contact = Contact::separable;
-    Grid before = random_grid(slip, 8), held = random_grid(slip, 8), after = random_grid(slip, 8);
+    const auto touching = [](const Index3& at) { return node_of(velocity_of(random_node(at, 8)), 1.0); };  // as much mass behind as before
+    Grid before = filled(slip, touching), held = filled(slip, touching), after = filled(slip, touching);
     fold(held, slip);
     fold(after, separable);
     int let_go = 0, kept = 0;
@@ -219,6 +220,31 @@ TEST(FoldedWall, LetsAColumnGoThatPullsAndHoldsOneThatPushes) {
     });
     EXPECT_GT(let_go, 1000);
     EXPECT_GT(kept, 1000);
+  }
+}
+
+/// Mass of a node over that in the bulk, if the material fills the space from a gap on: midpoint rule.
+double share_of_bulk(double node_before_plane, double gap) {
+  const int steps = 3000;
+  double sum = 0.0;
+  for (int i = 0; i < steps; ++i) {
+    const double y = 3.0 * (i + 0.5) / steps - 1.5, away = std::abs(y);
+    if (node_before_plane + y < gap) continue;
+    sum += (away < 0.5 ? 0.75 - away * away : 0.5 * (1.5 - away) * (1.5 - away)) * 3.0 / steps;
+  }
+  return sum;
+}
+
+TEST(FoldedWall, SeparableActsOnceMaterialIsWithinATenthOfACell) {
+  for (const double place : places) {
+    for (const double gap : {0.0, 0.05, 0.09, 0.11, 0.2, 0.5, 0.8}) {
+      const Wall wall = wall_at(2, 1.0, place, Contact::separable);
+      const auto approaching = [&](const Index3& at) { return node_of(-Vec3::UnitZ(), 3.0 * share_of_bulk(at[2] - place, gap)); };
+      Grid before = filled(wall, approaching), after = filled(wall, approaching);
+      fold(after, wall);
+      const double stopped = -columns(before, after, 2).at({0, 0}).given.z();
+      EXPECT_EQ(stopped > 0.01, gap < 0.1) << place << " " << gap << ": " << stopped;
+    }
   }
 }
 

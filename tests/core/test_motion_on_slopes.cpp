@@ -176,7 +176,9 @@ TEST(BlockThatSlidesDownASlope, GoesAsFarAsOnAWallWithTiltedGravity) {
   for (const double angle : {10.0, 20.0, 30.0}) {
     const double ground = way_of({.angle = angle * degree, .cell_size = 0.25, .friction = 0.3}),
                  wall = way_of({.angle = angle * degree, .cell_size = 0.25, .friction = 0.3, .level_wall = true});
-    EXPECT_NEAR(ground, wall, 0.012) << angle;  // m; measured: 0.0002, 0.009, 0.003
+    // m; measured: 0.0002, 0.0125, 0.003. Was 0.012: a wall now lets a block go that is a tenth of a cell above it, and comes nearer to
+    // Coulomb's law (0.295 m at 20 degrees), steep ground does so later (closed_gap)
+    EXPECT_NEAR(ground, wall, 0.015) << angle;
   }
 }
 
