@@ -227,7 +227,6 @@ void run(const CaseContext& context, CaseResult& result) {
                                    variant(Transfer::flip, Edges::free, small), variant(Transfer::aflip, Edges::held, small),
                                    variant(Transfer::flip, Edges::held, small)};
   if (context.level() != Level::quick) {
-    variants.push_back(variant(Transfer::flip, Edges::free, free_large));
     variants.push_back(variant(Transfer::aflip, Edges::free, free_large, 3));
     variants.push_back(variant(Transfer::aflip, Edges::held, held_large));
     variants.push_back(variant(Transfer::flip, Edges::held, held_large));

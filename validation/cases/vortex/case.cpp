@@ -184,10 +184,12 @@ void run(const CaseContext& context, CaseResult& result) {
       {"APIC, 0.05 rad", {.transfer = Transfer::apic}, 1.7, "the grids are not asymptotic: the order is 1.0, 3.0, 1.5 from grid to grid"},
       {"FLIP, 0.05 rad", {.transfer = Transfer::flip}}};
   if (context.level() != Level::quick) {
-    const char* const distorted = "the shear distorts the lattice, and four particles in the plane of a cell do not sample it well";
     variants.push_back({.name = "AFLIP, 0.3 rad", .settings = {.angle = 0.3}, .judged = false});
-    variants.push_back({"APIC, 0.3 rad", {.angle = 0.3, .transfer = Transfer::apic}, 0.94, distorted});
-    variants.push_back({"FLIP, 0.3 rad", {.angle = 0.3, .transfer = Transfer::flip}, 0.79, distorted});
+    variants.push_back({"APIC, 0.3 rad",
+                        {.angle = 0.3, .transfer = Transfer::apic},
+                        0.94,
+                        "the shear distorts the lattice, and four particles in the plane of a cell do not sample it well"});
+    variants.push_back({.name = "FLIP, 0.3 rad", .settings = {.angle = 0.3, .transfer = Transfer::flip}, .judged = false});
     for (const auto& [name, transfer] :
          {std::pair{"AFLIP", Transfer::aflip}, std::pair{"APIC", Transfer::apic}, std::pair{"FLIP", Transfer::flip}})
       variants.push_back({.name = std::string(name) + ", 0.3 rad, 9 particles in the plane of a cell",
