@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 #include <functional>
+#include <map>
 #include <numbers>
 #include <utility>
 
@@ -110,11 +111,14 @@ void tank(const CaseContext& context, CaseResult& result) {
   std::swap(exact.x, exact.y);
   for (std::size_t i = all.size(); i-- > 0;) {
     const std::string name = fmt::format("{} lattice", lattices[i].second);
-    result.check_absolute(
+    Check& check = result.check_absolute(
         Label::verification,
         fmt::format("tank, {}: pressure of single particles after {:g} s, rms error over ρ0 g H", name, c.output.duration),
         all[i].error.back(), 0.0, "", 0.02,
         "a third of the pressure between two rows of particles, 1/16 here: rows keep their order in pressure");
+    if (lattices[i].first == BodySpec::Lattice::staggered)
+      check.known_miss(0.75,
+                       "the grid does not feel differences of pressure within a cell, and shifted layers excite them: see the README");
     history.series.push_back({name, all[i].time, all[i].error, Series::Style::simulation});
     profile.series.push_back({name, all[i].pressure, all[i].height, Series::Style::points});
   }
@@ -134,6 +138,10 @@ Vec3 mean_force(const CaseScene& scene, State& state, double from, double until)
 }
 
 constexpr const char* both_ends = "front and back together";
+
+/// Forces that miss the aim, over the exact ones: at least this at 4 and at 8 cells across the box.
+const std::map<std::string, std::array<double, 2>> known_shares = {
+    {"front", {0.95, 0.98}}, {"top", {0.85, 0.97}}, {both_ends, {0.66, 0.86}}};
 
 struct Force {
   std::string name;
@@ -197,7 +205,7 @@ std::vector<Force> on_slope(const CaseContext& context, CaseResult& result, doub
   double low = 0.5 * top, high = top;
   for (int i = 0; i < 30; ++i) (volume(0.5 * (low + high)) < filled ? low : high) = 0.5 * (low + high);
   const auto face = [&](double x) { return height * mean_of(0.0, height, [&](double z) { return fluid.pressure(depth(x, z, low)); }); };
-  return {{both_ends, force.x(), width * (face(0.0) - face(length))},
+  return {{both_ends, -force.x(), width * (face(length) - face(0.0))},
           {"top", -force.z(), width * length * mean_of(0.0, length, [&](double x) { return fluid.pressure(depth(x, height, low)); })}};
 }
 
@@ -226,6 +234,8 @@ void covered_box(const CaseContext& context, CaseResult& result) {
             result.check_relative(Label::verification, fmt::format("{}, {} cells across: force on its {}", s.name, s.cells, force.name),
                                   force.value, force.exact, "N", s.cells < 8 ? 0.02 : 0.01, "the aim: 2 % at 4 cells, 1 % at 8");
         if (force.name != both_ends) check.in_summary(Quantity::force);  // that is a difference of two forces
+        if (const auto known = known_shares.find(force.name); known != known_shares.end())
+          check.known_miss(known->second[s.cells < 8 ? 0 : 1] * force.exact, "the corners of the box carry too little: see the README");
         lines[f].name = s.name + ", " + force.name;
         lines[f].style = Series::Style::points;
         lines[f].x.push_back(1.0 / s.cells), lines[f].y.push_back(force.value / force.exact);
