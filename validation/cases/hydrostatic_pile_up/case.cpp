@@ -162,7 +162,8 @@ void at_rest(const CaseContext& context, CaseResult& result) {
     result
         .check_relative(Label::verification, grid + ": force on a side of the mast in the pool", around.side_force, face, "N", 0.02,
                         "the aim for a face that is four cells wide")
-        .in_summary(Quantity::force);
+        .in_summary(Quantity::force)
+        .known_miss(0.93 * face, "the contact leaves a margin of a fifth of a cell at the two edges of the face (see fluid_at_rest)");
     Check& error =
         result.check_absolute(Label::verification, grid + ": pressure before the mast, mean error of the cells over ρ0 g H", mean_error,
                               0.0, "", 0.035, "twice the noise with which a staggered lattice settles, 1.7 % on the coarsest grids");
