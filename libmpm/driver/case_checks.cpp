@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 
 #include "libmpm/base/parameter.hpp"
 #include "libmpm/driver/scene.hpp"
@@ -26,6 +27,23 @@ void resolve_obstacle_friction(ObstacleSpec& obstacle, const MaterialParameters&
   }
   TableReport own(report, "obstacle");
   obstacle.resolve_friction(material, own);
+}
+
+/// Whether a body at rest fills the space between walls or mirror planes on four sides, on a floor: it cannot spread.
+bool is_enclosed(const Case& c, const BodySpec& body) {
+  if (body.shape != BodySpec::Shape::box || !body.velocity.isZero(0.0)) return false;
+  const double rounding = 1e-9 * (body.max - body.min).maxCoeff();
+  const auto is_held = [&](int axis, double face, double inwards) {
+    const bool mirror = axis == 0 ? c.domain.mirror_x : axis == 1 && c.domain.mirror_y;
+    if (mirror && inwards > 0.0 && face <= rounding) return true;
+    return std::ranges::any_of(c.walls, [&](const WallSpec& wall) {
+      return inwards * wall.normal[axis] > 1.0 - 1e-9 && std::abs(wall.point[axis] - face) <= rounding;
+    });
+  };
+  for (int axis = 0; axis < 3; ++axis) {
+    if (!is_held(axis, body.min[axis], 1.0) || (axis < 2 && !is_held(axis, body.max[axis], -1.0))) return false;
+  }
+  return true;
 }
 
 /// A body against grid, domain and obstacle. @param path  of its entry, "body[0]"
@@ -134,6 +152,9 @@ void resolve_case(Case& c, ParameterReport& report) {
   check_measurement(c.measurement, c.numerics.cell_size, report);
   const ObstacleSpec* const obstacle = c.obstacle ? &*c.obstacle : nullptr;
   if (c.obstacle) resolve_obstacle_friction(*c.obstacle, c.material, report);
+  for (std::size_t i = 0; i < c.bodies.size(); ++i) {  // in a body that stays at rest, the pressures on a staggered lattice drift apart
+    if (!report.given(fmt::format("body[{}].lattice", i)) && is_enclosed(c, c.bodies[i])) c.bodies[i].lattice = BodySpec::Lattice::aligned;
+  }
   if (!report.sound("conveyor")) return;
   if (c.conveyor) resolve_conveyor(*c.conveyor, {c.numerics.cell_size, c.numerics.gravity, c.material, obstacle}, report);
   check_scene(c, report);

@@ -59,6 +59,29 @@ TEST(Config, ReadsEveryKey) {
   EXPECT_FALSE(hand.domain.mirror_y);
 }
 
+TEST(Config, BodyAtRestBetweenWallsIsAlignedUnlessItsKeySaysOtherwise) {
+  const auto lattice = [](const std::string& body, const std::string& last_wall) {
+    const auto wall = [](const std::string& point, const std::string& normal) {
+      return "[[wall]]\npoint_m = " + point + "\nnormal = " + normal + "\n";
+    };
+    return parse_case(
+               "[material]\nmodel = \"hencky_elastic\"\nyoung_modulus_pa = 1e6\npoisson_ratio = 0.1\n[domain]\nmin_m = [-1, -1, -1]\n"
+               "max_m = [4, 3, 3]\nmirror = [\"y\"]\n[numerics]\ncell_size_m = 0.25\n[output]\nduration_s = 1\n[[body]]\n"
+               "min_m = [0, 0, 0]\nmax_m = [2, 1, 1]\n" +
+                   body + wall("[0, 0, 0]", "[0, 0, 1]") + wall("[0, 0, 0]", "[1, 0, 0]") + wall("[0, 1, 0]", "[0, -1, 0]") +
+                   wall("[" + last_wall + ", 0, 0]", "[-1, 0, 0]"),
+               "case.toml")
+        .bodies.at(0)
+        .lattice;
+  };
+  using Lattice = BodySpec::Lattice;
+  EXPECT_EQ(lattice("", "2"), Lattice::aligned);
+  EXPECT_EQ(lattice("lattice = \"staggered\"\n", "2"), Lattice::staggered);
+  EXPECT_EQ(lattice("velocity_m_s = [1, 0, 0]\n", "2"), Lattice::staggered);
+  EXPECT_EQ(lattice("shape = \"cylinder\"\n", "2"), Lattice::staggered);
+  EXPECT_EQ(lattice("", "3"), Lattice::staggered);  // it can spread
+}
+
 TEST(Config, ReadsWhatItWritesOfEveryLaw) {
   const auto materials = typical_materials();
   const auto cases = law_cases();
