@@ -213,8 +213,8 @@ def main(arguments=None):
         print(f"mpmtools {options.command}: {error}", file=sys.stderr)
         return error.exit_code
     except ImportError as error:
-        print(f"mpmtools: {error}; install Debian's python3-numpy, python3-scipy, python3-pandas, python3-matplotlib, python3-h5py and "
-              "python3-jinja2", file=sys.stderr)
+        print(f"mpmtools: {error}, for {sys.executable}; install numpy, scipy, pandas, matplotlib, h5py and jinja2 for it, or use "
+              "/usr/bin/python3 with Debian's python3-numpy, python3-scipy, ...", file=sys.stderr)
         return 5
     except OSError as error:
         if sys.stdout is not None:

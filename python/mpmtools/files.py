@@ -92,10 +92,21 @@ def whole_file(path):
         yield temporary
         os.replace(temporary, path)
     except OSError as error:
-        raise InputError(f"cannot write '{path}': {error.strerror}") from None
+        raise InputError(f"cannot write '{path}': {error.strerror or error}") from None
     finally:
         with contextlib.suppress(OSError):
             os.unlink(temporary)
+
+
+def save_figure(figure, path, **options):
+    """Writes a matplotlib figure whole and closes it."""
+    from matplotlib import pyplot
+
+    try:
+        with whole_file(path) as temporary:
+            figure.savefig(temporary, **options)
+    finally:
+        pyplot.close(figure)
 
 
 def write_text(path, text):

@@ -49,7 +49,6 @@ def written(rows):
 
 def write(rows, folder):
     """A file for each commit of a history. Returns their paths."""
-    os.makedirs(folder, exist_ok=True)
     paths = []
     for commit, mine in rows.groupby("commit", sort=False):
         paths.append(os.path.join(folder, f"{commit}.json"))

@@ -63,6 +63,12 @@ class Fit(InFolder):
                      "1.5745", "0.5277", "1.3072", "1.5380", "froude_number", "effective_friction", "hardening_xi", "no run in between"):
             self.assertIn(part, out)
 
+    def test_names_a_full_disk(self):
+        with open("/dev/full", "w", encoding="utf-8") as full:
+            done = subprocess.run([sys.executable, "-m", "mpmtools", "fit", self.table()], env={**os.environ, "PYTHONPATH": str(SOURCE / "python")},
+                                  stdout=full, stderr=subprocess.PIPE, text=True, check=False)
+        self.assertEqual((done.returncode, done.stderr), (4, "mpmtools fit: [Errno 28] No space left on device\n"))
+
     def test_writes_its_tables_as_csv(self):
         self.assertEqual(self.command("fit", self.table(), "--csv", "coefficients")[1].count("\n"), 1 + 2 * (2 + 3))
         s = read_series(self.write("scores.csv", self.command("fit", self.table(), "--csv", "scores")[1]))
@@ -185,6 +191,10 @@ class Module(unittest.TestCase):
         out = subprocess.run([sys.executable, "-m", "mpmtools", "--help"], env=environment, check=True, capture_output=True, text=True).stdout
         for name in ("fit", "study", "plot", "render"):
             self.assertRegex(out, rf"(?m)^    {name} ")
+        bare = subprocess.run([sys.executable, "-S", "-I", "-c", f"import sys; sys.path.insert(0, {str(SOURCE / 'python')!r}); "
+                               "from mpmtools.__main__ import main; sys.exit(main(['fit', 'results.csv']))"], capture_output=True, text=True, check=False)
+        self.assertEqual(bare.returncode, 5)  # a Python without Debian's packages
+        self.assertRegex(bare.stderr, f"^mpmtools: No module named '\\w+', for {sys.executable}; install [^\\n]*\n$")
         unknown = subprocess.run([sys.executable, "-m", "mpmtools", "fti"], env=environment, capture_output=True, text=True, check=False)
         self.assertEqual(unknown.returncode, 2)
 

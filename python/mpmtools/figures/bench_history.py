@@ -2,14 +2,13 @@
 
 import io
 import math
-import os
 
 import numpy as np
 import pandas as pd
 from matplotlib.ticker import FuncFormatter, MaxNLocator
 
 from mpmtools.figures.style import finish_axes, plt
-from mpmtools.files import read_text
+from mpmtools.files import read_text, save_figure
 
 VERDICT_COLOURS = {"faster": "#1c7a43", "slower": "#b3262e", "no change": "#5a6675"}
 SHOWN = 12  # comparisons, the latest
@@ -23,9 +22,7 @@ def draw_history(history, target, machine, threshold):
     if rows.empty:
         return False
     figure = history_figure(rows, threshold)
-    os.makedirs(os.path.dirname(os.path.abspath(target)), exist_ok=True)
-    figure.savefig(target, dpi=130)
-    plt.close(figure)
+    save_figure(figure, target, dpi=130)
     return True
 
 

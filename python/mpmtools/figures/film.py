@@ -8,6 +8,7 @@ import tempfile
 import numpy as np
 
 from mpmtools.errors import ConfigError, InputError
+from mpmtools.files import save_figure, whole_file
 from mpmtools.figures.snow_surface import SnowDensity, draw, ground_of, standpoint
 from mpmtools.figures.view_3d import picture_size
 from mpmtools.run import Run
@@ -63,20 +64,24 @@ class Studio:
             axes.set_yticks([])
             axes.set_title(self.label, fontsize=9 * unit, color="#1c2733", loc="left", pad=4)
             axes.tick_params(labelsize=8 * unit, colors="#1c2733")
-        figure.savefig(path, dpi=100)
-        plt.close(figure)
+        save_figure(figure, path, dpi=100)
 
 
-def encode(folder, frames_per_second, path, kilobits):
+def find_ffmpeg():
+    if found := shutil.which("ffmpeg"):
+        return found
+    raise InputError("ffmpeg is missing; install Debian's ffmpeg, or take single pictures with --time")
+
+
+def encode(ffmpeg, folder, frames_per_second, path, kilobits):
     """PNG files 00000.png ... of a folder into a film."""
-    ffmpeg = shutil.which("ffmpeg")
-    if ffmpeg is None:
-        raise InputError("ffmpeg is missing; install Debian's ffmpeg, or take single pictures with --time")
     codec = CODECS[os.path.splitext(path)[1]]
-    done = subprocess.run([ffmpeg, "-y", "-loglevel", "error", "-framerate", f"{frames_per_second:g}", "-i", os.path.join(folder, "%05d.png"),
-                           "-c:v", *codec, "-b:v", f"{kilobits:d}k", path], stdin=subprocess.DEVNULL, capture_output=True, text=True, check=False)
-    if done.returncode != 0:
-        raise InputError(f"ffmpeg could not write '{path}': {done.stderr.strip()}")
+    with whole_file(path) as temporary:
+        done = subprocess.run([ffmpeg, "-y", "-loglevel", "error", "-framerate", f"{frames_per_second:g}", "-i", os.path.join(folder, "%05d.png"),
+                               "-c:v", *codec, "-b:v", f"{kilobits:d}k", temporary], stdin=subprocess.DEVNULL, capture_output=True, text=True,
+                              check=False)
+        if done.returncode != 0:
+            raise InputError(f"ffmpeg could not write '{path}': {done.stderr.strip()}")
 
 
 def run_command(options):
@@ -90,7 +95,7 @@ def run_command(options):
     path = options.out or os.path.join(options.directory, "post", "snow.png" if single else "film.mp4")
     if os.path.splitext(path)[1] not in ([".png"] if single else CODECS):
         raise ConfigError(f"--out {path}: " + ("a picture (--time) ends with .png" if single else "a film ends with .mp4 or .webm"))
-    os.makedirs(os.path.dirname(os.path.abspath(path)), exist_ok=True)
+    ffmpeg = None if single else find_ffmpeg()
     studio = Studio(run, options.field, size)
     if single:
         studio.picture(min(run.frames, key=lambda f: abs(f.time - options.time)), path)
@@ -99,5 +104,5 @@ def run_command(options):
         with tempfile.TemporaryDirectory() as folder:
             for number, frame in enumerate(run.frames):
                 studio.picture(frame, os.path.join(folder, f"{number:05d}.png"))
-            encode(folder, rate, path, options.kilobits)
+            encode(ffmpeg, folder, rate, path, options.kilobits)
     print(path)

@@ -15,7 +15,8 @@ import sys
 import numpy as np
 
 from mpmtools import plots
-from mpmtools.errors import ConfigError, InputError
+from mpmtools.errors import ConfigError
+from mpmtools.files import save_figure
 from mpmtools.figures.colours import BLUE, GREEN, GREY, ORANGE
 from mpmtools.figures.style import plt
 from mpmtools.plots import Section
@@ -26,10 +27,6 @@ def draw_run(folder, out=None, times=(), kind="png"):
     """Draws all pictures of a run into `out` (default FOLDER/post). @return {name: path, or the reason why there is none}"""
     out = out or os.path.join(folder, "post")
     run = Run(folder, fallback=out)
-    try:
-        os.makedirs(out, exist_ok=True)
-    except OSError as error:
-        raise InputError(f"cannot write to '{out}': {error.strerror}") from None
     pictures = {"heights": draw_heights(run), "profile": draw_profile(run), "forces": draw_forces(run),
                 "side_view": draw_side_view(run, times)}
     written = {}
@@ -38,8 +35,7 @@ def draw_run(folder, out=None, times=(), kind="png"):
             written[name] = (None, picture)
             continue
         path = os.path.join(out, f"{name}.{kind}")
-        picture.savefig(path, dpi=150)
-        plt.close(picture)
+        save_figure(picture, path, dpi=150)
         written[name] = (path, "")
     return written
 

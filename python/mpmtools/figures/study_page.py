@@ -228,7 +228,6 @@ def draw_page(target, folders, extensions=None):
         style=markupsafe.Markup(STYLE), study=study.fit, name=study.name, sections=sections, tables=tables, aims=aim_table(studies),
         headline=study_summary.headline(studies), matrix=study_summary.matrix(studies), short=study_summary.in_short(studies),
         others=studies[1:], cautions=cautions_of(study))
-    os.makedirs(os.path.dirname(os.path.abspath(target)), exist_ok=True)
     write_page(target, page)
 
 

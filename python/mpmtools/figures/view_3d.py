@@ -9,6 +9,7 @@ import subprocess
 import sys
 
 from mpmtools.errors import ConfigError, InputError
+from mpmtools.files import whole_file
 from mpmtools.run import Run
 from mpmtools.terrain import terrain_of
 
@@ -157,8 +158,10 @@ def render(options, paraview):
     view.ResetCamera([west, east, south, north, bottom, top])  # keeps the direction, fits a sphere round the box
     paraview.GetActiveCamera().Zoom(1.1)
     output = options.out or os.path.join(options.directory, "post", "view_3d.png")
-    os.makedirs(os.path.dirname(os.path.abspath(output)), exist_ok=True)
-    paraview.SaveScreenshot(output, view, ImageResolution=[width, height])
+    with whole_file(output) as temporary:
+        paraview.SaveScreenshot(temporary, view, ImageResolution=[width, height])
+        if not os.path.getsize(temporary):
+            raise InputError(f"ParaView could not write '{output}'")
     print(output)
 
 
