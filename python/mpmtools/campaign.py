@@ -1,12 +1,28 @@
 """A campaign: many runs of one plan."""
 
+import json
 import os
 import subprocess
+from typing import NamedTuple
+
+import pandas as pd
 
 from mpmtools.errors import InputError
 from mpmtools.program import find_program, raise_for
 from mpmtools.run import Run
 from mpmtools.tables import read_series
+
+
+class CampaignStatus(NamedTuple):
+    """How far a campaign is: numbers of runs, the estimated wall time that is left, and a DataFrame with a row a run, by its name: state (done,
+    running, failed, to do), progress (fraction of its duration), cause of a failure."""
+
+    done: int
+    running: int
+    failed: int
+    to_do: int
+    time_left_s: float
+    runs: pd.DataFrame
 
 
 class Campaign:
@@ -41,8 +57,9 @@ class Campaign:
         return self._command("run", *options) == 0
 
     def status(self):
-        """What is done, running, failed and to do, as text; brings the tables up to date."""
-        return self._command("status", read=True)
+        """A CampaignStatus; brings the tables up to date."""
+        found = json.loads(self._command("status", "--json", read=True))
+        return CampaignStatus(**{**found, "runs": pd.DataFrame(found["runs"]).set_index("name")})
 
     @property
     def table(self):

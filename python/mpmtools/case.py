@@ -6,12 +6,12 @@ import pathlib
 import re
 import tempfile
 import tomllib
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 from mpmtools.errors import ConfigError, InputError, MpmError
-from mpmtools.files import read_toml
+from mpmtools.files import MissingEntry, read_toml, write_text
 from mpmtools.program import run_program, run_with_bar
-from mpmtools.run import Run
 from mpmtools.toml_text import toml_text
 
 STEP = re.compile(r"([A-Za-z0-9_-]+)(?:\[(\d+)\])?")  # of the name of a key: a table, or an entry of an array of tables
@@ -39,14 +39,15 @@ class Check:
         return "\n".join(lines)
 
 
-class Case:
-    """A case as its tables of keys. A case does not change: `changed` returns another one.
+class Case(Mapping):
+    """A case as a mapping from the names of its keys to their values. A case does not change: `changed` returns another one.
 
         case = Case.read("examples/avalanche_fr3.toml").changed({"numerics.cell_size_m": 0.35})
         print(case.check())
         run = case.run("out/fr3")
 
-    Keys have the names of the case file, `table.key`: "obstacle.width_m", "body[0].velocity_m_s", "title".
+    Keys have the names of the case file, `table.key`: "obstacle.width_m", "body[0].velocity_m_s", "title"; dict(case) has all of them. The name
+    of a table, case["obstacle"], gives the table as a dict.
     The program judges them, in `check` and in `run`; a wrong one raises ConfigError with its name, the reason and a remedy.
 
     tables  the case as dicts, lists and values
@@ -54,13 +55,14 @@ class Case:
     """
 
     def __init__(self, tables, folder="."):
-        self.tables, self.folder = copy.deepcopy(dict(tables)), pathlib.Path(folder)
+        self.tables, self.folder, self.path = copy.deepcopy(dict(tables)), pathlib.Path(folder), "case"
 
     @classmethod
     def read(cls, path):
         """Reads a case file. Raises InputError where it cannot be read or is no TOML."""
-        path = pathlib.Path(path)
-        return cls(read_toml(path), path.parent)
+        case = cls(read_toml(path), pathlib.Path(path).parent)
+        case.path = path
+        return case
 
     def __repr__(self):
         return f"Case({self.tables.get('title', '')!r})"
@@ -77,18 +79,14 @@ class Case:
             try:
                 found = found[name] if index is None else found[name][index]
             except (KeyError, IndexError, TypeError):
-                raise KeyError(f"{key}: the case does not give it; check().case holds the defaults") from None
+                raise MissingEntry(f"{self.path}: {key}: the case does not give it; check().case holds the defaults") from None
         return found
 
-    def __contains__(self, key):
-        try:
-            self[key]
-        except KeyError:
-            return False
-        return True
+    def __iter__(self):
+        return _keys(self.tables)
 
-    def get(self, key, default=None):
-        return self[key] if key in self else default
+    def __len__(self):
+        return sum(1 for _ in self)
 
     def changed(self, changes):
         """A case with other values: a dict from the names of keys to values; None leaves a key (or a table) out."""
@@ -120,8 +118,7 @@ class Case:
     def write(self, path):
         """Writes the case file; names of files in it keep their meaning."""
         path = pathlib.Path(path)
-        path.parent.mkdir(parents=True, exist_ok=True)
-        path.write_text(self.text(path.parent), encoding="utf-8")
+        write_text(path, self.text(path.parent))
         return path
 
     def check(self):
@@ -144,6 +141,8 @@ class Case:
         options += ["--resume"] if resume else []
         options += ["--force"] if force else []
         with self.as_file() as path:
+            from mpmtools.run import Run  # which has a case, too
+
             run_with_bar(self.tables.get("title") or "run", progress, "run", path, *options)
         return Run(out)
 
@@ -180,6 +179,17 @@ def _steps(key):
     if not all(steps):
         raise ConfigError(f"'{key}' is no name of a key; such are obstacle.width_m, body[0].velocity_m_s and title")
     return [(step[1], int(step[2]) if step[2] else None) for step in steps]
+
+
+def _keys(tables, before=""):
+    """Names of all keys of nested tables and arrays of tables."""
+    for name, value in tables.items():
+        parts = [(f"[{i}]", part) for i, part in enumerate(value)] if isinstance(value, list) else [("", value)]
+        if parts and all(isinstance(part, dict) and part for _, part in parts):
+            for index, part in parts:
+                yield from _keys(part, f"{before}{name}{index}.")
+        else:
+            yield before + name
 
 
 def _entry(table, name, index, key):

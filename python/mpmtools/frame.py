@@ -1,10 +1,13 @@
 """One stored state of a run: a frame, or its last state."""
 
 import contextlib
+import re
+from collections.abc import Mapping
 from functools import cached_property
 
 import h5py
 import numpy as np
+import pandas as pd
 
 from mpmtools.checksums import check_seal
 from mpmtools.errors import InputError
@@ -44,8 +47,13 @@ def open_hdf5(path):
         raise InputError(f"cannot read '{path}': {error}") from None
 
 
-class Frame:
-    """One stored state. `frame["position_m"]` reads an array; `frame.names` lists them; `frame.attributes` holds time_s and more."""
+AXES = {"kirchhoff_stress_pa": ("xx", "yy", "zz", "xy", "xz", "yz"), "velocity_gradient_1_s": tuple(i + j for i in "xyz" for j in "xyz"),
+        "position_m": "xyz", "velocity_m_s": "xyz"}  # of each component of an array
+UNIT = re.compile(r"_(kg_m3|m_s|m3|1_s|pa|m)$")
+
+
+class Frame(Mapping):
+    """One stored state: a mapping from the names of its arrays to the arrays, each read when it is asked for; `attributes` holds time_s and more."""
 
     def __init__(self, path):
         self.path = path
@@ -57,6 +65,35 @@ class Frame:
         with open_hdf5(self.path) as file:
             return file[name][:]
 
+    def __iter__(self):
+        return iter(self._names)
+
+    def __len__(self):
+        return len(self._names)
+
+    def __contains__(self, name):  # that of Mapping reads the array
+        return name in self._names
+
+    __eq__, __hash__ = object.__eq__, object.__hash__
+
+    @property
+    def table(self):
+        """The particles as a DataFrame, a row a particle by its `id`: position_x_m, velocity_x_m_s, kirchhoff_stress_xx_pa, density_kg_m3, ..."""
+        columns, count = {}, len(self["position_m"])
+        for name in self:
+            array = self[name]
+            if name == "vertex" or len(array) != count:  # the list of cells of frames.xdmf
+                continue
+            if array.ndim == 1:
+                columns[name] = array
+                continue
+            array = array.reshape(count, -1)
+            for i, axes in enumerate(AXES.get(name, range(array.shape[1]))):
+                stem = UNIT.sub("", name)
+                columns[f"{stem}_{axes}{name[len(stem):]}"] = array[:, i]
+        table = pd.DataFrame(columns)
+        return table.set_index("id") if "id" in table else table
+
     def whole(self, name):
         """An array for the whole flow: where half of it was computed, the mirror image at y = 0 follows. For positions, velocities and
         scalars."""
@@ -66,7 +103,7 @@ class Frame:
         return np.concatenate([array, array * [1.0, -1.0, 1.0] if array.ndim == 2 else array])
 
     @cached_property
-    def names(self):
+    def _names(self):
         with open_hdf5(self.path) as file:
             return list(file)
 

@@ -25,8 +25,8 @@ def runup(run, axes=None):
     equation, which is for the highest particle."""
     series = _series_with(run, "runup_p99_m", "the run measured no run-up")
     axes = _over_time(run, axes)
-    axes.plot(series.time_s, series.runup_p99_m, color=BLUE, linewidth=1.2, label="run-up (99 % of the mass is below)")
-    axes.plot(series.time_s, series.runup_m, color=ORANGE, linewidth=0.8, label="highest particle")
+    axes.plot(series.index, series.runup_p99_m, color=BLUE, linewidth=1.2, label="run-up (99 % of the mass is below)")
+    axes.plot(series.index, series.runup_m, color=ORANGE, linewidth=0.8, label="highest particle")
     _mean_line(axes, run, "runup_p99", "steady mean of the run-up", BLUE)
     _mean_line(axes, run, "runup", "of the highest particle", ORANGE)
     bound = run.flow_height + run.velocity**2 / (2 * run.gravity) if run.velocity else None
@@ -39,7 +39,7 @@ def pressure_height(run, axes=None):
     """Pressure height over time (m, s) with the steady interval, its mean and the paper's equation."""
     series = _series_with(run, "pressure_height_m", "the run measured no pressure height")
     axes = _over_time(run, axes)
-    axes.plot(series.time_s, series.pressure_height_m, color=BLUE, linewidth=1.2, label="pressure height")
+    axes.plot(series.index, series.pressure_height_m, color=BLUE, linewidth=1.2, label="pressure height")
     _mean_line(axes, run, "pressure_height", "steady mean", BLUE)
     _reference_line(axes, run.number("predicted_pressure_height_m"), _equation_label(run), color=GREEN, linestyle="--")
     _reference_line(axes, run.flow_height, "flow height $H$", color=GREY, linestyle=":")
@@ -97,7 +97,7 @@ class Section:
         """NaN where the run measured none."""
         if column not in run.series:
             return np.nan
-        return float(np.interp(self.time, run.series.time_s, run.series[column], left=np.nan, right=np.nan))
+        return float(np.interp(self.time, run.series.index, run.series[column], left=np.nan, right=np.nan))
 
 
 def section_half_width(run):
@@ -199,7 +199,7 @@ def grid_study(study, metric, axes=None):
 def inflow(run, axes=None):
     """Depth (m) and speed (m/s) of the snow just behind the inlet, from the frames, over the rows of [[conveyor.inflow]] that should enter.
     Returns the two axes, depth first."""
-    rows = (run.case.get("conveyor") or {}).get("inflow")
+    rows = run.case.get("conveyor.inflow")
     if not rows:
         raise InputError("the inflow of this run does not vary in time; there is nothing to compare it with")
     measured = measured_inflow(run)
@@ -248,7 +248,7 @@ def _over_time(run, axes):
     begin, end = run.number("steady_from_s"), run.number("steady_to_s")
     if begin is not None and end is not None:
         axes.axvspan(begin, end, color="0.92", zorder=0, label="steady interval")
-    axes.set_xlim(run.series.time_s.iat[0], run.series.time_s.iat[-1])
+    axes.set_xlim(run.series.index[0], run.series.index[-1])
     axes.grid(alpha=0.3)
     axes.set_xlabel("time since the front reached the obstacle (s)" if run.flow_height else "time (s)")
     return axes
@@ -260,7 +260,7 @@ def _components(run, axes, name, unit, symbol, label):
     means = run.results.get(f"{name}_mean_{unit}") or [None] * 3
     for component, colour, mean in zip("xyz", (BLUE, ORANGE, GREEN), means):
         text = f"${symbol}_{component}$" + (f", steady mean {1e-3 * mean:.3g}" if mean is not None else "")
-        axes.plot(series.time_s, 1e-3 * series[f"{name}_{component}_{unit}"], color=colour, linewidth=1.1, label=text)
+        axes.plot(series.index, 1e-3 * series[f"{name}_{component}_{unit}"], color=colour, linewidth=1.1, label=text)
     axes.set_ylabel(label)
     axes.legend(fontsize="small", loc="upper right")
     return axes

@@ -6,9 +6,12 @@ quantities.json holds what `mpm schema --results --json` prints (docs/generate.p
 import functools
 import json
 import pathlib
+import re
 from dataclasses import dataclass
 
 import numpy as np
+
+COMPONENT = re.compile(r"(.+)(?:\.([xyz])|\[([012])\])")  # force_mean_n.x; force_mean_n[0] is understood
 
 
 @functools.cache
@@ -49,7 +52,13 @@ class Quantity:
 
 
 def quantity(results, name):
-    """The Quantity of a name in results.json, with its errors. Raises KeyError where there is none."""
+    """The Quantity of a name in results.json, or of a component (force_mean_n.x), with its errors. Raises KeyError where there is none."""
+    if (found := COMPONENT.fullmatch(name)) and isinstance(results.get(found[1], 0.0), (list, type(None))):
+        i = "xyz".index(found[2]) if found[2] else int(found[3])
+        whole = quantity(results, found[1])
+        parts = (None if v is None or np.isnan(v[i]) else float(v[i]) for v in (whole.value, whole.standard_error, whole.numerical_uncertainty))
+        value, *errors = parts
+        return Quantity(f"{found[1]}.{'xyz'[i]}", value, whole.unit, whole.meaning, *errors)
     if name not in results:
         raise KeyError(f"'{name}' is not among the results: {', '.join(results)}")
     about = known().get(name, {"unit": "", "meaning": ""})

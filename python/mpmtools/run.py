@@ -8,17 +8,19 @@ import pandas as pd
 from mpmtools import equations, quantities
 from mpmtools.checksums import read_results, read_table_of
 from mpmtools.errors import InputError
-from mpmtools.files import read_json, read_toml
-from mpmtools.frame import Frame
+from mpmtools.case import Case
+from mpmtools.files import read_json
+from mpmtools.frame import Frame, open_hdf5
 
 
 class Run:
     """What a result folder holds; every part is read when it is first asked for.
 
-    case      the resolved case.toml as a dict
+    case      the resolved case.toml as a Case: run.case["numerics.cell_size_m"]
     results   results.json as a dict; empty where the run has not written it
-    series    series.csv as a DataFrame, a row a sample (columns with units: time_s, runup_p99_m, ...); empty without it
+    series    series.csv as a DataFrame over time_s, a row a sample (columns with units: runup_p99_m, force_x_n, ...); empty without it
     profile   profile.csv, the mean pressure on the mast over its height (z_m, pressure_pa, ...); empty without a steady span
+    profiles  profiles.h5, {"pressure_pa": DataFrame, a row a sample over time_s and a column a height z_m, ...}; empty without it
     frames    list of Frame, in order of time
     final     the last state (final.h5) as a Frame; None without it
 
@@ -35,7 +37,7 @@ class Run:
 
     @cached_property
     def case(self):
-        return read_toml(os.path.join(self.folder, "case.toml"))
+        return Case.read(os.path.join(self.folder, "case.toml"))
 
     @cached_property
     def results(self):
@@ -44,11 +46,21 @@ class Run:
 
     @cached_property
     def series(self):
-        return self._table("series.csv")
+        table = self._table("series.csv")
+        return table.set_index("time_s") if "time_s" in table else table
 
     @cached_property
     def profile(self):
         return self._table("profile.csv")
+
+    @cached_property
+    def profiles(self):
+        path = self._find("profiles.h5")
+        if not path:
+            return {}
+        with open_hdf5(path) as file:
+            time, height = pd.Index(file["time_s"][:], name="time_s"), pd.Index(file["z_m"][:], name="z_m")
+            return {name: pd.DataFrame(file[name][:], time, height) for name in file if name not in ("time_s", "z_m")}
 
     @cached_property
     def frames(self):
@@ -62,7 +74,8 @@ class Run:
         return Frame(path) if os.path.exists(path) else None
 
     def quantity(self, name):
-        """An entry of results.json with unit, meaning and errors: print(run.quantity("runup_p99_mean_m")). KeyError where there is none."""
+        """An entry of results.json with unit, meaning and errors: print(run.quantity("runup_p99_mean_m")), or "force_mean_n.x" of a vector.
+        KeyError where there is none."""
         return quantities.quantity(self.results, name)
 
     @property
@@ -77,8 +90,11 @@ class Run:
         return {name: quantities.known()[name]["unit"] for name in (*self.series, *self.profile, *self.results) if name in quantities.known()}
 
     def number(self, key):
-        """A number of results.json; None where there is none."""
-        value = self.results.get(key)
+        """A number of results.json, or a component of a vector; None where there is none."""
+        try:
+            value = self.quantity(key).value
+        except KeyError:
+            return None
         return value if isinstance(value, (int, float)) and not isinstance(value, bool) else None
 
     def is_finished(self, case_hash, end=None):
@@ -105,17 +121,17 @@ class Run:
     @property
     def gravity(self):
         """m/s^2."""
-        return self.case["numerics"].get("gravity_m_s2", 9.81)
+        return self.case.get("numerics.gravity_m_s2", 9.81)
 
     @property
     def cell_size(self):
         """m."""
-        return self.case["numerics"]["cell_size_m"]
+        return self.case["numerics.cell_size_m"]
 
     @property
     def particle_spacing(self):
         """Of the lattice at the start, m."""
-        return self.cell_size / round(self.case["numerics"].get("particles_per_cell", 8) ** (1.0 / 3.0))
+        return self.cell_size / round(self.case.get("numerics.particles_per_cell", 8) ** (1.0 / 3.0))
 
     @property
     def obstacle(self):
@@ -146,7 +162,7 @@ class Run:
     @property
     def flow_height(self):
         """H, m; None without a conveyor."""
-        return self.case.get("conveyor", {}).get("flow_height_m")
+        return self.case.get("conveyor.flow_height_m")
 
     @property
     def velocity(self):
@@ -173,8 +189,8 @@ class Run:
     def mirrored_y(self):
         """Is half of the domain computed, mirrored at y = 0?"""
         if "conveyor" in self.case:
-            return bool(self.case["conveyor"].get("mirror_y", True))
-        return "y" in self.case.get("domain", {}).get("mirror", [])
+            return bool(self.case.get("conveyor.mirror_y", True))
+        return "y" in self.case.get("domain.mirror", [])
 
     def _find(self, name):
         folders = [folder for folder in (self.folder, self.fallback) if folder]

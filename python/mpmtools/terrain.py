@@ -66,5 +66,5 @@ class Terrain:
 
 def terrain_of(run):
     """The Terrain of a Run; None where its ground is level."""
-    raster = run.case.get("terrain", {}).get("raster")
+    raster = run.case.get("terrain.raster")
     return Terrain(raster) if raster else None

@@ -12,11 +12,10 @@ import xml.etree.ElementTree as xml
 import numpy as np
 
 from mpmtools.errors import InputError
+from mpmtools.frame import AXES
 
 VTK_TYPES = {"f8": "Float64", "f4": "Float32", "i8": "Int64", "i4": "Int32", "u8": "UInt64", "u4": "UInt32", "u1": "UInt8", "i1": "Int8"}
 NOT_DATA = {"vertex"}  # a frame's own list of cells, for frames.xdmf
-TENSORS = {"kirchhoff_stress_pa": ("xx", "yy", "zz", "xy", "xz", "yz"), "velocity_m_s": "xyz",
-           "velocity_gradient_1_s": tuple(i + j for i in "xyz" for j in "xyz")}  # axes of each component
 
 
 def vtk_arrays(frame, whole=True):
@@ -29,7 +28,7 @@ def vtk_arrays(frame, whole=True):
     whole: where half of a flow is computed, the other half is added (mirror planes x = 0 and y = 0).
     """
     points = np.ascontiguousarray(frame["position_m"], dtype=np.float64)
-    data = {name: frame[name] for name in frame.names if name not in NOT_DATA | {"position_m"}}
+    data = {name: frame[name] for name in frame if name not in NOT_DATA | {"position_m"}}
     data = {name: np.ascontiguousarray(array if array.ndim == 1 else array.reshape(len(points), -1))
             for name, array in data.items() if len(array) == len(points)}
     if "velocity_m_s" in data:
@@ -45,9 +44,9 @@ def vtk_arrays(frame, whole=True):
 
 def _image(name, array, axis):
     """An array of the particles behind the mirror plane: a component changes its sign if it names the axis an odd number of times."""
-    if name not in TENSORS:
+    if name not in AXES:
         return array
-    signs = [(-1.0) ** component.count(axis) for component in TENSORS[name]]
+    signs = [(-1.0) ** component.count(axis) for component in AXES[name]]
     return array * np.array(signs, dtype=array.dtype)
 
 

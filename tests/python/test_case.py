@@ -44,6 +44,9 @@ class Cases(InFolder):
         self.assertNotEqual(case, other)
         self.assertNotIn("new", case)  # the first one is as it was
         self.assertEqual(case.get("numerics.nothing", 7), 7)
+        self.assertEqual(Case({}).changed({key: value for key, value in case.items() if "[" not in key}),
+                         case.changed({name: None for name in ("body", "wall")}))  # all keys, by their names
+        self.assertTrue({"title", "body[0].min_m", "numerics.cell_size_m"} <= set(case) and "body" in case and len(case) == len(dict(case)))
         with self.assertRaisesRegex(KeyError, "the case does not give it"):
             case["body[9].min_m"]
 
@@ -105,7 +108,7 @@ class CasesInTheProgram(InFolder):
         run = self.case.run(self.folder / "run", threads=1, progress=seen.append)
         self.assertEqual((seen[-1].fraction, seen[-1].time_s, seen[-1].duration_s), (1.0, 0.2, 0.2))
         self.assertEqual(run.results["duration_s"], 0.2)
-        self.assertEqual(run.series.time_s.iat[-1], 0.2)
+        self.assertEqual(run.series.index[-1], 0.2)
         self.assertEqual(Case.read(self.folder / "run" / "case.toml")["numerics.cell_size_m"], 0.875)
         with self.assertRaisesRegex(MpmError, "--force"):
             self.case.run(self.folder / "run", threads=1, progress=False)
@@ -156,7 +159,10 @@ class CasesInTheProgram(InFolder):
         runs = Campaign(self.folder / "out").runs
         self.assertEqual([run.case["material"]["critical_state_slope"] for run in runs.values()], [0.4, 0.8])
         self.assertIsInstance(next(iter(runs.values())), Run)
-        self.assertIn("2 done, 0 running, 0 failed, 0 to do", campaign.status())
+        status = campaign.status()
+        self.assertEqual((status.done, status.running, status.failed, status.to_do), (2, 0, 0, 0))
+        self.assertEqual(status.runs.state.to_dict(), dict.fromkeys(campaign.table.name, "done"))
+        self.assertEqual(status.runs.progress.tolist(), [1.0, 1.0])
         first, second = (pathlib.Path(run.folder) for run in runs.values())
         (first / "results.json").write_bytes((second / "results.json").read_bytes())
         with self.assertRaisesRegex(InputError, "does not hold the finished run of the case with hash .*campaign status"):

@@ -1,5 +1,7 @@
 """Result folders as Run, and the pictures made of them."""
 
+import contextlib
+import resource
 import unittest
 
 from in_folder import sealed_h5
@@ -34,6 +36,17 @@ box_upstream_m = 0.1
 SERIES = "time_s,runup_m,runup_p99_m,pressure_height_m,force_x_n,force_y_n,force_z_n,moment_x_n_m,moment_y_n_m,moment_z_n_m\n"
 
 
+@contextlib.contextmanager
+def largest_file(size):
+    """As on a full disk, nothing can be written behind `size` bytes of a file; None: no limit."""
+    limits = resource.getrlimit(resource.RLIMIT_FSIZE)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (limits[0] if size is None else size, limits[1]))
+    try:
+        yield
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, limits)
+
+
 class RunFolder(InFolder):
     def setUp(self):
         super().setUp()
@@ -57,14 +70,47 @@ class Runs(RunFolder):
         run = Run(self.folder)
         self.assertEqual((run.title, run.flow_height, run.velocity, run.gravity, run.particle_spacing), ("Small", 1.75, 12.0, 9.81, 0.25))
         self.assertEqual((run.number("runup_mean_m"), run.number("steady"), run.number("none")), (6.5, None, None))
-        self.assertEqual(run.series.time_s.tolist(), [0, 1, 2])  # the last line was cut off by a kill
+        self.assertEqual(run.series.index.tolist(), [0, 1, 2])  # the last line was cut off by a kill
         self.assertEqual(run.profile.z_m.tolist(), [0.1, 0.3, 0.5])
         self.assertEqual([frame.time for frame in run.frames], [0.0, 1.5])
         self.assertEqual(run.frames[1]["position_m"].shape, (3, 3))
-        self.assertIn("volume_ratio", run.frames[0].names)
+        self.assertIn("volume_ratio", list(run.frames[0]))
         self.assertIsNone(run.final)
         with self.assertRaisesRegex(KeyError, "no array 'speed'; there are: "):
             run.frames[0]["speed"]
+
+    def test_are_mappings_of_arrays_and_keys(self):
+        run = Run(self.folder)
+        frame = run.frames[0]
+        self.assertEqual(set(frame), {"position_m", "volume_ratio", "kirchhoff_stress_pa"})
+        self.assertTrue("position_m" in frame and "speed" not in frame and len(frame) == 3)
+        self.assertEqual(frame.table.position_z_m.tolist(), [0.4, 2.0, 9.0])
+        self.assertEqual(frame.table.kirchhoff_stress_xx_pa.tolist(), [-1e4] * 3)
+        self.assertEqual((run.case["obstacle.width_m"], run.case["obstacle"]["shape"], dict(run.case)["numerics.cell_size_m"]), (1.75, "box", 0.5))
+        self.assertIn("measurement.bin_height_m", list(run.case))
+        with self.assertRaisesRegex(KeyError, "case.toml: obstacle.friction"):
+            run.case["obstacle.friction"]
+
+    def test_hold_profiles_over_time_and_height(self):
+        self.assertEqual(Run(self.folder).profiles, {})
+        with sealed_h5(self.folder / "profiles.h5") as file:
+            file["time_s"], file["z_m"], file["pressure_pa"] = [0.0, 0.5], [0.1, 0.3, 0.5], np.arange(6.0).reshape(2, 3)
+        self.assertEqual(Run(self.folder).profiles["pressure_pa"].loc[0.5, 0.3], 4.0)
+
+    def test_give_a_quantity_and_its_components_by_one_name(self):
+        self.write("results.json", '{"force_mean_n": [3.0, null, 1.0], "force_standard_error_n": [0.5, null, null], '
+                                   '"force_x_numerical_uncertainty_n": 2.0, "moment_mean_n_m": null}')
+        run = Run(self.folder)
+        for name in ("force_mean_n.x", "force_mean_n[0]"):
+            found = run.quantity(name)
+            self.assertEqual((found.name, found.value, found.standard_error, found.numerical_uncertainty, found.unit),
+                             ("force_mean_n.x", 3.0, 0.5, 2.0, "N"))
+            self.assertEqual(run.number(name), 3.0)
+        for name in ("force_mean_n.y", "moment_mean_n_m.x"):
+            self.assertIsNone(run.number(name), name)
+        for name in ("force_mean_n.w", "force_mean_n[3]"):
+            with self.assertRaises(KeyError):
+                run.quantity(name)
 
     def test_without_files_are_empty_and_look_into_the_fallback(self):
         for name in ("series.csv", "profile.csv", "results.json"):
@@ -174,6 +220,15 @@ class Pictures(RunFolder):
         section = run_pictures.Section(run, run.frames[0], half_width=0.75)
         self.assertEqual(section.z.tolist(), [0.4, 2.0])  # the nearest to the axis last, on top
         self.assertEqual(section.stress.tolist(), [-20.0, -10.0])
+
+    def test_on_a_full_disk_or_without_permission_leave_no_pieces(self):
+        (self.folder / "file").write_text("")
+        for out, limit in ((self.folder / "file" / "out", None), (self.folder / "full", 1000)):
+            with largest_file(limit):
+                code, _, err = self.command("plot", self.folder, "--out", out)
+            self.assertEqual(code, 4, err)
+            self.assertRegex(err, f"^mpmtools plot: cannot write '{out}/heights.png': [^\\n]*\n$")
+        self.assertEqual(list((self.folder / "full").iterdir()), [])
 
     def test_say_what_is_wrong(self):
         self.assertEqual(self.command("plot", self.folder / "none")[0], 4)

@@ -62,8 +62,8 @@ class Loads:
         series = run.series
         if "force_x_n" not in series or len(series) < 3:
             raise InputError(f"{run.folder}: series.csv has no forces; run `mpm design` again")
-        self.interval = float(series.time_s.iat[1] - series.time_s.iat[0])
-        self.time = series.time_s.to_numpy()[1:]
+        self.interval = float(series.index[1] - series.index[0])
+        self.time = series.index.to_numpy()[1:]
         self.force = series.force_x_n.to_numpy()[1:]
         self.axis = run.number("overturning_moment_axis_x_m") or 0.0
         self.moment = (series.moment_y_n_m + self.axis * series.force_z_n).to_numpy()[1:]
