@@ -7,7 +7,9 @@
 #include <chrono>
 #include <cmath>
 #include <cstdio>
+#include <map>
 #include <memory>
+#include <nlohmann/json.hpp>
 #include <numeric>
 #include <optional>
 #include <ranges>
@@ -58,6 +60,11 @@ void print_changes(const Preparation& p) {
   print(p.dropped, "in the folder but not in the plan; kept there, but not in the table");
 }
 
+/// Elapsed time until all runs are done, s. @param jobs  runs at a time, unless more are running
+double time_left(const CampaignCost& cost, std::ptrdiff_t running, int jobs) {
+  return cost.left / (cost.particle_steps_per_s * std::max<double>(static_cast<double>(running), jobs));
+}
+
 /// The summary at the end of `run`, and of `status`.
 void print_status(const Campaign& campaign, const std::vector<RunStatus>& status, const fs::path& out, int jobs, bool list) {
   const auto count = [&](RunState s) { return std::ranges::count(status, s, &RunStatus::state); };
@@ -73,12 +80,12 @@ void print_status(const Campaign& campaign, const std::vector<RunStatus>& status
   if (campaign.duplicates > 0)
     fmt::print("{} of the plan left out because of an earlier one of the same case\n", counted(campaign.duplicates, "row"));
   const CampaignCost cost = cost_of(campaign, status);
-  const auto at_once = std::max<double>(static_cast<double>(count(RunState::running)), jobs);
+  const auto at_once = std::max<std::ptrdiff_t>(count(RunState::running), jobs);
   fmt::print(
-      "work: {:.3g} particle-steps in all, {:.3g} left ({:.0f} %); {:.3g} million a second and run ({}): {} left with {:.0f} at a time\n",
+      "work: {:.3g} particle-steps in all, {:.3g} left ({:.0f} %); {:.3g} million a second and run ({}): {} left with {} at a time\n",
       cost.particle_steps, cost.left, cost.particle_steps > 0.0 ? 100.0 * cost.left / cost.particle_steps : 0.0,
-      1e-6 * cost.particle_steps_per_s, cost.measured ? "measured" : "assumed",
-      clock_text(cost.left / (cost.particle_steps_per_s * at_once)), at_once);
+      1e-6 * cost.particle_steps_per_s, cost.measured ? "measured" : "assumed", clock_text(time_left(cost, count(RunState::running), jobs)),
+      at_once);
   for (std::size_t i = 0; i < status.size(); ++i) {
     const CampaignRun& run = campaign.runs[i];
     const RunStatus& s = status[i];
@@ -90,6 +97,24 @@ void print_status(const Campaign& campaign, const std::vector<RunStatus>& status
     if (s.state == RunState::failed) line += fmt::format("  {}: {}", counted(s.attempts.size(), "attempt"), s.cause());
     fmt::print("{}\n", line);
   }
+}
+
+/// The same for programs.
+void print_status_json(const Campaign& campaign, const std::vector<RunStatus>& status, int jobs) {
+  nlohmann::ordered_json runs = nlohmann::ordered_json::array();
+  std::map<RunState, int> count;
+  for (std::size_t i = 0; i < status.size(); ++i) {
+    const RunStatus& s = status[i];
+    ++count[s.state];
+    runs.push_back({{"name", campaign.runs[i].name}, {"state", to_string(s.state)}, {"progress", s.progress}, {"cause", s.cause()}});
+  }
+  nlohmann::ordered_json json{{"done", count[RunState::done]},
+                              {"running", count[RunState::running]},
+                              {"failed", count[RunState::failed]},
+                              {"to_do", count[RunState::to_do]},
+                              {"time_left_s", time_left(cost_of(campaign, status), count[RunState::running], jobs)}};
+  json["runs"] = std::move(runs);
+  fmt::print("{}\n", json.dump(2));
 }
 
 std::vector<std::size_t> all_of(const Campaign& campaign) {
@@ -218,7 +243,12 @@ void status(const CampaignArguments& a) {
   // The tables in the folder may belong to another plan, or to a version of the program with other case hashes: do not change those.
   const bool same_plan = fs::exists(out / "plan.toml") && read_file(out / "plan.toml") == resolved_plan(campaign);
   if (same_plan && changes.replaced.empty()) write_campaign_tables(out, campaign, all);
-  print_status(campaign, all, out, a.jobs > 0 ? a.jobs : default_jobs(campaign.plan), a.list);
+  const int jobs = a.jobs > 0 ? a.jobs : default_jobs(campaign.plan);
+  if (a.json) {
+    print_status_json(campaign, all, jobs);
+  } else {
+    print_status(campaign, all, out, jobs, a.list);
+  }
 }
 
 /// One run, as a task of a Slurm array.
@@ -282,6 +312,7 @@ void add_campaign(CLI::App& app) {
       "status", "List complete, running, failed and waiting runs, with the remaining time and the causes of failures; update the tables");
   add_plan_arguments(*status_command, *a);
   status_command->add_flag("--list", a->list, "Every run");
+  status_command->add_flag("--json", a->json, "For programs: the numbers, and every run");
   status_command->callback([a] { status(*a); });
 
   CLI::App* submit_command = campaign->add_subcommand(

@@ -35,14 +35,14 @@ struct CompareArguments {
   bool csv = false;
 };
 
-/// results.json by keys; vectors as name[0], name[1], ...
+/// results.json by keys; vectors by component: force_mean_n.x
 struct ResultFile {
   std::vector<std::string> order;
   std::map<std::string, Json> values;
 
   void add(const std::string& key, const Json& value) {
     if (value.is_array()) {
-      for (std::size_t i = 0; i < value.size(); ++i) add(fmt::format("{}[{}]", key, i), value[i]);
+      for (std::size_t i = 0; i < value.size(); ++i) add(component_name(key, i, value.size()), value[i]);
     } else if (value.is_object()) {
       for (const auto& [name, member] : value.items()) add(key.empty() ? name : key + "." + name, member);
     } else {

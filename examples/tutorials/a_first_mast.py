@@ -74,10 +74,10 @@ axes = plots.side_view(run)
 axes.figure.savefig(out / "side_view.png", dpi=100)
 
 # %% [markdown]
-# The time series are a pandas DataFrame; the particles are numpy arrays. `write_vtp` writes them for ParaView.
+# The time series are a pandas DataFrame over time; the particles are numpy arrays (`last.table`: a DataFrame). `write_vtp` writes them for ParaView.
 
 # %%
-print(run.series[["time_s", "runup_p99_m", "force_x_n"]].describe().loc[["mean", "max"]])
+print(run.series[["runup_p99_m", "force_x_n"]].describe().loc[["mean", "max"]])
 last = run.frames[-1]
 print(len(last["position_m"]), "particles at t =", last.time, "s")
 write_vtp(last, out / "last.vtp")
@@ -91,7 +91,7 @@ write_vtp(last, out / "last.vtp")
 # %%
 rough = case.changed({"obstacle.friction": 0.5}).run(out / "rough", threads=1, force=True)
 table = compare(run, rough)
-print(table.loc[["runup_p99_mean_m", "pressure_height_mean_m", "force_mean_n[0]"], ["a", "b", "relative", "verdict"]])
+print(table.loc[["runup_p99_mean_m", "pressure_height_mean_m", "force_mean_n.x"], ["a", "b", "relative", "verdict"]])
 
 # %% [markdown]
 # ## Where to go on

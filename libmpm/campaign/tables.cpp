@@ -11,6 +11,7 @@
 
 #include "libmpm/campaign/input_columns.hpp"
 #include "libmpm/driver/case_file.hpp"
+#include "libmpm/driver/metric.hpp"
 #include "libmpm/driver/observers.hpp"
 #include "libmpm/io/atomic_file.hpp"
 #include "libmpm/io/csv.hpp"
@@ -45,7 +46,7 @@ std::string cell_of(const Json& value) {
   return value.dump();
 }
 
-/// Columns of the metrics, vectors by component: force_mean_n.x.
+/// Columns of the metrics, vectors by component.
 std::vector<std::pair<std::string, std::string>> cells_of(const Json& results) {
   std::vector<std::pair<std::string, std::string>> cells;
   for (const auto& [key, value] : results.items()) {
@@ -54,8 +55,7 @@ std::vector<std::pair<std::string, std::string>> cells_of(const Json& results) {
       cells.emplace_back(key, cell_of(value));
       continue;
     }
-    for (std::size_t i = 0; i < value.size(); ++i)
-      cells.emplace_back(value.size() == 3 ? fmt::format("{}.{}", key, "xyz"[i]) : fmt::format("{}[{}]", key, i), cell_of(value[i]));
+    for (std::size_t i = 0; i < value.size(); ++i) cells.emplace_back(component_name(key, i, value.size()), cell_of(value[i]));
   }
   return cells;
 }

@@ -18,50 +18,54 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-/// Names of single values: name, or name[i] of an array.
+/// Names of single values, vectors by component.
 std::vector<std::string> names_in(const Json& results) {
   std::vector<std::string> names;
   for (const auto& [key, value] : results.items()) {
     if (!value.is_array()) names.push_back(key);
-    for (std::size_t i = 0; value.is_array() && i < value.size(); ++i) names.push_back(fmt::format("{}[{}]", key, i));
+    for (std::size_t i = 0; value.is_array() && i < value.size(); ++i) names.push_back(component_name(key, i, value.size()));
   }
   return names;
 }
 
-/// force_mean_n.x is force_mean_n[0].
-std::string with_index(std::string name) {
-  if (name.size() > 2 && name[name.size() - 2] == '.') {
-    const auto axis = std::string_view("xyz").find(name.back());
-    if (axis != std::string_view::npos) name = fmt::format("{}[{}]", name.substr(0, name.size() - 2), axis);
+/// force_mean_n[0] is force_mean_n.x.
+std::string with_axis(const std::string& name) {
+  for (std::size_t i = 0; i < 3; ++i) {
+    if (name.ends_with(fmt::format("[{}]", i))) return component_name(name.substr(0, name.size() - 3), i, 3);
   }
   return name;
 }
 
-/// Null without the key.
+/// Null without the name.
 Json at(const Json& results, const std::string& name) {
-  const auto bracket = name.find('[');
-  const auto found = results.find(name.substr(0, bracket));
-  if (found == results.end()) return {};
-  if (bracket == std::string::npos) return *found;
-  const std::string index = name.substr(bracket + 1, name.size() - bracket - 2);
-  if (!found->is_array() || index.size() != 1 || index[0] < '0' || index[0] > '9') return {};
-  const auto i = static_cast<std::size_t>(index[0] - '0');
-  return i < found->size() ? (*found)[i] : Json{};
+  for (const auto& [key, value] : results.items()) {
+    if (key == name) return value;
+    for (std::size_t i = 0; value.is_array() && i < value.size(); ++i) {
+      if (component_name(key, i, value.size()) == name) return value[i];
+    }
+  }
+  return {};
 }
 
-/// @return the name with its index. @throws ConfigError if it is not a known name
+/// @return the name as it is among the known ones. @throws ConfigError if it is not
 std::string require_name(const std::string& name, const std::vector<std::string>& known) {
-  std::string key = with_index(name);
-  if (std::ranges::find(known, key) != known.end()) return key;
-  const bool vector = std::ranges::find(known, key + "[0]") != known.end();
+  const std::string key = with_axis(name);
+  for (const std::string& same : {name, key}) {
+    if (std::ranges::find(known, same) != known.end()) return same;
+  }
+  const bool vector = std::ranges::find(known, key + ".x") != known.end();
   const std::string nearest = nearest_word(key, known);
   throw ConfigError(fmt::format("metric {}: results.json has no such number; {}", name,
-                                vector            ? fmt::format("it is a vector: give {0}[0], {0}[1] or {0}[2]", key)
+                                vector            ? fmt::format("it is a vector: give {0}.x, {0}.y or {0}.z", key)
                                 : nearest.empty() ? "docs/results.md lists the metrics of a run"
                                                   : fmt::format("did you mean {}?", nearest)));
 }
 
 }  // namespace
+
+std::string component_name(const std::string& vector, std::size_t i, std::size_t size) {
+  return size == 3 ? fmt::format("{}.{}", vector, "xyz"[i]) : fmt::format("{}[{}]", vector, i);
+}
 
 std::string standard_error_name(std::string name) {
   constexpr std::string_view mean = "_mean";
@@ -86,7 +90,7 @@ std::vector<std::string> known_metrics(const Case& c) {
   for (const Result& r : expected_results(c).entries()) {
     if (std::holds_alternative<double>(r.value) || std::holds_alternative<std::uint64_t>(r.value)) names.push_back(r.name);
     const auto* vector = std::get_if<std::array<double, 3>>(&r.value);
-    for (std::size_t i = 0; vector != nullptr && i < vector->size(); ++i) names.push_back(fmt::format("{}[{}]", r.name, i));
+    for (std::size_t i = 0; vector != nullptr && i < vector->size(); ++i) names.push_back(component_name(r.name, i, vector->size()));
   }
   return names;
 }

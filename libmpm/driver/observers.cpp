@@ -187,7 +187,7 @@ const std::vector<ObserverDescription>& descriptions() {
 }  // namespace
 
 Nature nature_of(std::string_view name) {
-  const std::string_view key = name.substr(0, name.find('['));
+  const std::string_view key = name.substr(0, name.find_first_of(".["));
   for (const ObserverDescription& d : descriptions()) {
     const auto found = std::ranges::find(d.results, key, &Result::name);
     if (found != d.results.end()) return found->nature;

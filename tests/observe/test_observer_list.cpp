@@ -185,8 +185,8 @@ TEST(Observers, AreAllDescribedWithUnitAndMeaning) {
 TEST(Observers, SayWhatAComparisonLeavesOut) {
   for (const char* key : {"wall_time_s", "solver_time_s", "threads", "commit", "title", "peak_memory_bytes", "frames"})
     EXPECT_EQ(nature_of(key), Nature::execution) << key;
-  for (const char* key : {"runup_standard_error_m", "force_effective_samples[2]"}) EXPECT_EQ(nature_of(key), Nature::uncertainty) << key;
-  for (const char* key : {"steps", "runup_mean_m", "force_mean_n[0]", "what_no_observer_has"})
+  for (const char* key : {"runup_standard_error_m", "force_effective_samples.z"}) EXPECT_EQ(nature_of(key), Nature::uncertainty) << key;
+  for (const char* key : {"steps", "runup_mean_m", "force_mean_n.x", "what_no_observer_has"})
     EXPECT_EQ(nature_of(key), Nature::physics) << key;
 }
 
