@@ -159,6 +159,7 @@ void converge(const ConvergeArguments& arguments) {
   check(arguments, spec, sweep);
   const std::string default_name = fmt::format("{}_{}", arguments.input.file.stem().string(), to_string(sweep.kind));
   const std::filesystem::path out = arguments.out.empty() ? std::filesystem::path("out") / default_name : arguments.out;
+  if (arguments.resume) require_folder(out);
   const std::vector<SweepPoint> points = compute(arguments, spec, sweep, out);
 
   std::vector<MetricConvergence> metrics;

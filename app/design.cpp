@@ -12,6 +12,7 @@
 #include "libmpm/base/error.hpp"
 #include "libmpm/campaign/design_plan.hpp"
 #include "libmpm/driver/run_folder.hpp"
+#include "libmpm/impact/semi_empirical.hpp"
 #include "libmpm/io/atomic_file.hpp"
 #include "python_script.hpp"
 #include "run_control.hpp"
@@ -38,11 +39,10 @@ void print_plan(std::FILE* to, const DesignPlan& plan, const std::filesystem::pa
     fmt::print(to, "mode   {:.3g} Hz, damping {:.3g} %\n", mode.frequency, 100.0 * mode.damping_ratio);
   std::string source;
   for (const SiteSnow& snow : plan.snows) {
-    fmt::print(to, "snow   {}: M = {:.3g}, beta = {:.3g}, xi = {:.3g}\n", snow.name, snow.critical_state_slope, snow.cohesion_beta,
-               snow.hardening_xi);
-    const std::string of = snow.source.substr(snow.source.starts_with("M' = ") ? snow.source.find("; ") + 2 : 0);
-    if (!of.empty() && of != source) fmt::print(to, "       {}\n", of);
-    source = of;
+    fmt::print(to, "snow   {}: M = {:.3g}, beta = {:.3g}, xi = {:.3g} (M' = {:.3g})\n", snow.name, snow.critical_state_slope,
+               snow.cohesion_beta, snow.hardening_xi, effective_friction(snow.critical_state_slope, snow.cohesion_beta));
+    if (!snow.source.empty() && snow.source != source) fmt::print(to, "       {}\n", snow.source);
+    source = snow.source;
   }
   std::string grids;
   for (std::size_t g = 0; g < plan.cells.size(); ++g)

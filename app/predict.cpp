@@ -167,7 +167,15 @@ void add_predict(CLI::App& app) {
       ->check(in_range(1e-3, 1e9))
       ->capture_default_str();
   command->add_flag("--csv", a->csv, "All quantities as CSV, one row a case");
-  command->callback([a] { predict(*a); });
+  command->callback([a, command] {
+    std::string chosen;
+    for (const char* name : {"--critical-state-slope", "--cohesion-beta", "--flow-height", "--obstacle-width", "--hardening-xi"}) {
+      const CLI::Option* option = command->get_option(name);
+      if (option->count() == 0) chosen += fmt::format("{}{} {}", chosen.empty() ? "" : ", ", name, option->get_default_str());
+    }
+    if (!chosen.empty()) fmt::print(stderr, "not given, so taken: {}\n", chosen);
+    predict(*a);
+  });
 }
 
 }  // namespace mpm::app

@@ -37,6 +37,7 @@ void run(const RunArguments& arguments) {
   RunOptions options;
   options.out = arguments.out.empty() ? std::filesystem::path("out") / arguments.input.file.stem() : arguments.out;
   if (!arguments.resume && !arguments.force) require_no_results(options.out);
+  if (arguments.resume) require_folder(options.out);
   if (!arguments.force) {  // run.log is the first file of a run, attempts.json that of a campaign
     require_no_other_files(options.out, {"case.toml", "obstacle.json", "series.csv", "profile.csv", "frames.xdmf"},
                            {"run.log", "attempts.json"});

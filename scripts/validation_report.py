@@ -47,13 +47,13 @@ TEMPLATE = r"""<!doctype html>
 </head>
 <body><div class="page">
 <nav id="cases"><b><a href="#summary"><span></span>Summary</a></b>
-{% for c in r.cases %}<a href="#{{ c.name }}"><span class="{{ 'ok' if c.passed else 'failed' }}">{{ '✓' if c.passed else '✗' }}</span>{{ c.title }}</a>
+{% for c in r.cases %}<a href="#{{ c.name }}"><span class="{{ c.verdict|verdict_class }}">{{ '✗' if not c.passed else '–' if c.checks_not_met else '✓' }}</span>{{ c.title }}</a>
 {% endfor %}</nav>
 <main>
 <h1 id="summary">{{ 'libmpm validation' if not r.solver else 'Validation of ' + r.solver }}</h1>
 <p class="lead">Theory against simulation, level <em>{{ r.level }}</em>. Verification compares with an exact solution or property, validation with an experiment or the
 paper, regression with an earlier result of this program.{% if r.solver %} Another solver made the runs: {{ r.solver }}. The references and the checks are those of libmpm.{% endif %}</p>
-<div class="score{{ ' bad' if failing }}"><span><b class="{{ 'failed' if failing else 'ok' }}">{{ r.passed }} passed, {{ r.failed }} failed{% if r.not_met %}, {{ r.not_met }} not met as known{% endif %}</b></span>
+<div class="score{{ ' bad' if failing else ' missed' if r.not_met }}"><span><b class="{{ 'failed' if failing else 'known' if r.not_met else 'ok' }}">{{ r.passed }} passed, {{ r.failed }} failed{% if r.not_met %}, {{ r.not_met }} not met as known{% endif %}</b></span>
 {% if failing %}<span class="failed">failing: {% for c in failing %}<a class="failed" href="#{{ c.name }}">{{ c.name }}</a>{{ ', ' if not loop.last }}{% endfor %}</span>{% endif %}
 <span>{{ r.cases|length }} case{{ '' if r.cases|length == 1 else 's' }} in {{ '%.0f'|format(r.wall_time_s) }} s{% if r.time_budget_s and not r.solver %}; the level may take {{ '%.0f'|format(r.time_budget_s) }} s on two idle cores{% endif %}</span></div>
 {% if r.summary.rows %}<h3 id="predicted">Predicted against reference</h3>
@@ -106,17 +106,17 @@ the figures of a case at a curve for its values; drag to enlarge, double-click t
 {% if c.fault %}<td class="fault" data-label="message" colspan="7">{{ c.fault }}</td>
 {% else %}<td class="what" data-label="closest">{{ k.quantity }}</td>{{ numbers(k) }}
 <td class="number" data-label="tolerance">{{ k.text.tolerance }}</td><td class="number" data-label="used"><span>{{ k.text.tolerance_used }}{{ bar(k) }}</span></td>{% endif %}
-<td data-label="verdict" class="verdict {{ 'ok' if c.passed else 'failed' }}">{{ 'ok' if c.passed else 'FAILED' }}</td>
+<td data-label="verdict" class="verdict {{ c.verdict|verdict_class }}">{{ c.verdict }}</td>
 <td class="number" data-label="time">{{ '%.1f'|format(c.wall_time_s) }} s</td></tr>
 {% endfor %}
 <tr><td class="name" data-label="case">all</td><td class="empty"></td><td class="number" data-label="checks">{{ r.passed }}/{{ r.passed + r.failed + r.not_met }}</td><td class="empty" colspan="7"></td>
-<td data-label="verdict" class="verdict {{ 'failed' if failing else 'ok' }}">{{ 'FAILED' if failing else 'ok' }}</td><td class="number" data-label="time">{{ '%.1f'|format(r.wall_time_s) }} s</td></tr>
+<td data-label="verdict" class="verdict {{ 'failed' if failing else 'known' if r.not_met else 'ok' }}">{{ 'FAILED' if failing else 'ok, %d not met'|format(r.not_met) if r.not_met else 'ok' }}</td><td class="number" data-label="time">{{ '%.1f'|format(r.wall_time_s) }} s</td></tr>
 </tbody></table>
 <p class="legend">A row shows the check of its case that uses most of its tolerance; all checks are below, with their case, and in <code>orders.csv</code>. Errors and tolerances in per cent or
 without unit are relative, those with the quantity's unit absolute. '≤' is a bound; its error is how far the result lies above it.</p>
 {% for c in r.cases %}
 <section id="{{ c.name }}">
-<div class="heading"><h2>{{ c.title }}</h2><span class="tag">{{ c.name }}{{ ', ' if c.labels }}{{ c.labels }}</span><span class="verdict {{ 'ok' if c.passed else 'failed' }}">{{ 'ok' if c.passed else 'FAILED' }}</span>
+<div class="heading"><h2>{{ c.title }}</h2><span class="tag">{{ c.name }}{{ ', ' if c.labels }}{{ c.labels }}</span><span class="verdict {{ c.verdict|verdict_class }}">{{ c.verdict }}</span>
 <span class="tag">{{ c.checks_passed }} of {{ c.checks_passed + c.checks_failed + c.checks_not_met }} checks, {{ '%.1f'|format(c.wall_time_s) }} s</span><a class="top" href="#summary">summary</a></div>
 {% if c.fault %}<p class="failed">{{ c.fault }}</p>{% endif %}
 <p class="physics">{{ c.physics|inline }}</p>

@@ -194,7 +194,7 @@ class Campaign:
         """A fault is over: its exit code and its message are as expected, and what --resume (or a new run) gives is the reference."""
         codes = codes if isinstance(codes, tuple) else (codes,)
         right = outcome.code in codes and all(re.search(word, outcome.err) for word in words) and also
-        again = self.run(out, *more, "--resume" if resume else "--force", threads=threads)
+        again = self.run(out, *more, *(["--force"] if not resume else ["--resume"] if os.path.exists(out) else []), threads=threads)
         differ = self.differences(out) if again.code == OK else [f"exit {again.code}: {again.message()}"]
         if differ:
             lost = "differs: " + ", ".join(differ)
@@ -215,7 +215,7 @@ class Campaign:
             chains += 1
             in_a_row = 0
             while True:
-                process = self.start(out, *(["--resume"] if in_a_row else []), threads=self.random.choice((1, 2)), stderr=subprocess.DEVNULL)
+                process = self.start(out, *(["--resume"] if in_a_row and os.path.exists(out) else []), threads=self.random.choice((1, 2)), stderr=subprocess.DEVNULL)
                 if done < self.kills:
                     try:
                         process.wait(timeout=self.random.uniform(0.0, 1.1 * self.seconds))

@@ -183,10 +183,35 @@ class OtherSolvers(unittest.TestCase):
 
     def test_results_of_another_level_are_refused(self):
         results = self.copy_of_results()
-        shutil.copy(self.exported / "case.json", results)
         done = self.grade(results, "--level", "standard")
         self.assertEqual(done.returncode, 2, done.stderr)
         self.assertIn("level quick", done.stderr)
+
+    def test_results_without_the_description_of_their_case_are_refused(self):
+        results = self.copy_of_results()
+        (results / "case.json").unlink()
+        done = self.grade(results)
+        self.assertEqual(done.returncode, 4, done.stderr)
+        self.assertRegex(done.stderr, r"case.json: missing; copy")
+
+    def test_the_description_has_the_checks_with_their_references(self):
+        self.assertEqual(self.grade(self.solved).returncode, 0)
+        graded = json.loads((self.report / "results.json").read_text(encoding="utf-8"))["cases"][0]["checks"]
+        self.assertEqual(len(self.case["checks"]), len(graded))
+        known = [check for check in self.case["checks"] if check["reference"] is not None]
+        self.assertGreaterEqual(len(known), 3)
+        for check in self.case["checks"]:
+            [same] = [other for other in graded if other["quantity"] == check["quantity"]]
+            self.assertEqual((check["unit"], check["measure"]), (same["unit"], same["measure"]))
+            for number in ("reference", "tolerance"):
+                if check[number] is not None:
+                    self.assertAlmostEqual(check[number], same[number], delta=1e-12 * abs(same[number]), msg=check["quantity"])
+
+    def test_a_level_that_is_none_is_answered_in_words(self):
+        done = validate("run", "--level", "fast")
+        self.assertEqual(done.returncode, 2)
+        self.assertIn("'fast' is none of full, quick, standard", done.stderr)
+        self.assertNotRegex(done.stderr, r"->|[{}]")
 
     def test_a_case_without_set_ups_is_refused(self):
         done = validate("export", "stress_paths", "--out", self.report / "none")

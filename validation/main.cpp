@@ -2,6 +2,7 @@
 
 #include <fmt/chrono.h>
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 #include <omp.h>
 #include <sys/prctl.h>
 #include <sys/wait.h>
@@ -114,6 +115,20 @@ CaseResult without_result(const CaseEntry& entry, std::string fault) {
   result.title = entry.title;
   result.fault = std::move(fault);
   return result;
+}
+
+/// Turns a word into the value that it names; any other word is an error that lists them.
+template <class T>
+CLI::Validator one_of(const std::map<std::string, T>& named) {
+  std::vector<std::string> words;
+  for (const auto& [word, value] : named) words.push_back(word);
+  return {[named, words](std::string& text) {
+            const auto found = named.find(text);
+            if (found == named.end()) return fmt::format("'{}' is none of {}", text, fmt::join(words, ", "));
+            text = std::to_string(static_cast<int>(found->second));
+            return std::string();
+          },
+          fmt::format("{}", fmt::join(words, "|"))};
 }
 
 /// Calls `work` on `count` threads; the first exception is thrown after the last has ended.
@@ -267,7 +282,7 @@ int main(int argc, char** argv) {
   CLI::App* run = app.add_subcommand("run", "runs the cases; exit code 0 only if every check holds, 1 otherwise");
   const std::map<std::string, Level> levels{{"quick", Level::quick}, {"standard", Level::standard}, {"full", Level::full}};
   run->add_option("--level", options.level, "quick (2:30 minutes on 2 cores), standard (30 minutes) or full (hours)")
-      ->transform(CLI::CheckedTransformer(levels))
+      ->transform(one_of(levels))
       ->default_str("quick");
   run->add_option("--case", options.cases, "only this case; may be given again");
   run->add_option("--out", options.out, "directory of the report")->capture_default_str();
@@ -276,7 +291,7 @@ int main(int argc, char** argv) {
   const std::map<std::string, Precision> precisions{{"double", Precision::double_precision}, {"single", Precision::single_precision}};
   run->add_option("--precision", options.precision,
                   "double, or single: that of the particles (docs/precision.md); one in the report's results.json")
-      ->transform(CLI::CheckedTransformer(precisions))
+      ->transform(one_of(precisions))
       ->default_str("double");
   run->add_option("--threads", options.threads, "OpenMP threads; default: all")->check(CLI::Range(1, most_threads()));
   std::string name;
@@ -286,7 +301,7 @@ int main(int argc, char** argv) {
   for (CLI::App* command : {write, grade}) {
     command->add_option("CASE", name, "name of the case; `mpm-validate list` marks those that can be exported")->required();
     command->add_option("--level", options.level, "level of the case, the same for both commands")
-        ->transform(CLI::CheckedTransformer(levels))
+        ->transform(one_of(levels))
         ->default_str("quick");
   }
   write->add_option("--out", options.out, "directory of the exported case")->required();

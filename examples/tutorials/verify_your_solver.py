@@ -91,6 +91,7 @@ def write_states(folder, run, states):
 
 for run in case["runs"]:
     write_states(out / "solved", run, solve(run))
+shutil.copy(out / "exported" / "case.json", out / "solved")  # names the case and the level
 (out / "solved" / "solver.json").write_text('{"name": "rigid bodies", "version": "1"}', encoding="utf-8")
 
 

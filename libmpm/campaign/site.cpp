@@ -98,7 +98,7 @@ std::vector<SiteSnow> members(const char* name, std::array<double, 3> friction, 
   static constexpr std::array ends{"low", "middle", "high"};
   for (std::size_t i = 0; i < 3; ++i) {
     const double slope = std::round(1e3 * friction[i] / effective_friction(1.0, beta)) * 1e-3;
-    snows.push_back({fmt::format("{}_{}", name, ends[i]), slope, beta, xi, fmt::format("M' = {:.3g}; {}", friction[i], source)});
+    snows.push_back({fmt::format("{}_{}", name, ends[i]), slope, beta, xi, source});
   }
   return snows;
 }

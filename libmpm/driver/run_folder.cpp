@@ -116,6 +116,11 @@ bool is_locked(const std::filesystem::path& directory) {
   return reason == EWOULDBLOCK || (reason != 0 && !owner_of(directory / owner_file).empty());
 }
 
+void require_folder(const std::filesystem::path& directory) {
+  if (!std::filesystem::is_directory(directory))
+    throw IoError(fmt::format("{}: there is no such folder to go on in; without --resume a run starts there", directory.string()));
+}
+
 void require_no_results(const std::filesystem::path& directory) {
   const auto holds = [&](const char* name) { return std::filesystem::exists(directory / name); };
   const bool finished = holds("results.json") || holds("final.h5"), interrupted = has_checkpoint(directory);

@@ -34,6 +34,9 @@ class DirectoryLock {
 /// Whether a process works in a directory; false if the directory does not exist.
 [[nodiscard]] bool is_locked(const std::filesystem::path& directory);
 
+/// Refuses to go on with a run in a folder that does not exist: its name is mistyped. @throws IoError
+void require_folder(const std::filesystem::path& directory);
+
 /// Refuses a new run into a folder that would destroy results; call it before run_case() without `resume`.
 /// @throws ConfigError if the folder holds results (results.json, final.h5) or a checkpoint: the message names --resume, --out and --force
 /// @throws IoError if another process works there

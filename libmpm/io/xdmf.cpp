@@ -36,7 +36,7 @@ std::string data_item(const Field& field, const FrameEntry& frame, const std::st
 
 void write_xdmf(const std::filesystem::path& directory, std::span<const FrameEntry> frames) {
   std::string xml =
-      "<?xml version=\"1.0\"?>\n<Xdmf Version=\"2.0\">\n<Domain>\n<Grid Name=\"particles\" GridType=\"Collection\" "
+      "<?xml version=\"1.0\"?>\n<Xdmf Version=\"3.0\">\n<Domain>\n<Grid Name=\"particles\" GridType=\"Collection\" "
       "CollectionType=\"Temporal\">\n";
   for (const FrameEntry& frame : frames) {
     const std::string file = frame_path("", frame.index).generic_string();

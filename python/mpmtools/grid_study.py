@@ -49,7 +49,7 @@ def study_grids(case, cell_sizes, metrics, out, threads=None, resume=True, progr
     """
     options = ["--cell-size", ",".join(repr(float(size)) for size in cell_sizes), "--metric", ",".join(metrics), "--out", out]
     options += ["--threads", threads] if threads else []
-    options += ["--resume"] if resume else []
+    options += ["--resume"] if resume and os.path.isdir(out) else []
     with case.as_file() as path:
         run_with_bar("grids", progress, "converge", path, *options)
     return GridStudy(out)

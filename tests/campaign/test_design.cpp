@@ -135,6 +135,7 @@ TEST(SnowPresets, HaveTheEffectiveFrictionThatTheirSourceStates) {
       EXPECT_NEAR(effective_friction(snows[i].critical_state_slope, snows[i].cohesion_beta), expected[i], 0.005)
           << "printed with two decimals";
       EXPECT_FALSE(snows[i].source.empty());
+      EXPECT_EQ(snows[i].source.find("M' ="), std::string::npos) << "a number of its own, not part of the text";
     }
   }
   const SiteSnow loose = design_snows(site())[1];  // Sect. 4.3 of the paper

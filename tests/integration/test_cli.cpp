@@ -318,6 +318,24 @@ TEST_F(Command, RunDoesNotOverwriteResultsUnasked) {
   EXPECT_EQ(mpm("run ../case.toml --threads 1 --out result --resume").code, 0);
 }
 
+TEST_F(Command, ResumeOfAFolderThatIsNotThereStartsNothing) {
+  (void)write(small_case);
+  for (const char* command : {"run ../case.toml --threads 1 --out rseult --resume",
+                              "converge ../case.toml --cell-size 0.5,0.25 --metric steps --threads 1 --out rseult --resume"}) {
+    const Outcome o = mpm(command);
+    EXPECT_EQ(o.code, code_of(ExitCode::io)) << command;
+    EXPECT_NE(o.err.find("rseult: there is no such folder to go on in"), std::string::npos) << o.err;
+    EXPECT_FALSE(fs::exists(directory_.path() / "here/rseult")) << command;
+  }
+}
+
+TEST_F(Command, ARunThatLosesAllParticlesSaysSo) {
+  (void)write(small_case);
+  const Outcome o = mpm("run ../case.toml --threads 1 --out result --set body[0].velocity_m_s=[40,0,0]");
+  EXPECT_EQ(o.code, 0) << o.err;
+  EXPECT_NE(o.err.find("no particle is left at the end"), std::string::npos) << o.err;
+}
+
 TEST_F(Command, PointPrintsOneRowAStep) {
   const Outcome o = mpm("point '" + (examples / "paths/compression_then_shear.toml").string() + "' --set path.steps_per_segment=10");
   ASSERT_EQ(o.code, 0) << o.err;

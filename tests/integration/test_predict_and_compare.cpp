@@ -25,6 +25,14 @@ testing::Outcome run(const std::string& arguments) {
 
 std::string quoted(const std::filesystem::path& path) { return fmt::format("'{}'", path.string()); }
 
+TEST(Predict, NamesWhatItTookWithoutBeingAsked) {
+  const auto outcome = run("predict --froude 3 --flow-height 2");
+  EXPECT_EQ(outcome.code, 0);
+  EXPECT_NE(outcome.out.find("not given, so taken: --critical-state-slope 0.4, --cohesion-beta 0, --obstacle-width 1.75, --hardening-xi 5"),
+            std::string::npos)
+      << outcome.out;
+}
+
 TEST(Predict, WritesEveryCombinationAsCsvThatMatchesTheReference) {
   const testing::TemporaryDirectory directory;
   const auto outcome =

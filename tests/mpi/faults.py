@@ -47,7 +47,7 @@ class Faults:
     def resumed(self, out):
         """Resumes on another number of ranks. @returns their number, and the files that differ from the reference"""
         ranks = self.dice.choice([1, 2, 3, 4])
-        runs.run(self.options, self.case, out, ranks, 1, ["--resume"])
+        runs.run(self.options, self.case, out, ranks, 1, ["--resume"] if out.exists() else [])
         return ranks, runs.differences(self.expected, out)
 
     def note(self, fault, sound, differing, text):

@@ -158,6 +158,14 @@ TEST(KnownMiss, WithABoundWithinTheToleranceDoesNotApply) {  // a tolerance that
   EXPECT_EQ(verdict(1.12), Verdict::failed);
 }
 
+TEST(KnownMiss, IsPartOfTheVerdictOfItsCase) {
+  CaseResult r = good_case();
+  EXPECT_NE(case_table({r}, {}).find("| ok "), std::string::npos);
+  missed(r, 1.1);
+  EXPECT_NE(case_table({r}, {}).find("| ok, 1 not met |"), std::string::npos) << case_table({r}, {});
+  EXPECT_EQ(nlohmann::json::parse(results_json({r}, {}))["cases"][0]["verdict"], "ok, 1 not met");
+}
+
 TEST(KnownMiss, IsReportedWithItsBound) {
   CaseResult r = good_case();
   missed(r, 1.1);

@@ -18,6 +18,7 @@ import csv
 import itertools
 import json
 import pathlib
+import shutil
 import sys
 
 import h5py
@@ -298,6 +299,7 @@ def main():
             continue
         print(f"{run['id']}: {run['title']}, {run['particles']['count']} particles", file=sys.stderr, flush=True)
         solve(run, exported, results)
+    shutil.copy(exported / "case.json", results)  # names the case and the level
     (results / "solver.json").write_text(json.dumps({"name": "numpy_mpm", "remark": "validation/foreign/numpy_mpm.py"}), encoding="utf-8")
 
 

@@ -155,6 +155,7 @@ int main(int argc, char** argv) {
     const json description = json::parse(read_file(exported / "case.json"));
     for (const json& run : description.at("runs"))
       if (chosen.empty() || std::ranges::find(chosen, run.at("id").get<std::string>()) != chosen.end()) solve(run, exported, results);
+    write_file(results / "case.json", description.dump(1) + "\n");  // names the case and the level
     write_file(results / "solver.json", json{{"name", "plain_mpm"}, {"remark", "validation/foreign/plain_mpm.cpp"}}.dump() + "\n");
     return static_cast<int>(ExitCode::ok);
   } catch (const Error& error) {

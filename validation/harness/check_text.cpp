@@ -85,6 +85,11 @@ Count count_checks(const std::vector<CaseResult>& results) {
   return total;
 }
 
+std::string format_verdict(const CaseResult& r) {
+  const std::size_t not_met = count_checks(r).not_met;
+  return !r.passed() ? "FAILED" : not_met > 0 ? fmt::format("ok, {} not met", not_met) : "ok";
+}
+
 std::string labels_of(const CaseResult& r) {
   std::string text;
   for (const Label label : {Label::verification, Label::validation, Label::regression})

@@ -30,6 +30,9 @@ const Check* tightest_check(const CaseResult& result);
 /// '35 %', '4.1 %', '< 0.1 %', '250 x', 'inf'; empty for NaN.
 std::string format_used(double used);
 
+/// 'ok', 'ok, 3 not met', 'FAILED'
+std::string format_verdict(const CaseResult& result);
+
 /// 'relative', 'absolute', 'at_most'
 const char* measure_name(Measure m);
 

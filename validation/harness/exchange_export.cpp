@@ -3,6 +3,8 @@
 #include <toml++/toml.h>
 
 #include <algorithm>
+#include <cmath>
+#include <deque>
 #include <map>
 #include <nlohmann/json.hpp>
 #include <sstream>
@@ -15,6 +17,7 @@
 #include "libmpm/io/atomic_file.hpp"
 #include "libmpm/io/csv.hpp"
 #include "libmpm/io/hdf5.hpp"
+#include "validation/harness/check_text.hpp"
 #include "validation/harness/exchange.hpp"
 #include "validation/harness/exchange_columns.hpp"
 
@@ -223,6 +226,59 @@ json run_json(const Setup& setup, const State& state, const Scene& scene) {
   return run;
 }
 
+// ---- checks ----------------------------------------------------------------------------------------------------------------------------
+
+/// A solver that moves nothing: the particles of t = 0, with their velocities times a factor, and no forces.
+class NoMotion : public RunSource {
+ public:
+  explicit NoMotion(double factor) : factor_(factor) {}
+  RunCost play(const Setup& setup, const Visitor& visit) const override {
+    const CaseScene scene = make_scene(setup.spec);
+    Instant now;
+    if (setup.particles) now.particles = particle_records(setup.start(setup.spec, scene), scene);
+    for (ParticleRecord& p : now.particles) p.velocity *= factor_;
+    now.forces.assign(scene.boundaries.size(), Vec3::Zero());
+    for (const double time : setup.times) {
+      now.before = now.time;
+      now.time = time;
+      if (!visit(now)) break;
+      ++now.index;
+    }
+    return {};
+  }
+
+ private:
+  double factor_;
+};
+
+/// The checks that `grade` makes. They are those of two solvers that move nothing: what differs between the two depends on the results, and
+/// is null.
+json checks_json(const CaseEntry& entry, const CaseContext& context) {
+  const auto checks_of = [&](double factor) {
+    const NoMotion nothing(factor);
+    const CaseContext judging(
+        context.level(), 1, context.directory(), entry.directory, [](const std::string&) {}, &nothing);
+    return run_case_entry(entry, judging).checks;
+  };
+  const std::deque<Check> checks = checks_of(1.0), others = checks_of(0.5);
+  json all = json::array();
+  for (std::size_t i = 0; i < checks.size(); ++i) {
+    const Check& c = checks[i];
+    const auto fixed = [&](double Check::*number) {
+      const bool same = i < others.size() && others[i].quantity == c.quantity && others[i].*number == c.*number;
+      return same && std::isfinite(c.*number) ? json(c.*number) : json(nullptr);
+    };
+    all.push_back({{"quantity", c.quantity},
+                   {"label", to_string(c.label)},
+                   {"reference", fixed(&Check::reference)},
+                   {"unit", c.unit},
+                   {"measure", measure_name(c.measure)},
+                   {"tolerance", fixed(&Check::tolerance)},
+                   {"tolerance_reason", c.tolerance_reason}});
+  }
+  return all;
+}
+
 // ---- results -----------------------------------------------------------------------------------------------------------------------
 
 /// A group of arrays in an HDF5 file that is open.
@@ -291,6 +347,7 @@ void export_case(const CaseEntry& entry, const CaseContext& context, const std::
                   {"made_by", fmt::format("libmpm {}, commit {}", build.version, build.commit)},
                   {"grade_with", fmt::format("mpm-validate grade {} --level {} --results DIR", entry.name, to_string(context.level()))},
                   {"columns", column_meanings()},
+                  {"checks", checks_json(entry, context)},
                   {"runs", runs}};
   write_file(directory / "case.json", root.dump(1, ' ', false, json::error_handler_t::replace) + "\n");
 }

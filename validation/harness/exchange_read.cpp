@@ -165,15 +165,18 @@ ForeignResults::ForeignResults(std::filesystem::path directory, const CaseEntry&
     throw ConfigError(fmt::format("case '{}' cannot be graded: it has no set-ups; `mpm-validate list` marks those that have", entry.name));
   if (!std::filesystem::is_directory(directory_)) throw IoError(fmt::format("no folder of results '{}'", directory_.string()));
   read_solver();
-  if (std::filesystem::exists(directory_ / "case.json")) {
-    const json described = json::parse(read_file(directory_ / "case.json"), nullptr, false);
-    const auto text = [&](const char* key) {
-      return described.is_object() && described.contains(key) ? described.value(key, "") : std::string();
-    };
-    if (text("case") != entry.name || text("level") != to_string(context.level())) {
-      throw ConfigError(fmt::format("'{}' is of case '{}', level {}; asked for is case '{}', level {}", (directory_ / "case.json").string(),
-                                    text("case"), text("level"), entry.name, to_string(context.level())));
-    }
+  const std::filesystem::path description = directory_ / "case.json";
+  if (!std::filesystem::exists(description)) {
+    throw IoError(fmt::format("{}: missing; copy the file of the exported case, which names the case and the level of the results",
+                              description.string()));
+  }
+  const json described = json::parse(read_file(description), nullptr, false);
+  const auto text = [&](const char* key) {
+    return described.is_object() && described.contains(key) ? described.value(key, "") : std::string();
+  };
+  if (text("case") != entry.name || text("level") != to_string(context.level())) {
+    throw ConfigError(fmt::format("'{}' is of case '{}', level {}; asked for is case '{}', level {}", description.string(), text("case"),
+                                  text("level"), entry.name, to_string(context.level())));
   }
   std::vector<std::string> missing;
   for (const Setup& setup : entry.setups(context)) {

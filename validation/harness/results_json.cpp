@@ -120,6 +120,7 @@ json to_json(const CaseResult& r, const RunInfo& info) {
       {"labels", labels_of(r)},
       {"physics", r.physics},
       {"passed", r.passed()},
+      {"verdict", format_verdict(r)},
       {"checks_passed", count.passed},
       {"checks_failed", count.failed},
       {"checks_not_met", count.not_met},

@@ -67,7 +67,7 @@ std::string case_table(const std::vector<CaseResult>& results, const RunInfo& in
                                    : "",
                     crashed || k == nullptr ? "" : format_error(*k, k->error),
                     crashed || k == nullptr ? "" : format_error(*k, k->tolerance),
-                    crashed || k == nullptr ? "" : format_used(tolerance_used(*k)), r->passed() ? "ok" : "FAILED",
+                    crashed || k == nullptr ? "" : format_used(tolerance_used(*k)), format_verdict(*r),
                     fmt::format("{:.1f} s", r->wall_time_s), fmt::format("{:.0f} %", total > 0.0 ? 100.0 * r->wall_time_s / total : 0.0)});
     if (!r->passed()) failing += (failing.empty() ? "" : ", ") + r->name;
   }

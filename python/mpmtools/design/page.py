@@ -321,7 +321,7 @@ def snow_table(plan):
     keys = ("critical_state_slope", "cohesion_beta", "hardening_xi", "effective_friction")
     rows, known = [], None
     for s in plan["snows"]:
-        source = re.sub(r"^M' = [^;]*; ", "", s["source"]) or "given in the site file"  # M' has a column of its own
+        source = s["source"] or "given in the site file"
         rows.append([s["name"].replace("_", " "), *(f"{s[key]:.3g}" for key in keys), "as above" if source == known else source])
         known = source
     return {"head": head, "rows": rows}

@@ -41,7 +41,7 @@ code { font: .88em ui-monospace, "DejaVu Sans Mono", monospace; background: var(
 .verdict { font-weight: 650; white-space: nowrap; } .ok { color: var(--good); } .failed { color: var(--bad); } .known { color: #8a5a00; }
 .score { display: flex; gap: .3rem 2rem; flex-wrap: wrap; align-items: baseline; padding: .9rem 1.1rem; border: 1px solid var(--line);
   border-left: 5px solid var(--good); border-radius: 4px; margin: 1rem 0 1.2rem; background: var(--tint); }
-.score.bad { border-left-color: var(--bad); }
+.score.bad { border-left-color: var(--bad); } .score.missed { border-left-color: #8a5a00; }
 .score b { font-size: 1.3rem; }
 dl.facts { display: grid; grid-template-columns: max-content 1fr; gap: .15rem 1rem; margin: 0 0 1.5rem; font-size: .88rem; }
 dl.facts dt { color: var(--soft); } dl.facts dd { margin: 0; overflow-wrap: anywhere; }
@@ -112,8 +112,8 @@ def inline(text):
 
 
 def verdict_class(verdict):
-    """Style of a check's verdict: "ok", "not met" or "FAILED"."""
-    return {"ok": "ok", "not met": "known"}.get(verdict, "failed")
+    """Style of a verdict: "ok", "not met" (of a check), "ok, 3 not met" (of a case) or "FAILED"."""
+    return "known" if verdict.endswith("not met") else {"ok": "ok"}.get(verdict, "failed")
 
 
 def breakable(name):
