@@ -48,7 +48,7 @@ dl.facts dt { color: var(--soft); } dl.facts dd { margin: 0; overflow-wrap: anyw
 table { border-collapse: collapse; width: 100%; font-size: .78rem; font-variant-numeric: tabular-nums; line-height: 1.4; }
 th { text-align: left; font-weight: 600; color: var(--soft); border-bottom: 2px solid var(--line); padding: .3rem .3rem; vertical-align: bottom; }
 td { border-bottom: 1px solid var(--line); padding: .3rem .3rem; vertical-align: top; }
-td.number { text-align: right; white-space: nowrap; } th.number { text-align: right; }
+td.number { text-align: right; white-space: nowrap; } td.wrap { white-space: normal; } th.number { text-align: right; }
 td.what { min-width: 11rem; }
 tr.bad td { background: #fdf1f1; }
 tr.known td { background: #fdf7e6; color: inherit; }
