@@ -1,6 +1,7 @@
 #!/usr/bin/python3
 """The parts of the documentation site that are programs: how pages are put together, how links are checked, figures of the theory."""
 
+import json
 import pathlib
 import subprocess
 import sys
@@ -8,9 +9,10 @@ import unittest
 
 SOURCE = pathlib.Path(__file__).resolve().parent.parent
 SITE = SOURCE / "docs" / "site"
-sys.path[:0] = [str(SITE), str(SOURCE / "tests" / "python"), str(SOURCE / "python")]
+sys.path[:0] = [str(SITE), str(SOURCE / "docs"), str(SOURCE / "tests" / "python"), str(SOURCE / "python")]
 import assemble  # noqa: E402  (after its path)
 import check_site  # noqa: E402
+import pictures  # noqa: E402
 from in_folder import InFolder  # noqa: E402
 
 
@@ -60,6 +62,23 @@ class Pages(InFolder):
         changed = assemble.with_links(page, text, self.folder)
         self.assertTrue(changed.startswith("[case](../validation/cases/vortex/README.md) and code and "), changed)
         self.assertIn("```\n[no](../validation)\n```", changed)
+
+
+class Pictures(unittest.TestCase):
+    def test_and_quoted_numbers_are_those_of_todays_examples(self):
+        entries = json.loads(pictures.LIST.read_text(encoding="utf-8"))
+        self.assertEqual(list(pictures.problems(entries)), [])
+
+    def test_that_are_older_than_their_inputs_and_numbers_that_differ_are_named(self):
+        entries = json.loads(pictures.LIST.read_text(encoding="utf-8"))
+        made = entries[0]["made"]
+        made["checksums"]["examples/avalanche_fr3.toml"] = "of another one"
+        made["numbers"]["runup_p99_mean_m"] += 0.2
+        del entries[-1]
+        found = "\n".join(pictures.problems(entries))
+        self.assertIn("examples/avalanche_fr3.toml is not that of the pictures avalanche_fr3_heights.png", found)
+        self.assertRegex(found, r"README.md: `runup_p99_mean_m` is [\d.]+, not [\d.]+")
+        self.assertIn("docs/images/tutorials/column.png: no command makes it", found)
 
 
 class Theory(InFolder):

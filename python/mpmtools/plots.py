@@ -26,9 +26,9 @@ def runup(run, axes=None):
     series = _series_with(run, "runup_p99_m", "the run measured no run-up")
     axes = _over_time(run, axes)
     axes.plot(series.index, series.runup_p99_m, color=BLUE, linewidth=1.2, label="run-up (99 % of the mass is below)")
+    _mean_line(axes, run, "runup_p99", "its steady mean", BLUE)
     axes.plot(series.index, series.runup_m, color=ORANGE, linewidth=0.8, label="highest particle")
-    _mean_line(axes, run, "runup_p99", "steady mean of the run-up", BLUE)
-    _mean_line(axes, run, "runup", "of the highest particle", ORANGE)
+    _mean_line(axes, run, "runup", "its steady mean", ORANGE)
     bound = run.flow_height + run.velocity**2 / (2 * run.gravity) if run.velocity else None
     _reference_line(axes, bound, "Bernoulli, $H + v^2/2g$", color=GREY, linestyle=":")
     _reference_line(axes, run.number("predicted_runup_m"), _equation_label(run), color=GREEN, linestyle="--")
@@ -138,7 +138,7 @@ def draw_section(axes, run, section, norm, points_per_m, top):
     if run.obstacle:
         foot = terrain.height.min() if terrain else 0.0
         axes.add_patch(Rectangle((0.0, foot), run.obstacle_depth, run.obstacle.get("height_m", 2.0 * top) - foot, facecolor="0.8",
-                                 edgecolor="0.2", hatch="///", linewidth=1.2, zorder=0))
+                                 edgecolor="0.2", hatch="///", linewidth=1.2, zorder=2))  # above the dots, which are wider than particles
     axes.set(title=f"t = {section.time:.2f} s", ylabel="height $z$ (m)",
              xlabel="$x$ (m), 0 at the front of the obstacle" if run.obstacle else "$x$ (m)")
     return points
@@ -262,8 +262,20 @@ def _components(run, axes, name, unit, symbol, label):
         text = f"${symbol}_{component}$" + (f", steady mean {1e-3 * mean:.3g}" if mean is not None else "")
         axes.plot(series.index, 1e-3 * series[f"{name}_{component}_{unit}"], color=colour, linewidth=1.1, label=text)
     axes.set_ylabel(label)
+    _limit_to_the_flow(axes, 1e-3 * series[[f"{name}_{component}_{unit}" for component in "xyz"]].to_numpy(), label)
     axes.legend(fontsize="small", loc="upper right")
     return axes
+
+
+def _limit_to_the_flow(axes, values, label):
+    """The spike of the first contact, a few rows, does not set the scale: it is cut, and its height written beside it."""
+    values = values[np.isfinite(values).all(axis=1)]
+    if not len(values):
+        return
+    high, peak = 1.6 * np.percentile(values.max(axis=1), 97.0), values.max()
+    if peak > high > 0.0:
+        axes.set_ylim(axes.get_ylim()[0] * high / peak, high)
+        axes.annotate(f"up to {peak:.3g} at first contact: {label}", (0.01, 0.98), xycoords="axes fraction", va="top", fontsize="small")
 
 
 def _reference_line(axes, value, label, **style):
@@ -281,7 +293,7 @@ def _mean_line(axes, run, key, label, colour):
     if mean is None:
         return
     interval = [run.number("steady_from_s"), run.number("steady_to_s")]
-    text = f"{label}: {mean:.3g} m" + (f" ± {error:.1g} m (standard error in time, not of the grid)" if error is not None else "")
+    text = f"{label}: {mean:.3g} m" + (f" ± {error:.1g} m in time" if error is not None else "")
     axes.plot(interval, [mean, mean], color=colour, linewidth=2.6, label=text)
 
 

@@ -12,11 +12,12 @@ import unittest
 
 import numpy as np
 
-from mpmtools import Case, avaframe
+from mpmtools import Case, avaframe, plots
 from mpmtools.__main__ import main
 from mpmtools.avaframe.projection import check_metres, same
 from mpmtools.avaframe.rasters import read_elevation, read_raster
 from mpmtools.errors import ConfigError, InputError
+from mpmtools.files import save_figure
 from mpmtools.inflow import measured_inflow
 from study_samples import InFolder
 
@@ -318,6 +319,8 @@ class Avalanche(InFolder):
             {"numerics.cell_size_m": 0.4, "conveyor.width_m": 3.2, "conveyor.sidewall_contact": "slip", "obstacle": None,
              "output.duration_s": 2.0, "output.frames_per_second": 10})
         run = case.run(self.folder / "run", threads=1, progress=False)
+        if folder := os.environ.get("MPM_PICTURES"):  # docs/pictures.py
+            save_figure(plots.inflow(run)[0].figure, os.path.join(folder, "imported_inflow.png"), dpi=90)
         found = measured_inflow(run)
         raster = np.genfromtxt(self.folder / "case" / "inflow.csv", delimiter=",", names=True)
         later = found[found.time_s >= 0.2]  # snow that entered after t = 0 fills the section

@@ -209,6 +209,26 @@ class Pictures(RunFolder):
             self.assertTrue(any(np.array_equal(xy, [[4.0, 0.1], [2.0, 0.3], [1.0, 0.5]]) for xy in drawn), drawn)
             run_pictures.plt.close(figure)
 
+    def test_of_forces_are_not_scaled_by_the_first_contact_and_heights_keep_their_width(self):
+        rows = "".join(f"{0.02 * i},5,4,2,{428e3 if i < 2 else 120e3},0,0,0,{-100e3},0\n" for i in range(200))
+        self.write("series.csv", SERIES + rows)
+        figure = run_pictures.draw_forces(Run(self.folder))
+        self.assertLess(figure.axes[0].get_ylim()[1], 250.0)
+        self.assertEqual([text.get_text() for text in figure.axes[0].texts], ["up to 428 at first contact: force (kN)"])
+        self.assertEqual(len(figure.axes[1].texts), 0)
+        run_pictures.plt.close(figure)
+        figure = run_pictures.draw_heights(Run(self.folder))
+        figure.canvas.draw()
+        for axes in figure.axes:
+            self.assertGreater(axes.get_position().width, 0.75)
+        run_pictures.plt.close(figure)
+
+    def test_of_a_section_have_the_mast_above_the_dots(self):
+        figure = run_pictures.draw_side_view(Run(self.folder), [1.5])
+        mast, dots = figure.axes[0].patches[0], figure.axes[0].collections[0]
+        self.assertGreater(mast.get_zorder(), dots.get_zorder())  # a dot is wider than its particle, and the outline no rectangle
+        run_pictures.plt.close(figure)
+
     def test_show_the_heights_of_the_time_of_a_section(self):
         figure = run_pictures.draw_side_view(Run(self.folder), [1.5])
         heights = {line.get_label(): line.get_ydata()[0] for axes in figure.axes for line in axes.lines}

@@ -140,6 +140,7 @@ class Browser(ViewFolder):
         self.assertEqual((state["state"], state["frame"], state["particles"], shown), ("ready", "1", "400", "1.50 s"), page[-500:])
         self.assertGreater(float(state["coloured"]), 0.02)  # of the picture
         self.assertIn("pressure (kPa)", page)
+        self.assertEqual(state["cut"], "0")  # flow and mast are inside the picture
 
     def test_draws_uneven_ground_at_its_height(self):
         shares = []

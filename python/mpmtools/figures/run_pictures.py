@@ -47,10 +47,10 @@ def new_figure(width, height, **arguments):
 def draw_heights(run):
     if "runup_m" not in run.series:
         return "the run measured no run-up"
-    figure, (top, bottom) = new_figure(11.5, 7.5, nrows=2, sharex=True)
+    figure, (top, bottom) = new_figure(9.0, 8.5, nrows=2, sharex=True)
     figure.suptitle(f"{run.title}\nrun-up and pressure height on the obstacle over time")
     for axes in (plots.runup(run, top), plots.pressure_height(run, bottom)):
-        axes.legend(fontsize="small", framealpha=0.9, loc="upper left", bbox_to_anchor=(1.10, 1.0))
+        axes.legend(fontsize="small", frameon=False, loc="lower center", bbox_to_anchor=(0.5, 1.0), ncols=2)
     top.set_xlabel("")
     return figure
 
