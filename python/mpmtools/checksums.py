@@ -39,13 +39,13 @@ def _check_seal(path, _changed, size):
         raise InputError(f"cannot read '{path}': it does not match its checksum; it was altered or damaged")
 
 
-def read_results(path):
-    """results.json as a dict. InputError if it does not match its checksum; without one, an older version wrote it."""
-    content, results = read_text(path).encode(), read_json(path, REMEDY)
+def read_results(path, remedy=REMEDY):
+    """results.json, or another file with such a checksum, as a dict. InputError if it does not match; without one, an older version wrote it."""
+    content, results = read_text(path).encode(), read_json(path, remedy)
     found = ENTRY.search(content)
     right = found and checksum(content[:found.start()] + b"0" * 8 + content[found.end():]) == found[0].decode()
     if not right and b"crc32" in content:
-        raise InputError(f"{path}: it does not match its checksum; {REMEDY}")
+        raise InputError(f"{path}: it does not match its checksum; {remedy}")
     return results
 
 

@@ -81,6 +81,13 @@ def require_no_files(folder, names):
         raise ConfigError(f"{folder} holds {', '.join(found)}; choose another folder with --out, or overwrite with --force")
 
 
+def require_ending(path, *endings):
+    """ConfigError for the name of a file to write that does not end as such files do. So --out can replace an earlier picture or page, but no
+    case, table or result."""
+    if not str(path).lower().endswith(endings):
+        raise ConfigError(f"--out {path}: the name has to end with {' or '.join(endings)}")
+
+
 @contextlib.contextmanager
 def whole_file(path):
     """The path of a temporary file, which becomes `path` if nothing fails. Nobody can have put a link at its name."""

@@ -18,6 +18,7 @@ import pandas as pd
 import scipy.linalg
 import scipy.signal
 
+from mpmtools.checksums import checksum
 from mpmtools.design import comparison, figures, page
 from mpmtools.design.ensemble import Ensemble
 from mpmtools.design.loads import Loads, moving_mean
@@ -333,6 +334,19 @@ class ResultsOfADesign(DesignFolder):
     def test_refuse_a_plan_that_does_not_name_its_cases(self):
         self.write("design_plan.json", json.dumps({**self.plan, "runs": [{k: r[k] for k in ("name", "snow", "grid")} for r in self.runs]}))
         with self.assertRaisesRegex(InputError, "mpm design SITE --page"):
+            Ensemble(self.folder)
+
+    def test_refuse_a_plan_or_a_case_that_was_altered(self):
+        plan = json.dumps({**self.plan, "crc32": "0" * 8})
+        self.write("design_plan.json", plan.replace("0" * 8, checksum(plan.encode())))
+        self.assertEqual(len(Ensemble(self.folder).runs), 2)
+        self.write("design_plan.json", (self.folder / "design_plan.json").read_text().replace("9.81", "9.71", 1))
+        with self.assertRaisesRegex(InputError, "design_plan.json: it does not match its checksum; run `mpm design` again"):
+            Ensemble(self.folder)
+        self.write("design_plan.json", json.dumps(self.plan))
+        case = self.folder / "runs" / "firm_w5" / "case.toml"
+        case.write_text(case.read_text().replace("density_kg_m3 = 300", "density_kg_m3 = 900"))
+        with self.assertRaisesRegex(InputError, "firm_w5/case.toml: it was altered"):
             Ensemble(self.folder)
 
     def test_name_a_folder_that_is_no_design(self):

@@ -217,7 +217,7 @@ class Pictures(InFolder):
         code, out, _ = self.command("film", self.folder / "run", "--time", 0.4, "--field", "speed", "--size", "160x100")
         self.assertEqual(code, 0)
         self.assertTrue((self.folder / "run" / "post" / "snow.png").read_bytes().startswith(b"\x89PNG"))
-        for wrong, message in ((["--size", "161x100"], "even numbers"), (["--out", "a.gif"], "ends with .mp4"), (["--time", "0", "--out", "a.mp4"], "ends with .png")):
+        for wrong, message in ((["--size", "161x100"], "even numbers"), (["--out", "a.gif"], "end with .mp4 or .webm"), (["--time", "0", "--out", "a.mp4"], "end with .png")):
             code, _, err = self.command("film", self.folder / "run", *wrong)
             self.assertEqual(code, 2)
             self.assertIn(message, err)

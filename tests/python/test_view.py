@@ -119,6 +119,11 @@ class Pages(ViewFolder):
         self.assertEqual(code, 4)
         self.assertIn("the run stored no frames", err)
         self.assertEqual(self.command("view", self.folder, "--particles", 5)[0], 2)
+        case = (self.folder / "case.toml").read_text()
+        code, _, err = self.command("view", self.folder, "--out", self.folder / "case.toml")
+        self.assertEqual(code, 2)
+        self.assertIn("the name has to end with .html", err)
+        self.assertEqual((self.folder / "case.toml").read_text(), case)
 
 
 @unittest.skipUnless(BROWSER, "needs Debian's chromium")

@@ -1,9 +1,10 @@
 """The folder of a design: its plan, and a Run for each snow and grid."""
 
+import math
 import os
 
+from mpmtools.checksums import read_results
 from mpmtools.errors import InputError
-from mpmtools.files import read_json
 from mpmtools.run import finished_run
 from mpmtools.wording import counted, verb
 
@@ -18,7 +19,7 @@ class Ensemble:
         path = os.path.join(self.folder, "design_plan.json")
         if not os.path.exists(path):
             raise InputError(f"{path}: there is no such file; give the folder of `mpm design`")
-        self.plan = read_json(path, "run `mpm design` again")
+        self.plan = read_results(path, "run `mpm design` again")
         if self.plan.get("format_version") != FORMAT_VERSION:
             raise InputError(f"{path}: format version {self.plan.get('format_version')}, this program reads {FORMAT_VERSION}")
         self.runs = [[None] * len(self.plan["grids"]) for _ in self.plan["snows"]]
@@ -29,10 +30,19 @@ class Ensemble:
             run = finished_run(os.path.join(self.folder, "runs", entry["name"]), entry["case_hash"], entry["end_s"])
             if run is None:
                 unfinished.append(entry["name"])
+            elif not self._has_site_of(run):
+                raise InputError(f"{os.path.join(run.folder, 'case.toml')}: it was altered: its flow or its mast is not that of the site; put back the case of the run")
             self.runs[entry["snow"]][entry["grid"]] = run
         if unfinished:
             raise InputError(f"{counted(len(unfinished), 'run')} {verb(len(unfinished), 'is', 'are')} not finished, or of another site, first "
                              f"{os.path.join(self.folder, 'runs', unfinished[0])}; `mpm design` runs what is missing")
+
+    def _has_site_of(self, run):
+        """Whether the case of a run states flow and mast of the plan, by which its loads are scaled."""
+        flow, width = self.plan["flow"], self.plan["mast"]["width_m"]
+        pairs = ((run.velocity, flow["velocity_m_s"]), (run.flow_height, flow["depth_m"]), (run.obstacle["width_m"], width),
+                 (run.case["material"]["density_kg_m3"], flow["density_kg_m3"]))
+        return all(math.isclose(of_run, of_plan, rel_tol=1e-9) for of_run, of_plan in pairs)
 
     @property
     def sizes(self):

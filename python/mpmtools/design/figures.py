@@ -207,5 +207,6 @@ def grid_convergence(ensemble, table):
         axes.set_ylabel(label)
         finish_axes(axes)
     panels[-1].set_xlabel("cell size (m)")
-    panels[0].legend(fontsize=10)
+    if panels[0].lines:  # without a steady run there are none
+        panels[0].legend(fontsize=10)
     return Picture("Grids", "Mean run-up, pressure height and force. Bars: grid uncertainty of the value on the finest grid.", png_data(figure))

@@ -8,7 +8,7 @@ import tempfile
 import numpy as np
 
 from mpmtools.errors import ConfigError, InputError
-from mpmtools.files import save_figure, whole_file
+from mpmtools.files import require_ending, save_figure, whole_file
 from mpmtools.figures.snow_surface import SnowDensity, draw, ground_of, standpoint
 from mpmtools.figures.view_3d import picture_size
 from mpmtools.run import Run
@@ -93,8 +93,7 @@ def run_command(options):
         raise ConfigError(f"--size {options.size}: even numbers of pixels from 16 to 8192 are needed")
     single = options.time is not None
     path = options.out or os.path.join(options.directory, "post", "snow.png" if single else "film.mp4")
-    if os.path.splitext(path)[1] not in ([".png"] if single else CODECS):
-        raise ConfigError(f"--out {path}: " + ("a picture (--time) ends with .png" if single else "a film ends with .mp4 or .webm"))
+    require_ending(path, *([".png"] if single else CODECS))
     ffmpeg = None if single else find_ffmpeg()
     studio = Studio(run, options.field, size)
     if single:

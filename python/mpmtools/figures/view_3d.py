@@ -9,7 +9,7 @@ import subprocess
 import sys
 
 from mpmtools.errors import ConfigError, InputError
-from mpmtools.files import whole_file
+from mpmtools.files import require_ending, whole_file
 from mpmtools.run import Run
 from mpmtools.terrain import terrain_of
 
@@ -158,6 +158,7 @@ def render(options, paraview):
     view.ResetCamera([west, east, south, north, bottom, top])  # keeps the direction, fits a sphere round the box
     paraview.GetActiveCamera().Zoom(1.1)
     output = options.out or os.path.join(options.directory, "post", "view_3d.png")
+    require_ending(output, ".png")
     with whole_file(output) as temporary:
         paraview.SaveScreenshot(temporary, view, ImageResolution=[width, height])
         if not os.path.getsize(temporary):

@@ -14,7 +14,7 @@ import numpy as np
 
 from mpmtools.errors import ConfigError, InputError
 from mpmtools.figures.colours import STRESS_COLOURS
-from mpmtools.files import write_text
+from mpmtools.files import require_ending, write_text
 from mpmtools.run import Run
 from mpmtools.terrain import terrain_of
 
@@ -120,4 +120,6 @@ def write_view(folder, out=None, largest=LARGEST):
 def run_command(options):
     if options.particles < 1000:
         raise ConfigError(f"--particles {options.particles}: at least 1000 are needed to see anything")
+    if options.out:
+        require_ending(options.out, ".html")
     print(write_view(options.directory, options.out, options.particles))
