@@ -25,16 +25,13 @@ import shutil
 import signal
 import subprocess
 import sys
-import tempfile
 import time
 
-ROOT = pathlib.Path(__file__).resolve().parent.parent
+from fault_tools import FAILED, IO, OK, ROOT, USAGE, compile_failing_calls, memory_folder, write_report
+
 sys.path[0:1] = [str(ROOT / "tests" / "python"), str(ROOT / "python")]  # not this folder, which holds a packaging.py
-sys.path.append(str(ROOT / "tests"))
-from faults import write_report  # noqa: E402  (after the path)
 
 PATIENCE = 300.0  # seconds after which a command hangs, on a very busy machine
-OK, FAILED, USAGE, IO = 0, 1, 2, 4
 CRASHES = ("internal error", "terminate called", "Traceback", "egmentation", "Sanitizer", "what():")
 PLAN = """title = "blocks"
 base = { material = { model = "hencky_elastic" }, body = [{ min_m = [0, 0, 0], max_m = [1, 1, 1] }], domain = { min_m = [-5, -5, -5], max_m = [5, 5, 5] }, output = { duration_s = 0.02, series_per_second = 100 } }
@@ -70,14 +67,14 @@ finest_cells = 5
 grids = 2
 duration_s = 0.6
 """
+CAMPAIGN = ("campaign", "run", "plan.toml", "--out", "out", "--jobs", "2")
 WRONG = (None, 5, -1.5, "x", "\udcff", [], [1], {}, {"a": 1}, True)  # JSON of a wrong type
 
 
 class Faults:
     def __init__(self, arguments):
         self.random, self.mpm, self.trials = random.Random(arguments.seed), str(arguments.mpm.resolve()), arguments.trials
-        parent = "/dev/shm" if os.access("/dev/shm", os.W_OK) else None  # memory: fsync costs nothing there
-        self.folder = pathlib.Path(tempfile.mkdtemp(prefix="mpm-campaign-faults-", dir=parent))
+        self.folder = memory_folder("mpm-campaign-faults-")
         self.environment = {**os.environ, "OMP_WAIT_POLICY": "passive", "MPM": self.mpm}
         self.rows, self.number = [], 0
 
@@ -93,8 +90,8 @@ class Faults:
                               stdin=subprocess.DEVNULL, capture_output=True, timeout=PATIENCE, check=False, **how)
         return done.returncode, done.stderr.decode(errors="replace")
 
-    def campaign(self, at, out="out"):
-        return self.run("campaign", "run", "plan.toml", "--out", out, "--jobs", 2, at=at)
+    def campaign(self, at):
+        return self.run(*CAMPAIGN, at=at)
 
     def trial(self, kind, expected, number, one):
         """Calls one() a number of times; it returns what was wrong, and leaves a message in self.seen."""
@@ -126,14 +123,7 @@ class Faults:
         return "" if table.exists() and table.read_bytes() == self.table else "results.csv differs from the reference"
 
     def compute_reference(self):
-        self.reference = self.place()
-        (self.reference / "plan.toml").write_text(PLAN)
-        begin = time.monotonic()
-        code, err = self.campaign(self.reference)
-        self.seconds = time.monotonic() - begin
-        if code != OK:
-            raise SystemExit(f"faults: the undisturbed campaign failed ({code}): {err}")
-        self.table = (self.reference / "out" / "results.csv").read_bytes()
+        self.reference, (_, self.table), self.seconds = self.undisturbed("plan.toml", PLAN, CAMPAIGN, "results.csv")
         self.names = [row["name"] for row in csv.DictReader(io.StringIO(self.table.decode()))]
 
     # --- damage ---
@@ -187,24 +177,45 @@ class Faults:
         return kind
 
     # --- campaigns ---
-    def kills(self):
+    def killed(self, file, text, words, table, seconds, most=3):
+        """A trial for trial(): a command on a file of this text is killed up to `most` times and given again. It must leave this table.
+        @param words  of the command, from whether its folder exists; @param seconds  that it takes"""
         def one():
             at = self.place()
-            (at / "plan.toml").write_text(PLAN)
-            for _ in range(self.random.randrange(1, 4)):
-                process = subprocess.Popen([self.mpm, "campaign", "run", "plan.toml", "--out", "out", "--jobs", "2"], cwd=at, env=self.environment,
-                                           stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, start_new_session=True)
-                time.sleep(self.random.uniform(0.0, 1.1 * self.seconds))
+            (at / file).write_text(text)
+            for _ in range(self.random.randint(1, most)):
+                process = subprocess.Popen([self.mpm, *words((at / "out").exists())], cwd=at, env=self.environment, stdin=subprocess.DEVNULL,
+                                           stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, start_new_session=True)
+                time.sleep(self.random.uniform(0.0, 1.1 * seconds))
                 process.kill()
                 process.wait()
-            code, err = self.campaign(at)
+            problem = self.ends_with(table, at, *words((at / "out").exists()))
             left = [str(path) for path in at.rglob(".*.tmp")]
-            problem = self.crash(code, err) or ("" if code == OK else f"exit {code}: {err[-300:]}") or self.table_differs(at)
-            problem = problem or (f"left over: {left}" if left else "")
             shutil.rmtree(at)
-            return problem
+            return problem or (f"left over: {left}" if left else "")
 
-        self.trial("a campaign is killed (kill -9) up to three times", "the same command leaves the table of the reference", 50, one)
+        return one
+
+    def ends_with(self, table, at, *words):
+        """What is wrong if a command does not end with exit code 0 and a file out/NAME of these bytes. @param table  (NAME, bytes)"""
+        code, err = self.run(*words, at=at)
+        name, content = table
+        problem = self.crash(code, err) or ("" if code == OK else f"exit {code}: {err[-300:]}")
+        return problem or ("" if (at / "out" / name).read_bytes() == content else f"{name} differs from the reference")
+
+    def undisturbed(self, file, text, words, name):
+        """(folder, (name, bytes of the table out/NAME), seconds) of a command that nothing disturbs."""
+        at = self.place()
+        (at / file).write_text(text)
+        begin = time.monotonic()
+        code, err = self.run(*words, at=at)
+        if code != OK:
+            raise SystemExit(f"faults: the undisturbed {words[0]} failed ({code}): {err}")
+        return at, (name, (at / "out" / name).read_bytes()), time.monotonic() - begin
+
+    def kills(self):
+        self.trial("a campaign is killed (kill -9) up to three times", "the same command leaves the table of the reference", 50,
+                   self.killed("plan.toml", PLAN, lambda _: CAMPAIGN, ("results.csv", self.table), self.seconds))
 
     def copy_of_reference(self):
         at = self.place()
@@ -305,55 +316,27 @@ class Faults:
         self.trial("--out is the folder of the user's own file", "exit 2, the file is as it was", 6, own_file)
 
     def designs(self):
-        def one():
-            at = self.place()
-            (at / "site.toml").write_text(SITE)
-            process = subprocess.Popen([self.mpm, "design", "site.toml", "--out", "out"], cwd=at, env=self.environment, stdin=subprocess.DEVNULL,
-                                       stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, start_new_session=True)
-            time.sleep(self.random.uniform(0.0, self.design_seconds))
-            process.kill()
-            process.wait()
-            code, err = self.run("design", "site.toml", "--out", "out", at=at)
-            problem = self.crash(code, err) or ("" if code == OK else f"exit {code}: {err[-300:]}")
-            if not problem and (at / "out" / "design.json").read_bytes() != self.design:
-                problem = "design.json differs from the reference"
-            shutil.rmtree(at)
-            return problem
+        words = ("design", "site.toml", "--out", "out")
+        at, table, seconds = self.undisturbed("site.toml", SITE, words, "design.json")
+        self.trial("a design is killed (kill -9) up to twice", "the same command leaves the design.json of the reference", 14,
+                   self.killed("site.toml", SITE, lambda _: words, table, seconds, most=2))
 
-        at = self.place()
-        (at / "site.toml").write_text(SITE)
-        begin = time.monotonic()
-        code, err = self.run("design", "site.toml", "--out", "out", at=at)
-        self.design_seconds = time.monotonic() - begin
-        if code != OK:
-            raise SystemExit(f"faults: the undisturbed design failed ({code}): {err}")
-        self.design = (at / "out" / "design.json").read_bytes()
-        self.trial("a design is killed (kill -9)", "the same command leaves the design.json of the reference", 8, one)
+        def other_site():
+            (at / "site.toml").write_text(SITE.replace(*self.random.choice((("= 3.0", "= 3.5"), ("depth_m = 1.0", "depth_m = 1.2"), ("= 0.6", "= 0.7"),
+                                                                            ("slope = 0.4", "slope = 0.5")))))
+            names = ("design_plan.json", "site.toml", "design.html", "design.json")
+            kept = [(at / "out" / name).read_bytes() for name in names]
+            code, err = self.run(*words, "--page", at=at)
+            same = kept == [(at / "out" / name).read_bytes() for name in names]
+            return "" if code == IO and "not finished for this site" in err and same else f"exit {code}, {err[-300:]}"
+
+        self.trial("the page of another site than that of the runs", "exit 4, nothing written", 4, other_site)
 
     def studies(self):
-        words = ["converge", "case.toml", "--cell-size", "0.5,0.25", "--metric", "steps", "--threads", "1", "--out", "out"]
+        def words(resumed):
+            return ("converge", "case.toml", "--cell-size", "0.5,0.25", "--metric", "steps", "--threads", "1", "--out", "out", *(["--resume"] if resumed else []))
 
-        def place():
-            at = self.place()
-            (at / "case.toml").write_text(CASE)
-            return at
-
-        def resumed(at):
-            code, err = self.run(*words, *(["--resume"] if (at / "out").exists() else []), at=at)
-            problem = self.crash(code, err) or ("" if code == OK else f"exit {code}: {err[-300:]}")
-            return problem or ("" if (at / "out" / "converge.csv").read_bytes() == table else "converge.csv differs from the reference")
-
-        def killed():
-            at = place()
-            for _ in range(self.random.randrange(1, 4)):
-                process = subprocess.Popen([self.mpm, *words, *(["--resume"] if (at / "out").exists() else [])], cwd=at, env=self.environment,
-                                           stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, start_new_session=True)
-                time.sleep(self.random.uniform(0.0, 1.1 * seconds))
-                process.kill()
-                process.wait()
-            problem = resumed(at)
-            shutil.rmtree(at)
-            return problem
+        whole, table, seconds = self.undisturbed("case.toml", CASE, words(False), "converge.csv")
 
         def damaged():
             at = self.place() / "study"
@@ -361,24 +344,17 @@ class Faults:
             path = at / "out" / self.random.choice(("dx_0.5", "dx_0.25")) / self.random.choice(("results.json", "series.csv", "case.toml", "checkpoint.h5", "final.h5"))
             path = self.random.choice((path, path, path, at / "out" / "converge.csv"))
             how = self.damage(path, ("cut off", "not UTF-8", "bytes", "missing"))
-            problem = resumed(at)
+            problem = self.ends_with(table, at, *words(True))
             shutil.rmtree(at.parent)
             return problem and f"{path.name}, {how}: {problem}"
 
-        whole, table = place(), None
-        begin = time.monotonic()
-        code, err = self.run(*words, at=whole)
-        seconds = time.monotonic() - begin
-        if code != OK:
-            raise SystemExit(f"faults: the undisturbed study failed ({code}): {err}")
-        table = (whole / "out" / "converge.csv").read_bytes()
-        self.trial("a grid study is killed (kill -9) up to three times", "--resume leaves the converge.csv of the reference", 20, killed)
+        self.trial("a grid study is killed (kill -9) up to three times", "--resume leaves the converge.csv of the reference", 20,
+                   self.killed("case.toml", CASE, words, table, seconds))
         self.trial("a file of a finished grid study is damaged", "--resume leaves the converge.csv of the reference", 30, damaged)
 
     # --- locks, streams, links ---
     def without_locks(self):
-        library = self.folder / "failing_calls.so"
-        subprocess.run(["c++", "-shared", "-fPIC", "-O1", "-o", library, ROOT / "tests" / "support" / "failing_calls.cpp", "-ldl"], check=True)
+        library = compile_failing_calls(self.folder)
         reasons = [38, 37, 95]  # ENOSYS, ENOLCK, EOPNOTSUPP
 
         def one():

@@ -1,5 +1,5 @@
 #!/usr/bin/python3
-"""What may happen to a run, and to designs, grid studies and results on the disk, done on purpose: `./run faults [--seed N] [--kills N] [--quick]`.
+"""What may happen to a run and to its results on the disk, done on purpose: `./run faults [--seed N] [--kills N] [--quick]`.
 
 A small avalanche (a checkpoint at every sample, so that most of its time is spent in writing) is computed once undisturbed: the reference.
 Then it is killed, starved, and damaged in every way below, and resumed. Expected of every fault: a message that names the file or the
@@ -11,7 +11,6 @@ One line a fault; faults.md and faults.csv hold them as tables. Exit code 1 if a
 """
 
 import argparse
-import csv
 import json
 import os
 import pathlib
@@ -22,11 +21,11 @@ import shutil
 import signal
 import subprocess
 import sys
-import tempfile
 import time
 import zlib
 
-ROOT = pathlib.Path(__file__).resolve().parent.parent
+from fault_tools import IO, OK, ROOT, USAGE, compile_failing_calls, memory_folder, write_report
+
 CASE = """title = "a small avalanche to be disturbed"
 [material]
 model = "cohesive_cam_clay"
@@ -48,26 +47,11 @@ series_per_second = 50
 frames_per_second = 25
 checkpoint_minutes = 1e-6
 """
-SITE = """title = "a small design to be disturbed"
-[flow]
-depth_m = 1.0
-velocity_m_s = 3.0
-[[snow]]
-critical_state_slope = 0.4
-cohesion_beta = 0.0
-hardening_xi = 0.1
-[mast]
-width_m = 1.0
-[plan]
-finest_cells = 5
-grids = 2
-duration_s = 1.2
-"""
 SAMPLES = 21  # rows of series.csv
 OF_THE_MACHINE = ("wall_time_s", "solver_time_s", "million_particle_steps_per_s", "peak_memory_bytes", "threads", "ranks", "crc32")
 NOBODY = 65534
 PATIENCE = 600.0  # seconds after which a run hangs, on a very busy machine
-OK, USAGE, IO, INTERNAL = 0, 2, 4, 5
+INTERNAL = 5  # exit code
 
 
 class Outcome:
@@ -84,8 +68,7 @@ class Campaign:
     def __init__(self, arguments):
         self.quick, self.kills, self.random = arguments.quick, arguments.kills, random.Random(arguments.seed)
         self.sanitized = arguments.sanitized
-        parent = arguments.scratch or (pathlib.Path("/dev/shm") if os.access("/dev/shm", os.W_OK) else None)  # memory: fsync costs nothing there
-        self.folder = pathlib.Path(tempfile.mkdtemp(prefix="mpm-faults-", dir=parent))
+        self.folder = memory_folder("mpm-faults-", arguments.scratch)
         self.folder.chmod(0o755)
         self.mpm = self.folder / "mpm"  # a copy, which no build replaces meanwhile and every user may run
         shutil.copy2(arguments.mpm, self.mpm)
@@ -237,13 +220,8 @@ class Campaign:
         self.note(f"kill -9 at random moments, {writing} of them with a file half written; up to {worst} in one run", not wrong,
                   "every run ends with the reference", "; ".join(wrong[:3]) or "-", -9, "; ".join(wrong[:3]) or "none", tries=done)
 
-    def compile_failing_calls(self):
-        library = self.folder / "failing_calls.so"
-        subprocess.run(["c++", "-shared", "-fPIC", "-O1", "-o", library, ROOT / "tests" / "support" / "failing_calls.cpp", "-ldl"], check=True)
-        return library
-
     def at_every_file_call(self):
-        library, count = self.compile_failing_calls(), self.folder / "count"
+        library, count = compile_failing_calls(self.folder), self.folder / "count"
         short = ["--set", "output.duration_s=0.04"]  # three samples, two frames, three checkpoints
         self.run(self.place(), *short, environment={"LD_PRELOAD": str(library), "COUNT_FILE": str(count)})
         calls = int(count.read_text())
@@ -560,54 +538,6 @@ class Campaign:
             self.note(f"{name} of a finished run damaged at random", not wrong, "Python refuses it or reads what was written; the reference after --resume",
                       self.shown("; ".join(wrong[:3])) or f"refused by Python {refused} times", OK, "; ".join(wrong[:3]) or "none", tries=tries)
 
-    def killed_at_random(self, what, tables, kills, *command):
-        """A command that has many runs, killed at random moments and given again: the tables are those of the undisturbed one."""
-        whole = self.place()
-        begin = time.monotonic()
-        first = subprocess.run([self.mpm, *command, "--out", whole], capture_output=True, text=True, env=self.environment, check=False)
-        seconds, done, wrong = time.monotonic() - begin, 0, []
-        if first.returncode != OK:
-            raise SystemExit(f"faults: the undisturbed {what} failed ({first.returncode}): {first.stderr}")
-        again = ["--resume"] if command[0] == "converge" else []
-        while done < kills:
-            out = self.place()
-            while True:
-                process = subprocess.Popen([self.mpm, *command, "--out", out, *(again if out.exists() else [])], stdout=subprocess.DEVNULL,
-                                           stderr=subprocess.PIPE, text=True, env=self.environment)
-                if done < kills:
-                    try:
-                        process.wait(timeout=self.random.uniform(0.0, 1.1 * seconds))
-                    except subprocess.TimeoutExpired:
-                        process.kill()
-                outcome = self.end_of(process)
-                if outcome.code != -signal.SIGKILL:
-                    break
-                done += 1
-            wrong += [] if outcome.code == OK else [f"exit {outcome.code}: {outcome.message()}"]
-            wrong += [f"{name} differs" for name in tables if outcome.code == OK and (out / name).read_bytes() != (whole / name).read_bytes()]
-            shutil.rmtree(out)
-        self.note(f"kill -9 of {what} at random moments", not wrong, "the same command ends with the tables of the undisturbed one",
-                  self.shown("; ".join(wrong[:3])) or "-", -9, "; ".join(wrong[:3]) or "none", tries=done)
-        return whole
-
-    def designs(self):
-        """`mpm design`: killed, and asked for the page of another site."""
-        site = self.folder / "site.toml"
-        site.write_text(SITE)
-        out = self.killed_at_random("mpm design", ("design_plan.json", "site.toml", "results.csv", "design.json", "loads_over_time.csv"), 2 if self.quick else 20,
-                                    "design", str(site))
-        kept = {name: (out / name).read_bytes() for name in ("design_plan.json", "site.toml", "design.html", "design.json")}
-        for change in (("= 3.0", "= 3.5"), ("depth_m = 1.0", "depth_m = 1.2"), ("= 1.2", "= 1.3"), ("slope = 0.4", "slope = 0.5")):
-            site.write_text(SITE.replace(*change))
-            done = subprocess.run([self.mpm, "design", site, "--out", out, "--page"], capture_output=True, text=True, env=self.environment, check=False)
-            same = kept == {name: (out / name).read_bytes() for name in kept}
-            self.note("the page of another site than that of the runs", done.returncode == IO and "not finished for this site" in done.stderr and same,
-                      "exit 4, nothing written", self.shown(Outcome(IO, done.stderr).message()), done.returncode)
-
-    def studies(self):
-        self.killed_at_random("mpm converge", ("converge.csv",), 1 if self.quick else 30, "converge", str(self.case), "--cell-size", "0.4375,0.35",
-                              "--metric", "force_peak_n,steps", "--threads", "1")
-
     def streams(self):
         if pathlib.Path("/dev/full").exists():
             out = self.place()
@@ -645,9 +575,6 @@ class Campaign:
         self.two_processes()
         self.damaged_checkpoints()
         self.damaged_results()
-        self.studies()
-        if not self.quick:  # a minute; integration/test_design_command.cpp has its short form
-            self.designs()
         self.streams()
 
 
@@ -671,31 +598,6 @@ def main():
         campaign.close()
     command = f"./run faults --seed {arguments.seed} --kills {arguments.kills}{' --quick' if arguments.quick else ''}"
     return write_report(campaign.rows, command, arguments.mpm, arguments.out, time.monotonic() - begin)
-
-
-def write_report(rows, command, mpm, out, seconds):
-    """Writes faults.md and faults.csv, and prints the sum. Returns the exit code: 1 if any expectation failed.
-
-    rows: dicts with the entries that are columns; "tries", "data lost" and "verdict" ("holds") among them.
-    """
-    failed = [row for row in rows if row["verdict"] != "holds"]
-    lost = [row for row in rows if row["data lost"] not in ("none", "what was deleted")]
-    commit = re.search(r"commit ([\w-]+)", subprocess.run([mpm, "--version"], capture_output=True, text=True).stdout)
-    faults = sum(row["tries"] for row in rows)
-    head = (f"`{command}`, commit {commit.group(1) if commit else 'unknown'}: "
-            f"{faults} faults tried, {faults - sum(row['tries'] for row in failed)} survived as expected, data lost in {len(lost)}; {seconds:.0f} s.")
-    out.mkdir(parents=True, exist_ok=True)
-    names = list(rows[0])
-    with open(out / "faults.csv", "w", newline="") as file:
-        writer = csv.DictWriter(file, names)
-        writer.writeheader()
-        writer.writerows(rows)
-    cell = lambda value: str(value).replace("|", "\\|")  # noqa: E731
-    lines = [head, "", "| " + " | ".join(names) + " |", "|" + "---|" * len(names)]
-    lines += ["| " + " | ".join(cell(row[name]) for name in names) + " |" for row in rows]
-    (out / "faults.md").write_text("\n".join(lines) + "\n")
-    print(head)
-    return 1 if failed else 0
 
 
 if __name__ == "__main__":
