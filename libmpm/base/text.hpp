@@ -50,22 +50,36 @@ inline std::string_view without_byte_order_mark(std::string_view text) {
   return text.substr(text.starts_with(mark) ? mark.size() : 0);
 }
 
+/// Bytes of the character at the start of a text; 0 if the text is empty or does not start with UTF-8 (RFC 3629, section 4).
+constexpr std::size_t utf8_length(std::string_view text) {
+  const auto byte = [text](std::size_t at) { return at < text.size() ? static_cast<unsigned char>(text[at]) : 0u; };
+  const unsigned first = byte(0);
+  if (text.empty() || first < 0x80) return text.empty() ? 0 : 1;
+  const std::size_t length = first < 0xc2 || first > 0xf4 ? 0 : first < 0xe0 ? 2 : first < 0xf0 ? 3 : 4;
+  const unsigned least = first == 0xe0 ? 0xa0 : first == 0xf0 ? 0x90 : 0x80;  // a smaller one has a shorter form
+  const unsigned most = first == 0xed ? 0x9f : first == 0xf4 ? 0x8f : 0xbf;   // a greater one is a surrogate or above U+10FFFF
+  if (byte(1) < least || byte(1) > most) return 0;
+  for (std::size_t at = 2; at < length; ++at) {
+    if ((byte(at) & 0xc0) != 0x80) return 0;
+  }
+  return length;
+}
+
+/// Place of the first byte that is not UTF-8; npos if all are.
+constexpr std::size_t first_not_utf8(std::string_view text) {
+  std::size_t at = 0;
+  while (const std::size_t length = utf8_length(text.substr(at))) at += length;
+  return at < text.size() ? at : std::string_view::npos;
+}
+
 /// A text for tables and JSON: bytes that are not UTF-8 and control characters become '?' and blanks.
 inline std::string plain_text(std::string_view text) {
   std::string plain;
-  for (std::size_t at = 0; at < text.size();) {
-    const auto c = static_cast<unsigned char>(text[at]);
-    const std::size_t length = c < 0x80 ? 1 : c >= 0xc2 && c < 0xe0 ? 2 : c >= 0xe0 && c < 0xf0 ? 3 : c >= 0xf0 && c < 0xf5 ? 4 : 0;
-    const std::string_view part = text.substr(at, std::max<std::size_t>(1, length));
-    const bool whole =
-        length > 0 && part.size() == length && std::ranges::all_of(part.substr(1), [](char x) { return (x & 0xc0) == 0x80; });
-    const bool control = c < 0x20 || c == 0x7f;
-    if (whole && !control) {
-      plain += part;
-    } else {
-      plain += control ? ' ' : '?';
-    }
-    at += whole ? length : 1;
+  while (!text.empty()) {
+    const std::size_t length = utf8_length(text);
+    const bool control = static_cast<unsigned char>(text[0]) < 0x20 || text[0] == 0x7f;
+    plain += control ? " " : length == 0 ? "?" : text.substr(0, length);
+    text.remove_prefix(std::max<std::size_t>(1, length));
   }
   return plain;
 }

@@ -203,12 +203,9 @@ std::string read_file(const std::filesystem::path& path, std::uintmax_t most_byt
 
 std::string read_text_file(const std::filesystem::path& path, std::uintmax_t most_bytes) {
   std::string text = read_file(path, most_bytes);
-  std::string_view rest = text;
-  for (std::size_t number = 1; !rest.empty(); ++number) {
-    const std::string_view line = rest.substr(0, rest.find('\n'));
-    rest.remove_prefix(std::min(rest.size(), line.size() + 1));
-    if (std::ranges::count(plain_text(line), '?') != std::ranges::count(line, '?'))  // which stands for a byte that is not UTF-8
-      throw IoError(fmt::format("{}:{}: a character is not UTF-8; save the file with that encoding", path.string(), number));
+  if (const std::size_t at = first_not_utf8(text); at != std::string::npos) {
+    const auto line = 1 + std::count(text.begin(), text.begin() + static_cast<std::ptrdiff_t>(at), '\n');
+    throw IoError(fmt::format("{}:{}: a character is not UTF-8; save the file with that encoding", path.string(), line));
   }
   return text;
 }
