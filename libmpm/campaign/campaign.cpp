@@ -43,14 +43,10 @@ std::string differences(const CampaignRun& a, const CampaignRun& b) {
 /// Errors of many cases; an error common to several runs is reported once.
 class SharedProblems {
  public:
-  explicit SharedProblems(std::string plan_file) : plan_file_(std::move(plan_file)) {}
-
-  /// @param message one problem a line; what the plan sets is a problem of the plan and not of --set
+  /// @param message one problem a line
   void add(const std::string& message, const std::string& run) {
     std::istringstream lines(message);
-    constexpr std::string_view of_a_setting = "--set ";
     for (std::string line; std::getline(lines, line);) {
-      if (line.starts_with(of_a_setting) && !plan_file_.empty()) line.replace(0, of_a_setting.size(), plan_file_ + ": ");
       const auto found = std::ranges::find(problems_, line, &Problem::text);
       if (found == problems_.end()) {
         if (full()) return;
@@ -83,7 +79,6 @@ class SharedProblems {
     std::string text, first_run;  ///< first_run is empty for an error that is not of a single run
     std::size_t further_runs;
   };
-  std::string plan_file_;
   std::vector<Problem> problems_;
 };
 
@@ -91,14 +86,15 @@ class SharedProblems {
 
 Campaign make_campaign(CampaignPlan plan) {
   Campaign campaign;
-  SharedProblems problems(plan.file);
+  SharedProblems problems;
+  const std::string prefix = plan.file.empty() ? "--set " : plan.file + ": ";
   std::map<std::pair<std::string, double>, std::size_t> known;  // case and end -> index
   std::map<std::string, std::size_t> names;
   for (const PlannedRun& planned : plan.runs) {
     if (problems.full()) break;
     CampaignRun run{planned.name, planned.settings, {}, {}, {}, {}};
     try {
-      run.spec = parse_case(plan.base_text, plan.base_name, overrides_of(plan, planned));
+      run.spec = parse_case(plan.base_text, plan.base_name, overrides_of(plan, planned), prefix);
     } catch (const ConfigError& error) {
       problems.add(error.what(), planned.name);
       continue;

@@ -169,9 +169,9 @@ class Reader {
 }  // namespace
 
 void read(const Schema& schema, std::string_view text, std::string_view file, const std::vector<std::string>& overrides, void* root,
-          const std::function<void(ParameterReport&)>& check) {
+          const std::function<void(ParameterReport&)>& check, std::string_view prefix) {
   Findings findings{std::string(file)};
-  const Source source(schema, text, file, overrides, findings);
+  const Source source(schema, text, file, overrides, prefix, findings);
   Reader reader(schema, source, findings, root);
   reader.read_all();
   reader.check_all();

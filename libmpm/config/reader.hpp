@@ -16,17 +16,19 @@ namespace mpm::config {
 ///                   quantity.
 /// @param check      checks conditions between tables; may complete the root. Called after the tables are read and checked, even if they
 ///                   have errors; the report states which keys are valid
+/// @param prefix     of an override in messages: where it was given
 /// @throws ConfigError with all errors at once, one a line, in the order of the file: `file:line:column: [table] what, value, remedy`
-///         (`--set table.key=value` in place of the position where an override is wrong)
+///         (`prefix` and table.key=value in place of the position where an override is wrong)
 void read(const Schema& schema, std::string_view text, std::string_view file, const std::vector<std::string>& overrides, void* root,
-          const std::function<void(ParameterReport&)>& check);
+          const std::function<void(ParameterReport&)>& check, std::string_view prefix = "--set ");
 
 /// The same, typed. @param check  (Root&, ParameterReport&)
 template <class Root, class Check>
 Root read(const SchemaOf<Root>& schema, std::string_view text, std::string_view file, const std::vector<std::string>& overrides,
-          Check check) {
+          Check check, std::string_view prefix = "--set ") {
   Root root;
-  read(schema, text, file, overrides, &root, [&](ParameterReport& report) { check(root, report); });
+  read(
+      schema, text, file, overrides, &root, [&](ParameterReport& report) { check(root, report); }, prefix);
   return root;
 }
 

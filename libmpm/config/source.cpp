@@ -39,8 +39,8 @@ bool is_override_path(std::string_view path) {
 }  // namespace
 
 Source::Source(const Schema& schema, std::string_view text, std::string_view file, const std::vector<std::string>& overrides,
-               Findings& findings)
-    : schema_(schema), findings_(findings) {
+               std::string_view prefix, Findings& findings)
+    : schema_(schema), findings_(findings), prefix_(prefix) {
   check_text(text, file);
   try {
     root_ = toml::parse(text, file);
@@ -51,17 +51,17 @@ Source::Source(const Schema& schema, std::string_view text, std::string_view fil
     Override change{"", override_text};
     const std::string problem = apply(change);
     overrides_.push_back(change);
-    if (!problem.empty()) findings.add(change.place(overrides_.size()), problem);
+    if (!problem.empty()) findings.add(place_of(change, overrides_.size()), problem);
   }
 }
 
-Place Source::Override::place(std::size_t number) const { return {number, 1, 1, "--set " + one_line(text)}; }
+Place Source::place_of(const Override& change, std::size_t number) const { return {number, 1, 1, prefix_ + one_line(change.text)}; }
 
 Place Source::place_of(const std::string& path, const toml::source_region& source) const {
   for (std::size_t i = overrides_.size(); i-- > 0;) {
     const Override& o = overrides_[i];
     const bool inside = path == o.path || path.starts_with(o.path + ".") || path.starts_with(o.path + "[");
-    if (inside || (source.begin.line == 0 && o.path.starts_with(path + "."))) return o.place(i + 1);
+    if (inside || (source.begin.line == 0 && o.path.starts_with(path + "."))) return place_of(o, i + 1);
   }
   return findings_.in_file(source.begin.line, source.begin.column);
 }

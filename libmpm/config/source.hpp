@@ -16,8 +16,10 @@ namespace mpm::config {
 class Source {
  public:
   /// @param overrides  "table.key=value"; invalid ones are reported to the findings
+  /// @param prefix     of an override in messages
   /// @throws ConfigError if the text is not TOML
-  Source(const Schema& schema, std::string_view text, std::string_view file, const std::vector<std::string>& overrides, Findings& findings);
+  Source(const Schema& schema, std::string_view text, std::string_view file, const std::vector<std::string>& overrides,
+         std::string_view prefix, Findings& findings);
 
   [[nodiscard]] const toml::table& root() const { return root_; }  ///< with the overrides
   /// Position of a key or table: at `source` in the file, or in an override.
@@ -27,8 +29,9 @@ class Source {
   struct Override {
     std::string path;  ///< "body[0].velocity_m_s"; empty if invalid
     std::string text;  ///< as given
-    [[nodiscard]] Place place(std::size_t number) const;
   };
+  /// @param number  from 1
+  [[nodiscard]] Place place_of(const Override& change, std::size_t number) const;
   /// @returns the error; empty if there is none
   std::string apply(Override& change);
   /// The table that holds the key of a path; created if missing. @param problem  the reason if that fails
@@ -38,6 +41,7 @@ class Source {
 
   const Schema& schema_;
   const Findings& findings_;
+  std::string prefix_;
   toml::table root_;
   std::vector<Override> overrides_;
 };

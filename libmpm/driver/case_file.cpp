@@ -13,13 +13,13 @@
 
 namespace mpm {
 
-Case parse_case(std::string_view text, std::string_view file_name, const std::vector<std::string>& overrides) {
+Case parse_case(std::string_view text, std::string_view file_name, const std::vector<std::string>& overrides, std::string_view prefix) {
   const auto resolve = [folder = std::filesystem::path(file_name).parent_path()](Case& c, ParameterReport& report) {
     if (c.conveyor) read_inflow_csv(*c.conveyor, folder, c.material.density(), report);
     if (c.terrain) read_terrain(*c.terrain, folder, report);
     resolve_case(c, report);
   };
-  return config::read(case_schema(), text, file_name, overrides, resolve);
+  return config::read(case_schema(), text, file_name, overrides, resolve, prefix);
 }
 
 Case read_case(const std::filesystem::path& file, const std::vector<std::string>& overrides) {

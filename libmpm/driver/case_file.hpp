@@ -21,8 +21,9 @@ namespace mpm {
 ///         (`--set table.key=value` in place of the position where an override is wrong). @throws IoError if the file cannot be read.
 [[nodiscard]] Case read_case(const std::filesystem::path& file, const std::vector<std::string>& overrides = {});
 
-/// The same from memory; file_name appears in messages only.
-[[nodiscard]] Case parse_case(std::string_view text, std::string_view file_name, const std::vector<std::string>& overrides = {});
+/// The same from memory. @param file_name  for messages. @param prefix  of an override in messages: where it was given
+[[nodiscard]] Case parse_case(std::string_view text, std::string_view file_name, const std::vector<std::string>& overrides = {},
+                              std::string_view prefix = "--set ");
 
 /// The resolved case as TOML with every key that applies. Numbers are written so that they read back to the same bits:
 /// parse_case(write_case(c)) == c for every c that parse_case returned.
