@@ -121,16 +121,15 @@ PostResult post_process(const std::filesystem::path& directory, const std::files
   PostResult result;
   result.frames = numbers.size();
   const Summary end = list.summary(nullptr, nullptr);
-  const auto profiles = list.profiles(end);
   result.results = list.results(end);
   result.results_json = updated_results(directory / "results.json", c, last, end, result.results);
 
   using Write = std::function<void(const std::filesystem::path&)>;
   std::vector<std::pair<const char*, Write>> files = {
       {"series.csv", [&](const auto& path) { write_table(path, list.series().names(), list.series().values()); }}};
-  if (!profiles.empty()) {
+  if (!end.profiles.empty()) {
     files.emplace_back("profile.csv", [&](const auto& path) { write_file(path, end.profile); });
-    files.emplace_back("profiles.h5", [&](const auto& path) { write_profiles_over_time(path, end.series.time(), profiles); });
+    files.emplace_back("profiles.h5", [&](const auto& path) { write_profiles_over_time(path, end.series.time(), end.profiles); });
   }
   files.emplace_back("results.json", [&](const auto& path) { write_file(path, result.results_json); });
   if (c.obstacle) files.emplace_back("obstacle.json", [&](const auto& path) { write_file(path, obstacle_text(*c.obstacle)); });

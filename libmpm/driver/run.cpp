@@ -322,9 +322,9 @@ void Run::write_results(RunResult& result) {
   const Summary end = observers_.summary(&state_, &progress_);
   result.results = observers_.results(end);
   result.results_json = results_text(result.results);
-  if (const auto profiles = observers_.profiles(end); !profiles.empty()) {
+  if (!end.profiles.empty()) {
     write_file(options_.out / "profile.csv", end.profile);
-    write_profiles_over_time(options_.out / "profiles.h5", end.series.time(), profiles);
+    write_profiles_over_time(options_.out / "profiles.h5", end.series.time(), end.profiles);
   }
   SnapshotWriter final_state(SnapshotWriter::Kind::final, options_.out / "final.h5", snapshot_info());
   write_particles(final_state, state_, scene_);

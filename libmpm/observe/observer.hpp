@@ -42,13 +42,21 @@ struct Instant {
   const LiveState* live = nullptr;  ///< null for a stored frame, which observers of Source::run do not measure
 };
 
+/// A quantity over height.
+struct HeightProfile {
+  Column column;                  ///< of profile.csv
+  std::vector<double> mean;       ///< over the steady interval, one value a bin: a column of profile.csv
+  std::vector<double> over_time;  ///< one value a bin for each sample, sample by sample: a dataset of profiles.h5; empty: none
+};
+
 /// Input of the entries of results.json, at the end of a run or of the frames.
 struct Summary {
-  const TimeSeries& series;               ///< all samples
-  Steady span = {};                       ///< the steady interval; none: steady is false
-  const State* state = nullptr;           ///< at the end; null for frames, which observers of Source::run do not measure
-  const RunProgress* progress = nullptr;  ///< likewise
-  std::string profile = {};               ///< content of profile.csv; empty: there is none
+  const TimeSeries& series;                  ///< all samples
+  Steady span = {};                          ///< the steady interval; none: steady is false
+  const State* state = nullptr;              ///< at the end; null for frames, which observers of Source::run do not measure
+  const RunProgress* progress = nullptr;     ///< likewise
+  std::vector<HeightProfile> profiles = {};  ///< of all observers, in their order
+  std::string profile = {};                  ///< content of profile.csv; empty: there is none
 
   /// Mean of a column over the steady interval; all members are NaN without one.
   [[nodiscard]] MeanEstimate mean(std::string_view column) const;
@@ -58,13 +66,6 @@ struct Summary {
   [[nodiscard]] double peak(std::string_view column) const;
   /// Mean over the steady interval of `width` values a sample, sample by sample; empty without a steady interval.
   [[nodiscard]] std::vector<double> mean_rows(std::span<const double> values, std::size_t width) const;
-};
-
-/// A quantity over height.
-struct HeightProfile {
-  Column column;                  ///< of profile.csv
-  std::vector<double> mean;       ///< over the steady interval, one value a bin: a column of profile.csv
-  std::vector<double> over_time;  ///< one value a bin for each sample, sample by sample: a dataset of profiles.h5; empty: none
 };
 
 /// A component that measures. Its functions are called in the order in which they are declared here: begin at the start and after a resume,

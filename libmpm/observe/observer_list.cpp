@@ -149,7 +149,8 @@ Summary ObserverList::summary(const State* state, const RunProgress* progress) c
   for (const auto& o : observers_) {
     if (const auto span = o->steady_interval(series_)) end.span = *span;
   }
-  end.profile = profile_table(profiles(end), end.span.steady);
+  for (const auto& o : observers_) std::ranges::move(o->profiles(end), std::back_inserter(end.profiles));
+  end.profile = profile_table(end.profiles, end.span.steady);
   return end;
 }
 
@@ -159,12 +160,6 @@ Results ObserverList::results(const Summary& end) const {
     if (end.state != nullptr || o->source() == Source::particles) results.add(o->summary(end));
   }
   return results;
-}
-
-std::vector<HeightProfile> ObserverList::profiles(const Summary& end) const {
-  std::vector<HeightProfile> profiles;
-  for (const auto& o : observers_) std::ranges::move(o->profiles(end), std::back_inserter(profiles));
-  return profiles;
 }
 
 Arrays ObserverList::save() const {

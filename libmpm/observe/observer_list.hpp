@@ -35,11 +35,10 @@ class ObserverList {
   [[nodiscard]] bool may_end() const;
 
   [[nodiscard]] const TimeSeries& series() const { return series_; }  ///< all rows so far
-  /// Input of results and profiles at the end of a run. @param state and progress: null if frames were measured
+  /// Profiles, and input of results, at the end of a run. @param state and progress: null if frames were measured
   [[nodiscard]] Summary summary(const State* state, const RunProgress* progress) const;
   /// The entries of results.json; of observers of Source::particles only if frames were measured.
   [[nodiscard]] Results results(const Summary& end) const;
-  [[nodiscard]] std::vector<HeightProfile> profiles(const Summary& end) const;  ///< of all observers, in their order
 
   /// Arrays by "observer.array"; the series as "series.column".
   [[nodiscard]] Arrays save() const;

@@ -305,7 +305,6 @@ void use_checkpoint(const std::filesystem::path& path) {
   observers.load(observed, progress.samples);
   const Summary end = observers.summary(&state, &progress);
   (void)observers.results(end);
-  (void)observers.profiles(end);
   const Scene scene = make_scene(small_case());
   (void)particle_table(state, scene);
   (void)step(state, scene, 1e-4);

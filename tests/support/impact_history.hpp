@@ -65,7 +65,7 @@ struct MeasuredImpact {
     observers.load(arrays_of(samples, geometry), samples.size());
     const Summary end = observers.summary(&state, &progress);
     results = observers.results(end);
-    profiles = observers.profiles(end);
+    profiles = end.profiles;
   }
   [[nodiscard]] double number(const char* name, std::size_t component = 0) const { return results.number(name, component); }
   [[nodiscard]] bool steady() const { return number("steady") != 0.0; }
