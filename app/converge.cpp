@@ -160,6 +160,9 @@ void converge(const ConvergeArguments& arguments) {
   const std::string default_name = fmt::format("{}_{}", arguments.input.file.stem().string(), to_string(sweep.kind));
   const std::filesystem::path out = arguments.out.empty() ? std::filesystem::path("out") / default_name : arguments.out;
   if (arguments.resume) require_folder(out);
+  if (!arguments.resume && !arguments.force && std::filesystem::exists(out / "converge.csv"))
+    throw ConfigError(fmt::format(
+        "{} holds a study; choose another folder with --out, keep its runs with --resume, or overwrite with --force", out.string()));
   const std::vector<SweepPoint> points = compute(arguments, spec, sweep, out);
 
   std::vector<MetricConvergence> metrics;

@@ -105,12 +105,11 @@ PostResult post_process(const std::filesystem::path& directory, const std::files
                         const std::vector<std::shared_ptr<Observer>>& observers) {
   const Case c = read_case(directory / "case.toml");
   require_undamaged(directory);
-  make_directory(out);
-  if (std::filesystem::equivalent(directory, out)) {
-    throw ConfigError(
-        fmt::format("'{}' is the result folder itself, and the run's own files are not overwritten; choose another folder for the output",
-                    out.string()));
+  if (std::filesystem::exists(out / "case.toml")) {
+    throw ConfigError(fmt::format(
+        "'{}' is the folder of a run or of a case, whose files are not overwritten; choose another folder for the output", out.string()));
   }
+  make_directory(out);
   const std::vector<int> numbers = frame_numbers(directory);
   if (numbers.empty()) {
     throw IoError(fmt::format("{}: there are no frames to measure; run the case with output.frames_per_second > 0", directory.string()));

@@ -30,7 +30,7 @@ struct PostResult {
 /// their number.
 /// @param observers  observers of the caller's own, as in RunOptions
 /// @throws IoError without frames, for damaged ones, if they belong to another case than case.toml, or if results.json or series.csv of the
-/// run is damaged; ConfigError if `out` is the folder itself
+/// run is damaged; ConfigError if `out` is the folder of a run, such as this one
 PostResult post_process(const std::filesystem::path& directory, const std::filesystem::path& out,
                         const std::vector<std::shared_ptr<Observer>>& observers = {});
 

@@ -72,14 +72,18 @@ TEST_F(Converge, StudiesSeveralMetricsAndWritesItsFiles) {
   const std::string before = content(directory_ / "study/dx_0.5/results.json");
   const Outcome refused = mpm(testing::falling_block_case, "--cell-size 0.5,0.25,0.2 --metric steps --threads 1 --out study");
   EXPECT_EQ(refused.code, static_cast<int>(ExitCode::usage));
-  for (const char* word : {"study/dx_0.5 holds the results of a run", "--resume", "--out", "--force"})
-    EXPECT_TRUE(contains(refused.err, word)) << refused.err;
+  for (const char* word : {"study holds a study", "--resume", "--out", "--force"}) EXPECT_TRUE(contains(refused.err, word)) << refused.err;
   const Outcome other =
       mpm(testing::falling_block_case, "--cell-size 0.5,0.25 --metric steps --threads 1 --out study --resume --set output.duration_s=0.03");
   EXPECT_EQ(other.code, static_cast<int>(ExitCode::usage)) << other.err;
   EXPECT_EQ(content(directory_ / "study/dx_0.5/results.json"), before);
   EXPECT_TRUE(fs::exists(directory_ / "study/dx_0.5/final.h5"));
   EXPECT_FALSE(fs::exists(directory_ / "study/dx_0.2"));
+  const std::string study = content(directory_ / "study/converge.csv");
+  const Outcome beside = mpm(testing::falling_block_case, "--cell-size 0.4,0.2 --metric steps --threads 1 --out study");
+  EXPECT_EQ(beside.code, static_cast<int>(ExitCode::usage)) << "other sizes: its table would take the place of the first";
+  EXPECT_TRUE(contains(beside.err, "study holds a study")) << beside.err;
+  EXPECT_EQ(content(directory_ / "study/converge.csv"), study);
   EXPECT_EQ(mpm(testing::falling_block_case, "--cell-size 0.5,0.25 --metric steps --threads 1 --out study --force").code, 0);
 }
 

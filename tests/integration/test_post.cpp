@@ -126,7 +126,15 @@ TEST_F(PostOfARun, LeavesTheRunsOwnFilesAloneAndKeepsItsFacts) {
   for (const char* key : {"case_hash", "steps", "wall_time_s", "particles_final"}) EXPECT_EQ(again[key], own[key]) << key;
   EXPECT_EQ(again["measured_from"], "frames");
   EXPECT_EQ(again["frames"], 11);
+}
+
+TEST_F(PostOfARun, WritesIntoNoFolderOfARun) {
+  const std::filesystem::path other = *directory_ / "of_another_run";
+  std::filesystem::copy(run(), other, std::filesystem::copy_options::recursive);
+  const std::string before = read_file(other / "results.json") + read_file(other / "series.csv");
   EXPECT_THROW(post_process(run(), run()), ConfigError);
+  EXPECT_THROW(post_process(run(), other), ConfigError);
+  EXPECT_EQ(read_file(other / "results.json") + read_file(other / "series.csv"), before);
 }
 
 TEST_F(PostOfARun, MeasuresARunThatWasKilledAndDoesNotMakeItCountAsFinished) {
