@@ -14,6 +14,7 @@
 #include "libmpm/driver/case_file.hpp"
 #include "libmpm/driver/sampling.hpp"
 #include "libmpm/impact/semi_empirical.hpp"
+#include "libmpm/io/checksum.hpp"
 
 namespace mpm {
 
@@ -231,7 +232,8 @@ std::string design_plan_json(const DesignPlan& plan) {
   }
   root["advice"] = Json::array();
   for (const DesignAdvice& a : design_advice(plan)) root["advice"].push_back({{"rule", a.rule}, {"text", a.text}, {"snows", a.snows}});
-  return root.dump(2) + "\n";
+  root[checksum_entry] = no_checksum;
+  return with_checksum(root.dump(2) + "\n");
 }
 
 }  // namespace mpm

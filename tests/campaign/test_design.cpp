@@ -16,6 +16,7 @@
 #include "libmpm/campaign/site.hpp"
 #include "libmpm/driver/case_file.hpp"
 #include "libmpm/impact/semi_empirical.hpp"
+#include "libmpm/io/checksum.hpp"
 
 namespace mpm {
 namespace {
@@ -209,7 +210,10 @@ TEST(DesignPlans, AreCampaignPlansThatReadBack) {
 
 TEST(DesignPlans, DescribeThemselvesForThePage) {
   const DesignPlan plan = make_design(site(), DesignLevel::quick);
-  const auto json = nlohmann::json::parse(design_plan_json(plan));
+  const std::string text = design_plan_json(plan);
+  const auto json = nlohmann::json::parse(text);
+  EXPECT_TRUE(is_intact(text));
+  EXPECT_TRUE(json.contains(checksum_entry));
   EXPECT_EQ(json["level"], "quick");
   EXPECT_EQ(json["mast"]["shape"], "cylinder");
   EXPECT_EQ(json["snows"].size(), 3U);

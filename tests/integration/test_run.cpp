@@ -326,7 +326,7 @@ TEST_F(RunCase, RefusesToResumeUpToAnEarlierTimeThanItReached) {
 TEST_F(RunCase, DoesNotCountAsFinishedOnceItsResultsWereAltered) {
   const Case c = short_avalanche(0.04);
   run_case(c, into("whole"));
-  const std::string results = content(directory / "whole/results.json"), series = content(directory / "whole/series.csv");
+  const std::string results = content(directory / "whole/results.json");
   ASSERT_TRUE(finished_results(directory / "whole", c));
   const std::size_t digit = results.find("\"particles_final\": ") + 19;
   std::string altered = results;
@@ -340,9 +340,18 @@ TEST_F(RunCase, DoesNotCountAsFinishedOnceItsResultsWereAltered) {
     EXPECT_TRUE(run_case(c, into("a", true)).finished);
     expect_same_run("whole", "a");
   }
-  write_file(directory / "whole/series.csv", series + "9e9\n");
-  EXPECT_FALSE(finished_results(directory / "whole", c));
-  EXPECT_THAT(damage_of(directory / "whole"), HasSubstr("series.csv"));
+  for (const char* name : {"series.csv", "profile.csv"}) {
+    SCOPED_TRACE(name);
+    const std::string table = content(directory / "whole" / name);
+    write_file(directory / "whole" / name, table + "9e9\n");
+    EXPECT_FALSE(finished_results(directory / "whole", c));
+    EXPECT_THAT(damage_of(directory / "whole"), HasSubstr(name));
+    EXPECT_THROW(require_undamaged(directory / "whole"), IoError);  // mpm post, mpm compare
+    fs::remove(directory / "whole" / name);
+    EXPECT_THAT(damage_of(directory / "whole"), HasSubstr(std::string(name) + " is missing"));
+    write_file(directory / "whole" / name, table);
+    EXPECT_EQ(damage_of(directory / "whole"), "");
+  }
   // Older versions wrote no checksums.
   auto json = nlohmann::ordered_json::parse(results);
   for (const char* key : {"crc32", "series_crc32", "profile_crc32"}) json.erase(key);
