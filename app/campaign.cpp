@@ -234,6 +234,11 @@ Campaign planned(const CampaignArguments& a) {
 
 void run(const CampaignArguments& a) { run_campaign(planned(a), a); }
 
+void print_plan(const CampaignArguments& a) {
+  const Campaign campaign = planned(a);
+  fmt::print("{}", a.json ? expansion_json(campaign) : resolved_plan(campaign));
+}
+
 void status(const CampaignArguments& a) {
   const Campaign campaign = planned(a);
   const fs::path out = folder_of(a);
@@ -266,8 +271,12 @@ void run_task(const CampaignArguments& a) {
   if (report.failed > 0) throw CLI::RuntimeError(static_cast<int>(ExitCode::failed));
 }
 
-void add_plan_arguments(CLI::App& command, CampaignArguments& a) {
+void add_plan_argument(CLI::App& command, CampaignArguments& a) {
   command.add_option("plan", a.plan, "Plan of the campaign (see the README)")->required()->type_name("PLAN.toml");
+}
+
+void add_plan_arguments(CLI::App& command, CampaignArguments& a) {
+  add_plan_argument(command, a);
   command.add_option("--out", a.out, "Folder of the campaign (default: out/<name of the plan>)")->type_name("DIR");
   add_jobs_argument(command, a, "Runs at a time (default: cores over threads a run; Slurm: as many as it grants)");
   add_ranks_argument(command, a.ranks, "Processes of each run (default: `ranks` of the plan, 1)");
@@ -314,6 +323,12 @@ void add_campaign(CLI::App& app) {
   status_command->add_flag("--list", a->list, "Every run");
   status_command->add_flag("--json", a->json, "For programs: the numbers, and every run");
   status_command->callback([a] { status(*a); });
+
+  CLI::App* plan_command = campaign->add_subcommand(
+      "plan", "Print the plan with its base case and every run, its lists and included files resolved; compute nothing");
+  add_plan_argument(*plan_command, *a);
+  plan_command->add_flag("--json", a->json, "As JSON, with the hash of each case");
+  plan_command->callback([a] { print_plan(*a); });
 
   CLI::App* submit_command = campaign->add_subcommand(
       "submit", "Submit the runs that are not complete to Slurm as an array job, one task for each run, and return");

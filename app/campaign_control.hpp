@@ -18,7 +18,7 @@ struct CampaignArguments {
   std::string executor;                  ///< "slurm", or this machine
   bool retry_failed = false;             ///< repeat also failures that will recur
   bool list = false;                     ///< status: every run
-  bool json = false;                     ///< status: for programs
+  bool json = false;                     ///< plan, status: for programs
   std::string name;                      ///< task: of one run
   double seconds_between_reports = 0.0;  ///< s: progress and time left to stderr that often; 0: never
 };

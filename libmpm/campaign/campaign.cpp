@@ -2,9 +2,11 @@
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
+#include <toml++/toml.h>
 
 #include <algorithm>
 #include <map>
+#include <nlohmann/json.hpp>
 #include <set>
 #include <span>
 #include <sstream>
@@ -16,16 +18,26 @@
 #include "libmpm/config/guard.hpp"
 #include "libmpm/driver/case_file.hpp"
 #include "libmpm/driver/sampling.hpp"
+#include "libmpm/io/json_object.hpp"
 
 namespace mpm {
 
 namespace {
+
+using Json = nlohmann::ordered_json;
 
 std::vector<std::string> overrides_of(const CampaignPlan& plan, const PlannedRun& run) {
   std::vector<std::string> overrides;
   if (!plan.keep_frames) overrides.emplace_back("output.frames_per_second=0");
   for (const Setting& s : run.settings) overrides.push_back(s.key + "=" + s.value);
   return overrides;
+}
+
+/// A table of TOML as JSON.
+Json json_of(const toml::table& table) {
+  std::ostringstream text;
+  text << toml::json_formatter{table};
+  return Json::parse(text.str());
 }
 
 /// Settings that differ between two runs, by key.
@@ -122,6 +134,21 @@ Campaign make_campaign(CampaignPlan plan) {
   }
   campaign.plan = std::move(plan);
   return campaign;
+}
+
+std::string expansion_json(const Campaign& campaign) {
+  Json runs = Json::array();
+  for (const CampaignRun& run : campaign.runs) {
+    Json settings = Json::object();
+    for (const Setting& s : run.settings) settings[s.key] = json_of(toml::parse("value = " + s.value)).at("value");
+    runs.push_back(
+        {{"name", run.name}, {"case_hash", run.case_hash}, {"stored", run.stored_results.has_value()}, {"settings", std::move(settings)}});
+  }
+  return json_text({{"title", campaign.plan.title},
+                    {"base", json_of(toml::parse(campaign.plan.base_text))},
+                    {"runs", std::move(runs)},
+                    {"unused_rows", campaign.unused_rows}},
+                   1);
 }
 
 std::filesystem::path run_directory(const std::filesystem::path& out, const CampaignRun& run) { return out / "runs" / run.name; }

@@ -45,6 +45,10 @@ struct Campaign {
 /// stored results
 [[nodiscard]] Campaign make_campaign(CampaignPlan plan);
 
+/// The runs as JSON: {"title", "base": the tables of the base case, "runs": [{"name", "case_hash", "stored", "settings": {"table.key":
+/// value}}], "unused_rows"}. A run is its settings over the base; it is stored if it has a row of stored results.
+[[nodiscard]] std::string expansion_json(const Campaign& campaign);
+
 /// Folder of a run.
 [[nodiscard]] std::filesystem::path run_directory(const std::filesystem::path& out, const CampaignRun& run);
 

@@ -1,5 +1,5 @@
 #pragma once
-/// Internal to campaign: the content of a plan file, before the blocks are expanded to runs.
+/// Internal to campaign: the content of a plan file and of the files that it includes, before the blocks are expanded to runs.
 
 #include <toml++/toml.h>
 
@@ -7,48 +7,41 @@
 #include <map>
 #include <string>
 #include <string_view>
-#include <utility>
 #include <vector>
 
 #include "libmpm/campaign/plan.hpp"
 
 namespace mpm {
 
-/// Keys joined by commas, and the rows of their values.
-struct VariedKeys {
-  std::vector<std::string> keys;               ///< "table.key"
-  std::vector<std::vector<std::string>> rows;  ///< one value for each key
+/// [[run]], a row of the table, or a choice of an axis.
+struct Row {
+  std::string name;          ///< of the run; of a choice: its part of the name. Empty: follows from the settings
+  std::vector<Setting> set;  ///< of this run
 };
 
-/// [[when]]: the settings of runs that have one of certain values.
+/// [[when]]: the settings of runs that have certain values.
 struct Rule {
-  std::vector<std::pair<std::string, std::vector<std::string>>> match;  ///< key and values; all must match
-  std::vector<Setting> set;                                             ///< for the runs that match
+  std::vector<std::vector<Row>> match;  ///< a run matches if it has the settings of one choice of each
+  std::vector<Setting> set;             ///< for the runs that match
 };
 
 /// [parameters] at the top, or a [[grid]].
 struct Crossing {
   std::string name;                    ///< begins the names of its runs; may be empty
-  std::vector<VariedKeys> parameters;  ///< each row of one with each row of the others
+  std::vector<std::vector<Row>> axes;  ///< the choices of each; each of one with each of the others
   std::vector<Setting> set;            ///< for all its runs
   std::vector<Rule> rules;             ///< for some of its runs
 };
 
-/// [[run]], or a row of the table.
-struct Row {
-  std::string name;          ///< of the run
-  std::vector<Setting> set;  ///< of this run
-};
-
-/// The content of a plan file.
+/// The content of a plan file and of the files that it includes.
 struct PlanBlocks {
   CampaignPlan plan;                          ///< without its runs
-  toml::table base;                           ///< the base case, if the plan contains it
+  toml::table base;                           ///< the base case
   std::map<std::string, std::string> labels;  ///< short names of keys
   std::vector<Setting> set;                   ///< for all runs
   std::vector<Rule> rules;                    ///< for all runs
-  std::vector<Crossing> crossings;            ///< in the order of the file
-  std::vector<Row> rows;                      ///< in the order of the file
+  std::vector<Crossing> crossings;            ///< in their order; those of included files come after the plan's own
+  std::vector<Row> rows;                      ///< likewise
 };
 
 /// Adds a setting; it replaces an earlier one of the same key, and of a key that sets the same quantity.

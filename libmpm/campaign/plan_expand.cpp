@@ -32,11 +32,14 @@ std::optional<std::string> value_of(const PlanBlocks& blocks, const std::vector<
 std::vector<Setting> matched(const PlanBlocks& blocks, const std::vector<Rule>& rules, const std::vector<Setting>& settings) {
   std::vector<Setting> given;
   for (const Rule& rule : rules) {
-    const bool holds = std::ranges::all_of(rule.match, [&](const auto& m) {
-      const auto value = value_of(blocks, settings, m.first);
-      return value && std::ranges::any_of(m.second, [&](const std::string& choice) { return same_value(*value, choice); });
-    });
-    if (holds) put(given, rule.set);
+    const auto has = [&](const Setting& s) {
+      const auto value = value_of(blocks, settings, s.key);
+      return value && same_value(*value, s.value);
+    };
+    const auto is_one_of = [&](const std::vector<Row>& choices) {
+      return std::ranges::any_of(choices, [&](const Row& choice) { return std::ranges::all_of(choice.set, has); });
+    };
+    if (std::ranges::all_of(rule.match, is_one_of)) put(given, rule.set);
   }
   return given;
 }
@@ -55,22 +58,28 @@ PlannedRun planned_run(const PlanBlocks& blocks, std::string name, const std::ve
   return run;
 }
 
-/// Settings of the runs of a crossing; the last parameter varies fastest.
-std::vector<std::vector<Setting>> crossed(const Crossing& crossing, const std::filesystem::path& file) {
+std::string name_of(const Row& row, const std::map<std::string, std::string>& labels) {
+  return row.name.empty() ? run_name(row.set, labels) : row.name;
+}
+
+/// Names and own settings of the runs of a crossing; the last axis varies fastest.
+std::vector<Row> crossed(const Crossing& crossing, const std::map<std::string, std::string>& labels, const std::filesystem::path& file) {
   std::size_t count = 1;
-  for (const VariedKeys& p : crossing.parameters) {
-    count *= p.rows.size();
+  for (const std::vector<Row>& axis : crossing.axes) {
+    count *= axis.size();
     if (count > most_runs)
       throw ConfigError(
           fmt::format("{}: the lists of a crossing make more than {} runs; give shorter ones, or several plans", file.string(), most_runs));
   }
-  std::vector<std::vector<Setting>> runs(count);
+  std::vector<Row> runs(count, {crossing.name, {}});
   for (std::size_t i = 0; i < count; ++i) {
     std::size_t stride = count;
-    for (const VariedKeys& p : crossing.parameters) {
-      stride /= p.rows.size();
-      const auto& row = p.rows[i / stride % p.rows.size()];
-      for (std::size_t k = 0; k < p.keys.size(); ++k) runs[i].push_back({p.keys[k], row[k]});
+    for (const std::vector<Row>& axis : crossing.axes) {
+      stride /= axis.size();
+      const Row& choice = axis[i / stride % axis.size()];
+      if (!runs[i].name.empty()) runs[i].name += '_';
+      runs[i].name += name_of(choice, labels);
+      put(runs[i].set, choice.set);
     }
   }
   return runs;
@@ -106,11 +115,9 @@ std::vector<PlannedRun> expand(const PlanBlocks& blocks, const std::filesystem::
     runs.push_back(std::move(run));
   };
   for (const Crossing& crossing : blocks.crossings) {
-    for (const std::vector<Setting>& own : crossed(crossing, file))
-      add(planned_run(blocks, run_name(crossing.name, own, blocks.labels), crossing.set, crossing.rules, own));
+    for (const Row& run : crossed(crossing, blocks.labels, file)) add(planned_run(blocks, run.name, crossing.set, crossing.rules, run.set));
   }
-  for (const Row& row : blocks.rows)
-    add(planned_run(blocks, row.name.empty() ? run_name("", row.set, blocks.labels) : row.name, {}, {}, row.set));
+  for (const Row& row : blocks.rows) add(planned_run(blocks, name_of(row, blocks.labels), {}, {}, row.set));
   return runs;
 }
 

@@ -1,6 +1,7 @@
 #pragma once
 /// Plan files of campaigns: TOML in, one row a run out. campaign.hpp makes cases from the rows.
 ///
+///   include = ["shared.toml"]                     # files whose content is part of the plan, relative to it; the plan's own keys win
 ///   title = "Run-up on a mast"
 ///   base = "../examples/avalanche_fr3.toml"       # a case file, relative to the plan; or [base.material], [base.conveyor] ...
 ///   ranks = 1                                     # processes of each run, by MPI
@@ -19,6 +20,9 @@
 ///   [parameters]                                  # lists to cross, the last varies fastest; keys joined by commas go together
 ///   "conveyor.froude_number" = [1, 3]
 ///   "material.critical_state_slope, material.cohesion_beta" = [[0.4, 0], [0.8, 0.3]]
+///   "numerics.cell_size_m" = "grids"              # the values of a list
+///   [lists]                                       # lists of values, or tables of groups of settings, which give runs their name
+///   grids = [0.35, 0.25]
 ///   [[grid]]                                      # further crossings, with their own set, when, and a name that begins their runs' names
 ///   [[run]]                                       # explicit runs: set, and perhaps a name
 ///   [labels]                                      # how keys are called in the names of runs

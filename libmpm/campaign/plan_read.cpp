@@ -2,8 +2,12 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
+#include <deque>
+#include <optional>
 #include <set>
 #include <sstream>
+#include <system_error>
+#include <tuple>
 
 #include "libmpm/base/error.hpp"
 #include "libmpm/base/text.hpp"
@@ -11,6 +15,7 @@
 #include "libmpm/campaign/plan_values.hpp"
 #include "libmpm/campaign/run_name.hpp"
 #include "libmpm/config/guard.hpp"
+#include "libmpm/config/nearest_word.hpp"
 #include "libmpm/config/toml_text.hpp"
 #include "libmpm/driver/launcher.hpp"
 #include "libmpm/io/csv.hpp"
@@ -25,27 +30,84 @@ using config::shown;
 using config::toml_text;
 
 constexpr int most_threads_of_a_run = 1024, most_ranks_of_a_run = 100000, most_retries = 100;
-constexpr std::size_t most_rules = 1000;  // [[when]] of a plan or a [[grid]]: each is compared with each run
+constexpr std::size_t most_rules = 1000;  // [[when]] of a file or a [[grid]]: each is compared with each run
+constexpr std::size_t most_files = 32;    // a plan and what it includes
 
-/// Reads the tables of a plan, one function a table.
+/// Reads the tables of a plan and of the files that it includes, one function a table.
 class BlockReader : private PlanValues {
  public:
-  explicit BlockReader(const std::filesystem::path& file) : PlanValues(file), file_(file) { blocks_.plan.file = file.string(); }
+  explicit BlockReader(const std::filesystem::path& file) : PlanValues(file), file_(file) {
+    blocks_.plan.file = file.string();
+    blocks_.labels = common_labels();
+  }
 
   PlanBlocks read(std::string_view text) {
-    config::check_text(text, file_.string());
-    toml::table root;
-    try {
-      root = toml::parse(text, file_.string());
-    } catch (const toml::parse_error& error) {
-      throw ConfigError(config::syntax_error(error, file_.string()));
-    }
-    read_root(root);
+    load(file_, text, {});
+    for (const File* file : inner_first_) read_lists(file->root);
+    for (const File* file : inner_first_) read_settings(*file);
+    if (parameters_) blocks_.crossings.push_back({"", axes(*parameters_, "parameters:"), {}, {}});
+    for (const File& file : files_) read_runs(file);
+    const toml::source_region& top = files_.front().root.source();
+    if (blocks_.plan.base_name.empty() && sound())
+      problem(top, "", "base is missing; give a case file, relative to the plan, or its tables as [base.material], ...");
+    if (blocks_.crossings.empty() && blocks_.rows.empty() && sound())
+      problem(top, "", "the plan has no runs; give [parameters], [[grid]], [[run]] or a table");
     throw_problems();
     return std::move(blocks_);
   }
 
  private:
+  /// The plan, or a file that it includes.
+  struct File {
+    std::filesystem::path path;
+    toml::table root;
+    [[nodiscard]] std::filesystem::path beside(const std::string& name) const { return path.parent_path() / name; }
+  };
+
+  /// Reads a file and those that it includes. @param chain  the files that led to it
+  void load(const std::filesystem::path& path, std::string_view text, std::vector<std::filesystem::path> chain) {
+    config::check_text(text, path.string());
+    File& file = files_.emplace_back(File{path, {}});
+    try {
+      file.root = toml::parse(text, path.string());
+    } catch (const toml::parse_error& error) {
+      throw ConfigError(config::syntax_error(error, path.string()));
+    }
+    chain.push_back(std::filesystem::weakly_canonical(path));
+    loaded_.insert(chain.back());
+    for (const std::string& name : words(file.root, "", "include")) {
+      const std::string why = include(file.beside(name), chain);
+      if (!why.empty()) problem(file.root.get("include")->source(), "", fmt::format("include: \"{}\" {}", one_line(name), why));
+    }
+    inner_first_.push_back(&file);
+  }
+
+  /// @return why the file cannot be included; empty if it is
+  std::string include(const std::filesystem::path& path, const std::vector<std::filesystem::path>& chain) {
+    if (std::error_code error; !std::filesystem::is_regular_file(path, error))
+      return "is not a file; names are relative to the file that includes them";
+    const std::filesystem::path canonical = std::filesystem::weakly_canonical(path);
+    if (std::ranges::find(chain, canonical) != chain.end()) return "leads back to itself; remove this include, or the one in that file";
+    if (loaded_.contains(canonical)) return {};
+    if (files_.size() == most_files) return fmt::format("is one too many: a plan has at most {} files; join some of them", most_files);
+    load(path, config::bounded_file_text(path), chain);
+    return {};
+  }
+
+  void read_lists(const toml::table& root) {
+    const toml::table* lists = table_at(root, "", "lists");
+    if (lists == nullptr) return;
+    for (const auto& [key, node] : *lists) {
+      if (node.is_array() || node.is_table()) {
+        lists_.insert_or_assign(std::string(key.str()), &node);
+      } else {
+        problem(key.source(), "[lists]",
+                fmt::format("{} = {} is {}; give a list of values, or groups of settings: NAME = {{ key = value }}",
+                            one_line(std::string(key.str())), shown(node), kind_of(node)));
+      }
+    }
+  }
+
   std::vector<Rule> rules(const toml::table& table, const std::string& where) {
     std::vector<Rule> list;
     int number = 0;
@@ -54,16 +116,12 @@ class BlockReader : private PlanValues {
       only(*entry, here, {"match", "set"});
       Rule rule;
       if (const toml::table* match = table_at(*entry, here, "match")) {
+        std::vector<std::string> seen;
         for (const Entry& e : in_order(*match)) {
-          if (!known_key(e.key, e.source, here + " match:")) continue;
-          std::vector<std::string> values;
-          if (const toml::array* choices = e.node->as_array()) {
-            for (const toml::node& value : *choices) values.push_back(toml_text(value));
-          } else {
-            values.push_back(toml_text(*e.node));
-          }
           if (given_up()) break;
-          rule.match.emplace_back(e.key, values);
+          const bool is_value = !e.node->is_array() && e.key.find(',') == std::string::npos;
+          if (is_value) known_key(e.key, e.source, here + " match:");
+          rule.match.push_back(is_value ? std::vector<Row>{{"", {{e.key, toml_text(*e.node)}}}} : axis(e, here + " match:", seen));
         }
       }
       if (!entry->contains("match")) problem(entry->source(), here, "has no match; say which runs it is for: match = { key = [values] }");
@@ -75,12 +133,12 @@ class BlockReader : private PlanValues {
   }
 
   /// "a, b": the keys that take their values together.
-  std::vector<std::string> keys_together(const Entry& e, const std::string& here, std::vector<std::string>& seen, bool& known) {
+  std::vector<std::string> keys_together(const Entry& e, const std::string& here, std::vector<std::string>& seen) {
     std::vector<std::string> keys;
     std::istringstream names(e.key);
     for (std::string key; std::getline(names, key, ',');) {
       key = std::string(trimmed(key, " "));
-      known = known_key(key, e.source, here) && known;
+      known_key(key, e.source, here);
       if (std::ranges::find(seen, key) != seen.end()) problem(e.source, here, fmt::format("{} is given twice; give it once", key));
       seen.push_back(key);
       keys.push_back(key);
@@ -88,46 +146,85 @@ class BlockReader : private PlanValues {
     return keys;
   }
 
-  /// The values of the keys in one run; empty unless there is one for each.
-  std::vector<std::string> value_row(const Entry& e, const toml::node& value, std::size_t keys, const std::string& here) {
-    if (keys == 1) return {toml_text(value)};
+  /// The settings that a value gives to the keys; none unless it has one for each.
+  std::vector<Setting> settings_of(const Entry& e, const toml::node& value, const std::vector<std::string>& keys, const std::string& here) {
+    if (keys.size() == 1) return {{keys.front(), toml_text(value)}};
     const toml::array* together = value.as_array();
-    if (together == nullptr || together->size() != keys) {
-      problem(value.source(), here,
-              fmt::format("{}: {} does not give the {} keys a value each; write a list of {}", e.key, shown(value), keys, keys));
+    if (together == nullptr || together->size() != keys.size()) {
+      problem(
+          value.source(), here,
+          fmt::format("{}: {} does not give the {} keys a value each; write a list of {}", e.key, shown(value), keys.size(), keys.size()));
       return {};
     }
-    std::vector<std::string> row;
-    for (const toml::node& part : *together) row.push_back(toml_text(part));
-    return row;
+    std::vector<Setting> set;
+    for (std::size_t i = 0; i < keys.size(); ++i) set.push_back({keys[i], toml_text(*together->get(i))});
+    return set;
   }
 
-  std::vector<VariedKeys> parameters(const toml::table& table, const std::string& where) {
-    std::vector<VariedKeys> list;
-    const toml::table* crossed = table_at(table, where, "parameters");
-    if (crossed == nullptr) return list;
-    const std::string here = fmt::format("{}{}parameters:", where, where.empty() ? "" : " ");
-    std::vector<std::string> seen;
-    for (const Entry& e : in_order(*crossed)) {
+  /// The list that an axis names; null if there is none.
+  const toml::node* list_named(const std::string& name, const Entry& e, const std::string& here) {
+    if (const auto found = lists_.find(name); found != lists_.end()) return found->second;
+    std::vector<std::string> names;
+    for (const auto& [known, list] : lists_) names.push_back(known);
+    const std::string meant = nearest_word(name, names);
+    problem(e.source, here,
+            fmt::format("{} = {}: [lists] has no such list; {}", e.key, shown(*e.node),
+                        !meant.empty() ? fmt::format("did you mean \"{}\"?", meant) : "give a list of values, or the name of a list"));
+    return nullptr;
+  }
+
+  /// The groups of a list, each a table of settings, in the order of the file.
+  std::vector<Row> groups(const toml::table& list, const std::string& where) {
+    std::vector<const toml::key*> names;
+    for (const auto& [name, group] : list) names.push_back(&name);
+    std::ranges::sort(names, {}, [](const toml::key* k) { return std::tuple(k->source().begin.line, k->source().begin.column); });
+    std::vector<Row> rows;
+    for (const toml::key* key : names) {
+      const std::string name(key->str());
+      if (name.empty() || name != file_name_part(name))
+        problem(key->source(), where,
+                fmt::format("group \"{}\": its name is part of names of runs; use letters and digits", one_line(name)));
+      rows.push_back({name, settings(list, where, name)});
+    }
+    return rows;
+  }
+
+  /// The choices of an axis.
+  std::vector<Row> axis(const Entry& e, const std::string& here, std::vector<std::string>& seen) {
+    const toml::node* choices = e.node;
+    if (const auto name = choices->value_exact<std::string>()) {
+      choices = list_named(*name, e, here);
+      if (choices == nullptr) return {};
+      if (const toml::table* list = choices->as_table()) return groups(*list, fmt::format("[lists.{}]", *name));
+    }
+    const std::vector<std::string> keys = keys_together(e, here, seen);
+    const toml::array* values = choices->as_array();
+    if (values == nullptr || values->empty()) {
+      problem(e.source, here,
+              fmt::format("{} = {} is {}; give a list of values", e.key, shown(*e.node), values != nullptr ? "empty" : kind_of(*choices)));
+      return {};
+    }
+    std::vector<Row> rows;
+    std::set<std::vector<std::string>> given;
+    for (const toml::node& value : *values) {
       if (given_up()) break;
-      bool known = true;
-      VariedKeys p{keys_together(e, here, seen, known), {}};
-      const toml::array* values = e.node->as_array();
-      if (values == nullptr || values->empty()) {
-        problem(e.source, here,
-                fmt::format("{} = {} is {}; give a list of values", e.key, shown(*e.node), values != nullptr ? "empty" : kind_of(*e.node)));
-        continue;
-      }
-      std::set<std::vector<std::string>> given;
-      for (const toml::node& value : *values) {
-        if (given_up()) break;
-        std::vector<std::string> row = value_row(e, value, p.keys.size(), here);
-        if (row.empty()) continue;
-        if (!given.insert(row).second)
-          problem(value.source(), here, fmt::format("{}: {} is given twice; give each value once", e.key, shown(value)));
-        p.rows.push_back(std::move(row));
-      }
-      if (known) list.push_back(std::move(p));
+      std::vector<Setting> set = settings_of(e, value, keys, here);
+      if (set.empty()) continue;
+      std::vector<std::string> texts;
+      for (const Setting& s : set) texts.push_back(s.value);
+      if (!given.insert(texts).second)
+        problem(value.source(), here, fmt::format("{}: {} is given twice; give each value once", e.key, shown(value)));
+      rows.push_back({"", std::move(set)});
+    }
+    return rows;
+  }
+
+  std::vector<std::vector<Row>> axes(const std::vector<Entry>& entries, const std::string& here) {
+    std::vector<std::vector<Row>> list;
+    std::vector<std::string> seen;
+    for (const Entry& e : entries) {
+      if (given_up()) break;
+      list.push_back(axis(e, here, seen));
     }
     return list;
   }
@@ -180,11 +277,11 @@ class BlockReader : private PlanValues {
   }
 
   /// base = { ... }, or [base.material] and so on
-  void read_base_tables(const toml::table& tables) {
+  void read_base_tables(const toml::table& tables, const std::string& file) {
     blocks_.base = tables;
     blocks_.base.is_inline(false);  // base = { ... } in the plan is the root of a case
     blocks_.plan.base_text = toml_text(blocks_.base);
-    blocks_.plan.base_name = file_.string() + ", [base]";
+    blocks_.plan.base_name = file + ", [base]";
   }
 
   /// base = "case.toml"
@@ -201,14 +298,13 @@ class BlockReader : private PlanValues {
     }
   }
 
-  void read_base(const toml::table& root) {
-    const toml::node* base = root.get("base");
-    if (base == nullptr) {
-      problem(root.source(), "", "base is missing; give a case file, relative to the plan, or its tables as [base.material], ...");
-    } else if (const toml::table* tables = base->as_table()) {
-      read_base_tables(*tables);
+  void read_base(const File& file) {
+    const toml::node* base = file.root.get("base");
+    if (base == nullptr) return;
+    if (const toml::table* tables = base->as_table()) {
+      read_base_tables(*tables, file.path.string());
     } else if (const auto name = base->value_exact<std::string>()) {
-      read_base_file(file_.parent_path() / *name, base->source());
+      read_base_file(file.beside(*name), base->source());
     } else {
       problem(base->source(), "", fmt::format("base is {}; give a case file in quotes, or tables", kind_of(*base)));
     }
@@ -225,6 +321,7 @@ class BlockReader : private PlanValues {
   void read_keep(const toml::table& root) {
     CampaignPlan& plan = blocks_.plan;
     const std::vector<std::string> files{"frames", "final", "checkpoint"};
+    if (root.contains("keep")) plan.keep_frames = plan.keep_final = plan.keep_checkpoint = false;
     for (const std::string& word : words(root, "", "keep")) {
       if (std::ranges::find(files, word) == files.end())
         problem(root.get("keep")->source(), "",
@@ -236,7 +333,6 @@ class BlockReader : private PlanValues {
   }
 
   void read_labels(const toml::table& root) {
-    blocks_.labels = common_labels();
     const toml::table* labels = table_at(root, "", "labels");
     if (labels == nullptr) return;
     for (const Entry& e : in_order(*labels)) {
@@ -255,34 +351,55 @@ class BlockReader : private PlanValues {
     const toml::table* slurm = table_at(root, "", "slurm");
     if (slurm == nullptr) return;
     only(*slurm, "[slurm]", {"partition", "account", "qos", "time_limit", "memory", "options"});
-    const auto word = [&](const char* name) { return text(*slurm, "[slurm]", name); };
-    blocks_.plan.slurm = {word("partition"),  word("account"), word("qos"),
-                          word("time_limit"), word("memory"),  words(*slurm, "[slurm]", "options")};
+    SlurmSpec& s = blocks_.plan.slurm;
+    const auto word = [&](const char* name, const std::string& preset) { return text(*slurm, "[slurm]", name, preset); };
+    s = {word("partition", s.partition),   word("account", s.account), word("qos", s.qos),
+         word("time_limit", s.time_limit), word("memory", s.memory),   words(*slurm, "[slurm]", "options", s.options)};
   }
 
-  void read_stored_results(const toml::table& root) {
-    for (const std::string& name : words(root, "", "stored_results")) {
-      blocks_.plan.stored_results.push_back(std::filesystem::absolute(file_.parent_path() / name).lexically_normal());
+  void read_stored_results(const File& file) {
+    if (file.root.contains("stored_results")) blocks_.plan.stored_results.clear();
+    for (const std::string& name : words(file.root, "", "stored_results")) {
+      blocks_.plan.stored_results.push_back(std::filesystem::absolute(file.beside(name)).lexically_normal());
       if (!std::filesystem::is_regular_file(blocks_.plan.stored_results.back())) {
-        problem(root.get("stored_results")->source(), "",
+        problem(file.root.get("stored_results")->source(), "",
                 fmt::format("stored_results: there is no file \"{}\"; give a results.csv, relative to the plan", one_line(name)));
       }
     }
   }
 
+  /// An axis of the plan replaces the one with the same key of a file that it includes.
+  void read_parameters(const toml::table& root) {
+    const toml::table* table = table_at(root, "", "parameters");
+    if (table == nullptr) return;
+    if (!parameters_) parameters_.emplace();
+    for (const Entry& e : in_order(*table)) {
+      const auto there = std::ranges::find(*parameters_, e.key, &Entry::key);
+      if (there == parameters_->end()) {
+        parameters_->push_back(e);
+      } else {
+        *there = e;
+      }
+    }
+  }
+
   void read_crossings(const toml::table& root) {
-    if (root.contains("parameters")) blocks_.crossings.push_back({"", parameters(root, ""), {}, {}});
     int number = 0;
     for (const toml::table* entry : tables_at(root, "", "grid")) {
       const std::string where = fmt::format("[[grid]] {}", ++number);
       only(*entry, where, {"name", "parameters", "set", "when"});
       if (!entry->contains("parameters")) problem(entry->source(), where, "has no parameters; give lists to cross, or write a [[run]]");
+      const toml::table* parameters = table_at(*entry, where, "parameters");
       blocks_.crossings.push_back(
-          {folder_name(*entry, where), parameters(*entry, where), settings(*entry, where, "set"), rules(*entry, where)});
+          {folder_name(*entry, where),
+           parameters != nullptr ? axes(in_order(*parameters), where + " parameters:") : std::vector<std::vector<Row>>{},
+           settings(*entry, where, "set"), rules(*entry, where)});
     }
   }
 
-  void read_rows(const toml::table& root) {
+  void read_runs(const File& file) {
+    const toml::table& root = file.root;
+    read_crossings(root);
     int number = 0;
     for (const toml::table* entry : tables_at(root, "", "run")) {
       const std::string where = fmt::format("[[run]] {}", ++number);
@@ -294,43 +411,47 @@ class BlockReader : private PlanValues {
     const std::string name = text(root, "", "table");
     if (name.empty()) return;
     try {
-      read_csv_rows(file_.parent_path() / name, root.get("table")->source());
+      read_csv_rows(file.beside(name), root.get("table")->source());
     } catch (const IoError& error) {
       problem(root.get("table")->source(), "", fmt::format("table: {}", error.what()));
     }
   }
 
-  void read_root(const toml::table& root) {
+  /// All but the runs. Later files override earlier ones.
+  void read_settings(const File& file) {
+    const toml::table& root = file.root;
     only(root, "",
-         {"format_version", "title", "base", "ranks", "launcher", "threads", "retries", "order", "keep", "table", "set", "when",
-          "parameters", "grid", "run", "labels", "slurm", "stored_results"});
+         {"format_version", "include", "title", "base", "ranks",      "launcher", "threads", "retries", "order", "keep",
+          "table",          "lists",   "set",   "when", "parameters", "grid",     "run",     "labels",  "slurm", "stored_results"});
     if (integer(root, "format_version", 1, plan_format_version, plan_format_version) != plan_format_version) return;
     CampaignPlan& plan = blocks_.plan;
-    plan.title = text(root, "", "title");
+    plan.title = text(root, "", "title", plan.title);
     plan.ranks = integer(root, "ranks", 1, most_ranks_of_a_run, plan.ranks);
-    plan.launcher = words(root, "", "launcher");
+    plan.launcher = words(root, "", "launcher", plan.launcher);
     const auto says_how_many = [](const std::string& word) { return word.find(ranks_placeholder) != std::string::npos; };
-    if (!plan.launcher.empty() && std::ranges::none_of(plan.launcher, says_how_many)) {
+    if (root.contains("launcher") && !plan.launcher.empty() && std::ranges::none_of(plan.launcher, says_how_many)) {
       problem(root.get("launcher")->source(), "",
               fmt::format("launcher: no word says how many ranks it starts; give one with {}", ranks_placeholder));
     }
     plan.threads = integer(root, "threads", 1, most_threads_of_a_run, plan.threads);
     plan.retries = integer(root, "retries", 0, most_retries, plan.retries);
-    read_base(root);
+    read_base(file);
     read_order(root);
     read_keep(root);
     read_labels(root);
     read_slurm(root);
-    read_stored_results(root);
-    blocks_.set = settings(root, "", "set");
-    blocks_.rules = rules(root, "");
-    read_crossings(root);
-    read_rows(root);
-    if (blocks_.crossings.empty() && blocks_.rows.empty() && sound())
-      problem(root.source(), "", "the plan has no runs; give [parameters], [[grid]], [[run]] or a table");
+    read_stored_results(file);
+    put(blocks_.set, settings(root, "", "set"));
+    for (Rule& rule : rules(root, "")) blocks_.rules.push_back(std::move(rule));
+    read_parameters(root);
   }
 
   std::filesystem::path file_;
+  std::deque<File> files_;                          ///< a file, then those that it includes
+  std::vector<const File*> inner_first_;            ///< those that a file includes, then the file: later ones override
+  std::set<std::filesystem::path> loaded_;          ///< each is read once
+  std::map<std::string, const toml::node*> lists_;  ///< values, or groups of settings
+  std::optional<std::vector<Entry>> parameters_;    ///< [parameters]
   PlanBlocks blocks_;
 };
 

@@ -36,7 +36,13 @@ void flatten(const toml::table& table, const std::string& prefix, std::vector<Pl
 }  // namespace
 
 void PlanValues::problem(const toml::source_region& source, const std::string& where, const std::string& text) {
-  findings_.add(findings_.in_file(source.begin.line, source.begin.column), where.empty() ? text : fmt::format("{} {}", where, text));
+  config::Place place = findings_.in_file(source.begin.line, source.begin.column);
+  if (source.path && *source.path != plan_) {
+    place.text = fmt::format("{}:{}:{}", *source.path, place.line, place.column);
+    place.source_number = static_cast<std::size_t>(std::ranges::find(others_, *source.path) - others_.begin()) + 1;
+    if (place.source_number > others_.size()) others_.push_back(*source.path);
+  }
+  findings_.add(place, where.empty() ? text : fmt::format("{} {}", where, text));
 }
 
 void PlanValues::only(const toml::table& table, const std::string& where, const std::vector<std::string>& permitted) {
@@ -52,9 +58,9 @@ void PlanValues::only(const toml::table& table, const std::string& where, const 
   }
 }
 
-std::string PlanValues::text(const toml::table& table, const std::string& where, const char* name) {
+std::string PlanValues::text(const toml::table& table, const std::string& where, const char* name, const std::string& preset) {
   const toml::node* node = table.get(name);
-  if (node == nullptr) return {};
+  if (node == nullptr) return preset;
   if (const auto value = node->value_exact<std::string>()) return *value;
   problem(node->source(), where, fmt::format("{} = {} is {}; give a string in quotes", name, shown(*node), kind_of(*node)));
   return {};
@@ -69,9 +75,10 @@ int PlanValues::integer(const toml::table& table, const char* name, int low, int
   return preset;
 }
 
-std::vector<std::string> PlanValues::words(const toml::table& table, const std::string& where, const char* name) {
+std::vector<std::string> PlanValues::words(const toml::table& table, const std::string& where, const char* name,
+                                           const std::vector<std::string>& preset) {
   const toml::node* node = table.get(name);
-  if (node == nullptr) return {};
+  if (node == nullptr) return preset;
   std::vector<std::string> list;
   if (const toml::array* array = node->as_array()) {
     for (const toml::node& element : *array) {
@@ -139,9 +146,9 @@ std::vector<PlanValues::Entry> PlanValues::in_order(const toml::table& table) {
   return entries;
 }
 
-std::vector<Setting> PlanValues::settings(const toml::table& table, const std::string& where, const char* name) {
+std::vector<Setting> PlanValues::settings(const toml::table& table, const std::string& where, const std::string& name) {
   std::vector<Setting> list;
-  if (const toml::table* set = table_at(table, where, name)) {
+  if (const toml::table* set = table_at(table, where, name.c_str())) {
     for (const Entry& e : in_order(*set)) {
       if (given_up()) break;
       if (list.size() == most_settings) {

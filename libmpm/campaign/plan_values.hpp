@@ -15,8 +15,8 @@ namespace mpm {
 /// Reads values, and records their errors. A value with an error is empty, or the preset.
 class PlanValues {
  public:
-  /// @param file  its name, for messages
-  explicit PlanValues(const std::filesystem::path& file) : findings_(file.string()) {}
+  /// @param file  name of the plan, for messages
+  explicit PlanValues(const std::filesystem::path& file) : plan_(file.string()), findings_(plan_) {}
 
   /// An entry of a table. Keys may be given as "table.key" in quotes or as dotted keys, which TOML makes tables of.
   struct Entry {
@@ -34,12 +34,13 @@ class PlanValues {
 
   /// Reports every key of a table that is not permitted.
   void only(const toml::table& table, const std::string& where, const std::vector<std::string>& permitted);
-  /// A string; empty where it is left out.
-  std::string text(const toml::table& table, const std::string& where, const char* name);
+  /// A string; preset where it is left out.
+  std::string text(const toml::table& table, const std::string& where, const char* name, const std::string& preset = {});
   /// A whole number in [low, high]; preset where it is left out.
   int integer(const toml::table& table, const char* name, int low, int high, int preset);
-  /// A list of strings; empty where it is left out.
-  std::vector<std::string> words(const toml::table& table, const std::string& where, const char* name);
+  /// A list of strings; preset where it is left out.
+  std::vector<std::string> words(const toml::table& table, const std::string& where, const char* name,
+                                 const std::vector<std::string>& preset = {});
   /// [name]; null where it is left out.
   const toml::table* table_at(const toml::table& table, const std::string& where, const char* name);
   /// The entries of [[name]], at most so many.
@@ -48,13 +49,15 @@ class PlanValues {
   /// Whether a case has this key; reports one that it does not have.
   bool known_key(const std::string& key, const toml::source_region& source, const std::string& where);
   /// Settings of the table `name`, for keys of a case.
-  std::vector<Setting> settings(const toml::table& table, const std::string& where, const char* name);
+  std::vector<Setting> settings(const toml::table& table, const std::string& where, const std::string& name);
 
   /// The entries in the order of the file, which a TOML table does not keep.
   [[nodiscard]] static std::vector<Entry> in_order(const toml::table& table);
 
  private:
+  std::string plan_;  ///< file of the plan
   config::Findings findings_;
+  std::vector<std::string> others_;  ///< other files with problems, in the order in which they were found
 };
 
 }  // namespace mpm

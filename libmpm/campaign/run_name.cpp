@@ -68,8 +68,8 @@ std::string name_problem(const std::string& name) {
                      config::one_line(name), longest);
 }
 
-std::string run_name(const std::string& block, const std::vector<Setting>& varied, const std::map<std::string, std::string>& labels) {
-  std::string name = block;
+std::string run_name(const std::vector<Setting>& varied, const std::map<std::string, std::string>& labels) {
+  std::string name;
   for (const Setting& s : varied) {
     const auto label = labels.find(s.key);
     const std::string key = label != labels.end() ? label->second : file_name_part(s.key.substr(s.key.rfind('.') + 1));

@@ -20,8 +20,7 @@ namespace mpm {
 /// not begin with '.' or '-'
 [[nodiscard]] std::string name_problem(const std::string& name);
 
-/// Name of a run. @param block name that begins it, perhaps empty. @param varied the settings in which it differs from the others
-[[nodiscard]] std::string run_name(const std::string& block, const std::vector<Setting>& varied,
-                                   const std::map<std::string, std::string>& labels);
+/// Name of a run, or its part that tells of these settings, in which the run differs from others.
+[[nodiscard]] std::string run_name(const std::vector<Setting>& varied, const std::map<std::string, std::string>& labels);
 
 }  // namespace mpm

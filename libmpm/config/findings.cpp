@@ -64,8 +64,7 @@ bool Findings::given_up() const { return findings_.size() >= most_problems; }
 
 void Findings::throw_if_any() {
   if (findings_.empty()) return;
-  std::ranges::stable_sort(findings_, {},
-                           [](const Finding& f) { return std::tuple(f.place.override_number, f.place.line, f.place.column); });
+  std::ranges::stable_sort(findings_, {}, [](const Finding& f) { return std::tuple(f.place.source_number, f.place.line, f.place.column); });
   std::string message;
   for (const Finding& f : std::span(findings_).first(std::min(findings_.size(), problems_shown)))
     message += fmt::format("{}{}: {}", message.empty() ? "" : "\n", f.place.text, f.text);

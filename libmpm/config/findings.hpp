@@ -12,9 +12,9 @@
 
 namespace mpm::config {
 
-/// A position in the file or among the overrides, which come after the file.
+/// A position in the file, or in what comes after it: the overrides, or the files that it includes.
 struct Place {
-  std::size_t override_number = 0;     ///< 1, 2, ... for --set
+  std::size_t source_number = 0;       ///< 0: the file; 1, 2, ... for --set, or for included files
   std::uint32_t line = 1, column = 1;  ///< from 1
   std::string text;                    ///< "case.toml:3:1", "--set numerics.cfl=2"
 };

@@ -207,6 +207,200 @@ name = "../up"
   EXPECT_TRUE(contains(refusal("= 3"), "plan.toml:1:1: not valid TOML"));
 }
 
+/// A plan in a folder of its own, with the files that it includes.
+class PlanFiles : public ::testing::Test {
+ protected:
+  void write(const std::string& name, const std::string& text) { std::ofstream(directory_ / name) << text; }
+  CampaignPlan plan(const std::string& text) { return parse_plan(text, directory_ / "plan.toml"); }
+  std::string message(const std::string& text) {
+    try {
+      (void)plan(text);
+    } catch (const ConfigError& error) {
+      return error.what();
+    }
+    return "accepted";
+  }
+  [[nodiscard]] std::string path(const std::string& name) const { return (directory_ / name).string(); }
+
+ private:
+  testing::TemporaryDirectory directory_;
+};
+
+TEST(CampaignPlan, AnAxisTakesItsValuesFromAListByName) {
+  const CampaignPlan plan = plan_of(R"(lists.speeds = [1, 3]
+lists.snows = [[0.4, 0.0], [0.8, 0.3]]
+[[grid]]
+parameters = { "conveyor.froude_number" = "speeds", "material.critical_state_slope, material.cohesion_beta" = "snows" }
+[[grid]]
+parameters = { "material.model" = ["speeds"], "material.critical_state_slope, material.cohesion_beta" = "snows" }
+)");
+  EXPECT_EQ(names_of(plan), (std::vector<std::string>{"fr1_m0.4_beta0", "fr1_m0.8_beta0.3", "fr3_m0.4_beta0", "fr3_m0.8_beta0.3",
+                                                      "speeds_m0.4_beta0", "speeds_m0.8_beta0.3"}));
+  EXPECT_EQ(values_of(plan.runs[3]),
+            (std::map<std::string, std::string>{
+                {"conveyor.froude_number", "3"}, {"material.critical_state_slope", "0.8"}, {"material.cohesion_beta", "0.3"}}));
+}
+
+TEST(CampaignPlan, AListOfGroupsNamesRunsAfterThem) {
+  const CampaignPlan plan = plan_of(R"([parameters]
+shape = "shapes"
+"conveyor.froude_number" = [3]
+[lists.shapes]
+wedge = { "obstacle.shape" = "wedge", "obstacle.depth_m" = 1.5 }
+as_in_the_base = {}
+)");
+  EXPECT_EQ(names_of(plan), (std::vector<std::string>{"wedge_fr3", "as_in_the_base_fr3"}));  // in the order of the file
+  EXPECT_EQ(plan.runs[0].settings,
+            (std::vector<Setting>{{"obstacle.shape", "\"wedge\""}, {"obstacle.depth_m", "1.5"}, {"conveyor.froude_number", "3"}}));
+  EXPECT_EQ(plan.runs[1].settings, (std::vector<Setting>{{"conveyor.froude_number", "3"}}));
+}
+
+TEST(CampaignPlan, ARuleMatchesKeysTogether) {
+  const CampaignPlan plan = plan_of(R"(lists.long = [[1, 0.3], [3, 0]]
+[[when]]
+match = { "conveyor.froude_number, material.cohesion_beta" = "long" }
+set = { "output.duration_s" = 30 }
+[parameters]
+"conveyor.froude_number" = [1, 3]
+"material.cohesion_beta" = [0.0, 0.3]
+)");
+  std::vector<std::string> matched;
+  for (const PlannedRun& run : plan.runs) {
+    if (values_of(run).contains("output.duration_s")) matched.push_back(run.name);
+  }
+  EXPECT_EQ(matched, (std::vector<std::string>{"fr1_beta0.3", "fr3_beta0"}));
+}
+
+TEST(CampaignPlan, FaultsOfListsAreToldWithARemedy) {
+  const std::string reported = refusal(R"([lists]
+speeds = [1, 3]
+pairs = [[1, 2], [3]]
+number = 3
+none = []
+twice = [1, 1]
+[lists.groups]
+a = { "numerics.clf" = 0.4 }
+b = 3
+"a b" = {}
+[[grid]]
+parameters = { "conveyor.froude_number" = "speed" }
+[[grid]]
+parameters = { "numerics.transfer" = "apic" }
+[[grid]]
+parameters = { "conveyor.froude_number" = "none", "material.cohesion_beta" = "twice", "numerics.cfl, numerics.slope_deg" = "pairs" }
+[[grid]]
+parameters = { "numerics.cfl" = [0.4], g = "groups", "numerics.cfl, numerics.slope_deg" = [[0.2, 0]] }
+)");
+  for (const char* part :
+       {"plan.toml:12:16: [[grid]] 1 parameters: conveyor.froude_number = \"speed\": [lists] has no such list; did you mean \"speeds\"?",
+        "plan.toml:14:16: [[grid]] 2 parameters: numerics.transfer = \"apic\": [lists] has no such list; give a list of values, or the "
+        "name",
+        "plan.toml:4:1: [lists] number = 3 is an integer; give a list of values, or groups of settings",
+        "plan.toml:16:16: [[grid]] 3 parameters: conveyor.froude_number = \"none\" is empty",
+        "plan.toml:6:13: [[grid]] 3 parameters: material.cohesion_beta: 1 is given twice",
+        "plan.toml:3:18: [[grid]] 3 parameters: numerics.cfl, numerics.slope_deg: [3] does not give the 2 keys a value each",
+        "plan.toml:8:7: [lists.groups] a: unknown key numerics.clf; did you mean \"numerics.cfl\"?",
+        "plan.toml:9:5: [lists.groups] b = 3 is an integer; give a table",
+        "plan.toml:10:1: [lists.groups] group \"a b\": its name is part of names of runs",
+        "[[grid]] 4 parameters: numerics.cfl is given twice; give it once"}) {
+    EXPECT_TRUE(contains(reported, part)) << part << "\n in \n" << reported;
+  }
+  EXPECT_TRUE(contains(refusal("lists = 3"), "plan.toml:1:9: lists = 3 is an integer; give a table"));
+}
+
+TEST_F(PlanFiles, WhatThePlanGivesWinsOverWhatItIncludes) {
+  write("base.toml", "title = \"b\"\n");
+  write("table.csv", "name,numerics.cfl\nfrom_the_table,0.1\n");
+  write("shared.toml", R"(base = "base.toml"
+title = "shared"
+order = "plan"
+threads = 2
+keep = ["final"]
+table = "table.csv"
+lists.speeds = [1]
+lists.slopes = [0, 10]
+slurm = { partition = "p", account = "a" }
+labels = { "numerics.slope_deg" = "s" }
+[set]
+"output.duration_s" = 1
+"numerics.cell_size_m" = 0.5
+[[when]]
+match = { "conveyor.froude_number" = 3 }
+set = { "output.duration_s" = 2, "output.series_per_second" = 20 }
+[[grid]]
+name = "shared"
+parameters = { "conveyor.froude_number" = "speeds" }
+[parameters]
+"conveyor.froude_number" = [7]
+"numerics.slope_deg" = "slopes"
+)");
+  const CampaignPlan all = plan(R"(include = ["shared.toml"]
+title = "own"
+keep = ["frames"]
+lists.speeds = [3, 5]
+slurm.account = "b"
+set = { "numerics.cell_size_m" = 0.25 }
+[[when]]
+match = { "conveyor.froude_number" = 3 }
+set = { "output.duration_s" = 3 }
+[[grid]]
+name = "own"
+parameters = { "conveyor.froude_number" = "speeds" }
+[parameters]
+"conveyor.froude_number" = [1]
+)");
+  EXPECT_EQ(names_of(all),
+            (std::vector<std::string>{"fr1_s0", "fr1_s10", "own_fr3", "own_fr5", "shared_fr3", "shared_fr5", "from_the_table"}));
+  EXPECT_EQ(values_of(all.runs[2]), (std::map<std::string, std::string>{{"conveyor.froude_number", "3"},
+                                                                        {"numerics.cell_size_m", "0.25"},
+                                                                        {"output.duration_s", "3"},
+                                                                        {"output.series_per_second", "20"}}));
+  EXPECT_EQ(values_of(all.runs[3]).at("output.duration_s"), "1");
+  EXPECT_EQ(all.title, "own");
+  EXPECT_EQ(all.base_text, "title = \"b\"\n");
+  EXPECT_EQ(all.threads, 2);
+  EXPECT_FALSE(all.longest_first);
+  EXPECT_TRUE(all.keep_frames && !all.keep_final);
+  EXPECT_EQ(all.slurm.partition + all.slurm.account, "pb");
+}
+
+TEST_F(PlanFiles, AreReadOnceEachAndNameFilesRelativeToThemselves) {
+  std::filesystem::create_directory(path("inner"));
+  write("base.toml", "title = \"b\"\n");
+  write("inner/common.toml", "base = \"../base.toml\"\n[[grid]]\nparameters = { \"numerics.cfl\" = [0.4] }\n");
+  write("inner/a.toml", "include = [\"common.toml\"]\n[[run]]\nname = \"a\"\n");
+  write("b.toml", "include = [\"inner/common.toml\"]\nset = { \"output.duration_s\" = 2 }\n[[run]]\nname = \"b\"\n");
+  const CampaignPlan both = plan("include = [\"inner/a.toml\", \"b.toml\"]\n");
+  EXPECT_EQ(names_of(both), (std::vector<std::string>{"cfl0.4", "a", "b"}));
+  EXPECT_EQ(values_of(both.runs[1]).at("output.duration_s"), "2");
+  EXPECT_EQ(names_of(parse_plan(write_plan(both), path("resolved.toml"))), names_of(both));
+}
+
+TEST_F(PlanFiles, FaultsOfIncludesAreToldWithTheirFile) {
+  const std::string run = std::string(inline_base) + "[[run]]\nname = \"r\"\n";
+  EXPECT_TRUE(contains(message("include = [\"no.toml\"]\n" + run), path("plan.toml") + ":1:11: include: \"no.toml\" is not a file"));
+  EXPECT_TRUE(contains(message("include = \"no.toml\"\n" + run), ":1:11: include = \"no.toml\"; give a list of strings"));
+  write("a.toml", "include = [\"b.toml\"]\n");
+  write("b.toml", "\ninclude = [\"a.toml\"]\n");
+  EXPECT_TRUE(contains(message("include = [\"a.toml\"]\n" + run), path("b.toml") + ":2:11: include: \"a.toml\" leads back to itself"));
+  write("plan.toml", "");
+  EXPECT_TRUE(contains(message("include = [\"plan.toml\"]\n" + run), ":1:11: include: \"plan.toml\" leads back to itself"));
+  write("syntax.toml", "set = {\n");
+  EXPECT_TRUE(contains(message("include = [\"syntax.toml\"]\n" + run), path("syntax.toml") + ":1:"));
+  write("twice.toml", "threads = 1\nthreads = 2\n");  // a key twice in one file
+  EXPECT_TRUE(contains(message("include = [\"twice.toml\"]\n" + run), path("twice.toml") + ":2:11: not valid TOML"));
+  write("faults.toml", "threads = 0\n\n\nset = { \"numerics.clf\" = 1 }\n[parameters]\n\"numerics.cfl\" = [0.4]\n");
+  const std::string mixed =
+      message("include = [\"faults.toml\"]\nretires = 2\n[parameters]\n\"numerics.cfl, numerics.slope_deg\" = [[0.2, 0]]\n" + run);
+  const auto own = mixed.find(path("plan.toml") + ":2:1: unknown key retires"), twice = mixed.find("numerics.cfl is given twice");
+  const auto first = mixed.find(path("faults.toml") + ":1:11: threads = 0"),
+             second = mixed.find(path("faults.toml") + ":4:9: set: unknown key numerics.clf");
+  EXPECT_TRUE(own < twice && twice < first && first < second && second != std::string::npos) << mixed;
+  for (int i = 0; i < 40; ++i) write("f" + std::to_string(i) + ".toml", "include = [\"f" + std::to_string(i + 1) + ".toml\"]\n");
+  EXPECT_TRUE(contains(message("include = [\"f0.toml\"]\n" + run),
+                       path("f30.toml") + ":1:11: include: \"f31.toml\" is one too many: a plan has at most 32 files"));
+}
+
 TEST(CampaignPlan, EveryNameOfARunIsThatOfAFolderOfItsOwn) {
   const testing::TemporaryDirectory directory;
   for (const std::string& name : {std::string("."), std::string(".."), std::string(".x"), std::string("--help"), std::string("-1"),

@@ -12,7 +12,7 @@ namespace mpm::fuzz {
 void campaign_plan(Bytes input) {
   const std::string_view text(reinterpret_cast<const char*>(input.data()), input.size());
   // Files that a plan names are not the input.
-  for (const char* other : {"base = \"", "base = '", "table", "base=", "\"base\"", "'base'"}) {
+  for (const char* other : {"base = \"", "base = '", "table", "include", "base=", "\"base\"", "'base'"}) {
     if (text.find(other) != std::string_view::npos) return;
   }
   constexpr std::size_t most_runs = 200;
