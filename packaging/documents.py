@@ -69,12 +69,14 @@ class Documents:
         return f"{mark}[{label}]({target}{hash_mark}{anchor})"
 
     def _add_file(self, path):
-        """A file, and the base case that a plan of a campaign names."""
+        """A file, and the base case and the shared files that a plan of a campaign names."""
         if EXAMPLES in path.parents:
             return
         self.files.add(path.relative_to(ROOT))
-        if path.suffix == ".toml" and "base" in (content := tomllib.loads(path.read_text(encoding="utf-8"))):
-            self._add_file((path.parent / content["base"]).resolve())
+        content = tomllib.loads(path.read_text(encoding="utf-8")) if path.suffix == ".toml" else {}
+        for name in [content.get("base"), *content.get("include", [])]:
+            if isinstance(name, str):
+                self._add_file((path.parent / name).resolve())
 
     def write(self, out):
         shutil.rmtree(out, ignore_errors=True)

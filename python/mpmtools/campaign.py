@@ -53,12 +53,17 @@ class Campaign:
 
         An interruption is resumed by the same call.
         """
-        options = ["--executor", executor, *(["--jobs", str(jobs)] if jobs else []), *(["--retry-failed"] if retry_failed else [])]
+        options = ["--out", self.folder, "--executor", executor, *(["--jobs", str(jobs)] if jobs else []), *(["--retry-failed"] if retry_failed else [])]
         return self._command("run", *options) == 0
+
+    def expansion(self):
+        """What the plan says, as a dict: title, base (tables of the base case), and runs: of each the name, the case_hash, whether it is stored in
+        a table of earlier results, and the settings that it has over the base, {"table.key": value}. Nothing is computed."""
+        return json.loads(self._command("plan", "--json", read=True))
 
     def status(self):
         """A CampaignStatus; brings the tables up to date."""
-        found = json.loads(self._command("status", "--json", read=True))
+        found = json.loads(self._command("status", "--out", self.folder, "--json", read=True))
         return CampaignStatus(**{**found, "runs": pd.DataFrame(found["runs"]).set_index("name")})
 
     @property
@@ -80,7 +85,7 @@ class Campaign:
         return runs
 
     def _command(self, verb, *options, read=False):
-        command = [find_program(), "campaign", verb, self.plan, "--out", self.folder, *options]
+        command = [find_program(), "campaign", verb, self.plan, *options]
         done = subprocess.run(command, stdin=subprocess.DEVNULL, capture_output=read, text=True, check=False)
         if done.returncode not in (0, 1):
             raise_for(done.returncode, done.stderr or "", f"mpm campaign {verb}")

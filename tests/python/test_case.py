@@ -154,8 +154,13 @@ class CasesInTheProgram(InFolder):
         self.case.write(self.folder / "base.toml")
         self.write("plan.toml", 'base = "base.toml"\n[parameters]\n"material.critical_state_slope" = [0.4, 0.8]\n')
         campaign = Campaign(self.folder / "plan.toml", out=self.folder / "out")
+        expansion = campaign.expansion()
+        self.assertEqual([run["settings"] for run in expansion["runs"]], [{"material.critical_state_slope": slope} for slope in (0.4, 0.8)])
+        self.assertEqual(expansion["base"], Case.read(self.folder / "base.toml").tables)
+        self.assertFalse((self.folder / "out").exists())
         self.assertTrue(campaign.run(jobs=1))
         self.assertEqual(campaign.table.status.tolist(), ["done", "done"])
+        self.assertEqual(campaign.table.case_hash.tolist(), [run["case_hash"] for run in expansion["runs"]])
         runs = Campaign(self.folder / "out").runs
         self.assertEqual([run.case["material"]["critical_state_slope"] for run in runs.values()], [0.4, 0.8])
         self.assertIsInstance(next(iter(runs.values())), Run)
