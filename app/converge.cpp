@@ -15,6 +15,7 @@
 #include "libmpm/driver/case_file.hpp"
 #include "libmpm/driver/estimate.hpp"
 #include "libmpm/driver/metric_convergence.hpp"
+#include "libmpm/driver/run_folder.hpp"
 #include "libmpm/driver/sweep.hpp"
 #include "libmpm/io/atomic_file.hpp"
 #include "libmpm/io/csv.hpp"
