@@ -512,7 +512,7 @@ class Campaign:
             run = Run(folder)
             if name.endswith(".h5"):
                 frame = run.final if name == "final.h5" else run.frames[5]
-                return [frame[array].tobytes() for array in frame.names] if frame else None
+                return [frame[array].tobytes() for array in frame] if frame else None
             value = run.results if name == "results.json" else run.series
             return value if name == "results.json" else numpy.nan_to_num(value.to_numpy(), nan=-1.0).tolist()
 
