@@ -60,9 +60,6 @@ double belt_width(const Site& site, double xi) {
   return 2.0 * whole_widths(site, 0.5 * std::max(conveyor_width(xi, site.mast.width), 6.0 * reach_of(site)));
 }
 
-/// In place of the default 0.4: half as many steps, and results that differ by some 1 % (docs/design.md, "Time step").
-constexpr double cfl = 0.8;
-
 /// The common part of all cases as TOML: everything except snow and grid.
 std::string base_case(const Site& site) {
   const SiteFlow& flow = site.flow;
@@ -83,7 +80,7 @@ std::string base_case(const Site& site) {
   text += fmt::format("[obstacle]\nshape = \"{}\"\nwidth_m = {}\nfriction = {}\n", box ? "box" : "cylinder", w, mast.friction);
   if (box) text += fmt::format("depth_m = {}\n", depth);
   if (mast.height) text += fmt::format("height_m = {}\n", *mast.height);
-  text += fmt::format("[numerics]\ncell_size_m = {}\ngravity_m_s2 = {}\ncfl = {}\n", cell_size_of(site, 5), site.gravity(), cfl);
+  text += fmt::format("[numerics]\ncell_size_m = {}\ngravity_m_s2 = {}\n", cell_size_of(site, 5), site.gravity());
   // The paper's windows at seven cells: bins of dx/2, a filter of 13 bins, a box from -0.5 dx to 2.5 dx.
   const double bin = smaller / 14.0;
   text += fmt::format("[measurement]\nbin_height_m = {}\nfilter_length_m = {}\nbox_upstream_m = {}\nbox_inside_m = {}\n", bin, 13.0 * bin,

@@ -57,10 +57,14 @@ struct Numerics {
             "Where walls and obstacle act: on every node on or behind them (first order), or at their surface (second order; walls normal "
             "to an axis and upright obstacles)");
     table.add("precision", &Numerics::precision, {"double", "single"})
+        .left_out("single for a flow that a conveyor feeds against an obstacle, else double")
         .text(
             "Precision of particles and of computations on them: double is the reference; single takes half the memory and less time "
             "(docs/precision.md gives the errors)");
-    table.add("cfl", &Numerics::cfl).positive(1.0).text("Safety factor: dt = cfl dx / (c_P + largest speed)");
+    table.add("cfl", &Numerics::cfl)
+        .positive(1.0)
+        .left_out("0.8 for a flow that a conveyor feeds against an obstacle, else 0.4")
+        .text("Safety factor: dt = cfl dx / (c_P + largest speed)");
     table.add("shock_viscosity", &Numerics::shock_viscosity)
         .range(0.0, 1e3)
         .hide_default()

@@ -8,7 +8,7 @@ struct OutputSpec {
   double duration = 1.0;             ///< s
   double stop_when_steady = 0.0;     ///< largest relative standard error of the means at which a run ends sooner; 0: it does not
   double series_per_second = 50.0;   ///< rows of series.csv
-  double frames_per_second = 5.0;    ///< HDF5 frames
+  double frames_per_second = 1.0;    ///< HDF5 frames
   double checkpoint_minutes = 10.0;  ///< wall time between checkpoints
   bool operator==(const OutputSpec&) const = default;
 
