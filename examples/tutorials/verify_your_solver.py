@@ -118,6 +118,7 @@ assert grade(out / "solved", out / "report") == 0
 # %%
 for run in case["runs"]:
     write_states(out / "wrong", run, solve(run, gravity_error=1e-3))
+shutil.copy(out / "exported" / "case.json", out / "wrong")
 assert grade(out / "wrong", out / "report_wrong") == 1
 
 # %% [markdown]
