@@ -171,7 +171,9 @@ void add_predict(CLI::App& app) {
     std::string chosen;
     for (const char* name : {"--critical-state-slope", "--cohesion-beta", "--flow-height", "--obstacle-width", "--hardening-xi"}) {
       const CLI::Option* option = command->get_option(name);
-      if (option->count() == 0) chosen += fmt::format("{}{} {}", chosen.empty() ? "" : ", ", name, option->get_default_str());
+      if (option->count() > 0) continue;
+      const std::string list = option->get_default_str();  // "[0.4]"
+      chosen += fmt::format("{}{} {}", chosen.empty() ? "" : ", ", name, list.substr(1, list.size() - 2));
     }
     if (!chosen.empty()) fmt::print(stderr, "not given, so taken: {}\n", chosen);
     predict(*a);

@@ -54,7 +54,7 @@ class Packaging(unittest.TestCase):
     def test_completion_offers_commands_options_files_keys_and_words(self):
         self.assertEqual(self.complete("mpm ca"), ["campaign"])
         self.assertEqual(set(self.complete("mpm ")), {c.words[1] for c in self.commands if len(c.words) == 2})
-        self.assertEqual(set(self.complete("mpm campaign ")), {"run", "status", "submit", "task"})
+        self.assertEqual(set(self.complete("mpm campaign ")), {"run", "status", "plan", "submit", "task"})
         self.assertEqual(set(self.complete("mpm run --")), {"--help", "--set", "--out", "--threads", "--resume", "--force", "--any-size"})
         self.assertIn("avalanche_fr3.toml", self.complete("mpm run aval"))
         self.assertIn("avalanche_fr3.toml", self.complete("mpm run --threads 2 aval"))

@@ -62,10 +62,12 @@ std::string summary_text(const Results& results) {
 
 std::vector<std::string> findings(const Results& results) {
   if (results.has("particles_final") && results.number("particles_final") == 0.0) {
+    const double lost = results.number("particles_lost"), downstream = results.number("particles_left_downstream");
+    if (lost + downstream == 0.0) return {};  // nothing was computed
     return {
         fmt::format("no particle is left at the end: {:.0f} left the domain on other sides than downstream, {:.0f} downstream; take a "
                     "larger domain or a shorter output.duration_s",
-                    results.number("particles_lost"), results.number("particles_left_downstream"))};
+                    lost, downstream)};
   }
   constexpr double most = ParticlesInsideObstacle::tolerated_share;
   if (!results.has("share_inside_obstacle") || !(results.number("share_inside_obstacle") > most)) return {};

@@ -129,7 +129,8 @@ TEST(Config, FillsInTheDefaultsOfThePaper) {
   EXPECT_TRUE(c.conveyor->mirror_y);
   EXPECT_EQ(c.obstacle->friction, 0.15);
   EXPECT_FALSE(c.obstacle->height);
-  EXPECT_EQ(c.numerics.cfl, 0.4);
+  EXPECT_EQ(c.numerics.cfl, 0.8) << "a flow against an obstacle";
+  EXPECT_EQ(c.numerics.precision, Precision::single_precision) << "likewise";
   EXPECT_EQ(c.numerics.particles_per_cell, 8);
   EXPECT_EQ(c.numerics.transfer, Transfer::aflip);
   EXPECT_EQ(c.numerics.relaxation_cells, 5.0);

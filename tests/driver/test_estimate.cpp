@@ -43,7 +43,7 @@ TEST(Estimate, StepFollowsFromWaveSpeedAndCfl) {
   const Case c = parse_case(strip_case, "case.toml");
   const Estimate e = estimate(c);
   EXPECT_NEAR(e.wave_speed, 58.4, 0.05);  // physics of the paper's snow, as printed there
-  EXPECT_LE(e.time_step, 0.4 * 0.25 / (e.wave_speed + c.conveyor->velocity));
+  EXPECT_LE(e.time_step, c.numerics.cfl * 0.25 / (e.wave_speed + c.conveyor->velocity));
   EXPECT_GE(e.steps * e.time_step, c.output.duration);
 }
 
