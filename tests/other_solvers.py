@@ -56,6 +56,14 @@ class OtherSolvers(unittest.TestCase):
     def grade(self, results, *more):
         return validate("grade", CASE, "--results", results, "--out", self.report, *more)
 
+    def test_every_case_that_is_marked_can_be_exported(self):
+        marked = [line.split()[0] for line in validate("list").stdout.splitlines() if line.endswith("[export]")]
+        self.assertIn("elastic_wave", marked)
+        for case in marked:  # the checks are asked of a solver that moves nothing
+            with self.subTest(case=case), tempfile.TemporaryDirectory() as folder:
+                done = validate("export", case, "--out", pathlib.Path(folder) / "exported")
+                self.assertEqual(done.returncode, 0, done.stderr)
+
     def test_the_description_is_complete(self):
         self.assertEqual(self.case["case"], CASE)
         self.assertEqual([run["id"] for run in self.case["runs"]], ["thrown", "slope-30", "slope-10"])

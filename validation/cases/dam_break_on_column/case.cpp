@@ -2,6 +2,7 @@
 
 #include <cmath>
 
+#include "libmpm/base/error.hpp"
 #include "libmpm/driver/case_file.hpp"
 #include "validation/harness/dam_on_obstacle.hpp"
 
@@ -82,6 +83,8 @@ void run(const CaseContext& context, CaseResult& result) {
   const std::vector<Setup> all = setups(context);
   for (const Setup& setup : all) {
     const Outcome o = run_dam(context, setup, &setup == &all.back() ? &result : nullptr);
+    if (!std::isfinite(o.force.first_above(arrival_force)) || !std::isfinite(o.velocity.first_above(arrival_speed)))
+      throw ConfigError("the water does not arrive at the column");
     sizes.push_back(o.dx);
     names.push_back(o.name());
     forces.push_back(o.force);

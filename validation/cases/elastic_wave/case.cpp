@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <complex>
+#include <limits>
 #include <numbers>
 
 #include "libmpm/driver/case_file.hpp"
@@ -159,6 +160,10 @@ Vibration vibrate(const CaseContext& context, const Settings& s) {
   for (std::size_t i = 1; i < result.v.size(); ++i) {
     if ((result.v[i - 1] > 0.0) == (result.v[i] > 0.0)) continue;
     zeros.push_back(result.time[i - 1] + (result.time[i] - result.time[i - 1]) * result.v[i - 1] / (result.v[i - 1] - result.v[i]));
+  }
+  if (zeros.size() < 2) {  // another solver's bar that does not swing
+    result.frequency = result.damping = std::numeric_limits<double>::quiet_NaN();
+    return result;
   }
   result.frequency = 0.5 * static_cast<double>(zeros.size() - 1) / (zeros.back() - zeros.front());
   const auto in_period = static_cast<std::size_t>(std::lround(period / dt / result.frequency));
