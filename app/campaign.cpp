@@ -7,7 +7,6 @@
 #include <chrono>
 #include <cmath>
 #include <cstdio>
-#include <map>
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <numeric>
@@ -60,14 +59,23 @@ void print_changes(const Preparation& p) {
   print(p.dropped, "in the folder but not in the plan; kept there, but not in the table");
 }
 
-/// Elapsed time until all runs are done, s. @param jobs  runs at a time, unless more are running
-double time_left(const CampaignCost& cost, std::ptrdiff_t running, int jobs) {
-  return cost.left / (cost.particle_steps_per_s * std::max<double>(static_cast<double>(running), jobs));
+std::ptrdiff_t count_of(RunState state, const std::vector<RunStatus>& status) {
+  return std::ranges::count(status, state, &RunStatus::state);
+}
+
+/// Runs at a time: as many as asked for, unless more are running.
+std::ptrdiff_t at_once(const std::vector<RunStatus>& status, int jobs) {
+  return std::max<std::ptrdiff_t>(count_of(RunState::running, status), jobs);
+}
+
+/// Elapsed time until all runs are done, s.
+double time_left(const CampaignCost& cost, std::ptrdiff_t runs_at_once) {
+  return cost.left / (cost.particle_steps_per_s * static_cast<double>(runs_at_once));
 }
 
 /// The summary at the end of `run`, and of `status`.
 void print_status(const Campaign& campaign, const std::vector<RunStatus>& status, const fs::path& out, int jobs, bool list) {
-  const auto count = [&](RunState s) { return std::ranges::count(status, s, &RunStatus::state); };
+  const auto count = [&](RunState s) { return count_of(s, status); };
   fmt::print("{}: {} in {}: {} done, {} running, {} failed, {} to do\n", campaign.plan.title.empty() ? "campaign" : campaign.plan.title,
              counted(campaign.runs.size(), "run"), out.string(), count(RunState::done), count(RunState::running), count(RunState::failed),
              count(RunState::to_do));
@@ -80,12 +88,11 @@ void print_status(const Campaign& campaign, const std::vector<RunStatus>& status
   if (campaign.duplicates > 0)
     fmt::print("{} of the plan left out because of an earlier one of the same case\n", counted(campaign.duplicates, "row"));
   const CampaignCost cost = cost_of(campaign, status);
-  const auto at_once = std::max<std::ptrdiff_t>(count(RunState::running), jobs);
+  const std::ptrdiff_t runs_at_once = at_once(status, jobs);
   fmt::print(
       "work: {:.3g} particle-steps in all, {:.3g} left ({:.0f} %); {:.3g} million a second and run ({}): {} left with {} at a time\n",
       cost.particle_steps, cost.left, cost.particle_steps > 0.0 ? 100.0 * cost.left / cost.particle_steps : 0.0,
-      1e-6 * cost.particle_steps_per_s, cost.measured ? "measured" : "assumed", clock_text(time_left(cost, count(RunState::running), jobs)),
-      at_once);
+      1e-6 * cost.particle_steps_per_s, cost.measured ? "measured" : "assumed", clock_text(time_left(cost, runs_at_once)), runs_at_once);
   for (std::size_t i = 0; i < status.size(); ++i) {
     const CampaignRun& run = campaign.runs[i];
     const RunStatus& s = status[i];
@@ -102,17 +109,15 @@ void print_status(const Campaign& campaign, const std::vector<RunStatus>& status
 /// The same for programs.
 void print_status_json(const Campaign& campaign, const std::vector<RunStatus>& status, int jobs) {
   nlohmann::ordered_json runs = nlohmann::ordered_json::array();
-  std::map<RunState, int> count;
   for (std::size_t i = 0; i < status.size(); ++i) {
     const RunStatus& s = status[i];
-    ++count[s.state];
     runs.push_back({{"name", campaign.runs[i].name}, {"state", to_string(s.state)}, {"progress", s.progress}, {"cause", s.cause()}});
   }
-  nlohmann::ordered_json json{{"done", count[RunState::done]},
-                              {"running", count[RunState::running]},
-                              {"failed", count[RunState::failed]},
-                              {"to_do", count[RunState::to_do]},
-                              {"time_left_s", time_left(cost_of(campaign, status), count[RunState::running], jobs)}};
+  nlohmann::ordered_json json{{"done", count_of(RunState::done, status)},
+                              {"running", count_of(RunState::running, status)},
+                              {"failed", count_of(RunState::failed, status)},
+                              {"to_do", count_of(RunState::to_do, status)},
+                              {"time_left_s", time_left(cost_of(campaign, status), at_once(status, jobs))}};
   json["runs"] = std::move(runs);
   fmt::print("{}\n", json.dump(2));
 }
