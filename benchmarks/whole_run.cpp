@@ -80,6 +80,7 @@ hardening_xi = 5.0
 [conveyor]
 froude_number = 3.0
 flow_height_m = 1.75
+width_m = 21.0
 upstream_length_m = 8.0
 downstream_length_m = 4.0
 mirror_y = true

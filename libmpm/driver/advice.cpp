@@ -262,11 +262,11 @@ Finding size_of_the_window(const Impact& i) {
 /// validation/study/jams.md: below Fr 5 snow of M' = 2.3 jams between the inlet and a mast 4.8 widths away, and presses with more than
 /// twice the force that it has with 9.6 or 19 widths. Up to M' = 1.76 twice the distance changes heights by at most 3 %.
 Finding jam_at_the_inlet(const Impact& i) {
-  constexpr double stiffest_without = 1.8, slowest_without = 5.0, checked = 9.6;
+  constexpr double checked = 9.6;
   const auto friction = i.c.material.critical_state_ratio();
   const double far = checked * i.width();
-  if (!i.window() || !friction || *friction <= stiffest_without) return {};
-  if (i.froude() >= slowest_without || i.belt.upstream_length >= far - 1e-6) return {};
+  if (!i.window() || !friction || *friction <= jamming_ratio) return {};
+  if (i.froude() >= fastest_jam || i.belt.upstream_length >= far - 1e-6) return {};
   return Advice{"jam_at_the_inlet", fmt::format("M' = {} with conveyor.upstream_length_m = {}", n(*friction), n(i.belt.upstream_length)),
                 "such stiff snow may jam between the inlet and the obstacle; force and heights then depend on the window",
                 fmt::format("take at least 9.6 w = {} m, and downstream_length_m = {}", n(far), n(0.5 * far))};

@@ -2,6 +2,9 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <cmath>
+
 #include "libmpm/base/parameter.hpp"
 #include "libmpm/boundary/obstacle.hpp"
 #include "libmpm/impact/semi_empirical.hpp"
@@ -29,18 +32,30 @@ void resolve_velocity(ConveyorSpec& belt, double gravity, ParameterReport& repor
   }
 }
 
-/// The paper's W = (6 + 3 log10(xi/0.05)) w (Sect. 2.2); 12 w, its value at xi = 5, for a law without xi.
-void resolve_width(ConveyorSpec& belt, const ConveyorSurroundings& around, ParameterReport& report) {
-  if (report.given("conveyor.width_m")) return;
+/// Distances that the file leaves out, in widths of the obstacle.
+void resolve_window(ConveyorSpec& belt, const ConveyorSurroundings& around, ParameterReport& report) {
+  const auto left_out = [&](const char* key) { return !report.given(key); };
   if (around.obstacle == nullptr) {
-    if (report.sound("obstacle"))
+    if (left_out("conveyor.width_m") && report.sound("obstacle"))
       report.problem("conveyor.width_m", "is missing; without [obstacle] it does not follow from the obstacle's width, give it");
     return;
   }
-  if (!report.all_sound({"material.model", "material.hardening_xi", "obstacle.width_m"})) return;
-  const double width = around.obstacle->width();
-  const std::optional<double> xi = around.material.hardening_xi();
-  belt.width = xi ? conveyor_width(*xi, width) : 12.0 * width;
+  if (!report.all_sound({"material.model", "material.hardening_xi", "obstacle.width_m", "conveyor.window_size", "conveyor.flow_height_m"}))
+    return;
+  const double w = around.obstacle->width();
+  if (belt.window_size == ConveyorSpec::WindowSize::paper) {
+    const std::optional<double> xi = around.material.hardening_xi();
+    if (left_out("conveyor.width_m")) belt.width = xi ? conveyor_width(*xi, w) : 12.0 * w;
+    return;
+  }
+  if (!ObstacleSpec::plan_is_sound(TableReport(report, "obstacle"))) return;
+  const WindowFlow flow{.froude = froude_number(belt.velocity, belt.flow_height, around.gravity),
+                        .height = belt.flow_height,
+                        .critical_state_ratio = around.material.critical_state_ratio().value_or(0.0)};
+  const CompactWindow window = compact_window(flow, w, obstacle_plan(*around.obstacle).depth);
+  if (left_out("conveyor.width_m")) belt.width = window.width;
+  if (left_out("conveyor.upstream_length_m")) belt.upstream_length = window.upstream_length;
+  if (left_out("conveyor.downstream_length_m")) belt.downstream_length = window.downstream_length;
 }
 
 void check_obstacle(const ConveyorSpec& belt, const ObstacleSpec& obstacle, ParameterReport& report) {
@@ -108,13 +123,24 @@ void check_lengths(const ConveyorSpec& belt, double cell_size, ParameterReport& 
 
 }  // namespace
 
+CompactWindow compact_window(const WindowFlow& flow, double width, double depth) {
+  const double reach = std::max(width, std::sqrt(width * flow.height));
+  const bool jams = flow.critical_state_ratio > jamming_ratio && flow.froude < fastest_jam;
+  return {.width = std::max(8.0 * width, 6.0 * reach),
+          .upstream_length = (jams ? 10.0 : 4.0) * reach,
+          .downstream_length = depth + (jams                ? 4.0
+                                        : flow.froude < 1.0 ? 2.0
+                                                            : 1.0) *
+                                           reach};
+}
+
 void resolve_conveyor(ConveyorSpec& belt, const ConveyorSurroundings& around, ParameterReport& report) {
   if (report.sound("numerics.gravity_m_s2") && !(around.gravity > 0.0)) {
     report.problem("numerics.gravity_m_s2",
                    "= 0 is given beside [conveyor], whose run-up and Froude number need gravity; give more than 0, or a scene of [[body]]");
   }
   resolve_velocity(belt, around.gravity, report);
-  resolve_width(belt, around, report);
+  resolve_window(belt, around, report);
   if (around.obstacle != nullptr) check_obstacle(belt, *around.obstacle, report);
   check_inflow(belt, around, report);
   check_lengths(belt, around.cell_size, report);

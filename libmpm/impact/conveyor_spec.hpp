@@ -50,7 +50,9 @@ struct ConveyorSpec {
   std::optional<double> froude_number;  ///< Fr = v / sqrt(g H), given instead of velocity, which resolve_conveyor computes from it
   double velocity = 0.0;                ///< v, m/s; 0: not given
   double flow_height = 1.75;            ///< H, m
-  double width = 21.0;                  ///< W, m
+  /// How far side walls, inlet and outlet are from the obstacle, if the file leaves it out.
+  enum class WindowSize : std::uint8_t { compact, paper } window_size = WindowSize::compact;  ///< which of the two rules
+  double width = 21.0;                                                                        ///< W, m
   /// How snow enters: a plug through a window, or a strip of finite length.
   enum class Feed : std::uint8_t { window, strip } feed = Feed::window;  ///< which of the two
   double upstream_length = 8.0;                                          ///< window: inlet at x = -upstream_length, m
@@ -82,10 +84,17 @@ struct ConveyorSpec {
         .left_out("froude_number is given instead (one of the two is required)")
         .text("Speed v of the belt and of the incoming snow");
     table.add("flow_height_m", &ConveyorSpec::flow_height).unit("m").positive(1e3).text("Height H of the incoming snow");
+    table.add("window_size", &ConveyorSpec::window_size, {"compact", "paper"})
+        .hide_default()
+        .text(
+            "Rule for width_m, upstream_length_m and downstream_length_m that are left out. compact: as small as changes the force by at "
+            "most 2 % (docs/grid-studies.md); paper: the paper's width, which depends on hardening_xi, and 8 and 4 m");
     table.add("width_m", &ConveyorSpec::width)
         .unit("m")
         .positive(1e4)
-        .left_out("(6 + 3 log10(hardening_xi / 0.05)) times the obstacle's width; 12 times for a law without hardening_xi")
+        .left_out(
+            "8 w, at least 6 r, with w the obstacle's width and r the larger of w and sqrt(w H); window_size = \"paper\": "
+            "(6 + 3 log10(hardening_xi / 0.05)) w, 12 w for a law without hardening_xi")
         .text("Width W of the belt, both halves");
     table.add("feed", &ConveyorSpec::feed, {"window", "strip"})
         .text("window: a few metres around the obstacle, fresh snow enters at v; strip: the whole avalanche as particles");
@@ -93,11 +102,13 @@ struct ConveyorSpec {
         .unit("m")
         .positive(1e4)
         .only_with("feed", {"window"})
+        .left_out("4 r; 10 r for snow of M' above 1.8 below Fr 5, which jams; 8 m without obstacle and with window_size = \"paper\"")
         .text("Inlet at x = -upstream_length_m; the obstacle's front face is x = 0");
     table.add("downstream_length_m", &ConveyorSpec::downstream_length)
         .unit("m")
         .positive(1e4)
         .only_with("feed", {"window"})
+        .left_out("the obstacle's depth and r (below Fr 1: 2 r; if snow jams: 4 r); 4 m without obstacle and with window_size = \"paper\"")
         .text("Outlet at x = +downstream_length_m");
     table.add("sidewall_contact", &ConveyorSpec::sidewall_contact, {"no_slip", "slip", "coulomb"})
         .text(
@@ -134,6 +145,29 @@ struct ConveyorSpec {
             "largest v^2 H");
   }
 };
+
+/// A flow, as far as the size of a window depends on it.
+struct WindowFlow {
+  double froude;                ///< Fr
+  double height;                ///< H, m
+  double critical_state_ratio;  ///< M' of the snow
+};
+/// Snow with a higher M' in slower flow (Fr) jams between the obstacle and an inlet 4.8 w away; up to M' = 1.76 twice the distance changes
+/// heights by at most 3 %.
+/// @{
+inline constexpr double jamming_ratio = 1.8, fastest_jam = 5.0;
+/// @}
+/// Distances from an obstacle, m.
+struct CompactWindow {
+  double width;              ///< of the belt, both halves
+  double upstream_length;    ///< from the obstacle's front face to the inlet
+  double downstream_length;  ///< from the obstacle's front face to the outlet
+};
+/// The smallest window that changes the mean force by at most 2 % and the heights by some 1 % against one of 16 w, 6 w and 3 w. Measured
+/// for w = H, Fr 0.3 to 7 and three snows: docs/grid-studies.md. In loose snow below Fr 1 the force falls by 4 % for each further w to the
+/// outlet: there is no snow yet downstream, and the outlet stands for it.
+/// @param width  of the obstacle across the flow, w, m. @param depth  along the flow, m
+[[nodiscard]] CompactWindow compact_window(const WindowFlow& flow, double width, double depth);
 
 /// Other parameters that those of a conveyor depend on.
 struct ConveyorSurroundings {

@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <array>
 #include <filesystem>
 
 #include "libmpm/base/error.hpp"
@@ -137,10 +138,10 @@ TEST(Config, FillsInTheDefaultsOfThePaper) {
   EXPECT_EQ(c.numerics.contact, ContactRule::surface);
 }
 
-TEST(Config, WidthFollowsFromXiAndTheObstacle) {
+TEST(Config, PaperWindowFollowsFromXiAndTheObstacle) {
   const double tolerance = 1e-12;  // rounding of a logarithm
   const auto width = [](const std::string& xi) {
-    return parse_case(strip_case, "case.toml", {"material.hardening_xi=" + xi}).conveyor->width;
+    return parse_case(strip_case, "case.toml", {"material.hardening_xi=" + xi, "conveyor.window_size=\"paper\""}).conveyor->width;
   };
   EXPECT_NEAR(width("0.05"), 6 * 1.75, tolerance);
   EXPECT_NEAR(width("0.5"), 9 * 1.75, tolerance);
@@ -149,6 +150,7 @@ TEST(Config, WidthFollowsFromXiAndTheObstacle) {
 model = "hencky_elastic"
 [conveyor]
 velocity_m_s = 1.0
+window_size = "paper"
 [obstacle]
 width_m = 2.0
 [output]
@@ -156,6 +158,28 @@ duration_s = 1.0
 )",
                                   "case.toml");
   EXPECT_EQ(elastic.conveyor->width, 24.0);
+  EXPECT_EQ(elastic.conveyor->upstream_length, 8.0);
+  EXPECT_EQ(elastic.conveyor->downstream_length, 4.0);
+}
+
+TEST(Config, CompactWindowFollowsFromTheObstacleAndTheFlow) {
+  const auto window = [](const std::string& froude, const std::string& height, const std::vector<std::string>& more = {}) {
+    std::vector<std::string> all{"conveyor.flow_height_m=" + height};
+    all.insert(all.end(), more.begin(), more.end());
+    const Case c = parse_case(
+        "[material]\ncritical_state_slope = 0.4\ncohesion_beta = 0.0\nhardening_xi = 0.5\n[conveyor]\nfroude_number = " + froude +
+            "\n[obstacle]\nwidth_m = 1.0\ndepth_m = 1.5\n[output]\nduration_s = 6.0\n",
+        "case.toml", all);
+    return std::array{c.conveyor->width, c.conveyor->upstream_length, c.conveyor->downstream_length};
+  };
+  using Lengths = std::array<double, 3>;
+  EXPECT_EQ(window("3", "1"), (Lengths{8.0, 4.0, 2.5}));
+  EXPECT_EQ(window("3", "4"), (Lengths{12.0, 8.0, 3.5})) << "deep flow on a thin mast: sqrt(w H)";
+  EXPECT_EQ(window("0.9", "1"), (Lengths{8.0, 4.0, 3.5})) << "subcritical";
+  EXPECT_EQ(window("3", "1", {"material.critical_state_slope=1.2", "material.cohesion_beta=0.45"}), (Lengths{8.0, 10.0, 5.5}))
+      << "M' = 2.3";
+  EXPECT_EQ(window("3", "1", {"conveyor.width_m=9"}), (Lengths{9.0, 4.0, 2.5}));
+  EXPECT_EQ(window("3", "1", {"conveyor.upstream_length_m=5"}), (Lengths{8.0, 5.0, 2.5}));
 }
 
 TEST(Config, WrittenCaseReadsBackToTheSameBits) {

@@ -24,6 +24,7 @@ cohesion_beta = 0.0
 hardening_xi = 5.0
 [conveyor]
 froude_number = 3.0
+window_size = "paper"
 [obstacle]
 friction = 0.15
 )") + obstacle + R"(
