@@ -10,7 +10,7 @@ TransferOptions transfer_options(const Scene& scene, double dt) {
   return {.dt = dt,
           .density = density(scene),
           .affine = scene.numerics.transfer != Transfer::flip,
-          .kept = scene.numerics.transfer == Transfer::flip ? scene.numerics.flip_ratio : 0.0,
+          .retained = scene.numerics.transfer == Transfer::flip ? scene.numerics.flip_ratio : 0.0,
           .shock_viscosity = keeps_compaction(scene.material) ? scene.numerics.shock_viscosity : 0.0};
 }
 
@@ -43,12 +43,12 @@ void update_nodes(Problem& problem, double dt) {
   fold_mirror_planes(problem.state.grid, scene.mirror);
   (void)update_grid(problem.state.grid, {scene.boundaries, scene.layered, scene.gravity, scene.mirror, density(scene)}, dt,
                     problem.state.time)
-      .sum(nullptr);
+      .total(nullptr);
 }
 
 void set_uniform_velocity(Grid& grid) {
   for (const auto b : grid.all_blocks()) {
-    for (Node& n : grid.nodes(b).node) n = Node{1.0, 1.0, 1.0, 1.0};
+    for (Node& n : grid.velocities(b).node) n = Node{1.0, 1.0, 1.0, 1.0};
   }
 }
 

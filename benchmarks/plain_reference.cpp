@@ -207,7 +207,7 @@ void check_scatter(const Grid& grid, const TransferOptions& options) {
     for (int n = 0; n < block_nodes; ++n) {
       const Index3& c = grid.block(b).coordinate;
       const Index3 index = node_index(c, n);
-      const Node expected = plain.contains(index) ? plain.node(index) : Node{}, found = grid.nodes(b).node[n];
+      const Node expected = plain.contains(index) ? plain.node(index) : Node{}, found = grid.momenta(b).node[n];
       for (int i = 0; i < 4; ++i) {
         const double tolerance = sum_tolerance * (i < 3 ? momentum_scale : scale[3]);
         if (!(std::abs(found[i] - expected[i]) <= tolerance))

@@ -20,12 +20,12 @@ class BlockSums {
 
   /// Adds to sum number `at`.
   void add(std::size_t at, double number) { sums_[at].add(number); }
-  /// Adds a part, a struct of 64-bit integers followed by doubles, to one sum for each member. @tparam integers  number of integers
+  /// Adds a struct of 64-bit integers followed by doubles, each member to a sum of its own. @tparam integers  number of integers
   template <std::size_t integers = 0, class T>
-  void add_part(std::size_t at, const T& part) {
+  void add_members(std::size_t at, const T& values) {
     static_assert(sizeof(T) % sizeof(double) == 0);
     double numbers[sizeof(T) / sizeof(double)];
-    std::memcpy(numbers, static_cast<const void*>(&part), sizeof(T));
+    std::memcpy(numbers, static_cast<const void*>(&values), sizeof(T));
     for (std::size_t i = 0; i < std::size(numbers); ++i)
       add(at + i, i < integers ? static_cast<double>(std::bit_cast<std::uint64_t>(numbers[i])) : numbers[i]);
   }
@@ -34,9 +34,9 @@ class BlockSums {
   void add_ranks(Ranks* ranks);
 
   [[nodiscard]] double value(std::size_t at) const { return sums_[at].value(); }  ///< sum number `at`
-  /// The sums of a part. @tparam integers  how many of its first members are 64-bit integers
+  /// The sums of such a struct. @tparam integers  number of integers
   template <class T, std::size_t integers = 0>
-  [[nodiscard]] T part(std::size_t at) const {
+  [[nodiscard]] T members(std::size_t at) const {
     double numbers[sizeof(T) / sizeof(double)];
     for (std::size_t i = 0; i < std::size(numbers); ++i) {
       const double sum = value(at + i);

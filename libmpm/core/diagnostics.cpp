@@ -9,7 +9,8 @@ namespace mpm {
 
 namespace {
 
-/// D of APIC, sum w (x_i - x_p)^2 = dx^2/4 for quadratic B-splines: moment of inertia per mass of the affine velocities. 0 with FLIP.
+/// D of APIC, sum w (x_i - x_p)^2 = dx^2/4 for quadratic B-splines: moment of inertia per mass of the affine velocities. 0 with other
+/// transfers.
 double affine_inertia_of(const Scene& scene, double cell_size) {
   return scene.numerics.transfer == Transfer::apic ? 0.25 * cell_size * cell_size : 0.0;
 }
@@ -53,10 +54,10 @@ Totals totals(const State& state, const Scene& scene) {
   }
   constexpr std::size_t counts = 1;  // its first member
   BlockSums sums(sizeof(Totals) / sizeof(double));
-  for (const Totals& part : partial) sums.add_part<counts>(0, part);
+  for (const Totals& part : partial) sums.add_members<counts>(0, part);
   sums.add_ranks(state.grid.ranks());
   if (state.grid.ranks() != nullptr) state.grid.ranks()->done();
-  Totals sum = sums.part<Totals, counts>(0);
+  Totals sum = sums.members<Totals, counts>(0);
   if (sum.mass > 0.0) sum.centre /= sum.mass;
   return sum;
 }

@@ -15,9 +15,9 @@ struct Totals {
   Vec3 angular_momentum = Vec3::Zero();  ///< about the origin, kg m^2/s, with the affine part of APIC: x_p x m v_p + m dx^2/4 axial(C_p)
   double angular_momentum_scale = 0.0;   ///< sum m |x||v|, kg m^2/s
   double kinetic_energy = 0.0;           ///< of the particle velocities, J
-  double affine_energy = 0.0;            ///< kinetic, of the affine part of APIC, sum m dx^2/8 |C_p|^2 (Jiang et al. 2015), J; 0 with FLIP
-  double elastic_energy = 0.0;           ///< J
-  double potential_energy = 0.0;         ///< -m g.x, zero at the origin, J
+  double affine_energy = 0.0;  ///< kinetic, of the affine part of APIC, sum m dx^2/8 |C_p|^2 (Jiang et al. 2015), J; 0 with other transfers
+  double elastic_energy = 0.0;    ///< J
+  double potential_energy = 0.0;  ///< -m g.x, zero at the origin, J
 };
 
 /// Kinetic energy, with the affine part that APIC keeps, and elastic energy of one particle, J.

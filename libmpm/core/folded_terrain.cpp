@@ -46,7 +46,7 @@ std::vector<Impulse> apply_folded_terrain(Grid& grid, const Terrain& terrain, co
     const Index3& block = grid.block(blocks[i]).coordinate;
     const Vec3 low = node_position(block, 0, dx), high = low + Vec3::Constant((block_edge - 1) * dx);
     if (!terrain.reaches(low - Vec3(0.0, 0.0, above * dx), high, 0.0)) continue;
-    NodeBlock& nodes = grid.nodes(blocks[i]);
+    NodeBlock& nodes = grid.velocities(blocks[i]);
     for (int n = 0; n < block_edge * block_edge; ++n) {
       const GroundColumn ground(terrain, node_position(block, n, dx), dx);
       const Vec3 normal = ground.surface.normal(), moving = terrain.velocity(ground.surface.slope);

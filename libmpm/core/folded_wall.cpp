@@ -86,7 +86,7 @@ std::vector<Impulse> apply_folded_wall(Grid& grid, const Boundary& boundary, con
     // range of the block's nodes, in steps from the masters' plane into the wall
     const std::int32_t from = plan.inward * (first - plan.master), to = plan.inward * (first + block_edge - 1 - plan.master);
     if (std::max(from, to) < 0) continue;
-    NodeBlock& nodes = grid.nodes(blocks[i]);
+    NodeBlock& nodes = grid.velocities(blocks[i]);
     const auto write = [&](const NodeAt& at, const Vec3& surface, const Vec3& velocity) {
       set_velocity(grid, at, mirror, surface, velocity, wall.point, taken[i]);
     };
@@ -138,13 +138,13 @@ void apply_folded_top(Grid& grid, const SurfaceSolid& solid, const MirrorPlanes&
     const int number = number_of_node(at);
     Column column{{}, plan.c};
     if (!collect_column(grid, block, number, plan.axis, plan.inward, Vec3::Zero(), column)) continue;
-    double strongest = unbounded;
+    double bound = unbounded;
     if (const EdgeBound& edge = columns[i].edge; edge.inner >= 0) {
       double along = 0.0;  // square of the largest velocity along the top: the flow is fastest at the surface, next to the edge
       for (const ColumnNode& c : column.node) along = std::max(along, c.before.head<2>().squaredNorm());
-      strongest = edge.largest(taken[static_cast<std::size_t>(edge.inner)], 0.5 * density * along * edge.strip * grid.cell_size() * dt);
+      bound = edge.largest(taken[static_cast<std::size_t>(edge.inner)], 0.5 * density * along * edge.strip * grid.cell_size() * dt);
     }
-    const std::optional<double> normal = fold_column(column, surface_of(top, plan), strongest);
+    const std::optional<double> normal = fold_column(column, surface_of(top, plan), bound);
     if (!normal) continue;
     taken[i] = *normal;
     for (int k = 0; k < column_nodes; ++k) {

@@ -23,76 +23,6 @@ std::uint64_t key_of(const Index3& c) {
 
 }  // namespace
 
-void ParticleBin::append(int cell_of_p, PagePool& pool) {
-  if (count_ == static_cast<int>(pages_.size()) * page_particles) pages_.push_back(pool.take());
-  cell.push_back(static_cast<std::uint8_t>(cell_of_p));
-  ++count_;
-  order.clear();
-}
-
-void ParticleBin::append(const Particle& p, int cell_of_p, PagePool& pool) {
-  if (count_ == 0) frame.velocity = velocity_of(p);  // until grid_to_particle sets the mean velocity
-  append(cell_of_p, pool);
-  set(count_ - 1, p);
-}
-
-void ParticleBin::remove(int slot, PagePool& pool) {
-  const int last = count_ - 1;
-  if (slot != last) {
-    std::memcpy(bytes(slot).data(), bytes(last).data(), record_bytes(precision_));
-    cell[static_cast<std::size_t>(slot)] = cell[static_cast<std::size_t>(last)];
-  }
-  cell.pop_back();
-  order.clear();
-  count_ = last;
-  if (count_ + 2 * page_particles <= static_cast<int>(pages_.size()) * page_particles) {  // keep one spare: no thrashing at a page's edge
-    pool.give_back(pages_.back());
-    pages_.pop_back();
-  }
-}
-
-int ParticleBin::last_leaver(int end) const {
-  const void* const found = memrchr(cell.data(), left_block, static_cast<std::size_t>(end));
-  return found == nullptr ? -1 : static_cast<int>(static_cast<const std::uint8_t*>(found) - cell.data());
-}
-
-void ParticleBin::release(PagePool& pool) {
-  for (std::byte* page : pages_) pool.give_back(page);
-  pages_.clear();
-  cell.clear();
-  order.clear();
-  count_ = 0;
-}
-
-void ParticleBin::sort_by_cell() {
-  // Four runs of slots, each with counters of its own: neighbouring slots often share a cell, and one counter would make each
-  // increment wait for the one before. The resulting order is that of one run.
-  constexpr std::size_t runs = 4;
-  const std::size_t n = cell.size(), length = n / runs;
-  const std::uint8_t* const c = cell.data();
-  std::uint16_t next[runs][block_nodes] = {};
-  for (std::size_t s = 0; s < length; ++s) {
-    for (std::size_t r = 0; r < runs; ++r) ++next[r][c[r * length + s]];
-  }
-  for (std::size_t s = runs * length; s < n; ++s) ++next[runs - 1][c[s]];
-  std::uint16_t sum = 0;
-  for (int k = 0; k < block_nodes; ++k) {
-    cell_start[k] = sum;
-    for (auto& run : next) {
-      const std::uint16_t count = run[k];
-      run[k] = sum;
-      sum = static_cast<std::uint16_t>(sum + count);
-    }
-  }
-  cell_start[block_nodes] = sum;
-  order.resize(n);
-  std::uint16_t* const o = order.data();
-  for (std::size_t s = 0; s < length; ++s) {
-    for (std::size_t r = 0; r < runs; ++r) o[next[r][c[r * length + s]]++] = static_cast<std::uint16_t>(r * length + s);
-  }
-  for (std::size_t s = runs * length; s < n; ++s) o[next[runs - 1][c[s]]++] = static_cast<std::uint16_t>(s);
-}
-
 std::int32_t Grid::find_any(const Index3& coordinate) const {
   const auto it = index_.find(key_of(coordinate));
   return it == index_.end() ? no_block : it->second;
@@ -123,14 +53,14 @@ void Grid::ask_owner(Block& b) const {
   b.at_border = ranks_ != nullptr && ranks_->at_border(b.coordinate);
 }
 
-std::int32_t Grid::lend_nodes() {
-  lent_.push_back(new_storage());
-  return lent_.back();
+std::int32_t Grid::new_buffer() {
+  buffers_.push_back(new_storage());
+  return buffers_.back();
 }
 
-void Grid::return_lent() {
-  free_.insert(free_.end(), lent_.begin(), lent_.end());
-  lent_.clear();
+void Grid::free_buffers() {
+  free_.insert(free_.end(), buffers_.begin(), buffers_.end());
+  buffers_.clear();
 }
 
 std::int32_t Grid::new_storage() {
@@ -142,7 +72,7 @@ std::int32_t Grid::new_storage() {
   blocks_.emplace_back();
   blocks_.back().particles = ParticleBin(precision_);
   nodes_.emplace_back();
-  if (keep_old_nodes_) old_nodes_.emplace_back();
+  if (forces_apart_) forces_.emplace_back();
   return static_cast<std::int32_t>(blocks_.size()) - 1;
 }
 
@@ -175,7 +105,7 @@ void Grid::destroy(std::int32_t index) {
   index_.erase(key_of(b.coordinate));
   b.particles.release(*pool_);
   b.outbox = {};
-  b.parts = nullptr;
+  b.buffers = nullptr;
   b.outer = false;
   free_.push_back(index);
   set_changed_ = true;
@@ -196,24 +126,6 @@ void Grid::restore(const StoredBlock& stored) {
     bin.append(stored.cells[i], *pool_);
     std::memcpy(bin.bytes(bin.count() - 1).data(), stored.records.data() + i * size, size);
   }
-}
-
-MigrantList& Grid::migrants_of_this_thread() {
-  const std::lock_guard lock(*migrants_mutex_);
-  const auto thread = static_cast<std::size_t>(omp_get_thread_num());
-  if (migrants_.size() <= thread) migrants_.resize(thread + 1);
-  return migrants_[thread];
-}
-
-void Grid::send(std::int32_t block_index, const Migrant& m) {
-  Outbox& outbox = block(block_index).outbox;
-  if (outbox.list == nullptr) {
-    outbox.list = &migrants_of_this_thread();
-    outbox.first = outbox.list->size();
-  }
-  outbox.list->push_back(m);
-  ++outbox.count;
-  outbox.neighbours |= 1U << m.to;
 }
 
 void Grid::migrate() {
@@ -249,7 +161,7 @@ void Grid::migrate() {
   for (const auto* list : {&all_, &ghosts_}) {  // not occupied_: a block that lost its last particle has an outbox too
     for (const auto b : *list) block(b).outbox = {};
   }
-  for (auto& list : migrants_) list.clear();
+  migrants_.clear();
   refresh();
   for (const auto b : occupied_) {
     if (block(b).particles.count() > max_particles_per_block) {
@@ -315,9 +227,9 @@ std::size_t Grid::particle_count() const {
 }
 
 std::size_t Grid::bytes() const {
-  std::size_t n = pool_->bytes() + (nodes_.size() + old_nodes_.size()) * sizeof(NodeBlock) + blocks_.size() * sizeof(Block);
+  std::size_t n =
+      pool_->bytes() + migrants_.bytes() + (nodes_.size() + forces_.size()) * sizeof(NodeBlock) + blocks_.size() * sizeof(Block);
   for (const auto& b : blocks_) n += b.particles.cell.capacity() + 2 * b.particles.order.capacity();
-  for (const auto& list : migrants_) n += list.capacity() * sizeof(Migrant);
   return n;
 }
 

@@ -21,10 +21,12 @@ struct alignas(64) GroupHalo {
 };
 
 /// Calls f(row of nodes, its first place in the halo, count) for every row of a block's halo.
+/// @param before_forces  the velocities before forces in place of those that forces and boundaries have changed
 template <class F>
-void for_each_row(const Grid& grid, std::int32_t block, bool old, F&& f) {
+void for_each_row(const Grid& grid, std::int32_t block, bool before_forces, F&& f) {
   for_each_halo_row(
-      grid.block(block).neighbour, [&](std::int32_t b) -> const NodeBlock& { return old ? grid.old_nodes(b) : grid.nodes(b); }, f);
+      grid.block(block).neighbour,
+      [&](std::int32_t b) -> const NodeBlock& { return before_forces ? grid.velocities_before_forces(b) : grid.velocities(b); }, f);
 }
 
 /// A node as a halo holds it.
@@ -38,14 +40,14 @@ Held halo_node(const SingleQuad& node) {
 }
 
 template <class V>
-void fill(GroupHalo<V>& halo, const Grid& grid, std::int32_t block, bool old, const Vec3& /*relative_to*/) {
-  for_each_row(grid, block, old, [&](const Node* from, int first, auto count) {
+void fill(GroupHalo<V>& halo, const Grid& grid, std::int32_t block, bool before_forces, const Vec3& /*relative_to*/) {
+  for_each_row(grid, block, before_forces, [&](const Node* from, int first, auto count) {
     for (int i = 0; i < count; ++i) halo.node[first + i] = repeat<V>(from[i]);
   });
 }
-void fill(GroupHalo<SingleLanes>& halo, const Grid& grid, std::int32_t block, bool old, const Vec3& relative_to) {
+void fill(GroupHalo<SingleLanes>& halo, const Grid& grid, std::int32_t block, bool before_forces, const Vec3& relative_to) {
   const Node velocity = {relative_to.x(), relative_to.y(), relative_to.z(), 0.0};
-  for_each_row(grid, block, old, [&](const Node* from, int first, auto count) {
+  for_each_row(grid, block, before_forces, [&](const Node* from, int first, auto count) {
     for (int i = 0; i < count; ++i) halo.node[first + i] = halo_node<HaloNode<SingleLanes>>(narrow(from[i] - velocity));
   });
 }
@@ -70,9 +72,9 @@ struct MovingGroup {
   BsplineWeights<typename Group<Record>::Vector> w;
 };
 
-/// The same number, of which the compiler knows nothing. It would otherwise load all nodes of a cell before the loop over its groups,
-/// and, as they do not fit into the registers, store most of them again.
-inline int unknown(int number) {
+/// The same number, hidden from the optimizer. It would otherwise load all nodes of a cell before the loop over its groups, and, as they
+/// do not fit into the registers, store most of them again.
+inline int hidden_from_optimizer(int number) {
   asm("" : "+r"(number));
   return number;
 }
@@ -147,15 +149,15 @@ BlockMotion move_block(Grid& grid, std::int32_t index, const TransferOptions& op
   Block& block = grid.block(index);
   ParticleBin& bin = block.particles;
   const ParticleBin& next = next_index == no_block ? bin : grid.block(next_index).particles;
-  const bool keeps = options.kept > 0.0;
-  GroupHalo<V> halo, old_halo;  // the second is filled where it is used; to clear it takes a tenth of the time of a small block
-  if (keeps) fill(old_halo, grid, index, true, bin.frame.velocity);
+  const bool retains = options.retained > 0.0;
+  GroupHalo<V> halo, before_forces;  // the second is filled where it is used; to clear it takes a tenth of the time of a small block
+  if (retains) fill(before_forces, grid, index, true, bin.frame.velocity);
   if constexpr (std::same_as<Record, SingleRecord>) bin.frame.velocity = mean_velocity(grid, index);
   fill(halo, grid, index, false, bin.frame.velocity);
 
   const Displacement<Record> displacement(grid, block, options.dt);
   const V affine_scale = V{} + static_cast<Scalar>(4.0 * grid.inverse_cell_size());
-  const auto kept = static_cast<Scalar>(options.kept);
+  const auto retained = static_cast<Scalar>(options.retained);
   V max_speed_squared = {};
   Record discarded[size] = {};  // written in place of the padding behind a cell's last particle
   std::uint32_t reach = 0;
@@ -182,11 +184,11 @@ BlockMotion move_block(Grid& grid, std::int32_t index, const TransferOptions& op
 #pragma GCC unroll 4
         for (int i = 0; i < size; ++i) to[i] = i < m.used ? const_cast<Record*>(m.from.p[i]) : &discarded[i];
         const PrefetchGroup<Record> prefetch(bin, next, first + size * n);
-        const int base = unknown(first_halo_node(cell));
+        const int base = hidden_from_optimizer(first_halo_node(cell));
         const Gathered<V> g = gather(halo.node + base, m.w, prefetch);
         const V f = m.f, xv = m.from.position();
         V v = g.v;
-        if (keeps) v += kept * (m.from.velocity() - gather(old_halo.node + base, m.w, prefetch).v);
+        if (retains) v += retained * (m.from.velocity() - gather(before_forces.node + base, m.w, prefetch).v);
         const V cx = affine_scale * (g.x - spread<0>(f) * g.v);
         const V cy = affine_scale * (g.y - spread<1>(f) * g.v);
         const V cz = affine_scale * (g.z - spread<2>(f) * g.v);

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <memory>
 
 #include "libmpm/base/bspline.hpp"
 #include "libmpm/core/spline_sums.hpp"
@@ -16,19 +17,19 @@ constexpr double to_centre = 0.5 * block_edge + 0.5;  ///< cells from a block's 
 
 /// The fields on the nodes that a block's particles touch.
 struct Fields {
-  Node gained[halo_nodes];  ///< v - u: change by forces and boundaries
-  Node before[halo_nodes];  ///< u
+  Node by_forces[halo_nodes];      ///< a dt = v - u: change by forces and boundaries
+  Node before_forces[halo_nodes];  ///< u
 
   Fields(const Grid& grid, const Block& block) {
     for_each_halo_row(
-        block.neighbour, [&](std::int32_t b) -> const NodeBlock& { return grid.old_nodes(b); },
+        block.neighbour, [&](std::int32_t b) -> const NodeBlock& { return grid.velocities_before_forces(b); },
         [&](const Node* row, int first, auto count) {
-          for (int n = 0; n < count; ++n) before[first + n] = row[n];
+          for (int n = 0; n < count; ++n) before_forces[first + n] = row[n];
         });
     for_each_halo_row(
-        block.neighbour, [&](std::int32_t b) -> const NodeBlock& { return grid.nodes(b); },
+        block.neighbour, [&](std::int32_t b) -> const NodeBlock& { return grid.velocities(b); },
         [&](const Node* row, int first, auto count) {
-          for (int n = 0; n < count; ++n) gained[first + n] = row[n] - before[first + n];
+          for (int n = 0; n < count; ++n) by_forces[first + n] = row[n] - before_forces[first + n];
         });
   }
 };
@@ -55,6 +56,23 @@ Place place_of(const Grid& grid, const ParticleBin& bin, int slot) {
 std::array<Node, 3> skew_part(const Node& x, const Node& y, const Node& z) {
   const double xy = 0.5 * (y[0] - x[1]), xz = 0.5 * (z[0] - x[2]), yz = 0.5 * (z[1] - y[2]);
   return {Node{0.0, -xy, -xz, 0.0}, Node{xy, 0.0, -yz, 0.0}, Node{xz, yz, 0.0, 0.0}};
+}
+
+/// A rectangle of columns of blocks: their coordinates x, y.
+using Columns = Eigen::AlignedBox2i;
+
+/// The same with columns before and behind it, along x and along y.
+Columns extended(const Columns& columns, int before, int behind) {
+  return {columns.min() - Eigen::Vector2i::Constant(before), columns.max() + Eigen::Vector2i::Constant(behind)};
+}
+
+std::vector<std::int32_t> blocks_in(const Grid& grid, const Columns& columns) {
+  std::vector<std::int32_t> blocks;
+  for (const auto b : grid.all_blocks()) {
+    const Index3& block = grid.block(b).coordinate;
+    if (columns.contains(Eigen::Vector2i(block[0], block[1]))) blocks.push_back(b);
+  }
+  return blocks;
 }
 
 }  // namespace
@@ -98,7 +116,7 @@ Eigen::AlignedBox2i LumpedMassCorrection::columns() const {
           first_nodes(bounds_.max(), reach_of_column).ceil().cast<int>().matrix()};
 }
 
-void LumpedMassCorrection::add_of_block(const Grid& grid, const Block& block, std::span<NodeBlock> change) const {
+void LumpedMassCorrection::add_of_block(const Grid& grid, const Block& block, std::span<NodeBlock> correction) const {
   const ParticleBin& bin = block.particles;
   std::array<Part, block_nodes> parts;
   for (int cell = 0; cell < block_nodes; ++cell) {
@@ -126,7 +144,7 @@ void LumpedMassCorrection::add_of_block(const Grid& grid, const Block& block, st
       here = true;
       const Vec3 f = x / dx_ - base;
       const BsplineWeights<Node> w = bspline_weights(Node{f.x(), f.y(), f.z(), 0.0});
-      const Gathered<Node> u = gather(fields.before + first, w, NoPrefetch{}), a = gather(fields.gained + first, w, NoPrefetch{});
+      const Gathered<Node> u = gather(fields.before_forces + first, w, NoPrefetch{}), a = gather(fields.by_forces + first, w, NoPrefetch{});
       const double r = 4.0 * relaxed_;  // gradients, for each cell, are four times the moments about the particle
       Linear<Node> c = {a.v + relaxed_ * u.v, r * (u.x - f.x() * u.v), r * (u.y - f.y() * u.v), r * (u.z - f.z() * u.v)};
       if (keeps_moment) {
@@ -145,31 +163,73 @@ void LumpedMassCorrection::add_of_block(const Grid& grid, const Block& block, st
   }
   if (!any) return;
   for_each_halo_row(
-      block.parts != nullptr ? *block.parts : block.neighbour,
-      [&](std::int32_t b) -> NodeBlock& { return change[static_cast<std::size_t>(b)]; },
+      block.targets(), [&](std::int32_t b) -> NodeBlock& { return correction[static_cast<std::size_t>(b)]; },
       [&](Node* row, int first, auto count) {
         for (int n = 0; n < count; ++n) {
           const Node& s = sum[first + n];
-          const Node all = s + s[3] * (fields.gained[first + n] + relaxed_ * fields.before[first + n]);
+          const Node all = s + s[3] * (fields.by_forces[first + n] + relaxed_ * fields.before_forces[first + n]);
           row[n] += Node{all[0], all[1], all[2], 0.0};
         }
       });
 }
 
-void LumpedMassCorrection::add_inner(const Grid& grid, std::span<NodeBlock> change) const {
-  for (int colour = 0; colour < 8; ++colour) add_of_blocks(grid, grid.coloured_blocks(colour), false, change);
+void LumpedMassCorrection::add_inner(const Grid& grid, std::span<NodeBlock> correction) const {
+  for (int colour = 0; colour < 8; ++colour) add_of_blocks(grid, grid.coloured_blocks(colour), false, correction);
 }
 
-void LumpedMassCorrection::add_outer(const Grid& grid, std::span<NodeBlock> change) const {
-  add_of_blocks(grid, grid.occupied_blocks(), true, change);
+void LumpedMassCorrection::add_outer(const Grid& grid, std::span<NodeBlock> correction) const {
+  add_of_blocks(grid, grid.occupied_blocks(), true, correction);
 }
 
 void LumpedMassCorrection::add_of_blocks(const Grid& grid, std::span<const std::int32_t> blocks, bool outer,
-                                         std::span<NodeBlock> change) const {
+                                         std::span<NodeBlock> correction) const {
 #pragma omp parallel for schedule(dynamic, 1)
   for (std::size_t i = 0; i < blocks.size(); ++i) {
     const Block& block = grid.block(blocks[i]);
-    if (block.outer == outer && reaches(block.coordinate[0], block.coordinate[1])) add_of_block(grid, block, change);
+    if (block.outer == outer && reaches(block.coordinate[0], block.coordinate[1])) add_of_block(grid, block, correction);
+  }
+}
+
+void correct_lumped_mass(Grid& grid, std::span<const LumpedMassCorrection> corrections, const MirrorPlanes& mirror,
+                         const std::function<void(std::span<const std::int32_t>)>& try_boundaries) {
+  if (corrections.empty()) return;
+  Columns columns;  // with particles that may take part
+  for (const LumpedMassCorrection& c : corrections) columns.extend(c.columns());
+  // Particles touch their own column and the next. Columns of nodes along x or y reach into one more on both sides; those that begin in
+  // blocks where the boundaries act end at most one further.
+  const auto acted = blocks_in(grid, extended(columns, 1, 2)), changed = blocks_in(grid, extended(columns, 2, 3));
+  const std::size_t count = grid.index_end();
+  const auto untried = std::make_unique_for_overwrite<NodeBlock[]>(count);  // both by index of block
+  const auto storage = std::make_unique_for_overwrite<NodeBlock[]>(count);
+  const std::span correction(storage.get(), count);
+#pragma omp parallel for schedule(static, 8)
+  for (std::size_t i = 0; i < changed.size(); ++i) {
+    untried[static_cast<std::size_t>(changed[i])] = grid.velocities(changed[i]);
+    correction[static_cast<std::size_t>(changed[i])] = NodeBlock{};
+  }
+  for (const auto b : grid.buffers()) correction[static_cast<std::size_t>(b)] = NodeBlock{};
+  try_boundaries(acted);
+  reflect_velocities(grid, mirror, acted);
+  Ranks* const ranks = grid.ranks();
+  const auto near = [&](const Index3& block) {
+    return std::ranges::any_of(corrections, [&](const LumpedMassCorrection& c) { return c.reaches(block[0], block[1]); });
+  };
+  if (ranks != nullptr) ranks->send_nodes(grid, near);
+  for (const LumpedMassCorrection& c : corrections) c.add_inner(grid, correction);
+  if (ranks != nullptr) {
+    ranks->receive_nodes(grid);
+    for (const LumpedMassCorrection& c : corrections) c.add_outer(grid, correction);
+    ranks->send_parts(correction, near);
+    ranks->add_parts(correction);
+  }
+  fold_mirror_planes(grid, mirror, correction, acted);
+#pragma omp parallel for schedule(static, 8)
+  for (std::size_t i = 0; i < changed.size(); ++i) {
+    const NodeBlock &before = untried[static_cast<std::size_t>(changed[i])], &more = correction[static_cast<std::size_t>(changed[i])];
+    for (int n = 0; n < block_nodes; ++n) {
+      const double mass = before.node[n][3];
+      grid.velocities(changed[i]).node[n] = mass > 0.0 ? before.node[n] + more.node[n] / mass : before.node[n];
+    }
   }
 }
 

@@ -22,6 +22,7 @@
 
 #include <Eigen/Geometry>
 #include <cstdint>
+#include <functional>
 #include <span>
 #include <vector>
 
@@ -56,20 +57,20 @@ class LumpedMassCorrection {
   /// A rectangle that holds all these columns: coordinates x, y of their blocks. It is the same on all ranks.
   [[nodiscard]] Eigen::AlignedBox2i columns() const;
 
-  /// Adds m_i times the change of v_i to `change`, kg m/s, by number of block, as particle_to_grid adds to nodes: first of inner blocks,
-  /// then of outer ones (ranks.hpp). Nodes must hold velocities, their old nodes those before forces, both with their images behind mirror
-  /// planes; for outer blocks on ghosts, too. Sums in the order of colours: the same bits on any number of threads.
+  /// Adds m_i times the change of v_i to `correction`, kg m/s, by index of block, as particle_to_grid adds to nodes: first of inner blocks,
+  /// then of outer ones (ranks.hpp). Reads velocities and those before forces, both with their images behind mirror planes; for outer
+  /// blocks on ghosts, too. Sums in the order of colours: the same bits on any number of threads.
   /// @{
-  void add_inner(const Grid& grid, std::span<NodeBlock> change) const;
-  void add_outer(const Grid& grid, std::span<NodeBlock> change) const;
+  void add_inner(const Grid& grid, std::span<NodeBlock> correction) const;
+  void add_outer(const Grid& grid, std::span<NodeBlock> correction) const;
   /// @}
 
  private:
   /// How the particles of a cell take part: weight 0, 0 to 1, or 1. It saves the distances of most particles.
   enum class Part : std::uint8_t { none, fading, full };
   [[nodiscard]] Part part_of(const Index3& block, int cell) const;
-  void add_of_blocks(const Grid& grid, std::span<const std::int32_t> blocks, bool outer, std::span<NodeBlock> change) const;
-  void add_of_block(const Grid& grid, const Block& block, std::span<NodeBlock> change) const;
+  void add_of_blocks(const Grid& grid, std::span<const std::int32_t> blocks, bool outer, std::span<NodeBlock> correction) const;
+  void add_of_block(const Grid& grid, const Block& block, std::span<NodeBlock> correction) const;
 
   OutlineDistance distance_;
   Eigen::AlignedBox2d bounds_;  ///< of the outline, m
@@ -79,5 +80,11 @@ class LumpedMassCorrection {
 /// One for each of the boundaries that needs it. The other arguments are those of LumpedMassCorrection.
 [[nodiscard]] std::vector<LumpedMassCorrection> lumped_mass_corrections(std::span<const Boundary> boundaries, double cell_size,
                                                                         double density, double relaxed);
+
+/// Corrects the velocities near solids by all corrections together. The accelerations that are corrected are those with contact, so the
+/// boundaries act once on trial; the velocities of before are then restored and corrected. The grid must keep forces apart.
+/// @param try_boundaries  lets the boundaries act on the columns of nodes that begin in the given blocks
+void correct_lumped_mass(Grid& grid, std::span<const LumpedMassCorrection> corrections, const MirrorPlanes& mirror,
+                         const std::function<void(std::span<const std::int32_t>)>& try_boundaries);
 
 }  // namespace mpm

@@ -34,7 +34,7 @@ void fold(const Grid& grid, std::span<const std::int32_t> blocks, int axis, Node
 
 /// Renews the nodes behind the plane as images of those before it, whose velocities a boundary may have changed.
 void reflect(Grid& grid, std::span<const std::int32_t> blocks, int axis) {
-  const auto nodes_of = [&](std::int32_t b) -> NodeBlock& { return grid.nodes(b); };
+  const auto nodes_of = [&](std::int32_t b) -> NodeBlock& { return grid.velocities(b); };
   for_each_mirrored_node(grid, blocks, axis, nodes_of,
                          [](const Node&, const Node& before, Node& behind, Node flip) { behind = flip * before; });
 }
@@ -44,8 +44,8 @@ void reflect(Grid& grid, std::span<const std::int32_t> blocks, int axis) {
 void fold_mirror_planes(Grid& grid, const MirrorPlanes& mirror) {
   for (int axis = 0; axis < 2; ++axis) {
     if (!(axis == 0 ? mirror.x : mirror.y)) continue;
-    fold(grid, grid.all_blocks(), axis, [&](std::int32_t b) -> NodeBlock& { return grid.nodes(b); });
-    if (grid.keeps_old_nodes()) fold(grid, grid.all_blocks(), axis, [&](std::int32_t b) -> NodeBlock& { return grid.old_nodes(b); });
+    for (int f = 0; f < grid.fields(); ++f)
+      fold(grid, grid.all_blocks(), axis, [&](std::int32_t b) -> NodeBlock& { return grid.field(f, b); });
   }
 }
 

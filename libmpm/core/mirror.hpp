@@ -14,15 +14,16 @@ struct MirrorPlanes {
   [[nodiscard]] double parts() const { return (x ? 2.0 : 1.0) * (y ? 2.0 : 1.0); }
 };
 
-/// Adds the image of every particle to the nodes, and to the old nodes where they are kept. Call between particle_to_grid and update_grid.
+/// Adds the image of every particle to the nodes' momenta, and to the force impulses if they are kept apart. Call between particle_to_grid
+/// and update_grid.
 void fold_mirror_planes(Grid& grid, const MirrorPlanes& mirror);
 
 /// The same for another field of momenta. @param field  nodes by number of block, at least to the last in the grid's lists
 /// @param blocks  of Grid::all_blocks(), all or some
 void fold_mirror_planes(const Grid& grid, const MirrorPlanes& mirror, std::span<NodeBlock> field, std::span<const std::int32_t> blocks);
 
-/// Renews the images behind the planes after boundaries have changed the velocities before them. Old nodes need no renewal, because no
-/// boundary changes them. @param blocks  as above
+/// Renews the images behind the planes after boundaries have changed the velocities before them. Velocities before forces need no renewal,
+/// because no boundary changes them. @param blocks  of Grid::all_blocks(), all or some
 void reflect_velocities(Grid& grid, const MirrorPlanes& mirror, std::span<const std::int32_t> blocks);
 
 /// Fraction of a node that belongs to the computed part: 0 behind a mirror plane, a half on it.

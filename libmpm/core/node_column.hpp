@@ -42,7 +42,7 @@ inline NodeAt node_at(Grid& grid, std::int32_t block, int number, int axis, int 
   const std::int32_t to = grid.block(block).neighbour[static_cast<std::size_t>(neighbour_slot(offset[0], offset[1], offset[2]))];
   if (to == no_block) return {};
   const int there = number + (by - block_edge * offset[axis]) * node_stride(axis);
-  return {&grid.nodes(to).node[there], to, there};
+  return {&grid.velocities(to).node[there], to, there};
 }
 
 /// A node of a column.
@@ -98,11 +98,11 @@ bool is_open(const NodeColumn<count>& column, double gap) {
 
 /// Velocities of a column after contact. no_slip: all components go through zero; separable: only where the column as a whole has
 /// reached the surface and is pushed against it. Coulomb friction takes from the tangential velocities v_t the same fraction s of the
-/// change to sticking (v_t = c_k w), s <= 1 and s |J_stick| <= mu |J_n|. @param strongest  bound of the normal impulse, kg m/s
+/// change to sticking (v_t = c_k w), s <= 1 and s |J_stick| <= mu |J_n|. @param bound  of the normal impulse, kg m/s
 /// @returns the normal impulse on the surface, positive for compression; empty if the column is free
 template <std::size_t count>
 std::optional<double> fold_column(NodeColumn<count>& column, const ColumnSurface& surface,
-                                  double strongest = std::numeric_limits<double>::infinity()) {
+                                  double bound = std::numeric_limits<double>::infinity()) {
   const Vec3& normal = surface.normal;
   Vec3 momentum = Vec3::Zero();
   double mass = 0.0;
@@ -113,24 +113,24 @@ std::optional<double> fold_column(NodeColumn<count>& column, const ColumnSurface
   const Vec3 held = momentum / mass;  // velocity of the master if all stick
   Vec3 sticking = Vec3::Zero();       // impulse needed for that
   for (std::size_t k = 0; k < count; ++k) sticking += column.node[k].mass * (column.node[k].before - column.c[k] * held);
-  const double pull = normal.dot(sticking);  // negative: material pushes against the surface
-  if (surface.contact == Contact::separable && (pull >= 0.0 || is_open(column, surface.gap))) return std::nullopt;
+  const double tension = normal.dot(sticking);  // negative: material pushes against the surface
+  if (surface.contact == Contact::separable && (tension >= 0.0 || is_open(column, surface.gap))) return std::nullopt;
   double fraction = 0.0;  // of the tangential change to sticking
   if (surface.contact == Contact::no_slip) {
     fraction = 1.0;
-  } else if (surface.friction > 0.0 && pull < 0.0) {
-    const double all = (sticking - pull * normal).norm(), most = -surface.friction * pull;
+  } else if (surface.friction > 0.0 && tension < 0.0) {
+    const double all = (sticking - tension * normal).norm(), most = -surface.friction * tension;
     fraction = all > most ? most / all : 1.0;
   }
-  const double part = -pull > strongest ? strongest / -pull : 1.0;  // factor of all impulses
+  const double scale = -tension > bound ? bound / -tension : 1.0;  // factor of all impulses
   for (std::size_t k = 0; k < count; ++k) {
     ColumnNode& n = column.node[k];
     const Vec3 stuck = column.c[k] * held;
     n.velocity = n.before + fraction * (stuck - n.before);
     n.velocity = n.velocity - normal.dot(n.velocity) * normal + normal.dot(stuck) * normal;  // exact for a normal along an axis
-    if (part < 1.0) n.velocity = n.before + part * (n.velocity - n.before);
+    if (scale < 1.0) n.velocity = n.before + scale * (n.velocity - n.before);
   }
-  return -part * pull;
+  return -scale * tension;
 }
 
 /// The same; without material at the master each node behind it meets the surface alone. @returns whether velocities may have changed

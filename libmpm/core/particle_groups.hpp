@@ -1,7 +1,7 @@
 #pragma once
 /// Common parts of both transfers: groups of particles of one cell in one register, four lanes each, and the block's halo of nodes.
 /// A Group is made for each kind of record, and the transfers are templates over it:
-///   Group<Particle>      two particles in a Lanes,        {a_0 .. a_3 | b_0 .. b_3}; or one in a Node, where registers are shorter
+///   Group<Particle>      two particles in a Lanes,        {a_0 .. a_3 | b_0 .. b_3}; or one in a HalfLanes, where registers are shorter
 ///   Group<SingleRecord>  four particles in a SingleLanes, {a_0 .. a_3 | b_0 .. b_3 | c_0 .. c_3 | d_0 .. d_3}; or two likewise
 /// For the sources of the transfers and of corrections that sum as they do.
 
@@ -18,15 +18,15 @@
 namespace mpm {
 
 /// Four doubles without alignment.
-using UnalignedNode = double __attribute__((vector_size(32), aligned(8), may_alias));
+using UnalignedHalf = double __attribute__((vector_size(32), aligned(8), may_alias));
 /// Four doubles from any address.
-inline Node load_half(const double* p) { return *reinterpret_cast<const UnalignedNode*>(p); }
+inline HalfLanes load_half(const double* p) { return *reinterpret_cast<const UnalignedHalf*>(p); }
 /// Four doubles to any address.
-inline void store_half(double* p, Node v) { *reinterpret_cast<UnalignedNode*>(p) = v; }
+inline void store_half(double* p, HalfLanes v) { *reinterpret_cast<UnalignedHalf*>(p) = v; }
 
 /// The same quad for all particles.
 template <class V>
-inline V repeat(Node n) {
+inline V repeat(HalfLanes n) {
   if constexpr (std::same_as<V, Lanes>) {
     return join(n, n);
   } else {
@@ -41,7 +41,7 @@ inline Lanes spread(const Lanes& v) {
   return shuffle_halves<c, c, c, c>(v, v);
 }
 template <int c>
-inline Node spread(const Node& v) {
+inline HalfLanes spread(const HalfLanes& v) {
   return __builtin_shufflevector(v, v, c, c, c, c);
 }
 template <int c>
@@ -75,7 +75,7 @@ constexpr V repeated(int a, int b, int c, int d) {
 /// Two particles in double precision. A lone one is beside padding, or beside itself.
 struct ParticlePair {
   using Vector = Lanes;                                           ///< of all particles
-  using Quad = Node;                                              ///< of one particle
+  using Quad = HalfLanes;                                         ///< of one particle
   static constexpr int size = 2;                                  ///< particles
   static constexpr Lanes xyz = {1, 1, 1, 0, 1, 1, 1, 0};          ///< 1 in the lanes of a vector, 0 in the fourth
   static constexpr Lanes unit_x = {1, 0, 0, 0, 1, 0, 0, 0};       ///< 1 in the lanes of x
@@ -129,23 +129,23 @@ struct ParticlePair {
 
 /// One particle in double precision.
 struct LoneParticle {
-  using Vector = Node;                               ///< of the particle
-  using Quad = Node;                                 ///< of one particle
+  using Vector = HalfLanes;                          ///< of the particle
+  using Quad = HalfLanes;                            ///< of one particle
   static constexpr int size = 1;                     ///< particles
-  static constexpr Node xyz = {1, 1, 1, 0};          ///< 1 in the lanes of a vector, 0 in the fourth
-  static constexpr Node unit_x = {1, 0, 0, 0};       ///< 1 in the lane of x
-  static constexpr Node unit_y = {0, 1, 0, 0};       ///< 1 in the lane of y
-  static constexpr Node unit_z = {0, 0, 1, 0};       ///< 1 in the lane of z
+  static constexpr HalfLanes xyz = {1, 1, 1, 0};     ///< 1 in the lanes of a vector, 0 in the fourth
+  static constexpr HalfLanes unit_x = {1, 0, 0, 0};  ///< 1 in the lane of x
+  static constexpr HalfLanes unit_y = {0, 1, 0, 0};  ///< 1 in the lane of y
+  static constexpr HalfLanes unit_z = {0, 0, 1, 0};  ///< 1 in the lane of z
   static constexpr HalfMask mask_w = {0, 0, 0, -1};  ///< the fourth lane
 
   const Particle* p[size];  ///< the particle
 
-  [[nodiscard]] Node position() const { return load_half(p[0]->position); }  ///< x y z V
-  [[nodiscard]] Node velocity() const { return load_half(p[0]->velocity); }  ///< lane 3: of no meaning
+  [[nodiscard]] HalfLanes position() const { return load_half(p[0]->position); }  ///< x y z V
+  [[nodiscard]] HalfLanes velocity() const { return load_half(p[0]->velocity); }  ///< lane 3: of no meaning
   /// C and tau.
-  [[nodiscard]] TensorColumns<Node> tensors() const {
+  [[nodiscard]] TensorColumns<HalfLanes> tensors() const {
     const double* const c = p[0]->affine;
-    const Node s = load_half(c + 8), t = load_half(c + 12);  // c8 xx yy zz, xy xz yz h
+    const HalfLanes s = load_half(c + 8), t = load_half(c + 12);  // c8 xx yy zz, xy xz yz h
     return {load_half(c),
             load_half(c + 3),
             load_half(c + 6),
@@ -154,8 +154,8 @@ struct LoneParticle {
             __builtin_shufflevector(s, t, 5, 6, 3, 0)};
   }
   /// As ParticlePair::store.
-  static inline __attribute__((always_inline)) void store(Particle* const (&to)[size], const LoneParticle& from, Node x, Node v, Node cx,
-                                                          Node cy, Node cz) {
+  static inline __attribute__((always_inline)) void store(Particle* const (&to)[size], const LoneParticle& from, HalfLanes x, HalfLanes v,
+                                                          HalfLanes cx, HalfLanes cy, HalfLanes cz) {
     Particle& a = *to[0];
     store_half(a.position, x);
     store_half(a.velocity, select(mask_w, from.velocity(), v));  // lane 3: the identity number
@@ -166,7 +166,7 @@ struct LoneParticle {
     a.stress[0] = keep;
   }
   /// The lane that holds a speed.
-  static double largest(Node speed_squared) { return speed_squared[0]; }
+  static double largest(HalfLanes speed_squared) { return speed_squared[0]; }
   /// As ParticlePair::bytes_of.
   static std::array<std::uint32_t, size> bytes_of(HalfMask cells) { return {saturated_bytes(cells)}; }
 };
@@ -321,7 +321,7 @@ constexpr int halo_index(int x, int y, int z) { return x + halo_edge * (y + halo
 template <class V>
 inline V cell_corner(const Index3& block, int cell) {
   const auto [x, y, z] = node_index(block, cell);
-  return repeat<V>(Node{1.0 * x, 1.0 * y, 1.0 * z, 0.0});
+  return repeat<V>(HalfLanes{1.0 * x, 1.0 * y, 1.0 * z, 0.0});
 }
 
 /// Offsets of particles from the base node of their cell, in cells.

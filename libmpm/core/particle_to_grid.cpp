@@ -165,18 +165,15 @@ inline void add_row(Node* node, const SingleQuad* row, int count, Node velocity)
 }
 /// @}
 
-/// Field 0: the nodes; field 1: the old nodes.
-NodeBlock& storage(Grid& grid, int field, std::int32_t b) { return field == 0 ? grid.nodes(b) : grid.old_nodes(b); }
-
-/// Sets nodes to zero that a block's particles touch, in the buffers that it has in place of its neighbours' nodes (Block::parts).
+/// Sets nodes to zero that a block's particles touch, in the buffers that it has in place of its neighbours' nodes (Block::buffers).
 template <int fields>
-void clear_parts(Grid& grid, const Block& block) {
+void clear_buffers(Grid& grid, const Block& block) {
   for (std::size_t k = 0; k < forward_slots.size(); ++k) {
     const auto slot = static_cast<std::size_t>(forward_slots[k]);
-    const std::int32_t part = (*block.parts)[slot];
-    if (part == block.neighbour[slot]) continue;
+    const std::int32_t buffer = (*block.buffers)[slot];
+    if (buffer == block.neighbour[slot]) continue;
     for (int f = 0; f < fields; ++f) {
-      Node* const nodes = storage(grid, f, part).node;
+      Node* const nodes = grid.field(f, buffer).node;
       for (int z = 0; z < ((k & 4U) != 0 ? 2 : block_edge); ++z) {
         for (int y = 0; y < ((k & 2U) != 0 ? 2 : block_edge); ++y)
           std::fill_n(nodes + block_edge * (y + block_edge * z), block_edge, Node{});
@@ -199,18 +196,18 @@ void scatter_blocks(Grid& grid, std::span<const std::int32_t> blocks, bool outer
     const std::size_t next = std::min(i + threads, blocks.size() - 1);  // an estimate: threads get one block at a time
     scatter_one(grid, block, grid.block(blocks[next]).particles, options, halo);
     const Vec3& v = block.particles.frame.velocity;
-    if (block.parts != nullptr) clear_parts<fields>(grid, block);
+    if (block.buffers != nullptr) clear_buffers<fields>(grid, block);
     for (int f = 0; f < fields; ++f) {
       const Node velocity = f == 0 ? Node{v.x(), v.y(), v.z(), 0.0} : Node{};  // internal forces do not depend on the frame of reference
       for_each_halo_row(
-          block.parts != nullptr ? *block.parts : block.neighbour, [&](std::int32_t b) -> NodeBlock& { return storage(grid, f, b); },
+          block.targets(), [&](std::int32_t b) -> NodeBlock& { return grid.field(f, b); },
           [&](Node* node, int first, auto count) { add_row(node, halo[f].node + first, count, velocity); });
     }
     if (grid.ranks() != nullptr && omp_get_thread_num() == 0) grid.ranks()->progress();
   }
 }
 
-/// Outer blocks. The parts of such a block all have nodes of their own (Block::parts): outer blocks share none, whatever their colours.
+/// Outer blocks. The contributions of such a block all go to buffers (Block::buffers): outer blocks share no node, whatever their colours.
 template <class Record, int fields>
 void scatter_outer(Grid& grid, const TransferOptions& options) {
 #pragma omp parallel
@@ -228,7 +225,7 @@ void scatter_inner(Grid& grid, const TransferOptions& options) {
   {
 #pragma omp for schedule(static)
     for (std::size_t i = 0; i < all.size(); ++i) {
-      for (int f = 0; f < fields; ++f) storage(grid, f, all[i]) = NodeBlock{};
+      for (int f = 0; f < fields; ++f) grid.field(f, all[i]) = NodeBlock{};
     }
     SumHalo<Record> halo[fields];
     for (int colour = 0; colour < 8; ++colour) {
@@ -237,8 +234,7 @@ void scatter_inner(Grid& grid, const TransferOptions& options) {
   }
 }
 
-/// @tparam fields 1: nodes hold the momentum with that of the internal forces; 2: nodes hold the momentum, old nodes that of the internal
-/// forces
+/// @tparam fields 1: momenta with those of the internal forces; 2: momenta and force impulses
 template <class Record, int fields>
 void scatter(Grid& grid, const TransferOptions& options) {
   Ranks* const ranks = grid.ranks();
@@ -255,7 +251,7 @@ void scatter(Grid& grid, const TransferOptions& options) {
 void particle_to_grid(Grid& grid, const TransferOptions& options) {
   with_record_type(grid.precision(), [&](auto record) {
     using Record = decltype(record);
-    if (grid.keeps_old_nodes()) {
+    if (grid.keeps_forces_apart()) {
       scatter<Record, 2>(grid, options);
     } else {
       scatter<Record, 1>(grid, options);

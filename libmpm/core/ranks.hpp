@@ -136,10 +136,10 @@ class Ranks {
   /// @param givers  the blocks whose particles need nodes; the same choice on all ranks and in all steps
   virtual void send_nodes(Grid& grid, const BlockChoice& givers) = 0;
   /// send_parts() for a part of the blocks and another field; add_parts(field) follows.
-  /// @param field  by number of block, including the temporary blocks that hold parts
+  /// @param field  by number of block, including buffers
   /// @param givers  the blocks whose particles give parts; the same choice on all ranks and in all steps
   virtual void send_parts(std::span<NodeBlock> field, const BlockChoice& givers) = 0;
-  /// add_parts() for another field. @param field  by number of block, including the temporary blocks that hold parts
+  /// add_parts() for another field. @param field  by number of block, including buffers
   virtual void add_parts(std::span<NodeBlock> field) = 0;
   /// Helps messages on their way. In a parallel region only the thread that calls the other functions may call it.
   virtual void progress() noexcept = 0;

@@ -12,6 +12,8 @@
 #include <cstdint>
 #include <type_traits>
 
+#include "libmpm/base/precision.hpp"
+#include "libmpm/core/node_index.hpp"
 #include "libmpm/core/particle.hpp"
 
 namespace mpm {
@@ -23,14 +25,6 @@ struct RecordFrame {
   Vec3 velocity = Vec3::Zero();  ///< m/s: velocities of single records are relative to it; not used by double records
 };
 
-inline constexpr int block_edge = 4;  ///< cells and nodes per axis
-/// Numbers along an axis of a block's first node, of the block that owns a node, and of the node in that block. Block 0 begins with node
-/// -1: the first half cell before a wall or a mirror plane at the origin belongs to base node -1, and gets no layer of blocks of its own.
-/// @{
-constexpr std::int32_t first_node(std::int32_t block) { return block_edge * block - 1; }
-constexpr std::int32_t block_of_node(std::int32_t node) { return (node + 1) >> 2; }
-constexpr int place_of_node(std::int32_t node) { return (node + 1) & 3; }
-/// @}
 inline constexpr int position_bits = 27;                             ///< of the offset within a cell
 inline constexpr double position_unit = 1.0 / (1 << position_bits);  ///< cells
 inline constexpr std::uint64_t largest_single_id = 0xFFFFFFFF;       ///< identity numbers are 32 bits wide in a single record
@@ -73,5 +67,16 @@ inline const Particle& decode(const Particle& r, const RecordFrame& /*frame*/) {
 void encode(const Particle& p, int cell, const RecordFrame& frame, SingleRecord& r);
 /// The particle itself is its record in double precision.
 inline void encode(const Particle& p, int /*cell*/, const RecordFrame& /*frame*/, Particle& r) { r = p; }
+
+/// Bytes of a stored particle.
+constexpr std::size_t record_bytes(Precision precision) {
+  return precision == Precision::single_precision ? sizeof(SingleRecord) : sizeof(Particle);
+}
+
+/// Calls f with a value of the type that a run stores (Particle or SingleRecord): how a kernel, a template over that type, is chosen.
+template <class F>
+decltype(auto) with_record_type(Precision precision, F&& f) {
+  return precision == Precision::single_precision ? f(SingleRecord{}) : f(Particle{});
+}
 
 }  // namespace mpm

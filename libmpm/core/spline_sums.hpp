@@ -1,6 +1,7 @@
 #pragma once
-/// Sums over the 27 nodes of a particle's kernel, factored axis by axis (x, then y, then z), because both the weights and a linear field
-/// are. V holds the particles of a group side by side, {v_x, v_y, v_z, m} of each; a Node is a group of one.
+/// Sums over the 27 nodes of a particle's kernel, factored axis by axis, because both the weights and a linear field are: gather() sums
+/// along x, then y, then z; add() distributes along z, then y, then x. V holds the particles of a group side by side, {v_x, v_y, v_z, m} of
+/// each; a Node is a group of one.
 
 #include "libmpm/core/particle_groups.hpp"
 

@@ -1,5 +1,5 @@
 #pragma once
-/// State (what a step changes), Scene (constant during a run) and ParticleSource (inserts particles): the inputs of a step.
+/// State (what a step changes), Scene (constant during a run), ParticleSource (inserts particles), and StepReport (what a step reports).
 
 #include <cstdint>
 #include <memory>
@@ -66,6 +66,16 @@ struct Scene {
   /// A step reads of them how velocities pass between grid and particles, and the CFL number. The others have an effect when boundaries,
   /// gravity, offset and the particles of the state are made: State::grid has its own cell size and precision.
   Numerics numerics = {};
+};
+
+/// Momentum balance of one step: P(t+dt) - P(t) = entered + gravity - sum of impulses - left, to round-off
+/// (with a mirror plane: in the directions along it).
+struct StepReport {
+  double dt = 0.0;                      ///< s
+  Vec3 gravity_impulse = Vec3::Zero();  ///< N s
+  std::vector<Impulse> impulses;        ///< on each boundary of the scene
+  std::vector<LayerImpulses> layers;    ///< on the boundaries in Scene::layered, by grid layer
+  FluxTotals entered, left;             ///< particles inserted by the source, and those that left the domain
 };
 
 }  // namespace mpm

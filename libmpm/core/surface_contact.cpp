@@ -105,9 +105,9 @@ void prepare_rows(const ContactStencil& stencil, LayerGroup& group) {
 }
 
 /// Solves one row for its nodes' present velocities and changes them.
-/// @param strongest  bound of a separable row's impulse
+/// @param bound  bound of a separable row's impulse
 template <bool frictional>
-void solve_row(const ContactStencil& stencil, const ContactRow& row, double friction, Lanes strongest, LayerGroup& group,
+void solve_row(const ContactStencil& stencil, const ContactRow& row, double friction, Lanes bound, LayerGroup& group,
                LayerGroup::RowLanes& state) {
   Lanes u{}, ut{}, uz{};
   for (std::size_t e = row.first; e < row.first + row.count; ++e) {
@@ -121,7 +121,7 @@ void solve_row(const ContactStencil& stencil, const ContactRow& row, double fric
   }
   Lanes normal = state.normal + u * state.inverse_normal;
   if (row.kind == ContactRow::Kind::surface) {
-    normal = min(max(normal, -strongest), Lanes{});
+    normal = min(max(normal, -bound), Lanes{});
   } else {
     normal = group.row[static_cast<std::size_t>(row.surface)].normal < 0.0 ? normal : Lanes{};
   }
@@ -179,7 +179,7 @@ void solve_rows(const ContactStencil& stencil, double friction, double dynamic, 
     for (std::size_t i = 0; i < points; ++i) {
       const std::size_t r = in_turn(i, points);
       const ContactRow& row = stencil.rows[r];
-      Lanes strongest = unbounded;
+      Lanes bound = unbounded;
       if (const EdgeBound& edge = row.edge; edge.inner >= 0 && sweep >= first_capped_sweep) {
         const auto impulse_of = [&](int other) {
           if (other < 0) return Lanes{};
@@ -187,12 +187,12 @@ void solve_rows(const ContactStencil& stencil, double friction, double dynamic, 
           return -group.row[o].normal * (stencil.rows[o].copies / row.copies);
         };
         const Lanes fall = dynamic * edge.strip / row.copies * squared_speed_along(stencil, row, group);
-        strongest = max(edge.largest(impulse_of(edge.inner), fall), impulse_of(row.round));
+        bound = max(edge.largest(impulse_of(edge.inner), fall), impulse_of(row.round));
       }
       if (friction > 0.0) {
-        solve_row<true>(stencil, row, friction, strongest, group, group.row[r]);
+        solve_row<true>(stencil, row, friction, bound, group, group.row[r]);
       } else {
-        solve_row<false>(stencil, row, friction, strongest, group, group.row[r]);
+        solve_row<false>(stencil, row, friction, bound, group, group.row[r]);
       }
     }
   }
@@ -272,7 +272,7 @@ ContactImpulse apply_surface_contact(Grid& grid, const SurfaceSolid& solid, doub
     for (std::size_t c = 0; c < places.columns.size(); ++c) {
       for (int half = 0; half < group_blocks; ++half) {
         const std::int32_t index = grid.find({places.columns[c][0], places.columns[c][1], group_blocks * (first_group + g) + half});
-        blocks[c][static_cast<std::size_t>(half)] = index == no_block ? nullptr : &grid.nodes(index);
+        blocks[c][static_cast<std::size_t>(half)] = index == no_block ? nullptr : &grid.velocities(index);
       }
     }
     if (!gather(stencil, places, blocks, group)) continue;
@@ -283,6 +283,23 @@ ContactImpulse apply_surface_contact(Grid& grid, const SurfaceSolid& solid, doub
             &taken[static_cast<std::size_t>(layer - first_layer)]);
   }
   return {.first = first_layer, .sides = std::move(taken)};
+}
+
+Impulse& ContactImpulse::side(std::int32_t layer) {
+  if (sides.empty()) first = layer;
+  if (layer < first) {  // beside the columns of the stencil there may be material in other layers
+    sides.insert(sides.begin(), static_cast<std::size_t>(first - layer), Impulse{});
+    first = layer;
+  }
+  const auto place = static_cast<std::size_t>(layer - first);
+  if (place >= sides.size()) sides.resize(place + 1);
+  return sides[place];
+}
+
+ContactImpulse& ContactImpulse::operator+=(const ContactImpulse& other) {
+  for (std::size_t k = 0; k < other.sides.size(); ++k) side(other.first + static_cast<std::int32_t>(k)) += other.sides[k];
+  top.insert(top.end(), other.top.begin(), other.top.end());
+  return *this;
 }
 
 Impulse ContactImpulse::total() const {

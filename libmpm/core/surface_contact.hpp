@@ -19,8 +19,11 @@ struct ContactImpulse {
   std::vector<Impulse> sides;  ///< of the layers from `first` on
   std::vector<Part> top;       ///< of the nodes of the top's columns, one after another; on layers of `sides`
 
-  [[nodiscard]] Impulse total() const;         ///< sum of all parts
-  [[nodiscard]] LayerImpulses layers() const;  ///< by layer of nodes
+  /// The impulse on the sides in one layer, to be changed; layers are added as needed.
+  Impulse& side(std::int32_t layer);
+  ContactImpulse& operator+=(const ContactImpulse& other);  ///< adds what another rank recorded
+  [[nodiscard]] Impulse total() const;                      ///< sum of all parts
+  [[nodiscard]] LayerImpulses layers() const;               ///< by layer of nodes
 };
 
 /// Changes the velocities of nodes near a solid so that its conditions hold: eight Gauss-Seidel sweeps over the rows of each layer, in

@@ -21,7 +21,7 @@
 /// - Per cell, two particles at a time: a Lanes holds {a_x, a_y, a_z, a_m | b_x, b_y, b_z, b_m} for particles a and b of one cell,
 ///   so that one fused multiply-add updates a whole node for both, with no transposition of the 192-byte records; one particle if
 ///   registers are shorter. Single records go four at a time, with velocities, momenta and nodes relative to RecordFrame::velocity.
-/// - The 27-node sums are factored axis by axis (z, then y, then x), because both the weights and the affine term are.
+/// - The 27-node sums are factored axis by axis (spline_sums.hpp).
 
 #include <cstdint>
 
@@ -37,21 +37,21 @@ enum class Transfer : std::uint8_t {
           ///< part decays over a fixed time, not by a fixed fraction in each step
 };
 
-/// Options of a transfer. With v^0 the grid's velocity before forces, and `kept` the fraction, retained by the
-/// particle, of the part of its velocity that is not representable on the grid:
-///   v_p <- S v + kept (v_p - S v^0)
-/// APIC: kept = 0. FLIP: kept = flip_ratio. AFLIP: kept = 1 - min(1, dt/t_ref). The same for C_p was tried: it costs a
+/// Options of a transfer. With v^0 the grid's velocity before forces, a particle retains a fraction of the part of its velocity
+/// that is not representable on the grid:
+///   v_p <- S v + retained (v_p - S v^0)
+/// APIC: retained = 0. FLIP: flip_ratio. AFLIP: 1 - min(1, dt/t_ref). The same for C_p was tried: it costs a
 /// sixth of a step, and the force on a plate then changes by 3 % over CFL numbers from 0.1 to 0.8 in place of 5 %.
 struct TransferOptions {
   double dt = 0.0;               ///< s
   double density = 0.0;          ///< rho_0, kg/m^3
   bool affine = true;            ///< particles give C_p to the grid, too
-  double kept = 0.0;             ///< 0 .. 1; above 0 it needs Grid::keep_old_nodes
+  double retained = 0.0;         ///< 0 .. 1; above 0 it needs Grid::keep_forces_apart
   double shock_viscosity = 0.0;  ///< c_2 of the viscosity of shocks
 };
 
-/// m_i and p_i on all nodes. Overwrites the nodes. Where Grid::keep_old_nodes is set, the momentum of the internal forces over dt is
-/// added to the old nodes instead of p_i.
+/// m_i and p_i on all nodes; overwrites Grid::momenta. If forces are kept apart, the momentum of the internal forces over dt is not part of
+/// p_i; it goes to Grid::force_impulses.
 void particle_to_grid(Grid& grid, const TransferOptions& options);
 
 /// Outcome of moving the particles of one block.

@@ -246,7 +246,7 @@ std::vector<std::int32_t> BlockExchange::announce(Grid& grid) {
 
 void BlockExchange::plan(Grid& grid) {
   if (!unchanged_) plan_.renew(grid, ownership_, theirs_);
-  costs_.reserve(grid.numbers());
+  costs_.reserve(grid.index_end());
 }
 
 // ---- In every step ----------------------------------------------------------------------------------------------------------------------

@@ -81,8 +81,7 @@ void add_shared(std::span<const SharedBlock> shared, const Messages& in, const N
 }  // namespace
 
 NodeFields::NodeFields(Grid& grid)
-    : count_(grid.keeps_old_nodes() ? 2 : 1),
-      nodes_of_([&grid](std::int32_t block, int field) -> NodeBlock& { return field == 0 ? grid.nodes(block) : grid.old_nodes(block); }) {}
+    : count_(grid.fields()), nodes_of_([&grid](std::int32_t block, int field) -> NodeBlock& { return grid.field(field, block); }) {}
 
 NodeFields::NodeFields(std::span<NodeBlock> field)
     : count_(1), nodes_of_([field](std::int32_t block, int) -> NodeBlock& { return field[static_cast<std::size_t>(block)]; }) {}

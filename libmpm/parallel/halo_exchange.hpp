@@ -15,7 +15,7 @@ namespace mpm {
 /// One or more fields on the nodes of the grid that are exchanged together.
 class NodeFields {
  public:
-  /// The nodes, and the nodes before the update if the grid keeps them. @param grid  must outlive this object
+  /// All fields of the grid. @param grid  must outlive this object
   explicit NodeFields(Grid& grid);
   /// One field. @param field  by number of block
   explicit NodeFields(std::span<NodeBlock> field);

@@ -33,13 +33,13 @@ NodesByRank in_order(const Needs& needs) {
 
 void HaloPlan::renew(Grid& grid, const Ownership& ownership, const Borders& theirs) {
   for (const auto& [block, targets] : targets_) {
-    grid.block(block).parts = nullptr;
+    grid.block(block).buffers = nullptr;
     grid.block(block).outer = false;
   }
   targets_.clear();
-  grid.return_lent();
+  grid.free_buffers();
   find_touches(grid, ownership, theirs);
-  for (const auto& [block, targets] : targets_) grid.block(block).parts = &targets;
+  for (const auto& [block, targets] : targets_) grid.block(block).buffers = &targets;
   all_ = layout_of([](const Index3&) { return true; });
   some_.reset();
 }
@@ -54,9 +54,9 @@ void HaloPlan::find_touches(Grid& grid, const Ownership& ownership, const Border
   out_.clear();
   in_.clear();
   own_.clear();
-  const auto lend = [&](std::int32_t from, int k) {
-    const std::int32_t lent = grid.lend_nodes();
-    return targets_.try_emplace(from, grid.block(from).neighbour).first->second[forward(k)] = lent;
+  const auto new_buffer = [&](std::int32_t from, int k) {
+    const std::int32_t buffer = grid.new_buffer();
+    return targets_.try_emplace(from, grid.block(from).neighbour).first->second[forward(k)] = buffer;
   };
   std::set<std::int32_t> shared;
   for (const auto b : grid.occupied_blocks()) {
@@ -65,7 +65,7 @@ void HaloPlan::find_touches(Grid& grid, const Ownership& ownership, const Border
       const std::int32_t to = grid.block(b).neighbour[forward(k)];
       if (grid.block(to).owned) continue;
       grid.block(b).outer = true;
-      out_.push_back({grid.block(b).coordinate, k, to, ownership.owner(grid.block(to).coordinate), lend(b, k)});
+      out_.push_back({grid.block(b).coordinate, k, to, ownership.owner(grid.block(to).coordinate), new_buffer(b, k)});
     }
     for (int k = 0; k < 8 && grid.block(b).outer; ++k) {
       const std::int32_t to = grid.block(b).neighbour[forward(k)];
@@ -86,7 +86,7 @@ void HaloPlan::find_touches(Grid& grid, const Ownership& ownership, const Border
     for (int k = 0; k < 8; ++k) {
       const std::int32_t from = grid.block(to).neighbour[26 - forward(k)];
       if (from == no_block || !grid.block(from).owned || grid.block(from).particles.count() == 0) continue;
-      own_.push_back({grid.block(from).coordinate, k, to, Summand::own, lend(from, k)});
+      own_.push_back({grid.block(from).coordinate, k, to, Summand::own, new_buffer(from, k)});
     }
   }
 }
@@ -97,7 +97,7 @@ HaloLayout HaloPlan::layout_of(const BlockChoice& givers) const {
   std::map<std::int32_t, std::vector<Summand>> summands;
   for (const Touch& t : out_) {
     if (!givers(t.giver)) continue;
-    layout.parts_to[t.rank].push_back({t.lent, touched(t.k)});
+    layout.parts_to[t.rank].push_back({t.buffer, touched(t.k)});
     add_need(mine, t.rank, morton_key(neighbour_of(t.giver, forward_slots[static_cast<std::size_t>(t.k)])), t.to, touched(t.k));
   }
   for (const Touch& t : in_) {
@@ -108,7 +108,7 @@ HaloLayout HaloPlan::layout_of(const BlockChoice& givers) const {
     add_need(theirs, t.rank, morton_key(neighbour_of(t.giver, forward_slots[static_cast<std::size_t>(t.k)])), t.to, touched(t.k));
   }
   for (const Touch& t : own_) {
-    if (givers(t.giver)) summands[t.to].push_back({colour_of(t.giver), touched(t.k), Summand::own, t.lent, 0});
+    if (givers(t.giver)) summands[t.to].push_back({colour_of(t.giver), touched(t.k), Summand::own, t.buffer, 0});
   }
   layout.nodes_from = in_order(mine);
   layout.nodes_to = in_order(theirs);

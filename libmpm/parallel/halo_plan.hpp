@@ -21,7 +21,7 @@ constexpr std::size_t nodes_in(const Extent& extent) { return static_cast<std::s
 
 /// Nodes of one block in a message.
 struct SentNodes {
-  std::int32_t nodes;  ///< index in the grid, of a block or of a temporary one
+  std::int32_t nodes;  ///< index in the grid, of a block or of a buffer
   Extent extent;       ///< which of them
 };
 /// By receiving or sending rank, in the order of the message.
@@ -33,7 +33,7 @@ struct Summand {
   int colour;                     ///< of the contributing block; determines the order
   Extent extent;                  ///< the nodes
   int from;                       ///< rank, or own
-  std::int32_t nodes;             ///< own part: index of the temporary block
+  std::int32_t nodes;             ///< own part: index of the buffer
   std::size_t first;              ///< received part: nodes before it in the message
 };
 
@@ -65,17 +65,17 @@ class HaloPlan {
  private:
   /// One block's particles touch nodes of another block.
   struct Touch {
-    Index3 giver;       ///< block with the particles
-    int k;              ///< the other one's place in forward_slots
-    std::int32_t to;    ///< its index in the grid
-    int rank;           ///< the other rank; Summand::own if both blocks are of this one
-    std::int32_t lent;  ///< temporary block for the parts; no_block if the giver is another rank's
+    Index3 giver;         ///< block with the particles
+    int k;                ///< the other one's place in forward_slots
+    std::int32_t to;      ///< its index in the grid
+    int rank;             ///< the other rank; Summand::own if both blocks are of this one
+    std::int32_t buffer;  ///< for the parts; no_block if the giver is another rank's
   };
   void find_touches(Grid& grid, const Ownership& ownership, const Borders& theirs);
   [[nodiscard]] HaloLayout layout_of(const BlockChoice& givers) const;
 
   std::vector<Touch> out_, in_, own_;  ///< own blocks touch other ranks' blocks; the reverse; own blocks touch shared ones
-  std::map<std::int32_t, std::array<std::int32_t, 27>> targets_;  ///< Block::parts points into it
+  std::map<std::int32_t, std::array<std::int32_t, 27>> targets_;  ///< Block::buffers points into it
   HaloLayout all_;
   std::optional<HaloLayout> some_;
 };

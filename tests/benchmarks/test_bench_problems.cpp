@@ -94,7 +94,7 @@ TEST(PlainReference, AcceptsTheLibraryAndCatchesAWrongResult) {
   };
   particle_to_grid(grid, options);
   EXPECT_NO_THROW(check_scatter(grid, options));
-  grid.nodes(block).node[63][0] += 1e-9;  // kg m/s; the heaviest node has some 0.04
+  grid.momenta(block).node[63][0] += 1e-9;  // kg m/s; the heaviest node has some 0.04
   expect_caught([&] { check_scatter(grid, options); });
 
   particle_to_grid(grid, options);

@@ -184,7 +184,7 @@ class GridUpdate : public ::testing::Test {
     for (const auto b : grid.all_blocks()) {
       const Index3& c = grid.block(b).coordinate;
       for (int n = 0; n < block_nodes; ++n) {
-        const Node& v = grid.nodes(b).node[n];
+        const Node& v = grid.velocities(b).node[n];
         all.push_back({node_position(c, n, dx), (velocities ? v[3] : 1.0) * Vec3(v[0], v[1], v[2]), v[3]});
       }
     }
@@ -197,7 +197,7 @@ class GridUpdate : public ::testing::Test {
 TEST_F(GridUpdate, GivesEveryNodeItsVelocityAndGravity) {
   const auto before = nodes(false);
   const Vec3 g(1.0, 2.0, -9.81);
-  const auto [mass, impulses, layers] = update_grid(grid, {.gravity = g}, 0.01, 0.0).sum(nullptr);
+  const auto [mass, impulses, layers] = update_grid(grid, {.gravity = g}, 0.01, 0.0).total(nullptr);
   const auto after = nodes(true);
   double sum = 0.0;
   for (std::size_t i = 0; i < after.size(); ++i) {
@@ -218,7 +218,7 @@ TEST_F(GridUpdate, BooksTheMomentumThatEachBoundaryTookLinearAndAngular) {
   for (const Boundary& boundary : one) {
     particle_to_grid(grid, {1e-3, 300.0, true});
     const auto before = nodes(false);
-    const auto impulses = update_grid(grid, {.boundaries = {&boundary, 1}}, 1e-3, 0.0).sum(nullptr).impulses;
+    const auto impulses = update_grid(grid, {.boundaries = {&boundary, 1}}, 1e-3, 0.0).total(nullptr).impulses;
     const auto after = nodes(true);
     const Vec3 about = std::visit([](const auto& b) { return b.reference_point(); }, boundary);
     Vec3 linear = Vec3::Zero(), angular = Vec3::Zero();
@@ -241,7 +241,7 @@ TEST_F(GridUpdate, BooksASharedNodeOnePartAfterTheOther) {
   const RigidBox mast{Vec3(0.0, -0.5, -10.0), Vec3(0.5, 0.5, 10.0), Contact::slip};
   const Boundary both[] = {floor, mast};
   const auto before = nodes(false);
-  const auto impulses = update_grid(grid, {.boundaries = both}, 1e-3, 0.0).sum(nullptr).impulses;
+  const auto impulses = update_grid(grid, {.boundaries = both}, 1e-3, 0.0).total(nullptr).impulses;
   const auto after = nodes(true);
   Vec3 by_floor = Vec3::Zero(), by_mast = Vec3::Zero();
   int shared = 0;

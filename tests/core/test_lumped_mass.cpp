@@ -46,21 +46,21 @@ Grid around(double radius, bool half = false) {
     }
   }
   grid.refresh();
-  grid.keep_old_nodes(true);
+  grid.keep_forces_apart(true);
   particle_to_grid(grid, {.dt = 1e-3, .density = density});  // masses
   return grid;
 }
 
 using Field = std::function<Vec3(const Index3&)>;
 /// Sets the velocities before and after forces.
-void set_fields(Grid& grid, const Field& before, const Field& gained) {
+void set_fields(Grid& grid, const Field& before, const Field& by_forces) {
   for (const auto b : grid.all_blocks()) {
     const Index3& c = grid.block(b).coordinate;
     for (int n = 0; n < block_nodes; ++n) {
       const Index3 at = node_index(c, n);
-      const Vec3 u = before(at), v = u + gained(at);
-      grid.old_nodes(b).node[n] = Node{u.x(), u.y(), u.z(), 1.0};
-      grid.nodes(b).node[n] = Node{v.x(), v.y(), v.z(), grid.nodes(b).node[n][3]};
+      const Vec3 u = before(at), v = u + by_forces(at);
+      grid.velocities_before_forces(b).node[n] = Node{u.x(), u.y(), u.z(), 1.0};
+      grid.velocities(b).node[n] = Node{v.x(), v.y(), v.z(), grid.velocities(b).node[n][3]};
     }
   }
 }
@@ -229,7 +229,7 @@ double excess(double radius, bool corrected) {
     const auto change = correction_of(grid, cylinder(radius), 0.0);
     for (const auto b : grid.all_blocks()) {
       for (int n = 0; n < block_nodes; ++n) {
-        Node& node = grid.nodes(b).node[n];
+        Node& node = grid.velocities(b).node[n];
         if (node[3] > 0.0) node += Node{1, 1, 1, 0} * (change[static_cast<std::size_t>(b)].node[n] / node[3]);
       }
     }

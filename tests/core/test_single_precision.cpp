@@ -141,7 +141,7 @@ NodeDifference compare_nodes(const Grid& wide, const Grid& narrow) {
   for (const auto b : wide.all_blocks()) {
     const std::int32_t other = narrow.find(wide.block(b).coordinate);
     for (int n = 0; n < block_nodes; ++n) {
-      const Node a = wide.nodes(b).node[n], c = narrow.nodes(other).node[n];
+      const Node a = wide.momenta(b).node[n], c = narrow.momenta(other).node[n];
       for (int i = 0; i < 3; ++i) {
         momentum = std::max(momentum, std::abs(a[i] - c[i]));
         largest_momentum = std::max(largest_momentum, std::abs(a[i]));
@@ -160,9 +160,9 @@ TEST(SinglePrecision, ParticleToGridGivesTheNodesOfDoublePrecision) {
   for (const bool affine : {true, false}) {
     for (const bool old : {false, true}) {
       Both grids = random_cloud(4000, Vec3(-30.0, 12.0, 5.0), Vec3::Zero(), 3);
-      const TransferOptions options{.dt = 1e-4, .density = 300.0, .affine = affine, .kept = old ? 0.9 : 0.0};
-      grids.wide.keep_old_nodes(old);
-      grids.narrow.keep_old_nodes(old);
+      const TransferOptions options{.dt = 1e-4, .density = 300.0, .affine = affine, .retained = old ? 0.9 : 0.0};
+      grids.wide.keep_forces_apart(old);
+      grids.narrow.keep_forces_apart(old);
       particle_to_grid(grids.wide, options);
       particle_to_grid(grids.narrow, options);
       const NodeDifference d = compare_nodes(grids.wide, grids.narrow);
@@ -174,18 +174,18 @@ TEST(SinglePrecision, ParticleToGridGivesTheNodesOfDoublePrecision) {
 }
 
 TEST(SinglePrecision, GridToParticleGivesTheParticlesOfDoublePrecision) {
-  for (const double kept : {0.0, 0.9}) {
+  for (const double retained : {0.0, 0.9}) {
     Both grids = random_cloud(4000, Vec3(-30.0, 12.0, 5.0), Vec3(15.0, 0.0, 0.0), 4);
-    const TransferOptions options{.dt = 2e-3, .density = 300.0, .affine = true, .kept = kept};
+    const TransferOptions options{.dt = 2e-3, .density = 300.0, .affine = true, .retained = retained};
     for (Grid* grid : {&grids.wide, &grids.narrow}) {
-      grid->keep_old_nodes(kept > 0.0);
+      grid->keep_forces_apart(retained > 0.0);
       particle_to_grid(*grid, options);
       for (const auto b : grid->all_blocks()) {  // v = p/m; forces changed it by 1 %
         for (int n = 0; n < block_nodes; ++n) {
-          Node& node = grid->nodes(b).node[n];
+          Node& node = grid->velocities(b).node[n];
           const double mass = node[3];
           if (mass > 0.0) node /= Node{mass, mass, mass, 1.0};
-          if (kept > 0.0) grid->old_nodes(b).node[n] = Node{0.99, 0.99, 0.99, 1.0} * node;
+          if (retained > 0.0) grid->velocities_before_forces(b).node[n] = Node{0.99, 0.99, 0.99, 1.0} * node;
         }
       }
       const std::vector<std::int32_t> blocks(grid->occupied_blocks().begin(), grid->occupied_blocks().end());

@@ -71,7 +71,7 @@ MockGrid mock_particle_to_grid(const std::vector<Particle>& particles, double dt
 Node& node_at(Grid& grid, const std::array<int, 3>& n) {
   const auto b = grid.find(block_of_node(n));
   EXPECT_NE(b, no_block);
-  return grid.nodes(b).node[number_of_node(n)];
+  return grid.velocities(b).node[number_of_node(n)];
 }
 
 template <class F>
@@ -79,7 +79,7 @@ void for_each_node(Grid& grid, F&& f) {
   for (const auto b : grid.all_blocks()) {
     const Index3& c = grid.block(b).coordinate;
     for (int n = 0; n < block_nodes; ++n) {
-      f(grid.nodes(b).node[n], node_index(c, n));
+      f(grid.velocities(b).node[n], node_index(c, n));
     }
   }
 }
@@ -197,14 +197,14 @@ TEST_P(TransferMode, GridToParticleIsTheSumOfTheDocstring) {
   const bool apic = GetParam();
   const auto particles = cloud(12);
   Grid grid(dx);
-  grid.keep_old_nodes(!apic);
+  grid.keep_forces_apart(!apic);
   fill(grid, particles);
   std::mt19937_64 random(5);
   std::uniform_real_distribution<double> unit(-10.0, 10.0);
   for_each_node(grid, [&](Node& n, const auto&) { n = Node{unit(random), unit(random), unit(random), 1.0}; });
   for (const auto b : grid.all_blocks()) {
     if (apic) break;
-    for (Node& n : grid.old_nodes(b).node) n = Node{unit(random), unit(random), unit(random), 1.0};
+    for (Node& n : grid.velocities_before_forces(b).node) n = Node{unit(random), unit(random), unit(random), 1.0};
   }
   const TransferOptions options{1e-3, density, apic, apic ? 0.0 : 0.9};
   double fastest = 0.0;
@@ -218,12 +218,12 @@ TEST_P(TransferMode, GridToParticleIsTheSumOfTheDocstring) {
       v += w * vi;
       c += w * vi * r.transpose() * (4.0 / (dx * dx));
       if (apic) return;
-      const Node& o = grid.old_nodes(grid.find(block_of_node(n))).node[number_of_node(n)];
+      const Node& o = grid.velocities_before_forces(grid.find(block_of_node(n))).node[number_of_node(n)];
       old += w * Vec3(o[0], o[1], o[2]);
     });
     for (int i = 0; i < 3; ++i) {
       p.position[i] += options.dt * v[i];
-      p.velocity[i] = apic ? v[i] : v[i] + options.kept * (p.velocity[i] - old[i]);
+      p.velocity[i] = apic ? v[i] : v[i] + options.retained * (p.velocity[i] - old[i]);
     }
     testing::set_affine(p, c);
     fastest = std::max(fastest, velocity_of(p).squaredNorm());
@@ -384,17 +384,22 @@ TEST(Transfer, HandsAVelocityThatIsNotFiniteOnToTheStress) {
 
 // --- two fields, and what particles keep ----------------------------------------------------------------------------------
 
-Node& old_node_at(Grid& grid, const std::array<int, 3>& n) {
+Node& force_impulse_at(Grid& grid, const std::array<int, 3>& n) {
   const auto b = grid.find(block_of_node(n));
   EXPECT_NE(b, no_block);
-  return grid.old_nodes(b).node[number_of_node(n)];
+  return grid.force_impulses(b).node[number_of_node(n)];
+}
+Node& before_forces_at(Grid& grid, const std::array<int, 3>& n) {
+  const auto b = grid.find(block_of_node(n));
+  EXPECT_NE(b, no_block);
+  return grid.velocities_before_forces(b).node[number_of_node(n)];
 }
 
 TEST_P(TransferMode, TwoFieldsAreTheMomentumWithoutForcesAndWhatTheForcesAdd) {
   const auto particles = cloud(18);
   const TransferOptions options{2e-3, density, GetParam(), 0.5};
   Grid grid(dx);
-  grid.keep_old_nodes(true);
+  grid.keep_forces_apart(true);
   fill(grid, particles);
   for (int repeated = 0; repeated < 2; ++repeated) particle_to_grid(grid, options);  // overwrites both
   auto unloaded = particles, at_rest = particles;
@@ -406,7 +411,7 @@ TEST_P(TransferMode, TwoFieldsAreTheMomentumWithoutForcesAndWhatTheForcesAdd) {
   for_each_node(grid, [&](Node& n, const std::array<int, 3>& i) {
     const auto it = momentum.find(i);
     const MockNode p = it == momentum.end() ? MockNode{} : it->second, f = it == momentum.end() ? MockNode{} : forces.at(i);
-    const Node& of_forces = old_node_at(grid, i);
+    const Node& of_forces = force_impulse_at(grid, i);
     EXPECT_NEAR(n[3], p.mass, round_off * p.mass_scale);
     for (int c = 0; c < 3; ++c) {
       EXPECT_NEAR(n[c], p.momentum[c], round_off * p.momentum_scale);
@@ -439,7 +444,7 @@ TEST_P(TransferMode, ParticleToGridAddsTheViscousPressureOfShocksToBothFieldsInC
   EXPECT_GT(free, 10);
   EXPECT_GT(bounded, 10);
   Grid one(dx), two(dx);
-  two.keep_old_nodes(true);
+  two.keep_forces_apart(true);
   fill(one, particles);
   fill(two, particles);
   particle_to_grid(one, options);
@@ -447,7 +452,7 @@ TEST_P(TransferMode, ParticleToGridAddsTheViscousPressureOfShocksToBothFieldsInC
   const MockGrid expected = mock_particle_to_grid(viscous, options.dt, options.affine);
   for_each_node(one, [&](Node& n, const std::array<int, 3>& i) {
     const auto it = expected.find(i);
-    const Node sum = node_at(two, i) + Node{1.0, 1.0, 1.0, 0.0} * old_node_at(two, i);
+    const Node sum = node_at(two, i) + Node{1.0, 1.0, 1.0, 0.0} * force_impulse_at(two, i);
     for (int c = 0; c < 3; ++c) {
       const double value = it == expected.end() ? 0.0 : it->second.momentum[c],
                    scale = it == expected.end() ? 0.0 : it->second.momentum_scale;
@@ -461,14 +466,14 @@ TEST_P(TransferMode, TwoFieldsTogetherAreTheOne) {
   const auto particles = cloud(19);
   const TransferOptions options{2e-3, density, GetParam(), 0.5};
   Grid one(dx), two(dx);
-  two.keep_old_nodes(true);
+  two.keep_forces_apart(true);
   fill(one, particles);
   fill(two, particles);
   particle_to_grid(one, options);
   particle_to_grid(two, options);
   const MockGrid scale = mock_particle_to_grid(particles, options.dt, options.affine);
   for_each_node(one, [&](Node& n, const std::array<int, 3>& i) {
-    const Node sum = node_at(two, i) + Node{1.0, 1.0, 1.0, 0.0} * old_node_at(two, i);
+    const Node sum = node_at(two, i) + Node{1.0, 1.0, 1.0, 0.0} * force_impulse_at(two, i);
     EXPECT_EQ(n[3], node_at(two, i)[3]);  // the same sum
     const auto it = scale.find(i);
     for (int c = 0; c < 3; ++c) EXPECT_NEAR(n[c], sum[c], it == scale.end() ? 0.0 : round_off * it->second.momentum_scale);
@@ -481,7 +486,7 @@ void randomise_nodes(Grid& grid, unsigned seed) {
   std::uniform_real_distribution<double> unit(-10.0, 10.0);
   for_each_node(grid, [&](Node& n, const std::array<int, 3>& i) {
     n = Node{unit(random), unit(random), unit(random), 1.0};
-    old_node_at(grid, i) = Node{unit(random), unit(random), unit(random), 1.0};
+    before_forces_at(grid, i) = Node{unit(random), unit(random), unit(random), 1.0};
   });
 }
 
@@ -500,20 +505,20 @@ std::pair<Vec3, Mat3> gathered(const Vec3& x, NodeOf&& node_of) {
 }
 
 TEST(KeepingTransfer, ParticlesKeepTheirShareOfWhatTheGridCannotCarryButMoveWithTheGrid) {
-  for (const double kept : {0.25, 1.0}) {
+  for (const double retained : {0.25, 1.0}) {
     const auto particles = cloud(20);
     Grid grid(dx);
-    grid.keep_old_nodes(true);
+    grid.keep_forces_apart(true);
     fill(grid, particles);
     randomise_nodes(grid, 6);
-    const TransferOptions options{1e-3, density, true, kept};
+    const TransferOptions options{1e-3, density, true, retained};
     std::vector<Particle> expected = particles;
     for (Particle& p : expected) {
       const auto [v, c] = gathered(position_of(p), [&](const auto& n) -> Node& { return node_at(grid, n); });
-      const Vec3 v0 = gathered(position_of(p), [&](const auto& n) -> Node& { return old_node_at(grid, n); }).first;
+      const Vec3 v0 = gathered(position_of(p), [&](const auto& n) -> Node& { return before_forces_at(grid, n); }).first;
       for (int i = 0; i < 3; ++i) {
         p.position[i] += options.dt * v[i];
-        p.velocity[i] = v[i] + kept * (p.velocity[i] - v0[i]);
+        p.velocity[i] = v[i] + retained * (p.velocity[i] - v0[i]);
       }
       testing::set_affine(p, c);
     }
@@ -551,11 +556,11 @@ TEST(KeepingTransfer, NothingIsKeptOfAnAffineField) {
     testing::set_affine(p, b);
   }
   Grid grid(dx);
-  grid.keep_old_nodes(true);
+  grid.keep_forces_apart(true);
   fill(grid, particles);
   for_each_node(grid, [&](Node& n, const std::array<int, 3>& i) {
     const Vec3 v = a + b * dx * Vec3(i[0], i[1], i[2]);
-    old_node_at(grid, i) = Node{v.x(), v.y(), v.z(), 1.0};
+    before_forces_at(grid, i) = Node{v.x(), v.y(), v.z(), 1.0};
     n = Node{};  // all stop
   });
   const double size = a.norm() + b.norm() * 20.0;  // velocities at up to 20 m

@@ -76,7 +76,7 @@ TEST(BlockCosts, AreMeasuredOrThoseOfAsManyOtherParticles) {
   const auto blocks = state.grid.occupied_blocks();
   const auto particles = [&](std::size_t i) { return state.grid.block(blocks[i]).particles.count(); };
   BlockCosts costs;
-  costs.reserve(state.grid.numbers());
+  costs.reserve(state.grid.index_end());
   const auto before = costs.of_occupied_blocks(state.grid);
   EXPECT_DOUBLE_EQ(before[1] / before[0], static_cast<double>(particles(1)) / particles(0));
   costs.note(state.grid.block(blocks[0]), blocks[0], particles(0), 3e-7 * particles(0));
@@ -94,7 +94,7 @@ TEST(BlockCosts, IncludeWhatARankComputesBesidesTheMotionOfParticles) {
     return std::accumulate(all.begin(), all.end(), 0.0);
   };
   BlockCosts costs;
-  costs.reserve(state.grid.numbers());
+  costs.reserve(state.grid.index_end());
   for (const auto b : state.grid.occupied_blocks()) costs.note(state.grid.block(b), b, 1, 1e-6);
   const double particles_alone = sum(costs);
   for (int n = 0; n < 30; ++n) costs.note_step(2.5 * particles_alone, sum(costs));

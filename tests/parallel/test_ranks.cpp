@@ -221,9 +221,9 @@ TEST(Ranks, WorkOnBlocksThatNeedNoMessagesBeforeTheyWaitForAny) {
       for (const auto b : grid.occupied_blocks()) {
         const Block& block = grid.block(b);
         if (kind == MessageKind::parts) {  // in the first step: nodes are zero until particles add to them
-          const auto& targets = block.parts != nullptr ? *block.parts : block.neighbour;
+          const auto& targets = block.targets();
           double mass = 0.0;
-          for (const Node& node : grid.nodes(targets[forward_slots[0]]).node) mass += node[3];
+          for (const Node& node : grid.momenta(targets[forward_slots[0]]).node) mass += node[3];
           EXPECT_GT(mass, 0.0);
           for (int s = 0; s < block.particles.count(); ++s) before[block.particles[s].id] = position(block.particles[s]);
         } else {

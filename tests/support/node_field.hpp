@@ -25,15 +25,15 @@ inline Grid grid_of_blocks(double dx, const Index3& low, const Index3& high) {
 /// Null if there is no block.
 inline Node* find_node(Grid& grid, const Index3& n) {
   const auto b = grid.find(block_of_node(n));
-  return b == no_block ? nullptr : &grid.nodes(b).node[number_of_node(n)];
+  return b == no_block ? nullptr : &grid.velocities(b).node[number_of_node(n)];
 }
 
-/// f(Node&, const Index3&, fraction of it that belongs to the computed part)
+/// f(Node& with a velocity, const Index3&, fraction of it that belongs to the computed part)
 template <class F>
 void for_each_node(Grid& grid, const MirrorPlanes& mirror, F&& f) {
   for (const auto b : grid.all_blocks()) {
     const Index3& c = grid.block(b).coordinate;
-    for (int n = 0; n < block_nodes; ++n) f(grid.nodes(b).node[n], node_index(c, n), computed_fraction(mirror, c, n));
+    for (int n = 0; n < block_nodes; ++n) f(grid.velocities(b).node[n], node_index(c, n), computed_fraction(mirror, c, n));
   }
 }
 template <class F>

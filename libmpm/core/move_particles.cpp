@@ -1,0 +1,138 @@
+#include "libmpm/core/move_particles.hpp"
+
+#include <omp.h>
+
+#include <algorithm>
+#include <cmath>
+#include <optional>
+
+#include "libmpm/base/error.hpp"
+#include "libmpm/base/thread_time.hpp"
+#include "libmpm/core/diagnostics.hpp"
+#include "libmpm/core/health.hpp"
+#include "libmpm/core/particle_contact.hpp"
+#include "libmpm/core/stress_update.hpp"
+
+namespace mpm {
+
+namespace {
+
+/// Removes the particles of a block that are outside the domain. Call it while those that leave the block are still in it.
+FluxTotals remove_outside(Grid& grid, std::int32_t index, const Scene& scene) {
+  const Eigen::AlignedBox3d domain(scene.domain_min, scene.domain_max);
+  const double dx = grid.cell_size();
+  const Index3& block = grid.block(index).coordinate;
+  FluxTotals left;
+  if (domain.contains(block_box(block, dx, block_edge))) return left;  // as far as a particle moves in a step
+  ParticleBin& bin = grid.block(index).particles;
+  const bool only_leavers = domain.contains(block_box(block, dx));
+  const auto before = [&](int s) { return only_leavers ? bin.last_leaver(s) : s - 1; };
+  with_record_type(grid.precision(), [&](auto record) {
+    for (int s = before(bin.count()); s >= 0; s = before(s)) {
+      const Vec3 x = position_of(bin.record<decltype(record)>(s), bin.frame);
+      if (domain.contains(x)) continue;
+      const Particle p = bin[s];
+      const double mass = density_of(scene.material) * p.volume;
+      left += FluxTotals{1, x.x() > domain.max().x() ? 1U : 0U, mass, mass * velocity_of(p), kinetic_and_elastic_energy(p, scene, dx)};
+      grid.remove(index, s);
+    }
+  });
+  return left;
+}
+
+/// Sum over the blocks of all ranks.
+FluxTotals sum_of(std::span<const FluxTotals> parts, Ranks* ranks) {
+  constexpr std::size_t counts = 2;  // its first members
+  BlockSums sums(sizeof(FluxTotals) / sizeof(double));
+  for (const FluxTotals& part : parts) {
+    if (part.count > 0) sums.add_members<counts>(0, part);
+  }
+  sums.add_ranks(ranks);
+  return sums.members<FluxTotals, counts>(0);
+}
+
+/// Adds the wall time of a loop to its phases, in the ratio of the times that the threads spent in them.
+void add_loop(StepTimes& times, double loop, const StepTimes& threads) {
+  if (const double all = threads.total(); all > 0.0) {
+    times.grid_to_particle += loop * threads.grid_to_particle / all;
+    times.stress += loop * threads.stress / all;
+    times.sort += loop * threads.sort / all;
+  }
+}
+
+}  // namespace
+
+FluxTotals move_particles(State& state, const Scene& scene, const TransferOptions& options, ImpulseRecord& impulses, StepTimes* times) {
+  Grid& grid = state.grid;
+  Ranks* const ranks = grid.ranks();
+  const bool measured = ranks != nullptr && ranks->measures();
+  const auto blocks = grid.occupied_blocks();
+  std::vector<BlockMotion> motion(blocks.size());
+  std::vector<FluxTotals> left(blocks.size());
+  const ParticleContact contact(scene.boundaries);
+  std::vector<std::vector<ParticleContact::Taken>> taken(blocks.size());
+  bool out_of_memory = false;
+  StepTimes loop, of_threads;
+  const auto move = [&](bool outer) {
+#pragma omp parallel
+    {
+      StepTimes of_thread;
+      const PhaseTimer timed(times != nullptr ? &of_thread : nullptr);
+#pragma omp for schedule(dynamic, blocks_at_a_time) nowait
+      for (std::size_t i = 0; i < blocks.size(); ++i) {
+        Block& block = grid.block(blocks[i]);
+        if (block.outer != outer) continue;
+        try {
+          const double start = measured ? thread_seconds() : 0.0;
+          const int particles = block.particles.count();
+          timed(&StepTimes::grid_to_particle, [&] {
+            motion[i] = grid_to_particle(grid, blocks[i], options, moved_next(blocks, i));  // v_p, C_p, x_p
+            taken[i] = contact.hold(grid, blocks[i], options.density);
+          });
+          timed(&StepTimes::stress, [&] { motion[i].finite = update_stress(grid, blocks[i], scene.material, options.dt); });  // tau_p
+          if (!motion[i].finite || !motion[i].within_reach) continue;
+          timed(&StepTimes::sort, [&] {
+            left[i] = remove_outside(grid, blocks[i], scene);
+            collect_migrants(grid, blocks[i], motion[i]);
+          });
+          if (measured) ranks->note_time(block, blocks[i], particles, thread_seconds() - start);
+        } catch (const std::bad_alloc&) {  // no exception may leave a parallel region
+#pragma omp atomic write
+          out_of_memory = true;
+        }
+        if (ranks != nullptr && omp_get_thread_num() == 0) ranks->progress();
+      }
+#pragma omp critical
+      of_threads += of_thread;
+    }
+  };
+  PhaseTimer(times != nullptr ? &loop : nullptr)(&StepTimes::grid_to_particle, [&] {
+    move(false);
+    if (ranks != nullptr) {
+      ranks->receive_nodes(grid);
+      move(true);
+    }
+  });
+  if (out_of_memory) throw std::bad_alloc();
+  if (times != nullptr) add_loop(*times, loop.grid_to_particle, of_threads);
+
+  double max_speed_squared = 0.0;
+  std::optional<BlockError> error;
+  for (std::size_t i = 0; i < blocks.size() && !error; ++i) {
+    if (!motion[i].finite || !motion[i].within_reach)
+      error = BlockError{grid.block(blocks[i]).coordinate, instability_text(state, scene, options.dt, blocks[i], motion[i])};
+    max_speed_squared = std::max(max_speed_squared, motion[i].max_speed_squared);
+  }
+  if (ranks != nullptr) {
+    max_speed_squared = ranks->agree(max_speed_squared, error);
+  } else if (error) {
+    throw UnstableError(error->text);
+  }
+  state.max_speed = std::sqrt(max_speed_squared);
+  for (const auto& of_block : taken) {
+    for (const ParticleContact::Taken& t : of_block) impulses.add_to_contact(t.boundary, t.layer, t.impulse);
+  }
+  return sum_of(left, ranks);
+}
+
+}  // namespace mpm

@@ -1,0 +1,79 @@
+#pragma once
+/// Where blocks and nodes are: their coordinates, their numbers in a block, their neighbours, their positions.
+///
+/// A block has 4x4x4 nodes. Its coordinate counts blocks along each axis; a node's index counts nodes, its position is index times dx. In
+/// its block a node has the number x + 4 y + 16 z.
+
+#include <Eigen/Geometry>
+#include <array>
+#include <cstdint>
+
+#include "libmpm/base/types.hpp"
+
+namespace mpm {
+
+inline constexpr int block_edge = 4;  ///< cells and nodes per axis
+/// Numbers along an axis of a block's first node, of the block that owns a node, and of the node in that block. Block 0 begins with node
+/// -1: the first half cell before a wall or a mirror plane at the origin belongs to base node -1, and gets no layer of blocks of its own.
+/// @{
+constexpr std::int32_t first_node(std::int32_t block) { return block_edge * block - 1; }
+constexpr std::int32_t block_of_node(std::int32_t node) { return (node + 1) >> 2; }
+constexpr int place_of_node(std::int32_t node) { return (node + 1) & 3; }
+/// @}
+inline constexpr int block_nodes = 64;  ///< nodes a block owns
+/// From a node of a block to the next one along an axis, in the numbers of nodes.
+constexpr int node_stride(int axis) { return axis == 0 ? 1 : axis == 1 ? block_edge : block_edge * block_edge; }
+/// Place of a block's node along an axis, 0 .. 3. @param node  its number in the block
+constexpr int place_along(int axis, int node) {
+  static_assert(block_edge == 4);
+  return node >> 2 * axis & 3;
+}
+/// Number of a block's node at these places along the axes.
+constexpr int node_number(int x, int y, int z) { return x * node_stride(0) + y * node_stride(1) + z * node_stride(2); }
+/// Numbers along the axes of one of a block's own nodes. @param node  x + 4 y + 16 z
+constexpr Index3 node_index(const Index3& block, int node) {
+  return {first_node(block[0]) + place_along(0, node), first_node(block[1]) + place_along(1, node),
+          first_node(block[2]) + place_along(2, node)};
+}
+/// The block that owns a node, and the node's number in it: the inverse of node_index(). @{
+constexpr Index3 block_of_node(const Index3& at) { return {block_of_node(at[0]), block_of_node(at[1]), block_of_node(at[2])}; }
+constexpr int number_of_node(const Index3& at) { return node_number(place_of_node(at[0]), place_of_node(at[1]), place_of_node(at[2])); }
+/// @}
+/// Position of one of a block's own nodes, m. @param node  x + 4 y + 16 z
+inline Vec3 node_position(const Index3& block, int node, double cell_size) {
+  const Index3 at = node_index(block, node);
+  return cell_size * Vec3(at[0], at[1], at[2]);
+}
+
+/// The box in which a block's particles lie, m, up to rounding of a position on the edge of its cell.
+/// @param around  cells added on every side
+inline Eigen::AlignedBox3d block_box(const Index3& block, double cell_size, double around = 1e-6) {
+  const Vec3 first(first_node(block[0]), first_node(block[1]), first_node(block[2]));
+  const Vec3 low = first + Vec3::Constant(0.5 - around), high = first + Vec3::Constant(0.5 + block_edge + around);
+  return {cell_size * low, cell_size * high};
+}
+
+inline constexpr int halo_edge = block_edge + 2;                      ///< nodes per axis that a block's particles touch
+inline constexpr int halo_nodes = halo_edge * halo_edge * halo_edge;  ///< nodes that a block's particles touch
+inline constexpr std::int32_t no_block = -1;                          ///< index if there is no block
+
+/// Offset of a neighbour: dx, dy, dz in {-1, 0, 1}; 13 is the block itself, 26 - slot the opposite neighbour.
+constexpr int neighbour_slot(int dx, int dy, int dz) { return (dz + 1) * 9 + (dy + 1) * 3 + dx + 1; }
+/// Coordinate of a neighbour. @param slot  neighbour_slot
+constexpr Index3 neighbour_of(const Index3& block, int slot) {
+  return {block[0] + slot % 3 - 1, block[1] + slot / 3 % 3 - 1, block[2] + slot / 9 - 1};
+}
+/// The eight blocks (itself and its forward neighbours) that hold the nodes of a block's particles. Number k: bit 0 is one block along x,
+/// bit 1 along y, bit 2 along z.
+inline constexpr std::array<int, 8> forward_slots = {neighbour_slot(0, 0, 0), neighbour_slot(1, 0, 0), neighbour_slot(0, 1, 0),
+                                                     neighbour_slot(1, 1, 0), neighbour_slot(0, 0, 1), neighbour_slot(1, 0, 1),
+                                                     neighbour_slot(0, 1, 1), neighbour_slot(1, 1, 1)};
+/// Parity of a block's coordinates, a bit an axis: blocks of one colour share no node.
+constexpr int colour_of(const Index3& block) { return (block[0] & 1) | (block[1] & 1) << 1 | (block[2] & 1) << 2; }
+/// Whether block a comes before block b in every list and every sum: by z, then y, then x.
+constexpr bool comes_before(const Index3& a, const Index3& b) {
+  if (a[2] != b[2]) return a[2] < b[2];
+  return a[1] != b[1] ? a[1] < b[1] : a[0] < b[0];
+}
+
+}  // namespace mpm
