@@ -135,7 +135,7 @@ class Boundaries {
     const Boundary& boundary = forces_.boundaries[b];
     if (const auto* solid = std::get_if<SurfaceSolid>(&boundary)) {
       ContactImpulse& impulse = contacts_[b] = apply_surface_contact(grid_, *solid, forces_.density, dt_);
-      apply_folded_top(grid_, *solid, forces_.mirror, forces_.density, dt_, impulse);
+      apply_folded_faces(grid_, *solid, forces_.mirror, forces_.density, dt_, impulse);
     } else {
       const auto* const terrain = std::get_if<Terrain>(&boundary);
       const auto by_block = terrain != nullptr ? apply_folded_terrain(grid_, *terrain, forces_.mirror, blocks_)
@@ -285,8 +285,8 @@ void GridUpdatePart::add_to_contact(std::size_t b, std::int32_t layer, const Imp
 
 /// Afterwards the first rank has the impulses of a run on one rank, and the others have none.
 void GridUpdatePart::gather_contacts(Ranks& ranks) {
-  // rows in the order {boundary, kind, layer or turn}; the rows of a top all come from one rank
-  enum Kind : std::int32_t { range, side, top };
+  // rows in the order {boundary, kind, layer or turn}; those of a top, or of an underside, all come from one rank
+  enum Kind : std::int32_t { range, side, top, underside };
   struct Row {
     double layer = 0.0;
     Impulse impulse;
@@ -301,8 +301,10 @@ void GridUpdatePart::gather_contacts(Ranks& ranks) {
     if (count == 0) continue;
     add(first, range, first + count, {});
     for (std::int32_t k = 0; k < count; ++k) add(first + k, side, first + k, impulse.sides[static_cast<std::size_t>(k)]);
-    for (std::size_t n = 0; n < impulse.top.size(); ++n)
-      add(static_cast<std::int32_t>(n), top, impulse.top[n].layer, impulse.top[n].impulse);
+    for (const Kind face : {top, underside}) {
+      const auto& parts = impulse.faces[face - top];
+      for (std::size_t n = 0; n < parts.size(); ++n) add(static_cast<std::int32_t>(n), face, parts[n].layer, parts[n].impulse);
+    }
   }
   table.gather(ranks);
   contacts_.clear();
@@ -313,7 +315,10 @@ void GridUpdatePart::gather_contacts(Ranks& ranks) {
     for (; is(range); ++i) end = std::max(end, static_cast<std::int32_t>(table.get<Row>(i).layer));
     ContactImpulse sum{.first = first, .sides = std::vector<Impulse>(static_cast<std::size_t>(end - first))};
     for (; is(side); ++i) sum.sides[static_cast<std::size_t>(table.block(i)[0] - first)] += table.get<Row>(i).impulse;
-    for (; is(top); ++i) sum.top.push_back({static_cast<std::int32_t>(table.get<Row>(i).layer), table.get<Row>(i).impulse});
+    for (const Kind face : {top, underside}) {
+      for (; is(face); ++i)
+        sum.faces[face - top].push_back({static_cast<std::int32_t>(table.get<Row>(i).layer), table.get<Row>(i).impulse});
+    }
     contacts_[static_cast<std::size_t>(boundary)] = std::move(sum);
   }
 }
