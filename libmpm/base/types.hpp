@@ -15,6 +15,17 @@ using Vec3 = Eigen::Vector3d;                ///< position, velocity, force: x, 
 using Mat3 = Eigen::Matrix3d;                ///< general 3x3 matrix (row, column)
 using Index3 = std::array<std::int32_t, 3>;  ///< coordinates of a cell, node or block along x, y, z; may be negative
 
+/// Mirror planes of a domain: only x >= 0 (y >= 0) is computed.
+struct MirrorPlanes {
+  bool x = false, y = false;  ///< plane x = 0, plane y = 0
+  bool operator==(const MirrorPlanes&) const = default;
+
+  /// Whether there is a plane across an axis, 0 or 1 (2: there is none).
+  [[nodiscard]] bool across(int axis) const { return axis == 0 ? x : axis == 1 && y; }
+  /// Parts of the whole domain for each computed one: 1, 2 or 4.
+  [[nodiscard]] double parts() const { return (x ? 2.0 : 1.0) * (y ? 2.0 : 1.0); }
+};
+
 /// Width of a lane group: eight doubles, one AVX-512 register (two or four registers elsewhere).
 inline constexpr int lane_count = 8;
 

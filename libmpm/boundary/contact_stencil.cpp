@@ -7,7 +7,6 @@
 #include <numbers>
 
 #include "libmpm/base/bspline.hpp"
-#include "libmpm/boundary/outline_distance.hpp"
 
 namespace mpm {
 
@@ -66,7 +65,7 @@ std::vector<SurfacePoint> points_of_polygon(const Outline& outline, double cell_
   };
   std::vector<SurfacePoint> points;
   std::vector<Points> sides;
-  for (const OutlineSide& side : outline.sides()) {
+  for (const Outline::Side& side : outline.sides()) {
     const Vec2 whole = (side.to - side.from) / cell_size;
     const double length = whole.norm();
     const auto count_of = [&](double margin) { return std::max(1, static_cast<int>(std::lround(length - 2.0 * margin))); };
@@ -95,29 +94,27 @@ std::vector<SurfacePoint> points_of_polygon(const Outline& outline, double cell_
 class StencilBuilder {
  public:
   /// @param circle  the outline, in cells; empty for a polygon
-  StencilBuilder(std::optional<Circle> circle, bool mirror_x, bool mirror_y) : circle_(circle), mirror_{mirror_x, mirror_y} {}
+  StencilBuilder(std::optional<Circle> circle, const MirrorPlanes& mirror) : circle_(circle), mirror_(mirror) {}
 
-  [[nodiscard]] bool computed(const Vec2& at) const { return (!mirror_[0] || at.x() > -rounding) && (!mirror_[1] || at.y() > -rounding); }
+  [[nodiscard]] bool computed(const Vec2& at) const { return (!mirror_.x || at.x() > -rounding) && (!mirror_.y || at.y() > -rounding); }
   /// The image of a position in the computed part.
-  [[nodiscard]] Vec2 image(const Vec2& at) const {
-    return {mirror_[0] ? std::abs(at.x()) : at.x(), mirror_[1] ? std::abs(at.y()) : at.y()};
-  }
+  [[nodiscard]] Vec2 image(const Vec2& at) const { return {mirror_.x ? std::abs(at.x()) : at.x(), mirror_.y ? std::abs(at.y()) : at.y()}; }
   int node(int x, int y) {
     const auto [place, made] = number_.try_emplace({x, y}, static_cast<int>(stencil.nodes.size()));
-    if (made) stencil.nodes.push_back({{x, y}, (mirror_[0] && x == 0 ? 0.5 : 1.0) * (mirror_[1] && y == 0 ? 0.5 : 1.0)});
+    if (made) stencil.nodes.push_back({{x, y}, (mirror_.x && x == 0 ? 0.5 : 1.0) * (mirror_.y && y == 0 ? 0.5 : 1.0)});
     return place->second;
   }
   void begin(ContactRow::Kind kind, const Vec2& at, const Vec2& normal, double cell_size) {
     normal_ = normal;
     stencil.rows.push_back({.kind = kind, .first = stencil.entries.size(), .point = cell_size * at});
-    if ((mirror_[0] && std::abs(at.x()) < rounding) || (mirror_[1] && std::abs(at.y()) < rounding)) stencil.rows.back().copies = 2.0;
+    if ((mirror_.x && std::abs(at.x()) < rounding) || (mirror_.y && std::abs(at.y()) < rounding)) stencil.rows.back().copies = 2.0;
   }
   void add(int x, int y, double weight) {
     const Vec2 direction = direction_at(Vec2(x, y));
     Vec2 n = weight * direction, t = weight * Vec2(-direction.y(), direction.x());
     int at[2] = {x, y};
     for (int axis = 0; axis < 2; ++axis) {
-      if (!mirror_[axis] || at[axis] > 0) continue;
+      if (!mirror_.across(axis) || at[axis] > 0) continue;
       n[axis] = at[axis] == 0 ? 0.0 : -n[axis];  // on the plane material moves only along it
       t[axis] = at[axis] == 0 ? 0.0 : -t[axis];
       at[axis] = -at[axis];
@@ -147,7 +144,7 @@ class StencilBuilder {
   }
 
   std::optional<Circle> circle_;
-  bool mirror_[2];
+  MirrorPlanes mirror_;
   Vec2 normal_;
   std::map<std::array<int, 2>, int> number_;
 };
@@ -155,20 +152,31 @@ class StencilBuilder {
 /// Integral of sqrt(s) over the strip of a column, half a cell to both sides; s the distance from the edge. @param depth  cells
 double root_law(double depth) { return std::pow(depth + 0.5, 1.5) - std::pow(std::max(0.0, depth - 0.5), 1.5); }
 
-/// The columns of a top face. @param first, last  of the nodes looked at, by axis
-void add_columns(StencilBuilder& builder, const OutlineDistance& distance, double cell_size, const std::array<int, 2>& first,
-                 const std::array<int, 2>& last) {
+/// Grid nodes from first to last along x and y that hold the outline.
+struct NodeRange {
+  std::array<int, 2> first{}, last{};
+};
+NodeRange nodes_around(const Outline& outline, double cell_size) {
+  NodeRange nodes;
+  for (int axis = 0; axis < 2; ++axis) {
+    nodes.first[static_cast<std::size_t>(axis)] = static_cast<int>(std::floor(outline.bounds().min()[axis] / cell_size)) - 1;
+    nodes.last[static_cast<std::size_t>(axis)] = static_cast<int>(std::ceil(outline.bounds().max()[axis] / cell_size)) + 1;
+  }
+  return nodes;
+}
+
+/// The columns of a horizontal face.
+void add_columns(StencilBuilder& builder, const Outline& outline, double cell_size, const NodeRange& nodes) {
   struct Place {
     std::array<int, 2> at;
     double depth;  ///< cells inside; negative outside
     Vec2 normal;   ///< outward, of the nearest side
   };
   std::vector<Place> places;
-  for (int y = first[1]; y <= last[1]; ++y) {
-    for (int x = first[0]; x <= last[0]; ++x) {
-      const Vec2 at = cell_size * Vec2(x, y);
-      const auto near = distance.at(at);
-      const double depth = (near.distance > 0.0 ? -distance.outside(at) : -near.distance) / cell_size;
+  for (int y = nodes.first[1]; y <= nodes.last[1]; ++y) {
+    for (int x = nodes.first[0]; x <= nodes.last[0]; ++x) {
+      const Outline::Nearest near = outline.nearest(cell_size * Vec2(x, y));
+      const double depth = -near.distance / cell_size;
       if (builder.computed(Vec2(x, y)) && depth > rounding - 0.5) places.push_back({{x, y}, depth, near.normal});
     }
   }
@@ -228,23 +236,8 @@ void link_rows(StencilBuilder& builder, const std::vector<SurfacePoint>& points,
   }
 }
 
-/// Grid nodes from first to last along x and y that hold the outline.
-struct NodeRange {
-  std::array<int, 2> first{}, last{};
-};
-NodeRange nodes_around(const Outline& outline, double cell_size) {
-  Vec2 low = outline.corners.front(), high = low;
-  for (const Vec2& corner : outline.corners) low = low.cwiseMin(corner), high = high.cwiseMax(corner);
-  NodeRange nodes;
-  for (int axis = 0; axis < 2; ++axis) {
-    nodes.first[static_cast<std::size_t>(axis)] = static_cast<int>(std::floor(low[axis] / cell_size)) - 1;
-    nodes.last[static_cast<std::size_t>(axis)] = static_cast<int>(std::ceil(high[axis] / cell_size)) + 1;
-  }
-  return nodes;
-}
-
 /// Rows that extend velocities to nodes behind the surface, and the nodes deep inside.
-void add_extensions(StencilBuilder& builder, const OutlineDistance& distance, const std::vector<SurfacePoint>& points,
+void add_extensions(StencilBuilder& builder, const Outline& outline, const std::vector<SurfacePoint>& points,
                     const std::vector<int>& row_of, double cell_size, const NodeRange& nodes) {
   // of the rows before a place the nearest whose normal is that of the place
   const auto surface_before = [&](const Vec2& at, const Vec2& normal) {
@@ -260,13 +253,13 @@ void add_extensions(StencilBuilder& builder, const OutlineDistance& distance, co
     for (int x = nodes.first[0]; x <= nodes.last[0]; ++x) {
       const Vec2 at(x, y);
       if (!builder.computed(at)) continue;
-      const auto near = distance.at(cell_size * at);
+      const Outline::Nearest near = outline.nearest(cell_size * at);
       const double depth = -near.distance / cell_size;
       if (depth > ContactStencil::deep_from) builder.stencil.deep.push_back({builder.node(x, y), near.normal});
       const int axis = std::abs(near.normal.x()) >= std::abs(near.normal.y()) - rounding ? 0 : 1;
       const double along_axis = depth / std::abs(near.normal[axis]);
       if (along_axis <= extended_from + rounding || along_axis > extended_to) continue;
-      if (distance.sides_within(cell_size * at, near.distance - ambiguous_distance * cell_size) > 1) continue;
+      if (outline.is_ambiguous(cell_size * at, ambiguous_distance * cell_size)) continue;
       const int outward = near.normal[axis] > 0.0 ? 1 : -1;
       builder.begin(ContactRow::Kind::extension, at, near.normal, cell_size);
       builder.stencil.rows.back().surface = surface_before(at, near.normal);
@@ -277,17 +270,16 @@ void add_extensions(StencilBuilder& builder, const OutlineDistance& distance, co
 
 }  // namespace
 
-ContactStencil contact_stencil(const Outline& outline, double cell_size, bool mirror_x, bool mirror_y) {
-  std::optional<Circle> circle = outline.circle;
+ContactStencil contact_stencil(const Outline& outline, double cell_size, const MirrorPlanes& mirror) {
+  std::optional<Circle> circle = outline.circle();
   if (circle) circle = Circle{.centre = circle->centre / cell_size, .radius = circle->radius / cell_size};
-  StencilBuilder builder(circle, mirror_x, mirror_y);
-  const OutlineDistance distance(outline);
+  StencilBuilder builder(circle, mirror);
   const std::vector<SurfacePoint> points = circle ? points_of_circle(*circle) : points_of_polygon(outline, cell_size);
   const NodeRange nodes = nodes_around(outline, cell_size);
   const std::vector<int> row_of = add_surface_rows(builder, points, cell_size);
   link_rows(builder, points, row_of);
-  add_extensions(builder, distance, points, row_of, cell_size, nodes);
-  add_columns(builder, distance, cell_size, nodes.first, nodes.last);
+  add_extensions(builder, outline, points, row_of, cell_size, nodes);
+  add_columns(builder, outline, cell_size, nodes);
   return std::move(builder.stencil);
 }
 

@@ -29,16 +29,16 @@
 ///
 /// The sides are vertical, so that the conditions of the layers of nodes are independent: one stencil serves all layers.
 ///
-/// The top acts on columns of nodes (core/folded_wall.hpp). A column represents the strip of the top within half a cell of it. The last
-/// columns before an edge, those less than half a cell from it on either side, are bounded by the same laws as the end points of a side:
-/// the strip of a column at a depth d inside the edge ends at d + 1/2, and begins at the edge or at d - 1/2.
+/// Top and underside act on columns of nodes (core/folded_wall.hpp). A column represents the strip of the face within half a cell of it.
+/// The last columns before an edge, those less than half a cell from it on either side, are bounded by the same laws as the end points of a
+/// side: the strip of a column at a depth d inside the edge ends at d + 1/2, and begins at the edge or at d - 1/2.
 
 #include <array>
 #include <optional>
 #include <vector>
 
 #include "libmpm/base/lanes.hpp"
-#include "libmpm/boundary/shapes/outline.hpp"
+#include "libmpm/boundary/outline.hpp"
 
 namespace mpm {
 
@@ -93,7 +93,7 @@ struct ContactStencil {
     int node = 0;                ///< number in ContactStencil::nodes
     Vec2 normal = Vec2::Zero();  ///< outward, of the nearest side
   };
-  /// A column of nodes on the top.
+  /// A column of nodes on the top or the underside.
   struct Column {
     int node = 0;    ///< number in ContactStencil::nodes
     EdgeBound edge;  ///< `inner` in ContactStencil::columns: the next one inwards
@@ -107,7 +107,7 @@ struct ContactStencil {
 };
 
 /// @param outline  m, in the frame of the grid. @param cell_size  m
-/// @param mirror_x, mirror_y  only x >= 0 (y >= 0) is computed: rows of the rest are left out, its nodes replaced by their images
-[[nodiscard]] ContactStencil contact_stencil(const Outline& outline, double cell_size, bool mirror_x, bool mirror_y);
+/// @param mirror  rows of what is not computed are left out, its nodes replaced by their images
+[[nodiscard]] ContactStencil contact_stencil(const Outline& outline, double cell_size, const MirrorPlanes& mirror);
 
 }  // namespace mpm

@@ -6,16 +6,18 @@
 #include <vector>
 
 #include "libmpm/boundary/shapes/any_shape.hpp"
+#include "libmpm/boundary/upright_solid.hpp"
 
 namespace mpm {
 
 class ParameterReport;
 struct MaterialParameters;
 
-/// [obstacle]: rigid, upright, on the floor; its most upstream point at x = 0, its centre at y = 0; separable Coulomb contact.
+/// [obstacle]: rigid, upright; its most upstream point at x = 0, its centre at y = 0; separable Coulomb contact.
 struct ObstacleSpec {
   AnyShape shape;                        ///< with the parameters of that shape
   std::optional<double> height;          ///< m; empty: taller than any jet
+  double base = 0.0;                     ///< m, of the underside; 0: it stands on the ground
   double friction = 0.15;                ///< mu
   std::optional<double> friction_ratio;  ///< mu / tan(phi'), given instead of friction: resolve_friction turns it into friction
   bool operator==(const ObstacleSpec&) const = default;
@@ -24,9 +26,16 @@ struct ObstacleSpec {
   [[nodiscard]] double width() const {
     return std::visit([](const auto& s) { return s.width; }, shape);
   }
-  /// How the shape meets the flow.
+  /// How it meets the flow: what begins above the ground lets snow pass below it, as no obstacle of the grid studies does.
   [[nodiscard]] Front front() const {
-    return std::visit([](const auto& s) { return s.front; }, shape);
+    return base > 0.0 ? Front::other : std::visit([](const auto& s) { return s.front; }, shape);
+  }
+  /// Its geometry.
+  [[nodiscard]] UprightSolid solid() const {
+    UprightSolid solid{outline_of(shape)};
+    if (base > 0.0) solid.base = base;
+    if (height) solid.top = *height;
+    return solid;
   }
   /// The parameters of one shape; std::bad_variant_access if it is another one.
   template <ObstacleShape S>
@@ -43,8 +52,13 @@ struct ObstacleSpec {
   template <class Table>
   static void declare(Table& table) {
     table.alternatives("shape", &ObstacleSpec::shape,
-                       "Rigid, upright, on the floor, its most upstream point at x = 0, its middle at y = 0. " + shape_descriptions());
-    table.add("height_m", &ObstacleSpec::height).unit("m").positive(1e5).left_out("taller than any jet").text("Height");
+                       "Rigid, upright, its most upstream point at x = 0, its middle at y = 0. " + shape_descriptions());
+    table.add("height_m", &ObstacleSpec::height).unit("m").positive(1e5).left_out("taller than any jet").text("Height of its top");
+    table.add("base_m", &ObstacleSpec::base)
+        .unit("m")
+        .range(0.0, 1e5)
+        .hide_default()
+        .text("Height of its underside, of a cross-arm, a sign or a deck; 0: it stands on the ground");
     table.add("friction", &ObstacleSpec::friction).range(0.0, most_friction).text("Coulomb coefficient mu of snow on the obstacle");
     table.add("friction_ratio", &ObstacleSpec::friction_ratio)
         .range(0.0, 1.0)
@@ -55,6 +69,12 @@ struct ObstacleSpec {
             "friction (M = 0) then slides freely");
   }
 
+  /// The underside is below the top.
+  template <class Report>
+  void check(Report& report) const {
+    if (height && base >= *height && report.all_sound({"base_m", "height_m"}))
+      report.problem("base_m", "is not below height_m, the top; both are heights above the ground");
+  }
   /// Turns friction_ratio, where it was given, into friction. @param report  of this component: names are those of its keys
   void resolve_friction(const MaterialParameters& material, ParameterReport& report);
   /// Whether all parameters that make the plan of an obstacle are sound. @param report  of this component

@@ -2,17 +2,23 @@
 /// Uneven ground: the space below a height field.
 
 #include <memory>
+#include <optional>
+#include <string>
 
+#include "libmpm/base/limits.hpp"
 #include "libmpm/boundary/contact.hpp"
 #include "libmpm/boundary/height_field.hpp"
 
 namespace mpm {
+
+struct TerrainTable;
 
 /// The ground below z = h(x, y), at rest or a belt that follows it.
 ///
 /// With ContactRule::surface it acts on each column of nodes along z with the height and the normal that it has there
 /// (core/folded_terrain.hpp); with ContactRule::nodal on each node below, with those at the node.
 struct Terrain {
+  using Table = TerrainTable;  ///< from which a case makes it
   /// Slope up to which a case may have ground: tan 30 degrees, beyond which columns along z are a poor approximation of the surface.
   static constexpr double steepest = 0.578;
 
@@ -37,6 +43,58 @@ struct Terrain {
   [[nodiscard]] Vec3 constrain(const Vec3& node, const Vec3& v, double time = 0.0) const;
   void translate(const Vec3& by) { shift += by; }
   /// @}
+};
+
+/// [terrain]: the ground as a raster of heights.
+struct TerrainSpec {
+  std::optional<std::string> file;       ///< with the raster; its content becomes `raster` when a case is read
+  std::optional<std::string> raster;     ///< an ESRI ASCII grid in the coordinates of the case
+  Contact contact = Contact::separable;  ///< how the surface acts (boundary/contact.hpp)
+  double friction = 0.0;                 ///< Coulomb mu; slip and separable only
+  double speed = 0.0;                    ///< of the surface along x, m/s; along z it follows the slope
+  bool operator==(const TerrainSpec&) const = default;
+
+  /// The keys of [terrain] (base/parameter.hpp).
+  template <class Table>
+  static void declare(Table& table) {
+    table.add("file", &TerrainSpec::file)
+        .left_out("raster is given instead (one of the two is required)")
+        .excludes("raster")
+        .text(
+            "Heights of the ground, relative to the case file: an ESRI ASCII grid, or a table (.csv) of a regular grid with the columns "
+            "x_m, "
+            "y_m, z_m; in the coordinates of the case. Its content becomes raster, so that the case does not depend on the file");
+    table.add("raster", &TerrainSpec::raster)
+        .left_out("file is given instead (one of the two is required)")
+        .text(
+            "The same as text in the case: an ESRI ASCII grid with blanks instead of line breaks. Heights between its points are "
+            "interpolated by cubics");
+    table.add("contact", &TerrainSpec::contact, {"no_slip", "slip", "separable"})
+        .text("no_slip: sticks; slip: stays on the ground and slides; separable: slides and may lift off");
+    table.add("friction", &TerrainSpec::friction)
+        .range(0.0, 10.0)
+        .only_with("contact", {"slip", "separable"})
+        .text("Coulomb coefficient mu, in the tangent plane");
+    table.add("surface_speed_m_s", &TerrainSpec::speed)
+        .unit("m/s")
+        .range(-fastest_speed, fastest_speed)
+        .text("Speed of the surface along x, as of a belt that follows the ground");
+  }
+  /// The ground, of the setting's heights.
+  [[nodiscard]] Terrain boundary(const BoundarySetting& setting) const { return {setting.ground, contact, friction, speed, setting.rule}; }
+};
+
+/// [terrain] of a case.
+struct TerrainTable {
+  static constexpr const char* name = "terrain";
+  /// For the reference of keys.
+  static constexpr const char* description =
+      "Uneven ground: a raster of heights; with [conveyor] in place of its level floor, in a custom scene in addition to [[wall]]. Left "
+      "out: none";
+  std::optional<TerrainSpec> terrain;  ///< [terrain]
+  bool operator==(const TerrainTable&) const = default;
+  /// The table. @param c  a case
+  static auto& of(auto& c) { return c.terrain; }
 };
 
 }  // namespace mpm

@@ -33,21 +33,25 @@ bool is_nothing(const T& value) {
 void put_contact(Message& message, const ContactImpulse& impulse) {
   put(message, impulse.first);
   put(message, impulse.sides.size());
-  put(message, impulse.top.size());
   for (const Impulse& side : impulse.sides) put(message, numbers_of(side));
-  for (const ContactImpulse::Part& part : impulse.top) {
-    put(message, part.layer);
-    put(message, numbers_of(part.impulse));
+  for (const auto& face : impulse.faces) {
+    put(message, face.size());
+    for (const ContactImpulse::Part& part : face) {
+      put(message, part.layer);
+      put(message, numbers_of(part.impulse));
+    }
   }
 }
 ContactImpulse get_contact(MessageReader& reader) {
   ContactImpulse impulse{.first = reader.get<std::int32_t>()};
   impulse.sides.resize(reader.get<std::size_t>());
-  impulse.top.resize(reader.get<std::size_t>());
   for (Impulse& side : impulse.sides) side = impulse_of(reader.get<ImpulseNumbers>());
-  for (ContactImpulse::Part& part : impulse.top) {
-    part.layer = reader.get<std::int32_t>();
-    part.impulse = impulse_of(reader.get<ImpulseNumbers>());
+  for (auto& face : impulse.faces) {
+    face.resize(reader.get<std::size_t>());
+    for (ContactImpulse::Part& part : face) {
+      part.layer = reader.get<std::int32_t>();
+      part.impulse = impulse_of(reader.get<ImpulseNumbers>());
+    }
   }
   return impulse;
 }

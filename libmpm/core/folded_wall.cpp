@@ -46,9 +46,13 @@ ColumnSurface surface_of(const Wall& wall, const ColumnPlan& plan) {
   return {-plan.inward * Vec3::Unit(plan.axis), wall.contact, wall.friction};
 }
 
-/// The top of a solid as a wall.
-Wall top_of(const SurfaceSolid& solid) {
-  return {Vec3(0.0, 0.0, solid.top()), Vec3::UnitZ(), Contact::separable, solid.friction(), Vec3::Zero(), false, ContactRule::surface};
+/// Top and underside of a solid as walls; empty where it has none.
+std::array<std::optional<Wall>, 2> faces_of(const SurfaceSolid& solid) {
+  const auto face = [&](double z, const Vec3& normal) -> std::optional<Wall> {
+    if (!std::isfinite(z)) return {};
+    return Wall{Vec3(0.0, 0.0, z), normal, Contact::separable, solid.friction(), Vec3::Zero(), false, ContactRule::surface};
+  };
+  return {face(solid.solid().top, Vec3::UnitZ()), face(solid.solid().base, -Vec3::UnitZ())};
 }
 
 }  // namespace
@@ -58,7 +62,7 @@ bool folds(const Wall& wall, std::span<const Boundary> boundaries, const MirrorP
   const std::optional<int> axis = axis_of(wall);
   if (!axis) return false;
   const std::int32_t plane = plan_of(wall, *axis, cell_size, time).master;
-  if (((*axis == 0 && mirror.x) || (*axis == 1 && mirror.y)) && plane <= 0) return false;
+  if (mirror.across(*axis) && plane <= 0) return false;
   Vec3 master = wall.point;
   master[*axis] = cell_size * plane;
   return std::ranges::none_of(boundaries, [&](const Boundary& other) {
@@ -120,14 +124,20 @@ std::optional<JoinedLayers> layers_of_columns(const Wall& wall, double cell_size
   return JoinedLayers{plan.axis, std::min(master, last)};
 }
 
-std::optional<JoinedLayers> layers_of_top(const SurfaceSolid& solid, double cell_size) {
-  return layers_of_columns(top_of(solid), cell_size, 0.0);
+std::vector<JoinedLayers> layers_of_faces(const SurfaceSolid& solid, double cell_size) {
+  std::vector<JoinedLayers> joined;
+  for (const auto& face : faces_of(solid)) {
+    const auto layers = face ? layers_of_columns(*face, cell_size, 0.0) : std::nullopt;
+    if (layers) joined.push_back(*layers);
+  }
+  return joined;
 }
 
-void apply_folded_top(Grid& grid, const SurfaceSolid& solid, const MirrorPlanes& mirror, double density, double dt,
-                      ContactImpulse& impulse) {
-  const Wall top = top_of(solid);
-  const ColumnPlan plan = plan_of(top, 2, grid.cell_size(), 0.0);
+namespace {
+
+void apply_folded_face(Grid& grid, const SurfaceSolid& solid, const Wall& face, const MirrorPlanes& mirror, double density, double dt,
+                       std::vector<ContactImpulse::Part>& parts) {
+  const ColumnPlan plan = plan_of(face, 2, grid.cell_size(), 0.0);
   const auto& columns = solid.stencil().columns;
   std::vector<double> taken(columns.size());
   for (std::size_t i = 0; i < columns.size(); ++i) {
@@ -140,11 +150,11 @@ void apply_folded_top(Grid& grid, const SurfaceSolid& solid, const MirrorPlanes&
     if (!collect_column(grid, block, number, plan.axis, plan.inward, Vec3::Zero(), column)) continue;
     double bound = unbounded;
     if (const EdgeBound& edge = columns[i].edge; edge.inner >= 0) {
-      double along = 0.0;  // square of the largest velocity along the top: the flow is fastest at the surface, next to the edge
+      double along = 0.0;  // square of the largest velocity along the face: the flow is fastest at the surface, next to the edge
       for (const ColumnNode& c : column.node) along = std::max(along, c.before.head<2>().squaredNorm());
       bound = edge.largest(taken[static_cast<std::size_t>(edge.inner)], 0.5 * density * along * edge.strip * grid.cell_size() * dt);
     }
-    const std::optional<double> normal = fold_column(column, surface_of(top, plan), bound);
+    const std::optional<double> normal = fold_column(column, surface_of(face, plan), bound);
     if (!normal) continue;
     taken[i] = *normal;
     for (int k = 0; k < column_nodes; ++k) {
@@ -152,8 +162,18 @@ void apply_folded_top(Grid& grid, const SurfaceSolid& solid, const MirrorPlanes&
       if (c.mass <= 0.0) continue;
       Impulse given;
       set_velocity(grid, c.at, mirror, Vec3::Zero(), c.velocity, solid.reference_point(), given);
-      impulse.top.push_back({plan.master - k, given});  // the layers are those of all blocks in the columns of the stencil
+      parts.push_back({plan.master + plan.inward * k, given});  // the layers are those of all blocks in the columns of the stencil
     }
+  }
+}
+
+}  // namespace
+
+void apply_folded_faces(Grid& grid, const SurfaceSolid& solid, const MirrorPlanes& mirror, double density, double dt,
+                        ContactImpulse& impulse) {
+  const auto faces = faces_of(solid);
+  for (std::size_t f = 0; f < faces.size(); ++f) {
+    if (faces[f]) apply_folded_face(grid, solid, *faces[f], mirror, density, dt, impulse.faces[f]);
   }
 }
 

@@ -24,10 +24,10 @@ namespace mpm {
 std::vector<Impulse> apply_folded_wall(Grid& grid, const Boundary& boundary, const MirrorPlanes& mirror, double time,
                                        std::span<const std::int32_t> blocks);
 
-/// Lets the top of a solid act, as a separable wall folds, on the columns of nodes that stand on it. Those at an edge are bounded by
-/// EdgeBound. @param density  of the material at rest, kg/m^3. @param dt  s. @param impulse  the impulse on the top is added to it
-void apply_folded_top(Grid& grid, const SurfaceSolid& solid, const MirrorPlanes& mirror, double density, double dt,
-                      ContactImpulse& impulse);
+/// Lets top and underside of a solid act, as separable walls fold, on the columns of nodes that stand on them. Those at an edge are bounded
+/// by EdgeBound. @param density  of the material at rest, kg/m^3. @param dt  s. @param impulse  the impulse on them is added to it
+void apply_folded_faces(Grid& grid, const SurfaceSolid& solid, const MirrorPlanes& mirror, double density, double dt,
+                        ContactImpulse& impulse);
 
 /// True if the wall has ContactRule::surface, is normal to an axis, and no parallel wall constrains, or is also coupled to, the master
 /// node of a column. The image of the wall beyond a mirror plane is such a wall.
@@ -41,7 +41,7 @@ struct JoinedLayers {
 /// The two layers of blocks that contain the columns of a wall that folds(); empty if one layer contains them. @param cell_size  m. @param
 /// time s
 std::optional<JoinedLayers> layers_of_columns(const Wall& wall, double cell_size, double time);
-/// The same for the columns of apply_folded_top.
-std::optional<JoinedLayers> layers_of_top(const SurfaceSolid& solid, double cell_size);
+/// The same for the columns of apply_folded_faces.
+std::vector<JoinedLayers> layers_of_faces(const SurfaceSolid& solid, double cell_size);
 
 }  // namespace mpm

@@ -104,7 +104,7 @@ class BoundaryActions {
     const Boundary& boundary = forces_.boundaries[b];
     if (const auto* solid = std::get_if<SurfaceSolid>(&boundary)) {
       ContactImpulse& impulse = contacts_[b] = apply_surface_contact(grid_, *solid, forces_.density, dt_);
-      apply_folded_top(grid_, *solid, forces_.mirror, forces_.density, dt_, impulse);
+      apply_folded_faces(grid_, *solid, forces_.mirror, forces_.density, dt_, impulse);
     } else {
       const auto* const terrain = std::get_if<Terrain>(&boundary);
       const auto by_block = terrain != nullptr ? apply_folded_terrain(grid_, *terrain, forces_.mirror, blocks_)

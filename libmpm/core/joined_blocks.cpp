@@ -44,7 +44,7 @@ JoinedBlocks::JoinedBlocks(const Scene& scene, double cell_size, double time) {
     const auto* const solid = std::get_if<SurfaceSolid>(&boundary);
     if (solid == nullptr) continue;
     join_columns(*solid);
-    if (const auto top = layers_of_top(*solid, cell_size)) in_columns.insert(top->lower);
+    for (const JoinedLayers& face : layers_of_faces(*solid, cell_size)) in_columns.insert(face.lower);
   }
   for (const std::int32_t below : in_columns) add(pairs_, below >> 1, (below + 1) >> 1);
 }

@@ -91,29 +91,29 @@ std::vector<LumpedMassCorrection> lumped_mass_corrections(std::span<const Bounda
 }
 
 double LumpedMassCorrection::weight(const Vec3& x) const {
-  const double distance = std::max(distance_.outside(x.head<2>()), x.z() - top_) / dx_;
-  return std::clamp((outer_reach - distance) / fade, 0.0, 1.0);
+  return std::clamp((outer_reach - solid_.nearest(x).distance / dx_) / fade, 0.0, 1.0);
 }
 
 LumpedMassCorrection::Part LumpedMassCorrection::part_of(const Index3& block, int cell) const {
-  constexpr double across = 0.7072, up = 0.5001;  // from the centre of a cell to its corner in plan and to its top, rounded up
+  constexpr double across = 0.7072, up = 0.5001;  // from the centre of a cell to its corner in plan and to its ends, rounded up
   const Vec3 centre = node_position(block, cell, dx_) + Vec3::Constant(dx_);  // cells hold x/dx from base + 1/2 to base + 3/2
-  const double plan = distance_.outside(centre.head<2>()) / dx_, above = (centre.z() - top_) / dx_;
-  if (std::max(plan - across, above - up) >= outer_reach) return Part::none;
-  return std::max(plan + across, above + up) <= full_reach ? Part::full : Part::fading;
+  const double plan = solid_.outline.nearest(centre.head<2>()).distance / dx_, beyond = solid_.beyond(centre.z()) / dx_;
+  if (std::max(plan - across, beyond - up) >= outer_reach) return Part::none;
+  return std::max(plan + across, beyond + up) <= full_reach ? Part::full : Part::fading;
 }
 
 bool LumpedMassCorrection::reaches(std::int32_t x, std::int32_t y) const {
   const Vec2 centre = dx_ * (Vec2(first_node(x), first_node(y)) + Vec2::Constant(to_centre));
-  return distance_.outside(centre) <= reach_of_column * dx_;
+  return solid_.outline.nearest(centre).distance <= reach_of_column * dx_;
 }
 
 Eigen::AlignedBox2i LumpedMassCorrection::columns() const {
   const auto first_nodes = [&](const Vec2& corner, double cells) -> Eigen::Array2d {
     return ((corner / dx_).array() + (cells - to_centre - first_node(0))) / block_edge;
   };
-  return {first_nodes(bounds_.min(), -reach_of_column).floor().cast<int>().matrix(),
-          first_nodes(bounds_.max(), reach_of_column).ceil().cast<int>().matrix()};
+  const Eigen::AlignedBox2d& bounds = solid_.outline.bounds();
+  return {first_nodes(bounds.min(), -reach_of_column).floor().cast<int>().matrix(),
+          first_nodes(bounds.max(), reach_of_column).ceil().cast<int>().matrix()};
 }
 
 void LumpedMassCorrection::add_of_block(const Grid& grid, const Block& block, std::span<NodeBlock> correction) const {

@@ -41,14 +41,9 @@ class LumpedMassCorrection {
   static constexpr double full_reach = 2.5;  ///< cells from the surface
   static constexpr double fade = 3.0;        ///< cells
 
-  /// @param density  of the material at rest, kg/m^3. @param relaxed  r, 0 .. 1; 1 for APIC
+  /// @param solid  must outlive this. @param density  of the material at rest, kg/m^3. @param relaxed  r, 0 .. 1; 1 for APIC
   LumpedMassCorrection(const SurfaceSolid& solid, double cell_size, double density, double relaxed)
-      : distance_(solid.outline()),
-        bounds_(solid.outline().bounds()),
-        top_(solid.top()),
-        dx_(cell_size),
-        density_(density),
-        relaxed_(relaxed) {}
+      : solid_(solid.solid()), dx_(cell_size), density_(density), relaxed_(relaxed) {}
 
   /// Weight of the correction for a particle at x (m), 0 .. 1.
   [[nodiscard]] double weight(const Vec3& x) const;
@@ -72,9 +67,8 @@ class LumpedMassCorrection {
   void add_of_blocks(const Grid& grid, std::span<const std::int32_t> blocks, bool outer, std::span<NodeBlock> correction) const;
   void add_of_block(const Grid& grid, const Block& block, std::span<NodeBlock> correction) const;
 
-  OutlineDistance distance_;
-  Eigen::AlignedBox2d bounds_;  ///< of the outline, m
-  double top_, dx_, density_, relaxed_;
+  const UprightSolid& solid_;
+  double dx_, density_, relaxed_;
 };
 
 /// One for each of the boundaries that needs it. The other arguments are those of LumpedMassCorrection.

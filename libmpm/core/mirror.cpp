@@ -43,7 +43,7 @@ void reflect(Grid& grid, std::span<const std::int32_t> blocks, int axis) {
 
 void fold_mirror_planes(Grid& grid, const MirrorPlanes& mirror) {
   for (int axis = 0; axis < 2; ++axis) {
-    if (!(axis == 0 ? mirror.x : mirror.y)) continue;
+    if (!mirror.across(axis)) continue;
     for (int f = 0; f < grid.fields(); ++f)
       fold(grid, grid.all_blocks(), axis, [&](std::int32_t b) -> NodeBlock& { return grid.field(f, b); });
   }
@@ -52,7 +52,7 @@ void fold_mirror_planes(Grid& grid, const MirrorPlanes& mirror) {
 void fold_mirror_planes(const Grid& grid, const MirrorPlanes& mirror, std::span<NodeBlock> field, std::span<const std::int32_t> blocks) {
   const auto nodes_of = [&](std::int32_t b) -> NodeBlock& { return field[static_cast<std::size_t>(b)]; };
   for (int axis = 0; axis < 2; ++axis) {
-    if (axis == 0 ? mirror.x : mirror.y) fold(grid, blocks, axis, nodes_of);
+    if (mirror.across(axis)) fold(grid, blocks, axis, nodes_of);
   }
 }
 

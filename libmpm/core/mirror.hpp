@@ -5,15 +5,6 @@
 
 namespace mpm {
 
-/// Mirror planes of a scene; only x >= 0 (y >= 0) is computed.
-struct MirrorPlanes {
-  bool x = false, y = false;  ///< plane x = 0, plane y = 0
-  bool operator==(const MirrorPlanes&) const = default;
-
-  /// Parts of the whole domain for each computed one: 1, 2 or 4.
-  [[nodiscard]] double parts() const { return (x ? 2.0 : 1.0) * (y ? 2.0 : 1.0); }
-};
-
 /// Adds the image of every particle to the nodes' momenta, and to the force impulses if they are kept apart. Call between particle_to_grid
 /// and update_grid.
 void fold_mirror_planes(Grid& grid, const MirrorPlanes& mirror);

@@ -1,5 +1,5 @@
 #pragma once
-/// Contact of a column of nodes with a plane: the rule that second-order walls, tops of solids and uneven ground share.
+/// Contact of a column of nodes with a plane: the rule that second-order walls, horizontal faces of solids and uneven ground share.
 ///
 /// The first node of a column is the master, the others behind it are its slaves: the normal velocity relative to the surface goes linearly
 /// through zero on the plane, v_k.n = c_k v_m.n with c_k = d_k/d_m, d the distance before the plane along the column (negative behind).

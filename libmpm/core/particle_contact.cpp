@@ -20,15 +20,17 @@ std::vector<ParticleContact::Taken> ParticleContact::hold(Grid& grid, std::int32
   const auto box = block_box(block.coordinate, dx, 1.0);  // a particle moves less than a cell in a step
   const std::int32_t first = first_node(block.coordinate[2]), last = first + block_edge - 1;
   for (const Solid& solid : solids_) {
-    if (!solid.surface->reaches(box.min(), box.max())) continue;
+    const UprightSolid& geometry = solid.surface->solid();
+    if (!geometry.bounds().intersects(box)) continue;
     with_record_type(grid.precision(), [&](auto type) {
       for (int s = 0; s < bin.count(); ++s) {
-        const auto behind = solid.surface->behind(position_of(bin.record<decltype(type)>(s), bin.frame));
-        if (!behind || behind->depth <= depth * dx) continue;
+        const UprightSolid::Nearest surface = geometry.nearest(position_of(bin.record<decltype(type)>(s), bin.frame));
+        const double too_deep = -surface.distance - depth * dx;
+        if (too_deep <= 0.0) continue;
         Particle p = bin[s];
         const Vec3 before = velocity_of(p), at = position_of(p);
-        const Vec3 after = contact_velocity(before, behind->normal, Vec3::Zero(), Contact::separable, solid.surface->friction());
-        Eigen::Map<Vec3>(p.position) += std::min(behind->depth - depth * dx, dx) * behind->normal;
+        const Vec3 after = contact_velocity(before, surface.normal, Vec3::Zero(), Contact::separable, solid.surface->friction());
+        Eigen::Map<Vec3>(p.position) += std::min(too_deep, dx) * surface.normal;
         Eigen::Map<Vec3>(p.velocity) = after;
         relocate(grid, index, s, p);
         const auto layer = std::clamp(static_cast<std::int32_t>(std::lround(at.z() / dx)), first, last);

@@ -198,7 +198,8 @@ void solve_rows(const ContactStencil& stencil, double friction, double dynamic, 
   }
 }
 
-/// Nodes that no row touches obey the nearest side, independently. @param deep_layers  layers for which a side is nearer than the top
+/// Nodes that no row touches obey the nearest side, independently. @param deep_layers  layers for which a side is nearer than top and
+/// underside
 void hold_deep_nodes(const ContactStencil& stencil, double friction, LaneMask deep_layers, LayerGroup& group) {
   for (const ContactStencil::Deep& deep : stencil.deep) {
     LayerGroup::NodeLanes& node = group.node[static_cast<std::size_t>(deep.node)];
@@ -264,8 +265,9 @@ ContactImpulse apply_surface_contact(Grid& grid, const SurfaceSolid& solid, doub
     LaneMask acts{};
     LaneMask deep_layers{};
     for (int k = 0; k < group_layers; ++k) {
-      acts[k] = dx * (layer + k) <= solid.top() + on_surface ? -1 : 0;
-      deep_layers[k] = dx * (layer + k + ContactStencil::deep_from) <= solid.top() + on_surface ? -1 : 0;
+      const double beyond = solid.solid().beyond(dx * (layer + k));
+      acts[k] = beyond <= on_surface ? -1 : 0;
+      deep_layers[k] = beyond + dx * ContactStencil::deep_from <= on_surface ? -1 : 0;
     }
     if (!any(acts)) continue;
     blocks.resize(places.columns.size());
@@ -298,21 +300,25 @@ Impulse& ContactImpulse::side(std::int32_t layer) {
 
 ContactImpulse& ContactImpulse::operator+=(const ContactImpulse& other) {
   for (std::size_t k = 0; k < other.sides.size(); ++k) side(other.first + static_cast<std::int32_t>(k)) += other.sides[k];
-  top.insert(top.end(), other.top.begin(), other.top.end());
+  for (std::size_t f = 0; f < faces.size(); ++f) faces[f].insert(faces[f].end(), other.faces[f].begin(), other.faces[f].end());
   return *this;
 }
 
 Impulse ContactImpulse::total() const {
   Impulse sum;
   for (const Impulse& layer : sides) sum += layer;
-  for (const Part& part : top) sum += part.impulse;
+  for (const auto& face : faces) {
+    for (const Part& part : face) sum += part.impulse;
+  }
   return sum;
 }
 
 LayerImpulses ContactImpulse::layers() const {
   LayerImpulses sum{.first = first};
   for (const Impulse& layer : sides) sum.layer.push_back(layer.linear);
-  for (const Part& part : top) sum.layer[static_cast<std::size_t>(part.layer - first)] += part.impulse.linear;
+  for (const auto& face : faces) {
+    for (const Part& part : face) sum.layer[static_cast<std::size_t>(part.layer - first)] += part.impulse.linear;
+  }
   return sum;
 }
 

@@ -15,9 +15,9 @@ struct ContactImpulse {
     std::int32_t layer = 0;  ///< number of the layer
     Impulse impulse;         ///< on the layer
   };
-  std::int32_t first = 0;      ///< number of the lowest layer
-  std::vector<Impulse> sides;  ///< of the layers from `first` on
-  std::vector<Part> top;       ///< of the nodes of the top's columns, one after another; on layers of `sides`
+  std::int32_t first = 0;                  ///< number of the lowest layer
+  std::vector<Impulse> sides;              ///< of the layers from `first` on
+  std::array<std::vector<Part>, 2> faces;  ///< top, underside: of the nodes of its columns, one after another; on layers of `sides`
 
   /// The impulse on the sides in one layer, to be changed; layers are added as needed.
   Impulse& side(std::int32_t layer);

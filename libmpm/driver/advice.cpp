@@ -51,7 +51,7 @@ Finding cells_across(const Impact& i) {
   const std::string known = std::isfinite(u.force)
                                 ? fmt::format("at this resolution the force is known to about {:.0f} % and the run-up to {:.0f} %",
                                               100.0 * u.force, 100.0 * u.runup)
-                                : "below 3 cells no grid study says how wrong force and run-up are";
+                                : "no grid study says how wrong force and run-up are here";
   return Advice{"cells_across", fmt::format("{} cells {}", n(cells), narrow ? "across the obstacle (w/dx)" : "in the flow height (H/dx)"),
                 known + " (validation/cases/avalanche_convergence)",
                 fmt::format("take numerics.cell_size_m = {} for a parameter study (5 cells), {} for a single result (7 cells)",
@@ -61,7 +61,8 @@ Finding cells_across(const Impact& i) {
 /// The force is proportional to the number of rows of nodes on the obstacle: validation/cases/avalanche_convergence, "Rows that stop the
 /// flow". With contact at the surface the obstacle has its own width.
 Finding nodal_width(const Impact& i) {
-  if (i.c.numerics.contact != ContactRule::nodal || !outline_of(i.mast.shape).box || i.c.numerics.grid_offset.y() != 0.0) return {};
+  if (i.c.numerics.contact != ContactRule::nodal || !outline_of(i.mast.shape).along_axes() || i.c.numerics.grid_offset.y() != 0.0)
+    return {};
   constexpr double tolerance = 0.05;
   const double cells = i.width() / i.dx(), ratio = nodal_width_ratio(cells);
   if (std::abs(ratio - 1.0) <= tolerance) return {};
@@ -210,6 +211,7 @@ Finding range_of_equations(const Impact& i) {
   const auto xi = i.c.material.hardening_xi();
   if (xi && (*xi < 0.15 || *xi > 15.0)) outside.push_back(fmt::format("xi = {} (fitted: 0.15 to 15)", n(*xi)));
   if (!std::holds_alternative<BoxShape>(i.mast.shape)) outside.emplace_back("the shape (fitted: a box)");
+  if (i.mast.base > 0.0) outside.emplace_back("an obstacle above the ground (fitted: on it)");
   if (outside.empty() || !friction) return {};
   return Advice{"range_of_equations", fmt::format("the paper's equations were not fitted to {}", fmt::join(outside, ", ")),
                 "predicted_runup_m and predicted_pressure_height_m are extrapolations here",
@@ -219,7 +221,7 @@ Finding range_of_equations(const Impact& i) {
 /// The obstacle is lower than the flow, than the run-up by the paper's equation, or than Bernoulli's bound of a steady run-up (Eq. 1 of the
 /// paper).
 Finding mast_height(const Impact& i) {
-  if (!i.mast.height) return {};
+  if (!i.mast.height || i.mast.base > 0.0) return {};
   const double height = *i.mast.height;
   if (height < i.depth()) {
     return Advice{"mast_height", fmt::format("obstacle.height_m = {} m is lower than the flow, {} m", n(height), n(i.depth())),
@@ -240,6 +242,23 @@ Finding mast_height(const Impact& i) {
   return Advice{
       "mast_height", fmt::format("obstacle.height_m = {} m is lower than Bernoulli's bound H + v^2/2g = {} m", n(height), n(bound)),
       "the first splash, and snow with little friction, may pass over the top; the run-up is then that of a mast that ends there", remedy};
+}
+
+/// An obstacle above the ground: the columns of nodes on its top and on its underside share nodes where it is thinner than three cells
+/// (core/folded_wall.hpp), and a steady flow reaches no higher than Bernoulli's bound.
+Finding obstacle_base(const Impact& i) {
+  if (i.mast.base <= 0.0) return {};
+  constexpr double least = 3.0;
+  const double thickness = i.mast.solid().top - i.mast.base, bound = i.depth() + 0.5 * i.speed * i.speed / i.c.numerics.gravity;
+  if (thickness / i.dx() < least - 1e-6) {
+    return Advice{"obstacle_base", fmt::format("{} cells between obstacle.base_m and obstacle.height_m", n(thickness / i.dx())),
+                  "contact on the top and on the underside acts on the same nodes, so that snow on one side feels that on the other",
+                  fmt::format("take numerics.cell_size_m = {} (three cells)", n(thickness / least))};
+  }
+  if (i.mast.base < bound) return {};
+  return Advice{"obstacle_base",
+                fmt::format("obstacle.base_m = {} m is above Bernoulli's bound H + v^2/2g = {} m", n(i.mast.base), n(bound)),
+                "a steady flow passes below it; only the first splash may reach it", "check the value"};
 }
 
 /// validation/cases/avalanche_convergence: a window of 4 w + 2 w and a belt of 6 w against 5 w + 3 w and 12 w changes run-up and force by
@@ -381,9 +400,9 @@ std::vector<Advice> advise(const Case& c) {
   }
   if (!c.conveyor || !c.obstacle) return all;
   const Impact impact{c, *c.conveyor, *c.obstacle, std::max(c.conveyor->velocity, Inflow(*c.conveyor).fastest())};
-  constexpr Finding (*rules[])(const Impact&) = {cells_across,         nodal_width, aligned_lattice,    splash_and_duration, flow_passage,
-                                                 rows_in_force_window, mach_number, wave_speed,         compaction_shock,    slope,
-                                                 range_of_equations,   mast_height, size_of_the_window, jam_at_the_inlet};
+  constexpr Finding (*rules[])(const Impact&) = {cells_across,         nodal_width, aligned_lattice, splash_and_duration, flow_passage,
+                                                 rows_in_force_window, mach_number, wave_speed,      compaction_shock,    slope,
+                                                 range_of_equations,   mast_height, obstacle_base,   size_of_the_window,  jam_at_the_inlet};
   for (const auto& rule : rules) {
     if (Finding found = rule(impact)) all.push_back(std::move(*found));
   }

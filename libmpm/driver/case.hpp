@@ -6,9 +6,8 @@
 #include <string>
 #include <vector>
 
+#include "libmpm/boundary/any_boundary.hpp"
 #include "libmpm/boundary/obstacle_spec.hpp"
-#include "libmpm/boundary/terrain_spec.hpp"
-#include "libmpm/boundary/wall_spec.hpp"
 #include "libmpm/core/numerics.hpp"
 #include "libmpm/driver/domain_spec.hpp"
 #include "libmpm/driver/output_spec.hpp"
@@ -30,12 +29,10 @@ void declare_heading(Table& table, std::string Base::*title) {
 }
 
 /// One simulation. read_case (case_file.hpp) returns it checked and complete.
-struct Case {
+struct Case : BoundaryTables {
   std::string title;                     ///< heading of results and pictures; not part of the hash
   MaterialParameters material;           ///< [material]
   std::vector<BodySpec> bodies;          ///< [[body]]
-  std::vector<WallSpec> walls;           ///< [[wall]]
-  std::optional<TerrainSpec> terrain;    ///< [terrain]
   std::optional<ConveyorSpec> conveyor;  ///< [conveyor], with its [[inflow]]
   std::optional<ObstacleSpec> obstacle;  ///< [obstacle]
   DomainSpec domain;                     ///< [domain]

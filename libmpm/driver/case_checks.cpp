@@ -79,7 +79,7 @@ void check_body(const Case& c, const BodySpec& body, const std::string& path, Pa
   if (domain_known && ((body.min.array() < c.domain.min.array()).any() || (body.max.array() > c.domain.max.array()).any()))
     report.problem(high, "or min_m lies outside [domain]; enlarge the domain or move the body");
   if (c.obstacle && ObstacleSpec::plan_is_sound(TableReport(report, "obstacle")) &&
-      report.all_sound({"obstacle.height_m", path + ".shape"}) && meets_obstacle(body, *c.obstacle)) {
+      report.all_sound({"obstacle.height_m", "obstacle.base_m", path + ".shape"}) && meets_obstacle(body, *c.obstacle)) {
     report.problem(high, "and min_m reach into the obstacle; move the body, it may touch the obstacle");
   }
 }

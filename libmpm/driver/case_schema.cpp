@@ -21,13 +21,7 @@ const config::SchemaOf<Case>& case_schema() {
     s.table(
         "obstacle", "Rigid obstacle with separable Coulomb contact; left out: none", [](auto& c) -> auto& { return c.obstacle; });
     s.table("body", "A piece of material in a custom scene (without [conveyor]), any number", [](auto& c) { return &c.bodies; });
-    s.table("wall", "A half-space in a custom scene, any number; the material is on the side of its normal",
-            [](auto& c) { return &c.walls; });
-    s.table(
-        "terrain",
-        "Uneven ground: a raster of heights; with [conveyor] in place of its level floor, in a custom scene in addition to [[wall]]. Left "
-        "out: none",
-        [](auto& c) -> auto& { return c.terrain; });
+    BoundaryTables::for_each([&]<class T>() { s.table(T::name, T::description, [](auto& c) -> decltype(auto) { return T::of(c); }); });
     s.table(
         "domain", "Where particles may be. Required in a custom scene; with [conveyor] it may only reduce the domain of the belt",
         [](auto& c) -> auto& { return c.domain; });

@@ -9,7 +9,6 @@
 #include "libmpm/driver/case_file.hpp"
 #include "libmpm/driver/execution.hpp"
 #include "libmpm/impact/grid_uncertainty.hpp"
-#include "libmpm/impact/mast_axis.hpp"
 #include "libmpm/impact/semi_empirical.hpp"
 #include "libmpm/observe/conservation.hpp"
 #include "libmpm/observe/contact_force.hpp"
@@ -73,6 +72,9 @@ ParticlesInsideObstacle::Setting inside_setting(const Setting& s) {
   return {s.c.numerics.cell_size, s.c.material.density(), snow_depth(s.c), s.scene.mirror};
 }
 
+/// x of the axis of the obstacle's overturning moment, m.
+double mast_axis(const Setting& s) { return outline_of(s.c.obstacle->shape).centre().x(); }
+
 struct Entry {
   Applicability applies;
   std::shared_ptr<Observer> (*make)(const Setting&);
@@ -89,8 +91,8 @@ constexpr Entry list[] = {
     {obstacle, [](const Setting& s) { return make<ContactForce>(*s.scene.obstacle); }},
     {obstacle, [](const Setting& s) { return make<ParticlesInsideObstacle>(*s.c.obstacle, inside_setting(s)); }},
     {impact, [](const Setting& s) { return make<ForceByHeight>(*s.geometry, 0U); }},
-    {impact, [](const Setting& s) { return make<TransientForce>(s.flow, s.geometry->force_window, mast_axis(*s.c.obstacle)); }},
-    {impact, [](const Setting& s) { return make<NumericalUncertainty>(grid_uncertainty(grid_resolution(s.c)), mast_axis(*s.c.obstacle)); }},
+    {impact, [](const Setting& s) { return make<TransientForce>(s.flow, s.geometry->force_window, mast_axis(s)); }},
+    {impact, [](const Setting& s) { return make<NumericalUncertainty>(grid_uncertainty(grid_resolution(s.c)), mast_axis(s)); }},
     {impact, [](const Setting& s) { return make<Prediction>(s.flow, s.geometry->flow_height); }},
     {always, [](const Setting&) { return make<Conservation>(); }},
     {always, [](const Setting&) { return make<HealthCheck>(); }},

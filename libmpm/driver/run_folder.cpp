@@ -16,7 +16,7 @@
 #include "libmpm/base/error.hpp"
 #include "libmpm/base/process.hpp"
 #include "libmpm/base/text.hpp"
-#include "libmpm/boundary/obstacle.hpp"
+#include "libmpm/boundary/obstacle_spec.hpp"
 #include "libmpm/driver/case_file.hpp"
 #include "libmpm/driver/checkpoint.hpp"
 #include "libmpm/driver/sampling.hpp"
@@ -204,8 +204,9 @@ std::optional<std::string> finished_results(const std::filesystem::path& directo
 
 std::string obstacle_text(const ObstacleSpec& obstacle) {
   nlohmann::ordered_json json{{"outline_m", nlohmann::ordered_json::array()}, {"top_m", nullptr}};
-  for (const OutlineSide& side : obstacle_plan(obstacle).sides) json["outline_m"].push_back({side.from.x(), side.from.y()});
+  for (const Outline::Side& side : outline_of(obstacle.shape).sides()) json["outline_m"].push_back({side.from.x(), side.from.y()});
   if (obstacle.height) json["top_m"] = *obstacle.height;
+  if (obstacle.base > 0.0) json["base_m"] = obstacle.base;
   return json.dump() + "\n";
 }
 

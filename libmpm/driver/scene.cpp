@@ -2,10 +2,11 @@
 
 #include <fmt/format.h>
 
+#include <type_traits>
+
 #include "libmpm/base/error.hpp"
 #include "libmpm/base/parameter.hpp"
 #include "libmpm/base/text.hpp"
-#include "libmpm/boundary/obstacle.hpp"
 #include "libmpm/core/health.hpp"
 #include "libmpm/core/joined_blocks.hpp"
 #include "libmpm/driver/terrain_raster.hpp"
@@ -15,26 +16,12 @@ namespace mpm {
 
 namespace {
 
-constexpr double beyond = 1e4;  // m; above every domain
-
-Wall make_wall(const WallSpec& spec, ContactRule rule) {
-  return {spec.point, spec.normal.normalized(), spec.contact, spec.friction, spec.velocity, true, rule};
-}
-
 Boundary make_obstacle(const ObstacleSpec& spec, const Numerics& numerics, const MirrorPlanes& mirror) {
-  const double top = spec.height.value_or(beyond), cell_size = numerics.cell_size;
-  if (numerics.contact == ContactRule::surface) {
-    return SurfaceSolid(outline_of(spec.shape), top, spec.friction, Vec3::Zero(), cell_size, {mirror.x, mirror.y});
-  }
-  const ObstaclePlan plan = obstacle_plan(spec);
-  if (plan.flat_front) {
-    return RigidBox{Vec3(0.0, -0.5 * plan.width, -beyond), Vec3(plan.depth, 0.5 * plan.width, top), Contact::separable, spec.friction,
-                    Vec3::Zero()};
-  }
-  const VerticalSolid solid{top, 0.5 * cell_size, Contact::separable, spec.friction, Vec3::Zero()};
-  const Outline outline = outline_of(spec.shape);
-  if (outline.circle) return RigidCylinder{solid, *outline.circle};
-  return RigidPrism{solid, outline.half_planes(), 0.0, plan.depth, -0.5 * plan.width, 0.5 * plan.width};
+  UprightSolid solid = spec.solid();
+  if (numerics.contact == ContactRule::surface)
+    return SurfaceSolid(std::move(solid), spec.friction, Vec3::Zero(), numerics.cell_size, mirror);
+  const double skin = solid.outline.along_axes() ? 0.0 : 0.5 * numerics.cell_size;
+  return RigidSolid{std::move(solid), skin, Contact::separable, spec.friction, Vec3::Zero()};
 }
 
 ConveyorSetting conveyor_setting(const Case& c, const std::shared_ptr<const HeightField>& ground) {
@@ -60,7 +47,7 @@ CaseDomain case_domain(const Case& c, const std::shared_ptr<const HeightField>& 
 }
 
 CaseScene make_scene(const Case& c) {
-  CaseScene scene{{.material = make_material(c.material, c.numerics.precision)}, {}, {}};
+  CaseScene scene{{.material = make_material(c.material, c.numerics.precision)}, {}};
   const std::shared_ptr<const HeightField> ground = c.terrain ? height_field(*c.terrain) : nullptr;
   const CaseDomain domain = case_domain(c, ground);
   scene.domain_min = domain.min;
@@ -68,11 +55,14 @@ CaseScene make_scene(const Case& c) {
   scene.mirror = mirror_planes(c);
   scene.numerics = c.numerics;
   scene.gravity = c.numerics.gravity_vector();
-  for (const WallSpec& wall : c.walls) scene.boundaries.emplace_back(make_wall(wall, c.numerics.contact));
-  if (c.terrain) {
-    scene.terrain = scene.boundaries.size();
-    scene.boundaries.emplace_back(Terrain{ground, c.terrain->contact, c.terrain->friction, c.terrain->speed, c.numerics.contact});
-  }
+  BoundaryTables::for_each([&]<class T>() {
+    const BoundarySetting setting{c.numerics.contact, ground};
+    if constexpr (std::is_pointer_v<decltype(T::of(c))>) {
+      for (const auto& entry : *T::of(c)) scene.boundaries.emplace_back(entry.boundary(setting));
+    } else if (T::of(c)) {
+      scene.boundaries.emplace_back(T::of(c)->boundary(setting));
+    }
+  });
   if (c.conveyor) {
     if (c.domain.mirror_x || c.domain.mirror_y) throw ConfigError("[domain] mirror: with a [conveyor], use [conveyor] mirror_y");
     for (auto& wall : conveyor_walls(*c.conveyor, c.numerics.contact, !c.terrain)) scene.boundaries.push_back(std::move(wall));
@@ -81,7 +71,7 @@ CaseScene make_scene(const Case& c) {
   if (c.obstacle) {
     scene.obstacle = scene.boundaries.size();
     scene.layered = {*scene.obstacle};
-    if (scene.mirror.y && !obstacle_plan(*c.obstacle).symmetric) {
+    if (scene.mirror.y && !outline_of(c.obstacle->shape).symmetric()) {
       throw ConfigError(
           "[obstacle]: its plan is not symmetric about y = 0, so that half of the domain cannot replace the whole; give mirror_y = false");
     }
@@ -143,9 +133,9 @@ std::vector<std::string> particles_inside_boundaries(const State& state, const C
     if (scene.source && b != scene.obstacle) continue;
     const HeldParticles held = particles_inside(state, scene, scene.boundaries[b]);
     if (held.count == 0) continue;
-    const std::string which = b == scene.obstacle  ? "the [obstacle]"
-                              : b == scene.terrain ? "the [terrain]"
-                                                   : fmt::format("[[wall]] number {}", b + 1);
+    const std::string which = b == scene.obstacle                                    ? "the [obstacle]"
+                              : std::holds_alternative<Terrain>(scene.boundaries[b]) ? "the [terrain]"
+                                                                                     : fmt::format("[[wall]] number {}", b + 1);
     warnings.push_back(fmt::format("warning: {} {} inside {}, which holds {}, {} for one; move the [[body]] out of it, or the boundary",
                                    counted(held.count, "particle"), held.count == 1 ? "is" : "are", which, held.count == 1 ? "it" : "them",
                                    held.first));

@@ -20,9 +20,8 @@ struct CaseDomain {
 /// @param ground  of the case; empty: none
 [[nodiscard]] CaseDomain case_domain(const Case& c, const std::shared_ptr<const HeightField>& ground);
 
-/// The scene of a case, and which of its boundaries are the ground and the obstacle.
+/// The scene of a case, and which of its boundaries is the obstacle.
 struct CaseScene : Scene {
-  std::optional<std::size_t> terrain;   ///< index of the uneven ground
   std::optional<std::size_t> obstacle;  ///< index of the boundary whose force is reported
 };
 

@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "libmpm/boundary/height_field.hpp"
-#include "libmpm/boundary/terrain_spec.hpp"
+#include "libmpm/boundary/terrain.hpp"
 #include "libmpm/core/mirror.hpp"
 
 namespace mpm {

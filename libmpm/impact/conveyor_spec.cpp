@@ -6,7 +6,7 @@
 #include <cmath>
 
 #include "libmpm/base/parameter.hpp"
-#include "libmpm/boundary/obstacle.hpp"
+#include "libmpm/boundary/obstacle_spec.hpp"
 #include "libmpm/impact/semi_empirical.hpp"
 #include "libmpm/material/any_material.hpp"
 
@@ -52,7 +52,7 @@ void resolve_window(ConveyorSpec& belt, const ConveyorSurroundings& around, Para
   const WindowFlow flow{.froude = froude_number(belt.velocity, belt.flow_height, around.gravity),
                         .height = belt.flow_height,
                         .critical_state_ratio = around.material.critical_state_ratio().value_or(0.0)};
-  const CompactWindow window = compact_window(flow, w, obstacle_plan(*around.obstacle).depth);
+  const CompactWindow window = compact_window(flow, w, outline_of(around.obstacle->shape).bounds().max().x());
   if (left_out("conveyor.width_m")) belt.width = window.width;
   if (left_out("conveyor.upstream_length_m")) belt.upstream_length = window.upstream_length;
   if (left_out("conveyor.downstream_length_m")) belt.downstream_length = window.downstream_length;
@@ -60,19 +60,20 @@ void resolve_window(ConveyorSpec& belt, const ConveyorSurroundings& around, Para
 
 void check_obstacle(const ConveyorSpec& belt, const ObstacleSpec& obstacle, ParameterReport& report) {
   if (!ObstacleSpec::plan_is_sound(TableReport(report, "obstacle"))) return;
-  const ObstaclePlan plan = obstacle_plan(obstacle);
-  if (report.all_sound({"conveyor.width_m", "material.hardening_xi"}) && belt.width < plan.width) {
-    const std::string turned = plan.width == obstacle.width() ? "" : fmt::format(" ({:.6g} across the flow)", plan.width);
+  const Outline outline = outline_of(obstacle.shape);
+  const double width = outline.bounds().sizes().y(), depth = outline.bounds().max().x();
+  if (report.all_sound({"conveyor.width_m", "material.hardening_xi"}) && belt.width < width) {
+    const std::string turned = width == obstacle.width() ? "" : fmt::format(" ({:.6g} across the flow)", width);
     report.problem("obstacle.width_m",
                    fmt::format("= {}{} is wider than the belt, {} m; make it narrower, or give a larger conveyor.width_m", obstacle.width(),
                                turned, belt.width));
   }
   const bool window = belt.feed == ConveyorSpec::Feed::window;
-  if (window && report.all_sound({"conveyor.feed", "conveyor.downstream_length_m"}) && belt.downstream_length < plan.depth) {
+  if (window && report.all_sound({"conveyor.feed", "conveyor.downstream_length_m"}) && belt.downstream_length < depth) {
     report.problem("conveyor.downstream_length_m",
-                   fmt::format("= {} ends inside the obstacle; give at least its depth, {:.6g} m", belt.downstream_length, plan.depth));
+                   fmt::format("= {} ends inside the obstacle; give at least its depth, {:.6g} m", belt.downstream_length, depth));
   }
-  if (report.sound("conveyor.mirror_y") && belt.mirror_y && !plan.symmetric)
+  if (report.sound("conveyor.mirror_y") && belt.mirror_y && !outline.symmetric())
     report.problem("obstacle", "is not symmetric about y = 0, so that half of it cannot replace the whole; give conveyor.mirror_y = false");
 }
 

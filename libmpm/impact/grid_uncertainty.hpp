@@ -3,7 +3,7 @@
 /// determine its own grid error; `mpm converge` estimates it for one case from several grids.
 
 #include "libmpm/boundary/contact.hpp"
-#include "libmpm/boundary/shapes/outline.hpp"
+#include "libmpm/boundary/outline.hpp"
 #include "libmpm/core/transfer.hpp"
 
 namespace mpm {

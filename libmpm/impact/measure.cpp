@@ -35,7 +35,8 @@ ImpactGeometry paper_geometry(double flow_height, double obstacle_width, double 
                           .box_upstream = windows.box_upstream.value_or(2.5 * cell_size),
                           .box_inside = windows.box_inside.value_or(0.5 * cell_size),
                           .bin_height = windows.bin_height.value_or(0.5 * cell_size),
-                          .profile_height = 5.0 * flow_height};
+                          .profile_height = 5.0 * flow_height,
+                          .obstacle = {BoxShape{.width = obstacle_width}.outline()}};
   geometry.force_window = windows.force_window;
   geometry.box_area = 2.0 * geometry.strip_half_width * geometry.box_upstream;
   require_positive("box depth (m)", geometry.box_upstream);
@@ -65,9 +66,9 @@ ImpactGeometry fixed_geometry(double flow_height, double obstacle_width, double 
 namespace {
 
 /// Distance along x, upstream of the front at y, of the points whose distance from the front is `distance`, m.
-double reach_upstream(const ObstaclePlan& plan, double y, double distance) {
-  const double surface = plan.front(y);
-  const auto excess = [&](double x) { return plan.front_distance(x, y) - distance; };
+double reach_upstream(const Outline& outline, double y, double distance) {
+  const double surface = outline.section(y).value().low;
+  const auto excess = [&](double x) { return outline.nearest_of_front({x, y}).distance - distance; };
   double outside = surface - 2.0 * distance;
   while (excess(outside) < 0.0) outside -= distance;
   std::uintmax_t iterations = 100;
@@ -78,25 +79,22 @@ double reach_upstream(const ObstaclePlan& plan, double y, double distance) {
 }  // namespace
 
 void ImpactGeometry::set_obstacle(const ObstacleSpec& spec) {
-  obstacle_height = spec.height.value_or(std::numeric_limits<double>::infinity());
-  ObstaclePlan front_of = obstacle_plan(spec);
-  if (front_of.flat_front) return;
-  plan = std::move(front_of);
-  obstacle_width = plan->width;
+  obstacle = spec.solid();
+  if (obstacle.outline.along_axes()) return;
+  obstacle_width = obstacle.outline.bounds().sizes().y();
   strip_half_width = 3.0 * obstacle_width / 7.0;
   // Area between the front and the line at box_upstream before it: sum of many strips along x.
   constexpr int strips = 512;  // the area is exact to the strips' width squared
   double mean_reach = 0.0;
   for (int i = 0; i < strips; ++i) {
     const double y = strip_half_width * (2.0 * (i + 0.5) / strips - 1.0);
-    mean_reach += reach_upstream(*plan, y, box_upstream) / strips;
+    mean_reach += reach_upstream(obstacle.outline, y, box_upstream) / strips;
   }
   box_area = 2.0 * strip_half_width * mean_reach;
 }
 
 double ImpactGeometry::normal_component(const Vec3& position, std::span<const double, 6> stress) const {
-  if (!plan) return stress[0];
-  const Vec2 n = plan->front_normal(position[0], position[1]);
+  const Vec2 n = obstacle.outline.nearest_of_front(position.head<2>()).normal;
   return n.x() * n.x() * stress[0] + n.y() * n.y() * stress[1] + 2.0 * n.x() * n.y() * stress[3];
 }
 

@@ -4,20 +4,21 @@
 ///
 /// Frame: x downstream with the obstacle's front face at x = 0, y across with its axis at y = 0, z up from the floor z = 0.
 ///
-/// For a front other than that face (cylinder, wedge, turned box; obstacle.hpp) the measurements follow the surface:
+/// For a front other than that face (cylinder, wedge, turned box) the measurements follow the surface:
 /// upstream is upstream of the surface at the same y; the impact box reaches as far from the surface as from the face, at
 /// |y| <= 3w/7 with w the width of the whole obstacle across the flow; pressure is the one normal to the surface, -n.sigma.n with the
 /// normal n of the nearest point. Its mean times w is the stream-wise force per height where it is uniform along the front, whatever the
 /// shape.
 
+#include <algorithm>
+#include <cmath>
 #include <cstddef>
-#include <limits>
 #include <optional>
 #include <span>
 #include <vector>
 
 #include "libmpm/base/types.hpp"
-#include "libmpm/boundary/obstacle.hpp"
+#include "libmpm/boundary/obstacle_spec.hpp"
 #include "libmpm/impact/measurement_spec.hpp"
 
 namespace mpm {
@@ -37,17 +38,16 @@ struct ImpactGeometry {
   int filter_order = 2;       ///< its degree
   double threshold = 0.05;    ///< fraction of the impact pressure at the pressure height
   double force_window = 0.1;  ///< s: of the moving mean behind the filtered peak of the force
-  double obstacle_height = std::numeric_limits<double>::infinity();  ///< m; infinite if no jet reaches the top
-  std::optional<ObstaclePlan> plan = std::nullopt;                   ///< for fronts other than the face x = 0
-  double box_area = 0.0;                                             ///< m^2: of the impact box in plan, upstream of the front
+  double box_area = 0.0;      ///< m^2: of the impact box in plan, upstream of the front
+  UprightSolid obstacle;      ///< what is measured at: a box with its face at x = 0, unless set_obstacle is called
 
   /// Measures before this obstacle: its width, height and front.
   void set_obstacle(const ObstacleSpec& spec);
 
-  /// Upper limit of the impact pressure: the flow height, or the top of a lower obstacle.
-  [[nodiscard]] double impact_height() const { return flow_height < obstacle_height ? flow_height : obstacle_height; }
+  /// Upper limit of the impact pressure: the flow height above the obstacle's foot, or the top of a lower obstacle.
+  [[nodiscard]] double impact_top() const { return std::min(obstacle.foot() + flow_height, obstacle.top); }
   /// x of the front at y, m.
-  [[nodiscard]] double front(double y) const { return plan ? plan->front(y) : 0.0; }
+  [[nodiscard]] double front(double y) const { return obstacle.outline.section(y).value_or(Interval{}).low; }
   /// Component of a symmetric tensor (xx yy zz xy xz yz) along the normal of the front near a position.
   [[nodiscard]] double normal_component(const Vec3& position, std::span<const double, 6> stress) const;
 
@@ -56,14 +56,14 @@ struct ImpactGeometry {
 
   /// Whether particles of a box may lie in the strip upstream of the obstacle's back: other particles are not measured.
   [[nodiscard]] bool may_measure(const Vec3& low, const Vec3& high) const {
-    const double furthest = box_inside + (plan ? plan->depth : 0.0);
+    const double furthest = box_inside + (obstacle.outline.along_axes() ? 0.0 : obstacle.outline.bounds().max().x());
     return low[1] <= strip_half_width && high[1] >= -strip_half_width && low[0] <= furthest;
   }
 
-  /// In the box from the floor to the top of the profile: only these particles' stress and J are measured.
+  /// In the box from the foot of the obstacle to the top of the profile: only these particles' stress and J are measured.
   [[nodiscard]] bool in_profile_box(const Vec3& position) const {
-    if (position[1] > strip_half_width || position[1] < -strip_half_width || !(position[2] < profile_height)) return false;
-    const double before = plan ? plan->front_distance(position[0], position[1]) : -position[0];
+    if (std::abs(position[1]) > strip_half_width || position[2] < obstacle.base || !(position[2] < profile_height)) return false;
+    const double before = obstacle.outline.nearest_of_front(position.head<2>()).distance;
     return before <= box_upstream && before >= -box_inside;
   }
 };

@@ -98,6 +98,17 @@ class CamClay {
     }
   };
 
+  /// Beside what every law has.
+  static constexpr OptionalMembers has{.try_update_stress = true,
+                                       .expect_single_states = true,
+                                       .yield_function = true,
+                                       .preconsolidation_pressure = true,
+                                       .internal_friction = true,
+                                       .critical_state_ratio = true,
+                                       .hardening_xi = true,
+                                       .cohesion_beta = true,
+                                       .keeps_compaction = true};
+
   /// @throws ConfigError if a parameter is out of range
   explicit CamClay(const Parameters& parameters);
 

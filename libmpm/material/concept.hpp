@@ -52,8 +52,6 @@ concept UpdatesStress = requires(const L law, MaterialState<T>& state, const Mat
 };
 
 /// Parameters of a law, in SI units; `declare` (base/parameter.hpp) defines their keys.
-/// May have: internal_friction(), tan(phi') of the material within itself; critical_state_ratio(), M' = q/p at the critical state;
-/// hardening_xi; cohesion_beta; keeps_compaction, true if compacted material stays denser; check(ParameterReport&).
 template <class P>
 concept MaterialParameterSet = std::default_initializable<P> && std::equality_comparable<P> && requires(const P p) {
   { P::name } -> std::convertible_to<std::string_view>;         // value of [material] model
@@ -71,15 +69,49 @@ concept UpdatesStressInSingle = requires(const L law, MaterialState<SinglePair>&
   { law.try_update_stress(state, dl, dt) } -> std::same_as<bool>;
 };
 
+/// The members that a law may have in addition. It lists those that it has as `static constexpr OptionalMembers has{.viscosity = true}`;
+/// the concept Material compares the list with the members, so that a misspelt one is an error and not an absent one.
+struct OptionalMembers {
+  bool try_update_stress = false;          ///< UpdatesStressInSingle
+  bool expect_single_states = false;       ///< (): called once if states are rounded to single precision between steps, for a law that
+                                           ///< compares a state with its own earlier result
+  bool viscosity = false;                  ///< (), Pa s: eta of viscous stress, which limits the time step
+  bool yield_function = false;             ///< (state), Pa^2, <= 0 inside: a column of `mpm point`, as the next two
+  bool preconsolidation_pressure = false;  ///< (internal), Pa
+  bool plastic_volume_strain = false;      ///< (state)
+  bool internal_friction = false;          ///< Parameters: (), tan(phi') of the material within itself
+  bool critical_state_ratio = false;       ///< Parameters: (), M' = q/p at the critical state
+  bool hardening_xi = false;               ///< Parameters: xi
+  bool cohesion_beta = false;              ///< Parameters: beta
+  bool keeps_compaction = false;           ///< Parameters: true if compacted material stays denser
+  bool check = false;                      ///< Parameters: (ParameterReport&)
+  bool operator==(const OptionalMembers&) const = default;
+};
+
+/// The members that a law really has.
+template <class L, class P = typename L::Parameters>
+consteval OptionalMembers members_of() {
+  OptionalMembers has{.try_update_stress = UpdatesStressInSingle<L>};
+  has.expect_single_states = requires(L law) { law.expect_single_states(); };
+  has.viscosity = requires(const L law) { law.viscosity(); };
+  has.yield_function = requires(const L law, MaterialState<double> state) { law.yield_function(state); };
+  has.preconsolidation_pressure = requires(const L law) { law.preconsolidation_pressure(0.0); };
+  has.plastic_volume_strain = requires(const L law, MaterialState<double> state) { law.plastic_volume_strain(state); };
+  has.internal_friction = requires(const P p) { p.internal_friction(); };
+  has.critical_state_ratio = requires(const P p) { p.critical_state_ratio(); };
+  has.hardening_xi = requires(const P p) { p.hardening_xi; };
+  has.cohesion_beta = requires(const P p) { p.cohesion_beta; };
+  has.keeps_compaction = requires(const P p) { p.keeps_compaction; };
+  has.check = requires(const P p, ParameterReport& report) { p.check(report); };
+  return has;
+}
+
 /// A law is made from its Parameters; the constructor throws ConfigError for parameters out of range: it reads them through `checked`
 /// (base/parameter.hpp, included by the header of the law, or by a source file beside it).
-/// May have: viscosity(), eta in Pa s, if the law has viscous stress, which limits the time step; yield_function(state), Pa^2, <= 0
-/// inside; expect_single_states(), called once if states are rounded to single precision between steps, for a law that compares a state
-/// with its own earlier result; preconsolidation_pressure(internal), Pa; plastic_volume_strain(state): columns of `mpm point`, 0 if a law
-/// lacks them.
 template <class L>
 concept Material = MaterialParameterSet<typename L::Parameters> && std::constructible_from<L, const typename L::Parameters&> &&
-    UpdatesStress<L, double> && UpdatesStress<L, Lanes> && UpdatesStress<L, LanePair> && requires(const L law) {
+                       UpdatesStress<L, double> && UpdatesStress<L, Lanes> && UpdatesStress<L, LanePair> && L::has == members_of<L>() &&
+                   requires(const L law) {
   { law.density() } -> std::same_as<double>;           // rho_0, kg/m^3
   { law.initial_internal() } -> std::same_as<double>;  // history variable of the stress-free reference state
   { law.wave_speed() } -> std::same_as<double>;        // c_P = sqrt((K + 4G/3)/rho_0), m/s

@@ -108,6 +108,10 @@ class DruckerPrager {
     void check(ParameterReport& report) const;
   };
 
+  /// Beside what every law has.
+  static constexpr OptionalMembers has{
+      .expect_single_states = true, .yield_function = true, .plastic_volume_strain = true, .internal_friction = true, .check = true};
+
   /// @throws ConfigError if a parameter is out of range, or `check` finds a problem
   explicit DruckerPrager(const Parameters& parameters);
 

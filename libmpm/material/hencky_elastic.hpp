@@ -72,6 +72,9 @@ class HenckyElastic {
     bool operator==(const Parameters&) const = default;
   };
 
+  /// Beside what every law has.
+  static constexpr OptionalMembers has{.try_update_stress = true};
+
   /// @throws ConfigError if a parameter is out of range
   explicit HenckyElastic(const Parameters& parameters);
 

@@ -66,6 +66,9 @@ class WeaklyCompressibleFluid {
     }
   };
 
+  /// Beside what every law has.
+  static constexpr OptionalMembers has{.viscosity = true};
+
   /// @throws ConfigError if a parameter is out of range
   explicit WeaklyCompressibleFluid(const Parameters& parameters);
 

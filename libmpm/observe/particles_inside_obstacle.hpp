@@ -1,17 +1,14 @@
 #pragma once
 /// Particles behind the surface of the obstacle, where no snow can be: an error of the contact.
 
-#include <Eigen/Geometry>
 #include <algorithm>
-#include <limits>
 
 #include "libmpm/boundary/obstacle_spec.hpp"
-#include "libmpm/boundary/outline_distance.hpp"
 #include "libmpm/observe/observer.hpp"
 
 namespace mpm {
 
-/// Counts the particles deeper than 0.1 dx behind the nearest face, a side or the top, and adds up their volumes. Contact lets particles
+/// Counts the particles deeper than 0.1 dx behind the nearest face, and adds up their volumes. Contact lets particles
 /// pass the surface slightly, at most by some hundredths of a cell where it works. The largest depth counts every particle.
 class ParticlesInsideObstacle : public Observer {
  public:
@@ -26,12 +23,7 @@ class ParticlesInsideObstacle : public Observer {
     MirrorPlanes mirror = {};  ///< numbers and volumes are those of the whole flow
   };
   /// Of one obstacle. @param spec  its shape and height. @param setting  numbers of the case
-  ParticlesInsideObstacle(const ObstacleSpec& spec, const Setting& setting)
-      : outline_(outline_of(spec.shape)),
-        distance_(outline_),
-        top_(spec.height.value_or(std::numeric_limits<double>::infinity())),
-        setting_(setting),
-        plan_(outline_.bounds()) {}
+  ParticlesInsideObstacle(const ObstacleSpec& spec, const Setting& setting) : obstacle_(spec.solid()), setting_(setting) {}
 
   [[nodiscard]] std::string name() const override { return "particles_inside_obstacle"; }
   [[nodiscard]] std::vector<Column> columns() const override {
@@ -43,12 +35,12 @@ class ParticlesInsideObstacle : public Observer {
   }
 
   [[nodiscard]] bool visits(const Vec3& low, const Vec3& high) const override {
-    return low.z() < top_ && plan_.intersects(Eigen::AlignedBox2d(Vec2(low.head<2>()), Vec2(high.head<2>())));
+    return obstacle_.bounds().intersects(Eigen::AlignedBox3d(low, high));
   }
   void visit(const ParticleBatch& batch) override {
     for (std::size_t i = 0; i < batch.size(); ++i) {
       const ParticleView p = batch[i];
-      const double inside = depth(p.position);
+      const double inside = -obstacle_.nearest(p.position).distance;
       depth_ = std::max(depth_, inside);
       if (inside <= counted_cells * setting_.cell_size) continue;
       count_ += 1.0;
@@ -72,31 +64,17 @@ class ParticlesInsideObstacle : public Observer {
         {"particles_inside_obstacle", last("particles_inside_obstacle"), "",
          "particles deeper than 0.1 cells behind the obstacle's surface at the end, where no snow can be"},
         {"volume_inside_obstacle_m3", volume, "m^3", "their volume"},
-        {"share_inside_obstacle", volume / obstacle_volume(), "",
-         "that volume over the obstacle's own up to the flow height (without a conveyor: to the top of the bodies at the start), or to its "
-         "top if that is lower"},
+        {"share_inside_obstacle", volume / (obstacle_.outline.area() * std::min(obstacle_.top - obstacle_.foot(), setting_.snow_depth)), "",
+         "that volume over the obstacle's own from its foot up to the flow height (without a conveyor: the top of the bodies at the "
+         "start), "
+         "or to its top if that is lower"},
         {"depth_inside_obstacle_m", last("depth_inside_obstacle_m"), "m",
          "largest distance of a particle behind the nearest surface of the obstacle at the end"}};
   }
 
-  /// Distance behind the nearest surface, m; not positive outside. @param position  m
-  [[nodiscard]] double depth(const Vec3& position) const {
-    return std::min(-distance_.at(position.head<2>()).distance, top_ - position.z());
-  }
-
  private:
-  /// Up to the snow's depth or its top, m^3.
-  [[nodiscard]] double obstacle_volume() const {
-    double twice = 0.0;  // the area in plan: of a cylinder that of its polygon of many sides
-    for (const OutlineSide& side : outline_.sides()) twice += side.from.x() * side.to.y() - side.to.x() * side.from.y();
-    return 0.5 * twice * std::min(top_, setting_.snow_depth);
-  }
-
-  Outline outline_;
-  OutlineDistance distance_;
-  double top_;  // m; infinite if no jet reaches it
+  UprightSolid obstacle_;
   Setting setting_;
-  Eigen::AlignedBox2d plan_;                         // m
   double count_ = 0.0, volume_ = 0.0, depth_ = 0.0;  // of the computed part, since the previous sample; m^3, m
 };
 

@@ -16,7 +16,10 @@ std::vector<Column> PressureProfile::columns() const {
            .unit = "m",
            .meaning = "height up to which the flow presses: where the smoothed pressure profile falls below 5 % of the impact pressure",
            .mean = true},
-          {.quantity = "impact_pressure", .unit = "Pa", .meaning = "mean pressure on the obstacle over the flow height", .mean = true},
+          {.quantity = "impact_pressure",
+           .unit = "Pa",
+           .meaning = "mean pressure on the obstacle over the flow height, from its foot",
+           .mean = true},
           {.quantity = "compaction", .meaning = "density at the front face over the initial density", .mean = true}};
 }
 
@@ -34,7 +37,7 @@ void PressureProfile::add(const Vec3& position, double tau_nn, double J, double 
   const auto bin = std::min(static_cast<std::size_t>(std::max(z, 0.0) / geometry_.bin_height), stress_.size() - 1);
   stress_[bin] += tau_nn;
   volume_[bin] += J;
-  if (z < geometry_.impact_height()) {
+  if (z < geometry_.impact_top()) {
     stress_below_flow_height_ += tau_nn;
     volume_below_flow_height_ += J;
     if (x < 0.0) mass_ += mass;
@@ -47,7 +50,7 @@ FrontPressure PressureProfile::finish() {
   now.impact_pressure = pressure(stress_below_flow_height_, volume_below_flow_height_);
   for (std::size_t bin = 0; bin < stress_.size(); ++bin) now.pressure.push_back(pressure(stress_[bin], volume_[bin]));
   now.pressure_height = pressure_height(now.pressure, now.impact_pressure, geometry_);
-  const double box_volume = geometry_.box_area * geometry_.impact_height();
+  const double box_volume = geometry_.box_area * (geometry_.impact_top() - geometry_.obstacle.foot());
   now.compaction = (geometry_.mirror_y ? 2.0 : 1.0) * mass_ / (box_volume * geometry_.density);
 
   stress_below_flow_height_ = volume_below_flow_height_ = mass_ = 0.0;
@@ -75,8 +78,9 @@ PressureProfile::MeanProfile PressureProfile::mean_profile(const Summary& end) c
   mean.smoothed = savitzky_golay(mean.pressure, geometry_.filter_bins, geometry_.filter_order);
   for (std::size_t bin = 0; bin < mean.pressure.size(); ++bin) {
     const double low = geometry_.bin_height * static_cast<double>(bin);
-    const double below_top = std::clamp((geometry_.obstacle_height - low) / geometry_.bin_height, 0.0, 1.0);
-    mean.force_per_height.push_back(below_top * mean.pressure[bin] * geometry_.obstacle_width);
+    const auto below = [&](double z) { return std::clamp((z - low) / geometry_.bin_height, 0.0, 1.0); };
+    const double covered = below(geometry_.obstacle.top) - below(geometry_.obstacle.base);
+    mean.force_per_height.push_back(covered * mean.pressure[bin] * geometry_.obstacle_width);
   }
   return mean;
 }
@@ -98,14 +102,15 @@ std::vector<HeightProfile> PressureProfile::profiles(const Summary& end) const {
   std::vector<double> centres;
   for (std::size_t bin = 0; bin < geometry_.profile_bins(); ++bin) centres.push_back(geometry_.bin_centre(bin));
   MeanProfile mean = mean_profile(end);
-  return {{{.quantity = "z", .unit = "m", .meaning = "height of the bin's centre"}, centres, {}},
-          {{.quantity = "pressure", .unit = "Pa", .meaning = "pressure on the front"}, std::move(mean.pressure), over_time_},
-          {{.quantity = "smoothed_pressure", .unit = "Pa", .meaning = "pressure, smoothed by the filter that the pressure height uses"},
-           std::move(mean.smoothed),
-           {}},
-          {{.quantity = "force_per_height", .unit = "N/m", .meaning = "pressure times the width of the obstacle, below its top"},
-           std::move(mean.force_per_height),
-           {}}};
+  return {
+      {{.quantity = "z", .unit = "m", .meaning = "height of the bin's centre"}, centres, {}},
+      {{.quantity = "pressure", .unit = "Pa", .meaning = "pressure on the front"}, std::move(mean.pressure), over_time_},
+      {{.quantity = "smoothed_pressure", .unit = "Pa", .meaning = "pressure, smoothed by the filter that the pressure height uses"},
+       std::move(mean.smoothed),
+       {}},
+      {{.quantity = "force_per_height", .unit = "N/m", .meaning = "pressure times the width of the obstacle, between its foot and its top"},
+       std::move(mean.force_per_height),
+       {}}};
 }
 
 }  // namespace mpm

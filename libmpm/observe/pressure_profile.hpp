@@ -11,8 +11,8 @@ namespace mpm {
 
 /// Pressure of one instant. Cauchy, positive in compression.
 struct FrontPressure {
-  double impact_pressure =
-      0.0;  ///< Pa: minus the volume average of sigma_xx over the impact box up to H, or to the top of a lower obstacle (Eq. A4)
+  double impact_pressure = 0.0;  ///< Pa: minus the volume average of sigma_xx over the impact box up to H, or to the top of a lower
+                                 ///< obstacle (Eq. A4); from its foot
   std::optional<double> pressure_height;  ///< h_p, m; see pressure_height(). Empty where it is not defined
   double compaction = 0.0;       ///< mass in the impact box outside the obstacle, up to the same height, over its volume, over rho_0
   std::vector<double> pressure;  ///< Pa, one a bin: -sum tau_xx / sum J (Eq. A4); 0 in an empty bin
@@ -47,7 +47,7 @@ class PressureProfile : public Observer {
   struct MeanProfile {
     std::vector<double> pressure;          ///< Pa
     std::vector<double> smoothed;          ///< Pa, by the filter that the pressure height uses
-    std::vector<double> force_per_height;  ///< N/m: pressure times the obstacle's width, below its top
+    std::vector<double> force_per_height;  ///< N/m: pressure times the obstacle's width, between its foot and its top
   };
   [[nodiscard]] MeanProfile mean_profile(const Summary& end) const;
 

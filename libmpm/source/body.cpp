@@ -141,32 +141,21 @@ std::size_t fill_body(State& state, const BodySpec& body, const Scene& scene, do
 }
 
 bool meets_obstacle(const BodySpec& body, const ObstacleSpec& obstacle) {
-  const double top = obstacle.height.value_or(std::numeric_limits<double>::infinity());
-  if (body.min.z() >= top || body.max.z() <= 0.0) return false;
-  const ObstaclePlan plan = obstacle_plan(obstacle);
+  const UprightSolid solid = obstacle.solid();
+  if (body.min.z() >= solid.top || body.max.z() <= solid.base) return false;
   // in coordinates in which the body's bounding box is the cube -1 .. 1; a map by axes keeps the plan convex
   const Vec3 centre = 0.5 * (body.min + body.max), half = 0.5 * (body.max - body.min);
-  const auto mapped = [&](const Vec2& p) -> Vec2 { return (p - centre.head<2>()).cwiseQuotient(half.head<2>()); };
-  double gap = std::numeric_limits<double>::infinity();  // of the body's axis from the plan
-  bool within = true;
-  Vec2 low = Vec2::Constant(std::numeric_limits<double>::infinity()), high = -low;
-  for (const auto& side : plan.sides) {
-    const Vec2 from = mapped(side.from), to = mapped(side.to);
-    within = within && (to - from).x() * -from.y() - (to - from).y() * -from.x() > 0.0;
-    gap = std::min(gap, nearest_point(from, to, Vec2::Zero()).norm());
-    low = low.cwiseMin(from);
-    high = high.cwiseMax(from);
-  }
-  if ((low.array() >= 1.0).any() || (high.array() <= -1.0).any()) return false;
+  std::vector<Vec2> corners;
+  for (const Outline::Side& side : solid.outline.sides())
+    corners.emplace_back((side.from - centre.head<2>()).cwiseQuotient(half.head<2>()));
+  const Outline plan(std::move(corners));
+  if ((plan.bounds().min().array() >= 1.0).any() || (plan.bounds().max().array() <= -1.0).any()) return false;
   if (body.shape == BodySpec::Shape::box) {
     // separating axes: those of the box were tried, these are the plan's sides
-    return std::none_of(plan.sides.begin(), plan.sides.end(), [&](const auto& side) {
-      const Vec2 from = mapped(side.from), along = mapped(side.to) - from, outward(along.y(), -along.x());
-      return -outward.cwiseAbs().sum() - outward.dot(from) >= 0.0;
-    });
+    return std::ranges::none_of(plan.sides(), [](const Outline::Side& side) { return -side.normal.cwiseAbs().sum() - side.offset >= 0.0; });
   }
-  if (within) gap = 0.0;
-  const double above = std::clamp(centre.z(), 0.0, top) - centre.z();
+  const double gap = std::max(0.0, plan.nearest(Vec2::Zero()).distance);  // of the body's axis from the plan
+  const double above = std::clamp(centre.z(), solid.base, solid.top) - centre.z();
   const double rise = body.shape == BodySpec::Shape::sphere ? above / half.z() : 0.0;
   return gap * gap + rise * rise < 1.0;
 }

@@ -6,7 +6,7 @@
 
 #include "libmpm/base/limits.hpp"
 #include "libmpm/base/types.hpp"
-#include "libmpm/boundary/obstacle.hpp"
+#include "libmpm/boundary/obstacle_spec.hpp"
 #include "libmpm/core/step.hpp"
 
 namespace mpm {

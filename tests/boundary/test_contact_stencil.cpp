@@ -11,7 +11,6 @@
 #include <string>
 #include <tuple>
 
-#include "libmpm/boundary/outline_distance.hpp"
 #include "libmpm/boundary/shapes/any_shape.hpp"
 #include "support/typical_shapes.hpp"
 
@@ -38,7 +37,7 @@ std::vector<Named> outlines() {
                             {"ThinBox", BoxShape{.width = 0.3, .depth = 0.1}.outline(), true},
                             {"SharpWedge", WedgeShape{.width = 1.0, .depth = 2.0}.outline(), true},
                             {"ThinCylinder", CylinderShape{.width = 0.3}.outline(), true}};
-  for (const testing::TypicalShape& t : testing::typical_shapes()) all.push_back({t.name, outline_of(t.shape), t.plan().symmetric});
+  for (const testing::TypicalShape& t : testing::typical_shapes()) all.push_back({t.name, outline_of(t.shape), t.outline().symmetric()});
   for (std::size_t i = 0, count = all.size(); i < count; ++i)
     all.push_back({all[i].name + "Moved", moved(all[i].outline, dx * Vec2(0.3, -0.7)), false});
   return all;
@@ -53,18 +52,17 @@ std::vector<Named> outlines(Chosen&& chosen) {
 class Stencil : public ::testing::TestWithParam<Named> {
  protected:
   const Outline& outline = GetParam().outline;
-  const ContactStencil whole = contact_stencil(outline, dx, false, false);
-  const OutlineDistance distance{outline};
+  const ContactStencil whole = contact_stencil(outline, dx, {});
 };
 std::string name_of(const ::testing::TestParamInfo<Named>& test) { return test.param.name; }
 INSTANTIATE_TEST_SUITE_P(Outlines, Stencil, ::testing::ValuesIn(outlines()), name_of);
 // Tests of some outlines only.
 class StencilOfAPolygon : public Stencil {};
-INSTANTIATE_TEST_SUITE_P(Outlines, StencilOfAPolygon, ::testing::ValuesIn(outlines([](const Named& n) { return !n.outline.circle; })),
+INSTANTIATE_TEST_SUITE_P(Outlines, StencilOfAPolygon, ::testing::ValuesIn(outlines([](const Named& n) { return !n.outline.circle(); })),
                          name_of);
 class StencilOfACircle : public Stencil {};
 INSTANTIATE_TEST_SUITE_P(Outlines, StencilOfACircle,
-                         ::testing::ValuesIn(outlines([](const Named& n) { return n.outline.circle.has_value(); })), name_of);
+                         ::testing::ValuesIn(outlines([](const Named& n) { return n.outline.circle().has_value(); })), name_of);
 class SymmetricStencil : public Stencil {};
 INSTANTIATE_TEST_SUITE_P(Outlines, SymmetricStencil, ::testing::ValuesIn(outlines([](const Named& n) { return n.symmetric; })), name_of);
 void PrintTo(const Named& n, std::ostream* out) { *out << n.name; }
@@ -118,8 +116,8 @@ TEST_P(StencilOfAPolygon, GivesTheVelocityAtAPointOnAFlatSide) {
     EXPECT_NEAR(weight, 1.0, round_off);
     EXPECT_NEAR(normal.norm(), 1.0, round_off);
     EXPECT_LE((tangent - Vec2(-normal.y(), normal.x())).norm(), round_off);
-    const auto near = distance.at(row.point + 1e-6 * normal);
-    EXPECT_NEAR(distance.at(row.point).distance, 0.0, 1e-12) << "on the surface";
+    const auto near = outline.nearest(row.point + 1e-6 * normal);
+    EXPECT_NEAR(outline.nearest(row.point).distance, 0.0, 1e-12) << "on the surface";
     EXPECT_LE((near.normal - normal).norm(), 1e-6) << "its own normal";
     EXPECT_NEAR(value_of(whole, row, [](const Place& at) { return linear(dx * Vec2(at[0], at[1])); }), normal.dot(linear(row.point)),
                 round_off);
@@ -127,14 +125,14 @@ TEST_P(StencilOfAPolygon, GivesTheVelocityAtAPointOnAFlatSide) {
 }
 
 TEST_P(StencilOfACircle, SeesTheNormalVelocityOfEachNode) {
-  const Vec2 centre = outline.circle->centre;
+  const Vec2 centre = outline.circle()->centre;
   const auto from_centre = [&](const Place& at) -> Vec2 { return dx * Vec2(at[0], at[1]) - centre; };
   const auto rows = rows_of(whole, Kind::surface);
   ASSERT_FALSE(rows.empty());
   for (const std::size_t r : rows) {
     const ContactRow& row = whole.rows[r];
     const Vec2 normal = (row.point - centre).normalized();
-    EXPECT_NEAR((row.point - centre).norm(), outline.circle->radius, 1e-12) << "on the surface";
+    EXPECT_NEAR((row.point - centre).norm(), outline.circle()->radius, 1e-12) << "on the surface";
     double weight = 0.0, outward = 0.0;
     for_entries(whole, row, [&](const ContactEntry& e, const auto& node) {
       weight += e.vertical;
@@ -147,7 +145,7 @@ TEST_P(StencilOfACircle, SeesTheNormalVelocityOfEachNode) {
     });
     EXPECT_NEAR(weight, 1.0, round_off);
     EXPECT_NEAR(value_of(whole, row, from_centre), outward, round_off) << "a flow away from the axis is seen in full";
-    if (outline.circle->radius < 2.0 * dx) continue;  // else nodes that take part are near the centre
+    if (outline.circle()->radius < 2.0 * dx) continue;  // else nodes that take part are near the centre
     const auto along = [&](const Place& at) -> Vec2 {
       const Vec2 x = from_centre(at);
       return std::exp(3.0 * x.x()) * Vec2(-x.y(), x.x());
@@ -161,7 +159,7 @@ TEST_P(Stencil, OfTheExtensionSeesNothingOfALinearField) {
   for (const std::size_t r : rows) {
     const ContactRow& row = whole.rows[r];
     EXPECT_EQ(row.count, 3U);
-    const double depth = -distance.at(row.point).distance / dx;
+    const double depth = -outline.nearest(row.point).distance / dx;
     EXPECT_GT(depth, 0.0) << "extends to nodes inside";
     EXPECT_LE(depth, 2.6 + 1e-9);
     double weight = 0.0, size = 0.0;
@@ -173,7 +171,7 @@ TEST_P(Stencil, OfTheExtensionSeesNothingOfALinearField) {
     EXPECT_EQ(size, 4.0);
     EXPECT_NEAR(value_of(whole, row, [](const Place& at) { return linear(dx * Vec2(at[0], at[1])); }), 0.0, round_off);
     const auto quadratic = [&](const Place& at) -> Vec2 {
-      return (dx * Vec2(at[0], at[1]) - row.point).squaredNorm() * distance.at(row.point).normal;
+      return (dx * Vec2(at[0], at[1]) - row.point).squaredNorm() * outline.nearest(row.point).normal;
     };
     EXPECT_NEAR(value_of(whole, row, quadratic), 2.0 * dx * dx, round_off) << "0, -2 of one cell, 1 of two";
   }
@@ -186,21 +184,21 @@ TEST_P(Stencil, OfTheExtensionSeesNothingOfALinearField) {
 TEST_P(Stencil, HasItsPointsAboutACellApartAndInsideTheSidesOnACircleHalfACell) {
   std::vector<Vec2> points;
   for (const std::size_t r : rows_of(whole, Kind::surface)) points.push_back(whole.rows[r].point);
-  if (outline.circle) {
-    const double around = 2.0 * std::numbers::pi * outline.circle->radius, count = static_cast<double>(points.size());
+  if (outline.circle()) {
+    const double around = 2.0 * std::numbers::pi * outline.circle()->radius, count = static_cast<double>(points.size());
     // an even number, at least four
     if (around / dx > 2.0) {
       EXPECT_NEAR(2.0 * around / dx, count, 1.0);
     }
     for (std::size_t p = 0; p < points.size(); ++p) {
       const double chord = (points[p] - points[(p + 1) % points.size()]).norm();
-      EXPECT_NEAR(chord, 2.0 * outline.circle->radius * std::sin(std::numbers::pi / count), 1e-12);
+      EXPECT_NEAR(chord, 2.0 * outline.circle()->radius * std::sin(std::numbers::pi / count), 1e-12);
     }
     return;
   }
   std::size_t all = 0;
-  for (std::size_t s = 0; s < outline.corners.size(); ++s) {
-    const Vec2 from = outline.corners[s], along = outline.corners[(s + 1) % outline.corners.size()] - from;
+  for (const Outline::Side& side : outline.sides()) {
+    const Vec2 from = side.from, along = side.to - from;
     std::set<double> shares;
     for (const Vec2& point : points) {
       const double t = (point - from).dot(along) / along.squaredNorm();
@@ -232,7 +230,7 @@ TEST_P(Stencil, ComparesTheEndsOfALongSideWithTheNextPointAndWithThatRoundTheEdg
   for (const auto& [normal, side] : by_normal) {
     for (const std::size_t r : side) {
       const ContactRow& row = whole.rows[r];
-      if (side.size() < 3 || outline.circle) {
+      if (side.size() < 3 || outline.circle()) {
         EXPECT_EQ(row.edge.inner, -1);
         continue;
       }
@@ -250,7 +248,8 @@ TEST_P(Stencil, ComparesTheEndsOfALongSideWithTheNextPointAndWithThatRoundTheEdg
       EXPECT_NEAR(row.edge.free, root_integral(0.0, row.edge.strip) / root_integral(row.edge.strip, row.edge.strip + gap), 1e-9)
           << "a free jet";
       double from_corner = 1e9, round_from_corner = 1e9;
-      for (const Vec2& corner : outline.corners) {
+      for (const Outline::Side& other : outline.sides()) {
+        const Vec2& corner = other.from;
         from_corner = std::min(from_corner, (corner - edge).norm());
         round_from_corner = std::min(round_from_corner, (round - edge).norm());
       }
@@ -259,7 +258,7 @@ TEST_P(Stencil, ComparesTheEndsOfALongSideWithTheNextPointAndWithThatRoundTheEdg
     }
   }
   std::size_t long_sides = 0;
-  for (const auto& [normal, side] : by_normal) long_sides += side.size() >= 3 && !outline.circle;
+  for (const auto& [normal, side] : by_normal) long_sides += side.size() >= 3 && !outline.circle();
   EXPECT_EQ(ends, 2 * long_sides);
 }
 
@@ -275,8 +274,7 @@ TEST_P(Stencil, KnowsTheNodesInsideAndThoseBeyondTheReachOfItsPoints) {
     for_entries(whole, whole.rows[r], [&](const ContactEntry&, const auto& node) { reached.insert(node.at); });
   for (int x = -20; x < 30; ++x) {
     for (int y = -20; y < 20; ++y) {
-      const double depth = -distance.at(dx * Vec2(x, y)).distance / dx;
-      const double outside = distance.outside(dx * Vec2(x, y)) / dx;
+      const double outside = outline.nearest(dx * Vec2(x, y)).distance / dx, depth = -outside;
       if (std::abs(outside - 0.5) > 1e-6) {
         EXPECT_EQ(columns.contains({x, y}), outside < 0.5);
       }
@@ -303,8 +301,7 @@ TEST_P(Stencil, BoundsTheColumnsOfItsTopAtEdgesByTheirStrips) {
   const auto root_law = [](double depth) { return root_integral(std::max(0.0, depth - 0.5), depth + 0.5); };
   const auto depth_of = [&](const ContactStencil::Column& c) {
     const Place& at = whole.nodes[static_cast<std::size_t>(c.node)].at;
-    const double outside = distance.outside(dx * Vec2(at[0], at[1]));
-    return (outside > 0.0 ? -outside : -distance.at(dx * Vec2(at[0], at[1])).distance) / dx;
+    return -outline.nearest(dx * Vec2(at[0], at[1])).distance / dx;
   };
   int bounded = 0;
   bool has_inside = false;
@@ -335,7 +332,7 @@ TEST_P(Stencil, BoundsTheColumnsOfItsTopAtEdgesByTheirStrips) {
 /// On planes of nodes a point has the weights 1/8, 3/4, 1/8 across the side, and the row of nodes behind extends the other two: what a
 /// mirror image needs.
 TEST(Stencils, OfABoxOnPlanesOfNodesAreSymmetricAboutItsSides) {
-  const ContactStencil stencil = contact_stencil(BoxShape{.width = 2.0, .depth = 1.0}.outline(), dx, false, false);
+  const ContactStencil stencil = contact_stencil(BoxShape{.width = 2.0, .depth = 1.0}.outline(), dx, {false, false});
   EXPECT_EQ(rows_of(stencil, Kind::surface).size(), 2U * (8U + 4U));
   EXPECT_EQ(stencil.columns.size(), 5U * 9U);
   for (const std::size_t r : rows_of(stencil, Kind::surface)) {
@@ -400,7 +397,7 @@ TEST_P(SymmetricStencil, HoldsDeepNodesSymmetrically) {
 /// Half of a symmetric outline, with what is behind the mirror plane replaced by its image, against the whole: the same rows give the same
 /// values of a symmetric field, and their impulses the same changes of velocity.
 TEST_P(SymmetricStencil, AtAMirrorPlaneIsTheFoldedStencilOfTheWhole) {
-  const ContactStencil half = contact_stencil(outline, dx, false, true);
+  const ContactStencil half = contact_stencil(outline, dx, {false, true});
   const auto field = [](const Place& at) {
     std::minstd_rand random(static_cast<unsigned>(1000 * (at[0] + 100) + std::abs(at[1]) + 1));
     random.discard(10);
@@ -454,7 +451,7 @@ TEST_P(SymmetricStencil, AtAMirrorPlaneIsTheFoldedStencilOfTheWhole) {
 TEST(Stencils, LeaveRowsBehindMirrorPlanesOutAlongBothAxes) {
   Outline box = BoxShape{.width = 2.0, .depth = 2.0}.outline();
   box.translate({-1.0, 0.0});  // symmetric about both
-  const ContactStencil whole = contact_stencil(box, dx, false, false), quarter = contact_stencil(box, dx, true, true);
+  const ContactStencil whole = contact_stencil(box, dx, {false, false}), quarter = contact_stencil(box, dx, {true, true});
   EXPECT_EQ(4U * rows_of(quarter, Kind::surface).size(), rows_of(whole, Kind::surface).size());  // no point on a plane: eight on a side
   for (const auto& node : quarter.nodes) {
     EXPECT_TRUE(node.at[0] >= 0 && node.at[1] >= 0);

@@ -331,22 +331,23 @@ class Solver {
   void hold_outside(Particle& p) {
     for (std::size_t b = 0; b < scene_.boundaries.size(); ++b) {
       const auto* const solid = std::get_if<SurfaceSolid>(&scene_.boundaries[b]);
-      const auto behind = solid != nullptr ? solid->behind(p.x) : std::nullopt;
-      if (!behind || behind->depth <= 0.05 * dx_) continue;
+      if (solid == nullptr) continue;
+      const auto [distance, normal] = solid->solid().nearest(p.x);
+      if (distance >= -0.05 * dx_) continue;
       const Vec3 before = p.v;
-      p.v = contact(p.v, behind->normal, Contact::separable, solid->friction());
-      p.x += std::min(behind->depth - 0.05 * dx_, dx_) * behind->normal;
+      p.v = contact(p.v, normal, Contact::separable, solid->friction());
+      p.x += std::min(-distance - 0.05 * dx_, dx_) * normal;
       impulses[b] += law_.density * p.volume * (before - p.v);
     }
   }
 
   /// How far a place is from the outline of a solid; 0 within it.
   static double distance_from(const Outline& outline, const Vec2& x) {
-    if (outline.circle) return std::max(0.0, (x - outline.circle->centre).norm() - outline.circle->radius);
+    if (outline.circle()) return std::max(0.0, (x - outline.circle()->centre).norm() - outline.circle()->radius);
     double least = 1e300;
     bool inside = true;
-    for (std::size_t i = 0; i < outline.corners.size(); ++i) {
-      const Vec2 from = outline.corners[i], along = outline.corners[(i + 1) % outline.corners.size()] - from, arm = x - from;
+    for (const Outline::Side& side : outline.sides()) {
+      const Vec2 along = side.to - side.from, arm = x - side.from;
       inside = inside && along.x() * arm.y() - along.y() * arm.x() >= 0.0;  // to the left of every side
       least = std::min(least, (arm - std::clamp(arm.dot(along) / along.dot(along), 0.0, 1.0) * along).norm());
     }
@@ -361,7 +362,7 @@ class Solver {
       Nodes corrected = nodes_;
       for (std::size_t b = 0; b < scene_.boundaries.size(); ++b) act(b, dt);
       for (const Particle& p : particles) {
-        const double apart = std::max(distance_from(solid->outline(), p.x.head<2>()), p.x.z() - solid->top());
+        const double apart = std::max(distance_from(solid->solid().outline, p.x.head<2>()), p.x.z() - solid->solid().top);
         const double share = std::clamp((5.5 - apart / dx_) / 3.0, 0.0, 1.0);  // whole up to 2.5 cells, none from 5.5 on
         Vec3 gained = Vec3::Zero(), before = Vec3::Zero();
         Mat3 gradient = Mat3::Zero(), turned = Mat3::Zero();
@@ -396,7 +397,7 @@ class Solver {
           n.v = wall->velocity + contact(n.v - wall->velocity, wall->normal, wall->contact, wall->friction);
         }
       }
-    } else if (const auto* box = std::get_if<RigidBox>(&scene_.boundaries[b])) {
+    } else if (const auto* box = std::get_if<RigidSolid>(&scene_.boundaries[b])) {
       act_as_box(*box);
     } else if (const auto* solid = std::get_if<SurfaceSolid>(&scene_.boundaries[b])) {
       act_at_surface(*solid, dt);
@@ -416,24 +417,24 @@ class Solver {
   }
   [[nodiscard]] Vec3 place_of(const Index& at) const { return dx_ * Vec3(at[0], at[1], at[2]); }
   [[nodiscard]] bool folds(const Wall& wall) const;
-  void act_as_box(const RigidBox& box);
+  void act_as_box(const RigidSolid& box);
   void act_folded(const Wall& wall);
   void act_at_surface(const SurfaceSolid& solid, double dt);
 };
 
-/// Every node inside obeys the nearest face; of faces as near the first of: upstream, downstream, sides, top.
-inline void Solver::act_as_box(const RigidBox& box) {
+/// Every node inside obeys the nearest face; of faces as near the first of: upstream, sides, downstream, top.
+inline void Solver::act_as_box(const RigidSolid& box) {
   for (auto& [at, n] : nodes_) {
-    const Vec3 x = place_of(at), low = x - box.min, high = box.max - x;
+    const Vec3 x = place_of(at), low = x - box.solid.bounds().min(), high = box.solid.bounds().max() - x;
     if (low.minCoeff() < -on_surface || high.minCoeff() < -on_surface) continue;
     Vec3 normal = -Vec3::UnitX();
     double depth = low.x();
     const auto nearer = [&](double other, const Vec3& direction) {
       if (other < depth - on_surface) depth = other, normal = direction;
     };
-    nearer(high.x(), Vec3::UnitX());
     nearer(low.y(), -Vec3::UnitY());
     nearer(high.y(), Vec3::UnitY());
+    nearer(high.x(), Vec3::UnitX());
     nearer(high.z(), Vec3::UnitZ());
     n.v = contact(n.v, normal, box.contact, box.friction);
   }
@@ -541,7 +542,7 @@ inline void Solver::act_at_surface(const SurfaceSolid& solid, double dt) {
   std::set<int> layers;
   for (const auto& [at, n] : nodes_) layers.insert(at[2]);
   for (const int z : layers) {
-    if (dx_ * z > solid.top() + on_surface) continue;
+    if (dx_ * z > solid.solid().top + on_surface) continue;
     std::vector<Node*> node;
     for (const auto& place : stencil.nodes) {
       const auto found = nodes_.find({place.at[0], place.at[1], z});
@@ -614,7 +615,7 @@ inline void Solver::act_at_surface(const SurfaceSolid& solid, double dt) {
         solve(r, strongest);
       }
     }
-    if (dx_ * (z + ContactStencil::deep_from) > solid.top() + on_surface) continue;
+    if (dx_ * (z + ContactStencil::deep_from) > solid.solid().top + on_surface) continue;
     for (const auto& deep : stencil.deep) {
       Node* n = node[static_cast<std::size_t>(deep.node)];
       if (n != nullptr) n->v = contact(n->v, Vec3(deep.normal.x(), deep.normal.y(), 0.0), Contact::separable, solid.friction());

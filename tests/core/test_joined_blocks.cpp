@@ -77,7 +77,7 @@ TEST(JoinedBlocks, HoldEachStencilOfASolidTogetherInPairsOfLayers) {
       apart.insert(*together.begin());
     }
     EXPECT_GE(apart.size(), 4U) << name;  // floor and top join some, not all
-    const auto master = static_cast<std::int32_t>(std::ceil(solid.top() / cell + 0.5 - 1e-9));
+    const auto master = static_cast<std::int32_t>(std::ceil(solid.solid().top / cell + 0.5 - 1e-9));
     for (const auto& column : solid.stencil().columns) {
       const auto& at = solid.stencil().nodes[static_cast<std::size_t>(column.node)].at;
       EXPECT_EQ(representative_of_node(joined, {at[0], at[1], master}), representative_of_node(joined, {at[0], at[1], master - 2})) << name;

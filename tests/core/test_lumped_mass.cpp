@@ -26,7 +26,7 @@ constexpr double dx = 0.25, density = 300.0, tall = 100.0;
 SurfaceSolid cylinder(double radius, double top = tall) {
   Outline outline = CylinderShape{.width = 2.0 * radius}.outline();
   outline.translate({-radius, 0.0});  // its axis in the origin
-  return SurfaceSolid(outline, top, 0.0, Vec3::Zero(), dx, {});
+  return SurfaceSolid({.outline = outline, .top = top}, 0.0, Vec3::Zero(), dx, {});
 }
 
 /// A staggered lattice of eight particles a cell around a cylinder, one cell high. @param half  only y > 0
@@ -119,7 +119,8 @@ TEST(LumpedMass, UniformForcesAndLinearMotionNeedNoCorrection) {
 }
 
 TEST(LumpedMass, ShareFallsToZeroAwayFromTheSide) {
-  const LumpedMassCorrection c(cylinder(1.0, 3.0), dx, density, 0.0);
+  const SurfaceSolid solid = cylinder(1.0, 3.0);
+  const LumpedMassCorrection c(solid, dx, density, 0.0);
   const double full = LumpedMassCorrection::full_reach, fade = LumpedMassCorrection::fade;
   const auto before_the_side = [&](double cells) { return c.weight({0.0, 1.0 + cells * dx, 1.0}); };
   EXPECT_EQ(before_the_side(0.0), 1.0);
@@ -139,9 +140,9 @@ TEST(LumpedMass, ShareFallsToZeroAwayFromTheSide) {
 /// Near an edge it counts from the corner, and not from the line of a side, which may pass far away from a sharp edge and yet be near.
 TEST(LumpedMass, ShareOfAPolygonCountsFromItsNearestPoint) {
   const double full = LumpedMassCorrection::full_reach, fade = LumpedMassCorrection::fade;
-  Outline wedge;  // 20 degrees, its edge in the origin
-  wedge.corners = {{0.0, 0.0}, {4.0, -4.0 * std::tan(0.1745)}, {4.0, 4.0 * std::tan(0.1745)}};
-  const LumpedMassCorrection c(SurfaceSolid(wedge, tall, 0.0, Vec3::Zero(), dx, {}), dx, density, 0.0);
+  const Outline wedge({{0.0, 0.0}, {4.0, -4.0 * std::tan(0.1745)}, {4.0, 4.0 * std::tan(0.1745)}});  // 20 degrees, its edge in the origin
+  const SurfaceSolid solid({.outline = wedge}, 0.0, Vec3::Zero(), dx, {});
+  const LumpedMassCorrection c(solid, dx, density, 0.0);
   EXPECT_EQ(c.weight({1.0, 0.0, 0.0}), 1.0);  // inside
   EXPECT_NEAR(c.weight({-(full + 0.5 * fade) * dx, 0.0, 0.0}), 0.5, 1e-12);
   EXPECT_EQ(c.weight({-(full + fade + 1e-9) * dx, 0.0, 0.0}), 0.0);

@@ -13,12 +13,12 @@
 namespace mpm {
 namespace {
 
-constexpr double dx = 0.25, top = 0.6, density = 300.0;
+constexpr double dx = 0.25, base = 0.1, top = 0.9, density = 300.0;
 
 /// A shape and a precision of the particles.
 class ParticleContactOf : public ::testing::TestWithParam<std::tuple<testing::TypicalShape, Precision>> {
  protected:
-  const SurfaceSolid solid{outline_of(std::get<0>(GetParam()).shape), top, 0.3, Vec3(0.1, 0.2, 0.3), dx, {}};
+  const SurfaceSolid solid{{outline_of(std::get<0>(GetParam()).shape), base, top}, 0.3, Vec3(0.1, 0.2, 0.3), dx, {}};
   const std::vector<Boundary> boundaries{Wall{}, solid};
   const double single = std::get<1>(GetParam()) == Precision::single_precision ? 1.0 : 0.0;
 
@@ -26,7 +26,7 @@ class ParticleContactOf : public ::testing::TestWithParam<std::tuple<testing::Ty
   Grid filled() const {
     Grid grid(dx, std::get<1>(GetParam()));
     std::mt19937_64 random(7);
-    std::uniform_real_distribution<double> x(-0.5, 2.5), y(-1.5, 1.5), z(0.01, 1.0), v(-5.0, 5.0);
+    std::uniform_real_distribution<double> x(-0.5, 2.5), y(-1.5, 1.5), z(0.01, 1.1), v(-5.0, 5.0);
     for (std::uint64_t id = 0; id < 4000; ++id) {
       Particle p{};
       p.position[0] = x(random), p.position[1] = y(random), p.position[2] = z(random);
@@ -80,21 +80,22 @@ TEST_P(ParticleContactOf, ReturnsParticlesToTheSurfaceStopsThemAndBooksTheirMome
   const double rounding = 1e-9 + single * 1e-6;  // of positions of some metres, velocities of some metres a second
   for (const auto& [id, was] : before) {
     const Particle& is = after.at(id);
-    const auto behind = solid.behind(position_of(was));
+    const UprightSolid::Nearest surface = solid.solid().nearest(position_of(was));
+    const double depth = -surface.distance;
     const Vec3 change = velocity_of(was) - velocity_of(is);
     lost += density * was.volume * change;
     turned += (position_of(was) - solid.reference_point()).cross(density * was.volume * change);
-    if (!behind || behind->depth <= ParticleContact::depth * dx) {
+    if (depth <= ParticleContact::depth * dx) {
       EXPECT_EQ(position_of(is), position_of(was));
       EXPECT_LE(change.norm(), rounding);  // single: relative to the velocity of another block
       continue;
     }
     ++held;
-    const double moved = std::min(behind->depth - ParticleContact::depth * dx, dx);
-    EXPECT_LE((position_of(is) - position_of(was) - moved * behind->normal).norm(), rounding);
-    const double into = -velocity_of(was).dot(behind->normal);
-    EXPECT_NEAR(change.dot(behind->normal), -std::max(into, 0.0), rounding);
-    EXPECT_LE((change - change.dot(behind->normal) * behind->normal).norm(), 0.3 * std::max(into, 0.0) + rounding) << "Coulomb";
+    const double moved = std::min(depth - ParticleContact::depth * dx, dx);
+    EXPECT_LE((position_of(is) - position_of(was) - moved * surface.normal).norm(), rounding);
+    const double into = -velocity_of(was).dot(surface.normal);
+    EXPECT_NEAR(change.dot(surface.normal), -std::max(into, 0.0), rounding);
+    EXPECT_LE((change - change.dot(surface.normal) * surface.normal).norm(), 0.3 * std::max(into, 0.0) + rounding) << "Coulomb";
     corrected += into > 0.0;
   }
   EXPECT_GT(held, 100);
@@ -116,7 +117,7 @@ TEST_P(ParticleContactOf, LeavesNothingBehindTheSurfaceAfterAFewSteps) {
   }
   double deepest = 0.0;
   for (const auto& [id, p] : particles_of(grid)) {
-    if (const auto behind = solid.behind(position_of(p))) deepest = std::max(deepest, behind->depth / dx);
+    deepest = std::max(deepest, -solid.solid().nearest(position_of(p)).distance / dx);
   }
   EXPECT_LE(deepest, ParticleContact::depth + 1e-6);
 }

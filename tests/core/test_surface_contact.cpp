@@ -10,7 +10,6 @@
 #include <numbers>
 #include <string>
 
-#include "libmpm/boundary/outline_distance.hpp"
 #include "libmpm/boundary/shapes/any_shape.hpp"
 #include "libmpm/core/diagnostics.hpp"
 #include "libmpm/core/folded_wall.hpp"
@@ -36,10 +35,9 @@ const Index3 low = {-3, -3, -1}, high = {4, 2, 1};
 using Field = std::function<Node(const Index3&)>;
 Grid filled(const Outline& outline, const Field& field, double deepest = 1.4, const Index3& shift = {0, 0, 0}) {
   Grid grid = grid_of_blocks(dx, low, high);
-  const OutlineDistance distance(outline);
   for_each_node(grid, [&](Node& n, const Index3& at) {
     n = field({at[0] - shift[0], at[1] - shift[1], at[2] - shift[2]});
-    if (distance.at(dx * Vec2(at[0], at[1])).distance < -deepest * dx) n = Node{};
+    if (outline.nearest(dx * Vec2(at[0], at[1])).distance < -deepest * dx) n = Node{};
   });
   return grid;
 }
@@ -53,16 +51,16 @@ std::vector<Named> outlines() {
   std::vector<Named> all = {{"BoxOnNodes", BoxShape{.width = 2.0, .depth = 1.5}.outline(), true},
                             {"BoxBetweenNodes", BoxShape{.width = 1.75, .depth = 1.1}.outline(), true},
                             {"ThreePointsWide", BoxShape{.width = 0.75, .depth = 1.5}.outline(), true}};
-  for (const testing::TypicalShape& t : testing::typical_shapes()) all.push_back({t.name, outline_of(t.shape), t.plan().symmetric});
+  for (const testing::TypicalShape& t : testing::typical_shapes()) all.push_back({t.name, outline_of(t.shape), t.outline().symmetric()});
   return all;
 }
 void PrintTo(const Named& n, std::ostream* out) { *out << n.name; }
 bool has_edge_on_mirror_plane(const Outline& outline) {
-  return !outline.circle && std::ranges::any_of(outline.corners, [](const Vec2& corner) { return std::abs(corner.y()) < 1e-9; });
+  return !outline.circle() && std::ranges::any_of(outline.sides(), [](const auto& side) { return std::abs(side.from.y()) < 1e-9; });
 }
 
-SurfaceSolid solid_of(const Outline& outline, double friction = 0.0, double top = tall, SurfaceSolid::Mirrored mirrored = {}) {
-  return SurfaceSolid(outline, top, friction, Vec3(0.1, 0.2, 0.3), dx, mirrored);
+SurfaceSolid solid_of(const Outline& outline, double friction = 0.0, double top = tall, MirrorPlanes mirror = {}) {
+  return SurfaceSolid({.outline = outline, .top = top}, friction, Vec3(0.1, 0.2, 0.3), dx, mirror);
 }
 
 /// Normal velocity at a point of the surface in a layer of nodes; NaN where nodes are missing.
@@ -80,8 +78,8 @@ double approach(Grid& grid, const ContactStencil& stencil, const ContactRow& row
 
 Vec2 centre_of(const Outline& outline) {
   Vec2 sum = Vec2::Zero();
-  for (const Vec2& corner : outline.corners) sum += corner;
-  return sum / static_cast<double>(outline.corners.size());
+  for (const Outline::Side& side : outline.sides()) sum += side.from;
+  return sum / static_cast<double>(outline.sides().size());
 }
 
 double kinetic_energy(Grid& grid) {
@@ -150,11 +148,10 @@ TEST_P(SurfaceContact, StopsWhatFliesAgainstTheSurface) {
 }
 
 TEST_P(SurfaceContact, BooksTheMomentumThatNodesLoseInAllAndByLayer) {
-  for (const SurfaceSolid::Mirrored mirrored : {SurfaceSolid::Mirrored{}, {false, true}}) {
+  for (const MirrorPlanes mirror : {MirrorPlanes{}, {false, true}}) {
     for (const double friction : {0.0, 0.4}) {
-      if (mirrored.y && !GetParam().symmetric) continue;
-      const SurfaceSolid solid = solid_of(outline, friction, tall, mirrored);
-      const MirrorPlanes mirror{mirrored.x, mirrored.y};
+      if (mirror.y && !GetParam().symmetric) continue;
+      const SurfaceSolid solid = solid_of(outline, friction, tall, mirror);
       Grid before = filled(outline, random, 100.0), after = filled(outline, random, 100.0);  // deep nodes, too
       const ContactImpulse recorded = apply_surface_contact(after, solid);
       const testing::Taken taken = testing::taken_between(before, after, mirror, solid.reference_point());
@@ -320,7 +317,7 @@ TEST_P(SurfaceContact, FoldsTheColumnsOnItsTop) {
       Grid before = filled(outline, field, 100.0), after = filled(outline, field, 100.0), folded = filled(outline, field, 100.0);
       ContactImpulse recorded{.first = first_node(low[2]),
                               .sides = std::vector<Impulse>(static_cast<std::size_t>(4 * (high[2] + 2 - low[2])))};
-      apply_folded_top(after, solid, {}, 300.0, 1e-3, recorded);
+      apply_folded_faces(after, solid, {}, 300.0, 1e-3, recorded);
       apply_folded_wall(folded, wall, {}, 0.0, folded.all_blocks());
       std::map<std::array<int, 2>, ContactStencil::Column> columns;
       for (const auto& c : solid.stencil().columns) columns[solid.stencil().nodes[static_cast<std::size_t>(c.node)].at] = c;
@@ -414,10 +411,9 @@ TEST(SurfaceContactOfAWedge, DISABLED_GivesThePartWhatTheWholeGives) {
 
 /// A plate whose front face is turned by an angle; material only before the middle of that face.
 struct Face {
-  explicit Face(double angle, double place = 0.0) {
-    outline = BoxShape{.width = 4.0, .depth = 2.0, .rotation = angle}.outline();
+  explicit Face(double angle, double place = 0.0) : outline(BoxShape{.width = 4.0, .depth = 2.0, .rotation = angle}.outline()) {
     outline.translate({place * dx, 0.0});
-    const Vec2 a = outline.corners[3], b = outline.corners[0];  // the front
+    const Vec2 a = outline.sides()[3].from, b = outline.sides()[3].to;  // the front
     middle = 0.5 * (a + b);
     along = (b - a).normalized();
     normal = Vec2(along.y(), -along.x());

@@ -7,8 +7,6 @@
 #include <utility>
 
 #include "libmpm/boundary/obstacle_spec.hpp"
-#include "libmpm/impact/mast_axis.hpp"
-#include "support/typical_shapes.hpp"
 
 namespace mpm {
 namespace {
@@ -129,34 +127,6 @@ TEST(RowsOfNodesOnAnObstacle, MakeItOneCellWiderWhereTheirNumberIsEven) {
   EXPECT_NEAR(nodal_width_ratio(5.0), 1.0, 1e-12);
   EXPECT_NEAR(nodal_width_ratio(6.0), 7.0 / 6.0, 1e-12);
   EXPECT_NEAR(nodal_width_ratio(3.2), 3.0 / 3.2, 1e-12);
-}
-
-TEST(AxisOfAMast, IsTheCentreOfTheAreaOfItsPlan) {
-  ObstacleSpec mast;
-  mast.shape = BoxShape{.width = 1.0, .depth = 3.0};
-  EXPECT_NEAR(mast_axis(mast), 1.5, 1e-12);
-  mast.shape = BoxShape{.width = 2.0, .depth = 2.0, .rotation = std::atan(1.0)};
-  EXPECT_NEAR(mast_axis(mast), std::sqrt(2.0), 1e-12) << "half the diagonal";
-  mast.shape = CylinderShape{.width = 0.8};
-  EXPECT_NEAR(mast_axis(mast), 0.4, 1e-12);
-  mast.shape = WedgeShape{.width = 1.0, .depth = 3.0};
-  EXPECT_NEAR(mast_axis(mast), 2.0, 1e-12);
-}
-
-TEST(AxisOfAMast, IsTheMeanOfThePointsOfItsPlan) {
-  constexpr int n = 2000;  // strips along the flow; what is left at the ends of the strips is of the order of 1/n^1.5 on a circle
-  for (const auto& typical : testing::typical_shapes()) {
-    const Outline outline = outline_of(typical.shape);
-    const double width = typical.plan().width;
-    double area = 0.0, moment = 0.0;
-    for (int i = 0; i < n; ++i) {
-      const auto strip = outline.section(width * ((i + 0.5) / n - 0.5));
-      if (!strip) continue;
-      area += strip->high - strip->low;
-      moment += 0.5 * (strip->high * strip->high - strip->low * strip->low);
-    }
-    EXPECT_NEAR(mast_axis(typical.obstacle()), moment / area, 1e-5) << typical.name;
-  }
 }
 
 }  // namespace

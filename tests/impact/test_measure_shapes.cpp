@@ -13,8 +13,8 @@ namespace mpm {
 namespace {
 
 constexpr double H = 1.75, w = 1.75, rho0 = 300.0, dx = 0.25;
-ImpactGeometry before(const AnyShape& shape, std::optional<double> height = {}) {
-  const ObstacleSpec spec{.shape = shape, .height = height};
+ImpactGeometry before(const AnyShape& shape, std::optional<double> height = {}, double base = 0.0) {
+  const ObstacleSpec spec{.shape = shape, .height = height, .base = base};
   ImpactGeometry geometry = paper_geometry(H, w, dx, rho0, false);
   geometry.set_obstacle(spec);
   return geometry;
@@ -22,11 +22,25 @@ ImpactGeometry before(const AnyShape& shape, std::optional<double> height = {}) 
 
 TEST(ImpactGeometryOfShapes, IsThePapersForItsBox) {
   const auto box = before(BoxShape{});
-  EXPECT_FALSE(box.plan);
   EXPECT_EQ(box.box_area, 2.0 * 0.75 * 0.625);
-  EXPECT_EQ(box.impact_height(), H);
-  EXPECT_EQ(before(BoxShape{}, 1.0).impact_height(), 1.0);
-  EXPECT_EQ(before(BoxShape{}, 9.0).impact_height(), H);
+  EXPECT_EQ(box.impact_top(), H);
+  EXPECT_EQ(before(BoxShape{}, 1.0).impact_top(), 1.0);
+  EXPECT_EQ(before(BoxShape{}, 9.0).impact_top(), H);
+  EXPECT_EQ(box.front(0.3), 0.0);
+}
+
+TEST(ImpactGeometryOfShapes, BeginsAtTheFootOfAnObstacleAboveTheGround) {
+  const auto arm = before(BoxShape{}, 5.0, 2.0);
+  EXPECT_EQ(arm.impact_top(), 2.0 + H);
+  EXPECT_EQ(before(BoxShape{}, 3.0, 2.0).impact_top(), 3.0);
+  EXPECT_TRUE(arm.in_profile_box({-0.1, 0.0, 2.0}));
+  EXPECT_FALSE(arm.in_profile_box({-0.1, 0.0, 1.99})) << "the flow that passes below";
+  PressureProfile profile(arm);
+  for (double z = 0.06; z < 5.0; z += 0.1) profile.add({-0.1, 0.0, z}, -(z < 2.0 ? 9.0 : 4.0), 1.0, 1.0);
+  const FrontPressure pressure = profile.finish();
+  EXPECT_DOUBLE_EQ(pressure.impact_pressure, 4.0);
+  EXPECT_EQ(pressure.pressure.front(), 0.0);
+  EXPECT_DOUBLE_EQ(pressure.compaction, 17.0 / (arm.box_area * H * rho0)) << "one of 1 kg in 0.1 m from 2 to 3.75 m";
 }
 
 TEST(ImpactGeometryOfShapes, MeasuresOverTheWidthThatTheFlowMeets) {

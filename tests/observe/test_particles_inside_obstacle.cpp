@@ -48,13 +48,13 @@ std::array<double, 3> measured(const ObstacleSpec& spec, const std::vector<Vec3>
   return measured(observer, places);
 }
 
-/// Distance from the outline of a shape, m, found from its corners alone (a circle has 256); negative outside.
+/// Distance behind the outline of a shape, m, found from its corners alone (a circle has 256); negative outside.
 double depth_in_plan(const Outline& outline, const Vec2& x) {
   bool inside = false;
   double nearest = 1e9;
-  for (std::size_t i = 0; i < outline.corners.size(); ++i) {
-    const Vec2 &a = outline.corners[i], &b = outline.corners[(i + 1) % outline.corners.size()];
-    nearest = std::min(nearest, (nearest_point(a, b, x) - x).norm());
+  for (const auto& [a, b, normal, offset] : outline.sides()) {
+    const double part = std::clamp((x - a).dot(b - a) / (b - a).squaredNorm(), 0.0, 1.0);
+    nearest = std::min(nearest, (a + part * (b - a) - x).norm());
     if ((a.y() > x.y()) != (b.y() > x.y()) && x.x() < a.x() + (x.y() - a.y()) / (b.y() - a.y()) * (b.x() - a.x())) inside = !inside;
   }
   return inside ? nearest : -nearest;
@@ -64,14 +64,15 @@ TEST(ParticlesInsideObstacle, AreCountedFromATenthOfACellBehindTheNearestSurface
   std::mt19937_64 random{3};
   std::uniform_real_distribution<double> unit(0.0, 1.0);
   for (const auto& typical : testing::typical_shapes()) {
-    for (const std::optional<double> height : {std::optional<double>{}, std::optional(1.2)}) {
-      SCOPED_TRACE(typical.name + (height ? ", short" : ""));
+    for (const auto& [height, base] : {std::pair<std::optional<double>, double>{{}, 0.0}, {1.2, 0.0}, {1.7, 0.3}}) {
+      SCOPED_TRACE(typical.name + (height ? ", up to " + std::to_string(*height) : ""));
       std::vector<Vec3> places;
       double deepest = 0.0;
       int inside = 0, slightly = 0;
       for (int i = 0; i < 4000; ++i) {
         const Vec3 x(-0.5 + 3.5 * unit(random), -1.5 + 3.0 * unit(random), 2.0 * unit(random));
-        const double depth = std::min(depth_in_plan(outline_of(typical.shape), x.head<2>()), height.value_or(1e9) - x.z());
+        const double below = std::min(height.value_or(1e9) - x.z(), base > 0.0 ? x.z() - base : 1e9);
+        const double depth = std::min(depth_in_plan(outline_of(typical.shape), x.head<2>()), below);
         if (std::abs(depth - 0.1 * dx) < 1e-4) continue;  // the polygon of a cylinder is 7e-5 m inside it
         places.push_back(x);
         deepest = std::max(deepest, depth);
@@ -80,7 +81,7 @@ TEST(ParticlesInsideObstacle, AreCountedFromATenthOfACellBehindTheNearestSurface
       }
       ASSERT_GT(inside, 100);
       ASSERT_GT(slightly, 10);
-      const auto [count, volume, depth] = measured({.shape = typical.shape, .height = height}, places);
+      const auto [count, volume, depth] = measured({.shape = typical.shape, .height = height, .base = base}, places);
       EXPECT_EQ(count, inside);
       EXPECT_NEAR(volume, 0.001 * inside, 1e-12) << "the present volume, half of that at the start";
       EXPECT_NEAR(depth, deepest, 1e-4);
@@ -109,6 +110,8 @@ TEST(ParticlesInsideObstacle, AskForTheBlocksThatMeetTheObstacleOnly) {
   EXPECT_TRUE(observer.visits({-1.0, 0.0, 0.0}, {0.1, 1.0, 1.0}));
   EXPECT_FALSE(observer.visits({-1.0, 0.0, 0.0}, {-0.1, 1.0, 1.0}));
   EXPECT_FALSE(observer.visits({0.0, 0.0, 2.5}, {1.0, 1.0, 3.5})) << "above its top";
+  const ParticlesInsideObstacle arm({.shape = BoxShape{}, .base = 1.0}, setting);
+  EXPECT_FALSE(arm.visits({0.0, 0.0, 0.0}, {1.0, 1.0, 0.9})) << "below its underside";
 }
 
 /// A case with an obstacle and a block of fluid that reaches into it, which is not allowed in a file.

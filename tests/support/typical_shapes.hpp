@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "libmpm/boundary/obstacle.hpp"
+#include "libmpm/boundary/obstacle_spec.hpp"
 
 namespace mpm::testing {
 
@@ -15,7 +15,7 @@ struct TypicalShape {
   AnyShape shape;
 
   [[nodiscard]] ObstacleSpec obstacle() const { return {.shape = shape}; }
-  [[nodiscard]] ObstaclePlan plan() const { return obstacle_plan(obstacle()); }
+  [[nodiscard]] Outline outline() const { return outline_of(shape); }
 };
 inline void PrintTo(const TypicalShape& typical, std::ostream* out) { *out << typical.name; }
 
@@ -32,7 +32,7 @@ inline std::vector<TypicalShape> typical_shapes(double w = 1.75) {
 /// Those that a mirror plane may halve.
 inline std::vector<TypicalShape> symmetric_shapes(double w = 1.75) {
   std::vector<TypicalShape> all = typical_shapes(w);
-  std::erase_if(all, [](const TypicalShape& typical) { return !typical.plan().symmetric; });
+  std::erase_if(all, [](const TypicalShape& typical) { return !typical.outline().symmetric(); });
   return all;
 }
 

@@ -9,7 +9,7 @@
 #include <numbers>
 #include <stdexcept>
 
-#include "libmpm/boundary/obstacle.hpp"
+#include "libmpm/boundary/obstacle_spec.hpp"
 #include "libmpm/driver/scene.hpp"
 #include "libmpm/io/atomic_file.hpp"
 #include "libmpm/io/csv.hpp"
@@ -456,10 +456,10 @@ TEST_P(FlowPictureOfAnObstacle, DrawsItsSectionWhateverItsShape) {
     masts.push_back({typical.shape, section.low, section.high});
   }
   const double turned = std::numbers::pi / 6.0, depth = 2.0 / std::cos(turned);  // of a wide plate, turned by 30 degrees
-  const ObstaclePlan plate = obstacle_plan({.shape = BoxShape{.width = 20.0, .depth = 2.0, .rotation = turned}});
+  const double plate = BoxShape{.width = 20.0, .depth = 2.0, .rotation = turned}.outline().section(0.0).value().low;
   masts.insert(masts.end(), {Mast{BoxShape{.width = 1.0, .depth = 2.0}, 0.0, 2.0}, Mast{CylinderShape{.width = 3.0}, 0.0, 3.0},
                              Mast{WedgeShape{.width = 1.0, .depth = 4.0}, 0.0, 4.0},
-                             Mast{BoxShape{.width = 20.0, .depth = 2.0, .rotation = turned}, plate.front(0.0), plate.front(0.0) + depth}});
+                             Mast{BoxShape{.width = 20.0, .depth = 2.0, .rotation = turned}, plate, plate + depth}});
   for (const Mast& mast : masts) {
     SCOPED_TRACE(mast.shape.index());
     Case c;

@@ -10,7 +10,7 @@
 #include <sstream>
 
 #include "libmpm/base/error.hpp"
-#include "libmpm/boundary/obstacle.hpp"
+#include "libmpm/boundary/obstacle_spec.hpp"
 #include "libmpm/core/stress_update.hpp"
 #include "libmpm/driver/build_info.hpp"
 #include "libmpm/driver/case_file.hpp"
@@ -142,22 +142,20 @@ json boundaries_json(const Setup& setup) {
                    {"rule", rule_of(w.contact)}});
   }
   if (setup.spec.obstacle) {
-    const ObstaclePlan plan = obstacle_plan(*setup.spec.obstacle);
-    json outline = json::array();
-    if (!plan.radius)
-      for (const OutlineSide& side : plan.sides) outline.push_back({side.from.x(), side.from.y()});
+    const Outline plan = outline_of(setup.spec.obstacle->shape);
     json solid{{"name", names.back()},
-               {"shape", plan.radius ? "upright cylinder" : "upright prism"},
+               {"shape", plan.circle() ? "upright cylinder" : "upright prism"},
                {"contact", "separable"},
                {"friction", setup.spec.obstacle->friction},
                {"velocity_m_s", {0.0, 0.0, 0.0}},
                {"top_m", setup.spec.obstacle->height ? json(*setup.spec.obstacle->height) : json(nullptr)},
                {"rule", rule_of(Contact::separable)}};
-    if (plan.radius) {
-      solid["centre_m"] = {*plan.radius, 0.0};
-      solid["radius_m"] = *plan.radius;
+    if (setup.spec.obstacle->base > 0.0) solid["base_m"] = setup.spec.obstacle->base;
+    if (plan.circle()) {
+      solid["centre_m"] = {plan.circle()->centre.x(), plan.circle()->centre.y()};
+      solid["radius_m"] = plan.circle()->radius;
     } else {
-      solid["outline_m"] = outline;
+      for (const Outline::Side& side : plan.sides()) solid["outline_m"].push_back({side.from.x(), side.from.y()});
     }
     all.push_back(solid);
   }

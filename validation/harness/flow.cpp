@@ -15,7 +15,7 @@
 namespace mpm::validation {
 namespace {
 
-constexpr double below = -1e4;  // m: solids reach down to the floor
+constexpr double beyond = 1e4;  // m: solids may have no underside, or no top
 
 /// Section of the boundaries with the plane y = 0. Walls that run along it are not seen.
 void add_boundaries(FlowPicture& picture, const Scene& scene) {
@@ -25,16 +25,9 @@ void add_boundaries(FlowPicture& picture, const Scene& scene) {
       const Vec3& n = wall->normal;
       if (std::hypot(n.x(), n.z()) > 1e-6) picture.walls.push_back({point.x(), point.z(), n.x(), n.z()});
     }
-    std::visit(
-        [&](const auto& solid) {
-          if constexpr (requires { solid.section(0.0); }) {
-            if (const auto along = solid.section(0.0)) {
-              const Interval height = solid.height();
-              picture.boxes.push_back({along->low, std::max(below, height.low), along->high, height.high});
-            }
-          }
-        },
-        boundary);
+    const UprightSolid* const solid = geometry_of(boundary);
+    if (const auto along = solid != nullptr ? solid->outline.section(0.0) : std::nullopt)
+      picture.boxes.push_back({along->low, std::max(-beyond, solid->base), along->high, std::min(beyond, solid->top)});
   }
 }
 

@@ -6,7 +6,7 @@
 #include <string_view>
 #include <utility>
 
-#include "libmpm/boundary/shapes/outline.hpp"
+#include "libmpm/boundary/outline.hpp"
 
 namespace mpm {
 
@@ -37,13 +37,12 @@ struct BoxShape {
   [[nodiscard]] Outline outline() const {
     const double c = std::cos(rotation), s = std::sin(rotation);
     const Vec2 along = 0.5 * depth * Vec2(c, s), across = 0.5 * width * Vec2(-s, c);
-    Outline plan{.box = rotation == 0.0};
-    for (const auto& [i, j] : {std::pair{-1.0, -1.0}, {1.0, -1.0}, {1.0, 1.0}, {-1.0, 1.0}})
-      plan.corners.emplace_back(i * along + j * across);
+    std::vector<Vec2> corners;
+    for (const auto& [i, j] : {std::pair{-1.0, -1.0}, {1.0, -1.0}, {1.0, 1.0}, {-1.0, 1.0}}) corners.emplace_back(i * along + j * across);
     double upstream = 0.0;
-    for (const Vec2& corner : plan.corners) upstream = std::min(upstream, corner.x());
-    for (Vec2& corner : plan.corners) corner.x() -= upstream;
-    return plan;
+    for (const Vec2& corner : corners) upstream = std::min(upstream, corner.x());
+    for (Vec2& corner : corners) corner.x() -= upstream;
+    return Outline(std::move(corners));
   }
 };
 

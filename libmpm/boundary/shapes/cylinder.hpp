@@ -1,11 +1,9 @@
 #pragma once
 /// Vertical circular cylinder, its centre at (w/2, 0).
 
-#include <cmath>
-#include <numbers>
 #include <string_view>
 
-#include "libmpm/boundary/shapes/outline.hpp"
+#include "libmpm/boundary/outline.hpp"
 
 namespace mpm {
 
@@ -24,17 +22,8 @@ struct CylinderShape {
     table.add("width_m", &CylinderShape::width).unit("m").positive(1e4).text("diameter");
   }
 
-  /// A regular polygon inscribed in the circle, with the radius of the circle.
-  [[nodiscard]] Outline outline() const {
-    constexpr int circle_sides = 256;  // the polygon is 7.5e-5 of the radius short of the circle
-    const double r = 0.5 * width;
-    Outline plan{.circle = Circle{{r, 0.0}, r}};
-    for (int i = 0; i < circle_sides; ++i) {
-      const double angle = 2.0 * std::numbers::pi * i / circle_sides;
-      plan.corners.emplace_back(r + r * std::cos(angle), r * std::sin(angle));
-    }
-    return plan;
-  }
+  /// A circle.
+  [[nodiscard]] Outline outline() const { return Outline(Circle{{0.5 * width, 0.0}, 0.5 * width}); }
 };
 
 }  // namespace mpm

@@ -3,7 +3,7 @@
 
 #include <string_view>
 
-#include "libmpm/boundary/shapes/outline.hpp"
+#include "libmpm/boundary/outline.hpp"
 
 namespace mpm {
 
@@ -29,7 +29,7 @@ struct WedgeShape {
   }
 
   /// A triangle.
-  [[nodiscard]] Outline outline() const { return {.corners = {Vec2::Zero(), Vec2(depth, -0.5 * width), Vec2(depth, 0.5 * width)}}; }
+  [[nodiscard]] Outline outline() const { return Outline({Vec2::Zero(), Vec2(depth, -0.5 * width), Vec2(depth, 0.5 * width)}); }
 };
 
 }  // namespace mpm

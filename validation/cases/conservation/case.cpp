@@ -268,8 +268,8 @@ void strike(const CaseContext& context, CaseResult& result, ContactRule contact,
 }
 
 /// Which part of a unit velocity along x an obstacle takes from a node, by contact on nodes without friction. Written anew from the
-/// description of the rule (ARCHITECTURE.md): a node on or behind the surface obeys the nearest face; on an edge the front face comes
-/// first, then the back, the sides, the top. Of a cylinder the nodes up to half a cell before the surface belong to it.
+/// description of the rule (ARCHITECTURE.md): a node on or behind the surface obeys the nearest face; on an edge the face further
+/// upstream comes first, the top last. Of a cylinder the nodes up to half a cell before the surface belong to it.
 double taken_from_node(bool round, const Vec3& node, double dx, double width, double depth, double top) {
   const double rounding = 1e-9 * dx, below = top - node.z();
   if (below < -rounding) return 0.0;

@@ -5,7 +5,7 @@
 #include <iterator>
 #include <numbers>
 
-#include "libmpm/boundary/obstacle.hpp"
+#include "libmpm/boundary/obstacle_spec.hpp"
 #include "libmpm/driver/case_file.hpp"
 #include "libmpm/driver/scene.hpp"
 #include "validation/harness/case.hpp"
@@ -67,8 +67,7 @@ Setup jet_setup(const Case& base, const Target& target, int cells) {
   c.obstacle = target.obstacle;
   c.obstacle->friction = 0.0;
   // y of the point of the front that is met in the middle: the front of the turned face is not centred on its leading corner
-  const ObstaclePlan plan = obstacle_plan(*c.obstacle);
-  const double leading_x = plan.front(0.0);
+  const double leading_x = outline_of(c.obstacle->shape).section(0.0).value().low;
   c.numerics.cell_size = dx;
   c.walls[0].point.z() = c.bodies[0].min.z() = dx;
   c.walls[1].point.z() = c.bodies[0].max.z() = 2.0 * dx;
