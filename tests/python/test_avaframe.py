@@ -498,6 +498,10 @@ class Scene(InFolder):
         self.check_points("curved channel", components=False)
 
     @needs_program
+    def test_direction_from_the_balance_of_volume_on_a_counter_slope(self):
+        self.check_points("counter-slope", components=False)  # the ground falls against the flow at half of the points
+
+    @needs_program
     @needs_rasterio
     def test_geotiff(self):
         self.check_points("steep valley", components=False, geotiff=True)
