@@ -68,6 +68,7 @@ class Avalanche(InFolder):
         np.testing.assert_allclose(rows["depth_m"], [1.0, 2.0, 1.0])  # the front is there at 5 s, the middle at 7 s; t = 0 at the first row
         np.testing.assert_allclose(rows["time_s"], [0.0, 1.0, 2.0])
         np.testing.assert_allclose(rows["velocity_m_s"], 20.0)
+        self.assertGreater(Case.read(self.folder / "case" / "case.toml")["output.duration_s"], rows["time_s"][-1])  # each row enters
 
     def test_takes_the_slope_from_the_terrain(self):
         lines = self.convert()
