@@ -5,6 +5,7 @@
 
 #include <cstdio>
 #include <memory>
+#include <numbers>
 
 #include "campaign_control.hpp"
 #include "case_arguments.hpp"
@@ -31,10 +32,12 @@ struct DesignArguments {
 void print_plan(std::FILE* to, const DesignPlan& plan, const std::filesystem::path& out) {
   const SiteFlow& flow = plan.site.flow;
   const SiteMast& mast = plan.site.mast;
-  fmt::print(to, "flow   {:.3g} m deep, {:.3g} m/s, Fr {:.3g}, {:.3g} kg/m^3; g cos(slope) = {:.3g} m/s^2\n", flow.depth, flow.velocity,
-             plan.site.froude_number(), flow.density, plan.site.gravity());
-  fmt::print(to, "mast   {} {:.3g} m wide, {}, friction {:.3g}\n", mast.shape == SiteMast::Shape::box ? "box" : "cylinder", mast.width,
-             mast.height ? fmt::format("{:.3g} m high", *mast.height) : "taller than any jet", mast.friction);
+  fmt::print(to, "flow   {:.3g} m deep, {:.3g} m/s, Fr {:.3g}, {:.3g} kg/m^3; g cos(slope) = {:.3g} m/s^2{}\n", flow.depth, flow.velocity,
+             plan.site.froude_number(), flow.density, plan.site.gravity(),
+             flow.snow_cover > 0.0 ? fmt::format("; on {:.3g} m of snow", flow.snow_cover) : "");
+  fmt::print(to, "mast   {} {:.3g} m wide, {}{}, friction {:.3g}\n", mast.shape == SiteMast::Shape::box ? "box" : "cylinder", mast.width,
+             mast.height ? fmt::format("{:.3g} m high", *mast.height) : "taller than any jet",
+             mast.angle != 0.0 ? fmt::format(", turned by {:.3g} degrees", mast.angle * 180.0 / std::numbers::pi) : "", mast.friction);
   for (const SiteMode& mode : plan.site.modes)
     fmt::print(to, "mode   {:.3g} Hz, damping {:.3g} %\n", mode.frequency, 100.0 * mode.damping_ratio);
   std::string source;

@@ -50,14 +50,22 @@ double duration_of(const Site& site) {
   return std::ceil(10.0 * needed) / 10.0;
 }
 
-double reach_of(const Site& site) { return std::max(site.mast.width, std::sqrt(site.mast.width * site.flow.depth)); }
+/// m, across the flow, of the turned mast.
+double width_across(const SiteMast& mast) {
+  return mast.angle == 0.0 ? mast.width : mast.width * std::cos(mast.angle) + *mast.depth * std::abs(std::sin(mast.angle));
+}
+
+double reach_of(const Site& site) {
+  const double across = width_across(site.mast);
+  return std::max(across, std::sqrt(across * site.flow.depth));
+}
 
 /// A length in whole widths of the mast, which are whole cells on every grid.
 double whole_widths(const Site& site, double length) { return site.mast.width * std::ceil(length / site.mast.width - 1e-9); }
 
 /// The paper's W(xi), at least 6 r, both halves in whole widths.
 double belt_width(const Site& site, double xi) {
-  return 2.0 * whole_widths(site, 0.5 * std::max(conveyor_width(xi, site.mast.width), 6.0 * reach_of(site)));
+  return 2.0 * whole_widths(site, 0.5 * std::max(conveyor_width(xi, width_across(site.mast)), 6.0 * reach_of(site)));
 }
 
 /// The common part of all cases as TOML: everything except snow and grid.
@@ -68,6 +76,7 @@ std::string base_case(const Site& site) {
   const auto whole = [&](double length) { return whole_widths(site, length); };
   const bool box = mast.shape == SiteMast::Shape::box;
   const double depth = box ? *mast.depth : w;
+  const double length = depth * std::cos(mast.angle) + w * std::abs(std::sin(mast.angle));  // along the flow, of the turned mast
   std::string text = fmt::format(
       "[material]\nmodel = \"cohesive_cam_clay\"\ndensity_kg_m3 = {}\ncritical_state_slope = 0.5\ncohesion_beta = 0.0\n"
       "hardening_xi = 5.0\n",
@@ -75,11 +84,12 @@ std::string base_case(const Site& site) {
   text += fmt::format(
       "[conveyor]\nvelocity_m_s = {}\nflow_height_m = {}\nwidth_m = {}\nfeed = \"window\"\nupstream_length_m = {}\ndownstream_length_m = "
       "{}\n"
-      "mirror_y = true\n",
-      flow.velocity, flow.depth, belt_width(site, 5.0), whole(4.0 * reach), whole(depth + reach));
+      "mirror_y = {}\n",
+      flow.velocity, flow.depth, belt_width(site, 5.0), whole(4.0 * reach), whole(length + reach), mast.angle == 0.0);
   text += fmt::format("[obstacle]\nshape = \"{}\"\nwidth_m = {}\nfriction = {}\n", box ? "box" : "cylinder", w, mast.friction);
   if (box) text += fmt::format("depth_m = {}\n", depth);
-  if (mast.height) text += fmt::format("height_m = {}\n", *mast.height);
+  if (mast.angle != 0.0) text += fmt::format("rotation_deg = {}\n", mast.angle * 180.0 / std::numbers::pi);
+  if (mast.height) text += fmt::format("height_m = {}\n", *site.exposed_height());
   text += fmt::format("[numerics]\ncell_size_m = {}\ngravity_m_s2 = {}\n", cell_size_of(site, 5), site.gravity());
   // The paper's windows at seven cells: bins of dx/2, a filter of 13 bins, a box from -0.5 dx to 2.5 dx.
   const double bin = smaller / 14.0;
@@ -90,15 +100,16 @@ std::string base_case(const Site& site) {
 }
 
 /// A text in which keys of a case file are replaced by those of the site file that they come from.
-std::string in_words_of_the_site(std::string text) {
-  static constexpr std::array<std::array<const char*, 2>, 8> names{{{"obstacle.height_m", "mast.height_m"},
-                                                                    {"obstacle.width_m", "mast.width_m"},
-                                                                    {"obstacle.friction", "mast.friction"},
-                                                                    {"conveyor.velocity_m_s", "flow.velocity_m_s"},
-                                                                    {"conveyor.flow_height_m", "flow.depth_m"},
-                                                                    {"material.density_kg_m3", "flow.density_kg_m3"},
-                                                                    {"numerics.cell_size_m", "plan.finest_cells"},
-                                                                    {"output.duration_s", "plan.duration_s"}}};
+std::string in_words_of_the_site(std::string text, const Site& site) {
+  const char* height = site.flow.snow_cover > 0.0 ? "mast.height_m less flow.snow_cover_m" : "mast.height_m";
+  const std::array<std::array<const char*, 2>, 8> names{{{"obstacle.height_m", height},
+                                                         {"obstacle.width_m", "mast.width_m"},
+                                                         {"obstacle.friction", "mast.friction"},
+                                                         {"conveyor.velocity_m_s", "flow.velocity_m_s"},
+                                                         {"conveyor.flow_height_m", "flow.depth_m"},
+                                                         {"material.density_kg_m3", "flow.density_kg_m3"},
+                                                         {"numerics.cell_size_m", "plan.finest_cells"},
+                                                         {"output.duration_s", "plan.duration_s"}}};
   for (const auto& [of_case, of_site] : names) {
     const std::string from = of_case;
     for (std::size_t at = text.find(from); at != std::string::npos; at = text.find(from, at)) text.replace(at, from.size(), of_site);
@@ -162,7 +173,7 @@ std::vector<DesignAdvice> design_advice(const DesignPlan& plan) {
   for (std::size_t r = 0; r < plan.runs.size(); ++r) {
     if (plan.runs[r].grid + 1 != plan.cells.size()) continue;
     for (const Advice& found : advise(plan.campaign.runs[r].spec)) {
-      const std::string text = in_words_of_the_site(found.text());
+      const std::string text = in_words_of_the_site(found.text(), plan.site);
       const auto same = std::ranges::find_if(all, [&](const DesignAdvice& a) { return a.text == text; });
       DesignAdvice& entry = same == all.end() ? all.emplace_back(DesignAdvice{found.rule, text, {}}) : *same;
       entry.snows.push_back(plan.snows[plan.runs[r].snow].name);
@@ -189,11 +200,15 @@ std::string design_plan_json(const DesignPlan& plan) {
                       {"density_kg_m3", site.flow.density},
                       {"slope_deg", site.flow.slope * 180.0 / std::numbers::pi},
                       {"gravity_m_s2", site.gravity()},
+                      {"snow_cover_m", site.flow.snow_cover},
                       {"snow_class", site.flow.snow_class ? Json(to_string(*site.flow.snow_class)) : Json()}};
   root["mast"] = Json{{"shape", site.mast.shape == SiteMast::Shape::box ? "box" : "cylinder"},
                       {"width_m", site.mast.width},
                       {"depth_m", site.mast.depth.value_or(site.mast.width)},
                       {"height_m", site.mast.height ? Json(*site.mast.height) : Json()},
+                      {"angle_deg", site.mast.angle * 180.0 / std::numbers::pi},
+                      {"taper", site.mast.taper},
+                      {"top_mass_ratio", site.mast.top_mass_ratio},
                       {"friction", site.mast.friction},
                       {"drag_coefficient", site.mast.drag_coefficient ? Json(*site.mast.drag_coefficient) : Json()}};
   root["modes"] = Json::array();
@@ -201,6 +216,13 @@ std::string design_plan_json(const DesignPlan& plan) {
     root["modes"].push_back({{"frequency_hz", mode.frequency},
                              {"damping_ratio", mode.damping_ratio},
                              {"shape_at_load", mode.shape_at_load ? Json(*mode.shape_at_load) : Json()}});
+  root["range"] = Json{{"depth_ratio", site.range.depth}, {"velocity_ratio", site.range.velocity}, {"density_ratio", site.range.density}};
+  root["scenarios"] = Json::array();
+  for (const SiteScenario& scenario : site.scenarios)
+    root["scenarios"].push_back({{"name", scenario.name},
+                                 {"depth_m", scenario.depth},
+                                 {"velocity_m_s", scenario.velocity},
+                                 {"density_kg_m3", scenario.density.value_or(site.flow.density)}});
   root["snows"] = Json::array();
   for (const SiteSnow& snow : plan.snows) {
     root["snows"].push_back({{"name", snow.name},

@@ -22,6 +22,7 @@ std::string to_string(SnowClass c) {
 }
 
 double Site::gravity() const { return standard_gravity * std::cos(flow.slope); }
+std::optional<double> Site::exposed_height() const { return mast.height ? std::optional(*mast.height - flow.snow_cover) : std::nullopt; }
 double Site::froude_number() const { return mpm::froude_number(flow.velocity, flow.depth, gravity()); }
 
 const config::SchemaOf<Site>& site_schema() {
@@ -36,6 +37,12 @@ const config::SchemaOf<Site>& site_schema() {
     s.table(
         "mast", "The mast: rigid, upright, with separable Coulomb contact", [](auto& site) -> auto& { return site.mast; });
     s.table("mode", "Modes of vibration of the mast in the direction of the flow, any number", [](auto& site) { return &site.modes; });
+    s.table(
+        "range", "Uncertainty of the avalanche: the page scales the loads to the ends, without runs",
+        [](auto& site) -> auto& { return site.range; });
+    s.table("scenario",
+            "Up to three other avalanches at the same mast, as of other return periods: the page scales the loads, without runs",
+            [](auto& site) { return &site.scenarios; });
     s.table(
         "plan", "Grids and duration; if left out, they follow from the level (--quick or standard)",
         [](auto& site) -> auto& { return site.plan; });
@@ -77,10 +84,15 @@ void resolve(Site& site, ParameterReport& report) {
   resolve_speed(site, report);
   resolve_snows(site, report);
   if (site.mast.shape == SiteMast::Shape::box && !site.mast.depth) site.mast.depth = site.mast.width;
-  if (report.all_sound({"mast.height_m", "flow.depth_m"}) && site.mast.height && *site.mast.height < site.flow.depth) {
-    report.problem("mast.height_m", fmt::format("= {} m is lower than the flow, {} m; a mast is higher, check the unit", *site.mast.height,
-                                                site.flow.depth));
+  if (report.all_sound({"mast.height_m", "flow.depth_m", "flow.snow_cover_m"}) && site.mast.height &&
+      *site.exposed_height() < site.flow.depth) {
+    report.problem("mast.height_m",
+                   fmt::format("= {} m is lower than the flow{}, {} m; a mast is higher, check the unit", *site.mast.height,
+                               site.flow.snow_cover > 0.0 ? " on its snow cover" : "", site.flow.depth + site.flow.snow_cover));
   }
+  constexpr std::size_t most_scenarios = 3;
+  if (site.scenarios.size() > most_scenarios)
+    report.problem("scenario[3]", fmt::format("is one of {} scenarios; at most {} are possible", site.scenarios.size(), most_scenarios));
   if (report.all_sound({"mast.width_m", "flow.depth_m"}) && site.mast.width > 0.0 && site.flow.depth > 0.0) {
     constexpr double least = 0.1, most = 10.0;
     const double ratio = site.mast.width / site.flow.depth;

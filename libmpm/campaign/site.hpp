@@ -35,6 +35,7 @@ struct SiteFlow {
   std::optional<double> froude_number;  ///< v / sqrt(g cos(slope) H), given instead of velocity, which read_site computes from it
   double density = 300.0;               ///< kg/m^3
   double slope = 0.0;                   ///< rad
+  double snow_cover = 0.0;              ///< m, of snow or a deposit under the flow
   std::optional<SnowClass> snow_class;  ///< empty: [[snow]] gives the snow
   bool operator==(const SiteFlow&) const = default;
 
@@ -62,6 +63,11 @@ struct SiteFlow {
         .text(
             "Slope of the ground at the mast. It is assumed that ground friction keeps the flow at its speed, so that only g cos(slope) "
             "acts");
+    table.add("snow_cover_m", &SiteFlow::snow_cover)
+        .unit("m")
+        .range(0.0, 50.0)
+        .hide_default()
+        .text("Height of a snow cover or a deposit on which the flow runs: the snow meets the mast higher, and the moment grows");
     table.add("snow_class", ParameterType::choice, get_class, set_class)
         .one_of({"loose", "cold_dense", "warm_cohesive", "wet_dense"})
         .left_out("[[snow]] gives the snow")
@@ -112,7 +118,10 @@ struct SiteMast {
   enum class Shape : std::uint8_t { box, cylinder } shape = Shape::box;  ///< of its plan
   double width = 0.0;                                                    ///< w across the flow, diameter of a cylinder, m
   std::optional<double> depth;                                           ///< along the flow, of a box, m; read_site fills it in
-  std::optional<double> height;                                          ///< m; empty: taller than any jet
+  std::optional<double> height;                                          ///< m, above the ground; empty: taller than any jet
+  double angle = 0.0;                                                    ///< rad, counter-clockwise from above, of a box
+  double taper = 1.0;                                                    ///< width at the top over that at the foot, for the modes
+  double top_mass_ratio = 0.0;                                           ///< mass at the top over that of the mast, for the modes
   double friction = 0.15;                                                ///< mu
   std::optional<double> drag_coefficient;                                ///< c_D of the guideline's force; empty: by the shape
   bool operator==(const SiteMast&) const = default;
@@ -129,6 +138,25 @@ struct SiteMast {
         .left_out("width_m")
         .text("Depth along the flow");
     table.add("height_m", &SiteMast::height).unit("m").range(0.05, 1000.0).left_out("taller than any jet").text("Height above the ground");
+    table.add("angle_deg", &SiteMast::angle)
+        .degrees()
+        .range(-90.0, 90.0)
+        .only_with("shape", {"box"})
+        .hide_default()
+        .text(
+            "Turns the mast about its vertical axis, counter-clockwise from above: an oblique flow. The whole flow is computed instead of "
+            "half of it (twice the work), with lateral force and torsion");
+    table.add("taper", &SiteMast::taper)
+        .range(0.1, 2.0)
+        .hide_default()
+        .text(
+            "Width at the top over that at the foot, for the modes of vibration: mass per height in proportion to the width, stiffness to "
+            "its "
+            "cube (a tube of constant wall). The runs have the width width_m at all heights");
+    table.add("top_mass_ratio", &SiteMast::top_mass_ratio)
+        .range(0.0, 100.0)
+        .hide_default()
+        .text("Mass at the top (crossarm, sheaves, ropes) over that of the mast, for the modes of vibration");
     table.add("friction", &SiteMast::friction)
         .range(0.0, 2.0)
         .text("Coulomb coefficient of snow on the mast; the paper does not give its own, and more friction lowers the run-up");
@@ -153,8 +181,53 @@ struct SiteMode {
     table.add("damping_ratio", &SiteMode::damping_ratio).range(0.0, 0.5).text("Damping over critical damping; the default is assumed");
     table.add("shape_at_load", &SiteMode::shape_at_load)
         .range(-1.0, 1.0)
-        .left_out("uniform cantilever, weighted by the pressure over height at each time")
-        .text("Displacement of the mode at the load over that of the mast's top; the generalised force is this times the force");
+        .left_out("cantilever with the taper and the top mass of [mast], weighted by the pressure over height at each time")
+        .text(
+            "Displacement of the mode at the load over that of the mast's top, weighted by the first impact of line_load.csv; the "
+            "generalised "
+            "force is this times the force");
+  }
+};
+
+/// [[scenario]]: another avalanche at the same mast, for which the page scales the loads of [flow].
+struct SiteScenario {
+  std::string name;               ///< on the page
+  double depth = 0.0;             ///< m
+  double velocity = 0.0;          ///< m/s
+  std::optional<double> density;  ///< kg/m^3; empty: that of [flow]
+  bool operator==(const SiteScenario&) const = default;
+
+  /// The keys of [[scenario]] (base/parameter.hpp).
+  template <class Table>
+  static void declare(Table& table) {
+    table.add("name", &SiteScenario::name).required().text("Name on the page: \"100 years\"");
+    table.add("depth_m", &SiteScenario::depth).unit("m").range(0.05, 100.0).required().text("Depth of the flow");
+    table.add("velocity_m_s", &SiteScenario::velocity).unit("m/s").positive(200.0).required().text("Speed of the flow");
+    table.add("density_kg_m3", &SiteScenario::density)
+        .unit("kg/m^3")
+        .range(10.0, 1000.0)
+        .left_out("that of [flow]")
+        .text("Density of the flowing snow");
+  }
+};
+
+/// [range]: how uncertain the avalanche is. The page scales the loads of [flow] to the ends of the ranges.
+struct SiteRange {
+  double depth = 0.2, velocity = 0.2, density = 0.2;  ///< half of the range over the value
+  bool operator==(const SiteRange&) const = default;
+
+  /// The keys of [range] (base/parameter.hpp).
+  template <class Table>
+  static void declare(Table& table) {
+    const auto add = [&](const char* key, double SiteRange::*member, const char* of) {
+      table.add(key, member)
+          .range(0.0, 0.9)
+          .hide_default()
+          .text(std::string("Half of the range of the ") + of + " over its value; assumed");
+    };
+    add("depth_ratio", &SiteRange::depth, "depth");
+    add("velocity_ratio", &SiteRange::velocity, "speed");
+    add("density_ratio", &SiteRange::density, "density");
   }
 };
 
@@ -188,18 +261,22 @@ struct SitePlan {
 
 /// A site file with every default filled in.
 struct Site {
-  std::string title;            ///< heading of the page
-  std::string author;           ///< who answers for the page
-  std::string project;          ///< number or name of the project
-  SiteFlow flow;                ///< [flow]
-  std::vector<SiteSnow> snows;  ///< [[snow]]
-  SiteMast mast;                ///< [mast]
-  std::vector<SiteMode> modes;  ///< [[mode]]
-  SitePlan plan;                ///< [plan]
+  std::string title;                    ///< heading of the page
+  std::string author;                   ///< who answers for the page
+  std::string project;                  ///< number or name of the project
+  SiteFlow flow;                        ///< [flow]
+  std::vector<SiteSnow> snows;          ///< [[snow]]
+  SiteMast mast;                        ///< [mast]
+  std::vector<SiteMode> modes;          ///< [[mode]]
+  SiteRange range;                      ///< [range]
+  std::vector<SiteScenario> scenarios;  ///< [[scenario]]
+  SitePlan plan;                        ///< [plan]
   bool operator==(const Site&) const = default;
 
   [[nodiscard]] double gravity() const;        ///< g cos(slope), m/s^2
   [[nodiscard]] double froude_number() const;  ///< v / sqrt(g cos(slope) H)
+  /// m, of the mast above the snow cover; empty: taller than any jet.
+  [[nodiscard]] std::optional<double> exposed_height() const;
 
   /// The keys above the first table.
   template <class Table>

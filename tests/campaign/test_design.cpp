@@ -104,6 +104,38 @@ TEST(SiteFile, HoldsTheShapeOfAModeAtTheLoadAndItsOwner) {
   EXPECT_THAT(message_of(mast_site + "shape_at_load = 2\n"), HasSubstr("shape_at_load"));
 }
 
+TEST(SiteFile, HoldsObliqueFlowSnowCoverBeamRangesAndScenariosAndHidesTheirDefaults) {
+  std::string text = with("\"cylinder\"", "\"box\"\nangle_deg = 20\ntaper = 0.5\ntop_mass_ratio = 0.4");
+  text.insert(text.find("snow_class"), "snow_cover_m = 1.5\n");
+  const std::string scenario = "[[scenario]]\nname = \"100 years\"\ndepth_m = 2.5\nvelocity_m_s = 16\n";
+  const Site s = site(text + "[range]\nvelocity_ratio = 0.1\n" + scenario);
+  EXPECT_NEAR(s.mast.angle, 20.0 * std::numbers::pi / 180.0, 1e-12);
+  EXPECT_NEAR(*s.exposed_height(), 10.5, 1e-12);
+  EXPECT_EQ(s.range.velocity, 0.1);
+  EXPECT_EQ(site(write_site(s)), s);
+  const auto json = nlohmann::json::parse(design_plan_json(make_design(s, DesignLevel::quick)));
+  EXPECT_EQ(json["scenarios"][0]["density_kg_m3"], 250.0) << "that of [flow]";
+  EXPECT_EQ(json["range"]["depth_ratio"], 0.2);
+  EXPECT_EQ(json["mast"]["top_mass_ratio"], 0.4);
+  EXPECT_EQ(json["flow"]["snow_cover_m"], 1.5);
+  for (const char* key : {"angle_deg", "taper", "top_mass_ratio", "snow_cover_m", "[range]", "scenario"})
+    EXPECT_THAT(write_site(site()), ::testing::Not(HasSubstr(key))) << "sites of before stay as they are";
+  for (const auto& [right, wrong] : {std::pair{"angle_deg", "angel_deg"},
+                                     {"taper", "tapper"},
+                                     {"top_mass_ratio", "top_mass_ration"},
+                                     {"snow_cover_m", "snow_cover"},
+                                     {"velocity_ratio", "velocity_ration"},
+                                     {"depth_m = 2.5", "depht_m = 2.5"}}) {
+    std::string misspelt = text + "[range]\nvelocity_ratio = 0.1\n" + scenario;
+    misspelt.replace(misspelt.find(right), std::string(right).size(), wrong);
+    const std::string key = right;
+    EXPECT_THAT(message_of(misspelt), HasSubstr(key.substr(0, key.find(' '))));
+  }
+  EXPECT_THAT(message_of(with("width_m = 0.8", "width_m = 0.8\nangle_deg = 10")), HasSubstr("angle_deg")) << "a cylinder has none";
+  EXPECT_THAT(message_of(with("snow_class", "snow_cover_m = 10.5\nsnow_class")), HasSubstr("on its snow cover, 12.5 m"));
+  EXPECT_THAT(message_of(mast_site + scenario + scenario + scenario + scenario), HasSubstr("at most 3"));
+}
+
 TEST(SiteFile, IsNamedWhereACaseIsExpected) {
   const auto file = std::filesystem::temp_directory_path() / "a_site_and_no_case.toml";
   std::ofstream(file) << mast_site;
@@ -178,6 +210,23 @@ TEST(DesignPlans, HaveRunsOfTheSiteOnWholeCells) {
     }
     EXPECT_EQ(std::lround(c.obstacle->width() / c.numerics.cell_size) % 2, 1) << "odd";
     EXPECT_EQ(c.measurement.bin_height, plan.campaign.runs[0].spec.measurement.bin_height) << "the same windows on all grids";
+  }
+}
+
+TEST(DesignPlans, ComputeTheWholeFlowAgainstATurnedMastAndTheMastAboveASnowCover) {
+  std::string text = with("\"cylinder\"", "\"box\"");
+  const Case before = make_design(site(text), DesignLevel::quick).campaign.runs[0].spec;
+  EXPECT_TRUE(before.conveyor->mirror_y);
+  text.insert(text.find("width_m"), "angle_deg = 30\n");
+  text.insert(text.find("snow_class"), "snow_cover_m = 1.5\n");
+  for (const CampaignRun& run : make_design(site(text), DesignLevel::quick).campaign.runs) {
+    const Case& c = run.spec;
+    EXPECT_FALSE(c.conveyor->mirror_y);
+    EXPECT_NEAR(std::stod(case_value(c, "obstacle.rotation_deg").value()), 30.0, 1e-9);
+    EXPECT_EQ(c.obstacle->height, 10.5);
+    EXPECT_GT(c.conveyor->width, before.conveyor->width) << "1.1 m across instead of 0.8 m";
+    const double cells = 0.5 * c.conveyor->width / c.numerics.cell_size;
+    EXPECT_NEAR(cells, std::round(cells), 1e-9);
   }
 }
 

@@ -68,6 +68,7 @@ class Avalanche(InFolder):
         np.testing.assert_allclose(rows["depth_m"], [1.0, 2.0, 1.0])  # the front is there at 5 s, the middle at 7 s; t = 0 at the first row
         np.testing.assert_allclose(rows["time_s"], [0.0, 1.0, 2.0])
         np.testing.assert_allclose(rows["velocity_m_s"], 20.0)
+        self.assertGreater(Case.read(self.folder / "case" / "case.toml")["output.duration_s"], rows["time_s"][-1])  # each row enters
 
     def test_takes_the_slope_from_the_terrain(self):
         lines = self.convert()
@@ -496,6 +497,10 @@ class Scene(InFolder):
     @needs_program
     def test_direction_from_the_balance_of_volume(self):
         self.check_points("curved channel", components=False)
+
+    @needs_program
+    def test_direction_from_the_balance_of_volume_on_a_counter_slope(self):
+        self.check_points("counter-slope", components=False)  # the ground falls against the flow at half of the points
 
     @needs_program
     @needs_rasterio

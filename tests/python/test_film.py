@@ -162,6 +162,15 @@ class Ground(unittest.TestCase):
         np.testing.assert_allclose(even.hits(eye, rays, 60.0)[near], level[near], atol=1e-12)
         np.testing.assert_array_equal(even.normals(eye), LevelGround().normals(eye))
 
+    def test_leaves_the_flow_before_a_mast_whole_at_the_lower_edge(self):
+        class Flow:
+            obstacle, obstacle_width, obstacle_depth, obstacle_outline, flow_height = {"height_m": 10.0}, 1.75, 1.75, (), 1.75
+
+        x, y = np.meshgrid(np.linspace(-8.4, 4.2, 40), np.linspace(-10.5, 10.5, 60))
+        flow = np.stack([x.ravel(), y.ravel(), np.full(x.size, 0.1)], axis=1)
+        for top in (4.0, 9.0):
+            self.assertLessEqual(standpoint(Flow, flow, top)[0].share_below(flow), 0.01)  # the nearest corner
+
     def test_moves_the_camera_above_a_hill(self):
         class Flow:
             obstacle = None

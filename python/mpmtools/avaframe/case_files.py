@@ -165,7 +165,7 @@ def import_avalanche(folder, x, y, width, out, simulation=None, dem=None, densit
             write_text(os.path.join(out, "terrain.asc"), relief.text)
         write_text(case, CASE.format(title=title, density=density, width=width, cell=sizes.cell, upstream=sizes.upstream,
                                      downstream=sizes.downstream, gravity=STANDARD_GRAVITY * math.cos(plane.slope), slope=slope,
-                                     duration=math.ceil(times[-1]), ground=TERRAIN if relief else ""))
+                                     duration=math.floor(times[-1]) + 1, ground=TERRAIN if relief else ""))
         lines.append(f"wrote {os.path.join(out, 'inflow.csv')} and case.toml: mpm check {case}")
     write_text(site, SITE.format(title=title, moment=moment, depth=flow.depth[row], speed=flow.speed[row], density=density, slope=slope, width=width))
     lines.append(f"wrote {site}: mpm design {site} --quick --plan")

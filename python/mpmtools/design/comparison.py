@@ -3,14 +3,20 @@
 from typing import NamedTuple
 
 from mpmtools import equations
+from mpmtools.design.scaling import drag_coefficient, weight_factor
 
 FLOOR = 0.7  # least width factor for w/H < 1 that the paper recommends (Sect. 5)
 LAMBDAS = {"loose": (1.5,), "cold_dense": (2.0, 3.0), "warm_cohesive": (2.0, 3.0)}
 
 
+def snow_cover(plan):
+    """m, under the flow."""
+    return plan["flow"].get("snow_cover_m", 0.0)
+
+
 def guideline_rows(plan):
-    """[(what, value in m, source)] that do not depend on the snow's parameters."""
-    flow, width = plan["flow"], plan["mast"]["width_m"]
+    """[(what, value in m above the ground, source)] that do not depend on the snow's parameters."""
+    flow, width, base = plan["flow"], plan["mast"]["width_m"], snow_cover(plan)
     height, speed, gravity = flow["depth_m"], flow["velocity_m_s"], flow["gravity_m_s2"]
     head, ratio = speed**2 / (2.0 * gravity), width / flow["depth_m"]
     factor = float(equations.width_factor(ratio))
@@ -23,11 +29,32 @@ def guideline_rows(plan):
             rows.append((f"the same with f not below {FLOOR}, as the paper recommends for w/H < 1", height + head / dissipation * limited,
                          "Eq. 5, Sect. 5"))
     rows.append(("pressure height, conservative for all snows: 3 H", 3.0 * height, "Sect. 5"))
-    return rows
+    return [(what, base + value, source) for what, value, source in rows]
 
 
 DRAG_COEFFICIENTS = {"cylinder": 1.0, "box": 2.0}  # round and rectangular, as the Swiss rules of Salm, Burkard and Gubler (1990) are quoted
 HYDROSTATIC = 8.0  # times the hydrostatic pressure, measured in slow wet avalanches on a narrow pylon (Sovilla et al. 2010)
+
+
+def drag_sources(plan):
+    """[(shape and regime, c_D, source, what was checked)] from the literature and from this program's study."""
+    froude, frictions = plan["flow"]["froude_number"], [snow["effective_friction"] for snow in plan["snows"]]
+    own = [drag_coefficient(m, froude) for m in (min(frictions), max(frictions))]
+    weight = [weight_factor(m) for m in (min(frictions), max(frictions))]
+    return [
+        ("round", f"{DRAG_COEFFICIENTS['cylinder']:g}", "Swiss rules (Salm, Burkard and Gubler 1990; Margreth, Stoffel and Schaer 2015, WSL Berichte 28)",
+         "not verified: as commonly quoted; the text was not available, only the abstract of 2015"),
+        ("rectangular", f"{DRAG_COEFFICIENTS['box']:g}", "the same", "not verified, likewise"),
+        ("pylon, slow wet snow", f"{HYDROSTATIC:g}/Fr² = {HYDROSTATIC / froude**2:.2g}", f"Sovilla, Kern and Schaer (2010): {HYDROSTATIC:g} times the hydrostatic pressure, "
+         "whatever the speed", "abstract"),
+        ("tower, wet snow", "above the guideline", "EPFL Infoscience record 206442: wet avalanches press considerably more than the guidelines give, "
+         "on obstacles of several shapes", "abstract; no numbers there"),
+        ("round, square, triangular; Fr < 1", "no number", "Kyburz et al. (2022): the pressure falls with the width for every shape, and cohesion raises it; discrete elements",
+         "abstract"),
+        ("mast-like, fast granular flow", "no number", "Hauksson et al. (2007): no more force on obstacles higher than 3 H", "as the paper quotes it"),
+        ("masts", "–", "EUR 23339 (Jóhannesson et al. 2009), chapter on masts", "not verified: the text was not available"),
+        (f"square, w = H, Fr {froude:.2g}, these M'", f"{own[0]:.2g} to {own[1]:.2g}", "this program's study, 236 runs: inertia and "
+         f"{weight[0]:.2g} to {weight[1]:.2g} times the hydrostatic force", "fitted within 12 % (root mean square)")]
 
 
 class GuidelineLoad(NamedTuple):
@@ -51,7 +78,7 @@ def guideline_drag(plan):
 
 def guideline_loads(plan):
     """F = c_D rho v^2/2 w H with three extents that are in use, and for dense snow the measured multiple of the hydrostatic pressure."""
-    flow, width = plan["flow"], plan["mast"]["width_m"]
+    flow, width, base = plan["flow"], plan["mast"]["width_m"], snow_cover(plan)
     depth, gravity = flow["depth_m"], flow["gravity_m_s2"]
     drag, source = guideline_drag(plan)
     line = drag * 0.5 * flow["density_kg_m3"] * flow["velocity_m_s"] ** 2 * width
@@ -65,7 +92,7 @@ def guideline_loads(plan):
         slow = HYDROSTATIC * flow["density_kg_m3"] * gravity * width
         rows.append(GuidelineLoad(f"slow wet snow: {HYDROSTATIC:g} times the hydrostatic pressure, whatever the speed", depth, 0.5 * slow * depth**2,
                                   slow * depth**3 / 6.0, "Sovilla et al. (2010), wet avalanches on a pylon"))
-    return rows
+    return [row._replace(extent=base + row.extent, moment=row.moment + base * row.force) for row in rows]
 
 
 def drag_remark(plan, lowest, highest):
@@ -77,7 +104,7 @@ def drag_remark(plan, lowest, highest):
     which = f"above the {low:g} to {high:g}" if highest > high else f"below the {low:g} to {high:g}"
     wet = "" if plan["flow"]["snow_class"] == "loose" else (
         "Wet avalanches have been measured to press considerably more than the guideline's formula gives (Sovilla et al., infoscience.epfl.ch record "
-        "206442); in simulations cohesion raises the pressure on narrow obstacles (Kyburz et al. 2022). ")
+        "206442); in simulations of slow flows cohesion raises the pressure on narrow obstacles (Kyburz et al. 2022). ")
     reason = ("Part of the force acts above the flow, on snow that is dammed up, while the coefficient is over w H; cohesive and firm snow presses more. "
               f"{wet}No measurement confirms the computed value for this mast: take the larger load, or have the difference examined")
     return (f"The computed drag coefficient is {lowest:.2g} to {highest:.2g} over the snows, {which} of the guideline (c_D = {drag:g} for this mast). "
@@ -85,12 +112,12 @@ def drag_remark(plan, lowest, highest):
 
 
 def equation_rows(plan):
-    """[{name, runup_m, pressure_height_m}] by Eqs. 7 to 10 for each snow."""
-    flow = plan["flow"]
+    """[{name, runup_m, pressure_height_m}] by Eqs. 7 to 10 for each snow, above the ground."""
+    flow, base = plan["flow"], snow_cover(plan)
     height = flow["depth_m"]
     return [{"name": snow["name"],
-             "runup_m": height * float(equations.relative_height(snow["effective_friction"], flow["froude_number"], equations.PUBLISHED_RUNUP)),
-             "pressure_height_m": height * float(equations.relative_height(snow["effective_friction"], flow["froude_number"],
+             "runup_m": base + height * float(equations.relative_height(snow["effective_friction"], flow["froude_number"], equations.PUBLISHED_RUNUP)),
+             "pressure_height_m": base + height * float(equations.relative_height(snow["effective_friction"], flow["froude_number"],
                                                                            equations.PUBLISHED_PRESSURE_HEIGHT))} for snow in plan["snows"]]
 
 

@@ -50,10 +50,15 @@ class Ensemble:
         return [grid["cell_size_m"] for grid in self.plan["grids"]]
 
     @property
+    def base(self):
+        """Height of the snow cover or deposit under the flow, m."""
+        return self.plan["flow"].get("snow_cover_m", 0.0)
+
+    @property
     def bound(self):
-        """Bernoulli's H + v^2/2g, m, which the steady mean of the run-up cannot pass."""
+        """Bernoulli's H + v^2/2g above the bed, m from the ground, which the steady mean of the run-up cannot pass."""
         flow = self.plan["flow"]
-        return flow["depth_m"] + flow["velocity_m_s"] ** 2 / (2.0 * flow["gravity_m_s2"])
+        return self.base + flow["depth_m"] + flow["velocity_m_s"] ** 2 / (2.0 * flow["gravity_m_s2"])
 
     @property
     def finest(self):

@@ -23,7 +23,7 @@ def colour(snow):
 
 def mark_heights(axes, plan, values):
     """Flow depth, and the middle snow's heights."""
-    for value, label, style in ((plan["flow"]["depth_m"], "flow depth H", ":"), (values["pressure_height_mean_m"].value, "pressure height", "--"),
+    for value, label, style in ((plan["flow"].get("snow_cover_m", 0.0) + plan["flow"]["depth_m"], "surface of the flow", ":"), (values["pressure_height_mean_m"].value, "pressure height", "--"),
                                 (values["runup_p99_mean_m"].value, "run-up, mean", "-.")):
         if np.isfinite(value):
             axes.axhline(value, color=GREY, linestyle=style, linewidth=1.2, label=f"{label}: {value:.3g} m")
@@ -38,9 +38,9 @@ def side_view(ensemble, loads):
     depth, width, height = plan["mast"]["depth_m"], plan["mast"]["width_m"], plan["flow"]["depth_m"]
     reach = max(width, height)
     near = (np.abs(position[:, 1]) <= STRIP * width) & (position[:, 0] > -5.0 * reach) & (position[:, 0] < depth + 3.0 * reach)
-    x, z, colours = position[near, 0], position[near, 2], -1e-3 * (stress[near, 0] / ratio[near])
+    x, z, colours = position[near, 0], loads.base + position[near, 2], -1e-3 * (stress[near, 0] / ratio[near])
     order = np.argsort(-np.abs(position[near, 1]))
-    highest = [values["runup_mean_m"].value, values["pressure_height_mean_m"].value, 2.0 * height]
+    highest = [values["runup_mean_m"].value, values["pressure_height_mean_m"].value, loads.base + 2.0 * height]
     top = max(1.08 * float(np.percentile(z, 99.99)) if z.size else 0.0, 1.1 * float(np.nanmax(highest)))
     length = 8.0 * reach + depth
     figure, axes = plt.subplots(figsize=(7.5, float(np.clip(5.6 * top / length + 1.1, 2.6, 8.0))), layout="constrained")
@@ -50,6 +50,8 @@ def side_view(ensemble, loads):
                           rasterized=True)
     axes.add_patch(Rectangle((0.0, 0.0), depth, plan["mast"]["height_m"] or 2.0 * top, facecolor="0.85", edgecolor="0.2", hatch="///"))
     axes.axhline(0.0, color="0.2", linewidth=1.5)
+    if loads.base:
+        axes.axhspan(0.0, loads.base, color="0.93", zorder=0, label=f"snow cover: {loads.base:g} m")
     mark_heights(axes, plan, values)
     axes.set(xlim=(-5.0 * reach, depth + 3.0 * reach), ylim=(-0.02 * top, top), xlabel="x (m), 0 at the front of the mast", ylabel="height z (m)")
     axes.set_title(f"Side view at t = {run.final.time:.1f} s, snow {ensemble.label(ensemble.middle)}", fontsize=10.5, loc="left")
@@ -118,6 +120,21 @@ def line_load(results, plan):
     axes.set_ylim(0.0, plan["mast"]["height_m"] if "with_vibration" in loads and plan["mast"]["height_m"] else None)
     return picture(axes, "Line load on the mast", "load (kN/m)", "height z (m)",
                    "Static loads whose integral and moment about the ground are the upper values of the page (line_load.csv).", fontsize=10)
+
+
+def tornado(rows):
+    """What decides: bars of the effect on the design moment, greatest first."""
+    if not rows:
+        return None
+    axes = new_axes(6.6, 0.8 + 0.42 * len(rows))
+    at = np.arange(len(rows))[::-1]
+    for place, (_, _, (low, high)) in zip(at, rows):
+        axes.barh(place, 100.0 * high, color=COLOURS[1], height=0.6)
+        axes.barh(place, 100.0 * low, color=COLOURS[0], height=0.6)
+    axes.axvline(0.0, color=GREY, linewidth=1.0)
+    axes.set_yticks(at, [what for what, *_ in rows], fontsize=10)
+    return picture(axes, "What decides: effect on the design moment", "change of the design moment (%)", "",
+                   "Each alone, from the lower to the upper end of its range; the headline is at 0.", legend=False)
 
 
 def over_time(ensemble, all_loads, quantity):

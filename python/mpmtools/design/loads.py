@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 
 from mpmtools.design.oscillator import equivalent_static_force
-from mpmtools.design.vibration import cantilever_mode
+from mpmtools.design.vibration import modes_of
 from mpmtools.errors import InputError
 from mpmtools.frame import open_hdf5
 
@@ -43,22 +43,22 @@ HIGHEST_FREQUENCY = 20.0  # Hz, of the modes: rows of 10 ms resolve no more
 
 
 def all_modes(plan):
-    """The modes of the site file by frequency, and up to HIGHEST_FREQUENCY those of a uniform cantilever with this first mode that the file
-    does not list. Only the lowest ten: a mast of unknown height has no others."""
+    """The modes of the site file by frequency, and up to HIGHEST_FREQUENCY those of the cantilever with this first mode that the file does not
+    list. Only the lowest ten: a mast of unknown height has no others."""
     listed = sorted(plan["modes"], key=lambda m: m["frequency_hz"])
     if not listed or plan["mast"]["height_m"] is None:
         return listed[:10]
-    first = cantilever_mode(1).wave_number
-    higher = [{"frequency_hz": listed[0]["frequency_hz"] * (cantilever_mode(n).wave_number / first) ** 2,
-               "damping_ratio": listed[0]["damping_ratio"], "shape_at_load": None} for n in range(len(listed) + 1, 11)]
+    higher = [{"frequency_hz": listed[0]["frequency_hz"] * mode.frequency_ratio, "damping_ratio": listed[0]["damping_ratio"],
+               "shape_at_load": None} for mode in modes_of(plan["mast"])[len(listed):]]
     return listed[:10] + [m for m in higher if listed[-1]["frequency_hz"] < m["frequency_hz"] <= HIGHEST_FREQUENCY]
 
 
 class Loads:
-    """Series of a run as arrays without the first row, whose interval is empty; forces in N, moments in N m, times in s."""
+    """Series of a run as arrays without the first row, whose interval is empty; forces in N, moments in N m, times in s. Heights and moments
+    are from the ground, which lies `base` below the bed of the run (a snow cover)."""
 
-    def __init__(self, run):
-        self.run = run
+    def __init__(self, run, base=0.0):
+        self.run, self.base = run, base
         series = run.series
         if "force_x_n" not in series or len(series) < 3:
             raise InputError(f"{run.folder}: series.csv has no forces; run `mpm design` again")
@@ -66,11 +66,14 @@ class Loads:
         self.time = series.index.to_numpy()[1:]
         self.force = series.force_x_n.to_numpy()[1:]
         self.axis = run.number("overturning_moment_axis_x_m") or 0.0
-        self.moment = (series.moment_y_n_m + self.axis * series.force_z_n).to_numpy()[1:]
+        self.moment = (series.moment_y_n_m + self.axis * series.force_z_n + base * series.force_x_n).to_numpy()[1:]
+        lateral = {"lateral_force": series.force_y_n, "lateral_moment": series.moment_x_n_m - base * series.force_y_n,
+                   "torsion": series.moment_z_n_m - self.axis * series.force_y_n}
         self.vertical = moving_mean(series.force_z_n.to_numpy()[1:], rows_of(self.interval))
-        self.runup, self.highest = series.runup_p99_m.to_numpy()[1:], series.runup_m.to_numpy()[1:]
-        self.pressure_height = series.pressure_height_m.to_numpy()[1:]
+        self.runup, self.highest, self.pressure_height = (base + series[name].to_numpy()[1:]
+                                                          for name in ("runup_p99_m", "runup_m", "pressure_height_m"))
         self.rows = rows_of(self.interval)
+        self.lateral = {name: moving_mean(values.to_numpy()[1:], self.rows) for name, values in lateral.items()}
         self.smooth_force, self.smooth_moment = moving_mean(self.force, self.rows), moving_mean(self.moment, self.rows)
         begin, end = run.number("steady_from_s"), run.number("steady_to_s")
         self.steady = (self.time >= begin) & (self.time <= end) if begin is not None and end is not None else np.zeros(len(self.time), bool)
@@ -111,6 +114,10 @@ class Loads:
                                           "overturning_moment_numerical_uncertainty_n_m"),
         }
         force, moment = means["force_mean_n"], means["moment_mean_n_m"]
+        if self.base:
+            moment = means["moment_mean_n_m"] = Value(*(about_bed + self.base * part for about_bed, part in zip(moment, force)))
+            for name in ("runup_p99_mean_m", "runup_mean_m", "pressure_height_mean_m"):
+                means[name] = means[name]._replace(value=self.base + means[name].value)
         case = self.run.case
         head = 0.5 * case["material"]["density_kg_m3"] * self.run.velocity**2 * case["obstacle"]["width_m"] * self.run.flow_height
         return {
@@ -120,7 +127,9 @@ class Loads:
             "force_first_impact_n": self._peak(self.smooth_force, self.impact, force),
             "moment_steady_peak_n_m": self._peak(self.smooth_moment, self.steady, moment),
             "moment_first_impact_n_m": self._peak(self.smooth_moment, self.impact, moment),
-            "resultant_height_m": Value(self.run.number("force_resultant_height_m") or math.nan),
+            **{f"{name}_{which}": self._peak(np.abs(values), where, force if name == "lateral_force" else moment)
+               for name, values in self.lateral.items() for which, where in (("steady_peak", self.steady), ("first_impact", self.impact))},
+            "resultant_height_m": Value(self.base + (self.run.number("force_resultant_height_m") or math.nan)),
             "drag_coefficient": Value(*(part / head for part in force)),
         }
 
@@ -132,13 +141,12 @@ class Loads:
             z, line = file["z_m"][:], file["force_x_per_height_n_m"][1:]
         if line.shape != (len(self.time), len(z)) or len(z) < 2:
             raise InputError(f"{path}: {line.shape} values, {(len(self.time), len(z))} are needed; run `mpm design` again")
-        return z, float(z[1] - z[0]), line
+        return self.base + z, float(z[1] - z[0]), line
 
-    def generalised_force(self, mode, number, height):
+    def generalised_force(self, mode, number, mast):
         """Q(t) of a mode, N: the force times the mode's shape, weighted by the pressure over height; or times shape_at_load, where given.
-
-        @param height  of the mast, m; None: not known, the force acts as if at the top
-        """
+        A mast of unknown height takes the force as if at its top. @param mast  of design_plan.json"""
+        height = mast["height_m"]
         if height is None:
             return self.force
         if mode["shape_at_load"] is not None:
@@ -146,7 +154,7 @@ class Loads:
         z, step, line = self.line_load
         whole = step * line.sum(axis=1)
         acting = np.abs(whole) > 1e-3 * np.max(np.abs(whole))  # what the snow hardly touches has no centre
-        weighted = step * line @ cantilever_mode(number).shape(z / height)
+        weighted = step * line @ modes_of(mast)[number - 1].shape(z / height)
         return self.force * np.clip(np.divide(weighted, whole, out=np.zeros_like(whole), where=acting), -1.0, 1.0)
 
     def with_vibration(self, plan, front=1):
@@ -167,9 +175,9 @@ class Loads:
         for number, mode in enumerate(in_order, 1):
             shares = (1.0, arm)
             if height is not None:
-                beam = cantilever_mode(number)
+                beam = modes_of(plan["mast"])[number - 1]
                 shares = (beam.force_share, beam.moment_share * height)
-            load = inclined(self.generalised_force(mode, number, height))
+            load = inclined(self.generalised_force(mode, number, plan["mast"]))
             smooth = moving_mean(load, self.rows)
             response = equivalent_static_force(self.interval, load, mode["frequency_hz"], mode["damping_ratio"])
             steady = np.full(len(load), math.nan)
@@ -224,7 +232,7 @@ class Loads:
             raise InputError(f"{path}: {pressure.shape} and {stress.shape} values, {(len(self.time), len(z))} are needed; run `mpm design` again")
         smooth = moving_mean(pressure, self.rows)
         nothing = np.full(len(z), math.nan)
-        return {"z_m": z, "mean": pressure[self.steady].mean(axis=0) if self.is_steady else nothing,
+        return {"z_m": self.base + z, "mean": pressure[self.steady].mean(axis=0) if self.is_steady else nothing,
                 "steady_peak": smooth[self.steady].max(axis=0) if self.is_steady else nothing,
                 "first_impact": smooth[self.impact].max(axis=0) if self.impact.any() else nothing,
                 "stress": stress[self.steady].mean(axis=0) if self.is_steady else nothing}

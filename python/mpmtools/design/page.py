@@ -13,10 +13,10 @@ import numpy as np
 import pandas as pd
 
 from mpmtools import __version__
-from mpmtools.design import comparison, figures
+from mpmtools.design import comparison, figures, scaling
 from mpmtools.design.ensemble import Ensemble
 from mpmtools.design.loads import all_modes
-from mpmtools.design.results import STATIC_FORCES, STATIC_MOMENTS, Results, quantities_of
+from mpmtools.design.results import LATERAL, STATIC_FORCES, STATIC_MOMENTS, Results, is_oblique, quantities_of
 from mpmtools.errors import InputError
 from mpmtools.figures.style import STYLE, inline, use_style, write_page
 from mpmtools.tables import write_text
@@ -81,7 +81,7 @@ def pressure_heights(ensemble, results):
     rows = comparison.equation_rows(ensemble.plan)
     return [(results.ranges["pressure_height_mean_m"].high, "simulation, upper value of the steady mean"),
             (max(row["pressure_height_m"] for row in rows), "the paper's equations, greatest of the snows"),
-            (3.0 * ensemble.plan["flow"]["depth_m"], "3 H, conservative for all snows (Sect. 5)")]
+            (ensemble.base + 3.0 * ensemble.plan["flow"]["depth_m"], "3 H above the bed, conservative for all snows (Sect. 5)")]
 
 
 def run_up_row(ensemble, results):
@@ -197,51 +197,103 @@ def front_table(ensemble, results):
     return {"head": ["front", "amplification of the modes' own part", "force (kN)", "moment (kN m)"], "rows": rows}
 
 
-def sensitivity_table(ensemble, results):
-    """What decides, greatest effect on the moment first: mean force and moment of the middle snow, in percent of their values.
+def sensitivity_rows(ensemble, results):
+    """[(what changes, effect on the force, on the moment)] of the headline, greatest effect on the moment first; effects are (lower end, upper
+    end) over the headline - 1. Depth, speed and density by scaling (scaling.py), without runs."""
+    plan = ensemble.plan
+    force, moment, _ = scaling.scaled_loads(results, plan, scaling.avalanche_of(plan))
+    if not (math.isfinite(force) and math.isfinite(moment)):
+        return []
+    labels = {"velocity": "speed", "depth": "depth", "density": "density"}
+    rows = []
+    for name, ends in scaling.ranges_of(plan).items():
+        scaled = [scaling.scaled_loads(results, plan, end) for end in ends]
+        part = plan.get("range", {}).get(f"{name}_ratio", 0.2)
+        rows.append((f"{labels[name]} ± {100.0 * part:.0f} %, scaling", *((low / whole - 1.0, high / whole - 1.0) for whole, low, high in (
+            (force, scaled[0][0], scaled[1][0]), (moment, scaled[0][1], scaled[1][1])))))
+    chosen = [choose()[0] for choose in (results.design_force, results.design_moment)]
+    entries = [results.table[results.governing(key)][key] for key in chosen]
+    shares = [np.nan_to_num(entry.grid) / entry.value for entry in entries]
+    rows.append(("grid, in the headline at its upper end", *((-2.0 * share / (1.0 + share), 0.0) for share in shares)))
+    if len(plan["snows"]) > 1:
+        upper = [results.snow_upper(number) for number in range(len(plan["snows"]))]
+        rows.append(("snow: from the least to the greatest", *((min(values) / whole - 1.0, 0.0) for values, whole in zip(zip(*upper), (force, moment)))))
+    steady = [results.design_force(steady_only=True)[1] / force - 1.0, results.design_moment(steady_only=True)[1] / moment - 1.0]
+    if all(map(math.isfinite, steady)):
+        rows.append(("front: without first impact", *((min(value, 0.0), 0.0) for value in steady)))
+    return sorted(rows, key=lambda row: row[2][0] - row[2][1])
 
-    Speed, density and depth by scaling, without runs: force ~ rho v^2 w H with the same drag coefficient, arm ~ H.
-    """
-    force, moment = results.ranges["force_mean_n"], results.ranges["moment_mean_n_m"]
-    middle = results.table[ensemble.middle]
-    if not (math.isfinite(force.middle) and math.isfinite(moment.middle)):
+
+def sensitivity_table(rows):
+    """The same in percent."""
+    if not rows:
         return None
+    return {"head": ["what changes", "design force", "design moment"],
+            "rows": [[what, *(f"{100.0 * low:+.0f} to {100.0 * high:+.0f} %" for low, high in changes)] for what, *changes in rows]}
 
-    def change(low, high):
-        return 100.0 * (low - 1.0), 100.0 * (high - 1.0)
 
-    def grid(key):
-        share = np.nan_to_num(middle[key].grid) / middle[key].value
-        return change(1.0 - share, 1.0 + share)
+def ensemble_text(ensemble, results, rows):
+    """All ranges at once, in a sentence; empty without a headline."""
+    if not rows:
+        return ""
+    scaled = [scaling.scaled_loads(results, ensemble.plan, corner) for corner in scaling.corners_of(ensemble.plan)]
+    independent = [math.sqrt(sum(row[which][1] ** 2 for row in rows if "scaling" in row[0])) for which in (1, 2)]
+    forces, moments = [s[0] for s in scaled], [s[1] for s in scaled]
+    return (f"All combinations of the ends and middles of depth, speed and density ({len(scaled)}): design force {short(min(forces), 1e-3)} to "
+            f"{short(max(forces), 1e-3)} kN, moment {short(min(moments), 1e-3)} to {short(max(moments), 1e-3)} kN m. If the three are independent, the "
+            f"upper ends add up as root of the sum of squares to {100.0 * independent[0]:+.0f} % of the force and {100.0 * independent[1]:+.0f} % of the moment.")
 
-    rows = [("speed ± 20 %, scaling", change(0.64, 1.44), change(0.64, 1.44)), ("depth ± 20 %, scaling", change(0.8, 1.2), change(0.64, 1.44)),
-            ("density ± 20 %, scaling", change(0.8, 1.2), change(0.8, 1.2)), ("grid, middle snow", grid("force_mean_n"), grid("moment_mean_n_m"))]
-    if len(ensemble.plan["snows"]) > 1:
-        rows.append(("snow: least to greatest of the site", change(force.lowest / force.middle, force.highest / force.middle),
-                     change(moment.lowest / moment.middle, moment.highest / moment.middle)))
-    rows.sort(key=lambda row: row[2][0] - row[2][1])
-    return {"head": ["what changes", "mean force", "mean moment"],
-            "rows": [[what, *(f"{low:+.0f} to {high:+.0f} %" for low, high in changes)] for what, *changes in rows]}
+
+def scenario_rows(ensemble, results):
+    """[(name, Avalanche, force, moment, error, (pressure height, run-up))] of [flow], as computed, and of each [[scenario]], scaled; SI."""
+    plan, gravity = ensemble.plan, ensemble.plan["flow"]["gravity_m_s2"]
+    computed = scaling.avalanche_of(plan)
+    rows = []
+    for name, other in [("[flow], computed", computed)] + [
+            (s["name"], scaling.Avalanche(s["depth_m"], s["velocity_m_s"], s["density_kg_m3"])) for s in plan.get("scenarios", [])]:
+        force, moment, error = scaling.scaled_loads(results, plan, other)
+        scales = [scaling.factors(computed, other, snow["effective_friction"], gravity) for snow in plan["snows"]]
+        bed = [results.ranges[key].high - ensemble.base for key in ("pressure_height_mean_m", "runup_p99_mean_m", "runup_peak_m")]
+        heights = (ensemble.base + np.nanmax([bed[0] * max(s.pressure_height for s in scales), 3.0 * other.depth]),
+                   ensemble.base + np.nanmax(bed[1:]) * max(s.runup for s in scales))
+        rows.append((name, other, force, moment, error, heights))
+    return rows
+
+
+def scenario_table(ensemble, results):
+    """None without scenarios."""
+    if not ensemble.plan.get("scenarios"):
+        return None
+    gravity = ensemble.plan["flow"]["gravity_m_s2"]
+    rows = []
+    for name, other, force, moment, error, heights in scenario_rows(ensemble, results):
+        rows.append([name, f"{other.depth:.3g}", f"{other.velocity:.3g}", f"{other.density:.3g}", f"{other.froude_number(gravity):.2f}",
+                     upward(force, 1e-3), upward(moment, 1e-3), *(upward(h) for h in heights), f"± {100.0 * error:.0f} %" if error else "–"])
+    return {"head": ["scenario", "H (m)", "v (m/s)", "ρ (kg/m³)", "Fr", "force (kN)", "moment (kN m)", "pressure height (m)", "run-up (m)", "scaling"],
+            "rows": rows}
 
 
 def reaction_table(ensemble, results):
     """What the foundation feels, over all snows on the finest grid."""
-    def cells(force, moment):
-        return [with_unit(upward(results.ranges[k].high, 1e-3), u) if k in results.ranges else "–" for k, u in ((force, "kN"), (moment, "kN m"))]
+    units = {q.key: q.unit for q in quantities_of(ensemble.plan)}
+
+    def cells(*keys):
+        return [with_unit(upward(results.ranges[k].high, 1e-3), units[k]) if k in results.ranges else "–" for k in keys]
 
     def vertical(select):
         parts = [loads.vertical[where] for loads in results.finest if (where := select(loads)).any()]
         return f"{min(map(np.min, parts)) / 1e3:+.0f} to {max(map(np.max, parts)) / 1e3:+.0f} kN" if parts else "–"
 
     rows = []
-    cases = [("steady mean", "force_mean_n", "moment_mean_n_m", lambda l: l.steady),
-             ("steady peak (0.1 s)", "force_steady_peak_n", "moment_steady_peak_n_m", lambda l: l.steady),
-             ("first impact (0.1 s)", "force_first_impact_n", "moment_first_impact_n_m", lambda l: l.impact)]
+    cases = [("steady mean", "mean", "", lambda l: l.steady), ("steady peak (0.1 s)", "steady_peak", "steady_peak", lambda l: l.steady),
+             ("first impact (0.1 s)", "first_impact", "first_impact", lambda l: l.impact)]
     if ensemble.plan["modes"]:
-        cases.append(("with vibration", "force_with_vibration_n", "moment_with_vibration_n_m", lambda l: l.impact))
-    for name, force, moment, select in cases:
-        rows.append([name, *cells(force, moment), vertical(select), "0", "0"])
-    return {"head": ["case", "force downstream", "overturning moment", "vertical force, upward positive", "lateral force", "torsion"], "rows": rows}
+        cases.append(("with vibration", "with_vibration", "", lambda l: l.impact))
+    for name, which, lateral, select in cases:
+        row = [name, *cells(f"force_{which}_n", f"moment_{which}_n_m"), vertical(select)]
+        rows.append(row + (cells(*(f"{key}_{lateral}" for key, _, _ in LATERAL)) if is_oblique(ensemble.plan) else []))
+    return {"head": ["case", "force downstream", "overturning moment", "vertical force, upward positive"]
+            + (["lateral force", "moment of the lateral force", "torsion"] if is_oblique(ensemble.plan) else []), "rows": rows}
 
 
 def advice_rows(ensemble, results):
@@ -264,6 +316,14 @@ def advice_rows(ensemble, results):
         if greatest > number:
             rows.append((f"A load of the guideline gives a greater {what} than the computed one: {upward(greatest, 1e-3)} {unit} ({most.what}), against "
                          f"{upward(number, 1e-3)} {unit}. It reaches higher ({short(most.extent)} m); which of the two applies is the designer's decision", ""))
+    (_, own_force), (_, own_moment) = results.design_force(), results.design_moment()
+    for name, _, force, moment, error, _ in scenario_rows(ensemble, results)[1:]:
+        if force > own_force or moment > own_moment:
+            rows.append((f"Scenario {name} gives more than the values above: {upward(force, 1e-3)} kN and {upward(moment, 1e-3)} kN m by scaling "
+                         f"(± {100.0 * error:.0f} %); make it [flow], or a site file of its own, if it is to be designed for", ""))
+    if is_oblique(plan):
+        rows.append((f"The mast is turned by {plan['mast']['angle_deg']:g}° against the flow: lateral force and torsion are below, in the axes of the flow; "
+                     "the modes act downstream only; the line load and the guideline's load are those downstream", ""))
     if plan["modes"] and plan["mast"]["height_m"] is None:
         rows.append(("The height of the mast is not given, so the vibration is an upper bound: give mast.height_m, and shape_at_load where you know it", ""))
     top = plan["mast"]["height_m"]
@@ -386,6 +446,11 @@ def design_json(ensemble, results):
             "design_force_n": plain(force), "design_force_is": chosen, "design_moment_n_m": plain(moment), "design_moment_is": of_moment,
             "pressure_heights": [{"value_m": plain(h), "source": source} for h, source in pressure_heights(ensemble, results)],
             "quantities": quantities, "guideline_loads": [row._asdict() for row in comparison.guideline_loads(plan)],
+            "scenarios": [{"name": name, **other._asdict(), "force_n": plain(force), "moment_n_m": plain(moment), "scaling_error": error,
+                           "pressure_height_m": plain(heights[0]), "runup_m": plain(heights[1])}
+                          for name, other, force, moment, error, heights in scenario_rows(ensemble, results)],
+            "sensitivity": [{"what": what, "force": force_change, "moment": moment_change}
+                            for what, force_change, moment_change in sensitivity_rows(ensemble, results)],
             "guideline": [{"what": what, "value_m": value, "source": source} for what, value, source in comparison.guideline_rows(plan)],
             "equations": comparison.equation_rows(plan), "equation_remarks": comparison.equation_remarks(plan),
             "advice": [{"text": text, "snows": snows} for text, snows in advice_rows(ensemble, results)],
@@ -423,6 +488,7 @@ def make_page(folder):
     plan, results = ensemble.plan, Results(ensemble)
     middle = results.finest[ensemble.middle]
     spectrum = figures.spectra(ensemble, results.finest)
+    sensitivity = sensitivity_rows(ensemble, results)
     design, advice, uncertain = design_rows(ensemble, results), advice_rows(ensemble, results), accuracy(results)
     pictures = [figures.side_view(ensemble, middle), figures.view_3d(ensemble, middle), figures.pressure_over_height(ensemble, results.finest), figures.line_load(results, plan),
                 figures.over_time(ensemble, results.finest, "force"), figures.over_time(ensemble, results.finest, "moment"),
@@ -437,7 +503,12 @@ def make_page(folder):
         page = environment.get_template("design_page.html.j2").render(
             style=markupsafe.Markup(STYLE), plan=plan, title=plan["title"] or "Avalanche on a mast", design=design, advice=advice,
             stamp=stamp(ensemble), line_load=line_load_table(results, plan), guideline_loads=guideline_load_table(results, plan),
-            fronts=front_table(ensemble, results), reactions=reaction_table(ensemble, results), sensitivity=sensitivity_table(ensemble, results),
+            fronts=front_table(ensemble, results), reactions=reaction_table(ensemble, results), sensitivity=sensitivity_table(sensitivity),
+            ensemble_text=ensemble_text(ensemble, results, sensitivity), tornado=figures.tornado(sensitivity), oblique=is_oblique(plan),
+            scenarios=scenario_table(ensemble, results), base=ensemble.base,
+            sources={"head": ["shape and regime", "c_D", "source", "note"], "rows": comparison.drag_sources(plan)},
+            scaling_errors="; ".join(f"{100.0 * error:.0f} % up to {most:g} times the Froude number" if math.isfinite(most) else f"{100.0 * error:.0f} % beyond"
+                                     for most, error in scaling.ERRORS),
             moment_per_metre=upward(results.design_force()[1], 1e-3), higher_modes=[m["frequency_hz"] for m in all_modes(plan)[len(plan["modes"]):]],
             known_is_of=comparison.known_uncertainty_remark(plan),
             loads=load_table(ensemble, results), grids=grid_table(ensemble, results), snows=snow_table(plan), shape=plan["mast"]["shape"],

@@ -7,7 +7,7 @@ import numpy as np
 
 from mpmtools.design.loads import Loads
 from mpmtools.design.uncertainty import combined, grid_estimate
-from mpmtools.design.vibration import cantilever_mode
+from mpmtools.design.vibration import mass_per_height, modes_of
 
 
 class Quantity(NamedTuple):
@@ -35,14 +35,30 @@ QUANTITIES = [
 ]
 
 
+LATERAL = (("lateral_force", "lateral force, either way", "kN"), ("lateral_moment", "moment of the lateral force at the ground", "kN m"),
+           ("torsion", "torsion about the mast's own axis", "kN m"))
+
+
+def is_oblique(plan):
+    """Whether the mast is turned, so that the whole flow was computed."""
+    return plan["mast"].get("angle_deg", 0.0) != 0.0
+
+
+STEADY_FORCES = ("force_steady_peak_n", "force_with_vibration_steady_n")
+IMPACT_FORCES = ("force_first_impact_n", "force_with_vibration_n")
+STEADY_MOMENTS = ("moment_steady_peak_n_m", "moment_with_vibration_steady_n_m")
+IMPACT_MOMENTS = ("moment_first_impact_n_m", "moment_with_vibration_n_m")
 STATIC_FORCES = ("force_steady_peak_n", "force_first_impact_n")
 STATIC_MOMENTS = ("moment_steady_peak_n_m", "moment_first_impact_n_m")
 
 
 def quantities_of(plan):
-    """All quantities: the fixed ones, and where there are modes, what they add."""
+    """All quantities: the fixed ones, those of an oblique flow, and where there are modes, what they add."""
+    lateral = [Quantity(f"{name}_{which}", f"{label}, {text} (0.1 s)", unit, 1e-3)
+               for name, label, unit in LATERAL for which, text in (("steady_peak", "steady peak"), ("first_impact", "first impact"))]
+    fixed = QUANTITIES + (lateral if is_oblique(plan) else [])
     if not plan["modes"]:
-        return QUANTITIES
+        return fixed
     vibrating = [
         Quantity("force_with_vibration_n", "force at the foundation with the vibration, first impact included", "kN", 1e-3),
         Quantity("force_with_vibration_steady_n", "force at the foundation with the vibration, while steady", "kN", 1e-3),
@@ -52,7 +68,7 @@ def quantities_of(plan):
         name, text = f"mode_{mode['frequency_hz']:g}_hz", f"mode at {mode['frequency_hz']:g} Hz: "
         vibrating += [Quantity(f"{name}_shape_at_load", text + "shape at the load, 1 at the top", "", 1.0),
                       Quantity(f"{name}_amplification", text + "amplification of its own part, vertical front (upper bound)", "", 1.0)]
-    return QUANTITIES + vibrating
+    return fixed + vibrating
 
 
 class Entry(NamedTuple):
@@ -72,7 +88,7 @@ class Entry(NamedTuple):
 class Range(NamedTuple):
     """A quantity over all snows."""
 
-    low: float  # least value minus its uncertainty, at least 0: all quantities are positive
+    low: float  # least value minus its uncertainty, at least 0 where all values are
     lowest: float  # least value
     middle: float  # of the middle snow
     highest: float  # greatest value
@@ -92,9 +108,10 @@ def entry_of(sizes, values):
     return Entry(numbers, finest.value, estimate.uncertainty, finest.known, grid, finest.standard_error, total, estimate.note, note)
 
 
-def fitted_line(z, profile, edges, force, moment):
-    """The profile at z, stretched over height and scaled, as values between the edges: its integral is the force (N), and about z = 0 it
-    has the moment (N m)."""
+def fitted_line(z, profile, edges, force, moment, base=0.0):
+    """The profile at z, stretched from z = base over height and scaled, as values between the edges: its integral is the force (N), and about
+    z = 0 it has the moment (N m)."""
+    z, edges, moment = z - base, edges - base, moment - base * force
     step = z[1] - z[0]
     profile = np.maximum(profile, 0.0)
     whole = step * profile.sum()
@@ -112,7 +129,7 @@ class Results:
 
     def __init__(self, ensemble):
         plan = ensemble.plan
-        self.loads = [[Loads(run) for run in row] for row in ensemble.runs]
+        self.loads = [[Loads(run, ensemble.base) for run in row] for row in ensemble.runs]
         self.table = []
         for row in self.loads:
             values = [{**loads.values, **loads.vibration_values(plan)} for loads in row]
@@ -134,7 +151,8 @@ class Results:
         if not known:
             return Range(*[math.nan] * 5)
         spread = [0.0 if math.isnan(e.total) else e.total for e in known]
-        return Range(max(min(e.value - s for e, s in zip(known, spread)), 0.0), min(e.value for e in known), entries[middle].value,
+        least = min(e.value - s for e, s in zip(known, spread))
+        return Range(max(least, 0.0) if min(e.value for e in known) >= 0.0 else least, min(e.value for e in known), entries[middle].value,
                      max(e.value for e in known), max(e.value + s for e, s in zip(known, spread)))
 
     def upper(self, keys):
@@ -145,13 +163,19 @@ class Results:
 
     def design_force(self, steady_only=False):
         """upper() of steady peak and first impact, with and without the vibration. @param steady_only  without the first impact"""
-        return self.upper(("force_steady_peak_n", "force_with_vibration_steady_n") if steady_only else
-                          STATIC_FORCES + ("force_with_vibration_steady_n", "force_with_vibration_n"))
+        return self.upper(STEADY_FORCES + (() if steady_only else IMPACT_FORCES))
 
     def design_moment(self, steady_only=False):
         """The same of the overturning moment."""
-        return self.upper(("moment_steady_peak_n_m", "moment_with_vibration_steady_n_m") if steady_only else
-                          STATIC_MOMENTS + ("moment_with_vibration_steady_n_m", "moment_with_vibration_n_m"))
+        return self.upper(STEADY_MOMENTS + (() if steady_only else IMPACT_MOMENTS))
+
+    def snow_upper(self, snow):
+        """(force, moment): the upper values of the headline, of one snow; NaN where there is none."""
+        upper = []
+        for keys in (STEADY_FORCES + IMPACT_FORCES, STEADY_MOMENTS + IMPACT_MOMENTS):
+            entries = [self.table[snow][key] for key in keys if key in self.table[snow]]
+            upper.append(max((e.value + (0.0 if math.isnan(e.total) else e.total) for e in entries if math.isfinite(e.value)), default=math.nan))
+        return tuple(upper)
 
     def governing(self, key):
         """Number of the snow whose value plus uncertainty is greatest."""
@@ -163,7 +187,7 @@ class Results:
         'mean', 'steady_peak', 'first_impact': the profile of the snow that gives the greatest force, at that time, stretched over height
         and scaled to both. 'with_vibration': the static load that overturns most, and the force of the mast's masses in the first mode.
         """
-        height = plan["mast"]["height_m"]
+        height, base = plan["mast"]["height_m"], self.finest[0].base
         z, step, _ = self.finest[0].line_load
         top = max(z[-1] + 0.5 * step, height or 0.0) * 1.25
         edges = step * np.arange(math.ceil(top / step - 1e-9) + 1)
@@ -172,20 +196,28 @@ class Results:
             force, moment = self.ranges[f"force_{name}_n"].high, self.ranges[f"moment_{name}_n_m"].high
             if math.isfinite(force) and math.isfinite(moment):
                 profile = self.finest[self.governing(f"force_{name}_n")].line_at(name)[1]
-                loads[name] = fitted_line(z, profile, edges, force, moment)
+                loads[name] = fitted_line(z, profile, edges, force, moment, base)
         (_, force), (_, moment) = self.design_force(), self.design_moment()
         statics = [name for name in ("steady_peak", "first_impact") if name in loads]
         if plan["modes"] and statics:
             centre = 0.5 * (edges[1:] + edges[:-1])
-            base = max((loads[name] for name in statics), key=lambda q: q @ centre)
-            loads["with_vibration"] = fitted_line(centre, base, edges, force, moment)
+            snow = max((loads[name] for name in statics), key=lambda q: q @ centre)
+            loads["with_vibration"] = fitted_line(centre, snow, edges, force, moment, base)
             if height:
-                masses = cantilever_mode(1).shape(centre / height)
-                system = step * np.array([[base.sum(), masses.sum()], [base @ centre, masses @ centre]])
+                masses = self._inertia(plan["mast"], edges)
+                system = step * np.array([[snow.sum(), masses.sum()], [snow @ centre, masses @ centre]])
                 scale, inertia = np.linalg.solve(system, [force, moment])
                 if 0.8 <= scale <= 1.25:
-                    loads["with_vibration"] = scale * base + inertia * masses
+                    loads["with_vibration"] = scale * snow + inertia * masses
         return edges[:-1], edges[1:], loads
+
+    @staticmethod
+    def _inertia(mast, edges):
+        """Masses times the shape of the first mode between the edges; that at the top is in the last piece of the mast. Any unit."""
+        zeta = 0.5 * (edges[1:] + edges[:-1]) / mast["height_m"]
+        along = mass_per_height(zeta, mast.get("taper", 1.0)) * (zeta <= 1.0)
+        along[np.flatnonzero(zeta <= 1.0)[-1]] += mast.get("top_mass_ratio", 0.0) * along.sum()
+        return along * modes_of(mast)[0].shape(zeta)
 
     def profile_table(self, ensemble):
         """Columns of pressure_over_height.csv: z_m, and low, middle and high of the snows for each envelope, Pa."""

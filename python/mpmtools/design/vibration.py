@@ -1,53 +1,67 @@
 """Vibration of a mast under a load that varies in time and height: modes of a cantilever, fixed at the ground.
 
 A mode feels the generalised force Q(t) = integral of q(z, t) phi(z) dz, with the line load q and the shape phi (1 at the top). Its amplitude
-times its generalised stiffness, r(t), is the response of the oscillator to Q. What the mass of the mast adds at the foundation is
-(r - Q) times the mode's share: integral of phi over integral of phi^2 for the force, integral of phi z over it for the moment (uniform
-mass). The part of the load that the modes do not carry acts statically.
+times its generalised stiffness, r(t), is the response of the oscillator to Q. What the masses of the mast add at the foundation is
+(r - Q) times the mode's share: integral of phi dm over integral of phi^2 dm for the force, integral of phi z dm over it for the moment. The
+part of the load that the modes do not carry acts statically.
 """
 
+import functools
 from typing import NamedTuple
 
 import numpy as np
-from scipy.optimize import brentq
+import scipy.linalg
+from numpy.polynomial import Legendre, Polynomial
+
+MOST = 10  # modes
+TERMS = 18  # of the polynomials: the first seven modes of a uniform mast are right within 1e-6, the tenth within 0.2 %
 
 
 class Mode(NamedTuple):
-    """Of a uniform cantilever (Euler and Bernoulli), over its height."""
+    """Of a cantilever (Euler and Bernoulli), over its height."""
 
-    number: int
-    wave_number: float  # beta: cos beta cosh beta = -1
-
-    @property
-    def sigma(self):
-        b = self.wave_number
-        return (np.cosh(b) + np.cos(b)) / (np.sinh(b) + np.sin(b))
-
-    @property
-    def top(self):
-        """Value of the textbook's shape at the top."""
-        return 2.0 if self.number % 2 else -2.0
+    frequency_ratio: float  # over that of the first mode
+    polynomial: Polynomial  # phi over the relative height, 1 at the top
+    force_share: float  # integral phi dm / integral phi^2 dm
+    moment_share: float  # integral phi zeta dm / integral phi^2 dm, over the height of the mast
 
     def shape(self, relative_height):
-        """phi, 1 at the top; nothing above it."""
-        x = self.wave_number * np.clip(relative_height, 0.0, 1.0)
-        phi = np.cosh(x) - np.cos(x) - self.sigma * (np.sinh(x) - np.sin(x))
-        return np.where(np.asarray(relative_height) <= 1.0, phi / self.top, 0.0)
-
-    @property
-    def force_share(self):
-        """integral phi / integral phi^2."""
-        return 8.0 * self.sigma / (self.wave_number * self.top)
-
-    @property
-    def moment_share(self):
-        """integral phi zeta / integral phi^2, over the height of the mast."""
-        return 8.0 / (self.wave_number**2 * self.top)
+        """phi, 1 at the top; nothing above it and in the ground."""
+        zeta = np.asarray(relative_height)
+        return np.where((zeta >= 0.0) & (zeta <= 1.0), self.polynomial(np.clip(zeta, 0.0, 1.0)), 0.0)
 
 
-def cantilever_mode(number):
-    """The mode of this number, 1 is the lowest; up to 10, beyond which the hyperbolic functions lose the digits of the shape."""
-    if not 1 <= number <= 10:
-        raise ValueError(f"mode {number} of a cantilever: 1 to 10 are possible")
-    middle = (number - 0.5) * np.pi
-    return Mode(number, brentq(lambda b: np.cos(b) + 1.0 / np.cosh(b), middle - 0.6, middle + 0.6, xtol=1e-14))
+def mass_per_height(relative_height, taper):
+    """Over that at the foot: as the width of a tube of constant wall."""
+    return 1.0 + (taper - 1.0) * np.asarray(relative_height)
+
+
+@functools.lru_cache
+def cantilever_modes(taper=1.0, top_mass_ratio=0.0):
+    """The lowest MOST modes, by Rayleigh and Ritz with polynomials zeta^2 P(zeta).
+
+    @param taper  width at the top over that at the foot; stiffness as its cube (tube of constant wall)
+    @param top_mass_ratio  mass at the top over that of the mast
+    """
+    points, weights = np.polynomial.legendre.leggauss(TERMS + 6)
+    zeta, weights = 0.5 * (points + 1.0), 0.5 * weights
+    basis = [Polynomial([0.0, 0.0, 1.0]) * Legendre.basis(n, domain=[0.0, 1.0]).convert(kind=Polynomial) for n in range(TERMS)]
+    width = mass_per_height(zeta, taper)
+    values, bending, top = (np.array([f(at) for f in functions]) for functions, at in (
+        (basis, zeta), ([f.deriv(2) for f in basis], zeta), (basis, np.array([1.0]))))
+    top_mass = top_mass_ratio * (weights @ width)
+    squares, vectors = scipy.linalg.eigh((bending * weights * width**3) @ bending.T,
+                                         (values * weights * width) @ values.T + top_mass * top @ top.T, subset_by_index=[0, MOST - 1])
+    modes = []
+    for square, vector in zip(squares, vectors.T):
+        vector = vector / (vector @ top[:, 0])
+        phi = vector @ values
+        whole = weights @ (width * phi**2) + top_mass
+        modes.append(Mode(float(np.sqrt(square / squares[0])), sum(c * f for c, f in zip(vector, basis)),
+                          float((weights @ (width * phi) + top_mass) / whole), float((weights @ (width * phi * zeta) + top_mass) / whole)))
+    return tuple(modes)
+
+
+def modes_of(mast):
+    """cantilever_modes() of a mast of design_plan.json."""
+    return cantilever_modes(mast.get("taper", 1.0), mast.get("top_mass_ratio", 0.0))

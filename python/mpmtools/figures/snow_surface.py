@@ -226,6 +226,15 @@ class Camera:
         rays = self.forward + x[..., None] * self.right + y[..., None] * self.up
         return (rays / np.linalg.norm(rays, axis=2, keepdims=True)).reshape(-1, 3)
 
+    def share_below(self, points):
+        """Of points, that are below the lower edge of the picture or behind the camera."""
+        way = points - self.eye
+        return float(np.mean(way @ self.up < -np.tan(0.5 * self.angle) * (way @ self.forward)))
+
+
+MOST_CUT = 0.01  # share of the particles that may lie below the lower edge of the picture
+MOST_STEPS = 12  # back, by a tenth each
+
 
 def standpoint(run, positions, top, ground=LevelGround()):
     """Camera, and the mast as (corners, top) or None, for a run: from upstream, beside and above.
@@ -241,12 +250,17 @@ def standpoint(run, positions, top, ground=LevelGround()):
         reach = max(1.2 * top, 0.55 * float(np.hypot(*(high - low)[:2])))
     base = ground.height(centre[None, :2])[0]
     centre[2] += base
-    eye = centre + reach * np.array([-1.55, -1.45, 0.95])
     share = np.linspace(0.1, 1.0, 50)  # of the way from the centre to the eye: no hill may hide the snow
-    below = ground.height(centre[:2] + share[:, None] * (eye - centre)[:2])
-    eye[2] = max(eye[2], np.max(centre[2] + (below - centre[2]) / share + 0.15 * reach))
+    for _ in range(MOST_STEPS):
+        eye = centre + reach * np.array([-1.55, -1.45, 0.95])
+        below = ground.height(centre[:2] + share[:, None] * (eye - centre)[:2])
+        eye[2] = max(eye[2], np.max(centre[2] + (below - centre[2]) / share + 0.15 * reach))
+        camera = Camera(eye, centre)
+        if camera.share_below(positions) <= MOST_CUT:
+            break
+        reach *= 1.1  # the flow would be cut off at the lower edge
     solid = (run.obstacle_outline, run.obstacle.get("height_m", base + 1.25 * top)) if run.obstacle else None
-    return Camera(eye, centre), solid
+    return camera, solid
 
 
 def shadow(snow, solid, points, reach):

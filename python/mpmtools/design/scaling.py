@@ -1,0 +1,99 @@
+"""Loads of another avalanche at the same mast, scaled from those that were computed.
+
+Force ~ c_D rho v^2 w H and moment ~ force times H, with the drag coefficient c_D(Fr, M') = inertia + weight / Fr^2. The second part is a
+multiple of the hydrostatic force rho g H^2 w / 2: in slow flow the speed does not matter. Fitted to the runs of the study's prediction with
+M' from 0.4 to 1.53 (validation/study/results/prediction: square masts as wide as the flow is deep, Fr 0.1 to 7, xi 0.05 to 5); a test fits
+again. Heights scale by the paper's equations.
+"""
+
+import math
+from typing import NamedTuple
+
+from mpmtools import equations
+
+INERTIA, WEIGHT = (0.179, 0.203), (0.608, 1.693)  # logarithms at M' = 0, and their slopes
+FITTED = (0.4, 1.53)  # M'
+ERRORS = ((1.7, 0.13), (2.5, 0.22), (math.inf, 0.33))  # up to this ratio of Froude numbers: root mean square of the worst group of runs
+
+
+class Avalanche(NamedTuple):
+    """Before it meets the mast."""
+
+    depth: float  # m
+    velocity: float  # m/s
+    density: float  # kg/m^3
+
+    def froude_number(self, gravity):
+        return float(equations.froude_number(self.velocity, self.depth, gravity))
+
+
+class Factors(NamedTuple):
+    """Of a load or height of another avalanche over the computed one, above the bed."""
+
+    force: float
+    moment: float
+    runup: float
+    pressure_height: float
+    error: float  # of force and moment, root mean square over the study's runs
+
+
+def weight_factor(friction):
+    """Force over the hydrostatic one, rho g H^2 w / 2, in slow flow."""
+    return math.exp(WEIGHT[0] + WEIGHT[1] * min(max(friction, FITTED[0]), FITTED[1]))
+
+
+def drag_coefficient(friction, froude):
+    """c_D of a square mast as wide as the flow is deep. M' beyond the fit counts as its end."""
+    friction = min(max(friction, FITTED[0]), FITTED[1])
+    return math.exp(INERTIA[0] + INERTIA[1] * friction) + weight_factor(friction) / froude**2
+
+
+def scaling_error(ratio):
+    """Of force and moment, relative. @param ratio  of the Froude numbers"""
+    ratio = max(ratio, 1.0 / ratio)
+    return 0.0 if math.isclose(ratio, 1.0, rel_tol=1e-9) else next(error for most, error in ERRORS if ratio <= most)
+
+
+def factors(computed, other, friction, gravity):
+    """@param computed, other  Avalanche; @param friction  M' of the snow"""
+    before, after = computed.froude_number(gravity), other.froude_number(gravity)
+    deeper = other.depth / computed.depth
+    force = (other.density / computed.density * (other.velocity / computed.velocity) ** 2 * deeper
+             * drag_coefficient(friction, after) / drag_coefficient(friction, before))
+    heights = [deeper * float(equations.relative_height(friction, after, c) / equations.relative_height(friction, before, c))
+               for c in (equations.PUBLISHED_RUNUP, equations.PUBLISHED_PRESSURE_HEIGHT)]
+    return Factors(force, force * deeper, *heights, scaling_error(after / before))
+
+
+def avalanche_of(plan):
+    """That of [flow]."""
+    flow = plan["flow"]
+    return Avalanche(flow["depth_m"], flow["velocity_m_s"], flow["density_kg_m3"])
+
+
+def ranges_of(plan):
+    """{name: (Avalanche at the lower, at the upper end)} of density, depth and speed, one at a time."""
+    computed, given = avalanche_of(plan), plan.get("range", {})
+    return {name: tuple(computed._replace(**{name: getattr(computed, name) * (1.0 + sign * given.get(f"{name}_ratio", 0.2))})
+                        for sign in (-1.0, 1.0)) for name in ("velocity", "depth", "density")}
+
+
+def corners_of(plan):
+    """Every combination of the ends and middles of the ranges."""
+    computed, ends = avalanche_of(plan), ranges_of(plan)
+    values = {name: [getattr(low, name), getattr(computed, name), getattr(high, name)] for name, (low, high) in ends.items()}
+    return [Avalanche(depth, velocity, density) for depth in values["depth"] for velocity in values["velocity"] for density in values["density"]]
+
+
+def scaled_loads(results, plan, other):
+    """(force, N; moment about the ground, N m; error of the scaling): upper values of the headline for another avalanche, over all snows."""
+    base = plan["flow"].get("snow_cover_m", 0.0)
+    computed, gravity = avalanche_of(plan), plan["flow"]["gravity_m_s2"]
+    forces, moments, worst = [], [], 0.0
+    for number, snow in enumerate(plan["snows"]):
+        scale = factors(computed, other, snow["effective_friction"], gravity)
+        force, moment = results.snow_upper(number)
+        forces.append(scale.force * force)
+        moments.append(scale.moment * (moment - base * force) + base * scale.force * force)
+        worst = max(worst, scale.error)
+    return max(forces), max(moments), worst
