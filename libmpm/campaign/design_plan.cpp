@@ -13,6 +13,7 @@
 #include "libmpm/driver/build_info.hpp"
 #include "libmpm/driver/case_file.hpp"
 #include "libmpm/driver/sampling.hpp"
+#include "libmpm/impact/conveyor_spec.hpp"
 #include "libmpm/impact/semi_empirical.hpp"
 #include "libmpm/io/checksum.hpp"
 
@@ -50,33 +51,28 @@ double duration_of(const Site& site) {
   return std::ceil(10.0 * needed) / 10.0;
 }
 
-/// m, across the flow, of the turned mast.
-double width_across(const SiteMast& mast) {
-  return mast.angle == 0.0 ? mast.width : mast.width * std::cos(mast.angle) + *mast.depth * std::abs(std::sin(mast.angle));
-}
-
-double reach_of(const Site& site) {
-  const double across = width_across(site.mast);
-  return std::max(across, std::sqrt(across * site.flow.depth));
-}
-
-/// A length in whole widths of the mast, which are whole cells on every grid.
-double whole_widths(const Site& site, double length) { return site.mast.width * std::ceil(length / site.mast.width - 1e-9); }
-
-/// The paper's W(xi), at least 6 r, both halves in whole widths.
-double belt_width(const Site& site, double xi) {
-  return 2.0 * whole_widths(site, 0.5 * std::max(conveyor_width(xi, width_across(site.mast)), 6.0 * reach_of(site)));
+/// The compact window, in whole widths of the mast, which are whole cells on every grid. That of snow that jams is larger; advice asks for
+/// it.
+CompactWindow window_of(const Site& site) {
+  const SiteMast& mast = site.mast;
+  const double cos = std::cos(mast.angle), sin = std::abs(std::sin(mast.angle)), depth = mast.depth.value_or(mast.width);
+  const WindowFlow flow{
+      .froude = froude_number(site.flow.velocity, site.flow.depth, site.gravity()), .height = site.flow.depth, .critical_state_ratio = 0.0};
+  const bool turned = mast.angle != 0.0;
+  const CompactWindow window =
+      compact_window(flow, turned ? mast.width * cos + depth * sin : mast.width, turned ? depth * cos + mast.width * sin : depth);
+  const auto whole = [&](double length) { return mast.width * std::ceil(length / mast.width - 1e-9); };
+  return {2.0 * whole(0.5 * window.width), whole(window.upstream_length), whole(window.downstream_length)};
 }
 
 /// The common part of all cases as TOML: everything except snow and grid.
 std::string base_case(const Site& site) {
   const SiteFlow& flow = site.flow;
   const SiteMast& mast = site.mast;
-  const double w = mast.width, smaller = std::min(w, flow.depth), reach = reach_of(site);
-  const auto whole = [&](double length) { return whole_widths(site, length); };
+  const CompactWindow window = window_of(site);
+  const double w = mast.width, smaller = std::min(w, flow.depth);
   const bool box = mast.shape == SiteMast::Shape::box;
   const double depth = box ? *mast.depth : w;
-  const double length = depth * std::cos(mast.angle) + w * std::abs(std::sin(mast.angle));  // along the flow, of the turned mast
   std::string text = fmt::format(
       "[material]\nmodel = \"cohesive_cam_clay\"\ndensity_kg_m3 = {}\ncritical_state_slope = 0.5\ncohesion_beta = 0.0\n"
       "hardening_xi = 5.0\n",
@@ -85,7 +81,7 @@ std::string base_case(const Site& site) {
       "[conveyor]\nvelocity_m_s = {}\nflow_height_m = {}\nwidth_m = {}\nfeed = \"window\"\nupstream_length_m = {}\ndownstream_length_m = "
       "{}\n"
       "mirror_y = {}\n",
-      flow.velocity, flow.depth, belt_width(site, 5.0), whole(4.0 * reach), whole(length + reach), mast.angle == 0.0);
+      flow.velocity, flow.depth, window.width, window.upstream_length, window.downstream_length, mast.angle == 0.0);
   text += fmt::format("[obstacle]\nshape = \"{}\"\nwidth_m = {}\nfriction = {}\n", box ? "box" : "cylinder", w, mast.friction);
   if (box) text += fmt::format("depth_m = {}\n", depth);
   if (mast.angle != 0.0) text += fmt::format("rotation_deg = {}\n", mast.angle * 180.0 / std::numbers::pi);
@@ -135,7 +131,6 @@ DesignPlan ensemble(const Site& site, DesignLevel level, const std::vector<int>&
                      {{"material.critical_state_slope", fmt::format("{}", snow.critical_state_slope)},
                       {"material.cohesion_beta", fmt::format("{}", snow.cohesion_beta)},
                       {"material.hardening_xi", fmt::format("{}", snow.hardening_xi)},
-                      {"conveyor.width_m", fmt::format("{}", belt_width(site, snow.hardening_xi))},
                       {"numerics.cell_size_m", fmt::format("{}", plan.cell_size[g])}}};
       plan.runs.push_back({run.name, s, g});
       campaign.runs.push_back(std::move(run));

@@ -204,7 +204,8 @@ std::optional<std::string> finished_results(const std::filesystem::path& directo
 
 std::string obstacle_text(const ObstacleSpec& obstacle) {
   nlohmann::ordered_json json{{"outline_m", nlohmann::ordered_json::array()}, {"top_m", nullptr}};
-  for (const Outline::Side& side : outline_of(obstacle.shape).sides()) json["outline_m"].push_back({side.from.x(), side.from.y()});
+  const Outline outline = outline_of(obstacle.shape);
+  for (const Outline::Side& side : outline.sides()) json["outline_m"].push_back({side.from.x(), side.from.y()});
   if (obstacle.height) json["top_m"] = *obstacle.height;
   if (obstacle.base > 0.0) json["base_m"] = obstacle.base;
   return json.dump() + "\n";
