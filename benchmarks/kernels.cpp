@@ -43,7 +43,7 @@ void update_nodes(Problem& problem, double dt) {
   fold_mirror_planes(problem.state.grid, scene.mirror);
   (void)update_grid(problem.state.grid, {scene.boundaries, scene.layered, scene.gravity, scene.mirror, density(scene)}, dt,
                     problem.state.time)
-      .total(nullptr);
+      .total(one_rank());
 }
 
 void set_uniform_velocity(Grid& grid) {

@@ -16,7 +16,7 @@ namespace mpm {
 class ExactSum {
  public:
   static constexpr int digits = 16;         ///< of the number
-  static constexpr int words = digits + 1;  ///< number of words in words()
+  static constexpr int words = digits + 1;  ///< the digits, and the number of addends out of range
 
   /// Adds a number.
   void add(double x);

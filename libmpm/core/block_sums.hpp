@@ -30,8 +30,8 @@ class BlockSums {
       add(at + i, i < integers ? static_cast<double>(std::bit_cast<std::uint64_t>(numbers[i])) : numbers[i]);
   }
 
-  /// Adds the sums of the other ranks. @param ranks  null: there are none
-  void add_ranks(Ranks* ranks);
+  /// Adds the sums of the other ranks; all ranks call it.
+  void add_ranks(RankGroup& ranks);
 
   [[nodiscard]] double value(std::size_t at) const { return sums_[at].value(); }  ///< sum number `at`
   /// The sums of such a struct. @tparam integers  number of integers

@@ -70,7 +70,7 @@ void ImpulseRecord::add_layers(std::size_t k, const Index3& block, std::span<con
 }
 
 /// Afterwards the first rank has the rows of all ranks, and the others have none.
-void ImpulseRecord::gather_layers(std::vector<BlockLayers>& rows, Ranks& ranks) const {
+void ImpulseRecord::gather_layers(std::vector<BlockLayers>& rows, RankGroup& ranks) const {
   Message mine;
   for (const BlockLayers& row : rows) {
     put(mine, row.block);
@@ -88,7 +88,7 @@ void ImpulseRecord::gather_layers(std::vector<BlockLayers>& rows, Ranks& ranks) 
 }
 
 /// Afterwards the first rank has the impulses of a run on one rank, and the others have none.
-void ImpulseRecord::gather_contacts(Ranks& ranks) {
+void ImpulseRecord::gather_contacts(RankGroup& ranks) {
   Message mine;
   for (const auto& [b, impulse] : contacts_) {
     if (impulse.sides.empty()) continue;
@@ -119,16 +119,16 @@ LayerImpulses ImpulseRecord::sum_of(std::span<const BlockLayers> rows) {
   return sum;
 }
 
-BoundaryImpulses ImpulseRecord::total(Ranks* ranks) && {
+BoundaryImpulses ImpulseRecord::total(RankGroup& ranks) && {
   sums_.add_ranks(ranks);
   BoundaryImpulses whole;
   whole.mass = sums_.value(0);
   for (std::size_t b = 0; b < boundaries_; ++b) whole.impulses.push_back(sums_.members<Impulse>(1 + impulse_numbers * b));
   for (std::size_t k = 0; k < layers_.size(); ++k) {
-    if (ranks != nullptr && !contacts_.contains(layered_[k])) gather_layers(layers_[k], *ranks);
+    if (ranks.size() > 1 && !contacts_.contains(layered_[k])) gather_layers(layers_[k], ranks);
     whole.layers.push_back(sum_of(layers_[k]));
   }
-  if (ranks != nullptr && !contacts_.empty()) gather_contacts(*ranks);
+  if (ranks.size() > 1 && !contacts_.empty()) gather_contacts(ranks);
   for (const auto& [b, impulse] : contacts_) {
     whole.impulses[b] = impulse.total();
     const auto place = std::ranges::find(layered_, b);

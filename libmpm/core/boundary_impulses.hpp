@@ -38,9 +38,9 @@ class ImpulseRecord {
   /// Adds what such a boundary took from particles besides. @param layer  number of the layer of nodes near them
   void add_to_contact(std::size_t b, std::int32_t layer, const Impulse& taken) { contacts_[b].side(layer) += taken; }
 
-  /// The sum over all ranks; all ranks call it. @param ranks  null: there is only this one. @returns on ranks other than the first without
-  /// layers and without the impulses of add_contact()
-  BoundaryImpulses total(Ranks* ranks) &&;
+  /// The sum over all ranks; all ranks call it. @returns on ranks other than the first without layers and without the impulses of
+  /// add_contact()
+  BoundaryImpulses total(RankGroup& ranks) &&;
 
  private:
   static constexpr std::size_t impulse_numbers = sizeof(Impulse) / sizeof(double);
@@ -49,8 +49,8 @@ class ImpulseRecord {
     Index3 block;
     std::array<double, 3 * block_edge> numbers;
   };
-  void gather_layers(std::vector<BlockLayers>& rows, Ranks& ranks) const;
-  void gather_contacts(Ranks& ranks);
+  void gather_layers(std::vector<BlockLayers>& rows, RankGroup& ranks) const;
+  void gather_contacts(RankGroup& ranks);
   [[nodiscard]] static LayerImpulses sum_of(std::span<const BlockLayers> rows);
 
   std::span<const std::size_t> layered_;

@@ -24,7 +24,8 @@ double kinetic_and_elastic_energy(const Particle& p, const Scene& scene, double 
 }
 
 Totals totals(const State& state, const Scene& scene) {
-  if (state.grid.ranks() != nullptr) state.grid.ranks()->instruct(Task::totals, state);
+  Ranks& ranks = state.grid.ranks();
+  ranks.instruct(CoreTask::totals, state);
   const auto blocks = state.grid.occupied_blocks();
   std::vector<Totals> partial(blocks.size());
   const double density = density_of(scene.material);
@@ -55,8 +56,8 @@ Totals totals(const State& state, const Scene& scene) {
   constexpr std::size_t counts = 1;  // its first member
   BlockSums sums(sizeof(Totals) / sizeof(double));
   for (const Totals& part : partial) sums.add_members<counts>(0, part);
-  sums.add_ranks(state.grid.ranks());
-  if (state.grid.ranks() != nullptr) state.grid.ranks()->done();
+  sums.add_ranks(ranks);
+  ranks.done();
   Totals sum = sums.members<Totals, counts>(0);
   if (sum.mass > 0.0) sum.centre /= sum.mass;
   return sum;

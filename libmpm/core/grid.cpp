@@ -38,8 +38,13 @@ std::int32_t Grid::block_at(const Index3& coordinate) {
   return index == no_block ? create(coordinate) : index;
 }
 
-void Grid::divide(Ranks* ranks) {
-  ranks_ = ranks;
+Ranks& one_rank() {
+  static OneRank rank;
+  return rank;
+}
+
+void Grid::divide(Ranks& ranks) {
+  ranks_ = &ranks;
   ask_owners();
 }
 
@@ -49,8 +54,8 @@ void Grid::ask_owners() {
 }
 
 void Grid::ask_owner(Block& b) const {
-  b.owned = ranks_ == nullptr || ranks_->owns(b.coordinate);
-  b.at_border = ranks_ != nullptr && ranks_->at_border(b.coordinate);
+  b.owned = ranks_->owns(b.coordinate);
+  b.at_border = ranks_->at_border(b.coordinate);
 }
 
 std::int32_t Grid::new_buffer() {
@@ -114,7 +119,7 @@ void Grid::destroy(std::int32_t index) {
 void Grid::insert(const Particle& p) {
   const auto base = [&](int axis) { return base_node(p.position[axis] * inverse_cell_size_); };
   const Index3 node = {base(0), base(1), base(2)}, coordinate = block_of_node(node);
-  if (ranks_ != nullptr && !ranks_->takes(coordinate)) return;  // the caller passes all particles to every rank, which keeps its own
+  if (!ranks_->owns(coordinate)) return;  // the caller passes all particles to every rank, which keeps its own
   block(block_at(coordinate)).particles.append(p, number_of_node(node), *pool_);
 }
 
@@ -129,7 +134,7 @@ void Grid::restore(const StoredBlock& stored) {
 }
 
 void Grid::migrate() {
-  if (ranks_ != nullptr) ranks_->exchange_migrants(*this);
+  ranks_->exchange_migrants(*this);
   for (const auto* list : {&occupied_, &ghosts_}) {
     for (const auto b : *list) {
       for (std::uint32_t left = block(b).outbox.neighbours; left != 0; left &= left - 1) {
@@ -186,7 +191,7 @@ void Grid::refresh() {
       need(n);
     }
   }
-  if (ranks_ != nullptr) {
+  if (ranks_->size() > 1) {
     rebuild_lists();
     for (const std::int32_t b : ranks_->announce(*this)) need(b);
     rebuild_lists();
@@ -197,7 +202,7 @@ void Grid::refresh() {
     }
   }
   rebuild_lists();
-  if (ranks_ != nullptr) ranks_->plan(*this);
+  ranks_->plan(*this);
 }
 
 void Grid::rebuild_lists() {
@@ -223,7 +228,7 @@ void Grid::rebuild_lists() {
 std::size_t Grid::particle_count() const {
   std::size_t n = 0;
   for (const auto b : occupied_) n += static_cast<std::size_t>(block(b).particles.count());
-  return ranks_ == nullptr ? n : ranks_->particle_count(n);
+  return ranks_->particle_count(n);
 }
 
 std::size_t Grid::bytes() const {

@@ -12,6 +12,7 @@
 #include <array>
 #include <cstdint>
 #include <deque>
+#include <functional>
 #include <memory>
 #include <span>
 #include <unordered_map>
@@ -41,9 +42,9 @@ struct Block {
   Outbox outbox;                             ///< particles that leave
   bool owned = true;                         ///< false: a ghost, another rank's (ranks.hpp)
   bool at_border = false;                    ///< a block of another rank is among it and its neighbours
-  bool outer = false;                        ///< its particles touch nodes of blocks of other ranks: set by Ranks::plan
-  /// Where the particles' contributions go, by neighbour_slot. Ranks::plan sets it for blocks that share nodes with other ranks: to buffers
-  /// (Grid::new_buffer).
+  bool outer = false;                        ///< its particles touch nodes of blocks of other ranks: set by StepExchange::plan
+  /// Where the particles' contributions go, by neighbour_slot. StepExchange::plan sets it for blocks that share nodes with other ranks: to
+  /// buffers (Grid::new_buffer).
   const std::array<std::int32_t, 27>* buffers = nullptr;
   /// Indices in Grid of the nodes that the particles' contributions go to, by neighbour_slot.
   [[nodiscard]] const std::array<std::int32_t, 27>& targets() const { return buffers != nullptr ? *buffers : neighbour; }
@@ -87,8 +88,8 @@ class Grid {
   /// What the implementation of Ranks needs besides. Blocks of other ranks are in no list but ghosts(), and find() does not find them.
   /// @{
   /// From now on blocks have owners; call refresh() then. @param ranks  outlives the grid
-  void divide(Ranks* ranks);
-  [[nodiscard]] Ranks* ranks() const { return ranks_; }  ///< null: there is one rank
+  void divide(Ranks& ranks);
+  [[nodiscard]] Ranks& ranks() const { return *ranks_; }  ///< of which this grid has the blocks of one
   /// Asks again who owns which block, after that has changed. Call refresh() when blocks are where they belong.
   void ask_owners();
   /// The block with this coordinate, whoever owns it; created if needed.
@@ -190,8 +191,28 @@ class Grid {
   std::vector<std::int32_t> free_;
   std::unordered_map<std::uint64_t, std::int32_t> index_;
   std::vector<std::int32_t> all_, occupied_, ghosts_, buffers_;
-  Ranks* ranks_ = nullptr;
+  Ranks* ranks_ = &one_rank();
   std::array<std::vector<std::int32_t>, 8> coloured_;
+};
+
+/// Fields on the nodes of a grid that are treated alike.
+class NodeFields {
+ public:
+  /// All fields of a grid. @param grid  must outlive this object
+  explicit NodeFields(Grid& grid)
+      : count_(grid.fields()), nodes_of_([&grid](std::int32_t index, int number) -> NodeBlock& { return grid.field(number, index); }) {}
+  /// One field. @param field  by index of block, below Grid::index_end()
+  explicit NodeFields(std::span<NodeBlock> field)
+      : count_(1), nodes_of_([field](std::int32_t index, int) -> NodeBlock& { return field[static_cast<std::size_t>(index)]; }) {}
+
+  [[nodiscard]] int count() const { return count_; }                                        ///< number of fields
+  NodeBlock& of(std::int32_t index, int number) const { return nodes_of_(index, number); }  ///< the nodes of a block
+  /// Bytes of so many nodes in all fields.
+  [[nodiscard]] std::size_t bytes(std::size_t nodes) const { return static_cast<std::size_t>(count_) * nodes * sizeof(Node); }
+
+ private:
+  int count_;
+  std::function<NodeBlock&(std::int32_t index, int number)> nodes_of_;
 };
 
 }  // namespace mpm

@@ -87,16 +87,15 @@ Particle fastest_particle(const State& state) {
     const double speed = Eigen::Map<const Vec3>(p.velocity).squaredNorm();
     if (speed > most || (speed == most && p.id < fastest.id)) most = speed, fastest = p;
   };
-  Ranks* const ranks = state.grid.ranks();
-  if (ranks != nullptr) ranks->instruct(Task::fastest, state);
+  Ranks& ranks = state.grid.ranks();
+  ranks.instruct(CoreTask::fastest, state);
   state.grid.for_each_particle(compare);
-  if (ranks == nullptr) return fastest;
   Message mine;
   if (most >= 0.0) put(mine, fastest);
-  for (const Message& message : ranks->gather(std::move(mine))) {
+  for (const Message& message : ranks.gather(std::move(mine))) {
     if (!message.empty()) compare(MessageReader(message).get<Particle>());
   }
-  ranks->done();
+  ranks.done();
   return fastest;
 }
 
@@ -170,12 +169,10 @@ HeldParticles particles_inside(const State& state, const Scene& scene, const Bou
         });
       },
       boundary);
-  if (Ranks* const ranks = state.grid.ranks()) {
-    Message mine;
-    put(mine, std::exchange(found, {}));
-    for (const Message& message : ranks->gather(std::move(mine))) {
-      if (const auto other = MessageReader(message).get<Found>(); other.count > 0) found.add(other.count, other.first);
-    }
+  Message mine;
+  put(mine, std::exchange(found, {}));
+  for (const Message& message : state.grid.ranks().gather(std::move(mine))) {
+    if (const auto other = MessageReader(message).get<Found>(); other.count > 0) found.add(other.count, other.first);
   }
   if (found.count == 0) return {};
   return {found.count, place_of(found.first, scene)};

@@ -17,7 +17,7 @@ namespace mpm {
 ///
 /// P is the momentum after the boundaries have acted, with which the particles move, so that dt g.P is the work of gravity; a surface that
 /// moves with u does the work -J.u (Impulse::work), one at rest none. The rest can only be lost: contact, friction, plastic and viscous
-/// work, and both transfers (APIC: Jiang et al. 2015; the PIC/FLIP blend likewise, as long as the fraction of FLIP is at most 1). So gain
+/// work, and both transfers (APIC: Jiang et al. 2015; the PIC/FLIP blend, as long as the fraction of FLIP is at most 1). So gain
 /// can only fall, except for the oscillation of symplectic Euler, whose energy for a mode of frequency omega stays within the fraction
 /// omega dt/2 of a constant (Hairer, Lubich & Wanner, Geometric Numerical Integration, ch. IX). Its rise above its minimum is the excess, a
 /// sign of instability, compared with the largest E so far. In stable runs of this project's cases the ratio stayed below 0.02; the energy

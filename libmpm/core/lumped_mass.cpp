@@ -210,19 +210,17 @@ void correct_lumped_mass(Grid& grid, std::span<const LumpedMassCorrection> corre
   for (const auto b : grid.buffers()) correction[static_cast<std::size_t>(b)] = NodeBlock{};
   try_boundaries(acted);
   reflect_velocities(grid, mirror, acted);
-  Ranks* const ranks = grid.ranks();
+  Ranks& ranks = grid.ranks();
   const auto near = [&](const Index3& block) {
     return std::ranges::any_of(corrections, [&](const LumpedMassCorrection& c) { return c.reaches(block[0], block[1]); });
   };
-  if (ranks != nullptr) ranks->send_nodes(grid, near);
+  ranks.send_nodes(NodeFields(grid), near);
   for (const LumpedMassCorrection& c : corrections) c.add_inner(grid, correction);
-  if (ranks != nullptr) {
-    ranks->receive_nodes(grid);
-    for (const LumpedMassCorrection& c : corrections) c.add_outer(grid, correction);
-    ranks->send_parts(correction, near);
-    ranks->add_parts(correction);
-  }
-  fold_mirror_planes(grid, mirror, correction, acted);
+  ranks.receive_nodes(NodeFields(grid));
+  for (const LumpedMassCorrection& c : corrections) c.add_outer(grid, correction);
+  ranks.send_parts(NodeFields(correction), near);
+  ranks.add_parts(NodeFields(correction));
+  fold_mirror_planes(grid, mirror, NodeFields(correction), acted);
 #pragma omp parallel for schedule(static, 8)
   for (std::size_t i = 0; i < changed.size(); ++i) {
     const NodeBlock &before = untried[static_cast<std::size_t>(changed[i])], &more = correction[static_cast<std::size_t>(changed[i])];

@@ -41,18 +41,10 @@ void reflect(Grid& grid, std::span<const std::int32_t> blocks, int axis) {
 
 }  // namespace
 
-void fold_mirror_planes(Grid& grid, const MirrorPlanes& mirror) {
+void fold_mirror_planes(const Grid& grid, const MirrorPlanes& mirror, const NodeFields& fields, std::span<const std::int32_t> blocks) {
   for (int axis = 0; axis < 2; ++axis) {
     if (!mirror.across(axis)) continue;
-    for (int f = 0; f < grid.fields(); ++f)
-      fold(grid, grid.all_blocks(), axis, [&](std::int32_t b) -> NodeBlock& { return grid.field(f, b); });
-  }
-}
-
-void fold_mirror_planes(const Grid& grid, const MirrorPlanes& mirror, std::span<NodeBlock> field, std::span<const std::int32_t> blocks) {
-  const auto nodes_of = [&](std::int32_t b) -> NodeBlock& { return field[static_cast<std::size_t>(b)]; };
-  for (int axis = 0; axis < 2; ++axis) {
-    if (mirror.across(axis)) fold(grid, blocks, axis, nodes_of);
+    for (int f = 0; f < fields.count(); ++f) fold(grid, blocks, axis, [&](std::int32_t b) -> NodeBlock& { return fields.of(b, f); });
   }
 }
 

@@ -5,13 +5,9 @@
 
 namespace mpm {
 
-/// Adds the image of every particle to the nodes' momenta, and to the force impulses if they are kept apart. Call between particle_to_grid
-/// and update_grid.
-void fold_mirror_planes(Grid& grid, const MirrorPlanes& mirror);
-
-/// The same for another field of momenta. @param field  nodes by number of block, at least to the last in the grid's lists
+/// Adds the image of every particle to fields of momenta: to those of the grid between particle_to_grid and update_grid.
 /// @param blocks  of Grid::all_blocks(), all or some
-void fold_mirror_planes(const Grid& grid, const MirrorPlanes& mirror, std::span<NodeBlock> field, std::span<const std::int32_t> blocks);
+void fold_mirror_planes(const Grid& grid, const MirrorPlanes& mirror, const NodeFields& fields, std::span<const std::int32_t> blocks);
 
 /// Renews the images behind the planes after boundaries have changed the velocities before them. Velocities before forces need no renewal,
 /// because no boundary changes them. @param blocks  of Grid::all_blocks(), all or some

@@ -6,7 +6,6 @@
 #include <cmath>
 #include <optional>
 
-#include "libmpm/base/error.hpp"
 #include "libmpm/base/thread_time.hpp"
 #include "libmpm/core/diagnostics.hpp"
 #include "libmpm/core/health.hpp"
@@ -41,7 +40,7 @@ FluxTotals remove_outside(Grid& grid, std::int32_t index, const Scene& scene) {
 }
 
 /// Sum over the blocks of all ranks.
-FluxTotals sum_of(std::span<const FluxTotals> parts, Ranks* ranks) {
+FluxTotals sum_of(std::span<const FluxTotals> parts, RankGroup& ranks) {
   constexpr std::size_t counts = 2;  // its first members
   BlockSums sums(sizeof(FluxTotals) / sizeof(double));
   for (const FluxTotals& part : parts) {
@@ -64,8 +63,8 @@ void add_loop(StepTimes& times, double loop, const StepTimes& threads) {
 
 FluxTotals move_particles(State& state, const Scene& scene, const TransferOptions& options, ImpulseRecord& impulses, StepTimes* times) {
   Grid& grid = state.grid;
-  Ranks* const ranks = grid.ranks();
-  const bool measured = ranks != nullptr && ranks->measures();
+  Ranks& ranks = grid.ranks();
+  const bool measured = ranks.measures();
   const auto blocks = grid.occupied_blocks();
   std::vector<BlockMotion> motion(blocks.size());
   std::vector<FluxTotals> left(blocks.size());
@@ -95,12 +94,12 @@ FluxTotals move_particles(State& state, const Scene& scene, const TransferOption
             left[i] = remove_outside(grid, blocks[i], scene);
             collect_migrants(grid, blocks[i], motion[i]);
           });
-          if (measured) ranks->note_time(block, blocks[i], particles, thread_seconds() - start);
+          if (measured) ranks.note_time(block, blocks[i], particles, thread_seconds() - start);
         } catch (const std::bad_alloc&) {  // no exception may leave a parallel region
 #pragma omp atomic write
           out_of_memory = true;
         }
-        if (ranks != nullptr && omp_get_thread_num() == 0) ranks->progress();
+        if (omp_get_thread_num() == 0) ranks.progress();
       }
 #pragma omp critical
       of_threads += of_thread;
@@ -108,10 +107,8 @@ FluxTotals move_particles(State& state, const Scene& scene, const TransferOption
   };
   PhaseTimer(times != nullptr ? &loop : nullptr)(&StepTimes::grid_to_particle, [&] {
     move(false);
-    if (ranks != nullptr) {
-      ranks->receive_nodes(grid);
-      move(true);
-    }
+    ranks.receive_nodes(NodeFields(grid));
+    if (ranks.size() > 1) move(true);
   });
   if (out_of_memory) throw std::bad_alloc();
   if (times != nullptr) add_loop(*times, loop.grid_to_particle, of_threads);
@@ -123,12 +120,7 @@ FluxTotals move_particles(State& state, const Scene& scene, const TransferOption
       error = BlockError{grid.block(blocks[i]).coordinate, instability_text(state, scene, options.dt, blocks[i], motion[i])};
     max_speed_squared = std::max(max_speed_squared, motion[i].max_speed_squared);
   }
-  if (ranks != nullptr) {
-    max_speed_squared = ranks->agree(max_speed_squared, error);
-  } else if (error) {
-    throw UnstableError(error->text);
-  }
-  state.max_speed = std::sqrt(max_speed_squared);
+  state.max_speed = std::sqrt(ranks.agree(max_speed_squared, error));
   for (const auto& of_block : taken) {
     for (const ParticleContact::Taken& t : of_block) impulses.add_to_contact(t.boundary, t.layer, t.impulse);
   }

@@ -1,5 +1,5 @@
 #pragma once
-/// Parameters of the computation, in one place: what a case gives and what a scene carries.
+/// Parameters of the computation, in one place: what a case gives, and of these what a scene carries.
 
 #include <cmath>
 
@@ -13,18 +13,22 @@ namespace mpm {
 
 class ParameterReport;
 
-/// [numerics]: of the grid, of the particles, and of a step.
-struct Numerics {
-  double cell_size = 0.25;     ///< dx, m
-  int particles_per_cell = 8;  ///< a cube number: 1, 8, 27, 64
-  /// Velocities between grid and particles (core/transfer.hpp).
-  Transfer transfer = Transfer::aflip;
-  double flip_ratio = 0.95;                           ///< fraction of FLIP in the PIC/FLIP blend
-  double relaxation_cells = 5.0;                      ///< AFLIP: relaxation time of what the grid cannot represent, in dx/(c_P + |v|max)
+/// What a step reads.
+struct StepNumerics {
+  Transfer transfer = Transfer::aflip;  ///< velocities between grid and particles (core/transfer.hpp)
+  double flip_ratio = 0.95;             ///< fraction of FLIP in the PIC/FLIP blend
+  double relaxation_cells = 5.0;        ///< AFLIP: relaxation time of what the grid cannot represent, in dx/(c_P + |v|max)
+  double cfl = 0.4;                     ///< dt <= cfl dx / (c_P + |v|max)
+  double shock_viscosity = 10.0;        ///< c_2 of the viscosity of shocks (core/transfer.hpp)
+  bool operator==(const StepNumerics&) const = default;
+};
+
+/// [numerics]: of a step; and of the grid, the particles and the boundaries, when these are made.
+struct Numerics : StepNumerics {
+  double cell_size = 0.25;                            ///< dx, m
+  int particles_per_cell = 8;                         ///< a cube number: 1, 8, 27, 64
   ContactRule contact = ContactRule::surface;         ///< where walls and obstacle act (boundary/contact.hpp)
   Precision precision = Precision::double_precision;  ///< of particles and of computations on them (base/precision.hpp)
-  double cfl = 0.4;                                   ///< dt <= cfl dx / (c_P + |v|max)
-  double shock_viscosity = 10.0;                      ///< c_2 of the viscosity of shocks (core/transfer.hpp)
   double gravity = 9.81;                              ///< m/s^2
   double slope = 0.0;                                 ///< rad; gravity = g (sin, 0, -cos)
   Vec3 grid_offset = Vec3::Zero();  ///< shift of the whole scene against the grid, in cells; for studies of where surfaces cut cells

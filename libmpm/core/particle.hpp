@@ -12,7 +12,7 @@
 
 namespace mpm {
 
-/// Layout is relied on by the kernels of transfer.hpp (offsets in doubles):
+/// Layout is relied on by particle_groups.hpp and stress_update.cpp (offsets in doubles):
 ///   0 position(3) volume | 4 velocity(3) id | 8 affine(9) | 17 stress(6) | 23 internal
 /// so that each cache line is one 8-lane load, and the vectors are 4-lane loads.
 struct alignas(64) Particle {

@@ -2,7 +2,8 @@
 /// Common parts of both transfers: groups of particles of one cell in one register, four lanes each, and the block's halo of nodes.
 /// A Group is made for each kind of record, and the transfers are templates over it:
 ///   Group<Particle>      two particles in a Lanes,        {a_0 .. a_3 | b_0 .. b_3}; or one in a HalfLanes, where registers are shorter
-///   Group<SingleRecord>  four particles in a SingleLanes, {a_0 .. a_3 | b_0 .. b_3 | c_0 .. c_3 | d_0 .. d_3}; or two likewise
+///   Group<SingleRecord>  four particles in a SingleLanes, {a_0 .. a_3 | b_0 .. b_3 | c_0 .. c_3 | d_0 .. d_3}; or two, where registers are
+///   shorter
 /// For the sources of the transfers and of corrections that sum as they do.
 
 #include <array>

@@ -203,7 +203,7 @@ void scatter_blocks(Grid& grid, std::span<const std::int32_t> blocks, bool outer
           block.targets(), [&](std::int32_t b) -> NodeBlock& { return grid.field(f, b); },
           [&](Node* node, int first, auto count) { add_row(node, halo[f].node + first, count, velocity); });
     }
-    if (grid.ranks() != nullptr && omp_get_thread_num() == 0) grid.ranks()->progress();
+    if (omp_get_thread_num() == 0) grid.ranks().progress();
   }
 }
 
@@ -237,13 +237,11 @@ void scatter_inner(Grid& grid, const TransferOptions& options) {
 /// @tparam fields 1: momenta with those of the internal forces; 2: momenta and force impulses
 template <class Record, int fields>
 void scatter(Grid& grid, const TransferOptions& options) {
-  Ranks* const ranks = grid.ranks();
-  if (ranks != nullptr) {
-    scatter_outer<Record, fields>(grid, options);
-    ranks->send_parts(grid);
-  }
+  Ranks& ranks = grid.ranks();
+  if (ranks.size() > 1) scatter_outer<Record, fields>(grid, options);
+  ranks.send_parts(NodeFields(grid));
   scatter_inner<Record, fields>(grid, options);
-  if (ranks != nullptr) ranks->add_parts(grid);
+  ranks.add_parts(NodeFields(grid));
 }
 
 }  // namespace

@@ -63,9 +63,7 @@ struct Scene {
   Vec3 domain_min = Vec3::Constant(-1e3), domain_max = Vec3::Constant(1e3);  ///< m; particles that leave are removed and counted
   MirrorPlanes mirror;                                                       ///< only one side is computed
   Vec3 offset = Vec3::Zero();  ///< m: shift of the whole scene against the grid. What a user calls x is x + offset in State and Scene
-  /// A step reads of them how velocities pass between grid and particles, and the CFL number. The others have an effect when boundaries,
-  /// gravity, offset and the particles of the state are made: State::grid has its own cell size and precision.
-  Numerics numerics = {};
+  StepNumerics numerics = {};  ///< of the transfers and the size of a step
 };
 
 /// Momentum balance of one step: P(t+dt) - P(t) = entered + gravity - sum of impulses - left, to round-off

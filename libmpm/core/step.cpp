@@ -4,7 +4,6 @@
 
 #include <algorithm>
 
-#include "libmpm/core/joined_blocks.hpp"
 #include "libmpm/core/lumped_mass.hpp"
 #include "libmpm/core/move_particles.hpp"
 
@@ -44,11 +43,8 @@ class ThreadsForWork {
 
 StepReport step(State& state, const Scene& scene, double dt, StepTimes* times) {
   Grid& grid = state.grid;
-  Ranks* const ranks = grid.ranks();
-  if (ranks != nullptr) {
-    ranks->instruct(Task::step, state, dt);
-    ranks->prepare(grid, JoinedBlocks(scene, grid.cell_size(), state.time));
-  }
+  Ranks& ranks = grid.ranks();
+  ranks.begin_step(state, scene, dt);
   const TransferOptions options{.dt = dt,
                                 .density = density_of(scene.material),
                                 .affine = scene.numerics.transfer != Transfer::flip,
@@ -65,10 +61,10 @@ StepReport step(State& state, const Scene& scene, double dt, StepTimes* times) {
   timed(&StepTimes::particle_to_grid, [&] { particle_to_grid(grid, options); });  // m_i, p_i, dt f_i
 
   ImpulseRecord record = timed(&StepTimes::grid_update, [&] {
-    fold_mirror_planes(grid, scene.mirror);
+    fold_mirror_planes(grid, scene.mirror, NodeFields(grid), grid.all_blocks());
     return update_grid(grid, forces, dt, state.time);  // v_i, contact
   });
-  if (ranks != nullptr) ranks->send_nodes(grid);
+  ranks.send_nodes(NodeFields(grid));
 
   report.left = move_particles(state, scene, options, record, times);  // v_p, C_p, x_p, then the law: tau_p
 
@@ -82,7 +78,7 @@ StepReport step(State& state, const Scene& scene, double dt, StepTimes* times) {
   ++state.step;
   state.entered += report.entered;
   state.left += report.left;
-  if (ranks != nullptr) ranks->done();
+  ranks.done();
   return report;
 }
 

@@ -33,7 +33,7 @@ struct Case : BoundaryTables {
   std::string title;                     ///< heading of results and pictures; not part of the hash
   MaterialParameters material;           ///< [material]
   std::vector<BodySpec> bodies;          ///< [[body]]
-  std::optional<ConveyorSpec> conveyor;  ///< [conveyor], with its [[inflow]]
+  std::optional<ConveyorSpec> conveyor;  ///< [conveyor], with its [[conveyor.inflow]]
   std::optional<ObstacleSpec> obstacle;  ///< [obstacle]
   DomainSpec domain;                     ///< [domain]
   Numerics numerics;                     ///< [numerics]

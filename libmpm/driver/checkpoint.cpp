@@ -17,6 +17,7 @@
 #include "libmpm/driver/scene.hpp"
 #include "libmpm/io/hdf5.hpp"
 #include "libmpm/io/joint_file.hpp"
+#include "libmpm/parallel/block_exchange.hpp"
 
 namespace mpm {
 
@@ -131,7 +132,7 @@ Refuse refusing(const std::filesystem::path& path) {
 }  // namespace
 
 void read_checkpoint(const std::filesystem::path& path, const Case& c, State& state, RunProgress& progress, Arrays& observed,
-                     Ranks* ranks) {
+                     BlockExchange* ranks) {
   const hdf5::Reader file(path);
   const Refuse refuse = refusing(path);
   check_header(file, c, path, refuse);
@@ -151,13 +152,13 @@ void read_checkpoint(const std::filesystem::path& path, const Case& c, State& st
     put(where, std::span<const char>(std::filesystem::absolute(path).string()));
     ranks->share(where);
     ranks->cut(joined, heads);
-    found.grid.divide(ranks);
+    found.grid.divide(*ranks);
   }
   FirstError error;
   error.attempt([&] { blocks.restore_own(found.grid, found.next_id, refuse); });
-  agree_on_errors(error, ranks);
+  agree_on_errors(error, found.grid.ranks());
   found.grid.refresh();
-  if (ranks != nullptr) ranks->done();
+  found.grid.ranks().done();
 
   // Everything is there: from here on nothing is refused.
   state = std::move(found);
@@ -165,20 +166,19 @@ void read_checkpoint(const std::filesystem::path& path, const Case& c, State& st
   observed = std::move(arrays);
 }
 
-void read_own_blocks(const Case& c, const Scene& scene, State& state) {
-  Ranks& ranks = *state.grid.ranks();
+void read_own_blocks(const Case& c, const Scene& scene, State& state, BlockExchange& ranks) {
   Message where;
   ranks.share(where);
   const std::filesystem::path path = MessageReader(where).text();
   ranks.cut(JoinedBlocks(scene, c.numerics.cell_size, state.time), {});
   Grid grid(c.numerics.cell_size, c.numerics.precision);
-  grid.divide(&ranks);
+  grid.divide(ranks);
   FirstError error;
   error.attempt([&] {
     const hdf5::Reader file(path, hdf5::Seal::known_good);
     StoredBlocks(file, grid.precision()).restore_own(grid, state.next_id, refusing(path));
   });
-  if (!agree_on_errors(error, &ranks)) return;
+  if (!agree_on_errors(error, ranks)) return;
   grid.refresh();
   state.grid = std::move(grid);
 }
@@ -188,7 +188,7 @@ bool has_checkpoint(const std::filesystem::path& directory) {
 }
 
 std::string resume_from_checkpoint(const std::filesystem::path& directory, const Case& c, State& state, RunProgress& progress,
-                                   const AcceptCheckpoint& acceptable, Ranks* ranks) {
+                                   const AcceptCheckpoint& acceptable, BlockExchange* ranks) {
   std::vector<std::string> reasons;
   bool other_case = false;
   for (const char* name : {checkpoint_file, previous_checkpoint_file}) {

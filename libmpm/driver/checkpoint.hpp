@@ -13,6 +13,8 @@
 
 namespace mpm {
 
+class BlockExchange;
+
 /// Version 3: the state of observers is stored by name, as "observer.array". Other versions are refused.
 inline constexpr int checkpoint_format_version = 4;
 
@@ -37,9 +39,9 @@ void write_own_blocks(const State& state);
 /// @param ranks  not null: each takes its own blocks from the file, evenly divided, and no rank holds those of another
 /// @throws IoError if the file is missing, damaged, or of another version. @throws ConfigError if it is of another case; names the keys
 void read_checkpoint(const std::filesystem::path& path, const Case& c, State& state, RunProgress& progress, Arrays& observed,
-                     Ranks* ranks = nullptr);
+                     BlockExchange* ranks = nullptr);
 /// What the other ranks do in read_checkpoint() of the first. @param state  of this rank; it stays as it is if any rank fails
-void read_own_blocks(const Case& c, const Scene& scene, State& state);
+void read_own_blocks(const Case& c, const Scene& scene, State& state, BlockExchange& ranks);
 
 /// Whether a folder holds a checkpoint, good or bad.
 bool has_checkpoint(const std::filesystem::path& directory);
@@ -51,6 +53,6 @@ using AcceptCheckpoint = std::function<void(const State&, const RunProgress&, co
 /// @return empty if it was the newest; else the reason why the newest was refused; checkpoint.h5 has then become checkpoint.refused.h5
 /// @throws ConfigError if the newest is of another case, IoError with every reason if it is not, and there is no other
 std::string resume_from_checkpoint(const std::filesystem::path& directory, const Case& c, State& state, RunProgress& progress,
-                                   const AcceptCheckpoint& acceptable, Ranks* ranks = nullptr);
+                                   const AcceptCheckpoint& acceptable, BlockExchange* ranks = nullptr);
 
 }  // namespace mpm

@@ -11,6 +11,7 @@
 
 #include "libmpm/driver/pieces.hpp"
 #include "libmpm/io/joint_file.hpp"
+#include "libmpm/parallel/tasks.hpp"
 
 namespace mpm {
 
@@ -76,19 +77,18 @@ std::size_t particles_in(const hdf5::Reader& file) {
 std::vector<BlockHead> heads_of(const Grid& grid) {
   std::vector<BlockHead> heads;
   for (const auto b : grid.occupied_blocks()) heads.push_back({grid.block(b).coordinate, grid.block(b).particles.count()});
-  Ranks* const ranks = grid.ranks();
-  if (ranks == nullptr) return heads;
+  RankGroup& ranks = grid.ranks();
   Message message;
   put(message, std::span<const BlockHead>(heads));
   heads.clear();
-  for (const Message& some : ranks->gather(std::move(message))) {
+  for (const Message& some : ranks.gather(std::move(message))) {
     const auto more = MessageReader(some).values<BlockHead>();
     heads.insert(heads.end(), more.begin(), more.end());
   }
   std::ranges::sort(heads, comes_before, &BlockHead::block);
   Message all;
   put(all, std::span<const BlockHead>(heads));
-  ranks->share(all);
+  ranks.share(all);
   return MessageReader(all).values<BlockHead>();
 }
 
@@ -163,7 +163,7 @@ std::vector<BlockHead> StoredBlocks::heads(const Refuse& refuse) const {
 }
 
 void StoredBlocks::restore_own(Grid& grid, std::uint64_t next_id, const Refuse& refuse) const {
-  const auto own = [&](std::size_t b) { return grid.ranks() == nullptr || grid.ranks()->owns(coordinate_of(b)); };
+  const auto own = [&](std::size_t b) { return grid.ranks().owns(coordinate_of(b)); };
   std::vector<std::uint64_t> ids;
   std::size_t first = 0;  // particle
   for (std::size_t b = 0; b < counts_.size();) {
@@ -212,7 +212,7 @@ void declare_blocks(hdf5::Writer& file, Precision precision, std::span<const Blo
 void write_blocks(const State& state, const std::function<std::unique_ptr<hdf5::Writer>(std::span<const BlockHead>)>& make,
                   const std::filesystem::path& keep_as) {
   const Grid& grid = state.grid;
-  if (grid.ranks() != nullptr) grid.ranks()->instruct(Task::blocks, state);
+  grid.ranks().instruct(Task::blocks, state);
   const std::vector<BlockHead> heads = heads_of(grid);
   JointFile file(grid.ranks());
   Message nothing;

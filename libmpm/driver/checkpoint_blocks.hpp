@@ -9,9 +9,9 @@
 #include <string>
 #include <vector>
 
-#include "libmpm/core/ranks.hpp"
 #include "libmpm/core/state.hpp"
 #include "libmpm/io/hdf5.hpp"
+#include "libmpm/parallel/partition.hpp"
 
 namespace mpm {
 

@@ -31,7 +31,6 @@ Result about_execution(std::string name, Value value, std::string unit, std::str
 std::vector<Result> Execution::summary(const Summary& end) const {
   const BuildInfo build = build_info();
   const RunProgress& p = *end.progress;
-  const Ranks* const ranks = end.state->grid.ranks();
   std::vector<Result> results{
       about_execution("format_version", results_format_version, "", "version of the format of results.json"),
       about_execution("title", title_, "", "title of the case"),
@@ -41,7 +40,7 @@ std::vector<Result> Execution::summary(const Summary& end) const {
       about_execution("compiler", std::string(build.compiler), "", "compiler of the program"),
       about_execution("instruction_set", std::string(build.instruction_set), "", "widest vector instructions of the program"),
       about_execution("precision", std::string(name_of(end.state->grid.precision())), "", "precision of the particles: double or single"),
-      about_execution("ranks", std::uint64_t(ranks == nullptr ? 1 : ranks->size()), "", "processes that computed together"),
+      about_execution("ranks", static_cast<std::uint64_t>(end.state->grid.ranks().size()), "", "processes that computed together"),
       about_execution("threads", std::uint64_t(omp_get_max_threads()), "", "threads, of each rank"),
       {"duration_s", end.state->time, "s", "simulated time"},
       about_execution("wall_time_s", p.wall_time, "s", "wall time; for a resumed run, the sum over all its parts"),

@@ -52,9 +52,9 @@ struct ObserverDescription {
 /// Names of the entries of one nature that a run writes into results.json (not `mpm post`), in their order.
 [[nodiscard]] std::vector<std::string> run_entries(Nature nature);
 
-/// Tables of everything that can be measured, as Markdown and as JSON {"columns": [...], "profiles": [...], "results": [...]}.
+/// Tables of everything that can be measured, as Markdown.
 [[nodiscard]] std::string observers_markdown();
-/// The same as JSON, for scripts that read runs.
+/// The same as JSON {"columns": [...], "profiles": [...], "results": [...]}, for scripts that read runs.
 [[nodiscard]] std::string observers_json();
 
 }  // namespace mpm

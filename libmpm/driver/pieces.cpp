@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "libmpm/core/particle_order.hpp"
+#include "libmpm/parallel/tasks.hpp"
 
 namespace mpm {
 
@@ -23,12 +24,12 @@ struct Cuts {
 };
 
 /// Makes the division, equal on all ranks, from counts in intervals of numbers. @param end  above all numbers
-Cuts cuts_of(const ParticleOrder& own, std::uint64_t end, Ranks* ranks, std::uint64_t most) {
+Cuts cuts_of(const ParticleOrder& own, std::uint64_t end, RankGroup& ranks, std::uint64_t most) {
   constexpr std::uint64_t most_stretches = std::uint64_t{1} << 20;
   const std::uint64_t stretch = std::max({std::uint64_t{1}, most / 8, end / most_stretches});
   std::vector<std::uint64_t> counts((end + stretch - 1) / stretch, 0);
   for (std::size_t i = 0; i < own.size(); ++i) ++counts[own.id(i) / stretch];
-  if (ranks != nullptr) ranks->sum(counts);
+  ranks.sum(counts);
   Cuts cuts;
   std::uint64_t piece = 0;
   for (std::size_t s = 0; s < counts.size(); ++s) {
@@ -53,9 +54,9 @@ std::uint64_t most_of(PieceSize size, int ranks) {
 }  // namespace
 
 void pass_particles(const State& state, const ParticleSink& sink, PieceSize size) {
-  Ranks* const ranks = state.grid.ranks();
-  if (ranks != nullptr) ranks->instruct(Task::particles, state);
-  const int all = ranks == nullptr ? 1 : ranks->size(), me = ranks == nullptr ? 0 : ranks->rank();
+  Ranks& ranks = state.grid.ranks();
+  ranks.instruct(Task::particles, state);
+  const int all = ranks.size(), me = ranks.rank();
   const ParticleOrder own(state.grid);
   const Cuts cuts = cuts_of(own, state.next_id, ranks, most_of(size, all));
   const std::size_t mine = cuts.first_of(me, all);
@@ -77,13 +78,11 @@ void pass_particles(const State& state, const ParticleSink& sink, PieceSize size
         put(out[rank], std::span<const Particle>(part));
       }
     }
-    if (ranks != nullptr) {
-      for (const auto& [rank, message] : ranks->exchange(std::move(out))) {
-        const auto others = MessageReader(message).values<Particle>();
-        piece.insert(piece.end(), others.begin(), others.end());
-      }
-      std::ranges::sort(piece, {}, &Particle::id);
+    for (const auto& [rank, message] : ranks.exchange(std::move(out))) {
+      const auto others = MessageReader(message).values<Particle>();
+      piece.insert(piece.end(), others.begin(), others.end());
     }
+    if (all > 1) std::ranges::sort(piece, {}, &Particle::id);
     if (!piece.empty()) sink.append(piece);
   }
 }

@@ -22,7 +22,7 @@ struct ParticleSink {
   std::function<void(std::size_t particles, std::size_t before)> begin;
   std::function<void(std::span<const Particle>)> append;  ///< the next ones of this rank, by rising number
 };
-/// Called by all ranks; the first instructs the others (Task::particles). Ranks::done() is left to the caller.
+/// Called by all ranks; the first instructs the others (Task::particles). RankTasks::done() is left to the caller.
 void pass_particles(const State& state, const ParticleSink& sink, PieceSize size = {});
 
 /// Writes all particles, on all ranks. @param file  on the first rank it says what is written. @throws as SnapshotWriter::commit

@@ -29,6 +29,7 @@
 #include "libmpm/io/snapshot.hpp"
 #include "libmpm/io/xdmf.hpp"
 #include "libmpm/observe/observer_list.hpp"
+#include "libmpm/parallel/block_exchange.hpp"
 
 namespace mpm {
 
@@ -292,7 +293,7 @@ void Run::checkpoint(const char* why) {
 
 RunResult Run::finish(bool complete) {
   checkpoint(complete ? "end" : "stopped");
-  if (options_.ranks != nullptr) write_file(options_.out / "ranks.json", report_of_ranks(state_));
+  if (options_.ranks != nullptr) write_file(options_.out / "ranks.json", report_of_ranks(state_, *options_.ranks));
   RunResult result;
   result.finished = complete;
   result.time = state_.time;

@@ -13,6 +13,8 @@
 
 namespace mpm {
 
+class BlockExchange;
+
 /// Progress of a run, for a display.
 struct Progress {
   double time = 0.0, duration = 0.0;          ///< s
@@ -35,7 +37,8 @@ struct RunOptions {
   std::function<void(const Progress&)> on_progress;  ///< after every sample, and for messages
   /// Additional observers, after those of driver/observers.cpp; their columns and results are written like all others.
   std::vector<std::shared_ptr<Observer>> observers;
-  Ranks* ranks = nullptr;  ///< if not null: the run has several ranks (driver/worker.hpp), and this is the first; must outlive the run
+  /// If not null: the run has several ranks (driver/worker.hpp), and this is the first. It must outlive the run.
+  BlockExchange* ranks = nullptr;
   std::function<Request()> poll;  ///< called after every sample, for example to report a signal
 };
 

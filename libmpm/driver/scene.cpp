@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <map>
 #include <type_traits>
 
 #include "libmpm/base/error.hpp"
@@ -11,6 +12,7 @@
 #include "libmpm/core/joined_blocks.hpp"
 #include "libmpm/driver/terrain_raster.hpp"
 #include "libmpm/impact/conveyor.hpp"
+#include "libmpm/parallel/block_exchange.hpp"
 
 namespace mpm {
 
@@ -98,36 +100,51 @@ void fill(State& state, const Case& c, const Scene& scene) {
   }
 }
 
-/// How many particles each block will hold; on the first rank.
-std::vector<BlockHead> particles_of_blocks(const Case& c, const Scene& scene, Ranks& ranks) {
+/// Owns no block: a grid takes none of the particles, and they are counted.
+class CountedBlocks : public OneRank {
+ public:
+  [[nodiscard]] bool owns(const Index3& block) const override { return ++counts_[block], false; }
+  /// In the order of the blocks.
+  [[nodiscard]] std::vector<BlockHead> heads() const {
+    std::vector<BlockHead> heads;
+    for (const auto& [block, count] : counts_) heads.push_back({block, count});
+    return heads;
+  }
+
+ private:
+  mutable std::map<Index3, std::int32_t, decltype([](const Index3& a, const Index3& b) { return comes_before(a, b); })> counts_;
+};
+
+/// How many particles each block will hold.
+std::vector<BlockHead> particles_of_blocks(const Case& c, const Scene& scene) {
+  CountedBlocks counted;
   State state(c.numerics.cell_size, c.numerics.precision);
-  state.grid.divide(&ranks);
-  ranks.count_blocks();
+  state.grid.divide(counted);
   fill(state, c, scene);
-  return ranks.counted_blocks();
+  return counted.heads();
 }
 
 }  // namespace
 
-State make_state(const Case& c, const Scene& scene, Ranks* ranks) {
+State make_state(const Case& c, const Scene& scene, BlockExchange* ranks) {
   State state(c.numerics.cell_size, c.numerics.precision);
   if (ranks != nullptr) {
     std::vector<BlockHead> heads;
     if (ranks->first())
-      heads = particles_of_blocks(c, scene, *ranks);  // an error in the case ends the run here, where the others wait for no answer
+      heads = particles_of_blocks(c, scene);  // an error in the case ends the run here, where the others wait for no answer
     ranks->instruct(Task::start, state);
     ranks->cut(JoinedBlocks(scene, c.numerics.cell_size, state.time), heads);
-    state.grid.divide(ranks);
+    state.grid.divide(*ranks);
   }
   fill(state, c, scene);
   state.grid.refresh();
-  if (ranks != nullptr) ranks->done();
+  state.grid.ranks().done();
   return state;
 }
 
 std::vector<std::string> particles_inside_boundaries(const State& state, const CaseScene& scene) {
-  Ranks* const ranks = state.grid.ranks();
-  if (ranks != nullptr) ranks->instruct(Task::inside, state);
+  Ranks& ranks = state.grid.ranks();
+  ranks.instruct(Task::inside, state);
   std::vector<std::string> warnings;
   for (std::size_t b = 0; b < scene.boundaries.size(); ++b) {
     if (scene.source && b != scene.obstacle) continue;
@@ -140,7 +157,7 @@ std::vector<std::string> particles_inside_boundaries(const State& state, const C
                                    counted(held.count, "particle"), held.count == 1 ? "is" : "are", which, held.count == 1 ? "it" : "them",
                                    held.first));
   }
-  if (ranks != nullptr) ranks->done();
+  ranks.done();
   return warnings;
 }
 

@@ -10,6 +10,8 @@
 
 namespace mpm {
 
+class BlockExchange;
+
 /// The mirror planes of a case, of its domain or of its conveyor.
 [[nodiscard]] MirrorPlanes mirror_planes(const Case& c);
 
@@ -33,7 +35,7 @@ CaseScene make_scene(const Case& c);
 /// uneven ground only what lies above it. Identity numbers run from 0 in the order of the bodies, x fastest.
 /// @param ranks  not null: all ranks call this, the others when the first is in it (Task::start). The blocks are divided evenly by their
 ///        particles, which are counted first, and no rank holds those of another. @throws ConfigError, on the first rank
-State make_state(const Case& c, const Scene& scene, Ranks* ranks = nullptr);
+State make_state(const Case& c, const Scene& scene, BlockExchange* ranks = nullptr);
 
 /// One warning for every boundary that holds particles (particles_inside). With a conveyor, whose snow starts behind the inlet, only the
 /// obstacle is checked. Called on the first rank, for the particles of all ranks.

@@ -1,6 +1,7 @@
 #include "libmpm/driver/worker.hpp"
 
 #include <nlohmann/json.hpp>
+#include <utility>
 
 #include "libmpm/base/error.hpp"
 #include "libmpm/core/health.hpp"
@@ -9,24 +10,30 @@
 #include "libmpm/driver/pieces.hpp"
 #include "libmpm/driver/scene.hpp"
 #include "libmpm/observe/observer_list.hpp"
+#include "libmpm/parallel/block_exchange.hpp"
+#include "libmpm/parallel/block_message.hpp"
 
 namespace mpm {
 
 namespace {
 
-std::size_t own_particles(const State& state) {
-  std::size_t n = 0;
-  state.grid.for_each_particle([&](const Particle&) { ++n; });
-  return n;
+/// Counts of all ranks, on the first; elsewhere nothing.
+std::vector<RankCounts> gathered_counts(const State& state, BlockExchange& ranks) {
+  RankCounts own = ranks.counts();
+  state.grid.for_each_particle([&](const Particle&) { ++own.particles; });
+  Message mine;
+  put(mine, own);
+  std::vector<RankCounts> all;
+  for (const Message& message : ranks.gather(std::move(mine))) all.push_back(MessageReader(message).get<RankCounts>());
+  return all;
 }
 
 }  // namespace
 
-std::string report_of_ranks(const State& state) {
-  Ranks& ranks = *state.grid.ranks();
+std::string report_of_ranks(const State& state, BlockExchange& ranks) {
   ranks.instruct(Task::report, state);
   auto all = nlohmann::ordered_json::array();
-  for (const RankCounts& c : ranks.counts(own_particles(state))) {
+  for (const RankCounts& c : gathered_counts(state, ranks)) {
     all.push_back({{"rank", all.size()},
                    {"particles", c.particles},
                    {"steps", c.steps},
@@ -53,24 +60,24 @@ std::string report_of_ranks(const State& state) {
   return nlohmann::ordered_json{{"ranks", all}}.dump(1) + "\n";
 }
 
-void work_on(const Case& c, Ranks& ranks) {
+void work_on(const Case& c, BlockExchange& ranks) {
   const CaseScene scene = make_scene(c);
   const ObserverList observers(make_observers(c, scene));
   State state(c.numerics.cell_size, c.numerics.precision);
-  state.grid.divide(&ranks);
+  state.grid.divide(ranks);
   Grid nothing(c.numerics.cell_size, c.numerics.precision);
   for (;;) {
-    const Ranks::Instruction instruction = ranks.next_instruction(state);
+    const Instruction instruction = ranks.next_instruction(state);
     try {
       switch (instruction.task) {
         case Task::start: state = make_state(c, scene, &ranks); break;
-        case Task::restore: read_own_blocks(c, scene, state); break;
+        case Task::restore: read_own_blocks(c, scene, state, ranks); break;
         case Task::step: step(state, scene, instruction.dt); break;
         case Task::totals: totals(state, scene); break;
         case Task::fastest: fastest_particle(state); break;
         case Task::inside: particles_inside_boundaries(state, scene); break;
         case Task::observe:
-          ranks.collect(
+          collect_blocks(
               state.grid, [&](const Block& b) { return observers.visits(b, scene, c.numerics.cell_size); }, nothing);
           break;
         case Task::particles: {
@@ -79,7 +86,7 @@ void work_on(const Case& c, Ranks& ranks) {
           break;
         }
         case Task::blocks: write_own_blocks(state); break;
-        case Task::report: ranks.counts(own_particles(state)); break;
+        case Task::report: gathered_counts(state, ranks); break;
         case Task::end: return;
       }
       ranks.done();

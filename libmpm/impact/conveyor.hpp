@@ -4,7 +4,9 @@
 /// Frame: front face of the obstacle at x = 0, axis y = 0, floor z = 0. The front of the plug is at the face at t = 0, so the
 /// front arrives at t = 0; downstream is empty.
 ///
-/// - floor: frictionless, separable. Side walls |y| = W/2: move with v along x and drag the plug.
+/// - floor: frictionless, separable; none where uneven ground takes its place. Side walls |y| = W/2 move with v along x; they drag the
+/// plug,
+///   or it slips along them.
 /// - strip: the published set-up. All L = v t_max + 3 m of snow (Table 2) are particles; the rear is a free surface.
 /// - window: the plug from the inlet x = -upstream to the outlet x = +downstream. Nodes at or behind the inlet move with v along x and are
 /// free

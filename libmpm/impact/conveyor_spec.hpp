@@ -23,7 +23,7 @@ struct InflowPoint {
   double density_ratio = 1.0;         ///< density of the entering snow over rho_0, by compaction before it enters
   bool operator==(const InflowPoint&) const = default;
 
-  /// The keys of [[inflow]] (base/parameter.hpp).
+  /// The keys of [[conveyor.inflow]] (base/parameter.hpp).
   template <class Table>
   static void declare(Table& table) {
     table.add("time_s", &InflowPoint::time).unit("s").range(0.0, 1e6).required().text("Time of this row, above that of the row before");

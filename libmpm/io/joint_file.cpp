@@ -66,21 +66,17 @@ Message report_of(const FirstError& error, int rank) {
 
 }  // namespace
 
-bool agree_on_errors(const FirstError& own, Ranks* ranks) {
-  if (ranks == nullptr) {
-    own.rethrow();
-    return true;
-  }
+bool agree_on_errors(const FirstError& own, Ranks& ranks) {
   Message failed;
   const Message* worst = nullptr;
-  const auto reports = ranks->gather(report_of(own, ranks->rank()));
+  const auto reports = ranks.gather(report_of(own, ranks.rank()));
   for (const Message& report : reports) {
     if (worst == nullptr && !report.empty()) worst = &report;
   }
   if (worst != nullptr) put(failed, std::byte{1});
-  ranks->share(failed);
+  ranks.share(failed);
   if (worst != nullptr) {
-    ranks->done();
+    ranks.done();
     own.rethrow();
     rethrow(*worst);
   }
@@ -89,22 +85,19 @@ bool agree_on_errors(const FirstError& own, Ranks* ranks) {
 
 void JointFile::begin(const std::function<std::unique_ptr<hdf5::Writer>()>& make, Message& about) {
   hdf5::Layout layout;
-  const bool first = ranks_ == nullptr || ranks_->first();
-  if (first) {
+  if (ranks_.first()) {
     error_.attempt([&] {
       file_ = make();
       layout = file_->layout();
     });
   }
-  if (ranks_ != nullptr) {
-    Message message;
-    put_layout(message, layout);
-    put(message, std::span<const std::byte>(about));
-    ranks_->share(message);
-    MessageReader reader(message);
-    layout = get_layout(reader);
-    about = reader.values<std::byte>();
-  }
+  Message message;
+  put_layout(message, layout);
+  put(message, std::span<const std::byte>(about));
+  ranks_.share(message);
+  MessageReader reader(message);
+  layout = get_layout(reader);
+  about = reader.values<std::byte>();
   if (layout.temporary.empty()) return;  // the first rank could not begin it
   error_.attempt([&] { values_.emplace(std::move(layout)); });
 }
@@ -113,16 +106,16 @@ void JointFile::commit(const std::filesystem::path& keep_as) {
   std::vector<hdf5::WrittenBytes> written;
   attempt([&](hdf5::ArrayWriter& values) { written = values.finish(); });
   values_.reset();
-  std::vector<Message> all(1);
-  put(all.front(), std::span<const hdf5::WrittenBytes>(written));
-  if (ranks_ != nullptr) all = ranks_->gather(std::move(all.front()));
+  Message mine;
+  put(mine, std::span<const hdf5::WrittenBytes>(written));
+  const std::vector<Message> all = ranks_.gather(std::move(mine));
   if (file_) {
     error_.attempt([&] {
       for (const Message& message : all) file_->add(MessageReader(message).values<hdf5::WrittenBytes>());
     });
   }
   agree_on_errors(error_, ranks_);
-  if (ranks_ != nullptr) ranks_->done();
+  ranks_.done();
   if (file_) file_->commit(keep_as);
 }
 

@@ -12,16 +12,16 @@
 
 namespace mpm {
 
-/// All ranks learn whether one of them has failed. @param ranks  null: there is one
+/// All ranks learn whether one of them has failed.
 /// @returns whether none has. @throws on the first rank what it caught itself, else the error of the rank with the lowest number, with the
 /// rank's number and machine; the task of all ranks has ended then
-bool agree_on_errors(const FirstError& own, Ranks* ranks);
+bool agree_on_errors(const FirstError& own, Ranks& ranks);
 
 /// One file. All ranks call the same functions, in the order in which they are here. Nothing is thrown before commit(): the others wait.
 class JointFile {
  public:
-  /// @param ranks  null: there is one
-  explicit JointFile(Ranks* ranks) : ranks_(ranks) {}
+  /// @param ranks  those that write
+  explicit JointFile(Ranks& ranks) : ranks_(ranks) {}
 
   /// @param make  called on the first rank: the file, with its arrays declared
   /// @param about  given by the first rank, to all: what the others need to know besides
@@ -38,7 +38,7 @@ class JointFile {
   void commit(const std::filesystem::path& keep_as = {});
 
  private:
-  Ranks* ranks_;
+  Ranks& ranks_;
   std::unique_ptr<hdf5::Writer> file_;       ///< on the first rank
   std::optional<hdf5::ArrayWriter> values_;  ///< of this rank; empty after a failure
   FirstError error_;

@@ -262,7 +262,7 @@ SnapshotWriter::SnapshotWriter(Kind kind, std::filesystem::path path, SnapshotIn
 }
 SnapshotWriter::~SnapshotWriter() = default;
 
-void SnapshotWriter::begin(std::size_t particles, std::size_t first, Ranks* ranks) {
+void SnapshotWriter::begin(std::size_t particles, std::size_t first, Ranks& ranks) {
   file_->particles = particles;
   file_->next = first;
   Message about;  // what the columns of another rank depend on

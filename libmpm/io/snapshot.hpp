@@ -33,10 +33,10 @@
 
 #include "libmpm/base/error.hpp"
 #include "libmpm/base/precision.hpp"
+#include "libmpm/core/ranks.hpp"
 
 namespace mpm {
 
-class Ranks;
 struct Particle;
 struct Scene;
 struct State;
@@ -100,9 +100,9 @@ class SnapshotWriter {
   SnapshotWriter(const SnapshotWriter&) = delete;
   SnapshotWriter& operator=(const SnapshotWriter&) = delete;
 
-  /// Begins the file. @param particles  of all pieces and ranks. @param first  row of the first of this rank. @param ranks  null: there is
-  /// one
-  void begin(std::size_t particles, std::size_t first = 0, Ranks* ranks = nullptr);
+  /// Begins the file. @param particles  of all pieces and ranks. @param first  row of the first of this rank. @param ranks  those that
+  /// write it
+  void begin(std::size_t particles, std::size_t first = 0, Ranks& ranks = one_rank());
   /// The next particles.
   void append(const ParticleTable& piece);
   /// The next particles, by rising identity number.

@@ -5,6 +5,8 @@
 #include <limits>
 
 #include "libmpm/io/csv.hpp"
+#include "libmpm/parallel/block_message.hpp"
+#include "libmpm/parallel/tasks.hpp"
 
 namespace mpm {
 
@@ -40,12 +42,10 @@ bool visited(Observers observers, const ParticleBatch& batch) {
 void visit_all(Observers observers, const State& state, const Scene& scene) {
   const Grid& own = state.grid;
   Grid others(own.cell_size(), own.precision());
-  if (Ranks* const ranks = own.ranks()) {
-    ranks->instruct(Task::observe, state);
-    ranks->collect(
-        own, [&](const Block& block) { return visited(observers, ParticleBatch(block, scene, own.cell_size())); }, others);
-    ranks->done();
-  }
+  own.ranks().instruct(Task::observe, state);
+  collect_blocks(
+      own, [&](const Block& block) { return visited(observers, ParticleBatch(block, scene, own.cell_size())); }, others);
+  own.ranks().done();
   const auto a = own.occupied_blocks(), b = others.occupied_blocks();
   for (std::size_t i = 0, j = 0; i < a.size() || j < b.size();) {
     const bool from_own = j == b.size() || (i < a.size() && comes_before(own.block(a[i]).coordinate, others.block(b[j]).coordinate));

@@ -10,7 +10,6 @@
 
 #include "libmpm/base/error.hpp"
 #include "libmpm/core/state.hpp"
-#include "libmpm/parallel/block_message.hpp"
 
 namespace mpm {
 
@@ -27,13 +26,13 @@ std::vector<int> ranks_in(const std::map<int, T>& map) {
 
 // ---- Instructions of the first rank, errors and sums ------------------------------------------------------------------------------------
 
-void BlockExchange::begin(Task task) {
+void BlockExchange::begin(TaskNumber task) {
   busy_ = true;
-  constexpr Task of_files[] = {Task::start, Task::restore, Task::particles, Task::blocks};
-  counting_ = std::ranges::find(of_files, task) == std::end(of_files);
+  constexpr TaskNumber of_particles[] = {Task::start, Task::restore, Task::observe, Task::particles, Task::blocks};
+  counting_ = std::ranges::find(of_particles, task) == std::end(of_particles);
 }
 
-void BlockExchange::instruct(Task task, const State& state, double dt) {
+void BlockExchange::instruct(TaskNumber task, const State& state, double dt) {
   begin(task);
   if (!first()) return;
   Message message;
@@ -43,12 +42,12 @@ void BlockExchange::instruct(Task task, const State& state, double dt) {
   transport_.broadcast(message);
 }
 
-Ranks::Instruction BlockExchange::next_instruction(State& state) {
+Instruction BlockExchange::next_instruction(State& state) {
   Message message;
   transport_.broadcast(message);
   MessageReader reader(message);
   Instruction instruction;
-  instruction.task = reader.get<Task>();
+  instruction.task = reader.get<TaskNumber>();
   instruction.dt = reader.get<double>();
   state.time = reader.get<double>();
   state.max_speed = reader.get<double>();
@@ -104,50 +103,7 @@ std::vector<Message> BlockExchange::gather(Message mine) {
   return transport_.gather(std::move(mine));
 }
 
-void BlockExchange::collect(const Grid& from, const std::function<bool(const Block&)>& wanted, Grid& into) {
-  std::vector<std::int32_t> blocks;
-  std::size_t particles = 0;
-  for (const auto b : from.occupied_blocks()) {
-    if (first() || !wanted(from.block(b))) continue;
-    blocks.push_back(b);
-    particles += static_cast<std::size_t>(from.block(b).particles.count());
-  }
-  Message mine;
-  mine.reserve(message_bytes(blocks.size(), particles, from.precision()));
-  for (const auto b : blocks) put_block(mine, from.block(b));
-  auto all = transport_.gather(std::move(mine));
-  for (Message& message : all) {
-    get_blocks(message, into);
-    message = {};
-  }
-  into.refresh();
-}
-
-std::vector<RankCounts> BlockExchange::counts(std::size_t particles) {
-  RankCounts own = counts_;
-  own.particles = particles;
-  Message mine;
-  put(mine, own);
-  std::vector<RankCounts> all;
-  for (const Message& message : transport_.gather(std::move(mine))) all.push_back(MessageReader(message).get<RankCounts>());
-  return all;
-}
-
 // ---- Owners and borders -----------------------------------------------------------------------------------------------------------------
-
-bool BlockExchange::takes(const Index3& block) {
-  if (!counted_) return owns(block);
-  ++counted_->try_emplace(morton_key(block), BlockHead{block, 0}).first->second.count;
-  return false;
-}
-
-std::vector<BlockHead> BlockExchange::counted_blocks() {
-  std::vector<BlockHead> heads;
-  for (const auto& [key, head] : *counted_) heads.push_back(head);
-  std::ranges::sort(heads, comes_before, &BlockHead::block);
-  counted_.reset();
-  return heads;
-}
 
 void BlockExchange::cut(const JoinedBlocks& joined, std::span<const BlockHead> heads) {
   ownership_.cut(joined, heads);
@@ -155,11 +111,12 @@ void BlockExchange::cut(const JoinedBlocks& joined, std::span<const BlockHead> h
   fresh_ = true;
 }
 
-void BlockExchange::prepare(Grid& grid, const JoinedBlocks& joined) {
-  if (ownership_.renew(grid, joined, costs_, now_)) {
+void BlockExchange::begin_step(State& state, const Scene& scene, double dt) {
+  instruct(Task::step, state, dt);
+  if (ownership_.renew(state.grid, JoinedBlocks(scene, state.grid.cell_size(), state.time), costs_, now_)) {
     fresh_ = true;
     ++counts_.moves;
-    grid.refresh();
+    state.grid.refresh();
   }
   if (measures()) clock_.start();
   ++counts_.steps;

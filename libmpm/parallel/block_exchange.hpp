@@ -17,11 +17,11 @@
 /// derive the layouts of all messages (halo_plan.hpp) from these lists.
 
 #include <map>
-#include <unordered_map>
 #include <vector>
 
 #include "libmpm/parallel/halo_exchange.hpp"
 #include "libmpm/parallel/ownership.hpp"
+#include "libmpm/parallel/tasks.hpp"
 
 namespace mpm {
 
@@ -33,52 +33,46 @@ class BlockExchange : public Ranks {
 
   [[nodiscard]] int size() const override { return transport_.size(); }
   [[nodiscard]] int rank() const override { return transport_.rank(); }
-  [[nodiscard]] bool first() const override { return transport_.rank() == 0; }
-  [[nodiscard]] bool owns(const Index3& block) const override { return ownership_.owns(block); }
-  [[nodiscard]] bool at_border(const Index3& block) const override { return ownership_.at_border(block); }
-  void instruct(Task task, const State& state, double dt) override;
-  Instruction next_instruction(State& state) override;
-  void done() override;
-  [[nodiscard]] bool busy() const override { return busy_; }
-  void cut(const JoinedBlocks& joined, std::span<const BlockHead> heads) override;
-  void prepare(Grid& grid, const JoinedBlocks& joined) override;
-  std::vector<std::int32_t> announce(Grid& grid) override;
-  void plan(Grid& grid) override;
-  void send_parts(Grid& grid) override { halo_.send_parts(NodeFields(grid), plan_.all()); }
-  void send_parts(std::span<NodeBlock> field, const BlockChoice& givers) override {
-    halo_.send_parts(NodeFields(field), plan_.some(givers));
-  }
-  void add_parts(Grid& grid) override { halo_.add_parts(NodeFields(grid)); }
-  void add_parts(std::span<NodeBlock> field) override { halo_.add_parts(NodeFields(field)); }
-  void send_nodes(Grid& grid) override { halo_.send_nodes(NodeFields(grid), plan_.all()); }
-  void send_nodes(Grid& grid, const BlockChoice& givers) override { halo_.send_nodes(NodeFields(grid), plan_.some(givers)); }
-  void receive_nodes(Grid& grid) override { halo_.receive_nodes(NodeFields(grid)); }
-  void progress() noexcept override { transport_.progress(); }
-  [[nodiscard]] bool measures() const override { return ownership_.measures(); }
-  void note_time(const Block& block, std::int32_t number, int particles, double time) noexcept override {
-    costs_.note(block, number, particles, time);
-  }
-  void exchange_migrants(Grid& grid) override;
-  double agree(double largest, const std::optional<BlockError>& error) override;
   void sum(std::span<std::uint64_t> numbers) override;
   std::vector<Message> gather(Message mine) override;
   void share(Message& message) override { transport_.broadcast(message); }
   std::map<int, Message> exchange(std::map<int, Message> to) override { return transport_.exchange(std::move(to)); }
-  [[nodiscard]] std::size_t particle_count(std::size_t own) const override { return now_ ? now_->particles : own; }
-  void collect(const Grid& from, const std::function<bool(const Block&)>& wanted, Grid& into) override;
-  std::vector<RankCounts> counts(std::size_t particles) override;
-  bool takes(const Index3& block) override;
-  void count_blocks() override { counted_.emplace(); }
-  std::vector<BlockHead> counted_blocks() override;
 
-  [[nodiscard]] const RankCounts& own_counts() const { return counts_; }  ///< of this rank, without RankCounts::particles
+  void instruct(TaskNumber task, const State& state, double dt = 0.0) override;
+  void done() override;
+  [[nodiscard]] bool busy() const override { return busy_; }
+  /// Waits for the first rank; called by the others. @param state  gets the scalars of the first rank's state
+  Instruction next_instruction(State& state);
+
+  [[nodiscard]] bool owns(const Index3& block) const override { return ownership_.owns(block); }
+  [[nodiscard]] bool at_border(const Index3& block) const override { return ownership_.at_border(block); }
+  void begin_step(State& state, const Scene& scene, double dt) override;
+  void send_parts(const NodeFields& fields, const BlockChoice& givers = {}) override { halo_.send_parts(fields, plan_.of(givers)); }
+  void add_parts(const NodeFields& fields) override { halo_.add_parts(fields); }
+  void send_nodes(const NodeFields& fields, const BlockChoice& givers = {}) override { halo_.send_nodes(fields, plan_.of(givers)); }
+  void receive_nodes(const NodeFields& fields) override { halo_.receive_nodes(fields); }
+  double agree(double largest, const std::optional<BlockError>& error) override;
+  void exchange_migrants(Grid& grid) override;
+  std::vector<std::int32_t> announce(Grid& grid) override;
+  void plan(Grid& grid) override;
+  [[nodiscard]] std::size_t particle_count(std::size_t own) const override { return now_ ? now_->particles : own; }
+  void progress() noexcept override { transport_.progress(); }
+  [[nodiscard]] bool measures() const override { return ownership_.measures(); }
+  void note_time(const Block& block, std::int32_t index, int particles, double time) noexcept override {
+    costs_.note(block, index, particles, time);
+  }
+
+  /// Before there are particles on any rank: cuts by the number of particles that each block will hold; all ranks call it.
+  /// @param heads  on the first rank
+  void cut(const JoinedBlocks& joined, std::span<const BlockHead> heads);
+  [[nodiscard]] const RankCounts& counts() const { return counts_; }  ///< of this rank, without RankCounts::particles
 
  private:
   [[nodiscard]] Borders borders_of(const Grid& grid) const;
   void exchange_borders();
   [[nodiscard]] std::vector<std::int32_t> required_blocks(Grid& grid) const;
   void reduce(std::size_t bytes);
-  void begin(Task task);
+  void begin(TaskNumber task);
 
   Transport& transport_;
   Ownership ownership_;
@@ -89,10 +83,9 @@ class BlockExchange : public Ranks {
   std::vector<std::int32_t> needed_;  ///< blocks that must exist, as returned then
   std::optional<Evenness> now_;       ///< load, as of then
   bool busy_ = false;
-  bool counting_ = true;                                                 ///< the current exchange is not for a file
-  bool fresh_ = true;                                                    ///< owners have changed since
-  bool unchanged_ = false;                                               ///< the last announce() found the same blocks as the one before
-  std::optional<std::unordered_map<std::uint64_t, BlockHead>> counted_;  ///< while blocks are counted: by morton_key
+  bool counting_ = true;    ///< the current task does not move particles for files or observers
+  bool fresh_ = true;       ///< owners have changed since
+  bool unchanged_ = false;  ///< the last announce() found the same blocks as the one before
   std::size_t own_particles_ = 0, border_blocks_ = 0;
   double own_cost_ = 0.0;  ///< of the own blocks for a step, as of then, s
   RankCounts counts_;

@@ -28,4 +28,24 @@ void get_blocks(const Message& message, Grid& grid) {
   }
 }
 
+void collect_blocks(const Grid& from, const std::function<bool(const Block&)>& wanted, Grid& into) {
+  RankGroup& ranks = from.ranks();
+  std::vector<std::int32_t> blocks;
+  std::size_t particles = 0;
+  for (const auto b : from.occupied_blocks()) {
+    if (ranks.first() || !wanted(from.block(b))) continue;
+    blocks.push_back(b);
+    particles += static_cast<std::size_t>(from.block(b).particles.count());
+  }
+  Message mine;
+  mine.reserve(message_bytes(blocks.size(), particles, from.precision()));
+  for (const auto b : blocks) put_block(mine, from.block(b));
+  auto all = ranks.gather(std::move(mine));
+  for (Message& message : all) {
+    get_blocks(message, into);
+    message = {};
+  }
+  into.refresh();
+}
+
 }  // namespace mpm

@@ -1,6 +1,8 @@
 #pragma once
 /// Blocks with their particles as messages between ranks: as they are stored, so that nothing is rounded on the way.
 
+#include <functional>
+
 #include "libmpm/base/message.hpp"
 #include "libmpm/core/grid.hpp"
 
@@ -14,5 +16,9 @@ constexpr std::size_t message_bytes(std::size_t blocks, std::size_t particles, P
 }
 /// Puts all blocks of a message into a grid. Call Grid::refresh() afterwards.
 void get_blocks(const Message& message, Grid& grid);
+
+/// Copies blocks of the other ranks with their particles into a grid of the first; all ranks call it. @param into  not divided among ranks
+/// @param wanted  which blocks; called on the rank that owns the block
+void collect_blocks(const Grid& from, const std::function<bool(const Block&)>& wanted, Grid& into);
 
 }  // namespace mpm

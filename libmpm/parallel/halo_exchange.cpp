@@ -80,14 +80,6 @@ void add_shared(std::span<const SharedBlock> shared, const Messages& in, const N
 
 }  // namespace
 
-NodeFields::NodeFields(Grid& grid)
-    : count_(grid.fields()), nodes_of_([&grid](std::int32_t block, int field) -> NodeBlock& { return grid.field(field, block); }) {}
-
-NodeFields::NodeFields(std::span<NodeBlock> field)
-    : count_(1), nodes_of_([field](std::int32_t block, int) -> NodeBlock& { return field[static_cast<std::size_t>(block)]; }) {}
-
-std::size_t NodeFields::bytes(std::size_t nodes) const { return static_cast<std::size_t>(count_) * nodes * sizeof(Node); }
-
 void HaloExchange::count(const Messages& out, std::uint64_t& bytes) {
   counts_.messages += out.size();
   for (const auto& [rank, message] : out) bytes += message.size();

@@ -44,7 +44,8 @@ void HaloPlan::renew(Grid& grid, const Ownership& ownership, const Borders& thei
   some_.reset();
 }
 
-const HaloLayout& HaloPlan::some(const BlockChoice& givers) {
+const HaloLayout& HaloPlan::of(const BlockChoice& givers) {
+  if (!givers) return all_;
   if (!some_) some_ = layout_of(givers);
   return *some_;
 }

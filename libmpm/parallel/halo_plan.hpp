@@ -58,9 +58,8 @@ class HaloPlan {
   /// Recomputes the plan for the current blocks. @param theirs  blocks of other ranks at their borders with this one
   void renew(Grid& grid, const Ownership& ownership, const Borders& theirs);
 
-  [[nodiscard]] const HaloLayout& all() const { return all_; }  ///< of all blocks
-  /// With parts that some blocks give, and nodes that these need. @param givers  these blocks; the same choice in all steps
-  [[nodiscard]] const HaloLayout& some(const BlockChoice& givers);
+  /// With parts that some blocks give, and nodes that these need. @param givers  these blocks, the same choice in all steps; empty: all
+  [[nodiscard]] const HaloLayout& of(const BlockChoice& givers);
 
  private:
   /// One block's particles touch nodes of another block.

@@ -28,6 +28,12 @@ struct Curve {
 /// Position of a block on the Morton curve.
 [[nodiscard]] inline std::uint64_t morton_key(const Index3& block) { return Curve::morton().key(block); }
 
+/// A block and how many particles it holds.
+struct BlockHead {
+  Index3 block{};          ///< its coordinate
+  std::int32_t count = 0;  ///< its particles
+};
+
 /// Cost of a block.
 struct Load {
   Index3 block{};     ///< its coordinate

@@ -426,7 +426,7 @@ TEST(FoldedWall, IsForWallsAlongTheGridThatLeaveRoomForTheColumn) {
 /// update_grid on velocities that the nodes already have.
 BoundaryImpulses update(Grid& grid, std::span<const Boundary> boundaries, const MirrorPlanes& mirror = {}) {
   for_each_node(grid, [](Node& n, const Index3&) { n *= Node{n[3], n[3], n[3], 1.0}; });
-  return update_grid(grid, {.boundaries = boundaries, .mirror = mirror}, 1e-3, 0.0).total(nullptr);
+  return update_grid(grid, {.boundaries = boundaries, .mirror = mirror}, 1e-3, 0.0).total(one_rank());
 }
 
 TEST(FoldedWall, FallsBackToNodesBetweenWallsThatAreTooClose) {

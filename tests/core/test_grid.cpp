@@ -223,6 +223,17 @@ TEST(Grid, IsEmptyWithoutParticles) {
 }
 
 /// A flow of 20 m x 10 m x 1 m and a jet of 0.5 m x 0.5 m x 44 m.
+TEST(Grid, TakesOnlyParticlesOfBlocksThatItsRankOwns) {
+  class LowerHalf : public OneRank {
+    [[nodiscard]] bool owns(const Index3& block) const override { return block[2] < 0; }
+  } ranks;
+  Grid grid(dx);
+  grid.divide(ranks);
+  for (const double z : {-3.0, -2.0, 2.0}) grid.insert(particle_at({0.1, 0.1, z}));
+  grid.refresh();
+  EXPECT_EQ(grid.particle_count(), 2U);
+}
+
 TEST(Grid, MemoryFollowsTheOccupiedVolumeAndIsGivenBack) {
   const auto fill = [](Grid& grid, double height) {
     std::uint64_t id = 0;

@@ -205,7 +205,7 @@ class GridUpdate : public ::testing::Test {
 TEST_F(GridUpdate, GivesEveryNodeItsVelocityAndGravity) {
   const auto before = nodes(false);
   const Vec3 g(1.0, 2.0, -9.81);
-  const auto [mass, impulses, layers] = update_grid(grid, {.gravity = g}, 0.01, 0.0).total(nullptr);
+  const auto [mass, impulses, layers] = update_grid(grid, {.gravity = g}, 0.01, 0.0).total(one_rank());
   const auto after = nodes(true);
   double sum = 0.0;
   for (std::size_t i = 0; i < after.size(); ++i) {
@@ -226,7 +226,7 @@ TEST_F(GridUpdate, BooksTheMomentumThatEachBoundaryTookLinearAndAngular) {
   for (const Boundary& boundary : one) {
     particle_to_grid(grid, {1e-3, 300.0, true});
     const auto before = nodes(false);
-    const auto impulses = update_grid(grid, {.boundaries = {&boundary, 1}}, 1e-3, 0.0).total(nullptr).impulses;
+    const auto impulses = update_grid(grid, {.boundaries = {&boundary, 1}}, 1e-3, 0.0).total(one_rank()).impulses;
     const auto after = nodes(true);
     const Vec3 about = std::visit([](const auto& b) { return b.reference_point(); }, boundary);
     Vec3 linear = Vec3::Zero(), angular = Vec3::Zero();
@@ -249,7 +249,7 @@ TEST_F(GridUpdate, BooksASharedNodeOnePartAfterTheOther) {
   const RigidSolid mast = box_between({0.0, -0.5, -10.0}, {0.5, 0.5, 10.0}, Contact::slip);
   const Boundary both[] = {floor, mast};
   const auto before = nodes(false);
-  const auto impulses = update_grid(grid, {.boundaries = both}, 1e-3, 0.0).total(nullptr).impulses;
+  const auto impulses = update_grid(grid, {.boundaries = both}, 1e-3, 0.0).total(one_rank()).impulses;
   const auto after = nodes(true);
   Vec3 by_floor = Vec3::Zero(), by_mast = Vec3::Zero();
   int shared = 0;

@@ -527,5 +527,21 @@ TEST(SurfaceContactOfAFace, TakesNothingWhereThereIsNoMaterial) {
   }
 }
 
+TEST(ContactImpulseOfRanks, IsTheSumByLayerWhateverLayersEachHas) {
+  ContactImpulse one, other, sum;
+  one.side(3).linear = Vec3(3.0, 0.0, 0.0);
+  one.side(1).linear = Vec3(1.0, 0.0, 0.0);  // below the first
+  other.side(3).linear = Vec3(0.0, 4.0, 0.0);
+  other.side(5).linear = Vec3(0.0, 5.0, 0.0);
+  other.top = {{5, Impulse{.linear = Vec3(0.0, 0.0, 6.0)}}};
+  sum += one;
+  sum += other;
+  const LayerImpulses layers = sum.layers();
+  EXPECT_EQ(layers.first, 1);
+  EXPECT_EQ(layers.layer,
+            (std::vector{Vec3(1.0, 0.0, 0.0), Vec3(0.0, 0.0, 0.0), Vec3(3.0, 4.0, 0.0), Vec3(0.0, 0.0, 0.0), Vec3(0.0, 5.0, 6.0)}));
+  EXPECT_EQ(sum.total().linear, Vec3(4.0, 9.0, 6.0));
+}
+
 }  // namespace
 }  // namespace mpm

@@ -116,7 +116,7 @@ TEST(Balancing, MovesBlocksAwayFromARankWhoseParticlesTakeLonger) {
     NothingMeasured exchange(transport, {.threshold = 1.05, .gain = 0.0, .interval = 1});
     const Scene scene = make_scene(c);
     State state = exchange.first() ? make_state(c, scene) : State(c.numerics.cell_size, c.numerics.precision);
-    state.grid.divide(&exchange);
+    state.grid.divide(exchange);
     const auto weight = [&](const Block& block) { return block.coordinate[1] < 0 ? slowness : 1.0; };
     const auto cost = [&] {
       double sum = 0.0;

@@ -23,8 +23,8 @@ using testing::TemporaryDirectory;
 constexpr std::size_t values_of_a_rank = 1000;
 
 /// An array to which every rank gives its share. @param disturb  called on every rank before it writes
-void write_together(const fs::path& path, Ranks* ranks, const std::function<void(int rank)>& disturb = {}) {
-  const int rank = ranks == nullptr ? 0 : ranks->rank();
+void write_together(const fs::path& path, Ranks& ranks, const std::function<void(int rank)>& disturb = {}) {
+  const int rank = ranks.rank();
   JointFile file(ranks);
   Message about;
   if (rank == 0) put(about, 7);
@@ -40,7 +40,7 @@ void write_together(const fs::path& path, Ranks* ranks, const std::function<void
   file.attempt([&](hdf5::ArrayWriter& out) {
     if (disturb) disturb(rank);
     for (int part = 0; part < 3; ++part) {
-      if (ranks != nullptr && part != rank) continue;
+      if (ranks.size() > 1 && part != rank) continue;
       const std::size_t first = static_cast<std::size_t>(part) * values_of_a_rank;
       std::vector<double> values(values_of_a_rank);
       std::iota(values.begin(), values.end(), static_cast<double>(first));
@@ -56,7 +56,7 @@ std::string failure(const fs::path& path, const std::function<void(int rank)>& d
   testing::on_ranks(3, [&](Transport& transport) {
     BlockExchange exchange(transport);
     try {
-      write_together(path, &exchange, disturb);
+      write_together(path, exchange, disturb);
     } catch (const IoError& error) {
       EXPECT_TRUE(exchange.first());
       message = error.what();
@@ -70,7 +70,7 @@ bool empty(const TemporaryDirectory& directory) { return fs::is_empty(directory.
 
 TEST(JointFile, HasTheBytesThatOneRankWrites) {
   const TemporaryDirectory directory;
-  write_together(directory / "one.h5", nullptr);
+  write_together(directory / "one.h5", one_rank());
   EXPECT_EQ(failure(directory / "three.h5", {}), "");
   EXPECT_EQ(read_file(directory / "three.h5"), read_file(directory / "one.h5"));
   EXPECT_EQ(hdf5::Reader(directory / "three.h5").dataset<double>("x", {3 * values_of_a_rank}).back(), 2999.0);

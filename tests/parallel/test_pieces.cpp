@@ -41,7 +41,7 @@ Case body_with_gaps() {
   return c;
 }
 
-State stepped(const Case& c, const Scene& scene, Ranks* ranks) {
+State stepped(const Case& c, const Scene& scene, BlockExchange* ranks) {
   State scratch(c.numerics.cell_size, c.numerics.precision);
   const bool first = ranks == nullptr || ranks->first();
   if (!first) ranks->next_instruction(scratch);
@@ -88,10 +88,10 @@ TEST_P(PiecesOfRanks, GiveEachRankOneStretchOfTheNumbers) {
   testing::on_ranks(3, [&](Transport& transport) {
     BlockExchange exchange(transport);
     State state = stepped(c, scene, &exchange);
-    const std::uint64_t gathers = exchange.own_counts().gathers;
+    const std::uint64_t gathers = exchange.counts().gathers;
     if (!exchange.first()) exchange.next_instruction(state);
     pass_particles(state, passed[static_cast<std::size_t>(transport.rank())].sink(), hundred);
-    EXPECT_EQ(exchange.own_counts().gathers, gathers) << "files are not counted";
+    EXPECT_EQ(exchange.counts().gathers, gathers) << "files are not counted";
     EXPECT_LT(testing::stored_particles(state.grid).size(), expected.size());
   });
   std::vector<Particle> all;

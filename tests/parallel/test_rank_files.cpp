@@ -66,13 +66,13 @@ TEST_P(RankFiles, HaveTheBytesOfOneRankAlsoAfterOtherRanksWentOnFromThem) {
     take_steps(state, scene);
     write_files(one_later.path(), c, state, scene);
   }
-  with_ranks(3, c, [&](Ranks& ranks) {
+  with_ranks(3, c, [&](BlockExchange& ranks) {
     State state = make_state(c, scene, &ranks);
     take_steps(state, scene);
     write_files(several.path(), c, state, scene);
   });
   expect_same_files(one, several);
-  with_ranks(4, c, [&](Ranks& ranks) {
+  with_ranks(4, c, [&](BlockExchange& ranks) {
     State state(c.numerics.cell_size, c.numerics.precision);
     RunProgress progress;
     Arrays observed;
@@ -115,7 +115,7 @@ TEST(RankFiles, ACheckpointThatOneRankRefusesIsReplacedByTheOneBefore) {
   State state = make_state(c, scene);
   take_steps(state, scene);
   write_files(expected.path(), c, state, scene);
-  with_ranks(3, c, [&](Ranks& ranks) {
+  with_ranks(3, c, [&](BlockExchange& ranks) {
     State resumed(c.numerics.cell_size, c.numerics.precision);
     RunProgress progress;
     const std::string message = resume_from_checkpoint(

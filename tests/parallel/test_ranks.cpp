@@ -86,7 +86,7 @@ Outcome on_several(const Case& c, int steps, int ranks, int threads, const Balan
     Arrays observed;
     read_checkpoint(directory / "checkpoint.h5", c, all, progress, observed);
     outcome.particles = testing::stored_particles(all.grid);
-    outcome.moves = exchange.own_counts().moves;
+    outcome.moves = exchange.counts().moves;
     EXPECT_LT(testing::stored_particles(state.grid).size(), outcome.particles.size());  // the others have the rest
     exchange.instruct(Task::end, state, 0.0);
   });
@@ -149,7 +149,7 @@ TEST(Ranks, AFaultOfOneEndsAllWithItsMessage) {
     if (!exchange.first()) return work_on(c, exchange);  // which returns, and so does not fail alone
     State state = make_state(c, scene);
     spoil(state);
-    state.grid.divide(&exchange);
+    state.grid.divide(exchange);
     EXPECT_EQ(message_of(state), expected);
     EXPECT_FALSE(exchange.busy());
     exchange.instruct(Task::end, state, 0.0);
@@ -169,7 +169,7 @@ TEST(Ranks, ParticlesInsideABoundaryAreThoseOfAll) {
     BlockExchange exchange(transport);
     if (!exchange.first()) return work_on(c, exchange);
     State state = make_state(c, scene);
-    state.grid.divide(&exchange);
+    state.grid.divide(exchange);
     step(state, scene, 1e-4);
     EXPECT_EQ(particles_inside_boundaries(state, scene), expected);
     exchange.instruct(Task::end, state, 0.0);
@@ -238,7 +238,7 @@ TEST(Ranks, WorkOnBlocksThatNeedNoMessagesBeforeTheyWaitForAny) {
     BlockExchange exchange(delayed);
     if (!exchange.first()) return work_on(c, exchange);
     State state = make_state(c, scene);
-    state.grid.divide(&exchange);
+    state.grid.divide(exchange);
     first = &state;
     step(state, scene, 1e-3);
     exchange.instruct(Task::end, state, 0.0);
@@ -256,10 +256,10 @@ TEST(Ranks, CountsOfARunAreWhatTheModelOfScalingReads) {
     if (!exchange.first()) return work_on(c, exchange);
     const Scene scene = make_scene(c);
     State state = make_state(c, scene);
-    state.grid.divide(&exchange);
+    state.grid.divide(exchange);
     Outcome outcome;
     take_steps(state, scene, 20, outcome);
-    write_file(folder / "ranks.json", report_of_ranks(state));
+    write_file(folder / "ranks.json", report_of_ranks(state, exchange));
     exchange.instruct(Task::end, state, 0.0);
   });
   const auto model = testing::run_command(
