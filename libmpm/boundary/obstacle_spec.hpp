@@ -57,8 +57,8 @@ struct ObstacleSpec {
 
   /// Turns friction_ratio, where it was given, into friction. @param report  of this component: names are those of its keys
   void resolve_friction(const MaterialParameters& material, ParameterReport& report);
-  /// Whether all parameters that make the plan of an obstacle are sound. @param report  of this component
-  [[nodiscard]] static bool plan_is_sound(const ParameterReport& report);
+  /// Whether all parameters that make the plan of an obstacle are valid. @param report  of this component
+  [[nodiscard]] static bool plan_is_valid(const ParameterReport& report);
 
   static constexpr double most_friction = 10.0;  ///< bound of mu, given or from friction_ratio
 };

@@ -4,7 +4,7 @@
 #include <optional>
 #include <string>
 
-#include "libmpm/base/limits.hpp"
+#include "libmpm/base/types.hpp"
 #include "libmpm/boundary/contact.hpp"
 
 namespace mpm {

@@ -14,7 +14,7 @@
 #include "libmpm/driver/case_file.hpp"
 #include "libmpm/driver/sampling.hpp"
 #include "libmpm/impact/semi_empirical.hpp"
-#include "libmpm/io/checksum.hpp"
+#include "libmpm/io/json.hpp"
 
 namespace mpm {
 

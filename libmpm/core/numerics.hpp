@@ -3,7 +3,6 @@
 
 #include <cmath>
 
-#include "libmpm/base/precision.hpp"
 #include "libmpm/base/types.hpp"
 #include "libmpm/boundary/contact.hpp"
 #include "libmpm/core/mirror.hpp"
@@ -22,7 +21,7 @@ struct Numerics {
   double flip_ratio = 0.95;                           ///< fraction of FLIP in the PIC/FLIP blend
   double relaxation_cells = 5.0;                      ///< AFLIP: relaxation time of what the grid cannot represent, in dx/(c_P + |v|max)
   ContactRule contact = ContactRule::surface;         ///< where walls and obstacle act (boundary/contact.hpp)
-  Precision precision = Precision::double_precision;  ///< of particles and of computations on them (base/precision.hpp)
+  Precision precision = Precision::double_precision;  ///< of particles and of computations on them (base/types.hpp)
   double cfl = 0.4;                                   ///< dt <= cfl dx / (c_P + |v|max)
   double shock_viscosity = 10.0;                      ///< c_2 of the viscosity of shocks (core/transfer.hpp)
   double gravity = 9.81;                              ///< m/s^2

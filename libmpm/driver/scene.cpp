@@ -15,20 +15,20 @@ namespace mpm {
 
 namespace {
 
-constexpr double beyond = 1e4;  // m; above every domain
+constexpr double above_all = 1e4;  // m; above every domain
 
 Wall make_wall(const WallSpec& spec, ContactRule rule) {
   return {spec.point, spec.normal.normalized(), spec.contact, spec.friction, spec.velocity, true, rule};
 }
 
 Boundary make_obstacle(const ObstacleSpec& spec, const Numerics& numerics, const MirrorPlanes& mirror) {
-  const double top = spec.height.value_or(beyond), cell_size = numerics.cell_size;
+  const double top = spec.height.value_or(above_all), cell_size = numerics.cell_size;
   if (numerics.contact == ContactRule::surface) {
     return SurfaceSolid(outline_of(spec.shape), top, spec.friction, Vec3::Zero(), cell_size, {mirror.x, mirror.y});
   }
   const ObstaclePlan plan = obstacle_plan(spec);
   if (plan.flat_front) {
-    return RigidBox{Vec3(0.0, -0.5 * plan.width, -beyond), Vec3(plan.depth, 0.5 * plan.width, top), Contact::separable, spec.friction,
+    return RigidBox{Vec3(0.0, -0.5 * plan.width, -above_all), Vec3(plan.depth, 0.5 * plan.width, top), Contact::separable, spec.friction,
                     Vec3::Zero()};
   }
   const VerticalSolid solid{top, 0.5 * cell_size, Contact::separable, spec.friction, Vec3::Zero()};

@@ -7,7 +7,7 @@
 #include <utility>
 
 #include "libmpm/boundary/obstacle_spec.hpp"
-#include "libmpm/impact/mast_axis.hpp"
+#include "libmpm/impact/measure.hpp"
 #include "support/typical_shapes.hpp"
 
 namespace mpm {
