@@ -4,30 +4,28 @@
 
 #include <algorithm>
 #include <array>
+#include <cerrno>
 #include <cmath>
 #include <filesystem>
 #include <iterator>
 #include <map>
 #include <memory>
-#include <nlohmann/json.hpp>
 #include <optional>
 #include <string>
 #include <vector>
 
 #include "commands.hpp"
 #include "libmpm/base/error.hpp"
-#include "libmpm/driver/metric.hpp"
 #include "libmpm/driver/observers.hpp"
 #include "libmpm/driver/run_folder.hpp"
+#include "libmpm/io/atomic_file.hpp"
 #include "libmpm/io/csv.hpp"
-#include "libmpm/io/json_object.hpp"
+#include "libmpm/observe/results.hpp"
 #include "validators.hpp"
 
 namespace mpm::app {
 
 namespace {
-
-using Json = nlohmann::ordered_json;
 
 struct CompareArguments {
   std::filesystem::path a, b;
@@ -38,39 +36,33 @@ struct CompareArguments {
 /// results.json by keys; vectors by component: force_mean_n.x
 struct ResultFile {
   std::vector<std::string> order;
-  std::map<std::string, Json> values;
+  std::map<std::string, Value> values;
 
-  void add(const std::string& key, const Json& value) {
-    if (value.is_array()) {
-      for (std::size_t i = 0; i < value.size(); ++i) add(component_name(key, i, value.size()), value[i]);
-    } else if (value.is_object()) {
-      for (const auto& [name, member] : value.items()) add(key.empty() ? name : key + "." + name, member);
-    } else {
-      order.push_back(key);
-      values[key] = value;
-    }
-  }
-  [[nodiscard]] Json at(const std::string& key) const {
+  /// Empty for a number that is unknown, and a missing key.
+  [[nodiscard]] std::optional<Value> at(const std::string& key) const {
     const auto found = values.find(key);
-    return found == values.end() ? Json() : found->second;
+    const bool known = found != values.end() && (as_number(found->second) || std::holds_alternative<std::string>(found->second));
+    return known ? std::optional(found->second) : std::nullopt;
   }
-  /// A number, true and false as 1 and 0; empty for null, text and a missing key.
+  /// A number, true and false as 1 and 0; empty for an unknown one, text and a missing key.
   [[nodiscard]] std::optional<double> number(const std::string& key) const {
-    const Json value = at(key);
-    if (value.is_boolean()) return value.get<bool>() ? 1.0 : 0.0;
-    if (value.is_number()) return value.get<double>();
-    return std::nullopt;
+    const auto found = values.find(key);
+    return found == values.end() ? std::nullopt : as_number(found->second);
   }
 };
 
 ResultFile read_results(const std::filesystem::path& directory) {
+  const ResultsFile file(directory);
   const auto path = directory / "results.json";
-  const Json json = read_json_object(path);
-  if (!json.is_object())
+  if (!file.exists()) throw file_error("cannot read", path, ENOENT);
+  if (!file.results())
     throw IoError(fmt::format("{}: not a JSON object; recompute it with `mpm post {}`", path.string(), directory.string()));
-  require_undamaged(directory);
+  file.require_undamaged();
   ResultFile results;
-  results.add("", json);
+  for (const Result& r : file.results()->components()) {
+    results.order.push_back(r.name);
+    results.values[r.name] = r.value;
+  }
   return results;
 }
 
@@ -142,7 +134,7 @@ class Comparison {
 
   /// For a quantity that is missing on one side, or differs as text.
   void compare_others(const std::string& key, bool one_is_a_number) {
-    const auto text = [](const Json& value) { return value.is_null() ? std::string("none") : value.dump(); };
+    const auto text = [](const std::optional<Value>& value) { return value ? as_json(*value) : "none"; };
     const bool judge = one_is_a_number || same_run_;
     judged_ += judge ? 1 : 0;
     failed_ += judge ? 1 : 0;

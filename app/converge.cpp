@@ -136,7 +136,7 @@ std::vector<SweepPoint> compute(const ConvergeArguments& arguments, const Case& 
     progress.finish();
     if (p.reused) fmt::print(stderr, "finished already, not run again\n");
     for (const std::string& metric : arguments.metrics) {
-      if (!std::isfinite(metric_of(p.results_json, metric).value)) {
+      if (!std::isfinite(metric_of(p.results, metric).value)) {
         fmt::print(stderr, "{} = {}: no {}: the run has no steady interval, or does not measure it\n", to_string(sweep.kind),
                    format_number(p.value), metric);
       }
@@ -170,7 +170,7 @@ void converge(const ConvergeArguments& arguments) {
   for (std::size_t i = 0; i < arguments.metrics.size(); ++i) {
     std::vector<Metric> values;
     values.reserve(points.size());
-    for (const SweepPoint& p : points) values.push_back(metric_of(p.results_json, arguments.metrics[i]));
+    for (const SweepPoint& p : points) values.push_back(metric_of(p.results, arguments.metrics[i]));
     const auto exact = arguments.exact.empty() ? std::optional<double>{} : arguments.exact[i];
     metrics.push_back(judge_metric(arguments.metrics[i], sweep.kind, sweep.values, std::move(values), exact, arguments.formal_order));
   }

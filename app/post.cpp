@@ -36,7 +36,7 @@ void draw_pictures(const std::filesystem::path& directory, const std::filesystem
 void post(PostArguments arguments) {
   if (arguments.out.empty()) arguments.out = arguments.directory / "post";
   const PostResult result = post_process(arguments.directory, arguments.out);
-  fmt::print("{}", result.results_json);
+  fmt::print("{}", result.results.to_json());
   fmt::print(stderr, "measured {} frames\n", result.frames);
   for (const auto& file : result.written) fmt::print(stderr, "wrote {}\n", file.string());
   std::fflush(stdout);

@@ -55,7 +55,7 @@ void run(const RunArguments& arguments) {
   }
   say(summary_text(result.results));
   say(fmt::format("results in {}\n", options.out.string()));
-  fmt::print("{}\n", result.results_json);
+  fmt::print("{}\n", result.results.to_json());
 }
 
 }  // namespace

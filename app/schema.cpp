@@ -6,8 +6,8 @@
 
 #include "commands.hpp"
 #include "libmpm/campaign/site.hpp"
+#include "libmpm/driver/case_schema.hpp"
 #include "libmpm/driver/observers.hpp"
-#include "libmpm/driver/schema.hpp"
 
 namespace mpm::app {
 

@@ -17,7 +17,7 @@
 
 #include "ceilings.hpp"
 #include "kernels.hpp"
-#include "libmpm/base/thread_time.hpp"
+#include "libmpm/base/process.hpp"
 #include "libmpm/driver/build_info.hpp"
 #include "plain_reference.hpp"
 #include "reference_problem.hpp"

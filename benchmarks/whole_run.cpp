@@ -57,7 +57,7 @@ class FirstStep : public Observer {
  public:
   explicit FirstStep(std::function<double()> seconds) : seconds_(std::move(seconds)) {}
   [[nodiscard]] std::string name() const override { return "first_step"; }
-  [[nodiscard]] Source source() const override { return Source::run; }
+  [[nodiscard]] MeasuredFrom measured_from() const override { return MeasuredFrom::run; }
   void after_step(const StepReport& /*report*/, const State& /*state*/) override {
     if (end_ == 0.0) end_ = seconds_();
   }

@@ -3,7 +3,7 @@
 
 #include <cstddef>
 
-#include "libmpm/base/precision.hpp"
+#include "libmpm/base/types.hpp"
 #include "libmpm/driver/case.hpp"
 
 namespace mpm::benchmarks {

@@ -24,7 +24,6 @@
 
 #include "libmpm/base/error.hpp"
 #include "libmpm/base/process.hpp"
-#include "libmpm/base/thread_time.hpp"
 #include "libmpm/driver/threads.hpp"
 #include "libmpm/io/atomic_file.hpp"
 #include "libmpm/io/hdf5.hpp"

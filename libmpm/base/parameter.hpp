@@ -9,7 +9,7 @@
 ///       }
 ///       template <class Report>
 ///       void check(Report& report) const {  // optional: conditions between parameters, through a ParameterReport
-///         if (report.all_sound({"a_m", "b_m"}) && a > b) report.problem("a_m", "is above b_m; exchange them");
+///         if (report.all_valid({"a_m", "b_m"}) && a > b) report.problem("a_m", "is above b_m; exchange them");
 ///       }
 ///     };
 ///
@@ -22,6 +22,7 @@
 #include <concepts>
 #include <cstdint>
 #include <functional>
+#include <limits>
 #include <numbers>
 #include <optional>
 #include <string>
@@ -31,11 +32,120 @@
 #include <variant>
 #include <vector>
 
-#include "libmpm/base/parameter_info.hpp"
-#include "libmpm/base/parameter_report.hpp"
 #include "libmpm/base/types.hpp"
 
 namespace mpm {
+
+/// Receives the errors that a component finds in its parameters. Names are those of one table ("cfl"), or paths ("numerics.cfl", or a whole
+/// table "numerics") where a check spans several tables.
+class ParameterReport {
+ public:
+  virtual ~ParameterReport() = default;
+  /// Whether a parameter was given, as opposed to left at its default.
+  [[nodiscard]] virtual bool given(const std::string& name) const = 0;
+  /// Whether no error is known of a parameter. A check that combines parameters needs all of them to be valid.
+  [[nodiscard]] virtual bool valid(const std::string& name) const = 0;
+  /// @param text  continues a sentence that begins with the name: "= 3 is above ..., give at most 2"; of a table: with its brackets, and of
+  ///              the whole file (an empty name): a sentence of its own
+  virtual void problem(const std::string& name, const std::string& text) = 0;
+
+  /// Whether no error is known of any of these parameters.
+  [[nodiscard]] bool all_valid(const std::vector<std::string>& names) const {
+    return std::all_of(names.begin(), names.end(), [&](const std::string& name) { return valid(name); });
+  }
+};
+
+/// The report of one table (or of one entry of a repeated table) as a part of a larger one.
+class TableReport final : public ParameterReport {
+ public:
+  /// @param all    report of the whole file; must outlive this one @param table  path of the table or entry
+  /// ("body[0]"); empty: none
+  TableReport(ParameterReport& all, std::string table) : all_(all), table_(std::move(table)) {}
+  [[nodiscard]] bool given(const std::string& name) const override { return all_.given(path(name)); }
+  [[nodiscard]] bool valid(const std::string& name) const override { return all_.valid(path(name)); }
+  void problem(const std::string& name, const std::string& text) override { all_.problem(path(name), text); }
+
+ private:
+  [[nodiscard]] std::string path(const std::string& name) const {
+    return table_.empty() ? name : name.empty() ? table_ : table_ + "." + name;
+  }
+  ParameterReport& all_;
+  std::string table_;
+};
+
+/// A value as a user writes it; the alternative follows from ParameterType (text and choice: string; axes: list of strings).
+using ParameterValue = std::variant<bool, std::int64_t, double, std::string, Vec3, Mat3, std::vector<std::string>>;
+
+/// Type of a value; determines how a file writes it.
+enum class ParameterType {
+  text,     ///< a string
+  choice,   ///< one of a few strings
+  number,   ///< a float; an integer is accepted
+  integer,  ///< a whole number, one of `choices` where these are given
+  boolean,
+  vector,  ///< three numbers [x, y, z]
+  matrix,  ///< three rows of three numbers
+  axes,    ///< a list of distinct axis names out of `choices`
+};
+
+/// Interval of permitted values; every component of a vector or matrix has to lie in it.
+struct Range {
+  double low = -std::numeric_limits<double>::infinity();  ///< least value
+  double high = std::numeric_limits<double>::infinity();  ///< greatest value
+  bool low_open = false, high_open = false;               ///< the end itself is not permitted
+
+  /// Whether x is permitted.
+  [[nodiscard]] bool contains(double x) const { return (low_open ? x > low : x >= low) && (high_open ? x < high : x <= high); }
+  bool operator==(const Range&) const = default;
+};
+
+/// When a parameter is used, or required: all tests must hold. Without tests: always.
+struct Condition {
+  /// One test.
+  struct Test {
+    std::string key;                 ///< parameter of the same table that is tested
+    std::vector<std::string> words;  ///< permitted values, or
+    std::optional<double> below;     ///< upper limit of a number
+    std::string table;               ///< with an empty key: this table is tested
+    bool present = true;             ///< whether the table must be given, or must be absent
+    bool operator==(const Test&) const = default;
+  };
+  std::vector<Test> tests;  ///< all must hold
+
+  [[nodiscard]] bool always() const { return tests.empty(); }  ///< no test
+  /// As a user reads it: feed = "window", [conveyor] and [obstacle], always
+  [[nodiscard]] std::string text() const;
+  bool operator==(const Condition&) const = default;
+};
+
+/// A parameter as a user sees it.
+struct ParameterInfo {
+  std::string name;                            ///< with its unit, as in a file: cell_size_m
+  ParameterType type = ParameterType::number;  ///< type of its value
+  std::string unit;                            ///< empty: dimensionless
+  std::optional<Range> range;                  ///< of numbers; none: any finite number
+  std::vector<std::string> choices;            ///< permitted words or whole numbers; empty: any
+  std::string description;                     ///< one line for the reference of keys
+  std::optional<ParameterValue> preset;        ///< the default; none if it may be omitted
+  std::string left_out;                        ///< effect of omitting it, if the default does not show it
+  Condition used;                              ///< elsewhere it is refused
+  std::optional<Condition> required;           ///< none: never; tested if the parameter is used
+  std::vector<std::string> excludes;           ///< parameters of the same table that set the same quantity: only one of them may be given
+  bool hide_default = false;                   ///< not written while it has its default, so that cases without it keep their hash
+  bool affects_results = true;                 ///< part of the case's hash
+};
+
+/// "a number in [0, 1) Pa", "one of "a", "b"": what a parameter accepts.
+[[nodiscard]] std::string expected_value(const ParameterInfo& parameter);
+
+/// "[0, 1)"
+[[nodiscard]] std::string range_text(const Range& range);
+
+/// A value in a message, numbers with at most nine digits.
+[[nodiscard]] std::string value_text(const ParameterValue& value);
+
+/// The error of a value of the right type ("is out of range", "is not a finite number"); empty if nothing is.
+[[nodiscard]] std::string value_problem(const ParameterInfo& parameter, const ParameterValue& value);
 
 /// A parameter of an Owner, with access to its value.
 template <class Owner>
@@ -76,8 +186,8 @@ struct Parameter {
   }
   /// The other parameter sets the same quantity: at most one of the two may be given.
   Parameter& excludes(std::string other) { return info.excludes.push_back(std::move(other)), *this; }
-  /// Not written while it has its default, so that the hash of older cases stays.
-  Parameter& hide_default() { return info.hidden_preset = true, *this; }
+  /// Not written while it has its default, so that the hash of cases without it stays.
+  Parameter& hide_default() { return info.hide_default = true, *this; }
   /// Not part of the hash of a case: the parameter sets how long a run lasts, or what it writes at which time of the clock, but no number
   /// that it computes.
   Parameter& no_effect_on_results() { return info.affects_results = false, *this; }
@@ -316,7 +426,7 @@ namespace detail {
 class CollectedProblems final : public ParameterReport {
  public:
   [[nodiscard]] bool given(const std::string&) const override { return true; }
-  [[nodiscard]] bool sound(const std::string& name) const override { return std::find(names_.begin(), names_.end(), name) == names_.end(); }
+  [[nodiscard]] bool valid(const std::string& name) const override { return std::find(names_.begin(), names_.end(), name) == names_.end(); }
   void problem(const std::string& name, const std::string& text) override;
   /// @throws ConfigError with all problems, one a line, if there is one.
   void throw_if_any() const;

@@ -1,10 +1,12 @@
 #pragma once
-/// This machine, and the start of other programs.
+/// This machine and its clocks, and the start of other programs.
 
 #include <fcntl.h>
 #include <unistd.h>
 
 #include <array>
+#include <chrono>
+#include <ctime>
 #include <string>
 #include <vector>
 
@@ -31,6 +33,18 @@ inline std::vector<char*> exec_arguments(std::vector<std::string>& words) {
   for (std::string& word : words) arguments.push_back(word.data());
   arguments.push_back(nullptr);
   return arguments;
+}
+
+/// Computing time of the calling thread, s. Unlike wall time it does not grow while other programs have the core.
+inline double thread_seconds() noexcept {
+  timespec now{};
+  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);
+  return static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec);
+}
+
+/// Wall time since an instant, s.
+inline double seconds_since(std::chrono::steady_clock::time_point start) {
+  return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
 }
 
 }  // namespace mpm

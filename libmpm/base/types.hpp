@@ -6,6 +6,7 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <string_view>
 
 /// Everything of libmpm.
 namespace mpm {
@@ -28,5 +29,21 @@ struct MirrorPlanes {
 
 /// Width of a lane group: eight doubles, one AVX-512 register (two or four registers elsewhere).
 inline constexpr int lane_count = 8;
+
+/// Bounds of the values in a case: wide enough for any laboratory or mountain, and narrow enough that volumes, counts and energies cannot
+/// overflow.
+/// @{
+inline constexpr double longest_length = 1e5;  ///< m, of a length or a coordinate
+inline constexpr double fastest_speed = 1e3;   ///< m/s
+/// @}
+
+/// Of the stored particles and of arithmetic on them. Nodes, boundaries and sums always have double precision.
+enum class Precision : std::uint8_t {
+  double_precision,  ///< 192 bytes a particle
+  single_precision,  ///< 96 bytes a particle
+};
+
+/// As in cases and files.
+constexpr std::string_view name_of(Precision precision) { return precision == Precision::single_precision ? "single" : "double"; }
 
 }  // namespace mpm

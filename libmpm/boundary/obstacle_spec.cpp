@@ -11,7 +11,7 @@ void ObstacleSpec::resolve_friction(const MaterialParameters& material, Paramete
   const double ratio = *friction_ratio;
   friction_ratio.reset();
   const char* const name = "friction_ratio";
-  if (!report.sound(name)) return;
+  if (!report.valid(name)) return;
   const std::optional<double> own = material.internal_friction();
   if (!own) {
     return report.problem(name,
@@ -27,15 +27,15 @@ void ObstacleSpec::resolve_friction(const MaterialParameters& material, Paramete
 namespace {
 
 template <ObstacleShape... S>
-bool shapes_are_sound(std::type_identity<std::variant<S...>>, const ParameterReport& report) {
-  const auto sound = [&](const auto& parameter) { return report.sound(parameter.info.name); };
-  return (std::ranges::all_of(parameters_of<S>().all(), sound) && ...);
+bool shapes_are_valid(std::type_identity<std::variant<S...>>, const ParameterReport& report) {
+  const auto valid = [&](const auto& parameter) { return report.valid(parameter.info.name); };
+  return (std::ranges::all_of(parameters_of<S>().all(), valid) && ...);
 }
 
 }  // namespace
 
-bool ObstacleSpec::plan_is_sound(const ParameterReport& report) {
-  return report.all_sound({"", "shape"}) && shapes_are_sound(std::type_identity<AnyShape>{}, report);
+bool ObstacleSpec::plan_is_valid(const ParameterReport& report) {
+  return report.all_valid({"", "shape"}) && shapes_are_valid(std::type_identity<AnyShape>{}, report);
 }
 
 }  // namespace mpm

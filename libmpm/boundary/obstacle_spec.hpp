@@ -72,13 +72,13 @@ struct ObstacleSpec {
   /// The underside is below the top.
   template <class Report>
   void check(Report& report) const {
-    if (height && base >= *height && report.all_sound({"base_m", "height_m"}))
+    if (height && base >= *height && report.all_valid({"base_m", "height_m"}))
       report.problem("base_m", "is not below height_m, the top; both are heights above the ground");
   }
   /// Turns friction_ratio, where it was given, into friction. @param report  of this component: names are those of its keys
   void resolve_friction(const MaterialParameters& material, ParameterReport& report);
-  /// Whether all parameters that make the plan of an obstacle are sound. @param report  of this component
-  [[nodiscard]] static bool plan_is_sound(const ParameterReport& report);
+  /// Whether all parameters that make the plan of an obstacle are valid. @param report  of this component
+  [[nodiscard]] static bool plan_is_valid(const ParameterReport& report);
 
   static constexpr double most_friction = 10.0;  ///< bound of mu, given or from friction_ratio
 };

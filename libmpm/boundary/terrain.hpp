@@ -5,7 +5,7 @@
 #include <optional>
 #include <string>
 
-#include "libmpm/base/limits.hpp"
+#include "libmpm/base/types.hpp"
 #include "libmpm/boundary/contact.hpp"
 #include "libmpm/boundary/height_field.hpp"
 

@@ -6,7 +6,7 @@
 #include <limits>
 #include <vector>
 
-#include "libmpm/base/limits.hpp"
+#include "libmpm/base/types.hpp"
 #include "libmpm/boundary/contact.hpp"
 
 namespace mpm {
@@ -92,7 +92,7 @@ struct WallSpec {
   /// Conditions between these keys.
   template <class Report>
   void check(Report& report) const {
-    if (report.sound("normal") && normal.isZero(0.0))
+    if (report.valid("normal") && normal.isZero(0.0))
       report.problem("normal", "= [0, 0, 0] has no direction; give a vector that points into the material");
   }
   /// The wall, which travels with its velocity.

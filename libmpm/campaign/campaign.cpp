@@ -18,7 +18,7 @@
 #include "libmpm/config/guard.hpp"
 #include "libmpm/driver/case_file.hpp"
 #include "libmpm/driver/sampling.hpp"
-#include "libmpm/io/json_object.hpp"
+#include "libmpm/io/json.hpp"
 
 namespace mpm {
 

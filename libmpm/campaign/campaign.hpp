@@ -20,17 +20,18 @@
 #include "libmpm/campaign/plan.hpp"
 #include "libmpm/driver/case.hpp"
 #include "libmpm/driver/estimate.hpp"
+#include "libmpm/observe/results.hpp"
 
 namespace mpm {
 
 /// A run of the plan with its case and its estimated cost.
 struct CampaignRun {
-  std::string name;                           ///< of its folder
-  std::vector<Setting> settings;              ///< differences from the base case
-  Case spec;                                  ///< resolved
-  std::string case_hash;                      ///< case_hash_text of driver/case_file.hpp
-  Estimate cost;                              ///< estimated
-  std::optional<std::string> stored_results;  ///< text of a results.json, from a table of an earlier campaign
+  std::string name;                       ///< of its folder
+  std::vector<Setting> settings;          ///< differences from the base case
+  Case spec;                              ///< resolved
+  std::string case_hash;                  ///< case_hash_text of driver/case_file.hpp
+  Estimate cost;                          ///< estimated
+  std::optional<Results> stored_results;  ///< from a table of an earlier campaign
 };
 
 /// A plan whose runs are valid cases.

@@ -15,7 +15,7 @@
 #include "libmpm/driver/sampling.hpp"
 #include "libmpm/impact/conveyor_spec.hpp"
 #include "libmpm/impact/semi_empirical.hpp"
-#include "libmpm/io/checksum.hpp"
+#include "libmpm/io/json.hpp"
 
 namespace mpm {
 

@@ -34,7 +34,7 @@ struct DesignPlan {
   DesignLevel level;              ///< time limit
   std::vector<SiteSnow> snows;    ///< each with its source
   std::vector<int> cells;         ///< in the smaller of w and H, coarse first
-  std::vector<double> cell_size;  ///< m, likewise
+  std::vector<double> cell_size;  ///< m, of each grid
   double duration = 0.0;          ///< s, of each run
   std::vector<DesignRun> runs;    ///< snow by snow, coarse first
   Campaign campaign;              ///< the same runs, in this order

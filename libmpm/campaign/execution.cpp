@@ -24,7 +24,6 @@
 #include "libmpm/base/error.hpp"
 #include "libmpm/base/process.hpp"
 #include "libmpm/base/text.hpp"
-#include "libmpm/campaign/attempts.hpp"
 #include "libmpm/campaign/folder.hpp"
 #include "libmpm/campaign/status.hpp"
 #include "libmpm/driver/launcher.hpp"

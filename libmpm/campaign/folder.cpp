@@ -5,25 +5,22 @@
 #include <algorithm>
 #include <cstdlib>
 #include <map>
-#include <nlohmann/json.hpp>
 #include <system_error>
 #include <utility>
 
 #include "libmpm/base/error.hpp"
-#include "libmpm/campaign/plan_file.hpp"
+#include "libmpm/campaign/plan.hpp"
 #include "libmpm/driver/case_file.hpp"
 #include "libmpm/driver/checkpoint.hpp"
 #include "libmpm/driver/run_folder.hpp"
 #include "libmpm/driver/sampling.hpp"
 #include "libmpm/io/atomic_file.hpp"
-#include "libmpm/io/json_object.hpp"
 
 namespace mpm {
 
 namespace {
 
 namespace fs = std::filesystem;
-using Json = nlohmann::ordered_json;
 
 /// Names of the folders that are not in the plan.
 std::vector<std::string> unnamed_folders(const fs::path& out, const Campaign& campaign) {
@@ -46,7 +43,7 @@ void remove_tree(const fs::path& path) {
 
 /// The answer to a question about a folder; false if a file of it is damaged, which status_of() reports.
 template <class Question>
-bool holds(Question&& question) {
+bool answer_or_false(Question&& question) {
   try {
     return question();
   } catch (const IoError&) {
@@ -57,7 +54,7 @@ bool holds(Question&& question) {
 }
 
 bool is_finished(const fs::path& directory, const Case& c) {
-  return holds([&] { return finished_results(directory, c).has_value(); });
+  return answer_or_false([&] { return finished_results(directory, c).has_value(); });
 }
 
 /// Makes way for another run: results and checkpoints are kept under the name NAME.1, NAME.2, ..., where prepare() finds them if the plan
@@ -76,8 +73,9 @@ void move_aside(const fs::path& directory) {
 /// at all, which status_of() reports.
 std::string damage_of_finished(const fs::path& directory, const Case& c) {
   std::string damage;
-  (void)holds([&] {
-    if (fs::exists(directory / "case.toml") && !finished_results(directory, c)) damage = damage_of(directory);
+  (void)answer_or_false([&] {
+    const ResultsFile file(directory);
+    if (fs::exists(directory / "case.toml") && !file.is_finished(c)) damage = file.damage();
     return true;
   });
   return damage;
@@ -85,11 +83,12 @@ std::string damage_of_finished(const fs::path& directory, const Case& c) {
 
 /// Whether a run that goes on in this folder would destroy results or a checkpoint.
 bool is_of_another_run(const fs::path& directory, const CampaignRun& run) {
-  return holds([&] {
-    if (finished_results(directory, run.spec) || !damage_of_finished(directory, run.spec).empty()) return false;
-    if (fs::exists(directory / "results.json")) {
-      if (read_json_object(directory / "results.json").is_null()) return false;  // damaged
-      if (!has_checkpoint(directory)) return true;                               // of another duration, without a state to go on from
+  return answer_or_false([&] {
+    const ResultsFile file(directory);
+    if (file.is_finished(run.spec) || !damage_of_finished(directory, run.spec).empty()) return false;
+    if (file.exists()) {
+      if (!file.results()) return false;            // damaged
+      if (!has_checkpoint(directory)) return true;  // of another duration, without a state to go on from
     }
     return fs::exists(directory / "case.toml") && !can_go_on(directory, run);
   });
@@ -100,12 +99,9 @@ std::vector<std::pair<const CampaignRun*, std::string>> adoptable(const fs::path
                                                                   const std::vector<std::string>& unnamed) {
   std::multimap<std::string, std::string> by_hash;  // folders of each case hash
   for (const std::string& name : unnamed) {
-    const fs::path results = out / "runs" / name / "results.json";
-    (void)holds([&] {
-      if (!fs::exists(results) || is_locked(out / "runs" / name)) return false;
-      const auto json = read_json_object(results);
-      if (json.is_object() && json.contains("case_hash") && json["case_hash"].is_string())
-        by_hash.emplace(json["case_hash"].get<std::string>(), name);
+    (void)answer_or_false([&] {
+      const ResultsFile file(out / "runs" / name);
+      if (file.results() && !is_locked(out / "runs" / name)) by_hash.emplace(file.results()->text("case_hash"), name);
       return true;
     });
   }
@@ -132,7 +128,7 @@ double last_time(const fs::path& series) {
 }
 
 bool can_go_on(const fs::path& directory, const CampaignRun& run) {
-  return holds([&] {
+  return answer_or_false([&] {
     return holds_case(directory, run.case_hash) && last_time(directory / "series.csv") <= Sampling(run.spec).end() * (1.0 + 1e-9);
   });
 }

@@ -14,23 +14,23 @@
 namespace mpm {
 
 /// [[run]], a row of the table, or a choice of an axis.
-struct Row {
+struct NamedSettings {
   std::string name;          ///< of the run; of a choice: its part of the name. Empty: follows from the settings
   std::vector<Setting> set;  ///< of this run
 };
 
 /// [[when]]: the settings of runs that have certain values.
 struct Rule {
-  std::vector<std::vector<Row>> match;  ///< a run matches if it has the settings of one choice of each
-  std::vector<Setting> set;             ///< for the runs that match
+  std::vector<std::vector<NamedSettings>> match;  ///< a run matches if it has the settings of one choice of each
+  std::vector<Setting> set;                       ///< for the runs that match
 };
 
 /// [parameters] at the top, or a [[grid]].
 struct Crossing {
-  std::string name;                    ///< begins the names of its runs; may be empty
-  std::vector<std::vector<Row>> axes;  ///< the choices of each; each of one with each of the others
-  std::vector<Setting> set;            ///< for all its runs
-  std::vector<Rule> rules;             ///< for some of its runs
+  std::string name;                              ///< begins the names of its runs; may be empty
+  std::vector<std::vector<NamedSettings>> axes;  ///< the choices of each; each of one with each of the others
+  std::vector<Setting> set;                      ///< for all its runs
+  std::vector<Rule> rules;                       ///< for some of its runs
 };
 
 /// The content of a plan file and of the files that it includes.
@@ -40,8 +40,8 @@ struct PlanBlocks {
   std::map<std::string, std::string> labels;  ///< short names of keys
   std::vector<Setting> set;                   ///< for all runs
   std::vector<Rule> rules;                    ///< for all runs
-  std::vector<Crossing> crossings;            ///< in their order; those of included files come after the plan's own
-  std::vector<Row> rows;                      ///< likewise
+  std::vector<Crossing> crossings;  ///< [parameters] and [[grid]], in their order; those of included files come after the plan's own
+  std::vector<NamedSettings> rows;  ///< [[run]] and rows of tables, in their order; those of included files come after the plan's own
 };
 
 /// Adds a setting; it replaces an earlier one of the same key, and of a key that sets the same quantity.

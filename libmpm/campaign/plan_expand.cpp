@@ -4,8 +4,8 @@
 #include <optional>
 
 #include "libmpm/base/error.hpp"
+#include "libmpm/campaign/plan.hpp"
 #include "libmpm/campaign/plan_blocks.hpp"
-#include "libmpm/campaign/run_name.hpp"
 #include "libmpm/config/toml_text.hpp"
 #include "libmpm/driver/case_schema.hpp"
 
@@ -36,8 +36,8 @@ std::vector<Setting> matched(const PlanBlocks& blocks, const std::vector<Rule>& 
       const auto value = value_of(blocks, settings, s.key);
       return value && same_value(*value, s.value);
     };
-    const auto is_one_of = [&](const std::vector<Row>& choices) {
-      return std::ranges::any_of(choices, [&](const Row& choice) { return std::ranges::all_of(choice.set, has); });
+    const auto is_one_of = [&](const std::vector<NamedSettings>& choices) {
+      return std::ranges::any_of(choices, [&](const NamedSettings& choice) { return std::ranges::all_of(choice.set, has); });
     };
     if (std::ranges::all_of(rule.match, is_one_of)) put(given, rule.set);
   }
@@ -58,25 +58,26 @@ PlannedRun planned_run(const PlanBlocks& blocks, std::string name, const std::ve
   return run;
 }
 
-std::string name_of(const Row& row, const std::map<std::string, std::string>& labels) {
+std::string name_of(const NamedSettings& row, const std::map<std::string, std::string>& labels) {
   return row.name.empty() ? run_name(row.set, labels) : row.name;
 }
 
 /// Names and own settings of the runs of a crossing; the last axis varies fastest.
-std::vector<Row> crossed(const Crossing& crossing, const std::map<std::string, std::string>& labels, const std::filesystem::path& file) {
+std::vector<NamedSettings> crossed(const Crossing& crossing, const std::map<std::string, std::string>& labels,
+                                   const std::filesystem::path& file) {
   std::size_t count = 1;
-  for (const std::vector<Row>& axis : crossing.axes) {
+  for (const std::vector<NamedSettings>& axis : crossing.axes) {
     count *= axis.size();
     if (count > most_runs)
       throw ConfigError(
           fmt::format("{}: the lists of a crossing make more than {} runs; give shorter ones, or several plans", file.string(), most_runs));
   }
-  std::vector<Row> runs(count, {crossing.name, {}});
+  std::vector<NamedSettings> runs(count, {crossing.name, {}});
   for (std::size_t i = 0; i < count; ++i) {
     std::size_t stride = count;
-    for (const std::vector<Row>& axis : crossing.axes) {
+    for (const std::vector<NamedSettings>& axis : crossing.axes) {
       stride /= axis.size();
-      const Row& choice = axis[i / stride % axis.size()];
+      const NamedSettings& choice = axis[i / stride % axis.size()];
       if (!runs[i].name.empty()) runs[i].name += '_';
       runs[i].name += name_of(choice, labels);
       put(runs[i].set, choice.set);
@@ -115,9 +116,10 @@ std::vector<PlannedRun> expand(const PlanBlocks& blocks, const std::filesystem::
     runs.push_back(std::move(run));
   };
   for (const Crossing& crossing : blocks.crossings) {
-    for (const Row& run : crossed(crossing, blocks.labels, file)) add(planned_run(blocks, run.name, crossing.set, crossing.rules, run.set));
+    for (const NamedSettings& run : crossed(crossing, blocks.labels, file))
+      add(planned_run(blocks, run.name, crossing.set, crossing.rules, run.set));
   }
-  for (const Row& row : blocks.rows) add(planned_run(blocks, name_of(row, blocks.labels), {}, {}, row.set));
+  for (const NamedSettings& row : blocks.rows) add(planned_run(blocks, name_of(row, blocks.labels), {}, {}, row.set));
   return runs;
 }
 

@@ -11,12 +11,12 @@
 
 #include "libmpm/base/error.hpp"
 #include "libmpm/base/text.hpp"
+#include "libmpm/campaign/plan.hpp"
 #include "libmpm/campaign/plan_blocks.hpp"
 #include "libmpm/campaign/plan_values.hpp"
-#include "libmpm/campaign/run_name.hpp"
 #include "libmpm/config/guard.hpp"
-#include "libmpm/config/nearest_word.hpp"
 #include "libmpm/config/toml_text.hpp"
+#include "libmpm/config/words.hpp"
 #include "libmpm/driver/launcher.hpp"
 #include "libmpm/io/csv.hpp"
 
@@ -33,30 +33,11 @@ constexpr int most_threads_of_a_run = 1024, most_ranks_of_a_run = 100000, most_r
 constexpr std::size_t most_rules = 1000;  // [[when]] of a file or a [[grid]]: each is compared with each run
 constexpr std::size_t most_files = 32;    // a plan and what it includes
 
-/// Reads the tables of a plan and of the files that it includes, one function a table.
-class BlockReader : private PlanValues {
- public:
-  explicit BlockReader(const std::filesystem::path& file) : PlanValues(file), file_(file) {
-    blocks_.plan.file = file.string();
-    blocks_.labels = common_labels();
-  }
+/// The plan and the files that it includes, parsed.
+class PlanFiles : protected PlanValues {
+ protected:
+  using PlanValues::PlanValues;
 
-  PlanBlocks read(std::string_view text) {
-    load(file_, text, {});
-    for (const File* file : inner_first_) read_lists(file->root);
-    for (const File* file : inner_first_) read_settings(*file);
-    if (parameters_) blocks_.crossings.push_back({"", axes(*parameters_, "parameters:"), {}, {}});
-    for (const File& file : files_) read_runs(file);
-    const toml::source_region& top = files_.front().root.source();
-    if (blocks_.plan.base_name.empty() && sound())
-      problem(top, "", "base is missing; give a case file, relative to the plan, or its tables as [base.material], ...");
-    if (blocks_.crossings.empty() && blocks_.rows.empty() && sound())
-      problem(top, "", "the plan has no runs; give [parameters], [[grid]], [[run]] or a table");
-    throw_problems();
-    return std::move(blocks_);
-  }
-
- private:
   /// The plan, or a file that it includes.
   struct File {
     std::filesystem::path path;
@@ -82,6 +63,10 @@ class BlockReader : private PlanValues {
     inner_first_.push_back(&file);
   }
 
+  std::deque<File> files_;                ///< a file, then those that it includes
+  std::vector<const File*> inner_first_;  ///< those that a file includes, then the file: later ones override
+
+ private:
   /// @return why the file cannot be included; empty if it is
   std::string include(const std::filesystem::path& path, const std::vector<std::filesystem::path>& chain) {
     if (std::error_code error; !std::filesystem::is_regular_file(path, error))
@@ -94,6 +79,33 @@ class BlockReader : private PlanValues {
     return {};
   }
 
+  std::set<std::filesystem::path> loaded_;  ///< each is read once
+};
+
+/// Reads their tables, one function a table.
+class BlockReader : private PlanFiles {
+ public:
+  explicit BlockReader(const std::filesystem::path& file) : PlanFiles(file), file_(file) {
+    blocks_.plan.file = file.string();
+    blocks_.labels = common_labels();
+  }
+
+  PlanBlocks read(std::string_view text) {
+    load(file_, text, {});
+    for (const File* file : inner_first_) read_lists(file->root);
+    for (const File* file : inner_first_) read_settings(*file);
+    if (parameters_) blocks_.crossings.push_back({"", axes(*parameters_, "parameters:"), {}, {}});
+    for (const File& file : files_) read_runs(file);
+    const toml::source_region& top = files_.front().root.source();
+    if (blocks_.plan.base_name.empty() && valid())
+      problem(top, "", "base is missing; give a case file, relative to the plan, or its tables as [base.material], ...");
+    if (blocks_.crossings.empty() && blocks_.rows.empty() && valid())
+      problem(top, "", "the plan has no runs; give [parameters], [[grid]], [[run]] or a table");
+    throw_problems();
+    return std::move(blocks_);
+  }
+
+ private:
   void read_lists(const toml::table& root) {
     const toml::table* lists = table_at(root, "", "lists");
     if (lists == nullptr) return;
@@ -121,7 +133,8 @@ class BlockReader : private PlanValues {
           if (given_up()) break;
           const bool is_value = !e.node->is_array() && e.key.find(',') == std::string::npos;
           if (is_value) known_key(e.key, e.source, here + " match:");
-          rule.match.push_back(is_value ? std::vector<Row>{{"", {{e.key, toml_text(*e.node)}}}} : axis(e, here + " match:", seen));
+          rule.match.push_back(is_value ? std::vector<NamedSettings>{{"", {{e.key, toml_text(*e.node)}}}}
+                                        : axis(e, here + " match:", seen));
         }
       }
       if (!entry->contains("match")) problem(entry->source(), here, "has no match; say which runs it is for: match = { key = [values] }");
@@ -174,11 +187,11 @@ class BlockReader : private PlanValues {
   }
 
   /// The groups of a list, each a table of settings, in the order of the file.
-  std::vector<Row> groups(const toml::table& list, const std::string& where) {
+  std::vector<NamedSettings> groups(const toml::table& list, const std::string& where) {
     std::vector<const toml::key*> names;
     for (const auto& [name, group] : list) names.push_back(&name);
     std::ranges::sort(names, {}, [](const toml::key* k) { return std::tuple(k->source().begin.line, k->source().begin.column); });
-    std::vector<Row> rows;
+    std::vector<NamedSettings> rows;
     for (const toml::key* key : names) {
       const std::string name(key->str());
       if (name.empty() || name != file_name_part(name))
@@ -190,7 +203,7 @@ class BlockReader : private PlanValues {
   }
 
   /// The choices of an axis.
-  std::vector<Row> axis(const Entry& e, const std::string& here, std::vector<std::string>& seen) {
+  std::vector<NamedSettings> axis(const Entry& e, const std::string& here, std::vector<std::string>& seen) {
     const toml::node* choices = e.node;
     if (const auto name = choices->value_exact<std::string>()) {
       choices = list_named(*name, e, here);
@@ -204,7 +217,7 @@ class BlockReader : private PlanValues {
               fmt::format("{} = {} is {}; give a list of values", e.key, shown(*e.node), values != nullptr ? "empty" : kind_of(*choices)));
       return {};
     }
-    std::vector<Row> rows;
+    std::vector<NamedSettings> rows;
     std::set<std::vector<std::string>> given;
     for (const toml::node& value : *values) {
       if (given_up()) break;
@@ -219,8 +232,8 @@ class BlockReader : private PlanValues {
     return rows;
   }
 
-  std::vector<std::vector<Row>> axes(const std::vector<Entry>& entries, const std::string& here) {
-    std::vector<std::vector<Row>> list;
+  std::vector<std::vector<NamedSettings>> axes(const std::vector<Entry>& entries, const std::string& here) {
+    std::vector<std::vector<NamedSettings>> list;
     std::vector<std::string> seen;
     for (const Entry& e : entries) {
       if (given_up()) break;
@@ -265,7 +278,7 @@ class BlockReader : private PlanValues {
     cells.reserve(keys.size());
     for (const std::string& key : keys) cells.push_back(table.text(key));
     for (std::size_t i = 0; i < table.rows() && !given_up(); ++i) {
-      Row row{names[i], {}};
+      NamedSettings row{names[i], {}};
       if (const std::string why = name_problem(names[i]); !names[i].empty() && !why.empty())
         problem(source, where, fmt::format("row {}: name = {}", i + 1, why));
       for (std::size_t k = 0; k < keys.size(); ++k) {
@@ -392,7 +405,7 @@ class BlockReader : private PlanValues {
       const toml::table* parameters = table_at(*entry, where, "parameters");
       blocks_.crossings.push_back(
           {folder_name(*entry, where),
-           parameters != nullptr ? axes(in_order(*parameters), where + " parameters:") : std::vector<std::vector<Row>>{},
+           parameters != nullptr ? axes(in_order(*parameters), where + " parameters:") : std::vector<std::vector<NamedSettings>>{},
            settings(*entry, where, "set"), rules(*entry, where)});
     }
   }
@@ -404,7 +417,7 @@ class BlockReader : private PlanValues {
     for (const toml::table* entry : tables_at(root, "", "run")) {
       const std::string where = fmt::format("[[run]] {}", ++number);
       only(*entry, where, {"name", "set"});
-      const Row row{folder_name(*entry, where), settings(*entry, where, "set")};
+      const NamedSettings row{folder_name(*entry, where), settings(*entry, where, "set")};
       if (row.name.empty() && row.set.empty()) problem(entry->source(), where, "is empty; give it a name, or keys in set");
       blocks_.rows.push_back(row);
     }
@@ -447,9 +460,6 @@ class BlockReader : private PlanValues {
   }
 
   std::filesystem::path file_;
-  std::deque<File> files_;                          ///< a file, then those that it includes
-  std::vector<const File*> inner_first_;            ///< those that a file includes, then the file: later ones override
-  std::set<std::filesystem::path> loaded_;          ///< each is read once
   std::map<std::string, const toml::node*> lists_;  ///< values, or groups of settings
   std::optional<std::vector<Entry>> parameters_;    ///< [parameters]
   PlanBlocks blocks_;
@@ -458,5 +468,13 @@ class BlockReader : private PlanValues {
 }  // namespace
 
 PlanBlocks read_blocks(std::string_view text, const std::filesystem::path& file) { return BlockReader(file).read(text); }
+
+CampaignPlan parse_plan(std::string_view text, const std::filesystem::path& file) {
+  PlanBlocks blocks = read_blocks(text, file);
+  blocks.plan.runs = expand(blocks, file);
+  return std::move(blocks.plan);
+}
+
+CampaignPlan read_plan(const std::filesystem::path& file) { return parse_plan(config::bounded_file_text(file), file); }
 
 }  // namespace mpm

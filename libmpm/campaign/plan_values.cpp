@@ -9,8 +9,8 @@
 
 #include "libmpm/base/error.hpp"
 #include "libmpm/campaign/plan_blocks.hpp"
-#include "libmpm/config/nearest_word.hpp"
 #include "libmpm/config/toml_text.hpp"
+#include "libmpm/config/words.hpp"
 #include "libmpm/driver/case_schema.hpp"
 
 namespace mpm {
@@ -36,13 +36,13 @@ void flatten(const toml::table& table, const std::string& prefix, std::vector<Pl
 }  // namespace
 
 void PlanValues::problem(const toml::source_region& source, const std::string& where, const std::string& text) {
-  config::Place place = findings_.in_file(source.begin.line, source.begin.column);
+  config::FilePosition place = problems_.in_file(source.begin.line, source.begin.column);
   if (source.path && *source.path != plan_) {
     place.text = fmt::format("{}:{}:{}", *source.path, place.line, place.column);
     place.source_number = static_cast<std::size_t>(std::ranges::find(others_, *source.path) - others_.begin()) + 1;
     if (place.source_number > others_.size()) others_.push_back(*source.path);
   }
-  findings_.add(place, where.empty() ? text : fmt::format("{} {}", where, text));
+  problems_.add(place, where.empty() ? text : fmt::format("{} {}", where, text));
 }
 
 void PlanValues::only(const toml::table& table, const std::string& where, const std::vector<std::string>& permitted) {

@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "libmpm/campaign/plan.hpp"
-#include "libmpm/config/findings.hpp"
+#include "libmpm/config/file_problems.hpp"
 
 namespace mpm {
 
@@ -16,7 +16,7 @@ namespace mpm {
 class PlanValues {
  public:
   /// @param file  name of the plan, for messages
-  explicit PlanValues(const std::filesystem::path& file) : plan_(file.string()), findings_(plan_) {}
+  explicit PlanValues(const std::filesystem::path& file) : plan_(file.string()), problems_(plan_) {}
 
   /// An entry of a table. Keys may be given as "table.key" in quotes or as dotted keys, which TOML makes tables of.
   struct Entry {
@@ -27,10 +27,10 @@ class PlanValues {
 
   /// @param where name of the table in messages, empty at the top
   void problem(const toml::source_region& source, const std::string& where, const std::string& text);
-  [[nodiscard]] bool sound() const { return !findings_.any(); }         ///< no error so far
-  [[nodiscard]] bool given_up() const { return findings_.given_up(); }  ///< so many errors that reading should stop
+  [[nodiscard]] bool valid() const { return !problems_.any(); }         ///< no error so far
+  [[nodiscard]] bool given_up() const { return problems_.given_up(); }  ///< so many errors that reading should stop
   /// @throws ConfigError with all errors in the order of the file
-  void throw_problems() { findings_.throw_if_any(); }
+  void throw_problems() { problems_.throw_if_any(); }
 
   /// Reports every key of a table that is not permitted.
   void only(const toml::table& table, const std::string& where, const std::vector<std::string>& permitted);
@@ -56,7 +56,7 @@ class PlanValues {
 
  private:
   std::string plan_;  ///< file of the plan
-  config::Findings findings_;
+  config::FileProblems problems_;
   std::vector<std::string> others_;  ///< other files with problems, in the order in which they were found
 };
 

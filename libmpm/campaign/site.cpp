@@ -7,7 +7,7 @@
 #include <set>
 
 #include "libmpm/base/error.hpp"
-#include "libmpm/campaign/run_name.hpp"
+#include "libmpm/campaign/plan.hpp"
 #include "libmpm/config/guard.hpp"
 #include "libmpm/config/reader.hpp"
 #include "libmpm/config/reference.hpp"
@@ -59,11 +59,11 @@ void resolve_speed(Site& site, ParameterReport& report) {
   if (!site.flow.froude_number) return;
   const double fr = *site.flow.froude_number;
   site.flow.froude_number.reset();
-  if (report.all_sound({froude, "flow.depth_m", "flow.slope_deg"})) site.flow.velocity = flow_velocity(fr, site.flow.depth, site.gravity());
+  if (report.all_valid({froude, "flow.depth_m", "flow.slope_deg"})) site.flow.velocity = flow_velocity(fr, site.flow.depth, site.gravity());
 }
 
 void resolve_snows(Site& site, ParameterReport& report) {
-  if (site.snows.empty() && !site.flow.snow_class && report.all_sound({"flow.snow_class", "snow"}))
+  if (site.snows.empty() && !site.flow.snow_class && report.all_valid({"flow.snow_class", "snow"}))
     return report.problem("flow", "says nothing about the snow; give snow_class = \"loose\", \"cold_dense\" or \"wet_dense\", or [[snow]]");
   if (!site.snows.empty() && site.flow.snow_class) report.problem("flow.snow_class", "is given beside [[snow]]; leave out one of the two");
   constexpr std::size_t most_snows = 12;
@@ -84,7 +84,7 @@ void resolve(Site& site, ParameterReport& report) {
   resolve_speed(site, report);
   resolve_snows(site, report);
   if (site.mast.shape == SiteMast::Shape::box && !site.mast.depth) site.mast.depth = site.mast.width;
-  if (report.all_sound({"mast.height_m", "flow.depth_m", "flow.snow_cover_m"}) && site.mast.height &&
+  if (report.all_valid({"mast.height_m", "flow.depth_m", "flow.snow_cover_m"}) && site.mast.height &&
       *site.exposed_height() < site.flow.depth) {
     report.problem("mast.height_m",
                    fmt::format("= {} m is lower than the flow{}, {} m; a mast is higher, check the unit", *site.mast.height,
@@ -93,7 +93,7 @@ void resolve(Site& site, ParameterReport& report) {
   constexpr std::size_t most_scenarios = 3;
   if (site.scenarios.size() > most_scenarios)
     report.problem("scenario[3]", fmt::format("is one of {} scenarios; at most {} are possible", site.scenarios.size(), most_scenarios));
-  if (report.all_sound({"mast.width_m", "flow.depth_m"}) && site.mast.width > 0.0 && site.flow.depth > 0.0) {
+  if (report.all_valid({"mast.width_m", "flow.depth_m"}) && site.mast.width > 0.0 && site.flow.depth > 0.0) {
     constexpr double least = 0.1, most = 10.0;
     const double ratio = site.mast.width / site.flow.depth;
     if (ratio < least || ratio > most) {

@@ -15,7 +15,7 @@
 #include <string_view>
 #include <vector>
 
-#include "libmpm/base/limits.hpp"
+#include "libmpm/base/types.hpp"
 #include "libmpm/config/schema.hpp"
 
 namespace mpm {

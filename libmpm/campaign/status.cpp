@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <nlohmann/json.hpp>
 #include <system_error>
 
@@ -11,12 +12,56 @@
 #include "libmpm/driver/checkpoint.hpp"
 #include "libmpm/driver/run_folder.hpp"
 #include "libmpm/driver/sampling.hpp"
-#include "libmpm/io/json_object.hpp"
+#include "libmpm/io/atomic_file.hpp"
+#include "libmpm/io/json.hpp"
 
 namespace mpm {
 
+namespace {
+
 namespace fs = std::filesystem;
 using Json = nlohmann::ordered_json;
+
+constexpr int attempts_format_version = 1;
+
+}  // namespace
+
+std::vector<Attempt> read_attempts(const fs::path& directory, const CampaignRun& run) {
+  const fs::path file = directory / "attempts.json";
+  if (!fs::exists(file)) return {};
+  const Json json = read_json_object(file);
+  try {
+    if (json.value("case_hash", "") != run.case_hash || json.value("end_s", -1.0) != Sampling(run.spec).end()) return {};
+    std::vector<Attempt> attempts;
+    for (const Json& a : json.at("attempts")) {
+      const auto whole = [&](const char* key) {
+        return a.contains(key) && a[key].is_number_integer() ? std::optional(a[key].get<int>()) : std::nullopt;
+      };
+      attempts.push_back({a.value("started", ""), a.value("ended", ""), a.value("host", ""), a.value("outcome", ""), whole("exit_code"),
+                          whole("signal"), a.value("cause", ""), a.value("final", false)});
+    }
+    return attempts;
+  } catch (const Json::exception&) {  // a value of another type
+    throw IoError(fmt::format("'{}' is damaged: it is no list of attempts; delete it", file.string()));
+  }
+}
+
+void write_attempts(const fs::path& directory, const CampaignRun& run, const std::vector<Attempt>& attempts) {
+  Json json{{"format_version", attempts_format_version}, {"case_hash", run.case_hash}, {"end_s", Sampling(run.spec).end()}};
+  json["attempts"] = Json::array();
+  for (const Attempt& a : attempts) {
+    const auto whole = [](const std::optional<int>& x) { return x ? Json(*x) : Json(); };
+    json["attempts"].push_back({{"started", a.started},
+                                {"ended", a.ended},
+                                {"host", a.host},
+                                {"outcome", a.outcome},
+                                {"exit_code", whole(a.exit_code)},
+                                {"signal", whole(a.signal)},
+                                {"cause", a.cause},
+                                {"final", a.final}});
+  }
+  write_file(directory / "attempts.json", json_text(json, 2));
+}
 
 std::string to_string(RunState state) {
   switch (state) {
@@ -39,16 +84,19 @@ RunStatus status_by_files(const fs::path& out, const CampaignRun& run) {
   const fs::path directory = run_directory(out, run);
   RunStatus s;
   s.attempts = read_attempts(directory, run);
-  const auto computed = finished_results(directory, run.spec);
+  const ResultsFile file(directory);
+  const bool computed = file.is_finished(run.spec);
   if (computed || run.stored_results) {
     s.state = RunState::done;
     s.stored = !computed;
-    s.results = computed ? *computed : *run.stored_results;
+    s.results = computed ? *file.results() : *run.stored_results;
     s.progress = 1.0;
     return s;
   }
-  if (const fs::path results = directory / "results.json"; fs::exists(results) && read_json_object(results).is_null())
-    throw IoError(fmt::format("'{}' is damaged: it holds no JSON object; delete it, and the run is computed again", results.string()));
+  if (file.exists() && !file.results()) {
+    throw IoError(fmt::format("'{}' is damaged: it holds no JSON object; delete it, and the run is computed again",
+                              (directory / "results.json").string()));
+  }
   const bool running = is_locked(directory);
   if (running) {
     s.state = RunState::running;
@@ -91,11 +139,10 @@ CampaignCost cost_of(const Campaign& campaign, const std::vector<RunStatus>& sta
     cost.particle_steps += steps;
     cost.left += (1.0 - status[i].progress) * (status[i].state == RunState::failed ? 0.0 : steps);
     if (status[i].state != RunState::done || status[i].stored) continue;
-    const Json results = Json::parse(status[i].results, nullptr, false);
-    const auto seconds = results.find("wall_time_s");
-    if (seconds == results.end() || !seconds->is_number()) continue;
+    const double seconds = status[i].results.number_or_nan("wall_time_s");
+    if (!std::isfinite(seconds)) continue;
     work += steps;
-    time += seconds->get<double>();
+    time += seconds;
   }
   cost.measured = time > 0.0;
   constexpr double assumed_cores = 2.0;  // of assumed_particle_steps_per_s

@@ -2,13 +2,30 @@
 /// How far the runs of a campaign are, by their folders, and how much remains to be done.
 
 #include <filesystem>
+#include <optional>
 #include <string>
 #include <vector>
 
-#include "libmpm/campaign/attempts.hpp"
 #include "libmpm/campaign/campaign.hpp"
 
 namespace mpm {
+
+/// One attempt at a run, as in attempts.json.
+struct Attempt {
+  std::string started, ended;    ///< UTC; ended is empty during the attempt, and if it was interrupted
+  std::string host;              ///< name of the machine
+  std::string outcome;           ///< done, failed, stopped; empty during the attempt, and if it was interrupted
+  std::optional<int> exit_code;  ///< of the process, if it exited
+  std::optional<int> signal;     ///< signal that ended the process
+  std::string cause;             ///< of a failure: the last line that the run printed
+  bool final = false;            ///< a failure that would repeat itself: the case is invalid, or unstable
+};
+
+/// The attempts of this run (hash and duration) in attempts.json of a folder; empty if there are none.
+/// @throws IoError if the file cannot be read, or is not one of this program
+[[nodiscard]] std::vector<Attempt> read_attempts(const std::filesystem::path& directory, const CampaignRun& run);
+/// Writes attempts.json as an atomic file (io/atomic_file.hpp). @throws IoError
+void write_attempts(const std::filesystem::path& directory, const CampaignRun& run, const std::vector<Attempt>& attempts);
 
 /// Running: the lock of the folder is held. Failed: the last attempt did, or a file is damaged.
 enum class RunState { to_do, running, done, failed };
@@ -20,7 +37,7 @@ struct RunStatus {
   RunState state = RunState::to_do;  ///< by its folder
   double progress = 0.0;             ///< fraction of the duration that is computed and kept: 1 where done
   bool stored = false;               ///< whether it is done by a table of stored results and has no results of its own in the folder
-  std::string results;               ///< content of results.json where done
+  Results results;                   ///< where done
   std::vector<Attempt> attempts;     ///< oldest first
   std::string damage;                ///< a file of the folder that cannot be used, and why: the run is failed, whatever its attempts were
 

@@ -6,21 +6,18 @@
 #include <array>
 #include <cmath>
 #include <map>
-#include <nlohmann/json.hpp>
 #include <string_view>
 
-#include "libmpm/campaign/input_columns.hpp"
+#include "libmpm/campaign/stored_results.hpp"
 #include "libmpm/driver/case_file.hpp"
-#include "libmpm/driver/metric.hpp"
 #include "libmpm/driver/observers.hpp"
+#include "libmpm/impact/steady.hpp"
 #include "libmpm/io/atomic_file.hpp"
 #include "libmpm/io/csv.hpp"
 
 namespace mpm {
 
 namespace {
-
-using Json = nlohmann::ordered_json;
 
 /// Entries of results.json that results.csv has, although they describe the computation: what a row needs to be judged by itself.
 constexpr std::array<std::string_view, 3> row_entries{"version", "commit", "precision"};
@@ -38,43 +35,33 @@ std::vector<std::string> execution_columns() {
   return names;
 }
 
-std::string cell_of(const Json& value) {
-  if (value.is_null()) return "nan";
-  if (value.is_boolean()) return value.get<bool>() ? "1" : "0";
-  if (value.is_number_float()) return format_number(value.get<double>());
-  if (value.is_string()) return value.get<std::string>();
-  return value.dump();
+std::string cell_of(const Value& value) {
+  if (const auto* text = std::get_if<std::string>(&value)) return *text;
+  if (const auto* count = std::get_if<std::uint64_t>(&value)) return std::to_string(*count);
+  return format_number(as_number(value).value_or(MeanEstimate::none));
 }
 
-/// Columns of the metrics, vectors by component.
-std::vector<std::pair<std::string, std::string>> cells_of(const Json& results) {
-  std::vector<std::pair<std::string, std::string>> cells;
-  for (const auto& [key, value] : results.items()) {
-    if (nature_of(key) == Nature::execution) continue;
-    if (!value.is_array()) {
-      cells.emplace_back(key, cell_of(value));
-      continue;
-    }
-    for (std::size_t i = 0; i < value.size(); ++i) cells.emplace_back(component_name(key, i, value.size()), cell_of(value[i]));
-  }
-  return cells;
+/// The cell of an entry; empty where the run has none.
+std::string cell_of(const Results& results, const std::string& name) {
+  const Result* const result = results.find(name);
+  return result == nullptr ? "" : cell_of(result->value);
 }
 
-/// The metrics of all runs: the names in the order in which they first appear, and for each run its cells by name.
+/// The metrics of all runs, vectors by component: the names in the order in which they first appear, and for each run its cells by name.
 struct Metrics {
   std::vector<std::string> names;
   std::vector<std::map<std::string, std::string>> cells;
 };
 
-Metrics metrics_of(const std::vector<Json>& results) {
+Metrics metrics_of(const std::vector<RunStatus>& status) {
   Metrics m;
-  for (const Json& json : results) {
-    std::map<std::string, std::string> row;
-    for (auto& [name, cell] : cells_of(json)) {
-      if (std::ranges::find(m.names, name) == m.names.end()) m.names.push_back(name);
-      row.emplace(name, cell);
+  for (const RunStatus& s : status) {
+    std::map<std::string, std::string>& row = m.cells.emplace_back();
+    for (const Result& r : s.results.components()) {
+      if (nature_of(r.name) == Nature::execution) continue;
+      if (std::ranges::find(m.names, r.name) == m.names.end()) m.names.push_back(r.name);
+      row.emplace(r.name, cell_of(r.value));
     }
-    m.cells.push_back(std::move(row));
   }
   return m;
 }
@@ -98,14 +85,14 @@ std::vector<std::string> other_varied_keys(const Campaign& campaign) {
   return keys;
 }
 
-std::string results_table(const Campaign& campaign, const std::vector<RunStatus>& status, const std::vector<Json>& results) {
+std::string results_table(const Campaign& campaign, const std::vector<RunStatus>& status) {
   std::vector<InputColumn> inputs;
   for (const InputColumn& input : input_columns()) {
     if (std::ranges::any_of(campaign.runs, [&](const CampaignRun& r) { return std::isfinite(input.value(r.spec)); }))
       inputs.push_back(input);
   }
   const std::vector<std::string> others = other_varied_keys(campaign);
-  const Metrics metrics = metrics_of(results);
+  const Metrics metrics = metrics_of(status);
   std::vector<std::string> entries(row_entries.begin(), row_entries.end());
   if (std::ranges::any_of(campaign.runs, [](const CampaignRun& r) { return r.spec.output.stop_when_steady > 0.0; }))
     entries.insert(entries.end(), stop_entries.begin(), stop_entries.end());
@@ -121,7 +108,7 @@ std::string results_table(const Campaign& campaign, const std::vector<RunStatus>
     // what is under way now is no property of the run: the table does not depend on when it is written
     const RunState state = status[i].state == RunState::running ? RunState::to_do : status[i].state;
     std::vector<std::string> row{run.name, "runs/" + run.name, to_string(state), run.case_hash};
-    for (const std::string& key : entries) row.push_back(results[i].contains(key) ? cell_of(results[i][key]) : "");
+    for (const std::string& key : entries) row.push_back(cell_of(status[i].results, key));
     for (const InputColumn& input : inputs) row.push_back(format_number(input.value(run.spec)));
     for (const std::string& key : others) row.push_back(case_value(run.spec, key).value_or(""));
     for (const std::string& name : metrics.names) {
@@ -134,7 +121,7 @@ std::string results_table(const Campaign& campaign, const std::vector<RunStatus>
   return text;
 }
 
-std::string executions_table(const Campaign& campaign, const std::vector<RunStatus>& status, const std::vector<Json>& results) {
+std::string executions_table(const Campaign& campaign, const std::vector<RunStatus>& status) {
   std::vector<std::string> head{"name", "status",       "attempts",  "first_started", "last_ended",
                                 "host", "last_outcome", "exit_code", "signal",        "cause"};
   const std::vector<std::string> entries = execution_columns();
@@ -154,7 +141,7 @@ std::string executions_table(const Campaign& campaign, const std::vector<RunStat
                                  number(last.exit_code),
                                  number(last.signal),
                                  last.cause};
-    for (const std::string& key : entries) row.push_back(results[i].contains(key) ? cell_of(results[i][key]) : "");
+    for (const std::string& key : entries) row.push_back(cell_of(status[i].results, key));
     text += csv_line(row);
   }
   return text;
@@ -163,11 +150,8 @@ std::string executions_table(const Campaign& campaign, const std::vector<RunStat
 }  // namespace
 
 void write_campaign_tables(const std::filesystem::path& out, const Campaign& campaign, const std::vector<RunStatus>& status) {
-  std::vector<Json> results;
-  results.reserve(status.size());
-  for (const RunStatus& s : status) results.push_back(s.results.empty() ? Json::object() : Json::parse(s.results));
-  write_file(out / "results.csv", results_table(campaign, status, results));
-  write_file(out / "runs.csv", executions_table(campaign, status, results));
+  write_file(out / "results.csv", results_table(campaign, status));
+  write_file(out / "runs.csv", executions_table(campaign, status));
 }
 
 }  // namespace mpm

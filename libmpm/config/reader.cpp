@@ -3,29 +3,133 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
+#include <cstdlib>
 #include <utility>
 
-#include "libmpm/config/findings.hpp"
-#include "libmpm/config/nearest_word.hpp"
-#include "libmpm/config/source.hpp"
+#include "libmpm/config/file_problems.hpp"
+#include "libmpm/config/toml_input.hpp"
 #include "libmpm/config/toml_text.hpp"
-#include "libmpm/config/value.hpp"
+#include "libmpm/config/words.hpp"
 
 namespace mpm::config {
 
 namespace {
 
+/// Whether a word is a number that no key can hold: --set takes text that is not TOML, such as NaN and 1e400, as a word.
+std::string number_word_problem(const std::string& word) {
+  char* end = nullptr;
+  const double x = std::strtod(word.c_str(), &end);
+  if (word.empty() || end != word.c_str() + word.size()) return {};
+  if (std::isnan(x)) return "is not a finite number";
+  if (std::isinf(x)) return word.find_first_of("0123456789") == std::string::npos ? "is not a finite number" : "is too large for a number";
+  return {};
+}
+
+std::optional<double> number(const toml::node& node, std::string& problem) {
+  if (const auto whole = node.value_exact<std::int64_t>()) return static_cast<double>(*whole);
+  if (const auto x = node.value_exact<double>()) return x;
+  if (const auto word = node.value_exact<std::string>()) problem = number_word_problem(*word);
+  return std::nullopt;
+}
+
+std::optional<Vec3> vector(const toml::node& node, std::string& problem) {
+  const toml::array* list = node.as_array();
+  if (list == nullptr) return std::nullopt;
+  if (list->size() != 3) {
+    problem = fmt::format("has {} entries", list->size());
+    return std::nullopt;
+  }
+  Vec3 v;
+  for (std::size_t i = 0; i < 3; ++i) {
+    const auto x = number(*list->get(i), problem);
+    if (!x && problem.empty()) problem = "holds " + kind_of(*list->get(i));
+    if (!x) return std::nullopt;
+    v[static_cast<Eigen::Index>(i)] = *x;
+  }
+  return v;
+}
+
+std::optional<Mat3> matrix(const toml::node& node, std::string& problem) {
+  const toml::array* rows = node.as_array();
+  if (rows == nullptr || rows->size() != 3) return std::nullopt;
+  Mat3 result;
+  for (std::size_t i = 0; i < 3; ++i) {
+    const auto row = vector(*rows->get(i), problem);
+    if (!row) return std::nullopt;
+    result.row(static_cast<Eigen::Index>(i)) = row->transpose();
+  }
+  return result;
+}
+
+std::optional<std::vector<std::string>> word_list(const toml::node& node, std::string& problem) {
+  const toml::array* list = node.as_array();
+  if (list == nullptr) return std::nullopt;
+  std::vector<std::string> words;
+  for (const toml::node& element : *list) {
+    const auto word = element.value_exact<std::string>();
+    if (!word) {
+      problem = "holds " + shown(element);
+      return std::nullopt;
+    }
+    words.push_back(*word);
+  }
+  return words;
+}
+
+template <class T>
+std::optional<Value> as_value(const std::optional<T>& x) {
+  return x ? std::optional<Value>(*x) : std::nullopt;
+}
+
+/// The value, if it has the type of the key.
+std::optional<Value> typed(KeyType type, const toml::node& node, std::string& problem) {
+  switch (type) {
+    case KeyType::text:
+    case KeyType::choice: return as_value(node.value_exact<std::string>());
+    case KeyType::number: return as_value(number(node, problem));
+    case KeyType::integer: {
+      auto whole = as_value(node.value_exact<std::int64_t>());
+      if (const auto word = node.value_exact<std::string>()) problem = number_word_problem(*word);
+      return whole;
+    }
+    case KeyType::boolean: return as_value(node.value_exact<bool>());
+    case KeyType::vector: return as_value(vector(node, problem));
+    case KeyType::matrix: return as_value(matrix(node, problem));
+    case KeyType::axes: return as_value(word_list(node, problem));
+  }
+  return std::nullopt;
+}
+
+/// The value, if it has the type of the key and is permitted.
+/// @param problem  otherwise the error: "is a string", "is out of range"
+std::optional<Value> to_value(const KeyInfo& key, const toml::node& node, std::string& problem) {
+  problem.clear();
+  std::optional<Value> value = typed(key.type, node, problem);
+  if (!value) {
+    if (problem.empty()) problem = "is " + kind_of(node);
+    return std::nullopt;
+  }
+  problem = value_problem(key, *value);
+  if (problem.empty()) return value;
+  if (key.type == KeyType::choice) {
+    const std::string meant = nearest_word(std::get<std::string>(*value), key.choices);
+    if (!meant.empty()) problem += " (did you mean \"" + meant + "\"?)";
+  }
+  return std::nullopt;
+}
+
 /// Walks the tables of a file.
 class Reader {
  public:
-  Reader(const Schema& schema, const Source& source, Findings& findings, void* root)
-      : schema_(schema), source_(source), findings_(findings), root_(root) {}
+  Reader(const Schema& schema, const TomlInput& source, FileProblems& problems, void* root)
+      : schema_(schema), source_(source), problems_(problems), root_(root) {}
 
   void read_all() { read_table(*schema_.find(""), "", source_.root(), 0); }
   void check_all() {
     for (const Table& table : schema_.tables()) {
-      if (!findings_.sound(table.name)) continue;
-      for (std::size_t i = 0; i < table.entries(root_) && !findings_.given_up(); ++i) check_entry(table, i);
+      if (!problems_.valid(table.name)) continue;
+      for (std::size_t i = 0; i < table.entries(root_) && !problems_.given_up(); ++i) check_entry(table, i);
     }
   }
 
@@ -38,9 +142,9 @@ class Reader {
   void read_table(const Table& table, const std::string& path, const toml::table& content, std::size_t i) {
     std::vector<std::pair<const Key*, Value>> values;
     for (const auto& [toml_key, node] : content) {
-      if (findings_.given_up()) return;
+      if (problems_.given_up()) return;
       std::string name(toml_key.str());
-      const Place at = source_.place_of(key_path(path, name), toml_key.source());
+      const FilePosition at = source_.position_of(key_path(path, name), toml_key.source());
       if (child(table, name) == nullptr && schema_.find_key(table.name, name) == nullptr) {
         const std::string meant = report_unknown(table, path, name, node, at);
         if (meant.empty() || content.contains(meant)) continue;
@@ -52,47 +156,47 @@ class Reader {
         continue;
       }
       const Key& key = *schema_.find_key(table.name, name);
-      findings_.give_key(key_at, source_.place_of(key_at, node.source()));
+      problems_.give_key(key_at, source_.position_of(key_at, node.source()));
       std::string problem;
       if (auto value = to_value(key, node, problem)) {
         values.emplace_back(&key, std::move(*value));
       } else {
-        findings_.problem(key_at, fmt::format("= {} {}; give {}", shown(node), problem, expected_value(key)));
+        problems_.problem(key_at, fmt::format("= {} {}; give {}", shown(node), problem, expected_value(key)));
       }
     }
     std::ranges::sort(values, {}, [](const auto& v) { return v.first; });  // as declared: the law comes before its parameters
     for (const auto& [key, value] : values) key->set(root_, i, value);
   }
 
-  void read_child(const Table& table, const std::string& path, const toml::node& node, const Place& at) {
+  void read_child(const Table& table, const std::string& path, const toml::node& node, const FilePosition& at) {
     const auto enter = [&](const std::string& entry, const toml::table& content, std::size_t i) {
       const auto& source = content.source();
-      findings_.enter_table(entry, source.begin.line == 0 ? at : source_.place_of(entry, source));
+      problems_.enter_table(entry, source.begin.line == 0 ? at : source_.position_of(entry, source));
       table.add_entry(root_);
       read_table(table, entry, content, i);
     };
-    const auto refuse = [&](const Place& place, const std::string& text) {
-      findings_.mark_unsound(path);
-      findings_.add(place, text);
+    const auto refuse = [&](const FilePosition& place, const std::string& text) {
+      problems_.mark_invalid(path);
+      problems_.add(place, text);
     };
     if (!table.repeated) {
       if (const toml::table* content = node.as_table()) return enter(path, *content, 0);
       return refuse(at, fmt::format("{} is {}; write [{}] once, its keys below it", path, kind_of(node), path));
     }
     if (const toml::table* content = node.as_table()) {
-      findings_.add(at, fmt::format("{} is a single table; write [[{}]] with two brackets, once for each", path, path));
+      problems_.add(at, fmt::format("{} is a single table; write [[{}]] with two brackets, once for each", path, path));
       return enter(path + "[0]", *content, 0);
     }
     const toml::array* list = node.as_array();
     if (list == nullptr) return refuse(at, fmt::format("{} is {}; write [[{}]] and its keys below it", path, kind_of(node), path));
-    for (std::size_t i = 0; i < list->size() && !findings_.given_up(); ++i) {
+    for (std::size_t i = 0; i < list->size() && !problems_.given_up(); ++i) {
       const std::string entry = fmt::format("{}[{}]", path, i);
       const toml::node& element = *list->get(i);
       static const toml::table nothing;
       const toml::table* content = element.as_table();
       if (content == nullptr) {
-        findings_.mark_unsound(entry);
-        findings_.add(source_.place_of(entry, element.source()), fmt::format("{} is {}; give a table", entry, kind_of(element)));
+        problems_.mark_invalid(entry);
+        problems_.add(source_.position_of(entry, element.source()), fmt::format("{} is {}; give a table", entry, kind_of(element)));
       }
       enter(entry, content != nullptr ? *content : nothing, i);
     }
@@ -100,7 +204,7 @@ class Reader {
 
   /// @return the most similar name, empty if none is similar
   std::string report_unknown(const Table& table, const std::string& path, const std::string& name, const toml::node& node,
-                             const Place& at) {
+                             const FilePosition& at) {
     const bool is_table = node.is_table() || node.is_array_of_tables();
     std::vector<std::string> candidates;
     std::string elsewhere;
@@ -122,47 +226,47 @@ class Reader {
       const Table* inner = child(table, meant);
       remedy = "did you mean " + (inner != nullptr ? inner->bracketed() : meant) + "?";
     }
-    findings_.add(at, fmt::format("{}unknown {} {}; {}", path.empty() ? "" : fmt::format("[{}] ", path), is_table ? "table" : "key",
+    problems_.add(at, fmt::format("{}unknown {} {}; {}", path.empty() ? "" : fmt::format("[{}] ", path), is_table ? "table" : "key",
                                   is_table ? fmt::format("[{}]", one_line(name)) : one_line(name), remedy));
     return meant;
   }
 
   void check_entry(const Table& table, std::size_t i) {
     const std::string path = table.entry_path(i);
-    if (!findings_.sound(path)) return;
+    if (!problems_.valid(path)) return;
     for (const Key& key : table.keys) check_key(table, key, path, i);
-    TableReport report(findings_, path);
+    TableReport report(problems_, path);
     table.check(root_, i, report);
   }
 
   /// Whether the condition holds, if its keys were read without error.
   [[nodiscard]] std::optional<bool> known(const Condition& condition, const Table& table, const std::string& path, std::size_t i) const {
-    const auto sound = [&](const Condition::Test& test) {
-      return findings_.sound(test.key.empty() ? test.table : key_path(path, test.key));
+    const auto valid = [&](const Condition::Test& test) {
+      return problems_.valid(test.key.empty() ? test.table : key_path(path, test.key));
     };
-    return std::ranges::all_of(condition.tests, sound) ? std::optional(schema_.holds(condition, table, root_, i)) : std::nullopt;
+    return std::ranges::all_of(condition.tests, valid) ? std::optional(schema_.holds(condition, table, root_, i)) : std::nullopt;
   }
 
   /// Reports keys that are missing, not used, or exclude each other.
   void check_key(const Table& table, const Key& key, const std::string& path, std::size_t i) {
     const std::string here = key_path(path, key.name);
-    const bool is_given = findings_.given(here);
+    const bool is_given = problems_.given(here);
     if (is_given && known(key.used, table, path, i) == false)
-      findings_.problem(here, fmt::format("is used with {} only; leave it out", key.used_when));
+      problems_.problem(here, fmt::format("is used with {} only; leave it out", key.used_when));
     for (const std::string& other : key.excludes) {
-      if (is_given && findings_.given(key_path(path, other)))
-        findings_.problem(here, fmt::format("is given beside {}; both set the same quantity, leave one out", other));
+      if (is_given && problems_.given(key_path(path, other)))
+        problems_.problem(here, fmt::format("is given beside {}; both set the same quantity, leave one out", other));
     }
     if (key.required && !is_given && schema_.used(key, table, root_, i) &&
         known(key.required->always() ? key.used : *key.required, table, path, i) == true) {
       const std::string why = key.required_when == "always" ? "" : " (required with " + key.required_when + ")";
-      findings_.problem(here, fmt::format("is missing{}; give {}: {}", why, expected_value(key), key.description));
+      problems_.problem(here, fmt::format("is missing{}; give {}: {}", why, expected_value(key), key.description));
     }
   }
 
   const Schema& schema_;
-  const Source& source_;
-  Findings& findings_;
+  const TomlInput& source_;
+  FileProblems& problems_;
   void* root_;
 };
 
@@ -170,13 +274,13 @@ class Reader {
 
 void read(const Schema& schema, std::string_view text, std::string_view file, const std::vector<std::string>& overrides, void* root,
           const std::function<void(ParameterReport&)>& check, std::string_view prefix) {
-  Findings findings{std::string(file)};
-  const Source source(schema, text, file, overrides, prefix, findings);
-  Reader reader(schema, source, findings, root);
+  FileProblems problems{std::string(file)};
+  const TomlInput source(schema, text, file, overrides, prefix, problems);
+  Reader reader(schema, source, problems, root);
   reader.read_all();
   reader.check_all();
-  check(findings);
-  findings.throw_if_any();
+  check(problems);
+  problems.throw_if_any();
 }
 
 }  // namespace mpm::config

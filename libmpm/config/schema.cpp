@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "libmpm/config/value_text.hpp"
+#include "libmpm/config/words.hpp"
 
 namespace mpm::config {
 
@@ -51,7 +51,7 @@ bool Schema::holds(const Condition& condition, const Table& table, const void* r
 std::optional<Value> Schema::written(const Key& key, const Table& table, const void* root, std::size_t i) const {
   if (i >= table.entries(root) || !used(key, table, root, i)) return std::nullopt;
   const auto value = key.get(root, i);
-  return key.hidden_preset && value == key.preset ? std::nullopt : value;
+  return key.hide_default && value == key.preset ? std::nullopt : value;
 }
 
 Table& Schema::add(std::string name, bool repeated, std::string description) {

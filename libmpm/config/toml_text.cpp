@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <sstream>
 
-#include "libmpm/config/value_text.hpp"
+#include "libmpm/config/words.hpp"
 
 namespace mpm::config {
 

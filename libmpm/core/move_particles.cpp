@@ -6,7 +6,8 @@
 #include <cmath>
 #include <optional>
 
-#include "libmpm/base/thread_time.hpp"
+#include "libmpm/base/error.hpp"
+#include "libmpm/base/process.hpp"
 #include "libmpm/core/diagnostics.hpp"
 #include "libmpm/core/health.hpp"
 #include "libmpm/core/particle_contact.hpp"

@@ -1,6 +1,6 @@
 #include "libmpm/core/numerics.hpp"
 
-#include "libmpm/base/parameter_report.hpp"
+#include "libmpm/base/parameter.hpp"
 #include "libmpm/base/text.hpp"
 
 namespace mpm {

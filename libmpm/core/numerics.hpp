@@ -3,7 +3,6 @@
 
 #include <cmath>
 
-#include "libmpm/base/precision.hpp"
 #include "libmpm/base/types.hpp"
 #include "libmpm/boundary/contact.hpp"
 #include "libmpm/core/mirror.hpp"
@@ -28,7 +27,7 @@ struct Numerics : StepNumerics {
   double cell_size = 0.25;                            ///< dx, m
   int particles_per_cell = 8;                         ///< a cube number: 1, 8, 27, 64
   ContactRule contact = ContactRule::surface;         ///< where walls and obstacle act (boundary/contact.hpp)
-  Precision precision = Precision::double_precision;  ///< of particles and of computations on them (base/precision.hpp)
+  Precision precision = Precision::double_precision;  ///< of particles and of computations on them (base/types.hpp)
   double gravity = 9.81;                              ///< m/s^2
   double slope = 0.0;                                 ///< rad; gravity = g (sin, 0, -cos)
   Vec3 grid_offset = Vec3::Zero();  ///< shift of the whole scene against the grid, in cells; for studies of where surfaces cut cells

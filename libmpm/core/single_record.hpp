@@ -12,7 +12,7 @@
 #include <cstdint>
 #include <type_traits>
 
-#include "libmpm/base/precision.hpp"
+#include "libmpm/base/types.hpp"
 #include "libmpm/core/node_index.hpp"
 #include "libmpm/core/particle.hpp"
 

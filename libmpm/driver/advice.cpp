@@ -14,7 +14,7 @@
 #include "libmpm/driver/terrain_raster.hpp"
 #include "libmpm/impact/inflow.hpp"
 #include "libmpm/impact/semi_empirical.hpp"
-#include "libmpm/impact/stop_rule.hpp"
+#include "libmpm/impact/steady.hpp"
 
 namespace mpm {
 

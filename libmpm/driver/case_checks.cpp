@@ -1,4 +1,4 @@
-#include "libmpm/driver/case_checks.hpp"
+#include "libmpm/driver/case_file.hpp"
 
 #include <fmt/format.h>
 
@@ -15,7 +15,7 @@ namespace {
 
 /// Shift of the scene against the grid beside mirror planes.
 void check_grid_offset(const Case& c, ParameterReport& report) {
-  if (!report.all_sound({"numerics.grid_offset_cells", "conveyor.mirror_y", "domain.mirror"})) return;
+  if (!report.all_valid({"numerics.grid_offset_cells", "conveyor.mirror_y", "domain.mirror"})) return;
   TableReport own(report, "numerics");
   c.numerics.check_offset(mirror_planes(c), own);
 }
@@ -23,7 +23,7 @@ void check_grid_offset(const Case& c, ParameterReport& report) {
 /// Friction of the obstacle as a part of the material's.
 void resolve_obstacle_friction(ObstacleSpec& obstacle, const MaterialParameters& material, ParameterReport& report) {
   for (const auto& p : parameters_of<MaterialParameters>().all()) {
-    if (!report.sound("material." + p.info.name)) return;
+    if (!report.valid("material." + p.info.name)) return;
   }
   TableReport own(report, "obstacle");
   obstacle.resolve_friction(material, own);
@@ -58,28 +58,28 @@ bool is_enclosed(const Case& c, const BodySpec& body) {
 /// A body against grid, domain and obstacle. @param path  of its entry, "body[0]"
 void check_body(const Case& c, const BodySpec& body, const std::string& path, ParameterReport& report) {
   const std::string low = path + ".min_m", high = path + ".max_m";
-  if (!report.all_sound({low, high})) return;
-  const bool cell_size_sound = report.sound("numerics.cell_size_m");
+  if (!report.all_valid({low, high})) return;
+  const bool cell_size_valid = report.valid("numerics.cell_size_m");
   const double thinnest = (body.max - body.min).minCoeff(), cell_size = c.numerics.cell_size, spacing = c.numerics.particle_spacing();
   constexpr double slack = 1.0 - 1e-9;  // rounding of the corners
-  if (cell_size_sound && report.sound("numerics.particles_per_cell") && thinnest < spacing * slack) {
+  if (cell_size_valid && report.valid("numerics.particles_per_cell") && thinnest < spacing * slack) {
     report.problem(high, fmt::format("- min_m is {:.9g} m at the thinnest, less than the distance of particles, {:.9g} m; give a larger "
                                      "body or finer cells",
                                      thinnest, spacing));
   }
   constexpr double reach = 4.0e6;  // cells from the origin: 2^20 blocks of four, with some room
   const double farthest = std::max(body.max.cwiseAbs().maxCoeff(), body.min.cwiseAbs().maxCoeff());
-  if (cell_size_sound && farthest > reach * cell_size) {
+  if (cell_size_valid && farthest > reach * cell_size) {
     report.problem(high, fmt::format("or min_m is {:.9g} m from the origin, beyond the {:g} cells of {:.9g} m that the grid reaches; move "
                                      "the scene to the origin, or take larger cells",
                                      farthest, reach, cell_size));
   }
   bool domain_known = true;
-  for (const std::string corner : {"domain.min_m", "domain.max_m"}) domain_known &= report.given(corner) && report.sound(corner);
+  for (const std::string corner : {"domain.min_m", "domain.max_m"}) domain_known &= report.given(corner) && report.valid(corner);
   if (domain_known && ((body.min.array() < c.domain.min.array()).any() || (body.max.array() > c.domain.max.array()).any()))
     report.problem(high, "or min_m lies outside [domain]; enlarge the domain or move the body");
-  if (c.obstacle && ObstacleSpec::plan_is_sound(TableReport(report, "obstacle")) &&
-      report.all_sound({"obstacle.height_m", "obstacle.base_m", path + ".shape"}) && meets_obstacle(body, *c.obstacle)) {
+  if (c.obstacle && ObstacleSpec::plan_is_valid(TableReport(report, "obstacle")) &&
+      report.all_valid({"obstacle.height_m", "obstacle.base_m", path + ".shape"}) && meets_obstacle(body, *c.obstacle)) {
     report.problem(high, "and min_m reach into the obstacle; move the body, it may touch the obstacle");
   }
 }
@@ -91,18 +91,18 @@ void check_scene(const Case& c, ParameterReport& report) {
       for (std::size_t i = 0; i < count; ++i)
         report.problem(fmt::format("{}[{}]", table, i), "is given beside [conveyor], which brings its own; leave out one of the two");
     }
-  } else if (c.bodies.empty() && report.sound("body")) {
+  } else if (c.bodies.empty() && report.valid("body")) {
     report.problem("", "the scene is empty; give [conveyor], or at least one [[body]]");
   }
   for (std::size_t i = 0; i < c.bodies.size(); ++i) check_body(c, c.bodies[i], fmt::format("body[{}]", i), report);
-  const auto sound = [&](std::size_t i) {
-    return report.all_sound({fmt::format("body[{}].min_m", i), fmt::format("body[{}].max_m", i), fmt::format("body[{}].shape", i)});
+  const auto valid = [&](std::size_t i) {
+    return report.all_valid({fmt::format("body[{}].min_m", i), fmt::format("body[{}].max_m", i), fmt::format("body[{}].shape", i)});
   };
   for (std::size_t i = 1; i < c.bodies.size(); ++i) {
     const auto other = std::ranges::find_if(c.bodies.begin(), c.bodies.begin() + static_cast<std::ptrdiff_t>(i),
                                             [&](const BodySpec& earlier) { return overlap(earlier, c.bodies[i]); });
     const auto j = static_cast<std::size_t>(other - c.bodies.begin());
-    if (j < i && sound(i) && sound(j)) {
+    if (j < i && valid(i) && valid(j)) {
       report.problem(
           fmt::format("body[{}].max_m", i),
           fmt::format("and min_m: the body overlaps body[{}], so that the snow there would count twice; move or cut one of them", j));
@@ -110,27 +110,27 @@ void check_scene(const Case& c, ParameterReport& report) {
   }
 }
 
-/// Whether a case is sound in all that its domain follows from.
-bool domain_is_sound(const Case& c, const ParameterReport& report) {
-  if (!report.all_sound({"domain", "domain.min_m", "domain.max_m", "domain.mirror", "numerics.cell_size_m", "numerics.gravity_m_s2",
+/// Whether a case is valid in all that its domain follows from.
+bool domain_is_valid(const Case& c, const ParameterReport& report) {
+  if (!report.all_valid({"domain", "domain.min_m", "domain.max_m", "domain.mirror", "numerics.cell_size_m", "numerics.gravity_m_s2",
                          "output.duration_s", "obstacle.width_m", "material.hardening_xi"}))
     return false;
   if (!c.conveyor) return true;
-  const auto sound = [&](const auto& p) { return report.sound("conveyor." + p.info.name); };
-  return report.all_sound({"conveyor", "conveyor.inflow"}) && std::ranges::all_of(parameters_of<ConveyorSpec>().all(), sound);
+  const auto valid = [&](const auto& p) { return report.valid("conveyor." + p.info.name); };
+  return report.all_valid({"conveyor", "conveyor.inflow"}) && std::ranges::all_of(parameters_of<ConveyorSpec>().all(), valid);
 }
 
 /// Uneven ground against domain, mirror planes and conveyor.
 void check_terrain(const Case& c, ParameterReport& report) {
-  if (!c.terrain || !c.terrain->raster || !report.all_sound({"terrain", "terrain.file", "terrain.raster"})) return;
-  if (c.conveyor && c.conveyor->sidewall_contact != Contact::slip && report.sound("conveyor.sidewall_contact")) {
+  if (!c.terrain || !c.terrain->raster || !report.all_valid({"terrain", "terrain.file", "terrain.raster"})) return;
+  if (c.conveyor && c.conveyor->sidewall_contact != Contact::slip && report.valid("conveyor.sidewall_contact")) {
     report.problem("terrain",
                    "is given beside side walls that drag the snow along x, and so into a slope; give "
                    "conveyor.sidewall_contact = \"slip\"");
   }
-  if (c.conveyor && c.conveyor->slip_ratio < 1.0 && report.sound("conveyor.inflow_slip_ratio"))
+  if (c.conveyor && c.conveyor->slip_ratio < 1.0 && report.valid("conveyor.inflow_slip_ratio"))
     report.problem("terrain", "is given beside conveyor.inflow_slip_ratio, which refers to a level floor; leave out one of the two");
-  if (!domain_is_sound(c, report)) return;
+  if (!domain_is_valid(c, report)) return;
   const std::string key = report.given("terrain.file") ? "terrain.file" : "terrain.raster";
   const std::shared_ptr<const HeightField> ground = height_field(*c.terrain);
   const MirrorPlanes mirror = mirror_planes(c);
@@ -145,7 +145,7 @@ void check_terrain(const Case& c, ParameterReport& report) {
 /// Means belong to one state of a flow that meets an obstacle.
 void check_stop(const Case& c, ParameterReport& report) {
   const std::string name = "output.stop_when_steady";
-  if (!report.all_sound({name, "obstacle", "conveyor"}) || c.output.stop_when_steady == 0.0 || !c.conveyor) return;
+  if (!report.all_valid({name, "obstacle", "conveyor"}) || c.output.stop_when_steady == 0.0 || !c.conveyor) return;
   if (!c.obstacle) {
     report.problem(name, fmt::format("= {} has no obstacle to wait for; give [obstacle], or leave the key out", c.output.stop_when_steady));
   } else if (!c.conveyor->inflow.empty()) {
@@ -156,6 +156,13 @@ void check_stop(const Case& c, ParameterReport& report) {
 
 }  // namespace
 
+void DomainSpec::check(ParameterReport& report) const {
+  for (int axis = 0; axis < 3 && report.all_valid({"min_m", "max_m"}); ++axis) {
+    if (!(min[axis] < max[axis]))
+      report.problem("max_m", fmt::format("is not above min_m in {}: {} <= {}; exchange them", "xyz"[axis], max[axis], min[axis]));
+  }
+}
+
 void resolve_case(Case& c, ParameterReport& report) {
   resolve_numerics(c, report);
   check_grid_offset(c, report);
@@ -165,7 +172,7 @@ void resolve_case(Case& c, ParameterReport& report) {
   for (std::size_t i = 0; i < c.bodies.size(); ++i) {  // in a body that stays at rest, the pressures on a staggered lattice drift apart
     if (!report.given(fmt::format("body[{}].lattice", i)) && is_enclosed(c, c.bodies[i])) c.bodies[i].lattice = BodySpec::Lattice::aligned;
   }
-  if (!report.sound("conveyor")) return;
+  if (!report.valid("conveyor")) return;
   if (c.conveyor) resolve_conveyor(*c.conveyor, {c.numerics.cell_size, c.numerics.gravity, c.material, obstacle}, report);
   check_scene(c, report);
   check_terrain(c, report);

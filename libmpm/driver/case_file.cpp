@@ -6,10 +6,9 @@
 #include "libmpm/config/guard.hpp"
 #include "libmpm/config/reader.hpp"
 #include "libmpm/config/writer.hpp"
-#include "libmpm/driver/case_checks.hpp"
 #include "libmpm/driver/case_schema.hpp"
 #include "libmpm/driver/terrain_raster.hpp"
-#include "libmpm/impact/inflow_csv.hpp"
+#include "libmpm/impact/inflow.hpp"
 
 namespace mpm {
 
@@ -35,7 +34,7 @@ Case read_case(const std::filesystem::path& file, const std::vector<std::string>
 
 PathSpec parse_path(std::string_view text, std::string_view file_name, const std::vector<std::string>& overrides) {
   const auto check = [](const PathFile& path, ParameterReport& report) {
-    if (path.segments.empty() && report.sound("path.segments"))
+    if (path.segments.empty() && report.valid("path.segments"))
       report.problem("path.segments", "is missing or empty; give at least one segment");
   };
   const PathFile file = config::read(path_schema(), text, file_name, overrides, check);
@@ -64,7 +63,7 @@ std::vector<std::string> keys_outside_hash(const Case& spec) {
     }
   }
   if (spec.numerics.precision == Precision::double_precision)
-    skip.emplace_back("numerics.precision");  // the hash of cases from before this key stays the same
+    skip.emplace_back("numerics.precision");  // by a case's hash stored results are found: it stays that of a case without the key
   const bool strip = spec.conveyor && spec.conveyor->feed == ConveyorSpec::Feed::strip;
   if (!strip) skip.emplace_back("output.duration_s");
   return skip;

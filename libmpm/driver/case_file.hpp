@@ -13,7 +13,7 @@
 
 namespace mpm {
 
-/// Reads a case file (keys: schema.hpp, `mpm schema`) and fills in every default.
+/// Reads a case file (keys: case_schema.hpp, `mpm schema`) and fills in every default.
 /// @param overrides  "table.key=value" as given by --set, "body[0].velocity_m_s=[1,0,0]" in a repeated table; the value is TOML, a bare
 ///                   word is taken as a string. An override replaces the file's value, and the file's value of a key that sets the same
 ///                   quantity (froude_number and velocity_m_s, friction and friction_ratio). Two overrides that do so exclude each other.
@@ -24,6 +24,10 @@ namespace mpm {
 /// The same from memory. @param file_name  for messages. @param prefix  of an override in messages: where it was given
 [[nodiscard]] Case parse_case(std::string_view text, std::string_view file_name, const std::vector<std::string>& overrides = {},
                               std::string_view prefix = "--set ");
+
+/// Checks what has to hold between the components of a case whose tables were read (each component checks itself), and completes what one
+/// table leaves to another: speed and width of the belt, friction of the obstacle. Names are paths: "numerics.cell_size_m".
+void resolve_case(Case& c, ParameterReport& report);
 
 /// The resolved case as TOML with every key that applies. Numbers are written so that they read back to the same bits:
 /// parse_case(write_case(c)) == c for every c that parse_case returned.

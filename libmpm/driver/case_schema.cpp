@@ -1,7 +1,5 @@
 #include "libmpm/driver/case_schema.hpp"
 
-#include "libmpm/driver/schema.hpp"
-
 namespace mpm {
 
 const config::SchemaOf<Case>& case_schema() {

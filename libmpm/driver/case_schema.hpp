@@ -1,6 +1,11 @@
 #pragma once
-/// The tables of a case file and of a point path, assembled from the components that declare them.
+/// The keys of case files and of point paths, assembled from the components that declare them (base/parameter.hpp), and their reference.
+/// Reading, range checks, suggestions and writing follow from the same declarations.
 
+#include <string>
+#include <vector>
+
+#include "libmpm/config/reference.hpp"
 #include "libmpm/config/schema.hpp"
 #include "libmpm/driver/case.hpp"
 #include "libmpm/driver/point_path.hpp"
@@ -23,5 +28,17 @@ struct PathFile {
 
 [[nodiscard]] const config::SchemaOf<Case>& case_schema();      ///< of case files
 [[nodiscard]] const config::SchemaOf<PathFile>& path_schema();  ///< of point paths
+
+/// The tables, keys and laws, in the order in which they are written.
+[[nodiscard]] const std::vector<TableInfo>& schema_tables();
+/// All keys, table by table.
+[[nodiscard]] const std::vector<KeyInfo>& schema_keys();
+/// All laws.
+[[nodiscard]] const std::vector<ModelInfo>& schema_models();
+
+/// The reference that `mpm schema` prints: readable text, or one JSON object {format_version, tables, models}.
+[[nodiscard]] std::string schema_text();
+/// The same as JSON, for scripts.
+[[nodiscard]] std::string schema_json();
 
 }  // namespace mpm

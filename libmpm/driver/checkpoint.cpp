@@ -25,11 +25,16 @@ namespace {
 
 constexpr const char* kind = "libmpm checkpoint";
 
-std::vector<double> packed(const State& s, const RunProgress& p) {
-  std::vector<double> v = {s.time, s.max_speed, p.wall_time, p.step_time};
-  for (const FluxTotals* q : {&s.entered, &s.left})
-    v.insert(v.end(), {q->mass, q->momentum.x(), q->momentum.y(), q->momentum.z(), q->energy});
-  return v;
+/// Calls count() with every counter and real() with every other number of a state and its run, in the order of the file.
+template <class StateOrConst, class ProgressOrConst, class Count, class Real>
+void for_each_number(StateOrConst& s, ProgressOrConst& p, Count&& count, Real&& real) {
+  for (auto* x : {&s.step, &s.next_id, &s.source_count}) count(*x);
+  for (auto* x : {&s.time, &s.max_speed, &p.wall_time, &p.step_time}) real(*x);
+  for (auto* flux : {&s.entered, &s.left}) {
+    for (auto* x : {&flux->count, &flux->through_x_max}) count(*x);
+    for (auto* x : {&flux->mass, &flux->momentum.x(), &flux->momentum.y(), &flux->momentum.z(), &flux->energy}) real(*x);
+  }
+  for (auto* x : {&p.samples, &p.particle_steps, &p.initial_particles}) count(*x);
 }
 
 /// Datasets of observers have a point in their names; the program's own have none.
@@ -37,18 +42,12 @@ bool is_observed(const std::string& dataset) { return dataset.find('.') != std::
 
 /// Writes everything except the blocks.
 void write_rest(hdf5::Writer& file, const State& state, const RunProgress& progress, const Arrays& observed) {
-  const std::vector<std::uint64_t> counters = {state.step,
-                                               state.next_id,
-                                               state.source_count,
-                                               state.entered.count,
-                                               state.entered.through_x_max,
-                                               state.left.count,
-                                               state.left.through_x_max,
-                                               progress.samples,
-                                               progress.particle_steps,
-                                               progress.initial_particles};
+  std::vector<std::uint64_t> counters;
+  std::vector<double> reals;
+  for_each_number(
+      state, progress, [&](std::uint64_t x) { counters.push_back(x); }, [&](double x) { reals.push_back(x); });
   file.dataset<std::uint64_t>("counters", counters);
-  file.dataset<double>("reals", packed(state, progress));
+  file.dataset<double>("reals", reals);
   for (const auto& [name, values] : observed) {
     if (!is_observed(name)) throw Error(ExitCode::internal, fmt::format("array '{}' has no observer's name before it", name));
     file.dataset<double>(name, values);
@@ -110,18 +109,10 @@ void read_rest(const hdf5::Reader& file, State& state, RunProgress& progress, co
     refuse(fmt::format("time {} s, speed {} m/s, or a sum that is not finite: no run wrote this", reals[0], reals[1]));
   constexpr std::uint64_t most_ids = std::uint64_t{1} << 60;
   if (counters[1] > most_ids) refuse(fmt::format("the next particle has number {}: no run wrote this", counters[1]));
-  state.step = counters[0];
-  state.next_id = counters[1];
-  state.source_count = counters[2];
-  state.entered = {counters[3], counters[4], reals[4], Vec3(reals[5], reals[6], reals[7]), reals[8]};
-  state.left = {counters[5], counters[6], reals[9], Vec3(reals[10], reals[11], reals[12]), reals[13]};
-  progress.samples = counters[7];
-  progress.particle_steps = counters[8];
-  progress.initial_particles = counters[9];
-  state.time = reals[0];
-  state.max_speed = reals[1];
-  progress.wall_time = reals[2];
-  progress.step_time = reals[3];
+  auto counter = counters.begin();
+  auto number = reals.begin();
+  for_each_number(
+      state, progress, [&](std::uint64_t& x) { x = *counter++; }, [&](double& x) { x = *number++; });
 }
 
 /// Throws that a file cannot be used.

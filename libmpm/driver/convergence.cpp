@@ -11,7 +11,6 @@
 #include <limits>
 
 #include "libmpm/base/error.hpp"
-#include "libmpm/base/fitted_line.hpp"
 
 namespace mpm {
 namespace {

@@ -11,6 +11,26 @@
 
 namespace mpm {
 
+/// The line y = at_zero + slope x.
+struct Line {
+  double slope;    ///< dy/dx
+  double at_zero;  ///< y at x = 0
+};
+
+/// The least-squares line through the points (x, y). @param x  as many as y, at least two of them different
+inline Line fitted_line(const std::vector<double>& x, const std::vector<double>& y) {
+  double sx = 0.0, sy = 0.0, sxx = 0.0, sxy = 0.0;
+  const auto n = static_cast<double>(x.size());
+  for (std::size_t i = 0; i < x.size(); ++i) {
+    sx += x[i];
+    sy += y[i];
+    sxx += x[i] * x[i];
+    sxy += x[i] * y[i];
+  }
+  const double slope = (n * sxy - sx * sy) / (n * sxx - sx * sx);
+  return {slope, sy / n - slope * sx / n};
+}
+
 /// Orders between neighbours, log(e_i / e_i+1) / log(h_i / h_i+1), for errors against an exact solution.
 /// @param size   h, cell size or step, coarse first, strictly falling, > 0
 /// @param error  >= 0
@@ -34,7 +54,7 @@ std::string to_string(Behaviour);
 struct ThreeGrids {
   Behaviour behaviour;  ///< decides which of the numbers are defined
   double order;         ///< p; NaN if undefined
-  double extrapolated;  ///< f_ext = f1 + (f1 - f2)/(r21^p - 1); NaN likewise
+  double extrapolated;  ///< f_ext = f1 + (f1 - f2)/(r21^p - 1); NaN if undefined
 };
 
 /// Order from three grids of any ratios, h1 < h2 < h3: the p of Celik et al. (2008, J. Fluids Eng. 130, 078001),
@@ -50,14 +70,14 @@ struct Convergence {
   std::vector<ThreeGrids> triples;   ///< of neighbouring grids, coarse first
   Behaviour behaviour;               ///< of the three finest grids
   double order;                      ///< from the three finest grids; NaN if undefined, or if the two finest differ by noise alone
-  double extrapolated;               ///< Richardson; NaN likewise
+  double extrapolated;               ///< by Richardson, from the same order; NaN where the order is
   double safety_factor;              ///< Fs: 1.25 with a credible order, else 3 (Roache)
   double gci;                        ///< grid convergence index of the finest grid, relative to |f1|
   double uncertainty;                ///< of the value on the finest grid, in the unit of f: see judge_convergence
   std::string basis;                 ///< how the uncertainty was found, in words
   double least_squares_order;        ///< NaN with fewer than four grids, or where the fit prescribes the exponents
   double least_squares_limit;        ///< f at h -> 0 of the least-squares fit; NaN with fewer than four grids
-  double least_squares_uncertainty;  ///< U of Eca & Hoekstra for the finest grid, in the unit of f; NaN likewise
+  double least_squares_uncertainty;  ///< U of Eca & Hoekstra for the finest grid, in the unit of f; NaN with fewer than four grids
   bool asymptotic;                   ///< all observed orders agree
   std::string remark;                ///< in words: 'asymptotic ...' or 'not asymptotic: ...'
 };

@@ -6,13 +6,73 @@
 #include <algorithm>
 #include <cmath>
 #include <nlohmann/json.hpp>
+#include <variant>
 
 #include "libmpm/base/error.hpp"
+#include "libmpm/config/words.hpp"
+#include "libmpm/driver/observers.hpp"
 #include "libmpm/io/atomic_file.hpp"
 #include "libmpm/io/csv.hpp"
-#include "libmpm/io/json_object.hpp"
+#include "libmpm/io/json.hpp"
 
 namespace mpm {
+
+namespace {
+
+std::vector<std::string> names_of(const std::vector<Result>& values) {
+  std::vector<std::string> names;
+  for (const Result& r : values) names.push_back(r.name);
+  return names;
+}
+
+/// force_mean_n[0] is force_mean_n.x.
+std::string with_axis(const std::string& name) {
+  for (std::size_t i = 0; i < 3; ++i) {
+    if (name.ends_with(fmt::format("[{}]", i))) return component_name(name.substr(0, name.size() - 3), i);
+  }
+  return name;
+}
+
+/// @return the name as it is among the known ones. @throws ConfigError if it is not
+std::string require_name(const std::string& name, const std::vector<std::string>& known) {
+  const std::string key = with_axis(name);
+  for (const std::string& same : {name, key}) {
+    if (std::ranges::find(known, same) != known.end()) return same;
+  }
+  const bool vector = std::ranges::find(known, key + ".x") != known.end();
+  const std::string nearest = nearest_word(key, known);
+  throw ConfigError(fmt::format("metric {}: results.json has no such number; {}", name,
+                                vector            ? fmt::format("it is a vector: give {0}.x, {0}.y or {0}.z", key)
+                                : nearest.empty() ? "docs/results.md lists the metrics of a run"
+                                                  : fmt::format("did you mean {}?", nearest)));
+}
+
+}  // namespace
+
+Metric metric_of(const Results& results, const std::string& name) {
+  const std::vector<Result> values = results.components();
+  const std::string key = require_name(name, names_of(values));
+  const auto number = [&](const std::string& of) {
+    const auto found = std::ranges::find(values, of, &Result::name);
+    return found == values.end() ? Metric::none : as_number(found->value).value_or(Metric::none);
+  };
+  const Value& value = std::ranges::find(values, key, &Result::name)->value;
+  if (std::holds_alternative<std::string>(value) || std::holds_alternative<bool>(value))
+    throw ConfigError(fmt::format("metric {}: {} is not a number", name, as_json(value)));
+  return {number(key), number(standard_error_name(key))};
+}
+
+std::vector<std::string> known_metrics(const Case& c) {
+  std::vector<Result> values = expected_results(c).components();
+  std::erase_if(values,
+                [](const Result& r) { return std::holds_alternative<std::string>(r.value) || std::holds_alternative<bool>(r.value); });
+  return names_of(values);
+}
+
+void require_known_metrics(const Case& c, const std::vector<std::string>& names) {
+  const std::vector<std::string> known = known_metrics(c);
+  for (const std::string& name : names) (void)require_name(name, known);
+}
 
 namespace {
 
@@ -191,10 +251,9 @@ std::string converge_json(const Case& c, const Sweep& sweep, const std::vector<S
   Json json{{"format_version", converge_format_version}, {"title", c.title}, {"sweep", to_string(sweep.kind)}};
   json["points"] = Json::array();
   for (const SweepPoint& p : points) {
-    const Json results = Json::parse(p.results_json, nullptr, false);
     Json entry{{"value", p.value}, {"directory", p.directory.filename().string()}, {"reused", p.reused}};
     for (const char* key : {"case_hash", "commit", "steady", "steps", "particle_steps", "wall_time_s"})
-      entry[key] = results.contains(key) ? results[key] : Json();
+      entry[key] = p.results.has(key) ? std::visit([](const auto& x) { return Json(x); }, p.results.find(key)->value) : Json();
     json["points"].push_back(entry);
   }
   json["notes"] = study_notes(c, sweep);

@@ -1,21 +1,41 @@
 #pragma once
-/// Convergence of one metric in a sweep: order, limit and uncertainty if the parameter goes to zero, otherwise the scatter. The validation
-/// uses it for its own quantities.
+/// Metrics: numbers of results.json by name, as `mpm converge --metric` takes them; and the convergence of one metric in a sweep: order,
+/// limit and uncertainty if the parameter goes to zero, otherwise the scatter. The validation uses it for its own quantities.
 
 #include <filesystem>
+#include <limits>
 #include <optional>
 #include <string>
 #include <vector>
 
+#include "libmpm/driver/case.hpp"
 #include "libmpm/driver/convergence.hpp"
-#include "libmpm/driver/metric.hpp"
 #include "libmpm/driver/sweep.hpp"
+#include "libmpm/observe/results.hpp"
 
 namespace mpm {
 
+/// A metric with its statistical error.
+struct Metric {
+  static constexpr double none = std::numeric_limits<double>::quiet_NaN();  ///< unknown
+  double value = none;           ///< NaN if the run has none (a run without a steady interval has no means)
+  double standard_error = none;  ///< NaN if unknown
+};
+
+/// The metric of a results.json.
+/// @throws ConfigError for an unknown name (suggests the nearest), or that is not a number
+[[nodiscard]] Metric metric_of(const Results& results, const std::string& name);
+
+/// Names of all metrics that a run of this case reports, vectors by component.
+[[nodiscard]] std::vector<std::string> known_metrics(const Case& c);
+
+/// Checks the names of metrics before anything is computed.
+/// @throws ConfigError for the first name that no run of this case reports; suggests the nearest
+void require_known_metrics(const Case& c, const std::vector<std::string>& names);
+
 /// One metric over the values of a parameter. The vectors have one entry for each value; coarse first if the parameter is a size.
 struct MetricConvergence {
-  std::string name;                                      ///< as in metric.hpp
+  std::string name;                                      ///< name in results.json, vectors by component
   SweepKind kind = SweepKind::cell_size;                 ///< what was varied
   std::vector<double> parameter;                         ///< its values, in the unit of Sweep::values
   std::vector<Metric> metric;                            ///< one for each value

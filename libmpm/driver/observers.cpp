@@ -7,30 +7,26 @@
 #include <nlohmann/json.hpp>
 
 #include "libmpm/driver/case_file.hpp"
-#include "libmpm/driver/execution.hpp"
+#include "libmpm/driver/run_record.hpp"
 #include "libmpm/impact/grid_uncertainty.hpp"
+#include "libmpm/impact/measure.hpp"
 #include "libmpm/impact/semi_empirical.hpp"
 #include "libmpm/observe/conservation.hpp"
 #include "libmpm/observe/contact_force.hpp"
 #include "libmpm/observe/force_by_height.hpp"
-#include "libmpm/observe/health_check.hpp"
-#include "libmpm/observe/numerical_uncertainty.hpp"
 #include "libmpm/observe/observer_list.hpp"
-#include "libmpm/observe/particle_flux.hpp"
 #include "libmpm/observe/particles_inside_obstacle.hpp"
 #include "libmpm/observe/prediction.hpp"
 #include "libmpm/observe/pressure_profile.hpp"
 #include "libmpm/observe/runup.hpp"
 #include "libmpm/observe/steady_interval.hpp"
-#include "libmpm/observe/stop_when_steady.hpp"
-#include "libmpm/observe/transient_force.hpp"
 
 namespace mpm {
 
 namespace {
 
 /// Arguments for making observers.
-struct Setting {
+struct ObserverArguments {
   const Case& c;
   const CaseScene& scene;
   std::optional<ImpactGeometry> geometry;  ///< of impacts
@@ -38,14 +34,14 @@ struct Setting {
 };
 
 /// Which cases an observer applies to.
-struct Applicability {
+struct CaseClass {
   const char* cases;
-  bool (*holds)(const Setting&);
+  bool (*includes)(const ObserverArguments&);
 };
 constexpr const char* after_post = "folders that mpm post wrote";
-constexpr Applicability always{"every case", [](const Setting&) { return true; }};
-constexpr Applicability obstacle{"cases with an obstacle", [](const Setting& s) { return s.scene.obstacle.has_value(); }};
-constexpr Applicability impact{"cases with a conveyor and an obstacle", [](const Setting& s) { return s.geometry.has_value(); }};
+constexpr CaseClass always{"every case", [](const ObserverArguments&) { return true; }};
+constexpr CaseClass obstacle{"cases with an obstacle", [](const ObserverArguments& s) { return s.scene.obstacle.has_value(); }};
+constexpr CaseClass impact{"cases with a conveyor and an obstacle", [](const ObserverArguments& s) { return s.geometry.has_value(); }};
 
 template <class T, class... Arguments>
 std::shared_ptr<Observer> make(Arguments&&... arguments) {
@@ -53,7 +49,7 @@ std::shared_ptr<Observer> make(Arguments&&... arguments) {
 }
 
 /// A pile is settled when the snow that was there at the start has passed, too.
-StopRule stop_rule(const Setting& s) {
+StopRule stop_rule(const ObserverArguments& s) {
   const ConveyorSpec& belt = *s.c.conveyor;
   const double filled = belt.feed == ConveyorSpec::Feed::window ? belt.upstream_length + belt.downstream_length : 0.0;
   const double passage = std::max(filled, settled_passage_heights * std::max(s.c.obstacle->width(), belt.flow_height));
@@ -68,38 +64,38 @@ double snow_depth(const Case& c) {
   return top > 0.0 ? top : c.obstacle->width();
 }
 
-ParticlesInsideObstacle::Setting inside_setting(const Setting& s) {
+ParticlesInsideObstacle::Setting inside_setting(const ObserverArguments& s) {
   return {s.c.numerics.cell_size, s.c.material.density(), snow_depth(s.c), s.scene.mirror};
 }
 
 /// x of the axis of the obstacle's overturning moment, m.
-double mast_axis(const Setting& s) { return outline_of(s.c.obstacle->shape).centre().x(); }
+double mast_axis(const ObserverArguments& s) { return outline_of(s.c.obstacle->shape).centre().x(); }
 
 struct Entry {
-  Applicability applies;
-  std::shared_ptr<Observer> (*make)(const Setting&);
+  CaseClass applies;
+  std::shared_ptr<Observer> (*make)(const ObserverArguments&);
 };
 
 /// The list of all observers. A new one needs its file and a line here. The order is that of columns and results.
 constexpr Entry list[] = {
-    {always, [](const Setting& s) { return make<Execution>(s.c.title, case_hash_text(s.c)); }},
-    {always, [](const Setting& s) { return make<ParticleFlux>(s.c.conveyor.has_value(), s.scene.mirror); }},
-    {impact, [](const Setting& s) { return make<SteadyInterval>(s.flow, s.c.measurement.steady_column()); }},
-    {impact, [](const Setting& s) { return make<StopWhenSteady>(stop_rule(s), s.c.measurement.steady_column()); }},
-    {impact, [](const Setting& s) { return make<Runup>(*s.geometry); }},
-    {impact, [](const Setting& s) { return make<PressureProfile>(*s.geometry); }},
-    {obstacle, [](const Setting& s) { return make<ContactForce>(*s.scene.obstacle); }},
-    {obstacle, [](const Setting& s) { return make<ParticlesInsideObstacle>(*s.c.obstacle, inside_setting(s)); }},
-    {impact, [](const Setting& s) { return make<ForceByHeight>(*s.geometry, 0U); }},
-    {impact, [](const Setting& s) { return make<TransientForce>(s.flow, s.geometry->force_window, mast_axis(s)); }},
-    {impact, [](const Setting& s) { return make<NumericalUncertainty>(grid_uncertainty(grid_resolution(s.c)), mast_axis(s)); }},
-    {impact, [](const Setting& s) { return make<Prediction>(s.flow, s.geometry->flow_height); }},
-    {always, [](const Setting&) { return make<Conservation>(); }},
-    {always, [](const Setting&) { return make<HealthCheck>(); }},
+    {always, [](const ObserverArguments& s) { return make<RunRecord>(s.c.title, case_hash_text(s.c)); }},
+    {always, [](const ObserverArguments& s) { return make<ParticleFlux>(s.c.conveyor.has_value(), s.scene.mirror); }},
+    {impact, [](const ObserverArguments& s) { return make<SteadyInterval>(s.flow, s.c.measurement.steady_column()); }},
+    {impact, [](const ObserverArguments& s) { return make<StopWhenSteady>(stop_rule(s), s.c.measurement.steady_column()); }},
+    {impact, [](const ObserverArguments& s) { return make<Runup>(*s.geometry); }},
+    {impact, [](const ObserverArguments& s) { return make<PressureProfile>(*s.geometry); }},
+    {obstacle, [](const ObserverArguments& s) { return make<ContactForce>(*s.scene.obstacle); }},
+    {obstacle, [](const ObserverArguments& s) { return make<ParticlesInsideObstacle>(*s.c.obstacle, inside_setting(s)); }},
+    {impact, [](const ObserverArguments& s) { return make<ForceByHeight>(*s.geometry, 0U); }},
+    {impact, [](const ObserverArguments& s) { return make<TransientForce>(s.flow, s.geometry->force_window, mast_axis(s)); }},
+    {impact, [](const ObserverArguments& s) { return make<NumericalUncertainty>(grid_uncertainty(grid_resolution(s.c)), mast_axis(s)); }},
+    {impact, [](const ObserverArguments& s) { return make<Prediction>(s.flow, s.geometry->flow_height); }},
+    {always, [](const ObserverArguments&) { return make<Conservation>(); }},
+    {always, [](const ObserverArguments&) { return make<HealthCheck>(); }},
 };
 
-Setting setting_of(const Case& c, const CaseScene& scene) {
-  Setting setting{c, scene, impact_geometry(c), {}};
+ObserverArguments setting_of(const Case& c, const CaseScene& scene) {
+  ObserverArguments setting{c, scene, impact_geometry(c), {}};
   if (setting.geometry) setting.flow = impact_flow(c);
   return setting;
 }
@@ -142,10 +138,10 @@ GridResolution grid_resolution(const Case& c) {
 
 std::vector<std::shared_ptr<Observer>> make_observers(const Case& c, const CaseScene& scene,
                                                       const std::vector<std::shared_ptr<Observer>>& more) {
-  const Setting setting = setting_of(c, scene);
+  const ObserverArguments setting = setting_of(c, scene);
   std::vector<std::shared_ptr<Observer>> observers;
   for (const Entry& entry : list) {
-    if (entry.applies.holds(setting)) observers.push_back(entry.make(setting));
+    if (entry.applies.includes(setting)) observers.push_back(entry.make(setting));
   }
   observers.insert(observers.end(), more.begin(), more.end());
   return observers;
@@ -163,7 +159,7 @@ std::vector<ObserverDescription> describe_observers() {
   c.conveyor.emplace().velocity = 1.0;
   c.obstacle.emplace();
   const CaseScene scene = make_scene(c);
-  const Setting setting = setting_of(c, scene);
+  const ObserverArguments setting = setting_of(c, scene);
   const ObserverList all(make_observers(c, scene));
   const State nothing(c.numerics.cell_size);
   const RunProgress progress;
@@ -171,11 +167,11 @@ std::vector<ObserverDescription> describe_observers() {
   std::vector<ObserverDescription> descriptions;
   for (const Entry& entry : list) {
     const auto o = entry.make(setting);
-    ObserverDescription d{o->name(), entry.applies.cases, o->source(), o->columns(), {}, o->summary(end)};
+    ObserverDescription d{o->name(), entry.applies.cases, o->measured_from(), o->columns(), {}, o->summary(end)};
     for (const HeightProfile& profile : o->profiles(end)) d.profiles.push_back(profile.column);
     descriptions.push_back(std::move(d));
   }
-  descriptions.push_back({"post", after_post, Source::particles, {}, {}, origin_in_frames(0)});
+  descriptions.push_back({"post", after_post, MeasuredFrom::frames, {}, {}, origin_in_frames(0)});
   return descriptions;
 }
 
@@ -210,7 +206,7 @@ std::vector<std::string> run_entries(Nature nature) {
 
 namespace {
 
-std::string_view text_of(Source source) { return source == Source::particles ? "frames" : "run"; }
+std::string_view text_of(MeasuredFrom from) { return from == MeasuredFrom::frames ? "frames" : "run"; }
 std::string_view text_of(Column::Kind kind) {
   return kind == Column::Kind::instant ? "at the time of the row" : "mean over the interval since the row before";
 }
@@ -283,26 +279,21 @@ std::string observers_markdown() {
 std::string observers_json() {
   using Json = nlohmann::ordered_json;
   Json columns = Json::array(), profiles = Json::array(), results = Json::array();
-  const auto describe = [](const Column& c, const std::string& cases, Source source) {
-    return Json{{"name", c.name()},
-                {"unit", c.unit},
-                {"meaning", c.meaning},
-                {"value", text_of(c.kind)},
-                {"mean", c.mean},
-                {"cases", cases},
-                {"measured_from", text_of(source)}};
+  const auto describe = [](const Column& c, const std::string& cases, MeasuredFrom from) {
+    return Json{{"name", c.name()}, {"unit", c.unit}, {"meaning", c.meaning},          {"value", text_of(c.kind)},
+                {"mean", c.mean},   {"cases", cases}, {"measured_from", text_of(from)}};
   };
-  columns.push_back(describe(TimeSeries(std::vector<Column>()).columns().front(), always.cases, Source::particles));
+  columns.push_back(describe(TimeSeries(std::vector<Column>()).columns().front(), always.cases, MeasuredFrom::frames));
   for (const auto& d : describe_observers()) {
-    for (const Column& c : d.columns) columns.push_back(describe(c, d.cases, d.source));
-    for (const Column& c : d.profiles) profiles.push_back(describe(c, d.cases, d.source));
+    for (const Column& c : d.columns) columns.push_back(describe(c, d.cases, d.measured_from));
+    for (const Column& c : d.profiles) profiles.push_back(describe(c, d.cases, d.measured_from));
     for (const Result& r : d.results) {
       results.push_back(Json{{"name", r.name},
                              {"unit", r.unit},
                              {"meaning", r.meaning},
                              {"kind", text_of(r.nature)},
                              {"cases", d.cases},
-                             {"measured_from", text_of(d.source)}});
+                             {"measured_from", text_of(d.measured_from)}});
     }
   }
   return Json{{"columns", columns}, {"profiles", profiles}, {"results", results}}.dump(2) + "\n";

@@ -10,8 +10,8 @@
 #include "libmpm/driver/case.hpp"
 #include "libmpm/driver/scene.hpp"
 #include "libmpm/impact/grid_uncertainty.hpp"
-#include "libmpm/impact/impact_flow.hpp"
 #include "libmpm/impact/measure.hpp"
+#include "libmpm/impact/steady.hpp"
 #include "libmpm/observe/observer.hpp"
 
 namespace mpm {

@@ -9,14 +9,12 @@
 
 #include "libmpm/base/error.hpp"
 #include "libmpm/driver/case_file.hpp"
-#include "libmpm/driver/execution.hpp"
 #include "libmpm/driver/observers.hpp"
-#include "libmpm/driver/results_file.hpp"
 #include "libmpm/driver/run_folder.hpp"
+#include "libmpm/driver/run_record.hpp"
 #include "libmpm/driver/scene.hpp"
 #include "libmpm/io/atomic_file.hpp"
 #include "libmpm/io/csv.hpp"
-#include "libmpm/io/json_object.hpp"
 #include "libmpm/io/snapshot.hpp"
 #include "libmpm/observe/observer_list.hpp"
 
@@ -75,7 +73,7 @@ LastFrame measure_frames(const std::filesystem::path& directory, const std::vect
   LastFrame last;
   double before = unknown;
   for (const int number : numbers) {
-    const Snapshot frame = read_frame(frame_path(directory, number));
+    const Snapshot frame = read_snapshot(frame_path(directory, number), SnapshotKind::frame);
     if (frame.info.case_hash != hash) {
       throw IoError(fmt::format("'{}' belongs to a case with hash {}, case.toml beside it has {}; put the case.toml of the run back",
                                 frame_path(directory, number).string(), frame.info.case_hash, hash));
@@ -87,16 +85,15 @@ LastFrame measure_frames(const std::filesystem::path& directory, const std::vect
   return last;
 }
 
-/// results.json: the run's own, if it finished, with the entries that were measured from frames replaced.
-std::string updated_results(const std::filesystem::path& own, const Case& c, const LastFrame& last, const Summary& end,
-                            const Results& measured) {
-  Results results;
-  const bool finished = std::filesystem::exists(own) && !read_json_object(own).contains("measured_from");
+/// The run's own results, if it finished, with the entries that were measured from frames replaced.
+Results updated_results(const ResultsFile& own, const Case& c, const LastFrame& last, const Summary& end, const Results& measured) {
+  const bool finished = own.results() && !own.results()->has("measured_from");
+  Results results = finished ? *own.results() : Results();
   if (!finished) results.add(execution_from_frames(c.title, last.info, last.particles));
-  results.add(origin_in_frames(end.series.size()));
-  results.add(checksums(end));
-  results.add(measured.entries());
-  return finished ? results_text(results, read_json_text(own), own) : results_text(results);
+  results.replace(origin_in_frames(end.series.size()));
+  results.replace(checksums(end));
+  results.replace(measured.entries());
+  return results;
 }
 
 }  // namespace
@@ -104,7 +101,8 @@ std::string updated_results(const std::filesystem::path& own, const Case& c, con
 PostResult post_process(const std::filesystem::path& directory, const std::filesystem::path& out,
                         const std::vector<std::shared_ptr<Observer>>& observers) {
   const Case c = read_case(directory / "case.toml");
-  require_undamaged(directory);
+  const ResultsFile own(directory);
+  own.require_undamaged();
   if (std::filesystem::exists(out / "case.toml")) {
     throw ConfigError(fmt::format(
         "'{}' is the folder of a run or of a case, whose files are not overwritten; choose another folder for the output", out.string()));
@@ -120,8 +118,7 @@ PostResult post_process(const std::filesystem::path& directory, const std::files
   PostResult result;
   result.frames = numbers.size();
   const Summary end = list.summary(nullptr, nullptr);
-  result.results = list.results(end);
-  result.results_json = updated_results(directory / "results.json", c, last, end, result.results);
+  result.results = updated_results(own, c, last, end, list.results(end));
 
   using Write = std::function<void(const std::filesystem::path&)>;
   std::vector<std::pair<const char*, Write>> files = {
@@ -130,7 +127,7 @@ PostResult post_process(const std::filesystem::path& directory, const std::files
     files.emplace_back("profile.csv", [&](const auto& path) { write_file(path, end.profile); });
     files.emplace_back("profiles.h5", [&](const auto& path) { write_profiles_over_time(path, end.series.time(), end.profiles); });
   }
-  files.emplace_back("results.json", [&](const auto& path) { write_file(path, result.results_json); });
+  files.emplace_back("results.json", [&](const auto& path) { write_file(path, result.results.to_json()); });
   if (c.obstacle) files.emplace_back("obstacle.json", [&](const auto& path) { write_file(path, obstacle_text(*c.obstacle)); });
   for (const auto& [name, write] : files) {
     write(out / name);

@@ -1,8 +1,8 @@
 #pragma once
 /// Repeats the measurements of a run from its stored frames: after a kill, with a newer version, or as a check.
 ///
-/// The observers are those of the run. A frame holds the data for those of Source::particles, in double precision except for velocities, so
-/// their values at the times of frames equal those of the run except for the order of the sums. Other columns are taken from the run's
+/// The observers are those of the run. A frame holds the data for those of MeasuredFrom::frames, in double precision except for velocities,
+/// so their values at the times of frames equal those of the run except for the order of the sums. Other columns are taken from the run's
 /// series.csv: at the times of frames, or, for columns that are means over intervals, averaged over the interval between two frames.
 
 #include <filesystem>
@@ -17,8 +17,7 @@ namespace mpm {
 /// Result of a replay.
 struct PostResult {
   std::size_t frames = 0;                      ///< number of frames read
-  Results results;                             ///< measured from the frames
-  std::string results_json;                    ///< content of results.json
+  Results results;                             ///< the entries of results.json
   std::vector<std::filesystem::path> written;  ///< files, in the order in which they were written
 };
 

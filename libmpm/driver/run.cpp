@@ -1,31 +1,31 @@
 #include "libmpm/driver/run.hpp"
 
+#include <fcntl.h>
+#include <fmt/chrono.h>
 #include <fmt/format.h>
 #include <omp.h>
 
+#include <cerrno>
 #include <chrono>
-#include <nlohmann/json.hpp>
+#include <ctime>
 #include <optional>
 
 #include "libmpm/base/error.hpp"
+#include "libmpm/base/process.hpp"
 #include "libmpm/base/text.hpp"
-#include "libmpm/base/thread_time.hpp"
 #include "libmpm/driver/advice.hpp"
 #include "libmpm/driver/build_info.hpp"
 #include "libmpm/driver/case_file.hpp"
 #include "libmpm/driver/checkpoint.hpp"
 #include "libmpm/driver/observers.hpp"
 #include "libmpm/driver/pieces.hpp"
-#include "libmpm/driver/results_file.hpp"
 #include "libmpm/driver/run_folder.hpp"
-#include "libmpm/driver/run_log.hpp"
 #include "libmpm/driver/run_summary.hpp"
 #include "libmpm/driver/scene.hpp"
 #include "libmpm/driver/threads.hpp"
 #include "libmpm/driver/worker.hpp"
 #include "libmpm/io/atomic_file.hpp"
 #include "libmpm/io/csv.hpp"
-#include "libmpm/io/json_object.hpp"
 #include "libmpm/io/snapshot.hpp"
 #include "libmpm/io/xdmf.hpp"
 #include "libmpm/observe/observer_list.hpp"
@@ -36,6 +36,24 @@ namespace mpm {
 namespace {
 
 using Clock = std::chrono::steady_clock;
+
+/// The run.log of a run, open until it ends or stops: its messages, with times.
+class RunLog {
+ public:
+  /// @param append  whether to keep the lines from before a resume. @throws IoError
+  RunLog(const std::filesystem::path& path, bool append)
+      : file_(open(path.c_str(), O_CREAT | O_WRONLY | O_NOFOLLOW | O_CLOEXEC | (append ? O_APPEND : O_TRUNC), 0666)) {
+    if (!file_) throw file_error("cannot write", path, errno);
+  }
+
+  /// Adds one line with the time. A log that cannot be written must not end a run that can; the loss shows in the series, which is checked.
+  void write(const std::string& text) const {
+    (void)file_.write(fmt::format("{:%Y-%m-%d %H:%M:%S} {}\n", fmt::localtime(std::time(nullptr)), text));
+  }
+
+ private:
+  Descriptor file_;
+};
 
 /// One run in its directory.
 class Run {
@@ -119,13 +137,12 @@ void Run::start_or_resume() {
 
 /// Without a checkpoint: --resume does not repeat a finished run, unless it is this case up to an earlier time, or its results are damaged.
 bool Run::may_start_over() const {
-  if (!std::filesystem::exists(options_.out / "results.json")) return true;
-  const auto json = read_json_object(options_.out / "results.json");
-  if (!json.is_object()) return holds_case(options_.out, hash_);
-  if (json.value("case_hash", nlohmann::ordered_json()) != hash_) return false;
-  if (!damage_of(options_.out).empty() || json.contains("measured_from")) return true;
-  const auto reached = json.value("duration_s", nlohmann::ordered_json());
-  return !finished_results(options_.out, case_) && reached.is_number() && reached.get<double>() < sampling_.end();
+  const ResultsFile file(options_.out);
+  if (!file.exists()) return true;
+  if (!file.results()) return holds_case(options_.out, hash_);
+  if (file.results()->text("case_hash") != hash_) return false;
+  if (!file.damage().empty() || file.results()->has("measured_from")) return true;
+  return !file.is_finished(case_) && file.results()->number_or_nan("duration_s") < sampling_.end();
 }
 
 void Run::start() {
@@ -304,7 +321,7 @@ RunResult Run::finish(bool complete) {
   result.million_particle_steps_per_s = progress_.speed();
   if (complete) {
     write_results(result);
-    for (const std::string& finding : findings(result.results)) say("warning: " + finding);
+    for (const std::string& warning : result_warnings(result.results)) say("warning: " + warning);
     if (progress_.samples <= sampling_.last()) {
       say(fmt::format("ended at t = {:.6g} s of {:.6g} s: the means are known to {:.3g} % (output.stop_when_steady)", state_.time,
                       sampling_.end(), 100.0 * case_.output.stop_when_steady));
@@ -322,14 +339,13 @@ RunResult Run::finish(bool complete) {
 void Run::write_results(RunResult& result) {
   const Summary end = observers_.summary(&state_, &progress_);
   result.results = observers_.results(end);
-  result.results_json = results_text(result.results);
   if (!end.profiles.empty()) {
     write_file(options_.out / "profile.csv", end.profile);
     write_profiles_over_time(options_.out / "profiles.h5", end.series.time(), end.profiles);
   }
-  SnapshotWriter final_state(SnapshotWriter::Kind::final, options_.out / "final.h5", snapshot_info());
+  SnapshotWriter final_state(SnapshotKind::final, options_.out / "final.h5", snapshot_info());
   write_particles(final_state, state_, scene_);
-  write_file(options_.out / "results.json", result.results_json);
+  write_file(options_.out / "results.json", result.results.to_json());
 }
 
 }  // namespace

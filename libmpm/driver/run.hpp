@@ -50,7 +50,6 @@ struct RunResult {
   std::size_t particles = 0;                                     ///< at the end
   double wall_time_s = 0.0, million_particle_steps_per_s = 0.0;  ///< including the time before a resume
   Results results;                                               ///< the entries of results.json
-  std::string results_json;                                      ///< its content
 };
 
 /// Runs a case and writes case.toml, series.csv, frames, profile.csv, profiles.h5, results.json, final.h5, checkpoint.h5 and run.log to

@@ -21,8 +21,9 @@
 #include "libmpm/driver/checkpoint.hpp"
 #include "libmpm/driver/sampling.hpp"
 #include "libmpm/io/atomic_file.hpp"
-#include "libmpm/io/checksum.hpp"
-#include "libmpm/io/json_text.hpp"
+#include "libmpm/io/hdf5.hpp"
+#include "libmpm/io/json.hpp"
+#include "libmpm/observe/observer.hpp"
 
 namespace mpm {
 
@@ -122,8 +123,8 @@ void require_folder(const std::filesystem::path& directory) {
 }
 
 void require_no_results(const std::filesystem::path& directory) {
-  const auto holds = [&](const char* name) { return std::filesystem::exists(directory / name); };
-  const bool finished = holds("results.json") || holds("final.h5"), interrupted = has_checkpoint(directory);
+  const auto has = [&](const char* name) { return std::filesystem::exists(directory / name); };
+  const bool finished = has("results.json") || has("final.h5"), interrupted = has_checkpoint(directory);
   if (!finished && !interrupted) return;
   const DirectoryLock lock(directory);  // a running process gives another message
   throw ConfigError(fmt::format("{} holds {}; choose another folder with --out, {} with --resume, or overwrite it with --force",
@@ -140,24 +141,13 @@ void require_no_other_files(const std::filesystem::path& directory, std::initial
                                 (directory / *found).string()));
 }
 
-namespace {
-
-/// Whether a run ended by a rule at least as strict as that of a case.
-bool stopped_when_steady(const nlohmann::json& results, double limit) {
-  const auto of = [&](const char* name) { return results.value(name, nlohmann::json()); };
-  const bool stopped = of("stopped_when_steady") == true || of("stopped_when_steady") == 1;  // the latter in a table
-  return stopped && of("stop_when_steady").is_number() && of("stop_when_steady").get<double>() <= limit;
-}
-
-}  // namespace
-
-bool is_whole_run(const std::string& results, const Case& c) {
-  const auto json = nlohmann::json::parse(results, nullptr, false);
-  if (!json.is_object() || json.value("case_hash", nlohmann::json()) != case_hash_text(c) || !json.contains("duration_s")) return false;
-  if (!json["duration_s"].is_number() || json.contains("measured_from")) return false;
-  const double last = Sampling(c).end(), missing = last - json["duration_s"].get<double>();
-  const bool whole = std::abs(missing) <= 1e-9 * last;
-  return whole || (missing > 0.0 && stopped_when_steady(json, c.output.stop_when_steady));
+bool is_whole_run(const Results& results, const Case& c) {
+  if (results.text("case_hash") != case_hash_text(c) || results.has("measured_from")) return false;
+  const double last = Sampling(c).end(), missing = last - results.number_or_nan("duration_s");
+  if (std::abs(missing) <= 1e-9 * last) return true;
+  // it ended by a rule at least as strict as that of the case
+  return missing > 0.0 && results.number_or_nan("stopped_when_steady") == 1.0 &&
+         results.number_or_nan("stop_when_steady") <= c.output.stop_when_steady;
 }
 
 bool holds_case(const std::filesystem::path& directory, const std::string& case_hash) {
@@ -169,37 +159,33 @@ bool holds_case(const std::filesystem::path& directory, const std::string& case_
   }
 }
 
-namespace {
+ResultsFile::ResultsFile(std::filesystem::path directory) : directory_(std::move(directory)) {
+  if (!std::filesystem::exists(directory_ / "results.json")) return;
+  text_ = read_json_text(directory_ / "results.json");
+  results_ = Results::from_json(*text_);
+}
 
-std::string damage_in(const std::filesystem::path& directory, const std::string& results) {
-  const auto json = nlohmann::json::parse(results, nullptr, false);
-  if (!json.is_object()) return "results.json is damaged";
-  if (!is_intact(results)) return "results.json does not match its checksum";
+std::string ResultsFile::damage() const {
+  if (!exists()) return {};
+  if (!results_) return "results.json is damaged";
+  if (!is_intact(*text_)) return "results.json does not match its checksum";
   for (const auto& [entry, file] : {std::pair("series_crc32", "series.csv"), std::pair("profile_crc32", "profile.csv")}) {
-    const auto expected = json.value(entry, nlohmann::json());
-    if (expected.is_null()) continue;
-    if (!std::filesystem::exists(directory / file)) return fmt::format("{} is missing", file);
-    if (expected != checksum(read_file(directory / file))) return fmt::format("{} does not match its checksum in results.json", file);
+    if (!results_->has(entry)) continue;
+    if (!std::filesystem::exists(directory_ / file)) return fmt::format("{} is missing", file);
+    if (results_->text(entry) != checksum(read_file(directory_ / file)))
+      return fmt::format("{} does not match its checksum in results.json", file);
   }
   return {};
 }
 
-}  // namespace
-
-std::string damage_of(const std::filesystem::path& directory) {
-  const auto path = directory / "results.json";
-  return std::filesystem::exists(path) ? damage_in(directory, read_json_text(path)) : "";
+void ResultsFile::require_undamaged() const {
+  if (const std::string what = damage(); !what.empty())
+    throw IoError(fmt::format("{}: {}; compute it again with `mpm run --resume`", directory_.string(), what));
 }
 
-void require_undamaged(const std::filesystem::path& directory) {
-  if (const std::string damage = damage_of(directory); !damage.empty())
-    throw IoError(fmt::format("{}: {}; compute it again with `mpm run --resume`", directory.string(), damage));
-}
-
-std::optional<std::string> finished_results(const std::filesystem::path& directory, const Case& c) {
-  if (!std::filesystem::exists(directory / "results.json")) return {};
-  std::string results = read_json_text(directory / "results.json");
-  return is_whole_run(results, c) && damage_in(directory, results).empty() ? std::optional(std::move(results)) : std::nullopt;
+std::optional<Results> finished_results(const std::filesystem::path& directory, const Case& c) {
+  const ResultsFile file(directory);
+  return file.is_finished(c) ? file.results() : std::nullopt;
 }
 
 std::string obstacle_text(const ObstacleSpec& obstacle) {
@@ -214,6 +200,17 @@ std::string obstacle_text(const ObstacleSpec& obstacle) {
 void write_case_files(const std::filesystem::path& directory, const Case& c) {
   write_file(directory / "case.toml", write_case(c));
   if (c.obstacle) write_file(directory / "obstacle.json", obstacle_text(*c.obstacle));
+}
+
+void write_profiles_over_time(const std::filesystem::path& path, std::span<const double> time, const std::vector<HeightProfile>& profiles) {
+  hdf5::Writer file(path);
+  file.dataset<double>("time_s", time);
+  const HeightProfile& heights = profiles.front();
+  file.dataset<double>(heights.column.name(), heights.mean);
+  for (const HeightProfile& profile : profiles) {
+    if (!profile.over_time.empty()) file.dataset<double>(profile.column.name(), profile.over_time, {time.size(), heights.mean.size()});
+  }
+  file.commit();
 }
 
 }  // namespace mpm

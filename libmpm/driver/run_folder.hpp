@@ -5,12 +5,17 @@
 #include <filesystem>
 #include <initializer_list>
 #include <optional>
+#include <span>
 #include <string>
+#include <vector>
 
 #include "libmpm/driver/case.hpp"
-#include "libmpm/io/descriptor.hpp"
+#include "libmpm/io/atomic_file.hpp"
+#include "libmpm/observe/results.hpp"
 
 namespace mpm {
+
+struct HeightProfile;
 
 /// Excludes a second process from a directory (`.lock` in it); the system releases it when the process ends, even after a kill. On a file
 /// system without such locks (some Lustre and NFS) the file `.lock.owner` with host and process number takes their place.
@@ -56,20 +61,39 @@ void write_case_files(const std::filesystem::path& directory, const Case& c);
 [[nodiscard]] std::string obstacle_text(const ObstacleSpec& obstacle);
 
 /// Whether results are those of the finished run of a case: written by the run and not by `mpm post`, with the same hash, and with the same
-/// duration or an end within it by output.stop_when_steady with no larger a limit. @param results  text of a results.json
-[[nodiscard]] bool is_whole_run(const std::string& results, const Case& c);
+/// duration or an end within it by output.stop_when_steady with no larger a limit.
+[[nodiscard]] bool is_whole_run(const Results& results, const Case& c);
+
+/// results.json of a folder, read once.
+class ResultsFile {
+ public:
+  /// @throws IoError if there is one that cannot be read
+  explicit ResultsFile(std::filesystem::path directory);
+
+  [[nodiscard]] bool exists() const { return text_.has_value(); }                   ///< whether there is one
+  [[nodiscard]] const std::optional<Results>& results() const { return results_; }  ///< empty: there are none in it, or no file
+  /// Which of results.json, series.csv and profile.csv does not match its checksum, for a message. Empty: none, or there is no
+  /// results.json.
+  [[nodiscard]] std::string damage() const;
+  /// @throws IoError with the damage, if there is any
+  void require_undamaged() const;
+  /// Whether the folder holds the finished run of this case (is_whole_run) without damage.
+  [[nodiscard]] bool is_finished(const Case& c) const { return results_ && is_whole_run(*results_, c) && damage().empty(); }
+
+ private:
+  std::filesystem::path directory_;
+  std::optional<std::string> text_;
+  std::optional<Results> results_;
+};
+
+/// The results of a folder, if it holds the finished run of this case without damage.
+[[nodiscard]] std::optional<Results> finished_results(const std::filesystem::path& directory, const Case& c);
 
 /// Whether case.toml of a folder is the case with this hash; false if it is missing or cannot be read.
 [[nodiscard]] bool holds_case(const std::filesystem::path& directory, const std::string& case_hash);
 
-/// Which of results.json, series.csv and profile.csv does not match its checksum, for a message. Empty: none, there are no results, or an
-/// earlier version wrote them without checksums.
-[[nodiscard]] std::string damage_of(const std::filesystem::path& directory);
-
-/// @throws IoError with damage_of(), if there is any
-void require_undamaged(const std::filesystem::path& directory);
-
-/// Content of results.json, if the folder holds the finished run of this case (is_whole_run) without damage.
-[[nodiscard]] std::optional<std::string> finished_results(const std::filesystem::path& directory, const Case& c);
+/// profiles.h5: time_s, z_m and, with a row for each sample and a column for each height, the quantities over height and time.
+/// @param profiles  the first holds the heights, as mean
+void write_profiles_over_time(const std::filesystem::path& path, std::span<const double> time, const std::vector<HeightProfile>& profiles);
 
 }  // namespace mpm

@@ -60,7 +60,7 @@ std::string summary_text(const Results& results) {
   return text;
 }
 
-std::vector<std::string> findings(const Results& results) {
+std::vector<std::string> result_warnings(const Results& results) {
   if (results.has("particles_final") && results.number("particles_final") == 0.0) {
     const double lost = results.number("particles_lost"), downstream = results.number("particles_left_downstream");
     if (lost + downstream == 0.0) return {};  // nothing was computed

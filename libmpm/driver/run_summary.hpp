@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "libmpm/observe/column.hpp"
+#include "libmpm/observe/results.hpp"
 
 namespace mpm {
 
@@ -14,6 +14,6 @@ namespace mpm {
 [[nodiscard]] std::string summary_text(const Results& results);
 
 /// What the results of a finished run warn of; each is one line. @param results  of results.json
-[[nodiscard]] std::vector<std::string> findings(const Results& results);
+[[nodiscard]] std::vector<std::string> result_warnings(const Results& results);
 
 }  // namespace mpm

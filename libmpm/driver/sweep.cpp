@@ -16,8 +16,8 @@ namespace {
 /// Checks a folder for a sweep with `resume`: it may hold a finished or interrupted run of this case, but no results of another case or
 /// duration.
 void require_same_run(const std::filesystem::path& directory, const Case& c) {
-  if (!std::filesystem::exists(directory / "results.json") || finished_results(directory, c)) return;
-  if (!damage_of(directory).empty()) return;  // computed again, if it is of this case
+  const ResultsFile file(directory);
+  if (!file.exists() || file.is_finished(c) || !file.damage().empty()) return;  // what is damaged is computed again, if it is of this case
   throw ConfigError(
       fmt::format("{} holds the results of another case or of another duration; choose another folder with --out, or overwrite it with "
                   "--force instead of --resume",
@@ -93,13 +93,13 @@ SweepResult run_sweep(const Case& c, const Sweep& sweep, const SweepOptions& opt
     if (options.on_start) options.on_start(point);
     if (const auto finished = options.run.resume ? finished_results(point.directory, cases[i]) : std::nullopt) {
       point.reused = true;
-      point.results_json = *finished;
+      point.results = *finished;
     } else {
       RunOptions run = options.run;
       run.out = point.directory;
       const RunResult done = options.compute ? options.compute(cases[i], run) : run_case(cases[i], run);
       if (!done.finished) return result;
-      point.results_json = done.results_json;
+      point.results = done.results;
     }
     result.points.push_back(point);
     if (options.on_point) options.on_point(result.points.back());

@@ -43,7 +43,7 @@ struct SweepPoint {
   double value = 0.0;               ///< of the parameter
   std::filesystem::path directory;  ///< its folder
   bool reused = false;              ///< the run was complete before, and was not repeated
-  std::string results_json;         ///< content of its results.json
+  Results results;                  ///< of its results.json
 };
 
 /// Options of a sweep.

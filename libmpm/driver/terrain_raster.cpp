@@ -11,9 +11,9 @@
 #include <optional>
 
 #include "libmpm/base/error.hpp"
-#include "libmpm/base/limits.hpp"
-#include "libmpm/base/parameter_report.hpp"
+#include "libmpm/base/parameter.hpp"
 #include "libmpm/base/text.hpp"
+#include "libmpm/base/types.hpp"
 #include "libmpm/boundary/terrain.hpp"
 #include "libmpm/io/atomic_file.hpp"
 #include "libmpm/io/csv.hpp"
@@ -238,7 +238,7 @@ std::string raster_text(const HeightField::Points& p) {
 }
 
 void read_terrain(TerrainSpec& terrain, const std::filesystem::path& folder, ParameterReport& report) {
-  if (!report.all_sound({"terrain.file", "terrain.raster"})) return;
+  if (!report.all_valid({"terrain.file", "terrain.raster"})) return;
   if (!terrain.file && !terrain.raster) return report.problem("terrain", "has no ground; give file or raster");
   std::string problem;
   if (!terrain.file) {

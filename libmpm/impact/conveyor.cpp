@@ -7,7 +7,7 @@
 #include "libmpm/base/error.hpp"
 #include "libmpm/core/stress_update.hpp"
 #include "libmpm/impact/semi_empirical.hpp"
-#include "libmpm/source/r2_sequence.hpp"
+#include "libmpm/source/body.hpp"
 
 namespace mpm {
 

@@ -29,7 +29,7 @@
 /// Lattice. Particles on the same lattice line follow the same stream line: where a mast spreads the flow, gaps open between the lines, at
 /// any resolution, and in the dead zone before it the particles' pressure and density deviate from those of the flow (at Fr 2, M 0.8,
 /// beta 0.3 the density rose to 1.29 and the pressure fell by half, while the force stayed the same). So each layer is
-/// shifted within the lattice across the flow and in height by the points of source/r2_sequence.hpp: any few layers in a row sample the
+/// shifted within the lattice across the flow and in height by the points of source/body.hpp: any few layers in a row sample the
 /// cross-section evenly. Across the flow two layers in a row have opposite shifts. Otherwise the density beside the mirror plane
 /// oscillates with a period of 51 layers (validation/cases/bernoulli_head). "aligned" is the plain lattice, for comparison.
 
@@ -81,12 +81,6 @@ class ConveyorSource : public ParticleSource {
   FluxTotals release(State& state) const override;
   /// The snow at t = 0, which does not count as entered.
   void fill(State& state) const override;
-
-  /// At t = 0.
-  [[nodiscard]] std::size_t particles_per_layer() const {
-    return static_cast<std::size_t>(rows(0.0)) * static_cast<std::size_t>(mirror_y_ ? half_count_ : 2 * half_count_);
-  }
-  [[nodiscard]] std::uint64_t initial_layers() const { return initial_layers_; }  ///< released by fill()
 
  private:
   using Layer = std::vector<Particle>;  ///< one particle for each row, from the floor up, with x = y = 0

@@ -24,7 +24,7 @@ void resolve_velocity(ConveyorSpec& belt, double gravity, ParameterReport& repor
   if (!belt.froude_number) return;
   const double fr = *belt.froude_number;
   belt.froude_number.reset();
-  if (!(gravity > 0.0) || !report.all_sound({froude, velocity, "conveyor.flow_height_m", "numerics.gravity_m_s2"})) return;
+  if (!(gravity > 0.0) || !report.all_valid({froude, velocity, "conveyor.flow_height_m", "numerics.gravity_m_s2"})) return;
   belt.velocity = flow_velocity(fr, belt.flow_height, gravity);
   if (!(belt.velocity > 0.0 && belt.velocity <= fastest_speed)) {
     report.problem(froude, fmt::format("= {} makes a speed v = Fr sqrt(g H) of {} m/s; it has to be above 0 and at most {} m/s", fr,
@@ -36,11 +36,11 @@ void resolve_velocity(ConveyorSpec& belt, double gravity, ParameterReport& repor
 void resolve_window(ConveyorSpec& belt, const ConveyorSurroundings& around, ParameterReport& report) {
   const auto left_out = [&](const char* key) { return !report.given(key); };
   if (around.obstacle == nullptr) {
-    if (left_out("conveyor.width_m") && report.sound("obstacle"))
+    if (left_out("conveyor.width_m") && report.valid("obstacle"))
       report.problem("conveyor.width_m", "is missing; without [obstacle] it does not follow from the obstacle's width, give it");
     return;
   }
-  if (!report.all_sound({"material.model", "material.hardening_xi", "obstacle.width_m", "conveyor.window_size", "conveyor.flow_height_m"}))
+  if (!report.all_valid({"material.model", "material.hardening_xi", "obstacle.width_m", "conveyor.window_size", "conveyor.flow_height_m"}))
     return;
   const double w = around.obstacle->width();
   if (belt.window_size == ConveyorSpec::WindowSize::paper) {
@@ -48,7 +48,7 @@ void resolve_window(ConveyorSpec& belt, const ConveyorSurroundings& around, Para
     if (left_out("conveyor.width_m")) belt.width = xi ? conveyor_width(*xi, w) : 12.0 * w;
     return;
   }
-  if (!ObstacleSpec::plan_is_sound(TableReport(report, "obstacle"))) return;
+  if (!ObstacleSpec::plan_is_valid(TableReport(report, "obstacle"))) return;
   const WindowFlow flow{.froude = froude_number(belt.velocity, belt.flow_height, around.gravity),
                         .height = belt.flow_height,
                         .critical_state_ratio = around.material.critical_state_ratio().value_or(0.0)};
@@ -59,33 +59,33 @@ void resolve_window(ConveyorSpec& belt, const ConveyorSurroundings& around, Para
 }
 
 void check_obstacle(const ConveyorSpec& belt, const ObstacleSpec& obstacle, ParameterReport& report) {
-  if (!ObstacleSpec::plan_is_sound(TableReport(report, "obstacle"))) return;
+  if (!ObstacleSpec::plan_is_valid(TableReport(report, "obstacle"))) return;
   const Outline outline = outline_of(obstacle.shape);
   const double width = outline.bounds().sizes().y(), depth = outline.bounds().max().x();
-  if (report.all_sound({"conveyor.width_m", "material.hardening_xi"}) && belt.width < width) {
+  if (report.all_valid({"conveyor.width_m", "material.hardening_xi"}) && belt.width < width) {
     const std::string turned = width == obstacle.width() ? "" : fmt::format(" ({:.6g} across the flow)", width);
     report.problem("obstacle.width_m",
                    fmt::format("= {}{} is wider than the belt, {} m; make it narrower, or give a larger conveyor.width_m", obstacle.width(),
                                turned, belt.width));
   }
   const bool window = belt.feed == ConveyorSpec::Feed::window;
-  if (window && report.all_sound({"conveyor.feed", "conveyor.downstream_length_m"}) && belt.downstream_length < depth) {
+  if (window && report.all_valid({"conveyor.feed", "conveyor.downstream_length_m"}) && belt.downstream_length < depth) {
     report.problem("conveyor.downstream_length_m",
                    fmt::format("= {} ends inside the obstacle; give at least its depth, {:.6g} m", belt.downstream_length, depth));
   }
-  if (report.sound("conveyor.mirror_y") && belt.mirror_y && !outline.symmetric())
+  if (report.valid("conveyor.mirror_y") && belt.mirror_y && !outline.symmetric())
     report.problem("obstacle", "is not symmetric about y = 0, so that half of it cannot replace the whole; give conveyor.mirror_y = false");
 }
 
 /// Inflow that varies over height or in time.
 void check_inflow(const ConveyorSpec& belt, const ConveyorSurroundings& around, ParameterReport& report) {
-  const bool sheared = belt.slip_ratio < 1.0 && report.sound("conveyor.inflow_slip_ratio");
-  if (sheared && belt.sidewall_contact != Contact::slip && report.sound("conveyor.sidewall_contact")) {
+  const bool sheared = belt.slip_ratio < 1.0 && report.valid("conveyor.inflow_slip_ratio");
+  if (sheared && belt.sidewall_contact != Contact::slip && report.valid("conveyor.sidewall_contact")) {
     report.problem("conveyor.inflow_slip_ratio",
                    "is below 1, and side walls that move at one speed would even the flow out; give sidewall_contact = \"slip\"");
   }
-  if (belt.inflow.empty() || !report.sound("conveyor.inflow")) return;
-  if (belt.feed != ConveyorSpec::Feed::window && report.sound("conveyor.feed"))
+  if (belt.inflow.empty() || !report.valid("conveyor.inflow")) return;
+  if (belt.feed != ConveyorSpec::Feed::window && report.valid("conveyor.feed"))
     report.problem("conveyor.inflow[0]",
                    "is given beside feed = \"strip\", all of whose snow is there from the start; give feed = \"window\"");
   if (sheared)
@@ -93,15 +93,15 @@ void check_inflow(const ConveyorSpec& belt, const ConveyorSurroundings& around, 
   for (std::size_t i = 0; i < belt.inflow.size(); ++i) {
     const auto key = [&](std::size_t row, const char* name) { return fmt::format("conveyor.inflow[{}].{}", row, name); };
     const InflowPoint& p = belt.inflow[i];
-    if (i > 0 && !(p.time > belt.inflow[i - 1].time) && report.all_sound({key(i, "time_s"), key(i - 1, "time_s")})) {
+    if (i > 0 && !(p.time > belt.inflow[i - 1].time) && report.all_valid({key(i, "time_s"), key(i - 1, "time_s")})) {
       report.problem(key(i, "time_s"),
                      fmt::format("= {} is not above that of the row before, {}; sort the rows", p.time, belt.inflow[i - 1].time));
     }
-    if (p.flow_height && *p.flow_height < around.cell_size && report.all_sound({key(i, "flow_height_m"), "numerics.cell_size_m"})) {
+    if (p.flow_height && *p.flow_height < around.cell_size && report.all_valid({key(i, "flow_height_m"), "numerics.cell_size_m"})) {
       report.problem(key(i, "flow_height_m"),
                      fmt::format("= {} is less than one cell; give at least cell_size_m = {} m", *p.flow_height, around.cell_size));
     }
-    if (p.density_ratio > 1.0 && !around.material.keeps_compaction() && report.all_sound({key(i, "density_ratio"), "material.model"})) {
+    if (p.density_ratio > 1.0 && !around.material.keeps_compaction() && report.all_valid({key(i, "density_ratio"), "material.model"})) {
       report.problem(key(i, "density_ratio"),
                      fmt::format("= {} asks for snow that was compacted before; {} does not keep compaction, leave it out", p.density_ratio,
                                  around.material.name()));
@@ -110,13 +110,13 @@ void check_inflow(const ConveyorSpec& belt, const ConveyorSurroundings& around, 
 }
 
 void check_lengths(const ConveyorSpec& belt, double cell_size, ParameterReport& report) {
-  if (!report.sound("numerics.cell_size_m")) return;
-  if (report.sound("conveyor.flow_height_m") && belt.flow_height < cell_size) {
+  if (!report.valid("numerics.cell_size_m")) return;
+  if (report.valid("conveyor.flow_height_m") && belt.flow_height < cell_size) {
     report.problem("conveyor.flow_height_m", fmt::format("= {} is less than one cell; give at least cell_size_m = {} m, or finer cells",
                                                          belt.flow_height, cell_size));
   }
   const bool window = belt.feed == ConveyorSpec::Feed::window;
-  if (window && report.sound("conveyor.upstream_length_m") && belt.upstream_length < least_upstream_cells * cell_size) {
+  if (window && report.valid("conveyor.upstream_length_m") && belt.upstream_length < least_upstream_cells * cell_size) {
     report.problem("conveyor.upstream_length_m", fmt::format("= {} leaves no room between inlet and obstacle; give at least {} cells, {} m",
                                                              belt.upstream_length, least_upstream_cells, least_upstream_cells * cell_size));
   }
@@ -136,7 +136,7 @@ CompactWindow compact_window(const WindowFlow& flow, double width, double depth)
 }
 
 void resolve_conveyor(ConveyorSpec& belt, const ConveyorSurroundings& around, ParameterReport& report) {
-  if (report.sound("numerics.gravity_m_s2") && !(around.gravity > 0.0)) {
+  if (report.valid("numerics.gravity_m_s2") && !(around.gravity > 0.0)) {
     report.problem("numerics.gravity_m_s2",
                    "= 0 is given beside [conveyor], whose run-up and Froude number need gravity; give more than 0, or a scene of [[body]]");
   }

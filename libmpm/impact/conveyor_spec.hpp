@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "libmpm/base/limits.hpp"
+#include "libmpm/base/types.hpp"
 #include "libmpm/boundary/contact.hpp"
 
 namespace mpm {

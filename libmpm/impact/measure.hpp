@@ -1,6 +1,6 @@
 #pragma once
 /// Geometry of the measurements at an obstacle (paper, Sect. 2.3 and Appendix A2): strip, impact box, bins of the pressure
-/// profile; and the pressure height of a profile. The observers runup and pressure_profile (observe/) use it.
+/// profile; the pressure height of a profile, and its smoothing; the axis of a mast. The observers (observe/) use it.
 ///
 /// Frame: x downstream with the obstacle's front face at x = 0, y across with its axis at y = 0, z up from the floor z = 0.
 ///
@@ -22,6 +22,15 @@
 #include "libmpm/impact/measurement_spec.hpp"
 
 namespace mpm {
+
+/// Smooths equally spaced values: each one is replaced by the value, at its own place, of the polynomial of degree `order` fitted to the
+/// `window` values around it (Savitzky and Golay 1964, Anal. Chem. 36, 1627).
+///
+/// Ends: the first and the last (window - 1)/2 values are taken from the one polynomial fitted to the first or last `window` values
+/// (`mode='interp'` of scipy.signal.savgol_filter, its default), so that polynomials up to `order` pass unchanged everywhere.
+/// @param window odd, > order, at most the number of values. @param order degree, >= 0.
+/// @throws ConfigError when these do not hold.
+[[nodiscard]] std::vector<double> savitzky_golay(std::span<const double> values, int window, int order);
 
 /// Windows and filters of the measurements. Lengths in m.
 struct ImpactGeometry {
@@ -75,11 +84,6 @@ struct ImpactGeometry {
 /// (fewer bins in 5 H than the filter spans).
 [[nodiscard]] ImpactGeometry paper_geometry(double flow_height, double obstacle_width, double cell_size, double density, bool mirror_y,
                                             const MeasurementSpec& windows = {});
-
-/// The same lengths for every grid: those of the paper's dx = 0.25 m (bins 0.125 m, filter 1.625 m, box 0.625 m upstream and 0.125 m
-/// inside). For grid studies: the smoothing shifts the pressure height by an amount that follows the bin height, and would look like a grid
-/// error.
-[[nodiscard]] ImpactGeometry fixed_geometry(double flow_height, double obstacle_width, double density, bool mirror_y);
 
 /// Pressure height h_p (Sect. 3.2), m: where the smoothed profile, going up, first falls below threshold * impact_pressure after it was at
 /// or above it; linear between bin centres. A profile that never falls below gives profile_height, a lower bound. Empty if the impact

@@ -5,7 +5,7 @@
 #include <optional>
 #include <string>
 
-#include "libmpm/base/limits.hpp"
+#include "libmpm/base/types.hpp"
 
 namespace mpm {
 
@@ -20,7 +20,10 @@ struct MeasurementSpec {
   std::optional<double> box_inside;     ///< its depth behind the face; empty: 0.5 dx
   double force_window = 0.1;            ///< s: of the moving mean behind the filtered peak of the force
   /// The run-up whose running mean decides where the steady interval begins and whether a run may end (impact/steady.hpp).
-  enum class SteadyBy : std::uint8_t { runup_p99, runup } steady_by = SteadyBy::runup_p99;  ///< which of the two
+  enum class SteadyBy : std::uint8_t {
+    runup_p99,
+    runup
+  } steady_by = SteadyBy::runup_p99;  ///< without single particles, or the highest particle
   bool operator==(const MeasurementSpec&) const = default;
 
   /// The column of series.csv that is steady in the steady interval.

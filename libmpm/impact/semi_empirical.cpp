@@ -109,8 +109,6 @@ double width_factor(double relative_width) {
   return -std::expm1(-1.14 * relative_width);
 }
 
-double rescaled_width_factor(double relative_width) { return width_factor(relative_width) / width_factor(1.0); }
-
 double limited_width_factor(double relative_width) { return std::max(width_factor(relative_width), recommended_width_factor_floor); }
 
 double guideline_runup(double velocity, double lambda, double width_factor, double gravity) {

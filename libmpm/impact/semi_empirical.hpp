@@ -49,10 +49,8 @@ struct HeightCoefficients {
   double kappa;                                                        ///< dissipation, Eq. 10
   double saturation_froude = std::numeric_limits<double>::infinity();  ///< Fr_sat, Eq. 9; infinite: no saturation
 };
-inline constexpr HeightCoefficients runup_coefficients{0.9468, 1.5745};                     ///< Table A1, four digits
-inline constexpr HeightCoefficients pressure_height_coefficients{0.5277, 1.3072, 1.5380};   ///< Table A2, four digits
-inline constexpr HeightCoefficients runup_coefficients_table3{0.95, 1.57};                  ///< Table 3 (its header prints k as kappa)
-inline constexpr HeightCoefficients pressure_height_coefficients_table3{0.53, 1.31, 1.54};  ///< Table 3
+inline constexpr HeightCoefficients runup_coefficients{0.9468, 1.5745};                    ///< Table A1, four digits
+inline constexpr HeightCoefficients pressure_height_coefficients{0.5277, 1.3072, 1.5380};  ///< Table A2, four digits
 
 /// zeta = k M', Eq. 8: quasi-static pile-up over H.
 [[nodiscard]] double magnification_factor(double effective_friction, const HeightCoefficients& coefficients);
@@ -77,8 +75,6 @@ inline constexpr double recommended_width_factor_floor = 0.7;  ///< Sect. 5, for
 
 /// f(w/H) = 1 - exp(-1.14 w/H), Eq. 6. @param relative_width w/H > 0.
 [[nodiscard]] double width_factor(double relative_width);
-/// f(w/H) / f(1): the form compared with simulations in Sect. 4.3, whose reference is w = H.
-[[nodiscard]] double rescaled_width_factor(double relative_width);
 /// max(f(w/H), 0.7), the floor that Sect. 5 recommends for w/H < 1. Eq. 6 gives 0.680 at w/H = 1 and passes 0.7 at 1.056; the floor applies
 /// up to there, so that the factor never decreases with the width.
 [[nodiscard]] double limited_width_factor(double relative_width);

@@ -3,17 +3,48 @@
 /// goes to a temporary name in the same directory, is forced to the disk, and is then renamed over the target, which
 /// POSIX makes one indivisible step. The one exception in the project is series.csv, which grows row by row (csv.hpp).
 
+#include <unistd.h>
+
 #include <cstddef>
 #include <cstdint>
+#include <exception>
 #include <filesystem>
 #include <span>
 #include <string>
 #include <string_view>
+#include <utility>
 
 #include "libmpm/base/error.hpp"
-#include "libmpm/io/descriptor.hpp"
 
 namespace mpm {
+
+/// A file descriptor that closes itself. Its destructor ignores errors of close(): what must reach the disk is forced to it before.
+class Descriptor {
+ public:
+  Descriptor() = default;
+  /// @param number  as open() returns it; below 0: no file
+  explicit Descriptor(int number) : number_(number) {}
+  ~Descriptor() {
+    if (number_ >= 0) ::close(number_);
+  }
+  Descriptor(Descriptor&& other) noexcept : number_(other.release()) {}  ///< takes over the file
+  /// Closes the own file and takes over another.
+  Descriptor& operator=(Descriptor other) noexcept {
+    std::swap(number_, other.number_);
+    return *this;
+  }
+
+  explicit operator bool() const { return number_ >= 0; }             ///< whether there is a file
+  [[nodiscard]] int get() const { return number_; }                   ///< for calls of the system
+  [[nodiscard]] int release() { return std::exchange(number_, -1); }  ///< the number; the caller closes it
+  [[nodiscard]] int write(std::span<const std::byte> bytes) const;    ///< appends all bytes; 0, or an errno value
+  [[nodiscard]] int write(std::string_view text) const;               ///< appends a text; 0, or an errno value
+  /// Writes all bytes at an offset. @returns 0, or an errno value
+  [[nodiscard]] int write_at(std::uint64_t offset, std::span<const std::byte> bytes) const;
+
+ private:
+  int number_ = -1;
+};
 
 /// A file that is being written. The target does not exist before commit(); without commit() the temporary is removed.
 ///
@@ -89,5 +120,28 @@ std::string read_text_file(const std::filesystem::path& path, std::uintmax_t mos
 
 /// Message of every file error: the operation ("cannot write"), on which file, the system's reason (an errno value), the remedy.
 IoError file_error(std::string_view action, const std::filesystem::path& path, int error_number);
+
+/// Keeps the first exception and skips all calls after it, while work continues: because other processes wait, or a library written in C
+/// is on the call stack.
+class FirstError {
+ public:
+  /// Calls f unless an earlier call has thrown.
+  template <class F>
+  void attempt(F&& f) {
+    if (error_) return;
+    try {
+      std::forward<F>(f)();
+    } catch (...) {
+      error_ = std::current_exception();
+    }
+  }
+  /// Rethrows the exception, if there is one.
+  void rethrow() const {
+    if (error_) std::rethrow_exception(error_);
+  }
+
+ private:
+  std::exception_ptr error_;
+};
 
 }  // namespace mpm

@@ -10,7 +10,7 @@
 #include <vector>
 
 #include "libmpm/base/error.hpp"
-#include "libmpm/io/descriptor.hpp"
+#include "libmpm/io/atomic_file.hpp"
 
 namespace mpm {
 

@@ -140,7 +140,6 @@ class Reader {
   template <Element T>
   [[nodiscard]] std::vector<T> rows(const std::string& name, const Shape& expected, std::size_t first, std::size_t count) const;
 
-  [[nodiscard]] bool has_attribute(const std::string& name) const;     ///< whether the root group has it
   [[nodiscard]] std::string text(const std::string& attribute) const;  ///< of an attribute; IoError if it is missing or not text
   [[nodiscard]] double real(
       const std::string& attribute) const;  ///< of an attribute; IoError if it is missing or not a floating-point number

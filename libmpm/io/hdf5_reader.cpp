@@ -171,11 +171,6 @@ template std::vector<std::int64_t> Reader::rows(const std::string&, const Shape&
 template std::vector<std::int32_t> Reader::rows(const std::string&, const Shape&, std::size_t, std::size_t) const;
 template std::vector<std::uint8_t> Reader::rows(const std::string&, const Shape&, std::size_t, std::size_t) const;
 
-bool Reader::has_attribute(const std::string& name) const {
-  const QuietErrors quiet;
-  return H5Aexists(file_->id, name.c_str()) > 0;
-}
-
 std::string Reader::text(const std::string& name) const {
   const QuietErrors quiet;
   const Handle attribute = file_->open_attribute(name, H5T_STRING);

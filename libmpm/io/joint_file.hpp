@@ -6,8 +6,8 @@
 #include <memory>
 #include <optional>
 
-#include "libmpm/base/first_error.hpp"
 #include "libmpm/core/ranks.hpp"
+#include "libmpm/io/atomic_file.hpp"
 #include "libmpm/io/hdf5.hpp"
 
 namespace mpm {

@@ -21,10 +21,9 @@
 namespace mpm {
 namespace {
 
-constexpr std::string_view frame_kind = "frame";
-constexpr std::string_view final_kind = "final";
+using Kind = SnapshotKind;
 
-using Kind = SnapshotWriter::Kind;
+constexpr std::string_view name_of(Kind kind) { return kind == Kind::frame ? "frame" : "final"; }
 
 void check_columns(const std::filesystem::path& path, Kind kind, const ParticleTable& p) {
   const std::size_t n = p.size();
@@ -58,13 +57,13 @@ void put_info(hdf5::Writer& file, std::string_view kind, const SnapshotInfo& inf
   file.attribute("precision", std::string(name_of(info.precision)));
 }
 
-SnapshotInfo get_info(const hdf5::Reader& file, const std::filesystem::path& path, std::string_view kind) {
+SnapshotInfo get_info(const hdf5::Reader& file, const std::filesystem::path& path, Kind kind) {
   if (const auto version = file.integer("format_version"); version != snapshot_format_version) {
     throw IoError(fmt::format("cannot read '{}': format version {}, this program reads version {}; use the program that wrote it",
                               path.string(), version, snapshot_format_version));
   }
-  if (const auto found = file.text("kind"); found != kind) {
-    throw IoError(fmt::format("cannot read '{}': it holds a '{}' state, a '{}' state was expected", path.string(), found, kind));
+  if (const auto found = file.text("kind"); found != name_of(kind)) {
+    throw IoError(fmt::format("cannot read '{}': it holds a '{}' state, a '{}' state was expected", path.string(), found, name_of(kind)));
   }
   SnapshotInfo info;
   info.time = file.real("time_s");
@@ -74,8 +73,7 @@ SnapshotInfo get_info(const hdf5::Reader& file, const std::filesystem::path& pat
   info.reference_density = file.real("reference_density_kg_m3");
   info.mirror_x = file.integer("mirror_x") != 0;
   info.mirror_y = file.integer("mirror_y") != 0;
-  if (file.has_attribute("precision") && file.text("precision") == name_of(Precision::single_precision))
-    info.precision = Precision::single_precision;  // a file without it is from before there was a choice
+  if (file.text("precision") == name_of(Precision::single_precision)) info.precision = Precision::single_precision;
   if (!std::isfinite(info.time) || !(info.reference_density > 0.0) || !std::isfinite(info.reference_density)) {
     throw IoError(fmt::format("cannot read '{}': time {} s and reference density {} kg/m^3 belong to no run; write the file again",
                               path.string(), info.time, info.reference_density));
@@ -116,24 +114,6 @@ std::vector<double> transposed(const std::vector<double>& m) {
     }
   }
   return t;
-}
-
-Snapshot read_snapshot(const std::filesystem::path& path, std::string_view kind) {
-  const hdf5::Reader file(path);
-  Snapshot s;
-  s.info = get_info(file, path, kind);
-  ParticleTable& p = s.particles;
-  p.id = file.dataset<std::uint64_t>("id", {hdf5::any_extent});
-  const std::size_t n = p.size();
-  p.position = file.dataset<double>("position_m", {n, 3});
-  p.velocity = file.dataset<double>("velocity_m_s", {n, 3});
-  p.stress = file.dataset<double>("kirchhoff_stress_pa", {n, 6});
-  p.internal = file.dataset<double>("internal", {n});
-  p.volume_ratio = file.dataset<double>("volume_ratio", {n});
-  p.volume = file.dataset<double>("reference_volume_m3", {n});
-  if (kind == final_kind) p.affine = transposed(file.dataset<double>("velocity_gradient_1_s", {n, 3, 3}));
-  check_content(path, p);
-  return s;
 }
 
 /// @param get  the i-th particle, by rising identity number
@@ -200,12 +180,6 @@ void for_each_column(Kind kind, const SnapshotInfo& info, std::size_t first, F&&
   });
 }
 
-void write_whole(SnapshotWriter& file, const ParticleTable& particles) {
-  file.begin(particles.size());
-  file.append(particles);
-  file.commit();
-}
-
 }  // namespace
 
 ParticleTable particle_table(std::span<const Particle> particles, const Scene& scene) {
@@ -233,7 +207,7 @@ struct SnapshotWriter::File {
 
   [[nodiscard]] std::unique_ptr<hdf5::Writer> made() const {
     auto file = std::make_unique<hdf5::Writer>(path);
-    put_info(*file, kind == Kind::frame ? frame_kind : final_kind, info);
+    put_info(*file, name_of(kind), info);
     for_each_column(kind, info, 0, [&](const char* name, std::initializer_list<std::size_t> row, auto&& values_of) {
       hdf5::Shape shape = {particles};
       shape.insert(shape.end(), row);
@@ -283,6 +257,12 @@ void SnapshotWriter::append(std::span<const Particle> piece, const Scene& scene)
 }
 
 void SnapshotWriter::commit() { file_->out->commit(); }
+void SnapshotWriter::write(const ParticleTable& particles) {
+  begin(particles.size());
+  append(particles);
+  commit();
+}
+
 std::size_t SnapshotWriter::particles() const { return file_->particles; }
 
 SnapshotWriter frame_writer(const std::filesystem::path& directory, int index, const SnapshotInfo& info) {
@@ -290,21 +270,26 @@ SnapshotWriter frame_writer(const std::filesystem::path& directory, int index, c
   std::error_code error;
   std::filesystem::create_directory(frames, error);
   if (error) throw file_error("cannot create directory", frames, error.value());
-  return SnapshotWriter(SnapshotWriter::Kind::frame, path, info);
+  return SnapshotWriter(SnapshotKind::frame, path, info);
 }
 
-void write_frame(const std::filesystem::path& directory, int index, const ParticleTable& p, const SnapshotInfo& info) {
-  SnapshotWriter file = frame_writer(directory, index, info);
-  write_whole(file, p);
+Snapshot read_snapshot(const std::filesystem::path& path, SnapshotKind kind) {
+  const hdf5::Reader file(path);
+  Snapshot s;
+  s.info = get_info(file, path, kind);
+  ParticleTable& p = s.particles;
+  p.id = file.dataset<std::uint64_t>("id", {hdf5::any_extent});
+  const std::size_t n = p.size();
+  p.position = file.dataset<double>("position_m", {n, 3});
+  p.velocity = file.dataset<double>("velocity_m_s", {n, 3});
+  p.stress = file.dataset<double>("kirchhoff_stress_pa", {n, 6});
+  p.internal = file.dataset<double>("internal", {n});
+  p.volume_ratio = file.dataset<double>("volume_ratio", {n});
+  p.volume = file.dataset<double>("reference_volume_m3", {n});
+  if (kind == SnapshotKind::final) p.affine = transposed(file.dataset<double>("velocity_gradient_1_s", {n, 3, 3}));
+  check_content(path, p);
+  return s;
 }
-
-void write_final(const std::filesystem::path& path, const ParticleTable& p, const SnapshotInfo& info) {
-  SnapshotWriter file(Kind::final, path, info);
-  write_whole(file, p);
-}
-
-Snapshot read_frame(const std::filesystem::path& path) { return read_snapshot(path, frame_kind); }
-Snapshot read_final(const std::filesystem::path& path) { return read_snapshot(path, final_kind); }
 
 std::vector<int> frame_numbers(const std::filesystem::path& directory) {
   const std::filesystem::path frames = directory / "frames";
@@ -327,7 +312,7 @@ std::vector<int> frame_numbers(const std::filesystem::path& directory) {
 FrameEntry read_frame_entry(const std::filesystem::path& directory, int index) {
   const std::filesystem::path path = frame_path(directory, index);
   const hdf5::Reader file(path);
-  const SnapshotInfo info = get_info(file, path, frame_kind);
+  const SnapshotInfo info = get_info(file, path, Kind::frame);
   const hdf5::Shape rows = file.shape("id");
   if (rows.size() != 1) throw IoError(fmt::format("cannot read '{}': dataset 'id' is not a list; write the file again", path.string()));
   return {index, info.time, rows.front()};

@@ -21,7 +21,7 @@
 /// In frames all data that `mpm post` needs have double precision, so that it computes the same numbers as the run; data for pictures have
 /// single precision. A frame takes 128 bytes a particle.
 /// Attributes of both: format_version, kind, time_s, step, case_hash, version, reference_density_kg_m3, mirror_x, mirror_y,
-/// precision ("double" or "single", that of the computation; a file without it has double precision).
+/// precision ("double" or "single", that of the computation).
 
 #include <cstdint>
 #include <filesystem>
@@ -32,7 +32,7 @@
 #include <vector>
 
 #include "libmpm/base/error.hpp"
-#include "libmpm/base/precision.hpp"
+#include "libmpm/base/types.hpp"
 #include "libmpm/core/ranks.hpp"
 
 namespace mpm {
@@ -85,14 +85,15 @@ inline constexpr int snapshot_format_version = 1;
 /// DIR/frames/NNNNN.h5
 std::filesystem::path frame_path(const std::filesystem::path& directory, int index);
 
+/// Kind of file, which determines columns and precision.
+enum class SnapshotKind : std::uint8_t { frame, final };
+
 /// Writes a frame or a final state piece by piece: memory holds one piece at a time. With several ranks each writes some of the rows
 /// (joint_file.hpp). Errors of a disk or of the memory are kept until commit().
 class SnapshotWriter {
  public:
-  /// Kind of file, which determines columns and precision.
-  enum class Kind : std::uint8_t { frame, final };
   /// Writes nothing before begin().
-  SnapshotWriter(Kind kind, std::filesystem::path path, SnapshotInfo info);
+  SnapshotWriter(SnapshotKind kind, std::filesystem::path path, SnapshotInfo info);
   /// On a rank other than the first: what is written follows from what the first begins.
   SnapshotWriter();
   /// Removes the file if it was not finished.
@@ -109,6 +110,8 @@ class SnapshotWriter {
   void append(std::span<const Particle> piece, const Scene& scene);
   /// All are there: the file gets its name. @throws what failed since begin(): IoError; also if columns differ in length
   void commit();
+  /// The whole file at once. @throws as commit()
+  void write(const ParticleTable& particles);
   [[nodiscard]] std::size_t particles() const;  ///< in the file, of all ranks
 
  private:
@@ -119,15 +122,9 @@ class SnapshotWriter {
 /// Of frame `index` of the run directory. Creates DIR/frames if needed, but not DIR, so that a directory that was moved during a run
 /// is not created again. @throws IoError
 SnapshotWriter frame_writer(const std::filesystem::path& directory, int index, const SnapshotInfo& info);
-/// Writes frame `index` of the run directory at once, as frame_writer does. @throws IoError; also if columns differ in length
-void write_frame(const std::filesystem::path& directory, int index, const ParticleTable& particles, const SnapshotInfo& info);
-/// Writes a final state. @throws IoError as above
-void write_final(const std::filesystem::path& path, const ParticleTable& particles, const SnapshotInfo& info);
 
 /// @throws IoError if the file is missing, damaged, of another kind or version
-Snapshot read_frame(const std::filesystem::path& path);
-/// @throws IoError as read_frame
-Snapshot read_final(const std::filesystem::path& path);
+Snapshot read_snapshot(const std::filesystem::path& path, SnapshotKind kind);
 
 /// Number, time and size of a frame.
 struct FrameEntry {
@@ -139,7 +136,7 @@ struct FrameEntry {
 /// Numbers of the frames DIR/frames/NNNNN.h5 in ascending order; none if there is no DIR/frames. Other files there are ignored.
 std::vector<int> frame_numbers(const std::filesystem::path& directory);
 
-/// Reads a frame's file once (its checksum). @throws IoError as read_frame
+/// Reads a frame's file once (its checksum). @throws IoError as read_snapshot
 FrameEntry read_frame_entry(const std::filesystem::path& directory, int index);
 
 }  // namespace mpm

@@ -8,7 +8,7 @@
 #include <variant>
 #include <vector>
 
-#include "libmpm/base/precision.hpp"
+#include "libmpm/base/types.hpp"
 #include "libmpm/material/cam_clay.hpp"
 #include "libmpm/material/drucker_prager.hpp"
 #include "libmpm/material/hencky_elastic.hpp"

@@ -33,9 +33,9 @@ Cone match(ConeMatching matching, double phi, double cohesion, double psi) {
 }  // namespace
 
 void DruckerPrager::Parameters::check(ParameterReport& report) const {
-  if (report.all_sound({"dilatancy_angle_deg", "friction_angle_deg"}) && dilatancy_angle > friction_angle)
+  if (report.all_valid({"dilatancy_angle_deg", "friction_angle_deg"}) && dilatancy_angle > friction_angle)
     report.problem("dilatancy_angle_deg", "is above friction_angle_deg, which would create energy; give at most that");
-  if (limit_friction_angle && report.all_sound({"limit_friction_angle_deg", "friction_angle_deg"}) &&
+  if (limit_friction_angle && report.all_valid({"limit_friction_angle_deg", "friction_angle_deg"}) &&
       *limit_friction_angle < friction_angle)
     report.problem("limit_friction_angle_deg", "is below friction_angle_deg; friction grows with the rate, give at least that");
 
@@ -46,10 +46,10 @@ void DruckerPrager::Parameters::check(ParameterReport& report) const {
   const auto there = std::find_if(std::begin(rate_parameters), std::end(rate_parameters), [](const auto& p) { return p.second; });
   if (there == std::end(rate_parameters)) return;
   for (const auto& [key, has_value] : rate_parameters) {
-    if (!has_value && report.sound(key))
+    if (!has_value && report.valid(key))
       report.problem(key, "is missing beside " + there->first + "; rate dependence needs all four of its keys");
   }
-  if (dilatancy_angle > 0.0 && report.sound("dilatancy_angle_deg"))
+  if (dilatancy_angle > 0.0 && report.valid("dilatancy_angle_deg"))
     report.problem("dilatancy_angle_deg", "is given beside " + there->first + "; rate-dependent flow keeps the volume, leave it out");
 }
 

@@ -136,8 +136,6 @@ class DruckerPrager {
   }                                                                     ///< elastic, J/m^3 of reference volume
   [[nodiscard]] const HenckyModuli& moduli() const { return moduli_; }  ///< the elastic part
 
-  [[nodiscard]] double friction_slope() const { return slope_; }             ///< A
-  [[nodiscard]] double cohesion_intercept() const { return intercept_; }     ///< C, Pa
   [[nodiscard]] double dilatancy_slope() const { return dilatancy_slope_; }  ///< A_psi
   /// A(I), the friction slope at an inertial number; A without rate dependence.
   [[nodiscard]] double friction_slope_at(double inertial_number) const;

@@ -1,6 +1,9 @@
 #pragma once
-/// Sums over all snow: particles, mass, momentum, energies, and the largest speed.
+/// The snow as a whole: sums over all particles, particles that entered and left, and the energy balance that ends an unstable run.
 
+#include <optional>
+
+#include "libmpm/core/health.hpp"
 #include "libmpm/observe/observer.hpp"
 
 namespace mpm {
@@ -9,7 +12,7 @@ namespace mpm {
 class Conservation : public Observer {
  public:
   [[nodiscard]] std::string name() const override { return "conservation"; }
-  [[nodiscard]] Source source() const override { return Source::run; }  // frames hold neither C nor enough digits
+  [[nodiscard]] MeasuredFrom measured_from() const override { return MeasuredFrom::run; }  // frames hold neither C nor enough digits
 
   [[nodiscard]] std::vector<Column> columns() const override {
     std::vector<Column> columns = {{.quantity = "particles", .meaning = "number of particles"},
@@ -36,6 +39,48 @@ class Conservation : public Observer {
                              now.live->state.max_speed};
     std::ranges::copy(values, row.begin());
   }
+};
+
+/// Counts the particles that entered and left: initial + entered = final + left.
+class ParticleFlux : public Observer {
+ public:
+  /// @param outlet whether snow may leave across the domain's end at x_max; snow that leaves elsewhere is lost
+  /// @param mirror planes beyond which nothing is computed: masses are those of the whole domain
+  ParticleFlux(bool outlet, const MirrorPlanes& mirror) : outlet_(outlet), mirror_(mirror) {}
+
+  [[nodiscard]] std::string name() const override { return "particle_flux"; }
+  [[nodiscard]] MeasuredFrom measured_from() const override { return MeasuredFrom::run; }
+
+  [[nodiscard]] std::vector<Result> summary(const Summary& end) const override {
+    const FluxTotals &in = end.state->entered, &out = end.state->left;
+    const std::uint64_t downstream = outlet_ ? out.through_x_max : 0;
+    return {{"particles_initial", end.progress->initial_particles, "", "particles at the start"},
+            {"particles_entered", in.count, "", "particles that entered since the start"},
+            {"particles_final", std::uint64_t{end.state->grid.particle_count()}, "", "particles at the end: initial + entered - left"},
+            {"particles_left", out.count, "", "particles that left the domain"},
+            {"particles_left_downstream", downstream, "", "particles that left through the outlet downstream"},
+            {"particles_lost", out.count - downstream, "", "particles that left anywhere else"},
+            {"mass_entered_kg", mirror_.parts() * in.mass, "kg", "mass that entered, of the whole flow even if only half is computed"},
+            {"mass_left_kg", mirror_.parts() * out.mass, "kg", "mass that left, of the whole flow"}};
+  }
+
+ private:
+  bool outlet_;
+  MirrorPlanes mirror_;
+};
+
+/// Has no columns; warns, or ends the run with UnstableError.
+class HealthCheck : public Observer {
+ public:
+  [[nodiscard]] std::string name() const override { return "health"; }
+  [[nodiscard]] MeasuredFrom measured_from() const override { return MeasuredFrom::run; }
+
+  void begin(const State& state, const Scene& scene) override { watch_.emplace(state, scene); }
+  void after_step(const StepReport& report, const State&) override { watch_->add(report); }
+  std::vector<std::string> check(const Instant& now) override { return watch_->check(now.live->state, now.live->scene, now.live->totals); }
+
+ private:
+  std::optional<HealthWatch> watch_;
 };
 
 }  // namespace mpm

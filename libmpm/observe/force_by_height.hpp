@@ -23,7 +23,7 @@ class ForceByHeight : public Observer {
   ForceByHeight(ImpactGeometry geometry, std::size_t layered) : geometry_(std::move(geometry)), layered_(layered) {}
 
   [[nodiscard]] std::string name() const override { return "force_by_height"; }
-  [[nodiscard]] Source source() const override { return Source::run; }
+  [[nodiscard]] MeasuredFrom measured_from() const override { return MeasuredFrom::run; }
   void after_step(const StepReport& report, const State& state) override;
   void sample(const Instant& now, std::span<double> row) override;
   [[nodiscard]] std::vector<Result> summary(const Summary& end) const override;

@@ -123,7 +123,7 @@ std::vector<double> ObserverList::sample(const Snapshot& frame, const std::funct
   row.front() = frame.info.time;
   std::size_t place = 1;
   for (std::size_t i = 0; i < observers_.size(); place += width_[i++]) {
-    if (observers_[i]->source() == Source::particles) {
+    if (observers_[i]->measured_from() == MeasuredFrom::frames) {
       observers_[i]->visit(batch);
       observers_[i]->sample({.time = frame.info.time}, std::span(row).subspan(place, width_[i]));
     } else {
@@ -157,7 +157,7 @@ Summary ObserverList::summary(const State* state, const RunProgress* progress) c
 Results ObserverList::results(const Summary& end) const {
   Results results;
   for (const auto& o : observers_) {
-    if (end.state != nullptr || o->source() == Source::particles) results.add(o->summary(end));
+    if (end.state != nullptr || o->measured_from() == MeasuredFrom::frames) results.add(o->summary(end));
   }
   return results;
 }

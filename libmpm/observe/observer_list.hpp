@@ -27,7 +27,7 @@ class ObserverList {
   /// Whether an observer visits the particles of a block.
   [[nodiscard]] bool visits(const Block& block, const Scene& scene, double cell_size) const;
   /// Measures a stored frame and adds a row to the series.
-  /// @param carried value of a column of an observer of Source::run at this frame
+  /// @param carried value of a column of an observer of MeasuredFrom::run at this frame
   std::vector<double> sample(const Snapshot& frame, const std::function<double(const Column&)>& carried);
   /// Warnings. @throws UnstableError
   std::vector<std::string> check(const Instant& now);
@@ -37,7 +37,7 @@ class ObserverList {
   [[nodiscard]] const TimeSeries& series() const { return series_; }  ///< all rows so far
   /// Profiles, and input of results, at the end of a run. @param state and progress: null if frames were measured
   [[nodiscard]] Summary summary(const State* state, const RunProgress* progress) const;
-  /// The entries of results.json; of observers of Source::particles only if frames were measured.
+  /// The entries of results.json; of observers of MeasuredFrom::frames only if frames were measured.
   [[nodiscard]] Results results(const Summary& end) const;
 
   /// Arrays by "observer.array"; the series as "series.column".

@@ -1,8 +1,14 @@
 #pragma once
-/// The heights by the paper's semi-empirical equations for the same case.
+/// What a run's means are compared with: the heights by the paper's semi-empirical equations for the same case, and the numerical
+/// uncertainty from grid studies at the run's resolution.
 
-#include "libmpm/impact/impact_flow.hpp"
+#include <cmath>
+#include <string>
+
+#include "libmpm/impact/grid_uncertainty.hpp"
 #include "libmpm/impact/semi_empirical.hpp"
+#include "libmpm/impact/steady.hpp"
+#include "libmpm/observe/contact_force.hpp"
 #include "libmpm/observe/observer.hpp"
 
 namespace mpm {
@@ -28,6 +34,40 @@ class Prediction : public Observer {
  private:
   ImpactFlow flow_;
   double flow_height_;
+};
+
+/// Entries of results.json only: the relative uncertainties of grid_uncertainty.hpp times the means.
+class NumericalUncertainty : public Observer {
+ public:
+  /// @param relative  of each quantity; NaN: unknown. @param axis  m, as of TransientForce
+  NumericalUncertainty(const GridUncertainty& relative, double axis) : relative_(relative), axis_(axis) {}
+
+  [[nodiscard]] std::string name() const override { return "numerical_uncertainty"; }
+  [[nodiscard]] MeasuredFrom measured_from() const override { return MeasuredFrom::run; }
+
+  [[nodiscard]] std::vector<Result> summary(const Summary& end) const override {
+    const auto of = [](double relative, double mean) { return relative * std::abs(mean); };
+    const auto meaning = [](const char* what) {
+      return std::string("numerical uncertainty of the mean ") + what +
+             ": grid and time step, estimated from published grid studies at this resolution, not from this run; statistical error, snow "
+             "parameters and model are not included";
+    };
+    const double moment = end.mean(overturning_moment(end.series["moment_y_n_m"], end.series["force_z_n"], axis_)).mean;
+    return {{"runup_p99_numerical_uncertainty_m", of(relative_.runup, end.mean("runup_p99_m").mean), "m",
+             meaning("run-up of 99 % of the mass, relatively that of the highest particle"), Nature::uncertainty},
+            {"runup_numerical_uncertainty_m", of(relative_.runup, end.mean("runup_m").mean), "m", meaning("run-up of the highest particle"),
+             Nature::uncertainty},
+            {"pressure_height_numerical_uncertainty_m", of(relative_.pressure_height, end.mean("pressure_height_m").mean), "m",
+             meaning("pressure height"), Nature::uncertainty},
+            {"force_x_numerical_uncertainty_n", of(relative_.force, end.mean("force_x_n").mean), "N", meaning("stream-wise force"),
+             Nature::uncertainty},
+            {"overturning_moment_numerical_uncertainty_n_m", of(relative_.moment, moment), "N m", meaning("overturning moment"),
+             Nature::uncertainty}};
+  }
+
+ private:
+  GridUncertainty relative_;
+  double axis_;
 };
 
 }  // namespace mpm

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <numeric>
 
-#include "libmpm/impact/savitzky_golay.hpp"
+#include "libmpm/impact/measure.hpp"
 
 namespace mpm {
 

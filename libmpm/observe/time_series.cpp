@@ -3,11 +3,33 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cctype>
 #include <cmath>
 
 #include "libmpm/base/error.hpp"
 
 namespace mpm {
+
+std::string unit_suffix(std::string_view unit) {
+  if (unit.empty()) return {};
+  std::string suffix = "_";
+  for (const char c : unit) {
+    if (c != '^') suffix += c == ' ' || c == '/' ? '_' : static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+  }
+  return suffix;
+}
+
+std::string Column::name() const { return quantity + (axis != '\0' ? std::string{'_', axis} : "") + unit_suffix(unit); }
+
+std::string Column::statistic(std::string_view what, bool with_unit) const {
+  return fmt::format("{}_{}{}", quantity, what, with_unit ? unit_suffix(unit) : "");
+}
+
+std::vector<Column> vector_columns(const Column& common) {
+  std::vector<Column> columns(3, common);
+  for (std::size_t i = 0; i < 3; ++i) columns[i].axis = "xyz"[i];
+  return columns;
+}
 
 const std::vector<double>& stored_array(const Arrays& arrays, std::string_view name, std::size_t size) {
   const auto found = arrays.find(name);

@@ -1,7 +1,9 @@
 #pragma once
-/// The measured quantities of a run at each sample, as named columns; and the storage of observers in a checkpoint.
+/// The measured quantities of a run: their columns, each with unit and meaning, from which files and the tables of the documentation
+/// follow; their values at each sample; and the storage of observers in a checkpoint.
 
 #include <cstddef>
+#include <cstdint>
 #include <limits>
 #include <map>
 #include <span>
@@ -9,9 +11,39 @@
 #include <string_view>
 #include <vector>
 
-#include "libmpm/observe/column.hpp"
-
 namespace mpm {
+
+/// Data that a measurement needs.
+enum class MeasuredFrom : std::uint8_t {
+  frames,  ///< the particles of one instant; a stored frame suffices
+  run,     ///< the running computation: sums over steps, the state, the machine
+};
+
+/// One column of series.csv, or of profile.csv.
+struct Column {
+  /// Time or interval of a value.
+  enum class Kind : std::uint8_t {
+    instant,        ///< at the time of the row
+    interval_mean,  ///< mean over the interval since the previous row
+  };
+  std::string quantity;       ///< "force"
+  char axis = '\0';           ///< 'x', 'y' or 'z': a component of a vector; 0: a scalar
+  std::string unit;           ///< "N m", "kg m/s"; empty: a pure number
+  std::string meaning;        ///< one line, for the documentation
+  Kind kind = Kind::instant;  ///< time or interval of a value
+  bool mean = false;          ///< whether results.json has its mean over the steady interval
+
+  /// "force_x_n": quantity, axis, unit.
+  [[nodiscard]] std::string name() const;
+  /// "force_mean_n", "force_effective_samples": a statistic of the quantity, common to the components of a vector.
+  [[nodiscard]] std::string statistic(std::string_view what, bool with_unit = true) const;
+};
+
+/// The three components of a vector quantity.
+std::vector<Column> vector_columns(const Column& common);
+
+/// A unit as the end of a name: "N m" gives "_n_m", "kg m/s" gives "_kg_m_s", "m^3" gives "_m3", "" without a unit.
+std::string unit_suffix(std::string_view unit);
 
 /// Named arrays of numbers: the state of an observer in a checkpoint.
 using Arrays = std::map<std::string, std::vector<double>, std::less<>>;

@@ -4,7 +4,7 @@
 #include <chrono>
 #include <optional>
 
-#include "libmpm/base/thread_time.hpp"
+#include "libmpm/base/process.hpp"
 
 namespace mpm {
 

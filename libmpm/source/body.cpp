@@ -6,9 +6,8 @@
 #include <limits>
 #include <numbers>
 
-#include "libmpm/base/parameter_report.hpp"
+#include "libmpm/base/parameter.hpp"
 #include "libmpm/base/text.hpp"
-#include "libmpm/source/r2_sequence.hpp"
 
 namespace mpm {
 
@@ -58,7 +57,7 @@ double volume_of(const BodySpec& body) {
 }
 
 void BodySpec::check(ParameterReport& report) const {
-  if (!report.all_sound({"min_m", "max_m"})) return;
+  if (!report.all_valid({"min_m", "max_m"})) return;
   constexpr int digits = 9;
   for (int axis = 0; axis < 3; ++axis) {
     if (min[axis] < max[axis]) continue;

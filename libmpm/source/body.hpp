@@ -1,10 +1,10 @@
 #pragma once
 /// A body: a lattice of particles that fills a simple shape.
 
+#include <cmath>
 #include <cstdint>
 #include <string>
 
-#include "libmpm/base/limits.hpp"
 #include "libmpm/base/types.hpp"
 #include "libmpm/boundary/obstacle_spec.hpp"
 #include "libmpm/core/step.hpp"
@@ -16,11 +16,11 @@ class ParameterReport;
 /// [[body]]: a lattice of particles.
 struct BodySpec {
   /// What is inscribed in the box min to max.
-  enum class Shape : std::uint8_t { box, cylinder, sphere } shape = Shape::box;  ///< which of them
+  enum class Shape : std::uint8_t { box, cylinder, sphere } shape = Shape::box;  ///< form of the body
   Vec3 min = Vec3::Zero(), max = Vec3::Zero();  ///< bounding box, m; cylinder (axis z) and sphere are inscribed
   Vec3 velocity = Vec3::Zero();                 ///< m/s
   /// How layers of particles follow one another: on the same lines, or each shifted against the ones before it (fill_body).
-  enum class Lattice : std::uint8_t { aligned, staggered } lattice = Lattice::staggered;  ///< which of them
+  enum class Lattice : std::uint8_t { aligned, staggered } lattice = Lattice::staggered;  ///< arrangement of its particles
   bool operator==(const BodySpec&) const = default;
 
   /// The keys of [[body]] (base/parameter.hpp).
@@ -55,11 +55,23 @@ struct BodySpec {
 /// it are left out. Identity numbers rise with x fastest, then y, z.
 ///
 /// A staggered lattice: layer n along the largest component of the velocity (z for a body at rest) is shifted within the lattice's cells
-/// along the other two axes by the n-th point of r2_sequence.hpp, less a half. Particles that follow one another on the same lines keep to
+/// along the other two axes by the n-th point of the R2 sequence, less a half. Particles that follow one another on the same lines keep to
 /// the same stream lines: where an obstacle spreads the flow the lines part by several cells, and the nodes between them are left without
 /// material. Mirror planes stay planes of symmetry: layers are shifted away from them on both sides.
 /// @param spacing  wanted distance of particles, m
 /// @returns the number of lattice points of the whole body; 0 where not one fits into it, and then nothing was added
 std::size_t fill_body(State& state, const BodySpec& body, const Scene& scene, double spacing);
+
+/// A point of the unit square, both coordinates in [0, 1).
+struct R2Point {
+  double a, b;  ///< fractional parts of 1/2 + n/g and 1/2 + n/g^2, g^3 = g + 1
+};
+
+/// @param n  number of the point
+inline R2Point r2_point(double n) {
+  constexpr double g = 1.32471795724474602596;  // the plastic number
+  const auto fraction = [](double x) { return x - std::floor(x); };
+  return {fraction(0.5 + n / g), fraction(0.5 + n / (g * g))};
+}
 
 }  // namespace mpm

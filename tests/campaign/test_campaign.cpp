@@ -11,7 +11,7 @@
 #include "libmpm/base/error.hpp"
 #include "libmpm/campaign/execution.hpp"
 #include "libmpm/campaign/folder.hpp"
-#include "libmpm/campaign/plan_file.hpp"
+#include "libmpm/campaign/plan.hpp"
 #include "libmpm/campaign/slurm.hpp"
 #include "libmpm/campaign/status.hpp"
 #include "libmpm/campaign/tables.hpp"

@@ -1,4 +1,4 @@
-#include "libmpm/campaign/plan_file.hpp"
+#include "libmpm/campaign/plan.hpp"
 
 #include <gtest/gtest.h>
 
@@ -6,7 +6,6 @@
 #include <fstream>
 #include <map>
 
-#include "libmpm/campaign/run_name.hpp"
 #include "libmpm/io/atomic_file.hpp"
 #include "support/temporary_directory.hpp"
 #include "support/text.hpp"

@@ -12,11 +12,11 @@
 
 #include "libmpm/base/error.hpp"
 #include "libmpm/campaign/design_plan.hpp"
-#include "libmpm/campaign/plan_file.hpp"
+#include "libmpm/campaign/plan.hpp"
 #include "libmpm/campaign/site.hpp"
 #include "libmpm/driver/case_file.hpp"
 #include "libmpm/impact/semi_empirical.hpp"
-#include "libmpm/io/checksum.hpp"
+#include "libmpm/io/json.hpp"
 
 namespace mpm {
 namespace {

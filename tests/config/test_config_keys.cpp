@@ -11,8 +11,8 @@
 
 #include "libmpm/base/error.hpp"
 #include "libmpm/driver/case_file.hpp"
+#include "libmpm/driver/case_schema.hpp"
 #include "libmpm/driver/estimate.hpp"
-#include "libmpm/driver/schema.hpp"
 #include "support/text.hpp"
 
 namespace mpm {

@@ -10,7 +10,6 @@
 
 #include "libmpm/driver/case_file.hpp"
 #include "libmpm/driver/case_schema.hpp"
-#include "libmpm/driver/schema.hpp"
 #include "support/case_texts.hpp"
 
 namespace mpm {

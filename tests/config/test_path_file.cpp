@@ -5,7 +5,7 @@
 
 #include "libmpm/base/error.hpp"
 #include "libmpm/driver/case_file.hpp"
-#include "libmpm/driver/schema.hpp"
+#include "libmpm/driver/case_schema.hpp"
 #include "support/case_texts.hpp"
 
 namespace mpm {

@@ -1,4 +1,4 @@
-#include "libmpm/driver/schema.hpp"
+#include "libmpm/driver/case_schema.hpp"
 
 #include <gtest/gtest.h>
 
@@ -6,7 +6,7 @@
 #include <nlohmann/json.hpp>
 #include <set>
 
-#include "libmpm/config/nearest_word.hpp"
+#include "libmpm/config/words.hpp"
 #include "libmpm/material/any_material.hpp"
 
 namespace mpm {

@@ -1,4 +1,4 @@
-#include "libmpm/driver/metric.hpp"
+#include "libmpm/driver/metric_convergence.hpp"
 
 #include <gtest/gtest.h>
 
@@ -15,20 +15,20 @@ namespace mpm {
 namespace {
 
 TEST(MetricOf, FindsNumbersComponentsAndStandardErrors) {
-  const std::string json = R"({"title": "t", "steady": true, "runup_mean_m": 3.5, "runup_standard_error_m": 0.25,
-    "force_mean_n": [1.0, 2.0, 3.0], "force_standard_error_n": [0.1, 0.2, null], "pressure_height_mean_m": null, "steps": 7})";
-  EXPECT_EQ(metric_of(json, "runup_mean_m").value, 3.5);
-  EXPECT_EQ(metric_of(json, "runup_mean_m").standard_error, 0.25);
-  EXPECT_EQ(metric_of(json, "force_mean_n[1]").value, 2.0);
-  EXPECT_EQ(metric_of(json, "force_mean_n[1]").standard_error, 0.2);
-  EXPECT_EQ(metric_of(json, "force_mean_n.y").value, 2.0);
-  EXPECT_EQ(metric_of(json, "force_mean_n.y").standard_error, 0.2);
-  EXPECT_TRUE(std::isnan(metric_of(json, "force_mean_n.z").standard_error));
-  EXPECT_EQ(metric_of(json, "steps").value, 7.0);
-  EXPECT_TRUE(std::isnan(metric_of(json, "pressure_height_mean_m").value));
+  const Results results = *Results::from_json(R"({"title": "t", "steady": true, "runup_mean_m": 3.5, "runup_standard_error_m": 0.25,
+    "force_mean_n": [1.0, 2.0, 3.0], "force_standard_error_n": [0.1, 0.2, null], "pressure_height_mean_m": null, "steps": 7})");
+  EXPECT_EQ(metric_of(results, "runup_mean_m").value, 3.5);
+  EXPECT_EQ(metric_of(results, "runup_mean_m").standard_error, 0.25);
+  EXPECT_EQ(metric_of(results, "force_mean_n[1]").value, 2.0);
+  EXPECT_EQ(metric_of(results, "force_mean_n[1]").standard_error, 0.2);
+  EXPECT_EQ(metric_of(results, "force_mean_n.y").value, 2.0);
+  EXPECT_EQ(metric_of(results, "force_mean_n.y").standard_error, 0.2);
+  EXPECT_TRUE(std::isnan(metric_of(results, "force_mean_n.z").standard_error));
+  EXPECT_EQ(metric_of(results, "steps").value, 7.0);
+  EXPECT_TRUE(std::isnan(metric_of(results, "pressure_height_mean_m").value));
   const auto message = [&](const char* name) {
     try {
-      (void)metric_of(json, name);
+      (void)metric_of(results, name);
     } catch (const ConfigError& e) {
       return std::string(e.what());
     }
@@ -48,7 +48,7 @@ TEST(KnownMetrics, AreTheNumbersThatARunReports) {
   RunOptions options;
   options.out = directory.path();
   options.threads = 1;
-  const auto results = nlohmann::ordered_json::parse(run_case(c, options).results_json);
+  const auto results = nlohmann::ordered_json::parse(run_case(c, options).results.to_json());
   std::vector<std::string> reported;
   for (const auto& [key, value] : results.items()) {
     if (value.is_string() || value.is_boolean()) continue;

@@ -5,7 +5,6 @@
 #include <filesystem>
 
 #include "libmpm/base/error.hpp"
-#include "libmpm/driver/metric.hpp"
 #include "libmpm/io/atomic_file.hpp"
 #include "support/solver_states.hpp"
 #include "support/temporary_directory.hpp"
@@ -67,8 +66,8 @@ TEST(RunSweep, RunsEachValueOnceAndTakesUpWhatIsFinished) {
   ASSERT_EQ(first.points.size(), 2u);
   EXPECT_EQ(first.points[0].directory, directory / "dx_0.5");
   EXPECT_FALSE(first.points[0].reused);
-  EXPECT_EQ(metric_of(first.points[0].results_json, "particles_final").value, 64.0);
-  EXPECT_EQ(metric_of(first.points[1].results_json, "particles_final").value, 512.0);
+  EXPECT_EQ(first.points[0].results.number("particles_final"), 64.0);
+  EXPECT_EQ(first.points[1].results.number("particles_final"), 512.0);
 
   options.run.resume = true;
   const SweepResult again = run_sweep(falling_block(), {SweepKind::cell_size, {0.5, 0.25, 0.2}, {}}, options);
@@ -76,7 +75,7 @@ TEST(RunSweep, RunsEachValueOnceAndTakesUpWhatIsFinished) {
   EXPECT_TRUE(again.points[0].reused);
   EXPECT_TRUE(again.points[1].reused);
   EXPECT_FALSE(again.points[2].reused);
-  EXPECT_EQ(again.points[0].results_json, first.points[0].results_json);
+  EXPECT_EQ(again.points[0].results.to_json(), first.points[0].results.to_json());
 
   Case longer = falling_block();
   longer.output.duration = 0.03;
@@ -85,7 +84,7 @@ TEST(RunSweep, RunsEachValueOnceAndTakesUpWhatIsFinished) {
   options.run.resume = false;
   EXPECT_THROW((void)run_sweep(longer, sweep, options), ConfigError);
   EXPECT_THROW((void)run_sweep(falling_block(), sweep, options), ConfigError);
-  EXPECT_EQ(read_file(directory / "dx_0.5/results.json"), first.points[0].results_json);
+  EXPECT_EQ(read_file(directory / "dx_0.5/results.json"), first.points[0].results.to_json());
   EXPECT_TRUE(std::filesystem::exists(directory / "dx_0.5/final.h5"));
   options.overwrite = true;
   EXPECT_FALSE(run_sweep(longer, sweep, options).points[0].reused);

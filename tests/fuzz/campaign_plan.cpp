@@ -1,4 +1,4 @@
-#include "libmpm/campaign/plan_file.hpp"
+#include "libmpm/campaign/plan.hpp"
 
 #include <fmt/format.h>
 

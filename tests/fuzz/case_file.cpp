@@ -58,7 +58,7 @@ void case_file(Bytes input) {
   try {
     again = parse_case(written, "written.toml");
   } catch (const Error& error) {
-    throw Finding(fmt::format("a written case is refused: {}\n{}", error.what(), written));
+    throw Problem(fmt::format("a written case is refused: {}\n{}", error.what(), written));
   }
   require(again == c, "a written case reads back to another case:\n" + written);
   require(case_hash(again) == case_hash(c), "a written case reads back to another hash:\n" + written);

@@ -68,8 +68,8 @@ struct Originals {
     const SnapshotInfo info{.time = state.time, .step = 1, .case_hash = hash, .version = "0", .reference_density = 300.0};
     const ParticleTable particles = particle_table(state, scene);
     write_checkpoint(directory / "0", c, state, progress, testing::arrays_of(samples, geometry()));
-    write_frame(directory.path(), 0, particles, info);
-    write_final(directory / "2", particles, info);
+    frame_writer(directory.path(), 0, info).write(particles);
+    SnapshotWriter(SnapshotKind::final, directory / "2", info).write(particles);
     const std::filesystem::path paths[] = {directory / "0", frame_path(directory.path(), 0), directory / "2"};
     constexpr std::size_t seal = 16;
     for (std::size_t i = 0; i < images.size(); ++i) {
@@ -334,8 +334,8 @@ void state_file(Bytes bytes) {
   try {
     switch (kind) {
       case 0: use_checkpoint(file.path()); break;
-      case 1: use_snapshot(read_frame(file.path())); break;
-      default: use_snapshot(read_final(file.path())); break;
+      case 1: use_snapshot(read_snapshot(file.path(), SnapshotKind::frame)); break;
+      default: use_snapshot(read_snapshot(file.path(), SnapshotKind::final)); break;
     }
   } catch (const IoError&) {
   } catch (const UnstableError&) {  // found in the step, not in the file

@@ -10,12 +10,12 @@
 namespace mpm::fuzz {
 
 /// The library broke a promise about an input. Other exceptions than the library's own three are findings as well.
-struct Finding : std::logic_error {
+struct Problem : std::logic_error {
   using std::logic_error::logic_error;
 };
 
 inline void require(bool holds, const std::string& promise) {
-  if (!holds) throw Finding(promise);
+  if (!holds) throw Problem(promise);
 }
 
 using Bytes = std::span<const std::uint8_t>;

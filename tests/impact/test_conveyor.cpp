@@ -133,12 +133,18 @@ TEST(Conveyor, StripIsAsLongAsThePublishedOne) {
 
 using Lattice = ConveyorSpec::Lattice;
 
+/// At t = 0. @param spacing  of the particles, m
+std::uint64_t particles_per_layer(const ConveyorSpec& belt, double spacing) {
+  const auto count = [&](double length) { return static_cast<std::uint64_t>(std::lround(length / spacing)); };
+  return count(belt.flow_height) * count(belt.mirror_y ? 0.5 * belt.width : belt.width);
+}
+
 TEST(Conveyor, StaggeredLayersSampleTheCrossSectionEvenly) {
   Case c = plug(elastic_snow(), 4.0);
   c.conveyor->upstream_length = 4.5;
   c.numerics.gravity = 0.0;  // so that heights are not settled
   const Scene scene = make_scene(c);
-  const auto per_layer = dynamic_cast<const ConveyorSource&>(*scene.source).particles_per_layer();
+  const auto per_layer = particles_per_layer(*c.conveyor, 0.125);
   const State state = make_state(c, scene);
   const double spacing = 0.125;
   std::set<std::pair<int, int>> met;       // places of a layer within the share of a particle, in a raster of 3 x 3
@@ -172,7 +178,7 @@ TEST_P(PlugWithoutObstacle, StaysAPlug) {
   c.numerics.contact = ContactRule::nodal;  // the floor's cell below
   c.numerics.transfer = Transfer::apic;
   const Scene scene = make_scene(c);
-  const auto per_layer = dynamic_cast<const ConveyorSource&>(*scene.source).particles_per_layer();
+  const auto per_layer = particles_per_layer(*c.conveyor, 0.125);
   State state = make_state(c, scene);
   advance(state, scene, 0.8);
   double floor_impulse = 0.0, gravity_impulse = 0.0, mass_seconds = 0.0;

@@ -68,7 +68,7 @@ TEST(ImpactGeometry, IsThePapersAtItsCellSize) {
 }
 
 TEST(ImpactGeometry, FixedLengthsAreThoseOfThePapersGridWhateverTheObstacle) {
-  const auto fixed = fixed_geometry(H, 3.5, rho0, true);
+  const auto fixed = paper_geometry(H, 3.5, 0.25, rho0, true);
   EXPECT_DOUBLE_EQ(fixed.bin_height, 0.125);
   EXPECT_DOUBLE_EQ(fixed.filter_bins * fixed.bin_height, 1.625);
   EXPECT_DOUBLE_EQ(fixed.box_upstream, 0.625);
@@ -89,7 +89,7 @@ TEST(ImpactGeometry, WindowsInMetresTakeThePlaceOfThoseInCells) {
   windows.filter_length = 1.625;
   windows.box_upstream = 0.625;
   windows.box_inside = 0.125;
-  const ImpactGeometry fixed = fixed_geometry(1.75, 1.75, 300.0, true);
+  const ImpactGeometry fixed = paper_geometry(1.75, 1.75, 0.25, 300.0, true);
   for (const double dx : {1.75 / 3.0, 1.75 / 4.0, 1.75 / 12.0}) {
     const ImpactGeometry measured = paper_geometry(1.75, 1.75, dx, 300.0, true, windows);
     EXPECT_EQ(measured.bin_height, fixed.bin_height);

@@ -4,7 +4,7 @@
 #include <vector>
 
 #include "libmpm/base/error.hpp"
-#include "libmpm/impact/savitzky_golay.hpp"
+#include "libmpm/impact/measure.hpp"
 
 namespace mpm {
 namespace {

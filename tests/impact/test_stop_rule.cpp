@@ -13,7 +13,6 @@
 #include <vector>
 
 #include "libmpm/impact/steady.hpp"
-#include "libmpm/impact/stop_rule.hpp"
 
 namespace mpm {
 namespace {

@@ -156,9 +156,9 @@ TEST_F(PostOfARun, MeasuresARunThatWasKilledAndDoesNotMakeItCountAsFinished) {
   EXPECT_EQ(json["steady"], false);
   EXPECT_TRUE(json["runup_mean_m"].is_null());  // 0.36 s are no steady state: no means
   EXPECT_GT(json["runup_peak_m"].get<double>(), 1.75);
-  EXPECT_EQ(damage_of(killed / "post"), "");
-  EXPECT_FALSE(
-      is_whole_run(read_file(killed / "post/results.json"), parse_case(small_avalanche, "small.toml", {"output.duration_s=0.36"})));
+  const ResultsFile results(killed / "post");
+  EXPECT_EQ(results.damage(), "");
+  EXPECT_FALSE(is_whole_run(*results.results(), parse_case(small_avalanche, "small.toml", {"output.duration_s=0.36"})));
 }
 
 TEST_F(PostOfARun, RefusesARunWhoseSeriesWasAltered) {

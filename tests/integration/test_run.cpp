@@ -116,13 +116,13 @@ TEST_F(RunCase, LeavesTheFilesItPromises) {
   EXPECT_EQ(series.numbers("force_y_n")[10], 0.0);  // of the whole: the halves cancel
 
   EXPECT_EQ(frame_numbers(directory / "a").size(), 6U);  // every second sample, both ends
-  const Snapshot final_state = read_final(directory / "a/final.h5");
+  const Snapshot final_state = read_snapshot(directory / "a/final.h5", SnapshotKind::final);
   EXPECT_EQ(final_state.info.time, 0.2);
   EXPECT_EQ(final_state.particles.size(), result.particles);
   EXPECT_TRUE(std::is_sorted(final_state.particles.id.begin(), final_state.particles.id.end()));
 
-  EXPECT_EQ(result.results_json, content(directory / "a/results.json"));
-  const auto json = nlohmann::json::parse(result.results_json);
+  EXPECT_EQ(result.results.to_json(), content(directory / "a/results.json"));
+  const auto json = nlohmann::json::parse(result.results.to_json());
   for (const char* key : {"title",
                           "case_hash",
                           "version",
@@ -200,8 +200,8 @@ TEST_F(RunCase, InSinglePrecisionResumesAsWellAndSaysSo) {
     expect_same_run(whole, parts);
   }
   EXPECT_EQ(nlohmann::json::parse(content(directory / "whole/results.json"))["precision"], "single");
-  EXPECT_EQ(read_final(directory / "whole/final.h5").info.precision, Precision::single_precision);
-  EXPECT_EQ(read_frame(frame_path(directory / "whole", 0)).info.precision, Precision::single_precision);
+  EXPECT_EQ(read_snapshot(directory / "whole/final.h5", SnapshotKind::final).info.precision, Precision::single_precision);
+  EXPECT_EQ(read_snapshot(frame_path(directory / "whole", 0), SnapshotKind::frame).info.precision, Precision::single_precision);
   EXPECT_EQ(hdf5::Reader(directory / "whole/checkpoint.h5").text("precision"), "single");
   EXPECT_THAT(content(directory / "whole/run.log"), HasSubstr("single precision"));
 }
@@ -227,7 +227,7 @@ TEST_F(RunCase, InOnePrecisionIsNotResumedInTheOther) {
 TEST_F(RunCase, ExtendedEndsAsALongerRunDoes) {
   run_case(short_avalanche(0.2), into("whole"));
   run_case(short_avalanche(0.09), into("parts"));  // ends at the sample at or after: 0.1 s
-  EXPECT_EQ(read_final(directory / "parts/final.h5").info.time, 0.1);
+  EXPECT_EQ(read_snapshot(directory / "parts/final.h5", SnapshotKind::final).info.time, 0.1);
   EXPECT_TRUE(run_case(short_avalanche(0.2), into("parts", true)).finished);
   expect_same_run("whole", "parts");
 }
@@ -335,7 +335,7 @@ TEST_F(RunCase, DoesNotCountAsFinishedOnceItsResultsWereAltered) {
     fs::copy(directory / "whole", directory / "a", fs::copy_options::recursive | fs::copy_options::overwrite_existing);
     write_file(directory / "a/results.json", damaged);
     EXPECT_FALSE(finished_results(directory / "a", c)) << damaged;
-    EXPECT_THAT(damage_of(directory / "a"), HasSubstr("results.json"));
+    EXPECT_THAT(ResultsFile(directory / "a").damage(), HasSubstr("results.json"));
     fs::remove(directory / "a/checkpoint.h5");  // with it the run goes on from its end
     EXPECT_TRUE(run_case(c, into("a", true)).finished);
     expect_same_run("whole", "a");
@@ -345,19 +345,19 @@ TEST_F(RunCase, DoesNotCountAsFinishedOnceItsResultsWereAltered) {
     const std::string table = content(directory / "whole" / name);
     write_file(directory / "whole" / name, table + "9e9\n");
     EXPECT_FALSE(finished_results(directory / "whole", c));
-    EXPECT_THAT(damage_of(directory / "whole"), HasSubstr(name));
-    EXPECT_THROW(require_undamaged(directory / "whole"), IoError);  // mpm post, mpm compare
+    EXPECT_THAT(ResultsFile(directory / "whole").damage(), HasSubstr(name));
+    EXPECT_THROW(ResultsFile(directory / "whole").require_undamaged(), IoError);  // mpm post, mpm compare
     fs::remove(directory / "whole" / name);
-    EXPECT_THAT(damage_of(directory / "whole"), HasSubstr(std::string(name) + " is missing"));
+    EXPECT_THAT(ResultsFile(directory / "whole").damage(), HasSubstr(std::string(name) + " is missing"));
     write_file(directory / "whole" / name, table);
-    EXPECT_EQ(damage_of(directory / "whole"), "");
+    EXPECT_EQ(ResultsFile(directory / "whole").damage(), "");
   }
-  // Older versions wrote no checksums.
+  // A text without checksums, such as one written by hand.
   auto json = nlohmann::ordered_json::parse(results);
   for (const char* key : {"crc32", "series_crc32", "profile_crc32"}) json.erase(key);
   write_file(directory / "whole/results.json", json.dump());
   EXPECT_TRUE(finished_results(directory / "whole", c));
-  json["measured_from"] = "frames";  // by mpm post of an older version
+  json["measured_from"] = "frames";
   write_file(directory / "whole/results.json", json.dump());
   EXPECT_FALSE(finished_results(directory / "whole", c));
 }
@@ -450,7 +450,8 @@ TEST_F(RunCase, ThatBecomesUnstableKeepsWhatItWrote) {
   const Table series = Table::read(directory / "a/series.csv");
   EXPECT_GE(series.rows(), 2U);
   EXPECT_EQ(frame_numbers(directory / "a").size(), series.rows());
-  EXPECT_EQ(read_frame(frame_path(directory / "a", frame_numbers(directory / "a").back())).info.time, series.numbers("time_s").back());
+  EXPECT_EQ(read_snapshot(frame_path(directory / "a", frame_numbers(directory / "a").back()), SnapshotKind::frame).info.time,
+            series.numbers("time_s").back());
 }
 
 TEST_F(RunCase, ByHandHasNoImpactColumnsAndCountsItsLosses) {
@@ -461,7 +462,7 @@ TEST_F(RunCase, ByHandHasNoImpactColumnsAndCountsItsLosses) {
   const RunResult result = run_case(c, into("a"));
   EXPECT_EQ(result.particles, 0U);
   EXPECT_FALSE(result.results.has("steady"));
-  EXPECT_EQ(nlohmann::json::parse(result.results_json)["particles_lost"], 64);
+  EXPECT_EQ(nlohmann::json::parse(result.results.to_json())["particles_lost"], 64);
   const Table series = Table::read(directory / "a/series.csv");
   EXPECT_FALSE(series.has("runup_m"));
   EXPECT_EQ(series.numbers("particles").back(), 0.0);
@@ -473,7 +474,8 @@ TEST_F(RunCase, ShiftedByAWholeCellIsTheSameRunInTheSameCoordinates) {
   c.numerics.grid_offset = {1.0, 0.0, -1.0};
   const RunResult shifted = run_case(c, into("shifted"));
   EXPECT_EQ(plain.particle_steps, shifted.particle_steps);
-  const Snapshot a = read_final(directory / "plain/final.h5"), b = read_final(directory / "shifted/final.h5");
+  const Snapshot a = read_snapshot(directory / "plain/final.h5", SnapshotKind::final),
+                 b = read_snapshot(directory / "shifted/final.h5", SnapshotKind::final);
   ASSERT_EQ(a.particles.id, b.particles.id);
   // Round-off of coordinates of some metres, 1e-15, grows with each of some 50 steps by the stiffness of the snow.
   for (std::size_t i = 0; i < a.particles.position.size(); ++i) ASSERT_NEAR(a.particles.position[i], b.particles.position[i], 1e-9);
@@ -490,7 +492,7 @@ TEST_F(RunCase, LetsTheCallerMeasureAtEverySample) {
   struct Witness : Observer {
     explicit Witness(const ImpactGeometry& geometry) : own(geometry) {}
     [[nodiscard]] std::string name() const override { return "witness"; }
-    [[nodiscard]] Source source() const override { return Source::run; }
+    [[nodiscard]] MeasuredFrom measured_from() const override { return MeasuredFrom::run; }
     std::vector<std::string> check(const Instant& now) override {
       time.push_back(now.time);
       interval.push_back(now.interval);

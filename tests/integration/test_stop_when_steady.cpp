@@ -10,7 +10,7 @@
 #include "libmpm/driver/case_file.hpp"
 #include "libmpm/driver/run.hpp"
 #include "libmpm/driver/run_folder.hpp"
-#include "libmpm/impact/stop_rule.hpp"
+#include "libmpm/impact/steady.hpp"
 #include "libmpm/io/atomic_file.hpp"
 #include "support/solver_states.hpp"
 #include "support/temporary_directory.hpp"

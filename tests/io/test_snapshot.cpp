@@ -21,8 +21,8 @@ SnapshotInfo info_at(double time) { return {time, 42, "0123456789abcdef", "0.1.0
 TEST(Snapshot, FinalStateReadsBackUnchanged) {
   const TemporaryDirectory dir;
   const ParticleTable p = testing::random_particles(500, 1);
-  write_final(dir / "final.h5", p, info_at(1.0 / 3.0));
-  const Snapshot s = read_final(dir / "final.h5");
+  SnapshotWriter(SnapshotKind::final, dir / "final.h5", info_at(1.0 / 3.0)).write(p);
+  const Snapshot s = read_snapshot(dir / "final.h5", SnapshotKind::final);
   EXPECT_EQ(s.info.time, 1.0 / 3.0);
   EXPECT_EQ(s.info.step, 42);
   EXPECT_EQ(s.info.case_hash, "0123456789abcdef");
@@ -46,7 +46,7 @@ TEST(Snapshot, VelocityGradientIsStoredRowByRow) {
   for (int j = 0; j < 3; ++j) {
     for (int i = 0; i < 3; ++i) p.affine[static_cast<std::size_t>(3 * j + i)] = 10.0 * i + j;  // dv_i/dx_j = "ij"
   }
-  write_final(dir / "final.h5", p, info_at(0.0));
+  SnapshotWriter(SnapshotKind::final, dir / "final.h5", info_at(0.0)).write(p);
   EXPECT_EQ(hdf5::Reader(dir / "final.h5").dataset<double>("velocity_gradient_1_s", {1, 3, 3}),
             (std::vector<double>{0, 1, 2, 10, 11, 12, 20, 21, 22}));
 }
@@ -54,8 +54,8 @@ TEST(Snapshot, VelocityGradientIsStoredRowByRow) {
 TEST(Snapshot, FrameKeepsWhatMeasurementsNeedInDoubleAndTheRestInSingle) {
   const TemporaryDirectory dir;
   const ParticleTable p = testing::random_particles(500, 2);
-  write_frame(dir.path(), 7, p, info_at(0.1));
-  const Snapshot s = read_frame(dir / "frames/00007.h5");
+  frame_writer(dir.path(), 7, info_at(0.1)).write(p);
+  const Snapshot s = read_snapshot(dir / "frames/00007.h5", SnapshotKind::frame);
   EXPECT_EQ(s.info.time, 0.1);
   EXPECT_EQ(s.particles.id, p.id);
   EXPECT_EQ(s.particles.position, p.position);
@@ -70,7 +70,7 @@ TEST(Snapshot, FrameKeepsWhatMeasurementsNeedInDoubleAndTheRestInSingle) {
 TEST(Snapshot, DerivedFieldsAreCauchyMeasures) {
   const TemporaryDirectory dir;
   const ParticleTable p = testing::random_particles(100, 3);
-  write_frame(dir.path(), 0, p, info_at(0.0));
+  frame_writer(dir.path(), 0, info_at(0.0)).write(p);
   const hdf5::Reader file(frame_path(dir.path(), 0));
   const auto pressure = file.dataset<double>("pressure_pa", {100}), sigma = file.dataset<double>("stress_xx_pa", {100}),
              density = file.dataset<double>("density_kg_m3", {100});
@@ -98,9 +98,9 @@ ParticleTable rows(const ParticleTable& p, std::size_t first, std::size_t count)
 TEST(Snapshot, PiecesGiveTheBytesOfTheWhole) {
   const TemporaryDirectory dir;
   const ParticleTable p = testing::random_particles(1000, 4);
-  write_frame(dir.path(), 0, p, info_at(0.3));
-  write_final(dir / "final.h5", p, info_at(0.3));
-  const auto in_pieces = [&](SnapshotWriter::Kind kind) {
+  frame_writer(dir.path(), 0, info_at(0.3)).write(p);
+  SnapshotWriter(SnapshotKind::final, dir / "final.h5", info_at(0.3)).write(p);
+  const auto in_pieces = [&](SnapshotKind kind) {
     SnapshotWriter file(kind, dir / "pieces.h5", info_at(0.3));
     file.begin(1000);
     for (const auto& [first, end] : {std::pair{0U, 1U}, std::pair{1U, 601U}, std::pair{601U, 601U}, std::pair{601U, 1000U}})
@@ -109,33 +109,34 @@ TEST(Snapshot, PiecesGiveTheBytesOfTheWhole) {
     file.commit();
     return read_file(dir / "pieces.h5");
   };
-  EXPECT_EQ(in_pieces(SnapshotWriter::Kind::frame), read_file(frame_path(dir.path(), 0)));
-  EXPECT_EQ(in_pieces(SnapshotWriter::Kind::final), read_file(dir / "final.h5"));
+  EXPECT_EQ(in_pieces(SnapshotKind::frame), read_file(frame_path(dir.path(), 0)));
+  EXPECT_EQ(in_pieces(SnapshotKind::final), read_file(dir / "final.h5"));
 }
 
 TEST(Snapshot, EmptyStateIsAState) {
   const TemporaryDirectory dir;
-  write_frame(dir.path(), 0, ParticleTable{}, info_at(0.0));
-  write_final(dir / "final.h5", ParticleTable{}, info_at(0.0));
-  EXPECT_EQ(read_frame(frame_path(dir.path(), 0)).particles.size(), 0u);
-  EXPECT_EQ(read_final(dir / "final.h5").particles.size(), 0u);
+  frame_writer(dir.path(), 0, info_at(0.0)).write(ParticleTable{});
+  SnapshotWriter(SnapshotKind::final, dir / "final.h5", info_at(0.0)).write(ParticleTable{});
+  EXPECT_EQ(read_snapshot(frame_path(dir.path(), 0), SnapshotKind::frame).particles.size(), 0u);
+  EXPECT_EQ(read_snapshot(dir / "final.h5", SnapshotKind::final).particles.size(), 0u);
 }
 
 TEST(Snapshot, FrameIsNoFinalStateAndColumnsMustMatch) {
   const TemporaryDirectory dir;
   ParticleTable p = testing::random_particles(3, 1);
-  write_frame(dir.path(), 0, p, info_at(0.0));
-  EXPECT_THROW((void)read_final(frame_path(dir.path(), 0)), IoError);
+  frame_writer(dir.path(), 0, info_at(0.0)).write(p);
+  EXPECT_THROW((void)read_snapshot(frame_path(dir.path(), 0), SnapshotKind::final), IoError);
   p.stress.pop_back();
-  EXPECT_THROW(write_frame(dir.path(), 1, p, info_at(0.0)), IoError);
-  EXPECT_THROW(write_final(dir / "final.h5", p, info_at(0.0)), IoError);
+  EXPECT_THROW(frame_writer(dir.path(), 1, info_at(0.0)).write(p), IoError);
+  EXPECT_THROW(SnapshotWriter(SnapshotKind::final, dir / "final.h5", info_at(0.0)).write(p), IoError);
   EXPECT_EQ(frame_numbers(dir.path()), std::vector<int>{0});
 }
 
 TEST(Snapshot, ListsFramesInOrderAndPassesOverOtherFiles) {
   const TemporaryDirectory dir;
   EXPECT_TRUE(frame_numbers(dir.path()).empty());
-  for (const int i : {12, 3, 0}) write_frame(dir.path(), i, testing::random_particles(static_cast<std::size_t>(i), 1), info_at(0.5 * i));
+  for (const int i : {12, 3, 0})
+    frame_writer(dir.path(), i, info_at(0.5 * i)).write(testing::random_particles(static_cast<std::size_t>(i), 1));
   for (const char* name : {"notes.txt", "3.h5", "00004.h5.bak", "x0001.h5"}) write_file(dir.path() / "frames" / name, "x");
   EXPECT_EQ(frame_numbers(dir.path()), (std::vector<int>{0, 3, 12}));
   EXPECT_EQ(read_frame_entry(dir.path(), 3).time, 1.5);
@@ -158,7 +159,7 @@ TEST(FrameSeries, ResumedSeriesEqualsOneThatWasNeverStopped) {
   }
   // Killed between frame 5 and the index over it; the checkpoint is of frame 3. What will be written again may be damaged.
   write_file(frame_path(stopped.path(), 4), "damaged");
-  write_frame(stopped.path(), 5, testing::random_particles(20, 5), info_at(1.0));
+  frame_writer(stopped.path(), 5, info_at(1.0)).write(testing::random_particles(20, 5));
   {
     FrameSeries s = FrameSeries::resume(stopped.path(), 4);
     EXPECT_EQ(frame_numbers(stopped.path()), (std::vector<int>{0, 1, 2, 3}));

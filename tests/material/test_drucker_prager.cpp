@@ -37,6 +37,8 @@ DruckerPrager::Parameters rate_dependent() {
 
 double pressure(const MaterialState<double>& s) { return -trace(s.stress) / 3.0; }
 double shear(const MaterialState<double>& s) { return std::sqrt(1.5 * norm2(deviator(s.stress))); }
+/// C, Pa: without stress f = -C^2.
+double cohesion_intercept(const DruckerPrager& law) { return std::sqrt(-law.yield_function(MaterialState<double>{})); }
 
 /// A stretch without rotation.
 Matrix3<double> stretch(double x, double y, double z) { return {{{x, 0.0, 0.0}, {0.0, y, 0.0}, {0.0, 0.0, z}}}; }
@@ -92,9 +94,9 @@ TEST(DruckerPragerCone, AssociativePlaneStrainIsTheClassicalCone) {
   // Drucker & Prager (1952): sqrt(J2) = alpha I1 + k with alpha = tan phi / sqrt(9 + 12 tan^2 phi), k = 3 c / sqrt(9 + 12 tan^2 phi)
   const double phi = 35.0 * degree, root = std::sqrt(9.0 + 12.0 * std::pow(std::tan(phi), 2));
   const DruckerPrager law(sand(ConeMatching::plane_strain, 35.0, 1e3, 35.0));
-  EXPECT_NEAR(law.friction_slope(), 3.0 * std::sqrt(3.0) * std::tan(phi) / root, 1e-14);
-  EXPECT_NEAR(law.cohesion_intercept(), std::sqrt(3.0) * 3e3 / root, 1e-10);
-  EXPECT_NEAR(law.dilatancy_slope(), law.friction_slope(), 1e-14);
+  EXPECT_NEAR(law.friction_slope_at(0.0), 3.0 * std::sqrt(3.0) * std::tan(phi) / root, 1e-14);
+  EXPECT_NEAR(cohesion_intercept(law), std::sqrt(3.0) * 3e3 / root, 1e-10);
+  EXPECT_NEAR(law.dilatancy_slope(), law.friction_slope_at(0.0), 1e-14);
 }
 
 TEST(DruckerPragerCone, SimpleShearAtConstantVolumeSlidesAtTheAngleOfTheMatching) {
@@ -103,7 +105,7 @@ TEST(DruckerPragerCone, SimpleShearAtConstantVolumeSlidesAtTheAngleOfTheMatching
     const DruckerPrager law(sand(matching));
     MaterialState<double> s = under_pressure(law, 5e3);
     for (int i = 0; i < 20000; ++i) law.update_stress(s, simple_shear(1e-4), 1.0);
-    const double ratio = law.friction_slope() / std::sqrt(3.0);
+    const double ratio = law.friction_slope_at(0.0) / std::sqrt(3.0);
     EXPECT_NEAR(pressure(s), 5e3, 1e-9 * 5e3);
     // Normal stress differences of the elastic strain q/(3G) = 1 % at most remain
     EXPECT_NEAR(s.stress.xz / -s.stress.zz, ratio, 0.02 * ratio);
@@ -146,7 +148,7 @@ TEST(DruckerPrager, ReturnsToTheApexExactly) {
       MaterialState<double> s{};
       const Matrix3<double> expansion{{{0.02, 0.001, 0.0}, {0.0, 0.018, 0.0}, {0.002, 0.0, 0.021}}};
       law.update_stress(s, expansion, 1.0);
-      const double apex = -law.cohesion_intercept() / law.friction_slope();
+      const double apex = -cohesion_intercept(law) / law.friction_slope_at(0.0);
       EXPECT_NEAR(pressure(s), apex, 1e-12 * std::fabs(apex));
       EXPECT_LE(shear(s), 1e-15 * std::fabs(apex));  // round-off of the trace
       EXPECT_NEAR(law.volume_ratio(s), 1.02 * 1.018 * 1.021, 1e-14);
@@ -180,7 +182,7 @@ TEST(DruckerPrager, ShearDoesNotDilateAnOpenGapIntoPressure) {
     for (int i = 0; i < 4; ++i) {
       law.update_stress(s, stretch(mean + 0.01, mean + 0.01, mean - 0.02), 1.0);
       EXPECT_LE(pressure(s), 1e-9) << cohesion << " " << i;
-      EXPECT_NEAR(shear(s), law.cohesion_intercept() + law.friction_slope() * pressure(s), 1e-9 * law.moduli().bulk())
+      EXPECT_NEAR(shear(s), cohesion_intercept(law) + law.friction_slope_at(0.0) * pressure(s), 1e-9 * law.moduli().bulk())
           << cohesion << " " << i;
       EXPECT_LE(s.internal, torn);
     }
@@ -202,7 +204,7 @@ TEST(DruckerPrager, CohesiveMaterialGainsNothingByTearingAndClosing) {
     law.update_stress(s, stretch(d, d, d), 1.0);
     work -= 0.5 * (before + pressure(s)) * 3.0 * d;
   }
-  const double tension = law.cohesion_intercept() / law.friction_slope();
+  const double tension = cohesion_intercept(law) / law.friction_slope_at(0.0);
   // torn at constant tension: all but the elastic stretch, and nothing comes back
   EXPECT_NEAR(work, tension * (0.05 - tension / law.moduli().bulk()), 1e-2 * tension * 0.05);
   EXPECT_NEAR(s.internal, 0.0, 1e-12);
@@ -234,8 +236,8 @@ TEST(DruckerPragerRandom, EndsOnOrInsideTheConeAndDissipatesForEveryTrialState) 
           ASSERT_TRUE(std::isfinite(norm2(s.stress) + s.internal));
           ASSERT_GE(s.internal, 0.0);
           const double p = pressure(s), q = shear(s),
-                       scale = std::fabs(p) + law.cohesion_intercept() + shear(twin) + std::fabs(pressure(twin));
-          ASSERT_LE(q - law.friction_slope() * p - law.cohesion_intercept(), 1e-13 * scale);
+                       scale = std::fabs(p) + cohesion_intercept(law) + shear(twin) + std::fabs(pressure(twin));
+          ASSERT_LE(q - law.friction_slope_at(0.0) * p - cohesion_intercept(law), 1e-13 * scale);
           // tau : d eps^P, d eps^P = eps_trial - eps_end; without the closing of a gap, of which it may be more
           const Sym3<double> lost = twin.stress - s.stress;
           const HenckyStrain<double> plastic = law.moduli().strain(lost);

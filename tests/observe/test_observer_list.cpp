@@ -7,7 +7,6 @@
 
 #include "libmpm/base/error.hpp"
 #include "libmpm/driver/observers.hpp"
-#include "libmpm/driver/results_file.hpp"
 #include "libmpm/io/snapshot.hpp"
 #include "support/solver_states.hpp"
 #include "support/trial_observer.hpp"
@@ -57,7 +56,7 @@ void expect_same(const Arrays& a, const Arrays& b) {
 std::string text_of(const Result& result) {
   Results one;
   one.add(result);
-  return results_text(one);
+  return one.to_json();
 }
 
 TEST(ColumnNames, EndInTheUnit) {
@@ -95,6 +94,31 @@ TEST(ResultsOfRuns, AreFoundByName) {
   EXPECT_FALSE(results.has("runup_mean_m"));
   EXPECT_THROW((void)results.number("runup_mean_m"), Error);
   EXPECT_THROW((void)results.number("title"), Error);
+}
+
+TEST(ResultsOfRuns, ComeBackFromTheirText) {
+  Results results;
+  results.add({{"steps", std::uint64_t{7}, "", ""}, {"share", 0.1, "", ""}, {"whole", 3.0, "", ""}, {"title", std::string("t"), "", ""}});
+  results.add({{"force_mean_n", std::array{1.0, 2.5e-7, std::nan("")}, "N", ""}, {"steady", true, "", ""}, {"gone", std::nan(""), "", ""}});
+  const std::string text = results.to_json();
+  const auto again = Results::from_json(text);
+  ASSERT_TRUE(again);
+  EXPECT_EQ(again->to_json(), text) << "the same types and digits";
+  EXPECT_EQ(again->text("title"), "t");
+  EXPECT_TRUE(std::isnan(again->number("gone")));
+  EXPECT_TRUE(std::isnan(again->number_or_nan("of another program")));
+  const std::vector<Result> single = again->components();
+  ASSERT_EQ(single.size(), 9U);
+  EXPECT_EQ(single[5].name, "force_mean_n.y");
+  EXPECT_EQ(as_number(single[5].value), 2.5e-7);
+  EXPECT_EQ(as_number(single[6].value), std::nullopt);
+  Results changed = *again;
+  changed.replace({{"share", 0.2, "", ""}, {"new", 1.0, "", ""}});
+  EXPECT_EQ(changed.entries()[1].name, "share");
+  EXPECT_EQ(changed.number("share"), 0.2);
+  EXPECT_EQ(changed.entries().back().name, "new");
+  for (const char* other : {"", "{", "[1, 2]", "3", R"({"a": {"b": 1}})", R"({"a": [1, 2]})", R"({"a": [1, 2, "x"]})"})
+    EXPECT_FALSE(Results::from_json(other)) << other;
 }
 
 TEST(Observers, ComeBackWholeFromWhatTheySave) {
@@ -143,7 +167,7 @@ TEST(Observers, MeasureAStoredFrameAsTheStateItself) {
   ASSERT_EQ(row.size(), names.size());
   std::map<std::string, Column::Kind> carried_over;  // columns that a frame does not give
   for (const ObserverDescription& d : describe_observers()) {
-    if (d.source == Source::particles) continue;
+    if (d.measured_from == MeasuredFrom::frames) continue;
     for (const Column& column : d.columns) carried_over[column.name()] = column.kind;
   }
   for (std::size_t i = 0; i < names.size(); ++i) {

@@ -1,4 +1,4 @@
-#include "libmpm/observe/transient_force.hpp"
+#include "libmpm/observe/contact_force.hpp"
 
 #include <gtest/gtest.h>
 

@@ -29,9 +29,9 @@ void take_steps(State& state, const Scene& scene) {
 /// A frame, a final state and a checkpoint in a folder.
 void write_files(const std::filesystem::path& folder, const Case& c, const State& state, const Scene& scene) {
   const SnapshotInfo info{.time = state.time, .case_hash = "00", .version = "test", .reference_density = density_of(scene.material)};
-  SnapshotWriter frame(SnapshotWriter::Kind::frame, folder / "frame.h5", info);
+  SnapshotWriter frame(SnapshotKind::frame, folder / "frame.h5", info);
   write_particles(frame, state, scene);
-  SnapshotWriter final(SnapshotWriter::Kind::final, folder / "final.h5", info);
+  SnapshotWriter final(SnapshotKind::final, folder / "final.h5", info);
   write_particles(final, state, scene);
   write_checkpoint(folder / checkpoint_file, c, state, {.samples = 3}, {{"series.time_s", {0.0, 0.1, 0.2}}});
 }

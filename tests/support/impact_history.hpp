@@ -12,7 +12,6 @@
 #include "libmpm/observe/pressure_profile.hpp"
 #include "libmpm/observe/runup.hpp"
 #include "libmpm/observe/steady_interval.hpp"
-#include "libmpm/observe/transient_force.hpp"
 
 namespace mpm::testing {
 

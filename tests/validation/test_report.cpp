@@ -480,8 +480,8 @@ TEST(FlowPicture, KeepsTheParticlesOfTheSliceAndTheWallsThatCutIt) {
   const Scratch scratch;
   const FlowPicture all = block_picture(scratch.path, {.id = "all"});
   const FlowPicture slice = block_picture(scratch.path, {.id = "slice", .slice_half_width = 0.1});
-  EXPECT_EQ(read_frame(all.snapshot).particles.size(), 8u * 8u * 4u);
-  EXPECT_EQ(read_frame(slice.snapshot).particles.size(), 8u * 2u * 4u);
+  EXPECT_EQ(read_snapshot(all.snapshot, SnapshotKind::frame).particles.size(), 8u * 8u * 4u);
+  EXPECT_EQ(read_snapshot(slice.snapshot, SnapshotKind::frame).particles.size(), 8u * 2u * 4u);
   ASSERT_EQ(slice.walls.size(), 1u);
   EXPECT_EQ(slice.walls[0], (std::array<double, 4>{0.0, 0.0, 0.0, 1.0}));
 }

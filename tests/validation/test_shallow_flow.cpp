@@ -5,7 +5,7 @@
 #include <cmath>
 
 #include "libmpm/base/error.hpp"
-#include "libmpm/base/fitted_line.hpp"
+#include "libmpm/driver/convergence.hpp"
 
 namespace mpm::validation {
 namespace {

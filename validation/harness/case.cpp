@@ -9,7 +9,7 @@
 #include <sstream>
 #include <stdexcept>
 
-#include "libmpm/base/thread_time.hpp"
+#include "libmpm/base/process.hpp"
 #include "libmpm/driver/case_file.hpp"
 #include "libmpm/io/atomic_file.hpp"
 #include "validation/harness/norms.hpp"

@@ -58,7 +58,7 @@ FlowPicture flow_picture(const std::filesystem::path& directory, const State& st
   info.mirror_y = scene.mirror.y;
   const std::filesystem::path folder = directory / fmt::format("flow-{}", picture.id);
   make_directory(folder);
-  write_frame(folder, 0, particles, info);
+  frame_writer(folder, 0, info).write(particles);
   picture.snapshot = frame_path(folder, 0);
   add_boundaries(picture, scene);
   return picture;

@@ -69,7 +69,7 @@ class EndPicture : public Observer {
   EndPicture(const CaseContext& context, CaseResult& result, std::string run, double end, double slice)
       : context_(context), result_(result), run_(std::move(run)), end_(end), slice_(slice) {}
   [[nodiscard]] std::string name() const override { return "end_picture"; }
-  [[nodiscard]] Source source() const override { return Source::run; }
+  [[nodiscard]] MeasuredFrom measured_from() const override { return MeasuredFrom::run; }
   std::vector<std::string> check(const Instant& now) override {
     if (now.time < end_) return {};
     result_.flows.push_back(flow_picture(context_.directory(), now.live->state, now.live->scene,

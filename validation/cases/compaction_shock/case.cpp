@@ -6,8 +6,8 @@
 #include <string>
 
 #include "libmpm/base/error.hpp"
-#include "libmpm/base/fitted_line.hpp"
 #include "libmpm/core/diagnostics.hpp"
+#include "libmpm/driver/convergence.hpp"
 #include "libmpm/driver/scene.hpp"
 #include "validation/harness/case.hpp"
 #include "validation/harness/particle_access.hpp"

@@ -4,8 +4,8 @@
 #include <cmath>
 #include <optional>
 
-#include "libmpm/base/fitted_line.hpp"
 #include "libmpm/driver/case_file.hpp"
+#include "libmpm/driver/convergence.hpp"
 #include "libmpm/io/csv.hpp"
 #include "validation/harness/case.hpp"
 #include "validation/harness/shallow_flow.hpp"

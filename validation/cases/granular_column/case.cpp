@@ -8,7 +8,6 @@
 #include <stdexcept>
 
 #include "libmpm/base/error.hpp"
-#include "libmpm/base/fitted_line.hpp"
 #include "libmpm/driver/case_file.hpp"
 #include "libmpm/driver/convergence.hpp"
 #include "libmpm/driver/scene.hpp"

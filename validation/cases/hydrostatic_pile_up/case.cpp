@@ -4,7 +4,6 @@
 #include <cmath>
 #include <numbers>
 
-#include "libmpm/base/fitted_line.hpp"
 #include "libmpm/core/stress_update.hpp"
 #include "libmpm/driver/case_file.hpp"
 #include "libmpm/driver/convergence.hpp"

@@ -8,9 +8,9 @@
 #include <optional>
 #include <variant>
 
-#include "libmpm/base/fitted_line.hpp"
 #include "libmpm/core/stress_update.hpp"
 #include "libmpm/driver/case_file.hpp"
+#include "libmpm/driver/convergence.hpp"
 #include "libmpm/driver/scene.hpp"
 #include "libmpm/impact/semi_empirical.hpp"
 #include "libmpm/io/csv.hpp"

@@ -4,8 +4,8 @@
 #include <cmath>
 #include <utility>
 
-#include "libmpm/base/fitted_line.hpp"
 #include "libmpm/driver/case_file.hpp"
+#include "libmpm/driver/convergence.hpp"
 #include "libmpm/driver/scene.hpp"
 #include "validation/harness/case.hpp"
 #include "validation/harness/in_parallel.hpp"

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <numeric>
 
-#include "libmpm/base/fitted_line.hpp"
+#include "libmpm/driver/convergence.hpp"
 #include "libmpm/driver/scene.hpp"
 #include "libmpm/io/csv.hpp"
 #include "validation/harness/case.hpp"
