@@ -26,7 +26,8 @@ RUNS = {  # of each plan
     "extensions/height": 24, "extensions/inflow": 9, "extensions/shapes": 4, "extensions/surge": 1, "first_w5": 296, "first_w7": 65,
     "prediction/collapse": 12, "prediction/friction": 98, "prediction/grids": 48, "prediction/settled": 12, "prediction/stiffest_fast": 6,
     "prediction/stop_when_steady": 19, "prediction/time_step": 18, "prediction/w5": 371, "prediction/w5_first": 72, "prediction/w7": 371,
-    "quick": 12, "reproduction/durations": 10, "reproduction/friction": 177, "reproduction/friction_slow": 34, "reproduction/friction_stiff": 36,
+    "quick": 12, "reproduction/durations": 10, "reproduction/friction": 177, "reproduction/friction_rules": 520, "reproduction/transfer_rules": 12,
+    "reproduction/friction_slow": 34, "reproduction/friction_stiff": 36,
     "reproduction/friction_w5": 145, "reproduction/full": 371, "reproduction/sections": 2, "reproduction/stiffest": 8, "reproduction/strip": 20,
     "reproduction/time_step": 18, "reproduction/transfer": 45, "reproduction/unsteady": 6, "reproduction/w5": 371, "reproduction/window_w7": 3,
     "reproduction/windows": 72, "sensitivity": 99, "width": 24}
@@ -75,6 +76,8 @@ class Expansion(unittest.TestCase):
 
     def test_has_the_cases_of_all_stored_results(self):
         for path in plans():
+            if path.stem == "friction_rules":  # takes some rows of other campaigns
+                continue
             runs = {run["case_hash"] for run in expansion(path)["runs"] if run["stored"]}
             self.assertEqual(runs, {row["case_hash"] for row in stored_rows(path)}, path)
             self.assertEqual(expansion(path)["unused_rows"], 0, path)
@@ -84,6 +87,8 @@ class Numerics(unittest.TestCase):
     def test_are_named_by_every_plan_and_not_left_to_defaults(self):
         for path in plans():
             wanted = PREDICTION if path.parent.name == "prediction" else REPRODUCTION
+            if path.stem == "transfer_rules":
+                wanted = REPRODUCTION | {"numerics.transfer": "aflip"}
             varied = {key for key in wanted if len({run.get(key) for run in runs_of(path)}) > 1}
             for run in runs_of(path):
                 self.assertEqual({key: wanted[key] if key in varied else run.get(key) for key in wanted}, wanted, path)
