@@ -1,15 +1,11 @@
 """The distance of a rule of mast friction to the paper: zero for data that have the paper's scatter, and larger where a sentence fails."""
 
-import sys
 import unittest
 
 import numpy as np
 import pandas as pd
-from study_samples import SOURCE, paper_grid, study_run
-
-sys.path.insert(0, str(SOURCE / "validation" / "study"))
-
-from analysis import yardstick  # noqa: E402
+from analysis import yardstick
+from study_samples import paper_grid, study_run
 
 
 def runs_with_errors(runup_error, pressure_error, xis=(5.0, 0.5), rule=lambda friction: 0.2):

@@ -14,9 +14,9 @@ import pandas as pd
 from mpmtools import equations
 from mpmtools.errors import ConfigError
 from mpmtools.scores import compute_scores, levels, same_input
-from mpmtools.study.fits import NARROW, height_samples
-from mpmtools.study.regression import PRESSURE_HEIGHT, RUNUP, fit_heights
-from mpmtools.study.runs import POINT, point_keys
+from mpmtools.fit.fits import NARROW, height_samples
+from mpmtools.fit.regression import PRESSURE_HEIGHT, RUNUP, fit_heights
+from mpmtools.fit.runs import POINT, point_keys
 
 PAPER_RUNS = 189  # of the narrow set without the fluid
 STANDARD_ERRORS = 3.0  # that make one unit of a score: more than one, because the runs of one kind of snow err together
@@ -35,6 +35,9 @@ class Rule:
 
     name: str
     coefficient: Callable
+
+
+CONSTANTS = (0.2, 0.25, 0.3)  # those that are judged
 
 
 def rules(*constants):
@@ -219,3 +222,22 @@ def _behind_error(runs, nearest):
     without = [judge(runs[~same_input(kind, runs.effective_friction)])[0]["distance"]
                - judge(nearest[~same_input(kind, nearest.effective_friction)])[0]["distance"] for kind in kinds]
     return float(np.sqrt((len(without) - 1) / len(without) * np.sum((without - np.mean(without))**2)))
+
+
+def friction_scan(runs):
+    """Runs of the points that were run with several frictions of the mast: both heights, and the run-up over that with half of tan(phi')."""
+    runs = runs[runs.at_reference_width].assign(**point_keys(runs), half=0.5 * tan_friction(runs.effective_friction))
+    runs = runs.assign(friction=levels(runs.obstacle_friction).round(6)).drop_duplicates([*POINT, "friction"])
+    at_half = runs[np.isclose(runs.obstacle_friction, runs.half, rtol=0.0, atol=1e-4)].set_index(POINT).runup
+    several = runs[runs.groupby(POINT).friction.transform("nunique") > 1]
+    scan = several[[*POINT, "effective_friction", "half", "obstacle_friction", "runup", "pressure_height"]].join(at_half.rename("at_half"), on=POINT)
+    scan["runup_over_half"] = scan.runup / scan.pop("at_half")
+    return scan.sort_values([*POINT, "obstacle_friction"], ignore_index=True)
+
+
+def friction_tables(runs):
+    """{name: table}: friction_scan(), and the yardstick for the constants that were computed."""
+    tables = {"friction_scan": friction_scan(runs)}
+    if constants := [c for c in CONSTANTS if np.isclose(runs.obstacle_friction, c, rtol=0.0, atol=1e-4).any()]:
+        tables["yardstick"], tables["yardstick_statements"] = yardstick(rules(*constants), runs)
+    return tables
