@@ -29,7 +29,7 @@ import time
 
 from fault_tools import FAILED, IO, OK, ROOT, USAGE, compile_failing_calls, memory_folder, write_report
 
-sys.path[0:1] = [str(ROOT / "tests" / "python"), str(ROOT / "python")]  # not this folder, which holds a packaging.py
+sys.path[0:1] = [str(ROOT / "tests" / "python"), str(ROOT / "python"), str(ROOT / "validation" / "study")]  # not this folder, which holds a packaging.py
 
 PATIENCE = 300.0  # seconds after which a command hangs, on a very busy machine
 CRASHES = ("internal error", "terminate called", "Traceback", "egmentation", "Sanitizer", "what():")
@@ -467,7 +467,7 @@ class Faults:
         from mpmtools import campaign, grid_study  # noqa: F401  (imported once, before the children)
         from mpmtools.design import page  # noqa: F401
         from mpmtools.figures import run_pictures, view_page  # noqa: F401
-        from mpmtools.study import fit_command, study_command  # noqa: F401
+        from mpmtools.fit import command  # noqa: F401
 
         samples = []
 
@@ -484,7 +484,6 @@ class Faults:
         text, binary = ("cut off", "bytes", "not UTF-8", "folder", "loop of links", "missing"), ("cut off", "bytes", "folder")
         json_file = (*text, "wrong type", "wrong type", "wrong type", "nested")
         readers = [("fit", table, ("{}/results.csv",), [("results.csv", (*text, "line", "device without end"))], 12),
-                   ("study", table, ("{}/results.csv", "--out", "{}/study", "--no-page"), [("results.csv", (*text, "line"))], 3),
                    ("plot", view, ("{}",), [("case.toml", (*text, "line")), ("series.csv", (*text, "line", "device without end")), ("obstacle.json", json_file),
                                             ("results.json", json_file), ("frames/00001.h5", binary)], 25),
                    ("view", view, ("{}",), [("case.toml", (*text, "line")), ("obstacle.json", json_file), ("frames/00001.h5", binary)], 20),

@@ -22,8 +22,8 @@ assert len(quantities.known()) > 100  # package data
 from importlib import import_module, metadata
 for requirement in metadata.requires("mpmtools"):
     import_module(re.match(r"\\w+", requirement)[0])
-import mpmtools.design.page, mpmtools.study.study_command, mpmtools.figures.study_page
-for package, name in (("design", "design_page"), ("figures", "study_page")):
+import mpmtools.design.page, mpmtools.fit.command
+for package, name in (("design", "design_page"), ("figures", "view_page")):
     assert (pathlib.Path(mpmtools.__file__).parent / package / f"{name}.html.j2").exists(), name
 if len(sys.argv) > 1:
     case = Case.read(sys.argv[1]).changed({"numerics.cell_size_m": 0.875, "conveyor.width_m": 8.75, "output.duration_s": 0.1})

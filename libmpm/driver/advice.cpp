@@ -278,7 +278,7 @@ Finding size_of_the_window(const Impact& i) {
                 "take at least the values in brackets, or compare with a larger window"};
 }
 
-/// validation/study/jams.md: below Fr 5 snow of M' = 2.3 jams between the inlet and a mast 4.8 widths away, and presses with more than
+/// validation/study/limits.md: below Fr 5 snow of M' = 2.3 jams between the inlet and a mast 4.8 widths away, and presses with more than
 /// twice the force that it has with 9.6 or 19 widths. Up to M' = 1.76 twice the distance changes heights by at most 3 %.
 Finding jam_at_the_inlet(const Impact& i) {
   constexpr double checked = 9.6;

@@ -39,7 +39,7 @@ constexpr std::array surface_force{Studied{3, 0.06}, Studied{4, 0.10}, Studied{5
 constexpr std::array surface_runup{Studied{3, 0.18}, Studied{4, 0.10}, Studied{5, 0.08},
                                    Studied{6, 0.07}, Studied{7, 0.02}, Studied{12, 0.02}};
 // The pressure height is that of a mast with half of the snow's friction, which is further from its limit: five kinds of snow with xi = 5,
-// Fr 3 to 7, are 3 to 8 % (w/5) and 2 to 6 % (w/7) below w/10 (validation/study/evidence/grids).
+// Fr 3 to 7, are 3 to 8 % (w/5) and 2 to 6 % (w/7) below w/10 (validation/study/rows/grids.csv).
 constexpr std::array surface_height{Studied{5, 0.08}, Studied{7, 0.06}, Studied{10, 0.04}};
 // Cylinder in a plane jet (cylinder_in_jet), over two places of the grid: the force is at most 1.06, 1.04, 1.04, 1.03 times the exact one
 // at 5, 6, 10, 12 cells.

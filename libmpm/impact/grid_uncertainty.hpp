@@ -41,7 +41,7 @@ struct GridUncertainty {
 /// depends, added.
 ///
 /// Sources: validation/cases/avalanche_convergence (Fr 3, M = 0.4, frictionless mast, w = H: both families of grids, both rules of contact)
-/// and docs/cases.md (cylinder, wedge); for a mast with friction, fluids and compressible cohesive snow validation/study/evidence/grids
+/// and docs/cases.md (cylinder, wedge); for a mast with friction, fluids and compressible cohesive snow validation/study/limits.md
 /// (contact at the surface; for contact on nodes the larger of this and its own is taken). The errors for other snow, speeds and widths may
 /// be larger or smaller.
 [[nodiscard]] GridUncertainty grid_uncertainty(const GridResolution& resolution);

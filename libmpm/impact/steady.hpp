@@ -69,7 +69,7 @@ struct MeanEstimate {
 inline constexpr double least_passage_heights = 14.0;
 
 /// What the rule waits for: three times that. With once, fluids at Fr 1, whose run-up falls before it rises, ended up to 20 % too low
-/// (validation/study/evidence/stop_when_steady).
+/// (reference_data/stop_when_steady).
 inline constexpr double settled_passage_heights = 3.0 * least_passage_heights;
 
 /// The rule looks at the series at certain times only, the checks, and ends the run when it holds at `checks` of them in succession. At a
@@ -78,7 +78,7 @@ inline constexpr double settled_passage_heights = 3.0 * least_passage_heights;
 ///   - over that interval the means of all quantities have a relative standard error of at most `standard_error`, where two standard
 ///     deviations of the error's own estimate are added: it is SE (1 + sqrt(2/(n - 1))) with n independent samples (estimate_mean);
 ///   - and the means of its two halves differ by at most `standard_error` of the mean: a pile that still grows has no mean yet.
-/// The numbers are choices; validation/study/evidence/stop_when_steady judges them against runs of full duration.
+/// The numbers are choices; reference_data/stop_when_steady judges them against runs of full duration.
 struct StopRule {
   ImpactFlow flow;              ///< sets when the steady interval may start
   double standard_error = 0.0;  ///< largest, over the mean; 0: no run ends by the rule

@@ -1,4 +1,4 @@
-"""The command line: python3 -m mpmtools fit|study|plot|render|view|film|design|scale|import-avaframe|json-schema."""
+"""The command line: python3 -m mpmtools fit|plot|render|view|film|design|scale|import-avaframe|json-schema."""
 
 import argparse
 import os
@@ -11,7 +11,6 @@ from mpmtools.errors import InputError, MpmError
 EPILOG = """\
 examples:
   python3 -m mpmtools fit out/campaign/w5/results.csv --breakdown
-  python3 -m mpmtools study out/campaign/w5 out/campaign/w7 --out out/study
   python3 -m mpmtools plot out/run --times 0.2,3,6
   python3 -m mpmtools render out/run --field velocity
 
@@ -24,7 +23,7 @@ FILTER_HELP = "keep rows where this holds, such as cell_size_m=0.25, hardening_x
 def parser():
     top = argparse.ArgumentParser(
         prog="python3 -m mpmtools", epilog=EPILOG, formatter_class=argparse.RawDescriptionHelpFormatter,
-        description="Evaluates and draws the runs of `mpm`: the regressions of the paper, its study, pictures of single runs.")
+        description="Evaluates and draws the runs of `mpm`: the regressions of the paper, pictures of single runs.")
     top.add_argument("--version", action="version", version=f"mpmtools {__version__}")
     commands = top.add_subparsers(dest="command", required=True, metavar="COMMAND", title="commands")
 
@@ -40,38 +39,6 @@ def parser():
     form = fit.add_mutually_exclusive_group()
     form.add_argument("--csv", choices=["coefficients", "scores"], help="one table as CSV; scores come with all their groups")
     form.add_argument("--json", action="store_true", help="everything as JSON")
-
-    study = command("study", "the tables and the page of the paper's figures, from tables of runs", run_study)
-    study.add_argument("inputs", nargs="+", metavar="TABLE.csv|DIR",
-                       help="result table or folder of a campaign, or a folder that was evaluated before (it holds fit.json); figures are "
-                            "drawn from the first that has their tables, the others are beside it in the tables")
-    study.add_argument("--out", required=True, metavar="DIR", help="folder for the page, index.html, and for a folder of tables an input")
-    study.add_argument("--join", action="store_true", help="evaluate all tables together, as one study")
-    study.add_argument("--finest", action="store_true", help="of the runs of one set-up only that on the finest grid counts")
-    study.add_argument("--coarser", action="append", default=[], metavar="RESULTS.csv",
-                       help="table of the same sets on a coarser grid, to be compared with this one; may be given several times")
-    study.add_argument("--replace", action="store_true",
-                       help="with --join: a row takes the place of those of the same set-up in the tables named before")
-    study.add_argument("--name", metavar="NAME", help="folder of the joined tables (default: that of the first)")
-    study.add_argument("--filter", action="append", default=[], metavar="'COLUMN OP VALUE'", help=FILTER_HELP)
-    study.add_argument("--width", action="append", default=[], metavar="RESULTS.csv", help="table of the width study (Fig. 10), where it is another one")
-    study.add_argument("--sections", action="append", default=[], metavar="RESULTS.csv",
-                       help="table with the two runs of Fig. 5 that kept final.h5, where it is another one")
-    study.add_argument("--sensitivity", action="append", default=[], metavar="RESULTS.csv",
-                       help="table of runs that change one choice at a time, compared with the base in the same table")
-    study.add_argument("--friction", metavar="RESULTS.csv",
-                       help="table of a campaign with one friction of the mast for all snow, to be compared with this one")
-    study.add_argument("--friction-scan", metavar="RESULTS.csv", action="append", default=[],
-                       help="table of runs that vary the friction of the mast at every point: what each rule for it does to the coefficients")
-    study.add_argument("--prediction", action="append", default=[], metavar="RESULTS.csv",
-                       help="table of the same sets computed with the accurate solver, to be compared with this one; of several, rows of later "
-                            "ones take the place of earlier ones")
-    study.add_argument("--grids", action="append", default=[], metavar="RESULTS.csv",
-                       help="table of runs of the accurate solver, each point on three grids: how far a run is from its limit")
-    study.add_argument("--extensions", metavar="DIR", help="folder with the tables of the runs beyond the paper")
-    study.add_argument("--note", action="append", default=[], metavar="TEXT", help="a line on where the data come from, for the page")
-    study.add_argument("--decomposition", metavar="M,BETA,XI", default="0.8,0.3,0.5", help="end of the chain of Fig. 4 (default: %(default)s)")
-    study.add_argument("--no-page", action="store_true", help="only the tables")
 
     plot = command("plot", "pictures of one run: heights, pressure profile, forces, side view", run_plot)
     plot.add_argument("directory", metavar="DIR", help="result folder of `mpm run`")
@@ -153,15 +120,9 @@ def run_import(options):
 
 
 def run_fit(options):
-    from mpmtools.study import fit_command
+    from mpmtools.fit import command
 
-    fit_command.run(options)
-
-
-def run_study(options):
-    from mpmtools.study import study_command
-
-    study_command.run(options)
+    command.run(options)
 
 
 def run_plot(options):

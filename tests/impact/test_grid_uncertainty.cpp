@@ -38,7 +38,7 @@ TEST(KnownGridUncertainty, CoversTheLimitOnTheGridsThatWereStudied) {
 }
 
 TEST(KnownGridUncertainty, CoversTheFinestGridOfTheStudyOfOtherSnow) {
-  // validation/study/evidence/grids: value at w/5, w/7, w/10
+  // validation/study/rows/grids.csv: value at w/5, w/7, w/10
   struct Point {
     SnowTraits snow;
     double GridUncertainty::*of;

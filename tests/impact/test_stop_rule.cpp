@@ -157,9 +157,9 @@ TEST(StopRule, LooksAtChecksOnlyAndAtNothingThatComesLater) {
   for (std::size_t i = 1; i < ends.size(); ++i) EXPECT_NEAR(ends[i] - ends[i - 1], rule.check_interval, 0.0201);
 }
 
-/// Rows of a table of validation/study/evidence/stop_when_steady, cell by cell, without the heading.
+/// Rows of a table of reference_data/stop_when_steady, cell by cell, without the heading.
 std::vector<std::vector<std::string>> evidence(const std::string& name) {
-  std::ifstream file(std::filesystem::path(MPM_SOURCE_DIR) / "validation/study/evidence/stop_when_steady" / name);
+  std::ifstream file(std::filesystem::path(MPM_SOURCE_DIR) / "reference_data/stop_when_steady" / name);
   std::vector<std::vector<std::string>> rows;
   for (std::string line; std::getline(file, line);) {
     line += ',';

@@ -13,7 +13,7 @@ import pandas as pd
 from mpmtools import equations
 from mpmtools.__main__ import main
 from mpmtools.equations import relative_height
-from mpmtools.study import uncertainty
+from analysis import uncertainty
 
 SOURCE = pathlib.Path(__file__).resolve().parent.parent.parent
 FROUDE = (0.1, 0.3, 1.0, 2.0, 3.0, 5.0, 7.0)  # the paper's grid
@@ -65,6 +65,29 @@ def study_runs(*runs):
 
 def grid_of_runs(xis=(0.5, 5.0)):
     return study_runs(*(study_run(f, m, b, xi) for xi in xis for f in FROUDE for m in SLOPES for b in BETAS))
+
+
+TRUTH = {"runup": equations.HeightCoefficients(0.8, 1.4), "pressure_height": equations.HeightCoefficients(0.6, 1.1, 1.7)}
+HEAD = ("name,run,status,froude_number,critical_state_slope,cohesion_beta,hardening_xi,flow_height_m,obstacle_width_m,cell_size_m,steady,"
+        "runup_mean_m,runup_standard_error_m,runup_peak_m,pressure_height_mean_m\n")
+
+
+def synthetic_table(scatter, cell_size=0.25):
+    """A campaign's table on the paper's grid: heights by Eqs. 7 to 10 with known coefficients and a reproducible scatter."""
+    lines, i = ["# plan: synthetic\n", HEAD], 0
+    for xi in (0.05, 0.5, 5.0):
+        for froude in FROUDE:
+            for slope in SLOPES:
+                for beta in BETAS:
+                    i += 1
+                    friction, noise = equations.effective_friction(slope, beta), np.exp(scatter * np.sin(7.0 * i))
+                    inputs = f"r{i},runs/r{i},done,{froude},{slope},{beta},{xi},1.75,1.75,{cell_size}"
+                    heights = [1.75 * relative_height(friction, froude, TRUTH[name]) * noise for name in ("runup", "pressure_height")]
+                    if i % 50 == 0:  # one in fifty has no steady interval
+                        lines.append(f"{inputs},0,nan,nan,9,nan\n")
+                    else:
+                        lines.append(f"{inputs},1,{heights[0]!r},0.02,9,{heights[1]!r}\n")
+    return "".join(lines)
 
 
 class InFolder(in_folder.InFolder):

@@ -6,8 +6,8 @@ import numpy as np
 import pandas as pd
 
 from mpmtools import equations
-from mpmtools.study.campaigns import campaign_scores, paired_rows, paired_summary, side_by_side
-from mpmtools.study.regression import EQUATIONS
+from analysis.campaigns import campaign_scores, paired_rows, paired_summary, side_by_side
+from mpmtools.fit.regression import EQUATIONS
 from study_samples import grid_of_runs, study_run, study_runs
 
 

@@ -8,7 +8,7 @@ import numpy as np
 import pandas as pd
 
 from mpmtools.errors import InputError
-from mpmtools.study.grids import QUANTITIES, coefficients_without_unconverged, grid_summary, grid_table, late_means, limit_of
+from analysis.grids import QUANTITIES, coefficients_without_unconverged, grid_summary, grid_table, late_means, limit_of
 from study_samples import grid_of_runs
 
 SIZES = (0.35, 0.25, 0.175)

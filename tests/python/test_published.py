@@ -4,8 +4,8 @@ import unittest
 
 import numpy as np
 
-from mpmtools.study.published import paper_designs, possible_runs, published_errors, published_variances
-from mpmtools.study.regression import LINEAR_RUNUP, PRESSURE_HEIGHT, RUNUP, fit_heights
+from analysis.published import paper_designs, possible_runs, published_errors, published_variances
+from mpmtools.fit.regression import LINEAR_RUNUP, PRESSURE_HEIGHT, RUNUP, fit_heights
 from mpmtools.equations import relative_height
 
 

@@ -5,7 +5,7 @@ import unittest
 import numpy as np
 import pandas as pd
 
-from mpmtools.study.refinement import FINEST_ALONE, HEIGHTS, WITH_COARSER, coefficients_with_coarser, refined_kinds, refined_rows, refinement_tables
+from analysis.refinement import FINEST_ALONE, HEIGHTS, WITH_COARSER, coefficients_with_coarser, refined_kinds, refined_rows, refinement_tables
 from study_samples import grid_of_runs
 
 

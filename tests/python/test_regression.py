@@ -8,7 +8,7 @@ from scipy import optimize, stats
 
 from mpmtools.equations import PUBLISHED_PRESSURE_HEIGHT, PUBLISHED_RUNUP, HeightCoefficients, relative_height
 from mpmtools.errors import ConfigError
-from mpmtools.study.regression import PRESSURE_HEIGHT, RUNUP, fit_heights, two_sided_p_value, two_sided_quantile
+from mpmtools.fit.regression import PRESSURE_HEIGHT, RUNUP, fit_heights, two_sided_p_value, two_sided_quantile
 from study_samples import exact_samples, scattered_samples
 
 

@@ -5,7 +5,7 @@ import unittest
 import numpy as np
 
 from mpmtools.errors import InputError
-from mpmtools.study.sensitivity import sensitivities
+from analysis.sensitivity import sensitivities
 from study_samples import InFolder
 
 HEAD = ("name,status,froude_number,critical_state_slope,cohesion_beta,hardening_xi,effective_friction,obstacle_width_m,obstacle_friction,"

@@ -8,13 +8,13 @@ import numpy as np
 import pandas as pd
 
 from mpmtools import equations
-from mpmtools.study.fits import NARROW, STRICTER_AIMS, WIDE, coefficients_csv, fit_set, fits_json, paper_aims, scores_csv
-from mpmtools.study.guideline import guideline_correspondence
-from mpmtools.study.histories import envelopes, height_choices, sections
-from mpmtools.study.regression import PRESSURE_HEIGHT, RUNUP
-from mpmtools.study.rheology import compaction_losses, compaction_summary, decomposition, head_behind_shock, spreads
-from mpmtools.study.runs import StudyTable
-from mpmtools.study.width import width_factors
+from mpmtools.fit.fits import NARROW, WIDE, coefficients_csv, fit_set, fits_json, scores_csv
+from analysis.guideline import guideline_correspondence
+from analysis.histories import envelopes, height_choices, sections
+from mpmtools.fit.regression import PRESSURE_HEIGHT, RUNUP
+from analysis.rheology import compaction_losses, compaction_summary, decomposition, head_behind_shock, spreads
+from mpmtools.fit.runs import StudyTable
+from analysis.width import width_factors
 from study_samples import InFolder, grid_of_runs, study_run, study_runs
 
 
@@ -64,28 +64,6 @@ class FittingSets(unittest.TestCase):
         self.assertAlmostEqual(found["fits"][1]["coefficients"][1]["value"], 1.538, delta=1e-6)
         self.assertEqual(found["fits"][0]["published_scores_on_its_own_data"]["rmsle"], 0.130)
         self.assertIsNone(found["fits"][0]["published_scores_on_its_own_data"]["r2"])
-        self.assertEqual(len(found["aims"]), 9)  # two scores each, and five coefficients
-        self.assertTrue(all(aim["met"] for aim in found["aims"]))
-        self.assertEqual([aim["what"] for aim in found["stricter_aims"]], [aim["what"] for aim in found["aims"]])
-
-    def test_stricter_aims_have_smaller_limits_on_the_narrow_set(self):
-        runs = grid_of_runs()
-        runs = runs.assign(runup=1.12 * runs.runup)
-        for fitting_set in (NARROW, WIDE):
-            goals, stricter = (paper_aims([fit_set(RUNUP, fitting_set, runs)], *limits) for limits in ((), (STRICTER_AIMS,)))
-            self.assertTrue(goals[0]["met"])
-            self.assertFalse(stricter[0]["met"])  # log(1.12) = 11.3 %
-            self.assertEqual(stricter[1]["aim"], ">= 95 %")
-        self.assertEqual(stricter[2]["aim"], "within 10/15 %")
-
-    def test_aims_are_missed_where_the_data_differ(self):
-        runs = grid_of_runs()
-        aims = paper_aims([fit_set(RUNUP, NARROW, runs.assign(runup=1.4 * runs.runup))])
-        self.assertEqual(len(aims), 4)
-        self.assertAlmostEqual(aims[0]["value"], np.log(1.4), delta=1e-12)
-        self.assertEqual(aims[1]["value"], 0.0)  # 0.4/1.4 = 29 % off
-        self.assertFalse(aims[0]["met"] or aims[1]["met"])
-
 
 class Guideline(unittest.TestCase):
     def test_is_met_by_the_rheology_that_dissipates_as_much(self):

@@ -6,7 +6,7 @@ import numpy as np
 
 from mpmtools import equations
 from mpmtools.errors import ConfigError, InputError
-from mpmtools.study.runs import RowFilter, read_study_table
+from mpmtools.fit.runs import RowFilter, read_study_table
 from mpmtools.tables import csv_text, number_text, read_series, read_table
 from study_samples import InFolder
 
@@ -68,21 +68,9 @@ class StudyTables(InFolder):
         self.assertEqual(sorted(table.coarser.froude_number), [3.0, 5.0])  # that at Fr 2 is not steady
         self.assertEqual(table.cautions, [])
         self.assertEqual(len(read_study_table([coarse, fine]).runs), 6)
-        with self.assertRaisesRegex(ConfigError, "--finest: .*cell_size_m"):
+        with self.assertRaisesRegex(ConfigError, "finest grid: .*cell_size_m"):
             read_study_table([self.write("x.csv", "froude_number,effective_friction,hardening_xi,flow_height_m,runup_mean_m,pressure_height_mean_m\n"
                                          "1,0.4,5,2,4,3\n")], finest=True)
-
-    def test_replace_lets_a_row_take_the_place_of_those_of_its_set_up_in_earlier_tables(self):
-        head = "froude_number,critical_state_slope,cohesion_beta,hardening_xi,flow_height_m,cell_size_m,status,runup_mean_m,pressure_height_mean_m\n"
-        rough = self.write("rough.csv", head + "".join(f"{froude},0.4,0,5,2,0.35,done,{runup},3\n" for froude, runup in ((1, 4), (2, 5), (3, 6), (5, 8))))
-        fine = self.write("fine.csv", head + "2,0.4,0,5,2,0.25,done,5.2,3\n5,0.4,0,5,2,0.25,done,8.2,3\n")
-        smooth = self.write("smooth.csv", head + "2,0.4,0,5,2,0.35,done,7,3\n3,0.4,0,5,2,0.35,done,,\n5,0.4,0,5,2,0.35,running,,\n")
-        table = read_study_table([rough, fine, smooth], finest=True, replace=True)
-        found = table.runs.set_index("froude_number")
-        self.assertEqual(found.runup.to_dict(), {1.0: 2.0, 2.0: 3.5, 5.0: 4.1})  # at Fr 3 the later run is not steady: none counts
-        self.assertEqual(table.left_out["a later table has the same set-up"], 4)  # two of Fr 2, those of Fr 3 and 5
-        self.assertEqual(len(table.coarser), 0)
-        self.assertEqual(len(read_study_table([smooth, rough], replace=True).runs), 4)
 
     def test_friction_of_the_mast_that_follows_the_snows_own_is_one_choice(self):
         head = ("froude_number,effective_friction,hardening_xi,flow_height_m,obstacle_friction,obstacle_friction_ratio,runup_mean_m,"

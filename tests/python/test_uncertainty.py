@@ -6,9 +6,9 @@ import numpy as np
 import pandas as pd
 
 from mpmtools.equations import HeightCoefficients, relative_height
-from mpmtools.study.regression import PRESSURE_HEIGHT, RUNUP, fit_heights
-from mpmtools.study.resampling import refit
-from mpmtools.study.uncertainty import (bootstrap, coefficient_intervals, influence, jackknife_error, leave_one_out, leave_out,
+from mpmtools.fit.regression import PRESSURE_HEIGHT, RUNUP, fit_heights
+from analysis.resampling import refit
+from analysis.uncertainty import (bootstrap, coefficient_intervals, influence, jackknife_error, leave_one_out, leave_out,
                                         profile_intervals, runup_parts)
 from study_samples import exact_samples, grid_of_runs, scattered_samples
 

@@ -7,7 +7,7 @@ import unittest
 import numpy as np
 import pandas as pd
 
-from mpmtools.study.windows import STRIP_LASTS, highest_means, window_means
+from analysis.windows import STRIP_LASTS, highest_means, window_means
 
 
 class WindowMeans(unittest.TestCase):

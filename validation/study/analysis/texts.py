@@ -1,0 +1,288 @@
+"""The texts of this study (README.md, choices.md, ...): templates in texts/ in which every number comes from a table of tables/ by name.
+
+A template is Markdown with a paragraph a line, `{{ value("coefficients", "reproduction", "k_r", ".2f") }}` for a number, and blocks of tables.
+write() makes tables/ from the rows, the figure and the pages from tables/; check() says where they differ, and which number was typed.
+"""
+
+import re
+import textwrap
+
+import jinja2
+import numpy as np
+import pandas as pd
+
+from analysis import facts, figures
+from analysis.study import STUDY
+from mpmtools.errors import InputError
+from mpmtools.files import write_text
+from mpmtools.tables import csv_text
+
+TABLES, TEMPLATES = STUDY / "tables", STUDY / "analysis" / "texts"
+DIGITS = 5  # of a number in tables/
+NAMES = {"k_r": "k_r", "kappa_r": "κ_r", "k_p": "k_p", "Fr_sat": "Fr_sat", "kappa_p": "κ_p"}
+LABELS = {"paper": "**paper**", "reproduction": "reproduction", "prediction": "prediction (solver of before)", "reproduction_fluid": "reproduction, with the fluid",
+          "reproduction_wide": "reproduction, wide set", "prediction_fluid": "prediction, with the fluid"}
+# Numbers that are inputs of the study or bounds that it set itself; all others come from a table.
+TYPED = re.compile(r"(?<![\w./^])[-+−±]?\d+(?:\.\d+)?(?:\s?%)?")
+INPUTS = {"0", "1", "2", "3", "4", "5", "6", "7", "8", "10", "12", "20", "27", "30", "45", "60", "64", "90", "371", "0.05", "0.1", "0.15", "0.2", "0.25", "0.3", "0.4",
+          "0.5", "0.8", "0.9", "0.95", "1.2", "1.5", "1.75", "1.76", "2.2", "2.3", "0.35", "0.125", "90 %", "10 %", "15 %", "25 %", "189", "9", "15", "25", "35", "1.42", "2.1", "2007", "4.2", "8.4", "12.6", "99 %", "100.7 %", "107.5 %"}
+
+
+def rounded(table):
+    """With DIGITS digits, so that round-off of another machine changes nothing."""
+    def cell(value):
+        return value if not isinstance(value, (float, np.floating)) or not np.isfinite(value) else float(f"{value:.{DIGITS}g}")
+    return table.map(cell) if hasattr(table, "map") else table.applymap(cell)
+
+
+def made_tables():
+    return {name: rounded(make()) for name, make in facts.TABLES.items()}
+
+
+def kept_tables():
+    return {name: pd.read_csv(TABLES / f"{name}.csv", dtype={"key": str}, keep_default_na=True) for name in facts.TABLES}
+
+
+# ---- Pages ------------------------------------------------------------------------------------------------------------------------------
+
+
+def number(value, form):
+    """'+%' a signed percentage, '%' one without a sign, '.1%' with a digit; else a format of Python; a minus is a minus."""
+    if not np.isfinite(value):
+        return "–"
+    if form.endswith("%"):
+        sign, digits = ("+" if "+" in form else ""), (form.strip("+%").lstrip(".") or "0")
+        text = f"{100.0 * value:{sign}.{digits}f}"
+        return (text.lstrip("+-") if float(text) == 0.0 else text).replace("-", "−") + " %"
+    return f"{value:{form}}".replace("-", "−")
+
+
+class Values:
+    """What a template may ask of the tables."""
+
+    def __init__(self, tables):
+        self.tables = {name: table.set_index("key") for name, table in tables.items()}
+
+    def value(self, table, key, column, form=".2f"):
+        try:
+            return number(float(self.tables[table].loc[key, column]), form)
+        except KeyError:
+            raise InputError(f"tables/{table}.csv has no {column} of '{key}'") from None
+
+    def raw(self, table, key, column):
+        """The number itself, to compute with."""
+        return float(self.tables[table].loc[key, column])
+
+    def change(self, table, key, quantity):
+        """A ratio as its change: '+4 % (−2 to +9 %)'."""
+        ends = [number(self.raw(table, key, quantity + end) - 1.0, "+%") for end in ("", "_low", "_high")]
+        return f"{ends[0]} ({ends[1].removesuffix(' %')} to {ends[2]})"
+
+    def span(self, table, key, quantity, form="+%"):
+        """Lowest to highest of a ratio, as changes: '−2 to +9 %'."""
+        low, high = (number(self.raw(table, key, f"{quantity}_{end}") - 1.0, form) for end in ("low", "high"))
+        return f"{low.removesuffix(' %')} to {high}"
+
+    def block(self, name, *arguments):
+        return BLOCKS[name](self, *arguments)
+
+
+def markdown(head, rows):
+    lines = ["| " + " | ".join(cells) + " |" for cells in (head, *rows)]
+    return "\n".join([lines[0], "|" + "---|" * len(head), *lines[1:]])
+
+
+def block_headline(values, *keys):
+    """Coefficients, and the scatter about the own fit beside that about the published equation."""
+    head = ["", "runs", *NAMES.values(), "RMSLE: own fit, published", "within 10 / 25 %", "NRMSE: own fit, published", "within 10 / 25 %"]
+    rows = []
+    for key in keys:
+        own = key == "paper"
+        cells = [LABELS[key], "" if own else values.value("coefficients", key, "runs", ".0f")]
+        for name in NAMES:
+            cell = values.value("coefficients", key, name, ".3f")
+            cells.append(cell if own else f"{cell} ({values.value('coefficients', key, name + '_off', '+.0%')})")
+        for short in "rp":
+            error = values.value("coefficients", key, f"error_{short}", ".1%")
+            cells.append(error if own else f"{error}, {values.value('coefficients', key, f'error_{short}_published', '.1%')}")
+            cells.append(" / ".join(values.value("coefficients", key, f"within_{p}_{short}", ".0%").removesuffix(" %") for p in (10, 25)))
+        rows.append(cells)
+    return markdown(head, rows)
+
+
+def block_intervals(values, *keys):
+    rows = [[LABELS[key], *(f"{values.value('coefficients', key, f'{name}_from')} to {values.value('coefficients', key, f'{name}_to')}" for name in NAMES)]
+            for key in keys]
+    return markdown(["90 %, kinds of snow drawn anew", *NAMES.values()], rows)
+
+
+AIM_NAMES = {**{name: f"{symbol} within 10 %" for name, symbol in NAMES.items()}, **{f"{name}_wide": f"{symbol} within 15 %, wide set" for name, symbol in NAMES.items()},
+             "rmsle": "RMSLE of the own fit within 2 points of the paper's", "nrmse": "NRMSE at most the paper's"}
+
+
+def block_aims(values, campaign):
+    """The names of the aims that are met, and of those that are missed, with what was found."""
+    table = values.tables["aims"]
+    parts = []
+    for met, word in ((1, "Met"), (0, "Missed")):
+        of = [f"{AIM_NAMES[key]} ({number(table.loc[key, campaign], '+.0%' if key.split('_wide')[0] in NAMES else '.1%')})" for key in table.index
+              if table.loc[key, f"{campaign}_met"] == met]
+        parts.append(f"{word}: {', '.join(of) or 'none'}.")
+    return " ".join(parts)
+
+
+def block_friction(values):
+    head = ["friction of the mast", "scores", "Fr", "ξ", "M'", "**distance**", "behind the nearest", "fluid", "agrees", "k_r", "κ_r", "RMSLE part met by"]
+    rows = []
+    for key in values.tables["friction"].index:
+        def get(column, form=".2f", key=key):
+            return values.value("friction", key, column, form)
+        rows.append([key.replace("phi", "φ"), get("scores"), get("Fr"), get("xi"), get("M'"), f"**{get('distance')}**", f"{get('behind')} ± {get('behind_error')}",
+                     get("fluid_rmsle", ".0%"), "yes" if values.tables["friction"].loc[key, "agrees"] else "no", get("k_r"), get("kappa_r")])
+    return markdown(head[:-1], rows)
+
+
+CHOICE_NAMES = {"flip": "FLIP 0.95 for APIC, 0.25 m", "aflip": "AFLIP for APIC, 0.25 m", "aligned": "aligned lattice for staggered, Fr ≤ 1, 0.25 m",
+                "particles_27": "27 particles a cell for 8, w/5", "cells_w7": "w/7 for w/5",
+                "cfl_02": "CFL number 0.2 for 0.4 (nodes, APIC)", "cfl_08_reproduction": "CFL number 0.8 for 0.4 (nodes, APIC)",
+                "cfl_08_prediction": "CFL number 0.8 for 0.4 (surface, AFLIP)", "window_long": "window 1.5 times as long",
+                "walls_slip": "side walls without friction", "slope_30": "slope of 30°"}
+
+
+def block_choices(values):
+    rows = []
+    for key, name in CHOICE_NAMES.items():
+        rows.append([name, values.value("choices", key, "points", ".0f"), *(values.change("choices", key, q) for q in ("runup", "pressure_height", "force")),
+                     f"{values.value('choices', key, 'runup_rmsle', '%')} ({values.value('choices', key, 'base_runup_rmsle', '%')})"])
+    return markdown(["changed", "points", "run-up", "pressure height", "force", "RMSLE (base)"], rows)
+
+
+def block_grid(values):
+    rows = []
+    for key in values.tables["grid"].index[:-1]:
+        rows.append([key.replace("xi", "ξ").replace("<=", "≤"), f"{values.value('grid', key, 'fine', '.0f')} of {values.value('grid', key, 'sets', '.0f')}",
+                     *(values.change("grid", key, q) for q in ("runup", "pressure_height", "force")),
+                     f"{values.value('grid', key, 'covered', '.0f')} of {values.value('grid', key, 'pairs', '.0f')}"])
+    return markdown(["0.25 m over w/5", "sets", "run-up", "pressure height", "force", "run-ups within the stated uncertainty"], rows)
+
+
+def block_pile_up(values):
+    columns = list(values.tables["pile_up"].columns)
+    names = {"reproduction_r": "run-up, reproduction", "prediction_r": "run-up, prediction", "reproduction_p": "pressure height, reproduction", "prediction_p": "pressure height, prediction"}
+    return markdown(["(h/H − 1)/M' at M' =", *columns], [[name, *(values.value("pile_up", key, c) for c in columns)] for key, name in names.items()])
+
+
+def block_windows(values):
+    rows = []
+    for froude in ("1", "0.3", "0.1"):
+        key = f"2.30 {froude}"
+        rows.append([f"Fr {froude}", *(f"{values.value('windows', key, f'force_{n}')}, {values.value('windows', key, f'runup_{n}')} H, "
+                                       f"{values.value('windows', key, f'pressure_height_{n}')} H" for n in "124")])
+    return markdown(["M' = 2.3, ξ = 5, w/5", "usual window", "twice as long", "four times as long"], rows)
+
+
+def block_heights(values):
+    keys = list(values.tables["mast_heights"].index)
+    return markdown(["mast height over H", *keys], [[f"Fr {froude}", *(values.value("mast_heights", key, froude) for key in keys)] for froude in ("1", "3", "5")])
+
+
+def block_shapes(values):
+    rows = [[key.replace("_", " "), *(values.value("shapes", key, c) for c in ("force", "runup", "pressure_height", "peak"))] for key in values.tables["shapes"].index]
+    return markdown(["cross-section, Fr 3", "force", "run-up", "pressure height", "first impact over the mean"], rows)
+
+
+def block_inflow(values):
+    keys = sorted(values.tables["inflow"].index, key=lambda key: (float(key.split()[0]), -float(key.split()[1])))
+    return markdown(["over a plug", *(f"Fr {key.split()[0]}, s = {key.split()[1]}" for key in keys)],
+                    [[name, *(values.value("inflow", key, q) for key in keys)]
+                     for q, name in (("runup", "run-up"), ("pressure_height", "pressure height"), ("force", "force"), ("moment", "moment"))])
+
+
+def block_widths(values):
+    rows = []
+    for key in values.tables["widths"].index:
+        slope, width = key.split()
+        rows.append([f"M = {slope}", f"{width} H", *(f"{values.value('widths', key, f'{q}_low')} to {values.value('widths', key, f'{q}_high')}" for q in ("runup", "pressure_height")),
+                     values.value("widths", key, "guideline")])
+    return markdown(["snow", "width", "run-up", "pressure height", "guideline"], rows)
+
+
+BLOCKS = {name.removeprefix("block_"): block for name, block in list(globals().items()) if name.startswith("block_")}
+
+
+def wrapped(text, width=120):
+    """Paragraphs and items of lists wrapped; tables, headings, code and images as they are."""
+    lines, code = [], False
+    for line in text.split("\n"):
+        code ^= line.startswith("```")
+        if code or len(line) <= width or line.startswith(("|", "#", "```", "![")):
+            lines.append(line)
+        else:
+            indent = re.match(r"\s*(?:[-*] |\d+\. )?", line).group()
+            lines += textwrap.wrap(line.replace(" %", "\xa0%"), width, subsequent_indent=" " * len(indent), break_long_words=False, break_on_hyphens=False)
+    return "\n".join(lines).replace("\xa0", " ")
+
+
+def made_pages(tables):
+    """{name: text} of every page."""
+    values = Values(tables)
+    environment = jinja2.Environment(loader=jinja2.FileSystemLoader(TEMPLATES), undefined=jinja2.StrictUndefined, keep_trailing_newline=True)
+    environment.globals.update(number=number, value=values.value, raw=values.raw, change=values.change, span=values.span, block=values.block)
+    return {path.stem: wrapped(environment.get_template(path.name).render()) for path in sorted(TEMPLATES.glob("*.md.j2"))}
+
+
+def typed_numbers(template):
+    """Numbers of a template that no table gives and that are no input of the study."""
+    text = re.sub(r"\{\{.*?\}\}|\{%.*?%\}|```.*?```|`[^`]*`|\]\([^)]*\)|\"[^\"]*\"|\b[0-9a-f]{8,12}\b|[A-Z]\d(?:\.\d)?\b|(?:Sect|Fig|Figs|Eq|Eqs)\. [\dA]+(?:\.\d+)*",
+                  " ", template, flags=re.S)
+    return [found.strip() for found in TYPED.findall(text) if found.strip().lstrip("+−-±") not in INPUTS]
+
+
+# ---- Commands ---------------------------------------------------------------------------------------------------------------------------
+
+
+def write():
+    tables = made_tables()
+    for name, table in tables.items():
+        write_text(str(TABLES / f"{name}.csv"), csv_text(table, nothing=""))
+    write_pages()
+
+
+def write_pages():
+    tables = kept_tables()
+    figures.draw(STUDY / "figures")
+    for name, text in made_pages(tables).items():
+        write_text(str(STUDY / name.removesuffix(".md")) + ".md", text)
+
+
+def check():
+    """What is out of date, in sentences."""
+    kept, wrong = kept_tables(), []
+    for name, fresh in made_tables().items():
+        wrong += [f"tables/{name}.csv: {difference}" for difference in differences(fresh, kept[name])]
+    return wrong + check_pages(kept)
+
+
+def check_pages(tables):
+    wrong = []
+    for name, text in made_pages(tables).items():
+        path = STUDY / (name.removesuffix(".md") + ".md")
+        if not path.exists() or path.read_text(encoding="utf-8") != text:
+            wrong.append(f"{path.name}: is not what its template and tables/ make")
+    for path in sorted(TEMPLATES.glob("*.md.j2")):
+        wrong += [f"texts/{path.name}: '{found}' is typed; take it from a table, or name it as an input (INPUTS)"
+                  for found in typed_numbers(path.read_text(encoding="utf-8"))]
+    return wrong
+
+
+def differences(fresh, kept):
+    """Where two tables differ by more than round-off, in words."""
+    if list(fresh.columns) != list(kept.columns) or len(fresh) != len(kept):
+        return ["has other columns or another number of rows than its rows give"]
+    found = []
+    for column in fresh:
+        for key, a, b in zip(fresh.key, fresh[column], kept[column]):
+            same = str(a) == str(b) or (isinstance(a, (int, float, np.number)) and np.isclose(float(a), float(b), rtol=2e-4, atol=1e-9, equal_nan=True))
+            if not same:
+                found.append(f"{column} of '{key}' is {b}, the rows give {a}")
+    return found
