@@ -54,7 +54,8 @@ class Outline {
   explicit Outline(const Circle& circle);  ///< @param circle  m
 
   [[nodiscard]] const std::optional<Circle>& circle() const { return circle_; }  ///< where it is one
-  [[nodiscard]] const std::vector<Side>& sides() const { return sides_; }        ///< counter-clockwise; of a circle: of 256 chords
+  [[nodiscard]] const std::vector<Side>& sides() const& { return sides_; }       ///< counter-clockwise; of a circle: of 256 chords
+  void sides() const&& = delete;                                                 ///< a loop over those of a temporary would outlive it
   [[nodiscard]] const Eigen::AlignedBox2d& bounds() const { return bounds_; }    ///< the smallest box that contains it, m
   [[nodiscard]] bool symmetric() const;                                          ///< about y = 0
   [[nodiscard]] bool along_axes() const;                                         ///< a rectangle whose sides are along x and y
