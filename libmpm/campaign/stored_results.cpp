@@ -71,7 +71,7 @@ bool describes_the_run(const std::string& column) {
 Value value_of(const std::string& column, const std::string& cell) {
   if (column == "case_hash" || column == "version" || column == "commit") return cell;  // a hash may look like a number
   if (cell == "nan") return MeanEstimate::none;
-  if (!cell.empty() && cell.find_first_not_of("0123456789") == std::string::npos)
+  if (cell.size() < 19 && cell.find_first_not_of("0123456789") == std::string::npos)
     return std::uint64_t{std::strtoull(cell.c_str(), nullptr, 10)};
   const auto number = parse_number(cell);
   return number ? Value(*number) : Value(cell);
