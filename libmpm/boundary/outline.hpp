@@ -4,6 +4,7 @@
 #include <Eigen/Geometry>
 #include <cstdint>
 #include <optional>
+#include <utility>
 #include <vector>
 
 #include "libmpm/base/types.hpp"
@@ -53,16 +54,16 @@ class Outline {
   explicit Outline(std::vector<Vec2> corners);
   explicit Outline(const Circle& circle);  ///< @param circle  m
 
-  [[nodiscard]] const std::optional<Circle>& circle() const { return circle_; }  ///< where it is one
-  [[nodiscard]] const std::vector<Side>& sides() const& { return sides_; }       ///< counter-clockwise; of a circle: of 256 chords
-  void sides() const&& = delete;                                                 ///< a loop over those of a temporary would outlive it
-  [[nodiscard]] const Eigen::AlignedBox2d& bounds() const { return bounds_; }    ///< the smallest box that contains it, m
-  [[nodiscard]] bool symmetric() const;                                          ///< about y = 0
-  [[nodiscard]] bool along_axes() const;                                         ///< a rectangle whose sides are along x and y
-  [[nodiscard]] double area() const;                                             ///< m^2
-  [[nodiscard]] Vec2 centre() const;                                             ///< of the area, m
-  [[nodiscard]] std::optional<Interval> section(double y) const;                 ///< of the line y = const; empty beside it. @param y  m
-  [[nodiscard]] Nearest nearest(const Vec2& x) const;                            ///< @param x  m
+  [[nodiscard]] std::optional<Circle> circle() const { return circle_; }    ///< where it is one
+  [[nodiscard]] const std::vector<Side>& sides() const& { return sides_; }  ///< counter-clockwise; of a circle: of 256 chords
+  [[nodiscard]] std::vector<Side> sides() && { return std::move(sides_); }  ///< those of a temporary may be looped over
+  [[nodiscard]] Eigen::AlignedBox2d bounds() const { return bounds_; }      ///< the smallest box that contains it, m
+  [[nodiscard]] bool symmetric() const;                                     ///< about y = 0
+  [[nodiscard]] bool along_axes() const;                                    ///< a rectangle whose sides are along x and y
+  [[nodiscard]] double area() const;                                        ///< m^2
+  [[nodiscard]] Vec2 centre() const;                                        ///< of the area, m
+  [[nodiscard]] std::optional<Interval> section(double y) const;            ///< of the line y = const; empty beside it. @param y  m
+  [[nodiscard]] Nearest nearest(const Vec2& x) const;                       ///< @param x  m
   /// Of the upstream surface alone: the distance is negative inside and behind, whatever is near there; outside the normal is the direction
   /// from the nearest point. @param x  m, within the width
   [[nodiscard]] Nearest nearest_of_front(const Vec2& x) const;

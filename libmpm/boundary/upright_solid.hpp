@@ -33,7 +33,7 @@ struct UprightSolid {
   [[nodiscard]] double foot() const { return std::max(base, 0.0); }
   /// The smallest box that contains it, m.
   [[nodiscard]] Eigen::AlignedBox3d bounds() const {
-    const Eigen::AlignedBox2d& plan = outline.bounds();
+    const Eigen::AlignedBox2d plan = outline.bounds();
     return {Vec3(plan.min().x(), plan.min().y(), base), Vec3(plan.max().x(), plan.max().y(), top)};
   }
   /// Moves it. @param by  m

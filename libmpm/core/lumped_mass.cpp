@@ -111,7 +111,7 @@ Eigen::AlignedBox2i LumpedMassCorrection::columns() const {
   const auto first_nodes = [&](const Vec2& corner, double cells) -> Eigen::Array2d {
     return ((corner / dx_).array() + (cells - to_centre - first_node(0))) / block_edge;
   };
-  const Eigen::AlignedBox2d& bounds = solid_.outline.bounds();
+  const Eigen::AlignedBox2d bounds = solid_.outline.bounds();
   return {first_nodes(bounds.min(), -reach_of_column).floor().cast<int>().matrix(),
           first_nodes(bounds.max(), reach_of_column).ceil().cast<int>().matrix()};
 }

@@ -56,8 +56,8 @@ void require_no_other_files(const std::filesystem::path& directory, std::initial
 /// @throws IoError
 void write_case_files(const std::filesystem::path& directory, const Case& c);
 
-/// {"outline_m": [[x, y], ...], "top_m": z}: corners counter-clockwise from above, the most upstream at x = 0; top_m is null if the
-/// obstacle is taller than any jet.
+/// {"outline_m": [[x, y], ...], "top_m": z, "base_m": z}: corners counter-clockwise from above, the most upstream at x = 0; top_m is null
+/// if the obstacle is taller than any jet, base_m absent if it stands on the ground.
 [[nodiscard]] std::string obstacle_text(const ObstacleSpec& obstacle);
 
 /// Whether results are those of the finished run of a case: written by the run and not by `mpm post`, with the same hash, and with the same

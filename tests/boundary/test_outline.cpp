@@ -49,7 +49,7 @@ std::vector<Outline> all_outlines() {
 
 TEST(Outlines, TouchXZeroWithTheirMostUpstreamPointAndAreCentred) {
   for (const Outline& outline : all_outlines()) {
-    const Eigen::AlignedBox2d& bounds = outline.bounds();
+    const Eigen::AlignedBox2d bounds = outline.bounds();
     EXPECT_NEAR(bounds.min().x(), 0.0, 1e-15);
     EXPECT_NEAR(bounds.min().y(), -bounds.max().y(), 1e-14);
     for (const Outline::Side& side : outline.sides()) EXPECT_LE(bounds.exteriorDistance(side.from), 0.0);

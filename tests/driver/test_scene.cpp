@@ -1,6 +1,7 @@
 #include "libmpm/driver/scene.hpp"
 
 #include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
 
 #include <algorithm>
 #include <array>
@@ -10,7 +11,9 @@
 
 #include "libmpm/base/error.hpp"
 #include "libmpm/core/diagnostics.hpp"
+#include "libmpm/driver/run_folder.hpp"
 #include "support/solver_states.hpp"
+#include "support/typical_shapes.hpp"
 
 namespace mpm {
 namespace {
@@ -258,6 +261,23 @@ TEST(MakeScene, PutsTheObstacleLastAndSaysWhereItIs) {
   EXPECT_TRUE(scene.mirror.y);
   c.obstacle.reset();
   EXPECT_FALSE(make_scene(c).obstacle);
+}
+
+TEST(ObstacleText, IsTheOutlineWithTheHeightsOfTheObstacle) {
+  for (const auto& typical : testing::typical_shapes()) {
+    const auto json = nlohmann::json::parse(obstacle_text({.shape = typical.shape, .height = 3.0, .base = 1.0}));
+    const Outline outline = typical.outline();
+    ASSERT_EQ(json["outline_m"].size(), outline.sides().size());
+    for (std::size_t i = 0; i < outline.sides().size(); ++i) {
+      EXPECT_EQ(json["outline_m"][i][0], outline.sides()[i].from.x());
+      EXPECT_EQ(json["outline_m"][i][1], outline.sides()[i].from.y());
+    }
+    EXPECT_EQ(json["top_m"], 3.0);
+    EXPECT_EQ(json["base_m"], 1.0);
+  }
+  const auto tall = nlohmann::json::parse(obstacle_text({}));
+  EXPECT_TRUE(tall["top_m"].is_null());
+  EXPECT_FALSE(tall.contains("base_m"));
 }
 
 TEST(MakeScene, ShiftsEverythingAgainstTheGridByTheOffset) {
