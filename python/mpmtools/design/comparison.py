@@ -36,6 +36,11 @@ DRAG_COEFFICIENTS = {"cylinder": 1.0, "box": 2.0}  # round and rectangular, as t
 HYDROSTATIC = 8.0  # times the hydrostatic pressure, measured in slow wet avalanches on a narrow pylon (Sovilla et al. 2010)
 
 
+def span(low, high):
+    """Two digits each; once where they are the same."""
+    return f"{low:.2g}" if f"{low:.2g}" == f"{high:.2g}" else f"{low:.2g} to {high:.2g}"
+
+
 def drag_sources(plan):
     """[(shape and regime, c_D, source, what was checked)] from the literature and from this program's study."""
     froude, frictions = plan["flow"]["froude_number"], [snow["effective_friction"] for snow in plan["snows"]]
@@ -53,8 +58,8 @@ def drag_sources(plan):
          "abstract"),
         ("mast-like, fast granular flow", "no number", "Hauksson et al. (2007): no more force on obstacles higher than 3 H", "as the paper quotes it"),
         ("masts", "–", "EUR 23339 (Jóhannesson et al. 2009), chapter on masts", "not verified: the text was not available"),
-        (f"square, w = H, Fr {froude:.2g}, these M'", f"{own[0]:.2g} to {own[1]:.2g}", "this program's study, 236 runs: inertia and "
-         f"{weight[0]:.2g} to {weight[1]:.2g} times the hydrostatic force", "fitted within 12 % (root mean square)")]
+        (f"square, w = H, Fr {froude:.2g}, these M'", span(*own), "this program's study, 236 runs: inertia and "
+         f"{span(*weight)} times the hydrostatic force", "fitted within 12 % (root mean square)")]
 
 
 class GuidelineLoad(NamedTuple):
@@ -107,7 +112,7 @@ def drag_remark(plan, lowest, highest):
         "206442); in simulations of slow flows cohesion raises the pressure on narrow obstacles (Kyburz et al. 2022). ")
     reason = ("Part of the force acts above the flow, on snow that is dammed up, while the coefficient is over w H; cohesive and firm snow presses more. "
               f"{wet}No measurement confirms the computed value for this mast: take the larger load, or have the difference examined")
-    return (f"The computed drag coefficient is {lowest:.2g} to {highest:.2g} over the snows, {which} of the guideline (c_D = {drag:g} for this mast). "
+    return (f"The computed drag coefficient is {span(lowest, highest)} over the snows, {which} of the guideline (c_D = {drag:g} for this mast). "
             f"{reason if highest > high else 'Do not design with less than the guideline without a reason'}")
 
 

@@ -35,7 +35,8 @@ def side_view(ensemble, loads):
     if run.final is None:
         return None
     position, stress, ratio = (run.final[name] for name in ("position_m", "kirchhoff_stress_pa", "volume_ratio"))
-    depth, width, height = plan["mast"]["depth_m"], plan["mast"]["width_m"], plan["flow"]["depth_m"]
+    width, height = plan["mast"]["width_m"], plan["flow"]["depth_m"]
+    depth = run.obstacle_depth  # along the flow, of a turned mast, too
     reach = max(width, height)
     near = (np.abs(position[:, 1]) <= STRIP * width) & (position[:, 0] > -5.0 * reach) & (position[:, 0] < depth + 3.0 * reach)
     x, z, colours = position[near, 0], loads.base + position[near, 2], -1e-3 * (stress[near, 0] / ratio[near])

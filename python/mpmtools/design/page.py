@@ -176,7 +176,7 @@ def guideline_load_table(results, plan):
         ratio = short(mean.high / row.force) if math.isfinite(mean.high) else "–"
         rows.append([row.what, short(row.extent), short(row.force, 1e-3), short(row.moment, 1e-3), ratio, row.source])
     drag = results.ranges["drag_coefficient"]
-    rows.append([f"computed, steady mean, upper value (c_D over w H: {drag.lowest:.2g} to {drag.highest:.2g}, upper {drag.high:.2g})",
+    rows.append([f"computed, steady mean, upper value (c_D over w H: {comparison.span(drag.lowest, drag.highest)}, upper {drag.high:.2g})",
                  short(results.ranges["pressure_height_mean_m"].high), short(mean.high, 1e-3), short(moment.high, 1e-3), "1", "this page"])
     return {"head": ["load", "reaches to (m)", "force (kN)", "moment (kN m)", "computed / this", "source"], "rows": rows}
 
@@ -219,7 +219,7 @@ def sensitivity_rows(ensemble, results):
         upper = [results.snow_upper(number) for number in range(len(plan["snows"]))]
         rows.append(("snow: from the least to the greatest", *((min(values) / whole - 1.0, 0.0) for values, whole in zip(zip(*upper), (force, moment)))))
     steady = [results.design_force(steady_only=True)[1] / force - 1.0, results.design_moment(steady_only=True)[1] / moment - 1.0]
-    if all(map(math.isfinite, steady)):
+    if all(map(math.isfinite, steady)) and min(steady) < 0.0:
         rows.append(("front: without first impact", *((min(value, 0.0), 0.0) for value in steady)))
     return sorted(rows, key=lambda row: row[2][0] - row[2][1])
 
