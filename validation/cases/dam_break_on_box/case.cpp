@@ -129,7 +129,13 @@ void run(const CaseContext& context, CaseResult& result) {
       impact.known_miss(10400.0, high);
     } else {
       const char* const coarse = "the gauge averages over a cell, at level quick a quarter of the height of the box";
-      means[0]->known_miss(3500.0, coarse);
+      const char* const scatter = "no convergence with the grid: means of 0.2 to 0.5 s of a gauge of one cell scatter by a third";
+      const bool quick = context.level() == Level::quick;
+      means[0]->known_miss(quick ? 3500.0 : 3250.0, quick ? coarse : scatter);
+      if (!quick) {
+        means[1]->known_miss(2870.0, scatter);
+        means[2]->known_miss(3170.0, scatter);
+      }
       impact.known_miss(2930.0, coarse);
     }
     result.plots.push_back(record_plot({gauge.name + "-over-time", fmt::format("Pressure on the front, {} m above the floor", gauge.height),

@@ -142,10 +142,9 @@ void run(const CaseContext& context, CaseResult& result) {
       velocity, sizes, velocities);
   const char* const slow =
       "measured 2.1 m/s at the arrival is the speed of a dam break on a film of 2 mm; on the film of 10 mm that is given it has 1.65 m/s";
-  at_probe[0]->known_miss(1.45, slow);
-  at_probe[1]->known_miss(1.35, slow);
-  at_probe[2]->known_miss(1.26, slow);
-  at_probe[3]->known_miss(1.11, slow);
+  const std::array<double, 5> bounds = context.choose(std::array{1.45, 1.35, 1.26, 1.11, 1.0}, std::array{1.31, 1.25, 1.14, 1.04, 0.91},
+                                                      std::array{1.31, 1.25, 1.14, 1.04, 0.91});
+  for (std::size_t i = 0; i < at_probe.size(); ++i) at_probe[i]->known_miss(bounds[i], slow);
 
   result.plots.push_back(
       record_plot({"force-over-time", "Force on the column", "time after the release [s]", "force [N]"}, force, force_band, names, forces));
