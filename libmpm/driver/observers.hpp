@@ -38,7 +38,7 @@ namespace mpm {
 struct ObserverDescription {
   std::string name;              ///< Observer::name
   std::string cases;             ///< cases that it applies to: "cases with an obstacle"
-  Source source;                 ///< what it needs
+  MeasuredFrom measured_from;    ///< data that it needs
   std::vector<Column> columns;   ///< of series.csv
   std::vector<Column> profiles;  ///< columns of profile.csv
   std::vector<Result> results;   ///< their values are undefined
