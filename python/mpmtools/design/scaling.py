@@ -2,7 +2,7 @@
 
 Force ~ c_D rho v^2 w H and moment ~ force times H, with the drag coefficient c_D(Fr, M') = inertia + weight / Fr^2. The second part is a
 multiple of the hydrostatic force rho g H^2 w / 2: in slow flow the speed does not matter. Fitted to the runs of the study's prediction with
-M' from 0.4 to 1.53 (validation/study/results/prediction: square masts as wide as the flow is deep, Fr 0.1 to 7, xi 0.05 to 5); a test fits
+M' from 0.4 to 1.53 (validation/study/rows/prediction_w5.csv: square masts as wide as the flow is deep, Fr 0.1 to 7, xi 0.05 to 5); a test fits
 again. Heights scale by the paper's equations.
 """
 
