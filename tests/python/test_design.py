@@ -396,8 +396,8 @@ class Scaling(DesignFolder):
 
     @classmethod
     def setUpClass(cls):
-        folder = SOURCE / "validation" / "study" / "results" / "prediction"
-        runs = pd.concat([pd.read_csv(folder / f"{name}.csv", comment="#") for name in ("w7", "w5")])
+        folder = SOURCE / "validation" / "study" / "rows"
+        runs = pd.concat([pd.read_csv(folder / f"prediction_{name}.csv", comment="#") for name in ("w7", "w5")])
         runs = runs[runs.steady == 1].drop_duplicates(["froude_number", "critical_state_slope", "cohesion_beta", "hardening_xi"])
         runs = runs[runs.effective_friction.between(scaling.FITTED[0] - 1e-3, scaling.FITTED[1] + 1e-3)]
         head = 0.5 * 300.0 * runs.velocity_m_s**2 * runs.obstacle_width_m * runs.flow_height_m
