@@ -40,9 +40,9 @@ void sort(Grid& grid) {
 
 void update_nodes(Problem& problem, double dt) {
   const Scene& scene = problem.scene;
-  fold_mirror_planes(problem.state.grid, scene.mirror);
-  (void)update_grid(problem.state.grid, {scene.boundaries, scene.layered, scene.gravity, scene.mirror, density(scene)}, dt,
-                    problem.state.time)
+  Grid& grid = problem.state.grid;
+  fold_mirror_planes(grid, scene.mirror, NodeFields(grid), grid.all_blocks());
+  (void)update_grid(grid, {scene.boundaries, scene.layered, scene.gravity, scene.mirror, density(scene)}, dt, problem.state.time)
       .total(one_rank());
 }
 

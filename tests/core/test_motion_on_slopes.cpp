@@ -46,7 +46,6 @@ struct Incline {
                                            .friction = friction});
     }
     made.gravity = pull.x() * along() - pull.y() * normal();
-    made.numerics.cell_size = cell_size;
     made.domain_min = Vec3::Constant(-19.0);
     made.domain_max = Vec3::Constant(19.0);
     return made;

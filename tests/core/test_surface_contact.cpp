@@ -533,7 +533,7 @@ TEST(ContactImpulseOfRanks, IsTheSumByLayerWhateverLayersEachHas) {
   one.side(1).linear = Vec3(1.0, 0.0, 0.0);  // below the first
   other.side(3).linear = Vec3(0.0, 4.0, 0.0);
   other.side(5).linear = Vec3(0.0, 5.0, 0.0);
-  other.top = {{5, Impulse{.linear = Vec3(0.0, 0.0, 6.0)}}};
+  other.faces[0] = {{5, Impulse{.linear = Vec3(0.0, 0.0, 6.0)}}};
   sum += one;
   sum += other;
   const LayerImpulses layers = sum.layers();

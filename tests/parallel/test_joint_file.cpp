@@ -117,7 +117,7 @@ TEST(JointFile, AShortMemoryOfAnotherRankIsReported) {
       return e;
     }();
     try {
-      EXPECT_FALSE(agree_on_errors(error, &exchange));
+      EXPECT_FALSE(agree_on_errors(error, exchange));
       EXPECT_FALSE(exchange.first());
     } catch (const Error& e) {
       EXPECT_EQ(e.code(), ExitCode::internal);
