@@ -140,10 +140,10 @@ TEST(ParticlesInsideObstacle, AreAShareOfTheObstacleWhoseExcessIsAFinding) {
     EXPECT_NEAR(volume, 0.475 * 0.95 * (height ? depth - 0.025 : depth), 0.15 * volume) << "a lattice of particles 0.125 m apart";
     EXPECT_NEAR(results.number("share_inside_obstacle"), volume / depth, 1e-12) << "of 1 m x 1 m up to the bodies, or to the top";
     EXPECT_NEAR(results.number("depth_inside_obstacle_m"), 0.45, 0.1);
-    ASSERT_EQ(findings(results).size(), 1U);
-    EXPECT_NE(findings(results).front().find("of snow"), std::string::npos);
+    ASSERT_EQ(result_warnings(results).size(), 1U);
+    EXPECT_NE(result_warnings(results).front().find("of snow"), std::string::npos);
   }
-  EXPECT_TRUE(findings(expected_results(flooded({}))).empty()) << "nothing is known";
+  EXPECT_TRUE(result_warnings(expected_results(flooded({}))).empty()) << "nothing is known";
 }
 
 }  // namespace
