@@ -89,8 +89,8 @@ struct TerrainTable {
   static constexpr const char* name = "terrain";
   /// For the reference of keys.
   static constexpr const char* description =
-      "Uneven ground: a raster of heights; with [conveyor] in place of its level floor, in a custom scene in addition to [[wall]]. Left "
-      "out: none";
+      "Uneven ground: a raster of heights; on the conveyor in place of its level floor, in a custom scene in addition to walls. Left out: "
+      "none";
   std::optional<TerrainSpec> terrain;  ///< [terrain]
   bool operator==(const TerrainTable&) const = default;
   /// The table. @param c  a case

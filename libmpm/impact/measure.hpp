@@ -72,6 +72,7 @@ struct ImpactGeometry {
   /// In the box from the foot of the obstacle to the top of the profile: only these particles' stress and J are measured.
   [[nodiscard]] bool in_profile_box(const Vec3& position) const {
     if (std::abs(position[1]) > strip_half_width || position[2] < obstacle.base || !(position[2] < profile_height)) return false;
+    if (position[0] < obstacle.outline.bounds().min().x() - box_upstream) return false;  // most of the flow: saves the distance
     const double before = obstacle.outline.nearest_of_front(position.head<2>()).distance;
     return before <= box_upstream && before >= -box_inside;
   }

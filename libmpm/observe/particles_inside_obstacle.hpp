@@ -8,8 +8,8 @@
 
 namespace mpm {
 
-/// Counts the particles deeper than 0.1 dx behind the nearest face, and adds up their volumes. Contact lets particles
-/// pass the surface slightly, at most by some hundredths of a cell where it works. The largest depth counts every particle.
+/// Counts the particles deeper than 0.1 dx behind the nearest face, and adds up their volumes. Contact lets particles pass the surface
+/// slightly, at most by some hundredths of a cell where it works. The largest depth counts every particle.
 class ParticlesInsideObstacle : public Observer {
  public:
   static constexpr double counted_cells = 0.1;     ///< depth in cells from which a particle counts
@@ -65,9 +65,8 @@ class ParticlesInsideObstacle : public Observer {
          "particles deeper than 0.1 cells behind the obstacle's surface at the end, where no snow can be"},
         {"volume_inside_obstacle_m3", volume, "m^3", "their volume"},
         {"share_inside_obstacle", volume / (obstacle_.outline.area() * std::min(obstacle_.top - obstacle_.foot(), setting_.snow_depth)), "",
-         "that volume over the obstacle's own from its foot up to the flow height (without a conveyor: the top of the bodies at the "
-         "start), "
-         "or to its top if that is lower"},
+         "that volume over the obstacle's own from its foot up to the flow height (without a conveyor: to the top of the bodies at the "
+         "start), or to its top if that is lower"},
         {"depth_inside_obstacle_m", last("depth_inside_obstacle_m"), "m",
          "largest distance of a particle behind the nearest surface of the obstacle at the end"}};
   }

@@ -136,8 +136,8 @@ def draw_section(axes, run, section, norm, points_per_m, top):
     else:
         axes.axhline(0.0, color="0.2", linewidth=1.5)
     if run.obstacle:
-        foot = terrain.height.min() if terrain else 0.0
-        axes.add_patch(Rectangle((0.0, foot), run.obstacle_depth, run.obstacle.get("height_m", 2.0 * top) - foot, facecolor="0.8",
+        foot, head = run.obstacle_ends(terrain.height.min() if terrain else 0.0, 2.0 * top)
+        axes.add_patch(Rectangle((0.0, foot), run.obstacle_depth, head - foot, facecolor="0.8",
                                  edgecolor="0.2", hatch="///", linewidth=1.2, zorder=2))  # above the dots, which are wider than particles
     axes.set(title=f"t = {section.time:.2f} s", ylabel="height $z$ (m)",
              xlabel="$x$ (m), 0 at the front of the obstacle" if run.obstacle else "$x$ (m)")

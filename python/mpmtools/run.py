@@ -149,6 +149,10 @@ class Run:
         except (ValueError, TypeError) as error:
             raise InputError(f"{path}: {error}") from None
 
+    def obstacle_ends(self, ground, sky):
+        """(foot, top), m, of the obstacle in a picture. @param ground, sky  where it stands on the ground, or is taller than any jet"""
+        return self.obstacle.get("base_m") or ground, self.obstacle.get("height_m", sky)
+
     @property
     def obstacle_depth(self):
         """Along the flow, m."""

@@ -328,6 +328,8 @@ TEST(Config, HashChangesWithPhysicsOnly) {
   EXPECT_EQ(hash(window_case, {"title=other", "output.duration_s=60", "output.stop_when_steady=0.05", "output.checkpoint_minutes=1"}),
             window);
   EXPECT_EQ(hash(write_case(parse_case(window_case, "case.toml")), {}), window);
+  EXPECT_EQ(hash(window_case, {"obstacle.base_m=0"}), window) << "it stands on the ground";
+  EXPECT_NE(hash(window_case, {"obstacle.base_m=1"}), window);
   EXPECT_EQ(hash(window_case, {"measurement.steady_by=runup"}), window) << "only the times of the means";
   EXPECT_NE(hash(window_case, {"material.critical_state_slope=0.4000000001"}), window);
   EXPECT_NE(hash(window_case, {"numerics.cell_size_m=0.2"}), window);

@@ -2,7 +2,9 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <set>
+#include <utility>
 
 #include "libmpm/driver/scene.hpp"
 #include "support/rank_cases.hpp"
@@ -77,10 +79,14 @@ TEST(JoinedBlocks, HoldEachStencilOfASolidTogetherInPairsOfLayers) {
       apart.insert(*together.begin());
     }
     EXPECT_GE(apart.size(), 4U) << name;  // floor and top join some, not all
-    const auto master = static_cast<std::int32_t>(std::ceil(solid.solid().top / cell + 0.5 - 1e-9));
-    for (const auto& column : solid.stencil().columns) {
-      const auto& at = solid.stencil().nodes[static_cast<std::size_t>(column.node)].at;
-      EXPECT_EQ(representative_of_node(joined, {at[0], at[1], master}), representative_of_node(joined, {at[0], at[1], master - 2})) << name;
+    for (const auto& [face, up] : {std::pair{solid.solid().top, 1}, {solid.solid().base, -1}}) {
+      if (!std::isfinite(face)) continue;
+      const auto master = up * static_cast<std::int32_t>(std::ceil(up * face / cell + 0.5 - 1e-9));
+      for (const auto& column : solid.stencil().columns) {
+        const auto& at = solid.stencil().nodes[static_cast<std::size_t>(column.node)].at;
+        EXPECT_EQ(representative_of_node(joined, {at[0], at[1], master}), representative_of_node(joined, {at[0], at[1], master - 2 * up}))
+            << name;
+      }
     }
   }
 }

@@ -150,6 +150,15 @@ TEST(AdviceAboutACase, WarnsOfAMastThatIsLowerThanTheFlowTheRunupOrBernoullisBou
   EXPECT_EQ(of("mast_height", {"obstacle.height_m=9.7"}).rule, "");
 }
 
+TEST(AdviceAboutACase, WarnsOfAnObstacleAboveTheGroundThatIsThinOrOutOfReach) {
+  EXPECT_EQ(of("obstacle_base", {"obstacle.height_m=1"}).rule, "");
+  EXPECT_EQ(of("obstacle_base", {"obstacle.base_m=2", "obstacle.height_m=3"}).rule, "");
+  EXPECT_THAT(of("obstacle_base", {"obstacle.base_m=2", "obstacle.height_m=2.5"}).what, HasSubstr("2 cells between"));
+  EXPECT_THAT(of("obstacle_base", {"obstacle.base_m=9.7"}).what, HasSubstr("Bernoulli's bound"));
+  EXPECT_EQ(of("mast_height", {"obstacle.base_m=1", "obstacle.height_m=3"}).rule, "") << "snow is meant to pass it";
+  EXPECT_THAT(of("range_of_equations", {"obstacle.base_m=1"}).what, HasSubstr("above the ground"));
+}
+
 TEST(AdviceAboutACase, WarnsOfAWindowSmallerThanThoseThatWereChecked) {
   EXPECT_THAT(of("size_of_the_window", {"conveyor.upstream_length_m=5"}).what, HasSubstr("upstream_length_m = 5 (4 w = 7)"));
 }

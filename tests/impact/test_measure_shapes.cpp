@@ -117,8 +117,8 @@ TEST(ImpactMeasurementsOfShapes, SnowBehindTheObstacleIsNotMeasured) {
     const ImpactGeometry geometry = before(typical.shape);
     PressureProfile profile(geometry);
     Runup runup(geometry);
-    profile.add({typical.plan().depth + 0.05, 0.1, 1.0}, -1e4, 1.0, 5.0);
-    runup.add({typical.plan().depth + 0.05, 0.1, 1.0}, 1.0);
+    profile.add({typical.outline().bounds().max().x() + 0.05, 0.1, 1.0}, -1e4, 1.0, 5.0);
+    runup.add({typical.outline().bounds().max().x() + 0.05, 0.1, 1.0}, 1.0);
     EXPECT_EQ(runup.finish().highest, 0.0);
     EXPECT_EQ(profile.finish().impact_pressure, 0.0);
   }

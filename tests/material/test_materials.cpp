@@ -56,6 +56,27 @@ void for_every_law(F f) {
 // A stress of E times 1e-12 is round-off of strains up to a few per cent after the few steps of these tests.
 double round_off(const Entry&) { return 1e-12 * HenckyModuli::Parameters{}.young_modulus; }
 
+/// A law whose member that it names is misspelt, one that does not name a member, and one that agrees.
+struct MisspeltViscosity : HenckyElastic {
+  using HenckyElastic::HenckyElastic;
+  static constexpr OptionalMembers has{.try_update_stress = true, .viscosity = true};
+  [[nodiscard]] static double viscocity() { return 1.0; }
+};
+struct UnnamedViscosity : HenckyElastic {
+  using HenckyElastic::HenckyElastic;
+  [[nodiscard]] static double viscosity() { return 1.0; }
+};
+struct NamedViscosity : UnnamedViscosity {
+  using UnnamedViscosity::UnnamedViscosity;
+  static constexpr OptionalMembers has{.try_update_stress = true, .viscosity = true};
+};
+
+TEST(EveryLaw, HasTheOptionalMembersThatItNames) {
+  EXPECT_FALSE(Material<MisspeltViscosity>);
+  EXPECT_FALSE(Material<UnnamedViscosity>);
+  EXPECT_TRUE(Material<NamedViscosity>);
+}
+
 TEST(EveryLaw, HasATypicalMaterial) {
   for (const LawInfo& law : all_laws()) {
     EXPECT_TRUE(std::ranges::any_of(mpm::testing::typical_materials(), [&](const Entry& entry) { return entry.name() == law.name; }))

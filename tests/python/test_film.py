@@ -188,18 +188,18 @@ class Ground(unittest.TestCase):
 class Solid(unittest.TestCase):
     def test_is_met_at_its_faces_only(self):
         square = [(0.0, -0.5), (1.0, -0.5), (1.0, 0.5), (0.0, 0.5)]
-        eye = np.array([[-2.0, 0.0, 1.0], [-2.0, 0.7, 1.0], [0.5, 0.0, 5.0], [-2.0, 0.0, 3.5]])
-        rays = np.array([[1.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, -1.0], [1.0, 0.0, 0.0]])
-        way, normals = prism_hits(square, 3.0, eye, rays)
-        np.testing.assert_allclose(way, [2.0, np.inf, 2.0, np.inf])
-        np.testing.assert_allclose(normals[[0, 2]], [[-1, 0, 0], [0, 0, 1]])
+        eye = np.array([[-2.0, 0.0, 1.0], [-2.0, 0.7, 1.0], [0.5, 0.0, 5.0], [-2.0, 0.0, 3.5], [-2.0, 0.0, 0.4], [0.5, 0.0, 0.1]])
+        rays = np.array([[1.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, -1.0], [1.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0]])
+        way, normals = prism_hits(square, 0.5, 3.0, eye, rays)
+        np.testing.assert_allclose(way, [2.0, np.inf, 2.0, np.inf, np.inf, 0.4])
+        np.testing.assert_allclose(normals[[0, 2, 5]], [[-1, 0, 0], [0, 0, 1], [0, 0, -1]])
 
 
 class Pictures(InFolder):
     def test_show_snow_ground_mast_and_sky_where_they_are(self):
         positions, volumes = block()
         camera = Camera([-4.0, -4.0, 3.0], [1.0, 1.0, 0.5])
-        image = draw(SnowDensity(positions, volumes, SPACING), camera, (64, 48), ([(2.5, 0.5), (3.0, 0.5), (3.0, 1.0), (2.5, 1.0)], 2.0))
+        image = draw(SnowDensity(positions, volumes, SPACING), camera, (64, 48), ([(2.5, 0.5), (3.0, 0.5), (3.0, 1.0), (2.5, 1.0)], -1.0, 2.0))
         self.assertEqual(image.shape, (48, 64, 3))
         self.assertTrue(np.all((image >= 0.0) & (image <= 1.0)))
         self.assertGreater(image[26, 32].min(), 0.5)  # lit snow in the middle

@@ -265,6 +265,9 @@ class Outlines(InFolder):
         run = Run(self.folder)
         self.assertEqual(run.obstacle_outline, [(0.0, 0.0), (3.0, -1.0), (3.0, 1.0)])
         self.assertEqual((run.obstacle_depth, run.obstacle_width), (3.0, 2.0))
+        self.assertEqual(run.obstacle_ends(-1.0, 9.0), (-1.0, 9.0))
+        self.write("case.toml", "[obstacle]\nbase_m = 2.0\nheight_m = 3.0\n")
+        self.assertEqual(Run(self.folder).obstacle_ends(-1.0, 9.0), (2.0, 3.0))
 
     def test_that_are_missing_or_broken_are_reported(self):
         self.write("case.toml", "[obstacle]\n")

@@ -50,6 +50,7 @@ inline std::vector<NamedCase> repeatable_cases() {
   all.back().c.conveyor->width = 14.0;  // wider than the blocks that a round mast joins
   all.back().c.obstacle->shape = CylinderShape{.width = 0.8};
   all.back().c.obstacle->height = 0.6;  // of the flow's 1 m
+  all.back().c.obstacle->base = 0.2;
   for (std::size_t n = all.size() - 2; n < all.size(); ++n) {
     Case& c = all[n].c;
     c.numerics.transfer = Transfer::aflip;

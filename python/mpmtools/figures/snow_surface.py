@@ -186,8 +186,8 @@ class SnowDensity:
         return found
 
 
-def prism_hits(corners, top, eye, rays):
-    """Way to a convex upright solid that ends at its top, and the normals there; infinite where a ray passes by.
+def prism_hits(corners, base, top, eye, rays):
+    """Way to a convex upright solid between two heights, and the normals there; infinite where a ray passes by.
 
     @param corners  (x, y), counter-clockwise from above
     """
@@ -195,7 +195,7 @@ def prism_hits(corners, top, eye, rays):
     edges = np.roll(corners, -1, axis=0) - corners
     outward = np.column_stack([edges[:, 1], -edges[:, 0], np.zeros(len(edges))])
     outward /= np.linalg.norm(outward, axis=1, keepdims=True)
-    faces = [*zip(outward, np.einsum("ij,ij->i", outward[:, :2], corners)), (np.array([0.0, 0.0, 1.0]), top)]
+    faces = [*zip(outward, np.einsum("ij,ij->i", outward[:, :2], corners)), (np.array([0.0, 0.0, 1.0]), top), (np.array([0.0, 0.0, -1.0]), -base)]
     enter, leave, normals = np.full(len(rays), -np.inf), np.full(len(rays), np.inf), np.zeros((len(rays), 3))
     for normal, distance in faces:
         speed, gap = rays @ normal, distance - eye @ normal
@@ -237,7 +237,7 @@ MOST_STEPS = 12  # back, by a tenth each
 
 
 def standpoint(run, positions, top, ground=LevelGround()):
-    """Camera, and the mast as (corners, top) or None, for a run: from upstream, beside and above.
+    """Camera, and the mast as (corners, base, top) or None, for a run: from upstream, beside and above.
 
     @param top  of the snow in all pictures above the ground below it, m
     """
@@ -259,7 +259,7 @@ def standpoint(run, positions, top, ground=LevelGround()):
         if camera.share_below(positions) <= MOST_CUT:
             break
         reach *= 1.1  # the flow would be cut off at the lower edge
-    solid = (run.obstacle_outline, run.obstacle.get("height_m", base + 1.25 * top)) if run.obstacle else None
+    solid = (run.obstacle_outline, *run.obstacle_ends(-1e4, base + 1.25 * top)) if run.obstacle else None
     return camera, solid
 
 
@@ -283,7 +283,7 @@ def shadow(snow, solid, points, reach):
 def draw(snow, camera, size, solid=None, colours=None, ground=LevelGround()):
     """The image, (height, width, 3) in 0 to 1.
 
-    @param solid  (corners, top) of the mast, or None
+    @param solid  (corners, base, top) of the mast, or None
     @param colours  function of the values of SnowDensity to colours (count, 3); None: white snow
     """
     width, height = size

@@ -94,8 +94,8 @@ def page_data(run, largest=LARGEST):
     terrain, obstacle = terrain_of(run), None
     if run.obstacle:
         outline = [list(corner) for corner in run.obstacle_outline]
-        top = run.obstacle.get("height_m", 1.15 * float(high[2]))
-        obstacle = {"outline": outline, "foot": terrain.foot(outline) if terrain else 0.0, "top": top}
+        foot, top = run.obstacle_ends(terrain.foot(outline) if terrain else 0.0, 1.15 * float(high[2]))
+        obstacle = {"outline": outline, "foot": foot, "top": top}
     colours = {name: [[round(255 * c) for c in STRESS_COLOURS(1.0 - i / 255 if not FIELDS[name][3] else i / 255)[:3]] for i in range(256)]
                for name in ("speed", "stress_xx")}
     return {"title": run.title, "low": low.tolist(), "high": high.tolist(), "spacing": run.particle_spacing * every ** (1.0 / 3.0),
