@@ -8,7 +8,7 @@ import pathlib
 import sys
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent.parent / "python"))
-from mpmtools.figures.solver_comparison import draw_comparison  # noqa: E402  (after the path to the package)
+from reports.solver_comparison import draw_comparison  # noqa: E402  (after the path to the package)
 
 if __name__ == "__main__":
     if len(sys.argv) < 4:

@@ -21,8 +21,8 @@ from matplotlib.patches import Polygon
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent.parent / "python"))
 from mpmtools.figures.style import (COLOURS, MARKERS, REFERENCE_LINES, STYLE, breakable, clean, embed, finish_axes, inline,  # noqa: E402
                                     plain_ticks, plt, png_data, short, use_style, verdict_class, write_page)
-from mpmtools.figures import interactive  # noqa: E402
-from mpmtools.figures.summary import REFERENCES, summary_figures  # noqa: E402
+from reports import interactive  # noqa: E402
+from reports.summary import REFERENCES, summary_figures  # noqa: E402
 from mpmtools.frame import Frame  # noqa: E402  (after the path to the package)
 
 LONG_TABLE, SHOWN_ROWS = 40, 20  # a table of more checks shows so many at first

@@ -15,7 +15,7 @@ def main():
     missing = [package for module, package in PACKAGES.items() if importlib.util.find_spec(module) is None]
     if missing:
         sys.exit(f"the tests of mpmtools need Debian's {', '.join(missing)}; install: apt-get install {' '.join(missing)}")
-    sys.path[:0] = [str(HERE), *(str(HERE.parent.parent / name) for name in ("python", "validation/study"))]  # mpmtools; the analysis of the study
+    sys.path[:0] = [str(HERE), *(str(HERE.parent.parent / name) for name in ("python", "validation/study", "scripts"))]  # mpmtools; analysis (of the study); reports
     loader = unittest.TestLoader()
     tests = loader.loadTestsFromNames(sys.argv[1:]) if sys.argv[1:] else loader.discover(str(HERE))
     if not tests.countTestCases():

@@ -11,9 +11,9 @@ import unittest
 import numpy as np
 import pandas as pd
 
-from mpmtools import change_points, google_benchmark, paired_times
+from mpmtools import paired_times
 from mpmtools.errors import InputError
-from mpmtools.figures import bench_dashboard
+from reports import bench_dashboard, change_points, google_benchmark
 
 KERNELS = ["particle_to_grid", "grid_to_particle", "grid_update", "law_elastic", "law_yielding", "law_apexes", "sort", "step"]
 COMMITS = [f"{i:012x}" for i in range(15)]

@@ -6,7 +6,7 @@ import math
 import re
 import unittest
 
-from mpmtools.figures import interactive
+from reports import interactive
 from mpmtools.figures.style import plt
 
 

@@ -11,7 +11,7 @@ from mpmtools import Run
 from mpmtools.checksums import checksum
 from mpmtools.errors import InputError
 from mpmtools.figures import run_pictures
-from mpmtools.figures.bench_history import draw_history, history_figure
+from reports.bench_history import draw_history, history_figure
 from mpmtools.tables import read_series
 from study_samples import InFolder
 

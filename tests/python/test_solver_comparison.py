@@ -2,7 +2,7 @@
 
 import json
 
-from mpmtools.figures.solver_comparison import draw_comparison
+from reports.solver_comparison import draw_comparison
 from study_samples import InFolder
 
 

@@ -4,7 +4,7 @@ import pathlib
 import tempfile
 import unittest
 
-from mpmtools.figures.validation_history import draw_history_page, read_history
+from reports.validation_history import draw_history_page, read_history
 
 HEADER = "date,commit,version,machine,threads,level,case,kind,quantity,value,error,verdict\n"
 DATES = ("2026-01-01T00:00:00Z", "2026-01-02T00:00:00Z")

@@ -4,9 +4,10 @@ import unittest
 
 import pandas as pd
 
-from mpmtools.figures import axes, bench_dashboard
+from mpmtools.figures import axes
 from mpmtools.tables import csv_text, number_text
 from mpmtools.wording import counted, verb
+from reports import bench_dashboard
 
 
 class Wording(unittest.TestCase):

@@ -17,8 +17,8 @@ import subprocess
 import sys
 
 HERE = pathlib.Path(__file__).resolve().parent
-sys.path.insert(0, str(HERE.parent.parent / "python"))
-from mpmtools.figures.solver_comparison import draw_comparison  # noqa: E402  (after the path to the package)
+sys.path[:0] = [str(HERE.parent.parent / "scripts"), str(HERE.parent.parent / "python")]
+from reports.solver_comparison import draw_comparison  # noqa: E402  (after the path to the package)
 
 # Which solvers are compared on a case: those that have its laws and boundaries, without the long runs of plain_mpm.
 CASES = {

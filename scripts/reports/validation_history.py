@@ -15,7 +15,7 @@ import markupsafe
 import numpy as np
 import pandas as pd
 
-from mpmtools.figures import interactive
+from reports import interactive
 from mpmtools.figures.style import COLOURS, STYLE, breakable, finish_axes, plt, use_style, write_page
 from mpmtools.files import read_text
 

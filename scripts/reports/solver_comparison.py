@@ -5,7 +5,7 @@ import pathlib
 import jinja2
 import markupsafe
 
-from mpmtools.figures import interactive
+from reports import interactive
 from mpmtools.figures.style import COLOURS, MARKERS, STYLE, breakable, finish_axes, plt, use_style, verdict_class, write_page
 from mpmtools.files import read_json
 

@@ -2,7 +2,7 @@
 
 import math
 
-from mpmtools.figures.interactive import inline_svg
+from reports.interactive import inline_svg
 from mpmtools.figures.style import COLOURS, MARKERS, finish_axes, plain_ticks, plt
 
 LABEL_COLOURS = {"verification": "#1f6fb4", "validation": "#b3262e"}

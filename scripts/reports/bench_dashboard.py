@@ -10,9 +10,9 @@ import markupsafe
 import numpy as np
 import pandas as pd
 
-from mpmtools import change_points
+from reports import change_points
 from mpmtools.errors import InputError
-from mpmtools.figures import interactive
+from reports import interactive
 from mpmtools.figures.style import COLOURS, MARKERS, STYLE, finish_axes, plt, use_style, write_page
 from mpmtools.files import read_text
 from mpmtools.paired_times import THRESHOLD
