@@ -97,7 +97,7 @@ TEST(ForceByHeightOfImpacts, IsUnknownInFramesButKeepsItsColumn) {
 
 TEST(PressureProfileOfLowMasts, PressesOnlyBelowTheTop) {
   auto g = geometry();
-  g.obstacle_height = 2.0625;  // half of its bin
+  g.obstacle.top = 2.0625;  // half of its bin
   const MeasuredImpact m(impact(), g, flow);
   EXPECT_NEAR(m.profile("force_per_height_n_m")[15], 1e4 * w, 1e-8);
   EXPECT_NEAR(m.profile("force_per_height_n_m")[16], 0.5 * 1e4 * w, 1e-8);
