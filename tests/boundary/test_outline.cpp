@@ -135,7 +135,7 @@ TEST(Outlines, DistanceIsTheSignedEuclideanOneToTheNearestPoint) {
       }
       inside += within;
     }
-    EXPECT_GT(inside, 20);
+    EXPECT_GT(inside, 10);
   }
 }
 
