@@ -100,15 +100,16 @@ TEST(ResultsOfRuns, ComeBackFromTheirText) {
   Results results;
   results.add({{"steps", std::uint64_t{7}, "", ""}, {"share", 0.1, "", ""}, {"whole", 3.0, "", ""}, {"title", std::string("t"), "", ""}});
   results.add({{"force_mean_n", std::array{1.0, 2.5e-7, std::nan("")}, "N", ""}, {"steady", true, "", ""}, {"gone", std::nan(""), "", ""}});
+  results.add({"crc32", std::string("00000000"), "", ""});
   const std::string text = results.to_json();
   const auto again = Results::from_json(text);
   ASSERT_TRUE(again);
-  EXPECT_EQ(again->to_json(), text) << "the same types and digits";
+  EXPECT_EQ(again->to_json(), text) << "the same types, digits and checksum";
   EXPECT_EQ(again->text("title"), "t");
   EXPECT_TRUE(std::isnan(again->number("gone")));
   EXPECT_TRUE(std::isnan(again->number_or_nan("of another program")));
   const std::vector<Result> single = again->components();
-  ASSERT_EQ(single.size(), 9U);
+  ASSERT_EQ(single.size(), 10U);
   EXPECT_EQ(single[5].name, "force_mean_n.y");
   EXPECT_EQ(as_number(single[5].value), 2.5e-7);
   EXPECT_EQ(as_number(single[6].value), std::nullopt);
