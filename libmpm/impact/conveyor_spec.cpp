@@ -48,7 +48,9 @@ void resolve_window(ConveyorSpec& belt, const ConveyorSurroundings& around, Para
     if (left_out("conveyor.width_m")) belt.width = xi ? conveyor_width(*xi, w) : 12.0 * w;
     return;
   }
-  if (!ObstacleSpec::plan_is_valid(TableReport(report, "obstacle"))) return;
+  if (!ObstacleSpec::plan_is_valid(TableReport(report, "obstacle")) || !(around.gravity > 0.0) ||
+      !report.all_valid({"material.critical_state_slope", "material.cohesion_beta", "conveyor.velocity_m_s", "conveyor.froude_number"}))
+    return;
   const WindowFlow flow{.froude = froude_number(belt.velocity, belt.flow_height, around.gravity),
                         .height = belt.flow_height,
                         .critical_state_ratio = around.material.critical_state_ratio().value_or(0.0)};

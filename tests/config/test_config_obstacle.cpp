@@ -108,9 +108,10 @@ TEST(ObstacleKeys, AreRefusedWhereTheyMeanNothingOrAreOutOfRange) {
   tells({"obstacle.shape=cylinder", "obstacle.depth_m=2"}, "depth_m is used with shape = \"box\" or \"wedge\" only");
   tells({"obstacle.shape=wedge", "obstacle.rotation_deg=20"}, "rotation_deg is used with shape = \"box\" only");
   tells({"obstacle.rotation_deg=20", "conveyor.mirror_y=true"}, "not symmetric about y = 0");
-  tells({"obstacle.rotation_deg=45", "obstacle.width_m=3", "obstacle.depth_m=3"},
+  const std::string near = "conveyor.downstream_length_m=4";
+  tells({near, "obstacle.rotation_deg=45", "obstacle.width_m=3", "obstacle.depth_m=3"},
         "ends inside the obstacle; give at least its depth, 4.24264 m");
-  tells({"obstacle.shape=cylinder", "obstacle.width_m=4.1"}, "ends inside the obstacle; give at least its depth, 4.1 m");
+  tells({near, "obstacle.shape=cylinder", "obstacle.width_m=4.1"}, "ends inside the obstacle; give at least its depth, 4.1 m");
   tells({"obstacle.rotation_deg=45", "conveyor.width_m=2"}, "wider than the belt");
   EXPECT_EQ(message_of({"obstacle.rotation_deg=45", "conveyor.mirror_y=true"}), "") << "a square on its edge is symmetric";
   EXPECT_EQ(message_of({"obstacle.shape=wedge", "conveyor.mirror_y=true"}), "");
