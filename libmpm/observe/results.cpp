@@ -52,7 +52,8 @@ std::optional<Results> Results::from_json(const std::string& text) {
 
 std::string Results::to_json() const {
   Json json = Json::object();
-  for (const Result& r : entries_) json[r.name] = r.name == checksum_entry ? Json(no_checksum) : json_of(r.value);  // that of another text
+  // with_checksum fills in the checksum; that of a text which was read is not of this one
+  for (const Result& r : entries_) json[r.name] = r.name == checksum_entry ? Json(no_checksum) : json_of(r.value);
   return with_checksum(json_text(json, 2));
 }
 
