@@ -29,7 +29,7 @@ import time
 
 from fault_tools import FAILED, IO, OK, ROOT, USAGE, compile_failing_calls, memory_folder, write_report
 
-sys.path[0:1] = [str(ROOT / "tests" / "python"), str(ROOT / "python"), str(ROOT / "validation" / "study")]  # not this folder, which holds a packaging.py
+sys.path[0:1] = [str(ROOT / "tests" / "python"), str(ROOT / "python"), str(ROOT / "validation" / "study"), str(ROOT / "scripts")]  # not this folder, which holds a packaging.py
 
 PATIENCE = 300.0  # seconds after which a command hangs, on a very busy machine
 CRASHES = ("internal error", "terminate called", "Traceback", "egmentation", "Sanitizer", "what():")

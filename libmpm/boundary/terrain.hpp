@@ -86,7 +86,7 @@ struct TerrainSpec {
 
 /// [terrain] of a case.
 struct TerrainTable {
-  static constexpr const char* name = "terrain";
+  static constexpr const char* name = "terrain";  ///< of the table
   /// For the reference of keys.
   static constexpr const char* description =
       "Uneven ground: a raster of heights; on the conveyor in place of its level floor, in a custom scene in addition to walls. Left out: "

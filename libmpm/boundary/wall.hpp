@@ -103,7 +103,7 @@ struct WallSpec {
 
 /// [[wall]] of a case.
 struct WallTable {
-  static constexpr const char* name = "wall";
+  static constexpr const char* name = "wall";  ///< of the table
   /// For the reference of keys.
   static constexpr const char* description = "A half-space in a custom scene, any number; the material is on the side of its normal";
   std::vector<WallSpec> walls;  ///< [[wall]]

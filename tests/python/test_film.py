@@ -166,6 +166,10 @@ class Ground(unittest.TestCase):
         class Flow:
             obstacle, obstacle_width, obstacle_depth, obstacle_outline, flow_height = {"height_m": 10.0}, 1.75, 1.75, (), 1.75
 
+            @staticmethod
+            def obstacle_ends(ground, _):
+                return ground, 10.0
+
         x, y = np.meshgrid(np.linspace(-8.4, 4.2, 40), np.linspace(-10.5, 10.5, 60))
         flow = np.stack([x.ravel(), y.ravel(), np.full(x.size, 0.1)], axis=1)
         for top in (4.0, 9.0):
