@@ -264,12 +264,12 @@ Finding obstacle_base(const Impact& i) {
 /// validation/cases/avalanche_convergence: a window of 4 w + 2 w and a belt of 6 w against 5 w + 3 w and 12 w changes run-up and force by
 /// at most 3 % (w = H).
 Finding size_of_the_window(const Impact& i) {
-  const double w = i.width();
+  const double w = i.width(), behind = outline_of(i.mast.shape).bounds().max().x() + w;  // 2 w behind the front of a square mast
   std::vector<std::string> small;
   if (i.window() && i.belt.upstream_length < 4.0 * w - 1e-6)
     small.push_back(fmt::format("conveyor.upstream_length_m = {} (4 w = {})", n(i.belt.upstream_length), n(4.0 * w)));
-  if (i.window() && i.belt.downstream_length < 2.0 * w - 1e-6)
-    small.push_back(fmt::format("conveyor.downstream_length_m = {} (2 w = {})", n(i.belt.downstream_length), n(2.0 * w)));
+  if (i.window() && i.belt.downstream_length < behind - 1e-6)
+    small.push_back(fmt::format("conveyor.downstream_length_m = {} (its depth + w = {})", n(i.belt.downstream_length), n(behind)));
   if (i.belt.width < 6.0 * w - 1e-6) small.push_back(fmt::format("conveyor.width_m = {} (6 w = {})", n(i.belt.width), n(6.0 * w)));
   if (small.empty()) return {};
   return Advice{"size_of_the_window", fmt::format("{}", fmt::join(small, ", ")),

@@ -161,6 +161,10 @@ TEST(AdviceAboutACase, WarnsOfAnObstacleAboveTheGroundThatIsThinOrOutOfReach) {
 
 TEST(AdviceAboutACase, WarnsOfAWindowSmallerThanThoseThatWereChecked) {
   EXPECT_THAT(of("size_of_the_window", {"conveyor.upstream_length_m=5"}).what, HasSubstr("upstream_length_m = 5 (4 w = 7)"));
+  for (const char* const shape : {"box", "cylinder", "wedge"}) {
+    const std::vector<std::string> by_default{"conveyor.window_size=compact", std::string("obstacle.shape=") + shape};
+    EXPECT_EQ(of("size_of_the_window", by_default).rule, "") << shape << ": the program's own window";
+  }
 }
 
 TEST(AdviceAboutACase, WarnsOfStiffSlowSnowNearTheInlet) {
