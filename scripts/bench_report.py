@@ -89,6 +89,6 @@ def tables(data, machine):
     return "\n".join([*machine_lines(data, machine), "", *kernel_lines(found), "", *step_lines(steps), "", *scaling_lines(found), "", *whole_run_lines(data)]).rstrip() + "\n"
 
 
-def replace_between_marks(readme, text):
-    before, rest = readme.split(BEGIN)
-    return f"{before}{BEGIN}\n\n{text}\n{END}{rest.split(END)[1]}"
+def replace_between_marks(readme, text, begin=BEGIN, end=END):
+    before, rest = readme.split(begin)
+    return f"{before}{begin}\n\n{text}\n{end}{rest.split(end)[1]}"

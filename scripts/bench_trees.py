@@ -35,6 +35,11 @@ def run(command, **options):
     return result.stdout
 
 
+def machine():
+    model = re.search(r"model name\s*:\s*(.+)", pathlib.Path("/proc/cpuinfo").read_text(encoding="utf-8"))
+    return f"{model[1] if model else 'unknown'}, {os.cpu_count()} cores"
+
+
 def git(*arguments):
     return run(["git", "-C", ROOT, *arguments]).strip()
 
