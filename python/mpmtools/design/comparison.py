@@ -3,15 +3,11 @@
 from typing import NamedTuple
 
 from mpmtools import equations
+from mpmtools.design.ensemble import snow_cover
 from mpmtools.design.scaling import drag_coefficient, weight_factor
 
 FLOOR = 0.7  # least width factor for w/H < 1 that the paper recommends (Sect. 5)
 LAMBDAS = {"loose": (1.5,), "cold_dense": (2.0, 3.0), "warm_cohesive": (2.0, 3.0)}
-
-
-def snow_cover(plan):
-    """m, under the flow."""
-    return plan["flow"].get("snow_cover_m", 0.0)
 
 
 def guideline_rows(plan):

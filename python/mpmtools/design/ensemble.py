@@ -11,6 +11,11 @@ from mpmtools.wording import counted, verb
 FORMAT_VERSION = 1
 
 
+def snow_cover(plan):
+    """Height of the snow cover or deposit under the flow, m. @param plan  design_plan.json as a dict"""
+    return plan["flow"].get("snow_cover_m", 0.0)
+
+
 class Ensemble:
     """plan: design_plan.json as a dict; runs[snow][grid]: Run, snows and grids (coarse first) in the order of the plan."""
 
@@ -51,8 +56,8 @@ class Ensemble:
 
     @property
     def base(self):
-        """Height of the snow cover or deposit under the flow, m."""
-        return self.plan["flow"].get("snow_cover_m", 0.0)
+        """snow_cover() of the plan, m."""
+        return snow_cover(self.plan)
 
     @property
     def bound(self):

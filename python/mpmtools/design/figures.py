@@ -5,6 +5,7 @@ from matplotlib.cm import ScalarMappable
 from matplotlib.colors import Normalize
 from matplotlib.patches import Rectangle
 
+from mpmtools.design.ensemble import snow_cover
 from mpmtools.design.oscillator import shock_response_spectrum
 from mpmtools.figures.axes import Picture, new_axes, picture
 from mpmtools.plots import STRIP
@@ -23,7 +24,7 @@ def colour(snow):
 
 def mark_heights(axes, plan, values):
     """Flow depth, and the middle snow's heights."""
-    for value, label, style in ((plan["flow"].get("snow_cover_m", 0.0) + plan["flow"]["depth_m"], "surface of the flow", ":"), (values["pressure_height_mean_m"].value, "pressure height", "--"),
+    for value, label, style in ((snow_cover(plan) + plan["flow"]["depth_m"], "surface of the flow", ":"), (values["pressure_height_mean_m"].value, "pressure height", "--"),
                                 (values["runup_p99_mean_m"].value, "run-up, mean", "-.")):
         if np.isfinite(value):
             axes.axhline(value, color=GREY, linestyle=style, linewidth=1.2, label=f"{label}: {value:.3g} m")

@@ -208,8 +208,7 @@ def sensitivity_rows(ensemble, results):
     rows = []
     for name, ends in scaling.ranges_of(plan).items():
         scaled = [scaling.scaled_loads(results, plan, end) for end in ends]
-        part = plan.get("range", {}).get(f"{name}_ratio", 0.2)
-        rows.append((f"{labels[name]} ± {100.0 * part:.0f} %, scaling", *((low / whole - 1.0, high / whole - 1.0) for whole, low, high in (
+        rows.append((f"{labels[name]} ± {100.0 * scaling.half_range(plan, name):.0f} %, scaling", *((low / whole - 1.0, high / whole - 1.0) for whole, low, high in (
             (force, scaled[0][0], scaled[1][0]), (moment, scaled[0][1], scaled[1][1])))))
     chosen = [choose()[0] for choose in (results.design_force, results.design_moment)]
     entries = [results.table[results.governing(key)][key] for key in chosen]

@@ -84,6 +84,15 @@ class Entry(NamedTuple):
     method: str  # how the grid convergence index was found
     note: str  # the same, and whether the known uncertainty is larger
 
+    @property
+    def spread(self):
+        """total, 0 where it is not known."""
+        return 0.0 if math.isnan(self.total) else self.total
+
+    @property
+    def upper(self):
+        return self.value + self.spread
+
 
 class Range(NamedTuple):
     """A quantity over all snows."""
@@ -150,10 +159,9 @@ class Results:
         known = [e for e in entries if math.isfinite(e.value)]
         if not known:
             return Range(*[math.nan] * 5)
-        spread = [0.0 if math.isnan(e.total) else e.total for e in known]
-        least = min(e.value - s for e, s in zip(known, spread))
+        least = min(e.value - e.spread for e in known)
         return Range(max(least, 0.0) if min(e.value for e in known) >= 0.0 else least, min(e.value for e in known), entries[middle].value,
-                     max(e.value for e in known), max(e.value + s for e, s in zip(known, spread)))
+                     max(e.value for e in known), max(e.upper for e in known))
 
     def upper(self, keys):
         """(key, its upper value): the greatest of these that is known; (None, NaN) without any."""
@@ -174,12 +182,12 @@ class Results:
         upper = []
         for keys in (STEADY_FORCES + IMPACT_FORCES, STEADY_MOMENTS + IMPACT_MOMENTS):
             entries = [self.table[snow][key] for key in keys if key in self.table[snow]]
-            upper.append(max((e.value + (0.0 if math.isnan(e.total) else e.total) for e in entries if math.isfinite(e.value)), default=math.nan))
+            upper.append(max((e.upper for e in entries if math.isfinite(e.value)), default=math.nan))
         return tuple(upper)
 
     def governing(self, key):
         """Number of the snow whose value plus uncertainty is greatest."""
-        return int(np.nanargmax([row[key].value + np.nan_to_num(row[key].total) for row in self.table]))
+        return int(np.nanargmax([row[key].upper for row in self.table]))
 
     def line_loads(self, plan):
         """(lower edges of z, upper edges, {name: N/m}): loads whose integral and moment about the ground are the upper values of the page.

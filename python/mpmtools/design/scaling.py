@@ -10,6 +10,7 @@ import math
 from typing import NamedTuple
 
 from mpmtools import equations
+from mpmtools.design.ensemble import snow_cover
 
 INERTIA, WEIGHT = (0.179, 0.203), (0.608, 1.693)  # logarithms at M' = 0, and their slopes
 FITTED = (0.4, 1.53)  # M'
@@ -37,15 +38,19 @@ class Factors(NamedTuple):
     error: float  # of force and moment, root mean square over the study's runs
 
 
+def _factor(logarithm, friction):
+    """M' beyond the fit counts as its end."""
+    return math.exp(logarithm[0] + logarithm[1] * min(max(friction, FITTED[0]), FITTED[1]))
+
+
 def weight_factor(friction):
     """Force over the hydrostatic one, rho g H^2 w / 2, in slow flow."""
-    return math.exp(WEIGHT[0] + WEIGHT[1] * min(max(friction, FITTED[0]), FITTED[1]))
+    return _factor(WEIGHT, friction)
 
 
 def drag_coefficient(friction, froude):
-    """c_D of a square mast as wide as the flow is deep. M' beyond the fit counts as its end."""
-    friction = min(max(friction, FITTED[0]), FITTED[1])
-    return math.exp(INERTIA[0] + INERTIA[1] * friction) + weight_factor(friction) / froude**2
+    """c_D of a square mast as wide as the flow is deep."""
+    return _factor(INERTIA, friction) + weight_factor(friction) / froude**2
 
 
 def scaling_error(ratio):
@@ -71,10 +76,15 @@ def avalanche_of(plan):
     return Avalanche(flow["depth_m"], flow["velocity_m_s"], flow["density_kg_m3"])
 
 
+def half_range(plan, name):
+    """Over the value. @param name  of Avalanche"""
+    return plan.get("range", {}).get(f"{name}_ratio", 0.2)
+
+
 def ranges_of(plan):
     """{name: (Avalanche at the lower, at the upper end)} of density, depth and speed, one at a time."""
-    computed, given = avalanche_of(plan), plan.get("range", {})
-    return {name: tuple(computed._replace(**{name: getattr(computed, name) * (1.0 + sign * given.get(f"{name}_ratio", 0.2))})
+    computed = avalanche_of(plan)
+    return {name: tuple(computed._replace(**{name: getattr(computed, name) * (1.0 + sign * half_range(plan, name))})
                         for sign in (-1.0, 1.0)) for name in ("velocity", "depth", "density")}
 
 
@@ -87,7 +97,7 @@ def corners_of(plan):
 
 def scaled_loads(results, plan, other):
     """(force, N; moment about the ground, N m; error of the scaling): upper values of the headline for another avalanche, over all snows."""
-    base = plan["flow"].get("snow_cover_m", 0.0)
+    base = snow_cover(plan)
     computed, gravity = avalanche_of(plan), plan["flow"]["gravity_m_s2"]
     forces, moments, worst = [], [], 0.0
     for number, snow in enumerate(plan["snows"]):
