@@ -38,7 +38,7 @@ h3 { font-size: 1rem; margin: 1.5rem 0 .4rem; }
 a { color: var(--accent); text-decoration: none; } a:hover { text-decoration: underline; }
 code { font: .88em ui-monospace, "DejaVu Sans Mono", monospace; background: var(--tint); padding: .1em .3em; border-radius: 3px; overflow-wrap: anywhere; }
 .lead { color: var(--soft); margin: 0 0 1rem; max-width: 80ch; }
-.verdict { font-weight: 650; white-space: nowrap; } .ok { color: var(--good); } .failed { color: var(--bad); } .known { color: #8a5a00; }
+.verdict { font-weight: 650; white-space: nowrap; } td.verdict { white-space: normal; } .ok { color: var(--good); } .failed { color: var(--bad); } .known { color: #8a5a00; }
 .score { display: flex; gap: .3rem 2rem; flex-wrap: wrap; align-items: baseline; padding: .9rem 1.1rem; border: 1px solid var(--line);
   border-left: 5px solid var(--good); border-radius: 4px; margin: 1rem 0 1.2rem; background: var(--tint); }
 .score.bad { border-left-color: var(--bad); } .score.missed { border-left-color: #8a5a00; }
