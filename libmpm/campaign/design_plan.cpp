@@ -55,12 +55,11 @@ double duration_of(const Site& site) {
 /// it.
 CompactWindow window_of(const Site& site) {
   const SiteMast& mast = site.mast;
-  const double cos = std::cos(mast.angle), sin = std::abs(std::sin(mast.angle)), depth = mast.depth.value_or(mast.width);
+  const Eigen::AlignedBox2d plan =
+      BoxShape{mast.width, mast.depth.value_or(mast.width), mast.angle}.outline().bounds();  // or of a cylinder
   const WindowFlow flow{
       .froude = froude_number(site.flow.velocity, site.flow.depth, site.gravity()), .height = site.flow.depth, .critical_state_ratio = 0.0};
-  const bool turned = mast.angle != 0.0;
-  const CompactWindow window =
-      compact_window(flow, turned ? mast.width * cos + depth * sin : mast.width, turned ? depth * cos + mast.width * sin : depth);
+  const CompactWindow window = compact_window(flow, plan.sizes().y(), plan.max().x());
   const auto whole = [&](double length) { return mast.width * std::ceil(length / mast.width - 1e-9); };
   return {2.0 * whole(0.5 * window.width), whole(window.upstream_length), whole(window.downstream_length)};
 }
