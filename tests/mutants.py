@@ -64,6 +64,8 @@ MUTATIONS = [
              "solid.friction(), 0.5 * density * dx * dt, group)", "solid.friction(), 0.125 * density * dx * dt, group)", ("plate_in_jet",)),
     Mutation("edge_margin", "the points of an obstacle's sides reach to its edges", "libmpm/boundary/contact_stencil.hpp",
              "edge_margin = 0.2;", "edge_margin = 0.0;", ("punch", "plate_in_jet")),
+    Mutation("margin_at_rest", "the margins of an obstacle's sides let material in that stands round the edge",
+             "libmpm/boundary/contact_stencil.cpp", "side.margin / other.width", "0.0 / other.width", ("fluid_at_rest", "hydrostatic_pile_up")),
     Mutation("particle_contact", "particles may be a cell behind the surface of an obstacle", "libmpm/core/particle_contact.hpp",
              "depth = 0.05;", "depth = 1.0;", ("hydrostatic_pile_up",)),
     Mutation("shock_viscosity", "the viscosity of shocks is a tenth", "libmpm/core/numerics.hpp",

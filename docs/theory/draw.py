@@ -155,17 +155,20 @@ def contact_points():
     nodes(axes, 9, 7)
     left, right, low, high = 3.3, 7.3, 1.45, 5.45
     axes.add_patch(Polygon([(left, low), (right, low), (right, high), (left, high)], facecolor="0.86", edgecolor="0.25", linewidth=1.6))
-    spots = [(left, low + 0.5 + i) for i in range(4)]
+    along, margins = [0.2 + 0.9 * (i + 0.5) for i in range(4)], [0.1, 3.9]
+    spots = [(left, low + s) for s in along]
     axes.scatter(*zip(*spots), s=46, color=RED, zorder=4)
-    others = [(left + 0.5 + i, y) for i in range(4) for y in (low, high)] + [(right, low + 0.5 + i) for i in range(4)]
+    others = [(left + s, y) for s in along for y in (low, high)] + [(right, low + s) for s in along]
     axes.scatter(*zip(*others), s=22, color=RED, alpha=0.6, zorder=4)
+    at_edges = [(x, low + s) for s in margins for x in (left, right)] + [(left + s, y) for s in margins for y in (low, high)]
+    axes.scatter(*zip(*at_edges), s=22, facecolors="white", edgecolors=RED, zorder=4)
     for (x, y), length in zip(spots, (0.35, 1.0, 1.0, 0.35)):
         arrow(axes, (x, y), (x - length, y), RED)
     x, y = spots[1]
     near = [(i, j) for i in range(2, 5) for j in range(2, 5)]
     axes.scatter(*zip(*near), s=30, facecolors="none", edgecolors=BLUE, linewidths=1.4, zorder=5)
     axes.annotate("nodes through which\nthis point acts", (2.02, 3.98), (0.1, 5.7), arrowprops={"arrowstyle": "->", "color": BLUE}, color=BLUE, fontsize=9)
-    axes.annotate("less at the edges", (2.95, low + 0.5), (0.1, 0.4), arrowprops={"arrowstyle": "->", "color": RED}, color=RED, fontsize=9)
+    axes.annotate("less at the edges;\nopen points: only with material at rest round the edge", (2.95, low + 0.65), (0.1, 0.1), arrowprops={"arrowstyle": "->", "color": RED}, color=RED, fontsize=9)
     for j in (2.2, 3.4, 4.6):
         arrow(axes, (-1.2, j), (-0.3, j), GREY)
     axes.text(-1.2, 5.0, "flow", color=GREY)

@@ -60,32 +60,45 @@ double free_ratio(double first, double next) {
 
 std::vector<SurfacePoint> points_of_polygon(const Outline& outline, double cell_size) {
   constexpr int fewest = 3;  // a side with fewer points has no inner point to compare its ends with
-  struct Points {
-    int first, count;
+  struct Strips {            // of a side
+    int first;               // point of the first
+    int count;               // between the margins
+    double width, margin;    // cells
+    [[nodiscard]] int start() const { return first + (margin > 0.0 ? 1 : 0); }
+    [[nodiscard]] int end() const { return start() + count - 1; }
   };
   std::vector<SurfacePoint> points;
-  std::vector<Points> sides;
+  const auto point = [&](int number) -> SurfacePoint& { return points[static_cast<std::size_t>(number)]; };
+  std::vector<Strips> sides;
   for (const Outline::Side& side : outline.sides()) {
     const Vec2 whole = (side.to - side.from) / cell_size;
     const double length = whole.norm();
     const auto count_of = [&](double margin) { return std::max(1, static_cast<int>(std::lround(length - 2.0 * margin))); };
     const double margin = count_of(ContactStencil::edge_margin) < fewest ? 0.0 : ContactStencil::edge_margin;
     const int count = count_of(margin);
-    const double apart = (length - 2.0 * margin) / count;
-    sides.push_back({static_cast<int>(points.size()), count});
-    for (int i = 0; i < count; ++i) points.push_back({side.from / cell_size + (margin + (i + 0.5) * apart) / length * whole, side.normal});
+    const Strips& strips = sides.emplace_back(Strips{static_cast<int>(points.size()), count, (length - 2.0 * margin) / count, margin});
+    const auto add = [&](double from_edge) { points.push_back({(side.from / cell_size) + from_edge / length * whole, side.normal}); };
+    if (margin > 0.0) add(0.5 * margin);
+    for (int i = 0; i < count; ++i) add(margin + (i + 0.5) * strips.width);
+    if (margin > 0.0) add(length - 0.5 * margin);
     if (count < fewest) continue;
-    const double strip = margin + apart;
-    const EdgeBound edge{.strip = strip * cell_size, .at_rest = strip / apart, .free = free_ratio(strip, apart)};
-    SurfacePoint &start = points[points.size() - static_cast<std::size_t>(count)], &end = points.back();
-    start.edge = end.edge = edge;
-    start.edge.inner = sides.back().first + 1;
-    end.edge.inner = sides.back().first + count - 2;
+    const double end = margin + strips.width;
+    point(strips.start()).edge =
+        point(strips.end()).edge = {.strip = end * cell_size, .at_rest = end / strips.width, .free = free_ratio(end, strips.width)};
+    point(strips.start()).edge.neighbour = strips.start() + 1;
+    point(strips.end()).edge.neighbour = strips.end() - 1;
   }
   for (std::size_t s = 0; s < sides.size(); ++s) {
-    const Points &side = sides[s], &before = sides[(s + sides.size() - 1) % sides.size()], &after = sides[(s + 1) % sides.size()];
-    points[static_cast<std::size_t>(side.first)].round = before.first + before.count - 1;
-    points[static_cast<std::size_t>(side.first + side.count - 1)].round = after.first;
+    const Strips &side = sides[s], &before = sides[(s + sides.size() - 1) % sides.size()], &after = sides[(s + 1) % sides.size()];
+    point(side.start()).round = before.end();
+    point(side.end()).round = after.start();
+    if (side.margin == 0.0) continue;
+    const auto compare = [&](SurfacePoint& in_margin, const Strips& other, int end) {
+      const double share = side.margin / other.width;
+      in_margin.edge = {.neighbour = end, .strip = side.margin * cell_size, .at_rest = share, .free = 0.0};
+    };
+    compare(point(side.start() - 1), before, before.end());
+    compare(point(side.end() + 1), after, after.start());
   }
   return points;
 }
@@ -190,7 +203,7 @@ void add_columns(StencilBuilder& builder, const Outline& outline, double cell_si
     const auto inner = std::ranges::find(places, at, &Place::at);
     if (inner == places.end() || inner->depth < p.depth + rounding) continue;  // too narrow for an inner column
     const double strip = p.depth + 0.5, next = std::min(inner->depth + 0.5, 1.0);
-    columns.back().edge = {.inner = static_cast<int>(inner - places.begin()),
+    columns.back().edge = {.neighbour = static_cast<int>(inner - places.begin()),
                            .strip = strip * cell_size,
                            .at_rest = strip / next,
                            .free = root_law(p.depth) / root_law(inner->depth)};
@@ -220,6 +233,7 @@ std::vector<int> add_surface_rows(StencilBuilder& builder, const std::vector<Sur
 void link_rows(StencilBuilder& builder, const std::vector<SurfacePoint>& points, const std::vector<int>& row_of) {
   // of a point behind a mirror plane the row of its image: where an edge is on the plane, that of the point before the edge itself
   const auto row_or_image = [&](int point) {
+    if (point < 0) return -1;
     if (const int row = row_of[static_cast<std::size_t>(point)]; row >= 0) return row;
     const Vec2 image = builder.image(points[static_cast<std::size_t>(point)].at);
     for (std::size_t p = 0; p < points.size(); ++p) {
@@ -228,10 +242,10 @@ void link_rows(StencilBuilder& builder, const std::vector<SurfacePoint>& points,
     return -1;
   };
   for (std::size_t p = 0; p < points.size(); ++p) {
-    if (row_of[p] < 0 || points[p].edge.inner < 0) continue;
+    if (row_of[p] < 0 || points[p].edge.neighbour < 0) continue;
     ContactRow& row = builder.stencil.rows[static_cast<std::size_t>(row_of[p])];
     row.edge = points[p].edge;
-    row.edge.inner = row_or_image(points[p].edge.inner);
+    row.edge.neighbour = row_or_image(points[p].edge.neighbour);
     row.round = row_or_image(points[p].round);
   }
 }

@@ -27,6 +27,10 @@
 ///   point.
 /// The impulse of the end point is therefore at most that at rest less the smaller of Bernoulli's bound and the difference of the two.
 ///
+/// Material at rest round the edge presses on both of its sides and on the margins, which would let it in. Each margin has a point of its
+/// own, whose impulse is at most that of the end point of the side round the edge, by width, less Bernoulli's bound for the fastest node.
+/// Where a flow leaves the edge, the side round it is free; where it parts at an apex, it is fast. In both the margin takes nothing.
+///
 /// The sides are vertical, so that the conditions of the layers of nodes are independent: one stencil serves all layers.
 ///
 /// Top and underside act on columns of nodes (core/folded_wall.hpp). A column represents the strip of the face within half a cell of it.
@@ -42,16 +46,19 @@
 
 namespace mpm {
 
-/// What bounds the impulse of the last strip of a face before an edge.
+/// What bounds the impulse of a strip of a face at an edge.
 struct EdgeBound {
-  int inner = -1;                    ///< number of what acts on the next strip; -1: no bound
+  int neighbour = -1;                ///< number of what acts on the strip to compare with; -1: no bound
   double strip = 0.0;                ///< its width, m
-  double at_rest = 1.0, free = 1.0;  ///< impulse over that of `inner`: under a uniform pressure; where a flow leaves the edge
+  double at_rest = 1.0, free = 1.0;  ///< impulse over that of the neighbour: under a uniform pressure; where a flow leaves the edge
 
-  /// @param inner_impulse  of the next strip, towards the face. @param fall  impulse of the dynamic pressure along the face on this strip
+  /// Of the point in a margin, not of an end point.
+  [[nodiscard]] bool in_margin() const { return free == 0.0; }
+
+  /// @param neighbour_impulse  towards the face. @param fall  impulse of the dynamic pressure along the face on this strip
   template <class T>
-  [[nodiscard]] T largest(const T& inner_impulse, const T& fall) const {
-    return at_rest * inner_impulse - min((at_rest - free) * inner_impulse, fall);
+  [[nodiscard]] T largest(const T& neighbour_impulse, const T& fall) const {
+    return at_rest * neighbour_impulse - min((at_rest - free) * neighbour_impulse, fall);
   }
 };
 
@@ -61,8 +68,8 @@ struct ContactRow {
   enum class Kind { surface, extension } kind = Kind::surface;  ///< which of them
   std::size_t first = 0, count = 0;                             ///< its entries
   Vec2 point = Vec2::Zero();                                    ///< m: on the surface, or the node that is extended to
-  EdgeBound edge;                                               ///< of the end point of a side with at least three points
-  int round = -1;                                               ///< of such a point: row of the end point of the adjacent side
+  EdgeBound edge;                                               ///< of the end points of a side with at least three, and of its margins
+  int round = -1;                                               ///< of an end point: row of the end point of the adjacent side
   int surface = -1;     ///< of an extension: the row of the surface before it; the extension acts only while that row is in contact
   double copies = 1.0;  ///< 2 for a point on a mirror plane: it is its own image, and its impulse here is half of the whole
 };
@@ -82,9 +89,9 @@ struct ContactStencil {
     std::array<int, 2> at{};  ///< grid coordinates x, y
     double computed = 1.0;    ///< fraction of its mass in the computed part: a half on a mirror plane
   };
-  /// Cells at both ends of a long side without points. Calibrated with a plate in a jet (force 0.99 to 1.01 of the exact one with six and
-  /// seven cells) and with a fluid at rest before a dam (0.997 with four cells); judged by other cases. 0.25 and 0.3: the dam 0.996 and
-  /// 0.981, Prandtl's punch 1.06 and 1.05 in place of 1.07.
+  /// Cells at both ends of a long side whose points act only with material round the edge. Calibrated with a plate in a jet (force 0.99 to
+  /// 1.01 of the exact one with six and seven cells); judged by other cases. 0.25 and 0.3: the plate 0.98 to 1.01 and 0.97 to 1.00,
+  /// Prandtl's punch with eight cells 1.06 and 1.05 in place of 1.07.
   static constexpr double edge_margin = 0.2;
   static constexpr int points_on_circle = 2;  ///< of one cell's length
   static constexpr double deep_from = 1.6;    ///< cells behind a surface: beyond the support of the points on it
@@ -96,7 +103,7 @@ struct ContactStencil {
   /// A column of nodes on the top or the underside.
   struct Column {
     int node = 0;    ///< number in ContactStencil::nodes
-    EdgeBound edge;  ///< `inner` in ContactStencil::columns: the next one inwards
+    EdgeBound edge;  ///< `neighbour` in ContactStencil::columns: the next one inwards
   };
   std::vector<PlaneNode> nodes;       ///< referred to by index in rows, deep and columns
   std::vector<ContactRow> rows;       ///< those of the surface first

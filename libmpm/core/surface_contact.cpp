@@ -14,6 +14,7 @@ namespace {
 
 constexpr int sweeps = 8;
 constexpr int first_capped_sweep = 2;     ///< the caps compare impulses, which must be approximately right first
+constexpr double apex_factor = 4.0;       ///< square of the speed of a flow over that at the nodes around an apex, where it parts
 constexpr double least_weight = 0.3;      ///< sum of the weights of a point's nodes with material; below it the point has no contact
 constexpr int group_layers = lane_count;  ///< solved at once
 constexpr int group_blocks = group_layers / block_edge;
@@ -165,6 +166,16 @@ Lanes squared_speed_along(const ContactStencil& stencil, const ContactRow& row, 
   return ut * ut + uz * uz;
 }
 
+/// Square of the largest velocity of a point's nodes.
+Lanes largest_squared_speed(const ContactStencil& stencil, const ContactRow& row, const LayerGroup& group) {
+  Lanes largest{};
+  for (std::size_t e = row.first; e < row.first + row.count; ++e) {
+    const LayerGroup::NodeLanes& node = group.node[static_cast<std::size_t>(stencil.entries[e].node)];
+    largest = max(largest, node.v[0] * node.v[0] + node.v[1] * node.v[1] + node.v[2] * node.v[2]);
+  }
+  return largest;
+}
+
 /// Each sweep solves the extensions, then the points, so that the points hold at its end; every other sweep backwards.
 /// @param dynamic  impulse of the dynamic pressure over the square of the velocity, on a strip of a layer one metre wide: rho/2 dx dt
 void solve_rows(const ContactStencil& stencil, double friction, double dynamic, LayerGroup& group) {
@@ -180,14 +191,16 @@ void solve_rows(const ContactStencil& stencil, double friction, double dynamic, 
       const std::size_t r = in_turn(i, points);
       const ContactRow& row = stencil.rows[r];
       Lanes bound = unbounded;
-      if (const EdgeBound& edge = row.edge; edge.inner >= 0 && sweep >= first_capped_sweep) {
+      if (const EdgeBound& edge = row.edge; edge.neighbour >= 0 && (edge.in_margin() || sweep >= first_capped_sweep)) {
         const auto impulse_of = [&](int other) {
           if (other < 0) return Lanes{};
           const auto o = static_cast<std::size_t>(other);
           return -group.row[o].normal * (stencil.rows[o].copies / row.copies);
         };
-        const Lanes fall = dynamic * edge.strip / row.copies * squared_speed_along(stencil, row, group);
-        bound = max(edge.largest(impulse_of(edge.inner), fall), impulse_of(row.round));
+        const Lanes squared_speed =
+            edge.in_margin() ? apex_factor * largest_squared_speed(stencil, row, group) : squared_speed_along(stencil, row, group);
+        const Lanes fall = dynamic * edge.strip / row.copies * squared_speed;
+        bound = max(edge.largest(impulse_of(edge.neighbour), fall), impulse_of(row.round));
       }
       if (friction > 0.0) {
         solve_row<true>(stencil, row, friction, bound, group, group.row[r]);

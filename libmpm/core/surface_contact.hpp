@@ -28,7 +28,8 @@ struct ContactImpulse {
 
 /// Changes the velocities of nodes near a solid so that its conditions hold: eight Gauss-Seidel sweeps over the rows of each layer, in
 /// alternating direction, projected: no tension, friction within Coulomb's cone, an extension only behind a point that is in contact. The
-/// ends of a side take at most what EdgeBound leaves them of the impulse of the next point, or as much as the end round the edge. In
+/// ends of a side take at most what EdgeBound leaves them of the impulse of the next point, or as much as the end round the edge, from the
+/// third sweep on; points in margins are bounded from the first, because later sweeps do not undo what they took before. In
 /// a flow the velocities are near their solution from the step before, and more sweeps change no force; eight leave up to 7 % of the speed
 /// of a sudden impact.
 ///

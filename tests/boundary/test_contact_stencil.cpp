@@ -4,6 +4,7 @@
 
 #include <array>
 #include <cmath>
+#include <iterator>
 #include <map>
 #include <numbers>
 #include <random>
@@ -204,15 +205,21 @@ TEST_P(Stencil, HasItsPointsAboutACellApartAndInsideTheSidesOnACircleHalfACell) 
       const double t = (point - from).dot(along) / along.squaredNorm();
       if (t > 0.0 && t < 1.0 && (point - from - t * along).norm() < 1e-9) shares.insert(t);
     }
-    const auto count = static_cast<double>(shares.size());
     ASSERT_FALSE(shares.empty());
+    all += shares.size();
     const double cells = along.norm() / dx;
     const double margin = cells - 2.0 * ContactStencil::edge_margin > 2.5 - 1e-9 ? ContactStencil::edge_margin : 0.0;  // of a long side
+    if (margin > 0.0) {
+      EXPECT_NEAR(*shares.begin() * cells, 0.5 * margin, 1e-9);
+      EXPECT_NEAR((1.0 - *shares.rbegin()) * cells, 0.5 * margin, 1e-9);
+      shares.erase(shares.begin());
+      shares.erase(std::prev(shares.end()));
+    }
+    const auto count = static_cast<double>(shares.size());
     EXPECT_TRUE(count == 1.0 || std::abs(cells - 2.0 * margin - count) <= 0.5 + 1e-9) << "the nearest whole number of cells";
     EXPECT_LT(cells, count + 2.0 * margin + 0.5 + 1e-9);
     double i = 0.5;
     for (const double t : shares) EXPECT_NEAR(t * cells, margin + i++ * (cells - 2.0 * margin) / count, 1e-9);
-    all += shares.size();
   }
   EXPECT_EQ(all, points.size()) << "each on one side";
 }
@@ -226,40 +233,52 @@ double root_integral(double from, double to) {
 TEST_P(Stencil, ComparesTheEndsOfALongSideWithTheNextPointAndWithThatRoundTheEdge) {
   std::map<std::array<long, 2>, std::vector<std::size_t>> by_normal;
   for (const std::size_t r : rows_of(whole, Kind::surface)) by_normal[key(normal_of(whole, whole.rows[r]))].push_back(r);
-  std::size_t ends = 0;
+  const auto from_corner = [&](const Vec2& at) {
+    double least = 1e9;
+    for (const Outline::Side& side : outline.sides()) least = std::min(least, (side.from - at).norm());
+    return least;
+  };
+  const auto row_at = [&](int number) -> const ContactRow& { return whole.rows[static_cast<std::size_t>(number)]; };
+  std::size_t ends = 0, margins = 0;
   for (const auto& [normal, side] : by_normal) {
     for (const std::size_t r : side) {
       const ContactRow& row = whole.rows[r];
       if (side.size() < 3 || outline.circle()) {
-        EXPECT_EQ(row.edge.inner, -1);
+        EXPECT_EQ(row.edge.neighbour, -1);
         continue;
       }
-      if (row.edge.inner < 0) continue;
+      if (row.edge.neighbour < 0) continue;
+      const ContactRow& neighbour = row_at(row.edge.neighbour);
+      if (key(normal_of(whole, neighbour)) != normal) {  // in the margin: as much as the end round the edge, by width
+        ++margins;
+        EXPECT_NEAR(row.edge.strip, ContactStencil::edge_margin * dx, 1e-12);
+        EXPECT_NEAR(from_corner(row.point), 0.5 * row.edge.strip, 1e-9);
+        EXPECT_LT(from_corner(neighbour.point), 1.5 * dx);
+        EXPECT_NEAR(row.edge.at_rest, row.edge.strip / (neighbour.edge.strip - row.edge.strip), 1e-9) << "uniform pressure";
+        EXPECT_TRUE(row.edge.in_margin());
+        continue;
+      }
       ++ends;
-      const Vec2 inner = whole.rows[static_cast<std::size_t>(row.edge.inner)].point,
-                 round = whole.rows[static_cast<std::size_t>(row.round)].point;
-      EXPECT_EQ(key(normal_of(whole, whole.rows[static_cast<std::size_t>(row.edge.inner)])), normal) << "on the same side";
-      EXPECT_NE(key(normal_of(whole, whole.rows[static_cast<std::size_t>(row.round)])), normal) << "on another";
-      // no point of the side is nearer than the inner one, and the edge bounds the strip that reaches half-way to it
+      EXPECT_FALSE(row.edge.in_margin());
+      const Vec2 inner = neighbour.point, round = row_at(row.round).point;
+      EXPECT_NE(key(normal_of(whole, row_at(row.round))), normal) << "on another side";
+      // no end is nearer to the inner point, and the edge bounds the strip that reaches half-way to it
       const double gap = (inner - row.point).norm();
-      for (const std::size_t other : side) EXPECT_TRUE(other == r || (whole.rows[other].point - row.point).norm() > gap - 1e-9);
       const Vec2 edge = row.point + (row.edge.strip / gap - 0.5) * (row.point - inner);
       EXPECT_NEAR(row.edge.at_rest, row.edge.strip / gap, 1e-9) << "uniform pressure";
       EXPECT_NEAR(row.edge.free, root_integral(0.0, row.edge.strip) / root_integral(row.edge.strip, row.edge.strip + gap), 1e-9)
           << "a free jet";
-      double from_corner = 1e9, round_from_corner = 1e9;
-      for (const Outline::Side& other : outline.sides()) {
-        const Vec2& corner = other.from;
-        from_corner = std::min(from_corner, (corner - edge).norm());
-        round_from_corner = std::min(round_from_corner, (round - edge).norm());
-      }
-      EXPECT_LE(from_corner, 1e-9);
-      EXPECT_LE(round_from_corner, 1.5 * dx + 1e-9) << "half a side of one point, which has less than 3 cells";
+      EXPECT_LE(from_corner(edge), 1e-9);
+      EXPECT_LE((round - edge).norm(), 1.5 * dx + 1e-9) << "half a side of one point, which has less than 3 cells";
     }
   }
-  std::size_t long_sides = 0;
-  for (const auto& [normal, side] : by_normal) long_sides += side.size() >= 3 && !outline.circle();
+  std::size_t long_sides = 0, with_margins = 0;
+  for (const auto& [normal, side] : by_normal) {
+    long_sides += side.size() >= 3 && !outline.circle();
+    with_margins += side.size() >= 5 && !outline.circle();  // three, and one in each margin
+  }
   EXPECT_EQ(ends, 2 * long_sides);
+  EXPECT_EQ(margins, 2 * with_margins);
 }
 
 TEST_P(Stencil, KnowsTheNodesInsideAndThoseBeyondTheReachOfItsPoints) {
@@ -310,12 +329,12 @@ TEST_P(Stencil, BoundsTheColumnsOfItsTopAtEdgesByTheirStrips) {
     const double depth = depth_of(column);
     has_inside |= depth > 1.0;
     if (depth > 0.5 + 1e-6) {
-      EXPECT_EQ(column.edge.inner, -1) << "only the last before an edge";
+      EXPECT_EQ(column.edge.neighbour, -1) << "only the last before an edge";
     }
-    if (column.edge.inner < 0) continue;
+    if (column.edge.neighbour < 0) continue;
     ++bounded;
-    ASSERT_LT(column.edge.inner, static_cast<int>(i)) << "what bounds is known before what is bounded";
-    const ContactStencil::Column& inner = whole.columns[static_cast<std::size_t>(column.edge.inner)];
+    ASSERT_LT(column.edge.neighbour, static_cast<int>(i)) << "what bounds is known before what is bounded";
+    const ContactStencil::Column& inner = whole.columns[static_cast<std::size_t>(column.edge.neighbour)];
     const Place &here = whole.nodes[static_cast<std::size_t>(column.node)].at,
                 &there = whole.nodes[static_cast<std::size_t>(inner.node)].at;
     EXPECT_LE(std::max(std::abs(here[0] - there[0]), std::abs(here[1] - there[1])), 1) << "neighbours";
@@ -333,7 +352,7 @@ TEST_P(Stencil, BoundsTheColumnsOfItsTopAtEdgesByTheirStrips) {
 /// mirror image needs.
 TEST(Stencils, OfABoxOnPlanesOfNodesAreSymmetricAboutItsSides) {
   const ContactStencil stencil = contact_stencil(BoxShape{.width = 2.0, .depth = 1.0}.outline(), dx, {false, false});
-  EXPECT_EQ(rows_of(stencil, Kind::surface).size(), 2U * (8U + 4U));
+  EXPECT_EQ(rows_of(stencil, Kind::surface).size(), 2U * (8U + 4U) + 8U) << "one in each margin, too";
   EXPECT_EQ(stencil.columns.size(), 5U * 9U);
   for (const std::size_t r : rows_of(stencil, Kind::surface)) {
     const ContactRow& row = stencil.rows[r];

@@ -601,14 +601,22 @@ inline void Solver::act_at_surface(const SurfaceSolid& solid, double dt) {
         const std::size_t r = forward ? i : points - 1 - i;
         const ContactRow& row = stencil.rows[r];
         double strongest = 1e300;
-        if (const EdgeBound& edge = row.edge; edge.inner >= 0 && sweep >= first_capped) {
+        if (const EdgeBound& edge = row.edge; edge.neighbour >= 0 && (edge.in_margin() || sweep >= first_capped)) {
           Vec2 along = Vec2::Zero();  // velocity along the side at the point
           for (const ContactEntry& e : entries_of(row)) {
             const Node* n = node[static_cast<std::size_t>(e.node)];
             if (n != nullptr) along += Vec2(e.tangent.dot(n->v.head<2>()), e.vertical * n->v.z());
           }
-          const double inner = -rows[static_cast<std::size_t>(edge.inner)].normal;
-          const double fall = 0.5 * law_.density * along.squaredNorm() * edge.strip * dx_ * dt;
+          const double inner = -rows[static_cast<std::size_t>(edge.neighbour)].normal;
+          double squared_speed = along.squaredNorm();
+          if (edge.in_margin()) {  // that of the flow, up to twice the largest of the nodes
+            squared_speed = 0.0;
+            for (const ContactEntry& e : entries_of(row)) {
+              const Node* n = node[static_cast<std::size_t>(e.node)];
+              if (n != nullptr) squared_speed = std::max(squared_speed, 4.0 * n->v.squaredNorm());
+            }
+          }
+          const double fall = 0.5 * law_.density * squared_speed * edge.strip * dx_ * dt;
           strongest = edge.at_rest * inner - std::min((edge.at_rest - edge.free) * inner, fall);
           if (row.round >= 0) strongest = std::max(strongest, -rows[static_cast<std::size_t>(row.round)].normal);
         }

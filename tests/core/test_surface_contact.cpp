@@ -136,7 +136,7 @@ TEST_P(SurfaceContact, StopsWhatFliesAgainstTheSurface) {
       const double left = approach(grid, solid.stencil(), row, 2);
       if (std::isnan(left)) continue;
       ++rows;
-      (row.edge.inner >= 0 ? end : worst) = std::max(row.edge.inner >= 0 ? end : worst, left);
+      (row.edge.neighbour >= 0 ? end : worst) = std::max(row.edge.neighbour >= 0 ? end : worst, left);
     }
     EXPECT_GT(rows, 5);
     // A point and the next have a part of their nodes' weights in common, a half where they are a cell apart: what one gives disturbs the
@@ -327,7 +327,7 @@ TEST_P(SurfaceContact, FoldsTheColumnsOnItsTop) {
         const Vec3 v = velocity_of(n), free = velocity_of(*find_node(before, at)), whole = velocity_of(*find_node(folded, at));
         if (column == columns.end()) {
           EXPECT_EQ(v, free) << at[0] << ' ' << at[1] << ' ' << at[2];
-        } else if (column->second.edge.inner < 0) {
+        } else if (column->second.edge.neighbour < 0) {
           EXPECT_EQ(v, whole) << at[0] << ' ' << at[1] << ' ' << at[2];
           held += v != free;
         } else {
@@ -341,8 +341,8 @@ TEST_P(SurfaceContact, FoldsTheColumnsOnItsTop) {
       EXPECT_GT(held, 5);
       EXPECT_GT(in_part, 0);
       for (const auto& [at, column] : columns) {  // impulse of the column over what it may take
-        if (column.edge.inner < 0) continue;
-        const auto& inner = solid.stencil().columns[static_cast<std::size_t>(column.edge.inner)];
+        if (column.edge.neighbour < 0) continue;
+        const auto& inner = solid.stencil().columns[static_cast<std::size_t>(column.edge.neighbour)];
         EXPECT_LE(column_impulse(before, after, at),
                   column.edge.at_rest * column_impulse(before, after, solid.stencil().nodes[static_cast<std::size_t>(inner.node)].at) +
                       round_off * speed);
