@@ -74,23 +74,23 @@ double time_left(const CampaignCost& cost, std::ptrdiff_t runs_at_once) {
 }
 
 /// The summary at the end of `run`, and of `status`.
-void print_status(const Campaign& campaign, const std::vector<RunStatus>& status, const fs::path& out, int jobs, bool list) {
+void print_status(std::FILE* to, const Campaign& campaign, const std::vector<RunStatus>& status, const fs::path& out, int jobs, bool list) {
   const auto count = [&](RunState s) { return count_of(s, status); };
-  fmt::print("{}: {} in {}: {} done, {} running, {} failed, {} to do\n", campaign.plan.title.empty() ? "campaign" : campaign.plan.title,
+  fmt::print(to, "{}: {} in {}: {} done, {} running, {} failed, {} to do\n", campaign.plan.title.empty() ? "campaign" : campaign.plan.title,
              counted(campaign.runs.size(), "run"), out.string(), count(RunState::done), count(RunState::running), count(RunState::failed),
              count(RunState::to_do));
   if (const auto stored = std::ranges::count(status, true, &RunStatus::stored); stored > 0)
-    fmt::print("{} of the done ones are rows of stored results, not of this folder\n", stored);
+    fmt::print(to, "{} of the done ones are rows of stored results, not of this folder\n", stored);
   if (campaign.unused_rows > 0) {
-    fmt::print("{} of the stored results left out: no run of the plan has their case and duration, or another row is of the same\n",
+    fmt::print(to, "{} of the stored results left out: no run of the plan has their case and duration, or another row is of the same\n",
                counted(campaign.unused_rows, "row"));
   }
   if (campaign.duplicates > 0)
-    fmt::print("{} of the plan left out because of an earlier one of the same case\n", counted(campaign.duplicates, "row"));
+    fmt::print(to, "{} of the plan left out because of an earlier one of the same case\n", counted(campaign.duplicates, "row"));
   const CampaignCost cost = cost_of(campaign, status);
   const std::ptrdiff_t runs_at_once = at_once(status, jobs);
   fmt::print(
-      "work: {:.3g} particle-steps in all, {:.3g} left ({:.0f} %); {:.3g} million a second and run ({}): {} left with {} at a time\n",
+      to, "work: {:.3g} particle-steps in all, {:.3g} left ({:.0f} %); {:.3g} million a second and run ({}): {} left with {} at a time\n",
       cost.particle_steps, cost.left, cost.particle_steps > 0.0 ? 100.0 * cost.left / cost.particle_steps : 0.0,
       1e-6 * cost.particle_steps_per_s, cost.measured ? "measured" : "assumed", clock_text(time_left(cost, runs_at_once)), runs_at_once);
   for (std::size_t i = 0; i < status.size(); ++i) {
@@ -102,7 +102,7 @@ void print_status(const Campaign& campaign, const std::vector<RunStatus>& status
                                    100.0 * s.progress, run.spec.output.duration, run.cost.particle_steps);
     if (s.state == RunState::running && !s.attempts.empty()) line += fmt::format("  since {}", s.attempts.back().started);
     if (s.state == RunState::failed) line += fmt::format("  {}: {}", counted(s.attempts.size(), "attempt"), s.cause());
-    fmt::print("{}\n", line);
+    fmt::print(to, "{}\n", line);
   }
 }
 
@@ -129,41 +129,45 @@ std::vector<std::size_t> all_of(const Campaign& campaign) {
 }
 
 /// End of the command: tables, summary, exit code.
-void conclude(const Campaign& campaign, const fs::path& out, int jobs) {
+void conclude(const Campaign& campaign, const CampaignArguments& a, const fs::path& out, int jobs) {
   const std::vector<RunStatus> status = status_of(out, campaign);
   write_campaign_tables(out, campaign, status);
-  print_status(campaign, status, out, jobs, false);
+  print_status(a.summary, campaign, status, out, jobs, false);
   fmt::print(stderr, "wrote {} and runs.csv\n", (out / "results.csv").string());
   if (std::ranges::count(status, RunState::done, &RunStatus::state) != std::ssize(status))
     throw CLI::RuntimeError(static_cast<int>(ExitCode::failed));
 }
 
-/// Progress and remaining time at intervals, estimated from the runs of this call.
+/// Messages, and on request a line with the progress and the remaining time, estimated from the runs of this call.
 class CampaignReports {
  public:
-  CampaignReports(const Campaign& campaign, const CampaignArguments& a)
-      : campaign_(campaign), out_(folder_of(a)), every_(a.seconds_between_reports) {}
+  CampaignReports(const Campaign& campaign, const CampaignArguments& a) : campaign_(campaign), out_(folder_of(a)), wanted_(a.progress) {}
 
-  void operator()() {
-    if (every_ <= 0.0 || seconds_since(shown_) < every_) return;
+  void message(const std::string& text) { line_.message(text); }
+  void finish() { line_.finish(); }
+
+  void show_progress() {
+    if (!wanted_ || !line_.is_due()) return;
     const std::vector<RunStatus> status = status_of(out_, campaign_);
+    double time = 0.0, duration = 0.0;  // s
+    for (std::size_t i = 0; i < status.size(); ++i) {
+      time += status[i].progress * campaign_.runs[i].spec.output.duration;
+      duration += campaign_.runs[i].spec.output.duration;
+    }
     const CampaignCost cost = cost_of(campaign_, status);
-    const double elapsed = seconds_since(started_);
-    if (first_) first_ = false, left_at_start_ = cost.left;
-    shown_ = Clock::now();
-    const double rate = (left_at_start_ - cost.left) / elapsed;
-    fmt::print(stderr, "{:.0f} %: {} of {} runs done, {} passed, {}\n", 100.0 * (1.0 - cost.left / cost.particle_steps),
-               std::ranges::count(status, RunState::done, &RunStatus::state), status.size(), clock_text(elapsed),
-               rate > 0.0 ? clock_text(cost.left / rate) + " left" : "time left not known yet");
+    if (!left_at_start_) left_at_start_ = cost.left;
+    const double rate = (*left_at_start_ - cost.left) / seconds_since(started_);
+    line_.show(1.0 - cost.left / cost.particle_steps, time, duration,
+               fmt::format("{} of {} runs done", count_of(RunState::done, status), status.size()), cost.left / rate);
   }
 
  private:
-  using Clock = std::chrono::steady_clock;
   const Campaign& campaign_;
   fs::path out_;
-  double every_, left_at_start_ = 0.0;
-  bool first_ = true;
-  Clock::time_point started_ = Clock::now(), shown_ = Clock::now() - std::chrono::hours(1);
+  bool wanted_;
+  ProgressLine line_;
+  std::optional<double> left_at_start_;  ///< particle-steps
+  std::chrono::steady_clock::time_point started_ = std::chrono::steady_clock::now();
 };
 
 /// The folder of a campaign has runs/ first of all.
@@ -180,20 +184,22 @@ void run_here(const Campaign& campaign, const CampaignArguments& a) {
   if (const std::string note = lock.note(); !note.empty()) print_line(note);
   print_changes(prepare(out, campaign));
   listen_to_signals();
-  CampaignReports report_progress(campaign, a);
+  CampaignReports reports(campaign, a);
   const auto poll = [&] {
-    report_progress();
+    reports.show_progress();
     return pending_request();
   };
-  ExecutionOptions options{out, this_program(), jobs, a.retry_failed, poll, print_line, {}};
+  const auto message = [&](const std::string& text) { reports.message(text); };
+  ExecutionOptions options{out, this_program(), jobs, a.retry_failed, poll, message, {}};
   options.on_change = [&] { write_campaign_tables(out, campaign, status_of(out, campaign)); };
   const ExecutionReport report = execute(campaign, all_of(campaign), options);
+  reports.finish();
   if (!report.finished) {
     write_campaign_tables(out, campaign, status_of(out, campaign));
     fmt::print(stderr, "stopped; the same command continues\n");
     end_by_signal();
   }
-  conclude(campaign, out, jobs);
+  conclude(campaign, a, out, jobs);
 }
 
 /// Runs to submit to Slurm: not complete, and without a failure that would recur.
@@ -222,11 +228,11 @@ void submit(const Campaign& campaign, const CampaignArguments& a, bool wait) {
   }
   if (names.empty()) {
     fmt::print(stderr, "nothing to submit\n");
-    return conclude(campaign, out, a.jobs);
+    return conclude(campaign, a, out, a.jobs);
   }
   const std::string id = submit_slurm_job(job, wait);
   fmt::print(stderr, "Slurm job {}: {} ({})\n", id, counted(names.size(), "task"), job.script.string());
-  if (wait) conclude(campaign, out, a.jobs);
+  if (wait) conclude(campaign, a, out, a.jobs);
 }
 
 Campaign planned(const CampaignArguments& a) {
@@ -257,7 +263,7 @@ void status(const CampaignArguments& a) {
   if (a.json) {
     print_status_json(campaign, all, jobs);
   } else {
-    print_status(campaign, all, out, jobs, a.list);
+    print_status(stdout, campaign, all, out, jobs, a.list);
   }
 }
 

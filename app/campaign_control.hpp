@@ -1,7 +1,8 @@
 #pragma once
-/// Common part of `mpm campaign run` and `mpm design`: execution of a campaign here or through Slurm, with messages.
+/// Common part of `mpm campaign run`, `mpm design` and `mpm converge`: execution of a campaign here or through Slurm, with messages.
 
 #include <CLI/CLI.hpp>
+#include <cstdio>
 #include <filesystem>
 #include <string>
 
@@ -11,16 +12,17 @@ namespace mpm::app {
 
 /// The command line of a campaign.
 struct CampaignArguments {
-  std::filesystem::path plan;            ///< plan file, or the site file of a design
-  std::filesystem::path out;             ///< folder; empty: out/<name of the plan>
-  int jobs = 0;                          ///< runs at a time; 0: cores over threads of a run
-  int ranks = 0;                         ///< of each run; 0: as in the plan
-  std::string executor;                  ///< "slurm", or this machine
-  bool retry_failed = false;             ///< repeat also failures that will recur
-  bool list = false;                     ///< status: every run
-  bool json = false;                     ///< plan, status: for programs
-  std::string name;                      ///< task: of one run
-  double seconds_between_reports = 0.0;  ///< s: progress and time left to stderr that often; 0: never
+  std::filesystem::path plan;   ///< plan file, or the site file of a design
+  std::filesystem::path out;    ///< folder; empty: out/<name of the plan>
+  int jobs = 0;                 ///< runs at a time; 0: cores over threads of a run
+  int ranks = 0;                ///< of each run; 0: as in the plan
+  std::string executor;         ///< "slurm", or this machine
+  bool retry_failed = false;    ///< repeat also failures that will recur
+  bool list = false;            ///< status: every run
+  bool json = false;            ///< plan, status: for programs
+  std::string name;             ///< task: of one run
+  bool progress = false;        ///< a line of progress and time left, for a campaign of few runs
+  std::FILE* summary = stdout;  ///< where the summary at the end goes
 };
 
 /// Adds --jobs to a command. @param text  its description

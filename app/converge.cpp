@@ -2,25 +2,24 @@
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
+#include <omp.h>
 
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
 #include <memory>
 
+#include "campaign_control.hpp"
 #include "case_arguments.hpp"
 #include "commands.hpp"
 #include "libmpm/base/error.hpp"
 #include "libmpm/base/text.hpp"
+#include "libmpm/campaign/grid_study.hpp"
 #include "libmpm/driver/case_file.hpp"
 #include "libmpm/driver/estimate.hpp"
-#include "libmpm/driver/metric_convergence.hpp"
 #include "libmpm/driver/run_folder.hpp"
-#include "libmpm/driver/sweep.hpp"
 #include "libmpm/io/atomic_file.hpp"
 #include "libmpm/io/csv.hpp"
-#include "ranks.hpp"
-#include "run_control.hpp"
 #include "validators.hpp"
 
 namespace mpm::app {
@@ -29,14 +28,14 @@ namespace {
 
 struct ConvergeArguments {
   CaseArguments input;
+  CampaignArguments campaign;
   std::vector<double> cell_size, particles_per_cell, cfl, offset;
   std::string offset_axes;
   std::vector<std::string> metrics;
   std::vector<double> exact;
   double formal_order = 1.0;
-  std::filesystem::path out;
-  int threads = 0, ranks = 1;
-  bool resume = false, force = false, details = false;
+  int threads = 0;
+  bool details = false;
 };
 
 Sweep sweep_of(const ConvergeArguments& a) {
@@ -102,83 +101,58 @@ void print_quotes(const Case& spec, const Sweep& sweep, const std::vector<Metric
   for (const std::string& note : study_notes(spec, sweep)) fmt::print("note: {}\n", note);
 }
 
-/// Refuses cases that cannot be computed, and prints the estimated cost of each value of the sweep.
-void check(const ConvergeArguments& arguments, const Case& spec, const Sweep& sweep) {
-  if (!arguments.exact.empty() && arguments.exact.size() != arguments.metrics.size())
-    throw ConfigError(fmt::format("--exact: {} for {}; give one for each", counted(arguments.exact.size(), "value"),
-                                  counted(arguments.metrics.size(), "metric")));
-  require_known_metrics(spec, arguments.metrics);
-  for (const double value : sweep.values) {
-    const Estimate need = estimate(swept_case(spec, sweep, value));
-    require_feasible(need, physical_memory_bytes());
-    fmt::print(stderr, "{} = {}: {:.3g} particles, {:.3g} steps, {:.3g} particle-steps\n", to_string(sweep.kind), format_number(value),
-               need.particles, need.steps, need.particle_steps);
+/// The study, coarse first; prints the estimated cost of each run and the notes. @throws ConfigError if a run cannot be computed
+Campaign planned(const ConvergeArguments& a, const Case& spec, const Sweep& sweep) {
+  if (!a.exact.empty() && a.exact.size() != a.metrics.size())
+    throw ConfigError(
+        fmt::format("--exact: {} for {}; give one for each", counted(a.exact.size(), "value"), counted(a.metrics.size(), "metric")));
+  require_known_metrics(spec, a.metrics);
+  const int threads = a.threads > 0 ? a.threads : std::max(1, omp_get_max_threads() / (a.campaign.ranks * std::max(1, a.campaign.jobs)));
+  Campaign study = make_grid_study(spec, sweep, threads, a.campaign.ranks);
+  for (const CampaignRun& run : study.runs) {
+    require_feasible(run.cost, physical_memory_bytes());
+    fmt::print(stderr, "{}: {:.3g} particles, {:.3g} steps, {:.3g} particle-steps\n", run.name, run.cost.particles, run.cost.steps,
+               run.cost.particle_steps);
   }
   for (const std::string& note : study_notes(spec, sweep)) fmt::print(stderr, "note: {}\n", note);
+  return study;
 }
 
-/// Runs the sweep, with progress; does not return if a signal stopped it.
-std::vector<SweepPoint> compute(const ConvergeArguments& arguments, const Case& spec, const Sweep& sweep,
-                                const std::filesystem::path& out) {
-  ProgressLine progress;
-  SweepOptions options;
-  options.out = out;
-  options.run.threads = arguments.threads;
-  options.run.resume = arguments.resume;
-  options.run.on_progress = [&](const Progress& p) { progress(p); };
-  options.run.poll = pending_request;
-  options.overwrite = arguments.force;
-  options.compute = [](const Case& c, const RunOptions& run) { return session().run(c, run); };
-  options.on_start = [&](const SweepPoint& p) {
-    fmt::print(stderr, "{} = {} in {}\n", to_string(sweep.kind), format_number(p.value), p.directory.string());
-  };
-  options.on_point = [&](const SweepPoint& p) {
-    progress.finish();
-    if (p.reused) fmt::print(stderr, "finished already, not run again\n");
-    for (const std::string& metric : arguments.metrics) {
-      if (!std::isfinite(metric_of(p.results, metric).value)) {
+/// The metrics over the finished runs; reports those without a value.
+std::vector<MetricConvergence> judged(const ConvergeArguments& a, const Sweep& sweep, const std::vector<RunStatus>& status) {
+  std::vector<MetricConvergence> metrics;
+  for (std::size_t m = 0; m < a.metrics.size(); ++m) {
+    std::vector<Metric> values;
+    for (std::size_t i = 0; i < status.size(); ++i) {
+      values.push_back(metric_of(status[i].results, a.metrics[m]));
+      if (!std::isfinite(values.back().value)) {
         fmt::print(stderr, "{} = {}: no {}: the run has no steady interval, or does not measure it\n", to_string(sweep.kind),
-                   format_number(p.value), metric);
+                   format_number(sweep.values[i]), a.metrics[m]);
       }
     }
-  };
-  listen_to_signals();
-  const SweepResult result = run_sweep(spec, sweep, options);
-  progress.finish();
-  if (!result.finished) {
-    fmt::print(stderr, "to continue: the same command with --resume --out {}\n", out.string());
-    session().close(0);
-    end_by_signal();
+    const auto exact = a.exact.empty() ? std::optional<double>{} : a.exact[m];
+    metrics.push_back(judge_metric(a.metrics[m], sweep.kind, sweep.values, std::move(values), exact, a.formal_order));
   }
-  return result.points;
+  return metrics;
 }
 
-void converge(const ConvergeArguments& arguments) {
-  if (arguments.ranks > 1 && session().size() == 1) become_ranks(arguments.ranks);
-  const Case spec = read_case(arguments.input.file, arguments.input.overrides);
-  const Sweep sweep = in_order(sweep_of(arguments));
-  check(arguments, spec, sweep);
-  const std::string default_name = fmt::format("{}_{}", arguments.input.file.stem().string(), to_string(sweep.kind));
-  const std::filesystem::path out = arguments.out.empty() ? std::filesystem::path("out") / default_name : arguments.out;
-  if (arguments.resume) require_folder(out);
-  if (!arguments.resume && !arguments.force && std::filesystem::exists(out / "converge.csv"))
-    throw ConfigError(fmt::format(
-        "{} holds a study; choose another folder with --out, keep its runs with --resume, or overwrite with --force", out.string()));
-  const std::vector<SweepPoint> points = compute(arguments, spec, sweep, out);
+void converge(ConvergeArguments a) {
+  const Case spec = read_case(a.input.file, a.input.overrides);
+  const Sweep sweep = in_order(sweep_of(a));
+  const Campaign study = planned(a, spec, sweep);
+  if (a.campaign.out.empty()) a.campaign.out = fmt::format("out/{}_{}", a.input.file.stem().string(), to_string(sweep.kind));
+  a.campaign.plan = a.campaign.out.filename();  // names a job of Slurm
+  const std::filesystem::path& out = a.campaign.out;
+  require_no_other_files(out, {"converge.csv", "converge.json"}, {"runs"});
+  run_campaign(study, a.campaign);
 
-  std::vector<MetricConvergence> metrics;
-  for (std::size_t i = 0; i < arguments.metrics.size(); ++i) {
-    std::vector<Metric> values;
-    values.reserve(points.size());
-    for (const SweepPoint& p : points) values.push_back(metric_of(p.results, arguments.metrics[i]));
-    const auto exact = arguments.exact.empty() ? std::optional<double>{} : arguments.exact[i];
-    metrics.push_back(judge_metric(arguments.metrics[i], sweep.kind, sweep.values, std::move(values), exact, arguments.formal_order));
-  }
-  write_file(out / "converge.json", converge_json(spec, sweep, points, metrics));
+  const std::vector<RunStatus> status = status_of(out, study);
+  const std::vector<MetricConvergence> metrics = judged(a, sweep, status);
+  write_file(out / "converge.json", converge_json(spec, sweep, study, status, metrics));
   write_converge_table(out / "converge.csv", sweep, metrics);
   print_values(sweep, metrics);
   for (const MetricConvergence& m : metrics) {
-    if (arguments.details || m.exact) print_convergence(m, arguments.details);
+    if (a.details || m.exact) print_convergence(m, a.details);
   }
   print_quotes(spec, sweep, metrics);
   fmt::print(stderr, "wrote {} and converge.csv\n", (out / "converge.json").string());
@@ -190,9 +164,13 @@ void add_converge(CLI::App& app) {
   CLI::App* command = app.add_subcommand(
       "converge",
       "Compute a case at several cell sizes (or particles per cell, CFL numbers, offsets against the grid), and estimate the numerical "
-      "uncertainty of its metrics: one line for each with the value and the uncertainty to quote; --details: how it was found. Each run "
-      "has a folder of its own (dx_0.25, ...); converge.json and converge.csv are beside them");
+      "uncertainty of its metrics: one line for each with the value and the uncertainty to quote; --details: how it was found. The runs "
+      "are "
+      "a campaign (runs/dx0.25, ...), which the same command continues; converge.json and converge.csv are beside them");
   const auto a = std::make_shared<ConvergeArguments>();
+  a->campaign.ranks = 1;
+  a->campaign.progress = true;
+  a->campaign.summary = stderr;
   add_case_arguments(*command, a->input);
   CLI::Option_group* sweeps = command->add_option_group("sweep", "What is varied: one of");
   sweeps->add_option("--cell-size", a->cell_size, "Cell sizes, m: three or more, better four, each at most 1/1.3 of the one before")
@@ -213,11 +191,12 @@ void add_converge(CLI::App& app) {
   command->add_option("--formal-order", a->formal_order, "Order that the scheme should have: 1 at walls, 2 in smooth flow without walls")
       ->check(in_range(0.1, 10.0))
       ->capture_default_str();
-  command->add_option("--out", a->out, "Folder of the runs (default: out/<name of the case file>_<what is varied>)")->type_name("DIR");
+  command->add_option("--out", a->campaign.out, "Folder of the study (default: out/<name of the case file>_<what is varied>)")
+      ->type_name("DIR");
   add_threads_argument(*command, a->threads);
-  add_ranks_argument(*command, a->ranks, "Processes of each run, started by mpirun (default: 1, or those of the mpirun that started this)");
-  CLI::Option* resume = command->add_flag("--resume", a->resume, "Keep the finished runs, continue the one that was interrupted");
-  command->add_flag("--force", a->force, "Overwrite the results of earlier runs in the folder")->excludes(resume);
+  add_jobs_argument(*command, a->campaign, "Runs at a time (default: cores over threads a run; Slurm: as many as it grants)");
+  add_ranks_argument(*command, a->campaign.ranks, "Processes of each run (default: 1)");
+  add_execution_arguments(*command, a->campaign);
   command->callback([a] { converge(*a); });
 }
 

@@ -106,7 +106,7 @@ void design(DesignArguments a) {
   require_no_other_files(out, {"site.toml", "plan.toml", "results.csv", "runs.csv", "design.json", "design.html"},
                          {"runs", "design_plan.json"});
   if (!a.page_only) {
-    a.campaign.seconds_between_reports = 15.0;
+    a.campaign.progress = true;
     run_campaign(plan.campaign, a.campaign);
   }
   make_page(site, plan, out);

@@ -79,10 +79,10 @@ int parse(CLI::App& app, int argc, char** argv) {
   }
 }
 
-/// Commands other than `run` and `converge` use one rank.
+/// Commands other than `run` use one rank.
 void require_one_rank(const std::string& command) {
-  if (mpm::app::session().size() == 1 || command == "run" || command == "converge" || command.starts_with("-")) return;
-  const char* const remedy = command == "campaign" ? "; it starts the ranks of each run itself: give `ranks` in the plan, or --ranks" : "";
+  if (mpm::app::session().size() == 1 || command == "run" || command.starts_with("-")) return;
+  const char* const remedy = command == "campaign" || command == "converge" ? "; it starts the ranks of each run itself, with --ranks" : "";
   throw mpm::ConfigError(fmt::format("mpm {}: not available with more than one rank; start it without mpirun{}", command, remedy));
 }
 

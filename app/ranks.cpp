@@ -2,23 +2,16 @@
 
 #include <fmt/format.h>
 #include <omp.h>
-#include <unistd.h>
 
-#include <cerrno>
 #include <csignal>
 #include <cstdlib>
-#include <cstring>
 #include <exception>
-#include <filesystem>
-#include <fstream>
 #include <initializer_list>
 #include <new>
 #include <optional>
 
 #include "libmpm/base/error.hpp"
-#include "libmpm/base/process.hpp"
 #include "libmpm/driver/case_file.hpp"
-#include "libmpm/driver/launcher.hpp"
 #include "libmpm/driver/threads.hpp"
 #include "libmpm/driver/worker.hpp"
 #include "libmpm/parallel/block_exchange.hpp"
@@ -41,23 +34,6 @@ int number_in_environment(const char* name) {
 }  // namespace
 
 Session& session() { return *the_session; }
-
-void become_ranks(int ranks) {
-  require_mpi(ranks);
-  std::vector<std::string> words = launcher_words(ranks);
-  words.push_back(std::filesystem::read_symlink("/proc/self/exe").string());
-  std::ifstream command_line("/proc/self/cmdline");
-  std::string word;
-  std::getline(command_line, word, '\0');  // the program
-  while (std::getline(command_line, word, '\0')) {
-    if (word == "--ranks")
-      std::getline(command_line, word, '\0');
-    else if (!word.starts_with("--ranks="))
-      words.push_back(word);
-  }
-  execv(words[0].c_str(), exec_arguments(words).data());
-  throw IoError(fmt::format("cannot start {}: {}", words[0], std::strerror(errno)));
-}
 
 void require_mpi(int ranks) {
   if (ranks == 1 || Session::can_be_several()) return;

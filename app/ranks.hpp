@@ -40,8 +40,4 @@ Session& session();
 /// @throws ConfigError if this program cannot be started as so many ranks
 void require_mpi(int ranks);
 
-/// Replaces this process by the same command on several ranks, without its option --ranks.
-/// @throws ConfigError if that is not possible
-[[noreturn]] void become_ranks(int ranks);
-
 }  // namespace mpm::app

@@ -60,21 +60,29 @@ void print_advice(const Case& spec) {
 ProgressLine::ProgressLine() : terminal_(isatty(STDERR_FILENO) == 1) {}
 
 void ProgressLine::operator()(const Progress& p) {
-  if (!p.message.empty()) {
-    say(fmt::format("{}{}\n", open_ ? "\r\033[K" : "", p.message));
-    open_ = false;
-    return;
-  }
-  const auto now = Clock::now();
-  const bool last = p.time >= p.duration;
-  if (!last && now - shown_ < (terminal_ ? std::chrono::milliseconds(200) : std::chrono::milliseconds(10000))) return;
-  shown_ = now;
-  const double percent = p.duration > 0.0 ? 100.0 * p.time / p.duration : 100.0;
+  if (!p.message.empty()) return message(p.message);
+  if (p.time < p.duration && !is_due()) return;
+  show(p.duration > 0.0 ? p.time / p.duration : 1.0, p.time, p.duration,
+       fmt::format("step {}  dt {:.3g} s  {} particles  {:.1f} M particle-steps/s", p.step, p.dt, p.particles,
+                   p.million_particle_steps_per_s),
+       p.eta_s);
+}
+
+bool ProgressLine::is_due() const {
+  return Clock::now() - shown_ >= (terminal_ ? std::chrono::milliseconds(200) : std::chrono::milliseconds(10000));
+}
+
+void ProgressLine::show(double fraction, double time, double duration, const std::string& more, double left) {
+  shown_ = Clock::now();
   const std::string line =
-      fmt::format("{:5.1f} %  t = {:.3f} of {:g} s  step {}  dt {:.3g} s  {} particles  {:.1f} M particle-steps/s  {} left", percent,
-                  p.time, p.duration, p.step, p.dt, p.particles, p.million_particle_steps_per_s, clock_text(p.eta_s));
+      fmt::format("{:5.1f} %  t = {:.3f} of {:g} s  {}  {} left", 100.0 * fraction, time, duration, more, clock_text(left));
   say(fmt::format("{}{}{}", terminal_ ? "\r" : "", line, terminal_ ? "\033[K" : "\n"));
   open_ = terminal_;
+}
+
+void ProgressLine::message(const std::string& text) {
+  say(fmt::format("{}{}\n", open_ ? "\r\033[K" : "", text));
+  open_ = false;
 }
 
 void ProgressLine::finish() {

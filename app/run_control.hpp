@@ -17,6 +17,12 @@ class ProgressLine {
   ~ProgressLine() { finish(); }
 
   void operator()(const Progress& p);
+  /// The line of several runs, at the same intervals. @param time, duration  s, simulated. @param more  further text. @param left  s
+  void show(double fraction, double time, double duration, const std::string& more, double left);
+  /// Whether a line is due; until then there is no need to know the progress.
+  [[nodiscard]] bool is_due() const;
+  /// Prints a line of another kind.
+  void message(const std::string& text);
   /// Ends the current line.
   void finish();
 

@@ -179,17 +179,17 @@ class Faults:
     # --- campaigns ---
     def killed(self, file, text, words, table, seconds, most=3):
         """A trial for trial(): a command on a file of this text is killed up to `most` times and given again. It must leave this table.
-        @param words  of the command, from whether its folder exists; @param seconds  that it takes"""
+        @param words  of the command; @param seconds  that it takes"""
         def one():
             at = self.place()
             (at / file).write_text(text)
             for _ in range(self.random.randint(1, most)):
-                process = subprocess.Popen([self.mpm, *words((at / "out").exists())], cwd=at, env=self.environment, stdin=subprocess.DEVNULL,
+                process = subprocess.Popen([self.mpm, *words], cwd=at, env=self.environment, stdin=subprocess.DEVNULL,
                                            stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, start_new_session=True)
                 time.sleep(self.random.uniform(0.0, 1.1 * seconds))
                 process.kill()
                 process.wait()
-            problem = self.ends_with(table, at, *words((at / "out").exists()))
+            problem = self.ends_with(table, at, *words)
             left = [str(path) for path in at.rglob(".*.tmp")]
             shutil.rmtree(at)
             return problem or (f"left over: {left}" if left else "")
@@ -215,7 +215,7 @@ class Faults:
 
     def kills(self):
         self.trial("a campaign is killed (kill -9) up to three times", "the same command leaves the table of the reference", 50,
-                   self.killed("plan.toml", PLAN, lambda _: CAMPAIGN, ("results.csv", self.table), self.seconds))
+                   self.killed("plan.toml", PLAN, CAMPAIGN, ("results.csv", self.table), self.seconds))
 
     def copy_of_reference(self):
         at = self.place()
@@ -319,7 +319,7 @@ class Faults:
         words = ("design", "site.toml", "--out", "out")
         at, table, seconds = self.undisturbed("site.toml", SITE, words, "design.json")
         self.trial("a design is killed (kill -9) up to twice", "the same command leaves the design.json of the reference", 14,
-                   self.killed("site.toml", SITE, lambda _: words, table, seconds, most=2))
+                   self.killed("site.toml", SITE, words, table, seconds, most=2))
 
         def other_site():
             (at / "site.toml").write_text(SITE.replace(*self.random.choice((("= 3.0", "= 3.5"), ("depth_m = 1.0", "depth_m = 1.2"), ("= 0.6", "= 0.7"),
@@ -333,24 +333,10 @@ class Faults:
         self.trial("the page of another site than that of the runs", "exit 4, nothing written", 4, other_site)
 
     def studies(self):
-        def words(resumed):
-            return ("converge", "case.toml", "--cell-size", "0.5,0.25", "--metric", "steps", "--threads", "1", "--out", "out", *(["--resume"] if resumed else []))
-
-        whole, table, seconds = self.undisturbed("case.toml", CASE, words(False), "converge.csv")
-
-        def damaged():
-            at = self.place() / "study"
-            shutil.copytree(whole, at)
-            path = at / "out" / self.random.choice(("dx_0.5", "dx_0.25")) / self.random.choice(("results.json", "series.csv", "case.toml", "checkpoint.h5", "final.h5"))
-            path = self.random.choice((path, path, path, at / "out" / "converge.csv"))
-            how = self.damage(path, ("cut off", "not UTF-8", "bytes", "missing"))
-            problem = self.ends_with(table, at, *words(True))
-            shutil.rmtree(at.parent)
-            return problem and f"{path.name}, {how}: {problem}"
-
-        self.trial("a grid study is killed (kill -9) up to three times", "--resume leaves the converge.csv of the reference", 20,
+        words = ("converge", "case.toml", "--cell-size", "0.5,0.25", "--metric", "steps", "--threads", "1", "--out", "out")
+        _, table, seconds = self.undisturbed("case.toml", CASE, words, "converge.csv")
+        self.trial("a grid study is killed (kill -9) up to three times", "the same command leaves the converge.csv of the reference", 20,
                    self.killed("case.toml", CASE, words, table, seconds))
-        self.trial("a file of a finished grid study is damaged", "--resume leaves the converge.csv of the reference", 30, damaged)
 
     # --- locks, streams, links ---
     def without_locks(self):

@@ -5,17 +5,41 @@
 
 #include <algorithm>
 #include <cmath>
-#include <nlohmann/json.hpp>
+#include <string_view>
 #include <variant>
 
 #include "libmpm/base/error.hpp"
 #include "libmpm/config/words.hpp"
 #include "libmpm/driver/observers.hpp"
-#include "libmpm/io/atomic_file.hpp"
-#include "libmpm/io/csv.hpp"
-#include "libmpm/io/json.hpp"
 
 namespace mpm {
+
+std::string to_string(SweepKind kind) {
+  switch (kind) {
+    case SweepKind::cell_size: return "cell_size_m";
+    case SweepKind::particles_per_cell: return "particles_per_cell";
+    case SweepKind::cfl: return "cfl";
+    case SweepKind::offset: return "grid_offset_cells";
+  }
+  return {};
+}
+
+bool goes_to_zero(SweepKind kind) { return kind == SweepKind::cell_size || kind == SweepKind::cfl; }
+
+Sweep in_order(Sweep sweep) {
+  if (sweep.values.empty()) throw ConfigError(fmt::format("sweep of {}: no values", to_string(sweep.kind)));
+  if (goes_to_zero(sweep.kind)) std::ranges::sort(sweep.values, std::greater{});
+  if (sweep.kind == SweepKind::particles_per_cell) std::ranges::sort(sweep.values);
+  for (std::size_t i = 0; i < sweep.values.size(); ++i) {
+    if (std::count(sweep.values.begin(), sweep.values.end(), sweep.values[i]) > 1)
+      throw ConfigError(fmt::format("sweep of {}: {} is given twice; give each value once", to_string(sweep.kind), sweep.values[i]));
+  }
+  for (const char axis : sweep.axes) {
+    if (std::string_view("xyz").find(axis) == std::string_view::npos || std::ranges::count(sweep.axes, axis) > 1)
+      throw ConfigError(fmt::format("sweep of {}: axes '{}'; give some of x, y and z, each once", to_string(sweep.kind), sweep.axes));
+  }
+  return sweep;
+}
 
 namespace {
 
@@ -76,10 +100,6 @@ void require_known_metrics(const Case& c, const std::vector<std::string>& names)
 
 namespace {
 
-using Json = nlohmann::ordered_json;
-
-constexpr int converge_format_version = 2;
-
 /// Half the range of the values, for a parameter without a limit to extrapolate to.
 void judge_scatter(MetricConvergence& m, std::size_t values) {
   if (values > 1) m.uncertainty = 0.5 * (m.highest - m.lowest);
@@ -111,46 +131,6 @@ std::vector<double> thin_out(std::vector<double>& size, std::vector<Metric>& met
     metric.erase(metric.begin() + static_cast<std::ptrdiff_t>(i - 1));
   }
   return removed;
-}
-
-Json to_json(const Convergence& c) {
-  Json json;
-  json["triples"] = Json::array();
-  for (std::size_t i = 0; i < c.triples.size(); ++i) {
-    json["triples"].push_back({{"sizes", {c.size[i], c.size[i + 1], c.size[i + 2]}},
-                               {"behaviour", to_string(c.triples[i].behaviour)},
-                               {"order", c.triples[i].order},
-                               {"extrapolated", c.triples[i].extrapolated}});
-  }
-  json["behaviour"] = to_string(c.behaviour);
-  json["order"] = c.order;
-  json["extrapolated"] = c.extrapolated;
-  json["safety_factor"] = c.safety_factor;
-  json["gci"] = c.gci;
-  json["basis"] = c.basis;
-  json["least_squares_order"] = c.least_squares_order;
-  json["least_squares_limit"] = c.least_squares_limit;
-  json["least_squares_uncertainty"] = c.least_squares_uncertainty;
-  return json;
-}
-
-Json to_json(const MetricConvergence& m) {
-  Json json{{"name", m.name}, {"parameter", m.parameter}, {"value", Json::array()}, {"standard_error", Json::array()}};
-  for (const Metric& x : m.metric) {
-    json["value"].push_back(x.value);
-    json["standard_error"].push_back(x.standard_error);
-  }
-  if (m.exact) json.update({{"exact", *m.exact}, {"error", m.error}, {"error_order", m.error_order}});
-  if (m.convergence) {
-    json.update(to_json(*m.convergence));
-    json["asymptotic"] = m.asymptotic;
-  }
-  json.update({{"lowest", m.lowest},
-               {"highest", m.highest},
-               {"uncertainty", m.uncertainty},
-               {"total_uncertainty", m.total_uncertainty},
-               {"verdict", m.verdict}});
-  return json;
 }
 
 }  // namespace
@@ -211,74 +191,6 @@ std::string quote(const MetricConvergence& m) {
       100.0 * m.total_uncertainty / std::abs(last->value), to_string(m.kind), m.uncertainty,
       m.convergence ? m.convergence->basis : m.verdict,
       std::isfinite(last->standard_error) ? fmt::format("+- {:.2g} (two standard errors)", 2.0 * last->standard_error) : "not known");
-}
-
-std::vector<std::string> study_notes(const Case& c, const Sweep& sweep) {
-  std::vector<std::string> notes;
-  constexpr double recommended_ratio = 1.3, slack = 1e-9;
-  for (std::size_t i = 1; goes_to_zero(sweep.kind) && i < sweep.values.size(); ++i) {
-    const double ratio = sweep.values[i - 1] / sweep.values[i];
-    if (ratio < recommended_ratio * (1.0 - slack))
-      notes.push_back(fmt::format("{} is only {:.3g} times {}; an order of convergence needs a ratio of at least {}", sweep.values[i - 1],
-                                  ratio, sweep.values[i], recommended_ratio));
-  }
-  if (sweep.kind != SweepKind::cell_size || !c.obstacle) return notes;
-  std::vector<std::string> odd, few;
-  for (const double dx : sweep.values) {
-    constexpr double least_cells = 3.0;
-    const double cells = c.obstacle->width() / dx;
-    const std::string text = fmt::format("{} ({:.3g} cells)", dx, cells);
-    if (std::abs(cells - std::round(cells)) > 1e-6) odd.push_back(text);
-    if (cells < least_cells - slack) few.push_back(text);
-  }
-  if (!few.empty())
-    notes.push_back(
-        fmt::format("fewer than three cells across the obstacle at {}: the flow around it is not resolved, and the error may be "
-                    "many times the difference of such grids",
-                    fmt::join(few, ", ")));
-  if (!odd.empty()) notes.push_back(fmt::format("the obstacle's width is not a whole number of cells at {}", fmt::join(odd, ", ")));
-  const MeasurementSpec& m = c.measurement;
-  if (c.conveyor && (!m.bin_height || !m.filter_length || !m.box_upstream || !m.box_inside)) {
-    notes.emplace_back(
-        "the windows of the pressure profile follow the cell size, and their bias with them: fix bin_height_m, filter_length_m, "
-        "box_upstream_m and box_inside_m in [measurement] for a study of pressures");
-  }
-  return notes;
-}
-
-std::string converge_json(const Case& c, const Sweep& sweep, const std::vector<SweepPoint>& points,
-                          const std::vector<MetricConvergence>& metrics) {
-  Json json{{"format_version", converge_format_version}, {"title", c.title}, {"sweep", to_string(sweep.kind)}};
-  json["points"] = Json::array();
-  for (const SweepPoint& p : points) {
-    Json entry{{"value", p.value}, {"directory", p.directory.filename().string()}, {"reused", p.reused}};
-    for (const char* key : {"case_hash", "commit", "steady", "steps", "particle_steps", "wall_time_s"})
-      entry[key] = p.results.has(key) ? std::visit([](const auto& x) { return Json(x); }, p.results.find(key)->value) : Json();
-    json["points"].push_back(entry);
-  }
-  json["notes"] = study_notes(c, sweep);
-  json["metrics"] = Json::array();
-  for (const MetricConvergence& m : metrics) json["metrics"].push_back(to_json(m));
-  return json_text(json, 2);  // NaN is not JSON: the serialiser writes null
-}
-
-void write_converge_table(const std::filesystem::path& path, const Sweep& sweep, const std::vector<MetricConvergence>& metrics) {
-  std::vector<std::string> names{to_string(sweep.kind)};
-  std::vector<std::vector<double>> columns{metrics.empty() ? std::vector<double>{} : metrics.front().parameter};
-  for (const MetricConvergence& m : metrics) {
-    std::vector<double> value, standard_error;
-    for (const Metric& x : m.metric) {
-      value.push_back(x.value);
-      standard_error.push_back(x.standard_error);
-    }
-    names.insert(names.end(), {m.name, m.name + ":standard_error"});
-    columns.insert(columns.end(), {value, standard_error});
-    if (m.exact) {
-      names.push_back(m.name + ":error");
-      columns.push_back(m.error);
-    }
-  }
-  write_table(path, names, columns);
 }
 
 }  // namespace mpm

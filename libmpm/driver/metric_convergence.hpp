@@ -2,7 +2,7 @@
 /// Metrics: numbers of results.json by name, as `mpm converge --metric` takes them; and the convergence of one metric in a sweep: order,
 /// limit and uncertainty if the parameter goes to zero, otherwise the scatter. The validation uses it for its own quantities.
 
-#include <filesystem>
+#include <cstdint>
 #include <limits>
 #include <optional>
 #include <string>
@@ -10,10 +10,28 @@
 
 #include "libmpm/driver/case.hpp"
 #include "libmpm/driver/convergence.hpp"
-#include "libmpm/driver/sweep.hpp"
 #include "libmpm/observe/results.hpp"
 
 namespace mpm {
+
+/// The parameter that is varied.
+enum class SweepKind : std::uint8_t { cell_size, particles_per_cell, cfl, offset };
+/// The key of [numerics] that is varied: cell_size_m, particles_per_cell, cfl, grid_offset_cells.
+std::string to_string(SweepKind);
+/// Cell size and CFL number go to zero, so that an order can be determined; particles per cell and offset have no limit to extrapolate to;
+/// only the scatter is evaluated.
+[[nodiscard]] bool goes_to_zero(SweepKind kind);
+
+/// The values of one parameter.
+struct Sweep {
+  SweepKind kind = SweepKind::cell_size;  ///< which parameter
+  std::vector<double> values;             ///< m, number, number, cells
+  std::string axes;                       ///< of the offset, out of "xyz"; empty: all without a mirror plane
+};
+
+/// The sweep in the order in which it is run, the coarsest and cheapest first (offsets as given).
+/// @throws ConfigError without values, for equal values, or an unknown axis
+[[nodiscard]] Sweep in_order(Sweep sweep);
 
 /// A metric with its statistical error.
 struct Metric {
@@ -65,15 +83,5 @@ inline constexpr double least_size_ratio = 1.2;
 
 /// One line: the last value, its total uncertainty and where that comes from, or why none is known.
 [[nodiscard]] std::string quote(const MetricConvergence& m);
-
-/// What makes a study of this case unreliable: sizes that are too close, an obstacle with fewer than three cells or no whole number of
-/// them, measuring windows that follow the grid.
-[[nodiscard]] std::vector<std::string> study_notes(const Case& c, const Sweep& sweep);
-
-/// Text of converge.json: the points, the notes and the metrics; null where there is no value.
-[[nodiscard]] std::string converge_json(const Case& c, const Sweep& sweep, const std::vector<SweepPoint>& points,
-                                        const std::vector<MetricConvergence>& metrics);
-/// Writes converge.csv: one row a value of the parameter; for every metric its value, standard error and, with an exact value, its error.
-void write_converge_table(const std::filesystem::path& path, const Sweep& sweep, const std::vector<MetricConvergence>& metrics);
 
 }  // namespace mpm

@@ -1,6 +1,6 @@
 #pragma once
-/// The folder of a run: whether a process works in it, and whether it holds the finished run of a case. Used by single runs, sweeps and
-/// campaigns; the latter two have one folder for each run and keep finished runs.
+/// The folder of a run: whether a process works in it, and whether it holds the finished run of a case. Used by single runs and by
+/// campaigns, which have one folder for each run and keep finished runs.
 
 #include <filesystem>
 #include <initializer_list>

@@ -41,15 +41,13 @@ class GridStudy:
         return found[name]
 
 
-def study_grids(case, cell_sizes, metrics, out, threads=None, resume=True, progress=True):
-    """Runs a Case at several cell sizes (m), from coarse to fine, into the folder `out`. Returns the GridStudy.
+def study_grids(case, cell_sizes, metrics, out, threads=None, progress=True):
+    """Runs a Case at several cell sizes (m) into the folder `out`, and keeps what an earlier call has computed. Returns the GridStudy.
 
-    metrics: names of results.json; components as "force_mean_n.x". resume: keeps what an earlier call has computed.
-    progress: True (a bar for every grid), a function of a Progress, or False.
+    metrics: names of results.json; components as "force_mean_n.x". progress: True (a bar over all grids), a function of a Progress, or False.
     """
     options = ["--cell-size", ",".join(repr(float(size)) for size in cell_sizes), "--metric", ",".join(metrics), "--out", out]
     options += ["--threads", threads] if threads else []
-    options += ["--resume"] if resume and os.path.isdir(out) else []
     with case.as_file() as path:
         run_with_bar("grids", progress, "converge", path, *options)
     return GridStudy(out)

@@ -4,9 +4,8 @@
 
 #include <algorithm>
 #include <cmath>
-#include <nlohmann/json.hpp>
 
-#include "libmpm/io/csv.hpp"
+#include "libmpm/base/error.hpp"
 #include "support/solver_states.hpp"
 #include "support/temporary_directory.hpp"
 
@@ -74,18 +73,6 @@ TEST(MetricConvergence, QuotesOneValueWithGridAndStatisticalErrorAndSaysWhy) {
   EXPECT_LE(four.uncertainty, three.uncertainty) << "a further grid does not make the result worse";
 }
 
-TEST(MetricConvergence, NotesWhatMakesAStudyUnreliable) {
-  Case c = testing::small_avalanche();
-  c.obstacle->shape = BoxShape{.width = 1.75, .depth = 1.75};
-  const auto notes = study_notes(c, {SweepKind::cell_size, {0.875, 0.8, 0.75}, {}});
-  const auto holds = [&](const std::string& text) {
-    return std::ranges::any_of(notes, [&](const std::string& note) { return note.find(text) != std::string::npos; });
-  };
-  EXPECT_TRUE(holds("0.8 is only 1.07 times 0.75"));
-  EXPECT_TRUE(holds("fewer than three cells across the obstacle at 0.875 (2 cells), 0.8 (2.19 cells), 0.75 (2.33 cells)"));
-  EXPECT_TRUE(study_notes(Case{}, {SweepKind::cell_size, {0.4, 0.3}, {}}).empty());
-}
-
 TEST(MetricConvergence, ReportsMissingValues) {
   const std::vector<double> h{0.4, 0.3, 0.2, 0.1};
   const MetricConvergence s = judge_metric("f", SweepKind::cell_size, h, metrics({2.4, Metric::none, 2.2, 2.1}));
@@ -107,24 +94,14 @@ TEST(MetricConvergence, OfAParameterWithoutALimitIsItsScatter) {
   EXPECT_TRUE(std::isnan(judge_metric("f", SweepKind::offset, {0.0}, metrics({1.0})).uncertainty));
 }
 
-TEST(ConvergeFiles, HoldTheVerdictsWithNullForMissingValues) {
-  const testing::TemporaryDirectory directory;
-  const Sweep sweep{SweepKind::cell_size, {0.4, 0.2, 0.1}, {}};
-  const std::vector<MetricConvergence> judged{judge_metric("f", sweep.kind, sweep.values, metrics({2.4, 2.2, 2.1}), 2.0),
-                                              judge_metric("g", sweep.kind, sweep.values, metrics({1.0, Metric::none, 1.0}))};
-  const auto json = nlohmann::json::parse(converge_json(Case{}, sweep, {}, judged));
-  EXPECT_EQ(json["sweep"], "cell_size_m");
-  EXPECT_NEAR(json["metrics"][0]["order"].get<double>(), 1.0, 1e-9);
-  EXPECT_EQ(json["metrics"][0]["triples"].size(), 1u);
-  EXPECT_NEAR(json["metrics"][0]["error"][2].get<double>(), 0.1, 1e-12);
-  EXPECT_TRUE(json["metrics"][1]["value"][1].is_null());
-  EXPECT_FALSE(json["metrics"][1].contains("order"));
-  write_converge_table(directory / "converge.csv", sweep, judged);
-  const Table table = Table::read(directory / "converge.csv");
-  EXPECT_EQ(table.numbers("cell_size_m"), sweep.values);
-  EXPECT_EQ(table.numbers("f"), (std::vector{2.4, 2.2, 2.1}));
-  EXPECT_TRUE(std::isnan(table.numbers("g")[1]));
-  EXPECT_TRUE(table.has("f:error"));
+TEST(SweepOrder, IsCoarseFirstAndRefusesDoubles) {
+  EXPECT_EQ(in_order({SweepKind::cell_size, {0.2, 0.5, 0.3}, {}}).values, (std::vector{0.5, 0.3, 0.2}));
+  EXPECT_EQ(in_order({SweepKind::particles_per_cell, {27, 1, 8}, {}}).values, (std::vector{1.0, 8.0, 27.0}));
+  EXPECT_EQ(in_order({SweepKind::offset, {0.5, 0.0}, "x"}).values, (std::vector{0.5, 0.0}));
+  EXPECT_THROW((void)in_order({SweepKind::cell_size, {0.2, 0.2}, {}}), ConfigError);
+  EXPECT_THROW((void)in_order({SweepKind::cell_size, {}, {}}), ConfigError);
+  EXPECT_THROW((void)in_order({SweepKind::offset, {0.5}, "w"}), ConfigError);
+  EXPECT_THROW((void)in_order({SweepKind::offset, {0.5}, "xx"}), ConfigError);
 }
 
 }  // namespace

@@ -55,48 +55,52 @@ TEST_F(Converge, StudiesSeveralMetricsAndWritesItsFiles) {
   for (const char* word : {"cell_size_m", "0.125", "steps", "order, three finest", "GCI", "Richardson limit", "verdict",
                            "errors against 20", "particles_final = 4096 +- "})
     EXPECT_TRUE(contains(o.out, word)) << word << "\n" << o.out;
-  for (const char* name : {"dx_0.5", "dx_0.25", "dx_0.125"}) EXPECT_TRUE(fs::exists(directory_ / "study" / name / "results.json")) << name;
+  for (const char* name : {"dx0.5", "dx0.25", "dx0.125"})
+    EXPECT_TRUE(fs::exists(directory_ / "study/runs" / name / "results.json")) << name;
   const auto json = nlohmann::json::parse(content(directory_ / "study/converge.json"));
   EXPECT_EQ(json["points"].size(), 3u);
+  EXPECT_EQ(json["points"][1]["directory"], "runs/dx0.25");
   EXPECT_EQ(json["metrics"][1]["value"], (std::vector{64.0, 512.0, 4096.0}));
   const Table table = Table::read(directory_ / "study/converge.csv");
   EXPECT_EQ(table.numbers("cell_size_m"), (std::vector{0.5, 0.25, 0.125}));
   EXPECT_EQ(table.numbers("particles_final"), (std::vector{64.0, 512.0, 4096.0}));
 
-  const Outcome again = mpm(testing::falling_block_case, "--cell-size 0.5,0.25,0.125 --metric steps --threads 1 --out study --resume");
+  const Outcome again = mpm(testing::falling_block_case, "--cell-size 0.5,0.25,0.125 --metric steps --threads 1 --out study");
   EXPECT_EQ(again.code, 0) << again.err;
-  EXPECT_TRUE(contains(again.err, "finished already, not run again"));
+  EXPECT_FALSE(contains(again.err, "started")) << again.err;
   EXPECT_TRUE(contains(again.out, "steps = ")) << again.out;
   EXPECT_FALSE(contains(again.out, "Richardson limit")) << again.out;
 
-  const std::string before = content(directory_ / "study/dx_0.5/results.json");
-  const Outcome refused = mpm(testing::falling_block_case, "--cell-size 0.5,0.25,0.2 --metric steps --threads 1 --out study");
-  EXPECT_EQ(refused.code, static_cast<int>(ExitCode::usage));
-  for (const char* word : {"study holds a study", "--resume", "--out", "--force"}) EXPECT_TRUE(contains(refused.err, word)) << refused.err;
+  const std::string before = content(directory_ / "study/runs/dx0.5/results.json");
   const Outcome other =
-      mpm(testing::falling_block_case, "--cell-size 0.5,0.25 --metric steps --threads 1 --out study --resume --set output.duration_s=0.03");
-  EXPECT_EQ(other.code, static_cast<int>(ExitCode::usage)) << other.err;
-  EXPECT_EQ(content(directory_ / "study/dx_0.5/results.json"), before);
-  EXPECT_TRUE(fs::exists(directory_ / "study/dx_0.5/final.h5"));
-  EXPECT_FALSE(fs::exists(directory_ / "study/dx_0.2"));
-  const std::string study = content(directory_ / "study/converge.csv");
-  const Outcome beside = mpm(testing::falling_block_case, "--cell-size 0.4,0.2 --metric steps --threads 1 --out study");
-  EXPECT_EQ(beside.code, static_cast<int>(ExitCode::usage)) << "other sizes: its table would take the place of the first";
-  EXPECT_TRUE(contains(beside.err, "study holds a study")) << beside.err;
-  EXPECT_EQ(content(directory_ / "study/converge.csv"), study);
-  EXPECT_EQ(mpm(testing::falling_block_case, "--cell-size 0.5,0.25 --metric steps --threads 1 --out study --force").code, 0);
+      mpm(testing::falling_block_case, "--cell-size 0.5,0.25 --metric steps --threads 1 --out study --set output.duration_s=0.03");
+  EXPECT_EQ(other.code, 0) << other.err;
+  EXPECT_EQ(content(directory_ / "study/runs/dx0.5.1/results.json"), before) << "results of another duration are kept";
+  EXPECT_TRUE(fs::exists(directory_ / "study/runs/dx0.5/final.h5"));
+  EXPECT_EQ(Table::read(directory_ / "study/converge.csv").numbers("cell_size_m"), (std::vector{0.5, 0.25}));
+}
+
+TEST_F(Converge, OfAFailedRunNamesItAndItsCause) {
+  const Outcome o =
+      mpm(testing::falling_block_case,
+          "--cell-size 0.5,0.25 --metric steps --threads 1 --set body[0].velocity_m_s=[900,0,0] --set material.young_modulus_pa=1 "
+          "--set material.density_kg_m3=1e5");
+  EXPECT_EQ(o.code, static_cast<int>(ExitCode::failed)) << o.err;
+  EXPECT_TRUE(contains(o.err, "dx0.5: failed: exit code 3: ")) << o.err;
+  EXPECT_FALSE(fs::exists(directory_ / "out/block_cell_size_m/converge.csv"));
 }
 
 TEST_F(Converge, SweepsTheOtherParametersByTheirScatter) {
   EXPECT_EQ(mpm(testing::falling_block_case, "--particles-per-cell 8,1 --metric particles_final --threads 1").code, 0);
-  EXPECT_TRUE(fs::exists(directory_ / "out/block_particles_per_cell/ppc_8/results.json"));
+  EXPECT_TRUE(fs::exists(directory_ / "out/block_particles_per_cell/runs/ppc8/results.json"));
   EXPECT_EQ(mpm(testing::falling_block_case, "--cfl 0.8,0.4,0.2 --metric steps --threads 1").code, 0);
-  EXPECT_TRUE(fs::exists(directory_ / "out/block_cfl/cfl_0.2/results.json"));
+  EXPECT_TRUE(fs::exists(directory_ / "out/block_cfl/runs/cfl0.2/results.json"));
   const Outcome o =
       mpm(testing::falling_block_case, "--offset 0,0.25,0.5 --offset-axes xz --metric steps --threads 1 --set numerics.cell_size_m=0.5");
   EXPECT_EQ(o.code, 0) << o.err;
   EXPECT_TRUE(contains(o.out, "scatter over 3 values")) << o.out;
-  EXPECT_TRUE(contains(content(directory_ / "out/block_grid_offset_cells/offset_0.25/case.toml"), "grid_offset_cells = [0.25, 0.0, 0.25]"));
+  EXPECT_TRUE(
+      contains(content(directory_ / "out/block_grid_offset_cells/runs/offset0.25/case.toml"), "grid_offset_cells = [0.25, 0.0, 0.25]"));
 }
 
 TEST_F(Converge, TellsWhatHasNoSteadySpanAndWhatIsTooFew) {
