@@ -157,7 +157,9 @@ void CaseResult::compare(Label label, std::string what, Quantity quantity, doubl
 
 const std::vector<CaseEntry>& registered_cases() { return cases(); }
 
-Registration::Registration(CaseEntry entry) {
+Registration::Registration(CaseEntry entry, const std::source_location& where) {
+  entry.name = std::filesystem::path(where.file_name()).parent_path().filename().string();
+  entry.directory = std::filesystem::path(MPM_CASES_DIRECTORY) / entry.name;
   auto& all = cases();
   const auto rank = [](const CaseEntry& e) { return std::pair<bool, const std::string&>(!e.experiment, e.name); };
   all.insert(std::ranges::lower_bound(all, rank(entry), {}, rank), std::move(entry));

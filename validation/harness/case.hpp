@@ -4,8 +4,8 @@
 /// A case is a folder validation/cases/<name>/ with README.md (the physics, the origin of the reference, the checks and the reasons of
 /// their tolerances) and case.cpp, which registers itself:
 ///
-///   namespace { void run(CaseContext& context, CaseResult& result) { ... }
-///   const Registration registered{{.name = MPM_CASE_NAME, .title = "...", .run = run}}; }
+///   namespace mpm::validation::NAME { namespace { void run(CaseContext& context, CaseResult& result) { ... }
+///   const Registration registered{{.title = "...", .run = run}}; } }
 ///
 /// The build finds the folder without a list. Every number and every verdict is computed in C++; scripts/validation_report.py only draws.
 
@@ -13,6 +13,7 @@
 #include <filesystem>
 #include <functional>
 #include <optional>
+#include <source_location>
 #include <string>
 #include <utility>
 #include <vector>
@@ -216,9 +217,9 @@ struct CaseEntry {
 /// All registered cases, those that compare with measurements first, and by name; the order of the report.
 const std::vector<CaseEntry>& registered_cases();
 
-/// Registers a case while the program starts.
+/// Registers a case while the program starts, under the name of the folder of its source.
 struct Registration {
-  explicit Registration(CaseEntry entry);
+  explicit Registration(CaseEntry entry, const std::source_location& where = std::source_location::current());
 };
 
 /// Runs one case: times it, turns an exception into `fault`, reads the README's first paragraph.

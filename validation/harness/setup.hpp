@@ -12,7 +12,7 @@
 ///     }
 ///     result.check_relative(...);
 ///   }
-///   const Registration registered{{MPM_CASE_NAME, "...", MPM_CASE_DIRECTORY, run, setups}};
+///   const Registration registered{{.title = "...", .run = run, .setups = setups}};
 
 #include <cstdint>
 #include <functional>

@@ -8,7 +8,7 @@
 #include "validation/harness/impact.hpp"
 #include "validation/harness/scores.hpp"
 
-namespace mpm::validation {
+namespace mpm::validation::avalanche {
 namespace {
 
 /// A flow and its grid.
@@ -183,7 +183,7 @@ void run(const CaseContext& context, CaseResult& result) {
   }
 }
 
-const Registration registered{{MPM_CASE_NAME, "Avalanche on a mast", MPM_CASE_DIRECTORY, run}};
+const Registration registered{{.title = "Avalanche on a mast", .run = run}};
 
 }  // namespace
-}  // namespace mpm::validation
+}  // namespace mpm::validation::avalanche

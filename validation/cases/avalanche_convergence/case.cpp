@@ -15,7 +15,7 @@
 #include "validation/harness/flow.hpp"
 #include "validation/harness/grid_convergence.hpp"
 
-namespace mpm::validation {
+namespace mpm::validation::avalanche_convergence {
 namespace {
 
 /// The quantities of one run, in the order of `studied`.
@@ -408,7 +408,7 @@ void run(const CaseContext& context, CaseResult& result) {
   }
 }
 
-const Registration registered{{MPM_CASE_NAME, "Grid convergence of an avalanche on a mast", MPM_CASE_DIRECTORY, run}};
+const Registration registered{{.title = "Grid convergence of an avalanche on a mast", .run = run}};
 
 }  // namespace
-}  // namespace mpm::validation
+}  // namespace mpm::validation::avalanche_convergence

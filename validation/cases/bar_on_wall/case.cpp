@@ -7,7 +7,7 @@
 #include "validation/cases/bar_on_wall/bar.hpp"
 #include "validation/harness/case.hpp"
 
-namespace mpm::validation {
+namespace mpm::validation::bar_on_wall {
 namespace {
 
 using namespace bar;
@@ -286,8 +286,7 @@ void run(const CaseContext& context, CaseResult& result) {
   distance(context, result);
 }
 
-const Registration registered{
-    {MPM_CASE_NAME, "Elastic bar on a separable wall: impact, release, rebound", MPM_CASE_DIRECTORY, run, setups}};
+const Registration registered{{.title = "Elastic bar on a separable wall: impact, release, rebound", .run = run, .setups = setups}};
 
 }  // namespace
-}  // namespace mpm::validation
+}  // namespace mpm::validation::bar_on_wall

@@ -17,7 +17,7 @@
 #include "validation/harness/case.hpp"
 #include "validation/harness/impact.hpp"
 
-namespace mpm::validation {
+namespace mpm::validation::bernoulli_head {
 namespace {
 
 /// Times in units of v/g. Snow that leaves the foot of the face at v is back after 2; the first splash left faster and is back after 2.8.
@@ -325,7 +325,7 @@ void run(const CaseContext& context, CaseResult& result) {
                                              true});
 }
 
-const Registration registered{{MPM_CASE_NAME, "Bernoulli's velocity head", MPM_CASE_DIRECTORY, run}};
+const Registration registered{{.title = "Bernoulli's velocity head", .run = run}};
 
 }  // namespace
-}  // namespace mpm::validation
+}  // namespace mpm::validation::bernoulli_head

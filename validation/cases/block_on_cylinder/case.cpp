@@ -11,7 +11,7 @@
 #include "validation/harness/case.hpp"
 #include "validation/harness/in_parallel.hpp"
 
-namespace mpm::validation {
+namespace mpm::validation::block_on_cylinder {
 namespace {
 
 constexpr double gravity = 9.81;  ///< m/s^2, towards the axis
@@ -177,7 +177,7 @@ void run(const CaseContext& context, CaseResult& result) {
   }
 }
 
-const Registration registered{{MPM_CASE_NAME, "Block that slides round a cylinder", MPM_CASE_DIRECTORY, run}};
+const Registration registered{{.title = "Block that slides round a cylinder", .run = run}};
 
 }  // namespace
-}  // namespace mpm::validation
+}  // namespace mpm::validation::block_on_cylinder

@@ -8,7 +8,7 @@
 #include "validation/harness/case.hpp"
 #include "validation/harness/in_parallel.hpp"
 
-namespace mpm::validation {
+namespace mpm::validation::cavity_expansion {
 namespace {
 
 constexpr double inner = 1.0;     ///< m: radius of the cavity
@@ -243,7 +243,7 @@ void run(const CaseContext& context, CaseResult& result) {
   note_plastic_zone(result, exact.family);
 }
 
-const Registration registered{{MPM_CASE_NAME, "Expansion of a cylindrical cavity in snow", MPM_CASE_DIRECTORY, run}};
+const Registration registered{{.title = "Expansion of a cylindrical cavity in snow", .run = run}};
 
 }  // namespace
-}  // namespace mpm::validation
+}  // namespace mpm::validation::cavity_expansion

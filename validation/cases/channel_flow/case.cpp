@@ -13,7 +13,7 @@
 #include "validation/harness/periodic.hpp"
 #include "validation/harness/slender.hpp"
 
-namespace mpm::validation {
+namespace mpm::validation::channel_flow {
 namespace {
 
 /// Which flow.
@@ -301,7 +301,7 @@ void run(const CaseContext& context, CaseResult& result) {
   result.notes.push_back(fmt::format("{:.1f} million particle-steps.", 1e-6 * work));
 }
 
-const Registration registered{{MPM_CASE_NAME, "Channel and slope: Poiseuille, Nusselt, Bagnold", MPM_CASE_DIRECTORY, run}};
+const Registration registered{{.title = "Channel and slope: Poiseuille, Nusselt, Bagnold", .run = run}};
 
 }  // namespace
-}  // namespace mpm::validation
+}  // namespace mpm::validation::channel_flow

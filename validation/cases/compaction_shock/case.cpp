@@ -17,7 +17,7 @@
 #include "validation/harness/shallow_flow.hpp"
 #include "validation/harness/slender.hpp"
 
-namespace mpm::validation {
+namespace mpm::validation::compaction_shock {
 namespace {
 
 /// A state of one-dimensional compression, e = -ln J.
@@ -394,7 +394,7 @@ void run(const CaseContext& context, CaseResult& result) {
   }
 }
 
-const Registration registered{{MPM_CASE_NAME, "Compaction shock: snow on a wall", MPM_CASE_DIRECTORY, run, setups}};
+const Registration registered{{.title = "Compaction shock: snow on a wall", .run = run, .setups = setups}};
 
 }  // namespace
-}  // namespace mpm::validation
+}  // namespace mpm::validation::compaction_shock

@@ -12,7 +12,7 @@
 #include "validation/harness/norms.hpp"
 #include "validation/harness/point_comparison.hpp"
 
-namespace mpm::validation {
+namespace mpm::validation::cone_paths {
 namespace {
 
 using Segment = ReferenceSegment;
@@ -197,7 +197,7 @@ void run(const CaseContext& context, CaseResult& result) {
   draw(result, outcomes);
 }
 
-const Registration registered{{MPM_CASE_NAME, "Stress paths of Drucker-Prager and mu(I) against SUNDIALS", MPM_CASE_DIRECTORY, run}};
+const Registration registered{{.title = "Stress paths of Drucker-Prager and mu(I) against SUNDIALS", .run = run}};
 
 }  // namespace
-}  // namespace mpm::validation
+}  // namespace mpm::validation::cone_paths

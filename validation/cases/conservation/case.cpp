@@ -16,7 +16,7 @@
 #include "validation/harness/case.hpp"
 #include "validation/harness/particle_access.hpp"
 
-namespace mpm::validation {
+namespace mpm::validation::conservation {
 namespace {
 
 constexpr double epsilon = std::numeric_limits<double>::epsilon();
@@ -651,7 +651,7 @@ void run(const CaseContext& context, CaseResult& result) {
   energy_drift(context, result);
 }
 
-const Registration registered{{MPM_CASE_NAME, "Conservation of mass, momentum and energy; affine motion", MPM_CASE_DIRECTORY, run}};
+const Registration registered{{.title = "Conservation of mass, momentum and energy; affine motion", .run = run}};
 
 }  // namespace
-}  // namespace mpm::validation
+}  // namespace mpm::validation::conservation

@@ -13,7 +13,7 @@
 #include "libmpm/io/csv.hpp"
 #include "validation/harness/case.hpp"
 
-namespace mpm::validation {
+namespace mpm::validation::conveyor_feeds {
 namespace {
 
 constexpr double height = 1.75;  // m, H = w
@@ -139,7 +139,7 @@ void run(const CaseContext& context, CaseResult& result) {
   compare(context, result, {"Fr 0.3", 0.3, 0.15, 12.0 * height, 0.35, 55.0, 12.0, 17.0}, "fr03");
 }
 
-const Registration registered{{MPM_CASE_NAME, "Conveyor belt: window against strip", MPM_CASE_DIRECTORY, run}};
+const Registration registered{{.title = "Conveyor belt: window against strip", .run = run}};
 
 }  // namespace
-}  // namespace mpm::validation
+}  // namespace mpm::validation::conveyor_feeds

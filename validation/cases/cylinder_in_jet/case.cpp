@@ -10,7 +10,7 @@
 #include "validation/harness/case.hpp"
 #include "validation/harness/plane_jet.hpp"
 
-namespace mpm::validation {
+namespace mpm::validation::cylinder_in_jet {
 namespace {
 
 constexpr double aim = 0.03;
@@ -89,7 +89,7 @@ void run(const CaseContext& context, CaseResult& result) {
   result.plots.back().series.push_back({"8 cells, contact on nodes, APIC, aligned", old.time, relative(old), Series::Style::simulation});
 }
 
-const Registration registered{{MPM_CASE_NAME, "A cylinder in a plane jet: smooth separation", MPM_CASE_DIRECTORY, run, setups}};
+const Registration registered{{.title = "A cylinder in a plane jet: smooth separation", .run = run, .setups = setups}};
 
 }  // namespace
-}  // namespace mpm::validation
+}  // namespace mpm::validation::cylinder_in_jet

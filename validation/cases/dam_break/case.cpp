@@ -9,7 +9,7 @@
 #include "validation/harness/case.hpp"
 #include "validation/harness/shallow_flow.hpp"
 
-namespace mpm::validation {
+namespace mpm::validation::dam_break {
 namespace {
 
 /// Times are multiples of h0/c0, c0 = sqrt(g h0): T = t c0/h0, the ratio of the wave's length to the depth.
@@ -300,7 +300,7 @@ void run(const CaseContext& context, CaseResult& result) {
                           true});
 }
 
-const Registration registered{{MPM_CASE_NAME, "Dam break over a dry bed (Ritter)", MPM_CASE_DIRECTORY, run, setups}};
+const Registration registered{{.title = "Dam break over a dry bed (Ritter)", .run = run, .setups = setups}};
 
 }  // namespace
-}  // namespace mpm::validation
+}  // namespace mpm::validation::dam_break

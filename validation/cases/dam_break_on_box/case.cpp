@@ -6,7 +6,7 @@
 #include "libmpm/driver/case_file.hpp"
 #include "validation/harness/dam_on_obstacle.hpp"
 
-namespace mpm::validation {
+namespace mpm::validation::dam_break_on_box {
 namespace {
 
 /// A gauge in the middle of the front face.
@@ -144,12 +144,7 @@ void run(const CaseContext& context, CaseResult& result) {
   }
 }
 
-const Registration registered{{.name = MPM_CASE_NAME,
-                               .title = "Dam break on a low box (Kleefsman et al.)",
-                               .directory = MPM_CASE_DIRECTORY,
-                               .run = run,
-                               .setups = setups,
-                               .experiment = true}};
+const Registration registered{{.title = "Dam break on a low box (Kleefsman et al.)", .run = run, .setups = setups, .experiment = true}};
 
 }  // namespace
-}  // namespace mpm::validation
+}  // namespace mpm::validation::dam_break_on_box

@@ -6,7 +6,7 @@
 #include "libmpm/driver/case_file.hpp"
 #include "validation/harness/dam_on_obstacle.hpp"
 
-namespace mpm::validation {
+namespace mpm::validation::dam_break_on_column {
 namespace {
 
 const Vec3 probe{-0.086, 0.0, 0.026};       ///< of the velocity, m from the foot of the front face
@@ -153,12 +153,8 @@ void run(const CaseContext& context, CaseResult& result) {
                                      velocity, 0.12, names, velocities));
 }
 
-const Registration registered{{.name = MPM_CASE_NAME,
-                               .title = "Dam break on a tall square column (Yeh and Petroff)",
-                               .directory = MPM_CASE_DIRECTORY,
-                               .run = run,
-                               .setups = setups,
-                               .experiment = true}};
+const Registration registered{
+    {.title = "Dam break on a tall square column (Yeh and Petroff)", .run = run, .setups = setups, .experiment = true}};
 
 }  // namespace
-}  // namespace mpm::validation
+}  // namespace mpm::validation::dam_break_on_column

@@ -13,7 +13,7 @@
 #include "validation/harness/setup.hpp"
 #include "validation/harness/shallow_flow.hpp"
 
-namespace mpm::validation {
+namespace mpm::validation::disc_in_round_jet {
 namespace {
 
 /// Times are multiples of b/U, the radius of the jet over its speed: means from `from` to `to`.
@@ -186,7 +186,7 @@ void run(const CaseContext& context, CaseResult& result) {
   result.plots.push_back(std::move(force));
 }
 
-const Registration registered{{MPM_CASE_NAME, "A disc in a round jet: a conical free sheet", MPM_CASE_DIRECTORY, run, setups}};
+const Registration registered{{.title = "A disc in a round jet: a conical free sheet", .run = run, .setups = setups}};
 
 }  // namespace
-}  // namespace mpm::validation
+}  // namespace mpm::validation::disc_in_round_jet

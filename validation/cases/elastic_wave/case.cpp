@@ -14,7 +14,7 @@
 #include "validation/harness/setup.hpp"
 #include "validation/harness/slender.hpp"
 
-namespace mpm::validation {
+namespace mpm::validation::elastic_wave {
 namespace {
 
 constexpr double pi = std::numbers::pi;
@@ -472,8 +472,7 @@ void run(const CaseContext& context, CaseResult& result) {
                   1e-6 * static_cast<double>(work)));
 }
 
-const Registration registered{
-    {MPM_CASE_NAME, "Elastic waves: a P-wave between walls and a vibrating bar", MPM_CASE_DIRECTORY, run, setups}};
+const Registration registered{{.title = "Elastic waves: a P-wave between walls and a vibrating bar", .run = run, .setups = setups}};
 
 }  // namespace
-}  // namespace mpm::validation
+}  // namespace mpm::validation::elastic_wave

@@ -10,7 +10,7 @@
 #include "validation/harness/case.hpp"
 #include "validation/harness/manufactured_motion.hpp"
 
-namespace mpm::validation {
+namespace mpm::validation::expanding_ring {
 namespace {
 
 constexpr double pi = std::numbers::pi;
@@ -270,7 +270,7 @@ void run(const CaseContext& context, CaseResult& result) {
   result.notes.push_back(fmt::format("{:.1f} million particle-steps.", 1e-6 * work));
 }
 
-const Registration registered{{MPM_CASE_NAME, "Expanding ring: large stretch with free edges", MPM_CASE_DIRECTORY, run}};
+const Registration registered{{.title = "Expanding ring: large stretch with free edges", .run = run}};
 
 }  // namespace
-}  // namespace mpm::validation
+}  // namespace mpm::validation::expanding_ring

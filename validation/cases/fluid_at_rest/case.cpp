@@ -14,7 +14,7 @@
 #include "validation/harness/case.hpp"
 #include "validation/harness/in_parallel.hpp"
 
-namespace mpm::validation {
+namespace mpm::validation::fluid_at_rest {
 namespace {
 
 /// Fluid at rest.
@@ -250,7 +250,7 @@ void run(const CaseContext& context, CaseResult& result) {
   covered_box(context, result);
 }
 
-const Registration registered{{MPM_CASE_NAME, "Fluid at rest", MPM_CASE_DIRECTORY, run}};
+const Registration registered{{.title = "Fluid at rest", .run = run}};
 
 }  // namespace
-}  // namespace mpm::validation
+}  // namespace mpm::validation::fluid_at_rest

@@ -12,7 +12,7 @@
 #include "libmpm/driver/scene.hpp"
 #include "validation/harness/setup.hpp"
 
-namespace mpm::validation {
+namespace mpm::validation::free_flight {
 namespace {
 
 constexpr double edge = 1.0, duration = 1.0, gravity = 9.81;
@@ -284,7 +284,7 @@ void run(const CaseContext& context, CaseResult& result) {
   ballistic_rise(context, result);
 }
 
-const Registration registered{{MPM_CASE_NAME, "Free flight: a rotating block, and the ballistic rise", MPM_CASE_DIRECTORY, run, setups}};
+const Registration registered{{.title = "Free flight: a rotating block, and the ballistic rise", .run = run, .setups = setups}};
 
 }  // namespace
-}  // namespace mpm::validation
+}  // namespace mpm::validation::free_flight

@@ -10,7 +10,7 @@
 #include "validation/harness/case.hpp"
 #include "validation/harness/shallow_flow.hpp"
 
-namespace mpm::validation {
+namespace mpm::validation::full_width_wall {
 namespace {
 
 Case strip_case(const CaseContext& context, double froude, int cells, double length, double duration) {
@@ -325,7 +325,7 @@ void run(const CaseContext& context, CaseResult& result) {
   result.notes.push_back(fmt::format("{:.2g} particle-steps in all.", particle_steps));
 }
 
-const Registration registered{{MPM_CASE_NAME, "Flow against a full-width wall: the reflected bore", MPM_CASE_DIRECTORY, run, setups}};
+const Registration registered{{.title = "Flow against a full-width wall: the reflected bore", .run = run, .setups = setups}};
 
 }  // namespace
-}  // namespace mpm::validation
+}  // namespace mpm::validation::full_width_wall

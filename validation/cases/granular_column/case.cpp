@@ -14,7 +14,7 @@
 #include "libmpm/io/csv.hpp"
 #include "validation/harness/setup.hpp"
 
-namespace mpm::validation {
+namespace mpm::validation::granular_column {
 namespace {
 
 enum class Geometry { plane, axisymmetric };
@@ -569,12 +569,7 @@ void run(const CaseContext& context, CaseResult& result) {
   study.finish();
 }
 
-const Registration registered{{.name = MPM_CASE_NAME,
-                               .title = "Granular column collapse",
-                               .directory = MPM_CASE_DIRECTORY,
-                               .run = run,
-                               .setups = setups,
-                               .experiment = true}};
+const Registration registered{{.title = "Granular column collapse", .run = run, .setups = setups, .experiment = true}};
 
 }  // namespace
-}  // namespace mpm::validation
+}  // namespace mpm::validation::granular_column

@@ -17,7 +17,7 @@
 #include "validation/harness/setup.hpp"
 #include "validation/harness/slender.hpp"
 
-namespace mpm::validation {
+namespace mpm::validation::hydrostatic_column {
 namespace {
 
 constexpr double height = 1.75, density = 300.0, gravity = 9.81, poisson = 0.1;
@@ -530,7 +530,7 @@ void run(const CaseContext& context, CaseResult& result) {
       1e-6 * static_cast<double>(work)));
 }
 
-const Registration registered{{MPM_CASE_NAME, "Hydrostatic column", MPM_CASE_DIRECTORY, run, setups}};
+const Registration registered{{.title = "Hydrostatic column", .run = run, .setups = setups}};
 
 }  // namespace
-}  // namespace mpm::validation
+}  // namespace mpm::validation::hydrostatic_column

@@ -14,7 +14,7 @@
 #include "validation/harness/impact.hpp"
 #include "validation/harness/particle_access.hpp"
 
-namespace mpm::validation {
+namespace mpm::validation::hydrostatic_pile_up {
 namespace {
 
 constexpr double height = 1.75, width = 1.75, density = 300.0, gravity = 9.81;  // H = w
@@ -240,7 +240,7 @@ void run(const CaseContext& context, CaseResult& result) {
   if (context.level() != Level::quick) frictional(context, result, 0.1, context.choose(0.4375, 0.4375, 0.25), 48.0);
 }
 
-const Registration registered{{MPM_CASE_NAME, "Hydrostatic pile-up: the conveyor as Fr -> 0", MPM_CASE_DIRECTORY, run}};
+const Registration registered{{.title = "Hydrostatic pile-up: the conveyor as Fr -> 0", .run = run}};
 
 }  // namespace
-}  // namespace mpm::validation
+}  // namespace mpm::validation::hydrostatic_pile_up

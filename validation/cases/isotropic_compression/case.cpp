@@ -14,7 +14,7 @@
 #include "validation/harness/point_comparison.hpp"
 #include "validation/harness/root.hpp"
 
-namespace mpm::validation {
+namespace mpm::validation::isotropic_compression {
 namespace {
 
 using Segment = ReferenceSegment;
@@ -194,7 +194,7 @@ Mat3 to_mat3(const Sym3<double>& s) {
   return m;
 }
 
-void hencky_simple_shear(CaseResult& result, const mpm::CamClay::Parameters& base) {
+void hencky_simple_shear(const CaseContext& context, CaseResult& result, const mpm::CamClay::Parameters& base) {
   mpm::CamClay::Parameters strong = with_plasticity(base, 0.8, 0.3, 5.0);
   strong.preconsolidation_pressure = 1e9;  // so strong that it stays elastic
   const HenckyElastic::Parameters elastic{strong};
@@ -220,7 +220,7 @@ void hencky_simple_shear(CaseResult& result, const mpm::CamClay::Parameters& bas
   result.check_at_most(Label::verification, "Hencky simple shear: CVODE reference in b_e", reference, 0.0, "", 1e-10,
                        "integrated at 1e-13");
 
-  const Table table = Table::read(std::filesystem::path(MPM_CASE_DIRECTORY) / "../../../reference_data/hencky_simple_shear/data.csv");
+  const Table table = Table::read(context.case_directory() / "../../../reference_data/hencky_simple_shear/data.csv");
   const auto gamma = table.numbers("gamma"), t12 = table.numbers("tau12"), t11 = table.numbers("tau11"), t22 = table.numbers("tau22");
   double printed = 0.0;
   for (std::size_t i = 0; i < gamma.size(); ++i) {
@@ -244,8 +244,8 @@ void hencky_simple_shear(CaseResult& result, const mpm::CamClay::Parameters& bas
 }
 
 /// Eq. 2 and Eq. 3's points of the ellipse as printed, against the formulas that the checks above use.
-void printed_ratios(CaseResult& result, const mpm::CamClay::Parameters& base) {
-  const Table table = Table::read(std::filesystem::path(MPM_CASE_DIRECTORY) / "../../../reference_data/paper_Mprime_grid/data.csv");
+void printed_ratios(const CaseContext& context, CaseResult& result, const mpm::CamClay::Parameters& base) {
+  const Table table = Table::read(context.case_directory() / "../../../reference_data/paper_Mprime_grid/data.csv");
   const auto slope = table.numbers("M"), beta = table.numbers("beta"), ratio = table.numbers("Mprime"),
              q0 = table.numbers("qy_at_p0_over_pc");
   double worst = 0.0;
@@ -267,11 +267,11 @@ void run(const CaseContext& context, CaseResult& result) {
   drained_critical_state(result, materials, false);
   drained_critical_state(result, materials, true);
   yield_without_pressure(result, materials);
-  hencky_simple_shear(result, snow);
-  printed_ratios(result, snow);
+  hencky_simple_shear(context, result, snow);
+  printed_ratios(context, result, snow);
 }
 
-const Registration registered{{MPM_CASE_NAME, "Isotropic compression and other closed forms of a material point", MPM_CASE_DIRECTORY, run}};
+const Registration registered{{.title = "Isotropic compression and other closed forms of a material point", .run = run}};
 
 }  // namespace
-}  // namespace mpm::validation
+}  // namespace mpm::validation::isotropic_compression

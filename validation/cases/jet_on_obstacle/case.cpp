@@ -11,7 +11,7 @@
 #include "validation/harness/case.hpp"
 #include "validation/harness/shallow_flow.hpp"
 
-namespace mpm::validation {
+namespace mpm::validation::jet_on_obstacle {
 namespace {
 
 // Times are multiples of b/v, half the jet's thickness over its speed: measured from `from` to `to`.
@@ -172,7 +172,7 @@ void run(const CaseContext& context, CaseResult& result) {
   result.plots.push_back(std::move(plot));
 }
 
-const Registration registered{{MPM_CASE_NAME, "A plane jet on a wedge, a turned face and a cylinder", MPM_CASE_DIRECTORY, run, setups}};
+const Registration registered{{.title = "A plane jet on a wedge, a turned face and a cylinder", .run = run, .setups = setups}};
 
 }  // namespace
-}  // namespace mpm::validation
+}  // namespace mpm::validation::jet_on_obstacle

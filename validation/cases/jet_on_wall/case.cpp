@@ -18,7 +18,7 @@
 #include "validation/harness/root.hpp"
 #include "validation/harness/shallow_flow.hpp"
 
-namespace mpm::validation {
+namespace mpm::validation::jet_on_wall {
 namespace {
 
 /// The jet of case.toml: half thickness b, speed v. Times are multiples of b/v.
@@ -430,7 +430,7 @@ void run(const CaseContext& context, CaseResult& result) {
   result.notes.push_back(fmt::format("{:.2g} particle-steps in all.", particle_steps));
 }
 
-const Registration registered{{MPM_CASE_NAME, "A plane jet on a wall", MPM_CASE_DIRECTORY, run, setups}};
+const Registration registered{{.title = "A plane jet on a wall", .run = run, .setups = setups}};
 
 }  // namespace
-}  // namespace mpm::validation
+}  // namespace mpm::validation::jet_on_wall

@@ -11,7 +11,7 @@
 #include "validation/harness/particle_access.hpp"
 #include "validation/harness/periodic.hpp"
 
-namespace mpm::validation {
+namespace mpm::validation::manufactured_solution {
 namespace {
 
 constexpr double pi = std::numbers::pi;
@@ -470,7 +470,7 @@ void run(const CaseContext& context, CaseResult& result) {
   result.notes.push_back(fmt::format("{:.0f} million particle-steps.", 1e-6 * static_cast<double>(work)));
 }
 
-const Registration registered{{MPM_CASE_NAME, "Manufactured solution: order of the displacement", MPM_CASE_DIRECTORY, run}};
+const Registration registered{{.title = "Manufactured solution: order of the displacement", .run = run}};
 
 }  // namespace
-}  // namespace mpm::validation
+}  // namespace mpm::validation::manufactured_solution

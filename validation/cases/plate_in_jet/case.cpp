@@ -12,7 +12,7 @@
 #include "validation/harness/case.hpp"
 #include "validation/harness/plane_jet.hpp"
 
-namespace mpm::validation {
+namespace mpm::validation::plate_in_jet {
 namespace {
 
 constexpr double exit_near = 3.0, exit_far = 5.0;  ///< b from the axis: where the turned jet is measured
@@ -397,7 +397,7 @@ void run(const CaseContext& context, CaseResult& result) {
   result.plots = {std::move(force), std::move(pressure), wake_plot(exact, scheme, seven)};
 }
 
-const Registration registered{{MPM_CASE_NAME, "A plate in a plane jet: free streamlines", MPM_CASE_DIRECTORY, run, setups}};
+const Registration registered{{.title = "A plate in a plane jet: free streamlines", .run = run, .setups = setups}};
 
 }  // namespace
-}  // namespace mpm::validation
+}  // namespace mpm::validation::plate_in_jet

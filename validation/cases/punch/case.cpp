@@ -9,7 +9,7 @@
 #include "validation/harness/setup.hpp"
 #include "validation/harness/slender.hpp"
 
-namespace mpm::validation {
+namespace mpm::validation::punch {
 namespace {
 
 constexpr double pi = std::numbers::pi;
@@ -162,7 +162,7 @@ void run(const CaseContext& context, CaseResult& result) {
   result.notes.push_back(fmt::format("{:.1f} million particle-steps.", 1e-6 * work));
 }
 
-const Registration registered{{MPM_CASE_NAME, "Prandtl's punch: limit load on an obstacle", MPM_CASE_DIRECTORY, run, setups}};
+const Registration registered{{.title = "Prandtl's punch: limit load on an obstacle", .run = run, .setups = setups}};
 
 }  // namespace
-}  // namespace mpm::validation
+}  // namespace mpm::validation::punch

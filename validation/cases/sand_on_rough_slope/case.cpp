@@ -13,7 +13,7 @@
 #include "validation/harness/periodic.hpp"
 #include "validation/harness/slender.hpp"
 
-namespace mpm::validation {
+namespace mpm::validation::sand_on_rough_slope {
 namespace {
 
 /// Accelerations of the slab, m/s^2, and its stresses.
@@ -160,7 +160,7 @@ void run(const CaseContext& context, CaseResult& result) {
   result.plots.push_back(std::move(errors));
 }
 
-const Registration registered{{MPM_CASE_NAME, "Sand on a rough slope", MPM_CASE_DIRECTORY, run}};
+const Registration registered{{.title = "Sand on a rough slope", .run = run}};
 
 }  // namespace
-}  // namespace mpm::validation
+}  // namespace mpm::validation::sand_on_rough_slope

@@ -11,7 +11,7 @@
 #include "validation/harness/in_parallel.hpp"
 #include "validation/harness/setup.hpp"
 
-namespace mpm::validation {
+namespace mpm::validation::sliding_block {
 namespace {
 
 /// A block on a floor or slope.
@@ -273,7 +273,7 @@ void run(const CaseContext& context, CaseResult& result) {
                   1e3 * (thrown.distance.back() - stop_distance)));
 }
 
-const Registration registered{{MPM_CASE_NAME, "Sliding block with Coulomb friction", MPM_CASE_DIRECTORY, run, setups}};
+const Registration registered{{.title = "Sliding block with Coulomb friction", .run = run, .setups = setups}};
 
 }  // namespace
-}  // namespace mpm::validation
+}  // namespace mpm::validation::sliding_block

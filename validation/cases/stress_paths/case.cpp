@@ -16,7 +16,7 @@
 #include "validation/harness/point_comparison.hpp"
 #include "validation/harness/random_trials.hpp"
 
-namespace mpm::validation {
+namespace mpm::validation::stress_paths {
 namespace {
 
 using Segment = ReferenceSegment;
@@ -472,7 +472,7 @@ void run(const CaseContext& context, CaseResult& result) {
   result.notes.push_back(fmt::format("Every error and order: cases/{}/orders.csv beside this report.", result.name));
 }
 
-const Registration registered{{MPM_CASE_NAME, "Stress paths against SUNDIALS", MPM_CASE_DIRECTORY, run}};
+const Registration registered{{.title = "Stress paths against SUNDIALS", .run = run}};
 
 }  // namespace
-}  // namespace mpm::validation
+}  // namespace mpm::validation::stress_paths

@@ -8,7 +8,7 @@
 #include "validation/harness/in_parallel.hpp"
 #include "validation/harness/radial_field.hpp"
 
-namespace mpm::validation {
+namespace mpm::validation::thick_cylinder {
 namespace {
 
 constexpr double inner = 1.0, outer = 2.5;  ///< m
@@ -141,7 +141,7 @@ void run(const CaseContext& context, CaseResult& result) {
   result.plots.push_back(std::move(stress));
 }
 
-const Registration registered{{MPM_CASE_NAME, "Thick cylinder: Lamé", MPM_CASE_DIRECTORY, run}};
+const Registration registered{{.title = "Thick cylinder: Lamé", .run = run}};
 
 }  // namespace
-}  // namespace mpm::validation
+}  // namespace mpm::validation::thick_cylinder

@@ -12,7 +12,7 @@
 #include "validation/harness/manufactured_motion.hpp"
 #include "validation/harness/particle_access.hpp"
 
-namespace mpm::validation {
+namespace mpm::validation::vortex {
 namespace {
 
 constexpr double pi = std::numbers::pi;
@@ -247,7 +247,7 @@ void run(const CaseContext& context, CaseResult& result) {
   result.notes.push_back(fmt::format("{:.1f} million particle-steps.", 1e-6 * work));
 }
 
-const Registration registered{{MPM_CASE_NAME, "Generalised vortex: shear and rotation", MPM_CASE_DIRECTORY, run}};
+const Registration registered{{.title = "Generalised vortex: shear and rotation", .run = run}};
 
 }  // namespace
-}  // namespace mpm::validation
+}  // namespace mpm::validation::vortex

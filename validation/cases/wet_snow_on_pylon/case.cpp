@@ -11,7 +11,7 @@
 #include "validation/harness/in_parallel.hpp"
 #include "validation/harness/shallow_flow.hpp"
 
-namespace mpm::validation {
+namespace mpm::validation::wet_snow_on_pylon {
 namespace {
 
 constexpr double top = 0.2, foot = 0.2;  ///< fraction of the depth that is left out at the surface and at the floor
@@ -191,8 +191,7 @@ void run(const CaseContext& context, CaseResult& result) {
   result.notes.push_back(fmt::format("{:.1f} million particle-steps.", 1e-6 * work));
 }
 
-const Registration registered{
-    {.name = MPM_CASE_NAME, .title = "Slow wet snow on a pylon", .directory = MPM_CASE_DIRECTORY, .run = run, .experiment = true}};
+const Registration registered{{.title = "Slow wet snow on a pylon", .run = run, .experiment = true}};
 
 }  // namespace
-}  // namespace mpm::validation
+}  // namespace mpm::validation::wet_snow_on_pylon
