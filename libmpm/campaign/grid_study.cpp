@@ -22,7 +22,7 @@ constexpr int converge_format_version = 3;
 
 /// The value of the key that is varied, as TOML. Offsets are along the axes of the sweep, by default all without a mirror plane.
 std::string toml_value(const Case& c, const Sweep& sweep, double value) {
-  const std::string text = format_number(value);
+  std::string text = format_number(value);
   if (sweep.kind != SweepKind::offset) return text;
   std::string axes = sweep.axes;
   if (axes.empty()) {
