@@ -142,23 +142,21 @@ def tornado(rows):
 def over_time(ensemble, all_loads, quantity):
     """Force or moment of all snows on the finest grid."""
     axes = new_axes(6.6, 4.2)
-    middle = all_loads[ensemble.middle]
-    raw, unit = (middle.force, "kN") if quantity == "force" else (middle.moment, "kN m")
-    axes.plot(middle.time, 1e-3 * raw, color="0.78", linewidth=0.8, label=f"rows of {middle.interval:.2g} s, {ensemble.label(ensemble.middle)}")
+    middle, smooth = all_loads[ensemble.middle], [getattr(loads, f"smooth_{quantity}") for loads in all_loads]
+    axes.plot(middle.time, 1e-3 * getattr(middle, quantity), color="0.78", linewidth=0.8, label=f"rows of {middle.interval:.2g} s, {ensemble.label(ensemble.middle)}")
     for snow, loads in enumerate(all_loads):
-        smooth = loads.smooth_force if quantity == "force" else loads.smooth_moment
-        axes.plot(loads.time, 1e-3 * smooth, color=colour(snow), linewidth=1.5, label=f"mean over 0.1 s, {ensemble.label(snow)}")
+        axes.plot(loads.time, 1e-3 * smooth[snow], color=colour(snow), linewidth=1.5, label=f"mean over 0.1 s, {ensemble.label(snow)}")
     steady = [loads.time[loads.steady][0] for loads in all_loads if loads.is_steady]
     if steady:
         axes.axvspan(max(steady), middle.time[-1], color="0.94", zorder=0)
     axes.axvline(2.0 * middle.run.velocity / middle.run.gravity, color=GREY, linestyle=":", linewidth=1.2, label="2v/g: the splash is back")
     axes.set_xlim(0.0, middle.time[-1])
-    axes.set_ylim(min(0.0, 1.1e-3 * min(np.min(loads.smooth_force if quantity == "force" else loads.smooth_moment) for loads in all_loads)), None)
-    if quantity == "force":
-        return picture(axes, "Force downstream over time", "time since the front reached the mast (s)", f"force ({unit})",
-                       "Finest grid. Grey area: steady interval, over which means are taken.", fontsize=10)
-    return picture(axes, "Overturning moment over time", "time since the front reached the mast (s)", f"moment ({unit})",
-                   f"About the mast's own axis (x = {middle.axis:.3g} m) at the ground, positive downstream.", fontsize=10)
+    axes.set_ylim(min(0.0, 1.1e-3 * min(map(np.min, smooth))), None)
+    title, label, caption = {
+        "force": ("Force downstream over time", "force (kN)", "Finest grid. Grey area: steady interval, over which means are taken."),
+        "moment": ("Overturning moment over time", "moment (kN m)",
+                   f"About the mast's own axis (x = {middle.axis:.3g} m) at the ground, positive downstream.")}[quantity]
+    return picture(axes, title, "time since the front reached the mast (s)", label, caption, fontsize=10)
 
 
 def runup_over_time(ensemble, all_loads):

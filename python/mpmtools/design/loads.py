@@ -83,15 +83,15 @@ class Loads:
     def is_steady(self):
         return bool(self.steady.any())
 
-    def _mean(self, key, error, known=None):
-        run = self.run
+    @property
+    def during(self):
+        """Rows over which a peak is taken, by the name of the peak."""
+        return {"steady_peak": self.steady, "first_impact": self.impact}
 
-        def first(name):
-            value = run.results.get(name)
-            value = value[0] if isinstance(value, list) else value
-            return math.nan if value is None else float(value)
-
-        return Value(first(key), first(error), first(known) if known else math.nan)
+    def _mean(self, *names):
+        """The Value whose parts have these names in results.json; of vectors the component downstream."""
+        parts = [np.atleast_1d(self.run.results.get(name))[0] for name in names]
+        return Value(*(math.nan if part is None else float(part) for part in parts))
 
     def _peak(self, values, where, known_of):
         """A peak has no standard error; its numerical uncertainty is taken to be that of the mean, relatively."""
@@ -104,31 +104,21 @@ class Loads:
     @cached_property
     def values(self):
         """Every number of the design by its name; the names are those of design.json."""
-        means = {
-            "runup_p99_mean_m": self._mean("runup_p99_mean_m", "runup_p99_standard_error_m", "runup_p99_numerical_uncertainty_m"),
-            "runup_mean_m": self._mean("runup_mean_m", "runup_standard_error_m", "runup_numerical_uncertainty_m"),
-            "pressure_height_mean_m": self._mean("pressure_height_mean_m", "pressure_height_standard_error_m",
-                                                 "pressure_height_numerical_uncertainty_m"),
-            "force_mean_n": self._mean("force_mean_n", "force_standard_error_n", "force_x_numerical_uncertainty_n"),
-            "moment_mean_n_m": self._mean("overturning_moment_mean_n_m", "overturning_moment_standard_error_n_m",
-                                          "overturning_moment_numerical_uncertainty_n_m"),
-        }
-        force, moment = means["force_mean_n"], means["moment_mean_n_m"]
+        parts = ("mean", "standard_error", "numerical_uncertainty")
+        heights = {f"{name}_mean_m": self._mean(*(f"{name}_{part}_m" for part in parts)) for name in ("runup_p99", "runup", "pressure_height")}
+        force = self._mean("force_mean_n", "force_standard_error_n", "force_x_numerical_uncertainty_n")
+        moment = self._mean(*(f"overturning_moment_{part}_n_m" for part in parts))
         if self.base:
-            moment = means["moment_mean_n_m"] = Value(*(about_bed + self.base * part for about_bed, part in zip(moment, force)))
-            for name in ("runup_p99_mean_m", "runup_mean_m", "pressure_height_mean_m"):
-                means[name] = means[name]._replace(value=self.base + means[name].value)
+            moment = Value(*(about_bed + self.base * part for about_bed, part in zip(moment, force)))
+            heights = {name: height._replace(value=self.base + height.value) for name, height in heights.items()}
+        peaks = [("force", "_n", self.smooth_force, force), ("moment", "_n_m", self.smooth_moment, moment),
+                 *((name, "", np.abs(values), force if name == "lateral_force" else moment) for name, values in self.lateral.items())]
         case = self.run.case
         head = 0.5 * case["material"]["density_kg_m3"] * self.run.velocity**2 * case["obstacle"]["width_m"] * self.run.flow_height
         return {
-            **means,
-            "runup_peak_m": self._peak(self.highest, np.ones(len(self.time), bool), means["runup_mean_m"]),
-            "force_steady_peak_n": self._peak(self.smooth_force, self.steady, force),
-            "force_first_impact_n": self._peak(self.smooth_force, self.impact, force),
-            "moment_steady_peak_n_m": self._peak(self.smooth_moment, self.steady, moment),
-            "moment_first_impact_n_m": self._peak(self.smooth_moment, self.impact, moment),
-            **{f"{name}_{which}": self._peak(np.abs(values), where, force if name == "lateral_force" else moment)
-               for name, values in self.lateral.items() for which, where in (("steady_peak", self.steady), ("first_impact", self.impact))},
+            **heights, "force_mean_n": force, "moment_mean_n_m": moment,
+            "runup_peak_m": self._peak(self.highest, np.ones_like(self.time, bool), heights["runup_mean_m"]),
+            **{f"{name}_{which}{unit}": self._peak(values, where, known) for name, unit, values, known in peaks for which, where in self.during.items()},
             "resultant_height_m": Value(self.base + (self.run.number("force_resultant_height_m") or math.nan)),
             "drag_coefficient": Value(*(part / head for part in force)),
         }
@@ -136,12 +126,17 @@ class Loads:
     @cached_property
     def line_load(self):
         """(z, m; spacing of z, m; force per height in N/m, a row for each time), downstream."""
+        z, line = self._profiles("force_x_per_height_n_m")
+        return self.base + z, float(z[1] - z[0]), line
+
+    def _profiles(self, name):
+        """(z above the bed, m; values, a row for each time) of profiles.h5."""
         path = os.path.join(self.run.folder, "profiles.h5")
         with open_hdf5(path) as file:
-            z, line = file["z_m"][:], file["force_x_per_height_n_m"][1:]
-        if line.shape != (len(self.time), len(z)) or len(z) < 2:
-            raise InputError(f"{path}: {line.shape} values, {(len(self.time), len(z))} are needed; run `mpm design` again")
-        return self.base + z, float(z[1] - z[0]), line
+            z, values = file["z_m"][:], file[name][1:]
+        if values.shape != (len(self.time), len(z)) or len(z) < 2:
+            raise InputError(f"{path}: {values.shape} values, {(len(self.time), len(z))} are needed; run `mpm design` again")
+        return z, values
 
     def generalised_force(self, mode, number, mast):
         """Q(t) of a mode, N: the force times the mode's shape, weighted by the pressure over height; or times shape_at_load, where given.
@@ -200,11 +195,8 @@ class Loads:
         if not plan["modes"]:
             return {}
         found, force, moment = self.with_vibration(plan), self.values["force_mean_n"], self.values["moment_mean_n_m"]
-        always = np.ones(len(self.time), bool)
-        values = {"force_with_vibration_n": self._peak(found["force"], always, force),
-                  "force_with_vibration_steady_n": self._peak(found["force_steady"], self.steady, force),
-                  "moment_with_vibration_n_m": self._peak(found["moment"], always, moment),
-                  "moment_with_vibration_steady_n_m": self._peak(found["moment_steady"], self.steady, moment)}
+        values = {f"{name}_with_vibration{which}_{unit}": self._peak(found[name + which], where, known) for name, unit, known in (
+            ("force", "n", force), ("moment", "n_m", moment)) for which, where in (("", np.ones_like(self.time, bool)), ("_steady", self.steady))}
         for frequency, (shape, amplification) in found["modes"].items():
             values[f"mode_{frequency:g}_hz_shape_at_load"] = Value(shape)
             values[f"mode_{frequency:g}_hz_amplification"] = Value(amplification)
@@ -215,7 +207,7 @@ class Loads:
         z, _, line = self.line_load
         if which == "mean":
             return z, line[self.steady].mean(axis=0) if self.is_steady else np.full(len(z), math.nan)
-        where = self.steady if which == "steady_peak" else self.impact
+        where = self.during[which]
         if not where.any():
             return z, np.full(len(z), math.nan)
         return z, moving_mean(line, self.rows)[np.flatnonzero(where)[np.argmax(self.smooth_force[where])]]
@@ -224,15 +216,12 @@ class Loads:
     def profiles(self):
         """z (m) and pressures in Pa: force per height of the impulses over the width: 'mean', 'steady_peak' and 'first_impact' (largest of
         the moving mean at each height, not at one time); 'stress': the paper's profile of stress before the mast, its steady mean."""
-        path = os.path.join(self.run.folder, "profiles.h5")
-        with open_hdf5(path) as file:
-            z, pressure = file["z_m"][:], file["force_x_per_height_n_m"][1:] / self.run.case["obstacle"]["width_m"]
-            stress = file["pressure_pa"][1:]
-        if not pressure.shape == stress.shape == (len(self.time), len(z)):
-            raise InputError(f"{path}: {pressure.shape} and {stress.shape} values, {(len(self.time), len(z))} are needed; run `mpm design` again")
+        z, _, line = self.line_load
+        pressure, (_, stress) = line / self.run.case["obstacle"]["width_m"], self._profiles("pressure_pa")
         smooth = moving_mean(pressure, self.rows)
-        nothing = np.full(len(z), math.nan)
-        return {"z_m": self.base + z, "mean": pressure[self.steady].mean(axis=0) if self.is_steady else nothing,
-                "steady_peak": smooth[self.steady].max(axis=0) if self.is_steady else nothing,
-                "first_impact": smooth[self.impact].max(axis=0) if self.impact.any() else nothing,
-                "stress": stress[self.steady].mean(axis=0) if self.is_steady else nothing}
+
+        def over(reduce, values, where):
+            return reduce(values[where], axis=0) if where.any() else np.full(len(z), math.nan)
+
+        return {"z_m": z, "mean": over(np.mean, pressure, self.steady), "stress": over(np.mean, stress, self.steady),
+                **{name: over(np.max, smooth, where) for name, where in self.during.items()}}

@@ -45,15 +45,6 @@ def upward(value, scale=1.0):
     return short(math.ceil(value / step - 1e-9) * step)
 
 
-def error(value, scale=1.0):
-    """Two significant digits."""
-    if value is None or not math.isfinite(value):
-        return "?"
-    value *= scale
-    digits = max(0, 1 - math.floor(math.log10(abs(value)))) if value else 0
-    return f"{value:.{min(digits, 5)}f}"
-
-
 def value_and_error(value, uncertainty, scale=1.0):
     """Both with the digits that the uncertainty allows: two of its own. Without one: three digits of the value."""
     if uncertainty is None or not math.isfinite(uncertainty) or not math.isfinite(value):
