@@ -379,6 +379,12 @@ class Comparisons(DesignFolder):
         self.assertIn("above the 1 to 2", comparison.drag_remark(self.plan, 1.2, 3.3))
         self.assertIn("below the 1 to 2", comparison.drag_remark(self.plan, 0.7, 0.9))
 
+    def test_compare_only_snow_that_may_be_wet_with_wet_avalanches(self):
+        for snow_class, wet in ((None, True), ("warm_cohesive", True), ("cold_dense", False), ("loose", False)):
+            plan = {**self.plan, "flow": {**self.plan["flow"], "snow_class": snow_class}}
+            self.assertEqual("Wet avalanches" in comparison.drag_remark(plan, 1.2, 3.3), wet)
+            self.assertEqual(any("slow wet snow" in row.what for row in comparison.guideline_loads(plan)), wet)
+
     def test_give_the_equations_for_each_snow_and_say_what_they_were_fitted_to(self):
         rows = comparison.equation_rows(self.plan)
         self.assertAlmostEqual(rows[0]["runup_m"], 2.0 * (1 + 0.9468 * 0.5) + 0.5 * 9.81 * math.exp(-1.5745 * 0.5), places=6)

@@ -62,11 +62,12 @@ depth_m = {depth:.4g}
 velocity_m_s = {speed:.4g}
 density_kg_m3 = {density:g}
 slope_deg = {slope:.4g}
-snow_class = "loose"           # choose: loose, cold_dense, warm_cohesive (assumed), or entries [[snow]]
+snow_class = "loose"           # choose: loose, cold_dense, wet_dense (assumed), or entries [[snow]]
 
 [mast]
 shape = "box"                  # or cylinder
 width_m = {width:g}
+# height_m = 12                # of the mast; then its eigenfrequencies, each: [[mode]] frequency_hz = 2.5
 """
 
 
@@ -168,7 +169,7 @@ def import_avalanche(folder, x, y, width, out, simulation=None, dem=None, densit
                                      duration=math.floor(times[-1]) + 1, ground=TERRAIN if relief else ""))
         lines.append(f"wrote {os.path.join(out, 'inflow.csv')} and case.toml: mpm check {case}")
     write_text(site, SITE.format(title=title, moment=moment, depth=flow.depth[row], speed=flow.speed[row], density=density, slope=slope, width=width))
-    lines.append(f"wrote {site}: mpm design {site} --quick --plan")
+    lines.append(f"wrote {site}; choose the kind of snow in it, then: mpm design {site} --quick --out {os.path.join(out, 'design')}")
     return lines
 
 

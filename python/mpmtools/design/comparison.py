@@ -29,6 +29,7 @@ def guideline_rows(plan):
 
 
 DRAG_COEFFICIENTS = {"cylinder": 1.0, "box": 2.0}  # round and rectangular, as the Swiss rules of Salm, Burkard and Gubler (1990) are quoted
+DRY = ("loose", "cold_dense")  # classes
 HYDROSTATIC = 8.0  # times the hydrostatic pressure, measured in slow wet avalanches on a narrow pylon (Sovilla et al. 2010)
 
 
@@ -78,7 +79,7 @@ def guideline_drag(plan):
 
 
 def guideline_loads(plan):
-    """F = c_D rho v^2/2 w H with three extents that are in use, and for dense snow the measured multiple of the hydrostatic pressure."""
+    """F = c_D rho v^2/2 w H with three extents that are in use, and unless the snow is dry the measured multiple of the hydrostatic pressure."""
     flow, width, base = plan["flow"], plan["mast"]["width_m"], snow_cover(plan)
     depth, gravity = flow["depth_m"], flow["gravity_m_s2"]
     drag, source = guideline_drag(plan)
@@ -89,7 +90,7 @@ def guideline_loads(plan):
             GuidelineLoad(f"the same, falling linearly to 0 over the run-up, H + v²f/(2gλ), λ = {dissipation:g}", depth + rise, line * (depth + 0.5 * rise),
                           line * (0.5 * depth**2 + 0.5 * rise * (depth + rise / 3.0)), "extent: Eqs. 5, 6; linear decrease: customary"),
             GuidelineLoad("c_D ½ρv² w over 3 H", 3.0 * depth, 3.0 * line * depth, 4.5 * line * depth**2, "extent: Sect. 5, conservative")]
-    if flow["snow_class"] != "loose":
+    if flow["snow_class"] not in DRY:
         slow = HYDROSTATIC * flow["density_kg_m3"] * gravity * width
         rows.append(GuidelineLoad(f"slow wet snow: {HYDROSTATIC:g} times the hydrostatic pressure, whatever the speed", depth, 0.5 * slow * depth**2,
                                   slow * depth**3 / 6.0, "Sovilla et al. (2010), wet avalanches on a pylon"))
@@ -103,7 +104,7 @@ def drag_remark(plan, lowest, highest):
     if not lowest < low and not highest > high:
         return ""
     which = f"above the {low:g} to {high:g}" if highest > high else f"below the {low:g} to {high:g}"
-    wet = "" if plan["flow"]["snow_class"] == "loose" else (
+    wet = "" if plan["flow"]["snow_class"] in DRY else (
         "Wet avalanches have been measured to press considerably more than the guideline's formula gives (Sovilla et al., infoscience.epfl.ch record "
         "206442); in simulations of slow flows cohesion raises the pressure on narrow obstacles (Kyburz et al. 2022). ")
     reason = ("Part of the force acts above the flow, on snow that is dammed up, while the coefficient is over w H; cohesive and firm snow presses more. "

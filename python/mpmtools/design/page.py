@@ -81,7 +81,7 @@ def run_up_row(ensemble, results):
     key = "runup_peak_m" if not steady.high > splash.high else "runup_p99_mean_m"
     entry = results.table[results.governing(key)][key]
     what = "highest particle of the first splash" if key == "runup_peak_m" else "height of 99 % of the snow before the mast, steady mean"
-    parts = (f"steady mean: {with_unit(upward(steady.high), 'm')}{' (Bernoulli’s bound H + v²/2g)' if steady.high == ensemble.bound else ''}; "
+    parts = (f"Steady mean: {with_unit(upward(steady.high), 'm')}{' (Bernoulli’s bound H + v²/2g)' if steady.high == ensemble.bound else ''}; "
              f"first splash: {short(splash.highest)} m on the finest grid, upper value {upward(splash.high)} m")
     if math.isfinite(entry.total) and entry.total <= NOT_DETERMINED * entry.value:
         return upward(results.ranges[key].high) + " m", f"upper value of: {what}. {parts}"
@@ -127,8 +127,8 @@ def design_rows(ensemble, results):
     top, source = max(heights)
     others = "; ".join(f"{where}: {upward(h)} m" for h, where in heights if where != source)
     rows.append(("height of the pressure, for a simplified load", f"{upward(top)} m",
-                 f"the greatest of three: {source}. {others}. They differ because 3 H covers every snow and width of the paper, the equations hold for a "
-                 "box as wide as the flow is deep, and the simulation is of this mast and these snows; the computed load over height is in the line load below"))
+                 f"the greatest of three: {source}; the others: {others}. They differ because 3 H covers every snow and width of the paper, the equations hold for a "
+                 "box as wide as the flow is deep, and the simulation is of this mast and these snows; the computed load over height is in the line load below, the guideline's load over 3 H in its table"))
     rows.append(("run-up (keep parts that must not be struck above it)", *run_up_row(ensemble, results)))
     return rows
 
