@@ -87,7 +87,7 @@ class Frame(Mapping):
             if array.ndim == 1:
                 columns[name] = array
                 continue
-            array = array.reshape(count, -1)
+            array = array.reshape(count, int(np.prod(array.shape[1:])))  # -1 is refused where no particle is left
             for i, axes in enumerate(AXES.get(name, range(array.shape[1]))):
                 stem = UNIT.sub("", name)
                 columns[f"{stem}_{axes}{name[len(stem):]}"] = array[:, i]

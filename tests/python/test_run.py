@@ -11,6 +11,7 @@ from mpmtools import Run
 from mpmtools.checksums import checksum
 from mpmtools.errors import InputError
 from mpmtools.figures import run_pictures
+from mpmtools.frame import Frame
 from reports.bench_history import draw_history, history_figure
 from mpmtools.tables import read_series
 from study_samples import InFolder
@@ -88,6 +89,14 @@ class Runs(RunFolder):
         self.assertEqual(frame.table.kirchhoff_stress_xx_pa.tolist(), [-1e4] * 3)
         self.assertEqual((run.case["obstacle.width_m"], run.case["obstacle"]["shape"], dict(run.case)["numerics.cell_size_m"]), (1.75, "box", 0.5))
         self.assertIn("measurement.bin_height_m", list(run.case))
+
+    def test_are_tables_where_no_particle_is_left(self):
+        with sealed_h5(self.folder / "empty.h5") as file:
+            file["position_m"] = np.zeros((0, 3))
+        self.assertEqual(list(Frame(str(self.folder / "empty.h5")).table), ["position_x_m", "position_y_m", "position_z_m"])
+
+    def test_name_a_key_that_a_case_lacks(self):
+        run = Run(self.folder)
         with self.assertRaisesRegex(KeyError, "case.toml: obstacle.friction"):
             run.case["obstacle.friction"]
 
