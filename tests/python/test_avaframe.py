@@ -339,11 +339,13 @@ class Avalanche(InFolder):
         check_metres(metres, "dem.asc")
         check_metres(f'COMPD_CS["both",{metres},VERT_CS["height",VERT_DATUM["d",2005],UNIT["metre",1]]]', "dem.asc")
         for wrong, message in ((metres.replace('"metre",1', '"Foot_US",0.3048006'), "coordinates is Foot_US"),
-                               (f'COMPD_CS["both",{metres},VERT_CS["height",VERT_DATUM["d",2005],UNIT["US survey foot",0.3048]]]', "heights is US survey foot")):
+                               (f'COMPD_CS["both",{metres},VERT_CS["height",VERT_DATUM["d",2005],UNIT["US survey foot",0.3048]]]', "heights is US survey foot"),
+                               (f'{metres},VERTCS["height",VDATUM["d"],UNIT["Foot",0.3048]]', "heights is Foot")):
             with self.assertRaisesRegex(InputError, message):
                 check_metres(wrong, "dem.asc")
         self.assertTrue(same(metres, metres.replace(",", ", ").upper()))
-        self.assertTrue(same(metres, f'COMPD_CS["both",{metres},VERT_CS["height",UNIT["metre",1]]]'))  # a DEM that names its heights, too
+        for both in (f'COMPD_CS["both",{metres},VERT_CS["height",UNIT["metre",1]]]', f'{metres},VERTCS["height",UNIT["Meter",1]]'):
+            self.assertTrue(same(metres, both))  # a DEM that names its heights, too
 
     @needs_rasterio
     def test_compares_projections_and_not_their_texts(self):

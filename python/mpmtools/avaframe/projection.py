@@ -7,35 +7,29 @@ from mpmtools.errors import InputError
 UNIT = re.compile(r'\b(LENGTH|ANGLE|SCALE)?UNIT\["([^"]*)",\s*([-+.\deE]+)', re.IGNORECASE)  # of WKT 1 and 2
 ANGLE = re.compile(r"deg|rad|gra?d|gon|unity", re.IGNORECASE)
 METRE = re.compile(r"met(re|er)s?$|m$", re.IGNORECASE)
-CRS = "(CRS|CS)"
+GEOGRAPHIC = re.compile(r"\s*GEO(G|D|GRAPHIC|DETIC)(CRS|CS)", re.IGNORECASE)
 
 
 def check_metres(wkt, path):
     """Coordinates and, where it names them, heights are metres. @param wkt  text of the coordinate system, @param path of the file that has it"""
-    if re.match(rf"\s*(COMPD_?CS|COMPOUNDCRS)?\W*(\"[^\"]*\",\s*)?GEO(G|D|GRAPHIC|DETIC){CRS}", wkt, re.IGNORECASE):
+    plan = horizontal(wkt)
+    if GEOGRAPHIC.match(plan):
         raise InputError(f"{path}: the coordinates are degrees; reproject the raster to a system in metres")
-    vertical = re.search(r"VERT(ICAL)?_?" + CRS, wkt, re.IGNORECASE)
-    for kind, name, factor in UNIT.findall(wkt):
-        if kind.upper() not in ("ANGLE", "SCALE") and not ANGLE.match(name) and not (METRE.match(name) and float(factor) == 1.0):
-            what = "heights" if vertical and METRE.match(horizontal_unit(wkt[:vertical.start()])) else "coordinates"
-            raise InputError(f"{path}: the unit of the {what} is {name}; convert the raster to metres (gdalwarp -t_srs EPSG:25832, with the number "
-                             "of your system; heights with gdal_calc.py)")
-
-
-def horizontal_unit(wkt):
-    return next((name for kind, name, _ in reversed(UNIT.findall(wkt)) if kind.upper() not in ("ANGLE", "SCALE") and not ANGLE.match(name)), "m")
+    for what, part in (("coordinates", plan), ("heights", wkt.replace(plan, "", 1))):
+        for kind, name, factor in UNIT.findall(part):
+            if kind.upper() not in ("ANGLE", "SCALE") and not ANGLE.match(name) and not (METRE.match(name) and float(factor) == 1.0):
+                raise InputError(f"{path}: the unit of the {what} is {name}; convert the raster to metres (gdalwarp -t_srs EPSG:25832, with the "
+                                 "number of your system; heights with gdal_calc.py)")
 
 
 def horizontal(wkt):
-    """The part of a compound system that is of the coordinates in plan; other systems as they are."""
-    found = re.match(r'\s*COMP(D_?CS|OUNDCRS)\["[^"]*",\s*', wkt, re.IGNORECASE)
-    if not found:
-        return wkt
+    """The system of the coordinates in plan: the first of a compound system, and of those that ESRI's programs write one after the other."""
+    first = re.match(r'\s*(COMP(D_?CS|OUNDCRS)\["[^"]*",\s*)?', wkt, re.IGNORECASE).end()
     depth = 0
-    for at in range(found.end(), len(wkt)):
+    for at in range(first, len(wkt)):
         depth += (wkt[at] == "[") - (wkt[at] == "]")
         if depth == 0 and wkt[at] == "]":
-            return wkt[found.end():at + 1]
+            return wkt[first:at + 1]
     return wkt
 
 
