@@ -649,12 +649,13 @@ class Pages(DesignFolder):
         self.assertIn("firm_n", pd.read_csv(self.folder / "shock_spectrum.csv"))
 
     def test_hold_the_advice_about_the_runs_and_say_that_the_mast_is_overtopped(self):
-        plan = {**self.plan, "mast": {**self.plan["mast"], "height_m": 5.5}}
+        plan = {**self.plan, "mast": {**self.plan["mast"], "height_m": 5.5}, "flow": {**self.plan["flow"], "source": "path model, 300 years"}}
         self.write("design_plan.json", json.dumps(plan))
         with unittest.mock.patch("mpmtools.design.figures.view_3d", return_value=None):  # a few seconds
             path, lines = page.make_page(self.folder)
         text = open(path, encoding="utf-8").read()
         self.assertIn("Snow firm: Mach number v/c_P = 0.7: too high; stiffen.", text)
+        self.assertIn("Source: path model, 300 years.", text)
         self.assertIn("the first splash reaches 6.00 m, and the mast is 5.5 m high", text)
         self.assertNotIn("the steady mean of the run-up reaches", text)  # 4.9 m
         self.assertIn("warning: snow firm: Mach number v/c_P = 0.7: too high; stiffen", lines)

@@ -40,9 +40,8 @@ def span(low, high):
 
 def drag_sources(plan):
     """[(shape and regime, c_D, source, what was checked)] from the literature and from this program's study."""
-    froude, frictions = plan["flow"]["froude_number"], [snow["effective_friction"] for snow in plan["snows"]]
-    own = [drag_coefficient(m, froude) for m in (min(frictions), max(frictions))]
-    weight = [weight_factor(m) for m in (min(frictions), max(frictions))]
+    froude, frictions = plan["flow"]["froude_number"], sorted(snow["effective_friction"] for snow in plan["snows"])
+    own, weight = zip(*((drag_coefficient(m, froude), weight_factor(m)) for m in (frictions[0], frictions[-1])))
     return [
         ("round", f"{DRAG_COEFFICIENTS['cylinder']:g}", "Swiss rules (Salm, Burkard and Gubler 1990; Margreth, Stoffel and Schaer 2015, WSL Berichte 28)",
          "not verified: as commonly quoted; the text was not available, only the abstract of 2015"),
@@ -115,12 +114,9 @@ def drag_remark(plan, lowest, highest):
 
 def equation_rows(plan):
     """[{name, runup_m, pressure_height_m}] by Eqs. 7 to 10 for each snow, above the ground."""
-    flow, base = plan["flow"], snow_cover(plan)
-    height = flow["depth_m"]
-    return [{"name": snow["name"],
-             "runup_m": base + height * float(equations.relative_height(snow["effective_friction"], flow["froude_number"], equations.PUBLISHED_RUNUP)),
-             "pressure_height_m": base + height * float(equations.relative_height(snow["effective_friction"], flow["froude_number"],
-                                                                           equations.PUBLISHED_PRESSURE_HEIGHT))} for snow in plan["snows"]]
+    flow, fits = plan["flow"], {"runup_m": equations.PUBLISHED_RUNUP, "pressure_height_m": equations.PUBLISHED_PRESSURE_HEIGHT}
+    return [{"name": snow["name"], **{name: snow_cover(plan) + flow["depth_m"] * float(equations.relative_height(
+        snow["effective_friction"], flow["froude_number"], fit)) for name, fit in fits.items()}} for snow in plan["snows"]]
 
 
 def equation_remarks(plan):

@@ -3,15 +3,14 @@
 import numpy as np
 from matplotlib.cm import ScalarMappable
 from matplotlib.colors import Normalize
-from matplotlib.patches import Rectangle
 
 from mpmtools.design.ensemble import snow_cover
 from mpmtools.design.oscillator import shock_response_spectrum
+from mpmtools.design.results import LINE_LOADS
 from mpmtools.figures.axes import Picture, new_axes, picture
-from mpmtools.plots import STRIP
-from mpmtools.figures.colours import STRESS_COLOURS
 from mpmtools.figures.snow_surface import SnowDensity, draw, standpoint
 from mpmtools.figures.style import COLOURS, MARKERS, finish_axes, plt, png_data
+from mpmtools.plots import Section, draw_section, section_half_width, stress_norm
 
 GREY = "#5a6675"
 FREQUENCIES = np.geomspace(0.2, 20.0, 61)  # Hz, of the shock response spectrum
@@ -31,37 +30,30 @@ def mark_heights(axes, plan, values):
 
 
 def side_view(ensemble, loads):
-    """Particles near the axis at the end of the middle snow's finest run, by pressure, with the heights."""
+    """Particles near the axis at the end of the middle snow's finest run, by stress, with the heights."""
     run, values, plan = loads.run, loads.values, ensemble.plan
     if run.final is None:
         return None
-    position, stress, ratio = (run.final[name] for name in ("position_m", "kirchhoff_stress_pa", "volume_ratio"))
-    width, height = plan["mast"]["width_m"], plan["flow"]["depth_m"]
-    depth = run.obstacle_depth  # along the flow, of a turned mast, too
-    reach = max(width, height)
-    near = (np.abs(position[:, 1]) <= STRIP * width) & (position[:, 0] > -5.0 * reach) & (position[:, 0] < depth + 3.0 * reach)
-    x, z, colours = position[near, 0], loads.base + position[near, 2], -1e-3 * (stress[near, 0] / ratio[near])
-    order = np.argsort(-np.abs(position[near, 1]))
+    section, height = Section(run, run.final, section_half_width(run)), plan["flow"]["depth_m"]
+    section.z += loads.base
+    reach, length = max(plan["mast"]["width_m"], height), 8.0 * max(plan["mast"]["width_m"], height) + run.obstacle_depth
+    left, right = -5.0 * reach, length - 5.0 * reach
+    shown = section.z[(section.x > left) & (section.x < right)]
     highest = [values["runup_mean_m"].value, values["pressure_height_mean_m"].value, loads.base + 2.0 * height]
-    top = max(1.08 * float(np.percentile(z, 99.99)) if z.size else 0.0, 1.1 * float(np.nanmax(highest)))
-    length = 8.0 * reach + depth
+    top = max(1.08 * float(np.percentile(shown, 99.99)) if shown.size else 0.0, 1.1 * float(np.nanmax(highest)))
     figure, axes = plt.subplots(figsize=(7.5, float(np.clip(5.6 * top / length + 1.1, 2.6, 8.0))), layout="constrained")
-    most = max(float(np.percentile(colours, 99.0)), 1.0)
-    dot = max(0.6, (0.9 * run.particle_spacing / length * 5.6 * 72.0) ** 2)
-    points = axes.scatter(x[order], z[order], c=colours[order], s=dot, cmap=STRESS_COLOURS.reversed(), vmin=0.0, vmax=most, linewidths=0,
-                          rasterized=True)
-    axes.add_patch(Rectangle((0.0, 0.0), depth, plan["mast"]["height_m"] or 2.0 * top, facecolor="0.85", edgecolor="0.2", hatch="///"))
-    axes.axhline(0.0, color="0.2", linewidth=1.5)
+    points = draw_section(axes, run, section, stress_norm([section]), 5.6 * 72.0 / length, top)
     if loads.base:
         axes.axhspan(0.0, loads.base, color="0.93", zorder=0, label=f"snow cover: {loads.base:g} m")
+        axes.patches[0].set_height(loads.base + axes.patches[0].get_height())  # the mast stands on the ground, not on the cover
     mark_heights(axes, plan, values)
-    axes.set(xlim=(-5.0 * reach, depth + 3.0 * reach), ylim=(-0.02 * top, top), xlabel="x (m), 0 at the front of the mast", ylabel="height z (m)")
+    axes.set(xlim=(left, right), ylim=(-0.02 * top, top), xlabel="x (m), 0 at the front of the mast", ylabel="height z (m)", title="")
     axes.set_title(f"Side view at t = {run.final.time:.1f} s, snow {ensemble.label(ensemble.middle)}", fontsize=10.5, loc="left")
     axes.set_aspect("equal")
-    figure.colorbar(points, ax=axes, label="pressure (kPa)", extend="max", shrink=0.85)
+    figure.colorbar(points, ax=axes, label="stress along the flow (kPa)", extend="both", shrink=0.85)
     axes.legend(fontsize=9, loc="upper right", framealpha=0.85, edgecolor="none")
-    return Picture("Side view", f"Particles with |y| below {STRIP * width:.2g} m on the finest grid ({run.cell_size:.3g} m), at the end of the run.",
-                   png_data(figure))
+    return Picture("Side view", f"Particles with |y| below {section_half_width(run):.2g} m on the finest grid ({run.cell_size:.3g} m), at the end of the run. "
+                   "Pressure is negative.", png_data(figure))
 
 
 def view_3d(ensemble, loads):
@@ -112,12 +104,10 @@ def line_load(results, plan):
     if not loads:
         return None
     axes = new_axes(6.6, 4.2)
-    shown = (("mean", "steady mean", COLOURS[0]), ("steady_peak", "steady peak", COLOURS[2]), ("first_impact", "first impact", COLOURS[1]),
-             ("with_vibration", "design load, with the mast's masses", "0.2"))
-    for name, label, shade in shown:
+    for name, shade in (("mean", COLOURS[0]), ("steady_peak", COLOURS[2]), ("first_impact", COLOURS[1]), ("with_vibration", "0.2")):
         if name in loads:
             axes.stairs(1e-3 * loads[name], np.append(low, high[-1]), orientation="horizontal", color=shade, linewidth=1.6, baseline=None,
-                        linestyle="--" if name == "with_vibration" else "-", label=label)
+                        linestyle="--" if name == "with_vibration" else "-", label=LINE_LOADS[name])
     axes.axvline(0.0, color=GREY, linewidth=0.8)
     axes.set_ylim(0.0, plan["mast"]["height_m"] if "with_vibration" in loads and plan["mast"]["height_m"] else None)
     return picture(axes, "Line load on the mast", "load (kN/m)", "height z (m)",

@@ -16,7 +16,7 @@ from mpmtools import __version__
 from mpmtools.design import comparison, figures, scaling
 from mpmtools.design.ensemble import Ensemble
 from mpmtools.design.loads import all_modes
-from mpmtools.design.results import LATERAL, STATIC_FORCES, STATIC_MOMENTS, Results, is_oblique, quantities_of
+from mpmtools.design.results import LATERAL, LINE_LOADS, STATIC_FORCES, STATIC_MOMENTS, Results, is_oblique, quantities_of
 from mpmtools.errors import InputError
 from mpmtools.figures.style import STYLE, inline, use_style, write_page
 from mpmtools.tables import write_text
@@ -146,7 +146,6 @@ def line_load_table(results, plan, blocks=10):
     edges = list(np.linspace(0.0, static_top, blocks + 1))
     if "with_vibration" in loads and plan["mast"]["height_m"] and plan["mast"]["height_m"] > static_top:
         edges += list(np.linspace(static_top, plan["mast"]["height_m"], 4))[1:]
-    names = {"mean": "steady mean", "steady_peak": "steady peak", "first_impact": "first impact", "with_vibration": "design load, with the mast's masses"}
     rows = []
     for bottom, top in zip(edges[:-1], edges[1:]):
         cells = [f"{bottom:.2f} to {top:.2f}"]
@@ -156,7 +155,7 @@ def line_load_table(results, plan, blocks=10):
         rows.append(cells)
     rows.append(["force (kN)"] + [short(q.sum() * step, 1e-3) for q in loads.values()])
     rows.append(["moment (kN m)"] + [short(q @ centre * step, 1e-3) for q in loads.values()])
-    return {"head": ["z (m), load in kN/m"] + [names[name] for name in loads], "rows": rows}
+    return {"head": ["z (m), load in kN/m"] + [LINE_LOADS[name] for name in loads], "rows": rows}
 
 
 def guideline_load_table(results, plan):

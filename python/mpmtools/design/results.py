@@ -52,6 +52,10 @@ STATIC_FORCES = ("force_steady_peak_n", "force_first_impact_n")
 STATIC_MOMENTS = ("moment_steady_peak_n_m", "moment_first_impact_n_m")
 
 
+LINE_LOADS = {"mean": "steady mean", "steady_peak": "steady peak", "first_impact": "first impact",
+              "with_vibration": "design load, with the mast's masses"}
+
+
 def quantities_of(plan):
     """All quantities: the fixed ones, those of an oblique flow, and where there are modes, what they add."""
     lateral = [Quantity(f"{name}_{which}", f"{label}, {text} (0.1 s)", unit, 1e-3)
