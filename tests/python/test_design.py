@@ -24,7 +24,7 @@ from mpmtools.design import comparison, figures, page, scaling
 from mpmtools.design.ensemble import Ensemble
 from mpmtools.design.loads import Loads, moving_mean
 from mpmtools.design.oscillator import equivalent_static_force, shock_response_spectrum
-from mpmtools.design.results import Results
+from mpmtools.design.results import IMPACT_FORCES, STEADY_FORCES, Results
 from mpmtools.design.uncertainty import combined, grid_estimate, observed_order
 from mpmtools.design.vibration import cantilever_modes
 from mpmtools.errors import InputError
@@ -316,6 +316,14 @@ class ResultsOfADesign(DesignFolder):
         self.assertEqual(value, "6.00 m")  # 3 H; the simulation has 3.0 m
         for part in ("3 H", "simulation", "equations", "They differ because"):
             self.assertIn(part, why)
+
+    def test_hold_the_headline_among_the_reactions_whichever_governs(self):
+        ensemble = Ensemble(self.folder)
+        for governing in STEADY_FORCES + IMPACT_FORCES:
+            results = Results(ensemble)
+            results.ranges[governing] = results.ranges[governing]._replace(high=1e7)
+            self.assertEqual(results.design_force(), (governing, 1e7))
+            self.assertIn("10000 kN", [row[1] for row in page.reaction_table(ensemble, results)["rows"]])
 
     def test_name_runs_that_are_missing(self):
         (self.folder / "runs" / "firm_w5" / "results.json").unlink()
