@@ -11,6 +11,7 @@
 
 #include "libmpm/base/error.hpp"
 #include "libmpm/base/text.hpp"
+#include "libmpm/campaign/campaign.hpp"
 #include "libmpm/campaign/plan.hpp"
 #include "libmpm/campaign/plan_blocks.hpp"
 #include "libmpm/campaign/plan_values.hpp"
@@ -82,6 +83,18 @@ class PlanFiles : protected PlanValues {
   std::set<std::filesystem::path> loaded_;  ///< each is read once
 };
 
+/// The errors of the cases of a plan that has errors of its own, one a line.
+std::string problems_of_cases(PlanBlocks blocks, const std::filesystem::path& file) try {
+  if (blocks.plan.base_text.empty()) return {};
+  blocks.plan.runs = expand(blocks, file);
+  for (PlannedRun& run : blocks.plan.runs) std::erase_if(run.settings, [](const Setting& s) { return s.key.empty(); });
+  blocks.plan.stored_results.clear();
+  (void)make_campaign(std::move(blocks.plan));
+  return {};
+} catch (const ConfigError& error) {
+  return fmt::format("\n{}", error.what());
+}
+
 /// Reads their tables, one function a table.
 class BlockReader : private PlanFiles {
  public:
@@ -101,7 +114,11 @@ class BlockReader : private PlanFiles {
       problem(top, "", "base is missing; give a case file, relative to the plan, or its tables as [base.material], ...");
     if (blocks_.crossings.empty() && blocks_.rows.empty() && valid())
       problem(top, "", "the plan has no runs; give [parameters], [[grid]], [[run]] or a table");
-    throw_problems();
+    try {
+      throw_problems();
+    } catch (const ConfigError& error) {
+      throw ConfigError(error.what() + problems_of_cases(blocks_, file_));
+    }
     return std::move(blocks_);
   }
 
@@ -132,9 +149,9 @@ class BlockReader : private PlanFiles {
         for (const Entry& e : in_order(*match)) {
           if (given_up()) break;
           const bool is_value = !e.node->is_array() && e.key.find(',') == std::string::npos;
-          if (is_value) known_key(e.key, e.source, here + " match:");
-          rule.match.push_back(is_value ? std::vector<NamedSettings>{{"", {{e.key, toml_text(*e.node)}}}}
-                                        : axis(e, here + " match:", seen));
+          rule.match.push_back(is_value
+                                   ? std::vector<NamedSettings>{{"", {{key_meant(e.key, e.source, here + " match:"), toml_text(*e.node)}}}}
+                                   : axis(e, here + " match:", seen));
         }
       }
       if (!entry->contains("match")) problem(entry->source(), here, "has no match; say which runs it is for: match = { key = [values] }");
@@ -150,9 +167,9 @@ class BlockReader : private PlanFiles {
     std::vector<std::string> keys;
     std::istringstream names(e.key);
     for (std::string key; std::getline(names, key, ',');) {
-      key = std::string(trimmed(key, " "));
-      known_key(key, e.source, here);
-      if (std::ranges::find(seen, key) != seen.end()) problem(e.source, here, fmt::format("{} is given twice; give it once", key));
+      key = key_meant(std::string(trimmed(key, " ")), e.source, here);
+      if (!key.empty() && std::ranges::find(seen, key) != seen.end())
+        problem(e.source, here, fmt::format("{} is given twice; give it once", key));
       seen.push_back(key);
       keys.push_back(key);
     }
@@ -270,13 +287,13 @@ class BlockReader : private PlanFiles {
                                  most_runs, most_settings));
     const std::string where = fmt::format("table {}:", path.filename().string());
     std::vector<std::string> keys;
+    std::vector<std::vector<std::string>> cells;
     for (const std::string& column : table.columns()) {
-      if (column != "name" && known_key(column, source, where)) keys.push_back(column);
+      if (column == "name") continue;
+      keys.push_back(key_meant(column, source, where));
+      cells.push_back(table.text(column));
     }
     const std::vector<std::string> names = table.has("name") ? table.text("name") : std::vector<std::string>(table.rows());
-    std::vector<std::vector<std::string>> cells;
-    cells.reserve(keys.size());
-    for (const std::string& key : keys) cells.push_back(table.text(key));
     for (std::size_t i = 0; i < table.rows() && !given_up(); ++i) {
       NamedSettings row{names[i], {}};
       if (const std::string why = name_problem(names[i]); !names[i].empty() && !why.empty())
@@ -351,11 +368,11 @@ class BlockReader : private PlanFiles {
     for (const Entry& e : in_order(*labels)) {
       if (given_up()) break;
       const auto word = e.node->value_exact<std::string>();
-      if (!known_key(e.key, e.source, "[labels]")) continue;
+      const std::string key = key_meant(e.key, e.source, "[labels]");
       if (!word || *word != file_name_part(*word)) {
         problem(e.source, "[labels]", fmt::format("{} = {}; give letters and digits in quotes", e.key, shown(*e.node)));
       } else {
-        blocks_.labels[e.key] = *word;
+        blocks_.labels[key] = *word;
       }
     }
   }

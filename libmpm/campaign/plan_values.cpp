@@ -117,7 +117,7 @@ std::vector<const toml::table*> PlanValues::tables_at(const toml::table& table, 
   return {};
 }
 
-bool PlanValues::known_key(const std::string& key, const toml::source_region& source, const std::string& where) {
+std::string PlanValues::key_meant(const std::string& key, const toml::source_region& source, const std::string& where) {
   static const std::vector<std::string> keys = [] {
     std::vector<std::string> names;
     for (const config::Table& table : case_schema().tables()) {
@@ -128,7 +128,7 @@ bool PlanValues::known_key(const std::string& key, const toml::source_region& so
   static const std::regex index(R"(\[[0-9]+\])");
   constexpr std::size_t longest = 200;  // characters; the regular expression recurses for each character
   const std::string plain = key.size() > longest ? key : std::regex_replace(key, index, "");
-  if (std::ranges::find(keys, plain) != keys.end()) return true;
+  if (std::ranges::find(keys, plain) != keys.end()) return key;
   std::string meant = nearest_word(plain, keys);
   for (const std::string& k : keys) {
     if (k.ends_with(fmt::format(".{}", plain))) meant = k;
@@ -136,7 +136,7 @@ bool PlanValues::known_key(const std::string& key, const toml::source_region& so
   problem(source, where,
           fmt::format("unknown key {}; {}", one_line(key),
                       meant.empty() ? "see `mpm schema`, and write table.key" : fmt::format("did you mean \"{}\"?", meant)));
-  return false;
+  return meant;
 }
 
 std::vector<PlanValues::Entry> PlanValues::in_order(const toml::table& table) {
@@ -155,7 +155,7 @@ std::vector<Setting> PlanValues::settings(const toml::table& table, const std::s
         problem(e.source, where, fmt::format("{} has more than {} keys", name, most_settings));
         break;
       }
-      if (known_key(e.key, e.source, fmt::format("{}{}{}:", where, where.empty() ? "" : " ", name))) put(list, {e.key, toml_text(*e.node)});
+      put(list, {key_meant(e.key, e.source, fmt::format("{}{}{}:", where, where.empty() ? "" : " ", name)), toml_text(*e.node)});
     }
   }
   return list;

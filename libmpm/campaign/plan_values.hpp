@@ -46,8 +46,8 @@ class PlanValues {
   /// The entries of [[name]], at most so many.
   std::vector<const toml::table*> tables_at(const toml::table& table, const std::string& where, const char* name,
                                             std::size_t most = most_runs);
-  /// Whether a case has this key; reports one that it does not have.
-  bool known_key(const std::string& key, const toml::source_region& source, const std::string& where);
+  /// The key of a case that is meant: this one, or, once an unknown one is reported, the most similar (empty: there is none).
+  std::string key_meant(const std::string& key, const toml::source_region& source, const std::string& where);
   /// Settings of the table `name`, for keys of a case.
   std::vector<Setting> settings(const toml::table& table, const std::string& where, const std::string& name);
 

@@ -28,6 +28,7 @@ double Site::froude_number() const { return mpm::froude_number(flow.velocity, fl
 const config::SchemaOf<Site>& site_schema() {
   static const config::SchemaOf<Site> schema = [] {
     config::SchemaOf<Site> s;
+    s.command = "mpm schema --site";
     s.table(
         "", "Keys above the first table", [](auto& site) -> auto& { return site; });
     s.table(
@@ -65,18 +66,23 @@ void resolve_speed(Site& site, ParameterReport& report) {
 void resolve_snows(Site& site, ParameterReport& report) {
   if (site.snows.empty() && !site.flow.snow_class && report.all_valid({"flow.snow_class", "snow"}))
     return report.problem("flow", "says nothing about the snow; give snow_class = \"loose\", \"cold_dense\" or \"wet_dense\", or [[snow]]");
-  if (!site.snows.empty() && site.flow.snow_class) report.problem("flow.snow_class", "is given beside [[snow]]; leave out one of the two");
+  if (!site.snows.empty() && report.given("flow.snow_class"))
+    report.problem("flow.snow_class", "is given beside [[snow]]; leave out one of the two");
   constexpr std::size_t most_snows = 12;
   if (site.snows.size() > most_snows)
     report.problem("snow[12]", fmt::format("is one of {} sets of parameters; at most {} are possible", site.snows.size(), most_snows));
   std::set<std::string> names;
+  std::set<std::array<double, 3>> parameters;
   for (std::size_t i = 0; i < site.snows.size(); ++i) {
     SiteSnow& snow = site.snows[i];
     if (snow.name.empty()) snow.name = fmt::format("snow_{}", i + 1);
-    const std::string key = fmt::format("snow[{}].name", i);
+    const std::string entry = fmt::format("snow[{}]", i), key = entry + ".name";
     if (const std::string why = name_problem(snow.name); !why.empty()) report.problem(key, "= " + why);
     if (!names.insert(snow.name).second)
       report.problem(key, fmt::format("= \"{}\" is given twice; give each snow a name of its own", snow.name));
+    if (report.all_valid({entry + ".critical_state_slope", entry + ".cohesion_beta", entry + ".hardening_xi"}) &&
+        !parameters.insert({snow.critical_state_slope, snow.cohesion_beta, snow.hardening_xi}).second)
+      report.problem(entry, "has the parameters of an earlier entry; leave out one of the two");
   }
 }
 

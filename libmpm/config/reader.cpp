@@ -220,7 +220,7 @@ class Reader {
       }
     }
     std::string meant = elsewhere.empty() ? nearest_word(name, candidates) : "";
-    std::string remedy = "see `mpm schema` for what there is";
+    std::string remedy = fmt::format("see `{}` for what there is", schema_.command);
     if (!elsewhere.empty()) remedy = "it belongs in " + elsewhere;
     if (!meant.empty()) {
       const Table* inner = child(table, meant);

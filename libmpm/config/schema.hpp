@@ -57,6 +57,8 @@ struct Table {
 /// The schema of a file, independent of the type that the file fills.
 class Schema {
  public:
+  std::string command = "mpm schema";  ///< prints the reference of the keys; for messages
+
   [[nodiscard]] const std::vector<Table>& tables() const { return tables_; }               ///< in the order in which they are written
   [[nodiscard]] const Table* find(std::string_view table) const;                           ///< null for an unknown table
   [[nodiscard]] const Key* find_key(std::string_view table, std::string_view name) const;  ///< null for an unknown key

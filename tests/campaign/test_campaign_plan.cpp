@@ -206,6 +206,24 @@ name = "../up"
   EXPECT_TRUE(contains(refusal("= 3"), "plan.toml:1:1: not valid TOML"));
 }
 
+TEST(CampaignPlan, TellsTheErrorsOfItsCasesTogetherWithItsOwn) {
+  const std::string reported = refusal(R"(retires = 2
+[set]
+"numerics.transfer" = "aflop"
+"numerics.cel_size_m" = 0.5
+[parameters]
+"output.duration_s" = [1.0, -1.0]
+"numerics.nothing_like_it, numerics.slope_deg" = [[0.4, 0.0], [0.3, "steep"]]
+)");
+  for (const char* part : {"plan.toml:1:1: unknown key retires", "plan.toml:4:1: set: unknown key numerics.cel_size_m; did you mean",
+                           "unknown key numerics.nothing_like_it", "transfer = \"aflop\" is not known (did you mean \"aflip\"?)",
+                           "duration_s = -1.0 is out of range", "slope_deg = \"steep\" is a string"}) {
+    EXPECT_TRUE(contains(reported, part)) << part << "\n in \n" << reported;
+  }
+  EXPECT_FALSE(contains(reported, "cell_size_m is missing")) << "that of the misspelt key counts\n" << reported;
+  EXPECT_EQ(reported.find("nothing_like_it"), reported.rfind("nothing_like_it")) << "told once\n" << reported;
+}
+
 /// A plan in a folder of its own, with the files that it includes.
 class PlanFiles : public ::testing::Test {
  protected:

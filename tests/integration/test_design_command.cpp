@@ -109,6 +109,8 @@ TEST_F(DesignCommand, RefusesAWrongSiteWithExitCode2AndLeavesNoTrace) {
   EXPECT_EQ(o.code, static_cast<int>(ExitCode::usage));
   EXPECT_TRUE(contains(o.err, "site.toml:3:1")) << o.err;
   EXPECT_TRUE(contains(o.err, "velocity_m_s")) << o.err;
+  write("[flow]\nnothing_like_it = 14\n");
+  EXPECT_TRUE(contains(design("").err, "site.toml:2:1: [flow] unknown key nothing_like_it; see `mpm schema --site`"));
   EXPECT_TRUE(contains(o.err, "mpm schema --site")) << o.err;
   EXPECT_FALSE(fs::exists(directory_ / "out"));
 }
