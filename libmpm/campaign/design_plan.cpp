@@ -97,14 +97,15 @@ std::string base_case(const Site& site) {
 /// A text in which keys of a case file are replaced by those of the site file that they come from.
 std::string in_words_of_the_site(std::string text, const Site& site) {
   const char* height = site.flow.snow_cover > 0.0 ? "mast.height_m less flow.snow_cover_m" : "mast.height_m";
-  const std::array<std::array<const char*, 2>, 8> names{{{"obstacle.height_m", height},
+  const std::array<std::array<const char*, 2>, 9> names{{{"obstacle.height_m", height},
                                                          {"obstacle.width_m", "mast.width_m"},
                                                          {"obstacle.friction", "mast.friction"},
                                                          {"conveyor.velocity_m_s", "flow.velocity_m_s"},
                                                          {"conveyor.flow_height_m", "flow.depth_m"},
                                                          {"material.density_kg_m3", "flow.density_kg_m3"},
                                                          {"numerics.cell_size_m", "plan.finest_cells"},
-                                                         {"output.duration_s", "plan.duration_s"}}};
+                                                         {"output.duration_s", "plan.duration_s"},
+                                                         {"predicted_runup_m and predicted_pressure_height_m", "their heights"}}};
   for (const auto& [of_case, of_site] : names) {
     const std::string from = of_case;
     for (std::size_t at = text.find(from); at != std::string::npos; at = text.find(from, at)) text.replace(at, from.size(), of_site);
@@ -136,7 +137,6 @@ DesignPlan ensemble(const Site& site, DesignLevel level, const std::vector<int>&
     }
   }
   plan.campaign = make_campaign(std::move(campaign));
-  if (plan.campaign.duplicates > 0) throw ConfigError("two entries of [[snow]] have the same parameters; leave out one of them");
   for (const CampaignRun& run : plan.campaign.runs) plan.particle_steps += run.cost.particle_steps;
   return plan;
 }
@@ -195,7 +195,8 @@ std::string design_plan_json(const DesignPlan& plan) {
                       {"slope_deg", site.flow.slope * 180.0 / std::numbers::pi},
                       {"gravity_m_s2", site.gravity()},
                       {"snow_cover_m", site.flow.snow_cover},
-                      {"snow_class", site.flow.snow_class ? Json(to_string(*site.flow.snow_class)) : Json()}};
+                      {"snow_class", site.flow.snow_class ? Json(to_string(*site.flow.snow_class)) : Json()},
+                      {"source", site.flow.source}};
   root["mast"] = Json{{"shape", site.mast.shape == SiteMast::Shape::box ? "box" : "cylinder"},
                       {"width_m", site.mast.width},
                       {"depth_m", site.mast.depth.value_or(site.mast.width)},

@@ -37,6 +37,7 @@ struct SiteFlow {
   double slope = 0.0;                   ///< rad
   double snow_cover = 0.0;              ///< m, of snow or a deposit under the flow
   std::optional<SnowClass> snow_class;  ///< empty: [[snow]] gives the snow
+  std::string source;                   ///< where depth, speed and density come from
   bool operator==(const SiteFlow&) const = default;
 
   /// The keys of [flow] (base/parameter.hpp).
@@ -74,6 +75,9 @@ struct SiteFlow {
         .text(
             "Kind of snow, a range of three sets of parameters with sources in the table of presets: loose (dry), cold_dense (dry, dense), "
             "warm_cohesive or wet_dense (moist or wet, dense: two names of one class)");
+    table.add("source", &SiteFlow::source)
+        .hide_default()
+        .text("Where depth, speed and density come from, for the page: model, scenario, return period");
   }
 
  private:

@@ -106,7 +106,7 @@ TEST(SiteFile, HoldsTheShapeOfAModeAtTheLoadAndItsOwner) {
 
 TEST(SiteFile, HoldsObliqueFlowSnowCoverBeamRangesAndScenariosAndHidesTheirDefaults) {
   std::string text = with("\"cylinder\"", "\"box\"\nangle_deg = 20\ntaper = 0.5\ntop_mass_ratio = 0.4");
-  text.insert(text.find("snow_class"), "snow_cover_m = 1.5\n");
+  text.insert(text.find("snow_class"), "snow_cover_m = 1.5\nsource = \"300 years\"\n");
   const std::string scenario = "[[scenario]]\nname = \"100 years\"\ndepth_m = 2.5\nvelocity_m_s = 16\n";
   const Site s = site(text + "[range]\nvelocity_ratio = 0.1\n" + scenario);
   EXPECT_NEAR(s.mast.angle, 20.0 * std::numbers::pi / 180.0, 1e-12);
@@ -118,6 +118,7 @@ TEST(SiteFile, HoldsObliqueFlowSnowCoverBeamRangesAndScenariosAndHidesTheirDefau
   EXPECT_EQ(json["range"]["depth_ratio"], 0.2);
   EXPECT_EQ(json["mast"]["top_mass_ratio"], 0.4);
   EXPECT_EQ(json["flow"]["snow_cover_m"], 1.5);
+  EXPECT_EQ(json["flow"]["source"], "300 years");
   for (const char* key : {"angle_deg", "taper", "top_mass_ratio", "snow_cover_m", "[range]", "scenario"})
     EXPECT_THAT(write_site(site()), ::testing::Not(HasSubstr(key))) << "sites of before stay as they are";
   for (const auto& [right, wrong] : {std::pair{"angle_deg", "angel_deg"},
@@ -152,7 +153,8 @@ TEST(SiteFile, RefusesTwoSnowsOfOneNameAndNamesThatAreNoFolder) {
   const std::string own = with("snow_class = \"loose\"\n", "");
   const std::string snow = "[[snow]]\nname = \"a\"\ncritical_state_slope = 0.5\ncohesion_beta = 0\nhardening_xi = 5\n";
   EXPECT_EQ(message_of(own + snow), "");
-  EXPECT_THAT(message_of(own + snow + snow), HasSubstr("given twice"));
+  EXPECT_THAT(message_of(own + snow + snow),
+              AllOf(HasSubstr("given twice"), HasSubstr("[snow[1]] has the parameters of an earlier entry; leave out one")));
   std::string path = snow;
   path.replace(path.find("\"a\""), 3, "\"a/b\"");
   EXPECT_THAT(message_of(own + path), HasSubstr("names no folder"));

@@ -152,6 +152,8 @@ class Avalanche(InFolder):
         lines = "\n".join(self.convert())
         self.assertRegex(lines, "need not coincide(.|\n)*no case, since peak values do not say.*tSteps")
         self.assertFalse((self.folder / "case" / "case.toml").exists())
+        site = tomllib.loads((self.folder / "case" / "site.toml").read_text())
+        self.assertRegex(site["flow"]["source"], "com1DFA.* at 1100,2050: largest depth and largest speed.*need not coincide")
         done = subprocess.run([os.environ["MPM"], "design", self.folder / "case" / "site.toml", "--quick", "--plan"], capture_output=True, text=True,
                               check=False)
         self.assertEqual(done.returncode, 0, done.stderr)

@@ -57,7 +57,8 @@ file = "terrain.asc"           # heights over the plane of the ground in this wi
 SITE = """\
 title = "{title}"
 
-[flow]                         # {moment}; the flow is taken to go on like this
+[flow]                         # taken to go on like this
+source = "com1DFA of AvaFrame, {title}: {moment}"
 depth_m = {depth:.4g}
 velocity_m_s = {speed:.4g}
 density_kg_m3 = {density:g}
