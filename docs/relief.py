@@ -78,7 +78,7 @@ def finished_run(options, number, name, height, cell_size):
             write_raster(raster, height)
         terrain = f'[terrain]\nfile = "{raster.name}"' if height is not None else ""
         case.write_text(CASE.format(name=name, terrain=terrain, cell_size=cell_size), encoding="utf-8")
-        subprocess.run([options.program, "run", case, "--out", out, "--resume"], check=True,
+        subprocess.run([options.program, "run", case, "--out", out, *["--resume"] * out.exists()], check=True,
                        stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
     return Run(out)
 
