@@ -688,6 +688,14 @@ class Pages(DesignFolder):
         ensemble = Ensemble(self.folder)
         self.assertIn("extrapolated", page.comparison_table(ensemble, Results(ensemble))["head"][2])
 
+    def test_warn_of_a_steady_interval_that_begins_late(self):
+        path = self.folder / "runs" / "firm_w11" / "results.json"
+        for begin in (4.9, 6.0):  # the splash is back at 2 s: half of the time to the end, 8 s, has passed at 5 s
+            path.write_text(json.dumps({**json.loads(path.read_text()), "steady_from_s": begin}))
+            ensemble = Ensemble(self.folder)
+            late = [row for row in page.advice_rows(ensemble, Results(ensemble)) if "steady interval is short" in row[0]]
+            self.assertEqual([snows for _, snows in late], ["firm"] if begin > 5.0 else [])
+
     def test_say_that_a_run_has_no_steady_interval(self):
         path = self.folder / "runs" / "soft_w11" / "results.json"
         results = json.loads(path.read_text())

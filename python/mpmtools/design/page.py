@@ -316,6 +316,11 @@ def advice_rows(ensemble, results):
                      "the modes act downstream only; the line load and the guideline's load are those downstream", ""))
     if plan["modes"] and plan["mast"]["height_m"] is None:
         rows.append(("The height of the mast is not given, so the vibration is an upper bound: give mast.height_m, and shape_at_load where you know it", ""))
+    late = [(i, loads) for i, loads in enumerate(results.finest)  # the splash is back at 2 v/g
+            if loads.is_steady and loads.time[loads.steady][0] > loads.run.velocity / loads.run.gravity + 0.5 * loads.time[-1]]
+    if late:
+        rows.append((f"The steady interval is short: it begins at {late[0][1].time[late[0][1].steady][0]:.3g} of {plan['duration_s']:g} s. Snow may still pile up "
+                     "before the mast: give a longer [plan] duration_s", ", ".join(ensemble.label(i) for i, _ in late)))
     top = plan["mast"]["height_m"]
     if top:
         for key, what in (("runup_p99_mean_m", "the steady mean of the run-up"), ("runup_mean_m", "the steady mean of the highest particle"),
