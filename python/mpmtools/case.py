@@ -9,7 +9,7 @@ import tomllib
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-from mpmtools.errors import ConfigError, InputError, MpmError
+from mpmtools.errors import ConfigError, MpmError
 from mpmtools.files import MissingEntry, read_toml, write_text
 from mpmtools.program import run_program, run_with_bar
 from mpmtools.toml_text import toml_text

@@ -5,9 +5,9 @@ import unittest
 import numpy as np
 from scipy import signal
 
+from analysis.statistics import estimate_mean, ratio_of_means
 from mpmtools.errors import ConfigError
 from mpmtools.scores import compute_scores, levels, scores_by_group
-from mpmtools.statistics import estimate_mean, ratio_of_means
 
 ROUND_OFF = 1e-14  # a handful of operations on numbers of order 1
 

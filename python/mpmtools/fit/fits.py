@@ -103,29 +103,9 @@ def score_against_published(equation, samples):
     return compute_scores(samples.relative_height, relative_height(samples.effective_friction, samples.froude_number, equation.published))
 
 
-def coefficients_and_scores(runs, fitting_set):
-    """{coefficient or score: value} of both equations on one set: its own coefficients (NaN where the runs do not determine them), and the
-    scores of the published equations, as `runup_rmsle`."""
-    row = {}
-    for equation in EQUATIONS:
-        samples = height_samples(equation, runs[fitting_set.holds(runs)])
-        try:
-            row.update({name: e.value for name, e in fit_heights(equation, samples, with_profile=False).estimates.items()})
-        except ConfigError:  # too few runs, or too much alike
-            row.update(dict.fromkeys(equation.parameters, np.nan))
-        scores = score_against_published(equation, samples)
-        row.update({f"{equation.name}_{score}": scores[score] for score in (equation.score, "fraction_25")})
-    return row
-
-
 def fit_paper_sets(runs):
     """Both equations, each on both sets of the paper."""
     return [fit_set(equation, fitting_set, runs) for fitting_set in (NARROW, WIDE) for equation in EQUATIONS]
-
-
-def own_coefficients(fits):
-    """{equation name: coefficients} of the narrow set, which the study takes for its own; None where it could not be fitted."""
-    return {s.equation.name: s.fit.coefficients if s.fit else None for s in fits if s.fitting_set is NARROW}
 
 
 def coefficients_table(fits):

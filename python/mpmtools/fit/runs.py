@@ -10,7 +10,7 @@ import pandas as pd
 from mpmtools import equations
 from mpmtools.errors import ConfigError, InputError
 from mpmtools.scores import levels, same_input
-from mpmtools.tables import find_column, no_column, number_text, numbers, read_table
+from mpmtools.tables import find_column, no_column, numbers, read_table
 from mpmtools.wording import counted
 
 PAPER_DENSITY = 300.0  # kg/m^3, Table 1: campaigns that do not vary it do not list it
@@ -274,12 +274,3 @@ def read_runs_or_refuse(files, filters=(), finest=False):
         reasons = "; ".join(f"{rows} {reason}" for reason, rows in table.left_out.items())
         raise ConfigError(f"{', '.join(map(str, files))}: no run with a steady run-up is left of {counted(table.rows, 'row')}" + (f" ({reasons})" if reasons else ""))
     return table
-
-
-def point_keys(runs):
-    """Flow and snow of each run, equal inputs equal to the bit."""
-    return pd.DataFrame({name: levels(runs[name]).round(9) for name in POINT})
-
-
-def inputs_text(froude, slope, beta, xi):
-    return f"Fr = {number_text(froude)}, M = {number_text(slope)}, beta = {number_text(beta)}, xi = {number_text(xi)}"

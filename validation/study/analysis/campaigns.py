@@ -7,10 +7,11 @@ are compared on the sets that both have, because a coefficient depends on which 
 import numpy as np
 import pandas as pd
 
+from analysis.fits import point_keys
 from mpmtools.scores import levels
 from mpmtools.fit.fits import NARROW, WIDE, height_samples, score_against_published
 from mpmtools.fit.regression import EQUATIONS, fit_heights
-from mpmtools.fit.runs import POINT, point_keys
+from mpmtools.fit.runs import POINT
 from analysis.uncertainty import GROUPS, bootstrap, drawn_interval
 
 FEWEST_FROUDE_NUMBERS, FEWEST_MATERIALS = 3, 4  # of snow with friction: fewer do not fix k, kappa and Fr_sat together, let alone their intervals

@@ -5,7 +5,8 @@ Every function takes a Study (page.py), and draws tables that tables.py calls ev
 
 import numpy as np
 
-from mpmtools.figures.axes import Drawn, decades, froude_colour, new_axes, number, per_cent, picture, scatter_runs
+from analysis.axes import Drawn, decades, froude_colour, number, per_cent, scatter_runs
+from mpmtools.figures.axes import new_axes, picture
 from mpmtools.figures.style import COLOURS, MARKERS
 from analysis.summary import NAMES, interval
 from analysis.jams import LEAST_STATIC, LIMIT

@@ -1,4 +1,4 @@
-"""Figures beyond the paper, from a folder of tables: results.csv of the plans in validation/study/extensions, and a run's series.
+"""Figures beyond the paper, from a folder of tables: results.csv of plans of extensions/.
 
 Each function takes the folder and returns what its section of the page shows.
 """
@@ -6,7 +6,8 @@ Each function takes the folder and returns what its section of the page shows.
 import os
 from typing import NamedTuple
 
-from mpmtools.figures.axes import Drawn, froude_colour, new_axes, number, picture
+from analysis.axes import Drawn, froude_colour, number
+from mpmtools.figures.axes import new_axes, picture
 from mpmtools.figures.style import COLOURS, MARKERS, plain_ticks
 from mpmtools.scores import levels
 from mpmtools.tables import read_series
@@ -38,7 +39,7 @@ def finished_runs(folder, name):
 
 
 def no_table(name):
-    return Drawn([], [f"no table of `mpm campaign run validation/study/extensions/{name}.toml`"])
+    return Drawn([], [f"no table rows/{name}.csv"])
 
 
 def two_errors(table, quantity, scale):
@@ -111,29 +112,6 @@ def figure_shear(folder):
     return Drawn(pictures)
 
 
-def figure_surge(folder):
-    path = os.path.join(folder, "surge.csv")
-    if not os.path.exists(path):
-        return Drawn([], ["no series of the run of `mpm campaign run validation/study/extensions/surge.toml`"])
-    series = read_series(path)
-    instants = ((0.0, "front, 12 m/s, 1 m"), (2.0, "10 m/s, 2 m"), (4.0, "5 % denser"), (7.0, "3 m/s, 1.25 m"))
-    heights = (("runup_m", 1.0, "run-up", COLOURS[1]), ("pressure_height_m", 1.0, "pressure height", COLOURS[2]))
-    pictures = []
-    for title, label, lines in (("(a) stream-wise force", "force on the mast [kN]", (("force_x_n", 1e-3, "mean of 20 ms", COLOURS[0]),)),
-                                ("(b) heights", "height [m]", heights)):
-        axes = new_axes()
-        for column, scale, name, colour in lines:
-            axes.plot(series.time_s, scale * series[column], color=colour, linewidth=1.1, label=name)
-        for instant, what in instants:
-            axes.axvline(instant, color="0.6", linestyle="--", linewidth=0.9)
-            axes.annotate(what, (instant, 0.97), xytext=(-3, 0), xycoords=("data", "axes fraction"), textcoords="offset points",
-                          fontsize=7.5, rotation=90, va="top", ha="right", color="#5a6675")
-        axes.set_ylim(bottom=0)
-        pictures.append(picture(axes, title, "time since the front reached the mast [s]", label,
-                                "Dashed: what enters at the inlet, 8.4 m upstream, from then on.", loc="upper right"))
-    return Drawn(pictures)
-
-
 SECTIONS = [
     ("mast-height", "Beyond the paper: force against the height of the mast", figure_mast_height,
      "A mast lower than the run-up lets snow jump over it. Hauksson and others measured in chutes that the force no longer grows above "
@@ -143,7 +121,4 @@ SECTIONS = [
     ("shear", "Beyond the paper: sheared inflow", figure_shear,
      "The discharge of a plug, with a speed that grows linearly from the floor to the surface: at the floor 40 % of the mean, or nothing. "
      "The inlet, 5.25 m upstream, holds the profile. dx = w/5."),
-    ("surge", "Beyond the paper: a surge, whose height, speed and density vary", figure_surge,
-     "A thin fast front, then a surge of twice its height, then a slow tail that was compacted on its way. There is no steady interval; "
-     "the table marks such runs. dx = w/5."),
 ]

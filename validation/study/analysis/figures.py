@@ -5,10 +5,10 @@ import os
 import numpy as np
 import pandas as pd
 
+from analysis.axes import decades, froude_colour, scatter_runs
 from analysis.facts import SETS
 from analysis.study import ROWS, runs_of
 from mpmtools import equations
-from mpmtools.figures.axes import decades, froude_colour, scatter_runs
 from mpmtools.figures.style import COLOURS, MARKERS, finish_axes, plain_ticks, plt, use_style
 from mpmtools.fit.regression import EQUATIONS
 

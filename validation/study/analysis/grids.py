@@ -9,9 +9,10 @@ import numpy as np
 import pandas as pd
 from scipy.optimize import brentq
 
+from analysis.fits import coefficients_and_scores
+from analysis.statistics import ratio_of_means
 from mpmtools.errors import InputError
-from mpmtools.statistics import ratio_of_means
-from mpmtools.fit.fits import NARROW, WIDE, coefficients_and_scores
+from mpmtools.fit.fits import NARROW, WIDE
 from analysis.histories import last_third, run_means
 from mpmtools.fit.runs import POINT
 from mpmtools.tables import no_column, numbers, read_table

@@ -5,13 +5,13 @@ import os
 import numpy as np
 import pandas as pd
 
+from analysis.fits import inputs_text
+from analysis.statistics import estimate_mean
 from mpmtools.checksums import read_table_of
 from mpmtools.frame import open_hdf5
 from mpmtools.scores import same_input
-from mpmtools.statistics import estimate_mean
 from mpmtools.fit.fits import NARROW, fit_set
 from mpmtools.fit.regression import PRESSURE_HEIGHT, RUNUP
-from mpmtools.fit.runs import inputs_text
 from mpmtools.tables import numbers, read_series
 
 ENVELOPE_FROUDE = (0.1, 1.0, 5.0)

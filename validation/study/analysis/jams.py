@@ -16,8 +16,9 @@ judging weak snow, whose static force is small.
 import numpy as np
 import pandas as pd
 
+from analysis.fits import coefficients_and_scores
 from mpmtools.scores import levels
-from mpmtools.fit.fits import NARROW, WIDE, coefficients_and_scores
+from mpmtools.fit.fits import NARROW, WIDE
 from mpmtools.fit.runs import POINT
 
 FAST, LEAST_STATIC, LIMIT = 5.0, 25.0, 1.5

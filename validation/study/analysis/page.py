@@ -11,8 +11,8 @@ import jinja2
 import markupsafe
 import pandas as pd
 
+from analysis.axes import Drawn, number, per_cent
 from analysis import evidence_figures, extension_figures, paper_figures, summary
-from mpmtools.figures.axes import Drawn, number, per_cent
 from mpmtools.figures.style import STYLE, inline, use_style, write_page
 from analysis.summary import SETS
 from mpmtools.files import read_json

@@ -6,7 +6,8 @@ Every function takes a Study (page.py) and returns what its section of the page 
 import numpy as np
 from matplotlib.patches import Rectangle
 
-from mpmtools.figures.axes import (Drawn, Picture, decades, froude_colour, new_axes, number, per_cent, picture, scatter_runs)
+from analysis.axes import Drawn, decades, froude_colour, number, per_cent, scatter_runs
+from mpmtools.figures.axes import Picture, new_axes, picture
 from mpmtools.figures.colours import STRESS_COLOURS
 from mpmtools.figures.style import COLOURS, MARKERS, finish_axes, plt, png_data
 

@@ -3,9 +3,10 @@
 import numpy as np
 import pandas as pd
 
+from analysis.fits import coefficients_and_scores
 from mpmtools.scores import levels
 from analysis.campaigns import ALIKE, QUANTITIES, alike_pairs, keyed, paired_summary, ratio_summary
-from mpmtools.fit.fits import NARROW, WIDE, coefficients_and_scores
+from mpmtools.fit.fits import NARROW, WIDE
 from analysis.grids import UNCONVERGED, covers
 from mpmtools.fit.regression import PRESSURE_HEIGHT
 from mpmtools.fit.runs import POINT

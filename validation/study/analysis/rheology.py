@@ -3,9 +3,9 @@
 import numpy as np
 import pandas as pd
 
+from analysis.statistics import ratio_of_means
 from mpmtools.equations import bernoulli_height
 from mpmtools.scores import levels, same_input
-from mpmtools.statistics import ratio_of_means
 
 INCOMPRESSIBLE_XI = 5.0
 LAST_LINK = (0.8, 0.3, 0.5)  # M, beta, xi at the end of the paper's chain

@@ -8,8 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 import pandas as pd
 
+from analysis.statistics import ratio_of_means
 from mpmtools.errors import InputError
-from mpmtools.statistics import ratio_of_means
 from mpmtools.fit.runs import POINT, number_of
 from mpmtools.tables import no_column, numbers, read_table
 from mpmtools.wording import counted, verb

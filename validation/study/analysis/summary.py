@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from mpmtools.figures.axes import number, per_cent
+from analysis.axes import number, per_cent
 from analysis.jams import LIMIT
 
 NAMES = {"k_r": "k_r", "kappa_r": "κ_r", "k_p": "k_p", "Fr_sat": "Fr_sat", "kappa_p": "κ_p"}

@@ -5,12 +5,13 @@ import os
 import numpy as np
 import pandas as pd
 
+from analysis.fits import own_coefficients
 from mpmtools import equations
 from mpmtools.errors import ConfigError
 from mpmtools.files import read_toml
 from mpmtools.scores import levels
 from analysis import campaigns, grids, guideline, histories, jams, published, refinement, rheology, sensitivity, uncertainty, width, yardstick
-from mpmtools.fit.fits import coefficients_csv, evaluated_by, fit_paper_sets, fits_json, own_coefficients, scores_csv
+from mpmtools.fit.fits import coefficients_csv, evaluated_by, fit_paper_sets, fits_json, scores_csv
 from mpmtools.fit.regression import EQUATIONS
 from mpmtools.fit.runs import read_runs_or_refuse, read_study_table
 from mpmtools.tables import csv_text, write_text

@@ -3,9 +3,9 @@
 import numpy as np
 import pandas as pd
 
+from analysis.statistics import ratio_of_means
 from mpmtools.equations import rescaled_width_factor
 from mpmtools.scores import levels
-from mpmtools.statistics import ratio_of_means
 from mpmtools.fit.runs import POINT
 
 INPUTS = ["critical_state_slope", "cohesion_beta", "effective_friction", "hardening_xi", "froude_number", "relative_width"]

@@ -11,12 +11,13 @@ from typing import Callable
 import numpy as np
 import pandas as pd
 
+from analysis.fits import point_keys
 from mpmtools import equations
 from mpmtools.errors import ConfigError
 from mpmtools.scores import compute_scores, levels, same_input
 from mpmtools.fit.fits import NARROW, height_samples
 from mpmtools.fit.regression import PRESSURE_HEIGHT, RUNUP, fit_heights
-from mpmtools.fit.runs import POINT, point_keys
+from mpmtools.fit.runs import POINT
 
 PAPER_RUNS = 189  # of the narrow set without the fluid
 STANDARD_ERRORS = 3.0  # that make one unit of a score: more than one, because the runs of one kind of snow err together
