@@ -160,15 +160,17 @@ def block_choices(values):
 def block_grid(values):
     rows = []
     for key in values.tables["grid"].index[:-1]:
-        rows.append([key.replace("xi", "ξ").replace("<=", "≤"), f"{values.value('grid', key, 'fine', '.0f')} of {values.value('grid', key, 'sets', '.0f')}",
+        if not key.endswith("from Fr 1 on"):
+            continue
+        rows.append([key.removesuffix(", from Fr 1 on").replace("xi", "ξ").replace("<=", "≤"), f"{values.value('grid', key, 'fine', '.0f')} of {values.value('grid', key, 'sets', '.0f')}",
                      *(values.change("grid", key, q) for q in ("runup", "pressure_height", "force")),
                      f"{values.value('grid', key, 'covered', '.0f')} of {values.value('grid', key, 'pairs', '.0f')}"])
-    return markdown(["0.25 m over w/5", "sets", "run-up", "pressure height", "force", "run-ups within the stated uncertainty"], rows)
+    return markdown(["0.25 m over w/5, Fr ≥ 1", "sets", "run-up", "pressure height", "force", "run-ups within the stated uncertainty"], rows)
 
 
 def block_pile_up(values):
     columns = list(values.tables["pile_up"].columns)
-    names = {"reproduction_r": "run-up, reproduction", "prediction_r": "run-up, prediction", "reproduction_p": "pressure height, reproduction", "prediction_p": "pressure height, prediction"}
+    names = {"reproduction_r": "run-up", "reproduction_p": "pressure height"}
     return markdown(["(h/H − 1)/M' at M' =", *columns], [[name, *(values.value("pile_up", key, c) for c in columns)] for key, name in names.items()])
 
 
@@ -196,6 +198,38 @@ def block_inflow(values):
     return markdown(["over a plug", *(f"Fr {key.split()[0]}, s = {key.split()[1]}" for key in keys)],
                     [[name, *(values.value("inflow", key, q) for key in keys)]
                      for q, name in (("runup", "run-up"), ("pressure_height", "pressure height"), ("force", "force"), ("moment", "moment"))])
+
+
+def _factors(values, kind, label, columns, form=".2f"):
+    """A row for each name of a kind of load; `columns`: (head, quantity, Froude number) each: the mean over M' and, if it varies, its range."""
+    table = values.tables["load_factors_over_snow"]
+    names = list(dict.fromkeys(key.split()[1] for key in table.index if key.startswith(f"{kind} ")))
+    rows = []
+    for name in names:
+        cells = []
+        for _, quantity, froude in columns:
+            key = f"{kind} {name} {quantity} {froude}"
+            if key not in table.index:
+                cells.append("–")
+                continue
+            low, mean, high = (values.value("load_factors_over_snow", key, f"factor{end}", form) for end in ("_low", "", "_high"))
+            cells.append(mean if low == high else f"{mean} ({low} to {high})")
+        rows.append([name.replace("_", " "), *cells])
+    return markdown([label, *(head for head, *_ in columns)], rows)
+
+
+def block_shape_factors(values, quantity):
+    return _factors(values, "shape", "over the square", [(f"Fr {froude}", quantity, froude) for froude in ("0.3", "1", "3", "5", "7")])
+
+
+def block_fronts(values):
+    return _factors(values, "front", "front, degrees; slip", [(f"{name}, Fr {froude}", quantity, froude) for name, quantity in
+                                                              (("peak over mean", "peak_force"), ("arm over H", "lever_arm")) for froude in ("1", "3", "5")])
+
+
+def block_arms(values):
+    return _factors(values, "arm", "underside over H", [(f"{name}, Fr {froude}", quantity, froude) for name, quantity in (("drag", "drag"), ("lift", "lift"))
+                                                        for froude in ("3", "5", "7")])
 
 
 def block_widths(values):
