@@ -9,7 +9,7 @@ import subprocess
 import numpy as np
 import pandas as pd
 
-from analysis import grids, jams, rheology, sensitivity, yardstick
+from analysis import grids, jams, loads, rheology, sensitivity, yardstick
 from analysis.campaigns import paired_rows, paired_summary
 from analysis.refinement import refinement_tables
 from analysis.study import CAMPAIGNS, ROWS, STUDY, rows, runs_of
@@ -339,3 +339,5 @@ def widths():
 
 TABLES = {f.__name__: f for f in (coefficients, aims, campaigns, provenance, friction, friction_reuse, choices, numerics, grid, pile_up, windows, strips,
                                   compaction, fluid, parts, mast_heights, first_impact, shapes, inflow, widths)}
+if loads.available():
+    TABLES |= {"load_factors": loads.load_factors, "load_factors_over_snow": lambda: loads.over_snow(loads.load_factors())}

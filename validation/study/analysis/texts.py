@@ -25,7 +25,7 @@ LABELS = {"paper": "**paper**", "reproduction": "reproduction", "prediction": "p
 # Numbers that are inputs of the study or bounds that it set itself; all others come from a table.
 TYPED = re.compile(r"(?<![\w./^])[-+−±]?\d+(?:\.\d+)?(?:\s?%)?")
 INPUTS = {"0", "1", "2", "3", "4", "5", "6", "7", "8", "10", "12", "20", "27", "30", "45", "60", "64", "90", "371", "0.05", "0.1", "0.15", "0.2", "0.25", "0.3", "0.4",
-          "0.5", "0.8", "0.9", "0.95", "1.2", "1.5", "1.75", "1.76", "2.2", "2.3", "0.35", "0.125", "90 %", "10 %", "15 %", "25 %", "189", "9", "15", "25", "35", "1.42", "2.1", "2007", "4.2", "8.4", "12.6", "99 %", "100.7 %", "107.5 %"}
+          "0.5", "0.7", "0.8", "0.9", "0.95", "1.2", "1.5", "1.75", "1.76", "2.2", "2.3", "0.35", "0.125", "90 %", "10 %", "15 %", "25 %", "189", "9", "15", "25", "35", "1.42", "2.1", "2007", "4.2", "8.4", "12.6", "99 %", "100.7 %", "107.5 %"}
 
 
 def rounded(table):
@@ -85,6 +85,16 @@ class Values:
 
     def block(self, name, *arguments):
         return BLOCKS[name](self, *arguments)
+
+    def loads(self, kind):
+        """Whether factors of this kind of load are known: rows of its plan are kept (loads.py)."""
+        return "load_factors" in self.tables and bool((self.tables["load_factors"].kind == kind).any())
+
+    def loads_uncertainty(self, kind, quantity):
+        """The largest uncertainty of a factor, over the factor."""
+        of = self.tables["load_factors"]
+        of = of[(of.kind == kind) & (of.quantity == quantity)]
+        return float((of.uncertainty / of.factor.abs()).max())
 
 
 def markdown(head, rows):
@@ -261,7 +271,7 @@ def made_pages(tables):
     """{name: text} of every page."""
     values = Values(tables)
     environment = jinja2.Environment(loader=jinja2.FileSystemLoader(TEMPLATES), undefined=jinja2.StrictUndefined, keep_trailing_newline=True)
-    environment.globals.update(number=number, value=values.value, raw=values.raw, change=values.change, span=values.span, block=values.block)
+    environment.globals.update(number=number, value=values.value, raw=values.raw, change=values.change, span=values.span, block=values.block, loads=values.loads, loads_uncertainty=values.loads_uncertainty)
     return {path.stem: wrapped(environment.get_template(path.name).render()) for path in sorted(TEMPLATES.glob("*.md.j2"))}
 
 

@@ -1,0 +1,131 @@
+"""Loads beyond the paper as factors: cross-sections, sheared inflow and inclined fronts, cross-arms; from the rows of the plans in ../extensions.
+
+A table of factors has a row for each kind, name and quantity in each flow (Fr, M'): factor, uncertainty (two standard errors, and the numerical
+uncertainties that the rows state, of both values; nan where a row states none). `mpm design` can read it: factor_at() is the rule.
+"""
+
+import numpy as np
+import pandas as pd
+
+from analysis.study import ROWS
+from mpmtools.errors import InputError
+from mpmtools.scores import levels
+
+FILES = {"shape": "shape_factors", "front": "fronts", "arm": "arms"}  # in rows/, of extensions/shapes.toml, fronts.toml and arms.toml
+FLOW = ["froude_number", "effective_friction"]
+# Of each quantity the columns of its value, its standard error and its numerical uncertainty.
+VALUES = {
+    "force": ("force_mean_n.x", "force_standard_error_n.x", "force_x_numerical_uncertainty_n"),
+    "moment": ("overturning_moment_mean_n_m", "overturning_moment_standard_error_n_m", "overturning_moment_numerical_uncertainty_n_m"),
+    "runup": ("runup_mean_m", "runup_standard_error_m", "runup_numerical_uncertainty_m"),
+    "pressure_height": ("pressure_height_mean_m", "pressure_height_standard_error_m", "pressure_height_numerical_uncertainty_m"),
+}
+
+
+def cross_section(row):
+    """The name of an obstacle's plan: a square with its angle to the flow, a wedge with half the angle of its edge."""
+    if row["obstacle.shape"] == "wedge":
+        return f"wedge_{np.degrees(np.arctan(row['obstacle_width_m'] / (2.0 * row['obstacle.depth_m']))):.0f}"
+    if row["obstacle.shape"] == "cylinder":
+        return "cylinder"
+    return f"square_{row['obstacle.rotation_deg']:.0f}" if row["obstacle.rotation_deg"] > 0.0 else "square"
+
+
+def read_rows(path):
+    """Finished runs with a steady mean; columns that no run has are nan."""
+    table = pd.read_csv(path, comment="#")
+    wanted = [column for columns in VALUES.values() for column in columns]
+    wanted += ["obstacle.rotation_deg", "obstacle.depth_m", "obstacle.base_m", "conveyor.inflow_slip_ratio", "conveyor.front_angle_deg"]
+    table = table.reindex(columns=[*table.columns, *(name for name in wanted if name not in table)])
+    table = table[(table.status == "done") & (table.steady == 1)]
+    return table.assign(froude_number=levels(table.froude_number), effective_friction=table.effective_friction.round(3))
+
+
+def relative_error(row, quantity):
+    """(two standard errors and the numerical uncertainty, over the value)"""
+    value, error, numerical = (row[column] for column in VALUES[quantity])
+    return np.hypot(2.0 * error, numerical) / abs(value)
+
+
+def _factor(kind, name, quantity, row, factor, relative):
+    return {"kind": kind, "name": name, "quantity": quantity, **{key: row[key] for key in FLOW}, "factor": factor, "uncertainty": abs(factor) * relative}
+
+
+def shape_factors(rows):
+    """Over the square that faces the flow, in the same flow; flows without that square are left out."""
+    found = []
+    for _, of in rows.groupby(FLOW):
+        named = {cross_section(row): row for row in of.to_dict("records")}
+        square = named.get("square")
+        for name, row in named.items() if square else ():
+            for quantity, (column, *_) in VALUES.items():
+                relative = 0.0 if row is square else np.hypot(relative_error(row, quantity), relative_error(square, quantity))
+                found.append(_factor("shape", name, quantity, row, row[column] / square[column], relative))
+    return pd.DataFrame(found)
+
+
+def front_factors(rows):
+    """Filtered peak over the steady mean, of force and moment, and the arm of the mean force over the flow height (moment over force)."""
+    found = []
+    for row in rows.to_dict("records"):
+        slip, front = (default if np.isnan(row[key]) else row[key] for key, default in (("conveyor.inflow_slip_ratio", 1.0), ("conveyor.front_angle_deg", 90.0)))
+        name, force, moment = f"front_{front:g}_slip_{slip:g}", row["force_mean_n.x"], row["overturning_moment_mean_n_m"]
+        both = np.hypot(relative_error(row, "force"), relative_error(row, "moment"))
+        for quantity, factor, relative in (("peak_force", row["force_filtered_peak_n"] / force, relative_error(row, "force")),
+                                           ("peak_moment", row["overturning_moment_filtered_peak_n_m"] / moment, relative_error(row, "moment")),
+                                           ("lever_arm", moment / force / row["flow_height_m"], both)):
+            found.append(_factor("front", name, quantity, row, factor, relative))
+    return pd.DataFrame(found)
+
+
+def arm_factors(rows, density=300.0):
+    """Coefficients C of an arm: its mean force along the flow, and upwards, over half rho v^2 and its front, width times thickness."""
+    found = []
+    for row in rows.to_dict("records"):
+        base = 0.0 if np.isnan(row["obstacle.base_m"]) else row["obstacle.base_m"]
+        head = 0.5 * density * row["velocity_m_s"]**2 * row["obstacle_width_m"] * (row["obstacle.height_m"] - base)
+        name = f"base_{base / row['flow_height_m']:g}"
+        found.append(_factor("arm", name, "drag", row, row["force_mean_n.x"] / head, relative_error(row, "force")))
+        lift = 2.0 * row["force_standard_error_n.z"] / abs(row["force_mean_n.z"])
+        found.append(_factor("arm", name, "lift", row, row["force_mean_n.z"] / head, lift))
+    return pd.DataFrame(found)
+
+
+MAKERS = {"shape": shape_factors, "front": front_factors, "arm": arm_factors}
+
+
+def available():
+    """The kinds whose rows are kept here."""
+    return [kind for kind, name in FILES.items() if (ROWS / f"{name}.csv").exists()]
+
+
+def load_factors():
+    """All factors, with a key for the texts: 'shape square_15 force 3 0.4'."""
+    found = pd.concat([MAKERS[kind](read_rows(ROWS / f"{FILES[kind]}.csv")) for kind in available()], ignore_index=True)
+    keys = [f"{r.kind} {r.name_} {r.quantity} {r.froude_number:g} {r.effective_friction:.2f}" for r in found.rename(columns={"name": "name_"}).itertuples()]
+    return pd.concat([pd.Series(keys, name="key"), found], axis=1)
+
+
+def over_snow(factors):
+    """Mean, lowest and highest over M' of each factor at each Froude number, and the largest uncertainty: a row each, with a key for the texts."""
+    found = []
+    for (kind, name, quantity, froude), of in factors.groupby(["kind", "name", "quantity", "froude_number"], sort=False):
+        found.append({"key": f"{kind} {name} {quantity} {froude:g}", "points": len(of), "factor": of.factor.mean(), "factor_low": of.factor.min(),
+                      "factor_high": of.factor.max(), "uncertainty": of.uncertainty.max(skipna=False)})
+    return pd.DataFrame(found)
+
+
+def factor_at(factors, kind, name, quantity, froude, friction):
+    """(factor, uncertainty) in a flow: linear in M' and in log Fr between the flows of the table. @throws InputError outside them."""
+    of = factors[(factors.kind == kind) & (factors["name"] == name) & (factors.quantity == quantity)]
+    if of.empty:
+        raise InputError(f"no factor of the {quantity} for {kind} '{name}'")
+    found = []
+    for column in ("factor", "uncertainty"):
+        grid = of.pivot(index="froude_number", columns="effective_friction", values=column)
+        for value, points, what in ((froude, grid.index, "Fr"), (friction, grid.columns, "M'")):
+            if not points.min() <= value <= points.max():
+                raise InputError(f"{what} = {value:g} is outside {points.min():g} to {points.max():g}, for which the factor of {kind} '{name}' is known")
+        at_froude = [np.interp(np.log(froude), np.log(grid.index), grid[m]) for m in grid.columns]
+        found.append(float(np.interp(friction, grid.columns, at_froude)))
+    return tuple(found)
