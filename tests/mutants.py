@@ -59,7 +59,7 @@ MUTATIONS = [
     Mutation("inertial_number", "mu(I) takes the inertial number 1 % too small", LAWS + "drucker_prager.cpp",
              "hindrance_ = reference_inertial_number_ * 3.0 *", "hindrance_ = reference_inertial_number_ * 3.03 *", ("cone_paths",)),
     Mutation("edge_ratio", "the ends of an obstacle's sides take as much as other points", "libmpm/core/surface_contact.cpp",
-             "max(edge.largest(impulse_of(edge.inner), fall)", "max(1e9 * impulse_of(edge.inner)", ("plate_in_jet",)),
+             "max(edge.largest(impulse_of(edge.neighbour), fall)", "max(1e9 * impulse_of(edge.neighbour)", ("plate_in_jet",)),
     Mutation("edge_bernoulli", "the pressure at an edge falls by a quarter of what Bernoulli's law gives", "libmpm/core/surface_contact.cpp",
              "solid.friction(), 0.5 * density * dx * dt, group)", "solid.friction(), 0.125 * density * dx * dt, group)", ("plate_in_jet",)),
     Mutation("edge_margin", "the points of an obstacle's sides reach to its edges", "libmpm/boundary/contact_stencil.hpp",

@@ -57,7 +57,7 @@ class HeightInCells : public Observer {
   }
   [[nodiscard]] bool visits(const Vec3& low, const Vec3& high) const override { return profile_.visits(low, high); }
   void visit(const ParticleBatch& batch) override { profile_.visit(batch); }
-  void sample(const Instant&, std::span<double> row) override { row[0] = profile_.finish().pressure_height.value_or(MeanEstimate::none); }
+  void sample(const mpm::Instant&, std::span<double> row) override { row[0] = profile_.finish().pressure_height.value_or(MeanEstimate::none); }
 
  private:
   PressureProfile profile_;
@@ -70,7 +70,7 @@ class EndPicture : public Observer {
       : context_(context), result_(result), run_(std::move(run)), end_(end), slice_(slice) {}
   [[nodiscard]] std::string name() const override { return "end_picture"; }
   [[nodiscard]] MeasuredFrom measured_from() const override { return MeasuredFrom::run; }
-  std::vector<std::string> check(const Instant& now) override {
+  std::vector<std::string> check(const mpm::Instant& now) override {
     if (now.time < end_) return {};
     result_.flows.push_back(flow_picture(context_.directory(), now.live->state, now.live->scene,
                                          {.id = "end",
