@@ -4,7 +4,7 @@ import unittest
 
 import pandas as pd
 
-from mpmtools.figures import axes
+from analysis import axes
 from mpmtools.tables import csv_text, number_text
 from mpmtools.wording import counted, verb
 from reports import bench_dashboard
