@@ -57,7 +57,9 @@ class HeightInCells : public Observer {
   }
   [[nodiscard]] bool visits(const Vec3& low, const Vec3& high) const override { return profile_.visits(low, high); }
   void visit(const ParticleBatch& batch) override { profile_.visit(batch); }
-  void sample(const mpm::Instant&, std::span<double> row) override { row[0] = profile_.finish().pressure_height.value_or(MeanEstimate::none); }
+  void sample(const mpm::Instant&, std::span<double> row) override {
+    row[0] = profile_.finish().pressure_height.value_or(MeanEstimate::none);
+  }
 
  private:
   PressureProfile profile_;
