@@ -157,8 +157,8 @@ void CaseResult::compare(Label label, std::string what, Quantity quantity, doubl
 
 const std::vector<CaseEntry>& registered_cases() { return cases(); }
 
-Registration::Registration(CaseEntry entry, const std::source_location& where) {
-  entry.name = std::filesystem::path(where.file_name()).parent_path().filename().string();
+Registration::Registration(CaseEntry entry, const char* source) {
+  entry.name = std::filesystem::path(source).parent_path().filename().string();
   entry.directory = std::filesystem::path(MPM_CASES_DIRECTORY) / entry.name;
   auto& all = cases();
   const auto rank = [](const CaseEntry& e) { return std::pair<bool, const std::string&>(!e.experiment, e.name); };
