@@ -41,7 +41,7 @@ Problem cube(std::size_t particles, int per_cell, const CamClay::Parameters& sno
   c.numerics.particles_per_cell = per_cell;
   const double edge = 0.05 * std::max(1.0, std::round(std::cbrt(static_cast<double>(particles) / per_cell)));
   use_tracked_numerics(c);
-  c.bodies.push_back({.max = Vec3::Constant(edge), .lattice = BodySpec::Lattice::aligned});
+  c.bodies.push_back({.max = Vec3::Constant(edge), .lattice = Lattice::aligned});
   Scene scene = make_scene(c);
   State state = make_state(c, scene);
   return {std::move(scene), std::move(state)};
@@ -137,7 +137,7 @@ Problem make_avalanche(std::size_t particles, Precision precision) {
   c.numerics.cell_size = std::cbrt(8.0 * volume / static_cast<double>(particles));
   constexpr double speed = 20.7, lift = 15.0;  // m/s: the plug at Fr 5, the jet on its way up
   const auto add = [&](const Vec3& min, const Vec3& max, const Vec3& velocity) {
-    c.bodies.push_back({.min = min, .max = max, .velocity = velocity, .lattice = BodySpec::Lattice::aligned});
+    c.bodies.push_back({.min = min, .max = max, .velocity = velocity, .lattice = Lattice::aligned});
   };
   const Vec3 forward(speed, 0.0, 0.0);
   add(plug_min, {0.0, plug_max.y(), plug_max.z()}, forward);

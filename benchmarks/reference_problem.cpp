@@ -77,7 +77,7 @@ Problem make_reference(double cell_size, Regime regime, Precision precision) {
   c.numerics.cell_size = cell_size;
   c.numerics.precision = precision;
   use_tracked_numerics(c);
-  c.bodies.push_back({.max = {2.0, 1.0, 4.0}, .lattice = BodySpec::Lattice::aligned});
+  c.bodies.push_back({.max = {2.0, 1.0, 4.0}, .lattice = Lattice::aligned});
   c.walls.push_back({.contact = Contact::separable});
   Scene scene = make_scene(c);
   State state = make_state(c, scene);

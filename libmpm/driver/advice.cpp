@@ -79,7 +79,7 @@ Finding nodal_width(const Impact& i) {
 Finding aligned_lattice(const Impact& i) {
   const double cells = i.width() / i.dx();
   const bool even = std::abs(0.5 * cells - std::round(0.5 * cells)) < 1e-6;
-  if (i.belt.lattice != ConveyorSpec::Lattice::aligned || i.c.numerics.contact != ContactRule::surface || !even) return {};
+  if (i.belt.lattice != Lattice::aligned || i.c.numerics.contact != ContactRule::surface || !even) return {};
   return Advice{"aligned_lattice", fmt::format("conveyor.lattice = \"aligned\" with {} cells across the obstacle", n(cells)),
                 "with an even number of cells thin jets come out up to a third too low (docs/cases.md)", "leave out lattice: staggered"};
 }

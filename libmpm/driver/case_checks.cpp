@@ -170,7 +170,7 @@ void resolve_case(Case& c, ParameterReport& report) {
   const ObstacleSpec* const obstacle = c.obstacle ? &*c.obstacle : nullptr;
   if (c.obstacle) resolve_obstacle_friction(*c.obstacle, c.material, report);
   for (std::size_t i = 0; i < c.bodies.size(); ++i) {  // in a body that stays at rest, the pressures on a staggered lattice drift apart
-    if (!report.given(fmt::format("body[{}].lattice", i)) && is_enclosed(c, c.bodies[i])) c.bodies[i].lattice = BodySpec::Lattice::aligned;
+    if (!report.given(fmt::format("body[{}].lattice", i)) && is_enclosed(c, c.bodies[i])) c.bodies[i].lattice = Lattice::aligned;
   }
   if (!report.valid("conveyor")) return;
   if (c.conveyor) resolve_conveyor(*c.conveyor, {c.numerics.cell_size, c.numerics.gravity, c.material, obstacle}, report);

@@ -7,7 +7,6 @@
 #include "libmpm/base/error.hpp"
 #include "libmpm/core/stress_update.hpp"
 #include "libmpm/impact/semi_empirical.hpp"
-#include "libmpm/source/body.hpp"
 
 namespace mpm {
 
@@ -15,7 +14,7 @@ namespace {
 
 constexpr double reservoir_cells = 2.0;  ///< snow kept behind the inlet: the support of a node on the inlet is 3/2 cells
 constexpr double outlet_cells = 2.0;
-constexpr int staggered_levels = 16;  ///< of a particle within its part of the flow height
+constexpr int levels_off_lattice = 16;  ///< places in height of a staggered or random particle within its row
 
 /// Snow kept behind the inlet; rows of a sheared inflow may be late by the distance that the fastest covers while the plug moves one
 /// spacing.
@@ -72,6 +71,7 @@ ConveyorSource::ConveyorSource(const ConveyorSpec& conveyor, const AnyMaterial& 
   weight_ = density_ * setting.gravity * std::cos(setting.slope);
   offset_ = setting.offset;
   ground_ = setting.ground;
+  front_run_ = 1.0 / std::tan(conveyor.front_angle);
   endless_ = conveyor.feed == ConveyorSpec::Feed::window;
   mirror_y_ = conveyor.mirror_y;
   if (!endless_ && (inflow_.sheared() || !inflow_.steady()))
@@ -84,62 +84,66 @@ ConveyorSource::ConveyorSource(const ConveyorSpec& conveyor, const AnyMaterial& 
   initial_layers_ = static_cast<std::uint64_t>(std::max(0.0, std::floor(length / spacing_ + 0.5)));
   half_count_ = std::max(1, static_cast<int>(std::lround(0.5 * conveyor.width / spacing_)));
   spacing_y_ = 0.5 * conveyor.width / half_count_;
-  levels_ = conveyor.lattice == ConveyorSpec::Lattice::staggered ? staggered_levels : 1;
-  if (!inflow_.steady()) return;
-  const std::vector<ColumnPoint> column = column_at(0.0);
-  for (int level = 0; level < levels_; ++level) layers_.push_back(make_layer(column, 0.0, level));
+  lattice_ = conveyor.lattice;
+  levels_ = lattice_ == Lattice::aligned ? 1 : levels_off_lattice;
+  if (lattice_ == Lattice::random) {
+    for (long k = 0; k < random_period; ++k) {
+      std::size_t points = 0;
+      for (long i = 0; i < random_period; ++i)
+        for (long j = 0; j < half_count_; ++j) points += random_points(i, j, k).size();
+      share_[static_cast<std::size_t>(k)] = static_cast<double>(random_period * half_count_) / static_cast<double>(points);
+    }
+  }
+  if (inflow_.steady()) column_ = column_at(0.0);
 }
 
 int ConveyorSource::rows(double time) const { return std::max(1, static_cast<int>(std::lround(inflow_.flow_height(time) / spacing_))); }
 
-std::vector<ColumnPoint> ConveyorSource::column_at(double time) const {
-  return settled_column(material_, weight_, inflow_.flow_height(time), rows(time) * levels_, inflow_.density_ratio(time));
-}
-
-ConveyorSource::Layer ConveyorSource::make_layer(std::span<const ColumnPoint> column, double time, int level) const {
-  const int count = static_cast<int>(column.size()) / levels_;
+std::vector<Particle> ConveyorSource::column_at(double time) const {
+  const int count = rows(time);
   const double height = inflow_.flow_height(time), velocity = inflow_.velocity(time), ratio = inflow_.density_ratio(time);
-  Layer layer;
-  layer.reserve(static_cast<std::size_t>(count));
-  for (int k = 0; k < count; ++k) {
-    const ColumnPoint& point = column[static_cast<std::size_t>(k * levels_ + level)];
-    const double rate = inflow_.mean_shear(static_cast<double>(k) / count, static_cast<double>(k + 1) / count);
+  const std::vector<ColumnPoint> settled = settled_column(material_, weight_, height, count * levels_, ratio);
+  std::vector<Particle> column;
+  column.reserve(settled.size());
+  for (const ColumnPoint& point : settled) {
+    const double row = static_cast<double>(column.size() / static_cast<std::size_t>(levels_));
     Particle p{};
     p.position[2] = point.height;
     p.volume = spacing_ * spacing_y_ * height / count * ratio;
-    p.velocity[0] = velocity * rate;
+    p.velocity[0] = velocity * inflow_.mean_shear(row / count, (row + 1.0) / count);
     const Sym3<double>& s = point.state.stress;
     const double stress[6] = {s.xx, s.yy, s.zz, s.xy, s.xz, s.yz};
     std::copy(std::begin(stress), std::end(stress), p.stress);
     p.internal = point.state.internal;
-    layer.push_back(p);
+    column.push_back(p);
   }
-  return layer;
+  return column;
 }
 
-int ConveyorSource::level_of(std::uint64_t layer) const {
-  return levels_ == 1 ? 0 : static_cast<int>(levels_ * r2_point(static_cast<double>(layer)).b);
-}
-
-double ConveyorSource::shift_across(std::uint64_t layer) const {
-  if (levels_ == 1) return 0.0;
+Vec3 ConveyorSource::shift_of(std::uint64_t layer) const {
+  if (lattice_ != Lattice::staggered) return Vec3::Zero();
   const std::uint64_t pair = layer / 2;
-  const double shift = r2_point(static_cast<double>(pair)).a - 0.5;
-  return spacing_y_ * (layer % 2 == 0 ? shift : -shift);
+  const double across = r2_point(static_cast<double>(pair)).a - 0.5;
+  return {0.0, layer % 2 == 0 ? across : -across, r2_point(static_cast<double>(layer)).b - 0.5};
 }
 
-/// Inserts particles of layer `layer`, moved by `distance` from their positions at t = 0.
-void ConveyorSource::insert(State& state, FluxTotals& entered, std::span<const Particle> row_particles, std::uint64_t layer,
-                            double distance) const {
+/// Inserts particles of a row of layer `layer`, moved by `distance` from their positions at t = 0.
+void ConveyorSource::insert_row(State& state, FluxTotals& entered, std::span<const Particle> column, int row, std::uint64_t layer,
+                                double distance) const {
   const auto n = static_cast<double>(layer);
   const double x = -(n + 0.5) * spacing_ + distance;
-  const double shift_y = shift_across(layer);
-  for (const Particle& row : row_particles) {
-    for (int j = mirror_y_ ? 0 : -half_count_; j < half_count_; ++j) {
-      Particle p = row;
-      p.position[0] = x;
+  const Vec3 regular = shift_of(layer);
+  for (int j = mirror_y_ ? 0 : -half_count_; j < half_count_; ++j) {
+    const bool random = lattice_ == Lattice::random;
+    const int from_middle = j < 0 ? -1 - j : j;  // the halves are mirror images of each other
+    for (const Vec3& shift : random ? random_points(static_cast<long>(layer), from_middle, row) : std::span(&regular, 1)) {
+      const int level = static_cast<int>(levels_ * (shift.z() + 0.5));
+      Particle p = column[static_cast<std::size_t>(row * levels_ + level)];
+      if (random) p.volume *= share_[static_cast<std::size_t>(row % random_period)];
+      p.position[0] = x - spacing_ * shift.x();
+      if (layer < initial_layers_ && p.position[0] > -front_run_ * p.position[2]) continue;
       p.position[1] = (j + 0.5) * spacing_y_;
-      p.position[1] += p.position[1] > 0.0 ? shift_y : -shift_y;  // the halves stay mirror images of each other
+      p.position[1] += spacing_y_ * (j < 0 ? -shift.y() : shift.y());
       if (ground_ != nullptr) {
         const HeightField::Surface below = ground_->at({p.position[0], p.position[1]});
         p.position[2] += below.height;
@@ -156,13 +160,10 @@ void ConveyorSource::insert(State& state, FluxTotals& entered, std::span<const P
 }
 
 void ConveyorSource::insert_layer(State& state, FluxTotals& entered) const {
-  const int level = level_of(state.source_count);
   const double distance = inflow_.travelled(state.time);
-  if (inflow_.steady()) {
-    insert(state, entered, layers_[static_cast<std::size_t>(level)], state.source_count, distance);
-  } else {
-    insert(state, entered, make_layer(column_at(state.time), state.time, level), state.source_count, distance);
-  }
+  const std::vector<Particle> changing = inflow_.steady() ? std::vector<Particle>() : column_at(state.time);
+  const std::vector<Particle>& column = inflow_.steady() ? column_ : changing;
+  for (int row = 0; row < rows(state.time); ++row) insert_row(state, entered, column, row, state.source_count, distance);
   ++state.source_count;
 }
 
@@ -178,8 +179,7 @@ void ConveyorSource::insert_rows(State& state, FluxTotals& entered) const {
   for (int k = 0; k < count; ++k) {
     const double rate = inflow_.mean_shear(static_cast<double>(k) / count, static_cast<double>(k + 1) / count);
     for (std::uint64_t layer = due(rate, before); layer < due(rate, now); ++layer) {
-      const Layer& all = layers_[static_cast<std::size_t>(level_of(layer))];
-      insert(state, entered, std::span(all).subspan(static_cast<std::size_t>(k), 1), layer, rate * gone);
+      insert_row(state, entered, column_, k, layer, rate * gone);
     }
   }
   ++state.source_count;

@@ -2,7 +2,7 @@
 /// The conveyor belt of Sect. 2.2: a plug of height H and width W that moves at v towards an obstacle.
 ///
 /// Frame: front face of the obstacle at x = 0, axis y = 0, floor z = 0. The front of the plug is at the face at t = 0, so the
-/// front arrives at t = 0; downstream is empty.
+/// front arrives at t = 0; downstream is empty. Of an inclined front the foot is there, and the snow above its slope is left out.
 ///
 /// - floor: frictionless, separable; none where uneven ground takes its place. Side walls |y| = W/2 move with v along x; they drag the
 /// plug,
@@ -29,10 +29,12 @@
 /// Lattice. Particles on the same lattice line follow the same stream line: where a mast spreads the flow, gaps open between the lines, at
 /// any resolution, and in the dead zone before it the particles' pressure and density deviate from those of the flow (at Fr 2, M 0.8,
 /// beta 0.3 the density rose to 1.29 and the pressure fell by half, while the force stayed the same). So each layer is
-/// shifted within the lattice across the flow and in height by the points of source/body.hpp: any few layers in a row sample the
+/// shifted within the lattice across the flow and in height by the points of source/lattice.hpp: any few layers in a row sample the
 /// cross-section evenly. Across the flow two layers in a row have opposite shifts. Otherwise the density beside the mirror plane
-/// oscillates with a period of 51 layers (validation/cases/bernoulli_head). "aligned" is the plain lattice, for comparison.
+/// oscillates with a period of 51 layers (validation/cases/bernoulli_head). For comparison: "aligned" is the plain lattice; "random" are
+/// Poisson discs (source/lattice.hpp), of one mass in each row, so that 32 layers bring exactly the mass of 32 layers of the lattice.
 
+#include <array>
 #include <cstdint>
 #include <memory>
 #include <span>
@@ -41,6 +43,7 @@
 #include "libmpm/boundary/height_field.hpp"
 #include "libmpm/core/step.hpp"
 #include "libmpm/impact/inflow.hpp"
+#include "libmpm/source/lattice.hpp"
 
 namespace mpm {
 
@@ -83,31 +86,31 @@ class ConveyorSource : public ParticleSource {
   void fill(State& state) const override;
 
  private:
-  using Layer = std::vector<Particle>;  ///< one particle for each row, from the floor up, with x = y = 0
-  /// The snow at rest in the inflow at `time`, s: a point for each row and level, from the floor up.
-  [[nodiscard]] std::vector<ColumnPoint> column_at(double time) const;
-  /// @param column  column_at(time). @param level  of a particle within its part of the height
-  [[nodiscard]] Layer make_layer(std::span<const ColumnPoint> column, double time, int level) const;
+  /// The snow at rest in the inflow at `time`, s: a particle for each row and each of the levels_ of its part of the height, from the floor
+  /// up, with x = y = 0.
+  [[nodiscard]] std::vector<Particle> column_at(double time) const;
   [[nodiscard]] int rows(double time) const;
   /// Number of layers of a row that are due when the plug has moved by `distance`.
   [[nodiscard]] std::uint64_t due(double rate, double distance) const;
   void insert_layer(State& state, FluxTotals& entered) const;
   void insert_rows(State& state, FluxTotals& entered) const;
-  void insert(State& state, FluxTotals& entered, std::span<const Particle> row_particles, std::uint64_t layer, double distance) const;
-  [[nodiscard]] int level_of(std::uint64_t layer) const;
-  /// Shift of layer `layer` across the flow, m; applied to y > 0, reversed on the other side.
-  [[nodiscard]] double shift_across(std::uint64_t layer) const;
+  void insert_row(State& state, FluxTotals& entered, std::span<const Particle> column, int row, std::uint64_t layer, double distance) const;
+  /// Shift of a layer of the lattice, in its cells; across the flow that of y > 0, reversed on the other side.
+  [[nodiscard]] Vec3 shift_of(std::uint64_t layer) const;
 
   AnyMaterial material_;
   Inflow inflow_;
   double spacing_, spacing_y_, release_at_, density_, weight_;
+  double front_run_;  ///< length over height of the front's slope
   int half_count_, levels_;
   bool mirror_y_;
   Vec3 offset_;                                ///< of the scene against the grid, m
   std::shared_ptr<const HeightField> ground_;  ///< empty: level
   bool endless_;
   std::uint64_t initial_layers_;
-  std::vector<Layer> layers_;  ///< of a steady inflow, one for each level
+  Lattice lattice_;
+  std::array<double, random_period> share_{};  ///< volume of a random particle over that of a cell, by row
+  std::vector<Particle> column_;               ///< column_at of a steady inflow
 };
 
 /// Floor, side walls, inlet and outlet. @param floor  false: without the floor, which uneven ground replaces

@@ -2,12 +2,14 @@
 /// The paper's set-up (Sect. 2.2), as a case gives it.
 
 #include <cstdint>
+#include <numbers>
 #include <optional>
 #include <string>
 #include <vector>
 
 #include "libmpm/base/types.hpp"
 #include "libmpm/boundary/contact.hpp"
+#include "libmpm/source/lattice.hpp"
 
 namespace mpm {
 
@@ -59,14 +61,13 @@ struct ConveyorSpec {
   double downstream_length = 4.0;                                        ///< window: outlet at x = +downstream_length, m
   Contact sidewall_contact = Contact::no_slip;  ///< "coulomb" in a file is separable with friction: a wall cannot pull
   double sidewall_friction = 0.0;               ///< mu; separable only
-  /// Whether layers are shifted against each other; see the head of conveyor.hpp.
-  enum class Lattice : std::uint8_t { staggered, aligned };
-  Lattice lattice = Lattice::staggered;  ///< how layers of particles follow one another
-  bool mirror_y = true;                  ///< compute y >= 0 only
-  double slip_ratio = 1.0;               ///< s: sheared inflow u(z) = v (s + (1 - s)(1 + n)(z/H)^n), of depth mean v; 1 is the paper's plug
-  double shear_exponent = 1.0;           ///< n
-  std::vector<InflowPoint> inflow;       ///< by ascending time; empty: steady
-  std::optional<std::string> inflow_csv;  ///< file with these rows: read_inflow_csv converts it
+  Lattice lattice = Lattice::staggered;         ///< where fresh particles lie; see the head of conveyor.hpp
+  bool mirror_y = true;                         ///< compute y >= 0 only
+  double slip_ratio = 1.0;      ///< s: sheared inflow u(z) = v (s + (1 - s)(1 + n)(z/H)^n), of depth mean v; 1 is the paper's plug
+  double shear_exponent = 1.0;  ///< n
+  double front_angle = 0.5 * std::numbers::pi;  ///< of the plug's front against the floor, rad; its foot is at the face at t = 0
+  std::vector<InflowPoint> inflow;              ///< by ascending time; empty: steady
+  std::optional<std::string> inflow_csv;        ///< file with these rows: read_inflow_csv converts it
   bool operator==(const ConveyorSpec&) const = default;
 
   /// The keys of [conveyor] (base/parameter.hpp), one statement each, in the order in which files and references list them.
@@ -119,10 +120,10 @@ struct ConveyorSpec {
         .only_with("sidewall_contact", {"coulomb"})
         .required()
         .text("Coulomb coefficient of the side walls");
-    table.add("lattice", &ConveyorSpec::lattice, {"staggered", "aligned"})
+    table.add("lattice", &ConveyorSpec::lattice, {"staggered", "aligned", "random"})
         .text(
             "How layers of particles follow one another: staggered shifts each across the flow and in height, so that no gaps open where "
-            "the mast spreads the flow; aligned is the plain lattice, whose particles keep to the same lines");
+            "the mast spreads the flow; aligned is the plain lattice, whose particles keep to the same lines; random: Poisson discs");
     table.add("mirror_y", &ConveyorSpec::mirror_y).text("Compute the half y >= 0 only; results are for the whole");
     table.add("inflow_slip_ratio", &ConveyorSpec::slip_ratio)
         .range(0.0, 1.0)
@@ -136,6 +137,11 @@ struct ConveyorSpec {
         .hide_default()
         .only_below("inflow_slip_ratio", 1.0)
         .text("Exponent n of the sheared inflow");
+    table.add("front_angle_deg", &ConveyorSpec::front_angle)
+        .degrees()
+        .range(5.0, 90.0)
+        .hide_default()
+        .text("Angle of the avalanche's front at the start, with its foot at the obstacle; 90: a vertical wall of snow");
     table.add("inflow_csv", &ConveyorSpec::inflow_csv)
         .only_with("feed", {"window"})
         .left_out("[[conveyor.inflow]] or a steady inflow")

@@ -26,7 +26,7 @@ bool inside_shape(const BodySpec& body, const Vec3& x) {
 /// Shift of a lattice's layers against each other, in cells of the lattice: between -1/2 and 1/2 along the two axes across.
 class Stagger {
  public:
-  Stagger(const BodySpec& body) : staggered_(body.lattice == BodySpec::Lattice::staggered) {
+  Stagger(const BodySpec& body) : staggered_(body.lattice == Lattice::staggered) {
     if (body.velocity.isZero(0.0)) return;
     body.velocity.cwiseAbs().maxCoeff(&axis_);
   }
@@ -82,24 +82,32 @@ std::size_t for_each_point(const BodySpec& body, const MirrorPlanes& planes, dou
   const double on_plane = 1e-9 * spacing;  // lattice points are sums of rounded numbers
   const Stagger stagger(body);
   std::size_t whole = 0;
+  const auto place = [&](const Vec3& middle, Vec3 shift) {
+    if (planes.x) shift.x() *= middle.x() > on_plane ? 1.0 : middle.x() < -on_plane ? -1.0 : 0.0;
+    if (planes.y) shift.y() *= middle.y() > on_plane ? 1.0 : middle.y() < -on_plane ? -1.0 : 0.0;
+    Vec3 x = middle + step.cwiseProduct(shift);
+    if (!inside_shape(body, x)) return;
+    ++whole;
+    double fraction = 1.0;
+    for (const auto& [mirror, coordinate] : {std::pair{planes.x, &x.x()}, std::pair{planes.y, &x.y()}}) {
+      if (!mirror || *coordinate > on_plane) continue;
+      fraction *= *coordinate < -on_plane ? 0.0 : 0.5;
+      *coordinate = 0.0;
+    }
+    if (fraction > 0.0) f(x, fraction);
+  };
   for (long k = 0; k < count[2]; ++k) {
     for (long j = 0; j < count[1]; ++j) {
       for (long i = 0; i < count[0]; ++i) {
-        Vec3 x =
+        const Vec3 middle =
             body.min + step.cwiseProduct(Vec3(static_cast<double>(i) + 0.5, static_cast<double>(j) + 0.5, static_cast<double>(k) + 0.5));
-        Vec3 shift = step.cwiseProduct(stagger.of({i, j, k}));
-        if (planes.x) shift.x() *= x.x() > on_plane ? 1.0 : x.x() < -on_plane ? -1.0 : 0.0;
-        if (planes.y) shift.y() *= x.y() > on_plane ? 1.0 : x.y() < -on_plane ? -1.0 : 0.0;
-        x += shift;
-        if (!inside_shape(body, x)) continue;
-        ++whole;
-        double fraction = 1.0;
-        for (const auto& [mirror, coordinate] : {std::pair{planes.x, &x.x()}, std::pair{planes.y, &x.y()}}) {
-          if (!mirror || *coordinate > on_plane) continue;
-          fraction *= *coordinate < -on_plane ? 0.0 : 0.5;
-          *coordinate = 0.0;
+        if (body.lattice != Lattice::random) {
+          place(middle, stagger.of({i, j, k}));
+          continue;
         }
-        if (fraction > 0.0) f(x, fraction);
+        // a body that is symmetric about a plane has the same points on both sides; a quarter: half a cell is rounded
+        const auto from_plane = [&](int axis) { return std::lround(std::floor(std::abs(middle[axis]) / step[axis] + 0.25)); };
+        for (const Vec3& shift : random_points(planes.x ? from_plane(0) : i, planes.y ? from_plane(1) : j, k)) place(middle, shift);
       }
     }
   }

@@ -1,26 +1,25 @@
 #pragma once
-/// A body: a lattice of particles that fills a simple shape.
+/// A body: particles that fill a simple shape.
 
-#include <cmath>
 #include <cstdint>
 #include <string>
 
 #include "libmpm/base/types.hpp"
 #include "libmpm/boundary/obstacle_spec.hpp"
 #include "libmpm/core/step.hpp"
+#include "libmpm/source/lattice.hpp"
 
 namespace mpm {
 
 class ParameterReport;
 
-/// [[body]]: a lattice of particles.
+/// [[body]]: particles that fill a simple shape.
 struct BodySpec {
   /// What is inscribed in the box min to max.
   enum class Shape : std::uint8_t { box, cylinder, sphere } shape = Shape::box;  ///< form of the body
   Vec3 min = Vec3::Zero(), max = Vec3::Zero();  ///< bounding box, m; cylinder (axis z) and sphere are inscribed
   Vec3 velocity = Vec3::Zero();                 ///< m/s
-  /// How layers of particles follow one another: on the same lines, or each shifted against the ones before it (fill_body).
-  enum class Lattice : std::uint8_t { aligned, staggered } lattice = Lattice::staggered;  ///< arrangement of its particles
+  Lattice lattice = Lattice::staggered;         ///< where its particles lie (fill_body)
   bool operator==(const BodySpec&) const = default;
 
   /// The keys of [[body]] (base/parameter.hpp).
@@ -31,10 +30,11 @@ struct BodySpec {
     table.add("min_m", &BodySpec::min).unit("m").range(-longest_length, longest_length).required().text("Lower corner of the bounding box");
     table.add("max_m", &BodySpec::max).unit("m").range(-longest_length, longest_length).required().text("Upper corner of the bounding box");
     table.add("velocity_m_s", &BodySpec::velocity).unit("m/s").range(-fastest_speed, fastest_speed).text("Initial velocity");
-    table.add("lattice", &BodySpec::lattice, {"aligned", "staggered"})
+    table.add("lattice", &BodySpec::lattice, {"staggered", "aligned", "random"})
         .text(
-            "aligned: a plain lattice; staggered: its layers across the velocity (across z for a body at rest) are shifted against each "
-            "other, so that no gaps open where the flow spreads");
+            "staggered: a lattice whose layers across the velocity (across z for a body at rest) are shifted against each other, so that "
+            "no "
+            "gaps open where the flow spreads; aligned: a plain lattice; random: Poisson discs");
   }
   /// min is below max along every axis.
   void check(ParameterReport& report) const;
@@ -50,28 +50,17 @@ struct BodySpec {
 /// 24th of that part it may be missed.
 [[nodiscard]] bool overlap(const BodySpec& a, const BodySpec& b);
 
-/// Adds the particles of a body at rest in its reference state: a lattice that fills the shape with the body's exact volume. With mirror
+/// Adds the particles of a body at rest in its reference state, which fill the shape with the body's exact volume. With mirror
 /// planes only the computed part is filled; a particle on a plane keeps half its volume. On uneven ground particles whose centre is below
 /// it are left out. Identity numbers rise with x fastest, then y, z.
 ///
 /// A staggered lattice: layer n along the largest component of the velocity (z for a body at rest) is shifted within the lattice's cells
 /// along the other two axes by the n-th point of the R2 sequence, less a half. Particles that follow one another on the same lines keep to
 /// the same stream lines: where an obstacle spreads the flow the lines part by several cells, and the nodes between them are left without
-/// material. Mirror planes stay planes of symmetry: layers are shifted away from them on both sides.
+/// material. Random: a cell has none, one or several particles (random_points). Mirror planes stay planes of symmetry: particles are
+/// shifted away from them on both sides, and random points are those of the cells counted from the plane.
 /// @param spacing  wanted distance of particles, m
 /// @returns the number of lattice points of the whole body; 0 where not one fits into it, and then nothing was added
 std::size_t fill_body(State& state, const BodySpec& body, const Scene& scene, double spacing);
-
-/// A point of the unit square, both coordinates in [0, 1).
-struct R2Point {
-  double a, b;  ///< fractional parts of 1/2 + n/g and 1/2 + n/g^2, g^3 = g + 1
-};
-
-/// @param n  number of the point
-inline R2Point r2_point(double n) {
-  constexpr double g = 1.32471795724474602596;  // the plastic number
-  const auto fraction = [](double x) { return x - std::floor(x); };
-  return {fraction(0.5 + n / g), fraction(0.5 + n / (g * g))};
-}
 
 }  // namespace mpm

@@ -51,8 +51,8 @@ TEST(Config, ReadsEveryKey) {
   EXPECT_TRUE(hand.walls[0].normal.isApprox(Vec3(0.0, 0.6, 2.0).normalized(), 1e-15));  // rounding of one division
   EXPECT_EQ(hand.walls[0].contact, Contact::separable);
   EXPECT_TRUE(hand.domain.mirror_x);
-  EXPECT_EQ(hand.bodies[0].lattice, BodySpec::Lattice::aligned);
-  EXPECT_EQ(hand.bodies[1].lattice, BodySpec::Lattice::staggered);
+  EXPECT_EQ(hand.bodies[0].lattice, Lattice::aligned);
+  EXPECT_EQ(hand.bodies[1].lattice, Lattice::staggered);
   EXPECT_EQ(hand.numerics.transfer, Transfer::aflip);
   EXPECT_EQ(hand.numerics.relaxation_cells, 1.5);
   EXPECT_EQ(hand.numerics.contact, ContactRule::nodal);
@@ -74,7 +74,6 @@ TEST(Config, BodyAtRestBetweenWallsIsAlignedUnlessItsKeySaysOtherwise) {
         .bodies.at(0)
         .lattice;
   };
-  using Lattice = BodySpec::Lattice;
   EXPECT_EQ(lattice("", "2"), Lattice::aligned);
   EXPECT_EQ(lattice("lattice = \"staggered\"\n", "2"), Lattice::staggered);
   EXPECT_EQ(lattice("velocity_m_s = [1, 0, 0]\n", "2"), Lattice::staggered);

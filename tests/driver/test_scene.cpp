@@ -124,8 +124,8 @@ std::vector<Particle> particles_of(const BodySpec& body, const MirrorPlanes& mir
   c.bodies = {body};
   return particles_by_id(make_state(c, make_scene(c)).grid);
 }
-BodySpec staggered(BodySpec body) {
-  body.lattice = BodySpec::Lattice::staggered;
+BodySpec placed(Lattice lattice, BodySpec body) {
+  body.lattice = lattice;
   return body;
 }
 double volume_of_all(const std::vector<Particle>& particles) {
@@ -151,29 +151,54 @@ TEST(AlignedBodies, AreThePlainLattice) {
   }
 }
 
-TEST_P(Bodies, ThatAreStaggeredKeepTheirVolumeAndStayInside) {
-  for (const Vec3& velocity : movements) {
-    BodySpec body = box_body({-0.4, 2.0, 0.3}, {0.53, 3.31, 1.07}, velocity);
-    body.shape = GetParam().shape;
-    const auto plain = particles_of(body), shifted = particles_of(staggered(body));
-    if (body.shape == BodySpec::Shape::box) {
-      EXPECT_EQ(shifted.size(), plain.size());
-    }
-    const double volume = GetParam().volume * 0.93 * 1.31 * 0.77;
-    EXPECT_NEAR(volume_of_all(shifted), volume, 1e-12 * volume);
-    for (const Particle& p : shifted) {
-      const Vec3 r = (2.0 * position_of(p) - body.min - body.max).cwiseQuotient(body.max - body.min);
-      EXPECT_LT(r.cwiseAbs().maxCoeff(), 1.0);
-      if (body.shape == BodySpec::Shape::cylinder) {
-        EXPECT_LE(r.head<2>().norm(), 1.0 + 1e-12);
+TEST_P(Bodies, KeepTheirVolumeAndStayInside) {
+  for (const Lattice lattice : {Lattice::staggered, Lattice::random}) {
+    for (const Vec3& velocity : movements) {
+      BodySpec body = box_body({-0.4, 2.0, 0.3}, {0.53, 3.31, 1.07}, velocity);
+      body.shape = GetParam().shape;
+      const auto plain = particles_of(body), shifted = particles_of(placed(lattice, body));
+      if (body.shape == BodySpec::Shape::box && lattice == Lattice::staggered) {
+        EXPECT_EQ(shifted.size(), plain.size());
       }
-      if (body.shape == BodySpec::Shape::sphere) {
-        EXPECT_LE(r.norm(), 1.0 + 1e-12);
+      const double volume = GetParam().volume * 0.93 * 1.31 * 0.77;
+      EXPECT_NEAR(volume_of_all(shifted), volume, 1e-12 * volume);
+      for (const Particle& p : shifted) {
+        const Vec3 r = (2.0 * position_of(p) - body.min - body.max).cwiseQuotient(body.max - body.min);
+        EXPECT_LT(r.cwiseAbs().maxCoeff(), 1.0);
+        if (body.shape == BodySpec::Shape::cylinder) {
+          EXPECT_LE(r.head<2>().norm(), 1.0 + 1e-12);
+        }
+        if (body.shape == BodySpec::Shape::sphere) {
+          EXPECT_LE(r.norm(), 1.0 + 1e-12);
+        }
+        EXPECT_EQ(p.volume, shifted[0].volume);
+        EXPECT_EQ(testing::velocity_of(p), velocity);
       }
-      EXPECT_EQ(p.volume, shifted[0].volume);
-      EXPECT_EQ(testing::velocity_of(p), velocity);
     }
   }
+}
+
+/// 4 m are twice the points' period along x and once along the other axes: as many as cells of the lattice, none near another.
+TEST(RandomBodies, AreOneParticleACellOnAverageWithALeastDistance) {
+  const auto all = particles_of(placed(Lattice::random, box_body(Vec3::Zero(), Vec3(8.0, 4.0, 4.0))));
+  EXPECT_EQ(all.size(), static_cast<std::size_t>(2 * random_period * random_period * random_period));
+  const auto cell = [](const Particle& p) -> Vec3 { return position_of(p) / 0.125; };
+  std::map<std::array<int, 3>, std::vector<Vec3>> cells;
+  for (const Particle& p : all) {
+    const Vec3 x = cell(p), low = x.array().floor();
+    cells[{static_cast<int>(low.x()), static_cast<int>(low.y()), static_cast<int>(low.z())}].push_back(x);
+  }
+  double nearest = 1.0;
+  for (const auto& [at, points] : cells) {
+    for (int n = 0; n < 27; ++n) {
+      const auto near = cells.find({at[0] + n % 3 - 1, at[1] + n / 3 % 3 - 1, at[2] + n / 9 - 1});
+      if (near == cells.end()) continue;
+      for (const Vec3& a : points)
+        for (const Vec3& b : near->second) nearest = &a == &b ? nearest : std::min(nearest, (a - b).norm());
+    }
+  }
+  EXPECT_NEAR(nearest, random_distance, 1e-3) << "among so many some are as near as they may be";
+  EXPECT_LT(cells.size(), 0.85 * static_cast<double>(all.size())) << "not one in every cell";
 }
 
 /// Layers across the largest component of the velocity (across z at rest) are shifted as wholes, within a cell of the lattice and each to a
@@ -183,7 +208,7 @@ TEST(StaggeredBodies, ShiftLayersAcrossTheirMovement) {
     Eigen::Index axis = 2;
     if (!velocity.isZero()) velocity.cwiseAbs().maxCoeff(&axis);
     const BodySpec body = box_body(Vec3::Zero(), Vec3::Constant(2.0), velocity);  // 16 layers of 16 x 16
-    const auto plain = particles_of(body), shifted = particles_of(staggered(body));
+    const auto plain = particles_of(body), shifted = particles_of(placed(Lattice::staggered, body));
     ASSERT_EQ(plain.size(), 4096U);
     ASSERT_EQ(shifted.size(), 4096U);
     std::map<long, Vec3> shift_of;  // layers, in micrometres
@@ -208,13 +233,13 @@ TEST(StaggeredBodies, ShiftLayersAcrossTheirMovement) {
 }
 
 /// What is computed beyond the planes is the lattice of the whole; its image makes up the rest.
-TEST_P(Bodies, ThatAreStaggeredAreSymmetricAboutMirrorPlanes) {
+TEST_P(Bodies, AreSymmetricAboutMirrorPlanes) {
   // even and odd numbers of particles across the planes: with an odd number a layer lies on the plane, and stays there
   for (const double half : {0.5, 0.5625}) {
     for (const MirrorPlanes& mirror : {MirrorPlanes{true, false}, MirrorPlanes{false, true}, MirrorPlanes{true, true}}) {
       for (const Vec3& velocity : {Vec3(0.0, 0.0, -3.0), Vec3(3.0, 0.0, 0.0)}) {
         if (mirror.x && velocity.x() != 0.0) continue;
-        BodySpec body = staggered(box_body({-half, -half, 0.0}, {half, half, 1.0}, velocity));
+        BodySpec body = placed(Lattice::staggered, box_body({-half, -half, 0.0}, {half, half, 1.0}, velocity));
         body.shape = GetParam().shape;
         const auto part = particles_of(body, mirror), whole = particles_of(body);
         const double volume = GetParam().volume * 4.0 * half * half;
@@ -234,6 +259,19 @@ TEST_P(Bodies, ThatAreStaggeredAreSymmetricAboutMirrorPlanes) {
           EXPECT_EQ(static_cast<double>(part.size()) * mirror.parts(), static_cast<double>(whole.size()));
         }
       }
+    }
+  }
+}
+
+TEST_P(Bodies, AtRandomHaveTheirVolumeBesideMirrorPlanes) {
+  for (const double half : {0.5, 0.5625, 0.6}) {  // cells on both sides of a plane, on it, and cut by it
+    for (const MirrorPlanes& mirror : {MirrorPlanes{true, false}, MirrorPlanes{false, true}, MirrorPlanes{true, true}}) {
+      BodySpec body = placed(Lattice::random, box_body({-half, -half, 0.0}, {half, half, 1.0}));
+      body.shape = GetParam().shape;
+      const auto part = particles_of(body, mirror);
+      const double volume = GetParam().volume * 4.0 * half * half;
+      EXPECT_NEAR(mirror.parts() * volume_of_all(part), volume, 1e-12 * volume);
+      for (const Particle& p : part) EXPECT_TRUE((!mirror.x || p.position[0] >= 0.0) && (!mirror.y || p.position[1] >= 0.0));
     }
   }
 }

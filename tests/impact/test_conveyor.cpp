@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <map>
+#include <numbers>
 #include <set>
 
 #include "libmpm/base/error.hpp"
@@ -131,8 +132,6 @@ TEST(Conveyor, StripIsAsLongAsThePublishedOne) {
   EXPECT_EQ(state.grid.particle_count(), before);
 }
 
-using Lattice = ConveyorSpec::Lattice;
-
 /// At t = 0. @param spacing  of the particles, m
 std::uint64_t particles_per_layer(const ConveyorSpec& belt, double spacing) {
   const auto count = [&](double length) { return static_cast<std::uint64_t>(std::lround(length / spacing)); };
@@ -162,6 +161,48 @@ TEST(Conveyor, StaggeredLayersSampleTheCrossSectionEvenly) {
   EXPECT_EQ(met.size(), 9U);                                // 40 layers leave none of the nine empty
   for (std::uint64_t layer = 0; layer < across.size(); layer += 2)
     EXPECT_NEAR(across[layer] + across[layer + 1], spacing, 1e-14) << "opposite shifts of layers " << layer << " and the next";
+}
+
+TEST(Conveyor, RandomParticlesBringTheMassOfTheLatticeAndKeepTheirDistance) {
+  Case c = plug(elastic_snow(), 4.0);
+  c.conveyor->lattice = Lattice::random;
+  c.conveyor->upstream_length = 7.5;  // and two cells of reservoir: 64 layers, twice the period of the points
+  c.numerics.gravity = 0.0;           // so that heights are not settled
+  const Scene scene = make_scene(c);
+  const State state = make_state(c, scene);
+  const double spacing = 0.125, length = 64 * spacing, mass = 300.0 * 1.0 * 1.5 * length;
+  EXPECT_NEAR(totals(state, scene).mass, mass, 1e-12 * mass);
+  const auto all = testing::stored_particles(state.grid);
+  EXPECT_NEAR(static_cast<double>(all.size()), 64.0 * 12.0 * 8.0, 0.02 * 64.0 * 12.0 * 8.0) << "one a cell of the lattice";
+  double nearest = length;
+  for (std::size_t a = 0; a < all.size(); ++a) {
+    const Vec3 x = position_of(all[a]);
+    ASSERT_TRUE(x.x() < 0.0 && x.x() > -length && x.y() > 0.0 && x.y() < 1.5 && x.z() > 0.0 && x.z() < 1.0) << x.transpose();
+    for (std::size_t b = 0; b < a; ++b) nearest = std::min(nearest, (position_of(all[b]) - x).norm());
+  }
+  EXPECT_GE(nearest, (random_distance - 1.0 / 16.0) * spacing) << "heights are rounded to sixteenths of a row";
+}
+
+TEST(Conveyor, InclinedFrontIsThePlugWithoutTheSnowAboveItsSlope) {
+  Case c = plug(elastic_snow(), 4.0);
+  c.numerics.gravity = 0.0;
+  const double spacing = 0.125, length = 2.5, height = 1.0;
+  for (const Lattice lattice : {Lattice::staggered, Lattice::random}) {
+    c.conveyor->lattice = lattice;
+    for (const double angle : {90.0, 45.0, 30.0}) {
+      c.conveyor->front_angle = angle / 180.0 * std::numbers::pi;
+      const Scene scene = make_scene(c);
+      State state = make_state(c, scene);
+      const double run = angle == 90.0 ? 0.0 : 1.0 / std::tan(c.conveyor->front_angle);
+      for (const Particle& p : testing::stored_particles(state.grid)) ASSERT_LE(p.position[0], 1e-12 - run * p.position[2]) << angle;
+      const double mass = 300.0 * 1.5 * height * (length - 0.5 * run * height);
+      const double half_a_row = 300.0 * 1.5 * run * height * 0.5 * spacing;    // a layer ends at whole rows: over the length of the slope
+      const double part_of_period = lattice == Lattice::random ? 0.02 : 1e-9;  // 20 of the 32 layers with which random points repeat
+      EXPECT_NEAR(totals(state, scene).mass, mass, half_a_row + part_of_period * mass) << angle;
+      advance(state, scene, 0.2);
+      EXPECT_NEAR(state.entered.mass, 300.0 * 1.5 * height * 4.0 * 0.2, 300.0 * 1.5 * height * 1.05 * spacing) << "what enters is a plug";
+    }
+  }
 }
 
 /// Two windows' passage after the start, the plug is what it was: nothing but the belt moved it.

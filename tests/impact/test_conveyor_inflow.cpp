@@ -32,9 +32,18 @@ Case changing() {
   return c;
 }
 
+Case at_random(Case c) {
+  c.conveyor->lattice = Lattice::random;
+  return c;
+}
+
 /// 'name' for messages, and the case.
 std::vector<std::pair<const char*, Case>> varying() {
-  return {{"sheared", sheared()}, {"steep", sheared(0.0, 2.0)}, {"changing", changing()}};
+  return {{"sheared", sheared()},
+          {"steep", sheared(0.0, 2.0)},
+          {"changing", changing()},
+          {"sheared, random", at_random(sheared())},
+          {"changing, random", at_random(changing())}};
 }
 
 TEST(VaryingInflow, BooksMassAndMomentumExactlyInEveryStep) {
@@ -108,8 +117,8 @@ TEST(VaryingInflow, LeavesASteadyPlugAsItIs) {
 TEST(ChangingInflow, BringsTheMassOfItsTable) {
   Case c = changing();
   c.obstacle.reset();
-  const Scene scene = make_scene(c);
-  State state = make_state(c, scene);
+  const Scene scene = make_scene(c), random = make_scene(at_random(c));
+  State state = make_state(c, scene), of_random = make_state(at_random(c), random);
   const Inflow inflow(*c.conveyor);
   double expected = 0.0, largest = 0.0;  // half of the width
   constexpr int n = 40000;
@@ -123,6 +132,9 @@ TEST(ChangingInflow, BringsTheMassOfItsTable) {
   advance(state, scene, end);
   // a layer holds the height and density of its moment: the sum over layers is a rectangle rule over spacings, up to one layer at the end
   EXPECT_NEAR(state.entered.mass, expected, 1.5 * largest * spacing);
+  advance(of_random, random, end);
+  EXPECT_NEAR(of_random.entered.mass, expected,
+              2.0 * largest * spacing);  // a layer of 12 x 8 to 12 x 12 cells has some points more or less
   EXPECT_GT(state.entered.mass, 0.0);
 }
 

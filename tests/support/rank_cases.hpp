@@ -93,8 +93,9 @@ inline std::vector<NamedCase> rank_cases() {
   c.walls.push_back(wall({-1.5, 0.0, 0.0}, Vec3::UnitX(), Contact::separable));
   c.walls.back().velocity = Vec3(25.0, 0.0, 0.0);
   c.output = all[0].c.output;
-  all.push_back({"shifted_against_the_grid", all[6].c});
+  all.push_back({"random_particles_shifted_against_the_grid", all[6].c});
   all.back().c.numerics.grid_offset = Vec3(0.3, 0.4, 0.45);
+  all.back().c.conveyor->lattice = Lattice::random;
   return all;
 }
 

@@ -122,7 +122,7 @@ inline BodySpec box_body(const Vec3& min, const Vec3& max, const Vec3& velocity 
   b.min = min;
   b.max = max;
   b.velocity = velocity;
-  b.lattice = BodySpec::Lattice::aligned;  // particles where a test expects them
+  b.lattice = Lattice::aligned;  // particles where a test expects them
   return b;
 }
 inline WallSpec wall(const Vec3& point, const Vec3& normal, Contact contact, double friction = 0.0) {

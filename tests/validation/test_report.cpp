@@ -434,7 +434,7 @@ FlowPicture block_picture(const std::filesystem::path& directory, FlowPicture pi
   Case c;
   c.material = HenckyElastic::Parameters{};
   c.numerics.cell_size = 0.25;
-  c.bodies.push_back({BodySpec::Shape::box, Vec3(-1.0, -0.5, 0.0), Vec3(0.0, 0.5, 0.5), Vec3(2.0, 0.0, 0.0), BodySpec::Lattice::aligned});
+  c.bodies.push_back({BodySpec::Shape::box, Vec3(-1.0, -0.5, 0.0), Vec3(0.0, 0.5, 0.5), Vec3(2.0, 0.0, 0.0), Lattice::aligned});
   c.walls.push_back({});  // z = 0, upwards
   const Scene scene = make_scene(c);
   return flow_picture(directory, make_state(c, scene), scene, std::move(picture));

@@ -22,8 +22,8 @@ struct PlaneJetSetting {
   double shift_x = 0.0, shift_y = 0.0;  ///< of the scene against the grid, cells; half is computed if shift_y = 0
   Transfer transfer = Transfer::aflip;  ///< between particles and grid
   double flip_ratio = 0.95;             ///< Transfer::flip: share of FLIP
-  ContactRule contact = ContactRule::surface;                ///< of the obstacle
-  BodySpec::Lattice lattice = BodySpec::Lattice::staggered;  ///< of the jet's particles
+  ContactRule contact = ContactRule::surface;  ///< of the obstacle
+  Lattice lattice = Lattice::staggered;        ///< of the jet's particles
 };
 
 /// What a run gave.

@@ -487,7 +487,7 @@ void spin_ball(const CaseContext& context, CaseResult& result, Transfer transfer
   const std::string ball = apic ? "spinning ball" : "spinning ball, AFLIP";
   c.material = of_law(c.material, false);
   constexpr double radius = 0.5, omega = 4.0;
-  c.bodies = {{BodySpec::Shape::sphere, Vec3::Constant(-radius), Vec3::Constant(radius), Vec3::Zero(), BodySpec::Lattice::aligned}};
+  c.bodies = {{BodySpec::Shape::sphere, Vec3::Constant(-radius), Vec3::Constant(radius), Vec3::Zero(), Lattice::aligned}};
   const Scene scene = make_scene(c);
   State state = make_state(c, scene);
   const std::vector<Vec3> reference = reference_positions(state);
@@ -542,7 +542,7 @@ double energy_lost(const CaseContext& context, int cells, double cfl, Transfer t
   c.numerics.cell_size = 1.0 / cells;
   c.numerics.transfer = transfer;
   c.numerics.flip_ratio = flip_ratio;
-  c.bodies = {{BodySpec::Shape::box, Vec3::Zero(), Vec3::Ones(), Vec3::Zero(), BodySpec::Lattice::aligned}};
+  c.bodies = {{BodySpec::Shape::box, Vec3::Zero(), Vec3::Ones(), Vec3::Zero(), Lattice::aligned}};
   const Scene scene = make_scene(c);
   State state = make_state(c, scene);
   const double speed = wave_speed_of(scene.material);

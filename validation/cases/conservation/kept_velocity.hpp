@@ -30,7 +30,7 @@ inline std::pair<double, double> kept_velocity(double cfl, double relaxation_cel
   c.numerics.transfer = Transfer::aflip;
   c.numerics.relaxation_cells = relaxation_cells;
   c.numerics.cfl = cfl;
-  c.bodies.push_back({BodySpec::Shape::box, Vec3::Zero(), Vec3::Ones(), Vec3::Zero(), BodySpec::Lattice::aligned});
+  c.bodies.push_back({BodySpec::Shape::box, Vec3::Zero(), Vec3::Ones(), Vec3::Zero(), Lattice::aligned});
   const CaseScene scene = make_scene(c);
   State state = make_state(c, scene);
   const auto sign = [&](const Particle& p) {

@@ -51,8 +51,7 @@ void run(const CaseContext& context, CaseResult& result) {
   std::vector<PlaneJetSetting> settings;
   for (const NamedJet& n : runs) settings.push_back(n.setting);
   if (own_run(context))
-    settings.push_back(
-        {.cells = 8, .id = "nodal", .transfer = Transfer::apic, .contact = ContactRule::nodal, .lattice = BodySpec::Lattice::aligned});
+    settings.push_back({.cells = 8, .id = "nodal", .transfer = Transfer::apic, .contact = ContactRule::nodal, .lattice = Lattice::aligned});
   std::vector<PlaneJetForce> all(settings.size());
   play_in_parallel(context, settings.size(), [&](std::size_t i) { all[i] = play_plane_jet(context, plane_jet_setup(base, settings[i])); });
 

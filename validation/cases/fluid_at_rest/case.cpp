@@ -69,7 +69,7 @@ struct Tank {
   std::vector<double> height, pressure;  ///< of the particles at the end, over H and rho_0 g H
 };
 
-Tank rest_in_tank(const CaseContext& context, BodySpec::Lattice lattice) {
+Tank rest_in_tank(const CaseContext& context, Lattice lattice) {
   Case c = context.read_case("tank.toml");
   const double depth = c.bodies[0].max.z();
   c.bodies[0].lattice = lattice;
@@ -98,7 +98,7 @@ Tank rest_in_tank(const CaseContext& context, BodySpec::Lattice lattice) {
 }
 
 void tank(const CaseContext& context, CaseResult& result) {
-  const std::array lattices = {std::pair{BodySpec::Lattice::aligned, "aligned"}, std::pair{BodySpec::Lattice::staggered, "staggered"}};
+  const std::array lattices = {std::pair{Lattice::aligned, "aligned"}, std::pair{Lattice::staggered, "staggered"}};
   std::array<Tank, lattices.size()> all;
   in_parallel(all.size(), [&](std::size_t i) { all[i] = rest_in_tank(context, lattices[i].first); });
   Plot history{"tank-error", "Tank: error of the pressure of single particles", "time [s]", "rms error over ρ0 g H [-]"};
@@ -116,7 +116,7 @@ void tank(const CaseContext& context, CaseResult& result) {
         fmt::format("tank, {}: pressure of single particles after {:g} s, rms error over ρ0 g H", name, c.output.duration),
         all[i].error.back(), 0.0, "", 0.02,
         "a third of the pressure between two rows of particles, 1/16 here: rows keep their order in pressure");
-    if (lattices[i].first == BodySpec::Lattice::staggered)
+    if (lattices[i].first == Lattice::staggered)
       check.known_miss(0.75,
                        "the grid does not feel differences of pressure within a cell, and shifted layers excite them: see the README");
     history.series.push_back({name, all[i].time, all[i].error, Series::Style::simulation});

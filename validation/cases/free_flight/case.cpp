@@ -29,8 +29,7 @@ Case thrown_cube() {
   c.material.as<HenckyElastic>().poisson_ratio = 0.1;
   c.numerics.cell_size = 0.25;
   c.numerics.gravity = gravity;
-  c.bodies.push_back(
-      {BodySpec::Shape::box, Vec3::Constant(-0.5 * edge), Vec3::Constant(0.5 * edge), throw_velocity, BodySpec::Lattice::aligned});
+  c.bodies.push_back({BodySpec::Shape::box, Vec3::Constant(-0.5 * edge), Vec3::Constant(0.5 * edge), throw_velocity, Lattice::aligned});
   c.numerics.transfer = Transfer::apic;  // keeps the rotation exactly
   return c;
 }

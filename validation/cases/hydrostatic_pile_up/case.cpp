@@ -63,7 +63,7 @@ Case pool(double cell_size) {
   const double upstream = -2.0 * width, side = 2.0 * width, downstream = 2.5 * width;
   const auto box = [&](double x0, double x1, double y0, double y1) {
     // in a pool at rest, a staggered lattice settles with a noise of 1.7 % in the pressure of single cells
-    c.bodies.push_back({BodySpec::Shape::box, Vec3(x0, y0, 0.0), Vec3(x1, y1, height), Vec3::Zero(), BodySpec::Lattice::aligned});
+    c.bodies.push_back({BodySpec::Shape::box, Vec3(x0, y0, 0.0), Vec3(x1, y1, height), Vec3::Zero(), Lattice::aligned});
   };
   box(upstream, 0.0, 0.0, side);
   box(0.0, width, 0.5 * width, side);

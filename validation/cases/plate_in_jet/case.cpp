@@ -372,8 +372,7 @@ void run(const CaseContext& context, CaseResult& result) {
   std::vector<Setting> settings;
   for (const NamedJet& n : runs) settings.push_back(n.setting);
   if (own)
-    settings.push_back(
-        {.cells = 7, .id = "nodal", .transfer = Transfer::apic, .contact = ContactRule::nodal, .lattice = BodySpec::Lattice::aligned});
+    settings.push_back({.cells = 7, .id = "nodal", .transfer = Transfer::apic, .contact = ContactRule::nodal, .lattice = Lattice::aligned});
   const std::vector<Measured> all = run_all(context, base, settings);
   const Measured& seven = all[0];
   const Measured* old = own ? &all.back() : nullptr;
