@@ -4,7 +4,9 @@ prediction differ in nothing else, and the full ones hold the paper's 371 sets."
 import csv
 import functools
 import itertools
+import json
 import os
+import tempfile
 import tomllib
 import unittest
 
@@ -16,6 +18,7 @@ from mpmtools.equations import effective_friction, friction_angle
 from analysis import yardstick
 from analysis.grids import UNCONVERGED
 from mpmtools.fit.runs import POINT
+from mpmtools.program import run_program
 from study_samples import BETAS, FROUDE, SLOPES, SOURCE
 
 STUDY = SOURCE / "validation" / "study"
@@ -24,8 +27,8 @@ REPRODUCTION = {"numerics.contact": "nodal", "numerics.transfer": "apic", "numer
 PREDICTION = {"numerics.contact": "surface", "numerics.transfer": "aflip", "numerics.relaxation_cells": 5, "numerics.shock_viscosity": 10}
 INPUTS = ("conveyor.froude_number", "material.critical_state_slope", "material.cohesion_beta", "material.hardening_xi")
 RUNS = {  # of each plan
-    "extensions/height": 24, "extensions/inflow": 9, "extensions/shapes": 4, "prediction/grids": 48, "prediction/settled": 12, "prediction/w5": 371,
-    "prediction/w7": 371, "quick": 12, "reproduction/friction": 177, "reproduction/friction_rules": 520, "reproduction/full": 371,
+    "extensions/arms": 45, "extensions/fronts": 108, "extensions/height": 24, "extensions/shapes": 160, "prediction/grids": 48, "prediction/settled": 12, "prediction/w5": 371,
+    "prediction/w7": 371, "quick": 12, "reproduction/friction": 177, "reproduction/placement_rules": 12, "reproduction/friction_rules": 520, "reproduction/full": 371,
     "reproduction/sections": 2, "reproduction/strip": 20, "reproduction/transfer": 45, "reproduction/transfer_rules": 12, "reproduction/w5": 371,
     "reproduction/windows": 72, "sensitivity": 99, "width": 24}
 
@@ -42,6 +45,11 @@ def plans():
 @functools.cache
 def expansion(path):
     return Campaign(path).expansion()
+
+
+def accurate(path):
+    """Whether a plan is of the accurate solver."""
+    return path.parent.name in ("prediction", "extensions") or path.stem == "width"
 
 
 def base_of(path):
@@ -83,7 +91,7 @@ class Expansion(unittest.TestCase):
 class Numerics(unittest.TestCase):
     def test_are_named_by_every_plan_and_not_left_to_defaults(self):
         for path in plans():
-            wanted = PREDICTION if path.parent.name == "prediction" else REPRODUCTION
+            wanted = PREDICTION if accurate(path) else REPRODUCTION
             if path.stem == "transfer_rules":
                 wanted = REPRODUCTION | {"numerics.transfer": "aflip"}
             varied = {key for key in wanted if len({run.get(key) for run in runs_of(path)}) > 1}
@@ -98,7 +106,7 @@ class Numerics(unittest.TestCase):
 
     def test_of_the_reproduction_have_no_viscosity_of_shocks_which_its_rows_do_not_have(self):
         for path in plans():
-            if path.parent.name in ("reproduction", "study"):
+            if not accurate(path):
                 self.assertEqual({run.get("numerics.shock_viscosity") for run in runs_of(path)}, {0}, path)
 
     def test_of_the_two_campaigns_are_all_that_differs_between_them_but_for_the_friction(self):
@@ -195,6 +203,18 @@ class OpenQuestions(unittest.TestCase):
         self.assertEqual(aligned, {point for point in points["apic"] if point[INPUTS.index("conveyor.froude_number")] <= 1})
         self.assertEqual({run.get("numerics.flip_ratio") for run in runs}, {None, 0.95})
 
+    def test_transfer_and_placement_are_judged_at_that_dozen_each_with_one_change(self):
+        dozen = {tuple(run[key] for key in INPUTS) for run in runs_of(STUDY / "reproduction" / "transfer.toml")}
+        point = (*INPUTS, "obstacle.friction")
+        rules = {tuple(run[key] for key in point): run for run in runs_of(STUDY / "reproduction" / "friction_rules.toml") if "obstacle.friction" in run}
+        for name, change in (("transfer_rules", "numerics.transfer"), ("placement_rules", "conveyor.lattice")):
+            runs = runs_of(STUDY / "reproduction" / f"{name}.toml")
+            self.assertEqual({tuple(run[key] for key in INPUTS) for run in runs}, dozen)
+            pairs = [(run, rules[key]) for run in runs if (key := tuple(run[key] for key in point)) in rules]
+            self.assertGreaterEqual(len(pairs), 8)  # slow loose snow is taken from the reproduction
+            for run, base in pairs:
+                self.assertEqual({key for key in {*run, *base} if run.get(key) != base.get(key)}, {change}, run)
+
     def test_points_on_three_grids_have_one_window_of_whole_cells(self):
         runs = runs_of(STUDY / "prediction" / "grids.toml")
         points = {size: {tuple(run[key] for key in INPUTS) for run in runs if run["numerics.cell_size_m"] == size} for size in (0.35, 0.25, 0.175)}
@@ -216,6 +236,36 @@ class OpenQuestions(unittest.TestCase):
         self.assertLessEqual({tuple(run[key] for key in INPUTS) for run in windows}, strips)
         self.assertEqual({slope for _, slope, *_ in strips}, {0, 0.4, 1.2})  # and a fluid and loose snow
         self.assertEqual({run["conveyor.sidewall_contact"] for run in windows if "conveyor.sidewall_contact" in run}, {"slip", "coulomb"})
+
+
+class Costs(unittest.TestCase):
+    def test_are_those_that_the_program_expects(self):
+        """Of plans without a run; a row in stored results costs nothing."""
+        for row in pd.read_csv(STUDY / "rows" / "costs.csv", comment="#").itertuples():
+            with tempfile.TemporaryDirectory() as folder:
+                status = json.loads(run_program("campaign", "status", str(STUDY / f"{row.key}.toml"), "--jobs", "1", "--json", "--out", folder)[1])
+            self.assertEqual(status["to_do"], row.runs, row.key)
+            self.assertAlmostEqual(status["time_left_s"] / 3600.0, row.core_hours, delta=0.1 + 0.1 * row.core_hours, msg=row.key)
+
+
+class Extensions(unittest.TestCase):
+    def test_have_the_points_of_the_three_results(self):
+        for name, friction, froude in (("shapes", {0.4, 0.59, 1.2, 1.42}, {0.3, 1, 3, 5, 7}), ("fronts", {0.4, 0.59, 1.2}, {1, 3, 5}),
+                                       ("arms", {0.4, 0.59, 1.2}, {3, 5, 7})):
+            runs = runs_of(STUDY / "extensions" / f"{name}.toml")
+            found = {round(float(effective_friction(run["material.critical_state_slope"], run["material.cohesion_beta"])), 2) for run in runs}
+            self.assertEqual((found, {run["conveyor.froude_number"] for run in runs}), (friction, froude), name)
+
+    def test_shapes_have_one_width_across_the_flow(self):
+        for run in runs_of(STUDY / "extensions" / "shapes.toml"):
+            turn = np.radians(run.get("obstacle.rotation_deg", 0.0))
+            across = run["obstacle.width_m"] * np.cos(turn) + (run["obstacle.depth_m"] * np.sin(turn) if turn else 0.0)
+            self.assertAlmostEqual(across, 1.75, 9)
+            self.assertEqual(run.get("conveyor.mirror_y", True), run.get("obstacle.rotation_deg", 0) in (0, 45))
+
+    def test_arms_are_half_a_flow_depth_thick(self):
+        for run in runs_of(STUDY / "extensions" / "arms.toml"):
+            self.assertAlmostEqual(run["obstacle.height_m"] - run["obstacle.base_m"], 0.5 * 1.75, 9)
 
 
 if __name__ == "__main__":

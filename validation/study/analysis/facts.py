@@ -337,7 +337,12 @@ def widths():
     return pd.DataFrame(found)
 
 
+def costs():
+    """Core hours that the program expects of the plans that are to be computed."""
+    return pd.read_csv(ROWS / "costs.csv", comment="#")
+
+
 TABLES = {f.__name__: f for f in (coefficients, aims, campaigns, provenance, friction, friction_reuse, choices, numerics, grid, pile_up, windows, strips,
-                                  compaction, fluid, parts, mast_heights, first_impact, shapes, inflow, widths)}
+                                  compaction, fluid, parts, mast_heights, first_impact, shapes, inflow, widths, costs)}
 if loads.available():
     TABLES |= {"load_factors": loads.load_factors, "load_factors_over_snow": lambda: loads.over_snow(loads.load_factors())}
