@@ -97,15 +97,14 @@ std::string base_case(const Site& site) {
 /// A text in which keys of a case file are replaced by those of the site file that they come from.
 std::string in_words_of_the_site(std::string text, const Site& site) {
   const char* height = site.flow.snow_cover > 0.0 ? "mast.height_m less flow.snow_cover_m" : "mast.height_m";
-  const std::array<std::array<const char*, 2>, 9> names{{{"obstacle.height_m", height},
+  const std::array<std::array<const char*, 2>, 8> names{{{"obstacle.height_m", height},
                                                          {"obstacle.width_m", "mast.width_m"},
                                                          {"obstacle.friction", "mast.friction"},
                                                          {"conveyor.velocity_m_s", "flow.velocity_m_s"},
                                                          {"conveyor.flow_height_m", "flow.depth_m"},
                                                          {"material.density_kg_m3", "flow.density_kg_m3"},
                                                          {"numerics.cell_size_m", "plan.finest_cells"},
-                                                         {"output.duration_s", "plan.duration_s"},
-                                                         {"predicted_runup_m and predicted_pressure_height_m", "their heights"}}};
+                                                         {"output.duration_s", "plan.duration_s"}}};
   for (const auto& [of_case, of_site] : names) {
     const std::string from = of_case;
     for (std::size_t at = text.find(from); at != std::string::npos; at = text.find(from, at)) text.replace(at, from.size(), of_site);

@@ -214,7 +214,7 @@ Finding range_of_equations(const Impact& i) {
   if (i.mast.base > 0.0) outside.emplace_back("an obstacle above the ground (fitted: on it)");
   if (outside.empty() || !friction) return {};
   return Advice{"range_of_equations", fmt::format("the paper's equations were not fitted to {}", fmt::join(outside, ", ")),
-                "predicted_runup_m and predicted_pressure_height_m are extrapolations here",
+                "the run-up and the pressure height that they predict are extrapolations here",
                 "take them as a rough comparison, not as a check of the run"};
 }
 
