@@ -165,8 +165,7 @@ void add_converge(CLI::App& app) {
       "converge",
       "Compute a case at several cell sizes (or particles per cell, CFL numbers, offsets against the grid), and estimate the numerical "
       "uncertainty of its metrics: one line for each with the value and the uncertainty to quote; --details: how it was found. The runs "
-      "are "
-      "a campaign (runs/dx0.25, ...), which the same command continues; converge.json and converge.csv are beside them");
+      "are a campaign (runs/dx0.25, ...), which the same command continues; converge.json and converge.csv are beside them");
   const auto a = std::make_shared<ConvergeArguments>();
   a->campaign.ranks = 1;
   a->campaign.progress = true;

@@ -77,7 +77,7 @@ std::vector<SurfacePoint> points_of_polygon(const Outline& outline, double cell_
     const double margin = count_of(ContactStencil::edge_margin) < fewest ? 0.0 : ContactStencil::edge_margin;
     const int count = count_of(margin);
     const Strips& strips = sides.emplace_back(Strips{static_cast<int>(points.size()), count, (length - 2.0 * margin) / count, margin});
-    const auto add = [&](double from_edge) { points.push_back({(side.from / cell_size) + from_edge / length * whole, side.normal}); };
+    const auto add = [&](double from_edge) { points.push_back({side.from / cell_size + from_edge / length * whole, side.normal}); };
     if (margin > 0.0) add(0.5 * margin);
     for (int i = 0; i < count; ++i) add(margin + (i + 0.5) * strips.width);
     if (margin > 0.0) add(length - 0.5 * margin);
@@ -94,8 +94,7 @@ std::vector<SurfacePoint> points_of_polygon(const Outline& outline, double cell_
     point(side.end()).round = after.start();
     if (side.margin == 0.0) continue;
     const auto compare = [&](SurfacePoint& in_margin, const Strips& other, int end) {
-      const double share = side.margin / other.width;
-      in_margin.edge = {.neighbour = end, .strip = side.margin * cell_size, .at_rest = share, .free = 0.0};
+      in_margin.edge = {.neighbour = end, .strip = side.margin * cell_size, .at_rest = side.margin / other.width, .free = 0.0};
     };
     compare(point(side.start() - 1), before, before.end());
     compare(point(side.end() + 1), after, after.start());
