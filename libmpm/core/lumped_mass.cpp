@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
+#include <limits>
 #include <memory>
 
 #include "libmpm/base/bspline.hpp"
@@ -94,12 +96,23 @@ double LumpedMassCorrection::weight(const Vec3& x) const {
   return std::clamp((outer_reach - solid_.nearest(x).distance / dx_) / fade, 0.0, 1.0);
 }
 
-LumpedMassCorrection::Part LumpedMassCorrection::part_of(const Index3& block, int cell) const {
+std::array<LumpedMassCorrection::Part, block_nodes> LumpedMassCorrection::parts_of(const Block& block) const {
   constexpr double across = 0.7072, up = 0.5001;  // from the centre of a cell to its corner in plan and to its ends, rounded up
-  const Vec3 centre = node_position(block, cell, dx_) + Vec3::Constant(dx_);  // cells hold x/dx from base + 1/2 to base + 3/2
-  const double plan = solid_.outline.nearest(centre.head<2>()).distance / dx_, beyond = solid_.beyond(centre.z()) / dx_;
-  if (std::max(plan - across, beyond - up) >= outer_reach) return Part::none;
-  return std::max(plan + across, beyond + up) <= full_reach ? Part::full : Part::fading;
+  constexpr int columns = block_edge * block_edge;
+  std::array<Part, block_nodes> parts{};
+  for (int column = 0; column < columns; ++column) {
+    double plan = std::numeric_limits<double>::quiet_NaN();  // the same for all cells of a column
+    for (int cell = column; cell < block_nodes; cell += columns) {
+      if (block.particles.cell_start[cell] == block.particles.cell_start[cell + 1]) continue;
+      const Vec3 centre =
+          node_position(block.coordinate, cell, dx_) + Vec3::Constant(dx_);  // cells hold x/dx from base + 1/2 to base + 3/2
+      if (std::isnan(plan)) plan = solid_.outline.nearest(centre.head<2>()).distance / dx_;
+      const double beyond = solid_.beyond(centre.z()) / dx_;
+      if (std::max(plan - across, beyond - up) >= outer_reach) continue;
+      parts[static_cast<std::size_t>(cell)] = std::max(plan + across, beyond + up) <= full_reach ? Part::full : Part::fading;
+    }
+  }
+  return parts;
 }
 
 bool LumpedMassCorrection::reaches(std::int32_t x, std::int32_t y) const {
@@ -118,11 +131,7 @@ Eigen::AlignedBox2i LumpedMassCorrection::columns() const {
 
 void LumpedMassCorrection::add_of_block(const Grid& grid, const Block& block, std::span<NodeBlock> correction) const {
   const ParticleBin& bin = block.particles;
-  std::array<Part, block_nodes> parts;
-  for (int cell = 0; cell < block_nodes; ++cell) {
-    const bool empty = bin.cell_start[cell] == bin.cell_start[cell + 1];
-    parts[static_cast<std::size_t>(cell)] = empty ? Part::none : part_of(block.coordinate, cell);
-  }
+  const auto parts = parts_of(block);
   if (std::ranges::all_of(parts, [](Part p) { return p == Part::none; })) return;
   const Fields fields(grid, block);
   const bool keeps_moment = relaxed_ == 1.0;  // APIC

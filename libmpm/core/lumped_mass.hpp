@@ -21,6 +21,7 @@
 /// leave an error of its own (5 % of the acceleration there).
 
 #include <Eigen/Geometry>
+#include <array>
 #include <cstdint>
 #include <functional>
 #include <span>
@@ -63,7 +64,8 @@ class LumpedMassCorrection {
  private:
   /// How the particles of a cell take part: weight 0, 0 to 1, or 1. It saves the distances of most particles.
   enum class Part : std::uint8_t { none, fading, full };
-  [[nodiscard]] Part part_of(const Index3& block, int cell) const;
+  /// Of the cells of a block; none also where there are no particles.
+  [[nodiscard]] std::array<Part, block_nodes> parts_of(const Block& block) const;
   void add_of_blocks(const Grid& grid, std::span<const std::int32_t> blocks, bool outer, std::span<NodeBlock> correction) const;
   void add_of_block(const Grid& grid, const Block& block, std::span<NodeBlock> correction) const;
 

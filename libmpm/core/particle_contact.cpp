@@ -21,10 +21,15 @@ std::vector<ParticleContact::Taken> ParticleContact::hold(Grid& grid, std::int32
   const std::int32_t first = first_node(block.coordinate[2]), last = first + block_edge - 1;
   for (const Solid& solid : solids_) {
     const UprightSolid& geometry = solid.surface->solid();
-    if (!geometry.bounds().intersects(box)) continue;
+    const Eigen::AlignedBox3d bounds = geometry.bounds();
+    if (!bounds.intersects(box)) continue;
+    const Vec3 margin = Vec3::Constant(0.5 * depth * dx);
+    const Eigen::AlignedBox3d deep(bounds.min() + margin, bounds.max() - margin);  // outside of it no particle is too deep
     with_record_type(grid.precision(), [&](auto type) {
       for (int s = 0; s < bin.count(); ++s) {
-        const UprightSolid::Nearest surface = geometry.nearest(position_of(bin.record<decltype(type)>(s), bin.frame));
+        const Vec3 x = position_of(bin.record<decltype(type)>(s), bin.frame);
+        if (!deep.contains(x)) continue;
+        const UprightSolid::Nearest surface = geometry.nearest(x);
         const double too_deep = -surface.distance - depth * dx;
         if (too_deep <= 0.0) continue;
         Particle p = bin[s];
