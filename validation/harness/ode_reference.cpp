@@ -519,11 +519,18 @@ std::vector<ReferencePoint> dae_reference(const CamClay& m, const ReferencePoint
   const Eigen::Vector2d slope = a.fullPivLu().solve(b);
   // Unknowns are the increments of q/K and X, so that the relative tolerance is one of what the path adds.
   const auto p_of = [&](double t, double increment) { return p - k * (d_eps_v * t + increment); };
+  // In long double, as the iteration of IDA stalls on the round-off of y where the surface has shrunk to a small part.
+  const auto yield_of = [&](double t, const double* y) {
+    using Real = long double;
+    const Real slope_squared = Real(m.critical_state_slope) * m.critical_state_slope, beta = m.cohesion_beta;
+    const Real p_now = p - k * (Real(d_eps_v) * t + y[1]), q_now = k * (Real(q) + y[0]);
+    const Real pc = k * std::sinh(m.hardening_xi * std::max(Real(0), Real(internal) + y[1]));
+    return static_cast<double>(q_now * q_now * (1 + 2 * beta) + slope_squared * (p_now + beta * pc) * (p_now - pc));
+  };
   const auto residual = [&](double t, const double* y, const double* dydt, double* r) {
-    const double x = internal + y[1];
-    const Local s = local_state(m, p_of(t, y[1]), k * (q + y[0]), x);
+    const Local s = local_state(m, p_of(t, y[1]), k * (q + y[0]), internal + y[1]);
     r[0] = (s.y_p * (3.0 * g * d_eps_q - k * dydt[0]) - 3.0 * g * s.y_q * dydt[1]) / (scale * k);
-    r[1] = s.y / (scale * k);
+    r[1] = yield_of(t, y) / (scale * k);
   };
   const auto jacobian = [&](double t, double c, const double* y, const double* dydt, double* rows) {
     const double mm = m.critical_state_slope * m.critical_state_slope, x = internal + y[1];
