@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 
 #include "libmpm/base/parameter.hpp"
 #include "libmpm/boundary/obstacle_spec.hpp"
@@ -121,6 +122,14 @@ void check_lengths(const ConveyorSpec& belt, double cell_size, ParameterReport& 
   if (window && report.valid("conveyor.upstream_length_m") && belt.upstream_length < least_upstream_cells * cell_size) {
     report.problem("conveyor.upstream_length_m", fmt::format("= {} leaves no room between inlet and obstacle; give at least {} cells, {} m",
                                                              belt.upstream_length, least_upstream_cells, least_upstream_cells * cell_size));
+  }
+  const double front = belt.flow_height / std::tan(belt.front_angle);
+  if (window && report.all_valid({"conveyor.upstream_length_m", "conveyor.flow_height_m", "conveyor.front_angle_deg"}) &&
+      front > belt.upstream_length) {
+    report.problem("conveyor.front_angle_deg",
+                   fmt::format("= {:.4g} makes a front {:.4g} m long, of which the window has {:.4g} m; give a steeper one or a longer "
+                               "upstream_length_m",
+                               belt.front_angle * 180.0 / std::numbers::pi, front, belt.upstream_length));
   }
 }
 
