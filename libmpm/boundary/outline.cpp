@@ -103,13 +103,14 @@ Outline::Nearest Outline::nearest(const Vec2& x) const {
   }
   if (sum != nearest.normal && sum.norm() > rounding) nearest.normal = sum.normalized();  // those of a thin plate cancel: the first
   if (nearest.distance > 0.0) {
-    nearest.distance = infinite;
+    double least = infinite;  // square of the distance
     for (const Side& side : sides_) {
       const Vec2 along = side.to - side.from;
       const double at = std::clamp(along.dot(x - side.from) / along.squaredNorm(), 0.0, 1.0);
       const Vec2 gap = x - side.from - at * along;
-      if (const double distance = gap.norm(); distance < nearest.distance) nearest.distance = distance, nearest.point = x - gap;
+      if (const double square = gap.squaredNorm(); square < least) least = square, nearest.point = x - gap;
     }
+    nearest.distance = std::sqrt(least);
   } else {
     nearest.point = x - nearest.distance * nearest.normal;
   }
