@@ -1,6 +1,5 @@
 #include "libmpm/core/health.hpp"
 
-#include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
 #include <utility>
@@ -16,34 +15,6 @@ namespace {
 constexpr double short_step = 0.1;  ///< of the first: the fastest particle moves at nine times the speed of sound and of the start
 
 double energy_of(const Totals& t) { return t.kinetic_energy + t.affine_energy + t.elastic_energy; }
-
-bool finite(const Particle& p) {
-  double sum = 0.0;
-  for (const double v : p.position) sum += 0.0 * v;
-  for (const double v : p.velocity) sum += 0.0 * v;
-  for (const double v : p.affine) sum += 0.0 * v;
-  for (const double v : p.stress) sum += 0.0 * v;
-  return sum + 0.0 * p.internal == 0.0;
-}
-
-/// det(I + dt C): ratio of the particle's volumes after and before the last step; at most 0 if the step turned it inside out.
-double volume_stretch(const Particle& p, double dt) { return (Mat3::Identity() + dt * Eigen::Map<const Mat3>(p.affine)).determinant(); }
-
-/// The particle of a block to name in the error message. If values are not finite: one that was turned inside out, because it may have
-/// spread to the others; else the first with a bad value. If a particle moved too far: the fastest.
-Particle culprit_of(const ParticleBin& bin, double dt, const BlockMotion& motion) {
-  const auto severity = [&](const Particle& p) {
-    if (motion.finite) return Eigen::Map<const Vec3>(p.velocity).squaredNorm();
-    return finite(p) ? 0.0 : volume_stretch(p, dt) <= 0.0 ? 2.0 : 1.0;
-  };
-  Particle worst = bin[0];
-  for (int s = 1; s < bin.count(); ++s) {
-    const Particle p = bin[s];
-    const double own = severity(p), largest = severity(worst);
-    if (own > largest || (own == largest && p.id < worst.id)) worst = p;
-  }
-  return worst;
-}
 
 /// "particle 7 at (1, 2, 3) m", in the coordinates of the case
 std::string place_of(const Particle& p, const Scene& scene) {
@@ -61,24 +32,6 @@ bool holds_cell_of(const B& boundary, const Vec3& x, double cell_size, double ti
 }
 
 }  // namespace
-
-std::string instability_text(const State& state, const Scene& scene, double dt, std::int32_t block, const BlockMotion& motion) {
-  const Particle p = culprit_of(state.grid.block(block).particles, dt, motion);
-  const double stretch = volume_stretch(p, dt);
-  const std::string what = motion.finite    ? "displacement of more than a block of four cells in one step"
-                           : stretch <= 0.0 ? "inversion (the step turned it inside out, det(I + dt C) = " + number_text(stretch, 3) + ")"
-                                            : "a value that is not finite (NaN or infinite)";
-  // if the position itself is not finite, give the centre of the block
-  const Index3& c = state.grid.block(block).coordinate;
-  const Vec3 centre = block_box(c, state.grid.cell_size()).center();
-  const Vec3 position = position_of(p);
-  const bool known = position.allFinite();
-  return "unstable at t = " + number_text(state.time) + " s, step " + std::to_string(state.step) + " (dt = " + number_text(dt, 3) +
-         " s): " + what + " of particle " + std::to_string(p.id) + (known ? " at " : " near ") +
-         vector_text((known ? position : centre) - scene.offset) + " m; velocity " + vector_text(p.velocity) + " m/s, pressure " +
-         number_text(-(p.stress[0] + p.stress[1] + p.stress[2]) / 3.0, 4) +
-         " Pa. Try a smaller CFL number or a finer grid, or look for a body that starts inside a boundary or another body";
-}
 
 Particle fastest_particle(const State& state) {
   Particle fastest{};

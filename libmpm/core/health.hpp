@@ -1,6 +1,6 @@
 #pragma once
 /// Watches over a run from outside the step: the energy balance, a time step that shrinks, particles that start inside a boundary.
-/// step() itself detects errors of single particles (not finite, turned inside out, too far in one step); their message is written here.
+/// step() itself detects errors of single particles (not finite, turned inside out, too far in one step).
 
 #include <cstdint>
 #include <string>
@@ -44,10 +44,6 @@ class EnergyWatch {
   Vec3 gravity_, momentum_;
   double start_, largest_, given_ = 0.0, gain_ = 0.0, lowest_ = 0.0, excess_ = 0.0;
 };
-
-/// What went wrong in a step of length dt with one of the particles of a block: which particle, where, with which values, and the remedy.
-/// @param motion  not finite, or not within reach
-std::string instability_text(const State& state, const Scene& scene, double dt, std::int32_t block, const BlockMotion& motion);
 
 /// The fastest particle; if several are equally fast, the one with the lowest number; all zeros without particles. With several ranks: on
 /// the first.

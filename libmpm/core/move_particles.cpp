@@ -2,14 +2,15 @@
 
 #include <omp.h>
 
+#include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
 #include <optional>
 
 #include "libmpm/base/error.hpp"
 #include "libmpm/base/process.hpp"
+#include "libmpm/base/text.hpp"
 #include "libmpm/core/diagnostics.hpp"
-#include "libmpm/core/health.hpp"
 #include "libmpm/core/particle_contact.hpp"
 #include "libmpm/core/stress_update.hpp"
 
@@ -58,6 +59,54 @@ void add_loop(StepTimes& times, double loop, const StepTimes& threads) {
     times.stress += loop * threads.stress / all;
     times.sort += loop * threads.sort / all;
   }
+}
+
+bool finite(const Particle& p) {
+  double sum = 0.0;
+  for (const double v : p.position) sum += 0.0 * v;
+  for (const double v : p.velocity) sum += 0.0 * v;
+  for (const double v : p.affine) sum += 0.0 * v;
+  for (const double v : p.stress) sum += 0.0 * v;
+  return sum + 0.0 * p.internal == 0.0;
+}
+
+/// det(I + dt C): ratio of the particle's volumes after and before the last step; at most 0 if the step turned it inside out.
+double volume_stretch(const Particle& p, double dt) { return (Mat3::Identity() + dt * Eigen::Map<const Mat3>(p.affine)).determinant(); }
+
+/// The particle of a block to name in the error message. If values are not finite: one that was turned inside out, because it may have
+/// spread to the others; else the first with a bad value. If a particle moved too far: the fastest.
+Particle culprit_of(const ParticleBin& bin, double dt, const BlockMotion& motion) {
+  const auto severity = [&](const Particle& p) {
+    if (motion.finite) return Eigen::Map<const Vec3>(p.velocity).squaredNorm();
+    return finite(p) ? 0.0 : volume_stretch(p, dt) <= 0.0 ? 2.0 : 1.0;
+  };
+  Particle worst = bin[0];
+  for (int s = 1; s < bin.count(); ++s) {
+    const Particle p = bin[s];
+    const double own = severity(p), largest = severity(worst);
+    if (own > largest || (own == largest && p.id < worst.id)) worst = p;
+  }
+  return worst;
+}
+
+/// What went wrong in a step of length dt with one of the particles of a block: which particle, where, with which values, and the remedy.
+/// @param motion  not finite, or not within reach
+std::string instability_text(const State& state, const Scene& scene, double dt, std::int32_t block, const BlockMotion& motion) {
+  const Particle p = culprit_of(state.grid.block(block).particles, dt, motion);
+  const double stretch = volume_stretch(p, dt);
+  const std::string what = motion.finite    ? "displacement of more than a block of four cells in one step"
+                           : stretch <= 0.0 ? "inversion (the step turned it inside out, det(I + dt C) = " + number_text(stretch, 3) + ")"
+                                            : "a value that is not finite (NaN or infinite)";
+  // if the position itself is not finite, give the centre of the block
+  const Index3& c = state.grid.block(block).coordinate;
+  const Vec3 centre = block_box(c, state.grid.cell_size()).center();
+  const Vec3 position = position_of(p);
+  const bool known = position.allFinite();
+  return "unstable at t = " + number_text(state.time) + " s, step " + std::to_string(state.step) + " (dt = " + number_text(dt, 3) +
+         " s): " + what + " of particle " + std::to_string(p.id) + (known ? " at " : " near ") +
+         vector_text((known ? position : centre) - scene.offset) + " m; velocity " + vector_text(p.velocity) + " m/s, pressure " +
+         number_text(-(p.stress[0] + p.stress[1] + p.stress[2]) / 3.0, 4) +
+         " Pa. Try a smaller CFL number or a finer grid, or look for a body that starts inside a boundary or another body";
 }
 
 }  // namespace
