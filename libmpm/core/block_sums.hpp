@@ -31,7 +31,15 @@ class BlockSums {
   }
 
   /// Adds the sums of the other ranks; all ranks call it.
-  void add_ranks(RankGroup& ranks);
+  void add_ranks(RankGroup& ranks) {
+    std::vector<std::uint64_t> all;
+    for (ExactSum& sum : sums_) all.insert(all.end(), sum.parts().begin(), sum.parts().end());
+    ranks.sum(all);
+    auto words = all.cbegin();
+    for (ExactSum& sum : sums_) {
+      for (std::uint64_t& word : sum.parts()) word = *words++;
+    }
+  }
 
   [[nodiscard]] double value(std::size_t at) const { return sums_[at].value(); }  ///< sum number `at`
   /// The sums of such a struct. @tparam integers  number of integers

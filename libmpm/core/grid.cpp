@@ -38,11 +38,6 @@ std::int32_t Grid::block_at(const Index3& coordinate) {
   return index == no_block ? create(coordinate) : index;
 }
 
-Ranks& one_rank() {
-  static OneRank rank;
-  return rank;
-}
-
 void Grid::divide(Ranks& ranks) {
   ranks_ = &ranks;
   ask_owners();

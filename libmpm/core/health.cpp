@@ -6,7 +6,7 @@
 
 #include "libmpm/base/error.hpp"
 #include "libmpm/base/text.hpp"
-#include "libmpm/core/time_step.hpp"
+#include "libmpm/core/step.hpp"
 
 namespace mpm {
 

@@ -2,6 +2,8 @@
 /// Particles on their way from block to block. While blocks are worked on in parallel, each puts the particles that leave it into its
 /// outbox; then every block collects its new particles from the outboxes of its neighbours, in a fixed order (Grid::migrate).
 
+#include <omp.h>
+
 #include <cstdint>
 #include <deque>
 #include <memory>
@@ -48,9 +50,23 @@ class MigrantList {
 /// A list for each thread.
 class MigrantLists {
  public:
-  MigrantList& of_this_thread();            ///< created if needed; valid as long as this object
-  void clear();                             ///< as MigrantList::clear()
-  [[nodiscard]] std::size_t bytes() const;  ///< memory of all
+  /// Created if needed; valid as long as this object.
+  MigrantList& of_this_thread() {
+    const std::lock_guard lock(*mutex_);
+    const auto thread = static_cast<std::size_t>(omp_get_thread_num());
+    if (lists_.size() <= thread) lists_.resize(thread + 1);
+    return lists_[thread];
+  }
+  /// As MigrantList::clear().
+  void clear() {
+    for (MigrantList& list : lists_) list.clear();
+  }
+  /// Memory of all.
+  [[nodiscard]] std::size_t bytes() const {
+    std::size_t n = 0;
+    for (const MigrantList& list : lists_) n += list.capacity() * sizeof(Migrant);
+    return n;
+  }
 
  private:
   std::deque<MigrantList> lists_;

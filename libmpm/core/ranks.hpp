@@ -8,7 +8,7 @@
 ///   (add_parts). The owner then sends back the nodes that particles of other ranks need (send_nodes).
 /// - Blocks have one owner if a boundary acts on nodes of several of them together (joined_blocks.hpp).
 /// - A migrant to another rank's block arrives there in the outbox of a ghost; its new block collects it in the usual order.
-/// - Sums over blocks are exact (block_sums.hpp), or rank 0 adds the rows of all blocks in the order of the blocks (block_table.hpp).
+/// - Sums over blocks are exact (block_sums.hpp), or rank 0 adds the rows of all blocks in their order (boundary_impulses.hpp).
 ///
 /// Messages travel while a rank computes. A block is `outer` if its particles touch nodes of other ranks' blocks. Particles of outer blocks
 /// come first in particle_to_grid, so that their parts travel while the others are transferred; they come last in grid_to_particle, so that
@@ -171,6 +171,9 @@ class OneRank : public Ranks {
   void note_time(const Block& /*block*/, std::int32_t /*index*/, int /*particles*/, double /*time*/) noexcept override {}
 };
 /// It has no state: one object serves all grids.
-Ranks& one_rank();
+inline Ranks& one_rank() {
+  static OneRank rank;
+  return rank;
+}
 
 }  // namespace mpm
