@@ -1,6 +1,7 @@
 #pragma once
 /// The kernels of step() on all blocks, to be timed separately. The step itself reports the time of its own phases (StepTimes).
 
+#include "libmpm/core/transfer.hpp"
 #include "problems.hpp"
 
 namespace mpm::benchmarks {

@@ -4,6 +4,7 @@
 #include "libmpm/core/boundary_impulses.hpp"
 #include "libmpm/core/state.hpp"
 #include "libmpm/core/step_times.hpp"
+#include "libmpm/core/transfer.hpp"
 
 namespace mpm {
 

@@ -2,19 +2,24 @@
 /// Parameters of the computation, in one place: what a case gives, and of these what a scene carries.
 
 #include <cmath>
+#include <cstdint>
 
 #include "libmpm/base/types.hpp"
 #include "libmpm/boundary/contact.hpp"
-#include "libmpm/core/mirror.hpp"
-#include "libmpm/core/transfer.hpp"
 
 namespace mpm {
 
-class ParameterReport;
+/// How velocities pass between grid and particles.
+enum class Transfer : std::uint8_t {
+  apic,   ///< affine (Jiang et al. 2015): a particle takes the grid's velocity and gradient, and forgets its own
+  flip,   ///< a blend of PIC and FLIP, without the affine part
+  aflip,  ///< affine, and a particle keeps the part of its velocity that is not representable on the grid (Fei et al. 2021); that
+          ///< part decays over a fixed time, not by a fixed fraction in each step
+};
 
 /// What a step reads.
 struct StepNumerics {
-  Transfer transfer = Transfer::aflip;  ///< velocities between grid and particles (core/transfer.hpp)
+  Transfer transfer = Transfer::aflip;  ///< velocities between grid and particles
   double flip_ratio = 0.95;             ///< fraction of FLIP in the PIC/FLIP blend
   double relaxation_cells = 5.0;        ///< AFLIP: relaxation time of what the grid cannot represent, in dx/(c_P + |v|max)
   double cfl = 0.4;                     ///< dt <= cfl dx / (c_P + |v|max)
@@ -89,8 +94,6 @@ struct Numerics : StepNumerics {
   [[nodiscard]] Vec3 gravity_vector() const { return gravity * Vec3(std::sin(slope), 0.0, -std::cos(slope)); }
   /// Shift of the whole scene against the grid, m.
   [[nodiscard]] Vec3 offset() const { return cell_size * grid_offset; }
-  /// A mirror plane stays on the grid.
-  void check_offset(const MirrorPlanes& mirror, ParameterReport& report) const;
 };
 
 }  // namespace mpm

@@ -29,14 +29,6 @@
 
 namespace mpm {
 
-/// How velocities pass between grid and particles.
-enum class Transfer : std::uint8_t {
-  apic,   ///< affine (Jiang et al. 2015): a particle takes the grid's velocity and gradient, and forgets its own
-  flip,   ///< a blend of PIC and FLIP, without the affine part
-  aflip,  ///< affine, and a particle keeps the part of its velocity that is not representable on the grid (Fei et al. 2021); that
-          ///< part decays over a fixed time, not by a fixed fraction in each step
-};
-
 /// Options of a transfer. With v^0 the grid's velocity before forces, a particle retains a fraction of the part of its velocity
 /// that is not representable on the grid:
 ///   v_p <- S v + retained (v_p - S v^0)

@@ -14,10 +14,10 @@ namespace mpm {
 namespace {
 
 /// Shift of the scene against the grid beside mirror planes.
-void check_grid_offset(const Case& c, ParameterReport& report) {
+void check_offset(const Case& c, ParameterReport& report) {
   if (!report.all_valid({"numerics.grid_offset_cells", "conveyor.mirror_y", "domain.mirror"})) return;
   TableReport own(report, "numerics");
-  c.numerics.check_offset(mirror_planes(c), own);
+  check_grid_offset(c, own);
 }
 
 /// Friction of the obstacle as a part of the material's.
@@ -165,7 +165,7 @@ void DomainSpec::check(ParameterReport& report) const {
 
 void resolve_case(Case& c, ParameterReport& report) {
   resolve_numerics(c, report);
-  check_grid_offset(c, report);
+  check_offset(c, report);
   check_measurement(c.measurement, c.numerics.cell_size, report);
   const ObstacleSpec* const obstacle = c.obstacle ? &*c.obstacle : nullptr;
   if (c.obstacle) resolve_obstacle_friction(*c.obstacle, c.material, report);

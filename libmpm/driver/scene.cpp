@@ -40,6 +40,17 @@ ConveyorSetting conveyor_setting(const Case& c, const std::shared_ptr<const Heig
 
 MirrorPlanes mirror_planes(const Case& c) { return {c.domain.mirror_x, c.domain.mirror_y || (c.conveyor && c.conveyor->mirror_y)}; }
 
+void check_grid_offset(const Case& c, ParameterReport& report) {
+  const MirrorPlanes mirror = mirror_planes(c);
+  for (int axis = 0; axis < 2; ++axis) {
+    const double offset = c.numerics.grid_offset[axis];
+    if (!mirror.across(axis) || offset == 0.0) continue;
+    const std::string name(1, "xy"[axis]);
+    report.problem("grid_offset_cells", "shifts the mirror plane " + name + " = 0 off the grid by " + number_text(offset) + " cells in " +
+                                            name + "; give 0 there, or compute the whole without the mirror");
+  }
+}
+
 CaseDomain case_domain(const Case& c, const std::shared_ptr<const HeightField>& ground) {
   CaseDomain domain{c.domain.min, c.domain.max};
   if (!c.conveyor) return domain;
@@ -81,7 +92,7 @@ CaseScene make_scene(const Case& c) {
   }
   scene.offset = c.numerics.offset();
   detail::CollectedProblems problems;
-  c.numerics.check_offset(scene.mirror, problems);
+  check_grid_offset(c, problems);
   problems.throw_if_any();
   scene.domain_min += scene.offset;
   scene.domain_max += scene.offset;

@@ -11,9 +11,12 @@
 namespace mpm {
 
 class BlockExchange;
+class ParameterReport;
 
 /// The mirror planes of a case, of its domain or of its conveyor.
 [[nodiscard]] MirrorPlanes mirror_planes(const Case& c);
+/// Mirror planes stay on the grid: [numerics] grid_offset_cells is 0 across them. @param report  of [numerics]
+void check_grid_offset(const Case& c, ParameterReport& report);
 
 /// Where particles may be in a case, m: its domain, cut by that of a conveyor.
 struct CaseDomain {

@@ -9,7 +9,6 @@
 
 #include "libmpm/boundary/height_field.hpp"
 #include "libmpm/boundary/terrain.hpp"
-#include "libmpm/core/mirror.hpp"
 
 namespace mpm {
 

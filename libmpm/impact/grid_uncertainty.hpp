@@ -4,7 +4,7 @@
 
 #include "libmpm/boundary/contact.hpp"
 #include "libmpm/boundary/outline.hpp"
-#include "libmpm/core/transfer.hpp"
+#include "libmpm/core/numerics.hpp"
 
 namespace mpm {
 

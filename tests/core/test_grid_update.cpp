@@ -7,6 +7,7 @@
 #include <random>
 
 #include "libmpm/core/diagnostics.hpp"
+#include "libmpm/core/transfer.hpp"
 #include "support/solver_states.hpp"
 
 namespace mpm {

@@ -11,6 +11,7 @@
 #include "libmpm/core/diagnostics.hpp"
 #include "libmpm/core/step.hpp"
 #include "libmpm/core/stress_update.hpp"
+#include "libmpm/core/transfer.hpp"
 #include "support/solver_states.hpp"
 
 namespace mpm {
