@@ -32,7 +32,7 @@ concept ActsOnNodes = requires(const B boundary, const Vec3 v) {
 };
 
 /// One boundary of the list.
-using Boundary = std::variant<Wall, MovingWall, RigidSolid, SurfaceSolid, Terrain>;
+using Boundary = std::variant<Wall, RigidSolid, SurfaceSolid, Terrain>;
 
 namespace detail {
 
@@ -69,12 +69,6 @@ inline const UprightSolid* geometry_of(const Boundary& boundary) {
   if (const auto* nodal = std::get_if<RigidSolid>(&boundary)) return &nodal->solid;
   const auto* surface = std::get_if<SurfaceSolid>(&boundary);
   return surface != nullptr ? &surface->solid() : nullptr;
-}
-
-/// The plane of a wall, moving or not; null for another boundary.
-inline const Wall* plane_of(const Boundary& boundary) {
-  if (const auto* moving = std::get_if<MovingWall>(&boundary)) return &moving->plane;
-  return std::get_if<Wall>(&boundary);
 }
 
 }  // namespace mpm

@@ -13,10 +13,8 @@ bool Wall::reaches(const Vec3& low, const Vec3& high, double time) const {
   return covers(deepest, time);
 }
 
-Vec3 Wall::constrain(const Vec3&, const Vec3& v, double) const { return contact_velocity(v, normal, velocity, contact, friction); }
-
-Vec3 MovingWall::constrain(const Vec3& node, const Vec3& v, double time) const {
-  return contact_velocity(v, plane.normal, surface_velocity(node, time), plane.contact, plane.friction);
+Vec3 Wall::constrain(const Vec3& node, const Vec3& v, double time) const {
+  return contact_velocity(v, normal, surface_velocity(node, time), contact, friction);
 }
 
 }  // namespace mpm

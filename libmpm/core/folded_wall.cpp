@@ -66,22 +66,18 @@ bool folds(const Wall& wall, std::span<const Boundary> boundaries, const MirrorP
   Vec3 master = wall.point;
   master[*axis] = cell_size * plane;
   return std::ranges::none_of(boundaries, [&](const Boundary& other) {
-    const Wall* const parallel = plane_of(other);
+    const auto* const parallel = std::get_if<Wall>(&other);
     if (parallel == nullptr || parallel->normal.dot(wall.normal) > -0.5) return false;
     // a coupled wall's own master is the first node half a cell before it, so it is another node only if there is a cell between
     return parallel->normal.dot(master) - parallel->offset(time) < (nearest_master + 1.0 - rounding) * cell_size;
   });
 }
 
-std::vector<Impulse> apply_folded_wall(Grid& grid, const Boundary& boundary, const MirrorPlanes& mirror, double time,
+std::vector<Impulse> apply_folded_wall(Grid& grid, const Wall& wall, const MirrorPlanes& mirror, double time,
                                        std::span<const std::int32_t> blocks) {
-  const Wall& wall = *plane_of(boundary);
   const double dx = grid.cell_size();
   const int axis = axis_of(wall).value();
   const ColumnPlan plan = plan_of(wall, axis, dx, time);
-  const auto surface_velocity = [&](const Vec3& x) {
-    return std::visit([&](const auto& b) -> Vec3 { return b.surface_velocity(x, time); }, boundary);
-  };
   std::vector<Impulse> taken(blocks.size());  // by block of the master
 #pragma omp parallel for schedule(static, 8)
   for (std::size_t i = 0; i < blocks.size(); ++i) {
@@ -101,11 +97,11 @@ std::vector<Impulse> apply_folded_wall(Grid& grid, const Boundary& boundary, con
       if (inward > 0) {  // skip slaves of a master in an existing block; any other node acts alone
         if (inward < column_nodes && node_at(grid, blocks[i], n, axis, -plan.inward * inward).node != nullptr) continue;
         if (node[3] <= 0.0) continue;
-        const Vec3 surface = surface_velocity(node_position(block, n, dx)), before(node[0], node[1], node[2]);
+        const Vec3 surface = wall.surface_velocity(node_position(block, n, dx), time), before(node[0], node[1], node[2]);
         write({&node, blocks[i], n}, surface, contact_velocity(before, wall.normal, surface, wall.contact, wall.friction) - surface);
         continue;
       }
-      const Vec3 surface = surface_velocity(node_position(block, n, dx));
+      const Vec3 surface = wall.surface_velocity(node_position(block, n, dx), time);
       Column column{{}, plan.c};
       if (!collect_column(grid, blocks[i], n, axis, plan.inward, surface, column) || !act_on_column(column, surface_of(wall, plan)))
         continue;

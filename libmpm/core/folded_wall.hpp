@@ -18,10 +18,10 @@ namespace mpm {
 /// Of each column the first node at least half a cell before the plane is the master, the next two are its slaves; node_column.hpp gives
 /// the rule. On a plane of nodes this is the exact mirror image. Nodes further behind act alone, and so do all nodes of a column whose
 /// master has no mass.
-/// @param boundary  a wall, moving or not, that folds()
+/// @param wall  one that folds()
 /// @param blocks  of Grid::all_blocks(), all or some: the wall acts on the columns whose masters are in them
 /// @returns the impulse on the wall for each of them; a column counts in the block of its master
-std::vector<Impulse> apply_folded_wall(Grid& grid, const Boundary& boundary, const MirrorPlanes& mirror, double time,
+std::vector<Impulse> apply_folded_wall(Grid& grid, const Wall& wall, const MirrorPlanes& mirror, double time,
                                        std::span<const std::int32_t> blocks);
 
 /// Lets top and underside of a solid act, as separable walls fold, on the columns of nodes that stand on them. Those at an edge are bounded

@@ -108,7 +108,7 @@ class BoundaryActions {
     } else {
       const auto* const terrain = std::get_if<Terrain>(&boundary);
       const auto by_block = terrain != nullptr ? apply_folded_terrain(grid_, *terrain, forces_.mirror, blocks_)
-                                               : apply_folded_wall(grid_, boundary, forces_.mirror, time_, blocks_);
+                                               : apply_folded_wall(grid_, std::get<Wall>(boundary), forces_.mirror, time_, blocks_);
       for (std::size_t i = 0; i < by_block.size(); ++i) taken_[i * forces_.boundaries.size() + b] = by_block[i];
     }
   }
@@ -146,7 +146,7 @@ class BoundaryActions {
   [[nodiscard]] bool nodal(std::size_t b) const {
     const Boundary& boundary = forces_.boundaries[b];
     if (const auto* const terrain = std::get_if<Terrain>(&boundary)) return terrain->rule == ContactRule::nodal;
-    const Wall* wall = plane_of(boundary);
+    const auto* const wall = std::get_if<Wall>(&boundary);
     return acts_on_nodes(boundary) && (wall == nullptr || !folds(*wall, forces_.boundaries, forces_.mirror, grid_.cell_size(), time_));
   }
   /// Index of a boundary among those whose impulses are recorded by layer; past the end for the others.

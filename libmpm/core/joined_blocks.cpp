@@ -26,7 +26,7 @@ JoinedBlocks::JoinedBlocks(const Scene& scene, double cell_size, double time) {
     if (layers) lower[static_cast<std::size_t>(layers->axis)].insert(layers->lower);
   };
   for (const Boundary& boundary : scene.boundaries) {
-    const Wall* const wall = plane_of(boundary);
+    const auto* const wall = std::get_if<Wall>(&boundary);
     if (wall != nullptr && folds(*wall, scene.boundaries, scene.mirror, cell_size, time)) join(layers_of_columns(*wall, cell_size, time));
     const auto* const terrain = std::get_if<Terrain>(&boundary);
     if (terrain == nullptr || terrain->rule == ContactRule::nodal) continue;

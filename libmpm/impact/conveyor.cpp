@@ -208,11 +208,13 @@ std::vector<Boundary> conveyor_walls(const ConveyorSpec& conveyor, ContactRule r
   const Inflow inflow(conveyor);
   const Vec3 belt(conveyor.velocity, 0.0, 0.0), outlet(inflow.fastest(), 0.0, 0.0);
   /// A wall that moves with the entering snow, if its speed varies with time or height.
-  const auto moving = [&](const Wall& wall, bool by_height) -> Boundary {
-    if (inflow.steady() && !(by_height && inflow.sheared())) return wall;
-    return MovingWall{wall, [inflow, by_height](double height, double time) {
-                        return inflow.velocity(time) * (by_height ? inflow.shear(height / inflow.flow_height(time)) : 1.0);
-                      }};
+  const auto moving = [&](Wall wall, bool by_height) {
+    if (!inflow.steady() || (by_height && inflow.sheared())) {
+      wall.speed = [inflow, by_height](double height, double time) {
+        return inflow.velocity(time) * (by_height ? inflow.shear(height / inflow.flow_height(time)) : 1.0);
+      };
+    }
+    return wall;
   };
   std::vector<Boundary> walls;
   if (floor) walls.emplace_back(Wall{Vec3::Zero(), Vec3::UnitZ(), Contact::separable, 0.0, Vec3::Zero(), false, rule});
@@ -226,7 +228,7 @@ std::vector<Boundary> conveyor_walls(const ConveyorSpec& conveyor, ContactRule r
     // always nodal: there is snow on both sides of the inlet, and a folded wall would mirror the window's velocities behind it
     walls.push_back(moving(Wall{Vec3(-conveyor.upstream_length, 0, 0), Vec3::UnitX(), Contact::slip, 0.0, belt, false}, true));
     const Wall end{Vec3(conveyor.downstream_length, 0, 0), -Vec3::UnitX(), Contact::separable, 0.0, outlet, false};
-    walls.push_back(inflow.sheared() ? moving(end, true) : Boundary(end));
+    walls.push_back(inflow.sheared() ? moving(end, true) : end);
   }
   return walls;
 }

@@ -310,9 +310,11 @@ TEST(VerticalSolids, GiveTheSameBitsOnAnyNumberOfThreads) {
   }
 }
 
-TEST(MovingWalls, HoldASpeedThatVariesWithHeightAndTime) {
-  const MovingWall belt{Wall{Vec3(-1.0, 0.0, 0.1), Vec3::UnitX(), Contact::slip, 0.0, Vec3::Zero(), false},
-                        [](double height, double time) { return 3.0 * height + time; }};
+TEST(Walls, HoldASpeedThatVariesWithHeightAndTime) {
+  const Wall belt{
+      .point = Vec3(-1.0, 0.0, 0.1), .normal = Vec3::UnitX(), .contact = Contact::slip, .speed = [](double height, double time) {
+        return 3.0 * height + time;
+      }};
   EXPECT_TRUE(belt.covers({-1.0, 0.0, 0.0}, 0.0));
   EXPECT_FALSE(belt.covers({-0.9, 0.0, 0.0}, 7.0)) << "it is at rest";
   EXPECT_LE((belt.constrain({-1.0, 0.0, 1.1}, {9.0, 1.0, 2.0}, 0.5) - Vec3(3.5, 1.0, 2.0)).norm(), 1e-15);

@@ -3,7 +3,7 @@
 /// no code with the library's step; what it takes from the library is the description of the scene and, of a solid that acts at its
 /// surface, where its points are (ContactStencil). A newcomer can learn the method here.
 ///
-/// Not in it: sources, solids with a top within reach of the material, MovingWall, prisms and cylinders that act on nodes, mirror planes
+/// Not in it: sources, solids with a top within reach of the material, Wall::speed, prisms and cylinders that act on nodes, mirror planes
 /// beside a solid that acts at its surface.
 
 #include <Eigen/Eigenvalues>
@@ -387,7 +387,7 @@ class Solver {
   }
 
   void act(std::size_t b, double dt) {
-    if (const auto* wall = std::get_if<Wall>(&scene_.boundaries[b])) {
+    if (const auto* wall = std::get_if<Wall>(&scene_.boundaries[b]); wall != nullptr && !wall->speed) {
       if (folds(*wall)) {
         act_folded(*wall);
       } else {

@@ -315,12 +315,13 @@ TEST(FoldedWall, ActsAtTheTravellingSurface) {
 
 /// A belt whose speed varies with height: each column obeys its own surface.
 TEST(FoldedWall, TakesTheSurfaceVelocityOfItsColumn) {
-  MovingWall inlet{wall_at(0, 1.0, 0.3, Contact::no_slip), [](double height, double time) { return height + 10.0 * time; }};
-  Grid grid = random_grid(inlet.plane, 11);
+  Wall inlet = wall_at(0, 1.0, 0.3, Contact::no_slip);
+  inlet.speed = [](double height, double time) { return height + 10.0 * time; };
+  Grid grid = random_grid(inlet, 11);
   apply_folded_wall(grid, inlet, {}, 0.2, grid.all_blocks());
   for (int y = first_node(low[0]); y < first_node(high[0] + 2); ++y) {
     for (int z = first_node(low[0]); z < first_node(high[0] + 2); ++z) {
-      const Vec3 surface(dx * z - inlet.plane.point.z() + 2.0, 0.0, 0.0);
+      const Vec3 surface(dx * z - inlet.point.z() + 2.0, 0.0, 0.0);
       const Vec3 a = velocity_of(*find_node(grid, {1, y, z})) - surface, b = velocity_of(*find_node(grid, {0, y, z})) - surface;
       EXPECT_LE((0.7 * b + 0.3 * a).norm(), 10.0 * round_off);  // zero at 0.3 cells
     }
