@@ -18,8 +18,7 @@
 #include <type_traits>
 #include <variant>
 
-#include "libmpm/boundary/rigid_solid.hpp"
-#include "libmpm/boundary/surface_solid.hpp"
+#include "libmpm/boundary/solid.hpp"
 #include "libmpm/boundary/terrain.hpp"
 #include "libmpm/boundary/wall.hpp"
 
@@ -32,7 +31,7 @@ concept ActsOnNodes = requires(const B boundary, const Vec3 v) {
 };
 
 /// One boundary of the list.
-using Boundary = std::variant<Wall, RigidSolid, SurfaceSolid, Terrain>;
+using Boundary = std::variant<Wall, NodalSolid, SurfaceSolid, Terrain>;
 
 namespace detail {
 
@@ -66,7 +65,7 @@ inline bool acts_on_nodes(const Boundary& boundary) {
 
 /// The geometry of a solid; null for another boundary.
 inline const UprightSolid* geometry_of(const Boundary& boundary) {
-  if (const auto* nodal = std::get_if<RigidSolid>(&boundary)) return &nodal->solid;
+  if (const auto* nodal = std::get_if<NodalSolid>(&boundary)) return &nodal->solid;
   const auto* surface = std::get_if<SurfaceSolid>(&boundary);
   return surface != nullptr ? &surface->solid() : nullptr;
 }

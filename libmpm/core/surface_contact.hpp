@@ -2,7 +2,7 @@
 /// Contact of vertical solids that act at their surface: solves the conditions of boundary/contact_stencil.hpp on the grid's velocities.
 
 #include "libmpm/boundary/impulse.hpp"
-#include "libmpm/boundary/surface_solid.hpp"
+#include "libmpm/boundary/solid.hpp"
 #include "libmpm/core/grid.hpp"
 #include "libmpm/core/mirror.hpp"
 

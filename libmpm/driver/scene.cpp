@@ -23,7 +23,7 @@ Boundary make_obstacle(const ObstacleSpec& spec, const Numerics& numerics, const
   if (numerics.contact == ContactRule::surface)
     return SurfaceSolid(std::move(solid), spec.friction, Vec3::Zero(), numerics.cell_size, mirror);
   const double skin = solid.outline.along_axes() ? 0.0 : 0.5 * numerics.cell_size;
-  return RigidSolid{std::move(solid), skin, Contact::separable, spec.friction, Vec3::Zero()};
+  return NodalSolid{std::move(solid), skin, Contact::separable, spec.friction, Vec3::Zero()};
 }
 
 ConveyorSetting conveyor_setting(const Case& c, const std::shared_ptr<const HeightField>& ground) {

@@ -52,7 +52,7 @@ Vec3 constrain(const Boundary& b, const Vec3& node, const Vec3& v) {
 }
 
 TEST(VerticalSolids, AreBuiltFromTheCase) {
-  const auto skin = [](const AnyShape& shape) { return std::get<RigidSolid>(boundary_of(obstacle(shape))).skin; };
+  const auto skin = [](const AnyShape& shape) { return std::get<NodalSolid>(boundary_of(obstacle(shape))).skin; };
   EXPECT_EQ(skin(BoxShape{}), 0.0) << "as the paper's";
   EXPECT_EQ(skin(BoxShape{.rotation = 0.1}), 0.5 * dx);
   EXPECT_EQ(skin(WedgeShape{}), 0.5 * dx);
@@ -78,7 +78,7 @@ TEST(VerticalSolids, FlushWithTheGridHoldTheNodesOfTheBox) {
   const auto box = boundary_of(obstacle(BoxShape{}));
   auto quarter = obstacle(BoxShape{.rotation = 0.5 * std::numbers::pi + 1e-12});  // the same square with a skin
   const auto prism = boundary_of(quarter);
-  ASSERT_GT(std::get<RigidSolid>(prism).skin, 0.0);
+  ASSERT_GT(std::get<NodalSolid>(prism).skin, 0.0);
   int held = 0;
   for (int i = -3; i < 12; ++i) {
     for (int j = -6; j <= 6; ++j) {

@@ -397,7 +397,7 @@ class Solver {
           n.v = wall->velocity + contact(n.v - wall->velocity, wall->normal, wall->contact, wall->friction);
         }
       }
-    } else if (const auto* box = std::get_if<RigidSolid>(&scene_.boundaries[b])) {
+    } else if (const auto* box = std::get_if<NodalSolid>(&scene_.boundaries[b])) {
       act_as_box(*box);
     } else if (const auto* solid = std::get_if<SurfaceSolid>(&scene_.boundaries[b])) {
       act_at_surface(*solid, dt);
@@ -417,13 +417,13 @@ class Solver {
   }
   [[nodiscard]] Vec3 place_of(const Index& at) const { return dx_ * Vec3(at[0], at[1], at[2]); }
   [[nodiscard]] bool folds(const Wall& wall) const;
-  void act_as_box(const RigidSolid& box);
+  void act_as_box(const NodalSolid& box);
   void act_folded(const Wall& wall);
   void act_at_surface(const SurfaceSolid& solid, double dt);
 };
 
 /// Every node inside obeys the nearest face; of faces as near the first of: upstream, sides, downstream, top.
-inline void Solver::act_as_box(const RigidSolid& box) {
+inline void Solver::act_as_box(const NodalSolid& box) {
   for (auto& [at, n] : nodes_) {
     const Vec3 x = place_of(at), low = x - box.solid.bounds().min(), high = box.solid.bounds().max() - x;
     if (low.minCoeff() < -on_surface || high.minCoeff() < -on_surface) continue;

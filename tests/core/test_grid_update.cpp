@@ -14,7 +14,7 @@ namespace mpm {
 namespace {
 
 /// A box with nodal contact. @param low, high  its corners, m
-RigidSolid box_between(const Vec3& low, const Vec3& high, Contact contact = Contact::separable, double friction = 0.0,
+NodalSolid box_between(const Vec3& low, const Vec3& high, Contact contact = Contact::separable, double friction = 0.0,
                        const Vec3& reference = Vec3::Zero()) {
   const Outline plan({{low.x(), low.y()}, {high.x(), low.y()}, {high.x(), high.y()}, {low.x(), high.y()}});
   return {{plan, low.z(), high.z()}, 0.0, contact, friction, reference};
@@ -101,7 +101,7 @@ TEST_F(Contacts, WhatABoundaryCoversInABoxItReaches) {
     Wall wall{random_vector(1.0), random_vector(1.0).normalized(), Contact::slip, 0.0, random_vector(1.0), n % 2 == 0};
     if (n % 5 == 0) wall.normal = Vec3::Unit(n % 3) * (n % 2 == 0 ? 1.0 : -1.0);
     const Vec3 corner_of_box = random_vector(1.0);
-    const RigidSolid box = box_between(corner_of_box, corner_of_box + Vec3(unit(random), unit(random), unit(random)));
+    const NodalSolid box = box_between(corner_of_box, corner_of_box + Vec3(unit(random), unit(random), unit(random)));
     const Vec3 low = random_vector(1.5), high = low + 0.75 * Vec3::Ones();
     const double time = unit(random);
     for (const Vec3& corner : {low, high, Vec3(low + (high - low).cwiseProduct(Vec3(unit(random), unit(random), unit(random))))}) {
@@ -132,8 +132,8 @@ TEST(Walls, TravelWithTheirVelocityOrStandAsABelt) {
   EXPECT_EQ(belt.constrain(Vec3::Zero(), {0.0, 1.0, 1.0}), Vec3(2.0, 1.0, 1.0));
 }
 
-TEST(RigidSolids, StopWhatMovesIntoTheNearestFace) {
-  const RigidSolid box = box_between({0.0, -1.0, -10.0}, {2.0, 1.0, 3.0}, Contact::slip);
+TEST(NodalSolids, StopWhatMovesIntoTheNearestFace) {
+  const NodalSolid box = box_between({0.0, -1.0, -10.0}, {2.0, 1.0, 3.0}, Contact::slip);
   const Vec3 v(1.0, 2.0, 4.0);
   const auto stopped = [&](const Vec3& node) -> Vec3 { return v - box.constrain(node, v); };
   EXPECT_EQ(stopped({0.1, 0.0, 0.0}), Vec3(1.0, 0.0, 0.0));   // upstream face
@@ -148,8 +148,8 @@ TEST(RigidSolids, StopWhatMovesIntoTheNearestFace) {
   EXPECT_EQ(stopped({1.0, 1.0, 3.0}), Vec3(0.0, 2.0, 0.0));
 }
 
-TEST(RigidSolids, LetGoWhatMovesOutOfEachFace) {
-  const RigidSolid box = box_between({0.0, -1.0, -10.0}, {2.0, 1.0, 3.0}, Contact::separable, 0.5);
+TEST(NodalSolids, LetGoWhatMovesOutOfEachFace) {
+  const NodalSolid box = box_between({0.0, -1.0, -10.0}, {2.0, 1.0, 3.0}, Contact::separable, 0.5);
   for (const auto& [node, out] : std::vector<std::pair<Vec3, Vec3>>{{{0.0, 0.0, 0.0}, {-1.0, 0.0, 0.0}},
                                                                     {{2.0, 0.0, 0.0}, {1.0, 0.0, 0.0}},
                                                                     {{1.0, -1.0, 0.0}, {0.0, -1.0, 0.0}},
@@ -162,8 +162,8 @@ TEST(RigidSolids, LetGoWhatMovesOutOfEachFace) {
   }
 }
 
-TEST(RigidSolids, CoverTheirFacesAndInside) {
-  const RigidSolid box = box_between({0.0, -1.0, -10.0}, {2.0, 1.0, 3.0});
+TEST(NodalSolids, CoverTheirFacesAndInside) {
+  const NodalSolid box = box_between({0.0, -1.0, -10.0}, {2.0, 1.0, 3.0});
   EXPECT_TRUE(box.covers({0.0, -1.0, 3.0}, 0.0));
   EXPECT_TRUE(box.covers({1.0, 0.0, 0.0}, 0.0));
   EXPECT_FALSE(box.covers({-0.001, 0.0, 0.0}, 0.0));
@@ -247,7 +247,7 @@ TEST_F(GridUpdate, BooksTheMomentumThatEachBoundaryTookLinearAndAngular) {
 
 TEST_F(GridUpdate, BooksASharedNodeOnePartAfterTheOther) {
   const Wall floor{Vec3::Zero(), Vec3::UnitZ(), Contact::slip};
-  const RigidSolid mast = box_between({0.0, -0.5, -10.0}, {0.5, 0.5, 10.0}, Contact::slip);
+  const NodalSolid mast = box_between({0.0, -0.5, -10.0}, {0.5, 0.5, 10.0}, Contact::slip);
   const Boundary both[] = {floor, mast};
   const auto before = nodes(false);
   const auto impulses = update_grid(grid, {.boundaries = both}, 1e-3, 0.0).total(one_rank()).impulses;

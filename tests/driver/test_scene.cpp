@@ -290,7 +290,7 @@ TEST(MakeScene, PutsTheObstacleLastAndSaysWhereItIs) {
   CaseScene scene = make_scene(c);
   ASSERT_TRUE(scene.obstacle);
   EXPECT_EQ(*scene.obstacle, scene.boundaries.size() - 1);
-  const auto& mast = std::get<RigidSolid>(scene.boundaries.back());
+  const auto& mast = std::get<NodalSolid>(scene.boundaries.back());
   EXPECT_EQ(mast.reference, Vec3::Zero());  // foot of the front face's centre
   EXPECT_TRUE(mast.covers({0.0, 0.25, 0.0}, 0.0));
   EXPECT_TRUE(mast.covers({0.5, -0.25, 60.0}, 0.0));  // taller than any jet
@@ -335,8 +335,8 @@ TEST(MakeScene, ShiftsEverythingAgainstTheGridByTheOffset) {
   EXPECT_EQ(shifted.domain_min, plain.domain_min + by);
   EXPECT_EQ(shifted.domain_max, plain.domain_max + by);
   EXPECT_EQ(std::get<Wall>(shifted.boundaries[0]).point, std::get<Wall>(plain.boundaries[0]).point + by);
-  const auto& box = std::get<RigidSolid>(shifted.boundaries[1]);
-  const auto& box_before = std::get<RigidSolid>(plain.boundaries[1]);
+  const auto& box = std::get<NodalSolid>(shifted.boundaries[1]);
+  const auto& box_before = std::get<NodalSolid>(plain.boundaries[1]);
   EXPECT_EQ(box.solid.bounds().min(), box_before.solid.bounds().min() + by);
   EXPECT_EQ(box.solid.bounds().max(), box_before.solid.bounds().max() + by);
   EXPECT_EQ(box.reference, box_before.reference + by);
