@@ -29,12 +29,8 @@ namespace mpm {
 std::vector<Impulse> apply_folded_terrain(Grid& grid, const Terrain& terrain, const MirrorPlanes& mirror,
                                           std::span<const std::int32_t> blocks);
 
-/// Layers of blocks that the columns reach into.
-struct TerrainLayers {
-  std::int32_t first = 0;  ///< coordinate along z of the lowest
-  std::int32_t last = 0;   ///< of the highest
-};
-/// A range that holds them, within the raster of the ground and two cells beyond. @param cell_size  m
-TerrainLayers layers_of_columns(const Terrain& terrain, double cell_size);
+/// A range that holds the layers of blocks that the columns reach into, within the raster of the ground and two cells beyond.
+/// @param cell_size  m
+LayerRange layers_of_columns(const Terrain& terrain, double cell_size);
 
 }  // namespace mpm

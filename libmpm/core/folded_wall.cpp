@@ -25,14 +25,9 @@ std::optional<int> axis_of(const Wall& wall) {
   return std::nullopt;
 }
 
-/// The nodes of a wall's columns.
-struct ColumnPlan {
-  int axis, inward;                    ///< inward: +1 or -1, the step from a node to the next one behind it
-  std::int32_t master;                 ///< number of the masters' plane along the axis
-  std::array<double, column_nodes> c;  ///< velocity relative to that of the master
-};
+using Plan = ColumnPlan<column_nodes>;
 
-ColumnPlan plan_of(const Wall& wall, int axis, double cell_size, double time) {
+Plan plan_of(const Wall& wall, int axis, double cell_size, double time) {
   const double sign = wall.normal[axis] > 0.0 ? 1.0 : -1.0;
   const double plane = sign * wall.offset(time) / cell_size;  // coordinate, in cells
   const double master = sign > 0.0 ? std::ceil(plane + nearest_master - rounding) : std::floor(plane - nearest_master + rounding);
@@ -40,11 +35,7 @@ ColumnPlan plan_of(const Wall& wall, int axis, double cell_size, double time) {
   return {axis, sign > 0.0 ? -1 : 1, static_cast<std::int32_t>(master), {1.0, (d - 1.0) / d, (d - 2.0) / d}};
 }
 
-using Column = NodeColumn<column_nodes>;
-
-ColumnSurface surface_of(const Wall& wall, const ColumnPlan& plan) {
-  return {-plan.inward * Vec3::Unit(plan.axis), wall.contact, wall.friction};
-}
+ColumnSurface surface_of(const Wall& wall, const Plan& plan) { return {-plan.inward * Vec3::Unit(plan.axis), wall.contact, wall.friction}; }
 
 /// Top and underside of a solid as walls; empty where it has none.
 std::array<std::optional<Wall>, 2> faces_of(const SurfaceSolid& solid) {
@@ -77,63 +68,45 @@ std::vector<Impulse> apply_folded_wall(Grid& grid, const Wall& wall, const Mirro
                                        std::span<const std::int32_t> blocks) {
   const double dx = grid.cell_size();
   const int axis = axis_of(wall).value();
-  const ColumnPlan plan = plan_of(wall, axis, dx, time);
+  const Plan plan = plan_of(wall, axis, dx, time);
+  ColumnSurface surface = surface_of(wall, plan);
   std::vector<Impulse> taken(blocks.size());  // by block of the master
-#pragma omp parallel for schedule(static, 8)
+#pragma omp parallel for schedule(static, 8) firstprivate(surface)
   for (std::size_t i = 0; i < blocks.size(); ++i) {
     const Index3& block = grid.block(blocks[i]).coordinate;
     const std::int32_t first = first_node(block[static_cast<std::size_t>(axis)]);
     // range of the block's nodes, in steps from the masters' plane into the wall
     const std::int32_t from = plan.inward * (first - plan.master), to = plan.inward * (first + block_edge - 1 - plan.master);
     if (std::max(from, to) < 0) continue;
-    NodeBlock& nodes = grid.velocities(blocks[i]);
-    const auto write = [&](const NodeAt& at, const Vec3& surface, const Vec3& velocity) {
-      set_velocity(grid, at, mirror, surface, velocity, wall.point, taken[i]);
-    };
     for (int n = 0; n < block_nodes; ++n) {
-      const std::int32_t inward = plan.inward * (first + place_along(axis, n) - plan.master);
-      if (inward < 0) continue;
-      Node& node = nodes.node[n];
-      if (inward > 0) {  // skip slaves of a master in an existing block; any other node acts alone
-        if (inward < column_nodes && node_at(grid, blocks[i], n, axis, -plan.inward * inward).node != nullptr) continue;
-        if (node[3] <= 0.0) continue;
-        const Vec3 surface = wall.surface_velocity(node_position(block, n, dx), time), before(node[0], node[1], node[2]);
-        write({&node, blocks[i], n}, surface, contact_velocity(before, wall.normal, surface, wall.contact, wall.friction) - surface);
-        continue;
-      }
-      const Vec3 surface = wall.surface_velocity(node_position(block, n, dx), time);
-      Column column{{}, plan.c};
-      if (!collect_column(grid, blocks[i], n, axis, plan.inward, surface, column) || !act_on_column(column, surface_of(wall, plan)))
-        continue;
-      for (const ColumnNode& c : column.node) {
-        if (c.mass > 0.0) write(c.at, surface, c.velocity);
-      }
+      const std::int32_t behind = plan.inward * (first + place_along(axis, n) - plan.master);
+      if (behind < 0) continue;
+      surface.velocity = wall.surface_velocity(node_position(block, n, dx), time);
+      act_at_node(grid, blocks[i], n, behind, plan, surface, mirror, wall.point, taken[i]);
     }
   }
   return taken;
 }
 
-std::optional<JoinedLayers> layers_of_columns(const Wall& wall, double cell_size, double time) {
-  const ColumnPlan plan = plan_of(wall, axis_of(wall).value(), cell_size, time);
+LayerRange layers_of_columns(const Wall& wall, double cell_size, double time) {
+  const Plan plan = plan_of(wall, axis_of(wall).value(), cell_size, time);
   const std::int32_t master = block_of_node(plan.master), last = block_of_node(plan.master + (column_nodes - 1) * plan.inward);
-  if (master == last) return std::nullopt;
-  return JoinedLayers{plan.axis, std::min(master, last)};
+  return {plan.axis, std::min(master, last), std::max(master, last)};
 }
 
-std::vector<JoinedLayers> layers_of_faces(const SurfaceSolid& solid, double cell_size) {
-  std::vector<JoinedLayers> joined;
+std::vector<LayerRange> layers_of_faces(const SurfaceSolid& solid, double cell_size) {
+  std::vector<LayerRange> layers;
   for (const auto& face : faces_of(solid)) {
-    const auto layers = face ? layers_of_columns(*face, cell_size, 0.0) : std::nullopt;
-    if (layers) joined.push_back(*layers);
+    if (face) layers.push_back(layers_of_columns(*face, cell_size, 0.0));
   }
-  return joined;
+  return layers;
 }
 
 namespace {
 
 void apply_folded_face(Grid& grid, const SurfaceSolid& solid, const Wall& face, const MirrorPlanes& mirror, double density, double dt,
                        std::vector<ContactImpulse::Part>& parts) {
-  const ColumnPlan plan = plan_of(face, 2, grid.cell_size(), 0.0);
+  const Plan plan = plan_of(face, 2, grid.cell_size(), 0.0);
   const auto& columns = solid.stencil().columns;
   std::vector<double> taken(columns.size());
   for (std::size_t i = 0; i < columns.size(); ++i) {
@@ -142,8 +115,8 @@ void apply_folded_face(Grid& grid, const SurfaceSolid& solid, const Wall& face, 
     const std::int32_t block = grid.find(block_of_node(at));
     if (block == no_block) continue;
     const int number = number_of_node(at);
-    Column column{{}, plan.c};
-    if (!collect_column(grid, block, number, plan.axis, plan.inward, Vec3::Zero(), column)) continue;
+    NodeColumn<column_nodes> column{{}, plan.c};
+    if (!collect_column(grid, block, number, plan, Vec3::Zero(), column)) continue;
     double bound = unbounded;
     if (const EdgeBound& edge = columns[i].edge; edge.neighbour >= 0) {
       double along = 0.0;  // square of the largest velocity along the face: the flow is fastest at the surface, next to the edge

@@ -1,7 +1,6 @@
 #pragma once
 /// Second-order walls: the nodes of each column across the plane are coupled so that the normal velocity is linear and zero on the plane.
 
-#include <optional>
 #include <span>
 #include <vector>
 
@@ -33,15 +32,9 @@ void apply_folded_faces(Grid& grid, const SurfaceSolid& solid, const MirrorPlane
 /// node of a column. The image of the wall beyond a mirror plane is such a wall.
 bool folds(const Wall& wall, std::span<const Boundary> boundaries, const MirrorPlanes& mirror, double cell_size, double time);
 
-/// Two layers of blocks across an axis: `lower`, and the one next to it.
-struct JoinedLayers {
-  int axis = 0;            ///< 0, 1, 2
-  std::int32_t lower = 0;  ///< coordinate of its blocks
-};
-/// The two layers of blocks that contain the columns of a wall that folds(); empty if one layer contains them. @param cell_size  m. @param
-/// time s
-std::optional<JoinedLayers> layers_of_columns(const Wall& wall, double cell_size, double time);
+/// The one or two layers of blocks that the columns of a wall that folds() reach into. @param cell_size  m. @param time  s
+LayerRange layers_of_columns(const Wall& wall, double cell_size, double time);
 /// The same for the columns of apply_folded_faces.
-std::vector<JoinedLayers> layers_of_faces(const SurfaceSolid& solid, double cell_size);
+std::vector<LayerRange> layers_of_faces(const SurfaceSolid& solid, double cell_size);
 
 }  // namespace mpm

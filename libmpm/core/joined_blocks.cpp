@@ -22,16 +22,17 @@ Key lowest_of(const Map& map, const Key& key) {
 
 JoinedBlocks::JoinedBlocks(const Scene& scene, double cell_size, double time) {
   std::array<std::set<std::int32_t>, 3> lower;  // joined with the layer above it
-  const auto join = [&](const std::optional<JoinedLayers>& layers) {
-    if (layers) lower[static_cast<std::size_t>(layers->axis)].insert(layers->lower);
+  const auto join = [](std::set<std::int32_t>& below, const LayerRange& layers) {
+    for (std::int32_t layer = layers.first; layer < layers.last; ++layer) below.insert(layer);
   };
   for (const Boundary& boundary : scene.boundaries) {
     const auto* const wall = std::get_if<Wall>(&boundary);
-    if (wall != nullptr && folds(*wall, scene.boundaries, scene.mirror, cell_size, time)) join(layers_of_columns(*wall, cell_size, time));
+    if (wall != nullptr && folds(*wall, scene.boundaries, scene.mirror, cell_size, time)) {
+      const LayerRange layers = layers_of_columns(*wall, cell_size, time);
+      join(lower[static_cast<std::size_t>(layers.axis)], layers);
+    }
     const auto* const terrain = std::get_if<Terrain>(&boundary);
-    if (terrain == nullptr || terrain->rule == ContactRule::nodal) continue;
-    const TerrainLayers layers = layers_of_columns(*terrain, cell_size);
-    for (std::int32_t below = layers.first; below < layers.last; ++below) lower[2].insert(below);
+    if (terrain != nullptr && terrain->rule == ContactRule::surface) join(lower[2], layers_of_columns(*terrain, cell_size));
   }
   const auto add = [](Layers& layers, std::int32_t below, std::int32_t above) {
     if (below != above) layers[above] = lowest_of(layers, below);
@@ -44,7 +45,7 @@ JoinedBlocks::JoinedBlocks(const Scene& scene, double cell_size, double time) {
     const auto* const solid = std::get_if<SurfaceSolid>(&boundary);
     if (solid == nullptr) continue;
     join_columns(*solid);
-    for (const JoinedLayers& face : layers_of_faces(*solid, cell_size)) in_columns.insert(face.lower);
+    for (const LayerRange& face : layers_of_faces(*solid, cell_size)) join(in_columns, face);
   }
   for (const std::int32_t below : in_columns) add(pairs_, below >> 1, (below + 1) >> 1);
 }

@@ -54,10 +54,20 @@ struct ColumnNode {
 
 /// What a column meets.
 struct ColumnSurface {
-  Vec3 normal;              ///< unit, into the material
-  Contact contact;          ///< of the surface
-  double friction;          ///< mu
-  double gap = closed_gap;  ///< along the column: where it is wider, a separable surface does not act yet, cells
+  Vec3 normal;                   ///< unit, into the material
+  Contact contact;               ///< of the surface
+  double friction;               ///< mu
+  Vec3 velocity = Vec3::Zero();  ///< m/s
+  double gap = closed_gap;       ///< along the column: where it is wider, a separable surface does not act yet, cells
+};
+
+/// Which nodes a column has.
+template <std::size_t count>
+struct ColumnPlan {
+  int axis, inward;             ///< along which it goes; +1 or -1, the step from a node to the next one behind it
+  std::int32_t master;          ///< number of the master along the axis
+  std::array<double, count> c;  ///< d_k/d_m
+  std::size_t used = count;     ///< number of its nodes
 };
 
 /// A column, with the velocity of each node relative to that of the master.
@@ -67,15 +77,15 @@ struct NodeColumn {
   std::array<double, count> c;         ///< d_k/d_m
 };
 
-/// Collects the first `used` nodes of a fresh column; the others keep no mass. @param inward  +1 or -1, the step along the axis from a node
-/// to the next one behind it. @param surface  its velocity, m/s. @returns whether any material is behind the master
+/// Collects the nodes of a fresh column; those beyond plan.used keep no mass. @param block, number  of the master. @param surface  its
+/// velocity, m/s. @returns whether any material is behind the master
 template <std::size_t count>
-bool collect_column(Grid& grid, std::int32_t block, int number, int axis, int inward, const Vec3& surface, NodeColumn<count>& column,
-                    std::size_t used = count) {
+bool collect_column(Grid& grid, std::int32_t block, int number, const ColumnPlan<count>& plan, const Vec3& surface,
+                    NodeColumn<count>& column) {
   bool behind = false;
-  for (std::size_t k = 0; k < used; ++k) {
+  for (std::size_t k = 0; k < plan.used; ++k) {
     ColumnNode& c = column.node[k];
-    c.at = node_at(grid, block, number, axis, inward * static_cast<int>(k));
+    c.at = node_at(grid, block, number, plan.axis, plan.inward * static_cast<int>(k));
     if (c.at.node == nullptr || (*c.at.node)[3] <= 0.0) continue;
     c.mass = (*c.at.node)[3];
     c.before = Vec3((*c.at.node)[0], (*c.at.node)[1], (*c.at.node)[2]) - surface;
@@ -151,6 +161,30 @@ inline void set_velocity(const Grid& grid, const NodeAt& at, const MirrorPlanes&
   const Vec3 given = computed_fraction(mirror, block, at.number) * node[3] * (Vec3(node[0], node[1], node[2]) - after);
   impulse.add(given, node_position(block, at.number, grid.cell_size()) - reference, surface);
   node = Node{after.x(), after.y(), after.z(), node[3]};
+}
+
+/// Lets a surface act at a node: at a master on its column, behind it on the node alone, unless a master in an existing block holds it.
+/// @param block, number  of the node. @param behind  steps from the master's layer, 0 or more
+/// @param reference  of the moment, m. @param taken  the impulse on the surface is added to it
+template <std::size_t count>
+void act_at_node(Grid& grid, std::int32_t block, int number, std::int32_t behind, const ColumnPlan<count>& plan,
+                 const ColumnSurface& surface, const MirrorPlanes& mirror, const Vec3& reference, Impulse& taken) {
+  const Vec3& moving = surface.velocity;
+  const auto write = [&](const NodeAt& at, const Vec3& velocity) { set_velocity(grid, at, mirror, moving, velocity, reference, taken); };
+  if (behind > 0) {
+    if (behind < static_cast<std::int32_t>(plan.used) && node_at(grid, block, number, plan.axis, -plan.inward * behind).node != nullptr)
+      return;
+    Node& node = grid.velocities(block).node[number];
+    if (node[3] <= 0.0) return;
+    const Vec3 before(node[0], node[1], node[2]);
+    write({&node, block, number}, contact_velocity(before, surface.normal, moving, surface.contact, surface.friction) - moving);
+    return;
+  }
+  NodeColumn<count> column{{}, plan.c};
+  if (!collect_column(grid, block, number, plan, moving, column) || !act_on_column(column, surface)) return;
+  for (const ColumnNode& c : column.node) {
+    if (c.mass > 0.0) write(c.at, c.velocity);
+  }
 }
 
 }  // namespace mpm

@@ -45,6 +45,12 @@ inline Vec3 node_position(const Index3& block, int node, double cell_size) {
   return cell_size * Vec3(at[0], at[1], at[2]);
 }
 
+/// A range of layers of blocks across an axis.
+struct LayerRange {
+  int axis = 2;                      ///< 0, 1, 2
+  std::int32_t first = 0, last = 0;  ///< coordinates along it, of the lowest and the highest
+};
+
 /// The box in which a block's particles lie, m, up to rounding of a position on the edge of its cell.
 /// @param around  cells added on every side
 inline Eigen::AlignedBox3d block_box(const Index3& block, double cell_size, double around = 1e-6) {

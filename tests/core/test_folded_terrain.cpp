@@ -243,7 +243,7 @@ TEST(FoldedTerrain, ReachesWithItsColumnsNoFurtherThanItsLayers) {
   Terrain ground{.field = ground_field(wavy, 4.0, 0.5), .contact = Contact::no_slip};
   for (const double shift : {0.0, 0.61, -3.3}) {
     ground.shift = Vec3(0.0, 0.0, shift);
-    const TerrainLayers layers = layers_of_columns(ground, dx);
+    const LayerRange layers = layers_of_columns(ground, dx);
     // every node that is changed together with others lies in them; deep ones act alone
     Grid before = grid_of_blocks(dx, {-2, -2, -6}, {1, 1, 3}), after = grid_of_blocks(dx, {-2, -2, -6}, {1, 1, 3});
     for (Grid* grid : {&before, &after}) {
