@@ -92,7 +92,7 @@ MUTATIONS = [
              "angular += arm.cross(given);", "angular += 1.01 * arm.cross(given);", ("conservation",)),
     Mutation("layers", "layers of the obstacle report 0.1 % less momentum than they took; contact on nodes", "libmpm/core/grid_update.cpp",
              "layers[place_along(2, n)] += taken;", "layers[place_along(2, n)] += 0.999 * taken;", ("conservation",)),
-    Mutation("surface_layers", "the same with contact at the surface", "libmpm/core/surface_contact.cpp",
+    Mutation("surface_layers", "the same with contact at the surface", "libmpm/core/boundary_impulses.cpp",
              "sum.layer.push_back(layer.linear);", "sum.layer.push_back(0.999 * layer.linear);", ("conservation",)),
     Mutation("surface_friction", "Coulomb friction of an obstacle with contact at its surface 1 % too small", "libmpm/driver/scene.cpp",
              "return SurfaceSolid(std::move(solid), spec.friction,",

@@ -59,6 +59,41 @@ ContactImpulse get_contact(MessageReader& reader) {
 
 }  // namespace
 
+Impulse& ContactImpulse::side(std::int32_t layer) {
+  if (sides.empty()) first = layer;
+  if (layer < first) {  // beside the columns of the stencil there may be material in other layers
+    sides.insert(sides.begin(), static_cast<std::size_t>(first - layer), Impulse{});
+    first = layer;
+  }
+  const auto place = static_cast<std::size_t>(layer - first);
+  if (place >= sides.size()) sides.resize(place + 1);
+  return sides[place];
+}
+
+ContactImpulse& ContactImpulse::operator+=(const ContactImpulse& other) {
+  for (std::size_t k = 0; k < other.sides.size(); ++k) side(other.first + static_cast<std::int32_t>(k)) += other.sides[k];
+  for (std::size_t f = 0; f < faces.size(); ++f) faces[f].insert(faces[f].end(), other.faces[f].begin(), other.faces[f].end());
+  return *this;
+}
+
+Impulse ContactImpulse::total() const {
+  Impulse sum;
+  for (const Impulse& layer : sides) sum += layer;
+  for (const auto& face : faces) {
+    for (const Part& part : face) sum += part.impulse;
+  }
+  return sum;
+}
+
+LayerImpulses ContactImpulse::layers() const {
+  LayerImpulses sum{.first = first};
+  for (const Impulse& layer : sides) sum.layer.push_back(layer.linear);
+  for (const auto& face : faces) {
+    for (const Part& part : face) sum.layer[static_cast<std::size_t>(part.layer - first)] += part.impulse.linear;
+  }
+  return sum;
+}
+
 void ImpulseRecord::add_impulse(std::size_t b, const Impulse& taken) {
   if (!is_nothing(taken)) sums_.add_members(1 + impulse_numbers * b, taken);
 }

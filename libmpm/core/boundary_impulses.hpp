@@ -3,15 +3,34 @@
 /// threads nor that of ranks matters.
 
 #include <array>
+#include <cstdint>
 #include <map>
 #include <span>
 #include <vector>
 
 #include "libmpm/boundary/impulse.hpp"
 #include "libmpm/core/block_sums.hpp"
-#include "libmpm/core/surface_contact.hpp"
+#include "libmpm/core/node_index.hpp"
 
 namespace mpm {
+
+/// Impulse on a solid in one step, in parts whose sums have a fixed order.
+struct ContactImpulse {
+  /// The part of one layer.
+  struct Part {
+    std::int32_t layer = 0;  ///< number of the layer
+    Impulse impulse;         ///< on the layer
+  };
+  std::int32_t first = 0;                  ///< number of the lowest layer
+  std::vector<Impulse> sides;              ///< of the layers from `first` on
+  std::array<std::vector<Part>, 2> faces;  ///< top, underside: of the nodes of its columns, one after another; on layers of `sides`
+
+  /// The impulse on the sides in one layer, to be changed; layers are added as needed.
+  Impulse& side(std::int32_t layer);
+  ContactImpulse& operator+=(const ContactImpulse& other);  ///< adds what another rank recorded
+  [[nodiscard]] Impulse total() const;                      ///< sum of all parts
+  [[nodiscard]] LayerImpulses layers() const;               ///< by layer of nodes
+};
 
 /// The sums over the grid; with mirror planes, over the computed part.
 struct BoundaryImpulses {

@@ -5,10 +5,9 @@
 #include <vector>
 
 #include "libmpm/boundary/any_boundary.hpp"
-#include "libmpm/boundary/impulse.hpp"
+#include "libmpm/core/boundary_impulses.hpp"
 #include "libmpm/core/grid.hpp"
 #include "libmpm/core/mirror.hpp"
-#include "libmpm/core/surface_contact.hpp"
 
 namespace mpm {
 

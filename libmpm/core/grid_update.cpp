@@ -8,6 +8,7 @@
 #include "libmpm/core/folded_terrain.hpp"
 #include "libmpm/core/folded_wall.hpp"
 #include "libmpm/core/lumped_mass.hpp"
+#include "libmpm/core/surface_contact.hpp"
 
 namespace mpm {
 
