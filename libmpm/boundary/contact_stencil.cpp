@@ -33,8 +33,8 @@ struct FixedWeights {
 /// A point of the surface, in cells.
 struct SurfacePoint {
   Vec2 at, normal;
-  EdgeBound edge = {};  ///< with the number of a point in place of a row
-  int round = -1;       ///< likewise
+  EdgeBound edge = {};  ///< as ContactRow::edge, with the number of a point in place of a row
+  int adjacent = -1;    ///< as ContactRow::adjacent, with the number of a point in place of a row
 };
 
 /// @param circle  in cells
@@ -90,8 +90,8 @@ std::vector<SurfacePoint> points_of_polygon(const Outline& outline, double cell_
   }
   for (std::size_t s = 0; s < sides.size(); ++s) {
     const Strips &side = sides[s], &before = sides[(s + sides.size() - 1) % sides.size()], &after = sides[(s + 1) % sides.size()];
-    point(side.start()).round = before.end();
-    point(side.end()).round = after.start();
+    point(side.start()).adjacent = before.end();
+    point(side.end()).adjacent = after.start();
     if (side.margin == 0.0) continue;
     const auto compare = [&](SurfacePoint& in_margin, const Strips& other, int end) {
       in_margin.edge = {.neighbour = end, .strip = side.margin * cell_size, .at_rest = side.margin / other.width, .free = 0.0};
@@ -119,7 +119,7 @@ class StencilBuilder {
   void begin(ContactRow::Kind kind, const Vec2& at, const Vec2& normal, double cell_size) {
     normal_ = normal;
     stencil.rows.push_back({.kind = kind, .first = stencil.entries.size(), .point = cell_size * at});
-    if ((mirror_.x && std::abs(at.x()) < rounding) || (mirror_.y && std::abs(at.y()) < rounding)) stencil.rows.back().copies = 2.0;
+    if ((mirror_.x && std::abs(at.x()) < rounding) || (mirror_.y && std::abs(at.y()) < rounding)) stencil.rows.back().computed = 0.5;
   }
   void add(int x, int y, double weight) {
     const Vec2 direction = direction_at(Vec2(x, y));
@@ -245,7 +245,7 @@ void link_rows(StencilBuilder& builder, const std::vector<SurfacePoint>& points,
     ContactRow& row = builder.stencil.rows[static_cast<std::size_t>(row_of[p])];
     row.edge = points[p].edge;
     row.edge.neighbour = row_or_image(points[p].edge.neighbour);
-    row.round = row_or_image(points[p].round);
+    row.adjacent = row_or_image(points[p].adjacent);
   }
 }
 

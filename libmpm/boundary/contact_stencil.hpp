@@ -69,9 +69,9 @@ struct ContactRow {
   std::size_t first = 0, count = 0;                             ///< its entries
   Vec2 point = Vec2::Zero();                                    ///< m: on the surface, or the node that is extended to
   EdgeBound edge;                                               ///< of the end points of a side with at least three, and of its margins
-  int round = -1;                                               ///< of an end point: row of the end point of the adjacent side
-  int surface = -1;     ///< of an extension: the row of the surface before it; the extension acts only while that row is in contact
-  double copies = 1.0;  ///< 2 for a point on a mirror plane: it is its own image, and its impulse here is half of the whole
+  int adjacent = -1;                                            ///< of an end point: row of the end point of the side round the edge
+  int surface = -1;       ///< of an extension: the row of the surface before it; the extension acts only while that row is in contact
+  double computed = 1.0;  ///< fraction of its impulse in the computed part: a half for a point on a mirror plane, its own image
 };
 
 /// Coefficients of one node in a row; their sum if a mirror plane maps two nodes onto one.

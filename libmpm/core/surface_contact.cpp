@@ -53,8 +53,8 @@ struct NodePlaces {
 /// The blocks of a group of layers: [column][lower, upper], null if there is no block.
 using GroupBlocks = std::vector<std::array<NodeBlock*, group_blocks>>;
 
-/// @returns whether there is any material
-bool gather(const ContactStencil& stencil, const NodePlaces& places, const GroupBlocks& blocks, LayerGroup& group) {
+/// Reads the velocities of a group of layers. @returns whether there is any material
+bool load(const ContactStencil& stencil, const NodePlaces& places, const GroupBlocks& blocks, LayerGroup& group) {
   group.node.resize(stencil.nodes.size());
   bool any_mass = false;
   for (std::size_t n = 0; n < stencil.nodes.size(); ++n) {
@@ -195,12 +195,12 @@ void solve_rows(const ContactStencil& stencil, double friction, double dynamic, 
         const auto impulse_of = [&](int other) {
           if (other < 0) return Lanes{};
           const auto o = static_cast<std::size_t>(other);
-          return -group.row[o].normal * (stencil.rows[o].copies / row.copies);
+          return -group.row[o].normal * (row.computed / stencil.rows[o].computed);
         };
         const Lanes squared_speed =
             edge.in_margin() ? apex_factor * largest_squared_speed(stencil, row, group) : squared_speed_along(stencil, row, group);
-        const Lanes fall = dynamic * edge.strip / row.copies * squared_speed;
-        bound = max(edge.largest(impulse_of(edge.neighbour), fall), impulse_of(row.round));
+        const Lanes fall = dynamic * edge.strip * row.computed * squared_speed;
+        bound = max(edge.largest(impulse_of(edge.neighbour), fall), impulse_of(row.adjacent));
       }
       if (friction > 0.0) {
         solve_row<true>(stencil, row, friction, bound, group, group.row[r]);
@@ -230,8 +230,8 @@ void hold_deep_nodes(const ContactStencil& stencil, double friction, LaneMask de
 }
 
 /// Writes the velocities back. @param taken  the impulses of the layers
-void scatter(const ContactStencil& stencil, const NodePlaces& places, const GroupBlocks& blocks, const LayerGroup& group, LaneMask acts,
-             std::int32_t first_layer, double dx, const Vec3& reference, Impulse* taken) {
+void store(const ContactStencil& stencil, const NodePlaces& places, const GroupBlocks& blocks, const LayerGroup& group, LaneMask acts,
+           std::int32_t first_layer, double dx, const Vec3& reference, Impulse* taken) {
   for (std::size_t n = 0; n < stencil.nodes.size(); ++n) {
     const LayerGroup::NodeLanes& lanes = group.node[n];
     for (int half = 0; half < group_blocks; ++half) {
@@ -290,12 +290,11 @@ ContactImpulse apply_surface_contact(Grid& grid, const SurfaceSolid& solid, doub
         blocks[c][static_cast<std::size_t>(half)] = index == no_block ? nullptr : &grid.velocities(index);
       }
     }
-    if (!gather(stencil, places, blocks, group)) continue;
+    if (!load(stencil, places, blocks, group)) continue;
     prepare_rows(stencil, group);
     solve_rows(stencil, solid.friction(), 0.5 * density * dx * dt, group);
     hold_deep_nodes(stencil, solid.friction(), deep_layers, group);
-    scatter(stencil, places, blocks, group, acts, layer, dx, solid.reference_point(),
-            &taken[static_cast<std::size_t>(layer - first_layer)]);
+    store(stencil, places, blocks, group, acts, layer, dx, solid.reference_point(), &taken[static_cast<std::size_t>(layer - first_layer)]);
   }
   return {.first = first_layer, .sides = std::move(taken)};
 }

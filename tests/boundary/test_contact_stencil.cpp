@@ -260,8 +260,8 @@ TEST_P(Stencil, ComparesTheEndsOfALongSideWithTheNextPointAndWithThatRoundTheEdg
       }
       ++ends;
       EXPECT_FALSE(row.edge.in_margin());
-      const Vec2 inner = neighbour.point, round = row_at(row.round).point;
-      EXPECT_NE(key(normal_of(whole, row_at(row.round))), normal) << "on another side";
+      const Vec2 inner = neighbour.point, round = row_at(row.adjacent).point;
+      EXPECT_NE(key(normal_of(whole, row_at(row.adjacent))), normal) << "on another side";
       // no end is nearer to the inner point, and the edge bounds the strip that reaches half-way to it
       const double gap = (inner - row.point).norm();
       const Vec2 edge = row.point + (row.edge.strip / gap - 0.5) * (row.point - inner);
@@ -445,9 +445,9 @@ TEST_P(SymmetricStencil, AtAMirrorPlaneIsTheFoldedStencilOfTheWhole) {
     ASSERT_NE(found, rows.end()) << row.point.transpose();
     EXPECT_NEAR(value_of(half, row, field), value_of(whole, *found->second, field), round_off) << row.point.transpose();
     const bool on_plane = std::abs(row.point.y()) < 1e-9;
-    EXPECT_EQ(row.copies, on_plane ? 2.0 : 1.0);
+    EXPECT_EQ(row.computed, on_plane ? 0.5 : 1.0);
     for_entries(half, row, [&](const ContactEntry& e, const auto& node) {
-      const double factor = impulse(row.point) / (row.copies * node.computed);
+      const double factor = impulse(row.point) * row.computed / node.computed;
       given_to_half.try_emplace(node.at, Vec2::Zero()).first->second += factor * e.normal;
       given_to_half_along.try_emplace(node.at, Vec2::Zero()).first->second += (on_plane ? 0.0 : factor) * e.tangent;
     });
