@@ -24,18 +24,18 @@ inline HalfLanes* half_line(Particle& p, int n, int half) { return reinterpret_c
 /// joined as they are loaded, and separated as they are stored, which needs no shuffle.
 /// @{
 template <class V>
-inline __attribute__((always_inline)) V load_half(Particle* p, int i, int line, int half) {
+inline __attribute__((always_inline)) V load_half_line(Particle* p, int i, int line, int half) {
   if constexpr (std::same_as<V, Lanes>) {
     return join(*half_line(p[i], line, half), *half_line(p[i + 4], line, half));
   } else {
     return *half_line(p[i], line, half);
   }
 }
-inline __attribute__((always_inline)) void store_half(const Lanes& v, Particle* p, int i, int line, int half) {
+inline __attribute__((always_inline)) void store_half_line(const Lanes& v, Particle* p, int i, int line, int half) {
   *half_line(p[i], line, half) = lower_half(v);
   *half_line(p[i + 4], line, half) = upper_half(v);
 }
-inline __attribute__((always_inline)) void store_half(const HalfLanes& v, Particle* p, int i, int line, int half) {
+inline __attribute__((always_inline)) void store_half_line(const HalfLanes& v, Particle* p, int i, int line, int half) {
   *half_line(p[i], line, half) = v;
 }
 /// @}
@@ -46,7 +46,7 @@ inline __attribute__((always_inline)) void load_line(Particle* p, int line, V (&
 #pragma GCC unroll 2
   for (int half = 0; half < 2; ++half) {
 #pragma GCC unroll 4
-    for (int i = 0; i < 4; ++i) v[4 * half + i] = load_half<V>(p, i, line, half);
+    for (int i = 0; i < 4; ++i) v[4 * half + i] = load_half_line<V>(p, i, line, half);
     transpose_halves(v + 4 * half);
   }
 }
@@ -56,9 +56,16 @@ inline __attribute__((always_inline)) void store_line(V (&v)[8], Particle* p, in
   for (int half = 0; half < 2; ++half) {
     transpose_halves(v + 4 * half);
 #pragma GCC unroll 4
-    for (int i = 0; i < 4; ++i) store_half(v[4 * half + i], p, i, line, half);
+    for (int i = 0; i < 4; ++i) store_half_line(v[4 * half + i], p, i, line, half);
   }
 }
+
+/// {0, 1, 2, ...}
+template <class V>
+constexpr V lane_numbers = []<int... i>(std::integer_sequence<int, i...>) {
+  return V{static_cast<ScalarOf<V>>(i)...};
+}
+(std::make_integer_sequence<int, lanes_of<V>>{});
 
 /// Lines 1 and 2 of a register's particles by component: c0..c7 and c8 xx yy zz xy xz yz internal.
 struct Particles {
@@ -68,13 +75,11 @@ struct Particles {
 
 /// @param used number of particles among them; the others are treated as at rest and without stress. Slots behind the last particle
 /// are allocated.
-inline __attribute__((always_inline)) void gather(Particle* p, int used, double initial_internal, Particles& g) {
+inline __attribute__((always_inline)) void load(Particle* p, int used, double initial_internal, Particles& g) {
   load_line(p, 1, g.c);
   load_line(p, 2, g.s);
   if (used >= Particles::count) return;
-  constexpr auto number = []<int... i>(std::integer_sequence<int, i...>) { return DoubleLanes{static_cast<double>(i)...}; }
-  (std::make_integer_sequence<int, Particles::count>{});
-  const Mask<DoubleLanes> live = number < static_cast<double>(used);
+  const Mask<DoubleLanes> live = lane_numbers<DoubleLanes> < static_cast<double>(used);
   for (DoubleLanes& v : g.c) v = select(live, v, DoubleLanes{});
   for (int i = 0; i < 7; ++i) g.s[i] = select(live, g.s[i], DoubleLanes{});
   g.s[7] = select(live, g.s[7], DoubleLanes{} + initial_internal);
@@ -91,8 +96,8 @@ class LawGroup<Particle> {
  public:
   using Number = WidePair;
   LawGroup(Particle* p, int used, double initial_internal) : p_(p) {
-    gather(p, used, initial_internal, a_);
-    gather(p + Particles::count, used - Particles::count, initial_internal, b_);
+    load(p, used, initial_internal, a_);
+    load(p + Particles::count, used - Particles::count, initial_internal, b_);
   }
   [[nodiscard]] Matrix3<Number> increment(double dt) const {
     const auto c = [&](int i) { return Number{dt * a_.c[i], dt * b_.c[i]}; };
@@ -158,13 +163,11 @@ struct Records {
   static constexpr int count = lanes_of<SingleLanes>;
   SingleLanes q[4][4];
 };
-inline __attribute__((always_inline)) void gather(SingleRecord* p, int used, double initial_internal, Records& g) {
+inline __attribute__((always_inline)) void load(SingleRecord* p, int used, double initial_internal, Records& g) {
 #pragma GCC unroll 4
   for (int n = 0; n < 4; ++n) load_quads(p, 2 + n, g.q[n]);
   if (used >= Records::count) return;
-  constexpr auto number = []<int... i>(std::integer_sequence<int, i...>) { return SingleLanes{static_cast<float>(i)...}; }
-  (std::make_integer_sequence<int, Records::count>{});
-  const SingleLaneMask live = number < static_cast<float>(used);
+  const SingleLaneMask live = lane_numbers<SingleLanes> < static_cast<float>(used);
   for (auto& quad : g.q) {
     for (SingleLanes& v : quad) v = select(live, v, SingleLanes{});
   }
@@ -176,8 +179,8 @@ class LawGroup<SingleRecord> {
  public:
   using Number = SinglePair;
   LawGroup(SingleRecord* p, int used, double initial_internal) : p_(p) {
-    gather(p, used, initial_internal, a);
-    gather(p + Records::count, used - Records::count, initial_internal, b);
+    load(p, used, initial_internal, a);
+    load(p + Records::count, used - Records::count, initial_internal, b);
   }
   [[nodiscard]] Matrix3<SinglePair> increment(double dt) const {
     const auto step = static_cast<float>(dt);
