@@ -182,7 +182,7 @@ ImpulseRecord update_grid(Grid& grid, const GridForces& forces, double dt, doubl
   if (grid.keeps_forces_apart()) {
     // Around an obstacle the other boundaries act twice: once on trial, because the accelerations to be corrected are those with contact,
     // and then on the corrected velocities, because contact must hold for these. The impulses of the trial are not recorded.
-    correct_lumped_mass(grid, lumped_mass_corrections(forces.boundaries, grid.cell_size(), forces.density, forces.relaxed), forces.mirror,
+    correct_lumped_mass(grid, forces.boundaries, forces.density, forces.relaxed, forces.mirror,
                         [&](std::span<const std::int32_t> near) { BoundaryActions(grid, forces, dt, time, near).act_from(next); });
   }
   boundaries.act_from(next);

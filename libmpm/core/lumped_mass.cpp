@@ -83,15 +83,6 @@ bool need_lumped_mass_correction(std::span<const Boundary> boundaries) {
   return std::ranges::any_of(boundaries, [](const Boundary& b) { return std::holds_alternative<SurfaceSolid>(b); });
 }
 
-std::vector<LumpedMassCorrection> lumped_mass_corrections(std::span<const Boundary> boundaries, double cell_size, double density,
-                                                          double relaxed) {
-  std::vector<LumpedMassCorrection> corrections;
-  for (const Boundary& boundary : boundaries) {
-    if (const auto* const solid = std::get_if<SurfaceSolid>(&boundary)) corrections.emplace_back(*solid, cell_size, density, relaxed);
-  }
-  return corrections;
-}
-
 double LumpedMassCorrection::weight(const Vec3& x) const {
   return std::clamp((outer_reach - solid_.nearest(x).distance / dx_) / fade, 0.0, 1.0);
 }
@@ -199,8 +190,13 @@ void LumpedMassCorrection::add_of_blocks(const Grid& grid, std::span<const std::
   }
 }
 
-void correct_lumped_mass(Grid& grid, std::span<const LumpedMassCorrection> corrections, const MirrorPlanes& mirror,
+void correct_lumped_mass(Grid& grid, std::span<const Boundary> boundaries, double density, double relaxed, const MirrorPlanes& mirror,
                          const std::function<void(std::span<const std::int32_t>)>& try_boundaries) {
+  std::vector<LumpedMassCorrection> corrections;
+  for (const Boundary& boundary : boundaries) {
+    if (const auto* const solid = std::get_if<SurfaceSolid>(&boundary))
+      corrections.emplace_back(*solid, grid.cell_size(), density, relaxed);
+  }
   if (corrections.empty()) return;
   Columns columns;  // with particles that may take part
   for (const LumpedMassCorrection& c : corrections) columns.extend(c.columns());

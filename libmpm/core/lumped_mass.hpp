@@ -73,14 +73,11 @@ class LumpedMassCorrection {
   double dx_, density_, relaxed_;
 };
 
-/// One for each of the boundaries that needs it. The other arguments are those of LumpedMassCorrection.
-[[nodiscard]] std::vector<LumpedMassCorrection> lumped_mass_corrections(std::span<const Boundary> boundaries, double cell_size,
-                                                                        double density, double relaxed);
-
-/// Corrects the velocities near solids by all corrections together. The accelerations that are corrected are those with contact, so the
-/// boundaries act once on trial; the velocities of before are then restored and corrected. The grid must keep forces apart.
-/// @param try_boundaries  lets the boundaries act on the columns of nodes that begin in the given blocks
-void correct_lumped_mass(Grid& grid, std::span<const LumpedMassCorrection> corrections, const MirrorPlanes& mirror,
+/// Corrects the velocities near all boundaries that need it. The accelerations that are corrected are those with contact, so the boundaries
+/// act once on trial; the velocities of before are then restored and corrected. The grid must keep forces apart.
+/// @param density, relaxed  as in LumpedMassCorrection. @param try_boundaries  lets the boundaries act on the columns of nodes that begin
+/// in the given blocks
+void correct_lumped_mass(Grid& grid, std::span<const Boundary> boundaries, double density, double relaxed, const MirrorPlanes& mirror,
                          const std::function<void(std::span<const std::int32_t>)>& try_boundaries);
 
 }  // namespace mpm
