@@ -11,13 +11,13 @@
 #include <utility>
 
 #include "libmpm/base/error.hpp"
-#include "libmpm/core/joined_blocks.hpp"
 #include "libmpm/driver/case_file.hpp"
 #include "libmpm/driver/checkpoint_blocks.hpp"
 #include "libmpm/driver/scene.hpp"
 #include "libmpm/io/hdf5.hpp"
 #include "libmpm/io/joint_file.hpp"
 #include "libmpm/parallel/block_exchange.hpp"
+#include "libmpm/parallel/joined_blocks.hpp"
 
 namespace mpm {
 

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <utility>
 
-#include "libmpm/core/particle_order.hpp"
+#include "libmpm/io/particle_order.hpp"
 #include "libmpm/parallel/tasks.hpp"
 
 namespace mpm {

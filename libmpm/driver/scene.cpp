@@ -9,10 +9,10 @@
 #include "libmpm/base/parameter.hpp"
 #include "libmpm/base/text.hpp"
 #include "libmpm/core/health.hpp"
-#include "libmpm/core/joined_blocks.hpp"
 #include "libmpm/driver/terrain_raster.hpp"
 #include "libmpm/impact/conveyor.hpp"
 #include "libmpm/parallel/block_exchange.hpp"
+#include "libmpm/parallel/joined_blocks.hpp"
 
 namespace mpm {
 

@@ -11,12 +11,12 @@
 #include <span>
 #include <utility>
 
-#include "libmpm/core/particle_order.hpp"
 #include "libmpm/core/step.hpp"
 #include "libmpm/core/stress_update.hpp"
 #include "libmpm/io/atomic_file.hpp"
 #include "libmpm/io/hdf5.hpp"
 #include "libmpm/io/joint_file.hpp"
+#include "libmpm/io/particle_order.hpp"
 
 namespace mpm {
 namespace {

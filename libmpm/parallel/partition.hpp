@@ -6,7 +6,7 @@
 #include <span>
 #include <vector>
 
-#include "libmpm/core/joined_blocks.hpp"
+#include "libmpm/parallel/joined_blocks.hpp"
 
 namespace mpm {
 

@@ -1,4 +1,4 @@
-#include "libmpm/core/joined_blocks.hpp"
+#include "libmpm/parallel/joined_blocks.hpp"
 
 #include <gtest/gtest.h>
 
