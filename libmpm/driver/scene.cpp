@@ -54,9 +54,8 @@ void check_grid_offset(const Case& c, ParameterReport& report) {
 CaseDomain case_domain(const Case& c, const std::shared_ptr<const HeightField>& ground) {
   CaseDomain domain{c.domain.min, c.domain.max};
   if (!c.conveyor) return domain;
-  Vec3 min, max;
-  conveyor_domain(*c.conveyor, conveyor_setting(c, ground), min, max);
-  return {domain.min.cwiseMax(min), domain.max.cwiseMin(max)};
+  const Eigen::AlignedBox3d belt = conveyor_domain(*c.conveyor, conveyor_setting(c, ground));
+  return {domain.min.cwiseMax(belt.min()), domain.max.cwiseMin(belt.max())};
 }
 
 CaseScene make_scene(const Case& c) {

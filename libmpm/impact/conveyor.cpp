@@ -233,23 +233,24 @@ std::vector<Boundary> conveyor_walls(const ConveyorSpec& conveyor, ContactRule r
   return walls;
 }
 
-void conveyor_domain(const ConveyorSpec& conveyor, const ConveyorSetting& setting, Vec3& min, Vec3& max) {
+Eigen::AlignedBox3d conveyor_domain(const ConveyorSpec& conveyor, const ConveyorSetting& setting) {
   const double dx = setting.cell_size;
   const Inflow inflow(conveyor);
   const double fastest = inflow.fastest() * inflow.shear(1.0), head = 0.5 * fastest * fastest / std::max(setting.gravity, 1e-3);
-  double height = conveyor.flow_height;
-  for (const InflowPoint& p : conveyor.inflow) height = std::max(height, p.flow_height.value_or(0.0));
+  const double height = std::max(conveyor.flow_height, inflow.highest());
   const double late = inflow.sheared() ? inflow.shear(1.0) * setting.particle_spacing : 0.0;
   const bool window = conveyor.feed == ConveyorSpec::Feed::window;
   const double travel = conveyor.velocity * setting.duration;
-  min = Vec3(window ? -conveyor.upstream_length - (reservoir_cells + 2.0) * dx - late
-                    : -conveyor_length(conveyor.velocity, setting.duration) - 2.0 * height,
-             -0.5 * conveyor.width - 2.0 * dx, -2.0 * dx);
-  max = Vec3(window ? conveyor.downstream_length + outlet_cells * dx : travel + 20.0 * height, 0.5 * conveyor.width + 2.0 * dx,
-             5.0 * height + 4.0 * head + 5.0);
-  if (setting.ground == nullptr) return;
-  min.z() += setting.ground->lowest();
-  max.z() += setting.ground->highest();
+  Vec3 min(window ? -conveyor.upstream_length - (reservoir_cells + 2.0) * dx - late
+                  : -conveyor_length(conveyor.velocity, setting.duration) - 2.0 * height,
+           -0.5 * conveyor.width - 2.0 * dx, -2.0 * dx);
+  Vec3 max(window ? conveyor.downstream_length + outlet_cells * dx : travel + 20.0 * height, 0.5 * conveyor.width + 2.0 * dx,
+           5.0 * height + 4.0 * head + 5.0);
+  if (setting.ground != nullptr) {
+    min.z() += setting.ground->lowest();
+    max.z() += setting.ground->highest();
+  }
+  return {min, max};
 }
 
 }  // namespace mpm

@@ -5,12 +5,10 @@
 /// front arrives at t = 0; downstream is empty. Of an inclined front the foot is there, and the snow above its slope is left out.
 ///
 /// - floor: frictionless, separable; none where uneven ground takes its place. Side walls |y| = W/2 move with v along x; they drag the
-/// plug,
-///   or it slips along them.
+///   plug, or it slips along them.
 /// - strip: the published set-up. All L = v t_max + 3 m of snow (Table 2) are particles; the rear is a free surface.
 /// - window: the plug from the inlet x = -upstream to the outlet x = +downstream. Nodes at or behind the inlet move with v along x and are
-/// free
-///   along y and z; new layers are released two cells behind it, each at the position of the plug at that time, so that the lattice
+///   free along y and z; new layers are released two cells behind it, each at the position of the plug at that time, so that the lattice
 ///   continues without gaps. At and beyond the outlet v_x <= v is imposed, in place of the snow that the window omits: otherwise the flow
 ///   would collapse over an edge. Particles two cells beyond the outlet have left.
 ///
@@ -116,7 +114,7 @@ class ConveyorSource : public ParticleSource {
 /// Floor, side walls, inlet and outlet. @param floor  false: without the floor, which uneven ground replaces
 std::vector<Boundary> conveyor_walls(const ConveyorSpec& conveyor, ContactRule rule, bool floor = true);
 
-/// Bounds beyond which particles have left; follows from the spec; high enough for jets of four velocity heads.
-void conveyor_domain(const ConveyorSpec& conveyor, const ConveyorSetting& setting, Vec3& min, Vec3& max);
+/// Bounds beyond which particles have left, m; follows from the spec; high enough for jets of four velocity heads.
+[[nodiscard]] Eigen::AlignedBox3d conveyor_domain(const ConveyorSpec& conveyor, const ConveyorSetting& setting);
 
 }  // namespace mpm
