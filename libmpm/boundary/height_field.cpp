@@ -22,11 +22,11 @@ struct Cubic {
 };
 
 /// The interval that holds a coordinate along one axis, and the place in it.
-struct Interval1 {
+struct RasterInterval {
   std::size_t index;  ///< of its first point
   double fraction;    ///< 0 .. 1
   double beyond;      ///< spacings from the nearest place that the points span
-  Interval1(double coordinate, std::size_t count) {
+  RasterInterval(double coordinate, std::size_t count) {
     const double inside = std::clamp(coordinate, 0.0, static_cast<double>(count - 1));
     beyond = coordinate - inside;
     index = std::min(static_cast<std::size_t>(inside), count - 2);
@@ -58,7 +58,7 @@ Vec2 HeightField::last() const {
 
 HeightField::Surface HeightField::at(const Vec2& place) const {
   const Vec2 cells = (place - points_.first) / points_.spacing;
-  const Interval1 x(cells.x(), points_.columns), y(cells.y(), points_.rows);
+  const RasterInterval x(cells.x(), points_.columns), y(cells.y(), points_.rows);
   const auto row = [&](std::size_t j) {
     return Cubic(around(x.index, points_.columns, [&](std::size_t i) { return points_.height[j * points_.columns + i]; }), x.fraction);
   };

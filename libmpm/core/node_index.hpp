@@ -28,8 +28,6 @@ constexpr int place_along(int axis, int node) {
   static_assert(block_edge == 4);
   return node >> 2 * axis & 3;
 }
-/// Number of a block's node at these places along the axes.
-constexpr int node_number(int x, int y, int z) { return x * node_stride(0) + y * node_stride(1) + z * node_stride(2); }
 /// Numbers along the axes of one of a block's own nodes. @param node  x + 4 y + 16 z
 constexpr Index3 node_index(const Index3& block, int node) {
   return {first_node(block[0]) + place_along(0, node), first_node(block[1]) + place_along(1, node),
@@ -37,7 +35,9 @@ constexpr Index3 node_index(const Index3& block, int node) {
 }
 /// The block that owns a node, and the node's number in it: the inverse of node_index(). @{
 constexpr Index3 block_of_node(const Index3& at) { return {block_of_node(at[0]), block_of_node(at[1]), block_of_node(at[2])}; }
-constexpr int number_of_node(const Index3& at) { return node_number(place_of_node(at[0]), place_of_node(at[1]), place_of_node(at[2])); }
+constexpr int number_of_node(const Index3& at) {
+  return place_of_node(at[0]) + node_stride(1) * place_of_node(at[1]) + node_stride(2) * place_of_node(at[2]);
+}
 /// @}
 /// Position of one of a block's own nodes, m. @param node  x + 4 y + 16 z
 inline Vec3 node_position(const Index3& block, int node, double cell_size) {

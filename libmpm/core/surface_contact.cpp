@@ -45,7 +45,7 @@ struct NodePlaces {
       const auto [number, is_new] = numbers.try_emplace(at, columns.size());
       if (is_new) columns.push_back(at);
       column.push_back(number->second);
-      place.push_back(node_number(place_of_node(node.at[0]), place_of_node(node.at[1]), 0));
+      place.push_back(number_of_node({node.at[0], node.at[1], first_node(0)}));
     }
   }
 };
@@ -64,7 +64,7 @@ bool load(const ContactStencil& stencil, const NodePlaces& places, const GroupBl
       const NodeBlock* block = blocks[places.column[n]][static_cast<std::size_t>(half)];
       if (block == nullptr) continue;
       for (int k = 0; k < block_edge; ++k) {
-        const Node& node = block->node[places.place[n] + block_edge * block_edge * k];
+        const Node& node = block->node[places.place[n] + k * node_stride(2)];
         if (node[3] <= 0.0) continue;
         any_mass = true;
         const int lane = block_edge * half + k;
@@ -240,7 +240,7 @@ void store(const ContactStencil& stencil, const NodePlaces& places, const GroupB
       for (int k = 0; k < block_edge; ++k) {
         const int lane = block_edge * half + k;
         if (acts[lane] == 0 || lanes.mass[lane] <= 0.0) continue;
-        Node& node = block->node[places.place[n] + block_edge * block_edge * k];
+        Node& node = block->node[places.place[n] + k * node_stride(2)];
         const Vec3 after(lanes.v[0][lane], lanes.v[1][lane], lanes.v[2][lane]);
         const Vec3 given = lanes.mass[lane] * (Vec3(node[0], node[1], node[2]) - after);
         const Vec3 position = dx * Vec3(stencil.nodes[n].at[0], stencil.nodes[n].at[1], first_layer + lane);

@@ -205,7 +205,7 @@ TEST_F(RandomWalk, ParticlesOnNodesAndTiesStayInReach) {
 
 TEST(Grid, BlocksDivideTheNodesFromMinusOneOn) {
   EXPECT_EQ(node_index({0, 0, 0}, 0), (Index3{-1, -1, -1}));
-  EXPECT_EQ(node_index({0, -1, 2}, node_number(1, 3, 2)), (Index3{0, -2, 9}));
+  EXPECT_EQ(node_index({0, -1, 2}, 1 + 4 * 3 + 16 * 2), (Index3{0, -2, 9}));
   for (std::int32_t n = -9; n < 9; ++n) {
     const Index3 at = {n, 2 * n, -n};
     EXPECT_EQ(node_index(block_of_node(at), number_of_node(at)), at);
