@@ -20,6 +20,24 @@ void check_offset(const Case& c, ParameterReport& report) {
   check_grid_offset(c, own);
 }
 
+/// The filter's window is an odd number of bins, whose default height is that of the grid, and at least those that its parabola needs.
+void check_measurement(const MeasurementSpec& measurement, double cell_size, ParameterReport& report) {
+  const std::string name = "measurement.filter_length_m";
+  if (!measurement.filter_length || !report.all_valid({name, "measurement.bin_height_m", "numerics.cell_size_m"})) return;
+  const double length = *measurement.filter_length, bin = measurement.bin_height.value_or(0.5 * cell_size), bins = length / bin;
+  constexpr double most_bins = 9999.0;
+  if (bins > most_bins) {
+    return report.problem(
+        name, fmt::format("= {} is {:.6g} bins of {} m, more than {}; give a shorter filter or higher bins", length, bins, bin, most_bins));
+  }
+  const double odd = std::max(3.0, 2.0 * std::round(0.5 * (bins - 1.0)) + 1.0);
+  constexpr double rounding = 1e-6;  // of lengths given to six digits
+  if (std::abs(bins - odd) > rounding * odd) {
+    report.problem(name, fmt::format("= {} is {:.6g} bin{} of {} m; give an odd number of bins, at least 3, such as {:.6g} m", length, bins,
+                                     std::abs(bins - 1.0) < rounding ? "" : "s", bin, odd * bin));
+  }
+}
+
 /// Friction of the obstacle as a part of the material's.
 void resolve_obstacle_friction(ObstacleSpec& obstacle, const MaterialParameters& material, ParameterReport& report) {
   for (const auto& p : parameters_of<MaterialParameters>().all()) {

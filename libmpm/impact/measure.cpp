@@ -10,7 +10,6 @@
 #include <variant>
 
 #include "libmpm/base/error.hpp"
-#include "libmpm/base/parameter.hpp"
 
 namespace mpm {
 
@@ -154,23 +153,6 @@ std::optional<double> pressure_height(std::span<const double> pressure, double i
   if (below == smooth.end()) return geometry.profile_height;
   const double fall = *(below - 1) - *below;
   return geometry.bin_centre(static_cast<std::size_t>(below - 1 - smooth.begin())) + geometry.bin_height * (*(below - 1) - limit) / fall;
-}
-
-void check_measurement(const MeasurementSpec& measurement, double cell_size, ParameterReport& report) {
-  const std::string name = "measurement.filter_length_m";
-  if (!measurement.filter_length || !report.all_valid({name, "measurement.bin_height_m", "numerics.cell_size_m"})) return;
-  const double length = *measurement.filter_length, bin = measurement.bin_height.value_or(0.5 * cell_size), bins = length / bin;
-  constexpr double most_bins = 9999.0;
-  if (bins > most_bins) {
-    return report.problem(
-        name, fmt::format("= {} is {:.6g} bins of {} m, more than {}; give a shorter filter or higher bins", length, bins, bin, most_bins));
-  }
-  const double odd = std::max(3.0, 2.0 * std::round(0.5 * (bins - 1.0)) + 1.0);
-  constexpr double rounding = 1e-6;  // of lengths given to six digits
-  if (std::abs(bins - odd) > rounding * odd) {
-    report.problem(name, fmt::format("= {} is {:.6g} bin{} of {} m; give an odd number of bins, at least 3, such as {:.6g} m", length, bins,
-                                     std::abs(bins - 1.0) < rounding ? "" : "s", bin, odd * bin));
-  }
 }
 
 }  // namespace mpm

@@ -9,8 +9,6 @@
 
 namespace mpm {
 
-class ParameterReport;
-
 /// [measurement]: windows of the pressure profile on the obstacle, m. Empty values follow the cell size, as in the paper (Sect. 2.3).
 /// A grid study should fix them, because the bias of a window that shrinks with the grid looks like a grid error.
 struct MeasurementSpec {
@@ -66,9 +64,5 @@ struct MeasurementSpec {
             "runup_p99, the height that holds 99 % of the mass; runup, the highest particle, as the paper measures it");
   }
 };
-
-/// The filter's window must be an odd number of bins, at least those that its parabola needs. Names are paths:
-/// "measurement.filter_length_m".
-void check_measurement(const MeasurementSpec& measurement, double cell_size, ParameterReport& report);
 
 }  // namespace mpm
