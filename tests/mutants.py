@@ -67,7 +67,7 @@ MUTATIONS = [
     Mutation("margin_at_rest", "the margins of an obstacle's sides let material in that stands round the edge",
              "libmpm/boundary/contact_stencil.cpp", "side.margin / other.width", "0.0 / other.width", ("fluid_at_rest", "hydrostatic_pile_up")),
     Mutation("particle_contact", "particles may be a cell behind the surface of an obstacle", "libmpm/core/particle_contact.hpp",
-             "depth = 0.05;", "depth = 1.0;", ("hydrostatic_pile_up",)),
+             "deepest_particle = 0.05;", "deepest_particle = 1.0;", ("hydrostatic_pile_up",)),
     Mutation("shock_viscosity", "the viscosity of shocks is a tenth", "libmpm/core/numerics.hpp",
              "shock_viscosity = 10.0;", "shock_viscosity = 1.0;", ("compaction_shock",)),
     Mutation("shock_stability", "the viscosity of shocks is bounded at a hundredth", "libmpm/core/transfer.hpp",

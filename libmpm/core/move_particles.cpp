@@ -118,8 +118,7 @@ FluxTotals move_particles(State& state, const Scene& scene, const TransferOption
   const auto blocks = grid.occupied_blocks();
   std::vector<BlockMotion> motion(blocks.size());
   std::vector<FluxTotals> left(blocks.size());
-  const ParticleContact contact(scene.boundaries);
-  std::vector<std::vector<ParticleContact::Taken>> taken(blocks.size());
+  std::vector<std::vector<ParticleImpulse>> taken(blocks.size());
   bool out_of_memory = false;
   StepTimes loop, of_threads;
   const auto move = [&](bool outer) {
@@ -136,7 +135,7 @@ FluxTotals move_particles(State& state, const Scene& scene, const TransferOption
           const int particles = block.particles.count();
           timed(&StepTimes::grid_to_particle, [&] {
             motion[i] = grid_to_particle(grid, blocks[i], options, moved_next(blocks, i));  // v_p, C_p, x_p
-            taken[i] = contact.hold(grid, blocks[i], options.density);
+            taken[i] = hold_particles(grid, blocks[i], scene.boundaries, options.density);
           });
           timed(&StepTimes::stress, [&] { motion[i].finite = update_stress(grid, blocks[i], scene.material, options.dt); });  // tau_p
           if (!motion[i].finite || !motion[i].within_reach) continue;
@@ -172,7 +171,7 @@ FluxTotals move_particles(State& state, const Scene& scene, const TransferOption
   }
   state.max_speed = std::sqrt(ranks.agree(max_speed_squared, error));
   for (const auto& of_block : taken) {
-    for (const ParticleContact::Taken& t : of_block) impulses.add_to_contact(t.boundary, t.layer, t.impulse);
+    for (const ParticleImpulse& t : of_block) impulses.add_to_contact(t.boundary, t.layer, t.impulse);
   }
   return sum_of(left, ranks);
 }

@@ -17,32 +17,20 @@
 
 namespace mpm {
 
-/// Holds the particles outside of all solids among the boundaries.
-class ParticleContact {
- public:
-  /// Cells behind the surface up to which a particle may be: round-off moves a particle that slides along the surface to either side, and
-  /// the points let the flow through a circle between them by less.
-  static constexpr double depth = 0.05;
+/// Cells behind the surface up to which a particle may be: round-off moves a particle that slides along the surface to either side, and the
+/// points let the flow through a circle between them by less.
+inline constexpr double deepest_particle = 0.05;
 
-  /// @param boundaries  must outlive this
-  explicit ParticleContact(std::span<const Boundary> boundaries);
-
-  /// What a boundary took from particles near one layer of nodes.
-  struct Taken {
-    std::size_t boundary = 0;  ///< index in the list
-    std::int32_t layer = 0;    ///< number of the layer, one of the block
-    Impulse impulse;           ///< of these particles
-  };
-  /// Moves the particles of one block that are too deep, by at most a cell. Call it between grid_to_particle and collect_migrants.
-  /// @param density  of the material at rest, kg/m^3. @returns nothing for most blocks
-  [[nodiscard]] std::vector<Taken> hold(Grid& grid, std::int32_t block, double density) const;
-
- private:
-  struct Solid {
-    std::size_t boundary;
-    const SurfaceSolid* surface;
-  };
-  std::vector<Solid> solids_;
+/// What a boundary took from particles near one layer of nodes.
+struct ParticleImpulse {
+  std::size_t boundary = 0;  ///< index in the list
+  std::int32_t layer = 0;    ///< number of the layer, one of the block
+  Impulse impulse;           ///< of these particles
 };
+
+/// Moves the particles of one block that are too deep in a solid among the boundaries, by at most a cell. Call it between grid_to_particle
+/// and collect_migrants. @param density  of the material at rest, kg/m^3. @returns nothing for most blocks
+[[nodiscard]] std::vector<ParticleImpulse> hold_particles(Grid& grid, std::int32_t block, std::span<const Boundary> boundaries,
+                                                          double density);
 
 }  // namespace mpm

@@ -58,10 +58,9 @@ INSTANTIATE_TEST_SUITE_P(Shapes, ParticleContactOf,
 TEST_P(ParticleContactOf, ReturnsParticlesToTheSurfaceStopsThemAndBooksTheirMomentum) {
   Grid grid = filled();
   const auto before = particles_of(grid);
-  const ParticleContact contact(boundaries);
   Vec3 taken = Vec3::Zero(), moment = Vec3::Zero();
   for (const auto b : grid.occupied_blocks()) {
-    for (const ParticleContact::Taken& t : contact.hold(grid, b, density)) {
+    for (const ParticleImpulse& t : hold_particles(grid, b, boundaries, density)) {
       EXPECT_EQ(t.boundary, 1U);
       EXPECT_GE(t.layer, first_node(grid.block(b).coordinate[2]));
       EXPECT_LT(t.layer, first_node(grid.block(b).coordinate[2]) + block_edge);
@@ -85,13 +84,13 @@ TEST_P(ParticleContactOf, ReturnsParticlesToTheSurfaceStopsThemAndBooksTheirMome
     const Vec3 change = velocity_of(was) - velocity_of(is);
     lost += density * was.volume * change;
     turned += (position_of(was) - solid.reference_point()).cross(density * was.volume * change);
-    if (depth <= ParticleContact::depth * dx) {
+    if (depth <= deepest_particle * dx) {
       EXPECT_EQ(position_of(is), position_of(was));
       EXPECT_LE(change.norm(), rounding);  // single: relative to the velocity of another block
       continue;
     }
     ++held;
-    const double moved = std::min(depth - ParticleContact::depth * dx, dx);
+    const double moved = std::min(depth - deepest_particle * dx, dx);
     EXPECT_LE((position_of(is) - position_of(was) - moved * surface.normal).norm(), rounding);
     const double into = -velocity_of(was).dot(surface.normal);
     EXPECT_NEAR(change.dot(surface.normal), -std::max(into, 0.0), rounding);
@@ -106,10 +105,9 @@ TEST_P(ParticleContactOf, ReturnsParticlesToTheSurfaceStopsThemAndBooksTheirMome
 
 TEST_P(ParticleContactOf, LeavesNothingBehindTheSurfaceAfterAFewSteps) {
   Grid grid = filled();
-  const ParticleContact contact(boundaries);
   for (int step = 0; step < 6; ++step) {  // a cell each: the shapes are at most five cells deep
     for (const auto b : grid.occupied_blocks()) {
-      (void)contact.hold(grid, b, density);
+      (void)hold_particles(grid, b, boundaries, density);
       BlockMotion motion;
       collect_migrants(grid, b, motion);
     }
@@ -119,7 +117,7 @@ TEST_P(ParticleContactOf, LeavesNothingBehindTheSurfaceAfterAFewSteps) {
   for (const auto& [id, p] : particles_of(grid)) {
     deepest = std::max(deepest, -solid.solid().nearest(position_of(p)).distance / dx);
   }
-  EXPECT_LE(deepest, ParticleContact::depth + 1e-6);
+  EXPECT_LE(deepest, deepest_particle + 1e-6);
 }
 
 TEST(ParticleContact, HasNothingToDoWithoutSolids) {
@@ -129,7 +127,7 @@ TEST(ParticleContact, HasNothingToDoWithoutSolids) {
   p.volume = 1e-3;
   grid.insert(p);
   grid.migrate();
-  EXPECT_TRUE(ParticleContact(std::vector<Boundary>{Wall{}}).hold(grid, grid.occupied_blocks()[0], density).empty());
+  EXPECT_TRUE(hold_particles(grid, grid.occupied_blocks()[0], std::vector<Boundary>{Wall{}}, density).empty());
 }
 
 }  // namespace
