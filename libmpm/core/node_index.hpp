@@ -1,5 +1,6 @@
 #pragma once
-/// Where blocks and nodes are: their coordinates, their numbers in a block, their neighbours, their positions.
+/// Where blocks and nodes are: their coordinates, their numbers in a block, their neighbours, their positions; and the halo of a block, the
+/// 6x6x6 nodes that its particles touch.
 ///
 /// A block has 4x4x4 nodes. Its coordinate counts blocks along each axis; a node's index counts nodes, its position is index times dx. In
 /// its block a node has the number x + 4 y + 16 z.
@@ -7,6 +8,7 @@
 #include <Eigen/Geometry>
 #include <array>
 #include <cstdint>
+#include <type_traits>
 
 #include "libmpm/base/types.hpp"
 
@@ -63,6 +65,11 @@ inline constexpr int halo_edge = block_edge + 2;                      ///< nodes
 inline constexpr int halo_nodes = halo_edge * halo_edge * halo_edge;  ///< nodes that a block's particles touch
 inline constexpr std::int32_t no_block = -1;                          ///< index if there is no block
 
+/// Index of a node in a halo, the 6x6x6 nodes of a block. @param x, y, z  in [0, 6)
+constexpr int halo_index(int x, int y, int z) { return x + halo_edge * (y + halo_edge * z); }
+/// Index in a halo of the base node of a cell. @param cell  x + 4 y + 16 z
+inline int first_halo_node(int cell) { return halo_index(cell & 3, cell >> 2 & 3, cell >> 4); }
+
 /// Offset of a neighbour: dx, dy, dz in {-1, 0, 1}; 13 is the block itself, 26 - slot the opposite neighbour.
 constexpr int neighbour_slot(int dx, int dy, int dz) { return (dz + 1) * 9 + (dy + 1) * 3 + dx + 1; }
 /// Coordinate of a neighbour. @param slot  neighbour_slot
@@ -80,6 +87,25 @@ constexpr int colour_of(const Index3& block) { return (block[0] & 1) | (block[1]
 constexpr bool comes_before(const Index3& a, const Index3& b) {
   if (a[2] != b[2]) return a[2] < b[2];
   return a[1] != b[1] ? a[1] < b[1] : a[0] < b[0];
+}
+
+/// Calls f(grid row, index of its first node in the halo, count) for every run of nodes that the halo shares with one block's storage.
+/// @param neighbour  numbers of those blocks, by neighbour_slot
+template <class NodesOf, class F>
+inline void for_each_halo_row(const std::array<std::int32_t, 27>& neighbour, NodesOf&& nodes_of, F&& f) {
+  for (int bz = 0; bz < 2; ++bz) {
+    for (int by = 0; by < 2; ++by) {
+      auto* near = nodes_of(neighbour[static_cast<std::size_t>(neighbour_slot(0, by, bz))]).node;
+      auto* far = nodes_of(neighbour[static_cast<std::size_t>(neighbour_slot(1, by, bz))]).node;
+      for (int z = 0; z < (bz == 0 ? 4 : 2); ++z) {
+        for (int y = 0; y < (by == 0 ? 4 : 2); ++y) {
+          const int first = halo_index(0, 4 * by + y, 4 * bz + z);
+          f(near + 4 * y + 16 * z, first, std::integral_constant<int, 4>{});
+          f(far + 4 * y + 16 * z, first + 4, std::integral_constant<int, 2>{});
+        }
+      }
+    }
+  }
 }
 
 }  // namespace mpm

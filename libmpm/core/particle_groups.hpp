@@ -1,5 +1,5 @@
 #pragma once
-/// Common parts of both transfers: groups of particles of one cell in one register, four lanes each, and the block's halo of nodes.
+/// Common parts of both transfers: groups of particles of one cell in one register, four lanes each.
 /// A Group is made for each kind of record, and the transfers are templates over it:
 ///   Group<Particle>      two particles in a Lanes,        {a_0 .. a_3 | b_0 .. b_3}; or one in a HalfLanes, where registers are shorter
 ///   Group<SingleRecord>  four particles in a SingleLanes, {a_0 .. a_3 | b_0 .. b_3 | c_0 .. c_3 | d_0 .. d_3}; or two, where registers are
@@ -315,9 +315,6 @@ inline __attribute__((always_inline)) Group<Record> group_at(const ParticleBin& 
   return g;
 }
 
-/// Index of a node in a halo, the 6x6x6 nodes of a block. @param x, y, z  in [0, 6)
-constexpr int halo_index(int x, int y, int z) { return x + halo_edge * (y + halo_edge * z); }
-
 /// Corner of a cell in grid coordinates, for each particle of a group; lane 3 is zero.
 template <class V>
 inline V cell_corner(const Index3& block, int cell) {
@@ -357,27 +354,5 @@ class CellOffset<SingleRecord> {
   }
 };
 /// @}
-
-/// Index in a halo of the base node of a cell. @param cell  x + 4 y + 16 z
-inline int first_halo_node(int cell) { return halo_index(cell & 3, cell >> 2 & 3, cell >> 4); }
-
-/// Calls f(grid row, index of its first node in the halo, count) for every run of nodes that the halo shares with one block's storage.
-/// @param neighbour  numbers of those blocks, by neighbour_slot
-template <class NodesOf, class F>
-inline void for_each_halo_row(const std::array<std::int32_t, 27>& neighbour, NodesOf&& nodes_of, F&& f) {
-  for (int bz = 0; bz < 2; ++bz) {
-    for (int by = 0; by < 2; ++by) {
-      auto* near = nodes_of(neighbour[static_cast<std::size_t>(neighbour_slot(0, by, bz))]).node;
-      auto* far = nodes_of(neighbour[static_cast<std::size_t>(neighbour_slot(1, by, bz))]).node;
-      for (int z = 0; z < (bz == 0 ? 4 : 2); ++z) {
-        for (int y = 0; y < (by == 0 ? 4 : 2); ++y) {
-          const int first = halo_index(0, 4 * by + y, 4 * bz + z);
-          f(near + 4 * y + 16 * z, first, std::integral_constant<int, 4>{});
-          f(far + 4 * y + 16 * z, first + 4, std::integral_constant<int, 2>{});
-        }
-      }
-    }
-  }
-}
 
 }  // namespace mpm
