@@ -17,6 +17,7 @@ from mpmtools import Campaign
 from mpmtools.equations import effective_friction, friction_angle
 from analysis import yardstick
 from analysis.grids import UNCONVERGED
+from analysis.loads import ARM_LENGTH
 from mpmtools.fit.runs import POINT
 from mpmtools.program import run_program
 from study_samples import BETAS, FROUDE, SLOPES, SOURCE
@@ -265,7 +266,8 @@ class Extensions(unittest.TestCase):
 
     def test_arms_are_half_a_flow_depth_thick(self):
         for run in runs_of(STUDY / "extensions" / "arms.toml"):
-            self.assertAlmostEqual(run["obstacle.height_m"] - run["obstacle.base_m"], 0.5 * 1.75, 9)
+            self.assertAlmostEqual(run["arm.height_m"] - run["arm.base_m"], 0.5 * 1.75, 9)
+            self.assertEqual(run["arm.length_m"], ARM_LENGTH)
 
 
 if __name__ == "__main__":

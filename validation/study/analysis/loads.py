@@ -13,6 +13,7 @@ from mpmtools.scores import levels
 
 FILES = {"shape": "shape_factors", "front": "fronts", "arm": "arms"}  # in rows/, of extensions/shapes.toml, fronts.toml and arms.toml
 FLOW = ["froude_number", "effective_friction"]
+ARM_LENGTH = 5.25  # m, as arms.toml has it
 # Of each quantity the columns of its value, its standard error and its numerical uncertainty.
 VALUES = {
     "force": ("force_mean_n.x", "force_standard_error_n.x", "force_x_numerical_uncertainty_n"),
@@ -35,7 +36,7 @@ def read_rows(path):
     """Finished runs with a steady mean; columns that no run has are nan."""
     table = pd.read_csv(path, comment="#")
     wanted = [column for columns in VALUES.values() for column in columns]
-    wanted += ["obstacle.rotation_deg", "obstacle.depth_m", "obstacle.base_m", "conveyor.inflow_slip_ratio", "conveyor.front_angle_deg"]
+    wanted += ["obstacle.rotation_deg", "obstacle.depth_m", "conveyor.inflow_slip_ratio", "conveyor.front_angle_deg"]
     table = table.reindex(columns=[*table.columns, *(name for name in wanted if name not in table)])
     table = table[(table.status == "done") & (table.steady == 1)]
     return table.assign(froude_number=levels(table.froude_number), effective_friction=table.effective_friction.round(3))
@@ -79,15 +80,17 @@ def front_factors(rows):
 
 
 def arm_factors(rows, density=300.0):
-    """Coefficients C of an arm: its mean force along the flow, and upwards, over half rho v^2 and its front, width times thickness."""
+    """Coefficients C of an arm: forces over half rho v^2 and the front of its protruding parts. Mean along the flow (drag) and upwards (lift), with two
+    standard errors, and filtered peaks, whose uncertainty is not known: a run states no numerical uncertainty of an arm's force."""
     found = []
     for row in rows.to_dict("records"):
-        base = 0.0 if np.isnan(row["obstacle.base_m"]) else row["obstacle.base_m"]
-        head = 0.5 * density * row["velocity_m_s"]**2 * row["obstacle_width_m"] * (row["obstacle.height_m"] - base)
-        name = f"base_{base / row['flow_height_m']:g}"
-        found.append(_factor("arm", name, "drag", row, row["force_mean_n.x"] / head, relative_error(row, "force")))
-        lift = 2.0 * row["force_standard_error_n.z"] / abs(row["force_mean_n.z"])
-        found.append(_factor("arm", name, "lift", row, row["force_mean_n.z"] / head, lift))
+        front = (ARM_LENGTH - row["obstacle_width_m"]) * (row["arm.height_m"] - row["arm.base_m"])
+        head = 0.5 * density * row["velocity_m_s"]**2 * front
+        name = f"base_{row['arm.base_m'] / row['flow_height_m']:g}"
+        for quantity, axis, peak in (("drag", "x", "arm_force_filtered_peak_n"), ("lift", "z", "arm_force_z_filtered_peak_n")):
+            mean, error = row[f"arm_force_mean_n.{axis}"], row[f"arm_force_standard_error_n.{axis}"]
+            found.append(_factor("arm", name, quantity, row, mean / head, 2.0 * error / abs(mean) if mean else 0.0))
+            found.append(_factor("arm", name, f"peak_{quantity}", row, row[peak] / head, np.nan))
     return pd.DataFrame(found)
 
 

@@ -238,7 +238,7 @@ def block_fronts(values):
 
 
 def block_arms(values):
-    return _factors(values, "arm", "underside over H", [(f"{name}, Fr {froude}", quantity, froude) for name, quantity in (("drag", "drag"), ("lift", "lift"))
+    return _factors(values, "arm", "underside over H", [(f"{name}, Fr {froude}", name.replace(" ", "_"), froude) for name in ("drag", "peak drag", "lift", "peak lift")
                                                         for froude in ("3", "5", "7")])
 
 
