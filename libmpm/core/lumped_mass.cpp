@@ -83,8 +83,14 @@ bool need_lumped_mass_correction(std::span<const Boundary> boundaries) {
   return std::ranges::any_of(boundaries, [](const Boundary& b) { return std::holds_alternative<SurfaceSolid>(b); });
 }
 
+double LumpedMassCorrection::weight_near(const UprightSolid& solid, const Vec3& x) const {
+  return std::clamp((outer_reach - solid.nearest(x).distance / dx_) / fade, 0.0, 1.0);
+}
+
 double LumpedMassCorrection::weight(const Vec3& x) const {
-  return std::clamp((outer_reach - solid_.nearest(x).distance / dx_) / fade, 0.0, 1.0);
+  double had = 0.0;
+  for (const UprightSolid* const solid : before_) had = std::max(had, weight_near(*solid, x));
+  return std::max(0.0, weight_near(solid_, x) - had);
 }
 
 std::array<LumpedMassCorrection::Part, block_nodes> LumpedMassCorrection::parts_of(const Block& block) const {
@@ -100,7 +106,8 @@ std::array<LumpedMassCorrection::Part, block_nodes> LumpedMassCorrection::parts_
       if (std::isnan(plan)) plan = solid_.outline.nearest(centre.head<2>()).distance / dx_;
       const double beyond = solid_.beyond(centre.z()) / dx_;
       if (std::max(plan - across, beyond - up) >= outer_reach) continue;
-      parts[static_cast<std::size_t>(cell)] = std::max(plan + across, beyond + up) <= full_reach ? Part::full : Part::fading;
+      const bool near = std::max(plan + across, beyond + up) <= full_reach;
+      parts[static_cast<std::size_t>(cell)] = near && before_.empty() ? Part::full : Part::fading;
     }
   }
   return parts;
@@ -193,9 +200,12 @@ void LumpedMassCorrection::add_of_blocks(const Grid& grid, std::span<const std::
 void correct_lumped_mass(Grid& grid, std::span<const Boundary> boundaries, double density, double relaxed, const MirrorPlanes& mirror,
                          const std::function<void(std::span<const std::int32_t>)>& try_boundaries) {
   std::vector<LumpedMassCorrection> corrections;
+  std::vector<const UprightSolid*> solids;
   for (const Boundary& boundary : boundaries) {
-    if (const auto* const solid = std::get_if<SurfaceSolid>(&boundary))
-      corrections.emplace_back(*solid, grid.cell_size(), density, relaxed);
+    const auto* const solid = std::get_if<SurfaceSolid>(&boundary);
+    if (solid == nullptr) continue;
+    corrections.emplace_back(*solid, grid.cell_size(), density, relaxed, solids);
+    solids.push_back(&solid->solid());
   }
   if (corrections.empty()) return;
   Columns columns;  // with particles that may take part

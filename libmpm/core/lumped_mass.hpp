@@ -43,10 +43,12 @@ class LumpedMassCorrection {
   static constexpr double fade = 3.0;        ///< cells
 
   /// @param solid  must outlive this. @param density  of the material at rest, kg/m^3. @param relaxed  r, 0 .. 1; 1 for APIC
-  LumpedMassCorrection(const SurfaceSolid& solid, double cell_size, double density, double relaxed)
-      : solid_(solid.solid()), dx_(cell_size), density_(density), relaxed_(relaxed) {}
+  /// @param before  solids whose corrections are added to this one; they must outlive this
+  LumpedMassCorrection(const SurfaceSolid& solid, double cell_size, double density, double relaxed,
+                       std::vector<const UprightSolid*> before = {})
+      : solid_(solid.solid()), before_(std::move(before)), dx_(cell_size), density_(density), relaxed_(relaxed) {}
 
-  /// Weight of the correction for a particle at x (m), 0 .. 1.
+  /// Weight of the correction for a particle at x (m), 0 .. 1: less what it has near the solids before, so that the sum is the largest.
   [[nodiscard]] double weight(const Vec3& x) const;
   /// Whether particles of a column of blocks may take part. @param x,y  of its blocks' coordinates
   [[nodiscard]] bool reaches(std::int32_t x, std::int32_t y) const;
@@ -69,7 +71,10 @@ class LumpedMassCorrection {
   void add_of_blocks(const Grid& grid, std::span<const std::int32_t> blocks, bool outer, std::span<NodeBlock> correction) const;
   void add_of_block(const Grid& grid, const Block& block, std::span<NodeBlock> correction) const;
 
+  [[nodiscard]] double weight_near(const UprightSolid& solid, const Vec3& x) const;
+
   const UprightSolid& solid_;
+  std::vector<const UprightSolid*> before_;
   double dx_, density_, relaxed_;
 };
 

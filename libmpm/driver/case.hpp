@@ -8,7 +8,7 @@
 
 #include "libmpm/base/types.hpp"
 #include "libmpm/boundary/any_boundary.hpp"
-#include "libmpm/boundary/obstacle_spec.hpp"
+#include "libmpm/boundary/arm_spec.hpp"
 #include "libmpm/core/numerics.hpp"
 #include "libmpm/impact/conveyor_spec.hpp"
 #include "libmpm/impact/measurement_spec.hpp"
@@ -104,6 +104,7 @@ struct Case : BoundaryTables {
   std::vector<BodySpec> bodies;          ///< [[body]]
   std::optional<ConveyorSpec> conveyor;  ///< [conveyor], with its [[conveyor.inflow]]
   std::optional<ObstacleSpec> obstacle;  ///< [obstacle]
+  std::optional<ArmSpec> arm;            ///< [arm]
   DomainSpec domain;                     ///< [domain]
   Numerics numerics;                     ///< [numerics]
   MeasurementSpec measurement;           ///< [measurement]

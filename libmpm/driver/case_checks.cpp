@@ -73,6 +73,33 @@ bool is_enclosed(const Case& c, const BodySpec& body) {
   return true;
 }
 
+/// The arm against the obstacle that carries it, and against the belt.
+void check_arm(const Case& c, ParameterReport& report) {
+  if (!c.arm) return;
+  if (!c.obstacle) {
+    if (report.valid("obstacle")) report.problem("arm", "is given without an obstacle to carry it; give [obstacle]");
+    return;
+  }
+  if (!ObstacleSpec::plan_is_valid(TableReport(report, "obstacle")) || !report.valid("obstacle.height_m")) return;
+  const Outline outline = outline_of(c.obstacle->shape);
+  const double width = outline.bounds().sizes().y(), deepest = 2.0 * outline.centre().x(), top = c.obstacle->solid().top;
+  if (report.valid("arm.length_m") && c.arm->length <= width) {
+    report.problem("arm.length_m", fmt::format("= {} does not reach beyond the obstacle, {:.6g} m across the flow; give a longer one",
+                                               c.arm->length, width));
+  }
+  if (c.conveyor && report.all_valid({"arm.length_m", "conveyor.width_m"}) && c.arm->length >= c.conveyor->width) {
+    report.problem("arm.length_m", fmt::format("= {} reaches the side walls of the belt, {:.6g} m; give a shorter one, or a larger "
+                                               "conveyor.width_m",
+                                               c.arm->length, c.conveyor->width));
+  }
+  if (report.valid("arm.depth_m") && c.arm->front(*c.obstacle) < 0.0) {
+    report.problem("arm.depth_m", fmt::format("= {} reaches upstream of the obstacle, where the snow begins; give at most {:.6g} m",
+                                              c.arm->depth, deepest));
+  }
+  if (report.valid("arm.base_m") && c.arm->base >= top)
+    report.problem("arm.base_m", fmt::format("= {} is not below the top of the obstacle, {:.6g} m", c.arm->base, top));
+}
+
 /// A body against grid, domain and obstacle. @param path  of its entry, "body[0]"
 void check_body(const Case& c, const BodySpec& body, const std::string& path, ParameterReport& report) {
   const std::string low = path + ".min_m", high = path + ".max_m";
@@ -96,10 +123,14 @@ void check_body(const Case& c, const BodySpec& body, const std::string& path, Pa
   for (const std::string corner : {"domain.min_m", "domain.max_m"}) domain_known &= report.given(corner) && report.valid(corner);
   if (domain_known && ((body.min.array() < c.domain.min.array()).any() || (body.max.array() > c.domain.max.array()).any()))
     report.problem(high, "or min_m lies outside [domain]; enlarge the domain or move the body");
-  if (c.obstacle && ObstacleSpec::plan_is_valid(TableReport(report, "obstacle")) &&
-      report.all_valid({"obstacle.height_m", "obstacle.base_m", path + ".shape"}) && meets_obstacle(body, *c.obstacle)) {
+  if (!c.obstacle || !ObstacleSpec::plan_is_valid(TableReport(report, "obstacle")) ||
+      !report.all_valid({"obstacle.height_m", "obstacle.base_m", path + ".shape"}))
+    return;
+  if (meets_solid(body, c.obstacle->solid()))
     report.problem(high, "and min_m reach into the obstacle; move the body, it may touch the obstacle");
-  }
+  if (c.arm && report.all_valid({"arm.length_m", "arm.depth_m", "arm.base_m", "arm.height_m"}) &&
+      meets_solid(body, c.arm->solid(*c.obstacle)))
+    report.problem(high, "and min_m reach into the arm; move the body, it may touch the arm");
 }
 
 /// A custom scene, or a conveyor, which brings its own.
@@ -192,6 +223,7 @@ void resolve_case(Case& c, ParameterReport& report) {
   }
   if (!report.valid("conveyor")) return;
   if (c.conveyor) resolve_conveyor(*c.conveyor, {c.numerics.cell_size, c.numerics.gravity, c.material, obstacle}, report);
+  check_arm(c, report);
   check_scene(c, report);
   check_terrain(c, report);
   check_stop(c, report);

@@ -18,6 +18,9 @@ const config::SchemaOf<Case>& case_schema() {
             [](auto& c) { return c.conveyor ? &c.conveyor->inflow : nullptr; });
     s.table(
         "obstacle", "Rigid obstacle with separable Coulomb contact; left out: none", [](auto& c) -> auto& { return c.obstacle; });
+    s.table(
+        "arm", "Cross-arm of the obstacle: a beam across the flow, whose force is measured by itself; left out: none",
+        [](auto& c) -> auto& { return c.arm; });
     s.table("body", "A piece of material in a custom scene (without [conveyor]), any number", [](auto& c) { return &c.bodies; });
     BoundaryTables::for_each([&]<class T>() { s.table(T::name, T::description, [](auto& c) -> decltype(auto) { return T::of(c); }); });
     s.table(

@@ -41,6 +41,9 @@ struct CaseClass {
 constexpr const char* after_post = "folders that mpm post wrote";
 constexpr CaseClass always{"every case", [](const ObserverArguments&) { return true; }};
 constexpr CaseClass obstacle{"cases with an obstacle", [](const ObserverArguments& s) { return s.scene.obstacle.has_value(); }};
+constexpr CaseClass arm{"cases with an arm", [](const ObserverArguments& s) { return s.scene.arm.has_value(); }};
+constexpr CaseClass impact_on_arm{"cases with a conveyor and an arm",
+                                  [](const ObserverArguments& s) { return s.geometry.has_value() && s.scene.arm.has_value(); }};
 constexpr CaseClass impact{"cases with a conveyor and an obstacle", [](const ObserverArguments& s) { return s.geometry.has_value(); }};
 
 template <class T, class... Arguments>
@@ -64,6 +67,13 @@ double snow_depth(const Case& c) {
   return top > 0.0 ? top : c.obstacle->width();
 }
 
+/// The obstacle, and its arm.
+std::vector<UprightSolid> solids(const Case& c) {
+  std::vector<UprightSolid> all = {c.obstacle->solid()};
+  if (c.arm) all.push_back(c.arm->solid(*c.obstacle));
+  return all;
+}
+
 ParticlesInsideObstacle::Setting inside_setting(const ObserverArguments& s) {
   return {s.c.numerics.cell_size, s.c.material.density(), snow_depth(s.c), s.scene.mirror};
 }
@@ -85,9 +95,11 @@ constexpr Entry list[] = {
     {impact, [](const ObserverArguments& s) { return make<Runup>(*s.geometry); }},
     {impact, [](const ObserverArguments& s) { return make<PressureProfile>(*s.geometry); }},
     {obstacle, [](const ObserverArguments& s) { return make<ContactForce>(*s.scene.obstacle); }},
-    {obstacle, [](const ObserverArguments& s) { return make<ParticlesInsideObstacle>(*s.c.obstacle, inside_setting(s)); }},
+    {arm, [](const ObserverArguments& s) { return make<ContactForce>(*s.scene.arm, ContactForce::On::arm); }},
+    {obstacle, [](const ObserverArguments& s) { return make<ParticlesInsideObstacle>(solids(s.c), inside_setting(s)); }},
     {impact, [](const ObserverArguments& s) { return make<ForceByHeight>(*s.geometry, 0U); }},
     {impact, [](const ObserverArguments& s) { return make<TransientForce>(s.flow, s.geometry->force_window, mast_axis(s)); }},
+    {impact_on_arm, [](const ObserverArguments& s) { return make<ArmPeaks>(s.flow, s.geometry->force_window); }},
     {impact, [](const ObserverArguments& s) { return make<NumericalUncertainty>(grid_uncertainty(grid_resolution(s.c)), mast_axis(s)); }},
     {impact, [](const ObserverArguments& s) { return make<Prediction>(s.flow, s.geometry->flow_height); }},
     {always, [](const ObserverArguments&) { return make<Conservation>(); }},
@@ -158,6 +170,7 @@ std::vector<ObserverDescription> describe_observers() {
   Case c;  // with all tables, so that every observer applies
   c.conveyor.emplace().velocity = 1.0;
   c.obstacle.emplace();
+  c.arm.emplace();
   const CaseScene scene = make_scene(c);
   const ObserverArguments setting = setting_of(c, scene);
   const ObserverList all(make_observers(c, scene));

@@ -128,7 +128,7 @@ PostResult post_process(const std::filesystem::path& directory, const std::files
     files.emplace_back("profiles.h5", [&](const auto& path) { write_profiles_over_time(path, end.series.time(), end.profiles); });
   }
   files.emplace_back("results.json", [&](const auto& path) { write_file(path, result.results.to_json()); });
-  if (c.obstacle) files.emplace_back("obstacle.json", [&](const auto& path) { write_file(path, obstacle_text(*c.obstacle)); });
+  if (c.obstacle) files.emplace_back("obstacle.json", [&](const auto& path) { write_file(path, obstacle_text(c)); });
   for (const auto& [name, write] : files) {
     write(out / name);
     result.written.push_back(out / name);

@@ -188,18 +188,22 @@ std::optional<Results> finished_results(const std::filesystem::path& directory, 
   return file.is_finished(c) ? file.results() : std::nullopt;
 }
 
-std::string obstacle_text(const ObstacleSpec& obstacle) {
-  nlohmann::ordered_json json{{"outline_m", nlohmann::ordered_json::array()}, {"top_m", nullptr}};
-  const Outline outline = outline_of(obstacle.shape);
-  for (const Outline::Side& side : outline.sides()) json["outline_m"].push_back({side.from.x(), side.from.y()});
-  if (obstacle.height) json["top_m"] = *obstacle.height;
-  if (obstacle.base > 0.0) json["base_m"] = obstacle.base;
+std::string obstacle_text(const Case& c) {
+  const auto json_of = [](const UprightSolid& solid) {
+    nlohmann::ordered_json json{{"outline_m", nlohmann::ordered_json::array()}, {"top_m", nullptr}};
+    for (const Outline::Side& side : solid.outline.sides()) json["outline_m"].push_back({side.from.x(), side.from.y()});
+    if (std::isfinite(solid.top)) json["top_m"] = solid.top;
+    if (std::isfinite(solid.base)) json["base_m"] = solid.base;
+    return json;
+  };
+  nlohmann::ordered_json json = json_of(c.obstacle->solid());
+  if (c.arm) json["arm"] = json_of(c.arm->solid(*c.obstacle));
   return json.dump() + "\n";
 }
 
 void write_case_files(const std::filesystem::path& directory, const Case& c) {
   write_file(directory / "case.toml", write_case(c));
-  if (c.obstacle) write_file(directory / "obstacle.json", obstacle_text(*c.obstacle));
+  if (c.obstacle) write_file(directory / "obstacle.json", obstacle_text(c));
 }
 
 void write_profiles_over_time(const std::filesystem::path& path, std::span<const double> time, const std::vector<HeightProfile>& profiles) {

@@ -56,9 +56,10 @@ void require_no_other_files(const std::filesystem::path& directory, std::initial
 /// @throws IoError
 void write_case_files(const std::filesystem::path& directory, const Case& c);
 
-/// {"outline_m": [[x, y], ...], "top_m": z, "base_m": z}: corners counter-clockwise from above, the most upstream at x = 0; top_m is null
-/// if the obstacle is taller than any jet, base_m absent if it stands on the ground.
-[[nodiscard]] std::string obstacle_text(const ObstacleSpec& obstacle);
+/// {"outline_m": [[x, y], ...], "top_m": z, "base_m": z, "arm": {...}}: corners counter-clockwise from above, those of the obstacle from
+/// x = 0 on; top_m is null if it is taller than any jet, base_m absent if it stands on the ground; arm is one of the same kind, if there is
+/// one. @param c  a case with an obstacle
+[[nodiscard]] std::string obstacle_text(const Case& c);
 
 /// Whether results are those of the finished run of a case: written by the run and not by `mpm post`, with the same hash, and with the same
 /// duration or an end within it by output.stop_when_steady with no larger a limit.

@@ -18,12 +18,11 @@ namespace mpm {
 
 namespace {
 
-Boundary make_obstacle(const ObstacleSpec& spec, const Numerics& numerics, const MirrorPlanes& mirror) {
-  UprightSolid solid = spec.solid();
-  if (numerics.contact == ContactRule::surface)
-    return SurfaceSolid(std::move(solid), spec.friction, Vec3::Zero(), numerics.cell_size, mirror);
+/// The obstacle, or its arm.
+Boundary make_solid(UprightSolid solid, double friction, const Numerics& numerics, const MirrorPlanes& mirror) {
+  if (numerics.contact == ContactRule::surface) return SurfaceSolid(std::move(solid), friction, Vec3::Zero(), numerics.cell_size, mirror);
   const double skin = solid.outline.along_axes() ? 0.0 : 0.5 * numerics.cell_size;
-  return NodalSolid{std::move(solid), skin, Contact::separable, spec.friction, Vec3::Zero()};
+  return NodalSolid{std::move(solid), skin, Contact::separable, friction, Vec3::Zero()};
 }
 
 ConveyorSetting conveyor_setting(const Case& c, const std::shared_ptr<const HeightField>& ground) {
@@ -87,7 +86,11 @@ CaseScene make_scene(const Case& c) {
       throw ConfigError(
           "[obstacle]: its plan is not symmetric about y = 0, so that half of the domain cannot replace the whole; give mirror_y = false");
     }
-    scene.boundaries.push_back(make_obstacle(*c.obstacle, c.numerics, scene.mirror));
+    scene.boundaries.push_back(make_solid(c.obstacle->solid(), c.obstacle->friction, c.numerics, scene.mirror));
+  }
+  if (c.obstacle && c.arm) {
+    scene.arm = scene.boundaries.size();
+    scene.boundaries.push_back(make_solid(c.arm->solid(*c.obstacle), c.obstacle->friction, c.numerics, scene.mirror));
   }
   scene.offset = c.numerics.offset();
   detail::CollectedProblems problems;
@@ -157,10 +160,11 @@ std::vector<std::string> particles_inside_boundaries(const State& state, const C
   ranks.instruct(Task::inside, state);
   std::vector<std::string> warnings;
   for (std::size_t b = 0; b < scene.boundaries.size(); ++b) {
-    if (scene.source && b != scene.obstacle) continue;
+    if (scene.source && b != scene.obstacle && b != scene.arm) continue;
     const HeldParticles held = particles_inside(state, scene, scene.boundaries[b]);
     if (held.count == 0) continue;
     const std::string which = b == scene.obstacle                                    ? "the [obstacle]"
+                              : b == scene.arm                                       ? "the [arm]"
                               : std::holds_alternative<Terrain>(scene.boundaries[b]) ? "the [terrain]"
                                                                                      : fmt::format("[[wall]] number {}", b + 1);
     warnings.push_back(fmt::format("warning: {} {} inside {}, which holds {}, {} for one; move the [[body]] out of it, or the boundary",

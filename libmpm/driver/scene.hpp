@@ -25,9 +25,10 @@ struct CaseDomain {
 /// @param ground  of the case; empty: none
 [[nodiscard]] CaseDomain case_domain(const Case& c, const std::shared_ptr<const HeightField>& ground);
 
-/// The scene of a case, and which of its boundaries is the obstacle.
+/// The scene of a case, and which of its boundaries are those whose forces are reported.
 struct CaseScene : Scene {
-  std::optional<std::size_t> obstacle;  ///< index of the boundary whose force is reported
+  std::optional<std::size_t> obstacle;  ///< index of the obstacle
+  std::optional<std::size_t> arm;       ///< of its arm
 };
 
 /// Law, walls, obstacle, particle source and domain of a case. @throws ConfigError
@@ -41,7 +42,7 @@ CaseScene make_scene(const Case& c);
 State make_state(const Case& c, const Scene& scene, BlockExchange* ranks = nullptr);
 
 /// One warning for every boundary that holds particles (particles_inside). With a conveyor, whose snow starts behind the inlet, only the
-/// obstacle is checked. Called on the first rank, for the particles of all ranks.
+/// obstacle and its arm are checked. Called on the first rank, for the particles of all ranks.
 std::vector<std::string> particles_inside_boundaries(const State& state, const CaseScene& scene);
 
 }  // namespace mpm

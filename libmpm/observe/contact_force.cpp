@@ -113,4 +113,15 @@ std::vector<Result> TransientForce::summary(const Summary& end) const {
       {"overturning_moment_filtered_peak_n_m", p.moment_filtered_peak, "N m", "highest overturning moment, moving mean over the window"}};
 }
 
+std::vector<Result> ArmPeaks::summary(const Summary& end) const {
+  const auto peaks = [&](const char* force) {
+    return force_peaks(end.series.time(), end.series[force], end.series["arm_moment_y_n_m"], flow_, window_);
+  };
+  const ForcePeaks along = peaks("arm_force_x_n"), upwards = peaks("arm_force_z_n");
+  return {{"arm_force_filtered_peak_n", along.filtered_peak, "N", "highest stream-wise force on the arm, moving mean over the window"},
+          {"arm_force_filtered_peak_time_s", along.filtered_peak_time, "s", "middle of the window of that peak"},
+          {"arm_force_z_filtered_peak_n", upwards.filtered_peak, "N", "highest upward force on the arm, moving mean over the window"},
+          {"arm_force_z_filtered_peak_time_s", upwards.filtered_peak_time, "s", "middle of the window of that peak"}};
+}
+
 }  // namespace mpm

@@ -7,24 +7,29 @@
 
 namespace mpm {
 
-/// Means over the interval before each sample, for the whole obstacle, even if half is computed.
+/// Means over the interval before each sample, for the whole obstacle or arm, even if half is computed.
 class ContactForce : public Observer {
  public:
-  /// @param boundary index of the obstacle in Scene::boundaries
-  explicit ContactForce(std::size_t boundary) : boundary_(boundary) {}
+  /// What the force is on.
+  enum class On : std::uint8_t { obstacle, arm };
 
-  [[nodiscard]] std::string name() const override { return "contact_force"; }
+  /// @param boundary  its index in Scene::boundaries
+  explicit ContactForce(std::size_t boundary, On on = On::obstacle) : boundary_(boundary), on_(on) {}
+
+  [[nodiscard]] std::string name() const override { return on_ == On::arm ? "arm_force" : "contact_force"; }
   [[nodiscard]] MeasuredFrom measured_from() const override { return MeasuredFrom::run; }
 
   [[nodiscard]] std::vector<Column> columns() const override {
-    auto columns = vector_columns({.quantity = "force",
+    const bool arm = on_ == On::arm;
+    auto columns = vector_columns({.quantity = arm ? "arm_force" : "force",
                                    .unit = "N",
-                                   .meaning = "force of the snow on the obstacle",
+                                   .meaning = arm ? "force of the snow on the arm" : "force of the snow on the obstacle, without its arm",
                                    .kind = Column::Kind::interval_mean,
                                    .mean = true});
-    for (const Column& c : vector_columns({.quantity = "moment",
+    const char* const of_arm = "moment of the snow on the arm about the foot of the centre of the obstacle's front face";
+    for (const Column& c : vector_columns({.quantity = arm ? "arm_moment" : "moment",
                            .unit = "N m",
-                           .meaning = "moment of the snow on the obstacle about the foot of the front face's centre",
+                           .meaning = arm ? of_arm : "moment of the snow on the obstacle about the foot of the front face's centre",
                            .kind = Column::Kind::interval_mean,
                            .mean = true}))
       columns.push_back(c);
@@ -48,6 +53,7 @@ class ContactForce : public Observer {
 
  private:
   std::size_t boundary_;
+  On on_;
   Vec3 linear_ = Vec3::Zero(), angular_ = Vec3::Zero();  // N s and N m s since the previous sample, of the computed part
 };
 
@@ -89,6 +95,21 @@ class TransientForce : public Observer {
  private:
   ImpactFlow flow_;
   double window_, axis_;
+};
+
+/// Has no columns: the highest forces on the arm, along the flow and upwards, from those of ContactForce.
+class ArmPeaks : public Observer {
+ public:
+  /// @param window  s, of the moving mean
+  ArmPeaks(const ImpactFlow& flow, double window) : flow_(flow), window_(window) {}
+
+  [[nodiscard]] std::string name() const override { return "arm_peaks"; }
+  [[nodiscard]] MeasuredFrom measured_from() const override { return MeasuredFrom::run; }
+  [[nodiscard]] std::vector<Result> summary(const Summary& end) const override;
+
+ private:
+  ImpactFlow flow_;
+  double window_;
 };
 
 }  // namespace mpm

@@ -1,9 +1,9 @@
 #pragma once
-/// Particles behind the surface of the obstacle, where no snow can be: an error of the contact.
+/// Particles behind the surface of the obstacle or of its arm, where no snow can be: an error of the contact.
 
 #include <algorithm>
 
-#include "libmpm/boundary/obstacle_spec.hpp"
+#include "libmpm/boundary/upright_solid.hpp"
 #include "libmpm/observe/observer.hpp"
 
 namespace mpm {
@@ -22,12 +22,13 @@ class ParticlesInsideObstacle : public Observer {
     double snow_depth;         ///< m: of the flow, or of the bodies at the start
     MirrorPlanes mirror = {};  ///< numbers and volumes are those of the whole flow
   };
-  /// Of one obstacle. @param spec  its shape and height. @param setting  numbers of the case
-  ParticlesInsideObstacle(const ObstacleSpec& spec, const Setting& setting) : obstacle_(spec.solid()), setting_(setting) {}
+  /// @param solids  the obstacle first. @param setting  numbers of the case
+  ParticlesInsideObstacle(std::vector<UprightSolid> solids, const Setting& setting) : solids_(std::move(solids)), setting_(setting) {}
 
   [[nodiscard]] std::string name() const override { return "particles_inside_obstacle"; }
   [[nodiscard]] std::vector<Column> columns() const override {
-    return {{.quantity = "particles_inside_obstacle", .meaning = "particles deeper than 0.1 cells behind the obstacle's surface"},
+    return {{.quantity = "particles_inside_obstacle",
+             .meaning = "particles deeper than 0.1 cells behind the surface of the obstacle or its arm"},
             {.quantity = "volume_inside_obstacle", .unit = "m^3", .meaning = "their present volume, that is, compacted or loosened"},
             {.quantity = "depth_inside_obstacle",
              .unit = "m",
@@ -35,12 +36,14 @@ class ParticlesInsideObstacle : public Observer {
   }
 
   [[nodiscard]] bool visits(const Vec3& low, const Vec3& high) const override {
-    return obstacle_.bounds().intersects(Eigen::AlignedBox3d(low, high));
+    const Eigen::AlignedBox3d box(low, high);
+    return std::ranges::any_of(solids_, [&](const UprightSolid& solid) { return solid.bounds().intersects(box); });
   }
   void visit(const ParticleBatch& batch) override {
     for (std::size_t i = 0; i < batch.size(); ++i) {
       const ParticleView p = batch[i];
-      const double inside = -obstacle_.nearest(p.position).distance;
+      double inside = -solids_.front().nearest(p.position).distance;
+      for (std::size_t s = 1; s < solids_.size(); ++s) inside = std::max(inside, -solids_[s].nearest(p.position).distance);
       depth_ = std::max(depth_, inside);
       if (inside <= counted_cells * setting_.cell_size) continue;
       count_ += 1.0;
@@ -59,12 +62,13 @@ class ParticlesInsideObstacle : public Observer {
       const auto values = end.series[column];
       return values.empty() ? MeanEstimate::none : values.back();
     };
+    const UprightSolid& obstacle = solids_.front();
     const double volume = last("volume_inside_obstacle_m3");
     return {
         {"particles_inside_obstacle", last("particles_inside_obstacle"), "",
-         "particles deeper than 0.1 cells behind the obstacle's surface at the end, where no snow can be"},
+         "particles deeper than 0.1 cells behind the surface of the obstacle or its arm at the end, where no snow can be"},
         {"volume_inside_obstacle_m3", volume, "m^3", "their volume"},
-        {"share_inside_obstacle", volume / (obstacle_.outline.area() * std::min(obstacle_.top - obstacle_.foot(), setting_.snow_depth)), "",
+        {"share_inside_obstacle", volume / (obstacle.outline.area() * std::min(obstacle.top - obstacle.foot(), setting_.snow_depth)), "",
          "that volume over the obstacle's own from its foot up to the flow height (without a conveyor: to the top of the bodies at the "
          "start), or to its top if that is lower"},
         {"depth_inside_obstacle_m", last("depth_inside_obstacle_m"), "m",
@@ -72,7 +76,7 @@ class ParticlesInsideObstacle : public Observer {
   }
 
  private:
-  UprightSolid obstacle_;
+  std::vector<UprightSolid> solids_;
   Setting setting_;
   double count_ = 0.0, volume_ = 0.0, depth_ = 0.0;  // of the computed part, since the previous sample; m^3, m
 };

@@ -147,8 +147,8 @@ std::size_t fill_body(State& state, const BodySpec& body, const Scene& scene, do
   return buried > 0 && filled == 0 ? 0 : whole;
 }
 
-bool meets_obstacle(const BodySpec& body, const ObstacleSpec& obstacle) {
-  const UprightSolid solid = obstacle.solid();
+bool meets_solid(const BodySpec& body, const UprightSolid& solid) {
+  constexpr double inside = 1.0 - 1e-9;  // rounding of what touches
   if (body.min.z() >= solid.top || body.max.z() <= solid.base) return false;
   // in coordinates in which the body's bounding box is the cube -1 .. 1; a map by axes keeps the plan convex
   const Vec3 centre = 0.5 * (body.min + body.max), half = 0.5 * (body.max - body.min);
@@ -156,15 +156,16 @@ bool meets_obstacle(const BodySpec& body, const ObstacleSpec& obstacle) {
   for (const Outline::Side& side : solid.outline.sides())
     corners.emplace_back((side.from - centre.head<2>()).cwiseQuotient(half.head<2>()));
   const Outline plan(std::move(corners));
-  if ((plan.bounds().min().array() >= 1.0).any() || (plan.bounds().max().array() <= -1.0).any()) return false;
+  if ((plan.bounds().min().array() >= inside).any() || (plan.bounds().max().array() <= -inside).any()) return false;
   if (body.shape == BodySpec::Shape::box) {
     // separating axes: those of the box were tried, these are the plan's sides
-    return std::ranges::none_of(plan.sides(), [](const Outline::Side& side) { return -side.normal.cwiseAbs().sum() - side.offset >= 0.0; });
+    return std::ranges::none_of(plan.sides(),
+                                [](const Outline::Side& side) { return -inside * side.normal.cwiseAbs().sum() - side.offset >= 0.0; });
   }
   const double gap = std::max(0.0, plan.nearest(Vec2::Zero()).distance);  // of the body's axis from the plan
   const double above = std::clamp(centre.z(), solid.base, solid.top) - centre.z();
   const double rise = body.shape == BodySpec::Shape::sphere ? above / half.z() : 0.0;
-  return gap * gap + rise * rise < 1.0;
+  return gap * gap + rise * rise < inside;
 }
 
 bool overlap(const BodySpec& a, const BodySpec& b) {

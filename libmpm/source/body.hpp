@@ -5,7 +5,7 @@
 #include <string>
 
 #include "libmpm/base/types.hpp"
-#include "libmpm/boundary/obstacle_spec.hpp"
+#include "libmpm/boundary/upright_solid.hpp"
 #include "libmpm/core/step.hpp"
 #include "libmpm/source/lattice.hpp"
 
@@ -43,8 +43,8 @@ struct BodySpec {
 /// Exact volume of the whole body, m^3.
 [[nodiscard]] double volume_of(const BodySpec& body);
 
-/// Whether the interiors of a body and of an obstacle overlap.
-[[nodiscard]] bool meets_obstacle(const BodySpec& body, const ObstacleSpec& obstacle);
+/// Whether the interiors of a body and of a solid overlap.
+[[nodiscard]] bool meets_solid(const BodySpec& body, const UprightSolid& solid);
 
 /// Whether two bodies have common volume: tried at points over the common part of their bounding boxes, where it is a slice thinner than a
 /// 24th of that part it may be missed.

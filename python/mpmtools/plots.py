@@ -135,9 +135,9 @@ def draw_section(axes, run, section, norm, points_per_m, top):
         axes.fill_between(terrain.x, terrain.section(), terrain.height.min() - 1.0, facecolor="0.9", edgecolor="0.2", linewidth=1.5, zorder=0.5)
     else:
         axes.axhline(0.0, color="0.2", linewidth=1.5)
-    if run.obstacle:
-        foot, head = run.obstacle_ends(terrain.height.min() if terrain else 0.0, 2.0 * top)
-        axes.add_patch(Rectangle((0.0, foot), run.obstacle_depth, head - foot, facecolor="0.8",
+    for corners, foot, head in run.solids(terrain.height.min() if terrain else 0.0, 2.0 * top):
+        front, back = min(x for x, _ in corners), max(x for x, _ in corners)
+        axes.add_patch(Rectangle((front, foot), back - front, head - foot, facecolor="0.8",
                                  edgecolor="0.2", hatch="///", linewidth=1.2, zorder=2))  # above the dots, which are wider than particles
     axes.set(title=f"t = {section.time:.2f} s", ylabel="height $z$ (m)",
              xlabel="$x$ (m), 0 at the front of the obstacle" if run.obstacle else "$x$ (m)")
@@ -169,8 +169,8 @@ def plan_view(run, frame=None, axes=None):
     position = position[np.argsort(position[:, 2])]
     axes = _axes(axes, (8.0, 7.0))
     points = axes.scatter(position[:, 0], position[:, 1], c=position[:, 2], s=4.0, cmap="viridis", linewidths=0, rasterized=True)
-    if run.obstacle:
-        axes.add_patch(Polygon(run.obstacle_outline, facecolor="0.8", edgecolor="0.2", hatch="///"))
+    for corners, *_ in run.solids(0.0, np.inf):
+        axes.add_patch(Polygon(corners, facecolor="0.8", edgecolor="0.2", hatch="///"))
     axes.set_aspect("equal")
     axes.set(title=f"t = {frame.time:.2f} s", xlabel="$x$ (m)", ylabel="$y$ (m)")
     axes.figure.colorbar(points, ax=axes, label="height $z$ (m)", shrink=0.8)

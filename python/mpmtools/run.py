@@ -139,19 +139,29 @@ class Run:
         return self.case.get("obstacle")
 
     @cached_property
-    def obstacle_outline(self):
-        """Corners (x, y), m, counter-clockwise from above, of the obstacle, whose most upstream point is at x = 0. From obstacle.json."""
+    def _solids(self):
+        """(corners, base, top) of the obstacle and, if it has one, of its arm, as in obstacle.json; None: on the ground, taller than any jet."""
         path = self._find("obstacle.json")
         if not path:
             raise InputError(f"{self.folder}: there is no obstacle.json with the outline of the obstacle; `mpm post` writes it")
         try:
-            return [(float(x), float(y)) for x, y in read_json(path)["outline_m"]]
-        except (ValueError, TypeError) as error:
+            obstacle = read_json(path)
+            return [([(float(x), float(y)) for x, y in solid["outline_m"]], solid.get("base_m"), solid.get("top_m"))
+                    for solid in (obstacle, *([obstacle["arm"]] if "arm" in obstacle else []))]
+        except (KeyError, ValueError, TypeError) as error:
             raise InputError(f"{path}: {error}") from None
 
-    def obstacle_ends(self, ground, sky):
-        """(foot, top), m, of the obstacle in a picture. @param ground, sky  where it stands on the ground, or is taller than any jet"""
-        return self.obstacle.get("base_m") or ground, self.obstacle.get("height_m", sky)
+    @property
+    def obstacle_outline(self):
+        """Corners (x, y), m, counter-clockwise from above, of the obstacle, whose most upstream point is at x = 0. From obstacle.json."""
+        return self._solids[0][0]
+
+    def solids(self, ground, sky):
+        """[(corners, foot, top), ...], m, of the obstacle and of its arm in a picture; corners as in obstacle_outline. None: no obstacle.
+
+        @param ground, sky  foot of what stands on the ground, top of what is taller than any jet
+        """
+        return [(corners, base or ground, sky if top is None else top) for corners, base, top in self._solids] if self.obstacle is not None else []
 
     @property
     def obstacle_depth(self):

@@ -228,30 +228,30 @@ TEST(ObstacleMeetings, BodiesThatReachInAreFoundAndThoseThatTouchAreNot) {
   };
   constexpr auto box = BodySpec::Shape::box, ball = BodySpec::Shape::sphere, drum = BodySpec::Shape::cylinder;
   const auto flat = box_mast();  // 0 .. 1.5, -1 .. 1
-  EXPECT_FALSE(meets_obstacle(at(box, {-1, -1, 0}, {0, 1, 1}), flat));
-  EXPECT_TRUE(meets_obstacle(at(box, {-1, -1, 0}, {0.01, 1, 1}), flat));
-  EXPECT_TRUE(meets_obstacle(at(box, {0.5, -0.1, 0}, {0.6, 0.1, 1}), flat));  // wholly inside
+  EXPECT_FALSE(meets_solid(at(box, {-1, -1, 0}, {0, 1, 1}), flat.solid()));
+  EXPECT_TRUE(meets_solid(at(box, {-1, -1, 0}, {0.01, 1, 1}), flat.solid()));
+  EXPECT_TRUE(meets_solid(at(box, {0.5, -0.1, 0}, {0.6, 0.1, 1}), flat.solid()));  // wholly inside
   const auto wedge = wedge_mast(2.0, 1.0);
-  EXPECT_FALSE(meets_obstacle(at(box, {-0.5, 0.5, 0}, {0.4999, 1.5, 1}), wedge));  // its corner is just off the flank
-  EXPECT_TRUE(meets_obstacle(at(box, {-0.5, 0.5, 0}, {0.51, 1.5, 1}), wedge));
+  EXPECT_FALSE(meets_solid(at(box, {-0.5, 0.5, 0}, {0.4999, 1.5, 1}), wedge.solid()));  // its corner is just off the flank
+  EXPECT_TRUE(meets_solid(at(box, {-0.5, 0.5, 0}, {0.51, 1.5, 1}), wedge.solid()));
   const auto slim = wedge_mast(1.0, 1.0);  // its flank is 0.447 m from (0, 0.5)
-  EXPECT_FALSE(meets_obstacle(at(drum, {-0.4, 0.1, 0}, {0.4, 0.9, 1}), slim));
-  EXPECT_TRUE(meets_obstacle(at(drum, {-0.5, 0.0, 0}, {0.5, 1.0, 1}), slim));
+  EXPECT_FALSE(meets_solid(at(drum, {-0.4, 0.1, 0}, {0.4, 0.9, 1}), slim.solid()));
+  EXPECT_TRUE(meets_solid(at(drum, {-0.5, 0.0, 0}, {0.5, 1.0, 1}), slim.solid()));
   const auto round = cylinder_mast();  // centre (1, 0), radius 1
-  EXPECT_FALSE(meets_obstacle(at(drum, {-1, -0.5, 0}, {0, 0.5, 1}), round));
-  EXPECT_TRUE(meets_obstacle(at(drum, {-1, -0.5, 0}, {0.01, 0.5, 1}), round));
-  EXPECT_FALSE(meets_obstacle(at(drum, {-0.6, 0.6, 0}, {0.4, 1.6, 1}), round));  // beside the shoulder: boxes meet, circles do not
+  EXPECT_FALSE(meets_solid(at(drum, {-1, -0.5, 0}, {0, 0.5, 1}), round.solid()));
+  EXPECT_TRUE(meets_solid(at(drum, {-1, -0.5, 0}, {0.01, 0.5, 1}), round.solid()));
+  EXPECT_FALSE(meets_solid(at(drum, {-0.6, 0.6, 0}, {0.4, 1.6, 1}), round.solid()));  // beside the shoulder: boxes meet, circles do not
   auto low = round;
   low.height = 1.0;
-  EXPECT_FALSE(meets_obstacle(at(ball, {0, -1, 1}, {2, 1, 3}), low));  // rests on the top
-  EXPECT_TRUE(meets_obstacle(at(ball, {0, -1, 0.9}, {2, 1, 2.9}), low));
-  EXPECT_FALSE(meets_obstacle(at(ball, {-2.1, -1, 0.9}, {-0.1, 1, 2.9}), low));
+  EXPECT_FALSE(meets_solid(at(ball, {0, -1, 1}, {2, 1, 3}), low.solid()));  // rests on the top
+  EXPECT_TRUE(meets_solid(at(ball, {0, -1, 0.9}, {2, 1, 2.9}), low.solid()));
+  EXPECT_FALSE(meets_solid(at(ball, {-2.1, -1, 0.9}, {-0.1, 1, 2.9}), low.solid()));
   auto arm = round;
   arm.base = 1.0;
-  EXPECT_FALSE(meets_obstacle(at(box, {-1, -1, 0}, {3, 1, 1}), arm));  // below it
-  EXPECT_TRUE(meets_obstacle(at(box, {-1, -1, 0}, {3, 1, 1.1}), arm));
-  EXPECT_FALSE(meets_obstacle(at(ball, {0, -1, -1}, {2, 1, 1}), arm));
-  EXPECT_TRUE(meets_obstacle(at(ball, {0, -1, -0.9}, {2, 1, 1.1}), arm));
+  EXPECT_FALSE(meets_solid(at(box, {-1, -1, 0}, {3, 1, 1}), arm.solid()));  // below it
+  EXPECT_TRUE(meets_solid(at(box, {-1, -1, 0}, {3, 1, 1.1}), arm.solid()));
+  EXPECT_FALSE(meets_solid(at(ball, {0, -1, -1}, {2, 1, 1}), arm.solid()));
+  EXPECT_TRUE(meets_solid(at(ball, {0, -1, -0.9}, {2, 1, 1.1}), arm.solid()));
 }
 
 }  // namespace

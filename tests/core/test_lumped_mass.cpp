@@ -150,6 +150,20 @@ TEST(LumpedMass, ShareOfAPolygonCountsFromItsNearestPoint) {
 }
 
 /// The computed half with its image has the same corrections as the whole.
+TEST(LumpedMass, SharesNearTwoSolidsAddUpToTheLarger) {
+  const SurfaceSolid mast = cylinder(1.0), low = cylinder(1.5, 0.5);
+  const LumpedMassCorrection first(mast, dx, density, 1.0), alone(low, dx, density, 1.0), second(low, dx, density, 1.0, {&mast.solid()});
+  std::mt19937_64 random{7};
+  std::uniform_real_distribution<double> unit(-1.0, 1.0);
+  int shared = 0;
+  for (int i = 0; i < 2000; ++i) {
+    const Vec3 x = Vec3(4.0 * unit(random), 4.0 * unit(random), 2.0 * unit(random));
+    EXPECT_NEAR(first.weight(x) + second.weight(x), std::max(first.weight(x), alone.weight(x)), 1e-15);
+    shared += first.weight(x) > 0.0 && second.weight(x) > 0.0;
+  }
+  EXPECT_GT(shared, 50);
+}
+
 TEST(LumpedMass, HalfGivesWhatTheWholeGives) {
   const auto even = [](const Index3& at) -> Vec3 {
     const Index3 up = {at[0], std::abs(at[1]), at[2]};

@@ -303,7 +303,9 @@ TEST(MakeScene, PutsTheObstacleLastAndSaysWhereItIs) {
 
 TEST(ObstacleText, IsTheOutlineWithTheHeightsOfTheObstacle) {
   for (const auto& typical : testing::typical_shapes()) {
-    const auto json = nlohmann::json::parse(obstacle_text({.shape = typical.shape, .height = 3.0, .base = 1.0}));
+    Case c;
+    c.obstacle = ObstacleSpec{.shape = typical.shape, .height = 3.0, .base = 1.0};
+    const auto json = nlohmann::json::parse(obstacle_text(c));
     const Outline outline = typical.outline();
     ASSERT_EQ(json["outline_m"].size(), outline.sides().size());
     for (std::size_t i = 0; i < outline.sides().size(); ++i) {
@@ -313,9 +315,15 @@ TEST(ObstacleText, IsTheOutlineWithTheHeightsOfTheObstacle) {
     EXPECT_EQ(json["top_m"], 3.0);
     EXPECT_EQ(json["base_m"], 1.0);
   }
-  const auto tall = nlohmann::json::parse(obstacle_text({}));
+  Case c;
+  c.obstacle.emplace();
+  c.arm = ArmSpec{.length = 4.0, .depth = 0.5, .base = 2.0, .height = 2.5};
+  const auto tall = nlohmann::json::parse(obstacle_text(c));
   EXPECT_TRUE(tall["top_m"].is_null());
   EXPECT_FALSE(tall.contains("base_m"));
+  EXPECT_EQ(tall["arm"]["outline_m"][0], nlohmann::json({0.625, -2.0}));  // the axis of the obstacle is at 0.875
+  EXPECT_EQ(tall["arm"]["base_m"], 2.0);
+  EXPECT_EQ(tall["arm"]["top_m"], 2.5);
 }
 
 TEST(MakeScene, ShiftsEverythingAgainstTheGridByTheOffset) {

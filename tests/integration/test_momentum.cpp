@@ -115,6 +115,24 @@ TEST_P(Momentum, ClosesAtObstaclesOfEveryShapeAndOverTheirTop) {
   }
 }
 
+TEST_P(Momentum, ClosesAtAMastWithAnArm) {
+  for (const double friction : {0.0, 0.3}) {
+    Case c = testing::small_avalanche(6.0);
+    use_scheme(c);
+    c.conveyor->upstream_length = 1.0;
+    c.obstacle->friction = friction;
+    const auto bare = expect_balance(c, 200);
+    c.arm = ArmSpec{.length = 1.5, .depth = 0.5, .base = 0.25, .height = 1.0};  // in the flow of 1 m
+    const auto impulses = expect_balance(c, 200);
+    ASSERT_EQ(impulses.size(), bare.size() + 1);
+    EXPECT_GT(impulses.back().x(), 100.0);  // N s
+    c.arm = ArmSpec{.length = 1.5, .depth = 0.3, .base = 40.0, .height = 41.0};
+    const auto above = expect_balance(c, 200);
+    EXPECT_EQ(above.back(), Vec3::Zero());
+    for (std::size_t b = 0; b < bare.size(); ++b) EXPECT_EQ(above[b], bare[b]) << "an arm out of reach changes nothing";
+  }
+}
+
 TEST_P(Momentum, ClosesOnUnevenGroundRoundAMast) {
   for (const double friction : {0.0, 0.3}) {
     Case c = testing::small_avalanche(6.0);

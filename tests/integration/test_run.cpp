@@ -454,6 +454,21 @@ TEST_F(RunCase, ThatBecomesUnstableKeepsWhatItWrote) {
             series.numbers("time_s").back());
 }
 
+TEST_F(RunCase, MeasuresTheArmByItself) {
+  Case c = short_avalanche();
+  c.output.duration = 0.4;
+  c.arm = ArmSpec{.length = 1.5, .depth = 0.3, .base = 0.4, .height = 0.7};
+  const RunResult result = run_case(c, into("a"));
+  const Table series = Table::read(directory / "a/series.csv");
+  const std::vector<double> arm = series.numbers("arm_force_x_n");
+  EXPECT_GT(arm.back(), 0.0);
+  EXPECT_NE(arm.back(), series.numbers("force_x_n").back());
+  EXPECT_EQ(series.numbers("arm_force_y_n").back(), 0.0);  // of the whole: the halves cancel
+  EXPECT_EQ(series.numbers("particles_inside_obstacle").back(), 0.0);
+  EXPECT_TRUE(result.results.has("arm_force_filtered_peak_n"));
+  EXPECT_EQ(read_case(directory / "a/case.toml"), c);
+}
+
 TEST_F(RunCase, ByHandHasNoImpactColumnsAndCountsItsLosses) {
   Case c = testing::empty_case();
   c.bodies = {testing::box_body(Vec3::Zero(), Vec3::Constant(0.5), {10.0, 0.0, 0.0})};

@@ -6,6 +6,7 @@
 #include <numbers>
 #include <random>
 
+#include "libmpm/boundary/arm_spec.hpp"
 #include "libmpm/driver/observers.hpp"
 #include "libmpm/driver/run_summary.hpp"
 #include "libmpm/io/snapshot.hpp"
@@ -17,6 +18,7 @@ namespace mpm {
 namespace {
 
 constexpr double dx = 0.25, density = 300.0;
+const ObstacleSpec box{.shape = BoxShape{}};
 const ParticlesInsideObstacle::Setting setting{.cell_size = dx, .density = density, .snow_depth = 1.75};
 
 /// A frame with particles at these places, each of reference volume 0.002 m^3, compacted to half of it.
@@ -44,7 +46,7 @@ std::array<double, 3> measured(ParticlesInsideObstacle& observer, const std::vec
   return row;
 }
 std::array<double, 3> measured(const ObstacleSpec& spec, const std::vector<Vec3>& places) {
-  ParticlesInsideObstacle observer(spec, setting);
+  ParticlesInsideObstacle observer({spec.solid()}, setting);
   return measured(observer, places);
 }
 
@@ -90,7 +92,7 @@ TEST(ParticlesInsideObstacle, AreCountedFromATenthOfACellBehindTheNearestSurface
 }
 
 TEST(ParticlesInsideObstacle, AreThoseOfTheRowAlone) {
-  ParticlesInsideObstacle observer({.shape = BoxShape{}}, setting);
+  ParticlesInsideObstacle observer({box.solid()}, setting);
   EXPECT_EQ(measured(observer, {{0.875, 0.0, 1.0}})[0], 1.0);
   EXPECT_EQ(measured(observer, {{-0.1, 0.0, 1.0}}), (std::array{0.0, 0.0, 0.0}));
 }
@@ -98,7 +100,7 @@ TEST(ParticlesInsideObstacle, AreThoseOfTheRowAlone) {
 TEST(ParticlesInsideObstacle, AreThoseOfTheWholeFlowWithAMirrorPlane) {
   ParticlesInsideObstacle::Setting half = setting;
   half.mirror.y = true;
-  ParticlesInsideObstacle observer({.shape = BoxShape{}}, half);
+  ParticlesInsideObstacle observer({box.solid()}, half);
   const auto [count, volume, depth] = measured(observer, {{0.875, 0.1, 1.0}});
   EXPECT_EQ(count, 2.0);
   EXPECT_NEAR(volume, 0.002, 1e-15);
@@ -106,12 +108,16 @@ TEST(ParticlesInsideObstacle, AreThoseOfTheWholeFlowWithAMirrorPlane) {
 }
 
 TEST(ParticlesInsideObstacle, AskForTheBlocksThatMeetTheObstacleOnly) {
-  const ParticlesInsideObstacle observer({.shape = BoxShape{}, .height = 2.0}, setting);
+  const ParticlesInsideObstacle observer({ObstacleSpec{.shape = BoxShape{}, .height = 2.0}.solid()}, setting);
   EXPECT_TRUE(observer.visits({-1.0, 0.0, 0.0}, {0.1, 1.0, 1.0}));
   EXPECT_FALSE(observer.visits({-1.0, 0.0, 0.0}, {-0.1, 1.0, 1.0}));
   EXPECT_FALSE(observer.visits({0.0, 0.0, 2.5}, {1.0, 1.0, 3.5})) << "above its top";
-  const ParticlesInsideObstacle arm({.shape = BoxShape{}, .base = 1.0}, setting);
-  EXPECT_FALSE(arm.visits({0.0, 0.0, 0.0}, {1.0, 1.0, 0.9})) << "below its underside";
+  const ParticlesInsideObstacle above({ObstacleSpec{.shape = BoxShape{}, .base = 1.0}.solid()}, setting);
+  EXPECT_FALSE(above.visits({0.0, 0.0, 0.0}, {1.0, 1.0, 0.9})) << "below its underside";
+  const UprightSolid arm = ArmSpec{.length = 4.0, .depth = 0.5, .base = 1.0, .height = 1.5}.solid(box);
+  ParticlesInsideObstacle both({ObstacleSpec{.shape = BoxShape{}, .height = 2.0}.solid(), arm}, setting);
+  EXPECT_TRUE(both.visits({0.7, 1.5, 1.0}, {1.0, 2.5, 1.2})) << "beside the obstacle, on its arm";
+  EXPECT_EQ(measured(both, {{0.875, 1.8, 1.2}, {0.875, 0.0, 1.2}, {0.875, 1.8, 0.5}})[0], 2.0);
 }
 
 /// A case with an obstacle and a block of fluid that reaches into it, which is not allowed in a file.

@@ -9,7 +9,7 @@ from scipy.stats import norm
 
 from mpmtools import Case
 from mpmtools.figures.snow_surface import (LEVEL, SMOOTHING, Camera, LevelGround, SnowDensity, UnevenGround, draw,
-                                           prism_hits, standpoint)
+                                           nearest_hits, prism_hits, standpoint)
 from mpmtools.terrain import Terrain
 from study_samples import SOURCE, InFolder
 
@@ -164,11 +164,11 @@ class Ground(unittest.TestCase):
 
     def test_leaves_the_flow_before_a_mast_whole_at_the_lower_edge(self):
         class Flow:
-            obstacle, obstacle_width, obstacle_depth, obstacle_outline, flow_height = {"height_m": 10.0}, 1.75, 1.75, (), 1.75
+            obstacle, obstacle_width, obstacle_depth, flow_height = {"height_m": 10.0}, 1.75, 1.75, 1.75
 
             @staticmethod
-            def obstacle_ends(ground, _):
-                return ground, 10.0
+            def solids(*_):
+                return []
 
         x, y = np.meshgrid(np.linspace(-8.4, 4.2, 40), np.linspace(-10.5, 10.5, 60))
         flow = np.stack([x.ravel(), y.ravel(), np.full(x.size, 0.1)], axis=1)
@@ -178,6 +178,10 @@ class Ground(unittest.TestCase):
     def test_moves_the_camera_above_a_hill(self):
         class Flow:
             obstacle = None
+
+            @staticmethod
+            def solids(*_):
+                return []
 
         positions = np.array([[-1.0, -1.0, 0.0], [1.0, 1.0, 1.0]])
         level, _ = standpoint(Flow, positions, 1.0)
@@ -198,12 +202,18 @@ class Solid(unittest.TestCase):
         np.testing.assert_allclose(way, [2.0, np.inf, 2.0, np.inf, np.inf, 0.4])
         np.testing.assert_allclose(normals[[0, 2, 5]], [[-1, 0, 0], [0, 0, 1], [0, 0, -1]])
 
+    def test_of_several_the_nearest_is_met(self):
+        boxes = [([(x, -0.5), (x + 1.0, -0.5), (x + 1.0, 0.5), (x, 0.5)], 0.0, top) for x, top in ((3.0, 9.0), (1.0, 2.0))]
+        way, normals = nearest_hits(boxes, np.array([[0.0, 0.0, 1.0], [0.0, 0.0, 3.0]]), np.array([[1.0, 0.0, 0.0]] * 2))
+        np.testing.assert_allclose(way, [1.0, 3.0])
+        np.testing.assert_allclose(normals, [[-1.0, 0.0, 0.0]] * 2)
+
 
 class Pictures(InFolder):
     def test_show_snow_ground_mast_and_sky_where_they_are(self):
         positions, volumes = block()
         camera = Camera([-4.0, -4.0, 3.0], [1.0, 1.0, 0.5])
-        image = draw(SnowDensity(positions, volumes, SPACING), camera, (64, 48), ([(2.5, 0.5), (3.0, 0.5), (3.0, 1.0), (2.5, 1.0)], -1.0, 2.0))
+        image = draw(SnowDensity(positions, volumes, SPACING), camera, (64, 48), [([(2.5, 0.5), (3.0, 0.5), (3.0, 1.0), (2.5, 1.0)], -1.0, 2.0)])
         self.assertEqual(image.shape, (48, 64, 3))
         self.assertTrue(np.all((image >= 0.0) & (image <= 1.0)))
         self.assertGreater(image[26, 32].min(), 0.5)  # lit snow in the middle

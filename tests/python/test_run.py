@@ -274,9 +274,15 @@ class Outlines(InFolder):
         run = Run(self.folder)
         self.assertEqual(run.obstacle_outline, [(0.0, 0.0), (3.0, -1.0), (3.0, 1.0)])
         self.assertEqual((run.obstacle_depth, run.obstacle_width), (3.0, 2.0))
-        self.assertEqual(run.obstacle_ends(-1.0, 9.0), (-1.0, 9.0))
-        self.write("case.toml", "[obstacle]\nbase_m = 2.0\nheight_m = 3.0\n")
-        self.assertEqual(Run(self.folder).obstacle_ends(-1.0, 9.0), (2.0, 3.0))
+        self.assertEqual(run.solids(-1.0, 9.0), [(run.obstacle_outline, -1.0, 9.0)])
+
+    def test_are_those_of_the_obstacle_and_of_its_arm(self):
+        self.write("case.toml", "[obstacle]\n[arm]\n")
+        self.write("obstacle.json", '{"outline_m": [[0, -1], [2, -1], [2, 1]], "top_m": 3.0, "base_m": 1.0,'
+                   ' "arm": {"outline_m": [[0.5, -3], [1, -3], [1, 3], [0.5, 3]], "top_m": 2.5, "base_m": 2.0}}')
+        obstacle, arm = Run(self.folder).solids(-1.0, 9.0)
+        self.assertEqual((obstacle[1:], arm[1:]), ((1.0, 3.0), (2.0, 2.5)))
+        self.assertEqual((len(obstacle[0]), arm[0][0]), (3, (0.5, -3.0)))
 
     def test_that_are_missing_or_broken_are_reported(self):
         self.write("case.toml", "[obstacle]\n")

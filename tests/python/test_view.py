@@ -78,7 +78,7 @@ class Pages(ViewFolder):
                     clipped = np.clip(expected, about["low"], about["high"])
                     np.testing.assert_allclose(about["low"] + values / 255 * (about["high"] - about["low"]), clipped, atol=0.51 / 255 * 2.0)
         self.assertEqual(([f["time"] for f in data["frames"]], data["mirror_y"], data["mirror_x"]), ([0.0, 1.5], True, False))
-        self.assertEqual(data["obstacle"]["outline"][1], [1.75, -0.875])
+        self.assertEqual(data["solids"][0]["outline"][1], [1.75, -0.875])
 
     def test_hold_uneven_ground_as_a_mesh_and_the_mast_on_it(self):
         terrain = Terrain(self.put_on(lambda x, y: 0.2 * x + 0.05 * y**2))
@@ -90,13 +90,13 @@ class Pages(ViewFolder):
         np.testing.assert_allclose([x[0], x[-1], y[0], y[-1]], [low[0], high[0], -high[1], high[1]], atol=6e-4)
         np.testing.assert_allclose(height, terrain.heights(x, y), atol=1e-3)  # three numbers in mm, slopes below 0.5
         self.assertEqual(height.shape, (len(y), len(x)))
-        self.assertAlmostEqual(data["obstacle"]["foot"], 0.0, delta=1e-9)  # at (0, 0)
+        self.assertAlmostEqual(data["solids"][0]["foot"], 0.0, delta=1e-9)  # at (0, 0)
         self.assertFalse(data["floor"])
 
     def test_on_level_ground_have_a_floor(self):
         view_page.write_view(self.folder, self.folder / "view.html")
         data = self.data()
-        self.assertEqual((data["ground"], data["floor"], data["obstacle"]["foot"]), (None, True, 0.0))
+        self.assertEqual((data["ground"], data["floor"], data["solids"][0]["foot"]), (None, True, 0.0))
 
     def test_need_no_other_file_and_end_no_script_early(self):
         self.write("case.toml", (self.folder / "case.toml").read_text(encoding="utf-8").replace('"Small"', '"</script><b>x"'))

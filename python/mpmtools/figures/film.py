@@ -36,7 +36,7 @@ class Studio:
         self.ground = ground_of(run)
         some = [f["position_m"] for f in run.frames[:: max(1, len(run.frames) // 8)]]
         top = max(float(np.percentile(x[:, 2] - self.ground.height(x[:, :2]), 99.9)) for x in some)
-        self.camera, self.solid = standpoint(run, run.frames[-1].whole("position_m"), top, self.ground)
+        self.camera, self.solids = standpoint(run, run.frames[-1].whole("position_m"), top, self.ground)
         self.most = 1.0
         if label := FIELDS[field]:
             self.label = label
@@ -52,7 +52,7 @@ class Studio:
         snow = SnowDensity(frame.whole("position_m"), frame.whole("reference_volume_m3"), run.particle_spacing, values)
         colours = None if values is None else lambda v: colormaps["viridis"](np.clip(v / self.most, 0.0, 1.0))[:, :3]
         width, height = self.size
-        image = draw(snow, self.camera, self.size, self.solid, colours, self.ground)
+        image = draw(snow, self.camera, self.size, self.solids, colours, self.ground)
         figure = plt.figure(figsize=(width / 100.0, height / 100.0), dpi=100)
         figure.figimage(image, resize=False, zorder=-1)
         unit = height / 600.0

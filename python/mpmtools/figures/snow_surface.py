@@ -237,7 +237,7 @@ MOST_STEPS = 12  # back, by a tenth each
 
 
 def standpoint(run, positions, top, ground=LevelGround()):
-    """Camera, and the mast as (corners, base, top) or None, for a run: from upstream, beside and above.
+    """Camera, and mast and arm as [(corners, base, top), ...], for a run: from upstream, beside and above.
 
     @param top  of the snow in all pictures above the ground below it, m
     """
@@ -259,11 +259,20 @@ def standpoint(run, positions, top, ground=LevelGround()):
         if camera.share_below(positions) <= MOST_CUT:
             break
         reach *= 1.1  # the flow would be cut off at the lower edge
-    solid = (run.obstacle_outline, *run.obstacle_ends(-1e4, base + 1.25 * top)) if run.obstacle else None
-    return camera, solid
+    return camera, run.solids(-1e4, base + 1.25 * top)
 
 
-def shadow(snow, solid, points, reach):
+def nearest_hits(solids, eye, rays):
+    """Way to the nearest of some solids, and the normals there, as prism_hits."""
+    way, normals = np.full(len(rays), np.inf), np.zeros((len(rays), 3))
+    for solid in solids:
+        to_this, its_normals = prism_hits(*solid, eye, rays)
+        nearer = to_this < way
+        way[nearer], normals[nearer] = to_this[nearer], its_normals[nearer]
+    return way, normals
+
+
+def shadow(snow, solids, points, reach):
     """Share of the sun's light that reaches points: through the mast none, through the snow little.
 
     Uneven ground throws no shadow: the sun is 44 degrees high, and a case has no steeper ground (30 degrees against
@@ -271,8 +280,7 @@ def shadow(snow, solid, points, reach):
     """
     towards = np.broadcast_to(LIGHT, points.shape)
     lit = np.ones(len(points))
-    if solid is not None:
-        lit[np.isfinite(prism_hits(*solid, points, towards)[0])] = 0.0
+    lit[np.isfinite(nearest_hits(solids, points, towards)[0])] = 0.0
     way, step = 2.0 * snow.cell, 2.0 * snow.cell
     while way < reach:
         lit *= np.where(snow.at(points + way * LIGHT) > 0.5, 0.55, 1.0)
@@ -280,10 +288,10 @@ def shadow(snow, solid, points, reach):
     return lit
 
 
-def draw(snow, camera, size, solid=None, colours=None, ground=LevelGround()):
+def draw(snow, camera, size, solids=(), colours=None, ground=LevelGround()):
     """The image, (height, width, 3) in 0 to 1.
 
-    @param solid  (corners, base, top) of the mast, or None
+    @param solids  (corners, base, top) of the mast and its arm
     @param colours  function of the values of SnowDensity to colours (count, 3); None: white snow
     """
     width, height = size
@@ -291,7 +299,7 @@ def draw(snow, camera, size, solid=None, colours=None, ground=LevelGround()):
     eye = np.broadcast_to(camera.eye, rays.shape)
     reach = 0.5 * float(np.max(np.array(snow.shape) * snow.cell))
     to_ground = ground.hits(eye, rays, SEEN * reach)
-    to_solid, solid_normals = prism_hits(*solid, eye, rays) if solid is not None else (np.full(len(rays), np.inf), None)
+    to_solid, solid_normals = nearest_hits(solids, eye, rays)
     to_solid = np.where(to_solid < to_ground, to_solid, np.inf)
     to_snow = snow.hits(eye, rays, 0.0, np.minimum(to_ground, to_solid))
     share = np.clip(rays[:, 2:] * 2.5, 0.0, 1.0)
@@ -308,7 +316,7 @@ def draw(snow, camera, size, solid=None, colours=None, ground=LevelGround()):
         else:
             normals = snow.normals(points)
             base = colours(snow.value_at(points - 0.5 * snow.cell * normals)) if colours else np.broadcast_to(SNOW, points.shape)
-        sun = np.clip(normals @ LIGHT, 0.0, 1.0) * shadow(snow, solid, points + 0.5 * snow.cell * normals, reach)
+        sun = np.clip(normals @ LIGHT, 0.0, 1.0) * shadow(snow, solids, points + 0.5 * snow.cell * normals, reach)
         open_sky = np.clip(1.35 - 1.1 * snow.blurred_at(points + 3.0 * snow.cell * normals) - 0.5 * snow.blurred_at(points + 1.5 * snow.cell * normals),
                            0.25, 1.0)
         ambient = (0.31 + 0.13 * normals[:, 2]) * open_sky

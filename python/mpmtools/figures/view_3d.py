@@ -125,11 +125,9 @@ def render(options, paraview):
     display.DiffuseColor = [0.86, 0.86, 0.84]
     display.AmbientColor = [0.86, 0.86, 0.84]
     top = bounds[5]
-    if run.obstacle:
-        foot, mast_top = run.obstacle_ends(terrain.foot(run.obstacle_outline) if terrain else 0.0, 1.15 * bounds[5])
-        top = max(top, mast_top)
-        mast = prism(paraview, run.obstacle_outline, foot, mast_top)
-        display = paraview.Show(mast, view)
+    for corners, foot, head in run.solids(terrain.foot(run.obstacle_outline) if terrain and run.obstacle else 0.0, 1.15 * bounds[5]):
+        top = max(top, head)
+        display = paraview.Show(prism(paraview, corners, foot, head), view)
         display.DiffuseColor = [0.35, 0.37, 0.42]
         display.AmbientColor = [0.35, 0.37, 0.42]
 

@@ -91,18 +91,16 @@ def page_data(run, largest=LARGEST):
         stored.append({"time": frame.time, "count": int(chosen.sum()), "position": packed(position), "fields": packed(values)})
     attributes = frames[-1].attributes
     mirror_x, mirror_y = (bool(attributes.get(name)) for name in ("mirror_x", "mirror_y"))
-    terrain, obstacle = terrain_of(run), None
-    if run.obstacle:
-        outline = [list(corner) for corner in run.obstacle_outline]
-        foot, top = run.obstacle_ends(terrain.foot(outline) if terrain else 0.0, 1.15 * float(high[2]))
-        obstacle = {"outline": outline, "foot": foot, "top": top}
+    terrain = terrain_of(run)
+    solids = [{"outline": [list(corner) for corner in corners], "foot": foot, "top": top}
+              for corners, foot, top in run.solids(terrain.foot(run.obstacle_outline) if terrain and run.obstacle else 0.0, 1.15 * float(high[2]))]
     colours = {name: [[round(255 * c) for c in STRESS_COLOURS(1.0 - i / 255 if not FIELDS[name][3] else i / 255)[:3]] for i in range(256)]
                for name in ("speed", "stress_xx")}
     return {"title": run.title, "low": low.tolist(), "high": high.tolist(), "spacing": run.particle_spacing * every ** (1.0 / 3.0),
             "every": every, "mirror_x": mirror_x, "mirror_y": mirror_y, "frames": stored,
             "fields": [{"name": name, "label": FIELDS[name][0], "unit": FIELDS[name][1], "low": ranges[name][0], "high": ranges[name][1],
                         "colours": colours["stress_xx" if FIELDS[name][3] else "speed"]} for name in FIELDS],
-            "obstacle": obstacle, "ground": ground_mesh(terrain, low, high, mirror_x, mirror_y) if terrain else None,
+            "solids": solids, "ground": ground_mesh(terrain, low, high, mirror_x, mirror_y) if terrain else None,
             "floor": terrain is None and (run.flow_height is not None or bool(run.case.get("wall")))}
 
 
