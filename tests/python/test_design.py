@@ -696,6 +696,34 @@ class Pages(DesignFolder):
             late = [row for row in page.advice_rows(ensemble, Results(ensemble)) if "steady interval is short" in row[0]]
             self.assertEqual([snows for _, snows in late], ["firm"] if begin > 5.0 else [])
 
+    def advice_with_run_up(self, runup):
+        """What the page says where the firm snow's run-up over time is this: (texts of the snow, headline of the run-up)."""
+        path = self.folder / "runs" / "firm_w11" / "series.csv"
+        series = pd.read_csv(path)
+        series.assign(runup_p99_m=runup(series.time_s.to_numpy())).to_csv(path, index=False)
+        ensemble = Ensemble(self.folder)
+        results = Results(ensemble)
+        return [text for text, snows in page.advice_rows(ensemble, results) if snows == "firm"], page.design_rows(ensemble, results)[-1][1]
+
+    def test_do_not_determine_a_run_up_that_still_rises_at_the_end(self):
+        noise = np.random.default_rng(2).normal(0.0, 0.3, 801)
+        for rise, grows in ((-0.4, False), (0.0, False), (0.04, False), (0.08, True)):  # over the mean of 5 m, from 3 to 8 s
+            texts, headline = self.advice_with_run_up(lambda time: 5.0 * (1.0 + rise * (time - 5.5) / 5.0) + noise)
+            self.assertEqual(any("still piles up" in text and "run-up 8 %" in text and "duration_s = 16.0" in text for text in texts), grows, texts)
+            self.assertEqual(headline.startswith("not determined (still growing"), grows, headline)
+
+    def test_find_no_growth_in_waves(self):
+        texts, _ = self.advice_with_run_up(lambda time: 5.0 - 1.3 * np.sin(2 * np.pi * time / 3.0))  # a line through the parts rises by 9 % of the mean
+        self.assertFalse([text for text in texts if "still piles up" in text])
+
+    def test_look_back_to_the_splash_where_the_steady_interval_begins_late(self):
+        path = self.folder / "runs" / "firm_w11" / "results.json"
+        path.write_text(json.dumps({**json.loads(path.read_text()), "steady_from_s": 6.5}))
+        for grows in (True, False):  # to a pile, or down from a fountain
+            texts, headline = self.advice_with_run_up(lambda time: 5.0 + (1 if grows else -1) * np.minimum(time - 4.25, 2.25))
+            self.assertEqual(any("still piles up" in text and "since the splash" in text for text in texts), grows, texts)
+            self.assertEqual("still growing" in headline, grows)
+
     def test_say_that_a_run_has_no_steady_interval(self):
         path = self.folder / "runs" / "soft_w11" / "results.json"
         results = json.loads(path.read_text())

@@ -6,12 +6,16 @@ from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
+import scipy.stats
 
 from mpmtools.design.oscillator import equivalent_static_force
 from mpmtools.design.vibration import modes_of
 from mpmtools.errors import InputError
 from mpmtools.frame import open_hdf5
 
+PARTS = 5  # of the time over which growth is looked for; the least number of batches of the program's standard errors
+GROWTH = 0.05  # rise over the mean: the tolerance within which the program calls a series steady
+CHANCE = 0.05  # probability of a rise that is none
 WINDOW = 0.1  # s, of the moving mean behind peaks, the default of [measurement] force_window_s
 
 
@@ -77,11 +81,36 @@ class Loads:
         self.smooth_force, self.smooth_moment = moving_mean(self.force, self.rows), moving_mean(self.moment, self.rows)
         begin, end = run.number("steady_from_s"), run.number("steady_to_s")
         self.steady = (self.time >= begin) & (self.time <= end) if begin is not None and end is not None else np.zeros(len(self.time), bool)
-        self.impact = self.time <= 2.0 * run.velocity / run.gravity
+        self.splash_back = 2.0 * run.velocity / run.gravity
+        self.impact = self.time <= self.splash_back
 
     @property
     def is_steady(self):
         return bool(self.steady.any())
+
+    @property
+    def is_late(self):
+        """Whether the steady interval begins after half of the time that is left when the splash is back, 2v/g."""
+        return self.is_steady and self.time[self.steady][0] > 0.5 * (self.splash_back + self.time[-1])
+
+    @cached_property
+    def growth(self):
+        """{name: rise over the mean} of what still grows when the run ends.
+
+        The steady interval, or where it begins late all time after the splash, is cut into PARTS of equal length. What grows is what a straight
+        line through their means rises by more than GROWTH, with a probability below CHANCE that parts without a trend rise so (t-test).
+        """
+        where = (self.time >= self.splash_back if self.is_late else self.steady).nonzero()[0]
+        found = {}
+        for name, values in (("run-up", self.runup), ("pressure height", self.pressure_height), ("force", self.force), ("moment", self.moment)):
+            if not self.is_steady or len(where) < PARTS:
+                break
+            means = [np.nanmean(values[part]) if np.isfinite(values[part]).any() else math.nan for part in np.array_split(where, PARTS)]
+            line = scipy.stats.linregress(np.arange(PARTS), means, alternative="greater")
+            rise = line.slope * PARTS / np.mean(means)
+            if rise > GROWTH and line.pvalue < CHANCE:
+                found[name] = float(rise)
+        return found
 
     @property
     def during(self):

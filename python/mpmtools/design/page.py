@@ -67,6 +67,11 @@ def finer_grid(plan):
     return next(((n, (n / cells) ** 4) for n in FINER if n > cells), None)
 
 
+def longer(plan):
+    """What to do where a run was too short."""
+    return f"give [plan] duration_s = {short(2.0 * plan['duration_s'])}"
+
+
 def pressure_heights(ensemble, results):
     """[(m, where it comes from)]: simulation, equations, guideline."""
     rows = comparison.equation_rows(ensemble.plan)
@@ -83,13 +88,17 @@ def run_up_row(ensemble, results):
     what = "highest particle of the first splash" if key == "runup_peak_m" else "height of 99 % of the snow before the mast, steady mean"
     parts = (f"Steady mean: {with_unit(upward(steady.high), 'm')}{' (Bernoulli’s bound H + v²/2g)' if steady.high == ensemble.bound else ''}; "
              f"first splash: {short(splash.highest)} m on the finest grid, upper value {upward(splash.high)} m")
-    if math.isfinite(entry.total) and entry.total <= NOT_DETERMINED * entry.value:
-        return upward(results.ranges[key].high) + " m", f"upper value of: {what}. {parts}"
+    growing = [ensemble.label(snow) for snow, loads in enumerate(results.finest) if "run-up" in loads.growth]
     finer = finer_grid(ensemble.plan)
-    plan = (f"plan a finer grid: [plan] finest_cells = {finer[0]}, about {finer[1]:.0f} times the work" if finer else "no finer grid can be planned")
-    return (f"not determined ({value_and_error(entry.value, entry.total)} m)",
-            f"The uncertainty of the grid is more than a third of the value ({what}): the grids are too coarse for a statement; {plan}. Until then keep "
-            f"parts above {upward(max(results.ranges[key].high, ensemble.bound))} m. {parts}")
+    if growing:
+        reason = f"The snow before the mast still piles up when the run ends ({', '.join(growing)}): {longer(ensemble.plan)}"
+    elif math.isfinite(entry.total) and entry.total <= NOT_DETERMINED * entry.value:
+        return upward(results.ranges[key].high) + " m", f"upper value of: {what}. {parts}"
+    else:
+        reason = (f"The uncertainty of the grid is more than a third of the value ({what}): the grids are too coarse for a statement; "
+                  + (f"plan a finer grid: [plan] finest_cells = {finer[0]}, about {finer[1]:.0f} times the work" if finer else "no finer grid can be planned"))
+    return (f"not determined ({'still growing, ' if growing else ''}{value_and_error(entry.value, entry.total)} m)",
+            f"{reason}. Until then keep parts above {upward(max(results.ranges[key].high, ensemble.bound))} m. {parts}")
 
 
 def why_amplified(plan, quasi_static, amplified):
@@ -316,11 +325,14 @@ def advice_rows(ensemble, results):
                      "the modes act downstream only; the line load and the guideline's load are those downstream", ""))
     if plan["modes"] and plan["mast"]["height_m"] is None:
         rows.append(("The height of the mast is not given, so the vibration is an upper bound: give mast.height_m, and shape_at_load where you know it", ""))
-    late = [(i, loads) for i, loads in enumerate(results.finest)  # the splash is back at 2 v/g
-            if loads.is_steady and loads.time[loads.steady][0] > loads.run.velocity / loads.run.gravity + 0.5 * loads.time[-1]]
-    if late:
-        rows.append((f"The steady interval is short: it begins at {late[0][1].time[late[0][1].steady][0]:.3g} of {plan['duration_s']:g} s. Snow may still pile up "
-                     "before the mast: give a longer [plan] duration_s", ", ".join(ensemble.label(i) for i, _ in late)))
+    for snow, loads in enumerate(results.finest):
+        begin = f"begins at {loads.time[loads.steady][0]:.3g} of {plan['duration_s']:g} s" if loads.is_steady else ""
+        if loads.growth:
+            rises = ", ".join(f"{name} {100.0 * rise:.0f} %" for name, rise in loads.growth.items())
+            rows.append((f"The snow before the mast still piles up when the run ends: the steady interval {begin}, and "
+                         f"{'since the splash' if loads.is_late else 'within it'} these rise: {rises}. A longer run gives more, how much is not known: {longer(plan)}", ensemble.label(snow)))
+        elif loads.is_late:
+            rows.append((f"The steady interval is short: it {begin}. Snow may still pile up before the mast: {longer(plan)}", ensemble.label(snow)))
     top = plan["mast"]["height_m"]
     if top:
         for key, what in (("runup_p99_mean_m", "the steady mean of the run-up"), ("runup_mean_m", "the steady mean of the highest particle"),
