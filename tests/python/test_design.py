@@ -325,6 +325,25 @@ class ResultsOfADesign(DesignFolder):
             self.assertEqual(results.design_force(), (governing, 1e7))
             self.assertIn("10000 kN", [row[1] for row in page.reaction_table(ensemble, results)["rows"]])
 
+    def test_round_upper_values_alike_wherever_they_stand(self):
+        ensemble = Ensemble(self.folder)
+        results = Results(ensemble)
+        key, moment = results.design_moment()
+        results.ranges[key] = results.ranges[key]._replace(high=580100.0)  # 580 to the nearest, 581 rounded up
+        at = [q.key for q in page.quantities_of(self.plan)].index(key)
+        self.assertTrue(page.load_table(ensemble, results)["rows"][at][-1].endswith(" to 581"))
+        self.assertEqual(page.design_rows(ensemble, results)[1][1], "581 kN m")
+        self.assertEqual(page.line_load_table(results, self.plan)["rows"][-1][-1], "581")
+        self.assertIn("581 kN m", [row[2] for row in page.reaction_table(ensemble, results)["rows"]])
+
+    def test_warn_once_of_a_load_of_the_guideline_that_is_greater(self):
+        plan = {**self.plan, "mast": {**self.plan["mast"], "drag_coefficient": 9.0}}
+        self.write("design_plan.json", json.dumps(plan))
+        ensemble = Ensemble(self.folder)
+        greater = [text for text, _ in page.advice_rows(ensemble, Results(ensemble)) if "is greater than the computed one" in text]
+        self.assertEqual(len(greater), 1)
+        self.assertRegex(greater[0], r"a force of .* kN against .* and a moment of .* kN m against .* It reaches to 6.00 m")
+
     def test_name_runs_that_are_missing(self):
         (self.folder / "runs" / "firm_w5" / "results.json").unlink()
         with self.assertRaisesRegex(InputError, "^1 run is not finished, or of another site, first .*firm_w5"):
@@ -657,13 +676,15 @@ class Pages(DesignFolder):
         self.assertIn("firm_n", pd.read_csv(self.folder / "shock_spectrum.csv"))
 
     def test_hold_the_advice_about_the_runs_and_say_that_the_mast_is_overtopped(self):
-        plan = {**self.plan, "mast": {**self.plan["mast"], "height_m": 5.5}, "flow": {**self.plan["flow"], "source": "path model, 300 years"}}
+        plan = {**self.plan, "mast": {**self.plan["mast"], "height_m": 5.5}, "flow": {**self.plan["flow"], "source": "path model, 300 years", "slope_deg": 30.0}}
         self.write("design_plan.json", json.dumps(plan))
         with unittest.mock.patch("mpmtools.design.figures.view_3d", return_value=None):  # a few seconds
             path, lines = page.make_page(self.folder)
         text = open(path, encoding="utf-8").read()
         self.assertIn("Snow firm: Mach number v/c_P = 0.7: too high; stiffen.", text)
         self.assertIn("Source: path model, 300 years.", text)
+        self.assertIn("A plumb mast leans upstream by 30°", text)
+        self.assertIn("a horizontal part, 0.87 of it, and one downward, 0.50 of it", text)
         self.assertIn("the first splash reaches 6.00 m, and the mast is 5.5 m high", text)
         self.assertNotIn("the steady mean of the run-up reaches", text)  # 4.9 m
         self.assertIn("warning: snow firm: Mach number v/c_P = 0.7: too high; stiffen", lines)
@@ -803,6 +824,11 @@ class Numbers(unittest.TestCase):
     def test_have_three_digits_and_design_values_are_rounded_up(self):
         self.assertEqual((page.short(123456.0, 1e-3), page.short(1.2345), page.short(12.345), page.short(math.nan)), ("123", "1.23", "12.3", "–"))
         self.assertEqual((page.upward(123.01), page.upward(1.231), page.upward(12345.0)), ("124", "1.24", "12400"))
+
+    def test_have_the_digits_of_their_uncertainty_which_is_never_zero(self):
+        for value, uncertainty, text in ((123.4, 12.3, "123 ± 12"), (1.2345, 0.0567, "1.234 ± 0.057"), (1.6091, 1e-4, "1.609 ± 0.001"),
+                                         (150.0, 0.0, "150.0 ± 0.1"), (0.01218, 0.00231, "0.0122 ± 0.0023"), (7.0, 14.0, "7 ± 14"), (0.0, 0.0, "0.000 ± 0.001")):
+            self.assertEqual(page.value_and_error(value, uncertainty), text)
 
 
 if __name__ == "__main__":

@@ -46,11 +46,13 @@ def upward(value, scale=1.0):
 
 
 def value_and_error(value, uncertainty, scale=1.0):
-    """Both with the digits that the uncertainty allows: two of its own. Without one: three digits of the value."""
+    """Both with the digits that the uncertainty allows: two of its own, at most four of the value. Without one: three digits of the value."""
     if uncertainty is None or not math.isfinite(uncertainty) or not math.isfinite(value):
         return short(value, scale)
-    digits = max(0, 1 - math.floor(math.log10(uncertainty * scale))) if uncertainty > 0.0 else 3
-    return f"{value * scale:.{min(digits, 3)}f} ± {uncertainty * scale:.{min(digits, 3)}f}"
+    value, uncertainty = value * scale, uncertainty * scale
+    most = 3 - math.floor(math.log10(abs(value))) if value else 3
+    digits = max(0, min(most, 1 - math.floor(math.log10(uncertainty)) if uncertainty > 0.0 else most))
+    return f"{value:.{digits}f} ± {max(uncertainty, 10.0**-digits):.{digits}f}"
 
 
 def with_unit(text, unit):
@@ -86,7 +88,8 @@ def run_up_row(ensemble, results):
     key = "runup_peak_m" if not steady.high > splash.high else "runup_p99_mean_m"
     entry = results.table[results.governing(key)][key]
     what = "highest particle of the first splash" if key == "runup_peak_m" else "height of 99 % of the snow before the mast, steady mean"
-    parts = (f"Steady mean: {with_unit(upward(steady.high), 'm')}{' (Bernoulli’s bound H + v²/2g)' if steady.high == ensemble.bound else ''}; "
+    mean = f"{short(steady.high)} m (Bernoulli’s bound H + v²/2g)" if steady.high == ensemble.bound else with_unit(upward(steady.high), "m")
+    parts = (f"Steady mean: {mean}; "
              f"first splash: {short(splash.highest)} m on the finest grid, upper value {upward(splash.high)} m")
     growing = [ensemble.label(snow) for snow, loads in enumerate(results.finest) if "run-up" in loads.growth]
     finer = finer_grid(ensemble.plan)
@@ -162,8 +165,8 @@ def line_load_table(results, plan, blocks=10):
             carried = np.interp([bottom, top], np.append(low, high[-1]), np.append(0.0, np.cumsum(q * step)))
             cells.append(f"{1e-3 * (carried[1] - carried[0]) / (top - bottom):.1f}")
         rows.append(cells)
-    rows.append(["force (kN)"] + [short(q.sum() * step, 1e-3) for q in loads.values()])
-    rows.append(["moment (kN m)"] + [short(q @ centre * step, 1e-3) for q in loads.values()])
+    rows.append(["force (kN)"] + [upward(q.sum() * step, 1e-3) for q in loads.values()])
+    rows.append(["moment (kN m)"] + [upward(q @ centre * step, 1e-3) for q in loads.values()])
     return {"head": ["z (m), load in kN/m"] + [LINE_LOADS[name] for name in loads], "rows": rows}
 
 
@@ -176,7 +179,7 @@ def guideline_load_table(results, plan):
         rows.append([row.what, short(row.extent), short(row.force, 1e-3), short(row.moment, 1e-3), ratio, row.source])
     drag = results.ranges["drag_coefficient"]
     rows.append([f"computed, steady mean, upper value (c_D over w H: {comparison.span(drag.lowest, drag.highest)}, upper {drag.high:.2g})",
-                 short(results.ranges["pressure_height_mean_m"].high), short(mean.high, 1e-3), short(moment.high, 1e-3), "1", "this page"])
+                 upward(results.ranges["pressure_height_mean_m"].high), upward(mean.high, 1e-3), upward(moment.high, 1e-3), "1", "this page"])
     return {"head": ["load", "reaches to (m)", "force (kN)", "moment (kN m)", "computed / this", "source"], "rows": rows}
 
 
@@ -309,13 +312,15 @@ def advice_rows(ensemble, results):
         rows.append((f"The grids are too coarse: their uncertainty is more than a third of the value ({', '.join(coarse)}). "
                      + (f"Plan a finer grid: [plan] finest_cells = {finer[0]}, about {finer[1]:.0f} times the work" if finer
                         else "No finer grid can be planned"), ""))
-    for what, (_, number), unit, most in (("force", results.design_force(), "kN", max(guideline, key=lambda g: g.force)),
-                                          ("moment", results.design_moment(), "kN m", max(guideline, key=lambda g: g.moment))):
-        greatest = most.force if what == "force" else most.moment
-        if greatest > number:
-            rows.append((f"A load of the guideline gives a greater {what} than the computed one: {upward(greatest, 1e-3)} {unit} ({most.what}), against "
-                         f"{upward(number, 1e-3)} {unit}. It reaches higher ({short(most.extent)} m); which of the two applies is the designer's decision", ""))
     (_, own_force), (_, own_moment) = results.design_force(), results.design_moment()
+    greater = {}  # row: its loads that are
+    for what, own, unit in (("force", own_force, "kN"), ("moment", own_moment, "kN m")):
+        most = max(guideline, key=lambda row: getattr(row, what))
+        if getattr(most, what) > own:
+            greater.setdefault(most, []).append(f"a {what} of {upward(getattr(most, what), 1e-3)} {unit} against {upward(own, 1e-3)} {unit}")
+    for most, loads in greater.items():
+        rows.append((f"A load of the guideline ({most.what}) is greater than the computed one: {' and '.join(loads)}. It reaches to {short(most.extent)} m; "
+                     "which of the two applies is the designer's decision", ""))
     for name, _, force, moment, error, _ in scenario_rows(ensemble, results)[1:]:
         if force > own_force or moment > own_moment:
             rows.append((f"Scenario {name} gives more than the values above: {upward(force, 1e-3)} kN and {upward(moment, 1e-3)} kN m by scaling "
@@ -360,7 +365,8 @@ def load_table(ensemble, results):
             unknown = "" if math.isfinite(e.grid) else " *"
             cells.append(value_and_error(e.value, e.total, q.scale) + unknown)
         r = results.ranges[q.key]
-        cells.append(f"{short(r.low, q.scale)} to {short(r.high, q.scale)}" if math.isfinite(r.high) else "–")
+        high = short if r.high == ensemble.bound else upward  # a bound is exact
+        cells.append(f"{short(r.low, q.scale)} to {high(r.high, q.scale)}" if math.isfinite(r.high) else "–")
         rows.append(cells)
     return {"head": head, "rows": rows}
 
@@ -513,7 +519,7 @@ def make_page(folder):
             fronts=front_table(ensemble, results), reactions=reaction_table(ensemble, results), sensitivity=sensitivity_table(sensitivity),
             ensemble_text=ensemble_text(ensemble, results, sensitivity), tornado=figures.tornado(sensitivity), oblique=is_oblique(plan),
             scenarios=scenario_table(ensemble, results), base=ensemble.base,
-            sources={"head": ["shape and regime", "c_D", "source", "note"], "rows": comparison.drag_sources(plan)},
+            sources={"head": ["shape and regime", "c_D", "source", "what was read of it"], "rows": comparison.drag_sources(plan)},
             scaling_errors="; ".join(f"{100.0 * error:.0f} % up to {most:g} times the Froude number" if math.isfinite(most) else f"{100.0 * error:.0f} % beyond"
                                      for most, error in scaling.ERRORS),
             moment_per_metre=upward(results.design_force()[1], 1e-3), higher_modes=[m["frequency_hz"] for m in all_modes(plan)[len(plan["modes"]):]],
@@ -523,7 +529,7 @@ def make_page(folder):
             guideline=[(what, short(value), source) for what, value, source in comparison.guideline_rows(plan)],
             pictures=[p for p in pictures if p is not None], level=LEVELS[plan["level"]], accuracy=uncertain,
             not_steady=[os.path.basename(path) for path in results.not_steady], files=files, axis=short(middle.axis),
-            duration=short(plan["duration_s"]), wall=sum(run.number("wall_time_s") or 0.0 for row in ensemble.runs for run in row) / 60.0,
+            cosine=math.cos(math.radians(plan["flow"]["slope_deg"])), sine=math.sin(math.radians(plan["flow"]["slope_deg"])), duration=short(plan["duration_s"]), wall=sum(run.number("wall_time_s") or 0.0 for row in ensemble.runs for run in row) / 60.0,
             threads=middle.run.number("threads"), middle=ensemble.label(ensemble.middle),
             three_grids=len(plan["grids"]) > 2)
         path = os.path.join(folder, "design.html")
