@@ -733,6 +733,16 @@ class Pages(DesignFolder):
             self.assertEqual(any("still piles up" in text and "run-up 8 %" in text and "duration_s = 16.0" in text for text in texts), grows, texts)
             self.assertEqual(headline.startswith("not determined (still growing"), grows, headline)
 
+    def test_mark_a_force_and_a_moment_that_still_rise_at_the_end(self):
+        path = self.folder / "runs" / "firm_w11" / "series.csv"
+        series = pd.read_csv(path)
+        series.assign(force_x_n=series.force_x_n * (1.0 + 0.02 * series.time_s.clip(lower=3.0))).to_csv(path, index=False)
+        ensemble = Ensemble(self.folder)
+        force, moment = page.design_rows(ensemble, Results(ensemble))[:2]
+        self.assertRegex(force[1], "^[0-9]+ kN, still growing$")
+        self.assertIn("still piles up when the run ends (firm): give [plan] duration_s = 16.0", force[2])
+        self.assertNotIn("still", moment[1])  # that of the series did not change
+
     def test_find_no_growth_in_waves(self):
         texts, _ = self.advice_with_run_up(lambda time: 5.0 - 1.3 * np.sin(2 * np.pi * time / 3.0))  # a line through the parts rises by 9 % of the mean
         self.assertFalse([text for text in texts if "still piles up" in text])

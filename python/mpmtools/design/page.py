@@ -74,6 +74,12 @@ def longer(plan):
     return f"give [plan] duration_s = {short(2.0 * plan['duration_s'])}"
 
 
+def still_growing(ensemble, results, name):
+    """Why a quantity of Loads.growth is not final; empty: it is."""
+    snows = [ensemble.label(snow) for snow, loads in enumerate(results.finest) if name in loads.growth]
+    return f"The snow before the mast still piles up when the run ends ({', '.join(snows)}): {longer(ensemble.plan)}" if snows else ""
+
+
 def pressure_heights(ensemble, results):
     """[(m, where it comes from)]: simulation, equations, guideline."""
     rows = comparison.equation_rows(ensemble.plan)
@@ -91,10 +97,10 @@ def run_up_row(ensemble, results):
     mean = f"{short(steady.high)} m (Bernoulli’s bound H + v²/2g)" if steady.high == ensemble.bound else with_unit(upward(steady.high), "m")
     parts = (f"Steady mean: {mean}; "
              f"first splash: {short(splash.highest)} m on the finest grid, upper value {upward(splash.high)} m")
-    growing = [ensemble.label(snow) for snow, loads in enumerate(results.finest) if "run-up" in loads.growth]
+    growing = still_growing(ensemble, results, "run-up")
     finer = finer_grid(ensemble.plan)
     if growing:
-        reason = f"The snow before the mast still piles up when the run ends ({', '.join(growing)}): {longer(ensemble.plan)}"
+        reason = growing
     elif math.isfinite(entry.total) and entry.total <= NOT_DETERMINED * entry.value:
         return upward(results.ranges[key].high) + " m", f"upper value of: {what}. {parts}"
     else:
@@ -121,8 +127,8 @@ def design_rows(ensemble, results):
         return with_unit(upward(number, by_key[key].scale), by_key[key].unit)
 
     rows = []
-    for what, choose, statics in (("force downstream, at the foundation", results.design_force, STATIC_FORCES),
-                                  ("overturning moment at the ground", results.design_moment, STATIC_MOMENTS)):
+    for what, name, choose, statics in (("force downstream, at the foundation", "force", results.design_force, STATIC_FORCES),
+                                        ("overturning moment at the ground", "moment", results.design_moment, STATIC_MOMENTS)):
         chosen, number = choose()
         if chosen is None:
             rows.append((what, "–", "no run gives one"))
@@ -134,7 +140,8 @@ def design_rows(ensemble, results):
         steady, steady_number = choose(steady_only=True)
         if steady is not None and "steady" not in chosen and steady_number < number:
             why += f" First impact of a vertical front (upper bound) included; while the flow is steady: {value(steady, steady_number)}."
-        rows.append((what, value(chosen, number), why))
+        growing = still_growing(ensemble, results, name)
+        rows.append((what, value(chosen, number) + (", still growing" if growing else ""), why + (f" {growing}." if growing else "")))
     heights = [h for h in pressure_heights(ensemble, results) if math.isfinite(h[0])]
     top, source = max(heights)
     others = "; ".join(f"{where}: {upward(h)} m" for h, where in heights if where != source)
