@@ -309,6 +309,12 @@ class ResultsOfADesign(DesignFolder):
         for row in results.table:
             row["moment_mean_n_m"] = row["moment_mean_n_m"]._replace(grid=0.5 * row["moment_mean_n_m"].value)
         self.assertTrue(any("mean moment 50 %" in text and "finest_cells = 15" in text for text, _ in page.advice_rows(ensemble, results)))
+        key, force = results.design_force()
+        firm = results.table[1]
+        firm[key] = firm[key]._replace(grid=0.6 * firm[key].value, total=0.6 * firm[key].value)
+        results.ranges[key] = results.ranges[key]._replace(high=firm[key].upper)
+        self.assertTrue(any("design force 60 %" in text for text, _ in page.advice_rows(ensemble, results)))
+        self.assertRegex(page.design_rows(ensemble, results)[0][2], r"^upper value of: force.*, 2\d\d ± 1\d\d kN \(firm\)\.")
 
     def test_offer_the_greatest_pressure_height_and_name_the_others(self):
         ensemble = Ensemble(self.folder)

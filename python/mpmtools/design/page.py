@@ -133,7 +133,9 @@ def design_rows(ensemble, results):
         if chosen is None:
             rows.append((what, "–", "no run gives one"))
             continue
-        why = f"upper value of: {by_key[chosen].label}."
+        snow, q = results.governing(chosen), by_key[chosen]
+        entry = results.table[snow][chosen]
+        why = f"upper value of: {q.label}, {with_unit(value_and_error(entry.value, entry.total, q.scale), q.unit)} ({ensemble.label(snow)})."
         if "vibration" in chosen:
             static, without = results.upper(statics)
             why += why_amplified(plan, value(static, without), number)
@@ -313,7 +315,12 @@ def advice_rows(ensemble, results):
     drag, guideline = results.ranges["drag_coefficient"], comparison.guideline_loads(plan)
     if math.isfinite(drag.high) and (remark := comparison.drag_remark(plan, drag.lowest, drag.highest)):
         rows.append((remark, ""))
-    coarse = [f"{label} {100.0 * share:.0f} %" for label, share in uncertainties(results) if share > NOT_DETERMINED]
+    shares = uncertainties(results)
+    for label, (key, _) in (("design force", results.design_force()), ("design moment", results.design_moment())):
+        if key is not None:
+            entry = results.table[results.governing(key)][key]
+            shares.append((label, entry.grid / entry.value))
+    coarse = [f"{label} {100.0 * share:.0f} %" for label, share in shares if share > NOT_DETERMINED]
     if coarse:
         finer = finer_grid(plan)
         rows.append((f"The grids are too coarse: their uncertainty is more than a third of the value ({', '.join(coarse)}). "
