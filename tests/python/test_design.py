@@ -350,6 +350,17 @@ class ResultsOfADesign(DesignFolder):
         self.assertEqual(len(greater), 1)
         self.assertRegex(greater[0], r"a force of .* kN against .* and a moment of .* kN m against .* It reaches to 6.00 m")
 
+    def test_explain_in_few_notes_how_the_grids_were_judged(self):
+        ensemble = Ensemble(self.folder)
+        results = Results(ensemble)
+        for snow, row in enumerate(results.table):  # orders differ from quantity to quantity
+            row["force_mean_n"] = row["force_mean_n"]._replace(order=1.0 + 0.5 * snow)
+        table = page.grid_table(ensemble, results)
+        at = table["head"].index("order")
+        self.assertEqual([row[at] for row in table["rows"] if row[0].startswith("force downstream")], ["1.0", "1.5"])
+        self.assertLess(len(table["notes"]), 5)
+        self.assertFalse([note for note in table["notes"] if re.search("order -?[0-9]", note)])
+
     def test_name_runs_that_are_missing(self):
         (self.folder / "runs" / "firm_w5" / "results.json").unlink()
         with self.assertRaisesRegex(InputError, "^1 run is not finished, or of another site, first .*firm_w5"):
@@ -698,6 +709,15 @@ class Pages(DesignFolder):
         self.assertEqual([a["snows"] for a in advice], ["firm", "", ""])
         self.assertIn("computed drag coefficient is 3.8 to 4.6", advice[1]["text"])
 
+    def test_take_no_more_than_all_of_a_load_off_for_the_grid(self):
+        ensemble = Ensemble(self.folder)
+        results = Results(ensemble)
+        key, _ = results.design_moment()
+        firm = results.table[1]
+        firm[key] = firm[key]._replace(grid=1.5 * firm[key].value, total=1.5 * firm[key].value)
+        results.ranges[key] = results.ranges[key]._replace(high=firm[key].upper)
+        self.assertEqual(next(row[2][0] for row in page.sensitivity_rows(ensemble, results) if row[0].startswith("grid")), -1.0)
+
     def test_rank_what_decides_and_scale_speed_density_and_depth(self):
         ensemble = Ensemble(self.folder)
         results = Results(ensemble)
@@ -843,7 +863,7 @@ class Numbers(unittest.TestCase):
 
     def test_have_the_digits_of_their_uncertainty_which_is_never_zero(self):
         for value, uncertainty, text in ((123.4, 12.3, "123 ± 12"), (1.2345, 0.0567, "1.234 ± 0.057"), (1.6091, 1e-4, "1.609 ± 0.001"),
-                                         (150.0, 0.0, "150.0 ± 0.1"), (0.01218, 0.00231, "0.0122 ± 0.0023"), (7.0, 14.0, "7 ± 14"), (0.0, 0.0, "0.000 ± 0.001")):
+                                         (150.0, 0.0, "150.0 ± 0.1"), (0.01218, 0.00231, "0.0122 ± 0.0023"), (1119.0, 1674.0, "1100 ± 1700"), (7.0, 14.0, "7 ± 14"), (0.0, 0.0, "0.000 ± 0.001")):
             self.assertEqual(page.value_and_error(value, uncertainty), text)
 
 

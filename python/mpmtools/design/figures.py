@@ -159,7 +159,7 @@ def runup_over_time(ensemble, all_loads):
     axes.plot([], [], color=GREY, linestyle="--", label="pressure height")
     axes.axhline(ensemble.bound, color=GREY, linestyle=":", label=f"Bernoulli's bound: {ensemble.bound:.3g} m")
     axes.set_xlim(0.0, all_loads[0].time[-1])
-    axes.set_ylim(0.0, None)
+    axes.set_ylim(0.0, 1.5 * max(ensemble.bound, *(np.nanmax(loads.highest) for loads in all_loads)))  # room for the legend
     return picture(axes, "Run-up and pressure height over time", "time since the front reached the mast (s)", "height (m)",
                    "Run-up: 99 % of the mass in a strip before the mast lies below it. The first splash can pass the bound, which holds for steady flow.",
                    fontsize=10)

@@ -51,8 +51,8 @@ def value_and_error(value, uncertainty, scale=1.0):
         return short(value, scale)
     value, uncertainty = value * scale, uncertainty * scale
     most = 3 - math.floor(math.log10(abs(value))) if value else 3
-    digits = max(0, min(most, 1 - math.floor(math.log10(uncertainty)) if uncertainty > 0.0 else most))
-    return f"{value:.{digits}f} ± {max(uncertainty, 10.0**-digits):.{digits}f}"
+    digits = min(most, 1 - math.floor(math.log10(uncertainty)) if uncertainty > 0.0 else most)
+    return " ± ".join(f"{round(number, digits):.{max(digits, 0)}f}" for number in (value, max(uncertainty, 10.0**-digits)))
 
 
 def with_unit(text, unit):
@@ -146,10 +146,11 @@ def design_rows(ensemble, results):
         rows.append((what, value(chosen, number) + (", still growing" if growing else ""), why + (f" {growing}." if growing else "")))
     heights = [h for h in pressure_heights(ensemble, results) if math.isfinite(h[0])]
     top, source = max(heights)
+    growing = still_growing(ensemble, results, "pressure height") if source.startswith("simulation") else ""
     others = "; ".join(f"{where}: {upward(h)} m" for h, where in heights if where != source)
-    rows.append(("height of the pressure, for a simplified load", f"{upward(top)} m",
+    rows.append(("height of the pressure, for a simplified load", f"{upward(top)} m{', still growing' if growing else ''}",
                  f"the greatest of three: {source}; the others: {others}. They differ because 3 H covers every snow and width of the paper, the equations hold for a "
-                 "box as wide as the flow is deep, and the simulation is of this mast and these snows; the computed load over height is in the line load below, the guideline's load over 3 H in its table"))
+                 "box as wide as the flow is deep, and the simulation is of this mast and these snows; the computed load over height is in the line load below, the guideline's load over 3 H in its table" + (f". {growing}" if growing else "")))
     rows.append(("run-up (keep parts that must not be struck above it)", *run_up_row(ensemble, results)))
     return rows
 
@@ -224,7 +225,7 @@ def sensitivity_rows(ensemble, results):
     chosen = [choose()[0] for choose in (results.design_force, results.design_moment)]
     entries = [results.table[results.governing(key)][key] for key in chosen]
     shares = [np.nan_to_num(entry.grid) / entry.value for entry in entries]
-    rows.append(("grid, in the headline at its upper end", *((-2.0 * share / (1.0 + share), 0.0) for share in shares)))
+    rows.append(("grid, in the headline at its upper end", *((-min(2.0 * share / (1.0 + share), 1.0), 0.0) for share in shares)))
     if len(plan["snows"]) > 1:
         upper = [results.snow_upper(number) for number in range(len(plan["snows"]))]
         rows.append(("snow: from the least to the greatest", *((min(values) / whole - 1.0, 0.0) for values, whole in zip(zip(*upper), (force, moment)))))
@@ -388,7 +389,7 @@ def load_table(ensemble, results):
 def grid_table(ensemble, results):
     """Values on the grids; how the uncertainty was found is in notes under the table, each once."""
     plan = ensemble.plan
-    head = ["quantity and snow"] + [f"{g['cells']} cells, {g['cell_size_m']:.3g} m" for g in plan["grids"]] + ["GCI", "known", "taken", "note"]
+    head = ["quantity and snow"] + [f"{g['cells']} cells, {g['cell_size_m']:.3g} m" for g in plan["grids"]] + ["order", "GCI", "known", "taken", "note"]
     rows, notes = [], []
     for q in quantities_of(plan):
         for snow, row in enumerate(results.table):
@@ -399,7 +400,7 @@ def grid_table(ensemble, results):
             name = f"{q.label}, {ensemble.label(snow)}" + (f" ({q.unit})" if q.unit else "")
             if e.method not in notes:
                 notes.append(e.method)
-            rows.append([name, *(short(v, q.scale) for v in e.by_grid), *percent, f"{notes.index(e.method) + 1}"])
+            rows.append([name, *(short(v, q.scale) for v in e.by_grid), f"{e.order:.1f}" if math.isfinite(e.order) else "–", *percent, f"{notes.index(e.method) + 1}"])
     return {"head": head, "rows": rows, "notes": notes}
 
 
@@ -466,7 +467,7 @@ def design_json(ensemble, results):
             "label": q.label,
             "range": {name: plain(getattr(r, name)) for name in r._fields},
             "snows": {plan["snows"][i]["name"]: {
-                "value": plain(e.value), "by_grid": [plain(v) for v in e.by_grid], "grid_uncertainty": plain(e.grid), "gci": plain(e.gci),
+                "value": plain(e.value), "by_grid": [plain(v) for v in e.by_grid], "grid_uncertainty": plain(e.grid), "gci": plain(e.gci), "order": plain(e.order),
                 "known_uncertainty": plain(e.known), "standard_error": plain(e.standard_error), "uncertainty": plain(e.total), "note": e.note}
                       for i, e in enumerate(row[q.key] for row in results.table)}}
     return {"format_version": 1, "mpmtools": __version__, "plan": plan,

@@ -81,6 +81,7 @@ class Entry(NamedTuple):
     by_grid: list  # on each grid, coarse first
     value: float  # on the finest grid
     gci: float  # from this ensemble's grids
+    order: float  # observed on three grids; NaN: none
     known: float  # that the program states for the finest resolution
     grid: float  # the larger of the two
     standard_error: float
@@ -118,7 +119,7 @@ def entry_of(sizes, values):
     if parts and grid == finest.known:
         note += "; what is known at this resolution is larger and is taken"
     total = combined(grid, finest.standard_error) if math.isfinite(finest.value) else math.nan
-    return Entry(numbers, finest.value, estimate.uncertainty, finest.known, grid, finest.standard_error, total, estimate.note, note)
+    return Entry(numbers, finest.value, estimate.uncertainty, estimate.order, finest.known, grid, finest.standard_error, total, estimate.note, note)
 
 
 def fitted_line(z, profile, edges, force, moment, base=0.0):

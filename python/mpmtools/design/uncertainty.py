@@ -56,10 +56,10 @@ def grid_estimate(sizes, values):
     spread = max(values) - min(values)
     if math.isfinite(order) and CREDIBLE[0] <= order <= CREDIBLE[1]:
         step = (values[-1] - values[-2]) / (ratio**order - 1.0)
-        return GridEstimate(1.25 * abs(step), order, values[-1] + step, f"three grids, order {order:.2f}, safety factor 1.25")
+        return GridEstimate(1.25 * abs(step), order, values[-1] + step, "three grids, observed order, safety factor 1.25")
     factor, text = 3.0, "no order is observed"
     if math.isfinite(order):
-        factor, text = 1.25 if order > CREDIBLE[1] else 3.0, f"order {order:.2f} is not believed"
+        factor, text = 1.25 if order > CREDIBLE[1] else 3.0, "the observed order is not believed"
     method = f"{factor:g} times the range of the values" if factor * spread >= two_finest else "first order taken, safety factor 3"
     return GridEstimate(max(factor * spread, two_finest), order, math.nan, f"three grids, {text}: {method}")
 
