@@ -62,7 +62,8 @@ print(study.table.round(3).to_string(index=False))
 # %%
 for name in metrics:
     found = study.metric(name)
-    print(f"{name}: {found['value'][-1]:.4g} on the finest grid, uncertainty {found['uncertainty']}")
+    uncertainty = "unknown" if found["uncertainty"] is None else f"{found['uncertainty']:.2g}"
+    print(f"{name}: {found['value'][-1]:.4g} on the finest grid, uncertainty {uncertainty}")
     print("   ", found["verdict"])
 
 # %%

@@ -44,7 +44,7 @@ class Quantity:
         text = _text(self.value)
         for value, label in ((self.standard_error, "statistics"), (self.numerical_uncertainty, "grid")):
             if value is not None:
-                text += f" ± {_text(value)} ({label})"
+                text += f" ± {_text(value, 2)} ({label})"
         return f"{text} {self.unit}".rstrip()
 
     def _repr_html_(self):
@@ -77,9 +77,9 @@ def _value(value):
     return np.array([np.nan if v is None else v for v in value], float) if isinstance(value, list) else value
 
 
-def _text(value):
+def _text(value, digits=4):
     if value is None:
         return "unknown"
     if isinstance(value, np.ndarray):
-        return "(" + ", ".join("-" if np.isnan(v) else _text(float(v)) for v in value) + ")"
-    return f"{value:.4g}" if isinstance(value, float) else str(value)
+        return "(" + ", ".join("-" if np.isnan(v) else _text(float(v), digits) for v in value) + ")"
+    return f"{value:.{digits}g}" if isinstance(value, float) else str(value)

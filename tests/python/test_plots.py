@@ -74,14 +74,14 @@ class Plots(RunFolder):
 
 
 class Quantities(RunFolder):
-    RESULTS = ('{"runup_mean_m": 6.5, "runup_standard_error_m": 0.25, "runup_numerical_uncertainty_m": null, "force_mean_n": [9.0, 0.0, null],'
+    RESULTS = ('{"runup_mean_m": 6.5, "runup_standard_error_m": 0.2543, "runup_numerical_uncertainty_m": null, "force_mean_n": [9.0, 0.0, null],'
                ' "force_standard_error_n": [1.0, 0.0, null], "force_x_numerical_uncertainty_n": 2.0, "steady": true, "title": "x"}')
 
     def test_have_value_errors_unit_and_meaning(self):
         self.write("results.json", self.RESULTS)
         run = Run(self.folder)
         runup = run.quantity("runup_mean_m")
-        self.assertEqual((runup.value, runup.standard_error, runup.numerical_uncertainty, runup.unit), (6.5, 0.25, None, "m"))
+        self.assertEqual((runup.value, runup.standard_error, runup.numerical_uncertainty, runup.unit), (6.5, 0.2543, None, "m"))
         self.assertIn("highest particle", runup.meaning)
         self.assertEqual(str(runup), "6.5 ± 0.25 (statistics) m")
         force = run.quantity("force_mean_n")
