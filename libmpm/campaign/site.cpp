@@ -135,6 +135,8 @@ config::Reference reference() {
 Site parse_site(std::string_view text, std::string_view file_name) try {
   return config::read(site_schema(), text, file_name, {}, resolve);
 } catch (const ConfigError& error) {
+  if (config::has_table(text, "numerics") && config::has_table(text, "output"))
+    throw ConfigError(fmt::format("{0}: this is a case file, not a site file; run `mpm run {0}`", file_name));
   throw ConfigError(fmt::format("{}\n(keys of a site file: mpm schema --site)", error.what()));
 }
 Site read_site(const std::filesystem::path& file) { return parse_site(config::bounded_file_text(file), file.string()); }

@@ -107,4 +107,9 @@ std::string bounded_file_text(const std::filesystem::path& file) {
   return text;
 }
 
+bool has_table(std::string_view text, std::string_view table) {
+  const std::string header = "\n[" + std::string(table) + "]";
+  return text.starts_with(header.substr(1)) || text.find(header) != text.npos;
+}
+
 }  // namespace mpm::config

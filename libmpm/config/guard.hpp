@@ -28,4 +28,7 @@ void check_text(std::string_view text, std::string_view file_name);
 /// The text of a file; no more than most_bytes + 1 bytes are read, so that reading a device without end stops, too. @throws IoError
 [[nodiscard]] std::string bounded_file_text(const std::filesystem::path& file);
 
+/// Whether a line begins with [table]: which of the kinds of file a text is, where it cannot be read as the kind that was expected.
+[[nodiscard]] bool has_table(std::string_view text, std::string_view table);
+
 }  // namespace mpm::config

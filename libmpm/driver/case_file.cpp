@@ -23,11 +23,10 @@ Case parse_case(std::string_view text, std::string_view file_name, const std::ve
 
 Case read_case(const std::filesystem::path& file, const std::vector<std::string>& overrides) {
   const std::string text = config::bounded_file_text(file);
-  const auto has_table = [&text](const char* name) { return text.starts_with(name) || text.find(std::string("\n") + name) != text.npos; };
   try {
     return parse_case(text, file.string(), overrides);
   } catch (const ConfigError&) {
-    if (!has_table("[flow]") || !has_table("[mast]")) throw;
+    if (!config::has_table(text, "flow") || !config::has_table(text, "mast")) throw;
     throw ConfigError(fmt::format("{0}: this is a site file, not a case file; run `mpm design {0}`", file.string()));
   }
 }

@@ -149,6 +149,12 @@ TEST(SiteFile, IsNamedWhereACaseIsExpected) {
   std::filesystem::remove(file);
 }
 
+TEST(SiteFile, IsExpectedWhereACaseIsGiven) {
+  const std::string text = "[conveyor]\nvelocity_m_s = 9\n[numerics]\ncell_size_m = 0.2\n[output]\nduration_s = 5\n";
+  EXPECT_THAT(message_of(text), HasSubstr("this is a case file, not a site file; run `mpm run"));
+  EXPECT_THAT(message_of(with("width_m = 0.8", "widht_m = 0.8")), HasSubstr("mpm schema --site")) << "a site file with an error stays one";
+}
+
 TEST(SiteFile, RefusesTwoSnowsOfOneNameAndNamesThatAreNoFolder) {
   const std::string own = with("snow_class = \"loose\"\n", "");
   const std::string snow = "[[snow]]\nname = \"a\"\ncritical_state_slope = 0.5\ncohesion_beta = 0\nhardening_xi = 5\n";
