@@ -8,6 +8,7 @@ import json
 import pathlib
 import re
 from dataclasses import dataclass
+from difflib import get_close_matches
 
 import numpy as np
 
@@ -60,7 +61,7 @@ def quantity(results, name):
         value, *errors = parts
         return Quantity(f"{found[1]}.{'xyz'[i]}", value, whole.unit, whole.meaning, *errors)
     if name not in results:
-        raise KeyError(f"'{name}' is not among the results: {', '.join(results)}")
+        raise KeyError(f"'{name}' is not among the results: {', '.join(get_close_matches(name, results, 5, 0.55) or results)}")
     about = known().get(name, {"unit": "", "meaning": ""})
 
     def beside(kind):  # runup_mean_m has runup_standard_error_m beside it; force_mean_n has force_x_numerical_uncertainty_n

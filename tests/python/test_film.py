@@ -3,6 +3,7 @@
 import os
 import shutil
 import unittest
+import unittest.mock
 
 import numpy as np
 from scipy.stats import norm
@@ -244,6 +245,11 @@ class Pictures(InFolder):
             code, _, err = self.command("film", self.folder / "run", *wrong)
             self.assertEqual(code, 2)
             self.assertIn(message, err)
+        with unittest.mock.patch("mpmtools.figures.film.Studio") as studio:
+            code, _, err = self.command("film", self.folder / "run", "--time", "0", "--out", "/proc/snow.png")
+        self.assertEqual(code, 4)
+        self.assertIn("cannot write '/proc/snow.png'", err)
+        studio.assert_not_called()  # minutes of drawing for nothing
         if shutil.which("ffmpeg"):
             self.assertEqual(self.command("film", self.folder / "run", "--size", "160x100", "--out", self.folder / "film.webm")[0], 0)
             self.assertGreater((self.folder / "film.webm").stat().st_size, 500)

@@ -90,6 +90,8 @@ class Quantities(RunFolder):
         self.assertEqual((run.units["force_x_n"], run.units["pressure_pa"], run.units["runup_mean_m"]), ("N", "Pa", "m"))
         with self.assertRaisesRegex(KeyError, "'speed' is not among the results: runup_mean_m"):
             run.quantity("speed")
+        with self.assertRaisesRegex(KeyError, r"'runup_mean' is not among the results: runup_mean_m\W*$"):
+            run.quantity("runup_mean")
 
     def test_cover_what_runs_write(self):
         self.assertGreater(len(known()), 100)

@@ -75,13 +75,11 @@ def find_ffmpeg():
 
 def encode(ffmpeg, folder, frames_per_second, path, kilobits):
     """PNG files 00000.png ... of a folder into a film."""
-    codec = CODECS[os.path.splitext(path)[1]]
-    with whole_file(path) as temporary:
-        done = subprocess.run([ffmpeg, "-y", "-loglevel", "error", "-framerate", f"{frames_per_second:g}", "-i", os.path.join(folder, "%05d.png"),
-                               "-c:v", *codec, "-b:v", f"{kilobits:d}k", temporary], stdin=subprocess.DEVNULL, capture_output=True, text=True,
-                              check=False)
-        if done.returncode != 0:
-            raise InputError(f"ffmpeg could not write '{path}': {done.stderr.strip()}")
+    done = subprocess.run([ffmpeg, "-y", "-loglevel", "error", "-framerate", f"{frames_per_second:g}", "-i", os.path.join(folder, "%05d.png"),
+                           "-c:v", *CODECS[os.path.splitext(path)[1]], "-b:v", f"{kilobits:d}k", path], stdin=subprocess.DEVNULL, capture_output=True,
+                          text=True, check=False)
+    if done.returncode != 0:
+        raise InputError(f"ffmpeg could not write the film: {done.stderr.strip()}")
 
 
 def run_command(options):
@@ -95,13 +93,14 @@ def run_command(options):
     path = options.out or os.path.join(options.directory, "post", "snow.png" if single else "film.mp4")
     require_ending(path, *([".png"] if single else CODECS))
     ffmpeg = None if single else find_ffmpeg()
-    studio = Studio(run, options.field, size)
-    if single:
-        studio.picture(min(run.frames, key=lambda f: abs(f.time - options.time)), path)
-    else:
-        rate = (len(run.frames) - 1) / max(run.frames[-1].time - run.frames[0].time, 1e-9) * options.slow
-        with tempfile.TemporaryDirectory() as folder:
-            for number, frame in enumerate(run.frames):
-                studio.picture(frame, os.path.join(folder, f"{number:05d}.png"))
-            encode(ffmpeg, folder, rate, path, options.kilobits)
+    with whole_file(path) as temporary:  # first: that it cannot be written is found before the work
+        studio = Studio(run, options.field, size)
+        if single:
+            studio.picture(min(run.frames, key=lambda f: abs(f.time - options.time)), temporary)
+        else:
+            rate = (len(run.frames) - 1) / max(run.frames[-1].time - run.frames[0].time, 1e-9) * options.slow
+            with tempfile.TemporaryDirectory() as folder:
+                for number, frame in enumerate(run.frames):
+                    studio.picture(frame, os.path.join(folder, f"{number:05d}.png"))
+                encode(ffmpeg, folder, rate, temporary, options.kilobits)
     print(path)
