@@ -123,8 +123,9 @@ std::vector<SiteSnow> members(const char* name, std::array<double, 3> friction, 
 
 config::Reference reference() {
   config::Reference r{.format_version = site_format_version, .files = "site files of mpm design"};
+  const Site empty;
   for (const config::Table& table : site_schema().tables()) {
-    r.tables.push_back({table.name, table.repeated, false, false, table.description});
+    r.tables.push_back({table.name, table.repeated, !table.repeated && table.entries(&empty) == 0, false, false, table.description});
     r.keys.insert(r.keys.end(), table.keys.begin(), table.keys.end());
   }
   return r;

@@ -76,6 +76,7 @@ std::string reference_json(const Reference& reference) {
     }
     root["tables"].push_back({{"name", table.name},
                               {"repeated", table.repeated},
+                              {"optional", table.optional},
                               {"in_case", table.in_case},
                               {"in_path", table.in_path},
                               {"description", table.description},

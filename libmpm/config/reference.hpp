@@ -12,6 +12,7 @@ namespace mpm {
 struct TableInfo {
   std::string name;         ///< empty: the keys above the first table
   bool repeated;            ///< [[name]], any number of times
+  bool optional;            ///< [name], which may be left out even if it has required keys
   bool in_case;             ///< may be in a case file
   bool in_path;             ///< may be in a point path
   std::string description;  ///< one line

@@ -42,7 +42,7 @@ def _place(root, table):
     for name in path:
         parent = parent["properties"][name]
         parent = parent.get("items", parent)
-    if not table["repeated"] and "required" in made:  # a key without which no case is one: so is its table
+    if not table["repeated"] and not table["optional"] and "required" in made:  # a key without which no case is one: so is its table
         parent.setdefault("required", []).append(last)
     place = {"type": "array", "description": table["description"], "items": made} if table["repeated"] else made
     parent["properties"].setdefault(last, place)

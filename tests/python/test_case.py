@@ -189,6 +189,7 @@ class CasesInTheProgram(InFolder):
             self.assertEqual([e.message for e in validator.iter_errors(Case.read(path).tables)], [], path)
         for change, message in (({"numerics.cell_siz_m": 1}, "'cell_siz_m' was unexpected"), ({"obstacle.width_m": -1}, "less than the minimum"),
                                 ({"numerics.transfer": "pic"}, "is not one of"), ({"output.duration_s": None}, "required property"),
+                                ({"arm.length_m": 4.0, "arm.depth_m": 1.0, "arm.base_m": 2.0}, "'height_m' is a required property"),
                                 ({"output": None}, "'output' is a required property"), ({"material.poisson_ratio": 0.5}, "greater than or equal"),
                                 ({"conveyor.mirror_y": "yes"}, "not of type 'boolean'"), ({"domain.min_m": [0, 0]}, "too short")):
             errors = [e.message for e in validator.iter_errors(self.case.changed(change).tables)]
