@@ -83,31 +83,28 @@ bool need_lumped_mass_correction(std::span<const Boundary> boundaries) {
   return std::ranges::any_of(boundaries, [](const Boundary& b) { return std::holds_alternative<SurfaceSolid>(b); });
 }
 
-double LumpedMassCorrection::weight_near(const UprightSolid& solid, const Vec3& x) const {
-  return std::clamp((outer_reach - solid.nearest(x).distance / dx_) / fade, 0.0, 1.0);
-}
-
 double LumpedMassCorrection::weight(const Vec3& x) const {
-  double had = 0.0;
-  for (const UprightSolid* const solid : before_) had = std::max(had, weight_near(*solid, x));
-  return std::max(0.0, weight_near(solid_, x) - had);
+  double distance = std::numeric_limits<double>::infinity();
+  for (const UprightSolid* const solid : solids_) distance = std::min(distance, solid->nearest(x).distance);
+  return std::clamp((outer_reach - distance / dx_) / fade, 0.0, 1.0);
 }
 
 std::array<LumpedMassCorrection::Part, block_nodes> LumpedMassCorrection::parts_of(const Block& block) const {
   constexpr double across = 0.7072, up = 0.5001;  // from the centre of a cell to its corner in plan and to its ends, rounded up
   constexpr int columns = block_edge * block_edge;
   std::array<Part, block_nodes> parts{};
-  for (int column = 0; column < columns; ++column) {
-    double plan = std::numeric_limits<double>::quiet_NaN();  // the same for all cells of a column
-    for (int cell = column; cell < block_nodes; cell += columns) {
-      if (block.particles.cell_start[cell] == block.particles.cell_start[cell + 1]) continue;
-      const Vec3 centre =
-          node_position(block.coordinate, cell, dx_) + Vec3::Constant(dx_);  // cells hold x/dx from base + 1/2 to base + 3/2
-      if (std::isnan(plan)) plan = solid_.outline.nearest(centre.head<2>()).distance / dx_;
-      const double beyond = solid_.beyond(centre.z()) / dx_;
-      if (std::max(plan - across, beyond - up) >= outer_reach) continue;
-      const bool near = std::max(plan + across, beyond + up) <= full_reach;
-      parts[static_cast<std::size_t>(cell)] = near && before_.empty() ? Part::full : Part::fading;
+  for (const UprightSolid* const solid : solids_) {
+    for (int column = 0; column < columns; ++column) {
+      double plan = std::numeric_limits<double>::quiet_NaN();  // the same for all cells of a column
+      for (int cell = column; cell < block_nodes; cell += columns) {
+        if (block.particles.cell_start[cell] == block.particles.cell_start[cell + 1]) continue;
+        const Vec3 centre = node_position(block.coordinate, cell, dx_) + Vec3::Constant(dx_);  // cells hold x/dx from base + 1/2 on
+        if (std::isnan(plan)) plan = solid->outline.nearest(centre.head<2>()).distance / dx_;
+        const double beyond = solid->beyond(centre.z()) / dx_;
+        if (std::max(plan - across, beyond - up) >= outer_reach) continue;
+        Part& part = parts[static_cast<std::size_t>(cell)];
+        part = std::max(part, std::max(plan + across, beyond + up) <= full_reach ? Part::full : Part::fading);
+      }
     }
   }
   return parts;
@@ -115,14 +112,16 @@ std::array<LumpedMassCorrection::Part, block_nodes> LumpedMassCorrection::parts_
 
 bool LumpedMassCorrection::reaches(std::int32_t x, std::int32_t y) const {
   const Vec2 centre = dx_ * (Vec2(first_node(x), first_node(y)) + Vec2::Constant(to_centre));
-  return solid_.outline.nearest(centre).distance <= reach_of_column * dx_;
+  return std::ranges::any_of(solids_,
+                             [&](const UprightSolid* solid) { return solid->outline.nearest(centre).distance <= reach_of_column * dx_; });
 }
 
 Eigen::AlignedBox2i LumpedMassCorrection::columns() const {
   const auto first_nodes = [&](const Vec2& corner, double cells) -> Eigen::Array2d {
     return ((corner / dx_).array() + (cells - to_centre - first_node(0))) / block_edge;
   };
-  const Eigen::AlignedBox2d bounds = solid_.outline.bounds();
+  Eigen::AlignedBox2d bounds;
+  for (const UprightSolid* const solid : solids_) bounds.extend(solid->outline.bounds());
   return {first_nodes(bounds.min(), -reach_of_column).floor().cast<int>().matrix(),
           first_nodes(bounds.max(), reach_of_column).ceil().cast<int>().matrix()};
 }
@@ -199,17 +198,13 @@ void LumpedMassCorrection::add_of_blocks(const Grid& grid, std::span<const std::
 
 void correct_lumped_mass(Grid& grid, std::span<const Boundary> boundaries, double density, double relaxed, const MirrorPlanes& mirror,
                          const std::function<void(std::span<const std::int32_t>)>& try_boundaries) {
-  std::vector<LumpedMassCorrection> corrections;
   std::vector<const UprightSolid*> solids;
   for (const Boundary& boundary : boundaries) {
-    const auto* const solid = std::get_if<SurfaceSolid>(&boundary);
-    if (solid == nullptr) continue;
-    corrections.emplace_back(*solid, grid.cell_size(), density, relaxed, solids);
-    solids.push_back(&solid->solid());
+    if (const auto* const solid = std::get_if<SurfaceSolid>(&boundary)) solids.push_back(&solid->solid());
   }
-  if (corrections.empty()) return;
-  Columns columns;  // with particles that may take part
-  for (const LumpedMassCorrection& c : corrections) columns.extend(c.columns());
+  if (solids.empty()) return;
+  const LumpedMassCorrection corrected(std::move(solids), grid.cell_size(), density, relaxed);
+  const Columns columns = corrected.columns();  // with particles that may take part
   // Particles touch their own column and the next. Columns of nodes along x or y reach into one more on both sides; those that begin in
   // blocks where the boundaries act end at most one further.
   const auto acted = blocks_in(grid, extended(columns, 1, 2)), changed = blocks_in(grid, extended(columns, 2, 3));
@@ -226,13 +221,11 @@ void correct_lumped_mass(Grid& grid, std::span<const Boundary> boundaries, doubl
   try_boundaries(acted);
   reflect_velocities(grid, mirror, acted);
   Ranks& ranks = grid.ranks();
-  const auto near = [&](const Index3& block) {
-    return std::ranges::any_of(corrections, [&](const LumpedMassCorrection& c) { return c.reaches(block[0], block[1]); });
-  };
+  const auto near = [&](const Index3& block) { return corrected.reaches(block[0], block[1]); };
   ranks.send_nodes(NodeFields(grid), near);
-  for (const LumpedMassCorrection& c : corrections) c.add_inner(grid, correction);
+  corrected.add_inner(grid, correction);
   ranks.receive_nodes(NodeFields(grid));
-  for (const LumpedMassCorrection& c : corrections) c.add_outer(grid, correction);
+  corrected.add_outer(grid, correction);
   ranks.send_parts(NodeFields(correction), near);
   ranks.add_parts(NodeFields(correction));
   fold_mirror_planes(grid, mirror, NodeFields(correction), acted);

@@ -25,6 +25,7 @@
 #include <cstdint>
 #include <functional>
 #include <span>
+#include <utility>
 #include <vector>
 
 #include "libmpm/boundary/any_boundary.hpp"
@@ -36,19 +37,17 @@ namespace mpm {
 /// Whether one of the boundaries needs the correction.
 [[nodiscard]] bool need_lumped_mass_correction(std::span<const Boundary> boundaries);
 
-/// Correction of lumped masses around one solid.
+/// Correction of lumped masses around solids.
 class LumpedMassCorrection {
  public:
   static constexpr double full_reach = 2.5;  ///< cells from the surface
   static constexpr double fade = 3.0;        ///< cells
 
-  /// @param solid  must outlive this. @param density  of the material at rest, kg/m^3. @param relaxed  r, 0 .. 1; 1 for APIC
-  /// @param before  solids whose corrections are added to this one; they must outlive this
-  LumpedMassCorrection(const SurfaceSolid& solid, double cell_size, double density, double relaxed,
-                       std::vector<const UprightSolid*> before = {})
-      : solid_(solid.solid()), before_(std::move(before)), dx_(cell_size), density_(density), relaxed_(relaxed) {}
+  /// @param solids  they must outlive this. @param density  of the material at rest, kg/m^3. @param relaxed  r, 0 .. 1; 1 for APIC
+  LumpedMassCorrection(std::vector<const UprightSolid*> solids, double cell_size, double density, double relaxed)
+      : solids_(std::move(solids)), dx_(cell_size), density_(density), relaxed_(relaxed) {}
 
-  /// Weight of the correction for a particle at x (m), 0 .. 1: less what it has near the solids before, so that the sum is the largest.
+  /// Weight of the correction for a particle at x (m), 0 .. 1, by its distance from the nearest solid.
   [[nodiscard]] double weight(const Vec3& x) const;
   /// Whether particles of a column of blocks may take part. @param x,y  of its blocks' coordinates
   [[nodiscard]] bool reaches(std::int32_t x, std::int32_t y) const;
@@ -71,10 +70,7 @@ class LumpedMassCorrection {
   void add_of_blocks(const Grid& grid, std::span<const std::int32_t> blocks, bool outer, std::span<NodeBlock> correction) const;
   void add_of_block(const Grid& grid, const Block& block, std::span<NodeBlock> correction) const;
 
-  [[nodiscard]] double weight_near(const UprightSolid& solid, const Vec3& x) const;
-
-  const UprightSolid& solid_;
-  std::vector<const UprightSolid*> before_;
+  std::vector<const UprightSolid*> solids_;
   double dx_, density_, relaxed_;
 };
 

@@ -93,6 +93,9 @@ inline std::vector<NamedCase> rank_cases() {
   c.walls.push_back(wall({-1.5, 0.0, 0.0}, Vec3::UnitX(), Contact::separable));
   c.walls.back().velocity = Vec3(25.0, 0.0, 0.0);
   c.output = all[0].c.output;
+  all.push_back({"mast_with_an_arm", all[6].c});
+  all.back().c.obstacle = ObstacleSpec{.shape = BoxShape{.width = 0.5, .depth = 0.8}};
+  all.back().c.arm = ArmSpec{.length = 3.0, .depth = 0.6, .base = 0.3, .height = 0.9};  // over several blocks, in the flow of 1 m
   all.push_back({"random_particles_shifted_against_the_grid", all[6].c});
   all.back().c.numerics.grid_offset = Vec3(0.3, 0.4, 0.45);
   all.back().c.conveyor->lattice = Lattice::random;
