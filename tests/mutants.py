@@ -73,7 +73,7 @@ MUTATIONS = [
     Mutation("shock_stability", "the viscosity of shocks is bounded at a hundredth", "libmpm/core/transfer.hpp",
              "shock_stability = 0.25;", "shock_stability = 0.0025;", ("compaction_shock",)),
     Mutation("lumped_mass", "accelerations around obstacles are not corrected", "libmpm/core/lumped_mass.cpp",
-             "return std::clamp((outer_reach - distance / dx_)", "return 0.0 * std::clamp((outer_reach - distance / dx_)", ("plate_in_jet",)),
+             "(part == Part::full ? 1.0 : weight(x)) * density_", "0.0 * (part == Part::full ? 1.0 : weight(x)) * density_", ("plate_in_jet",)),
     Mutation("top_columns", "the last columns on the top of an obstacle take as much as others", "libmpm/boundary/contact_stencil.cpp",
              "if (p.depth > 0.5 + rounding) continue;", "if (p.depth > -1.0) continue;", ("disc_in_round_jet",)),
     Mutation("retained_fraction", "AFLIP forgets at once what the grid cannot carry", "libmpm/core/step.cpp",
