@@ -251,8 +251,11 @@ void convergence(const std::vector<Rise>& rises, CaseResult& result) {
     error.push_back(r.mean_head_error / r.incoming_head);
   }
   if (size.size() < 2) return;
-  result.check_order(Label::verification, "Fr 3: order of the head's error, mean over the particles of the jet", fitted_order(size, error),
-                     0.8, 2.2, "first order at the wall and the free surface, second inside");
+  result
+      .check_order(Label::verification, "Fr 3: order of the head's error, mean over the particles of the jet", fitted_order(size, error),
+                   0.8, 2.2, "first order at the wall and the free surface, second inside")
+      .known_miss(0.55,
+                  "from w/7 to w/10 the error stays at 1.3 %: the mean head is 0.5 % low there, and single particles scatter about it");
   if (size.size() >= 3) result.convergences.push_back({"head of the jet, Fr 3", "m", judge_convergence(size, head, 2.0)});
   const double at_finest = error.front() * size.back() / size.front();
   result.plots.push_back({"fr3-order",
