@@ -211,9 +211,11 @@ def block_inflow(values):
 
 
 def _factors(values, kind, label, columns, form=".2f"):
-    """A row for each name of a kind of load; `columns`: (head, quantity, Froude number) each: the mean over M' and, if it varies, its range."""
+    """A row for each name of a kind of load; `columns`: (head, quantity, Froude number) each: the mean over M' and, if it varies, its range. Without
+    columns that no row has."""
     table = values.tables["load_factors_over_snow"]
     names = list(dict.fromkeys(key.split()[1] for key in table.index if key.startswith(f"{kind} ")))
+    columns = [column for column in columns if any(f"{kind} {name} {column[1]} {column[2]}" in table.index for name in names)]
     rows = []
     for name in names:
         cells = []
