@@ -9,6 +9,7 @@
 namespace mpm {
 namespace {
 
+using testing::arm_case;
 using testing::hand_case;
 using testing::lines_of;
 using testing::message_of;
@@ -104,26 +105,14 @@ INSTANTIATE_TEST_SUITE_P(
                 sand_case,
                 {"arm.length_m=4", "arm.depth_m=1", "arm.base_m=2", "arm.height_m=3"},
                 {"[arm] is given without"}},
-        BadCase{"arm_within_the_obstacle",
-                window_case,
-                {"arm.length_m=1.7", "arm.depth_m=1", "arm.base_m=2", "arm.height_m=3"},
-                {"length_m = 1.7 does not reach"}},
-        BadCase{"arm_in_the_side_walls",
-                window_case,
-                {"arm.length_m=20.5", "arm.depth_m=1", "arm.base_m=2", "arm.height_m=3"},
-                {"length_m = 20.5 reaches the side walls"}},
-        BadCase{"arm_before_the_obstacle",
-                window_case,
-                {"arm.length_m=4", "arm.depth_m=1.6", "arm.base_m=2", "arm.height_m=3"},
-                {"depth_m = 1.6 reaches upstream", "at most 1.5 m"}},
+        BadCase{"arm_within_the_obstacle", arm_case, {"arm.length_m=1.7"}, {"length_m = 1.7 does not reach"}},
+        BadCase{"arm_in_the_side_walls", arm_case, {"arm.length_m=20.5"}, {"length_m = 20.5 reaches the side walls"}},
+        BadCase{"arm_before_the_obstacle", arm_case, {"arm.depth_m=1.6"}, {"depth_m = 1.6 reaches upstream", "at most 1.5 m"}},
         BadCase{"arm_above_the_obstacle",
-                window_case,
-                {"arm.length_m=4", "arm.depth_m=1", "arm.base_m=10", "arm.height_m=11"},
+                arm_case,
+                {"arm.base_m=10", "arm.height_m=11"},
                 {"base_m = 10 is not below the top of the obstacle, 10 m"}},
-        BadCase{"arm_upside_down",
-                window_case,
-                {"arm.length_m=4", "arm.depth_m=1", "arm.base_m=3", "arm.height_m=3"},
-                {"[arm] base_m is not below height_m"}},
+        BadCase{"arm_upside_down", arm_case, {"arm.base_m=3"}, {"[arm] base_m is not below height_m"}},
         BadCase{"domain_upside_down", hand_case, {"domain.min_m=[6, -5, -1]"}, {"[domain] max_m is not above min_m in x"}},
         BadCase{"normal_zero", hand_case, {"wall[0].normal=[0, 0, 0.0]"}, {"normal = [0, 0, 0] has no direction"}},
         BadCase{"mast_wider_than_the_belt",

@@ -15,6 +15,7 @@
 namespace mpm {
 namespace {
 
+using testing::arm_case;
 using testing::ground_case;
 using testing::hand_case;
 using testing::law_cases;
@@ -60,9 +61,8 @@ int line_of(const std::string& text, const KeyInfo& key) {
 const std::vector<Case>& bases() {
   static const std::vector<Case> all = [] {
     std::vector<Case> cases;
-    for (const std::string* text : {&window_case, &surge_case, &sheared_case, &hand_case, &ground_case})
+    for (const std::string* text : {&window_case, &arm_case, &surge_case, &sheared_case, &hand_case, &ground_case})
       cases.push_back(parse_case(*text, "base.toml"));
-    cases.push_back(parse_case(window_case + "[arm]\nlength_m = 4.0\ndepth_m = 1.0\nbase_m = 2.0\nheight_m = 3.0\n", "arm.toml"));
     for (const std::string& text : law_cases()) cases.push_back(parse_case(text, "law.toml"));
     return cases;
   }();

@@ -65,6 +65,14 @@ checkpoint_minutes = 2.5
 stop_when_steady = 0.02
 )";
 
+/// window_case, with an arm on the mast.
+inline const std::string arm_case = window_case + R"([arm]
+length_m = 4.0
+depth_m = 1.0
+base_m = 2.0
+height_m = 3.0
+)";
+
 inline const std::string strip_case = R"([material]
 critical_state_slope = 0.8
 cohesion_beta = 0.3
