@@ -125,7 +125,7 @@ config::Reference reference() {
   config::Reference r{.format_version = site_format_version, .files = "site files of mpm design"};
   const Site empty;
   for (const config::Table& table : site_schema().tables()) {
-    r.tables.push_back({table.name, table.repeated, !table.repeated && table.entries(&empty) == 0, false, false, table.description});
+    r.tables.push_back(config::table_info(table, &empty, false, false));
     r.keys.insert(r.keys.end(), table.keys.begin(), table.keys.end());
   }
   return r;

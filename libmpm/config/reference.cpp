@@ -24,6 +24,10 @@ std::string type_text(const KeyInfo& key) {
 
 }  // namespace
 
+TableInfo table_info(const Table& table, const void* empty, bool in_case, bool in_path) {
+  return {table.name, table.repeated, !table.repeated && table.entries(empty) == 0, in_case, in_path, table.description};
+}
+
 std::string reference_text(const Reference& reference) {
   std::string out = fmt::format(
       "Reference of {}, format version {}. TOML 1.0, SI units as named in the keys.\n"

@@ -38,6 +38,8 @@ struct Reference {
   std::string files = "case files";  ///< kind of file
 };
 
+/// @param empty  a component without any table of the file. @param in_case, in_path  as in TableInfo
+[[nodiscard]] TableInfo table_info(const Table& table, const void* empty, bool in_case, bool in_path);
 /// Readable text: the tables with their keys, then the laws.
 [[nodiscard]] std::string reference_text(const Reference& reference);
 /// One JSON object {format_version, tables, models}.

@@ -62,12 +62,11 @@ const std::vector<TableInfo>& schema_tables() {
   static const std::vector<TableInfo> tables = [] {
     std::vector<TableInfo> list;
     const Case empty;
-    for (const config::Table& t : case_schema().tables()) {
-      const bool optional = !t.repeated && t.entries(&empty) == 0;
-      list.push_back({t.name, t.repeated, optional, true, path_schema().find(t.name) != nullptr, t.description});
-    }
+    for (const config::Table& t : case_schema().tables())
+      list.push_back(config::table_info(t, &empty, true, path_schema().find(t.name) != nullptr));
+    const PathFile empty_path;
     for (const config::Table& t : path_schema().tables()) {
-      if (case_schema().find(t.name) == nullptr) list.push_back({t.name, t.repeated, false, false, true, t.description});
+      if (case_schema().find(t.name) == nullptr) list.push_back(config::table_info(t, &empty_path, false, true));
     }
     return list;
   }();
