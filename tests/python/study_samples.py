@@ -24,7 +24,7 @@ ALL_DRAWS = os.environ.get("MPM_LONG_TESTS") == "1"  # of each bootstrap, which 
 
 def few_draws():
     """Less draws of each bootstrap than the kept tables have, if MPM_LONG_TESTS is not 1."""
-    return unittest.mock.patch.object(uncertainty, "RESAMPLES", uncertainty.RESAMPLES if ALL_DRAWS else 40)
+    return unittest.mock.patch.object(uncertainty, "RESAMPLES", uncertainty.RESAMPLES if ALL_DRAWS else 10)
 
 
 def paper_grid(froude=FROUDE):
