@@ -23,6 +23,7 @@ from importlib import import_module, metadata
 for requirement in metadata.requires("mpmtools"):
     import_module(re.match(r"\\w+", requirement)[0])
 import mpmtools.design.page, mpmtools.fit.command
+assert len(mpmtools.design.factors.load_factors()) > 10
 for package, name in (("design", "design_page"), ("figures", "view_page")):
     assert (pathlib.Path(mpmtools.__file__).parent / package / f"{name}.html.j2").exists(), name
 if len(sys.argv) > 1:

@@ -22,6 +22,7 @@ import scipy.signal
 from mpmtools.checksums import checksum
 from mpmtools.design import comparison, figures, page, scaling
 from mpmtools.design.ensemble import Ensemble
+from mpmtools.design.factors import FILE, factor_at, load_factors
 from mpmtools.design.loads import Loads, moving_mean
 from mpmtools.design.oscillator import equivalent_static_force, shock_response_spectrum
 from mpmtools.design.results import IMPACT_FORCES, STEADY_FORCES, Results
@@ -517,6 +518,61 @@ class Scaling(DesignFolder):
         self.assertEqual(len(page.scenario_table(ensemble, results)["rows"]), 3)
 
 
+class Factors(DesignFolder):
+    table = pd.DataFrame([{"kind": "shape", "name": "cylinder", "quantity": "force", "froude_number": froude, "effective_friction": m,
+                           "factor": 0.6 + 0.1 * np.log(froude) + 0.2 * m, "uncertainty": 0.1} for froude in (0.3, 3.0, 7.0) for m in (0.4, 1.2)])
+
+    def test_is_linear_in_the_logarithm_of_the_froude_number_and_in_the_friction_of_the_snow(self):
+        for froude, m in ((0.3, 0.4), (1.0, 0.9), (7.0, 1.2)):
+            factor, uncertainty = factor_at(self.table, "shape", "cylinder", "force", froude, m)
+            self.assertAlmostEqual(factor, 0.6 + 0.1 * np.log(froude) + 0.2 * m)
+            self.assertAlmostEqual(uncertainty, 0.1)
+
+    def test_outside_the_flows_of_the_table_is_refused(self):
+        for froude, m, message in ((8.0, 0.4, "Fr = 8 is outside 0.3 to 7"), (3.0, 1.3, "M' = 1.3 is outside 0.4 to 1.2")):
+            with self.assertRaisesRegex(InputError, message):
+                factor_at(self.table, "shape", "cylinder", "force", froude, m)
+        with self.assertRaisesRegex(InputError, "no factor of the moment for shape 'cylinder'"):
+            factor_at(self.table, "shape", "cylinder", "moment", 3.0, 0.4)
+
+    def test_beside_a_flow_that_the_table_lacks_are_refused(self):
+        part = self.table[~((self.table.froude_number == 7.0) & (self.table.effective_friction == 1.2))]
+        self.assertAlmostEqual(factor_at(part, "shape", "cylinder", "force", 5.0, 0.4)[0], 0.6 + 0.1 * np.log(5.0) + 0.08)
+        with self.assertRaisesRegex(InputError, "lacks a flow beside it"):
+            factor_at(part, "shape", "cylinder", "force", 5.0, 0.8)
+
+    def arms(self, froude):
+        """Drag coefficients M' and 2 M' for undersides at 1 and 2 H, the lift a quarter of them, the uncertainty of the first 0.1."""
+        return pd.DataFrame([{"kind": "arm", "name": f"base_{base}", "quantity": quantity, "froude_number": froude, "effective_friction": m, "factor": base * share * m,
+                              "uncertainty": uncertainty} for base in (1, 2) for quantity, share, uncertainty in (("drag", 1.0, 0.1), ("lift", 0.25, np.nan)) for m in (0.4, 1.2)])
+
+    def test_of_arms_are_pressures_at_heights_for_the_snow_that_gives_most(self):
+        ensemble, froude = Ensemble(self.folder), self.plan["flow"]["froude_number"]
+        (heading, table, legend), = page.factor_tables(ensemble, self.arms(froude * (1.0 + 1e-12)))
+        self.assertEqual(heading, "Elements that protrude")
+        head = 1e-3 * 0.5 * 300.0 * 9.81**2  # kPa; the firm snow has M' = 1
+        self.assertEqual(table["rows"], [["2 m (1 H)", page.upward(1.1 * head), page.upward(0.25 * head)], ["4 m (2 H)", page.upward(2.1 * head), page.upward(0.5 * head)]])
+        self.assertNotIn("Attention", legend)
+        nothing = page.factor_tables(ensemble, self.arms(froude).assign(factor=1e-6, uncertainty=np.nan))[0][1]["rows"]
+        self.assertEqual(nothing[0][1:], ["0", "0"], "below 10 Pa")
+        ensemble.plan["arm"] = {"base_m": 3.0}
+        self.assertEqual(page.factor_tables(ensemble, self.arms(froude)), [], "an arm of its own was computed")
+
+    def test_outside_the_table_are_named_and_not_extrapolated(self):
+        ensemble = Ensemble(self.folder)
+        (_, table, legend), = page.factor_tables(ensemble, self.arms(5.0))
+        self.assertEqual(table["rows"], [])
+        self.assertEqual(legend, "This flow is outside the table (Fr 5, M' 0.4 to 1.2).")
+        ensemble.plan["snows"][1]["effective_friction"] = 1.5
+        (_, table, legend), = page.factor_tables(ensemble, self.arms(ensemble.plan["flow"]["froude_number"]))
+        self.assertEqual(table["rows"][0][1], page.upward((0.5 + 0.1) * 1e-3 * 0.5 * 300.0 * 9.81**2), "the soft snow")
+        self.assertIn("snow firm is outside the table", legend)
+
+    def test_that_are_kept_say_where_they_come_from(self):
+        self.assertRegex(FILE.read_text().splitlines()[0], r"^# made by ./run study --write from validation/study/rows/\w+\.csv \(commits [0-9a-f]+")
+        self.assertEqual(list(load_factors().columns), ["key", "kind", "name", "quantity", "froude_number", "effective_friction", "factor", "uncertainty"])
+
+
 class SnowCovers(DesignFolder):
     def test_lift_heights_and_add_their_height_times_the_force_to_the_moment(self):
         bare = Results(Ensemble(self.folder))
@@ -706,8 +762,9 @@ class Pages(DesignFolder):
         self.assertNotIn("the steady mean of the run-up reaches", text)  # 4.9 m
         self.assertIn("warning: snow firm: Mach number v/c_P = 0.7: too high; stiffen", lines)
         advice = json.loads((self.folder / "design.json").read_text())["advice"]
-        self.assertEqual([a["snows"] for a in advice], ["firm", "", ""])
-        self.assertIn("computed drag coefficient is 3.8 to 4.6", advice[1]["text"])
+        self.assertEqual([a["snows"] for a in advice], ["firm", "", "", ""])
+        self.assertIn("loads are those of the mast alone", advice[1]["text"])
+        self.assertIn("computed drag coefficient is 3.8 to 4.6", advice[2]["text"])
 
     def test_take_no_more_than_all_of_a_load_off_for_the_grid(self):
         ensemble = Ensemble(self.folder)

@@ -6,7 +6,6 @@ import numpy as np
 import pandas as pd
 
 from analysis import loads, texts
-from mpmtools.errors import InputError
 from in_folder import InFolder
 
 H = 2.0
@@ -76,22 +75,16 @@ class Factors(InFolder):
         self.assertTrue(np.isnan(factor_of(table, name="cylinder", quantity="force").uncertainty))
 
 
-class Reading(unittest.TestCase):
+class Tables(unittest.TestCase):
     table = pd.DataFrame([{"kind": "shape", "name": "cylinder", "quantity": "force", "froude_number": froude, "effective_friction": m,
                            "factor": 0.6 + 0.1 * np.log(froude) + 0.2 * m, "uncertainty": 0.1} for froude in (0.3, 3.0, 7.0) for m in (0.4, 1.2)])
 
-    def test_is_linear_in_the_logarithm_of_the_froude_number_and_in_the_friction_of_the_snow(self):
-        for froude, m in ((0.3, 0.4), (1.0, 0.9), (7.0, 1.2)):
-            factor, uncertainty = loads.factor_at(self.table, "shape", "cylinder", "force", froude, m)
-            self.assertAlmostEqual(factor, 0.6 + 0.1 * np.log(froude) + 0.2 * m)
-            self.assertAlmostEqual(uncertainty, 0.1)
-
-    def test_outside_the_flows_of_the_table_is_refused(self):
-        for froude, m, message in ((8.0, 0.4, "Fr = 8 is outside 0.3 to 7"), (3.0, 1.3, "M' = 1.3 is outside 0.4 to 1.2")):
-            with self.assertRaisesRegex(InputError, message):
-                loads.factor_at(self.table, "shape", "cylinder", "force", froude, m)
-        with self.assertRaisesRegex(InputError, "no factor of the moment for shape 'cylinder'"):
-            loads.factor_at(self.table, "shape", "cylinder", "moment", 3.0, 0.4)
+    def test_for_mpm_design_are_those_of_the_rows(self):
+        made = texts.rounded(loads.load_factors())
+        self.assertEqual(texts.differences(made, texts.kept_tables()["load_factors"]), [], "./run study --write")
+        made.loc[0, "factor"] *= 1.01
+        self.assertRegex(texts.differences(made, texts.kept_tables()["load_factors"])[0], f"factor of '{made.key[0]}' is .*, the rows give")
+        self.assertIn(f"# {loads.provenance()}\n", texts.place_of("load_factors").read_text())
 
     def test_over_snow_has_the_mean_and_range_over_the_friction(self):
         found = loads.over_snow(self.table).set_index("key")

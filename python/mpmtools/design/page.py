@@ -15,6 +15,7 @@ import pandas as pd
 from mpmtools import __version__
 from mpmtools.design import comparison, figures, scaling
 from mpmtools.design.ensemble import Ensemble
+from mpmtools.design.factors import load_factors, outside, over_snows
 from mpmtools.design.loads import all_modes
 from mpmtools.design.results import LATERAL, LINE_LOADS, STATIC_FORCES, STATIC_MOMENTS, Results, is_oblique, quantities_of
 from mpmtools.errors import InputError
@@ -308,11 +309,50 @@ def reaction_table(ensemble, results):
             + (["lateral force", "moment of the lateral force", "torsion"] if is_oblique(ensemble.plan) else []), "rows": rows}
 
 
+FACTORS = {  # kind: heading, what its factors are
+    "arm": ("Elements that protrude", "Pressure over the front of what protrudes, for the snow that gives most, scaled from runs with an arm three mast widths long and half a flow depth thick on a "
+            "square mast as wide as the flow is deep. Drag is downstream, lift upwards; peaks are over 0.1 s. No grid study tells how uncertain they are"),
+    "shape": ("Other cross-sections", "Over the value of a square that faces the flow, lowest to highest over the snows, uncertainty added"),
+    "front": ("Other fronts", "Degrees of the front, and speed at the floor over the mean: peak over steady mean, lever arm of the mean force over H, lowest to highest over the snows, uncertainty added")}
+
+
+def factor_tables(ensemble, factors=None):
+    """[(heading, table, legend)] of the study's factors in the flow of the site, those of arms as pressures, unless the mast has an arm of its own; without
+    rows where the flow is outside the table. @param factors  for tests; else the kept ones"""
+    plan, factors = ensemble.plan, load_factors() if factors is None else factors
+    flow, found = plan["flow"], []
+    for kind, of in factors.groupby("kind", sort=False):
+        if kind == "arm" and "arm" in plan:
+            continue
+        quantities, rows, known = list(of.quantity.unique()), [], False
+        for name in of["name"].unique():
+            values = [over_snows(of, kind, name, quantity, plan) for quantity in quantities]
+            known = known or all(values)
+            if kind == "arm":
+                depths = float(name.removeprefix("base_"))
+                row = f"{ensemble.base + depths * flow['depth_m']:.3g} m ({depths:g} H)"
+                head = 0.5 * flow["density_kg_m3"] * flow["velocity_m_s"] ** 2
+                cells = [(upward(head * max(v), 1e-3) if abs(head * max(v)) >= 10.0 else "0") if v else "outside the table" for v in values]
+            else:
+                row = name.replace("_", " ")
+                cells = [comparison.span(min(v), max(v)) if v else "outside the table" for v in values]
+            rows.append([row, *cells])
+        labels = [quantity.replace("_", " ") + " (kPa)" * (kind == "arm") for quantity in quantities]
+        heading, legend = FACTORS[kind]
+        missing = outside(factors, kind, plan)
+        note = f"{legend}." + (f" Attention: {missing}." if missing else "") if known else f"T{missing[1:]}."
+        found.append((heading, {"head": ["height of the underside" if kind == "arm" else kind, *labels], "rows": rows if known else []}, note))
+    return found
+
+
 def advice_rows(ensemble, results):
     """What to know before the values are used: the advice of the program about the runs, and what the runs show. [(text, snows)]"""
     plan = ensemble.plan
     rows = [(advice["text"], "" if len(advice["snows"]) == len(plan["snows"]) else ", ".join(advice["snows"]).replace("_", " "))
             for advice in plan.get("advice", [])]  # an older program wrote none
+    if "arm" not in plan:
+        rows.append(("The loads are those of the mast alone. What protrudes from it (cross-arm, ladder, cable) is pressed up to the height of the run-up: see 'Elements that "
+                     "protrude', or give a cross-arm as [arm]", ""))
     drag, guideline = results.ranges["drag_coefficient"], comparison.guideline_loads(plan)
     if math.isfinite(drag.high) and (remark := comparison.drag_remark(plan, drag.lowest, drag.highest)):
         rows.append((remark, ""))
@@ -531,7 +571,7 @@ def make_page(folder):
         page = environment.get_template("design_page.html.j2").render(
             style=markupsafe.Markup(STYLE), plan=plan, title=plan["title"] or "Avalanche on a mast", design=design, advice=advice,
             stamp=stamp(ensemble), line_load=line_load_table(results, plan), guideline_loads=guideline_load_table(results, plan),
-            fronts=front_table(ensemble, results), reactions=reaction_table(ensemble, results), sensitivity=sensitivity_table(sensitivity),
+            factors=factor_tables(ensemble), fronts=front_table(ensemble, results), reactions=reaction_table(ensemble, results), sensitivity=sensitivity_table(sensitivity),
             ensemble_text=ensemble_text(ensemble, results, sensitivity), tornado=figures.tornado(sensitivity), oblique=is_oblique(plan),
             scenarios=scenario_table(ensemble, results), base=ensemble.base,
             sources={"head": ["shape and regime", "c_D", "source", "what was read of it"], "rows": comparison.drag_sources(plan)},

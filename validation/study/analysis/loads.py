@@ -1,14 +1,14 @@
 """Loads beyond the paper as factors: cross-sections, sheared inflow and inclined fronts, cross-arms; from the rows of the plans in ../extensions.
 
 A table of factors has a row for each kind, name and quantity in each flow (Fr, M'): factor, uncertainty (two standard errors, and the numerical
-uncertainties that the rows state, of both values; nan where a row states none). `mpm design` can read it: factor_at() is the rule.
+uncertainties that the rows state, of both values; nan where a row states none). `mpm design` reads it: mpmtools/design/factors.py, beside which
+./run study --write puts the table.
 """
 
 import numpy as np
 import pandas as pd
 
 from analysis.study import ROWS
-from mpmtools.errors import InputError
 from mpmtools.scores import levels
 
 FILES = {"shape": "shape_factors", "front": "fronts", "arm": "arms"}  # in rows/, of extensions/shapes.toml, fronts.toml and arms.toml
@@ -109,6 +109,15 @@ def load_factors():
     return pd.concat([pd.Series(keys, name="key"), found], axis=1)
 
 
+def provenance():
+    """Of load_factors(), in a line."""
+    files = []
+    for kind in available():
+        name = f"{FILES[kind]}.csv"
+        files.append(f"{name} (commits {', '.join(sorted(pd.read_csv(ROWS / name, comment='#').commit.astype(str).unique()))})")
+    return f"made by ./run study --write from validation/study/rows/{', '.join(files)}"
+
+
 def over_snow(factors):
     """Mean, lowest and highest over M' of each factor at each Froude number, and the largest uncertainty: a row each, with a key for the texts."""
     found = []
@@ -116,19 +125,3 @@ def over_snow(factors):
         found.append({"key": f"{kind} {name} {quantity} {froude:g}", "points": len(of), "factor": of.factor.mean(), "factor_low": of.factor.min(),
                       "factor_high": of.factor.max(), "uncertainty": of.uncertainty.max(skipna=False)})
     return pd.DataFrame(found)
-
-
-def factor_at(factors, kind, name, quantity, froude, friction):
-    """(factor, uncertainty) in a flow: linear in M' and in log Fr between the flows of the table. @throws InputError outside them."""
-    of = factors[(factors.kind == kind) & (factors["name"] == name) & (factors.quantity == quantity)]
-    if of.empty:
-        raise InputError(f"no factor of the {quantity} for {kind} '{name}'")
-    found = []
-    for column in ("factor", "uncertainty"):
-        grid = of.pivot(index="froude_number", columns="effective_friction", values=column)
-        for value, points, what in ((froude, grid.index, "Fr"), (friction, grid.columns, "M'")):
-            if not points.min() <= value <= points.max():
-                raise InputError(f"{what} = {value:g} is outside {points.min():g} to {points.max():g}, for which the factor of {kind} '{name}' is known")
-        at_froude = [np.interp(np.log(froude), np.log(grid.index), grid[m]) for m in grid.columns]
-        found.append(float(np.interp(friction, grid.columns, at_froude)))
-    return tuple(found)

@@ -11,13 +11,15 @@ import jinja2
 import numpy as np
 import pandas as pd
 
-from analysis import facts, figures
+from analysis import facts, figures, loads
 from analysis.study import STUDY
+from mpmtools.design.factors import FILE
 from mpmtools.errors import InputError
 from mpmtools.files import write_text
 from mpmtools.tables import csv_text
 
 TABLES, TEMPLATES = STUDY / "tables", STUDY / "analysis" / "texts"
+ELSEWHERE = {"load_factors": FILE}  # tables of mpmtools, which is installed without the study
 DIGITS = 5  # of a number in tables/
 NAMES = {"k_r": "k_r", "kappa_r": "κ_r", "k_p": "k_p", "Fr_sat": "Fr_sat", "kappa_p": "κ_p"}
 LABELS = {"paper": "**paper**", "reproduction": "reproduction", "prediction": "prediction (solver of before)", "reproduction_fluid": "reproduction, with the fluid",
@@ -39,8 +41,12 @@ def made_tables():
     return {name: rounded(make()) for name, make in facts.TABLES.items()}
 
 
+def place_of(name):
+    return ELSEWHERE.get(name, TABLES / f"{name}.csv")
+
+
 def kept_tables():
-    return {name: pd.read_csv(TABLES / f"{name}.csv", dtype={"key": str}, keep_default_na=True) for name in facts.TABLES}
+    return {name: pd.read_csv(place_of(name), dtype={"key": str}, keep_default_na=True, comment="#") for name in facts.TABLES}
 
 
 # ---- Pages ------------------------------------------------------------------------------------------------------------------------------
@@ -290,7 +296,8 @@ def typed_numbers(template):
 def write():
     tables = made_tables()
     for name, table in tables.items():
-        write_text(str(TABLES / f"{name}.csv"), csv_text(table, nothing=""))
+        source = f"# {loads.provenance()}\n" if name == "load_factors" else ""
+        write_text(str(place_of(name)), source + csv_text(table, nothing=""))
     write_pages()
 
 
@@ -305,7 +312,7 @@ def check():
     """What is out of date, in sentences."""
     kept, wrong = kept_tables(), []
     for name, fresh in made_tables().items():
-        wrong += [f"tables/{name}.csv: {difference}" for difference in differences(fresh, kept[name])]
+        wrong += [f"{place_of(name).name}: {difference}" for difference in differences(fresh, kept[name])]
     return wrong + check_pages(kept)
 
 
