@@ -1,6 +1,7 @@
 """The page of `mpm design`: uncertainty, oscillator, loads, tables and the page itself."""
 
 import base64
+import copy
 import html
 import json
 import math
@@ -23,7 +24,7 @@ from mpmtools.checksums import checksum
 from mpmtools.design import comparison, figures, page, scaling
 from mpmtools.design.ensemble import Ensemble
 from mpmtools.design.factors import FILE, factor_at, load_factors
-from mpmtools.design.loads import Loads, moving_mean
+from mpmtools.design.loads import Effect, Loads, moving_mean
 from mpmtools.design.oscillator import equivalent_static_force, shock_response_spectrum
 from mpmtools.design.results import IMPACT_FORCES, STEADY_FORCES, Results
 from mpmtools.design.uncertainty import combined, grid_estimate, observed_order
@@ -573,6 +574,128 @@ class Factors(DesignFolder):
         self.assertEqual(list(load_factors().columns), ["key", "kind", "name", "quantity", "froude_number", "effective_friction", "factor", "uncertainty"])
 
 
+class Arms(DesignFolder):
+    """Each run with an arm from 3.6 to 4.4 m: a fifth of the run's force F at 4 m and 0.04 F upwards, and once more half of that from 0.9 to 1.1 s."""
+
+    ARM = {"length_m": 4.0, "depth_m": 0.8, "base_m": 3.6, "height_m": 4.4}
+
+    def setUp(self):
+        super().setUp()
+        for run in self.runs:
+            self.give_arm(self.folder / "runs" / run["name"])
+        self.plan["arm"] = self.ARM
+        self.write("design_plan.json", json.dumps(self.plan))
+        self.ensemble = Ensemble(self.folder)
+        self.results = Results(self.ensemble)
+
+    def give_arm(self, folder):
+        with open(folder / "case.toml", "a", encoding="utf-8") as file:
+            file.write("[arm]\n" + "".join(f"{key} = {value}\n" for key, value in self.ARM.items()))
+        results, series = json.loads((folder / "results.json").read_text()), pd.read_csv(folder / "series.csv")
+        force = results["force_mean_n"][0]
+        along = 0.2 * force * (1.0 + 0.5 * (np.abs(series.time_s - 1.0) < 0.105))
+        up = 0.2 * along
+        parts = {"force_x_n": along, "force_y_n": 0.0, "force_z_n": up, "moment_x_n_m": 0.0, "moment_y_n_m": 4.0 * along - 0.5 * up, "moment_z_n_m": 0.0}
+        series.assign(**{f"arm_{name}": values for name, values in parts.items()}).to_csv(folder / "series.csv", index=False)
+        results |= {"arm_force_mean_n": [0.2 * force, 0, 0.04 * force], "arm_force_standard_error_n": [100.0, 0, 20.0],
+                    "arm_moment_mean_n_m": [0, 0.78 * force, 0], "arm_moment_standard_error_n_m": [0, 400.0, 0]}
+        (folder / "results.json").write_text(json.dumps(results))
+
+    def test_load_the_foundation_once(self):
+        entries, force = self.results.table[0], 1.1e5
+        for key, value in (("force_first_impact_n", 2.2 * force), ("force_mean_n", 1.2 * force), ("mast_force_mean_n", force), ("arm_force_first_impact_n", 0.3 * force),
+                           ("arm_lift_first_impact_n", 0.06 * force), ("moment_mean_n_m", (1.55 + 0.8) * force), ("mast_moment_mean_n_m", 1.55 * force),
+                           ("moment_first_impact_n_m", (2 * 1.55 + 0.8) * force), ("arm_height_m", 4.0), ("drag_coefficient", force / (0.5 * 300 * 9.81**2 * 2.0))):
+            self.assertAlmostEqual(entries[key].value / value, 1.0, delta=1e-6, msg=key)
+        self.assertAlmostEqual(entries["force_mean_n"].standard_error, 600.0)
+        self.assertAlmostEqual(entries["arm_force_mean_n"].known, 0.02 * 0.2 * force, msg="relatively that of the mast")
+        reactions = page.reaction_table(self.ensemble, self.results)["rows"]
+        self.assertEqual(reactions[0][1], page.with_unit(page.upward(self.results.ranges["force_mean_n"].high, 1e-3), "kN"))
+        self.assertEqual(reactions[2][3], "+8 to +32 kN")  # 6/11 of 0.14 F in the first row, F = 110 kN (soft); 0.24 F, F = 132 kN (firm)
+
+    def test_have_headlines_of_their_own_that_follow_from_the_tables(self):
+        page.write_tables(self.ensemble, self.results, figures.spectra(self.ensemble, self.results.finest))
+        table = pd.read_csv(self.folder / "design.csv").set_index("quantity")
+        rows = page.design_rows(self.ensemble, self.results)
+        for (what, value, why), key in zip(rows[2:4], ("arm_force_first_impact_n", "arm_lift_first_impact_n")):
+            self.assertTrue(what.startswith("arm (3.6 to 4.4 m above the ground)"), what)
+            self.assertEqual(value, page.with_unit(page.upward((table.value + table.uncertainty)[key].max(), 1e-3), "kN"))
+            self.assertIn("Steady mean: ", why)
+        self.assertIn("The mean acts at 4 m. It is part of force and moment at the foundation, and of the vibration", rows[2][2])
+        self.assertIn("arm included", rows[0][0])
+
+    def test_are_designed_for_the_mean_where_its_uncertainty_is_greatest(self):
+        self.results.ranges["arm_force_mean_n"] = self.results.ranges["arm_force_mean_n"]._replace(high=1e6)
+        _, value, why = page.design_rows(self.ensemble, self.results)[2]
+        self.assertEqual((value, why.count("teady mean")), ("1000 kN", 1))
+
+    def test_act_with_the_line_load_on_the_mast(self):
+        page.write_tables(self.ensemble, self.results, figures.spectra(self.ensemble, self.results.finest))
+        line, arm = pd.read_csv(self.folder / "line_load.csv"), pd.read_csv(self.folder / "arm_load.csv").set_index("with_line_load")
+        pieces, middle = line.z_to_m - line.z_from_m, 0.5 * (line.z_to_m + line.z_from_m)
+        expected = {name: [self.results.ranges[f"{kind}_{name}_{unit}"].high for kind, unit in (("force", "n"), ("moment", "n_m"))]
+                    for name in ("mean", "steady_peak", "first_impact")}
+        expected["with_vibration"] = [self.results.design_force()[1], self.results.design_moment()[1]]
+        self.assertEqual(list(arm.index), list(expected))
+        for name, (force, moment) in expected.items():
+            load, on_arm = 1e3 * line[f"{name}_kn_m"], 1e3 * arm.downstream_kn[name]
+            self.assertAlmostEqual((sum(load * pieces) + on_arm) / force, 1.0, delta=0.01)
+            self.assertAlmostEqual((sum(load * pieces * middle) + on_arm * arm.height_m[name]) / moment, 1.0, delta=0.01)
+        self.assertAlmostEqual(arm.downstream_kn["mean"] / (1e-3 * expected["mean"][0]), 0.2 / 1.2, delta=1e-3)  # the series' ripple has a mean of its own
+        self.assertAlmostEqual(arm.upper_downstream_kn["first_impact"], 1e-3 * self.results.ranges["arm_force_first_impact_n"].high, delta=0.01)
+        shown = page.line_load_table(self.results, self.plan)["rows"]
+        self.assertEqual(shown[-3][0], "in addition on the arm")
+        self.assertEqual(shown[-2][3], page.upward(expected["first_impact"][0], 1e-3))
+
+    def test_carry_their_part_when_the_moment_is_greatest(self):
+        later = self.results.finest[1]
+        later.arm.force[100:111], later.arm.moment[100:111] = 5e5, 2e6  # long after the first impact on the mast
+        later.force[100:111], later.moment[100:111] = 6e5, 2.2e6
+        later.smooth_force, later.smooth_moment = (moving_mean(values, later.rows) for values in (later.force, later.moment))
+        moment = self.results.ranges["moment_first_impact_n_m"].high
+        force, at = self.results.arm_loads()["first_impact"]
+        self.assertAlmostEqual(force * at / moment, 2.0 / 2.2, delta=1e-6)
+        self.assertAlmostEqual(at, 4.0)
+
+    def test_have_no_load_without_a_steady_interval_but_that_of_the_impact(self):
+        for key in ("force_mean_n", "moment_mean_n_m", "force_steady_peak_n", "moment_steady_peak_n_m"):
+            self.results.ranges[key] = self.results.ranges[key]._replace(high=math.nan)
+        self.assertEqual(list(self.results.line_loads(self.plan)[3]), ["first_impact", "with_vibration"])
+
+    def test_shake_the_mast_where_they_are(self):
+        loads, mast = self.results.finest[0], self.plan["mast"]
+        without = Loads(Run(self.folder / "runs" / "soft_w11"))
+        without.has_arm = False
+        for given in (None, 0.05):
+            mode = {**self.plan["modes"][0], "shape_at_load": given}
+            np.testing.assert_allclose(loads.generalised_force(mode, 1, mast) - without.generalised_force(mode, 1, mast),
+                                       loads.arm.force * cantilever_modes()[0].shape(4.0 / 12.0))
+
+    def test_are_above_the_ground_below_a_snow_cover(self):
+        cover = Loads(Run(self.folder / "runs" / "soft_w11"), base=1.5)
+        self.assertAlmostEqual(cover.arm_middle, 5.5)
+        self.assertAlmostEqual(cover.values["arm_height_m"].value, 5.5)
+
+    def test_are_on_the_page_in_place_of_factors(self):
+        with unittest.mock.patch("mpmtools.design.figures.view_3d", return_value=None):  # a few seconds
+            path, lines = page.make_page(self.folder)
+        text = open(path, encoding="utf-8").read()
+        self.assertIn("4 m from end to end, 0.8 m along the flow, from 3.6 to 4.4 m above the ground", text)
+        self.assertIn("computed, without the arm, steady mean", text)
+        self.assertNotIn("Elements that protrude", text)
+        self.assertFalse(any("mast alone" in line for line in lines))
+        design = json.loads((self.folder / "design.json").read_text())
+        self.assertAlmostEqual(design["design_arm_force_n"], self.results.ranges["arm_force_first_impact_n"].high)
+        self.assertIn("arm_force_x_n", pd.read_csv(self.folder / "loads_over_time.csv"))
+
+    def test_of_another_site_are_refused(self):
+        for arm in ({**self.ARM, "base_m": 3.5}, None):
+            plan = {key: value for key, value in {**self.plan, "arm": arm}.items() if value is not None}
+            self.write("design_plan.json", json.dumps(plan))
+            with self.assertRaisesRegex(InputError, "its flow or its mast is not that of the site"):
+                Ensemble(self.folder)
+
+
 class SnowCovers(DesignFolder):
     def test_lift_heights_and_add_their_height_times_the_force_to_the_moment(self):
         bare = Results(Ensemble(self.folder))
@@ -636,13 +759,20 @@ class Beams(DesignFolder):
     def test_add_to_force_and_moment_what_ten_modes_of_finite_elements_add(self):
         # Masts of one width, tapered, and with a heavy top; the loads of a round pylon and of a square tower as runs gave them
         for computed, height, frequency in (("round_pylon", 14.0, 1.8), ("square_tower", 16.0, 1.2)):
-            loads = computed_loads(SOURCE / "tests" / "python" / "data" / f"{computed}.csv", Loads(Run(self.folder / "runs" / "soft_w11")))
-            z, step, line = loads.line_load
+            on_the_mast = computed_loads(SOURCE / "tests" / "python" / "data" / f"{computed}.csv", Loads(Run(self.folder / "runs" / "soft_w11")))
+            z, step, line = on_the_mast.line_load
             for taper, top_mass in ((1.0, 0.0), (0.5, 0.0), (1.0, 0.5), (0.5, 1.0)):
                 mast = {**self.plan["mast"], "height_m": height, "taper": taper, "top_mass_ratio": top_mass}
-                shear, moment, shapes = beam_reactions(z, step * line, loads.interval, height, frequency, 0.02, taper, top_mass)
+                loads = on_the_mast
+                if taper == 0.5:  # with an arm, too
+                    loads = copy.copy(on_the_mast)
+                    loads.has_arm, loads.arm_middle, loads.arm = True, 0.4 * height, Effect(0.3 * loads.force, *[None] * 5)
+                    loads.force, loads.moment = 1.3 * loads.force, loads.moment + loads.arm_middle * loads.arm.force
+                    loads.smooth_force, loads.smooth_moment = loads.force, loads.moment
+                every = np.column_stack([step * line, 0.3 * loads.mast.force * loads.has_arm])
+                shear, moment, shapes = beam_reactions(np.append(z, 0.4 * height), every, loads.interval, height, frequency, 0.02, taper, top_mass)
                 impact = line[np.argmax(line.sum(axis=1))]
-                for given in (None, shapes[0] @ impact / impact.sum()):  # shape_at_load: at the load of the first impact, from a frame program
+                for given in (None, shapes[0][:-1] @ impact / impact.sum()):  # shape_at_load: at the load of the first impact, from a frame program
                     plan = {**self.plan, "mast": mast, "modes": [{"frequency_hz": frequency, "damping_ratio": 0.02, "shape_at_load": given}]}
                     found = loads.with_vibration(plan)
                     for name, exact in (("force", shear), ("moment", moment)):
@@ -688,6 +818,7 @@ def computed_loads(path, loads):
     step = z[1] - z[0]
     loads.interval, loads.time, loads.line_load = 0.002, time, (z, step, line)
     loads.rows, loads.force, loads.moment = 1, step * line.sum(axis=1), step * line @ z
+    loads.mast = Effect(loads.force, *[None] * 5)
     loads.smooth_force, loads.smooth_moment, loads.steady = loads.force, loads.moment, np.zeros(len(time), bool)
     return loads
 

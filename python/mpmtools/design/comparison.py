@@ -33,9 +33,10 @@ DRY = ("loose", "cold_dense")  # classes
 HYDROSTATIC = 8.0  # times the hydrostatic pressure, measured in slow wet avalanches on a narrow pylon (Sovilla et al. 2010)
 
 
-def span(low, high):
-    """Two digits each; once where they are the same."""
-    return f"{low:.2g}" if f"{low:.2g}" == f"{high:.2g}" else f"{low:.2g} to {high:.2g}"
+def span(low, high, digits=2):
+    """With so many digits each; once where they are the same."""
+    low, high = (f"{value:.{digits}g}" for value in (low, high))
+    return low if low == high else f"{low} to {high}"
 
 
 def drag_sources(plan):

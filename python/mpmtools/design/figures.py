@@ -44,8 +44,11 @@ def side_view(ensemble, loads):
     figure, axes = plt.subplots(figsize=(7.5, float(np.clip(5.6 * top / length + 1.1, 2.6, 8.0))), layout="constrained")
     points = draw_section(axes, run, section, stress_norm([section]), 5.6 * 72.0 / length, top)
     if loads.base:
+        mast, *arm = axes.patches
+        mast.set_height(loads.base + mast.get_height())  # the mast stands on the ground, not on the cover
+        for part in arm:
+            part.set_y(loads.base + part.get_y())
         axes.axhspan(0.0, loads.base, color="0.93", zorder=0, label=f"snow cover: {loads.base:g} m")
-        axes.patches[0].set_height(loads.base + axes.patches[0].get_height())  # the mast stands on the ground, not on the cover
     mark_heights(axes, plan, values)
     axes.set(xlim=(left, right), ylim=(-0.02 * top, top), xlabel="x (m), 0 at the front of the mast", ylabel="height z (m)", title="")
     axes.set_title(f"Side view at t = {run.final.time:.1f} s, snow {ensemble.label(ensemble.middle)}", fontsize=10.5, loc="left")
@@ -100,10 +103,12 @@ def pressure_over_height(ensemble, all_loads):
 
 
 def line_load(results, plan):
-    low, high, loads = results.line_loads(plan)
+    low, high, loads, arm = results.line_loads(plan)
     if not loads:
         return None
     axes = new_axes(6.6, 4.2)
+    if arm:
+        axes.axhspan(plan["arm"]["base_m"], plan["arm"]["height_m"], color="0.9", zorder=0, label="arm, whose load comes in addition")
     for name, shade in (("mean", COLOURS[0]), ("steady_peak", COLOURS[2]), ("first_impact", COLOURS[1]), ("with_vibration", "0.2")):
         if name in loads:
             axes.stairs(1e-3 * loads[name], np.append(low, high[-1]), orientation="horizontal", color=shade, linewidth=1.6, baseline=None,
@@ -111,7 +116,7 @@ def line_load(results, plan):
     axes.axvline(0.0, color=GREY, linewidth=0.8)
     axes.set_ylim(0.0, plan["mast"]["height_m"] if "with_vibration" in loads and plan["mast"]["height_m"] else None)
     return picture(axes, "Line load on the mast", "load (kN/m)", "height z (m)",
-                   "Static loads whose integral and moment about the ground are the upper values of the page (line_load.csv).", fontsize=10)
+                   f"Static loads whose integral and moment about the ground{', with those of the arm (arm_load.csv),' if arm else ''} are the upper values of the page (line_load.csv).", fontsize=10)
 
 
 def tornado(rows):

@@ -27,6 +27,22 @@ class Value(NamedTuple):
     known: float = math.nan  # numerical uncertainty that the program states for the resolution, in the unit of the value
 
 
+def total(*values):
+    """Sum of Values of things that fluctuate together: their errors add up."""
+    return Value(*map(sum, zip(*values)))
+
+
+class Effect(NamedTuple):
+    """What the snow does to the mast, or to its arm, over time; moments about the mast's own axis at the ground."""
+
+    force: np.ndarray  # N, downstream
+    lateral_force: np.ndarray
+    vertical: np.ndarray  # upwards
+    lateral_moment: np.ndarray  # N m
+    moment: np.ndarray  # overturning, downstream
+    torsion: np.ndarray
+
+
 def moving_mean(values, rows):
     """Mean over an odd number of neighbours along the first axis. Before the first row nothing touches the mast: zeros count there. At the
     end over those that are there."""
@@ -59,7 +75,8 @@ def all_modes(plan):
 
 class Loads:
     """Series of a run as arrays without the first row, whose interval is empty; forces in N, moments in N m, times in s. Heights and moments
-    are from the ground, which lies `base` below the bed of the run (a snow cover)."""
+    are from the ground, which lies `base` below the bed of the run (a snow cover). Force and moment are those of mast and arm together, as
+    the foundation feels them; `mast` and `arm` hold the parts."""
 
     def __init__(self, run, base=0.0):
         self.run, self.base = run, base
@@ -68,21 +85,28 @@ class Loads:
             raise InputError(f"{run.folder}: series.csv has no forces; run `mpm design` again")
         self.interval = float(series.index[1] - series.index[0])
         self.time = series.index.to_numpy()[1:]
-        self.force = series.force_x_n.to_numpy()[1:]
         self.axis = run.number("overturning_moment_axis_x_m") or 0.0
-        self.moment = (series.moment_y_n_m + self.axis * series.force_z_n + base * series.force_x_n).to_numpy()[1:]
-        lateral = {"lateral_force": series.force_y_n, "lateral_moment": series.moment_x_n_m - base * series.force_y_n,
-                   "torsion": series.moment_z_n_m - self.axis * series.force_y_n}
-        self.vertical = moving_mean(series.force_z_n.to_numpy()[1:], rows_of(self.interval))
+        self.mast = self._effect("")
+        self.has_arm = run.case.get("arm") is not None
+        self.arm = self._effect("arm_") if self.has_arm else Effect(*np.zeros((len(Effect._fields), len(self.time))))
+        whole = Effect(*map(np.add, self.mast, self.arm))
+        self.force, self.moment = whole.force, whole.moment
+        self.vertical = moving_mean(whole.vertical, rows_of(self.interval))
         self.runup, self.highest, self.pressure_height = (base + series[name].to_numpy()[1:]
                                                           for name in ("runup_p99_m", "runup_m", "pressure_height_m"))
         self.rows = rows_of(self.interval)
-        self.lateral = {name: moving_mean(values.to_numpy()[1:], self.rows) for name, values in lateral.items()}
+        self.lateral = {name: moving_mean(getattr(whole, name), self.rows) for name in ("lateral_force", "lateral_moment", "torsion")}
         self.smooth_force, self.smooth_moment = moving_mean(self.force, self.rows), moving_mean(self.moment, self.rows)
         begin, end = run.number("steady_from_s"), run.number("steady_to_s")
         self.steady = (self.time >= begin) & (self.time <= end) if begin is not None and end is not None else np.zeros(len(self.time), bool)
         self.splash_back = 2.0 * run.velocity / run.gravity
         self.impact = self.time <= self.splash_back
+
+    def _effect(self, part):
+        """@param part  of the names of the columns of series.csv: nothing, or arm_"""
+        columns = (f"{part}{kind}_{axis}_{unit}" for kind, unit in (("force", "n"), ("moment", "n_m")) for axis in "xyz")
+        along, across, up, roll, pitch, yaw = (self.run.series[name].to_numpy()[1:] for name in columns)
+        return Effect(along, across, up, roll - self.base * across, pitch + self.axis * up + self.base * along, yaw - self.axis * across)
 
     @property
     def is_steady(self):
@@ -102,7 +126,8 @@ class Loads:
         """
         where = (self.time >= self.splash_back if self.is_late else self.steady).nonzero()[0]
         found = {}
-        for name, values in (("run-up", self.runup), ("pressure height", self.pressure_height), ("force", self.force), ("moment", self.moment)):
+        arm = [("arm's force", self.arm.force)] if np.any(self.arm.force[where]) else []
+        for name, values in (("run-up", self.runup), ("pressure height", self.pressure_height), ("force", self.force), ("moment", self.moment), *arm):
             if not self.is_steady or len(where) < PARTS:
                 break
             means = [np.nanmean(values[part]) if np.isfinite(values[part]).any() else math.nan for part in np.array_split(where, PARTS)]
@@ -117,10 +142,18 @@ class Loads:
         """Rows over which a peak is taken, by the name of the peak."""
         return {"steady_peak": self.steady, "first_impact": self.impact}
 
-    def _mean(self, *names):
-        """The Value whose parts have these names in results.json; of vectors the component downstream."""
-        parts = [np.atleast_1d(self.run.results.get(name))[0] for name in names]
+    def _mean(self, *names, component=0):
+        """The Value whose parts have these names in results.json; of vectors one component."""
+        parts = [part[component] if isinstance(part, list) else part for part in map(self.run.results.get, names)]
         return Value(*(math.nan if part is None else float(part) for part in parts))
+
+    def _means_of_arm(self, force, moment):
+        """Values of its force, lift and moment. A run states no numerical uncertainty of them: those of the mast are taken, relatively."""
+        along, up = (self._mean("arm_force_mean_n", "arm_force_standard_error_n", component=i) for i in (0, 2))
+        about = self._mean("arm_moment_mean_n_m", "arm_moment_standard_error_n_m", component=1)
+        about = total(about, Value(*(self.axis * part for part in up)), Value(*(self.base * part for part in along)))
+        return [mean._replace(known=abs(mean.value) * of.known / of.value if of.value else math.nan)
+                for mean, of in ((along, force), (up, force), (about, moment))]
 
     def _peak(self, values, where, known_of):
         """A peak has no standard error; its numerical uncertainty is taken to be that of the mean, relatively."""
@@ -140,16 +173,24 @@ class Loads:
         if self.base:
             moment = Value(*(about_bed + self.base * part for about_bed, part in zip(moment, force)))
             heights = {name: height._replace(value=self.base + height.value) for name, height in heights.items()}
-        peaks = [("force", "_n", self.smooth_force, force), ("moment", "_n_m", self.smooth_moment, moment),
+        arm, peaks_of_arm, drag = {}, [], force
+        if self.has_arm:
+            along, up, about = self._means_of_arm(force, moment)
+            arm = {"mast_force_mean_n": force, "mast_moment_mean_n_m": moment, "arm_force_mean_n": along, "arm_lift_mean_n": up,
+                   "arm_height_m": Value(about.value / along.value if along.value > 0.0 else math.nan)}
+            peaks_of_arm = [(f"arm_{name}", "_n", moving_mean(values, self.rows), mean)
+                            for name, values, mean in (("force", self.arm.force, along), ("lift", self.arm.vertical, up))]
+            force, moment = total(force, along), total(moment, about)
+        peaks = [("force", "_n", self.smooth_force, force), ("moment", "_n_m", self.smooth_moment, moment), *peaks_of_arm,
                  *((name, "", np.abs(values), force if name == "lateral_force" else moment) for name, values in self.lateral.items())]
         case = self.run.case
         head = 0.5 * case["material"]["density_kg_m3"] * self.run.velocity**2 * case["obstacle"]["width_m"] * self.run.flow_height
         return {
-            **heights, "force_mean_n": force, "moment_mean_n_m": moment,
+            **heights, "force_mean_n": force, "moment_mean_n_m": moment, **arm,
             "runup_peak_m": self._peak(self.highest, np.ones_like(self.time, bool), heights["runup_mean_m"]),
             **{f"{name}_{which}{unit}": self._peak(values, where, known) for name, unit, values, known in peaks for which, where in self.during.items()},
             "resultant_height_m": Value(self.base + (self.run.number("force_resultant_height_m") or math.nan)),
-            "drag_coefficient": Value(*(part / head for part in force)),
+            "drag_coefficient": Value(*(part / head for part in drag)),
         }
 
     @cached_property
@@ -168,18 +209,28 @@ class Loads:
         return z, values
 
     def generalised_force(self, mode, number, mast):
-        """Q(t) of a mode, N: the force times the mode's shape, weighted by the pressure over height; or times shape_at_load, where given.
-        A mast of unknown height takes the force as if at its top. @param mast  of design_plan.json"""
+        """Q(t) of a mode, N: the force times the mode's shape, weighted by the pressure over height; or times shape_at_load, where given; and
+        the arm's force times the shape at its middle. A mast of unknown height takes all force as if at its top. @param mast  of
+        design_plan.json"""
         height = mast["height_m"]
         if height is None:
             return self.force
+        shape, of_arm = modes_of(mast)[number - 1].shape, 0.0
+        if self.has_arm:
+            of_arm = self.arm.force * shape(min(self.arm_middle / height, 1.0))
         if mode["shape_at_load"] is not None:
-            return mode["shape_at_load"] * self.force
+            return mode["shape_at_load"] * self.mast.force + of_arm
         z, step, line = self.line_load
         whole = step * line.sum(axis=1)
         acting = np.abs(whole) > 1e-3 * np.max(np.abs(whole))  # what the snow hardly touches has no centre
-        weighted = step * line @ modes_of(mast)[number - 1].shape(z / height)
-        return self.force * np.clip(np.divide(weighted, whole, out=np.zeros_like(whole), where=acting), -1.0, 1.0)
+        weighted = step * line @ shape(z / height)
+        return self.mast.force * np.clip(np.divide(weighted, whole, out=np.zeros_like(whole), where=acting), -1.0, 1.0) + of_arm
+
+    @cached_property
+    def arm_middle(self):
+        """Height of the middle of the arm, m."""
+        arm = self.run.case["arm"]
+        return self.base + 0.5 * (arm["base_m"] + arm["height_m"])
 
     def with_vibration(self, plan, front=1):
         """What the modes add to force and moment at the foundation. @param front  rows over which the front rises to full depth: the
@@ -195,9 +246,9 @@ class Loads:
         result = {"force": force.copy(), "moment": moment.copy(), "force_steady": np.where(self.steady, self.smooth_force, math.nan),
                   "moment_steady": np.where(self.steady, self.smooth_moment, math.nan), "modes": {}}
         in_order = all_modes(plan)
-        arm = float(np.max(moment) / np.max(force)) if np.max(force) > 0.0 else 0.0
+        lever = float(np.max(moment) / np.max(force)) if np.max(force) > 0.0 else 0.0
         for number, mode in enumerate(in_order, 1):
-            shares = (1.0, arm)
+            shares = (1.0, lever)
             if height is not None:
                 beam = modes_of(plan["mast"])[number - 1]
                 shares = (beam.force_share, beam.moment_share * height)
@@ -231,15 +282,15 @@ class Loads:
             values[f"mode_{frequency:g}_hz_amplification"] = Value(amplification)
         return values
 
-    def line_at(self, which):
-        """(z, N/m): the steady mean, or the moving mean over 0.1 s when the force is greatest ('steady_peak', 'first_impact')."""
-        z, _, line = self.line_load
-        if which == "mean":
-            return z, line[self.steady].mean(axis=0) if self.is_steady else np.full(len(z), math.nan)
-        where = self.during[which]
+    def at(self, which, values, greatest=None):
+        """Values with a row for each time: their steady mean, or the moving mean over 0.1 s when the force is greatest ('steady_peak',
+        'first_impact'). @param greatest  another series than that of the force"""
+        where = self.steady if which == "mean" else self.during[which]
         if not where.any():
-            return z, np.full(len(z), math.nan)
-        return z, moving_mean(line, self.rows)[np.flatnonzero(where)[np.argmax(self.smooth_force[where])]]
+            return np.full(values.shape[1:], math.nan)
+        if which == "mean":
+            return values[where].mean(axis=0)
+        return moving_mean(values, self.rows)[np.flatnonzero(where)[np.argmax((self.smooth_force if greatest is None else greatest)[where])]]
 
     @cached_property
     def profiles(self):

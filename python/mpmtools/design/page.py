@@ -1,6 +1,7 @@
 """design.html, design.json and the tables beside them."""
 
 import datetime
+import functools
 import hashlib
 import json
 import math
@@ -16,7 +17,7 @@ from mpmtools import __version__
 from mpmtools.design import comparison, figures, scaling
 from mpmtools.design.ensemble import Ensemble
 from mpmtools.design.factors import load_factors, outside, over_snows
-from mpmtools.design.loads import all_modes
+from mpmtools.design.loads import all_modes, moving_mean
 from mpmtools.design.results import LATERAL, LINE_LOADS, STATIC_FORCES, STATIC_MOMENTS, Results, is_oblique, quantities_of
 from mpmtools.errors import InputError
 from mpmtools.figures.style import STYLE, inline, use_style, write_page
@@ -119,6 +120,18 @@ def why_amplified(plan, quasi_static, amplified):
     return f" Without vibration {quasi_static}."
 
 
+def arm_remark(ensemble, results, key):
+    """What belongs to the headline of the arm: its steady mean, where it acts, what else feels it."""
+    name = key.split("_")[1]
+    text = "" if "mean" in key else f" Steady mean: {with_unit(upward(results.ranges[f'arm_{name}_mean_n'].high, 1e-3), 'kN')}."
+    if name == "lift":
+        least = min(np.min(moving_mean(loads.arm.vertical, loads.rows)) for loads in results.finest)
+        return text + (f" Downwards, as when snow falls on it: {with_unit(upward(-least, 1e-3), 'kN')} on the finest grid." if least < 0.0 else "")
+    at = results.ranges["arm_height_m"]
+    where = f" The mean acts at {comparison.span(at.lowest, at.highest, 3)} m." if math.isfinite(at.lowest) else ""
+    return f"{text}{where} It is part of force and moment at the foundation" + (", and of the vibration: with the mode's shape at the arm's middle." if ensemble.plan["modes"] else ".")
+
+
 def design_rows(ensemble, results):
     """The box at the top: what to design with. [(what, value, why)]"""
     plan = ensemble.plan
@@ -127,9 +140,14 @@ def design_rows(ensemble, results):
     def value(key, number):
         return with_unit(upward(number, by_key[key].scale), by_key[key].unit)
 
-    rows = []
-    for what, name, choose, statics in (("force downstream, at the foundation", "force", results.design_force, STATIC_FORCES),
-                                        ("overturning moment at the ground", "moment", results.design_moment, STATIC_MOMENTS)):
+    arm, rows = plan.get("arm"), []
+    both = ", arm included" if arm else ""
+    loads = [(f"force downstream, at the foundation{both}", "force", results.design_force, STATIC_FORCES),
+             (f"overturning moment at the ground{both}", "moment", results.design_moment, STATIC_MOMENTS)]
+    if arm:
+        loads += [(f"arm ({arm['base_m']:.4g} to {arm['height_m']:.4g} m above the ground): force {axis}", "arm's force", functools.partial(results.arm_force, name=name), ())
+                  for axis, name in (("downstream", "arm_force"), ("upwards", "arm_lift"))]
+    for what, name, choose, statics in loads:
         chosen, number = choose()
         if chosen is None:
             rows.append((what, "–", "no run gives one"))
@@ -141,8 +159,10 @@ def design_rows(ensemble, results):
             static, without = results.upper(statics)
             why += why_amplified(plan, value(static, without), number)
         steady, steady_number = choose(steady_only=True)
-        if steady is not None and "steady" not in chosen and steady_number < number:
+        if steady is not None and chosen != steady and steady_number < number:
             why += f" First impact of a vertical front (upper bound) included; while the flow is steady: {value(steady, steady_number)}."
+        if name == "arm's force":
+            why += arm_remark(ensemble, results, chosen)
         growing = still_growing(ensemble, results, name)
         rows.append((what, value(chosen, number) + (", still growing" if growing else ""), why + (f" {growing}." if growing else "")))
     heights = [h for h in pressure_heights(ensemble, results) if math.isfinite(h[0])]
@@ -158,9 +178,10 @@ def design_rows(ensemble, results):
 
 def line_load_table(results, plan, blocks=10):
     """Mean load in blocks of equal height, kN/m, and force and moment of the whole."""
-    low, high, loads = results.line_loads(plan)
+    low, high, loads, arm = results.line_loads(plan)
     if not loads:
         return {"head": ["z (m)"], "rows": []}
+    arms = [arm.get(name, (0.0, 0.0)) for name in loads]
     step = high[0] - low[0]
     centre = 0.5 * (low + high)
     most = max(np.max(np.cumsum(np.abs(q))) for q in loads.values())
@@ -176,20 +197,23 @@ def line_load_table(results, plan, blocks=10):
             carried = np.interp([bottom, top], np.append(low, high[-1]), np.append(0.0, np.cumsum(q * step)))
             cells.append(f"{1e-3 * (carried[1] - carried[0]) / (top - bottom):.1f}")
         rows.append(cells)
-    rows.append(["force (kN)"] + [upward(q.sum() * step, 1e-3) for q in loads.values()])
-    rows.append(["moment (kN m)"] + [upward(q @ centre * step, 1e-3) for q in loads.values()])
+    if arm:
+        rows.append(["in addition on the arm"] + [f"{short(force, 1e-3)} kN at {at:.2f} m" for force, at in arms])
+    rows.append(["force (kN)"] + [upward(q.sum() * step + force, 1e-3) for q, (force, _) in zip(loads.values(), arms)])
+    rows.append(["moment (kN m)"] + [upward(q @ centre * step + force * at, 1e-3) for q, (force, at) in zip(loads.values(), arms)])
     return {"head": ["z (m), load in kN/m"] + [LINE_LOADS[name] for name in loads], "rows": rows}
 
 
 def guideline_load_table(results, plan):
     """Loads of the guideline beside the computed ones."""
-    mean, moment = results.ranges["force_mean_n"], results.ranges["moment_mean_n_m"]
+    of_mast = "mast_" if "arm" in plan else ""
+    mean, moment = results.ranges[f"{of_mast}force_mean_n"], results.ranges[f"{of_mast}moment_mean_n_m"]
     rows = []
     for row in comparison.guideline_loads(plan):
         ratio = short(mean.high / row.force) if math.isfinite(mean.high) else "–"
         rows.append([row.what, short(row.extent), short(row.force, 1e-3), short(row.moment, 1e-3), ratio, row.source])
     drag = results.ranges["drag_coefficient"]
-    rows.append([f"computed, steady mean, upper value (c_D over w H: {comparison.span(drag.lowest, drag.highest)}, upper {drag.high:.2g})",
+    rows.append([f"computed{', without the arm' if of_mast else ''}, steady mean, upper value (c_D over w H: {comparison.span(drag.lowest, drag.highest)}, upper {drag.high:.2g})",
                  upward(results.ranges["pressure_height_mean_m"].high), upward(mean.high, 1e-3), upward(moment.high, 1e-3), "1", "this page"])
     return {"head": ["load", "reaches to (m)", "force (kN)", "moment (kN m)", "computed / this", "source"], "rows": rows}
 
@@ -357,8 +381,9 @@ def advice_rows(ensemble, results):
     if math.isfinite(drag.high) and (remark := comparison.drag_remark(plan, drag.lowest, drag.highest)):
         rows.append((remark, ""))
     shares = uncertainties(results)
-    for label, (key, _) in (("design force", results.design_force()), ("design moment", results.design_moment())):
-        if key is not None:
+    arms = [("force on the arm", results.arm_force()), ("its lift", results.arm_force(name="arm_lift"))]
+    for label, (key, _) in [("design force", results.design_force()), ("design moment", results.design_moment())] + ("arm" in plan) * arms:
+        if key is not None and results.ranges[key].highest > 0.0:
             entry = results.table[results.governing(key)][key]
             shares.append((label, entry.grid / entry.value))
     coarse = [f"{label} {100.0 * share:.0f} %" for label, share in shares if share > NOT_DETERMINED]
@@ -368,13 +393,14 @@ def advice_rows(ensemble, results):
                      + (f"Plan a finer grid: [plan] finest_cells = {finer[0]}, about {finer[1]:.0f} times the work" if finer
                         else "No finer grid can be planned"), ""))
     (_, own_force), (_, own_moment) = results.design_force(), results.design_moment()
+    of_arm = [max(values) for values in zip((0.0, 0.0), *((force, force * at) for force, at in results.arm_loads().values()))]
     greater = {}  # row: its loads that are
-    for what, own, unit in (("force", own_force, "kN"), ("moment", own_moment, "kN m")):
+    for what, own, unit in (("force", own_force - of_arm[0], "kN"), ("moment", own_moment - of_arm[1], "kN m")):
         most = max(guideline, key=lambda row: getattr(row, what))
         if getattr(most, what) > own:
             greater.setdefault(most, []).append(f"a {what} of {upward(getattr(most, what), 1e-3)} {unit} against {upward(own, 1e-3)} {unit}")
     for most, loads in greater.items():
-        rows.append((f"A load of the guideline ({most.what}) is greater than the computed one: {' and '.join(loads)}. It reaches to {short(most.extent)} m; "
+        rows.append((f"A load of the guideline ({most.what}) is greater than the computed one{' without the arm' if 'arm' in plan else ''}: {' and '.join(loads)}. It reaches to {short(most.extent)} m; "
                      "which of the two applies is the designer's decision", ""))
     for name, _, force, moment, error, _ in scenario_rows(ensemble, results)[1:]:
         if force > own_force or moment > own_moment:
@@ -382,7 +408,8 @@ def advice_rows(ensemble, results):
                          f"(± {100.0 * error:.0f} %); make it [flow], or a site file of its own, if it is to be designed for", ""))
     if is_oblique(plan):
         rows.append((f"The mast is turned by {plan['mast']['angle_deg']:g}° against the flow: lateral force and torsion are below, in the axes of the flow; "
-                     "the modes act downstream only; the line load and the guideline's load are those downstream", ""))
+                     "the modes act downstream only; the line load and the guideline's load are those downstream"
+                     + ("; the arm is computed across the flow, not turned with the mast" if "arm" in plan else ""), ""))
     if plan["modes"] and plan["mast"]["height_m"] is None:
         rows.append(("The height of the mast is not given, so the vibration is an upper bound: give mast.height_m, and shape_at_load where you know it", ""))
     for snow, loads in enumerate(results.finest):
@@ -512,6 +539,7 @@ def design_json(ensemble, results):
                       for i, e in enumerate(row[q.key] for row in results.table)}}
     return {"format_version": 1, "mpmtools": __version__, "plan": plan,
             "design_force_n": plain(force), "design_force_is": chosen, "design_moment_n_m": plain(moment), "design_moment_is": of_moment,
+            **({"design_arm_force_n": plain(results.arm_force()[1]), "design_arm_lift_n": plain(results.arm_force(name="arm_lift")[1])} if "arm" in plan else {}),
             "pressure_heights": [{"value_m": plain(h), "source": source} for h, source in pressure_heights(ensemble, results)],
             "quantities": quantities, "guideline_loads": [row._asdict() for row in comparison.guideline_loads(plan)],
             "scenarios": [{"name": name, **other._asdict(), "force_n": plain(force), "moment_n_m": plain(moment), "scaling_error": error,
@@ -526,20 +554,27 @@ def design_json(ensemble, results):
 
 
 def write_tables(ensemble, results, spectrum):
-    """design.csv, line_load.csv, pressure_over_height.csv, loads_over_time.csv, shock_spectrum.csv. @return their names"""
+    """design.csv, line_load.csv, arm_load.csv of a mast with an arm, pressure_over_height.csv, loads_over_time.csv, shock_spectrum.csv.
+    @return their names"""
     folder, plan = ensemble.folder, ensemble.plan
     rows = [{"quantity": q.key, "snow": plan["snows"][i]["name"], "value": e.value, "grid_uncertainty": e.grid, "gci": e.gci,
              "known_uncertainty": e.known, "standard_error": e.standard_error, "uncertainty": e.total}
             for q in quantities_of(plan) for i, e in enumerate(row[q.key] for row in results.table)]
     tables = {"design.csv": pd.DataFrame(rows), "pressure_over_height.csv": pd.DataFrame(results.profile_table(ensemble))}
-    low, high, lines = results.line_loads(plan)
+    low, high, lines, arm = results.line_loads(plan)
     tables["line_load.csv"] = pd.DataFrame({"z_from_m": low, "z_to_m": high, **{f"{name}_kn_m": 1e-3 * q for name, q in lines.items()}})
+    if arm:
+        upper = {f"upper_{axis}_kn": [1e-3 * results.ranges[f"{of}_{name}_n"].high if f"{of}_{name}_n" in results.ranges else math.nan for name in arm]
+                 for axis, of in (("downstream", "arm_force"), ("upwards", "arm_lift"))}
+        tables["arm_load.csv"] = pd.DataFrame({"with_line_load": list(arm), "downstream_kn": [1e-3 * force for force, _ in arm.values()],
+                                               "height_m": [at for _, at in arm.values()], **upper})
     times = []
     for snow, loads in enumerate(results.finest):
+        of_arm = {"arm_force_x_n": loads.arm.force, "arm_force_z_n": loads.arm.vertical} if loads.has_arm else {}
         times.append(pd.DataFrame({"snow": plan["snows"][snow]["name"], "time_s": loads.time, "force_x_n": loads.force,
                                    "force_x_smooth_n": loads.smooth_force, "overturning_moment_n_m": loads.moment,
                                    "overturning_moment_smooth_n_m": loads.smooth_moment, "runup_p99_m": loads.runup, "runup_m": loads.highest,
-                                   "pressure_height_m": loads.pressure_height}))
+                                   "pressure_height_m": loads.pressure_height, **of_arm}))
     tables["loads_over_time.csv"] = pd.concat(times)
     spectra = {"frequency_hz": figures.FREQUENCIES}
     spectra.update({f"{snow['name']}_n": row for snow, row in zip(plan["snows"], spectrum)})

@@ -44,6 +44,13 @@ def is_oblique(plan):
     return plan["mast"].get("angle_deg", 0.0) != 0.0
 
 
+ARM = [Quantity("mast_force_mean_n", "force downstream on the mast without its arm, steady mean", "kN", 1e-3),
+       Quantity("mast_moment_mean_n_m", "overturning moment of the mast without its arm, steady mean", "kN m", 1e-3),
+       *(Quantity(f"arm_{name}_{which}_n", f"arm: force {axis}, {text}", "kN", 1e-3) for name, axis in (("force", "downstream"), ("lift", "upwards"))
+         for which, text in (("mean", "steady mean"), ("steady_peak", "steady peak (0.1 s)"), ("first_impact", "first impact (0.1 s)"))),
+       Quantity("arm_height_m", "arm: height at which its mean force gives its moment", "m", 1.0)]
+
+
 STEADY_FORCES = ("force_steady_peak_n", "force_with_vibration_steady_n")
 IMPACT_FORCES = ("force_first_impact_n", "force_with_vibration_n")
 STEADY_MOMENTS = ("moment_steady_peak_n_m", "moment_with_vibration_steady_n_m")
@@ -57,10 +64,10 @@ LINE_LOADS = {"mean": "steady mean", "steady_peak": "steady peak", "first_impact
 
 
 def quantities_of(plan):
-    """All quantities: the fixed ones, those of an oblique flow, and where there are modes, what they add."""
+    """All quantities: the fixed ones, those of an arm and of an oblique flow, and where there are modes, what they add."""
     lateral = [Quantity(f"{name}_{which}", f"{label}, {text} (0.1 s)", unit, 1e-3)
                for name, label, unit in LATERAL for which, text in (("steady_peak", "steady peak"), ("first_impact", "first impact"))]
-    fixed = QUANTITIES + (lateral if is_oblique(plan) else [])
+    fixed = QUANTITIES + (ARM if "arm" in plan else []) + (lateral if is_oblique(plan) else [])
     if not plan["modes"]:
         return fixed
     vibrating = [
@@ -182,6 +189,10 @@ class Results:
         """The same of the overturning moment."""
         return self.upper(STEADY_MOMENTS + (() if steady_only else IMPACT_MOMENTS))
 
+    def arm_force(self, steady_only=False, name="arm_force"):
+        """The same of the force on the arm downstream, or upwards ('arm_lift'), and of its mean, whose uncertainty can be the greatest."""
+        return self.upper((f"{name}_mean_n", f"{name}_steady_peak_n") + (() if steady_only else (f"{name}_first_impact_n",)))
+
     def snow_upper(self, snow):
         """(force, moment): the upper values of the headline, of one snow; NaN where there is none."""
         upper = []
@@ -194,8 +205,20 @@ class Results:
         """Number of the snow whose value plus uncertainty is greatest."""
         return int(np.nanargmax([row[key].upper for row in self.table]))
 
+    def arm_loads(self):
+        """{name of a line load: (force, N; height, m)} of the arm: its part of the upper value of the moment when that is reached."""
+        found = {}
+        for name in ("mean", "steady_peak", "first_impact"):
+            moment = self.ranges[f"moment_{name}_n_m"].high
+            if self.finest[0].has_arm and math.isfinite(moment):
+                of = self.finest[self.governing(f"moment_{name}_n_m")]
+                force, of_arm, whole = (of.at(name, values, of.smooth_moment) for values in (of.arm.force, of.arm.moment, of.moment))
+                found[name] = (moment * force / whole, of_arm / force if force > 0.0 else of.arm_middle)
+        return found
+
     def line_loads(self, plan):
-        """(lower edges of z, upper edges, {name: N/m}): loads whose integral and moment about the ground are the upper values of the page.
+        """(lower edges of z, upper edges, {name: N/m}, {name: arm_loads()}): loads on the mast that have with those on its arm the upper values
+        of the page as integral and moment about the ground.
 
         'mean', 'steady_peak', 'first_impact': the profile of the snow that gives the greatest force, at that time, stretched over height
         and scaled to both. 'with_vibration': the static load that overturns most, and the force of the mast's masses in the first mode.
@@ -204,25 +227,28 @@ class Results:
         z, step, _ = self.finest[0].line_load
         top = max(z[-1] + 0.5 * step, height or 0.0) * 1.25
         edges = step * np.arange(math.ceil(top / step - 1e-9) + 1)
-        loads = {}
+        loads, arm, centre = {}, self.arm_loads(), 0.5 * (edges[1:] + edges[:-1])
         for name in ("mean", "steady_peak", "first_impact"):
             force, moment = self.ranges[f"force_{name}_n"].high, self.ranges[f"moment_{name}_n_m"].high
             if math.isfinite(force) and math.isfinite(moment):
-                profile = self.finest[self.governing(f"force_{name}_n")].line_at(name)[1]
-                loads[name] = fitted_line(z, profile, edges, force, moment, base)
+                of, (on_arm, at) = self.finest[self.governing(f"force_{name}_n")], arm.get(name, (0.0, 0.0))
+                loads[name] = fitted_line(z, of.at(name, of.line_load[2]), edges, force - on_arm, moment - at * on_arm, base)
         (_, force), (_, moment) = self.design_force(), self.design_moment()
         statics = [name for name in ("steady_peak", "first_impact") if name in loads]
         if plan["modes"] and statics:
-            centre = 0.5 * (edges[1:] + edges[:-1])
-            snow = max((loads[name] for name in statics), key=lambda q: q @ centre)
-            loads["with_vibration"] = fitted_line(centre, snow, edges, force, moment, base)
+            static = max(statics, key=lambda name: loads[name] @ centre)
+            snow, (on_arm, at) = loads[static], arm.get(static, (0.0, 0.0))
+            loads["with_vibration"] = fitted_line(centre, snow, edges, force - on_arm, moment - at * on_arm, base)
+            scale = 1.0
             if height:
                 masses = self._inertia(plan["mast"], edges)
-                system = step * np.array([[snow.sum(), masses.sum()], [snow @ centre, masses @ centre]])
-                scale, inertia = np.linalg.solve(system, [force, moment])
-                if 0.8 <= scale <= 1.25:
-                    loads["with_vibration"] = scale * snow + inertia * masses
-        return edges[:-1], edges[1:], loads
+                system = np.array([[step * snow.sum() + on_arm, step * masses.sum()], [step * snow @ centre + at * on_arm, step * masses @ centre]])
+                found, inertia = np.linalg.solve(system, [force, moment])
+                if 0.8 <= found <= 1.25:
+                    loads["with_vibration"], scale = found * snow + inertia * masses, found
+            if arm:
+                arm["with_vibration"] = (scale * on_arm, at)
+        return edges[:-1], edges[1:], loads, arm
 
     @staticmethod
     def _inertia(mast, edges):
