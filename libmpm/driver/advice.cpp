@@ -244,22 +244,24 @@ Finding mast_height(const Impact& i) {
       "the first splash, and snow with little friction, may pass over the top; the run-up is then that of a mast that ends there", remedy};
 }
 
-/// An obstacle above the ground: the columns of nodes on its top and on its underside share nodes where it is thinner than three cells
-/// (core/folded_wall.hpp), and a steady flow reaches no higher than Bernoulli's bound.
-Finding obstacle_base(const Impact& i) {
-  if (i.mast.base <= 0.0) return {};
+/// What begins above the ground: the columns of nodes on its top and on its underside share nodes where it is thinner than three cells
+/// (core/folded_wall.hpp), and a steady flow reaches no higher than Bernoulli's bound. @param table  that gives its base_m and height_m
+Finding above_the_ground(const Impact& i, const std::string& table, double base, double top) {
   constexpr double least = 3.0;
-  const double thickness = i.mast.solid().top - i.mast.base, bound = i.depth() + 0.5 * i.speed * i.speed / i.c.numerics.gravity;
+  const double thickness = top - base, bound = i.depth() + 0.5 * i.speed * i.speed / i.c.numerics.gravity;
   if (thickness / i.dx() < least - 1e-6) {
-    return Advice{"obstacle_base", fmt::format("{} cells between obstacle.base_m and obstacle.height_m", n(thickness / i.dx())),
+    return Advice{table + "_base", fmt::format("{0} cells between {1}.base_m and {1}.height_m", n(thickness / i.dx()), table),
                   "contact on the top and on the underside acts on the same nodes, so that snow on one side feels that on the other",
                   fmt::format("take numerics.cell_size_m = {} (three cells)", n(thickness / least))};
   }
-  if (i.mast.base < bound) return {};
-  return Advice{"obstacle_base",
-                fmt::format("obstacle.base_m = {} m is above Bernoulli's bound H + v^2/2g = {} m", n(i.mast.base), n(bound)),
+  if (base < bound) return {};
+  return Advice{table + "_base", fmt::format("{}.base_m = {} m is above Bernoulli's bound H + v^2/2g = {} m", table, n(base), n(bound)),
                 "a steady flow passes below it; only the first splash may reach it", "check the value"};
 }
+Finding obstacle_base(const Impact& i) {
+  return i.mast.base > 0.0 ? above_the_ground(i, "obstacle", i.mast.base, i.mast.solid().top) : Finding{};
+}
+Finding arm_base(const Impact& i) { return i.c.arm ? above_the_ground(i, "arm", i.c.arm->base, i.c.arm->height) : Finding{}; }
 
 /// validation/cases/avalanche_convergence: a window of 4 w + 2 w and a belt of 6 w against 5 w + 3 w and 12 w changes run-up and force by
 /// at most 3 % (w = H).
@@ -400,9 +402,10 @@ std::vector<Advice> advise(const Case& c) {
   }
   if (!c.conveyor || !c.obstacle) return all;
   const Impact impact{c, *c.conveyor, *c.obstacle, std::max(c.conveyor->velocity, Inflow(*c.conveyor).fastest())};
-  constexpr Finding (*rules[])(const Impact&) = {cells_across,         nodal_width, aligned_lattice, splash_and_duration, flow_passage,
-                                                 rows_in_force_window, mach_number, wave_speed,      compaction_shock,    slope,
-                                                 range_of_equations,   mast_height, obstacle_base,   size_of_the_window,  jam_at_the_inlet};
+  constexpr Finding (*rules[])(const Impact&) = {
+      cells_across,       nodal_width,      aligned_lattice, splash_and_duration, flow_passage, rows_in_force_window, mach_number,
+      wave_speed,         compaction_shock, slope,           range_of_equations,  mast_height,  obstacle_base,        arm_base,
+      size_of_the_window, jam_at_the_inlet};
   for (const auto& rule : rules) {
     if (Finding found = rule(impact)) all.push_back(std::move(*found));
   }

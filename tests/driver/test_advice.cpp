@@ -159,6 +159,15 @@ TEST(AdviceAboutACase, WarnsOfAnObstacleAboveTheGroundThatIsThinOrOutOfReach) {
   EXPECT_THAT(of("range_of_equations", {"obstacle.base_m=1"}).what, HasSubstr("above the ground"));
 }
 
+TEST(AdviceAboutACase, WarnsOfAnArmThatIsThinOrAboveTheRunUp) {
+  const auto arm = [](const std::string& base, const std::string& height) {
+    return of("arm_base", {"arm.length_m=4", "arm.depth_m=1", "arm.base_m=" + base, "arm.height_m=" + height});
+  };
+  EXPECT_EQ(arm("2", "3").rule, "");
+  EXPECT_THAT(arm("2", "2.5").what, HasSubstr("2 cells between arm.base_m and arm.height_m"));
+  EXPECT_THAT(arm("9.7", "11").what, HasSubstr("arm.base_m = 9.7 m is above Bernoulli's bound"));
+}
+
 TEST(AdviceAboutACase, WarnsOfAWindowSmallerThanThoseThatWereChecked) {
   EXPECT_THAT(of("size_of_the_window", {"conveyor.upstream_length_m=5"}).what, HasSubstr("upstream_length_m = 5 (4 w = 7)"));
   for (const char* const shape : {"box", "cylinder", "wedge"}) {
