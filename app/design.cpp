@@ -38,6 +38,8 @@ void print_plan(std::FILE* to, const DesignPlan& plan, const std::filesystem::pa
   fmt::print(to, "mast   {} {:.3g} m wide, {}{}, friction {:.3g}\n", mast.shape == SiteMast::Shape::box ? "box" : "cylinder", mast.width,
              mast.height ? fmt::format("{:.3g} m high", *mast.height) : "taller than any jet",
              mast.angle != 0.0 ? fmt::format(", turned by {:.3g} degrees", mast.angle * 180.0 / std::numbers::pi) : "", mast.friction);
+  if (const auto& arm = plan.site.arm)
+    fmt::print(to, "arm    {:.3g} m long, {:.3g} to {:.3g} m above the ground\n", arm->length, arm->base, arm->height);
   for (const SiteMode& mode : plan.site.modes)
     fmt::print(to, "mode   {:.3g} Hz, damping {:.3g} %\n", mode.frequency, 100.0 * mode.damping_ratio);
   std::string source;

@@ -35,6 +35,8 @@ struct ArmSpec {
     table.add("base_m", &ArmSpec::base).unit("m").range(0.0, 1e5).required().text("Height of its underside");
     table.add("height_m", &ArmSpec::height).unit("m").positive(1e5).required().text("Height of its top");
   }
+  /// The obstacle that carries it. @param carrier  what the file calls that, for messages @param report  of this component
+  void check_on(const ObstacleSpec& obstacle, const std::string& carrier, ParameterReport& report) const;
   /// The underside is below the top.
   template <class Report>
   void check(Report& report) const {

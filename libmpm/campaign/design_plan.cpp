@@ -8,6 +8,7 @@
 #include <nlohmann/json.hpp>
 #include <numbers>
 #include <optional>
+#include <regex>
 
 #include "libmpm/base/error.hpp"
 #include "libmpm/driver/build_info.hpp"
@@ -26,10 +27,11 @@ const std::vector<std::vector<int>>& grid_sets() {
   return sets;
 }
 
+constexpr std::array ladder{3, 5, 7, 11, 15, 21};  ///< cells in the smaller of w and H
+
 /// The grids given in [plan]; empty: the budget decides.
 std::vector<int> prescribed_grids(const SitePlan& plan) {
   if (plan.finest_cells == 0) return {};
-  static constexpr std::array ladder{3, 5, 7, 11, 15, 21};
   const auto finest = std::ranges::find(ladder, plan.finest_cells) - ladder.begin();
   const auto count = std::min<std::ptrdiff_t>(plan.grids == 0 ? 3 : plan.grids, finest + 1);
   return {ladder.begin() + (finest + 1 - count), ladder.begin() + finest + 1};
@@ -55,13 +57,22 @@ double duration_of(const Site& site) {
 /// it.
 CompactWindow window_of(const Site& site) {
   const SiteMast& mast = site.mast;
-  const Eigen::AlignedBox2d plan =
-      BoxShape{mast.width, mast.depth.value_or(mast.width), mast.angle}.outline().bounds();  // or of a cylinder
+  const Eigen::AlignedBox2d plan = outline_of(mast.obstacle().shape).bounds();
   const WindowFlow flow{
       .froude = froude_number(site.flow.velocity, site.flow.depth, site.gravity()), .height = site.flow.depth, .critical_state_ratio = 0.0};
-  const CompactWindow window = compact_window(flow, plan.sizes().y(), plan.max().x());
+  CompactWindow window = compact_window(flow, plan.sizes().y(), plan.max().x());
+  constexpr double beside = 2.5;  // of r, between the end of an arm and the side wall: as beside the mast with w = r
+  if (site.arm)
+    window.width = std::max(window.width, site.arm->length + 2.0 * beside * std::max(mast.width, std::sqrt(mast.width * flow.height)));
   const auto whole = [&](double length) { return mast.width * std::ceil(length / mast.width - 1e-9); };
   return {2.0 * whole(0.5 * window.width), whole(window.upstream_length), whole(window.downstream_length)};
+}
+
+/// The keys of an arm with their values.
+std::vector<std::pair<std::string, double>> keys_of(const ArmSpec& arm) {
+  std::vector<std::pair<std::string, double>> keys;
+  for (const auto& p : parameters_of<ArmSpec>().all()) keys.emplace_back(p.info.name, std::get<double>(*p.get(arm)));
+  return keys;
 }
 
 /// The common part of all cases as TOML: everything except snow and grid.
@@ -71,7 +82,6 @@ std::string base_case(const Site& site) {
   const CompactWindow window = window_of(site);
   const double w = mast.width, smaller = std::min(w, flow.depth);
   const bool box = mast.shape == SiteMast::Shape::box;
-  const double depth = box ? *mast.depth : w;
   std::string text = fmt::format(
       "[material]\nmodel = \"cohesive_cam_clay\"\ndensity_kg_m3 = {}\ncritical_state_slope = 0.5\ncohesion_beta = 0.0\n"
       "hardening_xi = 5.0\n",
@@ -82,9 +92,16 @@ std::string base_case(const Site& site) {
       "mirror_y = {}\n",
       flow.velocity, flow.depth, window.width, window.upstream_length, window.downstream_length, mast.angle == 0.0);
   text += fmt::format("[obstacle]\nshape = \"{}\"\nwidth_m = {}\nfriction = {}\n", box ? "box" : "cylinder", w, mast.friction);
-  if (box) text += fmt::format("depth_m = {}\n", depth);
+  if (box) text += fmt::format("depth_m = {}\n", *mast.depth);
   if (mast.angle != 0.0) text += fmt::format("rotation_deg = {}\n", mast.angle * 180.0 / std::numbers::pi);
   if (mast.height) text += fmt::format("height_m = {}\n", *site.exposed_height());
+  if (site.arm) {
+    ArmSpec arm = *site.arm;  // above the bed
+    arm.base -= flow.snow_cover;
+    arm.height -= flow.snow_cover;
+    text += "[arm]\n";
+    for (const auto& [key, value] : keys_of(arm)) text += fmt::format("{} = {}\n", key, value);
+  }
   text += fmt::format("[numerics]\ncell_size_m = {}\ngravity_m_s2 = {}\n", cell_size_of(site, 5), site.gravity());
   // The paper's windows at seven cells: bins of dx/2, a filter of 13 bins, a box from -0.5 dx to 2.5 dx.
   const double bin = smaller / 14.0;
@@ -96,18 +113,28 @@ std::string base_case(const Site& site) {
 
 /// A text in which keys of a case file are replaced by those of the site file that they come from.
 std::string in_words_of_the_site(std::string text, const Site& site) {
-  const char* height = site.flow.snow_cover > 0.0 ? "mast.height_m less flow.snow_cover_m" : "mast.height_m";
-  const std::array<std::array<const char*, 2>, 8> names{{{"obstacle.height_m", height},
-                                                         {"obstacle.width_m", "mast.width_m"},
-                                                         {"obstacle.friction", "mast.friction"},
-                                                         {"conveyor.velocity_m_s", "flow.velocity_m_s"},
-                                                         {"conveyor.flow_height_m", "flow.depth_m"},
-                                                         {"material.density_kg_m3", "flow.density_kg_m3"},
-                                                         {"numerics.cell_size_m", "plan.finest_cells"},
-                                                         {"output.duration_s", "plan.duration_s"}}};
+  static const std::regex cell_size(R"(numerics\.cell_size_m = ([0-9]+\.?[0-9]*(e-[0-9]+)?))");
+  for (std::smatch found; std::regex_search(text, found, cell_size);) {
+    const double needed = std::min(site.mast.width, site.flow.depth) / std::stod(found[1]);
+    const auto cells = std::ranges::find_if(ladder, [&](int n) { return n >= std::max(needed, 5.0) - 1e-6; });
+    const std::string key =
+        cells == ladder.end() ? "a finer grid than plan.finest_cells = 21" : fmt::format("plan.finest_cells = {}", *cells);
+    text = found.prefix().str() + key + found.suffix().str();
+  }
+  const std::string above = site.flow.snow_cover > 0.0 ? " less flow.snow_cover_m" : "";
+  const std::array<std::array<std::string, 2>, 10> names{{{"obstacle.height_m", "mast.height_m" + above},
+                                                          {"obstacle.width_m", "mast.width_m"},
+                                                          {"obstacle.friction", "mast.friction"},
+                                                          {"arm.base_m", "arm.base_m" + above},
+                                                          {"arm.height_m", "arm.height_m" + above},
+                                                          {"conveyor.velocity_m_s", "flow.velocity_m_s"},
+                                                          {"conveyor.flow_height_m", "flow.depth_m"},
+                                                          {"material.density_kg_m3", "flow.density_kg_m3"},
+                                                          {"numerics.cell_size_m", "plan.finest_cells"},
+                                                          {"output.duration_s", "plan.duration_s"}}};
   for (const auto& [of_case, of_site] : names) {
-    const std::string from = of_case;
-    for (std::size_t at = text.find(from); at != std::string::npos; at = text.find(from, at)) text.replace(at, from.size(), of_site);
+    for (std::size_t at = text.find(of_case); at != std::string::npos; at = text.find(of_case, at + of_site.size()))
+      text.replace(at, of_case.size(), of_site);
   }
   return text;
 }
@@ -205,6 +232,9 @@ std::string design_plan_json(const DesignPlan& plan) {
                       {"top_mass_ratio", site.mast.top_mass_ratio},
                       {"friction", site.mast.friction},
                       {"drag_coefficient", site.mast.drag_coefficient ? Json(*site.mast.drag_coefficient) : Json()}};
+  if (site.arm) {
+    for (const auto& [key, value] : keys_of(*site.arm)) root["arm"][key] = value;
+  }
   root["modes"] = Json::array();
   for (const SiteMode& mode : site.modes)
     root["modes"].push_back({{"frequency_hz", mode.frequency},

@@ -45,10 +45,10 @@ struct DesignPlan {
 /// of the level; {3, 5} if none does. [plan] may prescribe them.
 ///
 /// Each run: a window in whole mast widths, at least 4 r upstream, depth of the mast + r downstream and a belt of 6 r, r = max(w, sqrt(w
-/// H)) (with w = H: 3 % of run-up and force, validation/cases/avalanche_convergence; else assumed); half of it computed; measuring windows
-/// in metres, the same on all grids; 100 rows a second; numerics by the program's defaults; gravity g cos(slope) without a
-/// slope, so that the flow keeps its speed. Duration: 2 v/g for the first splash, then max(3 v/g, 3 s); at least a distance of 20
-/// max(w, H) (the paper's slowest runs: 14 H and more).
+/// H)) (with w = H: 3 % of run-up and force, validation/cases/avalanche_convergence; else assumed), at least 5 r more than an arm is long
+/// (assumed); half of it computed; measuring windows in metres, the same on all grids; 100 rows a second; numerics by the program's
+/// defaults; gravity g cos(slope) without a slope, so that the flow keeps its speed. Duration: 2 v/g for the first splash, then max(3 v/g,
+/// 3 s); at least a distance of 20 max(w, H) (the paper's slowest runs: 14 H and more).
 /// @param overrides  "table.key=value" of a case file, for all runs
 /// @throws ConfigError
 [[nodiscard]] DesignPlan make_design(const Site& site, DesignLevel level, const std::vector<std::string>& overrides = {});

@@ -22,6 +22,16 @@ std::string to_string(SnowClass c) {
 }
 
 double Site::gravity() const { return standard_gravity * std::cos(flow.slope); }
+ObstacleSpec SiteMast::obstacle() const {
+  ObstacleSpec made{.height = height};
+  if (shape == Shape::cylinder) {
+    made.shape = CylinderShape{width};
+  } else {
+    made.shape = BoxShape{width, depth.value_or(width), angle};
+  }
+  return made;
+}
+
 std::optional<double> Site::exposed_height() const { return mast.height ? std::optional(*mast.height - flow.snow_cover) : std::nullopt; }
 double Site::froude_number() const { return mpm::froude_number(flow.velocity, flow.depth, gravity()); }
 
@@ -37,6 +47,9 @@ const config::SchemaOf<Site>& site_schema() {
             [](auto& site) { return &site.snows; });
     s.table(
         "mast", "The mast: rigid, upright, with separable Coulomb contact", [](auto& site) -> auto& { return site.mast; });
+    s.table(
+        "arm", "Cross-arm of the mast: a beam across the flow, as in a case file, heights above the ground; left out: none",
+        [](auto& site) -> auto& { return site.arm; });
     s.table("mode", "Modes of vibration of the mast in the direction of the flow, any number", [](auto& site) { return &site.modes; });
     s.table(
         "range", "Uncertainty of the avalanche: the page scales the loads to the ends, without runs",
@@ -86,6 +99,17 @@ void resolve_snows(Site& site, ParameterReport& report) {
   }
 }
 
+/// The arm against the mast, as in a case, and against the snow cover.
+void check_arm(const Site& site, ParameterReport& report) {
+  if (!site.arm) return;
+  TableReport own(report, "arm");
+  if (site.mast.width > 0.0 && report.all_valid({"mast.shape", "mast.width_m", "mast.depth_m", "mast.angle_deg", "mast.height_m"}))
+    site.arm->check_on(site.mast.obstacle(), "mast", own);
+  if (report.all_valid({"arm.base_m", "flow.snow_cover_m"}) && site.arm->base < site.flow.snow_cover)
+    own.problem("base_m", fmt::format("= {} is in the snow cover, which reaches to {} m; heights are above the ground", site.arm->base,
+                                      site.flow.snow_cover));
+}
+
 void resolve(Site& site, ParameterReport& report) {
   resolve_speed(site, report);
   resolve_snows(site, report);
@@ -96,6 +120,7 @@ void resolve(Site& site, ParameterReport& report) {
                    fmt::format("= {} m is lower than the flow{}, {} m; a mast is higher, check the unit", *site.mast.height,
                                site.flow.snow_cover > 0.0 ? " on its snow cover" : "", site.flow.depth + site.flow.snow_cover));
   }
+  check_arm(site, report);
   constexpr std::size_t most_scenarios = 3;
   if (site.scenarios.size() > most_scenarios)
     report.problem("scenario[3]", fmt::format("is one of {} scenarios; at most {} are possible", site.scenarios.size(), most_scenarios));

@@ -16,6 +16,7 @@
 #include <vector>
 
 #include "libmpm/base/types.hpp"
+#include "libmpm/boundary/arm_spec.hpp"
 #include "libmpm/config/schema.hpp"
 
 namespace mpm {
@@ -129,6 +130,8 @@ struct SiteMast {
   double friction = 0.15;                                                ///< mu
   std::optional<double> drag_coefficient;                                ///< c_D of the guideline's force; empty: by the shape
   bool operator==(const SiteMast&) const = default;
+
+  [[nodiscard]] ObstacleSpec obstacle() const;  ///< its shape and height; in a resolved site
 
   /// The keys of [mast] (base/parameter.hpp).
   template <class Table>
@@ -271,6 +274,7 @@ struct Site {
   SiteFlow flow;                        ///< [flow]
   std::vector<SiteSnow> snows;          ///< [[snow]]
   SiteMast mast;                        ///< [mast]
+  std::optional<ArmSpec> arm;           ///< [arm], heights above the ground
   std::vector<SiteMode> modes;          ///< [[mode]]
   SiteRange range;                      ///< [range]
   std::vector<SiteScenario> scenarios;  ///< [[scenario]]

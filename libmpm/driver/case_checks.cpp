@@ -81,23 +81,13 @@ void check_arm(const Case& c, ParameterReport& report) {
     return;
   }
   if (!ObstacleSpec::plan_is_valid(TableReport(report, "obstacle")) || !report.valid("obstacle.height_m")) return;
-  const Outline outline = outline_of(c.obstacle->shape);
-  const double width = outline.bounds().sizes().y(), deepest = 2.0 * outline.centre().x(), top = c.obstacle->solid().top;
-  if (report.valid("arm.length_m") && c.arm->length <= width) {
-    report.problem("arm.length_m", fmt::format("= {} does not reach beyond the obstacle, {:.6g} m across the flow; give a longer one",
-                                               c.arm->length, width));
-  }
+  TableReport own(report, "arm");
+  c.arm->check_on(*c.obstacle, "obstacle", own);
   if (c.conveyor && report.all_valid({"arm.length_m", "conveyor.width_m"}) && c.arm->length >= c.conveyor->width) {
     report.problem("arm.length_m", fmt::format("= {} reaches the side walls of the belt, {:.6g} m; give a shorter one, or a larger "
                                                "conveyor.width_m",
                                                c.arm->length, c.conveyor->width));
   }
-  if (report.valid("arm.depth_m") && c.arm->front(*c.obstacle) < 0.0) {
-    report.problem("arm.depth_m", fmt::format("= {} reaches upstream of the obstacle, where the snow begins; give at most {:.6g} m",
-                                              c.arm->depth, deepest));
-  }
-  if (report.valid("arm.base_m") && c.arm->base >= top)
-    report.problem("arm.base_m", fmt::format("= {} is not below the top of the obstacle, {:.6g} m", c.arm->base, top));
 }
 
 /// A body against grid, domain and obstacle. @param path  of its entry, "body[0]"

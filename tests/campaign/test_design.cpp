@@ -137,6 +137,32 @@ TEST(SiteFile, HoldsObliqueFlowSnowCoverBeamRangesAndScenariosAndHidesTheirDefau
   EXPECT_THAT(message_of(mast_site + scenario + scenario + scenario + scenario), HasSubstr("at most 3"));
 }
 
+const std::string arm = "[arm]\nlength_m = 4\ndepth_m = 0.5\nbase_m = 3\nheight_m = 3.4\n";
+
+TEST(SiteFile, HoldsAnArmWithTheKeysOfACase) {
+  const Site s = site(mast_site + arm);
+  EXPECT_EQ(s.arm->base, 3.0);
+  EXPECT_EQ(site(write_site(s)), s);
+  EXPECT_THAT(write_site(site()), ::testing::Not(HasSubstr("[arm]"))) << "sites of before stay as they are";
+  for (const auto& p : parameters_of<ArmSpec>().all()) {
+    EXPECT_NE(site_schema().find_key("arm", p.info.name), nullptr) << p.info.name;
+    std::string misspelt = arm;
+    misspelt.replace(misspelt.find(p.info.name), p.info.name.size(), p.info.name + "s");
+    EXPECT_THAT(message_of(mast_site + misspelt), HasSubstr("did you mean " + p.info.name));
+  }
+}
+
+TEST(SiteFile, ChecksAnArmAgainstTheMastAndTheSnowCoverAndNamesAllErrorsAtOnce) {
+  const std::string wrong = "[arm]\nlength_m = 0.7\ndepth_m = 0.9\nbase_m = 12\nheight_m = 13\n";
+  EXPECT_THAT(message_of(mast_site + wrong),
+              AllOf(HasSubstr("[arm] length_m = 0.7 does not reach beyond the mast, 0.8 m"),
+                    HasSubstr("depth_m = 0.9 reaches upstream of the mast, where the snow begins; give at most 0.8 m"),
+                    HasSubstr("base_m = 12 is not below the top of the mast, 12 m")));
+  EXPECT_THAT(message_of(with("width_m = 0.8\n", "") + wrong), ::testing::Not(HasSubstr("the mast"))) << "its size is not known";
+  EXPECT_THAT(message_of(with("snow_class", "snow_cover_m = 3.5\nsnow_class") + arm),
+              HasSubstr("[arm] base_m = 3 is in the snow cover, which reaches to 3.5 m"));
+}
+
 TEST(SiteFile, IsNamedWhereACaseIsExpected) {
   const auto file = std::filesystem::temp_directory_path() / "a_site_and_no_case.toml";
   std::ofstream(file) << mast_site;
@@ -236,6 +262,26 @@ TEST(DesignPlans, ComputeTheWholeFlowAgainstATurnedMastAndTheMastAboveASnowCover
     const double cells = 0.5 * c.conveyor->width / c.numerics.cell_size;
     EXPECT_NEAR(cells, std::round(cells), 1e-9);
   }
+}
+
+TEST(DesignPlans, PutTheArmAboveTheSnowCoverIntoEveryRunAndKeepTheSideWallsAway) {
+  const DesignPlan plan = make_design(site(with("snow_class", "snow_cover_m = 1.5\nsnow_class") + arm), DesignLevel::quick);
+  for (const CampaignRun& run : plan.campaign.runs) {
+    ASSERT_TRUE(run.spec.arm);
+    EXPECT_EQ(run.spec.arm->length, 4.0);
+    EXPECT_DOUBLE_EQ(run.spec.arm->base, 1.5);
+    EXPECT_DOUBLE_EQ(run.spec.arm->height, 1.9);
+    EXPECT_GE(run.spec.conveyor->width, 4.0 + 5.0 * std::sqrt(0.8 * 2.0)) << "2.5 r beside each end, r = sqrt(w H)";
+  }
+  const auto json = nlohmann::json::parse(design_plan_json(plan));
+  EXPECT_EQ(json["arm"]["base_m"], 3.0) << "above the ground";
+  EXPECT_FALSE(nlohmann::json::parse(design_plan_json(make_design(site(), DesignLevel::quick))).contains("arm"));
+  const std::vector<DesignAdvice> advice = design_advice(plan);
+  const auto thin = std::ranges::find(advice, "arm_base", &DesignAdvice::rule);
+  ASSERT_NE(thin, advice.end());
+  EXPECT_THAT(thin->text, AllOf(HasSubstr("cells between arm.base_m less flow.snow_cover_m and arm.height_m less"),
+                                HasSubstr("take plan.finest_cells = 7 (three cells)")))
+      << "0.4 m in three cells, six across the mast";
 }
 
 TEST(DesignPlans, KeepTheProgramsNumericsExceptTheStepAndTakeOverrides) {
