@@ -1,11 +1,85 @@
 #pragma once
-/// When blocks move to other ranks to distribute the work evenly.
+/// What a rank and its blocks cost in computing time, and when blocks move to other ranks to distribute the work evenly.
+///
+/// The time for the motion and the stresses of a block's particles is measured block by block. What else a rank computes (particles to the
+/// grid, walls, contact with an obstacle, sorting) is measured for all its blocks together, and shared among them in proportion. Contact
+/// concerns a few blocks only, which this does not know; but when blocks have left a rank that takes too long, its other blocks are found
+/// to cost more, until all ranks take equally long.
 
+#include <chrono>
 #include <cstddef>
 #include <cstdint>
 #include <optional>
+#include <vector>
+
+#include "libmpm/base/process.hpp"
+#include "libmpm/core/grid.hpp"
 
 namespace mpm {
+
+/// Processor time of the calling thread in a step, without waiting. A rank that waits keeps its core busy.
+class StepClock {
+ public:
+  /// At the beginning of a step.
+  void start() {
+    start_ = thread_seconds();
+    waited_ = 0.0;
+  }
+  /// At its end. @returns the computing time since start(), s; nothing if that was not called
+  std::optional<double> stop() {
+    if (!start_) return std::nullopt;
+    const double computed = thread_seconds() - *start_ - waited_;
+    start_.reset();
+    return computed;
+  }
+
+  /// From its creation to its end the rank waits.
+  class Waiting {
+   public:
+    /// @param sum  the elapsed time is added to it, s
+    Waiting(StepClock& clock, double& sum) : clock_(clock), sum_(sum) {}
+    ~Waiting() {
+      sum_ += std::chrono::duration<double>(Elapsed::now() - elapsed_).count();
+      clock_.waited_ += thread_seconds() - thread_;
+    }
+    Waiting(const Waiting&) = delete;
+    Waiting& operator=(const Waiting&) = delete;
+
+   private:
+    using Elapsed = std::chrono::steady_clock;
+    StepClock& clock_;
+    double& sum_;
+    Elapsed::time_point elapsed_ = Elapsed::now();
+    double thread_ = thread_seconds();
+  };
+
+ private:
+  std::optional<double> start_;
+  double waited_ = 0.0;
+};
+
+/// Computing time of a step for each particle, by block.
+class BlockCosts {
+ public:
+  /// Makes room. @param numbers  Grid::numbers()
+  void reserve(std::size_t numbers);
+  /// Notes what a block's particles took. Threads may note different blocks at the same time. @param time  s
+  void note(const Block& block, std::int32_t number, int particles, double time) noexcept;
+  /// Notes what a whole step took on this rank. @param time  computing time of all threads, without waiting, s
+  /// @param expected  sum of of_occupied_blocks(), s
+  void note_step(double time, double expected);
+  /// Computing time for each occupied block, s. A block that has not been measured takes as long as the measured ones do for as many
+  /// particles.
+  [[nodiscard]] std::vector<double> of_occupied_blocks(const Grid& grid) const;
+
+ private:
+  struct Measured {
+    Index3 block{};     ///< the number may belong to another block by now
+    double cost = 0.0;  ///< s for each particle; 0: not measured
+  };
+  std::vector<Measured> measured_;  ///< by number of block
+  double whole_ = 1.0;              ///< time of a step over the sum of the measured times
+};
 
 /// When new cuts of the curve through the blocks are tried, and when they are taken.
 struct Balancing {

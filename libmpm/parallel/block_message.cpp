@@ -31,14 +31,15 @@ void get_blocks(const Message& message, Grid& grid) {
 void collect_blocks(const Grid& from, const std::function<bool(const Block&)>& wanted, Grid& into) {
   RankGroup& ranks = from.ranks();
   std::vector<std::int32_t> blocks;
-  std::size_t particles = 0;
+  std::size_t bytes = 0;  // known at the start: a message that grows takes twice the memory
   for (const auto b : from.occupied_blocks()) {
     if (ranks.first() || !wanted(from.block(b))) continue;
     blocks.push_back(b);
-    particles += static_cast<std::size_t>(from.block(b).particles.count());
+    const auto particles = static_cast<std::size_t>(from.block(b).particles.count());
+    bytes += sizeof(Index3) + 3 * sizeof(double) + sizeof(int) + particles * (1 + record_bytes(from.precision()));
   }
   Message mine;
-  mine.reserve(message_bytes(blocks.size(), particles, from.precision()));
+  mine.reserve(bytes);
   for (const auto b : blocks) put_block(mine, from.block(b));
   auto all = ranks.gather(std::move(mine));
   for (Message& message : all) {

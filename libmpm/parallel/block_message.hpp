@@ -10,10 +10,6 @@ namespace mpm {
 
 /// Appends a block to a message.
 void put_block(Message& message, const Block& block);
-/// Bytes of so many blocks with so many particles: a message that grows takes twice the memory.
-constexpr std::size_t message_bytes(std::size_t blocks, std::size_t particles, Precision precision) {
-  return blocks * (sizeof(Index3) + 3 * sizeof(double) + sizeof(int)) + particles * (1 + record_bytes(precision));
-}
 /// Puts all blocks of a message into a grid. Call Grid::refresh() afterwards.
 void get_blocks(const Message& message, Grid& grid);
 

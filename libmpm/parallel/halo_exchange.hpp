@@ -4,8 +4,8 @@
 #include <cstdint>
 
 #include "libmpm/core/grid.hpp"
+#include "libmpm/parallel/balancing.hpp"
 #include "libmpm/parallel/halo_plan.hpp"
-#include "libmpm/parallel/step_clock.hpp"
 #include "libmpm/parallel/transport.hpp"
 
 namespace mpm {

@@ -3,7 +3,6 @@
 
 #include "libmpm/core/grid.hpp"
 #include "libmpm/parallel/balancing.hpp"
-#include "libmpm/parallel/block_costs.hpp"
 #include "libmpm/parallel/partition.hpp"
 #include "libmpm/parallel/transport.hpp"
 

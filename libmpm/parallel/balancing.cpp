@@ -1,4 +1,4 @@
-#include "libmpm/parallel/block_costs.hpp"
+#include "libmpm/parallel/balancing.hpp"
 
 #include <algorithm>
 
