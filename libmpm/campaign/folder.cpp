@@ -24,14 +24,10 @@ namespace fs = std::filesystem;
 
 /// Names of the folders that are not in the plan.
 std::vector<std::string> unnamed_folders(const fs::path& out, const Campaign& campaign) {
-  std::vector<std::string> names;
-  if (fs::is_directory(out / "runs")) {
-    for (const auto& entry : fs::directory_iterator(out / "runs")) {
-      const std::string name = entry.path().filename().string();
-      if (entry.is_directory() && std::ranges::find(campaign.runs, name, &CampaignRun::name) == campaign.runs.end()) names.push_back(name);
-    }
-  }
-  std::ranges::sort(names);
+  std::vector<std::string> names = names_in(out / "runs");
+  std::erase_if(names, [&](const std::string& name) {
+    return !fs::is_directory(out / "runs" / name) || std::ranges::find(campaign.runs, name, &CampaignRun::name) != campaign.runs.end();
+  });
   return names;
 }
 
@@ -64,9 +60,7 @@ void move_aside(const fs::path& directory) {
   if (!fs::exists(directory / "results.json") && !has_checkpoint(directory)) return remove_tree(directory);
   int number = 1;
   while (fs::exists(fs::symlink_status(fmt::format("{}.{}", directory.string(), number)))) ++number;
-  std::error_code error;
-  fs::rename(directory, fmt::format("{}.{}", directory.string(), number), error);
-  if (error) throw file_error("cannot rename", directory, error.value());
+  rename_file(directory, fmt::format("{}.{}", directory.string(), number));
 }
 
 /// What does not match its checksums in a finished run, which is then computed again in its place; empty: nothing, or what cannot be read
@@ -174,10 +168,8 @@ Preparation prepare(const fs::path& out, const Campaign& campaign) {
   remove_leftovers(out);
   const std::vector<std::string> unnamed = unnamed_folders(out, campaign);
   for (const auto& [run, folder] : adoptable(out, campaign, unnamed)) {
-    std::error_code error;
     move_aside(run_directory(out, *run));
-    fs::rename(out / "runs" / folder, run_directory(out, *run), error);
-    if (error) throw file_error("cannot rename", out / "runs" / folder, error.value());
+    rename_file(out / "runs" / folder, run_directory(out, *run));
   }
   write_file(out / "plan.toml", resolved_plan(campaign));
   return p;

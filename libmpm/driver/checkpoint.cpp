@@ -202,9 +202,7 @@ std::string resume_from_checkpoint(const std::filesystem::path& directory, const
     if (reasons.empty()) return {};
     std::string kept;
     if (std::filesystem::exists(directory / checkpoint_file)) {
-      std::error_code error;
-      std::filesystem::rename(directory / checkpoint_file, directory / refused_checkpoint_file, error);
-      if (error) throw file_error("cannot rename", directory / checkpoint_file, error.value());
+      rename_file(directory / checkpoint_file, directory / refused_checkpoint_file);
       kept = fmt::format(" (kept as {})", refused_checkpoint_file);
     }
     return fmt::format("{}{}; going on from {}", reasons.front(), kept, previous_checkpoint_file);

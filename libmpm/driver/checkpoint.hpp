@@ -15,7 +15,7 @@ namespace mpm {
 
 class BlockExchange;
 
-/// Version 3: the state of observers is stored by name, as "observer.array". Other versions are refused.
+/// Attribute format_version; other versions are refused.
 inline constexpr int checkpoint_format_version = 4;
 
 /// Name of the newest checkpoint in the folder of a run.

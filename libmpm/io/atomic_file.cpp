@@ -14,7 +14,6 @@
 #include <regex>
 #include <system_error>
 #include <utility>
-#include <vector>
 
 #include "libmpm/base/text.hpp"
 
@@ -180,23 +179,34 @@ void write_file(const std::filesystem::path& target, std::string_view content) {
 
 void remove_leftovers(const std::filesystem::path& directory) {
   static const std::regex pattern(R"(\..+\.(\d{1,9})\.\d+\.tmp)");  // as the constructor of AtomicFile writes them
-  std::error_code error;
-  std::vector<std::filesystem::path> leftovers;
-  for (auto it = std::filesystem::directory_iterator(directory, error); !error && it != std::filesystem::directory_iterator();
-       it.increment(error)) {
+  for (const std::string& name : names_in(directory)) {
     std::smatch match;
-    const std::string name = it->path().filename().string();
-    if (!std::regex_match(name, match, pattern)) continue;
-    if (!being_written(it->path(), static_cast<pid_t>(std::stol(match[1])))) leftovers.push_back(it->path());
+    if (std::regex_match(name, match, pattern) && !being_written(directory / name, static_cast<pid_t>(std::stol(match[1]))))
+      remove_file(directory / name);
   }
-  if (error && error != std::errc::no_such_file_or_directory) throw file_error("cannot read directory", directory, error.value());
-  for (const auto& path : leftovers) remove_file(path);
 }
 
 void remove_file(const std::filesystem::path& path) {
   std::error_code error;
   std::filesystem::remove(path, error);
   if (error) throw file_error("cannot remove", path, error.value());
+}
+
+void rename_file(const std::filesystem::path& from, const std::filesystem::path& to) {
+  std::error_code error;
+  std::filesystem::rename(from, to, error);
+  if (error) throw file_error("cannot rename", from, error.value());
+}
+
+std::vector<std::string> names_in(const std::filesystem::path& directory) {
+  std::error_code error;
+  std::vector<std::string> names;
+  for (auto it = std::filesystem::directory_iterator(directory, error); !error && it != std::filesystem::directory_iterator();
+       it.increment(error))
+    names.push_back(it->path().filename().string());
+  if (error && error != std::errc::no_such_file_or_directory) throw file_error("cannot read directory", directory, error.value());
+  std::ranges::sort(names);
+  return names;
 }
 
 void make_directory(const std::filesystem::path& directory) {

@@ -13,6 +13,7 @@
 #include <string>
 #include <string_view>
 #include <utility>
+#include <vector>
 
 #include "libmpm/base/error.hpp"
 
@@ -105,6 +106,12 @@ void remove_leftovers(const std::filesystem::path& directory);
 
 /// Removes a file; no error if there is none.
 void remove_file(const std::filesystem::path& path);
+
+/// Renames a file or a directory. @throws IoError
+void rename_file(const std::filesystem::path& from, const std::filesystem::path& to);
+
+/// Names in a directory, sorted; none if it does not exist. @throws IoError
+std::vector<std::string> names_in(const std::filesystem::path& directory);
 
 /// Creates a directory and its parents; no error if it exists.
 void make_directory(const std::filesystem::path& directory);

@@ -3,9 +3,9 @@
 ///
 /// The HDF5 library writes the structure of the file. The content of the arrays is written directly to its place, piece by piece, also by
 /// several processes, so that memory need not hold an array. The file appears complete or not at all (atomic_file.hpp), the library never
-/// sees a write error (hdf5_target.hpp), and equal content gives equal bytes (no time stamps). After the end of the HDF5 part, which other
-/// readers ignore, there are 16 bytes: `MPMCRC32` + the CRC-32 of all bytes before as eight hexadecimal digits. The Reader checks them
-/// before it hands the file to the HDF5 library, so that a truncated or altered file gives a message instead of a crash.
+/// sees a write error (Target in hdf5_writer.cpp), and equal content gives equal bytes (no time stamps). After the end of the HDF5 part,
+/// which other readers ignore, there are 16 bytes: `MPMCRC32` + the CRC-32 of all bytes before as eight hexadecimal digits. The Reader
+/// checks them before it hands the file to the HDF5 library, so that a truncated or altered file gives a message instead of a crash.
 ///
 /// Arrays are stored contiguous and uncompressed. Measured on synthetic frames of 376,000 particles (47 MB) in memory:
 /// written in 0.28 s, fsync included; shuffle and deflate take 0.4 to 0.5 s more on one core and save 46 % (noisy) to 64 % (clean).
