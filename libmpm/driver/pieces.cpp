@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <utility>
 
-#include "libmpm/io/particle_order.hpp"
 #include "libmpm/parallel/tasks.hpp"
 
 namespace mpm {

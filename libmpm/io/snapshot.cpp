@@ -16,30 +16,34 @@
 #include "libmpm/io/atomic_file.hpp"
 #include "libmpm/io/hdf5.hpp"
 #include "libmpm/io/joint_file.hpp"
-#include "libmpm/io/particle_order.hpp"
 
 namespace mpm {
 namespace {
 
 using Kind = SnapshotKind;
 
+constexpr int snapshot_format_version = 1;  // another version is refused
+
 constexpr std::string_view name_of(Kind kind) { return kind == Kind::frame ? "frame" : "final"; }
 
+/// Calls f(name in the file, column, numbers a particle) for each column that a kind of file holds as it is.
+template <class F>
+void for_each_stored(Kind kind, F&& f) {
+  f("position_m", &ParticleTable::position, 3);
+  f("velocity_m_s", &ParticleTable::velocity, 3);
+  if (kind == Kind::final) f("velocity_gradient_1_s", &ParticleTable::affine, 9);
+  f("kirchhoff_stress_pa", &ParticleTable::stress, 6);
+  f("internal", &ParticleTable::internal, 1);
+  f("volume_ratio", &ParticleTable::volume_ratio, 1);
+  f("reference_volume_m3", &ParticleTable::volume, 1);
+}
+
 void check_columns(const std::filesystem::path& path, Kind kind, const ParticleTable& p) {
-  const std::size_t n = p.size();
-  const auto check = [&](const char* name, std::size_t size, std::size_t components) {
-    if (size != components * n) {
-      throw IoError(fmt::format("cannot write '{}': column {} has {} numbers for {} particles, {} are needed", path.string(), name, size, n,
-                                components * n));
-    }
-  };
-  check("position", p.position.size(), 3);
-  check("velocity", p.velocity.size(), 3);
-  check("stress", p.stress.size(), 6);
-  check("internal", p.internal.size(), 1);
-  check("volume_ratio", p.volume_ratio.size(), 1);
-  check("volume", p.volume.size(), 1);
-  if (kind == Kind::final) check("affine", p.affine.size(), 9);
+  for_each_stored(kind, [&](const char* name, auto column, std::size_t numbers) {
+    if ((p.*column).size() == numbers * p.size()) return;
+    throw IoError(fmt::format("cannot write '{}': column {} has {} numbers for {} particles, {} are needed", path.string(), name,
+                              (p.*column).size(), p.size(), numbers * p.size()));
+  });
 }
 
 std::vector<float> narrow(const std::vector<double>& values) { return {values.begin(), values.end()}; }
@@ -90,19 +94,14 @@ void check_content(const std::filesystem::path& path, const ParticleTable& p) {
   for (std::size_t i = 1; i < p.size(); ++i) {
     if (p.id[i] <= p.id[i - 1]) refuse(i, fmt::format("it follows particle {}, identity numbers ascend", p.id[i - 1]));
   }
-  const auto check = [&](const char* name, const std::vector<double>& column, std::size_t components, bool positive) {
+  for_each_stored(Kind::final, [&](const char* name, auto member, std::size_t numbers) {
+    const std::vector<double>& column = p.*member;
+    const bool positive = member == &ParticleTable::volume_ratio || member == &ParticleTable::volume;
     for (std::size_t i = 0; i < column.size(); ++i) {
       if (!std::isfinite(column[i]) || (positive && !(column[i] > 0.0)))
-        refuse(i / components, fmt::format("{} = {}, {} is needed", name, column[i], positive ? "a number above 0" : "a finite number"));
+        refuse(i / numbers, fmt::format("{} = {}, {} is needed", name, column[i], positive ? "a number above 0" : "a finite number"));
     }
-  };
-  check("position_m", p.position, 3, false);
-  check("velocity_m_s", p.velocity, 3, false);
-  check("velocity_gradient_1_s", p.affine, 9, false);
-  check("kirchhoff_stress_pa", p.stress, 6, false);
-  check("internal", p.internal, 1, false);
-  check("volume_ratio", p.volume_ratio, 1, true);
-  check("reference_volume_m3", p.volume, 1, true);
+  });
 }
 
 /// Converts between columns first (core/particle.hpp) and rows first (numpy): the transpose of each 3x3.
@@ -121,13 +120,7 @@ template <class Get>
 ParticleTable table_of(std::size_t n, Get&& get, const Scene& scene) {
   ParticleTable t;
   t.id.resize(n);
-  t.position.resize(3 * n);
-  t.velocity.resize(3 * n);
-  t.affine.resize(9 * n);
-  t.stress.resize(6 * n);
-  t.internal.resize(n);
-  t.volume_ratio.resize(n);
-  t.volume.resize(n);
+  for_each_stored(Kind::final, [&](const char*, auto column, std::size_t numbers) { (t.*column).resize(numbers * n); });
 #pragma omp parallel for schedule(static)
   for (std::size_t i = 0; i < n; ++i) {
     const Particle& p = get(i);
@@ -280,32 +273,24 @@ Snapshot read_snapshot(const std::filesystem::path& path, SnapshotKind kind) {
   ParticleTable& p = s.particles;
   p.id = file.dataset<std::uint64_t>("id", {hdf5::any_extent});
   const std::size_t n = p.size();
-  p.position = file.dataset<double>("position_m", {n, 3});
-  p.velocity = file.dataset<double>("velocity_m_s", {n, 3});
-  p.stress = file.dataset<double>("kirchhoff_stress_pa", {n, 6});
-  p.internal = file.dataset<double>("internal", {n});
-  p.volume_ratio = file.dataset<double>("volume_ratio", {n});
-  p.volume = file.dataset<double>("reference_volume_m3", {n});
-  if (kind == SnapshotKind::final) p.affine = transposed(file.dataset<double>("velocity_gradient_1_s", {n, 3, 3}));
+  for_each_stored(kind, [&](const char* name, auto column, std::size_t numbers) {
+    const hdf5::Shape shape = numbers == 1 ? hdf5::Shape{n} : numbers == 9 ? hdf5::Shape{n, 3, 3} : hdf5::Shape{n, numbers};
+    p.*column = file.dataset<double>(name, shape);
+  });
+  p.affine = transposed(p.affine);
   check_content(path, p);
   return s;
 }
 
 std::vector<int> frame_numbers(const std::filesystem::path& directory) {
-  const std::filesystem::path frames = directory / "frames";
   std::vector<int> numbers;
-  if (!std::filesystem::exists(frames)) return numbers;
-  std::error_code error;
-  for (auto it = std::filesystem::directory_iterator(frames, error); !error && it != std::filesystem::directory_iterator();
-       it.increment(error)) {
-    const std::string name = it->path().filename().string();
+  for (const std::string& name : names_in(directory / "frames")) {
     int index = 0;
     const auto [end, failure] = std::from_chars(name.data(), name.data() + name.size(), index);
-    if (failure != std::errc() || std::string_view(end) != ".h5" || it->path() != frame_path(directory, index)) continue;
-    numbers.push_back(index);
+    if (failure == std::errc() && std::string_view(end) == ".h5" && frame_path(directory, index).filename() == name)
+      numbers.push_back(index);
   }
-  if (error) throw file_error("cannot read directory", frames, error.value());
-  std::sort(numbers.begin(), numbers.end());
+  std::ranges::sort(numbers);
   return numbers;
 }
 

@@ -23,6 +23,7 @@
 /// Attributes of both: format_version, kind, time_s, step, case_hash, version, reference_density_kg_m3, mirror_x, mirror_y,
 /// precision ("double" or "single", that of the computation).
 
+#include <algorithm>
 #include <cstdint>
 #include <filesystem>
 #include <functional>
@@ -33,13 +34,49 @@
 
 #include "libmpm/base/error.hpp"
 #include "libmpm/base/types.hpp"
-#include "libmpm/core/ranks.hpp"
+#include "libmpm/core/grid.hpp"
 
 namespace mpm {
 
-struct Particle;
 struct Scene;
 struct State;
+
+/// The places of all particles by ascending identity number, 16 bytes for each. The grid must not change while this object is used.
+class ParticleOrder {
+ public:
+  /// Of this rank's particles. @param keep  selects particles; empty: all
+  explicit ParticleOrder(const Grid& grid, const std::function<bool(const Particle&)>& keep = {}) : grid_(grid) {
+    std::size_t most = 0;
+    for (const auto b : grid.occupied_blocks()) most += static_cast<std::size_t>(grid.block(b).particles.count());
+    order_.reserve(most);
+    for (const auto b : grid.occupied_blocks()) {
+      const ParticleBin& bin = grid.block(b).particles;
+      for (std::int32_t s = 0; s < bin.count(); ++s) {
+        const Particle p = bin[s];
+        if (!keep || keep(p)) order_.push_back({p.id, b, s});
+      }
+    }
+    std::ranges::sort(order_, {}, &Place::id);
+  }
+
+  [[nodiscard]] std::size_t size() const { return order_.size(); }              ///< particles
+  [[nodiscard]] std::uint64_t id(std::size_t i) const { return order_[i].id; }  ///< of the i-th
+  [[nodiscard]] Particle operator[](std::size_t i) const {                      ///< the i-th
+    return grid_.block(order_[i].block).particles[order_[i].slot];
+  }
+  /// Place of the first particle whose number is not below this.
+  [[nodiscard]] std::size_t first_from(std::uint64_t id) const {
+    return static_cast<std::size_t>(std::ranges::lower_bound(order_, id, {}, &Place::id) - order_.begin());
+  }
+
+ private:
+  struct Place {
+    std::uint64_t id;
+    std::int32_t block, slot;
+  };
+  const Grid& grid_;
+  std::vector<Place> order_;
+};
 
 /// Particles by columns, one entry a particle in the order of the identity numbers. Units and measures as in core/particle.hpp.
 struct ParticleTable {
@@ -78,9 +115,6 @@ struct Snapshot {
   SnapshotInfo info;        ///< the attributes
   ParticleTable particles;  ///< the datasets
 };
-
-/// Version of frames and final states, attribute format_version; another version is refused.
-inline constexpr int snapshot_format_version = 1;
 
 /// DIR/frames/NNNNN.h5
 std::filesystem::path frame_path(const std::filesystem::path& directory, int index);

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <span>
 #include <string>
 #include <string_view>
 #include <utility>
@@ -32,8 +33,8 @@ std::string data_item(const Field& field, const FrameEntry& frame, const std::st
                      field.precision, dimensions, file, field.dataset);
 }
 
-}  // namespace
-
+/// Writes DIR/frames.xdmf: a temporal collection with one Polyvertex grid a frame, geometry position_m, and the fields as attributes.
+/// Frames must be in the order of time.
 void write_xdmf(const std::filesystem::path& directory, std::span<const FrameEntry> frames) {
   std::string xml =
       "<?xml version=\"1.0\"?>\n<Xdmf Version=\"3.0\">\n<Domain>\n<Grid Name=\"particles\" GridType=\"Collection\" "
@@ -53,6 +54,8 @@ void write_xdmf(const std::filesystem::path& directory, std::span<const FrameEnt
   xml += "</Grid>\n</Domain>\n</Xdmf>\n";
   write_file(directory / "frames.xdmf", xml);
 }
+
+}  // namespace
 
 FrameSeries::FrameSeries(std::filesystem::path directory, std::vector<FrameEntry> frames, int next)
     : directory_(std::move(directory)), frames_(std::move(frames)), next_(next) {}

@@ -4,17 +4,12 @@
 
 #include <filesystem>
 #include <functional>
-#include <span>
 #include <string>
 #include <vector>
 
 #include "libmpm/io/snapshot.hpp"
 
 namespace mpm {
-
-/// Writes DIR/frames.xdmf (whole, atomic_file.hpp): a temporal collection with one Polyvertex grid a frame, geometry position_m, attributes
-/// position and velocity (vectors), pressure, stress_xx, density, volume_ratio, internal and id. Frames must be in the order of time.
-void write_xdmf(const std::filesystem::path& directory, std::span<const FrameEntry> frames);
 
 /// Writes the frames of a run one after the other and keeps frames.xdmf up to date, so that both can be read at any time.
 class FrameSeries {
