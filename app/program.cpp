@@ -18,7 +18,7 @@
 #include "commands.hpp"
 #include "libmpm/base/error.hpp"
 #include "libmpm/base/process.hpp"
-#include "libmpm/config/words.hpp"
+#include "libmpm/base/text.hpp"
 #include "libmpm/driver/build_info.hpp"
 #include "libmpm/driver/case_schema.hpp"
 #include "libmpm/driver/threads.hpp"

@@ -8,6 +8,7 @@
 #include <optional>
 #include <string>
 #include <string_view>
+#include <vector>
 
 namespace mpm {
 
@@ -83,6 +84,11 @@ inline std::string plain_text(std::string_view text) {
   }
   return plain;
 }
+
+/// The candidate most similar to a misspelt word; empty if none is similar. Similar means at most two edits (a third of the
+/// longer word's length, if that is more; edits are insertion, deletion, substitution, swap of neighbours), or one word
+/// beginning with the other (a forgotten unit).
+[[nodiscard]] std::string nearest_word(std::string_view word, const std::vector<std::string>& candidates);
 
 /// A text with ASCII letters in lower case.
 inline std::string lower(std::string text) {

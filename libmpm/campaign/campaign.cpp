@@ -15,7 +15,7 @@
 #include "libmpm/base/error.hpp"
 #include "libmpm/base/text.hpp"
 #include "libmpm/campaign/stored_results.hpp"
-#include "libmpm/config/guard.hpp"
+#include "libmpm/config/file_problems.hpp"
 #include "libmpm/driver/case_file.hpp"
 #include "libmpm/driver/sampling.hpp"
 #include "libmpm/io/json.hpp"

@@ -8,9 +8,9 @@
 #include <tuple>
 
 #include "libmpm/base/error.hpp"
+#include "libmpm/base/text.hpp"
 #include "libmpm/campaign/plan_blocks.hpp"
 #include "libmpm/config/toml_text.hpp"
-#include "libmpm/config/words.hpp"
 #include "libmpm/driver/case_schema.hpp"
 
 namespace mpm {

@@ -7,7 +7,6 @@
 #include <tuple>
 
 #include "libmpm/base/error.hpp"
-#include "libmpm/config/guard.hpp"
 
 namespace mpm::config {
 

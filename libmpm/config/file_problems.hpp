@@ -12,6 +12,11 @@
 
 namespace mpm::config {
 
+/// Number of errors after which reading stops, and number of errors that are shown.
+/// @{
+inline constexpr std::size_t most_problems = 1000, problems_shown = 200;
+/// @}
+
 /// A position in the file, or in what comes after it: the overrides, or the files that it includes.
 struct FilePosition {
   std::size_t source_number = 0;       ///< 0: the file; 1, 2, ... for --set, or for included files

@@ -1,5 +1,5 @@
 #pragma once
-/// Bounds on the input of the TOML parser, and on the number of errors that are shown.
+/// Bounds on the input of the TOML parser.
 
 #include <cstddef>
 #include <filesystem>
@@ -14,11 +14,6 @@ inline constexpr std::size_t most_bytes = std::size_t{8} << 20;
 /// Most parts of a dotted key, as in a.b.c = 1. The parser makes a table of each and destroys them recursively: without a bound a key of
 /// a hundred thousand parts causes a stack overflow. (The parser itself bounds the nesting of values.)
 inline constexpr int most_key_parts = 16;
-
-/// Number of errors after which reading stops, and number of errors that are shown.
-/// @{
-inline constexpr std::size_t most_problems = 1000, problems_shown = 200;
-/// @}
 
 /// @throws ConfigError with its place if the text is larger than most_bytes, a key has more than most_key_parts, or for input on which the
 /// parser of Debian 12 (toml++ 3.3) has undefined behaviour: a table's header without a name fails an assertion, a character beyond ASCII

@@ -7,10 +7,10 @@
 #include <cstdlib>
 #include <utility>
 
+#include "libmpm/base/text.hpp"
 #include "libmpm/config/file_problems.hpp"
 #include "libmpm/config/toml_input.hpp"
 #include "libmpm/config/toml_text.hpp"
-#include "libmpm/config/words.hpp"
 
 namespace mpm::config {
 

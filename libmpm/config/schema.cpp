@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "libmpm/config/words.hpp"
+#include "libmpm/config/toml_text.hpp"
 
 namespace mpm::config {
 

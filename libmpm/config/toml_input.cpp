@@ -40,13 +40,7 @@ bool is_override_path(std::string_view path) {
 
 TomlInput::TomlInput(const Schema& schema, std::string_view text, std::string_view file, const std::vector<std::string>& overrides,
                      std::string_view prefix, FileProblems& problems)
-    : schema_(schema), problems_(problems), prefix_(prefix) {
-  check_text(text, file);
-  try {
-    root_ = toml::parse(text, file);
-  } catch (const toml::parse_error& error) {
-    throw ConfigError(syntax_error(error, file));
-  }
+    : schema_(schema), problems_(problems), prefix_(prefix), root_(parsed(text, file)) {
   for (const std::string& override_text : overrides) {
     Override change{"", override_text};
     const std::string problem = apply(change);

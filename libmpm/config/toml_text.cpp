@@ -1,13 +1,27 @@
 #include "libmpm/config/toml_text.hpp"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <sstream>
 
-#include "libmpm/config/words.hpp"
+#include "libmpm/base/error.hpp"
+#include "libmpm/config/guard.hpp"
 
 namespace mpm::config {
+
+namespace {
+
+/// Replaces control characters by spaces; messages of the parser quote them unchanged.
+std::string printable(std::string_view text) {
+  std::string line(text);
+  std::ranges::replace_if(
+      line, [](char c) { return static_cast<unsigned char>(c) < 0x20; }, ' ');
+  return line;
+}
+
+}  // namespace
 
 std::string kind_of(const toml::node& node) {
   switch (node.type()) {
@@ -21,13 +35,6 @@ std::string kind_of(const toml::node& node) {
   }
 }
 
-std::string printable(std::string_view text) {
-  std::string line(text);
-  std::ranges::replace_if(
-      line, [](char c) { return static_cast<unsigned char>(c) < 0x20; }, ' ');
-  return line;
-}
-
 std::string one_line(std::string text) {
   text = printable(text);
   constexpr std::size_t longest = 80;
@@ -39,10 +46,59 @@ std::string one_line(std::string text) {
   return text;
 }
 
+toml::table parsed(std::string_view text, std::string_view file) try {
+  check_text(text, file);
+  return toml::parse(text, file);
+} catch (const toml::parse_error& error) {
+  throw ConfigError(syntax_error(error, file));
+}
+
 std::string syntax_error(const toml::parse_error& error, std::string_view file) {
   const auto& at = error.source().begin;
   return fmt::format("{}:{}:{}: not valid TOML: {}", file, at.line, at.column, printable(error.description()));
 }
+
+namespace {
+
+/// "text" in quotes, as TOML
+std::string quoted(const std::string& text) {
+  std::string out = "\"";
+  for (const char c : text) {
+    if (c == '"' || c == '\\') {
+      out += {'\\', c};
+    } else if (static_cast<unsigned char>(c) < 0x20 || c == 0x7f) {
+      out += fmt::format("\\u{:04X}", static_cast<unsigned>(c));
+    } else {
+      out += c;
+    }
+  }
+  return out + "\"";
+}
+
+struct TomlWriter {
+  std::string operator()(bool x) const { return x ? "true" : "false"; }
+  std::string operator()(std::int64_t x) const { return fmt::format("{}", x); }
+  std::string operator()(double x) const {
+    std::string out = fmt::format("{}", x);
+    if (out.find_first_of(".en") == std::string::npos) out += ".0";  // otherwise TOML reads an integer
+    return out;
+  }
+  std::string operator()(const std::string& x) const { return quoted(x); }
+  std::string operator()(const Vec3& x) const { return fmt::format("[{}, {}, {}]", (*this)(x[0]), (*this)(x[1]), (*this)(x[2])); }
+  std::string operator()(const Mat3& x) const {
+    return fmt::format("[{}, {}, {}]", (*this)(Vec3(x.row(0))), (*this)(Vec3(x.row(1))), (*this)(Vec3(x.row(2))));
+  }
+  std::string operator()(const std::vector<std::string>& x) const {
+    std::vector<std::string> items;
+    items.reserve(x.size());
+    for (const std::string& item : x) items.push_back(quoted(item));
+    return fmt::format("[{}]", fmt::join(items, ", "));
+  }
+};
+
+}  // namespace
+
+std::string to_toml(const ParameterValue& value) { return std::visit(TomlWriter{}, value); }
 
 std::string toml_text(const toml::node& node) {
   if (const auto x = node.value_exact<double>()) return to_toml(*x);

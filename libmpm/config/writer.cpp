@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <cstdlib>
 
-#include "libmpm/config/words.hpp"
+#include "libmpm/config/toml_text.hpp"
 
 namespace mpm::config {
 

@@ -9,7 +9,7 @@
 #include <variant>
 
 #include "libmpm/base/error.hpp"
-#include "libmpm/config/words.hpp"
+#include "libmpm/base/text.hpp"
 #include "libmpm/driver/observers.hpp"
 
 namespace mpm {

@@ -6,7 +6,7 @@
 #include <nlohmann/json.hpp>
 #include <set>
 
-#include "libmpm/config/words.hpp"
+#include "libmpm/base/text.hpp"
 #include "libmpm/material/any_material.hpp"
 
 namespace mpm {
