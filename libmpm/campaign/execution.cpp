@@ -11,12 +11,14 @@
 #include <cerrno>
 #include <chrono>
 #include <csignal>
+#include <cstdlib>
 #include <cstring>
 #include <ctime>
 #include <deque>
 #include <fstream>
 #include <iterator>
 #include <numeric>
+#include <sstream>
 #include <string_view>
 #include <system_error>
 #include <thread>
@@ -26,7 +28,6 @@
 #include "libmpm/base/text.hpp"
 #include "libmpm/campaign/folder.hpp"
 #include "libmpm/campaign/status.hpp"
-#include "libmpm/driver/launcher.hpp"
 #include "libmpm/driver/run_folder.hpp"
 
 namespace mpm {
@@ -63,6 +64,40 @@ std::string last_line(const fs::path& file) {
   _exit(not_found);
 }
 
+/// Path of a launcher's program. @throws ConfigError
+std::string found_in_path(const std::string& command) {
+  if (command.find('/') != std::string::npos) return command;
+  const char* const path = std::getenv("PATH");
+  std::istringstream folders(path == nullptr ? "" : path);
+  for (std::string folder; std::getline(folders, folder, ':');) {
+    std::string candidate = (fs::path(folder) / command).string();
+    if (access(candidate.c_str(), X_OK) == 0) return candidate;
+  }
+  throw ConfigError(
+      fmt::format("several ranks are started by {}, which is not installed (Debian: openmpi-bin, or `./run build mpi`)", command));
+}
+
+/// The words before the command line of a run on several ranks; none for one rank. The ranks share the cores of this machine or of this
+/// Slurm job, and are not bound to cores, because several runs may share a machine. @throws ConfigError
+std::vector<std::string> launcher_words(const CampaignPlan& plan) {
+  if (plan.ranks == 1) return {};
+  std::vector<std::string> words = plan.launcher;
+  if (words.empty()) {
+    words = {"mpirun", "-np", ranks_placeholder, "--quiet", "--oversubscribe", "--bind-to", "none"};
+    if (geteuid() == 0) words.emplace_back("--allow-run-as-root");
+  }
+  for (std::string& word : words) {
+    if (const auto at = word.find(ranks_placeholder); at != std::string::npos)
+      word.replace(at, std::string_view(ranks_placeholder).size(), std::to_string(plan.ranks));
+  }
+  words.front() = found_in_path(words.front());
+  return words;
+}
+
+/// Sent to a launcher, it asks the ranks for a checkpoint and an end: mpirun and srun pass it on. After SIGTERM mpirun kills them soon;
+/// a longer delay (odls_base_sigkill_timeout) would also delay the end after a rank has failed.
+constexpr int stop_through_launcher = SIGUSR2;
+
 /// A running process.
 struct Child {
   std::size_t run;
@@ -74,7 +109,7 @@ class Pool {
   Pool(const Campaign& campaign, const std::vector<std::size_t>& runs, const ExecutionOptions& options)
       : campaign_(campaign),
         options_(options),
-        launcher_(launcher_words(campaign.plan.ranks, campaign.plan.launcher)),
+        launcher_(launcher_words(campaign.plan)),
         stop_(launcher_.empty() ? SIGTERM : stop_through_launcher),
         failures_(campaign.runs.size(), 0) {
     for (const std::size_t i : runs) {

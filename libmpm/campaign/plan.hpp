@@ -43,6 +43,8 @@ namespace mpm {
 /// Key format_version of a plan; another version is refused.
 inline constexpr int plan_format_version = 1;
 
+inline constexpr const char* ranks_placeholder = "{ranks}";  ///< in a launcher: replaced by the number of ranks
+
 inline constexpr std::size_t most_runs = 100'000;   ///< of a plan
 inline constexpr std::size_t most_settings = 1000;  ///< keys that a table of a plan, or one run, sets
 
@@ -77,7 +79,7 @@ struct CampaignPlan {
   std::string base_name;              ///< its place, for messages
   std::vector<PlannedRun> runs;       ///< in the order of the plan
   int ranks = 1;                      ///< of each run
-  std::vector<std::string> launcher;  ///< command that starts them, with ranks_placeholder (driver/launcher.hpp); empty: the default
+  std::vector<std::string> launcher;  ///< command that starts them, with ranks_placeholder; empty: Open MPI's mpirun
   int threads = 1, retries = 1;       ///< of each rank; further attempts after a failure
   bool longest_first = true;          ///< order in which runs are started: by their estimated cost, or as in the plan
   bool keep_frames = false, keep_final = false, keep_checkpoint = false;  ///< files to keep of a finished run

@@ -17,7 +17,6 @@
 #include "libmpm/campaign/plan_values.hpp"
 #include "libmpm/config/guard.hpp"
 #include "libmpm/config/toml_text.hpp"
-#include "libmpm/driver/launcher.hpp"
 #include "libmpm/io/csv.hpp"
 
 namespace mpm {
