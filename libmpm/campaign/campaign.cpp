@@ -5,19 +5,26 @@
 #include <toml++/toml.h>
 
 #include <algorithm>
+#include <cstdlib>
+#include <limits>
 #include <map>
 #include <nlohmann/json.hpp>
 #include <set>
 #include <span>
 #include <sstream>
+#include <string_view>
 #include <utility>
 
 #include "libmpm/base/error.hpp"
 #include "libmpm/base/text.hpp"
-#include "libmpm/campaign/stored_results.hpp"
 #include "libmpm/config/file_problems.hpp"
 #include "libmpm/driver/case_file.hpp"
+#include "libmpm/driver/case_schema.hpp"
+#include "libmpm/driver/run_folder.hpp"
 #include "libmpm/driver/sampling.hpp"
+#include "libmpm/impact/semi_empirical.hpp"
+#include "libmpm/impact/steady.hpp"
+#include "libmpm/io/csv.hpp"
 #include "libmpm/io/json.hpp"
 
 namespace mpm {
@@ -94,7 +101,95 @@ class SharedProblems {
   std::vector<Problem> problems_;
 };
 
+// ---- Stored results ---------------------------------------------------------------------------------------------------------------------
+
+bool is_case_key(std::string_view column) {
+  const std::size_t dot = column.find('.');
+  return dot != std::string_view::npos && case_schema().find_key(column.substr(0, dot), column.substr(dot + 1)) != nullptr;
+}
+
+/// Whether a column tells of the campaign or of the case, and not of the results.
+bool describes_the_run(const std::string& column) {
+  constexpr std::string_view own[] = {"name", "run", "status", "cause"};
+  return std::ranges::find(own, column) != std::end(own) || is_case_key(column) ||
+         std::ranges::any_of(inputs_of({}), [&](const RunInput& input) { return input.column == column; });
+}
+
+/// A cell of results.csv as results.json has it.
+Value value_of(const std::string& column, const std::string& cell) {
+  if (column == "case_hash" || column == "version" || column == "commit") return cell;  // a hash may look like a number
+  if (cell == "nan") return MeanEstimate::none;
+  if (cell.size() < 19 && cell.find_first_not_of("0123456789") == std::string::npos)
+    return std::uint64_t{std::strtoull(cell.c_str(), nullptr, 10)};
+  const auto number = parse_number(cell);
+  return number ? Value(*number) : Value(cell);
+}
+
+/// Results of earlier campaigns, from their results.csv: rows of finished runs, by the hash of their case. A campaign goes on with them
+/// where the folders of its runs are not there.
+class StoredResults {
+ public:
+  /// @throws IoError if a file cannot be read or is not a table of results
+  explicit StoredResults(const std::vector<std::filesystem::path>& tables) {
+    for (const std::filesystem::path& path : tables) {
+      const Table table = Table::read(path);
+      const std::vector<std::string> hashes = table.text("case_hash"), status = table.text("status");
+      std::vector<Results> results(table.rows());
+      for (const std::string& column : table.columns()) {
+        if (describes_the_run(column)) continue;
+        const std::vector<std::string> cells = table.text(column);
+        for (std::size_t i = 0; i < cells.size(); ++i) {
+          if (!cells[i].empty()) results[i].add({column, value_of(column, cells[i]), {}, {}});
+        }
+      }
+      for (std::size_t i = 0; i < table.rows(); ++i) {
+        if (status[i] == "done") rows_.emplace(hashes[i], std::move(results[i]));
+      }
+    }
+  }
+
+  /// The row of a case, if it is of its whole duration (is_whole_run): its columns except for the inputs, vectors by component. The first
+  /// such row counts.
+  [[nodiscard]] std::optional<Results> of(const Case& c, const std::string& case_hash) const {
+    const auto [first, last] = rows_.equal_range(case_hash);
+    const auto whole = std::find_if(first, last, [&](const auto& row) { return is_whole_run(row.second, c); });
+    return whole == last ? std::nullopt : std::optional(whole->second);
+  }
+  [[nodiscard]] std::size_t rows() const { return rows_.size(); }  ///< finished runs in all tables
+
+ private:
+  std::multimap<std::string, Results> rows_;  ///< by case hash
+};
+
 }  // namespace
+
+std::vector<RunInput> inputs_of(const Case& c) {
+  constexpr double none = std::numeric_limits<double>::quiet_NaN(), quoted_at = 25e3;  // Pa; of the paper's chi
+  const ConveyorSpec* const belt = c.conveyor ? &*c.conveyor : nullptr;
+  const ObstacleSpec* const mast = c.obstacle ? &*c.obstacle : nullptr;
+  const CamClay::Parameters* const snow = c.material.get_if<CamClay>();
+  const double g = c.numerics.gravity, width = mast ? mast->width() : none;
+  return {
+      {"froude_number", "conveyor.froude_number", belt && g > 0.0 ? froude_number(belt->velocity, belt->flow_height, g) : none},
+      {"velocity_m_s", "conveyor.velocity_m_s", belt ? belt->velocity : none},
+      {"flow_height_m", "conveyor.flow_height_m", belt ? belt->flow_height : none},
+      {"conveyor_width_m", "conveyor.width_m", belt ? belt->width : none},
+      {"gravity_m_s2", "numerics.gravity_m_s2", belt ? g : none},
+      {"critical_state_slope", "material.critical_state_slope", snow ? snow->critical_state_slope : none},
+      {"cohesion_beta", "material.cohesion_beta", snow ? snow->cohesion_beta : none},
+      {"hardening_xi", "material.hardening_xi", snow ? snow->hardening_xi : none},
+      {"effective_friction", "", c.material.critical_state_ratio().value_or(none)},
+      {"plastic_compressibility", "",
+       snow ? plastic_compressibility(snow->hardening_xi, quoted_at, snow->preconsolidation_pressure,
+                                      bulk_modulus(snow->young_modulus, snow->poisson_ratio))
+            : none},
+      {"obstacle_width_m", "obstacle.width_m", width},
+      {"relative_width", "", belt ? width / belt->flow_height : none},
+      {"obstacle_friction", "obstacle.friction", mast ? mast->friction : none},
+      {"obstacle_friction_ratio", "obstacle.friction_ratio", mast ? mast->friction / c.material.internal_friction().value_or(none) : none},
+      {"cell_size_m", "numerics.cell_size_m", c.numerics.cell_size},
+  };
+}
 
 Campaign make_campaign(CampaignPlan plan) {
   Campaign campaign;

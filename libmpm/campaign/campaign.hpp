@@ -34,6 +34,15 @@ struct CampaignRun {
   std::optional<Results> stored_results;  ///< from a table of an earlier campaign
 };
 
+/// An input of a run, whether it varies in the campaign or not: a column of every table of impacts.
+struct RunInput {
+  const char* column;  ///< its heading
+  const char* key;     ///< of the case file, if the column shows one
+  double value;        ///< NaN if the case has no such input
+};
+/// The inputs in the order of the table.
+[[nodiscard]] std::vector<RunInput> inputs_of(const Case& c);
+
 /// A plan whose runs are valid cases.
 struct Campaign {
   CampaignPlan plan;              ///< as it was read

@@ -8,7 +8,6 @@
 #include <map>
 #include <string_view>
 
-#include "libmpm/campaign/stored_results.hpp"
 #include "libmpm/driver/case_file.hpp"
 #include "libmpm/driver/observers.hpp"
 #include "libmpm/impact/steady.hpp"
@@ -75,7 +74,7 @@ std::vector<std::string> other_varied_keys(const Campaign& campaign) {
     }
   }
   std::erase_if(keys, [&](const std::string& key) {
-    if (std::ranges::any_of(input_columns(), [&](const InputColumn& i) { return key == i.key; })) return true;
+    if (std::ranges::any_of(inputs_of({}), [&](const RunInput& i) { return key == i.key; })) return true;
     const auto same = [&](const CampaignRun& r) {
       const auto& first = campaign.runs.front();
       return case_value(r.spec, key) == case_value(first.spec, key);
@@ -86,10 +85,11 @@ std::vector<std::string> other_varied_keys(const Campaign& campaign) {
 }
 
 std::string results_table(const Campaign& campaign, const std::vector<RunStatus>& status) {
-  std::vector<InputColumn> inputs;
-  for (const InputColumn& input : input_columns()) {
-    if (std::ranges::any_of(campaign.runs, [&](const CampaignRun& r) { return std::isfinite(input.value(r.spec)); }))
-      inputs.push_back(input);
+  std::vector<std::vector<RunInput>> inputs;  // of each run, those that a run has
+  for (const CampaignRun& run : campaign.runs) inputs.push_back(inputs_of(run.spec));
+  for (std::size_t k = inputs_of({}).size(); k-- > 0;) {
+    if (std::ranges::any_of(inputs, [&](const auto& row) { return std::isfinite(row[k].value); })) continue;
+    for (auto& row : inputs) row.erase(row.begin() + static_cast<std::ptrdiff_t>(k));
   }
   const std::vector<std::string> others = other_varied_keys(campaign);
   const Metrics metrics = metrics_of(status);
@@ -98,7 +98,7 @@ std::string results_table(const Campaign& campaign, const std::vector<RunStatus>
     entries.insert(entries.end(), stop_entries.begin(), stop_entries.end());
   std::vector<std::string> head{"name", "run", "status", "case_hash"};
   head.insert(head.end(), entries.begin(), entries.end());
-  for (const InputColumn& input : inputs) head.emplace_back(input.column);
+  for (const RunInput& input : inputs.empty() ? std::vector<RunInput>() : inputs.front()) head.emplace_back(input.column);
   head.insert(head.end(), others.begin(), others.end());
   head.insert(head.end(), metrics.names.begin(), metrics.names.end());
   head.emplace_back("cause");
@@ -109,7 +109,7 @@ std::string results_table(const Campaign& campaign, const std::vector<RunStatus>
     const RunState state = status[i].state == RunState::running ? RunState::to_do : status[i].state;
     std::vector<std::string> row{run.name, "runs/" + run.name, to_string(state), run.case_hash};
     for (const std::string& key : entries) row.push_back(cell_of(status[i].results, key));
-    for (const InputColumn& input : inputs) row.push_back(format_number(input.value(run.spec)));
+    for (const RunInput& input : inputs[i]) row.push_back(format_number(input.value));
     for (const std::string& key : others) row.push_back(case_value(run.spec, key).value_or(""));
     for (const std::string& name : metrics.names) {
       const auto cell = metrics.cells[i].find(name);
