@@ -199,7 +199,7 @@ Campaign make_campaign(CampaignPlan plan) {
   std::map<std::string, std::size_t> names;
   for (const PlannedRun& planned : plan.runs) {
     if (problems.full()) break;
-    CampaignRun run{planned.name, planned.settings, {}, {}, {}, {}};
+    CampaignRun run{planned, {}, {}, {}, {}};
     try {
       run.spec = parse_case(plan.base_text, plan.base_name, overrides_of(plan, planned), prefix);
     } catch (const ConfigError& error) {

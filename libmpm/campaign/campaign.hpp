@@ -25,9 +25,7 @@
 namespace mpm {
 
 /// A run of the plan with its case and its estimated cost.
-struct CampaignRun {
-  std::string name;                       ///< of its folder
-  std::vector<Setting> settings;          ///< differences from the base case
+struct CampaignRun : PlannedRun {
   Case spec;                              ///< resolved
   std::string case_hash;                  ///< case_hash_text of driver/case_file.hpp
   Estimate cost;                          ///< estimated

@@ -129,8 +129,7 @@ bool can_go_on(const fs::path& directory, const CampaignRun& run) {
 
 std::string resolved_plan(const Campaign& campaign) {
   CampaignPlan resolved = campaign.plan;
-  resolved.runs.clear();
-  for (const CampaignRun& run : campaign.runs) resolved.runs.push_back({run.name, run.settings});
+  resolved.runs.assign(campaign.runs.begin(), campaign.runs.end());
   return write_plan(resolved);
 }
 

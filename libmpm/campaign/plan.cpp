@@ -7,22 +7,8 @@
 #include <cctype>
 
 #include "libmpm/config/toml_text.hpp"
-#include "libmpm/io/csv.hpp"
 
 namespace mpm {
-
-namespace {
-
-/// A TOML value as part of a name: 3.0 is 3.
-std::string value_in_name(const std::string& value) {
-  const toml::table parsed = toml::parse("value = " + value);
-  const toml::node& node = *parsed.get("value");
-  if (const auto x = node.value<double>(); x && node.is_number()) return file_name_part(format_number(*x));
-  if (const auto text = node.value_exact<std::string>()) return file_name_part(*text);
-  return file_name_part(value);
-}
-
-}  // namespace
 
 const std::map<std::string, std::string>& common_labels() {
   static const std::map<std::string, std::string> labels{
@@ -69,16 +55,6 @@ std::string name_problem(const std::string& name) {
                      config::one_line(name), longest);
 }
 
-std::string run_name(const std::vector<Setting>& varied, const std::map<std::string, std::string>& labels) {
-  std::string name;
-  for (const Setting& s : varied) {
-    const auto label = labels.find(s.key);
-    const std::string key = label != labels.end() ? label->second : file_name_part(s.key.substr(s.key.rfind('.') + 1));
-    name += fmt::format("{}{}{}", name.empty() ? "" : "_", key, value_in_name(s.value));
-  }
-  return name;
-}
-
 namespace {
 
 std::string toml_string(const std::string& text) { return config::toml_text(toml::value<std::string>(text)); }
@@ -98,10 +74,10 @@ std::string write_plan(const CampaignPlan& plan) {
   if (plan.ranks > 1) out += fmt::format("ranks = {}\n", plan.ranks);
   if (!plan.launcher.empty()) out += fmt::format("launcher = {}\n", toml_list(plan.launcher));
   std::vector<std::string> keep;
-  if (plan.keep_frames) keep.emplace_back(toml_string("frames"));
-  if (plan.keep_final) keep.emplace_back(toml_string("final"));
-  if (plan.keep_checkpoint) keep.emplace_back(toml_string("checkpoint"));
-  out += fmt::format("keep = [{}]\n", fmt::join(keep, ", "));
+  if (plan.keep_frames) keep.emplace_back("frames");
+  if (plan.keep_final) keep.emplace_back("final");
+  if (plan.keep_checkpoint) keep.emplace_back("checkpoint");
+  out += fmt::format("keep = {}\n", toml_list(keep));
   if (!plan.stored_results.empty()) {
     std::vector<std::string> paths;
     for (const std::filesystem::path& path : plan.stored_results) paths.push_back(path.string());

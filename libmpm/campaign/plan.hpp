@@ -55,12 +55,13 @@ struct Setting {
   bool operator==(const Setting&) const = default;
 };
 
-/// A run of the plan.
-struct PlannedRun {
-  std::string name;               ///< of its folder: letters, digits, '.', '_', '+', '-'
+/// Settings with a name.
+struct NamedSettings {
+  std::string name;               ///< of a run: of its folder
   std::vector<Setting> settings;  ///< each key once
-  bool operator==(const PlannedRun&) const = default;
+  bool operator==(const NamedSettings&) const = default;
 };
+using PlannedRun = NamedSettings;  ///< a run of the plan
 
 /// Resources of a Slurm task; the cluster's defaults apply to empty values.
 struct SlurmSpec {
@@ -107,8 +108,5 @@ struct CampaignPlan {
 /// @return why a text names no folder, with the text and the remedy; empty for a name of at most 200 letters, digits and . _ + - that does
 /// not begin with '.' or '-'
 [[nodiscard]] std::string name_problem(const std::string& name);
-
-/// Name of a run, or its part that tells of these settings, in which the run differs from others.
-[[nodiscard]] std::string run_name(const std::vector<Setting>& varied, const std::map<std::string, std::string>& labels);
 
 }  // namespace mpm

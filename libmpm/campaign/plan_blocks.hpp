@@ -13,24 +13,21 @@
 
 namespace mpm {
 
-/// [[run]], a row of the table, or a choice of an axis.
-struct NamedSettings {
-  std::string name;          ///< of the run; of a choice: its part of the name. Empty: follows from the settings
-  std::vector<Setting> set;  ///< of this run
-};
+/// One of the values of an axis, with its part of the names of runs; without a name, that follows from the settings.
+using Choice = NamedSettings;
 
 /// [[when]]: the settings of runs that have certain values.
 struct Rule {
-  std::vector<std::vector<NamedSettings>> match;  ///< a run matches if it has the settings of one choice of each
-  std::vector<Setting> set;                       ///< for the runs that match
+  std::vector<std::vector<Choice>> match;  ///< a run matches if it has the settings of one choice of each
+  std::vector<Setting> set;                ///< for the runs that match
 };
 
 /// [parameters] at the top, or a [[grid]].
 struct Crossing {
-  std::string name;                              ///< begins the names of its runs; may be empty
-  std::vector<std::vector<NamedSettings>> axes;  ///< the choices of each; each of one with each of the others
-  std::vector<Setting> set;                      ///< for all its runs
-  std::vector<Rule> rules;                       ///< for some of its runs
+  std::string name;                       ///< begins the names of its runs; may be empty
+  std::vector<std::vector<Choice>> axes;  ///< the choices of each; each of one with each of the others
+  std::vector<Setting> set;               ///< for all its runs
+  std::vector<Rule> rules;                ///< for some of its runs
 };
 
 /// The content of a plan file and of the files that it includes.
@@ -41,7 +38,7 @@ struct PlanBlocks {
   std::vector<Setting> set;                   ///< for all runs
   std::vector<Rule> rules;                    ///< for all runs
   std::vector<Crossing> crossings;  ///< [parameters] and [[grid]], in their order; those of included files come after the plan's own
-  std::vector<NamedSettings> rows;  ///< [[run]] and rows of tables, in their order; those of included files come after the plan's own
+  std::vector<NamedSettings> rows;  ///< [[run]] and rows of tables, without a name or with one; as for the crossings
 };
 
 /// Adds a setting; it replaces an earlier one of the same key, and of a key that sets the same quantity.
@@ -49,10 +46,7 @@ void put(std::vector<Setting>& settings, const Setting& s);
 /// Adds several, in their order.
 void put(std::vector<Setting>& settings, const std::vector<Setting>& more);
 
-/// @throws ConfigError with all problems of the file; IoError
-[[nodiscard]] PlanBlocks read_blocks(std::string_view text, const std::filesystem::path& file);
-
 /// The runs of the blocks, in the order of the plan. @throws ConfigError for a crossing of too many runs
-[[nodiscard]] std::vector<PlannedRun> expand(const PlanBlocks& blocks, const std::filesystem::path& file);
+[[nodiscard]] std::vector<PlannedRun> expand(const PlanBlocks& blocks);
 
 }  // namespace mpm

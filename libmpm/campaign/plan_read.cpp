@@ -2,11 +2,9 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
-#include <deque>
 #include <optional>
 #include <set>
 #include <sstream>
-#include <system_error>
 #include <tuple>
 
 #include "libmpm/base/error.hpp"
@@ -14,7 +12,7 @@
 #include "libmpm/campaign/campaign.hpp"
 #include "libmpm/campaign/plan.hpp"
 #include "libmpm/campaign/plan_blocks.hpp"
-#include "libmpm/campaign/plan_values.hpp"
+#include "libmpm/campaign/plan_input.hpp"
 #include "libmpm/config/guard.hpp"
 #include "libmpm/config/toml_text.hpp"
 #include "libmpm/io/csv.hpp"
@@ -30,61 +28,11 @@ using config::toml_text;
 
 constexpr int most_threads_of_a_run = 1024, most_ranks_of_a_run = 100000, most_retries = 100;
 constexpr std::size_t most_rules = 1000;  // [[when]] of a file or a [[grid]]: each is compared with each run
-constexpr std::size_t most_files = 32;    // a plan and what it includes
-
-/// The plan and the files that it includes, parsed.
-class PlanFiles : protected PlanValues {
- protected:
-  using PlanValues::PlanValues;
-
-  /// The plan, or a file that it includes.
-  struct File {
-    std::filesystem::path path;
-    toml::table root;
-    [[nodiscard]] std::filesystem::path beside(const std::string& name) const { return path.parent_path() / name; }
-  };
-
-  /// Reads a file and those that it includes. @param chain  the files that led to it
-  void load(const std::filesystem::path& path, std::string_view text, std::vector<std::filesystem::path> chain) {
-    config::check_text(text, path.string());
-    File& file = files_.emplace_back(File{path, {}});
-    try {
-      file.root = toml::parse(text, path.string());
-    } catch (const toml::parse_error& error) {
-      throw ConfigError(config::syntax_error(error, path.string()));
-    }
-    chain.push_back(std::filesystem::weakly_canonical(path));
-    loaded_.insert(chain.back());
-    for (const std::string& name : words(file.root, "", "include")) {
-      const std::string why = include(file.beside(name), chain);
-      if (!why.empty()) problem(file.root.get("include")->source(), "", fmt::format("include: \"{}\" {}", one_line(name), why));
-    }
-    inner_first_.push_back(&file);
-  }
-
-  std::deque<File> files_;                ///< a file, then those that it includes
-  std::vector<const File*> inner_first_;  ///< those that a file includes, then the file: later ones override
-
- private:
-  /// @return why the file cannot be included; empty if it is
-  std::string include(const std::filesystem::path& path, const std::vector<std::filesystem::path>& chain) {
-    if (std::error_code error; !std::filesystem::is_regular_file(path, error))
-      return "is not a file; names are relative to the file that includes them";
-    const std::filesystem::path canonical = std::filesystem::weakly_canonical(path);
-    if (std::ranges::find(chain, canonical) != chain.end()) return "leads back to itself; remove this include, or the one in that file";
-    if (loaded_.contains(canonical)) return {};
-    if (files_.size() == most_files) return fmt::format("is one too many: a plan has at most {} files; join some of them", most_files);
-    load(path, config::bounded_file_text(path), chain);
-    return {};
-  }
-
-  std::set<std::filesystem::path> loaded_;  ///< each is read once
-};
 
 /// The errors of the cases of a plan that has errors of its own, one a line.
-std::string problems_of_cases(PlanBlocks blocks, const std::filesystem::path& file) try {
+std::string problems_of_cases(PlanBlocks blocks) try {
   if (blocks.plan.base_text.empty()) return {};
-  blocks.plan.runs = expand(blocks, file);
+  blocks.plan.runs = expand(blocks);
   constexpr std::size_t enough = 1000;  // runs, of which 100,000 take half a minute
   if (blocks.plan.runs.size() > enough) blocks.plan.runs.resize(enough);
   for (PlannedRun& run : blocks.plan.runs) std::erase_if(run.settings, [](const Setting& s) { return s.key.empty(); });
@@ -96,20 +44,20 @@ std::string problems_of_cases(PlanBlocks blocks, const std::filesystem::path& fi
 }
 
 /// Reads their tables, one function a table.
-class BlockReader : private PlanFiles {
+class BlockReader : private PlanInput {
  public:
-  explicit BlockReader(const std::filesystem::path& file) : PlanFiles(file), file_(file) {
+  explicit BlockReader(const std::filesystem::path& file) : PlanInput(file) {
     blocks_.plan.file = file.string();
     blocks_.labels = common_labels();
   }
 
   PlanBlocks read(std::string_view text) {
-    load(file_, text, {});
-    for (const File* file : inner_first_) read_lists(file->root);
-    for (const File* file : inner_first_) read_settings(*file);
+    load(text);
+    for (const File* file : inner_first()) read_lists(file->root);
+    for (const File* file : inner_first()) read_settings(*file);
     if (parameters_) blocks_.crossings.push_back({"", axes(*parameters_, "parameters:"), {}, {}});
-    for (const File& file : files_) read_runs(file);
-    const toml::source_region& top = files_.front().root.source();
+    for (const File& file : files()) read_runs(file);
+    const toml::source_region& top = files().front().root.source();
     if (blocks_.plan.base_name.empty() && valid())
       problem(top, "", "base is missing; give a case file, relative to the plan, or its tables as [base.material], ...");
     if (blocks_.crossings.empty() && blocks_.rows.empty() && valid())
@@ -117,7 +65,7 @@ class BlockReader : private PlanFiles {
     try {
       throw_problems();
     } catch (const ConfigError& error) {
-      throw ConfigError(error.what() + problems_of_cases(blocks_, file_));
+      throw ConfigError(error.what() + problems_of_cases(blocks_));
     }
     return std::move(blocks_);
   }
@@ -149,9 +97,8 @@ class BlockReader : private PlanFiles {
         for (const Entry& e : in_order(*match)) {
           if (given_up()) break;
           const bool is_value = !e.node->is_array() && e.key.find(',') == std::string::npos;
-          rule.match.push_back(is_value
-                                   ? std::vector<NamedSettings>{{"", {{key_meant(e.key, e.source, here + " match:"), toml_text(*e.node)}}}}
-                                   : axis(e, here + " match:", seen));
+          rule.match.push_back(is_value ? std::vector<Choice>{{"", {{key_meant(e.key, e.source, here + " match:"), toml_text(*e.node)}}}}
+                                        : axis(e, here + " match:", seen));
         }
       }
       if (!entry->contains("match")) problem(entry->source(), here, "has no match; say which runs it is for: match = { key = [values] }");
@@ -204,11 +151,11 @@ class BlockReader : private PlanFiles {
   }
 
   /// The groups of a list, each a table of settings, in the order of the file.
-  std::vector<NamedSettings> groups(const toml::table& list, const std::string& where) {
+  std::vector<Choice> groups(const toml::table& list, const std::string& where) {
     std::vector<const toml::key*> names;
     for (const auto& [name, group] : list) names.push_back(&name);
     std::ranges::sort(names, {}, [](const toml::key* k) { return std::tuple(k->source().begin.line, k->source().begin.column); });
-    std::vector<NamedSettings> rows;
+    std::vector<Choice> rows;
     for (const toml::key* key : names) {
       const std::string name(key->str());
       if (name.empty() || name != file_name_part(name))
@@ -220,7 +167,7 @@ class BlockReader : private PlanFiles {
   }
 
   /// The choices of an axis.
-  std::vector<NamedSettings> axis(const Entry& e, const std::string& here, std::vector<std::string>& seen) {
+  std::vector<Choice> axis(const Entry& e, const std::string& here, std::vector<std::string>& seen) {
     const toml::node* choices = e.node;
     if (const auto name = choices->value_exact<std::string>()) {
       choices = list_named(*name, e, here);
@@ -234,7 +181,7 @@ class BlockReader : private PlanFiles {
               fmt::format("{} = {} is {}; give a list of values", e.key, shown(*e.node), values != nullptr ? "empty" : kind_of(*choices)));
       return {};
     }
-    std::vector<NamedSettings> rows;
+    std::vector<Choice> rows;
     std::set<std::vector<std::string>> given;
     for (const toml::node& value : *values) {
       if (given_up()) break;
@@ -249,8 +196,8 @@ class BlockReader : private PlanFiles {
     return rows;
   }
 
-  std::vector<std::vector<NamedSettings>> axes(const std::vector<Entry>& entries, const std::string& here) {
-    std::vector<std::vector<NamedSettings>> list;
+  std::vector<std::vector<Choice>> axes(const std::vector<Entry>& entries, const std::string& here) {
+    std::vector<std::vector<Choice>> list;
     std::vector<std::string> seen;
     for (const Entry& e : entries) {
       if (given_up()) break;
@@ -300,7 +247,7 @@ class BlockReader : private PlanFiles {
         problem(source, where, fmt::format("row {}: name = {}", i + 1, why));
       for (std::size_t k = 0; k < keys.size(); ++k) {
         if (cells[k][i].empty()) continue;
-        put(row.set, {keys[k], toml_value(cells[k][i])});
+        put(row.settings, {keys[k], toml_value(cells[k][i])});
       }
       blocks_.rows.push_back(std::move(row));
     }
@@ -422,7 +369,7 @@ class BlockReader : private PlanFiles {
       const toml::table* parameters = table_at(*entry, where, "parameters");
       blocks_.crossings.push_back(
           {folder_name(*entry, where),
-           parameters != nullptr ? axes(in_order(*parameters), where + " parameters:") : std::vector<std::vector<NamedSettings>>{},
+           parameters != nullptr ? axes(in_order(*parameters), where + " parameters:") : std::vector<std::vector<Choice>>{},
            settings(*entry, where, "set"), rules(*entry, where)});
     }
   }
@@ -435,7 +382,7 @@ class BlockReader : private PlanFiles {
       const std::string where = fmt::format("[[run]] {}", ++number);
       only(*entry, where, {"name", "set"});
       const NamedSettings row{folder_name(*entry, where), settings(*entry, where, "set")};
-      if (row.name.empty() && row.set.empty()) problem(entry->source(), where, "is empty; give it a name, or keys in set");
+      if (row.name.empty() && row.settings.empty()) problem(entry->source(), where, "is empty; give it a name, or keys in set");
       blocks_.rows.push_back(row);
     }
     const std::string name = text(root, "", "table");
@@ -476,7 +423,6 @@ class BlockReader : private PlanFiles {
     read_parameters(root);
   }
 
-  std::filesystem::path file_;
   std::map<std::string, const toml::node*> lists_;  ///< values, or groups of settings
   std::optional<std::vector<Entry>> parameters_;    ///< [parameters]
   PlanBlocks blocks_;
@@ -484,11 +430,9 @@ class BlockReader : private PlanFiles {
 
 }  // namespace
 
-PlanBlocks read_blocks(std::string_view text, const std::filesystem::path& file) { return BlockReader(file).read(text); }
-
 CampaignPlan parse_plan(std::string_view text, const std::filesystem::path& file) {
-  PlanBlocks blocks = read_blocks(text, file);
-  blocks.plan.runs = expand(blocks, file);
+  PlanBlocks blocks = BlockReader(file).read(text);
+  blocks.plan.runs = expand(blocks);
   return std::move(blocks.plan);
 }
 

@@ -1,15 +1,17 @@
-#include "libmpm/campaign/plan_values.hpp"
+#include "libmpm/campaign/plan_input.hpp"
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
 #include <algorithm>
 #include <regex>
+#include <system_error>
 #include <tuple>
 
 #include "libmpm/base/error.hpp"
 #include "libmpm/base/text.hpp"
 #include "libmpm/campaign/plan_blocks.hpp"
+#include "libmpm/config/guard.hpp"
 #include "libmpm/config/toml_text.hpp"
 #include "libmpm/driver/case_schema.hpp"
 
@@ -22,7 +24,9 @@ using config::toml_text;
 
 namespace {
 
-void flatten(const toml::table& table, const std::string& prefix, std::vector<PlanValues::Entry>& entries) {
+constexpr std::size_t most_files = 32;  // a plan and what it includes
+
+void flatten(const toml::table& table, const std::string& prefix, std::vector<PlanInput::Entry>& entries) {
   for (const auto& [key, node] : table) {
     const std::string path = config::key_path(prefix, std::string(key.str()));
     if (const toml::table* inner = node.as_table()) {
@@ -35,9 +39,31 @@ void flatten(const toml::table& table, const std::string& prefix, std::vector<Pl
 
 }  // namespace
 
-void PlanValues::problem(const toml::source_region& source, const std::string& where, const std::string& text) {
+void PlanInput::load(const std::filesystem::path& path, std::string_view text, std::vector<std::filesystem::path> chain) {
+  File& file = files_.emplace_back(File{path, config::parsed(text, path.string())});
+  chain.push_back(std::filesystem::weakly_canonical(path));
+  loaded_.insert(chain.back());
+  for (const std::string& name : words(file.root, "", "include")) {
+    const std::string why = include(file.beside(name), chain);
+    if (!why.empty()) problem(file.root.get("include")->source(), "", fmt::format("include: \"{}\" {}", one_line(name), why));
+  }
+  inner_first_.push_back(&file);
+}
+
+std::string PlanInput::include(const std::filesystem::path& path, const std::vector<std::filesystem::path>& chain) {
+  if (std::error_code error; !std::filesystem::is_regular_file(path, error))
+    return "is not a file; names are relative to the file that includes them";
+  const std::filesystem::path canonical = std::filesystem::weakly_canonical(path);
+  if (std::ranges::find(chain, canonical) != chain.end()) return "leads back to itself; remove this include, or the one in that file";
+  if (loaded_.contains(canonical)) return {};
+  if (files_.size() == most_files) return fmt::format("is one too many: a plan has at most {} files; join some of them", most_files);
+  load(path, config::bounded_file_text(path), chain);
+  return {};
+}
+
+void PlanInput::problem(const toml::source_region& source, const std::string& where, const std::string& text) {
   config::FilePosition place = problems_.in_file(source.begin.line, source.begin.column);
-  if (source.path && *source.path != plan_) {
+  if (source.path && *source.path != plan_.string()) {
     place.text = fmt::format("{}:{}:{}", *source.path, place.line, place.column);
     place.source_number = static_cast<std::size_t>(std::ranges::find(others_, *source.path) - others_.begin()) + 1;
     if (place.source_number > others_.size()) others_.push_back(*source.path);
@@ -45,7 +71,7 @@ void PlanValues::problem(const toml::source_region& source, const std::string& w
   problems_.add(place, where.empty() ? text : fmt::format("{} {}", where, text));
 }
 
-void PlanValues::only(const toml::table& table, const std::string& where, const std::vector<std::string>& permitted) {
+void PlanInput::only(const toml::table& table, const std::string& where, const std::vector<std::string>& permitted) {
   for (const auto& [key, node] : table) {
     if (given_up()) return;
     const std::string name(key.str());
@@ -58,7 +84,7 @@ void PlanValues::only(const toml::table& table, const std::string& where, const 
   }
 }
 
-std::string PlanValues::text(const toml::table& table, const std::string& where, const char* name, const std::string& preset) {
+std::string PlanInput::text(const toml::table& table, const std::string& where, const char* name, const std::string& preset) {
   const toml::node* node = table.get(name);
   if (node == nullptr) return preset;
   if (const auto value = node->value_exact<std::string>()) return *value;
@@ -66,7 +92,7 @@ std::string PlanValues::text(const toml::table& table, const std::string& where,
   return {};
 }
 
-int PlanValues::integer(const toml::table& table, const char* name, int low, int high, int preset) {
+int PlanInput::integer(const toml::table& table, const char* name, int low, int high, int preset) {
   const toml::node* node = table.get(name);
   if (node == nullptr) return preset;
   const auto value = node->value_exact<std::int64_t>();
@@ -75,8 +101,8 @@ int PlanValues::integer(const toml::table& table, const char* name, int low, int
   return preset;
 }
 
-std::vector<std::string> PlanValues::words(const toml::table& table, const std::string& where, const char* name,
-                                           const std::vector<std::string>& preset) {
+std::vector<std::string> PlanInput::words(const toml::table& table, const std::string& where, const char* name,
+                                          const std::vector<std::string>& preset) {
   const toml::node* node = table.get(name);
   if (node == nullptr) return preset;
   std::vector<std::string> list;
@@ -90,7 +116,7 @@ std::vector<std::string> PlanValues::words(const toml::table& table, const std::
   return {};
 }
 
-const toml::table* PlanValues::table_at(const toml::table& table, const std::string& where, const char* name) {
+const toml::table* PlanInput::table_at(const toml::table& table, const std::string& where, const char* name) {
   const toml::node* node = table.get(name);
   if (node == nullptr) return nullptr;
   if (node->is_table()) return node->as_table();
@@ -98,8 +124,8 @@ const toml::table* PlanValues::table_at(const toml::table& table, const std::str
   return nullptr;
 }
 
-std::vector<const toml::table*> PlanValues::tables_at(const toml::table& table, const std::string& where, const char* name,
-                                                      std::size_t most) {
+std::vector<const toml::table*> PlanInput::tables_at(const toml::table& table, const std::string& where, const char* name,
+                                                     std::size_t most) {
   const toml::node* node = table.get(name);
   if (node == nullptr) return {};
   std::vector<const toml::table*> entries;
@@ -117,7 +143,7 @@ std::vector<const toml::table*> PlanValues::tables_at(const toml::table& table, 
   return {};
 }
 
-std::string PlanValues::key_meant(const std::string& key, const toml::source_region& source, const std::string& where) {
+std::string PlanInput::key_meant(const std::string& key, const toml::source_region& source, const std::string& where) {
   static const std::vector<std::string> keys = [] {
     std::vector<std::string> names;
     for (const config::Table& table : case_schema().tables()) {
@@ -139,14 +165,14 @@ std::string PlanValues::key_meant(const std::string& key, const toml::source_reg
   return meant;
 }
 
-std::vector<PlanValues::Entry> PlanValues::in_order(const toml::table& table) {
+std::vector<PlanInput::Entry> PlanInput::in_order(const toml::table& table) {
   std::vector<Entry> entries;
   flatten(table, "", entries);
   std::ranges::stable_sort(entries, {}, [](const Entry& e) { return std::tuple(e.source.begin.line, e.source.begin.column); });
   return entries;
 }
 
-std::vector<Setting> PlanValues::settings(const toml::table& table, const std::string& where, const std::string& name) {
+std::vector<Setting> PlanInput::settings(const toml::table& table, const std::string& where, const std::string& name) {
   std::vector<Setting> list;
   if (const toml::table* set = table_at(table, where, name.c_str())) {
     for (const Entry& e : in_order(*set)) {

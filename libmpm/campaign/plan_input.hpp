@@ -1,10 +1,13 @@
 #pragma once
-/// Internal to campaign: values of a plan file. All errors of the file are collected and reported together.
+/// Internal to campaign: the TOML of a plan and of the files that it includes. All their errors are collected and reported together.
 
 #include <toml++/toml.h>
 
+#include <deque>
 #include <filesystem>
+#include <set>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "libmpm/campaign/plan.hpp"
@@ -13,10 +16,23 @@
 namespace mpm {
 
 /// Reads values, and records their errors. A value with an error is empty, or the preset.
-class PlanValues {
+class PlanInput {
  public:
-  /// @param file  name of the plan, for messages
-  explicit PlanValues(const std::filesystem::path& file) : plan_(file.string()), problems_(plan_) {}
+  /// @param file  the plan
+  explicit PlanInput(const std::filesystem::path& file) : plan_(file), problems_(plan_.string()) {}
+
+  /// The plan, or a file that it includes.
+  struct File {
+    std::filesystem::path path;  ///< its name
+    toml::table root;            ///< its content
+    /// A file that it names.
+    [[nodiscard]] std::filesystem::path beside(const std::string& name) const { return path.parent_path() / name; }
+  };
+  /// Parses the plan and the files that it includes. @throws ConfigError for what is not TOML, IoError
+  void load(std::string_view text) { load(plan_, text, {}); }
+  [[nodiscard]] const std::deque<File>& files() const { return files_; }  ///< a file, then those that it includes
+  /// Those that a file includes, then the file: later ones override.
+  [[nodiscard]] const std::vector<const File*>& inner_first() const { return inner_first_; }
 
   /// An entry of a table. Keys may be given as "table.key" in quotes or as dotted keys, which TOML makes tables of.
   struct Entry {
@@ -55,7 +71,15 @@ class PlanValues {
   [[nodiscard]] static std::vector<Entry> in_order(const toml::table& table);
 
  private:
-  std::string plan_;  ///< file of the plan
+  /// @param chain  the files that led to this one
+  void load(const std::filesystem::path& path, std::string_view text, std::vector<std::filesystem::path> chain);
+  /// @return why the file cannot be included; empty if it is
+  std::string include(const std::filesystem::path& path, const std::vector<std::filesystem::path>& chain);
+
+  std::filesystem::path plan_;
+  std::deque<File> files_;
+  std::vector<const File*> inner_first_;
+  std::set<std::filesystem::path> loaded_;  ///< each is read once
   config::FileProblems problems_;
   std::vector<std::string> others_;  ///< other files with problems, in the order in which they were found
 };
