@@ -26,8 +26,8 @@ std::string quoted(const std::string& text) {
   return out + "'";
 }
 
-}  // namespace
-
+/// The batch script: Slurm tasks are the ranks of a run; the first starts the others. A word that a shell would take apart is quoted.
+/// @throws ConfigError for a control character
 std::string slurm_script(const CampaignPlan& plan, const std::string& job_name, const SlurmJob& job, std::size_t tasks,
                          const std::filesystem::path& out, const std::filesystem::path& program, int at_once) {
   std::string text = "#!/bin/bash\n";
@@ -60,6 +60,8 @@ std::string slurm_script(const CampaignPlan& plan, const std::string& job_name, 
   line(fmt::format("exec {} campaign task {} \"$name\"", quoted(program.string()), quoted(out.string())));
   return text;
 }
+
+}  // namespace
 
 SlurmJob write_slurm_job(const CampaignPlan& plan, const std::string& job_name, std::span<const std::string> names,
                          const std::filesystem::path& out, const std::filesystem::path& program, int at_once) {

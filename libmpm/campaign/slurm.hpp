@@ -16,13 +16,8 @@ struct SlurmJob {
   std::filesystem::path tasks;   ///< names of the runs, one a line: line k is task k
 };
 
-/// The batch script: Slurm tasks are the ranks of a run; the first starts the others. A word that a shell would take apart is quoted.
-/// @param at_once tasks that run at the same time at most; 0: no limit. @throws ConfigError for a control character in a name, path or
-/// option
-[[nodiscard]] std::string slurm_script(const CampaignPlan& plan, const std::string& job_name, const SlurmJob& job, std::size_t tasks,
-                                       const std::filesystem::path& out, const std::filesystem::path& program, int at_once);
-
-/// Writes script and list under names that no job before had. @throws IoError
+/// Writes script and list under names that no job before had. @param at_once  tasks that run at the same time at most; 0: no limit
+/// @throws IoError, ConfigError for a control character in a name, path or option
 [[nodiscard]] SlurmJob write_slurm_job(const CampaignPlan& plan, const std::string& job_name, std::span<const std::string> names,
                                        const std::filesystem::path& out, const std::filesystem::path& program, int at_once);
 
