@@ -116,11 +116,14 @@ void check_body(const Case& c, const BodySpec& body, const std::string& path, Pa
   if (!c.obstacle || !ObstacleSpec::plan_is_valid(TableReport(report, "obstacle")) ||
       !report.all_valid({"obstacle.height_m", "obstacle.base_m", path + ".shape"}))
     return;
-  if (meets_solid(body, c.obstacle->solid()))
-    report.problem(high, "and min_m reach into the obstacle; move the body, it may touch the obstacle");
-  if (c.arm && report.all_valid({"arm.length_m", "arm.depth_m", "arm.base_m", "arm.height_m"}) &&
-      meets_solid(body, c.arm->solid(*c.obstacle)))
-    report.problem(high, "and min_m reach into the arm; move the body, it may touch the arm");
+  const bool arm_valid = report.all_valid({"arm.length_m", "arm.depth_m", "arm.base_m", "arm.height_m"});
+  const char* name = "obstacle";
+  for (const UprightSolid& solid : solids_of(c)) {
+    if (meets_solid(body, solid))
+      report.problem(high, fmt::format("and min_m reach into the {0}; move the body, it may touch the {0}", name));
+    if (!arm_valid) break;
+    name = "arm";
+  }
 }
 
 /// A custom scene, or a conveyor, which brings its own.

@@ -67,13 +67,6 @@ double snow_depth(const Case& c) {
   return top > 0.0 ? top : c.obstacle->width();
 }
 
-/// The obstacle, and its arm.
-std::vector<UprightSolid> solids(const Case& c) {
-  std::vector<UprightSolid> all = {c.obstacle->solid()};
-  if (c.arm) all.push_back(c.arm->solid(*c.obstacle));
-  return all;
-}
-
 ParticlesInsideObstacle::Setting inside_setting(const ObserverArguments& s) {
   return {s.c.numerics.cell_size, s.c.material.density(), snow_depth(s.c), s.scene.mirror};
 }
@@ -96,7 +89,7 @@ constexpr Entry list[] = {
     {impact, [](const ObserverArguments& s) { return make<PressureProfile>(*s.geometry); }},
     {obstacle, [](const ObserverArguments& s) { return make<ContactForce>(*s.scene.obstacle); }},
     {arm, [](const ObserverArguments& s) { return make<ContactForce>(*s.scene.arm, ContactForce::On::arm); }},
-    {obstacle, [](const ObserverArguments& s) { return make<ParticlesInsideObstacle>(solids(s.c), inside_setting(s)); }},
+    {obstacle, [](const ObserverArguments& s) { return make<ParticlesInsideObstacle>(solids_of(s.c), inside_setting(s)); }},
     {impact, [](const ObserverArguments& s) { return make<ForceByHeight>(*s.geometry, 0U); }},
     {impact, [](const ObserverArguments& s) { return make<TransientForce>(s.flow, s.geometry->force_window, mast_axis(s)); }},
     {impact_on_arm, [](const ObserverArguments& s) { return make<ArmPeaks>(s.flow, s.geometry->force_window); }},

@@ -20,6 +20,7 @@
 #include "libmpm/driver/case_file.hpp"
 #include "libmpm/driver/checkpoint.hpp"
 #include "libmpm/driver/sampling.hpp"
+#include "libmpm/driver/scene.hpp"
 #include "libmpm/io/atomic_file.hpp"
 #include "libmpm/io/hdf5.hpp"
 #include "libmpm/io/json.hpp"
@@ -196,8 +197,9 @@ std::string obstacle_text(const Case& c) {
     if (std::isfinite(solid.base)) json["base_m"] = solid.base;
     return json;
   };
-  nlohmann::ordered_json json = json_of(c.obstacle->solid());
-  if (c.arm) json["arm"] = json_of(c.arm->solid(*c.obstacle));
+  const std::vector<UprightSolid> solids = solids_of(c);
+  nlohmann::ordered_json json = json_of(solids.front());
+  if (solids.size() > 1) json["arm"] = json_of(solids.back());
   return json.dump() + "\n";
 }
 

@@ -18,7 +18,6 @@ namespace mpm {
 
 namespace {
 
-/// The obstacle, or its arm.
 Boundary make_solid(UprightSolid solid, double friction, const Numerics& numerics, const MirrorPlanes& mirror) {
   if (numerics.contact == ContactRule::surface) return SurfaceSolid(std::move(solid), friction, Vec3::Zero(), numerics.cell_size, mirror);
   const double skin = solid.outline.along_axes() ? 0.0 : 0.5 * numerics.cell_size;
@@ -38,6 +37,13 @@ ConveyorSetting conveyor_setting(const Case& c, const std::shared_ptr<const Heig
 }  // namespace
 
 MirrorPlanes mirror_planes(const Case& c) { return {c.domain.mirror_x, c.domain.mirror_y || (c.conveyor && c.conveyor->mirror_y)}; }
+
+std::vector<UprightSolid> solids_of(const Case& c) {
+  std::vector<UprightSolid> solids;
+  if (c.obstacle) solids.push_back(c.obstacle->solid());
+  if (c.obstacle && c.arm) solids.push_back(c.arm->solid(*c.obstacle));
+  return solids;
+}
 
 void check_grid_offset(const Case& c, ParameterReport& report) {
   const MirrorPlanes mirror = mirror_planes(c);
@@ -79,19 +85,15 @@ CaseScene make_scene(const Case& c) {
     for (auto& wall : conveyor_walls(*c.conveyor, c.numerics.contact, !c.terrain)) scene.boundaries.push_back(std::move(wall));
     scene.source = std::make_shared<ConveyorSource>(*c.conveyor, scene.material, conveyor_setting(c, ground));
   }
-  if (c.obstacle) {
-    scene.obstacle = scene.boundaries.size();
-    scene.layered = {*scene.obstacle};
-    if (scene.mirror.y && !outline_of(c.obstacle->shape).symmetric()) {
-      throw ConfigError(
-          "[obstacle]: its plan is not symmetric about y = 0, so that half of the domain cannot replace the whole; give mirror_y = false");
-    }
-    scene.boundaries.push_back(make_solid(c.obstacle->solid(), c.obstacle->friction, c.numerics, scene.mirror));
+  if (c.obstacle && scene.mirror.y && !outline_of(c.obstacle->shape).symmetric()) {
+    throw ConfigError(
+        "[obstacle]: its plan is not symmetric about y = 0, so that half of the domain cannot replace the whole; give mirror_y = false");
   }
-  if (c.obstacle && c.arm) {
-    scene.arm = scene.boundaries.size();
-    scene.boundaries.push_back(make_solid(c.arm->solid(*c.obstacle), c.obstacle->friction, c.numerics, scene.mirror));
+  for (UprightSolid& solid : solids_of(c)) {
+    (scene.obstacle ? scene.arm : scene.obstacle) = scene.boundaries.size();
+    scene.boundaries.push_back(make_solid(std::move(solid), c.obstacle->friction, c.numerics, scene.mirror));
   }
+  if (scene.obstacle) scene.layered = {*scene.obstacle};
   scene.offset = c.numerics.offset();
   detail::CollectedProblems problems;
   check_grid_offset(c, problems);

@@ -18,6 +18,9 @@ class ParameterReport;
 /// Mirror planes stay on the grid: [numerics] grid_offset_cells is 0 across them. @param report  of [numerics]
 void check_grid_offset(const Case& c, ParameterReport& report);
 
+/// The rigid solids of a case: its obstacle, then the obstacle's arm; empty without an obstacle.
+[[nodiscard]] std::vector<UprightSolid> solids_of(const Case& c);
+
 /// Where particles may be in a case, m: its domain, cut by that of a conveyor.
 struct CaseDomain {
   Vec3 min, max;  ///< corners
