@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <functional>
 #include <limits>
 #include <map>
 
@@ -120,19 +119,18 @@ PostResult post_process(const std::filesystem::path& directory, const std::files
   const Summary end = list.summary(nullptr, nullptr);
   result.results = updated_results(own, c, last, end, list.results(end));
 
-  using Write = std::function<void(const std::filesystem::path&)>;
-  std::vector<std::pair<const char*, Write>> files = {
-      {"series.csv", [&](const auto& path) { write_table(path, list.series().names(), list.series().values()); }}};
-  if (!end.profiles.empty()) {
-    files.emplace_back("profile.csv", [&](const auto& path) { write_file(path, end.profile); });
-    files.emplace_back("profiles.h5", [&](const auto& path) { write_profiles_over_time(path, end.series.time(), end.profiles); });
-  }
-  files.emplace_back("results.json", [&](const auto& path) { write_file(path, result.results.to_json()); });
-  if (c.obstacle) files.emplace_back("obstacle.json", [&](const auto& path) { write_file(path, obstacle_text(c)); });
-  for (const auto& [name, write] : files) {
-    write(out / name);
+  const auto write = [&](const char* name, const std::string& text) {
+    write_file(out / name, text);
     result.written.push_back(out / name);
+  };
+  write("series.csv", table_text(list.series().names(), list.series().values()));
+  if (!end.profiles.empty()) {
+    write("profile.csv", end.profile);
+    write_profiles_over_time(out / "profiles.h5", end.series.time(), end.profiles);
+    result.written.push_back(out / "profiles.h5");
   }
+  write("results.json", result.results.to_json());
+  if (c.obstacle) write("obstacle.json", obstacle_text(c));
   return result;
 }
 
