@@ -12,7 +12,6 @@
 #include "libmpm/driver/case_file.hpp"
 #include "libmpm/driver/estimate.hpp"
 #include "libmpm/driver/run_folder.hpp"
-#include "libmpm/driver/run_summary.hpp"
 #include "ranks.hpp"
 #include "run_control.hpp"
 

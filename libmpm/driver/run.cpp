@@ -20,7 +20,6 @@
 #include "libmpm/driver/observers.hpp"
 #include "libmpm/driver/pieces.hpp"
 #include "libmpm/driver/run_folder.hpp"
-#include "libmpm/driver/run_summary.hpp"
 #include "libmpm/driver/scene.hpp"
 #include "libmpm/driver/threads.hpp"
 #include "libmpm/driver/worker.hpp"

@@ -64,4 +64,11 @@ struct RunResult {
 /// @throws ConfigError, IoError, UnstableError (files written before remain)
 RunResult run_case(const Case& c, const RunOptions& options);
 
+/// One line for each of run-up (and its highest particle), pressure height, force and overturning moment: mean, and what each +- contains;
+/// then the peaks of the force. A run without a steady interval is flagged; it has no means. Empty for a run without an impact.
+[[nodiscard]] std::string summary_text(const Results& results);
+
+/// What the results of a finished run warn of; each is one line.
+[[nodiscard]] std::vector<std::string> result_warnings(const Results& results);
+
 }  // namespace mpm

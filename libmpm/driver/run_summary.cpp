@@ -1,9 +1,8 @@
-#include "libmpm/driver/run_summary.hpp"
-
 #include <fmt/format.h>
 
 #include <cmath>
 
+#include "libmpm/driver/run.hpp"
 #include "libmpm/observe/particles_inside_obstacle.hpp"
 
 namespace mpm {

@@ -1,4 +1,4 @@
-#include "libmpm/driver/run_summary.hpp"
+#include "libmpm/driver/run.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

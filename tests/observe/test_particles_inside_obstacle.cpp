@@ -8,7 +8,7 @@
 
 #include "libmpm/boundary/arm_spec.hpp"
 #include "libmpm/driver/observers.hpp"
-#include "libmpm/driver/run_summary.hpp"
+#include "libmpm/driver/run.hpp"
 #include "libmpm/io/snapshot.hpp"
 #include "libmpm/observe/observer_list.hpp"
 #include "support/solver_states.hpp"
