@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include <array>
 #include <cmath>
 #include <nlohmann/json.hpp>
 #include <string_view>
@@ -34,14 +35,10 @@ std::string toml_value(const Case& c, const Sweep& sweep, double value) {
   return fmt::format("[{}, {}, {}]", along('x'), along('y'), along('z'));
 }
 
+/// Begins the names of runs.
 std::string_view label_of(SweepKind kind) {
-  switch (kind) {
-    case SweepKind::cell_size: return "dx";
-    case SweepKind::particles_per_cell: return "ppc";
-    case SweepKind::cfl: return "cfl";
-    case SweepKind::offset: return "offset";
-  }
-  return {};
+  static constexpr std::array labels{"dx", "ppc", "cfl", "offset"};
+  return labels.at(static_cast<std::size_t>(kind));
 }
 
 Json to_json(const Convergence& c) {

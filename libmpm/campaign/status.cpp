@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <nlohmann/json.hpp>
 #include <system_error>
@@ -64,13 +65,8 @@ void write_attempts(const fs::path& directory, const CampaignRun& run, const std
 }
 
 std::string to_string(RunState state) {
-  switch (state) {
-    case RunState::to_do: return "to do";
-    case RunState::running: return "running";
-    case RunState::done: return "done";
-    case RunState::failed: return "failed";
-  }
-  return {};
+  static constexpr std::array names{"to do", "running", "done", "failed"};
+  return names.at(static_cast<std::size_t>(state));
 }
 
 std::string RunStatus::cause() const {

@@ -4,6 +4,7 @@
 
 #include <Eigen/Dense>
 #include <algorithm>
+#include <array>
 #include <boost/math/tools/minima.hpp>
 #include <boost/math/tools/toms748_solve.hpp>
 #include <cmath>
@@ -192,13 +193,8 @@ void decide_whether_asymptotic(Convergence& c, bool credible, double formal_orde
 }  // namespace
 
 std::string to_string(Behaviour b) {
-  switch (b) {
-    case Behaviour::monotone: return "monotone";
-    case Behaviour::oscillating: return "oscillating";
-    case Behaviour::divergent: return "divergent";
-    case Behaviour::constant: return "constant";
-  }
-  return "unknown";
+  static constexpr std::array names{"monotone", "oscillating", "divergent", "constant"};
+  return names.at(static_cast<std::size_t>(b));
 }
 
 std::vector<double> pairwise_orders(std::span<const double> size, std::span<const double> error) {

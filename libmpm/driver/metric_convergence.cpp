@@ -4,6 +4,7 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <string_view>
 #include <variant>
@@ -15,13 +16,8 @@
 namespace mpm {
 
 std::string to_string(SweepKind kind) {
-  switch (kind) {
-    case SweepKind::cell_size: return "cell_size_m";
-    case SweepKind::particles_per_cell: return "particles_per_cell";
-    case SweepKind::cfl: return "cfl";
-    case SweepKind::offset: return "grid_offset_cells";
-  }
-  return {};
+  static constexpr std::array keys{"cell_size_m", "particles_per_cell", "cfl", "grid_offset_cells"};
+  return keys.at(static_cast<std::size_t>(kind));
 }
 
 bool goes_to_zero(SweepKind kind) { return kind == SweepKind::cell_size || kind == SweepKind::cfl; }
