@@ -99,6 +99,15 @@ constexpr Entry list[] = {
     {always, [](const ObserverArguments&) { return make<HealthCheck>(); }},
 };
 
+/// The flow of a case with a conveyor; with M' where the law has one.
+ImpactFlow impact_flow(const Case& c) {
+  ImpactFlow flow;
+  flow.velocity = c.conveyor->velocity;
+  flow.gravity = c.numerics.gravity;
+  if (const auto ratio = c.material.critical_state_ratio()) flow.effective_friction = *ratio;
+  return flow;
+}
+
 ObserverArguments setting_of(const Case& c, const CaseScene& scene) {
   ObserverArguments setting{c, scene, impact_geometry(c), {}};
   if (setting.geometry) setting.flow = impact_flow(c);
@@ -113,14 +122,6 @@ std::optional<ImpactGeometry> impact_geometry(const Case& c) {
                                            c.conveyor->mirror_y || c.domain.mirror_y, c.measurement);
   geometry.set_obstacle(*c.obstacle);
   return geometry;
-}
-
-ImpactFlow impact_flow(const Case& c) {
-  ImpactFlow flow;
-  flow.velocity = c.conveyor->velocity;
-  flow.gravity = c.numerics.gravity;
-  if (const auto ratio = c.material.critical_state_ratio()) flow.effective_friction = *ratio;
-  return flow;
 }
 
 SnowTraits snow_traits(const MaterialParameters& snow) {
@@ -159,7 +160,9 @@ Results expected_results(const Case& c) {
   return observers.results(observers.summary(&nothing, &progress));
 }
 
-std::vector<ObserverDescription> describe_observers() {
+namespace {
+
+std::vector<ObserverDescription> descriptions() {
   Case c;  // with all tables, so that every observer applies
   c.conveyor.emplace().velocity = 1.0;
   c.obstacle.emplace();
@@ -170,29 +173,27 @@ std::vector<ObserverDescription> describe_observers() {
   const State nothing(c.numerics.cell_size);
   const RunProgress progress;
   const Summary end = all.summary(&nothing, &progress);
-  std::vector<ObserverDescription> descriptions;
+  std::vector<ObserverDescription> described;
   for (const Entry& entry : list) {
     const auto o = entry.make(setting);
     ObserverDescription d{o->name(), entry.applies.cases, o->measured_from(), o->columns(), {}, o->summary(end)};
     for (const HeightProfile& profile : o->profiles(end)) d.profiles.push_back(profile.column);
-    descriptions.push_back(std::move(d));
+    described.push_back(std::move(d));
   }
-  descriptions.push_back({"post", after_post, MeasuredFrom::frames, {}, {}, origin_in_frames(0)});
-  return descriptions;
-}
-
-namespace {
-
-const std::vector<ObserverDescription>& descriptions() {
-  static const std::vector<ObserverDescription> all = describe_observers();
-  return all;
+  described.push_back({"post", after_post, MeasuredFrom::frames, {}, {}, origin_in_frames(0)});
+  return described;
 }
 
 }  // namespace
 
+const std::vector<ObserverDescription>& describe_observers() {
+  static const std::vector<ObserverDescription> all = descriptions();
+  return all;
+}
+
 Nature nature_of(std::string_view name) {
   const std::string_view key = name.substr(0, name.find_first_of(".["));
-  for (const ObserverDescription& d : descriptions()) {
+  for (const ObserverDescription& d : describe_observers()) {
     const auto found = std::ranges::find(d.results, key, &Result::name);
     if (found != d.results.end()) return found->nature;
   }
@@ -201,7 +202,7 @@ Nature nature_of(std::string_view name) {
 
 std::vector<std::string> run_entries(Nature nature) {
   std::vector<std::string> names;
-  for (const ObserverDescription& d : descriptions()) {
+  for (const ObserverDescription& d : describe_observers()) {
     if (d.cases == after_post) continue;
     for (const Result& r : d.results) {
       if (r.nature == nature) names.push_back(r.name);
@@ -219,10 +220,6 @@ std::string_view text_of(Column::Kind kind) {
 std::string_view text_of(Nature nature) {
   return nature == Nature::physics ? "physics" : nature == Nature::uncertainty ? "uncertainty" : "execution";
 }
-
-}  // namespace
-
-namespace {
 
 /// Rows of a table of columns under a heading; the components of a vector share a row.
 std::string column_rows(const std::string& heading, const std::vector<Column>& columns) {
@@ -266,7 +263,7 @@ std::string heading_of(const ObserverDescription& d) {
 }  // namespace
 
 std::string observers_markdown() {
-  const auto all = describe_observers();
+  const auto& all = describe_observers();
   std::string text = "## Columns of `series.csv`\n\n| column | unit | meaning |\n|---|---|---|\n";
   text += column_rows("", {TimeSeries(std::vector<Column>()).columns().front()});
   for (const auto& d : all) text += column_rows(heading_of(d), d.columns);

@@ -19,8 +19,6 @@ namespace mpm {
 /// How an impact is measured in a case, by the paper's procedure with the windows of [measurement]; empty without a conveyor or an
 /// obstacle.
 [[nodiscard]] std::optional<ImpactGeometry> impact_geometry(const Case& c);
-/// The flow of a case with a conveyor; with M' where the law has one.
-[[nodiscard]] ImpactFlow impact_flow(const Case& c);
 
 /// How a case with a conveyor and an obstacle resolves the obstacle.
 [[nodiscard]] GridResolution grid_resolution(const Case& c);
@@ -45,7 +43,7 @@ struct ObserverDescription {
 };
 
 /// All output of a run and of `mpm post`.
-[[nodiscard]] std::vector<ObserverDescription> describe_observers();
+[[nodiscard]] const std::vector<ObserverDescription>& describe_observers();
 
 /// Nature of an entry of results.json; an unknown entry counts as physics. @param name a key, with "[0]" for a component
 [[nodiscard]] Nature nature_of(std::string_view name);

@@ -22,6 +22,7 @@ namespace mpm {
 
 namespace {
 
+constexpr std::size_t most_raster_points = 250'000;      // with ten digits each a third of the largest case file
 constexpr std::uintmax_t most_raster_bytes = 8U << 20U;  // as of a case file
 constexpr double finest_raster = 0.01;                   // m: a smaller distance of points is one in degrees or kilometres
 constexpr double same_place = 1e-3;                      // spacings: rounding of the coordinates in a table

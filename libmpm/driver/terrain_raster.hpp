@@ -14,9 +14,6 @@ namespace mpm {
 
 class ParameterReport;
 
-/// Most points of a raster: with ten digits each a third of the largest case file.
-inline constexpr std::size_t most_raster_points = 250'000;
-
 /// Reads an ESRI ASCII grid: ncols, nrows, xllcenter or xllcorner, yllcenter or yllcorner, cellsize and perhaps nodata_value, each with its
 /// number, then the heights row by row from the north. Line breaks are blanks. @param problem  what is wrong and the remedy, as the end of
 /// a sentence; empty: nothing
