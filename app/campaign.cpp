@@ -13,8 +13,8 @@
 #include <optional>
 #include <ranges>
 
+#include "arguments.hpp"
 #include "campaign_control.hpp"
-#include "case_arguments.hpp"
 #include "commands.hpp"
 #include "libmpm/base/error.hpp"
 #include "libmpm/base/process.hpp"
@@ -30,7 +30,6 @@
 #include "libmpm/io/atomic_file.hpp"
 #include "ranks.hpp"
 #include "run_control.hpp"
-#include "validators.hpp"
 
 namespace mpm::app {
 

@@ -4,7 +4,7 @@
 
 #include <memory>
 
-#include "case_arguments.hpp"
+#include "arguments.hpp"
 #include "commands.hpp"
 #include "libmpm/driver/advice.hpp"
 #include "libmpm/driver/case_file.hpp"

@@ -7,13 +7,12 @@
 #include <cerrno>
 #include <cmath>
 #include <filesystem>
-#include <iterator>
-#include <map>
 #include <memory>
 #include <optional>
 #include <string>
 #include <vector>
 
+#include "arguments.hpp"
 #include "commands.hpp"
 #include "libmpm/base/error.hpp"
 #include "libmpm/driver/observers.hpp"
@@ -21,7 +20,6 @@
 #include "libmpm/io/atomic_file.hpp"
 #include "libmpm/io/csv.hpp"
 #include "libmpm/observe/results.hpp"
-#include "validators.hpp"
 
 namespace mpm::app {
 
@@ -33,37 +31,30 @@ struct CompareArguments {
   bool csv = false;
 };
 
-/// results.json by keys; vectors by component: force_mean_n.x
-struct ResultFile {
-  std::vector<std::string> order;
-  std::map<std::string, Value> values;
-
-  /// Empty for a number that is unknown, and a missing key.
-  [[nodiscard]] std::optional<Value> at(const std::string& key) const {
-    const auto found = values.find(key);
-    const bool known = found != values.end() && (as_number(found->second) || std::holds_alternative<std::string>(found->second));
-    return known ? std::optional(found->second) : std::nullopt;
-  }
-  /// A number, true and false as 1 and 0; empty for an unknown one, text and a missing key.
-  [[nodiscard]] std::optional<double> number(const std::string& key) const {
-    const auto found = values.find(key);
-    return found == values.end() ? std::nullopt : as_number(found->second);
-  }
-};
-
-ResultFile read_results(const std::filesystem::path& directory) {
+/// results.json, vectors by component: force_mean_n.x
+Results read_results(const std::filesystem::path& directory) {
   const ResultsFile file(directory);
   const auto path = directory / "results.json";
   if (!file.exists()) throw file_error("cannot read", path, ENOENT);
   if (!file.results())
     throw IoError(fmt::format("{}: not a JSON object; recompute it with `mpm post {}`", path.string(), directory.string()));
   file.require_undamaged();
-  ResultFile results;
-  for (const Result& r : file.results()->components()) {
-    results.order.push_back(r.name);
-    results.values[r.name] = r.value;
-  }
+  Results results;
+  results.add(file.results()->components());
   return results;
+}
+
+/// Empty for a number that is unknown, and a missing key.
+std::optional<Value> known_value(const Results& results, const std::string& key) {
+  const Result* const found = results.find(key);
+  const bool known = found != nullptr && (as_number(found->value) || std::holds_alternative<std::string>(found->value));
+  return known ? std::optional(found->value) : std::nullopt;
+}
+
+/// A number, true and false as 1 and 0; empty for an unknown one, text and a missing key.
+std::optional<double> known_number(const Results& results, const std::string& key) {
+  const Result* const found = results.find(key);
+  return found == nullptr ? std::nullopt : as_number(found->value);
 }
 
 /// Whether a key is an outcome of the computation, not information about the run or about uncertainty.
@@ -79,12 +70,13 @@ class Comparison {
  public:
   explicit Comparison(const CompareArguments& arguments)
       : tolerance_(arguments.tolerance), csv_(arguments.csv), a_(read_results(arguments.a)), b_(read_results(arguments.b)) {
-    same_run_ =
-        a_.values.contains("case_hash") && std::ranges::all_of(std::vector{"case_hash", "commit", "duration_s", "measured_from", "frames"},
-                                                               [&](const char* key) { return a_.at(key) == b_.at(key); });
-    std::ranges::copy_if(a_.order, std::back_inserter(keys_), is_quantity);
-    std::ranges::copy_if(b_.order, std::back_inserter(keys_),
-                         [&](const std::string& key) { return !a_.values.contains(key) && is_quantity(key); });
+    same_run_ = a_.has("case_hash") && std::ranges::all_of(std::vector{"case_hash", "commit", "duration_s", "measured_from", "frames"},
+                                                           [&](const char* key) { return known_value(a_, key) == known_value(b_, key); });
+    for (const Results* results : {&a_, &b_}) {
+      for (const Result& r : results->entries()) {
+        if (is_quantity(r.name) && (results == &a_ || !a_.has(r.name))) keys_.push_back(r.name);
+      }
+    }
   }
 
   /// Prints a line for each quantity.
@@ -95,10 +87,10 @@ class Comparison {
       print({"quantity", "A", "B", "B - A", "relative", "allowed", "verdict"});
     }
     for (const std::string& key : keys_) {
-      const auto x = a_.number(key), y = b_.number(key);
+      const auto x = known_number(a_, key), y = known_number(b_, key);
       if (x && y) {
         compare_numbers(key, *x, *y);
-      } else if (x || y || a_.at(key) != b_.at(key)) {
+      } else if (x || y || known_value(a_, key) != known_value(b_, key)) {
         compare_others(key, x || y);
       }
     }
@@ -114,7 +106,8 @@ class Comparison {
   void compare_numbers(const std::string& key, double x, double y) {
     x += 0.0, y += 0.0;  // -0 becomes 0, and so in their difference
     const double difference = y - x, scale = std::max(std::abs(x), std::abs(y));
-    const auto error_a = a_.number(standard_error_name(key)), error_b = b_.number(standard_error_name(key));
+    const std::string of_error = standard_error_name(key);
+    const auto error_a = known_number(a_, of_error), error_b = known_number(b_, of_error);
     const bool uncertain = error_a && error_b;
     const bool judge = uncertain || tolerance_ || same_run_;
     const double allowed = std::max(uncertain ? 2.0 * std::hypot(*error_a, *error_b) : 0.0, tolerance_.value_or(0.0) * scale);
@@ -139,7 +132,7 @@ class Comparison {
     judged_ += judge ? 1 : 0;
     failed_ += judge ? 1 : 0;
     const std::string nothing = csv_ ? "nan" : "";
-    print({key, text(a_.at(key)), text(b_.at(key)), nothing, nothing, nothing, judge ? "DIFFERS" : "not judged"});
+    print({key, text(known_value(a_, key)), text(known_value(b_, key)), nothing, nothing, nothing, judge ? "DIFFERS" : "not judged"});
   }
 
   void print(const Row& row) const {
@@ -154,7 +147,7 @@ class Comparison {
 
   std::optional<double> tolerance_;
   bool csv_ = false;
-  ResultFile a_, b_;
+  Results a_, b_;
   // Two runs of one case and duration by one program agree to the bit, on any number of threads. Results of frames (mpm post) have
   // fewer samples than those of the run.
   bool same_run_ = false;

@@ -9,8 +9,8 @@
 #include <cstdio>
 #include <memory>
 
+#include "arguments.hpp"
 #include "campaign_control.hpp"
-#include "case_arguments.hpp"
 #include "commands.hpp"
 #include "libmpm/base/error.hpp"
 #include "libmpm/base/text.hpp"
@@ -20,7 +20,6 @@
 #include "libmpm/driver/run_folder.hpp"
 #include "libmpm/io/atomic_file.hpp"
 #include "libmpm/io/csv.hpp"
-#include "validators.hpp"
 
 namespace mpm::app {
 

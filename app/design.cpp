@@ -7,8 +7,8 @@
 #include <memory>
 #include <numbers>
 
+#include "arguments.hpp"
 #include "campaign_control.hpp"
-#include "case_arguments.hpp"
 #include "commands.hpp"
 #include "libmpm/base/error.hpp"
 #include "libmpm/campaign/design_plan.hpp"

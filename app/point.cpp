@@ -5,7 +5,7 @@
 #include <array>
 #include <memory>
 
-#include "case_arguments.hpp"
+#include "arguments.hpp"
 #include "commands.hpp"
 #include "libmpm/driver/case_file.hpp"
 #include "libmpm/driver/point_path.hpp"

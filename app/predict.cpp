@@ -10,11 +10,11 @@
 #include <string>
 #include <vector>
 
+#include "arguments.hpp"
 #include "commands.hpp"
 #include "libmpm/base/error.hpp"
 #include "libmpm/impact/semi_empirical.hpp"
 #include "libmpm/io/csv.hpp"
-#include "validators.hpp"
 
 namespace mpm::app {
 

@@ -7,7 +7,7 @@
 #include <limits>
 #include <memory>
 
-#include "case_arguments.hpp"
+#include "arguments.hpp"
 #include "commands.hpp"
 #include "libmpm/driver/case_file.hpp"
 #include "libmpm/driver/estimate.hpp"
