@@ -1,5 +1,5 @@
 #pragma once
-/// How far the runs of a campaign are, by their folders, and how much remains to be done.
+/// How far the runs of a campaign are, by their folders, how much remains to be done, and the tables of that: results.csv and runs.csv.
 
 #include <filesystem>
 #include <optional>
@@ -60,5 +60,8 @@ struct CampaignCost {
 };
 /// @param status  of every run, in the order of the plan
 [[nodiscard]] CampaignCost cost_of(const Campaign& campaign, const std::vector<RunStatus>& status);
+
+/// Writes results.csv and runs.csv. @param status  of every run, in the order of the plan
+void write_campaign_tables(const std::filesystem::path& out, const Campaign& campaign, const std::vector<RunStatus>& status);
 
 }  // namespace mpm

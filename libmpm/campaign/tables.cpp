@@ -1,5 +1,3 @@
-#include "libmpm/campaign/tables.hpp"
-
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -8,6 +6,7 @@
 #include <map>
 #include <string_view>
 
+#include "libmpm/campaign/status.hpp"
 #include "libmpm/driver/case_file.hpp"
 #include "libmpm/driver/observers.hpp"
 #include "libmpm/impact/steady.hpp"

@@ -14,7 +14,6 @@
 #include "libmpm/campaign/plan.hpp"
 #include "libmpm/campaign/slurm.hpp"
 #include "libmpm/campaign/status.hpp"
-#include "libmpm/campaign/tables.hpp"
 #include "libmpm/driver/case_file.hpp"
 #include "libmpm/driver/observers.hpp"
 #include "libmpm/driver/run.hpp"
