@@ -89,7 +89,9 @@ class ConeIntegrator {
   [[nodiscard]] double on_surface() const { return 1e-9 * std::max(scale_, m_.intercept); }
   void choose_phase() {
     const Local s = local(y_.data());
-    const bool plastic = by_rate() ? s.f > 0.0 : s.q > 0.0 && s.f >= -on_surface() && s.numerator > 0.0;
+    // A rate along the surface, whose numerator has either sign by round-off, loads: f is convex.
+    const double along = 1e-9 * m_.shear_modulus * rate_.norm();
+    const bool plastic = by_rate() ? s.f > 0.0 : s.q > 0.0 && s.f >= -on_surface() && s.numerator > -along;
     enter(plastic ? Phase::plastic : Phase::elastic);
   }
   void enter(Phase phase) {
