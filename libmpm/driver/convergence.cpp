@@ -2,7 +2,6 @@
 
 #include <fmt/format.h>
 
-#include <Eigen/Dense>
 #include <algorithm>
 #include <array>
 #include <boost/math/tools/minima.hpp>
@@ -10,6 +9,7 @@
 #include <cmath>
 #include <cstdint>
 #include <limits>
+#include <numeric>
 
 #include "libmpm/base/error.hpp"
 
@@ -42,29 +42,41 @@ struct Fit {
 };
 
 Fit fit_powers(std::span<const double> h, std::span<const double> f, std::span<const double> exponents, bool weighted, int parameters) {
-  const auto n = static_cast<Eigen::Index>(h.size());
-  const auto m = static_cast<Eigen::Index>(exponents.size());
+  const std::size_t n = h.size(), m = exponents.size();
+  const auto dot = [](const std::vector<double>& x, const std::vector<double>& y) {
+    return std::inner_product(x.begin(), x.end(), y.begin(), 0.0);
+  };
   const double finest = h.back();
   double weight_sum = 0.0;
   for (const double hi : h) weight_sum += 1.0 / hi;
-  Eigen::MatrixXd a(n, m + 1);
-  Eigen::VectorXd b(n), w(n);
-  for (Eigen::Index i = 0; i < n; ++i) {
-    const auto u = static_cast<std::size_t>(i);
-    // n w_i: 1 without weights; with weights their mean is 1
-    w[i] = weighted ? static_cast<double>(n) / (h[u] * weight_sum) : 1.0;
-    const double s = std::sqrt(w[i]);
-    a(i, 0) = s;
-    for (Eigen::Index k = 0; k < m; ++k) a(i, k + 1) = s * std::pow(h[u] / finest, exponents[static_cast<std::size_t>(k)]);
-    b[i] = s * f[u];
+  std::vector<std::vector<double>> columns(m + 2, std::vector<double>(n));  // of 1, of the powers, and of f: its place is `last`
+  const std::size_t last = m + 1;
+  for (std::size_t i = 0; i < n; ++i) {
+    // square root of n w_i: 1 without weights; with weights their mean is 1
+    const double s = weighted ? std::sqrt(static_cast<double>(n) / (h[i] * weight_sum)) : 1.0;
+    columns[0][i] = s;
+    for (std::size_t k = 0; k < m; ++k) columns[k + 1][i] = s * std::pow(h[i] / finest, exponents[k]);
+    columns[last][i] = s * f[i];
   }
-  const Eigen::VectorXd c = a.colPivHouseholderQr().solve(b);
+  // Gram and Schmidt's orthogonal columns, in the modified form: what is left of the last one is the misfit.
+  std::vector<std::vector<double>> parts(last, std::vector<double>(m + 2));
+  for (std::size_t k = 0; k < last; ++k) {
+    const double squares = dot(columns[k], columns[k]);
+    for (std::size_t j = k + 1; j <= last; ++j) {
+      parts[k][j] = dot(columns[k], columns[j]) / squares;
+      for (std::size_t i = 0; i < n; ++i) columns[j][i] -= parts[k][j] * columns[k][i];
+    }
+  }
+  std::vector<double> c(last);
+  for (std::size_t k = last; k-- > 0;) {
+    c[k] = parts[k][last];
+    for (std::size_t j = k + 1; j < last; ++j) c[k] -= parts[k][j] * c[j];
+  }
   Fit fit{};
   fit.limit = c[0];
-  fit.correction = c.tail(m).sum();
+  fit.correction = std::accumulate(c.begin() + 1, c.end(), 0.0);
   fit.fitted = fit.limit + fit.correction;
-  const double freedom = std::max(1.0, static_cast<double>(n) - parameters);
-  fit.deviation = std::sqrt((a * c - b).squaredNorm() / freedom);
+  fit.deviation = std::sqrt(dot(columns[last], columns[last]) / std::max(1.0, static_cast<double>(n) - parameters));
   fit.order = nan;
   return fit;
 }
