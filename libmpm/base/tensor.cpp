@@ -1,9 +1,28 @@
 #include "libmpm/base/tensor.hpp"
 
 #include <Eigen/Eigenvalues>
+#include <algorithm>
+#include <cmath>
+#include <limits>
 
-namespace mpm::detail {
+namespace mpm {
 
+Mat3 exp_minus_identity(const Mat3& a) {
+  constexpr int terms = 16;  // of the series, for entries whose sum is below 1/2: the next one is below round-off
+  int exponent = 0;
+  std::frexp(a.cwiseAbs().sum(), &exponent);
+  const int halvings = std::max(0, exponent + 1);
+  const Mat3 x = a * std::ldexp(1.0, -halvings);
+  Mat3 term = x, e = x;
+  for (int n = 2; n <= terms; ++n) {
+    term = term * x / n;
+    e += term;
+  }
+  for (int i = 0; i < halvings; ++i) e = e * e + 2.0 * e;  // exp(2 x) - I = (e + I)^2 - I
+  return e;
+}
+
+namespace detail {
 namespace {
 
 /// V diag(f(lambda_i)) V^T
@@ -28,4 +47,5 @@ Sym3<double> half_log_identity_plus_by_eigenvalues(const Sym3<double>& a) {
   return isotropic_function(a, [](double x) { return x > -1.0 ? 0.5 * std::log1p(x) : std::numeric_limits<double>::quiet_NaN(); });
 }
 
-}  // namespace mpm::detail
+}  // namespace detail
+}  // namespace mpm

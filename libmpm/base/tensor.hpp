@@ -5,6 +5,7 @@
 #include <limits>
 
 #include "libmpm/base/lane_pair.hpp"
+#include "libmpm/base/types.hpp"
 
 namespace mpm {
 
@@ -55,6 +56,9 @@ struct HenckyStrain {
   T volumetric;      ///< tr eps, expansion positive
   Sym3<T> deviator;  ///< eps - 1/3 tr eps I
 };
+
+/// exp(a) - I of any matrix; small exponents keep their digits.
+[[nodiscard]] Mat3 exp_minus_identity(const Mat3& a);
 
 namespace detail {
 

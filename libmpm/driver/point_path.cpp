@@ -1,16 +1,11 @@
-// GCC 12 sees an uninitialised register in its own AVX-512 intrinsics (PR 105593) once Eigen's matrix exponential is inlined.
-#pragma GCC diagnostic ignored "-Wmaybe-uninitialized"
-
 #include "libmpm/driver/point_path.hpp"
 
 #include <fmt/format.h>
 
-#include <Eigen/LU>
 #include <boost/math/tools/toms748_solve.hpp>
 #include <cmath>
 #include <cstdint>
 #include <limits>
-#include <unsupported/Eigen/MatrixFunctions>
 
 #include "libmpm/base/error.hpp"
 #include "libmpm/base/parameter.hpp"
@@ -144,8 +139,7 @@ std::vector<PathRow> follow(const L& law, const PathSpec& path, int stride) {
       for (int i = 0; i < n; ++i) point.deform(dl, 1.0), record();
     } else if constexpr (std::same_as<S, VelocityGradientSegment>) {
       const double dt = segment.time / n;
-      const Mat3 exponent = segment.velocity_gradient * dt;
-      const Mat3 dl = exponent.exp() - Mat3::Identity();
+      const Mat3 dl = exp_minus_identity(Mat3(segment.velocity_gradient * dt));
       for (int i = 0; i < n; ++i) point.deform(dl, dt), record();
     } else {
       const double axial = segment.d_eps_axial / n;

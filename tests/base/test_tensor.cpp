@@ -132,4 +132,20 @@ TEST(HenckyTrial, ExpAndLogAreInverse) {
   }
 }
 
+TEST(Tensor, ExponentialOfAMatrix) {
+  Mat3 symmetric, turn, shear = Mat3::Zero();
+  symmetric << 0.3, -0.2, 0.1, -0.2, -0.4, 0.5, 0.1, 0.5, 0.2;
+  turn << 0.0, -2.0, 1.0, 2.0, 0.0, -0.5, -1.0, 0.5, 0.0;
+  shear(0, 1) = 7.0;
+  for (const double scale : {1e-9, 0.1, 1.0, 10.0}) {
+    const Mat3 e = exp_minus_identity(Mat3(scale * symmetric));
+    const Mat3l exact = isotropic_function(Mat3l((scale * symmetric).cast<long double>()), [](long double x) { return std::expm1(x); });
+    EXPECT_LT((e.cast<long double>() - exact).norm(), 1e-14L * exact.norm()) << scale;
+    const double angle = scale * std::sqrt(0.5) * turn.norm();  // Rodrigues
+    const Mat3 k = scale / angle * turn, rotation = std::sin(angle) * k + 2.0 * std::pow(std::sin(0.5 * angle), 2) * k * k;
+    EXPECT_LT((exp_minus_identity(Mat3(scale * turn)) - rotation).norm(), 1e-13 * std::min(1.0, angle)) << scale;
+    EXPECT_LT((exp_minus_identity(Mat3(scale * shear)) - scale * shear).norm(), 1e-15 * scale) << scale;
+  }
+}
+
 }  // namespace

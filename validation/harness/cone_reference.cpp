@@ -43,7 +43,7 @@ class ConeIntegrator {
         advance(k == options_.samples_per_segment ? 1.0 : static_cast<double>(k) / static_cast<double>(options_.samples_per_segment));
         record();
       }
-      deformation_ = gradient_.exp() * deformation_;
+      deformation_ = deformed(deformation_, gradient_, 1.0);
       eps_v_start_ += gradient_.trace();
     }
     path_.steps = ode_.steps();
@@ -164,7 +164,7 @@ class ConeIntegrator {
     ReferencePoint r{};
     r.time = segment_ + t_;
     r.eps_v = eps_v();
-    r.eps_q = deviatoric_strain(Mat3(gradient_ * t_).exp() * deformation_);
+    r.eps_q = deviatoric_strain(deformed(deformation_, gradient_, t_));
     r.p = s.p;
     r.q = r.q_signed = s.q;
     r.internal = y_[6];

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
 
@@ -161,7 +162,7 @@ class GeneralForm final : public Form {
     rate_ = 0.5 * (gradient_ + gradient_.transpose());
   }
   void end_segment() override {
-    deformation_ = gradient_.exp() * deformation_;
+    deformation_ = deformed(deformation_, gradient_, 1.0);
     eps_v_start_ += gradient_.trace();
   }
 
@@ -189,7 +190,7 @@ class GeneralForm final : public Form {
     const Local& s = here.local;
     ReferencePoint r{};
     r.eps_v = eps_v(t, y);
-    r.eps_q = deviatoric_strain(Mat3(gradient_ * t).exp() * deformation_);
+    r.eps_q = deviatoric_strain(deformed(deformation_, gradient_, t));
     r.p = s.p;
     r.q = r.q_signed = s.q;
     r.internal = s.internal;
@@ -516,7 +517,7 @@ std::vector<ReferencePoint> dae_reference(const CamClay& m, const ReferencePoint
   Eigen::Matrix2d a;
   a << -first.y_p, -3.0 * g * first.y_q, first.y_q, y_x(first);
   const Eigen::Vector2d b(-first.y_p * 3.0 * g * d_eps_q, first.y_p * k * d_eps_v);
-  const Eigen::Vector2d slope = a.fullPivLu().solve(b);
+  const Eigen::Vector2d slope = a.inverse() * b;
   // Unknowns are the increments of q/K and X, so that the relative tolerance is one of what the path adds.
   const auto p_of = [&](double t, double increment) { return p - k * (d_eps_v * t + increment); };
   // In long double, as the iteration of IDA stalls on the round-off of y where the surface has shrunk to a small part.
