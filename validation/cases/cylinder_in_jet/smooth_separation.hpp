@@ -62,7 +62,7 @@ class CylinderInJet {
       t[i] = place((i + 0.5) / panels);
       length[i] = 0.5 * (c - 1.0) * std::sin(std::numbers::pi * (i + 0.5) / panels) / panels / t[i];  // dt/(pi t) of the panel
     }
-    Eigen::MatrixXd kernel(panels, panels);
+    Eigen::ArrayXXd kernel(panels, panels);
     for (int i = 0; i < panels; ++i) {
       const double v = std::asin(std::sqrt(t[i] / c));
       const auto primitive = [&](double w) {
@@ -74,7 +74,9 @@ class CylinderInJet {
     Array theta = Array::Constant(panels, 0.5 * std::numbers::pi);
     double arc = 0.0;
     for (int iteration = 0; iteration < 400; ++iteration) {
-      const Array slowness = (kernel * theta.matrix()).array().exp();  // 1/q
+      Array slowness = Array::Zero(panels);  // 1/q
+      for (int j = 0; j < panels; ++j) slowness += theta[j] * kernel.col(j);
+      slowness = slowness.exp();
       arc = 0.0;
       Array next(panels);
       double change = 0.0;

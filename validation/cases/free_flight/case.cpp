@@ -1,7 +1,7 @@
 #include <fmt/format.h>
 
+#include <Eigen/Eigenvalues>
 #include <Eigen/Geometry>
-#include <Eigen/SVD>
 #include <algorithm>
 #include <cmath>
 #include <iterator>
@@ -118,14 +118,11 @@ std::vector<Setup> setups(const CaseContext& context) {
   return all;
 }
 
-/// Best-fit rotation of b onto a about their means (Kabsch).
+/// Best-fit rotation about the means of the points: the rotation of the polar decomposition.
 Mat3 best_rotation(const std::vector<Vec3>& from, const std::vector<Vec3>& to, const Vec3& from_mean, const Vec3& to_mean) {
   Mat3 h = Mat3::Zero();
   for (std::size_t i = 0; i < from.size(); ++i) h += (to[i] - to_mean) * (from[i] - from_mean).transpose();
-  const Eigen::JacobiSVD<Mat3> svd(h, Eigen::ComputeFullU | Eigen::ComputeFullV);
-  Mat3 u = svd.matrixU();
-  if ((u * svd.matrixV().transpose()).determinant() < 0.0) u.col(2) *= -1.0;
-  return u * svd.matrixV().transpose();
+  return h * Eigen::SelfAdjointEigenSolver<Mat3>(h.transpose() * h).operatorInverseSqrt();
 }
 
 /// Angle between the rotation of the spinning cube after `duration` and the exact one, rad.

@@ -1,16 +1,17 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
-#include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
 #include <functional>
 #include <numbers>
+#include <numeric>
 
 #include "libmpm/driver/case_file.hpp"
 #include "libmpm/driver/scene.hpp"
 #include "libmpm/io/csv.hpp"
 #include "validation/harness/case.hpp"
+#include "validation/harness/discrete_bar.hpp"
 #include "validation/harness/norms.hpp"
 #include "validation/harness/ode_reference.hpp"
 #include "validation/harness/particle_access.hpp"
@@ -178,19 +179,13 @@ Rest settle(const CaseContext& context, const Setup& setup) {
 /// -1 at rest, sum over particles of V tau dw_i = sum of m g w_i for every other node, tau linear in the nodal displacements, two particles
 /// a cell.
 std::vector<double> discrete_equilibrium(int cells) {
-  const int particles = 2 * cells, nodes = cells + 1;  // free nodes 1 .. cells + 1
-  Eigen::MatrixXd weights = Eigen::MatrixXd::Zero(particles, nodes), gradient = weights;
-  for (int p = 0; p < particles; ++p) {
-    const double x = (p + 0.5) / 2.0;
-    for (int i = 1; i <= nodes; ++i) {
-      const double xi = i - x, a = std::abs(xi);
-      weights(p, i - 1) = a < 0.5 ? 0.75 - a * a : a < 1.5 ? 0.5 * (1.5 - a) * (1.5 - a) : 0.0;
-      gradient(p, i - 1) = 4.0 * weights(p, i - 1) * xi;
-    }
-  }
-  const Eigen::VectorXd load = -weights.colwise().sum().transpose() / cells;  // in cells and rho g H
-  const Eigen::VectorXd stress = gradient * (gradient.transpose() * gradient).ldlt().solve(load);
-  return {stress.data(), stress.data() + particles};
+  const DiscreteBar bar(cells, 2, cells + 1);
+  std::vector<double> load = bar.mass;  // in cells and rho g H
+  for (double& x : load) x /= -cells;
+  const std::vector<double> displacement = bar.solve(load);
+  std::vector<double> stress;
+  for (const std::vector<double>& g : bar.gradient) stress.push_back(std::inner_product(g.begin(), g.end(), displacement.begin(), 0.0));
+  return stress;
 }
 
 struct Profile {
