@@ -1,9 +1,7 @@
 #pragma once
 /// Plane walls: half-spaces at rest, moving, or with a surface that moves.
 
-#include <cmath>
 #include <functional>
-#include <limits>
 #include <vector>
 
 #include "libmpm/base/types.hpp"
@@ -72,11 +70,7 @@ struct WallSpec {
     table.add("velocity_m_s", &WallSpec::velocity).unit("m/s").range(-fastest_speed, fastest_speed).text("Velocity of the wall");
   }
   /// Normalised; a vector that already has unit length keeps its bits.
-  static Vec3 unit(const Vec3& n) {
-    constexpr double rounding = 8 * std::numeric_limits<double>::epsilon();  // of normalising: a few ulp in the square
-    const double length = n.stableNorm();
-    return length == 0.0 || std::abs(n.squaredNorm() - 1.0) < rounding ? n : Vec3(n / length);
-  }
+  static Vec3 unit(const Vec3& n);
   /// Conditions between these keys.
   template <class Report>
   void check(Report& report) const {
@@ -84,9 +78,7 @@ struct WallSpec {
       report.problem("normal", "= [0, 0, 0] has no direction; give a vector that points into the material");
   }
   /// The wall, which travels with its velocity.
-  [[nodiscard]] Wall boundary(const BoundarySetting& setting) const {
-    return {point, normal.normalized(), contact, friction, velocity, true, setting.rule};
-  }
+  [[nodiscard]] Wall boundary(const BoundarySetting& setting) const;
 };
 
 /// [[wall]] of a case.

@@ -8,6 +8,7 @@
 
 #include "libmpm/base/parameter.hpp"
 #include "libmpm/base/text.hpp"
+#include "libmpm/core/state.hpp"
 
 namespace mpm {
 

@@ -6,12 +6,13 @@
 
 #include "libmpm/base/types.hpp"
 #include "libmpm/boundary/upright_solid.hpp"
-#include "libmpm/core/step.hpp"
 #include "libmpm/source/lattice.hpp"
 
 namespace mpm {
 
 class ParameterReport;
+struct Scene;
+struct State;
 
 /// [[body]]: particles that fill a simple shape.
 struct BodySpec {
