@@ -23,7 +23,7 @@ namespace mpm {
 
 namespace {
 
-constexpr const char* kind = "libmpm checkpoint";
+constexpr const char* file_kind = "libmpm checkpoint";
 
 /// Calls count() with every counter and real() with every other number of a state and its run, in the order of the file.
 template <class StateOrConst, class ProgressOrConst, class Count, class Real>
@@ -60,7 +60,7 @@ void write_checkpoint(const std::filesystem::path& path, const Case& c, const St
                       const Arrays& observed, const std::filesystem::path& keep_as) {
   const auto make = [&](std::span<const BlockHead> heads) {
     auto file = std::make_unique<hdf5::Writer>(path);
-    file->attribute("kind", std::string(kind));
+    file->attribute("kind", std::string(file_kind));
     file->attribute("format_version", std::int64_t{checkpoint_format_version});
     file->attribute("case_hash", case_hash_text(c));
     file->attribute("case", write_case(c));
@@ -88,7 +88,7 @@ std::string differences(const std::string& case_text, const Case& c) {
 
 /// Checks kind, version and case. @throws IoError, ConfigError
 void check_header(const hdf5::Reader& file, const Case& c, const std::filesystem::path& path, const Refuse& refuse) {
-  if (file.text("kind") != kind) refuse("this is not a checkpoint");
+  if (file.text("kind") != file_kind) refuse("this is not a checkpoint");
   if (file.integer("format_version") != checkpoint_format_version) {
     refuse(fmt::format("checkpoint format {}, this program reads {}; go on with the version of the program that wrote it",
                        file.integer("format_version"), checkpoint_format_version));

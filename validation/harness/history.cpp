@@ -16,8 +16,8 @@
 namespace mpm::validation {
 namespace {
 
-const std::vector<std::string> columns{"date", "commit", "version",  "machine", "threads", "level",
-                                       "case", "kind",   "quantity", "value",   "error",   "verdict"};
+const std::vector<std::string> history_columns{"date", "commit", "version",  "machine", "threads", "level",
+                                               "case", "kind",   "quantity", "value",   "error",   "verdict"};
 
 std::string digits(double value) { return std::isfinite(value) ? fmt::format("{:.4g}", value) : fmt::format("{}", value); }
 
@@ -32,7 +32,7 @@ bool complete(const std::vector<CaseResult>& results) {
 
 void append_history(const std::filesystem::path& directory, const std::vector<CaseResult>& results, const RunInfo& info) {
   const std::filesystem::path file = directory / "history.csv";
-  std::string text = csv_line(columns);
+  std::string text = csv_line(history_columns);
   if (std::filesystem::exists(file)) {
     const std::string before = read_file(file);
     if (!before.starts_with(text)) throw IoError(fmt::format("cannot add to '{}': it has other columns; remove the file", file.string()));
