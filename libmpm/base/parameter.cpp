@@ -37,7 +37,7 @@ std::string Condition::text() const {
 }
 
 std::string range_text(const Range& range) {
-  return (range.low_open ? "(" : "[") + number_text(range.low) + ", " + number_text(range.high) + (range.high_open ? ")" : "]");
+  return std::string(range.low_open ? "(" : "[") + number_text(range.low) + ", " + number_text(range.high) + (range.high_open ? ")" : "]");
 }
 
 std::string expected_value(const ParameterInfo& p) {
@@ -60,13 +60,13 @@ std::string value_text(const ParameterValue& value) {
   if (const auto* x = std::get_if<double>(&value)) return number_text(*x, digits);
   if (const auto* x = std::get_if<Vec3>(&value)) return vector_text(*x, digits);
   if (const auto* x = std::get_if<Mat3>(&value)) {
-    return "(" + vector_text(Vec3(x->row(0)), digits) + ", " + vector_text(Vec3(x->row(1)), digits) + ", " +
+    return std::string("(") + vector_text(Vec3(x->row(0)), digits) + ", " + vector_text(Vec3(x->row(1)), digits) + ", " +
            vector_text(Vec3(x->row(2)), digits) + ")";
   }
   if (const auto* n = std::get_if<std::int64_t>(&value)) return std::to_string(*n);
   if (const auto* flag = std::get_if<bool>(&value)) return *flag ? "true" : "false";
   if (const auto* word = std::get_if<std::string>(&value)) return "\"" + *word + "\"";
-  return "[" + joined(std::get<std::vector<std::string>>(value), ", ") + "]";
+  return std::string("[") + joined(std::get<std::vector<std::string>>(value), ", ") + "]";
 }
 
 std::string value_problem(const ParameterInfo& p, const ParameterValue& value) {

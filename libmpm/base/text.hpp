@@ -27,7 +27,7 @@ inline std::string counted(std::integral auto count, std::string_view noun) {
 /// "(x, y, z)" with at most `digits` significant digits each. @param v anything indexed 0, 1, 2
 template <class Vector>
 std::string vector_text(const Vector& v, int digits = 4) {
-  return "(" + number_text(v[0], digits) + ", " + number_text(v[1], digits) + ", " + number_text(v[2], digits) + ")";
+  return std::string("(") + number_text(v[0], digits) + ", " + number_text(v[1], digits) + ", " + number_text(v[2], digits) + ")";
 }
 
 /// The number that a text is, with or without a leading '+'; empty if it is not exactly one.
