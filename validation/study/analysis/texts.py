@@ -246,8 +246,7 @@ def block_fronts(values):
 
 
 def block_arms(values):
-    return _factors(values, "arm", "underside over H", [(f"{name}, Fr {froude}", name.replace(" ", "_"), froude) for name in ("drag", "peak drag", "lift", "peak lift")
-                                                        for froude in ("3", "5", "7")])
+    return _factors(values, "arm", "underside over H", [(f"{name}, Fr {froude}", name, froude) for name in ("drag", "lift") for froude in ("3", "5", "7")])
 
 
 def block_widths(values):
