@@ -163,6 +163,12 @@ class DesignFolder(InFolder):
             "advice": [{"rule": "mach_number", "text": "Mach number v/c_P = 0.7: too high; stiffen", "snows": ["firm"]}]}
         self.write("design_plan.json", json.dumps(self.plan))
 
+    def drawn_page(self):
+        """(the page, lines for the terminal), without its view in three dimensions, which takes a few seconds."""
+        with unittest.mock.patch("mpmtools.design.figures.view_3d", return_value=None):
+            path, lines = page.make_page(self.folder)
+        return open(path, encoding="utf-8").read(), lines
+
     def make_run(self, name, size, force, final):
         folder = f"runs/{name}"
         (self.folder / folder).mkdir(parents=True)
@@ -677,9 +683,7 @@ class Arms(DesignFolder):
         self.assertAlmostEqual(cover.values["arm_height_m"].value, 5.5)
 
     def test_are_on_the_page_in_place_of_factors(self):
-        with unittest.mock.patch("mpmtools.design.figures.view_3d", return_value=None):  # a few seconds
-            path, lines = page.make_page(self.folder)
-        text = open(path, encoding="utf-8").read()
+        text, lines = self.drawn_page()
         self.assertIn("4 m from end to end, 0.8 m along the flow, from 3.6 to 4.4 m above the ground", text)
         self.assertIn("computed, without the arm, steady mean", text)
         self.assertNotIn("Elements that protrude", text)
@@ -882,9 +886,7 @@ class Pages(DesignFolder):
     def test_hold_the_advice_about_the_runs_and_say_that_the_mast_is_overtopped(self):
         plan = {**self.plan, "mast": {**self.plan["mast"], "height_m": 5.5}, "flow": {**self.plan["flow"], "source": "path model, 300 years", "slope_deg": 30.0}}
         self.write("design_plan.json", json.dumps(plan))
-        with unittest.mock.patch("mpmtools.design.figures.view_3d", return_value=None):  # a few seconds
-            path, lines = page.make_page(self.folder)
-        text = open(path, encoding="utf-8").read()
+        text, lines = self.drawn_page()
         self.assertIn("Snow firm: Mach number v/c_P = 0.7: too high; stiffen.", text)
         self.assertIn("Source: path model, 300 years.", text)
         self.assertIn("A plumb mast leans upstream by 30°", text)
@@ -976,8 +978,7 @@ class Pages(DesignFolder):
             if "mean" in key or "steady" in key:
                 results[key] = None
         path.write_text(json.dumps(results))
-        with unittest.mock.patch("mpmtools.design.figures.view_3d", return_value=None):  # a few seconds
-            text = open(page.make_page(self.folder)[0], encoding="utf-8").read()
+        text, _ = self.drawn_page()
         self.assertIn("No steady interval, so no means, in: soft_w11", text)
 
 
