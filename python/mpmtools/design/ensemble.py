@@ -47,9 +47,10 @@ class Ensemble:
         flow, width = self.plan["flow"], self.plan["mast"]["width_m"]
         pairs = ((run.velocity, flow["velocity_m_s"]), (run.flow_height, flow["depth_m"]), (run.obstacle["width_m"], width),
                  (run.case["material"]["density_kg_m3"], flow["density_kg_m3"]))
-        arms = [{key: value - self.base * (key in ("base_m", "height_m")) for key, value in self.plan.get("arm", {}).items()}, run.case.get("arm") or {}]
-        return all(math.isclose(of_run, of_plan, rel_tol=1e-9) for of_run, of_plan in pairs) and arms[0].keys() == arms[1].keys() and all(
-            math.isclose(value, arms[1][key], rel_tol=1e-9) for key, value in arms[0].items())
+        arm = {key: value - self.base * (key in ("base_m", "height_m")) for key, value in self.plan.get("arm", {}).items()}
+        arm_of_run = run.case.get("arm") or {}
+        return arm.keys() == arm_of_run.keys() and all(math.isclose(of_run, of_plan, rel_tol=1e-9)
+                                                       for of_run, of_plan in (*pairs, *((arm_of_run[key], arm[key]) for key in arm)))
 
     @property
     def sizes(self):

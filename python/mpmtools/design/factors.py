@@ -41,28 +41,25 @@ def factor_at(factors, kind, name, quantity, froude, friction):
 
 
 def over_snows(factors, kind, name, quantity, plan):
-    """[factor + uncertainty, or without one factor] in the flow of a site with each of its snows that is within the table. @param plan  of
+    """{snow: factor + uncertainty, or without one factor} in the flow of a site, of its snows that are within the table. @param plan  of
     design_plan.json"""
-    found = []
+    found = {}
     for snow in plan["snows"]:
         try:
             factor, uncertainty = factor_at(factors, kind, name, quantity, plan["flow"]["froude_number"], snow["effective_friction"])
         except InputError:
             continue
-        found.append(factor + np.nan_to_num(uncertainty))
+        found[snow["name"]] = factor + np.nan_to_num(uncertainty)
     return found
 
 
 def outside(factors, kind, plan):
     """Which flows the table of a kind has, and which snows of a site are outside, in words; empty: none is."""
     of = factors[factors.kind == kind]
-    name, quantity = of["name"].iloc[0], of.quantity.iloc[0]
-    snows = []
-    for snow in plan["snows"]:
-        if not over_snows(factors, kind, name, quantity, {**plan, "snows": [snow]}):
-            snows.append(snow["name"].replace("_", " "))
+    inside = over_snows(factors, kind, of["name"].iloc[0], of.quantity.iloc[0], plan)
+    snows = [snow["name"].replace("_", " ") for snow in plan["snows"] if snow["name"] not in inside]
     if not snows:
         return ""
     (slow, fast), (least, most) = ((f"{column.min():.3g}", f"{column.max():.3g}") for column in (of.froude_number, of.effective_friction))
-    which = "this flow" if len(snows) == len(plan["snows"]) else f"snow {', '.join(snows)}"
+    which = f"snow {', '.join(snows)}" if inside else "this flow"
     return f"{which} is outside the table (Fr {slow if slow == fast else f'{slow} to {fast}'}, M' {least} to {most})"

@@ -350,7 +350,7 @@ def factor_tables(ensemble, factors=None):
             continue
         quantities, rows, known = list(of.quantity.unique()), [], False
         for name in of["name"].unique():
-            values = [over_snows(of, kind, name, quantity, plan) for quantity in quantities]
+            values = [over_snows(of, kind, name, quantity, plan).values() for quantity in quantities]
             known = known or all(values)
             if kind == "arm":
                 depths = float(name.removeprefix("base_"))
