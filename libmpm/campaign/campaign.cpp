@@ -111,8 +111,9 @@ bool is_case_key(std::string_view column) {
 /// Whether a column tells of the campaign or of the case, and not of the results.
 bool describes_the_run(const std::string& column) {
   constexpr std::string_view own[] = {"name", "run", "status", "cause"};
+  static const std::vector<RunInput> inputs = inputs_of({});
   return std::ranges::find(own, column) != std::end(own) || is_case_key(column) ||
-         std::ranges::any_of(inputs_of({}), [&](const RunInput& input) { return input.column == column; });
+         std::ranges::any_of(inputs, [&](const RunInput& input) { return input.column == column; });
 }
 
 /// A cell of results.csv as results.json has it.

@@ -72,8 +72,8 @@ std::vector<std::string> other_varied_keys(const Campaign& campaign) {
       if (std::ranges::find(keys, s.key) == keys.end()) keys.push_back(s.key);
     }
   }
-  std::erase_if(keys, [&](const std::string& key) {
-    if (std::ranges::any_of(inputs_of({}), [&](const RunInput& i) { return key == i.key; })) return true;
+  std::erase_if(keys, [&, inputs = inputs_of({})](const std::string& key) {
+    if (std::ranges::any_of(inputs, [&](const RunInput& i) { return key == i.key; })) return true;
     const auto same = [&](const CampaignRun& r) {
       const auto& first = campaign.runs.front();
       return case_value(r.spec, key) == case_value(first.spec, key);

@@ -116,13 +116,11 @@ void check_body(const Case& c, const BodySpec& body, const std::string& path, Pa
   if (!c.obstacle || !ObstacleSpec::plan_is_valid(TableReport(report, "obstacle")) ||
       !report.all_valid({"obstacle.height_m", "obstacle.base_m", path + ".shape"}))
     return;
-  const bool arm_valid = report.all_valid({"arm.length_m", "arm.depth_m", "arm.base_m", "arm.height_m"});
-  const char* name = "obstacle";
-  for (const UprightSolid& solid : solids_of(c)) {
-    if (meets_solid(body, solid))
-      report.problem(high, fmt::format("and min_m reach into the {0}; move the body, it may touch the {0}", name));
-    if (!arm_valid) break;
-    name = "arm";
+  std::vector<UprightSolid> solids = solids_of(c);
+  if (!report.all_valid({"arm.length_m", "arm.depth_m", "arm.base_m", "arm.height_m"})) solids.erase(solids.begin() + 1, solids.end());
+  for (std::size_t i = 0; i < solids.size(); ++i) {
+    if (meets_solid(body, solids[i]))
+      report.problem(high, fmt::format("and min_m reach into the {0}; move the body, it may touch the {0}", i == 0 ? "obstacle" : "arm"));
   }
 }
 
