@@ -19,7 +19,7 @@ ROOT = pathlib.Path(__file__).resolve().parent.parent
 sys.path.insert(0, str(ROOT / "python"))
 from mpmtools import Run  # noqa: E402  (after the path to the package)
 from mpmtools.design.loads import Loads  # noqa: E402
-from mpmtools.design.page import value_and_error  # noqa: E402
+from mpmtools.design.rounding import value_and_error  # noqa: E402
 from mpmtools.files import read_toml  # noqa: E402
 from mpmtools.program import run_program  # noqa: E402
 from mpmtools.toml_text import toml_text  # noqa: E402

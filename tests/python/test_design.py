@@ -21,12 +21,12 @@ import scipy.optimize
 import scipy.signal
 
 from mpmtools.checksums import checksum
-from mpmtools.design import comparison, figures, page, scaling
+from mpmtools.design import cautions, comparison, data_files, figures, headlines, page, page_tables, rounding, scaling, what_decides
 from mpmtools.design.ensemble import Ensemble
 from mpmtools.design.factors import FILE, factor_at, load_factors
 from mpmtools.design.loads import Effect, Loads, moving_mean
 from mpmtools.design.oscillator import equivalent_static_force, shock_response_spectrum
-from mpmtools.design.results import IMPACT_FORCES, STEADY_FORCES, Results
+from mpmtools.design.results import IMPACT_FORCES, STEADY_FORCES, Results, quantities_of
 from mpmtools.design.uncertainty import combined, grid_estimate, observed_order
 from mpmtools.design.vibration import cantilever_modes
 from mpmtools.errors import InputError
@@ -294,11 +294,11 @@ class ResultsOfADesign(DesignFolder):
     def test_state_the_greater_of_steady_run_up_and_first_splash_with_its_uncertainty(self):
         ensemble = Ensemble(self.folder)
         results = Results(ensemble)
-        what, value, why = page.design_rows(ensemble, results)[-1]
+        what, value, why = headlines.design_rows(ensemble, results)[-1]
         self.assertIn("run-up", what)
         splash = results.ranges["runup_peak_m"]
         self.assertGreater(splash.high, max(6.0, results.ranges["runup_p99_mean_m"].high))
-        self.assertEqual(value, page.upward(splash.high) + " m")
+        self.assertEqual(value, rounding.upward(splash.high) + " m")
         self.assertIn("first splash: 6.00 m on the finest grid", why)
 
     def test_do_not_determine_a_run_up_whose_uncertainty_is_more_than_a_third_of_it(self):
@@ -306,27 +306,27 @@ class ResultsOfADesign(DesignFolder):
             path = self.folder / "runs" / run["name"] / "results.json"
             path.write_text(json.dumps({**json.loads(path.read_text()), "runup_numerical_uncertainty_m": 2.5}))
         ensemble = Ensemble(self.folder)
-        _, value, why = page.design_rows(ensemble, Results(ensemble))[-1]
+        _, value, why = headlines.design_rows(ensemble, Results(ensemble))[-1]
         self.assertIn("not determined (6.0 ± 3.1 m)", value)
         self.assertIn("finest_cells = 15", why)
 
     def test_name_quantities_whose_grids_are_too_coarse_and_the_grid_to_plan(self):
         ensemble = Ensemble(self.folder)
         results = Results(ensemble)
-        self.assertFalse(any("too coarse" in text for text, _ in page.advice_rows(ensemble, results)))
+        self.assertFalse(any("too coarse" in text for text, _ in cautions.advice_rows(ensemble, results)))
         for row in results.table:
             row["moment_mean_n_m"] = row["moment_mean_n_m"]._replace(grid=0.5 * row["moment_mean_n_m"].value)
-        self.assertTrue(any("mean moment 50 %" in text and "finest_cells = 15" in text for text, _ in page.advice_rows(ensemble, results)))
+        self.assertTrue(any("mean moment 50 %" in text and "finest_cells = 15" in text for text, _ in cautions.advice_rows(ensemble, results)))
         key, force = results.design_force()
         firm = results.table[1]
         firm[key] = firm[key]._replace(grid=0.6 * firm[key].value, total=0.6 * firm[key].value)
         results.ranges[key] = results.ranges[key]._replace(high=firm[key].upper)
-        self.assertTrue(any("design force 60 %" in text for text, _ in page.advice_rows(ensemble, results)))
-        self.assertRegex(page.design_rows(ensemble, results)[0][2], r"^upper value of: force.*, 2\d\d ± 1\d\d kN \(firm\)\.")
+        self.assertTrue(any("design force 60 %" in text for text, _ in cautions.advice_rows(ensemble, results)))
+        self.assertRegex(headlines.design_rows(ensemble, results)[0][2], r"^upper value of: force.*, 2\d\d ± 1\d\d kN \(firm\)\.")
 
     def test_offer_the_greatest_pressure_height_and_name_the_others(self):
         ensemble = Ensemble(self.folder)
-        what, value, why = page.design_rows(ensemble, Results(ensemble))[2]
+        what, value, why = headlines.design_rows(ensemble, Results(ensemble))[2]
         self.assertEqual(value, "6.00 m")  # 3 H; the simulation has 3.0 m
         for part in ("3 H", "simulation", "equations", "They differ because"):
             self.assertIn(part, why)
@@ -337,24 +337,24 @@ class ResultsOfADesign(DesignFolder):
             results = Results(ensemble)
             results.ranges[governing] = results.ranges[governing]._replace(high=1e7)
             self.assertEqual(results.design_force(), (governing, 1e7))
-            self.assertIn("10000 kN", [row[1] for row in page.reaction_table(ensemble, results)["rows"]])
+            self.assertIn("10000 kN", [row[1] for row in page_tables.reaction_table(ensemble, results)["rows"]])
 
     def test_round_upper_values_alike_wherever_they_stand(self):
         ensemble = Ensemble(self.folder)
         results = Results(ensemble)
         key, moment = results.design_moment()
         results.ranges[key] = results.ranges[key]._replace(high=580100.0)  # 580 to the nearest, 581 rounded up
-        at = [q.key for q in page.quantities_of(self.plan)].index(key)
-        self.assertTrue(page.load_table(ensemble, results)["rows"][at][-1].endswith(" to 581"))
-        self.assertEqual(page.design_rows(ensemble, results)[1][1], "581 kN m")
-        self.assertEqual(page.line_load_table(results, self.plan)["rows"][-1][-1], "581")
-        self.assertIn("581 kN m", [row[2] for row in page.reaction_table(ensemble, results)["rows"]])
+        at = [q.key for q in quantities_of(self.plan)].index(key)
+        self.assertTrue(page_tables.load_table(ensemble, results)["rows"][at][-1].endswith(" to 581"))
+        self.assertEqual(headlines.design_rows(ensemble, results)[1][1], "581 kN m")
+        self.assertEqual(page_tables.line_load_table(results, self.plan)["rows"][-1][-1], "581")
+        self.assertIn("581 kN m", [row[2] for row in page_tables.reaction_table(ensemble, results)["rows"]])
 
     def test_warn_once_of_a_load_of_the_guideline_that_is_greater(self):
         plan = {**self.plan, "mast": {**self.plan["mast"], "drag_coefficient": 9.0}}
         self.write("design_plan.json", json.dumps(plan))
         ensemble = Ensemble(self.folder)
-        greater = [text for text, _ in page.advice_rows(ensemble, Results(ensemble)) if "is greater than the computed one" in text]
+        greater = [text for text, _ in cautions.advice_rows(ensemble, Results(ensemble)) if "is greater than the computed one" in text]
         self.assertEqual(len(greater), 1)
         self.assertRegex(greater[0], r"a force of .* kN against .* and a moment of .* kN m against .* It reaches to 6.00 m")
 
@@ -363,7 +363,7 @@ class ResultsOfADesign(DesignFolder):
         results = Results(ensemble)
         for snow, row in enumerate(results.table):  # orders differ from quantity to quantity
             row["force_mean_n"] = row["force_mean_n"]._replace(order=1.0 + 0.5 * snow)
-        table = page.grid_table(ensemble, results)
+        table = page_tables.grid_table(ensemble, results)
         at = table["head"].index("order")
         self.assertEqual([row[at] for row in table["rows"] if row[0].startswith("force downstream")], ["1.0", "1.5"])
         self.assertLess(len(table["notes"]), 5)
@@ -515,14 +515,14 @@ class Scaling(DesignFolder):
         self.write("design_plan.json", json.dumps({**self.plan, "scenarios": scenarios}))
         ensemble = Ensemble(self.folder)
         results = Results(ensemble)
-        computed, denser, small = page.scenario_rows(ensemble, results)
+        computed, denser, small = what_decides.scenario_rows(ensemble, results)
         self.assertAlmostEqual(denser[2] / computed[2], 2.0)
         self.assertLess(small[3], 0.5 * computed[3])
         self.assertEqual((denser[4], denser[5]), (0.0, computed[5]))
-        text = " ".join(text for text, _ in page.advice_rows(ensemble, results))
+        text = " ".join(text for text, _ in cautions.advice_rows(ensemble, results))
         self.assertIn("Scenario denser gives more", text)
         self.assertNotIn("Scenario small", text)
-        self.assertEqual(len(page.scenario_table(ensemble, results)["rows"]), 3)
+        self.assertEqual(len(what_decides.scenario_table(ensemble, results)["rows"]), 3)
 
 
 class Factors(DesignFolder):
@@ -555,24 +555,24 @@ class Factors(DesignFolder):
 
     def test_of_arms_are_pressures_at_heights_for_the_snow_that_gives_most(self):
         ensemble, froude = Ensemble(self.folder), self.plan["flow"]["froude_number"]
-        (heading, table, legend), = page.factor_tables(ensemble, self.arms(froude * (1.0 + 1e-12)))
+        (heading, table, legend), = page_tables.factor_tables(ensemble, self.arms(froude * (1.0 + 1e-12)))
         self.assertEqual(heading, "Elements that protrude")
         head = 1e-3 * 0.5 * 300.0 * 9.81**2  # kPa; the firm snow has M' = 1
-        self.assertEqual(table["rows"], [["2 m (1 H)", page.upward(1.1 * head), page.upward(0.25 * head)], ["4 m (2 H)", page.upward(2.1 * head), page.upward(0.5 * head)]])
+        self.assertEqual(table["rows"], [["2 m (1 H)", rounding.upward(1.1 * head), rounding.upward(0.25 * head)], ["4 m (2 H)", rounding.upward(2.1 * head), rounding.upward(0.5 * head)]])
         self.assertNotIn("Attention", legend)
-        nothing = page.factor_tables(ensemble, self.arms(froude).assign(factor=1e-6, uncertainty=np.nan))[0][1]["rows"]
+        nothing = page_tables.factor_tables(ensemble, self.arms(froude).assign(factor=1e-6, uncertainty=np.nan))[0][1]["rows"]
         self.assertEqual(nothing[0][1:], ["0", "0"], "below 10 Pa")
         ensemble.plan["arm"] = {"base_m": 3.0}
-        self.assertEqual(page.factor_tables(ensemble, self.arms(froude)), [], "an arm of its own was computed")
+        self.assertEqual(page_tables.factor_tables(ensemble, self.arms(froude)), [], "an arm of its own was computed")
 
     def test_outside_the_table_are_named_and_not_extrapolated(self):
         ensemble = Ensemble(self.folder)
-        (_, table, legend), = page.factor_tables(ensemble, self.arms(5.0))
+        (_, table, legend), = page_tables.factor_tables(ensemble, self.arms(5.0))
         self.assertEqual(table["rows"], [])
         self.assertEqual(legend, "This flow is outside the table (Fr 5, M' 0.4 to 1.2).")
         ensemble.plan["snows"][1]["effective_friction"] = 1.5
-        (_, table, legend), = page.factor_tables(ensemble, self.arms(ensemble.plan["flow"]["froude_number"]))
-        self.assertEqual(table["rows"][0][1], page.upward((0.5 + 0.1) * 1e-3 * 0.5 * 300.0 * 9.81**2), "the soft snow")
+        (_, table, legend), = page_tables.factor_tables(ensemble, self.arms(ensemble.plan["flow"]["froude_number"]))
+        self.assertEqual(table["rows"][0][1], rounding.upward((0.5 + 0.1) * 1e-3 * 0.5 * 300.0 * 9.81**2), "the soft snow")
         self.assertIn("snow firm is outside the table", legend)
 
     def test_that_are_kept_say_where_they_come_from(self):
@@ -615,28 +615,28 @@ class Arms(DesignFolder):
             self.assertAlmostEqual(entries[key].value / value, 1.0, delta=1e-6, msg=key)
         self.assertAlmostEqual(entries["force_mean_n"].standard_error, 600.0)
         self.assertAlmostEqual(entries["arm_force_mean_n"].known, 0.02 * 0.2 * force, msg="relatively that of the mast")
-        reactions = page.reaction_table(self.ensemble, self.results)["rows"]
-        self.assertEqual(reactions[0][1], page.with_unit(page.upward(self.results.ranges["force_mean_n"].high, 1e-3), "kN"))
+        reactions = page_tables.reaction_table(self.ensemble, self.results)["rows"]
+        self.assertEqual(reactions[0][1], rounding.with_unit(rounding.upward(self.results.ranges["force_mean_n"].high, 1e-3), "kN"))
         self.assertEqual(reactions[2][3], "+8 to +32 kN")  # 6/11 of 0.14 F in the first row, F = 110 kN (soft); 0.24 F, F = 132 kN (firm)
 
     def test_have_headlines_of_their_own_that_follow_from_the_tables(self):
-        page.write_tables(self.ensemble, self.results, figures.spectra(self.ensemble, self.results.finest))
+        data_files.write_tables(self.ensemble, self.results, figures.spectra(self.ensemble, self.results.finest))
         table = pd.read_csv(self.folder / "design.csv").set_index("quantity")
-        rows = page.design_rows(self.ensemble, self.results)
+        rows = headlines.design_rows(self.ensemble, self.results)
         for (what, value, why), key in zip(rows[2:4], ("arm_force_first_impact_n", "arm_lift_first_impact_n")):
             self.assertTrue(what.startswith("arm (3.6 to 4.4 m above the ground)"), what)
-            self.assertEqual(value, page.with_unit(page.upward((table.value + table.uncertainty)[key].max(), 1e-3), "kN"))
+            self.assertEqual(value, rounding.with_unit(rounding.upward((table.value + table.uncertainty)[key].max(), 1e-3), "kN"))
             self.assertIn("Steady mean: ", why)
         self.assertIn("The mean acts at 4 m. It is part of force and moment at the foundation, and of the vibration", rows[2][2])
         self.assertIn("arm included", rows[0][0])
 
     def test_are_designed_for_the_mean_where_its_uncertainty_is_greatest(self):
         self.results.ranges["arm_force_mean_n"] = self.results.ranges["arm_force_mean_n"]._replace(high=1e6)
-        _, value, why = page.design_rows(self.ensemble, self.results)[2]
+        _, value, why = headlines.design_rows(self.ensemble, self.results)[2]
         self.assertEqual((value, why.count("teady mean")), ("1000 kN", 1))
 
     def test_act_with_the_line_load_on_the_mast(self):
-        page.write_tables(self.ensemble, self.results, figures.spectra(self.ensemble, self.results.finest))
+        data_files.write_tables(self.ensemble, self.results, figures.spectra(self.ensemble, self.results.finest))
         line, arm = pd.read_csv(self.folder / "line_load.csv"), pd.read_csv(self.folder / "arm_load.csv").set_index("with_line_load")
         pieces, middle = line.z_to_m - line.z_from_m, 0.5 * (line.z_to_m + line.z_from_m)
         expected = {name: [self.results.ranges[f"{kind}_{name}_{unit}"].high for kind, unit in (("force", "n"), ("moment", "n_m"))]
@@ -649,9 +649,9 @@ class Arms(DesignFolder):
             self.assertAlmostEqual((sum(load * pieces * middle) + on_arm * arm.height_m[name]) / moment, 1.0, delta=0.01)
         self.assertAlmostEqual(arm.downstream_kn["mean"] / (1e-3 * expected["mean"][0]), 0.2 / 1.2, delta=1e-3)  # the series' ripple has a mean of its own
         self.assertAlmostEqual(arm.upper_downstream_kn["first_impact"], 1e-3 * self.results.ranges["arm_force_first_impact_n"].high, delta=0.01)
-        shown = page.line_load_table(self.results, self.plan)["rows"]
+        shown = page_tables.line_load_table(self.results, self.plan)["rows"]
         self.assertEqual(shown[-3][0], "in addition on the arm")
-        self.assertEqual(shown[-2][3], page.upward(expected["first_impact"][0], 1e-3))
+        self.assertEqual(shown[-2][3], rounding.upward(expected["first_impact"][0], 1e-3))
 
     def test_carry_their_part_when_the_moment_is_greatest(self):
         later = self.results.finest[1]
@@ -714,7 +714,7 @@ class SnowCovers(DesignFolder):
                 force, moment = f"force_{which}_n", f"moment_{which}_n_m"
                 self.assertEqual(after[force].value, before[force].value)
                 self.assertAlmostEqual(after[moment].value / (before[moment].value + 1.5 * before[force].value), 1.0, delta=1e-9)
-        page.write_tables(ensemble, covered, figures.spectra(ensemble, covered.finest))
+        data_files.write_tables(ensemble, covered, figures.spectra(ensemble, covered.finest))
         table = pd.read_csv(self.folder / "line_load.csv")
         self.assertEqual(table.mean_kn_m[table.z_to_m < 1.5].abs().max(), 0.0)
         pieces, middle = table.z_to_m - table.z_from_m, 0.5 * (table.z_to_m + table.z_from_m)
@@ -738,10 +738,10 @@ class ObliqueFlows(DesignFolder):
         impact = results.table[0]["force_first_impact_n"].value
         for key, factor in (("lateral_force", 0.2), ("lateral_moment", 0.3), ("torsion", 0.4 + 0.5 * 0.2)):  # M_z - x F_y
             self.assertAlmostEqual(results.table[0][f"{key}_first_impact"].value, factor * impact, delta=1.0)
-        reactions = page.reaction_table(ensemble, results)
+        reactions = page_tables.reaction_table(ensemble, results)
         self.assertEqual(reactions["head"][-1], "torsion")
-        self.assertEqual(reactions["rows"][2][4], page.with_unit(page.upward(results.ranges["lateral_force_first_impact"].high, 1e-3), "kN"))
-        self.assertTrue(any("turned by 20°" in text for text, _ in page.advice_rows(ensemble, results)))
+        self.assertEqual(reactions["rows"][2][4], rounding.with_unit(rounding.upward(results.ranges["lateral_force_first_impact"].high, 1e-3), "kN"))
+        self.assertTrue(any("turned by 20°" in text for text, _ in cautions.advice_rows(ensemble, results)))
 
 
 class Beams(DesignFolder):
@@ -790,8 +790,8 @@ class Beams(DesignFolder):
     def test_carry_a_line_load_whose_integral_and_moment_are_the_headlines(self):
         ensemble = Ensemble(self.folder)
         results = Results(ensemble)
-        page.write_tables(ensemble, results, figures.spectra(ensemble, results.finest))
-        table, design = pd.read_csv(self.folder / "line_load.csv"), page.design_json(ensemble, results)
+        data_files.write_tables(ensemble, results, figures.spectra(ensemble, results.finest))
+        table, design = pd.read_csv(self.folder / "line_load.csv"), data_files.design_json(ensemble, results)
         pieces, middle = table.z_to_m - table.z_from_m, 0.5 * (table.z_to_m + table.z_from_m)
         expected = {name: [design["quantities"][f"{kind}_{name}_{unit}"]["range"]["high"] for kind, unit in (("force", "n"), ("moment", "n_m"))]
                     for name in ("mean", "steady_peak", "first_impact")}
@@ -804,8 +804,8 @@ class Beams(DesignFolder):
     def test_have_headlines_that_follow_from_the_tables(self):
         ensemble = Ensemble(self.folder)
         results = Results(ensemble)
-        page.write_tables(ensemble, results, figures.spectra(ensemble, results.finest))
-        rows = page.design_rows(ensemble, results)
+        data_files.write_tables(ensemble, results, figures.spectra(ensemble, results.finest))
+        rows = headlines.design_rows(ensemble, results)
         table = pd.read_csv(self.folder / "design.csv").set_index("quantity")
         upper = {q: (rows.value + rows.uncertainty.fillna(0)).max() for q, rows in table.groupby(level=0)}
         force = max(v for q, v in upper.items() if q.startswith("force_") and "mean" not in q)
@@ -906,12 +906,12 @@ class Pages(DesignFolder):
         firm = results.table[1]
         firm[key] = firm[key]._replace(grid=1.5 * firm[key].value, total=1.5 * firm[key].value)
         results.ranges[key] = results.ranges[key]._replace(high=firm[key].upper)
-        self.assertEqual(next(row[2][0] for row in page.sensitivity_rows(ensemble, results) if row[0].startswith("grid")), -1.0)
+        self.assertEqual(next(row[2][0] for row in what_decides.sensitivity_rows(ensemble, results) if row[0].startswith("grid")), -1.0)
 
     def test_rank_what_decides_and_scale_speed_density_and_depth(self):
         ensemble = Ensemble(self.folder)
         results = Results(ensemble)
-        rows = page.sensitivity_rows(ensemble, results)
+        rows = what_decides.sensitivity_rows(ensemble, results)
         self.assertEqual([row[2][0] - row[2][1] for row in rows], sorted(row[2][0] - row[2][1] for row in rows))
         effects = {what.partition(" ")[0]: changes for what, *changes in rows}
         np.testing.assert_allclose(effects["density"], [(-0.2, 0.2), (-0.2, 0.2)], atol=1e-12)
@@ -919,18 +919,18 @@ class Pages(DesignFolder):
         self.assertAlmostEqual(effects["speed"][0][1], 1.44 * own - 1.0, delta=1e-9)  # the firm snow, M' = 1, decides
         self.assertGreater(effects["depth"][1][1], effects["depth"][0][1], "the arm grows, too")
         self.assertAlmostEqual(effects["snow:"][0][0], 1.0 / 1.2 - 1.0, delta=0.01)  # the second is 1.2 times the first
-        self.assertIn("27", page.ensemble_text(ensemble, results, rows))
+        self.assertIn("27", what_decides.ensemble_text(ensemble, results, rows))
 
     def test_call_equations_outside_their_range_extrapolated(self):
         ensemble = Ensemble(self.folder)
-        self.assertIn("extrapolated", page.comparison_table(ensemble, Results(ensemble))["head"][2])
+        self.assertIn("extrapolated", page_tables.comparison_table(ensemble, Results(ensemble))["head"][2])
 
     def test_warn_of_a_steady_interval_that_begins_late(self):
         path = self.folder / "runs" / "firm_w11" / "results.json"
         for begin in (4.9, 6.0):  # the splash is back at 2 s: half of the time to the end, 8 s, has passed at 5 s
             path.write_text(json.dumps({**json.loads(path.read_text()), "steady_from_s": begin}))
             ensemble = Ensemble(self.folder)
-            late = [row for row in page.advice_rows(ensemble, Results(ensemble)) if "steady interval is short" in row[0]]
+            late = [row for row in cautions.advice_rows(ensemble, Results(ensemble)) if "steady interval is short" in row[0]]
             self.assertEqual([snows for _, snows in late], ["firm"] if begin > 5.0 else [])
 
     def advice_with_run_up(self, runup):
@@ -940,7 +940,7 @@ class Pages(DesignFolder):
         series.assign(runup_p99_m=runup(series.time_s.to_numpy())).to_csv(path, index=False)
         ensemble = Ensemble(self.folder)
         results = Results(ensemble)
-        return [text for text, snows in page.advice_rows(ensemble, results) if snows == "firm"], page.design_rows(ensemble, results)[-1][1]
+        return [text for text, snows in cautions.advice_rows(ensemble, results) if snows == "firm"], headlines.design_rows(ensemble, results)[-1][1]
 
     def test_do_not_determine_a_run_up_that_still_rises_at_the_end(self):
         noise = np.random.default_rng(2).normal(0.0, 0.3, 801)
@@ -954,7 +954,7 @@ class Pages(DesignFolder):
         series = pd.read_csv(path)
         series.assign(force_x_n=series.force_x_n * (1.0 + 0.02 * series.time_s.clip(lower=3.0))).to_csv(path, index=False)
         ensemble = Ensemble(self.folder)
-        force, moment = page.design_rows(ensemble, Results(ensemble))[:2]
+        force, moment = headlines.design_rows(ensemble, Results(ensemble))[:2]
         self.assertRegex(force[1], "^[0-9]+ kN, still growing$")
         self.assertIn("still piles up when the run ends (firm): give [plan] duration_s = 16.0", force[2])
         self.assertNotIn("still", moment[1])  # that of the series did not change
@@ -1047,13 +1047,13 @@ def drawn(pdf):
 
 class Numbers(unittest.TestCase):
     def test_have_three_digits_and_design_values_are_rounded_up(self):
-        self.assertEqual((page.short(123456.0, 1e-3), page.short(1.2345), page.short(12.345), page.short(math.nan)), ("123", "1.23", "12.3", "–"))
-        self.assertEqual((page.upward(123.01), page.upward(1.231), page.upward(12345.0)), ("124", "1.24", "12400"))
+        self.assertEqual((rounding.short(123456.0, 1e-3), rounding.short(1.2345), rounding.short(12.345), rounding.short(math.nan)), ("123", "1.23", "12.3", "–"))
+        self.assertEqual((rounding.upward(123.01), rounding.upward(1.231), rounding.upward(12345.0)), ("124", "1.24", "12400"))
 
     def test_have_the_digits_of_their_uncertainty_which_is_never_zero(self):
         for value, uncertainty, text in ((123.4, 12.3, "123 ± 12"), (1.2345, 0.0567, "1.234 ± 0.057"), (1.6091, 1e-4, "1.609 ± 0.001"),
                                          (150.0, 0.0, "150.0 ± 0.1"), (0.01218, 0.00231, "0.0122 ± 0.0023"), (1119.0, 1674.0, "1100 ± 1700"), (7.0, 14.0, "7 ± 14"), (0.0, 0.0, "0.000 ± 0.001")):
-            self.assertEqual(page.value_and_error(value, uncertainty), text)
+            self.assertEqual(rounding.value_and_error(value, uncertainty), text)
 
 
 if __name__ == "__main__":

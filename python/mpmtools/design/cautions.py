@@ -1,0 +1,88 @@
+"""What to know before the values of the page are used, and how accurate they are."""
+
+import math
+
+from mpmtools.design import comparison
+from mpmtools.design.headlines import NOT_DETERMINED, finer_grid, longer
+from mpmtools.design.results import is_oblique
+from mpmtools.design.rounding import short, upward
+from mpmtools.design.what_decides import scenario_rows
+
+
+def uncertainties(results):
+    """[(quantity, grid uncertainty over the value, the largest of the snows)] of the main quantities; NaN: not known."""
+    rows = []
+    for key, label in (("force_mean_n", "mean force"), ("moment_mean_n_m", "mean moment"), ("runup_p99_mean_m", "run-up"),
+                       ("pressure_height_mean_m", "pressure height")):
+        shares = [row[key].grid / abs(row[key].value) for row in results.table if math.isfinite(row[key].value) and math.isfinite(row[key].grid)]
+        rows.append((label, max(shares, default=math.nan)))
+    return rows
+
+
+def accuracy(results):
+    """The same in words."""
+    return ", ".join(f"{label} {100.0 * share:.0f} %" if math.isfinite(share) else f"{label} not known" for label, share in uncertainties(results))
+
+
+def advice_rows(ensemble, results):
+    """What to know before the values are used: the advice of the program about the runs, and what the runs show. [(text, snows)]"""
+    plan = ensemble.plan
+    rows = [(advice["text"], "" if len(advice["snows"]) == len(plan["snows"]) else ", ".join(advice["snows"]).replace("_", " "))
+            for advice in plan.get("advice", [])]  # an older program wrote none
+    if "arm" not in plan:
+        rows.append(("The loads are those of the mast alone. What protrudes from it (cross-arm, ladder, cable) is pressed up to the height of the run-up: see 'Elements that "
+                     "protrude', or give a cross-arm as [arm]", ""))
+    drag, guideline = results.ranges["drag_coefficient"], comparison.guideline_loads(plan)
+    if math.isfinite(drag.high) and (remark := comparison.drag_remark(plan, drag.lowest, drag.highest)):
+        rows.append((remark, ""))
+    shares = uncertainties(results)
+    arms = [("force on the arm", results.arm_force()), ("its lift", results.arm_force(name="arm_lift"))]
+    for label, (key, _) in [("design force", results.design_force()), ("design moment", results.design_moment())] + ("arm" in plan) * arms:
+        if key is not None and results.ranges[key].highest > 0.0:
+            entry = results.table[results.governing(key)][key]
+            shares.append((label, entry.grid / entry.value))
+    coarse = [f"{label} {100.0 * share:.0f} %" for label, share in shares if share > NOT_DETERMINED]
+    if coarse:
+        finer = finer_grid(plan)
+        rows.append((f"The grids are too coarse: their uncertainty is more than a third of the value ({', '.join(coarse)}). "
+                     + (f"Plan a finer grid: [plan] finest_cells = {finer[0]}, about {finer[1]:.0f} times the work" if finer
+                        else "No finer grid can be planned"), ""))
+    (_, own_force), (_, own_moment) = results.design_force(), results.design_moment()
+    of_arm = [max(values) for values in zip((0.0, 0.0), *((force, force * at) for force, at in results.arm_loads().values()))]
+    greater = {}  # row: its loads that are
+    for what, own, unit in (("force", own_force - of_arm[0], "kN"), ("moment", own_moment - of_arm[1], "kN m")):
+        most = max(guideline, key=lambda row: getattr(row, what))
+        if getattr(most, what) > own:
+            greater.setdefault(most, []).append(f"a {what} of {upward(getattr(most, what), 1e-3)} {unit} against {upward(own, 1e-3)} {unit}")
+    for most, loads in greater.items():
+        rows.append((f"A load of the guideline ({most.what}) is greater than the computed one{' without the arm' if 'arm' in plan else ''}: {' and '.join(loads)}. It reaches to {short(most.extent)} m; "
+                     "which of the two applies is the designer's decision", ""))
+    for name, _, force, moment, error, _ in scenario_rows(ensemble, results)[1:]:
+        if force > own_force or moment > own_moment:
+            rows.append((f"Scenario {name} gives more than the values above: {upward(force, 1e-3)} kN and {upward(moment, 1e-3)} kN m by scaling "
+                         f"(± {100.0 * error:.0f} %); make it [flow], or a site file of its own, if it is to be designed for", ""))
+    if is_oblique(plan):
+        rows.append((f"The mast is turned by {plan['mast']['angle_deg']:g}° against the flow: lateral force and torsion are below, in the axes of the flow; "
+                     "the modes act downstream only; the line load and the guideline's load are those downstream"
+                     + ("; the arm is computed across the flow, not turned with the mast" if "arm" in plan else ""), ""))
+    if plan["modes"] and plan["mast"]["height_m"] is None:
+        rows.append(("The height of the mast is not given, so the vibration is an upper bound: give mast.height_m, and shape_at_load where you know it", ""))
+    for snow, loads in enumerate(results.finest):
+        begin = f"begins at {loads.time[loads.steady][0]:.3g} of {plan['duration_s']:g} s" if loads.is_steady else ""
+        if loads.growth:
+            rises = ", ".join(f"{name} {100.0 * rise:.0f} %" for name, rise in loads.growth.items())
+            rows.append((f"The snow before the mast still piles up when the run ends: the steady interval {begin}, and "
+                         f"{'since the splash' if loads.is_late else 'within it'} these rise: {rises}. A longer run gives more, how much is not known: {longer(plan)}", ensemble.label(snow)))
+        elif loads.is_late:
+            rows.append((f"The steady interval is short: it {begin}. Snow may still pile up before the mast: {longer(plan)}", ensemble.label(snow)))
+    top = plan["mast"]["height_m"]
+    if top:
+        for key, what in (("runup_p99_mean_m", "the steady mean of the run-up"), ("runup_mean_m", "the steady mean of the highest particle"),
+                          ("runup_peak_m", "the highest particle of the first splash")):
+            over = [i for i, row in enumerate(results.table) if math.isfinite(row[key].value) and row[key].value >= top]
+            if over:
+                highest = max(results.table[i][key].value for i in over)
+                rows.append((f"The mast is overtopped: {what} reaches {short(highest)} m, and the mast is {top} m high; heights are those of a mast "
+                             "that ends there; leave out mast.height_m for the run-up on a taller one",
+                             "" if len(over) == len(plan["snows"]) else ", ".join(ensemble.label(i) for i in over)))
+    return rows

@@ -1,0 +1,78 @@
+"""design.json and the tables beside the page."""
+
+import math
+import os
+
+import pandas as pd
+
+from mpmtools import __version__
+from mpmtools.design import comparison, figures
+from mpmtools.design.cautions import advice_rows
+from mpmtools.design.headlines import pressure_heights
+from mpmtools.design.results import quantities_of
+from mpmtools.design.what_decides import scenario_rows, sensitivity_rows
+from mpmtools.tables import write_text
+
+
+def design_json(ensemble, results):
+    plan = ensemble.plan
+
+    def plain(value):
+        return value if value is not None and math.isfinite(value) else None
+
+    (chosen, force), (of_moment, moment) = results.design_force(), results.design_moment()
+    quantities = {}
+    for q in quantities_of(plan):
+        r = results.ranges[q.key]
+        quantities[q.key] = {
+            "label": q.label,
+            "range": {name: plain(getattr(r, name)) for name in r._fields},
+            "snows": {plan["snows"][i]["name"]: {
+                "value": plain(e.value), "by_grid": [plain(v) for v in e.by_grid], "grid_uncertainty": plain(e.grid), "gci": plain(e.gci), "order": plain(e.order),
+                "known_uncertainty": plain(e.known), "standard_error": plain(e.standard_error), "uncertainty": plain(e.total), "note": e.note}
+                      for i, e in enumerate(row[q.key] for row in results.table)}}
+    return {"format_version": 1, "mpmtools": __version__, "plan": plan,
+            "design_force_n": plain(force), "design_force_is": chosen, "design_moment_n_m": plain(moment), "design_moment_is": of_moment,
+            **({"design_arm_force_n": plain(results.arm_force()[1]), "design_arm_lift_n": plain(results.arm_force(name="arm_lift")[1])} if "arm" in plan else {}),
+            "pressure_heights": [{"value_m": plain(h), "source": source} for h, source in pressure_heights(ensemble, results)],
+            "quantities": quantities, "guideline_loads": [row._asdict() for row in comparison.guideline_loads(plan)],
+            "scenarios": [{"name": name, **other._asdict(), "force_n": plain(force), "moment_n_m": plain(moment), "scaling_error": error,
+                           "pressure_height_m": plain(heights[0]), "runup_m": plain(heights[1])}
+                          for name, other, force, moment, error, heights in scenario_rows(ensemble, results)],
+            "sensitivity": [{"what": what, "force": force_change, "moment": moment_change}
+                            for what, force_change, moment_change in sensitivity_rows(ensemble, results)],
+            "guideline": [{"what": what, "value_m": value, "source": source} for what, value, source in comparison.guideline_rows(plan)],
+            "equations": comparison.equation_rows(plan), "equation_remarks": comparison.equation_remarks(plan),
+            "advice": [{"text": text, "snows": snows} for text, snows in advice_rows(ensemble, results)],
+            "known_uncertainty_is_of": comparison.known_uncertainty_remark(plan) or None}
+
+
+def write_tables(ensemble, results, spectrum):
+    """design.csv, line_load.csv, arm_load.csv of a mast with an arm, pressure_over_height.csv, loads_over_time.csv, shock_spectrum.csv.
+    @return their names"""
+    folder, plan = ensemble.folder, ensemble.plan
+    rows = [{"quantity": q.key, "snow": plan["snows"][i]["name"], "value": e.value, "grid_uncertainty": e.grid, "gci": e.gci,
+             "known_uncertainty": e.known, "standard_error": e.standard_error, "uncertainty": e.total}
+            for q in quantities_of(plan) for i, e in enumerate(row[q.key] for row in results.table)]
+    tables = {"design.csv": pd.DataFrame(rows), "pressure_over_height.csv": pd.DataFrame(results.profile_table(ensemble))}
+    low, high, lines, arm = results.line_loads(plan)
+    tables["line_load.csv"] = pd.DataFrame({"z_from_m": low, "z_to_m": high, **{f"{name}_kn_m": 1e-3 * q for name, q in lines.items()}})
+    if arm:
+        upper = {f"upper_{axis}_kn": [1e-3 * results.ranges[f"{of}_{name}_n"].high if f"{of}_{name}_n" in results.ranges else math.nan for name in arm]
+                 for axis, of in (("downstream", "arm_force"), ("upwards", "arm_lift"))}
+        tables["arm_load.csv"] = pd.DataFrame({"with_line_load": list(arm), "downstream_kn": [1e-3 * force for force, _ in arm.values()],
+                                               "height_m": [at for _, at in arm.values()], **upper})
+    times = []
+    for snow, loads in enumerate(results.finest):
+        of_arm = {"arm_force_x_n": loads.arm.force, "arm_force_z_n": loads.arm.vertical} if loads.has_arm else {}
+        times.append(pd.DataFrame({"snow": plan["snows"][snow]["name"], "time_s": loads.time, "force_x_n": loads.force,
+                                   "force_x_smooth_n": loads.smooth_force, "overturning_moment_n_m": loads.moment,
+                                   "overturning_moment_smooth_n_m": loads.smooth_moment, "runup_p99_m": loads.runup, "runup_m": loads.highest,
+                                   "pressure_height_m": loads.pressure_height, **of_arm}))
+    tables["loads_over_time.csv"] = pd.concat(times)
+    spectra = {"frequency_hz": figures.FREQUENCIES}
+    spectra.update({f"{snow['name']}_n": row for snow, row in zip(plan["snows"], spectrum)})
+    tables["shock_spectrum.csv"] = pd.DataFrame(spectra)
+    for name, table in tables.items():
+        write_text(os.path.join(folder, name), table.to_csv(index=False, float_format="%.6g"))
+    return list(tables)

@@ -1,0 +1,125 @@
+"""The values at the top of the page: what to design with, and why."""
+
+import functools
+import math
+
+import numpy as np
+
+from mpmtools.design import comparison
+from mpmtools.design.loads import moving_mean
+from mpmtools.design.results import STATIC_FORCES, STATIC_MOMENTS, quantities_of
+from mpmtools.design.rounding import short, upward, value_and_error, with_unit
+
+NOT_DETERMINED = 1.0 / 3.0  # largest uncertainty over the value with which a height is stated
+FINER = (5, 7, 11, 15, 21)  # cells that [plan] finest_cells takes
+
+
+def finer_grid(plan):
+    """(finest_cells to plan, times the work); None: this is the finest."""
+    cells = plan["grids"][-1]["cells"]
+    return next(((n, (n / cells) ** 4) for n in FINER if n > cells), None)
+
+
+def longer(plan):
+    """What to do where a run was too short."""
+    return f"give [plan] duration_s = {short(2.0 * plan['duration_s'])}"
+
+
+def still_growing(ensemble, results, name):
+    """Why a quantity of Loads.growth is not final; empty: it is."""
+    snows = [ensemble.label(snow) for snow, loads in enumerate(results.finest) if name in loads.growth]
+    return f"The snow before the mast still piles up when the run ends ({', '.join(snows)}): {longer(ensemble.plan)}" if snows else ""
+
+
+def pressure_heights(ensemble, results):
+    """[(m, where it comes from)]: simulation, equations, guideline."""
+    rows = comparison.equation_rows(ensemble.plan)
+    return [(results.ranges["pressure_height_mean_m"].high, "simulation, upper value of the steady mean"),
+            (max(row["pressure_height_m"] for row in rows), "the paper's equations, greatest of the snows"),
+            (ensemble.base + 3.0 * ensemble.plan["flow"]["depth_m"], "3 H above the bed, conservative for all snows (Sect. 5)")]
+
+
+def run_up_row(ensemble, results):
+    """(value, why) of the greater of the steady run-up and the first splash."""
+    splash, steady = results.ranges["runup_peak_m"], results.ranges["runup_p99_mean_m"]
+    key = "runup_peak_m" if not steady.high > splash.high else "runup_p99_mean_m"
+    entry = results.table[results.governing(key)][key]
+    what = "highest particle of the first splash" if key == "runup_peak_m" else "height of 99 % of the snow before the mast, steady mean"
+    mean = f"{short(steady.high)} m (Bernoulli’s bound H + v²/2g)" if steady.high == ensemble.bound else with_unit(upward(steady.high), "m")
+    parts = (f"Steady mean: {mean}; "
+             f"first splash: {short(splash.highest)} m on the finest grid, upper value {upward(splash.high)} m")
+    growing = still_growing(ensemble, results, "run-up")
+    finer = finer_grid(ensemble.plan)
+    if growing:
+        reason = growing
+    elif math.isfinite(entry.total) and entry.total <= NOT_DETERMINED * entry.value:
+        return upward(results.ranges[key].high) + " m", f"upper value of: {what}. {parts}"
+    else:
+        reason = (f"The uncertainty of the grid is more than a third of the value ({what}): the grids are too coarse for a statement; "
+                  + (f"plan a finer grid: [plan] finest_cells = {finer[0]}, about {finer[1]:.0f} times the work" if finer else "no finer grid can be planned"))
+    return (f"not determined ({'still growing, ' if growing else ''}{value_and_error(entry.value, entry.total)} m)",
+            f"{reason}. Until then keep parts above {upward(max(results.ranges[key].high, ensemble.bound))} m. {parts}")
+
+
+def why_amplified(plan, quasi_static, amplified):
+    if not plan["modes"] or not math.isfinite(amplified):
+        return ""
+    if plan["mast"]["height_m"] is None:
+        return " The height of the mast is not given: the load is taken to act where the mode has its unit of displacement, an upper bound; give mast.height_m."
+    return f" Without vibration {quasi_static}."
+
+
+def arm_remark(ensemble, results, key):
+    """What belongs to the headline of the arm: its steady mean, where it acts, what else feels it."""
+    name = key.split("_")[1]
+    text = "" if "mean" in key else f" Steady mean: {with_unit(upward(results.ranges[f'arm_{name}_mean_n'].high, 1e-3), 'kN')}."
+    if name == "lift":
+        least = min(np.min(moving_mean(loads.arm.vertical, loads.rows)) for loads in results.finest)
+        return text + (f" Downwards, as when snow falls on it: {with_unit(upward(-least, 1e-3), 'kN')} on the finest grid." if least < 0.0 else "")
+    at = results.ranges["arm_height_m"]
+    where = f" The mean acts at {comparison.span(at.lowest, at.highest, 3)} m." if math.isfinite(at.lowest) else ""
+    return f"{text}{where} It is part of force and moment at the foundation" + (", and of the vibration: with the mode's shape at the arm's middle." if ensemble.plan["modes"] else ".")
+
+
+def design_rows(ensemble, results):
+    """The box at the top: what to design with. [(what, value, why)]"""
+    plan = ensemble.plan
+    by_key = {q.key: q for q in quantities_of(plan)}
+
+    def value(key, number):
+        return with_unit(upward(number, by_key[key].scale), by_key[key].unit)
+
+    arm, rows = plan.get("arm"), []
+    both = ", arm included" if arm else ""
+    loads = [(f"force downstream, at the foundation{both}", "force", results.design_force, STATIC_FORCES),
+             (f"overturning moment at the ground{both}", "moment", results.design_moment, STATIC_MOMENTS)]
+    if arm:
+        loads += [(f"arm ({arm['base_m']:.4g} to {arm['height_m']:.4g} m above the ground): force {axis}", "arm's force", functools.partial(results.arm_force, name=name), ())
+                  for axis, name in (("downstream", "arm_force"), ("upwards", "arm_lift"))]
+    for what, name, choose, statics in loads:
+        chosen, number = choose()
+        if chosen is None:
+            rows.append((what, "–", "no run gives one"))
+            continue
+        snow, q = results.governing(chosen), by_key[chosen]
+        entry = results.table[snow][chosen]
+        why = f"upper value of: {q.label}, {with_unit(value_and_error(entry.value, entry.total, q.scale), q.unit)} ({ensemble.label(snow)})."
+        if "vibration" in chosen:
+            static, without = results.upper(statics)
+            why += why_amplified(plan, value(static, without), number)
+        steady, steady_number = choose(steady_only=True)
+        if steady is not None and chosen != steady and steady_number < number:
+            why += f" First impact of a vertical front (upper bound) included; while the flow is steady: {value(steady, steady_number)}."
+        if name == "arm's force":
+            why += arm_remark(ensemble, results, chosen)
+        growing = still_growing(ensemble, results, name)
+        rows.append((what, value(chosen, number) + (", still growing" if growing else ""), why + (f" {growing}." if growing else "")))
+    heights = [h for h in pressure_heights(ensemble, results) if math.isfinite(h[0])]
+    top, source = max(heights)
+    growing = still_growing(ensemble, results, "pressure height") if source.startswith("simulation") else ""
+    others = "; ".join(f"{where}: {upward(h)} m" for h, where in heights if where != source)
+    rows.append(("height of the pressure, for a simplified load", f"{upward(top)} m{', still growing' if growing else ''}",
+                 f"the greatest of three: {source}; the others: {others}. They differ because 3 H covers every snow and width of the paper, the equations hold for a "
+                 "box as wide as the flow is deep, and the simulation is of this mast and these snows; the computed load over height is in the line load below, the guideline's load over 3 H in its table" + (f". {growing}" if growing else "")))
+    rows.append(("run-up (keep parts that must not be struck above it)", *run_up_row(ensemble, results)))
+    return rows

@@ -1,0 +1,188 @@
+"""Tables of the page: {"head": [...], "rows": [[...]]} of text."""
+
+import math
+
+import numpy as np
+
+from mpmtools.design import comparison
+from mpmtools.design.factors import load_factors, outside, over_snows
+from mpmtools.design.results import LATERAL, LINE_LOADS, is_oblique, quantities_of
+from mpmtools.design.rounding import short, upward, value_and_error, with_unit
+
+
+def load_table(ensemble, results):
+    plan = ensemble.plan
+    head = ["quantity"] + [ensemble.label(i) for i in range(len(plan["snows"]))] + ["range with uncertainty"]
+    rows = []
+    for q in quantities_of(plan):
+        cells = [q.label + (f" ({q.unit})" if q.unit else "")]
+        for row in results.table:
+            e = row[q.key]
+            if not math.isfinite(e.value):
+                cells.append("–")
+                continue
+            unknown = "" if math.isfinite(e.grid) else " *"
+            cells.append(value_and_error(e.value, e.total, q.scale) + unknown)
+        r = results.ranges[q.key]
+        high = short if r.high == ensemble.bound else upward  # a bound is exact
+        cells.append(f"{short(r.low, q.scale)} to {high(r.high, q.scale)}" if math.isfinite(r.high) else "–")
+        rows.append(cells)
+    return {"head": head, "rows": rows}
+
+
+def line_load_table(results, plan, blocks=10):
+    """Mean load in blocks of equal height, kN/m, and force and moment of the whole."""
+    low, high, loads, arm = results.line_loads(plan)
+    if not loads:
+        return {"head": ["z (m)"], "rows": []}
+    arms = [arm.get(name, (0.0, 0.0)) for name in loads]
+    step = high[0] - low[0]
+    centre = 0.5 * (low + high)
+    most = max(np.max(np.cumsum(np.abs(q))) for q in loads.values())
+    loaded = [np.flatnonzero(np.abs(q) > 1e-4 * most)[-1] for name, q in loads.items() if name != "with_vibration"]
+    static_top = high[max(loaded)]
+    edges = list(np.linspace(0.0, static_top, blocks + 1))
+    if "with_vibration" in loads and plan["mast"]["height_m"] and plan["mast"]["height_m"] > static_top:
+        edges += list(np.linspace(static_top, plan["mast"]["height_m"], 4))[1:]
+    rows = []
+    for bottom, top in zip(edges[:-1], edges[1:]):
+        cells = [f"{bottom:.2f} to {top:.2f}"]
+        for q in loads.values():
+            carried = np.interp([bottom, top], np.append(low, high[-1]), np.append(0.0, np.cumsum(q * step)))
+            cells.append(f"{1e-3 * (carried[1] - carried[0]) / (top - bottom):.1f}")
+        rows.append(cells)
+    if arm:
+        rows.append(["in addition on the arm"] + [f"{short(force, 1e-3)} kN at {at:.2f} m" for force, at in arms])
+    rows.append(["force (kN)"] + [upward(q.sum() * step + force, 1e-3) for q, (force, _) in zip(loads.values(), arms)])
+    rows.append(["moment (kN m)"] + [upward(q @ centre * step + force * at, 1e-3) for q, (force, at) in zip(loads.values(), arms)])
+    return {"head": ["z (m), load in kN/m"] + [LINE_LOADS[name] for name in loads], "rows": rows}
+
+
+def reaction_table(ensemble, results):
+    """What the foundation feels, over all snows on the finest grid."""
+    units = {q.key: q.unit for q in quantities_of(ensemble.plan)}
+
+    def cells(*keys):
+        return [with_unit(upward(results.ranges[k].high, 1e-3), units[k]) if k in results.ranges else "–" for k in keys]
+
+    def vertical(select):
+        parts = [loads.vertical[where] for loads in results.finest if (where := select(loads)).any()]
+        return f"{min(map(np.min, parts)) / 1e3:+.0f} to {max(map(np.max, parts)) / 1e3:+.0f} kN" if parts else "–"
+
+    rows = []
+    cases = [("steady mean", "mean", "", lambda l: l.steady), ("steady peak (0.1 s)", "steady_peak", "steady_peak", lambda l: l.steady),
+             ("first impact (0.1 s)", "first_impact", "first_impact", lambda l: l.impact)]
+    if ensemble.plan["modes"]:
+        cases += [("with vibration, first impact included", "with_vibration", "", lambda l: l.impact),
+                  ("with vibration, while steady", "with_vibration_steady", "", lambda l: l.steady)]
+    for name, which, lateral, select in cases:
+        row = [name, *cells(f"force_{which}_n", f"moment_{which}_n_m"), vertical(select)]
+        rows.append(row + (cells(*(f"{key}_{lateral}" for key, _, _ in LATERAL)) if is_oblique(ensemble.plan) else []))
+    return {"head": ["case", "force downstream", "overturning moment", "vertical force, upward positive"]
+            + (["lateral force", "moment of the lateral force", "torsion"] if is_oblique(ensemble.plan) else []), "rows": rows}
+
+
+def front_table(ensemble, results):
+    """Force and moment at the foundation for fronts that rise to full depth over some depths; values of the governing snow."""
+    plan = ensemble.plan
+    if not plan["modes"]:
+        return None
+    loads = results.finest[results.governing("moment_with_vibration_n_m")]
+    rows = []
+    for depths in (0, 1, 2, 5):
+        time = depths * plan["flow"]["depth_m"] / plan["flow"]["velocity_m_s"]
+        found = loads.with_vibration(plan, front=max(1, round(time / loads.interval)))
+        factors = ", ".join(f"{amplification:.2f}" for _, amplification in found["modes"].values())
+        rows.append(["vertical, ideal: upper bound" if depths == 0 else f"rises over {depths} H ({depths * plan['flow']['depth_m']:.3g} m, {time:.2g} s)",
+                     factors, short(np.max(found["force"]), 1e-3), short(np.max(found["moment"]), 1e-3)])
+    return {"head": ["front", "amplification of the modes' own part", "force (kN)", "moment (kN m)"], "rows": rows}
+
+
+def guideline_load_table(results, plan):
+    """Loads of the guideline beside the computed ones."""
+    of_mast = "mast_" if "arm" in plan else ""
+    mean, moment = results.ranges[f"{of_mast}force_mean_n"], results.ranges[f"{of_mast}moment_mean_n_m"]
+    rows = []
+    for row in comparison.guideline_loads(plan):
+        ratio = short(mean.high / row.force) if math.isfinite(mean.high) else "–"
+        rows.append([row.what, short(row.extent), short(row.force, 1e-3), short(row.moment, 1e-3), ratio, row.source])
+    drag = results.ranges["drag_coefficient"]
+    rows.append([f"computed{', without the arm' if of_mast else ''}, steady mean, upper value (c_D over w H: {comparison.span(drag.lowest, drag.highest)}, upper {drag.high:.2g})",
+                 upward(results.ranges["pressure_height_mean_m"].high), upward(mean.high, 1e-3), upward(moment.high, 1e-3), "1", "this page"])
+    return {"head": ["load", "reaches to (m)", "force (kN)", "moment (kN m)", "computed / this", "source"], "rows": rows}
+
+
+def comparison_table(ensemble, results):
+    """Simulated heights beside the paper's equations, for each snow."""
+    rows = []
+    for snow, equation in enumerate(comparison.equation_rows(ensemble.plan)):
+        entries = results.table[snow]
+        rows.append([ensemble.label(snow), short(entries["runup_mean_m"].value), short(equation["runup_m"]),
+                     short(entries["pressure_height_mean_m"].value), short(equation["pressure_height_m"])])
+    by = "by Eqs. 7 to 10, extrapolated" if comparison.equation_remarks(ensemble.plan) else "by Eqs. 7 to 10"
+    return {"head": ["snow", "highest particle (m), computed", by, "pressure height (m), computed", by], "rows": rows}
+
+
+def snow_table(plan):
+    head = ["snow", "M", "β", "ξ", "M'", "source"]
+    keys = ("critical_state_slope", "cohesion_beta", "hardening_xi", "effective_friction")
+    rows, known = [], None
+    for s in plan["snows"]:
+        source = s["source"] or "given in the site file"
+        rows.append([s["name"].replace("_", " "), *(f"{s[key]:.3g}" for key in keys), "as above" if source == known else source])
+        known = source
+    return {"head": head, "rows": rows}
+
+
+def grid_table(ensemble, results):
+    """Values on the grids; how the uncertainty was found is in notes under the table, each once."""
+    plan = ensemble.plan
+    head = ["quantity and snow"] + [f"{g['cells']} cells, {g['cell_size_m']:.3g} m" for g in plan["grids"]] + ["order", "GCI", "known", "taken", "note"]
+    rows, notes = [], []
+    for q in quantities_of(plan):
+        for snow, row in enumerate(results.table):
+            e = row[q.key]
+            if not math.isfinite(e.value) or e.value == 0.0:
+                continue
+            percent = [f"{100.0 * part / abs(e.value):.0f} %" if math.isfinite(part) else "–" for part in (e.gci, e.known, e.grid)]
+            name = f"{q.label}, {ensemble.label(snow)}" + (f" ({q.unit})" if q.unit else "")
+            if e.method not in notes:
+                notes.append(e.method)
+            rows.append([name, *(short(v, q.scale) for v in e.by_grid), f"{e.order:.1f}" if math.isfinite(e.order) else "–", *percent, f"{notes.index(e.method) + 1}"])
+    return {"head": head, "rows": rows, "notes": notes}
+
+
+FACTORS = {  # kind: heading, what its factors are
+    "arm": ("Elements that protrude", "Pressure over the front of what protrudes, for the snow that gives most, scaled from runs with an arm three mast widths long and half a flow depth thick on a "
+            "square mast as wide as the flow is deep. Drag is downstream, lift upwards; peaks are over 0.1 s. No grid study tells how uncertain they are"),
+    "shape": ("Other cross-sections", "Over the value of a square that faces the flow, lowest to highest over the snows, uncertainty added"),
+    "front": ("Other fronts", "Degrees of the front, and speed at the floor over the mean: peak over steady mean, lever arm of the mean force over H, lowest to highest over the snows, uncertainty added")}
+
+
+def factor_tables(ensemble, factors=None):
+    """[(heading, table, legend)] of the study's factors in the flow of the site, those of arms as pressures, unless the mast has an arm of its own; without
+    rows where the flow is outside the table. @param factors  for tests; else the kept ones"""
+    plan, factors = ensemble.plan, load_factors() if factors is None else factors
+    flow, found = plan["flow"], []
+    for kind, of in factors.groupby("kind", sort=False):
+        if kind == "arm" and "arm" in plan:
+            continue
+        quantities, rows, known = list(of.quantity.unique()), [], False
+        for name in of["name"].unique():
+            values = [over_snows(of, kind, name, quantity, plan).values() for quantity in quantities]
+            known = known or all(values)
+            if kind == "arm":
+                depths = float(name.removeprefix("base_"))
+                row = f"{ensemble.base + depths * flow['depth_m']:.3g} m ({depths:g} H)"
+                head = 0.5 * flow["density_kg_m3"] * flow["velocity_m_s"] ** 2
+                cells = [(upward(head * max(v), 1e-3) if abs(head * max(v)) >= 10.0 else "0") if v else "outside the table" for v in values]
+            else:
+                row = name.replace("_", " ")
+                cells = [comparison.span(min(v), max(v)) if v else "outside the table" for v in values]
+            rows.append([row, *cells])
+        labels = [quantity.replace("_", " ") + " (kPa)" * (kind == "arm") for quantity in quantities]
+        heading, legend = FACTORS[kind]
+        missing = outside(factors, kind, plan)
+        note = f"{legend}." + (f" Attention: {missing}." if missing else "") if known else f"T{missing[1:]}."
+        found.append((heading, {"head": ["height of the underside" if kind == "arm" else kind, *labels], "rows": rows if known else []}, note))
+    return found

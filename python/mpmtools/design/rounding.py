@@ -1,0 +1,35 @@
+"""Numbers as the page prints them: with the digits that their uncertainty allows."""
+
+import math
+
+
+def short(value, scale=1.0):
+    """Three significant digits; a dash for what is not known."""
+    if value is None or not math.isfinite(value):
+        return "–"
+    value *= scale
+    digits = max(0, 2 - math.floor(math.log10(abs(value)))) if value else 0
+    return f"{value:.{min(digits, 4)}f}" if digits else f"{round(value, 2 - math.floor(math.log10(abs(value))) if value else 0):.0f}"
+
+
+def upward(value, scale=1.0):
+    """Three significant digits, rounded up: a value to design with."""
+    if not math.isfinite(value):
+        return "–"
+    value *= scale
+    step = 10.0 ** (math.floor(math.log10(abs(value))) - 2) if value else 1.0
+    return short(math.ceil(value / step - 1e-9) * step)
+
+
+def value_and_error(value, uncertainty, scale=1.0):
+    """Both with the digits that the uncertainty allows: two of its own, at most four of the value. Without one: three digits of the value."""
+    if uncertainty is None or not math.isfinite(uncertainty) or not math.isfinite(value):
+        return short(value, scale)
+    value, uncertainty = value * scale, uncertainty * scale
+    most = 3 - math.floor(math.log10(abs(value))) if value else 3
+    digits = min(most, 1 - math.floor(math.log10(uncertainty)) if uncertainty > 0.0 else most)
+    return " ± ".join(f"{round(number, digits):.{max(digits, 0)}f}" for number in (value, max(uncertainty, 10.0**-digits)))
+
+
+def with_unit(text, unit):
+    return f"{text} {unit}" if unit and text != "–" else text

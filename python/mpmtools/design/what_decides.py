@@ -1,0 +1,83 @@
+"""How much the headlines depend on the avalanche, the snow, the grid and the front; scenarios. By scaling (scaling.py), without runs."""
+
+import math
+
+import numpy as np
+
+from mpmtools.design import scaling
+from mpmtools.design.rounding import short, upward
+
+
+def sensitivity_rows(ensemble, results):
+    """[(what changes, effect on the force, on the moment)] of the headline, greatest effect on the moment first; effects are (lower end, upper
+    end) over the headline - 1. Depth, speed and density by scaling (scaling.py), without runs."""
+    plan = ensemble.plan
+    force, moment, _ = scaling.scaled_loads(results, plan, scaling.avalanche_of(plan))
+    if not (math.isfinite(force) and math.isfinite(moment)):
+        return []
+    labels = {"velocity": "speed", "depth": "depth", "density": "density"}
+    rows = []
+    for name, ends in scaling.ranges_of(plan).items():
+        scaled = [scaling.scaled_loads(results, plan, end) for end in ends]
+        rows.append((f"{labels[name]} ± {100.0 * scaling.half_range(plan, name):.0f} %, scaling", *((low / whole - 1.0, high / whole - 1.0) for whole, low, high in (
+            (force, scaled[0][0], scaled[1][0]), (moment, scaled[0][1], scaled[1][1])))))
+    chosen = [choose()[0] for choose in (results.design_force, results.design_moment)]
+    entries = [results.table[results.governing(key)][key] for key in chosen]
+    shares = [np.nan_to_num(entry.grid) / entry.value for entry in entries]
+    rows.append(("grid, in the headline at its upper end", *((-min(2.0 * share / (1.0 + share), 1.0), 0.0) for share in shares)))
+    if len(plan["snows"]) > 1:
+        upper = [results.snow_upper(number) for number in range(len(plan["snows"]))]
+        rows.append(("snow: from the least to the greatest", *((min(values) / whole - 1.0, 0.0) for values, whole in zip(zip(*upper), (force, moment)))))
+    steady = [results.design_force(steady_only=True)[1] / force - 1.0, results.design_moment(steady_only=True)[1] / moment - 1.0]
+    if all(map(math.isfinite, steady)) and min(steady) < 0.0:
+        rows.append(("front: without first impact", *((min(value, 0.0), 0.0) for value in steady)))
+    return sorted(rows, key=lambda row: row[2][0] - row[2][1])
+
+
+def sensitivity_table(rows):
+    """The same in percent."""
+    if not rows:
+        return None
+    return {"head": ["what changes", "design force", "design moment"],
+            "rows": [[what, *(f"{100.0 * low:+.0f} to {100.0 * high:+.0f} %" for low, high in changes)] for what, *changes in rows]}
+
+
+def ensemble_text(ensemble, results, rows):
+    """All ranges at once, in a sentence; empty without a headline."""
+    if not rows:
+        return ""
+    scaled = [scaling.scaled_loads(results, ensemble.plan, corner) for corner in scaling.corners_of(ensemble.plan)]
+    independent = [math.sqrt(sum(row[which][1] ** 2 for row in rows if "scaling" in row[0])) for which in (1, 2)]
+    forces, moments = [s[0] for s in scaled], [s[1] for s in scaled]
+    return (f"All combinations of the ends and middles of depth, speed and density ({len(scaled)}): design force {short(min(forces), 1e-3)} to "
+            f"{short(max(forces), 1e-3)} kN, moment {short(min(moments), 1e-3)} to {short(max(moments), 1e-3)} kN m. If the three are independent, the "
+            f"upper ends add up as root of the sum of squares to {100.0 * independent[0]:+.0f} % of the force and {100.0 * independent[1]:+.0f} % of the moment.")
+
+
+def scenario_rows(ensemble, results):
+    """[(name, Avalanche, force, moment, error, (pressure height, run-up))] of [flow], as computed, and of each [[scenario]], scaled; SI."""
+    plan, gravity = ensemble.plan, ensemble.plan["flow"]["gravity_m_s2"]
+    computed = scaling.avalanche_of(plan)
+    rows = []
+    for name, other in [("[flow], computed", computed)] + [
+            (s["name"], scaling.Avalanche(s["depth_m"], s["velocity_m_s"], s["density_kg_m3"])) for s in plan.get("scenarios", [])]:
+        force, moment, error = scaling.scaled_loads(results, plan, other)
+        scales = [scaling.factors(computed, other, snow["effective_friction"], gravity) for snow in plan["snows"]]
+        bed = [results.ranges[key].high - ensemble.base for key in ("pressure_height_mean_m", "runup_p99_mean_m", "runup_peak_m")]
+        heights = (ensemble.base + np.nanmax([bed[0] * max(s.pressure_height for s in scales), 3.0 * other.depth]),
+                   ensemble.base + np.nanmax(bed[1:]) * max(s.runup for s in scales))
+        rows.append((name, other, force, moment, error, heights))
+    return rows
+
+
+def scenario_table(ensemble, results):
+    """None without scenarios."""
+    if not ensemble.plan.get("scenarios"):
+        return None
+    gravity = ensemble.plan["flow"]["gravity_m_s2"]
+    rows = []
+    for name, other, force, moment, error, heights in scenario_rows(ensemble, results):
+        rows.append([name, f"{other.depth:.3g}", f"{other.velocity:.3g}", f"{other.density:.3g}", f"{other.froude_number(gravity):.2f}",
+                     upward(force, 1e-3), upward(moment, 1e-3), *(upward(h) for h in heights), f"± {100.0 * error:.0f} %" if error else "–"])
+    return {"head": ["scenario", "H (m)", "v (m/s)", "ρ (kg/m³)", "Fr", "force (kN)", "moment (kN m)", "pressure height (m)", "run-up (m)", "scaling"],
+            "rows": rows}
