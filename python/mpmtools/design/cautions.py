@@ -36,7 +36,7 @@ def advice_rows(ensemble, results):
     if math.isfinite(drag.high) and (remark := comparison.drag_remark(plan, drag.lowest, drag.highest)):
         rows.append((remark, ""))
     shares = uncertainties(results)
-    arms = [("force on the arm", results.arm_force()), ("its lift", results.arm_force(name="arm_lift"))]
+    arms = [("force on the arm", results.arm_force()), ("lift on the arm", results.arm_force(name="arm_lift"))]
     for label, (key, _) in [("design force", results.design_force()), ("design moment", results.design_moment())] + ("arm" in plan) * arms:
         if key is not None and results.ranges[key].highest > 0.0:
             entry = results.table[results.governing(key)][key]
@@ -53,7 +53,7 @@ def advice_rows(ensemble, results):
     for what, own, unit in (("force", own_force - of_arm[0], "kN"), ("moment", own_moment - of_arm[1], "kN m")):
         most = max(guideline, key=lambda row: getattr(row, what))
         if getattr(most, what) > own:
-            greater.setdefault(most, []).append(f"a {what} of {upward(getattr(most, what), 1e-3)} {unit} against {upward(own, 1e-3)} {unit}")
+            greater.setdefault(most, []).append(f"a {what} of {short(getattr(most, what), 1e-3)} {unit} against {upward(own, 1e-3)} {unit}")
     for most, loads in greater.items():
         rows.append((f"A load of the guideline ({most.what}) is greater than the computed one{' without the arm' if 'arm' in plan else ''}: {' and '.join(loads)}. It reaches to {short(most.extent)} m; "
                      "which of the two applies is the designer's decision", ""))
