@@ -105,16 +105,26 @@ Outline::Nearest Outline::nearest(const Vec2& x) const {
   if (nearest.distance > 0.0) {
     double least = infinite;  // square of the distance
     for (const Side& side : sides_) {
-      const Vec2 along = side.to - side.from;
-      const double at = std::clamp(along.dot(x - side.from) / along.squaredNorm(), 0.0, 1.0);
-      const Vec2 gap = x - side.from - at * along;
-      if (const double square = gap.squaredNorm(); square < least) least = square, nearest.point = x - gap;
+      if (side.distance(x) <= 0.0) continue;
+      const Vec2 point = side.nearest(x);
+      if (const double square = (x - point).squaredNorm(); square < least) least = square, nearest.point = point;
     }
     nearest.distance = std::sqrt(least);
   } else {
     nearest.point = x - nearest.distance * nearest.normal;
   }
   return nearest;
+}
+
+double Outline::distance(const Vec2& x) const {
+  if (circle_) return (x - circle_->centre).norm() - circle_->radius;
+  double inside = -infinite, least = infinite;  // the distance inside; the square of that outside
+  for (const Side& side : sides_) {
+    const double d = side.distance(x);
+    inside = std::max(inside, d);
+    if (d > 0.0) least = std::min(least, (x - side.nearest(x)).squaredNorm());
+  }
+  return inside > 0.0 ? std::sqrt(least) : inside;
 }
 
 Outline::Nearest Outline::nearest_of_front(const Vec2& x) const {

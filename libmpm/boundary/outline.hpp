@@ -2,6 +2,7 @@
 /// Cross-section of an obstacle in plan, as its shape gives it, and distances from it.
 
 #include <Eigen/Geometry>
+#include <algorithm>
 #include <cstdint>
 #include <optional>
 #include <utility>
@@ -41,6 +42,11 @@ class Outline {
 
     /// Signed distance from its line, m; negative on the side of the solid.
     [[nodiscard]] double distance(const Vec2& x) const { return normal.dot(x) - offset; }
+    /// The nearest point of the side, m.
+    [[nodiscard]] Vec2 nearest(const Vec2& x) const {
+      const Vec2 along(-normal.y(), normal.x());
+      return from + std::clamp(along.dot(x - from), 0.0, along.dot(to - from)) * along;
+    }
   };
   /// The nearest place of the outline.
   struct Nearest {
@@ -64,6 +70,7 @@ class Outline {
   [[nodiscard]] Vec2 centre() const;                                        ///< of the area, m
   [[nodiscard]] std::optional<Interval> section(double y) const;            ///< of the line y = const; empty beside it. @param y  m
   [[nodiscard]] Nearest nearest(const Vec2& x) const;                       ///< @param x  m
+  [[nodiscard]] double distance(const Vec2& x) const;                       ///< m, negative inside. @param x  m
   /// Of the upstream surface alone: the distance is negative inside and behind, whatever is near there; outside the normal is the direction
   /// from the nearest point. @param x  m, within the width
   [[nodiscard]] Nearest nearest_of_front(const Vec2& x) const;

@@ -10,7 +10,7 @@ bool NodalSolid::reaches(const Vec3& low, const Vec3& high, double) const {
 }
 
 bool NodalSolid::covers(const Vec3& node, double time) const {
-  return reaches(node, node, time) && solid.outline.nearest(node.head<2>()).distance <= skin + on_surface;
+  return reaches(node, node, time) && solid.outline.distance(node.head<2>()) <= skin + on_surface;
 }
 
 Vec3 NodalSolid::constrain(const Vec3& node, const Vec3& v, double) const {

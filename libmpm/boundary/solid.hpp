@@ -48,7 +48,7 @@ class SurfaceSolid {
   /// @{
   [[nodiscard]] Vec3 reference_point() const { return reference_; }
   [[nodiscard]] Vec3 surface_velocity(const Vec3&, double) const { return Vec3::Zero(); }
-  [[nodiscard]] bool covers(const Vec3& x, double) const { return solid_.nearest(x).distance <= on_surface; }
+  [[nodiscard]] bool covers(const Vec3& x, double) const { return solid_.distance(x) <= on_surface; }
   void translate(const Vec3& by);
   /// @}
 

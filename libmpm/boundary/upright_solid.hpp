@@ -27,6 +27,8 @@ struct UprightSolid {
       return {face, x.z() - top >= base - x.z() ? Vec3(Vec3::UnitZ()) : Vec3(-Vec3::UnitZ())};
     return {side.distance, Vec3(side.normal.x(), side.normal.y(), 0.0)};
   }
+  /// Of the surface, m; negative inside; before an edge as in Nearest. @param x  m
+  [[nodiscard]] double distance(const Vec3& x) const { return std::max(outline.distance(x.head<2>()), beyond(x.z())); }
   /// Height over the top or below the underside, m; negative between them. @param z  m
   [[nodiscard]] double beyond(double z) const { return std::max(z - top, base - z); }
   /// Of the underside, or of the ground that it stands on, m.

@@ -85,7 +85,7 @@ bool need_lumped_mass_correction(std::span<const Boundary> boundaries) {
 
 double LumpedMassCorrection::weight(const Vec3& x) const {
   double distance = std::numeric_limits<double>::infinity();
-  for (const UprightSolid* const solid : solids_) distance = std::min(distance, solid->nearest(x).distance);
+  for (const UprightSolid* const solid : solids_) distance = std::min(distance, solid->distance(x));
   return std::clamp((outer_reach - distance / dx_) / fade, 0.0, 1.0);
 }
 
@@ -99,7 +99,7 @@ std::array<LumpedMassCorrection::Part, block_nodes> LumpedMassCorrection::parts_
       for (int cell = column; cell < block_nodes; cell += columns) {
         if (block.particles.cell_start[cell] == block.particles.cell_start[cell + 1]) continue;
         const Vec3 centre = node_position(block.coordinate, cell, dx_) + Vec3::Constant(dx_);  // cells hold x/dx from base + 1/2 on
-        if (std::isnan(plan)) plan = solid->outline.nearest(centre.head<2>()).distance / dx_;
+        if (std::isnan(plan)) plan = solid->outline.distance(centre.head<2>()) / dx_;
         const double beyond = solid->beyond(centre.z()) / dx_;
         if (std::max(plan - across, beyond - up) >= outer_reach) continue;
         Part& part = parts[static_cast<std::size_t>(cell)];
@@ -112,8 +112,7 @@ std::array<LumpedMassCorrection::Part, block_nodes> LumpedMassCorrection::parts_
 
 bool LumpedMassCorrection::reaches(std::int32_t x, std::int32_t y) const {
   const Vec2 centre = dx_ * (Vec2(first_node(x), first_node(y)) + Vec2::Constant(to_centre));
-  return std::ranges::any_of(solids_,
-                             [&](const UprightSolid* solid) { return solid->outline.nearest(centre).distance <= reach_of_column * dx_; });
+  return std::ranges::any_of(solids_, [&](const UprightSolid* solid) { return solid->outline.distance(centre) <= reach_of_column * dx_; });
 }
 
 Eigen::AlignedBox2i LumpedMassCorrection::columns() const {

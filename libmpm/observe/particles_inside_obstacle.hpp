@@ -42,8 +42,8 @@ class ParticlesInsideObstacle : public Observer {
   void visit(const ParticleBatch& batch) override {
     for (std::size_t i = 0; i < batch.size(); ++i) {
       const ParticleView p = batch[i];
-      double inside = -solids_.front().nearest(p.position).distance;
-      for (std::size_t s = 1; s < solids_.size(); ++s) inside = std::max(inside, -solids_[s].nearest(p.position).distance);
+      double inside = -solids_.front().distance(p.position);
+      for (std::size_t s = 1; s < solids_.size(); ++s) inside = std::max(inside, -solids_[s].distance(p.position));
       depth_ = std::max(depth_, inside);
       if (inside <= counted_cells * setting_.cell_size) continue;
       count_ += 1.0;

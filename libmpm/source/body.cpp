@@ -163,7 +163,7 @@ bool meets_solid(const BodySpec& body, const UprightSolid& solid) {
     return std::ranges::none_of(plan.sides(),
                                 [](const Outline::Side& side) { return -inside * side.normal.cwiseAbs().sum() - side.offset >= 0.0; });
   }
-  const double gap = std::max(0.0, plan.nearest(Vec2::Zero()).distance);  // of the body's axis from the plan
+  const double gap = std::max(0.0, plan.distance(Vec2::Zero()));  // of the body's axis from the plan
   const double above = std::clamp(centre.z(), solid.base, solid.top) - centre.z();
   const double rise = body.shape == BodySpec::Shape::sphere ? above / half.z() : 0.0;
   return gap * gap + rise * rise < inside;

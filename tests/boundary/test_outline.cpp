@@ -126,6 +126,7 @@ TEST(Outlines, DistanceIsTheSignedEuclideanOneToTheNearestPoint) {
       EXPECT_LE(std::abs(near.distance), least + 1e-3) << "the chords are up to 1.5e-4 of the radius inside a circle";
       EXPECT_GE(std::abs(near.distance), least - 0.5 * apart - 1e-3);
       EXPECT_NEAR((x - near.point).norm(), std::abs(near.distance), 1e-12);
+      EXPECT_NEAR(outline.distance(x), near.distance, 1e-12);
       EXPECT_NEAR(near.normal.norm(), 1.0, 1e-12);
       const auto cut = outline.section(x.y());
       const bool within = cut && x.x() > cut->low && x.x() < cut->high;
