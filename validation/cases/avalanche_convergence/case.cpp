@@ -233,9 +233,10 @@ void check_uncertainty(CaseResult& result, const std::vector<MetricConvergence>&
                                         "aim: 3 % for the force, 4 % for heights");
     const std::optional<double>& bound = i == force_x ? known.force_uncertainty : known.runup_uncertainty;
     if (i != pressure_height && bound)
-      check.known_miss(*bound,
-                       "the values of the finest grids differ by less than their statistical errors, so that no order is known, and three times the "
-                       "range is stated");
+      check.known_miss(
+          *bound,
+          "the values of the finest grids differ by less than their statistical errors, so that no order is known, and three times the "
+          "range is stated");
   }
 }
 
@@ -248,8 +249,7 @@ void check_range(CaseResult& result, const std::vector<MetricConvergence>& famil
     Check& check = result.check_at_most(Label::verification, family[i].name + ": range of the three finest grids over the finest",
                                         (high->value - low->value) / std::abs(all.back().value), aim_of(i), "", 0.0,
                                         "aim: 3 % for the force, 4 % for heights");
-    if (i == runup && known.runup_range)
-      check.known_miss(*known.runup_range, "the jet is thin: up to w/7 it rises with each finer grid");
+    if (i == runup && known.runup_range) check.known_miss(*known.runup_range, "the jet is thin: up to w/7 it rises with each finer grid");
   }
 }
 
