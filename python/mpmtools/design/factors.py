@@ -3,7 +3,7 @@
 A row for each kind of load, name and quantity in each flow (Fr, M'): factor and uncertainty (empty where the runs state none).
   arm    a beam across the flow on a square mast, base_X: its underside X flow depths above the bed; force over its front and half rho v^2
   shape  another cross-section over a square that faces the flow
-  front  an inclined front, or a flow that is sheared over its depth: peak over mean, lever arm over H
+  front  an inclined front, or a flow that is sheared over its depth: peak over mean, lever arm over H; means over those of a plug
 """
 
 import pathlib

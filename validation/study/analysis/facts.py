@@ -302,27 +302,6 @@ def first_impact():
     return pd.DataFrame(found)
 
 
-def shapes():
-    """Cross-sections of one width: force, run-up and pressure height over those of the box."""
-    table = pd.read_csv(ROWS / "shapes.csv", comment="#")
-    columns = {"force": "force_mean_n.x", "runup": "runup_mean_m", "pressure_height": "pressure_height_mean_m"}
-    box = table.iloc[0]
-    return pd.DataFrame([{"key": r["name"].rsplit("_fr", 1)[0], **{q: r[c] / box[c] for q, c in columns.items()},
-                          "peak": r["force_filtered_peak_to_mean"]} for r in table.to_dict("records")])
-
-
-def inflow():
-    """Sheared inflow over a plug of the same discharge: s is the speed at the floor over the mean speed."""
-    table = pd.read_csv(ROWS / "inflow.csv", comment="#")
-    table["slip"] = table["conveyor.inflow_slip_ratio"].fillna(1.0)
-    columns = {"runup": "runup_mean_m", "pressure_height": "pressure_height_mean_m", "force": "force_mean_n.x", "moment": "moment_mean_n_m.y"}
-    found = []
-    for r in table[table.slip < 1.0].to_dict("records"):
-        plug = table[(table.froude_number == r["froude_number"]) & (table.slip == 1.0)].iloc[0]
-        found.append({"key": f"{r['froude_number']:g} {r['slip']:g}", **{q: r[c] / plug[c] for q, c in columns.items()}})
-    return pd.DataFrame(found)
-
-
 def widths():
     """Heights at masts of other widths over those at w = H, lowest and highest over Fr 1 to 5, and the guideline's factor."""
     from analysis.width import width_factors
@@ -343,6 +322,5 @@ def costs():
 
 
 TABLES = {f.__name__: f for f in (coefficients, aims, campaigns, provenance, friction, friction_reuse, choices, numerics, grid, pile_up, windows, strips,
-                                  compaction, fluid, parts, mast_heights, first_impact, shapes, inflow, widths, costs)}
-if loads.available():
-    TABLES |= {"load_factors": loads.load_factors, "load_factors_over_snow": lambda: loads.over_snow(loads.load_factors())}
+                                  compaction, fluid, parts, mast_heights, first_impact, widths, costs)}
+TABLES |= {"load_factors": loads.load_factors, "load_factors_over_snow": lambda: loads.over_snow(loads.load_factors())}

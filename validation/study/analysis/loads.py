@@ -11,14 +11,14 @@ import pandas as pd
 from analysis.study import ROWS
 from mpmtools.scores import levels
 
-FILES = {"shape": "shape_factors", "front": "fronts", "arm": "arms"}  # in rows/, of extensions/shapes.toml, fronts.toml and arms.toml
+FILES = {"shape": "shapes", "front": "fronts", "arm": "arms"}  # in rows/, of the plans in extensions/
 FLOW = ["froude_number", "effective_friction"]
 ARM_LENGTH = 5.25  # m, as arms.toml has it
 # Of each quantity the columns of its value, its standard error and its numerical uncertainty.
 VALUES = {
     "force": ("force_mean_n.x", "force_standard_error_n.x", "force_x_numerical_uncertainty_n"),
     "moment": ("overturning_moment_mean_n_m", "overturning_moment_standard_error_n_m", "overturning_moment_numerical_uncertainty_n_m"),
-    "runup": ("runup_mean_m", "runup_standard_error_m", "runup_numerical_uncertainty_m"),
+    "runup": ("runup_p99_mean_m", "runup_p99_standard_error_m", "runup_p99_numerical_uncertainty_m"),
     "pressure_height": ("pressure_height_mean_m", "pressure_height_standard_error_m", "pressure_height_numerical_uncertainty_m"),
 }
 
@@ -52,6 +52,12 @@ def _factor(kind, name, quantity, row, factor, relative):
     return {"kind": kind, "name": name, "quantity": quantity, **{key: row[key] for key in FLOW}, "factor": factor, "uncertainty": abs(factor) * relative}
 
 
+def _ratio(row, base, quantity):
+    """(value over that of the base, relative uncertainty)"""
+    column = VALUES[quantity][0]
+    return row[column] / base[column], 0.0 if row is base else np.hypot(relative_error(row, quantity), relative_error(base, quantity))
+
+
 def shape_factors(rows):
     """Over the square that faces the flow, in the same flow; flows without that square are left out."""
     found = []
@@ -59,23 +65,27 @@ def shape_factors(rows):
         named = {cross_section(row): row for row in of.to_dict("records")}
         square = named.get("square")
         for name, row in named.items() if square else ():
-            for quantity, (column, *_) in VALUES.items():
-                relative = 0.0 if row is square else np.hypot(relative_error(row, quantity), relative_error(square, quantity))
-                found.append(_factor("shape", name, quantity, row, row[column] / square[column], relative))
+            found += [_factor("shape", name, quantity, row, *_ratio(row, square, quantity)) for quantity in VALUES]
     return pd.DataFrame(found)
 
 
 def front_factors(rows):
-    """Filtered peak over the steady mean, of force and moment, and the arm of the mean force over the flow height (moment over force)."""
+    """Filtered peak over the steady mean, of force and moment; the arm of the mean force over the flow height (moment over force); and steady means over
+    those of a plug (slip 1) behind the same front, where that is there."""
+    rows = rows.fillna({"conveyor.inflow_slip_ratio": 1.0, "conveyor.front_angle_deg": 90.0})
     found = []
-    for row in rows.to_dict("records"):
-        slip, front = (default if np.isnan(row[key]) else row[key] for key, default in (("conveyor.inflow_slip_ratio", 1.0), ("conveyor.front_angle_deg", 90.0)))
-        name, force, moment = f"front_{front:g}_slip_{slip:g}", row["force_mean_n.x"], row["overturning_moment_mean_n_m"]
-        both = np.hypot(relative_error(row, "force"), relative_error(row, "moment"))
-        for quantity, factor, relative in (("peak_force", row["force_filtered_peak_n"] / force, relative_error(row, "force")),
-                                           ("peak_moment", row["overturning_moment_filtered_peak_n_m"] / moment, relative_error(row, "moment")),
-                                           ("lever_arm", moment / force / row["flow_height_m"], both)):
-            found.append(_factor("front", name, quantity, row, factor, relative))
+    for (*_, front), of in rows.groupby([*FLOW, "conveyor.front_angle_deg"], sort=False):
+        of = of.to_dict("records")
+        plug = next((row for row in of if row["conveyor.inflow_slip_ratio"] == 1.0), None)
+        for row in of:
+            slip, force, moment = row["conveyor.inflow_slip_ratio"], row["force_mean_n.x"], row["overturning_moment_mean_n_m"]
+            both = np.hypot(relative_error(row, "force"), relative_error(row, "moment"))
+            factors = [("peak_force", row["force_filtered_peak_n"] / force, relative_error(row, "force")),
+                       ("peak_moment", row["overturning_moment_filtered_peak_n_m"] / moment, relative_error(row, "moment")),
+                       ("lever_arm", moment / force / row["flow_height_m"], both)]
+            if plug:
+                factors += [(f"{quantity}_over_plug", *_ratio(row, plug, quantity)) for quantity in VALUES]
+            found += [_factor("front", f"front_{front:g}_slip_{slip:g}", quantity, row, factor, relative) for quantity, factor, relative in factors]
     return pd.DataFrame(found)
 
 
@@ -97,14 +107,9 @@ def arm_factors(rows, density=300.0):
 MAKERS = {"shape": shape_factors, "front": front_factors, "arm": arm_factors}
 
 
-def available():
-    """The kinds whose rows are kept here."""
-    return [kind for kind, name in FILES.items() if (ROWS / f"{name}.csv").exists()]
-
-
 def load_factors():
     """All factors, with a key for the texts: 'shape square_15 force 3 0.4'."""
-    found = pd.concat([MAKERS[kind](read_rows(ROWS / f"{FILES[kind]}.csv")) for kind in available()], ignore_index=True)
+    found = pd.concat([MAKERS[kind](read_rows(ROWS / f"{FILES[kind]}.csv")) for kind in FILES], ignore_index=True)
     keys = [f"{r.kind} {r.name_} {r.quantity} {r.froude_number:g} {r.effective_friction:.2f}" for r in found.rename(columns={"name": "name_"}).itertuples()]
     return pd.concat([pd.Series(keys, name="key"), found], axis=1)
 
@@ -112,7 +117,7 @@ def load_factors():
 def provenance():
     """Of load_factors(), in a line."""
     files = []
-    for kind in available():
+    for kind in FILES:
         name = f"{FILES[kind]}.csv"
         files.append(f"{name} (commits {', '.join(sorted(pd.read_csv(ROWS / name, comment='#').commit.astype(str).unique()))})")
     return f"made by ./run study --write from validation/study/rows/{', '.join(files)}"

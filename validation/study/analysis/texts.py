@@ -27,7 +27,7 @@ LABELS = {"paper": "**paper**", "reproduction": "reproduction", "prediction": "p
 # Numbers that are inputs of the study or bounds that it set itself; all others come from a table.
 TYPED = re.compile(r"(?<![\w./^])[-+−±]?\d+(?:\.\d+)?(?:\s?%)?")
 INPUTS = {"0", "1", "2", "3", "4", "5", "6", "7", "8", "10", "12", "20", "27", "30", "45", "60", "64", "90", "371", "0.05", "0.1", "0.15", "0.2", "0.25", "0.3", "0.4",
-          "0.5", "0.7", "0.8", "0.9", "0.95", "1.2", "1.5", "1.75", "1.76", "2.2", "2.3", "0.35", "0.125", "90 %", "10 %", "15 %", "25 %", "189", "9", "15", "25", "35", "1.42", "2.1", "2007", "4.2", "8.4", "12.6", "99 %", "100.7 %", "107.5 %"}
+          "0.5", "0.59", "0.7", "0.8", "0.9", "0.95", "1.2", "1.5", "1.75", "1.76", "2.2", "2.3", "0.35", "0.125", "90 %", "10 %", "15 %", "25 %", "189", "9", "15", "25", "35", "1.42", "2.1", "2007", "4.2", "5.25", "8.4", "12.6", "99 %", "100.7 %", "107.5 %"}
 
 
 def rounded(table):
@@ -91,10 +91,6 @@ class Values:
 
     def block(self, name, *arguments):
         return BLOCKS[name](self, *arguments)
-
-    def loads(self, kind):
-        """Whether factors of this kind of load are known: rows of its plan are kept (loads.py)."""
-        return "load_factors" in self.tables and bool((self.tables["load_factors"].kind == kind).any())
 
     def loads_uncertainty(self, kind, quantity):
         """The largest uncertainty of a factor, over the factor."""
@@ -204,23 +200,11 @@ def block_heights(values):
     return markdown(["mast height over H", *keys], [[f"Fr {froude}", *(values.value("mast_heights", key, froude) for key in keys)] for froude in ("1", "3", "5")])
 
 
-def block_shapes(values):
-    rows = [[key.replace("_", " "), *(values.value("shapes", key, c) for c in ("force", "runup", "pressure_height", "peak"))] for key in values.tables["shapes"].index]
-    return markdown(["cross-section, Fr 3", "force", "run-up", "pressure height", "first impact over the mean"], rows)
-
-
-def block_inflow(values):
-    keys = sorted(values.tables["inflow"].index, key=lambda key: (float(key.split()[0]), -float(key.split()[1])))
-    return markdown(["over a plug", *(f"Fr {key.split()[0]}, s = {key.split()[1]}" for key in keys)],
-                    [[name, *(values.value("inflow", key, q) for key in keys)]
-                     for q, name in (("runup", "run-up"), ("pressure_height", "pressure height"), ("force", "force"), ("moment", "moment"))])
-
-
-def _factors(values, kind, label, columns, form=".2f"):
+def _factors(values, kind, label, columns, form=".2f", names=""):
     """A row for each name of a kind of load; `columns`: (head, quantity, Froude number) each: the mean over M' and, if it varies, its range. Without
-    columns that no row has."""
+    columns that no row has. @param names  how the names begin"""
     table = values.tables["load_factors_over_snow"]
-    names = list(dict.fromkeys(key.split()[1] for key in table.index if key.startswith(f"{kind} ")))
+    names = list(dict.fromkeys(key.split()[1] for key in table.index if key.startswith(f"{kind} {names}")))
     columns = [column for column in columns if any(f"{kind} {name} {column[1]} {column[2]}" in table.index for name in names)]
     rows = []
     for name in names:
@@ -240,9 +224,10 @@ def block_shape_factors(values, quantity):
     return _factors(values, "shape", "over the square", [(f"Fr {froude}", quantity, froude) for froude in ("0.3", "1", "3", "5", "7")])
 
 
-def block_fronts(values):
-    return _factors(values, "front", "front, degrees; slip", [(f"{name}, Fr {froude}", quantity, froude) for name, quantity in
-                                                              (("peak over mean", "peak_force"), ("arm over H", "lever_arm")) for froude in ("1", "3", "5")])
+def block_fronts(values, names, *quantities):
+    """Columns of (name, quantity) for each Froude number. @param names  of the fronts, how they begin"""
+    columns = [(f"{name}, Fr {froude}", quantity, froude) for name, quantity in quantities for froude in ("1", "3", "5")]
+    return _factors(values, "front", "front, degrees; slip", columns, names=names)
 
 
 def block_arms(values):
@@ -278,7 +263,7 @@ def made_pages(tables):
     """{name: text} of every page."""
     values = Values(tables)
     environment = jinja2.Environment(loader=jinja2.FileSystemLoader(TEMPLATES), undefined=jinja2.StrictUndefined, keep_trailing_newline=True)
-    environment.globals.update(number=number, value=values.value, raw=values.raw, change=values.change, span=values.span, block=values.block, loads=values.loads, loads_uncertainty=values.loads_uncertainty)
+    environment.globals.update(number=number, value=values.value, raw=values.raw, change=values.change, span=values.span, block=values.block, loads_uncertainty=values.loads_uncertainty)
     return {path.stem: wrapped(environment.get_template(path.name).render()) for path in sorted(TEMPLATES.glob("*.md.j2"))}
 
 
