@@ -73,7 +73,7 @@ class GridUncertainties(unittest.TestCase):
         text = (SOURCE / "validation" / "cases" / "avalanche_convergence" / "README.md").read_text(encoding="utf-8").split("## Measured")[1]
         head, _, *rows = [[cell.strip() for cell in line.strip("|").split("|")] for line in text.splitlines() if line.startswith("|")][:5]
         cells_of = [int(name.removeprefix("w/")) for name in head[1:]]
-        self.assertEqual(([row[0] for row in rows], cells_of[-1]), (["force, kN", "highest particle / H", "pressure height / H"], 12))
+        self.assertEqual(([row[0] for row in rows], cells_of[-1]), (["force, kN", "run-up / H", "pressure height / H"], 12))
         for quantity, *numbers in rows:
             values = dict(zip(cells_of, map(float, numbers)))
             for cells in ((3, 5), (3, 5, 7)):

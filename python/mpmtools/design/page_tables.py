@@ -152,37 +152,49 @@ def grid_table(ensemble, results):
     return {"head": head, "rows": rows, "notes": notes}
 
 
-FACTORS = {  # kind: heading, what its factors are
-    "arm": ("Elements that protrude", "Pressure over the front of what protrudes, for the snow that gives most, scaled from runs with an arm three mast widths long and half a flow depth thick on a "
+FACTORS = {  # kind: heading, column of each quantity, what its factors are
+    "arm": ("Elements that protrude", {"drag": "drag (kPa)", "peak_drag": "peak drag (kPa)", "lift": "lift (kPa)", "peak_lift": "peak lift (kPa)"},
+            "Pressure over the front of what protrudes, for the snow that gives most, scaled from runs with an arm three mast widths long and half a flow depth thick on a "
             "square mast as wide as the flow is deep. Drag is downstream, lift upwards; peaks are over 0.1 s. No grid study tells how uncertain they are"),
-    "shape": ("Other cross-sections", "Over the value of a square that faces the flow, lowest to highest over the snows, uncertainty added"),
-    "front": ("Other fronts", "Degrees of the front, and speed at the floor over the mean: peak over steady mean, lever arm of the mean force over H, lowest to highest over the snows, uncertainty added")}
+    "shape": ("Other cross-sections", {"force": "force", "moment": "moment", "runup": "run-up", "pressure_height": "pressure height"},
+              "Over the value of a square that faces the flow, of the same width across it; lowest to highest over the snows, uncertainty added. Degrees: of a square against "
+              "the flow, of a wedge half the angle of its edge"),
+    "front": ("Other fronts and sheared flow", {"peak_force": "peak over mean force", "lever_arm": "lever arm over H", "moment_over_plug": "moment over plug's",
+                                                "runup_over_plug": "run-up over plug's"},
+              "Degrees of the front, and slip, the speed at the floor over the mean: 1 is a plug, as on this page. Lowest to highest over the snows, uncertainty added; – is not known")}
+
+
+def factor_name(kind, name, ensemble):
+    """Of a row, for the page."""
+    parts = name.split("_")
+    if kind == "arm":
+        depths = float(parts[1])
+        return f"{ensemble.base + depths * ensemble.plan['flow']['depth_m']:.3g} m ({depths:g} H)"
+    return f"{parts[1]}°, slip {parts[3]}" if kind == "front" else ", ".join(parts) + "°" * (len(parts) > 1)
 
 
 def factor_tables(ensemble, factors=None):
     """[(heading, table, legend)] of the study's factors in the flow of the site, those of arms as pressures, unless the mast has an arm of its own; without
     rows where the flow is outside the table. @param factors  for tests; else the kept ones"""
     plan, factors = ensemble.plan, load_factors() if factors is None else factors
-    flow, found = plan["flow"], []
+    head, found = 0.5 * plan["flow"]["density_kg_m3"] * plan["flow"]["velocity_m_s"] ** 2, []
+
+    def cell(kind, values):
+        if not values:
+            return "–"
+        if kind == "arm":
+            return upward(head * max(values), 1e-3) if abs(head * max(values)) >= 10.0 else "0"
+        return comparison.span(min(values), max(values), 3)
+
     for kind, of in factors.groupby("kind", sort=False):
         if kind == "arm" and "arm" in plan:
             continue
-        quantities, rows, known = list(of.quantity.unique()), [], False
-        for name in of["name"].unique():
-            values = [over_snows(of, kind, name, quantity, plan).values() for quantity in quantities]
-            known = known or all(values)
-            if kind == "arm":
-                depths = float(name.removeprefix("base_"))
-                row = f"{ensemble.base + depths * flow['depth_m']:.3g} m ({depths:g} H)"
-                head = 0.5 * flow["density_kg_m3"] * flow["velocity_m_s"] ** 2
-                cells = [(upward(head * max(v), 1e-3) if abs(head * max(v)) >= 10.0 else "0") if v else "outside the table" for v in values]
-            else:
-                row = name.replace("_", " ")
-                cells = [comparison.span(min(v), max(v)) if v else "outside the table" for v in values]
-            rows.append([row, *cells])
-        labels = [quantity.replace("_", " ") + " (kPa)" * (kind == "arm") for quantity in quantities]
-        heading, legend = FACTORS[kind]
+        heading, labels, legend = FACTORS[kind]
+        quantities = [quantity for quantity in labels if (of.quantity == quantity).any()]
+        rows = {name: [over_snows(of, kind, name, quantity, plan).values() for quantity in quantities] for name in of["name"].unique()}
+        known = any(map(all, rows.values()))
         missing = outside(factors, kind, plan)
         note = f"{legend}." + (f" Attention: {missing}." if missing else "") if known else f"T{missing[1:]}."
-        found.append((heading, {"head": ["height of the underside" if kind == "arm" else kind, *labels], "rows": rows if known else []}, note))
+        found.append((heading, {"head": ["height of the underside" if kind == "arm" else kind, *(labels[quantity] for quantity in quantities)],
+                                "rows": [[factor_name(kind, name, ensemble), *(cell(kind, v) for v in values)] for name, values in rows.items()] if known else []}, note))
     return found
