@@ -30,21 +30,23 @@ def mast_heights(axes, table, column=FORCE):
     plain_ticks(axes.xaxis, [0.5, 8.1])
 
 
+def mean_and_range(axes, factors, by, shift=1.0, **style):
+    """Factors over a column: mean over M' with bars from the lowest to the highest. @param shift  of the points, as a factor"""
+    spread = factors.groupby(by).factor.agg(["mean", "min", "max"])
+    axes.errorbar(shift * spread.index, spread["mean"], yerr=[spread["mean"] - spread["min"], spread["max"] - spread["mean"]], markersize=5, capsize=2, **style)
+
+
 def over_friction(axes, factors, by, quantity, style="-", name=""):
-    """Factors over a column, mean over M' with bars from the lowest to the highest, for each Froude number."""
+    """Factors over a column for each Froude number."""
     for marker, (froude, of) in zip(MARKERS, factors[factors.quantity == quantity].groupby("froude_number")):
-        spread = of.groupby(by).factor.agg(["mean", "min", "max"])
-        axes.errorbar(spread.index, spread["mean"], yerr=[spread["mean"] - spread["min"], spread["max"] - spread["mean"]], linestyle=style,
-                      color=froude_colour(froude), marker=marker, markersize=5, linewidth=1.4, capsize=2, label=f"{name}Fr {froude:g}")
+        mean_and_range(axes, of, by, linestyle=style, color=froude_colour(froude), marker=marker, linewidth=1.4, label=f"{name}Fr {froude:g}")
 
 
 def shapes(axes, factors, quantity):
-    """Factors of cross-sections over the Froude number, mean over M' with bars from the lowest to the highest, for each cross-section."""
+    """Factors over the Froude number for each cross-section, side by side."""
     for i, (name, of) in enumerate(factors[(factors.quantity == quantity) & (factors["name"] != "square")].groupby("name", sort=False)):
-        spread = of.groupby("froude_number").factor.agg(["mean", "min", "max"])
-        x = spread.index * 1.03 ** (i - 3)  # side by side
-        axes.errorbar(x, spread["mean"], yerr=[spread["mean"] - spread["min"], spread["max"] - spread["mean"]], color=COLOURS[i % len(COLOURS)],
-                      marker=MARKERS[i % len(MARKERS)], markersize=5, linewidth=1.2, capsize=2, label=name.replace("_", " "))
+        mean_and_range(axes, of, "froude_number", 1.03 ** (i - 3), color=COLOURS[i % len(COLOURS)], marker=MARKERS[i % len(MARKERS)], linewidth=1.2,
+                       label=name.replace("_", " "))
     axes.axhline(1.0, color="black", linewidth=0.8)
     axes.set_xscale("log")
     plain_ticks(axes.xaxis, levels(factors.froude_number))
@@ -63,16 +65,15 @@ def figure_mast_height(folder):
     table = read_series(path)
     table = table[table.status == "done"].assign(froude_number=levels(table.froude_number))
     pictures = []
-    for title, column, what, caption in (("(a) mean force", FORCE, "over the mean force on the tallest mast", "Stream-wise; bars: two standard errors."),
-                                         ("(b) filtered peak of the force", "force_filtered_peak_n", "over the mean force on the tallest mast",
-                                          "Highest force of the first impact, filtered over 0.1 s."),
-                                         ("(c) force above the pressure height", "force_above_pressure_height_n", "over the mean force on the tallest mast",
-                                          "What protrudes above the pressure height takes this part.")):
+    for title, column, caption in (("(a) mean force", FORCE, "Stream-wise; bars: two standard errors."),
+                                   ("(b) filtered peak of the force", "force_filtered_peak_n", "Highest force of the first impact, filtered over 0.1 s."),
+                                   ("(c) force above the pressure height", "force_above_pressure_height_n",
+                                    "What protrudes above the pressure height takes this part.")):
         axes = new_axes()
         mast_heights(axes, table, column)
         if column == FORCE:
             axes.axvline(3.0, color="0.5", linestyle="--", linewidth=1.0, label="three flow heights (Hauksson et al. 2007)")
-        pictures.append(picture(axes, title, "height of the mast over the flow height", what, caption))
+        pictures.append(picture(axes, title, "height of the mast over the flow height", "over the mean force on the tallest mast", caption))
     return Drawn(pictures)
 
 

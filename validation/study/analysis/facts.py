@@ -322,5 +322,5 @@ def costs():
 
 
 TABLES = {f.__name__: f for f in (coefficients, aims, campaigns, provenance, friction, friction_reuse, choices, numerics, grid, pile_up, windows, strips,
-                                  compaction, fluid, parts, mast_heights, first_impact, widths, costs)}
-TABLES |= {"load_factors": loads.load_factors, "load_factors_over_snow": lambda: loads.over_snow(loads.load_factors())}
+                                  compaction, fluid, parts, mast_heights, first_impact, widths, costs, loads.load_factors)}
+TABLES["load_factors_over_snow"] = lambda: loads.over_snow(loads.load_factors())

@@ -5,6 +5,8 @@ uncertainties that the rows state, of both values; nan where a row states none).
 ./run study --write puts the table.
 """
 
+import functools
+
 import numpy as np
 import pandas as pd
 
@@ -107,6 +109,7 @@ def arm_factors(rows, density=300.0):
 MAKERS = {"shape": shape_factors, "front": front_factors, "arm": arm_factors}
 
 
+@functools.cache
 def load_factors():
     """All factors, with a key for the texts: 'shape square_15 force 3 0.4'."""
     found = pd.concat([MAKERS[kind](read_rows(ROWS / f"{FILES[kind]}.csv")) for kind in FILES], ignore_index=True)

@@ -200,7 +200,7 @@ def block_heights(values):
     return markdown(["mast height over H", *keys], [[f"Fr {froude}", *(values.value("mast_heights", key, froude) for key in keys)] for froude in ("1", "3", "5")])
 
 
-def _factors(values, kind, label, columns, form=".2f", names=""):
+def _factors(values, kind, label, columns, names=""):
     """A row for each name of a kind of load; `columns`: (head, quantity, Froude number) each: the mean over M' and, if it varies, its range. Without
     columns that no row has. @param names  how the names begin"""
     table = values.tables["load_factors_over_snow"]
@@ -214,7 +214,7 @@ def _factors(values, kind, label, columns, form=".2f", names=""):
             if key not in table.index:
                 cells.append("–")
                 continue
-            low, mean, high = (values.value("load_factors_over_snow", key, f"factor{end}", form) for end in ("_low", "", "_high"))
+            low, mean, high = (values.value("load_factors_over_snow", key, f"factor{end}") for end in ("_low", "", "_high"))
             cells.append(mean if low == high else f"{mean} ({low} to {high})")
         rows.append([name.replace("_", " "), *cells])
     return markdown([label, *(head for head, *_ in columns)], rows)
