@@ -83,6 +83,17 @@ std::optional<Interval> Outline::section(double y) const {
   return cut.low < cut.high ? std::optional(cut) : std::nullopt;
 }
 
+Vec2 Outline::nearest_from_outside(const Vec2& x) const {
+  Vec2 nearest = x;
+  double least = infinite;  // square of the distance
+  for (const Side& side : sides_) {
+    if (side.distance(x) <= 0.0) continue;
+    const Vec2 point = side.nearest(x);
+    if (const double square = (x - point).squaredNorm(); square < least) least = square, nearest = point;
+  }
+  return nearest;
+}
+
 Outline::Nearest Outline::nearest(const Vec2& x) const {
   if (circle_) {
     const Vec2 arm = x - circle_->centre;
@@ -103,13 +114,8 @@ Outline::Nearest Outline::nearest(const Vec2& x) const {
   }
   if (sum != nearest.normal && sum.norm() > rounding) nearest.normal = sum.normalized();  // those of a thin plate cancel: the first
   if (nearest.distance > 0.0) {
-    double least = infinite;  // square of the distance
-    for (const Side& side : sides_) {
-      if (side.distance(x) <= 0.0) continue;
-      const Vec2 point = side.nearest(x);
-      if (const double square = (x - point).squaredNorm(); square < least) least = square, nearest.point = point;
-    }
-    nearest.distance = std::sqrt(least);
+    nearest.point = nearest_from_outside(x);
+    nearest.distance = (x - nearest.point).norm();
   } else {
     nearest.point = x - nearest.distance * nearest.normal;
   }
@@ -118,13 +124,9 @@ Outline::Nearest Outline::nearest(const Vec2& x) const {
 
 double Outline::distance(const Vec2& x) const {
   if (circle_) return (x - circle_->centre).norm() - circle_->radius;
-  double inside = -infinite, least = infinite;  // the distance inside; the square of that outside
-  for (const Side& side : sides_) {
-    const double d = side.distance(x);
-    inside = std::max(inside, d);
-    if (d > 0.0) least = std::min(least, (x - side.nearest(x)).squaredNorm());
-  }
-  return inside > 0.0 ? std::sqrt(least) : inside;
+  double inside = -infinite;
+  for (const Side& side : sides_) inside = std::max(inside, side.distance(x));
+  return inside > 0.0 ? (x - nearest_from_outside(x)).norm() : inside;
 }
 
 Outline::Nearest Outline::nearest_of_front(const Vec2& x) const {

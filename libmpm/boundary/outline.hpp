@@ -81,6 +81,8 @@ class Outline {
 
  private:
   void set_sides(const std::vector<Vec2>& corners);
+  /// The nearest point of a polygon. @param x  m, outside
+  [[nodiscard]] Vec2 nearest_from_outside(const Vec2& x) const;
 
   std::optional<Circle> circle_;
   std::vector<Side> sides_;
