@@ -200,38 +200,48 @@ def block_heights(values):
     return markdown(["mast height over H", *keys], [[f"Fr {froude}", *(values.value("mast_heights", key, froude) for key in keys)] for froude in ("1", "3", "5")])
 
 
-def _factors(values, kind, label, columns, names=""):
-    """A row for each name of a kind of load; `columns`: (head, quantity, Froude number) each: the mean over M' and, if it varies, its range. Without
-    columns that no row has. @param names  how the names begin"""
+def _factors(values, label, rows, columns):
+    """A table of factors: the mean over M' and, if it varies, its range. `rows`: label and what it puts into the keys; `columns`: head and key with a
+    place for that. Without columns that no row has."""
     table = values.tables["load_factors_over_snow"]
-    names = list(dict.fromkeys(key.split()[1] for key in table.index if key.startswith(f"{kind} {names}")))
-    columns = [column for column in columns if any(f"{kind} {name} {column[1]} {column[2]}" in table.index for name in names)]
-    rows = []
-    for name in names:
-        cells = []
-        for _, quantity, froude in columns:
-            key = f"{kind} {name} {quantity} {froude}"
-            if key not in table.index:
-                cells.append("–")
-                continue
-            low, mean, high = (values.value("load_factors_over_snow", key, f"factor{end}") for end in ("_low", "", "_high"))
-            cells.append(mean if low == high else f"{mean} ({low} to {high})")
-        rows.append([name.replace("_", " "), *cells])
-    return markdown([label, *(head for head, *_ in columns)], rows)
+    columns = [(head, key) for head, key in columns if any(key.format(name) in table.index for _, name in rows)]
+
+    def cell(key):
+        if key not in table.index:
+            return "–"
+        low, mean, high = (values.value("load_factors_over_snow", key, f"factor{end}") for end in ("_low", "", "_high"))
+        return mean if low == high else f"{mean} ({low} to {high})"
+
+    return markdown([label, *(head for head, _ in columns)], [[text, *(cell(key.format(name)) for _, key in columns)] for text, name in rows])
 
 
-def block_shape_factors(values, quantity):
-    return _factors(values, "shape", "over the square", [(f"Fr {froude}", quantity, froude) for froude in ("0.3", "1", "3", "5", "7")])
+def _names(values, kind):
+    keys = [key.split() for key in values.tables["load_factors_over_snow"].index]
+    return [(key[1].replace("_", " "), key[1]) for key in dict((key[1], key) for key in keys if key[0] == kind).values()]
 
 
-def block_fronts(values, names, *quantities):
-    """Columns of (name, quantity) for each Froude number. @param names  of the fronts, how they begin"""
-    columns = [(f"{name}, Fr {froude}", quantity, froude) for name, quantity in quantities for froude in ("1", "3", "5")]
-    return _factors(values, "front", "front, degrees; slip", columns, names=names)
+SLIPS = [(slip, slip) for slip in ("1", "0.7", "0.4", "0")]
+
+
+def block_shape_factors(values):
+    columns = [(f"{head}, Fr {froude}", f"shape {{}} {quantity} {froude}") for head, quantity in (("force", "force"), ("run-up", "runup")) for froude in ("0.3", "1", "3", "5", "7")]
+    return _factors(values, "over the square", _names(values, "shape"), columns)
+
+
+def block_peaks(values):
+    columns = [(f"{front}°, Fr {froude}", f"front front_{front}_slip_{{}} peak_force {froude}") for front in ("90", "45", "20") for froude in ("1", "3", "5")]
+    return _factors(values, "slip", SLIPS, columns)
+
+
+def block_sheared(values):
+    quantities = (("arm over H", "lever_arm"), ("force", "force_over_plug"), ("moment", "moment_over_plug"), ("run-up", "runup_over_plug"))
+    columns = [(f"{head}, Fr {froude}", f"front front_90_slip_{{}} {quantity} {froude}") for head, quantity in quantities for froude in ("1", "3", "5")]
+    return _factors(values, "slip", SLIPS, columns)
 
 
 def block_arms(values):
-    return _factors(values, "arm", "underside over H", [(f"{name}, Fr {froude}", name, froude) for name in ("drag", "lift") for froude in ("3", "5", "7")])
+    columns = [(f"{name}, Fr {froude}", f"arm {{}} {name} {froude}") for name in ("drag", "lift") for froude in ("3", "5", "7")]
+    return _factors(values, "underside over H", _names(values, "arm"), columns)
 
 
 def block_widths(values):
