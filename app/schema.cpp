@@ -25,11 +25,12 @@ void add_schema(CLI::App& app) {
   command->add_flag("--site", arguments->site, "Keys of the site files of `mpm design`");
   command->callback([arguments] {
     const bool json = arguments->json;
-    if (arguments->site) {
-      fmt::print("{}", json ? site_schema_json() : site_schema_text());
+    if (arguments->results) {
+      fmt::print("{}", json ? observers_json() : observers_markdown());
       return;
     }
-    fmt::print("{}", arguments->results ? (json ? observers_json() : observers_markdown()) : (json ? schema_json() : schema_text()));
+    const config::Reference reference = arguments->site ? site_reference() : case_reference();
+    fmt::print("{}", json ? config::reference_json(reference) : config::reference_text(reference));
   });
 }
 

@@ -10,7 +10,6 @@
 #include "libmpm/campaign/plan.hpp"
 #include "libmpm/config/guard.hpp"
 #include "libmpm/config/reader.hpp"
-#include "libmpm/config/reference.hpp"
 #include "libmpm/config/writer.hpp"
 #include "libmpm/impact/semi_empirical.hpp"
 
@@ -41,25 +40,17 @@ const config::SchemaOf<Site>& site_schema() {
     s.command = "mpm schema --site";
     s.table(
         "", "Keys above the first table", [](auto& site) -> auto& { return site; });
-    s.table(
-        "flow", "The avalanche before it meets the mast", [](auto& site) -> auto& { return site.flow; });
-    s.table("snow", "Parameters of the snow, instead of flow.snow_class; the page shows the range over all entries",
-            [](auto& site) { return &site.snows; });
-    s.table(
-        "mast", "The mast: rigid, upright, with separable Coulomb contact", [](auto& site) -> auto& { return site.mast; });
-    s.table(
-        "arm", "Cross-arm of the mast: a beam across the flow, as in a case file, heights above the ground; left out: none",
-        [](auto& site) -> auto& { return site.arm; });
-    s.table("mode", "Modes of vibration of the mast in the direction of the flow, any number", [](auto& site) { return &site.modes; });
-    s.table(
-        "range", "Uncertainty of the avalanche: the page scales the loads to the ends, without runs",
-        [](auto& site) -> auto& { return site.range; });
+    s.table("flow", "The avalanche before it meets the mast", &Site::flow);
+    s.table("snow", "Parameters of the snow, instead of flow.snow_class; the page shows the range over all entries", &Site::snows);
+    s.table("mast", "The mast: rigid, upright, with separable Coulomb contact", &Site::mast);
+    s.table("arm", "Cross-arm of the mast: a beam across the flow, as in a case file, heights above the ground; left out: none",
+            &Site::arm);
+    s.table("mode", "Modes of vibration of the mast in the direction of the flow, any number", &Site::modes);
+    s.table("range", "Uncertainty of the avalanche: the page scales the loads to the ends, without runs", &Site::range);
     s.table("scenario",
             "Up to three other avalanches at the same mast, as of other return periods: the page scales the loads, without runs",
-            [](auto& site) { return &site.scenarios; });
-    s.table(
-        "plan", "Grids and duration; if left out, they follow from the level (--quick or standard)",
-        [](auto& site) -> auto& { return site.plan; });
+            &Site::scenarios);
+    s.table("plan", "Grids and duration; if left out, they follow from the level (--quick or standard)", &Site::plan);
     return s;
   }();
   return schema;
@@ -146,16 +137,6 @@ std::vector<SiteSnow> members(const char* name, std::array<double, 3> friction, 
   return snows;
 }
 
-config::Reference reference() {
-  config::Reference r{.format_version = site_format_version, .files = "site files of mpm design"};
-  const Site empty;
-  for (const config::Table& table : site_schema().tables()) {
-    r.tables.push_back(config::table_info(table, &empty, false, false));
-    r.keys.insert(r.keys.end(), table.keys.begin(), table.keys.end());
-  }
-  return r;
-}
-
 }  // namespace
 
 Site parse_site(std::string_view text, std::string_view file_name) try {
@@ -186,7 +167,11 @@ std::vector<SiteSnow> design_snows(const Site& site) {
   return {};
 }
 
-std::string site_schema_text() { return config::reference_text(reference()); }
-std::string site_schema_json() { return config::reference_json(reference()); }
+config::Reference site_reference() {
+  config::Reference made{.format_version = site_format_version, .files = "site files of mpm design"};
+  const Site empty;
+  for (const config::Table& table : site_schema().tables()) made.add(table, &empty, false, false);
+  return made;
+}
 
 }  // namespace mpm

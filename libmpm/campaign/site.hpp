@@ -17,6 +17,7 @@
 
 #include "libmpm/base/types.hpp"
 #include "libmpm/boundary/arm_spec.hpp"
+#include "libmpm/config/reference.hpp"
 #include "libmpm/config/schema.hpp"
 
 namespace mpm {
@@ -313,9 +314,7 @@ struct Site {
 /// Table 1, M' = 1.0, 1.25, 1.5, as the guideline counts wet avalanches among the dense.
 [[nodiscard]] std::vector<SiteSnow> design_snows(const Site& site);
 
-/// The reference of site files that `mpm schema --site` prints: readable text.
-[[nodiscard]] std::string site_schema_text();
-/// The same as JSON, for scripts.
-[[nodiscard]] std::string site_schema_json();
+/// What `mpm schema --site` prints.
+[[nodiscard]] config::Reference site_reference();
 
 }  // namespace mpm

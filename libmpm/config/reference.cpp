@@ -24,8 +24,9 @@ std::string type_text(const KeyInfo& key) {
 
 }  // namespace
 
-TableInfo table_info(const Table& table, const void* empty, bool in_case, bool in_path) {
-  return {table.name, table.repeated, !table.repeated && table.entries(empty) == 0, in_case, in_path, table.description};
+void Reference::add(const Table& table, const void* empty, bool in_case, bool in_path) {
+  tables.push_back({table.name, table.repeated, !table.repeated && table.entries(empty) == 0, in_case, in_path, table.description});
+  keys.insert(keys.end(), table.keys.begin(), table.keys.end());
 }
 
 std::string reference_text(const Reference& reference) {

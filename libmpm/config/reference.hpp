@@ -31,15 +31,16 @@ namespace mpm::config {
 
 /// The keys of a kind of file.
 struct Reference {
-  int format_version;                ///< of case files
+  int format_version;                ///< of these files
   std::vector<TableInfo> tables;     ///< in the order in which they are written
   std::vector<KeyInfo> keys;         ///< table by table
   std::vector<ModelInfo> models;     ///< in the order of AnyMaterial; empty: files that name no law
   std::string files = "case files";  ///< kind of file
+
+  /// A table with its keys. @param empty  a file without any table. @param in_case, in_path  as in TableInfo
+  void add(const Table& table, const void* empty, bool in_case, bool in_path);
 };
 
-/// @param empty  a component without any table of the file. @param in_case, in_path  as in TableInfo
-[[nodiscard]] TableInfo table_info(const Table& table, const void* empty, bool in_case, bool in_path);
 /// Readable text: the tables with their keys, then the laws.
 [[nodiscard]] std::string reference_text(const Reference& reference);
 /// One JSON object {format_version, tables, models}.

@@ -88,8 +88,19 @@ class Schema {
 template <class Root>
 class SchemaOf : public Schema {
  public:
-  /// @param access  [](auto& root) -> auto& of the component that the table fills: the component itself, a std::optional of it (the table
-  ///                may be left out), or, for a repeated table, a pointer to its std::vector (null: entries are not possible)
+  /// @param member  of Root, that the table fills: a component, a std::optional of it (the table may be left out), or a std::vector (a
+  ///                repeated table)
+  template <class Member>
+  void table(std::string name, std::string description, Member Root::*member) {
+    if constexpr (requires(Member m) { m.emplace_back(); }) {
+      table(std::move(name), std::move(description), [member](auto& root) { return &(root.*member); });
+    } else {
+      table(
+          std::move(name), std::move(description), [member](auto& root) -> auto& { return root.*member; });
+    }
+  }
+  /// @param access  [](auto& root) -> auto& of the component that the table fills, or of a std::optional of it; for a repeated table a
+  ///                pointer to its std::vector (null: entries are not possible)
   template <class Access>
   void table(std::string name, std::string description, Access access) {
     using Part = std::remove_cvref_t<decltype(access(std::declval<Root&>()))>;

@@ -29,16 +29,7 @@ struct PathFile {
 [[nodiscard]] const config::SchemaOf<Case>& case_schema();      ///< of case files
 [[nodiscard]] const config::SchemaOf<PathFile>& path_schema();  ///< of point paths
 
-/// The tables, keys and laws, in the order in which they are written.
-[[nodiscard]] const std::vector<TableInfo>& schema_tables();
-/// All keys, table by table.
-[[nodiscard]] const std::vector<KeyInfo>& schema_keys();
-/// All laws.
-[[nodiscard]] const std::vector<ModelInfo>& schema_models();
-
-/// The reference that `mpm schema` prints: readable text, or one JSON object {format_version, tables, models}.
-[[nodiscard]] std::string schema_text();
-/// The same as JSON, for scripts.
-[[nodiscard]] std::string schema_json();
+/// What `mpm schema` prints: tables and keys of both kinds of files, and the laws.
+[[nodiscard]] const config::Reference& case_reference();
 
 }  // namespace mpm

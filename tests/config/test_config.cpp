@@ -86,8 +86,8 @@ TEST(Config, ReadsWhatItWritesOfEveryLaw) {
   const auto cases = law_cases();
   for (std::size_t i = 0; i < materials.size(); ++i) {
     EXPECT_EQ(parse_case(cases[i], "law.toml").material, materials[i]) << cases[i];
-    for (const KeyInfo& key : schema_keys()) {
-      const auto laws = schema_models();
+    for (const KeyInfo& key : case_reference().keys) {
+      const auto laws = case_reference().models;
       const auto law = std::ranges::find(laws, materials[i].name(), &ModelInfo::name);
       const bool has = key.table == "material" && std::ranges::find(law->keys, key.name) != law->keys.end();
       if (has && key.left_out.empty()) {
@@ -288,7 +288,7 @@ TEST(Config, OverrideOfOneSpeedReplacesTheOther) {
 }
 
 TEST(Config, TwoKeysOfTheSameQuantityAreRefusedInAFileAndInOverrides) {
-  for (const KeyInfo& key : schema_keys()) {
+  for (const KeyInfo& key : case_reference().keys) {
     for (const std::string& other : key.excludes) {
       SCOPED_TRACE(key.table + "." + key.name + " and " + other);
       const std::vector<std::string> both{key.table + "." + other + "=1", key.table + "." + key.name + "=1"};

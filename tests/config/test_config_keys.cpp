@@ -25,7 +25,7 @@ struct OneKey {
   const KeyInfo& key;
 
   [[nodiscard]] const TableInfo& table() const {
-    return *std::ranges::find_if(schema_tables(), [&](const TableInfo& t) { return t.name == key.table; });
+    return *std::ranges::find_if(case_reference().tables, [&](const TableInfo& t) { return t.name == key.table; });
   }
   /// Segments of a path are inline tables; other tables have a header.
   [[nodiscard]] bool inline_table() const { return table().repeated && key.table.find('.') != std::string::npos; }
@@ -102,7 +102,7 @@ struct HostileKey {
 template <class Chosen, class Check>
 void for_keys(Chosen&& chosen, Check&& check) {
   int tried = 0;
-  for (const KeyInfo& key : schema_keys()) {
+  for (const KeyInfo& key : case_reference().keys) {
     if (!chosen(key)) continue;
     SCOPED_TRACE(key.table + "." + key.name);
     check(HostileKey{key});
@@ -214,7 +214,7 @@ TEST(HostileKeys, MisspeltBringTheRightSuggestion) {
       wrongs.insert(wrongs.end(), {dropped, changed, doubled, swapped});
     }
     const auto is_key = [](const std::string& name) {
-      return std::ranges::any_of(schema_keys(), [&](const KeyInfo& k) { return k.name == name; });
+      return std::ranges::any_of(case_reference().keys, [&](const KeyInfo& k) { return k.name == name; });
     };
     for (const std::string& wrong : wrongs) {
       if (is_key(wrong)) continue;
@@ -245,16 +245,16 @@ TEST(HostileKeys, OfAWholeFileAreReportedInOneGo) {
   std::string text;
   std::vector<std::string> expected;
   int line = 0;
-  for (const TableInfo& table : schema_tables()) {
+  for (const TableInfo& table : case_reference().tables) {
     if (!table.in_case) continue;
     if (!table.name.empty()) text += (table.repeated ? "[[" + table.name + "]]" : "[" + table.name + "]") + "\n", ++line;
-    for (const KeyInfo& key : schema_keys()) {
+    for (const KeyInfo& key : case_reference().keys) {
       if (key.table != table.name) continue;
       text += key.name + " = 07:32:00\n";
       expected.push_back(fmt::format("file.toml:{}:{}: {}{} = ", ++line, key.name.size() + 4, OneKey{key}.label(), key.name));
     }
   }
-  const auto lines = OneKey{schema_keys().front()}.faults(text);
+  const auto lines = OneKey{case_reference().keys.front()}.faults(text);
   std::size_t at = 0;
   for (const std::string& start : expected) {
     while (at < lines.size() && !lines[at].starts_with(start)) ++at;
@@ -263,9 +263,9 @@ TEST(HostileKeys, OfAWholeFileAreReportedInOneGo) {
 }
 
 TEST(HostileTables, MisspeltBringTheRightSuggestionAndTwiceIsRefused) {
-  for (const TableInfo& table : schema_tables()) {
+  for (const TableInfo& table : case_reference().tables) {
     if (table.name.empty() || table.name.find('.') != std::string::npos) continue;
-    const OneKey file{*std::ranges::find_if(schema_keys(), [&](const KeyInfo& k) { return k.table == table.name; })};
+    const OneKey file{*std::ranges::find_if(case_reference().keys, [&](const KeyInfo& k) { return k.table == table.name; })};
     for (std::size_t i = 0; i < table.name.size(); ++i) {
       const std::string wrong = table.name.substr(0, i) + table.name.substr(i + 1);
       const std::string header = table.repeated ? "[[" + wrong + "]]\n" : "[" + wrong + "]\n";
@@ -287,7 +287,7 @@ class HostileLaw : public ::testing::TestWithParam<ModelInfo> {};
 TEST_P(HostileLaw, RefusesTheKeysOfOtherLawsAndAsksForItsOwn) {
   const ModelInfo& model = GetParam();
   const std::string head = "[material]\nmodel = \"" + model.name + "\"\n";
-  for (const KeyInfo& key : schema_keys()) {
+  for (const KeyInfo& key : case_reference().keys) {
     if (key.table != "material" || key.name == "model" || key.name == "density_kg_m3") continue;
     const bool own = std::ranges::find(model.keys, key.name) != model.keys.end();
     const std::string value = key.range                      ? exact(key, 0.5 * (key.range->low + key.range->high))
@@ -307,7 +307,7 @@ TEST_P(HostileLaw, RefusesTheKeysOfOtherLawsAndAsksForItsOwn) {
   }
 }
 
-INSTANTIATE_TEST_SUITE_P(Schema, HostileLaw, ::testing::ValuesIn(schema_models()), [](const auto& law) { return law.param.name; });
+INSTANTIATE_TEST_SUITE_P(Schema, HostileLaw, ::testing::ValuesIn(case_reference().models), [](const auto& law) { return law.param.name; });
 
 /// Valid cases that hold every table of a case between them: the examples.
 std::vector<Case> valid_cases() {
@@ -324,7 +324,7 @@ TEST(HostileKeys, AtTheEndsOfTheirRangesMakeAnEstimateOfNumbers) {
   int estimated = 0;
   for (const Case& valid : valid_cases()) {
     const std::string text = write_case(valid);
-    for (const KeyInfo& key : schema_keys()) {
+    for (const KeyInfo& key : case_reference().keys) {
       const OneKey file{key};
       if (!file.table().in_case || !numeric(key) || !key.range) continue;
       for (const double end : {key.range->low, key.range->high}) {

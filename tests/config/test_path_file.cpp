@@ -65,7 +65,7 @@ TEST(PathFile, SetReplacesKeysOfASegment) {
 }
 
 TEST(PathFile, FaultsOfEveryKeyAreReportedWithTheirPlace) {
-  for (const KeyInfo& key : schema_keys()) {
+  for (const KeyInfo& key : case_reference().keys) {
     if (!key.table.starts_with("path")) continue;
     SCOPED_TRACE(key.name);
     const bool segment = key.table == "path.segments";

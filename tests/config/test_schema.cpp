@@ -14,16 +14,16 @@ namespace {
 
 TEST(Schema, DeclaresEveryKeyOnceInAKnownTable) {
   std::set<std::string> tables;
-  for (const TableInfo& table : schema_tables()) EXPECT_TRUE(tables.insert(table.name).second) << table.name;
+  for (const TableInfo& table : case_reference().tables) EXPECT_TRUE(tables.insert(table.name).second) << table.name;
   std::set<std::pair<std::string, std::string>> seen;
-  for (const KeyInfo& key : schema_keys()) {
+  for (const KeyInfo& key : case_reference().keys) {
     EXPECT_TRUE(seen.insert({key.table, key.name}).second) << key.table << "." << key.name;
     EXPECT_TRUE(tables.contains(key.table)) << key.table;
   }
 }
 
 TEST(Schema, EveryKeyIsDescribedAndHasARangeOrChoicesWhereItsTypeAllowsThem) {
-  for (const KeyInfo& key : schema_keys()) {
+  for (const KeyInfo& key : case_reference().keys) {
     SCOPED_TRACE(key.table + "." + key.name);
     EXPECT_FALSE(key.description.empty());
     EXPECT_TRUE(!key.default_text.empty() || !key.required_when.empty());
@@ -38,7 +38,7 @@ TEST(Schema, UnitStandsAtTheEndOfTheName) {
   const std::pair<std::string, std::string> endings[] = {{"m", "_m"},         {"kg/m^3", "_kg_m3"}, {"Pa", "_pa"},      {"m/s", "_m_s"},
                                                          {"m/s^2", "_m_s2"},  {"deg", "_deg"},      {"s", "_s"},        {"1/s", ""},
                                                          {"min", "_minutes"}, {"Pa s", "_pa_s"},    {"cells", "_cells"}};
-  for (const KeyInfo& key : schema_keys()) {
+  for (const KeyInfo& key : case_reference().keys) {
     if (key.unit.empty()) continue;
     const auto ending = std::find_if(std::begin(endings), std::end(endings), [&](const auto& e) { return e.first == key.unit; });
     ASSERT_NE(ending, std::end(endings)) << key.name << ": unit " << key.unit << " has no ending here";
@@ -48,10 +48,10 @@ TEST(Schema, UnitStandsAtTheEndOfTheName) {
 
 TEST(Schema, KnowsTheLawsThatTheLibraryHas) {
   std::vector<std::string> declared;
-  for (const ModelInfo& model : schema_models()) {
+  for (const ModelInfo& model : case_reference().models) {
     declared.push_back(model.name);
     for (const std::string& name : model.keys) {
-      EXPECT_TRUE(std::any_of(schema_keys().begin(), schema_keys().end(),
+      EXPECT_TRUE(std::any_of(case_reference().keys.begin(), case_reference().keys.end(),
                               [&](const KeyInfo& key) { return key.table == "material" && key.name == name; }))
           << model.name << " uses " << name;
     }
@@ -64,14 +64,14 @@ TEST(Schema, KnowsTheLawsThatTheLibraryHas) {
 }
 
 TEST(Schema, ReferenceListsEveryTableKeyAndLaw) {
-  const std::string text = schema_text();
-  const auto json = nlohmann::json::parse(schema_json());
+  const std::string text = config::reference_text(case_reference());
+  const auto json = nlohmann::json::parse(config::reference_json(case_reference()));
   std::size_t keys_in_json = 0;
   for (const auto& table : json.at("tables")) keys_in_json += table.at("keys").size();
-  EXPECT_EQ(keys_in_json, schema_keys().size());
-  EXPECT_EQ(json.at("models").size(), schema_models().size());
-  for (const KeyInfo& key : schema_keys()) EXPECT_NE(text.find("\n  " + key.name + " "), std::string::npos) << key.name;
-  for (const ModelInfo& model : schema_models()) EXPECT_NE(text.find(model.name), std::string::npos) << model.name;
+  EXPECT_EQ(keys_in_json, case_reference().keys.size());
+  EXPECT_EQ(json.at("models").size(), case_reference().models.size());
+  for (const KeyInfo& key : case_reference().keys) EXPECT_NE(text.find("\n  " + key.name + " "), std::string::npos) << key.name;
+  for (const ModelInfo& model : case_reference().models) EXPECT_NE(text.find(model.name), std::string::npos) << model.name;
 }
 
 TEST(NearestWord, FindsSwapsOmissionsAndForgottenUnits) {
