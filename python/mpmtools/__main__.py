@@ -1,6 +1,7 @@
 """The command line: python3 -m mpmtools fit|plot|render|view|film|design|scale|import-avaframe|json-schema."""
 
 import argparse
+import importlib
 import os
 import sys
 import traceback
@@ -27,12 +28,12 @@ def parser():
     top.add_argument("--version", action="version", version=f"mpmtools {__version__}")
     commands = top.add_subparsers(dest="command", required=True, metavar="COMMAND", title="commands")
 
-    def command(name, text, run):
+    def command(name, text, module):  # loaded when the command is run: others do without its packages
         added = commands.add_parser(name, help=text, description=text[0].upper() + text[1:] + ".")
-        added.set_defaults(run=run)
+        added.set_defaults(module=module)
         return added
 
-    fit = command("fit", "the paper's regressions of run-up and pressure height (Eqs. 7 to 10) over tables of runs", run_fit)
+    fit = command("fit", "the paper's regressions of run-up and pressure height (Eqs. 7 to 10) over tables of runs", "fit.command")
     fit.add_argument("tables", nargs="+", metavar="RESULTS.csv", help="result tables of campaigns, one row a run")
     fit.add_argument("--filter", action="append", default=[], metavar="'COLUMN OP VALUE'", help=FILTER_HELP)
     fit.add_argument("--breakdown", action="store_true", help="errors by Froude number, M' and xi, too")
@@ -40,13 +41,13 @@ def parser():
     form.add_argument("--csv", choices=["coefficients", "scores"], help="one table as CSV; scores come with all their groups")
     form.add_argument("--json", action="store_true", help="everything as JSON")
 
-    plot = command("plot", "pictures of one run: heights, pressure profile, forces, side view", run_plot)
+    plot = command("plot", "pictures of one run: heights, pressure profile, forces, side view", "figures.run_pictures")
     plot.add_argument("directory", metavar="DIR", help="result folder of `mpm run`")
     plot.add_argument("--out", metavar="FOLDER", help="folder for the pictures (default: DIR/post)")
     plot.add_argument("--times", metavar="T,T,...", help="s: sections of the side view (default: first contact, middle, end)")
     plot.add_argument("--format", choices=["png", "pdf", "svg"], default="png")
 
-    render = command("render", "3D picture of one frame of a run, rendered by ParaView without a screen", run_render)
+    render = command("render", "3D picture of one frame of a run, rendered by ParaView without a screen", "figures.view_3d")
     render.add_argument("directory", metavar="DIR", help="result folder of `mpm run`, with frames")
     render.add_argument("--time", type=float, metavar="T", help="s; the nearest frame is taken (default: the last)")
     render.add_argument("--field", choices=["density", "pressure", "stress_xx", "velocity"], default="stress_xx",
@@ -54,13 +55,14 @@ def parser():
     render.add_argument("--out", metavar="FILE.png", help="picture to write (default: DIR/post/view_3d.png)")
     render.add_argument("--size", default="1600x1000", metavar="WIDTHxHEIGHT", help="pixels (default: %(default)s)")
 
-    view = command("view", "an interactive page of a run: rotate the view, play through time, choose the quantity that the colours show", run_view)
+    view = command("view", "an interactive page of a run: rotate the view, play through time, choose the quantity that the colours show",
+                   "figures.view_page")
     view.add_argument("directory", metavar="DIR", help="result folder of `mpm run`, with frames")
     view.add_argument("--out", metavar="FILE.html", help="page to write (default: DIR/post/view.html)")
     view.add_argument("--particles", type=int, default=6_000_000, metavar="N",
                       help="in all frames together; a run with more is thinned (default: %(default)s)")
 
-    film = command("film", "the snow of a run as a surface: a film of its frames, or a picture of one", run_film)
+    film = command("film", "the snow of a run as a surface: a film of its frames, or a picture of one", "figures.film")
     film.add_argument("directory", metavar="DIR", help="result folder of `mpm run`, with frames")
     film.add_argument("--time", type=float, metavar="T", help="s; a picture of the nearest frame in place of a film")
     film.add_argument("--field", choices=["snow", "speed", "pressure"], default="snow", help="what the colours show (default: %(default)s, white)")
@@ -69,10 +71,10 @@ def parser():
     film.add_argument("--slow", type=float, default=1.0, metavar="S", help="frames a second over those of real time (default: %(default)s)")
     film.add_argument("--kilobits", type=int, default=1200, metavar="N", help="a second of the film (default: %(default)s)")
 
-    design = command("design", "the page, the JSON and the tables of a design, from the finished runs of `mpm design`", run_design)
+    design = command("design", "the page, the JSON and the tables of a design, from the finished runs of `mpm design`", "design.page")
     design.add_argument("directory", metavar="DIR", help="folder of `mpm design`")
 
-    scale = command("scale", "predicted efficiency on many ranks, from the counts of a run on several ranks", run_scale)
+    scale = command("scale", "predicted efficiency on many ranks, from the counts of a run on several ranks", "scale")
     scale.add_argument("directory", metavar="DIR", help="result folder of such a run (it holds ranks.json)")
     scale.add_argument("--particles", default="1e8,1e9", metavar="N,N,...", help="default: %(default)s")
     scale.add_argument("--ranks", default="64,256,1024,4096", metavar="P,P,...", help="default: %(default)s")
@@ -82,7 +84,7 @@ def parser():
     scale.add_argument("--bandwidth-gb-s", type=float, default=1.0, metavar="B",
                        help="of the network for each rank: that of a node over its ranks (default: %(default)s)")
 
-    imported = command("import-avaframe", "a case and a site from an avalanche of AvaFrame's com1DFA at one point", run_import)
+    imported = command("import-avaframe", "a case and a site from an avalanche of AvaFrame's com1DFA at one point", "avaframe.case_files")
     imported.add_argument("directory", metavar="DIR", help="folder of the avalanche (with Inputs and Outputs), or of its rasters")
     imported.add_argument("--at", required=True, metavar="X,Y", help="the mast, in the coordinates of the rasters, m")
     imported.add_argument("--mast-width", type=float, default=1.0, metavar="W", help="m (default: %(default)s)")
@@ -96,63 +98,9 @@ def parser():
     imported.add_argument("--out", default="out/avaframe", metavar="FOLDER", help="for case.toml, inflow.csv, site.toml and terrain.asc (default: %(default)s)")
     imported.add_argument("--force", action="store_true", help="overwrite such files in FOLDER")
 
-    schema = command("json-schema", "the JSON schema of case files, for editors that complete and check keys as you type", run_schema)
+    schema = command("json-schema", "the JSON schema of case files, for editors that complete and check keys as you type", "json_schema")
     schema.add_argument("--out", metavar="FILE", help="file to write (default: standard output)")
     return top
-
-
-def run_scale(options):
-    from mpmtools import scale
-
-    scale.run_command(options)
-
-
-def run_schema(options):
-    from mpmtools import json_schema
-
-    json_schema.run_command(options)
-
-
-def run_import(options):
-    from mpmtools import avaframe
-
-    avaframe.run_command(options)
-
-
-def run_fit(options):
-    from mpmtools.fit import command
-
-    command.run(options)
-
-
-def run_plot(options):
-    from mpmtools.figures import run_pictures
-
-    run_pictures.run_command(options)
-
-
-def run_render(options):
-    from mpmtools.figures import view_3d
-
-    return view_3d.run_command(options)
-
-
-def run_view(options):
-    from mpmtools.figures import view_page
-
-    view_page.run_command(options)
-
-
-def run_film(options):
-    from mpmtools.figures import film
-
-    film.run_command(options)
-
-
-def run_design(options):
-    from mpmtools.design import page
-
-    page.run_command(options)
 
 
 def _unexpected(options, error):
@@ -166,7 +114,7 @@ def _unexpected(options, error):
 def main(arguments=None):
     options = parser().parse_args(arguments)
     try:
-        code = options.run(options) or 0
+        code = importlib.import_module(f"mpmtools.{options.module}").run_command(options) or 0
         if sys.stdout is not None:  # None: it is closed
             sys.stdout.flush()
         return code

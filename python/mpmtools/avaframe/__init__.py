@@ -8,6 +8,6 @@
   case_files    what is written
 """
 
-from mpmtools.avaframe.case_files import import_avalanche, run_command
+from mpmtools.avaframe.case_files import import_avalanche
 
-__all__ = ["import_avalanche", "run_command"]
+__all__ = ["import_avalanche"]

@@ -8,7 +8,7 @@ from mpmtools.fit.fits import coefficients_csv, fit_paper_sets, fits_json, score
 from mpmtools.fit.runs import RowFilter, read_runs_or_refuse
 
 
-def run(options):
+def run_command(options):
     table = read_runs_or_refuse(options.tables, [RowFilter(text) for text in options.filter])
     fits = fit_paper_sets(table.runs)
     if not any(s.fit for s in fits):
