@@ -1,5 +1,6 @@
 """A case: read, change, check and run it."""
 
+import contextlib
 import copy
 import os
 import pathlib
@@ -151,26 +152,16 @@ class Case(Mapping):
         keys = ("conveyor.inflow_csv", "terrain.file")
         return {key: (self.folder / self[key]).resolve() for key in keys if key in self}
 
+    @contextlib.contextmanager
     def as_file(self):
         """The case as a file that exists inside `with case.as_file() as path`, for a command of your own."""
-        return _CaseFile(self)
-
-
-class _CaseFile:
-    """The case as a file for as long as the program reads it."""
-
-    def __init__(self, case):
-        self.case = case
-
-    def __enter__(self):
-        self.folder = tempfile.TemporaryDirectory()
-        self.path = self.case.write(os.path.join(self.folder.name, "case.toml"))
-        return self.path
-
-    def __exit__(self, _, error, __):
-        self.folder.cleanup()
-        if isinstance(error, MpmError):  # the file is a temporary one
-            error.args = (re.sub(re.escape(str(self.path)) + r"(:\d+:\d+)?", "case", str(error)),)
+        with tempfile.TemporaryDirectory() as folder:
+            path = self.write(os.path.join(folder, "case.toml"))
+            try:
+                yield path
+            except MpmError as error:  # the file is a temporary one
+                error.args = (re.sub(re.escape(str(path)) + r"(:\d+:\d+)?", "case", str(error)),)
+                raise
 
 
 def _steps(key):

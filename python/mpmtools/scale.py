@@ -23,6 +23,7 @@ the efficiency by the largest load over the mean. In a flat layer wider than hig
 
 import math
 import os
+from typing import NamedTuple
 
 from mpmtools.errors import ConfigError, InputError
 from mpmtools.files import read_json
@@ -33,11 +34,9 @@ NAMES = ("steps", "particle_steps", "block_steps", "border_block_steps", "neighb
          "migrant_bytes", "exchanges", "reductions", "reduced_bytes", "gathers", "gathered_bytes")
 
 
-class Network:
-    """Latency of a message, s; bandwidth of a rank's connection, byte/s."""
-
-    def __init__(self, latency, bandwidth):
-        self.latency, self.bandwidth = latency, bandwidth
+class Network(NamedTuple):
+    latency: float  # of a message, s
+    bandwidth: float  # of a rank's connection, byte/s
 
 
 def read_counts(folder):

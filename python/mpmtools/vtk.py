@@ -6,12 +6,12 @@
 """
 
 import base64
-import os
 import xml.etree.ElementTree as xml
 
 import numpy as np
 
 from mpmtools.errors import InputError
+from mpmtools.files import whole_file
 from mpmtools.frame import AXES
 
 VTK_TYPES = {"f8": "Float64", "f4": "Float32", "i8": "Int64", "i4": "Int32", "u8": "UInt64", "u4": "UInt32", "u1": "UInt8", "i1": "Int8"}
@@ -75,11 +75,8 @@ def write_vtp(frame, path, whole=True):
     cells = xml.SubElement(piece, "Verts")
     _add_array(cells, "connectivity", np.arange(count, dtype=np.int64))
     _add_array(cells, "offsets", np.arange(1, count + 1, dtype=np.int64))
-    try:
-        xml.ElementTree(file).write(f"{path}.tmp", encoding="utf-8", xml_declaration=True)
-        os.replace(f"{path}.tmp", path)
-    except OSError as error:
-        raise InputError(f"cannot write '{path}': {error.strerror}") from None
+    with whole_file(path) as temporary:
+        xml.ElementTree(file).write(temporary, encoding="utf-8", xml_declaration=True)
 
 
 def _add_array(parent, name, array):
