@@ -7,6 +7,7 @@ images and needs no other file.
 usage: validation_report.py DIR
 """
 
+import base64
 import json
 import os
 import pathlib
@@ -19,8 +20,9 @@ import numpy as np
 from matplotlib.patches import Polygon
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent.parent / "python"))
-from mpmtools.figures.style import (COLOURS, MARKERS, REFERENCE_LINES, STYLE, breakable, clean, embed, finish_axes, inline,  # noqa: E402
-                                    plain_ticks, plt, png_data, short, use_style, verdict_class, write_page)
+from mpmtools.figures.style import (COLOURS, MARKERS, STYLE, breakable, finish_axes, inline, plain_ticks, plt, png_data,  # noqa: E402
+                                    short, use_style, verdict_class)
+from mpmtools.files import write_text  # noqa: E402
 from reports import interactive  # noqa: E402
 from reports.summary import REFERENCES, summary_figures  # noqa: E402
 from mpmtools.frame import Frame  # noqa: E402  (after the path to the package)
@@ -157,6 +159,19 @@ MACROS = r"""{% macro numbers(k) %}<td class="number" data-label="reference">{{ 
 <td class="number{{ '' if k.text.order else ' empty' }}" data-label="order">{{ k.text.order }}</td>{% endmacro %}
 {% macro bar(k) %}{% if k.tolerance_used is not none %}<i class="used" style="--share: {{ [100 * k.tolerance_used, 100]|min|round(1) }}%; --bar: var(--{{ 'good' if k.passed else 'bad' }})"></i>{% endif %}{% endmacro %}
 """
+
+
+REFERENCE_LINES = ("-", "-.", ":")  # to distinguish several references in one plot
+
+
+def clean(values):
+    return [float("nan") if v is None else v for v in values]
+
+
+def embed(path):
+    kind = "jpeg" if path.lower().endswith((".jpg", ".jpeg")) else "png"
+    with open(path, "rb") as file:
+        return f"data:image/{kind};base64," + base64.b64encode(file.read()).decode()
 
 
 def draw(plot):
@@ -340,7 +355,7 @@ def main():
         r=results, style=markupsafe.Markup(STYLE), failing=[c for c in results["cases"] if not c["passed"]], references=REFERENCES,
         summary_figures=summary_figures(results.get("summary", {"rows": [], "points": []}), {c["name"]: c["title"] for c in results["cases"]}),
         interactive_style=markupsafe.Markup(interactive.STYLE), script=markupsafe.Markup(interactive.SCRIPT))
-    write_page(os.path.join(directory, "index.html"), page)
+    write_text(os.path.join(directory, "index.html"), page)
 
 
 if __name__ == "__main__":

@@ -8,6 +8,7 @@ import copy
 import json
 
 from mpmtools.errors import MpmError
+from mpmtools.files import write_text
 from mpmtools.program import run_program
 
 NUMBER = {"type": "number"}
@@ -86,8 +87,6 @@ def _default(key):
 def run_command(options):
     text = json.dumps(case_schema(), indent=2) + "\n"
     if options.out:
-        from mpmtools.tables import write_text
-
         write_text(options.out, text)
     else:
         print(text, end="")

@@ -8,7 +8,7 @@ import numpy as np
 import pandas as pd
 
 from mpmtools.errors import InputError
-from mpmtools.files import read_text, write_text  # noqa: F401  (write_text: for those who write tables)
+from mpmtools.files import read_text
 from mpmtools.wording import counted
 
 

@@ -13,7 +13,8 @@ import pandas as pd
 from reports import change_points
 from mpmtools.errors import InputError
 from reports import interactive
-from mpmtools.figures.style import COLOURS, MARKERS, STYLE, finish_axes, plt, use_style, write_page
+from mpmtools.figures.style import COLOURS, MARKERS, STYLE, finish_axes, plt, use_style
+from mpmtools.files import write_text
 from mpmtools.files import read_text
 from mpmtools.paired_times import THRESHOLD
 from mpmtools.wording import counted
@@ -86,7 +87,7 @@ def write_dashboard(target, machine, rows=None, titles=None, measured=None):
     page = template.render(style=markupsafe.Markup(STYLE + interactive.STYLE), script=markupsafe.Markup(interactive.SCRIPT), sections=sections, commits=commits, kernels=kernels,
                            baseline=rows.baseline.iloc[0] if rows is not None else "", marked=marked, slower=sum(c["time"].ratio > 1.0 for c in times),
                            faster=sum(c["time"].ratio < 1.0 for c in times), threshold=f"{100 * THRESHOLD:.0f}", blocks=blocks, machine=machine)
-    write_page(str(target), page)
+    write_text(target, page)
     return found
 
 

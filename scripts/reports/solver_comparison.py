@@ -6,7 +6,8 @@ import jinja2
 import markupsafe
 
 from reports import interactive
-from mpmtools.figures.style import COLOURS, MARKERS, STYLE, breakable, finish_axes, plt, use_style, verdict_class, write_page
+from mpmtools.figures.style import COLOURS, MARKERS, STYLE, breakable, finish_axes, plt, use_style, verdict_class
+from mpmtools.files import write_text
 from mpmtools.files import read_json
 
 LEAST = 1e-3  # fraction of the tolerance below which differences are of no interest
@@ -53,7 +54,7 @@ def draw_comparison(directories, target):
                for s, c in by_solver.items()]
     environment = jinja2.Environment(autoescape=True, trim_blocks=True)
     environment.filters.update(breakable=breakable, verdict_class=verdict_class)
-    write_page(str(target), environment.from_string(TEMPLATE).render(style=markupsafe.Markup(STYLE + interactive.STYLE), script=markupsafe.Markup(interactive.SCRIPT),
+    write_text(target, environment.from_string(TEMPLATE).render(style=markupsafe.Markup(STYLE + interactive.STYLE), script=markupsafe.Markup(interactive.SCRIPT),
                                                                      cases=cases, solvers=solvers))
 
 

@@ -16,7 +16,8 @@ import numpy as np
 import pandas as pd
 
 from reports import interactive
-from mpmtools.figures.style import COLOURS, STYLE, breakable, finish_axes, plt, use_style, write_page
+from mpmtools.figures.style import COLOURS, STYLE, breakable, finish_axes, plt, use_style
+from mpmtools.files import write_text
 from mpmtools.files import read_text
 
 SERIES = ["level", "case", "kind", "quantity"]
@@ -107,7 +108,7 @@ def draw_history_page(path, target, level="standard"):
     page = environment.from_string(TEMPLATE).render(
         style=markupsafe.Markup(STYLE + interactive.STYLE), script=markupsafe.Markup(interactive.SCRIPT), level=level, recordings=recordings, kinds=KINDS, figures=figures,
         latest=rows[last & rows.worse].to_dict("records"), earlier=int((rows.worse & ~last).sum()), better=int((rows.better & last).sum()))
-    write_page(str(target), page)
+    write_text(target, page)
     return int((rows.worse & last).sum())
 
 

@@ -11,7 +11,7 @@ from mpmtools.design.cautions import advice_rows
 from mpmtools.design.headlines import pressure_heights
 from mpmtools.design.results import quantities_of
 from mpmtools.design.what_decides import scenario_rows, sensitivity_rows
-from mpmtools.tables import write_text
+from mpmtools.files import write_text
 
 
 def design_json(ensemble, results):

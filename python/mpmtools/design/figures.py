@@ -7,9 +7,8 @@ from matplotlib.colors import Normalize
 from mpmtools.design.ensemble import snow_cover
 from mpmtools.design.oscillator import shock_response_spectrum
 from mpmtools.design.results import LINE_LOADS
-from mpmtools.figures.axes import Picture, new_axes, picture
 from mpmtools.figures.snow_surface import SnowDensity, draw, standpoint
-from mpmtools.figures.style import COLOURS, MARKERS, finish_axes, plt, png_data
+from mpmtools.figures.style import COLOURS, MARKERS, Picture, finish_axes, new_axes, picture, plt, png_data
 from mpmtools.plots import Section, draw_section, section_half_width, stress_norm
 
 GREY = "#5a6675"

@@ -19,8 +19,8 @@ from mpmtools.design.loads import all_modes
 from mpmtools.design.results import Results, is_oblique
 from mpmtools.design.rounding import short, upward
 from mpmtools.errors import InputError
-from mpmtools.figures.style import STYLE, inline, use_style, write_page
-from mpmtools.tables import write_text
+from mpmtools.figures.style import STYLE, inline, use_style
+from mpmtools.files import write_text
 
 
 LEVELS = {
@@ -80,7 +80,7 @@ def make_page(folder):
             threads=middle.run.number("threads"), middle=ensemble.label(ensemble.middle),
             three_grids=len(plan["grids"]) > 2)
         path = os.path.join(folder, "design.html")
-        write_page(path, page)
+        write_text(path, page)
     except OSError as problem:
         raise InputError(f"cannot write to '{folder}': {problem.strerror}") from None
     lines = [f"{what}: {value} ({why})" for what, value, why in design]

@@ -1,4 +1,4 @@
-"""What the pages of this project share: style sheet, colours, and pictures as data addresses.
+"""What the pages of this project share: style sheet, colours, axes, and pictures as data addresses.
 
 A page holds its images and needs no other file.
 """
@@ -8,6 +8,7 @@ import html
 import io
 import math
 import re
+from typing import NamedTuple
 
 import markupsafe
 import matplotlib
@@ -16,11 +17,8 @@ matplotlib.use("svg")
 import matplotlib.pyplot as plt  # noqa: E402  (after the backend is chosen)
 from matplotlib.ticker import FixedLocator, FuncFormatter, MaxNLocator, NullFormatter  # noqa: E402
 
-from mpmtools.files import write_text  # noqa: E402
-
 # Distinct in hue and in lightness, so that they survive colour blindness and a grey printer.
 COLOURS = ["#1f6fb4", "#d1601f", "#2e8b57", "#8b4fa8", "#b3262e", "#6b6b00", "#008b9a", "#9c5b3b"]
-REFERENCE_LINES = ("-", "-.", ":")  # to distinguish several references in one plot
 MARKERS = ["o", "s", "^", "D", "v", "P", "X", "*"]
 
 STYLE = r""":root { --ink: #1c2430; --soft: #5a6675; --line: #d9dee5; --tint: #f5f7fa; --good: #1c7a43; --bad: #b3262e; --accent: #1f6fb4; }
@@ -125,10 +123,6 @@ def short(value):
     return "" if value is None else f"{value + 0.0:.4g}"  # + 0.0: a negative zero is 0
 
 
-def clean(values):
-    return [float("nan") if v is None else v for v in values]
-
-
 def finish_axes(axes):
     axes.grid(True, which="major", color="#e3e7ec", linewidth=0.8)
     axes.set_axisbelow(True)
@@ -136,18 +130,36 @@ def finish_axes(axes):
         axes.spines[side].set_visible(False)
 
 
-def svg_data(figure):
-    stream = io.BytesIO()
-    figure.savefig(stream, format="svg", metadata={"Date": None})
-    plt.close(figure)
-    return "data:image/svg+xml;base64," + base64.b64encode(stream.getvalue()).decode()
+def new_axes(width=6.2, height=4.3):
+    return plt.subplots(figsize=(width, height), layout="constrained")[1]
+
+
+class Picture(NamedTuple):
+    title: str
+    caption: str
+    data: str  # data address
+
+
+def picture(axes, title, x, y, caption="", legend=True, **arguments):
+    """Finishes axes and makes a picture of their figure; further arguments go to the legend."""
+    axes.set_title(title, fontsize=10.5, loc="left")
+    axes.set(xlabel=x, ylabel=y)
+    finish_axes(axes)
+    if legend and (arguments.get("handles") or axes.get_legend_handles_labels()[0]):
+        axes.legend(**{"fontsize": 8.5, "frameon": True, "framealpha": 0.9, "edgecolor": "none", **arguments})
+    return Picture(title, caption, _data_address(axes.figure, "svg+xml", format="svg", metadata={"Date": None}))
 
 
 def png_data(figure):
+    return _data_address(figure, "png", format="png", dpi=130, metadata={"Software": None})
+
+
+def _data_address(figure, kind, **options):
+    """The image of a figure, which is closed. @param options  of savefig"""
     stream = io.BytesIO()
-    figure.savefig(stream, format="png", dpi=130, metadata={"Software": None})
+    figure.savefig(stream, **options)
     plt.close(figure)
-    return "data:image/png;base64," + base64.b64encode(stream.getvalue()).decode()
+    return f"data:image/{kind};base64," + base64.b64encode(stream.getvalue()).decode()
 
 
 def nice_ticks(low, high):
@@ -182,17 +194,6 @@ def plain_ticks(axis, values):
         axis.set_minor_formatter(NullFormatter())
 
 
-def embed(path):
-    kind = "jpeg" if path.lower().endswith((".jpg", ".jpeg")) else "png"
-    with open(path, "rb") as file:
-        return f"data:image/{kind};base64," + base64.b64encode(file.read()).decode()
-
-
 def use_style():
     """Sets what all figures have in common."""
     matplotlib.rcParams.update({"font.size": 10, "svg.hashsalt": "libmpm", "axes.edgecolor": "#5a6675"})
-
-
-def write_page(target, page):
-    """Writes a page whole."""
-    write_text(target, page)

@@ -6,8 +6,7 @@ Every function takes a Study (page.py), and draws tables that tables.py calls ev
 import numpy as np
 
 from analysis.axes import Drawn, decades, froude_colour, number, per_cent, scatter_runs
-from mpmtools.figures.axes import new_axes, picture
-from mpmtools.figures.style import COLOURS, MARKERS
+from mpmtools.figures.style import COLOURS, MARKERS, new_axes, picture
 from analysis.summary import NAMES, interval
 from analysis.jams import LEAST_STATIC, LIMIT
 from mpmtools.fit.regression import EQUATIONS

@@ -7,8 +7,7 @@ import os
 
 from analysis import loads
 from analysis.axes import Drawn, froude_colour
-from mpmtools.figures.axes import new_axes, picture
-from mpmtools.figures.style import COLOURS, MARKERS, plain_ticks
+from mpmtools.figures.style import COLOURS, MARKERS, new_axes, picture, plain_ticks
 from mpmtools.scores import levels
 from mpmtools.tables import read_series
 

@@ -13,7 +13,8 @@ import pandas as pd
 
 from analysis.axes import Drawn, number, per_cent
 from analysis import evidence_figures, extension_figures, paper_figures, summary
-from mpmtools.figures.style import STYLE, inline, use_style, write_page
+from mpmtools.figures.style import STYLE, inline, use_style
+from mpmtools.files import write_text
 from analysis.summary import SETS
 from mpmtools.files import read_json
 from mpmtools.scores import levels
@@ -194,7 +195,7 @@ def draw_page(target, folders, extensions=None):
         style=markupsafe.Markup(STYLE), study=study.fit, name=study.name, sections=sections, tables=tables,
         headline=summary.headline(studies), matrix=summary.matrix(studies),
         others=studies[1:], cautions=cautions_of(study))
-    write_page(target, page)
+    write_text(target, page)
 
 
 def _first_drawn(studies, draw):

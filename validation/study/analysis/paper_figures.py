@@ -7,9 +7,8 @@ import numpy as np
 from matplotlib.patches import Rectangle
 
 from analysis.axes import Drawn, decades, froude_colour, number, per_cent, scatter_runs
-from mpmtools.figures.axes import Picture, new_axes, picture
 from mpmtools.figures.colours import STRESS_COLOURS
-from mpmtools.figures.style import COLOURS, MARKERS, finish_axes, plt, png_data
+from mpmtools.figures.style import COLOURS, MARKERS, Picture, finish_axes, new_axes, picture, plt, png_data
 
 COMPRESSIBILITY = {0.05: 205.3, 0.15: 127.1, 0.5: 107.5, 1.5: 102.4, 5.0: 100.7, 15.0: 100.2}  # chi(25 kPa) in per cent, Table 1
 THREE_XI = (5.0, 0.5, 0.05)  # of Figs. A2 to A5

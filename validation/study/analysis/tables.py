@@ -8,13 +8,13 @@ import pandas as pd
 from analysis.fits import own_coefficients
 from mpmtools import equations
 from mpmtools.errors import ConfigError
-from mpmtools.files import read_toml
+from mpmtools.files import read_toml, write_text
 from mpmtools.scores import levels
 from analysis import campaigns, grids, guideline, histories, jams, published, refinement, rheology, sensitivity, uncertainty, width, yardstick
 from mpmtools.fit.fits import coefficients_csv, evaluated_by, fit_paper_sets, fits_json, scores_csv
 from mpmtools.fit.regression import EQUATIONS
 from mpmtools.fit.runs import read_runs_or_refuse, read_study_table
-from mpmtools.tables import csv_text, write_text
+from mpmtools.tables import csv_text
 from mpmtools.wording import counted
 
 POINT_COLUMNS = ["froude_number", "critical_state_slope", "cohesion_beta", "hardening_xi", "effective_friction", "relative_width", "runup",
