@@ -5,6 +5,7 @@ mode (vibration.py), or acts where the mode has its unit of displacement.
 """
 
 import numpy as np
+import scipy.signal
 
 
 def equivalent_static_force(interval, force, frequency, damping):
@@ -16,18 +17,8 @@ def equivalent_static_force(interval, force, frequency, damping):
     omega = 2.0 * np.pi * frequency
     damped = omega * np.sqrt(1.0 - damping**2)
     decay = np.exp(-damping * omega * interval)
-    c, s = decay * np.cos(damped * interval), decay * np.sin(damped * interval)
-    # state (k u, k u'/damped) relative to the static response F: rotates and decays
-    a = damping * omega / damped
-    response = np.empty(len(force))
-    u, v = 0.0, 0.0
-    for i, f in enumerate(force):
-        d = u - f
-        b = v + a * d
-        d, b = c * d + s * b, c * b - s * d
-        u, v = f + d, b - a * d
-        response[i] = u
-    return response
+    c, s = decay * np.cos(damped * interval), decay * np.sin(damped * interval) * damping * omega / damped
+    return scipy.signal.lfilter([1.0 - c - s, decay**2 - c + s], [1.0, -2.0 * c, decay**2], force)
 
 
 def shock_response_spectrum(interval, force, frequencies, damping):
