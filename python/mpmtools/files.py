@@ -2,9 +2,12 @@
 
 import contextlib
 import json
+import math
 import os
 import secrets
 import tomllib
+
+import numpy as np
 
 from mpmtools.errors import ConfigError, InputError
 
@@ -64,6 +67,17 @@ def read_json(path, remedy="compute it again"):
     if not isinstance(content, dict):
         raise InputError(f"{path}: it holds no JSON object; {remedy}")
     return content
+
+
+def plain(value):
+    """Python's own types, for JSON; numbers that are none, or infinite, become None."""
+    if isinstance(value, dict):
+        return {key: plain(v) for key, v in value.items()}
+    if isinstance(value, (list, tuple)):
+        return [plain(v) for v in value]
+    if isinstance(value, (float, np.floating)):
+        return float(value) if math.isfinite(value) else None
+    return value.item() if isinstance(value, np.generic) else value
 
 
 def read_toml(path):

@@ -11,40 +11,38 @@ from mpmtools.design.cautions import advice_rows
 from mpmtools.design.headlines import pressure_heights
 from mpmtools.design.results import quantities_of
 from mpmtools.design.what_decides import scenario_rows, sensitivity_rows
-from mpmtools.files import write_text
+from mpmtools.files import plain, write_text
 
 
 def design_json(ensemble, results):
+    """What design.json holds, as a dict; None: not known."""
     plan = ensemble.plan
-
-    def plain(value):
-        return value if value is not None and math.isfinite(value) else None
-
     (chosen, force), (of_moment, moment) = results.design_force(), results.design_moment()
+    arm = {"design_arm_force_n": results.arm_force()[1], "design_arm_lift_n": results.arm_force(name="arm_lift")[1]} if "arm" in plan else {}
     quantities = {}
     for q in quantities_of(plan):
-        r = results.ranges[q.key]
         quantities[q.key] = {
             "label": q.label,
-            "range": {name: plain(getattr(r, name)) for name in r._fields},
+            "range": results.ranges[q.key]._asdict(),
             "snows": {plan["snows"][i]["name"]: {
-                "value": plain(e.value), "by_grid": [plain(v) for v in e.by_grid], "grid_uncertainty": plain(e.grid), "gci": plain(e.gci), "order": plain(e.order),
-                "known_uncertainty": plain(e.known), "standard_error": plain(e.standard_error), "uncertainty": plain(e.total), "note": e.note}
+                "value": e.value, "by_grid": e.by_grid, "grid_uncertainty": e.grid, "gci": e.gci, "order": e.order,
+                "known_uncertainty": e.known, "standard_error": e.standard_error, "uncertainty": e.total, "note": e.note}
                       for i, e in enumerate(row[q.key] for row in results.table)}}
-    return {"format_version": 1, "mpmtools": __version__, "plan": plan,
-            "design_force_n": plain(force), "design_force_is": chosen, "design_moment_n_m": plain(moment), "design_moment_is": of_moment,
-            **({"design_arm_force_n": plain(results.arm_force()[1]), "design_arm_lift_n": plain(results.arm_force(name="arm_lift")[1])} if "arm" in plan else {}),
-            "pressure_heights": [{"value_m": plain(h), "source": source} for h, source in pressure_heights(ensemble, results)],
-            "quantities": quantities, "guideline_loads": [row._asdict() for row in comparison.guideline_loads(plan)],
-            "scenarios": [{"name": name, **other._asdict(), "force_n": plain(force), "moment_n_m": plain(moment), "scaling_error": error,
-                           "pressure_height_m": plain(heights[0]), "runup_m": plain(heights[1])}
-                          for name, other, force, moment, error, heights in scenario_rows(ensemble, results)],
-            "sensitivity": [{"what": what, "force": force_change, "moment": moment_change}
-                            for what, force_change, moment_change in sensitivity_rows(ensemble, results)],
-            "guideline": [{"what": what, "value_m": value, "source": source} for what, value, source in comparison.guideline_rows(plan)],
-            "equations": comparison.equation_rows(plan), "equation_remarks": comparison.equation_remarks(plan),
-            "advice": [{"text": text, "snows": snows} for text, snows in advice_rows(ensemble, results)],
-            "known_uncertainty_is_of": comparison.known_uncertainty_remark(plan) or None}
+    return plain({
+        "format_version": 1, "mpmtools": __version__, "plan": plan,
+        "design_force_n": force, "design_force_is": chosen, "design_moment_n_m": moment, "design_moment_is": of_moment,
+        **arm, "pressure_heights": [{"value_m": h, "source": source} for h, source in pressure_heights(ensemble, results)],
+        "quantities": quantities, "guideline_loads": [row._asdict() for row in comparison.guideline_loads(plan)],
+        "scenarios": [{"name": name, **other._asdict(), "force_n": force, "moment_n_m": moment, "scaling_error": error,
+                       "pressure_height_m": heights[0], "runup_m": heights[1]}
+                      for name, other, force, moment, error, heights in scenario_rows(ensemble, results)],
+        "sensitivity": [{"what": what, "force": force_change, "moment": moment_change}
+                        for what, force_change, moment_change in sensitivity_rows(ensemble, results)],
+        "guideline": [{"what": what, "value_m": value, "source": source} for what, value, source in comparison.guideline_rows(plan)],
+        "equations": comparison.equation_rows(plan), "equation_remarks": comparison.equation_remarks(plan),
+        "advice": [{"text": text, "snows": snows} for text, snows in advice_rows(ensemble, results)],
+        "known_uncertainty_is_of": comparison.known_uncertainty_remark(plan) or None,
+    })
 
 
 def write_tables(ensemble, results, spectrum):

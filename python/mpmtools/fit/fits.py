@@ -1,7 +1,6 @@
 """Both regressions on both fitting sets of the paper, and their scores by every input."""
 
 import json
-import math
 import os
 import subprocess
 from dataclasses import dataclass, field
@@ -12,6 +11,7 @@ import pandas as pd
 import mpmtools
 from mpmtools.equations import relative_height
 from mpmtools.errors import ConfigError
+from mpmtools.files import plain
 from mpmtools.scores import SCORES, compute_scores, levels, same_input, scores_by_group
 from mpmtools.fit.regression import EQUATIONS, HeightFit, fit_heights
 from mpmtools.tables import csv_text
@@ -152,7 +152,7 @@ def evaluated_by():
 def fits_json(fits, table):
     """Everything of the fits, the published values, and what the table left out, as JSON. What is unknown or infinite is
     null."""
-    return json.dumps(_plain({
+    return json.dumps(plain({
         "evaluated_by": evaluated_by(), "files": table.files, "rows": table.rows, "runs": len(table.runs),
         "left_out": [{"reason": reason, "rows": rows} for reason, rows in table.left_out.items()],
         "cautions": table.cautions, "provenance": table.provenance, "fits": [_fit_dict(s) for s in fits],
@@ -178,14 +178,3 @@ def _coefficient_dict(row):
     row = {key: value for key, value in row.items() if key not in ("equation", "fitting_set")}
     row["interval"] = [row.pop("interval_from"), row.pop("interval_to")]
     return row
-
-
-def _plain(value):
-    """Python's own types, for JSON; numbers that are none become None."""
-    if isinstance(value, dict):
-        return {key: _plain(v) for key, v in value.items()}
-    if isinstance(value, (list, tuple)):
-        return [_plain(v) for v in value]
-    if isinstance(value, (float, np.floating)):
-        return float(value) if math.isfinite(value) else None
-    return value.item() if isinstance(value, np.generic) else value
