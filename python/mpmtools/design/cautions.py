@@ -43,10 +43,9 @@ def advice_rows(ensemble, results):
             shares.append((label, entry.grid / entry.value))
     coarse = [f"{label} {100.0 * share:.0f} %" for label, share in shares if share > NOT_DETERMINED]
     if coarse:
-        finer = finer_grid(plan)
+        remedy = finer_grid(plan)
         rows.append((f"The grids are too coarse: their uncertainty is more than a third of the value ({', '.join(coarse)}). "
-                     + (f"Plan a finer grid: [plan] finest_cells = {finer[0]}, about {finer[1]:.0f} times the work" if finer
-                        else "No finer grid can be planned"), ""))
+                     f"{remedy[0].upper()}{remedy[1:]}", ""))
     (_, own_force), (_, own_moment) = results.design_force(), results.design_moment()
     of_arm = [max(values) for values in zip((0.0, 0.0), *((force, force * at) for force, at in results.arm_loads().values()))]
     greater = {}  # row: its loads that are

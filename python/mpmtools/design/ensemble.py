@@ -69,11 +69,6 @@ class Ensemble:
         return self.base + flow["depth_m"] + flow["velocity_m_s"] ** 2 / (2.0 * flow["gravity_m_s2"])
 
     @property
-    def finest(self):
-        """The run of each snow on the finest grid."""
-        return [row[-1] for row in self.runs]
-
-    @property
     def middle(self):
         """Number of the snow in the middle of the range, by M'."""
         order = sorted(range(len(self.runs)), key=lambda i: self.plan["snows"][i]["effective_friction"])

@@ -15,9 +15,12 @@ FINER = (5, 7, 11, 15, 21)  # cells that [plan] finest_cells takes
 
 
 def finer_grid(plan):
-    """(finest_cells to plan, times the work); None: this is the finest."""
+    """What to do where the grids are too coarse."""
     cells = plan["grids"][-1]["cells"]
-    return next(((n, (n / cells) ** 4) for n in FINER if n > cells), None)
+    finer = next((n for n in FINER if n > cells), None)
+    if finer is None:
+        return "no finer grid can be planned"
+    return f"plan a finer grid: [plan] finest_cells = {finer}, about {(finer / cells) ** 4:.0f} times the work"
 
 
 def longer(plan):
@@ -49,14 +52,13 @@ def run_up_row(ensemble, results):
     parts = (f"Steady mean: {mean}; "
              f"first splash: {short(splash.highest)} m on the finest grid, upper value {upward(splash.high)} m")
     growing = still_growing(ensemble, results, "run-up")
-    finer = finer_grid(ensemble.plan)
     if growing:
         reason = growing
     elif math.isfinite(entry.total) and entry.total <= NOT_DETERMINED * entry.value:
         return upward(results.ranges[key].high) + " m", f"upper value of: {what}. {parts}"
     else:
         reason = (f"The uncertainty of the grid is more than a third of the value ({what}): the grids are too coarse for a statement; "
-                  + (f"plan a finer grid: [plan] finest_cells = {finer[0]}, about {finer[1]:.0f} times the work" if finer else "no finer grid can be planned"))
+                  f"{finer_grid(ensemble.plan)}")
     return (f"not determined ({'still growing, ' if growing else ''}{value_and_error(entry.value, entry.total)} m)",
             f"{reason}. Until then keep parts above {upward(max(results.ranges[key].high, ensemble.bound))} m. {parts}")
 
