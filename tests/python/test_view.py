@@ -19,6 +19,26 @@ from test_run import CASE, RunFolder
 BROWSER = shutil.which("chromium")
 
 
+# Added to a page: what its picture shows, as attributes of its body.
+PIXELS = """
+<script>
+const waiting = setInterval(() => {
+  if (document.body.dataset.state !== "ready") return;
+  clearInterval(waiting);
+  const canvas = document.querySelector("canvas"), gl = canvas.getContext("webgl2"), pixels = new Uint8Array(4 * canvas.width * canvas.height);
+  gl.readPixels(0, 0, canvas.width, canvas.height, gl.RGBA, gl.UNSIGNED_BYTE, pixels);
+  let coloured = 0, cut = 0;
+  for (let i = 0; i < pixels.length; i += 4) coloured += Math.max(...pixels.subarray(i, i + 3)) - Math.min(...pixels.subarray(i, i + 3)) > 24;
+  document.body.dataset.coloured = (coloured / (pixels.length / 4)).toFixed(4);  // share of the picture that is neither white nor grey
+  const white = (x, y) => { const i = 4 * (x + y * canvas.width); return pixels[i] + pixels[i + 1] + pixels[i + 2] === 765; };
+  for (let x = 0; x < canvas.width; ++x) cut += !white(x, 0) + !white(x, canvas.height - 1);
+  for (let y = 0; y < canvas.height; ++y) cut += !white(0, y) + !white(canvas.width - 1, y);
+  document.body.dataset.cut = cut;  // pixels of the edge that show something
+}, 50);
+</script>
+"""
+
+
 def unpack(text, kind):
     return np.frombuffer(gzip.decompress(base64.b64decode(text)), kind)
 
@@ -128,11 +148,13 @@ class Pages(ViewFolder):
 
 @unittest.skipUnless(BROWSER, "needs Debian's chromium")
 class Browser(ViewFolder):
-    def opened(self, address):
-        """What the page says of itself in headless Chromium, drawn by the processor."""
+    def opened(self, path, begin=""):
+        """What a page and its picture are in headless Chromium, drawn by the processor. @param begin  of the page, such as #frame=1"""
+        page = path.read_text(encoding="utf-8").replace("{ antialias: true }", "{ antialias: true, preserveDrawingBuffer: true }")
+        self.write("opened.html", page + PIXELS)
         done = subprocess.run([BROWSER, "--headless=new", "--no-sandbox", "--disable-gpu", "--use-gl=angle", "--use-angle=swiftshader",
                                "--enable-unsafe-swiftshader", "--window-size=600,500", "--virtual-time-budget=20000",
-                               f"--user-data-dir={self.folder / 'profile'}", "--dump-dom", address],
+                               f"--user-data-dir={self.folder / 'profile'}", "--dump-dom", f"file://{self.folder}/opened.html{begin}"],
                               capture_output=True, text=True, timeout=120, check=False)
         body = re.search(r"<body([^>]*)>", done.stdout)
         self.assertIsNotNone(body, done.stderr[-2000:])
@@ -141,7 +163,7 @@ class Browser(ViewFolder):
 
     def test_draws_the_frame_that_is_asked_for(self):
         path = view_page.write_view(self.folder, self.folder / "view.html")
-        state, shown, page = self.opened(f"file://{path}#frame=1&field=pressure")
+        state, shown, page = self.opened(path, "#frame=1&field=pressure")
         self.assertEqual((state["state"], state["frame"], state["particles"], shown), ("ready", "1", "400", "1.50 s"), page[-500:])
         self.assertGreater(float(state["coloured"]), 0.02)  # of the picture
         self.assertIn("pressure (kPa)", page)
@@ -151,7 +173,7 @@ class Browser(ViewFolder):
         shares = []
         for height in (-1.0, 2.0):  # below the particles, and as a roof over them
             self.put_on(lambda x, y: height)
-            state, _, _ = self.opened(f"file://{view_page.write_view(self.folder, self.folder / 'view.html')}")
+            state, _, _ = self.opened(view_page.write_view(self.folder, self.folder / "view.html"))
             self.assertEqual((state["state"], state["particles"]), ("ready", "400"))
             shares.append(float(state["coloured"]))
         self.assertLess(shares[1], 0.8 * shares[0])  # of three sides that the camera sees, the roof hides one
@@ -163,7 +185,7 @@ class Browser(ViewFolder):
                     values = file[name][:1]
                     del file[name]
                     file[name] = values
-        state, _, _ = self.opened(f"file://{view_page.write_view(self.folder, self.folder / 'view.html')}")
+        state, _, _ = self.opened(view_page.write_view(self.folder, self.folder / "view.html"))
         self.assertEqual(state["particles"], "1")
         self.assertLess(float(state["coloured"]), 0.02)
 
