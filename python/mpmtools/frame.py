@@ -52,6 +52,14 @@ AXES = {"kirchhoff_stress_pa": ("xx", "yy", "zz", "xy", "xz", "yz"), "velocity_g
 UNIT = re.compile(r"_(kg_m3|m_s|m3|1_s|pa|m)$")
 
 
+def mirror_image(name, array, axis):
+    """An array of the particles behind the mirror plane: a component changes its sign if it names the axis an odd number of times."""
+    if name not in AXES:
+        return array
+    signs = np.array([(-1.0) ** component.count(axis) for component in AXES[name]], array.dtype)
+    return array * signs.reshape(array.shape[1:])
+
+
 class Frame(Mapping):
     """One stored state: a mapping from the names of its arrays to the arrays, each read when it is asked for; `attributes` holds time_s and more."""
 
@@ -95,12 +103,9 @@ class Frame(Mapping):
         return table.set_index("id") if "id" in table else table
 
     def whole(self, name):
-        """An array for the whole flow: where half of it was computed, the mirror image at y = 0 follows. For positions, velocities and
-        scalars."""
+        """An array for the whole flow: where half of it was computed, the mirror image at y = 0 follows."""
         array = self[name]
-        if not self.attributes.get("mirror_y"):
-            return array
-        return np.concatenate([array, array * [1.0, -1.0, 1.0] if array.ndim == 2 else array])
+        return np.concatenate([array, mirror_image(name, array, "y")]) if self.attributes.get("mirror_y") else array
 
     @cached_property
     def _names(self):

@@ -12,7 +12,7 @@ import numpy as np
 
 from mpmtools.errors import InputError
 from mpmtools.files import whole_file
-from mpmtools.frame import AXES
+from mpmtools.frame import mirror_image
 
 VTK_TYPES = {"f8": "Float64", "f4": "Float32", "i8": "Int64", "i4": "Int32", "u8": "UInt64", "u4": "UInt32", "u1": "UInt8", "i1": "Int8"}
 NOT_DATA = {"vertex"}  # a frame's own list of cells, for frames.xdmf
@@ -35,19 +35,11 @@ def vtk_arrays(frame, whole=True):
         data["speed_m_s"] = np.linalg.norm(data["velocity_m_s"], axis=1)
     for axis in "xy":
         if whole and frame.attributes.get(f"mirror_{axis}"):
-            points = np.concatenate([points, points * [-1.0 if a == axis else 1.0 for a in "xyz"]])
-            data = {name: np.concatenate([array, _image(name, array, axis)]) for name, array in data.items()}
+            points = np.concatenate([points, mirror_image("position_m", points, axis)])
+            data = {name: np.concatenate([array, mirror_image(name, array, axis)]) for name, array in data.items()}
     vertices = np.empty(2 * len(points), np.int64)
     vertices[0::2], vertices[1::2] = 1, np.arange(len(points))
     return {"points": points, "vertices": vertices, "point_data": data}
-
-
-def _image(name, array, axis):
-    """An array of the particles behind the mirror plane: a component changes its sign if it names the axis an odd number of times."""
-    if name not in AXES:
-        return array
-    signs = [(-1.0) ** component.count(axis) for component in AXES[name]]
-    return array * np.array(signs, dtype=array.dtype)
 
 
 def to_pyvista(frame, whole=True):

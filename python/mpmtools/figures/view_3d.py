@@ -9,6 +9,7 @@ import subprocess
 import sys
 
 from mpmtools.errors import ConfigError, InputError
+from mpmtools.figures.colours import colour_range
 from mpmtools.files import require_ending, whole_file
 from mpmtools.run import Run
 from mpmtools.terrain import terrain_of
@@ -105,12 +106,7 @@ def render(options, paraview):
         display.GaussianRadius = 0.5 * run.particle_spacing
         display.ShaderPreset = "Sphere"
         paraview.ColorBy(display, ("POINTS", "shown"))
-    low, high = robust_range(scaled)
-    if options.field == "stress_xx":
-        high = 0.0  # compression is negative; a few particles in slight tension would shift the colours
-    elif options.field != "density":
-        low = 0.0
-    colours.RescaleTransferFunction(low, high)
+    colours.RescaleTransferFunction(*colour_range(values_of(scaled), options.field))
 
     bounds = list(scaled.GetDataInformation().GetBounds())
     south, north = (-bounds[3], bounds[3]) if mirrored else bounds[2:4]
@@ -173,15 +169,12 @@ def set_colours(transfer_function, reverse):
     transfer_function.RGBPoints = [n for i, colour in enumerate(ramp) for n in (i / (len(ramp) - 1), *colour)]
 
 
-def robust_range(source):
-    """1st and 99th percentile of the array 'shown': single particles must not set the colours."""
-    import numpy
+def values_of(source):
+    """The array 'shown'."""
     from paraview import servermanager
     from vtkmodules.util.numpy_support import vtk_to_numpy
 
-    values = vtk_to_numpy(servermanager.Fetch(source).GetPointData().GetArray("shown"))
-    low, high = numpy.percentile(values, [1, 99])
-    return (low, high) if high > low else (low - 0.5, low + 0.5)
+    return vtk_to_numpy(servermanager.Fetch(source).GetPointData().GetArray("shown"))
 
 
 def run_on_virtual_display():

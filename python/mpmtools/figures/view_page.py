@@ -13,7 +13,7 @@ import jinja2
 import numpy as np
 
 from mpmtools.errors import ConfigError, InputError
-from mpmtools.figures.colours import STRESS_COLOURS
+from mpmtools.figures.colours import STRESS_COLOURS, colour_range
 from mpmtools.files import require_ending, write_text
 from mpmtools.run import Run
 from mpmtools.terrain import terrain_of
@@ -37,14 +37,9 @@ def field_values(frame, name):
 
 
 def field_range(frames, name, keep):
-    """1st and 99th percentile over the frames: single particles must not set the colours. Compression ends at 0."""
+    """colour_range() over the frames."""
     values = np.concatenate([field_values(frame, name)[kept(frame, keep)] for frame in frames])
-    low, high = np.percentile(values[np.isfinite(values)], [1, 99])
-    if FIELDS[name][3]:
-        high = 0.0
-    elif name != "density":
-        low = 0.0
-    return (float(low), float(high)) if high > low else (float(low) - 0.5, float(low) + 0.5)
+    return colour_range(values[np.isfinite(values)], name)
 
 
 def kept(frame, every):
