@@ -28,6 +28,15 @@ def cubic_weights(places, points):
     return weights[:, 1:-1]
 
 
+def crossing(beyond, near, far, halvings):
+    """Where many ways pass a surface, by bisection; the end beyond it. @param beyond  function of ways; false at `near`, true at `far`"""
+    for _ in range(halvings):
+        middle = 0.5 * (near + far)
+        passed = beyond(middle)
+        near, far = np.where(passed, near, middle), np.where(passed, middle, far)
+    return far
+
+
 class Terrain:
     """Heights of [terrain] raster. x, y: coordinates of its columns and rows, m; height[j, i] at x[i], y[j], m."""
 

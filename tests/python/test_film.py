@@ -52,7 +52,7 @@ class Density(unittest.TestCase):
     def test_carries_a_property_of_the_particles(self):
         positions, volumes = block()
         snow = SnowDensity(positions, volumes, SPACING, values=positions[:, 0])
-        np.testing.assert_allclose(snow.value_at(np.array([[0.7, 1.0, 0.5], [1.3, 1.0, 0.5]])), [0.7, 1.3], atol=0.01)
+        np.testing.assert_allclose(snow.at(np.array([[0.7, 1.0, 0.5], [1.3, 1.0, 0.5]]), "values"), [0.7, 1.3], atol=0.01)
 
     def test_has_its_surface_where_the_block_ends_and_its_normals_outwards(self):
         positions, volumes = block()

@@ -25,10 +25,11 @@ PIXELS = """
 const waiting = setInterval(() => {
   if (document.body.dataset.state !== "ready") return;
   clearInterval(waiting);
-  const canvas = document.querySelector("canvas"), gl = canvas.getContext("webgl2"), pixels = new Uint8Array(4 * canvas.width * canvas.height);
+  const canvas = document.querySelector("canvas"), gl = canvas.getContext("webgl2");
+  const pixels = new Uint8Array(4 * canvas.width * canvas.height), rgb = (i) => pixels.subarray(i, i + 3);
   gl.readPixels(0, 0, canvas.width, canvas.height, gl.RGBA, gl.UNSIGNED_BYTE, pixels);
   let coloured = 0, cut = 0;
-  for (let i = 0; i < pixels.length; i += 4) coloured += Math.max(...pixels.subarray(i, i + 3)) - Math.min(...pixels.subarray(i, i + 3)) > 24;
+  for (let i = 0; i < pixels.length; i += 4) coloured += Math.max(...rgb(i)) - Math.min(...rgb(i)) > 24;
   document.body.dataset.coloured = (coloured / (pixels.length / 4)).toFixed(4);  // share of the picture that is neither white nor grey
   const white = (x, y) => { const i = 4 * (x + y * canvas.width); return pixels[i] + pixels[i + 1] + pixels[i + 2] === 765; };
   for (let x = 0; x < canvas.width; ++x) cut += !white(x, 0) + !white(x, canvas.height - 1);

@@ -10,7 +10,7 @@ import numpy as np
 
 from mpmtools.avaframe.rasters import place
 from mpmtools.errors import ConfigError, InputError
-from mpmtools.terrain import Terrain, cubic_weights
+from mpmtools.terrain import Terrain, crossing, cubic_weights
 
 STEEPEST = 60.0  # degrees: beyond, the unit is wrong
 STEEPEST_RELIEF = 30.0  # degrees, of the relief over the plane: libmpm/boundary/terrain.hpp
@@ -114,10 +114,7 @@ def heights_over(dem, plane, x, y):
         if not short.any():
             break
         near, far = np.where(short, far, near), np.where(short, far + 0.5 * way, far)
-    for _ in range(ROUNDS):
-        middle = 0.5 * (near + far)
-        beyond = above(middle) * first <= 0.0
-        near, far = np.where(beyond, near, middle), np.where(beyond, middle, far)
+    far = crossing(lambda z: above(z) * first <= 0.0, near, far, ROUNDS)
     return np.where(np.abs(above(far)) <= 0.1 * TOLERANCE, far, np.nan)
 
 

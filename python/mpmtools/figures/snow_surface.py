@@ -6,7 +6,7 @@ Plain numpy and scipy; no graphics library and no screen. Lengths in m; arrays o
 import numpy as np
 from scipy.ndimage import gaussian_filter, label, map_coordinates, maximum_filter
 
-from mpmtools.terrain import FINER, terrain_of
+from mpmtools.terrain import FINER, crossing, terrain_of
 
 LEVEL = 0.2  # of the density that the snow has at the start, smoothed: the surface
 SMOOTHING = 0.8  # cells: the lattice of the particles does not show, and threads a few particles across stay whole
@@ -85,12 +85,7 @@ class UnevenGround:
             way[open_rays] += np.maximum(above / closing[open_rays], least)
             open_rays = open_rays[last[open_rays] < most]
         met = np.flatnonzero(np.isfinite(found))
-        before, behind = last[met], found[met]
-        for _ in range(20):  # to a millionth of the last step
-            middle = 0.5 * (before + behind)
-            below = gap(met, middle) <= 0.0
-            before, behind = np.where(below, before, middle), np.where(below, middle, behind)
-        found[met] = behind
+        found[met] = crossing(lambda ways: gap(met, ways) <= 0.0, last[met], found[met], 20)  # to a millionth of the last step
         return found
 
     def normals(self, points):
@@ -141,22 +136,14 @@ class SnowDensity:
         self.smooth = gaussian_filter(self.density, SMOOTHING)  # for normals
         self.blurred = gaussian_filter(np.minimum(self.density, 1.0), 2.0)  # for the light that reaches a point from the sky
 
-    def _sample(self, field, points):
-        return map_coordinates(field, ((points - self.low) / self.cell).T, order=1, mode="constant", prefilter=False)
-
-    def at(self, points):
-        return self._sample(self.density, points)
-
-    def blurred_at(self, points):
-        return self._sample(self.blurred, points)
-
-    def value_at(self, points):
-        return self._sample(self.values, points)
+    def at(self, points, field="density"):
+        """density, smooth, blurred or values at points."""
+        return map_coordinates(getattr(self, field), ((points - self.low) / self.cell).T, order=1, mode="constant", prefilter=False)
 
     def normals(self, points):
         """Unit, out of the snow."""
         step = 0.75 * self.cell
-        slope = np.stack([self._sample(self.smooth, points + step * e) - self._sample(self.smooth, points - step * e) for e in np.eye(3)], axis=1)
+        slope = np.stack([self.at(points + step * e, "smooth") - self.at(points - step * e, "smooth") for e in np.eye(3)], axis=1)
         return -slope / np.maximum(np.linalg.norm(slope, axis=1, keepdims=True), 1e-12)
 
     def hits(self, eye, rays, least, most):
@@ -177,12 +164,11 @@ class SnowDensity:
             found[open_rays[inside]] = way[open_rays[inside]]
             open_rays = open_rays[~inside & (way[open_rays] < end[open_rays])]
         met = np.flatnonzero(np.isfinite(found))
-        before, behind = last[met], found[met].copy()
-        for _ in range(6):  # bisection: to a hundredth of a cell
-            middle = 0.5 * (before + behind)
-            inside = self.at(eye[met] + middle[:, None] * rays[met]) > LEVEL
-            before, behind = np.where(inside, before, middle), np.where(inside, middle, behind)
-        found[met] = behind
+
+        def inside_at(ways):
+            return self.at(eye[met] + ways[:, None] * rays[met]) > LEVEL
+
+        found[met] = crossing(inside_at, last[met], found[met], 6)  # to a hundredth of a cell
         return found
 
 
@@ -315,10 +301,10 @@ def draw(snow, camera, size, solids=(), colours=None, ground=LevelGround()):
             normals, base = solid_normals[seen], np.broadcast_to(MAST, points.shape)
         else:
             normals = snow.normals(points)
-            base = colours(snow.value_at(points - 0.5 * snow.cell * normals)) if colours else np.broadcast_to(SNOW, points.shape)
+            base = colours(snow.at(points - 0.5 * snow.cell * normals, "values")) if colours else np.broadcast_to(SNOW, points.shape)
         sun = np.clip(normals @ LIGHT, 0.0, 1.0) * shadow(snow, solids, points + 0.5 * snow.cell * normals, reach)
-        open_sky = np.clip(1.35 - 1.1 * snow.blurred_at(points + 3.0 * snow.cell * normals) - 0.5 * snow.blurred_at(points + 1.5 * snow.cell * normals),
-                           0.25, 1.0)
+        above, near = (snow.at(points + cells * snow.cell * normals, "blurred") for cells in (3.0, 1.5))
+        open_sky = np.clip(1.35 - 1.1 * above - 0.5 * near, 0.25, 1.0)
         ambient = (0.31 + 0.13 * normals[:, 2]) * open_sky
         tint = np.array([0.92, 0.97, 1.06])  # of the sky's light
         light = 0.56 * sun[:, None] * np.array([1.03, 1.0, 0.95]) + ambient[:, None] * tint
