@@ -4,8 +4,9 @@ import unittest
 
 import numpy as np
 
+from analysis.fits import LINEAR_RUNUP
 from analysis.published import paper_designs, possible_runs, published_errors, published_variances
-from mpmtools.fit.regression import LINEAR_RUNUP, PRESSURE_HEIGHT, RUNUP, fit_heights
+from mpmtools.fit.regression import PRESSURE_HEIGHT, RUNUP, fit_heights
 from mpmtools.equations import relative_height
 
 

@@ -96,13 +96,6 @@ def score_samples(samples, coefficients, inputs):
     return pd.concat([whole, *groups], ignore_index=True)
 
 
-def score_against_published(equation, samples):
-    """Scores of the published equation on samples, those of height_samples(); NaN without any."""
-    if samples.empty:
-        return pd.Series(np.nan, index=SCORES)
-    return compute_scores(samples.relative_height, relative_height(samples.effective_friction, samples.froude_number, equation.published))
-
-
 def fit_paper_sets(runs):
     """Both equations, each on both sets of the paper."""
     return [fit_set(equation, fitting_set, runs) for fitting_set in (NARROW, WIDE) for equation in EQUATIONS]

@@ -4,7 +4,7 @@ Nonlinear least squares with the Levenberg-Marquardt method of MINPACK, which cu
 is fitted to log(h/H), the pressure height to h/H. All heights are over H, so that runs with different H weigh the same.
 """
 
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 
 import numpy as np
 from scipy import optimize, stats
@@ -52,8 +52,6 @@ PRESSURE_HEIGHT = Equation(
      "kappa_p": (PUBLISHED_PRESSURE_HEIGHT.kappa, 0.0924, 10.819)},
     {"r2": 0.752, "r2_log": np.nan, "nrmse": 0.066, "rmsle": np.nan, "bias": 1.011, "fraction_10": 0.852, "fraction_25": 1.0})
 EQUATIONS = (RUNUP, PRESSURE_HEIGHT)
-# Not what the paper says of its fit, but what its standard errors look like (published.py).
-LINEAR_RUNUP = replace(RUNUP, formula=RUNUP.formula.replace("log(h_r)", "h_r/H"), logarithmic=False, score="nrmse")
 
 
 @dataclass

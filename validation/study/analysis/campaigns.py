@@ -7,9 +7,9 @@ are compared on the sets that both have, because a coefficient depends on which 
 import numpy as np
 import pandas as pd
 
-from analysis.fits import point_keys
+from analysis.fits import point_keys, score_against_published
 from mpmtools.scores import levels
-from mpmtools.fit.fits import NARROW, WIDE, height_samples, score_against_published
+from mpmtools.fit.fits import NARROW, WIDE, height_samples
 from mpmtools.fit.regression import EQUATIONS, fit_heights
 from mpmtools.fit.runs import POINT
 from analysis.uncertainty import GROUPS, bootstrap, drawn_interval

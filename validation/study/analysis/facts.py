@@ -11,11 +11,12 @@ import pandas as pd
 
 from analysis import grids, jams, loads, rheology, sensitivity, yardstick
 from analysis.campaigns import paired_rows, paired_summary
+from analysis.fits import score_against_published
 from analysis.refinement import refinement_tables
 from analysis.study import CAMPAIGNS, ROWS, STUDY, rows, runs_of
 from analysis.uncertainty import bootstrap, drawn_interval
 from mpmtools import equations
-from mpmtools.fit.fits import NARROW, WIDE, height_samples, score_against_published
+from mpmtools.fit.fits import NARROW, WIDE, height_samples
 from mpmtools.fit.regression import EQUATIONS, RUNUP, fit_heights
 from mpmtools.fit.runs import POINT, read_runs_or_refuse, read_study_table
 from mpmtools.scores import compute_scores, same_input

@@ -1,14 +1,27 @@
 """Fits and runs as the tables of the study compare them."""
 
+from dataclasses import replace
+
 import numpy as np
 import pandas as pd
 
+from mpmtools.equations import relative_height
 from mpmtools.errors import ConfigError
-from mpmtools.fit.fits import NARROW, height_samples, score_against_published
-from mpmtools.fit.regression import EQUATIONS, fit_heights
+from mpmtools.fit.fits import NARROW, height_samples
+from mpmtools.fit.regression import EQUATIONS, RUNUP, fit_heights
 from mpmtools.fit.runs import POINT
-from mpmtools.scores import levels
+from mpmtools.scores import SCORES, compute_scores, levels
 from mpmtools.tables import number_text
+
+# Not what the paper says of its fit, but what its standard errors look like (published.py).
+LINEAR_RUNUP = replace(RUNUP, formula=RUNUP.formula.replace("log(h_r)", "h_r/H"), logarithmic=False, score="nrmse")
+
+
+def score_against_published(equation, samples):
+    """Scores of the published equation on samples, those of height_samples(); NaN without any."""
+    if samples.empty:
+        return pd.Series(np.nan, index=SCORES)
+    return compute_scores(samples.relative_height, relative_height(samples.effective_friction, samples.froude_number, equation.published))
 
 
 def coefficients_and_scores(runs, fitting_set):

@@ -9,8 +9,9 @@ from itertools import product
 import numpy as np
 import pandas as pd
 
+from analysis.fits import LINEAR_RUNUP
 from mpmtools import equations
-from mpmtools.fit.regression import EQUATIONS, LINEAR_RUNUP, Problem, inverse_normal_matrix
+from mpmtools.fit.regression import EQUATIONS, Problem, inverse_normal_matrix
 
 SLOPES, COHESIONS, FROUDE_NUMBERS = (0.0, 0.4, 0.8, 1.2), (0.0, 0.15, 0.3, 0.45), (0.1, 0.3, 1.0, 2.0, 3.0, 5.0, 7.0)
 # Pairs of M and beta for each xi, at every Froude number (Sect. 2.2). For 1.5 and 0.15 the paper does not print them: those of our plans.

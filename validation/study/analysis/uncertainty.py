@@ -9,11 +9,12 @@ import numpy as np
 import pandas as pd
 from scipy import optimize
 
+from analysis.fits import LINEAR_RUNUP
 from mpmtools import equations
 from mpmtools.errors import ConfigError
 from mpmtools.scores import levels
 from mpmtools.fit.fits import NARROW, WIDE, height_samples
-from mpmtools.fit.regression import EQUATIONS, LINEAR_RUNUP, RUNUP, Problem, fit_heights, two_sided_quantile
+from mpmtools.fit.regression import EQUATIONS, RUNUP, Problem, fit_heights, two_sided_quantile
 from analysis.resampling import Cells, best_for_kappa, fit_pressure_height, refit
 
 SEED, RESAMPLES = 19, 1000  # of each bootstrap
