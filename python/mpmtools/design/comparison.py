@@ -14,16 +14,15 @@ def guideline_rows(plan):
     """[(what, value in m above the ground, source)] that do not depend on the snow's parameters."""
     flow, width, base = plan["flow"], plan["mast"]["width_m"], snow_cover(plan)
     height, speed, gravity = flow["depth_m"], flow["velocity_m_s"], flow["gravity_m_s2"]
-    head, ratio = speed**2 / (2.0 * gravity), width / flow["depth_m"]
-    factor = float(equations.width_factor(ratio))
+    factor = float(equations.width_factor(width / height))
     limited = max(factor, FLOOR)
-    rows = [("Bernoulli's bound of a flow without friction, H + v²/2g", height + head, "Eq. 1")]
+    rows = [("Bernoulli's bound of a flow without friction, H + v²/2g", height + speed**2 / (2.0 * gravity), "Eq. 1")]
     for dissipation in LAMBDAS.get(flow["snow_class"], (1.5, 2.0, 3.0)):
-        rows.append((f"run-up by the guideline, λ = {dissipation:g}, f(w/H) = {factor:.2f}", height + head / dissipation * factor,
-                     "Eqs. 5, 6, and H"))
+        rows.append((f"run-up by the guideline, λ = {dissipation:g}, f(w/H) = {factor:.2f}",
+                     height + equations.guideline_runup(speed, dissipation, factor, gravity), "Eqs. 5, 6, and H"))
         if limited > factor:
-            rows.append((f"the same with f not below {FLOOR}, as the paper recommends for w/H < 1", height + head / dissipation * limited,
-                         "Eq. 5, Sect. 5"))
+            rows.append((f"the same with f not below {FLOOR}, as the paper recommends for w/H < 1",
+                         height + equations.guideline_runup(speed, dissipation, limited, gravity), "Eq. 5, Sect. 5"))
     rows.append(("pressure height, conservative for all snows: 3 H", 3.0 * height, "Sect. 5"))
     return [(what, base + value, source) for what, value, source in rows]
 
@@ -85,7 +84,7 @@ def guideline_loads(plan):
     drag, source = guideline_drag(plan)
     line = drag * 0.5 * flow["density_kg_m3"] * flow["velocity_m_s"] ** 2 * width
     dissipation = LAMBDAS.get(flow["snow_class"], (1.5,))[0]
-    rise = flow["velocity_m_s"] ** 2 / (2.0 * gravity) / dissipation * max(float(equations.width_factor(width / depth)), FLOOR)
+    rise = equations.guideline_runup(flow["velocity_m_s"], dissipation, max(float(equations.width_factor(width / depth)), FLOOR), gravity)
     rows = [GuidelineLoad("c_D ½ρv² w H, over the depth of the flow", depth, line * depth, 0.5 * line * depth**2, source),
             GuidelineLoad(f"the same, falling linearly to 0 over the run-up, H + v²f/(2gλ), λ = {dissipation:g}", depth + rise, line * (depth + 0.5 * rise),
                           line * (0.5 * depth**2 + 0.5 * rise * (depth + rise / 3.0)), "extent: Eqs. 5, 6; linear decrease: customary"),

@@ -118,14 +118,12 @@ def render(options, paraview):
     else:
         floor = paraview.Plane(Origin=[west, south, -0.01], Point1=[east, south, -0.01], Point2=[west, north, -0.01])
     display = paraview.Show(floor, view)
-    display.DiffuseColor = [0.86, 0.86, 0.84]
-    display.AmbientColor = [0.86, 0.86, 0.84]
+    display.DiffuseColor = display.AmbientColor = [0.86, 0.86, 0.84]
     top = bounds[5]
     for corners, foot, head in run.solids(terrain.foot(run.obstacle_outline) if terrain and run.obstacle else 0.0, 1.15 * bounds[5]):
         top = max(top, head)
         display = paraview.Show(prism(paraview, corners, foot, head), view)
-        display.DiffuseColor = [0.35, 0.37, 0.42]
-        display.AmbientColor = [0.35, 0.37, 0.42]
+        display.DiffuseColor = display.AmbientColor = [0.35, 0.37, 0.42]
 
     bar = paraview.GetScalarBar(colours, view)
     bar.Title, bar.ComponentTitle = label, ""
