@@ -41,6 +41,11 @@ def stamp(ensemble):
             "project": plan.get("project") or "project not given", "input": f"{os.path.basename(path)} {digest}", "version": f"mpm {plan['version']} ({plan['commit']})"}
 
 
+def css_text(text):
+    """A text as a string of CSS."""
+    return markupsafe.Markup(json.dumps(re.sub(r"[\\<>\n]", " ", str(text)), ensure_ascii=False))
+
+
 def make_page(folder):
     """Writes everything into the folder. @return (path of the page, [line for the user])"""
     use_style()
@@ -50,7 +55,8 @@ def make_page(folder):
     spectrum = figures.spectra(ensemble, results.finest)
     sensitivity = what_decides.sensitivity_rows(ensemble, results)
     design, advice, uncertain = design_rows(ensemble, results), advice_rows(ensemble, results), accuracy(results)
-    pictures = [figures.side_view(ensemble, middle), figures.view_3d(ensemble, middle), figures.pressure_over_height(ensemble, results.finest), figures.line_load(results, plan),
+    pictures = [figures.side_view(ensemble, middle), figures.view_3d(ensemble, middle),
+                figures.pressure_over_height(ensemble, results.finest), figures.line_load(results, plan),
                 figures.over_time(ensemble, results.finest, "force"), figures.over_time(ensemble, results.finest, "moment"),
                 figures.shock_spectrum(ensemble, results.finest, spectrum), figures.runup_over_time(ensemble, results.finest),
                 figures.grid_convergence(ensemble, results.table)]
@@ -58,27 +64,25 @@ def make_page(folder):
         files = write_tables(ensemble, results, spectrum)
         write_text(os.path.join(folder, "design.json"), json.dumps(design_json(ensemble, results), indent=2))
         environment = jinja2.Environment(loader=jinja2.FileSystemLoader(os.path.dirname(__file__)), autoescape=True, trim_blocks=True)
-        environment.filters["inline"] = inline
-        environment.filters["css"] = lambda text: markupsafe.Markup(json.dumps(re.sub(r"[\\<>\n]", " ", str(text)), ensure_ascii=False))
+        environment.filters.update(inline=inline, short=short, css=css_text, cosine=math.cos, sine=math.sin)
         page = environment.get_template("design_page.html.j2").render(
-            style=markupsafe.Markup(STYLE), plan=plan, title=plan["title"] or "Avalanche on a mast", design=design, advice=advice,
-            stamp=stamp(ensemble), line_load=page_tables.line_load_table(results, plan), guideline_loads=page_tables.guideline_load_table(results, plan),
-            factors=page_tables.factor_tables(ensemble), fronts=page_tables.front_table(ensemble, results), reactions=page_tables.reaction_table(ensemble, results), sensitivity=what_decides.sensitivity_table(sensitivity),
-            ensemble_text=what_decides.ensemble_text(ensemble, results, sensitivity), tornado=figures.tornado(sensitivity), oblique=is_oblique(plan),
-            scenarios=what_decides.scenario_table(ensemble, results), base=ensemble.base,
+            style=markupsafe.Markup(STYLE), plan=plan, title=plan["title"] or "Avalanche on a mast", stamp=stamp(ensemble),
+            design=design, advice=advice, level=LEVELS[plan["level"]], accuracy=uncertain, not_steady=results.not_steady,
+            oblique=is_oblique(plan), base=ensemble.base, axis=middle.axis, slope=math.radians(plan["flow"]["slope_deg"]),
+            snows=page_tables.snow_table(plan), loads=page_tables.load_table(ensemble, results),
+            line_load=page_tables.line_load_table(results, plan), reactions=page_tables.reaction_table(ensemble, results),
+            factors=page_tables.factor_tables(ensemble), fronts=page_tables.front_table(ensemble, results),
+            moment_per_metre=upward(results.design_force()[1], 1e-3),
+            higher_modes=[m["frequency_hz"] for m in all_modes(plan)[len(plan["modes"]):]],
+            guideline=comparison.guideline_rows(plan), guideline_loads=page_tables.guideline_load_table(results, plan),
             sources={"head": ["shape and regime", "c_D", "source", "what was read of it"], "rows": comparison.drag_sources(plan)},
-            scaling_errors="; ".join(f"{100.0 * error:.0f} % up to {most:g} times the Froude number" if math.isfinite(most) else f"{100.0 * error:.0f} % beyond"
-                                     for most, error in scaling.ERRORS),
-            moment_per_metre=upward(results.design_force()[1], 1e-3), higher_modes=[m["frequency_hz"] for m in all_modes(plan)[len(plan["modes"]):]],
-            known_is_of=comparison.known_uncertainty_remark(plan),
-            loads=page_tables.load_table(ensemble, results), grids=page_tables.grid_table(ensemble, results), snows=page_tables.snow_table(plan), shape=plan["mast"]["shape"],
             comparison=page_tables.comparison_table(ensemble, results), remarks=comparison.equation_remarks(plan),
-            guideline=[(what, short(value), source) for what, value, source in comparison.guideline_rows(plan)],
-            pictures=[p for p in pictures if p is not None], level=LEVELS[plan["level"]], accuracy=uncertain,
-            not_steady=[os.path.basename(path) for path in results.not_steady], files=files, axis=short(middle.axis),
-            cosine=math.cos(math.radians(plan["flow"]["slope_deg"])), sine=math.sin(math.radians(plan["flow"]["slope_deg"])), duration=short(plan["duration_s"]), wall=sum(run.number("wall_time_s") or 0.0 for row in ensemble.runs for run in row) / 60.0,
-            threads=middle.run.number("threads"), middle=ensemble.label(ensemble.middle),
-            three_grids=len(plan["grids"]) > 2)
+            tornado=figures.tornado(sensitivity), sensitivity=what_decides.sensitivity_table(sensitivity),
+            ensemble_text=what_decides.ensemble_text(ensemble, results, sensitivity), scaling_errors=scaling.ERRORS,
+            scenarios=what_decides.scenario_table(ensemble, results), known_is_of=comparison.known_uncertainty_remark(plan),
+            pictures=pictures, middle=ensemble.label(ensemble.middle), threads=middle.run.number("threads"), files=files,
+            wall=sum(run.number("wall_time_s") or 0.0 for row in ensemble.runs for run in row) / 60.0,
+            grids=page_tables.grid_table(ensemble, results))
         path = os.path.join(folder, "design.html")
         write_text(path, page)
     except OSError as problem:

@@ -1,6 +1,7 @@
 """The numbers of a design: each quantity of each snow with its uncertainties, and its range over the snows."""
 
 import math
+import os
 from typing import NamedTuple
 
 import numpy as np
@@ -159,7 +160,7 @@ class Results:
         for key in ("runup_p99_mean_m", "runup_mean_m"):
             runup = self.ranges[key]
             self.ranges[key] = runup._replace(high=max(min(runup.high, ensemble.bound), runup.highest))
-        self.not_steady = [run.folder for row, runs in zip(self.loads, ensemble.runs) for loads, run in zip(row, runs) if not loads.is_steady]
+        self.not_steady = [os.path.basename(loads.run.folder) for row in self.loads for loads in row if not loads.is_steady]
 
     @property
     def finest(self):
