@@ -19,21 +19,20 @@ from mpmtools.run import Run
 from mpmtools.terrain import terrain_of
 
 LARGEST = 6_000_000  # particles in all frames together: about 60 MB before compression
-# Name, unit, factor, whether small values are the strong ones (compression).
+# Name, unit, array of a frame, factor.
 FIELDS = {
-    "speed": ("speed", "m/s", 1.0, False),
-    "pressure": ("pressure", "kPa", 1e-3, False),
-    "stress_xx": ("stream-wise stress", "kPa", 1e-3, True),
-    "density": ("density", "kg/m³", 1.0, False),
+    "speed": ("speed", "m/s", "velocity_m_s", 1.0),
+    "pressure": ("pressure", "kPa", "pressure_pa", 1e-3),
+    "stress_xx": ("stream-wise stress", "kPa", "stress_xx_pa", 1e-3),
+    "density": ("density", "kg/m³", "density_kg_m3", 1.0),
 }
 
 
 def field_values(frame, name):
     """A field of a frame in the unit of FIELDS."""
-    factor = FIELDS[name][2]
-    if name == "speed":
-        return factor * np.linalg.norm(frame["velocity_m_s"], axis=1)
-    return factor * np.asarray(frame[{"pressure": "pressure_pa", "stress_xx": "stress_xx_pa", "density": "density_kg_m3"}[name]], float)
+    *_, array, factor = FIELDS[name]
+    values = frame[array]
+    return factor * (np.linalg.norm(values, axis=1) if values.ndim == 2 else values.astype(float))
 
 
 def field_range(frames, name, keep):
@@ -89,12 +88,11 @@ def page_data(run, largest=LARGEST):
     terrain = terrain_of(run)
     solids = [{"outline": [list(corner) for corner in corners], "foot": foot, "top": top}
               for corners, foot, top in run.solids(terrain.foot(run.obstacle_outline) if terrain and run.obstacle else 0.0, 1.15 * float(high[2]))]
-    colours = {name: [[round(255 * c) for c in STRESS_COLOURS(1.0 - i / 255 if not FIELDS[name][3] else i / 255)[:3]] for i in range(256)]
-               for name in ("speed", "stress_xx")}
+    ramp = [[round(255 * c) for c in STRESS_COLOURS(i / 255)[:3]] for i in range(256)]  # from strong compression, a low value, to none
     return {"title": run.title, "low": low.tolist(), "high": high.tolist(), "spacing": run.particle_spacing * every ** (1.0 / 3.0),
             "every": every, "mirror_x": mirror_x, "mirror_y": mirror_y, "frames": stored,
-            "fields": [{"name": name, "label": FIELDS[name][0], "unit": FIELDS[name][1], "low": ranges[name][0], "high": ranges[name][1],
-                        "colours": colours["stress_xx" if FIELDS[name][3] else "speed"]} for name in FIELDS],
+            "fields": [{"name": name, "label": label, "unit": unit, "low": ranges[name][0], "high": ranges[name][1],
+                        "colours": ramp if name == "stress_xx" else ramp[::-1]} for name, (label, unit, *_) in FIELDS.items()],
             "solids": solids, "ground": ground_mesh(terrain, low, high, mirror_x, mirror_y) if terrain else None,
             "floor": terrain is None and (run.flow_height is not None or bool(run.case.get("wall")))}
 
