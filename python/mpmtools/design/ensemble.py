@@ -17,7 +17,15 @@ def snow_cover(plan):
 
 
 class Ensemble:
-    """plan: design_plan.json as a dict; runs[snow][grid]: Run, snows and grids (coarse first) in the order of the plan."""
+    """The plan of a design and its runs.
+
+    plan    design_plan.json as a dict
+    runs    runs[snow][grid]: Run, snows and grids (coarse first) in the order of the plan
+    sizes   of the cells, m, coarse first
+    base    snow_cover() of the plan, m
+    bound   Bernoulli's H + v^2/2g above the bed, m from the ground, which the steady mean of the run-up cannot pass
+    middle  number of the snow in the middle of the range, by M'
+    """
 
     def __init__(self, folder):
         self.folder = str(folder)
@@ -27,7 +35,12 @@ class Ensemble:
         self.plan = read_results(path, "run `mpm design` again")
         if self.plan.get("format_version") != FORMAT_VERSION:
             raise InputError(f"{path}: format version {self.plan.get('format_version')}, this program reads {FORMAT_VERSION}")
-        self.runs = [[None] * len(self.plan["grids"]) for _ in self.plan["snows"]]
+        flow, snows = self.plan["flow"], self.plan["snows"]
+        self.sizes = [grid["cell_size_m"] for grid in self.plan["grids"]]
+        self.base = snow_cover(self.plan)
+        self.bound = self.base + flow["depth_m"] + flow["velocity_m_s"] ** 2 / (2.0 * flow["gravity_m_s2"])
+        self.middle = sorted(range(len(snows)), key=lambda snow: snows[snow]["effective_friction"])[(len(snows) - 1) // 2]
+        self.runs = [[None] * len(self.sizes) for _ in snows]
         unfinished = []
         for entry in self.plan["runs"]:
             if "case_hash" not in entry:
@@ -51,28 +64,6 @@ class Ensemble:
         arm_of_run = run.case.get("arm") or {}
         return arm.keys() == arm_of_run.keys() and all(math.isclose(of_run, of_plan, rel_tol=1e-9)
                                                        for of_run, of_plan in (*pairs, *((arm_of_run[key], arm[key]) for key in arm)))
-
-    @property
-    def sizes(self):
-        """Cell sizes, m, coarse first."""
-        return [grid["cell_size_m"] for grid in self.plan["grids"]]
-
-    @property
-    def base(self):
-        """snow_cover() of the plan, m."""
-        return snow_cover(self.plan)
-
-    @property
-    def bound(self):
-        """Bernoulli's H + v^2/2g above the bed, m from the ground, which the steady mean of the run-up cannot pass."""
-        flow = self.plan["flow"]
-        return self.base + flow["depth_m"] + flow["velocity_m_s"] ** 2 / (2.0 * flow["gravity_m_s2"])
-
-    @property
-    def middle(self):
-        """Number of the snow in the middle of the range, by M'."""
-        order = sorted(range(len(self.runs)), key=lambda i: self.plan["snows"][i]["effective_friction"])
-        return order[(len(order) - 1) // 2]
 
     def label(self, snow):
         """Of a snow, for figures."""

@@ -146,26 +146,22 @@ def fitted_line(z, profile, edges, force, moment, base=0.0):
 
 
 class Results:
-    """loads[snow][grid]; table[snow][key]: Entry; ranges[key]: Range. The upper value of the steady run-up ends at the ensemble's bound
-    (unless a snow is above it)."""
+    """finest[snow]: Loads on the finest grid; table[snow][key]: Entry; ranges[key]: Range. The upper value of the steady run-up ends at the
+    ensemble's bound (unless a snow is above it). not_steady: names of the runs without a steady interval."""
 
     def __init__(self, ensemble):
         plan = ensemble.plan
-        self.loads = [[Loads(run, ensemble.base) for run in row] for row in ensemble.runs]
+        all_loads = [[Loads(run, ensemble.base) for run in row] for row in ensemble.runs]
+        self.finest = [row[-1] for row in all_loads]
+        self.not_steady = [os.path.basename(loads.run.folder) for row in all_loads for loads in row if not loads.is_steady]
         self.table = []
-        for row in self.loads:
+        for row in all_loads:
             values = [{**loads.values, **loads.vibration_values(plan)} for loads in row]
             self.table.append({q.key: entry_of(ensemble.sizes, [v[q.key] for v in values]) for q in quantities_of(plan)})
         self.ranges = {q.key: self._range(q.key, ensemble.middle) for q in quantities_of(plan)}
         for key in ("runup_p99_mean_m", "runup_mean_m"):
             runup = self.ranges[key]
             self.ranges[key] = runup._replace(high=max(min(runup.high, ensemble.bound), runup.highest))
-        self.not_steady = [os.path.basename(loads.run.folder) for row in self.loads for loads in row if not loads.is_steady]
-
-    @property
-    def finest(self):
-        """Loads of each snow on the finest grid."""
-        return [row[-1] for row in self.loads]
 
     def _range(self, key, middle):
         entries = [row[key] for row in self.table]
