@@ -4,6 +4,7 @@ import math
 from typing import NamedTuple
 
 import numpy as np
+from scipy.ndimage import label
 
 from mpmtools.avaframe.rasters import Raster, place, read_raster
 from mpmtools.avaframe.results import EXPORT
@@ -85,11 +86,8 @@ def passage(flow, least_depth):
     if not flows.any():
         raise ConfigError(f"the flow is nowhere deeper than {least_depth:.3g} m at this point (at most {flow.depth.max():.3g} m); choose a point in "
                           "its path, and check that the rasters of thickness are in metres")
-    first = last = int(np.argmax(np.where(flows, flow.depth * flow.speed**2, -1.0)))
-    while first > 0 and flows[first - 1]:
-        first -= 1
-    while last + 1 < len(flows) and flows[last + 1]:
-        last += 1
+    passages, _ = label(flows)
+    first, last = np.flatnonzero(passages == passages[np.argmax(np.where(flows, flow.depth * flow.speed**2, -1.0))])[[0, -1]]
     if first == last and len(flows) > 1:
         raise ConfigError("the flow passes this point within one time step; " + EXPORT.replace("0:1", "0:0.2").replace("every second", "every 0.2 s"))
     return slice(first, last + 1)

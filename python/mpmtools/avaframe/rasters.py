@@ -173,11 +173,7 @@ def read_elevation(path):
     dem = read_raster(path)
     dem.data[dem.data < LOWEST_GROUND] = np.nan
     zero = dem.data == 0.0
-    steps = []
-    for axis in (0, 1):
-        a, b = np.moveaxis(dem.data, axis, 0)[:-1], np.moveaxis(dem.data, axis, 0)[1:]
-        steps.append(np.abs(a - b)[(a == 0.0) != (b == 0.0)])
-    steps = np.concatenate(steps)
+    steps = np.concatenate([np.abs(np.diff(dem.data, axis=axis))[np.diff(zero, axis=axis)] for axis in (0, 1)])  # from or to a zero
     steps = steps[np.isfinite(steps)]
     if not zero.any() or not steps.size or steps.min() < CLIFF * dem.grid.cell_size:
         return dem, []
