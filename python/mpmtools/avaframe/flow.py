@@ -1,5 +1,6 @@
 """The flow at a point: depth, speed and direction over time."""
 
+import itertools
 import math
 from typing import NamedTuple
 
@@ -111,11 +112,10 @@ def balance_rows(before, after, step, x, y, width):
     depths = np.nan_to_num(old), np.nan_to_num(after[0].data)
     passed = 0.5 * step * (depths[0] * np.nan_to_num(before[1].data) + depths[1] * np.nan_to_num(after[1].data))
     rows = []
-    for i in (-1, 0, 1):
-        for j in (-1, 0, 1):
-            dx, dy = px - x - 0.5 * i * width, py - y - 0.5 * j * width
-            bell = np.exp(-0.5 * (dx**2 + dy**2) / width**2)
-            rows.append((-np.sum(bell * dx * passed) / width**2, -np.sum(bell * dy * passed) / width**2, np.sum(bell * (depths[1] - depths[0]))))
+    for i, j in itertools.product((-1, 0, 1), repeat=2):
+        dx, dy = px - x - 0.5 * i * width, py - y - 0.5 * j * width
+        bell = np.exp(-0.5 * (dx**2 + dy**2) / width**2)
+        rows.append((-np.sum(bell * dx * passed) / width**2, -np.sum(bell * dy * passed) / width**2, np.sum(bell * (depths[1] - depths[0]))))
     return rows
 
 

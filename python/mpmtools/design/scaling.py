@@ -6,6 +6,7 @@ M' from 0.4 to 1.53 (validation/study/rows/prediction_w5.csv: square masts as wi
 again. Heights scale by the paper's equations.
 """
 
+import itertools
 import math
 from typing import NamedTuple
 
@@ -91,8 +92,8 @@ def ranges_of(plan):
 def corners_of(plan):
     """Every combination of the ends and middles of the ranges."""
     computed, ends = avalanche_of(plan), ranges_of(plan)
-    values = {name: [getattr(low, name), getattr(computed, name), getattr(high, name)] for name, (low, high) in ends.items()}
-    return [Avalanche(depth, velocity, density) for depth in values["depth"] for velocity in values["velocity"] for density in values["density"]]
+    values = ([getattr(avalanche, name) for avalanche in (ends[name][0], computed, ends[name][1])] for name in Avalanche._fields)
+    return [Avalanche(*corner) for corner in itertools.product(*values)]
 
 
 def scaled_loads(results, plan, other):

@@ -118,14 +118,12 @@ class SnowDensity:
         base = np.floor(place - 0.5).astype(int)
         offset = place - base
         weights = [0.5 * (1.5 - offset) ** 2, 0.75 - (offset - 1.0) ** 2, 0.5 * (offset - 0.5) ** 2]  # quadratic B-spline along each axis
-        for i in range(3):
-            for j in range(3):
-                for k in range(3):
-                    share = weights[i][:, 0] * weights[j][:, 1] * weights[k][:, 2] * volumes
-                    at = np.ravel_multi_index((base + (i, j, k)).T, self.shape)
-                    total += np.bincount(at, share, total.size)
-                    if values is not None:
-                        weighted += np.bincount(at, share * values, total.size)
+        for i, j, k in np.ndindex(3, 3, 3):
+            share = weights[i][:, 0] * weights[j][:, 1] * weights[k][:, 2] * volumes
+            at = np.ravel_multi_index((base + (i, j, k)).T, self.shape)
+            total += np.bincount(at, share, total.size)
+            if values is not None:
+                weighted += np.bincount(at, share * values, total.size)
         weighted, total = (gaussian_filter(sum_.reshape(self.shape), SMOOTHING) for sum_ in (weighted, total))
         self.values = np.divide(weighted, total, out=np.zeros_like(total), where=total > 0.0).astype(np.float32)
         lumps, _ = label(total > 0.5 * LEVEL * self.cell**3)
