@@ -14,8 +14,8 @@ from analysis import campaigns, grids, guideline, histories, jams, published, re
 from mpmtools.fit.fits import coefficients_csv, evaluated_by, fit_paper_sets, fits_json, scores_csv
 from mpmtools.fit.regression import EQUATIONS
 from mpmtools.fit.runs import read_runs_or_refuse, read_study_table
+from mpmtools.fit.text import table_lines
 from mpmtools.tables import csv_text
-from mpmtools.wording import counted
 
 POINT_COLUMNS = ["froude_number", "critical_state_slope", "cohesion_beta", "hardening_xi", "effective_friction", "relative_width", "runup",
                  "runup_standard_error", "runup_peak", "pressure_height", "pressure_height_standard_error", "pressure_height_peak"]
@@ -155,8 +155,7 @@ def write_study(files, out, width_files=(), section_files=(), sensitivity_files=
     write_text(os.path.join(out, "scores.csv"), scores_csv(fits))
     write_text(os.path.join(out, "fit.json"), fits_json(fits, table))  # last: a folder with fit.json is whole
     return table.cautions, [
-        f"{counted(table.rows, 'row')}, {counted(len(runs), 'run')} with a steady run-up",
-        *(f"  left out: {rows} ({reason})" for reason, rows in table.left_out.items()),
+        *table_lines(table),
         *(f"{s.equation.name} not fitted to set '{s.fitting_set.name}': {s.why_not}" for s in fits if not s.fit),
         *guideline.guideline_lines(correspondence), *rheology.compaction_lines(summary),
         *(f"sensitivities, left out: {note}" for note in not_compared), *(f"longitudinal sections: {what}" for what in missing),
